@@ -1,0 +1,21 @@
+# Sourced by the scripts beside it: makes .venv once, with the exact versions of requirements.lock.
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+venv=${DARKO_VENV:-$root/.venv}
+
+# ensure_env EXTRAS: install the project, editable, with the named extras ("" for none).
+ensure_env() {
+  local extras=$1 stamp="$venv/.darko-${1:-run}" python=${PYTHON:-python3}
+  if [ -e "$stamp" ] && [ "$stamp" -nt "$root/requirements.lock" ] && [ "$stamp" -nt "$root/pyproject.toml" ] &&
+     [ "$stamp" -nt "$root/protocol/dialect/darko.xml" ] && [ -e "$root/protocol/dialect/mavlink.py" ]; then
+    return
+  fi
+  "$python" -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null ||
+    { echo "DarkO needs Python 3.11 or newer (set PYTHON to name one)" >&2; exit 1; }
+  echo "Setting up $venv ..." >&2
+  [ -x "$venv/bin/python" ] || "$python" -m venv "$venv" ||
+    { echo "python3 -m venv failed: on Debian, install python3-venv" >&2; exit 1; }
+  # The constraint also holds for the build environment, so that the dialect is made by the locked generator.
+  PIP_CONSTRAINT="$root/requirements.lock" PIP_DISABLE_PIP_VERSION_CHECK=1 \
+    "$venv/bin/pip" install --quiet --editable "$root${extras:+[$extras]}"
+  touch "$stamp"
+}

@@ -1,0 +1,1 @@
+"""The vehicle: model, control laws, hybrid supervisor, autopilot and its MAVLink face."""

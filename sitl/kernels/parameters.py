@@ -1,0 +1,61 @@
+"""Parameters of the vehicle as the kernels take them: flat, immutable, SI units."""
+
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+Array: TypeAlias = npt.NDArray[np.float64]
+
+SATURATED = 0  # actuator model: position and rate limits (report, "Saturation des commandes")
+FIRST_ORDER = 1  # actuator model: position limits and a first-order lag (the report's alternative)
+
+
+class Airframe(NamedTuple):
+    """Everything the plant needs to know of one airframe.
+
+    The three damping rows are those of Phi(m w) without the factor 1/2, which the equations carry.
+    """
+
+    m: float  # mass [kg]
+    J1: float  # principal inertia about x_b [kg m2]
+    J2: float  # principal inertia about y_b [kg m2]
+    J3: float  # principal inertia about z_b [kg m2]
+    g: float  # gravity [m/s2]
+    rho: float  # air density [kg/m3]
+    S: float  # wing area [m2]
+    b: float  # span [m]
+    c: float  # mean chord [m]
+    S_ratio: float  # S / (4 S_p): wing area over four propeller discs [-]
+    C_l: float  # normal force slope, third entry of Phi(fv) [1/rad]
+    C_d0: float  # axial coefficient, first entry of Phi(fv) [-]
+    C_y0: float  # lateral coefficient, second entry of Phi(fv) [-]
+    xi_f: float  # elevon effectiveness on force [-]
+    xi_m: float  # elevon effectiveness on moment [-]
+    Delta_r: float  # aerodynamic centre behind the centre of mass [m]
+    a_y: float  # lateral arm of a half wing's aerodynamic centre [m]
+    p_x: float  # axial arm of a motor [m]
+    p_y: float  # lateral arm of a motor [m]
+    k_f: float  # thrust T = k_f w^2 [kg m]
+    k_m: float  # propeller torque N = k_m w^2 [kg m2]
+    C_lp: float  # roll damping by p [-]
+    C_lq: float  # roll damping by q [-]
+    C_lr: float  # roll damping by r [-]
+    C_mp: float  # pitch damping by p [-]
+    C_mq: float  # pitch damping by q [-]
+    C_mr: float  # pitch damping by r [-]
+    C_np: float  # yaw damping by p [-]
+    C_nq: float  # yaw damping by q [-]
+    C_nr: float  # yaw damping by r [-]
+    mu: float  # weight of c^2 |w|^2 in eta [-]
+    omega_min: float  # slowest propeller speed in flight [rad/s]
+    omega_max: float  # fastest propeller speed [rad/s]
+    omega_rate: float  # propeller acceleration limit [rad/s2]
+    delta_max: float  # elevon deflection limit, either way [rad]
+    delta_rate: float  # elevon rate limit [rad/s]
+    actuator_model: int  # SATURATED or FIRST_ORDER
+    motor_tau: float  # time constant of a motor in the first-order model [s]
+    elevon_tau: float  # time constant of an elevon in the first-order model [s]
+    foot_x: float  # the tail's contact points: distance behind the centre of mass [m]
+    foot_y: float  # the tail's contact points: half distance along the span [m]
+    foot_z: float  # the tail's contact points: half distance along z_b [m]
