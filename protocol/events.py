@@ -1,0 +1,248 @@
+"""What the engines tell their owner. Plain frozen records: match on their class, do not subclass them."""
+
+import math
+from dataclasses import dataclass
+
+from protocol.codec import Message
+from protocol.engines.base import Peer
+from protocol.plans.mission import MissionItem
+
+__all__ = [
+    "CommandDone",
+    "CommandProgress",
+    "CommandRequested",
+    "CurrentItemRequested",
+    "CurrentItemSet",
+    "Event",
+    "MessageReceived",
+    "MessageRequested",
+    "MissionCleared",
+    "MissionDownloaded",
+    "MissionFailed",
+    "MissionProgress",
+    "MissionReceived",
+    "MissionRefused",
+    "MissionUploaded",
+    "ParameterChanged",
+    "ParameterConfirmed",
+    "ParameterFailed",
+    "ParameterReceived",
+    "ParameterRefused",
+    "ParametersComplete",
+    "SetpointReceived",
+    "VehicleFound",
+    "VehicleLost",
+    "VehicleReturned",
+]
+
+
+class Event:
+    """Base of all events, for annotations."""
+
+    __slots__ = ()
+
+
+@dataclass(frozen=True, slots=True)
+class VehicleFound(Event):
+    """The first HEARTBEAT of an autopilot arrived."""
+
+    system: int
+    component: int
+
+
+@dataclass(frozen=True, slots=True)
+class VehicleLost(Event):
+    """No HEARTBEAT for ``age`` seconds."""
+
+    age: float
+
+
+@dataclass(frozen=True, slots=True)
+class VehicleReturned(Event):
+    """HEARTBEAT again, after a silence of ``gap`` seconds."""
+
+    gap: float
+
+
+@dataclass(frozen=True, slots=True)
+class CommandProgress(Event):
+    """The vehicle is working on a command; ``progress`` in percent, 255 when it does not say."""
+
+    request: int
+    command: int
+    progress: int
+
+
+@dataclass(frozen=True, slots=True)
+class CommandDone(Event):
+    """A command came to its end; ``result`` is a MAV_RESULT, or None when no answer came."""
+
+    request: int
+    command: int
+    result: int | None
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class CommandRequested(Event):
+    """A ground station asks the vehicle for a command: answer with ``acknowledge(request, result)``.
+
+    ``params`` are param1..param7. From a COMMAND_INT, x and y are already in degrees (global frames) or
+    metres (local frames). ``frame`` is its MAV_FRAME, None for a COMMAND_LONG.
+    """
+
+    request: int
+    command: int
+    params: tuple[float, ...]
+    frame: int | None
+    peer: Peer
+
+    def param(self, number: int, default: float = math.nan) -> float:
+        """param1..param7; clients leave a parameter out as NaN or as 0: both give the default."""
+        value = self.params[number - 1]
+        return default if math.isnan(value) or value == 0.0 else value
+
+
+@dataclass(frozen=True, slots=True)
+class MessageRequested(Event):
+    """A peer asked for one message (MAV_CMD_REQUEST_MESSAGE, already acknowledged): send it ``to=peer``."""
+
+    message_id: int
+    index: float  # param2 of the request: which instance, meaning depends on the message
+    peer: Peer | None  # None: to everyone
+
+
+@dataclass(frozen=True, slots=True)
+class MissionProgress(Event):
+    """``done`` of ``total`` items of a transfer; ``direction`` is "upload" or "download"."""
+
+    direction: str
+    done: int
+    total: int
+
+
+@dataclass(frozen=True, slots=True)
+class MissionUploaded(Event):
+    """The vehicle accepted a plan of ``count`` items."""
+
+    count: int
+
+
+@dataclass(frozen=True, slots=True)
+class MissionDownloaded(Event):
+    """The vehicle's plan, complete."""
+
+    items: tuple[MissionItem, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class MissionReceived(Event):
+    """A complete, valid plan replaced the old one on the vehicle."""
+
+    items: tuple[MissionItem, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class MissionRefused(Event):
+    """An upload ended without a new plan: the old one stays. ``result`` is a MAV_MISSION_RESULT."""
+
+    result: int
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class MissionCleared(Event):
+    """The vehicle holds no plan any more (both roles)."""
+
+
+@dataclass(frozen=True, slots=True)
+class MissionFailed(Event):
+    """A transfer came to nothing; ``operation`` is upload, download, clear or set_current.
+
+    ``result`` is the vehicle's MAV_MISSION_RESULT, None when it did not answer or answered out of turn.
+    """
+
+    operation: str
+    result: int | None
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class CurrentItemSet(Event):
+    """The vehicle confirmed the mission item asked for."""
+
+    seq: int
+
+
+@dataclass(frozen=True, slots=True)
+class CurrentItemRequested(Event):
+    """A ground station wants the mission to go on at item ``seq`` (which exists)."""
+
+    seq: int
+
+
+@dataclass(frozen=True, slots=True)
+class ParameterReceived(Event):
+    """The vehicle told one parameter; ``type`` is a MAV_PARAM_TYPE, integers are exact."""
+
+    name: str
+    value: float
+    type: int
+    index: int
+    count: int
+
+
+@dataclass(frozen=True, slots=True)
+class ParametersComplete(Event):
+    """All ``count`` parameters have arrived."""
+
+    count: int
+
+
+@dataclass(frozen=True, slots=True)
+class ParameterConfirmed(Event):
+    """The vehicle holds the value that was set."""
+
+    name: str
+    value: float
+
+
+@dataclass(frozen=True, slots=True)
+class ParameterFailed(Event):
+    """A parameter could not be set, or (empty name) the list could not be fetched."""
+
+    name: str
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class ParameterChanged(Event):
+    """A ground station changed a parameter of the vehicle."""
+
+    name: str
+    value: float
+
+
+@dataclass(frozen=True, slots=True)
+class ParameterRefused(Event):
+    """The vehicle kept a parameter as it was."""
+
+    name: str
+    value: float  # the value that was refused
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class SetpointReceived(Event):
+    """SET_POSITION_TARGET_LOCAL_NED, SET_POSITION_TARGET_GLOBAL_INT or SET_ATTITUDE_TARGET."""
+
+    message: Message
+    peer: Peer
+
+
+@dataclass(frozen=True, slots=True)
+class MessageReceived(Event):
+    """A message for this vehicle that no engine takes: the owner may answer it."""
+
+    message: Message
+    peer: Peer

@@ -1,0 +1,1 @@
+"""Plan files and the mission item they are made of."""

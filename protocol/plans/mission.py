@@ -1,0 +1,85 @@
+"""One mission item, as it travels in MISSION_ITEM_INT (https://mavlink.io/en/services/mission.html)."""
+
+import struct
+from dataclasses import dataclass
+
+from protocol.codec import Message
+from protocol.dialect import mavlink
+from protocol.errors import LocalProtocolError
+
+__all__ = ["MissionItem"]
+
+_WIRE = struct.Struct("<HB5f2i?")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MissionItem:
+    """One item of a plan; NaN means "default" and stays NaN.
+
+    Two items are equal when their fields have the same bits on the wire (float32, NaN equal to the same NaN);
+    ``current`` tells where a vehicle is, not what the item is, and is left out.
+
+    Raises:
+        LocalProtocolError: A field does not fit its type on the wire.
+    """
+
+    command: int  # MAV_CMD
+    frame: int  # MAV_FRAME
+    params: tuple[float, float, float, float]
+    x: int  # latitude [degE7] in global frames, x [1e-4 m] in local ones
+    y: int  # longitude [degE7] in global frames, y [1e-4 m] in local ones
+    z: float  # altitude [m] in global frames (up), z [m] in local ones (down)
+    autocontinue: bool = True
+    current: bool = False
+
+    def __post_init__(self) -> None:
+        if len(self.params) != 4:
+            raise LocalProtocolError(f"a mission item has 4 params, not {len(self.params)}")
+        try:
+            self._image()
+        except (struct.error, OverflowError, TypeError) as error:
+            raise LocalProtocolError(f"mission item {self} does not fit the wire: {error}") from error
+
+    def __eq__(self, other: object) -> bool:
+        return self._image() == other._image() if isinstance(other, MissionItem) else NotImplemented
+
+    def __hash__(self) -> int:
+        return hash(self._image())
+
+    def _image(self) -> bytes:
+        return _WIRE.pack(
+            self.command, self.frame, *self.params, self.z, self.x, self.y, bool(self.autocontinue)
+        )
+
+    def to_message(
+        self, seq: int, target_system: int, target_component: int, *, current: bool | None = None
+    ) -> Message:
+        """MISSION_ITEM_INT number ``seq`` of a flight plan (mission type 0)."""
+        is_current = self.current if current is None else current
+        return mavlink.MAVLink_mission_item_int_message(
+            target_system,
+            target_component,
+            seq,
+            self.frame,
+            self.command,
+            int(is_current),
+            int(self.autocontinue),
+            *self.params,
+            self.x,
+            self.y,
+            self.z,
+        )
+
+    @classmethod
+    def from_message(cls, message: Message) -> "MissionItem":
+        """The item that a MISSION_ITEM_INT carries."""
+        return cls(
+            command=message.command,
+            frame=message.frame,
+            params=(message.param1, message.param2, message.param3, message.param4),
+            x=message.x,
+            y=message.y,
+            z=message.z,
+            autocontinue=bool(message.autocontinue),
+            current=bool(message.current),
+        )
