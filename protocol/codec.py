@@ -1,7 +1,7 @@
 """Bytes to messages and back: MAVLink 2 out, versions 1 and 2 in.
 
-Framing is done here, above the generated ``MAVLink.decode``, because a datagram is a unit: a frame cut short must
-not swallow the next one, nor may anything be carried over to the next datagram. Wire input never raises.
+Framing is done here, above the generated ``MAVLink.decode``, because a datagram is a unit: a frame cut short
+must not swallow the next one, nor may anything be carried over to the next datagram. Wire input never raises.
 Specification: https://mavlink.io/en/guide/serialization.html.
 """
 
