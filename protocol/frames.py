@@ -1,0 +1,167 @@
+"""Frames at the edge: what the vehicle computes in, and what the wire speaks.
+
+- World: NWU inside (x north, y west, z up), NED on the wire (north, east, down). Body: FLU inside (x along
+  the nose, y left, z up), FRD on the wire. Both pairs differ by half a turn about x, so one function serves
+  both ways.
+- Quaternions are (w, x, y, z), unit, and rotate body vectors into the world: v_W = R(q) v_B.
+- Tail-sitter: the body frame is the flying one, always. Level flight is pitch 0; hovering nose-up is pitch
+  +90 deg.
+- ``repr_offset_q`` of ATTITUDE_QUATERNION only says how to *show* the attitude: shown = q * repr_offset_q.
+  With FLYING_DISPLAY a display shows the flying frame; with HOVER_DISPLAY a nose-up hover is shown level.
+- Geodetic: WGS84, latitude and longitude in degrees, altitude in metres above mean sea level.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from protocol.errors import LocalProtocolError
+
+__all__ = [
+    "FLYING_DISPLAY",
+    "HOVER_DISPLAY",
+    "Array",
+    "Geodetic",
+    "LocalFrame",
+    "Quaternion",
+    "Vector",
+    "displayed",
+    "euler_from_quaternion",
+    "flip",
+    "flip_quaternion",
+    "heading",
+    "multiply",
+    "quaternion_from_euler",
+    "rotate",
+]
+
+Vector = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
+Array = Sequence[float] | NDArray[np.float64]
+
+_HALF = math.sqrt(0.5)
+FLYING_DISPLAY: Quaternion = (1.0, 0.0, 0.0, 0.0)
+HOVER_DISPLAY: Quaternion = (_HALF, 0.0, -_HALF, 0.0)
+
+_A = 6378137.0  # WGS84 semi-major axis [m]
+_E2 = 6.69437999014e-3  # WGS84 first eccentricity squared [-]
+_POLE = 89.9  # [deg] beyond, meridians are too close for a tangent plane
+
+
+def flip(v: Array) -> Vector:
+    """NWU <-> NED for world vectors, FLU <-> FRD for body vectors (also rates and moments)."""
+    return float(v[0]), -float(v[1]), -float(v[2])
+
+
+def flip_quaternion(q: Array) -> Quaternion:
+    """Attitude FLU -> NWU <-> attitude FRD -> NED."""
+    return float(q[0]), float(q[1]), -float(q[2]), -float(q[3])
+
+
+def multiply(p: Array, q: Array) -> Quaternion:
+    """Hamilton product p q: the rotation q, then p."""
+    pw, px, py, pz = (float(c) for c in p)
+    qw, qx, qy, qz = (float(c) for c in q)
+    return (
+        pw * qw - px * qx - py * qy - pz * qz,
+        pw * qx + px * qw + py * qz - pz * qy,
+        pw * qy - px * qz + py * qw + pz * qx,
+        pw * qz + px * qy - py * qx + pz * qw,
+    )
+
+
+def rotate(q: Array, v: Array) -> Vector:
+    """R(q) v: a body vector seen from the world."""
+    conjugate = (float(q[0]), -float(q[1]), -float(q[2]), -float(q[3]))
+    _, x, y, z = multiply(multiply(q, (0.0, float(v[0]), float(v[1]), float(v[2]))), conjugate)
+    return x, y, z
+
+
+def euler_from_quaternion(q: Array) -> Vector:
+    """Roll, pitch, yaw [rad] (ZYX) of an attitude FRD -> NED; yaw in (-pi, pi].
+
+    At pitch +-90 deg only yaw -+ roll exists: roll is then 0 and yaw takes it all.
+    """
+    w, x, y, z = (float(c) for c in q)
+    sine = 2.0 * (w * y - z * x)
+    if abs(sine) > 1.0 - 1e-12:
+        turn = 2.0 * math.atan2(-x if sine > 0.0 else x, w)
+        return 0.0, math.copysign(math.pi / 2, sine), math.remainder(turn, 2.0 * math.pi)
+    roll = math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
+    yaw = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+    return roll, math.asin(sine), yaw
+
+
+def quaternion_from_euler(roll: float, pitch: float, yaw: float) -> Quaternion:
+    """Attitude FRD -> NED of roll, pitch, yaw [rad] (ZYX)."""
+    about_x = (math.cos(roll / 2), math.sin(roll / 2), 0.0, 0.0)
+    about_y = (math.cos(pitch / 2), 0.0, math.sin(pitch / 2), 0.0)
+    about_z = (math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2))
+    return multiply(about_z, multiply(about_y, about_x))
+
+
+def displayed(q: Array, repr_offset_q: Array) -> Quaternion:
+    """The attitude to show: q * repr_offset_q; an offset of zeros means there is none."""
+    return multiply(q, repr_offset_q if any(repr_offset_q) else FLYING_DISPLAY)
+
+
+def heading(q: Array) -> float:
+    """Heading [rad] in [0, 2 pi), clockwise from north, of an attitude FRD -> NED.
+
+    In flight it is where the nose points. Nose-up the nose has no azimuth: there it is where the belly looks,
+    which is the way the nose pointed before it was pulled up (and the back looks there when the nose is
+    straight down).
+    """
+    nose = rotate(q, (1.0, 0.0, 0.0))
+    level = math.hypot(nose[0], nose[1]) >= abs(nose[2])
+    north, east, _ = nose if level else rotate(q, (0.0, 0.0, math.copysign(1.0, -nose[2])))
+    return math.atan2(east, north) % (2.0 * math.pi)
+
+
+@dataclass(frozen=True, slots=True)
+class Geodetic:
+    """A point on WGS84."""
+
+    lat_deg: float
+    lon_deg: float
+    alt: float  # [m] above mean sea level
+
+
+class LocalFrame:
+    """Tangent plane at ``origin``, its axes scaled by the ellipsoid's two radii of curvature there.
+
+    Linear in latitude and longitude, so a round trip loses rounding only. Against the true tangent plane the
+    horizontal error grows with the square of the distance: a few decimetres at 2 km.
+
+    Raises:
+        LocalProtocolError: The origin is not on the globe, or too near a pole.
+    """
+
+    def __init__(self, origin: Geodetic) -> None:
+        if not (abs(origin.lat_deg) <= _POLE and abs(origin.lon_deg) <= 180.0 and math.isfinite(origin.alt)):
+            raise LocalProtocolError(f"no local frame at {origin}")
+        self.origin = origin
+        lat = math.radians(origin.lat_deg)
+        w2 = 1.0 - _E2 * math.sin(lat) ** 2
+        meridian = _A * (1.0 - _E2) / w2**1.5
+        prime_vertical = _A / math.sqrt(w2)
+        self._north_per_deg = math.radians(meridian + origin.alt)
+        self._east_per_deg = math.radians((prime_vertical + origin.alt) * math.cos(lat))
+
+    def to_ned(self, point: Geodetic) -> Vector:
+        """North, east, down [m] of a point."""
+        turn = math.remainder(point.lon_deg - self.origin.lon_deg, 360.0)
+        north = (point.lat_deg - self.origin.lat_deg) * self._north_per_deg
+        return north, turn * self._east_per_deg, self.origin.alt - point.alt
+
+    def to_geodetic(self, ned: Array) -> Geodetic:
+        """The point at north, east, down [m]."""
+        lon = self.origin.lon_deg + float(ned[1]) / self._east_per_deg
+        return Geodetic(
+            lat_deg=self.origin.lat_deg + float(ned[0]) / self._north_per_deg,
+            lon_deg=math.remainder(lon, 360.0),
+            alt=self.origin.alt - float(ned[2]),
+        )
