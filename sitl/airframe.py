@@ -1,0 +1,160 @@
+"""Parameter sets of an airframe: TOML files with a unit and a source for every value."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import tomllib
+from collections.abc import Callable
+from dataclasses import dataclass
+from difflib import get_close_matches
+from importlib.resources import files
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from sitl.errors import SitlError
+from sitl.kernels.parameters import FIRST_ORDER, SATURATED, Airframe
+
+ACTUATOR_MODELS = {"saturated": SATURATED, "first-order": FIRST_ORDER}
+UNITS = {
+    "m": "kg", "J1": "kg m2", "J2": "kg m2", "J3": "kg m2", "g": "m/s2", "rho": "kg/m3", "S": "m2", "b": "m",
+    "c": "m", "S_ratio": "-", "C_l": "1/rad", "C_d0": "-", "C_y0": "-", "xi_f": "-", "xi_m": "-", "Delta_r": "m",
+    "a_y": "m", "p_x": "m", "p_y": "m", "k_f": "kg m", "k_m": "kg m2", "C_lp": "-", "C_lq": "-", "C_lr": "-",
+    "C_mp": "-", "C_mq": "-", "C_mr": "-", "C_np": "-", "C_nq": "-", "C_nr": "-", "mu": "-", "omega_min": "rad/s",
+    "omega_max": "rad/s", "omega_rate": "rad/s2", "delta_max": "deg", "delta_rate": "rad/s",
+    "actuator_model": "name", "motor_tau": "s", "elevon_tau": "s", "foot_x": "m", "foot_y": "m", "foot_z": "m",
+}  # fmt: skip
+POSITIVE = frozenset(UNITS) - {
+    "C_y0", "C_d0", "C_lp", "C_lq", "C_lr", "C_mp", "C_mq", "C_mr", "C_np", "C_nq", "C_nr", "mu", "actuator_model",
+}  # fmt: skip
+
+
+class AirframeError(SitlError):
+    """A parameter set cannot be used; the message names file, key and value."""
+
+
+class Entry(NamedTuple):
+    """One value of a set as its file states it."""
+
+    value: float | str
+    unit: str
+    source: str
+
+
+@dataclass(frozen=True)
+class ParameterSet:
+    """A validated parameter set and where it came from."""
+
+    name: str
+    description: str
+    path: str
+    sha256: str  # of the file itself, so that a log can name what was flown
+    values: dict[str, Entry]
+    parameters: Airframe
+
+
+def available() -> list[str]:
+    """Names of the sets that are shipped."""
+    return sorted(
+        entry.name.removesuffix(".toml") for entry in files("sitl.airframes").iterdir() if entry.name.endswith(".toml")
+    )
+
+
+def load(name_or_path: str) -> ParameterSet:
+    """Load a shipped set by name, or a TOML file by path.
+
+    Raises:
+        AirframeError: If there is no such set, or the file is not a valid one.
+    """
+    path = Path(name_or_path)
+    if path.suffix != ".toml":
+        shipped = files("sitl.airframes") / f"{name_or_path}.toml"
+        if not shipped.is_file():
+            raise AirframeError(f"no parameter set {name_or_path!r}: there are {', '.join(available())}")
+        path = Path(str(shipped))
+    raw, table = _read(path)
+    header = _header(path, table)
+    values = {} if "base" not in header else dict(load(header["base"]).values)
+    values |= {key: _entry(path, key, entry) for key, entry in table.items()}
+    missing = [key for key in UNITS if key not in values]
+    if missing:
+        raise AirframeError(f"{path}: {', '.join(missing)} missing")
+    numbers: dict[str, Any] = {key: _number(path, key, values[key]) for key in UNITS}
+    parameters = Airframe(**numbers)
+    _check_together(path, parameters)
+    return ParameterSet(
+        header["name"], header["description"], str(path), hashlib.sha256(raw).hexdigest(), values, parameters
+    )
+
+
+def _read(path: Path) -> tuple[bytes, dict[str, Any]]:
+    try:
+        raw = path.read_bytes()
+        return raw, tomllib.loads(raw.decode("utf-8"))
+    except OSError as error:
+        raise AirframeError(f"{path}: {error.strerror}") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise AirframeError(f"{path}: not a TOML file: {error}") from error
+
+
+def _header(path: Path, table: dict[str, Any]) -> dict[str, str]:
+    header = table.pop("set", None)
+    if not isinstance(header, dict) or not {"name", "description"} <= header.keys():
+        raise AirframeError(f"{path}: a [set] table with name and description is missing")
+    unknown = header.keys() - {"name", "description", "base"}
+    if unknown:
+        raise AirframeError(f"{path}: [set] has an unknown key {min(unknown)!r}")
+    return header
+
+
+def _entry(path: Path, key: str, entry: object) -> Entry:
+    if key not in UNITS:
+        near = get_close_matches(key, UNITS, n=1)
+        raise AirframeError(f"{path}: unknown key {key!r}" + (f"; did you mean {near[0]!r}?" if near else ""))
+    if not isinstance(entry, dict) or entry.keys() != {"value", "unit", "source"}:
+        raise AirframeError(f"{path}: {key} must be {{ value = ..., unit = ..., source = ... }}")
+    if entry["unit"] != UNITS[key]:
+        raise AirframeError(f"{path}: {key} is in {entry['unit']!r}, must be in {UNITS[key]!r}")
+    if not isinstance(entry["source"], str) or not entry["source"]:
+        raise AirframeError(f"{path}: {key} names no source")
+    return Entry(entry["value"], entry["unit"], entry["source"])
+
+
+def _number(path: Path, key: str, entry: Entry) -> float:
+    value = entry.value
+    if key == "actuator_model":
+        if value not in ACTUATOR_MODELS:
+            raise AirframeError(f"{path}: actuator_model {value!r} is not one of {', '.join(ACTUATOR_MODELS)}")
+        return ACTUATOR_MODELS[str(value)]
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        raise AirframeError(f"{path}: {key} = {value!r} is not a finite number")
+    if key in POSITIVE and value <= 0.0:
+        raise AirframeError(f"{path}: {key} = {value} must be positive")
+    if key in {"C_d0", "mu"} and value < 0.0:
+        raise AirframeError(f"{path}: {key} = {value} must not be negative")
+    return math.radians(value) if entry.unit == "deg" else float(value)
+
+
+class _Rule(NamedTuple):
+    holds: Callable[[Airframe], bool]
+    text: str
+
+
+_RULES = (
+    _Rule(
+        lambda a: a.omega_min < a.omega_max,
+        "omega_min = {0.omega_min} must be below omega_max = {0.omega_max}",
+    ),
+    _Rule(lambda a: a.delta_max < math.pi / 2, "delta_max = {0.delta_max} rad must be below a right angle"),
+    _Rule(
+        lambda a: 2.0 * a.k_f * a.omega_max**2 > a.m * a.g,
+        "k_f = {0.k_f} and omega_max = {0.omega_max} cannot lift m = {0.m}",
+    ),
+    _Rule(lambda a: a.S_ratio * a.C_d0 < 1.0, "S_ratio = {0.S_ratio} with C_d0 = {0.C_d0} leaves no thrust"),
+)
+
+
+def _check_together(path: Path, a: Airframe) -> None:
+    for rule in _RULES:
+        if not rule.holds(a):
+            raise AirframeError(f"{path}: {rule.text.format(a)}")

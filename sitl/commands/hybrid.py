@@ -1,0 +1,30 @@
+"""Textbook hybrid systems."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping
+
+from sitl.errors import SitlError
+
+
+def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
+    """The command line of ``darko-sitl hybrid``."""
+    made = argparse.ArgumentParser(prog="darko-sitl hybrid", description=commands["hybrid"] + ".")
+    made.add_argument("name", nargs="?", help="which one; without a name they are listed")
+    return made
+
+
+def run(args: argparse.Namespace) -> int:
+    """List the systems or run one and print its solution on hybrid time (t, j)."""
+    from sitl.hybrid.textbook import systems  # noqa: PLC0415 - --help must not load scientific libraries
+
+    known = systems()
+    if args.name is None:
+        for name, system in known.items():
+            print(f"{name:<16}{system.description}")
+        return 0
+    if args.name not in known:
+        raise SitlError(f"no system {args.name!r}: there are {', '.join(known)}")
+    print(known[args.name].summary())
+    return 0

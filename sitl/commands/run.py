@@ -1,0 +1,149 @@
+"""The vehicle process."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections.abc import Mapping
+from pathlib import Path
+
+EXAMPLES = """\
+examples:
+  darko-sitl                          real time, telemetry to 127.0.0.1:14550 and :14540
+  darko-sitl --speed 10 --seed 7      ten times real time, another wind
+  darko-sitl --speed 0                as fast as possible
+  darko-sitl --wind 5@270 --gusts 1   5 m/s from the west, gusts of 1 m/s rms
+  darko-sitl --airframe published     ENAC's constants (see: darko-sitl airframe)
+
+The vehicle is system 1, component 1. It answers whoever speaks to it; QGroundControl finds it on 14550,
+MAVSDK on udpin://0.0.0.0:14540. Stop it with Ctrl-C.
+
+other commands (darko-sitl COMMAND --help):
+"""
+
+
+def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
+    """The command line of ``darko-sitl [run]``."""
+    listing = "".join(f"  {name:<10}{text}\n" for name, text in commands.items() if name != "run")
+    made = argparse.ArgumentParser(
+        prog="darko-sitl",
+        description="DarkO as a software-in-the-loop vehicle: full model, hybrid hover controller, MAVLink 2 over UDP.",
+        epilog=EXAMPLES + listing,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    made.add_argument("--version", action="store_true", help="say the version and exit (alone)")
+    flight = made.add_argument_group("simulation")
+    flight.add_argument(
+        "--speed", type=_speed, default=1.0, metavar="X", help="times real time; 0: as fast as possible [1]"
+    )
+    flight.add_argument("--seed", type=int, default=1, metavar="N", help="one seed is one flight, bit for bit [1]")
+    flight.add_argument("--airframe", default="nominal", metavar="SET", help="parameter set or TOML file [nominal]")
+    flight.add_argument(
+        "--wind",
+        type=_wind,
+        default=(0.0, 0.0),
+        metavar="M/S@DEG",
+        help="steady wind and where it comes from [0]",
+    )
+    flight.add_argument("--gusts", type=_not_negative, default=0.0, metavar="RMS", help="gusts per axis, m/s rms [0]")
+    flight.add_argument(
+        "--home",
+        type=_home,
+        default=(43.5648, 1.4811, 150.0),
+        metavar="LAT,LON,ALT",
+        help="origin, degrees and metres [the ENAC flying room, Toulouse]",
+    )
+    flight.add_argument(
+        "--start",
+        type=_start,
+        default=(0.0, 0.0, 0.0, 0.0),
+        metavar="N,E,UP,YAW",
+        help="where it begins, metres and degrees; UP > 0 begins hovering [0,0,0,0]",
+    )
+    flight.add_argument("--arena", default="open", choices=("open", "voliere"), help="where it may fly [open]")
+    flight.add_argument(
+        "--param",
+        type=_assignment,
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="set a parameter for this run; repeat for more",
+    )
+    link = made.add_argument_group("link (loopback only)")
+    link.add_argument("--port", type=_port, default=14580, metavar="P", help="local port; 0: any [14580]")
+    link.add_argument("--gcs-port", type=_port, default=14550, metavar="P", help="ground stations listen here [14550]")
+    link.add_argument("--api-port", type=_port, default=14540, metavar="P", help="programs listen here [14540]")
+    made.add_argument(
+        "--state-dir",
+        type=Path,
+        default=None,
+        metavar="DIR",
+        help="keeps parameters and mission between runs [the user's data folder]",
+    )
+    made.add_argument("--quiet", action="store_true", help="say nothing but errors")
+    return made
+
+
+def run(args: argparse.Namespace) -> int:
+    """Fly until interrupted."""
+    from sitl.process import fly  # noqa: PLC0415 - --help must not load the compiler
+
+    return fly(args)
+
+
+def _number(text: str) -> float:
+    value = float(text)
+    if not math.isfinite(value):
+        raise argparse.ArgumentTypeError(f"{text} is not a finite number")
+    return value
+
+
+def _not_negative(text: str) -> float:
+    value = _number(text)
+    if value < 0.0:
+        raise argparse.ArgumentTypeError(f"{text} is negative")
+    return value
+
+
+def _speed(text: str) -> float:
+    return _not_negative(text)
+
+
+def _port(text: str) -> int:
+    value = int(text)
+    if not 0 <= value <= 65535:
+        raise argparse.ArgumentTypeError(f"{text} is not a UDP port")
+    return value
+
+
+def _wind(text: str) -> tuple[float, float]:
+    speed, _, direction = text.partition("@")
+    return _not_negative(speed), math.radians(_number(direction or "0"))
+
+
+def _numbers(text: str, names: tuple[str, ...]) -> tuple[float, ...]:
+    parts = text.split(",")
+    if len(parts) != len(names):
+        raise argparse.ArgumentTypeError(f"{text!r} is not {','.join(names)}")
+    return tuple(_number(part) for part in parts)
+
+
+def _home(text: str) -> tuple[float, ...]:
+    home = _numbers(text, ("LAT", "LON", "ALT"))
+    if abs(home[0]) > 89.0 or abs(home[1]) > 180.0:
+        raise argparse.ArgumentTypeError(f"{text!r}: latitude within ±89, longitude within ±180")
+    return home
+
+
+def _start(text: str) -> tuple[float, ...]:
+    start = _numbers(text, ("N", "E", "UP", "YAW"))
+    if start[2] < 0.0:
+        raise argparse.ArgumentTypeError(f"{text!r} begins under the ground")
+    return start
+
+
+def _assignment(text: str) -> tuple[str, float]:
+    name, separator, value = text.partition("=")
+    if not separator:
+        raise argparse.ArgumentTypeError(f"{text!r} is not NAME=VALUE")
+    return name, _number(value)

@@ -1,0 +1,1 @@
+"""Control laws as pure functions: one law per file, state and gains passed in, nothing kept."""

@@ -1,0 +1,75 @@
+"""One page per flight: where it went, how it stood, what the controller did."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sitl.errors import SitlError
+from sitl.hybrid.supervisor import Law
+from sitl.kernels.parameters import Array
+from sitl.studies.report import nose_elevation
+from sitl.studies.scenario import Scenario, Track
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+def save_plot(scenario: Scenario, track: Track, path: Path) -> None:
+    """Draw position, attitude, V with its thresholds and jumps, and the actuators.
+
+    Raises:
+        SitlError: If the file cannot be written; the message names it.
+    """
+    from matplotlib.figure import Figure  # noqa: PLC0415 - two seconds that only plots need
+
+    page = Figure(figsize=(10.0, 11.0), layout="constrained")
+    axes = page.subplots(5, 1, sharex=True)
+    page.suptitle(f"{scenario.title}\n{scenario.claim}", fontsize=10)
+    _position(axes[0], track)
+    _attitude(axes[1], track)
+    _lyapunov(axes[2], scenario, track)
+    _lines(axes[3], track, track.actuator[:, :2], ("left", "right"), "motors [rad/s]")
+    _lines(axes[4], track, np.degrees(track.actuator[:, 2:]), ("left", "right"), "elevons [deg]")
+    axes[4].set_xlabel("t [s]")
+    try:
+        page.savefig(path, dpi=110)
+    except (OSError, ValueError) as error:
+        raise SitlError(f"plot {path}: {error}") from error
+
+
+def _lines(axis: Axes, track: Track, columns: Array, labels: tuple[str, ...], unit: str) -> None:
+    for column, label in zip(columns.T, labels, strict=True):
+        axis.plot(track.time, column, label=label, linewidth=1.0)
+    axis.set_ylabel(unit)
+    axis.legend(loc="right", fontsize=8)
+    axis.grid(alpha=0.3)
+
+
+def _position(axis: Axes, track: Track) -> None:
+    _lines(axis, track, track.p, ("north", "west", "up"), "position [m]")
+    axis.set_prop_cycle(None)
+    axis.plot(track.time, track.target, linestyle=":", linewidth=1.0)
+
+
+def _attitude(axis: Axes, track: Track) -> None:
+    axis.plot(track.time, np.degrees(nose_elevation(track)), linewidth=1.0)
+    axis.set_ylabel("nose elevation [deg]")
+    axis.grid(alpha=0.3)
+
+
+def _lyapunov(axis: Axes, scenario: Scenario, track: Track) -> None:
+    axis.semilogy(track.time, np.maximum(track.lyapunov, 1e-6), linewidth=1.0)
+    for value in (scenario.tuning.v_enter, scenario.tuning.v_leave):
+        axis.axhline(value, linestyle="--", linewidth=0.8, color="grey")
+    for jump in track.jumps:
+        axis.axvline(jump.time, linewidth=0.8, color="tab:red")
+    linear = track.law == Law.HOVER_LINEAR
+    axis.fill_between(
+        track.time, 0, 1, where=linear, transform=axis.get_xaxis_transform(), alpha=0.12, label="linear law"
+    )
+    axis.set_ylabel("V")
+    axis.legend(loc="right", fontsize=8)
+    axis.grid(alpha=0.3)

@@ -1,0 +1,124 @@
+"""A scenario is data: how the vehicle starts, what it is asked when, and what the figures are.
+
+The runner flies the same vehicle as the live process, tick for tick; only nobody waits for the clock.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from sitl.airframe import load
+from sitl.autopilot.guidance import Setpoint, Vector
+from sitl.errors import SitlError
+from sitl.hybrid.supervisor import JumpRecord, Law
+from sitl.kernels.parameters import Array
+from sitl.vehicle import TICK, Start, Tuning, Vehicle
+
+ALOFT = 100.0  # the report has no ground: its origin is flown this high above ours [m]
+SAMPLE = 5  # control ticks between recorded samples: 10 ms
+
+
+class Ask(NamedTuple):
+    """A change at a time: a new target, or another wind."""
+
+    time: float  # [s]
+    target: Vector | None = None  # world NWU [m]
+    wind: Vector | None = None  # velocity of the air, world NWU [m/s]
+
+
+class Figure(NamedTuple):
+    """One number a scenario reports, with what the report or the design expects of it."""
+
+    name: str
+    value: float
+    unit: str
+    expected: str
+    holds: bool
+
+
+@dataclass(frozen=True)
+class Track:
+    """What was recorded, one row per sample."""
+
+    time: Array  # (n,)
+    p: Array  # (n, 3) world NWU [m]
+    v: Array  # (n, 3) world NWU [m/s]
+    q: Array  # (n, 4)
+    actuator: Array  # (n, 4) w1, w2 [rad/s], d1, d2 [rad]
+    lyapunov: Array  # (n,)
+    law: Array  # (n,)
+    target: Array  # (n, 3)
+    energy: Array  # (n,) [J]
+    jumps: tuple[JumpRecord, ...]
+    wall: float  # how long the run took [s]
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """One experiment."""
+
+    name: str
+    title: str
+    claim: str  # what the report says of it
+    start: Start
+    asks: tuple[Ask, ...]
+    duration: float  # [s]
+    figures: Callable[[Track], list[Figure]]
+    law: Law = Law.HOVER_ZERO_MOMENT  # in force at the start
+    airframe: str = "nominal"
+    speed: float = 3.0  # horizontal speed limit [m/s]
+    tuning: Tuning = field(default_factory=Tuning)
+
+
+def fly(scenario: Scenario, *, seed: int = 1, airframe: str | None = None) -> Track:
+    """Fly a scenario as fast as possible.
+
+    Raises:
+        SitlError: If the vehicle leaves the numbers (a diverged flight) or the airframe is unknown.
+    """
+    parameters = load(airframe or scenario.airframe).parameters
+    start = scenario.start._replace(up=scenario.start.up + ALOFT, airborne=True)
+    vehicle = Vehicle(parameters, seed=seed, start=start, tuning=scenario.tuning)
+    vehicle.warm_up()
+    vehicle.begin_flight(scenario.law)
+    recorder = _Recorder()
+    began = time.perf_counter()
+    asks = sorted(scenario.asks)
+    target: Vector = (0.0, 0.0, 0.0)
+    for step in range(round(scenario.duration / TICK / SAMPLE)):
+        while asks and asks[0].time <= step * SAMPLE * TICK + 1e-9:
+            ask = asks.pop(0)
+            target = ask.target or target
+            if ask.wind is not None:
+                vehicle.set_wind(ask.wind)
+        aloft = (target[0], target[1], target[2] + ALOFT)
+        vehicle.set_target(Setpoint(aloft, scenario.start.heading, scenario.speed))
+        recorder.sample(vehicle, target)
+        vehicle.advance(SAMPLE)
+    return recorder.track(tuple(vehicle.jumps), time.perf_counter() - began)
+
+
+class _Recorder:
+    def __init__(self) -> None:
+        self._rows: list[Array] = []
+
+    def sample(self, vehicle: Vehicle, target: Vector) -> None:
+        tail = (vehicle.lyapunov, float(vehicle.law), *target, vehicle.energy)
+        row = np.concatenate(((vehicle.time,), vehicle.plant[:17], tail))
+        row[3] -= ALOFT
+        self._rows.append(row)
+
+    def track(self, jumps: tuple[JumpRecord, ...], wall: float) -> Track:
+        if not self._rows:
+            raise SitlError("the scenario has no duration: nothing was flown")
+        rows = np.array(self._rows)
+        return Track(
+            time=rows[:, 0], p=rows[:, 1:4], v=rows[:, 4:7], q=rows[:, 7:11], actuator=rows[:, 14:18],
+            lyapunov=rows[:, 18], law=rows[:, 19], target=rows[:, 20:23], energy=rows[:, 23],
+            jumps=jumps, wall=wall,
+        )  # fmt: skip

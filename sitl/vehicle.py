@@ -1,0 +1,291 @@
+"""The vehicle in flight: plant, laws and supervisor on integer time.
+
+One control tick is ``TICK``; commands computed from the state at tick k are in force during tick k + 1, as on a
+real autopilot. Between jumps the compiled flow runs many ticks in one call; where it leaves the flow set of the
+present law, the supervisor's table decides the jump. The same class flies the live process, the scenarios and
+the tests, and how many ticks are flown per call never changes the flight.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from sitl.autopilot.guidance import Setpoint, Vector
+from sitl.design.lqr import hover_gains
+from sitl.design.zero_moment import zero_moment_gains
+from sitl.errors import SitlError
+from sitl.flow import (
+    AT_REST,
+    COMMAND,
+    ENERGY,
+    GOVERNOR,
+    GUST,
+    INTEGRAL,
+    LAW,
+    LYAPUNOV,
+    MEMORY,
+    TICK,
+    Orders,
+    Surroundings,
+    flow,
+)
+from sitl.hybrid.automaton import settle
+from sitl.hybrid.supervisor import TABLE, JumpRecord, Law, Reason, Situation
+from sitl.kernels import state
+from sitl.kernels.ground import FEET, STIFFNESS
+from sitl.kernels.parameters import Airframe, Array
+from sitl.kernels.quaternion import from_euler, hover
+from sitl.laws import hover_linear, hover_zero_moment
+from sitl.laws.governor import VELOCITY
+
+__all__ = ["TICK", "DivergedError", "Start", "Tuning", "Vehicle"]
+
+BLOCK = 500  # ticks of gust noise drawn at once: one second
+GUST_LENGTH = 30.0  # [m]
+SETTLE_TIME = 0.3  # at rest on the ground this long is landed [s]
+
+
+class DivergedError(SitlError):
+    """The simulation left the finite numbers."""
+
+
+class Start(NamedTuple):
+    """Where and how the vehicle begins, world NWU."""
+
+    north: float = 0.0  # [m]
+    west: float = 0.0  # [m]
+    up: float = 0.0  # of the centre of mass above where it stands on the ground [m]
+    heading: float = 0.0  # [rad]
+    attitude: Vector | None = None  # roll, pitch, yaw [rad] (ZYX, NWU); None: nose up at the heading
+    airborne: bool = False
+
+
+class Tuning(NamedTuple):
+    """What of the hybrid controller can be chosen."""
+
+    v_enter: float = 50.0  # DRK_V_ENTER
+    v_leave: float = 100.0  # DRK_V_LEAVE
+    integral: int = 1  # DRK_LQI
+    governor: int = VELOCITY  # DRK_GOVERNOR
+    nu_prime: int = 0  # DRK_NU_PRIME
+    kpp: float = 1.5  # DRK_KPP [N/m]
+    kpd: float = 1.5  # DRK_KPD [N s/m]
+    k_delta: float = 5.0  # DRK_KDELTA [1/s]
+    lam: float = 10.0  # DRK_LAMBDA [rad/s]
+    zeta: float = 0.8  # DRK_ZETA
+    k_q: float = 1.0  # DRK_KQ [rad/s]
+
+
+class Vehicle:
+    """One simulated DarkO. ``advance`` flies it; everything else looks at it or tells it what to do."""
+
+    def __init__(
+        self, airframe: Airframe, *, seed: int = 1, start: Start | None = None, tuning: Tuning | None = None
+    ) -> None:
+        self.airframe = airframe
+        self.step = 0  # control ticks flown
+        self.law = Law.LANDED
+        self.jumps: list[JumpRecord] = []
+        self.limits = 0  # DARKO_LIMIT bits seen in the last advance
+        self.armed = self.flying = self.landing = False
+        self.energy_by_law = dict.fromkeys(Law, 0.0)
+        self._random = np.random.default_rng(seed)
+        self._noise = self._random.standard_normal((BLOCK, 3))
+        self._wind, self._gust_rms = np.zeros(3), 0.0
+        self.plant = np.zeros(state.SIZE)
+        self.memory = np.zeros(MEMORY)
+        self.begin(start or Start())
+        self.retune(tuning or Tuning())
+
+    # Setting up
+
+    def begin(self, start: Start) -> None:
+        """Put the vehicle somewhere, at rest."""
+        self.plant[:] = 0.0
+        self.plant[state.ANCHOR :] = math.nan
+        height = start.up + (0.0 if start.airborne else standing_height(self.airframe))
+        self.plant[state.P : state.P + 3] = start.north, start.west, height
+        q = hover(start.heading) if start.attitude is None else from_euler(*start.attitude)
+        self.plant[state.Q : state.Q + 4] = q
+        self.set_target(Setpoint((start.north, start.west, height), start.heading, 3.0))
+
+    def retune(self, tuning: Tuning) -> None:
+        """Take other gains and thresholds, in flight or not."""
+        self.tuning = tuning
+        self._linear = hover_gains(self.airframe, integral=bool(tuning.integral))
+        self._zero_moment = zero_moment_gains(
+            self.airframe,
+            k_pp=tuning.kpp,
+            k_pd=tuning.kpd,
+            k_delta=tuning.k_delta,
+            lam=tuning.lam,
+            zeta=tuning.zeta,
+            k_q=tuning.k_q,
+            nu_prime=bool(tuning.nu_prime),
+            governor=tuning.governor,
+        )
+        self._measure()
+
+    def begin_flight(self, law: Law) -> None:
+        """Start in the air under a law, motors at hover speed: scenarios begin so."""
+        w = math.sqrt(self._linear.u_bar[0] / self.airframe.k_f)
+        self.plant[state.ACTUATOR : state.ACTUATOR + 2] = self.memory[COMMAND : COMMAND + 2] = w
+        self.armed = self.flying = True
+        self.law = law
+        self._enter(law)
+
+    def warm_up(self) -> None:
+        """Compile every path, so that the first flown tick is as quick as any; nothing moves."""
+        kept = self.plant.copy(), self.memory.copy()
+        for law in Law:
+            self._flow(law, 0)
+        self._enter(Law.HOVER_ZERO_MOMENT)
+        self.plant[:], self.memory[:] = kept
+
+    # Telling it what to do
+
+    def set_target(self, setpoint: Setpoint) -> None:
+        """Where the laws shall bring it, from the next tick on."""
+        self.setpoint = setpoint
+        self._target = np.array(setpoint.p)
+
+    def set_wind(self, wind: Vector, gust_rms: float | None = None) -> None:
+        """Velocity of the air, world NWU [m/s], and the gusts' deviation per axis [m/s]."""
+        self._wind = np.array(wind)
+        if gust_rms is not None:
+            self._gust_rms = gust_rms
+
+    # Looking at it
+
+    @property
+    def time(self) -> float:
+        """Simulated time since boot [s]."""
+        return self.step * TICK
+
+    @property
+    def lyapunov(self) -> float:
+        """V of the linear hover law about the present target."""
+        return float(self.memory[LYAPUNOV])
+
+    @property
+    def governor(self) -> float:
+        """Share of the position loop's force that the governor takes away, 0..1."""
+        return float(self.memory[GOVERNOR])
+
+    @property
+    def energy(self) -> float:
+        """Shaft energy since boot [J]."""
+        return float(self.memory[ENERGY])
+
+    @property
+    def command(self) -> Array:
+        """Actuator commands in force: w1, w2 [rad/s], d1, d2 [rad]."""
+        return self.memory[COMMAND : COMMAND + 4]
+
+    @property
+    def wind(self) -> Array:
+        """Velocity of the air now, steady and gust, world NWU [m/s]."""
+        return np.asarray(self._wind + self.memory[GUST : GUST + 3])
+
+    @property
+    def power(self) -> float:
+        """Shaft power now [W]."""
+        w1, w2 = self.plant[state.ACTUATOR : state.ACTUATOR + 2]
+        return float(self.airframe.k_m * (w1**3 + w2**3))
+
+    # Flying
+
+    def advance(self, ticks: int) -> None:
+        """Fly ``ticks`` control ticks, taking every jump that falls due.
+
+        Raises:
+            DivergedError: If the state is no longer finite.
+            ZenoError: If the supervisor jumps without end.
+        """
+        self.limits = 0
+        left = ticks
+        while left > 0:
+            self._jump()
+            row = self.step % BLOCK
+            flown = self._flow(self.law, min(left, BLOCK - row))
+            left -= flown
+            self.step += flown
+            if self.step % BLOCK == 0:
+                self._noise = self._random.standard_normal((BLOCK, 3))
+        if not np.isfinite(self.plant[: state.ANCHOR]).all():
+            raise DivergedError(f"the flight diverged under {self.law.name} at step {self.step}: {self.plant[:17]}")
+        self._jump()
+
+    def _flow(self, law: Law, ticks: int) -> int:
+        orders = Orders(
+            int(law),
+            self._target,
+            self.setpoint.heading,
+            self.setpoint.speed,
+            self.armed,
+            self.landing,
+            self.tuning.v_enter,
+            self.tuning.v_leave,
+            SETTLE_TIME,
+        )
+        air = Surroundings(self._wind, self._gust_rms, GUST_LENGTH, self._noise)
+        before = self.memory[ENERGY]
+        flown, flags = flow(
+            self.plant, self.memory, orders, air, self._linear, self._zero_moment, self.airframe, ticks,
+            self.step % BLOCK,
+        )  # fmt: skip
+        self.limits |= flags
+        self.energy_by_law[law] += self.memory[ENERGY] - before
+        return int(flown)
+
+    def _jump(self) -> None:
+        self._measure()
+        situation = Situation(
+            lyapunov=self.lyapunov,
+            v_enter=self.tuning.v_enter,
+            v_leave=self.tuning.v_leave,
+            armed=self.armed,
+            flying=self.flying,
+            settled=self.memory[AT_REST] >= SETTLE_TIME,
+        )
+        law = self.law
+        _, taken = settle(TABLE, law, situation)
+        for jump in taken:
+            record = JumpRecord(
+                self.time,
+                len(self.jumps) + 1,
+                law,
+                jump.target,
+                jump.name,
+                Reason(jump.reason),
+                self.lyapunov,
+            )
+            self.jumps.append(record)
+            law = jump.target
+            self._enter(law)
+        self.law = law
+
+    def _enter(self, law: Law) -> None:
+        """Jump maps: the state of the law that takes over starts without a step in what it commands."""
+        self.memory[AT_REST] = 0.0
+        if law is Law.HOVER_ZERO_MOMENT:
+            w1, w2 = self.plant[state.ACTUATOR : state.ACTUATOR + 2]
+            f = (1.0 - self.airframe.S_ratio * self.airframe.C_d0) * self.airframe.k_f * (w1 * w1 + w2 * w2)
+            law_state = self.memory[LAW : LAW + hover_zero_moment.SIZE]
+            hover_zero_moment.reset(self.plant, f, law_state, self._zero_moment)
+        elif law is Law.LANDED:
+            # What the integral had learnt of the wind would push a standing vehicle over.
+            self.memory[INTEGRAL : INTEGRAL + 3] = 0.0
+
+    def _measure(self) -> None:
+        x = np.empty(12)
+        hover_linear.error(self.plant, self._target, self.setpoint.heading, x)
+        self.memory[LYAPUNOV] = hover_linear.lyapunov(x, self._linear)
+
+
+def standing_height(a: Airframe) -> float:
+    """Height of the centre of mass of a vehicle standing on its tail [m]."""
+    return a.foot_x - a.m * a.g / (FEET * STIFFNESS)
