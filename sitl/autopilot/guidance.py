@@ -1,0 +1,161 @@
+"""Guidance: what turns a mode or a mission item into set-points for the hover laws.
+
+Each guidance is asked once per autopilot tick and answers with a :class:`Setpoint`; time comes in with the
+:class:`View`. World frame NWU, SI units, headings in radians about world z (from north towards west).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import NamedTuple, Protocol
+
+Vector = tuple[float, float, float]
+
+
+class View(NamedTuple):
+    """What the autopilot knows of the vehicle at one tick."""
+
+    time: float  # since boot [s]
+    p: Vector  # position, world NWU [m]
+    v: Vector  # velocity, world NWU [m/s]
+    heading: float  # where the nose goes when tipped over [rad]
+    tilt: float  # angle between the nose and the vertical [rad]
+    landed: bool  # the supervisor's law is LANDED
+    energy_left: float  # share of the battery, 0..1
+
+
+class Setpoint(NamedTuple):
+    """Where the laws shall bring the vehicle."""
+
+    p: Vector  # position, world NWU [m]
+    heading: float  # [rad]
+    speed: float  # horizontal speed limit of the non-linear law [m/s]
+
+
+class Guidance(Protocol):
+    """One manoeuvre."""
+
+    @property
+    def landing(self) -> bool:
+        """Whether touching the ground ends it."""
+
+    def update(self, view: View) -> Setpoint:
+        """The set-point for this tick."""
+
+    def done(self, view: View) -> bool:
+        """Whether the manoeuvre is complete; asked after ``update``."""
+
+
+def distance(a: Vector, b: Vector) -> float:
+    """Distance between two points [m]."""
+    return math.dist(a, b)
+
+
+@dataclass(slots=True)
+class Hold:
+    """Stay at a set-point for ever."""
+
+    setpoint: Setpoint
+    landing: bool = False
+
+    def update(self, view: View) -> Setpoint:  # noqa: ARG002 - the set-point never moves
+        """The held set-point."""
+        return self.setpoint
+
+    def done(self, view: View) -> bool:  # noqa: ARG002 - holding has no end of its own
+        """Never."""
+        return False
+
+
+@dataclass(slots=True)
+class FlyTo:
+    """Go to a point and stay there for ``hold`` seconds within ``acceptance`` metres.
+
+    The laws get the point itself, not a ramp towards it: how to cover the distance is what the hybrid
+    controller is for.
+    """
+
+    setpoint: Setpoint
+    acceptance: float
+    hold: float = 0.0
+    landing: bool = False
+    arrived: float | None = None
+
+    def update(self, view: View) -> Setpoint:
+        """The point; notes when the vehicle arrived."""
+        if self.arrived is None and distance(view.p, self.setpoint.p) <= self.acceptance:
+            self.arrived = view.time
+        return self.setpoint
+
+    def done(self, view: View) -> bool:
+        """Arrived, and held long enough since."""
+        return self.arrived is not None and view.time - self.arrived >= self.hold
+
+
+@dataclass(slots=True)
+class Ramp:
+    """Move the set-point straight up or down at a steady rate: take-off and landing.
+
+    A step in altitude would make the linear law push at its limits close to the ground.
+    """
+
+    setpoint: Setpoint  # where the ramp ends
+    rate: float  # vertical speed, positive [m/s]
+    landing: bool = False
+    acceptance: float = 0.3
+    began: tuple[float, float] | None = None  # time and altitude of the first tick
+
+    def update(self, view: View) -> Setpoint:
+        """The set-point on its way."""
+        if self.began is None:
+            self.began = (view.time, view.p[2])
+        since, start = self.began
+        end = self.setpoint.p[2]
+        travelled = self.rate * (view.time - since)
+        z = min(start + travelled, end) if end >= start else max(start - travelled, end)
+        return replace_altitude(self.setpoint, z)
+
+    def done(self, view: View) -> bool:
+        """At the end of the ramp; a landing is ended by the ground instead."""
+        return not self.landing and abs(view.p[2] - self.setpoint.p[2]) <= self.acceptance
+
+
+@dataclass(slots=True)
+class Sequence:
+    """Several manoeuvres, one after the other: climb, go home, land."""
+
+    steps: tuple[Guidance, ...]
+    index: int = 0
+
+    @property
+    def landing(self) -> bool:
+        """Whether the present step is a landing."""
+        return self.steps[self.index].landing
+
+    def update(self, view: View) -> Setpoint:
+        """The present step's set-point; moves on when it is done."""
+        setpoint = self.steps[self.index].update(view)
+        if self.steps[self.index].done(view) and self.index + 1 < len(self.steps):
+            self.index += 1
+            return self.steps[self.index].update(view)
+        return setpoint
+
+    def done(self, view: View) -> bool:
+        """Whether the last step is done."""
+        return self.index + 1 == len(self.steps) and self.steps[self.index].done(view)
+
+
+def replace_altitude(setpoint: Setpoint, z: float) -> Setpoint:
+    """The set-point at another altitude."""
+    return setpoint._replace(p=(setpoint.p[0], setpoint.p[1], z))
+
+
+def land_at(setpoint: Setpoint, rate: float) -> Ramp:
+    """Descend on the spot, through the ground: contact ends it."""
+    return Ramp(replace_altitude(setpoint, -1.0), rate, landing=True)
+
+
+def with_speed(guidance: FlyTo | Hold, speed: float) -> FlyTo | Hold:
+    """The same guidance under another speed limit."""
+    return replace(guidance, setpoint=guidance.setpoint._replace(speed=speed))

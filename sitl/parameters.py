@@ -1,0 +1,125 @@
+"""The vehicle's parameters on the wire, and what each of them sets.
+
+Names follow PX4 where PX4 has the parameter, so that stock clients find them; DRK_ are the hybrid
+controller's own, SIM_ belong to the simulated world.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from protocol.dialect import mavlink
+from protocol.engines.parameters import Parameter
+from sitl.autopilot.settings import Settings
+from sitl.errors import SitlError
+from sitl.vehicle import Tuning
+
+REAL = mavlink.MAV_PARAM_TYPE_REAL32
+INT = mavlink.MAV_PARAM_TYPE_INT32
+
+
+class World(NamedTuple):
+    """The simulated surroundings as parameters set them."""
+
+    wind_speed: float = 0.0  # [m/s]
+    wind_direction: float = 0.0  # where it comes from, clockwise from north [deg]
+    gusts: float = 0.0  # rms per axis [m/s]
+    battery: float = 100e3  # shaft energy of a full battery [J]
+
+
+class Entry(NamedTuple):
+    """One parameter: its bounds, and the field of Settings, Tuning or World it sets."""
+
+    name: str
+    group: str
+    field: str
+    minimum: float
+    maximum: float
+    unit: str
+    description: str
+    integer: bool = False
+
+
+TABLE = (
+    Entry("MIS_TAKEOFF_ALT", "settings", "takeoff_altitude", 0.5, 500.0, "m", "Take-off height above home"),
+    Entry("RTL_RETURN_ALT", "settings", "return_altitude", 1.0, 500.0, "m", "Least height on the way home"),
+    Entry("MPC_TKO_SPEED", "settings", "climb_rate", 0.1, 2.5, "m/s", "Climb rate of take-offs"),
+    Entry("MPC_LAND_SPEED", "settings", "descent_rate", 0.1, 1.0, "m/s", "Descent rate of landings"),
+    Entry("NAV_ACC_RAD", "settings", "acceptance", 0.05, 50.0, "m", "Radius within which a waypoint is reached"),
+    Entry(
+        "COM_OF_LOSS_T",
+        "settings",
+        "setpoint_timeout",
+        0.1,
+        60.0,
+        "s",
+        "Set-points older than this end OFFBOARD",
+    ),
+    Entry("COM_DISARM_LAND", "settings", "disarm_after", 0.0, 60.0, "s", "Motors stop this long after landing"),
+    Entry("BAT_LOW_THR", "settings", "battery_low", 0.0, 0.9, "", "No arming below this share of the battery"),
+    Entry("DRK_HOV_VMAX", "settings", "hover_speed", 0.2, 6.0, "m/s", "Horizontal speed limit of the hover laws"),
+    Entry("DRK_V_ENTER", "tuning", "v_enter", 0.1, 1e5, "", "V below which the linear hover law takes over"),
+    Entry("DRK_V_LEAVE", "tuning", "v_leave", 0.1, 1e5, "", "V above which the linear hover law hands over"),
+    Entry("DRK_LQI", "tuning", "integral", 0, 1, "", "Integral of the position error in the linear law", True),
+    Entry("DRK_GOVERNOR", "tuning", "governor", 0, 4, "", "Saturation of the zero-moment law", True),
+    Entry("DRK_NU_PRIME", "tuning", "nu_prime", 0, 1, "", "Use nu' of appendix D instead of nu", True),
+    Entry("DRK_KPP", "tuning", "kpp", 0.1, 3.0, "N/m", "Position gain of the zero-moment law"),
+    Entry("DRK_KPD", "tuning", "kpd", 0.1, 3.0, "N s/m", "Velocity gain of the zero-moment law"),
+    Entry("DRK_KDELTA", "tuning", "k_delta", 0.5, 20.0, "1/s", "Force convergence of the zero-moment law"),
+    Entry("DRK_LAMBDA", "tuning", "lam", 1.0, 20.0, "rad/s", "Attitude bandwidth of the zero-moment law"),
+    Entry("DRK_ZETA", "tuning", "zeta", 0.2, 2.0, "", "Attitude damping ratio of the zero-moment law"),
+    Entry("DRK_KQ", "tuning", "k_q", 0.0, 5.0, "rad/s", "Heading gain of the zero-moment law"),
+    Entry("SIM_WIND_SPD", "world", "wind_speed", 0.0, 30.0, "m/s", "Steady wind"),
+    Entry("SIM_WIND_DIR", "world", "wind_direction", -360.0, 360.0, "deg", "Where the wind comes from"),
+    Entry("SIM_GUST_RMS", "world", "gusts", 0.0, 10.0, "m/s", "Gusts, rms per axis"),
+    Entry("SIM_BAT_ENERGY", "world", "battery", 100.0, 1e7, "J", "Shaft energy of a full battery"),
+)
+BY_NAME = {entry.name: entry for entry in TABLE}
+
+
+class Bindings(NamedTuple):
+    """The three groups of numbers that parameters set."""
+
+    settings: Settings
+    tuning: Tuning
+    world: World
+
+    def value(self, name: str) -> float:
+        """The value of a parameter."""
+        entry = BY_NAME[name]
+        return float(getattr(getattr(self, entry.group), entry.field))
+
+    def replaced(self, values: Mapping[str, float]) -> Bindings:
+        """The same with some parameters changed.
+
+        Raises:
+            SitlError: If a name is unknown, a value is out of its bounds, or the values do not fit together.
+        """
+        groups = self._asdict()
+        for name, value in values.items():
+            entry = BY_NAME.get(name)
+            if entry is None:
+                raise SitlError(f"no parameter {name}: there are {', '.join(BY_NAME)}")
+            if not entry.minimum <= value <= entry.maximum:
+                raise SitlError(f"{name} = {value:g} is not within {entry.minimum:g} and {entry.maximum:g}")
+            kept = int(value) if entry.integer else value
+            groups[entry.group] = groups[entry.group]._replace(**{entry.field: kept})
+        if groups["tuning"].v_enter >= groups["tuning"].v_leave:
+            raise SitlError("DRK_V_ENTER must stay below DRK_V_LEAVE: the hysteresis needs its gap")
+        return Bindings(**groups)
+
+    def wire_table(self) -> list[Parameter]:
+        """The parameters as the parameter service lists them."""
+        return [
+            Parameter(
+                name=entry.name,
+                type=INT if entry.integer else REAL,
+                value=self.value(entry.name),
+                minimum=entry.minimum,
+                maximum=entry.maximum,
+                unit=entry.unit,
+                description=entry.description,
+            )
+            for entry in TABLE
+        ]

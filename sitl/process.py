@@ -1,0 +1,93 @@
+"""The vehicle process: node, pacer and transport in one loop."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+
+from platformdirs import user_data_path
+
+from protocol.frames import Geodetic, LocalFrame
+from sitl.airframe import load
+from sitl.autopilot.arena import ARENAS
+from sitl.autopilot.mission import World
+from sitl.memory import Memory
+from sitl.node import Node
+from sitl.pacer import Pacer
+from sitl.transport import UdpTransport
+from sitl.vehicle import TICK, Start, Vehicle
+
+QUANTUM = 5  # control ticks flown between looks at the socket: 10 ms of simulated time
+LOOPBACK = "127.0.0.1"
+
+
+def fly(args: argparse.Namespace) -> int:
+    """Build the vehicle the arguments describe and fly it until interrupted.
+
+    Raises:
+        SitlError: If an argument, a file or the port is not usable.
+    """
+    say = _Narrator(quiet=args.quiet)
+    transport = UdpTransport((LOOPBACK, args.port), [(LOOPBACK, args.gcs_port), (LOOPBACK, args.api_port)])
+    try:
+        node = build(args)
+        say("compiling the flight model (only the first start takes long) ...")
+        began = time.monotonic()
+        node.vehicle.warm_up()
+        took = time.monotonic() - began
+        say(f"ready after {took:.1f} s: 127.0.0.1:{transport.port} -> {args.gcs_port}, {args.api_port}")
+        serve(node, transport, Pacer(args.speed))
+    finally:
+        transport.close()
+    return 0
+
+
+def build(args: argparse.Namespace) -> Node:
+    """The vehicle the arguments describe, on the ground or hovering where they say."""
+    airframe = load(args.airframe)
+    north, east, up, yaw = args.start
+    vehicle = Vehicle(airframe.parameters, seed=args.seed, start=Start(north, -east, up, -yaw))
+    memory = Memory(args.state_dir or user_data_path("darko") / "sitl")
+    world = World(LocalFrame(Geodetic(*args.home)), ARENAS[args.arena])
+    overrides = dict(args.param)
+    speed, direction = args.wind
+    return Node(vehicle, world, memory, wind=(speed, direction), gusts=args.gusts, overrides=overrides)
+
+
+def serve(node: Node, transport: UdpTransport, pacer: Pacer) -> None:
+    """Fly and talk for ever."""
+    while True:
+        _exchange(node, transport)
+        node.advance(QUANTUM)
+        _exchange(node, transport)
+        _wait(node, transport, pacer)
+
+
+def _exchange(node: Node, transport: UdpTransport) -> None:
+    now = time.monotonic()
+    for data, peer in transport.receive():
+        node.receive(data, peer, now)
+    for destination, data in node.datagrams(now):
+        transport.send(data, destination)
+
+
+def _wait(node: Node, transport: UdpTransport, pacer: Pacer) -> None:
+    remaining = pacer.wait_time(QUANTUM * TICK)
+    end = time.monotonic() + remaining
+    while remaining > 0.0:
+        transport.wait(remaining)
+        remaining = end - time.monotonic()
+        if remaining > 0.0:
+            _exchange(node, transport)
+
+
+class _Narrator:
+    """Progress for a person, on stderr."""
+
+    def __init__(self, *, quiet: bool) -> None:
+        self._quiet = quiet
+
+    def __call__(self, text: str) -> None:
+        if not self._quiet:
+            print(f"darko-sitl: {text}", file=sys.stderr, flush=True)
