@@ -134,6 +134,6 @@ def is_global_frame(frame: int) -> bool:
 
 
 def coordinates(frame: int, x: int, y: int) -> tuple[float, float]:
-    """Position in COMMAND_INT and MISSION_ITEM_INT: [deg] in global frames, [m] in local ones, NaN: default."""
+    """Position of COMMAND_INT or MISSION_ITEM_INT: [deg] in global frames, else [m]; NaN means default."""
     scale = from_e7 if is_global_frame(frame) else from_local_e4
     return tuple(math.nan if v == UNKNOWN_INT32 else scale(v) for v in (x, y))  # type: ignore[return-value]

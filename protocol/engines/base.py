@@ -7,7 +7,7 @@ from typing import Any, Generic, NamedTuple, TypeVar
 from protocol.codec import Message, source_of
 from protocol.errors import LocalProtocolError
 
-__all__ = ["Engine", "Outgoing", "Patience", "Peer", "Table", "addressed_to", "fire"]
+__all__ = ["Engine", "Outgoing", "Patience", "Peer", "Server", "Table", "addressed_to", "fire"]
 
 T = TypeVar("T")
 Table = Mapping[tuple[str, str], str]  # (state, trigger) -> state
@@ -49,6 +49,16 @@ class Engine(Generic[T]):
         """What happened since the last call, in order."""
         events, self._events = self._events, []
         return events
+
+
+class Server(Engine[Outgoing]):
+    """A vehicle's engine: it answers the peer that asked, or tells everyone."""
+
+    def _reply(self, peer: Peer, message: Message) -> None:
+        self._out.append(Outgoing(peer, message))
+
+    def _broadcast(self, message: Message) -> None:
+        self._out.append(Outgoing(None, message))
 
 
 class Patience:

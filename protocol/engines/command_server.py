@@ -1,0 +1,147 @@
+"""COMMAND_LONG and COMMAND_INT from the answering side (https://mavlink.io/en/services/command.html).
+
+A command that arrives again is answered again, not executed again. What counts as "again" is all the wire
+allows to know: the same content, and either a confirmation above 0 soon after, or an older (or the same)
+sequence number.
+"""
+
+import struct
+from collections.abc import Container
+from dataclasses import dataclass
+
+from protocol.codec import Message
+from protocol.dialect import mavlink
+from protocol.engines.base import Peer, Server, Table, addressed_to, fire
+from protocol.errors import LocalProtocolError
+from protocol.events import CommandRequested
+from protocol.units import coordinates
+
+__all__ = ["TRANSITIONS", "CommandServer"]
+
+UNKNOWN_PROGRESS = 255
+RETRY_SPACING = 1.5  # [s] clients wait at most this long before they repeat a command
+OVERTAKEN = 2.0  # [s] a frame may be late by; sequence numbers wrap too soon to look further back
+SAME_FRAME = 0.5  # [s] in which a network may deliver one frame twice
+KEPT = 30.0  # [s] answers are remembered
+
+TRANSITIONS: Table = {
+    ("requested", "progress"): "working",
+    ("requested", "final"): "answered",
+    ("working", "progress"): "working",
+    ("working", "final"): "answered",
+}
+
+Content = tuple[int, int, int, int | None, bytes]  # system, component, command, frame, parameters
+
+
+@dataclass(slots=True)
+class _Record:
+    number: int
+    content: Content
+    peer: Peer
+    sequence: int
+    confirmation: int
+    heard: float
+    state: str = "requested"
+    ack: Message | None = None
+
+
+class CommandServer(Server):
+    """Turns commands into ``CommandRequested`` and acknowledgements into COMMAND_ACK for the requester."""
+
+    def __init__(self, system: int, component: int, supported: Container[int]) -> None:
+        super().__init__()
+        self._system, self._component, self._supported = system, component, supported
+        self._records: dict[Content, _Record] = {}
+        self._latest: dict[tuple[int, int], Content] = {}
+        self._count = 0
+
+    def receive(self, message: Message, now: float, peer: Peer) -> None:
+        """Take a COMMAND_LONG or COMMAND_INT; other components' commands get no answer."""
+        is_int = message.get_type() == "COMMAND_INT"
+        if not (is_int or message.get_type() == "COMMAND_LONG"):
+            return
+        if not addressed_to(message, self._system, self._component):
+            return
+        if message.command not in self._supported:
+            self._reply(peer, _ack(message.command, mavlink.MAV_RESULT_UNSUPPORTED, peer))
+            return
+        content = _content(message, peer, is_int=is_int)
+        self._forget(now)
+        record = self._records.get(content)
+        if record is not None and self._is_repeated(record, message, now, is_int=is_int):
+            self._answer_again(record, message, now, peer)
+        else:
+            self._request(content, message, now, peer)
+
+    def acknowledge(
+        self, number: int, result: int, now: float, *, progress: int = UNKNOWN_PROGRESS, detail: int = 0
+    ) -> None:
+        """Answer request ``number`` with a MAV_RESULT; IN_PROGRESS may be followed by others.
+
+        Raises:
+            LocalProtocolError: There is no such request, or it has its final answer.
+        """
+        record = next((r for r in self._records.values() if r.number == number), None)
+        if record is None:
+            raise LocalProtocolError(f"no command request {number}")
+        working = result == mavlink.MAV_RESULT_IN_PROGRESS
+        record.state = fire(TRANSITIONS, record.state, "progress" if working else "final")
+        record.heard = now
+        record.ack = _ack(record.content[2], result, record.peer, progress if working else 0, detail)
+        self._reply(record.peer, record.ack)
+
+    def _is_repeated(self, record: _Record, message: Message, now: float, *, is_int: bool) -> bool:
+        age = now - record.heard
+        if record.state != "answered":
+            return True
+        behind = (record.sequence - message.get_seq()) & 0xFF
+        if behind < 128 and age < (OVERTAKEN if behind else SAME_FRAME):
+            return True
+        if is_int:  # it carries no confirmation: only an immediate repetition can be told
+            return age < RETRY_SPACING and self._latest.get(record.peer[:2]) == record.content
+        if message.confirmation == 0:
+            return False
+        lost = max(message.confirmation - record.confirmation, 1)
+        return bool(age < RETRY_SPACING * (lost + 1))
+
+    def _answer_again(self, record: _Record, message: Message, now: float, peer: Peer) -> None:
+        record.peer, record.heard = peer, now
+        if (message.get_seq() - record.sequence) & 0xFF < 128:
+            record.sequence = message.get_seq()
+        record.confirmation = max(record.confirmation, getattr(message, "confirmation", 0))
+        if record.ack is not None:
+            self._reply(peer, record.ack)
+
+    def _request(self, content: Content, message: Message, now: float, peer: Peer) -> None:
+        self._count += 1
+        confirmation = getattr(message, "confirmation", 0)
+        self._records[content] = _Record(self._count, content, peer, message.get_seq(), confirmation, now)
+        self._latest[peer[:2]] = content
+        frame = content[3]
+        self._events.append(CommandRequested(self._count, message.command, _params(message), frame, peer))
+
+    def _forget(self, now: float) -> None:
+        old = [c for c, r in self._records.items() if r.state == "answered" and now - r.heard > KEPT]
+        for content in old:
+            del self._records[content]
+
+
+def _content(message: Message, peer: Peer, *, is_int: bool) -> Content:
+    """What makes two requests the same; NaN equals NaN, so parameters are compared as bytes."""
+    fifth, sixth = (message.x, message.y) if is_int else (message.param5, message.param6)
+    last = message.z if is_int else message.param7
+    first = (message.param1, message.param2, message.param3, message.param4)
+    body = struct.pack("<7d", *first, fifth, sixth, last)
+    return (peer.system, peer.component, message.command, message.frame if is_int else None, body)
+
+
+def _params(message: Message) -> tuple[float, ...]:
+    first = (message.param1, message.param2, message.param3, message.param4)
+    if message.get_type() == "COMMAND_INT":
+        return (*first, *coordinates(message.frame, message.x, message.y), message.z)
+    return (*first, message.param5, message.param6, message.param7)
+
+
+def _ack(command: int, result: int, peer: Peer, progress: int = 0, detail: int = 0) -> Message:
+    return mavlink.MAVLink_command_ack_message(command, result, progress, detail, peer.system, peer.component)
