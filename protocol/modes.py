@@ -46,6 +46,4 @@ def mode_from_custom(number: int) -> Mode | None:
 def mode_from_parts(main: float, sub: float) -> Mode | None:
     """The mode MAV_CMD_DO_SET_MODE asks for in param2 and param3; only AUTO looks at its sub-mode."""
     parts = tuple(0 if math.isnan(part) else part for part in (main, sub))
-    return next(
-        (mode for mode in Mode if mode.value == parts or (not mode.is_auto and mode.value[0] == main)), None
-    )
+    return next((mode for mode in Mode if mode.value == parts or (not mode.is_auto and mode.value[0] == main)), None)

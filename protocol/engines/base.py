@@ -1,6 +1,7 @@
 """What all engines share: peers, outboxes, state tables and resending."""
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Hashable, Mapping, Sequence
 from typing import Any, Generic, NamedTuple, TypeVar
 
@@ -51,8 +52,14 @@ class Engine(Generic[T]):
         return events
 
 
-class Server(Engine[Outgoing]):
+class Server(Engine[Outgoing], ABC):
     """A vehicle's engine: it answers the peer that asked, or tells everyone."""
+
+    handles: frozenset[str]  # the message types it takes
+
+    @abstractmethod
+    def receive(self, message: Message, now: float, peer: Peer) -> None:
+        """Take a message; what is not for this engine is ignored."""
 
     def _reply(self, peer: Peer, message: Message) -> None:
         self._out.append(Outgoing(peer, message))

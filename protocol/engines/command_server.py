@@ -47,10 +47,20 @@ class _Record:
 
 
 class CommandServer(Server):
-    """Turns commands into ``CommandRequested`` and acknowledgements into COMMAND_ACK for the requester."""
+    """Turns commands into ``CommandRequested`` and acknowledgements into COMMAND_ACK for the requester.
 
-    def __init__(self, system: int, component: int, supported: Container[int]) -> None:
+    Args:
+        system: Own system id.
+        component: Own component id.
+        supported: Commands (MAV_CMD) that are known; all others are answered with UNSUPPORTED.
+        repeatable: Of these, the ones that may be executed again whenever they arrive again.
+    """
+
+    handles = frozenset({"COMMAND_LONG", "COMMAND_INT"})
+
+    def __init__(self, system: int, component: int, supported: Container[int], repeatable: Container[int] = ()) -> None:
         super().__init__()
+        self._repeatable = repeatable
         self._system, self._component, self._supported = system, component, supported
         self._records: dict[Content, _Record] = {}
         self._latest: dict[tuple[int, int], Content] = {}
@@ -59,9 +69,7 @@ class CommandServer(Server):
     def receive(self, message: Message, now: float, peer: Peer) -> None:
         """Take a COMMAND_LONG or COMMAND_INT; other components' commands get no answer."""
         is_int = message.get_type() == "COMMAND_INT"
-        if not (is_int or message.get_type() == "COMMAND_LONG"):
-            return
-        if not addressed_to(message, self._system, self._component):
+        if message.get_type() not in self.handles or not addressed_to(message, self._system, self._component):
             return
         if message.command not in self._supported:
             self._reply(peer, _ack(message.command, mavlink.MAV_RESULT_UNSUPPORTED, peer))
@@ -69,7 +77,8 @@ class CommandServer(Server):
         content = _content(message, peer, is_int=is_int)
         self._forget(now)
         record = self._records.get(content)
-        if record is not None and self._is_repeated(record, message, now, is_int=is_int):
+        once = record is not None and message.command not in self._repeatable
+        if record is not None and once and self._is_repeated(record, message, now, is_int=is_int):
             self._answer_again(record, message, now, peer)
         else:
             self._request(content, message, now, peer)

@@ -150,9 +150,7 @@ class ParameterClient(Engine[Message]):
 
     def _retry_list(self, now: float) -> None:
         if not self._patience.retry(now):
-            self._end_list(
-                "give_up", ParameterFailed("", f"{len(self._missing) or 'all'} parameters missing")
-            )
+            self._end_list("give_up", ParameterFailed("", f"{len(self._missing) or 'all'} parameters missing"))
         elif self._count is None:
             self._out.append(mavlink.MAVLink_param_request_list_message(*self._vehicle))
         else:

@@ -34,6 +34,7 @@ class ParameterServer(Server):
             "PARAM_REQUEST_READ": self._handle_read,
             "PARAM_SET": self._handle_set,
         }
+        self.handles = frozenset(self._handlers)
 
     @property
     def table(self) -> tuple[Parameter, ...]:

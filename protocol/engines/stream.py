@@ -41,6 +41,7 @@ class StreamScheduler:
                 raise LocalProtocolError(f"interval {interval} us of message {number} is not positive")
         self._defaults, self._on_request = dict(defaults), on_request
         self._intervals = dict(sorted(defaults.items()))
+        self._now_us = 0
         self._due = {number: 0 for number, interval in self._intervals.items() if interval != OFF}
 
     def is_available(self, message_id: int) -> bool:
@@ -51,7 +52,7 @@ class StreamScheduler:
         """Interval [us] in force; -1: off, 0: no such stream."""
         return self._intervals.get(message_id, UNAVAILABLE)
 
-    def set_interval(self, message_id: int, interval: float, now_us: int) -> int:
+    def set_interval(self, message_id: int, interval: float) -> int:
         """MAV_CMD_SET_MESSAGE_INTERVAL: [us], 0 or NaN for the default, -1 for off. Returns a MAV_RESULT."""
         if message_id not in self._defaults:
             return int(mavlink.MAV_RESULT_UNSUPPORTED)
@@ -62,11 +63,12 @@ class StreamScheduler:
         if wanted == OFF:
             self._due.pop(message_id, None)
         else:
-            self._due[message_id] = now_us
+            self._due[message_id] = self._now_us
         return int(mavlink.MAV_RESULT_ACCEPTED)
 
     def due(self, now_us: int) -> list[int]:
         """Ids due at ``now_us``, ascending, each at most once: beats that were missed stay missed."""
+        self._now_us = now_us
         ready = sorted(number for number, at in self._due.items() if at <= now_us)
         for number in ready:
             interval = self._intervals[number]

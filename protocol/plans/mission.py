@@ -47,9 +47,7 @@ class MissionItem:
         return hash(self._image())
 
     def _image(self) -> bytes:
-        return _WIRE.pack(
-            self.command, self.frame, *self.params, self.z, self.x, self.y, bool(self.autocontinue)
-        )
+        return _WIRE.pack(self.command, self.frame, *self.params, self.z, self.x, self.y, bool(self.autocontinue))
 
     def to_message(
         self, seq: int, target_system: int, target_component: int, *, current: bool | None = None

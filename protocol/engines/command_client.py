@@ -45,9 +45,7 @@ class CommandClient(Engine[Message]):
     nothing but that number: further requests for it queue up.
     """
 
-    def __init__(
-        self, system: int, component: int, *, timeout: float = TIMEOUT, retries: int = RETRIES
-    ) -> None:
+    def __init__(self, system: int, component: int, *, timeout: float = TIMEOUT, retries: int = RETRIES) -> None:
         super().__init__()
         self._system, self._component = system, component
         self._waits: Sequence[float] = (timeout,) * (retries + 1)

@@ -1,0 +1,207 @@
+"""The ground station's end of the link: one vehicle, one operator."""
+
+import math
+from collections.abc import Sequence
+
+from protocol.codec import Codec, Message, Source, source_of
+from protocol.dialect import mavlink
+from protocol.engines.base import Peer
+from protocol.engines.command_client import CommandClient
+from protocol.engines.heartbeat import HeartbeatMonitor, HeartbeatSource
+from protocol.engines.mission_client import MissionClient
+from protocol.engines.parameter_client import ParameterClient
+from protocol.engines.responders import TimeResponder
+from protocol.errors import LocalProtocolError
+from protocol.events import Event, VehicleLost
+from protocol.plans.mission import MissionItem
+
+__all__ = ["GroundEndpoint"]
+
+_HEARTBEAT = mavlink.MAVLink_heartbeat_message(
+    type=mavlink.MAV_TYPE_GCS,
+    autopilot=mavlink.MAV_AUTOPILOT_INVALID,
+    base_mode=0,
+    custom_mode=0,
+    system_status=mavlink.MAV_STATE_ACTIVE,
+    mavlink_version=3,
+)
+
+
+class GroundEndpoint:
+    """Hand in datagrams and time, then drain ``datagrams_to_send()`` and ``events()``.
+
+    The first autopilot that is heard becomes the vehicle. When it falls silent for 3 s, all that waits for it is
+    given up.
+    """
+
+    def __init__(self, *, system: int = 255, component: int = 190) -> None:
+        self.codec = Codec(system, component)
+        self._source, self._monitor = HeartbeatSource(), HeartbeatMonitor()
+        self._commands = CommandClient(system, component)
+        self._parameters = ParameterClient(system, component)
+        self._mission = MissionClient(system, component)
+        self._times = TimeResponder(system, component)
+        self._waiting = (self._commands, self._parameters, self._mission)
+        self._datagrams: list[bytes] = []
+        self._events: list[Event] = []
+
+    @property
+    def vehicle(self) -> Source | None:
+        """(system, component) of the vehicle, None before its first HEARTBEAT."""
+        return self._monitor.vehicle
+
+    @property
+    def is_present(self) -> bool:
+        """True while the vehicle's HEARTBEATs arrive."""
+        return self._monitor.is_present
+
+    @property
+    def is_busy(self) -> bool:
+        """True while a command, a transfer or a parameter waits for its end."""
+        return any(engine.is_busy for engine in self._waiting)
+
+    # The link
+
+    def receive_datagram(self, data: bytes, now: float) -> list[Message]:
+        """All messages of one datagram, already known to the engines. Never raises."""
+        messages = self.codec.decode(data)
+        for message in messages:
+            self._monitor.receive(message, now)
+            if source_of(message) == self.vehicle:
+                for engine in self._waiting:
+                    engine.receive(message, now)
+                self._times.receive(message, now, Peer.of(message))
+        self._collect()
+        return messages
+
+    def handle_timer(self, now: float) -> None:
+        """Let time pass: heartbeats, resends, loss of the vehicle."""
+        self._source.announce(_HEARTBEAT, now)
+        self._source.handle_timer(now)
+        self._monitor.handle_timer(now)
+        self._collect()
+        for engine in self._waiting:
+            engine.handle_timer(now)
+        self._collect()
+
+    def next_deadline(self) -> float:
+        """When ``handle_timer`` has something to do; the first time, at once."""
+        started = self._source.next_deadline() < math.inf
+        deadlines = [engine.next_deadline() for engine in (self._monitor, *self._waiting)]
+        return min([self._source.next_deadline(), *deadlines]) if started else -math.inf
+
+    def datagrams_to_send(self) -> list[bytes]:
+        """What is to be sent, one frame each."""
+        datagrams, self._datagrams = self._datagrams, []
+        return datagrams
+
+    def events(self) -> list[Event]:
+        """What happened since the last call, in order."""
+        events, self._events = self._events, []
+        return events
+
+    # What the operator wants. All of it raises LocalProtocolError while no vehicle has been found.
+
+    def command(
+        self,
+        command: int,
+        p1: float = math.nan,
+        p2: float = math.nan,
+        p3: float = math.nan,
+        p4: float = math.nan,
+        p5: float = math.nan,
+        p6: float = math.nan,
+        p7: float = math.nan,
+        *,
+        now: float,
+        timeout: float | None = None,
+    ) -> int:
+        """COMMAND_LONG (MAV_CMD) until it is answered; NaN leaves a parameter to the vehicle.
+
+        ``timeout`` [s] is the time between repetitions. Returns the number that ``CommandProgress`` and
+        ``CommandDone`` will carry.
+        """
+        message = mavlink.MAVLink_command_long_message(*self._target(), command, 0, p1, p2, p3, p4, p5, p6, p7)
+        return self._command(message, now, timeout)
+
+    def command_int(
+        self,
+        command: int,
+        frame: int,
+        p1: float,
+        p2: float,
+        p3: float,
+        p4: float,
+        x: int,
+        y: int,
+        z: float,
+        *,
+        now: float,
+        timeout: float | None = None,
+    ) -> int:
+        """COMMAND_INT in a MAV_FRAME; x and y as wire integers (``units.to_e7``, ``units.local_e4``)."""
+        message = mavlink.MAVLink_command_int_message(*self._target(), frame, command, 0, 0, p1, p2, p3, p4, x, y, z)
+        return self._command(message, now, timeout)
+
+    def upload_mission(self, items: Sequence[MissionItem], *, now: float) -> None:
+        """Replace the vehicle's plan; ends in ``MissionUploaded`` or ``MissionFailed``."""
+        self._mission.upload(self._target(), items, now)
+        self._collect()
+
+    def download_mission(self, now: float) -> None:
+        """Fetch the vehicle's plan; ends in ``MissionDownloaded`` or ``MissionFailed``."""
+        self._mission.download(self._target(), now)
+        self._collect()
+
+    def clear_mission(self, now: float) -> None:
+        """Delete the vehicle's plan; ends in ``MissionCleared`` or ``MissionFailed``."""
+        self._mission.clear(self._target(), now)
+        self._collect()
+
+    def set_current_mission_item(self, seq: int, now: float) -> None:
+        """Let the mission go on at item ``seq``; ends in ``CurrentItemSet`` or ``MissionFailed``."""
+        self._mission.set_current(self._target(), seq, now)
+        self._collect()
+
+    def cancel_mission_transfer(self) -> None:
+        """Stop what ``upload_mission`` and its sisters began; the vehicle keeps its old plan."""
+        self._mission.cancel("cancelled")
+        self._collect()
+
+    def request_parameters(self, now: float) -> None:
+        """Fetch the whole parameter table; ends in ``ParametersComplete`` or ``ParameterFailed``."""
+        self._parameters.request_all(self._target(), now)
+        self._collect()
+
+    def set_parameter(self, name: str, value: float, now: float) -> None:
+        """Set one parameter; ends in ``ParameterConfirmed`` or ``ParameterFailed``."""
+        self._parameters.set(self._target(), name, value, now)
+        self._collect()
+
+    def send(self, message: Message) -> None:
+        """Send a message once, without waiting for an answer: set-points."""
+        self._datagrams.append(self.codec.encode(message))
+
+    # Inside
+
+    def _target(self) -> Source:
+        if self.vehicle is None:
+            raise LocalProtocolError("no vehicle has been found yet")
+        return self.vehicle
+
+    def _command(self, message: Message, now: float, timeout: float | None) -> int:
+        request = self._commands.send(message, now, timeout=timeout)
+        self._collect()
+        return request
+
+    def _collect(self) -> None:
+        for event in self._monitor.events():
+            self._events.append(event)
+            if isinstance(event, VehicleLost):
+                for engine in self._waiting:
+                    engine.cancel("vehicle lost")
+        for engine in self._waiting:
+            self._events += engine.events()
+        messages = [m for engine in (self._source, *self._waiting) for m in engine.messages_to_send()]
+        messages += [outgoing.message for outgoing in self._times.messages_to_send()]
+        self._datagrams += [self.codec.encode(message) for message in messages]

@@ -1,0 +1,276 @@
+"""The vehicle's end of the link: many peers, one vehicle. The autopilot decides, the endpoint speaks."""
+
+from collections.abc import Hashable, Iterable, Mapping, Sequence
+from types import MappingProxyType
+
+from protocol.codec import Codec, Message, Statistics
+from protocol.dialect import mavlink
+from protocol.engines import stream
+from protocol.engines.base import Outgoing, Peer, Server, addressed_to
+from protocol.engines.command_server import UNKNOWN_PROGRESS, CommandServer
+from protocol.engines.heartbeat import HeartbeatSource
+from protocol.engines.mission_server import MissionServer, Validate
+from protocol.engines.parameter_server import ParameterServer
+from protocol.engines.parameters import Parameter
+from protocol.engines.responders import Refuser, TimeResponder
+from protocol.engines.statustext import split_text
+from protocol.engines.stream import StreamScheduler
+from protocol.events import CommandRequested, Event, MessageReceived, MessageRequested, SetpointReceived
+from protocol.plans.mission import MissionItem
+
+__all__ = ["VehicleEndpoint"]
+
+MOST_LEARNT = 64  # peers beyond this replace the oldest
+
+_SETPOINTS = frozenset({"SET_POSITION_TARGET_LOCAL_NED", "SET_POSITION_TARGET_GLOBAL_INT", "SET_ATTITUDE_TARGET"})
+_SILENT = frozenset({"HEARTBEAT", "REQUEST_DATA_STREAM"})  # old clients ask for streams: nothing depends on it
+_ALIASES = {  # older commands that ask for one message
+    mavlink.MAV_CMD_GET_HOME_POSITION: mavlink.MAVLINK_MSG_ID_HOME_POSITION,
+    mavlink.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES: mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION,
+}
+_TO_EVERYONE = 2  # param7 of MAV_CMD_REQUEST_MESSAGE
+
+
+class _Links:
+    """Who gets what, and with which sequence number.
+
+    Sequence numbers count per link, and clients call every gap a loss: an answer to one peer must not tear a hole
+    into the others' numbers. So each peer has its own codec. Without a list of peers the transport sends to
+    everyone itself, and all share one codec.
+    """
+
+    def __init__(self, system: int, component: int, peers: Iterable[Hashable] | None) -> None:
+        self._ids = (system, component)
+        self._fixed = None if peers is None else tuple(peers)
+        self.codecs: dict[Hashable, Codec] = {key: Codec(*self._ids) for key in self._fixed or ()}
+
+    def codec(self, key: Hashable) -> Codec:
+        """The codec that serves ``key``."""
+        key = None if self._fixed is None else key
+        if key not in self.codecs:
+            self.codecs[key] = Codec(*self._ids)
+            learnt = [k for k in self.codecs if k not in (self._fixed or ())]
+            if len(learnt) > MOST_LEARNT:
+                del self.codecs[learnt[0]]
+        return self.codecs[key]
+
+    def encode(self, outgoing: Outgoing) -> list[tuple[Hashable | None, bytes]]:
+        """Datagrams for the destination; None as a key means everyone."""
+        if outgoing.peer is not None:
+            key = outgoing.peer.key
+            return [(key, self.codec(key).encode(outgoing.message))]
+        if self._fixed is None:
+            return [(None, self.codec(None).encode(outgoing.message))]
+        return [(key, codec.encode(outgoing.message)) for key, codec in self.codecs.items()]
+
+
+class VehicleEndpoint:
+    """Hand in datagrams, take events, acknowledge, publish, then drain ``datagrams_to_send()``.
+
+    ``now`` is the link's time [s]; only ``streams_due`` runs on the vehicle's own, simulated time [us].
+
+    Args:
+        system: Own system id.
+        component: Own component id.
+        commands: MAV_CMD numbers the vehicle takes; requests for messages and intervals are answered here.
+        parameters: The parameter table with its present values.
+        mission: The plan in force.
+        validate: Looks at a complete new plan; a refusal keeps the old one.
+        streams: Interval [us] per id of the messages the vehicle streams, -1 for off.
+        on_request: Ids of further messages it can send when asked.
+        peers: Destinations that get everything from the start; whoever sends a valid frame is added. None leaves
+            that to the transport.
+    """
+
+    def __init__(
+        self,
+        *,
+        system: int = 1,
+        component: int = 1,
+        commands: Iterable[int] = (),
+        parameters: Sequence[Parameter] = (),
+        mission: Sequence[MissionItem] = (),
+        validate: Validate,
+        streams: Mapping[int, int] = MappingProxyType({}),
+        on_request: Iterable[int] = (),
+        peers: Iterable[Hashable] | None = None,
+    ) -> None:
+        self.last_ground_heartbeat = float("-inf")  # when a ground station last said it is there
+        self._ids = (system, component)
+        self._links = _Links(system, component, peers)
+        self._heartbeat = HeartbeatSource()
+        self._commands = CommandServer(*self._ids, frozenset(commands) | stream.COMMANDS, repeatable=stream.COMMANDS)
+        self._parameters = ParameterServer(*self._ids, parameters)
+        self._mission = MissionServer(*self._ids, mission, validate=validate)
+        self._streams = StreamScheduler(streams, frozenset(on_request))
+        self._servers: tuple[Server, ...] = (
+            self._commands,
+            self._parameters,
+            self._mission,
+            TimeResponder(*self._ids),
+            Refuser(*self._ids),
+        )
+        self._server_of = {name: server for server in self._servers for name in server.handles}
+        self._datagrams: list[tuple[Hashable | None, bytes]] = []
+        self._events: list[Event] = []
+        self._texts = 0
+
+    @property
+    def statistics(self) -> dict[Hashable, Statistics]:
+        """Counters per peer; under None when the peers share one codec."""
+        return {key: codec.statistics for key, codec in self._links.codecs.items()}
+
+    @property
+    def mission(self) -> tuple[MissionItem, ...]:
+        """The plan in force."""
+        return self._mission.items
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """The parameter table with its present values."""
+        return self._parameters.table
+
+    # The link
+
+    def receive_datagram(self, data: bytes, key: Hashable, now: float) -> None:
+        """Take one datagram; ``key`` is where answers to it go. Then: take ``events()``."""
+        for message in self._decode(data, key):
+            peer = Peer.of(message, key)
+            if peer[:2] != self._ids:
+                self._receive(message, now, peer)
+                self._collect(now)
+
+    def handle_timer(self, now: float) -> None:
+        """Let time pass: heartbeats, resends, long answers."""
+        for engine in (self._heartbeat, self._parameters, self._mission):
+            engine.handle_timer(now)
+        self._collect(now)
+
+    def next_deadline(self) -> float:
+        """When ``handle_timer`` has something to do."""
+        return min(engine.next_deadline() for engine in (self._heartbeat, self._parameters, self._mission))
+
+    def datagrams_to_send(self) -> list[tuple[Hashable | None, bytes]]:
+        """What is to be sent, each to one peer or (None) to all."""
+        datagrams, self._datagrams = self._datagrams, []
+        return datagrams
+
+    def events(self) -> list[Event]:
+        """What peers asked for since the last call, in order."""
+        events, self._events = self._events, []
+        return events
+
+    # What the vehicle says
+
+    def announce(self, heartbeat: Message, now: float) -> None:
+        """What HEARTBEAT says from now on; sent every second, and at once when it changed."""
+        self._heartbeat.announce(heartbeat, now)
+        self._collect(now)
+
+    def publish(self, message: Message) -> None:
+        """Send a message to everyone.
+
+        Raises:
+            LocalProtocolError: A field does not fit the wire.
+        """
+        if message.get_type() == "MISSION_CURRENT":
+            self._mission.current = message.seq
+        self._put(Outgoing(None, message))
+
+    def send(self, message: Message, peer: Peer | None) -> None:
+        """Send a message to one peer; None is everyone.
+
+        Raises:
+            LocalProtocolError: A field does not fit the wire.
+        """
+        self._put(Outgoing(peer, message))
+
+    def status_text(self, severity: int, text: str) -> None:
+        """Send STATUSTEXT (MAV_SEVERITY) to everyone, in several messages if it is long."""
+        self._texts = self._texts % 0xFFFF + 1
+        for message in split_text(severity, text, self._texts):
+            self.publish(message)
+
+    def acknowledge(
+        self, request: int, result: int, now: float, *, progress: int = UNKNOWN_PROGRESS, detail: int = 0
+    ) -> None:
+        """Answer a ``CommandRequested`` with a MAV_RESULT; after IN_PROGRESS the final one must follow.
+
+        Raises:
+            LocalProtocolError: There is no such request, or it has its final answer.
+        """
+        self._commands.acknowledge(request, result, now, progress=progress, detail=detail)
+        self._collect(now)
+
+    def set_parameter(self, name: str, value: float) -> None:
+        """Change a parameter from the vehicle's side; everyone is told.
+
+        Raises:
+            LocalProtocolError: There is no such parameter, or it cannot take the value.
+        """
+        self._parameters.set(name, value)
+        self._drain(self._parameters)
+
+    def streams_due(self, time_us: int) -> list[int]:
+        """Ids of the messages to publish at this time of the vehicle [us]."""
+        return self._streams.due(time_us)
+
+    # Inside
+
+    def _decode(self, data: bytes, key: Hashable) -> list[Message]:
+        known = self._links.codecs.get(key)
+        if known is not None:
+            return known.decode(data)
+        messages = Codec(*self._ids).decode(data)  # a stranger becomes a peer by its first valid frame
+        return self._links.codec(key).decode(data) if messages else []
+
+    def _receive(self, message: Message, now: float, peer: Peer) -> None:
+        kind = message.get_type()
+        server = self._server_of.get(kind)
+        if server is not None:
+            server.receive(message, now, peer)
+        elif kind == "HEARTBEAT" and message.type == mavlink.MAV_TYPE_GCS:
+            self.last_ground_heartbeat = now
+        elif kind not in _SILENT and addressed_to(message, *self._ids):
+            event = SetpointReceived if kind in _SETPOINTS else MessageReceived
+            self._events.append(event(message, peer))
+
+    def _collect(self, now: float) -> None:
+        for outgoing in self._heartbeat.messages_to_send():
+            self._put(Outgoing(None, outgoing))
+        for server in self._servers:
+            for event in server.events():
+                if isinstance(event, CommandRequested) and event.command in stream.COMMANDS:
+                    self._serve_stream(event, now)
+                else:
+                    self._events.append(event)
+            self._drain(server)
+
+    def _drain(self, server: Server) -> None:
+        for outgoing in server.messages_to_send():
+            self._put(outgoing)
+
+    def _put(self, outgoing: Outgoing) -> None:
+        self._datagrams.extend(self._links.encode(outgoing))
+
+    def _serve_stream(self, event: CommandRequested, now: float) -> None:
+        wanted, second = _ALIASES.get(event.command, event.params[0]), event.params[1]
+        message_id = int(wanted) if 0 <= wanted < 1 << 24 else -1
+        result = mavlink.MAV_RESULT_ACCEPTED
+        if event.command == mavlink.MAV_CMD_SET_MESSAGE_INTERVAL:
+            result = self._streams.set_interval(message_id, second)
+        elif event.command == mavlink.MAV_CMD_GET_MESSAGE_INTERVAL:
+            result = self._tell_interval(message_id, event.peer)
+        elif self._streams.is_available(message_id):
+            peer = None if event.params[6] == _TO_EVERYONE else event.peer
+            self._events.append(MessageRequested(message_id, second, peer))
+        else:
+            result = mavlink.MAV_RESULT_UNSUPPORTED
+        self._commands.acknowledge(event.request, result, now)
+
+    def _tell_interval(self, message_id: int, peer: Peer) -> int:
+        if not 0 <= message_id <= 0xFFFF:
+            return int(mavlink.MAV_RESULT_DENIED)
+        interval = self._streams.interval(message_id)
+        self._put(Outgoing(peer, mavlink.MAVLink_message_interval_message(message_id, interval)))
+        return int(mavlink.MAV_RESULT_ACCEPTED)

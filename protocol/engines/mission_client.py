@@ -1,0 +1,254 @@
+"""The ground station's side of the mission protocol (https://mavlink.io/en/services/mission.html)."""
+
+from collections.abc import Sequence
+
+from protocol.codec import Message, Source
+from protocol.dialect import mavlink
+from protocol.engines.base import Engine, Patience, Table, addressed_to, fire
+from protocol.engines.mission_server import ITEM_WAITS
+from protocol.errors import LocalProtocolError
+from protocol.events import (
+    CurrentItemSet,
+    Event,
+    MissionCleared,
+    MissionDownloaded,
+    MissionFailed,
+    MissionProgress,
+    MissionUploaded,
+)
+from protocol.plans.mission import MissionItem
+
+__all__ = ["TRANSITIONS", "MissionClient"]
+
+WAITS = (0.5, 1.0, 1.5, 1.5, 1.5, 1.5)  # [s] between repetitions
+
+_ACCEPTED, _CANCELLED = mavlink.MAV_MISSION_ACCEPTED, mavlink.MAV_MISSION_OPERATION_CANCELLED
+_PLAN = mavlink.MAV_MISSION_TYPE_MISSION
+
+TRANSITIONS: Table = {
+    ("idle", "upload"): "announcing",
+    ("announcing", "request"): "serving",
+    ("announcing", "done"): "idle",  # an upload of nothing
+    ("announcing", "fail"): "idle",
+    ("serving", "request"): "serving",
+    ("serving", "done"): "idle",
+    ("serving", "fail"): "idle",
+    ("idle", "download"): "asking",
+    ("asking", "count"): "fetching",
+    ("asking", "fail"): "idle",
+    ("fetching", "count"): "fetching",
+    ("fetching", "done"): "idle",
+    ("fetching", "fail"): "idle",
+    ("idle", "clear"): "clearing",
+    ("clearing", "done"): "idle",
+    ("clearing", "fail"): "idle",
+    ("idle", "set_current"): "selecting",
+    ("selecting", "done"): "idle",
+    ("selecting", "fail"): "idle",
+}
+
+_OPERATION = {
+    "announcing": "upload",
+    "serving": "upload",
+    "asking": "download",
+    "fetching": "download",
+    "clearing": "clear",
+    "selecting": "set_current",
+}
+
+
+class MissionClient(Engine[Message]):
+    """One operation at a time: upload, download, clear, or choice of the current item."""
+
+    def __init__(self, system: int, component: int) -> None:
+        super().__init__()
+        self._system, self._component = system, component
+        self._vehicle: Source = (0, 0)
+        self._state, self._patience = "idle", Patience(WAITS)
+        self._last: Message | None = None  # sent again on silence
+        self._items: list[MissionItem] = []
+        self._total, self._highest, self._wanted = 0, -1, 0
+        # Which message means something in which state; all else is late, repeated or not for us.
+        self._handlers = {
+            ("announcing", "MISSION_REQUEST_INT"): self._serve,
+            ("announcing", "MISSION_REQUEST"): self._serve,
+            ("serving", "MISSION_REQUEST_INT"): self._serve,
+            ("serving", "MISSION_REQUEST"): self._serve,
+            ("announcing", "MISSION_ACK"): self._take_upload_ack,
+            ("serving", "MISSION_ACK"): self._take_upload_ack,
+            ("asking", "MISSION_COUNT"): self._take_count,
+            ("fetching", "MISSION_COUNT"): self._take_count,
+            ("fetching", "MISSION_ITEM_INT"): self._take_item,
+            ("asking", "MISSION_ACK"): self._take_error,
+            ("fetching", "MISSION_ACK"): self._take_error,
+            ("clearing", "MISSION_ACK"): self._take_clear_ack,
+            ("selecting", "MISSION_CURRENT"): self._take_current,
+            ("selecting", "MISSION_ACK"): self._take_error,
+            ("idle", "MISSION_REQUEST_INT"): self._decline,
+            ("idle", "MISSION_REQUEST"): self._decline,
+        }
+
+    @property
+    def is_busy(self) -> bool:
+        """True while an operation is under way."""
+        return self._state != "idle"
+
+    def upload(self, vehicle: Source, items: Sequence[MissionItem], now: float) -> None:
+        """Replace the vehicle's plan.
+
+        Raises:
+            LocalProtocolError: Another operation is under way, or the plan is longer than the wire can say.
+        """
+        if len(items) > 0xFFFF:
+            raise LocalProtocolError(f"{len(items)} mission items: MISSION_COUNT ends at 65535")
+        self._begin("upload", vehicle)
+        self._items, self._total, self._highest = list(items), len(items), -1
+        self._send(mavlink.MAVLink_mission_count_message(*vehicle, len(items)), now)
+
+    def download(self, vehicle: Source, now: float) -> None:
+        """Fetch the vehicle's plan.
+
+        Raises:
+            LocalProtocolError: Another operation is under way.
+        """
+        self._begin("download", vehicle)
+        self._items, self._total = [], 0
+        self._send(mavlink.MAVLink_mission_request_list_message(*vehicle), now)
+
+    def clear(self, vehicle: Source, now: float) -> None:
+        """Delete the vehicle's plan.
+
+        Raises:
+            LocalProtocolError: Another operation is under way.
+        """
+        self._begin("clear", vehicle)
+        self._send(mavlink.MAVLink_mission_clear_all_message(*vehicle), now)
+
+    def set_current(self, vehicle: Source, seq: int, now: float) -> None:
+        """Let the mission go on at item ``seq``.
+
+        Raises:
+            LocalProtocolError: Another operation is under way.
+        """
+        self._begin("set_current", vehicle)
+        self._wanted = seq
+        self._send(mavlink.MAVLink_mission_set_current_message(*vehicle, seq), now)
+
+    def cancel(self, reason: str) -> None:
+        """Stop what is under way, if anything; the vehicle keeps its old plan."""
+        if self.is_busy:
+            self._fail(None, reason)
+
+    def receive(self, message: Message, now: float) -> None:
+        """Take any message of the mission protocol."""
+        handler = self._handlers.get((self._state, message.get_type()))
+        if handler is None or not addressed_to(message, self._system, self._component):
+            return
+        if getattr(message, "mission_type", _PLAN) == _PLAN:
+            handler(message, now)
+
+    def next_deadline(self) -> float:
+        """When silence must be answered by a repetition."""
+        return self._patience.deadline
+
+    def handle_timer(self, now: float) -> None:
+        """Repeat the last message, or give up."""
+        if now < self._patience.deadline:
+            return
+        if self._patience.retry(now):
+            self._out.append(self._last)
+        else:
+            self._fail(None, "no answer")
+
+    # Upload
+
+    def _serve(self, message: Message, now: float) -> None:
+        seq = message.seq
+        if seq >= self._total:
+            return
+        self._state = fire(TRANSITIONS, self._state, "request")
+        self._send(self._items[seq].to_message(seq, *self._vehicle, current=seq == 0), now)
+        if seq > self._highest:  # being asked for an item means that all before it have arrived
+            self._highest = seq
+            self._events.append(MissionProgress("upload", seq, self._total))
+
+    def _take_upload_ack(self, message: Message, _now: float) -> None:
+        if message.type != _ACCEPTED:
+            self._fail(message.type, _result_name(message.type))
+        elif self._highest == self._total - 1:
+            self._finish(MissionUploaded(self._total))
+        elif self._state == "serving":  # before any request it may still be the end of an earlier operation
+            self._fail(None, f"accepted before item {self._highest + 1} was asked for")
+
+    def _decline(self, message: Message, _now: float) -> None:
+        """The vehicle asks for an item of an upload that is over here: tell it so."""
+        self._out.append(
+            mavlink.MAVLink_mission_ack_message(message.get_srcSystem(), message.get_srcComponent(), _CANCELLED)
+        )
+
+    # Download
+
+    def _take_count(self, message: Message, now: float) -> None:
+        if self._state == "fetching" and message.count == self._total:
+            return  # told twice
+        self._state = fire(TRANSITIONS, self._state, "count")
+        self._items, self._total = [], message.count
+        self._fetch_next(now)
+
+    def _take_item(self, message: Message, now: float) -> None:
+        if message.seq == len(self._items):
+            self._items.append(MissionItem.from_message(message))
+            self._events.append(MissionProgress("download", len(self._items), self._total))
+            self._fetch_next(now)
+
+    def _fetch_next(self, now: float) -> None:
+        if len(self._items) < self._total:
+            request = mavlink.MAVLink_mission_request_int_message(*self._vehicle, len(self._items))
+            self._send(request, now, Patience(ITEM_WAITS))
+            return
+        self._out.append(mavlink.MAVLink_mission_ack_message(*self._vehicle, _ACCEPTED))
+        self._finish(MissionDownloaded(tuple(self._items)))
+
+    # Clear, current item, ends
+
+    def _take_clear_ack(self, message: Message, _now: float) -> None:
+        if message.type == _ACCEPTED:
+            self._finish(MissionCleared())
+        else:
+            self._fail(message.type, _result_name(message.type))
+
+    def _take_current(self, message: Message, _now: float) -> None:
+        if message.seq == self._wanted:
+            self._finish(CurrentItemSet(message.seq))
+
+    def _take_error(self, message: Message, _now: float) -> None:
+        if message.type != _ACCEPTED:  # that one ended something else
+            self._fail(message.type, _result_name(message.type))
+
+    def _begin(self, operation: str, vehicle: Source) -> None:
+        self._state = fire(TRANSITIONS, self._state, operation)
+        self._vehicle = vehicle
+
+    def _send(self, message: Message, now: float, patience: Patience | None = None) -> None:
+        self._last = message
+        self._out.append(message)
+        self._patience = patience or Patience(WAITS)
+        self._patience.start(now)
+
+    def _finish(self, event: Event) -> None:
+        self._state = fire(TRANSITIONS, self._state, "done")
+        self._patience.stop()
+        self._events.append(event)
+
+    def _fail(self, result: int | None, reason: str) -> None:
+        operation = _OPERATION[self._state]
+        self._state = fire(TRANSITIONS, self._state, "fail")
+        self._patience.stop()
+        if operation == "upload" and result is None:  # the vehicle does not know yet
+            self._out.append(mavlink.MAVLink_mission_ack_message(*self._vehicle, _CANCELLED))
+        self._events.append(MissionFailed(operation, result, reason))
+
+
+def _result_name(result: int) -> str:
+    entry = mavlink.enums["MAV_MISSION_RESULT"].get(result)
+    return entry.name.removeprefix("MAV_MISSION_") if entry else f"MAV_MISSION_RESULT {result}"
