@@ -1,0 +1,48 @@
+"""Frames and logs for tests, made with the dialect's own packing."""
+
+import struct
+
+from protocol.dialect import mavlink
+
+T0 = 1_760_000_000_000_000  # [us] an ordinary time of a log
+
+
+def bare(message, *, version=2, system=1, component=1, sequence=0):
+    """Raw frame of one message."""
+    mav = mavlink.MAVLink(None, srcSystem=system, srcComponent=component)
+    mav.seq = sequence
+    return bytes(message.pack(mav, force_mavlink1=version == 1))
+
+
+def unknown_frame(number, payload):
+    """Well-formed version 2 frame of a message outside the dialect; its checksum is any two bytes."""
+    return (
+        struct.pack("<BBBBBBBHB", 0xFD, len(payload), 0, 0, 0, 1, 1, number & 0xFFFF, number >> 16)
+        + payload
+        + b"\xaa\x55"
+    )
+
+
+def record(time_usec, frame):
+    """One record of a log."""
+    return struct.pack(">Q", time_usec) + frame
+
+
+def log_of(frames, *, start=T0, step=10_000):
+    """Log with one frame every ``step`` microseconds."""
+    return b"".join(record(start + step * k, frame) for k, frame in enumerate(frames))
+
+
+def flight(count):
+    """Frames of several types and lengths: trimmed, full, with text and arrays."""
+    frames = []
+    for k in range(count):
+        message = (
+            mavlink.MAVLink_attitude_message(100 * k, 0.1 * k, -0.2, 0.3, 0.0, 0.0, 0.0),
+            mavlink.MAVLink_heartbeat_message(19, 12, 129, 0x30000 + k, 4, 3),
+            mavlink.MAVLink_statustext_message(6, f"text {k}".encode()),
+            mavlink.MAVLink_actuator_output_status_message(k, 4, [0.5 * i for i in range(32)]),
+            mavlink.MAVLink_named_value_float_message(100 * k, b"v_hover", 1.5 * k),
+        )[k % 5]
+        frames.append(bare(message, sequence=k & 0xFF))
+    return frames
