@@ -108,16 +108,19 @@ class Codec:
         Raises:
             LocalProtocolError: A field does not fit its type on the wire; no sequence number is used up.
         """
-        twin = object.__new__(type(message))
-        twin.__dict__.update(message.__dict__)
-        try:
-            frame: bytes = twin.pack(self._mav)
-        except (struct.error, OverflowError, TypeError, AttributeError) as error:
-            raise LocalProtocolError(f"{message.get_type()} cannot be encoded: {error}") from error
+        frame = self._pack(message)
         self._mav.seq = (self._mav.seq + 1) & 0xFF
         self._counts["sent"] += 1
         self._counts["bytes_sent"] += len(frame)
         return frame
+
+    def check(self, message: Message) -> None:
+        """Let a message that cannot be encoded fail here, before anything is queued.
+
+        Raises:
+            LocalProtocolError: A field does not fit its type on the wire.
+        """
+        self._pack(message)
 
     def decode(self, datagram: bytes) -> list[Message]:
         """All messages of one datagram, in order. Never raises; damage is counted and skipped."""
@@ -143,6 +146,14 @@ class Codec:
             at += 1
         self._counts["received"] += len(messages)
         return messages
+
+    def _pack(self, message: Message) -> bytes:
+        twin = object.__new__(type(message))  # packing writes a header into the message: the caller keeps its own
+        twin.__dict__.update(message.__dict__)
+        try:
+            return bytes(twin.pack(self._mav))
+        except (struct.error, OverflowError, TypeError, AttributeError) as error:
+            raise LocalProtocolError(f"{message.get_type()} cannot be encoded: {error}") from error
 
     @staticmethod
     def _frame_end(data: bytearray, at: int) -> int:

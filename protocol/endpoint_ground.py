@@ -30,8 +30,8 @@ _HEARTBEAT = mavlink.MAVLink_heartbeat_message(
 class GroundEndpoint:
     """Hand in datagrams and time, then drain ``datagrams_to_send()`` and ``events()``.
 
-    The first autopilot that is heard becomes the vehicle. When it falls silent for 3 s, all that waits for it is
-    given up.
+    The first autopilot that is heard becomes the vehicle. When its HEARTBEAT stays away for 3 s, commands are given
+    up: nobody wants them executed by a vehicle that comes back later. Transfers go on until their own patience ends.
     """
 
     def __init__(self, *, system: int = 255, component: int = 190) -> None:
@@ -190,6 +190,7 @@ class GroundEndpoint:
         return self.vehicle
 
     def _command(self, message: Message, now: float, timeout: float | None) -> int:
+        self.codec.check(message)
         request = self._commands.send(message, now, timeout=timeout)
         self._collect()
         return request
@@ -198,8 +199,7 @@ class GroundEndpoint:
         for event in self._monitor.events():
             self._events.append(event)
             if isinstance(event, VehicleLost):
-                for engine in self._waiting:
-                    engine.cancel("vehicle lost")
+                self._commands.cancel("vehicle lost")
         for engine in self._waiting:
             self._events += engine.events()
         messages = [m for engine in (self._source, *self._waiting) for m in engine.messages_to_send()]

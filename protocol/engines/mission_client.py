@@ -21,6 +21,7 @@ from protocol.plans.mission import MissionItem
 __all__ = ["TRANSITIONS", "MissionClient"]
 
 WAITS = (0.5, 1.0, 1.5, 1.5, 1.5, 1.5)  # [s] between repetitions
+FETCH_WAITS = (*ITEM_WAITS, 1.5, 1.5)  # [s] for items: in a download nobody else repeats anything
 
 _ACCEPTED, _CANCELLED = mavlink.MAV_MISSION_ACCEPTED, mavlink.MAV_MISSION_OPERATION_CANCELLED
 _PLAN = mavlink.MAV_MISSION_TYPE_MISSION
@@ -128,8 +129,10 @@ class MissionClient(Engine[Message]):
         """Let the mission go on at item ``seq``.
 
         Raises:
-            LocalProtocolError: Another operation is under way.
+            LocalProtocolError: Another operation is under way, or the wire has no such number.
         """
+        if not 0 <= seq <= 0xFFFF:
+            raise LocalProtocolError(f"mission item {seq} is not in 0..65535")
         self._begin("set_current", vehicle)
         self._wanted = seq
         self._send(mavlink.MAVLink_mission_set_current_message(*vehicle, seq), now)
@@ -204,7 +207,7 @@ class MissionClient(Engine[Message]):
     def _fetch_next(self, now: float) -> None:
         if len(self._items) < self._total:
             request = mavlink.MAVLink_mission_request_int_message(*self._vehicle, len(self._items))
-            self._send(request, now, Patience(ITEM_WAITS))
+            self._send(request, now, Patience(FETCH_WAITS))
             return
         self._out.append(mavlink.MAVLink_mission_ack_message(*self._vehicle, _ACCEPTED))
         self._finish(MissionDownloaded(tuple(self._items)))

@@ -1,0 +1,117 @@
+"""Whole flights of the two ends against each other, over links that lose, delay, repeat and reorder."""
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from protocol.events import (
+    CommandDone,
+    MissionCleared,
+    MissionDownloaded,
+    MissionFailed,
+    MissionUploaded,
+    ParameterConfirmed,
+    ParameterFailed,
+    ParametersComplete,
+    VehicleFound,
+)
+from tests.support.link import ARM, START, TAKEOFF, Link, plan
+
+ROUGH = {"drop": 0.3, "delay": 0.5, "duplicate": 0.2, "reorder": 0.3}
+
+
+def fly(link: Link, count: int) -> None:
+    """Upload, arm, take off, start, arrive, fetch back, clear, and the parameters; all must succeed."""
+    link.wait_for(VehicleFound)
+    items = plan(count)
+    link.ground.upload_mission(items, now=link.now)
+    assert link.wait_for(MissionUploaded, MissionFailed) == MissionUploaded(count)
+    assert link.vehicle.plan == items
+    for command in (ARM, TAKEOFF, START):
+        request = link.ground.command(command, 1.0, now=link.now)
+        assert link.wait_for(CommandDone) == CommandDone(request, command, 0, "ACCEPTED")
+    assert link.vehicle.executed == [ARM, TAKEOFF, START]
+    assert link.run(lambda: link.vehicle.next_item == float("inf"))
+    link.ground.download_mission(link.now)
+    done = link.wait_for(MissionDownloaded, MissionFailed)
+    assert done == MissionDownloaded(items)
+    link.ground.request_parameters(link.now)
+    assert link.wait_for(ParametersComplete, ParameterFailed) == ParametersComplete(12)
+    link.ground.set_parameter("N_MAX", 9, link.now)
+    assert link.wait_for(ParameterConfirmed, ParameterFailed) == ParameterConfirmed("N_MAX", 9)
+    link.ground.clear_mission(link.now)
+    assert link.wait_for(MissionCleared, MissionFailed) == MissionCleared()
+    assert link.vehicle.plan == ()
+    assert not link.ground.is_busy
+
+
+def test_a_clean_link_flies_the_whole_mission():
+    link = Link()
+    fly(link, 8)
+    reached = [m.seq for m in link.messages if m.get_type() == "MISSION_ITEM_REACHED"]
+    assert reached == list(range(8))
+    assert link.ground.codec.statistics.sources[1, 1].lost == 0
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_link_that_loses_a_tenth_and_repeats_and_reorders_flies_the_whole_mission(seed):
+    fly(Link(seed, drop=0.1, delay=0.05, duplicate=0.1, reorder=0.2), 6)
+
+
+@settings(max_examples=30, deadline=None)
+@given(
+    seed=st.integers(0, 2**32),
+    drop=st.floats(0.0, 0.6),
+    delay=st.floats(0.0, 0.5),
+    duplicate=st.floats(0.0, 0.5),
+    reorder=st.floats(0.0, 0.5),
+    count=st.integers(0, 12),
+)
+def test_an_upload_ends_in_bounded_time_with_the_new_plan_or_the_old_one(seed, drop, delay, duplicate, reorder, count):
+    old, new = plan(3, offset=1000), plan(count)
+    link = Link(seed, items=old, drop=drop, delay=delay, duplicate=duplicate, reorder=reorder)
+    link.wait_for(VehicleFound, limit=120.0)
+    link.ground.upload_mission(new, now=link.now)
+    assert link.run(lambda: not link.ground.is_busy, limit=120.0)
+    assert link.run(lambda: not link.vehicle.endpoint._mission.is_receiving, limit=30.0)
+    assert link.vehicle.plan in (old, new)
+    if any(isinstance(event, MissionUploaded) for event in link.events):
+        assert link.vehicle.plan == new
+
+
+@settings(max_examples=20, deadline=None)
+@given(seed=st.integers(0, 2**32))
+def test_a_third_lost_half_a_second_late_ends_every_operation_cleanly(seed):
+    """30 % loss, duplication, reordering and 0.5 s of delay each way: whatever ends well, ended right."""
+    link = Link(seed, **ROUGH)
+    link.wait_for(VehicleFound)
+    items = plan(5)
+    link.ground.upload_mission(items, now=link.now)
+    request = link.ground.command(ARM, 1.0, now=link.now)
+    link.ground.request_parameters(link.now)
+    link.ground.set_parameter("K_3", 42.0, link.now)
+    assert link.run(lambda: not link.ground.is_busy, limit=180.0)
+    outcome = {type(event): event for event in link.events}
+    if MissionUploaded in outcome:
+        assert link.vehicle.plan == items
+    if ParameterConfirmed in outcome:
+        assert {p.name: p.value for p in link.vehicle.endpoint.parameters}["K_3"] == 42.0
+    done = outcome[CommandDone]
+    assert done.request == request
+    if done.result == 0:
+        assert link.vehicle.executed == [ARM]
+    assert link.vehicle.executed in ([], [ARM])
+    link.ground.download_mission(link.now)
+    assert link.run(lambda: not link.ground.is_busy, limit=180.0)
+    fetched = [event.items for event in link.events if isinstance(event, MissionDownloaded)]
+    assert fetched in ([], [link.vehicle.plan])
+
+
+def test_one_seed_is_one_flight():
+    first, second = Link(7, **ROUGH), Link(7, **ROUGH)
+    for link in (first, second):
+        link.wait_for(VehicleFound)
+        link.ground.upload_mission(plan(4), now=link.now)
+        link.run(lambda link=link: not link.ground.is_busy)
+    assert first.events == second.events
+    assert first.now == second.now
