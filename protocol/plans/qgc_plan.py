@@ -4,155 +4,152 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Mapping
 from typing import Any
 
-from protocol import units
-from protocol.dialect import mavlink
 from protocol.errors import FileError, LocalProtocolError
 from protocol.frames import Geodetic
 from protocol.plans.mission import MissionItem
 from protocol.plans.plan import Plan
+from protocol.plans.table import Table
+from protocol.plans.values import DO_JUMP, item_from_values, values_of
 
 __all__ = ["parse", "render"]
 
-DO_JUMP = mavlink.MAV_CMD_DO_JUMP
+_FILE_KEYS = {"fileType", "version", "mission", "geoFence", "rallyPoints"}
+_MISSION_KEYS = {"version", "items", "plannedHomePosition", "cruiseSpeed", "hoverSpeed"}
+_ITEM_KEYS = {"type", "command", "frame", "params", "autoContinue", "doJumpId"}
 
 
 def parse(text: str, name: str) -> Plan:
     """A plan from the text of a file called ``name``.
 
     Raises:
-        FileError: If it is not a valid plan.
+        FileError: It is not a valid plan; the message names the place in it and the value.
     """
-    try:
-        root = json.loads(text)
-    except ValueError as error:
-        raise FileError(f"{name}: not JSON: {error}") from error
-    if not isinstance(root, dict) or root.get("fileType") != "Plan":
-        raise FileError(f"{name}: fileType is not 'Plan'")
-    mission = _table(root, "mission", name)
-    entries = mission.get("items")
-    if not isinstance(entries, list):
-        raise FileError(f"{name}: mission.items is not a list")
-    jump_ids = {_jump_id(entry, index): index for index, entry in enumerate(entries)}
-    items = tuple(_item(entry, index, jump_ids, name) for index, entry in enumerate(entries))
+    root = Table(_json(text, name), name)
+    root.expect("fileType", "Plan")
+    root.expect("version", 1)
+    mission = root.table("mission")
+    mission.expect("version", 2)
+    entries = [mission.entry("items", index) for index in range(len(mission.rows("items")))]
+    seqs = _seq_by_jump_id(entries)
+    empty = Plan()
     return Plan(
-        items=items,
-        planned_home=_home(mission.get("plannedHomePosition"), name),
-        cruise_speed=_number(mission.get("cruiseSpeed", 15.0), "mission.cruiseSpeed", name),
-        hover_speed=_number(mission.get("hoverSpeed", 3.0), "mission.hoverSpeed", name),
-        geo_fence=_table(root, "geoFence", name, {"circles": [], "polygons": [], "version": 2}),
-        rally_points=_table(root, "rallyPoints", name, {"points": [], "version": 2}),
+        items=tuple(_item(entry, seqs) for entry in entries),
+        planned_home=_home(mission),
+        cruise_speed=mission.number("cruiseSpeed", empty.cruise_speed),
+        hover_speed=mission.number("hoverSpeed", empty.hover_speed),
+        geo_fence=dict(root.table("geoFence", empty.geo_fence).values),
+        rally_points=dict(root.table("rallyPoints", empty.rally_points).values),
+        file_keys=root.others(_FILE_KEYS),
+        mission_keys=mission.others(_MISSION_KEYS),
+        item_keys=_item_keys(entries),
     )
 
 
 def render(plan: Plan, name: str) -> str:
-    """The text of a .plan file.
+    """The text of a .plan file. QGroundControl itself insists on a planned home.
 
     Raises:
-        FileError: If a fence or rally point kept aside cannot be written as JSON.
+        FileError: An item, or what the plan keeps aside, cannot be written.
     """
-    home = plan.planned_home
+    others = plan.item_keys if len(plan.item_keys) == len(plan.items) else ({},) * len(plan.items)
+    jump_ids = [keys.get("doJumpId", seq) for seq, keys in enumerate(others, 1)]
+    mission = {
+        "version": 2,
+        "cruiseSpeed": plan.cruise_speed,
+        "hoverSpeed": plan.hover_speed,
+        "items": [
+            _entry(item, seq, jump_ids, keys, name)
+            for seq, (item, keys) in enumerate(zip(plan.items, others, strict=True))
+        ],
+    }
+    if (home := plan.planned_home) is not None:
+        mission["plannedHomePosition"] = [home.lat_deg, home.lon_deg, home.alt]
     root = {
+        **plan.file_keys,
         "fileType": "Plan",
         "version": 1,
-        "groundStation": "DarkO",
-        "mission": {
-            "version": 2,
-            "firmwareType": mavlink.MAV_AUTOPILOT_PX4,
-            "vehicleType": mavlink.MAV_TYPE_VTOL_DUOROTOR,
-            "cruiseSpeed": plan.cruise_speed,
-            "hoverSpeed": plan.hover_speed,
-            "plannedHomePosition": None if home is None else [home.lat_deg, home.lon_deg, home.alt],
-            "items": [_entry(item, seq) for seq, item in enumerate(plan.items)],
-        },
+        "mission": {**plan.mission_keys, **mission},
         "geoFence": plan.geo_fence,
         "rallyPoints": plan.rally_points,
     }
     try:
         return json.dumps(root, indent=4, allow_nan=False) + "\n"
     except (TypeError, ValueError) as error:
-        raise FileError(f"{name}: {error}") from error
+        raise FileError(f"{name}: cannot be written as JSON: {error}") from error
 
 
-def _entry(item: MissionItem, seq: int) -> dict[str, Any]:
-    scale = units.from_e7 if units.is_global_frame(item.frame) else units.from_local_e4
-    params: list[float | None] = [*item.params, scale(item.x), scale(item.y), item.z]
+def _json(text: str, name: str) -> object:
+    def refuse(literal: str) -> None:
+        raise ValueError(f"{literal} is no JSON number")
+
+    try:
+        return json.loads(text, parse_constant=refuse)
+    except (ValueError, RecursionError) as error:
+        raise FileError(f"{name}: not JSON: {error}") from error
+
+
+def _seq_by_jump_id(entries: list[Table]) -> dict[int, int]:
+    """Mission item number of each doJumpId."""
+    seqs: dict[int, int] = {}
+    for seq, entry in enumerate(entries):
+        number = entry.whole("doJumpId", seq + 1)
+        if number in seqs:
+            raise entry.error("doJumpId", f"{number} is that of item {seqs[number]} already")
+        seqs[number] = seq
+    return seqs
+
+
+def _item(entry: Table, seqs: Mapping[int, int]) -> MissionItem:
+    kind = entry.values.get("type")
+    if kind != "SimpleItem":
+        raise entry.error("type", f"{entry.values.get('complexItemType', kind)!r}: only SimpleItem can be flown")
+    command, frame = entry.whole("command"), entry.whole("frame")
+    values = entry.numbers("params", 7)
+    if command == DO_JUMP:
+        if values[0] not in seqs:
+            raise entry.error("params[0]", f"jumps to doJumpId {values[0]:g}, which no item has")
+        values[0] = float(seqs[int(values[0])])
+    try:
+        return item_from_values(command, frame, values, autocontinue=entry.flag("autoContinue", default=True))
+    except LocalProtocolError as error:
+        raise FileError(f"{entry.place}: {error}") from error
+
+
+def _item_keys(entries: list[Table]) -> tuple[dict[str, Any], ...]:
+    keys = tuple(entry.others(_ITEM_KEYS) for entry in entries)
+    for seq, (entry, others) in enumerate(zip(entries, keys, strict=True), 1):
+        if entry.values.get("doJumpId", seq) != seq:
+            others["doJumpId"] = entry.values["doJumpId"]
+    return keys if any(keys) else ()
+
+
+def _entry(item: MissionItem, seq: int, jump_ids: list[int], keys: Mapping[str, Any], name: str) -> dict[str, Any]:
+    try:
+        values = values_of(item)
+    except LocalProtocolError as error:
+        raise FileError(f"{name}: item {seq}: {error}") from error
     if item.command == DO_JUMP:
-        params[0] = item.params[0] + 1  # files count from doJumpId 1
+        if not 0.0 <= values[0] < len(jump_ids) or values[0] != int(values[0]):
+            raise FileError(f"{name}: item {seq}: jumps to item {values[0]:g} of {len(jump_ids)}")
+        values[0] = jump_ids[int(values[0])]
     return {
+        **keys,
         "type": "SimpleItem",
         "command": item.command,
         "frame": item.frame,
-        "params": [None if value is not None and math.isnan(value) else value for value in params],
+        "params": [None if math.isnan(value) else value for value in values],
         "autoContinue": item.autocontinue,
-        "doJumpId": seq + 1,
+        "doJumpId": jump_ids[seq],
     }
 
 
-def _jump_id(entry: object, index: int) -> int:
-    number = entry.get("doJumpId", index + 1) if isinstance(entry, dict) else index + 1
-    return number if isinstance(number, int) else index + 1
-
-
-def _item(entry: object, index: int, jump_ids: dict[int, int], name: str) -> MissionItem:
-    where = f"mission item {index}"
-    if not isinstance(entry, dict):
-        raise FileError(f"{name}: {where} is not a table")
-    if entry.get("type") != "SimpleItem":
-        kind = entry.get("complexItemType", entry.get("type"))
-        raise FileError(f"{name}: {where} is a {kind!r}: only SimpleItem can be flown")
-    command = _whole(entry.get("command"), f"{where}: command", name)
-    frame = _whole(entry.get("frame"), f"{where}: frame", name)
-    params = entry.get("params")
-    if not isinstance(params, list) or len(params) != 7:
-        raise FileError(f"{name}: {where}: params is not a list of 7")
-    values = [math.nan if p is None else _number(p, f"{where}: param {n}", name) for n, p in enumerate(params, 1)]
-    if command == DO_JUMP:
-        values[0] = _jump_target(values[0], jump_ids, where, name)
-    # A place left open is null in the file and 0, 0 on the wire.
-    values[4:6] = [0.0 if math.isnan(value) else value for value in values[4:6]]
-    is_global = units.is_global_frame(frame)
-    scale = units.to_e7 if is_global else units.local_e4
-    if is_global and not (abs(values[4]) <= 90.0 and abs(values[5]) <= 180.0):
-        raise FileError(f"{name}: {where}: position {values[4]:g}, {values[5]:g} is not on the globe")
-    try:
-        x, y = (scale(value) for value in values[4:6])
-        first = (values[0], values[1], values[2], values[3])
-        return MissionItem(command, frame, first, x, y, values[6], bool(entry.get("autoContinue", True)))
-    except LocalProtocolError as error:
-        raise FileError(f"{name}: {where}: {error}") from error
-
-
-def _jump_target(wanted: float, jump_ids: dict[int, int], where: str, name: str) -> float:
-    if wanted not in jump_ids:
-        raise FileError(f"{name}: {where}: jumps to doJumpId {wanted:g}, which no item has")
-    return float(jump_ids[int(wanted)])
-
-
-def _home(value: object, name: str) -> Geodetic | None:
-    if value is None:
+def _home(mission: Table) -> Geodetic | None:
+    if mission.values.get("plannedHomePosition") is None:
         return None
-    if not isinstance(value, list) or len(value) != 3:
-        raise FileError(f"{name}: mission.plannedHomePosition is not [latitude, longitude, altitude]")
-    numbers = [_number(part, "mission.plannedHomePosition", name) for part in value]
-    return Geodetic(*numbers)
-
-
-def _table(parent: dict[str, Any], key: str, name: str, default: dict[str, Any] | None = None) -> dict[str, Any]:
-    value = parent.get(key, default)
-    if not isinstance(value, dict):
-        raise FileError(f"{name}: {key} is not a table")
-    return value
-
-
-def _number(value: object, where: str, name: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise FileError(f"{name}: {where} is {value!r}, not a number")
-    return value
-
-
-def _whole(value: object, where: str, name: str) -> int:
-    if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= 0xFFFF:
-        raise FileError(f"{name}: {where} is {value!r}, not a whole number from 0 to 65535")
-    return value
+    lat, lon, alt = mission.numbers("plannedHomePosition", 3)
+    if not (abs(lat) <= 90.0 and abs(lon) <= 180.0 and math.isfinite(alt)):
+        raise mission.error("plannedHomePosition", f"{lat:g}, {lon:g}, {alt:g} is not on the globe")
+    return Geodetic(lat, lon, alt)

@@ -1,115 +1,129 @@
 """The older waypoint file, "QGC WPL 110" (https://mavlink.io/en/file_formats/#mission_plain_text_file).
 
-A line per item, tab-separated: index, current, frame, command, param1..param4, x, y, z, autocontinue. Item 0 is the
-home position by convention, not part of the mission.
+A row per item, its columns separated by tabs: index, current, frame, command, param1..param4, x, y, z, autocontinue.
+Row 0 is the home position, as QGroundControl and MAVProxy have it, and no item of the mission; all zeros there say that
+no home is planned. Speeds, fence and rally points have no place in the format.
 """
 
 from __future__ import annotations
 
 import math
 
-from protocol import units
 from protocol.dialect import mavlink
 from protocol.errors import FileError, LocalProtocolError
 from protocol.frames import Geodetic
 from protocol.plans.mission import MissionItem
 from protocol.plans.plan import Plan
+from protocol.plans.values import DO_JUMP, item_from_values, values_of
 
 __all__ = ["HEADER", "parse", "render"]
 
 HEADER = "QGC WPL"
-VERSION = "110"
-COLUMNS = 12
+_VERSION = "110"
+_COLUMNS = (
+    *("index", "current", "frame", "command", "param1", "param2", "param3", "param4"),
+    *("x (latitude)", "y (longitude)", "z (altitude)", "autocontinue"),
+)
 
 
 def parse(text: str, name: str) -> Plan:
     """A plan from the text of a file called ``name``.
 
     Raises:
-        FileError: If it is not valid; the message names the line.
+        FileError: It is not valid; the message names the line, the column and the value.
     """
     lines = text.splitlines()
-    if lines[0].split() != [*HEADER.split(), VERSION]:
-        raise FileError(f"{name}:1: {lines[0]!r} is not '{HEADER} {VERSION}'")
-    rows = [(number, line.split("\t")) for number, line in enumerate(lines[1:], 2) if line.strip()]
-    items = [_item(row, index, f"{name}:{number}") for index, (number, row) in enumerate(rows)]
-    if not items:
+    if lines[0].split() != [*HEADER.split(), _VERSION]:
+        raise FileError(f"{name}:1: {lines[0]!r} is not '{HEADER} {_VERSION}'")
+    rows = [
+        (f"{name}:{number}", line.split())
+        for number, line in enumerate(lines[1:], 2)
+        if line.strip() and not line.startswith("#")
+    ]
+    if not rows:
         return Plan()
-    home = items[0]
-    if not units.is_global_frame(home.frame):
-        raise FileError(f"{name}:{rows[0][0]}: the first item is the home position and must be in a global frame")
-    return Plan(items=tuple(items[1:]), planned_home=Geodetic(home.x * 1e-7, home.y * 1e-7, home.z))
+    home = _home(_numbers(rows[0][1], 0, rows[0][0]), rows[0][0])
+    items = tuple(_item(row, index, len(rows), place) for index, (place, row) in enumerate(rows[1:], 1))
+    return Plan(items=items, planned_home=home)
 
 
 def render(plan: Plan, name: str) -> str:
-    """The text of a waypoint file.
+    """The text of a waypoint file; speeds are left out.
 
     Raises:
-        FileError: If the plan holds a fence or rally points, which this format cannot carry.
+        FileError: The plan holds a fence or rally points, or an item that cannot be written.
     """
     if plan.geo_fence.get("circles") or plan.geo_fence.get("polygons") or plan.rally_points.get("points"):
         raise FileError(f"{name}: a waypoint file cannot carry the plan's fence and rally points: save it as .plan")
     home = plan.planned_home or Geodetic(0.0, 0.0, 0.0)
-    first = MissionItem(
-        mavlink.MAV_CMD_NAV_WAYPOINT,
-        mavlink.MAV_FRAME_GLOBAL,
-        (0.0, 0.0, 0.0, 0.0),
-        units.to_e7(home.lat_deg),
-        units.to_e7(home.lon_deg),
-        home.alt,
-    )
-    lines = [f"{HEADER} {VERSION}"]
-    lines += [_line(item, index) for index, item in enumerate((first, *plan.items))]
-    return "\n".join(lines) + "\n"
+    head = [0, 1, mavlink.MAV_FRAME_GLOBAL, mavlink.MAV_CMD_NAV_WAYPOINT]
+    rows = [_row(head, [0.0, 0.0, 0.0, 0.0, home.lat_deg, home.lon_deg, home.alt], autocontinue=True)]
+    for index, item in enumerate(plan.items, 1):
+        try:
+            values = values_of(item)
+        except LocalProtocolError as error:
+            raise FileError(f"{name}: item {index - 1}: {error}") from error
+        if item.command == DO_JUMP:
+            values[0] = _row_of(values[0], len(plan.items), f"{name}: item {index - 1}")
+        head = [index, int(item.current), item.frame, item.command]
+        rows.append(_row(head, values, autocontinue=item.autocontinue))
+    return "\n".join((f"{HEADER} {_VERSION}", *rows, ""))
 
 
-def _line(item: MissionItem, index: int) -> str:
-    scale = units.from_e7 if units.is_global_frame(item.frame) else units.from_local_e4
-    digits = 8 if units.is_global_frame(item.frame) else 4
-    params = list(item.params)
-    if item.command == mavlink.MAV_CMD_DO_JUMP:
-        params[0] += 1  # files count the home position
-    numbers = [
-        *(f"{value!r}" for value in params),
-        *(f"{scale(v):.{digits}f}" for v in (item.x, item.y)),
-        f"{item.z!r}",
-    ]
-    row = [str(index), str(int(index == 0)), str(item.frame), str(item.command), *numbers, str(int(item.autocontinue))]
-    return "\t".join(row)
+def _row(head: list[int], values: list[float], *, autocontinue: bool) -> str:
+    return "\t".join((*map(str, head), *map(_decimal, values), str(int(autocontinue))))
 
 
-def _item(row: list[str], index: int, where: str) -> MissionItem:
-    if len(row) != COLUMNS:
-        raise FileError(f"{where}: {len(row)} columns, not {COLUMNS} separated by tabs")
-    values = [_number(text, column, where) for column, text in enumerate(row, 1)]
-    whole = [_whole(values[column], column + 1, where) for column in (0, 2, 3)]
-    if whole[0] != index:
-        raise FileError(f"{where}: index {whole[0]} where {index} was expected")
-    frame, command = whole[1:]
-    if units.is_global_frame(frame) and not (abs(values[8]) <= 90.0 and abs(values[9]) <= 180.0):
-        raise FileError(f"{where}: position {values[8]:g}, {values[9]:g} is not on the globe")
-    scale = units.to_e7 if units.is_global_frame(frame) else units.local_e4
-    if command == mavlink.MAV_CMD_DO_JUMP:
-        values[4] -= 1
+def _decimal(value: float) -> str:
+    """Eight decimals, as other tools write; more where they would lose something."""
+    text = f"{value:.8f}"
+    return text if float(text) == value or math.isnan(value) else repr(value)
+
+
+def _row_of(target: float, count: int, place: str) -> float:
+    """Row of the item a DO_JUMP jumps to: rows count the home position."""
+    if not 0.0 <= target < count or target != int(target):
+        raise FileError(f"{place}: jumps to item {target:g} of {count}")
+    return target + 1.0
+
+
+def _home(values: list[float], place: str) -> Geodetic | None:
+    if values[3] != mavlink.MAV_CMD_NAV_WAYPOINT:
+        raise FileError(f"{place}: row 0 is the home position, a waypoint (command 16), not command {values[3]:g}")
+    lat, lon, alt = values[8:11]
+    if not (abs(lat) <= 90.0 and abs(lon) <= 180.0 and math.isfinite(alt)):
+        raise FileError(f"{place}: home {lat:g}, {lon:g}, {alt:g} is not on the globe")
+    return Geodetic(lat, lon, alt) if lat or lon or alt else None
+
+
+def _item(row: list[str], index: int, rows: int, place: str) -> MissionItem:
+    values = _numbers(row, index, place)
+    current, frame, command, autocontinue = (_whole(values[column], column, place) for column in (1, 2, 3, 11))
+    if command == DO_JUMP:
+        if not 1.0 <= values[4] < rows or values[4] != int(values[4]):
+            raise FileError(f"{place}: jumps to row {values[4]:g}; the items are rows 1..{rows - 1}")
+        values[4] -= 1.0
     try:
-        x, y = scale(values[8]), scale(values[9])
-        first = (values[4], values[5], values[6], values[7])
-        return MissionItem(command, frame, first, x, y, values[10], bool(values[11]))
+        return item_from_values(command, frame, values[4:11], autocontinue=bool(autocontinue), current=bool(current))
     except LocalProtocolError as error:
-        raise FileError(f"{where}: {error}") from error
+        raise FileError(f"{place}: {error}") from error
 
 
-def _number(text: str, column: int, where: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        raise FileError(f"{where}: column {column} is {text!r}, not a number") from None
-    if math.isinf(value):
-        raise FileError(f"{where}: column {column} is infinite")
-    return value
+def _numbers(row: list[str], index: int, place: str) -> list[float]:
+    if len(row) != len(_COLUMNS):
+        raise FileError(f"{place}: {len(row)} columns, not {len(_COLUMNS)}")
+    values = []
+    for column, text in enumerate(row):
+        try:
+            values.append(float(text))
+        except ValueError:
+            raise FileError(f"{place}: {_COLUMNS[column]} is {text!r}, not a number") from None
+    if values[0] != index:
+        raise FileError(f"{place}: index {row[0]} where {index} was expected")
+    return values
 
 
-def _whole(value: float, column: int, where: str) -> int:
-    if math.isnan(value) or value != int(value) or not 0 <= value <= 0xFFFF:
-        raise FileError(f"{where}: column {column} is {value:g}, not a whole number from 0 to 65535")
+def _whole(value: float, column: int, place: str) -> int:
+    if not 0.0 <= value <= 0xFFFF or value != int(value):
+        raise FileError(f"{place}: {_COLUMNS[column]} is {value:g}, not a whole number from 0 to 65535")
     return int(value)
