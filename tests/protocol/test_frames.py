@@ -1,0 +1,134 @@
+"""Every convention of frames.py, one test each: prose drifts."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from protocol import frames
+from protocol.errors import LocalProtocolError
+from protocol.frames import Geodetic, LocalFrame
+
+HALF = math.sqrt(0.5)
+HOME = Geodetic(43.5648, 1.4811, 150.0)
+angles = st.floats(-math.pi, math.pi)
+pitches = st.floats(-1.5, 1.5)
+
+
+def same_rotation(p, q):
+    return abs(abs(np.dot(p, q)) - 1.0) < 1e-12
+
+
+def test_north_west_up_becomes_north_east_down():
+    assert frames.flip((1.0, 2.0, 3.0)) == (1.0, -2.0, -3.0)
+
+
+@given(st.tuples(*[st.floats(-1e6, 1e6)] * 3))
+def test_flipping_twice_changes_nothing(v):
+    assert frames.flip(frames.flip(v)) == v
+
+
+@given(angles, pitches, angles, st.tuples(*[st.floats(-10, 10)] * 3))
+def test_flipping_the_attitude_is_flipping_both_of_its_frames(roll, pitch, yaw, v):
+    """R_NED,FRD = F R_NWU,FLU F with F = diag(1, -1, -1)."""
+    q = frames.quaternion_from_euler(roll, pitch, yaw)
+    through = frames.flip(frames.rotate(frames.flip_quaternion(q), frames.flip(v)))
+    assert frames.rotate(q, v) == pytest.approx(through, abs=1e-9)
+
+
+def test_hovering_nose_up_reads_pitch_plus_ninety():
+    """The report's hover attitude (1, 0, -1, 0)/sqrt 2 in NWU/FLU."""
+    roll, pitch, yaw = frames.euler_from_quaternion(frames.flip_quaternion((HALF, 0.0, -HALF, 0.0)))
+    assert (roll, yaw) == (0.0, 0.0)
+    assert math.degrees(pitch) == pytest.approx(90.0)
+
+
+@pytest.mark.parametrize("heading_deg", [0.0, 35.0, 170.0, 200.0, 359.0])
+def test_hover_turned_about_the_vertical_shows_that_heading(heading_deg):
+    psi = math.radians(heading_deg)
+    about_up = (math.cos(psi / 2), 0.0, 0.0, -math.sin(psi / 2))  # NWU: up, so clockwise is negative
+    q = frames.flip_quaternion(frames.multiply(about_up, (HALF, 0.0, -HALF, 0.0)))
+    assert math.degrees(frames.heading(q)) % 360.0 == pytest.approx(heading_deg, abs=1e-9)
+    _, pitch, yaw = frames.euler_from_quaternion(q)
+    assert math.degrees(pitch) == pytest.approx(90.0, abs=1e-5)
+    assert math.degrees(yaw) % 360.0 == pytest.approx(heading_deg, abs=1e-5)
+
+
+def test_a_displayed_hover_is_level_in_the_hover_frame_and_upright_in_the_flying_one():
+    q = frames.flip_quaternion((HALF, 0.0, -HALF, 0.0))
+    assert frames.displayed(q, frames.HOVER_DISPLAY) == pytest.approx((1.0, 0.0, 0.0, 0.0))
+    assert frames.displayed(q, frames.FLYING_DISPLAY) == pytest.approx(q)
+    assert frames.displayed(q, (0.0, 0.0, 0.0, 0.0)) == pytest.approx(q)
+
+
+def test_flying_frame_is_what_a_hover_frame_attitude_shows_with_the_field_s_offset():
+    """The specification's case: attitude kept in the hover frame, offset (0.7071, 0, 0.7071, 0) in forward flight."""
+    flying = frames.quaternion_from_euler(0.1, 0.2, 0.3)
+    hover = frames.displayed(flying, frames.HOVER_DISPLAY)
+    assert frames.displayed(hover, (HALF, 0.0, HALF, 0.0)) == pytest.approx(flying)
+
+
+@given(angles, pitches, angles)
+def test_euler_angles_and_quaternions_are_each_other_s_inverse(roll, pitch, yaw):
+    q = frames.quaternion_from_euler(roll, pitch, yaw)
+    assert same_rotation(q, frames.quaternion_from_euler(*frames.euler_from_quaternion(q)))
+
+
+@given(angles, st.sampled_from([-math.pi / 2, math.pi / 2]), angles)
+def test_at_the_poles_of_pitch_yaw_takes_all_and_the_rotation_stays(roll, pitch, yaw):
+    q = frames.quaternion_from_euler(roll, pitch, yaw)
+    shown = frames.euler_from_quaternion(q)
+    assert np.allclose(np.abs(np.dot(q, frames.quaternion_from_euler(*shown))), 1.0, atol=1e-9)
+
+
+def test_roll_right_pitch_up_and_yaw_right_are_positive():
+    right_wing = frames.rotate(frames.quaternion_from_euler(0.1, 0.0, 0.0), (0.0, 1.0, 0.0))
+    nose_up = frames.rotate(frames.quaternion_from_euler(0.0, 0.1, 0.0), (1.0, 0.0, 0.0))
+    nose_right = frames.rotate(frames.quaternion_from_euler(0.0, 0.0, 0.1), (1.0, 0.0, 0.0))
+    assert right_wing[2] > 0.0 > nose_up[2]
+    assert nose_right[1] > 0.0
+
+
+@given(st.floats(-1.55, 1.55), angles)
+def test_without_roll_heading_is_the_same_all_the_way_from_level_to_nose_up(pitch, yaw):
+    q = frames.quaternion_from_euler(0.0, pitch, yaw)
+    assert abs(math.remainder(frames.heading(q) - yaw, 2 * math.pi)) < 1e-6
+
+
+@given(*[st.floats(-2000.0, 2000.0)] * 3)
+def test_local_to_geodetic_and_back_loses_less_than_a_millimetre_within_two_kilometres(north, east, down):
+    frame = LocalFrame(HOME)
+    assert math.dist(frame.to_ned(frame.to_geodetic((north, east, down))), (north, east, down)) < 1e-3
+
+
+def test_north_is_latitude_east_is_longitude_and_up_is_altitude():
+    frame = LocalFrame(HOME)
+    north, east, up = (frame.to_geodetic(v) for v in ((100.0, 0.0, 0.0), (0.0, 100.0, 0.0), (0.0, 0.0, -100.0)))
+    assert north.lat_deg > HOME.lat_deg
+    assert north.lon_deg == HOME.lon_deg
+    assert east.lon_deg > HOME.lon_deg
+    assert up == Geodetic(HOME.lat_deg, HOME.lon_deg, 250.0)
+
+
+def test_a_degree_has_the_length_of_the_ellipsoid():
+    """WGS84: 111 132.954 - 559.822 cos 2 phi + 1.175 cos 4 phi m of latitude per degree; at sea level."""
+    phi = math.radians(45.0)
+    series = 111132.954 - 559.822 * math.cos(2 * phi) + 1.175 * math.cos(4 * phi)
+    north, east, _ = LocalFrame(Geodetic(45.0, 0.0, 0.0)).to_ned(Geodetic(46.0, 1.0, 0.0))
+    assert north == pytest.approx(series, rel=1e-5)
+    assert east == pytest.approx(78846.8, rel=1e-5)  # one degree of longitude at 45 deg
+
+
+def test_longitude_wraps_at_the_date_line():
+    frame = LocalFrame(Geodetic(0.0, 179.9999, 0.0))
+    _, east, _ = frame.to_ned(Geodetic(0.0, -179.9999, 0.0))
+    assert 0.0 < east < 30.0
+    assert frame.to_geodetic((0.0, east, 0.0)).lon_deg == pytest.approx(-179.9999)
+
+
+@pytest.mark.parametrize("origin", [Geodetic(90.0, 0.0, 0.0), Geodetic(math.nan, 0.0, 0.0), Geodetic(0.0, 200.0, 0.0)])
+def test_no_local_frame_at_the_poles_or_off_the_globe(origin):
+    with pytest.raises(LocalProtocolError):
+        LocalFrame(origin)
