@@ -19,7 +19,7 @@ REAL = mavlink.MAV_PARAM_TYPE_REAL32
 INT = mavlink.MAV_PARAM_TYPE_INT32
 
 
-class World(NamedTuple):
+class Surroundings(NamedTuple):
     """The simulated surroundings as parameters set them."""
 
     wind_speed: float = 0.0  # [m/s]
@@ -29,7 +29,7 @@ class World(NamedTuple):
 
 
 class Entry(NamedTuple):
-    """One parameter: its bounds, and the field of Settings, Tuning or World it sets."""
+    """One parameter: its bounds, and the field of Settings, Tuning or Surroundings it sets."""
 
     name: str
     group: str
@@ -83,7 +83,7 @@ class Bindings(NamedTuple):
 
     settings: Settings
     tuning: Tuning
-    world: World
+    world: Surroundings
 
     def value(self, name: str) -> float:
         """The value of a parameter."""

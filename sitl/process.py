@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import math
+import signal
 import sys
 import time
 
@@ -12,9 +14,12 @@ from protocol.frames import Geodetic, LocalFrame
 from sitl.airframe import load
 from sitl.autopilot.arena import ARENAS
 from sitl.autopilot.mission import World
+from sitl.autopilot.settings import Settings
+from sitl.craft import Craft
 from sitl.memory import Memory
 from sitl.node import Node
 from sitl.pacer import Pacer
+from sitl.parameters import Bindings, Surroundings
 from sitl.transport import UdpTransport
 from sitl.vehicle import TICK, Start, Vehicle
 
@@ -29,12 +34,13 @@ def fly(args: argparse.Namespace) -> int:
         SitlError: If an argument, a file or the port is not usable.
     """
     say = _Narrator(quiet=args.quiet)
-    transport = UdpTransport((LOOPBACK, args.port), [(LOOPBACK, args.gcs_port), (LOOPBACK, args.api_port)])
+    transport = UdpTransport((LOOPBACK, args.port))
+    signal.signal(signal.SIGTERM, _interrupt)
     try:
         node = build(args)
         say("compiling the flight model (only the first start takes long) ...")
         began = time.monotonic()
-        node.vehicle.warm_up()
+        node.craft.vehicle.warm_up()
         took = time.monotonic() - began
         say(f"ready after {took:.1f} s: 127.0.0.1:{transport.port} -> {args.gcs_port}, {args.api_port}")
         serve(node, transport, Pacer(args.speed))
@@ -45,14 +51,24 @@ def fly(args: argparse.Namespace) -> int:
 
 def build(args: argparse.Namespace) -> Node:
     """The vehicle the arguments describe, on the ground or hovering where they say."""
-    airframe = load(args.airframe)
     north, east, up, yaw = args.start
-    vehicle = Vehicle(airframe.parameters, seed=args.seed, start=Start(north, -east, up, -yaw))
+    start = Start(north, -east, up, -math.radians(yaw), airborne=up > 0.0)
+    vehicle = Vehicle(load(args.airframe).parameters, seed=args.seed, start=start)
     memory = Memory(args.state_dir or user_data_path("darko") / "sitl")
     world = World(LocalFrame(Geodetic(*args.home)), ARENAS[args.arena])
-    overrides = dict(args.param)
-    speed, direction = args.wind
-    return Node(vehicle, world, memory, wind=(speed, direction), gusts=args.gusts, overrides=overrides)
+    bindings = Bindings(Settings(), vehicle.tuning, Surroundings()).replaced(memory.parameters() | _overrides(args))
+    peers = [(LOOPBACK, port) for port in dict.fromkeys((args.gcs_port, args.api_port)) if port]
+    return Node(Craft(vehicle, world, bindings, airborne=start.airborne), memory, peers)
+
+
+def _overrides(args: argparse.Namespace) -> dict[str, float]:
+    """Parameters the command line sets for this run only."""
+    overrides: dict[str, float] = dict(args.param)
+    if args.wind is not None:
+        overrides["SIM_WIND_SPD"], overrides["SIM_WIND_DIR"] = args.wind
+    if args.gusts is not None:
+        overrides["SIM_GUST_RMS"] = args.gusts
+    return overrides
 
 
 def serve(node: Node, transport: UdpTransport, pacer: Pacer) -> None:
@@ -80,6 +96,10 @@ def _wait(node: Node, transport: UdpTransport, pacer: Pacer) -> None:
         remaining = end - time.monotonic()
         if remaining > 0.0:
             _exchange(node, transport)
+
+
+def _interrupt(number: int, frame: object) -> None:  # noqa: ARG001 - the signature of a signal handler
+    raise KeyboardInterrupt
 
 
 class _Narrator:

@@ -14,71 +14,11 @@ from typing import NamedTuple
 from protocol import frames, units
 from protocol.codec import Message
 from protocol.dialect import mavlink
-from protocol.frames import LocalFrame, Quaternion, Vector
 from protocol.modes import Mode, custom_mode
-from sitl.autopilot.guidance import Setpoint
-from sitl.battery import Battery
+from sitl.snapshot import Picture
 
 NAN = math.nan
 NO_BATTERY_CELL = 65535
-
-
-class Picture(NamedTuple):
-    """The vehicle at one instant, as telemetry sees it; frames NWU and FLU, SI units."""
-
-    time: float  # since boot [s]
-    p: Vector
-    v: Vector
-    q: Quaternion
-    rates: Vector  # p, q, r [rad/s]
-    wind: Vector  # velocity of the air [m/s]
-    motor: tuple[float, float]  # [rad/s]
-    motor_command: tuple[float, float]
-    elevon: tuple[float, float]  # [rad]
-    elevon_command: tuple[float, float]
-    limits: int  # DARKO_LIMIT bits
-    law: int  # DARKO_LAW
-    last_law: int
-    last_reason: int  # DARKO_JUMP_REASON
-    jumps: int
-    lyapunov: float
-    v_enter: float
-    v_leave: float
-    governor: float  # 0..1
-    power: float  # [W]
-    energy: float  # [J]
-    energy_by_law: tuple[float, ...]
-    battery: Battery
-    setpoint: Setpoint
-    mode: Mode
-    armed: bool
-    landed: bool
-    landing: bool
-    taking_off: bool
-    ready: bool  # pre-arm checks pass
-    k_f: float
-    motor_min: float
-    motor_max: float
-    elevon_max: float
-    frame: LocalFrame
-    mission_count: int
-    mission_current: int
-    mission_state: int  # MISSION_STATE
-
-    @property
-    def ms(self) -> int:
-        """Time since boot on the wire [ms]."""
-        return units.milliseconds(self.time)
-
-    @property
-    def airspeed(self) -> float:
-        """Speed through the air [m/s]."""
-        return math.dist(self.v, self.wind)
-
-    @property
-    def yaw(self) -> float:
-        """Heading, clockwise from north [rad]."""
-        return frames.heading(frames.flip_quaternion(self.q))
 
 
 def heartbeat(s: Picture) -> Message:
@@ -88,7 +28,7 @@ def heartbeat(s: Picture) -> Message:
     base |= mavlink.MAV_MODE_FLAG_SAFETY_ARMED if s.armed else 0
     state = mavlink.MAV_STATE_STANDBY if s.landed else mavlink.MAV_STATE_ACTIVE
     return mavlink.MAVLink_heartbeat_message(
-        mavlink.MAV_TYPE_VTOL_TAILSITTER_DUOROTOR,
+        mavlink.MAV_TYPE_VTOL_DUOROTOR,
         mavlink.MAV_AUTOPILOT_PX4,
         base,
         custom_mode(s.mode),
@@ -287,6 +227,14 @@ def actuators(s: Picture) -> Message:
 def energy(s: Picture) -> Message:
     """DARKO_ENERGY."""
     return mavlink.MAVLink_darko_energy_message(s.ms, s.power, s.energy, list(s.energy_by_law))
+
+
+def named_values(s: Picture) -> list[Message]:
+    """The hybrid controller's key numbers as NAMED_VALUE_FLOAT."""
+    values = {"V": s.lyapunov, "law": float(s.law), "jumps": float(s.jumps), "governor": s.governor, "power": s.power}
+    return [
+        mavlink.MAVLink_named_value_float_message(s.ms, name.encode("ascii"), value) for name, value in values.items()
+    ]
 
 
 def system_time(s: Picture) -> Message:

@@ -5,12 +5,13 @@ from __future__ import annotations
 import contextlib
 import select
 import socket
+from collections.abc import Hashable
+from typing import cast
 
 from sitl.errors import SitlError
 
 Address = tuple[str, int]
 MOST_PER_POLL = 256  # a flood must not keep the vehicle from flying
-FORGET_AFTER = 64  # learnt peers beyond this replace the oldest
 
 
 class PortError(SitlError):
@@ -18,9 +19,9 @@ class PortError(SitlError):
 
 
 class UdpTransport:
-    """One socket; sends telemetry to the configured peers and to all that have spoken."""
+    """One socket, never waiting for anybody."""
 
-    def __init__(self, bind: Address, peers: list[Address]) -> None:
+    def __init__(self, bind: Address) -> None:
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.setblocking(False)
         try:
@@ -28,8 +29,6 @@ class UdpTransport:
         except OSError as error:
             self._socket.close()
             raise PortError(f"cannot listen on {bind[0]}:{bind[1]}: {error.strerror}") from error
-        self._configured = list(peers)
-        self._learnt: dict[Address, None] = {}
 
     @property
     def port(self) -> int:
@@ -50,24 +49,14 @@ class UdpTransport:
                 break
             except ConnectionError:  # nobody listens where the last datagram went: not our trouble
                 continue
-            self._learn(peer)
             got.append((data, peer))
         return got
 
-    def send(self, data: bytes, to: Address | None = None) -> None:
-        """Send to one peer, or to all. A peer that is not there, or a full buffer, is not an error: it is loss."""
-        for address in [to] if to is not None else self._everyone():
-            with contextlib.suppress(OSError):
-                self._socket.sendto(data, address)
+    def send(self, data: bytes, to: Hashable) -> None:
+        """Send to one peer. One that is not there, or a full buffer, is not an error: it is loss."""
+        with contextlib.suppress(OSError):
+            self._socket.sendto(data, cast("Address", to))
 
     def close(self) -> None:
         """Give the port back."""
         self._socket.close()
-
-    def _everyone(self) -> list[Address]:
-        return self._configured + [peer for peer in self._learnt if peer not in self._configured]
-
-    def _learn(self, peer: Address) -> None:
-        self._learnt[peer] = None
-        while len(self._learnt) > FORGET_AFTER:
-            del self._learnt[next(iter(self._learnt))]

@@ -249,7 +249,7 @@ class Vehicle:
             v_leave=self.tuning.v_leave,
             armed=self.armed,
             flying=self.flying,
-            settled=self.memory[AT_REST] >= SETTLE_TIME,
+            settled=bool(self.memory[AT_REST] >= SETTLE_TIME),
         )
         law = self.law
         _, taken = settle(TABLE, law, situation)
@@ -277,6 +277,7 @@ class Vehicle:
             law_state = self.memory[LAW : LAW + hover_zero_moment.SIZE]
             hover_zero_moment.reset(self.plant, f, law_state, self._zero_moment)
         elif law is Law.LANDED:
+            self.flying = False  # landing fulfils the wish to fly; taking off again needs a new one
             # What the integral had learnt of the wind would push a standing vehicle over.
             self.memory[INTEGRAL : INTEGRAL + 3] = 0.0
 

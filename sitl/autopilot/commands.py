@@ -16,6 +16,7 @@ from sitl.autopilot.autopilot import DENIED, UNSUPPORTED, Autopilot, Outcome
 from sitl.autopilot.guidance import Vector
 
 FORCE = 21196  # the number that makes MAV_CMD_COMPONENT_ARM_DISARM skip its checks
+UNSUPPORTED_FRAME = 9  # MAV_RESULT_COMMAND_UNSUPPORTED_MAV_FRAME, newer than the generator's definitions
 CUSTOM_MODE = mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
 RELATIVE = frozenset({mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT, mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT_INT})
 GLOBAL = frozenset({mavlink.MAV_FRAME_GLOBAL, mavlink.MAV_FRAME_GLOBAL_INT})
@@ -80,7 +81,7 @@ def _reposition(autopilot: Autopilot, request: CommandRequested) -> Outcome:
     if request.frame is None:
         return Outcome(mavlink.MAV_RESULT_COMMAND_INT_ONLY, "DO_REPOSITION needs COMMAND_INT")
     if request.frame not in GLOBAL | RELATIVE:
-        return Outcome(mavlink.MAV_RESULT_COMMAND_UNSUPPORTED_MAV_FRAME, f"Frame {request.frame} is not supported")
+        return Outcome(UNSUPPORTED_FRAME, f"Frame {request.frame} is not supported")
     point = _point(autopilot, request)
     if point is None:
         return Outcome(DENIED, "Go-to denied: the position is not a number")

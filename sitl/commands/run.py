@@ -41,11 +41,11 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     flight.add_argument(
         "--wind",
         type=_wind,
-        default=(0.0, 0.0),
+        default=None,
         metavar="M/S@DEG",
         help="steady wind and where it comes from [0]",
     )
-    flight.add_argument("--gusts", type=_not_negative, default=0.0, metavar="RMS", help="gusts per axis, m/s rms [0]")
+    flight.add_argument("--gusts", type=_not_negative, default=None, metavar="RMS", help="gusts per axis, m/s rms [0]")
     flight.add_argument(
         "--home",
         type=_home,
@@ -118,7 +118,7 @@ def _port(text: str) -> int:
 
 def _wind(text: str) -> tuple[float, float]:
     speed, _, direction = text.partition("@")
-    return _not_negative(speed), math.radians(_number(direction or "0"))
+    return _not_negative(speed), _number(direction or "0")
 
 
 def _numbers(text: str, names: tuple[str, ...]) -> tuple[float, ...]:

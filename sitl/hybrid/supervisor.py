@@ -63,7 +63,9 @@ _TO_GROUND = (
 )
 
 TABLE: dict[Law, tuple[Jump, ...]] = {
-    Law.LANDED: (Jump("take_off", lambda x: x.armed and x.flying, Law.HOVER_ZERO_MOMENT, Reason.TAKEOFF),),
+    Law.LANDED: (
+        Jump("take_off", lambda x: x.armed and x.flying and not x.settled, Law.HOVER_ZERO_MOMENT, Reason.TAKEOFF),
+    ),
     Law.HOVER_LINEAR: (
         *_TO_GROUND,
         Jump("leave_linear", lambda x: x.lyapunov > x.v_leave, Law.HOVER_ZERO_MOMENT, Reason.LYAPUNOV_ABOVE),

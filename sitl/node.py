@@ -1,0 +1,200 @@
+"""The vehicle's MAVLink face: endpoint on one side, craft on the other. No socket, no clock.
+
+Two clocks meet here. What is simulated runs on simulated time: flight, autopilot, telemetry rates. What waits
+for a person's or a program's answer (heartbeats, transfers, retries) runs on the link's time, which the
+caller passes as ``now``; so a vehicle at 100 times real time still gives its peers real seconds to answer.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Sequence
+from typing import Any
+
+from protocol import units
+from protocol.dialect import mavlink
+from protocol.endpoint import VehicleEndpoint
+from protocol.engines.mission_server import Refusal
+from protocol.events import (
+    CommandRequested,
+    CurrentItemRequested,
+    MessageRequested,
+    MissionCleared,
+    MissionReceived,
+    MissionRefused,
+    ParameterChanged,
+    ParameterRefused,
+    SetpointReceived,
+)
+from protocol.plans.mission import MissionItem
+from sitl import telemetry
+from sitl.autopilot import commands
+from sitl.autopilot.mission import validate
+from sitl.autopilot.offboard import take_setpoint
+from sitl.craft import Craft
+from sitl.errors import SitlError
+from sitl.hybrid.supervisor import JumpRecord
+from sitl.memory import Memory, MemoryFaultError
+from sitl.snapshot import Picture, take_picture
+
+SYSTEM, COMPONENT = 1, 1
+NAMED_VALUE_TICKS = 100  # control ticks between NAMED_VALUE_FLOATs, for tools that know no private dialect
+WARNING, INFO = mavlink.MAV_SEVERITY_WARNING, mavlink.MAV_SEVERITY_INFO
+
+
+class Node:
+    """One vehicle on the wire: ``peers`` hear it from the start, whoever speaks to it from then on.
+
+    Call ``receive`` for every datagram, ``advance`` to fly, then send all of ``datagrams``.
+    """
+
+    def __init__(self, craft: Craft, memory: Memory, peers: Sequence[Hashable] = ()) -> None:
+        self.craft = craft
+        self._memory = memory
+        items = memory.mission()
+        refusal = self._validate(items)
+        self._endpoint = VehicleEndpoint(
+            system=SYSTEM,
+            component=COMPONENT,
+            commands=frozenset(commands.HANDLERS),
+            parameters=craft.bindings.wire_table(),
+            mission=() if refusal else items,
+            validate=self._validate,
+            streams={s.message_id: round(1e6 / s.rate) for s in telemetry.STREAMS if s.rate > 0.0},
+            on_request=frozenset(s.message_id for s in telemetry.STREAMS),
+            peers=peers,
+        )
+        self._builders = {s.message_id: s.build for s in telemetry.STREAMS}
+        craft.autopilot.load_mission(() if refusal else items)
+        if refusal:
+            self._say(WARNING, f"Kept mission not loaded: {refusal.text}")
+
+    # The wire
+
+    def receive(self, data: bytes, peer: Hashable, now: float) -> None:
+        """Take one datagram from a peer."""
+        self._endpoint.receive_datagram(data, peer, now)
+        for event in self._endpoint.events():
+            handler = HANDLERS.get(type(event))
+            if handler is not None:
+                handler(self, event, now)
+
+    def datagrams(self, now: float) -> list[tuple[Hashable, bytes]]:
+        """What is to be sent, each to its peer."""
+        self._endpoint.announce(telemetry.heartbeat(self.picture()), now)
+        self._endpoint.handle_timer(now)
+        return self._endpoint.datagrams_to_send()
+
+    # Flying
+
+    def advance(self, ticks: int) -> None:
+        """Fly, and queue the telemetry that falls due on simulated time."""
+        self.craft.advance(ticks)
+        self._report()
+        time_us = round(self.craft.vehicle.time * 1e6)
+        due = self._endpoint.streams_due(time_us)
+        named = self.craft.vehicle.step % NAMED_VALUE_TICKS < ticks
+        if not due and not named:
+            return
+        picture = self.picture()
+        for message_id in due:
+            self._endpoint.publish(self._builders[message_id](picture))
+        if named:
+            for message in telemetry.named_values(picture):
+                self._endpoint.publish(message)
+
+    def picture(self) -> Picture:
+        """The vehicle as telemetry sees it now."""
+        return take_picture(self.craft)
+
+    def _report(self) -> None:
+        autopilot = self.craft.autopilot
+        for jump in self.craft.new_jumps():
+            self._endpoint.publish(_jump_message(jump))
+        for seq in autopilot.reached():
+            self._endpoint.publish(mavlink.MAVLink_mission_item_reached_message(seq))
+            self._endpoint.publish(telemetry.mission_current(self.picture()))
+        for notice in autopilot.notices():
+            self._say(notice.severity, notice.text)
+
+    def _say(self, severity: int, text: str) -> None:
+        self._endpoint.status_text(severity, text)
+
+    # What peers ask for
+
+    def _validate(self, items: Sequence[MissionItem]) -> Refusal | None:
+        return validate(items, self.craft.autopilot.world)
+
+    def _on_command(self, event: CommandRequested, now: float) -> None:
+        outcome = commands.execute(self.craft.autopilot, event)
+        self._endpoint.acknowledge(event.request, outcome.result, now)
+        self._report()
+
+    def _on_message_request(self, event: MessageRequested, now: float) -> None:  # noqa: ARG002 - one signature
+        self._endpoint.send(self._builders[event.message_id](self.picture()), event.peer)
+
+    def _on_mission(self, event: MissionReceived, now: float) -> None:  # noqa: ARG002
+        self.craft.autopilot.load_mission(event.items)
+        self._keep(lambda: self._memory.keep_mission(event.items))
+        self._say(INFO, f"Mission of {len(event.items)} items received")
+
+    def _on_mission_refused(self, event: MissionRefused, now: float) -> None:  # noqa: ARG002
+        self._say(WARNING, f"Mission refused: {event.reason}")
+
+    def _on_mission_cleared(self, event: MissionCleared, now: float) -> None:  # noqa: ARG002
+        self.craft.autopilot.load_mission(())
+        self._keep(lambda: self._memory.keep_mission(()))
+        self._say(INFO, "Mission cleared")
+
+    def _on_current_item(self, event: CurrentItemRequested, now: float) -> None:  # noqa: ARG002
+        self.craft.autopilot.set_current_item(event.seq)
+        self._endpoint.publish(telemetry.mission_current(self.picture()))
+
+    def _on_parameter(self, event: ParameterChanged, now: float) -> None:  # noqa: ARG002
+        before = self.craft.bindings
+        try:
+            self.craft.bind(before.replaced({event.name: event.value}))
+        except SitlError as error:
+            self._endpoint.set_parameter(event.name, before.value(event.name))
+            self._say(WARNING, str(error))
+            return
+        kept = {**self._memory.parameters(), event.name: event.value}
+        self._keep(lambda: self._memory.keep_parameters(kept))
+
+    def _on_parameter_refused(self, event: ParameterRefused, now: float) -> None:  # noqa: ARG002
+        self._say(WARNING, f"{event.name} = {event.value:g} refused: {event.reason}")
+
+    def _on_setpoint(self, event: SetpointReceived, now: float) -> None:  # noqa: ARG002
+        reason = take_setpoint(self.craft.autopilot, event.message)
+        if reason is not None:
+            self._say(WARNING, f"Set-point refused: {reason}")
+
+    def _keep(self, write: Callable[[], None]) -> None:
+        try:
+            write()
+        except MemoryFaultError as error:
+            self._say(mavlink.MAV_SEVERITY_ERROR, str(error))
+
+
+def _jump_message(jump: JumpRecord) -> Any:  # noqa: ANN401 - generated messages are untyped
+    return mavlink.MAVLink_darko_jump_message(
+        units.microseconds(jump.time),
+        jump.number,
+        jump.lyapunov,
+        int(jump.source),
+        int(jump.target),
+        int(jump.reason),
+        jump.name.encode("ascii"),
+    )
+
+
+HANDLERS: dict[type, Callable[[Node, Any, float], None]] = {
+    CommandRequested: Node._on_command,  # noqa: SLF001 - the table is part of the class
+    MessageRequested: Node._on_message_request,  # noqa: SLF001
+    MissionReceived: Node._on_mission,  # noqa: SLF001
+    MissionRefused: Node._on_mission_refused,  # noqa: SLF001
+    MissionCleared: Node._on_mission_cleared,  # noqa: SLF001
+    CurrentItemRequested: Node._on_current_item,  # noqa: SLF001
+    ParameterChanged: Node._on_parameter,  # noqa: SLF001
+    ParameterRefused: Node._on_parameter_refused,  # noqa: SLF001
+    SetpointReceived: Node._on_setpoint,  # noqa: SLF001
+}
