@@ -1,0 +1,300 @@
+"""The laws of the command protocol, asking side and answering side."""
+
+import math
+
+import pytest
+
+from protocol.codec import Codec
+from protocol.dialect import mavlink
+from protocol.engines.base import Peer
+from protocol.engines.command_client import CommandClient
+from protocol.engines.command_server import CommandServer
+from protocol.errors import LocalProtocolError
+from protocol.events import CommandDone, CommandProgress, CommandRequested
+
+ARM, TAKEOFF, REPOSITION = 400, 22, 192
+ACCEPTED, DENIED, IN_PROGRESS, UNSUPPORTED = 0, 2, 5, 3
+GROUND = Peer(255, 190, "ground")
+
+
+def long(command=ARM, p1=1.0, confirmation=0, target=(1, 1), rest=math.nan):
+    return mavlink.MAVLink_command_long_message(*target, command, confirmation, p1, *[rest] * 6)
+
+
+def integer(x=435648000, y=14811000, frame=0):
+    return mavlink.MAVLink_command_int_message(1, 1, frame, REPOSITION, 0, 0, -1, 1, 0, math.nan, x, y, 160.0)
+
+
+def ack(command=ARM, result=ACCEPTED, target=(255, 190), progress=0):
+    return mavlink.MAVLink_command_ack_message(command, result, progress, 0, *target)
+
+
+class Wire:
+    """A ground station's codec: messages arrive with real sequence numbers."""
+
+    def __init__(self):
+        self._codec = Codec(255, 190)
+
+    def __call__(self, message):
+        (received,) = Codec(1, 1).decode(self._codec.encode(message))
+        return received
+
+
+def server(repeatable=()):
+    return CommandServer(1, 1, {ARM, TAKEOFF, REPOSITION}, repeatable)
+
+
+def answers(engine):
+    return [(out.peer, out.message.command, out.message.result) for out in engine.messages_to_send()]
+
+
+# Asking
+
+
+def test_silence_repeats_with_confirmation_counting_up_then_gives_up():
+    client, sent, now = CommandClient(255, 190, timeout=0.5, retries=3), [], 0.0
+    client.send(long(), now)
+    while (deadline := client.next_deadline()) < math.inf:
+        sent += client.messages_to_send()
+        client.handle_timer(now := deadline)
+    assert [m.confirmation for m in sent] == [0, 1, 2, 3]
+    assert now == 2.0
+    assert client.events() == [CommandDone(1, ARM, None, "no answer")]
+    assert not client.is_busy
+
+
+@pytest.mark.parametrize(
+    ("result", "name"), [(0, "ACCEPTED"), (2, "DENIED"), (3, "UNSUPPORTED"), (77, "MAV_RESULT 77")]
+)
+def test_an_answer_ends_the_command_with_its_result(result, name):
+    client = CommandClient(255, 190)
+    request = client.send(long(), 0.0)
+    client.receive(ack(result=result), 0.1)
+    assert client.events() == [CommandDone(request, ARM, result, name)]
+    assert client.next_deadline() == math.inf
+
+
+@pytest.mark.parametrize("wrong", [ack(command=TAKEOFF), ack(target=(245, 190)), ack(target=(255, 1)), long()])
+def test_answers_to_others_and_to_other_commands_are_ignored(wrong):
+    client = CommandClient(255, 190)
+    client.send(long(), 0.0)
+    client.receive(wrong, 0.1)
+    assert client.is_busy
+    assert client.events() == []
+
+
+def test_an_answer_without_target_is_for_everyone():
+    client = CommandClient(255, 190)
+    client.send(long(), 0.0)
+    client.receive(ack(target=(0, 0)), 0.1)
+    assert not client.is_busy
+
+
+def test_an_answer_that_comes_twice_ends_one_command():
+    client = CommandClient(255, 190)
+    client.send(long(), 0.0)
+    client.receive(ack(), 0.1)
+    client.receive(ack(), 0.2)
+    assert len(client.events()) == 1
+
+
+def test_progress_extends_the_wait_and_a_lost_end_is_asked_for_again():
+    client = CommandClient(255, 190, timeout=0.5)
+    client.send(long(), 0.0)
+    client.messages_to_send()
+    client.receive(ack(result=IN_PROGRESS, progress=40), 0.4)
+    assert client.events() == [CommandProgress(1, ARM, 40)]
+    assert client.next_deadline() == pytest.approx(3.4)
+    client.handle_timer(3.4)
+    assert [m.confirmation for m in client.messages_to_send()] == [1]
+    client.receive(ack(), 3.5)
+    assert client.events() == [CommandDone(1, ARM, 0, "ACCEPTED")]
+
+
+def test_different_commands_run_side_by_side_and_equal_ones_in_turn():
+    client = CommandClient(255, 190)
+    first, other, second = client.send(long(), 0.0), client.send(long(TAKEOFF), 0.0), client.send(long(p1=0.0), 0.0)
+    assert [(m.command, m.param1) for m in client.messages_to_send()] == [(ARM, 1.0), (TAKEOFF, 1.0)]
+    client.receive(ack(), 0.1)
+    assert [(m.command, m.param1) for m in client.messages_to_send()] == [(ARM, 0.0)]
+    client.receive(ack(result=DENIED), 0.2)
+    client.receive(ack(TAKEOFF), 0.3)
+    assert [(e.request, e.result) for e in client.events()] == [(first, 0), (second, DENIED), (other, 0)]
+
+
+def test_cancelling_ends_everything_that_waits():
+    client = CommandClient(255, 190)
+    client.send(long(), 0.0)
+    client.send(long(p1=0.0), 0.0)
+    client.cancel("vehicle lost")
+    assert [(e.result, e.reason) for e in client.events()] == [(None, "vehicle lost")] * 2
+    assert client.next_deadline() == math.inf
+
+
+# Answering
+
+
+def test_a_request_is_answered_to_the_one_who_asked():
+    engine = server()
+    engine.receive(long(), 0.0, GROUND)
+    (event,) = engine.events()
+    assert (event.command, event.params[0], event.frame, event.peer) == (ARM, 1.0, None, GROUND)
+    engine.acknowledge(event.request, ACCEPTED, 0.0)
+    (out,) = engine.messages_to_send()
+    assert out.peer == GROUND
+    assert (out.message.target_system, out.message.target_component) == (255, 190)
+
+
+def test_an_unknown_command_is_unsupported():
+    engine = server()
+    engine.receive(long(command=999), 0.0, GROUND)
+    assert engine.events() == []
+    assert answers(engine) == [(GROUND, 999, UNSUPPORTED)]
+
+
+@pytest.mark.parametrize("target", [(2, 1), (1, 100), (2, 0)])
+def test_commands_for_others_get_no_answer(target):
+    engine = server()
+    engine.receive(long(target=target), 0.0, GROUND)
+    assert (engine.events(), engine.messages_to_send()) == ([], [])
+
+
+@pytest.mark.parametrize("target", [(0, 0), (1, 0), (0, 1), (1, 1)])
+def test_zero_addresses_everyone(target):
+    engine = server()
+    engine.receive(long(target=target), 0.0, GROUND)
+    assert len(engine.events()) == 1
+
+
+@pytest.mark.parametrize("left_out", [math.nan, 0.0])
+def test_nan_and_zero_both_arrive_as_the_default(left_out):
+    engine = server()
+    engine.receive(long(TAKEOFF, rest=left_out), 0.0, GROUND)
+    (event,) = engine.events()
+    assert event.param(7, default=1.5) == 1.5
+    assert event.param(1, default=9.0) == 1.0
+
+
+def test_a_repetition_is_answered_again_and_not_executed_again():
+    engine, wire = server(), Wire()
+    engine.receive(wire(long()), 0.0, GROUND)
+    (event,) = engine.events()
+    engine.receive(wire(long(confirmation=1)), 0.5, GROUND)
+    assert (engine.events(), engine.messages_to_send()) == ([], [])  # no answer yet: nothing to say again
+    engine.acknowledge(event.request, ACCEPTED, 0.6)
+    for confirmation in (2, 3):
+        engine.receive(wire(long(confirmation=confirmation)), 0.5 * confirmation, GROUND)
+    assert engine.events() == []
+    assert answers(engine) == [(GROUND, ARM, ACCEPTED)] * 3
+
+
+def test_one_frame_delivered_twice_is_executed_once():
+    engine, message = server(), Wire()(long())
+    for now in (0.0, 0.01):
+        engine.receive(message, now, GROUND)
+    assert len(engine.events()) == 1
+
+
+def test_a_late_first_frame_does_not_repeat_what_its_repetition_did():
+    engine, wire = server(), Wire()
+    first, second = wire(long()), wire(long(confirmation=1))
+    for message, now in ((second, 0.0), (first, 0.4)):
+        engine.receive(message, now, GROUND)
+        for event in engine.events():
+            engine.acknowledge(event.request, ACCEPTED, now)
+    assert answers(engine) == [(GROUND, ARM, ACCEPTED)] * 2
+    assert engine._count == 1
+
+
+def test_asking_anew_executes_anew():
+    engine, wire = server(), Wire()
+    for now, p1 in ((0.0, 1.0), (0.2, 0.0), (0.4, 1.0), (0.6, 1.0)):
+        engine.receive(wire(long(p1=p1)), now, GROUND)
+        (event,) = engine.events()
+        engine.acknowledge(event.request, ACCEPTED, now)
+    assert event.request == 4
+
+
+def test_a_confirmation_long_after_the_answer_is_a_new_request():
+    """Its first frame was lost: the vehicle must not answer with what was true ten seconds ago."""
+    engine, wire = server(), Wire()
+    engine.receive(wire(long()), 0.0, GROUND)
+    engine.acknowledge(engine.events()[0].request, DENIED, 0.0)
+    engine.receive(wire(long(confirmation=1)), 10.0, GROUND)
+    assert len(engine.events()) == 1
+
+
+def test_requests_of_two_ground_stations_are_two_requests():
+    engine, other = server(), Peer(245, 190, "other")
+    for peer in (GROUND, other):
+        engine.receive(long(), 0.0, peer)
+    assert [event.peer for event in engine.events()] == [GROUND, other]
+
+
+def test_work_in_progress_is_told_then_ended():
+    engine = server()
+    engine.receive(long(), 0.0, GROUND)
+    (event,) = engine.events()
+    engine.acknowledge(event.request, IN_PROGRESS, 0.1, progress=30)
+    engine.acknowledge(event.request, ACCEPTED, 5.0)
+    assert [(o.message.result, o.message.progress) for o in engine.messages_to_send()] == [(5, 30), (0, 0)]
+
+
+def test_a_command_that_took_long_is_answered_again_after_its_end():
+    engine, wire = server(), Wire()
+    engine.receive(wire(long()), 0.0, GROUND)
+    (event,) = engine.events()
+    engine.acknowledge(event.request, IN_PROGRESS, 0.0)
+    engine.acknowledge(event.request, ACCEPTED, 20.0)
+    engine.messages_to_send()
+    engine.receive(wire(long(confirmation=1)), 21.0, GROUND)
+    assert engine.events() == []
+    assert answers(engine) == [(GROUND, ARM, ACCEPTED)]
+
+
+def test_answering_twice_or_answering_nothing_is_our_own_mistake():
+    engine = server()
+    engine.receive(long(), 0.0, GROUND)
+    engine.acknowledge(1, ACCEPTED, 0.0)
+    for number in (1, 2):
+        with pytest.raises(LocalProtocolError):
+            engine.acknowledge(number, ACCEPTED, 0.0)
+
+
+def test_command_int_arrives_in_degrees_or_metres():
+    engine = server()
+    engine.receive(integer(), 0.0, GROUND)
+    engine.receive(integer(x=25000, y=-15000, frame=1), 0.0, GROUND)
+    engine.receive(integer(x=2**31 - 1, y=2**31 - 1), 0.0, GROUND)
+    globally, locally, here = engine.events()
+    assert isinstance(globally, CommandRequested)
+    assert (globally.frame, globally.params[4:]) == (0, (43.5648, 1.4811, 160.0))
+    assert (locally.frame, locally.params[4:6]) == (1, (2.5, -1.5))
+    assert all(map(math.isnan, here.params[4:6]))
+
+
+def test_going_there_and_back_by_command_int_goes_there_twice():
+    engine, wire = server(), Wire()
+    for now, x in ((0.0, 1), (0.3, 2), (0.6, 1)):
+        engine.receive(wire(integer(x=x)), now, GROUND)
+        engine.acknowledge(engine.events()[0].request, ACCEPTED, now)
+    assert engine._count == 3
+    engine.receive(wire(integer(x=1)), 1.1, GROUND)  # soon after, and nothing between: a repetition
+    assert engine.events() == []
+
+
+def test_what_may_be_repeated_is_executed_whenever_it_comes():
+    engine, wire = server(repeatable={ARM}), Wire()
+    for confirmation in (0, 1):
+        engine.receive(wire(long(confirmation=confirmation)), 0.5, GROUND)
+    assert len(engine.events()) == 2
+
+
+def test_answers_are_forgotten_in_the_end():
+    engine = server()
+    for n in range(50):
+        engine.receive(long(p1=float(n)), 0.0, GROUND)
+    for event in engine.events():
+        engine.acknowledge(event.request, ACCEPTED, 0.0)
+    engine.receive(long(), 100.0, GROUND)
+    assert len(engine._records) == 1
