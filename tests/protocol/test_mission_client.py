@@ -1,0 +1,273 @@
+"""The laws of the mission protocol on the ground station's side."""
+
+import math
+
+import pytest
+
+from protocol.dialect import mavlink
+from protocol.engines.mission_client import WAITS, MissionClient
+from protocol.errors import LocalProtocolError
+from protocol.events import (
+    CurrentItemSet,
+    MissionCleared,
+    MissionDownloaded,
+    MissionFailed,
+    MissionProgress,
+    MissionUploaded,
+)
+from tests.support.link import plan
+
+VEHICLE = (1, 1)
+ITEMS = plan(3)
+ACCEPTED, ERROR, NO_SPACE, INVALID_SEQUENCE, CANCELLED = 0, 1, 4, 13, 15
+
+
+def ask(seq, kind=0):
+    return mavlink.MAVLink_mission_request_int_message(255, 190, seq, kind)
+
+
+def ack(result=ACCEPTED, kind=0):
+    return mavlink.MAVLink_mission_ack_message(255, 190, result, kind)
+
+
+def count(n):
+    return mavlink.MAVLink_mission_count_message(255, 190, n)
+
+
+def item(seq):
+    return ITEMS[seq].to_message(seq, 255, 190)
+
+
+def current(seq):
+    return mavlink.MAVLink_mission_current_message(seq)
+
+
+def uploading():
+    client = MissionClient(255, 190)
+    client.upload(VEHICLE, ITEMS, 0.0)
+    return client
+
+
+def downloading():
+    client = MissionClient(255, 190)
+    client.download(VEHICLE, 0.0)
+    return client
+
+
+def feed(client, *messages, now=0.1):
+    for message in messages:
+        client.receive(message, now)
+
+
+def sent(client):
+    return [(m.get_type(), getattr(m, "seq", None)) for m in client.messages_to_send()]
+
+
+def ends(client):
+    return [event for event in client.events() if not isinstance(event, MissionProgress)]
+
+
+def exhaust(client):
+    """Let all patience run out; how often something was sent again."""
+    client.messages_to_send()
+    while (now := client.next_deadline()) < math.inf:
+        client.handle_timer(now)
+    return len([m for m in client.messages_to_send() if m.get_type() != "MISSION_ACK"])
+
+
+def test_an_upload_serves_what_is_asked_for_and_ends_with_the_ack():
+    client = uploading()
+    feed(client, ask(0), ask(1), ask(2), ack())
+    assert sent(client) == [("MISSION_COUNT", None), *[("MISSION_ITEM_INT", n) for n in range(3)]]
+    assert client.events() == [*[MissionProgress("upload", n, 3) for n in range(3)], MissionUploaded(3)]
+    assert not client.is_busy
+
+
+def test_the_old_request_is_served_with_the_new_item():
+    client = uploading()
+    feed(client, mavlink.MAVLink_mission_request_message(255, 190, 0))
+    assert sent(client)[-1] == ("MISSION_ITEM_INT", 0)
+
+
+def test_an_item_asked_for_again_is_served_again():
+    client = uploading()
+    feed(client, ask(0), ask(1), ask(0), ask(1), ask(2), ack())
+    assert [seq for _, seq in sent(client)[1:]] == [0, 1, 0, 1, 2]
+    assert ends(client) == [MissionUploaded(3)]
+
+
+def test_a_request_beyond_the_end_is_ignored():
+    client = uploading()
+    feed(client, ask(3))
+    assert sent(client) == [("MISSION_COUNT", None)]
+    assert client.is_busy
+
+
+def test_an_ack_before_all_items_were_asked_for_fails_and_cancels():
+    client = uploading()
+    feed(client, ask(0), ack())
+    assert ends(client) == [MissionFailed("upload", None, "accepted before item 1 was asked for")]
+    last = client.messages_to_send()[-1]
+    assert (last.get_type(), last.type) == ("MISSION_ACK", CANCELLED)
+
+
+def test_an_ack_before_any_request_belongs_to_something_earlier():
+    client = uploading()
+    feed(client, ack())
+    assert client.is_busy
+
+
+def test_an_upload_of_nothing_is_a_count_of_zero():
+    client = MissionClient(255, 190)
+    client.upload(VEHICLE, (), 0.0)
+    feed(client, ack())
+    assert ends(client) == [MissionUploaded(0)]
+
+
+@pytest.mark.parametrize(("result", "name"), [(NO_SPACE, "NO_SPACE"), (99, "MAV_MISSION_RESULT 99")])
+def test_an_error_ack_fails_with_its_result(result, name):
+    client = uploading()
+    feed(client, ask(0), ack(result))
+    assert ends(client) == [MissionFailed("upload", result, name)]
+
+
+@pytest.mark.parametrize(
+    ("begin", "operation"),
+    [
+        (lambda c: c.upload(VEHICLE, ITEMS, 0.0), "upload"),
+        (lambda c: c.download(VEHICLE, 0.0), "download"),
+        (lambda c: c.clear(VEHICLE, 0.0), "clear"),
+        (lambda c: c.set_current(VEHICLE, 1, 0.0), "set_current"),
+    ],
+)
+def test_silence_repeats_then_gives_up(begin, operation):
+    client = MissionClient(255, 190)
+    begin(client)
+    assert exhaust(client) == len(WAITS) - 1
+    assert ends(client) == [MissionFailed(operation, None, "no answer")]
+    assert not client.is_busy
+
+
+def test_silence_after_an_item_repeats_that_item():
+    client = uploading()
+    feed(client, ask(0), ask(1))
+    client.messages_to_send()
+    client.handle_timer(client.next_deadline())
+    assert sent(client) == [("MISSION_ITEM_INT", 1)]
+
+
+def test_an_answer_after_a_silence_goes_on_with_full_patience():
+    client = uploading()
+    for _ in range(4):
+        client.handle_timer(client.next_deadline())
+    feed(client, ask(0), now=5.0)
+    assert client.next_deadline() == 5.0 + WAITS[0]
+    assert exhaust(client) == len(WAITS) - 1
+
+
+def test_a_cancelled_upload_tells_the_vehicle():
+    client = uploading()
+    feed(client, ask(0))
+    client.messages_to_send()
+    client.cancel("cancelled")
+    (message,) = client.messages_to_send()
+    assert (message.get_type(), message.type) == ("MISSION_ACK", CANCELLED)
+    assert ends(client) == [MissionFailed("upload", None, "cancelled")]
+    client.cancel("again")
+    assert client.events() == []
+
+
+def test_a_request_after_the_end_is_declined_so_that_the_vehicle_stops_asking():
+    client = MissionClient(255, 190)
+    feed(client, ask(0))
+    (message,) = client.messages_to_send()
+    assert (message.get_type(), message.type) == ("MISSION_ACK", CANCELLED)
+
+
+def test_a_download_fetches_item_by_item_and_thanks():
+    client = downloading()
+    feed(client, count(3), item(0), item(1), item(2))
+    assert sent(client) == [
+        ("MISSION_REQUEST_LIST", None),
+        *[("MISSION_REQUEST_INT", n) for n in range(3)],
+        ("MISSION_ACK", None),
+    ]
+    assert ends(client) == [MissionDownloaded(ITEMS)]
+
+
+def test_a_download_of_nothing_ends_at_once():
+    client = downloading()
+    feed(client, count(0))
+    assert ends(client) == [MissionDownloaded(())]
+
+
+def test_a_dropped_item_is_asked_for_again():
+    client = downloading()
+    feed(client, count(3), item(0))
+    client.messages_to_send()
+    client.handle_timer(client.next_deadline())
+    assert sent(client) == [("MISSION_REQUEST_INT", 1)]
+    feed(client, item(1), item(2), now=1.0)
+    assert ends(client) == [MissionDownloaded(ITEMS)]
+
+
+def test_items_out_of_turn_and_twice_are_dropped():
+    client = downloading()
+    feed(client, count(3), item(2), item(0), item(0), item(1), count(3), item(2), item(2))
+    assert ends(client) == [MissionDownloaded(ITEMS)]
+
+
+def test_a_plan_that_changes_under_way_is_fetched_from_the_start():
+    client = downloading()
+    feed(client, count(2), item(0), count(3), item(0), item(1), item(2))
+    assert ends(client) == [MissionDownloaded(ITEMS)]
+
+
+def test_an_accepting_ack_during_a_download_belongs_to_something_earlier():
+    client = downloading()
+    feed(client, ack(), count(3), ack(), item(0))
+    assert client.is_busy
+    feed(client, ack(INVALID_SEQUENCE))
+    assert ends(client) == [MissionFailed("download", INVALID_SEQUENCE, "INVALID_SEQUENCE")]
+
+
+def test_clear_ends_with_its_ack():
+    client = MissionClient(255, 190)
+    client.clear(VEHICLE, 0.0)
+    feed(client, ack())
+    client.clear(VEHICLE, 1.0)
+    feed(client, ack(ERROR))
+    assert ends(client) == [MissionCleared(), MissionFailed("clear", ERROR, "ERROR")]
+
+
+def test_the_current_item_is_set_when_the_vehicle_says_so_and_not_before():
+    client = MissionClient(255, 190)
+    client.set_current(VEHICLE, 2, 0.0)
+    feed(client, current(0), current(1))
+    assert client.is_busy
+    feed(client, current(2))
+    assert ends(client) == [CurrentItemSet(2)]
+
+
+def test_messages_of_other_plan_types_and_for_others_change_nothing():
+    client = uploading()
+    client.messages_to_send()
+    feed(client, ask(0, kind=1), ack(ERROR, kind=2), mavlink.MAVLink_mission_ack_message(245, 190, ERROR))
+    assert (sent(client), client.events()) == ([], [])
+
+
+def test_one_operation_at_a_time():
+    client = uploading()
+    for begin in (lambda: client.clear(VEHICLE, 0.0), lambda: client.download(VEHICLE, 0.0)):
+        with pytest.raises(LocalProtocolError, match="announcing"):
+            begin()
+
+
+@pytest.mark.parametrize(
+    "begin", [lambda c: c.upload(VEHICLE, [ITEMS[0]] * 65536, 0.0), lambda c: c.set_current(VEHICLE, -1, 0.0)]
+)
+def test_numbers_the_wire_has_not_are_refused(begin):
+    client = MissionClient(255, 190)
+    with pytest.raises(LocalProtocolError):
+        begin(client)
+    assert not client.is_busy
