@@ -11,7 +11,8 @@ from protocol.codec import Message, Source
 from protocol.dialect import mavlink
 from protocol.errors import FileError, LocalProtocolError
 from protocol.tlog.columns import payload_type, payloads
-from protocol.tlog.scan import STAMP, V1, V2, Damage, scan
+from protocol.tlog.framing import STAMP, V2, split_frames
+from protocol.tlog.scan import Damage, scan
 
 __all__ = ["TlogReader", "message_name", "read_tlog"]
 
@@ -45,6 +46,7 @@ class TlogReader:
         self.offsets, self.times = records.offsets, records.times
         self.lengths = records.ends - records.offsets
         self.ids, self.known = records.ids, records.known
+        self._mav = mavlink.MAVLink(None)
         self._markers = self.offsets + STAMP
         self._v2 = self._bytes[self._markers] == V2
         self.systems = self._bytes[self._markers + np.where(self._v2, 5, 3)]
@@ -87,7 +89,7 @@ class TlogReader:
         """Message of one record; None when its id is not in the dialect."""
         if not self.known[index]:
             return None
-        return mavlink.MAVLink(None).decode(bytearray(self.frame(index)))
+        return self._mav.decode(bytearray(self.frame(index)))
 
     def rows(self, name: str, source: Source | None = None) -> NDArray[np.int64]:
         """Indices of the records that hold message ``name``, of one (system, component) or of all.
@@ -120,7 +122,7 @@ def read_tlog(path: Path | str) -> TlogReader:
     """Log of a file, read whole.
 
     Raises:
-        FileError: It cannot be read, is empty, or holds not one record.
+        FileError: It cannot be read, is empty, or is no telemetry log.
     """
     try:
         data = Path(path).read_bytes()
@@ -129,7 +131,8 @@ def read_tlog(path: Path | str) -> TlogReader:
     if not data:
         raise FileError(f"{path}: the file is empty")
     reader = TlogReader(data)
-    if not len(reader):
+    bare = len(split_frames(data[:4096])) > 1
+    if bare or not (reader.known.any() or 2 * int(reader.lengths.sum()) > len(data)):
         raise FileError(f"{path}: not a telemetry log: {_what_else(data)}")
     return reader
 
@@ -151,8 +154,8 @@ def _what_else(data: bytes) -> str:
     for magic, what in _MAGIC.items():
         if data.startswith(magic):
             return f"it is {what}"
-    if data[0] in {V1, V2}:
-        return "it begins with a bare MAVLink frame, without the time a log keeps before each"
+    if split_frames(data[:4096]):
+        return "it begins with bare MAVLink frames, without the time a log keeps before each"
     if not set(data[:4096]) - set(b"\t\n\r\f") - set(range(0x20, 0x7F)):
         return "it is a text file"
-    return f"none of its {len(data)} bytes begins a record"
+    return f"its {len(data)} bytes hold no record that can be trusted"

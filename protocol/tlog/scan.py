@@ -21,18 +21,15 @@ from numpy.typing import NDArray
 
 from protocol.dialect import mavlink
 from protocol.tlog.crc import accumulate, checksums
+from protocol.tlog.framing import SIGNATURE, SIGNED, STAMP, TIME_LIMIT, V1, V2
 
-__all__ = ["STAMP", "TIME_LIMIT", "V1", "V2", "Damage", "Records", "scan"]
+__all__ = ["Damage", "Records", "scan"]
 
 Bytes = NDArray[np.uint8]
 Ints = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
-V1, V2 = 0xFE, 0xFD
-STAMP = 8  # bytes of time before each frame
-TIME_LIMIT = 1 << 53  # [us]: times are whole numbers that a float64 holds exactly
 _SHORTEST = 8  # a version 1 frame without payload
-_SIGNED, _SIGNATURE = 0x01, 13
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,10 +93,10 @@ def _candidates(data: Bytes) -> _Candidates:
     markers = markers[(markers >= STAMP) & (markers + _SHORTEST <= size)]
     possible = (data[markers - 8] == 0) & (data[markers - 7] < TIME_LIMIT >> 48)
     v2 = data[markers] == V2
-    possible &= ~v2 | (data[markers + 2] <= _SIGNED)
+    possible &= ~v2 | (data[markers + 2] <= SIGNED)
     markers, v2 = markers[possible], v2[possible]
     signed = np.where(v2, data[markers + 2], 0).astype(np.int64)
-    ends = markers + data[markers + 1] + np.where(v2, 12, 8) + _SIGNATURE * signed
+    ends = markers + data[markers + 1] + np.where(v2, 12, 8) + SIGNATURE * signed
     ids = np.where(v2, _little_endian(data, markers + 7, 3), data[markers + 5])
     return _Candidates(markers, ends, ids, v2)
 
@@ -190,7 +187,7 @@ def _diagnose(data: Bytes, begin: int, end: int) -> str:
 
 def _diagnose_frame(header: bytes) -> str:
     v2 = header[0] == V2
-    if v2 and header[2] > _SIGNED:
+    if v2 and header[2] > SIGNED:
         return f"unknown incompatibility flags {header[2]:#04x}"
     number = int.from_bytes(header[7:10], "little") if v2 else header[5]
     if number not in mavlink.mavlink_map:
@@ -206,5 +203,5 @@ def _cut_short(header: bytes, left: int) -> bool:
         return False
     v2 = header[STAMP] == V2
     whole = STAMP + (12 if v2 else 8) + (header[STAMP + 1] if left > STAMP + 1 else 255)
-    whole += _SIGNATURE * (v2 and left > STAMP + 2 and header[STAMP + 2] == _SIGNED)
+    whole += SIGNATURE * (v2 and left > STAMP + 2 and header[STAMP + 2] == SIGNED)
     return left < whole

@@ -9,32 +9,9 @@ from types import TracebackType
 from typing import BinaryIO, Self
 
 from protocol.errors import FileError, LocalProtocolError
-from protocol.tlog.scan import STAMP, TIME_LIMIT, V1, V2
+from protocol.tlog.framing import STAMP, TIME_LIMIT, frame_length
 
-__all__ = ["TlogWriter", "split_frames"]
-
-_SIGNED, _SIGNATURE = 0x01, 13
-
-
-def split_frames(datagram: bytes) -> list[bytes]:
-    """Whole frames at the beginning of a datagram, by their length alone; what follows them is left out."""
-    frames, at = [], 0
-    while length := _frame_length(datagram, at):
-        frames.append(datagram[at : at + length])
-        at += length
-    return frames
-
-
-def _frame_length(data: bytes, at: int) -> int:
-    """Length of the whole frame at ``at``; 0 when there is none."""
-    left = len(data) - at
-    if left >= 12 and data[at] == V2:
-        length = 12 + data[at + 1] + (_SIGNATURE if data[at + 2] & _SIGNED else 0)
-    elif left >= 8 and data[at] == V1:
-        length = 8 + data[at + 1]
-    else:
-        return 0
-    return length if length <= left else 0
+__all__ = ["TlogWriter"]
 
 
 class TlogWriter:
@@ -101,7 +78,7 @@ class TlogWriter:
             LocalProtocolError: ``frame`` is not one whole frame, or the time is not in [0, 2^53).
             FileError: The stream failed just now.
         """
-        if _frame_length(frame, 0) != len(frame):
+        if not frame or frame_length(frame) != len(frame):
             raise LocalProtocolError(f"{len(frame)} bytes that are not one whole frame cannot be recorded")
         if not 0 <= time_usec < TIME_LIMIT:
             raise LocalProtocolError(f"a log cannot hold the time {time_usec} us")

@@ -1,6 +1,10 @@
 """Frames and logs for tests, made with the dialect's own packing."""
 
+import os
 import struct
+from pathlib import Path
+
+import pytest
 
 from protocol.dialect import mavlink
 
@@ -46,3 +50,12 @@ def flight(count):
         )[k % 5]
         frames.append(bare(message, sequence=k & 0xFF))
     return frames
+
+
+def quadplane_log():
+    """Bytes of another autopilot's real log: ``DARKO_TLOG``, or beside the repository; skips where there is none."""
+    beside = Path(__file__).parents[3] / "shared" / "data" / "quadplane-vtol.tlog"
+    path = Path(os.environ.get("DARKO_TLOG", beside))
+    if not path.is_file():
+        pytest.skip(f"no log at {path}")
+    return path.read_bytes()

@@ -1,0 +1,182 @@
+"""The reader's answers agree with the dialect's own codec, message by message."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from protocol.dialect import mavlink
+from protocol.errors import FileError, LocalProtocolError
+from protocol.tlog import TlogReader, message_name, read_tlog
+from protocol.tlog.columns import payload_type
+from protocol.tlog.crc import checksums
+from tests.support.logs import T0, bare, flight, log_of, quadplane_log, unknown_frame
+
+
+def decoded(frame):
+    return mavlink.MAVLink(None).decode(bytearray(frame))
+
+
+def same(ours, theirs):
+    """Equality in which NaN equals NaN and a numpy row equals a list."""
+    return np.array_equal(np.asarray(ours), np.asarray(theirs), equal_nan=np.asarray(theirs).dtype.kind == "f")
+
+
+@pytest.mark.parametrize("number", sorted(mavlink.mavlink_map))
+def test_the_structured_type_of_every_message_has_the_size_of_its_payload(number):
+    known = mavlink.mavlink_map[number]
+    assert payload_type(known).itemsize == known.unpacker.size
+    assert set(payload_type(known).names) == set(known.fieldnames)
+
+
+@given(
+    payloads=st.lists(
+        st.tuples(st.sampled_from(sorted(mavlink.mavlink_map)), st.binary(max_size=255)), min_size=1, max_size=8
+    ),
+    version=st.sampled_from([1, 2]),
+)
+@settings(max_examples=150, deadline=None)
+def test_columns_hold_what_the_codec_decodes(payloads, version):
+    frames = [framed(number, payload, version) for number, payload in payloads if version == 2 or number < 256]
+    reader = TlogReader(log_of(frames))
+    assert [frame for _, frame in reader.records()] == frames
+    for name in {decoded(frame).get_type() for frame in frames}:
+        columns, messages = reader.columns(name), [reader.decode(row) for row in reader.rows(name)]
+        for field, column in columns.items():
+            for ours, message in zip(column, messages, strict=True):
+                if column.dtype.kind == "S":
+                    raw = message.__dict__.get(f"_{field}_raw", getattr(message, field))
+                    assert ours == (raw if isinstance(raw, bytes) else raw.encode())
+                else:
+                    assert same(ours, getattr(message, field))
+
+
+def framed(number, payload, version):
+    """Frame with a payload of any length; its checksum is right."""
+    extra = bytes([mavlink.mavlink_map[number].crc_extra])
+    if version == 1:
+        head = bytes([0xFE, len(payload), 7, 1, 1, number])
+    else:
+        head = bytes([0xFD, len(payload), 0, 0, 7, 1, 1]) + number.to_bytes(3, "little")
+    return head + payload + mavlink.x25crc(head[1:] + payload + extra).crc.to_bytes(2, "little")
+
+
+@given(
+    spans=st.lists(st.tuples(st.integers(0, 100), st.integers(1, 90)), max_size=30),
+    data=st.binary(min_size=200, max_size=200),
+)
+@settings(max_examples=60, deadline=None)
+def test_checksums_of_many_spans_are_those_of_each(spans, data):
+    offsets, lengths = (np.array([span[k] for span in spans], dtype=np.int64) for k in (0, 1))
+    crcs = checksums(np.frombuffer(data, dtype=np.uint8), offsets, lengths)
+    assert crcs.tolist() == [mavlink.x25crc(data[at : at + length]).crc for at, length in spans]
+
+
+def test_trimmed_zeros_are_put_back_and_nan_stays_nan():
+    messages = [mavlink.MAVLink_attitude_message(5, roll, 0.0, 0.0, 0.0, 0.0, 0.0) for roll in (1.5, 0.0, math.nan)]
+    columns = TlogReader(log_of(map(bare, messages))).columns("ATTITUDE")
+    assert columns["time_boot_ms"].tolist() == [5, 5, 5]
+    assert same(columns["roll"], np.array([1.5, 0.0, math.nan], dtype=np.float32))
+    assert columns["yawspeed"].tolist() == [0.0, 0.0, 0.0]
+
+
+def test_array_fields_have_one_row_a_message():
+    actuators = [mavlink.MAVLink_darko_actuators_message(1, [2, 3], [4, 5], [6, 7], [0, 0], [0, 0], 0, 9, 1, 3)] * 3
+    columns = TlogReader(log_of(map(bare, actuators))).columns("DARKO_ACTUATORS")
+    assert columns["motor_speed"].tolist() == [[2.0, 3.0]] * 3
+    assert columns["limits"].tolist() == [3, 3, 3]
+
+
+def test_rows_and_columns_are_chosen_by_source():
+    message = mavlink.MAVLink_heartbeat_message(19, 12, 129, 0, 4, 3)
+    frames = [bare(message, system=system, component=component) for system, component in [(1, 1), (255, 190), (1, 1)]]
+    reader = TlogReader(log_of(frames))
+    assert reader.rows("HEARTBEAT").tolist() == [0, 1, 2]
+    assert reader.rows("HEARTBEAT", (1, 1)).tolist() == [0, 2]
+    assert len(reader.columns("HEARTBEAT", (255, 190))["type"]) == 1
+    assert reader.systems.tolist() == [1, 255, 1]
+    assert reader.components.tolist() == [1, 190, 1]
+
+
+def test_a_message_the_dialect_lacks_cannot_be_asked_for():
+    with pytest.raises(LocalProtocolError, match="no message 'AHRS2'"):
+        TlogReader(b"").columns("AHRS2")
+
+
+def test_names_are_the_dialects_or_say_unknown():
+    assert message_name(0) == "HEARTBEAT"
+    assert message_name(77_000) == "UNKNOWN_77000"
+
+
+def test_a_log_is_read_from_its_file(tmp_path):
+    path = tmp_path / "flight.tlog"
+    path.write_bytes(log_of(flight(5)))
+    reader = read_tlog(path)
+    assert len(reader) == 5
+    assert reader.size == path.stat().st_size
+    assert reader.times[0] == T0
+
+
+@pytest.mark.parametrize(
+    ("content", "complaint"),
+    [
+        (b"", "the file is empty"),
+        (b"time,roll\n1,2\n" * 20, "not a telemetry log: it is a text file"),
+        (b"".join(flight(5)), "it begins with bare MAVLink frames"),
+        (b"ULog\x01\x12\x35\x01" + bytes(40), "it is a PX4 ULog file"),
+        (b"\xa3\x95\x80" + bytes(40), "it is an ArduPilot dataflash log"),
+        (bytes(100) + unknown_frame(77_000, b"ab"), "its 114 bytes hold no record"),
+        (bytes(100), "its 100 bytes hold no record that can be trusted"),
+    ],
+    ids=["empty", "text", "bare frames", "ulog", "dataflash", "chance", "zeros"],
+)
+def test_what_is_no_log_is_said_to_be_none(tmp_path, content, complaint):
+    path = tmp_path / "some.tlog"
+    path.write_bytes(content)
+    with pytest.raises(FileError, match=complaint):
+        read_tlog(path)
+
+
+def test_a_missing_file_is_a_file_error(tmp_path):
+    with pytest.raises(FileError, match=r"none\.tlog: cannot be read: No such file"):
+        read_tlog(tmp_path / "none.tlog")
+
+
+def test_a_log_with_unknown_ids_alone_is_a_log():
+    reader = TlogReader(log_of([unknown_frame(77_000, b"ab")] * 3))
+    assert reader.known.tolist() == [False] * 3
+
+
+def test_another_autopilots_log_is_read_as_the_codec_reads_it():
+    """A recording of 23,894 version 1 frames, a quarter of them outside the dialect."""
+    data = quadplane_log()
+    reader = TlogReader(data)
+    assert reader.damage == ()
+    assert len(reader.backward) == 0
+    mav, at, count, unknown = mavlink.MAVLink(None), 0, 0, 0
+    while at < len(data):
+        end = at + 16 + data[at + 9]
+        assert int(reader.offsets[count]) == at
+        assert int(reader.times[count]) == int.from_bytes(data[at : at + 8])
+        message = mav.decode(bytearray(data[at + 8 : end]))
+        assert reader.ids[count] == data[at + 13]
+        assert reader.known[count] == (message.get_msgId() == data[at + 13])
+        unknown += isinstance(message, mavlink.MAVLink_unknown)
+        at, count = end, count + 1
+    assert count == len(reader)
+    assert unknown == int((~reader.known).sum())
+    assert reader.columns("ATTITUDE")["roll"].tolist() == [reader.decode(row).roll for row in reader.rows("ATTITUDE")]
+
+
+def test_a_damaged_stretch_of_a_real_log_costs_only_itself():
+    data = bytearray(quadplane_log())
+    whole = TlogReader(bytes(data))
+    begin, end = 300_000, 301_000
+    data[begin:end] = b"\xfe" * (end - begin)
+    reader = TlogReader(bytes(data))
+    hit = (whole.offsets < end) & (whole.offsets + whole.lengths > begin)
+    assert set(whole.offsets[~hit & whole.known].tolist()) <= set(reader.offsets.tolist())
+    assert len(reader.damage) == 1
+    assert int(reader.lengths.sum()) + reader.damage[0].length == len(data)

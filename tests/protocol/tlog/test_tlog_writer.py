@@ -1,0 +1,154 @@
+"""What a writer leaves behind is whole records, and a reader gets back what went in."""
+
+import errno
+import io
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from protocol.dialect import mavlink
+from protocol.errors import FileError, LocalProtocolError
+from protocol.tlog import TlogReader, TlogWriter, read_tlog, split_frames
+from tests.support.logs import T0, bare, flight, log_of, unknown_frame
+
+FRAMES = flight(20)
+
+
+class Disk(io.BytesIO):
+    """A file that takes ``room`` bytes, the last of them in a short write, and then no more."""
+
+    def __init__(self, room, *, fixed=False):
+        super().__init__()
+        self.room, self.fixed = room, fixed
+
+    def write(self, data):
+        taken = min(len(data), self.room - len(self.getvalue()))
+        if not taken:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return super().write(data[:taken])
+
+    def truncate(self, size=None):
+        if self.fixed:
+            raise OSError(errno.EINVAL, "Invalid argument")
+        return super().truncate(size)
+
+
+def test_a_log_comes_back_as_it_was_written(tmp_path):
+    path = tmp_path / "flight.tlog"
+    with TlogWriter.open(path) as writer:
+        for k, frame in enumerate(FRAMES):
+            writer.write(T0 + k, frame)
+    assert writer.written == len(FRAMES)
+    assert list(read_tlog(path).records()) == [(T0 + k, frame) for k, frame in enumerate(FRAMES)]
+
+
+def test_an_existing_log_is_appended_to(tmp_path):
+    path = tmp_path / "flight.tlog"
+    for frame in FRAMES[:2]:
+        with TlogWriter.open(path) as writer:
+            writer.write(T0, frame)
+    assert [frame for _, frame in read_tlog(path).records()] == FRAMES[:2]
+
+
+def test_a_crash_costs_at_most_what_was_not_flushed():
+    stream = io.BytesIO()
+    writer = TlogWriter(stream, flush_after=1_000_000)
+    for k, frame in enumerate(FRAMES):
+        writer.write(T0 + 300_000 * k, frame)
+    assert stream.getvalue() == log_of(FRAMES, step=300_000)[: len(stream.getvalue())]
+    assert len(TlogReader(stream.getvalue())) == 20
+    writer.write(T0, FRAMES[0])
+    assert len(TlogReader(stream.getvalue())) == 20
+    writer.flush()
+    assert len(TlogReader(stream.getvalue())) == 21
+
+
+def test_many_bytes_bring_a_flush_forward():
+    stream = io.BytesIO()
+    writer = TlogWriter(stream, flush_bytes=1)
+    writer.write(T0, FRAMES[0])
+    assert len(TlogReader(stream.getvalue())) == 1
+
+
+@given(room=st.integers(0, len(log_of(FRAMES)) - 1), flush_bytes=st.integers(1, 600))
+@settings(max_examples=100, deadline=None)
+def test_a_full_disk_is_told_once_and_leaves_whole_records(room, flush_bytes):
+    disk, errors = Disk(room), []
+    writer = TlogWriter(disk, name="flight.tlog", flush_bytes=flush_bytes)
+    for k, frame in enumerate(FRAMES):
+        try:
+            writer.write(T0 + 10_000 * k, frame)
+        except FileError as error:
+            errors.append(str(error))
+    try:
+        writer.flush()
+    except FileError as error:
+        errors.append(str(error))
+    whole = TlogReader(disk.getvalue())
+    assert errors == [f"flight.tlog: recording stopped after {len(whole)} records: No space left on device"]
+    assert whole.damage == ()
+    assert [frame for _, frame in whole.records()] == FRAMES[: writer.written]
+    assert writer.written + writer.dropped == len(FRAMES)
+    writer.close()
+
+
+def test_a_stream_that_cannot_be_cut_still_reads_up_to_its_last_whole_record():
+    disk = Disk(100, fixed=True)
+    writer = TlogWriter(disk)
+    for frame in FRAMES:
+        writer.write(T0, frame)
+    with pytest.raises(FileError, match="No space left on device"):
+        writer.flush()
+    assert len(TlogReader(disk.getvalue())) == writer.written > 0
+
+
+def test_what_close_cannot_write_is_told_and_the_stream_is_closed():
+    disk = Disk(10)
+    writer = TlogWriter(disk)
+    writer.write(T0, FRAMES[0])
+    with pytest.raises(FileError, match="recording stopped after 0 records"):
+        writer.close()
+    assert disk.closed
+
+
+def test_a_stream_that_takes_nothing_is_a_failure_not_a_loop():
+    class Deaf(io.BytesIO):
+        def write(self, _):
+            return 0
+
+    writer = TlogWriter(Deaf())
+    writer.write(T0, FRAMES[0])
+    with pytest.raises(FileError, match="the stream takes no more"):
+        writer.flush()
+
+
+@pytest.mark.parametrize("frame", [b"", b"x", FRAMES[0][:-1], FRAMES[0] + b"x", FRAMES[0] * 2])
+def test_only_one_whole_frame_is_a_record(frame):
+    with pytest.raises(LocalProtocolError, match="not one whole frame"):
+        TlogWriter(io.BytesIO()).write(T0, frame)
+
+
+@pytest.mark.parametrize("time", [-1, 1 << 53])
+def test_a_time_no_reader_would_believe_is_refused(time):
+    with pytest.raises(LocalProtocolError, match="cannot hold the time"):
+        TlogWriter(io.BytesIO()).write(time, FRAMES[0])
+
+
+def test_a_folder_that_is_missing_is_a_file_error(tmp_path):
+    with pytest.raises(FileError, match="cannot be written: No such file"):
+        TlogWriter.open(tmp_path / "none" / "flight.tlog")
+
+
+def test_a_datagram_is_split_into_its_whole_frames():
+    frames = [*FRAMES[:3], unknown_frame(77_000, b"ab")]
+    assert split_frames(b"".join(frames)) == frames
+    assert split_frames(b"".join(frames) + FRAMES[0][:-1]) == frames
+    assert split_frames(b"junk") == []
+    assert split_frames(b"") == []
+
+
+def test_frames_of_both_versions_are_whole_frames():
+    message = mavlink.MAVLink_heartbeat_message(19, 12, 129, 0, 4, 3)
+    frames = [bare(message, version=1), bare(message, version=2)]
+    assert split_frames(b"".join(frames)) == frames
