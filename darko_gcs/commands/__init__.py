@@ -1,0 +1,1 @@
+"""One module per command of ``darko-gcs``; none imports the screens or the wire before it runs."""

@@ -1,0 +1,207 @@
+"""A whole flight without a screen: connect, upload, arm, fly, land."""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import json
+import math
+import sys
+import tempfile
+from collections.abc import Callable, Sequence
+from contextlib import AsyncExitStack
+from dataclasses import dataclass, field
+
+from darko_gcs.child import Child
+from darko_gcs.errors import FlightError, GroundError, LinkError
+from darko_gcs.link import Link
+from darko_gcs.recording import default_folder, start_recording
+from darko_gcs.snapshot import Snapshot
+from darko_gcs.station import Station
+from protocol.dialect import mavlink
+from protocol.errors import FileError
+from protocol.events import CommandDone, Event, MissionFailed, MissionUploaded, VehicleLost
+from protocol.frames import Geodetic, LocalFrame, Vector
+from protocol.plans import MissionItem, load
+from protocol.units import from_e7, from_local_e4, is_global_frame
+
+__all__ = ["Summary", "fly_headless"]
+
+POLL = 0.01  # [s]
+HEARD_WITHIN = 120.0  # [s] a vehicle may take to compile before it is first heard
+ANSWER_WITHIN = 30.0  # [s] for an upload or a command
+ON_GROUND = mavlink.MAV_LANDED_STATE_ON_GROUND
+
+
+@dataclass
+class Summary:
+    """How a flight went."""
+
+    mission: str
+    log: str
+    items: int
+    reached: list[int] = field(default_factory=list)
+    miss: dict[int, float] = field(default_factory=dict)  # distance to each waypoint when it was reached [m]
+    duration: float = 0.0  # vehicle's time from arming to disarming [s]
+    distance: float = 0.0  # flown [m]
+    height: float = 0.0  # greatest above home [m]
+    energy: float = math.nan  # [J]
+    jumps: int = 0
+
+    def as_json(self) -> str:
+        """For a program."""
+        return json.dumps({key: None if value != value else value for key, value in vars(self).items()}, indent=1)  # noqa: PLR0124 - NaN
+
+    def as_text(self) -> str:
+        """For a person."""
+        worst = max(self.miss.values(), default=math.nan)
+        return "\n".join(
+            (
+                f"{self.mission}: flown and landed, {len(self.reached)} of {self.items} items reached",
+                f"  time {self.duration:.1f} s, distance {self.distance:.1f} m, greatest height {self.height:.1f} m",
+                f"  energy {self.energy:.0f} J, {self.jumps} jumps between laws",
+                f"  waypoints reached within {worst:.2f} m",
+                f"  log {self.log}",
+            )
+        )
+
+
+async def fly_headless(args: argparse.Namespace, sitl: Sequence[str]) -> Summary:
+    """Fly a mission file from arming to disarming.
+
+    Raises:
+        GroundError: If the file, the link, the vehicle or the flight fails; the message says where.
+    """
+    try:
+        plan = load(args.mission)
+    except FileError as error:
+        raise GroundError(str(error)) from error
+    if not plan.items:
+        raise GroundError(f"{args.mission}: the plan has no mission items")
+    recorder, path = start_recording(args.record or default_folder())
+    async with AsyncExitStack() as stack:
+        link = Link(Station(recorder))
+        stack.push_async_callback(link.close)
+        port = await link.open(args.host, args.port)
+        child = None
+        if args.sitl:
+            if args.state_dir is None:  # a scripted flight starts from a vehicle that remembers nothing
+                sitl = [*sitl, "--state-dir", stack.enter_context(tempfile.TemporaryDirectory())]
+            child = await Child.start(port, sitl, lambda line: print(line, file=sys.stderr))
+            stack.push_async_callback(child.stop)
+        pilot = _Pilot(link, child, Summary(str(args.mission), str(path), len(plan.items)), args.timeout)
+        await pilot.fly(plan.items)
+        return pilot.summary
+
+
+class _Pilot:
+    def __init__(self, link: Link, child: Child | None, summary: Summary, timeout: float) -> None:
+        self._link, self._station, self._child = link, link.station, child
+        self.summary = summary
+        self._timeout = timeout
+        self._last: Vector | None = None
+        self._events: list[Event] = []
+
+    async def fly(self, items: Sequence[MissionItem]) -> None:
+        await self._until(lambda s: s.source is not None and s.home is not None and s.boot is not None, HEARD_WITHIN)
+        self._say("vehicle found")
+        self._station.upload(items, self._link.now)
+        await self._answer(MissionUploaded, "upload")
+        self._say(f"{len(items)} items uploaded")
+        await self._until(lambda s: s.prearm_ok is not False, ANSWER_WITHIN)
+        began = self._snapshot.boot or 0.0
+        self._station.arm(self._link.now)
+        await self._answer(CommandDone, "arming")
+        self._station.start_mission(self._link.now)
+        await self._answer(CommandDone, "mission start")
+        self._say("flying")
+        await self._follow(items, began)
+        self.summary.duration = (self._snapshot.boot or 0.0) - began
+        self.summary.energy = self._snapshot.energy.total if self._snapshot.energy else math.nan
+        self.summary.jumps = len(self._snapshot.jumps)
+
+    @property
+    def _snapshot(self) -> Snapshot:
+        return self._station.snapshot
+
+    async def _follow(self, items: Sequence[MissionItem], began: float) -> None:
+        ordered_down = False
+        while True:
+            await self._pause()
+            s = self._snapshot
+            self._measure(s, items)
+            if s.armed is False:
+                break
+            if (s.boot or 0.0) - began > self._timeout:
+                raise FlightError(f"not done after {self._timeout:g} s: last item reached {self._last_reached()}")
+            complete = s.mission_state == mavlink.MISSION_STATE_COMPLETE
+            if complete and s.landed_state != ON_GROUND and not ordered_down:
+                ordered_down = True
+                self._station.land(self._link.now)
+        missing = [seq for seq in range(len(items)) if seq not in self._snapshot.reached]
+        if missing:
+            raise FlightError(f"on the ground with items {missing} not reached: {self._last_words()}")
+
+    def _measure(self, s: Snapshot, items: Sequence[MissionItem]) -> None:
+        if s.p is None:
+            return
+        if self._last is not None:
+            self.summary.distance += math.dist(self._last, s.p)
+        self._last = s.p
+        self.summary.height = max(self.summary.height, -s.p[2])
+        for seq in sorted(s.reached - set(self.summary.reached)):
+            self.summary.reached.append(seq)
+            place = _place(items[seq], s.home)
+            if place is not None:
+                self.summary.miss[seq] = math.dist(place, s.p)
+
+    async def _answer(self, kind: type[Event], what: str) -> None:
+        def answered(_: Snapshot) -> bool:
+            return any(isinstance(event, kind | MissionFailed) for event in self._events)
+
+        await self._until(answered, ANSWER_WITHIN, what)
+        event = next(e for e in self._events if isinstance(e, kind | MissionFailed))
+        self._events.remove(event)
+        refused = isinstance(event, CommandDone) and event.result != mavlink.MAV_RESULT_ACCEPTED
+        if refused or isinstance(event, MissionFailed):
+            await asyncio.sleep(0.2)  # the vehicle's own words follow its answer
+            raise FlightError(f"{what}: {getattr(event, 'reason', '').lower()}: {self._last_words()}")
+
+    async def _until(self, holds: Callable[[Snapshot], bool], within: float, what: str = "vehicle") -> None:
+        deadline = self._link.now + within
+        while not holds(self._snapshot):
+            await self._pause()
+            if self._link.now > deadline:
+                if self._snapshot.source is None:
+                    raise LinkError(f"no vehicle heard for {within:g} s")
+                raise FlightError(f"{what}: no answer for {within:g} s")
+
+    async def _pause(self) -> None:
+        await asyncio.sleep(POLL)
+        self._events += self._station.events()
+        if self._child is not None and self._child.exit_code is not None:
+            raise LinkError(f"darko-sitl ended with exit code {self._child.exit_code}")
+        if any(isinstance(event, VehicleLost) for event in self._events):
+            raise FlightError(f"the vehicle was lost: last item reached {self._last_reached()}")
+
+    def _last_reached(self) -> str:
+        return str(self.summary.reached[-1]) if self.summary.reached else "none"
+
+    def _last_words(self) -> str:
+        lines = [line.text for line in self._snapshot.messages if line.severity <= mavlink.MAV_SEVERITY_WARNING]
+        return lines[-1] if lines else "no reason given"
+
+    @staticmethod
+    def _say(text: str) -> None:
+        print(text, file=sys.stderr)
+
+
+def _place(item: MissionItem, home: Geodetic | None) -> Vector | None:
+    """Where an item is, NED about home [m]; None where it names no place."""
+    if item.command not in {mavlink.MAV_CMD_NAV_WAYPOINT, mavlink.MAV_CMD_NAV_LOITER_TIME} or home is None:
+        return None
+    if not is_global_frame(item.frame):
+        return from_local_e4(item.x), from_local_e4(item.y), item.z
+    north, east, _ = LocalFrame(home).to_ned(Geodetic(from_e7(item.x), from_e7(item.y), home.alt))
+    absolute = item.frame in {mavlink.MAV_FRAME_GLOBAL, mavlink.MAV_FRAME_GLOBAL_INT}
+    return north, east, -(item.z - home.alt if absolute else item.z)

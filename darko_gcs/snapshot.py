@@ -1,0 +1,143 @@
+"""All the ground station knows at one moment, as immutable values. None means "never received"."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from protocol.codec import Source
+from protocol.frames import Geodetic, Quaternion, Vector
+from protocol.plans.mission import MissionItem
+
+__all__ = ["EMPTY", "Actuators", "Energy", "Hybrid", "Jump", "Line", "Snapshot"]
+
+LAWS = ("landed", "hover linear", "hover zero-moment", "align", "to forward", "forward line-of-sight",
+        "forward linear", "to hover", "failsafe")  # fmt: skip
+REASONS = ("", "V below threshold", "V above threshold", "command", "take-off", "touch-down", "disarmed",
+           "speed limit", "failsafe")  # fmt: skip
+
+
+class Line(NamedTuple):
+    """One line of the message log."""
+
+    time: float  # when it came [s], on the caller's clock
+    severity: int  # MAV_SEVERITY, 0 worst to 7
+    text: str
+
+
+class Jump(NamedTuple):
+    """One jump of the vehicle's automaton."""
+
+    time: float  # since boot [s]
+    number: int
+    source: int  # DARKO_LAW
+    target: int
+    reason: int  # DARKO_JUMP_REASON
+    name: str
+    v: float
+
+
+class Hybrid(NamedTuple):
+    """DARKO_HYBRID_STATE."""
+
+    time: float  # since boot [s]
+    law: int
+    jumps: int
+    v_hover: float
+    v_forward: float
+    v_enter: float
+    v_leave: float
+    governor: float
+    last_law: int
+    last_reason: int
+
+
+class Actuators(NamedTuple):
+    """DARKO_ACTUATORS; left, right."""
+
+    motor: tuple[float, float]  # [rad/s]
+    motor_command: tuple[float, float]
+    thrust: tuple[float, float]  # [N]
+    elevon: tuple[float, float]  # [rad]
+    elevon_command: tuple[float, float]
+    motor_min: float
+    motor_max: float
+    elevon_max: float
+    limits: int  # DARKO_LIMIT bits
+
+
+class Energy(NamedTuple):
+    """DARKO_ENERGY."""
+
+    power: float  # [W]
+    total: float  # [J]
+    by_law: tuple[float, ...]  # [J]
+
+
+@dataclass(frozen=True, slots=True)
+class Snapshot:
+    """What the screens show. Positions are NED about the vehicle's home, angles radians, SI units."""
+
+    source: Source | None = None
+    autopilot: int = 0  # MAV_AUTOPILOT
+    kind: int = 0  # MAV_TYPE
+    armed: bool | None = None
+    mode: str | None = None
+    heartbeat_at: float | None = None  # when the last HEARTBEAT came, on the caller's clock [s]
+    lost: bool = False
+    landed_state: int = 0  # MAV_LANDED_STATE
+    vtol_state: int = 0  # MAV_VTOL_STATE
+    boot: float | None = None  # vehicle's time since boot [s]
+
+    q: Quaternion | None = None  # flying body frame FRD -> NED
+    repr_offset: Quaternion | None = None
+    p: Vector | None = None  # NED [m]
+    v: Vector | None = None  # NED [m/s]
+    target: Vector | None = None  # NED [m]
+    geodetic: Geodetic | None = None
+    relative_altitude: float | None = None
+    home: Geodetic | None = None
+    airspeed: float | None = None
+    ground_speed: float | None = None
+    throttle: float | None = None  # 0..1
+    wind: Vector | None = None  # velocity of the air, NED [m/s]
+    heading: float | None = None  # [rad]
+
+    hybrid: Hybrid | None = None
+    law_since: float | None = None  # vehicle time of the last change of law [s]
+    v_history: tuple[tuple[float, float], ...] = ()  # (vehicle time [s], V)
+    jumps: tuple[Jump, ...] = ()
+    actuators: Actuators | None = None
+    energy: Energy | None = None
+    voltage: float | None = None
+    current: float | None = None
+    battery: float | None = None  # share left, 0..1
+    prearm_ok: bool | None = None
+
+    track: tuple[tuple[float, float], ...] = ()  # (north, east) [m]
+    mission: tuple[MissionItem, ...] = ()  # as uploaded or downloaded
+    mission_count: int | None = None
+    mission_current: int | None = None
+    mission_state: int = 0  # MISSION_STATE
+    reached: frozenset[int] = frozenset()
+    transfer: tuple[str, int, int] | None = None  # direction, done, total
+
+    messages: tuple[Line, ...] = ()
+    received: int = 0  # messages
+    rate: float = math.nan  # messages per second
+    loss: float = 0.0  # share of frames lost, 0..1
+
+    @property
+    def law(self) -> str | None:
+        """Name of the law in force."""
+        if self.hybrid is None:
+            return None
+        return LAWS[self.hybrid.law] if self.hybrid.law < len(LAWS) else f"law {self.hybrid.law}"
+
+    def age(self, now: float) -> float | None:
+        """Time since the last HEARTBEAT [s]."""
+        return None if self.heartbeat_at is None else max(0.0, now - self.heartbeat_at)
+
+
+EMPTY = Snapshot()

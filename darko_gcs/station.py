@@ -1,0 +1,193 @@
+"""The ground station without a socket, a clock or a screen: endpoint, store and recorder as one."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+from darko_gcs.snapshot import EMPTY, Snapshot
+from darko_gcs.store import note, reduce, reduce_event
+from protocol import units
+from protocol.dialect import mavlink
+from protocol.endpoint import GroundEndpoint
+from protocol.errors import FileError, LocalProtocolError
+from protocol.events import Event, MissionUploaded
+from protocol.frames import Geodetic, LocalFrame
+from protocol.modes import Mode, custom_mode
+from protocol.plans.mission import MissionItem
+from protocol.tlog import TlogWriter, split_frames
+
+NAN = math.nan
+RELATIVE = mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT
+CUSTOM_MODE = mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
+RATE_WINDOW = 2.0  # [s]
+
+
+class Station:
+    """One operator's side of one vehicle.
+
+    The owner moves bytes and time: ``receive`` each datagram, ``tick`` often, send what ``outgoing`` gives. What
+    is asked of the vehicle is answered in the snapshot's log and in ``events``.
+    """
+
+    def __init__(self, recorder: TlogWriter | None = None) -> None:
+        self.endpoint = GroundEndpoint()
+        self.snapshot: Snapshot = EMPTY
+        self._recorder = recorder
+        self._events: list[Event] = []
+        self._uploading: tuple[MissionItem, ...] = ()
+        self._counted = (0.0, 0)  # time and messages at the last look at the rate
+
+    # Bytes and time
+
+    def receive(self, data: bytes, now: float, time_usec: int) -> None:
+        """Take one datagram.
+
+        Args:
+            data: Its bytes.
+            now: On the caller's steady clock [s].
+            time_usec: Since 1970, for the log [us].
+        """
+        self._record(data, time_usec, now)
+        snapshot = self.snapshot
+        for message in self.endpoint.receive_datagram(data, now):
+            snapshot = reduce(snapshot, message, now)
+        self.snapshot = snapshot
+        self._collect(now)
+
+    def tick(self, now: float) -> None:
+        """Let time pass: resends, loss of the vehicle, link statistics."""
+        self.endpoint.handle_timer(now)
+        self._collect(now)
+        since, count = self._counted
+        if now - since >= RATE_WINDOW:
+            statistics = self.endpoint.codec.statistics
+            sources = statistics.sources.values()
+            got, lost = sum(s.received for s in sources), sum(s.lost for s in sources)
+            rate = (statistics.received - count) / (now - since) if since else NAN
+            self.snapshot = replace(
+                self.snapshot, received=statistics.received, rate=rate, loss=lost / (got + lost) if got else 0.0
+            )
+            self._counted = (now, statistics.received)
+
+    def outgoing(self, now: float, time_usec: int) -> list[bytes]:
+        """Datagrams to send now; they are recorded as sent."""
+        datagrams = self.endpoint.datagrams_to_send()
+        for data in datagrams:
+            self._record(data, time_usec, now)
+        return datagrams
+
+    def events(self) -> list[Event]:
+        """What happened since the last call."""
+        events, self._events = self._events, []
+        return events
+
+    def close(self) -> None:
+        """Close the recording."""
+        if self._recorder is not None:
+            self._recorder.close()
+
+    # What the operator asks for. Each says in the log what came of it.
+
+    def arm(self, now: float) -> None:
+        """Start the motors at idle."""
+        self._command(now, mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 1.0, 0.0)
+
+    def disarm(self, now: float, *, force: bool = False) -> None:
+        """Stop the motors; by force also in the air."""
+        self._command(now, mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 0.0, 21196.0 if force else 0.0)
+
+    def take_off(self, height: float, now: float) -> None:
+        """Climb to a height above home [m]."""
+        here = self.snapshot.geodetic
+        place = (units.UNKNOWN_INT32,) * 2 if here is None else (units.to_e7(here.lat_deg), units.to_e7(here.lon_deg))
+        self._command_int(now, mavlink.MAV_CMD_NAV_TAKEOFF, (NAN, NAN, NAN, NAN), (*place, height))
+
+    def land(self, now: float) -> None:
+        """Land on the spot."""
+        self._command(now, mavlink.MAV_CMD_NAV_LAND)
+
+    def return_home(self, now: float) -> None:
+        """Fly home and land."""
+        self._command(now, mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH)
+
+    def hold(self, now: float) -> None:
+        """Stop and hover."""
+        self.set_mode(Mode.HOLD, now)
+
+    def start_mission(self, now: float) -> None:
+        """Fly the mission, from its current item."""
+        self._command(now, mavlink.MAV_CMD_MISSION_START, NAN, NAN)
+
+    def set_mode(self, mode: Mode, now: float) -> None:
+        """Change the flight mode."""
+        word = custom_mode(mode)
+        self._command(now, mavlink.MAV_CMD_DO_SET_MODE, CUSTOM_MODE, float(word >> 16 & 0xFF), float(word >> 24))
+
+    def go_to(self, north: float, east: float, height: float, now: float) -> None:
+        """Fly to a point about home [m] and hover there."""
+        home = self.snapshot.home
+        if home is None:
+            self.say(now, "Go-to: home is not known yet")
+            return
+        point = LocalFrame(home).to_geodetic((north, east, 0.0))
+        place = (units.to_e7(point.lat_deg), units.to_e7(point.lon_deg), height)
+        self._command_int(now, mavlink.MAV_CMD_DO_REPOSITION, (NAN, 1.0, NAN, NAN), place)
+
+    def upload(self, items: Sequence[MissionItem], now: float) -> None:
+        """Replace the vehicle's mission."""
+        self._uploading = tuple(items)
+        self._try(now, lambda: self.endpoint.upload_mission(items, now=now))
+
+    def download(self, now: float) -> None:
+        """Fetch the vehicle's mission."""
+        self._try(now, lambda: self.endpoint.download_mission(now))
+
+    def clear_mission(self, now: float) -> None:
+        """Delete the vehicle's mission."""
+        self._try(now, lambda: self.endpoint.clear_mission(now))
+
+    def say(self, now: float, text: str, severity: int = mavlink.MAV_SEVERITY_WARNING) -> None:
+        """Add a line to the operator's log."""
+        self.snapshot = note(self.snapshot, now, severity, text)
+
+    def point_of(self, latitude: float, longitude: float) -> tuple[float, float] | None:
+        """North and east of home [m] of a place; None before home is known."""
+        if self.snapshot.home is None:
+            return None
+        north, east, _ = LocalFrame(self.snapshot.home).to_ned(Geodetic(latitude, longitude, self.snapshot.home.alt))
+        return north, east
+
+    # Inside
+
+    def _command(self, now: float, command: int, *params: float) -> None:
+        self._try(now, lambda: self.endpoint.command(command, *params, now=now))
+
+    def _command_int(
+        self, now: float, command: int, params: tuple[float, float, float, float], place: tuple[int, int, float]
+    ) -> None:
+        self._try(now, lambda: self.endpoint.command_int(command, RELATIVE, *params, *place, now=now))
+
+    def _try(self, now: float, request: Callable[[], object]) -> None:
+        try:
+            request()
+        except LocalProtocolError as error:
+            self.say(now, str(error))
+        self._collect(now)
+
+    def _collect(self, now: float) -> None:
+        for event in self.endpoint.events():
+            self.snapshot = reduce_event(self.snapshot, event, now)
+            if isinstance(event, MissionUploaded):
+                self.snapshot = replace(self.snapshot, mission=self._uploading)
+            self._events.append(event)
+
+    def _record(self, data: bytes, time_usec: int, now: float) -> None:
+        if self._recorder is None:
+            return
+        try:
+            for frame in split_frames(data):
+                self._recorder.write(time_usec, frame)
+        except FileError as error:
+            self.say(now, str(error))

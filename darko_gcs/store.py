@@ -1,0 +1,318 @@
+"""Folding messages and events into the snapshot: pure functions, one per message."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+from darko_gcs.snapshot import Actuators, Energy, Hybrid, Jump, Line, Snapshot
+from protocol import units
+from protocol.codec import Message, source_of
+from protocol.dialect import mavlink
+from protocol.events import (
+    CommandDone,
+    CommandProgress,
+    Event,
+    MissionCleared,
+    MissionDownloaded,
+    MissionFailed,
+    MissionProgress,
+    MissionUploaded,
+    ParameterFailed,
+    VehicleFound,
+    VehicleLost,
+    VehicleReturned,
+)
+from protocol.frames import Geodetic
+from protocol.frames import heading as heading_of
+from protocol.modes import mode_from_custom
+
+__all__ = ["note", "reduce", "reduce_event"]
+
+KEPT_LINES = 300
+KEPT_JUMPS = 200
+KEPT_V = 1200  # two minutes at 10 Hz
+KEPT_TRACK = 1500
+TRACK_STEP = 0.15  # [m]
+RESTART = 1.0  # boot time going back by more than this is another boot [s]
+INFO, NOTICE, WARNING = mavlink.MAV_SEVERITY_INFO, mavlink.MAV_SEVERITY_NOTICE, mavlink.MAV_SEVERITY_WARNING
+
+
+def reduce(s: Snapshot, message: Message, now: float) -> Snapshot:
+    """The snapshot after one message.
+
+    Args:
+        s: The snapshot before.
+        message: A decoded message of any vehicle; only the first one that is heard counts.
+        now: When it came, on the caller's clock [s].
+    """
+    kind = message.get_type()
+    if kind == "HEARTBEAT":
+        return _heartbeat(s, message, now)
+    if s.source is not None and source_of(message)[0] != s.source[0]:
+        return s
+    handler = HANDLERS.get(kind)
+    if handler is None:
+        return s
+    boot = getattr(message, "time_boot_ms", None)
+    if boot is not None:
+        s = _at_boot_time(s, boot / 1e3, now)
+    return handler(s, message, now)
+
+
+def note(s: Snapshot, now: float, severity: int, text: str) -> Snapshot:
+    """The snapshot with one more line in its log."""
+    return replace(s, messages=(*s.messages[-KEPT_LINES + 1 :], Line(now, severity, text)))
+
+
+def _heartbeat(s: Snapshot, m: Message, now: float) -> Snapshot:
+    source = source_of(m)
+    if m.autopilot == mavlink.MAV_AUTOPILOT_INVALID or source[1] != mavlink.MAV_COMP_ID_AUTOPILOT1:
+        return s
+    if s.source is not None and s.source != source:
+        return s
+    return replace(
+        s,
+        source=source,
+        autopilot=m.autopilot,
+        kind=m.type,
+        armed=bool(m.base_mode & mavlink.MAV_MODE_FLAG_SAFETY_ARMED),
+        mode=_mode_name(m),
+        heartbeat_at=now,
+        lost=False,
+    )
+
+
+def _mode_name(m: Message) -> str:
+    if m.autopilot == mavlink.MAV_AUTOPILOT_PX4:
+        mode = mode_from_custom(m.custom_mode)
+        if mode is not None:
+            return mode.name
+    return f"MODE {m.custom_mode}"
+
+
+def _at_boot_time(s: Snapshot, boot: float, now: float) -> Snapshot:
+    if s.boot is not None and boot < s.boot - RESTART:
+        s = replace(s, v_history=(), jumps=(), track=(), reached=frozenset(), law_since=None, hybrid=None)
+        s = note(s, now, NOTICE, "The vehicle restarted")
+    return replace(s, boot=boot)
+
+
+def _attitude_quaternion(s: Snapshot, m: Message, now: float) -> Snapshot:  # noqa: ARG001 - one signature for all
+    q = (m.q1, m.q2, m.q3, m.q4)
+    offset = tuple(m.repr_offset_q)
+    return replace(s, q=q, repr_offset=offset if any(offset) else None, heading=heading_of(q))
+
+
+def _attitude(s: Snapshot, m: Message, now: float) -> Snapshot:  # noqa: ARG001
+    if s.repr_offset is not None:  # the quaternion says it without a singularity
+        return s
+    from protocol.frames import quaternion_from_euler  # noqa: PLC0415 - only for vehicles without the quaternion
+
+    return replace(s, q=quaternion_from_euler(m.roll, m.pitch, m.yaw), heading=m.yaw % (2.0 * math.pi))
+
+
+def _local_position(s: Snapshot, m: Message, now: float) -> Snapshot:  # noqa: ARG001
+    p = (m.x, m.y, m.z)
+    if not all(map(math.isfinite, p)):
+        return s
+    return replace(s, p=p, v=(m.vx, m.vy, m.vz), track=_longer(s.track, (m.x, m.y)))
+
+
+def _longer(track: tuple[tuple[float, float], ...], at: tuple[float, float]) -> tuple[tuple[float, float], ...]:
+    if track and math.dist(track[-1], at) < TRACK_STEP:
+        return track
+    if len(track) >= KEPT_TRACK:  # every other old point goes, so that the whole flight stays in view
+        track = track[: KEPT_TRACK // 2 : 2] + track[KEPT_TRACK // 2 :]
+    return (*track, at)
+
+
+def _global_position(s: Snapshot, m: Message, now: float) -> Snapshot:  # noqa: ARG001
+    here = Geodetic(units.from_e7(m.lat), units.from_e7(m.lon), units.from_millimetres(m.alt))
+    return replace(s, geodetic=here, relative_altitude=units.from_millimetres(m.relative_alt))
+
+
+def _position_target(s: Snapshot, m: Message, now: float) -> Snapshot:  # noqa: ARG001
+    return replace(s, target=(m.x, m.y, m.z))
+
+
+def _home(s: Snapshot, m: Message, now: float) -> Snapshot:  # noqa: ARG001
+    home = Geodetic(units.from_e7(m.latitude), units.from_e7(m.longitude), units.from_millimetres(m.altitude))
+    return replace(s, home=home)
+
+
+def _vfr_hud(s: Snapshot, m: Message, now: float) -> Snapshot:  # noqa: ARG001
+    return replace(s, airspeed=m.airspeed, ground_speed=m.groundspeed, throttle=m.throttle / 100.0)
+
+
+def _wind(s: Snapshot, m: Message, now: float) -> Snapshot:  # noqa: ARG001
+    return replace(s, wind=(m.wind_x, m.wind_y, m.wind_z))
+
+
+def _extended_state(s: Snapshot, m: Message, now: float) -> Snapshot:  # noqa: ARG001
+    return replace(s, landed_state=m.landed_state, vtol_state=m.vtol_state)
+
+
+def _sys_status(s: Snapshot, m: Message, now: float) -> Snapshot:  # noqa: ARG001
+    bit = mavlink.MAV_SYS_STATUS_PREARM_CHECK
+    ready = bool(m.onboard_control_sensors_health & bit) if m.onboard_control_sensors_present & bit else None
+    s = replace(s, prearm_ok=ready)
+    if m.voltage_battery != 0xFFFF and s.voltage is None:
+        s = replace(s, voltage=m.voltage_battery / 1e3)
+    if m.battery_remaining >= 0 and s.battery is None:
+        s = replace(s, battery=m.battery_remaining / 100.0)
+    return s
+
+
+def _battery(s: Snapshot, m: Message, now: float) -> Snapshot:  # noqa: ARG001
+    cells = [cell / 1e3 for cell in m.voltages if cell != 0xFFFF]
+    return replace(
+        s,
+        voltage=sum(cells) if cells else s.voltage,
+        current=m.current_battery / 100.0 if m.current_battery >= 0 else None,
+        battery=m.battery_remaining / 100.0 if m.battery_remaining >= 0 else s.battery,
+    )
+
+
+def _hybrid(s: Snapshot, m: Message, now: float) -> Snapshot:  # noqa: ARG001
+    time = m.time_boot_ms / 1e3
+    hybrid = Hybrid(
+        time, m.law, m.jumps, m.v_hover, m.v_forward, m.v_enter, m.v_leave, m.governor, m.last_law, m.last_reason
+    )
+    changed = s.hybrid is None or s.hybrid.law != m.law
+    history = s.v_history
+    if not history or time > history[-1][0]:
+        history = (*history[-KEPT_V + 1 :], (time, m.v_hover))
+    return replace(s, hybrid=hybrid, v_history=history, law_since=time if changed else s.law_since)
+
+
+def _jump(s: Snapshot, m: Message, now: float) -> Snapshot:  # noqa: ARG001
+    if s.jumps and m.jump <= s.jumps[-1].number:
+        return s
+    jump = Jump(m.time_usec / 1e6, m.jump, m.law_from, m.law_to, m.reason, m.name, m.v)
+    return replace(s, jumps=(*s.jumps[-KEPT_JUMPS + 1 :], jump), law_since=jump.time)
+
+
+def _actuators(s: Snapshot, m: Message, now: float) -> Snapshot:  # noqa: ARG001
+    return replace(
+        s,
+        actuators=Actuators(
+            tuple(m.motor_speed),
+            tuple(m.motor_command),
+            tuple(m.thrust),
+            tuple(m.elevon),
+            tuple(m.elevon_command),
+            m.motor_min,
+            m.motor_max,
+            m.elevon_max,
+            m.limits,
+        ),
+    )
+
+
+def _energy(s: Snapshot, m: Message, now: float) -> Snapshot:  # noqa: ARG001
+    return replace(s, energy=Energy(m.power, m.energy, tuple(m.energy_by_law)))
+
+
+def _mission_current(s: Snapshot, m: Message, now: float) -> Snapshot:  # noqa: ARG001
+    begins = m.mission_state == mavlink.MISSION_STATE_ACTIVE and s.mission_state != m.mission_state
+    reached = frozenset(seq for seq in s.reached if seq < m.seq) if begins else s.reached
+    total = None if m.total == 0xFFFF else m.total
+    return replace(s, mission_current=m.seq, mission_count=total, mission_state=m.mission_state, reached=reached)
+
+
+def _item_reached(s: Snapshot, m: Message, now: float) -> Snapshot:  # noqa: ARG001
+    return replace(s, reached=s.reached | {m.seq})
+
+
+def _status_text(s: Snapshot, m: Message, now: float) -> Snapshot:
+    if m.chunk_seq > 0 and s.messages and m.id:
+        last = s.messages[-1]
+        return replace(s, messages=(*s.messages[:-1], last._replace(text=last.text + m.text)))
+    return note(s, now, m.severity, m.text)
+
+
+Handler = Callable[[Snapshot, Message, float], Snapshot]
+HANDLERS: dict[str, Handler] = {
+    "ACTUATOR_OUTPUT_STATUS": lambda s, m, now: s,  # noqa: ARG005 - DARKO_ACTUATORS says more
+    "ATTITUDE": _attitude,
+    "ATTITUDE_QUATERNION": _attitude_quaternion,
+    "BATTERY_STATUS": _battery,
+    "DARKO_ACTUATORS": _actuators,
+    "DARKO_ENERGY": _energy,
+    "DARKO_HYBRID_STATE": _hybrid,
+    "DARKO_JUMP": _jump,
+    "EXTENDED_SYS_STATE": _extended_state,
+    "GLOBAL_POSITION_INT": _global_position,
+    "HOME_POSITION": _home,
+    "LOCAL_POSITION_NED": _local_position,
+    "MISSION_CURRENT": _mission_current,
+    "MISSION_ITEM_REACHED": _item_reached,
+    "POSITION_TARGET_LOCAL_NED": _position_target,
+    "STATUSTEXT": _status_text,
+    "SYS_STATUS": _sys_status,
+    "VFR_HUD": _vfr_hud,
+    "WIND_COV": _wind,
+}
+
+
+def reduce_event(s: Snapshot, event: Event, now: float) -> Snapshot:
+    """The snapshot after something happened on this side of the link."""
+    handler = EVENT_HANDLERS.get(type(event))
+    return s if handler is None else handler(s, event, now)
+
+
+def command_name(command: int) -> str:
+    """A command's name without its prefix."""
+    entry = mavlink.enums["MAV_CMD"].get(command)
+    return entry.name.removeprefix("MAV_CMD_").replace("_", " ").lower() if entry else f"command {command}"
+
+
+def _command_done(s: Snapshot, e: CommandDone, now: float) -> Snapshot:
+    fine = e.result == mavlink.MAV_RESULT_ACCEPTED
+    return note(s, now, INFO if fine else WARNING, f"{command_name(e.command)}: {e.reason.lower().replace('_', ' ')}")
+
+
+def _command_progress(s: Snapshot, e: CommandProgress, now: float) -> Snapshot:
+    return note(s, now, INFO, f"{command_name(e.command)}: in progress")
+
+
+def _mission_progress(s: Snapshot, e: MissionProgress, now: float) -> Snapshot:  # noqa: ARG001
+    return replace(s, transfer=(e.direction, e.done, e.total))
+
+
+def _mission_uploaded(s: Snapshot, e: MissionUploaded, now: float) -> Snapshot:
+    return note(replace(s, transfer=None, reached=frozenset()), now, INFO, f"Mission of {e.count} items uploaded")
+
+
+def _mission_downloaded(s: Snapshot, e: MissionDownloaded, now: float) -> Snapshot:
+    s = replace(s, transfer=None, mission=e.items)
+    return note(s, now, INFO, f"Mission of {len(e.items)} items downloaded")
+
+
+def _mission_cleared(s: Snapshot, e: MissionCleared, now: float) -> Snapshot:  # noqa: ARG001
+    return note(replace(s, transfer=None, mission=(), reached=frozenset()), now, INFO, "Mission cleared")
+
+
+def _mission_failed(s: Snapshot, e: MissionFailed, now: float) -> Snapshot:
+    text = f"Mission {e.operation.replace('_', ' ')} failed: {e.reason.lower()}"
+    return note(replace(s, transfer=None), now, WARNING, text)
+
+
+EVENT_HANDLERS: dict[type, Callable[[Snapshot, Any, float], Snapshot]] = {
+    CommandDone: _command_done,
+    CommandProgress: _command_progress,
+    MissionProgress: _mission_progress,
+    MissionUploaded: _mission_uploaded,
+    MissionDownloaded: _mission_downloaded,
+    MissionCleared: _mission_cleared,
+    MissionFailed: _mission_failed,
+    ParameterFailed: lambda s, e, now: note(s, now, WARNING, f"Parameter {e.name or 'list'}: {e.reason}"),
+    VehicleFound: lambda s, e, now: note(s, now, NOTICE, f"Vehicle {e.system}/{e.component} found"),
+    VehicleLost: lambda s, e, now: note(replace(s, lost=True), now, WARNING, f"Vehicle lost: silent for {e.age:.0f} s"),
+    VehicleReturned: lambda s, e, now: note(
+        replace(s, lost=False), now, NOTICE, f"Vehicle is back after {e.gap:.0f} s"
+    ),
+}
