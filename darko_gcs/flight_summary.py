@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from protocol.codec import Source
+from protocol.codec import Source, source_of
 from protocol.dialect import mavlink
 from protocol.modes import mode_from_custom
 from protocol.replay import playing_times
@@ -158,11 +158,12 @@ def _texts(reader: TlogReader, times: Floats) -> tuple[Text, ...]:
     texts: list[Text] = []
     last: dict[Source, int] = {}
     for row in reader.rows("STATUSTEXT").tolist():
-        message = reader.decode(row)
-        source = (int(reader.systems[row]), int(reader.components[row]))
+        if (message := reader.decode(row)) is None:
+            continue
+        source = source_of(message)
         if message.id and message.chunk_seq and source in last:
             first = texts[last[source]]
-            texts[last[source]] = Text(first.time, first.severity, first.text + message.text, *source)
+            texts[last[source]] = replace(first, text=first.text + message.text)
             continue
         last[source] = len(texts)
         texts.append(Text(float(times[row]), enum_name("MAV_SEVERITY", message.severity), message.text, *source))
@@ -236,11 +237,14 @@ def _local(fields: Columns) -> tuple[Floats, Floats]:
 
 
 def _geodetic(fields: Columns) -> tuple[Floats, Floats]:
-    """The same from GLOBAL_POSITION_INT, on a sphere about the first point: lengths are good to half a percent."""
-    metres = np.radians(1e-7) * 6_371_000.0
-    lat, lon = fields["lat"].astype(np.float64), fields["lon"].astype(np.float64)
-    north = (lat - lat[0]) * metres
-    east = (lon - lon[0]) * metres * np.cos(np.radians(lat[0] * 1e-7))
+    """The same from GLOBAL_POSITION_INT, on a plane at the first fix; without a fix (0, 0) it is NaN.
+
+    Lengths are good to half a percent (the earth is a sphere here) within some tens of kilometres.
+    """
+    lat, lon = (np.radians(fields[angle] * 1e-7) for angle in ("lat", "lon"))
+    fixed = (lat != 0.0) | (lon != 0.0)
+    radius = np.where(fixed, 6_371_000.0, np.nan)
+    north, east = lat * radius, lon * radius * np.cos(lat[np.argmax(fixed)])
     down = fields["relative_alt"] * -1e-3
     velocity = np.stack([fields[axis] * 1e-2 for axis in ("vx", "vy", "vz")], axis=1)
     return np.stack((north, east, down), axis=1), velocity

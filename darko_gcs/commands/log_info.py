@@ -3,27 +3,15 @@
 from __future__ import annotations
 
 import argparse
-import json
-import math
-from collections.abc import Iterator
-from dataclasses import asdict
-from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
 
-from darko_gcs.flight_summary import Flight, Period, Summary, summarise
-from protocol.tlog import read_tlog
-
-__all__ = ["configure", "render", "run"]
-
-_FIRST_DATE = 946_684_800_000_000  # 2000-01-01 [us]: an earlier time is no date but a simulation's clock
-_LONGEST = 20  # pieces of damage, jumps and mode changes shown to a person
+__all__ = ["configure", "run"]
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of ``log info``."""
+    """Add the arguments of ``darko-gcs log info``."""
     parser.add_argument("file", type=Path, metavar="FILE", help="telemetry log (.tlog)")
-    parser.add_argument("--json", action="store_true", help="everything, for a program")
+    parser.add_argument("--json", action="store_true", help="print everything, for a program")
     parser.add_argument("--texts", type=int, default=10, metavar="N", help="show the last N status texts (10)")
 
 
@@ -31,122 +19,13 @@ def run(args: argparse.Namespace) -> int:
     """Print what is in a log.
 
     Raises:
-        FileError: It cannot be read or is no log.
+        FileError: The file cannot be read, or is no log.
     """
-    summary = summarise(read_tlog(args.file))
-    if args.json:
-        print(json.dumps(_plain(asdict(summary)), indent=2))
-    else:
-        print("\n".join(render(summary, str(args.file), max(args.texts, 0))))
+    # --help must stay quick: only here are the dialect and numpy needed.
+    from darko_gcs.flight_summary import summarise  # noqa: PLC0415
+    from darko_gcs.log_report import as_json, as_text  # noqa: PLC0415
+    from protocol.tlog import read_tlog  # noqa: PLC0415
+
+    summary, name = summarise(read_tlog(args.file)), str(args.file)
+    print(as_json(summary, name) if args.json else as_text(summary, name, max(args.texts, 0)))
     return 0
-
-
-def render(summary: Summary, name: str, texts: int = 10) -> Iterator[str]:
-    """A summary for a person, line by line."""
-    yield f"{name}: {summary.records:,} messages in {_clock(summary.duration)} ({summary.size:,} bytes)"
-    yield from _recording(summary)
-    for flight in summary.flights:
-        yield ""
-        yield from _flight(flight)
-    yield from _damage(summary)
-    yield from _last_texts(summary, texts)
-    yield ""
-    yield f"{'message':<32} {'from':>7} {'count':>9} {'Hz':>8}"
-    for message in summary.messages:
-        source = f"{message.system}/{message.component}"
-        yield f"{message.name:<32} {source:>7} {message.count:>9,} {message.rate:>8.2f}"
-
-
-def _recording(summary: Summary) -> Iterator[str]:
-    if summary.start_usec >= _FIRST_DATE:
-        start = datetime.fromtimestamp(summary.start_usec / 1e6, UTC)
-        yield f"recorded from {start:%Y-%m-%d %H:%M:%S} UTC"
-    else:
-        yield "recorded on a simulation's clock"
-    signed = f", {summary.signed:,} signed (not verified)" if summary.signed else ""
-    yield f"MAVLink 1: {summary.version_1:,}, MAVLink 2: {summary.version_2:,}{signed}"
-    if summary.unknown:
-        yield f"{summary.unknown:,} messages are not in the dialect: their checksums cannot be verified"
-    if summary.clock_steps:
-        yield f"the recording clock went back {summary.clock_steps} times"
-    if summary.stations:
-        yield "other stations: " + ", ".join(f"{system}/{component}" for system, component in summary.stations)
-
-
-def _flight(flight: Flight) -> Iterator[str]:
-    yield f"vehicle {flight.system}/{flight.component}: {flight.type}, autopilot {flight.autopilot}"
-    yield from _history("modes", flight.modes)
-    yield from _history("armed", flight.armed, nothing="never")
-    figures = (
-        ("flown", flight.distance, "m"),
-        ("height up to", flight.height, "m"),
-        ("speed up to", flight.speed, "m/s"),
-    )
-    told = [f"{what} {value:.1f} {unit}" for what, value, unit in figures if value is not None]
-    if told:
-        yield "  " + ", ".join(told)
-    if flight.laws:
-        yield "  laws: " + ", ".join(f"{law} {_clock(time)}" for law, time in flight.laws.items())
-    for jump in _some(flight.jumps):
-        v = "" if math.isnan(jump.v) else f" at V = {jump.v:.4g}"
-        yield f"  {_clock(jump.time)} jump {jump.number} {jump.name}: {jump.law_from} -> {jump.law_to}, {jump.reason}{v}"
-    yield from _rest(flight.jumps, "jumps")
-
-
-def _history(what: str, periods: tuple[Period, ...], nothing: str = "unknown") -> Iterator[str]:
-    yield f"  {what}: " + ("" if periods else nothing)
-    for period in _some(periods):
-        name = "" if period.name == what else f"  {period.name}"
-        yield f"    {_clock(period.start)} to {_clock(period.end)}{name}"
-    yield from _rest(periods, "more")
-
-
-def _damage(summary: Summary) -> Iterator[str]:
-    yield ""
-    if not summary.damage:
-        yield "no damage"
-        return
-    lost = sum(piece.length for piece in summary.damage)
-    yield f"damage: {lost:,} bytes in {len(summary.damage):,} places belong to no message"
-    for piece in _some(summary.damage):
-        yield f"  at {piece.offset:,}: {piece.length:,} bytes, {piece.what}"
-    yield from _rest(summary.damage, "places")
-
-
-def _last_texts(summary: Summary, count: int) -> Iterator[str]:
-    shown = summary.texts[len(summary.texts) - min(count, len(summary.texts)) :]
-    if shown:
-        yield ""
-        yield f"last {len(shown)} of {len(summary.texts)} status texts"
-    for text in shown:
-        yield f"  {_clock(text.time)} {text.system}/{text.component} {text.severity}: {_printable(text.text)}"
-
-
-def _some[T](things: tuple[T, ...]) -> tuple[T, ...]:
-    return things[:_LONGEST]
-
-
-def _rest(things: tuple[Any, ...], what: str) -> Iterator[str]:
-    if len(things) > _LONGEST:
-        yield f"    and {len(things) - _LONGEST:,} {what}"
-
-
-def _clock(seconds: float) -> str:
-    """Minutes and seconds, with hours when there are any."""
-    minutes, rest = divmod(round(seconds, 1), 60.0)
-    hours, minutes = divmod(int(minutes), 60)
-    return f"{hours}:{minutes:02d}:{rest:04.1f}" if hours else f"{minutes}:{rest:04.1f}"
-
-
-def _printable(text: str) -> str:
-    """Text from the wire without what could command a terminal."""
-    return "".join(character if character.isprintable() else "?" for character in text)
-
-
-def _plain(value: Any) -> Any:
-    """JSON has no NaN."""
-    if isinstance(value, dict):
-        return {key: _plain(inner) for key, inner in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(inner) for inner in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value

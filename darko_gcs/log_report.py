@@ -1,0 +1,140 @@
+"""What is in a log, written out: lines for a person, JSON for a program."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator
+from dataclasses import asdict
+from datetime import UTC, datetime
+from typing import Any
+
+from darko_gcs.flight_summary import Flight, Period, Summary
+
+__all__ = ["as_json", "as_text"]
+
+_FIRST_DATE = 946_684_800_000_000  # 2000-01-01 [us]: an earlier time is no date but a simulation's clock
+_LONGEST = 20  # pieces of damage, jumps and mode changes shown to a person
+
+
+def as_json(summary: Summary, name: str) -> str:
+    """The log's file and every field of its summary, by its name there; NaN is null."""
+    return json.dumps(_plain({"file": name, **asdict(summary)}), indent=2)
+
+
+def as_text(summary: Summary, name: str, texts: int = 10) -> str:
+    """A summary for a person.
+
+    Args:
+        summary: What is in the log.
+        name: The log's file.
+        texts: How many of the last status texts to show.
+    """
+    return "\n".join(_lines(summary, name, texts))
+
+
+def _lines(summary: Summary, name: str, texts: int) -> Iterator[str]:
+    yield f"{name}: {summary.records:,} messages in {_clock(summary.duration)} ({summary.size:,} bytes)"
+    yield from _recording(summary)
+    for flight in summary.flights:
+        yield ""
+        yield from _flight(flight)
+    yield from _damage(summary)
+    yield from _last_texts(summary, texts)
+    yield ""
+    yield f"{'message':<32} {'from':>7} {'count':>9} {'Hz':>8}"
+    for message in summary.messages:
+        source = f"{message.system}/{message.component}"
+        yield f"{message.name:<32} {source:>7} {message.count:>9,} {message.rate:>8.2f}"
+
+
+def _recording(summary: Summary) -> Iterator[str]:
+    if summary.start_usec >= _FIRST_DATE:
+        start = datetime.fromtimestamp(summary.start_usec / 1e6, UTC)
+        yield f"recorded from {start:%Y-%m-%d %H:%M:%S} UTC"
+    else:
+        yield "recorded on a simulation's clock"
+    signed = f", {summary.signed:,} signed (not verified)" if summary.signed else ""
+    yield f"MAVLink 1: {summary.version_1:,}, MAVLink 2: {summary.version_2:,}{signed}"
+    if summary.unknown:
+        yield f"{summary.unknown:,} messages are not in the dialect: their checksums cannot be verified"
+    if summary.clock_steps:
+        yield f"the recording clock went back {summary.clock_steps} times"
+    if summary.stations:
+        yield "other stations: " + ", ".join(f"{system}/{component}" for system, component in summary.stations)
+
+
+def _flight(flight: Flight) -> Iterator[str]:
+    yield f"vehicle {flight.system}/{flight.component}: {flight.type}, autopilot {flight.autopilot}"
+    yield from _history("modes", flight.modes)
+    yield from _history("armed", flight.armed, nothing="never")
+    figures = (
+        ("flown", flight.distance, "m"),
+        ("height up to", flight.height, "m"),
+        ("speed up to", flight.speed, "m/s"),
+    )
+    told = [f"{what} {value:.1f} {unit}" for what, value, unit in figures if value is not None]
+    if told:
+        yield "  " + ", ".join(told)
+    if flight.laws:
+        yield "  laws: " + ", ".join(f"{law} {_clock(time)}" for law, time in flight.laws.items())
+    for jump in flight.jumps[:_LONGEST]:
+        v = "" if math.isnan(jump.v) else f" at V = {jump.v:.4g}"
+        change = f"{jump.law_from} -> {jump.law_to}"
+        yield f"    {_clock(jump.time)} jump {jump.number} {_printable(jump.name)}: {change}, {jump.reason}{v}"
+    yield from _rest(flight.jumps, "jumps")
+
+
+def _history(what: str, periods: tuple[Period, ...], nothing: str = "unknown") -> Iterator[str]:
+    yield f"  {what}:" + ("" if periods else f" {nothing}")
+    for period in periods[:_LONGEST]:
+        name = "" if period.name == what else f"  {period.name}"
+        yield f"    {_clock(period.start)} to {_clock(period.end)}{name}"
+    yield from _rest(periods, "more")
+
+
+def _damage(summary: Summary) -> Iterator[str]:
+    yield ""
+    if not summary.damage:
+        yield "no damage"
+        return
+    lost = sum(piece.length for piece in summary.damage)
+    yield f"damage: {lost:,} bytes in {len(summary.damage):,} places belong to no message"
+    for piece in summary.damage[:_LONGEST]:
+        yield f"  at {piece.offset:,}: {piece.length:,} bytes, {piece.what}"
+    yield from _rest(summary.damage, "places")
+
+
+def _last_texts(summary: Summary, count: int) -> Iterator[str]:
+    shown = summary.texts[len(summary.texts) - min(count, len(summary.texts)) :]
+    if shown:
+        yield ""
+        yield f"last {len(shown)} of {len(summary.texts)} status texts"
+    for text in shown:
+        yield f"  {_clock(text.time)} {text.system}/{text.component} {text.severity}: {_printable(text.text)}"
+
+
+def _rest(things: tuple[Any, ...], what: str) -> Iterator[str]:
+    if len(things) > _LONGEST:
+        yield f"    and {len(things) - _LONGEST:,} {what}"
+
+
+def _clock(seconds: float) -> str:
+    """Minutes and seconds, with hours when there are any."""
+    minutes, rest = divmod(round(seconds, 1), 60.0)
+    hours, minutes = divmod(int(minutes), 60)
+    return f"{hours}:{minutes:02d}:{rest:04.1f}" if hours else f"{minutes}:{rest:04.1f}"
+
+
+def _printable(text: str) -> str:
+    """Text from the wire without what could command a terminal."""
+    return "".join(character if character.isprintable() else "?" for character in text)
+
+
+def _plain(value: object) -> object:
+    """JSON has no NaN."""
+    if isinstance(value, dict):
+        return {key: _plain(inner) for key, inner in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(inner) for inner in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
