@@ -105,8 +105,8 @@ class Link:
     ) -> None:
         self.clock = VirtualClock()
         self.ground, self.vehicle = GroundEndpoint(), Vehicle(items)
-        self._up = LossyPipe(seed, **(losses if to_vehicle is None else to_vehicle))
-        self._down = LossyPipe(seed + 1, **losses)
+        self.up = LossyPipe(seed, **(losses if to_vehicle is None else to_vehicle))
+        self.down = LossyPipe(seed + 1, **losses)
         self.events: list[Event] = []
         self.messages: list = []
 
@@ -123,7 +123,7 @@ class Link:
                 return True
             ends = (self.ground, self.vehicle.endpoint, self.vehicle)
             deadlines = [getattr(e, "next_deadline", lambda: self.vehicle.next_item)() for e in ends]
-            instant = max(min(*deadlines, self._up.next_arrival(), self._down.next_arrival()), self.now)
+            instant = max(min(*deadlines, self.up.next_arrival(), self.down.next_arrival()), self.now)
             if instant > end:
                 self.clock.advance_to(end)
                 return False
@@ -137,17 +137,17 @@ class Link:
 
     def _settle(self) -> None:
         now = self.now
-        for data in self._up.receive(now):
+        for data in self.up.receive(now):
             self.vehicle.endpoint.receive_datagram(data, "ground", now)
             self.vehicle.obey(now)
-        for data in self._down.receive(now):
+        for data in self.down.receive(now):
             self.messages += self.ground.receive_datagram(data, now)
         self.vehicle.step(now)
         self.ground.handle_timer(now)
         for _, data in self.vehicle.endpoint.datagrams_to_send():
-            self._down.send(data, now)
+            self.down.send(data, now)
         for data in self.ground.datagrams_to_send():
-            self._up.send(data, now)
+            self.up.send(data, now)
         self.events += self.ground.events()
 
 
