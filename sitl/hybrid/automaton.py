@@ -1,7 +1,8 @@
-"""A discrete state with a table of jumps: what the vehicle's supervisor is made of.
+"""Jumps as data: the discrete half of a hybrid system.
 
-Between jumps something else flows; here only the jump map and the jump set are data: each law has an ordered
-tuple of jumps, and the first whose guard holds is taken, again and again until none holds.
+A table gives each mode its ordered jumps; a jump is its jump set (the guard), its jump map (the target and the
+reset) and a name. What flows between jumps is not said here: for the vehicle it is the compiled flow, for the
+textbook systems :mod:`sitl.hybrid.solution`. Both jump by this table.
 """
 
 from __future__ import annotations
@@ -18,22 +19,39 @@ class ZenoError(SitlError):
     """Jumps without end at one instant: the table's hysteresis is broken."""
 
 
+def unchanged(x: Any) -> Any:  # noqa: ANN401 - the identity of whatever the table's states are
+    """The jump map of a jump that changes the mode alone."""
+    return x
+
+
 class Jump(NamedTuple):
     """One row of a table."""
 
     name: str
-    guard: Callable[[Any], bool]
-    target: Any
-    reason: Any = None
+    guard: Callable[[Any], bool]  # whether the state is in the jump set
+    target: Any  # mode after the jump
+    reason: Any = None  # said when the jump is recorded
+    reset: Callable[[Any], Any] = unchanged  # state after the jump
 
 
-def settle(table: Mapping[Mode, tuple[Jump, ...]], mode: Mode, x: object) -> tuple[Mode, list[Jump]]:
-    """Take enabled jumps, the first match of each mode, until none is enabled.
+Table = Mapping[Mode, tuple[Jump, ...]]
+
+
+def enabled(table: Table[Mode], mode: Mode, x: object) -> Jump | None:
+    """The jump that ``x`` must take in ``mode``: the first whose guard holds; None in the flow set.
+
+    Jumps have priority over flow, earlier rows over later ones, so that solutions are unique.
+    """
+    return next((jump for jump in table[mode] if jump.guard(x)), None)
+
+
+def settle(table: Table[Mode], mode: Mode, x: object) -> tuple[Mode, list[Jump]]:
+    """Take enabled jumps until none is enabled, at one instant and with one ``x``.
 
     Args:
         table: Ordered jumps of every mode.
         mode: Where to begin.
-        x: What the guards look at; it does not change while jumps are taken.
+        x: What the guards look at; resets are left to the caller.
 
     Returns:
         The mode reached and the jumps taken, in order.
@@ -42,7 +60,7 @@ def settle(table: Mapping[Mode, tuple[Jump, ...]], mode: Mode, x: object) -> tup
         ZenoError: If more jumps than there are modes would be taken: then some mode came twice.
     """
     taken: list[Jump] = []
-    while (jump := next((j for j in table[mode] if j.guard(x)), None)) is not None:
+    while (jump := enabled(table, mode, x)) is not None:
         taken.append(jump)
         mode = jump.target
         if len(taken) > len(table):
@@ -50,7 +68,7 @@ def settle(table: Mapping[Mode, tuple[Jump, ...]], mode: Mode, x: object) -> tup
     return mode, taken
 
 
-def mermaid(table: Mapping[Mode, tuple[Jump, ...]], label: Callable[[Mode], str] = str) -> str:
+def mermaid(table: Table[Mode], label: Callable[[Mode], str] = str) -> str:
     """The table as a Mermaid state diagram, for the documentation."""
     lines = ["stateDiagram-v2"]
     lines += [
