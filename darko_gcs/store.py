@@ -28,6 +28,7 @@ from protocol.events import (
 from protocol.frames import Geodetic
 from protocol.frames import heading as heading_of
 from protocol.modes import mode_from_custom
+from protocol.plans.mission import MissionItem
 
 __all__ = ["note", "reduce", "reduce_event"]
 
@@ -51,7 +52,8 @@ def reduce(s: Snapshot, message: Message, now: float) -> Snapshot:
     kind = message.get_type()
     if kind == "HEARTBEAT":
         return _heartbeat(s, message, now)
-    if s.source is not None and source_of(message)[0] != s.source[0]:
+    foreign = s.source is not None and source_of(message)[0] != s.source[0]
+    if foreign and kind != "MISSION_ITEM_INT":  # in a log, the mission comes from whoever uploaded it
         return s
     handler = HANDLERS.get(kind)
     if handler is None:
@@ -227,6 +229,12 @@ def _item_reached(s: Snapshot, m: Message, now: float) -> Snapshot:  # noqa: ARG
     return replace(s, reached=s.reached | {m.seq})
 
 
+def _mission_item(s: Snapshot, m: Message, now: float) -> Snapshot:  # noqa: ARG001
+    if m.mission_type != mavlink.MAV_MISSION_TYPE_MISSION or m.seq > len(s.mission):
+        return s
+    return replace(s, mission=(*s.mission[: m.seq], MissionItem.from_message(m), *s.mission[m.seq + 1 :]))
+
+
 def _status_text(s: Snapshot, m: Message, now: float) -> Snapshot:
     if m.chunk_seq > 0 and s.messages and m.id:
         last = s.messages[-1]
@@ -249,6 +257,7 @@ HANDLERS: dict[str, Handler] = {
     "HOME_POSITION": _home,
     "LOCAL_POSITION_NED": _local_position,
     "MISSION_CURRENT": _mission_current,
+    "MISSION_ITEM_INT": _mission_item,
     "MISSION_ITEM_REACHED": _item_reached,
     "POSITION_TARGET_LOCAL_NED": _position_target,
     "STATUSTEXT": _status_text,

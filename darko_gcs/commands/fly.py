@@ -44,7 +44,7 @@ def run(args: argparse.Namespace) -> int:
     if not args.headless:
         from darko_gcs.commands import connect  # noqa: PLC0415 - the screens are not needed otherwise
 
-        return connect.run(args)
+        return int(connect.run(args))
     import asyncio  # noqa: PLC0415 - --help must stay quick
 
     from darko_gcs.headless import fly_headless  # noqa: PLC0415

@@ -1,0 +1,77 @@
+"""Everything the operator can do, once: key, words and deed. Bindings, palette and help come from this table."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from darko_gcs.snapshot import Snapshot
+from protocol.dialect import mavlink
+
+if TYPE_CHECKING:
+    from darko_gcs.app import GroundStation
+
+__all__ = ["ACTIONS", "Action"]
+
+MISSION_ACTIVE = mavlink.MISSION_STATE_ACTIVE
+
+
+@dataclass(frozen=True)
+class Action:
+    """One thing to do."""
+
+    key: str
+    name: str
+    label: str  # in the footer; empty keeps it out
+    help: str
+    do: Callable[[GroundStation], None]
+    confirm: Callable[[Snapshot], str | None] = lambda s: None  # noqa: ARG005 - most need none
+    needs_vehicle: bool = True
+
+
+def _in_air(s: Snapshot) -> bool:
+    return s.landed_state in {2, 3, 4}
+
+
+def _confirm_arm(s: Snapshot) -> str | None:
+    return "Arm? The propellers will turn." if not s.armed else None
+
+
+def _confirm_disarm(s: Snapshot) -> str | None:
+    return "Disarm IN THE AIR? The vehicle will fall." if _in_air(s) else None
+
+
+def _confirm_leaving_mission(what: str) -> Callable[[Snapshot], str | None]:
+    return lambda s: f"A mission is being flown. {what} instead?" if s.mission_state == MISSION_ACTIVE else None
+
+
+ACTIONS = (
+    Action("a", "arm", "Arm", "Arm: start the motors at idle", lambda app: app.tell("arm"), _confirm_arm),
+    Action(
+        "d", "disarm", "Disarm", "Disarm: stop the motors (in the air only by force)", lambda app: app.disarm(),
+        _confirm_disarm,
+    ),
+    Action("t", "take_off", "Takeoff", "Take off to a height above home", lambda app: app.ask_take_off()),
+    Action(
+        "h", "hold", "Hold", "Hold: stop and hover here", lambda app: app.tell("hold"), _confirm_leaving_mission("Hold")
+    ),
+    Action(
+        "l", "land", "Land", "Land on the spot", lambda app: app.tell("land"), _confirm_leaving_mission("Land here")
+    ),
+    Action(
+        "r", "return", "Home", "Return home and land", lambda app: app.tell("return_home"),
+        _confirm_leaving_mission("Return home"),
+    ),
+    Action("g", "go_to", "Goto", "Go to a point north and east of home", lambda app: app.ask_go_to()),
+    Action("s", "start", "Start", "Start or resume the mission", lambda app: app.tell("start_mission")),
+    Action(
+        "m", "mission", "Plan", "Mission: load, edit, upload, download", lambda app: app.show_mission(),
+        needs_vehicle=False,
+    ),
+    Action("plus", "zoom_in", "", "Map: zoom in", lambda app: app.zoom(1), needs_vehicle=False),
+    Action("minus", "zoom_out", "", "Map: zoom out", lambda app: app.zoom(-1), needs_vehicle=False),
+    Action("0", "zoom_fit", "", "Map: show everything", lambda app: app.zoom(0), needs_vehicle=False),
+    Action("question_mark", "help", "Help", "All keys", lambda app: app.show_help(), needs_vehicle=False),
+    Action("q", "quit", "", "Quit the ground station", lambda app: app.leave(), needs_vehicle=False),
+)  # fmt: skip

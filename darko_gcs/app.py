@@ -1,0 +1,173 @@
+"""The application: pulls snapshots ten times a second, and is the only one that talks to the vehicle."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable
+from typing import ClassVar
+
+from textual.app import App, SystemCommand
+from textual.binding import Binding, BindingType
+from textual.screen import Screen
+
+from darko_gcs.actions import ACTIONS, Action
+from darko_gcs.errors import GroundError
+from darko_gcs.feed import Feed
+from darko_gcs.screens.dialogs import AskScreen, ConfirmScreen, HelpScreen
+from darko_gcs.screens.fly import FlyScreen
+from darko_gcs.screens.mission import MissionScreen
+from darko_gcs.widgets.panels import MapPanel
+
+__all__ = ["GroundStation"]
+
+REFRESH = 0.1  # [s]
+BY_NAME = {action.name: action for action in ACTIONS}
+
+
+class GroundStation(App[int]):
+    """The ground station on a feed: a vehicle or a recording."""
+
+    TITLE = "DarkO"
+    CSS_PATH = "app.tcss"
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding(action.key, f"act('{action.name}')", action.label or action.help, show=bool(action.label))
+        for action in ACTIONS
+    ]
+    failure: GroundError | None = None  # why it could not start
+
+    def __init__(self, feed: Feed) -> None:
+        super().__init__()
+        self.feed = feed
+        self._pulled = time.monotonic()
+
+    async def on_mount(self) -> None:
+        """Open the feed and begin to look at it."""
+        try:
+            await self.feed.open()
+        except GroundError as error:
+            self.failure = error
+            self.exit(error.exit_code)
+            return
+        await self.push_screen(self.first_screen())
+        self.set_interval(REFRESH, self.pull)
+
+    async def on_unmount(self) -> None:
+        """Close the feed, whatever ended the app."""
+        await self.feed.close()
+
+    def first_screen(self) -> FlyScreen:
+        """The screen that is always at the bottom."""
+        return FlyScreen()
+
+    def pull(self) -> None:
+        """Hand the newest snapshot to every screen that shows it, also below dialogs."""
+        now = time.monotonic()
+        self.feed.advance(now - self._pulled)
+        self._pulled = now
+        for screen in self.screen_stack:
+            if isinstance(screen, FlyScreen | MissionScreen):
+                screen.now = self.feed.now
+                screen.snapshot = self.feed.snapshot
+
+    # Actions
+
+    def action_act(self, name: str) -> None:
+        """Do one of the table's actions, after asking where it matters."""
+        action = BY_NAME[name]
+        if action.needs_vehicle and not self._may_command():
+            return
+        question = action.confirm(self.feed.snapshot)
+        if question is None:
+            action.do(self)
+            return
+
+        def answered(yes: bool | None) -> None:
+            if yes:
+                action.do(self)
+
+        self.push_screen(ConfirmScreen(question), answered)
+
+    def _may_command(self) -> bool:
+        if self.feed.station is None:
+            self.notify("This is a recording: there is no vehicle to command", severity="warning")
+        elif self.feed.snapshot.source is None:
+            self.notify("No vehicle has been heard yet", severity="warning")
+        elif self.feed.snapshot.lost:
+            self.notify("The vehicle is silent: nothing was sent", severity="warning")
+        else:
+            return True
+        return False
+
+    def tell(self, request: str) -> None:
+        """One of the station's requests without arguments."""
+        getattr(self.feed.station, request)(self.feed.now)
+
+    def disarm(self) -> None:
+        """Disarm; asked for in the air, it was confirmed and is meant."""
+        station = self.feed.station
+        if station is not None:
+            station.disarm(self.feed.now, force=self.feed.snapshot.landed_state in {2, 3, 4})
+
+    def ask_take_off(self) -> None:
+        """Ask for the height, then take off."""
+
+        def answered(values: tuple[str, ...] | None) -> None:
+            if values is not None and self.feed.station is not None:
+                self.feed.station.take_off(float(values[0]), self.feed.now)
+
+        self.push_screen(AskScreen("Take off", [("Height above home [m]", "3")]), answered)
+
+    def ask_go_to(self) -> None:
+        """Ask for the point, then go there."""
+        p = self.feed.snapshot.p or (0.0, 0.0, -3.0)
+        fields = [
+            ("North of home [m]", f"{p[0]:.1f}"),
+            ("East of home [m]", f"{p[1]:.1f}"),
+            ("Height above home [m]", f"{-p[2]:.1f}"),
+        ]
+
+        def answered(values: tuple[str, ...] | None) -> None:
+            if values is not None and self.feed.station is not None:
+                north, east, height = (float(value) for value in values)
+                self.feed.station.go_to(north, east, height, self.feed.now)
+
+        self.push_screen(AskScreen("Go to", fields), answered)
+
+    def show_mission(self) -> None:
+        """Open the mission screen, once."""
+        if not isinstance(self.screen, MissionScreen):
+            self.push_screen(MissionScreen(self.feed.station, lambda: self.feed.now))
+
+    def show_help(self) -> None:
+        """Open the list of keys."""
+        self.push_screen(HelpScreen(self.extra_keys()))
+
+    def extra_keys(self) -> list[tuple[str, str]]:
+        """Keys beside those of the table."""
+        return []
+
+    def zoom(self, step: int) -> None:
+        """Zoom the map in, out, or to fit."""
+        for panel in self.screen.query(MapPanel):
+            panel.zoom(step)
+
+    def leave(self) -> None:
+        """Quit; an armed vehicle is a reason to ask."""
+        if not (self.feed.snapshot.armed and self.feed.station is not None):
+            self.exit(0)
+            return
+
+        def answered(yes: bool | None) -> None:
+            if yes:
+                self.exit(0)
+
+        self.push_screen(ConfirmScreen("The vehicle is armed. Quit all the same?"), answered)
+
+    def get_system_commands(self, screen: Screen[object]) -> Iterable[SystemCommand]:
+        """The palette: the table's actions, then Textual's own."""
+        for action in ACTIONS:
+            yield SystemCommand(action.label or action.name.replace("_", " "), action.help, self._doing(action))
+        yield from super().get_system_commands(screen)
+
+    def _doing(self, action: Action) -> Callable[[], None]:
+        return lambda: self.action_act(action.name)

@@ -1,0 +1,47 @@
+"""The ground station on a live vehicle."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping
+
+from darko_gcs.commands.options import add_link_options, sitl_arguments
+
+EXAMPLES = """\
+examples:
+  darko-gcs                       wait for a vehicle on 127.0.0.1:14550
+  darko-gcs --sitl                start a simulated vehicle too, and stop it in the end
+  darko-gcs --sitl --wind 4@270   with wind from the west
+
+other commands (darko-gcs COMMAND --help):
+"""
+
+
+def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
+    """The command line of ``darko-gcs [connect]``."""
+    listing = "".join(f"  {name:<8}{text}\n" for name, text in commands.items() if name != "connect")
+    made = argparse.ArgumentParser(
+        prog="darko-gcs",
+        description="Ground station of DarkO in the terminal, over MAVLink 2 on UDP.",
+        epilog=EXAMPLES + listing,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    made.add_argument("--version", action="store_true", help="say the version and exit (alone)")
+    add_link_options(made)
+    return made
+
+
+def run(args: argparse.Namespace) -> int:
+    """Open the screens until the operator quits."""
+    from darko_gcs.app import GroundStation  # noqa: PLC0415 - --help must not load the screens
+    from darko_gcs.feed import LiveFeed  # noqa: PLC0415
+    from darko_gcs.recording import default_folder, start_recording  # noqa: PLC0415
+    from darko_gcs.station import Station  # noqa: PLC0415
+
+    recorder, path = start_recording(args.record or default_folder())
+    sitl = sitl_arguments(args) if args.sitl else None
+    app = GroundStation(LiveFeed(Station(recorder), args.host, args.port, sitl, f"Recording to {path}"))
+    code = app.run()
+    if app.failure is not None:
+        raise app.failure
+    return code or 0

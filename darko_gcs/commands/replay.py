@@ -1,0 +1,36 @@
+"""Recorded flights on the same screens."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping
+from pathlib import Path
+
+
+def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
+    """The command line of ``darko-gcs replay``."""
+    made = argparse.ArgumentParser(
+        prog="darko-gcs replay",
+        description=commands["replay"] + ".",
+        epilog="keys: space pauses, left/right seek 5 s, shift 30 s, home/end, [ and ] change the speed",
+    )
+    made.add_argument("file", type=Path, metavar="FILE", help="a .tlog of this or another ground station")
+    made.add_argument("--speed", type=float, default=1.0, metavar="X", help="playing speed to begin with [1]")
+    made.add_argument("--at", type=float, default=0.0, metavar="S", help="where to begin [0]")
+    return made
+
+
+def run(args: argparse.Namespace) -> int:
+    """Open the screens on a log until the operator quits."""
+    from darko_gcs.errors import GroundError  # noqa: PLC0415
+    from darko_gcs.feed import ReplayFeed  # noqa: PLC0415
+    from darko_gcs.replay_app import ReplayStation  # noqa: PLC0415
+    from protocol.errors import FileError  # noqa: PLC0415 - --help must not load the wire
+    from protocol.tlog import read_tlog  # noqa: PLC0415
+
+    try:
+        feed = ReplayFeed(read_tlog(args.file), args.file.name)
+    except FileError as error:
+        raise GroundError(str(error)) from error
+    feed.speed = args.speed
+    return ReplayStation(feed, args.at).run() or 0

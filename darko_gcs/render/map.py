@@ -1,0 +1,110 @@
+"""A map in braille: home, mission, track and vehicle, north up, one scale for both axes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+
+from darko_gcs.render.canvas import Braille, Line
+
+__all__ = ["draw_map"]
+
+Point = tuple[float, float]  # north, east [m]
+SMALLEST = 6.0  # metres across, however near everything is
+MARGIN = 1.25
+ARROWS = "↑↗→↘↓↙←↖"
+STATES = {"done": "good", "current": "warn", "todo": "plan"}
+
+
+def draw_map(
+    *,
+    width: int,
+    height: int,
+    scale: float | None,
+    centre: Point | None,
+    home: Point | None,
+    track: Sequence[Point],
+    waypoints: Sequence[tuple[int, float, float, str]],
+    vehicle: tuple[float, float, float] | None,
+    target: Point | None,
+) -> tuple[list[Line], float]:
+    """The map's lines and its scale [m per cell height].
+
+    Args:
+        width: Cells; a cell is taken to be twice as high as wide.
+        height: Cells.
+        scale: Metres per cell height; None fits everything.
+        centre: In the middle; None: the middle of everything.
+        home: Where home is.
+        track: Where the vehicle has been.
+        waypoints: Number, north, east and state ("todo", "current", "done") of each.
+        vehicle: North, east [m] and heading [rad].
+        target: Where the vehicle is told to be.
+    """
+    places = [*track, *((n, e) for _, n, e, _ in waypoints)]
+    places += [place for place in (home, target, None if vehicle is None else vehicle[:2]) if place is not None]
+    places = [place for place in places if all(map(math.isfinite, place))] or [(0.0, 0.0)]
+    scale = scale or _fit(places, width, height)
+    middle = centre or _middle(places)
+    canvas = Braille(width, height)
+    dots = 4.0 / scale  # per metre, the same in both directions
+
+    def at(point: Point) -> Point:
+        return width + (point[1] - middle[1]) * dots, 2 * height - (point[0] - middle[0]) * dots
+
+    legs = [(north, east) for _, north, east, _ in waypoints]
+    for a, b in zip(legs, legs[1:], strict=False):
+        canvas.line(*at(a), *at(b), "plan")
+    for a, b in zip(track, track[1:], strict=False):
+        canvas.line(*at(a), *at(b), "track")
+    _symbols(canvas, at, home, waypoints, vehicle, target)
+    _scale_bar(canvas, scale)
+    return canvas.lines(), scale
+
+
+def _symbols(
+    canvas: Braille,
+    at: Callable[[Point], Point],
+    home: Point | None,
+    waypoints: Sequence[tuple[int, float, float, str]],
+    vehicle: tuple[float, float, float] | None,
+    target: Point | None,
+) -> None:
+    def put(point: Point, text: str, style: str) -> None:
+        x, y = at(point)
+        if math.isfinite(x) and math.isfinite(y):
+            canvas.put(math.floor(x / 2), math.floor(y / 4), text, style)
+
+    if home is not None:
+        put(home, "H", "accent")
+    for number, north, east, state in waypoints:
+        put((north, east), str(number), STATES.get(state, ""))
+    if target is not None:
+        put(target, "+", "warn")
+    if vehicle is not None and all(map(math.isfinite, vehicle)):
+        put(vehicle[:2], ARROWS[round(vehicle[2] / (math.pi / 4)) % 8], "bad")
+
+
+def _fit(places: Sequence[Point], width: int, height: int) -> float:
+    north = max(p[0] for p in places) - min(p[0] for p in places)
+    east = max(p[1] for p in places) - min(p[1] for p in places)
+    wanted = max(MARGIN * north / height, MARGIN * east / (width / 2), SMALLEST / height)
+    return _round_up(wanted)
+
+
+def _round_up(value: float) -> float:
+    """The next of 1, 2, 5 times a power of ten."""
+    power = 10.0 ** math.floor(math.log10(value))
+    return next(step * power for step in (1.0, 2.0, 5.0, 10.0) if step * power >= value * 0.999)
+
+
+def _middle(places: Sequence[Point]) -> Point:
+    north, east = [p[0] for p in places], [p[1] for p in places]
+    return (min(north) + max(north)) / 2, (min(east) + max(east)) / 2
+
+
+def _scale_bar(canvas: Braille, scale: float) -> None:
+    length = _round_up(scale * 1.5)
+    cells = max(1, round(2 * length / scale))
+    canvas.put(0, canvas.height - 1, f"├{'─' * max(0, cells - 2)}┤ {length:g} m", "dim")
+    canvas.put(canvas.width - 3, 0, "N↑", "dim")

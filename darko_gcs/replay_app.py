@@ -1,0 +1,119 @@
+"""The same screens on a recording, with a time bar."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import ClassVar
+
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+
+from darko_gcs.app import GroundStation
+from darko_gcs.feed import ReplayFeed
+from darko_gcs.screens.fly import FlyScreen
+from darko_gcs.snapshot import Snapshot
+from darko_gcs.widgets.panel import Line, text_line
+from darko_gcs.widgets.status import StatusBar
+
+__all__ = ["ReplayStation"]
+
+
+class ReplayStation(GroundStation):
+    """A ground station whose vehicle is a log."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("space", "pause", "Pause", priority=True),
+        Binding("left", "seek(-5)", "-5 s"),
+        Binding("right", "seek(5)", "+5 s"),
+        Binding("shift+left", "seek(-30)", "", show=False),
+        Binding("shift+right", "seek(30)", "", show=False),
+        Binding("home", "go(0)", "", show=False),
+        Binding("end", "go(1)", "", show=False),
+        Binding("left_square_bracket", "speed(-1)", "Slower"),
+        Binding("right_square_bracket", "speed(1)", "Faster"),
+        *(Binding(str(n), f"go({n / 10})", "", show=False) for n in range(1, 10)),
+    ]
+
+    def __init__(self, feed: ReplayFeed, begin: float = 0.0) -> None:
+        super().__init__(feed)
+        self.replay = feed
+        self._begin = begin
+
+    async def on_mount(self) -> None:
+        """Begin where it was asked to."""
+        await super().on_mount()
+        self.replay.seek(self._begin)
+
+    def first_screen(self) -> FlyScreen:
+        """The flight screen with a time bar."""
+        return ReplayScreen(self.replay)
+
+    def extra_keys(self) -> list[tuple[str, str]]:
+        """The player's keys."""
+        return [
+            ("space", "Pause or play"),
+            ("left right", "Seek 5 s; with shift 30 s"),
+            ("home end 1-9", "Go to the beginning, the end, tenths of the flight"),
+            ("[ ]", "Slower, faster"),
+        ]
+
+    def action_pause(self) -> None:
+        """Pause or play."""
+        self.replay.toggle()
+
+    def action_seek(self, step: float) -> None:
+        """Move by some seconds."""
+        self.replay.seek(self.replay.timeline.position + step)
+
+    def action_go(self, share: float) -> None:
+        """Go to a share of the flight."""
+        self.replay.seek(share * self.replay.timeline.duration)
+
+    def action_speed(self, steps: int) -> None:
+        """Play slower or faster."""
+        self.replay.change_speed(steps)
+
+
+class ReplayScreen(FlyScreen):
+    """The flight screen with a time bar above the footer."""
+
+    def __init__(self, feed: ReplayFeed) -> None:
+        super().__init__()
+        self._feed = feed
+
+    def compose(self) -> ComposeResult:
+        """As live, with the bar."""
+        widgets: Iterator[object] = iter(super().compose())
+        yield from widgets  # type: ignore[misc]
+        yield TimeBar(self._feed).data_bind(ReplayScreen.snapshot, ReplayScreen.now)
+
+
+class TimeBar(StatusBar):
+    """Where the flight is, how fast it plays, where the log is damaged."""
+
+    def __init__(self, feed: ReplayFeed) -> None:
+        super().__init__()
+        self.id = "replay-bar"
+        self._feed = feed
+
+    def draw(self, s: Snapshot, width: int, height: int) -> list[Line]:  # noqa: ARG002 - from the feed
+        """State, bar, times."""
+        timeline = self._feed.timeline
+        state = "▶" if self._feed.playing else "⏸"
+        words = f" {clock(timeline.position)} / {clock(timeline.duration)}  {self._feed.speed:g}x "
+        room = max(1, width - len(words) - 3)
+        cells = ["─"] * room
+        for marker in timeline.markers:
+            cells[_cell(marker.time, timeline.duration, room)] = "!"
+        at = _cell(timeline.position, timeline.duration, room)
+        line: Line = [(f" {state} ", "accent"), ("".join(cells[:at]), "plan"), ("●", "accent")]
+        return [[*line, ("".join(cells[at + 1 :]), "dim"), *text_line(words)]]
+
+
+def clock(seconds: float) -> str:
+    """Minutes and seconds."""
+    return f"{int(seconds // 60)}:{seconds % 60:04.1f}"
+
+
+def _cell(time: float, duration: float, room: int) -> int:
+    return min(room - 1, int(room * time / duration)) if duration > 0.0 else 0

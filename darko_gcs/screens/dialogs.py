@@ -1,0 +1,113 @@
+"""Small dialogs. Telemetry goes on beneath them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import ClassVar
+
+from textual import on
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import Horizontal, Vertical
+from textual.screen import ModalScreen
+from textual.widgets import Button, Input, Label, Static
+
+from darko_gcs.actions import ACTIONS
+
+__all__ = ["AskScreen", "ConfirmScreen", "HelpScreen", "ask_number"]
+
+
+class ConfirmScreen(ModalScreen[bool]):
+    """A question with yes and no; no is where the focus begins."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("y", "answer(True)", "Yes"),
+        Binding("n,escape", "answer(False)", "No"),
+    ]
+
+    def __init__(self, question: str) -> None:
+        super().__init__()
+        self._question = question
+
+    def compose(self) -> ComposeResult:
+        """Question and buttons."""
+        with Vertical(classes="dialog"):
+            yield Label(self._question, id="question")
+            with Horizontal(classes="buttons"):
+                yield Button("Yes (y)", variant="error", id="yes")
+                yield Button("No (n)", variant="primary", id="no")
+
+    def on_mount(self) -> None:
+        """The harmless answer is the default."""
+        self.query_one("#no").focus()
+
+    def action_answer(self, answer: bool) -> None:
+        """Close with an answer."""
+        self.dismiss(answer)
+
+    @on(Button.Pressed)
+    def _pressed(self, event: Button.Pressed) -> None:
+        self.dismiss(event.button.id == "yes")
+
+
+class AskScreen(ModalScreen["tuple[str, ...] | None"]):
+    """A few fields to fill in. ``check`` says what is wrong with them, or None."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [Binding("escape", "cancel", "Cancel")]
+
+    def __init__(self, title: str, fields: Sequence[tuple[str, str]], *, numbers: bool = True) -> None:
+        super().__init__()
+        self._title, self._fields, self._numbers = title, fields, numbers
+
+    def compose(self) -> ComposeResult:
+        """A labelled input per field."""
+        with Vertical(classes="dialog"):
+            yield Label(self._title, id="question")
+            for index, (label, value) in enumerate(self._fields):
+                yield Label(label)
+                yield Input(value, id=f"field-{index}")
+            yield Static("", id="complaint")
+            yield Static("Enter: do it    Esc: cancel", classes="hint")
+
+    @on(Input.Submitted)
+    def _submitted(self) -> None:
+        values = tuple(field.value.strip() for field in self.query(Input))
+        for (label, _), value in zip(self._fields, values, strict=True):
+            if self._numbers and ask_number(value) is None:
+                self.query_one("#complaint", Static).update(f"{label}: {value!r} is not a number")
+                return
+        self.dismiss(values)
+
+    def action_cancel(self) -> None:
+        """Close without an answer."""
+        self.dismiss(None)
+
+
+class HelpScreen(ModalScreen[None]):
+    """All keys."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [Binding("escape,question_mark,q", "dismiss", "Close")]
+
+    def __init__(self, extra: Sequence[tuple[str, str]] = ()) -> None:
+        super().__init__()
+        self._extra = extra
+
+    def compose(self) -> ComposeResult:
+        """A line per action."""
+        names = {"question_mark": "?", "plus": "+", "minus": "-"}
+        rows = [(names.get(action.key, action.key), action.help) for action in ACTIONS]
+        lines = "\n".join(f"  {key:<12} {text}" for key, text in (*rows, *self._extra))
+        with Vertical(classes="dialog help"):
+            yield Label("Keys", id="question")
+            yield Static(lines, markup=False)
+            yield Static("Ctrl+P: command palette    Esc: close", classes="hint")
+
+
+def ask_number(text: str) -> float | None:
+    """The finite number a text names, or None."""
+    try:
+        value = float(text)
+    except ValueError:
+        return None
+    return value if math.isfinite(value) else None

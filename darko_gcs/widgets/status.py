@@ -1,0 +1,70 @@
+"""The line at the top: who, in what state, over what link."""
+
+from __future__ import annotations
+
+import math
+
+from textual.reactive import reactive
+from textual.strip import Strip
+
+from darko_gcs.snapshot import Snapshot
+from darko_gcs.widgets.panel import Line, Panel, text_line
+from protocol.dialect import mavlink
+
+__all__ = ["StatusBar"]
+
+LANDED = {1: "on ground", 2: "in air", 3: "taking off", 4: "landing"}
+MISSION = {2: "mission ready", 3: "mission", 4: "mission paused", 5: "mission done"}
+STALE = 2.0  # [s] without a heartbeat
+
+
+class StatusBar(Panel):
+    """Vehicle, mode, arming, link. Redrawn as ages change."""
+
+    now: reactive[float] = reactive(0.0)
+
+    def __init__(self) -> None:
+        super().__init__("", id="status")
+
+    def render_line(self, y: int) -> Strip:
+        """Ages move without a snapshot: nothing is kept from the last drawing."""
+        self._drawn = ()
+        return super().render_line(y)
+
+    def draw(self, s: Snapshot, width: int, height: int) -> list[Line]:  # noqa: ARG002 - one line
+        """One line."""
+        if s.source is None:
+            waiting = "waiting for a vehicle"
+            hint = "  (start one with darko-sitl, or use --sitl)" if width > 70 else ""
+            return [text_line((f" DarkO  {waiting}", "warn"), (hint, "dim"))]
+        age = s.age(self.now) or 0.0
+        if s.lost or age > STALE:
+            return [text_line((f" LINK LOST  vehicle silent for {age:.0f} s ", "bad"), self._mode(s))]
+        armed = (" ARMED ", "bad") if s.armed else (" disarmed ", "good" if s.prearm_ok is not False else "warn")
+        return [
+            text_line(
+                (f" {s.source[0]}/{s.source[1]} ", "label"), armed, self._mode(s), (f" {self._state(s)} ", ""),
+                self._mission(s), self._link(s),
+            )
+        ]  # fmt: skip
+
+    def _mode(self, s: Snapshot) -> tuple[str, str]:
+        return (f" {s.mode or '?'} ", "accent")
+
+    def _state(self, s: Snapshot) -> str:
+        if not s.armed and s.prearm_ok is False:
+            return "not ready to arm"
+        return LANDED.get(s.landed_state, "")
+
+    def _mission(self, s: Snapshot) -> tuple[str, str]:
+        if s.transfer is not None:
+            direction, done, total = s.transfer
+            return (f" {direction} {done}/{total} ", "warn")
+        if not s.mission_count or s.mission_state not in MISSION:
+            return ("", "")
+        at = f" {s.mission_current}/{s.mission_count - 1}" if s.mission_state != mavlink.MISSION_STATE_COMPLETE else ""
+        return (f" {MISSION[s.mission_state]}{at} ", "")
+
+    def _link(self, s: Snapshot) -> tuple[str, str]:
+        rate = "" if math.isnan(s.rate) else f"{s.rate:.0f}/s"
+        return (f" {rate} loss {100 * s.loss:.1f} % ", "warn" if s.loss > 0.02 else "dim")
