@@ -80,6 +80,23 @@ def test_a_bad_checksum_is_counted_once_and_changes_nothing_else():
     assert dict(statistics.sources) == {}
 
 
+def test_a_damaged_frame_counts_once_though_its_payload_looks_like_frames():
+    inner = bytes([0xFE, 0, 0, 1, 1, 0, 9, 9]) * 4  # four empty HEARTBEATs with wrong checksums
+    damaged = bytearray(Codec(1, 1).encode(mavlink.MAVLink_statustext_message(4, inner)))
+    damaged[-1] ^= 0xFF
+    codec = Codec(255, 190)
+    assert modes(codec.decode(bytes(damaged) + frames(1)[0])) == [0]
+    assert codec.statistics.bad_crc == 1
+
+
+def test_a_truncated_unknown_message_does_not_swallow_the_next_frame():
+    """Its checksum cannot be verified, so only what follows tells whether its length is true."""
+    unknown = bytes([0xFE, 20, 0, 1, 1, 199, 1, 2, 3])
+    codec = Codec(255, 190)
+    assert modes(codec.decode(unknown + b"".join(frames(2)))) == [0, 1]
+    assert codec.statistics.unknown_id == 0
+
+
 def test_a_flag_nobody_understands_drops_the_frame_and_no_other():
     flagged, good = (bytearray(frame) for frame in frames(2))
     flagged[2] = 0x02

@@ -240,6 +240,16 @@ def test_work_in_progress_is_told_then_ended():
     assert [(o.message.result, o.message.progress) for o in engine.messages_to_send()] == [(5, 30), (0, 0)]
 
 
+def test_a_command_at_work_is_not_begun_again_however_late_it_is_repeated():
+    engine, wire = server(), Wire()
+    engine.receive(wire(long()), 0.0, GROUND)
+    (event,) = engine.events()
+    engine.acknowledge(event.request, IN_PROGRESS, 0.0)
+    engine.receive(wire(long(confirmation=1)), 20.0, GROUND)
+    assert engine.events() == []
+    assert answers(engine) == [(GROUND, ARM, IN_PROGRESS)] * 2
+
+
 def test_a_command_that_took_long_is_answered_again_after_its_end():
     engine, wire = server(), Wire()
     engine.receive(wire(long()), 0.0, GROUND)

@@ -164,6 +164,12 @@ def test_time_and_ping_are_answered_once_and_answers_are_not():
         assert ask(vehicle, message) == []
 
 
+def test_an_answer_at_time_zero_is_no_question():
+    vehicle = endpoint()
+    ((_, answer),) = ask(vehicle, mavlink.MAVLink_timesync_message(0, 77))
+    assert answer.tc1 != 0
+
+
 def test_logs_and_files_are_refused_at_once():
     vehicle = endpoint()
     ((_, entry),) = ask(vehicle, mavlink.MAVLink_log_request_list_message(1, 1, 0, 0xFFFF))

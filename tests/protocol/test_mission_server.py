@@ -165,9 +165,9 @@ def test_clear_of_all_types_clears_the_plan_and_clear_of_a_fence_does_not():
 def test_a_clear_that_a_later_upload_overtook_clears_nothing():
     """Frames carry sequence numbers: an old one must not undo what came after it."""
     engine, sender, receiver = server(), Codec(255, 190), Codec(1, 1)
-    wire = [mavlink.MAVLink_mission_clear_all_message(1, 1), count(1), item(0)]
-    late, *rest = [receiver.decode(sender.encode(message))[0] for message in wire]
-    feed(engine, *rest, late)
+    clear = mavlink.MAVLink_mission_clear_all_message(1, 1)
+    first, second, *rest = [receiver.decode(sender.encode(m))[0] for m in (clear, clear, count(1), item(0))]
+    feed(engine, *rest, first, second)
     assert engine.items == plan(1)
 
 
