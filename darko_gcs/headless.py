@@ -30,6 +30,7 @@ __all__ = ["Summary", "fly_headless"]
 POLL = 0.01  # [s]
 HEARD_WITHIN = 120.0  # [s] a vehicle may take to compile before it is first heard
 ANSWER_WITHIN = 30.0  # [s] for an upload or a command
+HOVERS_AFTER = 3.0  # [s] a complete mission whose vehicle is still in the air had no landing
 ON_GROUND = mavlink.MAV_LANDED_STATE_ON_GROUND
 
 
@@ -126,6 +127,7 @@ class _Pilot:
 
     async def _follow(self, items: Sequence[MissionItem], began: float) -> None:
         ordered_down = False
+        complete_since: float | None = None
         while True:
             await self._pause()
             s = self._snapshot
@@ -134,9 +136,11 @@ class _Pilot:
                 break
             if (s.boot or 0.0) - began > self._timeout:
                 raise FlightError(f"not done after {self._timeout:g} s: last item reached {self._last_reached()}")
-            complete = s.mission_state == mavlink.MISSION_STATE_COMPLETE
-            if complete and s.landed_state != ON_GROUND and not ordered_down:
-                ordered_down = True
+            if s.mission_state == mavlink.MISSION_STATE_COMPLETE and complete_since is None:
+                complete_since = s.boot or 0.0
+            hovering = complete_since is not None and (s.boot or 0.0) - complete_since > HOVERS_AFTER
+            if hovering and s.landed_state != ON_GROUND and not ordered_down:
+                ordered_down = True  # the mission had no landing
                 self._station.land(self._link.now)
         missing = [seq for seq in range(len(items)) if seq not in self._snapshot.reached]
         if missing:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import ClassVar
 
 from textual.app import ComposeResult
@@ -83,8 +82,7 @@ class ReplayScreen(FlyScreen):
 
     def compose(self) -> ComposeResult:
         """As live, with the bar."""
-        widgets: Iterator[object] = iter(super().compose())
-        yield from widgets  # type: ignore[misc]
+        yield from super().compose()
         yield TimeBar(self._feed).data_bind(ReplayScreen.snapshot, ReplayScreen.now)
 
 
@@ -92,8 +90,7 @@ class TimeBar(StatusBar):
     """Where the flight is, how fast it plays, where the log is damaged."""
 
     def __init__(self, feed: ReplayFeed) -> None:
-        super().__init__()
-        self.id = "replay-bar"
+        super().__init__("replay-bar")
         self._feed = feed
 
     def draw(self, s: Snapshot, width: int, height: int) -> list[Line]:  # noqa: ARG002 - from the feed

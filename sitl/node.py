@@ -108,8 +108,11 @@ class Node:
 
     def _report(self) -> None:
         autopilot = self.craft.autopilot
-        for jump in self.craft.new_jumps():
+        jumps = self.craft.new_jumps()
+        for jump in jumps:
             self._endpoint.publish(_jump_message(jump))
+        if jumps:
+            self._endpoint.publish(telemetry.extended_state(self.picture()))
         for seq in autopilot.reached():
             self._endpoint.publish(mavlink.MAVLink_mission_item_reached_message(seq))
             self._endpoint.publish(telemetry.mission_current(self.picture()))

@@ -57,8 +57,7 @@ def log_chart(
         if now - window <= time <= now:
             canvas.line(x(time), 0, x(time), 4 * plot_height - 1, "mark")
     _trace(canvas, times, values, x, y, now - window)
-    for value, words in thresholds:
-        canvas.put(max(0, plot_width - len(words)), int(y(value)) // 4, words, "warn")
+    _threshold_words(canvas, [(int(y(value)) // 4, words) for value, words in thresholds])
     if not seen:
         canvas.put(max(0, plot_width // 2 - 6), plot_height // 2, "no data yet", "dim")
     lines = [
@@ -103,6 +102,15 @@ def _trace(canvas: Braille, times: Sequence[float], values: Sequence[float], x: 
 def _time_axis(width: int, window: float) -> Line:
     left, right = f"-{window:.0f} s", "now"
     return [(" " * LABELS + left + right.rjust(max(0, width - LABELS - len(left))), "dim")]
+
+
+def _threshold_words(canvas: Braille, rows: Sequence[tuple[int, str]]) -> None:
+    """Words at the right of each line; those of lines in one row stand side by side."""
+    taken: dict[int, int] = {}
+    for row, words in rows:
+        end = taken.get(row, canvas.width)
+        taken[row] = end - len(words) - 1
+        canvas.put(max(0, end - len(words)), row, words, "warn")
 
 
 def _cut(line: Line, width: int) -> Line:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 
 from darko_gcs.render.canvas import Braille, Line
 
@@ -53,9 +54,9 @@ def draw_map(
         return width + (point[1] - middle[1]) * dots, 2 * height - (point[0] - middle[0]) * dots
 
     legs = [(north, east) for _, north, east, _ in waypoints]
-    for a, b in zip(legs, legs[1:], strict=False):
+    for a, b in pairwise(legs):
         canvas.line(*at(a), *at(b), "plan")
-    for a, b in zip(track, track[1:], strict=False):
+    for a, b in pairwise(track):
         canvas.line(*at(a), *at(b), "track")
     _symbols(canvas, at, home, waypoints, vehicle, target)
     _scale_bar(canvas, scale)

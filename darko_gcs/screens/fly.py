@@ -25,8 +25,8 @@ __all__ = ["FlyScreen"]
 class FlyScreen(Screen[None]):
     """Panels that follow one snapshot."""
 
-    HORIZONTAL_BREAKPOINTS = [(0, "-narrow"), (120, "-wide")]
-    VERTICAL_BREAKPOINTS = [(0, "-short"), (36, "-tall")]
+    HORIZONTAL_BREAKPOINTS = [(0, "-narrow"), (120, "-wide")]  # noqa: RUF012 - declared so by Textual
+    VERTICAL_BREAKPOINTS = [(0, "-short"), (36, "-tall")]  # noqa: RUF012
     snapshot: reactive[Snapshot] = reactive(EMPTY)
     now: reactive[float] = reactive(0.0)
 

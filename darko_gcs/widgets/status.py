@@ -23,8 +23,8 @@ class StatusBar(Panel):
 
     now: reactive[float] = reactive(0.0)
 
-    def __init__(self) -> None:
-        super().__init__("", id="status")
+    def __init__(self, id: str = "status") -> None:  # noqa: A002 - textual's own name for it
+        super().__init__("", id=id)
 
     def render_line(self, y: int) -> Strip:
         """Ages move without a snapshot: nothing is kept from the last drawing."""
