@@ -52,7 +52,7 @@ def test_thresholds_without_a_gap_are_told_as_jumps_without_end():
         settle(inverted, "off", 20.0)
 
 
-@settings(max_examples=200)
+@settings(max_examples=200, deadline=None)
 @given(law=st.sampled_from(list(Law)), x=situations)
 def test_the_supervisor_settles_in_every_situation(law, x):
     settled, taken = settle(TABLE, law, x)
