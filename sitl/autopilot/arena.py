@@ -23,9 +23,9 @@ class Arena(NamedTuple):
         """
         north, west, up = p
         if abs(north) > self.half_north:
-            return f"{north:.1f} m north is outside the arena '{self.name}' (±{self.half_north:g} m)"
+            return f"{north:.1f} m north is outside the arena '{self.name}' ({self.half_north:g} m each way)"
         if abs(west) > self.half_west:
-            return f"{-west:.1f} m east is outside the arena '{self.name}' (±{self.half_west:g} m)"
+            return f"{-west:.1f} m east is outside the arena '{self.name}' ({self.half_west:g} m each way)"
         if not 0.0 <= up <= self.ceiling:
             return f"altitude {up:.1f} m is outside the arena '{self.name}' (0 to {self.ceiling:g} m)"
         return None

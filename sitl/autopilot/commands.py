@@ -67,7 +67,11 @@ def _set_mode(autopilot: Autopilot, request: CommandRequested) -> Outcome:
 
 def _start_mission(autopilot: Autopilot, request: CommandRequested) -> Outcome:
     first = request.param(1)
-    return autopilot.start_mission(None if math.isnan(first) else int(first))
+    if math.isnan(first):
+        return autopilot.start_mission()
+    if math.isinf(first) or first != int(first):
+        return Outcome(DENIED, f"Mission item {first:g} is not a number of an item")
+    return autopilot.start_mission(int(first))
 
 
 def _set_current(autopilot: Autopilot, request: CommandRequested) -> Outcome:

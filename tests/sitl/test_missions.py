@@ -28,7 +28,7 @@ def waypoint(north, east, up, hold=0.0):
 
 
 TAKE_OFF = item(mavlink.MAV_CMD_NAV_TAKEOFF, z=-3.0)
-LAND = item(mavlink.MAV_CMD_NAV_LAND)
+LAND = item(mavlink.MAV_CMD_NAV_LAND, frame=mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT)  # 0, 0: right here
 
 
 def fly(items, seconds=200.0, settings=None):

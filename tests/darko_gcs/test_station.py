@@ -1,0 +1,129 @@
+"""The ground station against the real vehicle node, on virtual time and without a socket."""
+
+import io
+
+import pytest
+
+from darko_gcs.station import Station
+from protocol.dialect import mavlink
+from protocol.events import CommandDone, MissionDownloaded, MissionUploaded
+from protocol.plans import load
+from protocol.tlog import TlogReader, TlogWriter
+from tests.sitl.test_node import PEER, Ground
+from tests.support.paths import DATA
+
+
+class Pair:
+    """Both ends, in steps of 20 ms."""
+
+    def __init__(self, folder):
+        self.vehicle = Ground(folder).node
+        self.log = io.BytesIO()
+        self.station = Station(TlogWriter(self.log))
+        self.now, self.connected = 1.0, True
+
+    def run(self, seconds):
+        for _ in range(round(seconds / 0.02)):
+            self.vehicle.advance(10)
+            self.now += 0.02
+            usec = round(self.now * 1e6)
+            for _, data in self.vehicle.datagrams(self.now):
+                if self.connected:
+                    self.station.receive(data, self.now, usec)
+            self.station.tick(self.now)
+            for data in self.station.outgoing(self.now, usec):
+                if self.connected:
+                    self.vehicle.receive(data, PEER, self.now)
+
+    @property
+    def snapshot(self):
+        return self.station.snapshot
+
+
+@pytest.fixture
+def pair(tmp_path):
+    made = Pair(tmp_path)
+    made.run(2.5)
+    return made
+
+
+def test_a_flight_by_hand_take_off_go_to_hold_land(pair):
+    pair.station.arm(pair.now)
+    pair.run(0.5)
+    pair.station.take_off(4.0, pair.now)
+    pair.run(9.0)
+    assert -pair.snapshot.p[2] == pytest.approx(4.0, abs=0.2)
+    pair.station.go_to(3.0, -2.0, 5.0, pair.now)
+    pair.run(9.0)
+    assert pair.snapshot.p == pytest.approx((3.0, -2.0, -5.0), abs=0.2)
+    pair.station.hold(pair.now)
+    pair.run(1.0)
+    pair.station.land(pair.now)
+    pair.run(16.0)
+    assert pair.snapshot.armed is False
+    assert pair.snapshot.p[:2] == pytest.approx((3.0, -2.0), abs=0.3)
+    assert all(e.result == 0 for e in pair.station.events() if isinstance(e, CommandDone))
+
+
+def test_a_mission_comes_back_as_it_was_sent(pair):
+    items = load(DATA / "square.plan").items
+    pair.station.upload(items, pair.now)
+    pair.run(1.0)
+    assert pair.snapshot.mission == items
+    pair.station.download(pair.now)
+    pair.run(1.0)
+    events = pair.station.events()
+    assert any(isinstance(e, MissionUploaded) for e in events)
+    assert next(e for e in events if isinstance(e, MissionDownloaded)).items == items
+
+
+def test_a_lost_vehicle_is_shown_and_its_return_too(pair):
+    pair.connected = False
+    pair.run(4.0)
+    assert pair.snapshot.lost
+    assert "lost" in pair.snapshot.messages[-1].text
+    pair.connected = True
+    pair.run(2.0)
+    assert not pair.snapshot.lost
+
+
+def test_a_refusal_is_said_with_the_vehicles_reason(pair):
+    pair.station.take_off(4.0, pair.now)
+    pair.run(0.5)
+    words = " ".join(line.text for line in pair.snapshot.messages)
+    assert "nav takeoff: temporarily rejected" in words
+    assert "not armed" in words
+
+
+def test_before_a_vehicle_is_heard_requests_say_so():
+    station = Station()
+    station.arm(1.0)
+    assert "no vehicle" in station.snapshot.messages[-1].text
+
+
+def test_everything_sent_and_received_is_recorded(pair):
+    pair.station.arm(pair.now)
+    pair.run(1.0)
+    pair.station._recorder.flush()
+    reader = TlogReader(pair.log.getvalue())
+    assert not reader.damage
+    assert len(reader.rows("COMMAND_LONG", (255, 190))) == 1
+    assert len(reader.rows("COMMAND_ACK", (1, 1))) == 1
+    assert len(reader.rows("ATTITUDE")) > 40
+    assert mavlink.MAVLINK_MSG_ID_DARKO_HYBRID_STATE in reader.ids
+
+
+class FullDisk(io.RawIOBase):
+    def seek(self, *_):
+        return 0
+
+    def write(self, _):
+        raise OSError(28, "No space left on device")
+
+
+def test_a_full_disk_is_said_and_the_flight_goes_on(tmp_path):
+    pair = Pair(tmp_path)
+    pair.station = Station(TlogWriter(FullDisk()))
+    pair.run(4.0)
+    assert any("No space left" in line.text for line in pair.snapshot.messages)
+    assert pair.snapshot.source == (1, 1)
