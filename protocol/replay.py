@@ -24,6 +24,7 @@ _INSTANCES = {  # fields that make a message one of several, where the dialect d
     "COMMAND_ACK": "command",
     "MISSION_ITEM": "seq",
     "MISSION_ITEM_INT": "seq",
+    "MISSION_ITEM_REACHED": "seq",
     "PARAM_VALUE": "param_id",
 }
 

@@ -1,0 +1,31 @@
+"""Export the README's picture from the application itself, flying the recorded square.
+
+``python scripts/screenshot.py docs/screenshot.svg``
+"""
+
+from __future__ import annotations
+
+import asyncio
+import sys
+from pathlib import Path
+
+from darko_gcs.feed import ReplayFeed
+from darko_gcs.replay_app import ReplayStation
+from protocol.tlog import read_tlog
+
+FLIGHT = Path(__file__).resolve().parent.parent / "tests" / "data" / "square-flight.tlog"
+MOMENT = 2.05  # of the recording: on the second leg of the square [s]
+
+
+async def export(path: Path) -> None:
+    """Write the screen as SVG."""
+    feed = ReplayFeed(read_tlog(FLIGHT), FLIGHT.name)
+    feed.playing = False
+    app = ReplayStation(feed, MOMENT)
+    async with app.run_test(size=(120, 36)) as pilot:
+        await pilot.pause(0.5)
+        path.write_text(app.export_screenshot(title="DarkO ground station"), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    asyncio.run(export(Path(sys.argv[1])))

@@ -1,0 +1,307 @@
+"""The screens, driven by keys on a feed that needs no network."""
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from darko_gcs.app import GroundStation
+from darko_gcs.feed import ReplayFeed
+from darko_gcs.replay_app import ReplayStation
+from darko_gcs.screens.dialogs import AskScreen, ConfirmScreen, HelpScreen
+from darko_gcs.screens.fly import FlyScreen
+from darko_gcs.screens.mission import MissionScreen
+from darko_gcs.snapshot import EMPTY, Actuators, Energy, Hybrid, Jump
+from darko_gcs.store import note
+from darko_gcs.widgets.panels import MapPanel
+from protocol.frames import Geodetic
+from protocol.plans import load
+from protocol.tlog import read_tlog
+from tests.support.paths import DATA
+
+HOVER = (math.sqrt(0.5), 0.0, math.sqrt(0.5), 0.0)
+FLYING = replace(
+    EMPTY,
+    source=(1, 1), autopilot=12, kind=19, armed=True, mode="HOLD", heartbeat_at=100.0, landed_state=2, boot=60.0,
+    q=HOVER, repr_offset=(math.sqrt(0.5), 0.0, -math.sqrt(0.5), 0.0), heading=0.0, p=(2.0, 1.0, -3.0),
+    v=(0.5, 0.0, 0.0), target=(4.0, 0.0, -3.0), home=Geodetic(43.5648, 1.4811, 150.0), airspeed=0.5, wind=(0.0, 2.0, 0.0),
+    hybrid=Hybrid(60.0, 1, 2, 0.8, math.nan, 50.0, 100.0, 0.0, 2, 1), law_since=48.0,
+    v_history=tuple((float(t), 10.0 ** (2 - t / 20)) for t in range(61)),
+    jumps=(Jump(48.0, 2, 2, 1, 1, "enter_linear", 49.9),),
+    actuators=Actuators((687.0, 1000.0), (690.0, 1000.0), (2.4, 5.1), (0.1, -0.5), (0.1, -0.5), 200.0, 1000.0, 0.5236, 10),
+    energy=Energy(172.0, 5513.0, (8.0, 5505.0, 0.0)), voltage=12.4, battery=0.94, prearm_ok=True,
+    track=tuple((0.1 * n, 0.05 * n) for n in range(20)), mission=load(DATA / "square.plan").items,
+    mission_count=6, mission_current=2, mission_state=3, reached=frozenset({0, 1}), received=100, rate=146.0,
+)  # fmt: skip
+
+
+class FakeStation:
+    """Remembers what it was asked."""
+
+    def __init__(self, snapshot):
+        self.snapshot, self.asked = snapshot, []
+
+    def __getattr__(self, name):
+        return lambda *args, **kwargs: self.asked.append((name, *args[:-1], *kwargs.items()))
+
+
+class FakeFeed:
+    """A feed that stands still."""
+
+    def __init__(self, snapshot):
+        self.snapshot, self.now = snapshot, 100.5
+        self.station = FakeStation(snapshot)
+        self.closed = False
+
+    async def open(self):
+        pass
+
+    async def close(self):
+        self.closed = True
+
+    def advance(self, elapsed):
+        pass
+
+
+def screen_text(app):
+    """What stands on the screen."""
+    width, height = app.size
+    lines = app.screen._compositor.render_strips()
+    return "\n".join("".join(segment.text for segment in strip)[:width] for strip in lines[:height])
+
+
+@pytest.fixture
+def feed():
+    return FakeFeed(FLYING)
+
+
+async def test_arming_asks_first_and_no_means_no(feed):
+    feed.snapshot = replace(FLYING, armed=False, landed_state=1)
+    app = GroundStation(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("a")
+        assert isinstance(app.screen, ConfirmScreen)
+        await pilot.press("n")
+        assert feed.station.asked == []
+        await pilot.press("a", "y")
+        assert feed.station.asked == [("arm",)]
+    assert feed.closed
+
+
+async def test_disarming_in_the_air_asks_and_then_means_it(feed):
+    app = GroundStation(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("d")
+        assert isinstance(app.screen, ConfirmScreen)
+        await pilot.press("enter")  # the harmless answer has the focus
+        assert feed.station.asked == []
+        await pilot.press("d", "y")
+        assert feed.station.asked == [("disarm", ("force", True))]
+
+
+async def test_taking_off_asks_for_a_height_and_refuses_words(feed):
+    feed.snapshot = replace(FLYING, landed_state=1)
+    app = GroundStation(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("t")
+        assert isinstance(app.screen, AskScreen)
+        await pilot.press("x", "enter")
+        assert "is not a number" in screen_text(app)
+        await pilot.press("backspace", "backspace", "5", "enter")
+        assert feed.station.asked == [("take_off", 5.0)]
+
+
+async def test_going_somewhere_is_asked_in_metres_about_home(feed):
+    app = GroundStation(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("g", "enter")
+        assert feed.station.asked == [("go_to", 2.0, 1.0, 3.0)]
+
+
+async def test_leaving_a_running_mission_is_asked_about(feed):
+    app = GroundStation(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        for key in ("h", "l", "r"):
+            await pilot.press(key)
+            assert isinstance(app.screen, ConfirmScreen)
+            await pilot.press("escape")
+        assert feed.station.asked == []
+        feed.snapshot = replace(FLYING, mission_state=4)
+        await pilot.pause(0.25)
+        await pilot.press("h")
+        assert feed.station.asked == [("hold",)]
+
+
+async def test_without_a_vehicle_nothing_is_sent(feed):
+    feed.snapshot = EMPTY
+    app = GroundStation(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.pause(0.2)
+        assert "waiting for a vehicle" in screen_text(app)
+        await pilot.press("a", "t", "h", "l", "s")
+        assert feed.station.asked == []
+
+
+async def test_telemetry_goes_on_beneath_a_dialog(feed):
+    app = GroundStation(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("d")
+        feed.snapshot = replace(FLYING, mode="LAND")
+        await pilot.pause(0.3)
+        below = next(screen for screen in app.screen_stack if isinstance(screen, FlyScreen))
+        assert below.snapshot.mode == "LAND"
+
+
+@pytest.mark.parametrize("size", [(80, 24), (100, 30), (140, 45), (200, 60)])
+async def test_what_matters_is_on_the_screen_at_every_size(feed, size):
+    app = GroundStation(feed)
+    async with app.run_test(size=size) as pilot:
+        await pilot.pause(0.3)
+        text = screen_text(app)
+        for words in (
+            "ARMED",
+            "HOLD",
+            "HOVER LINEAR",
+            "V 0.8",
+            "687 rad/s",
+            "nose +90°",
+            "leave 100",
+            "motor R",
+            "172 W",
+        ):
+            assert words in text, words
+
+
+async def test_a_silent_vehicle_is_said_with_its_age(feed):
+    feed.now = 104.0
+    app = GroundStation(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.pause(0.3)
+        assert "LINK LOST" in screen_text(app)
+        assert "silent for 4 s" in screen_text(app)
+
+
+async def test_zooming_the_map_changes_its_scale_and_fits_again(feed):
+    app = GroundStation(feed)
+    async with app.run_test(size=(140, 45)) as pilot:
+        await pilot.pause(0.2)
+        panel = app.screen.query_one(MapPanel)
+        await pilot.press("plus")
+        near = panel.scale
+        await pilot.press("minus", "minus")
+        assert panel.scale == 4 * near
+        await pilot.press("0")
+        assert panel.scale is None
+
+
+async def test_help_lists_every_key(feed):
+    app = GroundStation(feed)
+    async with app.run_test(size=(100, 40)) as pilot:
+        await pilot.press("question_mark")
+        assert isinstance(app.screen, HelpScreen)
+        for words in ("Arm", "Take off", "Go to", "Mission", "zoom"):
+            assert words in screen_text(app)
+        await pilot.press("escape")
+        assert isinstance(app.screen, FlyScreen)
+
+
+async def test_quitting_with_an_armed_vehicle_is_asked_about(feed):
+    app = GroundStation(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("q")
+        assert isinstance(app.screen, ConfirmScreen)
+        await pilot.press("y")
+    assert app.return_value == 0
+
+
+async def test_a_mission_is_opened_edited_saved_and_uploaded(feed, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "a.plan").write_bytes((DATA / "square.plan").read_bytes())
+    feed.snapshot = feed.station.snapshot = replace(FLYING, mission=())
+    app = GroundStation(feed)
+    async with app.run_test(size=(100, 30)) as pilot:
+        await pilot.press("m")
+        screen = app.screen
+        assert isinstance(screen, MissionScreen)
+        await pilot.press("o", "enter")
+        assert len(screen.plan.items) == 6
+        await pilot.press("down", "x")
+        assert len(screen.plan.items) == 5
+        await pilot.press("i", "shift+down")
+        assert len(screen.plan.items) == 6
+        await pilot.press("u")
+        assert feed.station.asked == [("upload", screen.plan.items)]
+        await pilot.press("w", "enter")
+        assert load(tmp_path / "a.plan").items == screen.plan.items
+
+
+async def test_a_bad_edit_is_refused_with_the_fields_name(feed):
+    app = GroundStation(feed)
+    async with app.run_test(size=(100, 40)) as pilot:
+        await pilot.press("m")
+        await pilot.pause(0.3)
+        before = app.screen.plan.items
+        await pilot.press("e")
+        await pilot.press("x", "enter")
+        assert "command" in screen_text(app)
+        assert app.screen.plan.items == before
+
+
+async def test_an_unreadable_file_is_said_by_name(feed):
+    app = GroundStation(feed)
+    async with app.run_test(size=(100, 30)) as pilot:
+        await pilot.press("m", "o")
+        await pilot.press("ctrl+u", *"nowhere.plan", "enter")
+        assert "nowhere.plan" in screen_text(app)
+        assert "No such file" in screen_text(app)
+
+
+async def test_a_mission_is_followed_in_the_table(feed):
+    app = GroundStation(feed)
+    async with app.run_test(size=(100, 30)) as pilot:
+        await pilot.press("m")
+        await pilot.pause(0.3)
+        marks = [app.screen.table.get_cell_at((row, 0)) for row in range(6)]
+        assert marks == ["✓", "✓", "▶", " ", " ", " "]
+
+
+async def test_a_recording_pauses_seeks_and_cannot_be_commanded():
+    feed = ReplayFeed(read_tlog(DATA / "square-flight.tlog"), "square-flight.tlog")
+    app = ReplayStation(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("space")
+        assert not feed.playing
+        await pilot.press("end")
+        await pilot.pause(0.3)
+        assert feed.snapshot.reached == {0, 1, 2, 3, 4, 5}
+        assert len(feed.snapshot.track) > 50
+        await pilot.press("home")
+        assert feed.snapshot.reached == frozenset()
+        await pilot.press("right_square_bracket")
+        assert feed.speed == 2.0
+        await pilot.press("a")
+        assert isinstance(app.screen, FlyScreen)
+
+
+def test_playing_and_seeking_reach_the_same_state():
+    played = ReplayFeed(read_tlog(DATA / "square-flight.tlog"), "x")
+    played.seek(0.0)
+    for _ in range(400):
+        played.advance(0.01)
+    sought = ReplayFeed(read_tlog(DATA / "square-flight.tlog"), "x")
+    sought.seek(4.0)
+    for field in ("mode", "armed", "p", "q", "hybrid", "reached", "jumps", "energy", "mission", "landed_state"):
+        assert repr(getattr(played.snapshot, field)) == repr(getattr(sought.snapshot, field)), field
+    assert not played.playing
+    played.toggle()
+    assert played.timeline.position == 0.0
+
+
+@pytest.mark.parametrize("size", [(80, 24), (140, 45)])
+def test_the_flight_screen_looks_as_it_did(snap_compare, size):
+    feed = FakeFeed(note(FLYING, 99.0, 5, "Take-off complete: holding"))
+
+    async def settle(pilot):
+        await pilot.pause(0.3)
+
+    assert snap_compare(GroundStation(feed), terminal_size=size, run_before=settle)

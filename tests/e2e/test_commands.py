@@ -1,0 +1,118 @@
+"""Real processes: the commands a user types."""
+
+import json
+import os
+import socket
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from pymavlink import mavutil
+
+from protocol.tlog import read_tlog
+from tests.support.paths import DATA
+
+BIN = Path(sys.executable).parent
+
+
+def run(*arguments, timeout=120):
+    """A command to its end; nothing of it asks for a terminal."""
+    return subprocess.run([str(BIN / arguments[0]), *arguments[1:]], capture_output=True, text=True, timeout=timeout)
+
+
+@pytest.mark.parametrize("program", ["darko-sitl", "darko-gcs"])
+def test_version_and_help(program):
+    assert run(program, "--version").stdout.startswith(f"{program} 0.")
+    shown = run(program, "--help")
+    assert shown.returncode == 0
+    assert "examples:" in shown.stdout
+
+
+@pytest.mark.parametrize(
+    ("module", "arguments"),
+    [("sitl", []), ("sitl", ["scenario"]), ("darko_gcs", []), ("darko_gcs", ["fly"]), ("darko_gcs", ["replay"])],
+)
+def test_help_loads_neither_compiler_nor_screens(module, arguments):
+    code = f"""
+import sys
+from {module}.__main__ import main
+try:
+    main({[*arguments, "--help"]!r})
+except SystemExit:
+    pass
+print([name for name in ("numba", "textual", "scipy", "matplotlib", "protocol.dialect.mavlink") if name in sys.modules])
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert done.stdout.splitlines()[-1] == "[]", done.stdout + done.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("darko-sitl", "--airframe", "nosuch"), "no parameter set 'nosuch'"),
+        (("darko-sitl", "--param", "NOPE=1"), "no parameter NOPE"),
+        (("darko-sitl", "--param", "DRK_KPP=99"), "DRK_KPP = 99 is not within"),
+        (("darko-sitl", "scenario", "nosuch"), "no scenario 'nosuch'"),
+        (("darko-gcs", "fly", "--mission", "nosuch.plan", "--headless"), "nosuch.plan"),
+        (("darko-gcs", "log", "info", str(DATA / "square.plan")), "square.plan"),
+        (("darko-gcs", "replay", "nosuch.tlog"), "nosuch.tlog"),
+    ],
+)
+def test_bad_arguments_are_one_line_and_an_exit_code(arguments, words, tmp_path):
+    extra = (
+        ("--port", "0", "--state-dir", str(tmp_path)) if arguments[0] == "darko-sitl" and len(arguments) == 3 else ()
+    )
+    extra = extra if "scenario" not in arguments else ()
+    done = run(*arguments, *extra)
+    assert done.returncode not in {0, 1}
+    assert words in done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1
+
+
+def test_a_taken_port_is_said(tmp_path):
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
+        taken.bind(("127.0.0.1", 0))
+        port = str(taken.getsockname()[1])
+        sitl = run("darko-sitl", "--port", port, "--state-dir", str(tmp_path))
+        gcs = run("darko-gcs", "fly", "--mission", str(DATA / "square.plan"), "--headless", "--port", port,
+                  "--record", str(tmp_path))  # fmt: skip
+    for done in (sitl, gcs):
+        assert done.returncode in {2, 3}
+        assert f"127.0.0.1:{port}" in done.stderr
+        assert "Traceback" not in done.stderr
+
+
+@pytest.fixture(scope="module")
+def flight(tmp_path_factory):
+    """One scripted flight of the square, with its log."""
+    folder = tmp_path_factory.mktemp("flight")
+    done = run("darko-gcs", "fly", "--mission", str(DATA / "square.plan"), "--sitl", "--headless", "--json",
+               "--speed", "10", "--port", "0", "--record", str(folder))  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+def test_the_square_is_flown_within_half_a_metre_and_landed(flight):
+    assert flight["reached"] == [0, 1, 2, 3, 4, 5]
+    assert set(flight["miss"]) == {"1", "2", "3", "4"}
+    assert max(flight["miss"].values()) < 0.5
+
+
+def test_its_log_holds_the_whole_flight(flight):
+    reader = read_tlog(flight["log"])
+    assert not reader.damage
+    assert reader.known.all()
+    info = json.loads(run("darko-gcs", "log", "info", flight["log"], "--json").stdout)
+    assert sum(row["count"] for row in info["messages"]) == len(reader)
+
+
+def test_unmodified_pymavlink_reads_every_message_of_it(flight, monkeypatch):
+    monkeypatch.setitem(os.environ, "MAVLINK20", "1")
+    log, ours = mavutil.mavlink_connection(flight["log"], dialect="common"), read_tlog(flight["log"])
+    kinds = []
+    while (message := log.recv_msg()) is not None:
+        kinds.append(message.get_type())
+    assert len(kinds) == len(ours)
+    assert "BAD_DATA" not in kinds
+    assert kinds.count("ATTITUDE") == len(ours.rows("ATTITUDE"))
