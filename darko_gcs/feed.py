@@ -101,14 +101,15 @@ class LiveFeed:
 class ReplayFeed:
     """A recorded flight with pause, seek and speed."""
 
-    def __init__(self, reader: TlogReader, name: str) -> None:
+    def __init__(self, reader: TlogReader, name: str, *, begin: float = 0.0, speed: float = 1.0) -> None:
         self.timeline, self.name = Timeline(reader), name
         self._places = _history(reader, self.timeline, "LOCAL_POSITION_NED", ("x", "y"))
         self._values = _history(reader, self.timeline, "DARKO_HYBRID_STATE", ("time_boot_ms", "v_hover"))
         self.snapshot: Snapshot = EMPTY
         self.station: Station | None = None
         self.playing = True
-        self.speed = 1.0
+        self.speed = speed
+        self._begin = begin
 
     @property
     def now(self) -> float:
@@ -116,8 +117,8 @@ class ReplayFeed:
         return self.timeline.position
 
     async def open(self) -> None:
-        """Show the beginning."""
-        self.seek(0.0)
+        """Show where it begins."""
+        self.seek(self._begin)
 
     async def close(self) -> None:
         """Nothing is held."""

@@ -33,15 +33,9 @@ class ReplayStation(GroundStation):
         *(Binding(str(n), f"go({n / 10})", "", show=False) for n in range(1, 10)),
     ]
 
-    def __init__(self, feed: ReplayFeed, begin: float = 0.0) -> None:
+    def __init__(self, feed: ReplayFeed) -> None:
         super().__init__(feed)
         self.replay = feed
-        self._begin = begin
-
-    async def on_mount(self) -> None:
-        """Begin where it was asked to."""
-        await super().on_mount()
-        self.replay.seek(self._begin)
 
     def first_screen(self) -> FlyScreen:
         """The flight screen with a time bar."""

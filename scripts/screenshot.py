@@ -19,9 +19,9 @@ MOMENT = 2.05  # of the recording: on the second leg of the square [s]
 
 async def export(path: Path) -> None:
     """Write the screen as SVG."""
-    feed = ReplayFeed(read_tlog(FLIGHT), FLIGHT.name)
+    feed = ReplayFeed(read_tlog(FLIGHT), FLIGHT.name, begin=MOMENT)
     feed.playing = False
-    app = ReplayStation(feed, MOMENT)
+    app = ReplayStation(feed)
     async with app.run_test(size=(120, 36)) as pilot:
         await pilot.pause(0.5)
         path.write_text(app.export_screenshot(title="DarkO ground station"), encoding="utf-8")

@@ -38,9 +38,8 @@ def fly(args: argparse.Namespace) -> int:
     signal.signal(signal.SIGTERM, _interrupt)
     try:
         node = build(args)
-        say("compiling the flight model (only the first start takes long) ...")
         began = time.monotonic()
-        node.craft.vehicle.warm_up()
+        node.craft.vehicle.warm_up(lambda text: say(f"{text} (kept for the next start)"))
         took = time.monotonic() - began
         say(f"ready after {took:.1f} s: 127.0.0.1:{transport.port} -> {args.gcs_port}, {args.api_port}")
         serve(node, transport, Pacer(args.speed))

@@ -9,6 +9,7 @@ the tests, and how many ticks are flown per call never changes the flight.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -36,6 +37,7 @@ from sitl.hybrid.automaton import settle
 from sitl.hybrid.supervisor import TABLE, JumpRecord, Law, Reason, Situation
 from sitl.kernels import state
 from sitl.kernels.ground import FEET, STIFFNESS
+from sitl.kernels.integrate import plant_step
 from sitl.kernels.parameters import Airframe, Array
 from sitl.kernels.quaternion import from_euler, hover
 from sitl.laws import hover_linear, hover_zero_moment
@@ -137,12 +139,22 @@ class Vehicle:
         self.law = law
         self._enter(law)
 
-    def warm_up(self) -> None:
-        """Compile every path, so that the first flown tick is as quick as any; nothing moves."""
+    def warm_up(self, say: Callable[[str], None] = lambda text: None) -> None:  # noqa: ARG005 - silence is the default
+        """Compile every path, so that the first flown tick is as quick as any; nothing moves.
+
+        Args:
+            say: Told what is being compiled before each step.
+        """
         kept = self.plant.copy(), self.memory.copy()
-        for law in Law:
-            self._flow(law, 0)
-        self._enter(Law.HOVER_ZERO_MOMENT)
+        plant_step_arguments = (self.plant, self.memory[COMMAND : COMMAND + 4], np.zeros(3), False, self.airframe, TICK)
+        steps: tuple[tuple[str, Callable[[], object]], ...] = (
+            ("flight model", lambda: plant_step(*plant_step_arguments)),
+            ("hover laws", lambda: self._enter(Law.HOVER_ZERO_MOMENT)),
+            ("closed loop", lambda: self._flow(Law.LANDED, 0)),
+        )
+        for number, (name, compile_it) in enumerate(steps, 1):
+            say(f"compiling {number}/{len(steps)}: {name}")
+            compile_it()
         self.plant[:], self.memory[:] = kept
 
     # Telling it what to do

@@ -20,13 +20,14 @@ def add_link_options(made: argparse.ArgumentParser) -> None:
     sitl.add_argument("--seed", metavar="N", help="its seed [1]")
     sitl.add_argument("--wind", metavar="M/S@DEG", help="its steady wind [0]")
     sitl.add_argument("--gusts", metavar="RMS", help="its gusts [0]")
+    sitl.add_argument("--start", metavar="N,E,UP,YAW", help="where it begins; UP > 0 begins hovering [0,0,0,0]")
     sitl.add_argument("--airframe", metavar="SET", help="its parameter set [nominal]")
     sitl.add_argument("--state-dir", metavar="DIR", help="where it keeps parameters and mission")
 
 
 def sitl_arguments(args: argparse.Namespace) -> list[str]:
     """The options that go on to darko-sitl."""
-    names = ("speed", "seed", "wind", "gusts", "airframe", "state_dir")
+    names = ("speed", "seed", "wind", "gusts", "start", "airframe", "state_dir")
     given = [(name, getattr(args, name)) for name in names if getattr(args, name) is not None]
     return [part for name, value in given for part in (f"--{name.replace('_', '-')}", str(value))]
 

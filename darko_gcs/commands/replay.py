@@ -29,8 +29,7 @@ def run(args: argparse.Namespace) -> int:
     from protocol.tlog import read_tlog  # noqa: PLC0415
 
     try:
-        feed = ReplayFeed(read_tlog(args.file), args.file.name)
+        feed = ReplayFeed(read_tlog(args.file), args.file.name, begin=args.at, speed=args.speed)
     except FileError as error:
         raise GroundError(str(error)) from error
-    feed.speed = args.speed
-    return ReplayStation(feed, args.at).run() or 0
+    return ReplayStation(feed).run() or 0

@@ -67,7 +67,7 @@ def compass(heading: float, width: int) -> Line:
         for k, letter in enumerate(name):
             if 0 <= column + k < width:
                 cells[column + k] = letter
-    words = f"[{degrees:03.0f}°]"
+    words = f"[{round(degrees) % 360:03d}°]"
     begin = max(0, width // 2 - len(words) // 2)
     text = "".join(cells)
     return [(text[:begin], "dim"), (words[: width - begin], "accent"), (text[begin + len(words) :], "dim")]

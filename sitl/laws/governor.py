@@ -12,6 +12,7 @@ from typing import NamedTuple
 from numba import njit
 
 LINEAR, ERROR, QUASI_OPTIMAL_AXIS, QUASI_OPTIMAL_NORM, VELOCITY = 0, 1, 2, 3, 4
+GOMPERTZ, ARCTAN = 0, 1  # sigmoids of the quasi time-optimal governors
 
 Vector = tuple[float, float, float]
 
@@ -27,6 +28,7 @@ class GovernorParameters(NamedTuple):
     error_limit: float  # error governor: largest error per axis, in m and in m/s
     v_down: float  # velocity governor: descent limit [m/s]
     v_up: float  # velocity governor: climb limit [m/s]
+    sigmoid: int = GOMPERTZ  # quasi time-optimal governors: GOMPERTZ or ARCTAN
 
 
 @njit(cache=True)
@@ -112,15 +114,20 @@ def _quasi_optimal(e: Vector, v: Vector, p: GovernorParameters) -> Vector:
     gain, ratio = p.k_pp / p.m, p.k_pd / p.k_pp
     if p.kind == QUASI_OPTIMAL_AXIS:
         return (
-            -p.m * gompertz(gain * (e[0] + v[0] * _smooth_maximum(abs(v[0]) / (2.0 * p.M), ratio)), p.M),
-            -p.m * gompertz(gain * (e[1] + v[1] * _smooth_maximum(abs(v[1]) / (2.0 * p.M), ratio)), p.M),
-            -p.m * gompertz(gain * (e[2] + v[2] * _smooth_maximum(abs(v[2]) / (2.0 * p.M), ratio)), p.M),
+            -p.m * _sigmoid(gain * (e[0] + v[0] * _smooth_maximum(abs(v[0]) / (2.0 * p.M), ratio)), p),
+            -p.m * _sigmoid(gain * (e[1] + v[1] * _smooth_maximum(abs(v[1]) / (2.0 * p.M), ratio)), p),
+            -p.m * _sigmoid(gain * (e[2] + v[2] * _smooth_maximum(abs(v[2]) / (2.0 * p.M), ratio)), p),
         )
     horizon = _smooth_maximum(math.sqrt(v[0] ** 2 + v[1] ** 2 + v[2] ** 2) / (2.0 * p.M), ratio)
     x, y, z = gain * (e[0] + v[0] * horizon), gain * (e[1] + v[1] * horizon), gain * (e[2] + v[2] * horizon)
     n = math.sqrt(x * x + y * y + z * z)
-    scale = -p.m * (gompertz(n, p.M) / n if n > 1e-9 else 1.0)
+    scale = -p.m * (_sigmoid(n, p) / n if n > 1e-9 else 1.0)
     return scale * x, scale * y, scale * z
+
+
+@njit(cache=True)
+def _sigmoid(x: float, p: GovernorParameters) -> float:
+    return arctan_sigmoid(x, p.M) if p.sigmoid == ARCTAN else gompertz(x, p.M)
 
 
 @njit(cache=True)
