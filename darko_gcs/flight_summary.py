@@ -174,7 +174,7 @@ def _flight(reader: TlogReader, times: Floats, source: Source) -> Flight:
     rows, beats = reader.rows("HEARTBEAT", source), reader.columns("HEARTBEAT", source)
     end = float(times[-1])
     modes = _mode_names(beats)
-    armed = (beats["base_mode"] & mavlink.MAV_MODE_FLAG_SAFETY_ARMED) != 0
+    armed = (beats["base_mode"].astype(np.int64) & int(mavlink.MAV_MODE_FLAG_SAFETY_ARMED)) != 0
     distance, height, speed = _path(reader, times, source, rows, armed)
     return Flight(
         system=source[0],

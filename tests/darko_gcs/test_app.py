@@ -24,11 +24,14 @@ FLYING = replace(
     EMPTY,
     source=(1, 1), autopilot=12, kind=19, armed=True, mode="HOLD", heartbeat_at=100.0, landed_state=2, boot=60.0,
     q=HOVER, repr_offset=(math.sqrt(0.5), 0.0, -math.sqrt(0.5), 0.0), heading=0.0, p=(2.0, 1.0, -3.0),
-    v=(0.5, 0.0, 0.0), target=(4.0, 0.0, -3.0), home=Geodetic(43.5648, 1.4811, 150.0), airspeed=0.5, wind=(0.0, 2.0, 0.0),
+    v=(0.5, 0.0, 0.0), target=(4.0, 0.0, -3.0), home=Geodetic(43.5648, 1.4811, 150.0), airspeed=0.5,
+    wind=(0.0, 2.0, 0.0),
     hybrid=Hybrid(60.0, 1, 2, 0.8, math.nan, 50.0, 100.0, 0.0, 2, 1), law_since=48.0,
     v_history=tuple((float(t), 10.0 ** (2 - t / 20)) for t in range(61)),
     jumps=(Jump(48.0, 2, 2, 1, 1, "enter_linear", 49.9),),
-    actuators=Actuators((687.0, 1000.0), (690.0, 1000.0), (2.4, 5.1), (0.1, -0.5), (0.1, -0.5), 200.0, 1000.0, 0.5236, 10),
+    actuators=Actuators(
+        (687.0, 1000.0), (690.0, 1000.0), (2.4, 5.1), (0.1, -0.5), (0.1, -0.5), 200.0, 1000.0, 0.5236, 10
+    ),
     energy=Energy(172.0, 5513.0, (8.0, 5505.0, 0.0)), voltage=12.4, battery=0.94, prearm_ok=True,
     track=tuple((0.1 * n, 0.05 * n) for n in range(20)), mission=load(DATA / "square.plan").items,
     mission_count=6, mission_current=2, mission_state=3, reached=frozenset({0, 1}), received=100, rate=146.0,

@@ -1,6 +1,7 @@
 """What missions are accepted, and how they are flown, on a vehicle that is where it is told to be."""
 
 import math
+from itertools import pairwise
 
 import pytest
 
@@ -60,7 +61,7 @@ def test_a_hold_time_is_held():
 
 def test_take_off_climbs_at_the_set_rate():
     _, path = fly([TAKE_OFF, LAND], settings=Settings(climb_rate=0.5))
-    assert max(b[1][2] - a[1][2] for a, b in zip(path, path[1:], strict=False)) <= 0.5 * 0.0201
+    assert max(b[1][2] - a[1][2] for a, b in pairwise(path)) <= 0.5 * 0.0201
 
 
 def test_a_jump_repeats_its_items_as_often_as_it_says():

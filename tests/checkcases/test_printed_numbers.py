@@ -1,0 +1,192 @@
+"""The report's printed numbers: as it got them, slips included, and beside them the corrected values."""
+
+import math
+
+import numpy as np
+import pytest
+
+from sitl.airframe import load
+from sitl.design.lqr import hover_linearisation, lqr
+from sitl.design.trim import TrimError, level_trim
+from sitl.kernels.hover_model import moment_matrix
+from sitl.kernels.quaternion import from_euler
+from tests.support.report_variants import (
+    jacobian,
+    trim_state,
+    typed_derivative,
+    typed_hover_linearisation,
+    typed_moment_matrix,
+    typed_trim,
+)
+
+PUBLISHED, NOMINAL = load("published").parameters, load("nominal").parameters
+
+PRINTED_GAIN = np.array(
+    [
+        [0.08, -0.71, 0.70, 0.14, -1.04, 0.92, 0.00, 5.75, -1.29, -5.69, 0.05, 0.00, -0.81],
+        [0.08, 0.71, 0.70, 0.14, 1.04, 0.92, 0.00, -5.75, -1.29, 5.69, -0.05, 0.00, 0.81],
+        [-0.70, -0.05, 0.08, -1.13, -0.07, 0.09, 0.00, -0.11, -15.32, -0.88, -0.71, -1.41, -0.06],
+        [-0.70, 0.05, 0.08, -1.13, 0.07, 0.09, 0.00, 0.11, -15.32, 0.88, 0.71, -1.41, 0.06],
+    ]
+)
+PRINTED_A = np.array(
+    [
+        [0, 0, 0, 1, 0, 0, 0, 0, 0, 0],
+        [0, -2.56, 0, 1.58, 0, 53.84, 0, 0, 0, 0],
+        [0, 0, 0, 0, -16.76, 0, 10.20, -0.05, 0, -0.12],
+        [0, 1.30, 0, -0.83, 0, -20.06, 0, 0, 0, 0],
+        [0, 0, 0, 0, 0, 0, 0, 0.43, 0, -0.26],
+        [0, 0, 0, 0, 0, -0.27, 0, 0, 0.43, 0],
+        [0, 0, 0, 0, 0, 0, 0, 0.26, 0, 0.43],
+        [0, 0, 0, 0, 0, 0, 0, -3.42, 0, 0.17],
+        [0, 4.77, 0, -5.87, 0, -90.65, 0, 0, -7.77, 0],
+        [0, 0, 0, 0, 0, 0, 0, -0.98, 0, 0.41],
+    ]
+)
+PRINTED_B = np.array(
+    [
+        [0, 0, 0, 0],
+        [0.92, 0.92, 2.31, 2.31],
+        [0, 0, 0, 0],
+        [1.79, 1.79, -1.21, -1.21],
+        [0, 0, 0, 0],
+        [0, 0, 0, 0],
+        [0, 0, 0, 0],
+        [7.33, -7.33, -68.36, 68.36],
+        [0, 0, -11.60, -11.60],
+        [-25.58, 25.58, -0.18, 0.18],
+    ]
+)
+DIGIT = 0.0051  # half of the last printed digit
+
+
+def test_the_moment_pseudo_inverse_is_the_printed_one():
+    """All twelve entries; the last is printed 1.49 for 1.496."""
+    M = moment_matrix(PUBLISHED)
+    M[2] = typed_moment_matrix(PUBLISHED)[2]
+    printed = [[0, 0, -3.23], [0, 0, 3.23], [-4.51, -27.75, -1.49], [4.51, -27.75, 1.49]]
+    assert np.linalg.pinv(M) == pytest.approx(np.array(printed), abs=0.0075)
+
+
+def test_the_nominal_set_keeps_the_printed_pseudo_inverse():
+    """The set for flying changes the forward flight, not the hover: within 1 % (its yaw arm loses the drag)."""
+    ours, printed = np.linalg.pinv(moment_matrix(NOMINAL)), [[-4.51, -27.75], [4.51, -27.75]]
+    assert ours[2:, :2] == pytest.approx(np.array(printed), rel=0.002)
+    assert ours[1, 2] == pytest.approx(3.23, rel=0.01)
+
+
+def test_the_lqr_gain_is_printed_from_an_unconstrained_quaternion_and_a_typed_roll_term():
+    A, B = typed_hover_linearisation(*hover_linearisation(PUBLISHED), PUBLISHED)
+    K, _ = lqr(A, B, np.eye(12), np.eye(4))
+    assert np.abs(K - np.delete(PRINTED_GAIN, 6, axis=1)).max() < DIGIT
+    assert not PRINTED_GAIN[:, 6].any()
+
+
+def test_the_lqr_gain_done_right_differs_in_roll_yaw_and_pitch():
+    K, _ = lqr(*hover_linearisation(NOMINAL), np.eye(12), np.eye(4))
+    left = [0, -0.70, 0.707, 0, -1.031, 0.922, 5.754, 0, -5.612, 0.10, 0, -0.805]
+    elevon = [-0.707, -0.10, 0, -1.126, -0.152, 0, 0.414, -15.06, -1.404, -0.716, -1.407, -0.144]
+    assert K[0] == pytest.approx(np.array(left), abs=0.02)
+    assert K[2] == pytest.approx(np.array(elevon), abs=0.02)
+
+
+def test_the_spurious_entry_of_a_vanishes_under_the_unit_constraint():
+    """dv_z/deps_2, printed as -sqrt2 g, is zero on the unit sphere: the thrust's height is stationary in tilt."""
+    A, _ = hover_linearisation(PUBLISHED)
+    assert A[5, 7] == 0.0
+    assert A[3, 7] == pytest.approx(2.0 * math.sqrt(2.0) * PUBLISHED.g)
+
+
+def test_the_forward_point_is_printed_through_a_unit_slip():
+    theta, thrust, product = typed_trim(PUBLISHED)
+    assert math.degrees(theta) == pytest.approx(62.67, abs=0.02)
+    assert (thrust, product) == pytest.approx((2.18, 0.92), abs=DIGIT)
+
+
+def test_the_forward_point_done_right():
+    """The nominal set flies level at 5 m/s with the elevons close to their limit."""
+    trim = level_trim(NOMINAL, 5.0)
+    assert math.degrees(trim.theta) == pytest.approx(62.9, abs=0.1)
+    assert trim.thrust == pytest.approx(2.17, abs=0.01)
+    assert math.degrees(trim.delta) == pytest.approx(26.8, abs=0.1)
+    assert trim.exists
+
+
+def forward_matrices():
+    theta, thrust, product = typed_trim(PUBLISHED)
+    x, u = trim_state(theta), np.array([thrust, thrust, product, product])
+    return (
+        jacobian(lambda x: typed_derivative(x, u, PUBLISHED), x, 10),
+        jacobian(lambda u: typed_derivative(x, u, PUBLISHED), u, 4),
+    )
+
+
+def test_a_of_the_forward_point_is_the_printed_one_but_for_its_damping_block():
+    """Ninety-five entries. A[v_y, w] is the force from the rates, A[eps_2, eps_2] Simulink's quaternion term."""
+    A, _ = forward_matrices()
+    compared = np.ones((10, 10), dtype=bool)
+    for row, column in ((7, 7), (7, 9), (8, 8), (9, 7), (9, 9)):
+        compared[row, column] = False
+    assert np.abs(A - PRINTED_A)[compared].max() < DIGIT
+
+
+def test_the_printed_damping_block_is_not_what_phi_gives():
+    """Its +0.41, a yaw that drives itself, no damping matrix of the report explains."""
+    A, _ = forward_matrices()
+    assert A[9, 9] < 0.0 < PRINTED_A[9, 9]
+    assert A[8, 8] == pytest.approx(-1.01, abs=0.01)
+
+
+def test_b_of_the_forward_point_is_the_printed_one():
+    _, B = forward_matrices()
+    assert np.abs(B - PRINTED_B).max() < DIGIT
+
+
+def test_the_published_set_has_no_level_trim_in_the_corridor():
+    for speed in (5.5, 7.0, 9.0):
+        assert not level_trim(PUBLISHED, speed).exists
+    assert math.degrees(level_trim(PUBLISHED, 7.0).delta) == pytest.approx(35.8, abs=0.3)
+    for speed in (4.5, 10.0, 15.0):
+        assert level_trim(PUBLISHED, speed).exists
+
+
+@pytest.mark.parametrize(
+    ("speed", "theta", "thrust", "delta", "omega"),
+    [
+        (0.0, 90.0, 2.425, 0.0, 687),
+        (2.0, 85.3, 2.417, 7.0, 686),
+        (4.0, 71.9, 2.310, 22.3, 671),
+        (5.5, 58.2, 2.077, 27.4, 636),
+        (8.0, 37.4, 1.508, 21.6, 542),
+        (10.0, 26.0, 1.122, 15.5, 468),
+        (15.0, 12.3, 0.643, 7.4, 354),
+        (20.0, 7.0, 0.523, 4.2, 319),
+        (25.0, 4.5, 0.546, 2.7, 326),
+    ],
+)
+def test_the_nominal_set_trims_at_every_speed(speed, theta, thrust, delta, omega):
+    trim = level_trim(NOMINAL, speed)
+    assert math.degrees(trim.theta) == pytest.approx(theta, abs=0.1)
+    assert trim.thrust == pytest.approx(thrust, abs=0.003)
+    assert math.degrees(trim.delta) == pytest.approx(delta, abs=0.1)
+    assert trim.omega == pytest.approx(omega, abs=1.0)
+    assert trim.exists
+
+
+def test_the_printed_initial_quaternion_is_no_zyx_of_its_angles():
+    """Roll 10, pitch -45, yaw 25 deg; the printed one even points the nose down in this frame."""
+    ours = from_euler(math.radians(10.0), math.radians(-45.0), math.radians(25.0))
+    assert ours == pytest.approx([0.891, 0.161, -0.355, 0.232], abs=0.001)
+    printed = np.array([0.90, 0.19, 0.36, 0.15])
+    assert (
+        2.0 * (printed[1] * printed[3] - printed[0] * printed[2]) < 0.0 < 2.0 * (ours[1] * ours[3] - ours[0] * ours[2])
+    )
+
+
+def test_the_literal_table_cannot_fly_forward():
+    table = load("report-table").parameters
+    for speed in (5.0, 10.0, 15.0):
+        try:
+            assert not level_trim(table, speed).exists
+        except TrimError:
+            continue

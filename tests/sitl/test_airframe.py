@@ -1,0 +1,80 @@
+"""Parameter sets: the shipped ones load, and a bad file is refused by file, key and value."""
+
+import pytest
+
+from sitl.airframe import UNITS, AirframeError, available, load
+from sitl.kernels.parameters import FIRST_ORDER
+
+
+def test_every_shipped_set_loads_with_a_unit_and_a_source_for_every_value():
+    assert {"nominal", "published", "report-table", "flight-code", "nominal-first-order"} <= set(available())
+    for name in available():
+        shipped = load(name)
+        assert shipped.name == name
+        assert shipped.values.keys() == UNITS.keys()
+        assert all(entry.unit == UNITS[key] and entry.source for key, entry in shipped.values.items())
+        assert len(shipped.sha256) == 64
+
+
+def test_the_first_order_set_is_the_nominal_one_with_other_actuators():
+    nominal, first = load("nominal").parameters, load("nominal-first-order").parameters
+    assert first == nominal._replace(actuator_model=FIRST_ORDER)
+
+
+def write(tmp_path, text):
+    path = tmp_path / "mine.toml"
+    path.write_text('[set]\nname = "mine"\ndescription = "x"\nbase = "nominal"\n' + text)
+    return str(path)
+
+
+def entry(key, value, unit, source="measured"):
+    return f'[{key}]\nvalue = {value}\nunit = "{unit}"\nsource = "{source}"\n'
+
+
+def test_a_file_may_change_some_values_of_a_shipped_set(tmp_path):
+    mine = load(write(tmp_path, entry("m", 0.6, "kg")))
+    assert mine.parameters.m == 0.6
+    assert mine.parameters.b == load("nominal").parameters.b
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (entry("k_g", 1.0, "kg m"), "unknown key 'k_g'; did you mean 'k_"),
+        (entry("m", 0.6, "g"), "m is in 'g', must be in 'kg'"),
+        (entry("m", -0.6, "kg"), "m = -0.6 must be positive"),
+        (entry("m", '"heavy"', "kg"), "m = 'heavy' is not a finite number"),
+        (entry("m", "nan", "kg"), "not a finite number"),
+        (entry("m", 50.0, "kg"), "cannot lift m = 50.0"),
+        (entry("m", 0.6, "kg", ""), "m names no source"),
+        (entry("omega_min", 2000.0, "rad/s"), "omega_min = 2000.0 must be below"),
+        (entry("actuator_model", '"magic"', "name"), "'magic' is not one of saturated, first-order"),
+        ("m = 3\n", "m must be"),
+        ("[m\n", "not a TOML file"),
+    ],
+)
+def test_a_bad_file_is_refused_by_file_key_and_value(tmp_path, text, words):
+    if text == "m = 3\n":
+        path = tmp_path / "mine.toml"
+        path.write_text('m = 3\n[set]\nname = "mine"\ndescription = "x"\nbase = "nominal"\n')
+        name = str(path)
+    else:
+        name = write(tmp_path, text)
+    with pytest.raises(AirframeError) as caught:
+        load(name)
+    assert "mine.toml" in str(caught.value)
+    assert words in str(caught.value)
+
+
+def test_unknown_names_and_missing_files_are_said():
+    with pytest.raises(AirframeError, match="no parameter set 'nosuch': there are"):
+        load("nosuch")
+    with pytest.raises(AirframeError, match="No such file"):
+        load("/nowhere/x.toml")
+
+
+def test_a_set_without_base_must_be_whole(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text('[set]\nname = "mine"\ndescription = "x"\n' + entry("m", 0.5, "kg"))
+    with pytest.raises(AirframeError, match="J1, J2"):
+        load(str(path))

@@ -1,0 +1,101 @@
+"""The report's equations as it typed them, slips included: what its printed matrices were computed with.
+
+Nothing here flies. The tests hold these beside the corrected values of the product.
+"""
+
+import math
+
+import numpy as np
+
+from sitl.kernels.hover_model import inertia, moment_matrix
+from sitl.kernels.parameters import Airframe
+
+SPEED = 5.0  # of the printed forward point [m/s]
+QBAR_SLIP = 1.15  # unexplained factor on every dynamic-pressure term of the printed forward point
+
+
+def cross_matrix(v):
+    """[v]× of a vector."""
+    return np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
+
+
+def typed_moment_matrix(a: Airframe):
+    """M_b of section 3.1.2 as typed: roll without S/(4 S_p) and with xi_m for xi_f; yaw by the motors alone."""
+    M = moment_matrix(a)
+    roll = a.a_y * a.C_l * a.xi_m
+    M[0, 2:] = -roll, roll
+    M[2] = -a.p_y, a.p_y, 0.0, 0.0
+    return M
+
+
+def typed_hover_linearisation(A, B, a: Airframe):
+    """A and B of section 3.1.2 as printed: unconstrained quaternion, typed roll term."""
+    A, B = A.copy(), B.copy()
+    A[5, 7] = -math.sqrt(2.0) * a.g
+    B[9:12] = typed_moment_matrix(a) / inertia(a)[:, None]
+    return A, B
+
+
+def typed_forces(v_b, w, T, D, a: Airframe):
+    """Force and moment of section 2.2.2 with the unit slip: D is delta T in the slipstream and delta in the air."""
+    h = 0.5 * QBAR_SLIP * a.rho * a.S * np.linalg.norm(v_b)
+    X, both, differ = a.S_ratio, D[0] + D[1], D[0] - D[1]
+    coupling = a.Delta_r * a.C_l / a.c
+    F = np.array(
+        [
+            (1.0 - X * a.C_d0) * T.sum() - h * a.C_d0 * v_b[0] + 0.5 * h * a.xi_f * a.C_d0 * v_b[2] * both,
+            -h * coupling * a.b * w[2] - 0.5 * h * coupling * a.xi_f * both * a.b * w[0],
+            -X * a.C_l * a.xi_f * both - h * a.C_l * v_b[2] - 0.5 * h * a.xi_f * a.C_l * v_b[0] * both,
+        ]
+    )
+    roll_slip = -a.a_y * a.C_l * a.xi_m + 0.5 * h * a.a_y * a.C_l * a.xi_f * v_b[0]
+    M = np.array(
+        [
+            a.k_m / a.k_f * (T[0] - T[1]) + roll_slip * differ,
+            -a.Delta_r * a.C_l * (a.xi_m * both * (X + 0.5 * h * v_b[0]) + h * v_b[2]),
+            -a.p_y * (T[0] - T[1]) + 0.5 * h * a.a_y * a.C_d0 * a.xi_f * v_b[2] * differ,
+        ]
+    )
+    damping = np.array([[a.C_lp, 0.0, a.C_lr], [0.0, a.C_mq, 0.0], [a.C_np, 0.0, a.C_nr]])
+    B = np.diag([a.b, a.c, a.b])
+    return F, M - 0.5 * h * B @ damping @ B @ w
+
+
+def typed_derivative(x, u, a: Airframe):
+    """d/dt of (p_z, v, eps, w); the quaternion is free, held to the sphere by Simulink's term with gain 1/2."""
+    v, eps, w = x[1:4], x[4:7], x[7:10]
+    eta = x[10]
+    R = np.eye(3) + 2.0 * eta * cross_matrix(eps) + 2.0 * cross_matrix(eps) @ cross_matrix(eps)
+    F, M = typed_forces(R.T @ v, w, u[:2], u[2:], a)
+    J = inertia(a)
+    eps_dot = 0.5 * (eta * w + np.cross(eps, w)) + 0.5 * (1.0 - eta**2 - eps @ eps) * eps
+    return np.concatenate(([v[2]], R @ F / a.m - [0.0, 0.0, a.g], eps_dot, (M - np.cross(w, J * w)) / J))
+
+
+def typed_trim(a: Airframe):
+    """Angle theta [rad], thrust T per motor [N] and D of the printed 5 m/s point."""
+    from scipy.optimize import fsolve
+
+    def residual(z):
+        x = trim_state(z[0])
+        f = typed_derivative(x, np.array([z[1], z[1], z[2], z[2]]), a)
+        return f[1], f[3], f[8]
+
+    return fsolve(residual, [math.radians(60.0), 2.0, 0.9])
+
+
+def trim_state(theta: float):
+    """State of level flight north at SPEED, nose up by theta."""
+    x = np.zeros(11)
+    x[1], x[5], x[10] = SPEED, -math.sin(theta / 2.0), math.cos(theta / 2.0)
+    return x
+
+
+def jacobian(f, x, n):
+    """Central differences over the first n entries of x."""
+    columns = []
+    for k in range(n):
+        step = np.zeros_like(x)
+        step[k] = 1e-6
+        columns.append((f(x + step) - f(x - step)) / 2e-6)
+    return np.array(columns).T
