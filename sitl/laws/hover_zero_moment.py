@@ -116,8 +116,8 @@ def nu(e: Array, v: Array, q: Array, q_d: Array, f: float, speed: float, gains: 
     a = acceleration(q if gains.nu_prime else q_d, f, gains)
     f_r = wanted_force(e, v, speed, gains)
     f_r_dot = (wanted_force(e + AHEAD * v, v + AHEAD * a, speed, gains) - f_r) / AHEAD
-    pull: Array = f_r_dot - gains.k_delta * (rotate(q_d, gains.d) * f - f_r)
-    return pull
+    f_D = rotate(q_d, gains.d) * f - f_r
+    return np.asarray(f_r_dot - gains.k_delta * f_D)
 
 
 @njit(cache=True)
@@ -141,7 +141,7 @@ def steer(
 @njit(cache=True)
 def acceleration(q: Array, f: float, gains: ZeroMomentGains) -> Array:
     """What the force f along d gives at attitude q, world frame, (3,) [m/s2]."""
-    return rotate(q, gains.d) * (f / gains.m) - np.array((0.0, 0.0, gains.g))
+    return np.asarray(rotate(q, gains.d) * (f / gains.m) - np.array((0.0, 0.0, gains.g)))
 
 
 @njit(cache=True)
