@@ -37,7 +37,7 @@ def advance(plant: Array, command: Array, armed: bool, dt: float, a: Airframe) -
         now = plant[ACTUATOR + i]
         if wanted <= low or wanted >= high:
             wanted = min(max(wanted, low), high)
-            flags |= 1 << i
+            flags |= (1 << i) if armed or i >= 2 else 0  # a stopped motor is at no limit
         if a.actuator_model == FIRST_ORDER:
             change = (wanted - now) * (1.0 - math.exp(-dt / tau))
         else:

@@ -17,8 +17,8 @@ def derivative(x: Array, plant: Array, wind: Array, a: Airframe, dx: Array) -> N
         J \dot\omega = M - \omega \times J \omega
 
     Args:
-        x: Rigid state (p, v, q, w), (13,).
-        plant: Whole plant state; its actuators and contact anchors are held over the step, (SIZE,).
+        x: Rigid state and actuators (p, v, q, w, w1, w2, d1, d2), (17,).
+        plant: Whole plant state; only its contact anchors are read, which a step holds, (SIZE,).
         wind: Velocity of the air, world NWU, (3,) [m/s].
         a: The airframe.
         dx: Receives the derivative, (13,).
@@ -34,7 +34,7 @@ def derivative(x: Array, plant: Array, wind: Array, a: Airframe, dx: Array) -> N
         r01 * ux + r11 * uy + r21 * uz,
         r02 * ux + r12 * uy + r22 * uz,
         p, q, r,
-        plant[ACTUATOR], plant[ACTUATOR + 1], plant[ACTUATOR + 2], plant[ACTUATOR + 3], a,
+        x[ACTUATOR], x[ACTUATOR + 1], x[ACTUATOR + 2], x[ACTUATOR + 3], a,
     )  # fmt: skip
     Gx, Gy, Gz, Nx, Ny, Nz = contact(x, plant, a)
     dx[P], dx[P + 1], dx[P + 2] = x[V], x[V + 1], x[V + 2]
