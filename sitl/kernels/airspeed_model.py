@@ -13,7 +13,7 @@ from sitl.kernels.parameters import Airframe, Array
 
 @njit(cache=True)
 def virtual_command(T1: float, T2: float, d1: float, d2: float) -> Array:
-    """u' of two thrusts [N] and two deflections [rad], (4,)."""
+    """The command u' of two thrusts [N] and two deflections [rad], (4,)."""
     return np.array((T1 + T2, T1 - T2, d1 + d2, d1 - d2))
 
 

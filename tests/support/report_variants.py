@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 
+from sitl.design import linearise
 from sitl.kernels.hover_model import inertia, moment_matrix
 from sitl.kernels.parameters import Airframe
 
@@ -28,10 +29,9 @@ def typed_moment_matrix(a: Airframe):
     return M
 
 
-def typed_hover_linearisation(A, B, a: Airframe):
+def typed_hover_linearisation(a: Airframe):
     """A and B of section 3.1.2 as printed: unconstrained quaternion, typed roll term."""
-    A, B = A.copy(), B.copy()
-    A[5, 7] = -math.sqrt(2.0) * a.g
+    A, B = linearise.hover(a, constrained=False)
     B[9:12] = typed_moment_matrix(a) / inertia(a)[:, None]
     return A, B
 
@@ -48,6 +48,7 @@ def typed_forces(v_b, w, T, D, a: Airframe):
             -X * a.C_l * a.xi_f * both - h * a.C_l * v_b[2] - 0.5 * h * a.xi_f * a.C_l * v_b[0] * both,
         ]
     )
+    # The arm [a_i] has the sign of the typed frame in the air and that of FLU in the slipstream.
     roll_slip = -a.a_y * a.C_l * a.xi_m + 0.5 * h * a.a_y * a.C_l * a.xi_f * v_b[0]
     M = np.array(
         [
@@ -56,9 +57,17 @@ def typed_forces(v_b, w, T, D, a: Airframe):
             -a.p_y * (T[0] - T[1]) + 0.5 * h * a.a_y * a.C_d0 * a.xi_f * v_b[2] * differ,
         ]
     )
-    damping = np.array([[a.C_lp, 0.0, a.C_lr], [0.0, a.C_mq, 0.0], [a.C_np, 0.0, a.C_nr]])
-    B = np.diag([a.b, a.c, a.b])
-    return F, M - 0.5 * h * B @ damping @ B @ w
+    return F, M + typed_damping(w, both, h, a)
+
+
+def typed_damping(w, both, h, a: Airframe):
+    """-rho S eta / 2 B Phi(m w) w, which lacks a B, and the elevons' term, which has both of its two.
+
+    The elevons turn roll into yaw: that is the +0.41 of the printed A, a yaw that drives itself.
+    """
+    Phi_mw = 0.5 * np.array([[a.C_lp, 0.0, a.C_lr], [0.0, a.C_mq, 0.0], [a.C_np, 0.0, a.C_nr]])
+    B, Delta = np.diag([a.b, a.c, a.b]), a.xi_m * both * cross_matrix([0.0, 1.0, 0.0])
+    return h * B @ Phi_mw @ (0.5 * Delta @ B - np.eye(3)) @ w
 
 
 def typed_derivative(x, u, a: Airframe):
