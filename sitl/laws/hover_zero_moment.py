@@ -34,7 +34,7 @@ from sitl.laws.governor import GovernorParameters, gamma
 
 F = 4  # index of f in the law's state (q_d, f)
 SIZE = 5
-AHEAD = 1e-3  # step of the directional derivatives [s]
+AHEAD = 1e-4  # step of the directional derivatives [s]
 
 
 class ZeroMomentGains(NamedTuple):
@@ -97,12 +97,8 @@ def control(
     e, v = plant[P : P + 3] - target, plant[V : V + 3]
     q, w, q_d, f = plant[Q : Q + 4], plant[W : W + 3], law[:4], law[F]
     w_d, f_dot = steer(e, v, q, q_d, f, q_ref, speed, gains)
-    a = acceleration(q if gains.nu_prime else q_d, f, gains)
-    q_next = multiply(q, from_rotation_vector(AHEAD * w))
-    q_d_next = multiply(q_d, from_rotation_vector(AHEAD * w_d))
-    f_next = _bounded(f + AHEAD * f_dot, gains)
-    w_d_next, _ = steer(e + AHEAD * v, v + AHEAD * a, q_next, q_d_next, f_next, q_ref, speed, gains)
-    torque = _attitude_torque(q, w, q_d, w_d, (w_d_next - w_d) / AHEAD, gains)
+    w_d_dot = feed_forward(e, v, q, w, q_d, f, w_d, f_dot, q_ref, speed, gains)
+    torque = _attitude_torque(q, w, q_d, w_d, w_d_dot, gains)
     for i in range(4):
         moment = gains.M_pinv[i, 0] * torque[0] + gains.M_pinv[i, 1] * torque[1] + gains.M_pinv[i, 2] * torque[2]
         u[i] = moment + gains.u_bar[i] * f
@@ -136,6 +132,29 @@ def steer(
     if (f <= gains.f_min and f_dot < 0.0) or (f >= gains.f_max and f_dot > 0.0):
         f_dot = 0.0
     return np.cross(gains.d, pull) / f + turn * gains.d, f_dot
+
+
+@njit(cache=True)
+def feed_forward(
+    e: Array,
+    v: Array,
+    q: Array,
+    w: Array,
+    q_d: Array,
+    f: float,
+    w_d: Array,
+    f_dot: float,
+    q_ref: Array,
+    speed: float,
+    gains: ZeroMomentGains,
+) -> Array:
+    """Derivative of omega_d along the flow that nu counts on, in the frame of q_d, (3,) [rad/s2]."""
+    a = acceleration(q if gains.nu_prime else q_d, f, gains)
+    q_next = multiply(q, from_rotation_vector(AHEAD * w))
+    q_d_next = multiply(q_d, from_rotation_vector(AHEAD * w_d))
+    f_next = _bounded(f + AHEAD * f_dot, gains)
+    w_d_next, _ = steer(e + AHEAD * v, v + AHEAD * a, q_next, q_d_next, f_next, q_ref, speed, gains)
+    return np.asarray((w_d_next - w_d) / AHEAD)
 
 
 @njit(cache=True)
