@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import math
+import sys
 import tomllib
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from difflib import get_close_matches
 from importlib.resources import files
@@ -51,6 +52,7 @@ class ParameterSet:
     sha256: str  # of the file itself, so that a log can name what was flown
     values: dict[str, Entry]
     parameters: Airframe
+    waived: frozenset[str]  # rules that the set breaks knowingly
 
 
 def available() -> list[str]:
@@ -74,17 +76,18 @@ def load(name_or_path: str) -> ParameterSet:
         path = Path(str(shipped))
     raw, table = _read(path)
     header = _header(path, table)
-    values = {} if "base" not in header else dict(load(header["base"]).values)
+    base = load(header.base) if header.base else None
+    values = dict(base.values) if base else {}
     values |= {key: _entry(path, key, entry) for key, entry in table.items()}
     missing = [key for key in UNITS if key not in values]
     if missing:
         raise AirframeError(f"{path}: {', '.join(missing)} missing")
     numbers: dict[str, Any] = {key: _number(path, key, values[key]) for key in UNITS}
     parameters = Airframe(**numbers)
-    _check_together(path, parameters)
-    return ParameterSet(
-        header["name"], header["description"], str(path), hashlib.sha256(raw).hexdigest(), values, parameters
-    )
+    waived = header.waived | (base.waived if base else frozenset())
+    _check_together(path, parameters, waived)
+    digest = hashlib.sha256(raw).hexdigest()
+    return ParameterSet(header.name, header.description, str(path), digest, values, parameters, waived)
 
 
 def _read(path: Path) -> tuple[bytes, dict[str, Any]]:
@@ -97,20 +100,39 @@ def _read(path: Path) -> tuple[bytes, dict[str, Any]]:
         raise AirframeError(f"{path}: not a TOML file: {error}") from error
 
 
-def _header(path: Path, table: dict[str, Any]) -> dict[str, str]:
+class _Header(NamedTuple):
+    name: str
+    description: str
+    base: str = ""  # a shipped set, of which this one states the differences
+    waived: frozenset[str] = frozenset()
+
+
+def _header(path: Path, table: dict[str, Any]) -> _Header:
     header = table.pop("set", None)
     if not isinstance(header, dict) or not {"name", "description"} <= header.keys():
         raise AirframeError(f"{path}: a [set] table with name and description is missing")
-    unknown = header.keys() - {"name", "description", "base"}
-    if unknown:
-        raise AirframeError(f"{path}: [set] has an unknown key {min(unknown)!r}")
-    return header
+    for key in header.keys() - {"waived"}:
+        if key not in _Header._fields:
+            raise AirframeError(f"{path}: [set] has an unknown key {key!r}" + _nearest(key, _Header._fields))
+        if not isinstance(header[key], str):
+            raise AirframeError(f"{path}: [set] {key} = {header[key]!r} must be a text")
+    base = header.get("base", "")
+    if base and base not in available():
+        raise AirframeError(f"{path}: base {base!r} is no shipped set: there are {', '.join(available())}")
+    waived = header.get("waived", [])
+    if not isinstance(waived, list) or not all(isinstance(rule, str) and rule in RULES for rule in waived):
+        raise AirframeError(f"{path}: waived = {waived!r} must be a list of {', '.join(RULES)}")
+    return _Header(header["name"], header["description"], base, frozenset(waived))
+
+
+def _nearest(key: str, known: Iterable[str]) -> str:
+    near = get_close_matches(key, known, n=1)
+    return f"; did you mean {near[0]!r}?" if near else ""
 
 
 def _entry(path: Path, key: str, entry: object) -> Entry:
     if key not in UNITS:
-        near = get_close_matches(key, UNITS, n=1)
-        raise AirframeError(f"{path}: unknown key {key!r}" + (f"; did you mean {near[0]!r}?" if near else ""))
+        raise AirframeError(f"{path}: unknown key {key!r}" + _nearest(key, UNITS))
     if not isinstance(entry, dict) or entry.keys() != {"value", "unit", "source"}:
         raise AirframeError(f"{path}: {key} must be {{ value = ..., unit = ..., source = ... }}")
     if entry["unit"] != UNITS[key]:
@@ -126,7 +148,8 @@ def _number(path: Path, key: str, entry: Entry) -> float:
         if value not in ACTUATOR_MODELS:
             raise AirframeError(f"{path}: actuator_model {value!r} is not one of {', '.join(ACTUATOR_MODELS)}")
         return ACTUATOR_MODELS[str(value)]
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+    # A whole number of TOML may be too large for a float.
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < sys.float_info.max:
         raise AirframeError(f"{path}: {key} = {value!r} is not a finite number")
     if key in POSITIVE and value <= 0.0:
         raise AirframeError(f"{path}: {key} = {value} must be positive")
@@ -140,21 +163,28 @@ class _Rule(NamedTuple):
     text: str
 
 
-_RULES = (
-    _Rule(
-        lambda a: a.omega_min < a.omega_max,
-        "omega_min = {0.omega_min} must be below omega_max = {0.omega_max}",
+RULES = {
+    "inertia": _Rule(
+        lambda a: 2.0 * max(a.J1, a.J2, a.J3) < a.J1 + a.J2 + a.J3,
+        "J1 = {0.J1}, J2 = {0.J2}, J3 = {0.J3}: no rigid body has one above the sum of the others",
     ),
-    _Rule(lambda a: a.delta_max < math.pi / 2, "delta_max = {0.delta_max} rad must be below a right angle"),
-    _Rule(
-        lambda a: 2.0 * a.k_f * a.omega_max**2 > a.m * a.g,
+    "speeds": _Rule(
+        lambda a: a.omega_min < a.omega_max, "omega_min = {0.omega_min} must be below omega_max = {0.omega_max}"
+    ),
+    "deflection": _Rule(
+        lambda a: a.delta_max < math.pi / 2, "delta_max = {0.delta_max} rad must be below a right angle"
+    ),
+    "weight": _Rule(
+        lambda a: 2.0 * (1.0 - a.S_ratio * a.C_d0) * a.k_f * a.omega_max**2 > a.m * a.g,
         "k_f = {0.k_f} and omega_max = {0.omega_max} cannot lift m = {0.m}",
     ),
-    _Rule(lambda a: a.S_ratio * a.C_d0 < 1.0, "S_ratio = {0.S_ratio} with C_d0 = {0.C_d0} leaves no thrust"),
-)
+    "slipstream": _Rule(
+        lambda a: a.S_ratio * a.C_d0 < 1.0, "S_ratio = {0.S_ratio} with C_d0 = {0.C_d0} leaves no thrust"
+    ),
+}
 
 
-def _check_together(path: Path, a: Airframe) -> None:
-    for rule in _RULES:
-        if not rule.holds(a):
+def _check_together(path: Path, a: Airframe, waived: frozenset[str]) -> None:
+    for name, rule in RULES.items():
+        if name not in waived and not rule.holds(a):
             raise AirframeError(f"{path}: {rule.text.format(a)}")

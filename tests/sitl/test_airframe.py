@@ -49,6 +49,8 @@ def test_a_file_may_change_some_values_of_a_shipped_set(tmp_path):
         (entry("m", 0.6, "kg", ""), "m names no source"),
         (entry("omega_min", 2000.0, "rad/s"), "omega_min = 2000.0 must be below"),
         (entry("actuator_model", '"magic"', "name"), "'magic' is not one of saturated, first-order"),
+        (entry("m", "1" + 400 * "0", "kg"), "is not a finite number"),
+        (entry("J1", 0.5, "kg m2"), "J1 = 0.5, J2 = 0.002785, J3 = 0.00606: no rigid body"),
         ("m = 3\n", "m must be"),
         ("[m\n", "not a TOML file"),
     ],
@@ -78,3 +80,34 @@ def test_a_set_without_base_must_be_whole(tmp_path):
     path.write_text('[set]\nname = "mine"\ndescription = "x"\n' + entry("m", 0.5, "kg"))
     with pytest.raises(AirframeError, match="J1, J2"):
         load(str(path))
+
+
+@pytest.mark.parametrize(
+    ("header", "words"),
+    [
+        ('description = "x"', "with name and description is missing"),
+        ('name = 3\ndescription = "x"', "name = 3 must be a text"),
+        ('name = "mine"\ndescription = "x"\nbasis = "nominal"', "unknown key 'basis'; did you mean 'base'"),
+        ('name = "mine"\ndescription = "x"\nbase = "mine.toml"', "base 'mine.toml' is no shipped set"),
+        ('name = "mine"\ndescription = "x"\nwaived = ["gravity"]', "must be a list of inertia"),
+    ],
+)
+def test_a_bad_header_is_refused(tmp_path, header, words):
+    path = tmp_path / "mine.toml"
+    path.write_text(f"[set]\n{header}\n")
+    with pytest.raises(AirframeError, match=r"mine\.toml") as caught:
+        load(str(path))
+    assert words in str(caught.value)
+
+
+def test_only_a_set_that_says_so_may_break_a_rule(tmp_path):
+    """ENAC's flight code states inertias that no rigid body has; it is shipped as stated, and says so."""
+    code = load("flight-code")
+    assert code.waived == {"inertia"}
+    assert code.parameters.J3 > code.parameters.J1 + code.parameters.J2
+    assert all(load(name).waived == frozenset() for name in available() if name != "flight-code")
+
+
+def test_a_set_is_named_by_the_hash_of_its_file(tmp_path):
+    first, again = (load(write(tmp_path, entry("m", 0.5, "kg"))).sha256 for _ in range(2))
+    assert first == again != load(write(tmp_path, entry("m", 0.51, "kg"))).sha256
