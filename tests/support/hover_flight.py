@@ -8,7 +8,7 @@ from sitl.airframe import load
 from sitl.autopilot.guidance import Setpoint
 from sitl.hybrid.supervisor import Law
 from sitl.kernels.state import ACTUATOR, P, Q, V, W
-from sitl.vehicle import TICK, Start, Tuning, Vehicle
+from sitl.vehicle import TICK, DivergedError, Start, Tuning, Vehicle
 
 NOMINAL = load("nominal").parameters
 ALOFT = 500.0  # [m]
@@ -25,6 +25,7 @@ class Flight:
         self.e, self.v, self.q = rows[:, 2 + P : 5 + P], rows[:, 2 + V : 5 + V], rows[:, 2 + Q : 6 + Q]
         self.actuator = rows[:, 2 + ACTUATOR : 6 + ACTUATOR]
         self.distance = np.linalg.norm(self.e, axis=1)
+        self.tilt = np.arccos(np.clip(2.0 * (self.q[:, 1] * self.q[:, 3] - self.q[:, 0] * self.q[:, 2]), -1.0, 1.0))
         self.jumps, self.diverged = vehicle.jumps, diverged
 
     def settled(self, radius):
@@ -53,7 +54,7 @@ def fly(target, *, law, duration, attitude=None, v=(0, 0, 0), w=(0, 0, 0), wind=
         rows.append(row)
         try:
             vehicle.advance(5)
-        except ArithmeticError:
+        except DivergedError:
             return Flight(rows, vehicle, diverged=True)
     return Flight(rows, vehicle, diverged=False)
 
