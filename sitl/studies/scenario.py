@@ -20,7 +20,7 @@ from sitl.kernels.parameters import Array
 from sitl.vehicle import TICK, Start, Tuning, Vehicle
 
 ALOFT = 100.0  # the report has no ground: its origin is flown this high above ours [m]
-SAMPLE = 5  # control ticks between recorded samples: 10 ms
+SAMPLE = 10  # control ticks between recorded samples: 20 ms
 
 
 class Ask(NamedTuple):
