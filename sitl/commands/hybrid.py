@@ -7,6 +7,8 @@ from collections.abc import Mapping
 
 from sitl.errors import SitlError
 
+SUPERVISOR = "supervisor"
+
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     """The command line of ``darko-sitl hybrid``."""
@@ -17,14 +19,20 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
 
 def run(args: argparse.Namespace) -> int:
     """List the systems or run one and print its solution on hybrid time (t, j)."""
-    from sitl.hybrid.textbook import systems  # noqa: PLC0415 - --help must not load scientific libraries
+    if args.name == SUPERVISOR:
+        from sitl.hybrid.supervisor import diagram  # noqa: PLC0415 - --help must stay quick
+
+        print(diagram())
+        return 0
+    from sitl.hybrid.textbook import systems  # noqa: PLC0415
 
     known = systems()
     if args.name is None:
         for name, system in known.items():
             print(f"{name:<16}{system.description}")
+        print(f"{SUPERVISOR:<16}The vehicle's own table of jumps, as a Mermaid diagram")
         return 0
     if args.name not in known:
-        raise SitlError(f"no system {args.name!r}: there are {', '.join(known)}")
+        raise SitlError(f"no system {args.name!r}: there are {', '.join((*known, SUPERVISOR))}")
     print(known[args.name].summary())
     return 0

@@ -11,7 +11,7 @@ from __future__ import annotations
 from enum import IntEnum
 from typing import NamedTuple
 
-from sitl.hybrid.automaton import Jump
+from sitl.hybrid.automaton import Jump, mermaid
 
 
 class Law(IntEnum):
@@ -75,3 +75,8 @@ TABLE: dict[Law, tuple[Jump, ...]] = {
         Jump("enter_linear", lambda x: x.lyapunov < x.v_enter, Law.HOVER_LINEAR, Reason.LYAPUNOV_BELOW),
     ),
 }
+
+
+def diagram() -> str:
+    """The table as the documentation shows it."""
+    return mermaid(TABLE, lambda law: law.name)
