@@ -24,7 +24,7 @@ STEP = 1e-3
 SECONDS = 200.0
 
 
-@njit
+@njit()
 def plant_only(plant: Array, command: Array, wind: Array, airframe: Airframe, steps: int) -> None:
     """The plant without a law, all steps in one call."""
     for _ in range(steps):
@@ -47,8 +47,12 @@ def main() -> None:
         bare.append(SECONDS / (time.perf_counter() - began))
         vehicle.begin(Start(up=1000.0, airborne=True))
         whole.append(scenario.duration / fly(scenario).wall)
-    print(f"scenario runner: {statistics.median(whole):.0f}x real time (median of {runs}, {min(whole):.0f}..{max(whole):.0f})")
-    print(f"plant alone:     {statistics.median(bare):.0f}x real time ({statistics.median(bare) / STEP / 1e6:.2f} M steps/s)")
+    print(
+        f"scenario runner: {statistics.median(whole):.0f}x real time (median of {runs}, {min(whole):.0f}..{max(whole):.0f})"
+    )
+    print(
+        f"plant alone:     {statistics.median(bare):.0f}x real time ({statistics.median(bare) / STEP / 1e6:.2f} M steps/s)"
+    )
     print(f"ratio:           {statistics.median(b / w for b, w in zip(bare, whole, strict=True)):.1f}")
 
 

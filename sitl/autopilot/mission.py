@@ -11,9 +11,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from protocol.engines.mission_server import Refusal
-
 from protocol.dialect import mavlink
+from protocol.engines.mission_server import Refusal
 from protocol.frames import Geodetic, LocalFrame, flip
 from protocol.plans.mission import MissionItem
 from protocol.units import UNKNOWN_INT32, from_e7, from_local_e4
