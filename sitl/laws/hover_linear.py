@@ -25,8 +25,8 @@ class LinearGains(NamedTuple):
     u_bar: Array  # (4,), virtual commands T1, T2 [N], d1 T1, d2 T2 [N rad]
     lead: float  # time constant of the lead in the integral [s]
     integral_limit: float  # bound of what is integrated, per axis [m]
-    reach: float = 5.0  # position error beyond this counts as this [m]; math.inf is the report's law
-    bound: float = 40.0  # of the integral itself, per axis [m s]; a 14 m/s wind needs 30 of it
+    reach: float = 6.0  # position error beyond this counts as this [m]; math.inf is the report's law
+    bound: float = 40.0  # of the integral itself, per axis [m s]; a 10 m/s wind needs 26 of it
 
 
 @njit(cache=True)
@@ -96,9 +96,9 @@ def integrate(plant: Array, target: Array, integral: Array, gains: LinearGains, 
 
     The lead is the LQI's own proportional action seen from the other side (the gains give it back in K), so
     near the target this *is* the LQI. But while a distance is flown off, error and speed cancel in it, and
-    the integral does not wind up into an overshoot. What is integrated is bounded, and so is the integral. It is
-    not stopped while an actuator is at its limit: elevons touch theirs on the way into every wind above 5 m/s, and an
-    integral that waits for them loses the hold of 14 m/s that this one keeps.
+    the integral does not wind up into an overshoot. What is integrated is bounded, and so is the integral. It
+    is not stopped while an actuator is at its limit: elevons touch theirs on the way into every wind above 5 m/s, and
+    stopping it there, tried in winds of 3 to 14 m/s, gains nothing.
     """
     for axis in range(3):
         rate = plant[P + axis] - target[axis] + gains.lead * plant[V + axis]
