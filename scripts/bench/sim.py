@@ -47,13 +47,11 @@ def main() -> None:
         bare.append(SECONDS / (time.perf_counter() - began))
         vehicle.begin(Start(up=1000.0, airborne=True))
         whole.append(scenario.duration / fly(scenario).wall)
-    print(
-        f"scenario runner: {statistics.median(whole):.0f}x real time (median of {runs}, {min(whole):.0f}..{max(whole):.0f})"
-    )
-    print(
-        f"plant alone:     {statistics.median(bare):.0f}x real time ({statistics.median(bare) / STEP / 1e6:.2f} M steps/s)"
-    )
-    print(f"ratio:           {statistics.median(b / w for b, w in zip(bare, whole, strict=True)):.1f}")
+    ratio = statistics.median(b / w for b, w in zip(bare, whole, strict=True))
+    speed, plant = statistics.median(whole), statistics.median(bare)
+    print(f"scenario runner: {speed:.0f}x real time (median of {runs}, {min(whole):.0f}..{max(whole):.0f})")
+    print(f"plant alone:     {plant:.0f}x real time ({plant / STEP / 1e6:.2f} M steps/s)")
+    print(f"ratio:           {ratio:.1f}")
 
 
 if __name__ == "__main__":
