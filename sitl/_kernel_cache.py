@@ -1,0 +1,29 @@
+"""Where compiled kernels are kept.
+
+Numba's cache looks at the file of a function, not at those it calls into: after a change in one kernel, callers in
+other files would go on flying the old one. So the folder is named by the sources of all that is compiled.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import sys
+from pathlib import Path
+
+from platformdirs import user_cache_path
+
+COMPILED = ("kernels/*.py", "laws/*.py", "flow.py")
+
+
+def use_source_keyed_cache() -> None:
+    """Point numba's cache at the folder of these sources; a folder the user has set is left alone."""
+    if "NUMBA_CACHE_DIR" in os.environ:
+        return
+    root, digest = Path(__file__).parent, hashlib.sha256()
+    for path in sorted(path for pattern in COMPILED for path in root.glob(pattern)):
+        digest.update(path.name.encode() + path.read_bytes())
+    folder = str(user_cache_path("darko") / f"kernels-{digest.hexdigest()[:16]}")
+    os.environ["NUMBA_CACHE_DIR"] = folder
+    if "numba" in sys.modules:
+        sys.modules["numba"].config.CACHE_DIR = folder
