@@ -127,8 +127,12 @@ class ReplayFeed:
         """Play on."""
         if not self.playing:
             return
+        before = self.timeline.position
         for message in self.timeline.advance(elapsed * self.speed):
             self.snapshot = reduce(self.snapshot, message, self.timeline.position)
+        for marker in self.timeline.markers:
+            if before < marker.time <= self.timeline.position:
+                self.snapshot = note(self.snapshot, marker.time, NOTICE, marker.what)
         if self.timeline.position >= self.timeline.duration:
             self.playing = False
 

@@ -30,6 +30,10 @@ class FlyScreen(Screen[None]):
     snapshot: reactive[Snapshot] = reactive(EMPTY)
     now: reactive[float] = reactive(0.0)
 
+    def watch_snapshot(self, s: Snapshot) -> None:
+        """What a silent vehicle showed last is marked as old."""
+        self.set_class(s.lost, "-stale")
+
     def compose(self) -> ComposeResult:
         """Status bar, panels, messages, footer."""
         yield StatusBar().data_bind(FlyScreen.snapshot, FlyScreen.now)

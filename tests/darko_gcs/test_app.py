@@ -1,22 +1,25 @@
 """The screens, driven by keys on a feed that needs no network."""
 
 import math
+import socket
 from dataclasses import replace
 
 import pytest
 
 from darko_gcs.app import GroundStation
-from darko_gcs.feed import ReplayFeed
+from darko_gcs.errors import LinkError
+from darko_gcs.feed import LiveFeed, ReplayFeed
 from darko_gcs.replay_app import ReplayStation
 from darko_gcs.screens.dialogs import AskScreen, ConfirmScreen, HelpScreen
 from darko_gcs.screens.fly import FlyScreen
 from darko_gcs.screens.mission import MissionScreen
 from darko_gcs.snapshot import EMPTY, Actuators, Energy, Hybrid, Jump
+from darko_gcs.station import Station
 from darko_gcs.store import note
 from darko_gcs.widgets.panels import MapPanel
 from protocol.frames import Geodetic
 from protocol.plans import load
-from protocol.tlog import read_tlog
+from protocol.tlog import TlogReader, read_tlog
 from tests.support.paths import DATA
 
 HOVER = (math.sqrt(0.5), 0.0, math.sqrt(0.5), 0.0)
@@ -284,6 +287,27 @@ async def test_a_recording_pauses_seeks_and_cannot_be_commanded():
         assert feed.speed == 2.0
         await pilot.press("a")
         assert isinstance(app.screen, FlyScreen)
+
+
+def test_playing_past_damage_says_what_was_skipped():
+    whole = (DATA / "square-flight.tlog").read_bytes()
+    feed = ReplayFeed(TlogReader(whole[:100_000] + b"?" * 500 + whole[150_000:]), "damaged")
+    feed.seek(0.0)
+    for _ in range(400):
+        feed.advance(0.01)
+    assert any("bytes damaged" in line.text for line in feed.snapshot.messages)
+    assert feed.snapshot.reached >= {4, 5}
+
+
+async def test_a_taken_port_ends_the_app_with_its_reason():
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
+        taken.bind(("127.0.0.1", 0))
+        port = taken.getsockname()[1]
+        app = GroundStation(LiveFeed(Station(), "127.0.0.1", port, None))
+        async with app.run_test(size=(80, 24)):
+            pass
+    assert f"127.0.0.1:{port}" in str(app.failure)
+    assert app.return_value == LinkError.exit_code
 
 
 def test_playing_and_seeking_reach_the_same_state():
