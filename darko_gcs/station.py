@@ -13,7 +13,7 @@ from protocol.dialect import mavlink
 from protocol.endpoint import GroundEndpoint
 from protocol.errors import FileError, LocalProtocolError
 from protocol.events import Event, MissionUploaded
-from protocol.frames import Geodetic, LocalFrame
+from protocol.frames import LocalFrame
 from protocol.modes import Mode, custom_mode
 from protocol.plans.mission import MissionItem
 from protocol.tlog import TlogWriter, split_frames
@@ -151,13 +151,6 @@ class Station:
     def say(self, now: float, text: str, severity: int = mavlink.MAV_SEVERITY_WARNING) -> None:
         """Add a line to the operator's log."""
         self.snapshot = note(self.snapshot, now, severity, text)
-
-    def point_of(self, latitude: float, longitude: float) -> tuple[float, float] | None:
-        """North and east of home [m] of a place; None before home is known."""
-        if self.snapshot.home is None:
-            return None
-        north, east, _ = LocalFrame(self.snapshot.home).to_ned(Geodetic(latitude, longitude, self.snapshot.home.alt))
-        return north, east
 
     # Inside
 

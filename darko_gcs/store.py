@@ -25,7 +25,7 @@ from protocol.events import (
     VehicleLost,
     VehicleReturned,
 )
-from protocol.frames import Geodetic
+from protocol.frames import Geodetic, quaternion_from_euler
 from protocol.frames import heading as heading_of
 from protocol.modes import mode_from_custom
 from protocol.plans.mission import MissionItem
@@ -111,8 +111,6 @@ def _attitude_quaternion(s: Snapshot, m: Message, now: float) -> Snapshot:  # no
 def _attitude(s: Snapshot, m: Message, now: float) -> Snapshot:  # noqa: ARG001
     if s.repr_offset is not None:  # the quaternion says it without a singularity
         return s
-    from protocol.frames import quaternion_from_euler  # noqa: PLC0415 - only for vehicles without the quaternion
-
     return replace(s, q=quaternion_from_euler(m.roll, m.pitch, m.yaw), heading=m.yaw % (2.0 * math.pi))
 
 
