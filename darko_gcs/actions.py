@@ -4,17 +4,42 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 from darko_gcs.snapshot import Snapshot
 from protocol.dialect import mavlink
 
-if TYPE_CHECKING:
-    from darko_gcs.app import GroundStation
-
-__all__ = ["ACTIONS", "Action"]
+__all__ = ["ACTIONS", "Action", "Operator"]
 
 MISSION_ACTIVE = mavlink.MISSION_STATE_ACTIVE
+
+
+class Operator(Protocol):
+    """What actions are done with: the app."""
+
+    def tell(self, request: str) -> None:
+        """One of the station's requests without arguments."""
+
+    def disarm(self) -> None:
+        """Stop the motors."""
+
+    def ask_take_off(self) -> None:
+        """Ask for a height, then take off."""
+
+    def ask_go_to(self) -> None:
+        """Ask for a point, then go there."""
+
+    def show_mission(self) -> None:
+        """Open the mission screen."""
+
+    def show_help(self) -> None:
+        """Open the list of keys."""
+
+    def zoom(self, step: int) -> None:
+        """Zoom the map."""
+
+    def leave(self) -> None:
+        """Quit."""
 
 
 @dataclass(frozen=True)
@@ -25,7 +50,7 @@ class Action:
     name: str
     label: str  # in the footer; empty keeps it out
     help: str
-    do: Callable[[GroundStation], None]
+    do: Callable[[Operator], None]
     confirm: Callable[[Snapshot], str | None] = lambda s: None  # noqa: ARG005 - most need none
     needs_vehicle: bool = True
 
