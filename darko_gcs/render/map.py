@@ -13,6 +13,7 @@ __all__ = ["draw_map"]
 Point = tuple[float, float]  # north, east [m]
 SMALLEST = 6.0  # metres across, however near everything is
 MARGIN = 1.25
+FARTHEST = 1e7  # places beyond are nonsense, and not drawn [m]
 ARROWS = "↑↗→↘↓↙←↖"
 STATES = {"done": "good", "current": "warn", "todo": "plan"}
 
@@ -44,7 +45,7 @@ def draw_map(
     """
     places = [*track, *((n, e) for _, n, e, _ in waypoints)]
     places += [place for place in (home, target, None if vehicle is None else vehicle[:2]) if place is not None]
-    places = [place for place in places if all(map(math.isfinite, place))] or [(0.0, 0.0)]
+    places = [place for place in places if _is_real(place)] or [(0.0, 0.0)]
     scale = scale or _fit(places, width, height)
     middle = centre or _middle(places)
     canvas = Braille(width, height)
@@ -73,7 +74,7 @@ def _symbols(
 ) -> None:
     def put(point: Point, text: str, style: str) -> None:
         x, y = at(point)
-        if math.isfinite(x) and math.isfinite(y):
+        if _is_real((x, y)):
             canvas.put(math.floor(x / 2), math.floor(y / 4), text, style)
 
     if home is not None:
@@ -84,6 +85,10 @@ def _symbols(
         put(target, "+", "warn")
     if vehicle is not None and all(map(math.isfinite, vehicle)):
         put(vehicle[:2], ARROWS[round(vehicle[2] / (math.pi / 4)) % 8], "bad")
+
+
+def _is_real(point: Point) -> bool:
+    return all(abs(part) < FARTHEST for part in point)  # false for NaN too
 
 
 def _fit(places: Sequence[Point], width: int, height: int) -> float:
