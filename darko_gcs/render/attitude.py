@@ -12,6 +12,7 @@ __all__ = ["attitude", "compass"]
 PITCH_SPAN = math.radians(50.0)  # shown from top to bottom
 NAMES = {0: "N", 45: "NE", 90: "E", 135: "SE", 180: "S", 225: "SW", 270: "W", 315: "NW"}
 DEGREES_PER_CELL = 5
+FARTHEST_TURN = 1e6  # a heading beyond is nonsense [rad]
 
 
 def attitude(q_displayed: Quaternion, *, width: int, height: int) -> list[Line]:
@@ -54,7 +55,7 @@ def _short_of_vertical(angle: float) -> float:
 
 def compass(heading: float, width: int) -> Line:
     """Heading tape: names and marks slide past the middle, where the heading stands in degrees."""
-    degrees = math.degrees(heading) % 360.0 if math.isfinite(heading) else 0.0
+    degrees = math.degrees(heading) % 360.0 if abs(heading) < FARTHEST_TURN else 0.0  # NaN shows as north
     cells = [" "] * width
     for column in range(width):
         at = degrees + (column - width // 2) * DEGREES_PER_CELL

@@ -39,6 +39,7 @@ def log_chart(
         jumps: Times marked by a vertical line.
         now: Time at the right edge [s].
     """
+    thresholds = [(value, words) for value, words in thresholds if math.isfinite(value)]
     plot_width, plot_height = max(1, width - LABELS), max(1, height - 1)
     seen = [v for t, v in zip(times, values, strict=True) if now - window <= t <= now and math.isfinite(v)]
     low, high = _decades([*seen, *(v for v, _ in thresholds)])

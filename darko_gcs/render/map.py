@@ -83,7 +83,7 @@ def _symbols(
         put((north, east), str(number), STATES.get(state, ""))
     if target is not None:
         put(target, "+", "warn")
-    if vehicle is not None and all(map(math.isfinite, vehicle)):
+    if vehicle is not None and _is_real((vehicle[2], 0.0)):
         put(vehicle[:2], ARROWS[round(vehicle[2] / (math.pi / 4)) % 8], "bad")
 
 

@@ -146,6 +146,9 @@ def test_the_published_set_has_no_level_trim_in_the_corridor():
     for speed in (5.5, 7.0, 9.0):
         assert not level_trim(PUBLISHED, speed).exists
     assert math.degrees(level_trim(PUBLISHED, 7.0).delta) == pytest.approx(35.8, abs=0.3)
+    for inside, outside in ((5.05, 5.08), (9.36, 9.33)):
+        assert level_trim(PUBLISHED, inside).exists
+        assert not level_trim(PUBLISHED, outside).exists
     for speed in (4.5, 10.0, 15.0):
         assert level_trim(PUBLISHED, speed).exists
 
