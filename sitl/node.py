@@ -38,6 +38,7 @@ from sitl.snapshot import Picture, take_picture
 
 SYSTEM, COMPONENT = 1, 1
 NAMED_VALUE_TICKS = 100  # control ticks between NAMED_VALUE_FLOATs, for tools that know no private dialect
+COMPLAIN_AGAIN = 5.0  # [s]
 WARNING, INFO = mavlink.MAV_SEVERITY_WARNING, mavlink.MAV_SEVERITY_INFO
 
 
@@ -50,6 +51,8 @@ class Node:
     def __init__(self, craft: Craft, memory: Memory, peers: Sequence[Hashable] = ()) -> None:
         self.craft = craft
         self._memory = memory
+        self._kept = memory.parameters()
+        self._complained: dict[str, float] = {}  # when each complaint about a set-point was last made
         items = memory.mission()
         refusal = self._validate(items)
         self._endpoint = VehicleEndpoint(
@@ -160,8 +163,8 @@ class Node:
             self._endpoint.set_parameter(event.name, before.value(event.name))
             self._say(WARNING, str(error))
             return
-        kept = {**self._memory.parameters(), event.name: event.value}
-        self._keep(lambda: self._memory.keep_parameters(kept))
+        self._kept[event.name] = event.value
+        self._keep(lambda: self._memory.keep_parameters(self._kept))
 
     def _on_parameter_refused(self, event: ParameterRefused, now: float) -> None:  # noqa: ARG002
         self._say(WARNING, f"{event.name} = {event.value:g} refused: {event.reason}")
@@ -169,7 +172,14 @@ class Node:
     def _on_setpoint(self, event: SetpointReceived, now: float) -> None:  # noqa: ARG002
         reason = take_setpoint(self.craft.autopilot, event.message)
         if reason is not None:
-            self._say(WARNING, f"Set-point refused: {reason}")
+            self._complain(f"Set-point refused: {reason}")
+
+    def _complain(self, text: str) -> None:
+        """Say a thing about a stream once in a while, not as often as the stream repeats it."""
+        now = self.craft.vehicle.time
+        if now - self._complained.get(text, -COMPLAIN_AGAIN) >= COMPLAIN_AGAIN:
+            self._complained = {text: now}
+            self._say(WARNING, text)
 
     def _keep(self, write: Callable[[], None]) -> None:
         try:

@@ -180,6 +180,17 @@ def test_streamed_setpoints_are_followed_in_offboard(airborne):
     assert airborne.last("HEARTBEAT").custom_mode == custom_mode(Mode.HOLD)
 
 
+def test_a_stream_of_bad_setpoints_is_complained_of_once_in_a_while(airborne):
+    for _ in range(40):
+        airborne.send(
+            mavlink.MAVLink_set_position_target_local_ned_message(
+                0, 1, 1, mavlink.MAV_FRAME_BODY_NED, 0b0000_1101_1111_1000, 1, 0, -3, 0, 0, 0, 0, 0, 0, 0, 0
+            )
+        )
+        airborne.advance(0.1)
+    assert airborne.texts().count("Set-point refused") == 1
+
+
 def test_a_refused_mission_leaves_the_old_one_flying(ground):
     good = load(DATA / "square.plan").items
     ground.upload(good)
