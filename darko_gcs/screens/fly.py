@@ -27,8 +27,8 @@ class FlyScreen(Screen[None]):
 
     HORIZONTAL_BREAKPOINTS = [(0, "-narrow"), (120, "-wide")]  # noqa: RUF012 - declared so by Textual
     VERTICAL_BREAKPOINTS = [(0, "-short"), (36, "-tall")]  # noqa: RUF012
-    snapshot: reactive[Snapshot] = reactive(EMPTY)
-    now: reactive[float] = reactive(0.0)
+    snapshot: reactive[Snapshot] = reactive(EMPTY, repaint=False)  # else every panel is painted again
+    now: reactive[float] = reactive(0.0, repaint=False)
 
     def watch_snapshot(self, s: Snapshot) -> None:
         """What a silent vehicle showed last is marked as old."""

@@ -48,8 +48,8 @@ class MissionScreen(Screen[None]):
         Binding("shift+down", "move(1)", "Down"),
         Binding("c", "clear", "Clear vehicle"),
     ]
-    snapshot: reactive[Snapshot] = reactive(EMPTY)
-    now: reactive[float] = reactive(0.0)
+    snapshot: reactive[Snapshot] = reactive(EMPTY, repaint=False)  # else every panel is painted again
+    now: reactive[float] = reactive(0.0, repaint=False)
 
     def __init__(self, station: Station | None, clock: Callable[[], float]) -> None:
         super().__init__()

@@ -206,8 +206,7 @@ class MapPanel(Panel):
     def zoom(self, step: int) -> None:
         """In (+1), out (-1), or fit everything again (0)."""
         self.scale = None if step == 0 else (self.scale or self._shown) / ZOOM**step
-        self._drawn = ()
-        self.refresh()
+        self.redraw()
 
     _shown: float = 1.0
 

@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import math
 
-from textual.reactive import reactive
-from textual.strip import Strip
-
 from darko_gcs.snapshot import Snapshot
 from darko_gcs.widgets.panel import Line, Panel, text_line
 from protocol.dialect import mavlink
@@ -21,15 +18,12 @@ STALE = 2.0  # [s] without a heartbeat
 class StatusBar(Panel):
     """Vehicle, mode, arming, link. Redrawn as ages change."""
 
-    now: reactive[float] = reactive(0.0)
-
     def __init__(self, id: str = "status") -> None:  # noqa: A002 - textual's own name for it
         super().__init__("", id=id)
 
-    def render_line(self, y: int) -> Strip:
-        """Ages move without a snapshot: nothing is kept from the last drawing."""
-        self._drawn = ()
-        return super().render_line(y)
+    def watch_now(self) -> None:
+        """Ages move without a snapshot."""
+        self.redraw()
 
     def draw(self, s: Snapshot, width: int, height: int) -> list[Line]:  # noqa: ARG002 - one line
         """One line."""
