@@ -14,6 +14,7 @@ from darko_gcs.link import Link
 from darko_gcs.snapshot import EMPTY, Snapshot
 from darko_gcs.station import Station
 from darko_gcs.store import KEPT_TRACK, KEPT_V, note, reduce
+from protocol.events import VehicleFound
 from protocol.replay import Timeline
 from protocol.tlog import TlogReader
 
@@ -89,7 +90,9 @@ class LiveFeed:
         await self._link.close()
 
     def advance(self, elapsed: float) -> None:  # noqa: ARG002 - the link has its own clock
-        """Notice when our vehicle process ends by itself."""
+        """Fetch a vehicle's mission when it appears; notice when our vehicle process ends by itself."""
+        if any(isinstance(event, VehicleFound) for event in self.station.events()):
+            self.station.download(self._link.now)
         if self._child is not None and self._child.exit_code is not None and not self._mourned:
             self._mourned = True
             self._say(f"darko-sitl ended with exit code {self._child.exit_code}")

@@ -55,9 +55,9 @@ class Link(asyncio.DatagramProtocol):
         return time.monotonic()
 
     def datagram_received(self, data: bytes, addr: Address) -> None:
-        """A datagram came; answers go where it came from."""
-        self._peer = addr
-        self.station.receive(data, self.now, _wall_clock())
+        """A datagram came; where the vehicle speaks from is where answers go, whoever else may send here."""
+        if self.station.receive(data, self.now, _wall_clock()):
+            self._peer = addr
         self._send()
 
     def error_received(self, exc: Exception) -> None:

@@ -9,6 +9,7 @@ from dataclasses import replace
 from darko_gcs.snapshot import EMPTY, Snapshot
 from darko_gcs.store import note, reduce, reduce_event
 from protocol import units
+from protocol.codec import source_of
 from protocol.dialect import mavlink
 from protocol.endpoint import GroundEndpoint
 from protocol.errors import FileError, LocalProtocolError
@@ -41,8 +42,8 @@ class Station:
 
     # Bytes and time
 
-    def receive(self, data: bytes, now: float, time_usec: int) -> None:
-        """Take one datagram.
+    def receive(self, data: bytes, now: float, time_usec: int) -> bool:
+        """Take one datagram; true if the vehicle spoke in it, so that answers belong where it came from.
 
         Args:
             data: Its bytes.
@@ -50,11 +51,13 @@ class Station:
             time_usec: Since 1970, for the log [us].
         """
         self._record(data, time_usec, now)
-        snapshot = self.snapshot
+        snapshot, spoke = self.snapshot, False
         for message in self.endpoint.receive_datagram(data, now):
             snapshot = reduce(snapshot, message, now)
+            spoke = spoke or source_of(message) == self.endpoint.vehicle
         self.snapshot = snapshot
         self._collect(now)
+        return spoke
 
     def tick(self, now: float) -> None:
         """Let time pass: resends, loss of the vehicle, link statistics."""

@@ -4,8 +4,13 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 from darko_gcs.commands.options import add_link_options, sitl_arguments
+from darko_gcs.errors import GroundError
+
+if TYPE_CHECKING:
+    from protocol.tlog import TlogWriter
 
 EXAMPLES = """\
 examples:
@@ -38,9 +43,14 @@ def run(args: argparse.Namespace) -> int:
     from darko_gcs.recording import default_folder, start_recording  # noqa: PLC0415
     from darko_gcs.station import Station  # noqa: PLC0415
 
-    recorder, path = start_recording(args.record or default_folder())
+    recorder: TlogWriter | None
+    try:
+        recorder, path = start_recording(args.record or default_folder())
+        greeting = f"Recording to {path}"
+    except GroundError as error:  # a flight matters more than its log
+        recorder, greeting = None, f"NOT RECORDING: {error}"
     sitl = sitl_arguments(args) if args.sitl else None
-    app = GroundStation(LiveFeed(Station(recorder), args.host, args.port, sitl, f"Recording to {path}"))
+    app = GroundStation(LiveFeed(Station(recorder), args.host, args.port, sitl, greeting))
     code = app.run()
     if app.failure is not None:
         raise app.failure

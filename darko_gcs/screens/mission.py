@@ -81,8 +81,9 @@ class MissionScreen(Screen[None]):
         """Follow the vehicle: its mission, where it is in it, how a transfer goes."""
         if s.mission is not self._known:
             self._known = s.mission
+            self._changed = self._changed and s.mission != self.plan.items  # an upload that was accepted
             if not self._changed:
-                self.plan = replace(self.plan, items=s.mission)
+                self.plan = replace(self.plan, items=s.mission, item_keys=())
                 self._show()
                 return
         followed = (s.mission_current, s.reached, s.mission_state)
@@ -129,7 +130,7 @@ class MissionScreen(Screen[None]):
         """Send the plan to the vehicle."""
         station = self._vehicle()
         if station is not None:
-            self._changed = False
+            self._changed, self._known = True, ()  # until the vehicle has accepted it
             station.upload(self.plan.items, self._clock())
 
     def action_fetch(self) -> None:
@@ -213,7 +214,8 @@ class MissionScreen(Screen[None]):
         return None
 
     def _change(self, items: tuple[MissionItem, ...], row: int) -> None:
-        self.plan, self._changed = replace(self.plan, items=items), True
+        # What a file says of single items belongs to their old places.
+        self.plan, self._changed = replace(self.plan, items=items, item_keys=()), True
         self._show(row)
 
     def _show(self, row: int = 0) -> None:
@@ -233,7 +235,9 @@ class MissionScreen(Screen[None]):
 
     def _words(self) -> str:
         name = self._path or "unsaved plan"
-        state = "changed, not on the vehicle" if self._changed else "as on the vehicle"
+        if not self.plan.items and not self._known:
+            return "no plan: o opens a file, f fetches the vehicle's"
+        state = "not on the vehicle" if self._changed else "as on the vehicle"
         return f"{name}: {len(self.plan.items)} items, {state}"
 
 

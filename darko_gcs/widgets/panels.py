@@ -21,13 +21,14 @@ CHART_WINDOW = 60.0  # [s]
 NOSE = (1.0, 0.0, 0.0)
 SEVERITY = ("bad", "bad", "bad", "bad", "warn", "accent", "", "dim")
 ZOOM = 2.0
+SMALL_V = 1e-4  # smaller values of V say no more than this
 
 
 def number(value: float | None, digits: int, width: int) -> str:
     """A number of fixed width; dashes for none."""
     if value is None or not math.isfinite(value):
         return "--".rjust(width)
-    return f"{value:{width}.{digits}f}"
+    return f"{round(value, digits) + 0.0:{width}.{digits}f}"  # + 0.0: never a negative zero
 
 
 class HybridPanel(Panel):
@@ -71,6 +72,8 @@ def number_of_v(v: float) -> str:
     """V in four digits at most."""
     if not math.isfinite(v):
         return "--"
+    if v < SMALL_V:
+        return f"<{SMALL_V:g}"
     return f"{v:.2g}" if v < 10 else f"{v:.0f}"
 
 

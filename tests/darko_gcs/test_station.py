@@ -5,6 +5,7 @@ import io
 import pytest
 
 from darko_gcs.station import Station
+from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.events import CommandDone, MissionDownloaded, MissionUploaded
 from protocol.plans import load
@@ -127,3 +128,11 @@ def test_a_full_disk_is_said_and_the_flight_goes_on(tmp_path):
     pair.run(4.0)
     assert any("No space left" in line.text for line in pair.snapshot.messages)
     assert pair.snapshot.source == (1, 1)
+
+
+def test_only_the_vehicle_draws_answers_to_where_it_speaks_from(pair):
+    stranger = Codec(42, 1).encode(mavlink.MAVLink_ping_message(0, 0, 0, 0))
+    assert not pair.station.receive(b"garbage", pair.now, 0)
+    assert not pair.station.receive(stranger, pair.now, 0)
+    for _, data in pair.vehicle.datagrams(pair.now + 5.0):
+        assert pair.station.receive(data, pair.now, 0)
