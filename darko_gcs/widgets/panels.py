@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from textwrap import wrap
 
 from darko_gcs.render.attitude import attitude, compass
 from darko_gcs.render.bars import bar
@@ -217,9 +218,13 @@ class MapPanel(Panel):
 class MessagePanel(Panel):
     """The newest lines of the log, newest last."""
 
-    def draw(self, s: Snapshot, width: int, height: int) -> list[Line]:  # noqa: ARG002 - cut by the panel
-        """As many as fit."""
-        return [text_line((line.text, SEVERITY[min(line.severity, 7)])) for line in s.messages[-height:]]
+    def draw(self, s: Snapshot, width: int, height: int) -> list[Line]:
+        """As many as fit, long ones on several rows."""
+        rows: list[Line] = []
+        for line in s.messages[-height:]:
+            style = SEVERITY[min(line.severity, 7)]
+            rows += [text_line((part, style)) for part in wrap(line.text, max(width, 8), subsequent_indent="  ") or [""]]
+        return rows[-height:]
 
 
 def waypoints(s: Snapshot) -> list[tuple[int, float, float, str]]:

@@ -339,3 +339,11 @@ def test_the_flight_screen_looks_as_it_did(snap_compare, size):
         await until(pilot, lambda: "172 W" in screen_text(pilot.app))
 
     assert snap_compare(GroundStation(feed), terminal_size=size, run_before=settle)
+
+
+async def test_a_long_message_is_shown_whole(feed):
+    feed.snapshot = note(FLYING, 99.0, 4, "Go-to denied: 2000.0 m north is outside the arena 'open' (1500 m each way)")
+    app = GroundStation(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await until(pilot, lambda: "each way)" in screen_text(app))
+        assert "Go-to denied" in screen_text(app)
