@@ -223,7 +223,8 @@ class MessagePanel(Panel):
         rows: list[Line] = []
         for line in s.messages[-height:]:
             style = SEVERITY[min(line.severity, 7)]
-            rows += [text_line((part, style)) for part in wrap(line.text, max(width, 8), subsequent_indent="  ") or [""]]
+            parts = wrap(line.text, max(width, 8), subsequent_indent="  ") or [""]
+            rows += [text_line((part, style)) for part in parts]
         return rows[-height:]
 
 
