@@ -5,12 +5,13 @@ import socket
 from dataclasses import replace
 
 import pytest
+from textual.widgets import Input
 
 from darko_gcs.app import GroundStation
 from darko_gcs.errors import LinkError
 from darko_gcs.feed import LiveFeed, ReplayFeed
 from darko_gcs.replay_app import ReplayStation
-from darko_gcs.screens.dialogs import AskScreen, ConfirmScreen, HelpScreen
+from darko_gcs.screens.dialogs import ConfirmScreen, HelpScreen
 from darko_gcs.screens.fly import FlyScreen
 from darko_gcs.screens.mission import MissionScreen
 from darko_gcs.snapshot import EMPTY, Actuators, Energy, Hybrid, Jump
@@ -119,7 +120,7 @@ async def test_taking_off_asks_for_a_height_and_refuses_words(feed):
     app = GroundStation(feed)
     async with app.run_test(size=(80, 24)) as pilot:
         await pilot.press("t")
-        assert isinstance(app.screen, AskScreen)
+        await until(pilot, lambda: isinstance(app.focused, Input))
         await pilot.press("x", "enter")
         assert "is not a number" in screen_text(app)
         await pilot.press("backspace", "backspace", "5", "enter")
@@ -129,7 +130,9 @@ async def test_taking_off_asks_for_a_height_and_refuses_words(feed):
 async def test_going_somewhere_is_asked_in_metres_about_home(feed):
     app = GroundStation(feed)
     async with app.run_test(size=(80, 24)) as pilot:
-        await pilot.press("g", "enter")
+        await pilot.press("g")
+        await until(pilot, lambda: isinstance(app.focused, Input))
+        await pilot.press("enter")
         assert feed.station.asked == [("go_to", 2.0, 1.0, 3.0)]
 
 
@@ -234,15 +237,20 @@ async def test_a_mission_is_opened_edited_saved_and_uploaded(feed, tmp_path, mon
         await pilot.press("m")
         screen = app.screen
         assert isinstance(screen, MissionScreen)
-        await pilot.press("o", "enter")
-        assert len(screen.plan.items) == 6
+        await pilot.press("o")
+        await until(pilot, lambda: isinstance(app.focused, Input))
+        await pilot.press("enter")
+        await until(pilot, lambda: len(screen.plan.items) == 6 and app.screen is screen)
         await pilot.press("down", "x")
         assert len(screen.plan.items) == 5
         await pilot.press("i", "shift+down")
         assert len(screen.plan.items) == 6
         await pilot.press("u")
         assert feed.station.asked == [("upload", screen.plan.items)]
-        await pilot.press("w", "enter")
+        await pilot.press("w")
+        await until(pilot, lambda: isinstance(app.focused, Input))
+        await pilot.press("enter")
+        await until(pilot, lambda: app.screen is screen)
         assert load(tmp_path / "a.plan").items == screen.plan.items
 
 
@@ -254,7 +262,7 @@ async def test_a_bad_edit_is_refused_with_the_fields_name(feed):
         await until(pilot, lambda: len(screen.plan.items) == 6)
         before = screen.plan.items
         await pilot.press("e")
-        await until(pilot, lambda: isinstance(app.screen, AskScreen))
+        await until(pilot, lambda: isinstance(app.focused, Input))
         await pilot.press("x", "enter")
         await until(pilot, lambda: app.screen is screen)
         assert "command" in screen_text(app)
@@ -265,6 +273,7 @@ async def test_an_unreadable_file_is_said_by_name(feed):
     app = GroundStation(feed)
     async with app.run_test(size=(100, 30)) as pilot:
         await pilot.press("m", "o")
+        await until(pilot, lambda: isinstance(app.focused, Input))
         await pilot.press("ctrl+u", *"nowhere.plan", "enter")
         assert "nowhere.plan" in screen_text(app)
         assert "No such file" in screen_text(app)
@@ -336,7 +345,10 @@ def test_the_flight_screen_looks_as_it_did(snap_compare, size):
     feed = FakeFeed(note(FLYING, 99.0, 5, "Take-off complete: holding"))
 
     async def settle(pilot):
+        narrow = size[0] < 120
+        await until(pilot, lambda: pilot.app.screen.has_class("-narrow" if narrow else "-wide"))
         await until(pilot, lambda: "172 W" in screen_text(pilot.app))
+        await pilot.pause(0.3)
 
     assert snap_compare(GroundStation(feed), terminal_size=size, run_before=settle)
 
