@@ -16,7 +16,7 @@ from darko_gcs.feed import Feed
 from darko_gcs.screens.dialogs import AskScreen, ConfirmScreen, HelpScreen
 from darko_gcs.screens.fly import FlyScreen
 from darko_gcs.screens.mission import MissionScreen
-from darko_gcs.widgets.panels import MapPanel
+from darko_gcs.widgets.map import MapPanel
 
 __all__ = ["GroundStation"]
 

@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from darko_gcs.child import Child
 from darko_gcs.link import Link
-from darko_gcs.snapshot import EMPTY, Snapshot
+from darko_gcs.snapshot import EMPTY, FORWARD_LAWS, Snapshot
 from darko_gcs.station import Station
-from darko_gcs.store import KEPT_TRACK, KEPT_V, note, reduce
+from darko_gcs.store import KEPT_TRACK, note, reduce
+from darko_gcs.store_darko import KEPT_V
 from protocol.events import VehicleFound
 from protocol.replay import Timeline
 from protocol.tlog import TlogReader
@@ -107,7 +108,10 @@ class ReplayFeed:
     def __init__(self, reader: TlogReader, name: str, *, begin: float = 0.0, speed: float = 1.0) -> None:
         self.timeline, self.name = Timeline(reader), name
         self._places = _history(reader, self.timeline, "LOCAL_POSITION_NED", ("x", "y"))
-        self._values = _history(reader, self.timeline, "DARKO_HYBRID_STATE", ("time_boot_ms", "v_hover"))
+        self._values = _history(
+            reader, self.timeline, "DARKO_HYBRID_STATE",
+            ("time_boot_ms", "v_hover", "v_forward", "law", "v_enter", "v_leave"),
+        )  # fmt: skip
         self.snapshot: Snapshot = EMPTY
         self.station: Station | None = None
         self.playing = True
@@ -153,7 +157,9 @@ class ReplayFeed:
         self.snapshot = replace(
             snapshot,
             track=tuple(map(tuple, places[:: max(1, len(places) // KEPT_TRACK)])),
-            v_history=tuple((ms / 1e3, v) for ms, v in values[-KEPT_V:]),
+            v_history=tuple((ms / 1e3, hover, forward) for ms, hover, forward, *_ in values[-KEPT_V:].tolist()),
+            hover_limits=_limits(values, forward=False),
+            forward_limits=_limits(values, forward=True),
         )
 
     def toggle(self) -> None:
@@ -168,10 +174,16 @@ class ReplayFeed:
         self.speed = SPEEDS[min(max(index + steps, 0), len(SPEEDS) - 1)]
 
 
-def _history(reader: TlogReader, timeline: Timeline, name: str, fields: tuple[str, str]) -> NDArray[np.float64]:
-    """Playing time and two fields of every message of a kind, (n, 3)."""
+def _limits(values: NDArray[np.float64], *, forward: bool) -> tuple[float, float] | None:
+    """The last thresholds of V of one way of flying, from rows that end in law, v_enter, v_leave."""
+    chosen = values[np.isin(values[:, -3], sorted(FORWARD_LAWS), invert=not forward)]
+    return (float(chosen[-1, -2]), float(chosen[-1, -1])) if len(chosen) else None
+
+
+def _history(reader: TlogReader, timeline: Timeline, name: str, fields: tuple[str, ...]) -> NDArray[np.float64]:
+    """Playing time and some fields of every message of a kind, (n, 1 + fields)."""
     rows = reader.rows(name)
     if not len(rows):
-        return np.zeros((0, 3))
+        return np.zeros((0, 1 + len(fields)))
     columns = reader.columns(name)
     return np.column_stack([timeline.times[rows], *(columns[field].astype(float) for field in fields)])

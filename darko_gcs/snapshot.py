@@ -10,12 +10,21 @@ from protocol.codec import Source
 from protocol.frames import Geodetic, Quaternion, Vector
 from protocol.plans.mission import MissionItem
 
-__all__ = ["EMPTY", "Actuators", "Energy", "Hybrid", "Jump", "Line", "Snapshot"]
+__all__ = ["EMPTY", "Actuators", "Air", "Decision", "Energy", "Hybrid", "Jump", "Line", "Navigation", "Snapshot"]
 
+# Words for the dialect's enums, by value.
 LAWS = ("landed", "hover linear", "hover zero-moment", "align", "to forward", "forward line-of-sight",
         "forward linear", "to hover", "failsafe")  # fmt: skip
 REASONS = ("", "V below threshold", "V above threshold", "command", "take-off", "touch-down", "disarmed",
            "speed limit", "failsafe")  # fmt: skip
+GIVEN_UP = ("thrust", "yaw", "pitch", "roll", "boost")  # by bit of DARKO_GIVEN_UP
+WAYS = ("not decided", "hover", "forward")
+DECISION_REASONS = (
+    "", "less energy", "other way too slow", "as commanded", "no room for transitions", "too steep for forward",
+    "no trim in transition", "too low to tip over", "too much wind",
+)  # fmt: skip
+VTOL = ("", "to forward", "to hover", "hover", "forward")  # MAV_VTOL_STATE
+FORWARD_LAWS = frozenset({4, 5, 6})  # DARKO_LAW: the thresholds of V are then those of the linear forward law
 
 
 class Line(NamedTuple):
@@ -65,6 +74,7 @@ class Actuators(NamedTuple):
     motor_max: float
     elevon_max: float
     limits: int  # DARKO_LIMIT bits
+    given_up: int = 0  # DARKO_GIVEN_UP bits
 
 
 class Energy(NamedTuple):
@@ -73,6 +83,51 @@ class Energy(NamedTuple):
     power: float  # [W]
     total: float  # [J]
     by_law: tuple[float, ...]  # [J]
+
+
+class Decision(NamedTuple):
+    """DARKO_DECISION: how the leg to item ``seq`` is flown. An impossible way takes infinite time."""
+
+    time: float  # since boot [s]
+    seq: int | None  # mission item at the end of the leg
+    way: int  # DARKO_WAY
+    reason: int  # DARKO_DECISION_REASON
+    distance: float  # [m]
+    climb: float  # [m]
+    tail_wind: float  # [m/s]
+    cross_wind: float  # positive from the left [m/s]
+    hover_time: float  # [s]
+    hover_energy: float  # [J]
+    forward_time: float
+    forward_energy: float
+
+    @property
+    def saving(self) -> float:
+        """Energy the chosen way takes less than the other, as a share of the other's; NaN where one is impossible."""
+        pair = (self.hover_energy, self.forward_energy)
+        times = (self.hover_time, self.forward_time)
+        if self.way not in {1, 2} or not all(map(math.isfinite, (*pair, *times))):
+            return math.nan
+        chosen, other = pair[self.way - 1], pair[2 - self.way]
+        return 1.0 - chosen / other if other > 0.0 else math.nan
+
+
+class Air(NamedTuple):
+    """DARKO_AIR: velocity of the air, NED, and airspeed [m/s]."""
+
+    wind_estimate: Vector
+    wind_true: Vector
+    airspeed_estimate: float
+    airspeed_true: float
+
+
+class Navigation(NamedTuple):
+    """NAV_CONTROLLER_OUTPUT."""
+
+    cross_track: float  # [m]
+    altitude_error: float  # [m]
+    distance: float  # to the waypoint [m]
+    bearing: float  # to the waypoint [rad]
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,12 +158,18 @@ class Snapshot:
     throttle: float | None = None  # 0..1
     wind: Vector | None = None  # velocity of the air, NED [m/s]
     heading: float | None = None  # [rad]
+    air: Air | None = None
+    navigation: Navigation | None = None
+    decision: Decision | None = None
 
     hybrid: Hybrid | None = None
     law_since: float | None = None  # vehicle time of the last change of law [s]
-    v_history: tuple[tuple[float, float], ...] = ()  # (vehicle time [s], V)
+    hover_limits: tuple[float, float] | None = None  # V that enters and leaves the linear hover law
+    forward_limits: tuple[float, float] | None = None  # the same of the linear forward law
+    v_history: tuple[tuple[float, float, float], ...] = ()  # (vehicle time [s], V hover, V forward)
     jumps: tuple[Jump, ...] = ()
     actuators: Actuators | None = None
+    given_up_at: tuple[float, ...] = ()  # when each bit of DARKO_GIVEN_UP was last set, vehicle time [s]
     energy: Energy | None = None
     voltage: float | None = None
     current: float | None = None
@@ -127,6 +188,11 @@ class Snapshot:
     received: int = 0  # messages
     rate: float = math.nan  # messages per second
     loss: float = 0.0  # share of frames lost, 0..1
+
+    @property
+    def is_forward(self) -> bool:
+        """True on the wing, until a transition back to hover is over: one switch per transition, at its end."""
+        return self.vtol_state in {2, 4}  # MAV_VTOL_STATE_TRANSITION_TO_MC, MAV_VTOL_STATE_FW
 
     @property
     def law(self) -> str | None:

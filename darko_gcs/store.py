@@ -7,7 +7,9 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from darko_gcs.snapshot import Actuators, Energy, Hybrid, Jump, Line, Snapshot
+from darko_gcs.mode_names import mode_name
+from darko_gcs.snapshot import Line, Navigation, Snapshot
+from darko_gcs.store_darko import DARKO_HANDLERS, Handler
 from protocol import units
 from protocol.codec import Message, source_of
 from protocol.dialect import mavlink
@@ -25,16 +27,13 @@ from protocol.events import (
     VehicleLost,
     VehicleReturned,
 )
-from protocol.frames import Geodetic, quaternion_from_euler
+from protocol.frames import FLYING_DISPLAY, Geodetic, quaternion_from_euler
 from protocol.frames import heading as heading_of
-from protocol.modes import mode_from_custom
 from protocol.plans.mission import MissionItem
 
 __all__ = ["note", "reduce", "reduce_event"]
 
 KEPT_LINES = 300
-KEPT_JUMPS = 200
-KEPT_V = 1200  # two minutes at 10 Hz
 KEPT_TRACK = 1500
 TRACK_STEP = 0.15  # [m]
 RESTART = 1.0  # boot time going back by more than this is another boot [s]
@@ -88,16 +87,15 @@ def _heartbeat(s: Snapshot, m: Message, now: float) -> Snapshot:
 
 
 def _mode_name(m: Message) -> str:
-    if m.autopilot == mavlink.MAV_AUTOPILOT_PX4:
-        mode = mode_from_custom(m.custom_mode)
-        if mode is not None:
-            return mode.name
-    return f"MODE {m.custom_mode}"
+    return mode_name(m.autopilot, m.type, m.custom_mode) or f"MODE {m.custom_mode}"
 
 
 def _at_boot_time(s: Snapshot, boot: float, now: float) -> Snapshot:
     if s.boot is not None and boot < s.boot - RESTART:
-        s = replace(s, v_history=(), jumps=(), track=(), reached=frozenset(), law_since=None, hybrid=None)
+        s = replace(
+            s, v_history=(), jumps=(), track=(), reached=frozenset(), law_since=None, hybrid=None, decision=None,
+            given_up_at=(), navigation=None, air=None,
+        )  # fmt: skip
         s = note(s, now, NOTICE, "The vehicle restarted")
     return replace(s, boot=boot)
 
@@ -105,7 +103,7 @@ def _at_boot_time(s: Snapshot, boot: float, now: float) -> Snapshot:
 def _attitude_quaternion(s: Snapshot, m: Message, now: float) -> Snapshot:  # noqa: ARG001 - one signature for all
     q = (m.q1, m.q2, m.q3, m.q4)
     offset = tuple(m.repr_offset_q)
-    return replace(s, q=q, repr_offset=offset if any(offset) else None, heading=heading_of(q))
+    return replace(s, q=q, repr_offset=offset if any(offset) else FLYING_DISPLAY, heading=heading_of(q))
 
 
 def _attitude(s: Snapshot, m: Message, now: float) -> Snapshot:  # noqa: ARG001
@@ -151,6 +149,11 @@ def _wind(s: Snapshot, m: Message, now: float) -> Snapshot:  # noqa: ARG001
     return replace(s, wind=(m.wind_x, m.wind_y, m.wind_z))
 
 
+def _navigation(s: Snapshot, m: Message, now: float) -> Snapshot:  # noqa: ARG001
+    bearing = math.radians(m.target_bearing)
+    return replace(s, navigation=Navigation(m.xtrack_error, m.alt_error, float(m.wp_dist), bearing))
+
+
 def _extended_state(s: Snapshot, m: Message, now: float) -> Snapshot:  # noqa: ARG001
     return replace(s, landed_state=m.landed_state, vtol_state=m.vtol_state)
 
@@ -174,46 +177,6 @@ def _battery(s: Snapshot, m: Message, now: float) -> Snapshot:  # noqa: ARG001
         current=m.current_battery / 100.0 if m.current_battery >= 0 else None,
         battery=m.battery_remaining / 100.0 if m.battery_remaining >= 0 else s.battery,
     )
-
-
-def _hybrid(s: Snapshot, m: Message, now: float) -> Snapshot:  # noqa: ARG001
-    time = m.time_boot_ms / 1e3
-    hybrid = Hybrid(
-        time, m.law, m.jumps, m.v_hover, m.v_forward, m.v_enter, m.v_leave, m.governor, m.last_law, m.last_reason
-    )
-    changed = s.hybrid is None or s.hybrid.law != m.law
-    history = s.v_history
-    if not history or time > history[-1][0]:
-        history = (*history[-KEPT_V + 1 :], (time, m.v_hover))
-    return replace(s, hybrid=hybrid, v_history=history, law_since=time if changed else s.law_since)
-
-
-def _jump(s: Snapshot, m: Message, now: float) -> Snapshot:  # noqa: ARG001
-    if s.jumps and m.jump <= s.jumps[-1].number:
-        return s
-    jump = Jump(m.time_usec / 1e6, m.jump, m.law_from, m.law_to, m.reason, m.name, m.v)
-    return replace(s, jumps=(*s.jumps[-KEPT_JUMPS + 1 :], jump), law_since=jump.time)
-
-
-def _actuators(s: Snapshot, m: Message, now: float) -> Snapshot:  # noqa: ARG001
-    return replace(
-        s,
-        actuators=Actuators(
-            tuple(m.motor_speed),
-            tuple(m.motor_command),
-            tuple(m.thrust),
-            tuple(m.elevon),
-            tuple(m.elevon_command),
-            m.motor_min,
-            m.motor_max,
-            m.elevon_max,
-            m.limits,
-        ),
-    )
-
-
-def _energy(s: Snapshot, m: Message, now: float) -> Snapshot:  # noqa: ARG001
-    return replace(s, energy=Energy(m.power, m.energy, tuple(m.energy_by_law)))
 
 
 def _mission_current(s: Snapshot, m: Message, now: float) -> Snapshot:  # noqa: ARG001
@@ -240,16 +203,12 @@ def _status_text(s: Snapshot, m: Message, now: float) -> Snapshot:
     return note(s, now, m.severity, m.text)
 
 
-Handler = Callable[[Snapshot, Message, float], Snapshot]
 HANDLERS: dict[str, Handler] = {
+    **DARKO_HANDLERS,
     "ACTUATOR_OUTPUT_STATUS": lambda s, m, now: s,  # noqa: ARG005 - DARKO_ACTUATORS says more
     "ATTITUDE": _attitude,
     "ATTITUDE_QUATERNION": _attitude_quaternion,
     "BATTERY_STATUS": _battery,
-    "DARKO_ACTUATORS": _actuators,
-    "DARKO_ENERGY": _energy,
-    "DARKO_HYBRID_STATE": _hybrid,
-    "DARKO_JUMP": _jump,
     "EXTENDED_SYS_STATE": _extended_state,
     "GLOBAL_POSITION_INT": _global_position,
     "HOME_POSITION": _home,
@@ -257,6 +216,7 @@ HANDLERS: dict[str, Handler] = {
     "MISSION_CURRENT": _mission_current,
     "MISSION_ITEM_INT": _mission_item,
     "MISSION_ITEM_REACHED": _item_reached,
+    "NAV_CONTROLLER_OUTPUT": _navigation,
     "POSITION_TARGET_LOCAL_NED": _position_target,
     "STATUSTEXT": _status_text,
     "SYS_STATUS": _sys_status,

@@ -18,8 +18,7 @@ SHOWN = 1e-6  # smaller values are drawn here
 
 def log_chart(
     times: Sequence[float],
-    values: Sequence[float],
-    *,
+    *traces: tuple[Sequence[float], str],
     width: int,
     height: int,
     window: float,
@@ -31,7 +30,7 @@ def log_chart(
 
     Args:
         times: Time of each value, ascending [s].
-        values: The values; NaN leaves a gap.
+        traces: Values at these times and their style; NaN leaves a gap. Later ones lie over earlier ones.
         width: Cells.
         height: Cells.
         window: Time shown [s].
@@ -41,7 +40,12 @@ def log_chart(
     """
     thresholds = [(value, words) for value, words in thresholds if math.isfinite(value)]
     plot_width, plot_height = max(1, width - LABELS), max(1, height - 1)
-    seen = [v for t, v in zip(times, values, strict=True) if now - window <= t <= now and math.isfinite(v)]
+    seen = [
+        v
+        for values, _ in traces
+        for t, v in zip(times, values, strict=True)
+        if now - window <= t <= now and math.isfinite(v)
+    ]
     low, high = _decades([*seen, *(v for v, _ in thresholds)])
     canvas = Braille(plot_width, plot_height)
 
@@ -57,7 +61,8 @@ def log_chart(
     for time, _ in jumps:
         if now - window <= time <= now:
             canvas.line(x(time), 0, x(time), 4 * plot_height - 1, "mark")
-    _trace(canvas, times, values, x, y, now - window)
+    for values, style in traces:
+        _trace(canvas, [(t, v) for t, v in zip(times, values, strict=True) if t >= now - window], x, y, style)
     _threshold_words(canvas, [(int(y(value)) // 4, words) for value, words in thresholds])
     if not seen:
         canvas.put(max(0, plot_width // 2 - 6), plot_height // 2, "no data yet", "dim")
@@ -86,17 +91,17 @@ def _labels(low: int, high: int, rows: int) -> list[str]:
     return labels
 
 
-def _trace(canvas: Braille, times: Sequence[float], values: Sequence[float], x: Axis, y: Axis, begin: float) -> None:
+def _trace(canvas: Braille, points: Sequence[tuple[float, float]], x: Axis, y: Axis, style: str) -> None:
     previous: tuple[float, float] | None = None
-    for t, v in zip(times, values, strict=True):
-        if t < begin or not math.isfinite(v):
+    for t, v in points:
+        if not math.isfinite(v):
             previous = None
             continue
         point = (x(t), y(v))
         if previous is None or point[0] - previous[0] > 8.0:
-            canvas.plot(*point, "track")
+            canvas.plot(*point, style)
         else:
-            canvas.line(*previous, *point, "track")
+            canvas.line(*previous, *point, style)
         previous = point
 
 

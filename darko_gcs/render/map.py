@@ -1,4 +1,4 @@
-"""A map in braille: home, mission, track and vehicle, north up, one scale for both axes."""
+"""A map in braille: home, legs, circles, track and vehicle, north up, one scale for both axes."""
 
 from __future__ import annotations
 
@@ -16,6 +16,9 @@ MARGIN = 1.25
 FARTHEST = 1e7  # places beyond are nonsense, and not drawn [m]
 ARROWS = "↑↗→↘↓↙←↖"
 STATES = {"done": "good", "current": "warn", "todo": "plan"}
+LEGS = {"current": "warn"}
+SPACING = 1.5  # of the dots on a circle [dots]
+MOST_DOTS = 2000  # on a circle: larger ones are dotted more widely
 
 
 def draw_map(
@@ -29,6 +32,8 @@ def draw_map(
     waypoints: Sequence[tuple[int, float, float, str]],
     vehicle: tuple[float, float, float] | None,
     target: Point | None,
+    circles: Sequence[tuple[float, float, float, str]] = (),
+    course: Point | None = None,
 ) -> tuple[list[Line], float]:
     """The map's lines and its scale [m per cell height].
 
@@ -42,8 +47,11 @@ def draw_map(
         waypoints: Number, north, east and state ("todo", "current", "done") of each.
         vehicle: North, east [m] and heading [rad].
         target: Where the vehicle is told to be.
+        circles: North, east, radius [m] and state of each.
+        course: Where the vehicle will be soon; a line leads there.
     """
     places = [*track, *((n, e) for _, n, e, _ in waypoints)]
+    places += [(n + side * r, e + side * r) for n, e, r, _ in circles for side in (-1.0, 1.0)]
     places += [place for place in (home, target, None if vehicle is None else vehicle[:2]) if place is not None]
     places = [place for place in places if _is_real(place)] or [(0.0, 0.0)]
     scale = scale or _fit(places, width, height)
@@ -54,14 +62,26 @@ def draw_map(
     def at(point: Point) -> Point:
         return width + (point[1] - middle[1]) * dots, 2 * height - (point[0] - middle[0]) * dots
 
-    legs = [(north, east) for _, north, east, _ in waypoints]
-    for a, b in pairwise(legs):
-        canvas.line(*at(a), *at(b), "plan")
+    for (_, north, east, _), (_, *end, state) in pairwise(waypoints):
+        canvas.line(*at((north, east)), *at((end[0], end[1])), LEGS.get(state, "plan"))
+    for north, east, radius, state in circles:
+        _circle(canvas, at((north, east)), radius * dots, LEGS.get(state, "plan"))
     for a, b in pairwise(track):
         canvas.line(*at(a), *at(b), "track")
+    if course is not None and vehicle is not None:
+        canvas.line(*at(vehicle[:2]), *at(course), "bad")
     _symbols(canvas, at, home, waypoints, vehicle, target)
     _scale_bar(canvas, scale)
     return canvas.lines(), scale
+
+
+def _circle(canvas: Braille, centre: Point, radius: float, style: str) -> None:
+    if not (_is_real(centre) and 0.0 < radius < FARTHEST):
+        return
+    count = min(MOST_DOTS, max(8, math.ceil(2.0 * math.pi * radius / SPACING)))
+    for k in range(count):
+        angle = 2.0 * math.pi * k / count
+        canvas.plot(centre[0] + radius * math.cos(angle), centre[1] + radius * math.sin(angle), style)
 
 
 def _symbols(

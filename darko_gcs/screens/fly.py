@@ -9,14 +9,9 @@ from textual.screen import Screen
 from textual.widgets import Footer
 
 from darko_gcs.snapshot import EMPTY, Snapshot
-from darko_gcs.widgets.panels import (
-    ActuatorPanel,
-    AttitudePanel,
-    FlightPanel,
-    HybridPanel,
-    MapPanel,
-    MessagePanel,
-)
+from darko_gcs.widgets.map import MapPanel
+from darko_gcs.widgets.numbers import DecisionPanel, FlightPanel
+from darko_gcs.widgets.panels import ActuatorPanel, AttitudePanel, HybridPanel, MessagePanel
 from darko_gcs.widgets.status import StatusBar
 
 __all__ = ["FlyScreen"]
@@ -46,4 +41,5 @@ class FlyScreen(Screen[None]):
                 yield AttitudePanel("Attitude", id="attitude").data_bind(FlyScreen.snapshot)
                 yield MapPanel("Map", id="map").data_bind(FlyScreen.snapshot)
                 yield FlightPanel("Flight", id="flight").data_bind(FlyScreen.snapshot)
+                yield DecisionPanel("Decision", id="decision").data_bind(FlyScreen.snapshot)
         yield Footer(compact=True, show_command_palette=False)

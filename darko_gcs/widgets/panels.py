@@ -1,4 +1,4 @@
-"""The panels of the flight screen."""
+"""The panels of the flight screen that draw: laws, actuators, attitude, messages."""
 
 from __future__ import annotations
 
@@ -8,57 +8,57 @@ from textwrap import wrap
 from darko_gcs.render.attitude import attitude, compass
 from darko_gcs.render.bars import bar
 from darko_gcs.render.chart import log_chart
-from darko_gcs.render.map import draw_map
-from darko_gcs.snapshot import LAWS, REASONS, Snapshot
+from darko_gcs.snapshot import FORWARD_LAWS, GIVEN_UP, LAWS, REASONS, Snapshot
 from darko_gcs.widgets.panel import Line, Panel, text_line
-from protocol.dialect import mavlink
-from protocol.frames import FLYING_DISPLAY, Geodetic, LocalFrame, displayed, rotate
-from protocol.plans.mission import MissionItem
-from protocol.units import from_e7, from_local_e4, is_global_frame
+from protocol.frames import FLYING_DISPLAY, Quaternion, displayed, euler_from_quaternion, rotate
 
-__all__ = ["ActuatorPanel", "AttitudePanel", "FlightPanel", "HybridPanel", "MapPanel", "MessagePanel", "waypoints"]
+__all__ = ["ActuatorPanel", "AttitudePanel", "HybridPanel", "MessagePanel", "display_offset"]
 
 CHART_WINDOW = 60.0  # [s]
+GIVEN_UP_SHOWN = 1.0  # [s] that something given up stays in view
 NOSE = (1.0, 0.0, 0.0)
+STEEP = 75.0  # nose elevation beyond which a bank angle says nothing [deg]
 SEVERITY = ("bad", "bad", "bad", "bad", "warn", "accent", "", "dim")
-ZOOM = 2.0
 SMALL_V = 1e-4  # smaller values of V say no more than this
-
-
-def number(value: float | None, digits: int, width: int) -> str:
-    """A number of fixed width; dashes for none."""
-    if value is None or not math.isfinite(value):
-        return "--".rjust(width)
-    return f"{round(value, digits) + 0.0:{width}.{digits}f}"  # + 0.0: never a negative zero
+LAW_STYLES = {1: "good", 6: "good", 8: "bad"}  # the linear laws, the failsafe
 
 
 class HybridPanel(Panel):
-    """Law in force, and V on a log scale with both thresholds and the jumps."""
+    """Law in force, V of both linear laws with their thresholds, and a chart of them with the jumps."""
 
     def draw(self, s: Snapshot, width: int, height: int) -> list[Line]:
-        """Two lines of words, the rest chart."""
+        """Three lines of words, the rest chart."""
         h = s.hybrid
         if h is None:
             return [text_line(("no hybrid state from this vehicle", "dim"))]
-        law = (s.law or "").upper()
-        style = "good" if h.law == 1 else "accent"
-        since = f" {h.time - s.law_since:.0f} s" if s.law_since is not None else ""
-        first = text_line((law, style), (since, "dim"), ("  V ", "label"), number_of_v(h.v_hover), self._governor(s))
+        forward = h.law in FORWARD_LAWS
         chart = log_chart(
-            [t for t, _ in s.v_history],
-            [v for _, v in s.v_history],
+            [t for t, _, _ in s.v_history],
+            ([v for _, v, _ in s.v_history], "track"),
+            ([v for _, _, v in s.v_history], "plan"),
             width=width,
-            height=max(1, height - 2),
+            height=max(1, height - 3),
             window=CHART_WINDOW,
             thresholds=((h.v_leave, f"leave {h.v_leave:g}"), (h.v_enter, f"enter {h.v_enter:g}")),
             jumps=tuple((j.time, j.name) for j in s.jumps),
             now=h.time,
         )
-        return [first, self._last_jump(s), *chart]
+        values = text_line(
+            *_value_of_v("hover", h.v_hover, s.hover_limits, "dim" if forward else ""),
+            "  ",
+            *_value_of_v("fwd", h.v_forward, s.forward_limits, "" if forward else "dim"),
+        )
+        return [self._law(s), values, self._last_jump(s), *chart]
 
-    def _governor(self, s: Snapshot) -> tuple[str, str]:
-        share = s.hybrid.governor if s.hybrid else 0.0
-        return (f"  governor {100 * share:.0f} %", "warn") if share > 0.01 else ("", "")
+    def _law(self, s: Snapshot) -> Line:
+        h = s.hybrid
+        if h is None:
+            return []
+        v = h.v_forward if h.law in FORWARD_LAWS else h.v_hover
+        since = f" {h.time - s.law_since:.0f} s" if s.law_since is not None else ""
+        style = LAW_STYLES.get(h.law, "accent")
+        governor = (f"  gov {100 * h.governor:.0f} %", "warn") if h.governor > 0.01 else ("", "")
+        return text_line(((s.law or "").upper(), style), (since, "dim"), ("  V ", "label"), number_of_v(v), governor)
 
     def _last_jump(self, s: Snapshot) -> Line:
         h = s.hybrid
@@ -78,11 +78,16 @@ def number_of_v(v: float) -> str:
     return f"{v:.2g}" if v < 10 else f"{v:.0f}"
 
 
+def _value_of_v(name: str, v: float, limits: tuple[float, float] | None, style: str) -> Line:
+    between = "" if limits is None else f" ({limits[0]:g}/{limits[1]:g})"
+    return text_line((f"{name} ", "label"), (number_of_v(v), style), (between, "dim"))
+
+
 class ActuatorPanel(Panel):
     """Motors and elevons against their limits."""
 
-    def draw(self, s: Snapshot, width: int, height: int) -> list[Line]:  # noqa: ARG002 - four lines at any height
-        """A line per actuator."""
+    def draw(self, s: Snapshot, width: int, height: int) -> list[Line]:
+        """A line per actuator, then limits and what was given up, in one line where there is room for no more."""
         a = s.actuators
         if a is None:
             return [text_line(("no actuator state", "dim"))]
@@ -101,8 +106,10 @@ class ActuatorPanel(Panel):
             )
             value = f"{math.degrees(a.elevon[side]):+7.1f} deg"
             lines.append([(f"E{name} ", "label"), *cells, (value, "bad" if hit else "")])
-        lines.append(self._limits(a.limits))
-        return lines
+        limits, given_up = self._limits(a.limits), self._given_up(s)
+        if height > len(lines) + 1:
+            return [*lines, limits, given_up]
+        return [*lines, given_up or limits]
 
     def _limits(self, limits: int) -> Line:
         names = ("motor L", "motor R", "elevon L", "elevon R")
@@ -114,105 +121,54 @@ class ActuatorPanel(Panel):
         parts += ["rate: " + ", ".join(rate)] if rate else []
         return text_line((" · ".join(parts), "bad" if position else "warn"))
 
+    def _given_up(self, s: Snapshot) -> Line:
+        """What allocation could not give, now (bad) or within the last second (warn)."""
+        now, bits = s.boot or 0.0, s.actuators.given_up if s.actuators else 0
+        recent = [bit for bit, at in enumerate(s.given_up_at) if now - at <= GIVEN_UP_SHOWN]
+        if not recent:
+            return []
+        return text_line(("gave up: " + ", ".join(GIVEN_UP[bit] for bit in recent), "bad" if bits else "warn"))
+
+
+def display_offset(s: Snapshot) -> Quaternion:
+    """What the attitude is turned by to be shown: the vehicle's offset upright, none on the wing.
+
+    It changes once per transition, at its end, when the nose is where the new view calls level. Vehicles that give
+    no offset are shown as they fly.
+    """
+    return FLYING_DISPLAY if s.is_forward or s.repr_offset is None else s.repr_offset
+
 
 class AttitudePanel(Panel):
-    """Horizon as the vehicle is shown (hover is level), heading tape, nose elevation."""
+    """Horizon (the title says whose: hover is level nose-up), heading tape, nose elevation."""
+
+    def watch_snapshot(self) -> None:
+        """The title names the view."""
+        hover = display_offset(self.snapshot) != FLYING_DISPLAY
+        title = "Attitude: nose-up is level" if hover else "Attitude"
+        if self.border_title != title:
+            self.border_title = title
+        super().watch_snapshot()
 
     def draw(self, s: Snapshot, width: int, height: int) -> list[Line]:
         """Heading tape, horizon, one line of words."""
         if s.q is None:
             return [text_line(("no attitude", "dim"))]
-        shown = displayed(s.q, s.repr_offset or FLYING_DISPLAY)
-        nose = rotate(s.q, NOSE)
-        elevation = math.degrees(math.asin(max(-1.0, min(1.0, -nose[2]))))
-        words = text_line(("nose ", "label"), f"{elevation:+.0f}°", ("  tilt ", "label"), f"{90.0 - elevation:.0f}°")
+        shown = displayed(s.q, display_offset(s))
         return [
             compass(s.heading or 0.0, width),
             *attitude(shown, width=width, height=max(1, height - 2)),
-            words,
+            _nose_words(s.q, hover=display_offset(s) != FLYING_DISPLAY),
         ]
 
 
-class FlightPanel(Panel):
-    """Position, velocity, energy, battery, wind, as numbers."""
-
-    def draw(self, s: Snapshot, width: int, height: int) -> list[Line]:  # noqa: ARG002 - cut by the panel
-        """Most wanted first."""
-        p, v = s.p or (None,) * 3, s.v or (None,) * 3
-        up = None if p[2] is None else -p[2]
-        climb = None if v[2] is None else -v[2]
-        speed = None if v[0] is None or v[1] is None else math.hypot(v[0], v[1])
-        height_above = up if up is not None else s.relative_altitude
-        lines = [
-            text_line(("alt ", "label"), number(height_above, 1, 7), " m", ("   climb ", "label"), number(climb, 1, 5)),
-            text_line(("N   ", "label"), number(p[0], 1, 7), " m", ("   speed ", "label"), number(speed, 1, 5)),
-            text_line(("E   ", "label"), number(p[1], 1, 7), " m", ("   air   ", "label"), number(s.airspeed, 1, 5)),
-            self._target(s),
-            self._power(s),
-            self._battery(s),
-            self._wind(s),
-        ]
-        return lines + self._by_law(s)
-
-    def _target(self, s: Snapshot) -> Line:
-        if s.target is None or s.p is None:
-            return text_line(("to  ", "label"), ("--", "dim"))
-        return text_line(("to  ", "label"), number(math.dist(s.p, s.target), 1, 7), " m")
-
-    def _power(self, s: Snapshot) -> Line:
-        if s.energy is None:
-            return text_line(("pow ", "label"), ("--", "dim"))
-        e = s.energy
-        return text_line(("pow ", "label"), f"{e.power:7.0f} W", ("   used ", "label"), f"{e.total / 1e3:.2f} kJ")
-
-    def _battery(self, s: Snapshot) -> Line:
-        if s.battery is None:
-            return text_line(("bat ", "label"), ("--", "dim"))
-        style = "bad" if s.battery < 0.15 else "warn" if s.battery < 0.3 else ""
-        volts = "" if s.voltage is None else f"   {s.voltage:.1f} V"
-        return text_line(("bat ", "label"), (f"{100 * s.battery:7.0f} %", style), volts)
-
-    def _wind(self, s: Snapshot) -> Line:
-        if s.wind is None:
-            return text_line(("wnd ", "label"), ("--", "dim"))
-        speed = math.hypot(s.wind[0], s.wind[1])
-        source = math.degrees(math.atan2(-s.wind[1], -s.wind[0])) % 360.0
-        return text_line(("wnd ", "label"), f"{speed:7.1f} m/s", f" from {source:03.0f}°" if speed > 0.05 else "")
-
-    def _by_law(self, s: Snapshot) -> list[Line]:
-        if s.energy is None:
-            return []
-        used = [(law, joules) for law, joules in zip(LAWS, s.energy.by_law, strict=False) if joules > 0.5]
-        return [text_line((f"  {law:<18}", "dim"), f"{joules:8.0f} J") for law, joules in used]
-
-
-class MapPanel(Panel):
-    """Home, mission, track and vehicle, north up."""
-
-    scale: float | None = None  # metres per cell height; None: fit everything
-
-    def draw(self, s: Snapshot, width: int, height: int) -> list[Line]:
-        """The whole panel is map."""
-        here = None if s.p is None else (s.p[0], s.p[1], s.heading or 0.0)
-        lines, self._shown = draw_map(
-            width=width,
-            height=height,
-            scale=self.scale,
-            centre=None if self.scale is None or s.p is None else (s.p[0], s.p[1]),
-            home=(0.0, 0.0),
-            track=s.track,
-            waypoints=waypoints(s),
-            vehicle=here,
-            target=None if s.target is None or s.landed_state == mavlink.MAV_LANDED_STATE_ON_GROUND else s.target[:2],
-        )
-        return lines
-
-    def zoom(self, step: int) -> None:
-        """In (+1), out (-1), or fit everything again (0)."""
-        self.scale = None if step == 0 else (self.scale or self._shown) / ZOOM**step
-        self.redraw()
-
-    _shown: float = 1.0
+def _nose_words(q: Quaternion, *, hover: bool) -> Line:
+    elevation = math.degrees(math.asin(max(-1.0, min(1.0, -rotate(q, NOSE)[2]))))
+    words = text_line(("nose ", "label"), f"{elevation:+.0f}°")
+    if hover:
+        return [*words, ("  tilt ", "label"), (f"{90.0 - elevation:.0f}°", "")]
+    bank = f"{math.degrees(euler_from_quaternion(q)[0]):+.0f}°" if abs(elevation) < STEEP else "--"
+    return [*words, ("  bank ", "label"), (bank, "")]
 
 
 class MessagePanel(Panel):
@@ -226,27 +182,3 @@ class MessagePanel(Panel):
             parts = wrap(line.text, max(width, 8), subsequent_indent="  ") or [""]
             rows += [text_line((part, style)) for part in parts]
         return rows[-height:]
-
-
-def waypoints(s: Snapshot) -> list[tuple[int, float, float, str]]:
-    """Number, north, east [m] and state of every mission item that names a place."""
-    frame = None if s.home is None else LocalFrame(s.home)
-    found = []
-    for seq, item in enumerate(s.mission):
-        place = _place(item, frame)
-        if place is not None:
-            active = s.mission_current == seq and s.mission_state != mavlink.MISSION_STATE_COMPLETE
-            state = "done" if seq in s.reached else "current" if active else "todo"
-            found.append((seq, *place, state))
-    return found
-
-
-def _place(item: MissionItem, frame: LocalFrame | None) -> tuple[float, float] | None:
-    if (item.x == 0 and item.y == 0 and is_global_frame(item.frame)) or item.frame == mavlink.MAV_FRAME_MISSION:
-        return None
-    if not is_global_frame(item.frame):
-        return from_local_e4(item.x), from_local_e4(item.y)
-    if frame is None:
-        return None
-    north, east, _ = frame.to_ned(Geodetic(from_e7(item.x), from_e7(item.y), frame.origin.alt))
-    return north, east

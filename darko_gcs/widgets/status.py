@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from darko_gcs.snapshot import Snapshot
+from darko_gcs.snapshot import VTOL, Snapshot
 from darko_gcs.widgets.panel import Line, Panel, text_line
 from protocol.dialect import mavlink
 
@@ -12,6 +12,7 @@ __all__ = ["StatusBar"]
 
 LANDED = {1: "on ground", 2: "in air", 3: "taking off", 4: "landing"}
 MISSION = {2: "mission ready", 3: "mission", 4: "mission paused", 5: "mission done"}
+IN_AIR = mavlink.MAV_LANDED_STATE_IN_AIR
 STALE = 2.0  # [s] without a heartbeat
 
 
@@ -48,7 +49,9 @@ class StatusBar(Panel):
     def _state(self, s: Snapshot) -> str:
         if not s.armed and s.prearm_ok is False:
             return "not ready to arm"
-        return LANDED.get(s.landed_state, "")
+        words = LANDED.get(s.landed_state, "")
+        way = VTOL[s.vtol_state] if s.landed_state == IN_AIR and s.vtol_state < len(VTOL) else ""
+        return f"{words}, {way}" if way else words
 
     def _mission(self, s: Snapshot) -> tuple[str, str]:
         if s.transfer is not None:

@@ -14,11 +14,11 @@ from darko_gcs.replay_app import ReplayStation
 from darko_gcs.screens.dialogs import ConfirmScreen, HelpScreen
 from darko_gcs.screens.fly import FlyScreen
 from darko_gcs.screens.mission import MissionScreen
-from darko_gcs.snapshot import EMPTY, Actuators, Energy, Hybrid, Jump
+from darko_gcs.snapshot import EMPTY, Actuators, Air, Decision, Energy, Hybrid, Jump, Navigation
 from darko_gcs.station import Station
 from darko_gcs.store import note
-from darko_gcs.widgets.panels import MapPanel
-from protocol.frames import Geodetic
+from darko_gcs.widgets.map import MapPanel
+from protocol.frames import Geodetic, quaternion_from_euler
 from protocol.plans import load
 from protocol.tlog import TlogReader, read_tlog
 from tests.support.paths import DATA
@@ -31,7 +31,7 @@ FLYING = replace(
     v=(0.5, 0.0, 0.0), target=(4.0, 0.0, -3.0), home=Geodetic(43.5648, 1.4811, 150.0), airspeed=0.5,
     wind=(0.0, 2.0, 0.0),
     hybrid=Hybrid(60.0, 1, 2, 0.8, math.nan, 50.0, 100.0, 0.0, 2, 1), law_since=48.0,
-    v_history=tuple((float(t), 10.0 ** (2 - t / 20)) for t in range(61)),
+    v_history=tuple((float(t), 10.0 ** (2 - t / 20), math.nan) for t in range(61)),
     jumps=(Jump(48.0, 2, 2, 1, 1, "enter_linear", 49.9),),
     actuators=Actuators(
         (687.0, 1000.0), (690.0, 1000.0), (2.4, 5.1), (0.1, -0.5), (0.1, -0.5), 200.0, 1000.0, 0.5236, 10
@@ -39,6 +39,20 @@ FLYING = replace(
     energy=Energy(172.0, 5513.0, (8.0, 5505.0, 0.0)), voltage=12.4, battery=0.94, prearm_ok=True,
     track=tuple((0.1 * n, 0.05 * n) for n in range(20)), mission=load(DATA / "square.plan").items,
     mission_count=6, mission_current=2, mission_state=3, reached=frozenset({0, 1}), received=100, rate=146.0,
+)  # fmt: skip
+
+ON_THE_WING = replace(
+    FLYING,
+    mode="MISSION", vtol_state=4, q=quaternion_from_euler(0.2, 0.14, 0.5), heading=0.5, v=(12.0, 6.0, -1.0),
+    airspeed=13.5, navigation=Navigation(-1.7, 0.3, 42.0, 0.4), air=Air((1.0, 2.0, 0.0), (1.2, 1.7, 0.1), 13.2, 13.4),
+    hybrid=Hybrid(60.0, 6, 5, math.nan, 12.3, 20.0, 60.0, 0.0, 5, 1), hover_limits=(50.0, 100.0),
+    forward_limits=(20.0, 60.0),
+    v_history=tuple(
+        (float(t), 10.0 ** (2 - t / 20) if t < 40 else math.nan, 80.0 - t if t > 35 else math.nan) for t in range(61)
+    ),
+    decision=Decision(59.0, 3, 2, 1, 100.0, 10.0, -1.2, 0.5, 29.2, 4983.0, 12.1, 1757.0),
+    given_up_at=(-math.inf, 59.5, 60.0, 58.0, -math.inf),
+    energy=Energy(54.0, 3920.0, (8.0, 1500.0, 300.0, 110.0, 900.0, 600.0, 502.0, 0.0, 0.0)),
 )  # fmt: skip
 
 
@@ -185,6 +199,74 @@ async def test_what_matters_is_on_the_screen_at_every_size(feed, size):
             "172 W",
         ):
             assert words in text, words
+
+
+@pytest.mark.parametrize("size", [(80, 24), (100, 40), (120, 36), (140, 45)])
+async def test_forward_flight_is_on_the_screen_at_every_size(feed, size):
+    feed.snapshot = ON_THE_WING
+    app = GroundStation(feed)
+    async with app.run_test(size=size) as pilot:
+        await until(pilot, lambda: "in air, forward" in screen_text(app) and "54 W" in screen_text(app))
+        text = screen_text(app)
+        for words in (
+            "FORWARD LINEAR",
+            "V 12",
+            "hover -- (50/100)  fwd 12 (20/60)",
+            "leave 60",
+            "nose +8°  bank +11°",
+            "track  -1.7",
+            "gave up: yaw, pitch",
+            "to 3: forward -65 %, less energy ─",
+        ):
+            assert words in text, words
+
+
+async def test_a_tall_screen_tells_the_whole_decision_the_air_and_the_energy_by_law(feed):
+    feed.snapshot = ON_THE_WING
+    app = GroundStation(feed)
+    async with app.run_test(size=(140, 45)) as pilot:
+        await until(pilot, lambda: "FORWARD  less energy" in screen_text(app))
+        text = screen_text(app)
+        for words in (
+            "29.2 s     4983 J",
+            "12.1 s     1757 J",
+            "-59 %      -65 %",
+            "leg to 3  100 m  climb +10 m",
+            "along -1.2  across 0.5",
+            "wnd     2.1 m/s 235° air 13.4",
+            "est     2.2 m/s 243° air 13.2",
+            "align                    110 J",
+            "forward line-of-sight    600 J",
+        ):
+            assert words in text, words
+
+
+async def test_the_view_is_named_and_follows_the_vtol_state(feed):
+    app = GroundStation(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        for vtol, named in ((3, True), (1, True), (4, False), (2, False), (3, True)):
+            feed.snapshot = replace(FLYING, vtol_state=vtol)
+            await until(pilot, lambda wanted=named: ("nose-up is level" in screen_text(app)) == wanted)
+            assert ("tilt" in screen_text(app)) == named
+
+
+async def test_what_was_given_up_goes_after_a_second(feed):
+    feed.snapshot = ON_THE_WING
+    app = GroundStation(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await until(pilot, lambda: "gave up" in screen_text(app))
+        feed.snapshot = replace(ON_THE_WING, boot=61.2)
+        await until(pilot, lambda: "gave up" not in screen_text(app))
+        assert "at limit: motor R" in screen_text(app)
+
+
+async def test_an_impossible_way_is_called_so(feed):
+    feed.snapshot = replace(ON_THE_WING, decision=ON_THE_WING.decision._replace(forward_time=math.inf, way=1, reason=6))
+    app = GroundStation(feed)
+    async with app.run_test(size=(140, 45)) as pilot:
+        await until(pilot, lambda: "impossible" in screen_text(app))
+        assert "HOVER  no trim in transition" in screen_text(app)
+        assert "to 3: hover, no trim in transition ─" in screen_text(app)
 
 
 async def test_a_silent_vehicle_is_said_with_its_age(feed):
@@ -341,13 +423,14 @@ def test_playing_and_seeking_reach_the_same_state():
 
 
 @pytest.mark.parametrize("size", [(80, 24), (140, 45)])
-def test_the_flight_screen_looks_as_it_did(snap_compare, size):
-    feed = FakeFeed(note(FLYING, 99.0, 5, "Take-off complete: holding"))
+@pytest.mark.parametrize(("flight", "power"), [(FLYING, "172 W"), (ON_THE_WING, "54 W")], ids=["hover", "forward"])
+def test_the_flight_screen_looks_as_it_did(snap_compare, size, flight, power):
+    feed = FakeFeed(note(flight, 99.0, 5, "Take-off complete: holding"))
 
     async def settle(pilot):
         narrow = size[0] < 120
         await until(pilot, lambda: pilot.app.screen.has_class("-narrow" if narrow else "-wide"))
-        await until(pilot, lambda: "172 W" in screen_text(pilot.app))
+        await until(pilot, lambda: power in screen_text(pilot.app))
         await pilot.pause(0.3)
 
     assert snap_compare(GroundStation(feed), terminal_size=size, run_before=settle)

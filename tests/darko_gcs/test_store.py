@@ -6,8 +6,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from darko_gcs.mode_names import COPTER, PLANE
 from darko_gcs.snapshot import EMPTY
-from darko_gcs.store import KEPT_LINES, KEPT_TRACK, KEPT_V, note, reduce, reduce_event
+from darko_gcs.store import KEPT_LINES, KEPT_TRACK, note, reduce, reduce_event
+from darko_gcs.store_darko import KEPT_V
 from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.events import CommandDone, MissionFailed, VehicleLost, VehicleReturned
@@ -56,7 +58,8 @@ def test_a_second_vehicle_is_not_mixed_in():
 def test_v_is_kept_by_the_vehicles_time_and_bounded():
     s = fold([hybrid(100 * n, v=float(n)) for n in range(KEPT_V + 50)])
     assert len(s.v_history) == KEPT_V
-    assert s.v_history[-1] == pytest.approx(((KEPT_V + 49) / 10, KEPT_V + 49))
+    assert s.v_history[-1][:2] == pytest.approx(((KEPT_V + 49) / 10, KEPT_V + 49))
+    assert math.isnan(s.v_history[-1][2])
     assert fold([hybrid(1)], s) is not s
 
 
@@ -90,6 +93,108 @@ def test_jumps_are_counted_once_however_often_they_arrive():
     jump = mavlink.MAVLink_darko_jump_message(1_000_000, 3, 42.0, 2, 1, 1, b"enter_linear")
     s = fold([jump, jump])
     assert [j.name for j in s.jumps] == ["enter_linear"]
+
+
+def test_thresholds_of_v_are_kept_for_either_way_of_flying():
+    def state(ms, law, enter, leave):
+        return mavlink.MAVLink_darko_hybrid_state_message(ms, 2, 1.0, 7.0, enter, leave, 0, law, 2, 1)
+
+    s = fold([state(100, 1, 50.0, 100.0), state(200, 6, 20.0, 60.0)])
+    assert (s.hover_limits, s.forward_limits) == ((50.0, 100.0), (20.0, 60.0))
+    assert s.v_history[-1] == pytest.approx((0.2, 1.0, 7.0))
+    assert fold([state(300, 7, 51.0, 101.0)], s).hover_limits == (51.0, 101.0)  # back to hover: judged by its V
+
+
+def actuators(ms, given_up):
+    return mavlink.MAVLink_darko_actuators_message(
+        ms, [1, 2], [1, 2], [1, 2], [0, 0], [0, 0], 200, 1000, 0.5, 0, given_up
+    )
+
+
+def test_what_was_given_up_is_remembered_with_its_time():
+    pitch, boost = mavlink.DARKO_GIVEN_UP_PITCH, mavlink.DARKO_GIVEN_UP_BOOST
+    s = fold([actuators(1000, pitch), actuators(2000, boost), actuators(2500, 0)])
+    assert s.actuators.given_up == 0
+    assert s.given_up_at == (-math.inf, -math.inf, 1.0, -math.inf, 2.0)
+
+
+def decision(way=2, reason=1, seq=3, times=(29.2, 12.1), energies=(4983.0, 1757.0)):
+    return mavlink.MAVLink_darko_decision_message(
+        59_000, 100.0, 10.0, -1.2, 0.5, times[0], energies[0], times[1], energies[1], seq, way, reason
+    )
+
+
+def test_a_decision_says_what_it_saves():
+    d = fold([decision()]).decision
+    assert (d.seq, d.way, d.reason, d.distance, d.climb) == (3, 2, 1, 100.0, 10.0)
+    assert d.saving == pytest.approx(1 - 1757 / 4983)
+    hover = fold([decision(way=1, energies=(500.0, 2000.0))]).decision
+    assert hover.saving == pytest.approx(0.75)
+
+
+def test_an_impossible_way_leaves_nothing_to_compare():
+    assert math.isnan(fold([decision(times=(29.2, math.inf), way=1)]).decision.saving)
+    assert math.isnan(fold([decision(way=0)]).decision.saving)
+    assert fold([decision(seq=0xFFFF)]).decision.seq is None
+
+
+def test_the_air_is_told_twice_and_the_path_once():
+    s = fold([
+        mavlink.MAVLink_darko_air_message(100, [1.0, 2.0, 0.0], [1.5, 2.5, 0.1], 13.0, 13.5),
+        mavlink.MAVLink_nav_controller_output_message(0, 0, 10, 90, 42, 0.25, 0, -1.75),
+    ])  # fmt: skip
+    assert s.air.wind_estimate == (1.0, 2.0, 0.0)
+    assert s.air.wind_true == pytest.approx((1.5, 2.5, 0.1))
+    assert (s.air.airspeed_estimate, s.air.airspeed_true) == (13.0, 13.5)
+    assert s.navigation == (-1.75, 0.25, 42.0, pytest.approx(math.pi / 2))
+
+
+def test_a_restart_forgets_the_decision_of_the_old_flight():
+    s = fold([heartbeat(), hybrid(60_000), decision(), position(500, 0.0)])
+    assert s.decision is None
+
+
+def test_a_vehicle_without_a_display_offset_is_still_shown_from_its_quaternion():
+    s = fold([
+        mavlink.MAVLink_attitude_quaternion_message(10, 0.5, 0.5, 0.5, 0.5, 0, 0, 0),
+        mavlink.MAVLink_attitude_message(20, 0.0, 0.1, 0.2, 0, 0, 0),
+    ])  # fmt: skip
+    assert s.q == (0.5, 0.5, 0.5, 0.5)
+
+
+def test_a_transition_switches_the_view_once_and_at_its_end():
+    def state(vtol):
+        return mavlink.MAVLink_extended_sys_state_message(vtol, mavlink.MAV_LANDED_STATE_IN_AIR)
+
+    order = ("MC", "TRANSITION_TO_FW", "FW", "TRANSITION_TO_MC", "MC")
+    s, seen = EMPTY, []
+    for name in order:
+        s = fold([state(getattr(mavlink, f"MAV_VTOL_STATE_{name}"))], s)
+        seen.append(s.is_forward)
+    assert seen == [False, False, True, True, False]
+
+
+@pytest.mark.parametrize(
+    ("autopilot", "kind", "number", "name"),
+    [
+        (mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA, mavlink.MAV_TYPE_FIXED_WING, 19, "QLOITER"),
+        (mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA, mavlink.MAV_TYPE_QUADROTOR, 16, "POSHOLD"),
+        (mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA, mavlink.MAV_TYPE_SUBMARINE, 16, "MODE 16"),
+        (mavlink.MAV_AUTOPILOT_PX4, mavlink.MAV_TYPE_QUADROTOR, 4 << 16 | 8 << 24, "FOLLOW_TARGET"),
+        (mavlink.MAV_AUTOPILOT_PX4, mavlink.MAV_TYPE_QUADROTOR, 3 << 16 | 1 << 24, "POSCTL"),
+        (mavlink.MAV_AUTOPILOT_PX4, mavlink.MAV_TYPE_QUADROTOR, 99 << 16, f"MODE {99 << 16}"),
+        (mavlink.MAV_AUTOPILOT_GENERIC, mavlink.MAV_TYPE_QUADROTOR, 1, "MODE 1"),
+    ],
+)
+def test_modes_of_other_autopilots_have_their_names(autopilot, kind, number, name):
+    assert fold([mavlink.MAVLink_heartbeat_message(kind, autopilot, 1, number, 4, 3)]).mode == name
+
+
+def test_mode_names_are_those_of_the_field():
+    from pymavlink import mavutil
+
+    assert mavutil.mode_mapping_apm == PLANE
+    assert mavutil.mode_mapping_acm == COPTER
 
 
 def test_answers_are_said_in_words():

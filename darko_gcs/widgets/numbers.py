@@ -1,0 +1,122 @@
+"""The panels of numbers: the flight, and how the leg at hand was decided."""
+
+from __future__ import annotations
+
+import math
+
+from darko_gcs.snapshot import DECISION_REASONS, LAWS, WAYS, Decision, Snapshot
+from darko_gcs.widgets.panel import Line, Panel, text_line
+from protocol.frames import Vector
+
+__all__ = ["DecisionPanel", "FlightPanel"]
+
+
+def number(value: float | None, digits: int, width: int) -> str:
+    """A number of fixed width; dashes for none."""
+    if value is None or not math.isfinite(value):
+        return "--".rjust(width)
+    return f"{round(value, digits) + 0.0:{width}.{digits}f}"  # + 0.0: never a negative zero
+
+
+class FlightPanel(Panel):
+    """Position, velocity, path, energy, battery and air, as numbers."""
+
+    def draw(self, s: Snapshot, width: int, height: int) -> list[Line]:  # noqa: ARG002 - cut by the panel
+        """Most wanted first."""
+        p, v = s.p or (None,) * 3, s.v or (None,) * 3
+        up = None if p[2] is None else -p[2]
+        climb = None if v[2] is None else -v[2]
+        speed = None if v[0] is None or v[1] is None else math.hypot(v[0], v[1])
+        height_above = up if up is not None else s.relative_altitude
+        return [
+            text_line(("alt ", "label"), number(height_above, 1, 7), " m", ("   climb ", "label"), number(climb, 1, 5)),
+            text_line(("N   ", "label"), number(p[0], 1, 7), " m", ("   speed ", "label"), number(speed, 1, 5)),
+            text_line(("E   ", "label"), number(p[1], 1, 7), " m", ("   air   ", "label"), number(s.airspeed, 1, 5)),
+            self._target(s),
+            self._power(s),
+            self._battery(s),
+            *self._air(s),
+            *self._by_law(s),
+        ]
+
+    def _target(self, s: Snapshot) -> Line:
+        way = math.dist(s.p, s.target) if s.target is not None and s.p is not None else None
+        off = None if s.navigation is None else s.navigation.cross_track
+        return text_line(("to  ", "label"), number(way, 1, 7), " m", ("   track ", "label"), number(off, 1, 5))
+
+    def _power(self, s: Snapshot) -> Line:
+        if s.energy is None:
+            return text_line(("pow ", "label"), ("--", "dim"))
+        e = s.energy
+        return text_line(("pow ", "label"), f"{e.power:7.0f} W", ("   used ", "label"), f"{e.total / 1e3:.2f} kJ")
+
+    def _battery(self, s: Snapshot) -> Line:
+        if s.battery is None:
+            return text_line(("bat ", "label"), ("--", "dim"))
+        style = "bad" if s.battery < 0.15 else "warn" if s.battery < 0.3 else ""
+        volts = "" if s.voltage is None else f"   {s.voltage:.1f} V"
+        return text_line(("bat ", "label"), (f"{100 * s.battery:7.0f} %", style), volts)
+
+    def _air(self, s: Snapshot) -> list[Line]:
+        """The wind; where the vehicle tells, what it thinks of it beside what it is, with the airspeeds."""
+        if s.air is None:
+            return [_wind("wnd ", s.wind, None)]
+        return [
+            _wind("wnd ", s.air.wind_true, s.air.airspeed_true),
+            _wind("est ", s.air.wind_estimate, s.air.airspeed_estimate),
+        ]
+
+    def _by_law(self, s: Snapshot) -> list[Line]:
+        if s.energy is None:
+            return []
+        used = [(law, joules) for law, joules in zip(LAWS, s.energy.by_law, strict=False) if joules > 0.5]
+        return [text_line((f"{law:<21}", "dim"), f"{joules:7.0f} J") for law, joules in used]
+
+
+def _wind(label: str, wind: Vector | None, airspeed: float | None) -> Line:
+    """Speed, where it comes from, and the airspeed in it."""
+    if wind is None or not all(map(math.isfinite, wind)):
+        return text_line((label, "label"), ("--", "dim"))
+    speed = math.hypot(wind[0], wind[1])
+    source = math.degrees(math.atan2(-wind[1], -wind[0])) % 360.0
+    words = f" {round(source) % 360:03d}°" if speed > 0.05 else " " * 5
+    air = [] if airspeed is None else [(" air ", "label"), (number(airspeed, 1, 4), "")]
+    return text_line((label, "label"), f"{speed:7.1f} m/s", words, *air)
+
+
+class DecisionPanel(Panel):
+    """How the leg at hand is flown, why, and what either way was thought to take."""
+
+    def draw(self, s: Snapshot, width: int, height: int) -> list[Line]:  # noqa: ARG002 - cut by the panel
+        """Way and reason, both predictions, the leg."""
+        d = s.decision
+        if d is None:
+            return [text_line(("no leg has been decided", "dim"))]
+        leg = "leg " if d.seq is None else f"leg to {d.seq}  "
+        reason = DECISION_REASONS[d.reason] if d.reason < len(DECISION_REASONS) else f"reason {d.reason}"
+        way = WAYS[d.way] if d.way < len(WAYS) else f"way {d.way}"
+        return [
+            text_line((way.upper(), "accent"), (f"  {reason}", "")),
+            self._way("hover   ", d, 1),
+            self._way("forward ", d, 2),
+            self._difference(d),
+            text_line((leg, "label"), f"{d.distance:.0f} m", ("  climb ", "label"), f"{d.climb:+.0f} m"),
+            text_line(
+                ("wind along ", "label"), number(d.tail_wind, 1, 1), ("  across ", "label"), number(d.cross_wind, 1, 1)
+            ),
+        ]
+
+    def _way(self, name: str, d: Decision, way: int) -> Line:
+        time, energy = (d.hover_time, d.hover_energy) if way == 1 else (d.forward_time, d.forward_energy)
+        style = "good" if d.way == way else "dim"
+        if not math.isfinite(time):
+            return text_line((name, style), ("  impossible", "dim"))
+        return text_line((name, style), f"{time:8.1f} s", f"{number(energy, 0, 9)} J")
+
+    def _difference(self, d: Decision) -> Line:
+        """What the chosen way takes against the other."""
+        if d.way not in {1, 2} or not math.isfinite(d.saving):
+            return text_line(("no other way to compare", "dim"))
+        chosen, other = (d.hover_time, d.forward_time)[:: 1 if d.way == 1 else -1]
+        time = f"{100.0 * (chosen / other - 1.0):+8.0f} %" if other > 0.0 else ""
+        return text_line(("vs other", "label"), time, f" {-100.0 * d.saving:+8.0f} %")
