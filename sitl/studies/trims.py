@@ -1,0 +1,105 @@
+"""Trims over airspeed as one page: straight at several climbs, turning, braking. What cannot be held is a gap."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeAlias
+
+import numpy as np
+
+from sitl.design.trim import Trim, TurningTrim, braking_limit, decelerating_trim, level_trim, turning_trim
+from sitl.errors import SitlError
+from sitl.kernels.parameters import Airframe, Array
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+AnyTrim: TypeAlias = Trim | TurningTrim
+SPEEDS = np.linspace(0.0, 25.0, 101)  # [m/s]
+TURN_SPEEDS = np.linspace(0.0, 25.0, 51)  # [m/s]
+CLIMBS = (-30.0, -15.0, 0.0, 15.0, 30.0, 45.0)  # [deg]
+TURNS = (0.0, 15.0, 30.0, 45.0, 60.0)  # [deg/s]
+BRAKES = (0.0, 0.5, 1.0, 2.0, 3.0)  # [m/s2]
+
+
+def cost(a: Airframe, trim: AnyTrim) -> float:
+    """Shaft energy per metre of path, k_m (w1^3 + w2^3) / V [J/m]; infinite without speed."""
+    omega = np.broadcast_to(trim.omega, 2)
+    return float(a.k_m * (omega**3).sum()) / trim.speed if trim.speed > 0.0 else math.inf
+
+
+def gaps(speeds: Array, trims: Sequence[AnyTrim]) -> str:
+    """Where no trim exists, in words: nothing, all of it, or the ranges of speed."""
+    missing = np.array([not trim.exists for trim in trims])
+    if missing.all():
+        return "none"
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], missing, [False])).astype(int)))
+    ranges = [f"{speeds[low]:g}-{speeds[high - 1]:g}" for low, high in edges.reshape(-1, 2)]
+    return f"none at {', '.join(ranges)} m/s" if ranges else ""
+
+
+def save_trims_plot(name: str, a: Airframe, path: Path) -> None:
+    """Draw the trims of an airframe.
+
+    Args:
+        name: Of the parameter set, for the title.
+        a: The airframe.
+        path: Where to; its suffix says as what.
+
+    Raises:
+        SitlError: If the file cannot be written; the message names it.
+    """
+    from matplotlib.figure import Figure  # noqa: PLC0415 - two seconds that only plots need
+
+    page = Figure(figsize=(10.0, 13.0), layout="constrained")
+    axes = page.subplots(6, 2, sharex=True)
+    page.suptitle(f"Trims of {name}: straight (left), level turns (right); a gap is where the actuators cannot hold it")
+    climbs = {f"{climb:+g} deg": [level_trim(a, float(v), math.radians(climb)) for v in SPEEDS] for climb in CLIMBS}
+    turns = {f"{turn:g} deg/s": [turning_trim(a, float(v), math.radians(turn)) for v in TURN_SPEEDS] for turn in TURNS}
+    _family(axes[:5, 0], a, SPEEDS, climbs)
+    _family(axes[:5, 1], a, TURN_SPEEDS, turns)
+    _braking(axes[5], a)
+    for axis in axes[5]:
+        axis.set_xlabel("V [m/s]")
+    try:
+        page.savefig(path, dpi=65)
+    except (OSError, ValueError) as error:
+        raise SitlError(f"plot {path}: {error}") from error
+
+
+def _family(axes: Sequence[Axes], a: Airframe, speeds: Array, family: Mapping[str, Sequence[AnyTrim]]) -> None:
+    """Five rows of one column: what each trim of each curve is."""
+    rows: tuple[tuple[str, Callable[[AnyTrim], float]], ...] = (
+        ("nose over horizon [deg]", lambda trim: math.degrees(trim.theta)),
+        ("greater elevon [deg]", lambda trim: math.degrees(np.max(trim.delta))),
+        ("faster motor [rad/s]", lambda trim: float(np.max(trim.omega))),
+        ("elevon left [deg]", lambda trim: math.degrees(trim.margin)),
+        ("energy [J/m]", lambda trim: cost(a, trim)),
+    )
+    for axis, (label, of) in zip(axes, rows, strict=True):
+        for curve, trims in family.items():
+            values = [of(trim) if trim.exists else math.nan for trim in trims]
+            axis.plot(speeds, values, linewidth=1.0, label=f"{curve}  {gaps(speeds, trims)}".strip())
+        axis.set_ylabel(label)
+        axis.grid(alpha=0.3)
+    axes[4].set_yscale("log")
+    axes[0].legend(fontsize=6.5, framealpha=0.5)
+
+
+def _braking(axes: Sequence[Axes], a: Airframe) -> None:
+    """What braking in level flight takes, and how much of it each climb allows."""
+    for brake in BRAKES:
+        trims = [decelerating_trim(a, float(v), -brake) for v in SPEEDS]
+        values = [math.degrees(trim.delta) if trim.exists else math.nan for trim in trims]
+        axes[0].plot(SPEEDS, values, linewidth=1.0, label=f"{brake:g} m/s2  {gaps(SPEEDS, trims)}".strip())
+    axes[0].set_ylabel("elevon, braking level [deg]")
+    for climb in CLIMBS[1:5]:
+        limit = braking_limit(a, SPEEDS, math.radians(climb)).held
+        axes[1].plot(SPEEDS, limit, linewidth=1.0, label=f"{climb:+g} deg")
+    axes[1].set_ylabel("braking limit [m/s2]")
+    axes[1].set_ylim(-5.0, 10.0)
+    for axis in axes:
+        axis.legend(fontsize=6.5, framealpha=0.5)
+        axis.grid(alpha=0.3)
