@@ -1,7 +1,7 @@
 """The flow between jumps: laws, actuators and plant, tick after tick in one compiled call.
 
 This is the flow map of the vehicle's hybrid system, and its flow set as well: the call returns early at the
-first tick after which the law in force should be left, so that the supervisor's table can jump.
+first tick after which the state is in a jump set of the supervisor's table, so that the table can jump.
 """
 
 from __future__ import annotations
@@ -10,57 +10,71 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 from numba import njit
 
-from sitl.kernels.ground import on_ground
 from sitl.kernels.integrate import plant_step
 from sitl.kernels.parameters import Airframe, Array
-from sitl.kernels.quaternion import hover
-from sitl.kernels.state import ACTUATOR, V
+from sitl.kernels.quaternion import hover, rotate_inverse
+from sitl.kernels.state import ACTUATOR, P, Q, V
 from sitl.kernels.wind import gust_step
-from sitl.laws import hover_linear, hover_zero_moment
+from sitl.laws import air as air_filter
+from sitl.laws import forward_linear, hover_linear, hover_zero_moment, line_of_sight
+from sitl.laws.air import AirGains, AirSensors
 from sitl.laws.allocation import allocate
+from sitl.laws.forward_linear import ForwardGains
 from sitl.laws.governor import activity
 from sitl.laws.hover_linear import LinearGains
 from sitl.laws.hover_zero_moment import ZeroMomentGains
+from sitl.laws.line_of_sight import SightGains
+from sitl.laws.path import LEG, Path, cross_track
+from sitl.memory_layout import (
+    ACCELERATION,
+    AIR,
+    COMMAND,
+    COURSE,
+    CROSS_TRACK,
+    ENERGY,
+    GIVEN_UP,
+    GOVERNOR,
+    GUST,
+    HOLD,
+    INTEGRAL,
+    LAW,
+    LYAPUNOV,
+    LYAPUNOV_FORWARD,
+    SIGHT,
+    SINCE,
+)
+from sitl.watch import Orders, course_of, watch
 
 TICK = 0.002  # control period [s]
 SUBSTEPS = 2  # plant steps per tick
-LANDED, LINEAR, ZERO_MOMENT = 0, 1, 2  # the supervisor's laws, as the compiled code sees them
-
-# Layout of the memory the flow keeps beside the plant's state.
-LAW = 0  # q_d, f of the zero-moment law, 5 entries
-INTEGRAL = 5  # of the linear law, world [m s], 3 entries
-GUST = 8  # world NWU [m/s], 3 entries
-COMMAND = 11  # in force this tick: w1, w2, d1, d2, 4 entries
-ENERGY = 15  # at the shafts [J]
-AT_REST = 16  # how long it has rested on the ground [s]
-GOVERNOR = 17  # share of the force the governor takes away, 0..1
-LYAPUNOV = 18  # V of the linear hover law
-MEMORY = 19
+# The supervisor's laws, as the compiled code sees them.
+LANDED, LINEAR, ZERO_MOMENT, ALIGN, TO_FORWARD, LINE_OF_SIGHT, FORWARD_LINEAR, TO_HOVER, FAILSAFE = range(9)
+NO_CONDITION_MISSES = -1
 
 
 class Surroundings(NamedTuple):
-    """The air of one stretch of flow."""
+    """The air of one stretch of flow, and the sensors' noise in it."""
 
     wind: Array  # steady, world NWU, (3,) [m/s]
     gust_rms: float  # per axis [m/s]
     gust_length: float  # [m]
-    noise: Array  # unit normals, a row per tick, (n, 3)
+    noise: Array  # unit normals of the gusts, a row per tick, (n, 3)
+    readings: Array  # unit normals of the sensors, a row per tick: velocity, accelerometer, pitot, (n, 5)
+    sensors: AirSensors
 
 
-class Orders(NamedTuple):
-    """What the flow is told; constant until the next jump or autopilot tick."""
+class Laws(NamedTuple):
+    """Gains of every law, and the airframe as the laws believe it to be."""
 
-    law: int
-    target: Array  # world NWU, (3,) [m]
-    heading: float  # [rad]
-    speed: float  # horizontal speed limit [m/s]
-    armed: bool
-    landing: bool
-    v_enter: float
-    v_leave: float
-    settle_time: float  # on the ground at rest this long is landed [s]
+    linear: LinearGains
+    zero_moment: ZeroMomentGains
+    sight: SightGains
+    forward: ForwardGains
+    air: AirGains
+    airframe: Airframe
 
 
 @njit(cache=True)
@@ -69,49 +83,48 @@ def flow(
     memory: Array,
     orders: Orders,
     air: Surroundings,
-    linear: LinearGains,
-    zero_moment: ZeroMomentGains,
+    laws: Laws,
+    jump_sets: npt.NDArray[np.int64],
     a: Airframe,
     ticks: int,
     first: int,
 ) -> tuple[int, int]:
-    """Fly up to ``ticks`` control ticks; stop after the one that leaves the flow set.
+    """Fly up to ``ticks`` control ticks; stop after the one that enters a jump set.
 
     Args:
         plant: Plant state, changed in place.
-        memory: The flow's memory, changed in place, (MEMORY,).
+        memory: The flow's memory, changed in place, laid out by :mod:`sitl.memory_layout`.
         orders: What to fly.
-        air: Wind and the noise of the gusts.
-        linear: Gains of the linear law.
-        zero_moment: Gains of the zero-moment law.
-        a: The airframe.
+        air: Wind, gusts and sensor noise.
+        laws: Gains.
+        jump_sets: The supervisor's guards, see :func:`sitl.hybrid.supervisor.jump_sets`.
+        a: The airframe as it is.
         ticks: How many ticks at most.
-        first: Row of ``air.noise`` of the first tick.
+        first: Row of the noise of the first tick.
 
     Returns:
         Ticks flown, and the DARKO_LIMIT bits that were active in any of them.
     """
-    x, u, staged = np.empty(12), np.empty(4), np.empty(4)
-    q_ref = hover(orders.heading)
+    x, x_forward, u, staged = np.empty(12), np.empty(forward_linear.STATES), np.empty(4), np.empty(4)
     flags = 0
     hover_linear.error(plant, orders.target, orders.heading, x)
     for k in range(ticks):
         wind = _air(plant, memory, air, first + k)
-        _law(plant, memory, orders, linear, zero_moment, x, q_ref, u)
-        if orders.law == LANDED:
-            staged[0] = staged[1] = a.omega_min if orders.armed else 0.0
-            staged[2] = staged[3] = 0.0
-        else:
-            allocate(u, a, staged)
+        _sense(plant, memory, wind, air, laws, first + k, a)
+        memory[GIVEN_UP] = _law(plant, memory, orders, laws, x, x_forward, u, staged)
         command = memory[COMMAND : COMMAND + 4]
+        before = plant[V : V + 3].copy()
         for _ in range(SUBSTEPS):
             flags |= plant_step(plant, command, wind, orders.armed, a, TICK / SUBSTEPS)
+        memory[ACCELERATION : ACCELERATION + 3] = (plant[V : V + 3] - before) / TICK
         command[:] = staged
         w1, w2 = plant[ACTUATOR], plant[ACTUATOR + 1]
         memory[ENERGY] += a.k_m * (w1**3 + w2**3) * TICK
+        memory[SINCE] += TICK
         hover_linear.error(plant, orders.target, orders.heading, x)
-        memory[LYAPUNOV] = hover_linear.lyapunov(x, linear)
-        if _leaves(plant, memory, orders, a):
+        memory[LYAPUNOV] = hover_linear.lyapunov(x, laws.linear)
+        _follow(plant, memory, orders, laws, x_forward)
+        if _leaves(watch(plant, memory, orders, laws.sight.guidance, a, TICK), orders.law, jump_sets):
             return k + 1, flags
     return ticks, flags
 
@@ -128,37 +141,119 @@ def _air(plant: Array, memory: Array, air: Surroundings, row: int) -> Array:
 
 
 @njit(cache=True)
-def _law(
-    plant: Array,
-    memory: Array,
-    orders: Orders,
-    linear: LinearGains,
-    zero_moment: ZeroMomentGains,
-    x: Array,
-    q_ref: Array,
-    u: Array,
-) -> None:
-    memory[GOVERNOR] = 0.0
-    if orders.law == LINEAR:
-        integral = memory[INTEGRAL : INTEGRAL + 3]
-        hover_linear.integrate(plant, orders.target, integral, linear, TICK)
-        hover_linear.control(x, integral, orders.heading, linear, u)
-    elif orders.law == ZERO_MOMENT:
-        e, v = plant[0:3] - orders.target, plant[V : V + 3]
-        memory[GOVERNOR] = activity((e[0], e[1], e[2]), (v[0], v[1], v[2]), orders.speed, zero_moment.governor)
-        state = memory[LAW : LAW + hover_zero_moment.SIZE]
-        hover_zero_moment.control(plant, state, orders.target, q_ref, orders.speed, zero_moment, TICK, u)
+def _sense(plant: Array, memory: Array, wind: Array, air: Surroundings, laws: Laws, row: int, a: Airframe) -> None:
+    """Read the sensors and advance the wind estimate."""
+    noise, sensors = air.readings[row], air.sensors
+    velocity = plant[V : V + 3] + sensors.velocity * noise[:3]
+    normal = air_filter.specific_force(plant, wind, a)[2] + sensors.accelerometer * noise[3]
+    pitot = math.nan
+    if sensors.has_pitot:
+        pitot = rotate_inverse(plant[Q : Q + 4], plant[V : V + 3] - wind)[0] + sensors.pitot * noise[4]
+    filtered = memory[AIR : AIR + air_filter.SIZE]
+    air_filter.update(plant, velocity, normal, pitot, filtered, laws.air, laws.airframe, TICK)
 
 
 @njit(cache=True)
-def _leaves(plant: Array, memory: Array, orders: Orders, a: Airframe) -> bool:
-    """Whether the state is outside the flow set of the law in force."""
+def _law(
+    plant: Array, memory: Array, orders: Orders, laws: Laws, x: Array, x_forward: Array, u: Array, staged: Array
+) -> int:
+    """Commands of the law in force into ``staged`` (4,); what the allocation gave up."""
+    memory[GOVERNOR] = 0.0
+    a = laws.airframe
     if orders.law == LANDED:
-        return False
-    resting = orders.landing and on_ground(plant, a) and abs(plant[V + 2]) < 0.3
-    memory[AT_REST] = memory[AT_REST] + TICK if resting else 0.0
-    if memory[AT_REST] >= orders.settle_time:
-        return True
+        staged[0] = staged[1] = a.omega_min if orders.armed else 0.0
+        staged[2] = staged[3] = 0.0
+        return 0
     if orders.law == LINEAR:
-        return bool(memory[LYAPUNOV] > orders.v_leave)
-    return bool(memory[LYAPUNOV] < orders.v_enter)
+        integral = memory[INTEGRAL : INTEGRAL + 3]
+        hover_linear.integrate(plant, orders.target, integral, laws.linear, TICK)
+        hover_linear.control(x, integral, orders.heading, laws.linear, u)
+        return int(allocate(u, a, staged))
+    if orders.law == ZERO_MOMENT:
+        _zero_moment(plant, memory, orders.target, orders.heading, orders, laws, u)
+        return int(allocate(u, a, staged))
+    if orders.law == ALIGN:
+        memory[COURSE] = course_of(plant, memory, orders)
+        _zero_moment(plant, memory, memory[HOLD : HOLD + 3], memory[COURSE], orders, laws, u)
+        return int(allocate(u, a, staged))
+    wind = memory[AIR : AIR + 3]
+    if orders.law == FORWARD_LINEAR:
+        speed = orders.path.airspeed
+        steep = _forward_error(plant, wind, orders.path, laws.forward, x_forward)
+        forward_linear.control(x_forward, speed, steep, laws.forward, u)
+        return _deflect(u, a, staged)
+    if orders.law in (TO_FORWARD, LINE_OF_SIGHT):
+        memory[COURSE] = course_of(plant, memory, orders)
+    phase = line_of_sight.CRUISE
+    if orders.law == TO_HOVER:
+        phase = line_of_sight.BRAKE
+    elif orders.law == FAILSAFE:
+        phase = line_of_sight.ARREST
+    return int(
+        line_of_sight.control(
+            plant,
+            memory[SIGHT : SIGHT + line_of_sight.SIZE],
+            orders.path,
+            wind,
+            memory[COURSE],
+            phase,
+            memory[ACCELERATION : ACCELERATION + 3],
+            laws.sight,
+            a,
+            TICK,
+            staged,
+        )
+    )
+
+
+@njit(cache=True)
+def _zero_moment(
+    plant: Array, memory: Array, target: Array, heading: float, orders: Orders, laws: Laws, u: Array
+) -> None:
+    e, v = plant[P : P + 3] - target, plant[V : V + 3]
+    gains = laws.zero_moment
+    memory[GOVERNOR] = activity((e[0], e[1], e[2]), (v[0], v[1], v[2]), orders.speed, gains.governor)
+    state = memory[LAW : LAW + hover_zero_moment.SIZE]
+    hover_zero_moment.control(plant, state, target, hover(heading), orders.speed, gains, TICK, u)
+
+
+@njit(cache=True)
+def _deflect(u: Array, a: Airframe, staged: Array) -> int:
+    """Thrusts and deflections as commands: the elevons are not divided by the thrust here."""
+    virtual = np.array((u[0], u[1], u[2], u[3]))
+    low, high = a.k_f * a.omega_min**2, a.k_f * a.omega_max**2
+    T1, T2 = min(max(u[0], low), high), min(max(u[1], low), high)
+    virtual[2], virtual[3] = u[2] * T1, u[3] * T2
+    return int(allocate(virtual, a, staged))
+
+
+@njit(cache=True)
+def _forward_error(plant: Array, wind: Array, path: Path, gains: ForwardGains, x: Array) -> float:
+    north, west = path.end[0] - path.start[0], path.end[1] - path.start[1]
+    climb = math.atan2(path.end[2] - path.start[2], math.hypot(north, west))
+    course = math.atan2(west, north)
+    return float(forward_linear.error(plant, wind, path.start, course, climb, path.airspeed, gains, x))
+
+
+@njit(cache=True)
+def _follow(plant: Array, memory: Array, orders: Orders, laws: Laws, x_forward: Array) -> None:
+    """Measure where a forward flight is beside its path, and V of the linear forward law."""
+    memory[LYAPUNOV_FORWARD] = math.nan
+    if orders.law < TO_FORWARD or orders.law == FAILSAFE:
+        memory[CROSS_TRACK] = 0.0
+        return
+    memory[CROSS_TRACK] = cross_track(orders.path, plant[P : P + 3])
+    if orders.path.kind == LEG and orders.law in (LINE_OF_SIGHT, FORWARD_LINEAR):
+        wind = memory[AIR : AIR + 3]
+        _forward_error(plant, wind, orders.path, laws.forward, x_forward)
+        memory[LYAPUNOV_FORWARD] = forward_linear.lyapunov(x_forward, orders.path.airspeed, laws.forward)
+
+
+@njit(cache=True)
+def _leaves(conditions: int, law: int, jump_sets: npt.NDArray[np.int64]) -> bool:
+    """Whether the conditions are in a jump set of the law in force."""
+    for row in range(jump_sets.shape[1]):
+        when, unless = jump_sets[law, row, 0], jump_sets[law, row, 1]
+        if (conditions & when) == when and (conditions & unless) == 0:
+            return True
+    return False

@@ -10,43 +10,60 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
 from sitl.autopilot.guidance import Setpoint, Vector
+from sitl.design.forward import air_gains, can_fly_forward, sight_gains
+from sitl.design.forward_linear import forward_gains
 from sitl.design.lqr import hover_gains
 from sitl.design.zero_moment import zero_moment_gains
 from sitl.errors import SitlError
-from sitl.flow import (
-    AT_REST,
-    COMMAND,
-    ENERGY,
-    GOVERNOR,
-    GUST,
-    INTEGRAL,
-    LAW,
-    LYAPUNOV,
-    MEMORY,
-    TICK,
-    Orders,
-    Surroundings,
-    flow,
-)
+from sitl.flow import TICK, Laws, Surroundings, flow
 from sitl.hybrid.automaton import settle
-from sitl.hybrid.supervisor import TABLE, JumpRecord, Law, Reason, Situation
+from sitl.hybrid.supervisor import TABLE, JumpRecord, Law, Reason, jump_sets
 from sitl.kernels import state
 from sitl.kernels.ground import FEET, STIFFNESS
 from sitl.kernels.integrate import plant_step
 from sitl.kernels.parameters import Airframe, Array
 from sitl.kernels.quaternion import from_euler, hover
-from sitl.laws import hover_linear, hover_zero_moment
+from sitl.laws import air as air_filter
+from sitl.laws import hover_linear, hover_zero_moment, line_of_sight
+from sitl.laws.air import AirSensors
+from sitl.laws.forward_linear import ForwardGains
 from sitl.laws.governor import VELOCITY
+from sitl.laws.path import LEG, Path
+from sitl.memory_layout import (
+    AIR,
+    AT_REST,
+    COMMAND,
+    COURSE,
+    CROSS_TRACK,
+    ENERGY,
+    GIVEN_UP,
+    GOVERNOR,
+    GUST,
+    HOLD,
+    INTEGRAL,
+    LAW,
+    LYAPUNOV,
+    LYAPUNOV_FORWARD,
+    MEMORY,
+    SIGHT,
+    SINCE,
+)
+from sitl.watch import Orders, watch
 
 __all__ = ["TICK", "DivergedError", "Start", "Tuning", "Vehicle"]
 
 BLOCK = 500  # ticks of gust noise drawn at once: one second
 GUST_LENGTH = 30.0  # [m]
+STOP_SPEED = 12.0  # airspeed of an approach nobody gave one for [m/s]
+SENSORS = AirSensors(accelerometer=0.3, velocity=0.03, pitot=0.3, has_pitot=True)
+# The laws that share the line of sight's state.
+SIGHTED = frozenset({Law.TO_FORWARD, Law.FORWARD_LINE_OF_SIGHT, Law.TO_HOVER, Law.FAILSAFE})
 SETTLE_TIME = 0.3  # at rest on the ground this long is landed [s]
 
 
@@ -79,26 +96,42 @@ class Tuning(NamedTuple):
     lam: float = 10.0  # DRK_LAMBDA [rad/s]
     zeta: float = 0.8  # DRK_ZETA
     k_q: float = 1.0  # DRK_KQ [rad/s]
+    forward_linear: int = 1  # DRK_FWD_LIN
+    v_forward_enter: float = 5.0  # DRK_VF_ENTER
+    v_forward_leave: float = 20.0  # DRK_VF_LEAVE
+    least_leg: float = 25.0  # DRK_FWD_LEG [m]
+    pitot: int = 1  # DRK_PITOT
 
 
 class Vehicle:
     """One simulated DarkO. ``advance`` flies it; everything else looks at it or tells it what to do."""
 
     def __init__(
-        self, airframe: Airframe, *, seed: int = 1, start: Start | None = None, tuning: Tuning | None = None
+        self,
+        airframe: Airframe,
+        *,
+        seed: int = 1,
+        start: Start | None = None,
+        tuning: Tuning | None = None,
+        believed: Airframe | None = None,
     ) -> None:
         self.airframe = airframe
+        self.believed = believed or airframe  # what the laws are designed for
         self.step = 0  # control ticks flown
         self.law = Law.LANDED
         self.jumps: list[JumpRecord] = []
         self.limits = 0  # DARKO_LIMIT bits seen in the last advance
         self.armed = self.flying = self.landing = False
         self.energy_by_law = dict.fromkeys(Law, 0.0)
+        self.given_up = 0  # DARKO_GIVEN_UP bits of the last tick
         self._random = np.random.default_rng(seed)
-        self._noise = self._random.standard_normal((BLOCK, 3))
+        self._sensor_random = np.random.default_rng((seed, 1))  # apart, so that sensors do not change the gusts
+        self._draw_noise()
         self._wind, self._gust_rms = np.zeros(3), 0.0
         self.plant = np.zeros(state.SIZE)
         self.memory = np.zeros(MEMORY)
+        self._jump_sets = jump_sets()
+        air_filter.reset(self.memory[AIR : AIR + air_filter.SIZE], air_gains())
         self.begin(start or Start())
         self.retune(tuning or Tuning())
 
@@ -112,28 +145,38 @@ class Vehicle:
         self.plant[state.P : state.P + 3] = start.north, start.west, height
         q = hover(start.heading) if start.attitude is None else from_euler(*start.attitude)
         self.plant[state.Q : state.Q + 4] = q
+        self.memory[COURSE] = start.heading
         self.set_target(Setpoint((start.north, start.west, height), start.heading, 3.0))
 
     def retune(self, tuning: Tuning) -> None:
         """Take other gains and thresholds, in flight or not."""
         self.tuning = tuning
-        self._linear = hover_gains(self.airframe, integral=bool(tuning.integral))
-        self._zero_moment = zero_moment_gains(
-            self.airframe,
-            k_pp=tuning.kpp,
-            k_pd=tuning.kpd,
-            k_delta=tuning.k_delta,
-            lam=tuning.lam,
-            zeta=tuning.zeta,
-            k_q=tuning.k_q,
-            nu_prime=bool(tuning.nu_prime),
-            governor=tuning.governor,
+        a = self.believed
+        self.can_fly_forward = can_fly_forward(a)
+        self._sensors = SENSORS._replace(has_pitot=bool(tuning.pitot))
+        self._laws = Laws(
+            linear=hover_gains(a, integral=bool(tuning.integral)),
+            zero_moment=zero_moment_gains(
+                a,
+                k_pp=tuning.kpp,
+                k_pd=tuning.kpd,
+                k_delta=tuning.k_delta,
+                lam=tuning.lam,
+                zeta=tuning.zeta,
+                k_q=tuning.k_q,
+                nu_prime=bool(tuning.nu_prime),
+                governor=tuning.governor,
+            ),
+            sight=sight_gains(),
+            forward=_forward_gains(a),
+            air=air_gains(),
+            airframe=a,
         )
         self._measure()
 
     def begin_flight(self, law: Law) -> None:
         """Start in the air under a law, motors at hover speed: scenarios begin so."""
-        w = math.sqrt(self._linear.u_bar[0] / self.airframe.k_f)
+        w = math.sqrt(self._laws.linear.u_bar[0] / self.believed.k_f)
         self.plant[state.ACTUATOR : state.ACTUATOR + 2] = self.memory[COMMAND : COMMAND + 2] = w
         self.armed = self.flying = True
         self.law = law
@@ -150,6 +193,7 @@ class Vehicle:
         steps: tuple[tuple[str, Callable[[], object]], ...] = (
             ("flight model", lambda: plant_step(*plant_step_arguments)),
             ("hover laws", lambda: self._enter(Law.HOVER_ZERO_MOMENT)),
+            ("forward laws", lambda: self._enter(Law.TO_HOVER)),
             ("closed loop", lambda: self._flow(Law.LANDED, 0)),
         )
         for number, (name, compile_it) in enumerate(steps, 1):
@@ -163,6 +207,13 @@ class Vehicle:
         """Where the laws shall bring it, from the next tick on."""
         self.setpoint = setpoint
         self._target = np.array(setpoint.p)
+        route = setpoint.route
+        if route is None:
+            self._path = Path(LEG, self._target, self._target, 0.0, STOP_SPEED, stop=True)
+        else:
+            self._path = Path(
+                route.kind, np.array(route.start), np.array(route.end), route.radius, route.airspeed, route.stop
+            )
 
     def set_wind(self, wind: Vector, gust_rms: float | None = None) -> None:
         """Velocity of the air, world NWU [m/s], and the gusts' deviation per axis [m/s]."""
@@ -181,6 +232,21 @@ class Vehicle:
     def lyapunov(self) -> float:
         """V of the linear hover law about the present target."""
         return float(self.memory[LYAPUNOV])
+
+    @property
+    def lyapunov_forward(self) -> float:
+        """V of the linear forward law about the leg that is flown; NaN where there is none."""
+        return float(self.memory[LYAPUNOV_FORWARD])
+
+    @property
+    def cross_track(self) -> float:
+        """Distance to the left of the path flown forward [m]; 0 in the hover."""
+        return float(self.memory[CROSS_TRACK])
+
+    @property
+    def wind_estimate(self) -> Array:
+        """Velocity of the air as the laws see it, world NWU [m/s]."""
+        return self.memory[AIR : AIR + 3]
 
     @property
     def governor(self) -> float:
@@ -226,45 +292,56 @@ class Vehicle:
             left -= flown
             self.step += flown
             if self.step % BLOCK == 0:
-                self._noise = self._random.standard_normal((BLOCK, 3))
+                self._draw_noise()
         if not np.isfinite(self.plant[: state.ANCHOR]).all():
             raise DivergedError(f"the flight diverged under {self.law.name} at step {self.step}: {self.plant[:17]}")
         self._jump()
 
-    def _flow(self, law: Law, ticks: int) -> int:
-        orders = Orders(
-            int(law),
-            self._target,
-            self.setpoint.heading,
-            self.setpoint.speed,
-            self.armed,
-            self.landing,
-            self.tuning.v_enter,
-            self.tuning.v_leave,
-            SETTLE_TIME,
+    def _draw_noise(self) -> None:
+        self._noise = self._random.standard_normal((BLOCK, 3))
+        self._readings = self._sensor_random.standard_normal((BLOCK, 5))
+
+    def _orders(self, law: Law) -> Orders:
+        tuning = self.tuning
+        return Orders(
+            law=int(law),
+            target=self._target,
+            heading=self.setpoint.heading,
+            speed=self.setpoint.speed,
+            armed=self.armed,
+            flying=self.flying,
+            landing=self.landing,
+            forward=self.setpoint.route is not None and self.can_fly_forward,
+            path=self._path,
+            least_leg=tuning.least_leg,
+            v_enter=tuning.v_enter,
+            v_leave=tuning.v_leave,
+            v_forward_enter=tuning.v_forward_enter if tuning.forward_linear else 0.0,
+            v_forward_leave=tuning.v_forward_leave,
+            settle_time=SETTLE_TIME,
         )
-        air = Surroundings(self._wind, self._gust_rms, GUST_LENGTH, self._noise)
+
+    def _flow(self, law: Law, ticks: int) -> int:
+        air = Surroundings(self._wind, self._gust_rms, GUST_LENGTH, self._noise, self._readings, self._sensors)
         before = self.memory[ENERGY]
         flown, flags = flow(
-            self.plant, self.memory, orders, air, self._linear, self._zero_moment, self.airframe, ticks,
+            self.plant, self.memory, self._orders(law), air, self._laws, self._jump_sets, self.airframe, ticks,
             self.step % BLOCK,
         )  # fmt: skip
         self.limits |= flags
+        self.given_up = int(self.memory[GIVEN_UP])
         self.energy_by_law[law] += self.memory[ENERGY] - before
         return int(flown)
 
+    def conditions(self, law: Law) -> int:
+        """What holds now of the supervisor's conditions (bits of Condition), under a law."""
+        limits = self._laws.sight.guidance
+        return int(watch(self.plant, self.memory, self._orders(law), limits, self.airframe, 0.0))
+
     def _jump(self) -> None:
         self._measure()
-        situation = Situation(
-            lyapunov=self.lyapunov,
-            v_enter=self.tuning.v_enter,
-            v_leave=self.tuning.v_leave,
-            armed=self.armed,
-            flying=self.flying,
-            settled=bool(self.memory[AT_REST] >= SETTLE_TIME),
-        )
         law = self.law
-        _, taken = settle(TABLE, law, situation)
+        _, taken = settle(TABLE, law, self.conditions(law))
         for jump in taken:
             record = JumpRecord(
                 self.time,
@@ -276,27 +353,38 @@ class Vehicle:
                 self.lyapunov,
             )
             self.jumps.append(record)
+            self._enter(jump.target, law)
             law = jump.target
-            self._enter(law)
         self.law = law
 
-    def _enter(self, law: Law) -> None:
+    def _enter(self, law: Law, source: Law = Law.LANDED) -> None:
         """Jump maps: the state of the law that takes over starts without a step in what it commands."""
-        self.memory[AT_REST] = 0.0
-        if law is Law.HOVER_ZERO_MOMENT:
-            w1, w2 = self.plant[state.ACTUATOR : state.ACTUATOR + 2]
-            f = (1.0 - self.airframe.S_ratio * self.airframe.C_d0) * self.airframe.k_f * (w1 * w1 + w2 * w2)
-            law_state = self.memory[LAW : LAW + hover_zero_moment.SIZE]
-            hover_zero_moment.reset(self.plant, f, law_state, self._zero_moment)
-        elif law is Law.LANDED:
+        self.memory[AT_REST] = self.memory[SINCE] = 0.0
+        if law is Law.LANDED:
             self.flying = False  # landing fulfils the wish to fly; taking off again needs a new one
             # What the integral had learnt of the wind would push a standing vehicle over.
             self.memory[INTEGRAL : INTEGRAL + 3] = 0.0
+        if law in {Law.HOVER_ZERO_MOMENT, Law.ALIGN} and source not in {Law.HOVER_ZERO_MOMENT, Law.ALIGN}:
+            w1, w2 = self.plant[state.ACTUATOR : state.ACTUATOR + 2]
+            f = (1.0 - self.believed.S_ratio * self.believed.C_d0) * self.believed.k_f * (w1 * w1 + w2 * w2)
+            law_state = self.memory[LAW : LAW + hover_zero_moment.SIZE]
+            hover_zero_moment.reset(self.plant, f, law_state, self._laws.zero_moment)
+        if law is Law.ALIGN:
+            p, v = self.plant[state.P : state.P + 3], self.plant[state.V : state.V + 3]
+            self.memory[HOLD : HOLD + 3] = p + 0.5 * v
+        if law in SIGHTED and source not in SIGHTED:
+            sight = self.memory[SIGHT : SIGHT + line_of_sight.SIZE]
+            line_of_sight.reset(self.plant, sight, self.believed)
 
     def _measure(self) -> None:
         x = np.empty(12)
         hover_linear.error(self.plant, self._target, self.setpoint.heading, x)
-        self.memory[LYAPUNOV] = hover_linear.lyapunov(x, self._linear)
+        self.memory[LYAPUNOV] = hover_linear.lyapunov(x, self._laws.linear)
+
+
+@lru_cache(maxsize=8)
+def _forward_gains(a: Airframe) -> ForwardGains:
+    return forward_gains(a)  # a second of Riccati equations; retuning in flight must not wait for it
 
 
 def standing_height(a: Airframe) -> float:

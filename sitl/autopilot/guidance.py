@@ -25,12 +25,24 @@ class View(NamedTuple):
     energy_left: float  # share of the battery, 0..1
 
 
+class Route(NamedTuple):
+    """A path to be flown on the wing: a leg from start to end, or a circle about start."""
+
+    kind: int  # sitl.laws.path.LEG or CIRCLE
+    start: Vector  # world NWU [m]
+    end: Vector  # world NWU [m]
+    airspeed: float  # [m/s]
+    stop: bool = True  # whether the leg ends at rest
+    radius: float = 0.0  # of a circle [m]; positive: anticlockwise seen from above
+
+
 class Setpoint(NamedTuple):
     """Where the laws shall bring the vehicle."""
 
     p: Vector  # position, world NWU [m]
     heading: float  # [rad]
-    speed: float  # horizontal speed limit of the non-linear law [m/s]
+    speed: float  # horizontal speed limit of the hover laws [m/s]
+    route: Route | None = None  # how to get there on the wing; None: upright
 
 
 class Guidance(Protocol):

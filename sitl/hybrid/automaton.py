@@ -46,12 +46,12 @@ def enabled(table: Table[Mode], mode: Mode, x: object) -> Jump | None:
 
 
 def settle(table: Table[Mode], mode: Mode, x: object) -> tuple[Mode, list[Jump]]:
-    """Take enabled jumps until none is enabled, at one instant and with one ``x``.
+    """Take enabled jumps, their resets applied, until none is enabled, at one instant.
 
     Args:
         table: Ordered jumps of every mode.
         mode: Where to begin.
-        x: What the guards look at; resets are left to the caller.
+        x: What the guards look at.
 
     Returns:
         The mode reached and the jumps taken, in order.
@@ -62,7 +62,7 @@ def settle(table: Table[Mode], mode: Mode, x: object) -> tuple[Mode, list[Jump]]
     taken: list[Jump] = []
     while (jump := enabled(table, mode, x)) is not None:
         taken.append(jump)
-        mode = jump.target
+        mode, x = jump.target, jump.reset(x)
         if len(taken) > len(table):
             raise ZenoError(f"jumps without end: {' -> '.join(j.name for j in taken)} at {x}")
     return mode, taken

@@ -1,17 +1,25 @@
 """The vehicle's supervisor: which law flies, as a table of jumps on hybrid time (t, j).
 
-Hysteresis is the gap between two thresholds of V: the linear law is entered below ``v_enter`` and left above
-``v_leave``. The report takes 250 and 400 (section 5.1, where the second comparison is printed the wrong way
-round); on the full model those values let the linear law be entered where it diverges, so the defaults are
-lower.
+A jump set is written as conditions that must hold and conditions that must not. Hysteresis is the gap between two
+thresholds of a Lyapunov value: the linear hover law is entered below ``v_enter`` and left above ``v_leave``, the
+linear forward law likewise by its own. The report takes 250 and 400 for the hover (section 5.1, where the second
+comparison is printed the wrong way round); on the full model those values let the linear law be entered where it
+diverges, so the defaults are lower. Transitions have a dwell time besides.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from enum import IntEnum
 from typing import NamedTuple
 
+import numpy as np
+import numpy.typing as npt
+
 from sitl.hybrid.automaton import Jump, mermaid
+from sitl.hybrid.conditions import Condition
+
+C = Condition  # the table below is read by its conditions
 
 
 class Law(IntEnum):
@@ -20,6 +28,16 @@ class Law(IntEnum):
     LANDED = 0
     HOVER_LINEAR = 1
     HOVER_ZERO_MOMENT = 2
+    ALIGN = 3
+    TO_FORWARD = 4
+    FORWARD_LINE_OF_SIGHT = 5
+    FORWARD_LINEAR = 6
+    TO_HOVER = 7
+    FAILSAFE = 8
+
+
+HOVERING = frozenset({Law.HOVER_LINEAR, Law.HOVER_ZERO_MOMENT, Law.ALIGN, Law.FAILSAFE})
+ON_THE_WING = frozenset({Law.FORWARD_LINE_OF_SIGHT, Law.FORWARD_LINEAR})
 
 
 class Reason(IntEnum):
@@ -32,17 +50,20 @@ class Reason(IntEnum):
     TAKEOFF = 4
     TOUCHDOWN = 5
     DISARM = 6
+    SPEED = 7
+    FAILSAFE = 8
 
 
-class Situation(NamedTuple):
-    """What the guards look at."""
+@dataclass(frozen=True)
+class Guard:
+    """A jump set: all of ``when`` and none of ``unless``."""
 
-    lyapunov: float  # V of the linear hover law about the present target
-    v_enter: float
-    v_leave: float
-    armed: bool
-    flying: bool  # the autopilot wants to be in the air
-    settled: bool  # landing, and at rest on the ground
+    when: C
+    unless: C = C(0)
+
+    def __call__(self, x: int) -> bool:
+        """Whether conditions are in the jump set."""
+        return (x & self.when) == self.when and (x & self.unless) == 0
 
 
 class JumpRecord(NamedTuple):
@@ -57,24 +78,97 @@ class JumpRecord(NamedTuple):
     lyapunov: float
 
 
-_TO_GROUND = (
-    Jump("disarm", lambda x: not x.armed, Law.LANDED, Reason.DISARM),
-    Jump("touch_down", lambda x: x.settled, Law.LANDED, Reason.TOUCHDOWN),
+def _dwell_anew(conditions: int) -> int:
+    """Jump map of every jump: the dwell time of the next law begins."""
+    return conditions & ~C.DWELT
+
+
+def _jump(name: str, target: Law, reason: Reason, when: C = C(0), unless: C = C(0)) -> Jump:  # noqa: B008 - immutable
+    return Jump(name, Guard(when, unless), target, reason, _dwell_anew)
+
+
+_DISARM = _jump("disarm", Law.LANDED, Reason.DISARM, unless=C.ARMED)
+_TO_GROUND = (_DISARM, _jump("touch_down", Law.LANDED, Reason.TOUCHDOWN, C.RESTING))
+_FAIL = _jump("catch_fall", Law.FAILSAFE, Reason.FAILSAFE, C.FALLING)
+_BRAKE = (
+    _jump("brake", Law.TO_HOVER, Reason.SPEED, C.STOP_DUE),
+    _jump("recall", Law.TO_HOVER, Reason.COMMAND, unless=C.WANTED),
 )
+_GO = C.WANTED | C.WORTH
 
 TABLE: dict[Law, tuple[Jump, ...]] = {
-    Law.LANDED: (
-        Jump("take_off", lambda x: x.armed and x.flying and not x.settled, Law.HOVER_ZERO_MOMENT, Reason.TAKEOFF),
-    ),
+    Law.LANDED: (_jump("take_off", Law.HOVER_ZERO_MOMENT, Reason.TAKEOFF, C.ARMED | C.FLYING, C.RESTING),),
     Law.HOVER_LINEAR: (
         *_TO_GROUND,
-        Jump("leave_linear", lambda x: x.lyapunov > x.v_leave, Law.HOVER_ZERO_MOMENT, Reason.LYAPUNOV_ABOVE),
+        _FAIL,
+        _jump("align", Law.ALIGN, Reason.COMMAND, _GO | C.CALM, C.STOP_DUE),
+        _jump("leave_linear", Law.HOVER_ZERO_MOMENT, Reason.LYAPUNOV_ABOVE, C.FAR, C.NEAR),
     ),
     Law.HOVER_ZERO_MOMENT: (
         *_TO_GROUND,
-        Jump("enter_linear", lambda x: x.lyapunov < x.v_enter, Law.HOVER_LINEAR, Reason.LYAPUNOV_BELOW),
+        _FAIL,
+        _jump("align", Law.ALIGN, Reason.COMMAND, _GO | C.CALM, C.STOP_DUE),
+        _jump("enter_linear", Law.HOVER_LINEAR, Reason.LYAPUNOV_BELOW, C.NEAR, C.FAR),
+    ),
+    Law.ALIGN: (
+        *_TO_GROUND,
+        _FAIL,
+        _jump("stay", Law.HOVER_ZERO_MOMENT, Reason.COMMAND, unless=C.WANTED),
+        _jump("tip_over", Law.TO_FORWARD, Reason.SPEED, C.ALIGNED | C.DWELT),
+    ),
+    Law.TO_FORWARD: (
+        *_TO_GROUND,
+        _FAIL,
+        *_BRAKE,
+        _jump("fly", Law.FORWARD_LINE_OF_SIGHT, Reason.SPEED, C.WING_BORNE | C.DWELT),
+    ),
+    Law.FORWARD_LINE_OF_SIGHT: (
+        *_TO_GROUND,
+        _FAIL,
+        *_BRAKE,
+        _jump(
+            "enter_forward_linear",
+            Law.FORWARD_LINEAR,
+            Reason.LYAPUNOV_BELOW,
+            C.ON_TRIM | C.STRAIGHT | C.DWELT,
+            C.OFF_TRIM,
+        ),
+    ),
+    Law.FORWARD_LINEAR: (
+        *_TO_GROUND,
+        _FAIL,
+        *_BRAKE,
+        _jump("leave_forward_linear", Law.FORWARD_LINE_OF_SIGHT, Reason.LYAPUNOV_ABOVE, C.OFF_TRIM),
+        _jump("turn", Law.FORWARD_LINE_OF_SIGHT, Reason.COMMAND, unless=C.STRAIGHT),
+    ),
+    Law.TO_HOVER: (
+        *_TO_GROUND,
+        _FAIL,
+        _jump("hover", Law.HOVER_LINEAR, Reason.LYAPUNOV_BELOW, C.NEAR | C.STANDING | C.DWELT, C.FAR),
+        _jump("stand", Law.HOVER_ZERO_MOMENT, Reason.SPEED, C.STANDING | C.DWELT, C.NEAR),
+        _jump(
+            "fly_on",
+            Law.FORWARD_LINE_OF_SIGHT,
+            Reason.COMMAND,
+            _GO | C.WING_BORNE | C.DWELT,
+            C.STOP_DUE | C.STANDING,
+        ),
+    ),
+    Law.FAILSAFE: (
+        *_TO_GROUND,
+        _jump("recover", Law.HOVER_ZERO_MOMENT, Reason.SPEED, C.RECOVERED | C.DWELT, C.FALLING),
     ),
 }
+
+
+def jump_sets() -> npt.NDArray[np.int64]:
+    """The guards as the compiled flow takes them: [law, jump, (when, unless)]; rows beyond a law's own never hold."""
+    most = max(len(jumps) for jumps in TABLE.values())
+    sets = np.full((len(TABLE), most, 2), -1, dtype=np.int64)  # all bits both wanted and forbidden
+    for law, jumps in TABLE.items():
+        for row, jump in enumerate(jumps):
+            sets[law, row] = int(jump.guard.when), int(jump.guard.unless)  # type: ignore[attr-defined]
+    return sets
 
 
 def diagram() -> str:

@@ -15,7 +15,8 @@ from numba import njit
 
 from sitl.kernels.parameters import Airframe, Array
 
-THRUST, YAW, MOMENT = 1, 2, 4  # what was given up: the sum of thrusts, their difference, roll and pitch
+THRUST, YAW, PITCH, ROLL, BOOST = 1, 2, 4, 8, 16  # DARKO_GIVEN_UP on the wire
+MOMENT = PITCH | ROLL  # scaled down together
 ROUNDING = 1e-9  # of a command that is met [N]
 
 
@@ -31,7 +32,7 @@ def allocate(u: Array, a: Airframe, command: Array) -> int:
         command: Receives w1, w2 [rad/s], d1, d2 [rad].
 
     Returns:
-        What was given up: bits THRUST, YAW, MOMENT; 0 if the command is met.
+        DARKO_GIVEN_UP bits; 0 if the command is met.
     """
     low, high = a.k_f * a.omega_min**2, a.k_f * a.omega_max**2
     differ = min(max(u[0] - u[1], low - high), high - low)

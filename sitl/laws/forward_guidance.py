@@ -1,0 +1,193 @@
+"""What acceleration the line of sight asks for: cruise on a path, and the braking that ends it.
+
+The elevons rule everything here. Level flight between 4.5 and 7 m/s takes nearly all of their travel, and braking
+there takes more: a level deceleration of 1 m/s2 already saturates them, the nose cannot rise, and the vehicle slides on
+for fifty metres or dives. But *climbing* through that corridor lowers the incidence: at 2.5 m/s upwards even
+2.5 m/s2 leaves a quarter of the travel. So braking climbs a few metres, and stops sooner for it.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from sitl.kernels.parameters import Array
+from sitl.laws.path import LEG, Path, aim
+
+SLOW = 4.0  # below this the course is no direction to steer by [m/s]
+STEPS = 24  # of the integral that makes the braking profile
+
+
+class GuidanceGains(NamedTuple):
+    """Gains and limits of the guidance."""
+
+    k_v: float  # speed to acceleration [1/s]
+    k_i: float  # integral of the velocity error [1/s2]
+    integral_limit: float  # [m/s2]
+    gain: float  # greatest acceleration along the path [m/s2]
+    lateral: float  # least and, at 12 m/s squared-law, greatest turning acceleration [m/s2]
+    lateral_most: float
+    up: float  # greatest vertical accelerations [m/s2]
+    down: float
+    jerk: float  # [m/s3]
+    brake_air: Array  # airspeeds of the braking tables, (n,) [m/s]
+    brake_rate: Array  # deceleration planned there, (n,) [m/s2]
+    brake_climb: Array  # climb rate held there while braking, (n,) [m/s]
+    climb_cap: float  # braking climbs no higher above its end than this [m]
+    near: float  # close to the end the speed falls by this much per metre [1/s]
+
+
+@njit(cache=True)
+def table(x: float, xs: Array, ys: Array) -> float:
+    """Linear interpolation, held at both ends."""
+    if x <= xs[0]:
+        return float(ys[0])
+    for i in range(1, len(xs)):
+        if x <= xs[i]:
+            share = (x - xs[i - 1]) / (xs[i] - xs[i - 1])
+            return float(ys[i - 1] + share * (ys[i] - ys[i - 1]))
+    return float(ys[-1])
+
+
+@njit(cache=True)
+def ground_speed(direction: Array, wind: Array, airspeed: float) -> float:
+    """Speed over the ground along a unit direction with an airspeed in a wind; never below 1 [m/s]."""
+    along = wind[0] * direction[0] + wind[1] * direction[1] + wind[2] * direction[2]
+    across_2 = wind[0] ** 2 + wind[1] ** 2 + wind[2] ** 2 - along**2
+    return float(max(along + math.sqrt(max(airspeed**2 - across_2, 0.0)), 1.0))
+
+
+@njit(cache=True)
+def stopping_distance(speed: float, along: float, across: float, gains: GuidanceGains) -> float:
+    """How far the braking profile takes to stop [m].
+
+    Args:
+        speed: Over the ground [m/s].
+        along: Wind along the way [m/s].
+        across: Wind across it [m/s].
+        gains: Gains with the braking table.
+    """
+    total, step = 0.0, speed / STEPS
+    if step < 1e-6:
+        return 0.0
+    for i in range(STEPS):
+        v = (i + 0.5) * step
+        rate = min(table(math.hypot(v - along, across), gains.brake_air, gains.brake_rate), gains.near * v)
+        total += v * step / rate
+    return total
+
+
+@njit(cache=True)
+def braking_speed(distance: float, most: float, along: float, across: float, gains: GuidanceGains) -> float:
+    """Speed over the ground from which the profile stops within a distance, at most ``most`` [m/s]."""
+    total, step, v = 0.0, most / (2 * STEPS), 0.0
+    for _ in range(2 * STEPS):
+        middle = v + 0.5 * step
+        rate = min(table(math.hypot(middle - along, across), gains.brake_air, gains.brake_rate), gains.near * middle)
+        total += middle * step / rate
+        if total > distance:
+            return min(v + step * max(0.0, 1.0 - (total - distance) * rate / (middle * step)), distance * gains.near)
+        v += step
+    return most
+
+
+@njit(cache=True)
+def cruise(p: Array, v: Array, wind: Array, path: Path, integral: Array, dt: float, gains: GuidanceGains) -> Array:
+    """Acceleration that turns the velocity onto the line of sight at the wanted airspeed, world, (3,) [m/s2].
+
+    Args:
+        p: Position, world, (3,) [m].
+        v: Velocity, world, (3,) [m/s].
+        wind: Velocity of the air as it is known, world, (3,) [m/s].
+        path: What is followed.
+        integral: Of the velocity error, changed in place, world, (3,) [m/s2].
+        dt: Tick [s].
+        gains: Gains and limits.
+    """
+    speed = math.sqrt(v[0] ** 2 + v[1] ** 2 + v[2] ** 2)
+    sight = aim(path, p, speed) - p
+    sight = sight / max(math.sqrt(sight[0] ** 2 + sight[1] ** 2 + sight[2] ** 2), 1e-6)
+    wanted = ground_speed(sight, wind, path.airspeed)
+    airspeed = math.sqrt((v[0] - wind[0]) ** 2 + (v[1] - wind[1]) ** 2 + (v[2] - wind[2]) ** 2)
+    slowest = -1.4 * table(airspeed, gains.brake_air, gains.brake_rate)
+    if speed < SLOW:
+        a = gains.k_v * (wanted * sight - v)
+        size = math.sqrt(a[0] ** 2 + a[1] ** 2 + a[2] ** 2)
+        return np.asarray(a * min(1.0, gains.gain / max(size, 1e-6)))
+    u = v / speed
+    cosine = min(max(u[0] * sight[0] + u[1] * sight[1] + u[2] * sight[2], -1.0), 1.0)
+    angle = math.acos(cosine)
+    along = min(max(gains.k_v * (wanted - speed), slowest), gains.gain)
+    most = min(gains.lateral_most, max(gains.lateral, gains.lateral_most * (airspeed / 12.0) ** 2))
+    across = sight - cosine * u
+    size = math.sqrt(across[0] ** 2 + across[1] ** 2 + across[2] ** 2)
+    turn = min(most, 1.25 * gains.k_v * speed * angle)
+    a = along * u + across * (turn / max(size, 1e-6))
+    _integrate(wanted * sight - v, angle, integral, dt, gains)
+    return np.asarray(a + integral)
+
+
+@njit(cache=True)
+def _integrate(error: Array, angle: float, integral: Array, dt: float, gains: GuidanceGains) -> None:
+    size = math.sqrt(error[0] ** 2 + error[1] ** 2 + error[2] ** 2)
+    if angle > 0.5:
+        integral[:] = 0.0
+    elif size < 4.0:
+        for axis in range(3):
+            integral[axis] += dt * gains.k_i * error[axis]
+        n = math.sqrt(integral[0] ** 2 + integral[1] ** 2 + integral[2] ** 2)
+        integral *= min(1.0, gains.integral_limit / max(n, 1e-9))
+
+
+@njit(cache=True)
+def arrest(v: Array, gains: GuidanceGains) -> Array:
+    """Acceleration that ends a fall and all motion with it, world, (3,) [m/s2]."""
+    speed = math.hypot(v[0], v[1])
+    level = min(1.0, 2.0 / max(speed, 1e-6))
+    vertical = min(max(2.0 * (0.5 - v[2]), -2.0), gains.up)
+    return np.array((-level * v[0], -level * v[1], vertical))
+
+
+@njit(cache=True)
+def brake(p: Array, v: Array, wind: Array, path: Path, integral: Array, dt: float, gains: GuidanceGains) -> Array:
+    """Acceleration of the climbing stop at the end of a leg, world, (3,) [m/s2]; arguments as for :func:`cruise`."""
+    ex, ey = path.end[0] - p[0], path.end[1] - p[1]
+    distance = math.hypot(ex, ey)
+    ux, uy = (ex / distance, ey / distance) if distance > 1e-3 else (0.0, 0.0)
+    along, across = wind[0] * ux + wind[1] * uy, wind[0] * uy - wind[1] * ux
+    airspeed = math.sqrt((v[0] - wind[0]) ** 2 + (v[1] - wind[1]) ** 2 + (v[2] - wind[2]) ** 2)
+    closing = v[0] * ux + v[1] * uy
+    wanted = braking_speed(distance, max(path.airspeed + along, 4.0), along, across, gains)
+    rate = table(airspeed, gains.brake_air, gains.brake_rate)
+    forward = gains.k_v * (wanted - closing)
+    if closing > 0.7 * wanted and distance > 1.0:
+        forward -= min(rate, gains.near * max(closing, 0.0))
+    forward = min(max(forward, -1.4 * rate), gains.gain)
+    side = gains.k_v * (v[0] * uy - v[1] * ux)  # takes away what is not towards the end
+    side = min(max(side, -gains.lateral), gains.lateral)
+    above = p[2] - path.end[2]
+    rise = min(max(-0.8 * above, -1.8), 2.0)
+    climb = table(airspeed, gains.brake_air, gains.brake_climb) * min(max((gains.climb_cap - above) / 2.0, 0.0), 1.0)
+    climb *= min(max(closing / 3.0, 0.0), 1.0)  # a wind that is only held is no reason to climb
+    rise = max(rise, climb) if climb > 0.0 else rise
+    integral[0] = integral[1] = 0.0
+    integral[2] += dt * gains.k_i * min(max(rise - v[2], -2.0), 2.0)
+    integral[2] = min(max(integral[2], -gains.integral_limit), gains.integral_limit)
+    vertical = min(max(1.5 * (rise - v[2]) + integral[2], -3.0), 5.0)
+    return np.array((forward * ux - side * uy, forward * uy + side * ux, vertical))
+
+
+@njit(cache=True)
+def due_to_stop(p: Array, v: Array, wind: Array, path: Path, gains: GuidanceGains) -> bool:
+    """Whether the braking at the end of a leg has to begin now."""
+    if path.kind != LEG or not path.stop:
+        return False
+    ex, ey = path.end[0] - p[0], path.end[1] - p[1]
+    distance = math.hypot(ex, ey)
+    if distance < 1e-3:
+        return True
+    ux, uy = ex / distance, ey / distance
+    closing = v[0] * ux + v[1] * uy
+    along, across = wind[0] * ux + wind[1] * uy, wind[0] * uy - wind[1] * ux
+    return bool(stopping_distance(max(closing, 0.0), along, across, gains) >= distance)
