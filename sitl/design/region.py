@@ -1,0 +1,492 @@
+r"""A sublevel set of V = x' S x that the linear hover law provably never leaves (report, sections 3.1 and 5.1).
+
+The closed loop x' = (A - B K) x + r(x) is written as x' = (A - B K + M) x, where M depends on the attitude, the
+rates and the airspeed only, and V' < 0 follows where
+
+.. math:: W - (S M + M' S) \succ 0, \qquad W = -(A - B K)' S - S (A - B K)
+
+holds for every M the set allows. The attitude is covered by boxes, which are split until each is proved: on a box M is
+affine in (d1, e2, d3) but for terms of second order, which interval arithmetic bounds; rates and airspeed enter
+as the corners of what {V <= c} leaves of them once the attitude's share is taken.
+
+With q = q_bar ⊗ (d0, d1, d2, d3) and e = eps - eps_bar, the attitude's coordinates are d1 = (e1 + e3) / sqrt2,
+e2, d3 = (e3 - e1) / sqrt2, and kappa = 1 - d0, d2 = sqrt2 e2 - kappa.
+
+What is in: every term of the plant in still air (rotation, quaternion kinematics, gyroscopic moment, all of the
+airspeed's forces and moments), the full allocation. What is assumed: actuators that follow at once and a law in
+continuous time, no wind, no ground, no integral, exact parameters, eigenvalues exact to 1e-9.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from sitl.design import linearise
+from sitl.errors import SitlError
+from sitl.kernels.aerodynamics import wrench
+from sitl.kernels.hover_model import force_matrix, inertia
+from sitl.kernels.parameters import Airframe, Array
+from sitl.kernels.rigid_body import derivative
+from sitl.kernels.state import ACTUATOR, ANCHOR, SIZE, Q
+from sitl.laws.allocation import allocate
+from sitl.laws.hover_linear import HALF, LinearGains, control
+
+ROOT = math.sqrt(2.0)
+MARGIN = 1e-6  # what the smallest eigenvalue must exceed [1/s]: far above what rounding can do
+MOST_BOXES = 2_000  # at one level of splitting; a set that needs more counts as not proved
+GRID = 8  # boxes per axis to begin with
+DEPTH = 12  # how often a box is split at most
+PRECISION = 0.05  # of the level, relative
+NOTHING = 1e-5  # a level below this is none
+ALOFT = 1000.0  # out of the ground's reach [m]
+POSITION, VELOCITY, ATTITUDE, RATES = slice(0, 3), slice(3, 6), slice(6, 9), slice(9, 12)
+UPRIGHT = np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])  # R(q_bar)
+
+
+class Certificate(NamedTuple):
+    """Levels of V below which something is proved; the set is proved up to the smallest."""
+
+    decrease: float  # V' < 0 below it, as far as the other three hold
+    saturation: float  # no actuator meets a position limit below it
+    reach: float  # the position error is not shortened below it
+    chart: float  # the nose cannot turn through the attitudes that x does not tell apart below it
+
+    @property
+    def level(self) -> float:
+        """The certified level: {V <= level} with eta > 0 is invariant and in the region of attraction."""
+        return min(self)
+
+
+def certify(a: Airframe, gains: LinearGains, *, precision: float = PRECISION) -> Certificate:
+    """The largest sublevel set of V that can be proved, by bisection.
+
+    Args:
+        a: The airframe.
+        gains: A law without integral, and the S of its V.
+        precision: Of the level, relative, > 0.
+
+    Raises:
+        SitlError: If the law has an integral, or its V proves nothing.
+    """
+    proof = _Proof.of(a, gains)
+    saturation, reach, chart = saturation_level(a, gains), _reach_level(gains), chart_level(gains)
+    high = min(saturation, reach, chart)
+    low = high
+    while not proof.holds(low):
+        low, high = 0.25 * low, low
+        if low < NOTHING:
+            raise SitlError("no sublevel set of V can be proved: its decrease about the hover is too small")
+    while high > (1.0 + precision) * low:
+        middle = math.sqrt(low * high)
+        low, high = (middle, high) if proof.holds(middle) else (low, middle)
+    return Certificate(low, saturation, reach, chart)
+
+
+def saturation_level(a: Airframe, gains: LinearGains) -> float:
+    """Smallest V at which the law can ask an actuator for its position limit.
+
+    Every limit is a half-space: |d1| <= delta_max is |u3| <= delta_max u1. Of c' x <= bound, the ellipsoid
+    touches the plane at V = bound^2 / (c' S^-1 c).
+    """
+    low, high = a.k_f * a.omega_min**2, a.k_f * a.omega_max**2
+    planes = []
+    for motor, elevon in ((0, 2), (1, 3)):
+        T, K_T, K_d = gains.u_bar[motor], gains.K[motor], gains.K[elevon]
+        planes += [(K_T, T - low), (-K_T, high - T)]
+        planes += [(a.delta_max * K_T + sign * K_d, a.delta_max * T) for sign in (-1.0, 1.0)]
+    return float(min(bound * bound / (normal @ np.linalg.solve(gains.S, normal)) for normal, bound in planes))
+
+
+def greatest_deflection(gains: LinearGains, level: float) -> float:
+    """The largest elevon angle that the law can ask for on {V <= level}; infinite where a thrust may vanish [rad]."""
+    most = 0.0
+    for motor, elevon in ((0, 2), (1, 3)):
+        rows = gains.K[[motor, elevon]]
+        (TT, Td), (_, dd) = level * rows @ np.linalg.solve(gains.S, rows.T)
+        room = gains.u_bar[motor] ** 2 - TT
+        if room <= 0.0:
+            return math.inf
+        most = max(most, (abs(Td) + math.sqrt(Td * Td + room * dd)) / room)
+    return most
+
+
+def _reach_level(gains: LinearGains) -> float:
+    """Smallest V at which the position error can be longer than the law's reach."""
+    if math.isinf(gains.reach):
+        return math.inf
+    return float(gains.reach**2 / np.linalg.eigvalsh(np.linalg.inv(gains.S)[POSITION, POSITION]).max())
+
+
+def chart_level(gains: LinearGains) -> float:
+    r"""Smallest V at which eta = 0, |eps| = 1.
+
+    x holds eps alone, so two attitudes share each x, and with the sign that the law takes both can be meant: the nose
+    straight down, q = (-1, 0, -1, 0)/sqrt2, has x = 0 and V = 0 as the hover has. Below this level the two are
+    apart. The minimum of (n - eps_bar)' S_e (n - eps_bar) over the sphere equals the maximum of its dual, every value
+    of which is a lower bound.
+    """
+    S_e = _marginal(gains.S, ATTITUDE)
+    values, vectors = np.linalg.eigh(S_e)
+    upright = np.array([0.0, -HALF, 0.0])
+    pull = vectors.T @ S_e @ upright
+
+    def dual(shift: float) -> float:
+        return float(shift + upright @ S_e @ upright - np.sum(pull**2 / (values - shift)))
+
+    low, high = values[0] - 2.0 * float(np.linalg.norm(pull)) - 1.0, float(values[0]) * (1.0 - 1e-9)
+    for _ in range(200):
+        left, right = low + (high - low) / 3.0, high - (high - low) / 3.0
+        low, high = (low, right) if dual(left) > dual(right) else (left, high)
+    return dual(low)
+
+
+def _marginal(S: Array, part: slice) -> Array:
+    """The quadratic form min over the other entries of x' S x."""
+    return np.asarray(np.linalg.inv(np.linalg.inv(S)[part, part]))
+
+
+@njit(cache=True)
+def lyapunov_rate(x: Array, gains: LinearGains, a: Airframe) -> float:
+    """V' on the full plant in still air, actuators at what the allocation commands [1/s]; NaN for |eps| > 1.
+
+    Args:
+        x: Deviation in the heading frame with eta > 0, (12,).
+        gains: Gains of the law.
+        a: The airframe.
+    """
+    plant, dx, u = np.empty(ANCHOR), np.empty(ACTUATOR), np.empty(4)
+    plant[:Q] = x[:6]
+    plant[2] += ALOFT
+    plant[Q + 1 : Q + 4] = x[6:9]
+    plant[Q + 2] -= HALF
+    eta = 1.0 - plant[Q + 1] ** 2 - plant[Q + 2] ** 2 - plant[Q + 3] ** 2
+    if eta < 0.0:
+        return math.nan
+    plant[Q] = math.sqrt(eta)
+    plant[Q + 4 : ACTUATOR] = x[9:]
+    control(x, np.zeros(3), 0.0, gains, u)
+    allocate(u, a, plant[ACTUATOR:])
+    derivative(plant, np.full(SIZE, math.nan), np.zeros(3), a, dx)
+    rate = 0.0
+    for row in range(12):
+        for column in range(12):
+            rate += 2.0 * x[row] * gains.S[row, column] * dx[column if column < Q else column + 1]
+    return rate
+
+
+class _Interval:
+    """Intervals, one per box, (n,)."""
+
+    def __init__(self, low: Array, high: Array) -> None:
+        self.low, self.high = low, high
+
+    def __add__(self, other: _Interval | float) -> _Interval:
+        if isinstance(other, _Interval):
+            return _Interval(self.low + other.low, self.high + other.high)
+        return _Interval(self.low + other, self.high + other)
+
+    def __neg__(self) -> _Interval:
+        return _Interval(-self.high, -self.low)
+
+    def __sub__(self, other: _Interval) -> _Interval:
+        return self + -other
+
+    def __rsub__(self, other: float) -> _Interval:
+        return -self + other
+
+    def __mul__(self, other: _Interval | float) -> _Interval:
+        if isinstance(other, _Interval):
+            corners = np.stack([p * q for p in (self.low, self.high) for q in (other.low, other.high)])
+        else:
+            corners = np.stack([self.low * other, self.high * other])
+        return _Interval(corners.min(0), corners.max(0))
+
+    __rmul__ = __mul__
+    __radd__ = __add__
+
+    def square(self) -> _Interval:
+        """Of each, never negative."""
+        ends = np.stack([self.low**2, self.high**2])
+        return _Interval(np.where((self.low < 0.0) & (self.high > 0.0), 0.0, ends.min(0)), ends.max(0))
+
+    def inverse(self) -> _Interval:
+        """Of positive intervals."""
+        return _Interval(1.0 / self.high, 1.0 / self.low)
+
+
+class _Attitude:
+    """What M needs of the attitude, on boxes of f = (d1, e2, d3)."""
+
+    def __init__(self, low: Array, high: Array) -> None:
+        d1, e2, d3 = (_Interval(low[:, i], high[:, i]) for i in range(3))
+        twice = d1.square() + d3.square()
+        eta2 = 2.0 - 2.0 * ((e2 + -HALF).square() + twice)  # 2 eta^2
+        self.upright = eta2.low > 0.0
+        root = _Interval(np.sqrt(np.maximum(eta2.low, 0.0)), np.sqrt(np.maximum(eta2.high, 0.0)))
+        self.phi = (ROOT * e2 + root + 1.0).inverse()
+        self.kappa = self.phi * (twice + 2.0 * e2.square())
+        d0, d2 = -self.kappa + 1.0, ROOT * e2 - self.kappa
+        self.d1, self.e2, self.d3, self.d2 = d1, e2, d3, d2
+        # columns of R(delta) - I, less what is affine in f; kappa (1 + d2) = (d1^2 + d3^2 + 2 e2^2) / 2 exactly
+        self.nose = (
+            -2.0 * (d2.square() + d3.square()),
+            2.0 * (d1 * d2 - self.kappa * d3),
+            (d1 + d3).square() + 2.0 * e2.square(),
+        )
+        self.normal = (
+            -((d1 - d3).square() + 2.0 * e2.square()),
+            2.0 * (d2 * d3 + self.kappa * d1),
+            -2.0 * (d1.square() + d2.square()),
+        )
+        turned = (
+            (self.nose[0] + 1.0, self.nose[1] + 2.0 * d3, self.nose[2] - 2.0 * ROOT * e2),
+            (2.0 * (d1 * d2 - d0 * d3), -2.0 * twice + 1.0, 2.0 * (d2 * d3 + d0 * d1)),
+            (self.normal[0] + 2.0 * ROOT * e2, self.normal[1] - 2.0 * d1, self.normal[2] + 1.0),
+        )
+        # columns of R(q) = R(q_bar) R(delta): body axes in the world
+        self.axes = tuple((-z, y, x) for x, y, z in turned)
+
+
+Terms = list[tuple[_Interval, Array]]
+
+
+@dataclass(frozen=True)
+class _Proof:
+    """The closed loop in the coordinates y = L' x, where V = |y|^2 and every matrix is symmetric, (12, 12)."""
+
+    a: Airframe
+    gains: LinearGains
+    L: Array
+    W: Array
+    tilt: Array  # (3, 12, 12): what of M + M' is linear in f
+    gyro: Array  # (3, 12, 12): what of it is linear in the rates
+    aero: tuple[Array, Array, Array]  # (6, 6): (f / m, tau / J) per h of (v_b, w); still, per d1 + d2, per d1 - d2
+    S_f: Array  # (3, 3): what V is at least at an f
+    mean: Array  # (6, 3): (v, w) at the least V of an f
+    spread: Array  # (6, 6): (v, w) lie within sqrt(c - f' S_f f) of the mean in the norm of its inverse
+
+    @classmethod
+    def of(cls, a: Airframe, gains: LinearGains) -> _Proof:
+        """Prepare the proof for a law.
+
+        Raises:
+            SitlError: If the law has an integral or V does not fall along its linear model.
+        """
+        if gains.K_i.any():
+            raise SitlError("a law with an integral has three states more than V: certify it without")
+        A, B = linearise.hover(a)
+        L = np.asarray(np.linalg.cholesky(gains.S), dtype=np.float64)
+        W = -_scaled(A - B @ gains.K, L)
+        if np.linalg.eigvalsh(W).min() <= MARGIN:
+            raise SitlError("V does not fall along the linear closed loop: these gains and this S are no pair")
+        C = np.linalg.inv(gains.S)
+        T = _coordinates()
+        C_ff, C_zf = T @ C @ T.T, np.vstack([C[VELOCITY], C[RATES]]) @ T.T
+        C_zz = C[np.ix_([3, 4, 5, 9, 10, 11], [3, 4, 5, 9, 10, 11])]
+        S_f = np.asarray(np.linalg.inv(C_ff), dtype=np.float64)
+        mean = C_zf @ S_f
+        return cls(
+            a, gains, L, W,
+            np.stack([_scaled(M, L) for M in _tilt_matrices(a, gains)]),
+            np.stack([_scaled(M, L) for M in _gyro_matrices(a)]),
+            _aerodynamics(a), S_f, mean, C_zz - mean @ C_zf.T,
+        )  # fmt: skip
+
+    def holds(self, level: float) -> bool:
+        """Whether V' < 0 is proved on {V <= level} without the hover itself."""
+        half = np.sqrt(level * np.diag(np.linalg.inv(self.S_f)))
+        middles = (2.0 * np.arange(GRID) + 1.0) / GRID - 1.0
+        centre = half * np.stack(np.meshgrid(middles, middles, middles), axis=-1).reshape(-1, 3)
+        half = np.broadcast_to(half / GRID, centre.shape)
+        deflection = min(self.a.delta_max, greatest_deflection(self.gains, level))
+        for depth in range(DEPTH):
+            least = np.einsum("ni,ij,nj->n", centre, self.S_f, centre)
+            budget = level - np.maximum(least - 2.0 * np.abs(centre @ self.S_f * half).sum(1), 0.0)
+            inside = budget >= 0.0
+            centre, half, budget, least = centre[inside], half[inside], budget[inside], least[inside]
+            if centre.shape[0] == 0:
+                return True
+            if centre.shape[0] > MOST_BOXES:
+                return False
+            eigenvalue, slack = self._boxes(centre, half, budget, deflection)
+            if ((eigenvalue < 0.0) & (least <= level)).any():
+                return False  # not even at the middle: no splitting would help
+            left = eigenvalue - slack <= MARGIN
+            centre, half = _split(centre[left], half[left], depth % 3)
+        return False
+
+    def _boxes(self, centre: Array, half: Array, budget: Array, deflection: float) -> tuple[Array, Array]:
+        """Smallest eigenvalue at the middle of each box, and what the box may take off it, infinite beyond eta = 0."""
+        attitude = _Attitude(centre - half, centre + half)
+        middle = self.W - np.einsum("nj,jkl->nkl", centre, self.tilt)
+        slack = half @ np.linalg.norm(self.tilt, 2, axis=(1, 2))
+        middle, slack = _take_off(self._remainder(attitude), middle, slack)
+        rates, rate_half = centre @ self.mean[3:].T, half @ np.abs(self.mean[3:]).T
+        rate_half = rate_half + np.sqrt(budget[:, None] * np.diag(self.spread)[3:])
+        winds = self._winds(attitude, self._airspeed(centre, half, budget), deflection)
+        smallest = np.full(len(centre), math.inf)
+        for corner in product((-1.0, 1.0), repeat=3):
+            turning = middle - np.einsum("nj,jkl->nkl", rates + corner * rate_half, self.gyro)
+            for wind, wind_slack in winds:
+                values = np.linalg.eigvalsh(turning + wind)[:, 0]
+                smallest = np.minimum(smallest, values - wind_slack)
+        return smallest, np.where(attitude.upright, slack, math.inf)
+
+    def _winds(self, at: _Attitude, h: Array, deflection: float) -> list[tuple[Array, Array]]:
+        """Corners of what the airspeed adds, (n, 12, 12), each with its slack, (n,).
+
+        They are h = 0, and h at its bound with (d1 + d2, d1 - d2) at the corners of |d1|, |d2| <= deflection.
+        """
+        nothing = np.zeros((len(h), 12, 12)), np.zeros(len(h))
+        (still, slack), *elevons = (_take_off(self._air(at, G), *nothing) for G in self.aero)
+        winds = [nothing]
+        for M, M_slack in elevons:
+            d, width = 2.0 * deflection * h[:, None, None], h * (slack + 2.0 * deflection * M_slack)
+            winds += [(h[:, None, None] * still + sign * d * M, width) for sign in (-1.0, 1.0)]
+        return winds
+
+    def _airspeed(self, centre: Array, half: Array, budget: Array) -> Array:
+        """Upper bound of h = rho S eta / 2 on each box [kg/s]."""
+        weight = np.diag([1.0, 1.0, 1.0, *[math.sqrt(self.a.mu) * self.a.c] * 3])
+        mean = weight @ self.mean
+        most = np.linalg.norm(centre @ mean.T, axis=1) + half @ np.linalg.norm(mean, axis=0)
+        most += np.sqrt(budget * np.linalg.eigvalsh(weight @ self.spread @ weight).max())
+        return np.asarray(0.5 * self.a.rho * self.a.S * most)
+
+    def _remainder(self, at: _Attitude) -> Terms:
+        """Second and higher order of M in f: gravity, rotation of the controlled force, kinematics."""
+        c1, ce, c3 = _coordinates()
+        g, (tx, tz) = self.a.g, _controlled(self.a, self.gains)
+        falling = (at.kappa - 2.0 * ROOT * at.e2) * at.phi
+        terms: list[tuple[_Interval, Array]] = [
+            (at.kappa, _row(4, -2.0 * g * (c1 + c3))),
+            (falling * at.d1, _row(5, -2.0 * g * c1)),
+            (falling * at.d3, _row(5, -2.0 * g * c3)),
+            (falling * at.e2, _row(5, -4.0 * g * ce)),
+            (at.kappa, -HALF * _turning(np.eye(3))),
+        ]
+        for column, force in ((at.nose, tx), (at.normal, tz)):
+            x, y, z = column
+            terms += [(-z, _row(3, force)), (y, _row(4, force)), (x, _row(5, force))]
+        return [(value, _scaled(M, self.L)) for value, M in terms]
+
+    def _air(self, at: _Attitude, G: Array) -> Terms:
+        """M per h of forces and moments G (v_b, w), velocities in the world."""
+        nothing = _Interval(np.zeros_like(at.kappa.low), np.zeros_like(at.kappa.low))
+        terms: list[tuple[_Interval, Array]] = []
+        for i in range(3):
+            for j in range(3):
+                force, by_rate, moment = nothing, nothing, nothing
+                for k in range(3):
+                    by_rate = by_rate + G[k, 3 + j] * at.axes[k][i]
+                    moment = moment + G[3 + i, k] * at.axes[k][j]
+                    for n in range(3):
+                        force = force + G[k, n] * (at.axes[k][i] * at.axes[n][j])
+                constant = nothing + G[3 + i, 3 + j]
+                places = ((force, 3 + i, 3 + j), (by_rate, 3 + i, 9 + j), (moment, 9 + i, 3 + j))
+                terms += [(value, _entry(*place)) for value, *place in (*places, (constant, 9 + i, 9 + j))]
+        return [(value, _scaled(M, self.L)) for value, M in terms]
+
+
+def _norm(M: Array) -> float:
+    return float(np.linalg.norm(M, 2))
+
+
+def _scaled(M: Array, L: Array) -> Array:
+    """S M + M' S in the coordinates y = L' x."""
+    Z = L.T @ np.linalg.solve(L, M.T).T
+    return np.asarray(Z + Z.T)
+
+
+def _take_off(terms: Terms, middle: Array, slack: Array) -> tuple[Array, Array]:
+    """Subtract the terms' middles; their half widths become slack."""
+    for value, M in terms:
+        if M.any():
+            middle = middle - 0.5 * (value.low + value.high)[:, None, None] * M
+            slack = slack + 0.5 * (value.high - value.low) * _norm(M)
+    return middle, slack
+
+
+def _split(centre: Array, half: Array, axis: int) -> tuple[Array, Array]:
+    """Each box halved along an axis."""
+    shift = np.zeros_like(half)
+    shift[:, axis] = 0.5 * half[:, axis]
+    return np.vstack([centre - shift, centre + shift]), np.vstack([half - shift, half - shift])
+
+
+def _coordinates() -> Array:
+    """Rows that give d1, e2, d3 of x, (3, 12)."""
+    T = np.zeros((3, 12))
+    T[:, ATTITUDE] = [[HALF, 0.0, HALF], [0.0, 1.0, 0.0], [-HALF, 0.0, HALF]]
+    return T
+
+
+def _row(row: int, values: Array) -> Array:
+    M = np.zeros((12, 12))
+    M[row] = values
+    return M
+
+
+def _entry(row: int, column: int) -> Array:
+    M = np.zeros((12, 12))
+    M[row, column] = 1.0
+    return M
+
+
+def _turning(E: Array) -> Array:
+    """The kinematics eps' = E w in M."""
+    M = np.zeros((12, 12))
+    M[ATTITUDE, RATES] = E
+    return M
+
+
+def _controlled(a: Airframe, gains: LinearGains) -> Array:
+    """Rows of -F_b K / m along the nose and the normal, (2, 12)."""
+    return np.asarray(-force_matrix(a)[[0, 2]] @ gains.K / a.m)
+
+
+def _tilt_matrices(a: Airframe, gains: LinearGains) -> tuple[Array, Array, Array]:
+    """What of M is linear in d1, e2 and d3."""
+    (c1, ce, c3), g = _coordinates(), a.g
+    tx, tz = _controlled(a, gains)
+    by_d1 = _row(3, -g * (c1 + c3)) + _row(4, ROOT * g * ce - 2.0 * tz)
+    by_e2 = _row(3, -2.0 * g * ce + 2.0 * ROOT * tx) + _row(4, ROOT * g * c1) + _row(5, -4.0 * g * ce + 2.0 * ROOT * tz)
+    by_d3 = _row(3, -g * (c1 + c3)) + _row(4, 2.0 * tx) + _row(5, -2.0 * g * c3)
+    by_d1 += _turning(0.5 * HALF * (_cross(0) + _cross(2)))
+    by_e2 += _turning(0.5 * (np.eye(3) + _cross(1)))
+    by_d3 += _turning(0.5 * HALF * (_cross(2) - _cross(0)))
+    return by_d1, by_e2, by_d3
+
+
+def _cross(axis: int) -> Array:
+    """The matrix of the cross product with a unit vector."""
+    return np.asarray(np.cross(np.eye(3)[axis], np.eye(3)).T)
+
+
+def _gyro_matrices(a: Airframe) -> list[Array]:
+    """What of M is linear in each rate: -J^-1 (w x J w), each product shared between its two rates."""
+    J = inertia(a)
+    made = [np.zeros((12, 12)) for _ in range(3)]
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        share = -0.5 * (J[k] - J[j]) / J[i]
+        made[j][9 + i, 9 + k] = made[k][9 + i, 9 + j] = share
+    return made
+
+
+def _aerodynamics(a: Airframe) -> tuple[Array, Array, Array]:
+    """(f / m, tau / J) per h of (v_b, w) as the plant has them: without elevons, per d1 + d2, per d1 - d2."""
+    unit = a._replace(mu=1.0 / a.c**2)  # makes eta = 1 of each unit vector
+    weight = np.concatenate((np.full(3, a.m), inertia(a))) * 0.5 * a.rho * a.S
+
+    def matrix(d1: float, d2: float) -> Array:
+        rows = [wrench(v[0], v[1], v[2], v[3], v[4], v[5], 0.0, 0.0, d1, d2, unit) for v in np.eye(6)]
+        return np.asarray(np.array(rows).T / weight[:, None])
+
+    still = matrix(0.0, 0.0)
+    return still, matrix(0.5, 0.5) - still, matrix(0.5, -0.5) - still
