@@ -8,7 +8,6 @@ from numba import njit
 from sitl.airframe import load
 from sitl.design.forward_linear import forward_gains
 from sitl.kernels.integrate import plant_step
-from sitl.kernels.parameters import Airframe
 from sitl.kernels.quaternion import from_euler, from_rotation_vector, multiply
 from sitl.kernels.state import ACTUATOR, SIZE, P, Q, V, W
 from sitl.laws import forward_linear as law
@@ -20,12 +19,20 @@ SAMPLE = 5  # control ticks of 2 ms between samples
 
 
 @njit(cache=True)
-def _fly(plant, wind, origin, course, climb, airspeed, ramp, gains, a, rows):  # type: ignore[no-untyped-def]
-    """Fly at 500 Hz over 1 ms of plant, the airspeed growing by ``ramp``; a row per sample: t, V, x, u, plant."""
-    x, u, command = np.empty(law.STATES), np.empty(4), np.empty(4)
+def _fly(plant, wind, told, leg, airspeed, ramp, gains, a, rows):
+    """Fly at 500 Hz over 1 ms of plant; a row per sample: t, V, x, u, plant.
+
+    ``leg`` is its course, its climb and, for a circle to the left begun northwards at the origin, the radius.
+    """
+    x, u, command, origin = np.empty(law.STATES), np.empty(4), np.empty(4), np.array((0.0, 0.0, ALOFT))
+    course, climb, radius = leg
     for tick in range(rows.shape[0] * SAMPLE):
         speed = airspeed + ramp * 0.002 * tick
-        steep = law.error(plant, wind, origin, course, climb, speed, gains, x)
+        if radius > 0.0:  # the leg is the circle's tangent beside the vehicle
+            bearing = math.atan2(plant[P + 1] - radius, plant[P])
+            course = bearing + 0.5 * math.pi
+            origin[0], origin[1] = radius * math.cos(bearing), radius + radius * math.sin(bearing)
+        steep = law.error(plant, told, origin, course, climb, speed, gains, x)
         law.control(x, speed, steep, gains, u)
         if tick % SAMPLE == 0:
             row = rows[tick // SAMPLE]
@@ -62,13 +69,13 @@ def on_leg(airspeed, *, course=0.0, climb=0.0, wind=(0.0, 0.0, 0.0), gains=GAINS
     u = np.array(law.wind_triangle(np.array(wind, dtype=float), course, climb, airspeed))
     steep = math.atan2(u[2], math.hypot(u[0], u[1])) if airspeed > 0 else climb
     azimuth = math.atan2(u[1], u[0]) if airspeed > 0 else course
-    i, b = law._cell(airspeed, gains.speeds)
-    j, d = law._cell(steep, gains.climbs)
+    cell = *law._cell(airspeed, gains.speeds), *law._cell(steep, gains.climbs)
+    theta, thrust, delta = (law._bilinear(table, *cell) for table in (gains.theta, gains.thrust, gains.delta))
     plant = np.full(SIZE, np.nan)
     plant[P : P + 3], plant[V : V + 3], plant[W : W + 3] = (0.0, 0.0, ALOFT), u + np.array(wind), 0.0
-    plant[Q : Q + 4] = from_euler(0.0, -law._bilinear(gains.theta, i, b, j, d), azimuth)
-    plant[ACTUATOR : ACTUATOR + 2] = math.sqrt(max(law._bilinear(gains.thrust, i, b, j, d), 0.0) / a.k_f)
-    plant[ACTUATOR + 2 : ACTUATOR + 4] = law._bilinear(gains.delta, i, b, j, d)
+    plant[Q : Q + 4] = from_euler(0.0, -theta, azimuth)
+    plant[ACTUATOR : ACTUATOR + 2] = math.sqrt(max(thrust, 0.0) / a.k_f)
+    plant[ACTUATOR + 2 : ACTUATOR + 4] = delta
     return plant
 
 
@@ -84,10 +91,12 @@ def disturb(plant, rng, *, offset, speed, attitude, rate):
     return x
 
 
-def fly(plant, airspeed, *, duration, course=0.0, climb=0.0, wind=(0.0, 0.0, 0.0), ramp=0.0, gains=GAINS, a=NOMINAL):
-    """Fly a leg through the origin (and ALOFT) from a state; ``ramp`` is of the airspeed [m/s2]."""
-    rows = np.empty((round(duration / 0.002 / SAMPLE), 17 + SIZE))
-    origin, air = np.array((0.0, 0.0, ALOFT)), np.array(wind, dtype=float)
-    assert isinstance(a, Airframe)
-    _fly(plant.copy(), air, origin, course, climb, float(airspeed), float(ramp), gains, a, rows)
+def fly(
+    plant, airspeed, *, duration, course=0.0, climb=0.0, radius=0.0, wind=(0, 0, 0), told=None, ramp=0.0,
+    gains=GAINS, a=NOMINAL,
+):  # fmt: skip
+    """Fly a leg through the origin from a state, see :func:`_fly`; ``told`` is the wind that the law knows of."""
+    rows, air = np.empty((round(duration / 0.002 / SAMPLE), 17 + SIZE)), np.array(wind, dtype=float)
+    known = air if told is None else np.array(told, dtype=float)
+    _fly(plant.copy(), air, known, (course, climb, radius), float(airspeed), float(ramp), gains, a, rows)
     return Flight(rows)
