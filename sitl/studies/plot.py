@@ -28,11 +28,10 @@ def save_plot(scenario: Scenario, track: Track, path: Path) -> None:
     page = Figure(figsize=(10.0, 11.0), layout="constrained")
     axes = page.subplots(5, 1, sharex=True)
     page.suptitle(f"{scenario.title}\n{scenario.claim}", fontsize=10)
-    _position(axes[0], track)
-    _attitude(axes[1], track)
-    _lyapunov(axes[2], scenario, track)
-    _lines(axes[3], track, track.actuator[:, :2], ("left", "right"), "motors [rad/s]")
-    _lines(axes[4], track, np.degrees(track.actuator[:, 2:]), ("left", "right"), "elevons [deg]")
+    position(axes[0], track)
+    attitude(axes[1], track)
+    lyapunov(axes[2], scenario, track)
+    actuators((axes[3], axes[4]), track.time, track.actuator)
     axes[4].set_xlabel("t [s]")
     try:
         page.savefig(path, dpi=110)
@@ -40,27 +39,37 @@ def save_plot(scenario: Scenario, track: Track, path: Path) -> None:
         raise SitlError(f"plot {path}: {error}") from error
 
 
-def _lines(axis: Axes, track: Track, columns: Array, labels: tuple[str, ...], unit: str) -> None:
+def lines(axis: Axes, time: Array, columns: Array, labels: tuple[str, ...], unit: str) -> None:
+    """One line per column of (n, k) over time, with a legend."""
     for column, label in zip(columns.T, labels, strict=True):
-        axis.plot(track.time, column, label=label, linewidth=1.0)
+        axis.plot(time, column, label=label, linewidth=1.0)
     axis.set_ylabel(unit)
     axis.legend(loc="right", fontsize=8)
     axis.grid(alpha=0.3)
 
 
-def _position(axis: Axes, track: Track) -> None:
-    _lines(axis, track, track.p, ("north", "west", "up"), "position [m]")
+def actuators(axes: tuple[Axes, Axes], time: Array, actuator: Array) -> None:
+    """Propeller speeds above, elevons below, of (n, 4) in rad/s and rad."""
+    lines(axes[0], time, actuator[:, :2], ("left", "right"), "motors [rad/s]")
+    lines(axes[1], time, np.degrees(actuator[:, 2:]), ("left", "right"), "elevons [deg]")
+
+
+def position(axis: Axes, track: Track) -> None:
+    """Position, the target dotted."""
+    lines(axis, track.time, track.p, ("north", "west", "up"), "position [m]")
     axis.set_prop_cycle(None)
     axis.plot(track.time, track.target, linestyle=":", linewidth=1.0)
 
 
-def _attitude(axis: Axes, track: Track) -> None:
+def attitude(axis: Axes, track: Track) -> None:
+    """The nose's elevation: the one angle that means the same in hover and in flight."""
     axis.plot(track.time, np.degrees(nose_elevation(track)), linewidth=1.0)
     axis.set_ylabel("nose elevation [deg]")
     axis.grid(alpha=0.3)
 
 
-def _lyapunov(axis: Axes, scenario: Scenario, track: Track) -> None:
+def lyapunov(axis: Axes, scenario: Scenario, track: Track) -> None:
+    """V with its thresholds, the jumps, and where the linear law flies."""
     axis.semilogy(track.time, np.maximum(track.lyapunov, 1e-6), linewidth=1.0)
     for value in (scenario.tuning.v_enter, scenario.tuning.v_leave):
         axis.axhline(value, linestyle="--", linewidth=0.8, color="grey")

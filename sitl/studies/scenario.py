@@ -16,8 +16,10 @@ from sitl.airframe import load
 from sitl.autopilot.guidance import Setpoint, Vector
 from sitl.errors import SitlError
 from sitl.hybrid.supervisor import JumpRecord, Law
-from sitl.kernels.parameters import Array
-from sitl.vehicle import TICK, Start, Tuning, Vehicle
+from sitl.kernels.parameters import Airframe, Array
+from sitl.laws import hover_zero_moment
+from sitl.memory_layout import LAW
+from sitl.vehicle import TICK, DivergedError, Start, Tuning, Vehicle
 
 ALOFT = 100.0  # the report has no ground: its origin is flown this high above ours [m]
 SAMPLE = 10  # control ticks between recorded samples: 20 ms
@@ -54,8 +56,10 @@ class Track:
     law: Array  # (n,)
     target: Array  # (n, 3)
     energy: Array  # (n,) [J]
+    guide: Array  # (n, 5) q_d and f [N] of the zero-moment law, stale while another law flies
     jumps: tuple[JumpRecord, ...]
     wall: float  # how long the run took [s]
+    diverged: str = ""  # why the flight ended early, empty if it did not
 
 
 @dataclass(frozen=True)
@@ -75,13 +79,21 @@ class Scenario:
     tuning: Tuning = field(default_factory=Tuning)
 
 
-def fly(scenario: Scenario, *, seed: int = 1, airframe: str | None = None) -> Track:
+def fly(
+    scenario: Scenario, *, seed: int = 1, airframe: str | Airframe | None = None, keep_diverged: bool = False
+) -> Track:
     """Fly a scenario as fast as possible.
+
+    Args:
+        scenario: What to fly.
+        seed: Of the gusts.
+        airframe: Parameter set, TOML file, or the parameters themselves; the scenario's own set by default.
+        keep_diverged: Whether a diverged flight is a track that ends early instead of an error.
 
     Raises:
         SitlError: If the vehicle leaves the numbers (a diverged flight) or the airframe is unknown.
     """
-    parameters = load(airframe or scenario.airframe).parameters
+    parameters = airframe if isinstance(airframe, Airframe) else load(airframe or scenario.airframe).parameters
     start = scenario.start._replace(up=scenario.start.up + ALOFT, airborne=True)
     vehicle = Vehicle(parameters, seed=seed, start=start, tuning=scenario.tuning)
     vehicle.warm_up()
@@ -99,7 +111,12 @@ def fly(scenario: Scenario, *, seed: int = 1, airframe: str | None = None) -> Tr
         aloft = (target[0], target[1], target[2] + ALOFT)
         vehicle.set_target(Setpoint(aloft, scenario.start.heading, scenario.speed))
         recorder.sample(vehicle, target)
-        vehicle.advance(SAMPLE)
+        try:
+            vehicle.advance(SAMPLE)
+        except DivergedError as error:
+            if not keep_diverged:
+                raise
+            return recorder.track(tuple(vehicle.jumps), time.perf_counter() - began, str(error))
     return recorder.track(tuple(vehicle.jumps), time.perf_counter() - began)
 
 
@@ -108,17 +125,18 @@ class _Recorder:
         self._rows: list[Array] = []
 
     def sample(self, vehicle: Vehicle, target: Vector) -> None:
-        tail = (vehicle.lyapunov, float(vehicle.law), *target, vehicle.energy)
+        guide = vehicle.memory[LAW : LAW + hover_zero_moment.SIZE]
+        tail = (vehicle.lyapunov, float(vehicle.law), *target, vehicle.energy, *guide)
         row = np.concatenate(((vehicle.time,), vehicle.plant[:17], tail))
         row[3] -= ALOFT
         self._rows.append(row)
 
-    def track(self, jumps: tuple[JumpRecord, ...], wall: float) -> Track:
+    def track(self, jumps: tuple[JumpRecord, ...], wall: float, diverged: str = "") -> Track:
         if not self._rows:
             raise SitlError("the scenario has no duration: nothing was flown")
         rows = np.array(self._rows)
         return Track(
             time=rows[:, 0], p=rows[:, 1:4], v=rows[:, 4:7], q=rows[:, 7:11], actuator=rows[:, 14:18],
             lyapunov=rows[:, 18], law=rows[:, 19], target=rows[:, 20:23], energy=rows[:, 23],
-            jumps=jumps, wall=wall,
+            guide=rows[:, 24:29], jumps=jumps, wall=wall, diverged=diverged,
         )  # fmt: skip

@@ -11,62 +11,22 @@ from sitl.design.lqr import lqr
 from sitl.design.trim import level_trim
 from sitl.kernels.hover_model import moment_matrix
 from sitl.kernels.quaternion import from_euler
-from tests.support.report_variants import (
-    jacobian,
-    trim_state,
-    typed_derivative,
+from sitl.studies.reproduction.as_typed import (
+    forward_matrices,
     typed_hover_linearisation,
     typed_moment_matrix,
     typed_trim,
 )
+from sitl.studies.reproduction.printed import DIGIT, PRINTED_A, PRINTED_B, PRINTED_GAIN, PRINTED_INVERSE
 
 PUBLISHED, NOMINAL = load("published").parameters, load("nominal").parameters
-
-PRINTED_GAIN = np.array(
-    [
-        [0.08, -0.71, 0.70, 0.14, -1.04, 0.92, 0.00, 5.75, -1.29, -5.69, 0.05, 0.00, -0.81],
-        [0.08, 0.71, 0.70, 0.14, 1.04, 0.92, 0.00, -5.75, -1.29, 5.69, -0.05, 0.00, 0.81],
-        [-0.70, -0.05, 0.08, -1.13, -0.07, 0.09, 0.00, -0.11, -15.32, -0.88, -0.71, -1.41, -0.06],
-        [-0.70, 0.05, 0.08, -1.13, 0.07, 0.09, 0.00, 0.11, -15.32, 0.88, 0.71, -1.41, 0.06],
-    ]
-)
-PRINTED_A = np.array(
-    [
-        [0, 0, 0, 1, 0, 0, 0, 0, 0, 0],
-        [0, -2.56, 0, 1.58, 0, 53.84, 0, 0, 0, 0],
-        [0, 0, 0, 0, -16.76, 0, 10.20, -0.05, 0, -0.12],
-        [0, 1.30, 0, -0.83, 0, -20.06, 0, 0, 0, 0],
-        [0, 0, 0, 0, 0, 0, 0, 0.43, 0, -0.26],
-        [0, 0, 0, 0, 0, -0.27, 0, 0, 0.43, 0],
-        [0, 0, 0, 0, 0, 0, 0, 0.26, 0, 0.43],
-        [0, 0, 0, 0, 0, 0, 0, -3.42, 0, 0.17],
-        [0, 4.77, 0, -5.87, 0, -90.65, 0, 0, -7.77, 0],
-        [0, 0, 0, 0, 0, 0, 0, -0.98, 0, 0.41],
-    ]
-)
-PRINTED_B = np.array(
-    [
-        [0, 0, 0, 0],
-        [0.92, 0.92, 2.31, 2.31],
-        [0, 0, 0, 0],
-        [1.79, 1.79, -1.21, -1.21],
-        [0, 0, 0, 0],
-        [0, 0, 0, 0],
-        [0, 0, 0, 0],
-        [7.33, -7.33, -68.36, 68.36],
-        [0, 0, -11.60, -11.60],
-        [-25.58, 25.58, -0.18, 0.18],
-    ]
-)
-DIGIT = 0.0051  # half of the last printed digit
 
 
 def test_the_moment_pseudo_inverse_is_the_printed_one():
     """All twelve entries; the last is printed 1.49 for 1.496."""
     M = moment_matrix(PUBLISHED)
     M[2] = typed_moment_matrix(PUBLISHED)[2]
-    printed = [[0, 0, -3.23], [0, 0, 3.23], [-4.51, -27.75, -1.49], [4.51, -27.75, 1.49]]
-    assert np.linalg.pinv(M) == pytest.approx(np.array(printed), abs=0.0075)
+    assert np.linalg.pinv(M) == pytest.approx(PRINTED_INVERSE, abs=0.0075)
 
 
 def test_the_nominal_set_keeps_the_printed_pseudo_inverse():
@@ -113,18 +73,9 @@ def test_the_forward_point_done_right():
     assert trim.exists
 
 
-def forward_matrices():
-    theta, thrust, product = typed_trim(PUBLISHED)
-    x, u = trim_state(theta), np.array([thrust, thrust, product, product])
-    return (
-        jacobian(lambda x: typed_derivative(x, u, PUBLISHED), x, 10),
-        jacobian(lambda u: typed_derivative(x, u, PUBLISHED), u, 4),
-    )
-
-
 def test_a_of_the_forward_point_is_the_printed_one():
     """All hundred entries. A[v_y, w] is the force from the rates, A[eps_2, eps_2] Simulink's quaternion term."""
-    A, _ = forward_matrices()
+    A, _ = forward_matrices(PUBLISHED)
     assert np.abs(A - PRINTED_A).max() < DIGIT
 
 
@@ -138,7 +89,7 @@ def test_the_damping_block_done_right_still_has_a_yaw_that_drives_itself():
 
 
 def test_b_of_the_forward_point_is_the_printed_one():
-    _, B = forward_matrices()
+    _, B = forward_matrices(PUBLISHED)
     assert np.abs(B - PRINTED_B).max() < DIGIT
 
 

@@ -1,26 +1,30 @@
 """The report's equations as it typed them, slips included: what its printed matrices were computed with.
 
-Nothing here flies. The tests hold these beside the corrected values of the product.
+Nothing here flies; the corrected equations are those of :mod:`sitl.kernels` and :mod:`sitl.design`. x is
+(p_z, v, eps, w, eta), (11,); u is (T1, T2, D1, D2), with D what the report takes for delta T and for delta at once.
 """
 
+from __future__ import annotations
+
 import math
+from collections.abc import Callable
 
 import numpy as np
 
 from sitl.design import linearise
 from sitl.kernels.hover_model import inertia, moment_matrix
-from sitl.kernels.parameters import Airframe
+from sitl.kernels.parameters import Airframe, Array
 
 SPEED = 5.0  # of the printed forward point [m/s]
 QBAR_SLIP = 1.15  # unexplained factor on every dynamic-pressure term of the printed forward point
 
 
-def cross_matrix(v):
+def cross_matrix(v: Array) -> Array:
     """[v]× of a vector."""
     return np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
 
 
-def typed_moment_matrix(a: Airframe):
+def typed_moment_matrix(a: Airframe) -> Array:
     """M_b of section 3.1.2 as typed: roll without S/(4 S_p) and with xi_m for xi_f; yaw by the motors alone."""
     M = moment_matrix(a)
     roll = a.a_y * a.C_l * a.xi_m
@@ -29,17 +33,17 @@ def typed_moment_matrix(a: Airframe):
     return M
 
 
-def typed_hover_linearisation(a: Airframe):
+def typed_hover_linearisation(a: Airframe) -> tuple[Array, Array]:
     """A and B of section 3.1.2 as printed: unconstrained quaternion, typed roll term."""
     A, B = linearise.hover(a, constrained=False)
     B[9:12] = typed_moment_matrix(a) / inertia(a)[:, None]
     return A, B
 
 
-def typed_forces(v_b, w, T, D, a: Airframe):
+def typed_forces(v_b: Array, w: Array, T: Array, D: Array, a: Airframe) -> tuple[Array, Array]:
     """Force and moment of section 2.2.2 with the unit slip: D is delta T in the slipstream and delta in the air."""
-    h = 0.5 * QBAR_SLIP * a.rho * a.S * np.linalg.norm(v_b)
-    X, both, differ = a.S_ratio, D[0] + D[1], D[0] - D[1]
+    h = 0.5 * QBAR_SLIP * a.rho * a.S * float(np.linalg.norm(v_b))
+    X, both, differ = a.S_ratio, float(D[0] + D[1]), D[0] - D[1]
     coupling = a.Delta_r * a.C_l / a.c
     F = np.array(
         [
@@ -60,17 +64,17 @@ def typed_forces(v_b, w, T, D, a: Airframe):
     return F, M + typed_damping(w, both, h, a)
 
 
-def typed_damping(w, both, h, a: Airframe):
+def typed_damping(w: Array, both: float, h: float, a: Airframe) -> Array:
     """-rho S eta / 2 B Phi(m w) w, which lacks a B, and the elevons' term, which has both of its two.
 
     The elevons turn roll into yaw: that is the +0.41 of the printed A, a yaw that drives itself.
     """
     Phi_mw = 0.5 * np.array([[a.C_lp, 0.0, a.C_lr], [0.0, a.C_mq, 0.0], [a.C_np, 0.0, a.C_nr]])
-    B, Delta = np.diag([a.b, a.c, a.b]), a.xi_m * both * cross_matrix([0.0, 1.0, 0.0])
+    B, Delta = np.diag([a.b, a.c, a.b]), a.xi_m * both * cross_matrix(np.array([0.0, 1.0, 0.0]))
     return h * B @ Phi_mw @ (0.5 * Delta @ B - np.eye(3)) @ w
 
 
-def typed_derivative(x, u, a: Airframe):
+def typed_derivative(x: Array, u: Array, a: Airframe) -> Array:
     """d/dt of (p_z, v, eps, w); the quaternion is free, held to the sphere by Simulink's term with gain 1/2."""
     v, eps, w = x[1:4], x[4:7], x[7:10]
     eta = x[10]
@@ -81,26 +85,37 @@ def typed_derivative(x, u, a: Airframe):
     return np.concatenate(([v[2]], R @ F / a.m - [0.0, 0.0, a.g], eps_dot, (M - np.cross(w, J * w)) / J))
 
 
-def typed_trim(a: Airframe):
+def typed_trim(a: Airframe) -> tuple[float, float, float]:
     """Angle theta [rad], thrust T per motor [N] and D of the printed 5 m/s point."""
-    from scipy.optimize import fsolve
+    from scipy.optimize import fsolve  # noqa: PLC0415 - a second that only designs need
 
-    def residual(z):
+    def residual(z: Array) -> tuple[float, float, float]:
         x = trim_state(z[0])
         f = typed_derivative(x, np.array([z[1], z[1], z[2], z[2]]), a)
-        return f[1], f[3], f[8]
+        return float(f[1]), float(f[3]), float(f[8])
 
-    return fsolve(residual, [math.radians(60.0), 2.0, 0.9])
+    theta, thrust, product = fsolve(residual, [math.radians(60.0), 2.0, 0.9])
+    return float(theta), float(thrust), float(product)
 
 
-def trim_state(theta: float):
+def forward_matrices(a: Airframe) -> tuple[Array, Array]:
+    """A (10, 10) and B (10, 4) of section 4.1 as printed."""
+    theta, thrust, product = typed_trim(a)
+    x, u = trim_state(theta), np.array([thrust, thrust, product, product])
+    return (
+        jacobian(lambda x: typed_derivative(x, u, a), x, 10),
+        jacobian(lambda u: typed_derivative(x, u, a), u, 4),
+    )
+
+
+def trim_state(theta: float) -> Array:
     """State of level flight north at SPEED, nose up by theta."""
     x = np.zeros(11)
     x[1], x[5], x[10] = SPEED, -math.sin(theta / 2.0), math.cos(theta / 2.0)
     return x
 
 
-def jacobian(f, x, n):
+def jacobian(f: Callable[[Array], Array], x: Array, n: int) -> Array:
     """Central differences over the first n entries of x."""
     columns = []
     for k in range(n):

@@ -1,0 +1,204 @@
+"""nu against nu' (report, appendix D): on the plain quadrotor, where the law's model is exact, and on the vehicle."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from sitl.airframe import load
+from sitl.design.zero_moment import zero_moment_gains
+from sitl.kernels.parameters import Array
+from sitl.kernels.quadrotor import Quadrotor, force_matrix, moment_matrix, quadrotor_step
+from sitl.kernels.quaternion import from_euler, rotate
+from sitl.kernels.state import ACTUATOR, P, Q, V
+from sitl.laws import hover_zero_moment
+from sitl.laws.governor import LINEAR, GovernorParameters
+from sitl.laws.hover_zero_moment import ZeroMomentGains
+from sitl.studies.report import SCENARIOS, settling_time
+from sitl.studies.reproduction.draw import Sheet, thin
+from sitl.studies.reproduction.experiment import Experiment, Outcome, Panel, Row, judge
+from sitl.studies.scenario import Figure, Track, fly
+from sitl.vehicle import TICK
+
+QUADROTOR = Quadrotor(m=0.5, J1=3e-3, J2=3e-3, J3=5e-3, g=9.81, arm=0.17, torque=0.016, T_max=3.0)
+TARGET = (1.0, 1.0, 1.0)  # [m]: no thrust is cut on the way
+K_DELTA = 5.0  # [1/s]
+LADDER = (
+    (1.0, 1.0, 5.0, 8.0),
+    (1.5, 1.5, 5.0, 10.0),
+    (2.0, 2.0, 8.0, 14.0),
+    (3.0, 3.0, 8.0, 14.0),
+    (4.0, 3.5, 10.0, 18.0),
+)
+NAMES = ("nu", "nu'")
+
+
+class Lift(NamedTuple):
+    """A flight of the quadrotor, one row per tick."""
+
+    time: Array  # (n,)
+    p: Array  # (n, 3) [m]
+    f_delta: Array  # (n, 3) [N]
+
+
+def quadrotor_gains(*, nu_prime: bool) -> ZeroMomentGains:
+    """The law for a plain quadrotor; its thrust direction is z_b."""
+    a = QUADROTOR
+    return ZeroMomentGains(
+        governor=GovernorParameters(LINEAR, 1.5, 1.5, a.m, 0.5, 1.0, 2.0, 2.5),
+        k_delta=K_DELTA, lam=10.0, zeta=0.8, k_q=1.0, nu_prime=int(nu_prime), m=a.m, g=a.g,
+        J=np.array((a.J1, a.J2, a.J3)), d=np.array((0.0, 0.0, 1.0)),
+        M_pinv=np.ascontiguousarray(np.linalg.pinv(moment_matrix(a))),
+        u_bar=np.ones(4) / float(np.linalg.norm(force_matrix().sum(axis=1))),
+        f_min=0.1 * a.m * a.g, f_max=0.95 * 4.0 * a.T_max,
+    )  # fmt: skip
+
+
+def lift(*, nu_prime: bool, duration: float) -> Lift:
+    """Fly the quadrotor from rest, tilted by 20 deg, to the target."""
+    gains = quadrotor_gains(nu_prime=nu_prime)
+    x, law, u = np.zeros(ACTUATOR), np.empty(hover_zero_moment.SIZE), np.empty(4)
+    x[Q : Q + 4] = from_euler(math.radians(20.0), math.radians(-10.0), 0.0)
+    hover_zero_moment.reset(x, QUADROTOR.m * QUADROTOR.g, law, gains)
+    aim, upright = np.array(TARGET), from_euler(0.0, 0.0, 0.0)
+    p, f_delta = [], []
+    for _ in range(round(duration / TICK)):
+        wanted = hover_zero_moment.wanted_force(x[P : P + 3] - aim, x[V : V + 3], 3.0, gains)
+        f_delta.append(rotate(law[:4].copy(), gains.d) * law[4] - wanted)
+        p.append(x[P : P + 3].copy())
+        hover_zero_moment.control(x, law, aim, upright, 3.0, gains, TICK, u)
+        for _ in range(2):
+            quadrotor_step(x, u, QUADROTOR, 0.5 * TICK)
+    return Lift(np.arange(len(p), dtype=np.float64) * TICK, np.array(p), np.array(f_delta))
+
+
+def lag_error(flight: Lift) -> float:
+    """Largest distance of f_delta from a first-order lag with k_delta, over its first value [-]."""
+    lag = flight.f_delta[0] * np.exp(-K_DELTA * flight.time)[:, None]
+    return float(np.linalg.norm(flight.f_delta - lag, axis=1).max() / np.linalg.norm(flight.f_delta[0]))
+
+
+def _settled(flight: Lift) -> float:
+    """When the quadrotor is within 0.05 m for good [s]."""
+    outside = np.flatnonzero(np.linalg.norm(flight.p - TARGET, axis=1) > 0.05)
+    return float(flight.time[outside[-1]])
+
+
+def force_error(track: Track, gains: ZeroMomentGains) -> Array:
+    """|f_delta| = |R(q_d) d f - f_r| over a flight of the vehicle, (n,) [N]."""
+    speed = SCENARIOS["hover"].speed
+    out = []
+    for guide, e, v in zip(track.guide, track.p - track.target, track.v, strict=True):
+        wanted = hover_zero_moment.wanted_force(e.copy(), v.copy(), speed, gains)
+        out.append(np.linalg.norm(rotate(guide[:4].copy(), gains.d) * guide[4] - wanted))
+    return np.array(out)
+
+
+def vehicle_flight(seed: int, rung: tuple[float, float, float, float], *, nu_prime: bool) -> Track:
+    """The hover flight to [5, 5, 5] with gains (k_pp, k_pd, k_delta, lambda)."""
+    k_pp, k_pd, k_delta, lam = rung
+    hover = SCENARIOS["hover"]
+    tuning = hover.tuning._replace(kpp=k_pp, kpd=k_pd, k_delta=k_delta, lam=lam, nu_prime=int(nu_prime))
+    return fly(replace(hover, tuning=tuning, duration=15.0), seed=seed, keep_diverged=True)
+
+
+def run(seed: int) -> Outcome:
+    """Figures D.1 and D.2, and the same on the vehicle up the ladder of gains."""
+    lifts = [lift(nu_prime=prime, duration=8.0) for prime in (False, True)]
+    tracks = [vehicle_flight(seed, LADDER[1], nu_prime=prime) for prime in (False, True)]
+    apart = float(np.linalg.norm(lifts[0].p - lifts[1].p, axis=1).max())
+    settled = [_settled(flight) for flight in lifts]
+    later = settled[1] - settled[0]
+    lags = [lag_error(flight) for flight in lifts]
+    rows = [
+        judge(
+            "appendix D",
+            Figure("quadrotor: nu' settles later by", later, "s", "the same way", abs(later) < 0.5),
+            f"nu / nu' settle after {settled[0]:.2f} s / {settled[1]:.2f} s, never more than {apart:.2f} m apart",
+        ),
+        judge(
+            "appendix D",
+            Figure("quadrotor: f_delta off a first-order lag, nu'", 100 * lags[1], "%", "first order", lags[1] < 0.05),
+        ),
+        judge(
+            "appendix D",
+            Figure("quadrotor: f_delta off a first-order lag, nu", 100 * lags[0], "%", "disturbed", lags[0] > 0.05),
+        ),
+        *_ladder(seed),
+    ]  # fmt: skip
+    return Outcome(rows, [_positions(lifts, tracks, apart), _forces(lifts, tracks, lags)])
+
+
+def _ladder(seed: int) -> list[Row]:
+    rows = []
+    for rung in LADDER:
+        settled = [settling_time(vehicle_flight(seed, rung, nu_prime=prime), 0.05) for prime in (False, True)]
+        both = bool(np.isfinite(settled).all())
+        same = both and abs(settled[0] - settled[1]) < 0.5
+        gains = "k_pp {:g}, k_pd {:g}, k_delta {:g}, lambda {:g}".format(*rung)
+        text = " / ".join("never" if math.isnan(time) else f"{time:.2f} s" for time in settled)
+        figure = Figure(f"vehicle, {gains}: nu' settles later by", settled[1] - settled[0], "s", "the same way", same)
+        cause = f"nu / nu' settle after {text}"
+        if not same:
+            cause += (
+                "; the elevons push sideways before they turn (non-minimum phase, zero at 6.6 rad/s), which neither "
+                "models: past these gains comes a limit cycle, for nu' sooner because it feeds the attitude error back"
+            )
+        rows.append(judge("appendix D", figure, cause))
+    return rows
+
+
+def _positions(lifts: list[Lift], tracks: list[Track], apart: float) -> Panel:
+    sheet = Sheet("nu-position", 2, height=2.2, share=False)
+    with sheet as axes:
+        for style, name, flight, track in zip("-:", NAMES, lifts, tracks, strict=True):
+            for axis, time, p in ((axes[0], flight.time, flight.p), (axes[1], track.time, track.p)):
+                axis.set_prop_cycle(None)
+                axis.plot(*thin(time, p), style, label=[f"{way}, {name}" for way in ("north", "west", "up")])
+        for axis, what in zip(axes, ("quadrotor [m]", "DarkO [m]"), strict=True):
+            axis.set_ylabel(what)
+            axis.legend(ncols=2)
+            axis.grid(alpha=0.2)
+        axes[1].set_xlabel("t [s]")
+    return Panel(
+        "D.1", "Simulations with the redefined nu: position", "Both controllers converge the same way.",
+        f"On the quadrotor they stay within {apart:.2f} m of each other. On DarkO they do at moderate gains; "
+        "nu' reaches its limit first.", sheet.svg,
+    )  # fmt: skip
+
+
+def _forces(lifts: list[Lift], tracks: list[Track], lags: list[float]) -> Panel:
+    gains = zero_moment_gains(load("nominal").parameters, governor=LINEAR)
+    sheet = Sheet("nu-force", 2, height=2.2, share=False)
+    with sheet as axes:
+        for name, flight, track in zip(NAMES, lifts, tracks, strict=True):
+            axes[0].semilogy(*thin(flight.time, np.linalg.norm(flight.f_delta, axis=1)), label=name)
+            axes[1].semilogy(*thin(track.time, force_error(track, gains)), label=name)
+        time = lifts[0].time
+        start = float(np.linalg.norm(lifts[0].f_delta[0]))
+        axes[0].semilogy(*thin(time, start * np.exp(-K_DELTA * time)), ":", label="first order")
+        for axis, what in zip(axes, ("quadrotor |f_delta| [N]", "DarkO |f_delta| [N]"), strict=True):
+            axis.set_ylabel(what)
+            axis.set_ylim(1e-4, 20.0)
+            axis.legend()
+            axis.grid(alpha=0.2)
+        axes[1].set_xlabel("t [s]")
+    return Panel(
+        "D.2", "Simulations with the redefined nu: dynamics of f_delta", "nu' makes f_delta a first-order lag.",
+        f"On the quadrotor nu' follows the lag within {100 * lags[1]:.1f} % of its first value, nu is off by "
+        f"{100 * lags[0]:.0f} %. On DarkO neither is a lag: the airspeed and the elevons' side force, which the law "
+        "does not know, accelerate the vehicle and so move f_r.", sheet.svg,
+    )  # fmt: skip
+
+
+EXPERIMENT = Experiment(
+    "nu",
+    "nu against nu'",
+    "appendix D",
+    "Appendix D redefines nu so that the force error f_delta decays as a first-order lag, and finds that both "
+    "converge the same way. Flown on a plain quadrotor, for which the law was written, and on the vehicle.",
+    run,
+)
