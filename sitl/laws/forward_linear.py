@@ -77,9 +77,10 @@ def error(
         plant: Plant state, (SIZE,).
         wind: Velocity of the air, world NWU, (3,) [m/s].
         origin: A point of the leg, world NWU, (3,) [m].
-        course: Azimuth of the leg over the ground, from north to west [rad].
+        course: Azimuth of the leg over the ground, from north to west [rad]; it may jump by 20 deg, or turn with a
+            circle whose tangent beside the vehicle is the leg.
         climb: Angle of the leg above the horizon [rad].
-        airspeed: Wanted airspeed [m/s]; the law does not bridge steps of more than a few m/s, ramp it.
+        airspeed: Wanted airspeed [m/s]; a step down costs up to 6 m of height error, a ramp of 1 m/s2 0.2 m.
         gains: Gains of the law.
         x: Receives (y, n, v - v_e, e, w), see the module.
 

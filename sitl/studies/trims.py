@@ -64,7 +64,7 @@ def save_trims_plot(name: str, a: Airframe, path: Path) -> None:
     for axis in axes[5]:
         axis.set_xlabel("V [m/s]")
     try:
-        page.savefig(path, dpi=65)
+        page.savefig(path, dpi=100)
     except (OSError, ValueError) as error:
         raise SitlError(f"plot {path}: {error}") from error
 
