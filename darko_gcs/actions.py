@@ -29,6 +29,12 @@ class Operator(Protocol):
     def ask_go_to(self) -> None:
         """Ask for a point, then go there."""
 
+    def ask_transition(self) -> None:
+        """Ask whether to, then change between hover and forward flight."""
+
+    def ask_speed(self) -> None:
+        """Ask for a speed, then fly at it."""
+
     def show_mission(self) -> None:
         """Open the mission screen."""
 
@@ -89,7 +95,11 @@ ACTIONS = (
         _confirm_leaving_mission("Return home"),
     ),
     Action("g", "go_to", "Goto", "Go to a point north and east of home", lambda app: app.ask_go_to()),
-    Action("s", "start", "Start", "Start or resume the mission", lambda app: app.tell("start_mission")),
+    Action(
+        "v", "transition", "Vtol", "Transition to forward flight, or back to hover", lambda app: app.ask_transition()
+    ),
+    Action("c", "speed", "", "Change the speed", lambda app: app.ask_speed()),
+    Action("s", "start", "Run", "Start or resume the mission", lambda app: app.tell("start_mission")),
     Action(
         "m", "mission", "Plan", "Mission: load, edit, upload, download", lambda app: app.show_mission(),
         needs_vehicle=False,

@@ -13,10 +13,11 @@ from textual.screen import Screen
 from darko_gcs.actions import ACTIONS, Action
 from darko_gcs.errors import GroundError
 from darko_gcs.feed import Feed
-from darko_gcs.screens.dialogs import AskScreen, ConfirmScreen, HelpScreen
+from darko_gcs.screens.dialogs import AskScreen, ConfirmScreen, HelpScreen, ask_number
 from darko_gcs.screens.fly import FlyScreen
-from darko_gcs.screens.mission import MissionScreen
+from darko_gcs.screens.mission import Draft, MissionScreen
 from darko_gcs.widgets.map import MapPanel
+from protocol.dialect import mavlink
 
 __all__ = ["GroundStation"]
 
@@ -38,6 +39,7 @@ class GroundStation(App[int]):
     def __init__(self, feed: Feed) -> None:
         super().__init__()
         self.feed = feed
+        self.draft = Draft()
         self._pulled = time.monotonic()
 
     async def on_mount(self) -> None:
@@ -133,10 +135,39 @@ class GroundStation(App[int]):
 
         self.push_screen(AskScreen("Go to", fields), answered)
 
+    def ask_transition(self) -> None:
+        """Ask, then change to the other way of flying; the answer is for the question, whatever happened meanwhile."""
+        s = self.feed.snapshot
+        forward = s.vtol_state not in {mavlink.MAV_VTOL_STATE_FW, mavlink.MAV_VTOL_STATE_TRANSITION_TO_FW}
+        question = "Tip over into forward flight?" if forward else "Leave forward flight and hover?"
+        if s.mission_state == mavlink.MISSION_STATE_ACTIVE:
+            question += " A mission is being flown."
+
+        def answered(yes: bool | None) -> None:
+            if yes and self.feed.station is not None:
+                self.feed.station.transition(self.feed.now, forward=forward)
+
+        self.push_screen(ConfirmScreen(question), answered)
+
+    def ask_speed(self) -> None:
+        """Ask for the speed, then fly at it; the vehicle says what it makes of it."""
+        fields = [("Speed [m/s]", ""), ("0 airspeed, 1 over ground", "0")]
+
+        def check(values: tuple[str, ...]) -> str | None:
+            if ask_number(values[0]) is None:
+                return f"Speed: {values[0]!r} is not a number"
+            return None if values[1] in {"0", "1"} else "The speed is 0, in the air, or 1, over ground"
+
+        def answered(values: tuple[str, ...] | None) -> None:
+            if values is not None and self.feed.station is not None:
+                self.feed.station.change_speed(float(values[0]), self.feed.now, over_ground=values[1] == "1")
+
+        self.push_screen(AskScreen("Change speed", fields, check), answered)
+
     def show_mission(self) -> None:
         """Open the mission screen, once."""
         if not isinstance(self.screen, MissionScreen):
-            self.push_screen(MissionScreen(self.feed.station, lambda: self.feed.now))
+            self.push_screen(MissionScreen(self.feed.station, lambda: self.feed.now, self.draft))
 
     def show_help(self) -> None:
         """Open the list of keys."""
@@ -152,8 +183,13 @@ class GroundStation(App[int]):
             panel.zoom(step)
 
     def leave(self) -> None:
-        """Quit; an armed vehicle is a reason to ask."""
-        if not (self.feed.snapshot.armed and self.feed.station is not None):
+        """Quit; an armed vehicle or a plan that is nowhere else is a reason to ask."""
+        reasons = []
+        if self.feed.snapshot.armed and self.feed.station is not None:
+            reasons.append("The vehicle is armed.")
+        if self.draft.is_at_risk:
+            reasons.append("The plan is neither saved nor on the vehicle.")
+        if not reasons:
             self.exit(0)
             return
 
@@ -161,7 +197,7 @@ class GroundStation(App[int]):
             if yes:
                 self.exit(0)
 
-        self.push_screen(ConfirmScreen("The vehicle is armed. Quit all the same?"), answered)
+        self.push_screen(ConfirmScreen(" ".join([*reasons, "Quit all the same?"])), answered)
 
     def get_system_commands(self, screen: Screen[object]) -> Iterable[SystemCommand]:
         """The palette: the table's actions, then Textual's own."""

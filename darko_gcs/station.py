@@ -138,6 +138,16 @@ class Station:
         place = (units.to_e7(point.lat_deg), units.to_e7(point.lon_deg), height)
         self._command_int(now, mavlink.MAV_CMD_DO_REPOSITION, (NAN, 1.0, NAN, NAN), place)
 
+    def transition(self, now: float, *, forward: bool) -> None:
+        """Tip over into forward flight, or come back to hover."""
+        state = mavlink.MAV_VTOL_STATE_FW if forward else mavlink.MAV_VTOL_STATE_MC
+        self._command(now, mavlink.MAV_CMD_DO_VTOL_TRANSITION, float(state), 0.0)
+
+    def change_speed(self, speed: float, now: float, *, over_ground: bool = False) -> None:
+        """Fly at a speed in the air or over ground [m/s]; whether it can is for the vehicle to say."""
+        kind = mavlink.SPEED_TYPE_GROUNDSPEED if over_ground else mavlink.SPEED_TYPE_AIRSPEED
+        self._command(now, mavlink.MAV_CMD_DO_CHANGE_SPEED, float(kind), speed, -1.0)
+
     def upload(self, items: Sequence[MissionItem], now: float) -> None:
         """Replace the vehicle's mission."""
         self._uploading = tuple(items)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import ClassVar
 
 from textual import on
@@ -11,11 +11,11 @@ from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, Vertical
 from textual.screen import ModalScreen
-from textual.widgets import Button, Input, Label, Static
+from textual.widgets import Button, Input, Label, OptionList, Static
 
 from darko_gcs.actions import ACTIONS
 
-__all__ = ["AskScreen", "ConfirmScreen", "HelpScreen", "ask_number"]
+__all__ = ["AskScreen", "ChooseScreen", "ConfirmScreen", "HelpScreen", "ask_number"]
 
 
 class ConfirmScreen(ModalScreen[bool]):
@@ -33,7 +33,7 @@ class ConfirmScreen(ModalScreen[bool]):
     def compose(self) -> ComposeResult:
         """Question and buttons."""
         with Vertical(classes="dialog"):
-            yield Label(self._question, id="question")
+            yield Label(self._question, id="question", markup=False)
             with Horizontal(classes="buttons"):
                 yield Button("Yes (y)", variant="error", id="yes")
                 yield Button("No (n)", variant="primary", id="no")
@@ -51,36 +51,72 @@ class ConfirmScreen(ModalScreen[bool]):
         self.dismiss(event.button.id == "yes")
 
 
+Accept = Callable[[tuple[str, ...]], str | None]
+
+
 class AskScreen(ModalScreen["tuple[str, ...] | None"]):
-    """A few fields to fill in. ``check`` says what is wrong with them, or None."""
+    """A few fields to fill in, open until ``accept`` has no complaint about them; without it, they are numbers."""
 
     BINDINGS: ClassVar[list[BindingType]] = [Binding("escape", "cancel", "Cancel")]
 
-    def __init__(self, title: str, fields: Sequence[tuple[str, str]], *, numbers: bool = True) -> None:
+    def __init__(self, title: str, fields: Sequence[tuple[str, str]], accept: Accept | None = None) -> None:
         super().__init__()
-        self._title, self._fields, self._numbers = title, fields, numbers
+        self._title, self._fields = title, fields
+        self._accept = accept or self._numbers
 
     def compose(self) -> ComposeResult:
         """A labelled input per field."""
         with Vertical(classes="dialog"):
-            yield Label(self._title, id="question")
+            yield Label(self._title, id="question", markup=False)
             for index, (label, value) in enumerate(self._fields):
-                yield Label(label)
-                yield Input(value, id=f"field-{index}")
-            yield Static("", id="complaint")
-            yield Static("Enter: do it    Esc: cancel", classes="hint")
+                with Horizontal(classes="field"):
+                    yield Label(label, markup=False)
+                    yield Input(value, id=f"field-{index}", compact=True)
+            yield Static("", id="complaint", markup=False)
+            yield Static("Tab: next field    Enter: do it    Esc: cancel", classes="hint")
 
     @on(Input.Submitted)
     def _submitted(self) -> None:
         values = tuple(field.value.strip() for field in self.query(Input))
+        complaint = self._accept(values)
+        if complaint is None:
+            self.dismiss(values)
+        else:
+            self.query_one("#complaint", Static).update(complaint)
+
+    def _numbers(self, values: tuple[str, ...]) -> str | None:
         for (label, _), value in zip(self._fields, values, strict=True):
-            if self._numbers and ask_number(value) is None:
-                self.query_one("#complaint", Static).update(f"{label}: {value!r} is not a number")
-                return
-        self.dismiss(values)
+            if ask_number(value) is None:
+                return f"{label}: {value!r} is not a number"
+        return None
 
     def action_cancel(self) -> None:
         """Close without an answer."""
+        self.dismiss(None)
+
+
+class ChooseScreen(ModalScreen["int | None"]):
+    """One of a few things."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [Binding("escape", "cancel", "Cancel")]
+
+    def __init__(self, title: str, choices: Sequence[str]) -> None:
+        super().__init__()
+        self._title, self._choices = title, choices
+
+    def compose(self) -> ComposeResult:
+        """A list."""
+        with Vertical(classes="dialog"):
+            yield Label(self._title, id="question")
+            yield OptionList(*self._choices, markup=False, compact=True)
+            yield Static("Enter: choose    Esc: cancel", classes="hint")
+
+    @on(OptionList.OptionSelected)
+    def _chosen(self, event: OptionList.OptionSelected) -> None:
+        self.dismiss(event.option_index)
+
+    def action_cancel(self) -> None:
+        """Close without a choice."""
         self.dismiss(None)
 
 

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import ClassVar
 
@@ -15,7 +14,8 @@ from textual.reactive import reactive
 from textual.screen import Screen
 from textual.widgets import DataTable, Footer, Static
 
-from darko_gcs.screens.dialogs import AskScreen, ask_number
+from darko_gcs.mission_items import FRAMES, KINDS, edited, fields, kind_of, made, place_words, value_text, words
+from darko_gcs.screens.dialogs import AskScreen, ChooseScreen, ConfirmScreen
 from darko_gcs.snapshot import EMPTY, Snapshot
 from darko_gcs.station import Station
 from darko_gcs.store import command_name
@@ -23,13 +23,26 @@ from darko_gcs.widgets.status import StatusBar
 from protocol.dialect import mavlink
 from protocol.errors import FileError, LocalProtocolError
 from protocol.plans import MissionItem, Plan, load, save
-from protocol.units import from_e7, from_local_e4, is_global_frame, local_e4, to_e7
 
-__all__ = ["MissionScreen"]
+__all__ = ["Draft", "MissionScreen"]
 
-COLUMNS = ("", "#", "command", "frame", "hold/p1", "acc/p2", "yaw/p4", "lat/north", "lon/east", "alt")
-FRAMES = {0: "AMSL", 1: "NED", 2: "-", 3: "rel", 4: "ENU", 5: "AMSL", 6: "rel"}
-NAN = math.nan
+COLUMNS = ("", "#", "command", "parameters", "lat/north", "lon/east", "alt", "frame")
+
+
+@dataclass
+class Draft:
+    """The plan being edited. It outlives the screen, so that leaving the screen loses nothing."""
+
+    plan: Plan = field(default_factory=Plan)
+    path: str = ""
+    changed: bool = False  # not what the vehicle has
+    saved: bool = True  # in a file as it is
+    known: tuple[MissionItem, ...] = ()  # the vehicle's mission when it was last looked at
+
+    @property
+    def is_at_risk(self) -> bool:
+        """True while the plan is nowhere but here."""
+        return bool(self.plan.items) and self.changed and not self.saved
 
 
 class MissionScreen(Screen[None]):
@@ -51,13 +64,11 @@ class MissionScreen(Screen[None]):
     snapshot: reactive[Snapshot] = reactive(EMPTY, repaint=False)  # else every panel is painted again
     now: reactive[float] = reactive(0.0, repaint=False)
 
-    def __init__(self, station: Station | None, clock: Callable[[], float]) -> None:
+    def __init__(self, station: Station | None, clock: Callable[[], float], draft: Draft) -> None:
         super().__init__()
         self._station, self._clock = station, clock
-        self.plan = Plan()
-        self._path = ""
-        self._changed = False
-        self._known: tuple[MissionItem, ...] = ()  # the vehicle's mission when it was last looked at
+        self.draft = draft
+        self._filled = False  # the app hands out snapshots as soon as a screen is pushed, before it is mounted
 
     def compose(self) -> ComposeResult:
         """Status bar, table, words, footer."""
@@ -70,7 +81,9 @@ class MissionScreen(Screen[None]):
     def on_mount(self) -> None:
         """Fill the table."""
         self.table.add_columns(*COLUMNS)
+        self._filled = True
         self._show()
+        self._follow(EMPTY, self.snapshot)
 
     @property
     def table(self) -> DataTable[str]:
@@ -79,11 +92,16 @@ class MissionScreen(Screen[None]):
 
     def watch_snapshot(self, old: Snapshot, s: Snapshot) -> None:
         """Follow the vehicle: its mission, where it is in it, how a transfer goes."""
-        if s.mission is not self._known:
-            self._known = s.mission
-            self._changed = self._changed and s.mission != self.plan.items  # an upload that was accepted
-            if not self._changed:
-                self.plan = replace(self.plan, items=s.mission, item_keys=())
+        if self._filled:
+            self._follow(old, s)
+
+    def _follow(self, old: Snapshot, s: Snapshot) -> None:
+        d = self.draft
+        if s.mission is not d.known and s.source is not None:
+            d.known = s.mission
+            d.changed = d.changed and s.mission != d.plan.items  # an upload that was accepted
+            if not d.changed:
+                d.plan = replace(d.plan, items=s.mission, item_keys=())
                 self._show()
                 return
         followed = (s.mission_current, s.reached, s.mission_state)
@@ -95,96 +113,112 @@ class MissionScreen(Screen[None]):
     # Keys
 
     def action_close(self) -> None:
-        """Back to the flight; an unsent plan is kept on the vehicle's side only when uploaded."""
+        """Back to the flight; an unsent plan is kept for the next time."""
+        if self.draft.is_at_risk:
+            self.app.notify("The plan is not on the vehicle. It is kept here: m shows it again", severity="warning")
         self.dismiss(None)
 
     def action_open(self) -> None:
         """Ask for a file and load it."""
         found = sorted(str(path) for suffix in ("*.plan", "*.waypoints") for path in Path().rglob(suffix))[:8]
         hint = "Open a plan" + (": " + ", ".join(found) if found else "")
-        self._ask(hint, [("File (.plan or QGC WPL 110)", self._path or (found[0] if found else ""))], self._open)
+        suggested = self.draft.path or (found[0] if found else "")
+        self._or_lose(lambda: self._ask(hint, [("File (.plan or QGC WPL 110)", suggested)], self._open))
 
-    def _open(self, values: tuple[str, ...]) -> None:
+    def _open(self, values: tuple[str, ...]) -> str | None:
         try:
-            self.plan = load(Path(values[0]).expanduser())
+            plan = load(Path(values[0]).expanduser())
         except FileError as error:
-            self.complain(str(error))
-            return
-        self._path, self._changed = values[0], True
+            return str(error)
+        self.draft.plan, self.draft.path, self.draft.changed, self.draft.saved = plan, values[0], True, True
         self._show()
+        return None
 
     def action_save(self) -> None:
         """Ask for a file and save the plan."""
-        self._ask("Save the plan", [("File (.plan or .waypoints)", self._path or "mission.plan")], self._save)
+        self._ask("Save the plan", [("File (.plan or .waypoints)", self.draft.path or "mission.plan")], self._save)
 
-    def _save(self, values: tuple[str, ...]) -> None:
+    def _save(self, values: tuple[str, ...]) -> str | None:
         try:
-            save(self.plan, Path(values[0]).expanduser())
+            save(self.draft.plan, Path(values[0]).expanduser())
         except FileError as error:
-            self.complain(str(error))
-            return
-        self._path = values[0]
+            return str(error)
+        self.draft.path, self.draft.saved = values[0], True
         self.complain(f"Saved {values[0]}")
+        return None
 
     def action_upload(self) -> None:
         """Send the plan to the vehicle."""
         station = self._vehicle()
         if station is not None:
-            self._changed, self._known = True, ()  # until the vehicle has accepted it
-            station.upload(self.plan.items, self._clock())
+            self.draft.changed, self.draft.known = True, ()  # until the vehicle has accepted it
+            station.upload(self.draft.plan.items, self._clock())
 
     def action_fetch(self) -> None:
         """Replace the plan by the vehicle's."""
         station = self._vehicle()
         if station is not None:
-            self._changed = False
-            self._known = ()
-            station.download(self._clock())
+            self._or_lose(lambda: self._fetch(station))
+
+    def _fetch(self, station: Station) -> None:
+        self.draft.changed, self.draft.known = False, ()
+        station.download(self._clock())
 
     def action_clear(self) -> None:
         """Delete the mission on the vehicle; the table keeps it."""
         station = self._vehicle()
         if station is not None:
-            self._changed = True
+            self.draft.changed, self.draft.saved = True, False
             station.clear_mission(self._clock())
 
     def action_edit(self) -> None:
-        """Edit the item under the cursor."""
-        if self.plan.items:
+        """Edit the item under the cursor, each of its command's parameters in a field of its own."""
+        if self.draft.plan.items:
             row = self.table.cursor_row
-            self._ask(f"Item {row}", _fields(self.plan.items[row]), lambda values: self._edited(row, values))
+            item = self.draft.plan.items[row]
+            self._ask(f"Item {row}: {kind_of(item).label}", fields(item), lambda values: self._edited(row, values))
 
-    def _edited(self, row: int, values: tuple[str, ...]) -> None:
+    def _edited(self, row: int, values: tuple[str, ...]) -> str | None:
+        items = self.draft.plan.items
         try:
-            item = _item(values, self.plan.items[row])
+            item = edited(items[row], values)
         except (ValueError, LocalProtocolError) as error:
-            self.complain(f"Item {row}: {error}")
-            return
-        self._change((*self.plan.items[:row], item, *self.plan.items[row + 1 :]), row)
+            return str(error)
+        self._change((*items[:row], item, *items[row + 1 :]), row)
+        if item.command != items[row].command:  # its parameters have other names: show them
+            self.call_after_refresh(self.action_edit)
+        return None
 
     def action_insert(self) -> None:
-        """Insert a waypoint below the cursor: a copy of it, or one above home."""
-        row = self.table.cursor_row if self.plan.items else -1
+        """Insert an item below the cursor, where the nearest item before it is, or above home."""
+
+        def chosen(number: int | None) -> None:
+            if number is not None:
+                self._insert(number)
+
+        self.complain("")
+        self.app.push_screen(ChooseScreen("Insert", [kind.label for kind in KINDS]), chosen)
+
+    def _insert(self, number: int) -> None:
+        items = self.draft.plan.items
+        row = self.table.cursor_row if items else -1
+        near = next((item for item in reversed(items[: row + 1]) if kind_of(item).is_placed and item.x), None)
         home = self.snapshot.home
-        if row >= 0:
-            item = replace(self.plan.items[row], command=int(mavlink.MAV_CMD_NAV_WAYPOINT))
-        elif home is not None:
-            place = (to_e7(home.lat_deg), to_e7(home.lon_deg))
-            item = MissionItem(mavlink.MAV_CMD_NAV_WAYPOINT, 3, (0.0, 0.0, 0.0, NAN), *place, 3.0)
-        else:
+        item = made(KINDS[number], near, None if home is None else (home.lat_deg, home.lon_deg))
+        if item is None:
             self.complain("Insert: home is not known yet; open a plan instead")
             return
-        self._change((*self.plan.items[: row + 1], item, *self.plan.items[row + 1 :]), row + 1)
+        self._change((*items[: row + 1], item, *items[row + 1 :]), row + 1)
 
     def action_remove(self) -> None:
         """Remove the item under the cursor."""
-        if self.plan.items:
+        if self.draft.plan.items:
             row = self.table.cursor_row
-            self._change((*self.plan.items[:row], *self.plan.items[row + 1 :]), row)
+            self._change((*self.draft.plan.items[:row], *self.draft.plan.items[row + 1 :]), row)
 
     def action_move(self, step: int) -> None:
         """Move the item under the cursor up or down."""
-        row, items = self.table.cursor_row, list(self.plan.items)
+        row, items = self.table.cursor_row, list(self.draft.plan.items)
         if 0 <= row + step < len(items):
             items[row], items[row + step] = items[row + step], items[row]
             self._change(tuple(items), row + step)
@@ -195,14 +229,22 @@ class MissionScreen(Screen[None]):
 
     # Inside
 
-    def _ask(self, title: str, fields: list[tuple[str, str]], then: Callable[[tuple[str, ...]], None]) -> None:
+    def _ask(self, title: str, fields: list[tuple[str, str]], then: Callable[[tuple[str, ...]], str | None]) -> None:
+        """Ask until ``then`` has nothing to complain of."""
         self.complain("")
+        self.app.push_screen(AskScreen(title, fields, then))
 
-        def answered(values: tuple[str, ...] | None) -> None:
-            if values is not None:
-                then(values)
+    def _or_lose(self, then: Callable[[], None]) -> None:
+        """Do something that replaces the plan, after asking if it is nowhere else."""
+        if not self.draft.is_at_risk:
+            then()
+            return
 
-        self.app.push_screen(AskScreen(title, fields, numbers=False), answered)
+        def answered(yes: bool | None) -> None:
+            if yes:
+                then()
+
+        self.app.push_screen(ConfirmScreen("The plan is neither saved nor on the vehicle. Lose it?"), answered)
 
     def _vehicle(self) -> Station | None:
         if self._station is None:
@@ -215,15 +257,16 @@ class MissionScreen(Screen[None]):
 
     def _change(self, items: tuple[MissionItem, ...], row: int) -> None:
         # What a file says of single items belongs to their old places.
-        self.plan, self._changed = replace(self.plan, items=items, item_keys=()), True
+        self.draft.plan = replace(self.draft.plan, items=items, item_keys=())
+        self.draft.changed, self.draft.saved = True, False
         self._show(row)
 
     def _show(self, row: int = 0) -> None:
         self.table.clear()
-        for seq, item in enumerate(self.plan.items):
+        for seq, item in enumerate(self.draft.plan.items):
             self.table.add_row(*_row(seq, item), key=str(seq))
-        if self.plan.items:
-            self.table.move_cursor(row=min(row, len(self.plan.items) - 1))
+        if self.draft.plan.items:
+            self.table.move_cursor(row=min(row, len(self.draft.plan.items) - 1))
         self._mark(self.snapshot)
         self.query_one("#mission-words", Static).update(self._words())
 
@@ -234,64 +277,15 @@ class MissionScreen(Screen[None]):
             self.table.update_cell_at(Coordinate(seq, 0), mark)
 
     def _words(self) -> str:
-        name = self._path or "unsaved plan"
-        if not self.plan.items and not self._known:
-            return "no plan: o opens a file, f fetches the vehicle's"
-        state = "not on the vehicle" if self._changed else "as on the vehicle"
-        return f"{name}: {len(self.plan.items)} items, {state}"
-
-
-def _place(item: MissionItem) -> tuple[str, str]:
-    if is_global_frame(item.frame):
-        return f"{from_e7(item.x):.7f}", f"{from_e7(item.y):.7f}"
-    return f"{from_local_e4(item.x):.2f}", f"{from_local_e4(item.y):.2f}"
-
-
-def _text(value: float) -> str:
-    return "-" if math.isnan(value) else f"{value:g}"
+        d = self.draft
+        if not d.plan.items and not d.known:
+            return "no plan: o opens a file, f fetches the vehicle's, i inserts an item"
+        state = "not on the vehicle" if d.changed else "as on the vehicle"
+        unsaved = "" if d.saved or not d.changed else ", not saved"
+        return f"{d.path or 'unsaved plan'}: {len(d.plan.items)} items, {state}{unsaved}"
 
 
 def _row(seq: int, item: MissionItem) -> tuple[str, ...]:
-    return (
-        " ", str(seq), command_name(item.command), FRAMES.get(item.frame, str(item.frame)), _text(item.params[0]),
-        _text(item.params[1]), _text(item.params[3]), *_place(item), _text(item.z),
-    )  # fmt: skip
-
-
-def _fields(item: MissionItem) -> list[tuple[str, str]]:
-    places = ("Latitude [deg]", "Longitude [deg]") if is_global_frame(item.frame) else ("x [m]", "y [m]")
-    x, y = _place(item)
-    return [
-        ("Command (MAV_CMD)", str(item.command)),
-        ("Frame (MAV_FRAME)", str(item.frame)),
-        ("param1 (hold) param2 (acceptance) param3 param4 (yaw)", " ".join(_text(v) for v in item.params)),
-        (f"{places[0]} {places[1]} altitude [m]", f"{x} {y} {_text(item.z)}"),
-    ]
-
-
-def _item(values: tuple[str, ...], old: MissionItem) -> MissionItem:
-    command, frame = (_whole(text, name) for text, name in zip(values, ("command", "frame"), strict=False))
-    params = [_value(text, f"param{n}") for n, text in enumerate(values[2].split(), 1)]
-    place = [_value(text, name) for text, name in zip(values[3].split(), ("x", "y", "altitude"), strict=False)]
-    if len(params) != 4:
-        raise ValueError(f"{len(params)} params where 4 are wanted")
-    if len(place) != 3:
-        raise ValueError("position wants three numbers")
-    scale = to_e7 if is_global_frame(frame) else local_e4
-    first = (params[0], params[1], params[2], params[3])
-    return MissionItem(command, frame, first, scale(place[0]), scale(place[1]), place[2], old.autocontinue)
-
-
-def _whole(text: str, name: str) -> int:
-    if not text.isdigit():
-        raise ValueError(f"{name} {text!r} is not a whole number")
-    return int(text)
-
-
-def _value(text: str, name: str) -> float:
-    if text in {"-", "nan"}:
-        return NAN
-    value = ask_number(text)
-    if value is None:
-        raise ValueError(f"{name} {text!r} is not a number")
-    return value
+    place = (*place_words(item), value_text(item.z)) if kind_of(item).is_placed else ("", "", "")
+    command = command_name(item.command).removeprefix("nav ").removeprefix("do ")
+    return " ", str(seq), command, words(item), *place, FRAMES.get(item.frame, str(item.frame))

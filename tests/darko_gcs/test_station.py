@@ -96,6 +96,24 @@ def test_a_refusal_is_said_with_the_vehicles_reason(pair):
     assert "not armed" in words
 
 
+def test_transition_and_speed_go_out_as_their_commands(pair):
+    pair.station.transition(pair.now, forward=True)
+    pair.station.transition(pair.now + 0.1, forward=False)
+    pair.station.change_speed(15.0, pair.now, over_ground=True)
+    sent = [m for data in pair.station.outgoing(pair.now, 0) for m in Codec(1, 1).decode(data)]
+    commands = [m for m in sent if m.get_type() == "COMMAND_LONG"]
+    (transition,) = [m for m in commands if m.command == mavlink.MAV_CMD_DO_VTOL_TRANSITION]  # one at a time
+    (speed,) = [m for m in commands if m.command == mavlink.MAV_CMD_DO_CHANGE_SPEED]
+    assert transition.param1 == mavlink.MAV_VTOL_STATE_FW
+    assert (speed.param1, speed.param2, speed.param3) == (mavlink.SPEED_TYPE_GROUNDSPEED, 15.0, -1.0)
+
+
+def test_a_speed_the_vehicle_cannot_fly_is_answered(pair):
+    pair.station.change_speed(400.0, pair.now)
+    pair.run(0.5)
+    assert any(line.text == "do change speed: denied" for line in pair.snapshot.messages)
+
+
 def test_before_a_vehicle_is_heard_requests_say_so():
     station = Station()
     station.arm(1.0)
