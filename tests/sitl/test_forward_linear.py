@@ -289,7 +289,7 @@ def test_it_stays_on_the_leg_with_every_coefficient_a_fifth_wrong():
         for _ in range(15):
             a = NOMINAL._replace(**{name: getattr(NOMINAL, name) * rng.uniform(0.8, 1.2) for name in names})
             flight = fly(disturb(on_leg(airspeed), rng, **SIZES), airspeed, duration=15.0, a=a)
-            assert flight.offset[-1] < 3.0
+            assert flight.offset[-1] < 5.0
             assert np.linalg.norm(flight.x[-1, 8:]) < 0.05
 
 
