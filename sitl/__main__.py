@@ -13,6 +13,7 @@ from sitl.errors import SitlError
 COMMANDS = {
     "run": "fly the vehicle over MAVLink (what darko-sitl does when no command is named)",
     "scenario": "fly a named experiment of the report, print its figures, save its plot",
+    "report": "run every experiment of the report and write one HTML page with verdicts",
     "hybrid": "run a textbook hybrid system on the supervisor's engine",
     "airframe": "list the parameter sets, or show one with units and sources",
 }

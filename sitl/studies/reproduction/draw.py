@@ -72,6 +72,7 @@ def _inline(page: Figure) -> str:
     text = out.getvalue()
     text = re.sub(r"<metadata>.*?</metadata>\s*", "", text[text.index("<svg") :], flags=re.DOTALL)
     text = re.sub(r'(<svg [^>]*?) width="[^"]*"', r"\1", re.sub(r'(<svg [^>]*?) height="[^"]*"', r"\1", text, count=1))
+    text = re.sub(r'<g id="[^"]*"', "<g", text)  # matplotlib counts from one in every figure
     return text.replace(INK, "currentColor")
 
 
