@@ -9,17 +9,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from darko_gcs.mode_names import mode_name
 from protocol.codec import Source, source_of
 from protocol.dialect import mavlink
-from protocol.modes import mode_from_custom
 from protocol.replay import playing_times
 from protocol.tlog import Damage, TlogReader, message_name
 
-__all__ = ["Flight", "Jump", "MessageCount", "Period", "Summary", "Text", "enum_name", "summarise"]
+__all__ = ["Decision", "Flight", "Jump", "MessageCount", "Period", "Summary", "Text", "enum_name", "summarise"]
 
 Floats = NDArray[np.float64]
 Columns = dict[str, NDArray[Any]]
 
+_NO_ITEM = 0xFFFF
 _GAP = 5.0  # [s]: what happened in a longer silence is not guessed
 
 
@@ -57,6 +58,22 @@ class Jump:
 
 
 @dataclass(frozen=True, slots=True)
+class Decision:
+    """How one leg was to be flown; an impossible way takes infinite time."""
+
+    time: float  # playing time [s]
+    seq: int | None  # mission item at the end of the leg
+    way: str
+    reason: str
+    distance: float  # [m]
+    climb: float  # [m]
+    hover_time: float  # [s]
+    hover_energy: float  # [J]
+    forward_time: float
+    forward_energy: float
+
+
+@dataclass(frozen=True, slots=True)
 class Text:
     """One STATUSTEXT, its chunks put together."""
 
@@ -80,7 +97,12 @@ class Flight:
     distance: float | None  # flown while armed [m]
     height: float | None  # highest above home [m]
     speed: float | None  # fastest over ground [m/s]
-    laws: dict[str, float]  # time in each control law [s]
+    cross_track_rms: float | None  # off the path while armed [m]
+    cross_track_max: float | None
+    laws: dict[str, float]  # vehicle's time in each control law [s]
+    energy: dict[str, float]  # taken in each control law [J]
+    vtol: tuple[Period, ...]  # hover, forward flight and the transitions between them
+    decisions: tuple[Decision, ...]
     jumps: tuple[Jump, ...]
 
 
@@ -176,6 +198,7 @@ def _flight(reader: TlogReader, times: Floats, source: Source) -> Flight:
     modes = _mode_names(beats)
     armed = (beats["base_mode"].astype(np.int64) & int(mavlink.MAV_MODE_FLAG_SAFETY_ARMED)) != 0
     distance, height, speed = _path(reader, times, source, rows, armed)
+    cross_track = _cross_track(reader, source, rows, armed)
     return Flight(
         system=source[0],
         component=source[1],
@@ -186,17 +209,19 @@ def _flight(reader: TlogReader, times: Floats, source: Source) -> Flight:
         distance=distance,
         height=height,
         speed=speed,
-        laws=_laws(reader, times, source),
+        cross_track_rms=None if cross_track is None else float(np.sqrt(np.mean(cross_track**2))),
+        cross_track_max=None if cross_track is None else float(np.max(np.abs(cross_track))),
+        laws=_laws(reader, source),
+        energy=_energy(reader, source),
+        vtol=_vtol(reader, times, source),
+        decisions=_decisions(reader, times, source),
         jumps=_jumps(reader, times, source),
     )
 
 
 def _mode_names(beats: Columns) -> list[str]:
-    px4 = beats["autopilot"] == mavlink.MAV_AUTOPILOT_PX4
-    return [
-        mode.name if ours and (mode := mode_from_custom(number)) is not None else f"mode {number}"
-        for ours, number in zip(px4.tolist(), beats["custom_mode"].tolist(), strict=True)
-    ]
+    told = zip(*(beats[field].tolist() for field in ("autopilot", "type", "custom_mode")), strict=True)
+    return [mode_name(autopilot, kind, number) or f"mode {number}" for autopilot, kind, number in told]
 
 
 def _periods(times: Floats, names: list[str], end: float) -> list[Period]:
@@ -219,13 +244,28 @@ def _path(
         return None, None, None
     position, velocity = (_local if name == "LOCAL_POSITION_NED" else _geodetic)(fields)
     steps = np.linalg.norm(np.diff(position, axis=0), axis=1)
-    flying = np.zeros(len(rows), dtype=np.bool_)
-    beat = np.searchsorted(beat_rows, rows) - 1
-    flying[beat >= 0] = armed[beat[beat >= 0]]
+    flying = _armed_at(rows, beat_rows, armed)
     counted = flying[1:] & flying[:-1] & (np.diff(times[rows]) < _GAP)
     height = float(np.nanmax(-position[:, 2], initial=0.0))
     speed = float(np.nanmax(np.linalg.norm(velocity, axis=1), initial=0.0))
     return float(np.nansum(steps[counted])), height, speed
+
+
+def _armed_at(rows: NDArray[np.int64], beat_rows: NDArray[np.int64], armed: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Whether the vehicle was armed at each of some records, by the HEARTBEAT before it."""
+    flying = np.zeros(len(rows), dtype=np.bool_)
+    beat = np.searchsorted(beat_rows, rows) - 1
+    flying[beat >= 0] = armed[beat[beat >= 0]]
+    return flying
+
+
+def _cross_track(
+    reader: TlogReader, source: Source, beat_rows: NDArray[np.int64], armed: NDArray[np.bool_]
+) -> Floats | None:
+    """Every distance from the path while armed [m]; None where none is told."""
+    off = reader.columns("NAV_CONTROLLER_OUTPUT", source)["xtrack_error"].astype(np.float64)
+    off = off[_armed_at(reader.rows("NAV_CONTROLLER_OUTPUT", source), beat_rows, armed) & np.isfinite(off)]
+    return off if len(off) else None
 
 
 def _local(fields: Columns) -> tuple[Floats, Floats]:
@@ -250,13 +290,43 @@ def _geodetic(fields: Columns) -> tuple[Floats, Floats]:
     return np.stack((north, east, down), axis=1), velocity
 
 
-def _laws(reader: TlogReader, times: Floats, source: Source) -> dict[str, float]:
-    """Time in each control law [s], from the states sampled on the wire."""
-    rows = reader.rows("DARKO_HYBRID_STATE", source)
-    laws = reader.columns("DARKO_HYBRID_STATE", source)["law"][:-1]
-    steps = np.diff(times[rows])
-    steps = np.where(steps < _GAP, steps, 0.0)
+def _laws(reader: TlogReader, source: Source) -> dict[str, float]:
+    """Time in each control law [s], on the vehicle's clock: a simulation may have run faster than its recorder."""
+    states = reader.columns("DARKO_HYBRID_STATE", source)
+    laws = states["law"][:-1]
+    steps = np.diff(states["time_boot_ms"].astype(np.float64) / 1e3)
+    steps = np.where((steps > 0.0) & (steps < _GAP), steps, 0.0)
     return {enum_name("DARKO_LAW", number): float(steps[laws == number].sum()) for number in np.unique(laws).tolist()}
+
+
+def _energy(reader: TlogReader, source: Source) -> dict[str, float]:
+    """Energy taken in each control law [J]; a vehicle that restarts counts from nought again."""
+    totals = reader.columns("DARKO_ENERGY", source)["energy_by_law"].astype(np.float64)
+    taken = np.nansum(np.clip(np.diff(totals, axis=0), 0.0, None), axis=0)
+    return {enum_name("DARKO_LAW", law): joules for law, joules in enumerate(taken.tolist()) if joules > 0.0}
+
+
+def _vtol(reader: TlogReader, times: Floats, source: Source) -> tuple[Period, ...]:
+    rows = reader.rows("EXTENDED_SYS_STATE", source)
+    states = reader.columns("EXTENDED_SYS_STATE", source)["vtol_state"]
+    if not np.any(states):  # MAV_VTOL_STATE_UNDEFINED: no VTOL vehicle
+        return ()
+    return tuple(_periods(times[rows], [enum_name("MAV_VTOL_STATE", int(v)) for v in states], float(times[-1])))
+
+
+def _decisions(reader: TlogReader, times: Floats, source: Source) -> tuple[Decision, ...]:
+    rows, fields = reader.rows("DARKO_DECISION", source), reader.columns("DARKO_DECISION", source)
+    numbers = ("distance", "climb", "hover_time", "hover_energy", "forward_time", "forward_energy")
+    return tuple(
+        Decision(
+            float(times[row]),
+            None if fields["seq"][k] == _NO_ITEM else int(fields["seq"][k]),
+            enum_name("DARKO_WAY", int(fields["way"][k])),
+            enum_name("DARKO_DECISION_REASON", int(fields["reason"][k])),
+            *(float(fields[name][k]) for name in numbers),
+        )
+        for k, row in enumerate(rows.tolist())
+    )
 
 
 def _jumps(reader: TlogReader, times: Floats, source: Source) -> tuple[Jump, ...]:

@@ -9,7 +9,7 @@ from dataclasses import asdict
 from datetime import UTC, datetime
 from typing import Any
 
-from darko_gcs.flight_summary import Flight, Period, Summary
+from darko_gcs.flight_summary import Decision, Flight, Period, Summary
 
 __all__ = ["as_json", "as_text"]
 
@@ -76,8 +76,13 @@ def _flight(flight: Flight) -> Iterator[str]:
     told = [f"{what} {value:.1f} {unit}" for what, value, unit in figures if value is not None]
     if told:
         yield "  " + ", ".join(told)
-    if flight.laws:
-        yield "  laws: " + ", ".join(f"{law} {_clock(time)}" for law, time in flight.laws.items())
+    if flight.cross_track_rms is not None:
+        yield f"  off the path {flight.cross_track_rms:.1f} m rms, at most {flight.cross_track_max:.1f} m"
+    yield from _history("vtol", flight.vtol, nothing=None)
+    yield from _by_law(flight)
+    for decision in flight.decisions[:_LONGEST]:
+        yield f"    {_clock(decision.time)} {_decision(decision)}"
+    yield from _rest(flight.decisions, "decisions")
     for jump in flight.jumps[:_LONGEST]:
         v = "" if math.isnan(jump.v) else f" at V = {jump.v:.4g}"
         change = f"{jump.law_from} -> {jump.law_to}"
@@ -85,7 +90,32 @@ def _flight(flight: Flight) -> Iterator[str]:
     yield from _rest(flight.jumps, "jumps")
 
 
-def _history(what: str, periods: tuple[Period, ...], nothing: str = "unknown") -> Iterator[str]:
+def _by_law(flight: Flight) -> Iterator[str]:
+    """Time and energy of each law."""
+    laws = list(dict.fromkeys((*flight.laws, *flight.energy)))
+    if laws:
+        yield f"  {'law':<24} {'time':>8} {'energy':>10}"
+    for law in laws:
+        energy = f"{flight.energy[law]:8.0f} J" if law in flight.energy else f"{'-':>8}  "
+        yield f"    {law:<22} {_clock(flight.laws.get(law, 0.0)):>8} {energy}".rstrip()
+
+
+def _decision(d: Decision) -> str:
+    leg = "leg" if d.seq is None else f"leg to {d.seq}"
+    ways = ", ".join(
+        f"{name} {time:.1f} s {energy:.0f} J" if math.isfinite(time) else f"{name} impossible"
+        for name, time, energy in (
+            ("hover", d.hover_time, d.hover_energy),
+            ("forward", d.forward_time, d.forward_energy),
+        )
+    )
+    return f"{leg}, {d.distance:.0f} m, climb {d.climb:+.0f} m: {d.way}, {d.reason} ({ways})"
+
+
+def _history(what: str, periods: tuple[Period, ...], nothing: str | None = "unknown") -> Iterator[str]:
+    """Periods, one a line; where there are none, ``nothing``, or no line at all."""
+    if not periods and nothing is None:
+        return
     yield f"  {what}:" + ("" if periods else f" {nothing}")
     for period in periods[:_LONGEST]:
         name = "" if period.name == what else f"  {period.name}"

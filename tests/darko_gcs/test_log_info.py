@@ -29,8 +29,8 @@ def local(north, height, speed):
     return mavlink.MAVLink_local_position_ned_message(0, north, 0.0, -height, speed, 0.0, 0.0)
 
 
-def law(number):
-    return mavlink.MAVLink_darko_hybrid_state_message(0, 0, 1.0, math.nan, 2.0, 3.0, 0.0, number, 0, 0)
+def law(number, second):
+    return mavlink.MAVLink_darko_hybrid_state_message(1000 * second, 0, 1.0, math.nan, 2.0, 3.0, 0.0, number, 0, 0)
 
 
 def jump(number, v):
@@ -48,10 +48,10 @@ FLIGHT = [  # one a second
     beat(Mode.TAKEOFF, ARMED),
     local(0.0, 0.0, 0.0),
     local(3.0, 4.0, 1.5),
-    law(2),
+    law(2, 5),
     jump(1, 0.25),
-    law(1),
-    law(1),
+    law(1, 7),
+    law(1, 8),
     local(3.0, 9.0, 0.5),
     beat(Mode.MISSION, ARMED),
     text(b"a long wa", 7, 0),
@@ -124,7 +124,8 @@ def test_a_person_is_told_everything_and_the_terminal_nothing(summary):
         "    0:02.0 to 0:10.0  TAKEOFF",
         "    0:02.0 to 0:14.0\n",
         "flown 5.0 m, height up to 9.0 m, speed up to 1.5 m/s",
-        "laws: HOVER_LINEAR 0:01.0, HOVER_ZERO_MOMENT 0:02.0",
+        "    HOVER_LINEAR             0:01.0        -",
+        "    HOVER_ZERO_MOMENT        0:02.0        -",
         "0:06.0 jump 1 calm: HOVER_ZERO_MOMENT -> HOVER_LINEAR, LYAPUNOV_BELOW at V = 0.25",
         "damage: 30 bytes in 1 places belong to no message",
         "1/1 WARNING: landed?[2J",
@@ -177,6 +178,90 @@ def test_nan_positions_do_not_spoil_the_figures():
     assert np.isfinite([flight.distance, flight.height, flight.speed]).all()
 
 
+def vtol(state):
+    return mavlink.MAVLink_extended_sys_state_message(state, mavlink.MAV_LANDED_STATE_IN_AIR)
+
+
+def energy(total, *by_law):
+    return mavlink.MAVLink_darko_energy_message(0, 100.0, total, [*by_law, *[0.0] * (9 - len(by_law))])
+
+
+def off(metres):
+    return mavlink.MAVLink_nav_controller_output_message(0, 0, 0, 0, 0, 0, 0, metres)
+
+
+def decision(seq, forward_time, way, reason):
+    return mavlink.MAVLink_darko_decision_message(
+        0, 100.0, 10.0, 0.0, 0.0, 29.25, 4983.0, forward_time, 1757.0, seq, way, reason
+    )
+
+
+ENVELOPE = [  # one a second
+    beat(Mode.HOLD),
+    off(50.0),  # disarmed: no flight
+    beat(Mode.MISSION, ARMED),
+    vtol(mavlink.MAV_VTOL_STATE_MC),
+    energy(100.0, 0.0, 100.0),
+    decision(2, 12.125, mavlink.DARKO_WAY_FORWARD, mavlink.DARKO_DECISION_REASON_ENERGY),
+    law(4, 6),
+    vtol(mavlink.MAV_VTOL_STATE_TRANSITION_TO_FW),
+    off(3.0),
+    law(6, 9),
+    vtol(mavlink.MAV_VTOL_STATE_FW),
+    energy(1500.0, 0.0, 150.0, 0.0, 0.0, 900.0, 0.0, 450.0),
+    off(-4.0),
+    off(math.nan),
+    decision(0xFFFF, math.inf, mavlink.DARKO_WAY_HOVER, mavlink.DARKO_DECISION_REASON_NO_TRIM),
+    energy(5.0, 0.0, 5.0),  # restarted
+]
+
+
+@pytest.fixture(scope="module")
+def envelope():
+    return summarise(TlogReader(log_of(map(bare, ENVELOPE), step=1_000_000)))
+
+
+def test_energy_is_counted_by_law_and_a_restart_takes_none_back(envelope):
+    (flight,) = envelope.flights
+    assert flight.energy == {"HOVER_LINEAR": 50.0, "TO_FORWARD": 900.0, "FORWARD_LINEAR": 450.0}
+    assert "    TO_FORWARD               0:03.0      900 J\n" in as_text(envelope, "x")
+
+
+def test_transitions_are_periods_of_their_own(envelope):
+    (flight,) = envelope.flights
+    assert [(p.name, p.start, p.end) for p in flight.vtol] == [
+        ("MC", 3, 7),
+        ("TRANSITION_TO_FW", 7, 10),
+        ("FW", 10, 15),
+    ]
+    assert "    0:07.0 to 0:10.0  TRANSITION_TO_FW\n" in as_text(envelope, "x")
+
+
+def test_the_path_is_judged_by_what_was_flown_armed(envelope):
+    (flight,) = envelope.flights
+    assert flight.cross_track_rms == pytest.approx(math.sqrt(12.5))
+    assert flight.cross_track_max == pytest.approx(4.0)
+    assert "off the path 3.5 m rms, at most 4.0 m" in as_text(envelope, "x")
+
+
+def test_decisions_are_told_with_both_ways(envelope):
+    (flight,) = envelope.flights
+    first, second = flight.decisions
+    assert (first.time, first.seq, first.way, first.reason) == (5.0, 2, "FORWARD", "ENERGY")
+    assert (second.seq, second.way, second.reason, second.forward_time) == (None, "HOVER", "NO_TRIM", math.inf)
+    told = as_text(envelope, "x")
+    both = "(hover 29.2 s 4983 J, forward 12.1 s 1757 J)"
+    assert f"0:05.0 leg to 2, 100 m, climb +10 m: FORWARD, ENERGY {both}" in told
+    assert "leg, 100 m, climb +10 m: HOVER, NO_TRIM (hover 29.2 s 4983 J, forward impossible)" in told
+    assert json.loads(as_json(envelope, "x"))["flights"][0]["decisions"][1]["forward_time"] is None
+
+
+def test_a_vehicle_that_is_no_vtol_has_no_transitions(summary):
+    (flight,) = summary.flights
+    assert (flight.vtol, flight.decisions, flight.cross_track_rms) == ((), (), None)
+    assert "vtol" not in as_text(summary, "x")
+
+
 def test_a_value_outside_its_enum_is_its_number():
     assert enum_name("MAV_TYPE", 222) == "222"
 
@@ -208,6 +293,6 @@ def test_another_autopilots_flight_is_summed_up():
     (flight,) = summary.flights
     assert (summary.records, summary.unknown, summary.damage) == (23894, 6857, ())
     assert (flight.type, flight.autopilot) == ("FIXED_WING", "ARDUPILOTMEGA")
-    assert [mode.name for mode in flight.modes] == ["mode 19", "mode 1", "mode 15", "mode 20"]
+    assert [mode.name for mode in flight.modes] == ["QLOITER", "CIRCLE", "GUIDED", "QLAND"]
     assert summary.texts[-1].text == "Land complete"
     assert summary.start_usec > T0 - 10 * 365 * 86400 * 10**6
