@@ -3,14 +3,15 @@ r"""A hover gain by linear matrix inequalities: the LQR's cost with a guaranteed
 The report's perspective (conclusion). Over every effectiveness of motors and elevons within ``spread``, one V = x' S x
 and one K shall give
 
-.. math:: \dot V \le -2 \alpha V - x' (Q + K' R K) x .
+.. math:: \dot V \le -2 \alpha V - x' (Q + K' R K) x , \qquad Q = I, R = \rho I .
 
 With X = S^-1 and Y = K X this is linear in X and Y, and affine in B, so that the corners of the effectiveness suffice.
-S bounds the LQR's cost: V keeps its meaning and its unit, and without spread and decay it is the LQR's.
+S bounds the LQR's cost: V keeps its meaning, and without spread and decay it is the LQR's.
 """
 
 from __future__ import annotations
 
+import math
 import warnings
 from itertools import product
 
@@ -22,18 +23,20 @@ from sitl.errors import SitlError
 from sitl.kernels.parameters import Airframe, Array
 from sitl.laws.hover_linear import LinearGains
 
-DECAY = 0.8  # alpha [1/s]; the LQR's slowest pole is at -0.5
+DECAY = 0.5  # alpha [1/s]; the LQR's own V guarantees 0.37, and 0.30 over the spread
 SPREAD = 0.2  # of the effectiveness of motors and elevons, either way
+EFFORT = 10.0  # weight of u' u in the cost: with the LQR's 1 the decay costs gains that saturate
 SLACK = 1e-5  # of the decay that the solver may miss [1/s]
 
 
-def lmi_gains(a: Airframe, *, decay: float = DECAY, spread: float = SPREAD) -> LinearGains:
-    """Gains of least guaranteed cost (Q = I, R = I as the LQR's) with a decay rate of V, verified afterwards.
+def lmi_gains(a: Airframe, *, decay: float = DECAY, spread: float = SPREAD, effort: float = EFFORT) -> LinearGains:
+    """Gains of least guaranteed cost with a decay rate of V, verified afterwards.
 
     Args:
         a: The airframe.
         decay: Wanted alpha in V' <= -2 alpha V [1/s], >= 0.
         spread: Effectiveness of motors and of elevons within 1 -+ spread, in [0, 1).
+        effort: Weight rho of u' u in the cost, > 0.
 
     Returns:
         K, S = X^-1 and no integral; V = x' S x.
@@ -41,10 +44,10 @@ def lmi_gains(a: Airframe, *, decay: float = DECAY, spread: float = SPREAD) -> L
     Raises:
         SitlError: If an argument is out of range, no such gain exists, or what the solver returns fails the check.
     """
-    if not (0.0 <= decay < np.inf and 0.0 <= spread < 1.0):
-        raise SitlError(f"decay {decay} must be at least 0 and spread {spread} in [0, 1)")
+    if not (0.0 <= decay < np.inf and 0.0 <= spread < 1.0 and 0.0 < effort < np.inf):
+        raise SitlError(f"decay {decay} must be at least 0, spread {spread} in [0, 1) and effort {effort} positive")
     A, corners = linearise.hover(a)[0], effectiveness(a, spread)
-    K, S = _solve(A, corners, decay)
+    K, S = _solve(A, corners, decay, effort)
     reached = guaranteed_decay(A, corners, K, S)
     if reached < decay - SLACK:
         raise SitlError(f"the LMI's solution guarantees a decay of {reached:.4f} 1/s only, {decay} were asked for")
@@ -79,12 +82,12 @@ def guaranteed_decay(A: Array, corners: list[Array], K: Array, S: Array) -> floa
     return float(min(rates))
 
 
-def _solve(A: Array, corners: list[Array], decay: float) -> tuple[Array, Array]:
+def _solve(A: Array, corners: list[Array], decay: float, effort: float) -> tuple[Array, Array]:
     """K and S of least trace S."""
     import cvxpy as cp  # noqa: PLC0415 - seconds that only this design needs
 
     n, m = corners[0].shape
-    S_lqr = lqr(A, corners[0], np.eye(n), np.eye(m))[1]
+    S_lqr = lqr(A, corners[0], np.eye(n), effort * np.eye(m))[1]
     scale = np.sqrt(np.diag(S_lqr))  # states of like size keep the solver exact
     X, Y, Z = cp.Variable((n, n), symmetric=True), cp.Variable((m, n)), cp.Variable((n, n), symmetric=True)
     T, back = np.diag(scale), np.diag(1.0 / scale)
@@ -92,7 +95,7 @@ def _solve(A: Array, corners: list[Array], decay: float) -> tuple[Array, Array]:
     for B in corners:
         drift = T @ A @ back @ X - T @ B @ Y
         top = drift + drift.T + 2.0 * decay * X
-        cost = cp.vstack([back @ X, Y])
+        cost = cp.vstack([back @ X, math.sqrt(effort) * Y])
         constraints.append(cp.bmat([[-top, cost.T], [cost, np.eye(n + m)]]) >> 0)
     problem = cp.Problem(cp.Minimize(cp.trace(Z)), constraints)
     with warnings.catch_warnings():

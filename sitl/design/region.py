@@ -43,6 +43,7 @@ MOST_BOXES = 2_000  # at one level of splitting; a set that needs more counts as
 GRID = 8  # boxes per axis to begin with
 DEPTH = 12  # how often a box is split at most
 PRECISION = 0.05  # of the level, relative
+FARTHEST = 100.0  # of V where it is looked for a rise
 NOTHING = 1e-5  # a level below this is none
 ALOFT = 1000.0  # out of the ground's reach [m]
 POSITION, VELOCITY, ATTITUDE, RATES = slice(0, 3), slice(3, 6), slice(6, 9), slice(9, 12)
@@ -178,6 +179,40 @@ def lyapunov_rate(x: Array, gains: LinearGains, a: Airframe) -> float:
         for column in range(12):
             rate += 2.0 * x[row] * gains.S[row, column] * dx[column if column < Q else column + 1]
     return rate
+
+
+def first_rise(a: Airframe, gains: LinearGains, *, searches: int = 6, seed: int = 1) -> float:
+    """A V at which V' = 0 somewhere, found by descent over directions: no certificate of this V can be larger.
+
+    Args:
+        a: The airframe.
+        gains: The law.
+        searches: How many descents, from the best of random directions.
+        seed: Of the directions.
+    """
+    from scipy.optimize import minimize  # noqa: PLC0415 - half a second that only this search needs
+
+    to_x = np.linalg.inv(np.linalg.cholesky(gains.S))
+
+    def rise(y: Array) -> float:
+        return _rise_along(y / np.linalg.norm(y) @ to_x, gains, a)
+
+    directions = np.random.default_rng(seed).standard_normal((300, 12))
+    best = sorted(directions, key=rise)[:searches]
+    options = {"maxiter": 2000, "adaptive": True, "fatol": 1e-4, "xatol": 1e-3}
+    return float(min(minimize(rise, y, method="Nelder-Mead", options=options).fun for y in best))
+
+
+@njit(cache=True)
+def _rise_along(x: Array, gains: LinearGains, a: Airframe) -> float:
+    """The V from which on V' is no longer negative along a ray, to 1 %; infinite if there is none on the chart."""
+    level = 1e-3
+    while level < FARTHEST:
+        rate = lyapunov_rate(math.sqrt(level) * x, gains, a)
+        if not rate < 0.0:
+            return math.inf if math.isnan(rate) else level
+        level *= 1.01
+    return math.inf
 
 
 class _Interval:
