@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -11,6 +12,7 @@ from typing import TYPE_CHECKING
 from sitl.errors import SitlError
 
 if TYPE_CHECKING:
+    from sitl.studies.reproduction.experiment import Experiment, Row
     from sitl.studies.scenario import Figure, Scenario, Track
 
 
@@ -18,29 +20,37 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     """The command line of ``darko-sitl scenario``."""
     made = argparse.ArgumentParser(prog="darko-sitl scenario", description=commands["scenario"] + ".")
     made.add_argument("name", nargs="?", help="which one, or 'all'; without a name they are listed")
-    made.add_argument("--plot", type=Path, metavar="FILE", help="where the plot goes: .png, .svg or .pdf [NAME.png]")
+    made.add_argument(
+        "--plot",
+        type=Path,
+        metavar="FILE",
+        help="where the plot goes: .png, .svg or .pdf; studies draw .svg [NAME.png]",
+    )
     made.add_argument("--no-plot", action="store_true", help="print the figures only")
     made.add_argument("--json", action="store_true", help="print the figures for a program")
-    made.add_argument("--airframe", metavar="SET", help="parameter set or TOML file [the scenario's own]")
+    made.add_argument("--airframe", metavar="SET", help="parameter set or TOML file of a flight [the scenario's own]")
     made.add_argument("--seed", type=int, default=1, metavar="N")
     return made
 
 
 def run(args: argparse.Namespace) -> int:
-    """List the scenarios or fly some; exit code 1 if a figure misses what is expected of it."""
+    """List the experiments or run some; exit code 1 if a figure misses what is expected and nothing explains it."""
     from sitl.studies.report import SCENARIOS  # noqa: PLC0415 - --help must not load the compiler
+    from sitl.studies.reproduction.catalogue import EXPERIMENTS  # noqa: PLC0415
 
+    studies = {name: experiment for name, experiment in EXPERIMENTS.items() if name not in SCENARIOS}
     if args.name is None:
-        for scenario in SCENARIOS.values():
-            print(f"{scenario.name:<12} {scenario.title}\n{'':<12} {scenario.claim}")
+        entries = [(s.name, s.title, s.claim) for s in SCENARIOS.values()]
+        entries += [(e.name, e.title, f"report {e.place}: a study of several runs") for e in studies.values()]
+        for name, title, claim in entries:
+            print(f"{name:<17} {title}\n{'':<17} {claim}")
         return 0
-    if args.name == "all":
-        chosen = list(SCENARIOS.values())
-    elif args.name in SCENARIOS:
-        chosen = [SCENARIOS[args.name]]
-    else:
-        raise SitlError(f"no scenario {args.name!r}: there are {', '.join(SCENARIOS)}")
-    return max(_fly(scenario, args) for scenario in chosen)
+    names = [*SCENARIOS, *studies] if args.name == "all" else [args.name]
+    if args.name not in {"all", *SCENARIOS, *studies}:
+        raise SitlError(f"no scenario {args.name!r}: there are {', '.join((*SCENARIOS, *studies))}")
+    if len(names) > 1 and args.plot is not None:
+        raise SitlError("--plot names one file, and 'all' draws many: leave it out, or choose --no-plot")
+    return max(_fly(SCENARIOS[name], args) if name in SCENARIOS else _study(studies[name], args) for name in names)
 
 
 def _fly(scenario: Scenario, args: argparse.Namespace) -> int:
@@ -58,6 +68,23 @@ def _fly(scenario: Scenario, args: argparse.Namespace) -> int:
     return 0 if all(figure.holds for figure in figures) else 1
 
 
+def _study(experiment: Experiment, args: argparse.Namespace) -> int:
+    if args.airframe is not None:
+        raise SitlError(f"{experiment.name} compares airframes of its own: --airframe is for single flights")
+    rows, panels = experiment.run(args.seed)
+    print(_rows_as_json(experiment, rows) if args.json else _rows_as_text(experiment, rows))
+    for number, panel in enumerate(() if args.no_plot else panels, 1):
+        base = (args.plot or Path(experiment.name)).with_suffix("")
+        path = base.with_name(f"{base.name}-{number}.svg")
+        try:
+            path.write_text(panel.svg, encoding="utf-8")
+        except OSError as error:
+            raise SitlError(f"plot {path}: {error.strerror}") from error
+        if not args.json:
+            print(f"  plot: {path}")
+    return 0 if all(row.explained for row in rows) else 1
+
+
 def _as_text(scenario: Scenario, track: Track, figures: list[Figure]) -> str:
     lines = [f"{scenario.name}: {scenario.title}", f"  {scenario.claim}"]
     for figure in figures:
@@ -73,6 +100,18 @@ def _as_text(scenario: Scenario, track: Track, figures: list[Figure]) -> str:
     return "\n".join(lines)
 
 
+def _rows_as_text(experiment: Experiment, rows: list[Row]) -> str:
+    lines = [f"{experiment.name}: {experiment.title}", f"  report {experiment.place}"]
+    for row in rows:
+        figure = row.figure
+        lines.append(
+            f"  {figure.name:<64}{figure.value:10.4g} {figure.unit:<7} [{row.verdict}; report: {figure.expected}]"
+        )
+        if row.cause:
+            lines.append(f"      {row.cause}")
+    return "\n".join(lines)
+
+
 def _as_json(scenario: Scenario, track: Track, figures: list[Figure]) -> str:
     return json.dumps(
         {
@@ -83,6 +122,26 @@ def _as_json(scenario: Scenario, track: Track, figures: list[Figure]) -> str:
                 for jump in track.jumps
             ],
             "times_real_time": scenario.duration / track.wall,
+        },
+        default=float,
+    )
+
+
+def _rows_as_json(experiment: Experiment, rows: list[Row]) -> str:
+    return json.dumps(
+        {
+            "scenario": experiment.name,
+            "figures": [
+                row.figure._asdict()
+                | {
+                    "value": row.figure.value if math.isfinite(row.figure.value) else None,
+                    "holds": bool(row.figure.holds),
+                    "place": row.place,
+                    "verdict": row.verdict,
+                    "cause": row.cause,
+                }
+                for row in rows
+            ],
         },
         default=float,
     )

@@ -1,4 +1,4 @@
-"""The experiments of the report's hover chapters, with the figures it prints of them."""
+"""The flights of the report under the vehicle's supervisor, with the figures it prints of them."""
 
 from __future__ import annotations
 
@@ -13,6 +13,8 @@ from sitl.studies.scenario import Ask, Figure, Scenario, Track
 from sitl.vehicle import Start, Tuning
 
 WIND_FROM = 10.0  # when the wind of the LQI experiment begins [s]
+FORWARD = (Law.FORWARD_LINE_OF_SIGHT, Law.FORWARD_LINEAR)
+SECOND = 40.0  # when the transition experiment's second target comes [s]
 
 
 def settling_time(track: Track, radius: float, since: float = 0.0, until: float = math.inf) -> float:
@@ -102,6 +104,22 @@ def _wind(track: Track) -> list[Figure]:
     ]
 
 
+def _transition(track: Track) -> list[Figure]:
+    first, second = settling_time(track, 0.5, until=SECOND), settling_time(track, 0.5, since=SECOND)
+    on_the_wing = float(np.isin(track.law, FORWARD).sum() * (track.time[1] - track.time[0]))
+    before, after = track.lyapunov[track.time < SECOND][-1], track.lyapunov[track.time > SECOND][0]
+    return [
+        Figure("reaches [50, 0, 0] after", first, "s", "before 40 s", first < SECOND),
+        Figure("hovers there, V at 40 s", float(before), "", "0", before < 1e-3),
+        Figure("V with the new target", float(after), "", "jumps", after > 1.0),
+        Figure("reaches [100, 0, 0] after", second, "s", "before the end", not math.isnan(second)),
+        Figure("error at the end", float(error(track)[-1]), "m", "0", error(track)[-1] < 0.05),
+        Figure("under a forward law", on_the_wing, "s", "flown", on_the_wing > 0.0),
+        Figure("height gained while slowing down", float(track.p[:, 2].max()), "m", "", True),
+        Figure("jumps in all", len(track.jumps), "", "", True),
+    ]
+
+
 def nose_elevation(track: Track) -> Array:
     """Angle of the nose above the horizon over the flight, (n,) [rad]."""
     q = track.q
@@ -139,6 +157,18 @@ SCENARIOS = {
             duration=60.0,
             figures=_wind,
             law=Law.HOVER_LINEAR,
+        ),
+        Scenario(
+            name="forward-to-hover",
+            title="From forward flight to hover at [50, 0, 0], then on to [100, 0, 0]",
+            claim="section 5.2: it stabilises in hover; V jumps with the new target at t = 40 s",
+            start=Start(),
+            asks=(
+                Ask(0.0, target=(50.0, 0.0, 0.0), airspeed=10.0),
+                Ask(SECOND, target=(100.0, 0.0, 0.0), airspeed=10.0),
+            ),
+            duration=80.0,
+            figures=_transition,
         ),
     )
 }

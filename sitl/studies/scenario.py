@@ -13,11 +13,12 @@ from typing import NamedTuple
 import numpy as np
 
 from sitl.airframe import load
-from sitl.autopilot.guidance import Setpoint, Vector
+from sitl.autopilot.guidance import Route, Setpoint, Vector
 from sitl.errors import SitlError
 from sitl.hybrid.supervisor import JumpRecord, Law
 from sitl.kernels.parameters import Airframe, Array
 from sitl.laws import hover_zero_moment
+from sitl.laws.path import LEG
 from sitl.memory_layout import LAW
 from sitl.vehicle import TICK, DivergedError, Start, Tuning, Vehicle
 
@@ -26,11 +27,12 @@ SAMPLE = 10  # control ticks between recorded samples: 20 ms
 
 
 class Ask(NamedTuple):
-    """A change at a time: a new target, or another wind."""
+    """A change at a time: a new target, upright or on the wing, or another wind."""
 
     time: float  # [s]
     target: Vector | None = None  # world NWU [m]
     wind: Vector | None = None  # velocity of the air, world NWU [m/s]
+    airspeed: float | None = None  # of a leg on the wing from the target before; None: upright [m/s]
 
 
 class Figure(NamedTuple):
@@ -101,16 +103,16 @@ def fly(
     recorder = _Recorder()
     began = time.perf_counter()
     asks = sorted(scenario.asks)
-    target: Vector = (0.0, 0.0, 0.0)
+    setpoint = Setpoint((0.0, 0.0, ALOFT), scenario.start.heading, scenario.speed)
     for step in range(round(scenario.duration / TICK / SAMPLE)):
         while asks and asks[0].time <= step * SAMPLE * TICK + 1e-9:
             ask = asks.pop(0)
-            target = ask.target or target
+            if ask.target is not None:
+                setpoint = _next(setpoint, ask.target, ask.airspeed)
             if ask.wind is not None:
                 vehicle.set_wind(ask.wind)
-        aloft = (target[0], target[1], target[2] + ALOFT)
-        vehicle.set_target(Setpoint(aloft, scenario.start.heading, scenario.speed))
-        recorder.sample(vehicle, target)
+        vehicle.set_target(setpoint)
+        recorder.sample(vehicle)
         try:
             vehicle.advance(SAMPLE)
         except DivergedError as error:
@@ -120,15 +122,24 @@ def fly(
     return recorder.track(tuple(vehicle.jumps), time.perf_counter() - began)
 
 
+def _next(last: Setpoint, target: Vector, airspeed: float | None) -> Setpoint:
+    """The set-point of a target, and the leg that leads there on the wing if an airspeed is given."""
+    end = (target[0], target[1], target[2] + ALOFT)
+    route = None if airspeed is None else Route(LEG, last.p, end, airspeed)
+    return last._replace(p=end, route=route)
+
+
 class _Recorder:
     def __init__(self) -> None:
         self._rows: list[Array] = []
 
-    def sample(self, vehicle: Vehicle, target: Vector) -> None:
+    def sample(self, vehicle: Vehicle) -> None:
+        target = vehicle.setpoint.p
         guide = vehicle.memory[LAW : LAW + hover_zero_moment.SIZE]
         tail = (vehicle.lyapunov, float(vehicle.law), *target, vehicle.energy, *guide)
         row = np.concatenate(((vehicle.time,), vehicle.plant[:17], tail))
         row[3] -= ALOFT
+        row[22] -= ALOFT
         self._rows.append(row)
 
     def track(self, jumps: tuple[JumpRecord, ...], wall: float, diverged: str = "") -> Track:

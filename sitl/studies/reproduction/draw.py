@@ -7,15 +7,14 @@ import re
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
-import matplotlib as mpl
 from cycler import cycler
-from matplotlib.figure import Figure
-from matplotlib.typing import RcKeyType
 
 from sitl.kernels.parameters import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.typing import RcKeyType
 
 INK = "#010203"  # stands for the page's text colour
 COLOURS = ("#3b82c4", "#e07b39", "#3fa66b", "#c0508f", "#8f7ad1", "#a08a2c")  # legible on white and on near-black
@@ -45,12 +44,16 @@ class Sheet:
     """
 
     def __init__(self, name: str, rows: int = 1, *, columns: int = 1, height: float = 2.2, share: bool = True) -> None:
+        import matplotlib as mpl  # noqa: PLC0415 - two seconds that only figures need
+
         self._style = mpl.rc_context(STYLE | {"svg.hashsalt": name})
         self._size = (7.4, height * rows + 0.3)
         self._grid = (rows, columns, share)
         self.name, self.svg = name, ""
 
     def __enter__(self) -> list[Axes]:
+        from matplotlib.figure import Figure  # noqa: PLC0415
+
         self._style.__enter__()
         rows, columns, share = self._grid
         self.page = Figure(figsize=self._size, layout="constrained")

@@ -16,7 +16,6 @@ class Verdict(StrEnum):
     REPRODUCED = "reproduced"
     AS_TYPED = "only as typed"  # comes out with a slip of the report's own left in
     DIFFERS = "differs"
-    NOT_FLOWN = "not flown"
 
 
 class Row(NamedTuple):

@@ -14,7 +14,7 @@ from sitl.kernels.parameters import Airframe, Array
 from sitl.laws.governor import ERROR, QUASI_OPTIMAL_AXIS
 from sitl.studies import plot
 from sitl.studies.report import SCENARIOS, WIND_FROM, error, nose_elevation, settling_time
-from sitl.studies.reproduction.draw import Sheet, thin
+from sitl.studies.reproduction.draw import COLOURS, Sheet, thin
 from sitl.studies.reproduction.experiment import Experiment, Outcome, Panel, Row, judge
 from sitl.studies.reproduction.printed import PRINTED_START
 from sitl.studies.scenario import SAMPLE, Figure, Scenario, Track, fly
@@ -190,26 +190,24 @@ def run_far(seed: int) -> Outcome:
 
 
 def jumps_over_time(axis: Axes, track: Track) -> None:
-    """The law in force and the jump count j over time."""
-    axis.step(track.time, track.law, where="post", label="law")
-    number = np.searchsorted([jump.time for jump in track.jumps], track.time, side="right")
-    axis.step(track.time, number, where="post", linestyle="--", label="jumps j")
-    used = sorted({int(law) for law in track.law} | {0})
-    axis.set_yticks(used, [f"{law} {Law(law).name.replace('_', ' ').lower()}" for law in used])
+    """The law in force, and the jump count j on an axis of its own."""
+    axis.step(track.time, track.law, where="post")
+    used = sorted({int(law) for law in track.law})
+    axis.set_yticks(used, [Law(law).name.replace("_", " ").lower() for law in used])
     axis.set_xlabel("t [s]")
-    axis.legend()
     axis.grid(alpha=0.2)
+    number = np.searchsorted([jump.time for jump in track.jumps], track.time, side="right")
+    count = axis.twinx()
+    count.step(track.time, number, where="post", linestyle="--", color=COLOURS[1])
+    count.set_ylabel("jumps j (dashed)")
+    count.spines.right.set_visible(True)
 
 
 def _with_the_reports_thresholds(scenario: Scenario, seed: int) -> list[Row]:
+    """The same flight with V = 250 and 400 and either of the report's saturations."""
     rows = []
     for name, governor, cause in (
-        (
-            "reference governor",
-            QUASI_OPTIMAL_AXIS,
-            "a quasi time-optimal force limit bounds no speed: on the way back it comes in too fast, "
-            "the linear law is entered at V = 250, left again, and entered a second time",
-        ),
+        ("reference governor", QUASI_OPTIMAL_AXIS, "a quasi time-optimal force limit bounds no speed"),
         (
             "error governor 1 m, 1 m/s",
             ERROR,
@@ -219,12 +217,16 @@ def _with_the_reports_thresholds(scenario: Scenario, seed: int) -> list[Row]:
     ):
         tuning = scenario.tuning._replace(v_enter=250.0, v_leave=400.0, governor=governor)
         track = fly(replace(scenario, tuning=tuning), seed=seed, keep_diverged=True)
-        out, back = settling_time(track, 0.5, until=100.0), settling_time(track, 0.5, since=100.0)
-        arrived = not (math.isnan(out) or math.isnan(back) or track.diverged)
-        late = float("nan") if not arrived else max(out, back)
-        held = Figure(f"250/400, {name}: slower leg", late, "s", "< 100 s", arrived)
-        count = Figure(f"250/400, {name}: jumps", len(track.jumps), "", "3", arrived and len(track.jumps) == 3)
-        rows += [judge("5.1", held, "" if held.holds else cause), judge("5.1", count, "" if count.holds else cause)]
+        legs = settling_time(track, 0.5, until=100.0), settling_time(track, 0.5, since=100.0)
+        arrived = not (track.diverged or any(math.isnan(leg) for leg in legs))
+        slower = max(legs) if arrived else math.nan
+        held = Figure(f"250/400, {name}: slower leg", slower, "s", "< 100 s", arrived)
+        rows.append(judge("5.1", held, "" if arrived else cause))
+        if arrived:
+            few = len(track.jumps) == 3
+            taken = ", ".join(f"{jump.name} at {jump.time:.0f} s (V = {jump.lyapunov:.0f})" for jump in track.jumps)
+            count = Figure(f"250/400, {name}: jumps", len(track.jumps), "", "3", few)
+            rows.append(judge("5.1", count, taken if few else f"{cause}: {taken}"))
     return rows
 
 

@@ -77,7 +77,7 @@ def oscillation(track: Track) -> Oscillation:
     count = round(WATCHED / (SAMPLE * TICK))
     distance = float(error(track)[-count:].max())
     elevon = track.actuator[-count:, 2]
-    if track.diverged or distance > 50.0:
+    if track.diverged or track.jumps or distance > 50.0:  # a jump is the failsafe's
         return Oscillation(Ending.LOST, math.nan, math.nan, distance)
     halves = [float(np.ptp(half)) for half in np.split(elevon[: 2 * (len(elevon) // 2)], 2)]
     spectrum = np.abs(np.fft.rfft(elevon - elevon.mean()))
@@ -189,6 +189,10 @@ def _responses(made: dict[str, Airframe]) -> Panel:
                     axes[column].loglog(frequencies, points[:, 0], label=label)
                     axes[column + 2].semilogx(frequencies, np.degrees(np.unwrap(points[:, 1])))
             axes[column].set_title(("motor", "elevon")[column], fontsize=9)
+            axes[column].set_yticks([0.2, 0.5, 1.0], ["0.2", "0.5", "1"])
+            axes[column].minorticks_off()
+            axes[column + 2].set_xticks([1.0, 2.0, 5.0, 10.0], ["1", "2", "5", "10"])
+            axes[column + 2].minorticks_off()
             axes[column].legend(fontsize=7)
             axes[column + 2].set_xlabel("frequency [Hz]")
         axes[0].set_ylabel("gain")
@@ -214,6 +218,8 @@ def _maps(maps: dict[str, list[list[Oscillation]]]) -> Panel:
                 if points:
                     axis.semilogy(*np.array(points).T, mark, color=colour, markersize=5, label=str(ending))
             axis.set_title(name, fontsize=9)
+            axis.set_yticks(STEPS, [f"{step:g}" for step in STEPS])
+            axis.minorticks_off()
             axis.grid(alpha=0.2)
         for axis in (axes[0], axes[2]):
             axis.set_ylabel("step [m]")

@@ -19,9 +19,9 @@ DRAWINGS = (
 )
 STYLE = """
 :root { color-scheme: light dark; --ink: #1c2024; --soft: #5d666f; --paper: #fdfdfc; --line: #d8dce0; --tint: #f1f3f4;
-  --good: #1f7a46; --slip: #8a6100; --bad: #b3261e; --none: #5d666f; }
+  --good: #1f7a46; --slip: #8a6100; --bad: #b3261e; }
 @media (prefers-color-scheme: dark) { :root { --ink: #e4e6e8; --soft: #9aa3ab; --paper: #14171a; --line: #343a40;
-  --tint: #1d2125; --good: #6cc793; --slip: #e0b455; --bad: #f2938c; --none: #9aa3ab; } }
+  --tint: #1d2125; --good: #6cc793; --slip: #e0b455; --bad: #f2938c; } }
 * { box-sizing: border-box; }
 body { margin: 0 auto; padding: 1.5rem; max-width: 68rem; color: var(--ink); background: var(--paper);
   font: 16px/1.5 system-ui, sans-serif; }
@@ -33,7 +33,7 @@ th, td { text-align: left; vertical-align: top; padding: 0.35rem 0.6rem; border-
 thead th { background: var(--tint); } td.n { text-align: right; white-space: nowrap; }
 tr.group th { padding-top: 1rem; border-bottom: 2px solid var(--line); }
 .verdict { font-weight: 600; white-space: nowrap; } .reproduced { color: var(--good); }
-.only-as-typed { color: var(--slip); } .differs { color: var(--bad); } .not-flown { color: var(--none); }
+.only-as-typed { color: var(--slip); } .differs { color: var(--bad); }
 figure { margin: 1.5rem 0; padding: 1rem; border: 1px solid var(--line); border-radius: 6px; }
 figure svg { display: block; width: 100%; height: auto; max-width: 54rem; } figcaption p { margin: 0.4rem 0 0; }
 @media print { figure, tr { break-inside: avoid; } nav { display: none; } }
