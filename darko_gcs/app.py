@@ -123,8 +123,8 @@ class GroundStation(App[int]):
         """Ask for the point, then go there."""
         p = self.feed.snapshot.p or (0.0, 0.0, -3.0)
         fields = [
-            ("North of home [m]", f"{p[0]:.1f}"),
-            ("East of home [m]", f"{p[1]:.1f}"),
+            ("North of home [m]", f"{round(p[0], 1) + 0.0:.1f}"),
+            ("East of home [m]", f"{round(p[1], 1) + 0.0:.1f}"),
             ("Height above home [m]", f"{-p[2]:.1f}"),
         ]
 

@@ -7,6 +7,7 @@ from textual.pilot import Pilot
 from darko_gcs.snapshot import EMPTY
 from darko_gcs.store import note
 from darko_gcs.widgets.panel import Panel, text_line
+from tests.darko_gcs.screens import until
 
 
 class Words(Panel):
@@ -73,6 +74,4 @@ async def test_a_class_on_an_ancestor_changes_the_colours(panel):
     panel.snapshot = said("one")
     before = next(iter(panel.render_line(0))).style.color
     panel.app.screen.add_class("-off")
-    await Pilot(panel.app).pause()
-    after = next(iter(panel.render_line(0))).style.color
-    assert before != after
+    await until(Pilot(panel.app), lambda: next(iter(panel.render_line(0))).style.color != before)

@@ -1,0 +1,85 @@
+"""A vehicle's states, a feed that stands still, and how to wait for a screen."""
+
+import math
+from dataclasses import replace
+
+from darko_gcs.snapshot import EMPTY, Actuators, Air, Decision, Energy, Hybrid, Jump, Navigation
+from protocol.frames import Geodetic, quaternion_from_euler
+from protocol.plans import load
+from tests.support.paths import DATA
+
+HOVER = (math.sqrt(0.5), 0.0, math.sqrt(0.5), 0.0)
+FLYING = replace(
+    EMPTY,
+    source=(1, 1), autopilot=12, kind=19, armed=True, mode="HOLD", heartbeat_at=100.0, landed_state=2, boot=60.0,
+    q=HOVER, repr_offset=(math.sqrt(0.5), 0.0, -math.sqrt(0.5), 0.0), heading=0.0, p=(2.0, 1.0, -3.0),
+    v=(0.5, 0.0, 0.0), target=(4.0, 0.0, -3.0), home=Geodetic(43.5648, 1.4811, 150.0), airspeed=0.5,
+    wind=(0.0, 2.0, 0.0),
+    hybrid=Hybrid(60.0, 1, 2, 0.8, math.nan, 50.0, 100.0, 0.0, 2, 1), law_since=48.0,
+    v_history=tuple((float(t), 10.0 ** (2 - t / 20), math.nan) for t in range(61)),
+    jumps=(Jump(48.0, 2, 2, 1, 1, "enter_linear", 49.9),),
+    actuators=Actuators(
+        (687.0, 1000.0), (690.0, 1000.0), (2.4, 5.1), (0.1, -0.5), (0.1, -0.5), 200.0, 1000.0, 0.5236, 10
+    ),
+    energy=Energy(172.0, 5513.0, (8.0, 5505.0, 0.0)), voltage=12.4, battery=0.94, prearm_ok=True,
+    track=tuple((0.1 * n, 0.05 * n) for n in range(20)), mission=load(DATA / "square.plan").items,
+    mission_count=6, mission_current=2, mission_state=3, reached=frozenset({0, 1}), received=100, rate=146.0,
+)  # fmt: skip
+
+ON_THE_WING = replace(
+    FLYING,
+    mode="MISSION", vtol_state=4, q=quaternion_from_euler(0.2, 0.14, 0.5), heading=0.5, v=(12.0, 6.0, -1.0),
+    airspeed=13.5, navigation=Navigation(-1.7, 0.3, 42.0, 0.4), air=Air((1.0, 2.0, 0.0), (1.2, 1.7, 0.1), 13.2, 13.4),
+    hybrid=Hybrid(60.0, 6, 5, math.nan, 12.3, 20.0, 60.0, 0.0, 5, 1), hover_limits=(50.0, 100.0),
+    forward_limits=(20.0, 60.0),
+    v_history=tuple(
+        (float(t), 10.0 ** (2 - t / 20) if t < 40 else math.nan, 80.0 - t if t > 35 else math.nan) for t in range(61)
+    ),
+    decision=Decision(59.0, 3, 2, 1, 100.0, 10.0, -1.2, 0.5, 29.2, 4983.0, 12.1, 1757.0),
+    given_up_at=(-math.inf, 59.5, 60.0, 58.0, -math.inf),
+    energy=Energy(54.0, 3920.0, (8.0, 1500.0, 300.0, 110.0, 900.0, 600.0, 502.0, 0.0, 0.0)),
+)  # fmt: skip
+
+
+class FakeStation:
+    """Remembers what it was asked."""
+
+    def __init__(self, snapshot):
+        self.snapshot, self.asked = snapshot, []
+
+    def __getattr__(self, name):
+        return lambda *args, **kwargs: self.asked.append((name, *args[:-1], *kwargs.items()))
+
+
+class FakeFeed:
+    """A feed that stands still."""
+
+    def __init__(self, snapshot):
+        self.snapshot, self.now = snapshot, 100.5
+        self.station = FakeStation(snapshot)
+        self.closed = False
+
+    async def open(self):
+        pass
+
+    async def close(self):
+        self.closed = True
+
+    def advance(self, elapsed):
+        pass
+
+
+async def until(pilot, holds):
+    """Wait for something to hold, however busy the machine is; give up after many turns."""
+    for _ in range(500):
+        if holds():
+            return
+        await pilot.pause(0.02)
+    assert holds()
+
+
+def screen_text(app):
+    """What stands on the screen."""
+    width, height = app.size
+    lines = app.screen._compositor.render_strips()
+    return "\n".join("".join(segment.text for segment in strip)[:width] for strip in lines[:height])
