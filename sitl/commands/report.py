@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-import tempfile
 from collections.abc import Mapping
 from importlib.metadata import version
 from pathlib import Path
@@ -59,12 +58,10 @@ def _provenance(seed: int) -> Provenance:
 
 def _replace(path: Path, text: str) -> None:
     """Write the whole file or leave the old one."""
+    new = path.with_name(f".{path.name}.{os.getpid()}")
     try:
-        with tempfile.NamedTemporaryFile(
-            "w", encoding="utf-8", dir=path.parent, prefix=f".{path.name}.", delete=False
-        ) as new:
-            new.write(text)
-        Path(new.name).chmod(0o644)
-        os.replace(new.name, path)  # noqa: PTH105 - the same thing, and what is meant
+        new.write_text(text, encoding="utf-8")
+        new.replace(path)
     except OSError as error:
+        new.unlink(missing_ok=True)
         raise SitlError(f"{path}: {error.strerror}") from error

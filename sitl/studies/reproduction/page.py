@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from html import escape
@@ -35,7 +36,8 @@ tr.group th { padding-top: 1rem; border-bottom: 2px solid var(--line); }
 .verdict { font-weight: 600; white-space: nowrap; } .reproduced { color: var(--good); }
 .only-as-typed { color: var(--slip); } .differs { color: var(--bad); }
 figure { margin: 1.5rem 0; padding: 1rem; border: 1px solid var(--line); border-radius: 6px; }
-figure svg { display: block; width: 100%; height: auto; max-width: 54rem; } figcaption p { margin: 0.4rem 0 0; }
+figure svg { display: block; width: 100%; height: auto; max-width: 54rem; }
+figure svg * { stroke-linejoin: round; stroke-linecap: butt; } figcaption p { margin: 0.4rem 0 0; }
 @media print { figure, tr { break-inside: avoid; } nav { display: none; } }
 """
 
@@ -81,6 +83,8 @@ def number(value: float) -> str:
         return "never"
     if math.isinf(value):
         return "infinite"
+    if 0.0 < abs(value) < 1e-4:
+        return "< 0.0001" if value > 0.0 else "> -0.0001"
     return f"{value:.0f}" if value == round(value) and abs(value) < 1e5 else f"{value:.3g}"
 
 
@@ -144,7 +148,9 @@ def _experiment(experiment: Experiment, outcome: Outcome) -> str:
 
 def _panel(panel: Panel) -> str:
     title = f"Figure {panel.number}: {panel.caption}" if panel.number else panel.caption
-    svg = panel.svg.replace("<svg ", f'<svg role="img" aria-label="{escape(panel.caption, quote=True)}" ', 1)
+    # A style inside a drawing would be the whole page's; the page has its own for all drawings.
+    drawing = re.sub(r"<style.*?</style>", "", panel.svg, flags=re.DOTALL)
+    svg = drawing.replace("<svg ", f'<svg role="img" aria-label="{escape(panel.caption, quote=True)}" ', 1)
     return (
         f"<figure>{svg}<figcaption><strong>{escape(title)}</strong>"
         f"<p><small>The report:</small> {escape(panel.claim)}</p><p><small>Here:</small> {escape(panel.seen)}</p>"

@@ -104,12 +104,16 @@ def _bend(flight: Flight) -> float:
 
 def _conditioning(a: Airframe) -> list[Row]:
     typed, ours = conditioning(a, 0.0, swapped=True), conditioning(a, 0.0, swapped=False)
+    speeds = (1.0, 3.0, 5.0, 20.0)
+    pairs = [[conditioning(a, speed, swapped=swapped) for swapped in (True, False)] for speed in speeds]
+    told = (f"{one:.3g} and {two:.2g} at {speed:.0f} m/s" for (one, two), speed in zip(pairs, speeds, strict=True))
+    along = ", ".join(told)
     worst = max(conditioning(a, float(speed), swapped=False) for speed in range(26))
     return [
         judge(
             "4.2.2",
             Figure("condition number at the hover, as typed", typed, "", "> 1e14", typed > 1e14),
-            "by singular values; the report's definition takes eigenvalues",
+            f"by singular values (the report takes eigenvalues); in level trims, as typed and corrected: {along}",
             slip=True,
         ),
         judge(
