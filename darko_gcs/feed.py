@@ -59,7 +59,7 @@ class LiveFeed:
         self._host, self._port, self._sitl = host, port, sitl
         self._greeting = greeting
         self._child: Child | None = None
-        self._mourned = False
+        self._mourned = self._asked = False
 
     @property
     def snapshot(self) -> Snapshot:
@@ -91,9 +91,12 @@ class LiveFeed:
         await self._link.close()
 
     def advance(self, elapsed: float) -> None:  # noqa: ARG002 - the link has its own clock
-        """Fetch a vehicle's mission when it appears; notice when our vehicle process ends by itself."""
+        """Fetch a vehicle's mission and thresholds when it appears; notice when our vehicle process ends by itself."""
         if any(isinstance(event, VehicleFound) for event in self.station.events()):
             self.station.download(self._link.now)
+        if self.snapshot.hybrid is not None and not self._asked:  # no other autopilot is asked for its thousand
+            self._asked = True
+            self.station.fetch_parameters(self._link.now)
         if self._child is not None and self._child.exit_code is not None and not self._mourned:
             self._mourned = True
             self._say(f"darko-sitl ended with exit code {self._child.exit_code}")
@@ -158,8 +161,7 @@ class ReplayFeed:
             snapshot,
             track=tuple(map(tuple, places[:: max(1, len(places) // KEPT_TRACK)])),
             v_history=tuple((ms / 1e3, hover, forward) for ms, hover, forward, *_ in values[-KEPT_V:].tolist()),
-            hover_limits=_limits(values, forward=False),
-            forward_limits=_limits(values, forward=True),
+            hover_limits=_hover_limits(values),
         )
 
     def toggle(self) -> None:
@@ -174,10 +176,10 @@ class ReplayFeed:
         self.speed = SPEEDS[min(max(index + steps, 0), len(SPEEDS) - 1)]
 
 
-def _limits(values: NDArray[np.float64], *, forward: bool) -> tuple[float, float] | None:
-    """The last thresholds of V of one way of flying, from rows that end in law, v_enter, v_leave."""
-    chosen = values[np.isin(values[:, -3], sorted(FORWARD_LAWS), invert=not forward)]
-    return (float(chosen[-1, -2]), float(chosen[-1, -1])) if len(chosen) else None
+def _hover_limits(values: NDArray[np.float64]) -> tuple[float, float] | None:
+    """The last thresholds of V that were told upright, from rows that end in law, v_enter, v_leave."""
+    upright = values[np.isin(values[:, -3], sorted(FORWARD_LAWS), invert=True)]
+    return (float(upright[-1, -2]), float(upright[-1, -1])) if len(upright) else None
 
 
 def _history(reader: TlogReader, timeline: Timeline, name: str, fields: tuple[str, ...]) -> NDArray[np.float64]:

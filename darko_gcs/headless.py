@@ -16,7 +16,7 @@ from darko_gcs.child import Child
 from darko_gcs.errors import FlightError, GroundError, LinkError
 from darko_gcs.link import Link
 from darko_gcs.recording import default_folder, start_recording
-from darko_gcs.snapshot import Snapshot
+from darko_gcs.snapshot import LAWS, Snapshot
 from darko_gcs.station import Station
 from protocol.dialect import mavlink
 from protocol.errors import FileError
@@ -47,6 +47,7 @@ class Summary:
     distance: float = 0.0  # flown [m]
     height: float = 0.0  # greatest above home [m]
     energy: float = math.nan  # [J]
+    energy_by_law: dict[str, float] = field(default_factory=dict)  # [J]
     jumps: int = 0
 
     def as_json(self) -> str:
@@ -56,11 +57,13 @@ class Summary:
     def as_text(self) -> str:
         """For a person."""
         worst = max(self.miss.values(), default=math.nan)
+        by_law = ", ".join(f"{law} {joules:.0f} J" for law, joules in self.energy_by_law.items())
         return "\n".join(
             (
                 f"{self.mission}: flown and landed, {len(self.reached)} of {self.items} items reached",
                 f"  time {self.duration:.1f} s, distance {self.distance:.1f} m, greatest height {self.height:.1f} m",
                 f"  energy {self.energy:.0f} J, {self.jumps} jumps between laws",
+                *([f"    {by_law}"] if by_law else []),
                 f"  waypoints reached within {worst:.2f} m",
                 f"  log {self.log}",
             )
@@ -118,7 +121,10 @@ class _Pilot:
         self._say("flying")
         await self._follow(items, began)
         self.summary.duration = (self._snapshot.boot or 0.0) - began
-        self.summary.energy = self._snapshot.energy.total if self._snapshot.energy else math.nan
+        if self._snapshot.energy is not None:
+            used = zip(LAWS, self._snapshot.energy.by_law, strict=False)
+            self.summary.energy = self._snapshot.energy.total
+            self.summary.energy_by_law = {law: joules for law, joules in used if joules > 0.0}
         self.summary.jumps = len(self._snapshot.jumps)
 
     @property

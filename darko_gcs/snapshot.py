@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from protocol.codec import Source
@@ -24,7 +25,8 @@ DECISION_REASONS = (
     "no trim in transition", "too low to tip over", "too much wind",
 )  # fmt: skip
 VTOL = ("", "to forward", "to hover", "hover", "forward")  # MAV_VTOL_STATE
-FORWARD_LAWS = frozenset({4, 5, 6})  # DARKO_LAW: the thresholds of V are then those of the linear forward law
+FORWARD_LAWS = frozenset({4, 5, 6})  # DARKO_LAW: the V that counts is then that of the linear forward law
+FORWARD_LIMITS = ("DRK_VF_ENTER", "DRK_VF_LEAVE")  # the vehicle's parameters
 
 
 class Line(NamedTuple):
@@ -165,7 +167,7 @@ class Snapshot:
     hybrid: Hybrid | None = None
     law_since: float | None = None  # vehicle time of the last change of law [s]
     hover_limits: tuple[float, float] | None = None  # V that enters and leaves the linear hover law
-    forward_limits: tuple[float, float] | None = None  # the same of the linear forward law
+    parameters: Mapping[str, float] = field(default_factory=dict)  # those that the screens use
     v_history: tuple[tuple[float, float, float], ...] = ()  # (vehicle time [s], V hover, V forward)
     jumps: tuple[Jump, ...] = ()
     actuators: Actuators | None = None
@@ -193,6 +195,12 @@ class Snapshot:
     def is_forward(self) -> bool:
         """True on the wing, until a transition back to hover is over: one switch per transition, at its end."""
         return self.vtol_state in {2, 4}  # MAV_VTOL_STATE_TRANSITION_TO_MC, MAV_VTOL_STATE_FW
+
+    @property
+    def forward_limits(self) -> tuple[float, float] | None:
+        """V that enters and leaves the linear forward law, from the vehicle's parameters."""
+        enter, leave = (self.parameters.get(name) for name in FORWARD_LIMITS)
+        return None if enter is None or leave is None else (enter, leave)
 
     @property
     def law(self) -> str | None:

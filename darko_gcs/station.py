@@ -157,6 +157,10 @@ class Station:
         """Fetch the vehicle's mission."""
         self._try(now, lambda: self.endpoint.download_mission(now))
 
+    def fetch_parameters(self, now: float) -> None:
+        """Have the vehicle tell its parameters."""
+        self._try(now, lambda: self.endpoint.request_parameters(now))
+
     def clear_mission(self, now: float) -> None:
         """Delete the vehicle's mission."""
         self._try(now, lambda: self.endpoint.clear_mission(now))

@@ -6,8 +6,20 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 
-from darko_gcs.snapshot import FORWARD_LAWS, GIVEN_UP, Actuators, Air, Decision, Energy, Hybrid, Jump, Snapshot
+from darko_gcs.snapshot import (
+    FORWARD_LAWS,
+    FORWARD_LIMITS,
+    GIVEN_UP,
+    Actuators,
+    Air,
+    Decision,
+    Energy,
+    Hybrid,
+    Jump,
+    Snapshot,
+)
 from protocol.codec import Message
+from protocol.engines.parameters import decode_value
 
 __all__ = ["DARKO_HANDLERS", "KEPT_V", "Handler"]
 
@@ -28,9 +40,8 @@ def _hybrid(s: Snapshot, m: Message, now: float) -> Snapshot:  # noqa: ARG001 - 
     if not history or time > history[-1][0]:
         history = (*history[-KEPT_V + 1 :], (time, m.v_hover, m.v_forward))
     s = replace(s, hybrid=hybrid, v_history=history, law_since=time if changed else s.law_since)
-    # The message carries the thresholds of the flight it is in; those of the other way of flying are remembered.
-    limits = (m.v_enter, m.v_leave)
-    return replace(s, forward_limits=limits) if m.law in FORWARD_LAWS else replace(s, hover_limits=limits)
+    # The message has room for one pair of thresholds, and upright it is the hover law's.
+    return s if m.law in FORWARD_LAWS else replace(s, hover_limits=(m.v_enter, m.v_leave))
 
 
 def _jump(s: Snapshot, m: Message, now: float) -> Snapshot:  # noqa: ARG001
@@ -75,6 +86,12 @@ def _air(s: Snapshot, m: Message, now: float) -> Snapshot:  # noqa: ARG001
     return replace(s, air=Air(estimate, true, m.airspeed_estimate, m.airspeed_true))
 
 
+def _parameter(s: Snapshot, m: Message, now: float) -> Snapshot:  # noqa: ARG001
+    if m.param_id not in FORWARD_LIMITS:
+        return s
+    return replace(s, parameters={**s.parameters, m.param_id: decode_value(m.param_value, m.param_type)})
+
+
 DARKO_HANDLERS: dict[str, Handler] = {
     "DARKO_ACTUATORS": _actuators,
     "DARKO_AIR": _air,
@@ -82,4 +99,5 @@ DARKO_HANDLERS: dict[str, Handler] = {
     "DARKO_ENERGY": _energy,
     "DARKO_HYBRID_STATE": _hybrid,
     "DARKO_JUMP": _jump,
+    "PARAM_VALUE": _parameter,
 }

@@ -39,7 +39,7 @@ class HybridPanel(Panel):
             width=width,
             height=max(1, height - 3),
             window=CHART_WINDOW,
-            thresholds=((h.v_leave, f"leave {h.v_leave:g}"), (h.v_enter, f"enter {h.v_enter:g}")),
+            thresholds=_thresholds(s.forward_limits if forward else s.hover_limits),
             jumps=tuple((j.time, j.name) for j in s.jumps),
             now=h.time,
         )
@@ -76,6 +76,12 @@ def number_of_v(v: float) -> str:
     if v < SMALL_V:
         return f"<{SMALL_V:g}"
     return f"{v:.2g}" if v < 10 else f"{v:.0f}"
+
+
+def _thresholds(limits: tuple[float, float] | None) -> tuple[tuple[float, str], ...]:
+    if limits is None:
+        return ()
+    return (limits[1], f"leave {limits[1]:g}"), (limits[0], f"enter {limits[0]:g}")
 
 
 def _value_of_v(name: str, v: float, limits: tuple[float, float] | None, style: str) -> Line:

@@ -15,7 +15,7 @@ FLYING = replace(
     q=HOVER, repr_offset=(math.sqrt(0.5), 0.0, -math.sqrt(0.5), 0.0), heading=0.0, p=(2.0, 1.0, -3.0),
     v=(0.5, 0.0, 0.0), target=(4.0, 0.0, -3.0), home=Geodetic(43.5648, 1.4811, 150.0), airspeed=0.5,
     wind=(0.0, 2.0, 0.0),
-    hybrid=Hybrid(60.0, 1, 2, 0.8, math.nan, 50.0, 100.0, 0.0, 2, 1), law_since=48.0,
+    hybrid=Hybrid(60.0, 1, 2, 0.8, math.nan, 50.0, 100.0, 0.0, 2, 1), hover_limits=(50.0, 100.0), law_since=48.0,
     v_history=tuple((float(t), 10.0 ** (2 - t / 20), math.nan) for t in range(61)),
     jumps=(Jump(48.0, 2, 2, 1, 1, "enter_linear", 49.9),),
     actuators=Actuators(
@@ -30,8 +30,8 @@ ON_THE_WING = replace(
     FLYING,
     mode="MISSION", vtol_state=4, q=quaternion_from_euler(0.2, 0.14, 0.5), heading=0.5, v=(12.0, 6.0, -1.0),
     airspeed=13.5, navigation=Navigation(-1.7, 0.3, 42.0, 0.4), air=Air((1.0, 2.0, 0.0), (1.2, 1.7, 0.1), 13.2, 13.4),
-    hybrid=Hybrid(60.0, 6, 5, math.nan, 12.3, 20.0, 60.0, 0.0, 5, 1), hover_limits=(50.0, 100.0),
-    forward_limits=(20.0, 60.0),
+    hybrid=Hybrid(60.0, 6, 5, math.nan, 12.3, 50.0, 100.0, 0.0, 5, 1),
+    parameters={"DRK_VF_ENTER": 20.0, "DRK_VF_LEAVE": 60.0},
     v_history=tuple(
         (float(t), 10.0 ** (2 - t / 20) if t < 40 else math.nan, 80.0 - t if t > 35 else math.nan) for t in range(61)
     ),

@@ -7,7 +7,7 @@ import pytest
 from darko_gcs.station import Station
 from protocol.codec import Codec
 from protocol.dialect import mavlink
-from protocol.events import CommandDone, MissionDownloaded, MissionUploaded
+from protocol.events import CommandDone, MissionDownloaded, MissionUploaded, ParametersComplete
 from protocol.plans import load
 from protocol.tlog import TlogReader, TlogWriter
 from tests.sitl.test_node import PEER, Ground
@@ -112,6 +112,12 @@ def test_a_speed_the_vehicle_cannot_fly_is_answered(pair):
     pair.station.change_speed(400.0, pair.now)
     pair.run(0.5)
     assert any(line.text == "do change speed: denied" for line in pair.snapshot.messages)
+
+
+def test_parameters_are_fetched_whole(pair):
+    pair.station.fetch_parameters(pair.now)
+    pair.run(2.0)
+    assert any(isinstance(e, ParametersComplete) for e in pair.station.events())
 
 
 def test_before_a_vehicle_is_heard_requests_say_so():

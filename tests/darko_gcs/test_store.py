@@ -95,14 +95,20 @@ def test_jumps_are_counted_once_however_often_they_arrive():
     assert [j.name for j in s.jumps] == ["enter_linear"]
 
 
-def test_thresholds_of_v_are_kept_for_either_way_of_flying():
+def test_thresholds_of_v_are_those_of_either_linear_law():
     def state(ms, law, enter, leave):
         return mavlink.MAVLink_darko_hybrid_state_message(ms, 2, 1.0, 7.0, enter, leave, 0, law, 2, 1)
 
-    s = fold([state(100, 1, 50.0, 100.0), state(200, 6, 20.0, 60.0)])
-    assert (s.hover_limits, s.forward_limits) == ((50.0, 100.0), (20.0, 60.0))
+    def parameter(name, value, kind=mavlink.MAV_PARAM_TYPE_REAL32):
+        return mavlink.MAVLink_param_value_message(name, value, kind, 60, 0)
+
+    s = fold([state(100, 1, 50.0, 100.0), state(200, 6, 1.0, 2.0)])
+    assert (s.hover_limits, s.forward_limits) == ((50.0, 100.0), None)
     assert s.v_history[-1] == pytest.approx((0.2, 1.0, 7.0))
-    assert fold([state(300, 7, 51.0, 101.0)], s).hover_limits == (51.0, 101.0)  # back to hover: judged by its V
+    s = fold([parameter(b"DRK_VF_ENTER", 5.0), parameter(b"DRK_VF_LEAVE", 20.0), parameter(b"DRK_KPP", 1.5)], s)
+    assert s.forward_limits == (5.0, 20.0)
+    assert "DRK_KPP" not in s.parameters
+    assert fold([state(300, 7, 51.0, 101.0)], s).hover_limits == (51.0, 101.0)  # back to hover
 
 
 def actuators(ms, given_up):
