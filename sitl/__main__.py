@@ -15,6 +15,7 @@ COMMANDS = {
     "scenario": "fly a named experiment of the report, print its figures, save its plot",
     "report": "run every experiment of the report and write one HTML page with verdicts",
     "hybrid": "run a textbook hybrid system on the supervisor's engine",
+    "region": "prove and fly the region of attraction of the linear hover law, and compare gains",
     "airframe": "list the parameter sets, or show one with units and sources",
 }
 

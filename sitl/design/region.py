@@ -104,6 +104,17 @@ def saturation_level(a: Airframe, gains: LinearGains) -> float:
     return float(min(bound * bound / (normal @ np.linalg.solve(gains.S, normal)) for normal, bound in planes))
 
 
+def radii(gains: LinearGains, level: float) -> tuple[float, float, float, float]:
+    """What {V <= level} holds in any direction when all else is zero: position [m], speed, turn [rad], rates.
+
+    A turn by theta has |eps - eps_bar| <= 2 sin(theta / 4), at most theta / 2.
+    """
+    p, v, e, w = (
+        math.sqrt(level / np.linalg.eigvalsh(gains.S[part, part])[-1]) for part in (POSITION, VELOCITY, ATTITUDE, RATES)
+    )
+    return p, v, 4.0 * math.asin(min(1.0, 0.5 * e)), w
+
+
 def greatest_deflection(gains: LinearGains, level: float) -> float:
     """The largest elevon angle that the law can ask for on {V <= level}; infinite where a thrust may vanish [rad]."""
     most = 0.0
@@ -127,10 +138,10 @@ def _reach_level(gains: LinearGains) -> float:
 def chart_level(gains: LinearGains) -> float:
     r"""Smallest V at which eta = 0, |eps| = 1.
 
-    x holds eps alone, so two attitudes share each x, and with the sign that the law takes both can be meant: the nose
-    straight down, q = (-1, 0, -1, 0)/sqrt2, has x = 0 and V = 0 as the hover has. Below this level the two are
-    apart. The minimum of (n - eps_bar)' S_e (n - eps_bar) over the sphere equals the maximum of its dual, every value
-    of which is a lower bound.
+    x holds eps alone, so two attitudes share each x, and with the sign that the law takes both can be meant: turned
+    over its back until the nose points straight down, q = (-1, 0, -1, 0)/sqrt2, the vehicle has the x of the hover,
+    and V = 0. Below this level the two are apart. The minimum of (n - eps_bar)' S_e (n - eps_bar) over the sphere
+    equals the maximum of its dual, every value of which is a lower bound.
     """
     S_e = _marginal(gains.S, ATTITUDE)
     values, vectors = np.linalg.eigh(S_e)

@@ -9,12 +9,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple, TypeAlias
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 from numba import njit
 
+from sitl.design import linearise
+from sitl.design.lmi import SPREAD, effectiveness, guaranteed_decay, lmi_gains
+from sitl.design.lqr import hover_gains
+from sitl.design.lqr import lqr as design_lqr
+from sitl.design.region import Certificate, certify, first_rise
+from sitl.errors import SitlError
 from sitl.flow import SUBSTEPS, TICK
 from sitl.kernels.integrate import plant_step
 from sitl.kernels.parameters import Airframe, Array
@@ -24,6 +31,9 @@ from sitl.laws import hover_linear
 from sitl.laws.allocation import allocate
 from sitl.laws.hover_linear import HALF, LinearGains
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
 Flags: TypeAlias = npt.NDArray[np.bool_]
 
 BANDS = (0.0, 20.0, 50.0, 100.0, 150.0, 250.0, 400.0)  # of V; a flight's band is where it starts
@@ -31,9 +41,13 @@ DURATION = 20.0  # of a flight at most [s]
 ALOFT = 10_000.0  # out of the ground's reach [m]
 ENVELOPE = (17.0, 5.0, math.radians(90.0), 3.0)  # position [m], speed [m/s], turn [rad], rates [rad/s]
 LOST = 1e6  # a V from which nothing came back
+CAUGHT = 0.02  # V at which a law without a certificate counts as converged
+GENTLE = 10.0  # the other weight of u that is tried
 RADIUS = 0.05  # a step has settled within this [m]
 STEPS = (0.5, 1.0, 2.0, 4.0, 8.0)  # [m]
 ROUNDING = 1e-9
+SHARE = 0.95  # of flights that a threshold to leave asks for
+DEFAULTS, REPORT = (50.0, 100.0), (250.0, 400.0)  # thresholds to enter and to leave
 RIPPLE = 1e-6  # of V, relative: rounding, not a rise
 LEVEL, BAND = 13, 14  # columns of a drawn state after the rigid one
 POSITION_LIMITS = 15  # the DARKO_LIMIT bits of positions
@@ -49,6 +63,72 @@ class Flights(NamedTuple):
     monotone: Flags  # V of the law's own S never rose
     time: Array  # to the proved set [s]; NaN if it did not converge
     saturated: Array  # share of the flight with an actuator at a position limit
+
+
+class Result(NamedTuple):
+    """What the study finds of one law."""
+
+    name: str
+    gains: LinearGains
+    certificate: Certificate | None  # None with an integral: V is not of its whole state
+    rise: float  # of the law's own V, where it first rises
+    guaranteed: float  # decay rate of V over the spread of effectiveness [1/s]
+    seen: float  # decay rate flown [1/s]
+    settling: Array  # of steps, as :func:`steps` [s]
+    flown: Flights  # from states of a flight
+    spread: Flights  # from states uniform on level sets
+
+
+def laws(a: Airframe) -> dict[str, LinearGains]:
+    """The laws that are compared, by name."""
+    lqr = hover_gains(a, integral=False)
+    A, B = linearise.hover(a)
+    K, S = design_lqr(A, B, np.eye(12), GENTLE * np.eye(4))
+    return {
+        "LQI as flown": hover_gains(a),
+        "LQR": lqr,
+        "LQR of the report": lqr._replace(reach=math.inf),
+        f"LQR, R = {GENTLE:.0f} I": lqr._replace(K=np.ascontiguousarray(K), S=S),
+        "LMI": lmi_gains(a),
+    }
+
+
+def study(a: Airframe, samples: int, seed: int) -> list[Result]:
+    """Certify and fly every law from the same states.
+
+    Args:
+        a: The airframe.
+        samples: States per draw.
+        seed: Of the draws.
+
+    Raises:
+        SitlError: If there are too few samples for the bands, or nothing can be proved of a law.
+    """
+    if samples < len(BANDS) - 1 or seed < 0:
+        raise SitlError(
+            f"{samples} samples with seed {seed}: at least {len(BANDS) - 1} and a seed from 0 on are needed"
+        )
+    S = hover_gains(a, integral=False).S
+    flown, spread = (draw(S, samples, seed, envelope=envelope) for envelope in (True, False))
+    A, corners = linearise.hover(a)[0], effectiveness(a, SPREAD)
+    results = []
+    for name, gains in laws(a).items():
+        certificate = None if gains.K_i.any() else certify(a, gains)
+        caught = CAUGHT if certificate is None else certificate.level
+        results.append(
+            Result(
+                name,
+                gains,
+                certificate,
+                first_rise(a, gains),
+                guaranteed_decay(A, corners, gains.K, gains.S),
+                decay_seen(a, gains),
+                steps(a, gains),
+                fly(a, gains, flown, caught),
+                fly(a, gains, spread, caught),
+            )
+        )
+    return results
 
 
 def draw(S: Array, count: int, seed: int, *, envelope: bool, bands: Sequence[float] = BANDS) -> Array:
@@ -134,16 +214,24 @@ def fly(a: Airframe, gains: LinearGains, states: Array, caught: float) -> Flight
 
 
 def threshold(flights: Flights, share: float) -> float:
-    """The V up to which at least this share of the flights converges.
+    """The V up to which at least this share of the flights converges; 0 where even the lowest misses it."""
+    start, fit = _fit(flights)
+    good = np.flatnonzero(fit >= share - ROUNDING)
+    return float(start[good[-1]]) if good.size else 0.0
 
-    The share as a function of V is the best fit that does not rise with V; 0 where even the lowest misses.
-    """
+
+def share_at(flights: Flights, level: float) -> float:
+    """Share of the flights that converge from about a V."""
+    start, fit = _fit(flights)
+    return float(fit[min(int(np.searchsorted(start, level)), fit.size - 1)])
+
+
+def _fit(flights: Flights) -> tuple[Array, Array]:
+    """V at the start in rising order, and the best fit of the share converged that does not rise with V."""
     from scipy.optimize import isotonic_regression  # noqa: PLC0415 - half a second that only this study needs
 
     order = np.argsort(flights.start)
-    fit = isotonic_regression(flights.converged[order].astype(float), increasing=False).x
-    good = np.flatnonzero(fit >= share - ROUNDING)
-    return float(flights.start[order][good[-1]]) if good.size else 0.0
+    return flights.start[order], isotonic_regression(flights.converged[order].astype(float), increasing=False).x
 
 
 def steps(a: Airframe, gains: LinearGains) -> Array:
@@ -217,3 +305,52 @@ def _descend(
             monotone = 0.0
         before = now
     return 0.0, monotone, float(ticks), saturated, settled
+
+
+def save_plot(results: list[Result], path: Path) -> None:
+    """Draw every start by V and outcome, what is proved, and the thresholds.
+
+    Raises:
+        SitlError: If the file cannot be written; the message names it.
+    """
+    from matplotlib.figure import Figure  # noqa: PLC0415 - two seconds that only plots need
+
+    page = Figure(figsize=(9.0, 7.0), layout="constrained")
+    page.suptitle("Linear hover law: where flights start, and whether they come home")
+    above, below = page.subplots(2, 1, sharex=True)
+    _strips(above, results, [result.flown for result in results])
+    above.set_title("states of a flight: 17 m, 5 m/s, 90 deg, 3 rad/s at most", fontsize=9)
+    _strips(below, results, [result.spread for result in results])
+    below.set_title("states uniform on level sets of V", fontsize=9)
+    below.set_xlabel("V of the LQR with Q = I, R = I at the start; proved level and first rise: of the law's own V")
+    above.plot([], [], color="tab:green", linewidth=2.5, label="proved")  # not every law has one
+    handles, labels = above.get_legend_handles_labels()
+    page.legend(handles, labels, loc="outside lower center", ncols=4, fontsize=8)
+    try:
+        page.savefig(path, dpi=80)
+    except (OSError, ValueError) as error:
+        raise SitlError(f"plot {path}: {error}") from error
+
+
+def _strips(axis: Axes, results: list[Result], strips: list[Flights]) -> None:
+    scatter = np.random.default_rng(0)
+    for row, (result, flights) in enumerate(zip(results, strips, strict=True)):
+        height = row + scatter.uniform(-0.3, 0.3, flights.start.size)
+        for outcome, colour, name in ((True, "tab:blue", "converged"), (False, "tab:red", "lost")):
+            chosen = flights.converged == outcome
+            label = None if row else name
+            axis.plot(flights.start[chosen], height[chosen], ".", color=colour, markersize=2.5, label=label)
+        ends = np.array([row - 0.4, row + 0.4])
+        if result.certificate is not None:
+            axis.plot(2 * [result.certificate.level], ends, color="tab:green", linewidth=2.5)
+        axis.plot(2 * [result.rise], ends, color="tab:orange", linewidth=1.5, label=None if row else "V first rises")
+        leave = threshold(flights, SHARE)
+        if leave > 0.0:
+            axis.plot(2 * [leave], ends, "k", linewidth=1.5, label=None if row else "95 % converge up to here")
+    for values, style in ((DEFAULTS, "--"), (REPORT, ":")):
+        for value in values:
+            pair = f"{values[0]:.0f} / {values[1]:.0f}" if value == values[0] else None
+            axis.axvline(value, linestyle=style, linewidth=0.9, color="grey", label=pair)
+    axis.set_xscale("log")
+    axis.set_yticks(range(len(results)), [result.name for result in results], fontsize=8)
+    axis.invert_yaxis()
