@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
@@ -78,7 +79,8 @@ def run_all(experiments: Sequence[Experiment], seed: int, jobs: int, say: Callab
         for name in order:
             note(name, *run_one(name, seed))
         return done
-    with ProcessPoolExecutor(min(jobs, len(order)), mp_context=get_context("spawn")) as pool:
+    quiet = signal.signal, (signal.SIGINT, signal.SIG_DFL)  # an interrupted worker ends without a word
+    with ProcessPoolExecutor(min(jobs, len(order)), get_context("spawn"), *quiet) as pool:
         waiting = {pool.submit(run_one, name, seed): name for name in order}
         try:
             for future in as_completed(waiting):
