@@ -14,7 +14,7 @@ from darko_gcs.link import Link
 from darko_gcs.snapshot import EMPTY, FORWARD_LAWS, Snapshot
 from darko_gcs.station import Station
 from darko_gcs.store import KEPT_TRACK, note, reduce
-from darko_gcs.store_darko import KEPT_V
+from darko_gcs.store_darko import KEPT_V, v_point
 from protocol.events import VehicleFound
 from protocol.replay import Timeline
 from protocol.tlog import TlogReader
@@ -160,7 +160,7 @@ class ReplayFeed:
         self.snapshot = replace(
             snapshot,
             track=tuple(map(tuple, places[:: max(1, len(places) // KEPT_TRACK)])),
-            v_history=tuple((ms / 1e3, hover, forward) for ms, hover, forward, *_ in values[-KEPT_V:].tolist()),
+            v_history=tuple(v_point(ms / 1e3, law, *v) for ms, *v, law, _, _ in values[-KEPT_V:].tolist()),
             hover_limits=_hover_limits(values),
         )
 

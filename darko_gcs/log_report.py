@@ -109,7 +109,7 @@ def _decision(d: Decision) -> str:
             ("forward", d.forward_time, d.forward_energy),
         )
     )
-    return f"{leg}, {d.distance:.0f} m, climb {d.climb:+.0f} m: {d.way}, {d.reason} ({ways})"
+    return f"{leg}, {d.distance:.0f} m, climb {round(d.climb, 0) + 0.0:+.0f} m: {d.way}, {d.reason} ({ways})"
 
 
 def _history(what: str, periods: tuple[Period, ...], nothing: str | None = "unknown") -> Iterator[str]:

@@ -21,7 +21,7 @@ from darko_gcs.snapshot import (
 from protocol.codec import Message
 from protocol.engines.parameters import decode_value
 
-__all__ = ["DARKO_HANDLERS", "KEPT_V", "Handler"]
+__all__ = ["DARKO_HANDLERS", "KEPT_V", "Handler", "v_point"]
 
 KEPT_JUMPS = 200
 KEPT_V = 1200  # two minutes at 10 Hz
@@ -38,10 +38,15 @@ def _hybrid(s: Snapshot, m: Message, now: float) -> Snapshot:  # noqa: ARG001 - 
     changed = s.hybrid is None or s.hybrid.law != m.law
     history = s.v_history
     if not history or time > history[-1][0]:
-        history = (*history[-KEPT_V + 1 :], (time, m.v_hover, m.v_forward))
+        history = (*history[-KEPT_V + 1 :], v_point(time, m.law, m.v_hover, m.v_forward))
     s = replace(s, hybrid=hybrid, v_history=history, law_since=time if changed else s.law_since)
     # The message has room for one pair of thresholds, and upright it is the hover law's.
     return s if m.law in FORWARD_LAWS else replace(s, hover_limits=(m.v_enter, m.v_leave))
+
+
+def v_point(time: float, law: int, v_hover: float, v_forward: float) -> tuple[float, float, float]:
+    """A point of the chart of V. On the wing the hover law's V is defined, but far above all that is worth a chart."""
+    return time, math.nan if law in FORWARD_LAWS else v_hover, v_forward
 
 
 def _jump(s: Snapshot, m: Message, now: float) -> Snapshot:  # noqa: ARG001

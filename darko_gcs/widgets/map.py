@@ -12,7 +12,7 @@ from protocol.frames import Geodetic, LocalFrame
 from protocol.plans.mission import MissionItem
 from protocol.units import from_e7, from_local_e4, is_global_frame
 
-__all__ = ["MapPanel", "circles", "course", "waypoints"]
+__all__ = ["MapPanel", "circles", "course", "decision_words", "waypoints"]
 
 ZOOM = 2.0
 COURSE_AHEAD = 3.0  # [s] of flight that the course line shows

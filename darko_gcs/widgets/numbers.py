@@ -100,7 +100,9 @@ class DecisionPanel(Panel):
             self._way("hover   ", d, 1),
             self._way("forward ", d, 2),
             self._difference(d),
-            text_line((leg, "label"), f"{d.distance:.0f} m", ("  climb ", "label"), f"{d.climb:+.0f} m"),
+            text_line(
+                (leg, "label"), f"{d.distance:.0f} m", ("  climb ", "label"), f"{round(d.climb, 0) + 0.0:+.0f} m"
+            ),
             text_line(
                 ("wind along ", "label"), number(d.tail_wind, 1, 1), ("  across ", "label"), number(d.cross_wind, 1, 1)
             ),

@@ -304,7 +304,8 @@ def test_playing_and_seeking_reach_the_same_state():
         played.advance(0.01)
     sought = ReplayFeed(read_tlog(DATA / "square-flight.tlog"), "x")
     sought.seek(4.0)
-    for field in ("mode", "armed", "p", "q", "hybrid", "reached", "jumps", "energy", "mission", "landed_state"):
+    fields = ("mode", "armed", "p", "q", "hybrid", "reached", "jumps", "energy", "mission", "landed_state", "v_history")
+    for field in (*fields, "hover_limits", "given_up_at", "parameters"):
         assert repr(getattr(played.snapshot, field)) == repr(getattr(sought.snapshot, field)), field
     assert not played.playing
     played.toggle()

@@ -10,6 +10,9 @@ from darko_gcs.mode_names import COPTER, PLANE
 from darko_gcs.snapshot import EMPTY
 from darko_gcs.store import KEPT_LINES, KEPT_TRACK, note, reduce, reduce_event
 from darko_gcs.store_darko import KEPT_V
+from darko_gcs.widgets.map import MapPanel, decision_words
+from darko_gcs.widgets.numbers import DecisionPanel, FlightPanel
+from darko_gcs.widgets.panels import ActuatorPanel, AttitudePanel, HybridPanel, MessagePanel
 from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.events import CommandDone, MissionFailed, VehicleLost, VehicleReturned
@@ -104,7 +107,7 @@ def test_thresholds_of_v_are_those_of_either_linear_law():
 
     s = fold([state(100, 1, 50.0, 100.0), state(200, 6, 1.0, 2.0)])
     assert (s.hover_limits, s.forward_limits) == ((50.0, 100.0), None)
-    assert s.v_history[-1] == pytest.approx((0.2, 1.0, 7.0))
+    assert s.v_history == (pytest.approx((0.1, 1.0, 7.0)), pytest.approx((0.2, math.nan, 7.0), nan_ok=True))
     s = fold([parameter(b"DRK_VF_ENTER", 5.0), parameter(b"DRK_VF_LEAVE", 20.0), parameter(b"DRK_KPP", 1.5)], s)
     assert s.forward_limits == (5.0, 20.0)
     assert "DRK_KPP" not in s.parameters
@@ -233,6 +236,19 @@ def test_no_message_of_the_dialect_can_break_the_store(number, payload):
     frame = _frame(number, payload[:size].ljust(size, b"\0"))
     for decoded in Codec(255, 190).decode(frame):
         reduce(s, decoded, 1.0)
+
+
+@settings(deadline=None, max_examples=60)
+@given(st.lists(st.tuples(st.integers(53000, 53005), st.binary(min_size=120, max_size=120)), max_size=6))
+def test_no_message_of_the_vehicles_dialect_can_break_a_panel(told_by_the_wire):
+    s = fold([heartbeat(), position(10, 1.0)])
+    for number, payload in told_by_the_wire:
+        size = mavlink.mavlink_map[number].unpacker.size
+        for decoded in Codec(255, 190).decode(_frame(number, payload[:size])):
+            s = reduce(s, decoded, 1.0)
+    for panel in (HybridPanel, ActuatorPanel, AttitudePanel, FlightPanel, DecisionPanel, MapPanel, MessagePanel):
+        panel("", id="x").draw(s, 40, 12)
+    decision_words(s)
 
 
 def _frame(number, payload):
