@@ -7,10 +7,11 @@ import math
 import numpy as np
 
 from sitl.autopilot.autopilot import Autopilot
+from sitl.autopilot.choice import Chooser
 from sitl.autopilot.guidance import View
 from sitl.autopilot.mission import World
 from sitl.battery import Battery
-from sitl.hybrid.supervisor import JumpRecord, Law, Reason
+from sitl.hybrid.supervisor import WINGED, JumpRecord, Law, Reason
 from sitl.kernels import state
 from sitl.kernels.quaternion import rotate
 from sitl.parameters import Bindings
@@ -28,7 +29,8 @@ class Craft:
 
     def __init__(self, vehicle: Vehicle, world: World, bindings: Bindings, *, airborne: bool = False) -> None:
         self.vehicle = vehicle
-        self.autopilot = Autopilot(world, bindings.settings, vehicle.setpoint.heading)
+        chooser = Chooser(vehicle.believed, can_fly_forward=vehicle.can_fly_forward)
+        self.autopilot = Autopilot(world, bindings.settings, vehicle.setpoint.heading, chooser)
         self.bind(bindings)
         self._announced = self._seen = 0  # jumps told to the wire, and to the autopilot
         if airborne:
@@ -79,6 +81,9 @@ class Craft:
             tilt=math.acos(max(-1.0, min(1.0, float(nose[2])))),
             landed=self.vehicle.law is Law.LANDED,
             energy_left=self.battery.left,
+            forward=self.vehicle.law in WINGED,
+            wind=tuple(self.vehicle.wind_estimate.tolist()),
+            stopping=self.vehicle.stopping_distance(),
         )
 
     @property

@@ -52,7 +52,8 @@ TICK = 0.002  # control period [s]
 SUBSTEPS = 2  # plant steps per tick
 # The supervisor's laws, as the compiled code sees them.
 LANDED, LINEAR, ZERO_MOMENT, ALIGN, TO_FORWARD, LINE_OF_SIGHT, FORWARD_LINEAR, TO_HOVER, FAILSAFE = range(9)
-NO_CONDITION_MISSES = -1
+TURN_BELOW = 3.0  # over the ground, in the transition to the hover [m/s]
+TURN_RATE = 1.0  # there [rad/s]
 
 
 class Surroundings(NamedTuple):
@@ -187,6 +188,7 @@ def _law(
     phase = line_of_sight.CRUISE
     if orders.law == TO_HOVER:
         phase = line_of_sight.BRAKE
+        _turn_to_hover(plant, memory, orders)
     elif orders.law == FAILSAFE:
         phase = line_of_sight.ARREST
     return int(
@@ -204,6 +206,15 @@ def _law(
             staged,
         )
     )
+
+
+@njit(cache=True)
+def _turn_to_hover(plant: Array, memory: Array, orders: Orders) -> None:
+    """At the end of the braking the heading goes over to that of the hover to come."""
+    if math.hypot(plant[V], plant[V + 1]) < TURN_BELOW:
+        off = orders.heading - memory[COURSE]
+        off = math.atan2(math.sin(off), math.cos(off))
+        memory[COURSE] += min(max(off, -TURN_RATE * TICK), TURN_RATE * TICK)
 
 
 @njit(cache=True)

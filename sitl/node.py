@@ -119,6 +119,8 @@ class Node:
         for seq in autopilot.reached():
             self._endpoint.publish(mavlink.MAVLink_mission_item_reached_message(seq))
             self._endpoint.publish(telemetry.mission_current(self.picture()))
+        for seq, made in autopilot.decisions():
+            self._endpoint.publish(telemetry.decision(self.picture().ms, seq, made))
         for notice in autopilot.notices():
             self._say(notice.severity, notice.text)
 

@@ -59,6 +59,11 @@ TABLE = (
     Entry("COM_DISARM_LAND", "settings", "disarm_after", 0.0, 60.0, "s", "Motors stop this long after landing"),
     Entry("BAT_LOW_THR", "settings", "battery_low", 0.0, 0.9, "", "No arming below this share of the battery"),
     Entry("DRK_HOV_VMAX", "settings", "hover_speed", 0.2, 6.0, "m/s", "Horizontal speed limit of the hover laws"),
+    Entry("DRK_WAY", "settings", "way", 0, 2, "", "Legs: 0 the better way, 1 hover, 2 on the wing", True),
+    Entry("DRK_FWD_SPEED", "settings", "airspeed", 7.0, 22.0, "m/s", "Airspeed of the cruise on the wing"),
+    Entry("DRK_FWD_LEG", "settings", "least_leg", 15.0, 1e4, "m", "Legs shorter than this are hovered"),
+    Entry("DRK_LEG_TIME", "settings", "leg_time", 0.0, 1e4, "s", "A leg shall take no longer; 0: no matter"),
+    Entry("NAV_LOITER_RAD", "settings", "loiter_radius", 15.0, 500.0, "m", "Radius of circles nobody gave one for"),
     Entry("DRK_V_ENTER", "tuning", "v_enter", 0.1, 1e5, "", "V below which the linear hover law takes over"),
     Entry("DRK_V_LEAVE", "tuning", "v_leave", 0.1, 1e5, "", "V above which the linear hover law hands over"),
     Entry("DRK_LQI", "tuning", "integral", 0, 1, "", "Integral of the position error in the linear law", True),
@@ -70,6 +75,10 @@ TABLE = (
     Entry("DRK_LAMBDA", "tuning", "lam", 1.0, 20.0, "rad/s", "Attitude bandwidth of the zero-moment law"),
     Entry("DRK_ZETA", "tuning", "zeta", 0.2, 2.0, "", "Attitude damping ratio of the zero-moment law"),
     Entry("DRK_KQ", "tuning", "k_q", 0.0, 5.0, "rad/s", "Heading gain of the zero-moment law"),
+    Entry("DRK_FWD_LIN", "tuning", "forward_linear", 0, 1, "", "Hand straight legs to the linear forward law", True),
+    Entry("DRK_VF_ENTER", "tuning", "v_forward_enter", 0.0, 1e5, "", "V below which the linear forward law takes over"),
+    Entry("DRK_VF_LEAVE", "tuning", "v_forward_leave", 0.0, 1e5, "", "V above which the linear forward law hands back"),
+    Entry("DRK_PITOT", "tuning", "pitot", 0, 1, "", "The wind estimator has a pitot tube", True),
     Entry("SIM_WIND_SPD", "world", "wind_speed", 0.0, 30.0, "m/s", "Steady wind"),
     Entry("SIM_WIND_DIR", "world", "wind_direction", -360.0, 360.0, "deg", "Where the wind comes from"),
     Entry("SIM_GUST_RMS", "world", "gusts", 0.0, 10.0, "m/s", "Gusts, rms per axis"),
@@ -107,6 +116,8 @@ class Bindings(NamedTuple):
             groups[entry.group] = groups[entry.group]._replace(**{entry.field: kept})
         if groups["tuning"].v_enter >= groups["tuning"].v_leave:
             raise SitlError("DRK_V_ENTER must stay below DRK_V_LEAVE: the hysteresis needs its gap")
+        if groups["tuning"].v_forward_enter >= groups["tuning"].v_forward_leave:
+            raise SitlError("DRK_VF_ENTER must stay below DRK_VF_LEAVE: the hysteresis needs its gap")
         return Bindings(**groups)
 
     def wire_table(self) -> list[Parameter]:

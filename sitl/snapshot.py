@@ -27,16 +27,21 @@ class Picture(NamedTuple):
     q: Quaternion
     rates: Vector  # p, q, r [rad/s]
     wind: Vector  # velocity of the air [m/s]
+    wind_estimate: Vector  # as the laws see it [m/s]
+    wind_deviation: Vector  # standard deviations of the estimate [m/s]
+    cross_track: float  # to the left of the path flown forward [m]
     motor: tuple[float, float]  # [rad/s]
     motor_command: tuple[float, float]
     elevon: tuple[float, float]  # [rad]
     elevon_command: tuple[float, float]
     limits: int  # DARKO_LIMIT bits
+    given_up: int  # DARKO_GIVEN_UP bits
     law: int  # DARKO_LAW
     last_law: int
     last_reason: int  # DARKO_JUMP_REASON
     jumps: int
     lyapunov: float
+    lyapunov_forward: float
     v_enter: float
     v_leave: float
     governor: float  # 0..1
@@ -71,6 +76,11 @@ class Picture(NamedTuple):
         return math.dist(self.v, self.wind)
 
     @property
+    def airspeed_estimate(self) -> float:
+        """Speed through the air as the laws see it [m/s]."""
+        return math.dist(self.v, self.wind_estimate)
+
+    @property
     def yaw(self) -> float:
         """Heading, clockwise from north [rad]."""
         return frames.heading(frames.flip_quaternion(self.q))
@@ -90,16 +100,21 @@ def take_picture(craft: Craft) -> Picture:
         q=(x[6], x[7], x[8], x[9]),
         rates=(x[10], x[11], x[12]),
         wind=tuple(vehicle.wind.tolist()),
+        wind_estimate=tuple(vehicle.wind_estimate.tolist()),
+        wind_deviation=vehicle.wind_deviation,
+        cross_track=vehicle.cross_track,
         motor=(actuator[0], actuator[1]),
         motor_command=(command[0], command[1]),
         elevon=(actuator[2], actuator[3]),
         elevon_command=(command[2], command[3]),
         limits=vehicle.limits if vehicle.law is not Law.LANDED else 0,
+        given_up=vehicle.given_up,
         law=int(vehicle.law),
         last_law=int(last.source) if last else 0,
         last_reason=int(last.reason) if last else 0,
         jumps=len(vehicle.jumps),
         lyapunov=vehicle.lyapunov if vehicle.law is not Law.LANDED else math.nan,
+        lyapunov_forward=vehicle.lyapunov_forward,
         v_enter=vehicle.tuning.v_enter,
         v_leave=vehicle.tuning.v_leave,
         governor=vehicle.governor,

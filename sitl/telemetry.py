@@ -15,6 +15,8 @@ from protocol import frames, units
 from protocol.codec import Message
 from protocol.dialect import mavlink
 from protocol.modes import Mode, custom_mode
+from sitl.autopilot.decision import Decision
+from sitl.hybrid.supervisor import Law
 from sitl.snapshot import Picture
 
 NAN = math.nan
@@ -133,7 +135,7 @@ def vfr_hud(s: Picture) -> Message:
     span = s.motor_max - s.motor_min
     throttle = min(max((sum(s.motor) / 2.0 - s.motor_min) / span, 0.0), 1.0)
     return mavlink.MAVLink_vfr_hud_message(
-        s.airspeed,
+        s.airspeed_estimate,
         math.hypot(s.v[0], s.v[1]),
         units.centidegrees(s.yaw) // 100,
         round(100 * throttle),
@@ -143,7 +145,7 @@ def vfr_hud(s: Picture) -> Message:
 
 
 def extended_state(s: Picture) -> Message:
-    """EXTENDED_SYS_STATE: hovering, and whether the ground is left."""
+    """EXTENDED_SYS_STATE: upright, on the wing or between, and whether the ground is left."""
     if s.landed:
         landed = mavlink.MAV_LANDED_STATE_ON_GROUND
     elif s.landing:
@@ -152,7 +154,15 @@ def extended_state(s: Picture) -> Message:
         landed = mavlink.MAV_LANDED_STATE_TAKEOFF
     else:
         landed = mavlink.MAV_LANDED_STATE_IN_AIR
-    return mavlink.MAVLink_extended_sys_state_message(mavlink.MAV_VTOL_STATE_MC, landed)
+    return mavlink.MAVLink_extended_sys_state_message(VTOL_STATES.get(s.law, mavlink.MAV_VTOL_STATE_MC), landed)
+
+
+VTOL_STATES = {
+    Law.TO_FORWARD: mavlink.MAV_VTOL_STATE_TRANSITION_TO_FW,
+    Law.FORWARD_LINE_OF_SIGHT: mavlink.MAV_VTOL_STATE_FW,
+    Law.FORWARD_LINEAR: mavlink.MAV_VTOL_STATE_FW,
+    Law.TO_HOVER: mavlink.MAV_VTOL_STATE_TRANSITION_TO_MC,
+}
 
 
 def battery_status(s: Picture) -> Message:
@@ -189,11 +199,47 @@ def global_origin(s: Picture) -> Message:
 
 
 def wind(s: Picture) -> Message:
-    """WIND_COV: the simulated wind itself, so without variance."""
-    north, east, down = frames.flip(s.wind)
+    """WIND_COV: the wind as the vehicle estimates it."""
+    north, east, down = frames.flip(s.wind_estimate)
+    level, vertical = max(s.wind_deviation[:2]), s.wind_deviation[2]
     return mavlink.MAVLink_wind_cov_message(
-        units.microseconds(s.time), north, east, down, 0, 0, s.frame.origin.alt + s.p[2], 0, 0
+        units.microseconds(s.time),
+        north,
+        east,
+        down,
+        level**2,
+        vertical**2,
+        s.frame.origin.alt + s.p[2],
+        level,
+        vertical,
     )
+
+
+def air(s: Picture) -> Message:
+    """DARKO_AIR: the estimated wind beside the true one."""
+    estimate, true = frames.flip(s.wind_estimate), frames.flip(s.wind)
+    return mavlink.MAVLink_darko_air_message(s.ms, list(estimate), list(true), s.airspeed_estimate, s.airspeed)
+
+
+def controller_output(s: Picture) -> Message:
+    """NAV_CONTROLLER_OUTPUT: where the vehicle is beside its path; positive cross-track error is to the right of it."""
+    north, east, down = (to - here for to, here in zip(frames.flip(s.setpoint.p), frames.flip(s.p), strict=True))
+    roll, pitch, _ = frames.euler_from_quaternion(frames.flip_quaternion(s.q))
+    bearing = round(math.degrees(math.atan2(east, north)))
+    course = round(math.degrees(math.atan2(-s.v[1], s.v[0])))
+    return mavlink.MAVLink_nav_controller_output_message(
+        math.degrees(roll), math.degrees(pitch), course, bearing, min(round(math.hypot(north, east)), 65535),
+        -down, 0.0, -s.cross_track,
+    )  # fmt: skip
+
+
+def decision(ms: int, seq: int, made: Decision) -> Message:
+    """DARKO_DECISION of one leg."""
+    leg = made.leg
+    return mavlink.MAVLink_darko_decision_message(
+        ms, leg.distance, leg.climb, leg.tail_wind, leg.cross_wind, *made.hover, *made.forward, seq,
+        int(made.way), int(made.why),
+    )  # fmt: skip
 
 
 def actuator_output(s: Picture) -> Message:
@@ -212,7 +258,16 @@ def mission_current(s: Picture) -> Message:
 def hybrid_state(s: Picture) -> Message:
     """DARKO_HYBRID_STATE."""
     return mavlink.MAVLink_darko_hybrid_state_message(
-        s.ms, s.jumps, s.lyapunov, NAN, s.v_enter, s.v_leave, s.governor, s.law, s.last_law, s.last_reason
+        s.ms,
+        s.jumps,
+        s.lyapunov,
+        s.lyapunov_forward,
+        s.v_enter,
+        s.v_leave,
+        s.governor,
+        s.law,
+        s.last_law,
+        s.last_reason,
     )
 
 
@@ -220,7 +275,7 @@ def actuators(s: Picture) -> Message:
     """DARKO_ACTUATORS."""
     return mavlink.MAVLink_darko_actuators_message(
         s.ms, list(s.motor), list(s.motor_command), [s.k_f * w * w for w in s.motor],
-        list(s.elevon), list(s.elevon_command), s.motor_min, s.motor_max, s.elevon_max, s.limits,
+        list(s.elevon), list(s.elevon_command), s.motor_min, s.motor_max, s.elevon_max, s.limits, s.given_up,
     )  # fmt: skip
 
 
@@ -287,6 +342,8 @@ STREAMS = (
     Stream(mavlink.MAVLINK_MSG_ID_HOME_POSITION, home_position, 0.5),
     Stream(mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN, global_origin, 0.0),
     Stream(mavlink.MAVLINK_MSG_ID_WIND_COV, wind, 1.0),
+    Stream(mavlink.MAVLINK_MSG_ID_DARKO_AIR, air, 5.0),
+    Stream(mavlink.MAVLINK_MSG_ID_NAV_CONTROLLER_OUTPUT, controller_output, 5.0),
     Stream(mavlink.MAVLINK_MSG_ID_ACTUATOR_OUTPUT_STATUS, actuator_output, 5.0),
     Stream(mavlink.MAVLINK_MSG_ID_MISSION_CURRENT, mission_current, 1.0),
     Stream(mavlink.MAVLINK_MSG_ID_SYSTEM_TIME, system_time, 1.0),

@@ -32,6 +32,7 @@ from sitl.kernels.quaternion import from_euler, hover
 from sitl.laws import air as air_filter
 from sitl.laws import hover_linear, hover_zero_moment, line_of_sight
 from sitl.laws.air import AirSensors
+from sitl.laws.forward_guidance import stopping_distance
 from sitl.laws.forward_linear import ForwardGains
 from sitl.laws.governor import VELOCITY
 from sitl.laws.path import LEG, Path
@@ -99,7 +100,6 @@ class Tuning(NamedTuple):
     forward_linear: int = 1  # DRK_FWD_LIN
     v_forward_enter: float = 5.0  # DRK_VF_ENTER
     v_forward_leave: float = 20.0  # DRK_VF_LEAVE
-    least_leg: float = 25.0  # DRK_FWD_LEG [m]
     pitot: int = 1  # DRK_PITOT
 
 
@@ -209,10 +209,10 @@ class Vehicle:
         self._target = np.array(setpoint.p)
         route = setpoint.route
         if route is None:
-            self._path = Path(LEG, self._target, self._target, 0.0, STOP_SPEED, stop=True)
+            self._path = Path(LEG, self._target, self._target, 0.0, STOP_SPEED, stop=True, level=0.0)
         else:
             self._path = Path(
-                route.kind, np.array(route.start), np.array(route.end), route.radius, route.airspeed, route.stop
+                route.kind, np.array(route.start), np.array(route.end), route.radius, route.airspeed, route.stop, route.level
             )
 
     def set_wind(self, wind: Vector, gust_rms: float | None = None) -> None:
@@ -249,6 +249,13 @@ class Vehicle:
         return self.memory[AIR : AIR + 3]
 
     @property
+    def wind_deviation(self) -> Vector:
+        """Standard deviations of the wind estimate, per axis [m/s]."""
+        at = AIR + air_filter.COVARIANCE
+        x, y, z = (math.sqrt(max(float(self.memory[at + 4 * i]), 0.0)) for i in range(3))
+        return x, y, z
+
+    @property
     def governor(self) -> float:
         """Share of the position loop's force that the governor takes away, 0..1."""
         return float(self.memory[GOVERNOR])
@@ -267,6 +274,14 @@ class Vehicle:
     def wind(self) -> Array:
         """Velocity of the air now, steady and gust, world NWU [m/s]."""
         return np.asarray(self._wind + self.memory[GUST : GUST + 3])
+
+    def stopping_distance(self) -> float:
+        """Distance over the ground that braking from the present velocity takes [m]."""
+        v, wind = self.plant[state.V : state.V + 3], self.wind_estimate
+        speed = math.hypot(v[0], v[1])
+        ux, uy = (v[0] / speed, v[1] / speed) if speed > 0.1 else (1.0, 0.0)
+        along, across = wind[0] * ux + wind[1] * uy, wind[0] * uy - wind[1] * ux
+        return float(stopping_distance(speed, along, across, self._laws.sight.guidance))
 
     @property
     def power(self) -> float:
@@ -313,7 +328,6 @@ class Vehicle:
             landing=self.landing,
             forward=self.setpoint.route is not None and self.can_fly_forward,
             path=self._path,
-            least_leg=tuning.least_leg,
             v_enter=tuning.v_enter,
             v_leave=tuning.v_leave,
             v_forward_enter=tuning.v_forward_enter if tuning.forward_linear else 0.0,
@@ -384,7 +398,11 @@ class Vehicle:
 
 @lru_cache(maxsize=8)
 def _forward_gains(a: Airframe) -> ForwardGains:
-    return forward_gains(a)  # a second of Riccati equations; retuning in flight must not wait for it
+    try:
+        return forward_gains(a)
+    except SitlError:  # nothing balances it in level flight at some speed: it hovers, and never asks for these
+        none, grid = np.zeros((2, 2)), np.array((0.0, 1.0))
+        return ForwardGains(grid, grid, np.zeros((2, 4, 11)), np.zeros((2, 11, 11)), none, none, none)
 
 
 def standing_height(a: Airframe) -> float:

@@ -19,9 +19,12 @@ from sitl.memory_layout import AIR, AT_REST, COURSE, LYAPUNOV, LYAPUNOV_FORWARD,
 
 C = Condition
 LANDED = 0
-DWELL = 1.0  # [s]
+DWELL = 0.5  # [s]
 WING_SPEED = 8.0  # the wing carries from this airspeed on, or from most of the wanted one [m/s]
 WING_SHARE = 0.85
+WORTH_DISTANCE = 15.0  # less than this of a leg is not worth tipping over for [m]
+SETTLED_SHARE = 0.2  # of v_enter
+ROOM = 2.0  # braking distances that make it worth flying on [-]
 CALM_SPEED = 3.5  # [m/s]
 ALIGNED_SPEED = 2.5  # [m/s]
 ALIGNED_ANGLE = math.radians(12.0)
@@ -32,10 +35,11 @@ GROUND_TIME = 0.8  # nearer to the ground than this at the present sink rate, a 
 SINK = 3.0  # what counts as sinking there [m/s]
 
 _ARMED, _FLYING, _RESTING = int(C.ARMED), int(C.FLYING), int(C.RESTING)
-_NEAR, _FAR, _WANTED, _WORTH = int(C.NEAR), int(C.FAR), int(C.WANTED), int(C.WORTH)
+_NEAR, _FAR, _SETTLED = int(C.NEAR), int(C.FAR), int(C.SETTLED)
+_WANTED, _WORTH = int(C.WANTED), int(C.WORTH)
 _ALIGNED, _CALM, _WING_BORNE, _STOP_DUE = int(C.ALIGNED), int(C.CALM), int(C.WING_BORNE), int(C.STOP_DUE)
 _STRAIGHT, _ON_TRIM, _OFF_TRIM = int(C.STRAIGHT), int(C.ON_TRIM), int(C.OFF_TRIM)
-_STANDING, _FALLING, _RECOVERED, _DWELT = int(C.STANDING), int(C.FALLING), int(C.RECOVERED), int(C.DWELT)
+_STANDING, _FALLING, _RECOVERED, _DWELT, _ROOM = int(C.STANDING), int(C.FALLING), int(C.RECOVERED), int(C.DWELT), int(C.ROOM)
 
 
 class Orders(NamedTuple):
@@ -50,7 +54,6 @@ class Orders(NamedTuple):
     landing: bool
     forward: bool  # the path shall be flown on the wing
     path: Path
-    least_leg: float  # what is left of a leg must be longer than this to be worth tipping over for [m]
     v_enter: float
     v_leave: float
     v_forward_enter: float
@@ -66,6 +69,7 @@ def watch(plant: Array, memory: Array, orders: Orders, limits: GuidanceGains, a:
     memory[AT_REST] = memory[AT_REST] + dt if resting else (0.0 if dt > 0.0 else memory[AT_REST])
     bits |= _RESTING if memory[AT_REST] >= orders.settle_time else 0
     bits |= _NEAR if memory[LYAPUNOV] < orders.v_enter else 0
+    bits |= _SETTLED if memory[LYAPUNOV] < SETTLED_SHARE * orders.v_enter else 0
     bits |= _FAR if memory[LYAPUNOV] > orders.v_leave else 0
     bits |= _DWELT if memory[SINCE] >= DWELL else 0
     return bits | _motion(plant, memory, orders) | _path(plant, memory, orders, limits)
@@ -104,10 +108,12 @@ def _path(plant: Array, memory: Array, orders: Orders, limits: GuidanceGains) ->
     if orders.forward:
         bits |= _WANTED
         left = math.hypot(path.end[0] - p[0], path.end[1] - p[1])
-        if path.kind != LEG or not path.stop or left > orders.least_leg:
+        if path.kind != LEG or not path.stop or left > WORTH_DISTANCE:
             bits |= _WORTH
-        if due_to_stop(p, v, wind, path, limits):
+        if due_to_stop(p, v, wind, path, 1.0, limits):
             bits |= _STOP_DUE
+        if not due_to_stop(p, v, wind, path, ROOM, limits):
+            bits |= _ROOM
     V_forward = memory[LYAPUNOV_FORWARD]
     bits |= _ON_TRIM if V_forward < orders.v_forward_enter else 0
     return bits | (0 if V_forward <= orders.v_forward_leave else _OFF_TRIM)

@@ -14,8 +14,11 @@ from protocol.dialect import mavlink
 from protocol.modes import Mode
 from protocol.plans.mission import MissionItem
 from sitl.autopilot import arming
+from sitl.autopilot.choice import Chooser
+from sitl.autopilot.decision import FASTEST, LEAST_HEIGHT, SLOWEST, Decision, Way
 from sitl.autopilot.guidance import FlyTo, Guidance, Hold, Ramp, Setpoint, Vector, View, land_at, with_speed
-from sitl.autopilot.mission import MissionRunner, World, return_home
+from sitl.autopilot.legs import FlyLeg, Orbit, course, orbit
+from sitl.autopilot.mission import MissionRunner, World, fly_to, return_home
 from sitl.autopilot.settings import Settings
 
 ACCEPTED = mavlink.MAV_RESULT_ACCEPTED
@@ -23,6 +26,9 @@ REJECTED = mavlink.MAV_RESULT_TEMPORARILY_REJECTED
 DENIED = mavlink.MAV_RESULT_DENIED
 UNSUPPORTED = mavlink.MAV_RESULT_UNSUPPORTED
 
+CLIMB, DESCENT = 2.5, 2.0  # vertical speeds the hover flies [m/s]
+LEASH = 1.5  # how far ahead of the vehicle a velocity set-point leads [m]
+SAME_LEG = 5.0  # a streamed position that moved less than this is the same leg [m]
 FLOOR = 1.0  # a hold asked for nearer the ground than this is flown here [m]
 
 
@@ -51,9 +57,10 @@ class Autopilot:
     After any call, read ``notices()`` and ``reached()``; each hands over what is new.
     """
 
-    def __init__(self, world: World, settings: Settings, heading: float = 0.0) -> None:
+    def __init__(self, world: World, settings: Settings, heading: float = 0.0, chooser: Chooser | None = None) -> None:
         self.world = world
         self.settings = settings
+        self.chooser = chooser  # of the way to fly a leg; without one the vehicle hovers
         self.mode = Mode.HOLD
         self.armed = False
         self.flying = False  # asked to be in the air: the supervisor leaves the ground on this
@@ -62,6 +69,7 @@ class Autopilot:
         self.setpoint = Setpoint((0.0, 0.0, 0.0), heading, settings.hover_speed)
         self._guidance: Guidance | None = None
         self._offboard = self.setpoint  # the last one streamed, for when OFFBOARD starts
+        self._drifted_at = 0.0
         self._landed_at: float | None = None
         self._offboard_at: float | None = None
         self._notices: list[Notice] = []
@@ -78,6 +86,10 @@ class Autopilot:
         """Mission items done since the last call."""
         done, self._reached = self._reached, []
         return done
+
+    def decisions(self) -> list[tuple[int, Decision]]:
+        """How legs are to be flown, decided since the last call; each with its mission item."""
+        return self.chooser.made() if self.chooser is not None else []
 
     @property
     def landing(self) -> bool:
@@ -209,7 +221,7 @@ class Autopilot:
         """Climb to the return altitude, fly over the origin and land."""
         if not self.flying:
             return self._refuse(REJECTED, "Return refused: not in the air")
-        self._enter(Mode.RTL, return_home(self.view, self.setpoint, self.settings))
+        self._enter(Mode.RTL, return_home(self.view, self.setpoint, self.settings, self.chooser))
         return Outcome(ACCEPTED)
 
     def go_to(self, p: Vector, heading: float | None = None, speed: float | None = None) -> Outcome:
@@ -230,11 +242,43 @@ class Autopilot:
             self.setpoint.heading if heading is None else heading,
             self.settings.hover_speed if speed is None else speed,
         )
-        self._enter(Mode.HOLD, FlyTo(setpoint, self.settings.acceptance))
+        self._enter(Mode.HOLD, fly_to(self.view, setpoint, self.settings, self.chooser))
         return Outcome(ACCEPTED)
 
+    def transition(self, way: Way) -> Outcome:
+        """Go over to the wing or to the hover, now; the rest of a mission is flown that way as well.
+
+        Outside a mission the wing needs somewhere to go: it circles a point ahead.
+        """
+        if not self.flying:
+            return self._refuse(REJECTED, "Transition refused: not in the air")
+        if way is Way.FORWARD and (self.chooser is None or not self.chooser.can_fly_forward):
+            return self._refuse(DENIED, "Transition denied: this airframe has no trim between hover and wing")
+        if way is Way.FORWARD and self.view.p[2] < LEAST_HEIGHT:
+            return self._refuse(REJECTED, f"Transition refused: {self.view.p[2]:.1f} m is too low to tip over")
+        if self.mode is Mode.MISSION and self.mission is not None:
+            self.mission.transition(way)
+        elif way is Way.FORWARD and not self.view.forward:
+            self._enter(Mode.HOLD, self._circle_ahead())
+        elif way is Way.HOVER and self.view.forward:
+            self._hold_here()
+        return Outcome(ACCEPTED)
+
+    def _circle_ahead(self) -> Orbit:
+        """A circle that is joined at its nearest point, flying straight ahead."""
+        radius, h, p = self.settings.loiter_radius, self.view.heading, self.view.p
+        ahead, right = 1.5 * radius, radius
+        centre = (
+            p[0] + ahead * math.cos(h) + right * math.sin(h),
+            p[1] + ahead * math.sin(h) - right * math.cos(h),
+            p[2],
+        )
+        return orbit(centre, radius, self._at(p), self.settings.airspeed)
+
     def change_speed(self, speed: float) -> Outcome:
-        """Limit the horizontal speed of the manoeuvre under way, or of the mission [m/s]."""
+        """Speed of the manoeuvre under way, or of the mission [m/s]: of the hover, or from 7 m/s on of the wing."""
+        if speed >= SLOWEST and self.mode is not Mode.MISSION:
+            return self._change_airspeed(speed)
         if self.mode is Mode.MISSION and self.mission is not None:
             self.mission.change_speed(speed)
         elif isinstance(self._guidance, FlyTo | Hold):
@@ -242,6 +286,50 @@ class Autopilot:
         else:
             return self._refuse(REJECTED, "Speed unchanged: not flying to a point")
         return Outcome(ACCEPTED)
+
+    def _change_airspeed(self, speed: float) -> Outcome:
+        if not isinstance(self._guidance, FlyLeg | Orbit):
+            return self._refuse(REJECTED, f"Speed {speed:g} m/s refused: not on the wing")
+        setpoint = self._guidance.setpoint
+        if setpoint.route is not None:
+            self._guidance.setpoint = setpoint._replace(route=setpoint.route._replace(airspeed=speed))
+        return Outcome(ACCEPTED)
+
+    def set_offboard_velocity(self, v: Vector, heading: float | None) -> str | None:
+        """Take one streamed velocity set-point, world NWU [m/s] (flown in OFFBOARD). Returns why not, or None.
+
+        Up to the hover's speed limit it is flown upright, from 7 m/s on on the wing as a course; between
+        the two the vehicle can hold no speed for long.
+        """
+        level = math.hypot(v[0], v[1])
+        slow = level <= self.settings.hover_speed and -DESCENT <= v[2] <= CLIMB
+        if not slow and not SLOWEST <= level <= FASTEST:
+            most = self.settings.hover_speed
+            return f"{level:.1f} m/s level, {v[2]:.1f} m/s up: hover to {most:g}, wing from {SLOWEST:g}"
+        if not slow and (self.chooser is None or not self.chooser.can_fly_forward):
+            return f"{level:.1f} m/s: this airframe cannot leave the hover"
+        self._offboard_at = self.view.time
+        setpoint = self._drift(v, heading) if slow else course(self.view.p, v, self.view.wind, self.setpoint)
+        if self.mode is Mode.OFFBOARD:
+            self._guidance = Hold(setpoint)
+        else:
+            self._offboard = setpoint
+        return None
+
+    def _drift(self, v: Vector, heading: float | None) -> Setpoint:
+        """A set-point that moves at a velocity, never far from the vehicle."""
+        last, here = self.setpoint, self.view.p
+        dt = self._drift_time()
+        p = [last.p[i] + dt * v[i] for i in range(3)]
+        away = math.dist(p, here)
+        if away > LEASH:
+            p = [here[i] + (p[i] - here[i]) * LEASH / away for i in range(3)]
+        p[2] = max(p[2], FLOOR)
+        return Setpoint((p[0], p[1], p[2]), last.heading if heading is None else heading, last.speed)
+
+    def _drift_time(self) -> float:
+        since, self._drifted_at = self._drifted_at, self.view.time
+        return min(max(self.view.time - since, 0.0), self.settings.setpoint_timeout)
 
     def set_offboard_setpoint(self, p: Vector, heading: float | None) -> str | None:
         """Take one streamed position set-point (flown in OFFBOARD). Returns why not, or None."""
@@ -252,11 +340,20 @@ class Autopilot:
         target = self._at(p)
         if heading is not None:
             target = target._replace(heading=heading)
-        if self.mode is Mode.OFFBOARD:
-            self._guidance = Hold(target)
-        else:
+        if self.mode is not Mode.OFFBOARD:
             self._offboard = target
+        elif not self._same_leg(target):
+            self._guidance = fly_to(self.view, target, self.settings, self.chooser)
         return None
+
+    def _same_leg(self, target: Setpoint) -> bool:
+        """Whether what is flown now already leads to a set-point; a small step moves it there."""
+        guidance = self._guidance
+        if not isinstance(guidance, FlyTo | FlyLeg) or math.dist(guidance.setpoint.p, target.p) > SAME_LEG:
+            return False
+        if isinstance(guidance, FlyTo):
+            guidance.setpoint = target
+        return True
 
     def set_mode(self, mode: Mode) -> Outcome:
         """Change the mode as a ground station's mode switch does."""
@@ -278,7 +375,10 @@ class Autopilot:
             return self._refuse(REJECTED, "OFFBOARD refused: no set-points are arriving")
         if not self.armed:
             return self._refuse(REJECTED, "OFFBOARD refused: not armed")
-        self._enter(Mode.OFFBOARD, Hold(self._offboard))
+        offboard = self._offboard
+        moving = offboard.route is not None
+        leg = fly_to(self.view, offboard, self.settings, self.chooser)
+        self._enter(Mode.OFFBOARD, Hold(offboard) if moving else leg)
         self.flying = True
         return Outcome(ACCEPTED)
 
@@ -288,7 +388,7 @@ class Autopilot:
         """Replace the mission by an already validated one; flying the old one ends in a hold."""
         if self.mode is Mode.MISSION:
             self._hold_here()
-        self.mission = MissionRunner(tuple(items), self.world, self.settings) if items else None
+        self.mission = MissionRunner(tuple(items), self.world, self.settings, self.chooser) if items else None
 
     def start_mission(self, first: int | None = None) -> Outcome:
         """Fly the mission from an item, or from the current one (from the start if it was complete)."""
@@ -342,9 +442,11 @@ class Autopilot:
         return Setpoint(p, self.setpoint.heading, self.settings.hover_speed)
 
     def _stop_point(self) -> Vector:
-        # Where the vehicle can stop, not where it is now: half a second ahead, no lower than the floor.
+        # Where the vehicle can stop, not where it is now, and no lower than the floor.
         p, v = self.view.p, self.view.v
-        return (p[0] + 0.5 * v[0], p[1] + 0.5 * v[1], max(p[2] + 0.5 * v[2], FLOOR))
+        level = math.hypot(v[0], v[1])
+        ahead = self.view.stopping / level if self.view.forward and level > 1.0 else 0.5
+        return (p[0] + ahead * v[0], p[1] + ahead * v[1], max(p[2] + 0.5 * v[2], FLOOR))
 
     def _hold_here(self) -> None:
         self._enter(Mode.HOLD, Hold(self._at(self._stop_point())) if self.flying else None)

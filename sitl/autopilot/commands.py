@@ -13,7 +13,9 @@ from protocol.dialect import mavlink
 from protocol.events import CommandRequested
 from protocol.modes import mode_from_parts
 from sitl.autopilot.autopilot import DENIED, UNSUPPORTED, Autopilot, Outcome
+from sitl.autopilot.decision import FASTEST, SLOWEST, Way
 from sitl.autopilot.guidance import Vector
+from sitl.autopilot.mission_items import WAYS
 
 FORCE = 21196  # the number that makes MAV_CMD_COMPONENT_ARM_DISARM skip its checks
 UNSUPPORTED_FRAME = 9  # MAV_RESULT_COMMAND_UNSUPPORTED_MAV_FRAME, newer than the generator's definitions
@@ -111,9 +113,16 @@ def _point(autopilot: Autopilot, request: CommandRequested) -> Vector | None:
 def _change_speed(autopilot: Autopilot, request: CommandRequested) -> Outcome:
     speed = request.params[1]
     most = autopilot.settings.hover_speed
-    if not (math.isfinite(speed) and 0.0 < speed <= most):
-        return Outcome(DENIED, f"Speed {speed:g} m/s is not within 0 and {most:g} m/s")
+    if not (math.isfinite(speed) and (0.0 < speed <= most or SLOWEST <= speed <= FASTEST)):
+        return Outcome(DENIED, f"Speed {speed:g} m/s: hover to {most:g} m/s, wing from {SLOWEST:g} to {FASTEST:g} m/s")
     return autopilot.change_speed(speed)
+
+
+def _transition(autopilot: Autopilot, request: CommandRequested) -> Outcome:
+    way = WAYS.get(int(request.params[0])) if math.isfinite(request.params[0]) else None
+    if way is None or way is Way.NONE:
+        return Outcome(DENIED, f"Transition to where? param1 is {request.params[0]:g}, not 3 (hover) or 4 (wing)")
+    return autopilot.transition(way)
 
 
 def _pause(autopilot: Autopilot, request: CommandRequested) -> Outcome:
@@ -142,4 +151,5 @@ HANDLERS: dict[int, Handler] = {
     mavlink.MAV_CMD_DO_REPOSITION: _reposition,
     mavlink.MAV_CMD_DO_CHANGE_SPEED: _change_speed,
     mavlink.MAV_CMD_DO_PAUSE_CONTINUE: _pause,
+    mavlink.MAV_CMD_DO_VTOL_TRANSITION: _transition,
 }

@@ -23,6 +23,9 @@ class View(NamedTuple):
     tilt: float  # angle between the nose and the vertical [rad]
     landed: bool  # the supervisor's law is LANDED
     energy_left: float  # share of the battery, 0..1
+    forward: bool = False  # tipping over, on the wing, or standing up again
+    wind: Vector = (0.0, 0.0, 0.0)  # as it is estimated, world NWU [m/s]
+    stopping: float = 0.0  # distance the present speed takes to stop [m]
 
 
 class Route(NamedTuple):
@@ -33,6 +36,7 @@ class Route(NamedTuple):
     end: Vector  # world NWU [m]
     airspeed: float  # [m/s]
     stop: bool = True  # whether the leg ends at rest
+    level: float = 0.0  # the leg's last metres are flown at its end's altitude [m]
     radius: float = 0.0  # of a circle [m]; positive: anticlockwise seen from above
 
 

@@ -1,156 +1,28 @@
-"""Missions: what is accepted, and how it is flown.
+"""Missions in flight: which item is flown, and the guidance of each.
 
-Item semantics follow https://mavlink.io/en/services/mission.html and the MAV_CMD definitions of the common
-dialect. A mission is checked whole when it is uploaded, so that no refusal waits in the air.
+Runs of waypoints without a stop between them are planned together: the legs flown on the wing share their
+transitions, and each leg's way of flying is chosen by :mod:`sitl.autopilot.decision` unless the mission says.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import NamedTuple
 
 from protocol.dialect import mavlink
-from protocol.engines.mission_server import Refusal
-from protocol.frames import Geodetic, LocalFrame, flip
 from protocol.plans.mission import MissionItem
-from protocol.units import UNKNOWN_INT32, from_e7, from_local_e4
-from sitl.autopilot.arena import Arena
-from sitl.autopilot.guidance import FlyTo, Guidance, Hold, Ramp, Setpoint, Vector, View, distance, land_at
+from sitl.autopilot.choice import CHAIN, Chooser, Stop
+from sitl.autopilot.decision import SLOWEST, Way
+from sitl.autopilot.guidance import FlyTo, Guidance, Ramp, Setpoint, Vector, View, distance, land_at
 from sitl.autopilot.guidance import Sequence as Steps
+from sitl.autopilot.legs import FlyLeg, corner_lead, leg_airspeeds, leg_setpoint, orbit
+from sitl.autopilot.mission_items import CIRCLES, LAND, PLACED, TAKEOFF, WAYS, World, height, place, validate
 from sitl.autopilot.settings import Settings
 
-TAKEOFF = frozenset({mavlink.MAV_CMD_NAV_TAKEOFF, mavlink.MAV_CMD_NAV_VTOL_TAKEOFF})
-LAND = frozenset({mavlink.MAV_CMD_NAV_LAND, mavlink.MAV_CMD_NAV_VTOL_LAND})
-# Items that name a place, where a missing one cannot be guessed.
-PLACED = frozenset(
-    {
-        mavlink.MAV_CMD_NAV_WAYPOINT,
-        mavlink.MAV_CMD_NAV_LOITER_TIME,
-        mavlink.MAV_CMD_NAV_LOITER_UNLIM,
-    }
-)
-IMMEDIATE = frozenset({mavlink.MAV_CMD_DO_CHANGE_SPEED, mavlink.MAV_CMD_DO_JUMP})
-SUPPORTED = TAKEOFF | LAND | PLACED | IMMEDIATE | {mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH, mavlink.MAV_CMD_NAV_DELAY}
-GLOBAL_FRAMES = frozenset({mavlink.MAV_FRAME_GLOBAL, mavlink.MAV_FRAME_GLOBAL_INT})
-RELATIVE_FRAMES = frozenset({mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT, mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT_INT})
-MISSION_FRAME = mavlink.MAV_FRAME_MISSION  # items without a place
-MOST_ITEMS = 1000
+__all__ = ["MissionRunner", "World", "fly_to", "return_home", "validate"]
+
 SAME_PLACE = 0.5  # take-off and landing points nearer than this are "here" [m]
-
-
-class World(NamedTuple):
-    """Where missions are flown: the geodetic origin of the world frame and the arena about it."""
-
-    frame: LocalFrame
-    arena: Arena
-
-    @property
-    def home(self) -> Geodetic:
-        """The origin of the world frame."""
-        return self.frame.origin
-
-    def local(self, lat_deg: float, lon_deg: float, height: float) -> Vector:
-        """World NWU [m] of a geodetic point at a height above the origin."""
-        north, east, _ = self.frame.to_ned(Geodetic(lat_deg, lon_deg, self.home.alt))
-        return (north, -east, height)
-
-
-def place(item: MissionItem, world: World) -> Vector | None:
-    """The point an item names, world NWU [m]; None where it names none ("here").
-
-    Raises:
-        ValueError: If the item's frame is not one this vehicle knows, or a coordinate is not a number.
-    """
-    if item.frame == MISSION_FRAME:
-        return None
-    if not math.isfinite(item.z):
-        raise ValueError(f"altitude is {item.z}")
-    if item.frame == mavlink.MAV_FRAME_LOCAL_NED:
-        return flip((from_local_e4(item.x), from_local_e4(item.y), item.z))
-    if item.frame == mavlink.MAV_FRAME_LOCAL_ENU:
-        return (from_local_e4(item.y), -from_local_e4(item.x), item.z)
-    if item.frame not in GLOBAL_FRAMES | RELATIVE_FRAMES:
-        raise ValueError(f"frame {item.frame} is not supported")
-    if UNKNOWN_INT32 in {item.x, item.y} or (item.x == 0 and item.y == 0):  # MAVLink's way of leaving the place open
-        return None
-    return world.local(from_e7(item.x), from_e7(item.y), height(item, world))
-
-
-def height(item: MissionItem, world: World) -> float:
-    """Height an item names above the origin [m], also where it leaves its place open."""
-    if item.frame == mavlink.MAV_FRAME_LOCAL_NED:
-        return -item.z
-    return item.z - (world.home.alt if item.frame in GLOBAL_FRAMES else 0.0)
-
-
-def validate(items: Sequence[MissionItem], world: World) -> Refusal | None:
-    """Check a whole mission. None if it can be flown, else the first reason why not."""
-    if len(items) > MOST_ITEMS:
-        return Refusal(mavlink.MAV_MISSION_NO_SPACE, f"{len(items)} items: at most {MOST_ITEMS} fit")
-    for seq, item in enumerate(items):
-        refusal = _validate_item(seq, item, len(items), world)
-        if refusal is not None:
-            return refusal
-    return None
-
-
-def _validate_item(seq: int, item: MissionItem, count: int, world: World) -> Refusal | None:
-    if item.command not in SUPPORTED:
-        return Refusal(mavlink.MAV_MISSION_UNSUPPORTED, f"item {seq}: command {item.command} is not supported")
-    if item.command in IMMEDIATE:
-        return _validate_immediate(seq, item, count)
-    if item.command == mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH:
-        return None
-    if item.command == mavlink.MAV_CMD_NAV_DELAY:
-        return None if item.params[0] >= 0.0 else _bad_parameter(seq, 1, "delay", item.params[0])
-    try:
-        point = place(item, world)
-    except ValueError as error:
-        code = mavlink.MAV_MISSION_INVALID_PARAM7 if "altitude" in str(error) else mavlink.MAV_MISSION_UNSUPPORTED_FRAME
-        return Refusal(code, f"item {seq}: {error}")
-    if point is None:
-        if item.command in PLACED:
-            return Refusal(mavlink.MAV_MISSION_INVALID_PARAM5_X, f"item {seq}: a waypoint needs a position")
-        point = (0.0, 0.0, height(item, world))
-    if item.command in LAND:  # the ground decides where a landing ends
-        point = (point[0], point[1], max(point[2], 0.0))
-    reason = world.arena.refuse(point)
-    if reason is not None:
-        return Refusal(mavlink.MAV_MISSION_INVALID, f"item {seq}: {reason}")
-    return _validate_times(seq, item)
-
-
-def _validate_times(seq: int, item: MissionItem) -> Refusal | None:
-    hold, acceptance = item.params[0], item.params[1]
-    if item.command in PLACED and hold < 0.0:
-        return _bad_parameter(seq, 1, "hold time", hold)
-    if item.command == mavlink.MAV_CMD_NAV_WAYPOINT and acceptance < 0.0:
-        return _bad_parameter(seq, 2, "acceptance radius", acceptance)
-    return None
-
-
-def _validate_immediate(seq: int, item: MissionItem, count: int) -> Refusal | None:
-    if item.command == mavlink.MAV_CMD_DO_JUMP:
-        target = item.params[0]
-        if not (target >= 0 and target < count and target == int(target)):
-            return _bad_parameter(seq, 1, "jump target", target)
-        if not item.params[1] >= -1:
-            return _bad_parameter(seq, 2, "repeat count", item.params[1])
-        return None
-    speed = item.params[1]
-    return None if speed > 0.0 or speed == -1.0 else _bad_parameter(seq, 2, "speed", speed)
-
-
-def _bad_parameter(seq: int, number: int, what: str, value: float) -> Refusal:
-    codes = (
-        mavlink.MAV_MISSION_INVALID_PARAM1,
-        mavlink.MAV_MISSION_INVALID_PARAM2,
-        mavlink.MAV_MISSION_INVALID_PARAM3,
-        mavlink.MAV_MISSION_INVALID_PARAM4,
-    )
-    return Refusal(codes[number - 1], f"item {seq}: {what} {value:g} is not possible")
 
 
 @dataclass(slots=True)
@@ -160,6 +32,7 @@ class MissionRunner:
     items: tuple[MissionItem, ...]
     world: World
     settings: Settings
+    chooser: Chooser | None = None  # without one every leg is hovered
     current: int = 0
     finished: bool = False
     reached: list[int] = field(default_factory=list)
@@ -167,6 +40,9 @@ class MissionRunner:
     _guidance: Guidance | None = None
     _setpoint: Setpoint | None = None
     _speed: float | None = None
+    _airspeed: float | None = None
+    _asked: Way = Way.NONE
+    _from: Vector | None = None  # where the last leg ended, when it was flown through
     _jumps_left: dict[int, int] = field(default_factory=dict)
 
     def jump_to(self, seq: int) -> None:
@@ -177,11 +53,12 @@ class MissionRunner:
         """
         if not 0 <= seq < len(self.items):
             raise IndexError(f"item {seq} of {len(self.items)}")
-        self.current, self._guidance, self.finished = seq, None, False
+        self.current, self.finished = seq, False
+        self.interrupt()
 
     def interrupt(self) -> None:
         """Forget how far the current item was flown: on resuming it starts anew, from wherever it is."""
-        self._guidance = None
+        self._guidance = self._from = None
 
     @property
     def landing(self) -> bool:
@@ -238,18 +115,36 @@ class MissionRunner:
         if item.command == mavlink.MAV_CMD_DO_CHANGE_SPEED:
             self.change_speed(item.params[1])
             return None
+        if item.command == mavlink.MAV_CMD_DO_VTOL_TRANSITION:
+            self._asked = WAYS[int(item.params[0])]
+            return None
         if item.command == mavlink.MAV_CMD_DO_JUMP:
             return None
         return _BUILDERS[item.command](self, item, view, last)
 
     def change_speed(self, wanted: float) -> None:
-        """Limit the speed of the items to come; -1 returns to the set one [m/s]."""
+        """Speed of the items to come [m/s]: up to the hover's limit that of the hover, from 7 m/s on of the wing.
+
+        -1 returns both to the set ones.
+        """
         if wanted < 0.0:
-            self._speed = None
-            return
-        self._speed = min(wanted, self.settings.hover_speed)
-        if wanted > self._speed:
-            self.notices.append(f"Speed {wanted:g} m/s: hovering at no more than {self._speed:g} m/s")
+            self._speed = self._airspeed = None
+        elif wanted >= SLOWEST and self.chooser is not None:
+            self._airspeed = wanted
+        else:
+            self._speed = min(wanted, self.settings.hover_speed)
+            if wanted > self._speed:
+                self.notices.append(f"Speed {wanted:g} m/s: hovering at no more than {self._speed:g} m/s")
+
+    def transition(self, way: Way) -> None:
+        """Fly the items to come this way, until the mission says otherwise; the present one starts anew."""
+        self._asked = way
+        self._guidance = None
+
+    @property
+    def airspeed(self) -> float:
+        """Airspeed of legs on the wing [m/s]."""
+        return self.settings.airspeed if self._airspeed is None else self._airspeed
 
     def _take_off(self, item: MissionItem, view: View, last: Setpoint) -> Guidance:
         here = (view.p[0], view.p[1], height(item, self.world))
@@ -259,18 +154,83 @@ class MissionRunner:
             return climb
         return Steps((climb, FlyTo(climb.setpoint._replace(p=point), self.settings.acceptance)))
 
-    def _waypoint(self, item: MissionItem, view: View, last: Setpoint) -> Guidance:  # noqa: ARG002 - one signature for all builders
+    def _approach(
+        self, item: MissionItem, setpoint: Setpoint, view: View, acceptance: float, hold: float = 0.0
+    ) -> Guidance:
+        """The leg to the current item's point, on the wing if that is the better way."""
+        if self.chooser is None:
+            return FlyTo(setpoint, acceptance, hold)
+        point = setpoint.p
+        stops = self._chain(point)
+        start = self._from if self._from is not None and view.forward else view.p
+        decisions = self.chooser.choose(view, start, stops, self.settings, self.airspeed)
+        self._from = None
+        if decisions[0].way is not Way.FORWARD:
+            return FlyTo(setpoint, acceptance, hold)
+        flown = [start]
+        for ahead, decision in zip(stops, decisions, strict=True):
+            if decision.way is not Way.FORWARD:
+                break
+            flown.append(ahead.p)
+        airspeed = leg_airspeeds(flown, self.airspeed)[0] if len(stops) < CHAIN else self.airspeed
+        stop, lead = len(flown) == 2, 0.0
+        if not stop:
+            self._from = point
+            # A radius in the item means the point itself: it is flown over.
+            lead = 0.0 if item.params[1] > 0.0 else corner_lead(start, point, flown[2], airspeed)
+        leg = leg_setpoint(start, point, setpoint, airspeed, stop=stop)
+        asked = math.isfinite(item.params[3])
+        return FlyLeg(leg._replace(heading=_heading(item, leg)), acceptance, hold, lead, keep_heading=asked)
+
+    def _chain(self, point: Vector) -> list[Stop]:
+        """The current item's point, and those that follow it without a stop between."""
+        stops = [Stop(point, self._asked, self.current)]
+        asked = self._asked
+        for seq in range(self.current, len(self.items)):
+            item = self.items[seq]
+            if item.command == mavlink.MAV_CMD_DO_VTOL_TRANSITION:
+                asked = WAYS[int(item.params[0])]
+            elif item.command != mavlink.MAV_CMD_DO_CHANGE_SPEED:
+                following = place(item, self.world) if item.command in PLACED | LAND else None
+                if following is None or len(stops) == CHAIN:
+                    break
+                if seq > self.current:
+                    above = max(following[2], stops[-1].p[2]) if item.command in LAND else following[2]
+                    stops.append(Stop((following[0], following[1], above), asked, seq))
+                if item.command != mavlink.MAV_CMD_NAV_WAYPOINT or item.params[0] > 0.0:
+                    break
+        return stops
+
+    def _waypoint(self, item: MissionItem, view: View, last: Setpoint) -> Guidance:
         point = place(item, self.world)
         if point is None:
             raise ValueError("a waypoint without a place passed validation")
         setpoint = Setpoint(point, _heading(item, last), self.speed)
-        if item.command == mavlink.MAV_CMD_NAV_LOITER_UNLIM:
-            return Hold(setpoint)
         acceptance = self.settings.acceptance
         if item.command == mavlink.MAV_CMD_NAV_WAYPOINT and item.params[1] > 0.0:
             acceptance = item.params[1]
         hold = item.params[0] if math.isfinite(item.params[0]) else 0.0
-        return FlyTo(setpoint, acceptance, hold)
+        if item.command in CIRCLES:
+            return self._loiter(item, setpoint, view, hold)
+        return self._approach(item, setpoint, view, acceptance, hold)
+
+    def _loiter(self, item: MissionItem, setpoint: Setpoint, view: View, amount: float) -> Guidance:
+        """Wait about a point: in a circle on the wing if the item gives a radius, else hovering over it."""
+        radius = item.params[2] if math.isfinite(item.params[2]) else 0.0
+        for_ever = item.command == mavlink.MAV_CMD_NAV_LOITER_UNLIM
+        turning = item.command == mavlink.MAV_CMD_NAV_LOITER_TURNS
+        if turning and radius == 0.0:
+            radius = self.settings.loiter_radius
+        chooser = self.chooser
+        if radius != 0.0 and chooser is not None and chooser.orbits(setpoint.p[2], self._asked, self.settings):
+            seconds = math.inf if for_ever or turning else amount
+            circle = orbit(setpoint.p, radius, setpoint, self.airspeed, seconds, amount if turning else math.inf)
+            route = circle.setpoint.route
+            if route is not None and route.airspeed >= SLOWEST:
+                return circle
+            self.notices.append(f"A circle of {abs(radius):g} m is too tight to fly: hovering over its centre")
+        hold = math.inf if for_ever else 0.0 if turning else amount
+        return self._approach(item, setpoint, view, self.settings.acceptance, hold)
 
     def _delay(self, item: MissionItem, view: View, last: Setpoint) -> Guidance:  # noqa: ARG002 - one signature for all builders
         return FlyTo(last, math.inf, item.params[0])
@@ -281,24 +241,37 @@ class MissionRunner:
         if point is None or math.dist(point[:2], view.p[:2]) < SAME_PLACE:
             return land_at(setpoint if point is None else setpoint._replace(p=point), self.settings.descent_rate)
         above = setpoint._replace(p=(point[0], point[1], max(last.p[2], point[2])))
-        return Steps((FlyTo(above, self.settings.acceptance), land_at(above, self.settings.descent_rate)))
+        approach = self._approach(item, above, view, self.settings.acceptance)
+        down = above._replace(heading=approach.setpoint.heading) if isinstance(approach, FlyLeg) else above
+        return Steps((approach, land_at(down, self.settings.descent_rate)))
 
     def _return(self, item: MissionItem, view: View, last: Setpoint) -> Guidance:  # noqa: ARG002 - one signature for all builders
-        return return_home(view, last, self.settings)
+        return return_home(view, last, self.settings, self.chooser, self._asked)
 
 
-def return_home(view: View, last: Setpoint, settings: Settings) -> Guidance:
+def fly_to(
+    view: View, setpoint: Setpoint, settings: Settings, chooser: Chooser | None, asked: Way = Way.NONE
+) -> FlyTo | FlyLeg:
+    """One leg from here to a set-point, on the wing if that is the better way."""
+    if chooser is not None:
+        decision = chooser.choose(view, view.p, [Stop(setpoint.p, asked)], settings, settings.airspeed)[0]
+        if decision.way is Way.FORWARD:
+            leg = leg_setpoint(view.p, setpoint.p, setpoint, settings.airspeed, stop=True)
+            return FlyLeg(leg, settings.acceptance)
+    return FlyTo(setpoint, settings.acceptance)
+
+
+def return_home(
+    view: View, last: Setpoint, settings: Settings, chooser: Chooser | None = None, asked: Way = Way.NONE
+) -> Guidance:
     """Climb to the return altitude, fly over the origin, land there."""
     high = max(view.p[2], settings.return_altitude)
     here = Setpoint((view.p[0], view.p[1], high), last.heading, settings.hover_speed)
     above_home = here._replace(p=(0.0, 0.0, high))
-    return Steps(
-        (
-            Ramp(here, settings.climb_rate),
-            FlyTo(above_home, settings.acceptance),
-            land_at(above_home, settings.descent_rate),
-        )
-    )
+    climbed = view if view.forward else view._replace(p=here.p)
+    home = fly_to(climbed, above_home, settings, chooser, asked)
+    down = land_at(above_home._replace(heading=home.setpoint.heading), settings.descent_rate)
+    return Steps((home, down) if view.forward else (Ramp(here, settings.climb_rate), home, down))
 
 
 def _heading(item: MissionItem, last: Setpoint) -> float:

@@ -11,9 +11,10 @@ from sitl.laws.forward_guidance import GuidanceGains
 from sitl.laws.line_of_sight import SightGains
 
 # The braking tables: at these airspeeds, decelerate so hard and climb so fast.
-BRAKE_AIR = (0.0, 3.0, 4.0, 5.0, 7.0, 9.0, 11.0, 13.0)
-BRAKE_RATE = (2.2, 2.2, 2.2, 2.2, 2.2, 2.5, 2.5, 2.5)
-BRAKE_CLIMB = (0.0, 0.0, 1.2, 2.2, 2.5, 2.5, 1.5, 0.0)
+BRAKE_AIR = (0.0, 3.5, 4.5, 6.0, 8.0, 9.5, 11.0, 13.0, 15.0, 18.0, 22.0)
+BRAKE_RATE = (2.2, 2.2, 2.2, 2.2, 2.4, 3.0, 3.0, 2.4, 1.7, 1.25, 1.1)  # above 12 m/s idling motors give no more
+BRAKE_CLIMB = (0.0, 0.0, 1.5, 2.4, 2.5, 2.4, 1.5, 0.0, 0.0, 0.0, 0.0)
+
 
 
 def sight_gains() -> SightGains:
@@ -31,6 +32,10 @@ def sight_gains() -> SightGains:
         brake_air=np.array(BRAKE_AIR),
         brake_rate=np.array(BRAKE_RATE),
         brake_climb=np.array(BRAKE_CLIMB),
+        climb_share=0.4,
+        climb_from=0.7,
+        climb_whole=0.9,
+        creep=2.5,
         climb_cap=8.0,
         near=0.8,
     )

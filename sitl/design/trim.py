@@ -114,7 +114,7 @@ def decelerating_trim(a: Airframe, speed: float, accel: float, climb: float = 0.
         accel: Along the path [m/s2]; braking is negative.
         climb: Angle of the path above the horizon [rad].
     """
-    theta, thrust, delta, omega, motor_margin = (float(value) for value in _balance(a, speed, accel, climb))
+    theta, thrust, delta, omega, motor_margin = (float(value) for value in balance(a, speed, accel, climb))
     return Trim(speed, climb, theta, thrust, delta, omega, a.delta_max - abs(delta), motor_margin, accel)
 
 
@@ -135,11 +135,11 @@ def braking_limit(a: Airframe, speed: Values, climb: Values = 0.0, reserve: floa
     speed, climb = np.broadcast_arrays(np.asarray(speed, dtype=float), np.asarray(climb, dtype=float))
 
     def elevons(deceleration: Array) -> Flags:
-        _, _, delta, _, _ = _balance(a, speed, -deceleration, climb)
+        _, _, delta, _, _ = balance(a, speed, -deceleration, climb)
         return np.asarray(np.abs(delta) <= a.delta_max - reserve)
 
     def held(deceleration: Array) -> Flags:
-        _, _, _, _, motor_margin = _balance(a, speed, -deceleration, climb)
+        _, _, _, _, motor_margin = balance(a, speed, -deceleration, climb)
         return np.asarray(elevons(deceleration) & (motor_margin >= 0.0))
 
     return BrakingLimit(_edge(held, speed.shape), _edge(elevons, speed.shape))
@@ -229,7 +229,7 @@ def _described(a: Airframe, speed: float, climb: float, solved: Array, known: fl
     )
 
 
-def _balance(a: Airframe, speed: Values, accel: Values, climb: Values) -> tuple[Array, Array, Array, Array, Array]:
+def balance(a: Airframe, speed: Values, accel: Values, climb: Values) -> tuple[Array, Array, Array, Array, Array]:
     """Nose elevation, thrust, elevon, propeller speed and what the motors have left, in the common shape."""
     h, weight, push = 0.5 * a.rho * a.S * speed, a.m * (a.g + accel * np.sin(climb)), a.m * accel * np.cos(climb)
     lift = h * a.C_l * (1.0 - a.xi_f / a.xi_m) * speed  # of wing and elevons together, per sine of incidence

@@ -28,3 +28,5 @@ class Condition(IntFlag):
     FALLING = 1 << 15  # sinking faster than any law asks for, or too near the ground to go on so
     RECOVERED = 1 << 16  # upright and slow after a failsafe
     DWELT = 1 << 17  # the law has been in force for its dwell time
+    SETTLED = 1 << 19  # V of the linear hover law far below v_enter
+    ROOM = 1 << 18  # far more than the braking distance is left of the path

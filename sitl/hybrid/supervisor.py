@@ -36,8 +36,8 @@ class Law(IntEnum):
     FAILSAFE = 8
 
 
-HOVERING = frozenset({Law.HOVER_LINEAR, Law.HOVER_ZERO_MOMENT, Law.ALIGN, Law.FAILSAFE})
-ON_THE_WING = frozenset({Law.FORWARD_LINE_OF_SIGHT, Law.FORWARD_LINEAR})
+# From tipping over until standing again.
+WINGED = frozenset({Law.TO_FORWARD, Law.FORWARD_LINE_OF_SIGHT, Law.FORWARD_LINEAR, Law.TO_HOVER})
 
 
 class Reason(IntEnum):
@@ -144,13 +144,12 @@ TABLE: dict[Law, tuple[Jump, ...]] = {
     Law.TO_HOVER: (
         *_TO_GROUND,
         _FAIL,
-        _jump("hover", Law.HOVER_LINEAR, Reason.LYAPUNOV_BELOW, C.NEAR | C.STANDING | C.DWELT, C.FAR),
-        _jump("stand", Law.HOVER_ZERO_MOMENT, Reason.SPEED, C.STANDING | C.DWELT, C.NEAR),
+        _jump("hover", Law.HOVER_LINEAR, Reason.LYAPUNOV_BELOW, C.SETTLED | C.STANDING | C.DWELT, C.FAR),
         _jump(
             "fly_on",
             Law.FORWARD_LINE_OF_SIGHT,
             Reason.COMMAND,
-            _GO | C.WING_BORNE | C.DWELT,
+            _GO | C.ROOM | C.WING_BORNE | C.DWELT,
             C.STOP_DUE | C.STANDING,
         ),
     ),

@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 
 from sitl.kernels.parameters import Array
-from sitl.laws.path import LEG, Path, aim
+from sitl.laws.path import LEG, Path, aim, progress
 
 SLOW = 4.0  # below this the course is no direction to steer by [m/s]
 STEPS = 24  # of the integral that makes the braking profile
@@ -34,6 +34,10 @@ class GuidanceGains(NamedTuple):
     brake_air: Array  # airspeeds of the braking tables, (n,) [m/s]
     brake_rate: Array  # deceleration planned there, (n,) [m/s2]
     brake_climb: Array  # climb rate held there while braking, (n,) [m/s]
+    climb_share: float  # of that climb when the elevons have plenty left; all of it when they have not
+    climb_from: float  # share of the elevons' travel in use from which the climb grows, and where it is whole
+    climb_whole: float
+    creep: float  # speed towards the end once the braking is over [m/s]
     climb_cap: float  # braking climbs no higher above its end than this [m]
     near: float  # close to the end the speed falls by this much per metre [1/s]
 
@@ -141,17 +145,24 @@ def _integrate(error: Array, angle: float, integral: Array, dt: float, gains: Gu
 
 
 @njit(cache=True)
-def arrest(v: Array, gains: GuidanceGains) -> Array:
-    """Acceleration that ends a fall and all motion with it, world, (3,) [m/s2]."""
+def arrest(v: Array, wind: Array, travel: float, gains: GuidanceGains) -> Array:
+    """Acceleration that ends a fall and all motion with it, world, (3,) [m/s2]; it climbs if the elevons need it."""
     speed = math.hypot(v[0], v[1])
-    level = min(1.0, 2.0 / max(speed, 1e-6))
-    vertical = min(max(2.0 * (0.5 - v[2]), -2.0), gains.up)
+    airspeed = math.sqrt((v[0] - wind[0]) ** 2 + (v[1] - wind[1]) ** 2 + (v[2] - wind[2]) ** 2)
+    level = min(1.0, table(airspeed, gains.brake_air, gains.brake_rate) / max(speed, 1e-6))
+    rise = 0.5 + _need(travel, gains) * table(airspeed, gains.brake_air, gains.brake_climb)
+    vertical = min(max(2.0 * (rise - v[2]), -2.0), gains.up)
     return np.array((-level * v[0], -level * v[1], vertical))
 
 
 @njit(cache=True)
-def brake(p: Array, v: Array, wind: Array, path: Path, integral: Array, dt: float, gains: GuidanceGains) -> Array:
-    """Acceleration of the climbing stop at the end of a leg, world, (3,) [m/s2]; arguments as for :func:`cruise`."""
+def brake(
+    p: Array, v: Array, wind: Array, path: Path, travel: float, integral: Array, dt: float, gains: GuidanceGains
+) -> Array:
+    """Acceleration of the climbing stop at the end of a leg, world, (3,) [m/s2].
+
+    Arguments as for :func:`cruise`, and ``travel``: the share of the elevons' that pitch uses now.
+    """
     ex, ey = path.end[0] - p[0], path.end[1] - p[1]
     distance = math.hypot(ex, ey)
     ux, uy = (ex / distance, ey / distance) if distance > 1e-3 else (0.0, 0.0)
@@ -159,6 +170,7 @@ def brake(p: Array, v: Array, wind: Array, path: Path, integral: Array, dt: floa
     airspeed = math.sqrt((v[0] - wind[0]) ** 2 + (v[1] - wind[1]) ** 2 + (v[2] - wind[2]) ** 2)
     closing = v[0] * ux + v[1] * uy
     wanted = braking_speed(distance, max(path.airspeed + along, 4.0), along, across, gains)
+    wanted = min(wanted, max(closing, gains.creep))  # what is left is crept, not flown again
     rate = table(airspeed, gains.brake_air, gains.brake_rate)
     forward = gains.k_v * (wanted - closing)
     if closing > 0.7 * wanted and distance > 1.0:
@@ -168,7 +180,11 @@ def brake(p: Array, v: Array, wind: Array, path: Path, integral: Array, dt: floa
     side = min(max(side, -gains.lateral), gains.lateral)
     above = p[2] - path.end[2]
     rise = min(max(-0.8 * above, -1.8), 2.0)
-    climb = table(airspeed, gains.brake_air, gains.brake_climb) * min(max((gains.climb_cap - above) / 2.0, 0.0), 1.0)
+    climb = table(airspeed, gains.brake_air, gains.brake_climb)
+    need = _need(travel, gains)
+    climb *= gains.climb_share + (1.0 - gains.climb_share) * need
+    room = min(max((gains.climb_cap - above) / 2.0, 0.0), 1.0)
+    climb *= max(room, 0.4 * min(max(2.0 * (need - 1.0), 0.0), 1.0))  # the cap gives way to elevons at their stops
     climb *= min(max(closing / 3.0, 0.0), 1.0)  # a wind that is only held is no reason to climb
     rise = max(rise, climb) if climb > 0.0 else rise
     integral[0] = integral[1] = 0.0
@@ -179,15 +195,22 @@ def brake(p: Array, v: Array, wind: Array, path: Path, integral: Array, dt: floa
 
 
 @njit(cache=True)
-def due_to_stop(p: Array, v: Array, wind: Array, path: Path, gains: GuidanceGains) -> bool:
-    """Whether the braking at the end of a leg has to begin now."""
+def _need(travel: float, gains: GuidanceGains) -> float:
+    """How much the elevons need help: 0 to 1 as they come to the end of their travel, beyond 1 at its very end."""
+    return max((travel - gains.climb_from) / (gains.climb_whole - gains.climb_from), 0.0)
+
+
+@njit(cache=True)
+def due_to_stop(p: Array, v: Array, wind: Array, path: Path, room: float, gains: GuidanceGains) -> bool:
+    """Whether a leg that stops has no more left than ``room`` times what braking takes, or is overflown."""
     if path.kind != LEG or not path.stop:
         return False
+    along, length, _ = progress(path, p)
     ex, ey = path.end[0] - p[0], path.end[1] - p[1]
     distance = math.hypot(ex, ey)
-    if distance < 1e-3:
+    if along >= length or distance < 1e-3:
         return True
     ux, uy = ex / distance, ey / distance
     closing = v[0] * ux + v[1] * uy
-    along, across = wind[0] * ux + wind[1] * uy, wind[0] * uy - wind[1] * ux
-    return bool(stopping_distance(max(closing, 0.0), along, across, gains) >= distance)
+    tail, cross = wind[0] * ux + wind[1] * uy, wind[0] * uy - wind[1] * ux
+    return bool(room * stopping_distance(max(closing, 0.0), tail, cross, gains) >= distance)

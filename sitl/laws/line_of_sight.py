@@ -94,10 +94,11 @@ def control(
     p, v, q, w = plant[P : P + 3], plant[V : V + 3], plant[Q : Q + 4], plant[W : W + 3]
     limits = gains.guidance
     integral = law[INTEGRAL : INTEGRAL + 3]
+    travel = 0.5 * abs(plant[ACTUATOR + 2] + plant[ACTUATOR + 3]) / a.delta_max
     if phase == BRAKE:
-        wanted = brake(p, v, wind, path, integral, dt, limits)
+        wanted = brake(p, v, wind, path, travel, integral, dt, limits)
     elif phase == ARREST:
-        wanted = arrest(v, limits)
+        wanted = arrest(v, wind, travel, limits)
     else:
         wanted = guarded(v, cruise(p, v, wind, path, integral, dt, limits))
     previous = law[WANTED : WANTED + 3]

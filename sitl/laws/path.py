@@ -26,6 +26,7 @@ class Path(NamedTuple):
     radius: float  # of a circle [m]; positive: anticlockwise seen from above
     airspeed: float  # wanted [m/s]
     stop: bool  # whether the leg ends at rest
+    level: float  # its last metres are flown at the altitude of its end [m]
 
 
 @njit(cache=True)
@@ -57,7 +58,8 @@ def aim(path: Path, p: Array, speed: float) -> Array:
         return path.end.copy()
     share = (along + ahead) / length  # beyond the end the leg goes on, level
     point = path.start + share * (path.end - path.start)
-    point[2] = path.start[2] + min(max(share, 0.0), 1.0) * (path.end[2] - path.start[2])
+    climbed = (along + ahead) / max(length - path.level, 1.0)
+    point[2] = path.start[2] + min(max(climbed, 0.0), 1.0) * (path.end[2] - path.start[2])
     return np.asarray(point)
 
 

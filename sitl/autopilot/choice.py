@@ -1,0 +1,74 @@
+"""The choice between hovering and flying, as the autopilot makes it for the legs it knows."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from sitl.autopilot.decision import Abilities, Decision, Leg, Way, plan
+from sitl.autopilot.guidance import Vector, View
+from sitl.autopilot.settings import Settings
+from sitl.kernels.parameters import Airframe
+
+CHAIN = 8  # legs looked ahead
+
+
+class Stop(NamedTuple):
+    """A point of a chain of legs, and how the leg to it was asked to be flown."""
+
+    p: Vector  # world NWU [m]
+    asked: Way = Way.NONE
+    seq: int = 65535  # mission item; 65535: none
+
+
+class Chooser:
+    """Decides for chains of legs; collects the decisions for the wire."""
+
+    def __init__(self, airframe: Airframe, *, can_fly_forward: bool) -> None:
+        self.airframe = airframe
+        self.can_fly_forward = can_fly_forward
+        self._made: list[tuple[int, Decision]] = []
+
+    def made(self) -> list[tuple[int, Decision]]:
+        """Decisions since the last call, with the mission item each leg ends at."""
+        made, self._made = self._made, []
+        return made
+
+    def choose(
+        self, view: View, start: Vector, stops: Sequence[Stop], settings: Settings, airspeed: float
+    ) -> list[Decision]:
+        """Decisions for the legs from ``start`` through ``stops``; the first is reported."""
+        abilities = Abilities(self.airframe, self.can_fly_forward, settings.hover_speed, airspeed, settings.leg_time)
+        default = Way(settings.way)
+        legs, asked, here, heading = [], [], start, view.heading
+        for stop in stops[:CHAIN]:
+            leg, heading = _leg(here, stop.p, heading, view.wind)
+            legs.append(leg)
+            asked.append(stop.asked or default)
+            here = stop.p
+        decisions = plan(legs, abilities, settings.least_leg, asked, flying=view.forward)
+        self._made.append((stops[0].seq, decisions[0]))
+        return decisions
+
+    def orbits(self, height: float, asked: Way, settings: Settings) -> bool:
+        """Whether a circle with a radius is flown on the wing."""
+        wanted = asked or Way(settings.way)
+        return self.can_fly_forward and wanted is not Way.HOVER and height >= 3.0
+
+
+def _leg(start: Vector, end: Vector, heading: float, wind: Vector) -> tuple[Leg, float]:
+    dx, dy = end[0] - start[0], end[1] - start[1]
+    length = math.hypot(dx, dy)
+    course = math.atan2(dy, dx) if length > 0.1 else heading
+    c, s = math.cos(course), math.sin(course)
+    turn = abs(math.remainder(course - heading, math.tau))
+    leg = Leg(
+        distance=length,
+        climb=end[2] - start[2],
+        tail_wind=wind[0] * c + wind[1] * s,
+        cross_wind=wind[1] * c - wind[0] * s,
+        turn=turn,
+        height=min(start[2], end[2]),
+    )
+    return leg, course

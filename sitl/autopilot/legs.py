@@ -1,0 +1,205 @@
+"""Guidance on the wing: legs that stop or fly by their end, and circles."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from sitl.autopilot.decision import SLOWEST
+from sitl.autopilot.guidance import Route, Setpoint, Vector, View, distance
+from sitl.design.forward import sight_gains
+from sitl.laws.forward_guidance import stopping_distance
+from sitl.laws.path import CIRCLE, LEG
+
+FAR = 30.0  # a course is a leg of so many seconds, begun anew all the time [s]
+TURNING = 6.0  # lateral acceleration a corner is begun for [m/s2]
+LEVEL_SHARE = 0.7  # of a leg, at most, flown level at its end [-]
+CORNER_SHARE = 0.45  # of a leg, at most, that a corner may cut
+BREEZE = 2.5  # less wind than this leaves the heading alone [m/s]
+NEARLY_THERE = 40.0  # upright again nearer than this, the rest is hovered [m]
+TIGHTEST = 5.0  # lateral acceleration of a circle at most [m/s2]
+
+
+def leg_setpoint(start: Vector, end: Vector, last: Setpoint, airspeed: float, *, stop: bool) -> Setpoint:
+    """The set-point of a leg on the wing; it ends heading along the leg."""
+    course = math.atan2(end[1] - start[1], end[0] - start[0])
+    # Idling motors brake little; a descent takes even that away. So it is over before the braking begins.
+    level = 0.0
+    if stop and end[2] < start[2]:
+        level = min(LEVEL_SHARE * math.dist(start[:2], end[:2]), airspeed + _stopping(airspeed))
+    return Setpoint(end, course, last.speed, Route(LEG, start, end, airspeed, stop, level))
+
+
+def course(p: Vector, v: Vector, wind: Vector, last: Setpoint) -> Setpoint:
+    """The set-point of flight at a velocity over the ground, from wherever the vehicle is.
+
+    Args:
+        p: Where the vehicle is [m].
+        v: Wanted velocity, level speed not zero [m/s].
+        wind: As it is estimated [m/s].
+        last: Gives the hover laws' part of the set-point.
+    """
+    end = (p[0] + FAR * v[0], p[1] + FAR * v[1], p[2] + FAR * v[2])
+    airspeed = math.dist(v, wind)
+    return leg_setpoint(p, end, last, airspeed, stop=False)
+
+
+def corner_lead(start: Vector, corner: Vector, after: Vector, ground_speed: float) -> float:
+    """How far before a corner the turn begins so that it ends on the next leg [m]."""
+    inbound = math.atan2(corner[1] - start[1], corner[0] - start[0])
+    outbound = math.atan2(after[1] - corner[1], after[0] - corner[0])
+    turn = abs(math.remainder(outbound - inbound, math.tau))
+    lead = ground_speed**2 / TURNING * math.tan(0.5 * min(turn, 2.6))
+    shorter = min(math.dist(start[:2], corner[:2]), math.dist(corner[:2], after[:2]))
+    return min(lead, CORNER_SHARE * shorter)
+
+
+def leg_airspeeds(points: Sequence[Vector], airspeed: float) -> list[float]:
+    """Airspeeds of legs flown on the wing through points, the last one ending at rest.
+
+    A leg is flown no faster than the legs after it leave room to slow down in, corners taken off.
+
+    Args:
+        points: Where the first leg begins, then the end of each leg.
+        airspeed: Wanted, and not exceeded [m/s].
+    """
+    speeds = [airspeed] * (len(points) - 1)
+    slower = 0.0  # what the next leg is flown at; rest after the last
+    for i in reversed(range(len(speeds))):
+        length = math.dist(points[i][:2], points[i + 1][:2])
+        fastest = airspeed
+        while fastest > SLOWEST and not _fits(fastest, slower, length, points[max(i - 1, 0) : i + 2]):
+            fastest -= 0.5
+        slower = max(fastest, SLOWEST)
+        # What fits into this leg bounds the leg before as well, which ends where this one begins.
+        speeds[i] = min(speeds[i], slower)
+        if i > 0:
+            speeds[i - 1] = min(speeds[i - 1], slower)
+    return speeds
+
+
+def _fits(fast: float, slow: float, length: float, corner: Sequence[Vector]) -> bool:
+    """Whether a leg is long enough to be entered fast, round its first corner, and left slowly."""
+    lead = corner_lead(corner[0], corner[1], corner[2], fast) if len(corner) == 3 else 0.0
+    settled = 0.5 * fast  # half a second on the new course before braking
+    return lead + settled + _stopping(fast) - _stopping(slow) <= length
+
+
+def _stopping(airspeed: float) -> float:
+    return float(stopping_distance(airspeed, 0.0, 0.0, sight_gains().guidance))
+
+
+@dataclass(slots=True)
+class FlyLeg:
+    """Fly a leg on the wing.
+
+    One that stops is done as a hovering approach is: within ``acceptance`` for ``hold`` seconds. One that does not is
+    done ``lead`` metres before its end, or abeam of it.
+    """
+
+    setpoint: Setpoint  # with the leg's route
+    acceptance: float
+    hold: float = 0.0
+    lead: float = 0.0  # where the next leg is turned to [m]; 0: the point itself is flown over
+    landing: bool = False
+    arrived: float | None = None
+    flown: bool = False  # has been on the wing
+    upright: bool = False  # and stands again near the end
+    keep_heading: bool = False  # somebody asked for the heading at the end
+    edge_on: float | None = None  # heading of the hover to come, chosen by the wind [rad]
+
+    def update(self, view: View) -> Setpoint:
+        """The leg, or its end once the vehicle stands near it."""
+        route = self.setpoint.route
+        left = math.dist(view.p[:2], self.setpoint.p[:2])
+        if route is not None and route.stop:
+            self.flown |= view.forward
+            self.upright |= self.flown and not view.forward and left < NEARLY_THERE
+        if self.arrived is None and distance(view.p, self.setpoint.p) <= self.acceptance:
+            self.arrived = view.time
+        if self.edge_on is None and view.forward and left < NEARLY_THERE:
+            self.edge_on = edge_on(self.setpoint.heading, view.wind)
+        heading = self.setpoint.heading if self.edge_on is None or self.keep_heading else self.edge_on
+        return self.setpoint._replace(heading=heading, route=None if self.upright else route)
+
+    def done(self, view: View) -> bool:
+        """Held long enough at the end, or past it."""
+        route = self.setpoint.route
+        if route is None or route.stop:
+            return self.arrived is not None and not view.forward and view.time - self.arrived >= self.hold
+        along, length = _along(route, view.p)
+        if self.lead > 0.0:
+            return length - along <= self.lead
+        return along >= length or math.dist(view.p[:2], route.end[:2]) <= self.acceptance
+
+
+def _along(route: Route, p: Vector) -> tuple[float, float]:
+    """Distance flown along a leg, and its length [m]."""
+    dx, dy = route.end[0] - route.start[0], route.end[1] - route.start[1]
+    length = math.hypot(dx, dy)
+    return ((p[0] - route.start[0]) * dx + (p[1] - route.start[1]) * dy) / max(length, 1e-9), length
+
+
+def edge_on(heading: float, wind: Vector) -> float:
+    """The heading to hover at in a wind: with the span along it the wing feels nothing of it [rad].
+
+    Belly or back to a wind above 4 m/s the elevons are nearly spent holding the nose up.
+    """
+    if math.hypot(wind[0], wind[1]) < BREEZE:
+        return heading
+    across = math.atan2(wind[1], wind[0]) + 0.5 * math.pi
+    off = math.remainder(across - heading, math.pi)  # either side will do
+    return heading + off
+
+
+@dataclass(slots=True)
+class Orbit:
+    """Circle about a point on the wing, for a time, for a number of turns, or for ever."""
+
+    setpoint: Setpoint  # with a circle as its route
+    seconds: float = math.inf
+    turns: float = math.inf
+    landing: bool = False
+    since: float | None = None  # on the circle since
+    bearing: float = 0.0  # from the centre, last tick [rad]
+    turned: float = 0.0  # [rad]
+
+    def update(self, view: View) -> Setpoint:
+        """The circle; counts time and turns from when it is reached."""
+        route = self.setpoint.route
+        if route is None:
+            return self.setpoint
+        x, y = view.p[0] - route.start[0], view.p[1] - route.start[1]
+        bearing = math.atan2(y, x)
+        if self.since is None:
+            if abs(math.hypot(x, y) - abs(route.radius)) < 0.3 * abs(route.radius) and view.forward:
+                self.since, self.bearing = view.time, bearing
+        else:
+            self.turned += abs(math.remainder(bearing - self.bearing, math.tau))
+            self.bearing = bearing
+        return self.setpoint
+
+    def done(self, view: View) -> bool:
+        """Time or turns are over."""
+        if self.since is None:
+            return False
+        return view.time - self.since >= self.seconds or self.turned >= self.turns * math.tau
+
+
+def orbit(
+    centre: Vector, radius: float, last: Setpoint, airspeed: float, seconds: float = math.inf, turns: float = math.inf
+) -> Orbit:
+    """A circle as MAVLink means it.
+
+    Args:
+        centre: World NWU [m].
+        radius: [m]; positive: clockwise seen from above.
+        last: Gives the hover laws' part of the set-point.
+        airspeed: Wanted [m/s]; a tight circle is flown slower.
+        seconds: How long; infinite: for ever.
+        turns: How often; infinite: for ever.
+    """
+    slower = min(airspeed, math.sqrt(TIGHTEST * abs(radius)))
+    route = Route(CIRCLE, centre, centre, slower, stop=False, radius=-radius)
+    return Orbit(Setpoint(centre, last.heading, last.speed, route), seconds, turns)
