@@ -44,6 +44,9 @@ class Operator(Protocol):
     def zoom(self, step: int) -> None:
         """Zoom the map."""
 
+    def more(self) -> None:
+        """Turn the page of the numbers."""
+
     def leave(self) -> None:
         """Quit."""
 
@@ -107,6 +110,7 @@ ACTIONS = (
     Action("plus", "zoom_in", "", "Map: zoom in", lambda app: app.zoom(1), needs_vehicle=False),
     Action("minus", "zoom_out", "", "Map: zoom out", lambda app: app.zoom(-1), needs_vehicle=False),
     Action("0", "zoom_fit", "", "Map: show everything", lambda app: app.zoom(0), needs_vehicle=False),
+    Action("n", "more", "", "Flight panel: next page, where not all fits", lambda app: app.more(), needs_vehicle=False),
     Action("question_mark", "help", "Help", "All keys", lambda app: app.show_help(), needs_vehicle=False),
     Action("q", "quit", "", "Quit the ground station", lambda app: app.leave(), needs_vehicle=False),
 )  # fmt: skip

@@ -17,6 +17,7 @@ from darko_gcs.screens.dialogs import AskScreen, ConfirmScreen, HelpScreen, ask_
 from darko_gcs.screens.fly import FlyScreen
 from darko_gcs.screens.mission import Draft, MissionScreen
 from darko_gcs.widgets.map import MapPanel
+from darko_gcs.widgets.numbers import FlightPanel
 from protocol.dialect import mavlink
 
 __all__ = ["GroundStation"]
@@ -181,6 +182,11 @@ class GroundStation(App[int]):
         """Zoom the map in, out, or to fit."""
         for panel in self.screen.query(MapPanel):
             panel.zoom(step)
+
+    def more(self) -> None:
+        """Turn the page of the numbers."""
+        for panel in self.screen.query(FlightPanel):
+            panel.next_page()
 
     def leave(self) -> None:
         """Quit; an armed vehicle or a plan that is nowhere else is a reason to ask."""

@@ -19,10 +19,31 @@ def number(value: float | None, digits: int, width: int) -> str:
 
 
 class FlightPanel(Panel):
-    """Position, velocity, path, energy, battery and air, as numbers."""
+    """Position, velocity, path, energy, battery and air, as numbers; in pages where there is no room for all."""
+
+    page = 0
 
     def draw(self, s: Snapshot, width: int, height: int) -> list[Line]:  # noqa: ARG002 - cut by the panel
         """Most wanted first."""
+        lines = self._all(s)
+        first = self.page % _pages(len(lines), height) * height
+        return lines[first : first + height]
+
+    def next_page(self) -> None:
+        """Show the lines that had no room."""
+        self.page += 1
+        self.redraw()
+
+    def redraw(self) -> None:
+        """The title counts the pages."""
+        super().redraw()
+        height = self.size.height
+        pages = _pages(len(self._all(self.snapshot)), height)
+        title = "Flight" if pages == 1 else f"Flight {self.page % pages + 1}/{pages}"
+        if self.border_title != title:
+            self.border_title = title
+
+    def _all(self, s: Snapshot) -> list[Line]:
         p, v = s.p or (None,) * 3, s.v or (None,) * 3
         up = None if p[2] is None else -p[2]
         climb = None if v[2] is None else -v[2]
@@ -37,7 +58,12 @@ class FlightPanel(Panel):
             self._battery(s),
             *self._air(s),
             *self._by_law(s),
+            *([] if self._has_neighbour() else decision_lines(s)),
         ]
+
+    def _has_neighbour(self) -> bool:
+        """Whether the decision has a panel of its own: where the screen is tall."""
+        return self.is_mounted and self.screen.has_class("-tall")
 
     def _target(self, s: Snapshot) -> Line:
         way = math.dist(s.p, s.target) if s.target is not None and s.p is not None else None
@@ -89,36 +115,46 @@ class DecisionPanel(Panel):
 
     def draw(self, s: Snapshot, width: int, height: int) -> list[Line]:  # noqa: ARG002 - cut by the panel
         """Way and reason, both predictions, the leg."""
-        d = s.decision
-        if d is None:
-            return [text_line(("no leg has been decided", "dim"))]
-        leg = "leg " if d.seq is None else f"leg to {d.seq}  "
-        reason = DECISION_REASONS[d.reason] if d.reason < len(DECISION_REASONS) else f"reason {d.reason}"
-        way = WAYS[d.way] if d.way < len(WAYS) else f"way {d.way}"
-        return [
-            text_line((way.upper(), "accent"), (f"  {reason}", "")),
-            self._way("hover   ", d, 1),
-            self._way("forward ", d, 2),
-            self._difference(d),
-            text_line(
-                (leg, "label"), f"{d.distance:.0f} m", ("  climb ", "label"), f"{round(d.climb, 0) + 0.0:+.0f} m"
-            ),
-            text_line(
-                ("wind along ", "label"), number(d.tail_wind, 1, 1), ("  across ", "label"), number(d.cross_wind, 1, 1)
-            ),
-        ]
+        return decision_lines(s)
 
-    def _way(self, name: str, d: Decision, way: int) -> Line:
-        time, energy = (d.hover_time, d.hover_energy) if way == 1 else (d.forward_time, d.forward_energy)
-        style = "good" if d.way == way else "dim"
-        if not math.isfinite(time):
-            return text_line((name, style), ("  impossible", "dim"))
-        return text_line((name, style), f"{time:8.1f} s", f"{number(energy, 0, 9)} J")
 
-    def _difference(self, d: Decision) -> Line:
-        """What the chosen way takes against the other."""
-        if d.way not in {1, 2} or not math.isfinite(d.saving):
-            return text_line(("no other way to compare", "dim"))
-        chosen, other = (d.hover_time, d.forward_time)[:: 1 if d.way == 1 else -1]
-        time = f"{100.0 * (chosen / other - 1.0):+8.0f} %" if other > 0.0 else ""
-        return text_line(("vs other", "label"), time, f" {-100.0 * d.saving:+8.0f} %")
+def decision_lines(s: Snapshot) -> list[Line]:
+    """The decision in six lines."""
+    d = s.decision
+    if d is None:
+        return [text_line(("no leg has been decided", "dim"))]
+    leg = "leg " if d.seq is None else f"leg to {d.seq}  "
+    reason = DECISION_REASONS[d.reason] if d.reason < len(DECISION_REASONS) else f"reason {d.reason}"
+    way = WAYS[d.way] if d.way < len(WAYS) else f"way {d.way}"
+    climb = f"{round(d.climb, 0) + 0.0:+.0f} m"
+    return [
+        text_line((way.upper(), "accent"), (f"  {reason}", "")),
+        _way("hover   ", d, 1),
+        _way("forward ", d, 2),
+        _difference(d),
+        text_line((leg, "label"), f"{d.distance:.0f} m", ("  climb ", "label"), climb),
+        text_line(
+            ("wind along ", "label"), number(d.tail_wind, 1, 1), ("  across ", "label"), number(d.cross_wind, 1, 1)
+        ),
+    ]
+
+
+def _way(name: str, d: Decision, way: int) -> Line:
+    time, energy = (d.hover_time, d.hover_energy) if way == 1 else (d.forward_time, d.forward_energy)
+    style = "good" if d.way == way else "dim"
+    if not math.isfinite(time):
+        return text_line((name, style), ("  impossible", "dim"))
+    return text_line((name, style), f"{time:8.1f} s", f"{number(energy, 0, 9)} J")
+
+
+def _difference(d: Decision) -> Line:
+    """What the chosen way takes against the other."""
+    if d.way not in {1, 2} or not math.isfinite(d.saving):
+        return text_line(("no other way to compare", "dim"))
+    chosen, other = (d.hover_time, d.forward_time)[:: 1 if d.way == 1 else -1]
+    time = f"{100.0 * (chosen / other - 1.0):+8.0f} %" if other > 0.0 else ""
+    return text_line(("vs other", "label"), time, f" {-100.0 * d.saving:+8.0f} %")
+
+
+def _pages(lines: int, height: int) -> int:
+    return max(1, math.ceil(lines / height)) if height > 0 else 1

@@ -190,6 +190,20 @@ async def test_a_tall_screen_tells_the_whole_decision_the_air_and_the_energy_by_
             assert words in text, words
 
 
+async def test_a_small_screen_has_the_same_numbers_in_pages(feed):
+    feed.snapshot = ON_THE_WING
+    app = GroundStation(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        seen = ""
+        for page in (1, 2, 3, 4, 5):
+            await until(pilot, lambda wanted=page: f"Flight {wanted}/5" in screen_text(app))
+            seen += screen_text(app)
+            await pilot.press("n")
+        await until(pilot, lambda: "Flight 1/5" in screen_text(app))
+        for words in ("pow      54 W", "est     2.2 m/s 243°", "to forward               900 J", "vs other     -59 %"):
+            assert words in seen, words
+
+
 async def test_the_view_is_named_and_follows_the_vtol_state(feed):
     app = GroundStation(feed)
     async with app.run_test(size=(80, 24)) as pilot:
