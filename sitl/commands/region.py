@@ -94,7 +94,7 @@ def _thresholds(results: list[Result]) -> Iterator[str]:
     from sitl.studies.region import DEFAULTS, REPORT, SHARE, share_at, threshold  # noqa: PLC0415
 
     pairs = [f"{enter:.0f}/{leave:.0f}" for enter, leave in (DEFAULTS, REPORT)]
-    yield f"{'':20}{'99 %':>7}{'95 %':>7}  enter/leave" + "".join(f"{pair:>22}" for pair in pairs)
+    yield f"{'':20}{'99 %':>7}{'95 %':>7}  enter/leave" + "".join(f"{pair:>24}" for pair in pairs)
     for result in results:
         flights = result.flown
         leave = threshold(flights, SHARE)
@@ -102,7 +102,7 @@ def _thresholds(results: list[Result]) -> Iterator[str]:
         for pair in (DEFAULTS, REPORT):
             at_enter, at_leave = (share_at(flights, level) for level in pair)
             sound = "sound" if at_leave >= SHARE else "too high"
-            verdicts.append(f"{at_enter:5.0%}/{at_leave:4.0%} {sound:<8}")
+            verdicts.append(f"{at_enter:.1%}/{at_leave:.1%} {sound:<8}")
         advised = f"{0.5 * leave:.0f}/{leave:.0f}"
         numbers = f"{threshold(flights, 0.99):7.0f}{leave:7.0f}{advised:>13}"
-        yield f"{result.name:20}{numbers}" + "".join(f"{verdict:>22}" for verdict in verdicts)
+        yield f"{result.name:20}{numbers}" + "".join(f"{verdict:>24}" for verdict in verdicts)

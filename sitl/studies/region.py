@@ -46,6 +46,7 @@ GENTLE = 10.0  # the other weight of u that is tried
 RADIUS = 0.05  # a step has settled within this [m]
 STEPS = (0.5, 1.0, 2.0, 4.0, 8.0)  # [m]
 ROUNDING = 1e-9
+NEAR = 1.25  # factor of V
 SHARE = 0.95  # of flights that a threshold to leave asks for
 DEFAULTS, REPORT = (50.0, 100.0), (250.0, 400.0)  # thresholds to enter and to leave
 RIPPLE = 1e-6  # of V, relative: rounding, not a rise
@@ -214,24 +215,22 @@ def fly(a: Airframe, gains: LinearGains, states: Array, caught: float) -> Flight
 
 
 def threshold(flights: Flights, share: float) -> float:
-    """The V up to which at least this share of the flights converges; 0 where even the lowest misses it."""
-    start, fit = _fit(flights)
-    good = np.flatnonzero(fit >= share - ROUNDING)
-    return float(start[good[-1]]) if good.size else 0.0
+    """The V up to which at least this share of the flights converges; 0 where even the lowest misses it.
 
-
-def share_at(flights: Flights, level: float) -> float:
-    """Share of the flights that converge from about a V."""
-    start, fit = _fit(flights)
-    return float(fit[min(int(np.searchsorted(start, level)), fit.size - 1)])
-
-
-def _fit(flights: Flights) -> tuple[Array, Array]:
-    """V at the start in rising order, and the best fit of the share converged that does not rise with V."""
+    The share as a function of V is the best fit that does not rise with V.
+    """
     from scipy.optimize import isotonic_regression  # noqa: PLC0415 - half a second that only this study needs
 
     order = np.argsort(flights.start)
-    return flights.start[order], isotonic_regression(flights.converged[order].astype(float), increasing=False).x
+    fit = isotonic_regression(flights.converged[order].astype(float), increasing=False).x
+    good = np.flatnonzero(fit >= share - ROUNDING)
+    return float(flights.start[order][good[-1]]) if good.size else 0.0
+
+
+def share_at(flights: Flights, level: float) -> float:
+    """Share that converges of the flights from within NEAR of a V; NaN without any."""
+    near = np.abs(np.log(flights.start / level)) <= math.log(NEAR)
+    return float(flights.converged[near].mean()) if near.any() else math.nan
 
 
 def steps(a: Airframe, gains: LinearGains) -> Array:

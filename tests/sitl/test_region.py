@@ -8,8 +8,8 @@ import pytest
 from sitl.__main__ import main
 from sitl.airframe import load
 from sitl.commands.region import _lines
-from sitl.design import region
-from sitl.design.lqr import hover_gains
+from sitl.design import linearise, region
+from sitl.design.lqr import hover_gains, lqr
 from sitl.design.region import Certificate, certify, chart_level, first_rise, lyapunov_rate, saturation_level
 from sitl.errors import SitlError
 from sitl.laws import hover_linear
@@ -24,7 +24,6 @@ from sitl.studies.region import (
     decay_seen,
     draw,
     fly,
-    laws,
     save_plot,
     share_at,
     steps,
@@ -36,6 +35,7 @@ from tests.support.hover_flight import LINEAR_ALONE, NOMINAL, Law
 
 LQR = hover_gains(NOMINAL, integral=False)
 REPORT = LQR._replace(reach=math.inf)
+GENTLE = LQR._replace(K=np.ascontiguousarray(lqr(*linearise.hover(NOMINAL), np.eye(12), 10.0 * np.eye(4))[0]))
 TO_X = np.linalg.inv(np.linalg.cholesky(LQR.S))  # rows of unit y to V = 1
 
 
@@ -57,7 +57,7 @@ def test_the_proof_s_matrices_are_the_plant(airframe):
     """On boxes that are points, with the rates, airspeed and elevons of the state, y' W y is -V' exactly."""
     gains = hover_gains(airframe, integral=False)
     proof = region._Proof.of(airframe, gains)
-    for x in 0.2 * directions(40):
+    for x in 0.2 * directions(20):
         f = (region._coordinates() @ x)[None]
         at = region._Attitude(f, f)
         W = proof.W - np.einsum("nj,jkl->nkl", f, proof.tilt) - np.einsum("j,jkl->kl", x[9:], proof.gyro)
@@ -163,14 +163,10 @@ def test_flights_from_the_proved_set_converge_and_fewer_do_from_far(certificate)
     assert flights.converged[flights.upright].all()
     assert not flights.upright.all()  # x is as small for some that stand on their heads
     states = draw(LQR.S, 60, 1, envelope=True)
-    shares = {name: fly(NOMINAL, gains, states, 0.01).converged for name, gains in _without_integral().items()}
-    assert shares["LQR"][:10].all()
-    assert shares["LQR of the report"].mean() < shares["LQR"].mean() < shares["LQR, R = 10 I"].mean()
-    assert states[~shares["LQR"], LEVEL].min() > certificate.level
-
-
-def _without_integral():
-    return {name: gains for name, gains in laws(NOMINAL).items() if not gains.K_i.any()}
+    ours, report, gentle = (fly(NOMINAL, gains, states, 0.01).converged for gains in (LQR, REPORT, GENTLE))
+    assert ours[:10].all()
+    assert report.mean() < ours.mean() < gentle.mean()
+    assert states[~ours, LEVEL].min() > certificate.level
 
 
 def test_the_decay_flown_is_faster_than_v_s_own_bound():
@@ -188,7 +184,8 @@ def test_a_threshold_is_where_the_share_falls_below():
     flights = flights_of(np.arange(1.0, 400.0), np.arange(1.0, 400.0) < 100.0)
     assert threshold(flights, 0.95) == 99.0
     assert share_at(flights, DEFAULTS[0]) == 1.0
-    assert share_at(flights, DEFAULTS[1]) == share_at(flights, 1000.0) == 0.0
+    assert share_at(flights, DEFAULTS[1]) == pytest.approx(20.0 / 46.0)  # 80 to 99 of 80 to 125
+    assert math.isnan(share_at(flights, 1000.0))
     assert threshold(flights_of([1.0, 2.0, 3.0], [0, 0, 0]), 0.95) == 0.0
     assert threshold(flights_of([1.0, 2.0, 3.0, 4.0], [1, 0, 1, 1]), 0.66) == 4.0
 
@@ -211,7 +208,7 @@ def test_the_tables_say_what_is_proved_and_what_is_advised(results):
     text = "\n".join(_lines(results))
     assert "0.0200   0.0470     0.0600    0.860   0.11 m" in text
     assert "1.00 (1.00)" in text
-    assert " ".join(text.splitlines()[-1].split()) == "LQR 99 99 50/99 100%/ 0% too high 0%/ 0% too high"
+    assert " ".join(text.splitlines()[-1].split()) == "LQR 99 99 50/99 100.0%/43.5% too high 0.0%/0.0% too high"
 
 
 def test_the_plot_is_written_or_said_not_to_be(results, tmp_path):
