@@ -80,9 +80,13 @@ def _flight(flight: Flight) -> Iterator[str]:
         yield f"  off the path {flight.cross_track_rms:.1f} m rms, at most {flight.cross_track_max:.1f} m"
     yield from _history("vtol", flight.vtol, nothing=None)
     yield from _by_law(flight)
+    if flight.decisions:
+        yield "  decisions:"
     for decision in flight.decisions[:_LONGEST]:
         yield f"    {_clock(decision.time)} {_decision(decision)}"
     yield from _rest(flight.decisions, "decisions")
+    if flight.jumps:
+        yield "  jumps:"
     for jump in flight.jumps[:_LONGEST]:
         v = "" if math.isnan(jump.v) else f" at V = {jump.v:.4g}"
         change = f"{jump.law_from} -> {jump.law_to}"
