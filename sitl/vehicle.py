@@ -209,10 +209,17 @@ class Vehicle:
         self._target = np.array(setpoint.p)
         route = setpoint.route
         if route is None:
-            self._path = Path(LEG, self._target, self._target, 0.0, STOP_SPEED, stop=True, level=0.0)
+            self._path = Path(LEG, self._target, self._target, 0.0, STOP_SPEED, stop=True, level=0.0, low=0.0)
         else:
             self._path = Path(
-                route.kind, np.array(route.start), np.array(route.end), route.radius, route.airspeed, route.stop, route.level
+                route.kind,
+                np.array(route.start),
+                np.array(route.end),
+                route.radius,
+                route.airspeed,
+                route.stop,
+                route.level,
+                route.low,
             )
 
     def set_wind(self, wind: Vector, gust_rms: float | None = None) -> None:

@@ -39,7 +39,13 @@ _NEAR, _FAR, _SETTLED = int(C.NEAR), int(C.FAR), int(C.SETTLED)
 _WANTED, _WORTH = int(C.WANTED), int(C.WORTH)
 _ALIGNED, _CALM, _WING_BORNE, _STOP_DUE = int(C.ALIGNED), int(C.CALM), int(C.WING_BORNE), int(C.STOP_DUE)
 _STRAIGHT, _ON_TRIM, _OFF_TRIM = int(C.STRAIGHT), int(C.ON_TRIM), int(C.OFF_TRIM)
-_STANDING, _FALLING, _RECOVERED, _DWELT, _ROOM = int(C.STANDING), int(C.FALLING), int(C.RECOVERED), int(C.DWELT), int(C.ROOM)
+_STANDING, _FALLING, _RECOVERED, _DWELT, _ROOM = (
+    int(C.STANDING),
+    int(C.FALLING),
+    int(C.RECOVERED),
+    int(C.DWELT),
+    int(C.ROOM),
+)
 
 
 class Orders(NamedTuple):
@@ -123,12 +129,8 @@ def _path(plant: Array, memory: Array, orders: Orders, limits: GuidanceGains) ->
 def course_of(plant: Array, memory: Array, orders: Orders) -> float:
     """Azimuth of the air velocity that flies along the path: where belly or nose are to point [rad]."""
     path, wind, p, v = orders.path, memory[AIR : AIR + 3], plant[P : P + 3], plant[V : V + 3]
-    speed = math.sqrt(v[0] ** 2 + v[1] ** 2 + v[2] ** 2)
-    sight = aim(path, p, speed) - p
-    sight[2] = 0.0
-    size = math.hypot(sight[0], sight[1])
-    if size < 0.1:
+    north, west = aim(path, p, math.hypot(v[0], v[1]))
+    if north == 0.0 and west == 0.0:
         return float(memory[COURSE])
-    sight /= size
-    over_ground = ground_speed(sight, wind, path.airspeed)
-    return math.atan2(over_ground * sight[1] - wind[1], over_ground * sight[0] - wind[0])
+    over_ground = ground_speed(north, west, wind, path.airspeed)
+    return math.atan2(over_ground * west - wind[1], over_ground * north - wind[0])

@@ -36,7 +36,8 @@ class Route(NamedTuple):
     end: Vector  # world NWU [m]
     airspeed: float  # [m/s]
     stop: bool = True  # whether the leg ends at rest
-    level: float = 0.0  # the leg's last metres are flown at its end's altitude [m]
+    level: float = 0.0  # the leg's last metres are flown without a slope [m]
+    low: float = 0.0  # and so far below its end [m]
     radius: float = 0.0  # of a circle [m]; positive: anticlockwise seen from above
 
 

@@ -6,16 +6,22 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from sitl.autopilot.decision import SLOWEST
 from sitl.autopilot.guidance import Route, Setpoint, Vector, View, distance
 from sitl.design.forward import sight_gains
-from sitl.laws.forward_guidance import stopping_distance
+from sitl.laws.forward_guidance import ground_speed, stopping_distance
 from sitl.laws.path import CIRCLE, LEG
 
 FAR = 30.0  # a course is a leg of so many seconds, begun anew all the time [s]
 TURNING = 6.0  # lateral acceleration a corner is begun for [m/s2]
+LOW = 1.2  # a stop is approached so far below its point: braking climbs [m]
+LOW_FROM = 8.0  # where there is room below [m]
+SETTLED = 0.5  # on a new course before braking [s]
 LEVEL_SHARE = 0.7  # of a leg, at most, flown level at its end [-]
 CORNER_SHARE = 0.45  # of a leg, at most, that a corner may cut
+STANDING = 4.0  # slower than this a transition to the hover is nearly over [m/s]
 BREEZE = 2.5  # less wind than this leaves the heading alone [m/s]
 NEARLY_THERE = 40.0  # upright again nearer than this, the rest is hovered [m]
 TIGHTEST = 5.0  # lateral acceleration of a circle at most [m/s2]
@@ -27,8 +33,12 @@ def leg_setpoint(start: Vector, end: Vector, last: Setpoint, airspeed: float, *,
     # Idling motors brake little; a descent takes even that away. So it is over before the braking begins.
     level = 0.0
     if stop and end[2] < start[2]:
-        level = min(LEVEL_SHARE * math.dist(start[:2], end[:2]), airspeed + _stopping(airspeed))
-    return Setpoint(end, course, last.speed, Route(LEG, start, end, airspeed, stop, level))
+        gains = sight_gains().guidance
+        level = min(
+            LEVEL_SHARE * math.dist(start[:2], end[:2]), airspeed + stopping_distance(airspeed, 0.0, 0.0, gains)
+        )
+    low = LOW if stop and end[2] >= LOW_FROM else 0.0
+    return Setpoint(end, course, last.speed, Route(LEG, start, end, airspeed, stop, level, low))
 
 
 def course(p: Vector, v: Vector, wind: Vector, last: Setpoint) -> Setpoint:
@@ -55,7 +65,7 @@ def corner_lead(start: Vector, corner: Vector, after: Vector, ground_speed: floa
     return min(lead, CORNER_SHARE * shorter)
 
 
-def leg_airspeeds(points: Sequence[Vector], airspeed: float) -> list[float]:
+def leg_airspeeds(points: Sequence[Vector], airspeed: float, wind: Vector) -> list[float]:
     """Airspeeds of legs flown on the wing through points, the last one ending at rest.
 
     A leg is flown no faster than the legs after it leave room to slow down in, corners taken off.
@@ -63,13 +73,13 @@ def leg_airspeeds(points: Sequence[Vector], airspeed: float) -> list[float]:
     Args:
         points: Where the first leg begins, then the end of each leg.
         airspeed: Wanted, and not exceeded [m/s].
+        wind: As it is estimated [m/s].
     """
     speeds = [airspeed] * (len(points) - 1)
     slower = 0.0  # what the next leg is flown at; rest after the last
     for i in reversed(range(len(speeds))):
-        length = math.dist(points[i][:2], points[i + 1][:2])
         fastest = airspeed
-        while fastest > SLOWEST and not _fits(fastest, slower, length, points[max(i - 1, 0) : i + 2]):
+        while fastest > SLOWEST and not _fits(fastest, slower, points[max(i - 1, 0) : i + 2], wind):
             fastest -= 0.5
         slower = max(fastest, SLOWEST)
         # What fits into this leg bounds the leg before as well, which ends where this one begins.
@@ -79,15 +89,30 @@ def leg_airspeeds(points: Sequence[Vector], airspeed: float) -> list[float]:
     return speeds
 
 
-def _fits(fast: float, slow: float, length: float, corner: Sequence[Vector]) -> bool:
-    """Whether a leg is long enough to be entered fast, round its first corner, and left slowly."""
-    lead = corner_lead(corner[0], corner[1], corner[2], fast) if len(corner) == 3 else 0.0
-    settled = 0.5 * fast  # half a second on the new course before braking
-    return lead + settled + _stopping(fast) - _stopping(slow) <= length
+def _fits(fast: float, slow: float, points: Sequence[Vector], wind: Vector) -> bool:
+    """Whether the leg that ends ``points`` can be entered fast, round a corner if it has one, and left slowly."""
+    start, end = points[-2:]
+    length = math.dist(start[:2], end[:2])
+    if length < 1e-6:
+        return False
+    lead = 0.0
+    if len(points) == 3:
+        lead = corner_lead(points[0], start, end, over_ground(points[0], start, fast, wind))
+    ux, uy = (end[0] - start[0]) / length, (end[1] - start[1]) / length
+    along, across = wind[0] * ux + wind[1] * uy, wind[0] * uy - wind[1] * ux
+    gains = sight_gains().guidance
+    speed = over_ground(start, end, fast, wind)
+    braking = stopping_distance(speed, along, across, gains)
+    if slow > 0.0:
+        braking -= stopping_distance(over_ground(start, end, slow, wind), along, across, gains)
+    return bool(lead + SETTLED * speed + braking <= length)
 
 
-def _stopping(airspeed: float) -> float:
-    return float(stopping_distance(airspeed, 0.0, 0.0, sight_gains().guidance))
+def over_ground(start: Vector, end: Vector, airspeed: float, wind: Vector) -> float:
+    """Speed over the ground along a leg [m/s]."""
+    length = max(math.dist(start[:2], end[:2]), 1e-9)
+    north, west = (end[0] - start[0]) / length, (end[1] - start[1]) / length
+    return float(ground_speed(north, west, np.array(wind), airspeed))
 
 
 @dataclass(slots=True)
@@ -118,7 +143,8 @@ class FlyLeg:
             self.upright |= self.flown and not view.forward and left < NEARLY_THERE
         if self.arrived is None and distance(view.p, self.setpoint.p) <= self.acceptance:
             self.arrived = view.time
-        if self.edge_on is None and view.forward and left < NEARLY_THERE:
+        slow = math.hypot(view.v[0], view.v[1]) < STANDING
+        if self.edge_on is None and view.forward and (left < NEARLY_THERE or slow):
             self.edge_on = edge_on(self.setpoint.heading, view.wind)
         heading = self.setpoint.heading if self.edge_on is None or self.keep_heading else self.edge_on
         return self.setpoint._replace(heading=heading, route=None if self.upright else route)

@@ -16,7 +16,7 @@ from sitl.autopilot.choice import CHAIN, Chooser, Stop
 from sitl.autopilot.decision import SLOWEST, Way
 from sitl.autopilot.guidance import FlyTo, Guidance, Ramp, Setpoint, Vector, View, distance, land_at
 from sitl.autopilot.guidance import Sequence as Steps
-from sitl.autopilot.legs import FlyLeg, corner_lead, leg_airspeeds, leg_setpoint, orbit
+from sitl.autopilot.legs import FlyLeg, corner_lead, leg_airspeeds, leg_setpoint, orbit, over_ground
 from sitl.autopilot.mission_items import CIRCLES, LAND, PLACED, TAKEOFF, WAYS, World, height, place, validate
 from sitl.autopilot.settings import Settings
 
@@ -172,12 +172,16 @@ class MissionRunner:
             if decision.way is not Way.FORWARD:
                 break
             flown.append(ahead.p)
-        airspeed = leg_airspeeds(flown, self.airspeed)[0] if len(stops) < CHAIN else self.airspeed
+        airspeed = leg_airspeeds(flown, self.airspeed, view.wind)[0] if len(stops) < CHAIN else self.airspeed
         stop, lead = len(flown) == 2, 0.0
         if not stop:
             self._from = point
             # A radius in the item means the point itself: it is flown over.
-            lead = 0.0 if item.params[1] > 0.0 else corner_lead(start, point, flown[2], airspeed)
+            lead = (
+                0.0
+                if item.params[1] > 0.0
+                else corner_lead(start, point, flown[2], over_ground(start, point, airspeed, view.wind))
+            )
         leg = leg_setpoint(start, point, setpoint, airspeed, stop=stop)
         asked = math.isfinite(item.params[3])
         return FlyLeg(leg._replace(heading=_heading(item, leg)), acceptance, hold, lead, keep_heading=asked)

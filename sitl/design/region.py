@@ -28,16 +28,29 @@ import numpy as np
 from numba import njit
 
 from sitl.design import linearise
+from sitl.design.closed_loop import (
+    ATTITUDE,
+    RATES,
+    ROOT,
+    AttitudeBoxes,
+    Interval,
+    aerodynamics,
+    controlled,
+    coordinates,
+    entry_matrix,
+    gyro_matrices,
+    row_matrix,
+    scaled,
+    tilt_matrices,
+    turning,
+)
 from sitl.errors import SitlError
-from sitl.kernels.aerodynamics import wrench
-from sitl.kernels.hover_model import force_matrix, inertia
 from sitl.kernels.parameters import Airframe, Array
 from sitl.kernels.rigid_body import derivative
 from sitl.kernels.state import ACTUATOR, ANCHOR, SIZE, Q
 from sitl.laws.allocation import allocate
 from sitl.laws.hover_linear import HALF, LinearGains, control
 
-ROOT = math.sqrt(2.0)
 MARGIN = 1e-6  # what the smallest eigenvalue must exceed [1/s]: far above what rounding can do
 MOST_BOXES = 2_000  # at one level of splitting; a set that needs more counts as not proved
 GRID = 8  # boxes per axis to begin with
@@ -46,7 +59,7 @@ PRECISION = 0.05  # of the level, relative
 FARTHEST = 100.0  # of V where it is looked for a rise
 NOTHING = 1e-5  # a level below this is none
 ALOFT = 1000.0  # out of the ground's reach [m]
-POSITION, VELOCITY, ATTITUDE, RATES = slice(0, 3), slice(3, 6), slice(6, 9), slice(9, 12)
+POSITION, VELOCITY = slice(0, 3), slice(3, 6)
 UPRIGHT = np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])  # R(q_bar)
 
 
@@ -226,80 +239,7 @@ def _rise_along(x: Array, gains: LinearGains, a: Airframe) -> float:
     return math.inf
 
 
-class _Interval:
-    """Intervals, one per box, (n,)."""
-
-    def __init__(self, low: Array, high: Array) -> None:
-        self.low, self.high = low, high
-
-    def __add__(self, other: _Interval | float) -> _Interval:
-        if isinstance(other, _Interval):
-            return _Interval(self.low + other.low, self.high + other.high)
-        return _Interval(self.low + other, self.high + other)
-
-    def __neg__(self) -> _Interval:
-        return _Interval(-self.high, -self.low)
-
-    def __sub__(self, other: _Interval) -> _Interval:
-        return self + -other
-
-    def __rsub__(self, other: float) -> _Interval:
-        return -self + other
-
-    def __mul__(self, other: _Interval | float) -> _Interval:
-        if isinstance(other, _Interval):
-            corners = np.stack([p * q for p in (self.low, self.high) for q in (other.low, other.high)])
-        else:
-            corners = np.stack([self.low * other, self.high * other])
-        return _Interval(corners.min(0), corners.max(0))
-
-    __rmul__ = __mul__
-    __radd__ = __add__
-
-    def square(self) -> _Interval:
-        """Of each, never negative."""
-        ends = np.stack([self.low**2, self.high**2])
-        return _Interval(np.where((self.low < 0.0) & (self.high > 0.0), 0.0, ends.min(0)), ends.max(0))
-
-    def inverse(self) -> _Interval:
-        """Of positive intervals."""
-        return _Interval(1.0 / self.high, 1.0 / self.low)
-
-
-class _Attitude:
-    """What M needs of the attitude, on boxes of f = (d1, e2, d3)."""
-
-    def __init__(self, low: Array, high: Array) -> None:
-        d1, e2, d3 = (_Interval(low[:, i], high[:, i]) for i in range(3))
-        twice = d1.square() + d3.square()
-        eta2 = 2.0 - 2.0 * ((e2 + -HALF).square() + twice)  # 2 eta^2
-        self.upright = eta2.low > 0.0
-        root = _Interval(np.sqrt(np.maximum(eta2.low, 0.0)), np.sqrt(np.maximum(eta2.high, 0.0)))
-        self.phi = (ROOT * e2 + root + 1.0).inverse()
-        self.kappa = self.phi * (twice + 2.0 * e2.square())
-        d0, d2 = -self.kappa + 1.0, ROOT * e2 - self.kappa
-        self.d1, self.e2, self.d3, self.d2 = d1, e2, d3, d2
-        # columns of R(delta) - I, less what is affine in f; kappa (1 + d2) = (d1^2 + d3^2 + 2 e2^2) / 2 exactly
-        self.nose = (
-            -2.0 * (d2.square() + d3.square()),
-            2.0 * (d1 * d2 - self.kappa * d3),
-            (d1 + d3).square() + 2.0 * e2.square(),
-        )
-        self.normal = (
-            -((d1 - d3).square() + 2.0 * e2.square()),
-            2.0 * (d2 * d3 + self.kappa * d1),
-            -2.0 * (d1.square() + d2.square()),
-        )
-        turned = (
-            (self.nose[0] + 1.0, self.nose[1] + 2.0 * d3, self.nose[2] - 2.0 * ROOT * e2),
-            (2.0 * (d1 * d2 - d0 * d3), -2.0 * twice + 1.0, 2.0 * (d2 * d3 + d0 * d1)),
-            (self.normal[0] + 2.0 * ROOT * e2, self.normal[1] - 2.0 * d1, self.normal[2] + 1.0),
-        )
-        # columns of R(q) = R(q_bar) R(delta): body axes in the world
-        self.axes = tuple((-z, y, x) for x, y, z in turned)
-
-
-Terms = list[tuple[_Interval, Array]]
+Terms = list[tuple[Interval, Array]]
 
 
 @dataclass(frozen=True)
@@ -328,20 +268,20 @@ class _Proof:
             raise SitlError("a law with an integral has three states more than V: certify it without")
         A, B = linearise.hover(a)
         L = np.asarray(np.linalg.cholesky(gains.S), dtype=np.float64)
-        W = -_scaled(A - B @ gains.K, L)
+        W = -scaled(A - B @ gains.K, L)
         if np.linalg.eigvalsh(W).min() <= MARGIN:
             raise SitlError("V does not fall along the linear closed loop: these gains and this S are no pair")
         C = np.linalg.inv(gains.S)
-        T = _coordinates()
+        T = coordinates()
         C_ff, C_zf = T @ C @ T.T, np.vstack([C[VELOCITY], C[RATES]]) @ T.T
         C_zz = C[np.ix_([3, 4, 5, 9, 10, 11], [3, 4, 5, 9, 10, 11])]
         S_f = np.asarray(np.linalg.inv(C_ff), dtype=np.float64)
         mean = C_zf @ S_f
         return cls(
             a, gains, L, W,
-            np.stack([_scaled(M, L) for M in _tilt_matrices(a, gains)]),
-            np.stack([_scaled(M, L) for M in _gyro_matrices(a)]),
-            _aerodynamics(a), S_f, mean, C_zz - mean @ C_zf.T,
+            np.stack([scaled(M, L) for M in tilt_matrices(a, gains)]),
+            np.stack([scaled(M, L) for M in gyro_matrices(a)]),
+            aerodynamics(a), S_f, mean, C_zz - mean @ C_zf.T,
         )  # fmt: skip
 
     def holds(self, level: float) -> bool:
@@ -369,7 +309,7 @@ class _Proof:
 
     def _boxes(self, centre: Array, half: Array, budget: Array, deflection: float) -> tuple[Array, Array]:
         """Smallest eigenvalue at the middle of each box, and what the box may take off it, infinite beyond eta = 0."""
-        attitude = _Attitude(centre - half, centre + half)
+        attitude = AttitudeBoxes(centre - half, centre + half)
         middle = self.W - np.einsum("nj,jkl->nkl", centre, self.tilt)
         slack = half @ np.linalg.norm(self.tilt, 2, axis=(1, 2))
         middle, slack = _take_off(self._remainder(attitude), middle, slack)
@@ -384,7 +324,7 @@ class _Proof:
                 smallest = np.minimum(smallest, values - wind_slack)
         return smallest, np.where(attitude.upright, slack, math.inf)
 
-    def _winds(self, at: _Attitude, h: Array, deflection: float) -> list[tuple[Array, Array]]:
+    def _winds(self, at: AttitudeBoxes, h: Array, deflection: float) -> list[tuple[Array, Array]]:
         """Corners of what the airspeed adds, (n, 12, 12), each with its slack, (n,).
 
         They are h = 0, and h at its bound with (d1 + d2, d1 - d2) at the corners of |d1|, |d2| <= deflection.
@@ -405,27 +345,27 @@ class _Proof:
         most += np.sqrt(budget * np.linalg.eigvalsh(weight @ self.spread @ weight).max())
         return np.asarray(0.5 * self.a.rho * self.a.S * most)
 
-    def _remainder(self, at: _Attitude) -> Terms:
+    def _remainder(self, at: AttitudeBoxes) -> Terms:
         """Second and higher order of M in f: gravity, rotation of the controlled force, kinematics."""
-        c1, ce, c3 = _coordinates()
-        g, (tx, tz) = self.a.g, _controlled(self.a, self.gains)
+        c1, ce, c3 = coordinates()
+        g, (tx, tz) = self.a.g, controlled(self.a, self.gains)
         falling = (at.kappa - 2.0 * ROOT * at.e2) * at.phi
-        terms: list[tuple[_Interval, Array]] = [
-            (at.kappa, _row(4, -2.0 * g * (c1 + c3))),
-            (falling * at.d1, _row(5, -2.0 * g * c1)),
-            (falling * at.d3, _row(5, -2.0 * g * c3)),
-            (falling * at.e2, _row(5, -4.0 * g * ce)),
-            (at.kappa, -HALF * _turning(np.eye(3))),
+        terms: list[tuple[Interval, Array]] = [
+            (at.kappa, row_matrix(4, -2.0 * g * (c1 + c3))),
+            (falling * at.d1, row_matrix(5, -2.0 * g * c1)),
+            (falling * at.d3, row_matrix(5, -2.0 * g * c3)),
+            (falling * at.e2, row_matrix(5, -4.0 * g * ce)),
+            (at.kappa, -HALF * turning(np.eye(3))),
         ]
         for column, force in ((at.nose, tx), (at.normal, tz)):
             x, y, z = column
-            terms += [(-z, _row(3, force)), (y, _row(4, force)), (x, _row(5, force))]
-        return [(value, _scaled(M, self.L)) for value, M in terms]
+            terms += [(-z, row_matrix(3, force)), (y, row_matrix(4, force)), (x, row_matrix(5, force))]
+        return [(value, scaled(M, self.L)) for value, M in terms]
 
-    def _air(self, at: _Attitude, G: Array) -> Terms:
+    def _air(self, at: AttitudeBoxes, G: Array) -> Terms:
         """M per h of forces and moments G (v_b, w), velocities in the world."""
-        nothing = _Interval(np.zeros_like(at.kappa.low), np.zeros_like(at.kappa.low))
-        terms: list[tuple[_Interval, Array]] = []
+        nothing = Interval(np.zeros_like(at.kappa.low), np.zeros_like(at.kappa.low))
+        terms: list[tuple[Interval, Array]] = []
         for i in range(3):
             for j in range(3):
                 force, by_rate, moment = nothing, nothing, nothing
@@ -436,18 +376,12 @@ class _Proof:
                         force = force + G[k, n] * (at.axes[k][i] * at.axes[n][j])
                 constant = nothing + G[3 + i, 3 + j]
                 places = ((force, 3 + i, 3 + j), (by_rate, 3 + i, 9 + j), (moment, 9 + i, 3 + j))
-                terms += [(value, _entry(*place)) for value, *place in (*places, (constant, 9 + i, 9 + j))]
-        return [(value, _scaled(M, self.L)) for value, M in terms]
+                terms += [(value, entry_matrix(*place)) for value, *place in (*places, (constant, 9 + i, 9 + j))]
+        return [(value, scaled(M, self.L)) for value, M in terms]
 
 
 def _norm(M: Array) -> float:
     return float(np.linalg.norm(M, 2))
-
-
-def _scaled(M: Array, L: Array) -> Array:
-    """S M + M' S in the coordinates y = L' x."""
-    Z = L.T @ np.linalg.solve(L, M.T).T
-    return np.asarray(Z + Z.T)
 
 
 def _take_off(terms: Terms, middle: Array, slack: Array) -> tuple[Array, Array]:
@@ -464,75 +398,3 @@ def _split(centre: Array, half: Array, axis: int) -> tuple[Array, Array]:
     shift = np.zeros_like(half)
     shift[:, axis] = 0.5 * half[:, axis]
     return np.vstack([centre - shift, centre + shift]), np.vstack([half - shift, half - shift])
-
-
-def _coordinates() -> Array:
-    """Rows that give d1, e2, d3 of x, (3, 12)."""
-    T = np.zeros((3, 12))
-    T[:, ATTITUDE] = [[HALF, 0.0, HALF], [0.0, 1.0, 0.0], [-HALF, 0.0, HALF]]
-    return T
-
-
-def _row(row: int, values: Array) -> Array:
-    M = np.zeros((12, 12))
-    M[row] = values
-    return M
-
-
-def _entry(row: int, column: int) -> Array:
-    M = np.zeros((12, 12))
-    M[row, column] = 1.0
-    return M
-
-
-def _turning(E: Array) -> Array:
-    """The kinematics eps' = E w in M."""
-    M = np.zeros((12, 12))
-    M[ATTITUDE, RATES] = E
-    return M
-
-
-def _controlled(a: Airframe, gains: LinearGains) -> Array:
-    """Rows of -F_b K / m along the nose and the normal, (2, 12)."""
-    return np.asarray(-force_matrix(a)[[0, 2]] @ gains.K / a.m)
-
-
-def _tilt_matrices(a: Airframe, gains: LinearGains) -> tuple[Array, Array, Array]:
-    """What of M is linear in d1, e2 and d3."""
-    (c1, ce, c3), g = _coordinates(), a.g
-    tx, tz = _controlled(a, gains)
-    by_d1 = _row(3, -g * (c1 + c3)) + _row(4, ROOT * g * ce - 2.0 * tz)
-    by_e2 = _row(3, -2.0 * g * ce + 2.0 * ROOT * tx) + _row(4, ROOT * g * c1) + _row(5, -4.0 * g * ce + 2.0 * ROOT * tz)
-    by_d3 = _row(3, -g * (c1 + c3)) + _row(4, 2.0 * tx) + _row(5, -2.0 * g * c3)
-    by_d1 += _turning(0.5 * HALF * (_cross(0) + _cross(2)))
-    by_e2 += _turning(0.5 * (np.eye(3) + _cross(1)))
-    by_d3 += _turning(0.5 * HALF * (_cross(2) - _cross(0)))
-    return by_d1, by_e2, by_d3
-
-
-def _cross(axis: int) -> Array:
-    """The matrix of the cross product with a unit vector."""
-    return np.asarray(np.cross(np.eye(3)[axis], np.eye(3)).T)
-
-
-def _gyro_matrices(a: Airframe) -> list[Array]:
-    """What of M is linear in each rate: -J^-1 (w x J w), each product shared between its two rates."""
-    J = inertia(a)
-    made = [np.zeros((12, 12)) for _ in range(3)]
-    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-        share = -0.5 * (J[k] - J[j]) / J[i]
-        made[j][9 + i, 9 + k] = made[k][9 + i, 9 + j] = share
-    return made
-
-
-def _aerodynamics(a: Airframe) -> tuple[Array, Array, Array]:
-    """(f / m, tau / J) per h of (v_b, w) as the plant has them: without elevons, per d1 + d2, per d1 - d2."""
-    unit = a._replace(mu=1.0 / a.c**2)  # makes eta = 1 of each unit vector
-    weight = np.concatenate((np.full(3, a.m), inertia(a))) * 0.5 * a.rho * a.S
-
-    def matrix(d1: float, d2: float) -> Array:
-        rows = [wrench(v[0], v[1], v[2], v[3], v[4], v[5], 0.0, 0.0, d1, d2, unit) for v in np.eye(6)]
-        return np.asarray(np.array(rows).T / weight[:, None])
-
-    still = matrix(0.0, 0.0)
-    return still, matrix(0.5, 0.5) - still, matrix(0.5, -0.5) - still

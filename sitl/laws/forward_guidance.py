@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 
 from sitl.kernels.parameters import Array
-from sitl.laws.path import LEG, Path, aim, progress
+from sitl.laws.path import LEG, Path, aim, height, progress
 
 SLOW = 4.0  # below this the course is no direction to steer by [m/s]
 STEPS = 24  # of the integral that makes the braking profile
@@ -28,6 +28,10 @@ class GuidanceGains(NamedTuple):
     gain: float  # greatest acceleration along the path [m/s2]
     lateral: float  # least and, at 12 m/s squared-law, greatest turning acceleration [m/s2]
     lateral_most: float
+    k_z: float  # altitude error to vertical speed [1/s]
+    k_vz: float  # vertical speed to acceleration [1/s]
+    rise_most: float  # vertical speeds asked for at most [m/s]
+    sink_most: float
     up: float  # greatest vertical accelerations [m/s2]
     down: float
     jerk: float  # [m/s3]
@@ -55,10 +59,10 @@ def table(x: float, xs: Array, ys: Array) -> float:
 
 
 @njit(cache=True)
-def ground_speed(direction: Array, wind: Array, airspeed: float) -> float:
-    """Speed over the ground along a unit direction with an airspeed in a wind; never below 1 [m/s]."""
-    along = wind[0] * direction[0] + wind[1] * direction[1] + wind[2] * direction[2]
-    across_2 = wind[0] ** 2 + wind[1] ** 2 + wind[2] ** 2 - along**2
+def ground_speed(north: float, west: float, wind: Array, airspeed: float) -> float:
+    """Speed over the ground along a level unit direction with an airspeed in a wind; never below 1 [m/s]."""
+    along = wind[0] * north + wind[1] * west
+    across_2 = wind[0] ** 2 + wind[1] ** 2 - along**2
     return float(max(along + math.sqrt(max(airspeed**2 - across_2, 0.0)), 1.0))
 
 
@@ -109,27 +113,26 @@ def cruise(p: Array, v: Array, wind: Array, path: Path, integral: Array, dt: flo
         dt: Tick [s].
         gains: Gains and limits.
     """
-    speed = math.sqrt(v[0] ** 2 + v[1] ** 2 + v[2] ** 2)
-    sight = aim(path, p, speed) - p
-    sight = sight / max(math.sqrt(sight[0] ** 2 + sight[1] ** 2 + sight[2] ** 2), 1e-6)
-    wanted = ground_speed(sight, wind, path.airspeed)
+    speed = math.hypot(v[0], v[1])
+    sx, sy = aim(path, p, speed)
+    wanted = ground_speed(sx, sy, wind, path.airspeed)
     airspeed = math.sqrt((v[0] - wind[0]) ** 2 + (v[1] - wind[1]) ** 2 + (v[2] - wind[2]) ** 2)
-    slowest = -1.4 * table(airspeed, gains.brake_air, gains.brake_rate)
+    z, slope = height(path, p)
+    rise = min(max(slope * speed + gains.k_z * (z - p[2]), -gains.sink_most), gains.rise_most)
+    vertical = gains.k_vz * (rise - v[2])
     if speed < SLOW:
-        a = gains.k_v * (wanted * sight - v)
-        size = math.sqrt(a[0] ** 2 + a[1] ** 2 + a[2] ** 2)
-        return np.asarray(a * min(1.0, gains.gain / max(size, 1e-6)))
-    u = v / speed
-    cosine = min(max(u[0] * sight[0] + u[1] * sight[1] + u[2] * sight[2], -1.0), 1.0)
-    angle = math.acos(cosine)
+        ax, ay = gains.k_v * (wanted * sx - v[0]), gains.k_v * (wanted * sy - v[1])
+        share = min(1.0, gains.gain / max(math.hypot(ax, ay), 1e-6))
+        return np.array((share * ax, share * ay, vertical))
+    ux, uy = v[0] / speed, v[1] / speed
+    angle = math.atan2(ux * sy - uy * sx, ux * sx + uy * sy)  # from the course to the line of sight, to the left
+    slowest = -1.4 * table(airspeed, gains.brake_air, gains.brake_rate)
     along = min(max(gains.k_v * (wanted - speed), slowest), gains.gain)
     most = min(gains.lateral_most, max(gains.lateral, gains.lateral_most * (airspeed / 12.0) ** 2))
-    across = sight - cosine * u
-    size = math.sqrt(across[0] ** 2 + across[1] ** 2 + across[2] ** 2)
-    turn = min(most, 1.25 * gains.k_v * speed * angle)
-    a = along * u + across * (turn / max(size, 1e-6))
-    _integrate(wanted * sight - v, angle, integral, dt, gains)
-    return np.asarray(a + integral)
+    turn = min(max(1.25 * gains.k_v * speed * angle, -most), most)
+    error = np.array((wanted * sx - v[0], wanted * sy - v[1], rise - v[2]))
+    _integrate(error, abs(angle), integral, dt, gains)
+    return np.array((along * ux - turn * uy, along * uy + turn * ux, vertical)) + integral
 
 
 @njit(cache=True)
@@ -179,13 +182,13 @@ def brake(
     side = gains.k_v * (v[0] * uy - v[1] * ux)  # takes away what is not towards the end
     side = min(max(side, -gains.lateral), gains.lateral)
     above = p[2] - path.end[2]
-    rise = min(max(-0.8 * above, -1.8), 2.0)
+    rise = min(max(-above, -2.2), 2.0)
     climb = table(airspeed, gains.brake_air, gains.brake_climb)
     need = _need(travel, gains)
     climb *= gains.climb_share + (1.0 - gains.climb_share) * need
     room = min(max((gains.climb_cap - above) / 2.0, 0.0), 1.0)
     climb *= max(room, 0.4 * min(max(2.0 * (need - 1.0), 0.0), 1.0))  # the cap gives way to elevons at their stops
-    climb *= min(max(closing / 3.0, 0.0), 1.0)  # a wind that is only held is no reason to climb
+    climb *= min(math.hypot(v[0], v[1]) / 3.0, 1.0)  # a wind that is only held is no reason to climb
     rise = max(rise, climb) if climb > 0.0 else rise
     integral[0] = integral[1] = 0.0
     integral[2] += dt * gains.k_i * min(max(rise - v[2], -2.0), 2.0)

@@ -7,7 +7,6 @@ frame NWU, SI units.
 import math
 from typing import NamedTuple
 
-import numpy as np
 from numba import njit
 
 from sitl.kernels.parameters import Array
@@ -26,7 +25,8 @@ class Path(NamedTuple):
     radius: float  # of a circle [m]; positive: anticlockwise seen from above
     airspeed: float  # wanted [m/s]
     stop: bool  # whether the leg ends at rest
-    level: float  # its last metres are flown at the altitude of its end [m]
+    level: float  # its last metres are flown without a slope [m]
+    low: float  # and so far below its end, which the climbing stop takes back [m]
 
 
 @njit(cache=True)
@@ -42,8 +42,8 @@ def progress(path: Path, p: Array) -> tuple[float, float, float]:
 
 
 @njit(cache=True)
-def aim(path: Path, p: Array, speed: float) -> Array:
-    """The point the line of sight goes to, world, (3,) [m].
+def aim(path: Path, p: Array, speed: float) -> tuple[float, float]:
+    """Unit vector towards the point of the path that the line of sight meets, level, world north and west.
 
     Args:
         path: What is followed.
@@ -52,28 +52,40 @@ def aim(path: Path, p: Array, speed: float) -> Array:
     """
     ahead = max(TIME_AHEAD * speed, LEAST_AHEAD)
     if path.kind == CIRCLE:
-        return _on_circle(path, p, ahead)
-    along, length, _ = progress(path, p)
-    if length == 0.0:
-        return path.end.copy()
-    share = (along + ahead) / length  # beyond the end the leg goes on, level
-    point = path.start + share * (path.end - path.start)
-    climbed = (along + ahead) / max(length - path.level, 1.0)
-    point[2] = path.start[2] + min(max(climbed, 0.0), 1.0) * (path.end[2] - path.start[2])
-    return np.asarray(point)
+        x, y = _on_circle(path, p, ahead)
+    else:
+        along, length, _ = progress(path, p)
+        share = (along + ahead) / length if length > 0.0 else 1.0  # beyond its end the leg goes on
+        x = path.start[0] + share * (path.end[0] - path.start[0])
+        y = path.start[1] + share * (path.end[1] - path.start[1])
+    dx, dy = x - p[0], y - p[1]
+    size = math.hypot(dx, dy)
+    return (dx / size, dy / size) if size > 1e-6 else (0.0, 0.0)
 
 
 @njit(cache=True)
-def _on_circle(path: Path, p: Array, ahead: float) -> Array:
+def height(path: Path, p: Array) -> tuple[float, float]:
+    """Altitude of the path beside the vehicle [m], and its slope there."""
+    if path.kind == CIRCLE:
+        return path.start[2], 0.0
+    along, length, _ = progress(path, p)
+    sloping = max(length - path.level, 1.0)
+    share = along / sloping
+    if share <= 0.0 or share >= 1.0:
+        return (path.start[2] if share <= 0.0 else path.end[2] - path.low), 0.0
+    climb = path.end[2] - path.low - path.start[2]
+    return path.start[2] + share * climb, climb / sloping
+
+
+@njit(cache=True)
+def _on_circle(path: Path, p: Array, ahead: float) -> tuple[float, float]:
     x, y = p[0] - path.start[0], p[1] - path.start[1]
     r, radius = math.hypot(x, y), abs(path.radius)
     turn = math.copysign(1.0, path.radius)
     bearing = math.atan2(y, x) + turn * min(ahead / radius, 0.5 * math.pi)
     # Aiming at the circle cuts inside it; aiming a little outside follows it. Far away the circle itself is the aim.
     outside = radius / math.cos(min(0.5 * ahead / radius, 1.0)) if r < 2.0 * radius else radius
-    return np.array(
-        (path.start[0] + outside * math.cos(bearing), path.start[1] + outside * math.sin(bearing), path.start[2])
-    )
+    return path.start[0] + outside * math.cos(bearing), path.start[1] + outside * math.sin(bearing)
 
 
 @njit(cache=True)
