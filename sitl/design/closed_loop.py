@@ -135,11 +135,8 @@ def tilt_matrices(a: Airframe, gains: LinearGains) -> tuple[Array, Array, Array]
     (c1, ce, c3), g = coordinates(), a.g
     tx, tz = controlled(a, gains)
     by_d1 = row_matrix(3, -g * (c1 + c3)) + row_matrix(4, ROOT * g * ce - 2.0 * tz)
-    by_e2 = (
-        row_matrix(3, -2.0 * g * ce + 2.0 * ROOT * tx)
-        + row_matrix(4, ROOT * g * c1)
-        + row_matrix(5, -4.0 * g * ce + 2.0 * ROOT * tz)
-    )
+    by_e2 = row_matrix(3, -2.0 * g * ce + 2.0 * ROOT * tx) + row_matrix(4, ROOT * g * c1)
+    by_e2 += row_matrix(5, -4.0 * g * ce + 2.0 * ROOT * tz)
     by_d3 = row_matrix(3, -g * (c1 + c3)) + row_matrix(4, 2.0 * tx) + row_matrix(5, -2.0 * g * c3)
     by_d1 += turning(0.5 * HALF * (_cross(0) + _cross(2)))
     by_e2 += turning(0.5 * (np.eye(3) + _cross(1)))

@@ -60,7 +60,6 @@ FARTHEST = 100.0  # of V where it is looked for a rise
 NOTHING = 1e-5  # a level below this is none
 ALOFT = 1000.0  # out of the ground's reach [m]
 POSITION, VELOCITY = slice(0, 3), slice(3, 6)
-UPRIGHT = np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])  # R(q_bar)
 
 
 class Certificate(NamedTuple):

@@ -9,6 +9,7 @@ from sitl.__main__ import main
 from sitl.airframe import load
 from sitl.commands.region import _lines
 from sitl.design import linearise, region
+from sitl.design.closed_loop import AttitudeBoxes, coordinates
 from sitl.design.lqr import hover_gains, lqr
 from sitl.design.region import Certificate, certify, chart_level, first_rise, lyapunov_rate, saturation_level
 from sitl.errors import SitlError
@@ -58,8 +59,8 @@ def test_the_proof_s_matrices_are_the_plant(airframe):
     gains = hover_gains(airframe, integral=False)
     proof = region._Proof.of(airframe, gains)
     for x in 0.2 * directions(20):
-        f = (region._coordinates() @ x)[None]
-        at = region._Attitude(f, f)
+        f = (coordinates() @ x)[None]
+        at = AttitudeBoxes(f, f)
         W = proof.W - np.einsum("nj,jkl->nkl", f, proof.tilt) - np.einsum("j,jkl->kl", x[9:], proof.gyro)
         u, command, none = np.empty(4), np.empty(4), (np.zeros((1, 12, 12)), np.zeros(1))
         hover_linear.control(x, np.zeros(3), 0.0, gains, u)
