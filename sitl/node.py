@@ -28,6 +28,7 @@ from protocol.events import (
 from protocol.plans.mission import MissionItem
 from sitl import telemetry
 from sitl.autopilot import commands
+from sitl.autopilot.autopilot import Notice
 from sitl.autopilot.mission import validate
 from sitl.autopilot.offboard import take_setpoint
 from sitl.craft import Craft
@@ -109,7 +110,8 @@ class Node:
         """The vehicle as telemetry sees it now."""
         return take_picture(self.craft)
 
-    def _report(self) -> None:
+    def _report(self) -> list[Notice]:
+        """Tell the peers what happened; what was said to the pilot."""
         autopilot = self.craft.autopilot
         jumps = self.craft.new_jumps()
         for jump in jumps:
@@ -121,8 +123,10 @@ class Node:
             self._endpoint.publish(telemetry.mission_current(self.picture()))
         for seq, made in autopilot.decisions():
             self._endpoint.publish(telemetry.decision(self.picture().ms, seq, made))
-        for notice in autopilot.notices():
+        notices = autopilot.notices()
+        for notice in notices:
             self._say(notice.severity, notice.text)
+        return notices
 
     def _say(self, severity: int, text: str) -> None:
         self._endpoint.status_text(severity, text)
@@ -133,9 +137,12 @@ class Node:
         return validate(items, self.craft.autopilot.world)
 
     def _on_command(self, event: CommandRequested, now: float) -> None:
-        outcome = commands.execute(self.craft.autopilot, event)
+        autopilot = self.craft.autopilot
+        outcome = commands.execute(autopilot, event)
         self._endpoint.acknowledge(event.request, outcome.result, now)
-        self._report()
+        said = {notice.text for notice in self._report()}
+        if not outcome.accepted and outcome.text and outcome.text not in said:
+            self._say(WARNING, outcome.text)
 
     def _on_message_request(self, event: MessageRequested, now: float) -> None:  # noqa: ARG002 - one signature
         self._endpoint.send(self._builders[event.message_id](self.picture()), event.peer)

@@ -157,7 +157,7 @@ def extended_state(s: Picture) -> Message:
     return mavlink.MAVLink_extended_sys_state_message(VTOL_STATES.get(s.law, mavlink.MAV_VTOL_STATE_MC), landed)
 
 
-VTOL_STATES = {
+VTOL_STATES: dict[int, int] = {
     Law.TO_FORWARD: mavlink.MAV_VTOL_STATE_TRANSITION_TO_FW,
     Law.FORWARD_LINE_OF_SIGHT: mavlink.MAV_VTOL_STATE_FW,
     Law.FORWARD_LINEAR: mavlink.MAV_VTOL_STATE_FW,

@@ -371,7 +371,7 @@ class Vehicle:
                 jump.target,
                 jump.name,
                 Reason(jump.reason),
-                self.lyapunov,
+                self.lyapunov_forward if Law.FORWARD_LINEAR in {law, jump.target} else self.lyapunov,
             )
             self.jumps.append(record)
             self._enter(jump.target, law)

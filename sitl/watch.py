@@ -74,8 +74,10 @@ def watch(plant: Array, memory: Array, orders: Orders, limits: GuidanceGains, a:
     resting = orders.law != LANDED and orders.landing and on_ground(plant, a) and abs(plant[V + 2]) < 0.3
     memory[AT_REST] = memory[AT_REST] + dt if resting else (0.0 if dt > 0.0 else memory[AT_REST])
     bits |= _RESTING if memory[AT_REST] >= orders.settle_time else 0
-    bits |= _NEAR if memory[LYAPUNOV] < orders.v_enter else 0
-    bits |= _SETTLED if memory[LYAPUNOV] < SETTLED_SHARE * orders.v_enter else 0
+    # V does not see the sign of the quaternion's scalar part: it is as small with the nose straight down.
+    upright = plant[Q + 1] * plant[Q + 3] - plant[Q] * plant[Q + 2] > 0.0
+    bits |= _NEAR if memory[LYAPUNOV] < orders.v_enter and upright else 0
+    bits |= _SETTLED if memory[LYAPUNOV] < SETTLED_SHARE * orders.v_enter and upright else 0
     bits |= _FAR if memory[LYAPUNOV] > orders.v_leave else 0
     bits |= _DWELT if memory[SINCE] >= DWELL else 0
     return bits | _motion(plant, memory, orders) | _path(plant, memory, orders, limits)

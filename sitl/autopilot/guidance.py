@@ -13,6 +13,10 @@ from typing import NamedTuple, Protocol
 Vector = tuple[float, float, float]
 
 
+SLOW_BELOW = 5.0  # landings take their time from here on [m]
+FAST_DESCENT = 1.5  # above that [m/s]
+
+
 class View(NamedTuple):
     """What the autopilot knows of the vehicle at one tick."""
 
@@ -119,6 +123,7 @@ class Ramp:
 
     setpoint: Setpoint  # where the ramp ends
     rate: float  # vertical speed, positive [m/s]
+    slow_below: float = math.inf  # above this altitude a descent is faster [m]
     landing: bool = False
     acceptance: float = 0.3
     began: tuple[float, float] | None = None  # time and altitude of the first tick
@@ -129,9 +134,13 @@ class Ramp:
             self.began = (view.time, view.p[2])
         since, start = self.began
         end = self.setpoint.p[2]
-        travelled = self.rate * (view.time - since)
-        z = min(start + travelled, end) if end >= start else max(start - travelled, end)
-        return replace_altitude(self.setpoint, z)
+        elapsed = view.time - since
+        if end >= start:
+            return replace_altitude(self.setpoint, min(start + self.rate * elapsed, end))
+        above = max(start - self.slow_below, 0.0)
+        fast = min(elapsed, above / FAST_DESCENT)
+        z = start - FAST_DESCENT * fast - self.rate * (elapsed - fast)
+        return replace_altitude(self.setpoint, max(z, end))
 
     def done(self, view: View) -> bool:
         """At the end of the ramp; a landing is ended by the ground instead."""
@@ -169,8 +178,8 @@ def replace_altitude(setpoint: Setpoint, z: float) -> Setpoint:
 
 
 def land_at(setpoint: Setpoint, rate: float) -> Ramp:
-    """Descend on the spot, through the ground: contact ends it."""
-    return Ramp(replace_altitude(setpoint, -1.0), rate, landing=True)
+    """Descend on the spot, through the ground: contact ends it. High up it goes faster."""
+    return Ramp(replace_altitude(setpoint, -1.0), rate, slow_below=SLOW_BELOW, landing=True)
 
 
 def with_speed(guidance: FlyTo | Hold, speed: float) -> FlyTo | Hold:

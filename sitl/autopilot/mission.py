@@ -72,7 +72,7 @@ class MissionRunner:
             if self.finished:
                 break
             if self._guidance is None:
-                self._guidance = self._start(self.items[self.current], view, setpoint)
+                self._guidance = self._start(self.items[self.current], view, setpoint._replace(route=None))
             if self._guidance is not None:
                 setpoint = self._guidance.update(view)
                 if not self._guidance.done(view):

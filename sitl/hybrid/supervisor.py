@@ -75,7 +75,7 @@ class JumpRecord(NamedTuple):
     target: Law
     name: str
     reason: Reason
-    lyapunov: float
+    lyapunov: float  # of the linear forward law where the jump is to or from it, else of the linear hover law
 
 
 def _dwell_anew(conditions: int) -> int:

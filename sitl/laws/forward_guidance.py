@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 
 from sitl.kernels.parameters import Array
-from sitl.laws.path import LEG, Path, aim, height, progress
+from sitl.laws.path import CIRCLE, LEG, Path, aim, height, progress
 
 SLOW = 4.0  # below this the course is no direction to steer by [m/s]
 STEPS = 24  # of the integral that makes the braking profile
@@ -109,7 +109,7 @@ def cruise(p: Array, v: Array, wind: Array, path: Path, integral: Array, dt: flo
         v: Velocity, world, (3,) [m/s].
         wind: Velocity of the air as it is known, world, (3,) [m/s].
         path: What is followed.
-        integral: Of the velocity error, changed in place, world, (3,) [m/s2].
+        integral: Of the velocity error along the course, to its left and upwards, changed in place, (3,) [m/s2].
         dt: Tick [s].
         gains: Gains and limits.
     """
@@ -129,10 +129,14 @@ def cruise(p: Array, v: Array, wind: Array, path: Path, integral: Array, dt: flo
     slowest = -1.4 * table(airspeed, gains.brake_air, gains.brake_rate)
     along = min(max(gains.k_v * (wanted - speed), slowest), gains.gain)
     most = min(gains.lateral_most, max(gains.lateral, gains.lateral_most * (airspeed / 12.0) ** 2))
-    turn = min(max(1.25 * gains.k_v * speed * angle, -most), most)
-    error = np.array((wanted * sx - v[0], wanted * sy - v[1], rise - v[2]))
+    turn = 1.25 * gains.k_v * speed * angle
+    if path.kind == CIRCLE:
+        turn += speed**2 / path.radius
+    turn = min(max(turn, -most), most)
+    error = np.array((wanted * (ux * sx + uy * sy) - speed, wanted * (ux * sy - uy * sx), rise - v[2]))
     _integrate(error, abs(angle), integral, dt, gains)
-    return np.array((along * ux - turn * uy, along * uy + turn * ux, vertical)) + integral
+    along, turn, vertical = along + integral[0], turn + integral[1], vertical + integral[2]
+    return np.array((along * ux - turn * uy, along * uy + turn * ux, vertical))
 
 
 @njit(cache=True)

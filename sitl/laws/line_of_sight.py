@@ -32,7 +32,7 @@ CRUISE, BRAKE, ARREST = 0, 1, 2  # what it is used for: follow the path, stop at
 WANTED = 0  # acceleration wanted last tick, world, 3 entries [m/s2]; NaN: the law has just begun
 ATTITUDE = 3  # q_d of the last tick, 4 entries
 TURNING = 7  # filtered rate of q_d, in its own frame, 3 entries [rad/s]
-INTEGRAL = 10  # of the velocity error, world, 3 entries [m/s2]
+INTEGRAL = 10  # of the velocity error along the course, to its left and upwards, 3 entries [m/s2]
 OBSERVER = 13  # of the moment disturbance, 3 entries [N m s]
 SIZE = 16
 

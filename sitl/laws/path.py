@@ -43,7 +43,7 @@ def progress(path: Path, p: Array) -> tuple[float, float, float]:
 
 @njit(cache=True)
 def aim(path: Path, p: Array, speed: float) -> tuple[float, float]:
-    """Unit vector towards the point of the path that the line of sight meets, level, world north and west.
+    """Unit vector of the line of sight, level, world north and west: to the point of a leg that lies ahead.
 
     Args:
         path: What is followed.
@@ -52,13 +52,11 @@ def aim(path: Path, p: Array, speed: float) -> tuple[float, float]:
     """
     ahead = max(TIME_AHEAD * speed, LEAST_AHEAD)
     if path.kind == CIRCLE:
-        x, y = _on_circle(path, p, ahead)
-    else:
-        along, length, _ = progress(path, p)
-        share = (along + ahead) / length if length > 0.0 else 1.0  # beyond its end the leg goes on
-        x = path.start[0] + share * (path.end[0] - path.start[0])
-        y = path.start[1] + share * (path.end[1] - path.start[1])
-    dx, dy = x - p[0], y - p[1]
+        return _along_circle(path, p, 0.5 * ahead)
+    along, length, _ = progress(path, p)
+    share = (along + ahead) / length if length > 0.0 else 1.0  # beyond its end the leg goes on
+    dx = path.start[0] + share * (path.end[0] - path.start[0]) - p[0]
+    dy = path.start[1] + share * (path.end[1] - path.start[1]) - p[1]
     size = math.hypot(dx, dy)
     return (dx / size, dy / size) if size > 1e-6 else (0.0, 0.0)
 
@@ -78,14 +76,13 @@ def height(path: Path, p: Array) -> tuple[float, float]:
 
 
 @njit(cache=True)
-def _on_circle(path: Path, p: Array, ahead: float) -> tuple[float, float]:
+def _along_circle(path: Path, p: Array, ahead: float) -> tuple[float, float]:
+    """The tangent beside the vehicle, turned towards the circle by what it is off it."""
     x, y = p[0] - path.start[0], p[1] - path.start[1]
-    r, radius = math.hypot(x, y), abs(path.radius)
-    turn = math.copysign(1.0, path.radius)
-    bearing = math.atan2(y, x) + turn * min(ahead / radius, 0.5 * math.pi)
-    # Aiming at the circle cuts inside it; aiming a little outside follows it. Far away the circle itself is the aim.
-    outside = radius / math.cos(min(0.5 * ahead / radius, 1.0)) if r < 2.0 * radius else radius
-    return path.start[0] + outside * math.cos(bearing), path.start[1] + outside * math.sin(bearing)
+    sense = math.copysign(1.0, path.radius)
+    off = math.hypot(x, y) - abs(path.radius)
+    course = math.atan2(y, x) + sense * (0.5 * math.pi + math.atan(off / ahead))
+    return math.cos(course), math.sin(course)
 
 
 @njit(cache=True)

@@ -7,8 +7,7 @@ import pytest
 
 from sitl.airframe import load
 from sitl.autopilot.guidance import Setpoint
-from sitl.hybrid.automaton import ZenoError, settle
-from sitl.hybrid.supervisor import TABLE, Law, Situation
+from sitl.hybrid.supervisor import Law
 from sitl.studies.report import SCENARIOS
 from sitl.studies.scenario import fly
 from sitl.vehicle import DivergedError, Start, Tuning, Vehicle
@@ -77,22 +76,3 @@ def test_numbers_that_are_none_end_the_flight_with_law_and_step():
     flown.plant[4] = math.nan
     with pytest.raises(DivergedError, match="HOVER_ZERO_MOMENT at step 10"):
         flown.advance(10)
-
-
-def test_hysteresis_that_is_none_is_found_out():
-    flown = Vehicle(AIRFRAME, start=Start(up=50.0, airborne=True), tuning=Tuning(v_enter=100.0, v_leave=50.0))
-    flown.begin_flight(Law.HOVER_LINEAR)
-    flown.set_target(Setpoint((7.0, 0.0, 50.0), 0.0, 3.0))
-    with pytest.raises(ZenoError, match="leave_linear -> enter_linear"):
-        flown.advance(10)
-
-
-def test_settling_twice_is_settling_once():
-    for v in (0.0, 49.0, 51.0, 99.0, 101.0, 1e4):
-        for armed in (False, True):
-            for flying in (False, True):
-                for settled in (False, True):
-                    x = Situation(v, 50.0, 100.0, armed, flying, settled)
-                    for law in Law:
-                        reached, _ = settle(TABLE, law, x)
-                        assert settle(TABLE, reached, x) == (reached, [])
