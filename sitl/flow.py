@@ -19,7 +19,7 @@ from sitl.kernels.quaternion import hover, rotate_inverse
 from sitl.kernels.state import ACTUATOR, P, Q, V
 from sitl.kernels.wind import gust_step
 from sitl.laws import air as air_filter
-from sitl.laws import forward_linear, hover_linear, hover_zero_moment, line_of_sight
+from sitl.laws import forward_linear, hover_linear, hover_zero_moment, line_of_sight, report_forward
 from sitl.laws.air import AirGains, AirSensors
 from sitl.laws.allocation import allocate
 from sitl.laws.forward_linear import ForwardGains
@@ -28,6 +28,7 @@ from sitl.laws.hover_linear import LinearGains
 from sitl.laws.hover_zero_moment import ZeroMomentGains
 from sitl.laws.line_of_sight import SightGains
 from sitl.laws.path import LEG, Path, cross_track
+from sitl.laws.report_forward import LineOfSightGains
 from sitl.memory_layout import (
     ACCELERATION,
     AIR,
@@ -43,6 +44,7 @@ from sitl.memory_layout import (
     LAW,
     LYAPUNOV,
     LYAPUNOV_FORWARD,
+    REPORT,
     SIGHT,
     SINCE,
 )
@@ -74,6 +76,8 @@ class Laws(NamedTuple):
     zero_moment: ZeroMomentGains
     sight: SightGains
     forward: ForwardGains
+    report: LineOfSightGains  # of the report's own law
+    report_flies: bool  # in place of the line-of-sight law, between the transitions
     air: AirGains
     airframe: Airframe
 
@@ -182,6 +186,10 @@ def _law(
         speed = orders.path.airspeed
         steep = _forward_error(plant, wind, orders.path, laws.forward, x_forward)
         forward_linear.control(x_forward, speed, steep, laws.forward, u)
+        return _deflect(u, a, staged)
+    if orders.law == LINE_OF_SIGHT and laws.report_flies:
+        path, state = orders.path, memory[REPORT : REPORT + report_forward.SIZE]
+        report_forward.control(plant, wind, path.end, path.airspeed, laws.report, TICK, state, u)
         return _deflect(u, a, staged)
     if orders.law in (TO_FORWARD, LINE_OF_SIGHT):
         memory[COURSE] = course_of(plant, memory, orders)

@@ -17,4 +17,5 @@ GIVEN_UP = 28  # DARKO_GIVEN_UP bits of the last tick
 CROSS_TRACK = 29  # distance to the left of the path [m]
 SIGHT = 30  # state of the line-of-sight law, 16 entries
 AIR = 46  # state of the wind estimator, its first three the wind [m/s], 12 entries
-MEMORY = 58
+REPORT = 58  # state of the report's own line-of-sight law, 4 entries
+MEMORY = 62

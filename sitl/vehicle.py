@@ -18,6 +18,7 @@ import numpy as np
 from sitl.autopilot.guidance import Setpoint, Vector
 from sitl.design.forward import air_gains, can_fly_forward, sight_gains
 from sitl.design.forward_linear import forward_gains
+from sitl.design.lmi import lmi_gains
 from sitl.design.lqr import hover_gains
 from sitl.design.zero_moment import zero_moment_gains
 from sitl.errors import SitlError
@@ -30,12 +31,14 @@ from sitl.kernels.integrate import plant_step
 from sitl.kernels.parameters import Airframe, Array
 from sitl.kernels.quaternion import from_euler, hover
 from sitl.laws import air as air_filter
-from sitl.laws import hover_linear, hover_zero_moment, line_of_sight
+from sitl.laws import hover_linear, hover_zero_moment, line_of_sight, report_forward
 from sitl.laws.air import AirSensors
 from sitl.laws.forward_guidance import stopping_distance
 from sitl.laws.forward_linear import ForwardGains
 from sitl.laws.governor import VELOCITY
+from sitl.laws.hover_linear import LinearGains
 from sitl.laws.path import LEG, Path
+from sitl.laws.report_forward import LineOfSightGains
 from sitl.memory_layout import (
     AIR,
     AT_REST,
@@ -52,6 +55,7 @@ from sitl.memory_layout import (
     LYAPUNOV,
     LYAPUNOV_FORWARD,
     MEMORY,
+    REPORT,
     SIGHT,
     SINCE,
 )
@@ -100,7 +104,9 @@ class Tuning(NamedTuple):
     forward_linear: int = 1  # DRK_FWD_LIN
     v_forward_enter: float = 5.0  # DRK_VF_ENTER
     v_forward_leave: float = 20.0  # DRK_VF_LEAVE
+    forward_law: int = 0  # DRK_FWD_LAW: 0 ours, 1 the report's
     pitot: int = 1  # DRK_PITOT
+    design: int = 0  # DRK_LIN_DESIGN: 0 LQR or LQI, 1 LMI
 
 
 class Vehicle:
@@ -155,7 +161,7 @@ class Vehicle:
         self.can_fly_forward = can_fly_forward(a)
         self._sensors = SENSORS._replace(has_pitot=bool(tuning.pitot))
         self._laws = Laws(
-            linear=hover_gains(a, integral=bool(tuning.integral)),
+            linear=_hover_gains(a, bool(tuning.integral), tuning.design),
             zero_moment=zero_moment_gains(
                 a,
                 k_pp=tuning.kpp,
@@ -169,6 +175,8 @@ class Vehicle:
             ),
             sight=sight_gains(),
             forward=_forward_gains(a),
+            report=LineOfSightGains(a),
+            report_flies=bool(tuning.forward_law),
             air=air_gains(),
             airframe=a,
         )
@@ -393,6 +401,8 @@ class Vehicle:
         if law is Law.ALIGN:
             p, v = self.plant[state.P : state.P + 3], self.plant[state.V : state.V + 3]
             self.memory[HOLD : HOLD + 3] = p + 0.5 * v
+        if law is Law.FORWARD_LINE_OF_SIGHT:
+            report_forward.reset(self.plant, self.memory[REPORT : REPORT + report_forward.SIZE], self._laws.report)
         if law in SIGHTED and source not in SIGHTED:
             sight = self.memory[SIGHT : SIGHT + line_of_sight.SIZE]
             line_of_sight.reset(self.plant, sight, self.believed)
@@ -401,6 +411,11 @@ class Vehicle:
         x = np.empty(12)
         hover_linear.error(self.plant, self._target, self.setpoint.heading, x)
         self.memory[LYAPUNOV] = hover_linear.lyapunov(x, self._laws.linear)
+
+
+@lru_cache(maxsize=8)
+def _hover_gains(a: Airframe, integral: bool, design: int) -> LinearGains:
+    return lmi_gains(a) if design else hover_gains(a, integral=integral)
 
 
 @lru_cache(maxsize=8)
