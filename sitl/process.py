@@ -7,6 +7,8 @@ import math
 import signal
 import sys
 import time
+from collections.abc import Callable
+from pathlib import Path
 
 from platformdirs import user_data_path
 
@@ -16,10 +18,12 @@ from sitl.autopilot.arena import ARENAS
 from sitl.autopilot.mission import World
 from sitl.autopilot.settings import Settings
 from sitl.craft import Craft
+from sitl.errors import SitlError
 from sitl.memory import Memory
 from sitl.node import Node
 from sitl.pacer import Pacer
 from sitl.parameters import Bindings, Surroundings
+from sitl.studies.live import LiveScenario, ScenarioCraft, named
 from sitl.transport import UdpTransport
 from sitl.vehicle import TICK, Start, Vehicle
 
@@ -27,8 +31,12 @@ QUANTUM = 5  # control ticks flown between looks at the socket: 10 ms of simulat
 LOOPBACK = "127.0.0.1"
 
 
-def fly(args: argparse.Namespace) -> int:
-    """Build the vehicle the arguments describe and fly it until interrupted.
+def fly(args: argparse.Namespace, tell: Callable[[LiveScenario], int]) -> int:
+    """Build the vehicle the arguments describe and fly it until interrupted, or until its scenario is over.
+
+    Args:
+        args: Of ``darko-sitl run``.
+        tell: What to do with a completed scenario; gives the exit code.
 
     Raises:
         SitlError: If an argument, a file or the port is not usable.
@@ -37,27 +45,54 @@ def fly(args: argparse.Namespace) -> int:
     transport = UdpTransport((LOOPBACK, args.port))
     signal.signal(signal.SIGTERM, _interrupt)
     try:
-        node = build(args)
+        craft = build_craft(args)
+        node = Node(craft, Memory(_state_dir(args)), _peers(args))
         began = time.monotonic()
-        node.craft.vehicle.warm_up(lambda text: say(f"{text} (kept for the next start)"))
+        craft.vehicle.warm_up(lambda text: say(f"{text} (kept for the next start)"))
         took = time.monotonic() - began
         say(f"ready after {took:.1f} s: 127.0.0.1:{transport.port} -> {args.gcs_port}, {args.api_port}")
-        serve(node, transport, Pacer(args.speed))
+        pacer = Pacer(args.speed)
+        if not isinstance(craft, ScenarioCraft):
+            serve(node, transport, pacer)
+            return 0
+        live = craft.live
+        serve(node, transport, pacer, until=lambda: live.complete)
+        code = tell(live)
+        if args.stay:
+            serve(node, transport, pacer)
+        return code
     finally:
         transport.close()
-    return 0
 
 
-def build(args: argparse.Namespace) -> Node:
-    """The vehicle the arguments describe, on the ground or hovering where they say."""
-    north, east, up, yaw = args.start
-    start = Start(north, -east, up, -math.radians(yaw), airborne=up > 0.0)
-    vehicle = Vehicle(load(args.airframe).parameters, seed=args.seed, start=start)
-    memory = Memory(args.state_dir or user_data_path("darko") / "sitl")
+def build_craft(args: argparse.Namespace) -> Craft:
+    """The vehicle the arguments describe: at the start of a scenario, on the ground, or hovering where they say."""
     world = World(LocalFrame(Geodetic(*args.home)), ARENAS[args.arena])
-    bindings = Bindings(Settings(), vehicle.tuning, Surroundings()).replaced(memory.parameters() | _overrides(args))
-    peers = [(LOOPBACK, port) for port in dict.fromkeys((args.gcs_port, args.api_port)) if port]
-    return Node(Craft(vehicle, world, bindings, airborne=start.airborne), memory, peers)
+    if args.scenario is not None:
+        return _scenario_craft(args, world)
+    north, east, up, yaw = args.start or (0.0, 0.0, 0.0, 0.0)
+    start = Start(north, -east, up, -math.radians(yaw), airborne=up > 0.0)
+    vehicle = Vehicle(load(args.airframe or "nominal").parameters, seed=args.seed, start=start)
+    kept = Memory(_state_dir(args)).parameters()
+    bindings = Bindings(Settings(), vehicle.tuning, Surroundings()).replaced(kept | _overrides(args))
+    return Craft(vehicle, world, bindings, airborne=start.airborne)
+
+
+def _scenario_craft(args: argparse.Namespace, world: World) -> ScenarioCraft:
+    if args.start is not None:
+        raise SitlError(f"--start: where it begins is the scenario's own, {args.scenario}'s")
+    # Parameters kept from other flights stay out: a scenario is the same flight for everyone.
+    return ScenarioCraft(
+        named(args.scenario), world, seed=args.seed, airframe=args.airframe, parameters=_overrides(args)
+    )
+
+
+def _state_dir(args: argparse.Namespace) -> Path:
+    return Path(args.state_dir or user_data_path("darko") / "sitl")
+
+
+def _peers(args: argparse.Namespace) -> list[tuple[str, int]]:
+    return [(LOOPBACK, port) for port in dict.fromkeys((args.gcs_port, args.api_port)) if port]
 
 
 def _overrides(args: argparse.Namespace) -> dict[str, float]:
@@ -70,9 +105,9 @@ def _overrides(args: argparse.Namespace) -> dict[str, float]:
     return overrides
 
 
-def serve(node: Node, transport: UdpTransport, pacer: Pacer) -> None:
-    """Fly and talk for ever."""
-    while True:
+def serve(node: Node, transport: UdpTransport, pacer: Pacer, *, until: Callable[[], bool] = lambda: False) -> None:
+    """Fly and talk, for ever or until something holds."""
+    while not until():
         _exchange(node, transport)
         node.advance(QUANTUM)
         _exchange(node, transport)

@@ -6,6 +6,13 @@ import argparse
 import math
 from collections.abc import Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+from sitl.commands.scenario import as_text
+from sitl.errors import SitlError
+
+if TYPE_CHECKING:
+    from sitl.studies.live import LiveScenario
 
 EXAMPLES = """\
 examples:
@@ -14,6 +21,7 @@ examples:
   darko-sitl --speed 0                as fast as possible
   darko-sitl --wind 5@270 --gusts 1   5 m/s from the west, gusts of 1 m/s rms
   darko-sitl --airframe published     ENAC's constants (see: darko-sitl airframe)
+  darko-sitl --scenario far-target    an experiment of the report, live, for a ground station to watch
 
 The vehicle is system 1, component 1. It answers whoever speaks to it; QGroundControl finds it on 14550,
 MAVSDK on udpin://0.0.0.0:14540. Stop it with Ctrl-C.
@@ -37,7 +45,7 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
         "--speed", type=_speed, default=1.0, metavar="X", help="times real time; 0: as fast as possible [1]"
     )
     flight.add_argument("--seed", type=int, default=1, metavar="N", help="one seed is one flight, bit for bit [1]")
-    flight.add_argument("--airframe", default="nominal", metavar="SET", help="parameter set or TOML file [nominal]")
+    flight.add_argument("--airframe", metavar="SET", help="parameter set or TOML file [nominal, or the scenario's own]")
     flight.add_argument(
         "--wind",
         type=_wind,
@@ -56,7 +64,7 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     flight.add_argument(
         "--start",
         type=_start,
-        default=(0.0, 0.0, 0.0, 0.0),
+        default=None,
         metavar="N,E,UP,YAW",
         help="where it begins, metres and degrees; UP > 0 begins hovering [0,0,0,0]",
     )
@@ -69,6 +77,14 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
         metavar="NAME=VALUE",
         help="set a parameter for this run; repeat for more",
     )
+    scenario = made.add_argument_group("scenario (see: darko-sitl scenario)")
+    scenario.add_argument(
+        "--scenario",
+        metavar="NAME",
+        help="fly this experiment from the first tick on, print its figures and end; exit code 1 if one is missed. "
+        "A command from the ground that moves the vehicle ends the experiment, and the vehicle stays",
+    )
+    scenario.add_argument("--stay", action="store_true", help="hold after the experiment instead of ending")
     link = made.add_argument_group("link (loopback only)")
     link.add_argument("--port", type=_port, default=14580, metavar="P", help="local port; 0: any [14580]")
     link.add_argument("--gcs-port", type=_port, default=14550, metavar="P", help="ground stations listen here [14550]")
@@ -85,10 +101,21 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Fly until interrupted."""
+    """Fly until interrupted, or until the scenario is over."""
+    if args.stay and args.scenario is None:
+        raise SitlError("--stay is for --scenario: without one the vehicle always stays")
     from sitl.process import fly  # noqa: PLC0415 - --help must not load the compiler
 
-    return fly(args)
+    return fly(args, _silently if args.quiet else _aloud)
+
+
+def _silently(live: LiveScenario) -> int:
+    return 0 if all(figure.holds for figure in live.figures) else 1
+
+
+def _aloud(live: LiveScenario) -> int:
+    print(as_text(live.scenario, live.flown, live.figures), flush=True)
+    return _silently(live)
 
 
 def _number(text: str) -> float:

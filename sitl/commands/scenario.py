@@ -18,7 +18,11 @@ if TYPE_CHECKING:
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     """The command line of ``darko-sitl scenario``."""
-    made = argparse.ArgumentParser(prog="darko-sitl scenario", description=commands["scenario"] + ".")
+    made = argparse.ArgumentParser(
+        prog="darko-sitl scenario",
+        description=commands["scenario"] + ".",
+        epilog="Single flights also run live, with a ground station watching: darko-sitl --scenario NAME.",
+    )
     made.add_argument("name", nargs="?", help="which one, or 'all'; without a name they are listed")
     made.add_argument(
         "--plot",
@@ -59,7 +63,7 @@ def _fly(scenario: Scenario, args: argparse.Namespace) -> int:
 
     track = fly(scenario, seed=args.seed, airframe=args.airframe)
     figures = scenario.figures(track)
-    print(_as_json(scenario, track, figures) if args.json else _as_text(scenario, track, figures))
+    print(_as_json(scenario, track, figures) if args.json else as_text(scenario, track, figures))
     if not args.no_plot:
         path = args.plot or Path(f"{scenario.name}.png")
         save_plot(scenario, track, path)
@@ -72,7 +76,7 @@ def _study(experiment: Experiment, args: argparse.Namespace) -> int:
     if args.airframe is not None:
         raise SitlError(f"{experiment.name} compares airframes of its own: --airframe is for single flights")
     rows, panels = experiment.run(args.seed)
-    print(_rows_as_json(experiment, rows) if args.json else _rows_as_text(experiment, rows))
+    print(_rows_as_json(experiment, rows) if args.json else _rowsas_text(experiment, rows))
     for number, panel in enumerate(() if args.no_plot else panels, 1):
         base = (args.plot or Path(experiment.name)).with_suffix("")
         path = base.with_name(f"{base.name}-{number}.svg")
@@ -85,7 +89,8 @@ def _study(experiment: Experiment, args: argparse.Namespace) -> int:
     return 0 if all(row.explained for row in rows) else 1
 
 
-def _as_text(scenario: Scenario, track: Track, figures: list[Figure]) -> str:
+def as_text(scenario: Scenario, track: Track, figures: list[Figure]) -> str:
+    """A flight's figures with their verdicts, its jumps, and how fast it ran."""
     lines = [f"{scenario.name}: {scenario.title}", f"  {scenario.claim}"]
     for figure in figures:
         verdict = "" if not figure.expected else f"   [{'ok' if figure.holds else 'MISSED'}: {figure.expected}]"
@@ -100,7 +105,7 @@ def _as_text(scenario: Scenario, track: Track, figures: list[Figure]) -> str:
     return "\n".join(lines)
 
 
-def _rows_as_text(experiment: Experiment, rows: list[Row]) -> str:
+def _rowsas_text(experiment: Experiment, rows: list[Row]) -> str:
     lines = [f"{experiment.name}: {experiment.title}", f"  report {experiment.place}"]
     for row in rows:
         figure = row.figure
