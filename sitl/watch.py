@@ -29,8 +29,7 @@ CALM_SPEED = 3.5  # [m/s]
 ALIGNED_SPEED = 2.5  # [m/s]
 ALIGNED_ANGLE = math.radians(12.0)
 STANDING_SPEED = 2.0  # [m/s]
-FALL = 7.0  # no law sinks faster than this in the hover [m/s]
-DIVE = 14.0  # nor on the wing faster than this [m/s]
+FALL = 14.0  # no law sinks faster than this for long [m/s]
 GROUND_TIME = 0.8  # nearer to the ground than this at the present sink rate, a fall is caught [s]
 SINK = 3.0  # what counts as sinking there [m/s]
 
@@ -98,10 +97,8 @@ def _motion(plant: Array, memory: Array, orders: Orders) -> int:
             bits |= _ALIGNED
     if nose[2] > 0.3 and speed < STANDING_SPEED:
         bits |= _STANDING
-    # Nothing sinks like this in the hover; on the wing a steep descent may.
-    fall = DIVE if nose[2] < 0.7 and math.hypot(v[0], v[1]) > FALL else FALL
     low = plant[P + 2] + GROUND_TIME * v[2] < 0.0 and v[2] < -SINK
-    if orders.law != LANDED and (v[2] < -fall or low):
+    if orders.law != LANDED and (v[2] < -FALL or low):
         bits |= _FALLING
     return bits
 
