@@ -14,6 +14,7 @@ COMMANDS = {
     "run": "fly the vehicle over MAVLink (what darko-sitl does when no command is named)",
     "scenario": "fly a named experiment of the report, print its figures, save its plot",
     "report": "run every experiment of the report and write one HTML page with verdicts",
+    "campaign": "fly a square on the wing from many seeds, in wind and gusts with a wrong model, and count",
     "hybrid": "run a textbook hybrid system on the supervisor's engine",
     "region": "prove and fly the region of attraction of the linear hover law, and compare gains",
     "airframe": "list the parameter sets, or show one with units and sources",

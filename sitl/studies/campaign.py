@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+import signal
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
-from typing import NamedTuple
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -24,6 +26,9 @@ from sitl.kernels.parameters import Airframe, Array
 from sitl.parameters import Bindings, Surroundings
 from sitl.vehicle import TICK, DivergedError, Start, Vehicle
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
 UNCERTAIN = (
     "m", "J1", "J2", "J3", "rho", "C_l", "C_d0", "xi_f", "xi_m", "Delta_r", "a_y", "p_y", "k_f", "k_m", "C_lp", "C_mq",
     "C_nr",
@@ -33,6 +38,7 @@ SIDE = 100.0  # of its square [m]
 LOWEST = 5.0  # no flight may come below this [m]
 TOO_LONG = 240.0  # [s]
 SAMPLE = 10  # control ticks
+DRAWN = 8  # flights whose ground tracks are drawn
 ORIGIN = Geodetic(43.5648, 1.4811, 150.0)
 
 
@@ -120,6 +126,11 @@ def perturbed(a: Airframe, scale: dict[str, float]) -> Airframe:
 
 def fly(drawn: Draw, airframe: str = "nominal") -> Result:
     """Fly one draw; the laws believe the airframe as it is named."""
+    return flown(drawn, airframe)[0]
+
+
+def flown(drawn: Draw, airframe: str = "nominal") -> tuple[Result, Array]:
+    """Fly one draw and keep where it went: (n, 4), position in world NWU [m] and whether it was on the wing."""
     believed = load(airframe).parameters
     vehicle = Vehicle(
         perturbed(believed, drawn.scale), seed=drawn.seed, believed=believed, start=Start(up=HEIGHT, airborne=True)
@@ -140,7 +151,8 @@ def fly(drawn: Draw, airframe: str = "nominal") -> Result:
         fault = str(error).split(":")[0]
     if not fault and not _finished(craft):
         fault = f"at item {craft.autopilot.mission.current if craft.autopilot.mission else 0} after {TOO_LONG:.0f} s"
-    return _result(drawn, vehicle, np.array(rows), fault)
+    track = np.array(rows)
+    return _result(drawn, vehicle, track, fault), track
 
 
 def _finished(craft: Craft) -> bool:
@@ -205,8 +217,13 @@ def _flown(draws: Sequence[Draw], jobs: int) -> Iterator[Result]:
     if jobs == 1:
         yield from map(fly, draws)
         return
-    with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
-        yield from pool.map(fly, draws, chunksize=4)
+    quiet = signal.signal, (signal.SIGINT, signal.SIG_DFL)  # an interrupted worker ends without a word
+    with ProcessPoolExecutor(min(jobs, len(draws)), get_context("spawn"), *quiet) as pool:
+        try:
+            yield from pool.map(fly, draws, chunksize=4)
+        except BaseException:
+            pool.shutdown(cancel_futures=True)
+            raise
 
 
 def summary(results: Sequence[Result]) -> list[str]:
@@ -226,9 +243,7 @@ def summary(results: Sequence[Result]) -> list[str]:
         ("jumps", [float(r.jumps) for r in complete]),
     )
     lines += [f"{'':<30}{'median':>9}{'p90':>9}{'max':>9}"]
-    lines += [
-        f"{name:<30}{np.median(v):9.1f}{np.quantile(v, 0.9):9.1f}{max(v):9.1f}" for name, v in columns if v
-    ]
+    lines += [f"{name:<30}{np.median(v):9.1f}{np.quantile(v, 0.9):9.1f}{max(v):9.1f}" for name, v in columns if v]
     lines += [_failure(r) for r in results if not r.complete]
     return lines
 
@@ -241,4 +256,67 @@ def _failure(r: Result) -> str:
     )
 
 
-__all__ = ["TICK", "Draw", "Result", "Spread", "draw", "fly", "mission", "perturbed", "run", "summary"]
+def plot(results: Sequence[Result], path: Path) -> None:
+    """Draw overshoot, lowest altitude and time over the wind, and where some of the flights went.
+
+    Raises:
+        SitlError: If the file cannot be written; the message names it.
+    """
+    from matplotlib.figure import Figure  # noqa: PLC0415 - two seconds that only plots need
+
+    page = Figure(figsize=(10.0, 8.0), layout="constrained")
+    axes = page.subplots(2, 2)
+    _scatter(axes[0, 0], results, [r.overshoot for r in results], "beyond the last waypoint [m]")
+    _scatter(axes[0, 1], results, [r.lowest for r in results], "lowest altitude [m]")
+    axes[0, 1].axhline(LOWEST, linestyle="--", linewidth=0.8, color="tab:red")
+    _scatter(axes[1, 0], results, [r.time for r in results], "time [s]")
+    _tracks(axes[1, 1], _examples(results))
+    try:
+        page.savefig(path, dpi=90)
+    except (OSError, ValueError) as error:
+        raise SitlError(f"plot {path}: {error}") from error
+
+
+def _scatter(axis: Axes, results: Sequence[Result], values: Sequence[float], label: str) -> None:
+    for complete, colour, name in ((True, "tab:blue", "complete"), (False, "tab:red", "failed")):
+        chosen = [
+            (r.draw.wind_speed, value) for r, value in zip(results, values, strict=True) if r.complete is complete
+        ]
+        if chosen:
+            axis.plot(*zip(*chosen, strict=True), linestyle="", marker=".", color=colour, label=name)
+    axis.set_xlabel("wind [m/s]")
+    axis.set_ylabel(label)
+    if not all(r.complete for r in results):
+        axis.legend(loc="best", fontsize=8)
+    axis.grid(alpha=0.3)
+
+
+def _examples(results: Sequence[Result]) -> list[Result]:
+    """The failures first, then flights from the least to the most wind."""
+    failed = [r for r in results if not r.complete][:DRAWN]
+    sound = sorted((r for r in results if r.complete), key=lambda r: r.draw.wind_speed)
+    count = min(DRAWN - len(failed), len(sound))
+    return failed + [sound[i] for i in np.linspace(0, len(sound) - 1, count).round().astype(int)]
+
+
+def _tracks(axis: Axes, examples: Sequence[Result]) -> None:
+    """Ground tracks, each turned so that its first leg points up the page."""
+    for r in examples:
+        p = flown(r.draw)[1]
+        c, s = math.cos(r.draw.azimuth), math.sin(r.draw.azimuth)
+        along, left = c * p[:, 0] + s * p[:, 1], c * p[:, 1] - s * p[:, 0]
+        label = f"seed {r.draw.seed}: {r.draw.wind_speed:.1f} m/s" + ("" if r.complete else ", failed")
+        axis.plot(-left, along, linewidth=0.9, label=label)
+    square = np.array([corner(i, 0.0) for i in range(5)])
+    axis.plot(-square[:, 1], square[:, 0], color="black", linestyle=":", linewidth=0.8)
+    axis.set_xlabel("right of the first leg [m]")
+    axis.set_ylabel("along the first leg [m]")
+    axis.set_aspect("equal", adjustable="datalim")
+    axis.legend(loc="center", fontsize=7)
+    axis.grid(alpha=0.3)
+
+
+__all__ = [
+    "LOWEST", "TICK", "Draw", "Result", "Spread", "draw", "flown", "fly", "mission", "perturbed", "plot", "run",
+    "summary",
+]  # fmt: skip
