@@ -109,16 +109,18 @@ class Track:
 
 
 def hop(
-    azimuth=0.0, *, distance=100.0, up=10.0, airspeed=15.0, seconds=45.0, seed=1, gusts=0.0, wind=(0.0, 0.0, 0.0),
-    plant=NOMINAL, believed=None, tuning=None,
+    azimuth=0.0, *, distance=100.0, up=10.0, heading=0.0, airspeed=15.0, seconds=30.0, seed=1, gusts=0.0,
+    wind=(0.0, 0.0, 0.0), plant=NOMINAL, believed=None, tuning=None,
 ):  # fmt: skip
-    """From the hover at ``HIGH`` facing north, on the wing to a point along an azimuth, and hover there."""
-    vehicle = Vehicle(plant, seed=seed, start=Start(up=HIGH, airborne=True), believed=believed, tuning=tuning)
+    """From the hover at ``HIGH``, on the wing to a point along an azimuth, and hover there."""
+    vehicle = Vehicle(
+        plant, seed=seed, start=Start(up=HIGH, heading=heading, airborne=True), believed=believed, tuning=tuning
+    )
     vehicle.begin_flight(Law.HOVER_LINEAR)
     vehicle.set_wind(wind, gusts)
     end = (distance * math.cos(azimuth), distance * math.sin(azimuth), HIGH + up)
-    start = vehicle.setpoint
-    vehicle.set_target(leg_setpoint(start.p, end, start, airspeed, stop=True))
+    here = vehicle.setpoint
+    vehicle.set_target(leg_setpoint(here.p, end, here, airspeed, stop=True))
     track = Track(vehicle)
     track.advance(seconds)
     return track
