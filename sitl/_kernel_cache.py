@@ -13,7 +13,7 @@ from pathlib import Path
 
 from platformdirs import user_cache_path
 
-COMPILED = ("kernels/*.py", "laws/*.py", "flow.py")
+COMPILED = ("kernels/*.py", "laws/*.py", "flow.py", "watch.py", "memory_layout.py", "hybrid/conditions.py")
 
 
 def use_source_keyed_cache() -> None:

@@ -93,7 +93,7 @@ def flow(
     a: Airframe,
     ticks: int,
     first: int,
-) -> tuple[int, int]:
+) -> tuple[int, int, int]:
     """Fly up to ``ticks`` control ticks; stop after the one that enters a jump set.
 
     Args:
@@ -108,10 +108,10 @@ def flow(
         first: Row of the noise of the first tick.
 
     Returns:
-        Ticks flown, and the DARKO_LIMIT bits that were active in any of them.
+        Ticks flown, the DARKO_LIMIT bits that were active in any of them, and the conditions after the last.
     """
     x, x_forward, u, staged = np.empty(12), np.empty(forward_linear.STATES), np.empty(4), np.empty(4)
-    flags = 0
+    flags = conditions = 0
     hover_linear.error(plant, orders.target, orders.heading, x)
     for k in range(ticks):
         wind = _air(plant, memory, air, first + k)
@@ -129,9 +129,10 @@ def flow(
         hover_linear.error(plant, orders.target, orders.heading, x)
         memory[LYAPUNOV] = hover_linear.lyapunov(x, laws.linear)
         _follow(plant, memory, orders, laws, x_forward)
-        if _leaves(watch(plant, memory, orders, laws.sight.guidance, a, TICK), orders.law, jump_sets):
-            return k + 1, flags
-    return ticks, flags
+        conditions = watch(plant, memory, orders, laws.sight.guidance, a, TICK)
+        if _leaves(conditions, orders.law, jump_sets):
+            return k + 1, flags, conditions
+    return ticks, flags, conditions
 
 
 @njit(cache=True)

@@ -203,6 +203,7 @@ class Vehicle:
             ("hover laws", lambda: self._enter(Law.HOVER_ZERO_MOMENT)),
             ("forward laws", lambda: self._enter(Law.TO_HOVER)),
             ("closed loop", lambda: self._flow(Law.LANDED, 0)),
+            ("supervisor", lambda: self.conditions(Law.LANDED)),
         )
         for number, (name, compile_it) in enumerate(steps, 1):
             say(f"compiling {number}/{len(steps)}: {name}")
@@ -315,17 +316,18 @@ class Vehicle:
         """
         self.limits = 0
         left = ticks
+        self._measure()
+        self._jump(self.conditions(self.law))  # what is ordered may have changed since
         while left > 0:
-            self._jump()
             row = self.step % BLOCK
-            flown = self._flow(self.law, min(left, BLOCK - row))
+            flown, conditions = self._flow(self.law, min(left, BLOCK - row))
             left -= flown
             self.step += flown
             if self.step % BLOCK == 0:
                 self._draw_noise()
+            self._jump(conditions)
         if not np.isfinite(self.plant[: state.ANCHOR]).all():
             raise DivergedError(f"the flight diverged under {self.law.name} at step {self.step}: {self.plant[:17]}")
-        self._jump()
 
     def _draw_noise(self) -> None:
         self._noise = self._random.standard_normal((BLOCK, 3))
@@ -350,27 +352,26 @@ class Vehicle:
             settle_time=SETTLE_TIME,
         )
 
-    def _flow(self, law: Law, ticks: int) -> int:
+    def _flow(self, law: Law, ticks: int) -> tuple[int, int]:
         air = Surroundings(self._wind, self._gust_rms, GUST_LENGTH, self._noise, self._readings, self._sensors)
         before = self.memory[ENERGY]
-        flown, flags = flow(
+        flown, flags, conditions = flow(
             self.plant, self.memory, self._orders(law), air, self._laws, self._jump_sets, self.airframe, ticks,
             self.step % BLOCK,
         )  # fmt: skip
         self.limits |= flags
         self.given_up = int(self.memory[GIVEN_UP])
         self.energy_by_law[law] += self.memory[ENERGY] - before
-        return int(flown)
+        return int(flown), int(conditions)
 
     def conditions(self, law: Law) -> int:
         """What holds now of the supervisor's conditions (bits of Condition), under a law."""
         limits = self._laws.sight.guidance
         return int(watch(self.plant, self.memory, self._orders(law), limits, self.airframe, 0.0))
 
-    def _jump(self) -> None:
-        self._measure()
+    def _jump(self, conditions: int) -> None:
         law = self.law
-        _, taken = settle(TABLE, law, self.conditions(law))
+        _, taken = settle(TABLE, law, conditions)
         for jump in taken:
             record = JumpRecord(
                 self.time,

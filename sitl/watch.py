@@ -18,7 +18,7 @@ from sitl.laws.path import LEG, Path, aim
 from sitl.memory_layout import AIR, AT_REST, COURSE, LYAPUNOV, LYAPUNOV_FORWARD, SINCE
 
 C = Condition
-LANDED = 0
+LANDED, TO_FORWARD, TO_HOVER = 0, 4, 7
 DWELL = 0.5  # [s]
 WING_SPEED = 8.0  # the wing carries from this airspeed on, or from most of the wanted one [m/s]
 WING_SHARE = 0.85
@@ -105,6 +105,8 @@ def _motion(plant: Array, memory: Array, orders: Orders) -> int:
 
 @njit(cache=True)
 def _path(plant: Array, memory: Array, orders: Orders, limits: GuidanceGains) -> int:
+    if not orders.forward and orders.law < TO_FORWARD:
+        return 0  # upright, and to stay so
     path, wind, p, v = orders.path, memory[AIR : AIR + 3], plant[P : P + 3], plant[V : V + 3]
     airspeed = math.sqrt((v[0] - wind[0]) ** 2 + (v[1] - wind[1]) ** 2 + (v[2] - wind[2]) ** 2)
     bits = _WING_BORNE if airspeed > min(WING_SPEED, WING_SHARE * path.airspeed) else 0
@@ -117,7 +119,7 @@ def _path(plant: Array, memory: Array, orders: Orders, limits: GuidanceGains) ->
             bits |= _WORTH
         if due_to_stop(p, v, wind, path, 1.0, limits):
             bits |= _STOP_DUE
-        if not due_to_stop(p, v, wind, path, ROOM, limits):
+        elif orders.law == TO_HOVER and not due_to_stop(p, v, wind, path, ROOM, limits):
             bits |= _ROOM
     V_forward = memory[LYAPUNOV_FORWARD]
     bits |= _ON_TRIM if V_forward < orders.v_forward_enter else 0

@@ -58,8 +58,8 @@ class Reason(IntEnum):
 class Guard:
     """A jump set: all of ``when`` and none of ``unless``."""
 
-    when: C
-    unless: C = C(0)
+    when: int
+    unless: int = 0
 
     def __call__(self, x: int) -> bool:
         """Whether conditions are in the jump set."""
@@ -78,13 +78,16 @@ class JumpRecord(NamedTuple):
     lyapunov: float  # of the linear forward law where the jump is to or from it, else of the linear hover law
 
 
+_NOT_DWELT = ~int(C.DWELT)
+
+
 def _dwell_anew(conditions: int) -> int:
     """Jump map of every jump: the dwell time of the next law begins."""
-    return conditions & ~C.DWELT
+    return conditions & _NOT_DWELT
 
 
 def _jump(name: str, target: Law, reason: Reason, when: C = C(0), unless: C = C(0)) -> Jump:  # noqa: B008 - immutable
-    return Jump(name, Guard(when, unless), target, reason, _dwell_anew)
+    return Jump(name, Guard(int(when), int(unless)), target, reason, _dwell_anew)
 
 
 _DISARM = _jump("disarm", Law.LANDED, Reason.DISARM, unless=C.ARMED)
@@ -166,7 +169,7 @@ def jump_sets() -> npt.NDArray[np.int64]:
     sets = np.full((len(TABLE), most, 2), -1, dtype=np.int64)  # all bits both wanted and forbidden
     for law, jumps in TABLE.items():
         for row, jump in enumerate(jumps):
-            sets[law, row] = int(jump.guard.when), int(jump.guard.unless)  # type: ignore[attr-defined]
+            sets[law, row] = jump.guard.when, jump.guard.unless  # type: ignore[attr-defined]
     return sets
 
 
