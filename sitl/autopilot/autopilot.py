@@ -27,7 +27,7 @@ DENIED = mavlink.MAV_RESULT_DENIED
 UNSUPPORTED = mavlink.MAV_RESULT_UNSUPPORTED
 
 CLIMB, DESCENT = 2.5, 2.0  # vertical speeds the hover flies [m/s]
-LEASH = 1.5  # how far ahead of the vehicle a velocity set-point leads [m]
+LEASH = 5.0  # a velocity set-point leads the vehicle by no more; the hover law trails 3 m/s by 4 m [m]
 SAME_LEG = 5.0  # a streamed position that moved less than this is the same leg [m]
 FLOOR = 1.0  # a hold asked for nearer the ground than this is flown here [m]
 
