@@ -1,0 +1,214 @@
+"""Missions and commands on the wing, flown by the whole craft: times, tracks, energies, and that it stops when told."""
+
+import math
+
+import numpy as np
+import pytest
+
+from protocol.dialect import mavlink
+from protocol.events import CommandRequested, Peer
+from protocol.modes import Mode
+from sitl.autopilot import commands
+from sitl.autopilot.decision import Way
+from sitl.autopilot.settings import Settings
+from sitl.hybrid.supervisor import WINGED, Law
+from tests.support.wing_flight import HIGH, NAN, Flight, item, off_polygon, square, waypoint
+
+GROUND = Peer(255, 190, "ground")
+SQUARE = ((0.0, 0.0), (100.0, 0.0), (100.0, -100.0), (0.0, -100.0))  # of tests/data/square100.plan, world NWU
+ON_THE_WING = Settings(way=Way.FORWARD)
+
+
+def cruise_at(airspeed):
+    return item(mavlink.MAV_CMD_DO_CHANGE_SPEED, params=(0.0, airspeed, -1.0, 0.0))
+
+
+def transition(state):
+    return item(mavlink.MAV_CMD_DO_VTOL_TRANSITION, params=(float(state), 0.0, 0.0, 0.0))
+
+
+def circle(turns, radius, north, west, up):
+    return item(mavlink.MAV_CMD_NAV_LOITER_TURNS, north, west, up, (turns, 0.0, radius, NAN))
+
+
+def airborne(**kwargs):
+    """A craft that hovers at ``HIGH`` and prefers the wing."""
+    return Flight(settings=ON_THE_WING, **kwargs)
+
+
+def on_the_wing(**kwargs):
+    """A craft in cruise northwards on its way to a far point."""
+    flight = airborne(**kwargs)
+    assert flight.autopilot.go_to((600.0, 0.0, HIGH)).accepted
+    flight.fly_until(lambda: flight.vehicle.law is Law.FORWARD_LINEAR, 30.0)
+    flight.fly(3.0)
+    return flight
+
+
+def ask(flight, command, *params):
+    """Send a command over the table that the wire uses."""
+    padded = (*params, *(0.0,) * (7 - len(params)))
+    return commands.execute(flight.autopilot, CommandRequested(1, command, padded, None, GROUND))
+
+
+# time from leaving the take-off hover to reaching the last waypoint: control.md's flights and a tenth more
+@pytest.mark.parametrize(("airspeed", "seconds"), [(8.0, 60.3), (12.0, 40.3), (15.0, 33.0), (20.0, 32.2)])
+def test_the_square_is_flown_in_time_on_its_sides_and_at_its_altitudes(airspeed, seconds):
+    flight = Flight(airborne=False)
+    flight.autopilot.arm()
+    flight.autopilot.load_mission(square(airspeed))
+    assert flight.autopilot.start_mission().accepted
+    flight.fly_until(lambda: 5 in flight.reached, 120.0)
+    flown = flight.time >= flight.reached[0]
+    assert flight.time[-1] - flight.reached[0] <= seconds
+    assert math.sqrt(np.mean(off_polygon(flight.p[flown], SQUARE) ** 2)) <= 5.0
+    assert flight.p[flown, 2].min() >= 20.0 - 3.0
+    assert flight.p[flown, 2].max() <= 30.0 + 5.0
+    assert not flight.failsafes
+    if airspeed == 15.0:
+        assert flight.energy[-1] - flight.energy[flown][0] <= 2300.0
+    assert flight.winged[flown].mean() > 0.8
+
+
+def test_the_square_ends_on_the_ground_where_it_began():
+    flight = Flight(airborne=False).fly_mission(square(15.0))
+    assert list(flight.reached) == list(range(7))
+    assert flight.vehicle.law is Law.LANDED
+    assert np.linalg.norm(flight.p[-1][:2]) < 0.5
+
+
+def test_a_corner_flown_by_is_cut_a_little_and_one_flown_over_is_met():
+    flown = {}
+    for radius in (0.0, 2.0, 5.0):
+        flight = airborne()
+        corners = ((120.0, 0.0), (120.0, 120.0))
+        points = [waypoint(*corner, HIGH, radius=radius) for corner in corners]
+        flight.fly_mission([*points, waypoint(0.0, 120.0, HIGH)])
+        on_track = off_polygon(flight.p[flight.winged], ((0.0, 0.0), *corners, (0.0, 120.0)))
+        flown[radius] = [float(np.linalg.norm(flight.p[:, :2] - corner, axis=1).min()) for corner in corners]
+        assert flight.reached.keys() == {0, 1, 2}
+        if radius == 0.0:
+            assert on_track.max() < 15.0
+    assert max(flown[2.0]) < 2.0
+    assert max(flown[5.0]) < 5.0
+    # The arc of V2 / 6 m/s2 that begins 37.5 m before a right angle passes 15.5 m inside it.
+    assert 5.0 < min(flown[0.0]) <= max(flown[0.0]) < 17.0
+
+
+@pytest.mark.parametrize("radius", [40.0, -40.0, 25.0])
+def test_a_loiter_turns_as_often_as_it_says_at_its_radius_and_in_its_sense(radius):
+    flight = airborne()
+    flight.fly_mission([circle(2.0, radius, 80.0, 0.0, HIGH), waypoint(0.0, 0.0, HIGH)])
+    away = flight.p[:, :2] - (80.0, 0.0)
+    distance = np.linalg.norm(away, axis=1)
+    first, last = np.argmax(distance < 1.3 * abs(radius)), np.argmax(flight.time >= flight.reached[0])
+    bearing = np.unwrap(np.arctan2(away[:, 1], away[:, 0]))
+    clockwise = math.copysign(1.0, radius)  # seen from above, as MAVLink has it
+    assert bearing[last] - bearing[first] == pytest.approx(-clockwise * 2.0 * math.tau, abs=0.2)
+    second = slice((first + last) // 2, last)
+    assert np.abs(distance[second] - abs(radius)).max() < 2.0
+    assert np.abs(flight.p[second, 2] - HIGH).max() < 1.0
+
+
+def test_a_mission_says_which_legs_are_hovered_and_which_flown():
+    hover, wing = (transition(state) for state in (mavlink.MAV_VTOL_STATE_MC, mavlink.MAV_VTOL_STATE_FW))
+    points = waypoint(60.0, 0.0, HIGH), waypoint(100.0, 0.0, HIGH), waypoint(200.0, 0.0, HIGH)
+    flight = Flight(settings=Settings(way=Way.FORWARD))
+    flight.fly_mission([hover, points[0], wing, points[1], hover, points[2]])
+    north = flight.p[:, 0]
+    fast = np.abs(flight.v[:, 0]) > 4.5
+    assert not flight.winged[north < 55.0].any()
+    assert fast[(north > 65.0) & (north < 85.0)].any()
+    assert not flight.winged[north > 110.0].any()
+    assert np.linalg.norm(flight.p[-1] - (200.0, 0.0, HIGH)) < 1.0
+
+
+def test_a_command_goes_over_to_the_wing_and_back():
+    flight = airborne()
+    assert ask(flight, mavlink.MAV_CMD_DO_VTOL_TRANSITION, mavlink.MAV_VTOL_STATE_FW).accepted
+    flight.fly(30.0)
+    assert flight.vehicle.law is Law.FORWARD_LINE_OF_SIGHT  # on a circle: it has nowhere else to go
+    assert np.linalg.norm(flight.p[-1][:2]) < 4.0 * Settings().loiter_radius
+    assert abs(flight.p[-1][2] - HIGH) < 1.0
+    assert ask(flight, mavlink.MAV_CMD_DO_VTOL_TRANSITION, mavlink.MAV_VTOL_STATE_MC).accepted
+    before = flight.p[-1]
+    flight.fly(25.0)
+    assert flight.vehicle.law is Law.HOVER_LINEAR
+    assert np.linalg.norm(flight.v[-1]) < 0.05
+    assert np.linalg.norm(flight.p[-1] - before) < 70.0
+
+
+def test_a_transition_that_cannot_be_flown_is_refused_in_words():
+    flight = airborne()
+    assert "param1" in ask(flight, mavlink.MAV_CMD_DO_VTOL_TRANSITION, 7.0).text
+    assert ask(flight, mavlink.MAV_CMD_DO_VTOL_TRANSITION, NAN).result == mavlink.MAV_RESULT_DENIED
+    landed = Flight(airborne=False)
+    assert not ask(landed, mavlink.MAV_CMD_DO_VTOL_TRANSITION, mavlink.MAV_VTOL_STATE_FW).accepted
+
+
+@pytest.mark.parametrize(
+    ("velocity", "wing"),
+    [
+        ((3.0, 0.0, 0.0), False),
+        ((0.0, 3.0, 0.0), False),
+        ((1.2, -1.6, 1.0), False),
+        ((12.0, 0.0, 0.0), True),
+        ((-8.0, 9.0, 0.5), True),
+    ],
+)
+def test_a_streamed_velocity_is_flown_and_its_end_is_a_stop(velocity, wing):
+    flight = Flight()
+
+    def stream():
+        assert flight.autopilot.set_offboard_velocity(velocity, None) is None
+
+    stream()
+    assert flight.autopilot.set_mode(Mode.OFFBOARD).accepted
+    flight.fly(18.0, each=stream)
+    assert flight.v[-100:].mean(axis=0) == pytest.approx(velocity, abs=0.2)
+    assert flight.winged[-1] == wing
+    before = flight.p[-1]
+    flight.fly(25.0)
+    assert flight.autopilot.mode is Mode.HOLD
+    assert np.linalg.norm(flight.v[-1]) < 0.05
+    assert np.linalg.norm(flight.p[-1] - before) < (60.0 if wing else 5.0)
+
+
+def test_a_velocity_that_neither_hover_nor_wing_can_hold_is_refused():
+    flight = airborne()
+    for velocity in ((5.0, 0.0, 0.0), (0.0, 30.0, 0.0), (1.0, 0.0, -4.0)):
+        assert "hover to 3, wing from 7" in flight.autopilot.set_offboard_velocity(velocity, None)
+
+
+def test_a_hold_on_the_wing_stops_ahead_and_stays():
+    flight = on_the_wing()
+    before = flight.p[-1]
+    assert flight.autopilot.hold().accepted
+    flight.fly(25.0)
+    assert flight.names[-2:] == ["recall", "hover"]
+    assert np.linalg.norm(flight.v[-1]) < 0.05
+    assert 20.0 < flight.p[-1][0] - before[0] < 60.0
+    assert flight.p[:, 0].max() - flight.p[-1][0] < 1.0  # without overshoot
+    assert np.abs(flight.p[:, 2] - HIGH).max() < 6.0
+
+
+def test_a_point_just_ahead_recalls_it_from_the_wing():
+    """Ten metres on is too near to stop at: it goes over to the hover, and comes back to the point."""
+    flight = on_the_wing()
+    point = (float(flight.p[-1][0]) + 10.0, 0.0, HIGH)
+    assert flight.autopilot.go_to(point).accepted
+    flight.fly(0.1)
+    assert flight.names[-1] == "recall"
+    flight.fly(40.0)
+    assert np.linalg.norm(flight.p[-1] - point) < 0.5
+    assert flight.vehicle.law not in WINGED
+
+
+def test_returning_from_the_wing_turns_round_and_lands_at_home():
+    flight = on_the_wing()
+    assert flight.autopilot.return_to_launch().accepted
+    flight.fly_until(lambda: flight.vehicle.law is Law.LANDED, 120.0)
+    assert np.linalg.norm(flight.p[-1][:2]) < 0.5
+    assert "brake" in flight.names
+    assert not flight.failsafes
+    assert flight.p[flight.winged, 2].min() > HIGH - 3.0
