@@ -52,6 +52,8 @@ class GroundStation(App[int]):
             self.exit(error.exit_code)
             return
         await self.push_screen(self.first_screen())
+        if self.draft.plan.items:
+            self.notify(f"{self.draft.path} is open: m shows it, u there sends it to the vehicle")
         self.set_interval(REFRESH, self.pull)
 
     async def on_unmount(self) -> None:

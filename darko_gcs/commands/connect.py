@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from darko_gcs.commands.options import add_link_options, sitl_arguments
@@ -32,6 +33,7 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     made.add_argument("--version", action="store_true", help="say the version and exit (alone)")
+    made.add_argument("--mission", type=Path, metavar="FILE", help="open on this .plan or QGC WPL 110 file (m shows it)")
     add_link_options(made)
     return made
 
@@ -41,8 +43,15 @@ def run(args: argparse.Namespace) -> int:
     from darko_gcs.app import GroundStation  # noqa: PLC0415 - --help must not load the screens
     from darko_gcs.feed import LiveFeed  # noqa: PLC0415
     from darko_gcs.recording import default_folder, start_recording  # noqa: PLC0415
+    from darko_gcs.screens.mission import Draft  # noqa: PLC0415
     from darko_gcs.station import Station  # noqa: PLC0415
+    from protocol.errors import FileError  # noqa: PLC0415
+    from protocol.plans import load  # noqa: PLC0415
 
+    try:
+        plan = load(args.mission) if args.mission is not None else None
+    except FileError as error:
+        raise GroundError(str(error)) from error
     recorder: TlogWriter | None
     try:
         recorder, path = start_recording(args.record or default_folder())
@@ -51,6 +60,8 @@ def run(args: argparse.Namespace) -> int:
         recorder, greeting = None, f"NOT RECORDING: {error}"
     sitl = sitl_arguments(args) if args.sitl else None
     app = GroundStation(LiveFeed(Station(recorder), args.host, args.port, sitl, greeting))
+    if plan is not None:
+        app.draft = Draft(plan, str(args.mission), changed=True)
     code = app.run()
     if app.failure is not None:
         raise app.failure

@@ -162,3 +162,13 @@ async def test_a_mission_is_followed_in_the_table(feed):
         await until(pilot, lambda: len(app.screen.draft.plan.items) == 6 and app.screen.snapshot.reached)
         marks = [app.screen.table.get_cell_at((row, 0)) for row in range(6)]
         assert marks == ["✓", "✓", "▶", " ", " ", " "]
+
+
+async def test_a_plan_named_on_the_command_line_waits_to_be_sent(feed):
+    feed.snapshot = feed.station.snapshot = replace(FLYING, mission=())
+    app = GroundStation(feed)
+    app.draft = Draft(load(DATA / "square.plan"), "square.plan", changed=True)
+    async with app.run_test(size=(100, 30)) as pilot:
+        await pilot.press("m")
+        await until(pilot, lambda: isinstance(app.screen, MissionScreen) and app.screen.table.row_count == 6)
+        await until(pilot, lambda: "square.plan: 6 items, not on the vehicle" in screen_text(app))
