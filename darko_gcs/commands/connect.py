@@ -33,7 +33,7 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     made.add_argument("--version", action="store_true", help="say the version and exit (alone)")
-    made.add_argument("--mission", type=Path, metavar="FILE", help="open on this .plan or QGC WPL 110 file (m shows it)")
+    made.add_argument("--mission", type=Path, metavar="FILE", help="open this .plan or QGC WPL 110 file (m shows it)")
     add_link_options(made)
     return made
 
