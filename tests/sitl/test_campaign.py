@@ -1,100 +1,68 @@
-"""The campaign: what a seed draws, one flight of it, and what counts as passed."""
-
-import json
-import math
+"""The seeded campaign: complete, repeatable, and the same however many processes fly it."""
 
 import numpy as np
 import pytest
 
-from sitl.__main__ import main
-from sitl.airframe import load
-from sitl.commands.campaign import passed
-from sitl.studies import campaign
-from sitl.studies.campaign import LOWEST, Spread, draw, perturbed
+from sitl.errors import SitlError
+from sitl.studies.campaign import LOWEST, UNCERTAIN, Spread, corner, draw, fly, run, summary
+
+SEEDS = 8
 
 
 @pytest.fixture(scope="module")
-def flight():
-    """One flight without wind, and where it went."""
-    return campaign.flown(draw(1, Spread(wind=0.0, gusts=0.0, parameters=0.0)))
+def results():
+    return run(SEEDS, jobs=1)
 
 
-def test_a_seed_is_a_draw_and_another_seed_another():
-    assert draw(7, Spread()) == draw(7, Spread())
-    assert draw(7, Spread()) != draw(8, Spread())
+def test_eight_flights_complete_and_stay_up(results):
+    assert [result.fault for result in results] == [""] * SEEDS
+    assert min(result.lowest for result in results) > LOWEST
 
 
-def test_draws_stay_within_the_spread():
-    spread = Spread(wind=3.0, gusts=0.5, parameters=0.2)
-    for seed in range(50):
-        drawn = draw(seed, spread)
-        assert 0.0 <= drawn.wind_speed <= 3.0
-        assert 0.0 <= drawn.gusts <= 0.5
-        assert all(0.8 <= factor <= 1.2 for factor in drawn.scale.values())
+def test_the_figures_are_those_of_a_square_on_the_wing(results):
+    for result in results:
+        assert 20.0 < result.time < 120.0
+        assert 1e3 < result.energy < 12e3
+        assert 0.0 < result.cross_track < 15.0
+        assert result.jumps >= 6
 
 
-def test_a_scaled_airframe_differs_in_what_is_scaled_alone():
-    nominal = load("nominal").parameters
-    heavier = perturbed(nominal, {"m": 1.1})
-    assert heavier.m == pytest.approx(1.1 * nominal.m)
-    assert heavier._replace(m=nominal.m) == nominal
+def test_one_seed_is_one_flight(results):
+    assert fly(draw(3, Spread())) == results[2]
 
 
-def test_the_square_is_flown_in_calm_air(flight):
-    result, track = flight
-    assert result.complete, result.fault
-    assert result.failsafes == 0
-    assert result.lowest == track[:, 2].min() > LOWEST
-    home = np.array(campaign.corner(0, result.draw.azimuth))
-    assert np.linalg.norm(track[-1, :2] - home) < 3.0
-    for i in range(1, 4):  # every corner is rounded within the radius of a turn
-        corner = np.array(campaign.corner(i, result.draw.azimuth))
-        assert np.linalg.norm(track[:, :2] - corner, axis=1).min() < 30.0
+def test_the_number_of_processes_changes_nothing(results):
+    assert run(2, first=2, jobs=2) == results[1:3]
 
 
-def test_too_few_complete_or_one_too_low_is_not_passed(flight):
-    good = flight[0]
-    bad = good._replace(complete=False, fault="at item 3 after 240 s")
-    assert passed([good] * 100, LOWEST)
-    assert passed([good] * 97 + [bad] * 3, LOWEST)
-    assert not passed([good] * 96 + [bad] * 4, LOWEST)
-    assert not passed([good] * 99 + [good._replace(lowest=4.9)], LOWEST)
+def test_a_seed_draws_within_the_spread_and_no_two_alike():
+    spread = Spread(wind=3.0, gusts=0.5, parameters=0.05, airspeeds=(10.0, 11.0))
+    draws = [draw(seed, spread) for seed in range(200)]
+    assert max(d.wind_speed for d in draws) <= 3.0
+    assert max(d.gusts for d in draws) <= 0.5
+    assert all(10.0 <= d.airspeed <= 11.0 for d in draws)
+    scales = np.array([[d.scale[name] for name in UNCERTAIN] for d in draws])
+    assert 0.95 <= scales.min() < 0.951
+    assert 1.049 < scales.max() <= 1.05
+    assert len({d.azimuth for d in draws}) == len(draws)
 
 
-def test_the_summary_names_the_seed_of_a_failure(flight):
-    good = flight[0]
-    lines = campaign.summary([good, good._replace(complete=False, fault="at item 3 after 240 s")])
-    assert "complete: 1 (50.0 %)" in lines
-    assert lines[-1].startswith("failed: seed 1: at item 3 after 240 s (wind 0.0 m/s")
+def test_the_square_closes_and_has_sides_of_a_hundred_metres_whatever_its_azimuth():
+    for azimuth in (0.0, 1.0, 4.0):
+        points = np.array([corner(i, azimuth) for i in range(5)])
+        assert np.linalg.norm(np.diff(points, axis=0), axis=1) == pytest.approx(100.0)
+        assert points[4] == pytest.approx(points[0])
 
 
-def test_the_command_writes_figures_plot_and_table(tmp_path, capsys):
-    plot, table = tmp_path / "c.png", tmp_path / "c.json"
-    arguments = ["campaign", "--flights", "1", "--first", "2", "--jobs", "1", "--plot", str(plot), "--json", str(table)]
-    assert main(arguments) == 0
-    out, err = capsys.readouterr()
-    assert out.startswith("1 flights, seeds 2 to 2\n")
-    assert err == "1/1 flown\n"
-    assert plot.read_bytes().startswith(b"\x89PNG")
-    row = json.loads(table.read_text())[0]
-    assert row["draw"]["seed"] == 2
-    assert row["complete"] is True
-    assert math.isfinite(row["time"])
+@pytest.mark.parametrize(("flights", "jobs"), [(0, 1), (-3, 1), (2, 0)])
+def test_a_campaign_of_nothing_is_refused_in_words(flights, jobs):
+    with pytest.raises(SitlError, match="at least 1"):
+        run(flights, jobs=jobs)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["--flights", "0"], "0 flights by 2 processes"),
-        (["--first", "-1"], "seeds are not negative"),
-        (["--wind", "nan"], "--wind nan is not within"),
-        (["--parameters", "0.9"], "--parameters 0.9 is not within"),
-        (["--plot", "c.txt"], "plots are .png"),
-        (["--json", "/nosuch/c.json"], "there is no folder /nosuch"),
-    ],
-)
-def test_bad_arguments_are_said_before_anything_flies(arguments, words, capsys):
-    assert main(["campaign", *arguments]) == 2
-    err = capsys.readouterr().err
-    assert words in err
-    assert len(err.splitlines()) == 1
+def test_the_summary_counts_the_complete_and_names_the_seeds_of_the_others(results):
+    lost = results[4]._replace(complete=False, fault="came down to 1.2 m", lowest=1.2)
+    lines = "\n".join(summary([*results[:4], lost, *results[5:]]))
+    assert f"complete: {SEEDS - 1} (87.5 %)" in lines
+    assert "lowest of all: 1.2 m" in lines
+    assert f"failed: seed {lost.draw.seed}: came down to 1.2 m" in lines
