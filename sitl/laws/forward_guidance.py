@@ -192,8 +192,8 @@ def brake(
     climb *= gains.climb_share + (1.0 - gains.climb_share) * need
     room = min(max((gains.climb_cap - above) / 2.0, 0.0), 1.0)
     climb *= max(room, 0.4 * min(max(2.0 * (need - 1.0), 0.0), 1.0))  # the cap gives way to elevons at their stops
-    climb *= min(math.hypot(v[0], v[1]) / 3.0, 1.0)  # a wind that is only held is no reason to climb
-    rise = max(rise, climb) if climb > 0.0 else rise
+    if climb > rise:  # while it still moves: a wind that is only held is no reason to climb
+        rise += min(math.hypot(v[0], v[1]) / 3.0, 1.0) * min(airspeed / SLOW, 1.0) ** 4 * (climb - rise)
     integral[0] = integral[1] = 0.0
     integral[2] += dt * gains.k_i * min(max(rise - v[2], -2.0), 2.0)
     integral[2] = min(max(integral[2], -gains.integral_limit), gains.integral_limit)
