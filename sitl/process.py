@@ -23,7 +23,7 @@ from sitl.memory import Memory
 from sitl.node import Node
 from sitl.pacer import Pacer
 from sitl.parameters import Bindings, Surroundings
-from sitl.studies.live import LiveScenario, ScenarioCraft, named
+from sitl.studies.live import LiveScenario, ScenarioCraft, ScenarioNode, named
 from sitl.transport import UdpTransport
 from sitl.vehicle import TICK, Start, Vehicle
 
@@ -46,7 +46,8 @@ def fly(args: argparse.Namespace, tell: Callable[[LiveScenario], int]) -> int:
     signal.signal(signal.SIGTERM, _interrupt)
     try:
         craft = build_craft(args)
-        node = Node(craft, Memory(_state_dir(args)), _peers(args))
+        face = ScenarioNode if isinstance(craft, ScenarioCraft) else Node
+        node = face(craft, Memory(_state_dir(args)), _peers(args))
         began = time.monotonic()
         craft.vehicle.warm_up(lambda text: say(f"{text} (kept for the next start)"))
         took = time.monotonic() - began

@@ -20,6 +20,7 @@ from sitl.autopilot.mission import World
 from sitl.autopilot.settings import Settings
 from sitl.craft import Craft
 from sitl.errors import SitlError
+from sitl.node import Node
 from sitl.parameters import TABLE, Bindings, Surroundings
 from sitl.studies.report import SCENARIOS
 from sitl.studies.scenario import ALOFT, SAMPLE, Ask, Figure, Scenario, Track, _next, _Recorder
@@ -179,6 +180,19 @@ class ScenarioCraft(Craft):
     def _decide(self) -> None:
         super()._decide()
         self.live.look()
+
+
+class ScenarioNode(Node):
+    """The node of a scenario: says the wind that an ask brings as the parameters that hold it."""
+
+    def advance(self, ticks: int) -> None:
+        """Fly, and queue what is to be told."""
+        before = self.craft.bindings
+        super().advance(ticks)
+        after = self.craft.bindings
+        for entry in TABLE if after is not before else ():
+            if after.value(entry.name) != before.value(entry.name):
+                self._endpoint.set_parameter(entry.name, after.value(entry.name))
 
 
 def _within_bounds(tuning: Tuning) -> Tuning:

@@ -15,9 +15,8 @@ from sitl.autopilot.mission import World
 from sitl.errors import SitlError
 from sitl.hybrid.supervisor import Law
 from sitl.memory import Memory
-from sitl.node import Node
 from sitl.parameters import TABLE
-from sitl.studies.live import ScenarioCraft, named
+from sitl.studies.live import ScenarioCraft, ScenarioNode, named
 from sitl.studies.scenario import Ask, fly
 
 PEER, NAN = "ground", math.nan
@@ -29,7 +28,7 @@ class Watched:
 
     def __init__(self, folder, scenario, **options):
         self.craft = ScenarioCraft(scenario, WORLD, **options)
-        self.node = Node(self.craft, Memory(folder), [PEER])
+        self.node = ScenarioNode(self.craft, Memory(folder), [PEER])
         self.codec, self.heard = Codec(255, 190), []
 
     @property
@@ -147,6 +146,14 @@ def test_a_changed_gain_ends_it_and_the_wind_stays(tmp_path):
     assert watched.craft.live.interrupted
     assert watched.craft.autopilot.mode is Mode.HOLD
     np.testing.assert_allclose(watched.craft.vehicle.wind, (-5.0, 0.0, 0.0), atol=1e-12)
+
+
+def test_the_wind_of_an_ask_is_told_as_its_parameters(tmp_path):
+    watched = Watched(tmp_path, named("lqi-wind"))
+    watched.advance(9.0)
+    assert not watched.all("PARAM_VALUE")
+    watched.advance(1.5)
+    assert {(m.param_id, m.param_value) for m in watched.all("PARAM_VALUE")} == {("SIM_WIND_SPD", 5.0)}
 
 
 def test_a_parameter_of_the_autopilot_does_not_end_it(tmp_path):
