@@ -38,7 +38,7 @@ SIDE = 100.0  # of its square [m]
 LOWEST = 5.0  # no flight may come below this [m]
 TOO_LONG = 240.0  # [s]
 SAMPLE = 10  # control ticks
-DRAWN = 8  # flights whose ground tracks are drawn
+DRAWN, WORST = 8, 2  # flights whose ground tracks are drawn, and how many of them for their overshoot
 ORIGIN = Geodetic(43.5648, 1.4811, 150.0)
 
 
@@ -292,11 +292,13 @@ def _scatter(axis: Axes, results: Sequence[Result], values: Sequence[float], lab
 
 
 def _examples(results: Sequence[Result]) -> list[Result]:
-    """The failures first, then flights from the least to the most wind."""
-    failed = [r for r in results if not r.complete][:DRAWN]
-    sound = sorted((r for r in results if r.complete), key=lambda r: r.draw.wind_speed)
-    count = min(DRAWN - len(failed), len(sound))
-    return failed + [sound[i] for i in np.linspace(0, len(sound) - 1, count).round().astype(int)]
+    """The failures first, then the greatest overshoots, then flights from the least to the most wind."""
+    chosen = [r for r in results if not r.complete][: DRAWN - WORST]
+    sound = sorted((r for r in results if r.complete), key=lambda r: -r.overshoot)
+    chosen += sound[:WORST]
+    rest = sorted(sound[WORST:], key=lambda r: r.draw.wind_speed)
+    count = min(DRAWN - len(chosen), len(rest))
+    return chosen + [rest[i] for i in np.linspace(0, len(rest) - 1, count).round().astype(int)]
 
 
 def _tracks(axis: Axes, examples: Sequence[Result]) -> None:
