@@ -143,19 +143,19 @@ class GroundEndpoint:
         message = mavlink.MAVLink_command_int_message(*self._target(), frame, command, 0, 0, p1, p2, p3, p4, x, y, z)
         return self._command(message, now, timeout)
 
-    def upload_mission(self, items: Sequence[MissionItem], *, now: float) -> None:
-        """Replace the vehicle's plan; ends in ``MissionUploaded`` or ``MissionFailed``."""
-        self._mission.upload(self._target(), items, now)
+    def upload_mission(self, items: Sequence[MissionItem], *, now: float, kind: int = 0) -> None:
+        """Replace the vehicle's plan of a MAV_MISSION_TYPE; ends in ``MissionUploaded`` or ``MissionFailed``."""
+        self._mission.upload(self._target(), items, now, kind)
         self._collect()
 
-    def download_mission(self, now: float) -> None:
-        """Fetch the vehicle's plan; ends in ``MissionDownloaded`` or ``MissionFailed``."""
-        self._mission.download(self._target(), now)
+    def download_mission(self, now: float, kind: int = 0) -> None:
+        """Fetch the vehicle's plan of a MAV_MISSION_TYPE; ends in ``MissionDownloaded`` or ``MissionFailed``."""
+        self._mission.download(self._target(), now, kind)
         self._collect()
 
-    def clear_mission(self, now: float) -> None:
-        """Delete the vehicle's plan; ends in ``MissionCleared`` or ``MissionFailed``."""
-        self._mission.clear(self._target(), now)
+    def clear_mission(self, now: float, kind: int = 0) -> None:
+        """Delete the vehicle's plan of a MAV_MISSION_TYPE (255: all); ends in ``MissionCleared`` or ``MissionFailed``."""
+        self._mission.clear(self._target(), now, kind)
         self._collect()
 
     def set_current_mission_item(self, seq: int, now: float) -> None:

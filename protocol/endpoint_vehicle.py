@@ -76,6 +76,7 @@ class VehicleEndpoint:
         parameters: The parameter table with its present values.
         mission: The plan in force.
         validate: Looks at a complete new plan; a refusal keeps the old one.
+        plans: Fence and rally points in force by MAV_MISSION_TYPE, each with its own ``validate``.
         streams: Interval [us] per id of the messages the vehicle streams, -1 for off.
         on_request: Ids of further messages it can send when asked.
         peers: Destinations that get everything from the start; whoever sends a valid frame is added. None leaves
@@ -91,6 +92,7 @@ class VehicleEndpoint:
         parameters: Sequence[Parameter] = (),
         mission: Sequence[MissionItem] = (),
         validate: Validate,
+        plans: Mapping[int, tuple[Sequence[MissionItem], Validate]] = MappingProxyType({}),
         streams: Mapping[int, int] = MappingProxyType({}),
         on_request: Iterable[int] = (),
         peers: Iterable[Hashable] | None = None,
@@ -101,7 +103,7 @@ class VehicleEndpoint:
         self._heartbeat = HeartbeatSource()
         self._commands = CommandServer(*self._ids, frozenset(commands) | stream.COMMANDS, repeatable=stream.COMMANDS)
         self._parameters = ParameterServer(*self._ids, parameters)
-        self._mission = MissionServer(*self._ids, mission, validate=validate)
+        self._mission = MissionServer(*self._ids, mission, validate=validate, others=plans)
         self._streams = StreamScheduler(streams, frozenset(on_request))
         self._servers: tuple[Server, ...] = (
             self._commands,

@@ -126,6 +126,7 @@ class MissionUploaded(Event):
     """The vehicle accepted a plan of ``count`` items."""
 
     count: int
+    kind: int = 0  # MAV_MISSION_TYPE: flight plan, fence or rally points
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,13 +134,15 @@ class MissionDownloaded(Event):
     """The vehicle's plan, complete."""
 
     items: tuple[MissionItem, ...]
+    kind: int = 0  # MAV_MISSION_TYPE: flight plan, fence or rally points
 
 
 @dataclass(frozen=True, slots=True)
 class MissionReceived(Event):
-    """A complete, valid plan replaced the old one on the vehicle."""
+    """A complete, valid plan replaced the old one of its type on the vehicle."""
 
     items: tuple[MissionItem, ...]
+    kind: int = 0  # MAV_MISSION_TYPE: flight plan, fence or rally points
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,11 +151,14 @@ class MissionRefused(Event):
 
     result: int
     reason: str
+    kind: int = 0  # MAV_MISSION_TYPE: flight plan, fence or rally points
 
 
 @dataclass(frozen=True, slots=True)
 class MissionCleared(Event):
-    """The vehicle holds no plan any more (both roles)."""
+    """The vehicle holds no plan of this type any more (both roles)."""
+
+    kind: int = 0  # MAV_MISSION_TYPE: flight plan, fence or rally points
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,6 +171,7 @@ class MissionFailed(Event):
     operation: str
     result: int | None
     reason: str
+    kind: int = 0  # MAV_MISSION_TYPE: flight plan, fence or rally points
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from protocol.codec import Message, Source
+from protocol.codec import Message, Source, source_of
 from protocol.dialect import mavlink
 from protocol.engines.base import Engine, Patience, Table, addressed_to, fire
 from protocol.engines.mission_server import ITEM_WAITS
@@ -59,12 +59,13 @@ _OPERATION = {
 
 
 class MissionClient(Engine[Message]):
-    """One operation at a time: upload, download, clear, or choice of the current item."""
+    """One operation at a time: upload, download or clear of a plan of one type, or choice of the current item."""
 
     def __init__(self, system: int, component: int) -> None:
         super().__init__()
         self._system, self._component = system, component
         self._vehicle: Source = (0, 0)
+        self._kind = _PLAN  # MAV_MISSION_TYPE of the operation under way
         self._state, self._patience = "idle", Patience(WAITS)
         self._last: Message | None = None  # sent again on silence
         self._items: list[MissionItem] = []
@@ -94,36 +95,36 @@ class MissionClient(Engine[Message]):
         """True while an operation is under way."""
         return self._state != "idle"
 
-    def upload(self, vehicle: Source, items: Sequence[MissionItem], now: float) -> None:
-        """Replace the vehicle's plan.
+    def upload(self, vehicle: Source, items: Sequence[MissionItem], now: float, kind: int = _PLAN) -> None:
+        """Replace the vehicle's plan of a MAV_MISSION_TYPE.
 
         Raises:
             LocalProtocolError: Another operation is under way, or the plan is longer than the wire can say.
         """
         if len(items) > 0xFFFF:
             raise LocalProtocolError(f"{len(items)} mission items: MISSION_COUNT ends at 65535")
-        self._begin("upload", vehicle)
+        self._begin("upload", vehicle, kind)
         self._items, self._total, self._highest = list(items), len(items), -1
-        self._send(mavlink.MAVLink_mission_count_message(*vehicle, len(items)), now)
+        self._send(mavlink.MAVLink_mission_count_message(*vehicle, len(items), kind), now)
 
-    def download(self, vehicle: Source, now: float) -> None:
-        """Fetch the vehicle's plan.
+    def download(self, vehicle: Source, now: float, kind: int = _PLAN) -> None:
+        """Fetch the vehicle's plan of a MAV_MISSION_TYPE.
 
         Raises:
             LocalProtocolError: Another operation is under way.
         """
-        self._begin("download", vehicle)
+        self._begin("download", vehicle, kind)
         self._items, self._total = [], 0
-        self._send(mavlink.MAVLink_mission_request_list_message(*vehicle), now)
+        self._send(mavlink.MAVLink_mission_request_list_message(*vehicle, kind), now)
 
-    def clear(self, vehicle: Source, now: float) -> None:
-        """Delete the vehicle's plan.
+    def clear(self, vehicle: Source, now: float, kind: int = _PLAN) -> None:
+        """Delete the vehicle's plan of a MAV_MISSION_TYPE; 255 is all of them.
 
         Raises:
             LocalProtocolError: Another operation is under way.
         """
-        self._begin("clear", vehicle)
-        self._send(mavlink.MAVLink_mission_clear_all_message(*vehicle), now)
+        self._begin("clear", vehicle, kind)
+        self._send(mavlink.MAVLink_mission_clear_all_message(*vehicle, kind), now)
 
     def set_current(self, vehicle: Source, seq: int, now: float) -> None:
         """Let the mission go on at item ``seq``.
@@ -133,7 +134,7 @@ class MissionClient(Engine[Message]):
         """
         if not 0 <= seq <= 0xFFFF:
             raise LocalProtocolError(f"mission item {seq} is not in 0..65535")
-        self._begin("set_current", vehicle)
+        self._begin("set_current", vehicle, _PLAN)
         self._wanted = seq
         self._send(mavlink.MAVLink_mission_set_current_message(*vehicle, seq), now)
 
@@ -147,7 +148,8 @@ class MissionClient(Engine[Message]):
         handler = self._handlers.get((self._state, message.get_type()))
         if handler is None or not addressed_to(message, self._system, self._component):
             return
-        if getattr(message, "mission_type", _PLAN) == _PLAN:
+        # While idle, whatever the vehicle still asks for is declined.
+        if self._state == "idle" or getattr(message, "mission_type", _PLAN) == self._kind:
             handler(message, now)
 
     def next_deadline(self) -> float:
@@ -170,7 +172,7 @@ class MissionClient(Engine[Message]):
         if seq >= self._total:
             return
         self._state = fire(TRANSITIONS, self._state, "request")
-        self._send(self._items[seq].to_message(seq, *self._vehicle, current=seq == 0), now)
+        self._send(self._items[seq].to_message(seq, *self._vehicle, current=seq == 0, kind=self._kind), now)
         if seq > self._highest:  # being asked for an item means that all before it have arrived
             self._highest = seq
             self._events.append(MissionProgress("upload", seq, self._total))
@@ -179,15 +181,13 @@ class MissionClient(Engine[Message]):
         if message.type != _ACCEPTED:
             self._fail(message.type, _result_name(message.type))
         elif self._highest == self._total - 1:
-            self._finish(MissionUploaded(self._total))
+            self._finish(MissionUploaded(self._total, self._kind))
         elif self._state == "serving":  # before any request it may still be the end of an earlier operation
             self._fail(None, f"accepted before item {self._highest + 1} was asked for")
 
     def _decline(self, message: Message, _now: float) -> None:
         """The vehicle asks for an item of an upload that is over here: tell it so."""
-        self._out.append(
-            mavlink.MAVLink_mission_ack_message(message.get_srcSystem(), message.get_srcComponent(), _CANCELLED)
-        )
+        self._out.append(mavlink.MAVLink_mission_ack_message(*source_of(message), _CANCELLED, message.mission_type))
 
     # Download
 
@@ -206,17 +206,17 @@ class MissionClient(Engine[Message]):
 
     def _fetch_next(self, now: float) -> None:
         if len(self._items) < self._total:
-            request = mavlink.MAVLink_mission_request_int_message(*self._vehicle, len(self._items))
+            request = mavlink.MAVLink_mission_request_int_message(*self._vehicle, len(self._items), self._kind)
             self._send(request, now, Patience(FETCH_WAITS))
             return
-        self._out.append(mavlink.MAVLink_mission_ack_message(*self._vehicle, _ACCEPTED))
-        self._finish(MissionDownloaded(tuple(self._items)))
+        self._out.append(mavlink.MAVLink_mission_ack_message(*self._vehicle, _ACCEPTED, self._kind))
+        self._finish(MissionDownloaded(tuple(self._items), self._kind))
 
     # Clear, current item, ends
 
     def _take_clear_ack(self, message: Message, _now: float) -> None:
         if message.type == _ACCEPTED:
-            self._finish(MissionCleared())
+            self._finish(MissionCleared(self._kind))
         else:
             self._fail(message.type, _result_name(message.type))
 
@@ -228,9 +228,9 @@ class MissionClient(Engine[Message]):
         if message.type != _ACCEPTED:  # that one ended something else
             self._fail(message.type, _result_name(message.type))
 
-    def _begin(self, operation: str, vehicle: Source) -> None:
+    def _begin(self, operation: str, vehicle: Source, kind: int) -> None:
         self._state = fire(TRANSITIONS, self._state, operation)
-        self._vehicle = vehicle
+        self._vehicle, self._kind = vehicle, kind
 
     def _send(self, message: Message, now: float, patience: Patience | None = None) -> None:
         self._last = message
@@ -248,8 +248,8 @@ class MissionClient(Engine[Message]):
         self._state = fire(TRANSITIONS, self._state, "fail")
         self._patience.stop()
         if operation == "upload" and result is None:  # the vehicle does not know yet
-            self._out.append(mavlink.MAVLink_mission_ack_message(*self._vehicle, _CANCELLED))
-        self._events.append(MissionFailed(operation, result, reason))
+            self._out.append(mavlink.MAVLink_mission_ack_message(*self._vehicle, _CANCELLED, self._kind))
+        self._events.append(MissionFailed(operation, result, reason, self._kind))
 
 
 def _result_name(result: int) -> str:

@@ -1,71 +1,62 @@
 """The vehicle's side of the mission protocol (https://mavlink.io/en/services/mission.html).
 
-An upload is driven from here: the vehicle asks for one item after the other, and its old plan stays in force
-until the new one is complete and valid. A download needs no state: every request is answered on its own. Only
-flight plans exist here; of fences and rally points there are none to give, and none are taken.
+Flight plan, fence and rally points are three plans that know nothing of each other; each is a
+:class:`~protocol.engines.plan_store.PlanStore`. Here is what they have in common: who asked for which.
 """
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
-from typing import NamedTuple
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 
 from protocol.codec import Message
 from protocol.dialect import mavlink
-from protocol.engines.base import Patience, Peer, Server, Table, addressed_to, fire
-from protocol.events import CurrentItemRequested, MissionCleared, MissionReceived, MissionRefused
+from protocol.engines.base import Peer, Server, addressed_to
+from protocol.engines.plan_store import ITEM_WAITS, TRANSITIONS, PlanStore, Refusal, Validate
+from protocol.events import CurrentItemRequested, Event
 from protocol.plans.mission import MissionItem
 
 __all__ = ["ITEM_WAITS", "TRANSITIONS", "MissionServer", "Refusal", "Validate"]
 
-ITEM_WAITS = (0.25, 0.5, 1.0, 1.5, 1.5, 1.5)  # [s] between requests for one item
-CAPACITY = 1000  # items
 OVERTAKEN = 2.0  # [s] a frame may be late by; sequence numbers wrap too soon to look further back
 
 _PLAN, _ALL = mavlink.MAV_MISSION_TYPE_MISSION, mavlink.MAV_MISSION_TYPE_ALL
-_EMPTY = frozenset({mavlink.MAV_MISSION_TYPE_FENCE, mavlink.MAV_MISSION_TYPE_RALLY})
-_ACCEPTED, _CANCELLED = mavlink.MAV_MISSION_ACCEPTED, mavlink.MAV_MISSION_OPERATION_CANCELLED
-
-TRANSITIONS: Table = {
-    ("idle", "count"): "receiving",
-    ("receiving", "count"): "receiving",
-    ("receiving", "complete"): "idle",
-    ("receiving", "cancel"): "idle",
-    ("receiving", "give_up"): "idle",
-}
-
-
-class Refusal(NamedTuple):
-    """Why a plan cannot be flown: a MAV_MISSION_RESULT and a sentence."""
-
-    result: int
-    text: str
-
-
-Validate = Callable[[Sequence[MissionItem]], Refusal | None]
-
-
-@dataclass(slots=True)
-class _Upload:
-    peer: Peer
-    count: int
-    items: list[MissionItem] = field(default_factory=list)
-    result: int = _ACCEPTED  # how it ended
+_OTHERS = (mavlink.MAV_MISSION_TYPE_FENCE, mavlink.MAV_MISSION_TYPE_RALLY)
+_ACCEPTED = mavlink.MAV_MISSION_ACCEPTED
 
 
 class MissionServer(Server):
-    """Holds the plan while the vehicle runs; ``validate`` has the last word on a new one."""
+    """Holds the plans while the vehicle runs.
 
-    def __init__(self, system: int, component: int, items: Sequence[MissionItem] = (), *, validate: Validate) -> None:
+    Args:
+        system: Own system id.
+        component: Own component id.
+        items: The flight plan in force.
+        validate: Looks at a complete new flight plan; a refusal keeps the old one.
+        others: Fence and rally points in force, by MAV_MISSION_TYPE, each with its own ``validate``. Without one the
+            vehicle has none to give and takes none.
+    """
+
+    def __init__(
+        self,
+        system: int,
+        component: int,
+        items: Sequence[MissionItem] = (),
+        *,
+        validate: Validate,
+        others: Mapping[int, tuple[Sequence[MissionItem], Validate]] = MappingProxyType({}),
+    ) -> None:
         super().__init__()
-        self.current = 0  # the item MISSION_CURRENT told last
-        self._system, self._component, self._validate = system, component, validate
-        self._items = tuple(items)
-        self._state, self._patience = "idle", Patience(ITEM_WAITS)
-        self._upload: _Upload | None = None  # under way, or the last one: its answer may be asked for again
+        self._system, self._component = system, component
+        plans: dict[int, tuple[Sequence[MissionItem], Validate | None]] = dict.fromkeys(_OTHERS, ((), None))
+        plans |= {_PLAN: (items, validate), **others}
+        self._stores = {
+            kind: PlanStore(kind, held, check, self._reply, self._tell) for kind, (held, check) in plans.items()
+        }
+        self._plan = self._stores[_PLAN]
         self._heard: dict[tuple[int, int], tuple[int, float]] = {}  # newest sequence number, and when
         self._handlers = {
             "MISSION_COUNT": self._handle_count,
             "MISSION_ITEM_INT": self._handle_item,
+            "MISSION_ITEM": self._handle_item,
             "MISSION_ACK": self._handle_ack,
             "MISSION_CLEAR_ALL": self._handle_clear,
             "MISSION_REQUEST_LIST": self._handle_list,
@@ -79,13 +70,26 @@ class MissionServer(Server):
 
     @property
     def items(self) -> tuple[MissionItem, ...]:
-        """The plan in force."""
-        return self._items
+        """The flight plan in force."""
+        return self._plan.items
+
+    @property
+    def current(self) -> int:
+        """The item MISSION_CURRENT told last."""
+        return self._plan.current
+
+    @current.setter
+    def current(self, seq: int) -> None:
+        self._plan.current = seq
+
+    def held(self, kind: int) -> tuple[MissionItem, ...]:
+        """The plan of a MAV_MISSION_TYPE in force."""
+        return self._stores[kind].items
 
     @property
     def is_receiving(self) -> bool:
         """True while an upload is under way."""
-        return self._state == "receiving"
+        return any(store.is_receiving for store in self._stores.values())
 
     def receive(self, message: Message, now: float, peer: Peer) -> None:
         """Take any message of the mission protocol."""
@@ -98,16 +102,15 @@ class MissionServer(Server):
 
     def next_deadline(self) -> float:
         """When an item must be asked for again."""
-        return self._patience.deadline
+        return min(store.next_deadline() for store in self._stores.values())
 
     def handle_timer(self, now: float) -> None:
         """Ask again, or give an upload up."""
-        if now < self._patience.deadline or self._upload is None:
-            return
-        if self._patience.retry(now):
-            self._request_item(self._upload)
-        else:
-            self._end("give_up", _CANCELLED, f"item {len(self._upload.items)} never came")
+        for store in self._stores.values():
+            store.handle_timer(now)
+
+    def _tell(self, event: Event) -> None:
+        self._events.append(event)
 
     def _is_overtaken(self, message: Message, now: float, peer: Peer) -> bool:
         """True for a frame that later ones of its sender overtook: it must not start anything any more."""
@@ -118,112 +121,52 @@ class MissionServer(Server):
             self._heard[peer[:2]] = (number, now)
         return bool(late)
 
-    # Upload
-
     def _handle_count(self, message: Message, now: float, peer: Peer) -> None:
-        if message.mission_type != _PLAN:
-            nothing = message.mission_type in _EMPTY and message.count == 0
-            self._ack(peer, _ACCEPTED if nothing else mavlink.MAV_MISSION_UNSUPPORTED, message.mission_type)
-        elif self._is_busy_with_another(peer):
-            self._ack(peer, mavlink.MAV_MISSION_DENIED)
-        elif message.count == 0:
-            self._clear(peer)
-        elif message.count > CAPACITY:
-            self._ack(peer, mavlink.MAV_MISSION_NO_SPACE)
+        store = self._stores.get(message.mission_type)
+        if store is None:
+            self._ack(peer, mavlink.MAV_MISSION_UNSUPPORTED, message.mission_type)
         else:
-            self._state = fire(TRANSITIONS, self._state, "count")
-            self._upload = _Upload(peer, message.count)
-            self._request_next(self._upload, now)
+            store.handle_count(message, now, peer)
 
     def _handle_item(self, message: Message, now: float, peer: Peer) -> None:
-        upload = self._upload
-        if upload is None or upload.peer[:2] != peer[:2] or message.mission_type != _PLAN:
-            return
-        upload.peer = peer
-        if not self.is_receiving:
-            if message.seq == upload.count - 1:  # our answer was lost
-                self._ack(peer, upload.result)
-            return
-        if message.seq > len(upload.items):
-            self._request_item(upload)
-        elif message.seq == len(upload.items):  # an earlier one came twice: nothing to do
-            upload.items.append(MissionItem.from_message(message))
-            self._request_next(upload, now)
+        store = self._stores.get(message.mission_type)
+        if store is not None:
+            store.handle_item(message, now, peer)
 
-    def _handle_ack(self, message: Message, _now: float, peer: Peer) -> None:
-        if self._is_ours(peer) and message.mission_type == _PLAN and message.type != _ACCEPTED:
-            self._end("cancel", _CANCELLED, "cancelled by the sender")
-
-    def _request_next(self, upload: _Upload, now: float) -> None:
-        if len(upload.items) < upload.count:
-            self._patience.start(now)
-            self._request_item(upload)
-            return
-        refusal = self._validate(upload.items)
-        if refusal is not None:
-            self._end("complete", refusal.result, refusal.text)
-            return
-        self._items = tuple(upload.items)
-        self._end("complete", _ACCEPTED, "")
-
-    def _request_item(self, upload: _Upload) -> None:
-        peer, seq = upload.peer, len(upload.items)
-        self._reply(peer, mavlink.MAVLink_mission_request_int_message(peer.system, peer.component, seq))
-
-    def _end(self, trigger: str, result: int, reason: str) -> None:
-        assert self._upload is not None  # noqa: S101 - the state table admits no other way here
-        self._state = fire(TRANSITIONS, self._state, trigger)
-        self._patience.stop()
-        self._upload.result = result
-        self._ack(self._upload.peer, result)
-        accepted = result == _ACCEPTED
-        self._events.append(MissionReceived(self._items) if accepted else MissionRefused(result, reason))
-
-    def _is_ours(self, peer: Peer) -> bool:
-        return self.is_receiving and self._upload is not None and self._upload.peer[:2] == peer[:2]
-
-    def _is_busy_with_another(self, peer: Peer) -> bool:
-        return self.is_receiving and not self._is_ours(peer)
-
-    # Everything else
+    def _handle_ack(self, message: Message, now: float, peer: Peer) -> None:
+        store = self._stores.get(message.mission_type)
+        if store is not None:
+            store.handle_ack(message, now, peer)
 
     def _handle_clear(self, message: Message, _now: float, peer: Peer) -> None:
-        if message.mission_type in _EMPTY:
-            self._ack(peer, _ACCEPTED, message.mission_type)
-        elif message.mission_type not in {_PLAN, _ALL}:
-            self._ack(peer, mavlink.MAV_MISSION_UNSUPPORTED, message.mission_type)
-        elif self._is_busy_with_another(peer):
-            self._ack(peer, mavlink.MAV_MISSION_DENIED, message.mission_type)
+        """Clear one plan, or all of them: then all or none."""
+        kind = message.mission_type
+        stores = [store for own, store in self._stores.items() if kind in {own, _ALL}]
+        if not stores:
+            self._ack(peer, mavlink.MAV_MISSION_UNSUPPORTED, kind)
+        elif any(store.is_busy_with_another(peer) for store in stores):
+            self._ack(peer, mavlink.MAV_MISSION_DENIED, kind)
         else:
-            self._clear(peer, message.mission_type)
-
-    def _clear(self, peer: Peer, kind: int = _PLAN) -> None:
-        if self.is_receiving:
-            self._end("cancel", _CANCELLED, "cancelled by a clear")
-        self._upload = None
-        if self._items:
-            self._items = ()
-            self._events.append(MissionCleared())
-        self._ack(peer, _ACCEPTED, kind)
+            for store in stores:
+                store.clear()
+            self._ack(peer, _ACCEPTED, kind)
 
     def _handle_list(self, message: Message, _now: float, peer: Peer) -> None:
-        kind = message.mission_type
-        if kind != _PLAN and kind not in _EMPTY:
-            self._ack(peer, mavlink.MAV_MISSION_UNSUPPORTED, kind)
-            return
-        count = len(self._items) if kind == _PLAN else 0
-        self._reply(peer, mavlink.MAVLink_mission_count_message(peer.system, peer.component, count, kind))
+        store = self._stores.get(message.mission_type)
+        if store is None:
+            self._ack(peer, mavlink.MAV_MISSION_UNSUPPORTED, message.mission_type)
+        else:
+            store.handle_list(peer)
 
     def _handle_request(self, message: Message, _now: float, peer: Peer) -> None:
-        seq = message.seq
-        if message.mission_type != _PLAN or seq >= len(self._items):
-            self._ack(peer, mavlink.MAV_MISSION_INVALID_SEQUENCE, message.mission_type)
-            return
-        item = self._items[seq].to_message(seq, peer.system, peer.component, current=seq == self.current)
-        self._reply(peer, item)
+        store = self._stores.get(message.mission_type)
+        if store is None:
+            self._ack(peer, mavlink.MAV_MISSION_UNSUPPORTED, message.mission_type)
+        else:
+            store.handle_request(message.seq, peer)
 
     def _handle_set_current(self, message: Message, _now: float, peer: Peer) -> None:
-        if message.seq < len(self._items):
+        if message.seq < len(self.items):
             self._events.append(CurrentItemRequested(message.seq))
         else:
             self._ack(peer, mavlink.MAV_MISSION_INVALID_SEQUENCE)

@@ -1,8 +1,10 @@
 """One mission item, as it travels in MISSION_ITEM_INT (https://mavlink.io/en/services/mission.html)."""
 
+import math
 import struct
 from dataclasses import dataclass
 
+from protocol import units
 from protocol.codec import Message
 from protocol.dialect import mavlink
 from protocol.errors import LocalProtocolError
@@ -50,9 +52,9 @@ class MissionItem:
         return _WIRE.pack(self.command, self.frame, *self.params, self.z, self.x, self.y, bool(self.autocontinue))
 
     def to_message(
-        self, seq: int, target_system: int, target_component: int, *, current: bool | None = None
+        self, seq: int, target_system: int, target_component: int, *, current: bool | None = None, kind: int = 0
     ) -> Message:
-        """MISSION_ITEM_INT number ``seq`` of a flight plan (mission type 0)."""
+        """MISSION_ITEM_INT number ``seq`` of a plan; ``kind`` is its MAV_MISSION_TYPE."""
         is_current = self.current if current is None else current
         return mavlink.MAVLink_mission_item_int_message(
             target_system,
@@ -66,17 +68,26 @@ class MissionItem:
             self.x,
             self.y,
             self.z,
+            kind,
         )
 
     @classmethod
     def from_message(cls, message: Message) -> "MissionItem":
-        """The item that a MISSION_ITEM_INT carries."""
+        """The item that a MISSION_ITEM_INT carries, or the older MISSION_ITEM with its position in floats.
+
+        Raises:
+            LocalProtocolError: The floats of a MISSION_ITEM are no position.
+        """
+        x, y = message.x, message.y
+        if message.get_type() == "MISSION_ITEM":
+            scale = units.to_e7 if units.is_global_frame(message.frame) else units.local_e4
+            x, y = (units.UNKNOWN_INT32 if math.isnan(value) else scale(value) for value in (x, y))
         return cls(
             command=message.command,
             frame=message.frame,
             params=(message.param1, message.param2, message.param3, message.param4),
-            x=message.x,
-            y=message.y,
+            x=x,
+            y=y,
             z=message.z,
             autocontinue=bool(message.autocontinue),
             current=bool(message.current),

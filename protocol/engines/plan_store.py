@@ -1,0 +1,200 @@
+"""One plan on the vehicle - flight plan, fence or rally points - and the upload that may replace it.
+
+An upload is driven from here: the vehicle asks for one item after the other, and its old plan stays in force until the
+new one is complete and valid. A download needs no state: every request is answered on its own.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+from protocol.codec import Message
+from protocol.dialect import mavlink
+from protocol.engines.base import Patience, Peer, Table, fire
+from protocol.errors import LocalProtocolError
+from protocol.events import MissionCleared, MissionReceived, MissionRefused
+from protocol.plans.mission import MissionItem
+
+__all__ = ["CAPACITY", "ITEM_WAITS", "TRANSITIONS", "PlanStore", "Refusal", "Validate"]
+
+ITEM_WAITS = (0.25, 0.5, 1.0, 1.5, 1.5, 1.5)  # [s] between requests for one item
+CAPACITY = 1000  # items
+
+_ACCEPTED, _CANCELLED = mavlink.MAV_MISSION_ACCEPTED, mavlink.MAV_MISSION_OPERATION_CANCELLED
+
+TRANSITIONS: Table = {
+    ("idle", "count"): "receiving",
+    ("receiving", "count"): "receiving",
+    ("receiving", "complete"): "idle",
+    ("receiving", "cancel"): "idle",
+    ("receiving", "give_up"): "idle",
+}
+
+
+class Refusal(NamedTuple):
+    """Why a plan cannot be flown: a MAV_MISSION_RESULT and a sentence."""
+
+    result: int
+    text: str
+
+
+Validate = Callable[[Sequence[MissionItem]], Refusal | None]
+Reply = Callable[[Peer, Message], None]
+
+
+@dataclass(slots=True)
+class _Upload:
+    peer: Peer
+    count: int
+    items: list[MissionItem] = field(default_factory=list)
+    result: int = _ACCEPTED  # how it ended
+
+
+class PlanStore:
+    """The plan of one type while the vehicle runs; ``validate`` has the last word on a new one.
+
+    Args:
+        kind: MAV_MISSION_TYPE.
+        items: The plan in force.
+        validate: Looks at a complete new plan; None: this vehicle keeps no plan of this type.
+        reply: Sends a message to a peer.
+        tell: Takes an event.
+    """
+
+    def __init__(
+        self,
+        kind: int,
+        items: Sequence[MissionItem],
+        validate: Validate | None,
+        reply: Reply,
+        tell: Callable[[Any], None],
+    ) -> None:
+        self.current = 0  # the item MISSION_CURRENT told last
+        self.items = tuple(items)  # the plan in force
+        self._kind, self._validate, self._reply, self._tell = kind, validate, reply, tell
+        self._state, self._patience = "idle", Patience(ITEM_WAITS)
+        self._upload: _Upload | None = None  # under way, or the last one: its answer may be asked for again
+
+    @property
+    def is_receiving(self) -> bool:
+        """True while an upload is under way."""
+        return self._state == "receiving"
+
+    def is_busy_with_another(self, peer: Peer) -> bool:
+        """True while somebody else uploads."""
+        return self.is_receiving and not self._is_ours(peer)
+
+    def next_deadline(self) -> float:
+        """When an item must be asked for again."""
+        return self._patience.deadline
+
+    def handle_timer(self, now: float) -> None:
+        """Ask again, or give an upload up."""
+        if now < self._patience.deadline or self._upload is None:
+            return
+        if self._patience.retry(now):
+            self._request_item(self._upload)
+        else:
+            self._end("give_up", _CANCELLED, f"item {len(self._upload.items)} never came")
+
+    # Upload
+
+    def handle_count(self, message: Message, now: float, peer: Peer) -> None:
+        """MISSION_COUNT: an upload begins, or (0 items) the plan is cleared."""
+        if self.is_busy_with_another(peer):
+            self.acknowledge(peer, mavlink.MAV_MISSION_DENIED)
+        elif message.count == 0:
+            self.clear()
+            self.acknowledge(peer, _ACCEPTED)
+        elif self._validate is None:
+            self.acknowledge(peer, mavlink.MAV_MISSION_UNSUPPORTED)
+        elif message.count > CAPACITY:
+            self.acknowledge(peer, mavlink.MAV_MISSION_NO_SPACE)
+        else:
+            self._state = fire(TRANSITIONS, self._state, "count")
+            self._upload = _Upload(peer, message.count)
+            self._request_next(self._upload, now)
+
+    def handle_item(self, message: Message, now: float, peer: Peer) -> None:
+        """MISSION_ITEM_INT or MISSION_ITEM."""
+        upload = self._upload
+        if upload is None or upload.peer[:2] != peer[:2]:
+            return
+        upload.peer = peer
+        if not self.is_receiving:
+            if message.seq == upload.count - 1:  # our answer was lost
+                self.acknowledge(peer, upload.result)
+            return
+        if message.seq > len(upload.items):
+            self._request_item(upload)
+        elif message.seq == len(upload.items):  # an earlier one came twice: nothing to do
+            self._take(upload, message, now)
+
+    def handle_ack(self, message: Message, _now: float, peer: Peer) -> None:
+        """MISSION_ACK: the sender of an upload may cancel it."""
+        if self._is_ours(peer) and message.type != _ACCEPTED:
+            self._end("cancel", _CANCELLED, "cancelled by the sender")
+
+    def _take(self, upload: _Upload, message: Message, now: float) -> None:
+        try:
+            upload.items.append(MissionItem.from_message(message))
+        except LocalProtocolError as error:
+            self._end("cancel", mavlink.MAV_MISSION_INVALID_PARAM5_X, f"item {message.seq}: {error}")
+            return
+        self._request_next(upload, now)
+
+    def _request_next(self, upload: _Upload, now: float) -> None:
+        if len(upload.items) < upload.count:
+            self._patience.start(now)
+            self._request_item(upload)
+            return
+        refusal = self._validate(upload.items) if self._validate is not None else None
+        if refusal is not None:
+            self._end("complete", refusal.result, refusal.text)
+            return
+        self.items = tuple(upload.items)
+        self._end("complete", _ACCEPTED, "")
+
+    def _request_item(self, upload: _Upload) -> None:
+        peer, seq = upload.peer, len(upload.items)
+        self._reply(peer, mavlink.MAVLink_mission_request_int_message(peer.system, peer.component, seq, self._kind))
+
+    def _end(self, trigger: str, result: int, reason: str) -> None:
+        assert self._upload is not None  # noqa: S101 - the state table admits no other way here
+        self._state = fire(TRANSITIONS, self._state, trigger)
+        self._patience.stop()
+        self._upload.result = result
+        self.acknowledge(self._upload.peer, result)
+        accepted = result == _ACCEPTED
+        self._tell(MissionReceived(self.items, self._kind) if accepted else MissionRefused(result, reason, self._kind))
+
+    def _is_ours(self, peer: Peer) -> bool:
+        return self.is_receiving and self._upload is not None and self._upload.peer[:2] == peer[:2]
+
+    # Everything else
+
+    def clear(self) -> None:
+        """Hold no plan any more; who asked is answered by the caller."""
+        if self.is_receiving:
+            self._end("cancel", _CANCELLED, "cancelled by a clear")
+        self._upload = None
+        if self.items:
+            self.items = ()
+            self._tell(MissionCleared(self._kind))
+
+    def handle_list(self, peer: Peer) -> None:
+        """MISSION_REQUEST_LIST: a download begins."""
+        count = len(self.items)
+        self._reply(peer, mavlink.MAVLink_mission_count_message(peer.system, peer.component, count, self._kind))
+
+    def handle_request(self, seq: int, peer: Peer) -> None:
+        """MISSION_REQUEST_INT or MISSION_REQUEST: one item."""
+        if seq >= len(self.items):
+            self.acknowledge(peer, mavlink.MAV_MISSION_INVALID_SEQUENCE)
+            return
+        current = self._kind == mavlink.MAV_MISSION_TYPE_MISSION and seq == self.current
+        self._reply(peer, self.items[seq].to_message(seq, *peer[:2], current=current, kind=self._kind))
+
+    def acknowledge(self, peer: Peer, result: int) -> None:
+        """Send a MISSION_ACK."""
+        self._reply(peer, mavlink.MAVLink_mission_ack_message(*peer[:2], result, self._kind))
