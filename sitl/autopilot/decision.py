@@ -1,9 +1,9 @@
 """Hover or fly? The time and energy a leg takes either way, and the choice between them.
 
-This is the report's question: to reach a point, is it better to stay upright or to tip over? Both ways are predicted in
-quasi-steady flight on the airframe's own trims: the hover at the speed its velocity governor leaves in the wind; the
-wing through alignment, acceleration, cruise, the climbing stop and the descent that follows it. Energy is that of the
-propeller shafts.
+This is the report's question: to reach a point, is it better to stay upright or to tip over? Both ways are flown
+beforehand by a point mass (:mod:`sitl.autopilot.point_mass`) under the laws' own guidance: upright at the speed that
+the governor leaves in the wind; on the wing through alignment, acceleration, cruise, the climbing stop and what is
+left to settle. Energy is that of the propeller shafts.
 """
 
 from __future__ import annotations
@@ -16,19 +16,19 @@ from typing import NamedTuple
 
 import numpy as np
 
+from sitl.autopilot.guidance import Setpoint, Vector
+from sitl.autopilot.point_mass import Body, LinearHover, alignment, fly_hover, fly_wing, held
 from sitl.design.forward import sight_gains
-from sitl.design.trim import balance
-from sitl.kernels.parameters import Airframe, Array
+from sitl.design.lqr import hover_gains
+from sitl.design.zero_moment import zero_moment_gains
+from sitl.kernels.parameters import Airframe
+from sitl.laws.path import LEG, Path
+from sitl.vehicle import Tuning
+from sitl.watch import DWELL, SETTLED_SHARE
 
-POINTS = 60  # of every integral over speed
 ACCEPTANCE = 0.5  # a leg ends this near its point [m]
-K_PD = 1.5  # of the zero-moment law: force per m/s [N s/m]
-CLIMB, DESCENT = 2.5, 2.0  # vertical speeds of the hover's governor [m/s]
-START = 0.8  # the hover takes this long to get going [s]
-ALIGN = 0.5  # dwell time of the alignment [s]
-TURN_RATE = 0.8  # of the alignment, on average [rad/s]
-SETTLE = 1.5  # from upright at the end to at rest within acceptance [s]
-SINK = 1.8  # after the climbing stop [m/s]
+LEAST_PROGRESS = 2.0  # over the ground, less is no way to fly [m/s]
+HIGH = 100.0  # of a leg whose height is not known [m]
 STEEPEST_CLIMB, STEEPEST_DESCENT = 1.0, 0.35  # slope of a leg on the wing
 LEAST_HEIGHT = 3.0  # both ends of a leg on the wing are at least so high [m]
 SLOWEST, FASTEST = 7.0, 22.0  # airspeeds of the cruise [m/s]
@@ -97,53 +97,13 @@ class Abilities(NamedTuple):
     deadline: float = 0.0  # of a leg [s]; 0: none
 
 
-def power(a: Airframe, airspeed: Array, accel: Array, climb: Array) -> Array:
-    """Shaft power of quasi-steady flight, in the common shape [W].
-
-    Args:
-        a: The airframe.
-        airspeed: [m/s].
-        accel: Along the path [m/s2].
-        climb: Angle of the path above the horizon [rad].
-    """
-    _, _, _, omega, _ = balance(a, airspeed, accel, climb)
-    return np.asarray(2.0 * a.k_m * np.clip(omega, a.omega_min, a.omega_max) ** 3)
-
-
 def predict_hover(leg: Leg, abilities: Abilities) -> Prediction:
-    """The leg flown upright."""
-    speed = _hover_speed(abilities, leg.tail_wind, leg.cross_wind)
-    if speed < 0.1 and leg.distance > ACCEPTANCE:
-        return IMPOSSIBLE
-    level = _governed_time(leg.distance, speed)
-    rise = _governed_time(abs(leg.climb), CLIMB if leg.climb > 0.0 else DESCENT)
-    time = START + max(level, rise)
-    moving = math.hypot(speed - leg.tail_wind, leg.cross_wind)
-    still = math.hypot(leg.tail_wind, leg.cross_wind)
-    watts = power(abilities.airframe, np.array([moving, still]), np.zeros(2), np.zeros(2))
-    return Prediction(time, float(watts[0] * level + watts[1] * (time - level)))
-
-
-def _governed_time(distance: float, speed: float) -> float:
-    """Time over a distance down to the acceptance, under the velocity governor [s]."""
-    if distance <= ACCEPTANCE:
-        return 0.0
-    e = np.geomspace(ACCEPTANCE, distance, POINTS)
-    return float(np.trapezoid((1.0 + (e / speed) ** 4) ** 0.25 / e, e))
-
-
-def _hover_speed(abilities: Abilities, tail: float, cross: float) -> float:
-    """Ground speed that the governor's force leaves against the air's resistance [m/s]."""
-    a = abilities.airframe
-    v = np.linspace(0.0, abilities.hover_speed + 2.0, 200)
-    airspeed = np.hypot(v - tail, cross)
-    theta, _, _, _, _ = balance(a, airspeed, np.zeros_like(v), np.zeros_like(v))
-    drag = a.m * a.g / np.tan(theta) * (v - tail) / np.maximum(airspeed, 1e-9)
-    spare = K_PD * (abilities.hover_speed - v) - drag
-    if spare[0] <= 0.0:
-        return 0.0
-    held = int(np.argmax(spare < 0.0)) or len(v) - 1
-    return float(min(v[held], abilities.hover_speed + 1.0))
+    """The leg flown upright, the heading kept as it is."""
+    start = np.array((-leg.distance, 0.0, -leg.climb))
+    wind = np.array((leg.tail_wind, leg.cross_wind, 0.0))
+    body, speed = _body(abilities.airframe), abilities.hover_speed
+    learnt = held(wind, -leg.turn, abilities.airframe)
+    return Prediction(*fly_hover(start, np.zeros(3), wind, -leg.turn, learnt, speed, body, ACCEPTANCE, True))
 
 
 def predict_forward(leg: Leg, abilities: Abilities, *, begin: bool = True, end: bool = True) -> Prediction:
@@ -157,50 +117,64 @@ def predict_forward(leg: Leg, abilities: Abilities, *, begin: bool = True, end: 
     """
     # Across a wind a share of the airspeed is needed to stay on the leg.
     ahead = abilities.airspeed**2 - leg.cross_wind**2
-    cruise = math.sqrt(ahead) + leg.tail_wind if ahead > 0.0 else 0.0
-    if cruise < 2.0:
+    if ahead <= 0.0 or math.sqrt(ahead) + leg.tail_wind < LEAST_PROGRESS:
         return IMPOSSIBLE
-    slope = math.atan2(leg.climb, max(leg.distance, 1.0))
-    low, high = 0.0, cruise
-    peak = high
-    if _ends(leg, abilities, peak, cruise, slope, begin=begin, end=end)[1] > leg.distance:
-        for _ in range(20):  # too short to reach the cruise: accelerate to less
-            peak = 0.5 * (low + high)
-            room = _ends(leg, abilities, peak, cruise, slope, begin=begin, end=end)[1] <= leg.distance
-            low, high = (peak, high) if room else (low, peak)
-    time, used, energy = _ends(leg, abilities, peak, cruise, slope, begin=begin, end=end)
-    airspeed = math.hypot(peak - leg.tail_wind, leg.cross_wind)
-    watts = float(power(abilities.airframe, np.array([airspeed]), np.zeros(1), np.array([slope]))[0])
-    rest = max(leg.distance - used, 0.0) / peak
-    return Prediction(time + rest, energy + watts * rest)
+    body, wind = _body(abilities.airframe), (leg.tail_wind, leg.cross_wind, 0.0)
+    path, stand = _as_flown(leg, abilities.airspeed, wind, end=end)
+    crab = math.atan2(-leg.cross_wind, math.sqrt(max(path.airspeed**2 - leg.cross_wind**2, 0.0)))
+    waiting = DWELL + alignment(leg.turn + crab, body.turn)
+    learnt = held(np.array(wind), -leg.turn, abilities.airframe)
+    return Prediction(*fly_wing(np.array(wind), path, body, waiting, learnt, stand, ACCEPTANCE, begin, end))
 
 
-def _ends(
-    leg: Leg, abilities: Abilities, peak: float, cruise: float, slope: float, *, begin: bool, end: bool
-) -> tuple[float, float, float]:
-    """Time, distance and energy of what is not cruise."""
-    time = distance = energy = 0.0
-    a, gains = abilities.airframe, sight_gains().guidance
-    still = math.hypot(leg.tail_wind, leg.cross_wind)
-    hovering = float(power(a, np.array([still]), np.zeros(1), np.zeros(1))[0])
-    v = np.linspace(0.0, peak, POINTS)
-    airspeed = np.hypot(v - leg.tail_wind, leg.cross_wind)
-    if begin:
-        rate = np.maximum(np.minimum(gains.gain, gains.k_v * (cruise - v)), 0.3)
-        waiting = ALIGN + abs(leg.turn) / TURN_RATE + 0.3
-        watts = power(a, airspeed, rate, np.full(POINTS, slope))
-        time += waiting + float(np.trapezoid(1.0 / rate, v))
-        distance += float(np.trapezoid(v / rate, v))
-        energy += hovering * waiting + float(np.trapezoid(watts / rate, v))
+def _as_flown(leg: Leg, airspeed: float, wind: Vector, *, end: bool) -> tuple[Path, float]:
+    """The path that the autopilot makes of a leg, in the leg's frame, and the heading it is left to hover at."""
+    from sitl.autopilot import legs  # noqa: PLC0415 - legs takes its limits from here
+
+    height = leg.height if math.isfinite(leg.height) else HIGH
+    start, stop = (0.0, 0.0, height + max(-leg.climb, 0.0)), (leg.distance, 0.0, height + max(leg.climb, 0.0))
     if end:
-        rate = np.minimum(np.interp(airspeed, gains.brake_air, gains.brake_rate), np.maximum(gains.near * v, 0.4))
-        rise = np.interp(airspeed, gains.brake_air, gains.brake_climb)
-        watts = power(a, airspeed, -rate, np.arctan2(rise, np.maximum(v, 0.5)))
-        sinking = max(float(np.trapezoid(rise / rate, v)) - 1.0, 0.0) / SINK
-        time += float(np.trapezoid(1.0 / rate, v)) + sinking + SETTLE
-        distance += float(np.trapezoid(v / rate, v))
-        energy += float(np.trapezoid(watts / rate, v)) + hovering * (sinking + SETTLE)
-    return time, distance, energy
+        airspeed = legs.leg_airspeeds([start, stop], airspeed, wind)[0]
+    route = legs.leg_setpoint(start, stop, Setpoint(stop, 0.0, 0.0), airspeed, stop=end).route
+    level, low = (0.0, 0.0) if route is None else (route.level, route.low)
+    origin, target = np.zeros(3), np.array((leg.distance, 0.0, leg.climb))
+    return Path(LEG, origin, target, 0.0, airspeed, end, level, low), legs.edge_on(0.0, wind)
+
+
+@lru_cache(maxsize=8)
+def _body(a: Airframe) -> Body:
+    """An airframe under its laws as a point mass: the attitude is in equilibrium."""
+    linear, zero_moment, sight, tuning = hover_gains(a), zero_moment_gains(a), sight_gains(), Tuning()
+    K, K_i = linear.K, linear.K_i
+    pitch = 2.0 * math.sqrt(2.0) * a.g / K[2, 7]  # level acceleration of an attitude the elevons hold
+    heave = 2.0 * (1.0 - a.S_ratio * a.C_d0) / a.m
+    return Body(
+        airframe=a,
+        guidance=sight.guidance,
+        governor=zero_moment.governor,
+        linear=LinearHover(
+            k_p=float(pitch * K[2, 0]),
+            k_v=float(pitch * K[2, 3]),
+            k_z=float(heave * K[0, 2]),
+            k_vz=float(heave * K[0, 5]),
+            k_i=float(pitch * K_i[2, 0]),
+            k_iz=float(heave * K_i[0, 2]),
+            lead=linear.lead,
+            integral_limit=linear.integral_limit,
+            reach=linear.reach,
+            S=linear.S,
+            v_enter=tuning.v_enter,
+            v_leave=tuning.v_leave,
+            settled=SETTLED_SHARE * tuning.v_enter,
+        ),
+        lag=float(1.0 / sight.rate[1]),  # the rest is fed forward
+        hover_lag=2.0 * zero_moment.zeta / zero_moment.lam,
+        k_delta=zero_moment.k_delta,
+        lam=zero_moment.lam,
+        turn=zero_moment.k_q,
+        blend_from=sight.blend_from,
+        blend_to=sight.blend_to,
+    )
 
 
 def forbidden(leg: Leg, abilities: Abilities) -> Why:
