@@ -13,6 +13,7 @@ from protocol.engines.parameter_client import ParameterClient
 from protocol.engines.responders import TimeResponder
 from protocol.errors import LocalProtocolError
 from protocol.events import Event, VehicleLost
+from protocol.keyring import Keyring
 from protocol.plans.mission import MissionItem
 
 __all__ = ["GroundEndpoint"]
@@ -32,10 +33,15 @@ class GroundEndpoint:
 
     The first autopilot that is heard becomes the vehicle. When its HEARTBEAT stays away for 3 s, commands are given
     up: nobody wants them executed by a vehicle that comes back later. Transfers go on until their own patience ends.
+
+    With a key in the keyring, only what is signed with it is believed: an unsigned HEARTBEAT makes no vehicle, it only
+    shows in ``unsigned_vehicle``.
     """
 
-    def __init__(self, *, system: int = 255, component: int = 190) -> None:
-        self.codec = Codec(system, component)
+    def __init__(self, *, system: int = 255, component: int = 190, keyring: Keyring | None = None) -> None:
+        self.unsigned_vehicle: Source | None = None  # an autopilot whose last HEARTBEAT was not signed as it should be
+        self.keyring = keyring or Keyring()
+        self.codec = Codec(system, component, self.keyring.link(None))
         self._source, self._monitor = HeartbeatSource(), HeartbeatMonitor()
         self._commands = CommandClient(system, component)
         self._parameters = ParameterClient(system, component)
@@ -63,8 +69,9 @@ class GroundEndpoint:
     # The link
 
     def receive_datagram(self, data: bytes, now: float) -> list[Message]:
-        """All messages of one datagram, already known to the engines. Never raises."""
-        messages = self.codec.decode(data)
+        """All messages of one datagram that are believed, already known to the engines. Never raises."""
+        self.keyring.tell_time(now)
+        messages = [message for message in self.codec.decode(data) if self._believes(message)]
         for message in messages:
             self._monitor.receive(message, now)
             if source_of(message) == self.vehicle:
@@ -76,6 +83,7 @@ class GroundEndpoint:
 
     def handle_timer(self, now: float) -> None:
         """Let time pass: heartbeats, resends, loss of the vehicle."""
+        self.keyring.tell_time(now)
         self._source.announce(_HEARTBEAT, now)
         self._source.handle_timer(now)
         self._monitor.handle_timer(now)
@@ -154,7 +162,7 @@ class GroundEndpoint:
         self._collect()
 
     def clear_mission(self, now: float, kind: int = 0) -> None:
-        """Delete the vehicle's plan of a MAV_MISSION_TYPE (255: all); ends in ``MissionCleared`` or ``MissionFailed``."""
+        """Delete the plan of a MAV_MISSION_TYPE, 255: all; ends in ``MissionCleared`` or ``MissionFailed``."""
         self._mission.clear(self._target(), now, kind)
         self._collect()
 
@@ -178,6 +186,13 @@ class GroundEndpoint:
         self._parameters.set(self._target(), name, value, now)
         self._collect()
 
+    def send_key(self, key: bytes, timestamp: int, target: Source) -> None:
+        """Ask a vehicle once to take a signing key (SETUP_SIGNING); it shows that it did by signing with it.
+
+        The key is readable on the wire, signed or not: the caller must know that nobody else listens.
+        """
+        self.send(mavlink.MAVLink_setup_signing_message(*target, list(key), timestamp))
+
     def send(self, message: Message) -> None:
         """Send a message once, without waiting for an answer: set-points."""
         self._datagrams.append(self.codec.encode(message))
@@ -188,6 +203,12 @@ class GroundEndpoint:
         if self.vehicle is None:
             raise LocalProtocolError("no vehicle has been found yet")
         return self.vehicle
+
+    def _believes(self, message: Message) -> bool:
+        believed = bool(message.get_signed()) or not self.keyring.is_on
+        if message.get_type() == "HEARTBEAT" and message.autopilot != mavlink.MAV_AUTOPILOT_INVALID:
+            self.unsigned_vehicle = None if believed else source_of(message)
+        return believed
 
     def _command(self, message: Message, now: float, timeout: float | None) -> int:
         self.codec.check(message)

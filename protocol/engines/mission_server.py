@@ -46,8 +46,8 @@ class MissionServer(Server):
     ) -> None:
         super().__init__()
         self._system, self._component = system, component
-        plans: dict[int, tuple[Sequence[MissionItem], Validate | None]] = dict.fromkeys(_OTHERS, ((), None))
-        plans |= {_PLAN: (items, validate), **others}
+        plans: dict[int, tuple[Sequence[MissionItem], Validate | None]] = {_PLAN: (items, validate)}
+        plans |= {kind: others.get(kind, ((), None)) for kind in _OTHERS}
         self._stores = {
             kind: PlanStore(kind, held, check, self._reply, self._tell) for kind, (held, check) in plans.items()
         }

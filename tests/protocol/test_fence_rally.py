@@ -2,13 +2,17 @@
 
 import math
 
+import numpy as np
 import pytest
 
 from protocol.dialect import mavlink
 from protocol.engines.base import Peer
 from protocol.engines.mission_client import MissionClient
 from protocol.engines.mission_server import MissionServer, Refusal
+from protocol.errors import FileError, LocalProtocolError
 from protocol.events import MissionCleared, MissionDownloaded, MissionFailed, MissionReceived, MissionUploaded
+from protocol.plans import Plan, load, save
+from protocol.plans.geofence import fence_items, rally_items, with_fence, with_rally
 from protocol.plans.mission import MissionItem
 from tests.support.link import plan
 
@@ -155,3 +159,62 @@ def test_a_float_item_that_is_no_position_ends_the_upload():
     assert acks(out.message for out in engine.messages_to_send()) == [(PLAN, INVALID_X)]
     assert held(engine) == OLD
     assert not engine.is_receiving
+
+
+def corner(count, latitude, longitude, command=5001, frame=0):
+    return MissionItem(command, frame, (float(count), 0.0, 0.0, 0.0), latitude, longitude, 0.0)
+
+
+SHAPES = (
+    corner(3, 435_000_001, 14_000_000),
+    corner(3, 435_100_000, 14_000_000),
+    corner(3, 435_100_000, 14_100_003),
+    *[corner(4, 435_050_000 + n * 1000, 14_050_000 + n * n * 1000, 5002, 3) for n in range(4)],
+    MissionItem(5003, 0, (np.float32(123.4).item(), 0.0, 0.0, 0.0), 435_000_000, 14_000_000, 0.0),
+    MissionItem(5004, 0, (7.5, 0.0, 0.0, 0.0), 435_000_000, 14_000_000, 0.0),
+)
+POINTS = (
+    MissionItem(5100, 3, (0.0, 0.0, 0.0, 0.0), 435_000_000, 14_000_000, np.float32(12.3).item()),
+    MissionItem(5100, 0, (0.0, 0.0, 0.0, 0.0), 435_000_001, -14_000_000, 162.5),
+)
+
+
+def test_fence_and_rally_points_survive_a_plan_file(tmp_path):
+    path = tmp_path / "x.plan"
+    save(with_rally(with_fence(Plan(), SHAPES), POINTS), path)
+    back = load(path)
+    assert fence_items(back) == SHAPES
+    assert rally_items(back) == POINTS
+
+
+def test_a_fence_as_qgroundcontrol_writes_it_becomes_items():
+    fence = {
+        "circles": [{"circle": {"center": [43.5, 1.4], "radius": 20}, "inclusion": False, "version": 1}],
+        "polygons": [{"polygon": [[43.5, 1.4], [43.6, 1.4], [43.6, 1.5]], "inclusion": True, "version": 1}],
+        "version": 2,
+    }
+    items = fence_items(Plan(geo_fence=fence, rally_points={"points": [[43.5, 1.4, 30]], "version": 2}))
+    assert [(item.command, item.params[0], item.frame) for item in items] == [(5001, 3.0, 0)] * 3 + [(5004, 20.0, 0)]
+
+
+@pytest.mark.parametrize(
+    ("fence", "said"),
+    [
+        ({"polygons": [{"polygon": [[1, 2], [3, 4]]}]}, r"geoFence\.polygons\[0\]\.polygon: 2 corners"),
+        ({"polygons": [{"polygon": [[1, 2], [3, 4], [95, 4]]}]}, r"polygon\[2\]: 95, 4, 0 is not on the globe"),
+        ({"polygons": [{"polygon": [[1, 2], [3, "x"], [5, 4]]}]}, r"polygon\[1\]: \"x\" is not a number"),
+        ({"circles": [{"circle": {"center": [1, 2], "radius": -5}}]}, r"circles\[0\]\.circle\.radius: -5 m"),
+        ({"circles": [{"circle": {"center": [1, 2], "radius": 5}, "frame": 1}]}, "frame: 1 is no global MAV_FRAME"),
+        ({"circles": 3}, r"circles: 3 is not a list"),
+    ],
+)
+def test_a_file_with_no_fence_in_it_is_refused_by_place_and_value(fence, said):
+    with pytest.raises(FileError, match=said):
+        fence_items(Plan(geo_fence=fence))
+
+
+def test_an_incomplete_polygon_is_not_written():
+    with pytest.raises(LocalProtocolError, match="begins no polygon"):
+        with_fence(Plan(), SHAPES[:2])
+    with pytest.raises(LocalProtocolError, match="ends before its last"):
+        with_fence(Plan(), (*SHAPES[:2], SHAPES[3]))
