@@ -13,6 +13,7 @@ from typing import Any
 
 from protocol.dialect import mavlink
 from protocol.errors import LocalProtocolError
+from protocol.keyring import Keyring, LinkSigning, Verdict
 
 __all__ = ["Codec", "Message", "Source", "SourceStatistics", "Statistics", "source_of"]
 
@@ -46,6 +47,8 @@ class Statistics:
     bad_flags: int = 0  # version 2 frames with an incompatibility flag nobody here understands
     unknown_id: int = 0  # well-framed messages outside the dialect: their checksum cannot be verified
     garbage_bytes: int = 0  # bytes that belong to no accepted frame
+    signed: int = 0  # frames rightly signed with this link's key
+    refused: int = 0  # whole frames dropped for want of a good signature: they count nowhere else
 
 
 class _Sequence:
@@ -81,20 +84,26 @@ def source_of(message: Message) -> Source:
 class Codec:
     """One link end: its own sequence counter on the way out, statistics on the way in.
 
-    The raw bytes of a decoded message are its ``get_msgbuf()``.
+    The raw bytes of a decoded message are its ``get_msgbuf()``; its ``get_signed()`` is true if it was rightly signed.
+
+    Args:
+        system: Own system id.
+        component: Own component id.
+        signing: Signs what goes out and judges what comes in; without it nothing is signed and all is believed.
     """
 
-    def __init__(self, system: int, component: int) -> None:
+    def __init__(self, system: int, component: int, signing: LinkSigning | None = None) -> None:
         for name, number in (("system", system), ("component", component)):
             if not 0 <= number <= 255:
                 raise LocalProtocolError(f"{name} id {number} is not in 0..255")
         self.system, self.component = system, component
         self._mav = mavlink.MAVLink(None, srcSystem=system, srcComponent=component)
+        self._signing = signing or Keyring().link(None)
         self._sequences: dict[Source, _Sequence] = {}
         self._counts = dict.fromkeys(
             ("received", "sent", "bytes_received", "bytes_sent", "bad_crc", "bad_flags", "unknown_id"), 0
         )
-        self._counts["garbage_bytes"] = 0
+        self._counts |= dict.fromkeys(("garbage_bytes", "signed", "refused"), 0)
 
     @property
     def statistics(self) -> Statistics:
@@ -106,9 +115,12 @@ class Codec:
         """One MAVLink 2 frame with the next sequence number. The caller's message is left as it was.
 
         Raises:
-            LocalProtocolError: A field does not fit its type on the wire; no sequence number is used up.
+            LocalProtocolError: A field does not fit its type on the wire, or signing would put this end's name to
+                another's message; no sequence number is used up.
         """
-        frame = self._pack(message)
+        if self._signing.is_signing and message.get_msgbuf() and source_of(message) != (self.system, self.component):
+            raise LocalProtocolError(f"{message.get_type()} is another's: forward its bytes, they are not ours to sign")
+        frame = self._signing.sign(self._pack(message))
         self._mav.seq = (self._mav.seq + 1) & 0xFF
         self._counts["sent"] += 1
         self._counts["bytes_sent"] += len(frame)
@@ -133,9 +145,9 @@ class Codec:
             if flaw == "unknown_id" and not _at_boundary(data, end):
                 flaw = "garbage"  # its checksum proves nothing and what follows is no frame
             if flaw in {"", "unknown_id"}:
-                self._account(data, at)
-                messages.extend([message] if message is not None else [])
-                self._counts["unknown_id"] += flaw == "unknown_id"
+                if self._admit(data, at, end, message):
+                    messages.extend([message] if message is not None else [])
+                    self._counts["unknown_id"] += flaw == "unknown_id"
                 at = end
                 continue
             # One damaged frame counts once, though bytes inside it may look like further frames.
@@ -176,6 +188,20 @@ class Codec:
             return self._mav.decode(frame), ""
         except mavlink.MAVError:
             return None, "bad_crc"
+
+    def _admit(self, data: bytearray, at: int, end: int, message: Message | None) -> bool:
+        """True unless the frame's signature, or the want of one, refuses it."""
+        number = data[at + 5] if data[at] == _V1 else int.from_bytes(data[at + 7 : at + 10], "little")
+        verdict = self._signing.judge(data[at:end], number)
+        if verdict.is_refused:
+            self._counts["refused"] += 1
+            return False
+        if verdict is Verdict.SIGNED:
+            self._counts["signed"] += 1
+            if message is not None:
+                message._signed = True  # noqa: SLF001 - what get_signed() tells
+        self._account(data, at)
+        return True
 
     def _account(self, data: bytearray, at: int) -> None:
         number, *source = data[at + 2 : at + 5] if data[at] == _V1 else data[at + 4 : at + 7]

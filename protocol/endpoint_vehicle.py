@@ -15,7 +15,15 @@ from protocol.engines.parameters import Parameter
 from protocol.engines.responders import Refuser, TimeResponder
 from protocol.engines.statustext import split_text
 from protocol.engines.stream import StreamScheduler
-from protocol.events import CommandRequested, Event, MessageReceived, MessageRequested, SetpointReceived
+from protocol.events import (
+    CommandRequested,
+    Event,
+    MessageReceived,
+    MessageRequested,
+    SetpointReceived,
+    SigningChanged,
+)
+from protocol.keyring import Keyring
 from protocol.plans.mission import MissionItem
 
 __all__ = ["VehicleEndpoint"]
@@ -39,20 +47,40 @@ class _Links:
     everyone itself, and all share one codec.
     """
 
-    def __init__(self, system: int, component: int, peers: Iterable[Hashable] | None) -> None:
-        self._ids = (system, component)
+    def __init__(self, system: int, component: int, peers: Iterable[Hashable] | None, keyring: Keyring) -> None:
+        self._ids, self._keyring = (system, component), keyring
         self._fixed = None if peers is None else tuple(peers)
-        self.codecs: dict[Hashable, Codec] = {key: Codec(*self._ids) for key in self._fixed or ()}
+        self.codecs: dict[Hashable, Codec] = {key: self._new(key) for key in self._fixed or ()}
 
     def codec(self, key: Hashable) -> Codec:
         """The codec that serves ``key``."""
         key = None if self._fixed is None else key
         if key not in self.codecs:
-            self.codecs[key] = Codec(*self._ids)
-            learnt = [k for k in self.codecs if k not in (self._fixed or ())]
-            if len(learnt) > MOST_LEARNT:
-                del self.codecs[learnt[0]]
+            self.codecs[key] = self._new(key)
+            self._forget_oldest()
         return self.codecs[key]
+
+    def decode(self, data: bytes, key: Hashable) -> list[Message]:
+        """All that a peer says; a stranger becomes a peer by its first frame that is believed."""
+        name = None if self._fixed is None else key
+        codec = self.codecs.get(name) or self._new(name)
+        messages = codec.decode(data)
+        if name not in self.codecs and any(map(self.believes, messages)):
+            self.codecs[name] = codec
+            self._forget_oldest()
+        return messages
+
+    def believes(self, message: Message) -> bool:
+        """True unless a key is set and the message is not signed with it."""
+        return bool(message.get_signed()) or not self._keyring.is_on
+
+    def _new(self, key: Hashable) -> Codec:
+        return Codec(*self._ids, self._keyring.link(key))
+
+    def _forget_oldest(self) -> None:
+        learnt = [k for k in self.codecs if k not in (self._fixed or ())]
+        if len(learnt) > MOST_LEARNT:
+            del self.codecs[learnt[0]]
 
     def encode(self, outgoing: Outgoing) -> list[tuple[Hashable | None, bytes]]:
         """Datagrams for the destination; None as a key means everyone."""
@@ -81,6 +109,7 @@ class VehicleEndpoint:
         on_request: Ids of further messages it can send when asked.
         peers: Destinations that get everything from the start; whoever sends a valid frame is added. None leaves
             that to the transport.
+        keyring: Signs and judges what passes; without it nothing is signed and all is believed.
     """
 
     def __init__(
@@ -96,10 +125,12 @@ class VehicleEndpoint:
         streams: Mapping[int, int] = MappingProxyType({}),
         on_request: Iterable[int] = (),
         peers: Iterable[Hashable] | None = None,
+        keyring: Keyring | None = None,
     ) -> None:
         self.last_ground_heartbeat = float("-inf")  # when a ground station last said it is there
         self._ids = (system, component)
-        self._links = _Links(system, component, peers)
+        self._keyring = keyring or Keyring()
+        self._links = _Links(system, component, peers, self._keyring)
         self._heartbeat = HeartbeatSource()
         self._commands = CommandServer(*self._ids, frozenset(commands) | stream.COMMANDS, repeatable=stream.COMMANDS)
         self._parameters = ParameterServer(*self._ids, parameters)
@@ -136,21 +167,24 @@ class VehicleEndpoint:
 
     def receive_datagram(self, data: bytes, key: Hashable, now: float) -> None:
         """Take one datagram; ``key`` is where answers to it go. Then: take ``events()``."""
-        for message in self._decode(data, key):
+        self._keyring.tell_time(now)
+        for message in self._links.decode(data, key):
             peer = Peer.of(message, key)
-            if peer[:2] != self._ids:
+            if peer[:2] != self._ids and self._links.believes(message):
                 self._receive(message, now, peer)
                 self._collect(now)
 
     def handle_timer(self, now: float) -> None:
         """Let time pass: heartbeats, resends, long answers."""
+        self._keyring.tell_time(now)
         for engine in (self._heartbeat, self._parameters, self._mission):
             engine.handle_timer(now)
         self._collect(now)
 
     def next_deadline(self) -> float:
         """When ``handle_timer`` has something to do."""
-        return min(engine.next_deadline() for engine in (self._heartbeat, self._parameters, self._mission))
+        timed = (self._keyring, self._heartbeat, self._parameters, self._mission)
+        return min(engine.next_deadline() for engine in timed)
 
     def datagrams_to_send(self) -> list[tuple[Hashable | None, bytes]]:
         """What is to be sent, each to one peer or (None) to all."""
@@ -219,13 +253,6 @@ class VehicleEndpoint:
 
     # Inside
 
-    def _decode(self, data: bytes, key: Hashable) -> list[Message]:
-        known = self._links.codecs.get(key)
-        if known is not None:
-            return known.decode(data)
-        messages = Codec(*self._ids).decode(data)  # a stranger becomes a peer by its first valid frame
-        return self._links.codec(key).decode(data) if messages else []
-
     def _receive(self, message: Message, now: float, peer: Peer) -> None:
         kind = message.get_type()
         server = self._server_of.get(kind)
@@ -233,11 +260,16 @@ class VehicleEndpoint:
             server.receive(message, now, peer)
         elif kind == "HEARTBEAT" and message.type == mavlink.MAV_TYPE_GCS:
             self.last_ground_heartbeat = now
+        elif kind == "SETUP_SIGNING":
+            if addressed_to(message, *self._ids):  # a key is for nobody else to see: no event carries it
+                key, initial = bytes(message.secret_key), message.initial_timestamp
+                self._keyring.propose(peer.key, key, initial, signed=message.get_signed())
         elif kind not in _SILENT and addressed_to(message, *self._ids):
             event = SetpointReceived if kind in _SETPOINTS else MessageReceived
             self._events.append(event(message, peer))
 
     def _collect(self, now: float) -> None:
+        self._events += [SigningChanged(*change) for change in self._keyring.changes()]
         for outgoing in self._heartbeat.messages_to_send():
             self._put(Outgoing(None, outgoing))
         for server in self._servers:

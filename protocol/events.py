@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from protocol.codec import Message
 from protocol.engines.base import Peer
+from protocol.keyring import KeyState
 from protocol.plans.mission import MissionItem
 
 __all__ = [
@@ -30,6 +31,7 @@ __all__ = [
     "ParameterRefused",
     "ParametersComplete",
     "SetpointReceived",
+    "SigningChanged",
     "VehicleFound",
     "VehicleLost",
     "VehicleReturned",
@@ -245,6 +247,14 @@ class SetpointReceived(Event):
 
     message: Message
     peer: Peer
+
+
+@dataclass(frozen=True, slots=True)
+class SigningChanged(Event):
+    """What became of a signing key that a peer proposed, in words for the operator."""
+
+    state: KeyState
+    text: str
 
 
 @dataclass(frozen=True, slots=True)
