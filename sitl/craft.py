@@ -81,7 +81,7 @@ class Craft:
             tilt=math.acos(max(-1.0, min(1.0, float(nose[2])))),
             landed=self.vehicle.law is Law.LANDED,
             energy_left=self.battery.left,
-            forward=self.vehicle.law in WINGED,
+            forward=self.vehicle.law in WINGED and not self.vehicle.stands,
             wind=tuple(self.vehicle.wind_estimate.tolist()),
             stopping=self.vehicle.stopping_distance(),
         )

@@ -24,6 +24,7 @@ from sitl.design.zero_moment import zero_moment_gains
 from sitl.errors import SitlError
 from sitl.flow import TICK, Laws, Surroundings, flow
 from sitl.hybrid.automaton import settle
+from sitl.hybrid.conditions import Condition
 from sitl.hybrid.supervisor import TABLE, JumpRecord, Law, Reason, jump_sets
 from sitl.kernels import state
 from sitl.kernels.ground import FEET, STIFFNESS
@@ -126,6 +127,7 @@ class Vehicle:
         self.step = 0  # control ticks flown
         self.law = Law.LANDED
         self.jumps: list[JumpRecord] = []
+        self._conditions = 0  # the supervisor's, after the last tick
         self.limits = 0  # DARKO_LIMIT bits seen in the last advance
         self.armed = self.flying = self.landing = False
         self.energy_by_law = dict.fromkeys(Law, 0.0)
@@ -291,6 +293,12 @@ class Vehicle:
         """Velocity of the air now, steady and gust, world NWU [m/s]."""
         return np.asarray(self._wind + self.memory[GUST : GUST + 3])
 
+    @property
+    def stands(self) -> bool:
+        """Whether the transition to the hover is over but for the handing over, which may wait for the wind to fall."""
+        done = Condition.STANDING | Condition.NEAR
+        return self.law is Law.TO_HOVER and self._conditions & done == done
+
     def stopping_distance(self) -> float:
         """Distance over the ground that braking from the present velocity takes [m]."""
         v, wind = self.plant[state.V : state.V + 3], self.wind_estimate
@@ -370,6 +378,7 @@ class Vehicle:
         return int(watch(self.plant, self.memory, self._orders(law), limits, self.airframe, 0.0))
 
     def _jump(self, conditions: int) -> None:
+        self._conditions = conditions
         law = self.law
         _, taken = settle(TABLE, law, conditions)
         for jump in taken:

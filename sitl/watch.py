@@ -25,6 +25,7 @@ WING_SHARE = 0.85
 WORTH_DISTANCE = 15.0  # less than this of a leg is not worth tipping over for [m]
 SETTLED_SHARE = 0.2  # of v_enter
 ROOM = 2.0  # braking distances that make it worth flying on [-]
+WINDY, STILL = 4.0, 3.0  # level wind [m/s]
 CALM_SPEED = 3.5  # [m/s]
 ALIGNED_SPEED = 2.5  # [m/s]
 ALIGNED_ANGLE = math.radians(12.0)
@@ -37,6 +38,7 @@ _ARMED, _FLYING, _RESTING = int(C.ARMED), int(C.FLYING), int(C.RESTING)
 _NEAR, _FAR, _SETTLED = int(C.NEAR), int(C.FAR), int(C.SETTLED)
 _WANTED, _WORTH = int(C.WANTED), int(C.WORTH)
 _ALIGNED, _CALM, _WING_BORNE, _STOP_DUE = int(C.ALIGNED), int(C.CALM), int(C.WING_BORNE), int(C.STOP_DUE)
+_WINDY, _STILL = int(C.WINDY), int(C.STILL)
 _STRAIGHT, _ON_TRIM, _OFF_TRIM = int(C.STRAIGHT), int(C.ON_TRIM), int(C.OFF_TRIM)
 _STANDING, _FALLING, _RECOVERED, _DWELT, _ROOM = (
     int(C.STANDING),
@@ -79,6 +81,8 @@ def watch(plant: Array, memory: Array, orders: Orders, limits: GuidanceGains, a:
     bits |= _SETTLED if memory[LYAPUNOV] < SETTLED_SHARE * orders.v_enter and upright else 0
     bits |= _FAR if memory[LYAPUNOV] > orders.v_leave else 0
     bits |= _DWELT if memory[SINCE] >= DWELL else 0
+    level = math.hypot(memory[AIR], memory[AIR + 1])
+    bits |= _WINDY if level > WINDY else (_STILL if level < STILL else 0)
     return bits | _motion(plant, memory, orders) | _path(plant, memory, orders, limits)
 
 

@@ -57,7 +57,7 @@ def sight_gains() -> SightGains:
 
 def air_gains() -> AirGains:
     """Tuning of the wind estimator: it follows a gust within some 0.2 s in cruise."""
-    return AirGains(walk=1.0, return_time=60.0, normal_noise=1.0, pitot_noise=0.2, pitot_from=4.0, most=3.0)
+    return AirGains(walk=1.0, return_time=300.0, normal_noise=1.0, pitot_noise=0.2, pitot_from=4.0, most=3.0)
 
 
 def can_fly_forward(a: Airframe) -> bool:

@@ -29,4 +29,6 @@ class Condition(IntFlag):
     RECOVERED = 1 << 16  # upright and slow after a failsafe
     DWELT = 1 << 17  # the law has been in force for its dwell time
     SETTLED = 1 << 19  # V of the linear hover law far below v_enter
+    WINDY = 1 << 20  # more wind than the laws hover well in that do not know of it
+    STILL = 1 << 21  # clearly less than that
     ROOM = 1 << 18  # far more than the braking distance is left of the path

@@ -2,7 +2,8 @@
 
 A jump set is written as conditions that must hold and conditions that must not. Hysteresis is the gap between two
 thresholds of a Lyapunov value: the linear hover law is entered below ``v_enter`` and left above ``v_leave``, the
-linear forward law likewise by its own. The report takes 250 and 400 for the hover (section 5.1, where the second
+linear forward law likewise by its own. In a wind the laws that do not know of it give way to that of the transition,
+which does, and holds and flies upright as well. The report takes 250 and 400 for the hover (section 5.1; the second
 comparison is printed the wrong way round); on the full model those values let the linear law be entered where it
 diverges, so the defaults are lower. Transitions have a dwell time besides.
 """
@@ -105,13 +106,15 @@ TABLE: dict[Law, tuple[Jump, ...]] = {
         *_TO_GROUND,
         _FAIL,
         _jump("align", Law.ALIGN, Reason.COMMAND, _GO | C.CALM, C.STOP_DUE),
+        _jump("ride_wind", Law.TO_HOVER, Reason.LYAPUNOV_ABOVE, C.FAR | C.WINDY, C.NEAR),
         _jump("leave_linear", Law.HOVER_ZERO_MOMENT, Reason.LYAPUNOV_ABOVE, C.FAR, C.NEAR),
     ),
     Law.HOVER_ZERO_MOMENT: (
         *_TO_GROUND,
         _FAIL,
         _jump("align", Law.ALIGN, Reason.COMMAND, _GO | C.CALM, C.STOP_DUE),
-        _jump("enter_linear", Law.HOVER_LINEAR, Reason.LYAPUNOV_BELOW, C.NEAR, C.FAR),
+        _jump("enter_linear", Law.HOVER_LINEAR, Reason.LYAPUNOV_BELOW, C.NEAR, C.FAR | C.WINDY),
+        _jump("ride_wind", Law.TO_HOVER, Reason.SPEED, C.WINDY | C.DWELT),
     ),
     Law.ALIGN: (
         *_TO_GROUND,
@@ -147,7 +150,8 @@ TABLE: dict[Law, tuple[Jump, ...]] = {
     Law.TO_HOVER: (
         *_TO_GROUND,
         _FAIL,
-        _jump("hover", Law.HOVER_LINEAR, Reason.LYAPUNOV_BELOW, C.SETTLED | C.STANDING | C.DWELT, C.FAR),
+        _jump("hover", Law.HOVER_LINEAR, Reason.LYAPUNOV_BELOW, C.SETTLED | C.STANDING | C.STILL | C.DWELT, C.FAR),
+        _jump("align", Law.ALIGN, Reason.COMMAND, _GO | C.CALM | C.STANDING | C.DWELT, C.STOP_DUE),
         _jump(
             "fly_on",
             Law.FORWARD_LINE_OF_SIGHT,

@@ -92,7 +92,7 @@ def test_a_fall_is_always_caught_and_until_it_ends_nothing_else_is_tried(law):
 def test_a_wish_for_the_hover_is_always_heard(law):
     """Armed, upright and slow, nowhere to go: from every law some chain of moments leads back to the hover."""
     seen, here = [], law
-    calm = C.ARMED | C.FLYING | C.CALM | C.RECOVERED | C.STANDING | C.NEAR | C.SETTLED | C.DWELT
+    calm = C.ARMED | C.FLYING | C.CALM | C.RECOVERED | C.STANDING | C.NEAR | C.SETTLED | C.STILL | C.DWELT
     for _ in range(3):
         here, _ = settle(TABLE, here, int(calm))
         seen.append(here)
