@@ -1,0 +1,62 @@
+"""A real vehicle process on ports of its own, for real clients."""
+
+import re
+import socket
+import subprocess
+import sys
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+CLIENTS = ROOT / "scripts" / "clients"
+BIN = Path(sys.executable).parent
+
+
+def free_ports(count):
+    """UDP ports of loopback that nobody has, all different."""
+    with ExitStack() as stack:
+        sockets = [stack.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) for _ in range(count)]
+        for one in sockets:
+            one.bind(("127.0.0.1", 0))
+        return [one.getsockname()[1] for one in sockets]
+
+
+@contextmanager
+def vehicle(port, state_dir, *arguments):
+    """``darko-sitl`` that speaks to ``port``; yields its own port once it flies."""
+    process = subprocess.Popen(
+        [str(BIN / "darko-sitl"), "--port", "0", "--gcs-port", str(port), "--api-port", "0",
+         "--state-dir", str(state_dir), *arguments],
+        stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    said = []
+    try:
+        for line in process.stderr:
+            said.append(line)
+            if ready := re.search(r"ready after .*?127\.0\.0\.1:(\d+)", line):
+                yield int(ready[1])
+                assert process.poll() is None, "the vehicle died"
+                return
+        raise AssertionError("".join(said))
+    finally:
+        process.kill()
+        process.wait()
+        process.stderr.close()
+
+
+def need(module):
+    """Skip where a client cannot be imported at all."""
+    done = subprocess.run([sys.executable, "-c", f"import {module}"], capture_output=True, text=True, timeout=60)
+    if done.returncode:
+        pytest.skip(f"{module} cannot be imported: {done.stderr.strip().splitlines()[-1]}")
+
+
+def fly(script, *arguments, timeout=150):
+    """A session of scripts/clients to its end: its exit code and its steps, each with what it said."""
+    done = subprocess.run(
+        [sys.executable, str(CLIENTS / script), *arguments], capture_output=True, text=True, timeout=timeout
+    )
+    steps = re.findall(r"^  (.*)\nok (\w+) at", done.stdout, re.MULTILINE)
+    return done.returncode, {name: said for said, name in steps}, done.stdout + done.stderr

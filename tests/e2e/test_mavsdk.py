@@ -1,0 +1,33 @@
+"""MAVSDK flies the real process: everything its users ask of an autopilot, step by step."""
+
+import pytest
+
+from tests.e2e.support import fly, free_ports, need, vehicle
+
+
+@pytest.fixture(scope="module")
+def session(tmp_path_factory):
+    need("mavsdk")
+    (port,) = free_ports(1)
+    with vehicle(port, tmp_path_factory.mktemp("mavsdk"), "--speed", "10"):
+        code, steps, output = fly("mavsdk_session.py", "--url", f"udpin://127.0.0.1:{port}")
+    assert code == 0, output
+    return steps
+
+
+def test_health_parameters_missions_and_logs_answer(session):
+    assert "health all ok, armable" in session["health"]
+    assert session["parameters"].endswith("NO_SUCH_PARAM: DOES_NOT_EXIST")
+    assert session["missions"] == "4 raw items and 5 items up and down"
+    assert session["log_files"].endswith(" logs")
+
+
+def test_it_takes_off_goes_streams_set_points_and_lands(session):
+    assert session["take_off"].endswith("disarm in the air: COMMAND_DENIED")
+    assert {"go_to", "set_points", "land"} <= set(session)
+
+
+def test_it_flies_a_mission_over_the_wing_and_returns(session):
+    states = session["fly_mission"].removeprefix("mission flown: ").split()
+    assert states[:5] == ["MC", "TRANSITION_TO_FW", "FW", "TRANSITION_TO_MC", "MC"]
+    assert {"wings", "come_home"} <= set(session)
