@@ -17,6 +17,7 @@ COMMANDS = {
     "campaign": "fly a square on the wing from many seeds, in wind and gusts with a wrong model, and count",
     "hybrid": "run a textbook hybrid system on the supervisor's engine",
     "region": "prove and fly the region of attraction of the linear hover law, and compare gains",
+    "breakeven": "hover or fly: from which distance on the wing costs less, predicted and flown",
     "airframe": "list the parameter sets, or show one with units and sources",
 }
 

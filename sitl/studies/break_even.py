@@ -49,6 +49,7 @@ DISTANCES = np.geomspace(SHORTEST, LONGEST, 24)
 NARROW = np.geomspace(SHORTEST, LONGEST, 400)
 CLIMBS = (-30.0, -10.0, 0.0, 10.0, 30.0)
 WINDS = (-4.0, -3.0, -2.0, -1.0, 0.0, 1.0, 2.0, 3.0, 4.0)
+TURNS = (0.0, 0.5 * math.pi)  # from the heading before a leg to the leg's [rad]
 CLOSE = 0.25  # how finely a break-even distance is sought [m]
 
 
@@ -259,6 +260,6 @@ def _seek(saving: Saving, able: Abilities, cell: Cell, distances: Array) -> Cell
     return cell._replace(distance=0.5 * (low + high), barred=Why.NONE)
 
 
-def table(able: Abilities, cross: float = 0.0, turn: float = 0.0) -> list[Cell]:
-    """The predicted break-even of every climb in every wind along the leg."""
-    return [predicted(able, climb, tail, cross, turn) for tail in WINDS for climb in CLIMBS]
+def table(able: Abilities) -> list[Cell]:
+    """The predicted break-even of every climb in every wind along the leg, begun ahead and turned away."""
+    return [predicted(able, climb, tail, turn=turn) for turn in TURNS for tail in WINDS for climb in CLIMBS]
