@@ -24,7 +24,9 @@ from protocol.events import (
     ParameterChanged,
     ParameterRefused,
     SetpointReceived,
+    SigningChanged,
 )
+from protocol.keyring import Keyring, KeyState
 from protocol.plans.mission import MissionItem
 from sitl import telemetry
 from sitl.autopilot import commands
@@ -34,6 +36,7 @@ from sitl.autopilot.offboard import take_setpoint
 from sitl.craft import Craft
 from sitl.errors import SitlError
 from sitl.hybrid.supervisor import JumpRecord
+from sitl.keys import RefusalReport
 from sitl.memory import Memory, MemoryFaultError
 from sitl.snapshot import Picture, take_picture
 
@@ -49,10 +52,16 @@ class Node:
     Call ``receive`` for every datagram, ``advance`` to fly, then send all of ``datagrams``.
     """
 
-    def __init__(self, craft: Craft, memory: Memory, peers: Sequence[Hashable] = ()) -> None:
+    def __init__(
+        self, craft: Craft, memory: Memory, peers: Sequence[Hashable] = (), keyring: Keyring | None = None
+    ) -> None:
         self.craft = craft
         self._memory = memory
         self._kept = memory.parameters()
+        keyring = keyring or Keyring()
+        keep_keys = keyring.keep
+        keyring.keep = lambda record: self._keep(lambda: keep_keys(record))  # a full disk ends no flight
+        self._refusals = RefusalReport(keyring, lambda text: self._say(WARNING, text))
         self._complained: dict[str, float] = {}  # when each complaint about a set-point was last made
         items = memory.mission()
         refusal = self._validate(items)
@@ -66,6 +75,7 @@ class Node:
             streams={s.message_id: round(1e6 / s.rate) for s in telemetry.STREAMS if s.rate > 0.0},
             on_request=frozenset(s.message_id for s in telemetry.STREAMS),
             peers=peers,
+            keyring=keyring,
         )
         self._builders = {s.message_id: s.build for s in telemetry.STREAMS}
         craft.autopilot.load_mission(() if refusal else items)
@@ -86,6 +96,7 @@ class Node:
         """What is to be sent, each to its peer."""
         self._endpoint.announce(telemetry.heartbeat(self.picture()), now)
         self._endpoint.handle_timer(now)
+        self._refusals.handle_timer(now)
         return self._endpoint.datagrams_to_send()
 
     # Flying
@@ -178,6 +189,12 @@ class Node:
     def _on_parameter_refused(self, event: ParameterRefused, now: float) -> None:  # noqa: ARG002
         self._say(WARNING, f"{event.name} = {event.value:g} refused: {event.reason}")
 
+    def _on_signing(self, event: SigningChanged, now: float) -> None:  # noqa: ARG002
+        if event.state is KeyState.REFUSED:
+            self._complain(event.text)
+        else:
+            self._say(WARNING if event.state is KeyState.EXPIRED else INFO, event.text)
+
     def _on_setpoint(self, event: SetpointReceived, now: float) -> None:  # noqa: ARG002
         reason = take_setpoint(self.craft.autopilot, event.message)
         if reason is not None:
@@ -218,5 +235,6 @@ HANDLERS: dict[type, Callable[[Node, Any, float], None]] = {
     CurrentItemRequested: Node._on_current_item,  # noqa: SLF001
     ParameterChanged: Node._on_parameter,  # noqa: SLF001
     ParameterRefused: Node._on_parameter_refused,  # noqa: SLF001
+    SigningChanged: Node._on_signing,  # noqa: SLF001
     SetpointReceived: Node._on_setpoint,  # noqa: SLF001
 }

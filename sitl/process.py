@@ -13,12 +13,15 @@ from pathlib import Path
 from platformdirs import user_data_path
 
 from protocol.frames import Geodetic, LocalFrame
+from protocol.keyring import Keyring
+from protocol.signing import timestamp_at
 from sitl.airframe import load
 from sitl.autopilot.arena import ARENAS
 from sitl.autopilot.mission import World
 from sitl.autopilot.settings import Settings
 from sitl.craft import Craft
 from sitl.errors import SitlError
+from sitl.keys import KeyFile, open_keyring, read_key_option
 from sitl.memory import Memory
 from sitl.node import Node
 from sitl.pacer import Pacer
@@ -42,15 +45,18 @@ def fly(args: argparse.Namespace, tell: Callable[[LiveScenario], int]) -> int:
         SitlError: If an argument, a file or the port is not usable.
     """
     say = _Narrator(quiet=args.quiet)
+    keyring = _keyring(args)
     transport = UdpTransport((LOOPBACK, args.port))
     signal.signal(signal.SIGTERM, _interrupt)
     try:
         craft = build_craft(args)
         face = ScenarioNode if isinstance(craft, ScenarioCraft) else Node
-        node = face(craft, Memory(_state_dir(args)), _peers(args))
+        node = face(craft, Memory(_state_dir(args)), _peers(args), keyring)
         began = time.monotonic()
         craft.vehicle.warm_up(lambda text: say(f"{text} (kept for the next start)"))
         took = time.monotonic() - began
+        if keyring.is_on:
+            say("signing is on: unsigned orders are refused")
         say(f"ready after {took:.1f} s: 127.0.0.1:{transport.port} -> {args.gcs_port}, {args.api_port}")
         pacer = Pacer(args.speed)
         if not isinstance(craft, ScenarioCraft):
@@ -94,6 +100,12 @@ def _state_dir(args: argparse.Namespace) -> Path:
 
 def _peers(args: argparse.Namespace) -> list[tuple[str, int]]:
     return [(LOOPBACK, port) for port in dict.fromkeys((args.gcs_port, args.api_port)) if port]
+
+
+def _keyring(args: argparse.Namespace) -> Keyring:
+    given = dict(read_key_option(text) for text in args.signing_key)
+    file = KeyFile(Memory(_state_dir(args)).folder)
+    return open_keyring(file, given, timestamp=timestamp_at(time.time()), now=time.monotonic())
 
 
 def _overrides(args: argparse.Namespace) -> dict[str, float]:

@@ -89,6 +89,14 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     link.add_argument("--port", type=_port, default=14580, metavar="P", help="local port; 0: any [14580]")
     link.add_argument("--gcs-port", type=_port, default=14550, metavar="P", help="ground stations listen here [14550]")
     link.add_argument("--api-port", type=_port, default=14540, metavar="P", help="programs listen here [14540]")
+    link.add_argument(
+        "--signing-key",
+        action="append",
+        default=[],
+        metavar="[PORT=]KEY",
+        help="sign, and obey only what is signed: 64 hexadecimal digits or a file with them, with PORT= for the peer "
+        "on that port alone; repeat for more [the key a ground station gave, or none]",
+    )
     made.add_argument(
         "--state-dir",
         type=Path,
