@@ -7,12 +7,14 @@ from protocol.codec import Codec, Message, Source, source_of
 from protocol.dialect import mavlink
 from protocol.engines.base import Peer
 from protocol.engines.command_client import CommandClient
+from protocol.engines.ftp_client import FtpClient
 from protocol.engines.heartbeat import HeartbeatMonitor, HeartbeatSource
+from protocol.engines.log_client import LogClient
 from protocol.engines.mission_client import MissionClient
 from protocol.engines.parameter_client import ParameterClient
 from protocol.engines.responders import TimeResponder
 from protocol.errors import LocalProtocolError
-from protocol.events import Event, VehicleLost
+from protocol.events import Event, RemoteLog, VehicleLost
 from protocol.keyring import Keyring
 from protocol.plans.mission import MissionItem
 
@@ -47,7 +49,8 @@ class GroundEndpoint:
         self._parameters = ParameterClient(system, component)
         self._mission = MissionClient(system, component)
         self._times = TimeResponder(system, component)
-        self._waiting = (self._commands, self._parameters, self._mission)
+        self._files, self._logs = FtpClient(system, component), LogClient()
+        self._waiting = (self._commands, self._parameters, self._mission, self._files, self._logs)
         self._datagrams: list[bytes] = []
         self._events: list[Event] = []
 
@@ -192,6 +195,31 @@ class GroundEndpoint:
         The key is readable on the wire, signed or not: the caller must know that nobody else listens.
         """
         self.send(mavlink.MAVLink_setup_signing_message(*target, list(key), timestamp))
+
+    def list_files(self, path: str, now: float) -> None:
+        """See what a folder of the vehicle holds; ends in ``FileListed`` or ``FileFailed``."""
+        self._files.request_list(self._target(), path, now)
+        self._collect()
+
+    def read_file(self, path: str, now: float) -> None:
+        """Download a file of the vehicle; ends in ``FileReceived`` or ``FileFailed``."""
+        self._files.read(self._target(), path, now)
+        self._collect()
+
+    def sum_file(self, path: str, now: float) -> None:
+        """Have the vehicle tell a file's checksum; ends in ``FileSummed`` or ``FileFailed``."""
+        self._files.checksum(self._target(), path, now)
+        self._collect()
+
+    def list_logs(self, now: float) -> None:
+        """See what flights the vehicle has recorded; ends in ``LogsListed`` or ``LogFailed``."""
+        self._logs.request_list(self._target(), now)
+        self._collect()
+
+    def fetch_log(self, log: RemoteLog, now: float) -> None:
+        """Download a log that was listed; ends in ``LogReceived`` or ``LogFailed``."""
+        self._logs.fetch(self._target(), log, now)
+        self._collect()
 
     def send(self, message: Message) -> None:
         """Send a message once, without waiting for an answer: set-points."""

@@ -8,11 +8,14 @@ from protocol.dialect import mavlink
 from protocol.engines import stream
 from protocol.engines.base import Outgoing, Peer, Server, addressed_to
 from protocol.engines.command_server import UNKNOWN_PROGRESS, CommandServer
+from protocol.engines.files import FileTree, LogStore, NoFiles
+from protocol.engines.ftp_server import FtpServer
 from protocol.engines.heartbeat import HeartbeatSource
+from protocol.engines.log_server import LogServer
 from protocol.engines.mission_server import MissionServer, Validate
 from protocol.engines.parameter_server import ParameterServer
 from protocol.engines.parameters import Parameter
-from protocol.engines.responders import Refuser, TimeResponder
+from protocol.engines.responders import TimeResponder
 from protocol.engines.statustext import split_text
 from protocol.engines.stream import StreamScheduler
 from protocol.events import (
@@ -110,6 +113,8 @@ class VehicleEndpoint:
         peers: Destinations that get everything from the start; whoever sends a valid frame is added. None leaves
             that to the transport.
         keyring: Signs and judges what passes; without it nothing is signed and all is believed.
+        files: What peers may list and read over MAVLink FTP.
+        logs: Recorded flights they may list and download.
     """
 
     def __init__(
@@ -126,6 +131,8 @@ class VehicleEndpoint:
         on_request: Iterable[int] = (),
         peers: Iterable[Hashable] | None = None,
         keyring: Keyring | None = None,
+        files: FileTree | None = None,
+        logs: LogStore | None = None,
     ) -> None:
         self.last_ground_heartbeat = float("-inf")  # when a ground station last said it is there
         self._ids = (system, component)
@@ -135,13 +142,16 @@ class VehicleEndpoint:
         self._commands = CommandServer(*self._ids, frozenset(commands) | stream.COMMANDS, repeatable=stream.COMMANDS)
         self._parameters = ParameterServer(*self._ids, parameters)
         self._mission = MissionServer(*self._ids, mission, validate=validate, others=plans)
+        self._files = FtpServer(*self._ids, files or NoFiles())
+        self._logs = LogServer(*self._ids, logs or NoFiles())
         self._streams = StreamScheduler(streams, frozenset(on_request))
         self._servers: tuple[Server, ...] = (
             self._commands,
             self._parameters,
             self._mission,
             TimeResponder(*self._ids),
-            Refuser(*self._ids),
+            self._files,
+            self._logs,
         )
         self._server_of = {name: server for server in self._servers for name in server.handles}
         self._datagrams: list[tuple[Hashable | None, bytes]] = []
@@ -177,13 +187,13 @@ class VehicleEndpoint:
     def handle_timer(self, now: float) -> None:
         """Let time pass: heartbeats, resends, long answers."""
         self._keyring.tell_time(now)
-        for engine in (self._heartbeat, self._parameters, self._mission):
+        for engine in (self._heartbeat, self._parameters, self._mission, self._files, self._logs):
             engine.handle_timer(now)
         self._collect(now)
 
     def next_deadline(self) -> float:
         """When ``handle_timer`` has something to do."""
-        timed = (self._keyring, self._heartbeat, self._parameters, self._mission)
+        timed = (self._keyring, self._heartbeat, self._parameters, self._mission, self._files, self._logs)
         return min(engine.next_deadline() for engine in timed)
 
     def datagrams_to_send(self) -> list[tuple[Hashable | None, bytes]]:

@@ -15,6 +15,16 @@ __all__ = [
     "CurrentItemRequested",
     "CurrentItemSet",
     "Event",
+    "FileFailed",
+    "FileListed",
+    "FileProgress",
+    "FileReceived",
+    "FileSummed",
+    "LogEraseRequested",
+    "LogFailed",
+    "LogProgress",
+    "LogReceived",
+    "LogsListed",
     "MessageReceived",
     "MessageRequested",
     "MissionCleared",
@@ -30,6 +40,7 @@ __all__ = [
     "ParameterReceived",
     "ParameterRefused",
     "ParametersComplete",
+    "RemoteLog",
     "SetpointReceived",
     "SigningChanged",
     "VehicleFound",
@@ -263,3 +274,89 @@ class MessageReceived(Event):
 
     message: Message
     peer: Peer
+
+
+@dataclass(frozen=True, slots=True)
+class FileListed(Event):
+    """A folder of the vehicle: names and sizes in bytes, None for a folder in it."""
+
+    path: str
+    entries: tuple[tuple[str, int | None], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class FileProgress(Event):
+    """``done`` of ``total`` bytes of a file have arrived."""
+
+    path: str
+    done: int
+    total: int
+
+
+@dataclass(frozen=True, slots=True)
+class FileReceived(Event):
+    """A file of the vehicle, complete."""
+
+    path: str
+    data: bytes
+
+
+@dataclass(frozen=True, slots=True)
+class FileSummed(Event):
+    """The vehicle told the checksum of a file (``protocol.engines.ftp.crc32``)."""
+
+    path: str
+    crc: int
+
+
+@dataclass(frozen=True, slots=True)
+class FileFailed(Event):
+    """A listing, a download or a checksum came to nothing; ``error`` is a MAV_FTP_ERR, None without an answer."""
+
+    path: str
+    error: int | None
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class RemoteLog:
+    """A log as the vehicle lists it."""
+
+    number: int
+    time_utc: int  # when it began, since 1970 [s]; 0: not known
+    size: int  # bytes
+
+
+@dataclass(frozen=True, slots=True)
+class LogsListed(Event):
+    """The vehicle's logs, all of them."""
+
+    logs: tuple[RemoteLog, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class LogProgress(Event):
+    """``done`` of ``total`` bytes of a log have arrived."""
+
+    done: int
+    total: int
+
+
+@dataclass(frozen=True, slots=True)
+class LogReceived(Event):
+    """A log, complete."""
+
+    log: RemoteLog
+    data: bytes
+
+
+@dataclass(frozen=True, slots=True)
+class LogFailed(Event):
+    """A list or a log came to nothing."""
+
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class LogEraseRequested(Event):
+    """A ground station wants the vehicle's logs deleted."""

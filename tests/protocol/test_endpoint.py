@@ -170,14 +170,14 @@ def test_an_answer_at_time_zero_is_no_question():
     assert answer.tc1 != 0
 
 
-def test_logs_and_files_are_refused_at_once():
+def test_a_vehicle_without_logs_and_files_says_so_at_once():
     vehicle = endpoint()
     ((_, entry),) = ask(vehicle, mavlink.MAVLink_log_request_list_message(1, 1, 0, 0xFFFF))
     assert entry.num_logs == 0
     request = [9, 0, 3, 4, *[0] * 247]
     ((_, nak),) = ask(vehicle, mavlink.MAVLink_file_transfer_protocol_message(0, 1, 1, request))
     assert nak.payload[:6] == [10, 0, 3, 129, 1, 4]
-    assert nak.payload[12] == 7
+    assert nak.payload[12] == mavlink.MAV_FTP_ERR_FILENOTFOUND
 
 
 def test_set_points_and_messages_no_engine_knows_reach_the_owner():
