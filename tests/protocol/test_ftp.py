@@ -62,7 +62,7 @@ class Opened(BytesFile):
 
 
 class Broken(Opened):
-    def read(self, offset, size):
+    def read(self, *_):
         raise OSError(5, "disk")
 
 
