@@ -84,6 +84,7 @@ class Craft:
             forward=self.vehicle.law in WINGED and not self.vehicle.stands,
             wind=tuple(self.vehicle.wind_estimate.tolist()),
             stopping=self.vehicle.stopping_distance(),
+            energy=self.battery.capacity - self.battery.used,
         )
 
     @property

@@ -7,6 +7,7 @@ caller passes as ``now``; so a vehicle at 100 times real time still gives its pe
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Hashable, Sequence
 from typing import Any
 
@@ -17,6 +18,7 @@ from protocol.engines.mission_server import Refusal
 from protocol.events import (
     CommandRequested,
     CurrentItemRequested,
+    MessageReceived,
     MessageRequested,
     MissionCleared,
     MissionReceived,
@@ -31,6 +33,8 @@ from protocol.plans.mission import MissionItem
 from sitl import telemetry
 from sitl.autopilot import commands
 from sitl.autopilot.autopilot import Notice
+from sitl.autopilot.bounds import PLAN_NAMES, Bounds
+from sitl.autopilot.manual import sticks_of
 from sitl.autopilot.mission import validate
 from sitl.autopilot.offboard import take_setpoint
 from sitl.craft import Craft
@@ -63,6 +67,7 @@ class Node:
         keyring.keep = lambda record: self._keep(lambda: keep_keys(record))  # a full disk ends no flight
         self._refusals = RefusalReport(keyring, lambda text: self._say(WARNING, text))
         self._complained: dict[str, float] = {}  # when each complaint about a set-point was last made
+        self._bounds = bounds = Bounds(craft.autopilot, memory)
         items = memory.mission()
         refusal = self._validate(items)
         self._endpoint = VehicleEndpoint(
@@ -72,6 +77,7 @@ class Node:
             parameters=craft.bindings.wire_table(),
             mission=() if refusal else items,
             validate=self._validate,
+            plans=bounds.plans(),
             streams={s.message_id: round(1e6 / s.rate) for s in telemetry.STREAMS if s.rate > 0.0},
             on_request=frozenset(s.message_id for s in telemetry.STREAMS),
             peers=peers,
@@ -81,6 +87,8 @@ class Node:
         craft.autopilot.load_mission(() if refusal else items)
         if refusal:
             self._say(WARNING, f"Kept mission not loaded: {refusal.text}")
+        for text in bounds.flaws:
+            self._say(WARNING, text)
 
     # The wire
 
@@ -94,6 +102,8 @@ class Node:
 
     def datagrams(self, now: float) -> list[tuple[Hashable, bytes]]:
         """What is to be sent, each to its peer."""
+        heard = self._endpoint.last_ground_heartbeat
+        self.craft.autopilot.failsafes.silence = now - heard if math.isfinite(heard) else -1.0
         self._endpoint.announce(telemetry.heartbeat(self.picture()), now)
         self._endpoint.handle_timer(now)
         self._refusals.handle_timer(now)
@@ -159,14 +169,22 @@ class Node:
         self._endpoint.send(self._builders[event.message_id](self.picture()), event.peer)
 
     def _on_mission(self, event: MissionReceived, now: float) -> None:  # noqa: ARG002
+        if event.kind:
+            self._say(INFO, self._bounds.load(event.kind, event.items))
+            self._keep(lambda: self._bounds.keep(event.kind, event.items))
+            return
         self.craft.autopilot.load_mission(event.items)
         self._keep(lambda: self._memory.keep_mission(event.items))
         self._say(INFO, f"Mission of {len(event.items)} items received")
 
     def _on_mission_refused(self, event: MissionRefused, now: float) -> None:  # noqa: ARG002
-        self._say(WARNING, f"Mission refused: {event.reason}")
+        self._say(WARNING, f"{PLAN_NAMES[event.kind]} refused: {event.reason}")
 
     def _on_mission_cleared(self, event: MissionCleared, now: float) -> None:  # noqa: ARG002
+        if event.kind:
+            self._say(INFO, self._bounds.load(event.kind, ()))
+            self._keep(lambda: self._bounds.keep(event.kind, ()))
+            return
         self.craft.autopilot.load_mission(())
         self._keep(lambda: self._memory.keep_mission(()))
         self._say(INFO, "Mission cleared")
@@ -199,6 +217,14 @@ class Node:
         reason = take_setpoint(self.craft.autopilot, event.message)
         if reason is not None:
             self._complain(f"Set-point refused: {reason}")
+
+    def _on_message(self, event: MessageReceived, now: float) -> None:  # noqa: ARG002
+        if event.message.get_type() == "MANUAL_CONTROL" and event.message.target in {0, SYSTEM}:
+            sticks = sticks_of(event.message)
+            if sticks is None:
+                self._complain("Sticks refused: an axis is out of its range")
+            else:
+                self.craft.autopilot.take_sticks(sticks)
 
     def _complain(self, text: str) -> None:
         """Say a thing about a stream once in a while, not as often as the stream repeats it."""
@@ -237,4 +263,5 @@ HANDLERS: dict[type, Callable[[Node, Any, float], None]] = {
     ParameterRefused: Node._on_parameter_refused,  # noqa: SLF001
     SigningChanged: Node._on_signing,  # noqa: SLF001
     SetpointReceived: Node._on_setpoint,  # noqa: SLF001
+    MessageReceived: Node._on_message,  # noqa: SLF001
 }

@@ -17,6 +17,7 @@ from sitl.vehicle import Tuning
 
 REAL = mavlink.MAV_PARAM_TYPE_REAL32
 INT = mavlink.MAV_PARAM_TYPE_INT32
+TERMINATE = 4  # of PX4's GF_ACTION
 
 
 class Surroundings(NamedTuple):
@@ -57,7 +58,16 @@ TABLE = (
         "Set-points older than this end OFFBOARD",
     ),
     Entry("COM_DISARM_LAND", "settings", "disarm_after", 0.0, 60.0, "s", "Motors stop this long after landing"),
+    Entry("COM_OBL_RC_ACT", "settings", "setpoint_action", 3, 5, "", "Set-points stop: 3 return, 4 land, 5 hold", True),
+    Entry("COM_RC_LOSS_T", "settings", "stick_timeout", 0.1, 35.0, "s", "Sticks older than this end manual control"),
+    Entry("COM_DL_LOSS_T", "settings", "link_timeout", 1.0, 300.0, "s", "The ground station is lost after this"),
+    Entry("NAV_DLL_ACT", "settings", "link_action", 0, 3, "", "No ground: 0 go on, 1 hold, 2 return, 3 land", True),
+    Entry("GF_ACTION", "settings", "fence_action", 0, 5, "", "Fence: 0 off, 1 warn, 2 hold, 3 return, 5 land", True),
+    Entry("GF_MAX_HOR_DIST", "settings", "fence_reach", 0.0, 1e4, "m", "Fence: level distance from home; 0: any"),
+    Entry("GF_MAX_VER_DIST", "settings", "fence_ceiling", 0.0, 1e4, "m", "Fence: height above home; 0: any"),
     Entry("BAT_LOW_THR", "settings", "battery_low", 0.0, 0.9, "", "No arming below this share of the battery"),
+    Entry("BAT_CRIT_THR", "settings", "battery_critical", 0.0, 0.5, "", "Share of the battery to be home with"),
+    Entry("COM_LOW_BAT_ACT", "settings", "battery_action", 0, 3, "", "Battery: 0 warn, 2 land, 3 return in time", True),
     Entry("DRK_HOV_VMAX", "settings", "hover_speed", 0.2, 6.0, "m/s", "Horizontal speed limit of the hover laws"),
     Entry("DRK_WAY", "settings", "way", 0, 2, "", "Legs: 0 the better way, 1 hover, 2 on the wing", True),
     Entry("DRK_FWD_SPEED", "settings", "airspeed", 7.0, 22.0, "m/s", "Airspeed of the cruise on the wing"),
@@ -120,6 +130,8 @@ class Bindings(NamedTuple):
             raise SitlError("DRK_V_ENTER must stay below DRK_V_LEAVE: the hysteresis needs its gap")
         if groups["tuning"].v_forward_enter >= groups["tuning"].v_forward_leave:
             raise SitlError("DRK_VF_ENTER must stay below DRK_VF_LEAVE: the hysteresis needs its gap")
+        if groups["settings"].fence_action == TERMINATE:
+            raise SitlError("GF_ACTION 4 (terminate) is not available: a tail-sitter without motors falls")
         return Bindings(**groups)
 
     def wire_table(self) -> list[Parameter]:

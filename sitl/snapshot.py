@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import NamedTuple
 
 from protocol import frames, units
 from protocol.dialect import mavlink
 from protocol.frames import LocalFrame, Quaternion, Vector
 from protocol.modes import Mode
+from sitl.autopilot.fence import Fence, FenceWatch
 from sitl.autopilot.guidance import Setpoint
 from sitl.battery import Battery
 from sitl.craft import Craft
@@ -64,6 +66,8 @@ class Picture(NamedTuple):
     mission_count: int
     mission_current: int
     mission_state: int  # MISSION_STATE
+    fence: FenceWatch
+    fenced: bool  # a fence is in force
 
     @property
     def ms(self) -> int:
@@ -137,6 +141,8 @@ def take_picture(craft: Craft) -> Picture:
         mission_count=len(mission.items) if mission else 0,
         mission_current=mission.current if mission else 0,
         mission_state=_mission_state(craft),
+        fence=replace(autopilot.failsafes.fence),
+        fenced=autopilot.world.fence != Fence(),
     )
 
 

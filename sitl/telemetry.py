@@ -53,10 +53,12 @@ SENSORS = (
 def sys_status(s: Picture) -> Message:
     """SYS_STATUS: every simulated sensor is healthy; the pre-arm bit is the arming checks' verdict."""
     present = SENSORS | mavlink.MAV_SYS_STATUS_PREARM_CHECK
-    health = SENSORS | (mavlink.MAV_SYS_STATUS_PREARM_CHECK if s.ready or s.armed else 0)
+    enabled = present if s.fenced else present & ~mavlink.MAV_SYS_STATUS_GEOFENCE
+    health = SENSORS & ~(mavlink.MAV_SYS_STATUS_GEOFENCE if s.fence.breached else 0)
+    health |= (mavlink.MAV_SYS_STATUS_PREARM_CHECK if s.ready or s.armed else 0)
     return mavlink.MAVLink_sys_status_message(
         present,
-        present,
+        enabled,
         health,
         0,
         units.millivolts(s.battery.voltage),
@@ -255,6 +257,14 @@ def mission_current(s: Picture) -> Message:
     )
 
 
+def fence_status(s: Picture) -> Message:
+    """FENCE_STATUS: a breach that is only predicted counts as one."""
+    return mavlink.MAVLink_fence_status_message(
+        int(s.fence.breached), s.fence.count, s.fence.kind, units.milliseconds(s.fence.time),
+        mavlink.FENCE_MITIGATE_NONE,
+    )  # fmt: skip
+
+
 def hybrid_state(s: Picture) -> Message:
     """DARKO_HYBRID_STATE."""
     return mavlink.MAVLink_darko_hybrid_state_message(
@@ -301,6 +311,8 @@ def autopilot_version(s: Picture) -> Message:  # noqa: ARG001 - one signature fo
     """AUTOPILOT_VERSION with the capabilities that are real."""
     capabilities = (
         mavlink.MAV_PROTOCOL_CAPABILITY_MISSION_INT
+        | mavlink.MAV_PROTOCOL_CAPABILITY_MISSION_FENCE
+        | mavlink.MAV_PROTOCOL_CAPABILITY_MISSION_RALLY
         | mavlink.MAV_PROTOCOL_CAPABILITY_COMMAND_INT
         | mavlink.MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_BYTEWISE
         | mavlink.MAV_PROTOCOL_CAPABILITY_SET_POSITION_TARGET_LOCAL_NED
@@ -346,6 +358,7 @@ STREAMS = (
     Stream(mavlink.MAVLINK_MSG_ID_NAV_CONTROLLER_OUTPUT, controller_output, 5.0),
     Stream(mavlink.MAVLINK_MSG_ID_ACTUATOR_OUTPUT_STATUS, actuator_output, 5.0),
     Stream(mavlink.MAVLINK_MSG_ID_MISSION_CURRENT, mission_current, 1.0),
+    Stream(mavlink.MAVLINK_MSG_ID_FENCE_STATUS, fence_status, 1.0),
     Stream(mavlink.MAVLINK_MSG_ID_SYSTEM_TIME, system_time, 1.0),
     Stream(mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION, autopilot_version, 0.0),
     Stream(mavlink.MAVLINK_MSG_ID_DARKO_HYBRID_STATE, hybrid_state, 10.0),

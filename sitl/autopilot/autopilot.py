@@ -16,9 +16,14 @@ from protocol.plans.mission import MissionItem
 from sitl.autopilot import arming
 from sitl.autopilot.choice import Chooser
 from sitl.autopilot.decision import FASTEST, LEAST_HEIGHT, SLOWEST, Decision, Way
-from sitl.autopilot.guidance import FlyTo, Guidance, Hold, Ramp, Setpoint, Vector, View, land_at, with_speed
+from sitl.autopilot.failsafe import DOING, OFFBOARD_ACTIONS, Action, Failsafes
+from sitl.autopilot.fence import Fence
+from sitl.autopilot.guidance import FlyTo, Guidance, Hold, Ramp, Setpoint, Stop, Vector, View, land_at, with_speed
+from sitl.autopilot.guidance import Sequence as Steps
 from sitl.autopilot.legs import FlyLeg, Orbit, course, orbit
+from sitl.autopilot.manual import TURN_RATE, Sticks
 from sitl.autopilot.mission import MissionRunner, World, fly_to, return_home
+from sitl.autopilot.mission_items import out_of_bounds
 from sitl.autopilot.settings import Settings
 
 ACCEPTED = mavlink.MAV_RESULT_ACCEPTED
@@ -74,6 +79,10 @@ class Autopilot:
         self._offboard_at: float | None = None
         self._notices: list[Notice] = []
         self._reached: list[int] = []
+        self.failsafes = Failsafes()
+        self._fence = Fence()  # as it was loaded, in force or not
+        self._sticks: tuple[float, Sticks] | None = None  # the last ones, and when they came [s]
+        self._bound()
 
     # What the wire reads
 
@@ -107,6 +116,8 @@ class Autopilot:
             view: The vehicle as it is now.
         """
         self.view = view
+        if self.flying:
+            self._watch()
         if not self.flying:
             self._rest()
         elif self.mode is Mode.MISSION and self.mission is not None:
@@ -131,13 +142,49 @@ class Autopilot:
 
     def _fly_guidance(self, guidance: Guidance) -> None:
         if self.mode is Mode.OFFBOARD and self._offboard_is_stale():
-            self.say(mavlink.MAV_SEVERITY_WARNING, "Set-points stopped: holding")
-            self._hold_here()
+            self._lose_setpoints()
             return
+        if self.mode is Mode.POSCTL:
+            guidance = self._follow_sticks(guidance)
         self.setpoint = guidance.update(self.view)
         if self.mode is Mode.TAKEOFF and guidance.done(self.view):
             self.say(mavlink.MAV_SEVERITY_INFO, "Take-off complete: holding")
             self._enter(Mode.HOLD, Hold(self.setpoint))
+
+    def _lose_setpoints(self) -> None:
+        action = OFFBOARD_ACTIONS[self.settings.setpoint_action]
+        self.say(mavlink.MAV_SEVERITY_WARNING, f"Set-points stopped: {DOING[action]}")
+        self._react(action, stop=False)
+
+    def _watch(self) -> None:
+        for alarm in self.failsafes.check(self.view, self.mode, self.world, self.settings, self.chooser):
+            self.say(alarm.severity, alarm.text)
+            self._react(alarm.action, stop=alarm.stop)
+
+    def _react(self, action: Action, *, stop: bool) -> None:
+        """Do what an alarm asks for, unless something graver is under way.
+
+        Args:
+            action: What it asks for.
+            stop: Whether a vehicle on the wing stands still before it turns elsewhere.
+        """
+        under_way = Action.LAND if self.landing else {Mode.RTL: Action.RETURN}.get(self.mode, Action.NONE)
+        if action <= under_way:
+            return
+        if action is Action.HOLD:
+            self._hold_here()
+            return
+        here = self._at(self._stop_point())
+        first = (Stop(here),) if self.view.forward and (stop or action is Action.LAND) else ()
+        if action is Action.LAND:
+            self._enter(Mode.LAND, Steps((*first, land_at(here, self.settings.descent_rate))))
+            return
+        view = self.view._replace(p=here.p, v=(0.0, 0.0, 0.0), forward=False) if first else self.view
+        self._enter(Mode.RTL, Steps((*first, *self._way_home(view).steps)))
+
+    def _way_home(self, view: View) -> Steps:
+        to = self.world.safe_point(view.p)
+        return return_home(view, self.setpoint, self.settings, self.chooser, to=to)
 
     def _offboard_is_stale(self) -> bool:
         at = self._offboard_at
@@ -164,7 +211,8 @@ class Autopilot:
 
     def pre_arm(self) -> list[str]:
         """Why the vehicle may not be armed now, in words; empty if it may."""
-        return arming.reasons(self.view, self.settings)
+        outside = self.world.fence.breach([self.view.p])
+        return arming.reasons(self.view, self.settings) + ([] if outside is None else [outside.text])
 
     def arm(self, *, force: bool = False) -> Outcome:
         """Start the motors at idle. Refused with the failing checks unless forced."""
@@ -196,7 +244,7 @@ class Autopilot:
         if not self.view.landed:
             return self._refuse(REJECTED, "Take-off refused: already in the air")
         point = (here[0], here[1], target)
-        reason = self.world.arena.refuse(point)
+        reason = self.world.refuse(point)
         if reason is None and target < here[2] + 0.5:
             reason = f"{target:.1f} m is not above the ground"
         if reason is not None:
@@ -218,10 +266,10 @@ class Autopilot:
         return Outcome(ACCEPTED)
 
     def return_to_launch(self) -> Outcome:
-        """Climb to the return altitude, fly over the origin and land."""
+        """Climb to the return altitude, fly over the origin or the nearest rally point, and land."""
         if not self.flying:
             return self._refuse(REJECTED, "Return refused: not in the air")
-        self._enter(Mode.RTL, return_home(self.view, self.setpoint, self.settings, self.chooser))
+        self._enter(Mode.RTL, self._way_home(self.view))
         return Outcome(ACCEPTED)
 
     def go_to(self, p: Vector, heading: float | None = None, speed: float | None = None) -> Outcome:
@@ -364,6 +412,7 @@ class Autopilot:
             Mode.LAND: self.land,
             Mode.RTL: self.return_to_launch,
             Mode.OFFBOARD: self._start_offboard,
+            Mode.POSCTL: self._start_manual,
         }
         request = requests.get(mode)
         if request is None:
@@ -382,7 +431,59 @@ class Autopilot:
         self.flying = True
         return Outcome(ACCEPTED)
 
+    # Sticks
+
+    def take_sticks(self, sticks: Sticks) -> None:
+        """Take a pilot's sticks, flown in POSCTL."""
+        self._sticks = (self.view.time, sticks)
+
+    def _start_manual(self) -> Outcome:
+        if self._fresh_sticks() is None:
+            return self._refuse(REJECTED, "POSCTL refused: no sticks are moving: MANUAL_CONTROL is not arriving")
+        if not self.flying:
+            return self._refuse(REJECTED, "POSCTL refused: not in the air")
+        self._enter(Mode.POSCTL, Hold(self._at(self._stop_point())))
+        self._drifted_at = self.view.time
+        return Outcome(ACCEPTED)
+
+    def _fresh_sticks(self) -> Sticks | None:
+        if self._sticks is None or self.view.time - self._sticks[0] > self.settings.stick_timeout:
+            return None
+        return self._sticks[1]
+
+    def _follow_sticks(self, guidance: Guidance) -> Guidance:
+        sticks = self._fresh_sticks()
+        if sticks is None:
+            self.say(mavlink.MAV_SEVERITY_WARNING, "Sticks stopped: holding")
+            self._hold_here()
+        elif not self.view.forward:  # on the wing it is still standing up
+            since = self._drifted_at
+            heading = self.setpoint.heading
+            speed = self.settings.hover_speed
+            drifted = self._drift(sticks.velocity(heading, speed, CLIMB, DESCENT), heading)
+            turned = heading - TURN_RATE * sticks.clockwise * (self.view.time - since)
+            self._guidance = Hold(drifted._replace(heading=turned))
+        return self._guidance or guidance
+
     # Missions
+
+    def load_fence(self, fence: Fence) -> None:
+        """Replace the fence; the parameters decide whether it is in force."""
+        self._fence = fence
+        self._bound()
+
+    def load_rally(self, points: tuple[Vector, ...]) -> None:
+        """Replace the rally points, world NWU [m]."""
+        self.world = self.world._replace(rally=points)
+        self._bound()
+
+    def _bound(self) -> None:
+        """Put fence and rally points in force, for a mission under way as well."""
+        s = self.settings
+        bounds = self._fence._replace(reach=s.fence_reach, ceiling=s.fence_ceiling)
+        self.world = self.world._replace(fence=bounds if s.fence_action else Fence())
+        if self.mission is not None:
+            self.mission.world = self.world
 
     def load_mission(self, items: Sequence[MissionItem]) -> None:
         """Replace the mission by an already validated one; flying the old one ends in a hold."""
@@ -397,6 +498,8 @@ class Autopilot:
             return self._refuse(REJECTED, "Mission refused: none is loaded")
         if not self.armed:
             return self._refuse(REJECTED, "Mission refused: not armed")
+        if outside := out_of_bounds(mission.items, self.world):
+            return self._refuse(DENIED, f"Mission denied: {outside}")
         if first is not None and not 0 <= first < len(mission.items):
             return self._refuse(DENIED, f"Mission denied: no item {first} among {len(mission.items)}")
         if first is not None or mission.finished:
@@ -423,6 +526,7 @@ class Autopilot:
     def apply(self, settings: Settings) -> None:
         """Take changed settings; a mission under way flies its next items by them."""
         self.settings = settings
+        self._bound()
         if self.mission is not None:
             self.mission.settings = settings
 
@@ -433,7 +537,7 @@ class Autopilot:
     def _refuse_point(self, p: Vector) -> str | None:
         if not all(map(math.isfinite, p)):
             return f"position {p} is not a number"
-        return self.world.arena.refuse(p)
+        return self.world.refuse(p)
 
     def _enter(self, mode: Mode, guidance: Guidance | None) -> None:
         self.mode, self._guidance = mode, guidance

@@ -35,11 +35,21 @@ class Chooser:
         made, self._made = self._made, []
         return made
 
+    def energy(self, view: View, start: Vector, end: Vector, settings: Settings) -> float:
+        """Shaft energy of one leg flown the better way [J]; not a decision, and not reported."""
+        leg, _ = _leg(start, end, view.heading, view.wind)
+        made = plan([leg], self._abilities(settings), settings.least_leg, [Way(settings.way)], flying=view.forward)[0]
+        return made.forward.energy if made.way is Way.FORWARD else made.hover.energy
+
+    def _abilities(self, settings: Settings, airspeed: float | None = None) -> Abilities:
+        airspeed = settings.airspeed if airspeed is None else airspeed
+        return Abilities(self.airframe, self.can_fly_forward, settings.hover_speed, airspeed, settings.leg_time)
+
     def choose(
         self, view: View, start: Vector, stops: Sequence[Stop], settings: Settings, airspeed: float
     ) -> list[Decision]:
         """Decisions for the legs from ``start`` through ``stops``; the first is reported."""
-        abilities = Abilities(self.airframe, self.can_fly_forward, settings.hover_speed, airspeed, settings.leg_time)
+        abilities = self._abilities(settings, airspeed)
         default = Way(settings.way)
         legs, asked, here, heading = [], [], start, view.heading
         for stop in stops[:CHAIN]:

@@ -15,6 +15,7 @@ Vector = tuple[float, float, float]
 
 SLOW_BELOW = 5.0  # landings take their time from here on [m]
 FAST_DESCENT = 1.5  # above that [m/s]
+SLOW = 1.0  # as good as standing [m/s]
 
 
 class View(NamedTuple):
@@ -30,6 +31,7 @@ class View(NamedTuple):
     forward: bool = False  # tipping over, on the wing, or standing up again
     wind: Vector = (0.0, 0.0, 0.0)  # as it is estimated, world NWU [m/s]
     stopping: float = 0.0  # distance the present speed takes to stop [m]
+    energy: float = math.inf  # left in the battery [J]
 
 
 class Route(NamedTuple):
@@ -87,6 +89,22 @@ class Hold:
     def done(self, view: View) -> bool:  # noqa: ARG002 - holding has no end of its own
         """Never."""
         return False
+
+
+@dataclass(slots=True)
+class Stop:
+    """Come to rest upright at a set-point, however near it."""
+
+    setpoint: Setpoint
+    landing: bool = False
+
+    def update(self, view: View) -> Setpoint:  # noqa: ARG002 - the set-point never moves
+        """The set-point."""
+        return self.setpoint
+
+    def done(self, view: View) -> bool:
+        """Upright and slow."""
+        return not view.forward and math.hypot(*view.v) < SLOW
 
 
 @dataclass(slots=True)

@@ -250,7 +250,8 @@ class MissionRunner:
         return Steps((approach, land_at(down, self.settings.descent_rate)))
 
     def _return(self, item: MissionItem, view: View, last: Setpoint) -> Guidance:  # noqa: ARG002 - one signature for all builders
-        return return_home(view, last, self.settings, self.chooser, self._asked)
+        to = self.world.safe_point(view.p)
+        return return_home(view, last, self.settings, self.chooser, self._asked, to)
 
 
 def fly_to(
@@ -266,12 +267,17 @@ def fly_to(
 
 
 def return_home(
-    view: View, last: Setpoint, settings: Settings, chooser: Chooser | None = None, asked: Way = Way.NONE
-) -> Guidance:
-    """Climb to the return altitude, fly over the origin, land there."""
-    high = max(view.p[2], settings.return_altitude)
+    view: View,
+    last: Setpoint,
+    settings: Settings,
+    chooser: Chooser | None = None,
+    asked: Way = Way.NONE,
+    to: Vector = (0.0, 0.0, 0.0),
+) -> Steps:
+    """Climb to the return altitude, fly over a point, world NWU [m], and land there."""
+    high = max(view.p[2], settings.return_altitude, to[2])
     here = Setpoint((view.p[0], view.p[1], high), last.heading, settings.hover_speed)
-    above_home = here._replace(p=(0.0, 0.0, high))
+    above_home = here._replace(p=(to[0], to[1], high))
     climbed = view if view.forward else view._replace(p=here.p)
     home = fly_to(climbed, above_home, settings, chooser, asked)
     down = land_at(above_home._replace(heading=home.setpoint.heading), settings.descent_rate)

@@ -16,7 +16,9 @@ from protocol.plans.mission import MissionItem
 from protocol.units import UNKNOWN_INT32, from_e7, from_local_e4
 from sitl.autopilot.arena import Arena
 from sitl.autopilot.decision import FASTEST, Way
+from sitl.autopilot.fence import Fence
 from sitl.autopilot.guidance import Vector
+from sitl.autopilot.places import level
 
 TAKEOFF = frozenset({mavlink.MAV_CMD_NAV_TAKEOFF, mavlink.MAV_CMD_NAV_VTOL_TAKEOFF})
 LAND = frozenset({mavlink.MAV_CMD_NAV_LAND, mavlink.MAV_CMD_NAV_VTOL_LAND})
@@ -46,10 +48,12 @@ MOST_ITEMS = 1000
 
 
 class World(NamedTuple):
-    """Where missions are flown: the geodetic origin of the world frame and the arena about it."""
+    """Where missions are flown: the geodetic origin of the world frame, the arena about it, fence and rally points."""
 
     frame: LocalFrame
     arena: Arena
+    fence: Fence = Fence()
+    rally: tuple[Vector, ...] = ()  # world NWU [m]
 
     @property
     def home(self) -> Geodetic:
@@ -58,8 +62,16 @@ class World(NamedTuple):
 
     def local(self, lat_deg: float, lon_deg: float, height: float) -> Vector:
         """World NWU [m] of a geodetic point at a height above the origin."""
-        north, east, _ = self.frame.to_ned(Geodetic(lat_deg, lon_deg, self.home.alt))
-        return (north, -east, height)
+        return (*level(lat_deg, lon_deg, self.frame), height)
+
+    def refuse(self, p: Vector) -> str | None:
+        """Why the vehicle may not be sent to a point, world NWU [m], or None if it may."""
+        breach = None if (outside := self.arena.refuse(p)) else self.fence.breach([p])
+        return breach.text if breach is not None else outside
+
+    def safe_point(self, p: Vector) -> Vector:
+        """Where to return to from a point: the nearest of home and the rally points, world NWU [m]."""
+        return min(((0.0, 0.0, 0.0), *self.rally), key=lambda point: math.dist(point[:2], p[:2]))
 
 
 def place(item: MissionItem, world: World) -> Vector | None:
@@ -98,6 +110,16 @@ def validate(items: Sequence[MissionItem], world: World) -> Refusal | None:
         refusal = _validate_item(seq, item, len(items), world)
         if refusal is not None:
             return refusal
+    return None
+
+
+def out_of_bounds(items: Sequence[MissionItem], world: World) -> str | None:
+    """Why a valid mission cannot be flown within the fence, or None: the first item that names a place outside."""
+    for seq, item in enumerate(items):
+        point = place(item, world) if item.command in PLACED | LAND | TAKEOFF else None
+        breach = None if point is None else world.fence.breach([point])
+        if breach is not None:
+            return f"item {seq} is {breach.text}"
     return None
 
 

@@ -1,0 +1,190 @@
+"""What the vehicle does by itself when its pilot, its set-points or its battery fail it, or it leaves its fence.
+
+Every watch tells its alarm once: an :class:`Alarm` says in words why, and what is done about it. What the pilot asks
+for afterwards is done; an alarm comes again only after its cause was gone. The graver action wins: a landing is never
+stopped for a return, nor a return for a hold.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from enum import IntEnum
+from typing import NamedTuple
+
+from protocol.dialect import mavlink
+from protocol.modes import Mode
+from sitl.autopilot.choice import Chooser
+from sitl.autopilot.fence import FenceWatch
+from sitl.autopilot.guidance import FAST_DESCENT, SLOW_BELOW, Vector, View
+from sitl.autopilot.mission_items import World
+from sitl.autopilot.settings import Settings
+from sitl.kernels.parameters import Airframe
+
+EVERY = 0.1  # between looks at the fence [s]
+BATTERY_EVERY = 1.0  # between predictions of the way home [s]
+MARGIN = 1.1  # on the predicted energy
+RECOVERED = 0.02  # share of the battery above a threshold that ends its alarm
+WARNING, CRITICAL = mavlink.MAV_SEVERITY_WARNING, mavlink.MAV_SEVERITY_CRITICAL
+
+
+class Action(IntEnum):
+    """What an alarm asks for, the graver the greater."""
+
+    NONE = 0
+    HOLD = 1
+    RETURN = 2
+    LAND = 3
+
+
+DOING = {Action.NONE: "going on", Action.HOLD: "holding", Action.RETURN: "returning", Action.LAND: "landing"}
+# What the numbers of the parameters mean; they are PX4's.
+FENCE_ACTIONS = {1: Action.NONE, 2: Action.HOLD, 3: Action.RETURN, 5: Action.LAND}
+LINK_ACTIONS = {0: Action.NONE, 1: Action.HOLD, 2: Action.RETURN, 3: Action.LAND}
+OFFBOARD_ACTIONS = {3: Action.RETURN, 4: Action.LAND, 5: Action.HOLD}
+BATTERY_WARN, BATTERY_LAND, BATTERY_RETURN = 0, 2, 3
+
+
+class Alarm(NamedTuple):
+    """Something is wrong: what is done, and why in words."""
+
+    action: Action
+    severity: int  # MAV_SEVERITY
+    text: str
+    stop: bool = False  # whether a vehicle on the wing stands still before it turns elsewhere
+
+
+@dataclass(slots=True)
+class LinkWatch:
+    """The ground station's heartbeats; before the first one there is nothing to lose."""
+
+    lost: bool = False
+
+    def check(self, silence: float, settings: Settings) -> Alarm | None:
+        """An alarm when they stop, and a word when they are back.
+
+        Args:
+            silence: Time since the last one [s], negative before the first.
+            settings: With the time-out and the action.
+        """
+        was, self.lost = self.lost, silence > settings.link_timeout
+        if self.lost and not was:
+            action = LINK_ACTIONS[settings.link_action]
+            return Alarm(action, CRITICAL, f"No ground station for {settings.link_timeout:g} s: {DOING[action]}")
+        if was and not self.lost:
+            return Alarm(Action.NONE, mavlink.MAV_SEVERITY_INFO, "Ground station is back")
+        return None
+
+
+class Reserve(NamedTuple):
+    """The battery against what is left to fly."""
+
+    left: float  # [J]
+    home: float  # predicted to fly home and land there [J]
+    kept: float  # not to be used [J]
+
+
+@dataclass(slots=True)
+class BatteryWatch:
+    """Low, not enough to wait any longer with the way home, and critical: each is said once."""
+
+    low: bool = False
+    returned: bool = False
+    critical: bool = False
+
+    def check(self, share: float, reserve: Reserve, settings: Settings, mode: Mode) -> list[Alarm]:
+        """Alarms that begin now.
+
+        Args:
+            share: Of the battery left, 0..1.
+            reserve: What it is to be held against.
+            settings: With the thresholds and the action.
+            mode: The flight mode.
+        """
+        alarms = []
+        if share < settings.battery_low and not self.low:
+            alarms.append(Alarm(Action.NONE, WARNING, f"Battery low: {100 * share:.0f} % left"))
+        if settings.battery_action == BATTERY_RETURN:
+            alarms += self._way_home(reserve, mode)
+        if share < settings.battery_critical and not self.critical:
+            alarms.append(self._at_critical(share, reserve, settings, mode))
+        for name, threshold in (("low", settings.battery_low), ("critical", settings.battery_critical)):
+            setattr(self, name, share < threshold + (RECOVERED if getattr(self, name) else 0.0))
+        return alarms
+
+    def _way_home(self, reserve: Reserve, mode: Mode) -> list[Alarm]:
+        if not math.isfinite(reserve.home):  # not known, as in a wind that is too strong at the moment
+            return []
+        needed = MARGIN * reserve.home + reserve.kept
+        said = f"{reserve.left:.0f} J left, home takes {reserve.home:.0f} J"
+        if reserve.left < reserve.home and (mode is Mode.RTL or not self.returned):
+            self.returned = True
+            return [Alarm(Action.LAND, CRITICAL, f"Battery: {said}: landing here")]
+        if reserve.left < needed and not self.returned:
+            self.returned = True
+            return [Alarm(Action.RETURN, CRITICAL, f"Battery: {said}: returning")]
+        self.returned = self.returned and reserve.left < needed + RECOVERED * reserve.left
+        return []
+
+    def _at_critical(self, share: float, reserve: Reserve, settings: Settings, mode: Mode) -> Alarm:
+        on_its_way = mode is Mode.RTL and reserve.left >= reserve.home
+        lands = settings.battery_action >= BATTERY_LAND and not on_its_way
+        action = Action.LAND if lands else Action.NONE
+        return Alarm(action, CRITICAL, f"Battery critical: {100 * share:.0f} % left: {DOING[action]}")
+
+
+@dataclass(slots=True)
+class Failsafes:
+    """All watches of one vehicle. ``silence`` is the owner's to set: it is counted on the link's time."""
+
+    silence: float = -1.0  # since a ground station was last heard [s]; negative: never was
+    link: LinkWatch = field(default_factory=LinkWatch)
+    fence: FenceWatch = field(default_factory=FenceWatch)
+    battery: BatteryWatch = field(default_factory=BatteryWatch)
+    _fence_at: float = -math.inf
+    _battery_at: float = -math.inf
+
+    def check(self, view: View, mode: Mode, world: World, settings: Settings, chooser: Chooser | None) -> list[Alarm]:
+        """Alarms that begin at this tick of a flight."""
+        alarms = []
+        if link := self.link.check(self.silence, settings):
+            alarms.append(link)
+        if settings.fence_action and view.time - self._fence_at >= EVERY:
+            self._fence_at = view.time
+            if breach := self.fence.check(view, world.fence):
+                action = FENCE_ACTIONS[settings.fence_action]
+                alarms.append(Alarm(action, WARNING, f"Fence: {breach.text}: {DOING[action]}", stop=True))
+        if chooser is not None and view.time - self._battery_at >= BATTERY_EVERY:
+            self._battery_at = view.time
+            home = energy_home(view, world.safe_point(view.p), settings, chooser)
+            capacity = view.energy / view.energy_left if view.energy_left > 0.0 else 0.0
+            reserve = Reserve(view.energy, home, settings.battery_critical * capacity)
+            alarms += self.battery.check(view.energy_left, reserve, settings, mode)
+        return alarms
+
+
+def energy_home(view: View, to: Vector, settings: Settings, chooser: Chooser) -> float:
+    """Predicted shaft energy of the way to a point and of the landing there [J].
+
+    The climb to the return altitude and the landing are hovered at the power of still air; the leg is the decision's
+    (:mod:`sitl.autopilot.decision`), the cheaper way, in the wind as it is estimated.
+
+    Args:
+        view: The vehicle as it is now.
+        to: Where it lands, world NWU [m].
+        settings: Rates and altitudes.
+        chooser: Predicts the leg.
+    """
+    power = hover_power(chooser.airframe)
+    high = max(view.p[2], settings.return_altitude, to[2])
+    climb = 0.0 if view.forward else (high - view.p[2]) / settings.climb_rate
+    slowly = min(high, SLOW_BELOW)
+    landing = slowly / settings.descent_rate + (high - slowly) / FAST_DESCENT
+    leg = chooser.energy(view, (view.p[0], view.p[1], high), (to[0], to[1], high), settings)
+    return power * (climb + landing) + leg
+
+
+def hover_power(a: Airframe) -> float:
+    """Shaft power of a hover in still air [W]: the thrust carries the weight and what the wing takes of it."""
+    thrust = a.m * a.g / (2.0 * (1.0 - a.S_ratio * a.C_d0))
+    return float(2.0 * a.k_m * (thrust / a.k_f) ** 1.5)
