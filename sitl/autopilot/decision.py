@@ -31,6 +31,7 @@ LEAST_PROGRESS = 2.0  # over the ground, less is no way to fly [m/s]
 HIGH = 100.0  # of a leg whose height is not known [m]
 STEEPEST_CLIMB, STEEPEST_DESCENT = 1.0, 0.35  # slope of a leg on the wing
 LEAST_HEIGHT = 3.0  # both ends of a leg on the wing are at least so high [m]
+LATE, UNASKED, UNABLE = 1e9, 1e12, 1e15  # what being late, not as asked, or not possible counts for [J]
 SLOWEST, FASTEST = 7.0, 22.0  # airspeeds of the cruise [m/s]
 
 
@@ -217,25 +218,30 @@ def plan(
     """
     hover = [predict_hover(leg, abilities) for leg in legs]
     barred = [_barred(leg, abilities, least_leg) for leg in legs]
-    count = len(legs)
-    following: dict[bool, float] = {False: 0.0, True: 0.0}  # by whether the leg before was flown forward
-    choice: list[dict[bool, bool]] = [{} for _ in legs]
-    for i in reversed(range(count)):
-        best: dict[bool, float] = {}
-        for before in (False, True):
-            options = {
-                forward: _cost(i, legs, abilities, hover[i], barred[i], asked[i], forward=forward, flying=before)
-                + following[forward]
-                for forward in (False, True)
-            }
-            choice[i][before] = options[True] < options[False]
-            best[before] = options[choice[i][before]]
-        following = best
-    ways, begun = [], flying
-    for i in range(count):
-        flying = choice[i][flying]
-        ways.append(flying)
-    return [_decision(i, legs, abilities, hover[i], barred[i], asked[i], [begun, *ways]) for i in range(count)]
+    following = dict.fromkeys(_State, 0.0)  # least cost of what follows, by the state before it
+    choice: list[dict[_State, _State]] = []
+    for i in reversed(range(len(legs))):
+        best: dict[_State, tuple[float, _State]] = {}
+        for before in _State:
+            after = _State.BEGUN if before is _State.HOVER else _State.THROUGH
+            upright = _hover_cost(i, legs, abilities, hover[i], barred[i], asked[i], before) + following[_State.HOVER]
+            wing = _wing_cost(i, legs, abilities, barred[i], asked[i], before) + following[after]
+            best[before] = (wing, after) if wing < upright else (upright, _State.HOVER)
+        following = {before: cost for before, (cost, _) in best.items()}
+        choice.insert(0, {before: after for before, (_, after) in best.items()})
+    states = [_State.THROUGH if flying else _State.HOVER]
+    for chosen in choice:
+        states.append(chosen[states[-1]])
+    ways = [state is not _State.HOVER for state in states]
+    return [_decision(i, legs, abilities, hover[i], barred[i], asked[i], ways) for i in range(len(legs))]
+
+
+class _State(IntEnum):
+    """How a leg was flown: what the next one begins with."""
+
+    HOVER = 0
+    BEGUN = 1  # on the wing, from the hover
+    THROUGH = 2  # on the wing all along
 
 
 def _barred(leg: Leg, abilities: Abilities, least_leg: float) -> Why:
@@ -250,34 +256,35 @@ def _forward(leg: Leg, abilities: Abilities, *, begin: bool, end: bool) -> Predi
     return predict_forward(leg, abilities, begin=begin, end=end)
 
 
-def _cost(
-    i: int,
-    legs: Sequence[Leg],
-    abilities: Abilities,
-    hover: Prediction,
-    barred: Why,
-    asked: Way,
-    *,
-    forward: bool,
-    flying: bool,
+def _wing_cost(i: int, legs: Sequence[Leg], abilities: Abilities, barred: Why, asked: Way, before: _State) -> float:
+    """Cost of leg i on the wing, with the transition that begins it; that to the hover only if it is the last."""
+    if barred is not Why.NONE or asked is Way.HOVER:
+        return math.inf
+    taken = _forward(legs[i], abilities, begin=before is _State.HOVER, end=i + 1 == len(legs))
+    return min(taken.energy, UNABLE) + (LATE if _is_late(taken, abilities) else 0.0)
+
+
+def _hover_cost(
+    i: int, legs: Sequence[Leg], abilities: Abilities, hover: Prediction, barred: Why, asked: Way, before: _State
 ) -> float:
-    """Energy of leg i one way, with the transition that begins it; a hover leg after a forward one pays its stop."""
-    if forward:
-        if barred is not Why.NONE or asked is Way.HOVER:
-            return math.inf
-        last = i + 1 == len(legs)
-        taken = _forward(legs[i], abilities, begin=not flying, end=last)
-    else:
-        stop = 0.0
-        if flying:
-            braked = legs[max(i - 1, 0)]
-            whole, without = (_forward(braked, abilities, begin=False, end=end).energy for end in (True, False))
-            stop = whole - without
-        taken = hover._replace(energy=hover.energy + stop)
-        if asked is Way.FORWARD and barred is Why.NONE:
-            return 1e12 + taken.energy  # only if nothing else is possible
-    late = 1e9 if abilities.deadline > 0.0 and taken.time > abilities.deadline else 0.0
-    return min(taken.energy, 1e15) + late
+    """Cost of leg i upright, with the stop that ends the leg before it if that was flown on the wing."""
+    cost = min(hover.energy, UNABLE) + (LATE if _is_late(hover, abilities) else 0.0)
+    if before is not _State.HOVER:
+        cost += _stop(legs[max(i - 1, 0)], abilities, begin=before is _State.BEGUN)
+    return cost + (UNASKED if asked is Way.FORWARD and barred is Why.NONE else 0.0)
+
+
+def _stop(leg: Leg, abilities: Abilities, *, begin: bool) -> float:
+    """What ending a leg in the hover costs over flying on; it may make the leg late."""
+    whole, without = (_forward(leg, abilities, begin=begin, end=end) for end in (True, False))
+    if math.isinf(whole.energy):
+        return UNABLE
+    late = _is_late(whole, abilities) and not _is_late(without, abilities)
+    return whole.energy - without.energy + (LATE if late else 0.0)
+
+
+def _is_late(taken: Prediction, abilities: Abilities) -> bool:
+    return 0.0 < abilities.deadline < taken.time
 
 
 def _decision(

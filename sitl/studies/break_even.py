@@ -20,6 +20,7 @@ from sitl.airframe import load
 from sitl.autopilot.arena import ARENAS
 from sitl.autopilot.decision import (
     Abilities,
+    Decision,
     Leg,
     Prediction,
     Way,
@@ -32,7 +33,7 @@ from sitl.autopilot.mission import World
 from sitl.autopilot.settings import Settings
 from sitl.craft import Craft
 from sitl.errors import SitlError
-from sitl.hybrid.supervisor import WINGED
+from sitl.hybrid.supervisor import WINGED, Law
 from sitl.kernels import state
 from sitl.kernels.parameters import Array
 from sitl.parameters import Bindings, Surroundings
@@ -43,7 +44,8 @@ ORIGIN = Geodetic(43.5648, 1.4811, 150.0)
 HEIGHT = 45.0  # of the beginning of a leg [m]
 CALMING = 8.0  # hovered in the wind before it [s]
 SAMPLE = 10  # control ticks
-TOO_LONG = 240.0  # [s]
+TOO_LONG = 240.0  # of a leg [s]
+MISSION_TIME = 900.0  # of a mission, at most [s]
 SHORTEST, LONGEST = WORTH_DISTANCE + 0.1, 300.0  # the supervisor does not tip over for less [m]
 DISTANCES = np.geomspace(SHORTEST, LONGEST, 24)
 NARROW = np.geomspace(SHORTEST, LONGEST, 400)
@@ -64,6 +66,16 @@ class Flown(NamedTuple):
     tipped: bool  # whether it was on the wing at all
     sunk: float  # below its lower end at most [m]
     risen: float  # above its higher end at most [m]
+
+
+class Journey(NamedTuple):
+    """A mission as it was flown."""
+
+    complete: bool
+    time: float  # [s]
+    energy: float  # at the shafts [J]
+    decisions: list[tuple[int, Decision]]  # leg by leg, with the mission item the leg ends at
+    energy_by_law: dict[Law, float]  # [J]
 
 
 class Cell(NamedTuple):
@@ -155,6 +167,30 @@ def _hovering(leg: Leg, settings: Settings, airframe: str) -> Craft:
 def _waypoint(north: float, west: float, up: float) -> MissionItem:
     place = round(north * 1e4), round(-west * 1e4), -up
     return MissionItem(mavlink.MAV_CMD_NAV_WAYPOINT, mavlink.MAV_FRAME_LOCAL_NED, (0.0, 0.0, 0.0, math.nan), *place)
+
+
+def fly_mission(items: Sequence[MissionItem], way: Way, least_leg: float = 25.0, airframe: str = "nominal") -> Journey:
+    """Fly a mission from the ground to the ground, in calm.
+
+    Args:
+        items: The mission.
+        way: NONE leaves every leg to the decision; the others ask for one way wherever it is possible.
+        least_leg: DRK_FWD_LEG, shorter legs are hovered [m].
+        airframe: Parameter set.
+    """
+    vehicle = Vehicle(load(airframe).parameters)
+    bindings = Bindings(Settings(way=int(way), least_leg=least_leg), vehicle.tuning, Surroundings(battery=1e9))
+    craft = Craft(vehicle, World(LocalFrame(ORIGIN), ARENAS["open"]), bindings)
+    autopilot = craft.autopilot
+    autopilot.load_mission(items)
+    autopilot.arm(force=True)
+    autopilot.start_mission()
+    decisions: list[tuple[int, Decision]] = []
+    while not (autopilot.mission is None or autopilot.mission.finished) and vehicle.time < MISSION_TIME:
+        craft.advance(SAMPLE)
+        decisions += autopilot.decisions()
+    complete = autopilot.mission is not None and autopilot.mission.finished
+    return Journey(complete, vehicle.time, vehicle.energy, decisions, dict(vehicle.energy_by_law))
 
 
 def draw(legs: int, able: Abilities, seed: int = 1, *, forward: bool) -> list[tuple[Leg, float]]:
