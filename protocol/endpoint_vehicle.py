@@ -168,6 +168,10 @@ class VehicleEndpoint:
         """The plan in force."""
         return self._mission.items
 
+    def plan(self, kind: int) -> tuple[MissionItem, ...]:
+        """The plan, fence or rally points (MAV_MISSION_TYPE) in force."""
+        return self._mission.held(kind)
+
     @property
     def parameters(self) -> tuple[Parameter, ...]:
         """The parameter table with its present values."""

@@ -14,10 +14,12 @@ from typing import Any
 from protocol import units
 from protocol.dialect import mavlink
 from protocol.endpoint import VehicleEndpoint
+from protocol.engines.files import NoFiles
 from protocol.engines.mission_server import Refusal
 from protocol.events import (
     CommandRequested,
     CurrentItemRequested,
+    LogEraseRequested,
     MessageReceived,
     MessageRequested,
     MissionCleared,
@@ -37,8 +39,10 @@ from sitl.autopilot.bounds import PLAN_NAMES, Bounds
 from sitl.autopilot.manual import sticks_of
 from sitl.autopilot.mission import validate
 from sitl.autopilot.offboard import take_setpoint
+from sitl.blackbox import Blackbox
 from sitl.craft import Craft
 from sitl.errors import SitlError
+from sitl.files import VehicleFiles
 from sitl.hybrid.supervisor import JumpRecord
 from sitl.keys import RefusalReport
 from sitl.memory import Memory, MemoryFaultError
@@ -57,7 +61,12 @@ class Node:
     """
 
     def __init__(
-        self, craft: Craft, memory: Memory, peers: Sequence[Hashable] = (), keyring: Keyring | None = None
+        self,
+        craft: Craft,
+        memory: Memory,
+        peers: Sequence[Hashable] = (),
+        keyring: Keyring | None = None,
+        blackbox: Blackbox | None = None,
     ) -> None:
         self.craft = craft
         self._memory = memory
@@ -68,6 +77,8 @@ class Node:
         self._refusals = RefusalReport(keyring, lambda text: self._say(WARNING, text))
         self._complained: dict[str, float] = {}  # when each complaint about a set-point was last made
         self._bounds = bounds = Bounds(craft.autopilot, memory)
+        self._blackbox = blackbox
+        logs = blackbox or NoFiles()
         items = memory.mission()
         refusal = self._validate(items)
         self._endpoint = VehicleEndpoint(
@@ -82,6 +93,8 @@ class Node:
             on_request=frozenset(s.message_id for s in telemetry.STREAMS),
             peers=peers,
             keyring=keyring,
+            files=VehicleFiles(lambda: self._endpoint.parameters, self._held, logs),
+            logs=logs,
         )
         self._builders = {s.message_id: s.build for s in telemetry.STREAMS}
         craft.autopilot.load_mission(() if refusal else items)
@@ -115,6 +128,7 @@ class Node:
         """Fly, and queue the telemetry that falls due on simulated time."""
         self.craft.advance(ticks)
         self._report()
+        self._record()
         time_us = round(self.craft.vehicle.time * 1e6)
         due = self._endpoint.streams_due(time_us)
         named = self.craft.vehicle.step % NAMED_VALUE_TICKS < ticks
@@ -136,14 +150,14 @@ class Node:
         autopilot = self.craft.autopilot
         jumps = self.craft.new_jumps()
         for jump in jumps:
-            self._endpoint.publish(_jump_message(jump))
+            self._tell(_jump_message(jump))
         if jumps:
-            self._endpoint.publish(telemetry.extended_state(self.picture()))
+            self._tell(telemetry.extended_state(self.picture()))
         for seq in autopilot.reached():
-            self._endpoint.publish(mavlink.MAVLink_mission_item_reached_message(seq))
+            self._tell(mavlink.MAVLink_mission_item_reached_message(seq))
             self._endpoint.publish(telemetry.mission_current(self.picture()))
         for seq, made in autopilot.decisions():
-            self._endpoint.publish(telemetry.decision(self.picture().ms, seq, made))
+            self._tell(telemetry.decision(self.picture().ms, seq, made))
         notices = autopilot.notices()
         for notice in notices:
             self._say(notice.severity, notice.text)
@@ -151,8 +165,26 @@ class Node:
 
     def _say(self, severity: int, text: str) -> None:
         self._endpoint.status_text(severity, text)
+        if self._blackbox is not None:
+            self._blackbox.say(severity, text, self.craft.vehicle.time)
+
+    def _tell(self, message: Any) -> None:  # noqa: ANN401 - generated messages are untyped
+        """Send an event to everyone, and record it."""
+        self._endpoint.publish(message)
+        if self._blackbox is not None:
+            self._blackbox.take(message, self.craft.vehicle.time)
+
+    def _record(self) -> None:
+        if self._blackbox is None:
+            return
+        self._blackbox.follow(self.craft.vehicle.time, self.picture, armed=self.craft.autopilot.armed)
+        for text in self._blackbox.complaints():
+            self._say(WARNING, text)
 
     # What peers ask for
+
+    def _held(self, kind: int) -> tuple[MissionItem, ...]:
+        return self._endpoint.plan(kind)
 
     def _validate(self, items: Sequence[MissionItem]) -> Refusal | None:
         return validate(items, self.craft.autopilot.world)
@@ -226,6 +258,10 @@ class Node:
             else:
                 self.craft.autopilot.take_sticks(sticks)
 
+    def _on_log_erase(self, event: LogEraseRequested, now: float) -> None:  # noqa: ARG002
+        if self._blackbox is not None:
+            self._say(INFO, f"{self._blackbox.erase()} logs erased")
+
     def _complain(self, text: str) -> None:
         """Say a thing about a stream once in a while, not as often as the stream repeats it."""
         now = self.craft.vehicle.time
@@ -262,6 +298,7 @@ HANDLERS: dict[type, Callable[[Node, Any, float], None]] = {
     ParameterChanged: Node._on_parameter,  # noqa: SLF001
     ParameterRefused: Node._on_parameter_refused,  # noqa: SLF001
     SigningChanged: Node._on_signing,  # noqa: SLF001
+    LogEraseRequested: Node._on_log_erase,  # noqa: SLF001
     SetpointReceived: Node._on_setpoint,  # noqa: SLF001
     MessageReceived: Node._on_message,  # noqa: SLF001
 }

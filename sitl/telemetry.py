@@ -17,6 +17,7 @@ from protocol.dialect import mavlink
 from protocol.modes import Mode, custom_mode
 from sitl.autopilot.decision import Decision
 from sitl.hybrid.supervisor import Law
+from sitl.metadata import GENERAL_URI, general_crc
 from sitl.snapshot import Picture
 
 NAN = math.nan
@@ -55,7 +56,7 @@ def sys_status(s: Picture) -> Message:
     present = SENSORS | mavlink.MAV_SYS_STATUS_PREARM_CHECK
     enabled = present if s.fenced else present & ~mavlink.MAV_SYS_STATUS_GEOFENCE
     health = SENSORS & ~(mavlink.MAV_SYS_STATUS_GEOFENCE if s.fence.breached else 0)
-    health |= (mavlink.MAV_SYS_STATUS_PREARM_CHECK if s.ready or s.armed else 0)
+    health |= mavlink.MAV_SYS_STATUS_PREARM_CHECK if s.ready or s.armed else 0
     return mavlink.MAVLink_sys_status_message(
         present,
         enabled,
@@ -318,10 +319,16 @@ def autopilot_version(s: Picture) -> Message:  # noqa: ARG001 - one signature fo
         | mavlink.MAV_PROTOCOL_CAPABILITY_SET_POSITION_TARGET_LOCAL_NED
         | mavlink.MAV_PROTOCOL_CAPABILITY_SET_POSITION_TARGET_GLOBAL_INT
         | mavlink.MAV_PROTOCOL_CAPABILITY_MAVLINK2
+        | mavlink.MAV_PROTOCOL_CAPABILITY_FTP
     )
     return mavlink.MAVLink_autopilot_version_message(
         capabilities, release_word(), 0, 0, 0, [0] * 8, [0] * 8, [0] * 8, 0, 0, 0
     )
+
+
+def component_metadata(s: Picture) -> Message:
+    """COMPONENT_METADATA: where the file is that describes the vehicle to ground stations."""
+    return mavlink.MAVLink_component_metadata_message(s.ms, general_crc(), GENERAL_URI.encode("ascii"))
 
 
 def release_word() -> int:
@@ -361,6 +368,7 @@ STREAMS = (
     Stream(mavlink.MAVLINK_MSG_ID_FENCE_STATUS, fence_status, 1.0),
     Stream(mavlink.MAVLINK_MSG_ID_SYSTEM_TIME, system_time, 1.0),
     Stream(mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION, autopilot_version, 0.0),
+    Stream(mavlink.MAVLINK_MSG_ID_COMPONENT_METADATA, component_metadata, 0.0),
     Stream(mavlink.MAVLINK_MSG_ID_DARKO_HYBRID_STATE, hybrid_state, 10.0),
     Stream(mavlink.MAVLINK_MSG_ID_DARKO_ACTUATORS, actuators, 20.0),
     Stream(mavlink.MAVLINK_MSG_ID_DARKO_ENERGY, energy, 2.0),

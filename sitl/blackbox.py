@@ -1,0 +1,225 @@
+"""What the vehicle itself records: every flight from arming to disarming, as a telemetry log.
+
+A log holds what the vehicle streams, at the default rates whatever peers ask for, and its events. Files are numbered;
+the oldest go when there are too many or they are too large. A disk that fails ends the log, not the flight.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from contextlib import suppress
+from datetime import UTC, datetime
+from pathlib import Path
+
+from protocol.codec import Codec, Message
+from protocol.dialect import mavlink
+from protocol.engines.files import File, Log
+from protocol.engines.statustext import split_text
+from protocol.engines.stream import StreamScheduler
+from protocol.errors import FileError
+from protocol.tlog import TlogWriter
+from sitl import telemetry
+from sitl.snapshot import Picture
+
+__all__ = ["Blackbox"]
+
+LARGEST = 8 << 20  # bytes of one file; a longer flight has several
+MOST_BYTES, MOST_FILES = 64 << 20, 64  # of all files
+HEARTBEAT = mavlink.MAVLINK_MSG_ID_HEARTBEAT
+_NAME = re.compile(r"(\d{5,9})-(\d{8}-\d{6})\.tlog")
+_STAMP = "%Y%m%d-%H%M%S"
+
+
+class Blackbox:
+    """One folder of logs.
+
+    Args:
+        folder: Where they are kept; made if need be.
+        wall_clock: Seconds since 1970; asked once for each file.
+        system: System id in the recorded frames.
+        component: Component id in them.
+    """
+
+    def __init__(self, folder: Path, wall_clock: Callable[[], float], *, system: int = 1, component: int = 1) -> None:
+        self._folder, self._wall_clock = folder, wall_clock
+        self._codec = Codec(system, component)
+        self._builders = {s.message_id: s.build for s in telemetry.STREAMS} | {HEARTBEAT: telemetry.heartbeat}
+        self._streams = StreamScheduler({})
+        self._writer: TlogWriter | None = None
+        self._current = ""  # name of the file that is being written
+        self._written = 0  # bytes in it
+        self._offset_us = 0  # from the vehicle's time to the log's
+        self._armed = False
+        self._texts = 0
+        self._complaints: list[str] = []
+        self._sizes = self._find()  # finished logs, oldest first
+
+    # Recording
+
+    @property
+    def is_recording(self) -> bool:
+        """True while a flight is being recorded."""
+        return self._writer is not None
+
+    def follow(self, time: float, picture: Callable[[], Picture], *, armed: bool) -> None:
+        """Look at the vehicle, as often as its telemetry is.
+
+        Args:
+            time: The vehicle's own [s].
+            picture: Takes its picture; called when something is due.
+            armed: Whether its motors may turn.
+        """
+        time_us = round(time * 1e6)
+        if armed and not self._armed:
+            self._streams = StreamScheduler(_intervals())
+            self._begin(time_us)
+        due = self._streams.due(time_us) if self._writer is not None else ()
+        if due:
+            seen = picture()
+            for message_id in due:
+                self._write(self._builders[message_id](seen), time_us)
+        if self._armed and not armed:
+            self._end()
+        self._armed = armed
+
+    def take(self, message: Message, time: float) -> None:
+        """Record an event as the vehicle told it."""
+        self._write(message, round(time * 1e6))
+
+    def say(self, severity: int, text: str, time: float) -> None:
+        """Record a text as STATUSTEXT."""
+        self._texts = self._texts % 0xFFFF + 1
+        for message in split_text(severity, text, self._texts):
+            self.take(message, time)
+
+    def complaints(self) -> list[str]:
+        """What went wrong since the last call, for the operator."""
+        complaints, self._complaints = self._complaints, []
+        return complaints
+
+    def close(self) -> None:
+        """End the log under way."""
+        self._end()
+
+    # What there is
+
+    def logs(self) -> list[Log]:
+        """All logs, oldest first; the one under way with what it holds so far."""
+        sizes = self._sizes | ({self._current: self._size(self._current)} if self._writer is not None else {})
+        return [Log(name, _began(name), size) for name, size in sizes.items()]
+
+    def open(self, name: str) -> File:
+        """A log by its name.
+
+        Raises:
+            OSError: There is no such log, or it cannot be read.
+        """
+        if name not in self._sizes and (self._writer is None or name != self._current):
+            raise FileNotFoundError(name)
+        return _DiskFile(self._folder / name)
+
+    def erase(self) -> int:
+        """Delete the logs of past flights; how many they were."""
+        before = len(self._sizes)
+        for name in list(self._sizes):
+            self._delete(name)
+        return before - len(self._sizes)
+
+    # Inside
+
+    def _begin(self, time_us: int) -> None:
+        self._end()
+        wall = max(self._wall_clock(), 0.0)
+        self._make_room()
+        number = 1 + max((int(name.partition("-")[0]) for name in self._sizes), default=0)
+        self._current = f"{number:05}-{datetime.fromtimestamp(wall, UTC).strftime(_STAMP)}.tlog"
+        self._offset_us, self._written = round(wall * 1e6) - time_us, 0
+        try:
+            self._folder.mkdir(parents=True, exist_ok=True)
+            self._writer = TlogWriter.open(self._folder / self._current)
+        except (OSError, FileError) as error:
+            self._complaints.append(f"Flight not recorded: {error}")
+
+    def _write(self, message: Message, time_us: int) -> None:
+        if self._writer is None:
+            return
+        frame = self._codec.encode(message)
+        self._written += 8 + len(frame)
+        try:
+            self._writer.write(time_us + self._offset_us, frame)
+        except FileError as error:
+            self._complaints.append(str(error))
+            self._end()
+            return
+        if self._written >= LARGEST:
+            self._begin(time_us)
+
+    def _end(self) -> None:
+        if self._writer is None:
+            return
+        try:
+            self._writer.close()
+        except FileError as error:
+            self._complaints.append(str(error))
+        self._writer = None
+        self._sizes[self._current] = self._size(self._current)
+
+    def _make_room(self) -> None:
+        while self._sizes and (len(self._sizes) >= MOST_FILES or sum(self._sizes.values()) > MOST_BYTES - LARGEST):
+            oldest = next(iter(self._sizes))
+            self._delete(oldest)
+            self._sizes.pop(oldest, None)  # one that cannot be deleted is not counted for ever
+
+    def _delete(self, name: str) -> None:
+        try:
+            (self._folder / name).unlink(missing_ok=True)
+        except OSError as error:
+            self._complaints.append(f"Log {name} cannot be deleted: {error.strerror}")
+        else:
+            del self._sizes[name]
+
+    def _size(self, name: str) -> int:
+        with suppress(OSError):
+            return (self._folder / name).stat().st_size
+        return 0
+
+    def _find(self) -> dict[str, int]:
+        with suppress(OSError):
+            names = (path.name for path in self._folder.iterdir() if path.is_file() and not path.is_symlink())
+            found = sorted((int(match[1]), match[0]) for match in map(_NAME.fullmatch, names) if match)
+            return {name: self._size(name) for _, name in found}
+        return {}
+
+
+class _DiskFile:
+    """A log as it was when it was opened, though it may go on growing."""
+
+    def __init__(self, path: Path) -> None:
+        self._file = path.open("rb", buffering=0)
+        self._size = self._file.seek(0, 2)
+
+    @property
+    def size(self) -> int:
+        """Bytes."""
+        return self._size
+
+    def read(self, offset: int, size: int) -> bytes:
+        """Bytes from an offset on, fewer at the end."""
+        self._file.seek(offset)
+        return self._file.read(size)
+
+    def close(self) -> None:
+        """Give it back."""
+        self._file.close()
+
+
+def _intervals() -> dict[int, int]:
+    return {s.message_id: round(1e6 / s.rate) for s in telemetry.STREAMS if s.rate > 0.0} | {HEARTBEAT: 1_000_000}
+
+
+def _began(name: str) -> int:
+    match = _NAME.fullmatch(name)
+    with suppress(ValueError):
+        return int(datetime.strptime(match[2], _STAMP).replace(tzinfo=UTC).timestamp()) if match else 0
+    return 0
