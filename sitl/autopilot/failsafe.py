@@ -22,7 +22,9 @@ from sitl.autopilot.settings import Settings
 from sitl.kernels.parameters import Airframe
 
 EVERY = 0.1  # between looks at the fence [s]
-BATTERY_EVERY = 1.0  # between predictions of the way home [s]
+BATTERY_EVERY = 1.0  # between looks at the battery [s]
+FASTEST_LOSS = 10.0  # hover powers at which what is beyond the way home can shrink, flying away downwind
+LONGEST_WAIT = 30.0  # between predictions of the way home [s]
 MARGIN = 1.1  # on the predicted energy
 RECOVERED = 0.02  # share of the battery above a threshold that ends its alarm
 WARNING, CRITICAL = mavlink.MAV_SEVERITY_WARNING, mavlink.MAV_SEVERITY_CRITICAL
@@ -134,6 +136,26 @@ class BatteryWatch:
 
 
 @dataclass(slots=True)
+class _WayHome:
+    """The prediction of the way home, made again before it can have become wrong enough to matter: it takes 6 ms."""
+
+    home: float = 0.0  # [J]
+    slack: float = 0.0  # beyond what is needed, when it was made [J]
+    until: float = -math.inf  # [s]
+
+    def reserve(self, view: View, to: Vector, settings: Settings, chooser: Chooser) -> Reserve:
+        """The battery against the way to a point, world NWU [m]."""
+        capacity = view.energy / view.energy_left if view.energy_left > 0.0 else 0.0
+        kept = settings.battery_critical * capacity
+        if view.time >= self.until or view.energy - MARGIN * self.home - kept < 0.5 * self.slack:
+            self.home = energy_home(view, to, settings, chooser)
+            self.slack = view.energy - MARGIN * self.home - kept
+            lasts = self.slack / (FASTEST_LOSS * hover_power(chooser.airframe))
+            self.until = view.time + min(max(lasts, 0.0), LONGEST_WAIT) if math.isfinite(lasts) else -math.inf
+        return Reserve(view.energy, self.home, kept)
+
+
+@dataclass(slots=True)
 class Failsafes:
     """All watches of one vehicle. ``silence`` is the owner's to set: it is counted on the link's time."""
 
@@ -143,6 +165,7 @@ class Failsafes:
     battery: BatteryWatch = field(default_factory=BatteryWatch)
     _fence_at: float = -math.inf
     _battery_at: float = -math.inf
+    _way_home: _WayHome = field(default_factory=_WayHome)
 
     def check(self, view: View, mode: Mode, world: World, settings: Settings, chooser: Chooser | None) -> list[Alarm]:
         """Alarms that begin at this tick of a flight."""
@@ -156,9 +179,7 @@ class Failsafes:
                 alarms.append(Alarm(action, WARNING, f"Fence: {breach.text}: {DOING[action]}", stop=True))
         if chooser is not None and view.time - self._battery_at >= BATTERY_EVERY:
             self._battery_at = view.time
-            home = energy_home(view, world.safe_point(view.p), settings, chooser)
-            capacity = view.energy / view.energy_left if view.energy_left > 0.0 else 0.0
-            reserve = Reserve(view.energy, home, settings.battery_critical * capacity)
+            reserve = self._way_home.reserve(view, world.safe_point(view.p), settings, chooser)
             alarms += self.battery.check(view.energy_left, reserve, settings, mode)
         return alarms
 
