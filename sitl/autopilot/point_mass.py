@@ -143,12 +143,15 @@ def fly_wing(
         acceleration += (wanted - acceleration) * (1.0 - math.exp(-STEP / body.lag))
         ahead = _ahead(heading, v - wind, body)
         travel, watts = _move(p, v, wind, acceleration, ahead, a)
-        step = STEP
+        time += STEP
+        energy += watts * STEP
         if not braking and _norm(acceleration) < STEADY:
-            step += _straight(p, v, wind, path, gains)
-            p += (step - STEP) * v
-        time += step
-        energy += watts * step
+            integral[:] = 0.0  # in a steady cruise the linear law flies, which holds the airspeed
+            v[0] = wind[0] + math.sqrt(max(path.airspeed**2 - wind[1] ** 2, 4.0))
+            rest = _straight(p, v, wind, path, gains)
+            p += rest * v
+            time += rest
+            energy += rest * _power_of(_weight(a), v - wind, ahead, a)
         off = p - path.end
         arrived = arrived or (end and _norm(off) <= acceptance)
         if braking and _norm(v) < STANDING_SPEED:

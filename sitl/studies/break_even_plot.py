@@ -48,6 +48,8 @@ def save_plot(able: Abilities, cells: Sequence[Cell], tried: Sequence[Cell], pat
     Raises:
         SitlError: If the file cannot be written; the message names it.
     """
+    if not path.parent.is_dir():  # said before the work is done, not after
+        raise SitlError(f"plot {path}: there is no folder {path.parent}")
     from matplotlib.figure import Figure  # noqa: PLC0415 - two seconds that only plots need
 
     page = Figure(figsize=(11.0, 6.6), layout="constrained")
