@@ -16,6 +16,7 @@ from darko_gcs.child import Child
 from darko_gcs.errors import FlightError, GroundError, LinkError
 from darko_gcs.link import Link
 from darko_gcs.recording import default_folder, start_recording
+from darko_gcs.signing import open_keyring
 from darko_gcs.snapshot import LAWS, Snapshot
 from darko_gcs.station import Station
 from protocol.dialect import mavlink
@@ -82,9 +83,10 @@ async def fly_headless(args: argparse.Namespace, sitl: Sequence[str]) -> Summary
         raise GroundError(str(error)) from error
     if not plan.items:
         raise GroundError(f"{args.mission}: the plan has no mission items")
+    keyring = open_keyring(args.signing_key)
     recorder, path = start_recording(args.record or default_folder())
     async with AsyncExitStack() as stack:
-        link = Link(Station(recorder))
+        link = Link(Station(recorder, keyring, give_key=args.give_key))
         stack.push_async_callback(link.close)
         port = await link.open(args.host, args.port)
         child = None

@@ -7,7 +7,9 @@ import contextlib
 import time
 
 from darko_gcs.errors import LinkError
+from darko_gcs.signing import is_loopback
 from darko_gcs.station import Station
+from protocol.signing import is_secret
 
 __all__ = ["Link"]
 
@@ -58,6 +60,7 @@ class Link(asyncio.DatagramProtocol):
         """A datagram came; where the vehicle speaks from is where answers go, whoever else may send here."""
         if self.station.receive(data, self.now, _wall_clock()):
             self._peer = addr
+            self.station.signing.is_private = is_loopback(addr[0])
         self._send()
 
     def error_received(self, exc: Exception) -> None:
@@ -73,7 +76,8 @@ class Link(asyncio.DatagramProtocol):
         if self._peer is None or self._transport is None:
             return
         for data in self.station.outgoing(self.now, _wall_clock()):
-            self._transport.sendto(data, self._peer)
+            if not is_secret(data) or is_loopback(self._peer[0]):  # the vehicle may have moved since it was asked
+                self._transport.sendto(data, self._peer)
 
 
 def _wall_clock() -> int:

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
+from darko_gcs.signing import Signing
 from protocol.codec import Source
 from protocol.frames import Geodetic, Quaternion, Vector
 from protocol.plans.mission import MissionItem
@@ -190,6 +191,8 @@ class Snapshot:
     received: int = 0  # messages
     rate: float = math.nan  # messages per second
     loss: float = 0.0  # share of frames lost, 0..1
+    signing: Signing = Signing.PRIVATE
+    refused: int = 0  # frames dropped for want of a good signature
 
     @property
     def is_forward(self) -> bool:

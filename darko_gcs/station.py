@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+from darko_gcs.signing import SigningDesk
 from darko_gcs.snapshot import EMPTY, Snapshot
 from darko_gcs.store import note, reduce, reduce_event
 from protocol import units
@@ -15,8 +16,10 @@ from protocol.endpoint import GroundEndpoint
 from protocol.errors import FileError, LocalProtocolError
 from protocol.events import Event, MissionUploaded
 from protocol.frames import LocalFrame
+from protocol.keyring import Keyring
 from protocol.modes import Mode, custom_mode
 from protocol.plans.mission import MissionItem
+from protocol.signing import is_secret
 from protocol.tlog import TlogWriter, split_frames
 
 NAN = math.nan
@@ -32,8 +35,11 @@ class Station:
     is asked of the vehicle is answered in the snapshot's log and in ``events``.
     """
 
-    def __init__(self, recorder: TlogWriter | None = None) -> None:
-        self.endpoint = GroundEndpoint()
+    def __init__(
+        self, recorder: TlogWriter | None = None, keyring: Keyring | None = None, *, give_key: bool = False
+    ) -> None:
+        self.endpoint = GroundEndpoint(keyring=keyring)
+        self.signing = SigningDesk(self.endpoint, give=give_key)
         self.snapshot: Snapshot = EMPTY
         self._recorder = recorder
         self._events: list[Event] = []
@@ -45,6 +51,8 @@ class Station:
     def receive(self, data: bytes, now: float, time_usec: int) -> bool:
         """Take one datagram; true if the vehicle spoke in it, so that answers belong where it came from.
 
+        Where there is no vehicle to believe, one that does not sign as it should will do: it may be given a key.
+
         Args:
             data: Its bytes.
             now: On the caller's steady clock [s].
@@ -54,14 +62,16 @@ class Station:
         snapshot, spoke = self.snapshot, False
         for message in self.endpoint.receive_datagram(data, now):
             snapshot = reduce(snapshot, message, now)
+            self.signing.receive(message)
             spoke = spoke or source_of(message) == self.endpoint.vehicle
         self.snapshot = snapshot
         self._collect(now)
-        return spoke
+        return spoke or (self.endpoint.heard_unsigned and not self.endpoint.is_present)
 
     def tick(self, now: float) -> None:
         """Let time pass: resends, loss of the vehicle, link statistics."""
         self.endpoint.handle_timer(now)
+        self._watch_signing(now)
         self._collect(now)
         since, count = self._counted
         if now - since >= RATE_WINDOW:
@@ -193,11 +203,20 @@ class Station:
                 self.snapshot = replace(self.snapshot, mission=self._uploading)
             self._events.append(event)
 
+    def _watch_signing(self, now: float) -> None:
+        text = self.signing.handle_timer(now)
+        if text:
+            self.say(now, text)
+        seen = (self.signing.state, self.endpoint.keyring.refused)
+        if seen != (self.snapshot.signing, self.snapshot.refused):
+            self.snapshot = replace(self.snapshot, signing=seen[0], refused=seen[1])
+
     def _record(self, data: bytes, time_usec: int, now: float) -> None:
         if self._recorder is None:
             return
         try:
             for frame in split_frames(data):
-                self._recorder.write(time_usec, frame)
+                if not is_secret(frame):  # a log is copied and sent around: no key belongs in it
+                    self._recorder.write(time_usec, frame)
         except FileError as error:
             self.say(now, str(error))

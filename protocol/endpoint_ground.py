@@ -41,6 +41,7 @@ class GroundEndpoint:
     """
 
     def __init__(self, *, system: int = 255, component: int = 190, keyring: Keyring | None = None) -> None:
+        self.heard_unsigned = False  # the last datagram held such a HEARTBEAT as unsigned_vehicle tells of
         self.unsigned_vehicle: Source | None = None  # an autopilot whose last HEARTBEAT was not signed as it should be
         self.keyring = keyring or Keyring()
         self.codec = Codec(system, component, self.keyring.link(None))
@@ -74,6 +75,7 @@ class GroundEndpoint:
     def receive_datagram(self, data: bytes, now: float) -> list[Message]:
         """All messages of one datagram that are believed, already known to the engines. Never raises."""
         self.keyring.tell_time(now)
+        self.heard_unsigned = False
         messages = [message for message in self.codec.decode(data) if self._believes(message)]
         for message in messages:
             self._monitor.receive(message, now)
@@ -235,6 +237,7 @@ class GroundEndpoint:
     def _believes(self, message: Message) -> bool:
         believed = bool(message.get_signed()) or not self.keyring.is_on
         if message.get_type() == "HEARTBEAT" and message.autopilot != mavlink.MAV_AUTOPILOT_INVALID:
+            self.heard_unsigned = not believed
             self.unsigned_vehicle = None if believed else source_of(message)
         return believed
 

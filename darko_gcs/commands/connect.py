@@ -44,6 +44,7 @@ def run(args: argparse.Namespace) -> int:
     from darko_gcs.feed import LiveFeed  # noqa: PLC0415
     from darko_gcs.recording import default_folder, start_recording  # noqa: PLC0415
     from darko_gcs.screens.mission import Draft  # noqa: PLC0415
+    from darko_gcs.signing import open_keyring  # noqa: PLC0415
     from darko_gcs.station import Station  # noqa: PLC0415
     from protocol.errors import FileError  # noqa: PLC0415
     from protocol.plans import load  # noqa: PLC0415
@@ -52,6 +53,7 @@ def run(args: argparse.Namespace) -> int:
         plan = load(args.mission) if args.mission is not None else None
     except FileError as error:
         raise GroundError(str(error)) from error
+    keyring = open_keyring(args.signing_key)
     recorder: TlogWriter | None
     try:
         recorder, path = start_recording(args.record or default_folder())
@@ -59,7 +61,9 @@ def run(args: argparse.Namespace) -> int:
     except GroundError as error:  # a flight matters more than its log
         recorder, greeting = None, f"NOT RECORDING: {error}"
     sitl = sitl_arguments(args) if args.sitl else None
-    app = GroundStation(LiveFeed(Station(recorder), args.host, args.port, sitl, greeting))
+    app = GroundStation(
+        LiveFeed(Station(recorder, keyring, give_key=args.give_key), args.host, args.port, sitl, greeting)
+    )
     if plan is not None:
         app.draft = Draft(plan, str(args.mission), changed=True)
     code = app.run()

@@ -14,6 +14,14 @@ def add_link_options(made: argparse.ArgumentParser) -> None:
     link.add_argument("--host", default="127.0.0.1", help="local address to listen on [127.0.0.1]")
     link.add_argument("--port", type=_port, default=14550, metavar="P", help="local UDP port; 0: any [14550]")
     link.add_argument("--record", type=Path, metavar="DIR", help="where flights are recorded [the user's data folder]")
+    link.add_argument(
+        "--signing-key",
+        metavar="KEY",
+        help="sign, and believe only what is signed: 64 hexadecimal digits or a file with them; --sitl gets it too",
+    )
+    link.add_argument(
+        "--give-key", action="store_true", help="give the key to a vehicle that has none; over loopback only"
+    )
     sitl = made.add_argument_group("vehicle process")
     sitl.add_argument("--sitl", action="store_true", help="start darko-sitl and stop it in the end")
     sitl.add_argument("--speed", metavar="X", help="its speed, times real time [1]")
@@ -27,7 +35,7 @@ def add_link_options(made: argparse.ArgumentParser) -> None:
 
 def sitl_arguments(args: argparse.Namespace) -> list[str]:
     """The options that go on to darko-sitl."""
-    names = ("speed", "seed", "wind", "gusts", "start", "airframe", "state_dir")
+    names = ("signing_key", "speed", "seed", "wind", "gusts", "start", "airframe", "state_dir")
     given = [(name, getattr(args, name)) for name in names if getattr(args, name) is not None]
     return [part for name, value in given for part in (f"--{name.replace('_', '-')}", str(value))]
 

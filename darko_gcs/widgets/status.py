@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from darko_gcs.signing import Signing
 from darko_gcs.snapshot import VTOL, Snapshot
 from darko_gcs.widgets.panel import Line, Panel, text_line
 from protocol.dialect import mavlink
@@ -13,6 +14,13 @@ __all__ = ["StatusBar"]
 LANDED = {1: "on ground", 2: "in air", 3: "taking off", 4: "landing"}
 MISSION = {2: "mission ready", 3: "mission", 4: "mission paused", 5: "mission done"}
 IN_AIR = mavlink.MAV_LANDED_STATE_IN_AIR
+SIGNING = {
+    Signing.PRIVATE: ("", ""),
+    Signing.OPEN: (" UNSIGNED ", "warn"),
+    Signing.SIGNED: (" signed ", "good"),
+    Signing.NO_KEY: (" vehicle signs, no key here ", "warn"),
+    Signing.UNSIGNED_VEHICLE: (" VEHICLE NOT SIGNED ", "bad"),
+}
 STALE = 2.0  # [s] without a heartbeat
 
 
@@ -28,18 +36,21 @@ class StatusBar(Panel):
 
     def draw(self, s: Snapshot, width: int, height: int) -> list[Line]:  # noqa: ARG002 - one line
         """One line."""
+        if s.source is None and s.signing is Signing.UNSIGNED_VEHICLE:
+            hint = "  a vehicle is there, but not with our key" + (" (--give-key)" if width > 80 else "")
+            return [text_line((" DarkO ", ""), SIGNING[s.signing], (hint, "dim"))]
         if s.source is None:
             waiting = "waiting for a vehicle"
             hint = "  (start one with darko-sitl, or use --sitl)" if width > 70 else ""
             return [text_line((f" DarkO  {waiting}", "warn"), (hint, "dim"))]
         age = s.age(self.now) or 0.0
         if s.lost or age > STALE:
-            return [text_line((f" LINK LOST  vehicle silent for {age:.0f} s ", "bad"), self._mode(s))]
+            return [text_line((f" LINK LOST  vehicle silent for {age:.0f} s ", "bad"), self._mode(s), self._signing(s))]
         armed = (" ARMED ", "bad") if s.armed else (" disarmed ", "good" if s.prearm_ok is not False else "warn")
         return [
             text_line(
                 (f" {s.source[0]}/{s.source[1]} ", "label"), armed, self._mode(s), (f" {self._state(s)} ", ""),
-                self._mission(s), self._link(s),
+                self._mission(s), self._link(s), self._signing(s),
             )
         ]  # fmt: skip
 
@@ -61,6 +72,10 @@ class StatusBar(Panel):
             return ("", "")
         at = f" {s.mission_current}/{s.mission_count - 1}" if s.mission_state != mavlink.MISSION_STATE_COMPLETE else ""
         return (f" {MISSION[s.mission_state]}{at} ", "")
+
+    def _signing(self, s: Snapshot) -> tuple[str, str]:
+        text, style = SIGNING[s.signing]
+        return (f"{text}refused {s.refused} ", "warn") if s.refused and style != "bad" else (text, style)
 
     def _link(self, s: Snapshot) -> tuple[str, str]:
         rate = "" if math.isnan(s.rate) else f"{s.rate:.0f}/s"
