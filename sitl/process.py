@@ -19,6 +19,7 @@ from sitl.airframe import load
 from sitl.autopilot.arena import ARENAS
 from sitl.autopilot.mission import World
 from sitl.autopilot.settings import Settings
+from sitl.blackbox import Blackbox
 from sitl.craft import Craft
 from sitl.errors import SitlError
 from sitl.keys import KeyFile, open_keyring, read_key_option
@@ -26,6 +27,7 @@ from sitl.memory import Memory
 from sitl.node import Node
 from sitl.pacer import Pacer
 from sitl.parameters import Bindings, Surroundings
+from sitl.rehearsal import rehearse
 from sitl.studies.live import LiveScenario, ScenarioCraft, ScenarioNode, named
 from sitl.transport import UdpTransport
 from sitl.vehicle import TICK, Start, Vehicle
@@ -46,14 +48,16 @@ def fly(args: argparse.Namespace, tell: Callable[[LiveScenario], int]) -> int:
     """
     say = _Narrator(quiet=args.quiet)
     keyring = _keyring(args)
+    blackbox = Blackbox(_state_dir(args) / "logs", time.time)
     transport = UdpTransport((LOOPBACK, args.port))
     signal.signal(signal.SIGTERM, _interrupt)
     try:
         craft = build_craft(args)
         face = ScenarioNode if isinstance(craft, ScenarioCraft) else Node
-        node = face(craft, Memory(_state_dir(args)), _peers(args), keyring)
+        node = face(craft, Memory(_state_dir(args)), _peers(args), keyring, blackbox)
         began = time.monotonic()
         craft.vehicle.warm_up(lambda text: say(f"{text} (kept for the next start)"))
+        rehearse(craft)
         took = time.monotonic() - began
         if keyring.is_on:
             say("signing is on: unsigned orders are refused")
@@ -69,6 +73,7 @@ def fly(args: argparse.Namespace, tell: Callable[[LiveScenario], int]) -> int:
             serve(node, transport, pacer)
         return code
     finally:
+        blackbox.close()
         transport.close()
 
 

@@ -1,0 +1,179 @@
+"""A whole flight by MAVProxy, typed into it line by line. Needs ``pip install mavproxy`` and a running ``darko-sitl``.
+
+By hand::
+
+    darko-sitl --speed 5 &
+    python scripts/clients/mavproxy_session.py
+
+Every line typed prints what MAVProxy answered; the first answer that does not come ends the session with exit
+code 1. ``mode NAME`` is not typed: MAVProxy 1.8.75 cannot send a PX4 mode by its name, ``long DO_SET_MODE`` can.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import re
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from pathlib import Path
+from typing import IO
+
+PATIENCE = 90.0  # [s] for anything that is flown
+HOME = (43.5648, 1.4811)  # where darko-sitl begins [deg]
+MODES = {"MISSION": "129 4 4", "LOITER": "129 4 3", "RTL": "129 4 5"}  # base mode, main mode, sub-mode
+# Up, over three corners, down: command, north and east of home [m], relative altitude [m].
+ITEMS = ((22, 0, 0, 8), (16, 15, 0, 8), (16, 15, 15, 10), (16, 0, 15, 8), (21, 0, 0, 0))
+METRE = 1.0 / 111195.08  # of latitude [deg]
+
+# What is typed, and what must be answered (a regular expression); nothing typed: it comes by itself.
+DIALOGUE = (
+    ("", r"online system 1"),
+    ("", r"Received \d+ parameters"),
+    ("mode", r"Available modes: .*LOITER"),
+    ("param set MIS_TAKEOFF_ALT 4", ""),
+    ("param set DRK_WAY 1", ""),
+    ("param fetch MIS_TAKEOFF_ALT", r"MIS_TAKEOFF_ALT = 4\.0"),
+    ("param fetch DRK_WAY", r"DRK_WAY = 1\b"),
+    ("param fetch", r"Received \d+ parameters"),
+    ("wp load {plan}", r"Loaded 5 waypoints in"),
+    ("wp list", r"Requesting 5 waypoints(?s:.*)Saved 5 waypoints to .*way.txt"),
+    ("fence list", r"Requesting 0 fence items"),
+    ("version", ""),
+    ("status AUTOPILOT_VERSION", r"flight_sw_version : \d+"),
+    ("gethome", ""),
+    ("status HOME_POSITION", r"latitude : 435648000"),
+    ("log list", r"No logs|Log \d+"),
+    ("disarm", r"Got COMMAND_ACK: COMPONENT_ARM_DISARM: ACCEPTED"),
+    ("arm throttle", r"\bARMED"),
+    ("takeoff 5", r"TAKEOFF>(?s:.*)LOITER>"),
+    ("disarm", r"COMPONENT_ARM_DISARM: DENIED"),
+    ("long DO_SET_MODE {MISSION}", r"MISSION>(?s:.*)waypoint 1"),
+    ("", r"waypoint 2"),
+    ("wp set 3", ""),
+    ("long DO_SET_MODE {LOITER}", r"LOITER>(?s:.*)waypoint 3"),
+    ("long DO_SET_MODE {RTL}", r"RTL>(?s:.*)DISARMED"),
+    ("link", r"link 1 OK \(\d+ packets"),
+)
+
+
+class Terminal:
+    """MAVProxy as a child process: what is typed into it, what it prints."""
+
+    def __init__(self, master: str, folder: Path) -> None:
+        program = Path(sys.executable).with_name("mavproxy.py")
+        command = [
+            sys.executable, "-u", str(program), "--master", master, "--state-basedir", str(folder),
+            "--logfile", str(folder / "flight.tlog"), "--mav20",
+        ]  # fmt: skip
+        self.text = ""
+        self._from = 0  # of what has not been matched yet
+        self._news = threading.Condition()
+        environment = {**os.environ, "HOME": str(folder)}  # nobody's own start script
+        self._process = subprocess.Popen(  # noqa: S603 - MAVProxy itself
+            command, cwd=folder, env=environment, text=True,
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+        )  # fmt: skip
+        assert self._process.stdin is not None  # noqa: S101 - both are pipes
+        assert self._process.stdout is not None  # noqa: S101
+        self._keys, self._screen = self._process.stdin, self._process.stdout
+        self._reader = threading.Thread(target=self._read, args=(self._screen,))
+        self._reader.start()
+
+    def type(self, line: str) -> None:
+        """Press the keys of one line."""
+        self._keys.write(line + "\n")
+        self._keys.flush()
+
+    def wait(self, pattern: str, timeout: float = PATIENCE) -> str | None:
+        """What it printed that matches, since the last match; None if that does not come in time."""
+        with self._news:
+            if not self._news.wait_for(lambda: self._find(pattern) or self._process.poll() is not None, timeout):
+                return None
+            found = self._find(pattern)
+            if found is None:
+                return None
+            self._from += found.end()
+            return found[0]
+
+    def close(self) -> None:
+        """End of input ends MAVProxy, and writes its log out."""
+        self._keys.close()
+        try:
+            self._process.wait(10.0)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+        self._reader.join()
+        self._screen.close()
+
+    def _find(self, pattern: str) -> re.Match[str] | None:
+        return re.search(pattern, self.text[self._from :])
+
+    def _read(self, screen: IO[str]) -> None:
+        for line in screen:
+            with self._news:
+                self.text += line
+                self._news.notify_all()
+        with self._news:
+            self._news.notify_all()
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Type the dialogue; exit code."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--master", default="udpin:127.0.0.1:14550", help="where the vehicle is heard [%(default)s]")
+    parser.add_argument("--folder", type=Path, default=None, help="keeps MAVProxy's logs [a temporary one]")
+    arguments = parser.parse_args(argv)
+    if arguments.folder is not None:
+        return _talk(arguments.master, arguments.folder)
+    with tempfile.TemporaryDirectory() as folder:
+        return _talk(arguments.master, Path(folder))
+
+
+def _talk(master: str, folder: Path) -> int:
+    plan = folder / "plan.waypoints"
+    plan.write_text(_waypoints(), encoding="ascii")
+    terminal = Terminal(master, folder)
+    began = time.monotonic()
+    try:
+        for line, answer in DIALOGUE:
+            typed = line.format(plan=plan, **MODES)
+            found = _say(terminal, typed, answer)
+            if found is None:
+                print(f"FAILED {typed or 'start'}: no answer like {answer!r} in\n{terminal.text}", flush=True)
+                return 1
+            print(f"  {' | '.join(found.splitlines()[-2:])}", flush=True)
+            print(f"ok {line or '...'} at {time.monotonic() - began:.1f} s", flush=True)
+    finally:
+        terminal.close()
+    return 0
+
+
+def _say(terminal: Terminal, typed: str, answer: str) -> str | None:
+    # MAVProxy sets parameters and asks for messages in the background: look until it is done.
+    again = typed.startswith(("param fetch ", "status "))
+    for _ in range(30 if again else 1):
+        if typed:
+            terminal.type(typed)
+        found = terminal.wait(answer, 1.0 if again else PATIENCE) if answer else ""
+        if found is not None:
+            return found
+    return None
+
+
+def _waypoints() -> str:
+    """The plan as a file of MAVProxy's own format."""
+    rows = [
+        f"{seq}\t{int(seq == 0)}\t3\t{command}\t0\t0\t0\t0\t{HOME[0] + north * METRE:.7f}\t"
+        f"{HOME[1] + east * METRE / 0.7246:.7f}\t{up}\t1\n"
+        for seq, (command, north, east, up) in enumerate(ITEMS)
+    ]
+    return "QGC WPL 110\n" + "".join(rows)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
