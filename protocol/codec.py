@@ -5,6 +5,7 @@ must not swallow the next one, nor may anything be carried over to the next data
 Specification: https://mavlink.io/en/guide/serialization.html.
 """
 
+import re
 import struct
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -22,6 +23,9 @@ Source = tuple[int, int]  # (system, component)
 
 _V1, _V2 = 0xFE, 0xFD
 _SIGNED = 0x01  # the only incompatibility flag that is understood
+MOST_FLAWS = 32  # starts of frames that were none after which the rest of a datagram is given up: a flood costs time
+MOST_SOURCES = 64  # (system, component) pairs counted at once; one more replaces the one that said least
+_START = re.compile(rb"[\xfd\xfe]")
 _WINDOW = 128  # half the range of sequence numbers: nearer ones are ahead, the others came late
 
 
@@ -138,8 +142,14 @@ class Codec:
         """All messages of one datagram, in order. Never raises; damage is counted and skipped."""
         data, messages = bytearray(datagram), []
         self._counts["bytes_received"] += len(data)
-        at, damaged_until = 0, 0
+        at, damaged_until, flaws = 0, 0, 0
         while at < len(data):
+            start = _START.search(data, at) if flaws < MOST_FLAWS else None
+            if start is None:
+                self._counts["garbage_bytes"] += len(data) - at
+                break
+            self._counts["garbage_bytes"] += start.start() - at
+            at = start.start()
             end = self._frame_end(data, at)
             message, flaw = self._read(data[at:end]) if end else (None, "garbage")
             if flaw == "unknown_id" and not _at_boundary(data, end):
@@ -155,7 +165,7 @@ class Codec:
                 self._counts[flaw] += 1
                 damaged_until = end
             self._counts["garbage_bytes"] += 1
-            at += 1
+            at, flaws = at + 1, flaws + 1
         self._counts["received"] += len(messages)
         return messages
 
@@ -209,6 +219,8 @@ class Codec:
         if key in self._sequences:
             self._sequences[key].account(number)
         else:
+            if len(self._sequences) >= MOST_SOURCES:
+                del self._sequences[min(self._sequences, key=lambda k: self._sequences[k].statistics.received)]
             self._sequences[key] = _Sequence(number)
 
 

@@ -31,7 +31,7 @@ from protocol.plans.mission import MissionItem
 
 __all__ = ["VehicleEndpoint"]
 
-MOST_LEARNT = 64  # peers beyond this replace the oldest
+MOST_LEARNT = 16  # one peer more replaces the one that said least: a flood of strangers drives no old hand out
 
 _SETPOINTS = frozenset({"SET_POSITION_TARGET_LOCAL_NED", "SET_POSITION_TARGET_GLOBAL_INT", "SET_ATTITUDE_TARGET"})
 _SILENT = frozenset({"HEARTBEAT", "REQUEST_DATA_STREAM"})  # old clients ask for streams: nothing depends on it
@@ -68,7 +68,7 @@ class _Links:
         name = None if self._fixed is None else key
         codec = self.codecs.get(name) or self._new(name)
         messages = codec.decode(data)
-        if name not in self.codecs and any(map(self.believes, messages)):
+        if name not in self.codecs and any(self.believes(m) and addressed_to(m, *self._ids) for m in messages):
             self.codecs[name] = codec
             self._forget_oldest()
         return messages
@@ -83,7 +83,7 @@ class _Links:
     def _forget_oldest(self) -> None:
         learnt = [k for k in self.codecs if k not in (self._fixed or ())]
         if len(learnt) > MOST_LEARNT:
-            del self.codecs[learnt[0]]
+            del self.codecs[min(learnt[:-1], key=lambda k: self.codecs[k].statistics.received)]
 
     def encode(self, outgoing: Outgoing) -> list[tuple[Hashable | None, bytes]]:
         """Datagrams for the destination; None as a key means everyone."""

@@ -8,7 +8,7 @@ from typing import Any, Generic, NamedTuple, TypeVar
 from protocol.codec import Message, source_of
 from protocol.errors import LocalProtocolError
 
-__all__ = ["Engine", "Outgoing", "Patience", "Peer", "Server", "Table", "addressed_to", "fire"]
+__all__ = ["Engine", "Outgoing", "Patience", "Peer", "Server", "Table", "addressed_to", "bound", "fire"]
 
 T = TypeVar("T")
 Table = Mapping[tuple[str, str], str]  # (state, trigger) -> state
@@ -96,6 +96,12 @@ class Patience:
     def stop(self) -> None:
         """Nothing is waited for."""
         self.deadline = math.inf
+
+
+def bound(table: dict[Any, Any], most: int) -> None:
+    """Drop what was put into a table first until ``most`` entries are left: strangers must not fill the memory."""
+    while len(table) > most:
+        del table[next(iter(table))]
 
 
 def fire(table: Table, state: str, trigger: str) -> str:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from protocol.codec import Message
 from protocol.dialect import mavlink
-from protocol.engines.base import Peer, Server, Table, addressed_to, fire
+from protocol.engines.base import Peer, Server, Table, addressed_to, bound, fire
 from protocol.errors import LocalProtocolError
 from protocol.events import CommandRequested
 from protocol.units import coordinates
@@ -22,7 +22,7 @@ UNKNOWN_PROGRESS = 255
 RETRY_SPACING = 1.5  # [s] clients wait at most this long before they repeat a command
 OVERTAKEN = 2.0  # [s] a frame may be late by; sequence numbers wrap too soon to look further back
 SAME_FRAME = 0.5  # [s] in which a network may deliver one frame twice
-KEPT = 30.0  # [s] answers are remembered
+KEPT, MOST_KEPT = 30.0, 256  # answers are remembered for that long [s], and no more of them [-]
 
 TRANSITIONS: Table = {
     ("requested", "progress"): "working",
@@ -127,12 +127,14 @@ class CommandServer(Server):
         confirmation = getattr(message, "confirmation", 0)
         self._records[content] = _Record(self._count, content, peer, message.get_seq(), confirmation, now)
         self._latest[peer[:2]] = content
+        bound(self._latest, MOST_KEPT)
         frame = content[3]
         self._events.append(CommandRequested(self._count, message.command, _params(message), frame, peer))
 
     def _forget(self, now: float) -> None:
-        old = [c for c, r in self._records.items() if r.state == "answered" and now - r.heard > KEPT]
-        for content in old:
+        answered = [(c, now - r.heard) for c, r in self._records.items() if r.state == "answered"]
+        surplus = [c for c, _ in answered[: max(len(self._records) - MOST_KEPT + 1, 0)]]
+        for content in {*surplus, *(c for c, age in answered if age > KEPT)}:
             del self._records[content]
 
 

@@ -9,13 +9,14 @@ from types import MappingProxyType
 
 from protocol.codec import Message
 from protocol.dialect import mavlink
-from protocol.engines.base import Peer, Server, addressed_to
+from protocol.engines.base import Peer, Server, addressed_to, bound
 from protocol.engines.plan_store import ITEM_WAITS, TRANSITIONS, PlanStore, Refusal, Validate
 from protocol.events import CurrentItemRequested, Event
 from protocol.plans.mission import MissionItem
 
 __all__ = ["ITEM_WAITS", "TRANSITIONS", "MissionServer", "Refusal", "Validate"]
 
+SENDERS = 64  # whose newest sequence numbers are known
 OVERTAKEN = 2.0  # [s] a frame may be late by; sequence numbers wrap too soon to look further back
 
 _PLAN, _ALL = mavlink.MAV_MISSION_TYPE_MISSION, mavlink.MAV_MISSION_TYPE_ALL
@@ -118,7 +119,9 @@ class MissionServer(Server):
         newest, heard = self._heard.get(peer[:2], (number, now))
         late = 0 < (newest - number) & 0xFF < 128 and now - heard < OVERTAKEN
         if not late:
+            self._heard.pop(peer[:2], None)  # back to the end: who was silent longest is forgotten first
             self._heard[peer[:2]] = (number, now)
+            bound(self._heard, SENDERS)
         return bool(late)
 
     def _handle_count(self, message: Message, now: float, peer: Peer) -> None:

@@ -14,6 +14,7 @@ from protocol.events import ParameterChanged, ParameterRefused
 __all__ = ["ParameterServer"]
 
 BURST, SPACING = 5, 0.01  # a list goes out five at a time [-], every 10 ms [s]: no receive buffer overflows
+LISTS = 8  # sent at once; who asks for one more is not answered, and asks again
 _BY_NAME = -1
 
 
@@ -83,7 +84,7 @@ class ParameterServer(Server):
         self._deadline = now + SPACING if self._lists else math.inf
 
     def _handle_list(self, _message: Message, now: float, peer: Peer) -> None:
-        if self._table:
+        if self._table and (peer[:2] in self._lists or len(self._lists) < LISTS):
             self._lists[peer[:2]] = (peer, 0)
             self._deadline = min(self._deadline, now)
 

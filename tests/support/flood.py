@@ -1,0 +1,127 @@
+"""A hostile sender: what a network may carry to a vehicle's port, none of which may move it. Seeded."""
+
+import random
+from collections import Counter
+from collections.abc import Callable
+
+from protocol.codec import Codec
+from protocol.dialect import mavlink
+
+VEHICLE, ELSEWHERE = (1, 1), (7, 3)  # the target, and a vehicle that is not there
+_CRC = 2
+_NAN = float("nan")
+
+
+def orders(system: int, component: int) -> list:
+    """Messages that would each change something, if they arrived whole and at the vehicle they name."""
+    to = (system, component)
+    cmd, mission = mavlink.MAVLink_command_long_message, mavlink.MAV_MISSION_TYPE_MISSION
+    return [
+        cmd(*to, mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 0, 0, 21196, 0, 0, 0, 0, 0),
+        cmd(*to, mavlink.MAV_CMD_NAV_LAND, 0, *[_NAN] * 7),
+        cmd(*to, mavlink.MAV_CMD_DO_SET_MODE, 0, 1, 4, 5, 0, 0, 0, 0),
+        cmd(*to, mavlink.MAV_CMD_SET_MESSAGE_INTERVAL, 0, 30, -1, 0, 0, 0, 0, 0),
+        mavlink.MAVLink_command_int_message(
+            *to, 6, mavlink.MAV_CMD_DO_REPOSITION, 0, 0, -1, 1, 0, _NAN, 435648100, 14811000, 9.0
+        ),
+        mavlink.MAVLink_param_set_message(*to, b"SIM_WIND_SPD", 9.0, mavlink.MAV_PARAM_TYPE_REAL32),
+        mavlink.MAVLink_mission_count_message(*to, 2, mission),
+        mavlink.MAVLink_mission_count_message(*to, 0, mission),
+        mavlink.MAVLink_mission_item_int_message(*to, 0, 6, 16, 0, 1, 0, 1, 0, _NAN, 435648100, 14811000, 4.0),
+        mavlink.MAVLink_mission_clear_all_message(*to, mavlink.MAV_MISSION_TYPE_ALL),
+        mavlink.MAVLink_mission_set_current_message(*to, 3),
+        mavlink.MAVLink_set_position_target_local_ned_message(
+            0, *to, mavlink.MAV_FRAME_LOCAL_NED, 0b1101_1111_1000, 8, 0, -3, 0, 0, 0, 0, 0, 0, 0, 0
+        ),
+        mavlink.MAVLink_manual_control_message(system, 1000, 0, 500, 0, 0),
+        mavlink.MAVLink_setup_signing_message(*to, list(range(32)), 1),
+        mavlink.MAVLink_log_erase_message(*to),
+        mavlink.MAVLink_file_transfer_protocol_message(0, *to, [0, 0, 0, 4, *[0] * 247]),
+    ]
+
+
+class Flood:
+    """Hostile datagrams, one after the other; ``counts`` says how many of which kind there were.
+
+    Args:
+        seed: One seed is one flood, byte for byte.
+        whole: Whether well-formed frames for another vehicle are among them.
+    """
+
+    def __init__(self, seed: int, *, whole: bool = True) -> None:
+        self._random = random.Random(seed)
+        self._codec = Codec(255, 190)
+        self._here, self._elsewhere = orders(*VEHICLE), orders(*ELSEWHERE)
+        self.counts: Counter[str] = Counter()
+        self._kinds: dict[str, Callable[[], bytes]] = {
+            "garbage": self._garbage,
+            "truncated": self._truncated,
+            "bit-flipped": self._flipped,
+            "wrong checksum": self._wrong_checksum,
+            "unknown id": self._unknown,
+            "other version": self._other_version,
+            "wrong length": self._wrong_length,
+        } | ({"wrong target": self._wrong_target} if whole else {})
+
+    def datagram(self) -> bytes:
+        """The next one: mostly a single frame, sometimes several, seldom far too large."""
+        size = self._random.random()
+        if size < 0.002:
+            self.counts["oversized"] += 1
+            return self._random.randbytes(self._random.choice((4097, 20_000, 65_507)))
+        return b"".join(self._frame() for _ in range(1 if size < 0.8 else self._random.randint(2, 6)))
+
+    def _frame(self) -> bytes:
+        kind = self._random.choice(tuple(self._kinds))
+        self.counts[kind] += 1
+        return self._kinds[kind]()
+
+    def _good(self) -> bytes:
+        return self._codec.encode(self._random.choice(self._here))
+
+    def _garbage(self) -> bytes:
+        data = bytearray(self._random.randbytes(self._random.randint(0, 300)))
+        if data and self._random.random() < 0.5:
+            data[0] = self._random.choice((0xFD, 0xFE, 0x55))
+        return bytes(data)
+
+    def _truncated(self) -> bytes:
+        frame = self._good()
+        return frame[: self._random.randrange(1, len(frame))]
+
+    def _flipped(self) -> bytes:
+        frame = bytearray(self._good())
+        for bit in self._random.sample(range(8 * len(frame)), self._random.randint(1, 8)):
+            frame[bit // 8] ^= 1 << bit % 8
+        return bytes(frame)
+
+    def _wrong_checksum(self) -> bytes:
+        frame = self._good()
+        return frame[:-1] + bytes([frame[-1] ^ self._random.randint(1, 255)])
+
+    def _unknown(self) -> bytes:
+        payload = self._random.randbytes(self._random.randint(0, 255))
+        number = self._random.choice((0xFFFFFF, 0xABCDE, 59_999)).to_bytes(3, "little")
+        head = bytes([0xFD, len(payload), 0, 0, self._random.randrange(256), 255, 190]) + number
+        return head + payload + self._random.randbytes(_CRC)
+
+    def _other_version(self) -> bytes:
+        frame = bytearray(self._good())
+        way = self._random.randrange(4)
+        if way == 0:
+            frame[0] = self._random.choice((0x55, 0xFC, 0xFF))  # version 0.9, and versions to come
+        elif way == 1:
+            frame[2] = 1 << self._random.randint(1, 7)  # incompatibility flags to come
+        elif way == 2:
+            frame[0] = 0xFE
+        else:
+            frame[2] = 1  # claims a signature that is not there
+        return bytes(frame)
+
+    def _wrong_length(self) -> bytes:
+        frame = bytearray(self._good())
+        frame[1] = self._random.choice([n for n in (0, 1, 254, 255, frame[1] ^ 3) if n != frame[1]])
+        return bytes(frame)
+
+    def _wrong_target(self) -> bytes:
+        return self._codec.encode(self._random.choice(self._elsewhere))
