@@ -35,10 +35,10 @@ class Chooser:
         made, self._made = self._made, []
         return made
 
-    def energy(self, view: View, start: Vector, end: Vector, settings: Settings) -> float:
-        """Shaft energy of one leg flown the better way [J]; not a decision, and not reported."""
+    def energy(self, view: View, start: Vector, end: Vector, settings: Settings, *, flying: bool) -> float:
+        """Shaft energy of one leg flown the better way, begun on the wing or not [J]; a question, not a decision."""
         leg, _ = _leg(start, end, view.heading, view.wind)
-        made = plan([leg], self._abilities(settings), settings.least_leg, [Way(settings.way)], flying=view.forward)[0]
+        made = plan([leg], self._abilities(settings), settings.least_leg, [Way(settings.way)], flying=flying)[0]
         return made.forward.energy if made.way is Way.FORWARD else made.hover.energy
 
     def _abilities(self, settings: Settings, airspeed: float | None = None) -> Abilities:

@@ -125,7 +125,8 @@ class BatteryWatch:
         if reserve.left < needed and not self.returned:
             self.returned = True
             return [Alarm(Action.RETURN, CRITICAL, f"Battery: {said}: returning")]
-        self.returned = self.returned and reserve.left < needed + RECOVERED * reserve.left
+        missing = mode is Mode.RTL or reserve.left < (1.0 + RECOVERED) * needed
+        self.returned = self.returned and missing
         return []
 
     def _at_critical(self, share: float, reserve: Reserve, settings: Settings, mode: Mode) -> Alarm:
@@ -143,12 +144,12 @@ class _WayHome:
     slack: float = 0.0  # beyond what is needed, when it was made [J]
     until: float = -math.inf  # [s]
 
-    def reserve(self, view: View, to: Vector, settings: Settings, chooser: Chooser) -> Reserve:
+    def reserve(self, view: View, mode: Mode, to: Vector, settings: Settings, chooser: Chooser) -> Reserve:
         """The battery against the way to a point, world NWU [m]."""
         capacity = view.energy / view.energy_left if view.energy_left > 0.0 else 0.0
         kept = settings.battery_critical * capacity
         if view.time >= self.until or view.energy - MARGIN * self.home - kept < 0.5 * self.slack:
-            self.home = energy_home(view, to, settings, chooser)
+            self.home = energy_home(view, to, settings, chooser, on_its_way=mode is Mode.RTL)
             self.slack = view.energy - MARGIN * self.home - kept
             lasts = self.slack / (FASTEST_LOSS * hover_power(chooser.airframe))
             self.until = view.time + min(max(lasts, 0.0), LONGEST_WAIT) if math.isfinite(lasts) else -math.inf
@@ -179,12 +180,12 @@ class Failsafes:
                 alarms.append(Alarm(action, WARNING, f"Fence: {breach.text}: {DOING[action]}", stop=True))
         if chooser is not None and view.time - self._battery_at >= BATTERY_EVERY:
             self._battery_at = view.time
-            reserve = self._way_home.reserve(view, world.safe_point(view.p), settings, chooser)
+            reserve = self._way_home.reserve(view, mode, world.safe_point(view.p), settings, chooser)
             alarms += self.battery.check(view.energy_left, reserve, settings, mode)
         return alarms
 
 
-def energy_home(view: View, to: Vector, settings: Settings, chooser: Chooser) -> float:
+def energy_home(view: View, to: Vector, settings: Settings, chooser: Chooser, *, on_its_way: bool = False) -> float:
     """Predicted shaft energy of the way to a point and of the landing there [J].
 
     The climb to the return altitude and the landing are hovered at the power of still air; the leg is the decision's
@@ -195,13 +196,17 @@ def energy_home(view: View, to: Vector, settings: Settings, chooser: Chooser) ->
         to: Where it lands, world NWU [m].
         settings: Rates and altitudes.
         chooser: Predicts the leg.
+        on_its_way: The vehicle is returning already. Before that a return costs a start from the hover, from the wing
+            as well: it has to stop or to turn round.
     """
     power = hover_power(chooser.airframe)
     high = max(view.p[2], settings.return_altitude, to[2])
     climb = 0.0 if view.forward else (high - view.p[2]) / settings.climb_rate
     slowly = min(high, SLOW_BELOW)
     landing = slowly / settings.descent_rate + (high - slowly) / FAST_DESCENT
-    leg = chooser.energy(view, (view.p[0], view.p[1], high), (to[0], to[1], high), settings)
+    leg = chooser.energy(
+        view, (view.p[0], view.p[1], high), (to[0], to[1], high), settings, flying=on_its_way and view.forward
+    )
     return power * (climb + landing) + leg
 
 

@@ -13,7 +13,7 @@ from sitl.autopilot.guidance import Vector
 
 FULL = 1000  # what a stick at its end sends
 CENTRE = 0.05  # less of a stick is none
-TURN_RATE = math.radians(60.0)  # at full stick [rad/s]
+TURN_RATE = math.radians(30.0)  # at full stick [rad/s]
 UNUSED = 0x7FFF  # of an axis that the sender has not
 
 
