@@ -5,20 +5,14 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-__all__ = ["add_link_options", "sitl_arguments"]
+__all__ = ["add_link_options", "add_listen_options", "sitl_arguments"]
 
 
 def add_link_options(made: argparse.ArgumentParser) -> None:
     """Where to listen, where to record, and the vehicle process."""
     link = made.add_argument_group("link")
-    link.add_argument("--host", default="127.0.0.1", help="local address to listen on [127.0.0.1]")
-    link.add_argument("--port", type=_port, default=14550, metavar="P", help="local UDP port; 0: any [14550]")
+    add_listen_options(link)
     link.add_argument("--record", type=Path, metavar="DIR", help="where flights are recorded [the user's data folder]")
-    link.add_argument(
-        "--signing-key",
-        metavar="KEY",
-        help="sign, and believe only what is signed: 64 hexadecimal digits or a file with them; --sitl gets it too",
-    )
     link.add_argument(
         "--give-key", action="store_true", help="give the key to a vehicle that has none; over loopback only"
     )
@@ -31,6 +25,17 @@ def add_link_options(made: argparse.ArgumentParser) -> None:
     sitl.add_argument("--start", metavar="N,E,UP,YAW", help="where it begins; UP > 0 begins hovering [0,0,0,0]")
     sitl.add_argument("--airframe", metavar="SET", help="its parameter set [nominal]")
     sitl.add_argument("--state-dir", metavar="DIR", help="where it keeps parameters and mission")
+
+
+def add_listen_options(link: argparse._ArgumentGroup) -> None:
+    """Where to listen, and what to believe."""
+    link.add_argument("--host", default="127.0.0.1", help="local address to listen on [127.0.0.1]")
+    link.add_argument("--port", type=_port, default=14550, metavar="P", help="local UDP port; 0: any [14550]")
+    link.add_argument(
+        "--signing-key",
+        metavar="KEY",
+        help="sign, and believe only what is signed: 64 hexadecimal digits or a file with them (--sitl gets it too)",
+    )
 
 
 def sitl_arguments(args: argparse.Namespace) -> list[str]:

@@ -185,7 +185,8 @@ class FtpClient(Engine[Message]):
         operation.missing.discard(number)
         self._patience.start(now)
         total = len(operation.data)
-        self._events.append(FileProgress(operation.path, max(total - len(operation.missing) * DATA, 0), total))
+        done = (math.ceil(total / DATA) - len(operation.missing)) * DATA
+        self._events.append(FileProgress(operation.path, min(done, total), total))
         if not operation.missing:
             self._end(FileReceived(operation.path, bytes(operation.data)), now)
         elif number in operation.pending:

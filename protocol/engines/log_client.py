@@ -143,7 +143,8 @@ class LogClient(Engine[Message]):
         download.data[at : at + whole] = bytes(message.data[:whole])
         download.missing.discard(number)
         self._patience.start(now)
-        self._events.append(LogProgress(len(download.data) - len(download.missing) * CHUNK, len(download.data)))
+        total, count = len(download.data), math.ceil(len(download.data) / CHUNK)
+        self._events.append(LogProgress(min((count - len(download.missing)) * CHUNK, total), total))
         if not download.missing:
             self._finish(LogReceived(download.log, bytes(download.data)))
 
