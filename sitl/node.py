@@ -31,6 +31,7 @@ from protocol.events import (
     SigningChanged,
 )
 from protocol.keyring import Keyring, KeyState
+from protocol.modes import Mode
 from protocol.plans.mission import MissionItem
 from sitl import telemetry
 from sitl.autopilot import commands
@@ -39,6 +40,7 @@ from sitl.autopilot.bounds import PLAN_NAMES, Bounds
 from sitl.autopilot.manual import sticks_of
 from sitl.autopilot.mission import validate
 from sitl.autopilot.offboard import take_setpoint
+from sitl.autopilot.standard_modes import CHOOSES_MODE, available_modes, current_mode
 from sitl.blackbox import Blackbox
 from sitl.craft import Craft
 from sitl.errors import SitlError
@@ -47,6 +49,7 @@ from sitl.hybrid.supervisor import JumpRecord
 from sitl.keys import RefusalReport
 from sitl.memory import Memory, MemoryFaultError
 from sitl.snapshot import Picture, take_picture
+from sitl.talk import SAME_TEXT, TextLimiter
 
 SYSTEM, COMPONENT = 1, 1
 NAMED_VALUE_TICKS = 100  # control ticks between NAMED_VALUE_FLOATs, for tools that know no private dialect
@@ -75,7 +78,8 @@ class Node:
         keep_keys = keyring.keep
         keyring.keep = lambda record: self._keep(lambda: keep_keys(record))  # a full disk ends no flight
         self._refusals = RefusalReport(keyring, lambda text: self._say(WARNING, text))
-        self._complained: dict[str, float] = {}  # when each complaint about a set-point was last made
+        self._limiter = TextLimiter()
+        self._asked: float | None = None  # the link's time while a peer's datagram is looked at
         self._bounds = bounds = Bounds(craft.autopilot, memory)
         self._blackbox = blackbox
         logs = blackbox or NoFiles()
@@ -90,7 +94,7 @@ class Node:
             validate=self._validate,
             plans=bounds.plans(),
             streams={s.message_id: round(1e6 / s.rate) for s in telemetry.STREAMS if s.rate > 0.0},
-            on_request=frozenset(s.message_id for s in telemetry.STREAMS),
+            on_request=frozenset(s.message_id for s in telemetry.STREAMS) | {mavlink.MAVLINK_MSG_ID_AVAILABLE_MODES},
             peers=peers,
             keyring=keyring,
             files=VehicleFiles(lambda: self._endpoint.parameters, self._held, logs),
@@ -108,18 +112,26 @@ class Node:
     def receive(self, data: bytes, peer: Hashable, now: float) -> None:
         """Take one datagram from a peer."""
         self._endpoint.receive_datagram(data, peer, now)
+        self._asked = now
         for event in self._endpoint.events():
             handler = HANDLERS.get(type(event))
             if handler is not None:
                 handler(self, event, now)
+        self._asked = None
 
     def datagrams(self, now: float) -> list[tuple[Hashable, bytes]]:
         """What is to be sent, each to its peer."""
         heard = self._endpoint.last_ground_heartbeat
         self.craft.autopilot.failsafes.silence = now - heard if math.isfinite(heard) else -1.0
-        self._endpoint.announce(telemetry.heartbeat(self.picture()), now)
+        picture = self.picture()
+        self._endpoint.announce(telemetry.heartbeat(picture, self.identity), now)
+        if picture.mode is not self._mode_told:
+            self._mode_told = picture.mode
+            self._endpoint.publish(current_mode(picture.mode, picture.intended))
         self._endpoint.handle_timer(now)
         self._refusals.handle_timer(now)
+        if withheld := self._limiter.summary(now):
+            self._say(WARNING, withheld)
         return self._endpoint.datagrams_to_send()
 
     # Flying
@@ -143,7 +155,7 @@ class Node:
 
     def picture(self) -> Picture:
         """The vehicle as telemetry sees it now."""
-        return take_picture(self.craft)
+        return take_picture(self.craft)._replace(intended=self._intended)
 
     def _report(self) -> list[Notice]:
         """Tell the peers what happened; what was said to the pilot."""
@@ -163,7 +175,10 @@ class Node:
             self._say(notice.severity, notice.text)
         return notices
 
-    def _say(self, severity: int, text: str) -> None:
+    def _say(self, severity: int, text: str, *, again: float = SAME_TEXT) -> None:
+        """Tell everyone; what a peer makes the vehicle say is limited, what the flight makes it say is not."""
+        if self._asked is not None and not self._limiter.admits(text, self._asked, again=again):
+            return
         self._endpoint.status_text(severity, text)
         if self._blackbox is not None:
             self._blackbox.say(severity, text, self.craft.vehicle.time)
@@ -193,12 +208,18 @@ class Node:
         autopilot = self.craft.autopilot
         outcome = commands.execute(autopilot, event)
         self._endpoint.acknowledge(event.request, outcome.result, now)
+        if outcome.accepted and event.command in CHOOSES_MODE:
+            self._intended = autopilot.mode
         said = {notice.text for notice in self._report()}
         if not outcome.accepted and outcome.text and outcome.text not in said:
             self._say(WARNING, outcome.text)
 
     def _on_message_request(self, event: MessageRequested, now: float) -> None:  # noqa: ARG002 - one signature
-        self._endpoint.send(self._builders[event.message_id](self.picture()), event.peer)
+        if event.message_id == mavlink.MAVLINK_MSG_ID_AVAILABLE_MODES:
+            for message in available_modes(event.index if math.isfinite(event.index) else 0.0):
+                self._endpoint.send(message, event.peer)
+        else:
+            self._endpoint.send(self._builders[event.message_id](self.picture()), event.peer)
 
     def _on_mission(self, event: MissionReceived, now: float) -> None:  # noqa: ARG002
         if event.kind:
@@ -264,10 +285,7 @@ class Node:
 
     def _complain(self, text: str) -> None:
         """Say a thing about a stream once in a while, not as often as the stream repeats it."""
-        now = self.craft.vehicle.time
-        if now - self._complained.get(text, -COMPLAIN_AGAIN) >= COMPLAIN_AGAIN:
-            self._complained = {text: now}
-            self._say(WARNING, text)
+        self._say(WARNING, text, again=COMPLAIN_AGAIN)
 
     def _keep(self, write: Callable[[], None]) -> None:
         try:

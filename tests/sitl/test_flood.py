@@ -16,12 +16,13 @@ from sitl.craft import Craft
 from sitl.memory import Memory
 from sitl.node import Node
 from sitl.parameters import Bindings, Surroundings
+from sitl.talk import RECOVERY
 from sitl.vehicle import Start, Tuning, Vehicle
 from tests.support.flood import Flood
 from tests.support.paths import DATA
 
 STEP = 0.02  # [s]
-SECONDS, PER_STEP = 16.0, 10
+SECONDS, PER_STEP = 8.0, 20
 GROUND = "ground"
 
 
@@ -58,7 +59,7 @@ class Flight:
     def hear(self, messages):
         for message in messages:
             self.heard[message.get_type()] += 1
-            if message.get_type() == "STATUSTEXT":
+            if message.get_type() == "STATUSTEXT" and message.chunk_seq == 0:
                 self.texts.append(message.text)
 
     def state(self):
@@ -118,9 +119,74 @@ def tables(node):
     for server in endpoint._servers:
         name = type(server).__name__
         yield from ((f"{name}.{k}", len(v)) for k, v in vars(server).items() if isinstance(v, dict | list))
-    yield "complaints", len(node._complained)
+    yield "texts", len(node._limiter._said)
 
 
 def test_no_table_grows_with_the_flood(flights):
     _, flooded, _ = flights
     assert {name: size for name, size in tables(flooded.node) if size > 256} == {}
+
+
+@pytest.fixture
+def vehicle(tmp_path):
+    return Flight(tmp_path)
+
+
+def refused_orders(number):
+    """Well-formed orders to this vehicle, no two alike, each of which it refuses in words."""
+    long, to = mavlink.MAVLink_command_long_message, (1, 1)
+    yield mavlink.MAVLink_param_set_message(*to, b"DRK_V_ENTER", -1.0 - number, mavlink.MAV_PARAM_TYPE_REAL32)
+    yield long(*to, mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 0, 2 + number, 0, 0, 0, 0, 0, 0)
+    yield long(*to, mavlink.MAV_CMD_DO_CHANGE_SPEED, 0, 1, 100 + number, 0, 0, 0, 0, 0)
+    yield long(*to, mavlink.MAV_CMD_MISSION_START, 0, 100 + number, 0, 0, 0, 0, 0, 0)
+
+
+def test_a_thousand_refused_orders_are_all_answered_but_not_all_said(vehicle):
+    before = vehicle.node.craft.autopilot.mode
+    for number in range(250):
+        frames = [vehicle.ground.encode(order) for order in refused_orders(number)]
+        vehicle.step([(GROUND, frame) for frame in frames])
+    assert vehicle.heard["COMMAND_ACK"] == 750
+    assert vehicle.heard["PARAM_ERROR"] == 250
+    assert 20 <= len(vehicle.texts) <= 20 + 250 * STEP / RECOVERY + 2  # a burst, and then one a second
+    for _ in range(round(12 / STEP)):
+        vehicle.step()
+    assert sum("more answers were not said" in text for text in vehicle.texts) == 1
+    assert vehicle.node.craft.autopilot.mode == before
+
+
+def test_two_complaints_in_turns_are_each_said_once_in_a_while(vehicle):
+    def setpoint(frame, x):
+        return mavlink.MAVLink_set_position_target_local_ned_message(
+            0, 1, 1, frame, 0b1101_1111_1000, x, 0, -3, 0, 0, 0, 0, 0, 0, 0, 0
+        )
+
+    for _ in range(100):
+        bad = [setpoint(mavlink.MAV_FRAME_BODY_NED, 1.0), setpoint(mavlink.MAV_FRAME_LOCAL_NED, 1e6)]
+        vehicle.step([(GROUND, vehicle.ground.encode(message)) for message in bad])
+    assert len(vehicle.texts) == 2
+
+
+def test_strangers_that_speak_once_drive_no_ground_station_out(vehicle):
+    alive = mavlink.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3)
+    other = Codec(254, 190)
+    for step in range(100):
+        late = [("late", other.encode(alive))] if step % 10 == 0 else []
+        vehicle.step([*late, *((f"{step}.{n}", Codec(9, n).encode(alive)) for n in range(1, 10 if step > 20 else 2))])
+    peers = vehicle.node._endpoint.statistics
+    assert {GROUND, "late"} < set(peers)
+    assert len(peers) <= 1 + 16
+
+
+def test_frames_in_many_names_fill_no_table(vehicle):
+    """Unsigned, anybody may say anything in anybody's name: it is answered, but not kept."""
+    for number in range(3000):
+        codec = Codec(1 + number % 250, number // 250)
+        order = mavlink.MAVLink_command_long_message(1, 1, mavlink.MAV_CMD_DO_SET_MODE, 0, 1, 99, number, 0, 0, 0, 0)
+        vehicle.node.receive(codec.encode(order), GROUND, vehicle.now)
+        clear = mavlink.MAVLink_mission_count_message(1, 1, 2000, 0)
+        vehicle.node.receive(codec.encode(clear), GROUND, vehicle.now)
+        vehicle.now += 0.001
+        vehicle.node.datagrams(vehicle.now)
+    assert {name: size for name, size in tables(vehicle.node) if size > 256} == {}
+    assert vehicle.node.craft.autopilot.mission is not None
