@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sitl.airframe import load
@@ -147,6 +147,7 @@ def test_a_dive_is_pulled_out_of_whatever_the_path_wants():
     assert guarded(np.array((8.0, 0.0, -6.0)), wanted) == pytest.approx((0.0, 0.0, 8.0))
 
 
+@settings(max_examples=20)
 @given(rates=st.tuples(*[st.floats(-1.0, 1.0)] * 3), share=st.floats(0.2, 4.0))
 def test_the_observer_finds_a_moment_that_the_model_does_not_know(rates, share):
     """A body whose rates stay as they are is held by what balances the model's moment: a lag of the bandwidth."""

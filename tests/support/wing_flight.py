@@ -109,7 +109,7 @@ class Track:
 
 
 def hop(
-    azimuth=0.0, *, distance=100.0, up=10.0, heading=0.0, airspeed=15.0, seconds=30.0, seed=1, gusts=0.0,
+    azimuth=0.0, *, distance=100.0, up=10.0, heading=0.0, airspeed=15.0, seconds=25.0, seed=1, gusts=0.0,
     wind=(0.0, 0.0, 0.0), plant=NOMINAL, believed=None, tuning=None,
 ):  # fmt: skip
     """From the hover at ``HIGH``, on the wing to a point along an azimuth, and hover there."""
