@@ -25,6 +25,9 @@ from protocol.events import (
     MissionCleared,
     MissionReceived,
     MissionRefused,
+    OperatorChanged,
+    OperatorRefused,
+    OperatorRequested,
     ParameterChanged,
     ParameterRefused,
     SetpointReceived,
@@ -78,6 +81,9 @@ class Node:
         keep_keys = keyring.keep
         keyring.keep = lambda record: self._keep(lambda: keep_keys(record))  # a full disk ends no flight
         self._refusals = RefusalReport(keyring, lambda text: self._say(WARNING, text))
+        self.identity = mavlink.MAV_AUTOPILOT_PX4  # MAV_AUTOPILOT of HEARTBEAT
+        self._intended: Mode | None = None  # asked for last by a peer
+        self._mode_told = craft.autopilot.mode
         self._limiter = TextLimiter()
         self._asked: float | None = None  # the link's time while a peer's datagram is looked at
         self._bounds = bounds = Bounds(craft.autopilot, memory)
@@ -124,6 +130,9 @@ class Node:
         heard = self._endpoint.last_ground_heartbeat
         self.craft.autopilot.failsafes.silence = now - heard if math.isfinite(heard) else -1.0
         picture = self.picture()
+        self._endpoint.operator.only_one = bool(self.craft.autopilot.settings.one_operator)
+        if not self.craft.autopilot.armed:
+            self._endpoint.operator.disarmed()
         self._endpoint.announce(telemetry.heartbeat(picture, self.identity), now)
         if picture.mode is not self._mode_told:
             self._mode_told = picture.mode
@@ -207,6 +216,8 @@ class Node:
     def _on_command(self, event: CommandRequested, now: float) -> None:
         autopilot = self.craft.autopilot
         outcome = commands.execute(autopilot, event)
+        if outcome.accepted and event.command == commands.ARM and autopilot.armed:
+            self._endpoint.operator.armed(event.peer, now)
         self._endpoint.acknowledge(event.request, outcome.result, now)
         if outcome.accepted and event.command in CHOOSES_MODE:
             self._intended = autopilot.mode
@@ -283,6 +294,16 @@ class Node:
         if self._blackbox is not None:
             self._say(INFO, f"{self._blackbox.erase()} logs erased")
 
+    def _on_operator(self, event: OperatorChanged, now: float) -> None:  # noqa: ARG002
+        who = f"Ground station {event.system} is in control" if event.system else "No ground station is in control"
+        self._say(INFO, f"{who}: {event.why}")
+
+    def _on_operator_refused(self, event: OperatorRefused, now: float) -> None:  # noqa: ARG002
+        self._complain(f"Ground station {event.peer.system} refused: {event.holder} is in control")
+
+    def _on_operator_requested(self, event: OperatorRequested, now: float) -> None:  # noqa: ARG002
+        self._complain(f"Ground station {event.peer.system} asks {event.holder} for control")
+
     def _complain(self, text: str) -> None:
         """Say a thing about a stream once in a while, not as often as the stream repeats it."""
         self._say(WARNING, text, again=COMPLAIN_AGAIN)
@@ -319,4 +340,7 @@ HANDLERS: dict[type, Callable[[Node, Any, float], None]] = {
     LogEraseRequested: Node._on_log_erase,  # noqa: SLF001
     SetpointReceived: Node._on_setpoint,  # noqa: SLF001
     MessageReceived: Node._on_message,  # noqa: SLF001
+    OperatorChanged: Node._on_operator,  # noqa: SLF001
+    OperatorRefused: Node._on_operator_refused,  # noqa: SLF001
+    OperatorRequested: Node._on_operator_requested,  # noqa: SLF001
 }

@@ -12,6 +12,7 @@ from pathlib import Path
 
 from platformdirs import user_data_path
 
+from protocol.dialect import mavlink
 from protocol.frames import Geodetic, LocalFrame
 from protocol.keyring import Keyring
 from protocol.signing import timestamp_at
@@ -34,6 +35,7 @@ from sitl.vehicle import TICK, Start, Vehicle
 
 QUANTUM = 5  # control ticks flown between looks at the socket: 10 ms of simulated time
 LOOPBACK = "127.0.0.1"
+IDENTITIES = {"px4": mavlink.MAV_AUTOPILOT_PX4, "generic": mavlink.MAV_AUTOPILOT_GENERIC}
 
 
 def fly(args: argparse.Namespace, tell: Callable[[LiveScenario], int]) -> int:
@@ -55,6 +57,7 @@ def fly(args: argparse.Namespace, tell: Callable[[LiveScenario], int]) -> int:
         craft = build_craft(args)
         face = ScenarioNode if isinstance(craft, ScenarioCraft) else Node
         node = face(craft, Memory(_state_dir(args)), _peers(args), keyring, blackbox)
+        node.identity = IDENTITIES[args.autopilot]
         began = time.monotonic()
         craft.vehicle.warm_up(lambda text: say(f"{text} (kept for the next start)"))
         rehearse(craft)

@@ -68,6 +68,7 @@ class Picture(NamedTuple):
     mission_state: int  # MISSION_STATE
     fence: FenceWatch
     fenced: bool  # a fence is in force
+    intended: Mode | None = None  # the mode a peer asked for last
 
     @property
     def ms(self) -> int:

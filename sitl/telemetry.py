@@ -16,6 +16,7 @@ from protocol.codec import Message
 from protocol.dialect import mavlink
 from protocol.modes import Mode, custom_mode
 from sitl.autopilot.decision import Decision
+from sitl.autopilot.standard_modes import current_mode
 from sitl.hybrid.supervisor import Law
 from sitl.metadata import GENERAL_URI, general_crc
 from sitl.snapshot import Picture
@@ -24,15 +25,15 @@ NAN = math.nan
 NO_BATTERY_CELL = 65535
 
 
-def heartbeat(s: Picture) -> Message:
-    """HEARTBEAT of a PX4-like VTOL tail-sitter."""
+def heartbeat(s: Picture, autopilot: int = mavlink.MAV_AUTOPILOT_PX4) -> Message:
+    """HEARTBEAT of a VTOL tail-sitter; the modes are PX4's, whatever MAV_AUTOPILOT it calls itself."""
     base = mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED | mavlink.MAV_MODE_FLAG_STABILIZE_ENABLED
     base |= mavlink.MAV_MODE_FLAG_AUTO_ENABLED if s.mode.is_auto else mavlink.MAV_MODE_FLAG_GUIDED_ENABLED
     base |= mavlink.MAV_MODE_FLAG_SAFETY_ARMED if s.armed else 0
     state = mavlink.MAV_STATE_STANDBY if s.landed else mavlink.MAV_STATE_ACTIVE
     return mavlink.MAVLink_heartbeat_message(
         mavlink.MAV_TYPE_VTOL_DUOROTOR,
-        mavlink.MAV_AUTOPILOT_PX4,
+        autopilot,
         base,
         custom_mode(s.mode),
         state,
@@ -368,6 +369,7 @@ STREAMS = (
     Stream(mavlink.MAVLINK_MSG_ID_FENCE_STATUS, fence_status, 1.0),
     Stream(mavlink.MAVLINK_MSG_ID_SYSTEM_TIME, system_time, 1.0),
     Stream(mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION, autopilot_version, 0.0),
+    Stream(mavlink.MAVLINK_MSG_ID_CURRENT_MODE, lambda s: current_mode(s.mode, s.intended), 0.5),
     Stream(mavlink.MAVLINK_MSG_ID_COMPONENT_METADATA, component_metadata, 0.0),
     Stream(mavlink.MAVLINK_MSG_ID_DARKO_HYBRID_STATE, hybrid_state, 10.0),
     Stream(mavlink.MAVLINK_MSG_ID_DARKO_ACTUATORS, actuators, 20.0),

@@ -34,6 +34,7 @@ UNSUPPORTED = mavlink.MAV_RESULT_UNSUPPORTED
 CLIMB, DESCENT = 2.5, 2.0  # vertical speeds the hover flies [m/s]
 LEASH = 5.0  # a velocity set-point leads the vehicle by no more; the hover law trails 3 m/s by 4 m [m]
 SAME_LEG = 5.0  # a streamed position that moved less than this is the same leg [m]
+COMPASS = tuple((math.cos(k * math.pi / 4.0), math.sin(k * math.pi / 4.0)) for k in range(8))
 FLOOR = 1.0  # a hold asked for nearer the ground than this is flown here [m]
 
 
@@ -322,6 +323,31 @@ class Autopilot:
             p[2],
         )
         return orbit(centre, radius, self._at(p), self.settings.airspeed)
+
+    def circle(self, centre: Vector, radius: float, airspeed: float | None = None) -> Outcome:
+        """Fly round a point on the wing, for ever.
+
+        Args:
+            centre: World NWU [m].
+            radius: [m]; positive: clockwise seen from above.
+            airspeed: [m/s]; None takes the set one.
+        """
+        if not self.flying:
+            return self._refuse(REJECTED, "Orbit refused: not in the air")
+        if self.chooser is None or not self.chooser.can_fly_forward:
+            return self._refuse(DENIED, "Orbit denied: this airframe has no trim between hover and wing")
+        flown = orbit(centre, radius, self._at(self.view.p), self.settings.airspeed if airspeed is None else airspeed)
+        route = flown.setpoint.route
+        if route is None or not SLOWEST <= route.airspeed <= FASTEST:
+            return self._refuse(DENIED, f"Orbit denied: {abs(radius):g} m at {airspeed or 0.0:g} m/s cannot be flown")
+        if min(centre[2], self.view.p[2]) < LEAST_HEIGHT:
+            return self._refuse(REJECTED, f"Orbit refused: below {LEAST_HEIGHT:g} m it is too low to tip over")
+        rim = [(centre[0] + abs(radius) * x, centre[1] + abs(radius) * y, centre[2]) for x, y in COMPASS]
+        reason = next(filter(None, map(self._refuse_point, rim)), None)
+        if reason is not None:
+            return self._refuse(DENIED, f"Orbit denied: {reason}")
+        self._enter(Mode.HOLD, flown)
+        return Outcome(ACCEPTED)
 
     def change_speed(self, speed: float) -> Outcome:
         """Speed of the manoeuvre under way, or of the mission [m/s]: of the hover, or from 7 m/s on of the wing."""

@@ -16,7 +16,9 @@ from sitl.autopilot.autopilot import DENIED, UNSUPPORTED, Autopilot, Outcome
 from sitl.autopilot.decision import FASTEST, SLOWEST, Way
 from sitl.autopilot.guidance import Vector
 from sitl.autopilot.mission_items import WAYS
+from sitl.autopilot.standard_modes import set_standard_mode
 
+ARM = mavlink.MAV_CMD_COMPONENT_ARM_DISARM
 FORCE = 21196  # the number that makes MAV_CMD_COMPONENT_ARM_DISARM skip its checks
 UNSUPPORTED_FRAME = 9  # MAV_RESULT_COMMAND_UNSUPPORTED_MAV_FRAME, newer than the generator's definitions
 CUSTOM_MODE = mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
@@ -133,6 +135,33 @@ def _pause(autopilot: Autopilot, request: CommandRequested) -> Outcome:
     return Outcome(DENIED, f"Pause or continue? param1 is {request.params[0]:g}, not 0 or 1")
 
 
+def _orbit(autopilot: Autopilot, request: CommandRequested) -> Outcome:
+    if request.frame is not None and request.frame not in GLOBAL | RELATIVE:
+        return Outcome(UNSUPPORTED_FRAME, f"Frame {request.frame} is not supported")
+    radius = request.param(1, autopilot.settings.loiter_radius)
+    speed, turns = request.param(2), request.param(4)
+    if not math.isfinite(radius) or math.isinf(speed):
+        return Outcome(DENIED, f"Orbit denied: radius {radius:g} m at {speed:g} m/s")
+    if not math.isnan(turns):
+        return Outcome(DENIED, "Orbit denied: counted turns are for missions (LOITER_TURNS)")
+    return autopilot.circle(_centre(autopilot, request), radius, None if math.isnan(speed) else speed)
+
+
+def _centre(autopilot: Autopilot, request: CommandRequested) -> Vector:
+    """The centre that is asked for; what is left open is where the vehicle is."""
+    latitude, longitude, z = request.params[4:7]
+    here, home = autopilot.view.p, autopilot.world.home.alt
+    # Clients put an altitude above the sea into this command whatever frame they name: MAVSDK names a relative one.
+    height = here[2] if not math.isfinite(z) else z - home if z > home or request.frame in GLOBAL else z
+    if not (math.isfinite(latitude) and math.isfinite(longitude)) or max(abs(latitude), abs(longitude)) > 180.0:
+        return (here[0], here[1], height)
+    return autopilot.world.local(latitude, longitude, height)
+
+
+def _unsupported(text: str) -> Handler:
+    return lambda autopilot, request: Outcome(UNSUPPORTED, text)  # noqa: ARG005 - whatever is asked, it is not here
+
+
 def _simple(call: Callable[[Autopilot], Outcome]) -> Handler:
     return lambda autopilot, request: call(autopilot)  # noqa: ARG005 - these commands carry nothing we use
 
@@ -152,4 +181,9 @@ HANDLERS: dict[int, Handler] = {
     mavlink.MAV_CMD_DO_CHANGE_SPEED: _change_speed,
     mavlink.MAV_CMD_DO_PAUSE_CONTINUE: _pause,
     mavlink.MAV_CMD_DO_VTOL_TRANSITION: _transition,
+    mavlink.MAV_CMD_DO_ORBIT: _orbit,
+    mavlink.MAV_CMD_DO_SET_STANDARD_MODE: set_standard_mode,
+    mavlink.MAV_CMD_DO_SET_HOME: _unsupported("Home stays where the flight began; darko-sitl --home sets it"),
+    mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN: _unsupported("A simulation is stopped and started from its terminal"),
+    mavlink.MAV_CMD_DO_FLIGHTTERMINATION: _unsupported("No flight termination: a forced disarm stops the motors"),
 }

@@ -97,6 +97,12 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
         help="sign, and obey only what is signed: 64 hexadecimal digits or a file with them, with PORT= for the peer "
         "on that port alone; repeat for more [the key a ground station gave, or none]",
     )
+    link.add_argument(
+        "--autopilot",
+        choices=("px4", "generic"),
+        default="px4",
+        help="who it says it is; generic takes most of the stock ground stations' buttons away [px4]",
+    )
     made.add_argument(
         "--state-dir",
         type=Path,
