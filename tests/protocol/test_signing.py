@@ -3,7 +3,7 @@
 import hashlib
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from pymavlink.dialects.v20 import common
 
@@ -315,6 +315,47 @@ def test_time_is_kept_ahead_of_use_and_seldom():
         end.receive_datagram(signed(heartbeat(), timestamp=T + n * 1000), LOCAL, n / 100)
         assert disk.records[-1].timestamp >= T + n * 1000
     assert len(disk.records) <= 60 * 10**5 / LOOK_AHEAD + 1
+
+
+STEPS = st.lists(
+    st.tuples(
+        st.sampled_from(["fresh", "late", "forged", "replayed", "restart"]),
+        st.integers(1, 3 * NEW_STREAM_AGE),
+        st.integers(0, 2),
+        st.sampled_from([LOCAL, "stranger"]),
+    ),
+    max_size=40,
+)
+
+
+@settings(max_examples=150, deadline=None)
+@given(steps=STEPS)
+def test_whatever_comes_no_frame_is_believed_twice_none_forged_and_a_fresh_one_always(steps):
+    records, believed, sent = [], [], []
+
+    def start():
+        floor = records[-1].timestamp if records else 0
+        return Keyring({None: KEY}, timestamp=T, floor=floor, keep=records.append)
+
+    keyring = start()
+    for what, amount, link, peer in steps:
+        if what == "restart":
+            keyring = start()
+            continue
+        own = keyring.next_timestamp()
+        timestamp = own - amount if what == "late" else own + amount
+        data = signed(order(), OTHER if what == "forged" else KEY, timestamp, link)
+        if what == "replayed" and sent:
+            data = sent[amount % len(sent)]
+        verdict = keyring.link(peer).judge(data, 84)
+        if what == "forged":
+            assert verdict is Verdict.BAD_SIGNATURE
+            continue
+        assert what != "fresh" or verdict is Verdict.SIGNED
+        sent.append(data)
+        if verdict is Verdict.SIGNED:
+            assert data not in believed
+            believed.append(data)
 
 
 # A new key
