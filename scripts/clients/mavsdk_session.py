@@ -22,7 +22,7 @@ from functools import partial
 from typing import Any
 
 from mavsdk import ComponentType, Configuration, Mavsdk, MavsdkError
-from mavsdk.plugins.action import Action, ActionError
+from mavsdk.plugins.action import Action, ActionError, OrbitYawBehavior
 from mavsdk.plugins.info import Info
 from mavsdk.plugins.log_files import LogFiles, LogFilesError
 from mavsdk.plugins.mission import Mission, MissionItem, MissionPlan
@@ -211,12 +211,19 @@ class Session:
         return _plan(home.latitude_deg, home.longitude_deg)
 
     def wings(self) -> None:
-        """To the wing and back by command."""
+        """To the wing and back by command, then round a point."""
         self.action.transition_to_fixedwing()
         self.watch.until_is("vtol_state", VtolState.FW)
         self.action.transition_to_multicopter()
         self.watch.until_is("vtol_state", VtolState.MC)
-        self.say("to the wing and to the hover by command")
+        home = self.watch.newest["home"]
+        self.action.do_orbit(
+            40.0, 15.0, OrbitYawBehavior.HOLD_FRONT_TANGENT_TO_CIRCLE,
+            home.latitude_deg, home.longitude_deg, home.absolute_altitude_m + 25.0,
+        )  # fmt: skip
+        self.watch.until_is("vtol_state", VtolState.FW)
+        self.watch.until("on the circle", lambda now: abs(_range(now) - 40.0) < 6.0)
+        self.say("to the wing, to the hover, round home at 40 m")
 
     def come_home(self) -> None:
         """Return, land, disarm, all in one command."""

@@ -336,10 +336,11 @@ class Autopilot:
             return self._refuse(REJECTED, "Orbit refused: not in the air")
         if self.chooser is None or not self.chooser.can_fly_forward:
             return self._refuse(DENIED, "Orbit denied: this airframe has no trim between hover and wing")
-        flown = orbit(centre, radius, self._at(self.view.p), self.settings.airspeed if airspeed is None else airspeed)
+        speed = self.settings.airspeed if airspeed is None else airspeed
+        flown = orbit(centre, radius, self._at(self.view.p), speed)
         route = flown.setpoint.route
-        if route is None or not SLOWEST <= route.airspeed <= FASTEST:
-            return self._refuse(DENIED, f"Orbit denied: {abs(radius):g} m at {airspeed or 0.0:g} m/s cannot be flown")
+        if route is None or route.airspeed < SLOWEST or speed > FASTEST:
+            return self._refuse(DENIED, f"Orbit denied: {abs(radius):g} m at {speed:g} m/s cannot be flown")
         if min(centre[2], self.view.p[2]) < LEAST_HEIGHT:
             return self._refuse(REJECTED, f"Orbit refused: below {LEAST_HEIGHT:g} m it is too low to tip over")
         rim = [(centre[0] + abs(radius) * x, centre[1] + abs(radius) * y, centre[2]) for x, y in COMPASS]
