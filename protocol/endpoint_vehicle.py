@@ -13,6 +13,7 @@ from protocol.engines.ftp_server import FtpServer
 from protocol.engines.heartbeat import HeartbeatSource
 from protocol.engines.log_server import LogServer
 from protocol.engines.mission_server import MissionServer, Validate
+from protocol.engines.operator import OperatorControl
 from protocol.engines.parameter_server import ParameterServer
 from protocol.engines.parameters import Parameter
 from protocol.engines.responders import TimeResponder
@@ -145,7 +146,9 @@ class VehicleEndpoint:
         self._files = FtpServer(*self._ids, files or NoFiles())
         self._logs = LogServer(*self._ids, logs or NoFiles())
         self._streams = StreamScheduler(streams, frozenset(on_request))
+        self.operator = OperatorControl(*self._ids)
         self._servers: tuple[Server, ...] = (
+            self.operator,
             self._commands,
             self._parameters,
             self._mission,
@@ -153,6 +156,7 @@ class VehicleEndpoint:
             self._files,
             self._logs,
         )
+        self._timed = (self._heartbeat, self.operator, self._parameters, self._mission, self._files, self._logs)
         self._server_of = {name: server for server in self._servers for name in server.handles}
         self._datagrams: list[tuple[Hashable | None, bytes]] = []
         self._events: list[Event] = []
@@ -191,14 +195,13 @@ class VehicleEndpoint:
     def handle_timer(self, now: float) -> None:
         """Let time pass: heartbeats, resends, long answers."""
         self._keyring.tell_time(now)
-        for engine in (self._heartbeat, self._parameters, self._mission, self._files, self._logs):
+        for engine in self._timed:
             engine.handle_timer(now)
         self._collect(now)
 
     def next_deadline(self) -> float:
         """When ``handle_timer`` has something to do."""
-        timed = (self._keyring, self._heartbeat, self._parameters, self._mission, self._files, self._logs)
-        return min(engine.next_deadline() for engine in timed)
+        return min(engine.next_deadline() for engine in (self._keyring, *self._timed))
 
     def datagrams_to_send(self) -> list[tuple[Hashable | None, bytes]]:
         """What is to be sent, each to one peer or (None) to all."""
@@ -270,6 +273,8 @@ class VehicleEndpoint:
     def _receive(self, message: Message, now: float, peer: Peer) -> None:
         kind = message.get_type()
         server = self._server_of.get(kind)
+        if not self.operator.admits(message, now, peer):
+            return
         if server is not None:
             server.receive(message, now, peer)
         elif kind == "HEARTBEAT" and message.type == mavlink.MAV_TYPE_GCS:

@@ -34,6 +34,9 @@ __all__ = [
     "MissionReceived",
     "MissionRefused",
     "MissionUploaded",
+    "OperatorChanged",
+    "OperatorRefused",
+    "OperatorRequested",
     "ParameterChanged",
     "ParameterConfirmed",
     "ParameterFailed",
@@ -250,6 +253,30 @@ class ParameterRefused(Event):
     name: str
     value: float  # the value that was refused
     reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class OperatorChanged(Event):
+    """Another ground station (system id) is in control of the vehicle now; 0: every one may steer it."""
+
+    system: int
+    why: str
+
+
+@dataclass(frozen=True, slots=True)
+class OperatorRefused(Event):
+    """A peer wanted to steer while ground station ``holder`` is in control; it has its answer."""
+
+    peer: Peer
+    holder: int
+
+
+@dataclass(frozen=True, slots=True)
+class OperatorRequested(Event):
+    """A peer wants control; the ground station ``holder`` that has it was told."""
+
+    peer: Peer
+    holder: int
 
 
 @dataclass(frozen=True, slots=True)

@@ -130,7 +130,7 @@ def test_it_returns_while_the_battery_still_takes_it_home_and_lands_there_with_t
     assert 100.0 < flight.p[:, 0].max() < 700.0
     assert np.linalg.norm(flight.p[-1, :2]) < 1.0
     assert 0.1 <= flight.craft.battery.left < 0.25
-    assert [text for text in flight.said if text.startswith("Battery low")] == ["Battery low: 40 % left"]
+    assert sum(text.startswith("Battery low") for text in flight.said) == 1
 
 
 def test_it_lands_where_it_is_when_home_is_out_of_reach():

@@ -1,0 +1,159 @@
+"""Several ground stations, one in control: who may steer the vehicle, and how control changes hands.
+
+The rules are those of MAVLink's multi-station draft (MAV_CMD_REQUEST_OPERATOR_CONTROL, 32100):
+
+- While nobody is in control, every station may steer. Who arms the vehicle, or asks with 32100, is in control.
+- What others send to steer is refused, with the result the protocol has for it; they may ask for anything that only
+  tells them something. Components of the vehicle's own system are never refused.
+- A station that asks gets control if the one in control allows it (param3 of its own request) or gives control back;
+  otherwise that one is told of the request: it gets the same command with the asker's id as param1.
+- Control that came by arming ends with disarming; any ends when the station was silent for ``SILENT`` seconds.
+"""
+
+import math
+from collections.abc import Iterable
+
+from protocol.codec import Message
+from protocol.dialect import mavlink
+from protocol.engines import stream
+from protocol.engines.base import Peer, Server, addressed_to
+from protocol.events import OperatorChanged, OperatorRefused, OperatorRequested
+
+__all__ = ["NOT_IN_CONTROL", "REQUEST_OPERATOR_CONTROL", "OperatorControl"]
+
+REQUEST_OPERATOR_CONTROL = 32100  # newer than the generator's definitions, as the next one is
+NOT_IN_CONTROL = 10  # MAV_RESULT
+SILENT = 10.0  # a station in control that says nothing for so long loses it [s]
+TOLD_AGAIN = 3.0  # between notes to the station in control that another one asks [s]
+
+_COMMANDS = frozenset({"COMMAND_LONG", "COMMAND_INT"})
+_PLANS = frozenset({"MISSION_COUNT", "MISSION_CLEAR_ALL", "MISSION_SET_CURRENT"})
+_SETPOINTS = frozenset(
+    {"SET_POSITION_TARGET_LOCAL_NED", "SET_POSITION_TARGET_GLOBAL_INT", "SET_ATTITUDE_TARGET", "MANUAL_CONTROL"}
+)
+
+
+class OperatorControl(Server):
+    """Stands before all other engines: ``admits`` says whether a message may reach them.
+
+    Args:
+        system: Own system id.
+        component: Own component id.
+        harmless: Further commands that steer nothing.
+    """
+
+    handles = frozenset[str]()  # it takes no message type for itself
+
+    def __init__(self, system: int, component: int, harmless: Iterable[int] = ()) -> None:
+        super().__init__()
+        self.only_one = True  # whether one station at a time is in control
+        self.takeover = False  # whether the one in control lets others take it
+        self._system, self._component = system, component
+        self._harmless = stream.COMMANDS | frozenset(harmless)
+        self._holder: Peer | None = None
+        self._by_arming = False
+        self._heard = self._told = -math.inf
+
+    @property
+    def holder(self) -> Peer | None:
+        """The station in control; None: every one is."""
+        return self._holder if self.only_one else None
+
+    def receive(self, message: Message, now: float, peer: Peer) -> None:
+        """As ``admits``, for who does not want to know."""
+        self.admits(message, now, peer)
+
+    def admits(self, message: Message, now: float, peer: Peer) -> bool:
+        """Whether a message may be acted on; if not, its sender has its answer."""
+        self.handle_timer(now)
+        holder = self.holder
+        if holder is not None and peer.system == holder.system:
+            self._holder, self._heard = peer, now
+        if not addressed_to(message, self._system, self._component):
+            return True
+        if message.get_type() in _COMMANDS and message.command == REQUEST_OPERATOR_CONTROL:
+            self._answer(message, now, peer)
+            return False
+        if holder is None or peer.system in {holder.system, self._system} or not self._steers(message):
+            return True
+        self._refuse(message, peer)
+        self._events.append(OperatorRefused(peer, holder.system))
+        return False
+
+    def armed(self, peer: Peer, now: float) -> None:
+        """The vehicle was armed by this peer: it is in control if nobody is."""
+        if self._holder is None and peer.system != self._system:
+            self._give(peer, now, by_arming=True)
+
+    def disarmed(self) -> None:
+        """The vehicle is not armed."""
+        if self._by_arming:
+            self._free("disarmed")
+
+    def handle_timer(self, now: float) -> None:
+        """Control of a silent station ends."""
+        if now >= self.next_deadline():
+            self._free(f"silent for {SILENT:g} s")
+
+    def next_deadline(self) -> float:
+        """When a silent station loses control."""
+        return self._heard + SILENT if self._holder is not None else math.inf
+
+    def _answer(self, message: Message, now: float, peer: Peer) -> None:
+        wanted, takeover = message.param2, message.param3 == 1.0
+        result = mavlink.MAV_RESULT_ACCEPTED
+        others = self.holder is not None and self.holder.system != peer.system
+        if wanted not in {0.0, 1.0}:
+            result = mavlink.MAV_RESULT_DENIED
+        elif not self.only_one:
+            result = mavlink.MAV_RESULT_UNSUPPORTED
+        elif others and not (wanted == 1.0 and self.takeover):
+            result = NOT_IN_CONTROL
+            if wanted == 1.0:
+                self._ask_holder(message, now, peer)
+        elif wanted == 1.0:
+            self._give(peer, now, by_arming=False)
+            self.takeover = takeover
+        elif self._holder is not None:
+            self._free("given back")
+        self._reply(peer, mavlink.MAVLink_command_ack_message(message.command, result, 0, 0, *peer[:2]))
+
+    def _ask_holder(self, message: Message, now: float, peer: Peer) -> None:
+        if self._holder is None or now - self._told < TOLD_AGAIN:
+            return
+        self._told = now
+        params = (float(peer.system), 1.0, message.param3, message.param4, 0.0, 0.0, 0.0)
+        self._reply(
+            self._holder, mavlink.MAVLink_command_long_message(*self._holder[:2], REQUEST_OPERATOR_CONTROL, 0, *params)
+        )
+        self._events.append(OperatorRequested(peer, self._holder.system))
+
+    def _give(self, peer: Peer, now: float, *, by_arming: bool) -> None:
+        changed = self._holder is None or self._holder.system != peer.system
+        self._holder, self._heard, self._by_arming = peer, now, by_arming
+        self.takeover = False
+        if changed:
+            self._events.append(OperatorChanged(peer.system, "armed" if by_arming else "asked for it"))
+
+    def _free(self, why: str) -> None:
+        self._holder, self._by_arming, self.takeover = None, False, False
+        self._events.append(OperatorChanged(0, why))
+
+    def _steers(self, message: Message) -> bool:
+        kind = message.get_type()
+        if kind in _COMMANDS:
+            return message.command not in self._harmless
+        return kind in _PLANS or kind in _SETPOINTS or kind == "PARAM_SET"
+
+    def _refuse(self, message: Message, peer: Peer) -> None:
+        """The protocol's own word for it; set-points have none."""
+        kind, to = message.get_type(), peer[:2]
+        if kind in _COMMANDS:
+            self._reply(peer, mavlink.MAVLink_command_ack_message(message.command, NOT_IN_CONTROL, 0, 0, *to))
+        elif kind in _PLANS:
+            mission_type = getattr(message, "mission_type", mavlink.MAV_MISSION_TYPE_MISSION)
+            self._reply(peer, mavlink.MAVLink_mission_ack_message(*to, mavlink.MAV_MISSION_DENIED, mission_type))
+        elif kind == "PARAM_SET":
+            name = message.param_id.encode("ascii", errors="replace")[:16]
+            denied = mavlink.MAV_PARAM_ERROR_PERMISSION_DENIED
+            self._reply(peer, mavlink.MAVLink_param_error_message(*to, name, -1, denied))
