@@ -118,6 +118,9 @@ class Node:
     def receive(self, data: bytes, peer: Hashable, now: float) -> None:
         """Take one datagram from a peer."""
         self._endpoint.receive_datagram(data, peer, now)
+        self._handle_events(now)
+
+    def _handle_events(self, now: float) -> None:
         self._asked = now
         for event in self._endpoint.events():
             handler = HANDLERS.get(type(event))
@@ -138,6 +141,7 @@ class Node:
             self._mode_told = picture.mode
             self._endpoint.publish(current_mode(picture.mode, picture.intended))
         self._endpoint.handle_timer(now)
+        self._handle_events(now)  # those of timers, and of what was decided since
         self._refusals.handle_timer(now)
         if withheld := self._limiter.summary(now):
             self._say(WARNING, withheld)
