@@ -104,7 +104,11 @@ class ParameterServer(Server):
             self._refuse(name, _BY_NAME, mavlink.MAV_PARAM_ERROR_DOES_NOT_EXIST, peer)
             return
         old, value = self._table[index], decode_value(message.param_value, message.param_type)
-        flaw = old.flaw(value) if message.param_type == old.type else "wrong type"
+        if message.param_type != old.type and _is_whole(value, message.param_type, old.type):
+            value = int(value)
+            flaw = old.flaw(value)
+        else:
+            flaw = old.flaw(value) if message.param_type == old.type else "wrong type"
         if flaw:
             self._events.append(ParameterRefused(name, value, flaw))
             self._refuse(name, index, mavlink.MAV_PARAM_ERROR_VALUE_OUT_OF_RANGE, peer)
@@ -127,3 +131,14 @@ class ParameterServer(Server):
     def _refuse(self, name: str, index: int, error: int, peer: Peer) -> None:
         raw = name.encode("ascii", errors="replace")[:16]
         self._reply(peer, mavlink.MAVLink_param_error_message(peer.system, peer.component, raw, index, error))
+
+
+def _is_whole(value: float, told: int, kind: int) -> bool:
+    """True for a float that an integer parameter can hold: who reads the table as one file knows no other type."""
+    if told != mavlink.MAV_PARAM_TYPE_REAL32 or not float(value).is_integer():
+        return False
+    try:
+        encode_value(value, kind)
+    except LocalProtocolError:
+        return False
+    return True

@@ -163,6 +163,26 @@ def test_a_refused_value_leaves_the_old_one_and_everyone_is_told_that(message, r
     assert reason in event.reason
 
 
+def test_an_integer_is_taken_from_a_client_that_knows_only_floats():
+    engine = server()
+    engine.receive(set_message("MODE", 5.0, REAL32), 0.0, GROUND)
+    (told,) = engine.messages_to_send()
+    assert (told.message.param_type, decode_value(told.message.param_value, INT32)) == (INT32, 5)
+    assert engine.events() == [ParameterChanged("MODE", 5)]
+    assert isinstance(engine.value("MODE"), int)
+
+
+@pytest.mark.parametrize(
+    ("value", "reason"), [(1.5, "wrong type"), (1e30, "wrong type"), (math.inf, "wrong type"), (50.0, "outside")]
+)
+def test_a_float_that_no_integer_can_hold_is_refused(value, reason):
+    engine = server()
+    engine.receive(set_message("MODE", value, REAL32), 0.0, GROUND)
+    (event,) = engine.events()
+    assert reason in event.reason
+    assert engine.value("MODE") == -3
+
+
 def test_setting_what_does_not_exist_is_an_error_and_nothing_else():
     engine = server()
     engine.receive(set_message("NO_SUCH", 1.0, REAL32), 0.0, GROUND)
