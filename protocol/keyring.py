@@ -239,7 +239,7 @@ class Keyring:
             return Verdict.LOOKED_AT if message_id in LOOKED_AT else Verdict.UNSIGNED
         if lock.key is not None and verify(frame, lock.key):
             return self._judge_age(frame, lock.key)
-        if lock.pending is not None and self._now < lock.deadline and verify(frame, lock.pending):
+        if lock.pending is not None and verify(frame, lock.pending):
             verdict = self._judge_age(frame, lock.pending)
             if verdict is Verdict.SIGNED:
                 self._confirm(lock)

@@ -176,6 +176,15 @@ def test_with_a_key_whatever_is_not_signed_with_it_changes_nothing_and_gets_no_a
     assert end.statistics[LOCAL].refused == 1
 
 
+def test_a_refused_frame_is_no_message_and_counts_for_nobody():
+    codec = Codec(1, 1, Keyring({None: KEY}, timestamp=T).link(None))
+    assert codec.decode(frame(order()) + signed(order(), OTHER)) == []
+    assert (codec.statistics.refused, codec.statistics.received, dict(codec.statistics.sources)) == (2, 0, {})
+    (message,) = codec.decode(signed(order()))
+    assert message.get_signed()
+    assert codec.statistics.signed == 1
+
+
 def test_version_1_cannot_be_signed_and_is_refused():
     keyring = Keyring({None: KEY}, timestamp=T)
     assert not obeys(vehicle(keyring), order().pack(mavlink.MAVLink(None, 255, 190), force_mavlink1=True))
@@ -263,8 +272,8 @@ def test_what_is_sent_carries_ever_later_timestamps_over_all_links_and_follows_w
 def test_each_link_has_its_own_key_and_one_without_any_is_read_only():
     end = vehicle(Keyring({LOCAL: KEY, "api": OTHER}, timestamp=T))
     assert obeys(end, signed(order(), KEY))
-    assert not obeys(end, signed(order(), OTHER, T + 1))
-    assert obeys(end, signed(order(), OTHER, T + 1), peer="api")
+    assert not obeys(end, signed(order(), OTHER, T + 2))
+    assert obeys(end, signed(order(), OTHER, T), peer="api")  # the same ids and time are another stream there
     assert not obeys(end, signed(order(), KEY, T + 2), peer="api")
     assert not obeys(end, frame(order()), peer="stranger")
     end.datagrams_to_send()
@@ -384,6 +393,13 @@ def test_a_key_nobody_confirms_is_forgotten_and_the_old_state_stays():
     assert obeys(end, frame(order()), now=CONFIRM_WITHIN)
 
 
+def test_an_old_frame_signed_with_the_new_key_confirms_nothing():
+    end = open_vehicle()
+    states(end, frame(setup(KEY)))
+    assert states(end, signed(heartbeat(), timestamp=T - NEW_STREAM_AGE - 1)) == []
+    assert obeys(end, frame(order()))
+
+
 def test_a_key_wakes_the_owner_when_it_expires():
     end = open_vehicle()
     end.announce(heartbeat(), 0.0)
@@ -444,6 +460,13 @@ def test_the_holder_of_the_key_can_end_signing():
     assert obeys(end, frame(order()))
 
 
+def test_with_a_key_set_an_unsigned_proposal_is_refused_however_private_the_link():
+    keyring = Keyring({None: KEY}, timestamp=T, is_private=lambda _name: True)
+    keyring.propose(LOCAL, OTHER, T, signed=False)
+    assert [change.state for change in keyring.changes()] == [KeyState.REFUSED]
+    assert keyring.next_deadline() == float("inf")
+
+
 def test_a_link_cannot_be_opened_while_others_are_closed():
     end = vehicle(Keyring({LOCAL: KEY, "api": OTHER}, timestamp=T))
     assert states(end, signed(setup(NO_KEY))) == [KeyState.REFUSED]
@@ -457,6 +480,10 @@ def test_a_key_is_kept_when_it_is_confirmed_and_not_before():
     states(end, signed(heartbeat(), timestamp=T + 1))
     assert records[-1].keys == {None: KEY}
     assert records[-1].timestamp >= T + 1
+    states(end, signed(setup(OTHER), KEY, T + 2))
+    assert records[-1].keys == {None: KEY}
+    states(end, signed(heartbeat(), OTHER, T + 3))
+    assert records[-1].keys == {None: OTHER}
 
 
 # Both ends, and pymavlink
