@@ -82,7 +82,7 @@ def is_loopback(host: str) -> bool:
 
 
 def open_keyring(text: str | None) -> Keyring:
-    """The key of ``--signing-key``; without one nothing is signed.
+    """The key of ``--signing-key``; without one nothing is signed. What was signed before now is not believed.
 
     Raises:
         GroundError: It is no key.
@@ -91,4 +91,5 @@ def open_keyring(text: str | None) -> Keyring:
         keys: dict[Hashable, bytes] = {} if text is None else {None: load_key(text)}
     except FileError as error:
         raise GroundError(str(error)) from error
-    return Keyring(keys, timestamp=timestamp_at(time.time()), now=time.monotonic())
+    started = timestamp_at(time.time())
+    return Keyring(keys, timestamp=started, now=time.monotonic(), floor=started)

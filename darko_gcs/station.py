@@ -51,7 +51,8 @@ class Station:
     def receive(self, data: bytes, now: float, time_usec: int) -> bool:
         """Take one datagram; true if the vehicle spoke in it, so that answers belong where it came from.
 
-        Where there is no vehicle to believe, one that does not sign as it should will do: it may be given a key.
+        Where there is no vehicle to believe, one that does not sign as it should will do: it may be given a key, and
+        one whose clock is behind catches up with the times that it hears.
 
         Args:
             data: Its bytes.
@@ -66,7 +67,7 @@ class Station:
             spoke = spoke or source_of(message) == self.endpoint.vehicle
         self.snapshot = snapshot
         self._collect(now)
-        return spoke or (self.endpoint.heard_unsigned and not self.endpoint.is_present)
+        return spoke or (self.endpoint.heard_unbelieved and not self.endpoint.is_present)
 
     def tick(self, now: float) -> None:
         """Let time pass: resends, loss of the vehicle, link statistics."""

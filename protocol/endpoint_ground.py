@@ -15,7 +15,7 @@ from protocol.engines.parameter_client import ParameterClient
 from protocol.engines.responders import TimeResponder
 from protocol.errors import LocalProtocolError
 from protocol.events import Event, RemoteLog, VehicleLost
-from protocol.keyring import Keyring
+from protocol.keyring import Keyring, Verdict
 from protocol.plans.mission import MissionItem
 
 __all__ = ["GroundEndpoint"]
@@ -41,7 +41,9 @@ class GroundEndpoint:
     """
 
     def __init__(self, *, system: int = 255, component: int = 190, keyring: Keyring | None = None) -> None:
-        self.heard_unsigned = False  # the last datagram held such a HEARTBEAT as unsigned_vehicle tells of
+        self.heard_unbelieved = (
+            False  # the last datagram was of an autopilot that does not sign, or signs with old time
+        )
         self.unsigned_vehicle: Source | None = None  # an autopilot whose last HEARTBEAT was not signed as it should be
         self.keyring = keyring or Keyring()
         self.codec = Codec(system, component, self.keyring.link(None))
@@ -75,8 +77,9 @@ class GroundEndpoint:
     def receive_datagram(self, data: bytes, now: float) -> list[Message]:
         """All messages of one datagram that are believed, already known to the engines. Never raises."""
         self.keyring.tell_time(now)
-        self.heard_unsigned = False
+        self.heard_unbelieved, replayed = False, self.keyring.counts.get(Verdict.REPLAYED, 0)
         messages = [message for message in self.codec.decode(data) if self._believes(message)]
+        self.heard_unbelieved |= self.keyring.counts.get(Verdict.REPLAYED, 0) > replayed
         for message in messages:
             self._monitor.receive(message, now)
             if source_of(message) == self.vehicle:
@@ -237,7 +240,7 @@ class GroundEndpoint:
     def _believes(self, message: Message) -> bool:
         believed = bool(message.get_signed()) or not self.keyring.is_on
         if message.get_type() == "HEARTBEAT" and message.autopilot != mavlink.MAV_AUTOPILOT_INVALID:
-            self.heard_unsigned = not believed
+            self.heard_unbelieved = not believed
             self.unsigned_vehicle = None if believed else source_of(message)
         return believed
 

@@ -22,13 +22,14 @@ from tests.sitl.test_signed_node import FAR, KEY, LOCAL, OTHER, SignedGround, T
 class Pair:
     """A station over a link that says where the vehicle is, and the real vehicle."""
 
-    def __init__(self, folder, *, key=None, vehicle_key=None, give_key=False, private=True):
+    def __init__(self, folder, *, key=None, vehicle_key=None, give_key=False, private=True, ahead=0):
         given = {} if vehicle_key is None else {None: vehicle_key}
         self.node = SignedGround(folder, given=given).node
         self.log, self.sent = io.BytesIO(), []
         keys = {} if key is None else {None: key}
-        self.station = Station(TlogWriter(self.log), Keyring(keys, timestamp=T, now=1.0), give_key=give_key)
-        self.private, self.now = private, 1.0
+        keyring = Keyring(keys, timestamp=T + ahead, now=1.0, floor=T + ahead if keys else 0)
+        self.station = Station(TlogWriter(self.log), keyring, give_key=give_key)
+        self.private, self.now, self.found = private, 1.0, False
 
     def run(self, seconds):
         peer = LOCAL if self.private else FAR
@@ -38,9 +39,9 @@ class Pair:
             usec = round(self.now * 1e6)
             for _, data in self.node.datagrams(self.now):
                 if self.station.receive(data, self.now, usec):
-                    self.station.signing.is_private = self.private
+                    self.station.signing.is_private, self.found = self.private, True
             self.station.tick(self.now)
-            for data in self.station.outgoing(self.now, usec):
+            for data in self.station.outgoing(self.now, usec) if self.found else ():
                 self.sent.append(data)
                 self.node.receive(data, peer, self.now)
 
@@ -65,6 +66,24 @@ def test_with_one_key_on_both_sides_the_link_is_signed_and_orders_are_obeyed(tmp
     assert pair.state is Signing.SIGNED
     assert pair.is_armed
     assert all(map(is_signed, pair.sent))
+
+
+def test_a_vehicle_whose_clock_is_an_hour_behind_catches_up_with_what_it_hears(tmp_path):
+    pair = Pair(tmp_path, key=KEY, vehicle_key=KEY, ahead=3600 * 10**5)
+    pair.run(2.5)
+    assert pair.state is Signing.SIGNED
+    assert pair.station.snapshot.source == (1, 1)
+
+
+def test_what_was_signed_before_the_ground_station_started_is_not_believed(tmp_path):
+    before = Pair(tmp_path, key=KEY, vehicle_key=KEY)
+    before.run(1.0)
+    recorded = [data for _, data in before.node.datagrams(before.now + 5.0)]
+    again = Station(keyring=Keyring({None: KEY}, timestamp=T + 10**6, now=0.0, floor=T + 10**6))
+    assert recorded
+    for data in recorded:
+        again.receive(data, 0.1, 0)
+    assert again.snapshot.source is None
 
 
 @pytest.mark.parametrize(
