@@ -23,8 +23,8 @@ from sitl.design.lqr import hover_gains
 from sitl.design.zero_moment import zero_moment_gains
 from sitl.kernels.parameters import Airframe
 from sitl.laws.path import LEG, Path
-from sitl.vehicle import Tuning
-from sitl.watch import DWELL, SETTLED_SHARE
+from sitl.vehicle import STOP_SPEED, Tuning
+from sitl.watch import DWELL, SETTLED_SHARE, WINDY
 
 ACCEPTANCE = 0.5  # a leg ends this near its point [m]
 LEAST_PROGRESS = 2.0  # over the ground, less is no way to fly [m/s]
@@ -104,6 +104,11 @@ def predict_hover(leg: Leg, abilities: Abilities) -> Prediction:
     wind = np.array((leg.tail_wind, leg.cross_wind, 0.0))
     body, speed = _body(abilities.airframe), abilities.hover_speed
     learnt = held(wind, -leg.turn, abilities.airframe)
+    if math.hypot(leg.tail_wind, leg.cross_wind) > WINDY:
+        target = -start
+        path = Path(LEG, target, target, 0.0, STOP_SPEED, True, 0.0, 0.0)
+        heading = -leg.turn
+        return Prediction(*fly_wing(wind, path, body, DWELL, learnt, heading, heading, ACCEPTANCE, True, True, True))
     return Prediction(*fly_hover(start, np.zeros(3), wind, -leg.turn, learnt, speed, body, ACCEPTANCE, True))
 
 
@@ -125,7 +130,7 @@ def predict_forward(leg: Leg, abilities: Abilities, *, begin: bool = True, end: 
     crab = math.atan2(-leg.cross_wind, math.sqrt(max(path.airspeed**2 - leg.cross_wind**2, 0.0)))
     waiting = DWELL + alignment(leg.turn + crab, body.turn)
     learnt = held(np.array(wind), -leg.turn, abilities.airframe)
-    return Prediction(*fly_wing(np.array(wind), path, body, waiting, learnt, stand, ACCEPTANCE, begin, end))
+    return Prediction(*fly_wing(np.array(wind), path, body, waiting, learnt, 0.0, stand, ACCEPTANCE, begin, end, False))
 
 
 def _as_flown(leg: Leg, airspeed: float, wind: Vector, *, end: bool) -> tuple[Path, float]:

@@ -23,12 +23,13 @@ from sitl.kernels.parameters import Airframe, Array
 from sitl.laws.forward_guidance import GuidanceGains, brake, cruise, due_to_stop, stopping_distance
 from sitl.laws.governor import GovernorParameters, gamma
 from sitl.laws.path import LEG, Path, progress
-from sitl.watch import STANDING_SPEED
+from sitl.watch import STANDING_SPEED, STILL
 
 STEP = 0.05  # [s]
 AHEAD = 1e-4  # of the zero-moment law's derivatives [s]
 LONGEST = 6000  # steps
 STEADY = 0.02  # acceleration [m/s2], or climb rate [m/s], that counts as none
+STOPPED = 12.0  # more than stopping from a creep takes [m]
 FAR_OFF = 6.0  # the governor is at its limit so many seconds away
 EARLY = 1.1  # braking distances before which nothing changes
 ALIGNED = math.radians(12.0)  # a heading so near ends the alignment [rad]
@@ -100,12 +101,14 @@ def fly_wing(
     body: Body,
     waiting: float,
     learnt: Array,
+    heading: float,
     stand: float,
     acceptance: float,
     begin: bool,
     end: bool,
+    riding: bool,
 ) -> tuple[float, float]:
-    """Time [s] and energy [J] of a leg on the wing, infinite if it never arrives.
+    """Time [s] and energy [J] of a leg on the wing, or upright in a wind, infinite if it never arrives.
 
     Args:
         wind: Of the leg's frame, (3,) [m/s].
@@ -113,31 +116,29 @@ def fly_wing(
         body: What flies.
         waiting: Of the alignment [s].
         learnt: What the integral of the linear hover law held against before the leg, (3,) [N].
-        stand: Heading of the hover at its end, from the leg's to the left [rad].
+        heading: At its beginning, from the leg's direction to the left [rad].
+        stand: Heading of the hover at its end, likewise [rad].
         acceptance: Distance to the end that counts as arrived [m].
         begin: Whether it begins in the hover, else in the cruise.
         end: Whether it ends in the hover, else abeam of its end.
+        riding: Whether it is flown upright all along under the law of the transition to the hover.
     """
     a, gains = body.airframe, body.guidance
     p, v, acceleration, integral = np.zeros(3), np.zeros(3), np.zeros(3), np.zeros(3)
-    time = energy = travel = heading = 0.0
+    time = energy = travel = 0.0
     if begin:
-        time, energy = waiting, waiting * _power_of(_weight(a), -wind, np.array((1.0, 0.0, 0.0)), a)
+        belly = np.array((math.cos(heading), math.sin(heading), 0.0))
+        time, energy = waiting, waiting * _power_of(_weight(a), -wind, belly, a)
     else:
         v[0] = wind[0] + math.sqrt(max(path.airspeed**2 - wind[1] ** 2, 4.0))
-    wanted, braking, arrived = np.zeros(3), False, False
+    wanted, braking, arrived = np.zeros(3), riding, False
+    still = math.hypot(wind[0], wind[1]) < STILL  # else the law of the transition goes on upright
     for _ in range(LONGEST):
         along, length, _ = progress(path, p)
         if not end and along >= length:
-            return time, energy
+            break
         braking = braking or (end and due_to_stop(p, v, wind, path, 1.0, gains))
-        if braking:
-            asked = brake(p, v, wind, path, travel, integral, STEP, gains)
-            if math.hypot(v[0], v[1]) < TURN_BELOW:
-                heading += min(max(_angle(stand - heading), -TURN_RATE * STEP), TURN_RATE * STEP)
-        else:
-            asked = cruise(p, v, wind, path, integral, STEP, gains)
-            heading = math.atan2(v[1] - wind[1], max(v[0] - wind[0], 1.0))
+        asked, heading = _guide(p, v, wind, path, travel, integral, (heading, stand), braking, gains)
         _approach(wanted, asked, gains.jerk * STEP)
         wanted[2] = min(max(wanted[2], -gains.down), gains.up)
         acceleration += (wanted - acceleration) * (1.0 - math.exp(-STEP / body.lag))
@@ -145,10 +146,8 @@ def fly_wing(
         travel, watts = _move(p, v, wind, acceleration, ahead, a)
         time += STEP
         energy += watts * STEP
-        if not braking and _norm(acceleration) < STEADY:
-            integral[:] = 0.0  # in a steady cruise the linear law flies, which holds the airspeed
-            v[0] = wind[0] + math.sqrt(max(path.airspeed**2 - wind[1] ** 2, 4.0))
-            rest = _straight(p, v, wind, path, gains)
+        if braking == riding and _norm(acceleration) < STEADY:
+            rest = _creeping(p - path.end, v) if riding else _straight(p, v, integral, wind, path, gains)
             p += rest * v
             time += rest
             energy += rest * _power_of(_weight(a), v - wind, ahead, a)
@@ -156,17 +155,55 @@ def fly_wing(
         arrived = arrived or (end and _norm(off) <= acceptance)
         if braking and _norm(v) < STANDING_SPEED:
             x = trim(a.m * acceleration + _weight(a), v - wind, ahead, a)[0]
-            if _lyapunov(off, v, x, stand, heading, body.linear) < body.linear.settled:
-                if arrived:
-                    return time, energy
+            value = _lyapunov(off, v, x, stand, heading, body.linear)
+            if arrived and value < body.linear.v_enter:
+                break
+            if still and value < body.linear.settled:
                 rest, used = fly_hover(off, v, wind, stand, learnt, 1.0, body, acceptance, True)
-                return time + rest, energy + used
-    return math.inf, math.inf
+                time, energy = time + rest, energy + used
+                break
+    else:
+        return math.inf, math.inf
+    return time, energy
 
 
 @njit(cache=True)
-def _straight(p: Array, v: Array, wind: Array, path: Path, gains: GuidanceGains) -> float:
-    """How long a steady cruise goes on as it is: until the leg's level end, or shortly before its braking [s]."""
+def _guide(
+    p: Array,
+    v: Array,
+    wind: Array,
+    path: Path,
+    travel: float,
+    integral: Array,
+    headings: tuple[float, float],  # now, and of the hover to come [rad]
+    braking: bool,
+    gains: GuidanceGains,
+) -> tuple[Array, float]:
+    """Acceleration that the guidance asks for, (3,) [m/s2], and the heading [rad]."""
+    heading, stand = headings
+    if not braking:
+        return cruise(p, v, wind, path, integral, STEP, gains), math.atan2(v[1] - wind[1], max(v[0] - wind[0], 1.0))
+    if math.hypot(v[0], v[1]) < TURN_BELOW:
+        heading += min(max(_angle(stand - heading), -TURN_RATE * STEP), TURN_RATE * STEP)
+    return brake(p, v, wind, path, travel, integral, STEP, gains), heading
+
+
+@njit(cache=True)
+def _creeping(off: Array, v: Array) -> float:
+    """How long a vehicle that rides the wind goes on as it is [s]."""
+    distance = math.hypot(off[0], off[1])
+    closing = -(off[0] * v[0] + off[1] * v[1]) / max(distance, 1e-6)
+    return float(max(distance - STOPPED, 0.0) / closing) if closing > 1.0 and abs(v[2]) < STEADY else 0.0
+
+
+@njit(cache=True)
+def _straight(p: Array, v: Array, integral: Array, wind: Array, path: Path, gains: GuidanceGains) -> float:
+    """How long a steady cruise goes on as it is: until the leg's level end, or shortly before its braking [s].
+
+    The linear law flies it, which holds the airspeed.
+    """
+    integral[:] = 0.0
+    v[0] = wind[0] + math.sqrt(max(path.airspeed**2 - wind[1] ** 2, 4.0))
     along, length, _ = progress(path, p)
     close = path.level if along < length - path.level else 0.0
     if path.stop:

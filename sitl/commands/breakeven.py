@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from sitl.studies.break_even import Cell, Error
 
-SAMPLE = {"forward": 60, "hover": 30}  # legs flown to check the prediction
+SAMPLE = {"forward": 150, "hover": 75}  # legs flown to check the prediction
+WINDS = (("calm", 0.0, 1e-9), ("wind below 3 m/s", 1e-9, 3.0), ("wind of 3 to 5.7 m/s", 3.0, math.inf))
 
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
@@ -20,7 +21,7 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     made = argparse.ArgumentParser(prog="darko-sitl breakeven", description=commands["breakeven"] + ".")
     made.add_argument("--airframe", default="nominal", metavar="SET", help="parameter set or TOML file [nominal]")
     made.add_argument("--airspeed", type=float, default=15.0, metavar="V", help="of the cruise [15 m/s]")
-    made.add_argument("--fly", action="store_true", help="fly break-evens in calm and random legs (two minutes)")
+    made.add_argument("--fly", action="store_true", help="fly break-evens in calm and random legs (three minutes)")
     made.add_argument("--plot", type=Path, metavar="FILE", help="draw it as well: .png, .svg or .pdf")
     made.add_argument("--json", action="store_true", help="print JSON instead of tables")
     return made
@@ -53,8 +54,10 @@ def _flights(args: argparse.Namespace) -> tuple[list[Cell], dict[str, Error]]:
     tried = [flown(able, args.airframe, climb, turn=turn) for turn in TURNS for climb in (0.0, 10.0, -10.0)]
     errors = {}
     for name, way in (("hover", Way.HOVER), ("forward", Way.FORWARD)):
-        legs = draw(SAMPLE[name], able, forward=way is Way.FORWARD)
-        errors[name] = error(fly_all(legs, way, args.airframe))
+        flights = fly_all(draw(SAMPLE[name], able, forward=way is Way.FORWARD), way, args.airframe)
+        for air, low, high in WINDS:
+            kind = [one for one in flights if low <= math.hypot(one.leg.tail_wind, one.leg.cross_wind) < high]
+            errors[f"{name}, {air}"] = error(kind)
     return tried, errors
 
 
@@ -74,11 +77,10 @@ def _lines(cells: Sequence[Cell], tried: Sequence[Cell], errors: Mapping[str, Er
         known = next(c for c in cells if c[:4] == cell[:4])
         legs = f"climb {cell.climb:+.0f} m, turned {math.degrees(cell.turn):.0f} deg"
         yield f"{legs:<26}{_distance(known):>11}{_distance(cell):>10}"
+    if errors:
+        yield f"\nerror of the prediction{'':10}{'legs':>5}{'lost':>5}   median / 90 % / mean"
     for name, e in errors.items():
-        yield (
-            f"\n{name}: {e.legs} legs flown, {e.lost} lost; error of the prediction, median / 90 % / mean:\n"
-            f"  time {_error(e.time)}, energy {_error(e.energy)}"
-        )
+        yield f"{name:<33}{e.legs:>5}{e.lost:>5}   time {_error(e.time)}, energy {_error(e.energy)}"
 
 
 def _distance(cell: Cell) -> str:
