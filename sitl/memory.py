@@ -1,6 +1,7 @@
 """What the vehicle keeps between runs: its mission, fence and rally points, and its changed parameters.
 
-Files are replaced whole (write aside, flush, rename), so that a crash leaves the old or the new one.
+Files are replaced whole (write aside, flush, rename), so that a crash leaves the old or the new one. What clears
+several at once is written down first, and finished by the next start if a crash came between.
 """
 
 from __future__ import annotations
@@ -8,7 +9,8 @@ from __future__ import annotations
 import json
 import math
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 
 from protocol.errors import FileError, LocalProtocolError
@@ -16,6 +18,8 @@ from protocol.plans import Plan, load, save
 from protocol.plans.geofence import fence_items, rally_items, with_fence, with_rally
 from protocol.plans.mission import MissionItem
 from sitl.errors import SitlError
+
+LEFT_OVER = "*.new"  # of writes that were cut short
 
 
 class MemoryFaultError(SitlError):
@@ -35,6 +39,9 @@ class Memory:
         self._fence = folder / "fence.plan"
         self._rally = folder / "rally.plan"
         self._parameters = folder / "parameters.json"
+        self._plans = (self._mission, self._fence, self._rally)  # by MAV_MISSION_TYPE
+        self._clearing = folder / "clearing"  # names the plans that are being cleared together
+        self._tidy()
 
     def mission(self) -> tuple[MissionItem, ...]:
         """The kept mission, empty if there is none."""
@@ -60,6 +67,18 @@ class Memory:
         """Replace the kept rally points."""
         _save(self._rally, lambda: with_rally(Plan(), items))
 
+    def clear_plans(self, kinds: Iterable[int]) -> None:
+        """Keep no plan of these MAV_MISSION_TYPEs any more: all of them are gone, or none.
+
+        Raises:
+            MemoryFaultError: The folder cannot be written.
+        """
+        try:
+            _write(self._clearing, " ".join(self._plans[kind].name for kind in kinds))
+            self._finish_clearing()
+        except OSError as error:
+            raise MemoryFaultError(f"plans not cleared: {self.folder}: {error.strerror}") from error
+
     def parameters(self) -> dict[str, float]:
         """The kept parameters by name."""
         if not self._parameters.exists():
@@ -77,15 +96,39 @@ class Memory:
 
     def keep_parameters(self, values: Mapping[str, float]) -> None:
         """Replace the kept parameters."""
-        staged = self._parameters.with_suffix(".new")
         try:
-            with staged.open("w", encoding="utf-8") as file:
-                json.dump(dict(sorted(values.items())), file, indent=1)
-                file.flush()
-                os.fsync(file.fileno())
-            staged.replace(self._parameters)
+            _write(self._parameters, json.dumps(dict(sorted(values.items())), indent=1))
         except OSError as error:
             raise MemoryFaultError(f"parameters not kept: {self._parameters}: {error.strerror}") from error
+
+    def _tidy(self) -> None:
+        """Finish what a crash cut short."""
+        with suppress(OSError):
+            self._finish_clearing()
+            for path in list(self.folder.glob(LEFT_OVER)):
+                path.unlink()
+
+    def _finish_clearing(self) -> None:
+        if self._clearing.exists():
+            named = self._clearing.read_text(encoding="utf-8").split()
+            for path in self._plans:
+                if path.name in named:
+                    path.unlink(missing_ok=True)
+            self._clearing.unlink()
+
+
+def _write(path: Path, text: str) -> None:
+    staged = path.with_suffix(".new")
+    try:
+        with staged.open("w", encoding="utf-8") as file:
+            file.write(text)
+            file.flush()
+            os.fsync(file.fileno())
+        staged.replace(path)
+    except OSError:
+        with suppress(OSError):
+            staged.unlink(missing_ok=True)
+        raise
 
 
 def _load(path: Path, read: Callable[[Plan], tuple[MissionItem, ...]]) -> tuple[MissionItem, ...]:

@@ -122,7 +122,11 @@ class Node:
 
     def _handle_events(self, now: float) -> None:
         self._asked = now
-        for event in self._endpoint.events():
+        events = self._endpoint.events()
+        cleared = {event.kind for event in events if isinstance(event, MissionCleared)}
+        if len(cleared) > 1:  # file by file, a crash between them would leave a mixture
+            self._keep(lambda: self._memory.clear_plans(cleared))
+        for event in events:
             handler = HANDLERS.get(type(event))
             if handler is not None:
                 handler(self, event, now)

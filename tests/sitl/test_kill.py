@@ -1,0 +1,242 @@
+"""SIGKILL in the middle of what is kept, a full disk, and a folder that went away, with the real node."""
+
+import io
+import os
+import random
+import resource
+import shutil
+import signal
+import time
+from collections import Counter
+from contextlib import contextmanager
+from itertools import pairwise
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import pytest
+
+from protocol.codec import Codec
+from protocol.dialect import mavlink
+from protocol.plans import load
+from protocol.plans.mission import MissionItem
+from sitl.errors import SitlError
+from sitl.memory import Memory
+from tests.support.paths import DATA
+from tests.support.station import Sky
+
+KILLS, SEED = 200, 11
+FENCE, RALLY = mavlink.MAV_MISSION_TYPE_FENCE, mavlink.MAV_MISSION_TYPE_RALLY
+CIRCLE = mavlink.MAV_CMD_NAV_FENCE_CIRCLE_INCLUSION
+POINT = mavlink.MAV_CMD_NAV_RALLY_POINT
+TO = (1, 1)
+CALLS = ((io, "open"), (os, "fsync"), (os, "replace"))  # what a death may come before and after
+
+
+def fence(radius):
+    return (MissionItem(CIRCLE, 0, (radius, 0.0, 0.0, 0.0), 435648000, 14811000, 0.0),)
+
+
+def rally(count):
+    return tuple(MissionItem(POINT, 3, (0.0,) * 4, 435648100 + n, 14811000, 4.0) for n in range(count))
+
+
+def put(name, value):
+    return [mavlink.MAVLink_param_set_message(*TO, name, value, mavlink.MAV_PARAM_TYPE_REAL32)]
+
+
+def upload(items, kind=0):
+    count = mavlink.MAVLink_mission_count_message(*TO, len(items), kind)
+    return [count, *(item.to_message(seq, *TO, kind=kind) for seq, item in enumerate(items))]
+
+
+SQUARE = load(DATA / "square.plan").items
+ORDERS = (  # each is acknowledged, and each changes what is kept
+    upload(SQUARE[:4]),
+    put(b"SIM_WIND_SPD", 2.0),
+    upload(fence(900.0), FENCE),
+    upload(SQUARE),
+    upload(rally(2), RALLY),
+    put(b"SIM_WIND_DIR", 30.0),
+    [mavlink.MAVLink_mission_clear_all_message(*TO, 255)],
+)
+ANSWERS = {"MISSION_ACK", "PARAM_VALUE"}
+
+
+class Order:
+    """Sends one order to a node and waits for its answer."""
+
+    def __init__(self, node):
+        self.node, self.codec, self.now = node, Codec(255, 190), 0.0
+
+    def __call__(self, messages):
+        heard = []
+        for message in messages:
+            self.now += 1.0  # no two orders are repetitions of one
+            self.node.receive(self.codec.encode(message), "main", self.now)
+            heard += [m for _, data in self.node.datagrams(self.now) for m in self.codec.decode(data)]
+        assert any(m.get_type() in ANSWERS for m in heard)
+        return heard
+
+
+def kept(folder):
+    """What a vehicle that starts now finds."""
+    memory = Memory(folder)
+    return memory.mission(), memory.fence(), memory.rally(), memory.parameters()
+
+
+@pytest.fixture(scope="module")
+def sky(tmp_path_factory):
+    memory = Path("/dev/shm")  # noqa: S108 - where there is one, it spares the disk thousands of flushes
+    with TemporaryDirectory(dir=memory if os.access(memory, os.W_OK) else None) as folder:
+        yield Sky(Path(folder), up=3.0)
+
+
+@pytest.fixture(autouse=True)
+def folder(sky):
+    """The folder of state, empty."""
+    folder = sky.node._memory.folder
+    for path in folder.iterdir():
+        path.unlink()
+    return folder
+
+
+def die_at(count):
+    """Kill this process at the ``count``-th moment before or after a call that touches files."""
+    moments = iter(range(1, count + 1))
+
+    def moment():
+        if next(moments) == count:
+            os.kill(os.getpid(), signal.SIGKILL)
+
+    def dying(call):
+        def wrapped(*args, **kwargs):
+            moment()
+            result = call(*args, **kwargs)
+            moment()
+            return result
+
+        return wrapped
+
+    for module, name in CALLS:
+        setattr(module, name, dying(getattr(module, name)))
+
+
+class Child:
+    """A copy of this process whose node obeys all orders, and tells of each answer."""
+
+    def __init__(self, node, die_at_call=0):
+        self._heard = b""
+        self._pipe, told = os.pipe()
+        self.number = os.fork()
+        if self.number == 0:
+            try:
+                if die_at_call:
+                    die_at(die_at_call)
+                order = Order(node)
+                for messages in ORDERS:
+                    order(messages)
+                    os.write(told, b".")
+                os._exit(0)
+            finally:
+                os._exit(1)
+        os.close(told)
+
+    def kill_after(self, answers, delay):
+        """Kill it that long [s] after it gave that many answers."""
+        while len(self._heard) < answers:
+            self._heard += os.read(self._pipe, 1)
+        time.sleep(delay)
+        os.kill(self.number, signal.SIGKILL)
+
+    def answers(self):
+        """How many orders were answered before it ended."""
+        ended = os.waitstatus_to_exitcode(os.waitpid(self.number, 0)[1])
+        assert ended in {0, -signal.SIGKILL}
+        with os.fdopen(self._pipe, "rb") as pipe:
+            return len(self._heard + pipe.read())
+
+
+def states_between(folder):
+    """What is kept after none, one, two... of the orders."""
+    states, order = [kept(folder)], Order(Sky(folder).node)
+    for messages in ORDERS:
+        order(messages)
+        states.append(kept(folder))
+    return states
+
+
+def test_killed_at_any_moment_it_keeps_the_old_or_the_new_and_all_that_was_answered(sky, folder, tmp_path):
+    draw = random.Random(SEED)
+    states = states_between(tmp_path)
+    assert all(a != b for a, b in pairwise(states))
+    found = Counter()
+    for number in range(KILLS):
+        for path in folder.iterdir():
+            path.unlink()
+        if number % 2:
+            child = Child(sky.node, die_at_call=draw.randint(1, len(ORDERS) * len(CALLS) * 2))
+        else:
+            child = Child(sky.node)
+            child.kill_after(draw.randrange(len(ORDERS)), delay=draw.uniform(0.0, 0.01))
+        answered = child.answers()
+        after = kept(folder)
+        assert after in (states[answered], states[min(answered + 1, len(ORDERS))]), number
+        assert not [path.name for path in folder.iterdir() if path.name.endswith(".new")]
+        found[answered] += 1
+    assert min(found[answered] for answered in range(len(ORDERS))) > 0  # the deaths are spread over all orders
+
+
+def test_a_left_over_of_a_killed_write_is_no_state(folder):
+    for name in ("parameters.new", "clearing.new", ".mission.plan.new", ".fence.plan.new", ".rally.plan.new"):
+        (folder / name).write_text('{"half": ')
+    assert kept(folder) == ((), (), (), {})
+    assert list(folder.iterdir()) == []
+
+
+@contextmanager
+def full_disk():
+    """No file can be written beyond a few bytes."""
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (16, limits[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+
+
+def test_a_full_disk_is_said_the_old_state_stays_and_the_flight_goes_on(tmp_path):
+    sky = Sky(tmp_path, up=3.0)
+    station = sky.station()
+    for messages in ORDERS[:3]:
+        station.send(*messages)
+        sky.advance(0.1)
+    before = kept(tmp_path)
+    with full_disk():
+        for messages in ORDERS[3:6]:
+            station.send(*messages)
+            sky.advance(1.0)
+    assert kept(tmp_path) == before
+    assert [path.name for path in tmp_path.iterdir() if "new" in path.name] == []
+    for name in ("mission", "parameters", "rally"):
+        assert f"{name} not kept" in station.texts()
+    assert sky.autopilot.mission.items == SQUARE  # in force all the same
+    assert sky.craft.vehicle.plant[2] == pytest.approx(3.0, abs=0.1)
+
+
+def test_a_folder_that_went_away_is_said_and_the_flight_goes_on(tmp_path):
+    sky = Sky(tmp_path / "state", up=3.0)
+    station = sky.station()
+    shutil.rmtree(tmp_path / "state")
+    (tmp_path / "state").write_text("a file where the folder was")
+    for messages in ORDERS[:3]:
+        station.send(*messages)
+        sky.advance(1.0)
+    for name in ("mission", "parameters", "fence"):
+        assert f"{name} not kept" in station.texts()
+    assert sky.craft.vehicle.plant[2] == pytest.approx(3.0, abs=0.1)
+
+
+def test_a_state_folder_that_cannot_be_made_is_one_line(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(SitlError, match=r"state folder .*file.state: Not a directory"):
+        Memory(tmp_path / "file" / "state")
