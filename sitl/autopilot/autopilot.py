@@ -158,7 +158,8 @@ class Autopilot:
         self._react(action, stop=False)
 
     def _watch(self) -> None:
-        for alarm in self.failsafes.check(self.view, self.mode, self.world, self.settings, self.chooser):
+        told = self.failsafes.check(self.view, self.mode, self.world, self.settings, self.chooser, landing=self.landing)
+        for alarm in told:
             self.say(alarm.severity, alarm.text)
             self._react(alarm.action, stop=alarm.stop)
 

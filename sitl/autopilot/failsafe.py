@@ -17,6 +17,7 @@ from protocol.modes import Mode
 from sitl.autopilot.choice import Chooser
 from sitl.autopilot.fence import FenceWatch
 from sitl.autopilot.guidance import FAST_DESCENT, SLOW_BELOW, Vector, View
+from sitl.autopilot.legs import BREEZE
 from sitl.autopilot.mission_items import World
 from sitl.autopilot.settings import Settings
 from sitl.kernels.parameters import Airframe
@@ -26,6 +27,8 @@ BATTERY_EVERY = 1.0  # between looks at the battery [s]
 FASTEST_LOSS = 10.0  # hover powers at which what is beyond the way home can shrink, flying away downwind
 LONGEST_WAIT = 30.0  # between predictions of the way home [s]
 MARGIN = 1.1  # on the predicted energy
+TOUCHDOWN = 1.5  # until the ground is felt [s]
+IN_A_WIND = 2.0  # times as long a landing takes with belly or back to a wind of 4 m/s, flown
 RECOVERED = 0.02  # share of the battery above a threshold that ends its alarm
 WARNING, CRITICAL = mavlink.MAV_SEVERITY_WARNING, mavlink.MAV_SEVERITY_CRITICAL
 
@@ -168,8 +171,17 @@ class Failsafes:
     _battery_at: float = -math.inf
     _way_home: _WayHome = field(default_factory=_WayHome)
 
-    def check(self, view: View, mode: Mode, world: World, settings: Settings, chooser: Chooser | None) -> list[Alarm]:
-        """Alarms that begin at this tick of a flight."""
+    def check(
+        self,
+        view: View,
+        mode: Mode,
+        world: World,
+        settings: Settings,
+        chooser: Chooser | None,
+        *,
+        landing: bool,
+    ) -> list[Alarm]:
+        """Alarms that begin at this tick of a flight; the battery has nothing more to decide once it lands."""
         alarms = []
         if link := self.link.check(self.silence, settings):
             alarms.append(link)
@@ -178,7 +190,7 @@ class Failsafes:
             if breach := self.fence.check(view, world.fence):
                 action = FENCE_ACTIONS[settings.fence_action]
                 alarms.append(Alarm(action, WARNING, f"Fence: {breach.text}: {DOING[action]}", stop=True))
-        if chooser is not None and view.time - self._battery_at >= BATTERY_EVERY:
+        if chooser is not None and not landing and view.time - self._battery_at >= BATTERY_EVERY:
             self._battery_at = view.time
             reserve = self._way_home.reserve(view, mode, world.safe_point(view.p), settings, chooser)
             alarms += self.battery.check(view.energy_left, reserve, settings, mode)
@@ -188,8 +200,8 @@ class Failsafes:
 def energy_home(view: View, to: Vector, settings: Settings, chooser: Chooser, *, on_its_way: bool = False) -> float:
     """Predicted shaft energy of the way to a point and of the landing there [J].
 
-    The climb to the return altitude and the landing are hovered at the power of still air; the leg is the decision's
-    (:mod:`sitl.autopilot.decision`), the cheaper way, in the wind as it is estimated.
+    The climb to the return altitude and the landing are hovered at the power of still air, the landing for longer in a
+    wind; the leg is the decision's (:mod:`sitl.autopilot.decision`), the cheaper way, in the wind as it is estimated.
 
     Args:
         view: The vehicle as it is now.
@@ -203,7 +215,9 @@ def energy_home(view: View, to: Vector, settings: Settings, chooser: Chooser, *,
     high = max(view.p[2], settings.return_altitude, to[2])
     climb = 0.0 if view.forward else (high - view.p[2]) / settings.climb_rate
     slowly = min(high, SLOW_BELOW)
-    landing = slowly / settings.descent_rate + (high - slowly) / FAST_DESCENT
+    landing = (slowly / settings.descent_rate + (high - slowly) / FAST_DESCENT) + TOUCHDOWN
+    if math.hypot(view.wind[0], view.wind[1]) > BREEZE:
+        landing *= IN_A_WIND
     leg = chooser.energy(
         view, (view.p[0], view.p[1], high), (to[0], to[1], high), settings, flying=on_its_way and view.forward
     )

@@ -129,7 +129,7 @@ def test_it_returns_while_the_battery_still_takes_it_home_and_lands_there_with_t
     assert why.startswith("Battery: ")
     assert 100.0 < flight.p[:, 0].max() < 700.0
     assert np.linalg.norm(flight.p[-1, :2]) < 1.0
-    assert 0.1 <= flight.craft.battery.left < 0.25
+    assert 0.1 <= flight.craft.battery.left < 0.3
     assert sum(text.startswith("Battery low") for text in flight.said) == 1
 
 
