@@ -83,7 +83,7 @@ async def fly_headless(args: argparse.Namespace, sitl: Sequence[str]) -> Summary
         raise GroundError(str(error)) from error
     if not plan.items:
         raise GroundError(f"{args.mission}: the plan has no mission items")
-    keyring = open_keyring(args.signing_key)
+    keyring = open_keyring(args.signing_key, give=args.give_key)
     recorder, path = start_recording(args.record or default_folder())
     async with AsyncExitStack() as stack:
         link = Link(Station(recorder, keyring, give_key=args.give_key))

@@ -81,12 +81,14 @@ def is_loopback(host: str) -> bool:
     return host.startswith("127.") or host == "::1"
 
 
-def open_keyring(text: str | None) -> Keyring:
+def open_keyring(text: str | None, *, give: bool = False) -> Keyring:
     """The key of ``--signing-key``; without one nothing is signed. What was signed before now is not believed.
 
     Raises:
-        GroundError: It is no key.
+        GroundError: It is no key, or there is none to ``give``.
     """
+    if give and text is None:
+        raise GroundError("--give-key needs --signing-key: there is no key to give")
     try:
         keys: dict[Hashable, bytes] = {} if text is None else {None: load_key(text)}
     except FileError as error:

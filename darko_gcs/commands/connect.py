@@ -53,7 +53,7 @@ def run(args: argparse.Namespace) -> int:
         plan = load(args.mission) if args.mission is not None else None
     except FileError as error:
         raise GroundError(str(error)) from error
-    keyring = open_keyring(args.signing_key)
+    keyring = open_keyring(args.signing_key, give=args.give_key)
     recorder: TlogWriter | None
     try:
         recorder, path = start_recording(args.record or default_folder())

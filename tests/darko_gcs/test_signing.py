@@ -187,6 +187,11 @@ def test_the_status_line_shows_a_vehicle_that_does_not_sign():
     assert "VEHICLE NOT SIGNED" in "".join(text for text, _ in line)
 
 
+def test_there_must_be_a_key_to_give(capsys):
+    assert main(["connect", "--give-key"]) == 2
+    assert capsys.readouterr().err == "darko-gcs: --give-key needs --signing-key: there is no key to give\n"
+
+
 def test_a_bad_key_is_one_line_and_exit_code_2(tmp_path, capsys):
     (tmp_path / "key").write_text("no key")
     code = main(["connect", "--record", str(tmp_path), "--signing-key", str(tmp_path / "key")])
