@@ -25,6 +25,7 @@ WING_SHARE = 0.85
 WORTH_DISTANCE = 15.0  # less than this of a leg is not worth tipping over for [m]
 SETTLED_SHARE = 0.2  # of v_enter
 ROOM = 2.0  # braking distances that make it worth flying on [-]
+SLIDE_TIME, SLIDE_SPEED = 4.0, 4.0  # [s], [m/s]
 WINDY, STILL = 4.0, 3.0  # level wind [m/s]
 CALM_SPEED = 3.5  # [m/s]
 ALIGNED_SPEED = 2.5  # [m/s]
@@ -38,7 +39,7 @@ _ARMED, _FLYING, _RESTING = int(C.ARMED), int(C.FLYING), int(C.RESTING)
 _NEAR, _FAR, _SETTLED = int(C.NEAR), int(C.FAR), int(C.SETTLED)
 _WANTED, _WORTH = int(C.WANTED), int(C.WORTH)
 _ALIGNED, _CALM, _WING_BORNE, _STOP_DUE = int(C.ALIGNED), int(C.CALM), int(C.WING_BORNE), int(C.STOP_DUE)
-_WINDY, _STILL = int(C.WINDY), int(C.STILL)
+_WINDY, _STILL, _SLIDING = int(C.WINDY), int(C.STILL), int(C.SLIDING)
 _STRAIGHT, _ON_TRIM, _OFF_TRIM = int(C.STRAIGHT), int(C.ON_TRIM), int(C.OFF_TRIM)
 _STANDING, _FALLING, _RECOVERED, _DWELT, _ROOM = (
     int(C.STANDING),
@@ -101,6 +102,8 @@ def _motion(plant: Array, memory: Array, orders: Orders) -> int:
             bits |= _ALIGNED
     if nose[2] > 0.3 and speed < STANDING_SPEED:
         bits |= _STANDING
+    if memory[SINCE] > SLIDE_TIME and speed > SLIDE_SPEED and nose[2] < 0.9:
+        bits |= _SLIDING
     low = plant[P + 2] + GROUND_TIME * v[2] < 0.0 and v[2] < -SINK
     if orders.law != LANDED and (v[2] < -FALL or low):
         bits |= _FALLING

@@ -16,7 +16,6 @@ BRAKE_RATE = (2.2, 2.2, 2.2, 2.2, 2.4, 3.0, 3.0, 2.4, 1.7, 1.25, 1.1)  # above 1
 BRAKE_CLIMB = (0.0, 0.0, 1.5, 2.4, 2.5, 2.4, 1.5, 0.0, 0.0, 0.0, 0.0)
 
 
-
 def sight_gains() -> SightGains:
     """The law's gains."""
     guidance = GuidanceGains(
@@ -57,7 +56,9 @@ def sight_gains() -> SightGains:
 
 def air_gains() -> AirGains:
     """Tuning of the wind estimator: it follows a gust within some 0.2 s in cruise."""
-    return AirGains(walk=1.0, return_time=300.0, normal_noise=1.0, pitot_noise=0.2, pitot_from=4.0, most=3.0)
+    return AirGains(
+        walk=1.0, return_time=300.0, normal_noise=1.0, pitot_noise=0.2, axial_time=8.0, pitot_from=4.0, most=3.0
+    )
 
 
 def can_fly_forward(a: Airframe) -> bool:

@@ -31,4 +31,5 @@ class Condition(IntFlag):
     SETTLED = 1 << 19  # V of the linear hover law far below v_enter
     WINDY = 1 << 20  # more wind than the laws hover well in that do not know of it
     STILL = 1 << 21  # clearly less than that
+    SLIDING = 1 << 22  # upright laws that move fast with the nose down, and have for some time
     ROOM = 1 << 18  # far more than the braking distance is left of the path

@@ -115,6 +115,7 @@ TABLE: dict[Law, tuple[Jump, ...]] = {
         _jump("align", Law.ALIGN, Reason.COMMAND, _GO | C.CALM, C.STOP_DUE),
         _jump("enter_linear", Law.HOVER_LINEAR, Reason.LYAPUNOV_BELOW, C.NEAR, C.FAR | C.WINDY),
         _jump("ride_wind", Law.TO_HOVER, Reason.SPEED, C.WINDY | C.DWELT),
+        _jump("stop_sliding", Law.TO_HOVER, Reason.SPEED, C.SLIDING),
     ),
     Law.ALIGN: (
         *_TO_GROUND,

@@ -45,6 +45,7 @@ class AirGains(NamedTuple):
     return_time: float  # without news the estimate fades to calm in this time [s]
     normal_noise: float  # what the wing's reading is trusted to [m/s2 sqrt(s)]
     pitot_noise: float  # what the pitot's is trusted to [m/s sqrt(s)]
+    axial_time: float  # without a tube the wind along the nose fades to calm in this time [s]
     pitot_from: float  # the tube reads nothing below this [m/s]
     most: float  # standard deviation at the start, and what it grows to at most [m/s]
 
@@ -98,7 +99,14 @@ def update(
     slope = np.array(
         (across * v_b[0] / eta + eta * tilt, across * v_b[1] / eta, across * v_b[2] / eta + eta * a.C_l)
     ) * (half / a.m)  # of normal by the wind in the body frame
+    if math.isnan(pitot):
+        # The wing tells the product of speed and incidence: unchecked by a tube, gusts would be taken for speed.
+        slope[0] = 0.0
     _correct(wind, C, rotate(q, slope), normal - Fz / a.m, gains.normal_noise**2 / dt)
+    if math.isnan(pitot):
+        nose = rotate(q, np.array((1.0, 0.0, 0.0)))
+        along = wind[0] * nose[0] + wind[1] * nose[1] + wind[2] * nose[2]
+        wind -= (1.0 - math.exp(-dt / gains.axial_time)) * along * nose
     if pitot > gains.pitot_from:
         v_b = rotate_inverse(q, velocity - wind)
         _correct(wind, C, rotate(q, np.array((-1.0, 0.0, 0.0))), pitot - v_b[0], gains.pitot_noise**2 / dt)

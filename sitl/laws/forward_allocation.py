@@ -47,12 +47,9 @@ def invert(force: float, moment: Array, v_b: Array, w: Array, thrusts: Array, a:
     total = (force + h * a.C_d0 * v_b[0]) / (1.0 - a.S_ratio * a.C_d0)
     per_thrust, stream = a.S_ratio * a.C_l * a.xi_f, 0.5 * a.C_l * a.xi_f * h * v_b[0]
     needed = (abs(lift) / (RESERVE * a.delta_max) - 2.0 * stream) / per_thrust
-    given_up = 0
-    if needed > total:
-        total = needed
-        given_up |= BOOST
-
     low, high = a.k_f * a.omega_min**2, a.k_f * a.omega_max**2
+    given_up = BOOST if needed > max(total, 2.0 * low) else 0
+    total = max(total, needed)
     kept = min(max(differ, low - high), high - low)
     mean = min(max(0.5 * total, low + 0.5 * abs(kept)), high - 0.5 * abs(kept))
     given_up |= YAW if abs(kept - differ) > ROUNDING else 0
