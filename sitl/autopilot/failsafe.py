@@ -97,19 +97,19 @@ class BatteryWatch:
     returned: bool = False
     critical: bool = False
 
-    def check(self, share: float, reserve: Reserve, settings: Settings, mode: Mode) -> list[Alarm]:
+    def check(self, share: float, reserve: Reserve | None, settings: Settings, mode: Mode) -> list[Alarm]:
         """Alarms that begin now.
 
         Args:
             share: Of the battery left, 0..1.
-            reserve: What it is to be held against.
+            reserve: What it is to be held against; None: it lands already, and there is nothing more to decide.
             settings: With the thresholds and the action.
             mode: The flight mode.
         """
         alarms = []
         if share < settings.battery_low and not self.low:
             alarms.append(Alarm(Action.NONE, WARNING, f"Battery low: {100 * share:.0f} % left"))
-        if settings.battery_action == BATTERY_RETURN:
+        if settings.battery_action == BATTERY_RETURN and reserve is not None:
             alarms += self._way_home(reserve, mode)
         if share < settings.battery_critical and not self.critical:
             alarms.append(self._at_critical(share, reserve, settings, mode))
@@ -132,9 +132,12 @@ class BatteryWatch:
         self.returned = self.returned and missing
         return []
 
-    def _at_critical(self, share: float, reserve: Reserve, settings: Settings, mode: Mode) -> Alarm:
-        on_its_way = mode is Mode.RTL and reserve.left >= reserve.home
-        lands = settings.battery_action >= BATTERY_LAND and not on_its_way
+    def _at_critical(self, share: float, reserve: Reserve | None, settings: Settings, mode: Mode) -> Alarm:
+        lands = settings.battery_action >= BATTERY_LAND
+        if reserve is None:
+            lands = True
+        elif mode is Mode.RTL and reserve.left >= reserve.home:
+            lands = False
         action = Action.LAND if lands else Action.NONE
         return Alarm(action, CRITICAL, f"Battery critical: {100 * share:.0f} % left: {DOING[action]}")
 
@@ -181,7 +184,7 @@ class Failsafes:
         *,
         landing: bool,
     ) -> list[Alarm]:
-        """Alarms that begin at this tick of a flight; the battery has nothing more to decide once it lands."""
+        """Alarms that begin at this tick of a flight."""
         alarms = []
         if link := self.link.check(self.silence, settings):
             alarms.append(link)
@@ -190,9 +193,10 @@ class Failsafes:
             if breach := self.fence.check(view, world.fence):
                 action = FENCE_ACTIONS[settings.fence_action]
                 alarms.append(Alarm(action, WARNING, f"Fence: {breach.text}: {DOING[action]}", stop=True))
-        if chooser is not None and not landing and view.time - self._battery_at >= BATTERY_EVERY:
+        if chooser is not None and view.time - self._battery_at >= BATTERY_EVERY:
             self._battery_at = view.time
-            reserve = self._way_home.reserve(view, mode, world.safe_point(view.p), settings, chooser)
+            home = world.safe_point(view.p)
+            reserve = None if landing else self._way_home.reserve(view, mode, home, settings, chooser)
             alarms += self.battery.check(view.energy_left, reserve, settings, mode)
         return alarms
 
