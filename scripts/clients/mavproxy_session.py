@@ -34,10 +34,8 @@ DIALOGUE = (
     ("", r"online system 1"),
     ("", r"Received \d+ parameters"),
     ("mode", r"Available modes: .*LOITER"),
-    ("param set MIS_TAKEOFF_ALT 4", ""),
-    ("param set DRK_WAY 1", ""),
-    ("param fetch MIS_TAKEOFF_ALT", r"MIS_TAKEOFF_ALT = 4\.0"),
-    ("param fetch DRK_WAY", r"DRK_WAY = 1\b"),
+    ("param set MIS_TAKEOFF_ALT 4; param fetch MIS_TAKEOFF_ALT", r"MIS_TAKEOFF_ALT = 4\.0"),
+    ("param set DRK_WAY 1; param fetch DRK_WAY", r"DRK_WAY = 1\b"),
     ("param fetch", r"Received \d+ parameters"),
     ("wp load {plan}", r"Loaded 5 waypoints in"),
     ("wp list", r"Requesting 5 waypoints(?s:.*)Saved 5 waypoints to .*way.txt"),
@@ -155,10 +153,10 @@ def _talk(master: str, folder: Path) -> int:
 
 def _say(terminal: Terminal, typed: str, answer: str) -> str | None:
     # MAVProxy sets parameters and asks for messages in the background: look until it is done.
-    again = typed.startswith(("param fetch ", "status "))
+    again = typed.startswith(("param set ", "status "))
     for _ in range(30 if again else 1):
-        if typed:
-            terminal.type(typed)
+        for line in filter(None, typed.split("; ")):
+            terminal.type(line)
         found = terminal.wait(answer, 1.0 if again else PATIENCE) if answer else ""
         if found is not None:
             return found
