@@ -16,6 +16,7 @@ from darko_gcs.station import Station
 from darko_gcs.store import KEPT_TRACK, note, reduce
 from darko_gcs.store_darko import KEPT_V, v_point
 from protocol.events import VehicleFound
+from protocol.exposure import exposure
 from protocol.replay import Timeline
 from protocol.tlog import TlogReader
 
@@ -79,6 +80,8 @@ class LiveFeed:
         """
         port = await self._link.open(self._host, self._port)
         self._say(f"Listening on {self._host}:{port}")
+        if warning := exposure(self._host, signed=self.station.endpoint.keyring.is_on):
+            self._say(warning)
         if self._greeting:
             self._say(self._greeting)
         if self._sitl is not None:

@@ -22,6 +22,7 @@ from darko_gcs.station import Station
 from protocol.dialect import mavlink
 from protocol.errors import FileError
 from protocol.events import CommandDone, Event, MissionFailed, MissionUploaded, VehicleLost
+from protocol.exposure import exposure
 from protocol.frames import Geodetic, LocalFrame, Vector
 from protocol.plans import MissionItem, load
 from protocol.units import from_e7, from_local_e4, is_global_frame
@@ -89,6 +90,8 @@ async def fly_headless(args: argparse.Namespace, sitl: Sequence[str]) -> Summary
         link = Link(Station(recorder, keyring, give_key=args.give_key))
         stack.push_async_callback(link.close)
         port = await link.open(args.host, args.port)
+        if warning := exposure(args.host, signed=keyring.is_on):
+            print(warning, file=sys.stderr)
         child = None
         if args.sitl:
             if args.state_dir is None:  # a scripted flight starts from a vehicle that remembers nothing

@@ -13,6 +13,7 @@ from pathlib import Path
 from platformdirs import user_data_path
 
 from protocol.dialect import mavlink
+from protocol.exposure import exposure
 from protocol.frames import Geodetic, LocalFrame
 from protocol.keyring import Keyring
 from protocol.signing import timestamp_at
@@ -51,7 +52,9 @@ def fly(args: argparse.Namespace, tell: Callable[[LiveScenario], int]) -> int:
     say = _Narrator(quiet=args.quiet)
     keyring = _keyring(args)
     blackbox = Blackbox(_state_dir(args) / "logs", time.time)
-    transport = UdpTransport((LOOPBACK, args.port))
+    transport = UdpTransport((args.bind, args.port))
+    if warning := exposure(args.bind, signed=keyring.is_on):
+        print(f"darko-sitl: {warning}", file=sys.stderr, flush=True)  # --quiet or not
     signal.signal(signal.SIGTERM, _interrupt)
     try:
         craft = build_craft(args)
@@ -64,7 +67,7 @@ def fly(args: argparse.Namespace, tell: Callable[[LiveScenario], int]) -> int:
         took = time.monotonic() - began
         if keyring.is_on:
             say("signing is on: unsigned orders are refused")
-        say(f"ready after {took:.1f} s: 127.0.0.1:{transport.port} -> {args.gcs_port}, {args.api_port}")
+        say(f"ready after {took:.1f} s: {args.bind}:{transport.port} -> {args.gcs_port}, {args.api_port}")
         pacer = Pacer(args.speed)
         if not isinstance(craft, ScenarioCraft):
             serve(node, transport, pacer)

@@ -1,4 +1,4 @@
-"""UDP on loopback: moves datagrams, decides nothing."""
+"""UDP: moves datagrams, decides nothing."""
 
 from __future__ import annotations
 

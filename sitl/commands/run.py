@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import ipaddress
 import math
 from collections.abc import Mapping
 from pathlib import Path
@@ -85,8 +86,15 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
         "A command from the ground that moves the vehicle ends the experiment, and the vehicle stays",
     )
     scenario.add_argument("--stay", action="store_true", help="hold after the experiment instead of ending")
-    link = made.add_argument_group("link (loopback only)")
+    link = made.add_argument_group("link")
     link.add_argument("--port", type=_port, default=14580, metavar="P", help="local port; 0: any [14580]")
+    link.add_argument(
+        "--bind",
+        type=_address,
+        default="127.0.0.1",
+        metavar="ADDRESS",
+        help="local IPv4 address to listen on; 0.0.0.0: every network, for which set a signing key [127.0.0.1]",
+    )
     link.add_argument("--gcs-port", type=_port, default=14550, metavar="P", help="ground stations listen here [14550]")
     link.add_argument("--api-port", type=_port, default=14540, metavar="P", help="programs listen here [14540]")
     link.add_argument(
@@ -155,6 +163,13 @@ def _port(text: str) -> int:
     if not 0 <= value <= 65535:
         raise argparse.ArgumentTypeError(f"{text} is not a UDP port")
     return value
+
+
+def _address(text: str) -> str:
+    try:
+        return str(ipaddress.IPv4Address(text))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not an IPv4 address") from None
 
 
 def _wind(text: str) -> tuple[float, float]:
