@@ -300,7 +300,8 @@ class Node:
 
     def _on_log_erase(self, event: LogEraseRequested, now: float) -> None:  # noqa: ARG002
         if self._blackbox is not None:
-            self._say(INFO, f"{self._blackbox.erase()} logs erased")
+            erased = self._blackbox.erase()
+            self._say(INFO, f"{erased} log{'s' * (erased != 1)} erased")
 
     def _on_operator(self, event: OperatorChanged, now: float) -> None:  # noqa: ARG002
         who = f"Ground station {event.system} is in control" if event.system else "No ground station is in control"

@@ -143,10 +143,10 @@ class OperatorControl(Server):
         kind = message.get_type()
         if kind in _COMMANDS:
             return message.command not in self._harmless
-        return kind in _PLANS or kind in _SETPOINTS or kind == "PARAM_SET"
+        return kind in _PLANS or kind in _SETPOINTS or kind in {"PARAM_SET", "LOG_ERASE"}
 
     def _refuse(self, message: Message, peer: Peer) -> None:
-        """The protocol's own word for it; set-points have none."""
+        """The protocol's own word for it; set-points and the erasing of logs have none."""
         kind, to = message.get_type(), peer[:2]
         if kind in _COMMANDS:
             self._reply(peer, mavlink.MAVLink_command_ack_message(message.command, NOT_IN_CONTROL, 0, 0, *to))

@@ -6,6 +6,7 @@ import random
 import pytest
 
 from protocol.dialect import mavlink
+from protocol.endpoint import VehicleEndpoint
 from protocol.engines import log_server
 from protocol.engines.base import Peer
 from protocol.engines.files import BytesFile, Log
@@ -13,7 +14,7 @@ from protocol.engines.log_client import RANGES, LogClient
 from protocol.engines.log_server import CHUNK, LogServer
 from protocol.errors import LocalProtocolError
 from protocol.events import LogEraseRequested, LogFailed, LogProgress, LogReceived, LogsListed, RemoteLog
-from tests.support.link import Link
+from tests.support.link import Link, frame
 from tests.support.lossy_pipe import LossyPipe
 
 GROUND, OTHER, VEHICLE = Peer(255, 190, "ground"), Peer(245, 190, "other"), (1, 1)
@@ -336,6 +337,16 @@ def test_lists_and_logs_survive_30_percent_loss(seed):
     for log, expected in zip(listed.logs, (FULL, LONG, b"", b"x"), strict=True):
         received = converse(lambda client, log=log: client.fetch(VEHICLE, log, 0.0), seed=seed, **losses)
         assert received == LogReceived(log, expected)
+
+
+def test_only_the_station_in_control_may_erase():
+    vehicle = VehicleEndpoint(validate=lambda _items: None, logs=Store(LONG))
+    vehicle.operator.armed(GROUND, 0.0)
+    asked = {}
+    for system in (OTHER.system, GROUND.system):
+        vehicle.receive_datagram(frame(mavlink.MAVLink_log_erase_message(1, 1), system), system, 0.1)
+        asked[system] = any(isinstance(event, LogEraseRequested) for event in vehicle.events())
+    assert asked == {OTHER.system: False, GROUND.system: True}
 
 
 def test_the_endpoints_carry_it():
