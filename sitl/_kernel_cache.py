@@ -13,7 +13,15 @@ from pathlib import Path
 
 from platformdirs import user_cache_path
 
-COMPILED = ("kernels/*.py", "laws/*.py", "flow.py", "watch.py", "memory_layout.py", "hybrid/conditions.py")
+COMPILED = (
+    "kernels/*.py",
+    "laws/*.py",
+    "flow.py",
+    "watch.py",
+    "memory_layout.py",
+    "hybrid/conditions.py",
+    "autopilot/point_mass.py",
+)
 
 
 def use_source_keyed_cache() -> None:

@@ -1,5 +1,6 @@
 """The README says what is so."""
 
+import re
 from pathlib import Path
 
 from sitl.hybrid.supervisor import diagram
@@ -14,6 +15,10 @@ def test_the_supervisors_diagram_is_generated_from_its_table():
 
 
 def test_every_file_it_names_is_there():
-    for name in ("docs/screenshot.svg", "docs/model.md", "docs/figures.md", "scripts/fly", "scripts/test"):
-        assert name in README
-        assert (ROOT / name).exists()
+    named = set(re.findall(r"(?:docs|scripts|tests)/[\w./-]*\w", README))
+    assert {"docs/screenshot.svg", "docs/laws.md", "scripts/fly", "scripts/test"} <= named
+    assert not [name for name in named if not (ROOT / name).exists()]
+
+
+def test_every_page_of_the_documentation_is_named():
+    assert not [page.name for page in (ROOT / "docs").glob("*.md") if f"docs/{page.name}" not in README]
