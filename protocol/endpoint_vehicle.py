@@ -226,9 +226,7 @@ class VehicleEndpoint:
         Raises:
             LocalProtocolError: A field does not fit the wire.
         """
-        if message.get_type() == "MISSION_CURRENT":
-            self._mission.current = message.seq
-        self._put(Outgoing(None, message))
+        self.send(message, None)
 
     def send(self, message: Message, peer: Peer | None) -> None:
         """Send a message to one peer; None is everyone.
@@ -236,6 +234,8 @@ class VehicleEndpoint:
         Raises:
             LocalProtocolError: A field does not fit the wire.
         """
+        if message.get_type() == "MISSION_CURRENT":
+            self._mission.mark(message)
         self._put(Outgoing(peer, message))
 
     def status_text(self, severity: int, text: str) -> None:

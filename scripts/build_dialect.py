@@ -16,6 +16,13 @@ from typing import Any
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
+# Extension fields newer than the generator's definitions, by message; extensions change no CRC.
+EXTENSIONS = {
+    "MISSION_CURRENT": ("mission_id", "fence_id", "rally_points_id"),
+    "MISSION_COUNT": ("opaque_id",),
+    "MISSION_ACK": ("opaque_id",),
+}
+
 ROOT = Path(__file__).resolve().parent.parent
 DIALECT = ROOT / "protocol" / "dialect"
 
@@ -38,6 +45,7 @@ def generate(source: Path, target: Path) -> None:
         work = Path(folder)
         for name in ("common.xml", "standard.xml", "minimal.xml"):
             shutil.copy(definitions / name, work / name)
+        extend(work / "common.xml")
         shutil.copy(source, work / source.name)
         options = mavgen.Opts(str(work / target.name), wire_protocol="2.0", language="Python3", validate=True)
         said = io.StringIO()
@@ -48,6 +56,18 @@ def generate(source: Path, target: Path) -> None:
         staged = target.with_suffix(".new")
         shutil.copy(work / target.name, staged)
         staged.replace(target)
+
+
+def extend(definitions: Path) -> None:
+    """Add the newer extension fields to a copy of ``common.xml``, where it lacks them."""
+    text = definitions.read_text(encoding="utf-8")
+    for message, names in EXTENSIONS.items():
+        start = text.index(f'name="{message}">')
+        end = text.index("</message>", start)
+        missing = [name for name in names if f'name="{name}"' not in text[start:end]]
+        fields = "".join(f'  <field type="uint32_t" name="{name}">Id of a plan.</field>\n    ' for name in missing)
+        text = text[:end] + fields + text[end:]
+    definitions.write_text(text, encoding="utf-8")
 
 
 class DialectBuildHook(BuildHookInterface):  # type: ignore[misc]

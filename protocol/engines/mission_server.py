@@ -87,6 +87,12 @@ class MissionServer(Server):
         """The plan of a MAV_MISSION_TYPE in force."""
         return self._stores[kind].items
 
+    def mark(self, message: Message) -> None:
+        """Complete a MISSION_CURRENT on its way out: the ids of the plans held."""
+        self.current = message.seq
+        ids = [self._stores[kind].opaque_id for kind in (_PLAN, *_OTHERS)]
+        message.mission_id, message.fence_id, message.rally_points_id = ids
+
     @property
     def is_receiving(self) -> bool:
         """True while an upload is under way."""

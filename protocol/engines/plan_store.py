@@ -4,6 +4,7 @@ An upload is driven from here: the vehicle asks for one item after the other, an
 new one is complete and valid. A download needs no state: every request is answered on its own.
 """
 
+import zlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
@@ -15,7 +16,7 @@ from protocol.errors import LocalProtocolError
 from protocol.events import MissionCleared, MissionReceived, MissionRefused
 from protocol.plans.mission import MissionItem
 
-__all__ = ["CAPACITY", "ITEM_WAITS", "TRANSITIONS", "PlanStore", "Refusal", "Validate"]
+__all__ = ["CAPACITY", "ITEM_WAITS", "TRANSITIONS", "PlanStore", "Refusal", "Validate", "plan_id"]
 
 ITEM_WAITS = (0.25, 0.5, 1.0, 1.5, 1.5, 1.5)  # [s] between requests for one item
 CAPACITY = 1000  # items
@@ -74,6 +75,11 @@ class PlanStore:
         self._kind, self._validate, self._reply, self._tell = kind, validate, reply, tell
         self._state, self._patience = "idle", Patience(ITEM_WAITS)
         self._upload: _Upload | None = None  # under way, or the last one: its answer may be asked for again
+
+    @property
+    def opaque_id(self) -> int:
+        """What tells this plan from others: the same on any vehicle and after a restart; 0: there is none."""
+        return plan_id(self.items)
 
     @property
     def is_receiving(self) -> bool:
@@ -184,8 +190,8 @@ class PlanStore:
 
     def handle_list(self, peer: Peer) -> None:
         """MISSION_REQUEST_LIST: a download begins."""
-        count = len(self.items)
-        self._reply(peer, mavlink.MAVLink_mission_count_message(peer.system, peer.component, count, self._kind))
+        count = mavlink.MAVLink_mission_count_message(*peer[:2], len(self.items), self._kind, self.opaque_id)
+        self._reply(peer, count)
 
     def handle_request(self, seq: int, peer: Peer) -> None:
         """MISSION_REQUEST_INT or MISSION_REQUEST: one item."""
@@ -196,5 +202,14 @@ class PlanStore:
         self._reply(peer, self.items[seq].to_message(seq, *peer[:2], current=current, kind=self._kind))
 
     def acknowledge(self, peer: Peer, result: int) -> None:
-        """Send a MISSION_ACK."""
-        self._reply(peer, mavlink.MAVLink_mission_ack_message(*peer[:2], result, self._kind))
+        """Send a MISSION_ACK; one that accepts says the id of what is held now."""
+        opaque_id = self.opaque_id if result == _ACCEPTED else 0
+        self._reply(peer, mavlink.MAVLink_mission_ack_message(*peer[:2], result, self._kind, opaque_id))
+
+
+def plan_id(items: Sequence[MissionItem]) -> int:
+    """CRC-32 of the items' bits on the wire, never 0; 0 of no items."""
+    crc = 0
+    for item in items:
+        crc = zlib.crc32(item.image(), crc)
+    return (crc or 1) if items else 0

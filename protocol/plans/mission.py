@@ -38,17 +38,18 @@ class MissionItem:
         if len(self.params) != 4:
             raise LocalProtocolError(f"a mission item has 4 params, not {len(self.params)}")
         try:
-            self._image()
+            self.image()
         except (struct.error, OverflowError, TypeError) as error:
             raise LocalProtocolError(f"mission item {self} does not fit the wire: {error}") from error
 
     def __eq__(self, other: object) -> bool:
-        return self._image() == other._image() if isinstance(other, MissionItem) else NotImplemented
+        return self.image() == other.image() if isinstance(other, MissionItem) else NotImplemented
 
     def __hash__(self) -> int:
-        return hash(self._image())
+        return hash(self.image())
 
-    def _image(self) -> bytes:
+    def image(self) -> bytes:
+        """What the item says, as bits: float32 and integers of the wire."""
         return _WIRE.pack(self.command, self.frame, *self.params, self.z, self.x, self.y, bool(self.autocontinue))
 
     def to_message(

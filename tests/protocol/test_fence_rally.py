@@ -9,6 +9,7 @@ from protocol.dialect import mavlink
 from protocol.engines.base import Peer
 from protocol.engines.mission_client import MissionClient
 from protocol.engines.mission_server import MissionServer, Refusal
+from protocol.engines.plan_store import plan_id
 from protocol.errors import FileError, LocalProtocolError
 from protocol.events import MissionCleared, MissionDownloaded, MissionFailed, MissionReceived, MissionUploaded
 from protocol.plans import Plan, load, save
@@ -218,3 +219,35 @@ def test_an_incomplete_polygon_is_not_written():
         with_fence(Plan(), SHAPES[:2])
     with pytest.raises(LocalProtocolError, match="ends before its last"):
         with_fence(Plan(), (*SHAPES[:2], SHAPES[3]))
+
+
+def test_a_plan_has_an_id_that_uploads_downloads_and_the_current_item_tell():
+    client, engine, new = MissionClient(255, 190), server(), plan(3, 900)
+    client.upload(VEHICLE, new, 0.0, FENCE)
+    (told,) = [m.opaque_id for m in talk(client, engine) if m.get_type() == "MISSION_ACK"]
+    client.download(VEHICLE, 0.0, FENCE)
+    counts = [m.opaque_id for m in talk(client, engine) if m.get_type() == "MISSION_COUNT"]
+    current = mavlink.MAVLink_mission_current_message(1, 2)
+    engine.mark(current)
+    assert counts == [told] == [current.fence_id]
+    assert len({0, current.mission_id, current.fence_id, current.rally_points_id}) == 4
+
+
+def test_the_id_of_a_plan_is_that_of_its_bits():
+    assert plan_id(()) == 0
+    assert plan_id(SHAPES) == plan_id(list(SHAPES))
+    assert len({plan_id(SHAPES), plan_id(SHAPES[::-1]), plan_id(SHAPES[:-1]), plan_id(POINTS)}) == 4
+
+
+def test_a_refused_plan_has_no_id():
+    client, engine = MissionClient(255, 190), server(refuse=FENCE)
+    client.upload(VEHICLE, plan(3), 0.0, FENCE)
+    assert [m.opaque_id for m in talk(client, engine) if m.get_type() == "MISSION_ACK"] == [0]
+
+
+@pytest.mark.parametrize(
+    ("name", "crc", "size"), [("mission_current", 28, 18), ("mission_count", 221, 9), ("mission_ack", 153, 8)]
+)
+def test_the_messages_that_carry_ids_are_still_the_standard_ones(name, crc, size):
+    message = getattr(mavlink, f"MAVLink_{name}_message")
+    assert (message.crc_extra, message.unpacker.size) == (crc, size)

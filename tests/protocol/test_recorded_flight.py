@@ -5,6 +5,7 @@ import pytest
 from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.endpoint import GroundEndpoint, VehicleEndpoint
+from protocol.engines.plan_store import plan_id
 from protocol.events import CommandRequested, MissionReceived, VehicleFound
 from protocol.plans import load
 from protocol.tlog import read_tlog
@@ -71,7 +72,7 @@ def test_the_vehicle_engines_hear_the_recorded_ground_station_as_it_meant(flight
 
 
 def test_what_was_answered_then_is_answered_now(flight):
-    """The answers of today's mission engine to yesterday's upload are byte for byte those of the log."""
+    """The answers of today's mission engine to yesterday's upload are those of the log, but for the plan's new id."""
     reader, records = flight
     vehicle = VehicleEndpoint(validate=lambda _items: None, peers=["ground"])
     decoder, answers = Codec(*GROUND), []
@@ -82,4 +83,6 @@ def test_what_was_answered_then_is_answered_now(flight):
     kinds = ("MISSION_REQUEST_INT", "MISSION_ACK")
     then = [reader.decode(row) for kind in kinds for row in reader.rows(kind, VEHICLE)]
     now = [message for kind in kinds for message in answers if message.get_type() == kind]
+    assert now[-1].opaque_id == plan_id(vehicle.mission)
+    now[-1].opaque_id = 0
     assert [message.to_dict() for message in now] == [message.to_dict() for message in then]
