@@ -1,4 +1,4 @@
-"""What the vehicle itself records: every flight from arming to disarming, as a telemetry log.
+"""What the vehicle itself records: every flight from arming to a second after disarming, as a telemetry log.
 
 A log holds what the vehicle streams, at the default rates whatever peers ask for, and its events. Files are numbered;
 the oldest go when there are too many or they are too large. A disk that fails ends the log, not the flight.
@@ -6,6 +6,7 @@ the oldest go when there are too many or they are too large. A disk that fails e
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable
 from contextlib import suppress
@@ -26,6 +27,7 @@ __all__ = ["Blackbox"]
 
 LARGEST = 8 << 20  # bytes of one file; a longer flight has several
 MOST_BYTES, MOST_FILES = 64 << 20, 64  # of all files
+AFTER = 1.0  # [s] a log goes on after disarming: what is said of it belongs to the flight
 HEARTBEAT = mavlink.MAVLINK_MSG_ID_HEARTBEAT
 _NAME = re.compile(r"(\d{5,9})-(\d{8}-\d{6})\.tlog")
 _STAMP = "%Y%m%d-%H%M%S"
@@ -51,6 +53,7 @@ class Blackbox:
         self._written = 0  # bytes in it
         self._offset_us = 0  # from the vehicle's time to the log's
         self._armed = False
+        self._ends = math.inf  # on the vehicle's clock [s]
         self._texts = 0
         self._complaints: list[str] = []
         self._sizes = self._find()  # finished logs, oldest first
@@ -74,12 +77,15 @@ class Blackbox:
         if armed and not self._armed:
             self._streams = StreamScheduler(_intervals())
             self._begin(time_us)
+            self._ends = math.inf
+        elif self._armed and not armed:
+            self._ends = time + AFTER
         due = self._streams.due(time_us) if self._writer is not None else ()
         if due:
             seen = picture()
             for message_id in due:
                 self._write(self._builders[message_id](seen), time_us)
-        if self._armed and not armed:
+        if time >= self._ends:
             self._end()
         self._armed = armed
 

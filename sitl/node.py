@@ -157,7 +157,6 @@ class Node:
         """Fly, and queue the telemetry that falls due on simulated time."""
         self.craft.advance(ticks)
         self._report()
-        self._record()
         time_us = round(self.craft.vehicle.time * 1e6)
         due = self._endpoint.streams_due(time_us)
         named = self.craft.vehicle.step % NAMED_VALUE_TICKS < ticks
@@ -176,6 +175,7 @@ class Node:
 
     def _report(self) -> list[Notice]:
         """Tell the peers what happened; what was said to the pilot."""
+        self._record()  # first: a flight's log begins with its arming
         autopilot = self.craft.autopilot
         jumps = self.craft.new_jumps()
         for jump in jumps:

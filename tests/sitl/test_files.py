@@ -84,7 +84,7 @@ class Session:
         self.ground.command(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 0.0, 21196.0, now=self.now)
         self.exchange()
         self.exchange()
-        self.fly(0.04)
+        self.fly(1.1)
 
     def texts(self):
         return "".join(m.text for m in self.heard if m.get_type() == "STATUSTEXT")
@@ -277,11 +277,24 @@ def test_a_log_is_a_telemetry_log_of_the_flight(session, tmp_path):
     session.fly(1.0)
     session.disarm()
     session.fly(0.5)
+    assert not session.blackbox.is_recording
     log = read_tlog(tmp_path / "logs" / session.blackbox.logs()[0].name)
     assert not log.damage
-    assert 1.0 <= (int(log.times[-1]) - WALL * 1e6) / 1e6 <= 1.1
+    assert 1.9 <= (int(log.times[-1]) - WALL * 1e6) / 1e6 <= 2.1
     kinds = {log.decode(index).get_type() for index in range(len(log))}
     assert {"HEARTBEAT", "ATTITUDE_QUATERNION", "DARKO_HYBRID_STATE", "STATUSTEXT"} <= kinds
+
+
+def test_a_log_begins_with_arming_and_ends_with_disarming(tmp_path):
+    session = Session(tmp_path, Start())
+    session.fly(0.1)
+    session.ground.command(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 1.0, now=session.now)
+    session.fly(0.2)
+    session.disarm()
+    log = read_tlog(tmp_path / "logs" / session.blackbox.logs()[0].name)
+    texts = [log.decode(index).text for index in log.rows("STATUSTEXT")]
+    assert texts[0] == "Armed"
+    assert "Disarmed" in texts
 
 
 def test_the_ground_alone_is_not_recorded(tmp_path):
@@ -298,7 +311,8 @@ def flights(box, count, seconds=1.0, picture=None):
     for number in range(count):
         for step in range(round(seconds * 10)):
             box.follow(1000.0 * number + step / 10, lambda: picture, armed=True)
-        box.follow(1000.0 * number + seconds, lambda: picture, armed=False)
+        for later in (0.0, recorder.AFTER):
+            box.follow(1000.0 * number + seconds + later, lambda: picture, armed=False)
 
 
 def test_logs_are_bounded_in_number_and_size(session, tmp_path, monkeypatch):
