@@ -1,0 +1,61 @@
+"""Search for bytes that break a link end: mutations of the kept corpus, guided by the code they reach.
+
+``python scripts/fuzz.py --seconds 600`` searches that long; inputs that reach new code are kept in
+``tests/protocol/fuzz/corpus.txt``, which the tests replay. An input that breaks something is printed as hexadecimal
+digits, and the exit code is 1; ``--replay DIGITS`` runs it again.
+"""
+
+from __future__ import annotations
+
+import argparse
+import random
+import sys
+import time
+import traceback
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+
+from tests.protocol.fuzz import harness
+
+
+def main() -> int:
+    """Search, and say what was found."""
+    made = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    made.add_argument("--seconds", type=float, default=60.0, help="how long to search [60]")
+    made.add_argument("--seed", type=int, default=1, help="of the mutations [1]")
+    made.add_argument("--replay", metavar="DIGITS", help="run one input and end")
+    args = made.parse_args()
+    if args.replay is not None:
+        harness.run(bytes.fromhex(args.replay))
+        return 0
+    return search(args.seconds, random.Random(args.seed))  # noqa: S311 - to be repeated
+
+
+def search(seconds: float, draw: random.Random) -> int:
+    """Mutate and run until the time is over; the exit code."""
+    corpus: list[bytes] = []
+    seen: set[tuple[str, int, int]] = set()
+    waiting = harness.read_corpus()  # shortest first: what a shorter one covers already is dropped
+    runs, end = 0, time.monotonic() + seconds
+    while waiting or time.monotonic() < end:
+        fresh = not corpus or draw.random() < 0.1
+        data = waiting.pop(0) if waiting else harness.fresh(draw) if fresh else harness.mutated(draw, corpus)
+        try:
+            new = harness.covered(data) - seen
+        except Exception:  # whatever it is, it is what is searched for
+            traceback.print_exc()
+            print(f"broken by: {data.hex()}")
+            return 1
+        runs += 1
+        if new:
+            seen |= new
+            corpus.append(data)
+    harness.write_corpus(corpus)
+    size = sum(map(len, corpus)) / 1000
+    print(f"{runs} runs, {len(seen)} jumps between lines reached, {len(corpus)} inputs kept ({size:.1f} kB)")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
