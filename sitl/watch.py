@@ -84,7 +84,10 @@ def watch(plant: Array, memory: Array, orders: Orders, limits: GuidanceGains, a:
     bits |= _DWELT if memory[SINCE] >= DWELL else 0
     level = math.hypot(memory[AIR], memory[AIR + 1])
     bits |= _WINDY if level > WINDY else (_STILL if level < STILL else 0)
-    return bits | _motion(plant, memory, orders) | _path(plant, memory, orders, limits)
+    bits |= _motion(plant, memory, orders)
+    if math.isinf(orders.v_leave):  # a hover law that is never to be left is flown alone, whatever comes of it
+        bits &= ~(_WINDY | _SLIDING | _FALLING)
+    return bits | _path(plant, memory, orders, limits)
 
 
 @njit(cache=True)
