@@ -1,7 +1,9 @@
 """A hostile link against a flying vehicle: the flight beside the same flight without it, bit for bit."""
 
+import random
 from collections import Counter
 
+import numpy as np
 import pytest
 
 from protocol.codec import Codec
@@ -9,16 +11,18 @@ from protocol.dialect import mavlink
 from protocol.frames import Geodetic, LocalFrame
 from protocol.plans import load
 from sitl.airframe import load as load_airframe
+from sitl.autopilot import commands
 from sitl.autopilot.arena import ARENAS
 from sitl.autopilot.mission import World
 from sitl.autopilot.settings import Settings
 from sitl.craft import Craft
+from sitl.kernels import state
 from sitl.memory import Memory
 from sitl.node import Node
 from sitl.parameters import Bindings, Surroundings
 from sitl.talk import RECOVERY
 from sitl.vehicle import Start, Tuning, Vehicle
-from tests.support.flood import Flood
+from tests.support.flood import Flood, orders
 from tests.support.paths import DATA
 
 STEP = 0.02  # [s]
@@ -190,3 +194,38 @@ def test_frames_in_many_names_fill_no_table(vehicle):
         vehicle.node.datagrams(vehicle.now)
     assert {name: size for name, size in tables(vehicle.node) if size > 256} == {}
     assert vehicle.node.craft.autopilot.mission is not None
+
+
+def test_well_formed_nonsense_of_every_kind_breaks_no_flight(vehicle):
+    """Messages of the whole dialect with payloads of any bits, refused or obeyed."""
+    draw = random.Random(12)
+    for _ in range(1500):
+        known = mavlink.mavlink_map[draw.choice(sorted(mavlink.mavlink_map))]
+        if draw.random() < 0.7:
+            known = mavlink.mavlink_map[draw.choice(ORDERED)]
+        vehicle.step([(GROUND, any_frame(draw, known))] if draw.random() < 0.5 else [])
+    assert np.all(np.isfinite(vehicle.node.craft.vehicle.plant[: state.ANCHOR]))
+    assert vehicle.heard["COMMAND_ACK"] > 50
+
+
+ORDERED = sorted({order.id for order in orders(1, 1)} | {84, 86, 82})  # 84, 86, 82: the set-points
+
+
+def any_frame(draw, known):
+    """A frame for this vehicle whose checksum is right, and whose numbers may be anything."""
+    words = (b"\0\0\0\0", b"\0\0\xc0\x7f", b"\0\0\x80\x7f", b"\0\0\x80\x3f", b"\0\0\x80\xff", b"\xff\xff\xff\xff")
+    payload = bytearray(draw.choice((draw.randbytes(4), *words))[k % 4] for k in range(known.unpacker.size))
+    for k in range(0, known.unpacker.size - 3, 4):
+        payload[k : k + 4] = draw.choice((draw.randbytes(4), *words))
+    values = list(known.unpacker.unpack(payload))
+    fields = dict(zip(known.ordered_fieldnames, range(len(values)), strict=False))
+    if len(values) == len(known.ordered_fieldnames):
+        for name in ("target_system", "target_component", "target"):
+            if name in fields:
+                values[fields[name]] = 1
+        if "command" in fields and draw.random() < 0.9:
+            values[fields["command"]] = draw.choice(sorted(commands.HANDLERS))
+        payload = bytearray(known.unpacker.pack(*values))
+    head = bytes([0xFD, len(payload), 0, 0, draw.randrange(256), 255, 190]) + known.id.to_bytes(3, "little")
+    crc = mavlink.x25crc(head[1:] + payload + bytes([known.crc_extra])).crc
+    return head + bytes(payload) + crc.to_bytes(2, "little")
