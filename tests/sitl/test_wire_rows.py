@@ -1,0 +1,87 @@
+"""Rows of docs/wire.md that no other test is about: messages asked for by name, and commands by their effect."""
+
+import math
+
+import pytest
+
+from protocol.dialect import mavlink
+from tests.support.station import HOME, Sky
+
+ACCEPTED = mavlink.MAV_RESULT_ACCEPTED
+
+
+@pytest.fixture(scope="module")
+def sky(tmp_path_factory):
+    sky = Sky(tmp_path_factory.mktemp("state"), up=3.0)
+    sky.station()
+    sky.advance(1.0)
+    return sky
+
+
+@pytest.fixture
+def station(sky):
+    station = sky.stations["main"]
+    station.heard.clear()
+    return station
+
+
+MESSAGES = {
+    "GPS_RAW_INT": lambda m: m.fix_type == 6 and m.lat == pytest.approx(HOME.lat_deg * 1e7, abs=50),
+    "POSITION_TARGET_LOCAL_NED": lambda m: m.z == pytest.approx(-3.0, abs=0.1),
+    "VFR_HUD": lambda m: m.alt == pytest.approx(HOME.alt + 3.0, abs=0.2) and 0 < m.throttle < 100,
+    "BATTERY_STATUS": lambda m: m.voltages[1] == 65535 and 0 < m.battery_remaining <= 100,
+    "HOME_POSITION": lambda m: (m.latitude, m.altitude) == (round(HOME.lat_deg * 1e7), 150_000),
+    "GPS_GLOBAL_ORIGIN": lambda m: (m.latitude, m.altitude) == (round(HOME.lat_deg * 1e7), 150_000),
+    "WIND_COV": lambda m: math.hypot(m.wind_x, m.wind_y) < 1.0,
+    "ACTUATOR_OUTPUT_STATUS": lambda m: m.active == 4 and 0.0 < m.actuator[0] < 1.0,
+    "COMPONENT_METADATA": lambda m: m.uri.startswith("mftp"),
+}
+
+
+@pytest.mark.parametrize("name", MESSAGES)
+def test_a_message_asked_for_comes_and_is_true(station, name):
+    number = getattr(mavlink, f"MAVLINK_MSG_ID_{name}")
+    assert station.command(mavlink.MAV_CMD_REQUEST_MESSAGE, number) == ACCEPTED
+    assert MESSAGES[name](station.last(name))
+
+
+def test_older_commands_for_one_message(station):
+    assert station.command(mavlink.MAV_CMD_GET_HOME_POSITION) == ACCEPTED
+    assert station.last("HOME_POSITION") is not None
+    assert station.command(mavlink.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES) == ACCEPTED
+    assert station.last("AUTOPILOT_VERSION") is not None
+
+
+def test_an_interval_is_set_told_and_kept_to(sky, station):
+    number = mavlink.MAVLINK_MSG_ID_VFR_HUD
+    assert station.command(mavlink.MAV_CMD_SET_MESSAGE_INTERVAL, number, 100_000.0) == ACCEPTED
+    assert station.command(mavlink.MAV_CMD_GET_MESSAGE_INTERVAL, number) == ACCEPTED
+    assert station.last("MESSAGE_INTERVAL").interval_us == 100_000
+    station.heard.clear()
+    sky.advance(2.0)
+    assert sum(m.get_type() == "VFR_HUD" for m in station.heard) == pytest.approx(20, abs=1)
+    assert station.command(mavlink.MAV_CMD_SET_MESSAGE_INTERVAL, number, 0.0) == ACCEPTED
+
+
+def test_a_setpoint_of_attitude_is_refused_in_words(sky, station):
+    station.send(mavlink.MAVLink_set_attitude_target_message(0, 1, 1, 0, [1, 0, 0, 0], 0, 0, 0, 0.5))
+    assert "refused" in station.texts()
+
+
+def test_a_flight_is_paused_and_not_continued_without_a_mission(station):
+    assert station.command(mavlink.MAV_CMD_DO_PAUSE_CONTINUE, 0) == ACCEPTED
+    assert station.command(mavlink.MAV_CMD_DO_PAUSE_CONTINUE, 1) == mavlink.MAV_RESULT_TEMPORARILY_REJECTED
+    assert station.command(mavlink.MAV_CMD_DO_PAUSE_CONTINUE, 2) == mavlink.MAV_RESULT_DENIED
+    assert station.command(mavlink.MAV_CMD_NAV_LOITER_UNLIM) == ACCEPTED
+
+
+def test_the_vtol_forms_of_landing_and_take_off(tmp_path):
+    sky = Sky(tmp_path)
+    station = sky.station()
+    assert station.command(mavlink.MAV_CMD_NAV_VTOL_TAKEOFF) == mavlink.MAV_RESULT_TEMPORARILY_REJECTED  # not armed
+    assert station.command(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 1) == ACCEPTED
+    assert station.command(mavlink.MAV_CMD_NAV_VTOL_TAKEOFF) == ACCEPTED
+    sky.advance(4.0)
+    assert sky.craft.vehicle.plant[2] > 1.0
+    assert station.command(mavlink.MAV_CMD_NAV_VTOL_LAND) == ACCEPTED
+    sky.advance_until(lambda: not sky.autopilot.armed, 20.0)
