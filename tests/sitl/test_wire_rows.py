@@ -5,6 +5,8 @@ import math
 import pytest
 
 from protocol.dialect import mavlink
+from protocol.modes import Mode
+from protocol.plans.mission import MissionItem
 from tests.support.station import HOME, Sky
 
 ACCEPTED = mavlink.MAV_RESULT_ACCEPTED
@@ -85,3 +87,46 @@ def test_the_vtol_forms_of_landing_and_take_off(tmp_path):
     assert sky.craft.vehicle.plant[2] > 1.0
     assert station.command(mavlink.MAV_CMD_NAV_VTOL_LAND) == ACCEPTED
     sky.advance_until(lambda: not sky.autopilot.armed, 20.0)
+
+
+def item(command, *, params=(0.0, 0.0, 0.0, 0.0), frame=3, east=0, north=0, z=0.0):
+    x, y = round(HOME.lat_deg * 1e7) + north, round(HOME.lon_deg * 1e7) + east
+    return MissionItem(command, frame, params, x, y, z)
+
+
+def test_a_place_by_latitude_and_longitude_is_taken_as_a_setpoint(sky, station):
+    latitude, longitude = round(HOME.lat_deg * 1e7) + 200, round(HOME.lon_deg * 1e7)
+    for _ in range(20):
+        station.send(
+            mavlink.MAVLink_set_position_target_global_int_message(
+                0, 1, 1, mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT_INT, 0b1101_1111_1000, latitude, longitude, 3.0,
+                0, 0, 0, 0, 0, 0, 0, 0,
+            )
+        )  # fmt: skip
+        sky.advance(0.1)
+    assert "refused" not in station.texts()
+    assert station.mode(Mode.OFFBOARD) == ACCEPTED
+
+
+def test_waiting_items_are_taken_in_a_mission(tmp_path):
+    station = Sky(tmp_path).station()
+    items = [
+        item(mavlink.MAV_CMD_NAV_TAKEOFF, z=3.0),
+        item(mavlink.MAV_CMD_NAV_DELAY, params=(1.0, -1.0, -1.0, -1.0)),
+        item(mavlink.MAV_CMD_NAV_LOITER_TIME, params=(1.0, 0.0, 0.0, 0.0), z=3.0),
+        item(mavlink.MAV_CMD_NAV_LAND),
+    ]
+    assert station.upload(items) == mavlink.MAV_MISSION_ACCEPTED
+
+
+def test_polygons_and_circles_to_stay_in_or_out_of_are_taken_as_a_fence(tmp_path):
+    station = Sky(tmp_path).station()
+    corners, inner = ((-5000, -5000), (-5000, 5000), (5000, 0)), ((3000, 3000), (3000, 3500), (3500, 3000))
+    within, without = (
+        mavlink.MAV_CMD_NAV_FENCE_POLYGON_VERTEX_INCLUSION,
+        mavlink.MAV_CMD_NAV_FENCE_POLYGON_VERTEX_EXCLUSION,
+    )
+    items = [item(within, params=(3.0, 0, 0, 0), frame=0, north=n, east=e) for n, e in corners]
+    items += [item(without, params=(3.0, 0, 0, 0), frame=0, north=n, east=e) for n, e in inner]
+    items.append(item(mavlink.MAV_CMD_NAV_FENCE_CIRCLE_EXCLUSION, params=(5.0, 0, 0, 0), frame=0, north=-3000))
+    assert station.upload(items, kind=mavlink.MAV_MISSION_TYPE_FENCE) == mavlink.MAV_MISSION_ACCEPTED
