@@ -7,7 +7,7 @@ when a request comes twice, and is answered from memory.
 
 import math
 from collections import OrderedDict, deque
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from protocol.codec import Message
@@ -103,7 +103,7 @@ class FtpServer(Server):
         self._checksums: list[_Checksum] = []
         self._known: OrderedDict[Peer, deque[_Answered]] = OrderedDict()
         self._beat = math.inf
-        self._handlers: dict[int, Callable[[Packet, float, Peer], Packet | None]] = {
+        self._handlers: Mapping[int, Callable[[Packet, float, Peer], Packet | None]] = {
             mavlink.MAV_FTP_OPCODE_NONE: self._acknowledge,
             _TERMINATE: self._terminate,
             _RESET: self._reset,

@@ -10,7 +10,7 @@ from sitl.autopilot.guidance import Setpoint
 from sitl.hybrid.supervisor import Law
 from sitl.studies.report import SCENARIOS
 from sitl.studies.scenario import fly
-from sitl.vehicle import DivergedError, Start, Tuning, Vehicle
+from sitl.vehicle import DivergedError, Start, Vehicle
 
 AIRFRAME = load("nominal").parameters
 
