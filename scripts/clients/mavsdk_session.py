@@ -12,19 +12,22 @@ from __future__ import annotations
 
 import argparse
 import math
+import queue
 import struct
 import sys
+import tempfile
 import threading
 import time
 from collections import defaultdict
 from collections.abc import Callable
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 from mavsdk import ComponentType, Configuration, Mavsdk, MavsdkError
 from mavsdk.plugins.action import Action, ActionError, OrbitYawBehavior
 from mavsdk.plugins.info import Info
-from mavsdk.plugins.log_files import LogFiles, LogFilesError
+from mavsdk.plugins.log_files import Entry, LogFiles, LogFilesError, LogFilesResult
 from mavsdk.plugins.mission import Mission, MissionItem, MissionPlan
 from mavsdk.plugins.mission_raw import MissionItem as RawItem
 from mavsdk.plugins.mission_raw import MissionRaw
@@ -33,6 +36,7 @@ from mavsdk.plugins.param import Param, ParamError
 from mavsdk.plugins.telemetry import FlightMode, LandedState, Telemetry, VtolState
 
 PATIENCE = 90.0  # [s] for anything that is flown
+LOG_PATIENCE = 60.0  # [s]
 NOBODY = 5  # exit code
 TOPICS = (
     "armed", "flight_mode", "health_all_ok", "home", "in_air", "landed_state", "position", "position_velocity_ned",
@@ -236,13 +240,32 @@ class Session:
         self.say(f"returned and landed {away:.2f} m from home, disarmed")
 
     def log_files(self) -> None:
-        """What the vehicle logged; none is an answer."""
+        """What the vehicle logged, the smallest of it downloaded; none is an answer."""
         try:
             entries = self.logs.get_entries()
         except LogFilesError as error:
             _ensure(error.result.name == "NO_LOGFILES", f"log list: {error.result.name}")
             entries = []
         self.say(f"{len(entries)} logs")
+        if entries:
+            self._download(min(entries, key=lambda entry: int(entry.size_bytes)))
+
+    def _download(self, entry: Entry) -> None:
+        """One log, whole."""
+        done: queue.Queue[str] = queue.Queue()
+
+        def heard(result: LogFilesResult, progress: object, data: object) -> None:  # noqa: ARG001 - MAVSDK's signature
+            if result.name != "NEXT":
+                done.put(result.name)
+
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "flight.tlog"
+            self.logs.download_log_file_async(entry, str(path), heard)
+            result = done.get(timeout=LOG_PATIENCE)
+            _ensure(result == "SUCCESS", f"log {entry.id}: {result}")
+            size = path.stat().st_size
+        _ensure(size == entry.size_bytes, f"log {entry.id}: {size} bytes of {entry.size_bytes}")
+        self.say(f"log {entry.id} downloaded, {size} bytes")
 
     def _arrive(self, north: float, east: float, up: float) -> None:
         def near(now: dict[str, Any]) -> bool:
