@@ -91,8 +91,8 @@ class Start(NamedTuple):
 class Tuning(NamedTuple):
     """What of the hybrid controller can be chosen."""
 
-    v_enter: float = 50.0  # DRK_V_ENTER
-    v_leave: float = 100.0  # DRK_V_LEAVE
+    v_enter: float = 20.0  # DRK_V_ENTER
+    v_leave: float = 50.0  # DRK_V_LEAVE
     integral: int = 1  # DRK_LQI
     governor: int = VELOCITY  # DRK_GOVERNOR
     nu_prime: int = 0  # DRK_NU_PRIME

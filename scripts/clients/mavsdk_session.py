@@ -246,12 +246,14 @@ class Session:
         except LogFilesError as error:
             _ensure(error.result.name == "NO_LOGFILES", f"log list: {error.result.name}")
             entries = []
-        self.say(f"{len(entries)} logs")
-        if entries:
-            self._download(min(entries, key=lambda entry: int(entry.size_bytes)))
+        if not entries:
+            self.say("no logs")
+            return
+        smallest = min(entries, key=lambda entry: int(entry.size_bytes))
+        self.say(f"{len(entries)} logs, one of {self._download(smallest)} bytes downloaded")
 
-    def _download(self, entry: Entry) -> None:
-        """One log, whole."""
+    def _download(self, entry: Entry) -> int:
+        """Fetch one log whole; its size."""
         done: queue.Queue[str] = queue.Queue()
 
         def heard(result: LogFilesResult, progress: object, data: object) -> None:  # noqa: ARG001 - MAVSDK's signature
@@ -265,7 +267,7 @@ class Session:
             _ensure(result == "SUCCESS", f"log {entry.id}: {result}")
             size = path.stat().st_size
         _ensure(size == entry.size_bytes, f"log {entry.id}: {size} bytes of {entry.size_bytes}")
-        self.say(f"log {entry.id} downloaded, {size} bytes")
+        return size
 
     def _arrive(self, north: float, east: float, up: float) -> None:
         def near(now: dict[str, Any]) -> bool:

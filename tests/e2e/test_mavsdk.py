@@ -21,7 +21,7 @@ def test_health_parameters_missions_and_logs_answer(session):
     assert "health all ok, armable" in session["health"]
     assert session["parameters"].endswith("NO_SUCH_PARAM: DOES_NOT_EXIST")
     assert session["missions"] == "4 raw items and 5 items up and down"
-    assert session["log_files"].endswith(" logs")
+    assert session["log_files"].endswith(" bytes downloaded")
 
 
 def test_it_takes_off_goes_streams_set_points_and_lands(session):

@@ -209,7 +209,7 @@ def test_parameters_take_effect_are_kept_and_bad_ones_refused(ground, tmp_path):
     assert ground.vehicle.wind.tolist() == pytest.approx([-4.0, 0.0, 0.0])
     assert put(b"SIM_WIND_SPD", -1.0).param_value == 4.0
     assert put(b"SIM_WIND_SPD", NAN).param_value == 4.0
-    assert put(b"DRK_V_ENTER", 300.0).param_value == 50.0
+    assert put(b"DRK_V_ENTER", 300.0).param_value == 20.0
     assert "hysteresis" in ground.texts()
     assert Memory(tmp_path).parameters() == {"SIM_WIND_SPD": 4.0}
 

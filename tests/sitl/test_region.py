@@ -17,7 +17,6 @@ from sitl.laws import hover_linear
 from sitl.laws.allocation import allocate
 from sitl.studies.region import (
     BANDS,
-    DEFAULTS,
     LEVEL,
     STEPS,
     Flights,
@@ -184,8 +183,8 @@ def flights_of(start, converged):
 def test_a_threshold_is_where_the_share_falls_below():
     flights = flights_of(np.arange(1.0, 400.0), np.arange(1.0, 400.0) < 100.0)
     assert threshold(flights, 0.95) == 99.0
-    assert share_at(flights, DEFAULTS[0]) == 1.0
-    assert share_at(flights, DEFAULTS[1]) == pytest.approx(20.0 / 46.0)  # 80 to 99 of 80 to 125
+    assert share_at(flights, 50.0) == 1.0
+    assert share_at(flights, 100.0) == pytest.approx(20.0 / 46.0)  # 80 to 99 of 80 to 125
     assert math.isnan(share_at(flights, 1000.0))
     assert threshold(flights_of([1.0, 2.0, 3.0], [0, 0, 0]), 0.95) == 0.0
     assert threshold(flights_of([1.0, 2.0, 3.0, 4.0], [1, 0, 1, 1]), 0.66) == 4.0
@@ -209,7 +208,7 @@ def test_the_tables_say_what_is_proved_and_what_is_advised(results):
     text = "\n".join(_lines(results))
     assert "0.0200   0.0470     0.0600    0.860   0.11 m" in text
     assert "1.00 (1.00)" in text
-    assert " ".join(text.splitlines()[-1].split()) == "LQR 99 99 50/99 100.0%/43.5% too high 0.0%/0.0% too high"
+    assert " ".join(text.splitlines()[-1].split()) == "LQR 99 99 50/99 100.0%/100.0% sound 0.0%/0.0% too high"
 
 
 def test_the_plot_is_written_or_said_not_to_be(results, tmp_path):

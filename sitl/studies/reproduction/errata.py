@@ -99,7 +99,7 @@ ERRATA = (
     Erratum(
         "5.1",
         "thresholds 250 and 400",
-        "50 and 100",
+        "20 and 50",
         "the linear law is entered from states it loses: V is in the hundreds from position alone, not from attitude",
     ),
     Erratum(

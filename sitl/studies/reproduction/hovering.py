@@ -181,7 +181,7 @@ def run_far(seed: int) -> Outcome:
                        "way back is asked for.", track),
         Panel("5.2", "Value of the Lyapunov function",
               "The linear law is entered below V = 250 and left above 400.",
-              f"Thresholds here 50 and 100 (dashed); V reaches {track.lyapunov.max():.0f} when the target jumps.",
+              f"Thresholds here 20 and 50 (dashed); V reaches {track.lyapunov.max():.0f} when the target jumps.",
               sheets[0].svg),
         Panel("5.3", "Jumps", "The hysteresis keeps the number of jumps small.", f"{len(track.jumps)} jumps: {jumps}.",
               sheets[1].svg),
