@@ -23,7 +23,7 @@ from sitl.errors import SitlError
 from sitl.node import Node
 from sitl.parameters import TABLE, Bindings, Surroundings
 from sitl.studies.report import SCENARIOS
-from sitl.studies.scenario import ALOFT, SAMPLE, Ask, Figure, Scenario, Track, _next, _Recorder
+from sitl.studies.scenario import ALOFT, SAMPLE, Ask, Figure, Recorder, Scenario, Track, next_setpoint
 from sitl.vehicle import TICK, Tuning, Vehicle
 
 NOTICE, INFO, WARNING = mavlink.MAV_SEVERITY_NOTICE, mavlink.MAV_SEVERITY_INFO, mavlink.MAV_SEVERITY_WARNING
@@ -58,7 +58,7 @@ class LiveScenario:
         self._craft = craft
         self._asks = sorted(scenario.asks)
         self._setpoint = Setpoint((0.0, 0.0, ALOFT), scenario.start.heading, scenario.speed)
-        self._recorder = _Recorder()
+        self._recorder = Recorder()
         self._asked_at = -1  # step of the last tick
         self._steps = round(scenario.duration / TICK / SAMPLE) * SAMPLE
         self._began = time.perf_counter()
@@ -112,7 +112,7 @@ class LiveScenario:
 
     def _take(self, ask: Ask) -> None:
         if ask.target is not None:
-            self._setpoint = _next(self._setpoint, ask.target, ask.airspeed)
+            self._setpoint = next_setpoint(self._setpoint, ask.target, ask.airspeed)
         if ask.wind is not None:
             self._craft.vehicle.set_wind(ask.wind)
             self._craft.bindings = self._bindings = _with_wind(self._craft.bindings, ask.wind)

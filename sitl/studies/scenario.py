@@ -100,7 +100,7 @@ def fly(
     vehicle = Vehicle(parameters, seed=seed, start=start, tuning=scenario.tuning)
     vehicle.warm_up()
     vehicle.begin_flight(scenario.law)
-    recorder = _Recorder()
+    recorder = Recorder()
     began = time.perf_counter()
     asks = sorted(scenario.asks)
     setpoint = Setpoint((0.0, 0.0, ALOFT), scenario.start.heading, scenario.speed)
@@ -108,7 +108,7 @@ def fly(
         while asks and asks[0].time <= step * SAMPLE * TICK + 1e-9:
             ask = asks.pop(0)
             if ask.target is not None:
-                setpoint = _next(setpoint, ask.target, ask.airspeed)
+                setpoint = next_setpoint(setpoint, ask.target, ask.airspeed)
             if ask.wind is not None:
                 vehicle.set_wind(ask.wind)
         vehicle.set_target(setpoint)
@@ -122,18 +122,21 @@ def fly(
     return recorder.track(tuple(vehicle.jumps), time.perf_counter() - began)
 
 
-def _next(last: Setpoint, target: Vector, airspeed: float | None) -> Setpoint:
+def next_setpoint(last: Setpoint, target: Vector, airspeed: float | None) -> Setpoint:
     """The set-point of a target, and the leg that leads there on the wing if an airspeed is given."""
     end = (target[0], target[1], target[2] + ALOFT)
     route = None if airspeed is None else Route(LEG, last.p, end, airspeed)
     return last._replace(p=end, route=route)
 
 
-class _Recorder:
+class Recorder:
+    """Collects the samples of a flight."""
+
     def __init__(self) -> None:
         self._rows: list[Array] = []
 
     def sample(self, vehicle: Vehicle) -> None:
+        """Keep the vehicle as it is now."""
         target = vehicle.setpoint.p
         guide = vehicle.memory[LAW : LAW + hover_zero_moment.SIZE]
         tail = (vehicle.lyapunov, float(vehicle.law), *target, vehicle.energy, *guide)
@@ -143,6 +146,11 @@ class _Recorder:
         self._rows.append(row)
 
     def track(self, jumps: tuple[JumpRecord, ...], wall: float, diverged: str = "") -> Track:
+        """All samples as one record.
+
+        Raises:
+            SitlError: If nothing was flown.
+        """
         if not self._rows:
             raise SitlError("the scenario has no duration: nothing was flown")
         rows = np.array(self._rows)
