@@ -72,6 +72,7 @@ class Craft:
         x = self.vehicle.plant
         q = x[state.Q : state.Q + 4].copy()  # rotate is compiled for whole arrays
         nose, belly = rotate(q, NOSE), rotate(q, BELLY)
+        forward = self.vehicle.law in WINGED and not self.vehicle.stands
         flat = belly if abs(nose[2]) > math.hypot(nose[0], nose[1]) else nose
         return View(
             time=self.vehicle.time,
@@ -81,9 +82,9 @@ class Craft:
             tilt=math.acos(max(-1.0, min(1.0, float(nose[2])))),
             landed=self.vehicle.law is Law.LANDED,
             energy_left=self.battery.left,
-            forward=self.vehicle.law in WINGED and not self.vehicle.stands,
+            forward=forward,
             wind=tuple(self.vehicle.wind_estimate.tolist()),
-            stopping=self.vehicle.stopping_distance(),
+            stopping=self.vehicle.stopping_distance() if forward else 0.0,
             energy=self.battery.capacity - self.battery.used,
         )
 

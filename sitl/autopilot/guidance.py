@@ -30,7 +30,7 @@ class View(NamedTuple):
     energy_left: float  # share of the battery, 0..1
     forward: bool = False  # tipping over, on the wing, or standing up again
     wind: Vector = (0.0, 0.0, 0.0)  # as it is estimated, world NWU [m/s]
-    stopping: float = 0.0  # distance the present speed takes to stop [m]
+    stopping: float = 0.0  # distance the present speed takes to stop, on the wing [m]
     energy: float = math.inf  # left in the battery [J]
 
 

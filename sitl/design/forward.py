@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 
 from sitl.design.trim import level_trim
@@ -16,6 +18,7 @@ BRAKE_RATE = (2.2, 2.2, 2.2, 2.2, 2.4, 3.0, 3.0, 2.4, 1.7, 1.25, 1.1)  # above 1
 BRAKE_CLIMB = (0.0, 0.0, 1.5, 2.4, 2.5, 2.4, 1.5, 0.0, 0.0, 0.0, 0.0)
 
 
+@cache  # asked for at every leg; nobody changes its arrays
 def sight_gains() -> SightGains:
     """The law's gains."""
     guidance = GuidanceGains(
