@@ -24,7 +24,7 @@ from sitl.errors import SitlError
 from sitl.hybrid.supervisor import WINGED, Law
 from sitl.kernels.parameters import Airframe, Array
 from sitl.parameters import Bindings, Surroundings
-from sitl.vehicle import TICK, DivergedError, Start, Vehicle
+from sitl.vehicle import DivergedError, Start, Vehicle
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -319,6 +319,6 @@ def _tracks(axis: Axes, examples: Sequence[Result]) -> None:
 
 
 __all__ = [
-    "LOWEST", "TICK", "Draw", "Result", "Spread", "draw", "flown", "fly", "mission", "perturbed", "plot", "run",
+    "LOWEST", "Draw", "Result", "Spread", "draw", "flown", "fly", "mission", "perturbed", "plot", "run",
     "summary",
 ]  # fmt: skip
