@@ -10,7 +10,7 @@ from sitl.autopilot.guidance import Setpoint
 from sitl.hybrid.supervisor import Law
 from sitl.studies.report import SCENARIOS
 from sitl.studies.scenario import fly
-from sitl.vehicle import DivergedError, Start, Vehicle
+from sitl.vehicle import DivergedError, Start, Tuning, Vehicle
 
 AIRFRAME = load("nominal").parameters
 
@@ -76,3 +76,13 @@ def test_numbers_that_are_none_end_the_flight_with_law_and_step():
     flown.plant[4] = math.nan
     with pytest.raises(DivergedError, match="HOVER_ZERO_MOMENT at step 10"):
         flown.advance(10)
+
+
+def test_thresholds_the_wrong_way_round_make_no_chatter():
+    """Parameters refuse them; a vehicle that is built with them keeps its law where both guards would hold."""
+    flown = Vehicle(AIRFRAME, start=Start(up=50.0, airborne=True), tuning=Tuning(v_enter=100.0, v_leave=50.0))
+    flown.begin_flight(Law.HOVER_LINEAR)
+    flown.set_target(Setpoint((7.0, 0.0, 50.0), 0.0, 3.0))
+    flown.advance(10)
+    assert 50.0 < flown.lyapunov < 100.0
+    assert flown.jumps == []
