@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import argparse
 import asyncio
-import os
 import sys
 from collections.abc import Sequence
-from contextlib import AsyncExitStack, suppress
+from contextlib import AsyncExitStack
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -17,8 +16,9 @@ from darko_gcs.errors import GroundError, LinkError
 from darko_gcs.link import Link
 from darko_gcs.signing import open_keyring
 from darko_gcs.station import Station
-from protocol.errors import LocalProtocolError
+from protocol.errors import FileError, LocalProtocolError
 from protocol.events import Event, LogFailed, LogProgress, LogReceived, LogsListed, RemoteLog
+from protocol.whole_file import write_whole
 
 __all__ = ["Fetched", "fetch_logs", "file_name"]
 
@@ -123,16 +123,11 @@ def _save(folder: Path, log: RemoteLog, data: bytes) -> Path:
     while path.exists():
         count += 1
         path = folder / f"{Path(file_name(log)).stem}-{count}.tlog"
-    staged = path.with_suffix(".part")
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        with staged.open("wb") as file:
-            file.write(data)
-            file.flush()
-            os.fsync(file.fileno())
-        staged.replace(path)
+        write_whole(path, data)
     except OSError as error:
-        with suppress(OSError):
-            staged.unlink(missing_ok=True)
         raise GroundError(f"{path}: cannot be written: {error.strerror}") from error
+    except FileError as error:
+        raise GroundError(str(error)) from error
     return path

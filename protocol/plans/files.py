@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import os
-from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
 from protocol.errors import FileError
 from protocol.plans import qgc_plan, qgc_wpl
 from protocol.plans.plan import Plan
+from protocol.whole_file import write_whole
 
 __all__ = ["load", "save"]
 
@@ -42,18 +41,7 @@ def save(plan: Plan, path: Path | str) -> None:
     writer = _WRITERS.get(path.suffix)
     if writer is None:
         raise FileError(f"{path}: a plan is saved as {', '.join(_WRITERS)}")
-    text = writer(plan, str(path))
-    staged = path.with_name(f".{path.name}.new")
-    try:
-        with staged.open("w", encoding="utf-8", newline="\n") as file:
-            file.write(text)
-            file.flush()
-            os.fsync(file.fileno())
-        staged.replace(path)
-    except OSError as error:
-        with suppress(OSError):
-            staged.unlink(missing_ok=True)
-        raise FileError(f"{path}: cannot be written: {error.strerror}") from error
+    write_whole(path, writer(plan, str(path)).encode("utf-8"))
 
 
 def _read(path: Path) -> str:
