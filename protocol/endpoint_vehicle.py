@@ -3,7 +3,7 @@
 from collections.abc import Hashable, Iterable, Mapping, Sequence
 from types import MappingProxyType
 
-from protocol.codec import Codec, Message, Statistics
+from protocol.codec import Message, Statistics
 from protocol.dialect import mavlink
 from protocol.engines import stream
 from protocol.engines.base import Outgoing, Peer, Server, addressed_to
@@ -28,11 +28,10 @@ from protocol.events import (
     SigningChanged,
 )
 from protocol.keyring import Keyring
+from protocol.links import Links
 from protocol.plans.mission import MissionItem
 
 __all__ = ["VehicleEndpoint"]
-
-MOST_LEARNT = 16  # one peer more replaces the one that said least: a flood of strangers drives no old hand out
 
 _SETPOINTS = frozenset({"SET_POSITION_TARGET_LOCAL_NED", "SET_POSITION_TARGET_GLOBAL_INT", "SET_ATTITUDE_TARGET"})
 _SILENT = frozenset({"HEARTBEAT", "REQUEST_DATA_STREAM"})  # old clients ask for streams: nothing depends on it
@@ -41,59 +40,6 @@ _ALIASES = {  # older commands that ask for one message
     mavlink.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES: mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION,
 }
 _TO_EVERYONE = 2  # param7 of MAV_CMD_REQUEST_MESSAGE
-
-
-class _Links:
-    """Who gets what, and with which sequence number.
-
-    Sequence numbers count per link, and clients call every gap a loss: an answer to one peer must not tear a hole
-    into the others' numbers. So each peer has its own codec. Without a list of peers the transport sends to
-    everyone itself, and all share one codec.
-    """
-
-    def __init__(self, system: int, component: int, peers: Iterable[Hashable] | None, keyring: Keyring) -> None:
-        self._ids, self._keyring = (system, component), keyring
-        self._fixed = None if peers is None else tuple(peers)
-        self.codecs: dict[Hashable, Codec] = {key: self._new(key) for key in self._fixed or ()}
-
-    def codec(self, key: Hashable) -> Codec:
-        """The codec that serves ``key``."""
-        key = None if self._fixed is None else key
-        if key not in self.codecs:
-            self.codecs[key] = self._new(key)
-            self._forget_oldest()
-        return self.codecs[key]
-
-    def decode(self, data: bytes, key: Hashable) -> list[Message]:
-        """All that a peer says; a stranger becomes a peer by its first frame that is believed."""
-        name = None if self._fixed is None else key
-        codec = self.codecs.get(name) or self._new(name)
-        messages = codec.decode(data)
-        if name not in self.codecs and any(self.believes(m) and addressed_to(m, *self._ids) for m in messages):
-            self.codecs[name] = codec
-            self._forget_oldest()
-        return messages
-
-    def believes(self, message: Message) -> bool:
-        """True unless a key is set and the message is not signed with it."""
-        return bool(message.get_signed()) or not self._keyring.is_on
-
-    def _new(self, key: Hashable) -> Codec:
-        return Codec(*self._ids, self._keyring.link(key))
-
-    def _forget_oldest(self) -> None:
-        learnt = [k for k in self.codecs if k not in (self._fixed or ())]
-        if len(learnt) > MOST_LEARNT:
-            del self.codecs[min(learnt[:-1], key=lambda k: self.codecs[k].statistics.received)]
-
-    def encode(self, outgoing: Outgoing) -> list[tuple[Hashable | None, bytes]]:
-        """Datagrams for the destination; None as a key means everyone."""
-        if outgoing.peer is not None:
-            key = outgoing.peer.key
-            return [(key, self.codec(key).encode(outgoing.message))]
-        if self._fixed is None:
-            return [(None, self.codec(None).encode(outgoing.message))]
-        return [(key, codec.encode(outgoing.message)) for key, codec in self.codecs.items()]
 
 
 class VehicleEndpoint:
@@ -138,7 +84,7 @@ class VehicleEndpoint:
         self.last_ground_heartbeat = float("-inf")  # when a ground station last said it is there
         self._ids = (system, component)
         self._keyring = keyring or Keyring()
-        self._links = _Links(system, component, peers, self._keyring)
+        self._links = Links(system, component, peers, self._keyring)
         self._heartbeat = HeartbeatSource()
         self._commands = CommandServer(*self._ids, frozenset(commands) | stream.COMMANDS, repeatable=stream.COMMANDS)
         self._parameters = ParameterServer(*self._ids, parameters)

@@ -1,0 +1,64 @@
+"""The links of a vehicle with many peers: a codec for each, and who becomes one."""
+
+from collections.abc import Hashable, Iterable
+
+from protocol.codec import Codec, Message
+from protocol.engines.base import Outgoing, addressed_to
+from protocol.keyring import Keyring
+
+__all__ = ["MOST_LEARNT", "Links"]
+
+MOST_LEARNT = 16  # one peer more replaces the one that said least: a flood of strangers drives no old hand out
+
+
+class Links:
+    """Who gets what, and with which sequence number.
+
+    Sequence numbers count per link, and clients call every gap a loss: an answer to one peer must not tear a hole
+    into the others' numbers. So each peer has its own codec. Without a list of peers the transport sends to
+    everyone itself, and all share one codec.
+    """
+
+    def __init__(self, system: int, component: int, peers: Iterable[Hashable] | None, keyring: Keyring) -> None:
+        self._ids, self._keyring = (system, component), keyring
+        self._fixed = None if peers is None else tuple(peers)
+        self.codecs: dict[Hashable, Codec] = {key: self._new(key) for key in self._fixed or ()}
+
+    def codec(self, key: Hashable) -> Codec:
+        """The codec that serves ``key``."""
+        key = None if self._fixed is None else key
+        if key not in self.codecs:
+            self.codecs[key] = self._new(key)
+            self._forget_oldest()
+        return self.codecs[key]
+
+    def decode(self, data: bytes, key: Hashable) -> list[Message]:
+        """All that a peer says; a stranger becomes a peer by its first frame that is believed."""
+        name = None if self._fixed is None else key
+        codec = self.codecs.get(name) or self._new(name)
+        messages = codec.decode(data)
+        if name not in self.codecs and any(self.believes(m) and addressed_to(m, *self._ids) for m in messages):
+            self.codecs[name] = codec
+            self._forget_oldest()
+        return messages
+
+    def believes(self, message: Message) -> bool:
+        """True unless a key is set and the message is not signed with it."""
+        return bool(message.get_signed()) or not self._keyring.is_on
+
+    def _new(self, key: Hashable) -> Codec:
+        return Codec(*self._ids, self._keyring.link(key))
+
+    def _forget_oldest(self) -> None:
+        learnt = [k for k in self.codecs if k not in (self._fixed or ())]
+        if len(learnt) > MOST_LEARNT:
+            del self.codecs[min(learnt[:-1], key=lambda k: self.codecs[k].statistics.received)]
+
+    def encode(self, outgoing: Outgoing) -> list[tuple[Hashable | None, bytes]]:
+        """Datagrams for the destination; None as a key means everyone."""
+        if outgoing.peer is not None:
+            key = outgoing.peer.key
+            return [(key, self.codec(key).encode(outgoing.message))]
+        if self._fixed is None:
+            return [(None, self.codec(None).encode(outgoing.message))]
+        return [(key, codec.encode(outgoing.message)) for key, codec in self.codecs.items()]
