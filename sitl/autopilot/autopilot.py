@@ -20,22 +20,19 @@ from sitl.autopilot.failsafe import DOING, OFFBOARD_ACTIONS, Action, Failsafes
 from sitl.autopilot.fence import Fence
 from sitl.autopilot.guidance import FlyTo, Guidance, Hold, Ramp, Setpoint, Stop, Vector, View, land_at, with_speed
 from sitl.autopilot.guidance import Sequence as Steps
-from sitl.autopilot.legs import FlyLeg, Orbit, course, orbit
-from sitl.autopilot.manual import TURN_RATE, Sticks
+from sitl.autopilot.legs import FlyLeg, Orbit, orbit
+from sitl.autopilot.manual import Sticks
 from sitl.autopilot.mission import MissionRunner, World, fly_to, return_home
 from sitl.autopilot.mission_items import out_of_bounds
 from sitl.autopilot.settings import Settings
+from sitl.autopilot.streamed import FLOOR, Streamed, is_same_leg, refuse_velocity
 
 ACCEPTED = mavlink.MAV_RESULT_ACCEPTED
 REJECTED = mavlink.MAV_RESULT_TEMPORARILY_REJECTED
 DENIED = mavlink.MAV_RESULT_DENIED
 UNSUPPORTED = mavlink.MAV_RESULT_UNSUPPORTED
 
-CLIMB, DESCENT = 2.5, 2.0  # vertical speeds the hover flies [m/s]
-LEASH = 5.0  # a velocity set-point leads the vehicle by no more; the hover law trails 3 m/s by 4 m [m]
-SAME_LEG = 5.0  # a streamed position that moved less than this is the same leg [m]
 COMPASS = tuple((math.cos(k * math.pi / 4.0), math.sin(k * math.pi / 4.0)) for k in range(8))
-FLOOR = 1.0  # a hold asked for nearer the ground than this is flown here [m]
 
 
 class Outcome(NamedTuple):
@@ -74,15 +71,12 @@ class Autopilot:
         self.view = View(0.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), heading, 0.0, True, 1.0)
         self.setpoint = Setpoint((0.0, 0.0, 0.0), heading, settings.hover_speed)
         self._guidance: Guidance | None = None
-        self._offboard = self.setpoint  # the last one streamed, for when OFFBOARD starts
-        self._drifted_at = 0.0
+        self._streamed = Streamed(self.setpoint)
         self._landed_at: float | None = None
-        self._offboard_at: float | None = None
         self._notices: list[Notice] = []
         self._reached: list[int] = []
         self.failsafes = Failsafes()
         self._fence = Fence()  # as it was loaded, in force or not
-        self._sticks: tuple[float, Sticks] | None = None  # the last ones, and when they came [s]
         self._bound()
 
     # What the wire reads
@@ -142,7 +136,7 @@ class Autopilot:
             self._hold_here()
 
     def _fly_guidance(self, guidance: Guidance) -> None:
-        if self.mode is Mode.OFFBOARD and self._offboard_is_stale():
+        if self.mode is Mode.OFFBOARD and self._streamed.is_stale(self.view.time, self.settings):
             self._lose_setpoints()
             return
         if self.mode is Mode.POSCTL:
@@ -187,10 +181,6 @@ class Autopilot:
     def _way_home(self, view: View) -> Steps:
         to = self.world.safe_point(view.p)
         return return_home(view, self.setpoint, self.settings, self.chooser, to=to)
-
-    def _offboard_is_stale(self) -> bool:
-        at = self._offboard_at
-        return at is None or self.view.time - at > self.settings.setpoint_timeout
 
     def _collect(self, mission: MissionRunner) -> None:
         self._reached += mission.reached
@@ -372,64 +362,32 @@ class Autopilot:
         return Outcome(ACCEPTED)
 
     def set_offboard_velocity(self, v: Vector, heading: float | None) -> str | None:
-        """Take one streamed velocity set-point, world NWU [m/s] (flown in OFFBOARD). Returns why not, or None.
-
-        Up to the hover's speed limit it is flown upright, from 7 m/s on on the wing as a course; between
-        the two the vehicle can hold no speed for long.
-        """
-        level = math.hypot(v[0], v[1])
-        slow = level <= self.settings.hover_speed and -DESCENT <= v[2] <= CLIMB
-        if not slow and not SLOWEST <= level <= FASTEST:
-            most = self.settings.hover_speed
-            return f"{level:.1f} m/s level, {v[2]:.1f} m/s up: hover to {most:g}, wing from {SLOWEST:g}"
-        if not slow and (self.chooser is None or not self.chooser.can_fly_forward):
-            return f"{level:.1f} m/s: this airframe cannot leave the hover"
-        self._offboard_at = self.view.time
-        setpoint = self._drift(v, heading) if slow else course(self.view.p, v, self.view.wind, self.setpoint)
+        """Take one streamed velocity set-point, world NWU [m/s] (flown in OFFBOARD). Returns why not, or None."""
+        reason = refuse_velocity(v, self.settings, self.chooser)
+        if reason is not None:
+            return reason
+        self._streamed.arrived(self.view.time)
+        setpoint = self._streamed.velocity(v, heading, self.setpoint, self.view, self.settings)
         if self.mode is Mode.OFFBOARD:
             self._guidance = Hold(setpoint)
         else:
-            self._offboard = setpoint
+            self._streamed.setpoint = setpoint
         return None
-
-    def _drift(self, v: Vector, heading: float | None) -> Setpoint:
-        """A set-point that moves at a velocity, never far from the vehicle."""
-        last, here = self.setpoint, self.view.p
-        dt = self._drift_time()
-        p = [last.p[i] + dt * v[i] for i in range(3)]
-        away = math.dist(p, here)
-        if away > LEASH:
-            p = [here[i] + (p[i] - here[i]) * LEASH / away for i in range(3)]
-        p[2] = max(p[2], FLOOR)
-        return Setpoint((p[0], p[1], p[2]), last.heading if heading is None else heading, last.speed)
-
-    def _drift_time(self) -> float:
-        since, self._drifted_at = self._drifted_at, self.view.time
-        return min(max(self.view.time - since, 0.0), self.settings.setpoint_timeout)
 
     def set_offboard_setpoint(self, p: Vector, heading: float | None) -> str | None:
         """Take one streamed position set-point (flown in OFFBOARD). Returns why not, or None."""
         reason = self._refuse_point(p)
         if reason is not None:
             return reason
-        self._offboard_at = self.view.time
+        self._streamed.arrived(self.view.time)
         target = self._at(p)
         if heading is not None:
             target = target._replace(heading=heading)
         if self.mode is not Mode.OFFBOARD:
-            self._offboard = target
-        elif not self._same_leg(target):
+            self._streamed.setpoint = target
+        elif not is_same_leg(self._guidance, target):
             self._guidance = fly_to(self.view, target, self.settings, self.chooser)
         return None
-
-    def _same_leg(self, target: Setpoint) -> bool:
-        """Whether what is flown now already leads to a set-point; a small step moves it there."""
-        guidance = self._guidance
-        if not isinstance(guidance, FlyTo | FlyLeg) or math.dist(guidance.setpoint.p, target.p) > SAME_LEG:
-            return False
-        if isinstance(guidance, FlyTo):
-            guidance.setpoint = target
-        return True
 
     def set_mode(self, mode: Mode) -> Outcome:
         """Change the mode as a ground station's mode switch does."""
@@ -448,11 +406,11 @@ class Autopilot:
         return request()
 
     def _start_offboard(self) -> Outcome:
-        if self._offboard_is_stale():
+        if self._streamed.is_stale(self.view.time, self.settings):
             return self._refuse(REJECTED, "OFFBOARD refused: no set-points are arriving")
         if not self.armed:
             return self._refuse(REJECTED, "OFFBOARD refused: not armed")
-        offboard = self._offboard
+        offboard = self._streamed.setpoint
         moving = offboard.route is not None
         leg = fly_to(self.view, offboard, self.settings, self.chooser)
         self._enter(Mode.OFFBOARD, Hold(offboard) if moving else leg)
@@ -463,34 +421,24 @@ class Autopilot:
 
     def take_sticks(self, sticks: Sticks) -> None:
         """Take a pilot's sticks, flown in POSCTL."""
-        self._sticks = (self.view.time, sticks)
+        self._streamed.take_sticks(sticks, self.view.time)
 
     def _start_manual(self) -> Outcome:
-        if self._fresh_sticks() is None:
+        if self._streamed.sticks(self.view.time, self.settings) is None:
             return self._refuse(REJECTED, "POSCTL refused: no sticks are moving: MANUAL_CONTROL is not arriving")
         if not self.flying:
             return self._refuse(REJECTED, "POSCTL refused: not in the air")
         self._enter(Mode.POSCTL, Hold(self._at(self._stop_point())))
-        self._drifted_at = self.view.time
+        self._streamed.start_moving(self.view.time)
         return Outcome(ACCEPTED)
 
-    def _fresh_sticks(self) -> Sticks | None:
-        if self._sticks is None or self.view.time - self._sticks[0] > self.settings.stick_timeout:
-            return None
-        return self._sticks[1]
-
     def _follow_sticks(self, guidance: Guidance) -> Guidance:
-        sticks = self._fresh_sticks()
+        sticks = self._streamed.sticks(self.view.time, self.settings)
         if sticks is None:
             self.say(mavlink.MAV_SEVERITY_WARNING, "Sticks stopped: holding")
             self._hold_here()
         elif not self.view.forward:  # on the wing it is still standing up
-            since = self._drifted_at
-            heading = self.setpoint.heading
-            speed = self.settings.hover_speed
-            drifted = self._drift(sticks.velocity(heading, speed, CLIMB, DESCENT), heading)
-            turned = heading - TURN_RATE * sticks.clockwise * (self.view.time - since)
-            self._guidance = Hold(drifted._replace(heading=turned))
+            self._guidance = Hold(self._streamed.follow(sticks, self.setpoint, self.view, self.settings))
         return self._guidance or guidance
 
     # Missions
