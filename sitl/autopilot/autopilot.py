@@ -15,10 +15,23 @@ from protocol.modes import Mode
 from protocol.plans.mission import MissionItem
 from sitl.autopilot import arming
 from sitl.autopilot.choice import Chooser
-from sitl.autopilot.decision import FASTEST, LEAST_HEIGHT, SLOWEST, Decision, Way
+from sitl.autopilot.decision import LEAST_HEIGHT, Decision, Way
 from sitl.autopilot.failsafe import DOING, OFFBOARD_ACTIONS, Action, Failsafes
 from sitl.autopilot.fence import Fence
-from sitl.autopilot.guidance import FlyTo, Guidance, Hold, Ramp, Setpoint, Stop, Vector, View, land_at, with_speed
+from sitl.autopilot.guidance import (
+    FASTEST,
+    SLOWEST,
+    FlyTo,
+    Guidance,
+    Hold,
+    Ramp,
+    Setpoint,
+    Stop,
+    Vector,
+    View,
+    land_at,
+    with_speed,
+)
 from sitl.autopilot.guidance import Sequence as Steps
 from sitl.autopilot.legs import FlyLeg, Orbit, orbit
 from sitl.autopilot.manual import Sticks

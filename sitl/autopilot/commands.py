@@ -13,8 +13,8 @@ from protocol.dialect import mavlink
 from protocol.events import CommandRequested
 from protocol.modes import mode_from_parts
 from sitl.autopilot.autopilot import DENIED, UNSUPPORTED, Autopilot, Outcome
-from sitl.autopilot.decision import FASTEST, SLOWEST, Way
-from sitl.autopilot.guidance import Vector
+from sitl.autopilot.decision import Way
+from sitl.autopilot.guidance import FASTEST, SLOWEST, Vector
 from sitl.autopilot.mission_items import WAYS
 from sitl.autopilot.standard_modes import set_standard_mode
 

@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sitl.autopilot.guidance import Setpoint, Vector
+from sitl.autopilot.legs import edge_on, leg_airspeeds, leg_setpoint
 from sitl.autopilot.point_mass import Body, LinearHover, alignment, fly_hover, fly_wing, held
 from sitl.design.forward import sight_gains
 from sitl.design.lqr import hover_gains
@@ -32,7 +33,6 @@ HIGH = 100.0  # of a leg whose height is not known [m]
 STEEPEST_CLIMB, STEEPEST_DESCENT = 1.0, 0.35  # slope of a leg on the wing
 LEAST_HEIGHT = 3.0  # both ends of a leg on the wing are at least so high [m]
 LATE, UNASKED, UNABLE = 1e9, 1e12, 1e15  # what being late, not as asked, or not possible counts for [J]
-SLOWEST, FASTEST = 7.0, 22.0  # airspeeds of the cruise [m/s]
 
 
 class Way(IntEnum):
@@ -135,16 +135,14 @@ def predict_forward(leg: Leg, abilities: Abilities, *, begin: bool = True, end: 
 
 def _as_flown(leg: Leg, airspeed: float, wind: Vector, *, end: bool) -> tuple[Path, float]:
     """The path that the autopilot makes of a leg, in the leg's frame, and the heading it is left to hover at."""
-    from sitl.autopilot import legs  # noqa: PLC0415 - legs takes its limits from here
-
     height = leg.height if math.isfinite(leg.height) else HIGH
     start, stop = (0.0, 0.0, height + max(-leg.climb, 0.0)), (leg.distance, 0.0, height + max(leg.climb, 0.0))
     if end:
-        airspeed = legs.leg_airspeeds([start, stop], airspeed, wind)[0]
-    route = legs.leg_setpoint(start, stop, Setpoint(stop, 0.0, 0.0), airspeed, stop=end).route
+        airspeed = leg_airspeeds([start, stop], airspeed, wind)[0]
+    route = leg_setpoint(start, stop, Setpoint(stop, 0.0, 0.0), airspeed, stop=end).route
     level, low = (0.0, 0.0) if route is None else (route.level, route.low)
     origin, target = np.zeros(3), np.array((leg.distance, 0.0, leg.climb))
-    return Path(LEG, origin, target, 0.0, airspeed, end, level, low), legs.edge_on(0.0, wind)
+    return Path(LEG, origin, target, 0.0, airspeed, end, level, low), edge_on(0.0, wind)
 
 
 @lru_cache(maxsize=8)

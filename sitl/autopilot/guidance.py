@@ -12,7 +12,7 @@ from typing import NamedTuple, Protocol
 
 Vector = tuple[float, float, float]
 
-
+SLOWEST, FASTEST = 7.0, 22.0  # airspeeds of the cruise on the wing [m/s]
 SLOW_BELOW = 5.0  # landings take their time from here on [m]
 FAST_DESCENT = 1.5  # above that [m/s]
 SLOW = 1.0  # as good as standing [m/s]

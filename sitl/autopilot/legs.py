@@ -8,8 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sitl.autopilot.decision import SLOWEST
-from sitl.autopilot.guidance import Route, Setpoint, Vector, View, distance
+from sitl.autopilot.guidance import SLOWEST, Route, Setpoint, Vector, View, distance
 from sitl.design.forward import sight_gains
 from sitl.laws.forward_guidance import ground_speed, stopping_distance
 from sitl.laws.path import CIRCLE, LEG

@@ -13,8 +13,8 @@ from dataclasses import dataclass, field
 from protocol.dialect import mavlink
 from protocol.plans.mission import MissionItem
 from sitl.autopilot.choice import CHAIN, Chooser, Stop
-from sitl.autopilot.decision import SLOWEST, Way
-from sitl.autopilot.guidance import FlyTo, Guidance, Ramp, Setpoint, Vector, View, distance, land_at
+from sitl.autopilot.decision import Way
+from sitl.autopilot.guidance import SLOWEST, FlyTo, Guidance, Ramp, Setpoint, Vector, View, distance, land_at
 from sitl.autopilot.guidance import Sequence as Steps
 from sitl.autopilot.legs import FlyLeg, corner_lead, leg_airspeeds, leg_setpoint, orbit, over_ground
 from sitl.autopilot.mission_items import CIRCLES, LAND, PLACED, TAKEOFF, WAYS, World, height, place, validate

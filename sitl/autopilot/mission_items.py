@@ -15,9 +15,9 @@ from protocol.frames import Geodetic, LocalFrame, flip
 from protocol.plans.mission import MissionItem
 from protocol.units import UNKNOWN_INT32, from_e7, from_local_e4
 from sitl.autopilot.arena import Arena
-from sitl.autopilot.decision import FASTEST, Way
+from sitl.autopilot.decision import Way
 from sitl.autopilot.fence import Fence
-from sitl.autopilot.guidance import Vector
+from sitl.autopilot.guidance import FASTEST, Vector
 from sitl.autopilot.places import level
 
 TAKEOFF = frozenset({mavlink.MAV_CMD_NAV_TAKEOFF, mavlink.MAV_CMD_NAV_VTOL_TAKEOFF})

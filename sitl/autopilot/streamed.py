@@ -6,8 +6,7 @@ import math
 from dataclasses import dataclass
 
 from sitl.autopilot.choice import Chooser
-from sitl.autopilot.decision import FASTEST, SLOWEST
-from sitl.autopilot.guidance import FlyTo, Guidance, Setpoint, Vector, View
+from sitl.autopilot.guidance import FASTEST, SLOWEST, FlyTo, Guidance, Setpoint, Vector, View
 from sitl.autopilot.legs import FlyLeg, course
 from sitl.autopilot.manual import TURN_RATE, Sticks
 from sitl.autopilot.settings import Settings
