@@ -9,15 +9,21 @@ from pathlib import Path
 from protocol.errors import FileError
 
 
-def write_whole(path: Path, data: bytes) -> None:
+def write_whole(path: Path, data: bytes, *, mode: int = 0o666) -> None:
     """Write a file; an old one stays until the new one is complete and on the disk.
+
+    Args:
+        path: The file.
+        data: All of it.
+        mode: Its permissions, less the process's umask.
 
     Raises:
         FileError: If it cannot be written; nothing is left behind.
     """
     staged = path.with_name(f".{path.name}.new")
     try:
-        with staged.open("wb") as file:
+        staged.unlink(missing_ok=True)  # a left-over of a crash may have other permissions
+        with os.fdopen(os.open(staged, os.O_WRONLY | os.O_CREAT | os.O_EXCL, mode), "wb") as file:
             file.write(data)
             file.flush()
             os.fsync(file.fileno())

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Callable, Hashable, Mapping
 from pathlib import Path
 from typing import Any
@@ -11,6 +10,7 @@ from typing import Any
 from protocol.errors import FileError
 from protocol.keyring import KeyRecord, Keyring, Verdict
 from protocol.signing import KEY_SIZE, MOST, NO_KEY, load_key
+from protocol.whole_file import write_whole
 from sitl.errors import SitlError
 from sitl.memory import MemoryFaultError
 
@@ -53,17 +53,11 @@ class KeyFile:
         Raises:
             MemoryFaultError: It cannot be written; the old file stays.
         """
-        staged = self.path.with_suffix(".new")
         table = {"keys": {_name(peer): key.hex() for peer, key in record.keys.items()}, "time": record.timestamp}
         try:
-            staged.unlink(missing_ok=True)  # a left-over might be readable by others
-            with os.fdopen(os.open(staged, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w") as file:
-                json.dump(table, file, indent=1)
-                file.flush()
-                os.fsync(file.fileno())
-            staged.replace(self.path)
-        except OSError as error:
-            raise MemoryFaultError(f"signing key and time not kept: {self.path}: {error.strerror}") from error
+            write_whole(self.path, json.dumps(table, indent=1).encode("ascii"), mode=0o600)
+        except FileError as error:
+            raise MemoryFaultError(f"signing key and time not kept: {error}") from error
 
 
 def read_key_option(text: str) -> tuple[Hashable, bytes]:

@@ -1,6 +1,5 @@
 """The real vehicle with a key: what it obeys, what it keeps between runs, and what its command line refuses."""
 
-import json
 import os
 import stat
 
@@ -177,7 +176,7 @@ def test_the_flight_goes_on_when_the_key_cannot_be_kept(tmp_path):
 
 def test_the_file_is_its_owner_s_alone_and_says_what_was_kept(tmp_path):
     file, old = KeyFile(tmp_path), os.umask(0)
-    (tmp_path / "signing.new").write_text("left over by a crash, readable by all")
+    (tmp_path / ".signing.json.new").write_text("left over by a crash, readable by all")
     try:
         file.save(KeyRecord({None: KEY, LOCAL: OTHER}, T))
     finally:
@@ -218,7 +217,7 @@ def test_a_crash_while_the_file_is_written_leaves_the_old_one(tmp_path, monkeypa
     def full(*_args, **_kwargs):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(json, "dump", full)
+    monkeypatch.setattr(os, "fsync", full)
     with pytest.raises(MemoryFaultError, match="No space left"):
         file.save(KeyRecord({None: OTHER}, T + 1))
     assert file.load() == KeyRecord({None: KEY}, T)
