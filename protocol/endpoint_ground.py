@@ -116,6 +116,12 @@ class GroundEndpoint:
         events, self._events = self._events, []
         return events
 
+    def give_up_requests(self, reason: str) -> None:
+        """End all that waits for an answer: the vehicle that was asked will give none."""
+        for engine in self._waiting:
+            engine.cancel(reason)
+        self._collect()
+
     # What the operator wants. All of it raises LocalProtocolError while no vehicle has been found.
 
     def command(

@@ -48,6 +48,7 @@ __all__ = [
     "SigningChanged",
     "VehicleFound",
     "VehicleLost",
+    "VehicleRestarted",
     "VehicleReturned",
 ]
 
@@ -78,6 +79,11 @@ class VehicleReturned(Event):
     """HEARTBEAT again, after a silence of ``gap`` seconds."""
 
     gap: float
+
+
+@dataclass(frozen=True, slots=True)
+class VehicleRestarted(Event):
+    """Its time since boot began again: what was asked of it before is forgotten there."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -51,7 +51,11 @@ class HeartbeatSource(Engine[Message]):
 
 
 class HeartbeatMonitor(Engine[Message]):
-    """Finds the autopilot (component 1), notices its silence and its return."""
+    """Finds the autopilot (component 1), notices its silence and its return.
+
+    The first one that is heard stays the vehicle, also while it is lost: whoever speaks up during its silence would
+    else be given what was meant for it, and keep its place when it returns.
+    """
 
     def __init__(self, silence: float = SILENCE) -> None:
         super().__init__()
@@ -69,9 +73,9 @@ class HeartbeatMonitor(Engine[Message]):
         if message.get_type() != "HEARTBEAT" or not _is_autopilot(message):
             return
         source = source_of(message)
-        if self.state == "present" and source != self.vehicle:
+        if self.vehicle not in {None, source}:
             return
-        if source != self.vehicle:
+        if self.vehicle is None:
             self._events.append(VehicleFound(*source))
         elif self.state == "lost":
             self._events.append(VehicleReturned(now - self._heard))

@@ -69,12 +69,14 @@ def test_ground_stations_and_other_components_are_no_vehicles(message, ids):
     assert (monitor.vehicle, monitor.events()) == (None, [])
 
 
-def test_a_second_vehicle_is_taken_only_when_the_first_is_lost():
+def test_a_second_vehicle_is_not_taken_for_the_first_while_that_one_is_silent():
     monitor = HeartbeatMonitor()
     monitor.receive(sent_by(VEHICLE, 1, 1), 0.0)
     monitor.receive(sent_by(VEHICLE, 2, 1), 1.0)
     assert monitor.vehicle == (1, 1)
     monitor.handle_timer(3.0)
     monitor.receive(sent_by(VEHICLE, 2, 1), 5.0)
-    assert monitor.vehicle == (2, 1)
-    assert monitor.events() == [VehicleFound(1, 1), VehicleLost(3.0), VehicleFound(2, 1)]
+    assert not monitor.is_present
+    monitor.receive(sent_by(VEHICLE, 1, 1), 7.0)
+    assert monitor.vehicle == (1, 1)
+    assert monitor.events() == [VehicleFound(1, 1), VehicleLost(3.0), VehicleReturned(7.0)]
