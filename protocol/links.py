@@ -1,8 +1,8 @@
 """The links of a vehicle with many peers: a codec for each, and who becomes one."""
 
-from collections.abc import Hashable, Iterable
+from collections.abc import Collection, Hashable, Iterable
 
-from protocol.codec import Codec, Message
+from protocol.codec import Codec, Message, source_of
 from protocol.engines.base import Outgoing, addressed_to
 from protocol.keyring import Keyring
 
@@ -37,7 +37,7 @@ class Links:
         name = None if self._fixed is None else key
         codec = self.codecs.get(name) or self._new(name)
         messages = codec.decode(data)
-        if name not in self.codecs and any(self.believes(m) and addressed_to(m, *self._ids) for m in messages):
+        if name not in self.codecs and any(self._is_welcome(m) for m in messages):
             self.codecs[name] = codec
             self._forget_oldest()
         return messages
@@ -45,6 +45,20 @@ class Links:
     def believes(self, message: Message) -> bool:
         """True unless a key is set and the message is not signed with it."""
         return bool(message.get_signed()) or not self._keyring.is_on
+
+    def peers(self) -> Collection[Hashable]:
+        """Who gets telemetry; nobody that is known by name while the transport sends to everyone itself."""
+        return () if self._fixed is None else self.codecs.keys()
+
+    def readers(self, key: Hashable) -> list[Hashable]:
+        """Peers that what came from ``key`` means something to: those with the same signing key, or with none."""
+        keys = {None, self._keyring.key(key)}
+        return [peer for peer in self.peers() if peer != key and self._keyring.key(peer) in keys]
+
+    def _is_welcome(self, message: Message) -> bool:
+        """Whether its sender may become a peer; a frame in this vehicle's own name is an echo, or a lie."""
+        is_own = source_of(message) == self._ids
+        return self.believes(message) and addressed_to(message, *self._ids) and not is_own
 
     def _new(self, key: Hashable) -> Codec:
         return Codec(*self._ids, self._keyring.link(key))
