@@ -16,30 +16,25 @@ from protocol.engines.mission_server import MissionServer, Validate
 from protocol.engines.operator import OperatorControl
 from protocol.engines.parameter_server import ParameterServer
 from protocol.engines.parameters import Parameter
+from protocol.engines.presence import Presence
 from protocol.engines.responders import TimeResponder
 from protocol.engines.statustext import split_text
-from protocol.engines.stream import StreamScheduler
+from protocol.engines.stream import Audience, StreamServer
 from protocol.events import (
     CommandRequested,
     Event,
     MessageReceived,
-    MessageRequested,
     SetpointReceived,
     SigningChanged,
 )
 from protocol.keyring import Keyring
 from protocol.links import Links
 from protocol.plans.mission import MissionItem
+from protocol.router import Router, RoutingStatistics
 
 __all__ = ["VehicleEndpoint"]
 
 _SETPOINTS = frozenset({"SET_POSITION_TARGET_LOCAL_NED", "SET_POSITION_TARGET_GLOBAL_INT", "SET_ATTITUDE_TARGET"})
-_SILENT = frozenset({"HEARTBEAT", "REQUEST_DATA_STREAM"})  # old clients ask for streams: nothing depends on it
-_ALIASES = {  # older commands that ask for one message
-    mavlink.MAV_CMD_GET_HOME_POSITION: mavlink.MAVLINK_MSG_ID_HOME_POSITION,
-    mavlink.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES: mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION,
-}
-_TO_EVERYONE = 2  # param7 of MAV_CMD_REQUEST_MESSAGE
 
 
 class VehicleEndpoint:
@@ -57,6 +52,7 @@ class VehicleEndpoint:
         plans: Fence and rally points in force by MAV_MISSION_TYPE, each with its own ``validate``.
         streams: Interval [us] per id of the messages the vehicle streams, -1 for off.
         on_request: Ids of further messages it can send when asked.
+        numbered: How many there are of a message that is asked for by number, per id.
         peers: Destinations that get everything from the start; whoever sends a valid frame is added. None leaves
             that to the transport.
         keyring: Signs and judges what passes; without it nothing is signed and all is believed.
@@ -76,22 +72,25 @@ class VehicleEndpoint:
         plans: Mapping[int, tuple[Sequence[MissionItem], Validate]] = MappingProxyType({}),
         streams: Mapping[int, int] = MappingProxyType({}),
         on_request: Iterable[int] = (),
+        numbered: Mapping[int, int] = MappingProxyType({}),
         peers: Iterable[Hashable] | None = None,
         keyring: Keyring | None = None,
         files: FileTree | None = None,
         logs: LogStore | None = None,
     ) -> None:
-        self.last_ground_heartbeat = float("-inf")  # when a ground station last said it is there
+        self.presence = Presence(system)
         self._ids = (system, component)
         self._keyring = keyring or Keyring()
         self._links = Links(system, component, peers, self._keyring)
+        self._router = Router(system, component, self._links.peers, self._links.readers)
         self._heartbeat = HeartbeatSource()
         self._commands = CommandServer(*self._ids, frozenset(commands) | stream.COMMANDS, repeatable=stream.COMMANDS)
         self._parameters = ParameterServer(*self._ids, parameters)
         self._mission = MissionServer(*self._ids, mission, validate=validate, others=plans)
         self._files = FtpServer(*self._ids, files or NoFiles())
         self._logs = LogServer(*self._ids, logs or NoFiles())
-        self._streams = StreamScheduler(streams, frozenset(on_request))
+        links = None if peers is None else self._links.codecs.keys()
+        self._streams = StreamServer(*self._ids, streams, on_request, numbered=numbered, links=links)
         self.operator = OperatorControl(*self._ids)
         self._servers: tuple[Server, ...] = (
             self.operator,
@@ -101,6 +100,7 @@ class VehicleEndpoint:
             TimeResponder(*self._ids),
             self._files,
             self._logs,
+            self._streams,
         )
         self._timed = (self._heartbeat, self.operator, self._parameters, self._mission, self._files, self._logs)
         self._server_of = {name: server for server in self._servers for name in server.handles}
@@ -112,6 +112,11 @@ class VehicleEndpoint:
     def statistics(self) -> dict[Hashable, Statistics]:
         """Counters per peer; under None when the peers share one codec."""
         return {key: codec.statistics for key, codec in self._links.codecs.items()}
+
+    @property
+    def routing(self) -> RoutingStatistics:
+        """Counters of what was sent on from peer to peer."""
+        return self._router.statistics
 
     @property
     def mission(self) -> tuple[MissionItem, ...]:
@@ -135,6 +140,7 @@ class VehicleEndpoint:
         for message in self._links.decode(data, key):
             peer = Peer.of(message, key)
             if peer[:2] != self._ids and self._links.believes(message):
+                self._datagrams += self._router.forward(message, key, now)
                 self._receive(message, now, peer)
                 self._collect(now)
 
@@ -166,13 +172,14 @@ class VehicleEndpoint:
         self._heartbeat.announce(heartbeat, now)
         self._collect(now)
 
-    def publish(self, message: Message) -> None:
-        """Send a message to everyone.
+    def publish(self, message: Message, to: Audience = None) -> None:
+        """Send a message to some links; None is everyone.
 
         Raises:
             LocalProtocolError: A field does not fit the wire.
         """
-        self.send(message, None)
+        for peer in (None,) if to is None else (Peer(0, 0, key) for key in to):
+            self.send(message, peer)
 
     def send(self, message: Message, peer: Peer | None) -> None:
         """Send a message to one peer; None is everyone.
@@ -210,8 +217,8 @@ class VehicleEndpoint:
         self._parameters.set(name, value)
         self._drain(self._parameters)
 
-    def streams_due(self, time_us: int) -> list[int]:
-        """Ids of the messages to publish at this time of the vehicle [us]."""
+    def streams_due(self, time_us: int) -> dict[int, Audience]:
+        """Ids of the messages to publish at this time of the vehicle [us], ascending, each with whom it is for."""
         return self._streams.due(time_us)
 
     # Inside
@@ -223,13 +230,13 @@ class VehicleEndpoint:
             return
         if server is not None:
             server.receive(message, now, peer)
-        elif kind == "HEARTBEAT" and message.type == mavlink.MAV_TYPE_GCS:
-            self.last_ground_heartbeat = now
+        elif kind == "HEARTBEAT":
+            self.presence.hear(message, now, peer)
         elif kind == "SETUP_SIGNING":
             if addressed_to(message, *self._ids):  # a key is for nobody else to see: no event carries it
                 key, initial = bytes(message.secret_key), message.initial_timestamp
                 self._keyring.propose(peer.key, key, initial, signed=message.get_signed())
-        elif kind not in _SILENT and addressed_to(message, *self._ids):
+        elif addressed_to(message, *self._ids):
             event = SetpointReceived if kind in _SETPOINTS else MessageReceived
             self._events.append(event(message, peer))
 
@@ -253,23 +260,6 @@ class VehicleEndpoint:
         self._datagrams.extend(self._links.encode(outgoing))
 
     def _serve_stream(self, event: CommandRequested, now: float) -> None:
-        wanted, second = _ALIASES.get(event.command, event.params[0]), event.params[1]
-        message_id = int(wanted) if 0 <= wanted < 1 << 24 else -1
-        result = mavlink.MAV_RESULT_ACCEPTED
-        if event.command == mavlink.MAV_CMD_SET_MESSAGE_INTERVAL:
-            result = self._streams.set_interval(message_id, second)
-        elif event.command == mavlink.MAV_CMD_GET_MESSAGE_INTERVAL:
-            result = self._tell_interval(message_id, event.peer)
-        elif self._streams.is_available(message_id):
-            peer = None if event.params[6] == _TO_EVERYONE else event.peer
-            self._events.append(MessageRequested(message_id, second, peer))
-        else:
-            result = mavlink.MAV_RESULT_UNSUPPORTED
+        result = self._streams.serve(event)
+        self._drain(self._streams)
         self._commands.acknowledge(event.request, result, now)
-
-    def _tell_interval(self, message_id: int, peer: Peer) -> int:
-        if not 0 <= message_id <= 0xFFFF:
-            return int(mavlink.MAV_RESULT_DENIED)
-        interval = self._streams.interval(message_id)
-        self._put(Outgoing(peer, mavlink.MAVLink_message_interval_message(message_id, interval)))
-        return int(mavlink.MAV_RESULT_ACCEPTED)

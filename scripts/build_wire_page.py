@@ -45,13 +45,16 @@ def page() -> str:
 
 def _sent() -> str:
     rows = [
-        (_message(s.message_id), s.message_id, f"{s.rate:g}" if s.rate else "on request", _test(_message(s.message_id)))
+        (name, s.message_id, f"{s.rate:g}" if s.rate else "on request", _group(s.message_id), _test(name))
         for s in STREAMS
+        for name in (_message(s.message_id),)
     ]
     return _section(
         "Messages the vehicle streams",
-        "Rates are the defaults [Hz of simulated time]; SET_MESSAGE_INTERVAL changes them, REQUEST_MESSAGE asks once.",
-        ("Message", "Id", "Rate", "Test"),
+        "Rates are the defaults [Hz of simulated time]. SET_MESSAGE_INTERVAL and REQUEST_DATA_STREAM change them for\n"
+        "the link they come by and for no other; REQUEST_MESSAGE asks once. A group is one of REQUEST_DATA_STREAM\n"
+        "(MAV_DATA_STREAM): what is in none keeps its rate when all are asked for.",
+        ("Message", "Id", "Rate", "Group", "Test"),
         rows,
     )
 
@@ -69,7 +72,6 @@ def _taken() -> str:
     served = {name: type(server).__name__ for name, server in endpoint._server_of.items()}  # noqa: SLF001
     served |= dict.fromkeys(endpoint_vehicle._SETPOINTS, "set-points")  # noqa: SLF001
     served |= {"HEARTBEAT": "presence", "SETUP_SIGNING": "Keyring", "MANUAL_CONTROL": "sticks"}
-    served |= {"REQUEST_DATA_STREAM": "taken, changes nothing"}
     rows = [(name, served[name], _test(name)) for name in sorted(served)]
     return _section("Messages it takes", "", ("Message", "By", "Test"), rows)
 
@@ -104,6 +106,15 @@ def _section(title: str, text: str, head: Sequence[str], rows: Iterable[Sequence
 
 def _message(number: int) -> str:
     return str(mavlink.mavlink_map[number].msgname)
+
+
+def _group(number: int) -> str:
+    """The name of the MAV_DATA_STREAM a message belongs to, if any."""
+    groups = mavlink.enums["MAV_DATA_STREAM"]
+    held = (
+        group for group, members in stream.GROUPS.items() if group != mavlink.MAV_DATA_STREAM_ALL and number in members
+    )
+    return next((str(groups[group].name).removeprefix("MAV_DATA_STREAM_") for group in held), "")
 
 
 def _command(number: int) -> str:

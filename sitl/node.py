@@ -16,6 +16,7 @@ from protocol.dialect import mavlink
 from protocol.endpoint import VehicleEndpoint
 from protocol.engines.files import NoFiles
 from protocol.engines.mission_server import Refusal
+from protocol.engines.stream import OFF
 from protocol.events import (
     CommandRequested,
     CurrentItemRequested,
@@ -40,10 +41,11 @@ from sitl import telemetry
 from sitl.autopilot import commands
 from sitl.autopilot.autopilot import Notice
 from sitl.autopilot.bounds import PLAN_NAMES, Bounds
+from sitl.autopilot.link_watch import Silence
 from sitl.autopilot.manual import sticks_of
 from sitl.autopilot.mission import validate
 from sitl.autopilot.offboard import take_setpoint
-from sitl.autopilot.standard_modes import CHOOSES_MODE, available_modes, current_mode
+from sitl.autopilot.standard_modes import CHOOSES_MODE, LIST, available_modes, current_mode
 from sitl.blackbox import Blackbox
 from sitl.craft import Craft
 from sitl.errors import SitlError
@@ -84,6 +86,7 @@ class Node:
         self.identity = mavlink.MAV_AUTOPILOT_PX4  # MAV_AUTOPILOT of HEARTBEAT
         self._intended: Mode | None = None  # asked for last by a peer
         self._mode_told = craft.autopilot.mode
+        self._control_told = (0, True)  # by its first CONTROL_STATUS
         self._limiter = TextLimiter()
         self._asked: float | None = None  # the link's time while a peer's datagram is looked at
         self._bounds = bounds = Bounds(craft.autopilot, memory)
@@ -99,8 +102,9 @@ class Node:
             mission=() if refusal else items,
             validate=self._validate,
             plans=bounds.plans(),
-            streams={s.message_id: round(1e6 / s.rate) for s in telemetry.STREAMS if s.rate > 0.0},
-            on_request=frozenset(s.message_id for s in telemetry.STREAMS) | {mavlink.MAVLINK_MSG_ID_AVAILABLE_MODES},
+            streams={s.message_id: round(1e6 / s.rate) if s.rate else OFF for s in telemetry.STREAMS},
+            on_request=(mavlink.MAVLINK_MSG_ID_AVAILABLE_MODES,),
+            numbered={mavlink.MAVLINK_MSG_ID_AVAILABLE_MODES: len(LIST)},
             peers=peers,
             keyring=keyring,
             files=VehicleFiles(lambda: self._endpoint.parameters, self._held, logs),
@@ -134,8 +138,7 @@ class Node:
 
     def datagrams(self, now: float) -> list[tuple[Hashable, bytes]]:
         """What is to be sent, each to its peer."""
-        heard = self._endpoint.last_ground_heartbeat
-        self.craft.autopilot.failsafes.silence = now - heard if math.isfinite(heard) else -1.0
+        self.craft.autopilot.failsafes.silence = self._silence(now)
         picture = self.picture()
         self._endpoint.operator.only_one = bool(self.craft.autopilot.settings.one_operator)
         if not self.craft.autopilot.armed:
@@ -146,10 +149,25 @@ class Node:
             self._endpoint.publish(current_mode(picture.mode, picture.intended))
         self._endpoint.handle_timer(now)
         self._handle_events(now)  # those of timers, and of what was decided since
+        self._tell_control()
         self._refusals.handle_timer(now)
         if withheld := self._limiter.summary(now):
             self._say(WARNING, withheld)
         return self._endpoint.datagrams_to_send()
+
+    def _tell_control(self) -> None:
+        control = self._control()
+        if control != self._control_told:
+            self._control_told = control
+            self._endpoint.publish(telemetry.control_status(self.picture()))
+
+    def _silence(self, now: float) -> Silence:
+        presence, missed = self._endpoint.presence, self._endpoint.operator.missed
+        return Silence(
+            ground=presence.ground(now),
+            in_control=None if missed is None else presence.ground(now, missed),
+            companion=presence.companion(now),
+        )
 
     # Flying
 
@@ -163,15 +181,23 @@ class Node:
         if not due and not named:
             return
         picture = self.picture()
-        for message_id in due:
-            self._endpoint.publish(self._builders[message_id](picture))
+        for message_id, audience in due.items():
+            self._endpoint.publish(self._builders[message_id](picture), audience)
         if named:
             for message in telemetry.named_values(picture):
                 self._endpoint.publish(message)
 
     def picture(self) -> Picture:
         """The vehicle as telemetry sees it now."""
-        return take_picture(self.craft)._replace(intended=self._intended)
+        in_control, takeover = self._control()
+        picture = take_picture(self.craft)
+        return picture._replace(intended=self._intended, in_control=in_control, takeover=takeover)
+
+    def _control(self) -> tuple[int, bool]:
+        """Which ground station is in control (0: none), and whether another one that asks for control gets it."""
+        operator = self._endpoint.operator
+        holder = operator.holder
+        return (holder.system if holder else 0), operator.only_one and (holder is None or operator.takeover)
 
     def _report(self) -> list[Notice]:
         """Tell the peers what happened; what was said to the pilot."""
@@ -235,7 +261,7 @@ class Node:
 
     def _on_message_request(self, event: MessageRequested, now: float) -> None:  # noqa: ARG002 - one signature
         if event.message_id == mavlink.MAVLINK_MSG_ID_AVAILABLE_MODES:
-            for message in available_modes(event.index if math.isfinite(event.index) else 0.0):
+            for message in available_modes(int(event.index)):
                 self._endpoint.send(message, event.peer)
         else:
             self._endpoint.send(self._builders[event.message_id](self.picture()), event.peer)

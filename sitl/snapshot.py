@@ -63,12 +63,16 @@ class Picture(NamedTuple):
     motor_max: float
     elevon_max: float
     frame: LocalFrame
+    home: Vector
+    return_altitude: float  # above home [m]
     mission_count: int
     mission_current: int
     mission_state: int  # MISSION_STATE
     fence: FenceWatch
     fenced: bool  # a fence is in force
     intended: Mode | None = None  # the mode a peer asked for last
+    in_control: int = 0  # system id of the ground station in control; 0: none
+    takeover: bool = True  # a request for control will be granted
 
     @property
     def ms(self) -> int:
@@ -139,6 +143,8 @@ def take_picture(craft: Craft) -> Picture:
         motor_max=a.omega_max,
         elevon_max=a.delta_max,
         frame=autopilot.world.frame,
+        home=autopilot.world.home,
+        return_altitude=autopilot.settings.return_altitude,
         mission_count=len(mission.items) if mission else 0,
         mission_current=mission.current if mission else 0,
         mission_state=_mission_state(craft),

@@ -16,7 +16,7 @@ from protocol.codec import Message
 from protocol.dialect import mavlink
 from protocol.modes import Mode, custom_mode
 from sitl.autopilot.decision import Decision
-from sitl.autopilot.standard_modes import current_mode
+from sitl.autopilot.standard_modes import available_modes_monitor, current_mode
 from sitl.hybrid.supervisor import Law
 from sitl.metadata import GENERAL_URI, general_crc
 from sitl.snapshot import Picture
@@ -98,7 +98,7 @@ def global_position(s: Picture) -> Message:
         units.to_e7(here.lat_deg),
         units.to_e7(here.lon_deg),
         units.millimetres(here.alt),
-        units.millimetres(s.p[2]),
+        units.millimetres(s.p[2] - s.home[2]),
         units.centimetres_per_second(north),
         units.centimetres_per_second(east),
         units.centimetres_per_second(down),
@@ -185,19 +185,20 @@ def battery_status(s: Picture) -> Message:
 
 
 def home_position(s: Picture) -> Message:
-    """HOME_POSITION: the origin of the local frame."""
-    home = s.frame.origin
+    """HOME_POSITION: on level ground, and approached from straight above, at the height of a return."""
+    north, east, down = frames.flip(s.home)
+    home = s.frame.to_geodetic((north, east, down))
     return mavlink.MAVLink_home_position_message(
         units.to_e7(home.lat_deg), units.to_e7(home.lon_deg), units.millimetres(home.alt),
-        0, 0, 0, [1, 0, 0, 0], 0, 0, 0, units.microseconds(s.time),
+        north, east, down, [1, 0, 0, 0], north, east, down - s.return_altitude, units.microseconds(s.time),
     )  # fmt: skip
 
 
 def global_origin(s: Picture) -> Message:
     """GPS_GLOBAL_ORIGIN of the local frame."""
-    home = s.frame.origin
+    origin = s.frame.origin
     return mavlink.MAVLink_gps_global_origin_message(
-        units.to_e7(home.lat_deg), units.to_e7(home.lon_deg), units.millimetres(home.alt),
+        units.to_e7(origin.lat_deg), units.to_e7(origin.lon_deg), units.millimetres(origin.alt),
         units.microseconds(s.time),
     )  # fmt: skip
 
@@ -327,6 +328,18 @@ def autopilot_version(s: Picture) -> Message:  # noqa: ARG001 - one signature fo
     )
 
 
+def protocol_version(s: Picture) -> Message:  # noqa: ARG001
+    """PROTOCOL_VERSION: MAVLink 1 and 2 are understood, 2 is spoken."""
+    return mavlink.MAVLink_protocol_version_message(200, 100, 200, [0] * 8, [0] * 8)
+
+
+def control_status(s: Picture) -> Message:
+    """CONTROL_STATUS of the whole system: one station in control, or none."""
+    flags = mavlink.GCS_CONTROL_STATUS_FLAGS_SYSTEM_MANAGER
+    flags |= mavlink.GCS_CONTROL_STATUS_FLAGS_TAKEOVER_ALLOWED if s.takeover else 0
+    return mavlink.MAVLink_control_status_message(flags, s.in_control, [0] * 10)
+
+
 def component_metadata(s: Picture) -> Message:
     """COMPONENT_METADATA: where the file is that describes the vehicle to ground stations."""
     return mavlink.MAVLink_component_metadata_message(s.ms, general_crc(), GENERAL_URI.encode("ascii"))
@@ -370,6 +383,10 @@ STREAMS = (
     Stream(mavlink.MAVLINK_MSG_ID_SYSTEM_TIME, system_time, 1.0),
     Stream(mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION, autopilot_version, 0.0),
     Stream(mavlink.MAVLINK_MSG_ID_CURRENT_MODE, lambda s: current_mode(s.mode, s.intended), 0.5),
+    # To be sent by itself only once the list has changed, which it never does.
+    Stream(mavlink.MAVLINK_MSG_ID_AVAILABLE_MODES_MONITOR, lambda _: available_modes_monitor(), 0.0),
+    Stream(mavlink.MAVLINK_MSG_ID_CONTROL_STATUS, control_status, 0.5),
+    Stream(mavlink.MAVLINK_MSG_ID_PROTOCOL_VERSION, protocol_version, 0.0),
     Stream(mavlink.MAVLINK_MSG_ID_COMPONENT_METADATA, component_metadata, 0.0),
     Stream(mavlink.MAVLINK_MSG_ID_DARKO_HYBRID_STATE, hybrid_state, 10.0),
     Stream(mavlink.MAVLINK_MSG_ID_DARKO_ACTUATORS, actuators, 20.0),

@@ -66,11 +66,15 @@ LIST: tuple[Listed, ...] = (
 )
 
 
-def available_modes(index: float) -> list[Message]:
-    """AVAILABLE_MODES, one entry by its number from 1 on; 0 is all, and of a number that is not there none."""
-    numbers = range(1, len(LIST) + 1)
-    chosen = numbers if index == 0.0 else [n for n in numbers if n == index]
+def available_modes(index: int) -> list[Message]:
+    """AVAILABLE_MODES, one entry by its number from 1 to ``len(LIST)``; 0 is all."""
+    chosen = (index,) if index else range(1, len(LIST) + 1)
     return [_message(n, LIST[n - 1]) for n in chosen]
+
+
+def available_modes_monitor() -> Message:
+    """AVAILABLE_MODES_MONITOR: the list never changes, so its count of changes does not."""
+    return mavlink.MAVLink_available_modes_monitor_message(0)
 
 
 def current_mode(mode: Mode, intended: Mode | None) -> Message:

@@ -113,10 +113,10 @@ def test_a_message_is_acknowledged_before_it_is_sent():
     assert (event.message_id, event.peer.key) == (HOME, "ground")
 
 
-@pytest.mark.parametrize(("command", "wanted"), [(410, HOME), (520, VERSION), (512, VERSION)])
-def test_older_commands_for_one_message_work_too(command, wanted):
+@pytest.mark.parametrize(("command", "first", "wanted"), [(410, 0, HOME), (520, 1, VERSION), (512, VERSION, VERSION)])
+def test_older_commands_for_one_message_work_too(command, first, wanted):
     vehicle = endpoint()
-    ask(vehicle, long(command, VERSION, target=(1, 0)))
+    ask(vehicle, long(command, first, target=(1, 0)))
     (event,) = vehicle.events()
     assert isinstance(event, MessageRequested)
     assert event.message_id == wanted
@@ -195,9 +195,9 @@ def test_set_points_and_messages_no_engine_knows_reach_the_owner():
 def test_heartbeats_of_ground_stations_are_remembered_and_of_others_are_not():
     vehicle = endpoint()
     vehicle.receive_datagram(frame(mavlink.MAVLink_heartbeat_message(2, 12, 0, 0, 4, 3), 9, 1), "x", 1.0)
-    assert vehicle.last_ground_heartbeat == -math.inf
+    assert vehicle.presence.ground(2.0) is None
     vehicle.receive_datagram(frame(mavlink.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3)), "x", 2.0)
-    assert vehicle.last_ground_heartbeat == 2.0
+    assert vehicle.presence.ground(2.0) == 0.0
     assert vehicle.events() == []
 
 

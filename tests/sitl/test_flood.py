@@ -73,7 +73,7 @@ class Flight:
             "mode": (autopilot.mode, autopilot.armed, autopilot.flying),
             "mission": repr((endpoint.mission, autopilot.mission.items, autopilot.mission.current)),
             "parameters": endpoint.parameters,
-            "intervals": dict(endpoint._streams._intervals),
+            "intervals": endpoint._streams.intervals,
             "kept": {path.name: path.read_bytes() for path in sorted(self.folder.iterdir())},
         }
 

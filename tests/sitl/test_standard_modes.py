@@ -59,8 +59,8 @@ def test_all_modes_and_laws_are_listed_once_and_by_name(standing):
 
 
 def test_one_mode_is_told_by_its_number_and_none_by_a_wrong_one(standing):
-    command(standing, 512, 435, 3)
-    command(standing, 512, 435, 99)
+    assert command(standing, 512, 435, 3) == mavlink.MAV_RESULT_ACCEPTED
+    assert command(standing, 512, 435, len(LIST) + 1) == mavlink.MAV_RESULT_DENIED
     told = [m.mode_index for m in standing.heard if m.get_type() == "AVAILABLE_MODES"]
     assert told == [3]
 
