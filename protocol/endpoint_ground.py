@@ -13,6 +13,7 @@ from protocol.engines.log_client import LogClient
 from protocol.engines.mission_client import MissionClient
 from protocol.engines.parameter_client import ParameterClient
 from protocol.engines.responders import TimeResponder
+from protocol.engines.retransmission import Partner
 from protocol.errors import LocalProtocolError
 from protocol.events import Event, RemoteLog, VehicleLost
 from protocol.keyring import Keyring, Verdict
@@ -49,10 +50,11 @@ class GroundEndpoint:
         self.codec = Codec(system, component, self.keyring.link(None))
         self._source, self._monitor = HeartbeatSource(), HeartbeatMonitor()
         self._commands = CommandClient(system, component)
-        self._parameters = ParameterClient(system, component)
-        self._mission = MissionClient(system, component)
+        self._partner = Partner()
+        self._parameters = ParameterClient(system, component, self._partner)
+        self._mission = MissionClient(system, component, self._partner)
         self._times = TimeResponder(system, component)
-        self._files, self._logs = FtpClient(system, component), LogClient()
+        self._files, self._logs = FtpClient(system, component, self._partner), LogClient(self._partner)
         self._waiting = (self._commands, self._parameters, self._mission, self._files, self._logs)
         self._datagrams: list[bytes] = []
         self._events: list[Event] = []
@@ -83,6 +85,7 @@ class GroundEndpoint:
         for message in messages:
             self._monitor.receive(message, now)
             if source_of(message) == self.vehicle:
+                self._partner.hear(message, now)
                 for engine in self._waiting:
                     engine.receive(message, now)
                 self._times.receive(message, now, Peer.of(message))
@@ -164,6 +167,11 @@ class GroundEndpoint:
         """COMMAND_INT in a MAV_FRAME; x and y as wire integers (``units.to_e7``, ``units.local_e4``)."""
         message = mavlink.MAVLink_command_int_message(*self._target(), frame, command, 0, 0, p1, p2, p3, p4, x, y, z)
         return self._command(message, now, timeout)
+
+    def cancel_command(self, request: int, now: float) -> None:
+        """COMMAND_CANCEL for a command that ``command`` or ``command_int`` gave this number, until it is over."""
+        self._commands.request_cancel(request, now)
+        self._collect()
 
     def upload_mission(self, items: Sequence[MissionItem], *, now: float, kind: int = 0) -> None:
         """Replace the vehicle's plan of a MAV_MISSION_TYPE; ends in ``MissionUploaded`` or ``MissionFailed``."""

@@ -10,14 +10,14 @@ from dataclasses import dataclass, field
 
 from protocol.codec import Message, Source
 from protocol.dialect import mavlink
-from protocol.engines.base import Engine, Patience, Table, addressed_to, fire
+from protocol.engines.base import Engine, Table, addressed_to, fire
 from protocol.engines.ftp import DATA, Packet
+from protocol.engines.retransmission import Partner, Resend
 from protocol.errors import LocalProtocolError
 from protocol.events import FileFailed, FileListed, FileProgress, FileReceived, FileSummed
 
 __all__ = ["TRANSITIONS", "FtpClient"]
 
-WAITS = (0.4,) * 12  # [s] of silence before a request is sent again
 PIECES = 8  # pieces asked for at once
 LARGEST = 1 << 28  # bytes a file may have
 MOST_ENTRIES = 10_000  # of a folder
@@ -54,17 +54,24 @@ class _Operation:
 
 
 class FtpClient(Engine[Message]):
-    """Works on the files of one vehicle at a time; every call ends in an event."""
+    """Works on the files of one vehicle at a time; every call ends in an event.
 
-    def __init__(self, system: int, component: int) -> None:
+    Args:
+        system: Own system id.
+        component: Own component id.
+        partner: The vehicle as all engines of this end know it.
+    """
+
+    def __init__(self, system: int, component: int, partner: Partner | None = None) -> None:
         super().__init__()
         self._system, self._component = system, component
         self._vehicle: Source = (0, 0)
         self._queue: deque[tuple[Source, _Operation]] = deque()
-        self._state, self._patience = "idle", Patience(WAITS)
+        self._state, self._resend = "idle", Resend(partner or Partner())
         self._operation: _Operation | None = None
         self._requests: dict[int, Packet] = {}  # by sequence number: what waits for an answer
         self._seq, self._session = 0, 0
+        self._burst = 0  # sequence number of the newest burst request
 
     @property
     def is_busy(self) -> bool:
@@ -93,7 +100,7 @@ class FtpClient(Engine[Message]):
             self._events.append(FileFailed(operation.path, None, reason))
         self._state, self._operation = "idle", None
         self._requests.clear()
-        self._patience.stop()
+        self._resend.stop()
 
     def receive(self, message: Message, now: float) -> None:
         """Take an answer; what answers nothing asked here is ignored."""
@@ -116,13 +123,13 @@ class FtpClient(Engine[Message]):
 
     def next_deadline(self) -> float:
         """When something must be asked for again."""
-        return self._patience.deadline
+        return self._resend.deadline
 
     def handle_timer(self, now: float) -> None:
         """Ask again, or give up."""
-        if now < self._patience.deadline or self._operation is None:
+        if now < self._resend.deadline or self._operation is None:
             return
-        if not self._patience.retry(now):
+        if not self._resend.retry(now):
             self._give_up(self._operation, None, "no answer", now)
         elif self._state == "reading":
             self._ask_for_missing(self._operation)
@@ -133,7 +140,11 @@ class FtpClient(Engine[Message]):
     # Answers
 
     def _take(self, operation: _Operation, answer: Packet, now: float) -> None:
-        self._patience.start(now)
+        if self._state == "reading":
+            self._take_piece(operation, answer, now)
+            return
+        self._resend.answer(now)
+        self._resend.start(now)
         if self._state == "listing":
             operation.entries += _entries(answer.content)
             if len(operation.entries) > MOST_ENTRIES:
@@ -142,8 +153,6 @@ class FtpClient(Engine[Message]):
             self._request(Packet(0, 0, int(_LIST), offset=len(operation.entries)), operation.path)
         elif self._state == "opening":
             self._take_opening(operation, answer, now)
-        elif self._state == "reading":
-            self._take_piece(operation, answer, now)
         elif self._state == "summing":
             self._end(FileSummed(operation.path, int.from_bytes(answer.content[:4], "little")), now)
         else:
@@ -170,7 +179,12 @@ class FtpClient(Engine[Message]):
             if answer.error != _EOF:
                 self._give_up(operation, answer.error, _error_name(answer.error), now)
             return
+        self._resend.answer(now)
         self._take_piece(operation, answer, now)
+        if not 0 < answer.seq - self._burst & 0xFFFF < 0x8000:
+            return  # late from an earlier burst: its end is not the end of this one
+        if answer.seq - self._seq & 0xFFFF < 0x8000:
+            self._seq = answer.seq + 1 & 0xFFFF  # both ends count on
         if answer.burst_complete and self._state == "reading":
             self._ask_for_missing(operation)
 
@@ -183,7 +197,7 @@ class FtpClient(Engine[Message]):
             return
         operation.data[offset : offset + len(content)] = content
         operation.missing.discard(number)
-        self._patience.start(now)
+        self._resend.wait(now)
         total = len(operation.data)
         done = (math.ceil(total / DATA) - len(operation.missing)) * DATA
         self._events.append(FileProgress(operation.path, min(done, total), total))
@@ -217,7 +231,7 @@ class FtpClient(Engine[Message]):
         self._operation = operation
         self._state = fire(TRANSITIONS, self._state, operation.kind)
         self._session = self._session + 1 & 0xFF  # a new number: late answers to an older one cannot be meant
-        self._patience.start(now)
+        self._resend.start(now)
         self._request(Packet(0, self._session, int(_FIRST[operation.kind])), operation.path)
 
     def _ask_for_missing(self, operation: _Operation) -> None:
@@ -225,6 +239,7 @@ class FtpClient(Engine[Message]):
         first = sorted(operation.missing)[: PIECES + 1]
         if len(first) > PIECES:
             operation.pending.clear()
+            self._burst = self._seq
             self._request(Packet(0, operation.session, int(_BURST), DATA, offset=first[0] * DATA))
             return
         operation.pending = set(first)
@@ -256,10 +271,10 @@ class FtpClient(Engine[Message]):
         if event is not None:
             self._events.append(event)
         if self._state == "closing":
-            self._patience.start(now)
+            self._resend.start(now)
             self._request(Packet(0, session, int(_CLOSE)))
             return
-        self._patience.stop()
+        self._resend.stop()
         self._operation = None
         self._go_on(now)
 

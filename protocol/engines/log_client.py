@@ -8,14 +8,14 @@ from dataclasses import dataclass, field
 
 from protocol.codec import Message, Source
 from protocol.dialect import mavlink
-from protocol.engines.base import Engine, Patience, Table, fire
+from protocol.engines.base import Engine, Table, fire
 from protocol.engines.log_server import CHUNK
+from protocol.engines.retransmission import Partner, Resend
 from protocol.errors import LocalProtocolError
 from protocol.events import LogFailed, LogProgress, LogReceived, LogsListed, RemoteLog
 
 __all__ = ["TRANSITIONS", "LogClient"]
 
-WAITS = (0.4,) * 12  # [s] of silence before what is missing is asked for again
 RANGES = 24  # gaps asked for in one go
 LARGEST = 1 << 28  # bytes a log may have
 _ALL = 0xFFFF
@@ -36,12 +36,16 @@ class _Download:
 
 
 class LogClient(Engine[Message]):
-    """Lists a vehicle's logs and downloads one at a time."""
+    """Lists a vehicle's logs and downloads one at a time.
 
-    def __init__(self) -> None:
+    Args:
+        partner: The vehicle as all engines of this end know it.
+    """
+
+    def __init__(self, partner: Partner | None = None) -> None:
         super().__init__()
         self._vehicle: Source = (0, 0)
-        self._state, self._patience = "idle", Patience(WAITS)
+        self._state, self._resend = "idle", Resend(partner or Partner())
         self._found: dict[int, RemoteLog] = {}
         self._expected: range | None = None  # numbers of the list, once known
         self._download: _Download | None = None
@@ -59,7 +63,7 @@ class LogClient(Engine[Message]):
         """
         self._state = fire(TRANSITIONS, self._state, "list")
         self._vehicle, self._found, self._expected = vehicle, {}, None
-        self._patience.start(now)
+        self._resend.start(now)
         self._out.append(mavlink.MAVLink_log_request_list_message(*vehicle, 0, _ALL))
 
     def fetch(self, vehicle: Source, log: RemoteLog, now: float) -> None:
@@ -73,7 +77,7 @@ class LogClient(Engine[Message]):
         self._state = fire(TRANSITIONS, self._state, "fetch")
         self._vehicle = vehicle
         self._download = _Download(log, bytearray(log.size), set(range(math.ceil(log.size / CHUNK))))
-        self._patience.start(now)
+        self._resend.start(now)
         if log.size == 0:
             self._finish(LogReceived(log, b""))
         else:
@@ -93,13 +97,13 @@ class LogClient(Engine[Message]):
 
     def next_deadline(self) -> float:
         """When silence has lasted too long."""
-        return self._patience.deadline
+        return self._resend.deadline
 
     def handle_timer(self, now: float) -> None:
         """Ask again for what is missing, or give up."""
-        if now < self._patience.deadline:
+        if now < self._resend.deadline:
             return
-        if not self._patience.retry(now):
+        if not self._resend.retry(now):
             self._finish(LogFailed("no answer"))
         elif self._download is not None:
             for start, end in self._gaps(self._download):
@@ -123,7 +127,8 @@ class LogClient(Engine[Message]):
         if expected != self._expected:  # also when a log was added under way: all over again
             self._expected, self._found = expected, {}
         if message.id not in self._found:
-            self._patience.start(now)
+            self._resend.answer(now)
+            self._resend.wait(now)
         self._found[message.id] = RemoteLog(message.id, message.time_utc, message.size)
         if len(self._found) == len(expected):
             self._finish(LogsListed(tuple(self._found[n] for n in expected)))
@@ -142,7 +147,8 @@ class LogClient(Engine[Message]):
             return
         download.data[at : at + whole] = bytes(message.data[:whole])
         download.missing.discard(number)
-        self._patience.start(now)
+        self._resend.answer(now)
+        self._resend.wait(now)
         total, count = len(download.data), math.ceil(len(download.data) / CHUNK)
         self._events.append(LogProgress(min((count - len(download.missing)) * CHUNK, total), total))
         if not download.missing:
@@ -166,5 +172,5 @@ class LogClient(Engine[Message]):
             self._out.append(mavlink.MAVLink_log_request_end_message(*self._vehicle))
         self._state = fire(TRANSITIONS, self._state, "end")
         self._download = None
-        self._patience.stop()
+        self._resend.stop()
         self._events.append(event)

@@ -1,11 +1,15 @@
-"""The ground station's side of the mission protocol (https://mavlink.io/en/services/mission.html)."""
+"""The ground station's side of the mission protocol (https://mavlink.io/en/services/mission.html).
+
+An upload follows the vehicle, which asks for one item after the other. A download asks for several items at a time;
+a vehicle that refuses to be asked out of order is asked again from the start, one by one.
+"""
 
 from collections.abc import Sequence
 
 from protocol.codec import Message, Source, source_of
 from protocol.dialect import mavlink
-from protocol.engines.base import Engine, Patience, Table, addressed_to, fire
-from protocol.engines.mission_server import ITEM_WAITS
+from protocol.engines.base import Engine, Table, addressed_to, fire
+from protocol.engines.retransmission import Partner, Resend, Window
 from protocol.errors import LocalProtocolError
 from protocol.events import (
     CurrentItemSet,
@@ -18,10 +22,9 @@ from protocol.events import (
 )
 from protocol.plans.mission import MissionItem
 
-__all__ = ["TRANSITIONS", "MissionClient"]
+__all__ = ["ASKED_AT_ONCE", "TRANSITIONS", "MissionClient"]
 
-WAITS = (0.5, 1.0, 1.5, 1.5, 1.5, 1.5)  # [s] between repetitions
-FETCH_WAITS = (*ITEM_WAITS, 1.5, 1.5)  # [s] for items: in a download nobody else repeats anything
+ASKED_AT_ONCE = 5  # items of a download
 
 _ACCEPTED, _CANCELLED = mavlink.MAV_MISSION_ACCEPTED, mavlink.MAV_MISSION_OPERATION_CANCELLED
 _PLAN = mavlink.MAV_MISSION_TYPE_MISSION
@@ -38,6 +41,7 @@ TRANSITIONS: Table = {
     ("asking", "count"): "fetching",
     ("asking", "fail"): "idle",
     ("fetching", "count"): "fetching",
+    ("fetching", "again"): "asking",
     ("fetching", "done"): "idle",
     ("fetching", "fail"): "idle",
     ("idle", "clear"): "clearing",
@@ -59,17 +63,30 @@ _OPERATION = {
 
 
 class MissionClient(Engine[Message]):
-    """One operation at a time: upload, download or clear of a plan of one type, or choice of the current item."""
+    """One operation at a time: upload, download or clear of a plan of one type, or choice of the current item.
 
-    def __init__(self, system: int, component: int) -> None:
+    Args:
+        system: Own system id.
+        component: Own component id.
+        partner: The vehicle as all engines of this end know it.
+    """
+
+    def __init__(self, system: int, component: int, partner: Partner | None = None) -> None:
         super().__init__()
         self._system, self._component = system, component
+        self._partner = partner or Partner()
         self._vehicle: Source = (0, 0)
         self._kind = _PLAN  # MAV_MISSION_TYPE of the operation under way
-        self._state, self._patience = "idle", Patience(WAITS)
+        self._state, self._resend = "idle", Resend(self._partner)
+        self._since = self._partner.mark(0.0)  # what the vehicle said before it belongs to an earlier operation
         self._last: Message | None = None  # sent again on silence
-        self._items: list[MissionItem] = []
+        self._items: Sequence[MissionItem] = ()
         self._total, self._highest, self._wanted = 0, -1, 0
+        self._found: dict[int, MissionItem] = {}
+        self._window: Window | None = None  # what of a download is missing, None before its count
+        self._size = ASKED_AT_ONCE
+        # The plan of each type that a vehicle confirmed last and the id it gave it: a later answer for it is late.
+        self._confirmed: dict[int, tuple[int, Sequence[MissionItem]]] = {}
         # Which message means something in which state; all else is late, repeated or not for us.
         self._handlers = {
             ("announcing", "MISSION_REQUEST_INT"): self._serve,
@@ -82,7 +99,7 @@ class MissionClient(Engine[Message]):
             ("fetching", "MISSION_COUNT"): self._take_count,
             ("fetching", "MISSION_ITEM_INT"): self._take_item,
             ("asking", "MISSION_ACK"): self._take_error,
-            ("fetching", "MISSION_ACK"): self._take_error,
+            ("fetching", "MISSION_ACK"): self._take_fetch_error,
             ("clearing", "MISSION_ACK"): self._take_clear_ack,
             ("selecting", "MISSION_CURRENT"): self._take_current,
             ("selecting", "MISSION_ACK"): self._take_error,
@@ -103,8 +120,8 @@ class MissionClient(Engine[Message]):
         """
         if len(items) > 0xFFFF:
             raise LocalProtocolError(f"{len(items)} mission items: MISSION_COUNT ends at 65535")
-        self._begin("upload", vehicle, kind)
-        self._items, self._total, self._highest = list(items), len(items), -1
+        self._begin("upload", vehicle, kind, now)
+        self._items, self._total, self._highest = tuple(items), len(items), -1
         self._send(mavlink.MAVLink_mission_count_message(*vehicle, len(items), kind), now)
 
     def download(self, vehicle: Source, now: float, kind: int = _PLAN) -> None:
@@ -113,8 +130,8 @@ class MissionClient(Engine[Message]):
         Raises:
             LocalProtocolError: Another operation is under way.
         """
-        self._begin("download", vehicle, kind)
-        self._items, self._total = [], 0
+        self._begin("download", vehicle, kind, now)
+        self._size = ASKED_AT_ONCE
         self._send(mavlink.MAVLink_mission_request_list_message(*vehicle, kind), now)
 
     def clear(self, vehicle: Source, now: float, kind: int = _PLAN) -> None:
@@ -123,7 +140,7 @@ class MissionClient(Engine[Message]):
         Raises:
             LocalProtocolError: Another operation is under way.
         """
-        self._begin("clear", vehicle, kind)
+        self._begin("clear", vehicle, kind, now)
         self._send(mavlink.MAVLink_mission_clear_all_message(*vehicle, kind), now)
 
     def set_current(self, vehicle: Source, seq: int, now: float) -> None:
@@ -134,7 +151,7 @@ class MissionClient(Engine[Message]):
         """
         if not 0 <= seq <= 0xFFFF:
             raise LocalProtocolError(f"mission item {seq} is not in 0..65535")
-        self._begin("set_current", vehicle, _PLAN)
+        self._begin("set_current", vehicle, _PLAN, now)
         self._wanted = seq
         self._send(mavlink.MAVLink_mission_set_current_message(*vehicle, seq), now)
 
@@ -148,19 +165,23 @@ class MissionClient(Engine[Message]):
         handler = self._handlers.get((self._state, message.get_type()))
         if handler is None or not addressed_to(message, self._system, self._component):
             return
+        if self._partner.said_before(self._since, message, now):
+            return
         # While idle, whatever the vehicle still asks for is declined.
         if self._state == "idle" or getattr(message, "mission_type", _PLAN) == self._kind:
             handler(message, now)
 
     def next_deadline(self) -> float:
         """When silence must be answered by a repetition."""
-        return self._patience.deadline
+        return self._resend.deadline if self._window is None else self._window.deadline
 
     def handle_timer(self, now: float) -> None:
-        """Repeat the last message, or give up."""
-        if now < self._patience.deadline:
+        """Repeat what was not answered, or give up."""
+        if now < self.next_deadline():
             return
-        if self._patience.retry(now):
+        if self._window is not None and not self._window.is_over(now):
+            self._ask(self._window, now)
+        elif self._window is None and self._resend.retry(now):
             self._out.append(self._last)
         else:
             self._fail(None, "no answer")
@@ -169,21 +190,33 @@ class MissionClient(Engine[Message]):
 
     def _serve(self, message: Message, now: float) -> None:
         seq = message.seq
-        if seq >= self._total:
-            return
+        if seq >= self._total or seq > self._highest + 1:
+            return  # not its turn: late from an earlier upload, or nonsense
         self._state = fire(TRANSITIONS, self._state, "request")
-        self._send(self._items[seq].to_message(seq, *self._vehicle, current=seq == 0, kind=self._kind), now)
-        if seq > self._highest:  # being asked for an item means that all before it have arrived
-            self._highest = seq
-            self._events.append(MissionProgress("upload", seq, self._total))
+        item = self._items[seq].to_message(seq, *self._vehicle, current=seq == 0, kind=self._kind)
+        if seq <= self._highest:  # a repetition, or a late one: what is repeated on silence stays the newest item
+            self._out.append(item)
+            return
+        self._resend.answer(now)
+        self._send(item, now)
+        self._highest = seq  # being asked for an item means that all before it have arrived
+        self._events.append(MissionProgress("upload", seq, self._total))
 
     def _take_upload_ack(self, message: Message, _now: float) -> None:
         if message.type != _ACCEPTED:
             self._fail(message.type, _result_name(message.type))
+        elif self._is_of_earlier_plan(message):
+            return
         elif self._highest == self._total - 1:
+            self._confirmed[self._kind] = (message.opaque_id, self._items)
             self._finish(MissionUploaded(self._total, self._kind))
         elif self._state == "serving":  # before any request it may still be the end of an earlier operation
             self._fail(None, f"accepted before item {self._highest + 1} was asked for")
+
+    def _is_of_earlier_plan(self, ack: Message) -> bool:
+        """True for an answer that names the plan held before, when that is not what is wanted now."""
+        opaque_id, items = self._confirmed.get(self._kind, (0, ()))
+        return bool(opaque_id and ack.opaque_id == opaque_id and (self._state == "clearing" or items != self._items))
 
     def _decline(self, message: Message, _now: float) -> None:
         """The vehicle asks for an item of an upload that is over here: tell it so."""
@@ -194,31 +227,47 @@ class MissionClient(Engine[Message]):
     def _take_count(self, message: Message, now: float) -> None:
         if self._state == "fetching" and message.count == self._total:
             return  # told twice
+        if self._state == "asking":
+            self._resend.answer(now)
         self._state = fire(TRANSITIONS, self._state, "count")
-        self._items, self._total = [], message.count
-        self._fetch_next(now)
+        self._total, self._found = message.count, {}
+        self._since = self._partner.mark(now)  # items said before the count are of an earlier download
+        self._window = Window(self._partner, range(self._total), self._size, now)
+        self._ask(self._window, now)
 
     def _take_item(self, message: Message, now: float) -> None:
-        if message.seq == len(self._items):
-            self._items.append(MissionItem.from_message(message))
-            self._events.append(MissionProgress("download", len(self._items), self._total))
-            self._fetch_next(now)
-
-    def _fetch_next(self, now: float) -> None:
-        if len(self._items) < self._total:
-            request = mavlink.MAVLink_mission_request_int_message(*self._vehicle, len(self._items), self._kind)
-            self._send(request, now, Patience(FETCH_WAITS))
+        if self._window is None or not self._window.take(message.seq, now):
             return
-        self._out.append(mavlink.MAVLink_mission_ack_message(*self._vehicle, _ACCEPTED, self._kind))
-        self._finish(MissionDownloaded(tuple(self._items), self._kind))
+        self._found[message.seq] = MissionItem.from_message(message)
+        self._events.append(MissionProgress("download", len(self._found), self._total))
+        self._ask(self._window, now)
+
+    def _ask(self, window: Window, now: float) -> None:
+        for seq in window.ask(now):
+            self._out.append(mavlink.MAVLink_mission_request_int_message(*self._vehicle, seq, self._kind))
+        if not window.missing:
+            self._out.append(mavlink.MAVLink_mission_ack_message(*self._vehicle, _ACCEPTED, self._kind))
+            self._finish(MissionDownloaded(tuple(self._found[seq] for seq in range(self._total)), self._kind))
+
+    def _take_fetch_error(self, message: Message, now: float) -> None:
+        if message.type == _ACCEPTED:
+            return
+        if self._size == 1:
+            self._fail(message.type, _result_name(message.type))
+            return
+        self._size, self._window = 1, None  # it may have its own idea of whose turn it is
+        self._state = fire(TRANSITIONS, self._state, "again")
+        self._since = self._partner.mark(now)
+        self._send(mavlink.MAVLink_mission_request_list_message(*self._vehicle, self._kind), now)
 
     # Clear, current item, ends
 
     def _take_clear_ack(self, message: Message, _now: float) -> None:
-        if message.type == _ACCEPTED:
-            self._finish(MissionCleared(self._kind))
-        else:
+        if message.type != _ACCEPTED:
             self._fail(message.type, _result_name(message.type))
+        elif not self._is_of_earlier_plan(message):
+            self._confirmed.pop(self._kind, None)
+            self._finish(MissionCleared(self._kind))
 
     def _take_current(self, message: Message, _now: float) -> None:
         if message.seq == self._wanted:
@@ -228,28 +277,34 @@ class MissionClient(Engine[Message]):
         if message.type != _ACCEPTED:  # that one ended something else
             self._fail(message.type, _result_name(message.type))
 
-    def _begin(self, operation: str, vehicle: Source, kind: int) -> None:
+    def _begin(self, operation: str, vehicle: Source, kind: int, now: float) -> None:
         self._state = fire(TRANSITIONS, self._state, operation)
+        if vehicle != self._vehicle:
+            self._confirmed.clear()
         self._vehicle, self._kind = vehicle, kind
+        self._since = self._partner.mark(now)
 
-    def _send(self, message: Message, now: float, patience: Patience | None = None) -> None:
+    def _send(self, message: Message, now: float) -> None:
         self._last = message
         self._out.append(message)
-        self._patience = patience or Patience(WAITS)
-        self._patience.start(now)
+        self._resend.start(now)
 
     def _finish(self, event: Event) -> None:
-        self._state = fire(TRANSITIONS, self._state, "done")
-        self._patience.stop()
+        self._end("done")
         self._events.append(event)
 
     def _fail(self, result: int | None, reason: str) -> None:
         operation = _OPERATION[self._state]
-        self._state = fire(TRANSITIONS, self._state, "fail")
-        self._patience.stop()
-        if operation == "upload" and result is None:  # the vehicle does not know yet
+        self._end("fail")
+        if operation in {"upload", "download"} and result is None:  # the vehicle does not know yet
             self._out.append(mavlink.MAVLink_mission_ack_message(*self._vehicle, _CANCELLED, self._kind))
         self._events.append(MissionFailed(operation, result, reason, self._kind))
+
+    def _end(self, trigger: str) -> None:
+        self._state = fire(TRANSITIONS, self._state, trigger)
+        self._resend.stop()
+        self._window = None
+        self._found = {}
 
 
 def _result_name(result: int) -> str:

@@ -10,14 +10,17 @@ from types import MappingProxyType
 from protocol.codec import Message
 from protocol.dialect import mavlink
 from protocol.engines.base import Peer, Server, addressed_to, bound
-from protocol.engines.plan_store import ITEM_WAITS, TRANSITIONS, PlanStore, Refusal, Validate
+from protocol.engines.plan_store import TRANSITIONS, PlanStore, Refusal, Validate
+from protocol.engines.retransmission import LATE, precedes
 from protocol.events import CurrentItemRequested, Event
 from protocol.plans.mission import MissionItem
 
-__all__ = ["ITEM_WAITS", "TRANSITIONS", "MissionServer", "Refusal", "Validate"]
+__all__ = ["TRANSITIONS", "MissionServer", "Refusal", "Validate"]
 
 SENDERS = 64  # whose newest sequence numbers are known
-OVERTAKEN = 2.0  # [s] a frame may be late by; sequence numbers wrap too soon to look further back
+_OPENING = frozenset(
+    {"MISSION_COUNT", "MISSION_CLEAR_ALL", "MISSION_SET_CURRENT"}
+)  # late, they would undo what followed
 
 _PLAN, _ALL = mavlink.MAV_MISSION_TYPE_MISSION, mavlink.MAV_MISSION_TYPE_ALL
 _OTHERS = (mavlink.MAV_MISSION_TYPE_FENCE, mavlink.MAV_MISSION_TYPE_RALLY)
@@ -103,8 +106,7 @@ class MissionServer(Server):
         handler = self._handlers.get(message.get_type())
         if handler is None or not addressed_to(message, self._system, self._component):
             return
-        opens = message.get_type() in {"MISSION_COUNT", "MISSION_CLEAR_ALL"}
-        if not self._is_overtaken(message, now, peer) or not opens:
+        if not self._is_overtaken(message, now, peer) or message.get_type() not in _OPENING:
             handler(message, now, peer)
 
     def next_deadline(self) -> float:
@@ -123,12 +125,12 @@ class MissionServer(Server):
         """True for a frame that later ones of its sender overtook: it must not start anything any more."""
         number = message.get_seq()
         newest, heard = self._heard.get(peer[:2], (number, now))
-        late = 0 < (newest - number) & 0xFF < 128 and now - heard < OVERTAKEN
+        late = precedes(number, newest) and now - heard < LATE
         if not late:
             self._heard.pop(peer[:2], None)  # back to the end: who was silent longest is forgotten first
             self._heard[peer[:2]] = (number, now)
             bound(self._heard, SENDERS)
-        return bool(late)
+        return late
 
     def _handle_count(self, message: Message, now: float, peer: Peer) -> None:
         store = self._stores.get(message.mission_type)

@@ -1,26 +1,35 @@
-"""The ground station's side of the parameter protocol (https://mavlink.io/en/services/parameter.html)."""
+"""The ground station's side of the parameter protocol (https://mavlink.io/en/services/parameter.html).
+
+The table comes in one stream; when that falls silent, what is missing is asked for by index, several at a time.
+"""
 
 import struct
 from dataclasses import dataclass
 
 from protocol.codec import Message, Source
 from protocol.dialect import mavlink
-from protocol.engines.base import Engine, Patience, Table, addressed_to, fire
+from protocol.engines.base import Engine, Table, addressed_to, fire
 from protocol.engines.parameters import decode_value, encode_value
+from protocol.engines.retransmission import Partner, Resend, Window
 from protocol.errors import LocalProtocolError
 from protocol.events import ParameterConfirmed, ParameterFailed, ParameterReceived, ParametersComplete
 
 __all__ = ["LIST_TRANSITIONS", "SET_TRANSITIONS", "ParameterClient"]
 
-WAITS = (0.7,) * 6  # [s] between repetitions
-ASKED_AT_ONCE = 10  # missing parameters asked for in one go
+ASKED_AT_ONCE = 10  # missing parameters
+CONTRADICTIONS = 4  # repetitions answered with another value until the vehicle is believed to keep that one
 _NO_INDEX = 0xFFFF  # some autopilots send it in answers to PARAM_SET
 
 LIST_TRANSITIONS: Table = {
     ("idle", "request"): "listing",
     ("listing", "request"): "listing",
+    ("listing", "silence"): "filling",
     ("listing", "complete"): "idle",
     ("listing", "give_up"): "idle",
+    ("filling", "request"): "listing",
+    ("filling", "grown"): "listing",
+    ("filling", "complete"): "idle",
+    ("filling", "give_up"): "idle",
 }
 
 # A type that is not known yet is read first: it decides how the value is encoded.
@@ -39,23 +48,33 @@ SET_TRANSITIONS: Table = {
 class _Setting:
     name: str
     value: float
-    patience: Patience
+    resend: Resend
     state: str = "new"
     message: Message | None = None
     kept: float | None = None  # what the vehicle says instead
+    is_contradicted: bool = False  # since the last repetition
+    contradictions: int = 0
 
 
 class ParameterClient(Engine[Message]):
-    """Fetches all parameters, fills the gaps, and sets parameters until the vehicle confirms the value."""
+    """Fetches all parameters, fills the gaps, and sets parameters until the vehicle confirms the value.
 
-    def __init__(self, system: int, component: int) -> None:
+    Args:
+        system: Own system id.
+        component: Own component id.
+        partner: The vehicle as all engines of this end know it.
+    """
+
+    def __init__(self, system: int, component: int, partner: Partner | None = None) -> None:
         super().__init__()
         self._system, self._component = system, component
+        self._partner = partner or Partner()
         self._vehicle: Source = (0, 0)
         self._types: dict[str, int] = {}
-        self._state, self._patience = "idle", Patience(WAITS)
-        self._count: int | None = None
+        self._state, self._resend = "idle", Resend(self._partner)
+        self._count: int | None = None  # of the table, None before the first of the list came
         self._missing: set[int] = set()
+        self._window: Window | None = None  # what is asked for by index
         self._settings: dict[str, _Setting] = {}
 
     @property
@@ -67,8 +86,8 @@ class ParameterClient(Engine[Message]):
         """Fetch the whole table, from the beginning if a fetch is under way."""
         self._vehicle = vehicle
         self._state = fire(LIST_TRANSITIONS, self._state, "request")
-        self._count, self._missing = None, set()
-        self._patience.start(now)
+        self._count, self._missing, self._window = None, set(), None
+        self._resend.start(now)
         self._out.append(mavlink.MAVLink_param_request_list_message(*vehicle))
 
     def set(self, vehicle: Source, name: str, value: float, now: float) -> None:
@@ -80,7 +99,7 @@ class ParameterClient(Engine[Message]):
         if not (name.isascii() and 1 <= len(name) <= 16):
             raise LocalProtocolError(f"parameter name {name!r} is not 1 to 16 ASCII characters")
         self._vehicle = vehicle
-        setting = self._settings[name] = _Setting(name, value, Patience(WAITS))
+        setting = self._settings[name] = _Setting(name, value, Resend(self._partner))
         if name in self._types:
             self._transmit_value(setting, self._types[name], now)
             return
@@ -91,7 +110,7 @@ class ParameterClient(Engine[Message]):
 
     def cancel(self, reason: str) -> None:
         """Give up on everything, for example because the vehicle is lost."""
-        if self._state == "listing":
+        if self._state != "idle":
             self._end_list("give_up", ParameterFailed("", reason))
         for setting in list(self._settings.values()):
             self._end(setting, "fail", ParameterFailed(setting.name, reason))
@@ -108,58 +127,83 @@ class ParameterClient(Engine[Message]):
 
     def next_deadline(self) -> float:
         """When something must be asked for again."""
-        deadlines = [setting.patience.deadline for setting in self._settings.values()]
-        return min([self._patience.deadline, *deadlines])
+        return min([self._list_deadline(), *(setting.resend.deadline for setting in self._settings.values())])
 
     def handle_timer(self, now: float) -> None:
         """Ask again for what is missing, set again what was not confirmed."""
-        if now >= self._patience.deadline:
+        if now >= self._list_deadline():
             self._retry_list(now)
-        for setting in [s for s in self._settings.values() if now >= s.patience.deadline]:
-            if setting.patience.retry(now):
-                self._out.append(setting.message)
-            else:
-                reason = "no answer" if setting.kept is None else f"the vehicle keeps {setting.kept:g}"
-                self._end(setting, "fail", ParameterFailed(setting.name, reason))
+        for setting in [s for s in self._settings.values() if now >= s.resend.deadline]:
+            self._retry_setting(setting, now)
+
+    def _list_deadline(self) -> float:
+        return self._resend.deadline if self._window is None else self._window.deadline
 
     def _receive_value(self, message: Message, value: float, now: float) -> None:
         name, kind = message.param_id, message.param_type
         self._types[name] = kind
         event = ParameterReceived(name, value, kind, message.param_index, message.param_count)
         self._events.append(event)
-        if self._state == "listing" and message.param_index != _NO_INDEX:
+        if self._state != "idle" and message.param_index != _NO_INDEX:
             self._take_into_list(event, now)
         setting = self._settings.get(name)
         if setting is None:
             return
         if setting.state == "reading":
+            setting.resend.answer(now)
             self._transmit_value(setting, kind, now)
         elif _same(message, setting.message):
+            setting.resend.answer(now)
             self._end(setting, "confirmed", ParameterConfirmed(name, value))
-        else:
-            setting.kept = value  # may be an older answer under way: the repetitions decide
+        else:  # may be an older answer under way: the repetitions decide
+            setting.kept, setting.is_contradicted = value, True
 
     def _take_into_list(self, event: ParameterReceived, now: float) -> None:
+        if self._count is None:
+            self._resend.answer(now)
         if self._count != event.count:  # also when the table changed under way: all over again
             self._count, self._missing = event.count, set(range(event.count))
-        if event.index in self._missing:
-            self._missing.discard(event.index)
-            self._patience.start(now)
+            if self._window is not None:
+                self._state, self._window = fire(LIST_TRANSITIONS, self._state, "grown"), None
+        if self._window is not None:
+            self._window.take(event.index, now)
+        elif event.index in self._missing:
+            self._resend.wait(now)
+        self._missing.discard(event.index)
         if not self._missing:
             self._end_list("complete", ParametersComplete(event.count))
+        elif self._window is not None:
+            self._ask(self._window, now)
 
     def _retry_list(self, now: float) -> None:
-        if not self._patience.retry(now):
+        hopeless = self._window.is_over(now) if self._window is not None else not self._resend.retry(now)
+        if hopeless:
             self._end_list("give_up", ParameterFailed("", f"{len(self._missing) or 'all'} parameters missing"))
         elif self._count is None:
             self._out.append(mavlink.MAVLink_param_request_list_message(*self._vehicle))
         else:
-            for index in sorted(self._missing)[:ASKED_AT_ONCE]:
-                self._out.append(mavlink.MAVLink_param_request_read_message(*self._vehicle, b"", index))
+            if self._window is None:
+                self._state = fire(LIST_TRANSITIONS, self._state, "silence")
+                self._window = Window(self._partner, sorted(self._missing), ASKED_AT_ONCE, now)
+            self._ask(self._window, now)
+
+    def _ask(self, window: Window, now: float) -> None:
+        for index in window.ask(now):
+            self._out.append(mavlink.MAVLink_param_request_read_message(*self._vehicle, b"", index))
+
+    def _retry_setting(self, setting: _Setting, now: float) -> None:
+        setting.contradictions += setting.is_contradicted
+        setting.is_contradicted = False
+        if setting.contradictions < CONTRADICTIONS and setting.resend.retry(now):
+            self._out.append(setting.message)
+            return
+        reason = "no answer" if setting.kept is None else f"the vehicle keeps {setting.kept:g}"
+        self._end(setting, "fail", ParameterFailed(setting.name, reason))
 
     def _end_list(self, trigger: str, event: ParametersComplete | ParameterFailed) -> None:
         self._state = fire(LIST_TRANSITIONS, self._state, trigger)
-        self._patience.stop()
+        self._resend.stop()
+        self._window = None
         self._events.append(event)
 
     def _transmit_value(self, setting: _Setting, kind: int, now: float) -> None:
@@ -174,7 +218,7 @@ class ParameterClient(Engine[Message]):
         self._transmit(setting, now)
 
     def _transmit(self, setting: _Setting, now: float) -> None:
-        setting.patience.start(now)
+        setting.resend.start(now)
         self._out.append(setting.message)
 
     def _end(self, setting: _Setting, trigger: str, event: ParameterConfirmed | ParameterFailed) -> None:

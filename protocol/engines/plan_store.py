@@ -11,14 +11,14 @@ from typing import Any, NamedTuple
 
 from protocol.codec import Message
 from protocol.dialect import mavlink
-from protocol.engines.base import Patience, Peer, Table, fire
+from protocol.engines.base import Peer, Table, fire
+from protocol.engines.retransmission import LATE, LEAST, Partner, Resend, precedes
 from protocol.errors import LocalProtocolError
 from protocol.events import MissionCleared, MissionReceived, MissionRefused
 from protocol.plans.mission import MissionItem
 
-__all__ = ["CAPACITY", "ITEM_WAITS", "TRANSITIONS", "PlanStore", "Refusal", "Validate", "plan_id"]
+__all__ = ["CAPACITY", "TRANSITIONS", "PlanStore", "Refusal", "Validate", "plan_id"]
 
-ITEM_WAITS = (0.25, 0.5, 1.0, 1.5, 1.5, 1.5)  # [s] between requests for one item
 CAPACITY = 1000  # items
 
 _ACCEPTED, _CANCELLED = mavlink.MAV_MISSION_ACCEPTED, mavlink.MAV_MISSION_OPERATION_CANCELLED
@@ -47,8 +47,17 @@ Reply = Callable[[Peer, Message], None]
 class _Upload:
     peer: Peer
     count: int
+    opened: int  # the sequence number of its MISSION_COUNT, and
+    at: float  # when that came
+    partner: Partner = field(default_factory=lambda: Partner(LEAST))  # heard when something of the upload comes
     items: list[MissionItem] = field(default_factory=list)
+    newest: int = 0  # the sequence number of its last message while it was under way
     result: int = _ACCEPTED  # how it ended
+    is_told: bool = True  # its sender waits for an answer; not after it cancelled
+
+    def is_older(self, message: Message, now: float) -> bool:
+        """True for a message that was sent before this upload began."""
+        return now - self.at < LATE and precedes(message.get_seq(), self.opened)
 
 
 class PlanStore:
@@ -73,7 +82,8 @@ class PlanStore:
         self.current = 0  # the item MISSION_CURRENT told last
         self.items = tuple(items)  # the plan in force
         self._kind, self._validate, self._reply, self._tell = kind, validate, reply, tell
-        self._state, self._patience = "idle", Patience(ITEM_WAITS)
+        self._state = "idle"
+        self._resend = Resend(Partner())
         self._upload: _Upload | None = None  # under way, or the last one: its answer may be asked for again
 
     @property
@@ -92,13 +102,13 @@ class PlanStore:
 
     def next_deadline(self) -> float:
         """When an item must be asked for again."""
-        return self._patience.deadline
+        return self._resend.deadline
 
     def handle_timer(self, now: float) -> None:
         """Ask again, or give an upload up."""
-        if now < self._patience.deadline or self._upload is None:
+        if now < self._resend.deadline or self._upload is None:
             return
-        if self._patience.retry(now):
+        if self._resend.retry(now):
             self._request_item(self._upload)
         else:
             self._end("give_up", _CANCELLED, f"item {len(self._upload.items)} never came")
@@ -118,28 +128,41 @@ class PlanStore:
             self.acknowledge(peer, mavlink.MAV_MISSION_NO_SPACE)
         else:
             self._state = fire(TRANSITIONS, self._state, "count")
-            self._upload = _Upload(peer, message.count)
+            self._upload = _Upload(peer, message.count, message.get_seq(), now)
+            self._resend = Resend(self._upload.partner)
             self._request_next(self._upload, now)
 
     def handle_item(self, message: Message, now: float, peer: Peer) -> None:
         """MISSION_ITEM_INT or MISSION_ITEM."""
         upload = self._upload
-        if upload is None or upload.peer[:2] != peer[:2]:
+        if upload is None or upload.peer[:2] != peer[:2] or upload.is_older(message, now):
             return
         upload.peer = peer
+        upload.partner.heard = now
         if not self.is_receiving:
-            if message.seq == upload.count - 1:  # our answer was lost
-                self.acknowledge(peer, upload.result)
+            self._answer_again(upload, message, peer)
             return
+        upload.newest = message.get_seq()
         if message.seq > len(upload.items):
             self._request_item(upload)
         elif message.seq == len(upload.items):  # an earlier one came twice: nothing to do
+            self._resend.answer(now)
             self._take(upload, message, now)
 
-    def handle_ack(self, message: Message, _now: float, peer: Peer) -> None:
+    def handle_ack(self, message: Message, now: float, peer: Peer) -> None:
         """MISSION_ACK: the sender of an upload may cancel it."""
-        if self._is_ours(peer) and message.type != _ACCEPTED:
+        upload = self._upload
+        if upload is None or not self._is_ours(peer) or upload.is_older(message, now):
+            return
+        if message.type != _ACCEPTED:
+            upload.is_told = False
             self._end("cancel", _CANCELLED, "cancelled by the sender")
+
+    def _answer_again(self, upload: _Upload, message: Message, peer: Peer) -> None:
+        """The sender of an upload that is over repeats an item: our answer was lost."""
+        is_end = message.seq == upload.count - 1 or upload.result != _ACCEPTED
+        if is_end and upload.is_told and not precedes(message.get_seq(), upload.newest):
+            self.acknowledge(peer, upload.result)
 
     def _take(self, upload: _Upload, message: Message, now: float) -> None:
         try:
@@ -151,7 +174,7 @@ class PlanStore:
 
     def _request_next(self, upload: _Upload, now: float) -> None:
         if len(upload.items) < upload.count:
-            self._patience.start(now)
+            self._resend.start(now)
             self._request_item(upload)
             return
         refusal = self._validate(upload.items) if self._validate is not None else None
@@ -168,9 +191,10 @@ class PlanStore:
     def _end(self, trigger: str, result: int, reason: str) -> None:
         assert self._upload is not None  # noqa: S101 - the state table admits no other way here
         self._state = fire(TRANSITIONS, self._state, trigger)
-        self._patience.stop()
+        self._resend.stop()
         self._upload.result = result
-        self.acknowledge(self._upload.peer, result)
+        if self._upload.is_told:
+            self.acknowledge(self._upload.peer, result)
         accepted = result == _ACCEPTED
         self._tell(MissionReceived(self.items, self._kind) if accepted else MissionRefused(result, reason, self._kind))
 
@@ -181,7 +205,8 @@ class PlanStore:
 
     def clear(self) -> None:
         """Hold no plan any more; who asked is answered by the caller."""
-        if self.is_receiving:
+        if self._upload is not None and self.is_receiving:
+            self._upload.is_told = False  # by the answer to the clear
             self._end("cancel", _CANCELLED, "cancelled by a clear")
         self._upload = None
         if self.items:

@@ -397,7 +397,7 @@ def test_a_silent_vehicle_ends_the_operation():
     while (now := client.next_deadline()) < math.inf:
         client.handle_timer(now)
     packets = sent(client)
-    assert len(packets) == 12
+    assert len(packets) == 7
     assert len(set(packets)) == 1
     assert outcome(client) == [FileFailed("f", None, "no answer")]
     assert not client.is_busy

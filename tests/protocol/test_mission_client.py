@@ -5,7 +5,8 @@ import math
 import pytest
 
 from protocol.dialect import mavlink
-from protocol.engines.mission_client import WAITS, MissionClient
+from protocol.engines.mission_client import ASKED_AT_ONCE, MissionClient
+from protocol.engines.retransmission import SILENCE
 from protocol.errors import LocalProtocolError
 from protocol.events import (
     CurrentItemSet,
@@ -68,11 +69,12 @@ def ends(client):
 
 
 def exhaust(client):
-    """Let all patience run out; how often something was sent again."""
+    """Let all patience run out; how often something was sent again, and when it ended."""
     client.messages_to_send()
     while (now := client.next_deadline()) < math.inf:
         client.handle_timer(now)
-    return len([m for m in client.messages_to_send() if m.get_type() != "MISSION_ACK"])
+        last = now
+    return len([m for m in client.messages_to_send() if m.get_type() != "MISSION_ACK"]), last
 
 
 def test_an_upload_serves_what_is_asked_for_and_ends_with_the_ack():
@@ -143,7 +145,7 @@ def test_an_error_ack_fails_with_its_result(result, name):
 def test_silence_repeats_then_gives_up(begin, operation):
     client = MissionClient(255, 190)
     begin(client)
-    assert exhaust(client) == len(WAITS) - 1
+    assert exhaust(client) == (6, SILENCE)
     assert ends(client) == [MissionFailed(operation, None, "no answer")]
     assert not client.is_busy
 
@@ -160,9 +162,10 @@ def test_an_answer_after_a_silence_goes_on_with_full_patience():
     client = uploading()
     for _ in range(4):
         client.handle_timer(client.next_deadline())
-    feed(client, ask(0), now=5.0)
-    assert client.next_deadline() == 5.0 + WAITS[0]
-    assert exhaust(client) == len(WAITS) - 1
+    feed(client, ask(0), now=6.0)
+    repeated, end = exhaust(client)
+    assert repeated == 6
+    assert 6.0 + SILENCE <= end < 6.0 + SILENCE + 1.5
 
 
 def test_a_cancelled_upload_tells_the_vehicle():
@@ -201,13 +204,42 @@ def test_a_download_of_nothing_ends_at_once():
     assert ends(client) == [MissionDownloaded(())]
 
 
-def test_a_dropped_item_is_asked_for_again():
+def test_a_dropped_item_is_asked_for_again_and_no_other():
     client = downloading()
-    feed(client, count(3), item(0))
+    feed(client, count(3), item(0), item(2))
     client.messages_to_send()
     client.handle_timer(client.next_deadline())
     assert sent(client) == [("MISSION_REQUEST_INT", 1)]
-    feed(client, item(1), item(2), now=1.0)
+    feed(client, item(1), now=1.0)
+    assert ends(client) == [MissionDownloaded(ITEMS)]
+
+
+def test_a_few_items_are_asked_for_at_a_time_and_one_more_for_each_that_comes():
+    client, items = downloading(), plan(20)
+    feed(client, count(20))
+    assert sent(client)[1:] == [("MISSION_REQUEST_INT", n) for n in range(ASKED_AT_ONCE)]
+    feed(client, items[2].to_message(2, 255, 190))
+    assert sent(client) == [("MISSION_REQUEST_INT", ASKED_AT_ONCE)]
+
+
+def test_an_item_that_three_later_ones_overtook_is_asked_for_again_without_waiting():
+    client, items = downloading(), plan(20)
+    feed(client, count(20))
+    client.messages_to_send()
+    feed(client, *[items[n].to_message(n, 255, 190) for n in (1, 2)])
+    assert ("MISSION_REQUEST_INT", 0) not in sent(client)
+    feed(client, items[3].to_message(3, 255, 190))
+    assert ("MISSION_REQUEST_INT", 0) in sent(client)
+
+
+def test_a_vehicle_that_refuses_requests_out_of_order_is_asked_one_by_one():
+    client = downloading()
+    feed(client, count(3), item(1), ack(INVALID_SEQUENCE))
+    client.messages_to_send()
+    assert ends(client) == []
+    feed(client, count(3), item(0))
+    assert sent(client) == [("MISSION_REQUEST_INT", 0), ("MISSION_REQUEST_INT", 1)]
+    feed(client, item(1), item(2))
     assert ends(client) == [MissionDownloaded(ITEMS)]
 
 
@@ -227,7 +259,11 @@ def test_an_accepting_ack_during_a_download_belongs_to_something_earlier():
     client = downloading()
     feed(client, ack(), count(3), ack(), item(0))
     assert client.is_busy
-    feed(client, ack(INVALID_SEQUENCE))
+
+
+def test_a_vehicle_that_refuses_every_request_fails_the_download():
+    client = downloading()
+    feed(client, count(3), ack(INVALID_SEQUENCE), count(3), ack(INVALID_SEQUENCE))
     assert ends(client) == [MissionFailed("download", INVALID_SEQUENCE, "INVALID_SEQUENCE")]
 
 

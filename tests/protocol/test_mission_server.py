@@ -89,8 +89,8 @@ def test_a_dropped_item_is_asked_for_again_until_patience_ends_then_the_old_plan
     while (now := engine.next_deadline()) < math.inf:
         engine.handle_timer(now)
         times.append(now)
-    assert told(engine) == [("REQUEST", 0)] * 6 + [("ACK", CANCELLED)]
-    assert times == pytest.approx([0.25, 0.75, 1.75, 3.25, 4.75, 6.25])
+    assert told(engine) == [("REQUEST", 0)] * 9 + [("ACK", CANCELLED)]
+    assert times == pytest.approx([0.25, 0.75, 1.75, 3.25, 4.75, 6.25, 7.75, 9.25, 10.75])
     assert [type(event) for event in engine.events()] == [MissionRefused]
     assert engine.items == OLD
     assert not engine.is_receiving
