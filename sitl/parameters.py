@@ -62,6 +62,8 @@ TABLE = (
     Entry("COM_RC_LOSS_T", "settings", "stick_timeout", 0.1, 35.0, "s", "Sticks older than this end manual control"),
     Entry("COM_DL_LOSS_T", "settings", "link_timeout", 1.0, 300.0, "s", "The ground station is lost after this"),
     Entry("NAV_DLL_ACT", "settings", "link_action", 0, 3, "", "No ground: 0 go on, 1 hold, 2 return, 3 land", True),
+    Entry("COM_OBC_LOSS_T", "settings", "companion_timeout", 1.0, 60.0, "s", "The companion is lost after this"),
+    Entry("DRK_OBC_ACT", "settings", "companion_action", 0, 3, "", "No companion: as NAV_DLL_ACT", True),
     Entry("DRK_ONE_GCS", "settings", "one_operator", 0, 1, "", "Only the ground station in control steers", True),
     Entry("GF_ACTION", "settings", "fence_action", 0, 5, "", "Fence: 0 off, 1 warn, 2 hold, 3 return, 5 land", True),
     Entry("GF_MAX_HOR_DIST", "settings", "fence_reach", 0.0, 1e4, "m", "Fence: level distance from home; 0: any"),

@@ -52,12 +52,18 @@ class OperatorControl(Server):
         self._harmless = stream.COMMANDS | frozenset(harmless)
         self._holder: Peer | None = None
         self._by_arming = False
+        self._fell_silent: int | None = None
         self._heard = self._told = -math.inf
 
     @property
     def holder(self) -> Peer | None:
         """The station in control; None: every one is."""
         return self._holder if self.only_one else None
+
+    @property
+    def missed(self) -> int | None:
+        """System id of the station in control, or of the one that fell silent in control and nobody replaced since."""
+        return self._fell_silent if self.holder is None else self.holder.system
 
     def receive(self, message: Message, now: float, peer: Peer) -> None:
         """As ``admits``, for who does not want to know."""
@@ -69,6 +75,8 @@ class OperatorControl(Server):
         holder = self.holder
         if holder is not None and peer.system == holder.system:
             self._holder, self._heard = peer, now
+        if peer.system == self._fell_silent:
+            self._fell_silent = None
         if not addressed_to(message, self._system, self._component):
             return True
         if message.get_type() in _COMMANDS and message.command == REQUEST_OPERATOR_CONTROL:
@@ -87,12 +95,14 @@ class OperatorControl(Server):
 
     def disarmed(self) -> None:
         """The vehicle is not armed."""
+        self._fell_silent = None
         if self._by_arming:
             self._free("disarmed")
 
     def handle_timer(self, now: float) -> None:
         """Control of a silent station ends."""
-        if now >= self.next_deadline():
+        if self._holder is not None and now >= self.next_deadline():
+            self._fell_silent = self._holder.system
             self._free(f"silent for {SILENT:g} s")
 
     def next_deadline(self) -> float:
@@ -131,6 +141,7 @@ class OperatorControl(Server):
     def _give(self, peer: Peer, now: float, *, by_arming: bool) -> None:
         changed = self._holder is None or self._holder.system != peer.system
         self._holder, self._heard, self._by_arming = peer, now, by_arming
+        self._fell_silent = None
         self.takeover = False
         if changed:
             self._events.append(OperatorChanged(peer.system, "armed" if by_arming else "asked for it"))

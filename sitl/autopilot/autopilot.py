@@ -11,12 +11,14 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from protocol.dialect import mavlink
+from protocol.frames import LocalFrame
 from protocol.modes import Mode
 from protocol.plans.mission import MissionItem
 from sitl.autopilot import arming
+from sitl.autopilot.alarm import DOING, Action
 from sitl.autopilot.choice import Chooser
 from sitl.autopilot.decision import LEAST_HEIGHT, Decision, Way
-from sitl.autopilot.failsafe import DOING, OFFBOARD_ACTIONS, Action, Failsafes
+from sitl.autopilot.failsafe import OFFBOARD_ACTIONS, Failsafes
 from sitl.autopilot.fence import Fence
 from sitl.autopilot.guidance import (
     FASTEST,
@@ -34,6 +36,7 @@ from sitl.autopilot.guidance import (
 )
 from sitl.autopilot.guidance import Sequence as Steps
 from sitl.autopilot.legs import FlyLeg, Orbit, orbit
+from sitl.autopilot.link_watch import missing
 from sitl.autopilot.manual import Sticks
 from sitl.autopilot.mission import MissionRunner, World, fly_to, return_home
 from sitl.autopilot.mission_items import out_of_bounds
@@ -127,6 +130,7 @@ class Autopilot:
         if self.flying:
             self._watch()
         if not self.flying:
+            self.failsafes.rest()
             self._rest()
         elif self.mode is Mode.MISSION and self.mission is not None:
             self._fly_mission(self.mission)
@@ -165,10 +169,22 @@ class Autopilot:
         self._react(action, stop=False)
 
     def _watch(self) -> None:
-        told = self.failsafes.check(self.view, self.mode, self.world, self.settings, self.chooser, landing=self.landing)
+        under_way = self._under_way()
+        told = self.failsafes.check(
+            self.view, self.mode, self.world, self.settings, self.chooser, landing=under_way is Action.LAND
+        )
+        if not told:
+            return
+        gravest = max(told, key=lambda alarm: alarm.action or Action.NONE)
         for alarm in told:
-            self.say(alarm.severity, alarm.text)
-            self._react(alarm.action, stop=alarm.stop)
+            self.say(alarm.severity, alarm.text(gravest.action or Action.NONE, under_way))
+        self._react(gravest.action or Action.NONE, stop=gravest.stop)
+
+    def _under_way(self) -> Action:
+        """What no lesser alarm may stop: a landing also while it still comes to rest above its place."""
+        if self.landing or self.mode is Mode.LAND:
+            return Action.LAND
+        return Action.RETURN if self.mode is Mode.RTL else Action.NONE
 
     def _react(self, action: Action, *, stop: bool) -> None:
         """Do what an alarm asks for, unless something graver is under way.
@@ -177,8 +193,7 @@ class Autopilot:
             action: What it asks for.
             stop: Whether a vehicle on the wing stands still before it turns elsewhere.
         """
-        under_way = Action.LAND if self.landing else {Mode.RTL: Action.RETURN}.get(self.mode, Action.NONE)
-        if action <= under_way:
+        if action <= self._under_way():
             return
         if action is Action.HOLD:
             self._hold_here()
@@ -192,8 +207,8 @@ class Autopilot:
         self._enter(Mode.RTL, Steps((*first, *self._way_home(view).steps)))
 
     def _way_home(self, view: View) -> Steps:
-        to = self.world.safe_point(view.p)
-        return return_home(view, self.setpoint, self.settings, self.chooser, to=to)
+        to = self.world.safe_point(view.p, self.settings.return_altitude)
+        return return_home(view, self.setpoint, self.settings, to, self.chooser)
 
     def _collect(self, mission: MissionRunner) -> None:
         self._reached += mission.reached
@@ -217,7 +232,8 @@ class Autopilot:
     def pre_arm(self) -> list[str]:
         """Why the vehicle may not be armed now, in words; empty if it may."""
         outside = self.world.fence.breach([self.view.p])
-        return arming.reasons(self.view, self.settings) + ([] if outside is None else [outside.text])
+        links = missing(self.failsafes.silence, self.settings)
+        return arming.reasons(self.view, self.settings) + links + ([] if outside is None else [outside.text])
 
     def arm(self, *, force: bool = False) -> Outcome:
         """Start the motors at idle. Refused with the failing checks unless forced."""
@@ -241,8 +257,8 @@ class Autopilot:
         return Outcome(ACCEPTED)
 
     def take_off(self, height: float | None = None) -> Outcome:
-        """Climb straight up to a height above the origin [m]; None takes the set take-off altitude."""
-        target = self.settings.takeoff_altitude if height is None else height
+        """Climb straight up to a height above home [m]; None takes the set take-off altitude."""
+        target = self.world.up(self.settings.takeoff_altitude if height is None else height, above_sea=False)
         here = self.view.p
         if not self.armed:
             return self._refuse(REJECTED, "Take-off refused: not armed")
@@ -271,7 +287,7 @@ class Autopilot:
         return Outcome(ACCEPTED)
 
     def return_to_launch(self) -> Outcome:
-        """Climb to the return altitude, fly over the origin or the nearest rally point, and land."""
+        """Climb to the return altitude, fly over home or the nearest rally point, and land."""
         if not self.flying:
             return self._refuse(REJECTED, "Return refused: not in the air")
         self._enter(Mode.RTL, self._way_home(self.view))
@@ -466,10 +482,24 @@ class Autopilot:
         self.world = self.world._replace(rally=points)
         self._bound()
 
+    def move(self, frame: LocalFrame, home: Vector) -> None:
+        """Put the world frame elsewhere on the globe, or home elsewhere in it.
+
+        What is under way goes on as it began, except for a return that does not land yet: it turns to the new home.
+
+        Args:
+            frame: Where the world frame is.
+            home: World NWU [m].
+        """
+        self.world = self.world._replace(frame=frame, home=home)
+        self._bound()
+        if self.mode is Mode.RTL and not self.landing:
+            self._enter(Mode.RTL, self._way_home(self.view))
+
     def _bound(self) -> None:
-        """Put fence and rally points in force, for a mission under way as well."""
+        """Put fence, rally points and home in force, for a mission under way as well."""
         s = self.settings
-        bounds = self._fence._replace(reach=s.fence_reach, ceiling=s.fence_ceiling)
+        bounds = self._fence._replace(reach=s.fence_reach, ceiling=s.fence_ceiling, home=self.world.home)
         self.world = self.world._replace(fence=bounds if s.fence_action else Fence())
         if self.mission is not None:
             self.mission.world = self.world

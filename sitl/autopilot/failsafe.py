@@ -1,23 +1,24 @@
 """What the vehicle does by itself when its pilot, its set-points or its battery fail it, or it leaves its fence.
 
-Every watch tells its alarm once: an :class:`Alarm` says in words why, and what is done about it. What the pilot asks
-for afterwards is done; an alarm comes again only after its cause was gone. The graver action wins: a landing is never
-stopped for a return, nor a return for a hold.
+Every watch tells its :class:`~sitl.autopilot.alarm.Alarm` once, with why and what is done about it. What the pilot
+asks for afterwards is done; an alarm comes again only after its cause was gone. The graver action wins: a landing is
+never stopped for a return, nor a return for a hold.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from enum import IntEnum
 from typing import NamedTuple
 
 from protocol.dialect import mavlink
 from protocol.modes import Mode
+from sitl.autopilot.alarm import Action, Alarm
 from sitl.autopilot.choice import Chooser
 from sitl.autopilot.fence import FenceWatch
 from sitl.autopilot.guidance import FAST_DESCENT, SLOW_BELOW, Vector, View
 from sitl.autopilot.legs import BREEZE
+from sitl.autopilot.link_watch import LinkWatches, Silence
 from sitl.autopilot.mission_items import World
 from sitl.autopilot.settings import Settings
 from sitl.kernels.parameters import Airframe
@@ -33,52 +34,10 @@ RECOVERED = 0.02  # share of the battery above a threshold that ends its alarm
 WARNING, CRITICAL = mavlink.MAV_SEVERITY_WARNING, mavlink.MAV_SEVERITY_CRITICAL
 
 
-class Action(IntEnum):
-    """What an alarm asks for, the graver the greater."""
-
-    NONE = 0
-    HOLD = 1
-    RETURN = 2
-    LAND = 3
-
-
-DOING = {Action.NONE: "going on", Action.HOLD: "holding", Action.RETURN: "returning", Action.LAND: "landing"}
 # What the numbers of the parameters mean; they are PX4's.
 FENCE_ACTIONS = {1: Action.NONE, 2: Action.HOLD, 3: Action.RETURN, 5: Action.LAND}
-LINK_ACTIONS = {0: Action.NONE, 1: Action.HOLD, 2: Action.RETURN, 3: Action.LAND}
 OFFBOARD_ACTIONS = {3: Action.RETURN, 4: Action.LAND, 5: Action.HOLD}
 BATTERY_WARN, BATTERY_LAND, BATTERY_RETURN = 0, 2, 3
-
-
-class Alarm(NamedTuple):
-    """Something is wrong: what is done, and why in words."""
-
-    action: Action
-    severity: int  # MAV_SEVERITY
-    text: str
-    stop: bool = False  # whether a vehicle on the wing stands still before it turns elsewhere
-
-
-@dataclass(slots=True)
-class LinkWatch:
-    """The ground station's heartbeats; before the first one there is nothing to lose."""
-
-    lost: bool = False
-
-    def check(self, silence: float, settings: Settings) -> Alarm | None:
-        """An alarm when they stop, and a word when they are back.
-
-        Args:
-            silence: Time since the last one [s], negative before the first.
-            settings: With the time-out and the action.
-        """
-        was, self.lost = self.lost, silence > settings.link_timeout
-        if self.lost and not was:
-            action = LINK_ACTIONS[settings.link_action]
-            return Alarm(action, CRITICAL, f"No ground station for {settings.link_timeout:g} s: {DOING[action]}")
-        if was and not self.lost:
-            return Alarm(Action.NONE, mavlink.MAV_SEVERITY_INFO, "Ground station is back")
-        return None
 
 
 class Reserve(NamedTuple):
@@ -108,7 +67,7 @@ class BatteryWatch:
         """
         alarms = []
         if share < settings.battery_low and not self.low:
-            alarms.append(Alarm(Action.NONE, WARNING, f"Battery low: {100 * share:.0f} % left"))
+            alarms.append(Alarm(None, WARNING, f"Battery low: {100 * share:.0f} % left"))
         if settings.battery_action == BATTERY_RETURN and reserve is not None:
             alarms += self._way_home(reserve, mode)
         if share < settings.battery_critical and not self.critical:
@@ -124,10 +83,10 @@ class BatteryWatch:
         said = f"{reserve.left:.0f} J left, home takes {reserve.home:.0f} J"
         if reserve.left < reserve.home and (mode is Mode.RTL or not self.returned):
             self.returned = True
-            return [Alarm(Action.LAND, CRITICAL, f"Battery: {said}: landing here")]
+            return [Alarm(Action.LAND, CRITICAL, f"Battery: {said}, out of reach")]
         if reserve.left < needed and not self.returned:
             self.returned = True
-            return [Alarm(Action.RETURN, CRITICAL, f"Battery: {said}: returning")]
+            return [Alarm(Action.RETURN, CRITICAL, f"Battery: {said}")]
         missing = mode is Mode.RTL or reserve.left < (1.0 + RECOVERED) * needed
         self.returned = self.returned and missing
         return []
@@ -139,7 +98,7 @@ class BatteryWatch:
         elif mode is Mode.RTL and reserve.left >= reserve.home:
             lands = False
         action = Action.LAND if lands else Action.NONE
-        return Alarm(action, CRITICAL, f"Battery critical: {100 * share:.0f} % left: {DOING[action]}")
+        return Alarm(action, CRITICAL, f"Battery critical: {100 * share:.0f} % left")
 
 
 @dataclass(slots=True)
@@ -149,12 +108,15 @@ class _WayHome:
     home: float = 0.0  # [J]
     slack: float = 0.0  # beyond what is needed, when it was made [J]
     until: float = -math.inf  # [s]
+    to: Vector | None = None  # where it leads, world NWU [m]
 
     def reserve(self, view: View, mode: Mode, to: Vector, settings: Settings, chooser: Chooser) -> Reserve:
         """The battery against the way to a point, world NWU [m]."""
         capacity = view.energy / view.energy_left if view.energy_left > 0.0 else 0.0
         kept = settings.battery_critical * capacity
-        if view.time >= self.until or view.energy - MARGIN * self.home - kept < 0.5 * self.slack:
+        spent = view.energy - MARGIN * self.home - kept < 0.5 * self.slack
+        if view.time >= self.until or spent or to != self.to:
+            self.to = to
             self.home = energy_home(view, to, settings, chooser, on_its_way=mode is Mode.RTL)
             self.slack = view.energy - MARGIN * self.home - kept
             lasts = self.slack / (FASTEST_LOSS * hover_power(chooser.airframe))
@@ -166,8 +128,8 @@ class _WayHome:
 class Failsafes:
     """All watches of one vehicle. ``silence`` is the owner's to set: it is counted on the link's time."""
 
-    silence: float = -1.0  # since a ground station was last heard [s]; negative: never was
-    link: LinkWatch = field(default_factory=LinkWatch)
+    silence: Silence = field(default_factory=Silence)
+    links: LinkWatches = field(default_factory=LinkWatches)
     fence: FenceWatch = field(default_factory=FenceWatch)
     battery: BatteryWatch = field(default_factory=BatteryWatch)
     _fence_at: float = -math.inf
@@ -185,20 +147,22 @@ class Failsafes:
         landing: bool,
     ) -> list[Alarm]:
         """Alarms that begin at this tick of a flight."""
-        alarms = []
-        if link := self.link.check(self.silence, settings):
-            alarms.append(link)
+        alarms = self.links.check(self.silence, settings)
         if settings.fence_action and view.time - self._fence_at >= EVERY:
             self._fence_at = view.time
             if breach := self.fence.check(view, world.fence):
                 action = FENCE_ACTIONS[settings.fence_action]
-                alarms.append(Alarm(action, WARNING, f"Fence: {breach.text}: {DOING[action]}", stop=True))
+                alarms.append(Alarm(action, WARNING, f"Fence: {breach.text}", stop=True))
         if chooser is not None and view.time - self._battery_at >= BATTERY_EVERY:
             self._battery_at = view.time
-            home = world.safe_point(view.p)
+            home = world.safe_point(view.p, settings.return_altitude)
             reserve = None if landing else self._way_home.reserve(view, mode, home, settings, chooser)
             alarms += self.battery.check(view.energy_left, reserve, settings, mode)
         return alarms
+
+    def rest(self) -> None:
+        """On the ground: a link that is lost when the next flight begins is told of then."""
+        self.links = LinkWatches()
 
 
 def energy_home(view: View, to: Vector, settings: Settings, chooser: Chooser, *, on_its_way: bool = False) -> float:
@@ -209,14 +173,14 @@ def energy_home(view: View, to: Vector, settings: Settings, chooser: Chooser, *,
 
     Args:
         view: The vehicle as it is now.
-        to: Where it lands, world NWU [m].
+        to: Where it lands, and the height that it arrives at at least, world NWU [m].
         settings: Rates and altitudes.
         chooser: Predicts the leg.
         on_its_way: The vehicle is returning already. Before that a return costs a start from the hover, from the wing
             as well: it has to stop or to turn round.
     """
     power = hover_power(chooser.airframe)
-    high = max(view.p[2], settings.return_altitude, to[2])
+    high = max(view.p[2], to[2])
     climb = 0.0 if view.forward else (high - view.p[2]) / settings.climb_rate
     slowly = min(high, SLOW_BELOW)
     landing = (slowly / settings.descent_rate + (high - slowly) / FAST_DESCENT) + TOUCHDOWN

@@ -29,6 +29,8 @@ class Settings(NamedTuple):
     fence_ceiling: float = 0.0  # GF_MAX_VER_DIST: above home [m]; 0: any
     link_timeout: float = 10.0  # COM_DL_LOSS_T [s]
     link_action: int = 0  # NAV_DLL_ACT: 0 go on, 1 hold, 2 return, 3 land
+    companion_timeout: float = 5.0  # COM_OBC_LOSS_T [s]
+    companion_action: int = 0  # DRK_OBC_ACT: 0 go on, 1 hold, 2 return, 3 land
     one_operator: int = 1  # DRK_ONE_GCS: only the ground station in control steers
     stick_timeout: float = 0.5  # COM_RC_LOSS_T [s]
     disarm_after: float = 2.0  # COM_DISARM_LAND: disarm this long after touching down [s]

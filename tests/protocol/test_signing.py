@@ -201,9 +201,9 @@ def test_unsigned_heartbeats_and_radio_status_are_looked_at_and_order_nothing():
     radio = mavlink.MAVLink_radio_status_message(1, 2, 3, 4, 5, 6, 7)
     end.receive_datagram(frame(heartbeat()) + frame(radio), LOCAL, 5.0)
     assert keyring.counts == {Verdict.LOOKED_AT: 2}
-    assert end.last_ground_heartbeat == float("-inf")  # a stranger must not stand in for the ground station
+    assert end.presence.ground(5.0) is None  # a stranger must not stand in for the ground station
     end.receive_datagram(signed(heartbeat()), LOCAL, 5.0)
-    assert end.last_ground_heartbeat == 5.0
+    assert end.presence.ground(5.0) == 0.0
 
 
 def test_a_stranger_gets_telemetry_by_a_signed_frame_only():

@@ -8,7 +8,8 @@ import pytest
 from protocol.dialect import mavlink
 from protocol.modes import Mode
 from sitl.autopilot.decision import Way
-from sitl.autopilot.failsafe import BatteryWatch, LinkWatch, Reserve, energy_home, hover_power
+from sitl.autopilot.failsafe import BatteryWatch, Reserve, energy_home, hover_power
+from sitl.autopilot.link_watch import LinkWatches, Silence
 from sitl.autopilot.manual import Sticks
 from sitl.autopilot.settings import Settings
 from sitl.hybrid.supervisor import Law
@@ -63,15 +64,15 @@ def test_on_the_wing_a_lost_ground_station_brings_the_vehicle_home_and_down(tmp_
 
 
 def test_a_landing_goes_on_when_the_ground_station_is_lost():
-    watch = LinkWatch()
-    assert watch.check(11.0, ON_THE_WING._replace(link_action=2)).action == 2
+    (alarm,) = LinkWatches().check(Silence(ground=11.0), ON_THE_WING._replace(link_action=2))
+    assert alarm.action == 2
     flight = Flight()
     flight.autopilot.apply(Settings(link_action=2, link_timeout=1.0))
     flight.autopilot.land()
-    flight.autopilot.failsafes.silence = 2.0
+    flight.autopilot.failsafes.silence = Silence(ground=2.0)
     flight.fly(0.5)
     assert flight.autopilot.mode is Mode.LAND
-    assert any("No ground station" in text for text in flight.said)
+    assert "No ground station for 1 s: the landing goes on" in flight.said
 
 
 # Set-points
@@ -139,7 +140,7 @@ def test_it_lands_where_it_is_when_home_is_out_of_reach():
     flight.fly(20.0)
     flight.craft.bind(flight.craft.bindings.replaced({"SIM_BAT_ENERGY": flight.vehicle.energy + 5.9e3}))
     flight.fly_until(lambda: not flight.autopilot.flying, 90.0)
-    assert any(text.endswith("landing here") for text in flight.said)
+    assert any(text.endswith("out of reach: landing") for text in flight.said)
     assert not any(text.endswith("returning") for text in flight.said)
     assert flight.p[-1, 0] > 200.0
     assert flight.craft.battery.left > 0.0
@@ -168,7 +169,7 @@ def test_a_battery_about_a_threshold_is_told_of_once():
 def test_a_way_home_that_cannot_be_predicted_lands_nobody_before_the_battery_is_critical():
     watch, unknown = BatteryWatch(), Reserve(1e4, math.inf, 1e3)
     assert watch.check(0.5, unknown, Settings(), Mode.HOLD) == []
-    assert [alarm.action for alarm in watch.check(0.06, unknown, Settings(), Mode.HOLD)] == [0, 3]
+    assert [alarm.action for alarm in watch.check(0.06, unknown, Settings(), Mode.HOLD)] == [None, 3]
 
 
 def test_the_pilot_may_go_on_after_a_battery_alarm_until_it_is_critical():
