@@ -9,8 +9,10 @@ from protocol.keyring import KeyState
 from protocol.plans.mission import MissionItem
 
 __all__ = [
+    "CommandCancelRequested",
     "CommandDone",
     "CommandProgress",
+    "CommandRefused",
     "CommandRequested",
     "CurrentItemRequested",
     "CurrentItemSet",
@@ -123,6 +125,24 @@ class CommandRequested(Event):
         """param1..param7; clients leave a parameter out as NaN or as 0: both give the default."""
         value = self.params[number - 1]
         return default if math.isnan(value) or value == 0.0 else value
+
+
+@dataclass(frozen=True, slots=True)
+class CommandCancelRequested(Event):
+    """Who asked for a command that is in progress wants it stopped: ``acknowledge(request, CANCELLED)`` if it is."""
+
+    request: int
+    command: int
+    peer: Peer
+
+
+@dataclass(frozen=True, slots=True)
+class CommandRefused(Event):
+    """A command was answered with ``result`` (MAV_RESULT) before anybody saw it: unknown, or running already."""
+
+    command: int
+    result: int
+    peer: Peer
 
 
 @dataclass(frozen=True, slots=True)

@@ -84,6 +84,10 @@ class Patience:
         """The other side is alive: wait until ``until``, then begin to count again."""
         self._tries, self.deadline = -1, until
 
+    def renew(self) -> None:
+        """The other side is alive: begin to count again, at the pace of before."""
+        self._tries = 0
+
     def retry(self, now: float) -> bool:
         """A deadline passed: True when there is one more try, whose wait starts now."""
         self._tries += 1

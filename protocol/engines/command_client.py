@@ -1,4 +1,7 @@
-"""COMMAND_LONG and COMMAND_INT from the asking side (https://mavlink.io/en/services/command.html)."""
+"""COMMAND_LONG, COMMAND_INT and COMMAND_CANCEL from the asking side.
+
+https://mavlink.io/en/services/command.html
+"""
 
 import copy
 from collections.abc import Sequence
@@ -25,8 +28,16 @@ TRANSITIONS: Table = {
     ("working", "retry"): "waiting",
     ("working", "ack"): "done",
     ("queued", "cancel"): "done",
-    ("waiting", "cancel"): "done",
-    ("working", "cancel"): "done",
+    ("waiting", "cancel"): "cancelling",
+    ("working", "cancel"): "cancelling",
+    ("cancelling", "retry"): "cancelling",
+    ("cancelling", "progress"): "cancelling",
+    ("cancelling", "ack"): "done",
+    ("cancelling", "give_up"): "done",
+    ("queued", "abandon"): "done",
+    ("waiting", "abandon"): "done",
+    ("working", "abandon"): "done",
+    ("cancelling", "abandon"): "done",
 }
 
 
@@ -39,7 +50,7 @@ class _Request:
 
 
 class CommandClient(Engine[Message]):
-    """Commands with retries.
+    """Commands with retries, and their cancelling.
 
     Different commands run side by side. One command number runs once at a time, because COMMAND_ACK names
     nothing but that number: further requests for it queue up.
@@ -65,10 +76,26 @@ class CommandClient(Engine[Message]):
         self._send_queued(now)
         return self._count
 
-    def cancel(self, reason: str) -> None:
-        """Give up on everything, for example because the vehicle is lost."""
-        for request in self._requests:
+    def request_cancel(self, number: int, now: float) -> None:
+        """Have the vehicle stop what a command began: COMMAND_CANCEL until the command has its final answer.
+
+        That answer is CANCELLED, or what it ended with before it could be stopped. One that was not sent yet never
+        is. Nothing happens if the command is over.
+        """
+        request = next((r for r in self._requests if r.number == number), None)
+        if request is None:
+            return
+        if request.state == "queued":
+            self._finish(request, "cancel", mavlink.MAV_RESULT_CANCELLED, "CANCELLED", now)
+        elif request.state != "cancelling":
             request.state = fire(TRANSITIONS, request.state, "cancel")
+            request.patience.start(now)
+            self._out.append(_cancel(request.message))
+
+    def cancel(self, reason: str) -> None:
+        """Give up on everything, for example because the vehicle is lost; it is told nothing."""
+        for request in self._requests:
+            request.state = fire(TRANSITIONS, request.state, "abandon")
             self._events.append(CommandDone(request.number, request.message.command, None, reason))
         self._requests.clear()
 
@@ -81,7 +108,10 @@ class CommandClient(Engine[Message]):
             return
         if message.result == mavlink.MAV_RESULT_IN_PROGRESS:
             request.state = fire(TRANSITIONS, request.state, "progress")
-            request.patience.extend(now + PROGRESS_TIMEOUT)
+            if request.state == "cancelling":
+                request.patience.renew()
+            else:
+                request.patience.extend(now + PROGRESS_TIMEOUT)
             self._events.append(CommandProgress(request.number, message.command, message.progress))
             return
         self._finish(request, "ack", message.result, _result_name(message.result), now)
@@ -97,6 +127,9 @@ class CommandClient(Engine[Message]):
                 self._finish(request, "give_up", None, "no answer", now)
                 continue
             request.state = fire(TRANSITIONS, request.state, "retry")
+            if request.state == "cancelling":
+                self._out.append(_cancel(request.message))
+                continue
             request.message = copy.copy(request.message)
             if request.message.get_type() == "COMMAND_LONG":
                 request.message.confirmation = min(request.message.confirmation + 1, 255)
@@ -118,6 +151,10 @@ class CommandClient(Engine[Message]):
         self._requests.remove(request)
         self._events.append(CommandDone(request.number, request.message.command, result, reason))
         self._send_queued(now)
+
+
+def _cancel(message: Message) -> Message:
+    return mavlink.MAVLink_command_cancel_message(message.target_system, message.target_component, message.command)
 
 
 def _result_name(result: int) -> str:

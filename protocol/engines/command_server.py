@@ -1,8 +1,14 @@
-"""COMMAND_LONG and COMMAND_INT from the answering side (https://mavlink.io/en/services/command.html).
+"""COMMAND_LONG, COMMAND_INT and COMMAND_CANCEL from the answering side.
+
+https://mavlink.io/en/services/command.html
 
 A command that arrives again is answered again, not executed again. What counts as "again" is all the wire
 allows to know: the same content, and either a confirmation above 0 soon after, or an older (or the same)
 sequence number.
+
+A command that takes time is answered with IN_PROGRESS until its end. Of each such command one runs at a time:
+its sender's repetitions are told how far it is, any other request for it is TEMPORARILY_REJECTED. Its sender, and
+nobody else, may cancel it.
 """
 
 import struct
@@ -13,7 +19,7 @@ from protocol.codec import Message
 from protocol.dialect import mavlink
 from protocol.engines.base import Peer, Server, Table, addressed_to, bound, fire
 from protocol.errors import LocalProtocolError
-from protocol.events import CommandRequested
+from protocol.events import CommandCancelRequested, CommandRefused, CommandRequested
 from protocol.units import coordinates
 
 __all__ = ["TRANSITIONS", "CommandServer"]
@@ -28,8 +34,13 @@ TRANSITIONS: Table = {
     ("requested", "progress"): "working",
     ("requested", "final"): "answered",
     ("working", "progress"): "working",
+    ("working", "cancel"): "cancelling",
     ("working", "final"): "answered",
+    ("cancelling", "progress"): "cancelling",  # it cannot be stopped at once, or not at all
+    ("cancelling", "cancel"): "cancelling",
+    ("cancelling", "final"): "answered",
 }
+UNFINISHED = frozenset({"working", "cancelling"})
 
 Content = tuple[int, int, int, int | None, bytes]  # system, component, command, frame, parameters
 
@@ -44,10 +55,18 @@ class _Record:
     heard: float
     state: str = "requested"
     ack: Message | None = None
+    took_time: bool = False  # was in progress
+
+    @property
+    def command(self) -> int:
+        return self.content[2]
 
 
 class CommandServer(Server):
     """Turns commands into ``CommandRequested`` and acknowledgements into COMMAND_ACK for the requester.
+
+    What it refuses by itself is a ``CommandRefused``: the requester has its COMMAND_ACK, words are the owner's. After
+    a ``CommandCancelRequested`` the owner acknowledges with CANCELLED, or goes on to the end it comes to.
 
     Args:
         system: Own system id.
@@ -56,7 +75,7 @@ class CommandServer(Server):
         repeatable: Of these, the ones that may be executed again whenever they arrive again.
     """
 
-    handles = frozenset({"COMMAND_LONG", "COMMAND_INT"})
+    handles = frozenset({"COMMAND_LONG", "COMMAND_INT", "COMMAND_CANCEL"})
 
     def __init__(self, system: int, component: int, supported: Container[int], repeatable: Container[int] = ()) -> None:
         super().__init__()
@@ -67,16 +86,23 @@ class CommandServer(Server):
         self._count = 0
 
     def receive(self, message: Message, now: float, peer: Peer) -> None:
-        """Take a COMMAND_LONG or COMMAND_INT; other components' commands get no answer."""
-        is_int = message.get_type() == "COMMAND_INT"
+        """Take a COMMAND_LONG, COMMAND_INT or COMMAND_CANCEL; other components' commands get no answer."""
         if message.get_type() not in self.handles or not addressed_to(message, self._system, self._component):
             return
+        if message.get_type() == "COMMAND_CANCEL":
+            self._cancel(message.command, now, peer)
+            return
+        is_int = message.get_type() == "COMMAND_INT"
         if message.command not in self._supported:
-            self._reply(peer, _ack(message.command, mavlink.MAV_RESULT_UNSUPPORTED, peer))
+            self._refuse(message.command, mavlink.MAV_RESULT_UNSUPPORTED, peer)
             return
         content = _content(message, peer, is_int=is_int)
         self._forget(now)
         record = self._records.get(content)
+        running = self._running(message.command)
+        if running is not None and running is not record:
+            self._refuse(message.command, mavlink.MAV_RESULT_TEMPORARILY_REJECTED, peer)
+            return
         once = record is not None and message.command not in self._repeatable
         if record is not None and once and self._is_repeated(record, message, now, is_int=is_int):
             self._answer_again(record, message, now, peer)
@@ -96,9 +122,33 @@ class CommandServer(Server):
             raise LocalProtocolError(f"no command request {number}")
         working = result == mavlink.MAV_RESULT_IN_PROGRESS
         record.state = fire(TRANSITIONS, record.state, "progress" if working else "final")
+        record.took_time |= working
         record.heard = now
-        record.ack = _ack(record.content[2], result, record.peer, progress if working else 0, detail)
+        record.ack = _ack(record.command, result, record.peer, progress if working else 0, detail)
         self._reply(record.peer, record.ack)
+
+    def _running(self, command: int) -> _Record | None:
+        running = (r for r in self._records.values() if r.command == command and r.state in UNFINISHED)
+        return next(running, None)
+
+    def _cancel(self, command: int, now: float, peer: Peer) -> None:
+        self._forget(now)
+        mine = [r for r in self._records.values() if r.command == command and r.peer[:2] == peer[:2] and r.took_time]
+        record = max(mine, key=lambda r: r.number, default=None)
+        if record is None:
+            return
+        record.peer = peer
+        if record.state in UNFINISHED:
+            begun = record.state == "working"
+            record.state = fire(TRANSITIONS, record.state, "cancel")
+            if begun:
+                self._events.append(CommandCancelRequested(record.number, command, peer))
+        elif record.ack is not None:
+            self._reply(peer, record.ack)  # it is over, and that is what its sender has not heard
+
+    def _refuse(self, command: int, result: int, peer: Peer) -> None:
+        self._reply(peer, _ack(command, result, peer))
+        self._events.append(CommandRefused(command, result, peer))
 
     def _is_repeated(self, record: _Record, message: Message, now: float, *, is_int: bool) -> bool:
         age = now - record.heard

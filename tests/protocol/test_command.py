@@ -10,11 +10,13 @@ from protocol.engines.base import Peer
 from protocol.engines.command_client import CommandClient
 from protocol.engines.command_server import CommandServer
 from protocol.errors import LocalProtocolError
-from protocol.events import CommandDone, CommandProgress, CommandRequested
+from protocol.events import CommandCancelRequested, CommandDone, CommandProgress, CommandRefused, CommandRequested
+from tests.support.lossy_pipe import LossyPipe
+from tests.support.virtual_clock import VirtualClock
 
 ARM, TAKEOFF, REPOSITION = 400, 22, 192
-ACCEPTED, DENIED, IN_PROGRESS, UNSUPPORTED = 0, 2, 5, 3
-GROUND = Peer(255, 190, "ground")
+ACCEPTED, REJECTED, DENIED, UNSUPPORTED, IN_PROGRESS, CANCELLED = 0, 1, 2, 3, 5, 6
+GROUND, OTHER = Peer(255, 190, "ground"), Peer(245, 190, "other")
 
 
 def long(command=ARM, p1=1.0, confirmation=0, target=(1, 1), rest=math.nan):
@@ -23,6 +25,10 @@ def long(command=ARM, p1=1.0, confirmation=0, target=(1, 1), rest=math.nan):
 
 def integer(x=435648000, y=14811000, frame=0):
     return mavlink.MAVLink_command_int_message(1, 1, frame, REPOSITION, 0, 0, -1, 1, 0, math.nan, x, y, 160.0)
+
+
+def cancel(command=ARM, target=(1, 1)):
+    return mavlink.MAVLink_command_cancel_message(*target, command)
 
 
 def ack(command=ARM, result=ACCEPTED, target=(255, 190), progress=0):
@@ -131,6 +137,62 @@ def test_cancelling_ends_everything_that_waits():
     assert client.next_deadline() == math.inf
 
 
+def kinds(engine):
+    return [m.get_type() for m in engine.messages_to_send()]
+
+
+def test_cancelling_what_was_not_sent_yet_sends_nothing():
+    client = CommandClient(255, 190)
+    client.send(long(), 0.0)
+    second = client.send(long(p1=0.0), 0.0)
+    client.request_cancel(second, 0.1)
+    assert kinds(client) == ["COMMAND_LONG"]
+    assert client.events() == [CommandDone(second, ARM, CANCELLED, "CANCELLED")]
+
+
+@pytest.mark.parametrize("in_progress", [False, True])
+@pytest.mark.parametrize(("result", "name"), [(CANCELLED, "CANCELLED"), (ACCEPTED, "ACCEPTED"), (4, "FAILED")])
+def test_a_cancel_is_repeated_until_the_command_has_its_end_whatever_that_is(in_progress, result, name):
+    client = CommandClient(255, 190, timeout=0.5, retries=3)
+    request = client.send(long(), 0.0)
+    if in_progress:
+        client.receive(ack(result=IN_PROGRESS, progress=10), 0.1)
+    client.messages_to_send(), client.events()
+    client.request_cancel(request, 1.0)
+    for now in (1.5, 2.0):
+        client.handle_timer(now)
+    assert kinds(client) == ["COMMAND_CANCEL"] * 3
+    client.receive(ack(result=result), 2.1)
+    assert client.events() == [CommandDone(request, ARM, result, name)]
+    assert client.next_deadline() == math.inf
+
+
+def test_progress_neither_stops_nor_slows_the_cancelling():
+    client = CommandClient(255, 190, timeout=0.5, retries=1)
+    request, now = client.send(long(), 0.0), 0.0
+    client.request_cancel(request, 0.0)
+    client.messages_to_send()
+    for _ in range(20):
+        now += 0.25
+        client.receive(ack(result=IN_PROGRESS, progress=50), now)
+        client.handle_timer(now)
+    assert kinds(client) == ["COMMAND_CANCEL"] * 10
+    assert client.is_busy
+
+
+def test_a_cancel_without_an_answer_is_given_up():
+    client = CommandClient(255, 190, timeout=0.5, retries=3)
+    request = client.send(long(), 0.0)
+    client.request_cancel(request, 0.0)
+    client.request_cancel(request, 0.1)  # once is enough
+    while (deadline := client.next_deadline()) < math.inf:
+        client.handle_timer(deadline)
+    assert kinds(client) == ["COMMAND_LONG", *["COMMAND_CANCEL"] * 4]
+    assert client.events() == [CommandDone(request, ARM, None, "no answer")]
+    client.request_cancel(request, 9.0)
+    assert kinds(client) == []
+
+
 # Answering
 
 
@@ -148,7 +210,7 @@ def test_a_request_is_answered_to_the_one_who_asked():
 def test_an_unknown_command_is_unsupported():
     engine = server()
     engine.receive(long(command=999), 0.0, GROUND)
-    assert engine.events() == []
+    assert engine.events() == [CommandRefused(999, UNSUPPORTED, GROUND)]
     assert answers(engine) == [(GROUND, 999, UNSUPPORTED)]
 
 
@@ -225,10 +287,10 @@ def test_a_confirmation_long_after_the_answer_is_a_new_request():
 
 
 def test_requests_of_two_ground_stations_are_two_requests():
-    engine, other = server(), Peer(245, 190, "other")
-    for peer in (GROUND, other):
+    engine = server()
+    for peer in (GROUND, OTHER):
         engine.receive(long(), 0.0, peer)
-    assert [event.peer for event in engine.events()] == [GROUND, other]
+    assert [event.peer for event in engine.events()] == [GROUND, OTHER]
 
 
 def test_work_in_progress_is_told_then_ended():
@@ -308,3 +370,167 @@ def test_answers_are_forgotten_in_the_end():
         engine.acknowledge(event.request, ACCEPTED, 0.0)
     engine.receive(long(), 100.0, GROUND)
     assert len(engine._records) == 1
+
+
+def working(peer=GROUND, wire=None):
+    """A server with ARM in progress at 30 %, and the number of that request."""
+    engine = server()
+    engine.receive((wire or Wire())(long()), 0.0, peer)
+    (event,) = engine.events()
+    engine.acknowledge(event.request, IN_PROGRESS, 0.0, progress=30)
+    engine.messages_to_send()
+    return engine, event.request
+
+
+@pytest.mark.parametrize(("peer", "p1"), [(GROUND, 0.0), (OTHER, 1.0), (OTHER, 0.0)])
+def test_one_command_runs_at_a_time(peer, p1):
+    engine, request = working()
+    engine.receive(long(p1=p1), 1.0, peer)
+    assert engine.events() == [CommandRefused(ARM, REJECTED, peer)]
+    assert answers(engine) == [(peer, ARM, REJECTED)]
+    engine.receive(long(TAKEOFF), 1.0, peer)  # another command may run beside it
+    assert engine.events()[0].command == TAKEOFF
+    engine.acknowledge(request, ACCEPTED, 2.0)
+    engine.receive(long(p1=p1), 3.0, peer)
+    assert isinstance(engine.events()[0], CommandRequested)
+
+
+def test_a_repetition_is_told_the_latest_progress():
+    wire = Wire()
+    engine, request = working(wire=wire)
+    engine.acknowledge(request, IN_PROGRESS, 1.0, progress=60)
+    engine.messages_to_send()
+    engine.receive(wire(long(confirmation=1)), 1.1, GROUND)
+    (out,) = engine.messages_to_send()
+    assert (out.message.result, out.message.progress) == (IN_PROGRESS, 60)
+
+
+@pytest.mark.parametrize("target", [(1, 1), (1, 0), (0, 0)])
+def test_its_sender_cancels_a_command_once(target):
+    engine, request = working()
+    for now in (1.0, 1.5):
+        engine.receive(cancel(target=target), now, GROUND)
+    assert engine.events() == [CommandCancelRequested(request, ARM, GROUND)]
+    engine.acknowledge(request, CANCELLED, 1.6)
+    assert answers(engine) == [(GROUND, ARM, CANCELLED)]
+
+
+@pytest.mark.parametrize(
+    ("message", "peer"),
+    [(cancel(), OTHER), (cancel(TAKEOFF), GROUND), (cancel(target=(2, 1)), GROUND), (cancel(target=(1, 100)), GROUND)],
+)
+def test_a_cancel_by_or_for_somebody_else_is_ignored(message, peer):
+    engine, request = working()
+    engine.receive(message, 1.0, peer)
+    assert (engine.events(), engine.messages_to_send()) == ([], [])
+    engine.acknowledge(request, ACCEPTED, 2.0)
+
+
+def test_a_cancel_of_nothing_is_ignored():
+    engine = server()
+    engine.receive(cancel(), 0.0, GROUND)
+    engine.receive(long(), 0.0, GROUND)
+    engine.acknowledge(engine.events()[0].request, ACCEPTED, 0.0)  # took no time: there was nothing to cancel
+    engine.messages_to_send()
+    engine.receive(cancel(), 0.1, GROUND)
+    assert (engine.events(), engine.messages_to_send()) == ([], [])
+
+
+@pytest.mark.parametrize("result", [ACCEPTED, CANCELLED])
+def test_a_cancel_after_the_end_stops_nothing_and_hears_the_end_again(result):
+    engine, request = working()
+    engine.acknowledge(request, result, 1.0)
+    engine.messages_to_send()
+    engine.receive(cancel(), 1.2, GROUND)
+    assert engine.events() == []
+    assert answers(engine) == [(GROUND, ARM, result)]
+
+
+def test_what_cannot_be_stopped_goes_on_to_its_end():
+    engine, request = working()
+    engine.receive(cancel(), 1.0, GROUND)
+    engine.acknowledge(request, IN_PROGRESS, 1.1, progress=90)
+    engine.acknowledge(request, ACCEPTED, 2.0)
+    assert [o.message.result for o in engine.messages_to_send()] == [IN_PROGRESS, ACCEPTED]
+
+
+def test_the_end_follows_its_sender_to_a_new_address():
+    """The sender's link went away while the command ran; it comes back by another one."""
+    wire = Wire()
+    engine, request = working(wire=wire)
+    engine.receive(wire(long(confirmation=1)), 5.0, moved := Peer(255, 190, "new link"))
+    engine.acknowledge(request, ACCEPTED, 6.0)
+    assert [out.peer for out in engine.messages_to_send()] == [moved, moved]
+
+
+class Flight:
+    """Both engines on a lossy link, and an owner whose commands take three seconds."""
+
+    TAKES = 3.0
+
+    def __init__(self, seed, **losses):
+        self.clock, self.client, self.server = VirtualClock(), CommandClient(255, 190), server()
+        self.up, self.down = LossyPipe(seed, **losses), LossyPipe(seed + 1000, **losses)
+        self.ground, self.vehicle = Codec(255, 190), Codec(1, 1)
+        self.begun, self.running, self.ends, self.done = 0, {}, [], []
+        self.next_progress = 0.0
+
+    def run(self, until):
+        while not self.done and self.clock.now < until:
+            self.clock.advance_to(self.clock.now + 0.05)
+            self._step(self.clock.now)
+
+    def _step(self, now):
+        for message in self._through(self.up, self.vehicle, now):
+            self.server.receive(message, now, GROUND)
+        self._fly(now)
+        for out in self.server.messages_to_send():
+            self.down.send(self.vehicle.encode(out.message), now)
+        for message in self._through(self.down, self.ground, now):
+            self.client.receive(message, now)
+        self.client.handle_timer(now)
+        for message in self.client.messages_to_send():
+            self.up.send(self.ground.encode(message), now)
+        self.done += [event for event in self.client.events() if isinstance(event, CommandDone)]
+
+    def _through(self, pipe, codec, now):
+        return [message for data in pipe.receive(now) for message in codec.decode(data)]
+
+    def _fly(self, now):
+        for event in self.server.events():
+            if isinstance(event, CommandRequested):
+                self.begun += 1
+                self.running[event.request] = now + self.TAKES
+            elif isinstance(event, CommandCancelRequested):
+                self._end(event.request, CANCELLED, now)
+        for request, end in list(self.running.items()):
+            if now >= end:
+                self._end(request, ACCEPTED, now)
+            elif now >= self.next_progress:
+                self.next_progress = now + 0.5
+                self.server.acknowledge(request, IN_PROGRESS, now, progress=50)
+
+    def _end(self, request, result, now):
+        del self.running[request]
+        self.ends.append(result)
+        self.server.acknowledge(request, result, now)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_on_a_bad_link_a_long_command_runs_once_and_both_ends_agree_how_it_ended(seed):
+    flight = Flight(seed, drop=0.3, duplicate=0.2, reorder=0.3, delay=0.1)
+    flight.client.send(long(), 0.0)
+    flight.run(until=30.0)
+    assert (flight.begun, flight.ends) == (1, [ACCEPTED])
+    assert [event.result for event in flight.done] == [ACCEPTED]
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_on_a_bad_link_a_cancel_stops_it_and_both_ends_agree_how_it_ended(seed):
+    flight = Flight(seed, drop=0.3, duplicate=0.2, reorder=0.3, delay=0.1)
+    request = flight.client.send(long(), 0.0)
+    flight.run(until=1.5)
+    flight.client.request_cancel(request, flight.clock.now)
+    flight.run(until=30.0)
+    assert flight.begun == 1
+    assert [event.result for event in flight.done] == flight.ends
