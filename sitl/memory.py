@@ -1,4 +1,4 @@
-"""What the vehicle keeps between runs: its mission, fence and rally points, and its changed parameters.
+"""What the vehicle keeps between runs: its mission, fence and rally points, its home, and its changed parameters.
 
 Files are replaced whole (write aside, flush, rename), so that a crash leaves the old or the new one. What clears
 several at once is written down first, and finished by the next start if a crash came between.
@@ -11,9 +11,12 @@ import math
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import asdict
 from pathlib import Path
+from typing import Any, NamedTuple
 
 from protocol.errors import FileError, LocalProtocolError
+from protocol.frames import Geodetic
 from protocol.plans import Plan, load, save
 from protocol.plans.geofence import fence_items, rally_items, with_fence, with_rally
 from protocol.plans.mission import MissionItem
@@ -24,6 +27,14 @@ LEFT_OVER = "*.new"  # of writes that were cut short
 
 class MemoryFaultError(SitlError):
     """The state folder cannot be read or written; the message names the file."""
+
+
+class Anchors(NamedTuple):
+    """Where the local frame and home are on the globe."""
+
+    start: Geodetic  # where the frame's origin was when the vehicle started
+    origin: Geodetic  # of the local frame
+    home: Geodetic
 
 
 class Memory:
@@ -39,6 +50,7 @@ class Memory:
         self._fence = folder / "fence.plan"
         self._rally = folder / "rally.plan"
         self._parameters = folder / "parameters.json"
+        self._home = folder / "home.json"
         self._plans = (self._mission, self._fence, self._rally)  # by MAV_MISSION_TYPE
         self._clearing = folder / "clearing"  # names the plans that are being cleared together
         self._tidy()
@@ -81,16 +93,9 @@ class Memory:
 
     def parameters(self) -> dict[str, float]:
         """The kept parameters by name."""
-        if not self._parameters.exists():
-            return {}
-        try:
-            kept = json.loads(self._parameters.read_text(encoding="utf-8"))
-        except (OSError, ValueError) as error:
-            raise MemoryFaultError(f"{self._parameters}: {error} (delete the file to start from defaults)") from error
-        if not isinstance(kept, dict):
-            raise MemoryFaultError(f"{self._parameters}: not a table of parameters")
+        kept = _read_table(self._parameters, "defaults")
         for name, value in kept.items():
-            if not isinstance(value, int | float) or isinstance(value, bool) or not math.isfinite(value):
+            if not _is_number(value):
                 raise MemoryFaultError(f"{self._parameters}: {name} is {value!r}, not a number")
         return kept
 
@@ -100,6 +105,21 @@ class Memory:
             _write(self._parameters, json.dumps(dict(sorted(values.items())), indent=1))
         except OSError as error:
             raise MemoryFaultError(f"parameters not kept: {self._parameters}: {error.strerror}") from error
+
+    def anchors(self) -> Anchors | None:
+        """The kept home and origin; None where neither was ever moved."""
+        kept = _read_table(self._home, "the home it is started with")
+        if not kept:
+            return None
+        places = [_geodetic(self._home, name, kept.get(name)) for name in Anchors._fields]
+        return Anchors(*places)
+
+    def keep_anchors(self, anchors: Anchors) -> None:
+        """Replace the kept home and origin: both, or neither."""
+        try:
+            _write(self._home, json.dumps({name: asdict(place) for name, place in anchors._asdict().items()}, indent=1))
+        except OSError as error:
+            raise MemoryFaultError(f"home not kept: {self._home}: {error.strerror}") from error
 
     def _tidy(self) -> None:
         """Finish what a crash cut short."""
@@ -115,6 +135,31 @@ class Memory:
                 if path.name in named:
                     path.unlink(missing_ok=True)
             self._clearing.unlink()
+
+
+def _read_table(path: Path, otherwise: str) -> dict[str, Any]:
+    """A JSON object, empty where there is no file; ``otherwise`` is what deleting it gives."""
+    if not path.exists():
+        return {}
+    try:
+        kept = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise MemoryFaultError(f"{path}: {error} (delete the file to start from {otherwise})") from error
+    if not isinstance(kept, dict):
+        raise MemoryFaultError(f"{path}: not a table (delete the file to start from {otherwise})")
+    return kept
+
+
+def _geodetic(path: Path, name: str, kept: object) -> Geodetic:
+    if isinstance(kept, dict) and kept.keys() == {"lat_deg", "lon_deg", "alt"}:
+        place = Geodetic(**kept)
+        if all(_is_number(value) for value in kept.values()) and abs(place.lat_deg) <= 90.0:
+            return place
+    raise MemoryFaultError(f"{path}: {name} is {kept!r}, not a place (delete the file to start where it is started)")
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
 
 
 def _write(path: Path, text: str) -> None:

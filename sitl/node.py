@@ -7,7 +7,6 @@ caller passes as ``now``; so a vehicle at 100 times real time still gives its pe
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Hashable, Sequence
 from typing import Any
 
@@ -41,6 +40,7 @@ from sitl import telemetry
 from sitl.autopilot import commands
 from sitl.autopilot.autopilot import Notice
 from sitl.autopilot.bounds import PLAN_NAMES, Bounds
+from sitl.autopilot.home import MESSAGES, MOVES, HomeKeeper, recheck, take_message
 from sitl.autopilot.link_watch import Silence
 from sitl.autopilot.manual import sticks_of
 from sitl.autopilot.mission import validate
@@ -89,6 +89,7 @@ class Node:
         self._control_told = (0, True)  # by its first CONTROL_STATUS
         self._limiter = TextLimiter()
         self._asked: float | None = None  # the link's time while a peer's datagram is looked at
+        self._home = HomeKeeper(craft.autopilot, memory)  # first: plans are relative to it
         self._bounds = bounds = Bounds(craft.autopilot, memory)
         self._blackbox = blackbox
         logs = blackbox or NoFiles()
@@ -114,7 +115,7 @@ class Node:
         craft.autopilot.load_mission(() if refusal else items)
         if refusal:
             self._say(WARNING, f"Kept mission not loaded: {refusal.text}")
-        for text in bounds.flaws:
+        for text in (*self._home.said, *bounds.flaws):
             self._say(WARNING, text)
 
     # The wire
@@ -253,11 +254,22 @@ class Node:
         if outcome.accepted and event.command == commands.ARM and autopilot.armed:
             self._endpoint.operator.armed(event.peer, now)
         self._endpoint.acknowledge(event.request, outcome.result, now)
+        if outcome.accepted and event.command in MOVES:
+            self._settle()
         if outcome.accepted and event.command in CHOOSES_MODE:
             self._intended = autopilot.mode
         said = {notice.text for notice in self._report()}
         if not outcome.accepted and outcome.text and outcome.text not in said:
             self._say(WARNING, outcome.text)
+
+    def _settle(self) -> None:
+        """Keep where home and origin are now, and tell everyone, and what it means for the plans that are held."""
+        self._keep(self._home.keep)
+        self._tell(telemetry.global_origin(self.picture()))
+        self._tell(telemetry.home_position(self.picture()))
+        self._say(INFO, self._home.where)
+        for text in recheck(self.craft.autopilot, self._bounds):
+            self._say(WARNING, text)
 
     def _on_message_request(self, event: MessageRequested, now: float) -> None:  # noqa: ARG002 - one signature
         if event.message_id == mavlink.MAVLINK_MSG_ID_AVAILABLE_MODES:
@@ -323,6 +335,12 @@ class Node:
                 self._complain("Sticks refused: an axis is out of its range")
             else:
                 self.craft.autopilot.take_sticks(sticks)
+        elif event.message.get_type() in MESSAGES:
+            outcome = take_message(self.craft.autopilot, event.message)
+            if outcome.accepted:
+                self._settle()
+            else:
+                self._complain(outcome.text)
 
     def _on_log_erase(self, event: LogEraseRequested, now: float) -> None:  # noqa: ARG002
         if self._blackbox is not None:

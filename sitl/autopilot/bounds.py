@@ -46,16 +46,30 @@ class Bounds:
 
     def load(self, kind: int, items: Sequence[MissionItem]) -> str:
         """Put valid items in force; a sentence about it for the pilot."""
+        self._kept[kind] = tuple(items)
+        self._put(kind, items)
+        return f"{PLAN_NAMES[kind]} cleared" if not items else f"{PLAN_NAMES[kind]}: {len(items)} items received"
+
+    def reload(self) -> list[str]:
+        """Put in force anew what is held, after home or the origin moved; why some of it no longer can be."""
+        reasons = []
+        for kind, items in self._kept.items():
+            refusal = self._checks[kind](items)
+            self._put(kind, () if refusal else items)
+            if refusal is not None:
+                reasons.append(f"{PLAN_NAMES[kind]} no longer in force: {refusal.text}")
+        return reasons
+
+    def _put(self, kind: int, items: Sequence[MissionItem]) -> None:
         autopilot, world = self._autopilot, self._autopilot.world
         if kind == FENCE:
             fence = make_fence(items, world.frame)
             if isinstance(fence, Fence):
                 autopilot.load_fence(fence)
         else:
-            points = make_rally(items, world.frame, world.arena)
+            points = make_rally(items, world)
             if not isinstance(points, Refusal):
                 autopilot.load_rally(points)
-        return f"{PLAN_NAMES[kind]} cleared" if not items else f"{PLAN_NAMES[kind]}: {len(items)} items received"
 
     def keep(self, kind: int, items: Sequence[MissionItem]) -> None:
         """Replace the kept ones.
@@ -74,5 +88,5 @@ class Bounds:
         return made if isinstance(made, Refusal) else None
 
     def _check_rally(self, items: Sequence[MissionItem]) -> Refusal | None:
-        made = make_rally(items, self._autopilot.world.frame, self._autopilot.world.arena)
+        made = make_rally(items, self._autopilot.world)
         return made if isinstance(made, Refusal) else None

@@ -15,12 +15,12 @@ from protocol.modes import mode_from_parts
 from sitl.autopilot.autopilot import DENIED, UNSUPPORTED, Autopilot, Outcome
 from sitl.autopilot.decision import Way
 from sitl.autopilot.guidance import FASTEST, SLOWEST, Vector
+from sitl.autopilot.home import DO_SET_GLOBAL_ORIGIN, UNSUPPORTED_FRAME, set_home, set_origin
 from sitl.autopilot.mission_items import WAYS
 from sitl.autopilot.standard_modes import set_standard_mode
 
 ARM = mavlink.MAV_CMD_COMPONENT_ARM_DISARM
 FORCE = 21196  # the number that makes MAV_CMD_COMPONENT_ARM_DISARM skip its checks
-UNSUPPORTED_FRAME = 9  # MAV_RESULT_COMMAND_UNSUPPORTED_MAV_FRAME, newer than the generator's definitions
 CUSTOM_MODE = mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
 RELATIVE = frozenset({mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT, mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT_INT})
 GLOBAL = frozenset({mavlink.MAV_FRAME_GLOBAL, mavlink.MAV_FRAME_GLOBAL_INT})
@@ -50,11 +50,11 @@ def _take_off(autopilot: Autopilot, request: CommandRequested) -> Outcome:
 
 
 def _height(autopilot: Autopilot, request: CommandRequested) -> float | None:
-    """Height above the origin that param7 asks for; None where it leaves that to the vehicle."""
+    """Height above home that param7 asks for; None where it leaves that to the vehicle."""
     z = request.param(7)
     if math.isnan(z):
         return None
-    home = autopilot.world.home.alt
+    home = autopilot.world.home_alt
     # A COMMAND_LONG names no frame. Clients send the altitude above the sea or above home; one below home
     # can only be meant as the latter.
     above_sea = request.frame in GLOBAL or (request.frame is None and z > home)
@@ -105,11 +105,9 @@ def _point(autopilot: Autopilot, request: CommandRequested) -> Vector | None:
     latitude, longitude, z = request.params[4:7]
     if not (math.isfinite(latitude) and math.isfinite(longitude)):
         return None
-    if not math.isfinite(z):
-        z = autopilot.setpoint.p[2]
-    elif request.frame in GLOBAL:
-        z -= autopilot.world.home.alt
-    return autopilot.world.local(latitude, longitude, z)
+    world = autopilot.world
+    up = world.up(z, above_sea=request.frame in GLOBAL) if math.isfinite(z) else autopilot.setpoint.p[2]
+    return world.local(latitude, longitude, up)
 
 
 def _change_speed(autopilot: Autopilot, request: CommandRequested) -> Outcome:
@@ -150,12 +148,13 @@ def _orbit(autopilot: Autopilot, request: CommandRequested) -> Outcome:
 def _centre(autopilot: Autopilot, request: CommandRequested) -> Vector:
     """The centre that is asked for; what is left open is where the vehicle is."""
     latitude, longitude, z = request.params[4:7]
-    here, home = autopilot.view.p, autopilot.world.home.alt
+    here, world = autopilot.view.p, autopilot.world
     # Clients put an altitude above the sea into this command whatever frame they name: MAVSDK names a relative one.
-    height = here[2] if not math.isfinite(z) else z - home if z > home or request.frame in GLOBAL else z
+    above_sea = z > world.home_alt or request.frame in GLOBAL
+    height = world.up(z, above_sea=above_sea) if math.isfinite(z) else here[2]
     if not (math.isfinite(latitude) and math.isfinite(longitude)) or max(abs(latitude), abs(longitude)) > 180.0:
         return (here[0], here[1], height)
-    return autopilot.world.local(latitude, longitude, height)
+    return world.local(latitude, longitude, height)
 
 
 def _unsupported(text: str) -> Handler:
@@ -183,7 +182,8 @@ HANDLERS: dict[int, Handler] = {
     mavlink.MAV_CMD_DO_VTOL_TRANSITION: _transition,
     mavlink.MAV_CMD_DO_ORBIT: _orbit,
     mavlink.MAV_CMD_DO_SET_STANDARD_MODE: set_standard_mode,
-    mavlink.MAV_CMD_DO_SET_HOME: _unsupported("Home stays where the flight began; darko-sitl --home sets it"),
+    mavlink.MAV_CMD_DO_SET_HOME: set_home,
+    DO_SET_GLOBAL_ORIGIN: set_origin,
     mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN: _unsupported("A simulation is stopped and started from its terminal"),
     mavlink.MAV_CMD_DO_FLIGHTTERMINATION: _unsupported("No flight termination: a forced disarm stops the motors"),
 }

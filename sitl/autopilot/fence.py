@@ -88,13 +88,14 @@ class Fence(NamedTuple):
     without: tuple[Circle | Polygon, ...] = ()
     reach: float = 0.0  # level distance from home [m]; 0: any
     ceiling: float = 0.0  # height above home [m]; 0: any
+    home: Vector = (0.0, 0.0, 0.0)  # world NWU [m]
 
     def breach(self, points: Sequence[Vector]) -> Breach | None:
         """The first thing wrong with any of the points, world NWU [m]."""
         p = np.array(points)
-        if self.ceiling > 0.0 and p[:, 2].max() > self.ceiling:
+        if self.ceiling > 0.0 and p[:, 2].max() - self.home[2] > self.ceiling:
             return Breach(mavlink.FENCE_BREACH_MAXALT, f"higher than {self.ceiling:g} m above home")
-        if self.reach > 0.0 and np.hypot(p[:, 0], p[:, 1]).max() > self.reach:
+        if self.reach > 0.0 and np.hypot(p[:, 0] - self.home[0], p[:, 1] - self.home[1]).max() > self.reach:
             return Breach(mavlink.FENCE_BREACH_BOUNDARY, f"farther than {self.reach:g} m from home")
         if self.within and not np.any([zone.contains(p) for zone in self.within], axis=0).all():
             return Breach(mavlink.FENCE_BREACH_BOUNDARY, "outside the fence")

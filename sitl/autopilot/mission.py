@@ -250,8 +250,8 @@ class MissionRunner:
         return Steps((approach, land_at(down, self.settings.descent_rate)))
 
     def _return(self, item: MissionItem, view: View, last: Setpoint) -> Guidance:  # noqa: ARG002 - one signature for all builders
-        to = self.world.safe_point(view.p)
-        return return_home(view, last, self.settings, self.chooser, self._asked, to)
+        to = self.world.safe_point(view.p, self.settings.return_altitude)
+        return return_home(view, last, self.settings, to, self.chooser, self._asked)
 
 
 def fly_to(
@@ -270,12 +270,12 @@ def return_home(
     view: View,
     last: Setpoint,
     settings: Settings,
+    to: Vector,
     chooser: Chooser | None = None,
     asked: Way = Way.NONE,
-    to: Vector = (0.0, 0.0, 0.0),
 ) -> Steps:
-    """Climb to the return altitude, fly over a point, world NWU [m], and land there."""
-    high = max(view.p[2], settings.return_altitude, to[2])
+    """Climb to the height of a point, world NWU [m], or stay higher, fly there and land below it."""
+    high = max(view.p[2], to[2])
     here = Setpoint((view.p[0], view.p[1], high), last.heading, settings.hover_speed)
     above_home = here._replace(p=(to[0], to[1], high))
     climbed = view if view.forward else view._replace(p=here.p)

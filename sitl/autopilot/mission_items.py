@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from protocol.dialect import mavlink
 from protocol.engines.mission_server import Refusal
-from protocol.frames import Geodetic, LocalFrame, flip
+from protocol.frames import LocalFrame, flip
 from protocol.plans.mission import MissionItem
 from protocol.units import UNKNOWN_INT32, from_e7, from_local_e4
 from sitl.autopilot.arena import Arena
@@ -48,30 +48,41 @@ MOST_ITEMS = 1000
 
 
 class World(NamedTuple):
-    """Where missions are flown: the geodetic origin of the world frame, the arena about it, fence and rally points."""
+    """Where missions are flown: the world frame's place on the globe, the arena about it, fence, rally points, home."""
 
     frame: LocalFrame
     arena: Arena
     fence: Fence = Fence()
     rally: tuple[Vector, ...] = ()  # world NWU [m]
+    home: Vector = (0.0, 0.0, 0.0)  # world NWU [m]
 
     @property
-    def home(self) -> Geodetic:
-        """The origin of the world frame."""
-        return self.frame.origin
+    def home_alt(self) -> float:
+        """Altitude of home above the sea [m]."""
+        return self.frame.origin.alt + self.home[2]
 
-    def local(self, lat_deg: float, lon_deg: float, height: float) -> Vector:
-        """World NWU [m] of a geodetic point at a height above the origin."""
-        return (*level(lat_deg, lon_deg, self.frame), height)
+    def up(self, altitude: float, *, above_sea: bool) -> float:
+        """World NWU height [m] of an altitude above the sea, or else above home [m]."""
+        return altitude - self.frame.origin.alt if above_sea else altitude + self.home[2]
+
+    def local(self, lat_deg: float, lon_deg: float, up: float) -> Vector:
+        """World NWU [m] of a geodetic point at a height of that frame [m]."""
+        return (*level(lat_deg, lon_deg, self.frame), up)
 
     def refuse(self, p: Vector) -> str | None:
         """Why the vehicle may not be sent to a point, world NWU [m], or None if it may."""
         breach = None if (outside := self.arena.refuse(p)) else self.fence.breach([p])
         return breach.text if breach is not None else outside
 
-    def safe_point(self, p: Vector) -> Vector:
-        """Where to return to from a point: the nearest of home and the rally points, world NWU [m]."""
-        return min(((0.0, 0.0, 0.0), *self.rally), key=lambda point: math.dist(point[:2], p[:2]))
+    def safe_point(self, p: Vector, least: float = -math.inf) -> Vector:
+        """Where to return to from a point: the nearest of home and the rally points, world NWU [m].
+
+        Args:
+            p: World NWU [m].
+            least: Height above home [m] below which no return is flown.
+        """
+        north, west, up = min((self.home, *self.rally), key=lambda point: math.dist(point[:2], p[:2]))
+        return north, west, max(up, self.home[2] + least)
 
 
 def place(item: MissionItem, world: World) -> Vector | None:
@@ -96,10 +107,10 @@ def place(item: MissionItem, world: World) -> Vector | None:
 
 
 def height(item: MissionItem, world: World) -> float:
-    """Height an item names above the origin [m], also where it leaves its place open."""
+    """World NWU height that an item names [m], also where it leaves its place open."""
     if item.frame == mavlink.MAV_FRAME_LOCAL_NED:
         return -item.z
-    return item.z - (world.home.alt if item.frame in GLOBAL_FRAMES else 0.0)
+    return world.up(item.z, above_sea=item.frame in GLOBAL_FRAMES)
 
 
 def validate(items: Sequence[MissionItem], world: World) -> Refusal | None:
@@ -114,13 +125,25 @@ def validate(items: Sequence[MissionItem], world: World) -> Refusal | None:
 
 
 def out_of_bounds(items: Sequence[MissionItem], world: World) -> str | None:
-    """Why a valid mission cannot be flown within the fence, or None: the first item that names a place outside."""
+    """Why a mission that was valid cannot be flown with fence and home as they are now, or None if it can."""
     for seq, item in enumerate(items):
-        point = place(item, world) if item.command in PLACED | LAND | TAKEOFF else None
+        if item.command not in PLACED | LAND | TAKEOFF:
+            continue
+        reason = world.arena.refuse(_end(item, world))
+        if reason is not None:
+            return f"item {seq}: {reason}"
+        point = place(item, world)
         breach = None if point is None else world.fence.breach([point])
         if breach is not None:
             return f"item {seq} is {breach.text}"
     return None
+
+
+def _end(item: MissionItem, world: World) -> Vector:
+    """Where an item ends, world NWU [m]; what names no place is taken to be over home."""
+    point = place(item, world) or (world.home[0], world.home[1], height(item, world))
+    # The ground decides where a landing ends.
+    return point if item.command not in LAND else (point[0], point[1], max(point[2], 0.0))
 
 
 def _validate_item(seq: int, item: MissionItem, count: int, world: World) -> Refusal | None:
@@ -137,13 +160,9 @@ def _validate_item(seq: int, item: MissionItem, count: int, world: World) -> Ref
     except ValueError as error:
         code = mavlink.MAV_MISSION_INVALID_PARAM7 if "altitude" in str(error) else mavlink.MAV_MISSION_UNSUPPORTED_FRAME
         return Refusal(code, f"item {seq}: {error}")
-    if point is None:
-        if item.command in PLACED:
-            return Refusal(mavlink.MAV_MISSION_INVALID_PARAM5_X, f"item {seq}: a waypoint needs a position")
-        point = (0.0, 0.0, height(item, world))
-    if item.command in LAND:  # the ground decides where a landing ends
-        point = (point[0], point[1], max(point[2], 0.0))
-    reason = world.arena.refuse(point)
+    if point is None and item.command in PLACED:
+        return Refusal(mavlink.MAV_MISSION_INVALID_PARAM5_X, f"item {seq}: a waypoint needs a position")
+    reason = world.arena.refuse(_end(item, world))
     if reason is not None:
         return Refusal(mavlink.MAV_MISSION_INVALID, f"item {seq}: {reason}")
     return _validate_times(seq, item)

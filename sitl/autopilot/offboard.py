@@ -56,9 +56,11 @@ def _point(autopilot: Autopilot, message: Message) -> Vector | None:
             return None
         return flip((message.x, message.y, message.z))
     if frame in {mavlink.MAV_FRAME_GLOBAL_INT, mavlink.MAV_FRAME_GLOBAL}:
-        height = message.alt - autopilot.world.home.alt
+        above_sea = True
     elif frame in {mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT_INT, mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT}:
-        height = message.alt
+        above_sea = False
     else:
         return None
-    return autopilot.world.local(units.from_e7(message.lat_int), units.from_e7(message.lon_int), height)
+    world = autopilot.world
+    up = world.up(message.alt, above_sea=above_sea)
+    return world.local(units.from_e7(message.lat_int), units.from_e7(message.lon_int), up)

@@ -23,7 +23,6 @@ def answer(command, *params):
 @pytest.mark.parametrize(
     ("command", "word"),
     [
-        (mavlink.MAV_CMD_DO_SET_HOME, "Home"),
         (mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN, "terminal"),
         (mavlink.MAV_CMD_DO_FLIGHTTERMINATION, "disarm"),
     ],
