@@ -1,8 +1,8 @@
 """A real vehicle process under a flood: what its telemetry, memory, processor time and state do.
 
 ``python scripts/flood.py`` starts ``darko-sitl`` at real time, hovering in gusts, listens to it as its ground station,
-and lets another process send hostile datagrams (``tests/support/flood.py``) in every second window, most from ports
-never seen before, one in five from the ground station's own. Windows with and without flood alternate, so that the
+and lets another process send hostile datagrams (``tests/support/flood.py``) in every second window, from 256 ports by
+turns and one in five from the ground station's own. Windows with and without flood alternate, so that the
 machine's other load falls on both alike. Ten minutes of flood take twenty; ``--minutes 1`` is a quick look.
 
 The exit code is 1 if telemetry became slower by more than 10 %, or if parameters, plans, mode or arming changed.
@@ -43,6 +43,7 @@ FORK = multiprocessing.get_context("fork")
 HOST = "127.0.0.1"
 BURST = 0.01  # [s] between two bursts of the flood
 OWN = 5  # one datagram in so many leaves the ground station's own port
+STRANGERS = 256  # ports that are kept: what the vehicle answers there reaches no other program
 SLOWER = 0.10  # share of telemetry that may be missing under the flood
 SETTLE = 3.0  # [s] of flight before the first window
 STEADY = 10  # messages a window, from which on a kind counts as streamed
@@ -208,15 +209,15 @@ def flying(gcs_port: int, state: str, gusts: float, seed: int) -> Iterator[Vehic
 
 def pour(listener: socket.socket, port: int, rate: float, seconds: float, seed: int, result: Any) -> None:  # noqa: ANN401
     """The hostile process: send for some seconds at a rate [datagrams/s], then tell what it was."""
+    strangers = [socket.socket(socket.AF_INET, socket.SOCK_DGRAM) for _ in range(STRANGERS)]
+    for stranger in strangers:
+        stranger.bind((HOST, 0))
     flood, sent, began = Flood(seed), 0, time.monotonic()
     while (elapsed := time.monotonic() - began) < seconds:
         while sent < elapsed * rate:
             datagram, sent = flood.datagram(), sent + 1
-            if sent % OWN == 0:
-                listener.sendto(datagram, (HOST, port))
-                continue
-            with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger:
-                stranger.sendto(datagram, (HOST, port))
+            sender = strangers[sent % STRANGERS] if sent % OWN else listener
+            sender.sendto(datagram, (HOST, port))
         time.sleep(BURST)
     result.send(flood.counts | Counter(datagrams=sent))
 
