@@ -9,13 +9,13 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from darko_gcs.acquaintance import Acquaintance
 from darko_gcs.child import Child
 from darko_gcs.link import Link
 from darko_gcs.snapshot import EMPTY, FORWARD_LAWS, Snapshot
 from darko_gcs.station import Station
 from darko_gcs.store import KEPT_TRACK, note, reduce
 from darko_gcs.store_darko import KEPT_V, v_point
-from protocol.events import VehicleFound
 from protocol.exposure import exposure
 from protocol.replay import Timeline
 from protocol.tlog import TlogReader
@@ -60,7 +60,8 @@ class LiveFeed:
         self._host, self._port, self._sitl = host, port, sitl
         self._greeting = greeting
         self._child: Child | None = None
-        self._mourned = self._asked = False
+        self._acquaintance = Acquaintance(station)
+        self._mourned = False
 
     @property
     def snapshot(self) -> Snapshot:
@@ -94,12 +95,8 @@ class LiveFeed:
         await self._link.close()
 
     def advance(self, elapsed: float) -> None:  # noqa: ARG002 - the link has its own clock
-        """Fetch a vehicle's mission and thresholds when it appears; notice when our vehicle process ends by itself."""
-        if any(isinstance(event, VehicleFound) for event in self.station.events()):
-            self.station.download(self._link.now)
-        if self.snapshot.hybrid is not None and not self._asked:  # no other autopilot is asked for its thousand
-            self._asked = True
-            self.station.fetch_parameters(self._link.now)
+        """Become acquainted with a vehicle that appears; notice when our vehicle process ends by itself."""
+        self._acquaintance.follow(self.station.events(), self._link.now)
         if self._child is not None and self._child.exit_code is not None and not self._mourned:
             self._mourned = True
             self._say(f"darko-sitl ended with exit code {self._child.exit_code}")

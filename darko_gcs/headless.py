@@ -21,7 +21,7 @@ from darko_gcs.snapshot import LAWS, Snapshot
 from darko_gcs.station import Station
 from protocol.dialect import mavlink
 from protocol.errors import FileError
-from protocol.events import CommandDone, Event, MissionFailed, MissionUploaded, VehicleLost
+from protocol.events import CommandDone, Event, MissionFailed, MissionUploaded, VehicleLost, VehicleRestarted
 from protocol.exposure import exposure
 from protocol.frames import Geodetic, LocalFrame, Vector
 from protocol.plans import MissionItem, load
@@ -41,7 +41,7 @@ class Summary:
     """How a flight went."""
 
     mission: str
-    log: str
+    log: str | None  # None: nothing is recorded
     items: int
     reached: list[int] = field(default_factory=list)
     miss: dict[int, float] = field(default_factory=dict)  # distance to each waypoint when it was reached [m]
@@ -67,7 +67,7 @@ class Summary:
                 f"  energy {self.energy:.0f} J, {self.jumps} jumps between laws",
                 *([f"    {by_law}"] if by_law else []),
                 f"  waypoints reached within {worst:.2f} m",
-                f"  log {self.log}",
+                f"  log {self.log or 'not recorded'}",
             )
         )
 
@@ -85,20 +85,26 @@ async def fly_headless(args: argparse.Namespace, sitl: Sequence[str]) -> Summary
     if not plan.items:
         raise GroundError(f"{args.mission}: the plan has no mission items")
     keyring = open_keyring(args.signing_key, give=args.give_key)
-    recorder, path = start_recording(args.record or default_folder())
+    recorder, path = None, None
+    try:
+        recorder, path = start_recording(args.record or default_folder())
+    except GroundError as error:  # a flight matters more than its log
+        _say(f"NOT RECORDING: {error}")
     async with AsyncExitStack() as stack:
         link = Link(Station(recorder, keyring, give_key=args.give_key))
+        stack.callback(_tell_fault, link.station)
         stack.push_async_callback(link.close)
         port = await link.open(args.host, args.port)
         if warning := exposure(args.host, signed=keyring.is_on):
-            print(warning, file=sys.stderr)
+            _say(warning)
         child = None
         if args.sitl:
             if args.state_dir is None:  # a scripted flight starts from a vehicle that remembers nothing
                 sitl = [*sitl, "--state-dir", stack.enter_context(tempfile.TemporaryDirectory())]
-            child = await Child.start(port, sitl, lambda line: print(line, file=sys.stderr))
+            child = await Child.start(port, sitl, _say)
             stack.push_async_callback(child.stop)
-        pilot = _Pilot(link, child, Summary(str(args.mission), str(path), len(plan.items)), args.timeout)
+        log = None if path is None else str(path)
+        pilot = _Pilot(link, child, Summary(str(args.mission), log, len(plan.items)), args.timeout)
         await pilot.fly(plan.items)
         return pilot.summary
 
@@ -113,17 +119,17 @@ class _Pilot:
 
     async def fly(self, items: Sequence[MissionItem]) -> None:
         await self._until(lambda s: s.source is not None and s.home is not None and s.boot is not None, HEARD_WITHIN)
-        self._say("vehicle found")
+        _say("vehicle found")
         self._station.upload(items, self._link.now)
         await self._answer(MissionUploaded, "upload")
-        self._say(f"{len(items)} items uploaded")
+        _say(f"{len(items)} items uploaded")
         await self._until(lambda s: s.prearm_ok is not False, ANSWER_WITHIN)
         began = self._snapshot.boot or 0.0
         self._station.arm(self._link.now)
         await self._answer(CommandDone, "arming")
         self._station.start_mission(self._link.now)
         await self._answer(CommandDone, "mission start")
-        self._say("flying")
+        _say("flying")
         await self._follow(items, began)
         self.summary.duration = (self._snapshot.boot or 0.0) - began
         if self._snapshot.energy is not None:
@@ -196,8 +202,9 @@ class _Pilot:
         self._events += self._station.events()
         if self._child is not None and self._child.exit_code is not None:
             raise LinkError(f"darko-sitl ended with exit code {self._child.exit_code}")
-        if any(isinstance(event, VehicleLost) for event in self._events):
-            raise FlightError(f"the vehicle was lost: last item reached {self._last_reached()}")
+        for kind, what in ((VehicleRestarted, "restarted"), (VehicleLost, "was lost")):
+            if any(isinstance(event, kind) for event in self._events):
+                raise FlightError(f"the vehicle {what}: last item reached {self._last_reached()}")
 
     def _last_reached(self) -> str:
         return str(self.summary.reached[-1]) if self.summary.reached else "none"
@@ -206,9 +213,15 @@ class _Pilot:
         lines = [line.text for line in self._snapshot.messages if line.severity <= mavlink.MAV_SEVERITY_WARNING]
         return lines[-1] if lines else "no reason given"
 
-    @staticmethod
-    def _say(text: str) -> None:
-        print(text, file=sys.stderr)
+
+def _say(text: str) -> None:
+    print(text, file=sys.stderr)
+
+
+def _tell_fault(station: Station) -> None:
+    """Say, after all, that the log is not whole."""
+    if station.recording_fault:
+        _say(station.recording_fault)
 
 
 def _place(item: MissionItem, home: Geodetic | None) -> Vector | None:

@@ -25,6 +25,7 @@ class Link(asyncio.DatagramProtocol):
         self._peer: Address | None = None
         self._transport: asyncio.DatagramTransport | None = None
         self._timer: asyncio.Task[None] | None = None
+        self._epoch = time.time_ns() // 1000 - time.monotonic_ns() // 1000  # of the steady clock, since 1970 [us]
 
     async def open(self, host: str, port: int) -> int:
         """Listen for the vehicle. Returns the port (another than asked for if that was 0).
@@ -58,7 +59,7 @@ class Link(asyncio.DatagramProtocol):
 
     def datagram_received(self, data: bytes, addr: Address) -> None:
         """A datagram came; where the vehicle speaks from is where answers go, whoever else may send here."""
-        if self.station.receive(data, self.now, _wall_clock()):
+        if self.station.receive(data, self.now, self._time_usec()):
             self._peer = addr
             self.station.signing.is_private = is_loopback(addr[0])
         self._send()
@@ -75,10 +76,10 @@ class Link(asyncio.DatagramProtocol):
     def _send(self) -> None:
         if self._peer is None or self._transport is None:
             return
-        for data in self.station.outgoing(self.now, _wall_clock()):
+        for data in self.station.outgoing(self.now, self._time_usec()):
             if not is_secret(data) or is_loopback(self._peer[0]):  # the vehicle may have moved since it was asked
                 self._transport.sendto(data, self._peer)
 
-
-def _wall_clock() -> int:
-    return time.time_ns() // 1000
+    def _time_usec(self) -> int:
+        """For the log: since 1970, as the wall clock had it at the start; it may be set while a flight is recorded."""
+        return max(0, self._epoch + time.monotonic_ns() // 1000)

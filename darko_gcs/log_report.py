@@ -10,6 +10,7 @@ from datetime import UTC, datetime
 from typing import Any
 
 from darko_gcs.flight_summary import Decision, Flight, Period, Summary
+from darko_gcs.words import printable
 
 __all__ = ["as_json", "as_text"]
 
@@ -90,7 +91,7 @@ def _flight(flight: Flight) -> Iterator[str]:
     for jump in flight.jumps[:_LONGEST]:
         v = "" if math.isnan(jump.v) else f" at V = {jump.v:.4g}"
         change = f"{jump.law_from} -> {jump.law_to}"
-        yield f"    {_clock(jump.time)} jump {jump.number} {_printable(jump.name)}: {change}, {jump.reason}{v}"
+        yield f"    {_clock(jump.time)} jump {jump.number} {printable(jump.name)}: {change}, {jump.reason}{v}"
     yield from _rest(flight.jumps, "jumps")
 
 
@@ -145,7 +146,7 @@ def _last_texts(summary: Summary, count: int) -> Iterator[str]:
         yield ""
         yield f"last {len(shown)} of {len(summary.texts)} status texts"
     for text in shown:
-        yield f"  {_clock(text.time)} {text.system}/{text.component} {text.severity}: {_printable(text.text)}"
+        yield f"  {_clock(text.time)} {text.system}/{text.component} {text.severity}: {printable(text.text)}"
 
 
 def _rest(things: tuple[Any, ...], what: str) -> Iterator[str]:
@@ -158,11 +159,6 @@ def _clock(seconds: float) -> str:
     minutes, rest = divmod(round(seconds, 1), 60.0)
     hours, minutes = divmod(int(minutes), 60)
     return f"{hours}:{minutes:02d}:{rest:04.1f}" if hours else f"{minutes}:{rest:04.1f}"
-
-
-def _printable(text: str) -> str:
-    """Text from the wire without what could command a terminal."""
-    return "".join(character if character.isprintable() else "?" for character in text)
 
 
 def _plain(value: object) -> object:

@@ -31,10 +31,21 @@ def start_recording(folder: Path) -> tuple[TlogWriter, Path]:
         raise GroundError(f"recordings cannot be kept in {folder}: {error.strerror}") from error
     stamp = datetime.now(UTC).strftime("%Y%m%d-%H%M%S")
     path, count = folder / f"{stamp}.tlog", 1
-    while path.exists():
-        count += 1
-        path = folder / f"{stamp}-{count}.tlog"
     try:
+        while not _claimed(path):
+            count += 1
+            path = folder / f"{stamp}-{count}.tlog"
         return TlogWriter.open(path), path
+    except OSError as error:
+        raise GroundError(f"{path}: cannot be written: {error.strerror}") from error
     except FileError as error:
         raise GroundError(str(error)) from error
+
+
+def _claimed(path: Path) -> bool:
+    """Make a file that nobody has: a clock that was set back, or another ground station, gives one name twice."""
+    try:
+        path.touch(exist_ok=False)
+    except FileExistsError:
+        return False
+    return True

@@ -38,6 +38,15 @@ class Line(NamedTuple):
     text: str
 
 
+class OpenText(NamedTuple):
+    """A STATUSTEXT in several chunks, of which more may come."""
+
+    component: int
+    number: int  # the text's, the same in all its chunks
+    chunk: int  # the one that comes next
+    line: Line  # with what came so far
+
+
 class Jump(NamedTuple):
     """One jump of the vehicle's automaton."""
 
@@ -147,6 +156,8 @@ class Snapshot:
     landed_state: int = 0  # MAV_LANDED_STATE
     vtol_state: int = 0  # MAV_VTOL_STATE
     boot: float | None = None  # vehicle's time since boot [s]
+    earlier: int = 0  # messages in a row whose time since boot was long before that
+    restarts: int = 0  # times the vehicle was seen to start anew
 
     q: Quaternion | None = None  # flying body frame FRD -> NED
     repr_offset: Quaternion | None = None
@@ -188,6 +199,7 @@ class Snapshot:
     transfer: tuple[str, int, int] | None = None  # direction, done, total
 
     messages: tuple[Line, ...] = ()
+    open_text: OpenText | None = None  # whose next chunk goes on with the last line
     received: int = 0  # messages
     rate: float = math.nan  # messages per second
     loss: float = 0.0  # share of frames lost, 0..1

@@ -10,22 +10,24 @@ from darko_gcs.signing import SigningDesk
 from darko_gcs.snapshot import EMPTY, Snapshot
 from darko_gcs.store import note, reduce, reduce_event
 from protocol import units
-from protocol.codec import source_of
+from protocol.codec import Message, Source, source_of
 from protocol.dialect import mavlink
 from protocol.endpoint import GroundEndpoint
 from protocol.errors import FileError, LocalProtocolError
-from protocol.events import Event, MissionUploaded
+from protocol.events import Event, MissionUploaded, VehicleRestarted
 from protocol.frames import LocalFrame
 from protocol.keyring import Keyring
 from protocol.modes import Mode, custom_mode
 from protocol.plans.mission import MissionItem
 from protocol.signing import is_secret
-from protocol.tlog import TlogWriter, split_frames
+from protocol.tlog import TlogWriter
 
 NAN = math.nan
 RELATIVE = mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT
 CUSTOM_MODE = mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
+ERROR = mavlink.MAV_SEVERITY_ERROR
 RATE_WINDOW = 2.0  # [s]
+MOST_OTHERS = 4  # vehicles beside the selected one that are told of
 
 
 class Station:
@@ -33,6 +35,13 @@ class Station:
 
     The owner moves bytes and time: ``receive`` each datagram, ``tick`` often, send what ``outgoing`` gives. What
     is asked of the vehicle is answered in the snapshot's log and in ``events``.
+
+    The first vehicle that is heard is the one selected, for good. What others say is recorded, and shown nowhere.
+
+    Args:
+        recorder: Keeps what is believed and what is sent; a disk that fails ends the recording, not the flight.
+        keyring: Signs, and says who is believed.
+        give_key: Whether a vehicle without a key is given ours.
     """
 
     def __init__(
@@ -41,7 +50,9 @@ class Station:
         self.endpoint = GroundEndpoint(keyring=keyring)
         self.signing = SigningDesk(self.endpoint, give=give_key)
         self.snapshot: Snapshot = EMPTY
+        self.recording_fault = ""  # why nothing is recorded any more
         self._recorder = recorder
+        self._others: set[Source] = set()
         self._events: list[Event] = []
         self._uploading: tuple[MissionItem, ...] = ()
         self._counted = (0.0, 0)  # time and messages at the last look at the rate
@@ -59,13 +70,15 @@ class Station:
             now: On the caller's steady clock [s].
             time_usec: Since 1970, for the log [us].
         """
-        self._record(data, time_usec, now)
-        snapshot, spoke = self.snapshot, False
+        spoke, restarts = False, self.snapshot.restarts
         for message in self.endpoint.receive_datagram(data, now):
-            snapshot = reduce(snapshot, message, now)
+            self._record(bytes(message.get_msgbuf()), time_usec, now)
+            if self._is_ours(message, now):
+                self.snapshot = reduce(self.snapshot, message, now)
             self.signing.receive(message)
             spoke = spoke or source_of(message) == self.endpoint.vehicle
-        self.snapshot = snapshot
+        if self.snapshot.restarts != restarts:
+            self._begin_anew(now)
         self._collect(now)
         return spoke or (self.endpoint.heard_unbelieved and not self.endpoint.is_present)
 
@@ -98,9 +111,13 @@ class Station:
         return events
 
     def close(self) -> None:
-        """Close the recording."""
-        if self._recorder is not None:
+        """Close the recording; ``recording_fault`` says if that failed."""
+        if self._recorder is None:
+            return
+        try:
             self._recorder.close()
+        except FileError as error:
+            self.recording_fault = str(error)
 
     # What the operator asks for. Each says in the log what came of it.
 
@@ -212,12 +229,29 @@ class Station:
         if seen != (self.snapshot.signing, self.snapshot.refused):
             self.snapshot = replace(self.snapshot, signing=seen[0], refused=seen[1])
 
-    def _record(self, data: bytes, time_usec: int, now: float) -> None:
-        if self._recorder is None:
+    def _is_ours(self, message: Message, now: float) -> bool:
+        """Whether the selected vehicle said it; another one is told of once."""
+        source, vehicle = source_of(message), self.endpoint.vehicle
+        if vehicle is None or source[0] == vehicle[0]:
+            return True
+        is_vehicle = message.get_type() == "HEARTBEAT" and message.autopilot != mavlink.MAV_AUTOPILOT_INVALID
+        if is_vehicle and source not in self._others and len(self._others) < MOST_OTHERS:
+            self._others.add(source)
+            self.say(now, f"Another vehicle, {source[0]}/{source[1]}, is on the link: it is not shown")
+        return False
+
+    def _begin_anew(self, now: float) -> None:
+        """The vehicle has forgotten what it was asked; what it keeps over a restart is for it to tell."""
+        self.snapshot = replace(self.snapshot, mission=(), parameters={})
+        self.endpoint.give_up_requests("the vehicle restarted")
+        self._events.append(VehicleRestarted())
+        self._collect(now)
+
+    def _record(self, frame: bytes, time_usec: int, now: float) -> None:
+        if self._recorder is None or is_secret(frame):  # a log is copied and sent around: no key belongs in it
             return
         try:
-            for frame in split_frames(data):
-                if not is_secret(frame):  # a log is copied and sent around: no key belongs in it
-                    self._recorder.write(time_usec, frame)
+            self._recorder.write(time_usec, frame)
         except FileError as error:
-            self.say(now, str(error))
+            self.recording_fault = str(error)
+            self.say(now, self.recording_fault, ERROR)

@@ -8,10 +8,11 @@ from dataclasses import replace
 from typing import Any
 
 from darko_gcs.mode_names import mode_name
-from darko_gcs.snapshot import Line, Navigation, Snapshot
+from darko_gcs.snapshot import EMPTY, Line, Navigation, OpenText, Snapshot
 from darko_gcs.store_darko import DARKO_HANDLERS, Handler
+from darko_gcs.words import printable
 from protocol import units
-from protocol.codec import Message, source_of
+from protocol.codec import Message, Source, source_of
 from protocol.dialect import mavlink
 from protocol.events import (
     CommandDone,
@@ -36,7 +37,13 @@ __all__ = ["note", "reduce", "reduce_event"]
 KEPT_LINES = 300
 KEPT_TRACK = 1500
 TRACK_STEP = 0.15  # [m]
-RESTART = 1.0  # boot time going back by more than this is another boot [s]
+RESTART = 1.0  # boot time going back by more than this is another boot [s],
+CERTAIN = 3  # if so many messages in a row say so: one may have been held up on its way
+# What is still true of a vehicle that started anew; all the rest belongs to the flight before.
+OUTLIVES_RESTART = (
+    "source", "autopilot", "kind", "armed", "mode", "heartbeat_at", "lost", "restarts", "parameters", "mission",
+    "transfer", "messages", "open_text", "received", "rate", "loss", "signing", "refused",
+)  # fmt: skip
 INFO, NOTICE, WARNING = mavlink.MAV_SEVERITY_INFO, mavlink.MAV_SEVERITY_NOTICE, mavlink.MAV_SEVERITY_WARNING
 
 
@@ -45,14 +52,14 @@ def reduce(s: Snapshot, message: Message, now: float) -> Snapshot:
 
     Args:
         s: The snapshot before.
-        message: A decoded message of any vehicle; only the first one that is heard counts.
+        message: A decoded message of anybody; only those of the first vehicle that is heard count, and what its other
+            components say in words.
         now: When it came, on the caller's clock [s].
     """
     kind = message.get_type()
     if kind == "HEARTBEAT":
         return _heartbeat(s, message, now)
-    foreign = s.source is not None and source_of(message)[0] != s.source[0]
-    if foreign and kind != "MISSION_ITEM_INT":  # in a log, the mission comes from whoever uploaded it
+    if s.source is not None and not _is_heard(kind, source_of(message), s.source):
         return s
     handler = HANDLERS.get(kind)
     if handler is None:
@@ -60,12 +67,20 @@ def reduce(s: Snapshot, message: Message, now: float) -> Snapshot:
     boot = getattr(message, "time_boot_ms", None)
     if boot is not None:
         s = _at_boot_time(s, boot / 1e3, now)
+        if s.earlier:  # held up on its way, or the first of a new start: not shown
+            return s
     return handler(s, message, now)
 
 
 def note(s: Snapshot, now: float, severity: int, text: str) -> Snapshot:
-    """The snapshot with one more line in its log."""
-    return replace(s, messages=(*s.messages[-KEPT_LINES + 1 :], Line(now, severity, text)))
+    """The snapshot with one more line in its log; what could command a terminal is taken out of it."""
+    return replace(s, messages=(*s.messages[-KEPT_LINES + 1 :], Line(now, severity, printable(text))))
+
+
+def _is_heard(kind: str, source: Source, vehicle: Source) -> bool:
+    if kind == "MISSION_ITEM_INT":  # in a log, the mission comes from whoever uploaded it
+        return True
+    return source == vehicle or (kind == "STATUSTEXT" and source[0] == vehicle[0])
 
 
 def _heartbeat(s: Snapshot, m: Message, now: float) -> Snapshot:
@@ -91,13 +106,12 @@ def _mode_name(m: Message) -> str:
 
 
 def _at_boot_time(s: Snapshot, boot: float, now: float) -> Snapshot:
-    if s.boot is not None and boot < s.boot - RESTART:
-        s = replace(
-            s, v_history=(), jumps=(), track=(), reached=frozenset(), law_since=None, hybrid=None, decision=None,
-            given_up_at=(), navigation=None, air=None,
-        )  # fmt: skip
-        s = note(s, now, NOTICE, "The vehicle restarted")
-    return replace(s, boot=boot)
+    if s.boot is None or boot >= s.boot - RESTART:
+        return replace(s, boot=boot, earlier=0)
+    if s.earlier + 1 < CERTAIN:
+        return replace(s, earlier=s.earlier + 1)
+    s = replace(EMPTY, **{name: getattr(s, name) for name in OUTLIVES_RESTART})
+    return note(replace(s, boot=boot, restarts=s.restarts + 1), now, NOTICE, "The vehicle restarted")
 
 
 def _attitude_quaternion(s: Snapshot, m: Message, now: float) -> Snapshot:  # noqa: ARG001 - one signature for all
@@ -197,10 +211,13 @@ def _mission_item(s: Snapshot, m: Message, now: float) -> Snapshot:  # noqa: ARG
 
 
 def _status_text(s: Snapshot, m: Message, now: float) -> Snapshot:
-    if m.chunk_seq > 0 and s.messages and m.id:
-        last = s.messages[-1]
-        return replace(s, messages=(*s.messages[:-1], last._replace(text=last.text + m.text)))
-    return note(s, now, m.severity, m.text)
+    key, last = (source_of(m)[1], m.id, m.chunk_seq), s.open_text
+    if m.id and last is not None and key == last[:3] and s.messages and s.messages[-1] is last.line:
+        line = last.line._replace(text=last.line.text + printable(m.text))
+        s = replace(s, messages=(*s.messages[:-1], line))
+    else:
+        s = note(s, now, m.severity, m.text)
+    return replace(s, open_text=OpenText(key[0], m.id, m.chunk_seq + 1, s.messages[-1]))
 
 
 HANDLERS: dict[str, Handler] = {

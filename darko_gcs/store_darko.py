@@ -18,6 +18,7 @@ from darko_gcs.snapshot import (
     Jump,
     Snapshot,
 )
+from darko_gcs.words import printable
 from protocol.codec import Message
 from protocol.engines.parameters import decode_value
 
@@ -52,7 +53,7 @@ def v_point(time: float, law: int, v_hover: float, v_forward: float) -> tuple[fl
 def _jump(s: Snapshot, m: Message, now: float) -> Snapshot:  # noqa: ARG001
     if s.jumps and m.jump <= s.jumps[-1].number:
         return s
-    jump = Jump(m.time_usec / 1e6, m.jump, m.law_from, m.law_to, m.reason, m.name, m.v)
+    jump = Jump(m.time_usec / 1e6, m.jump, m.law_from, m.law_to, m.reason, printable(m.name), m.v)
     return replace(s, jumps=(*s.jumps[-KEPT_JUMPS + 1 :], jump), law_since=jump.time)
 
 

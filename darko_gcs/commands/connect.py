@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -61,12 +62,13 @@ def run(args: argparse.Namespace) -> int:
     except GroundError as error:  # a flight matters more than its log
         recorder, greeting = None, f"NOT RECORDING: {error}"
     sitl = sitl_arguments(args) if args.sitl else None
-    app = GroundStation(
-        LiveFeed(Station(recorder, keyring, give_key=args.give_key), args.host, args.port, sitl, greeting)
-    )
+    station = Station(recorder, keyring, give_key=args.give_key)
+    app = GroundStation(LiveFeed(station, args.host, args.port, sitl, greeting))
     if plan is not None:
         app.draft = Draft(plan, str(args.mission), changed=True)
     code = app.run()
     if app.failure is not None:
         raise app.failure
+    if station.recording_fault:
+        print(f"darko-gcs: {station.recording_fault}", file=sys.stderr)
     return code or 0

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from darko_gcs.mode_names import COPTER, PLANE
 from darko_gcs.snapshot import EMPTY
-from darko_gcs.store import KEPT_LINES, KEPT_TRACK, note, reduce, reduce_event
+from darko_gcs.store import CERTAIN, KEPT_LINES, KEPT_TRACK, note, reduce, reduce_event
 from darko_gcs.store_darko import KEPT_V
 from darko_gcs.widgets.map import MapPanel, decision_words
 from darko_gcs.widgets.numbers import DecisionPanel, FlightPanel
@@ -74,10 +74,18 @@ def test_the_time_of_a_law_begins_when_it_changes():
 
 def test_a_restart_of_the_vehicle_clears_what_belonged_to_the_old_flight():
     s = fold([heartbeat(), hybrid(60_000), position(60_000, 5.0)])
-    s = fold([position(500, 0.0)], s)
+    s = fold([position(500 + 50 * n, 0.0) for n in range(CERTAIN)], s)
     assert s.v_history == ()
     assert s.track == ((0.0, 0.0),)
+    assert s.source == (1, 1)
     assert "restarted" in s.messages[-1].text
+
+
+def test_a_message_that_was_held_up_on_its_way_is_no_restart_and_not_shown():
+    s = fold([heartbeat(), position(60_000, 5.0)])
+    for late in range(10):
+        s = fold([position(1000 + late, 9.0), position(60_000 + late, 5.0)], s)
+    assert (s.restarts, s.p[0], s.boot) == (0, 5.0, 60.009)
 
 
 def test_a_track_is_thinned_not_cut():
@@ -90,6 +98,25 @@ def test_a_track_is_thinned_not_cut():
 def test_a_long_status_text_is_joined():
     chunks = [mavlink.MAVLink_statustext_message(4, text, 9, n) for n, text in enumerate((b"a" * 50, b"end"))]
     assert fold(chunks).messages[-1].text == "a" * 50 + "end"
+
+
+def test_a_chunk_that_goes_on_with_nothing_is_a_line_of_its_own_however_often_it_comes():
+    s = fold([mavlink.MAVLink_statustext_message(4, b"b" * 50, 9, 7)] * 400, fold([heartbeat()]))
+    assert len(s.messages) == KEPT_LINES
+    assert {line.text for line in s.messages} == {"b" * 50}
+
+
+def test_a_text_cannot_command_the_terminal():
+    s = fold([mavlink.MAVLink_statustext_message(4, b"\x1b[2Jdone\x07", 0, 0)])
+    assert s.messages[-1].text == "?[2Jdone?"
+
+
+def test_another_component_of_the_vehicle_may_speak_but_not_tell_where_the_vehicle_is():
+    s = fold([heartbeat(), position(10, 1.0)])
+    for message in (position(20, 99.0), mavlink.MAVLink_statustext_message(4, b"camera ready", 0, 0)):
+        s = reduce(s, told(message, Codec(1, 100)), 2.0)
+    assert s.p[0] == 1.0
+    assert s.messages[-1].text == "camera ready"
 
 
 def test_jumps_are_counted_once_however_often_they_arrive():
@@ -159,7 +186,7 @@ def test_the_air_is_told_twice_and_the_path_once():
 
 
 def test_a_restart_forgets_the_decision_of_the_old_flight():
-    s = fold([heartbeat(), hybrid(60_000), decision(), position(500, 0.0)])
+    s = fold([heartbeat(), hybrid(60_000), decision(), *[position(500, 0.0)] * CERTAIN])
     assert s.decision is None
 
 

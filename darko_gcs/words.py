@@ -1,0 +1,10 @@
+"""Words from the wire, made safe to show."""
+
+from __future__ import annotations
+
+__all__ = ["printable"]
+
+
+def printable(text: str) -> str:
+    """Text without what could command a terminal: each such character becomes a question mark."""
+    return "".join(character if character.isprintable() else "?" for character in text)
