@@ -49,17 +49,23 @@ def upload(items, kind=0):
     return [count, *(item.to_message(seq, *TO, kind=kind) for seq, item in enumerate(items))]
 
 
+def home(alt):
+    return [mavlink.MAVLink_command_long_message(*TO, mavlink.MAV_CMD_DO_SET_HOME, 0, 0, 0, 0, 0, 43.565, 1.481, alt)]
+
+
 SQUARE = load(DATA / "square.plan").items
 ORDERS = (  # each is acknowledged, and each changes what is kept
     upload(SQUARE[:4]),
     put(b"SIM_WIND_SPD", 2.0),
+    home(155.0),
     upload(fence(900.0), FENCE),
     upload(SQUARE),
     upload(rally(2), RALLY),
     put(b"SIM_WIND_DIR", 30.0),
+    home(160.0),
     [mavlink.MAVLink_mission_clear_all_message(*TO, 255)],
 )
-ANSWERS = {"MISSION_ACK", "PARAM_VALUE"}
+ANSWERS = {"MISSION_ACK", "PARAM_VALUE", "COMMAND_ACK"}
 
 
 class Order:
@@ -81,7 +87,7 @@ class Order:
 def kept(folder):
     """What a vehicle that starts now finds."""
     memory = Memory(folder)
-    return memory.mission(), memory.fence(), memory.rally(), memory.parameters()
+    return memory.mission(), memory.fence(), memory.rally(), memory.parameters(), memory.anchors()
 
 
 @pytest.fixture(scope="module")
@@ -187,9 +193,16 @@ def test_killed_at_any_moment_it_keeps_the_old_or_the_new_and_all_that_was_answe
 
 
 def test_a_left_over_of_a_killed_write_is_no_state(folder):
-    for name in ("parameters.new", "clearing.new", ".mission.plan.new", ".fence.plan.new", ".rally.plan.new"):
+    for name in (
+        "parameters.new",
+        "home.new",
+        "clearing.new",
+        ".mission.plan.new",
+        ".fence.plan.new",
+        ".rally.plan.new",
+    ):
         (folder / name).write_text('{"half": ')
-    assert kept(folder) == ((), (), (), {})
+    assert kept(folder) == ((), (), (), {}, None)
     assert list(folder.iterdir()) == []
 
 
@@ -207,17 +220,17 @@ def full_disk():
 def test_a_full_disk_is_said_the_old_state_stays_and_the_flight_goes_on(tmp_path):
     sky = Sky(tmp_path, up=3.0)
     station = sky.station()
-    for messages in ORDERS[:3]:
+    for messages in ORDERS[:4]:
         station.send(*messages)
         sky.advance(0.1)
     before = kept(tmp_path)
     with full_disk():
-        for messages in ORDERS[3:6]:
+        for messages in ORDERS[4:8]:
             station.send(*messages)
             sky.advance(1.0)
     assert kept(tmp_path) == before
     assert [path.name for path in tmp_path.iterdir() if "new" in path.name] == []
-    for name in ("mission", "parameters", "rally"):
+    for name in ("mission", "parameters", "rally", "home"):
         assert f"{name} not kept" in station.texts()
     assert sky.autopilot.mission.items == SQUARE  # in force all the same
     assert sky.craft.vehicle.plant[2] == pytest.approx(3.0, abs=0.1)
@@ -228,10 +241,10 @@ def test_a_folder_that_went_away_is_said_and_the_flight_goes_on(tmp_path):
     station = sky.station()
     shutil.rmtree(tmp_path / "state")
     (tmp_path / "state").write_text("a file where the folder was")
-    for messages in ORDERS[:3]:
+    for messages in ORDERS[:4]:
         station.send(*messages)
         sky.advance(1.0)
-    for name in ("mission", "parameters", "fence"):
+    for name in ("mission", "parameters", "home", "fence"):
         assert f"{name} not kept" in station.texts()
     assert sky.craft.vehicle.plant[2] == pytest.approx(3.0, abs=0.1)
 

@@ -25,10 +25,10 @@ NAN = math.nan
 class Sky:
     """A vehicle that hovers where it is told to, or stands on the ground, and its link."""
 
-    def __init__(self, folder, *, up=0.0, settings=None, surroundings=None, seed=1):
+    def __init__(self, folder, *, up=0.0, settings=None, surroundings=None, seed=1, origin=HOME):
         vehicle = Vehicle(load("nominal").parameters, seed=seed, start=Start(up=up, airborne=up > 0.0))
         bindings = Bindings(settings or Settings(), Tuning(), surroundings or Surroundings())
-        self.craft = Craft(vehicle, World(FRAME, ARENAS["open"]), bindings, airborne=up > 0.0)
+        self.craft = Craft(vehicle, World(LocalFrame(origin), ARENAS["open"]), bindings, airborne=up > 0.0)
         self.node = Node(self.craft, Memory(folder), ["main"])
         self.now = 0.0
         self.stations = {}
