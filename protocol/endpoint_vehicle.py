@@ -4,7 +4,6 @@ from collections.abc import Hashable, Iterable, Mapping, Sequence
 from types import MappingProxyType
 
 from protocol.codec import Message, Statistics
-from protocol.dialect import mavlink
 from protocol.engines import stream
 from protocol.engines.base import Outgoing, Peer, Server, addressed_to
 from protocol.engines.command_server import UNKNOWN_PROGRESS, CommandServer

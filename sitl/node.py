@@ -13,10 +13,13 @@ from typing import Any
 from protocol import units
 from protocol.dialect import mavlink
 from protocol.endpoint import VehicleEndpoint
+from protocol.engines.command_server import UNKNOWN_PROGRESS
 from protocol.engines.files import NoFiles
 from protocol.engines.mission_server import Refusal
 from protocol.engines.stream import OFF
 from protocol.events import (
+    CommandCancelRequested,
+    CommandRefused,
     CommandRequested,
     CurrentItemRequested,
     LogEraseRequested,
@@ -53,6 +56,7 @@ from sitl.files import VehicleFiles
 from sitl.hybrid.supervisor import JumpRecord
 from sitl.keys import RefusalReport
 from sitl.memory import Memory, MemoryFaultError
+from sitl.progress_report import ProgressReport
 from sitl.snapshot import Picture, take_picture
 from sitl.talk import SAME_TEXT, TextLimiter
 
@@ -88,6 +92,7 @@ class Node:
         self._mode_told = craft.autopilot.mode
         self._control_told = (0, True)  # by its first CONTROL_STATUS
         self._limiter = TextLimiter()
+        self._progress = ProgressReport(self._acknowledge)
         self._asked: float | None = None  # the link's time while a peer's datagram is looked at
         self._home = HomeKeeper(craft.autopilot, memory)  # first: plans are relative to it
         self._bounds = bounds = Bounds(craft.autopilot, memory)
@@ -150,6 +155,7 @@ class Node:
             self._endpoint.publish(current_mode(picture.mode, picture.intended))
         self._endpoint.handle_timer(now)
         self._handle_events(now)  # those of timers, and of what was decided since
+        self._progress.tell(now)
         self._tell_control()
         self._refusals.handle_timer(now)
         if withheld := self._limiter.summary(now):
@@ -253,7 +259,11 @@ class Node:
         outcome = commands.execute(autopilot, event)
         if outcome.accepted and event.command == commands.ARM and autopilot.armed:
             self._endpoint.operator.armed(event.peer, now)
-        self._endpoint.acknowledge(event.request, outcome.result, now)
+        if outcome.result == mavlink.MAV_RESULT_IN_PROGRESS and autopilot.under_way is not None:
+            self._progress.follow(event.request, autopilot.under_way, now)
+        else:
+            self._acknowledge(event.request, outcome.result, now)
+            self._progress.tell(now)  # it may have ended what was under way
         if outcome.accepted and event.command in MOVES:
             self._settle()
         if outcome.accepted and event.command in CHOOSES_MODE:
@@ -261,6 +271,17 @@ class Node:
         said = {notice.text for notice in self._report()}
         if not outcome.accepted and outcome.text and outcome.text not in said:
             self._say(WARNING, outcome.text)
+
+    def _acknowledge(self, request: int, result: int, now: float, progress: int = UNKNOWN_PROGRESS) -> None:
+        self._endpoint.acknowledge(request, result, now, progress=progress)
+
+    def _on_cancel(self, event: CommandCancelRequested, now: float) -> None:  # noqa: ARG002 - one signature
+        self.craft.autopilot.cancel_transition()  # the one command that takes time
+        self._progress.tell(now)
+        self._report()
+
+    def _on_command_refused(self, event: CommandRefused, now: float) -> None:  # noqa: ARG002
+        self._complain(commands.refusal(event.command, event.result))
 
     def _settle(self) -> None:
         """Keep where home and origin are now, and tell everyone, and what it means for the plans that are held."""
@@ -315,7 +336,8 @@ class Node:
         self._keep(lambda: self._memory.keep_parameters(self._kept))
 
     def _on_parameter_refused(self, event: ParameterRefused, now: float) -> None:  # noqa: ARG002
-        self._say(WARNING, f"{event.name} = {event.value:g} refused: {event.reason}")
+        what = event.name if event.value is None else f"{event.name} = {event.value:g}"
+        self._say(WARNING, f"{what} refused: {event.reason}")
 
     def _on_signing(self, event: SigningChanged, now: float) -> None:  # noqa: ARG002
         if event.state is KeyState.REFUSED:
@@ -382,6 +404,8 @@ def _jump_message(jump: JumpRecord) -> Any:  # noqa: ANN401 - generated messages
 
 HANDLERS: dict[type, Callable[[Node, Any, float], None]] = {
     CommandRequested: Node._on_command,  # noqa: SLF001 - the table is part of the class
+    CommandCancelRequested: Node._on_cancel,  # noqa: SLF001
+    CommandRefused: Node._on_command_refused,  # noqa: SLF001
     MessageRequested: Node._on_message_request,  # noqa: SLF001
     MissionReceived: Node._on_mission,  # noqa: SLF001
     MissionRefused: Node._on_mission_refused,  # noqa: SLF001
