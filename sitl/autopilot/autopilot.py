@@ -40,13 +40,16 @@ from sitl.autopilot.link_watch import missing
 from sitl.autopilot.manual import Sticks
 from sitl.autopilot.mission import MissionRunner, World, fly_to, return_home
 from sitl.autopilot.mission_items import out_of_bounds
+from sitl.autopilot.progress import Transition, is_reached
 from sitl.autopilot.settings import Settings
 from sitl.autopilot.streamed import FLOOR, Streamed, is_same_leg, refuse_velocity
 
 ACCEPTED = mavlink.MAV_RESULT_ACCEPTED
 REJECTED = mavlink.MAV_RESULT_TEMPORARILY_REJECTED
+FAILED = mavlink.MAV_RESULT_FAILED
 DENIED = mavlink.MAV_RESULT_DENIED
 UNSUPPORTED = mavlink.MAV_RESULT_UNSUPPORTED
+IN_PROGRESS = mavlink.MAV_RESULT_IN_PROGRESS
 
 COMPASS = tuple((math.cos(k * math.pi / 4.0), math.sin(k * math.pi / 4.0)) for k in range(8))
 
@@ -59,8 +62,8 @@ class Outcome(NamedTuple):
 
     @property
     def accepted(self) -> bool:
-        """Whether the request was carried out."""
-        return bool(self.result == ACCEPTED)
+        """Whether the request was carried out, or is being carried out."""
+        return self.result in {ACCEPTED, IN_PROGRESS}
 
 
 class Notice(NamedTuple):
@@ -87,6 +90,7 @@ class Autopilot:
         self.view = View(0.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), heading, 0.0, True, 1.0)
         self.setpoint = Setpoint((0.0, 0.0, 0.0), heading, settings.hover_speed)
         self._guidance: Guidance | None = None
+        self.under_way: Transition | None = None  # asked for by command, and not ended
         self._streamed = Streamed(self.setpoint)
         self._landed_at: float | None = None
         self._notices: list[Notice] = []
@@ -136,6 +140,8 @@ class Autopilot:
             self._fly_mission(self.mission)
         elif self._guidance is not None:
             self._fly_guidance(self._guidance)
+        if self.under_way is not None:
+            self._look_at(self.under_way)
         return self.setpoint
 
     def _rest(self) -> None:
@@ -198,11 +204,11 @@ class Autopilot:
         if action is Action.HOLD:
             self._hold_here()
             return
-        here = self._at(self._stop_point())
-        first = (Stop(here),) if self.view.forward and (stop or action is Action.LAND) else ()
         if action is Action.LAND:
-            self._enter(Mode.LAND, Steps((*first, land_at(here, self.settings.descent_rate))))
+            self._land_here()
             return
+        here = self._at(self._stop_point())
+        first = (Stop(here),) if self.view.forward and stop else ()
         view = self.view._replace(p=here.p, v=(0.0, 0.0, 0.0), forward=False) if first else self.view
         self._enter(Mode.RTL, Steps((*first, *self._way_home(view).steps)))
 
@@ -283,7 +289,7 @@ class Autopilot:
         """Descend on the spot until the ground is reached."""
         if not self.flying:
             return self._refuse(REJECTED, "Landing refused: not in the air")
-        self._enter(Mode.LAND, land_at(self._at(self._stop_point()), self.settings.descent_rate))
+        self._land_here()
         return Outcome(ACCEPTED)
 
     def return_to_launch(self) -> Outcome:
@@ -317,7 +323,8 @@ class Autopilot:
     def transition(self, way: Way) -> Outcome:
         """Go over to the wing or to the hover, now; the rest of a mission is flown that way as well.
 
-        Outside a mission the wing needs somewhere to go: it circles a point ahead.
+        Outside a mission the wing needs somewhere to go: it circles a point ahead. What is answered with IN_PROGRESS
+        is ``under_way`` until it has an end; whatever else is ordered meanwhile ends it.
         """
         if not self.flying:
             return self._refuse(REJECTED, "Transition refused: not in the air")
@@ -325,13 +332,48 @@ class Autopilot:
             return self._refuse(DENIED, "Transition denied: this airframe has no trim between hover and wing")
         if way is Way.FORWARD and self.view.p[2] < LEAST_HEIGHT:
             return self._refuse(REJECTED, f"Transition refused: {self.view.p[2]:.1f} m is too low to tip over")
+        done, before = is_reached(way, self.view, self.setpoint), Way.NONE
         if self.mode is Mode.MISSION and self.mission is not None:
-            self.mission.transition(way)
-        elif way is Way.FORWARD and not self.view.forward:
+            before = self.mission.transition(way)
+        elif way is Way.FORWARD and not done:
             self._enter(Mode.HOLD, self._circle_ahead())
-        elif way is Way.HOVER and self.view.forward:
+        elif way is Way.HOVER and not done:
             self._hold_here()
-        return Outcome(ACCEPTED)
+        if done:
+            return Outcome(ACCEPTED)
+        self.under_way = Transition(way, self.view, before)
+        return Outcome(IN_PROGRESS)
+
+    def cancel_transition(self) -> None:
+        """Stop a transition that was asked for by command: hold upright, or fly the mission as it was flown before.
+
+        Upright is where both kinds end: a vehicle that brakes is not sent back to the wing from a speed at which
+        neither carries it.
+        """
+        transition = self.under_way
+        if transition is not None:
+            transition.cancel()
+            self._end(transition)
+            self._take_back(transition)
+
+    def _look_at(self, transition: Transition) -> None:
+        transition.look(self.view, self.setpoint)
+        if transition.end is not None:
+            self._end(transition)
+            if transition.end.result == FAILED:
+                self._take_back(transition)
+
+    def _end(self, transition: Transition) -> None:
+        self.under_way = None
+        if transition.end is not None and transition.end.text:
+            failed = transition.end.result == FAILED
+            self.say(mavlink.MAV_SEVERITY_WARNING if failed else mavlink.MAV_SEVERITY_INFO, transition.end.text)
+
+    def _take_back(self, transition: Transition) -> None:
+        if self.mode is Mode.MISSION and self.mission is not None:
+            self.mission.transition(transition.before)
+        else:
+            self._hold_here()
 
     def _circle_ahead(self) -> Orbit:
         """A circle that is joined at its nearest point, flying straight ahead."""
@@ -559,6 +601,12 @@ class Autopilot:
         return self.world.refuse(p)
 
     def _enter(self, mode: Mode, guidance: Guidance | None) -> None:
+        superseded = self.under_way
+        if superseded is not None:
+            superseded.fail(f"{mode.name} came between" if self.flying else "the flight is over")
+            self._end(superseded)
+            if self.mode is Mode.MISSION and self.mission is not None:
+                self.mission.transition(superseded.before)
         self.mode, self._guidance = mode, guidance
 
     def _at(self, p: Vector) -> Setpoint:
@@ -570,6 +618,11 @@ class Autopilot:
         level = math.hypot(v[0], v[1])
         ahead = self.view.stopping / level if self.view.forward and level > 1.0 else 0.5
         return (p[0] + ahead * v[0], p[1] + ahead * v[1], max(p[2] + 0.5 * v[2], FLOOR))
+
+    def _land_here(self) -> None:
+        here = self._at(self._stop_point())
+        first = (Stop(here),) if self.view.forward else ()  # a set-point that sinks meanwhile would run away
+        self._enter(Mode.LAND, Steps((*first, land_at(here, self.settings.descent_rate))))
 
     def _hold_here(self) -> None:
         self._enter(Mode.HOLD, Hold(self._at(self._stop_point())) if self.flying else None)

@@ -1,0 +1,213 @@
+"""Flights in which a link is lost: how each begins, and what became of it."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+from protocol.dialect import mavlink
+from protocol.modes import Mode
+from sitl.autopilot.alarm import Action
+from sitl.autopilot.decision import Way
+from sitl.autopilot.link_watch import Silence
+from sitl.autopilot.settings import Settings
+from sitl.hybrid.supervisor import WINGED, Law
+from tests.support.wing_flight import HIGH, Flight, item, waypoint
+
+TIMEOUT = 2.0  # of both links [s]
+ON_THE_WING = Settings(way=Way.FORWARD, link_timeout=TIMEOUT, companion_timeout=TIMEOUT)
+UPRIGHT = ON_THE_WING._replace(way=Way.HOVER)
+FAR = (400.0, 0.0, HIGH)
+
+
+def nothing():
+    """What is streamed where nothing is."""
+
+
+class LinkFlight(Flight):
+    """A flight with both links, which can be lost; ``modes`` are those it was in, in order."""
+
+    def __init__(self, **begun):
+        super().__init__(**begun)
+        self.stream = nothing  # sent at every sample
+        self.modes = [self.autopilot.mode]
+        self._heard = {"ground": 0.0, "companion": 0.0}
+        self._lost = set()
+
+    def lose(self, *links):
+        """From now on these are silent."""
+        self._lost |= set(links)
+
+    def find(self, *links):
+        """They are back."""
+        self._lost -= set(links)
+
+    def fly(self, seconds, each=nothing):
+        """Fly on for a time, streaming what there is to stream."""
+
+        def live():
+            self._heard |= {link: self.vehicle.time for link in self._heard if link not in self._lost}
+            silent = {link: self.vehicle.time - heard for link, heard in self._heard.items()}
+            self.autopilot.failsafes.silence = Silence(**silent)
+            if self.autopilot.mode is not self.modes[-1]:
+                self.modes.append(self.autopilot.mode)
+            self.stream()
+            each()
+
+        super().fly(seconds, live)
+
+    @property
+    def alarms(self):
+        """What was said of lost links."""
+        return [text for text in self.said if text.startswith("No ")]
+
+    def land(self, limit=150.0):
+        """Fly until it stands on the ground."""
+        self.fly_until(lambda: not self.autopilot.flying, limit)
+        return self
+
+
+def hovering(settings, **begun):
+    """It holds."""
+    flight = LinkFlight(settings=settings, **begun)
+    flight.fly(1.0)
+    return flight
+
+
+def taking_off(settings, **begun):
+    """On its way up, 3 m above the ground."""
+    flight = LinkFlight(airborne=False, settings=settings, **begun)
+    flight.fly(0.5)
+    assert flight.autopilot.arm().accepted
+    assert flight.autopilot.take_off(HIGH).accepted
+    flight.fly_until(lambda: flight.vehicle.plant[2] > 3.0, 20.0)
+    return flight
+
+
+def tipping_over(settings, **begun):
+    """On its way from the hover to the wing."""
+    flight = hovering(settings, **begun)
+    assert flight.autopilot.go_to(FAR).accepted
+    flight.fly_until(lambda: flight.vehicle.law is Law.TO_FORWARD, 10.0)
+    flight.fly(0.6)
+    assert flight.vehicle.law is Law.TO_FORWARD
+    return flight
+
+
+def standing_up(settings, **begun):
+    """On its way from the wing to the hover."""
+    flight = on_the_wing(settings, **begun)
+    flight.autopilot.hold()
+    flight.fly_until(lambda: flight.vehicle.law is Law.TO_HOVER, 20.0)
+    return flight
+
+
+def on_the_wing(settings, **begun):
+    """In the cruise to a far point."""
+    flight = hovering(settings, **begun)
+    assert flight.autopilot.go_to(FAR).accepted
+    flight.fly(7.0)
+    assert flight.vehicle.law in WINGED
+    return flight
+
+
+def _on_a_mission(settings, **begun):
+    flight = hovering(settings, **begun)
+    flight.autopilot.load_mission([waypoint(*FAR), waypoint(0.0, 0.0, HIGH), item(mavlink.MAV_CMD_NAV_LAND)])
+    assert flight.autopilot.start_mission().accepted
+    return flight
+
+
+def on_a_winged_mission(settings, **begun):
+    """On the first leg of a mission, in the cruise."""
+    flight = _on_a_mission(settings, **begun)
+    flight.fly(7.0)
+    assert flight.vehicle.law in WINGED
+    return flight
+
+
+def on_a_hovered_mission(settings, **begun):
+    """On the first leg of a mission, upright."""
+    flight = _on_a_mission(settings._replace(way=Way.HOVER), **begun)
+    flight.fly(5.0)
+    assert not flight.autopilot.view.forward
+    return flight
+
+
+def landing_on_a_mission(settings, **begun):
+    """At the last item of a mission."""
+    flight = _on_a_mission(settings, **begun)
+    assert flight.autopilot.start_mission(2).accepted
+    flight.fly_until(lambda: flight.autopilot.landing, 30.0)
+    flight.fly(1.0)
+    return flight
+
+
+def _offboard(velocity, settings, seconds, **begun):
+    flight = hovering(settings, **begun)
+
+    def stream():
+        assert flight.autopilot.set_offboard_velocity(velocity, None) is None
+
+    flight.stream = stream
+    stream()
+    assert flight.autopilot.set_mode(Mode.OFFBOARD).accepted
+    flight.fly(seconds)
+    return flight
+
+
+def offboard_upright(settings, **begun):
+    """A program flies it, upright."""
+    return _offboard((2.0, 0.0, 0.0), settings, 3.0, **begun)
+
+
+def offboard_on_the_wing(settings, **begun):
+    """A program flies it, on the wing."""
+    return _offboard((15.0, 0.0, 0.0), settings, 7.0, **begun)
+
+
+def returning(settings, **begun):
+    """On its way home, on the wing."""
+    flight = on_the_wing(settings, **begun)
+    assert flight.autopilot.return_to_launch().accepted
+    flight.fly(1.0)
+    return flight
+
+
+def landing(settings, **begun):
+    """On its way down, where it hovered."""
+    flight = hovering(settings, **begun)
+    assert flight.autopilot.land().accepted
+    flight.fly(1.0)
+    return flight
+
+
+def landing_from_the_wing(settings, **begun):
+    """Told to land in the cruise: it comes to rest first."""
+    flight = on_the_wing(settings, **begun)
+    assert flight.autopilot.land().accepted
+    flight.fly(0.2)
+    return flight
+
+
+class Begun(NamedTuple):
+    """A way of flying, and what of it no lesser alarm may stop."""
+
+    start: Callable[..., LinkFlight]
+    under_way: Action = Action.NONE
+
+
+WAYS = (
+    Begun(hovering),
+    Begun(taking_off),
+    Begun(tipping_over),
+    Begun(on_the_wing),
+    Begun(standing_up),
+    Begun(on_a_hovered_mission),
+    Begun(on_a_winged_mission),
+    Begun(offboard_upright),
+    Begun(offboard_on_the_wing),
+    Begun(returning, Action.RETURN),
+    Begun(landing, Action.LAND),
+    Begun(landing_from_the_wing, Action.LAND),
+    Begun(landing_on_a_mission, Action.LAND),
+)
+MODES = {Action.HOLD: Mode.HOLD, Action.RETURN: Mode.RTL, Action.LAND: Mode.LAND}
