@@ -14,6 +14,7 @@ __all__ = [
     "CommandProgress",
     "CommandRefused",
     "CommandRequested",
+    "ControlRequested",
     "CurrentItemRequested",
     "CurrentItemSet",
     "Event",
@@ -277,7 +278,7 @@ class ParameterRefused(Event):
     """The vehicle kept a parameter as it was."""
 
     name: str
-    value: float  # the value that was refused
+    value: float | None  # the value that was refused; None: the parameter itself was
     reason: str
 
 
@@ -303,6 +304,13 @@ class OperatorRequested(Event):
 
     peer: Peer
     holder: int
+
+
+@dataclass(frozen=True, slots=True)
+class ControlRequested(Event):
+    """The vehicle tells this ground station, which is in control, that another one asks for control."""
+
+    system: int
 
 
 @dataclass(frozen=True, slots=True)

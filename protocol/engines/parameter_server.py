@@ -1,4 +1,8 @@
-"""The vehicle's side of the parameter protocol (https://mavlink.io/en/services/parameter.html)."""
+"""The vehicle's side of the parameter protocol (https://mavlink.io/en/services/parameter.html).
+
+Of the extended protocol (https://mavlink.io/en/services/parameter_ext.html) there is the refusal: PARAM_EXT_ACK to who
+sets. Who reads finds no parameters there; that service has no answer for it, so the operator is told in words.
+"""
 
 import math
 from collections.abc import Sequence
@@ -7,7 +11,7 @@ from dataclasses import replace
 from protocol.codec import Message
 from protocol.dialect import mavlink
 from protocol.engines.base import Peer, Server, addressed_to
-from protocol.engines.parameters import Parameter, decode_value, encode_value
+from protocol.engines.parameters import Parameter, decode_value, encode_value, type_name
 from protocol.errors import LocalProtocolError
 from protocol.events import ParameterChanged, ParameterRefused
 
@@ -15,6 +19,7 @@ __all__ = ["ParameterServer"]
 
 BURST, SPACING = 5, 0.01  # a list goes out five at a time [-], every 10 ms [s]: no receive buffer overflows
 LISTS = 8  # sent at once; who asks for one more is not answered, and asks again
+EXTENDED = "this vehicle has no extended parameters"
 _BY_NAME = -1
 
 
@@ -34,6 +39,9 @@ class ParameterServer(Server):
             "PARAM_REQUEST_LIST": self._handle_list,
             "PARAM_REQUEST_READ": self._handle_read,
             "PARAM_SET": self._handle_set,
+            "PARAM_EXT_SET": self._refuse_extended_set,
+            "PARAM_EXT_REQUEST_READ": self._refuse_extended_read,
+            "PARAM_EXT_REQUEST_LIST": self._refuse_extended_list,
         }
         self.handles = frozenset(self._handlers)
 
@@ -61,7 +69,7 @@ class ParameterServer(Server):
         self._broadcast(self._message(index))
 
     def receive(self, message: Message, now: float, peer: Peer) -> None:
-        """Take a PARAM_REQUEST_LIST, PARAM_REQUEST_READ or PARAM_SET."""
+        """Take a PARAM_REQUEST_LIST, PARAM_REQUEST_READ or PARAM_SET, or one of their extended sisters."""
         handler = self._handlers.get(message.get_type())
         if handler is not None and addressed_to(message, self._system, self._component):
             handler(message, now, peer)
@@ -106,9 +114,10 @@ class ParameterServer(Server):
         old, value = self._table[index], decode_value(message.param_value, message.param_type)
         if message.param_type != old.type and _is_whole(value, message.param_type, old.type):
             value = int(value)
-            flaw = old.flaw(value)
-        else:
-            flaw = old.flaw(value) if message.param_type == old.type else "wrong type"
+        elif message.param_type != old.type:
+            self._refuse_type(old, value, message.param_type, index, peer)
+            return
+        flaw = old.flaw(value)
         if flaw:
             self._events.append(ParameterRefused(name, value, flaw))
             self._refuse(name, index, mavlink.MAV_PARAM_ERROR_VALUE_OUT_OF_RANGE, peer)
@@ -116,6 +125,25 @@ class ParameterServer(Server):
             self._table[index] = replace(old, value=value)
             self._events.append(ParameterChanged(name, value))
         self._broadcast(self._message(index))  # whatever happened, everyone learns what holds now
+
+    def _refuse_type(self, held: Parameter, value: float, told: int, index: int, peer: Peer) -> None:
+        is_known = told in {parameter.type for parameter in self._table}
+        error = "TYPE_MISMATCH" if is_known else "TYPE_UNSUPPORTED"
+        reason = f"{type_name(told)} is the wrong type, it is {type_name(held.type)}"
+        self._events.append(ParameterRefused(held.name, value, reason))
+        self._refuse(held.name, index, getattr(mavlink, f"MAV_PARAM_ERROR_{error}"), peer)
+        self._broadcast(self._message(index))
+
+    def _refuse_extended_set(self, message: Message, _now: float, peer: Peer) -> None:
+        name, result = message.param_id, mavlink.PARAM_ACK_VALUE_UNSUPPORTED
+        self._reply(peer, mavlink.MAVLink_param_ext_ack_message(_raw(name), b"", message.param_type, result))
+        self._events.append(ParameterRefused(name, None, EXTENDED))
+
+    def _refuse_extended_read(self, message: Message, _now: float, _peer: Peer) -> None:
+        self._events.append(ParameterRefused(message.param_id or f"Index {message.param_index}", None, EXTENDED))
+
+    def _refuse_extended_list(self, _message: Message, _now: float, _peer: Peer) -> None:
+        self._events.append(ParameterRefused("Parameter list", None, EXTENDED))
 
     def _index(self, name: str) -> int:
         if name not in self._indices:
@@ -129,8 +157,13 @@ class ParameterServer(Server):
         )
 
     def _refuse(self, name: str, index: int, error: int, peer: Peer) -> None:
-        raw = name.encode("ascii", errors="replace")[:16]
-        self._reply(peer, mavlink.MAVLink_param_error_message(peer.system, peer.component, raw, index, error))
+        message = mavlink.MAVLink_param_error_message(peer.system, peer.component, _raw(name), index, error)
+        self._reply(peer, message)
+
+
+def _raw(name: str) -> bytes:
+    """A name that somebody sent, as it goes back."""
+    return name.encode("ascii", errors="replace")[:16]
 
 
 def _is_whole(value: float, told: int, kind: int) -> bool:

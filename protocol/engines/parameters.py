@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from protocol.dialect import mavlink
 from protocol.errors import LocalProtocolError
 
-__all__ = ["Parameter", "decode_value", "encode_value"]
+__all__ = ["Parameter", "decode_value", "encode_value", "type_name"]
 
 _REAL32 = mavlink.MAV_PARAM_TYPE_REAL32
 _FORMATS = {
@@ -46,6 +46,12 @@ def decode_value(param_value: float, kind: int) -> float:
     layout = _FORMATS.get(kind, "<f")
     (value,) = struct.unpack(layout, struct.pack("<f", param_value))
     return float(value) if layout == "<f" else int(value)
+
+
+def type_name(kind: int) -> str:
+    """A MAV_PARAM_TYPE in short."""
+    entry = mavlink.enums["MAV_PARAM_TYPE"].get(kind)
+    return str(entry.name).removeprefix("MAV_PARAM_TYPE_") if entry else f"type {kind}"
 
 
 @dataclass(frozen=True, slots=True)

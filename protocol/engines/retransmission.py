@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from itertools import islice
 from typing import NamedTuple
 
-from protocol.codec import Message, Source, source_of
+from protocol.codec import Message
 
 __all__ = ["FIRST", "LATE", "LEAST", "MOST", "SILENCE", "STALL", "Mark", "Partner", "Resend", "Window", "precedes"]
 
@@ -42,7 +42,6 @@ class Partner:
 
     def __init__(self, first: float = FIRST) -> None:
         self.heard = -math.inf  # when its last frame came [s]
-        self._source: Source | None = None
         self.newest: int | None = None  # the number of its newest frame, counted on beyond 255
         self.timeout = first  # [s] to wait for an answer
         self._mean: float | None = None
@@ -50,8 +49,6 @@ class Partner:
 
     def hear(self, message: Message, now: float) -> None:
         """A frame of it came, whatever it says."""
-        if source_of(message) != self._source:
-            self._source, self.newest = source_of(message), None
         self.heard = now
         number = self.number(message)
         self.newest = number if self.newest is None else max(self.newest, number)
@@ -141,9 +138,10 @@ class Resend:
 
 @dataclass(slots=True)
 class _Question:
+    order: int  # its place among all that were asked
     at: float  # when it was asked last [s]
     until: float  # when it is asked again [s]
-    times: int = 1
+    times: int
     passed: int = 0  # answers to questions asked since
 
 
@@ -162,6 +160,7 @@ class Window:
         self._partner, self._endurance, self._size = partner, _Endurance(partner), size
         self._endurance.progress(now)
         self._open: dict[int, _Question] = {}
+        self._asked = 0
 
     @property
     def deadline(self) -> float:
@@ -179,22 +178,22 @@ class Window:
             if question.times == 1:
                 self._partner.measure(now - question.at)
             for other in self._open.values():
-                other.passed += other.at <= question.at
+                other.passed += other.order < question.order
         return True
 
     def ask(self, now: float) -> list[int]:
         """What is to be asked for now."""
-        late = [n for n, q in self._open.items() if now >= q.until]
+        late = [number for number, question in self._open.items() if now >= question.until]
         if late:
             self._partner.miss()
-        wanted = [n for n, q in self._open.items() if now >= q.until or q.passed >= OVERTAKEN]
-        fresh = list(islice((n for n in self.missing if n not in self._open), max(self._size - len(self._open), 0)))
-        until = now + self._partner.timeout
+        again = [n for n, question in self._open.items() if n in late or question.passed >= OVERTAKEN]
+        room = max(self._size - len(self._open), 0)
+        wanted = again + list(islice((n for n in self.missing if n not in self._open), room))
         for number in wanted:
-            self._open[number] = _Question(now, until, self._open[number].times + 1)
-        for number in fresh:
-            self._open[number] = _Question(now, until)
-        return wanted + fresh
+            times = self._open[number].times if number in self._open else 0
+            self._asked += 1
+            self._open[number] = _Question(self._asked, now, now + self._partner.timeout, times + 1)
+        return wanted
 
     def is_over(self, now: float) -> bool:
         """True when there is no hope any more."""

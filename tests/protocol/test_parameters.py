@@ -6,10 +6,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.engines.base import Peer
 from protocol.engines.parameter_client import ASKED_AT_ONCE, ParameterClient
-from protocol.engines.parameter_server import ParameterServer
+from protocol.engines.parameter_server import EXTENDED, ParameterServer
 from protocol.engines.parameters import Parameter, decode_value, encode_value
 from protocol.errors import LocalProtocolError
 from protocol.events import (
@@ -21,7 +22,7 @@ from protocol.events import (
     ParametersComplete,
 )
 
-REAL32, INT32, INT8, UINT16 = 9, 6, 2, 3
+REAL32, INT32, INT8, UINT16, UINT64, REAL64 = 9, 6, 2, 3, 7, 10
 VEHICLE, GROUND = (1, 1), Peer(255, 190, "ground")
 LIMITS = {
     1: (0, 255),
@@ -44,6 +45,10 @@ def value_of(name, value, kind, count=1, index=0):
 
 def set_message(name, value, kind):
     return mavlink.MAVLink_param_set_message(1, 1, name.encode(), encode_value(value, kind), kind)
+
+
+def raw_set(name, carried, kind):
+    return mavlink.MAVLink_param_set_message(1, 1, name.encode(), carried, kind)
 
 
 def read(name="", index=-1):
@@ -143,19 +148,27 @@ def test_a_new_value_is_told_to_everyone_and_reported_once():
     assert engine.value("P3") == 7.25
 
 
+RANGE, MISMATCH, UNKNOWN_TYPE = 2, 7, 6
+
+
 @pytest.mark.parametrize(
-    ("message", "reason"),
+    ("message", "error", "reason"),
     [
-        (set_message("P3", 101.0, REAL32), "outside"),
-        (set_message("P3", math.nan, REAL32), "finite"),
-        (set_message("P3", 5, INT32), "wrong type"),
+        (set_message("P3", 101.0, REAL32), RANGE, "outside"),
+        (set_message("P3", math.nan, REAL32), RANGE, "finite"),
+        (set_message("P3", 5, INT32), MISMATCH, "INT32 is the wrong type, it is REAL32"),
+        (raw_set("P3", 1.0, UINT64), UNKNOWN_TYPE, "UINT64 is the wrong type"),
+        (raw_set("P3", 1.0, REAL64), UNKNOWN_TYPE, "REAL64 is the wrong type"),
+        (raw_set("P3", 1.0, UINT16), UNKNOWN_TYPE, "UINT16 is the wrong type"),
+        (raw_set("P3", 1.0, 0), UNKNOWN_TYPE, "type 0 is the wrong type"),
+        (raw_set("P3", 1.0, 255), UNKNOWN_TYPE, "type 255 is the wrong type"),
     ],
 )
-def test_a_refused_value_leaves_the_old_one_and_everyone_is_told_that(message, reason):
+def test_a_refused_value_leaves_the_old_one_and_everyone_is_told_that(message, error, reason):
     engine = server()
     engine.receive(message, 0.0, GROUND)
     out = engine.messages_to_send()
-    assert errors(out) == [mavlink.MAV_PARAM_ERROR_VALUE_OUT_OF_RANGE]
+    assert errors(out) == [error]
     told = [o for o in out if o.message.get_type() == "PARAM_VALUE"]
     assert [(o.peer, o.message.param_value) for o in told] == [(None, 1.5)]
     (event,) = engine.events()
@@ -173,11 +186,18 @@ def test_an_integer_is_taken_from_a_client_that_knows_only_floats():
 
 
 @pytest.mark.parametrize(
-    ("value", "reason"), [(1.5, "wrong type"), (1e30, "wrong type"), (math.inf, "wrong type"), (50.0, "outside")]
+    ("value", "error", "reason"),
+    [
+        (1.5, MISMATCH, "wrong type"),
+        (1e30, MISMATCH, "wrong type"),
+        (math.inf, MISMATCH, "wrong type"),
+        (50.0, RANGE, "outside"),
+    ],
 )
-def test_a_float_that_no_integer_can_hold_is_refused(value, reason):
+def test_a_float_that_no_integer_can_hold_is_refused(value, error, reason):
     engine = server()
     engine.receive(set_message("MODE", value, REAL32), 0.0, GROUND)
+    assert errors(engine.messages_to_send()) == [error]
     (event,) = engine.events()
     assert reason in event.reason
     assert engine.value("MODE") == -3
@@ -188,6 +208,35 @@ def test_setting_what_does_not_exist_is_an_error_and_nothing_else():
     engine.receive(set_message("NO_SUCH", 1.0, REAL32), 0.0, GROUND)
     assert errors(engine.messages_to_send()) == [mavlink.MAV_PARAM_ERROR_DOES_NOT_EXIST]
     assert engine.events() == []
+
+
+def test_the_errors_are_numbered_as_the_standard_numbers_them():
+    names = ("TYPE_UNSUPPORTED", "TYPE_MISMATCH", "READ_FAIL")
+    assert [getattr(mavlink, f"MAV_PARAM_ERROR_{name}") for name in names] == [6, 7, 8]
+
+
+def test_an_extended_set_is_answered_as_unsupported_to_who_sent_it():
+    engine = server()
+    engine.receive(mavlink.MAVLink_param_ext_set_message(1, 1, b"P3", b"5", REAL32), 0.0, GROUND)
+    (out,) = engine.messages_to_send()
+    assert (out.peer, out.message.get_type()) == (GROUND, "PARAM_EXT_ACK")
+    assert out.message.param_result == mavlink.PARAM_ACK_VALUE_UNSUPPORTED
+    assert (engine.value("P3"), engine.events()) == (1.5, [ParameterRefused("P3", None, EXTENDED)])
+
+
+@pytest.mark.parametrize(
+    ("message", "name"),
+    [
+        (mavlink.MAVLink_param_ext_request_read_message(1, 1, b"P3", -1), "P3"),
+        (mavlink.MAVLink_param_ext_request_read_message(1, 1, b"", 3), "Index 3"),
+        (mavlink.MAVLink_param_ext_request_list_message(1, 1), "Parameter list"),
+    ],
+)
+def test_an_extended_read_finds_nothing_and_the_operator_is_told(message, name):
+    engine, vehicle = server(), Codec(1, 1)
+    engine.receive(*vehicle.decode(Codec(255, 190).encode(message)), 0.0, GROUND)
+    assert engine.messages_to_send() == []
+    assert engine.events() == [ParameterRefused(name, None, EXTENDED)]
 
 
 def test_the_vehicle_s_own_change_is_told_to_everyone():
