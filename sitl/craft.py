@@ -86,6 +86,7 @@ class Craft:
             wind=tuple(self.vehicle.wind_estimate.tolist()),
             stopping=self.vehicle.stopping_distance() if forward else 0.0,
             energy=self.battery.capacity - self.battery.used,
+            law=self.vehicle.law,
         )
 
     @property

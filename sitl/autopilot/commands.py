@@ -15,7 +15,7 @@ from protocol.modes import mode_from_parts
 from sitl.autopilot.autopilot import DENIED, UNSUPPORTED, Autopilot, Outcome
 from sitl.autopilot.decision import Way
 from sitl.autopilot.guidance import FASTEST, SLOWEST, Vector
-from sitl.autopilot.home import DO_SET_GLOBAL_ORIGIN, UNSUPPORTED_FRAME, set_home, set_origin
+from sitl.autopilot.home import UNSUPPORTED_FRAME, set_home, set_origin
 from sitl.autopilot.mission_items import WAYS
 from sitl.autopilot.standard_modes import set_standard_mode
 
@@ -32,8 +32,17 @@ def execute(autopilot: Autopilot, request: CommandRequested) -> Outcome:
     """Carry a command out, or say exactly why not. Never raises on what came over the wire."""
     handler = HANDLERS.get(request.command)
     if handler is None:
-        return Outcome(UNSUPPORTED, f"Command {request.command} is not supported")
+        return Outcome(UNSUPPORTED, refusal(request.command, UNSUPPORTED))
     return handler(autopilot, request)
+
+
+def refusal(command: int, result: int) -> str:
+    """What is said of a command that was answered with ``result`` before it was looked at."""
+    entry = mavlink.enums["MAV_CMD"].get(command)
+    name = f"Command {command}" if entry is None else str(entry.name).removeprefix("MAV_CMD_")
+    if result == UNSUPPORTED:
+        return f"{name} is not supported"
+    return f"{name} refused: one is under way, cancel it or hold first"
 
 
 def _arm(autopilot: Autopilot, request: CommandRequested) -> Outcome:
@@ -183,7 +192,7 @@ HANDLERS: dict[int, Handler] = {
     mavlink.MAV_CMD_DO_ORBIT: _orbit,
     mavlink.MAV_CMD_DO_SET_STANDARD_MODE: set_standard_mode,
     mavlink.MAV_CMD_DO_SET_HOME: set_home,
-    DO_SET_GLOBAL_ORIGIN: set_origin,
+    mavlink.MAV_CMD_DO_SET_GLOBAL_ORIGIN: set_origin,
     mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN: _unsupported("A simulation is stopped and started from its terminal"),
     mavlink.MAV_CMD_DO_FLIGHTTERMINATION: _unsupported("No flight termination: a forced disarm stops the motors"),
 }

@@ -10,6 +10,8 @@ import math
 from dataclasses import dataclass, replace
 from typing import NamedTuple, Protocol
 
+from sitl.hybrid.supervisor import Law
+
 Vector = tuple[float, float, float]
 
 SLOWEST, FASTEST = 7.0, 22.0  # airspeeds of the cruise on the wing [m/s]
@@ -32,6 +34,7 @@ class View(NamedTuple):
     wind: Vector = (0.0, 0.0, 0.0)  # as it is estimated, world NWU [m/s]
     stopping: float = 0.0  # distance the present speed takes to stop, on the wing [m]
     energy: float = math.inf  # left in the battery [J]
+    law: Law = Law.LANDED  # in force
 
 
 class Route(NamedTuple):

@@ -136,10 +136,14 @@ class MissionRunner:
             if wanted > self._speed:
                 self.notices.append(f"Speed {wanted:g} m/s: hovering at no more than {self._speed:g} m/s")
 
-    def transition(self, way: Way) -> None:
-        """Fly the items to come this way, until the mission says otherwise; the present one starts anew."""
-        self._asked = way
+    def transition(self, way: Way) -> Way:
+        """Fly the items to come this way, until the mission says otherwise; the present one starts anew.
+
+        Returns the way that was asked for until now.
+        """
+        before, self._asked = self._asked, way
         self._guidance = None
+        return before
 
     @property
     def airspeed(self) -> float:

@@ -80,7 +80,8 @@ class Station:
         """The result of a command."""
         seven = (*params, *(NAN,) * (7 - len(params)))
         self.send(mavlink.MAVLink_command_long_message(1, 1, command, 0, *seven))
-        return self.last("COMMAND_ACK").result
+        acks = (m for m in reversed(self.heard) if m.get_type() == "COMMAND_ACK" and m.command == command)
+        return next(acks).result
 
     def mode(self, mode):
         """The result of asking for a mode."""
