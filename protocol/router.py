@@ -148,8 +148,7 @@ class Router:
         self._forget(now)
         source, target = source_of(message), target_of(message)
         neighbour = self._neighbour(origin, now)
-        if source[0]:
-            neighbour.hear(source, now)
+        neighbour.hear(source, now)
         if target == self._ids:
             return []
         frame = bytes(message.get_msgbuf())

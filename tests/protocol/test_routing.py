@@ -13,6 +13,7 @@ from protocol.dialect import mavlink
 from protocol.endpoint import VehicleEndpoint
 from protocol.events import CommandRequested, SetpointReceived
 from protocol.keyring import Keyring
+from protocol.links import Links
 from protocol.router import RoutingStatistics, Withheld
 from protocol.signing import Signature, sign_frame, verify
 from tests.support.link import ARM, table
@@ -55,7 +56,7 @@ class Net:
 
     def say(self, port, ids, message=None):
         """Send one message as ``ids``; what the vehicle sends on, as (port, bytes)."""
-        return self.deliver(port, self.frame(ids, message or ALIVE[ids]))
+        return self.deliver(port, self.frame(ids, message or ALIVE.get(ids, ALIVE[QGC])))
 
     def deliver(self, port, data):
         self.end.receive_datagram(data, port, self.now)
@@ -219,15 +220,21 @@ def test_every_message_with_a_secret_in_it_is_known_as_one():
     assert named == router.SECRET
 
 
+def test_what_is_for_the_vehicle_alone_is_not_counted_as_withheld(net):
+    assert net.reaches("qgc", QGC, mavlink.MAVLink_setup_signing_message(1, 1, list(KEY), T)) == []
+    assert net.reaches("qgc", QGC, long((1, 1), ARM, 1.0)) == []
+    assert net.withheld == {}
+
+
 def test_what_a_radio_says_of_its_link_stays_on_it(net):
     assert net.reaches("companion", (51, 68), mavlink.MAVLink_radio_status_message(1, 2, 3, 4, 5, 6, 7)) == []
     assert net.withheld[Withheld.LINK_LOCAL] == 1
 
 
 def test_frames_in_the_vehicles_own_name_go_nowhere_and_make_no_peer(net):
-    assert net.say("liar", (1, 1), ALIVE[QGC]) == []
-    assert net.say("camera", (1, 1), long(QGC)) == []
-    assert net.say("camera", (1, 1), long((1, 1), ARM, 1.0)) == net.answers == []
+    for port, message in (("liar", ALIVE[QGC]), ("camera", long(QGC)), ("camera", long((1, 1), ARM, 1.0))):
+        net.end.receive_datagram(net.frame((1, 1), message), port, net.now)
+        assert net.end.datagrams_to_send() == net.end.events() == []
     assert "liar" not in net.end.statistics
 
 
@@ -333,6 +340,15 @@ def test_one_datagram_full_of_frames_multiplies_no_further_than_its_budget(net):
     assert len(copies) <= router.MOST_AT_ONCE + router.RESERVE_PER_SECOND
 
 
+def test_frames_remembered_are_of_a_bounded_number():
+    net = Net(("camera", CAMERA), *((port, (200 + port, 190)) for port in range(8)))
+    net.now += 1.0
+    for port in range(8):
+        net.deliver(port, b"".join(net.frame((200 + port, 190), long(CAMERA, REQUEST, n)) for n in range(200)))
+    assert net.end.routing.forwarded > 1600
+    assert len(net.end._router._recent) == router.MOST_RECENT
+
+
 def test_ports_that_change_with_every_frame_share_one_small_budget():
     net = Net(peers=["a", "b", "c"])
     copies = sum(len(net.say(number, (9, 1 + number % 250), ALIVE[CAMERA])) for number in range(2000))
@@ -389,6 +405,11 @@ def test_what_is_signed_with_one_links_key_does_not_reach_a_link_with_another():
     net = signed_net(camera=OTHER)
     assert net.deliver("qgc", net.signed(QGC, long(CAMERA))) == []
     assert net.deliver("camera", net.signed(CAMERA, ALIVE[CAMERA], OTHER)) == []
+
+
+def test_a_peer_is_no_reader_of_itself():
+    links = Links(1, 1, ["a", "b", "c"], Keyring({"a": KEY, "b": KEY, "c": OTHER}))
+    assert (links.readers("a"), links.readers("c")) == (["b"], [])
 
 
 def test_a_listener_without_a_key_hears_what_is_signed():

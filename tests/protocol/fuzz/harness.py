@@ -25,7 +25,8 @@ CORPUS = Path(__file__).with_name("corpus.txt")
 STEPS, LONGEST = 60, 1500  # of one input: steps [-] and bytes
 MOST_ANSWERS = 2000  # to one step
 MESSAGE, RAW, WAIT = 96, 112, 176  # steps up to these numbers; all above are the owner's
-SENDERS = ((255, 190), (1, 1), (245, 190), (0, 0))
+SENDERS = ((255, 190), (1, 1), (245, 190), (0, 0), (1, 100), (1, 191), (255, 0), (7, 3))
+ELSEWHERE, STRANGER = 32, 64  # bits of a message's step: it is for another component; it comes from a third port
 PROTOCOL = str(Path(mavlink.__file__).parents[1])
 
 TAKEN = sorted(set(VehicleEndpoint(validate=lambda _items: None)._server_of) | {
@@ -78,15 +79,17 @@ class _VehicleEnd:
         others = {kind: (plan(2), self._check) for kind in (1, 2)}
         self.endpoint = VehicleEndpoint(
             commands=(16, 22, 400), parameters=table(), mission=plan(3), validate=self._check, plans=others,
-            streams={30: 20_000}, on_request=(242,), peers=["a"], files=files, logs=files,
+            streams={30: 20_000}, on_request=(242,), peers=["a", "b"], files=files, logs=files,
         )  # fmt: skip
+        self._port, self._said = "", b""
 
     @staticmethod
     def _check(items):
         return Refusal(1, "too long") if len(items) > 5 else None
 
     def receive(self, data: bytes, key: int, now: float) -> None:
-        self.endpoint.receive_datagram(data, "ab"[key & 1], now)
+        self._port, self._said = "c" if key & STRANGER else "ab"[key & 1], data
+        self.endpoint.receive_datagram(data, self._port, now)
 
     def act(self, op: int, _program: _Program, _now: float) -> None:
         self.endpoint.set_parameter("K_1", float(op % 7))
@@ -98,7 +101,12 @@ class _VehicleEnd:
         self.endpoint.streams_due(round(now * 1e6))
         self.endpoint.handle_timer(now)
         assert not math.isnan(self.endpoint.next_deadline())
-        return [data for _, data in self.endpoint.datagrams_to_send()]
+        datagrams = self.endpoint.datagrams_to_send()
+        assert all(_source(data) == (1, 1) or self._may_go_on(data, to) for to, data in datagrams)
+        return [data for _, data in datagrams]
+
+    def _may_go_on(self, data: bytes, to: str) -> bool:
+        return data in self._said and to != self._port
 
 
 class _GroundEnd:
@@ -166,17 +174,22 @@ def _frame(program: _Program, op: int, sequence: int) -> bytes:
         return b""
     size = known.unpacker.size
     payload = bytearray(program.take(min(program.byte(), size)).ljust(size, b"\0"))
-    if op & 2:  # at whoever listens
+    if op & 2:  # at whoever listens, or at another one
+        target = SENDERS[(op >> 2) + 4 & 7] if op & ELSEWHERE else (0, 0)
+        fixed = dict(zip(("target_system", "target_component"), target, strict=True))
         values, names = list(known.unpacker.unpack(payload)), known.ordered_fieldnames
         if len(values) == len(names):  # no arrays among them
-            values = [
-                0 if name in {"target_system", "target_component"} else v for name, v in zip(names, values, strict=True)
-            ]
+            values = [fixed.get(name, value) for name, value in zip(names, values, strict=True)]
             payload = bytearray(known.unpacker.pack(*values))
-    source = SENDERS[op >> 2 & 3]
+    source = SENDERS[op >> 2 & 7]
     head = bytes([0xFD, len(payload), 0, 0, sequence, *source]) + known.id.to_bytes(3, "little")
     crc = mavlink.x25crc(head[1:] + payload + bytes([known.crc_extra])).crc
     return head + bytes(payload) + crc.to_bytes(2, "little")
+
+
+def _source(frame: bytes) -> tuple[int, int]:
+    at = 5 if frame[0] == 0xFD else 3
+    return frame[at], frame[at + 1]
 
 
 # The search
