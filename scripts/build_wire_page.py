@@ -14,7 +14,7 @@ from protocol import endpoint_vehicle
 from protocol.dialect import mavlink
 from protocol.endpoint import VehicleEndpoint
 from protocol.engines import stream
-from sitl.autopilot import commands, fence, mission_items, rally
+from sitl.autopilot import commands, fence, home, mission_items, rally
 from sitl.autopilot.settings import Settings
 from sitl.parameters import INT, Bindings, Surroundings
 from sitl.telemetry import STREAMS
@@ -72,6 +72,7 @@ def _taken() -> str:
     served = {name: type(server).__name__ for name, server in endpoint._server_of.items()}  # noqa: SLF001
     served |= dict.fromkeys(endpoint_vehicle._SETPOINTS, "set-points")  # noqa: SLF001
     served |= {"HEARTBEAT": "presence", "SETUP_SIGNING": "Keyring", "MANUAL_CONTROL": "sticks"}
+    served |= dict.fromkeys(home.MESSAGES, "home and origin")
     rows = [(name, served[name], _test(name)) for name in sorted(served)]
     return _section("Messages it takes", "", ("Message", "By", "Test"), rows)
 

@@ -28,6 +28,7 @@ TOLD_AGAIN = 3.0  # between notes to the station in control that another one ask
 
 _COMMANDS = frozenset({"COMMAND_LONG", "COMMAND_INT"})
 _PLANS = frozenset({"MISSION_COUNT", "MISSION_CLEAR_ALL", "MISSION_SET_CURRENT"})
+_ANCHORS = frozenset({"SET_HOME_POSITION", "SET_GPS_GLOBAL_ORIGIN"})
 _SETPOINTS = frozenset(
     {"SET_POSITION_TARGET_LOCAL_NED", "SET_POSITION_TARGET_GLOBAL_INT", "SET_ATTITUDE_TARGET", "MANUAL_CONTROL"}
 )
@@ -154,10 +155,10 @@ class OperatorControl(Server):
         kind = message.get_type()
         if kind in _COMMANDS:
             return message.command not in self._harmless
-        return kind in _PLANS or kind in _SETPOINTS or kind in {"PARAM_SET", "LOG_ERASE"}
+        return kind in _PLANS | _SETPOINTS | _ANCHORS | {"PARAM_SET", "LOG_ERASE"}
 
     def _refuse(self, message: Message, peer: Peer) -> None:
-        """The protocol's own word for it; set-points and the erasing of logs have none."""
+        """The protocol's own word for it; set-points, home, origin and the erasing of logs have none."""
         kind, to = message.get_type(), peer[:2]
         if kind in _COMMANDS:
             self._reply(peer, mavlink.MAVLink_command_ack_message(message.command, NOT_IN_CONTROL, 0, 0, *to))

@@ -24,9 +24,8 @@ from sitl.autopilot.guidance import Vector
 from sitl.autopilot.mission_items import GLOBAL_FRAMES, RELATIVE_FRAMES, World, out_of_bounds
 from sitl.memory import Anchors, Memory
 
-DO_SET_GLOBAL_ORIGIN = 611  # MAV_CMD, newer than the generator's definitions, as the next one is
-UNSUPPORTED_FRAME = 9  # MAV_RESULT_COMMAND_UNSUPPORTED_MAV_FRAME
-MOVES = frozenset({mavlink.MAV_CMD_DO_SET_HOME, DO_SET_GLOBAL_ORIGIN})
+UNSUPPORTED_FRAME = mavlink.MAV_RESULT_COMMAND_UNSUPPORTED_MAV_FRAME
+MOVES = frozenset({mavlink.MAV_CMD_DO_SET_HOME, mavlink.MAV_CMD_DO_SET_GLOBAL_ORIGIN})
 MESSAGES = frozenset({"SET_HOME_POSITION", "SET_GPS_GLOBAL_ORIGIN"})
 HIGHEST = 10e3  # origin, above or below the sea [m]
 NEAREST_POLE = 89.0  # latitude of an origin, as of ``--home`` [deg]

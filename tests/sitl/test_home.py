@@ -5,20 +5,23 @@ import math
 import pytest
 
 from protocol.dialect import mavlink
+from protocol.engines.operator import REQUEST_OPERATOR_CONTROL
 from protocol.frames import Geodetic
 from protocol.modes import Mode
 from protocol.plans.mission import MissionItem
-from sitl.autopilot.home import DO_SET_GLOBAL_ORIGIN, UNSUPPORTED_FRAME, HomeKeeper
+from sitl.autopilot.home import HomeKeeper
 from sitl.autopilot.settings import Settings
 from sitl.errors import SitlError
 from sitl.memory import Memory
 from tests.support.station import FRAME, HOME, Sky
 
 NAN = math.nan
-SET_HOME, WAYPOINT = mavlink.MAV_CMD_DO_SET_HOME, mavlink.MAV_CMD_NAV_WAYPOINT
+SET_HOME, SET_ORIGIN = mavlink.MAV_CMD_DO_SET_HOME, mavlink.MAV_CMD_DO_SET_GLOBAL_ORIGIN
+WAYPOINT = mavlink.MAV_CMD_NAV_WAYPOINT
 SEA, RELATIVE, BODY = 0, 3, mavlink.MAV_FRAME_BODY_NED
 FENCE, RALLY = mavlink.MAV_MISSION_TYPE_FENCE, mavlink.MAV_MISSION_TYPE_RALLY
 DENIED, REJECTED = mavlink.MAV_RESULT_DENIED, mavlink.MAV_RESULT_TEMPORARILY_REJECTED
+UNSUPPORTED_FRAME = mavlink.MAV_RESULT_COMMAND_UNSUPPORTED_MAV_FRAME
 ACCEPTED = mavlink.MAV_RESULT_ACCEPTED
 ELSEWHERE = Geodetic(48.1, 11.6, 520.0)
 
@@ -109,6 +112,14 @@ def test_the_message_that_the_command_replaced_moves_home(hovering):
     x, y, alt = e7(10.0, -4.0, 2.0)
     station.send(mavlink.MAVLink_set_home_position_message(1, x, y, round(alt * 1e3), 0, 0, 0, [1, 0, 0, 0], 0, 0, 0))
     assert station.last("HOME_POSITION").z == pytest.approx(-2.0)
+
+
+def test_who_is_not_in_control_moves_no_home(hovering):
+    station, other = hovering.station(), hovering.station(254, "other")
+    station.command(REQUEST_OPERATOR_CONTROL, NAN, 1, 0)
+    other.send(mavlink.MAVLink_set_home_position_message(1, *e7(9.0, 0.0)[:2], 150_000, 0, 0, 0, [1, 0, 0, 0], 0, 0, 0))
+    assert set_home(other, 9.0, 0.0, 150.0) == mavlink.MAV_RESULT_NOT_IN_CONTROL
+    assert hovering.autopilot.world.home == (0.0, 0.0, 0.0)
 
 
 @pytest.mark.parametrize(
@@ -321,13 +332,13 @@ def test_the_origin_moves_on_the_ground_and_home_along(standing):
 
 def test_the_origin_moves_by_command(standing):
     station = standing.station()
-    assert station.command(DO_SET_GLOBAL_ORIGIN, NAN, NAN, NAN, NAN, 48.0, 11.5, 520.0) == ACCEPTED
+    assert station.command(SET_ORIGIN, NAN, NAN, NAN, NAN, 48.0, 11.5, 520.0) == ACCEPTED
     assert told_origin(station) == Geodetic(48.0, 11.5, 520.0)
 
 
 def test_a_flight_keeps_its_origin(hovering):
     station = hovering.station()
-    assert station.command(DO_SET_GLOBAL_ORIGIN, NAN, NAN, NAN, NAN, 48.0, 11.5, 520.0) == REJECTED
+    assert station.command(SET_ORIGIN, NAN, NAN, NAN, NAN, 48.0, 11.5, 520.0) == REJECTED
     set_origin(station, ELSEWHERE)
     assert station.texts().count("Origin refused: disarm first") >= 1
     assert hovering.autopilot.world.frame.origin == HOME
@@ -345,14 +356,14 @@ def test_a_flight_keeps_its_origin(hovering):
 )
 def test_an_origin_that_is_none_is_denied(standing, place, words):
     station = standing.station()
-    assert station.command(DO_SET_GLOBAL_ORIGIN, NAN, NAN, NAN, NAN, *place) == DENIED
+    assert station.command(SET_ORIGIN, NAN, NAN, NAN, NAN, *place) == DENIED
     assert words in station.texts()
     assert standing.autopilot.world.frame.origin == HOME
 
 
 def test_an_origin_in_a_relative_frame_is_refused(standing):
     station = standing.station()
-    assert set_home(station, 0.0, 0.0, 0.0, frame=RELATIVE, command=DO_SET_GLOBAL_ORIGIN) == UNSUPPORTED_FRAME
+    assert set_home(station, 0.0, 0.0, 0.0, frame=RELATIVE, command=SET_ORIGIN) == UNSUPPORTED_FRAME
 
 
 def test_plans_of_the_old_origin_are_said_to_be_out_of_reach(standing):
