@@ -4,9 +4,10 @@ import math
 
 import pytest
 
+from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.engines.mission_client import ASKED_AT_ONCE, MissionClient
-from protocol.engines.retransmission import SILENCE
+from protocol.engines.retransmission import LATE, SILENCE, STALL, Partner
 from protocol.errors import LocalProtocolError
 from protocol.events import (
     CurrentItemSet,
@@ -27,8 +28,8 @@ def ask(seq, kind=0):
     return mavlink.MAVLink_mission_request_int_message(255, 190, seq, kind)
 
 
-def ack(result=ACCEPTED, kind=0):
-    return mavlink.MAVLink_mission_ack_message(255, 190, result, kind)
+def ack(result=ACCEPTED, kind=0, opaque_id=0):
+    return mavlink.MAVLink_mission_ack_message(255, 190, result, kind, opaque_id)
 
 
 def count(n):
@@ -58,6 +59,22 @@ def downloading():
 def feed(client, *messages, now=0.1):
     for message in messages:
         client.receive(message, now)
+
+
+def numbered(*messages):
+    """Messages as a vehicle's frames: each with its sequence number."""
+    vehicle, ground = Codec(*VEHICLE), Codec(255, 190)
+    return [ground.decode(vehicle.encode(message))[0] for message in messages]
+
+
+def hear(client, partner, *messages, now=0.1):
+    """Frames as an endpoint hands them in."""
+    for message in messages:
+        partner.hear(message, now)
+        client.receive(message, now)
+
+
+HEARTBEAT = mavlink.MAVLink_heartbeat_message(19, 12, 0, 0, 4, 3)
 
 
 def sent(client):
@@ -158,6 +175,56 @@ def test_silence_after_an_item_repeats_that_item():
     assert sent(client) == [("MISSION_ITEM_INT", 1)]
 
 
+def test_a_dropped_ack_is_asked_for_with_the_last_item_whatever_else_was_asked_for_late():
+    client = uploading()
+    feed(client, ask(0), ask(1), ask(2), ask(0))
+    client.messages_to_send()
+    client.handle_timer(client.next_deadline())
+    assert sent(client) == [("MISSION_ITEM_INT", 2)]
+    feed(client, ack(), now=2.0)
+    assert ends(client) == [MissionUploaded(3)]
+
+
+def test_an_item_whose_turn_has_not_come_is_not_served():
+    client = uploading()
+    feed(client, ask(0), ask(2))
+    assert sent(client) == [("MISSION_COUNT", None), ("MISSION_ITEM_INT", 0)]
+    assert client.is_busy
+
+
+def test_a_vehicle_that_is_heard_but_does_not_answer_is_given_up_later_than_a_silent_one():
+    partner = Partner()
+    client = MissionClient(255, 190, partner)
+    client.upload(VEHICLE, ITEMS, 0.0)
+    for message in numbered(*[HEARTBEAT] * 60):
+        partner.hear(message, client.next_deadline())
+        client.handle_timer(client.next_deadline())
+        if not client.is_busy:
+            break
+        last = client.next_deadline()
+    assert last == pytest.approx(STALL, abs=1.5)
+    assert ends(client) == [MissionFailed("upload", None, "no answer")]
+
+
+@pytest.mark.parametrize(
+    ("begin", "answers", "expected"),
+    [
+        (lambda c: c.upload(VEHICLE, ITEMS, 0.0), (ask(0), ask(1), ask(2), ack()), MissionUploaded(3)),
+        (lambda c: c.download(VEHICLE, 0.0), (count(3), item(0), item(1), item(2)), MissionDownloaded(ITEMS)),
+    ],
+)
+@pytest.mark.parametrize("away", [2.0, 5.0, 8.0])
+def test_a_transfer_goes_on_where_it_was_when_the_link_was_away(begin, answers, expected, away):
+    client = MissionClient(255, 190)
+    begin(client)
+    first, *rest = answers
+    feed(client, first, now=0.0)
+    while client.next_deadline() < away:
+        client.handle_timer(client.next_deadline())
+    feed(client, *rest, now=away)
+    assert ends(client) == [expected]
+
+
 def test_an_answer_after_a_silence_goes_on_with_full_patience():
     client = uploading()
     for _ in range(4):
@@ -178,6 +245,23 @@ def test_a_cancelled_upload_tells_the_vehicle():
     assert ends(client) == [MissionFailed("upload", None, "cancelled")]
     client.cancel("again")
     assert client.events() == []
+
+
+def test_a_cancelled_download_tells_the_vehicle():
+    client = downloading()
+    feed(client, count(3), item(0))
+    client.messages_to_send()
+    client.cancel("cancelled")
+    assert [(m.get_type(), m.type) for m in client.messages_to_send()] == [("MISSION_ACK", CANCELLED)]
+    assert client.next_deadline() == math.inf
+
+
+@pytest.mark.parametrize("answers", [(), (ask(0),), (ask(0), ask(1), ask(2))])
+def test_an_upload_the_vehicle_cancels_fails_and_says_so(answers):
+    client = uploading()
+    feed(client, *answers, ack(CANCELLED))
+    assert ends(client) == [MissionFailed("upload", CANCELLED, "OPERATION_CANCELLED")]
+    assert all(m.get_type() != "MISSION_ACK" for m in client.messages_to_send())
 
 
 def test_a_request_after_the_end_is_declined_so_that_the_vehicle_stops_asking():
@@ -290,6 +374,78 @@ def test_messages_of_other_plan_types_and_for_others_change_nothing():
     client.messages_to_send()
     feed(client, ask(0, kind=1), ack(ERROR, kind=2), mavlink.MAVLink_mission_ack_message(245, 190, ERROR))
     assert (sent(client), client.events()) == ([], [])
+
+
+def test_items_of_another_plan_type_are_no_part_of_a_download():
+    client = downloading()
+    feed(client, count(3), ITEMS[0].to_message(0, 255, 190, kind=1))
+    assert client.events() == []
+
+
+def test_a_clear_of_all_types_ends_with_the_ack_for_all_types():
+    client = MissionClient(255, 190)
+    client.clear(VEHICLE, 0.0, 255)
+    feed(client, ack(kind=0))
+    assert client.is_busy
+    feed(client, ack(kind=255))
+    assert ends(client) == [MissionCleared(255)]
+
+
+@pytest.mark.parametrize("late", [ask(2), ack(ERROR), ack(CANCELLED)])
+def test_what_the_vehicle_said_before_an_upload_began_is_no_part_of_it(late):
+    partner = Partner()
+    client = MissionClient(255, 190, partner)
+    before, heartbeat, *answers = numbered(late, HEARTBEAT, ask(0), ask(1), ask(2), ack())
+    partner.hear(heartbeat, 0.0)
+    client.upload(VEHICLE, ITEMS, 0.0)
+    hear(client, partner, before)
+    assert sent(client) == [("MISSION_COUNT", None)]
+    hear(client, partner, *answers)
+    assert ends(client) == [MissionUploaded(3)]
+
+
+def test_items_of_an_earlier_download_are_no_part_of_a_later_one():
+    partner, new = Partner(), plan(3, 700)
+    client = MissionClient(255, 190, partner)
+    fresh = [new[n].to_message(n, 255, 190) for n in range(3)]
+    old, heartbeat, told, *rest = numbered(item(0), HEARTBEAT, count(3), *fresh)
+    hear(client, partner, heartbeat)
+    client.download(VEHICLE, 0.1)
+    hear(client, partner, told, old, *rest)
+    assert ends(client) == [MissionDownloaded(new)]
+
+
+def test_frames_are_told_old_from_new_only_as_long_as_they_may_be_late():
+    """A vehicle that was restarted counts from zero: for a moment all it says looks old."""
+    partner = Partner()
+    client = MissionClient(255, 190, partner)
+    early, *_, newest = numbered(ask(0), *[HEARTBEAT] * 100)
+    partner.hear(newest, 0.0)
+    client.upload(VEHICLE, ITEMS, 0.0)
+    hear(client, partner, early, now=LATE)
+    assert ("MISSION_ITEM_INT", 0) in sent(client)
+
+
+def test_an_ack_with_the_id_of_the_plan_before_is_late():
+    client, other = uploading(), plan(3, 700)
+    feed(client, ask(0), ask(1), ask(2), ack(opaque_id=5))
+    client.upload(VEHICLE, other, 1.0)
+    feed(client, ask(0), ask(1), ack(opaque_id=5), ask(2), ack(opaque_id=5), now=1.1)
+    assert ends(client) == [MissionUploaded(3)]
+    feed(client, ack(opaque_id=6), now=1.2)
+    client.clear(VEHICLE, 2.0)
+    feed(client, ack(opaque_id=6), now=2.1)
+    assert client.is_busy
+    feed(client, ack(), now=2.2)
+    assert ends(client) == [MissionUploaded(3), MissionCleared()]
+
+
+def test_the_same_plan_uploaded_again_has_the_same_id():
+    client = uploading()
+    for now in (1.0, 2.0):
+        feed(client, ask(0), ask(1), ask(2), ack(opaque_id=5), now=now)
+        assert ends(client) == [MissionUploaded(3)]
+        client.upload(VEHICLE, ITEMS, now)
 
 
 def test_one_operation_at_a_time():

@@ -8,6 +8,7 @@ from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.engines.base import Peer
 from protocol.engines.mission_server import MissionServer, Refusal
+from protocol.engines.retransmission import STALL
 from protocol.events import CurrentItemRequested, MissionCleared, MissionReceived, MissionRefused
 from protocol.plans.mission import MissionItem
 from tests.support.link import plan
@@ -45,6 +46,12 @@ def told(engine, peer=GROUND):
         }
         short.append((kind.removeprefix("MISSION_").removesuffix("_INT"), getattr(message, field[kind])))
     return short
+
+
+def numbered(*messages, sender=GROUND):
+    """Messages as frames of one sender: each with its sequence number."""
+    ground, vehicle = Codec(*sender[:2]), Codec(1, 1)
+    return [vehicle.decode(ground.encode(message))[0] for message in messages]
 
 
 def feed(engine, *messages, peer=GROUND, now=0.0):
@@ -109,6 +116,140 @@ def test_a_cancel_by_the_sender_restores_the_old_plan():
     assert engine.items == OLD
     assert engine.next_deadline() == math.inf
     assert [event.result for event in engine.events()] == [CANCELLED]
+
+
+def test_a_cancelling_sender_gets_no_answer_that_it_could_take_for_one_to_its_next_upload():
+    engine = server()
+    feed(engine, count(3), item(0), mavlink.MAVLink_mission_ack_message(1, 1, CANCELLED), item(1), item(2))
+    assert told(engine) == [("REQUEST", 0), ("REQUEST", 1)]
+
+
+def test_an_accepting_ack_of_the_sender_cancels_nothing():
+    """It ends a download, which needs no state here."""
+    engine = server()
+    feed(engine, count(2), mavlink.MAVLink_mission_ack_message(1, 1, ACCEPTED))
+    assert engine.is_receiving
+
+
+def test_a_dropped_request_costs_nothing_but_a_repeated_one():
+    engine = server()
+    feed(engine, count(2))
+    engine.handle_timer(engine.next_deadline())
+    feed(engine, item(0), now=0.3)
+    assert told(engine) == [("REQUEST", 0), ("REQUEST", 0), ("REQUEST", 1)]
+
+
+def test_a_dropped_count_of_a_download_is_given_again():
+    engine = server()
+    feed(engine, *[mavlink.MAVLink_mission_request_list_message(1, 1)] * 2)
+    assert told(engine) == [("COUNT", 2)] * 2
+
+
+def test_requests_wait_as_long_as_answers_take():
+    """At half a second each way every item is asked for once; 0.25 s would ask four times."""
+    engine, now = server(), 0.0
+    feed(engine, count(20), now=now)
+    for seq in range(20):
+        due = now + 1.0
+        while engine.next_deadline() < due:
+            engine.handle_timer(engine.next_deadline())
+        now = due
+        feed(engine, item(seq), now=now)
+    requests = [seq for what, seq in told(engine) if what == "REQUEST"]
+    assert {seq: requests.count(seq) for seq in range(3, 20)} == dict.fromkeys(range(3, 20), 1)
+
+
+@pytest.mark.parametrize("away", [2.0, 5.0, 8.0])
+def test_an_upload_goes_on_where_it_was_when_the_link_was_away(away):
+    engine, new = server(), plan(3)
+    feed(engine, count(3), item(0))
+    while engine.next_deadline() < away:
+        engine.handle_timer(engine.next_deadline())
+    feed(engine, item(1), item(2), now=away)
+    assert engine.items == new
+
+
+def test_a_sender_that_keeps_sending_the_wrong_item_is_given_up_in_the_end():
+    engine, now = server(), 0.0
+    feed(engine, count(3), item(0))
+    while engine.is_receiving:
+        now = engine.next_deadline()
+        feed(engine, item(0), now=now)
+        engine.handle_timer(now)
+    assert now == pytest.approx(STALL, abs=1.5)
+    assert engine.items == OLD
+
+
+def test_a_given_up_upload_is_said_again_to_a_sender_that_goes_on():
+    engine = server()
+    feed(engine, count(3), item(0))
+    while (now := engine.next_deadline()) < math.inf:
+        engine.handle_timer(now)
+    engine.messages_to_send()
+    feed(engine, item(1), now=now)
+    assert told(engine) == [("ACK", CANCELLED)]
+
+
+def test_a_clear_during_an_own_upload_ends_it_with_one_answer():
+    engine = server()
+    feed(engine, count(3), item(0), mavlink.MAVLink_mission_clear_all_message(1, 1))
+    assert told(engine)[2:] == [("ACK", ACCEPTED)]
+    assert (engine.items, engine.is_receiving) == ((), False)
+
+
+def test_an_item_of_another_plan_type_is_no_part_of_an_upload():
+    engine, new = server(), plan(2)
+    feed(engine, count(2), new[0].to_message(0, 1, 1, kind=1), new[0].to_message(0, 1, 1, kind=255))
+    assert told(engine) == [("REQUEST", 0)]
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        count(3, 255),
+        mavlink.MAVLink_mission_request_list_message(1, 1, 255),
+        mavlink.MAVLink_mission_request_int_message(1, 1, 0, 255),
+    ],
+)
+def test_all_types_at_once_can_be_cleared_and_nothing_else(message):
+    engine = server()
+    feed(engine, message)
+    (out,) = engine.messages_to_send()
+    assert (out.message.type, out.message.mission_type) == (UNSUPPORTED, 255)
+
+
+def test_a_partial_write_leaves_the_plan_as_it_was_and_its_items_are_not_taken():
+    engine = server()
+    feed(engine, mavlink.MAVLink_mission_write_partial_list_message(1, 1, 0, 0), item(0))
+    assert told(engine) == [("ACK", UNSUPPORTED)]
+    assert engine.items == OLD
+
+
+def test_items_and_a_cancel_from_before_an_upload_are_no_part_of_it():
+    engine, new = server(), plan(2, 900)
+    cancel = mavlink.MAVLink_mission_ack_message(1, 1, CANCELLED)
+    old, end, opens, *rest = numbered(item(0), cancel, count(2), *[new[n].to_message(n, 1, 1) for n in range(2)])
+    feed(engine, opens, old, end, *rest)
+    assert engine.items == new
+
+
+def test_an_item_that_was_reordered_within_its_upload_counts():
+    engine, new = server(), plan(2)
+    opens, first, beat, second = numbered(count(2), item(0), mavlink.MAVLink_mission_ack_message(1, 1, 0), item(1))
+    feed(engine, opens, beat, first, second)
+    assert engine.items == new
+
+
+@pytest.mark.parametrize(
+    "late",
+    [count(5), mavlink.MAVLink_mission_clear_all_message(1, 1), mavlink.MAVLink_mission_set_current_message(1, 1, 0)],
+)
+def test_what_later_frames_overtook_begins_nothing_any_more(late):
+    engine = server()
+    old, opens, first = numbered(late, count(1), item(0))
+    feed(engine, opens, first, old)
+    assert (engine.items, engine.is_receiving) == (plan(1), False)
+    assert [type(event) for event in engine.events()] == [MissionReceived]
 
 
 def test_a_refused_plan_restores_the_old_one_and_says_why():
