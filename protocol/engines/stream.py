@@ -217,11 +217,13 @@ class StreamServer(Server):
             return int(mavlink.MAV_RESULT_DENIED)
         if request.command in _ALIASES:
             return self._request(_ALIASES[request.command], 0.0, request.peer)
-        number = int(first) if 0 <= first < 1 << 24 else -1
+        number = _message_id(first)
         if request.command == mavlink.MAV_CMD_SET_MESSAGE_INTERVAL:
             return self._set(number, second, request.peer)
         if request.command == mavlink.MAV_CMD_GET_MESSAGE_INTERVAL:
             return self._tell(number, request.peer)
+        if number == mavlink.MAVLINK_MSG_ID_MESSAGE_INTERVAL:  # what replaces MAV_CMD_GET_MESSAGE_INTERVAL
+            return self._tell(_message_id(second), request.peer)
         everyone = request.params[6] == _TO_EVERYONE
         return self._request(number, second, None if everyone else request.peer)
 
@@ -279,3 +281,8 @@ class StreamServer(Server):
     def _forget(self) -> None:
         for key in [key for key in self._own if self._links is not None and key not in self._links]:
             del self._own[key]
+
+
+def _message_id(value: float) -> int:
+    """A message's id as a command carries it; -1 when it is none."""
+    return int(value) if 0 <= value < 1 << 24 and value == int(value) else -1

@@ -157,16 +157,18 @@ def test_what_one_link_asks_for_changes_nothing_for_the_others(how):
     assert heard["a"] == undisturbed | {ATTITUDE: list(range(0, 3_000_000, 250_000))}
 
 
-def test_intervals_are_told_to_each_link_as_they_are_for_it():
+@pytest.mark.parametrize("how", [(GET,), (REQUEST, 244)])
+def test_intervals_are_told_to_each_link_as_they_are_for_it(how):
     streams = Streams("a", "b")
     streams.ask("a", SET, ATTITUDE, 250_000.0)
     told = {}
     for key in ("a", "b"):
-        assert streams.ask(key, GET, ATTITUDE) == ACCEPTED
+        assert streams.ask(key, *how, ATTITUDE) == ACCEPTED
         ((peer, message),) = streams.server.messages_to_send()
         told[peer.key] = (message.message_id, message.interval_us)
     assert told == {"a": (ATTITUDE, 250_000), "b": (ATTITUDE, 50_000)}
-    assert streams.ask("a", GET, 70_000.0) == DENIED
+    for nonsense in (70_000.0, NAN, -1.0, 30.5, math.inf):
+        assert streams.ask("a", *how, nonsense) == DENIED
     assert streams.server.messages_to_send() == []
 
 

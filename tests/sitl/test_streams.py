@@ -7,6 +7,7 @@ import pytest
 from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.engines.operator import REQUEST_OPERATOR_CONTROL
+from protocol.links import MOST_LEARNT
 from sitl import telemetry
 from sitl.autopilot.settings import Settings
 from tests.support.station import Sky
@@ -105,6 +106,20 @@ def test_each_message_is_built_once_for_all_links(tmp_path, monkeypatch):
     assert len(built) == len(set(built))
 
 
+def test_a_client_that_others_have_replaced_begins_at_the_defaults_again(tmp_path):
+    sky = Sky(tmp_path)
+    client = sky.station(245, "client")
+    ask_for_all(client, 4)
+    assert rates(client)["ATTITUDE"] == pytest.approx(4, abs=0.3)
+    for n in range(MOST_LEARNT):
+        other = sky.station(100 + n, f"port {n}")
+        for _ in range(3):
+            other.beat()
+    assert rates(client) == {}
+    client.beat()
+    assert rates(client)["ATTITUDE"] == pytest.approx(20, abs=0.3)
+
+
 # What MAVProxy calls lost: pymavlink counts every frame it has no definition for
 
 
@@ -171,7 +186,7 @@ def test_who_is_in_control_is_told_at_once_and_every_two_seconds(pair):
     assert told.flags & mavlink.GCS_CONTROL_STATUS_FLAGS_SYSTEM_MANAGER
     assert told.gcs_secondary == [0] * 10
     assert status(other) == (0, True)
-    assert main.command(ARM, 1) == ACCEPTED
+    assert main.command(REQUEST_OPERATOR_CONTROL, 0, 1, 0) == ACCEPTED
     assert status(main) == status(other) == (255, False)
 
 
