@@ -131,6 +131,8 @@ class FtpClient(Engine[Message]):
             return
         if not self._resend.retry(now):
             self._give_up(self._operation, None, "no answer", now)
+            if self._state == "closing":  # said once; the vehicle closes by itself what nobody uses
+                self._end(None, now)
         elif self._state == "reading":
             self._ask_for_missing(self._operation)
         else:

@@ -4,6 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from protocol.engines.retransmission import MOST, SILENCE
 from protocol.events import (
     CommandDone,
     MissionCleared,
@@ -16,8 +17,10 @@ from protocol.events import (
     VehicleFound,
 )
 from tests.support.link import ARM, START, TAKEOFF, Link, plan
+from tests.support.transfers import HOSTILE, ITEMS, TRANSFERS, CountingPipe, Rig, plain, seeds
+from tests.support.transfers import fly as transfer
 
-ROUGH = {"drop": 0.3, "delay": 0.5, "duplicate": 0.2, "reorder": 0.3}
+ROUGH = HOSTILE
 
 
 def fly(link: Link, count: int) -> None:
@@ -105,6 +108,70 @@ def test_a_third_lost_half_a_second_late_ends_every_operation_cleanly(seed):
     assert link.run(lambda: not link.ground.is_busy, limit=180.0)
     fetched = [event.items for event in link.events if isinstance(event, MissionDownloaded)]
     assert fetched in ([], [link.vehicle.plan])
+
+
+@pytest.mark.parametrize("name", TRANSFERS)
+def test_every_transfer_succeeds_over_a_hostile_link(name):
+    """The first ten of the three hundred seeds of ``scripts/bench/lossy.py``."""
+    outcomes = [transfer(TRANSFERS[name], seed, **HOSTILE) for seed in seeds(name, 10)]
+    assert [outcome.is_success for outcome in outcomes] == [True] * 10
+
+
+def test_a_loss_free_transfer_sends_nothing_twice():
+    frames = {name: transfer(TRANSFERS[name], 0).frames for name in TRANSFERS}
+    assert frames["mission upload"] == 2 * ITEMS + 2
+    assert frames["mission download"] == 2 * ITEMS + 3
+    assert frames["clear"] == 2
+
+
+def test_a_late_link_without_loss_costs_no_repetition_once_its_delay_is_known():
+    outcome = transfer(TRANSFERS["mission upload"], 0, delay=0.4)
+    assert outcome.frames <= 2 * ITEMS + 2 + 8
+
+
+def test_the_plain_protocol_would_not_do():
+    outcomes = [plain(TRANSFERS["mission download"].waits, seed, **HOSTILE) for seed in range(10)]
+    assert sum(outcome.is_success for outcome in outcomes) <= 1
+
+
+def cut(rig):
+    """Let nothing through any more."""
+    rig.up, rig.down = CountingPipe(0, drop=1.0), CountingPipe(0, drop=1.0)
+
+
+@pytest.mark.parametrize("name", TRANSFERS)
+def test_a_dead_link_is_noticed_in_every_transfer_and_the_next_one_works(name):
+    rig = Rig(3, delay=0.1)
+    TRANSFERS[name].begin(rig.ground, rig.now)
+    rig.run(limit=0.35)
+    working, start = (rig.up, rig.down), rig.now
+    cut(rig)
+    if rig.ground.is_busy:
+        assert rig.run(lambda: not rig.ground.is_busy, limit=60.0)
+        assert rig.now - start < SILENCE + MOST + 0.2
+    rig.run(limit=20.0)
+    assert not rig.vehicle.endpoint._mission.is_receiving
+    rig.up, rig.down = working
+    rig.run(limit=3.0)
+    TRANSFERS[name].begin(rig.ground, rig.now)
+    known = len(rig.events)
+    assert rig.run(lambda: any(TRANSFERS[name].expected(e) is True for e in rig.events[known:]), limit=30.0)
+
+
+@pytest.mark.parametrize("name", ["mission upload", "mission download", "fence upload", "rally download"])
+@pytest.mark.parametrize("away", [3.0, 8.0])
+def test_a_transfer_resumes_after_the_link_was_away(name, away):
+    rig = Rig(3, delay=0.1)
+    TRANSFERS[name].begin(rig.ground, rig.now)
+    rig.run(limit=1.0)
+    working, sent = (rig.up, rig.down), rig.frames
+    cut(rig)
+    rig.run(limit=away)
+    assert rig.ground.is_busy
+    rig.up, rig.down = working
+    known = len(rig.events)
+    assert rig.run(lambda: any(TRANSFERS[name].expected(e) is True for e in rig.events[known:]), limit=30.0)
+    assert rig.frames < sent + 2 * ITEMS + 10  # it went on where it was
 
 
 def test_one_seed_is_one_flight():

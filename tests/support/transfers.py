@@ -142,6 +142,12 @@ TRANSFERS = {
 }
 
 
+def seeds(name: str, count: int) -> range:
+    """The seeds of a transfer: no two transfers share one."""
+    first = 1000 * list(TRANSFERS).index(name)
+    return range(first, first + count)
+
+
 class Outcome(NamedTuple):
     """One transfer: did it succeed, when was it over, and what did it cost."""
 
