@@ -8,8 +8,9 @@ from typing import Protocol
 
 from darko_gcs.snapshot import Snapshot
 from protocol.dialect import mavlink
+from protocol.endpoint import GROUND_SYSTEM
 
-__all__ = ["ACTIONS", "Action", "Operator"]
+__all__ = ["ACTIONS", "Action", "Operator", "control_question"]
 
 MISSION_ACTIVE = mavlink.MISSION_STATE_ACTIVE
 
@@ -34,6 +35,9 @@ class Operator(Protocol):
 
     def ask_speed(self) -> None:
         """Ask for a speed, then fly at it."""
+
+    def ask_control(self) -> None:
+        """Ask whether to, then take control, hand it over or give it back."""
 
     def show_mission(self) -> None:
         """Open the mission screen."""
@@ -80,6 +84,22 @@ def _confirm_leaving_mission(what: str) -> Callable[[Snapshot], str | None]:
     return lambda s: f"A mission is being flown. {what} instead?" if s.mission_state == MISSION_ACTIVE else None
 
 
+def control_question(s: Snapshot) -> tuple[str, str]:
+    """What to ask the operator about control as it is now, and the station's request that a yes is."""
+    if s.in_control == GROUND_SYSTEM and s.asks_for_control:
+        return f"Let ground station {s.asks_for_control} take control? It has to ask once more.", "share_control"
+    if s.in_control == GROUND_SYSTEM:
+        return "Give control back? Every ground station may steer then.", "give_control_back"
+    if s.in_control:
+        return f"Ask ground station {s.in_control} for control?", "take_control"
+    return "Take control? No other ground station can steer then.", "take_control"
+
+
+def _confirm_home(s: Snapshot) -> str:
+    height = "" if s.from_home is None or not _in_air(s) else f", {-s.from_home[2]:.1f} m up"
+    return f"Move home here{height}? Returns will land below this point, and heights count from it."
+
+
 ACTIONS = (
     Action("a", "arm", "Arm", "Arm: start the motors at idle", lambda app: app.tell("arm"), _confirm_arm),
     Action(
@@ -97,11 +117,15 @@ ACTIONS = (
         "r", "return", "Home", "Return home and land", lambda app: app.tell("return_home"),
         _confirm_leaving_mission("Return home"),
     ),
+    Action(
+        "H", "set_home", "", "Move home to where the vehicle is", lambda app: app.tell("set_home"), _confirm_home,
+    ),
     Action("g", "go_to", "Goto", "Go to a point north and east of home", lambda app: app.ask_go_to()),
     Action(
         "v", "transition", "Vtol", "Transition to forward flight, or back to hover", lambda app: app.ask_transition()
     ),
     Action("c", "speed", "", "Change the speed", lambda app: app.ask_speed()),
+    Action("k", "control", "", "Control: take it, hand it over, give it back", lambda app: app.ask_control()),
     Action("s", "start", "Run", "Start or resume the mission", lambda app: app.tell("start_mission")),
     Action(
         "m", "mission", "Plan", "Mission: load, edit, upload, download", lambda app: app.show_mission(),

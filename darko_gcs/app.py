@@ -10,7 +10,7 @@ from textual.app import App, SystemCommand
 from textual.binding import Binding, BindingType
 from textual.screen import Screen
 
-from darko_gcs.actions import ACTIONS, Action
+from darko_gcs.actions import ACTIONS, Action, control_question
 from darko_gcs.errors import GroundError
 from darko_gcs.feed import Feed
 from darko_gcs.screens.dialogs import AskScreen, ConfirmScreen, HelpScreen, ask_number
@@ -124,7 +124,7 @@ class GroundStation(App[int]):
 
     def ask_go_to(self) -> None:
         """Ask for the point, then go there."""
-        p = self.feed.snapshot.p or (0.0, 0.0, -3.0)
+        p = self.feed.snapshot.from_home or (0.0, 0.0, -3.0)
         fields = [
             ("North of home [m]", f"{round(p[0], 1) + 0.0:.1f}"),
             ("East of home [m]", f"{round(p[1], 1) + 0.0:.1f}"),
@@ -149,6 +149,16 @@ class GroundStation(App[int]):
         def answered(yes: bool | None) -> None:
             if yes and self.feed.station is not None:
                 self.feed.station.transition(self.feed.now, forward=forward)
+
+        self.push_screen(ConfirmScreen(question), answered)
+
+    def ask_control(self) -> None:
+        """Ask, then do the one thing that is to be done about who is in control."""
+        question, request = control_question(self.feed.snapshot)
+
+        def answered(yes: bool | None) -> None:
+            if yes and self.feed.station is not None:
+                getattr(self.feed.station, request)(self.feed.now)
 
         self.push_screen(ConfirmScreen(question), answered)
 

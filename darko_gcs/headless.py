@@ -23,7 +23,7 @@ from protocol.dialect import mavlink
 from protocol.errors import FileError
 from protocol.events import CommandDone, Event, MissionFailed, MissionUploaded, VehicleLost, VehicleRestarted
 from protocol.exposure import exposure
-from protocol.frames import Geodetic, LocalFrame, Vector
+from protocol.frames import Geodetic, Vector
 from protocol.plans import MissionItem, load
 from protocol.units import from_e7, from_local_e4, is_global_frame
 
@@ -169,10 +169,10 @@ class _Pilot:
         if self._last is not None:
             self.summary.distance += math.dist(self._last, s.p)
         self._last = s.p
-        self.summary.height = max(self.summary.height, -s.p[2])
+        self.summary.height = max(self.summary.height, s.home_p[2] - s.p[2])
         for seq in sorted(s.reached - set(self.summary.reached)):
             self.summary.reached.append(seq)
-            place = _place(items[seq], s.home)
+            place = _place(items[seq], s)
             if place is not None:
                 self.summary.miss[seq] = math.dist(place, s.p)
 
@@ -224,12 +224,11 @@ def _tell_fault(station: Station) -> None:
         _say(station.recording_fault)
 
 
-def _place(item: MissionItem, home: Geodetic | None) -> Vector | None:
-    """Where an item is, NED about home [m]; None where it names no place."""
-    if item.command not in {mavlink.MAV_CMD_NAV_WAYPOINT, mavlink.MAV_CMD_NAV_LOITER_TIME} or home is None:
+def _place(item: MissionItem, s: Snapshot) -> Vector | None:
+    """Where an item is, NED in the vehicle's local frame [m]; None where it names no place."""
+    if item.command not in {mavlink.MAV_CMD_NAV_WAYPOINT, mavlink.MAV_CMD_NAV_LOITER_TIME} or s.home is None:
         return None
     if not is_global_frame(item.frame):
         return from_local_e4(item.x), from_local_e4(item.y), item.z
-    north, east, _ = LocalFrame(home).to_ned(Geodetic(from_e7(item.x), from_e7(item.y), home.alt))
     absolute = item.frame in {mavlink.MAV_FRAME_GLOBAL, mavlink.MAV_FRAME_GLOBAL_INT}
-    return north, east, -(item.z - home.alt if absolute else item.z)
+    return s.local(Geodetic(from_e7(item.x), from_e7(item.y), item.z if absolute else s.home.alt + item.z))

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from darko_gcs.signing import Signing
 from protocol.codec import Source
-from protocol.frames import Geodetic, Quaternion, Vector
+from protocol.frames import Geodetic, LocalFrame, Quaternion, Vector
 from protocol.plans.mission import MissionItem
 
 __all__ = ["EMPTY", "Actuators", "Air", "Decision", "Energy", "Hybrid", "Jump", "Line", "Navigation", "Snapshot"]
@@ -144,7 +144,7 @@ class Navigation(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Snapshot:
-    """What the screens show. Positions are NED about the vehicle's home, angles radians, SI units."""
+    """What the screens show. Positions are NED in the vehicle's local frame, angles radians, SI units."""
 
     source: Source | None = None
     autopilot: int = 0  # MAV_AUTOPILOT
@@ -167,6 +167,7 @@ class Snapshot:
     geodetic: Geodetic | None = None
     relative_altitude: float | None = None
     home: Geodetic | None = None
+    home_p: Vector = (0.0, 0.0, 0.0)  # NED [m]
     airspeed: float | None = None
     ground_speed: float | None = None
     throttle: float | None = None  # 0..1
@@ -189,6 +190,9 @@ class Snapshot:
     current: float | None = None
     battery: float | None = None  # share left, 0..1
     prearm_ok: bool | None = None
+    in_control: int = 0  # system id of the ground station in control, 0: nobody's more than another's
+    takeover: bool = False  # whether it lets others take control
+    asks_for_control: int = 0  # system id of another one that asked this one
 
     track: tuple[tuple[float, float], ...] = ()  # (north, east) [m]
     mission: tuple[MissionItem, ...] = ()  # as uploaded or downloaded
@@ -205,6 +209,20 @@ class Snapshot:
     loss: float = 0.0  # share of frames lost, 0..1
     signing: Signing = Signing.PRIVATE
     refused: int = 0  # frames dropped for want of a good signature
+
+    @property
+    def from_home(self) -> Vector | None:
+        """Where the vehicle is, NED about home [m]."""
+        if self.p is None:
+            return None
+        return self.p[0] - self.home_p[0], self.p[1] - self.home_p[1], self.p[2] - self.home_p[2]
+
+    def local(self, place: Geodetic) -> Vector | None:
+        """A place on the globe, NED in the vehicle's local frame [m]; None while its home is not known."""
+        if self.home is None:
+            return None
+        north, east, down = LocalFrame(self.home).to_ned(place)
+        return north + self.home_p[0], east + self.home_p[1], down + self.home_p[2]
 
     @property
     def is_forward(self) -> bool:

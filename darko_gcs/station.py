@@ -13,6 +13,7 @@ from protocol import units
 from protocol.codec import Message, Source, source_of
 from protocol.dialect import mavlink
 from protocol.endpoint import GroundEndpoint
+from protocol.engines.operator import REQUEST_OPERATOR_CONTROL
 from protocol.errors import FileError, LocalProtocolError
 from protocol.events import Event, MissionUploaded, VehicleRestarted
 from protocol.frames import LocalFrame
@@ -143,6 +144,10 @@ class Station:
         """Fly home and land."""
         self._command(now, mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH)
 
+    def set_home(self, now: float) -> None:
+        """Move home to where the vehicle is."""
+        self._command(now, mavlink.MAV_CMD_DO_SET_HOME, 1.0)
+
     def hold(self, now: float) -> None:
         """Stop and hover."""
         self.set_mode(Mode.HOLD, now)
@@ -170,6 +175,18 @@ class Station:
         """Tip over into forward flight, or come back to hover."""
         state = mavlink.MAV_VTOL_STATE_FW if forward else mavlink.MAV_VTOL_STATE_MC
         self._command(now, mavlink.MAV_CMD_DO_VTOL_TRANSITION, float(state), 0.0)
+
+    def take_control(self, now: float) -> None:
+        """Have the vehicle obey this ground station alone, until control is given back."""
+        self._command(now, REQUEST_OPERATOR_CONTROL, 0.0, 1.0, 0.0)
+
+    def share_control(self, now: float) -> None:
+        """Keep control until another ground station asks for it."""
+        self._command(now, REQUEST_OPERATOR_CONTROL, 0.0, 1.0, 1.0)
+
+    def give_control_back(self, now: float) -> None:
+        """Let every ground station steer again."""
+        self._command(now, REQUEST_OPERATOR_CONTROL, 0.0, 0.0, 0.0)
 
     def change_speed(self, speed: float, now: float, *, over_ground: bool = False) -> None:
         """Fly at a speed in the air or over ground [m/s]; whether it can is for the vehicle to say."""
@@ -233,7 +250,7 @@ class Station:
         """Whether the selected vehicle said it; another one is told of once."""
         source, vehicle = source_of(message), self.endpoint.vehicle
         if vehicle is None or source[0] == vehicle[0]:
-            return True
+            return vehicle is not None
         is_vehicle = message.get_type() == "HEARTBEAT" and message.autopilot != mavlink.MAV_AUTOPILOT_INVALID
         if is_vehicle and source not in self._others and len(self._others) < MOST_OTHERS:
             self._others.add(source)

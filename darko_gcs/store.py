@@ -17,6 +17,7 @@ from protocol.dialect import mavlink
 from protocol.events import (
     CommandDone,
     CommandProgress,
+    ControlRequested,
     Event,
     MissionCleared,
     MissionDownloaded,
@@ -47,6 +48,28 @@ OUTLIVES_RESTART = (
 INFO, NOTICE, WARNING = mavlink.MAV_SEVERITY_INFO, mavlink.MAV_SEVERITY_NOTICE, mavlink.MAV_SEVERITY_WARNING
 
 
+LARGEST = 1e9  # of the numbers of NUMBERS, in their units
+# Fields that must be numbers and within LARGEST, or the message is passed over: unsigned, anybody may have sent it.
+# Where another field is not a number, that is for the screens to say.
+NUMBERS = {
+    "ATTITUDE": ("roll", "pitch", "yaw"),
+    "ATTITUDE_QUATERNION": ("q1", "q2", "q3", "q4", "repr_offset_q"),
+    "DARKO_ACTUATORS": (
+        "motor_speed", "motor_command", "thrust", "elevon", "elevon_command", "motor_min", "motor_max", "elevon_max",
+    ),
+    "DARKO_AIR": ("wind_estimate", "wind_true", "airspeed_estimate", "airspeed_true"),
+    "DARKO_DECISION": ("distance", "climb", "tail_wind", "cross_wind"),
+    "DARKO_ENERGY": ("power", "energy", "energy_by_law"),
+    "DARKO_HYBRID_STATE": ("v_enter", "v_leave", "governor"),
+    "LOCAL_POSITION_NED": ("x", "y", "z", "vx", "vy", "vz"),
+    "NAV_CONTROLLER_OUTPUT": ("xtrack_error", "alt_error"),
+    "POSITION_TARGET_LOCAL_NED": ("x", "y", "z"),
+    "VFR_HUD": ("airspeed", "groundspeed"),
+    "WIND_COV": ("wind_x", "wind_y", "wind_z"),
+}  # fmt: skip
+MOST_LATITUDE, MOST_LONGITUDE = 89_0000000, 180_0000000  # [1e-7 deg]: no map has a place for more
+
+
 def reduce(s: Snapshot, message: Message, now: float) -> Snapshot:
     """The snapshot after one message.
 
@@ -62,7 +85,7 @@ def reduce(s: Snapshot, message: Message, now: float) -> Snapshot:
     if s.source is not None and not _is_heard(kind, source_of(message), s.source):
         return s
     handler = HANDLERS.get(kind)
-    if handler is None:
+    if handler is None or not _is_sound(kind, message):
         return s
     boot = getattr(message, "time_boot_ms", None)
     if boot is not None:
@@ -75,6 +98,16 @@ def reduce(s: Snapshot, message: Message, now: float) -> Snapshot:
 def note(s: Snapshot, now: float, severity: int, text: str) -> Snapshot:
     """The snapshot with one more line in its log; what could command a terminal is taken out of it."""
     return replace(s, messages=(*s.messages[-KEPT_LINES + 1 :], Line(now, severity, printable(text))))
+
+
+def _is_sound(kind: str, m: Message) -> bool:
+    values = (getattr(m, name) for name in NUMBERS.get(kind, ()))
+    numbers = (number for value in values for number in (value if isinstance(value, list) else (value,)))
+    return all(abs(number) < LARGEST for number in numbers)
+
+
+def _is_on_a_map(latitude: int, longitude: int) -> bool:
+    return abs(latitude) <= MOST_LATITUDE and abs(longitude) <= MOST_LONGITUDE
 
 
 def _is_heard(kind: str, source: Source, vehicle: Source) -> bool:
@@ -127,10 +160,7 @@ def _attitude(s: Snapshot, m: Message, now: float) -> Snapshot:  # noqa: ARG001
 
 
 def _local_position(s: Snapshot, m: Message, now: float) -> Snapshot:  # noqa: ARG001
-    p = (m.x, m.y, m.z)
-    if not all(map(math.isfinite, p)):
-        return s
-    return replace(s, p=p, v=(m.vx, m.vy, m.vz), track=_longer(s.track, (m.x, m.y)))
+    return replace(s, p=(m.x, m.y, m.z), v=(m.vx, m.vy, m.vz), track=_longer(s.track, (m.x, m.y)))
 
 
 def _longer(track: tuple[tuple[float, float], ...], at: tuple[float, float]) -> tuple[tuple[float, float], ...]:
@@ -142,6 +172,8 @@ def _longer(track: tuple[tuple[float, float], ...], at: tuple[float, float]) -> 
 
 
 def _global_position(s: Snapshot, m: Message, now: float) -> Snapshot:  # noqa: ARG001
+    if not _is_on_a_map(m.lat, m.lon):
+        return s
     here = Geodetic(units.from_e7(m.lat), units.from_e7(m.lon), units.from_millimetres(m.alt))
     return replace(s, geodetic=here, relative_altitude=units.from_millimetres(m.relative_alt))
 
@@ -151,8 +183,11 @@ def _position_target(s: Snapshot, m: Message, now: float) -> Snapshot:  # noqa: 
 
 
 def _home(s: Snapshot, m: Message, now: float) -> Snapshot:  # noqa: ARG001
+    if not _is_on_a_map(m.latitude, m.longitude):
+        return s
     home = Geodetic(units.from_e7(m.latitude), units.from_e7(m.longitude), units.from_millimetres(m.altitude))
-    return replace(s, home=home)
+    p = (m.x, m.y, m.z)
+    return replace(s, home=home, home_p=p if all(map(math.isfinite, p)) else s.home_p)
 
 
 def _vfr_hud(s: Snapshot, m: Message, now: float) -> Snapshot:  # noqa: ARG001
@@ -193,6 +228,12 @@ def _battery(s: Snapshot, m: Message, now: float) -> Snapshot:  # noqa: ARG001
     )
 
 
+def _control_status(s: Snapshot, m: Message, now: float) -> Snapshot:  # noqa: ARG001
+    asks = s.asks_for_control if m.gcs_main == s.in_control else 0
+    takeover = bool(m.flags & mavlink.GCS_CONTROL_STATUS_FLAGS_TAKEOVER_ALLOWED)
+    return replace(s, in_control=m.gcs_main, takeover=takeover, asks_for_control=asks)
+
+
 def _mission_current(s: Snapshot, m: Message, now: float) -> Snapshot:  # noqa: ARG001
     begins = m.mission_state == mavlink.MISSION_STATE_ACTIVE and s.mission_state != m.mission_state
     reached = frozenset(seq for seq in s.reached if seq < m.seq) if begins else s.reached
@@ -226,6 +267,7 @@ HANDLERS: dict[str, Handler] = {
     "ATTITUDE": _attitude,
     "ATTITUDE_QUATERNION": _attitude_quaternion,
     "BATTERY_STATUS": _battery,
+    "CONTROL_STATUS": _control_status,
     "EXTENDED_SYS_STATE": _extended_state,
     "GLOBAL_POSITION_INT": _global_position,
     "HOME_POSITION": _home,
@@ -263,6 +305,11 @@ def _command_progress(s: Snapshot, e: CommandProgress, now: float) -> Snapshot:
     return note(s, now, INFO, f"{command_name(e.command)}: in progress")
 
 
+def _control_requested(s: Snapshot, e: ControlRequested, now: float) -> Snapshot:
+    s = replace(s, asks_for_control=e.system)
+    return note(s, now, NOTICE, f"Ground station {e.system} asks for control: k answers")
+
+
 def _mission_progress(s: Snapshot, e: MissionProgress, now: float) -> Snapshot:  # noqa: ARG001
     return replace(s, transfer=(e.direction, e.done, e.total))
 
@@ -288,6 +335,7 @@ def _mission_failed(s: Snapshot, e: MissionFailed, now: float) -> Snapshot:
 EVENT_HANDLERS: dict[type, Callable[[Snapshot, Any, float], Snapshot]] = {
     CommandDone: _command_done,
     CommandProgress: _command_progress,
+    ControlRequested: _control_requested,
     MissionProgress: _mission_progress,
     MissionUploaded: _mission_uploaded,
     MissionDownloaded: _mission_downloaded,

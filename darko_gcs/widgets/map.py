@@ -8,7 +8,7 @@ from darko_gcs.render.map import draw_map
 from darko_gcs.snapshot import DECISION_REASONS, WAYS, Snapshot
 from darko_gcs.widgets.panel import Line, Panel
 from protocol.dialect import mavlink
-from protocol.frames import Geodetic, LocalFrame
+from protocol.frames import Geodetic
 from protocol.plans.mission import MissionItem
 from protocol.units import from_e7, from_local_e4, is_global_frame
 
@@ -42,7 +42,7 @@ class MapPanel(Panel):
             height=height,
             scale=self.scale,
             centre=None if self.scale is None or s.p is None else (s.p[0], s.p[1]),
-            home=(0.0, 0.0),
+            home=s.home_p[:2],
             track=s.track,
             waypoints=waypoints(s),
             circles=circles(s),
@@ -96,17 +96,14 @@ def _state(s: Snapshot, seq: int) -> str:
 
 
 def _placed(s: Snapshot) -> list[tuple[int, MissionItem, tuple[float, float]]]:
-    frame = None if s.home is None else LocalFrame(s.home)
-    places = ((seq, item, _place(item, frame)) for seq, item in enumerate(s.mission))
+    places = ((seq, item, _place(s, item)) for seq, item in enumerate(s.mission))
     return [(seq, item, place) for seq, item, place in places if place is not None]
 
 
-def _place(item: MissionItem, frame: LocalFrame | None) -> tuple[float, float] | None:
+def _place(s: Snapshot, item: MissionItem) -> tuple[float, float] | None:
     if (item.x == 0 and item.y == 0 and is_global_frame(item.frame)) or item.frame == mavlink.MAV_FRAME_MISSION:
         return None
     if not is_global_frame(item.frame):
         return from_local_e4(item.x), from_local_e4(item.y)
-    if frame is None:
-        return None
-    north, east, _ = frame.to_ned(Geodetic(from_e7(item.x), from_e7(item.y), frame.origin.alt))
-    return north, east
+    local = s.local(Geodetic(from_e7(item.x), from_e7(item.y), 0.0))
+    return None if local is None else local[:2]

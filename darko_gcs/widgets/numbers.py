@@ -44,7 +44,7 @@ class FlightPanel(Panel):
             self.border_title = title
 
     def _all(self, s: Snapshot) -> list[Line]:
-        p, v = s.p or (None,) * 3, s.v or (None,) * 3
+        p, v = s.from_home or (None,) * 3, s.v or (None,) * 3
         up = None if p[2] is None else -p[2]
         climb = None if v[2] is None else -v[2]
         speed = None if v[0] is None or v[1] is None else math.hypot(v[0], v[1])
