@@ -1,6 +1,6 @@
 """The two ends of a link, each a composition of engines, without sockets or clocks."""
 
-from protocol.endpoint_ground import GroundEndpoint
+from protocol.endpoint_ground import GROUND_SYSTEM, GroundEndpoint
 from protocol.endpoint_vehicle import VehicleEndpoint
 
-__all__ = ["GroundEndpoint", "VehicleEndpoint"]
+__all__ = ["GROUND_SYSTEM", "GroundEndpoint", "VehicleEndpoint"]

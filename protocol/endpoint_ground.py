@@ -7,20 +7,23 @@ from protocol.codec import Codec, Message, Source, source_of
 from protocol.dialect import mavlink
 from protocol.engines.base import Peer
 from protocol.engines.command_client import CommandClient
+from protocol.engines.command_server import CommandServer
 from protocol.engines.ftp_client import FtpClient
 from protocol.engines.heartbeat import HeartbeatMonitor, HeartbeatSource
 from protocol.engines.log_client import LogClient
 from protocol.engines.mission_client import MissionClient
+from protocol.engines.operator import REQUEST_OPERATOR_CONTROL
 from protocol.engines.parameter_client import ParameterClient
 from protocol.engines.responders import TimeResponder
 from protocol.engines.retransmission import Partner
 from protocol.errors import LocalProtocolError
-from protocol.events import Event, RemoteLog, VehicleLost
+from protocol.events import CommandRequested, ControlRequested, Event, RemoteLog, VehicleLost
 from protocol.keyring import Keyring, Verdict
 from protocol.plans.mission import MissionItem
 
-__all__ = ["GroundEndpoint"]
+__all__ = ["GROUND_SYSTEM", "GroundEndpoint"]
 
+GROUND_SYSTEM = 255
 _HEARTBEAT = mavlink.MAVLink_heartbeat_message(
     type=mavlink.MAV_TYPE_GCS,
     autopilot=mavlink.MAV_AUTOPILOT_INVALID,
@@ -41,7 +44,7 @@ class GroundEndpoint:
     shows in ``unsigned_vehicle``.
     """
 
-    def __init__(self, *, system: int = 255, component: int = 190, keyring: Keyring | None = None) -> None:
+    def __init__(self, *, system: int = GROUND_SYSTEM, component: int = 190, keyring: Keyring | None = None) -> None:
         self.heard_unbelieved = (
             False  # the last datagram was of an autopilot that does not sign, or signs with old time
         )
@@ -54,6 +57,7 @@ class GroundEndpoint:
         self._parameters = ParameterClient(system, component, self._partner)
         self._mission = MissionClient(system, component, self._partner)
         self._times = TimeResponder(system, component)
+        self._orders = CommandServer(system, component, {REQUEST_OPERATOR_CONTROL})
         self._files, self._logs = FtpClient(system, component, self._partner), LogClient(self._partner)
         self._waiting = (self._commands, self._parameters, self._mission, self._files, self._logs)
         self._datagrams: list[bytes] = []
@@ -89,6 +93,8 @@ class GroundEndpoint:
                 for engine in self._waiting:
                     engine.receive(message, now)
                 self._times.receive(message, now, Peer.of(message))
+                self._orders.receive(message, now, Peer.of(message))
+        self._take_orders(now)
         self._collect()
         return messages
 
@@ -264,6 +270,15 @@ class GroundEndpoint:
         self._collect()
         return request
 
+    def _take_orders(self, now: float) -> None:
+        for event in self._orders.events():
+            if isinstance(event, CommandRequested):
+                asker = event.params[0]
+                known = asker in range(1, 256)
+                result = mavlink.MAV_RESULT_ACCEPTED if known else mavlink.MAV_RESULT_DENIED
+                self._orders.acknowledge(event.request, result, now)
+                self._events += [ControlRequested(int(asker))] if known else []
+
     def _collect(self) -> None:
         for event in self._monitor.events():
             self._events.append(event)
@@ -272,5 +287,5 @@ class GroundEndpoint:
         for engine in self._waiting:
             self._events += engine.events()
         messages = [m for engine in (self._source, *self._waiting) for m in engine.messages_to_send()]
-        messages += [outgoing.message for outgoing in self._times.messages_to_send()]
+        messages += [o.message for server in (self._times, self._orders) for o in server.messages_to_send()]
         self._datagrams += [self.codec.encode(message) for message in messages]

@@ -7,7 +7,7 @@ caller passes as ``now``; so a vehicle at 100 times real time still gives its pe
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Hashable, Iterable, Sequence
 from typing import Any
 
 from protocol import units
@@ -39,15 +39,16 @@ from protocol.events import (
 from protocol.keyring import Keyring, KeyState
 from protocol.modes import Mode
 from protocol.plans.mission import MissionItem
-from sitl import telemetry
+from sitl import telemetry, upkeep
 from sitl.autopilot import commands
-from sitl.autopilot.autopilot import Notice
+from sitl.autopilot.autopilot import Notice, Outcome
 from sitl.autopilot.bounds import PLAN_NAMES, Bounds
 from sitl.autopilot.home import MESSAGES, MOVES, HomeKeeper, recheck, take_message
 from sitl.autopilot.link_watch import Silence
 from sitl.autopilot.manual import sticks_of
 from sitl.autopilot.mission import validate
 from sitl.autopilot.offboard import take_setpoint
+from sitl.autopilot.settings import Settings
 from sitl.autopilot.standard_modes import CHOOSES_MODE, LIST, available_modes, current_mode
 from sitl.blackbox import Blackbox
 from sitl.craft import Craft
@@ -56,13 +57,16 @@ from sitl.files import VehicleFiles
 from sitl.hybrid.supervisor import JumpRecord
 from sitl.keys import RefusalReport
 from sitl.memory import Memory, MemoryFaultError
+from sitl.parameters import Bindings, Surroundings
 from sitl.progress_report import ProgressReport
 from sitl.snapshot import Picture, take_picture
 from sitl.talk import SAME_TEXT, TextLimiter
+from sitl.vehicle import Tuning
 
 SYSTEM, COMPONENT = 1, 1
 NAMED_VALUE_TICKS = 100  # control ticks between NAMED_VALUE_FLOATs, for tools that know no private dialect
 COMPLAIN_AGAIN = 5.0  # [s]
+CONTROL_BY_ARMING = 2  # DRK_ONE_GCS
 WARNING, INFO = mavlink.MAV_SEVERITY_WARNING, mavlink.MAV_SEVERITY_INFO
 
 
@@ -93,6 +97,7 @@ class Node:
         self._control_told = (0, True)  # by its first CONTROL_STATUS
         self._limiter = TextLimiter()
         self._progress = ProgressReport(self._acknowledge)
+        self.leaving: upkeep.Leaving | None = None  # a peer wants it restarted or ended, and has its answer
         self._asked: float | None = None  # the link's time while a peer's datagram is looked at
         self._home = HomeKeeper(craft.autopilot, memory)  # first: plans are relative to it
         self._bounds = bounds = Bounds(craft.autopilot, memory)
@@ -103,7 +108,7 @@ class Node:
         self._endpoint = VehicleEndpoint(
             system=SYSTEM,
             component=COMPONENT,
-            commands=frozenset(commands.HANDLERS),
+            commands=frozenset({*commands.HANDLERS, *UPKEEP}),
             parameters=craft.bindings.wire_table(),
             mission=() if refusal else items,
             validate=self._validate,
@@ -124,6 +129,16 @@ class Node:
             self._say(WARNING, text)
 
     # The wire
+
+    @property
+    def peers(self) -> tuple[Hashable, ...]:
+        """Who hears it."""
+        return tuple(self._endpoint.statistics)
+
+    def know(self, peers: Iterable[Hashable]) -> None:
+        """Speak to peers as if they had spoken: those of before a restart."""
+        for peer in peers:
+            self._endpoint.know(peer)
 
     def receive(self, data: bytes, peer: Hashable, now: float) -> None:
         """Take one datagram from a peer."""
@@ -256,8 +271,10 @@ class Node:
 
     def _on_command(self, event: CommandRequested, now: float) -> None:
         autopilot = self.craft.autopilot
-        outcome = commands.execute(autopilot, event)
-        if outcome.accepted and event.command == commands.ARM and autopilot.armed:
+        own = UPKEEP.get(event.command)
+        outcome = commands.execute(autopilot, event) if own is None else own(self, event)
+        takes_control = event.command == commands.ARM and autopilot.settings.one_operator == CONTROL_BY_ARMING
+        if takes_control and outcome.accepted and autopilot.armed:
             self._endpoint.operator.armed(event.peer, now)
         if outcome.result == mavlink.MAV_RESULT_IN_PROGRESS and autopilot.under_way is not None:
             self._progress.follow(event.request, autopilot.under_way, now)
@@ -271,6 +288,23 @@ class Node:
         said = {notice.text for notice in self._report()}
         if not outcome.accepted and outcome.text and outcome.text not in said:
             self._say(WARNING, outcome.text)
+
+    def _store(self, event: CommandRequested) -> Outcome:
+        return upkeep.store(self.craft.autopilot, event, self._reset_parameters)
+
+    def _reset_parameters(self) -> None:
+        before = self.craft.bindings
+        self.craft.bind(Bindings(Settings(), Tuning(), Surroundings()))
+        for parameter in self.craft.bindings.wire_table():
+            if before.value(parameter.name) != parameter.value:
+                self._endpoint.set_parameter(parameter.name, parameter.value)
+        self._kept.clear()
+        self._keep(lambda: self._memory.keep_parameters(self._kept))
+
+    def _leave(self, event: CommandRequested) -> Outcome:
+        outcome, leaving = upkeep.leave(self.craft.autopilot, event)
+        self.leaving = leaving or self.leaving
+        return outcome
 
     def _acknowledge(self, request: int, result: int, now: float, progress: int = UNKNOWN_PROGRESS) -> None:
         self._endpoint.acknowledge(request, result, now, progress=progress)
@@ -402,6 +436,10 @@ def _jump_message(jump: JumpRecord) -> Any:  # noqa: ANN401 - generated messages
     )
 
 
+UPKEEP: dict[int, Callable[[Node, CommandRequested], Outcome]] = {
+    mavlink.MAV_CMD_PREFLIGHT_STORAGE: lambda node, event: node._store(event),  # noqa: SLF001 - the table is part
+    mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN: lambda node, event: node._leave(event),  # noqa: SLF001 - of the class
+}
 HANDLERS: dict[type, Callable[[Node, Any, float], None]] = {
     CommandRequested: Node._on_command,  # noqa: SLF001 - the table is part of the class
     CommandCancelRequested: Node._on_cancel,  # noqa: SLF001

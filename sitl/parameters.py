@@ -64,7 +64,7 @@ TABLE = (
     Entry("NAV_DLL_ACT", "settings", "link_action", 0, 3, "", "No ground: 0 go on, 1 hold, 2 return, 3 land", True),
     Entry("COM_OBC_LOSS_T", "settings", "companion_timeout", 1.0, 60.0, "s", "The companion is lost after this"),
     Entry("DRK_OBC_ACT", "settings", "companion_action", 0, 3, "", "No companion: as NAV_DLL_ACT", True),
-    Entry("DRK_ONE_GCS", "settings", "one_operator", 0, 1, "", "Only the ground station in control steers", True),
+    Entry("DRK_ONE_GCS", "settings", "one_operator", 0, 2, "", "Control: 0 of all, 1 who asked, 2 or armed", True),
     Entry("GF_ACTION", "settings", "fence_action", 0, 5, "", "Fence: 0 off, 1 warn, 2 hold, 3 return, 5 land", True),
     Entry("GF_MAX_HOR_DIST", "settings", "fence_reach", 0.0, 1e4, "m", "Fence: level distance from home; 0: any"),
     Entry("GF_MAX_VER_DIST", "settings", "fence_ceiling", 0.0, 1e4, "m", "Fence: height above home; 0: any"),

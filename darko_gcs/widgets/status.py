@@ -8,6 +8,7 @@ from darko_gcs.signing import Signing
 from darko_gcs.snapshot import VTOL, Snapshot
 from darko_gcs.widgets.panel import Line, Panel, text_line
 from protocol.dialect import mavlink
+from protocol.endpoint import GROUND_SYSTEM
 
 __all__ = ["StatusBar"]
 
@@ -50,7 +51,7 @@ class StatusBar(Panel):
         return [
             text_line(
                 (f" {s.source[0]}/{s.source[1]} ", "label"), armed, self._mode(s), (f" {self._state(s)} ", ""),
-                self._mission(s), self._link(s), self._signing(s),
+                self._mission(s), self._control(s), self._link(s), self._signing(s),
             )
         ]  # fmt: skip
 
@@ -72,6 +73,12 @@ class StatusBar(Panel):
             return ("", "")
         at = f" {s.mission_current}/{s.mission_count - 1}" if s.mission_state != mavlink.MISSION_STATE_COMPLETE else ""
         return (f" {MISSION[s.mission_state]}{at} ", "")
+
+    def _control(self, s: Snapshot) -> tuple[str, str]:
+        if s.in_control == GROUND_SYSTEM:
+            asks = s.asks_for_control
+            return (f" {asks} ASKS FOR CONTROL ", "warn") if asks else (" in control ", "good")
+        return (f" {s.in_control} IN CONTROL ", "warn") if s.in_control else ("", "")
 
     def _signing(self, s: Snapshot) -> tuple[str, str]:
         text, style = SIGNING[s.signing]

@@ -2,7 +2,8 @@
 
 The rules are those of MAVLink's multi-station draft (MAV_CMD_REQUEST_OPERATOR_CONTROL, 32100):
 
-- While nobody is in control, every station may steer. Who arms the vehicle, or asks with 32100, is in control.
+- While nobody is in control, every station may steer. Who asks with 32100 is in control; also who armed the vehicle, if
+  the endpoint's owner tells.
 - What others send to steer is refused, with the result the protocol has for it; they may ask for anything that only
   tells them something. Components of the vehicle's own system are never refused.
 - A station that asks gets control if the one in control allows it (param3 of its own request) or gives control back;

@@ -31,6 +31,6 @@ class Settings(NamedTuple):
     link_action: int = 0  # NAV_DLL_ACT: 0 go on, 1 hold, 2 return, 3 land
     companion_timeout: float = 5.0  # COM_OBC_LOSS_T [s]
     companion_action: int = 0  # DRK_OBC_ACT: 0 go on, 1 hold, 2 return, 3 land
-    one_operator: int = 1  # DRK_ONE_GCS: only the ground station in control steers
+    one_operator: int = 1  # DRK_ONE_GCS: in control is 0 everyone, 1 who asked for it, 2 also who armed
     stick_timeout: float = 0.5  # COM_RC_LOSS_T [s]
     disarm_after: float = 2.0  # COM_DISARM_LAND: disarm this long after touching down [s]

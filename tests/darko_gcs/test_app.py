@@ -86,6 +86,27 @@ async def test_a_transition_asks_and_then_does_what_it_asked(feed, vtol, words, 
         await until(pilot, lambda: feed.station.asked == [("transition", ("forward", forward))])
 
 
+@pytest.mark.parametrize(
+    ("holder", "asks", "words", "asked"),
+    [
+        (0, 0, "Take control?", "take_control"),
+        (245, 0, "Ask ground station 245", "take_control"),
+        (255, 0, "Give control back?", "give_control_back"),
+        (255, 245, "Let ground station 245", "share_control"),
+    ],
+)
+async def test_control_is_taken_asked_for_shared_or_given_back(feed, holder, asks, words, asked):
+    feed.snapshot = replace(FLYING, in_control=holder, asks_for_control=asks)
+    app = GroundStation(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("k")
+        await until(pilot, lambda: words in screen_text(app))
+        await pilot.press("n")
+        assert feed.station.asked == []
+        await pilot.press("k", "y")
+        await until(pilot, lambda: feed.station.asked == [(asked,)])
+
+
 async def test_a_speed_is_asked_for_with_its_kind(feed):
     app = GroundStation(feed)
     async with app.run_test(size=(80, 24)) as pilot:

@@ -133,7 +133,7 @@ def test_a_companion_that_is_there_hides_no_lost_ground_station(tmp_path):
 
 def pair(folder, **settings):
     """Two stations on a hovering vehicle, the first of them in control."""
-    sky = Sky(folder, up=5.0, settings=SOON._replace(**settings))
+    sky = Sky(folder, up=5.0, settings=SOON._replace(one_operator=2, **settings))
     first, second = sky.station(255, "main"), sky.station(245, "second")
     first.beat()
     assert first.command(ARM, 1) == mavlink.MAV_RESULT_ACCEPTED

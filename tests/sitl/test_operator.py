@@ -20,8 +20,8 @@ LET_OTHERS = (0, 1, 1)
 
 @pytest.fixture
 def pair(tmp_path):
-    """Two stations, the first of which armed the vehicle."""
-    sky = Sky(tmp_path)
+    """Two stations, the first of which armed the vehicle and is in control by that."""
+    sky = Sky(tmp_path, settings=Settings(one_operator=2))
     first, second = sky.station(255, "main"), sky.station(245, "second")
     second.beat()
     assert first.command(ARM, 1) == ACCEPTED
@@ -33,7 +33,14 @@ def test_while_nobody_is_in_control_everyone_may_steer(tmp_path):
     first, second = sky.station(255, "main"), sky.station(245, "second")
     assert first.upload(plan(0)) == second.upload(plan(0)) == mavlink.MAV_MISSION_ACCEPTED
     assert first.command(ARM, 1) == ACCEPTED
+    assert second.command(ARM, 0) == ACCEPTED
+    assert "in control" not in first.texts()
+
+
+def test_arming_takes_control_where_the_parameter_says_so(pair):
+    _, first, second = pair
     assert "Ground station 255 is in control: armed" in first.texts()
+    assert second.command(ARM, 0) == NOT_IN_CONTROL
 
 
 @pytest.mark.parametrize("kind", ["command", "plan", "clear", "parameter", "sticks"])
