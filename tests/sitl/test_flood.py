@@ -22,7 +22,7 @@ from sitl.node import Node
 from sitl.parameters import Bindings, Surroundings
 from sitl.talk import RECOVERY
 from sitl.vehicle import Start, Tuning, Vehicle
-from tests.support.flood import Flood, orders
+from tests.support.flood import STATION, Flood, framed, orders, random_payload
 from tests.support.paths import DATA
 
 STEP = 0.02  # [s]
@@ -213,10 +213,7 @@ ORDERED = sorted({order.id for order in orders(1, 1)} | {84, 86, 82})  # 84, 86,
 
 def any_frame(draw, known):
     """A frame for this vehicle whose checksum is right, and whose numbers may be anything."""
-    words = (b"\0\0\0\0", b"\0\0\xc0\x7f", b"\0\0\x80\x7f", b"\0\0\x80\x3f", b"\0\0\x80\xff", b"\xff\xff\xff\xff")
-    payload = bytearray(draw.choice((draw.randbytes(4), *words))[k % 4] for k in range(known.unpacker.size))
-    for k in range(0, known.unpacker.size - 3, 4):
-        payload[k : k + 4] = draw.choice((draw.randbytes(4), *words))
+    payload = random_payload(draw, known)
     values = list(known.unpacker.unpack(payload))
     fields = dict(zip(known.ordered_fieldnames, range(len(values)), strict=False))
     if len(values) == len(known.ordered_fieldnames):
@@ -226,6 +223,4 @@ def any_frame(draw, known):
         if "command" in fields and draw.random() < 0.9:
             values[fields["command"]] = draw.choice(sorted(commands.HANDLERS))
         payload = bytearray(known.unpacker.pack(*values))
-    head = bytes([0xFD, len(payload), 0, 0, draw.randrange(256), 255, 190]) + known.id.to_bytes(3, "little")
-    crc = mavlink.x25crc(head[1:] + payload + bytes([known.crc_extra])).crc
-    return head + bytes(payload) + crc.to_bytes(2, "little")
+    return framed(known, payload, draw.randrange(256), STATION)

@@ -1,13 +1,14 @@
-"""A hostile sender: what a network may carry to a vehicle's port, none of which may move it. Seeded."""
+"""A hostile sender: what a network may carry to a vehicle's or a ground station's port. Seeded."""
 
 import random
 from collections import Counter
 from collections.abc import Callable
 
-from protocol.codec import Codec
+from protocol.codec import Codec, Message, source_of
 from protocol.dialect import mavlink
 
-VEHICLE, ELSEWHERE = (1, 1), (7, 3)  # the target, and a vehicle that is not there
+VEHICLE, ELSEWHERE = (1, 1), (7, 1)  # the vehicle, and one that is not there
+STATION = (255, 190)
 _CRC = 2
 _NAN = float("nan")
 
@@ -40,6 +41,44 @@ def orders(system: int, component: int) -> list:
     ]
 
 
+def claims() -> list:
+    """Messages that would each show something on a ground station, if they arrived whole and from its vehicle."""
+    position = (9_000_000, 99.0, 99.0, -99.0, 9.0, 9.0, 9.0)
+    return [
+        mavlink.MAVLink_heartbeat_message(19, 12, 0x81, 4 << 16 | 6 << 24, 4, 3),
+        mavlink.MAVLink_statustext_message(0, b"a stranger says so", 0, 0),
+        mavlink.MAVLink_local_position_ned_message(*position),
+        mavlink.MAVLink_attitude_message(9_000_000, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0),
+        mavlink.MAVLink_home_position_message(0, 0, 0, 0.0, 0.0, 0.0, [1.0, 0.0, 0.0, 0.0], 0.0, 0.0, 0.0),
+        mavlink.MAVLink_sys_status_message(*[0] * 3, 0, 9000, 0, 1, *[0] * 6),
+        mavlink.MAVLink_mission_current_message(77, 99, 3),
+        mavlink.MAVLink_mission_item_reached_message(3),
+        mavlink.MAVLink_mission_count_message(255, 190, 0, 0),
+        mavlink.MAVLink_mission_item_int_message(255, 190, 0, 6, 16, 0, 1, 0, 1, 0, _NAN, 0, 0, 4.0),
+        mavlink.MAVLink_mission_ack_message(255, 190, mavlink.MAV_MISSION_ACCEPTED, 0),
+        mavlink.MAVLink_command_ack_message(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 0, 0, 0, 255, 190),
+        mavlink.MAVLink_param_value_message(b"DRK_VF_ENTER", 1e6, mavlink.MAV_PARAM_TYPE_REAL32, 1, 0),
+        mavlink.MAVLink_darko_jump_message(9_000_000_000, 99, 1.0, 1, 2, 1, b"never"),
+        mavlink.MAVLink_file_transfer_protocol_message(0, 255, 190, [0, 0, 0, 128, *[0] * 247]),
+    ]
+
+
+def random_payload(draw: random.Random, known: type) -> bytearray:
+    """Any bits for a message of the dialect, its numbers often NaN, infinite, zero or all ones."""
+    words = (b"\0\0\0\0", b"\0\0\xc0\x7f", b"\0\0\x80\x7f", b"\0\0\x80\x3f", b"\0\0\x80\xff", b"\xff\xff\xff\xff")
+    payload = bytearray(draw.choice((draw.randbytes(4), *words))[k % 4] for k in range(known.unpacker.size))
+    for k in range(0, known.unpacker.size - 3, 4):
+        payload[k : k + 4] = draw.choice((draw.randbytes(4), *words))
+    return payload
+
+
+def framed(known: type, payload: bytes, sequence: int, source: tuple[int, int]) -> bytes:
+    """A version 2 frame whose checksum is right."""
+    head = bytes([0xFD, len(payload), 0, 0, sequence, *source]) + known.id.to_bytes(3, "little")
+    crc = mavlink.x25crc(head[1:] + payload + bytes([known.crc_extra])).crc
+    return head + bytes(payload) + crc.to_bytes(2, "little")
+
+
 class Flood:
     """Hostile datagrams, one after the other; ``counts`` says how many of which kind there were.
 
@@ -48,13 +87,17 @@ class Flood:
 
     Args:
         seed: One seed is one flood, byte for byte.
-        whole: Whether well-formed frames for another vehicle are among them.
+        whole: Whether well-formed frames are among them: orders for another vehicle, claims of another one.
+        upwards: Whether it is made for a vehicle, of orders from a ground station; else for a ground station.
     """
 
-    def __init__(self, seed: int, *, whole: bool = True) -> None:
+    def __init__(self, seed: int, *, whole: bool = True, upwards: bool = True) -> None:
         self._random = random.Random(seed)
-        self._codec = Codec(255, 190)
-        self._here, self._elsewhere = orders(*VEHICLE), orders(*ELSEWHERE)
+        self._codec = Codec(*(STATION if upwards else VEHICLE))
+        self._elsewhere_codec = Codec(*(STATION if upwards else ELSEWHERE))
+        self._upwards = upwards
+        self._here = orders(*VEHICLE) if upwards else claims()
+        self._elsewhere = orders(*ELSEWHERE) if upwards else claims()
         self.counts: Counter[str] = Counter()
         self._kinds: dict[str, Callable[[], bytes]] = {
             "garbage": self._garbage,
@@ -68,14 +111,14 @@ class Flood:
 
     def datagram(self) -> bytes:
         """The next one: mostly a single frame, sometimes several, seldom far too large."""
-        while self._is_order(data := self._datagram()):
+        while not all(map(self._is_elsewhere, Codec(0, 0).decode(data := self._datagram()))):
             self.counts["right by chance"] += 1
         return data
 
-    @staticmethod
-    def _is_order(data: bytes) -> bool:
-        targets = [getattr(m, "target_system", getattr(m, "target", 0)) for m in Codec(*VEHICLE).decode(data)]
-        return any(target != ELSEWHERE[0] for target in targets)
+    def _is_elsewhere(self, message: Message) -> bool:
+        if not self._upwards:
+            return source_of(message) == ELSEWHERE
+        return getattr(message, "target_system", getattr(message, "target", 0)) == ELSEWHERE[0]
 
     def _datagram(self) -> bytes:
         size = self._random.random()
@@ -137,4 +180,4 @@ class Flood:
         return bytes(frame)
 
     def _wrong_target(self) -> bytes:
-        return self._codec.encode(self._random.choice(self._elsewhere))
+        return self._elsewhere_codec.encode(self._random.choice(self._elsewhere))
