@@ -229,13 +229,24 @@ class Session:
         self.watch.until("on the circle", lambda now: abs(_range(now) - 40.0) < 6.0)
         self.say("to the wing, to the hover, round home at 40 m")
 
+    def move_home(self) -> None:
+        """Home elsewhere, in flight; not on the other side of the globe."""
+        home = self.watch.newest["home"]
+        north = home.latitude_deg + 15.0 * METRE
+        self.action.set_home(False, north, home.longitude_deg, home.absolute_altitude_m + 1.0)
+        self.watch.until("told of its new home", lambda now: abs(now["home"].latitude_deg - north) < 0.1 * METRE)
+        up = self.watch.newest["home"].absolute_altitude_m - home.absolute_altitude_m
+        _ensure(abs(up - 1.0) < 0.01, f"home is {up:.2f} m higher")
+        refusal = _refused(ActionError, self.action.set_home, False, -north, home.longitude_deg, 0.0)
+        self.say(f"home moved 15 m north, 1 m up; to the antipodes: {refusal}")
+
     def come_home(self) -> None:
         """Return, land, disarm, all in one command."""
         self.action.return_to_launch()
         self.watch.until_is("flight_mode", FlightMode.RETURN_TO_LAUNCH)
         self.watch.until_is("landed_state", LandedState.ON_GROUND)
         self.watch.until_is("armed", value=False)
-        away = _range(self.watch.newest)
+        away = _from_home(self.watch.newest)
         _ensure(away < 2.0, f"{away:.1f} m from home")
         self.say(f"returned and landed {away:.2f} m from home, disarmed")
 
@@ -279,7 +290,8 @@ class Session:
 
 STEPS = (
     Session.health, Session.parameters, Session.missions, Session.take_off, Session.go_to, Session.set_points,
-    Session.land, Session.fly_mission, Session.wings, Session.come_home, Session.log_files,
+    Session.land, Session.fly_mission, Session.wings, Session.move_home, Session.come_home,
+    Session.log_files,
 )  # fmt: skip
 
 
@@ -360,6 +372,12 @@ def _velocity(now: dict[str, Any]) -> Any:  # noqa: ANN401
 
 def _range(now: dict[str, Any]) -> float:
     return math.hypot(_position(now).north_m, _position(now).east_m)
+
+
+def _from_home(now: dict[str, Any]) -> float:
+    here, home = now["position"], now["home"]
+    east = math.cos(math.radians(home.latitude_deg)) * (here.longitude_deg - home.longitude_deg)
+    return math.hypot(here.latitude_deg - home.latitude_deg, east) / METRE
 
 
 def _ensure(holds: bool, what: str) -> None:

@@ -33,3 +33,8 @@ def test_it_flies_a_mission_over_the_wing_and_returns(session):
     states = session["fly_mission"].removeprefix("mission flown: ").split()
     assert states[:5] == ["MC", "TRANSITION_TO_FW", "FW", "TRANSITION_TO_MC", "MC"]
     assert {"wings", "come_home"} <= set(session)
+
+
+def test_it_moves_home_and_returns_to_where_it_moved(session):
+    assert session["move_home"] == "home moved 15 m north, 1 m up; to the antipodes: COMMAND_DENIED"
+    assert float(re.search(r"landed ([\d.]+) m from home", session["come_home"])[1]) < 1.0
