@@ -104,9 +104,8 @@ def test_an_orbit_from_the_ground_is_refused_for_now(standing):
     assert orbit(standing, 40.0, 15.0, 25.0) == mavlink.MAV_RESULT_TEMPORARILY_REJECTED
 
 
-@pytest.mark.parametrize("number", [179, 185, 246])
-def test_what_a_simulation_has_not_is_unsupported_and_says_why(standing, number):
-    assert command(standing, number, 1.0) == mavlink.MAV_RESULT_UNSUPPORTED
+def test_what_a_simulation_has_not_is_unsupported_and_says_why(standing):
+    assert command(standing, mavlink.MAV_CMD_DO_FLIGHTTERMINATION, 1.0) == mavlink.MAV_RESULT_UNSUPPORTED
     assert standing.last("STATUSTEXT") is not None
 
 
