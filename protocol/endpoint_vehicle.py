@@ -133,6 +133,10 @@ class VehicleEndpoint:
 
     # The link
 
+    def know(self, key: Hashable) -> None:
+        """Speak to a destination as if it had spoken: one that was there before a restart."""
+        self._links.codec(key)
+
     def receive_datagram(self, data: bytes, key: Hashable, now: float) -> None:
         """Take one datagram; ``key`` is where answers to it go. Then: take ``events()``."""
         self._keyring.tell_time(now)
@@ -177,7 +181,7 @@ class VehicleEndpoint:
         Raises:
             LocalProtocolError: A field does not fit the wire.
         """
-        for peer in (None,) if to is None else (Peer(0, 0, key) for key in to):
+        for peer in (None,) if to is None else (Peer(0, 0, key) for key in to):  # 0: whoever is on that link
             self.send(message, peer)
 
     def send(self, message: Message, peer: Peer | None) -> None:

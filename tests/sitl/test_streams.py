@@ -6,10 +6,10 @@ import pytest
 
 from protocol.codec import Codec
 from protocol.dialect import mavlink
-from protocol.engines.operator import REQUEST_OPERATOR_CONTROL
 from protocol.links import MOST_LEARNT
 from sitl import telemetry
 from sitl.autopilot.settings import Settings
+from tests.sitl.test_signed_node import KEY, SignedGround
 from tests.support.station import Sky
 
 ACCEPTED, DENIED, UNSUPPORTED = mavlink.MAV_RESULT_ACCEPTED, mavlink.MAV_RESULT_DENIED, mavlink.MAV_RESULT_UNSUPPORTED
@@ -120,6 +120,22 @@ def test_a_client_that_others_have_replaced_begins_at_the_defaults_again(tmp_pat
     assert rates(client)["ATTITUDE"] == pytest.approx(20, abs=0.3)
 
 
+def test_a_wish_that_is_not_signed_is_not_granted_once_signing_is_on(tmp_path):
+    ground = SignedGround(tmp_path, given={None: KEY})
+    stop = mavlink.MAVLink_request_data_stream_message(1, 1, mavlink.MAV_DATA_STREAM_ALL, 0, 0)
+
+    def attitudes():
+        ground.heard.clear()
+        ground.advance(2.0)
+        return sum(m.get_type() == "ATTITUDE" for m in ground.heard)
+
+    ground.send(stop)
+    assert attitudes() == pytest.approx(40, abs=1)
+    ground.key = KEY
+    ground.send(stop)
+    assert attitudes() == 0
+
+
 # What MAVProxy calls lost: pymavlink counts every frame it has no definition for
 
 
@@ -186,15 +202,15 @@ def test_who_is_in_control_is_told_at_once_and_every_two_seconds(pair):
     assert told.flags & mavlink.GCS_CONTROL_STATUS_FLAGS_SYSTEM_MANAGER
     assert told.gcs_secondary == [0] * 10
     assert status(other) == (0, True)
-    assert main.command(REQUEST_OPERATOR_CONTROL, 0, 1, 0) == ACCEPTED
+    assert main.command(mavlink.MAV_CMD_REQUEST_OPERATOR_CONTROL, 0, 1, 0) == ACCEPTED
     assert status(main) == status(other) == (255, False)
 
 
 def test_whether_control_may_be_taken_is_told(pair):
     sky, main, other = pair
-    assert main.command(REQUEST_OPERATOR_CONTROL, 0, 1, 1) == ACCEPTED
+    assert main.command(mavlink.MAV_CMD_REQUEST_OPERATOR_CONTROL, 0, 1, 1) == ACCEPTED
     assert status(other) == (255, True)
-    assert other.command(REQUEST_OPERATOR_CONTROL, 0, 1, 0) == ACCEPTED
+    assert other.command(mavlink.MAV_CMD_REQUEST_OPERATOR_CONTROL, 0, 1, 0) == ACCEPTED
     assert status(main) == (245, False)
     sky.advance(12.0)  # silence
     assert status(main) == (0, True)
