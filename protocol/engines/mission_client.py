@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from protocol.codec import Message, Source, source_of
 from protocol.dialect import mavlink
 from protocol.engines.base import Engine, Table, addressed_to, fire
-from protocol.engines.retransmission import Partner, Resend, Window
+from protocol.engines.retransmission import LATE, Partner, Resend, Window
 from protocol.errors import LocalProtocolError
 from protocol.events import (
     CurrentItemSet,
@@ -202,10 +202,10 @@ class MissionClient(Engine[Message]):
         self._highest = seq  # being asked for an item means that all before it have arrived
         self._events.append(MissionProgress("upload", seq, self._total))
 
-    def _take_upload_ack(self, message: Message, _now: float) -> None:
+    def _take_upload_ack(self, message: Message, now: float) -> None:
         if message.type != _ACCEPTED:
             self._fail(message.type, _result_name(message.type))
-        elif self._is_of_earlier_plan(message):
+        elif self._is_of_earlier_plan(message, now):
             return
         elif self._highest == self._total - 1:
             self._confirmed[self._kind] = (message.opaque_id, self._items)
@@ -213,10 +213,12 @@ class MissionClient(Engine[Message]):
         elif self._state == "serving":  # before any request it may still be the end of an earlier operation
             self._fail(None, f"accepted before item {self._highest + 1} was asked for")
 
-    def _is_of_earlier_plan(self, ack: Message) -> bool:
+    def _is_of_earlier_plan(self, ack: Message, now: float) -> bool:
         """True for an answer that names the plan held before, when that is not what is wanted now."""
         opaque_id, items = self._confirmed.get(self._kind, (0, ()))
-        return bool(opaque_id and ack.opaque_id == opaque_id and (self._state == "clearing" or items != self._items))
+        if now - self._since.at >= LATE or not opaque_id or ack.opaque_id != opaque_id:
+            return False
+        return self._state == "clearing" or items != self._items
 
     def _decline(self, message: Message, _now: float) -> None:
         """The vehicle asks for an item of an upload that is over here: tell it so."""
@@ -262,10 +264,10 @@ class MissionClient(Engine[Message]):
 
     # Clear, current item, ends
 
-    def _take_clear_ack(self, message: Message, _now: float) -> None:
+    def _take_clear_ack(self, message: Message, now: float) -> None:
         if message.type != _ACCEPTED:
             self._fail(message.type, _result_name(message.type))
-        elif not self._is_of_earlier_plan(message):
+        elif not self._is_of_earlier_plan(message, now):
             self._confirmed.pop(self._kind, None)
             self._finish(MissionCleared(self._kind))
 

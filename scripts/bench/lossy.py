@@ -3,8 +3,9 @@
 Usage: python scripts/bench/lossy.py [--seeds N] [--only WORDS]
 
 30 % of the frames are lost each way, 20 % come twice, 30 % out of order, all half a second late each way. Time is
-virtual; line k = 0, 1... of the table has the seeds from 1000 k on. The plain protocol asks one question after the other and repeats each five times: once after the waits that
-the mission protocol recommends (0.25 s for items, 1.5 s for the rest), once after 1.5 s throughout.
+virtual; line k = 0, 1... of the table has the seeds from 1000 k on. The plain protocol asks one question after the
+other and repeats each five times: once after the waits that the mission protocol recommends (0.25 s for items, 1.5 s
+for the rest), once after 1.5 s throughout.
 """
 
 from __future__ import annotations
