@@ -5,17 +5,22 @@ from __future__ import annotations
 import time
 from collections.abc import Hashable
 from enum import Enum
+from pathlib import Path
+
+from platformdirs import user_data_path
 
 from darko_gcs.errors import GroundError
 from protocol.codec import Message, Source, source_of
 from protocol.endpoint import GroundEndpoint
 from protocol.errors import FileError
 from protocol.keyring import Keyring
-from protocol.signing import load_key, timestamp_at
+from protocol.signing import MOST, load_key, timestamp_at
+from protocol.whole_file import write_whole
 
-__all__ = ["Signing", "SigningDesk", "is_loopback", "open_keyring"]
+__all__ = ["Signing", "SigningDesk", "TimeFile", "is_loopback", "open_keyring"]
 
 SIGNED_FLAG = 0x01  # of a frame's incompatibility flags
+_NO_TIME = "no signing time (delete the file to start without)"
 GIVE_AGAIN = 15.0  # [s] a vehicle holds a key for 10 s until a frame signed with it arrives
 
 
@@ -81,17 +86,66 @@ def is_loopback(host: str) -> bool:
     return host.startswith("127.") or host == "::1"
 
 
-def open_keyring(text: str | None, *, give: bool = False) -> Keyring:
+class TimeFile:
+    """The timestamp up to which nothing is used or believed again, kept for the next start; no key is in it.
+
+    Ground stations that run side by side share it: it only ever grows.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+
+    def load(self) -> int:
+        """The timestamp [10 us since 2015]; 0 if none was kept.
+
+        Raises:
+            FileError: The file is there and holds none.
+        """
+        try:
+            text = self.path.read_text(encoding="ascii").strip()
+        except FileNotFoundError:
+            return 0
+        except (OSError, ValueError) as error:
+            raise FileError(f"{self.path}: {getattr(error, 'strerror', None) or _NO_TIME}") from error
+        if not text.isdecimal() or int(text) > MOST:
+            raise FileError(f"{self.path}: {_NO_TIME}")
+        return int(text)
+
+    def save(self, timestamp: int) -> None:
+        """Keep a timestamp, if it is later than what is kept.
+
+        Raises:
+            FileError: It cannot be written.
+        """
+        later = max(timestamp, self.load())
+        try:
+            self.path.parent.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise FileError(f"{self.path.parent}: cannot be made: {error.strerror}") from error
+        write_whole(self.path, str(later).encode("ascii"))
+
+
+def open_keyring(text: str | None, *, give: bool = False, kept: Path | None = None) -> Keyring:
     """The key of ``--signing-key``; without one nothing is signed. What was signed before now is not believed.
 
+    Time goes on where the last ground station left it, should the wall clock have been set back since.
+
+    Args:
+        text: The key or its file.
+        give: Whether it is to be given away.
+        kept: Where the time of the last run is kept [the user's data folder].
+
     Raises:
-        GroundError: It is no key, or there is none to ``give``.
+        GroundError: It is no key, there is none to ``give``, or what was kept is no time.
     """
     if give and text is None:
         raise GroundError("--give-key needs --signing-key: there is no key to give")
     try:
         keys: dict[Hashable, bytes] = {} if text is None else {None: load_key(text)}
+        file = TimeFile(kept or user_data_path("darko") / "gcs" / "signing-time")
+        started = max(timestamp_at(time.time()), file.load() if keys else 0)
     except FileError as error:
         raise GroundError(str(error)) from error
-    started = timestamp_at(time.time())
-    return Keyring(keys, timestamp=started, now=time.monotonic(), floor=started)
+    return Keyring(
+        keys, timestamp=started, now=time.monotonic(), floor=started, keep=lambda record: file.save(record.timestamp)
+    )

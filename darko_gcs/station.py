@@ -13,11 +13,10 @@ from protocol import units
 from protocol.codec import Message, Source, source_of
 from protocol.dialect import mavlink
 from protocol.endpoint import GroundEndpoint
-from protocol.engines.operator import REQUEST_OPERATOR_CONTROL
 from protocol.errors import FileError, LocalProtocolError
 from protocol.events import Event, MissionUploaded, VehicleRestarted
 from protocol.frames import LocalFrame
-from protocol.keyring import Keyring
+from protocol.keyring import KeyRecord, Keyring
 from protocol.modes import Mode, custom_mode
 from protocol.plans.mission import MissionItem
 from protocol.signing import is_secret
@@ -48,6 +47,9 @@ class Station:
     def __init__(
         self, recorder: TlogWriter | None = None, keyring: Keyring | None = None, *, give_key: bool = False
     ) -> None:
+        self._forgetful = False  # it was said that the signing time is not kept
+        if keyring is not None:
+            keyring.keep = self._kept(keyring.keep)
         self.endpoint = GroundEndpoint(keyring=keyring)
         self.signing = SigningDesk(self.endpoint, give=give_key)
         self.snapshot: Snapshot = EMPTY
@@ -178,15 +180,15 @@ class Station:
 
     def take_control(self, now: float) -> None:
         """Have the vehicle obey this ground station alone, until control is given back."""
-        self._command(now, REQUEST_OPERATOR_CONTROL, 0.0, 1.0, 0.0)
+        self._command(now, mavlink.MAV_CMD_REQUEST_OPERATOR_CONTROL, 0.0, 1.0, 0.0)
 
     def share_control(self, now: float) -> None:
         """Keep control until another ground station asks for it."""
-        self._command(now, REQUEST_OPERATOR_CONTROL, 0.0, 1.0, 1.0)
+        self._command(now, mavlink.MAV_CMD_REQUEST_OPERATOR_CONTROL, 0.0, 1.0, 1.0)
 
     def give_control_back(self, now: float) -> None:
         """Let every ground station steer again."""
-        self._command(now, REQUEST_OPERATOR_CONTROL, 0.0, 0.0, 0.0)
+        self._command(now, mavlink.MAV_CMD_REQUEST_OPERATOR_CONTROL, 0.0, 0.0, 0.0)
 
     def change_speed(self, speed: float, now: float, *, over_ground: bool = False) -> None:
         """Fly at a speed in the air or over ground [m/s]; whether it can is for the vehicle to say."""
@@ -263,6 +265,19 @@ class Station:
         self.endpoint.give_up_requests("the vehicle restarted")
         self._events.append(VehicleRestarted())
         self._collect(now)
+
+    def _kept(self, keep: Callable[[KeyRecord], None]) -> Callable[[KeyRecord], None]:
+        """Keep the signing time if that can be done: a full disk ends no flight."""
+
+        def try_to(record: KeyRecord) -> None:
+            try:
+                keep(record)
+            except FileError as error:
+                if not self._forgetful:
+                    self.say(self._counted[0], f"Signing time not kept: {error}", ERROR)
+                self._forgetful = True
+
+        return try_to
 
     def _record(self, frame: bytes, time_usec: int, now: float) -> None:
         if self._recorder is None or is_secret(frame):  # a log is copied and sent around: no key belongs in it
