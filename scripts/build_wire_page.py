@@ -14,6 +14,7 @@ from protocol import endpoint_vehicle
 from protocol.dialect import mavlink
 from protocol.endpoint import VehicleEndpoint
 from protocol.engines import stream
+from sitl import node
 from sitl.autopilot import commands, fence, home, mission_items, rally
 from sitl.autopilot.settings import Settings
 from sitl.parameters import INT, Bindings, Surroundings
@@ -79,6 +80,7 @@ def _taken() -> str:
 
 def _commands() -> str:
     known = dict.fromkeys(commands.HANDLERS, "autopilot") | dict.fromkeys(stream.COMMANDS, "link")
+    known |= dict.fromkeys(node.UPKEEP, "node")
     rows = [(_command(number), number, known[number], _test(_command(number))) for number in sorted(known)]
     return _section("Commands", "As COMMAND_LONG and COMMAND_INT.", ("MAV_CMD", "Number", "By", "Test"), rows)
 

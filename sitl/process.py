@@ -7,7 +7,7 @@ import math
 import signal
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Hashable, Iterable
 from pathlib import Path
 
 from platformdirs import user_data_path
@@ -32,6 +32,7 @@ from sitl.parameters import Bindings, Surroundings
 from sitl.rehearsal import rehearse
 from sitl.studies.live import LiveScenario, ScenarioCraft, ScenarioNode, named
 from sitl.transport import UdpTransport
+from sitl.upkeep import Leaving
 from sitl.vehicle import TICK, Start, Vehicle
 
 QUANTUM = 5  # control ticks flown between looks at the socket: 10 ms of simulated time
@@ -40,7 +41,9 @@ IDENTITIES = {"px4": mavlink.MAV_AUTOPILOT_PX4, "generic": mavlink.MAV_AUTOPILOT
 
 
 def fly(args: argparse.Namespace, tell: Callable[[LiveScenario], int]) -> int:
-    """Build the vehicle the arguments describe and fly it until interrupted, or until its scenario is over.
+    """Build the vehicle the arguments describe and fly it until interrupted, shut down, or its scenario is over.
+
+    A reboot builds it anew from the same arguments and what it keeps: same port, same peers, boot time 0.
 
     Args:
         args: Of ``darko-sitl run``.
@@ -50,17 +53,36 @@ def fly(args: argparse.Namespace, tell: Callable[[LiveScenario], int]) -> int:
         SitlError: If an argument, a file or the port is not usable.
     """
     say = _Narrator(quiet=args.quiet)
+    transport = UdpTransport((args.bind, args.port))
+    signal.signal(signal.SIGTERM, _interrupt)
+    try:
+        code, node = _run(args, tell, transport, say)
+        while node.leaving is Leaving.REBOOT:
+            say("rebooting")
+            code, node = _run(args, tell, transport, say, known=node.peers)
+        return code
+    finally:
+        transport.close()
+
+
+def _run(
+    args: argparse.Namespace,
+    tell: Callable[[LiveScenario], int],
+    transport: UdpTransport,
+    say: _Narrator,
+    known: Iterable[Hashable] = (),
+) -> tuple[int, Node]:
+    """One run from boot to its end; gives the exit code and the node, which knows whether it shall be run again."""
     keyring = _keyring(args)
     blackbox = Blackbox(_state_dir(args) / "logs", time.time)
-    transport = UdpTransport((args.bind, args.port))
     if warning := exposure(args.bind, signed=keyring.is_on):
         print(f"darko-sitl: {warning}", file=sys.stderr, flush=True)  # --quiet or not
-    signal.signal(signal.SIGTERM, _interrupt)
     try:
         craft = build_craft(args)
         face = ScenarioNode if isinstance(craft, ScenarioCraft) else Node
         node = face(craft, Memory(_state_dir(args)), _peers(args), keyring, blackbox)
         node.identity = IDENTITIES[args.autopilot]
+        node.know(known)
         began = time.monotonic()
         craft.vehicle.warm_up(lambda text: say(f"{text} (kept for the next start)"))
         rehearse(craft)
@@ -70,17 +92,16 @@ def fly(args: argparse.Namespace, tell: Callable[[LiveScenario], int]) -> int:
         say(f"ready after {took:.1f} s: {args.bind}:{transport.port} -> {args.gcs_port}, {args.api_port}")
         pacer = Pacer(args.speed)
         if not isinstance(craft, ScenarioCraft):
-            serve(node, transport, pacer)
-            return 0
+            serve(node, transport, pacer, until=lambda: node.leaving is not None)
+            return 0, node
         live = craft.live
         serve(node, transport, pacer, until=lambda: live.complete)
         code = tell(live)
         if args.stay:
             serve(node, transport, pacer)
-        return code
+        return code, node
     finally:
         blackbox.close()
-        transport.close()
 
 
 def build_craft(args: argparse.Namespace) -> Craft:

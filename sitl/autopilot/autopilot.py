@@ -412,13 +412,21 @@ class Autopilot:
         self._enter(Mode.HOLD, flown)
         return Outcome(ACCEPTED)
 
-    def change_speed(self, speed: float) -> Outcome:
-        """Speed of the manoeuvre under way, or of the mission [m/s]: of the hover, or from 7 m/s on of the wing."""
-        if speed >= SLOWEST and self.mode is not Mode.MISSION:
-            return self._change_airspeed(speed)
+    def change_speed(self, speed: float | None) -> Outcome:
+        """Speed of the manoeuvre under way, or of the mission: of the hover, or from 7 m/s on of the wing.
+
+        Args:
+            speed: [m/s]; None takes the set one.
+        """
         if self.mode is Mode.MISSION and self.mission is not None:
-            self.mission.change_speed(speed)
-        elif isinstance(self._guidance, FlyTo | Hold):
+            self.mission.change_speed(-1.0 if speed is None else speed)
+            return Outcome(ACCEPTED)
+        if speed is None:
+            on_wing = isinstance(self._guidance, FlyLeg | Orbit)
+            speed = self.settings.airspeed if on_wing else self.settings.hover_speed
+        if speed >= SLOWEST:
+            return self._change_airspeed(speed)
+        if isinstance(self._guidance, FlyTo | Hold):
             self._guidance = with_speed(self._guidance, speed)
         else:
             return self._refuse(REJECTED, "Speed unchanged: not flying to a point")

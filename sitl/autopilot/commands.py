@@ -12,7 +12,7 @@ from collections.abc import Callable
 from protocol.dialect import mavlink
 from protocol.events import CommandRequested
 from protocol.modes import mode_from_parts
-from sitl.autopilot.autopilot import DENIED, UNSUPPORTED, Autopilot, Outcome
+from sitl.autopilot.autopilot import ACCEPTED, DENIED, REJECTED, UNSUPPORTED, Autopilot, Outcome
 from sitl.autopilot.decision import Way
 from sitl.autopilot.guidance import FASTEST, SLOWEST, Vector
 from sitl.autopilot.home import UNSUPPORTED_FRAME, set_home, set_origin
@@ -21,6 +21,9 @@ from sitl.autopilot.standard_modes import set_standard_mode
 
 ARM = mavlink.MAV_CMD_COMPONENT_ARM_DISARM
 FORCE = 21196  # the number that makes MAV_CMD_COMPONENT_ARM_DISARM skip its checks
+NO_CHANGE, DEFAULT = -1.0, -2.0  # speeds of MAV_CMD_DO_CHANGE_SPEED that are none
+AIRSPEED, GROUND_SPEED = mavlink.SPEED_TYPE_AIRSPEED, mavlink.SPEED_TYPE_GROUNDSPEED
+YAW_BEHAVIOURS = frozenset(mavlink.enums["ORBIT_YAW_BEHAVIOUR"]) - {mavlink.ORBIT_YAW_BEHAVIOUR_ENUM_END}
 CUSTOM_MODE = mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
 RELATIVE = frozenset({mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT, mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT_INT})
 GLOBAL = frozenset({mavlink.MAV_FRAME_GLOBAL, mavlink.MAV_FRAME_GLOBAL_INT})
@@ -47,6 +50,8 @@ def refusal(command: int, result: int) -> str:
 
 def _arm(autopilot: Autopilot, request: CommandRequested) -> Outcome:
     wanted, force = request.params[0], request.params[1] == FORCE
+    if not force and not _is_default(request.params[1]):
+        return Outcome(DENIED, f"Arm or disarm? param2 is {request.params[1]:g}, not 0 or {FORCE} (by force)")
     if wanted == 1.0:
         return autopilot.arm(force=force)
     if wanted == 0.0:
@@ -54,8 +59,37 @@ def _arm(autopilot: Autopilot, request: CommandRequested) -> Outcome:
     return Outcome(DENIED, f"Arm or disarm? param1 is {wanted:g}, not 1 or 0")
 
 
+def _is_default(value: float) -> bool:
+    return math.isnan(value) or value == 0.0
+
+
+def _run_prearm_checks(autopilot: Autopilot, request: CommandRequested) -> Outcome:  # noqa: ARG001 - carries nothing
+    if autopilot.armed:
+        return Outcome(REJECTED, "Pre-arm checks refused: armed already")
+    for reason in autopilot.pre_arm():
+        autopilot.say(mavlink.MAV_SEVERITY_WARNING, f"Pre-arm: {reason}")
+    if not autopilot.pre_arm():
+        autopilot.say(mavlink.MAV_SEVERITY_INFO, "Pre-arm: ready")
+    return Outcome(ACCEPTED)
+
+
 def _take_off(autopilot: Autopilot, request: CommandRequested) -> Outcome:
+    if refused := _refuse_frame(request):
+        return refused
     return autopilot.take_off(_height(autopilot, request))
+
+
+def _refuse_frame(request: CommandRequested) -> Outcome | None:
+    """A place in a frame that is none of the globe's; a COMMAND_LONG names no frame."""
+    if request.frame is None or request.frame in GLOBAL | RELATIVE:
+        return None
+    return Outcome(UNSUPPORTED_FRAME, f"Frame {request.frame} is not supported")
+
+
+def _hold(autopilot: Autopilot, request: CommandRequested) -> Outcome:
+    if not all(_is_default(value) for value in request.params[4:6]):
+        return Outcome(DENIED, "Hold denied: it is here, DO_REPOSITION goes to a place")
+    return autopilot.hold()
 
 
 def _height(autopilot: Autopilot, request: CommandRequested) -> float | None:
@@ -79,7 +113,10 @@ def _set_mode(autopilot: Autopilot, request: CommandRequested) -> Outcome:
 
 
 def _start_mission(autopilot: Autopilot, request: CommandRequested) -> Outcome:
-    first = request.param(1)
+    first, last = request.param(1), request.param(2)
+    end = len(autopilot.mission.items) - 1 if autopilot.mission is not None else 0
+    if not math.isnan(last) and last != end:
+        return Outcome(DENIED, f"Mission denied: it ends with its last item, not with item {last:g}")
     if math.isnan(first):
         return autopilot.start_mission()
     if math.isinf(first) or first != int(first):
@@ -97,30 +134,47 @@ def _set_current(autopilot: Autopilot, request: CommandRequested) -> Outcome:
 def _reposition(autopilot: Autopilot, request: CommandRequested) -> Outcome:
     if request.frame is None:
         return Outcome(mavlink.MAV_RESULT_COMMAND_INT_ONLY, "DO_REPOSITION needs COMMAND_INT")
-    if request.frame not in GLOBAL | RELATIVE:
-        return Outcome(UNSUPPORTED_FRAME, f"Frame {request.frame} is not supported")
+    if refused := _refuse_frame(request):
+        return refused
     point = _point(autopilot, request)
     if point is None:
         return Outcome(DENIED, "Go-to denied: the position is not a number")
-    yaw, speed = request.params[3], request.params[0]
+    yaw, speed = request.params[3], request.param(1, NO_CHANGE)
+    if math.isinf(yaw):
+        return Outcome(DENIED, "Go-to denied: the heading is not a number")
+    most = autopilot.settings.hover_speed
+    if speed != NO_CHANGE and not 0.0 < speed <= most:
+        return Outcome(DENIED, f"Go-to denied: {speed:g} m/s is not a hovering speed, up to {most:g} m/s")
     return autopilot.go_to(
         point,
         heading=-yaw if math.isfinite(yaw) else None,
-        speed=speed if math.isfinite(speed) and 0.0 < speed < autopilot.settings.hover_speed else None,
+        speed=speed if speed != NO_CHANGE else None,
     )
 
 
 def _point(autopilot: Autopilot, request: CommandRequested) -> Vector | None:
     latitude, longitude, z = request.params[4:7]
-    if not (math.isfinite(latitude) and math.isfinite(longitude)):
+    if not _is_on_the_globe(latitude, longitude) or math.isinf(z):
         return None
     world = autopilot.world
     up = world.up(z, above_sea=request.frame in GLOBAL) if math.isfinite(z) else autopilot.setpoint.p[2]
     return world.local(latitude, longitude, up)
 
 
+def _is_on_the_globe(latitude: float, longitude: float) -> bool:
+    return abs(latitude) <= 90.0 and abs(longitude) <= 180.0  # neither holds of NaN
+
+
 def _change_speed(autopilot: Autopilot, request: CommandRequested) -> Outcome:
-    speed = request.params[1]
+    kind, speed, throttle = request.params[:3]
+    if not math.isnan(kind) and kind not in {AIRSPEED, GROUND_SPEED}:
+        return Outcome(DENIED, f"Speed denied: param1 is {kind:g}, not 0 (airspeed) or 1 (ground speed)")
+    if not _is_default(throttle) and throttle not in {NO_CHANGE, DEFAULT}:
+        return Outcome(DENIED, f"Speed denied: throttle {throttle:g} %, which no law takes")
+    if speed == NO_CHANGE:
+        return Outcome(ACCEPTED)
+    if speed == DEFAULT:
+        return autopilot.change_speed(None)
     most = autopilot.settings.hover_speed
     if not (math.isfinite(speed) and (0.0 < speed <= most or SLOWEST <= speed <= FASTEST)):
         return Outcome(DENIED, f"Speed {speed:g} m/s: hover to {most:g} m/s, wing from {SLOWEST:g} to {FASTEST:g} m/s")
@@ -128,9 +182,12 @@ def _change_speed(autopilot: Autopilot, request: CommandRequested) -> Outcome:
 
 
 def _transition(autopilot: Autopilot, request: CommandRequested) -> Outcome:
-    way = WAYS.get(int(request.params[0])) if math.isfinite(request.params[0]) else None
-    if way is None or way is Way.NONE:
-        return Outcome(DENIED, f"Transition to where? param1 is {request.params[0]:g}, not 3 (hover) or 4 (wing)")
+    wanted, immediate = request.params[:2]
+    way = next((way for state, way in WAYS.items() if state == wanted), Way.NONE)
+    if way is Way.NONE:
+        return Outcome(DENIED, f"Transition to where? param1 is {wanted:g}, not 3 (hover) or 4 (wing)")
+    if not _is_default(immediate) and immediate != 1.0:  # it is always immediate
+        return Outcome(DENIED, f"Transition denied: param2 is {immediate:g}, not 0 or 1")
     return autopilot.transition(way)
 
 
@@ -143,27 +200,34 @@ def _pause(autopilot: Autopilot, request: CommandRequested) -> Outcome:
 
 
 def _orbit(autopilot: Autopilot, request: CommandRequested) -> Outcome:
-    if request.frame is not None and request.frame not in GLOBAL | RELATIVE:
-        return Outcome(UNSUPPORTED_FRAME, f"Frame {request.frame} is not supported")
+    if refused := _refuse_frame(request):
+        return refused
     radius = request.param(1, autopilot.settings.loiter_radius)
-    speed, turns = request.param(2), request.param(4)
+    speed, turns, yaw = request.param(2), request.param(4), request.param(3, 0.0)
+    if yaw not in YAW_BEHAVIOURS:
+        return Outcome(DENIED, f"Orbit denied: {yaw:g} is no ORBIT_YAW_BEHAVIOUR")
+    centre = _centre(autopilot, request)
+    if centre is None:
+        return Outcome(DENIED, "Orbit denied: the centre is not a place")
     if not math.isfinite(radius) or math.isinf(speed):
         return Outcome(DENIED, f"Orbit denied: radius {radius:g} m at {speed:g} m/s")
     if not math.isnan(turns):
         return Outcome(DENIED, "Orbit denied: counted turns are for missions (LOITER_TURNS)")
-    return autopilot.circle(_centre(autopilot, request), radius, None if math.isnan(speed) else speed)
+    return autopilot.circle(centre, radius, None if math.isnan(speed) else speed)
 
 
-def _centre(autopilot: Autopilot, request: CommandRequested) -> Vector:
-    """The centre that is asked for; what is left open is where the vehicle is."""
+def _centre(autopilot: Autopilot, request: CommandRequested) -> Vector | None:
+    """The centre that is asked for, None if it is no place; what is left open is where the vehicle is."""
     latitude, longitude, z = request.params[4:7]
+    if math.isinf(z):
+        return None
     here, world = autopilot.view.p, autopilot.world
     # Clients put an altitude above the sea into this command whatever frame they name: MAVSDK names a relative one.
     above_sea = z > world.home_alt or request.frame in GLOBAL
     height = world.up(z, above_sea=above_sea) if math.isfinite(z) else here[2]
-    if not (math.isfinite(latitude) and math.isfinite(longitude)) or max(abs(latitude), abs(longitude)) > 180.0:
+    if math.isnan(latitude) and math.isnan(longitude):
         return (here[0], here[1], height)
-    return world.local(latitude, longitude, height)
+    return world.local(latitude, longitude, height) if _is_on_the_globe(latitude, longitude) else None
 
 
 def _unsupported(text: str) -> Handler:
@@ -181,7 +245,7 @@ HANDLERS: dict[int, Handler] = {
     mavlink.MAV_CMD_NAV_LAND: _simple(Autopilot.land),
     mavlink.MAV_CMD_NAV_VTOL_LAND: _simple(Autopilot.land),
     mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH: _simple(Autopilot.return_to_launch),
-    mavlink.MAV_CMD_NAV_LOITER_UNLIM: _simple(Autopilot.hold),
+    mavlink.MAV_CMD_NAV_LOITER_UNLIM: _hold,
     mavlink.MAV_CMD_DO_SET_MODE: _set_mode,
     mavlink.MAV_CMD_MISSION_START: _start_mission,
     mavlink.MAV_CMD_DO_SET_MISSION_CURRENT: _set_current,
@@ -193,6 +257,6 @@ HANDLERS: dict[int, Handler] = {
     mavlink.MAV_CMD_DO_SET_STANDARD_MODE: set_standard_mode,
     mavlink.MAV_CMD_DO_SET_HOME: set_home,
     mavlink.MAV_CMD_DO_SET_GLOBAL_ORIGIN: set_origin,
-    mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN: _unsupported("A simulation is stopped and started from its terminal"),
+    mavlink.MAV_CMD_RUN_PREARM_CHECKS: _run_prearm_checks,
     mavlink.MAV_CMD_DO_FLIGHTTERMINATION: _unsupported("No flight termination: a forced disarm stops the motors"),
 }

@@ -13,8 +13,10 @@ import time
 from collections.abc import Mapping
 
 from protocol.dialect import mavlink
+from protocol.events import CommandRequested
 from protocol.modes import Mode
 from sitl.airframe import load
+from sitl.autopilot.autopilot import Outcome
 from sitl.autopilot.guidance import Setpoint, Vector, View
 from sitl.autopilot.mission import World
 from sitl.autopilot.settings import Settings
@@ -183,7 +185,7 @@ class ScenarioCraft(Craft):
 
 
 class ScenarioNode(Node):
-    """The node of a scenario: says the wind that an ask brings as the parameters that hold it."""
+    """The node of a scenario: says the wind that an ask brings as the parameters that hold it, and does not reboot."""
 
     def advance(self, ticks: int) -> None:
         """Fly, and queue what is to be told."""
@@ -193,6 +195,9 @@ class ScenarioNode(Node):
         for entry in TABLE if after is not before else ():
             if after.value(entry.name) != before.value(entry.name):
                 self._endpoint.set_parameter(entry.name, after.value(entry.name))
+
+    def _leave(self, event: CommandRequested) -> Outcome:  # noqa: ARG002 - whatever is asked
+        return Outcome(mavlink.MAV_RESULT_DENIED, "A scenario is begun and stopped from its terminal")
 
 
 def _within_bounds(tuning: Tuning) -> Tuning:
