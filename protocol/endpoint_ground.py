@@ -12,7 +12,6 @@ from protocol.engines.ftp_client import FtpClient
 from protocol.engines.heartbeat import HeartbeatMonitor, HeartbeatSource
 from protocol.engines.log_client import LogClient
 from protocol.engines.mission_client import MissionClient
-from protocol.engines.operator import REQUEST_OPERATOR_CONTROL
 from protocol.engines.parameter_client import ParameterClient
 from protocol.engines.responders import TimeResponder
 from protocol.engines.retransmission import Partner
@@ -57,7 +56,7 @@ class GroundEndpoint:
         self._parameters = ParameterClient(system, component, self._partner)
         self._mission = MissionClient(system, component, self._partner)
         self._times = TimeResponder(system, component)
-        self._orders = CommandServer(system, component, {REQUEST_OPERATOR_CONTROL})
+        self._orders = CommandServer(system, component, {mavlink.MAV_CMD_REQUEST_OPERATOR_CONTROL})
         self._files, self._logs = FtpClient(system, component, self._partner), LogClient(self._partner)
         self._waiting = (self._commands, self._parameters, self._mission, self._files, self._logs)
         self._datagrams: list[bytes] = []

@@ -20,10 +20,8 @@ from protocol.engines import stream
 from protocol.engines.base import Peer, Server, addressed_to
 from protocol.events import OperatorChanged, OperatorRefused, OperatorRequested
 
-__all__ = ["NOT_IN_CONTROL", "REQUEST_OPERATOR_CONTROL", "OperatorControl"]
+__all__ = ["OperatorControl"]
 
-REQUEST_OPERATOR_CONTROL = 32100  # newer than the generator's definitions, as the next one is
-NOT_IN_CONTROL = 10  # MAV_RESULT
 SILENT = 10.0  # a station in control that says nothing for so long loses it [s]
 TOLD_AGAIN = 3.0  # between notes to the station in control that another one asks [s]
 
@@ -81,7 +79,7 @@ class OperatorControl(Server):
             self._fell_silent = None
         if not addressed_to(message, self._system, self._component):
             return True
-        if message.get_type() in _COMMANDS and message.command == REQUEST_OPERATOR_CONTROL:
+        if message.get_type() in _COMMANDS and message.command == mavlink.MAV_CMD_REQUEST_OPERATOR_CONTROL:
             self._answer(message, now, peer)
             return False
         if holder is None or peer.system in {holder.system, self._system} or not self._steers(message):
@@ -120,7 +118,7 @@ class OperatorControl(Server):
         elif not self.only_one:
             result = mavlink.MAV_RESULT_UNSUPPORTED
         elif others and not (wanted == 1.0 and self.takeover):
-            result = NOT_IN_CONTROL
+            result = mavlink.MAV_RESULT_NOT_IN_CONTROL
             if wanted == 1.0:
                 self._ask_holder(message, now, peer)
         elif wanted == 1.0:
@@ -136,7 +134,10 @@ class OperatorControl(Server):
         self._told = now
         params = (float(peer.system), 1.0, message.param3, message.param4, 0.0, 0.0, 0.0)
         self._reply(
-            self._holder, mavlink.MAVLink_command_long_message(*self._holder[:2], REQUEST_OPERATOR_CONTROL, 0, *params)
+            self._holder,
+            mavlink.MAVLink_command_long_message(
+                *self._holder[:2], mavlink.MAV_CMD_REQUEST_OPERATOR_CONTROL, 0, *params
+            ),
         )
         self._events.append(OperatorRequested(peer, self._holder.system))
 
@@ -162,7 +163,9 @@ class OperatorControl(Server):
         """The protocol's own word for it; set-points, home, origin and the erasing of logs have none."""
         kind, to = message.get_type(), peer[:2]
         if kind in _COMMANDS:
-            self._reply(peer, mavlink.MAVLink_command_ack_message(message.command, NOT_IN_CONTROL, 0, 0, *to))
+            self._reply(
+                peer, mavlink.MAVLink_command_ack_message(message.command, mavlink.MAV_RESULT_NOT_IN_CONTROL, 0, 0, *to)
+            )
         elif kind in _PLANS:
             mission_type = getattr(message, "mission_type", mavlink.MAV_MISSION_TYPE_MISSION)
             self._reply(peer, mavlink.MAVLink_mission_ack_message(*to, mavlink.MAV_MISSION_DENIED, mission_type))

@@ -7,10 +7,11 @@ import pytest
 from darko_gcs.widgets.status import StatusBar
 from protocol.codec import Codec
 from protocol.dialect import mavlink
-from protocol.engines.operator import NOT_IN_CONTROL, REQUEST_OPERATOR_CONTROL
 from protocol.events import CommandDone, ControlRequested
 from tests.darko_gcs.test_station import Pair
 
+REQUEST_CONTROL = mavlink.MAV_CMD_REQUEST_OPERATOR_CONTROL
+NOT_IN_CONTROL = mavlink.MAV_RESULT_NOT_IN_CONTROL
 OTHER = 245
 LATE = 0.5  # CONTROL_STATUS has come by then [s]
 
@@ -69,12 +70,12 @@ def test_another_s_request_is_shown_and_granted_by_sharing(pair):
     other = Other(pair)
     pair.station.take_control(pair.now)
     pair.run(LATE)
-    assert other.command(REQUEST_OPERATOR_CONTROL, 0, 1) == NOT_IN_CONTROL
+    assert other.command(REQUEST_CONTROL, 0, 1) == NOT_IN_CONTROL
     assert f"{OTHER} ASKS FOR CONTROL" in shown(pair)
     pair.station.share_control(pair.now)
     pair.run(LATE)
     assert pair.snapshot.takeover
-    assert other.command(REQUEST_OPERATOR_CONTROL, 0, 1) == mavlink.MAV_RESULT_ACCEPTED
+    assert other.command(REQUEST_CONTROL, 0, 1) == mavlink.MAV_RESULT_ACCEPTED
     pair.run(LATE)
     assert f"{OTHER} IN CONTROL" in shown(pair)
     pair.station.arm(pair.now)
@@ -85,9 +86,9 @@ def test_another_s_request_is_shown_and_granted_by_sharing(pair):
 def test_an_order_that_is_none_of_a_ground_station_is_refused(pair):
     vehicle = Codec(1, 1)
     for command, first, result in (
-        (REQUEST_OPERATOR_CONTROL, OTHER, mavlink.MAV_RESULT_ACCEPTED),
-        (REQUEST_OPERATOR_CONTROL, math.nan, mavlink.MAV_RESULT_DENIED),
-        (REQUEST_OPERATOR_CONTROL, 300.0, mavlink.MAV_RESULT_DENIED),
+        (REQUEST_CONTROL, OTHER, mavlink.MAV_RESULT_ACCEPTED),
+        (REQUEST_CONTROL, math.nan, mavlink.MAV_RESULT_DENIED),
+        (REQUEST_CONTROL, 300.0, mavlink.MAV_RESULT_DENIED),
         (mavlink.MAV_CMD_NAV_LAND, 0.0, mavlink.MAV_RESULT_UNSUPPORTED),
     ):
         order = mavlink.MAVLink_command_long_message(255, 190, command, 0, first, 1, 0, 0, 0, 0, 0)

@@ -4,7 +4,6 @@ import pytest
 
 from protocol.codec import Codec
 from protocol.dialect import mavlink
-from protocol.engines.operator import REQUEST_OPERATOR_CONTROL
 from protocol.keyring import Keyring
 from protocol.modes import Mode
 from protocol.signing import Signature, sign_frame
@@ -169,7 +168,7 @@ def test_who_takes_over_is_the_one_whose_loss_counts_from_then_on(tmp_path):
     sky, _, second = pair(tmp_path, link_timeout=12.0)
     watched_by(sky, second, 11)
     assert "No ground station is in control: silent for 10 s" in second.texts()
-    assert second.command(REQUEST_OPERATOR_CONTROL, 0, 1, 0) == mavlink.MAV_RESULT_ACCEPTED
+    assert second.command(mavlink.MAV_CMD_REQUEST_OPERATOR_CONTROL, 0, 1, 0) == mavlink.MAV_RESULT_ACCEPTED
     watched_by(sky, second, 4)
     assert "in control is silent" not in second.texts()
     assert sky.autopilot.mode is Mode.HOLD
@@ -188,7 +187,7 @@ def test_when_the_last_one_is_lost_too_that_is_said_as_well(tmp_path):
 
 def test_one_that_gave_control_back_is_no_longer_waited_for(tmp_path):
     sky, first, second = pair(tmp_path)
-    assert first.command(REQUEST_OPERATOR_CONTROL, 0, 0, 0) == mavlink.MAV_RESULT_ACCEPTED
+    assert first.command(mavlink.MAV_CMD_REQUEST_OPERATOR_CONTROL, 0, 0, 0) == mavlink.MAV_RESULT_ACCEPTED
     watched_by(sky, second, 5)
     assert "silent" not in second.texts()
     assert sky.autopilot.mode is Mode.HOLD

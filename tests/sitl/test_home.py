@@ -5,7 +5,6 @@ import math
 import pytest
 
 from protocol.dialect import mavlink
-from protocol.engines.operator import REQUEST_OPERATOR_CONTROL
 from protocol.frames import Geodetic
 from protocol.modes import Mode
 from protocol.plans.mission import MissionItem
@@ -13,6 +12,7 @@ from sitl.autopilot.home import HomeKeeper
 from sitl.autopilot.settings import Settings
 from sitl.errors import SitlError
 from sitl.memory import Memory
+from sitl.parameters import Surroundings
 from tests.support.station import FRAME, HOME, Sky
 
 NAN = math.nan
@@ -116,7 +116,7 @@ def test_the_message_that_the_command_replaced_moves_home(hovering):
 
 def test_who_is_not_in_control_moves_no_home(hovering):
     station, other = hovering.station(), hovering.station(254, "other")
-    station.command(REQUEST_OPERATOR_CONTROL, NAN, 1, 0)
+    station.command(mavlink.MAV_CMD_REQUEST_OPERATOR_CONTROL, NAN, 1, 0)
     other.send(mavlink.MAVLink_set_home_position_message(1, *e7(9.0, 0.0)[:2], 150_000, 0, 0, 0, [1, 0, 0, 0], 0, 0, 0))
     assert set_home(other, 9.0, 0.0, 150.0) == mavlink.MAV_RESULT_NOT_IN_CONTROL
     assert hovering.autopilot.world.home == (0.0, 0.0, 0.0)
@@ -192,6 +192,40 @@ def test_take_off_and_go_to_are_relative_to_home(standing):
     assert set_home(station, 0.0, 0.0, 4.0, frame=RELATIVE, command=mavlink.MAV_CMD_DO_REPOSITION) == ACCEPTED
     standing.advance(0.1)
     assert standing.autopilot.setpoint.p[2] == pytest.approx(6.0)
+
+
+def test_an_orbit_is_flown_at_its_height_above_home(tmp_path):
+    sky = Sky(tmp_path, up=30.0)
+    station = sky.station()
+    set_home(station, 0.0, 0.0, 152.0)
+    x, y, _ = e7(40.0, 0.0)
+    orbit = mavlink.MAV_CMD_DO_ORBIT
+    station.send(mavlink.MAVLink_command_int_message(1, 1, RELATIVE, orbit, 0, 0, 40.0, NAN, 0.0, NAN, x, y, 20.0))
+    assert station.last("COMMAND_ACK").result == ACCEPTED
+    sky.advance(0.1)
+    assert sky.autopilot.setpoint.route.start == pytest.approx((40.0, 0.0, 22.0), abs=0.02)
+
+
+@pytest.mark.parametrize(("frame", "alt", "up"), [(6, 4.0, 6.0), (5, 154.0, 4.0)])
+def test_streamed_set_points_are_above_home_or_above_the_sea(hovering, frame, alt, up):
+    station = hovering.station()
+    set_home(station, 0.0, 0.0, 152.0)
+    x, y, _ = e7(2.0, 1.0)
+    mask = 0b1101_1111_1000
+    station.send(mavlink.MAVLink_set_position_target_global_int_message(0, 1, 1, frame, mask, x, y, alt, *(0.0,) * 8))
+    assert station.mode(Mode.OFFBOARD) == ACCEPTED
+    hovering.advance(0.1)
+    assert hovering.autopilot.setpoint.p == pytest.approx((2.0, -1.0, up), abs=0.02)
+
+
+def test_the_battery_is_held_against_the_way_to_the_new_home_at_once(tmp_path):
+    sky = Sky(tmp_path, up=3.0, surroundings=Surroundings(battery=5e3))
+    station = sky.station()
+    sky.advance(5.0)
+    assert "Battery" not in station.texts()
+    set_home(station, 1400.0, 0.0, 150.0)
+    sky.advance(1.5)
+    assert "returning" in station.texts() or "landing here" in station.texts()
 
 
 def test_the_parameters_of_the_fence_are_about_home(tmp_path):
@@ -282,6 +316,17 @@ def test_a_kept_home_of_another_site_is_said_and_not_used_but_waits_for_its_own(
     (said,) = HomeKeeper(far.autopilot, Memory(tmp_path)).said
     assert said.startswith("Kept home not used: it belongs to a start")
     assert Sky(tmp_path).autopilot.world.home == pytest.approx((10.0, 0.0, 0.0), abs=0.02)
+
+
+def test_a_kept_origin_that_is_none_any_more_is_said_and_not_used(tmp_path):
+    set_home(Sky(tmp_path, up=3.0).station(), 10.0, 0.0, 150.0)
+    kept = (tmp_path / "home.json").read_text()
+    (tmp_path / "home.json").write_text(kept.replace('"origin": {\n  "lat_deg": 43.5648', '"origin": {"lat_deg": 89.9'))
+    sky = Sky(tmp_path)
+    assert sky.autopilot.world.home == (0.0, 0.0, 0.0)
+    assert HomeKeeper(sky.autopilot, Memory(tmp_path)).said == [
+        "Kept origin not used: latitude 89.9 is too near a pole"
+    ]
 
 
 @pytest.mark.parametrize(

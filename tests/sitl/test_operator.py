@@ -6,13 +6,15 @@ import pytest
 
 from protocol.dialect import mavlink
 from protocol.engines.base import Peer
-from protocol.engines.operator import NOT_IN_CONTROL, REQUEST_OPERATOR_CONTROL, OperatorControl
+from protocol.engines.operator import OperatorControl
 from protocol.modes import Mode
 from sitl.autopilot.settings import Settings
 from tests.support.link import plan
 from tests.support.station import Sky
 
 ACCEPTED, DENIED = mavlink.MAV_RESULT_ACCEPTED, mavlink.MAV_RESULT_DENIED
+REQUEST_CONTROL = mavlink.MAV_CMD_REQUEST_OPERATOR_CONTROL
+NOT_IN_CONTROL = mavlink.MAV_RESULT_NOT_IN_CONTROL
 ARM = mavlink.MAV_CMD_COMPONENT_ARM_DISARM
 REQUEST, RELEASE = (0, 1, 0), (0, 0, 0)
 LET_OTHERS = (0, 1, 1)
@@ -84,28 +86,28 @@ def test_asking_for_what_is_only_told_is_free(pair):
 
 def test_control_is_handed_over_when_the_one_in_control_gives_it_back(pair):
     _, first, second = pair
-    assert second.command(REQUEST_OPERATOR_CONTROL, *REQUEST) == NOT_IN_CONTROL
+    assert second.command(REQUEST_CONTROL, *REQUEST) == NOT_IN_CONTROL
     asked = first.last("COMMAND_LONG")
-    assert (asked.command, asked.param1, asked.target_system) == (REQUEST_OPERATOR_CONTROL, 245.0, 255)
+    assert (asked.command, asked.param1, asked.target_system) == (REQUEST_CONTROL, 245.0, 255)
     assert "Ground station 245 asks 255 for control" in first.texts()
-    assert first.command(REQUEST_OPERATOR_CONTROL, *RELEASE) == ACCEPTED
-    assert second.command(REQUEST_OPERATOR_CONTROL, *REQUEST) == ACCEPTED
+    assert first.command(REQUEST_CONTROL, *RELEASE) == ACCEPTED
+    assert second.command(REQUEST_CONTROL, *REQUEST) == ACCEPTED
     assert first.command(ARM, 0) == NOT_IN_CONTROL
     assert second.command(ARM, 0) == ACCEPTED
 
 
 def test_control_is_taken_where_the_one_in_control_lets_others_take_it(pair):
     _, first, second = pair
-    assert first.command(REQUEST_OPERATOR_CONTROL, *LET_OTHERS) == ACCEPTED
-    assert second.command(REQUEST_OPERATOR_CONTROL, *REQUEST) == ACCEPTED
+    assert first.command(REQUEST_CONTROL, *LET_OTHERS) == ACCEPTED
+    assert second.command(REQUEST_CONTROL, *REQUEST) == ACCEPTED
     assert first.command(ARM, 0) == NOT_IN_CONTROL
-    assert first.command(REQUEST_OPERATOR_CONTROL, *REQUEST) == NOT_IN_CONTROL  # taking it did not pass that on
+    assert first.command(REQUEST_CONTROL, *REQUEST) == NOT_IN_CONTROL  # taking it did not pass that on
 
 
 def test_only_who_is_in_control_can_give_it_back(pair):
     _, first, second = pair
-    assert second.command(REQUEST_OPERATOR_CONTROL, *RELEASE) == NOT_IN_CONTROL
-    assert second.command(REQUEST_OPERATOR_CONTROL, 0, math.nan) == DENIED
+    assert second.command(REQUEST_CONTROL, *RELEASE) == NOT_IN_CONTROL
+    assert second.command(REQUEST_CONTROL, 0, math.nan) == DENIED
     assert first.command(ARM, 0) == ACCEPTED
 
 
@@ -113,7 +115,7 @@ def test_control_by_arming_ends_with_disarming_and_control_asked_for_does_not(pa
     sky, first, second = pair
     assert first.command(ARM, 0) == ACCEPTED
     sky.advance(0.1)
-    assert second.command(REQUEST_OPERATOR_CONTROL, *REQUEST) == ACCEPTED
+    assert second.command(REQUEST_CONTROL, *REQUEST) == ACCEPTED
     assert second.command(ARM, 1) == ACCEPTED
     assert second.command(ARM, 0) == ACCEPTED
     sky.advance(0.1)
