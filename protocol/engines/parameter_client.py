@@ -10,7 +10,7 @@ from protocol.codec import Message, Source
 from protocol.dialect import mavlink
 from protocol.engines.base import Engine, Table, addressed_to, fire
 from protocol.engines.parameters import decode_value, encode_value
-from protocol.engines.retransmission import Partner, Resend, Window
+from protocol.engines.retransmission import Mark, Partner, Resend, Window
 from protocol.errors import LocalProtocolError
 from protocol.events import ParameterConfirmed, ParameterFailed, ParameterReceived, ParametersComplete
 
@@ -49,6 +49,7 @@ class _Setting:
     name: str
     value: float
     resend: Resend
+    since: Mark  # what the vehicle said before this is no answer to it
     state: str = "new"
     message: Message | None = None
     kept: float | None = None  # what the vehicle says instead
@@ -99,7 +100,7 @@ class ParameterClient(Engine[Message]):
         if not (name.isascii() and 1 <= len(name) <= 16):
             raise LocalProtocolError(f"parameter name {name!r} is not 1 to 16 ASCII characters")
         self._vehicle = vehicle
-        setting = self._settings[name] = _Setting(name, value, Resend(self._partner))
+        setting = self._settings[name] = _Setting(name, value, Resend(self._partner), self._partner.mark(now))
         if name in self._types:
             self._transmit_value(setting, self._types[name], now)
             return
@@ -122,7 +123,7 @@ class ParameterClient(Engine[Message]):
             self._receive_value(message, value, now)
         elif message.get_type() == "PARAM_ERROR" and addressed_to(message, self._system, self._component):
             setting = self._settings.get(message.param_id)
-            if setting is not None:
+            if setting is not None and not self._partner.said_before(setting.since, message, now):
                 self._end(setting, "fail", ParameterFailed(setting.name, _error_name(message.error)))
 
     def next_deadline(self) -> float:
@@ -147,7 +148,7 @@ class ParameterClient(Engine[Message]):
         if self._state != "idle" and message.param_index != _NO_INDEX:
             self._take_into_list(event, now)
         setting = self._settings.get(name)
-        if setting is None:
+        if setting is None or self._partner.said_before(setting.since, message, now):
             return
         if setting.state == "reading":
             setting.resend.answer(now)

@@ -1,5 +1,9 @@
 """The vehicle's side of the parameter protocol (https://mavlink.io/en/services/parameter.html).
 
+What cannot be is answered with PARAM_ERROR to who asked: DOES_NOT_EXIST for a name or an index nobody knows,
+VALUE_OUT_OF_RANGE, TYPE_MISMATCH for a type that only other parameters have, TYPE_UNSUPPORTED for one that none has.
+No parameter is read-only, and none can fail to be read. After a PARAM_SET everyone is told what holds, changed or not.
+
 Of the extended protocol (https://mavlink.io/en/services/parameter_ext.html) there is the refusal: PARAM_EXT_ACK to who
 sets. Who reads finds no parameters there; that service has no answer for it, so the operator is told in words.
 """

@@ -9,9 +9,10 @@ from hypothesis import strategies as st
 from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.engines.base import Peer
-from protocol.engines.parameter_client import ASKED_AT_ONCE, ParameterClient
+from protocol.engines.parameter_client import ASKED_AT_ONCE, CONTRADICTIONS, ParameterClient
 from protocol.engines.parameter_server import EXTENDED, ParameterServer
 from protocol.engines.parameters import Parameter, decode_value, encode_value
+from protocol.engines.retransmission import Partner
 from protocol.errors import LocalProtocolError
 from protocol.events import (
     ParameterChanged,
@@ -320,6 +321,21 @@ def test_an_older_value_under_way_does_not_end_a_setting():
     assert client.events()[-1] == ParameterConfirmed("P", 2.0)
 
 
+@pytest.mark.parametrize(
+    "late", [value_of("P", 2.0, REAL32), mavlink.MAVLink_param_error_message(255, 190, b"P", 0, 2)]
+)
+def test_what_the_vehicle_said_before_a_setting_neither_confirms_nor_fails_it(late):
+    partner, vehicle, ground = Partner(), Codec(1, 1), Codec(255, 190)
+    frames = [ground.decode(vehicle.encode(m))[0] for m in (value_of("P", 1.0, REAL32), late)]
+    client = ParameterClient(255, 190, partner)
+    for frame in frames:
+        partner.hear(frame, 0.0)
+    client.receive(frames[0], 0.0)
+    client.set(VEHICLE, "P", 2.0, 0.0)
+    client.receive(frames[1], 0.1)
+    assert client.is_busy
+
+
 def test_a_vehicle_that_keeps_its_value_fails_the_setting_and_says_which():
     client = ParameterClient(255, 190)
     client.receive(value_of("P", 1.0, REAL32), 0.0)
@@ -328,6 +344,7 @@ def test_a_vehicle_that_keeps_its_value_fails_the_setting_and_says_which():
         client.receive(value_of("P", 1.0, REAL32), now)
         client.handle_timer(now)
     assert client.events()[-1] == ParameterFailed("P", "the vehicle keeps 1")
+    assert len(client.messages_to_send()) == CONTRADICTIONS
 
 
 def test_a_told_error_fails_at_once():
