@@ -95,7 +95,7 @@ class Flight:
     modes: tuple[Period, ...]
     armed: tuple[Period, ...]
     distance: float | None  # flown while armed [m]
-    height: float | None  # highest above home [m]
+    height: float | None  # highest above the local frame's origin [m]
     speed: float | None  # fastest over ground [m/s]
     cross_track_rms: float | None  # off the path while armed [m]
     cross_track_max: float | None

@@ -163,10 +163,12 @@ class HomeKeeper:
         if away > SAME_SITE:
             self.said.append(f"Kept home not used: it belongs to a start {away / 1e3:.1f} km from here")
             return
+        if reason := _no_origin(kept.origin):
+            self.said.append(f"Kept origin not used: {reason}")
+            return
         frame = LocalFrame(kept.origin)
         home = flip(frame.to_ned(kept.home))
-        reason = _no_home(home, world._replace(frame=frame))
-        if reason is not None:
+        if reason := _no_home(home, world._replace(frame=frame)):
             self.said.append(f"Kept home not used: {reason}")
             return
         self._autopilot.move(frame, home)

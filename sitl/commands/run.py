@@ -60,7 +60,7 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
         type=_home,
         default=(43.5648, 1.4811, 150.0),
         metavar="LAT,LON,ALT",
-        help="origin, degrees and metres [the ENAC flying room, Toulouse]",
+        help="origin of the local frame, and home until it is moved, degrees and metres [ENAC's flying room, Toulouse]",
     )
     flight.add_argument(
         "--start",

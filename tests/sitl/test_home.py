@@ -225,7 +225,7 @@ def test_the_battery_is_held_against_the_way_to_the_new_home_at_once(tmp_path):
     assert "Battery" not in station.texts()
     set_home(station, 1400.0, 0.0, 150.0)
     sky.advance(1.5)
-    assert "returning" in station.texts() or "landing here" in station.texts()
+    assert "J left, home takes 59" in station.texts()
 
 
 def test_the_parameters_of_the_fence_are_about_home(tmp_path):
