@@ -48,6 +48,7 @@ LINK_LOCAL = frozenset({mavlink.MAVLINK_MSG_ID_RADIO_STATUS})  # a radio speaks 
 class Withheld(Enum):
     """Why a frame did not go on."""
 
+    STRANGER = "its port has said nothing to the vehicle"
     SECRET = "a key or a password"  # noqa: S105 - not one itself
     LINK_LOCAL = "about its own link"
     NO_SENDER = "system 0 is nobody"
@@ -144,7 +145,7 @@ class Router:
             now: The link's time [s].
         """
         if origin not in self._peers():
-            return []
+            return self._withhold(Withheld.STRANGER) if self._peers() else []
         self._forget(now)
         source, target = source_of(message), target_of(message)
         neighbour = self._neighbour(origin, now)
@@ -158,14 +159,18 @@ class Router:
         if reason is None and destinations and not self._is_paid(neighbour, len(destinations), now):
             reason = Withheld.TOO_MANY
         if reason is not None:
-            self._withheld[reason] += 1
-        if reason is not None or not destinations:
+            return self._withhold(reason)
+        if not destinations:
             return []
         self._recent[digest] = now
         bound(self._recent, MOST_RECENT)
         self._forwarded += 1
         self._copies += len(destinations)
         return [(peer, frame) for peer in destinations]
+
+    def _withhold(self, reason: Withheld) -> list[tuple[Hashable, bytes]]:
+        self._withheld[reason] += 1
+        return []
 
     def _destinations(self, source: Source, target: Source, origin: Hashable) -> list[Hashable]:
         others = [peer for peer in self._readers(origin) if source not in self._heard_at(peer)]

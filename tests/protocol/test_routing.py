@@ -10,8 +10,8 @@ from pymavlink.dialects.v20 import common
 from protocol import router
 from protocol.codec import Codec
 from protocol.dialect import mavlink
-from protocol.endpoint import VehicleEndpoint
-from protocol.events import CommandRequested, SetpointReceived
+from protocol.endpoint import GroundEndpoint, VehicleEndpoint
+from protocol.events import CommandRequested, ParametersComplete, SetpointReceived
 from protocol.keyring import Keyring
 from protocol.links import Links
 from protocol.router import RoutingStatistics, Withheld
@@ -144,6 +144,36 @@ def test_who_steers_is_not_judged_for_other_components(net):
     net.say("api", other, ALIVE[QGC])
     assert net.reaches("api", other, long(CAMERA, mavlink.MAV_CMD_IMAGE_START_CAPTURE)) == ["camera"]
     assert net.answers == []
+
+
+def test_a_port_that_said_nothing_to_the_vehicle_is_not_served(net):
+    assert net.reaches("stranger", (245, 190), long(CAMERA)) == []
+    assert net.withheld == {Withheld.STRANGER: 1}
+
+
+def test_two_ground_stations_read_one_vehicle_and_take_nobody_else_for_it(net):
+    stations, events = {"one": GroundEndpoint(system=253), "two": GroundEndpoint(system=254)}, []
+    for step in range(50):
+        net.now += 0.1
+        net.end.announce(mavlink.MAVLink_heartbeat_message(19, 12, 0, 0, 4, 3), net.now)
+        net.end.handle_timer(net.now)
+        net.end.receive_datagram(net.frame(CAMERA, ALIVE[CAMERA]), "camera", net.now)
+        for port, station in stations.items():
+            station.handle_timer(net.now)
+            if step == 20:
+                station.request_parameters(net.now)
+            for data in station.datagrams_to_send():
+                net.end.receive_datagram(data, port, net.now)
+        for port, data in net.end.datagrams_to_send():
+            if port in stations:
+                stations[port].receive_datagram(data, net.now)
+                events += stations[port].events()
+    for station, other in zip(stations.values(), (254, 253), strict=True):
+        sources = station.codec.statistics.sources
+        assert station.vehicle == (1, 1)
+        assert set(sources) >= {(1, 1), CAMERA, (other, 190)}
+        assert sources[1, 1].lost == 0
+    assert sum(isinstance(event, ParametersComplete) for event in events) == 2
 
 
 def test_ports_that_were_given_hear_broadcasts_before_they_speak():
