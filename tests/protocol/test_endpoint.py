@@ -147,10 +147,11 @@ def test_intervals_are_set_and_told():
     assert ack.result == DENIED
 
 
-def test_an_old_request_for_data_streams_does_no_harm():
+def test_an_old_request_for_data_streams_is_carried_out_without_a_word():
     vehicle = endpoint()
     assert ask(vehicle, mavlink.MAVLink_request_data_stream_message(1, 1, 0, 4, 1)) == []
     assert vehicle.events() == []
+    assert [t for t in range(0, 600_000, 5_000) if ATTITUDE in vehicle.streams_due(t)] == [0, 250_000, 500_000]
 
 
 def test_time_and_ping_are_answered_once_and_answers_are_not():
