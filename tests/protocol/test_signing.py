@@ -260,6 +260,7 @@ def test_what_is_sent_carries_ever_later_timestamps_over_all_links_and_follows_w
     keyring = Keyring({None: KEY}, timestamp=T)
     end = vehicle(keyring)
     end.receive_datagram(signed(heartbeat(), timestamp=T + 10**9), "other", 0.0)
+    end.datagrams_to_send()
     for _ in range(3):
         end.status_text(6, "x")
     signatures = [signature_of(data) for _, data in end.datagrams_to_send()]
