@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sitl.autopilot.guidance import SLOWEST, Route, Setpoint, Vector, View, distance
+from sitl.autopilot.guidance import SLOWEST, Ramp, Route, Setpoint, Vector, View, distance, land_at
 from sitl.design.forward import sight_gains
 from sitl.laws.forward_guidance import ground_speed, stopping_distance
 from sitl.laws.path import CIRCLE, LEG
@@ -164,6 +164,31 @@ def _along(route: Route, p: Vector) -> tuple[float, float]:
     dx, dy = route.end[0] - route.start[0], route.end[1] - route.start[1]
     length = math.hypot(dx, dy)
     return ((p[0] - route.start[0]) * dx + (p[1] - route.start[1]) * dy) / max(length, 1e-9), length
+
+
+@dataclass(slots=True)
+class LandAfter:
+    """Land below a leg's end, edge-on to the wind as it is known there.
+
+    Turned back to the leg's own course, belly or back to the wind, it would be blown metres away.
+    """
+
+    leg: FlyLeg
+    rate: float  # vertical speed near the ground [m/s]
+    landing: bool = True
+    down: Ramp | None = None  # from where the leg ended
+
+    def update(self, view: View) -> Setpoint:
+        """The set-point on its way down."""
+        if self.down is None:
+            above = self.leg.update(view)._replace(route=None)
+            heading = above.heading if self.leg.keep_heading else edge_on(above.heading, view.wind)
+            self.down = land_at(above._replace(heading=heading), self.rate)
+        return self.down.update(view)
+
+    def done(self, view: View) -> bool:  # noqa: ARG002 - the ground ends it
+        """Never."""
+        return False
 
 
 def edge_on(heading: float, wind: Vector) -> float:

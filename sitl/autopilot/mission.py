@@ -16,7 +16,7 @@ from sitl.autopilot.choice import CHAIN, Chooser, Stop
 from sitl.autopilot.decision import Way
 from sitl.autopilot.guidance import SLOWEST, FlyTo, Guidance, Ramp, Setpoint, Vector, View, distance, land_at
 from sitl.autopilot.guidance import Sequence as Steps
-from sitl.autopilot.legs import FlyLeg, corner_lead, leg_airspeeds, leg_setpoint, orbit, over_ground
+from sitl.autopilot.legs import FlyLeg, LandAfter, corner_lead, leg_airspeeds, leg_setpoint, orbit, over_ground
 from sitl.autopilot.mission_items import CIRCLES, LAND, PLACED, TAKEOFF, WAYS, World, height, place, validate
 from sitl.autopilot.settings import Settings
 
@@ -250,8 +250,7 @@ class MissionRunner:
             return land_at(setpoint if point is None else setpoint._replace(p=point), self.settings.descent_rate)
         above = setpoint._replace(p=(point[0], point[1], max(last.p[2], point[2])))
         approach = self._approach(item, above, view, self.settings.acceptance)
-        down = above._replace(heading=approach.setpoint.heading) if isinstance(approach, FlyLeg) else above
-        return Steps((approach, land_at(down, self.settings.descent_rate)))
+        return Steps((approach, _land_below(approach, above, self.settings)))
 
     def _return(self, item: MissionItem, view: View, last: Setpoint) -> Guidance:  # noqa: ARG002 - one signature for all builders
         to = self.world.safe_point(view.p, self.settings.return_altitude)
@@ -284,8 +283,14 @@ def return_home(
     above_home = here._replace(p=(to[0], to[1], high))
     climbed = view if view.forward else view._replace(p=here.p)
     home = fly_to(climbed, above_home, settings, chooser, asked)
-    down = land_at(above_home._replace(heading=home.setpoint.heading), settings.descent_rate)
+    down = _land_below(home, above_home, settings)
     return Steps((home, down) if view.forward else (Ramp(here, settings.climb_rate), home, down))
+
+
+def _land_below(approach: Guidance, above: Setpoint, settings: Settings) -> Guidance:
+    if isinstance(approach, FlyLeg):
+        return LandAfter(approach, settings.descent_rate)
+    return land_at(above, settings.descent_rate)
 
 
 def _heading(item: MissionItem, last: Setpoint) -> float:
