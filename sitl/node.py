@@ -125,7 +125,9 @@ class Node:
         craft.autopilot.load_mission(() if refusal else items)
         if refusal:
             self._say(WARNING, f"Kept mission not loaded: {refusal.text}")
-        for text in (*self._home.said, *bounds.flaws):
+        for notice in self._home.said:
+            self._say(notice.severity, notice.text)
+        for text in bounds.flaws:
             self._say(WARNING, text)
 
     # The wire

@@ -18,7 +18,7 @@ from protocol.dialect import mavlink
 from protocol.events import CommandRequested
 from protocol.frames import Geodetic, LocalFrame, flip
 from protocol.modes import Mode
-from sitl.autopilot.autopilot import ACCEPTED, DENIED, REJECTED, Autopilot, Outcome
+from sitl.autopilot.autopilot import ACCEPTED, DENIED, REJECTED, Autopilot, Notice, Outcome
 from sitl.autopilot.bounds import Bounds
 from sitl.autopilot.guidance import Vector
 from sitl.autopilot.mission_items import GLOBAL_FRAMES, RELATIVE_FRAMES, World, out_of_bounds
@@ -142,7 +142,7 @@ def _not_on_the_globe(lat: float, lon: float) -> str | None:
 class HomeKeeper:
     """Home and origin between memory and autopilot: those that were kept are used from the start, if they fit.
 
-    ``said`` has a line about what was kept, for the pilot.
+    ``said`` has what the pilot is to know about what was kept.
 
     Raises:
         SitlError: The kept file cannot be read.
@@ -152,7 +152,7 @@ class HomeKeeper:
         self._autopilot, self._memory = autopilot, memory
         self._start = autopilot.world.frame.origin
         self._kept: Anchors | None = None
-        self.said: list[str] = []
+        self.said: list[Notice] = []
         kept = memory.anchors()
         if kept is not None:
             self._restore(kept)
@@ -161,25 +161,29 @@ class HomeKeeper:
         world = self._autopilot.world
         away = math.hypot(*world.frame.to_ned(kept.start))
         if away > SAME_SITE:
-            self.said.append(f"Kept home not used: it belongs to a start {away / 1e3:.1f} km from here")
+            self._warn(f"Kept home not used: it belongs to a start {away / 1e3:.1f} km from here")
             return
         if reason := _no_origin(kept.origin):
-            self.said.append(f"Kept origin not used: {reason}")
+            self._warn(f"Kept origin not used: {reason}")
             return
         frame = LocalFrame(kept.origin)
         home = flip(frame.to_ned(kept.home))
         if reason := _no_home(home, world._replace(frame=frame)):
-            self.said.append(f"Kept home not used: {reason}")
+            self._warn(f"Kept home not used: {reason}")
             return
         self._autopilot.move(frame, home)
         self._kept = kept
-        self.said.append(f"{self.where}, as it was kept")
+        self.said.append(Notice(mavlink.MAV_SEVERITY_INFO, f"{self.where}, as it was kept"))
+
+    def _warn(self, text: str) -> None:
+        self.said.append(Notice(mavlink.MAV_SEVERITY_WARNING, text))
 
     @property
     def where(self) -> str:
         """Where home is, in words."""
-        north, east, down = flip(self._autopilot.world.home)
-        return f"Home is {north:.1f} m north, {east:.1f} m east, {-down:.1f} m above the origin"
+        north, west, up = self._autopilot.world.home
+        north, east, up = (round(length, 1) + 0.0 for length in (north, -west, up))
+        return f"Home is {north} m north, {east} m east, {up} m above the origin"
 
     def keep(self) -> None:
         """Keep where home and origin are now.

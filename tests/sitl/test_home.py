@@ -8,11 +8,12 @@ from protocol.dialect import mavlink
 from protocol.frames import Geodetic
 from protocol.modes import Mode
 from protocol.plans.mission import MissionItem
+from sitl.autopilot.alarm import Action
+from sitl.autopilot.failsafe import Failsafes
 from sitl.autopilot.home import HomeKeeper
 from sitl.autopilot.settings import Settings
 from sitl.errors import SitlError
 from sitl.memory import Memory
-from sitl.parameters import Surroundings
 from tests.support.station import FRAME, HOME, Sky
 
 NAN = math.nan
@@ -218,14 +219,16 @@ def test_streamed_set_points_are_above_home_or_above_the_sea(hovering, frame, al
     assert hovering.autopilot.setpoint.p == pytest.approx((2.0, -1.0, up), abs=0.02)
 
 
-def test_the_battery_is_held_against_the_way_to_the_new_home_at_once(tmp_path):
-    sky = Sky(tmp_path, up=3.0, surroundings=Surroundings(battery=5e3))
-    station = sky.station()
-    sky.advance(5.0)
-    assert "Battery" not in station.texts()
-    set_home(station, 1400.0, 0.0, 150.0)
-    sky.advance(1.5)
-    assert "J left, home takes 59" in station.texts()
+def test_the_battery_is_held_against_the_way_to_the_new_home_at_once(hovering):
+    autopilot, failsafes = hovering.autopilot, Failsafes()
+    view = hovering.craft.view()._replace(time=0.0, energy=60e3, energy_left=0.6)
+
+    def alarms(view, world):
+        return failsafes.check(view, Mode.HOLD, world, autopilot.settings, autopilot.chooser, landing=False)
+
+    assert alarms(view, autopilot.world) == []
+    (alarm,) = alarms(view._replace(time=1.0), autopilot.world._replace(home=(50e3, 0.0, 0.0)))
+    assert alarm.action is Action.LAND
 
 
 def test_the_parameters_of_the_fence_are_about_home(tmp_path):
@@ -314,7 +317,7 @@ def test_a_kept_home_of_another_site_is_said_and_not_used_but_waits_for_its_own(
     far = Sky(tmp_path, origin=ELSEWHERE)
     assert far.autopilot.world.home == (0.0, 0.0, 0.0)
     (said,) = HomeKeeper(far.autopilot, Memory(tmp_path)).said
-    assert said.startswith("Kept home not used: it belongs to a start")
+    assert said.text.startswith("Kept home not used: it belongs to a start")
     assert Sky(tmp_path).autopilot.world.home == pytest.approx((10.0, 0.0, 0.0), abs=0.02)
 
 
@@ -324,9 +327,8 @@ def test_a_kept_origin_that_is_none_any_more_is_said_and_not_used(tmp_path):
     (tmp_path / "home.json").write_text(kept.replace('"origin": {\n  "lat_deg": 43.5648', '"origin": {"lat_deg": 89.9'))
     sky = Sky(tmp_path)
     assert sky.autopilot.world.home == (0.0, 0.0, 0.0)
-    assert HomeKeeper(sky.autopilot, Memory(tmp_path)).said == [
-        "Kept origin not used: latitude 89.9 is too near a pole"
-    ]
+    (said,) = HomeKeeper(sky.autopilot, Memory(tmp_path)).said
+    assert said.text == "Kept origin not used: latitude 89.9 is too near a pole"
 
 
 @pytest.mark.parametrize(
