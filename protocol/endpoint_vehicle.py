@@ -140,7 +140,7 @@ class VehicleEndpoint:
     def receive_datagram(self, data: bytes, key: Hashable, now: float) -> None:
         """Take one datagram; ``key`` is where answers to it go. Then: take ``events()``."""
         self._keyring.tell_time(now)
-        for message in self._links.decode(data, key):
+        for message in self._links.decode(data, key, now):
             peer = Peer.of(message, key)
             if peer[:2] != self._ids and self._links.believes(message):
                 self._datagrams += self._router.forward(message, key, now)

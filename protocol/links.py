@@ -8,7 +8,8 @@ from protocol.keyring import Keyring
 
 __all__ = ["MOST_LEARNT", "Links"]
 
-MOST_LEARNT = 16  # one peer more replaces the one that said least: a flood of strangers drives no old hand out
+MOST_LEARNT = 16  # one peer more replaces one that has departed, or the one that said least: a flood drives nobody out
+DEPARTED = 60.0  # a peer that was silent for so long [s] has probably gone; it makes room first
 
 
 class Links:
@@ -23,23 +24,26 @@ class Links:
         self._ids, self._keyring = (system, component), keyring
         self._fixed = None if peers is None else tuple(peers)
         self.codecs: dict[Hashable, Codec] = {key: self._new(key) for key in self._fixed or ()}
+        self._heard: dict[Hashable, float] = {}  # when each learnt peer last said something [s]
+        self._now = 0.0
 
     def codec(self, key: Hashable) -> Codec:
         """The codec that serves ``key``."""
         key = None if self._fixed is None else key
         if key not in self.codecs:
-            self.codecs[key] = self._new(key)
-            self._forget_oldest()
+            self._add(key, self._new(key))
         return self.codecs[key]
 
-    def decode(self, data: bytes, key: Hashable) -> list[Message]:
+    def decode(self, data: bytes, key: Hashable, now: float) -> list[Message]:
         """All that a peer says; a stranger becomes a peer by its first frame that is believed."""
+        self._now = now
         name = None if self._fixed is None else key
         codec = self.codecs.get(name) or self._new(name)
         messages = codec.decode(data)
-        if name not in self.codecs and any(self._is_welcome(m) for m in messages):
-            self.codecs[name] = codec
-            self._forget_oldest()
+        if name in self._heard and messages:
+            self._heard[name] = now
+        elif name not in self.codecs and any(self._is_welcome(m) for m in messages):
+            self._add(name, codec)
         return messages
 
     def believes(self, message: Message) -> bool:
@@ -63,10 +67,15 @@ class Links:
     def _new(self, key: Hashable) -> Codec:
         return Codec(*self._ids, self._keyring.link(key))
 
-    def _forget_oldest(self) -> None:
-        learnt = [k for k in self.codecs if k not in (self._fixed or ())]
-        if len(learnt) > MOST_LEARNT:
-            del self.codecs[min(learnt[:-1], key=lambda k: self.codecs[k].statistics.received)]
+    def _add(self, key: Hashable, codec: Codec) -> None:
+        if len(self._heard) >= MOST_LEARNT:
+            leaving = min(self._heard, key=self._worth)
+            del self._heard[leaving], self.codecs[leaving]
+        self.codecs[key], self._heard[key] = codec, self._now
+
+    def _worth(self, key: Hashable) -> tuple[bool, float]:
+        is_here = self._now - self._heard[key] < DEPARTED
+        return is_here, self.codecs[key].statistics.received if is_here else self._heard[key]
 
     def encode(self, outgoing: Outgoing) -> list[tuple[Hashable | None, bytes]]:
         """Datagrams for the destination; None as a key means everyone."""

@@ -13,7 +13,7 @@ from protocol.dialect import mavlink
 from protocol.endpoint import GroundEndpoint, VehicleEndpoint
 from protocol.events import CommandRequested, ParametersComplete, SetpointReceived
 from protocol.keyring import Keyring
-from protocol.links import Links
+from protocol.links import DEPARTED, MOST_LEARNT, Links
 from protocol.router import RoutingStatistics, Withheld
 from protocol.signing import Signature, sign_frame, verify
 from tests.support.link import ARM, table
@@ -328,6 +328,18 @@ def test_a_silent_component_is_forgotten(net):
     net.say("qgc", QGC)
     assert net.reaches("qgc", QGC, long(CAMERA)) == []
     assert net.withheld[Withheld.NOBODY_THERE] == 1
+
+
+def test_clients_that_departed_make_room_however_much_they_said():
+    net = Net(*((port, (200 + port, 190)) for port in range(MOST_LEARNT) for _ in range(9)))
+    net.now += DEPARTED + 1.0
+    net.say(0, (200, 190))
+    for _ in range(3):
+        net.say("new", QGC)
+        net.say("newer", CAMERA)
+    assert {0, "new", "newer"} < set(net.end.statistics)
+    assert net.end.statistics["new"].received == 3
+    assert len(net.end.statistics) == MOST_LEARNT
 
 
 def test_a_flood_in_many_names_drives_out_nobody_who_speaks(net):
