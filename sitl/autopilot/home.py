@@ -11,6 +11,7 @@ https://mavlink.io/en/messages/common.html#MAV_CMD_DO_SET_HOME, #MAV_CMD_DO_SET_
 from __future__ import annotations
 
 import math
+from dataclasses import astuple
 
 from protocol import units
 from protocol.codec import Message
@@ -166,14 +167,19 @@ class HomeKeeper:
         if reason := _no_origin(kept.origin):
             self._warn(f"Kept origin not used: {reason}")
             return
-        frame = LocalFrame(kept.origin)
+        frame = world.frame if kept.origin == kept.start else LocalFrame(kept.origin)
         home = flip(frame.to_ned(kept.home))
         if reason := _no_home(home, world._replace(frame=frame)):
             self._warn(f"Kept home not used: {reason}")
             return
         self._autopilot.move(frame, home)
         self._kept = kept
-        self.said.append(Notice(mavlink.MAV_SEVERITY_INFO, f"{self.where}, as it was kept"))
+        if frame is not world.frame:
+            self._tell("The origin is {:.7f}, {:.7f}, {:.1f} m, as it was kept".format(*astuple(kept.origin)))
+        self._tell(f"{self.where}, as it was kept")
+
+    def _tell(self, text: str) -> None:
+        self.said.append(Notice(mavlink.MAV_SEVERITY_INFO, text))
 
     def _warn(self, text: str) -> None:
         self.said.append(Notice(mavlink.MAV_SEVERITY_WARNING, text))

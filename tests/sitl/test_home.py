@@ -1,6 +1,7 @@
 """Home that moves and is kept, and the origin of the local frame, over the wire and in flight."""
 
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -427,3 +428,12 @@ def test_the_origin_is_kept(tmp_path):
     again = Sky(tmp_path)
     assert again.autopilot.world.frame.origin == ELSEWHERE
     assert again.autopilot.world.home == pytest.approx((10.0, 0.0, 2.0), abs=0.02)
+    said = [notice.text for notice in HomeKeeper(Sky(tmp_path / "other").autopilot, Memory(tmp_path)).said]
+    assert said[0] == "The origin is 48.1000000, 11.6000000, 520.0 m, as it was kept"
+
+
+def test_an_origin_that_was_never_moved_is_where_the_vehicle_starts(tmp_path):
+    set_home(Sky(tmp_path, up=3.0).station(), 10.0, 0.0, 152.0)
+    again = Sky(tmp_path, origin=replace(HOME, alt=149.0))
+    assert again.autopilot.world.frame.origin.alt == 149.0
+    assert again.autopilot.world.home == pytest.approx((10.0, 0.0, 3.0), abs=0.02)
