@@ -85,8 +85,10 @@ class MissionClient(Engine[Message]):
         self._found: dict[int, MissionItem] = {}
         self._window: Window | None = None  # what of a download is missing, None before its count
         self._size = ASKED_AT_ONCE
-        # The plan of each type that a vehicle confirmed last and the id it gave it: a later answer for it is late.
+        self._operations, self._begun = 0, 0.0  # how many there were, when the last began
+        # The plan of each type that was confirmed last and the id the vehicle gave it, if it gives ids at all.
         self._confirmed: dict[int, tuple[int, Sequence[MissionItem]]] = {}
+        self._gives_ids = False
         # Which message means something in which state; all else is late, repeated or not for us.
         self._handlers = {
             ("announcing", "MISSION_REQUEST_INT"): self._serve,
@@ -167,6 +169,7 @@ class MissionClient(Engine[Message]):
             return
         if self._partner.said_before(self._since, message, now):
             return
+        self._gives_ids |= bool(getattr(message, "opaque_id", 0))
         # While idle, whatever the vehicle still asks for is declined.
         if self._state == "idle" or getattr(message, "mission_type", _PLAN) == self._kind:
             handler(message, now)
@@ -199,26 +202,30 @@ class MissionClient(Engine[Message]):
             return
         self._resend.answer(now)
         self._send(item, now)
+        self._since = self._partner.mark(now)  # what comes next was said after this request
         self._highest = seq  # being asked for an item means that all before it have arrived
         self._events.append(MissionProgress("upload", seq, self._total))
 
     def _take_upload_ack(self, message: Message, now: float) -> None:
         if message.type != _ACCEPTED:
             self._fail(message.type, _result_name(message.type))
-        elif self._is_of_earlier_plan(message, now):
-            return
         elif self._highest == self._total - 1:
-            self._confirmed[self._kind] = (message.opaque_id, self._items)
-            self._finish(MissionUploaded(self._total, self._kind))
-        elif self._state == "serving":  # before any request it may still be the end of an earlier operation
+            if not self._names_earlier_plan(message, now):
+                self._confirmed[self._kind] = (message.opaque_id, self._items)
+                self._finish(MissionUploaded(self._total, self._kind))
+        elif self._state == "serving" and not self._has_just_begun(now):  # or else it may be late
             self._fail(None, f"accepted before item {self._highest + 1} was asked for")
 
-    def _is_of_earlier_plan(self, ack: Message, now: float) -> bool:
-        """True for an answer that names the plan held before, when that is not what is wanted now."""
+    def _has_just_begun(self, now: float) -> bool:
+        """True while answers to the operation before this one may still come."""
+        return self._operations > 1 and now - self._begun < LATE
+
+    def _names_earlier_plan(self, ack: Message, now: float) -> bool:
+        """True for an answer with the id of what was held before this operation: it is late from the one before."""
         opaque_id, items = self._confirmed.get(self._kind, (0, ()))
-        if now - self._since.at >= LATE or not opaque_id or ack.opaque_id != opaque_id:
+        if not self._gives_ids or not self._has_just_begun(now) or ack.opaque_id != opaque_id:
             return False
-        return self._state == "clearing" or items != self._items
+        return opaque_id != 0 if self._state == "clearing" else items != self._items
 
     def _decline(self, message: Message, _now: float) -> None:
         """The vehicle asks for an item of an upload that is over here: tell it so."""
@@ -267,7 +274,7 @@ class MissionClient(Engine[Message]):
     def _take_clear_ack(self, message: Message, now: float) -> None:
         if message.type != _ACCEPTED:
             self._fail(message.type, _result_name(message.type))
-        elif not self._is_of_earlier_plan(message, now):
+        elif not self._names_earlier_plan(message, now):
             self._confirmed.pop(self._kind, None)
             self._finish(MissionCleared(self._kind))
 
@@ -285,6 +292,7 @@ class MissionClient(Engine[Message]):
             self._confirmed.clear()
         self._vehicle, self._kind = vehicle, kind
         self._since = self._partner.mark(now)
+        self._operations, self._begun = self._operations + 1, now
 
     def _send(self, message: Message, now: float) -> None:
         self._last = message

@@ -18,9 +18,9 @@ from protocol.plans.mission import MissionItem
 __all__ = ["TRANSITIONS", "MissionServer", "Refusal", "Validate"]
 
 SENDERS = 64  # whose newest sequence numbers are known
-_OPENING = frozenset(
-    {"MISSION_COUNT", "MISSION_CLEAR_ALL", "MISSION_SET_CURRENT"}
-)  # late, they would undo what followed
+# Late, they would undo what followed, or be refused for what was right when it was sent.
+_OPENING = frozenset({"MISSION_COUNT", "MISSION_CLEAR_ALL", "MISSION_SET_CURRENT"})
+_ASKING = frozenset({"MISSION_REQUEST", "MISSION_REQUEST_INT"})
 
 _PLAN, _ALL = mavlink.MAV_MISSION_TYPE_MISSION, mavlink.MAV_MISSION_TYPE_ALL
 _OTHERS = (mavlink.MAV_MISSION_TYPE_FENCE, mavlink.MAV_MISSION_TYPE_RALLY)
@@ -106,7 +106,7 @@ class MissionServer(Server):
         handler = self._handlers.get(message.get_type())
         if handler is None or not addressed_to(message, self._system, self._component):
             return
-        if not self._is_overtaken(message, now, peer) or message.get_type() not in _OPENING:
+        if not (self._is_overtaken(message, now, peer) and self._is_harmful_late(message)):
             handler(message, now, peer)
 
     def next_deadline(self) -> float:
@@ -131,6 +131,12 @@ class MissionServer(Server):
             self._heard[peer[:2]] = (number, now)
             bound(self._heard, SENDERS)
         return late
+
+    def _is_harmful_late(self, message: Message) -> bool:
+        if message.get_type() in _ASKING:
+            store = self._stores.get(message.mission_type)
+            return store is None or message.seq >= len(store.items)
+        return message.get_type() in _OPENING
 
     def _handle_count(self, message: Message, now: float, peer: Peer) -> None:
         store = self._stores.get(message.mission_type)

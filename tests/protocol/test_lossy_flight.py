@@ -1,5 +1,7 @@
 """Whole flights of the two ends against each other, over links that lose, delay, repeat and reorder."""
 
+import random
+
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -21,6 +23,7 @@ from tests.support.transfers import HOSTILE, ITEMS, TRANSFERS, CountingPipe, Rig
 from tests.support.transfers import fly as transfer
 
 ROUGH = HOSTILE
+ENDS = (MissionUploaded, MissionDownloaded, MissionCleared, MissionFailed)
 
 
 def fly(link: Link, count: int) -> None:
@@ -132,6 +135,34 @@ def test_a_late_link_without_loss_costs_no_repetition_once_its_delay_is_known():
 def test_the_plain_protocol_would_not_do():
     outcomes = [plain(TRANSFERS["mission download"].waits, seed, **HOSTILE) for seed in range(10)]
     assert sum(outcome.is_success for outcome in outcomes) <= 1
+
+
+def work(rig, draw):
+    """One operation on the flight plan, by lot; what it ended with, and what it should have."""
+    items, known = plan(draw.choice((1, 1, 2, 3)), draw.choice((10, 20))), len(rig.events)
+    operation = draw.choice(("upload", "upload", "download", "clear"))
+    if operation == "upload":
+        rig.ground.upload_mission(items, now=rig.now)
+    elif operation == "download":
+        rig.ground.download_mission(rig.now)
+    else:
+        rig.ground.clear_mission(rig.now)
+    assert rig.run(lambda: not rig.ground.is_busy, limit=200.0)
+    held = rig.vehicle.endpoint.mission
+    expected = {
+        "upload": (MissionUploaded(len(items)), items),
+        "download": (MissionDownloaded(held), held),
+        "clear": (MissionCleared(), ()),
+    }
+    return (next(e for e in reversed(rig.events[known:]) if isinstance(e, ENDS)), held), expected[operation]
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_short_transfers_one_after_the_other_never_take_late_frames_for_their_own(seed):
+    rig, draw = Rig(seed, **HOSTILE), random.Random(seed)
+    for _ in range(12):
+        ended, expected = work(rig, draw)
+        assert ended == expected
 
 
 def cut(rig):

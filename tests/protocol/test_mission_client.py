@@ -440,6 +440,40 @@ def test_an_ack_with_the_id_of_the_plan_before_is_late():
     assert ends(client) == [MissionUploaded(3), MissionCleared()]
 
 
+def test_the_ack_of_an_earlier_clear_is_not_taken_for_that_of_an_upload():
+    """A vehicle that gives ids gives one to every plan there is."""
+    client = uploading()
+    feed(client, ask(0), ask(1), ask(2), ack(opaque_id=5))
+    client.clear(VEHICLE, 1.0)
+    feed(client, ack(), now=1.1)
+    client.upload(VEHICLE, ITEMS, 2.0)
+    feed(client, ask(0), ack(), ask(1), ask(2), ack(), now=2.1)
+    assert client.is_busy
+    feed(client, ack(opaque_id=5), now=2.2)
+    assert ends(client) == [MissionUploaded(3), MissionCleared(), MissionUploaded(3)]
+
+
+def test_an_ack_from_before_the_last_request_does_not_end_an_upload():
+    partner = Partner()
+    client = MissionClient(255, 190, partner)
+    client.upload(VEHICLE, ITEMS[:1], 0.0)
+    early, request, last = numbered(ack(), ask(0), ack())
+    hear(client, partner, request, early)
+    assert client.is_busy
+    hear(client, partner, last)
+    assert ends(client) == [MissionUploaded(1)]
+
+
+def test_a_vehicle_without_ids_is_believed():
+    client = uploading()
+    feed(client, ask(0), ask(1), ask(2), ack())
+    client.clear(VEHICLE, 0.2)
+    feed(client, ack(), now=0.3)
+    client.upload(VEHICLE, ITEMS[:1], 0.3)
+    feed(client, ask(0), ack(), now=0.4)
+    assert ends(client) == [MissionUploaded(3), MissionCleared(), MissionUploaded(1)]
+
+
 def test_the_same_plan_uploaded_again_has_the_same_id():
     client = uploading()
     for now in (1.0, 2.0):

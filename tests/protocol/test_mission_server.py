@@ -249,6 +249,7 @@ def test_what_later_frames_overtook_begins_nothing_any_more(late):
     old, opens, first = numbered(late, count(1), item(0))
     feed(engine, opens, first, old)
     assert (engine.items, engine.is_receiving) == (plan(1), False)
+    assert told(engine) == [("REQUEST", 0), ("ACK", ACCEPTED)]
     assert [type(event) for event in engine.events()] == [MissionReceived]
 
 
