@@ -1,7 +1,8 @@
 """What the vehicle itself records: every flight from arming to a second after disarming, as a telemetry log.
 
 A log holds what the vehicle streams, at the default rates whatever peers ask for, and its events. Files are numbered;
-the oldest go when there are too many or they are too large. A disk that fails ends the log, not the flight.
+the oldest go when there are too many or they are too large. A disk that fails ends the log, not the flight, and
+recording begins again once it can.
 """
 
 from __future__ import annotations
@@ -27,6 +28,7 @@ __all__ = ["Blackbox"]
 
 LARGEST = 8 << 20  # bytes of one file; a longer flight has several
 MOST_BYTES, MOST_FILES = 64 << 20, 64  # of all files
+AGAIN = 10.0  # [s] between attempts to go on recording
 AFTER = 1.0  # [s] a log goes on after disarming: what is said of it belongs to the flight
 HEARTBEAT = mavlink.MAVLINK_MSG_ID_HEARTBEAT
 _NAME = re.compile(r"(\d{5,9})-(\d{8}-\d{6})\.tlog")
@@ -53,6 +55,8 @@ class Blackbox:
         self._written = 0  # bytes in it
         self._offset_us = 0  # from the vehicle's time to the log's
         self._armed = False
+        self._failed = False  # in this flight, and it was said
+        self._again = math.inf  # on the vehicle's clock, when to see whether it is still being recorded [s]
         self._ends = math.inf  # on the vehicle's clock [s]
         self._texts = 0
         self._complaints: list[str] = []
@@ -76,8 +80,12 @@ class Blackbox:
         time_us = round(time * 1e6)
         if armed and not self._armed:
             self._streams = StreamScheduler(_intervals())
+            self._failed = False
             self._begin(time_us)
-            self._ends = math.inf
+            self._ends, self._again = math.inf, time + AGAIN
+        elif armed and time >= self._again:
+            self._again = time + AGAIN
+            self._go_on(time_us)
         elif self._armed and not armed:
             self._ends = time + AFTER
         due = self._streams.due(time_us) if self._writer is not None else ()
@@ -145,7 +153,19 @@ class Blackbox:
             self._folder.mkdir(parents=True, exist_ok=True)
             self._writer = TlogWriter.open(self._folder / self._current)
         except (OSError, FileError) as error:
-            self._complaints.append(f"Flight not recorded: {error}")
+            self._fail(f"Flight not recorded: {error}")
+
+    def _go_on(self, time_us: int) -> None:
+        if self._writer is not None and not (self._folder / self._current).exists():
+            self._fail(f"Log {self._current} is gone")
+            self._end()
+        if self._writer is None:
+            self._begin(time_us)
+
+    def _fail(self, text: str) -> None:
+        if not self._failed:
+            self._complaints.append(text)
+        self._failed = True
 
     def _write(self, message: Message, time_us: int) -> None:
         if self._writer is None:
@@ -155,9 +175,15 @@ class Blackbox:
         try:
             self._writer.write(time_us + self._offset_us, frame)
         except FileError as error:
-            self._complaints.append(str(error))
+            empty = self._failed  # it was begun in vain
+            self._fail(str(error))
             self._end()
+            if empty:
+                self._delete(self._current)
             return
+        if self._failed and self._writer.written:
+            self._failed = False
+            self._complaints.append(f"Flight recorded again: {self._current}")
         if self._written >= LARGEST:
             self._begin(time_us)
 

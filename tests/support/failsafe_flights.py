@@ -191,23 +191,83 @@ def landing_from_the_wing(settings, **begun):
 class Begun(NamedTuple):
     """A way of flying, and what of it no lesser alarm may stop."""
 
+    name: str
     start: Callable[..., LinkFlight]
     under_way: Action = Action.NONE
 
 
 WAYS = (
-    Begun(hovering),
-    Begun(taking_off),
-    Begun(tipping_over),
-    Begun(on_the_wing),
-    Begun(standing_up),
-    Begun(on_a_hovered_mission),
-    Begun(on_a_winged_mission),
-    Begun(offboard_upright),
-    Begun(offboard_on_the_wing),
-    Begun(returning, Action.RETURN),
-    Begun(landing, Action.LAND),
-    Begun(landing_from_the_wing, Action.LAND),
-    Begun(landing_on_a_mission, Action.LAND),
+    Begun("hover", hovering),
+    Begun("take-off, at 3 m", taking_off),
+    Begun("tipping over", tipping_over),
+    Begun("on the wing", on_the_wing),
+    Begun("standing up", standing_up),
+    Begun("mission, upright", on_a_hovered_mission),
+    Begun("mission, on the wing", on_a_winged_mission),
+    Begun("OFFBOARD, 2 m/s", offboard_upright),
+    Begun("OFFBOARD, 15 m/s", offboard_on_the_wing),
+    Begun("returning", returning, Action.RETURN),
+    Begun("landing", landing, Action.LAND),
+    Begun("landing, from the wing", landing_from_the_wing, Action.LAND),
+    Begun("landing, at a mission's end", landing_on_a_mission, Action.LAND),
 )
 MODES = {Action.HOLD: Mode.HOLD, Action.RETURN: Mode.RTL, Action.LAND: Mode.LAND}
+
+
+# The battery
+
+AWAY = (1490.0, 0.0, HIGH)
+CRITICAL = 0.1  # share to be home with
+
+
+def _sent(flight):
+    assert flight.autopilot.go_to(AWAY).accepted
+
+
+def _on_errand(flight):
+    flight.autopilot.load_mission([waypoint(*AWAY), waypoint(0.0, 0.0, HIGH), item(mavlink.MAV_CMD_NAV_LAND)])
+    assert flight.autopilot.start_mission().accepted
+
+
+def _streamed(speed):
+    def begin(flight):
+        def stream():
+            flight.autopilot.set_offboard_velocity((speed, 0.0, 0.0), None)
+
+        flight.stream = stream
+        stream()
+        assert flight.autopilot.set_mode(Mode.OFFBOARD).accepted
+
+    return begin
+
+
+class Errand(NamedTuple):
+    """A flight away from home that its battery does not last for there and back."""
+
+    name: str
+    begin: Callable[[LinkFlight], None]
+    capacity: float  # [J]
+    wind: float = 0.0  # [m/s], behind on the way out
+    gusts: float = 0.0  # rms [m/s]
+    way: Way = Way.FORWARD
+
+    def fly(self, seed=1):
+        """Fly until it stands on the ground, wherever."""
+        settings = Settings(way=self.way, battery_low=0.3, battery_critical=CRITICAL)
+        flight = LinkFlight(settings=settings, seed=seed, wind_speed=self.wind, wind_from=180.0, gusts=self.gusts)
+        flight.craft.bind(flight.craft.bindings.replaced({"SIM_BAT_ENERGY": self.capacity}))
+        self.begin(flight)
+        return flight.land(500.0)
+
+
+ERRANDS = (
+    Errand("go-to", _sent, 10e3),
+    Errand("go-to", _sent, 20e3),
+    Errand("go-to", _sent, 16e3, wind=4.0, gusts=0.7),
+    Errand("go-to", _sent, 16e3, wind=7.0, gusts=1.0),
+    Errand("mission", _on_errand, 12e3),
+    Errand("mission", _on_errand, 16e3, wind=4.0, gusts=0.7),
+    Errand("OFFBOARD, 15 m/s", _streamed(15.0), 12e3),
+    Errand("OFFBOARD, 15 m/s", _streamed(15.0), 16e3, wind=4.0, gusts=0.7),
+    Errand("OFFBOARD, 2 m/s", _streamed(2.0), 16e3, way=Way.HOVER),
+)
