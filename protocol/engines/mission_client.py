@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from protocol.codec import Message, Source, source_of
 from protocol.dialect import mavlink
 from protocol.engines.base import Engine, Table, addressed_to, fire
-from protocol.engines.retransmission import LATE, Partner, Resend, Window
+from protocol.engines.retransmission import Partner, Resend, Window
 from protocol.errors import LocalProtocolError
 from protocol.events import (
     CurrentItemSet,
@@ -25,6 +25,7 @@ from protocol.plans.mission import MissionItem
 __all__ = ["ASKED_AT_ONCE", "TRANSITIONS", "MissionClient"]
 
 ASKED_AT_ONCE = 5  # items of a download
+ECHO = 5.0  # [s] into an operation answers to the one before may still come
 
 _ACCEPTED, _CANCELLED = mavlink.MAV_MISSION_ACCEPTED, mavlink.MAV_MISSION_OPERATION_CANCELLED
 _PLAN = mavlink.MAV_MISSION_TYPE_MISSION
@@ -218,7 +219,7 @@ class MissionClient(Engine[Message]):
 
     def _has_just_begun(self, now: float) -> bool:
         """True while answers to the operation before this one may still come."""
-        return self._operations > 1 and now - self._begun < LATE
+        return self._operations > 1 and now - self._begun < ECHO
 
     def _names_earlier_plan(self, ack: Message, now: float) -> bool:
         """True for an answer with the id of what was held before this operation: it is late from the one before."""
