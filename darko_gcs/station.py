@@ -12,7 +12,7 @@ from darko_gcs.store import note, reduce, reduce_event
 from protocol import units
 from protocol.codec import Message, Source, source_of
 from protocol.dialect import mavlink
-from protocol.endpoint import GroundEndpoint
+from protocol.endpoint import GROUND_SYSTEM, GroundEndpoint
 from protocol.errors import FileError, LocalProtocolError
 from protocol.events import Event, MissionUploaded, VehicleRestarted
 from protocol.frames import LocalFrame
@@ -27,6 +27,7 @@ RELATIVE = mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT
 CUSTOM_MODE = mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
 ERROR = mavlink.MAV_SEVERITY_ERROR
 RATE_WINDOW = 2.0  # [s]
+ANSWER_TIME = 10.0  # that another station has to answer a request for control [s]
 MOST_OTHERS = 4  # vehicles beside the selected one that are told of
 
 
@@ -180,15 +181,15 @@ class Station:
 
     def take_control(self, now: float) -> None:
         """Have the vehicle obey this ground station alone, until control is given back."""
-        self._command(now, mavlink.MAV_CMD_REQUEST_OPERATOR_CONTROL, 0.0, 1.0, 0.0)
+        self._command(now, mavlink.MAV_CMD_REQUEST_OPERATOR_CONTROL, 1.0, 0.0, ANSWER_TIME, GROUND_SYSTEM)
 
     def share_control(self, now: float) -> None:
         """Keep control until another ground station asks for it."""
-        self._command(now, mavlink.MAV_CMD_REQUEST_OPERATOR_CONTROL, 0.0, 1.0, 1.0)
+        self._command(now, mavlink.MAV_CMD_REQUEST_OPERATOR_CONTROL, 1.0, 1.0, ANSWER_TIME, GROUND_SYSTEM)
 
     def give_control_back(self, now: float) -> None:
         """Let every ground station steer again."""
-        self._command(now, mavlink.MAV_CMD_REQUEST_OPERATOR_CONTROL, 0.0, 0.0, 0.0)
+        self._command(now, mavlink.MAV_CMD_REQUEST_OPERATOR_CONTROL, 0.0, 0.0, 0.0, GROUND_SYSTEM)
 
     def change_speed(self, speed: float, now: float, *, over_ground: bool = False) -> None:
         """Fly at a speed in the air or over ground [m/s]; whether it can is for the vehicle to say."""

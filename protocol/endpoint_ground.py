@@ -272,7 +272,7 @@ class GroundEndpoint:
     def _take_orders(self, now: float) -> None:
         for event in self._orders.events():
             if isinstance(event, CommandRequested):
-                asker = event.params[0]
+                asker = event.params[3]
                 known = asker in range(1, 256)
                 result = mavlink.MAV_RESULT_ACCEPTED if known else mavlink.MAV_RESULT_DENIED
                 self._orders.acknowledge(event.request, result, now)

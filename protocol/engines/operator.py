@@ -6,13 +6,14 @@ The rules are those of MAVLink's multi-station draft (MAV_CMD_REQUEST_OPERATOR_C
   the endpoint's owner tells.
 - What others send to steer is refused, with the result the protocol has for it; they may ask for anything that only
   tells them something. Components of the vehicle's own system are never refused.
-- A station that asks gets control if the one in control allows it (param3 of its own request) or gives control back;
-  otherwise that one is told of the request: it gets the same command with the asker's id as param1.
+- A station that asks gets control if the one in control allows it (param2 of its own request) or gives control back;
+  otherwise that one is told of the request: it gets the same command with the asker's id as param4.
 - Control that came by arming ends with disarming; any ends when the station was silent for ``SILENT`` seconds.
 """
 
 import math
 from collections.abc import Iterable
+from typing import NamedTuple
 
 from protocol.codec import Message
 from protocol.dialect import mavlink
@@ -31,6 +32,12 @@ _ANCHORS = frozenset({"SET_HOME_POSITION", "SET_GPS_GLOBAL_ORIGIN"})
 _SETPOINTS = frozenset(
     {"SET_POSITION_TARGET_LOCAL_NED", "SET_POSITION_TARGET_GLOBAL_INT", "SET_ATTITUDE_TARGET", "MANUAL_CONTROL"}
 )
+
+
+class _Wish(NamedTuple):
+    control: bool  # to be in control; not: to give it back
+    takeover: bool  # to let others take it
+    timeout: float  # that the one in control has for its answer [s]
 
 
 class OperatorControl(Server):
@@ -110,29 +117,30 @@ class OperatorControl(Server):
         return self._heard + SILENT if self._holder is not None else math.inf
 
     def _answer(self, message: Message, now: float, peer: Peer) -> None:
-        wanted, takeover = message.param2, message.param3 == 1.0
+        wish = _read(message)
         result = mavlink.MAV_RESULT_ACCEPTED
         others = self.holder is not None and self.holder.system != peer.system
-        if wanted not in {0.0, 1.0}:
+        if wish is None:
             result = mavlink.MAV_RESULT_DENIED
         elif not self.only_one:
             result = mavlink.MAV_RESULT_UNSUPPORTED
-        elif others and not (wanted == 1.0 and self.takeover):
+        elif others and not wish.control:
             result = mavlink.MAV_RESULT_NOT_IN_CONTROL
-            if wanted == 1.0:
-                self._ask_holder(message, now, peer)
-        elif wanted == 1.0:
+        elif others and not self.takeover:
+            result = mavlink.MAV_RESULT_FAILED  # for stations: it was passed on, and may be granted yet
+            self._ask_holder(wish, now, peer)
+        elif wish.control:
             self._give(peer, now, by_arming=False)
-            self.takeover = takeover
+            self.takeover = wish.takeover
         elif self._holder is not None:
             self._free("given back")
         self._reply(peer, mavlink.MAVLink_command_ack_message(message.command, result, 0, 0, *peer[:2]))
 
-    def _ask_holder(self, message: Message, now: float, peer: Peer) -> None:
+    def _ask_holder(self, wish: "_Wish", now: float, peer: Peer) -> None:
         if self._holder is None or now - self._told < TOLD_AGAIN:
             return
         self._told = now
-        params = (float(peer.system), 1.0, message.param3, message.param4, 0.0, 0.0, 0.0)
+        params = (1.0, float(wish.takeover), wish.timeout, float(peer.system), 0.0, 0.0, 0.0)
         self._reply(
             self._holder,
             mavlink.MAVLink_command_long_message(
@@ -173,3 +181,16 @@ class OperatorControl(Server):
             name = message.param_id.encode("ascii", errors="replace")[:16]
             denied = mavlink.MAV_PARAM_ERROR_PERMISSION_DENIED
             self._reply(peer, mavlink.MAVLink_param_error_message(*to, name, -1, denied))
+
+
+def _read(message: Message) -> _Wish | None:
+    """What MAV_CMD_REQUEST_OPERATOR_CONTROL asks for.
+
+    Its parameters are action, takeover, time-out and the sender's id; until 2026 they were 0, action, takeover and
+    time-out, and stations of both kinds are about.
+    """
+    params = (message.param1, message.param2, message.param3, message.param4)
+    if params[0] == 0.0 and params[1] == 1.0 and params[3] != message.get_srcSystem():
+        params = (*params[1:], math.nan)
+    action, takeover, timeout, _ = params
+    return _Wish(bool(action), takeover == 1.0, timeout) if action in {0.0, 1.0} else None

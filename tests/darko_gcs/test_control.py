@@ -70,12 +70,12 @@ def test_another_s_request_is_shown_and_granted_by_sharing(pair):
     other = Other(pair)
     pair.station.take_control(pair.now)
     pair.run(LATE)
-    assert other.command(REQUEST_CONTROL, 0, 1) == NOT_IN_CONTROL
+    assert other.command(REQUEST_CONTROL, 1) == mavlink.MAV_RESULT_FAILED
     assert f"{OTHER} ASKS FOR CONTROL" in shown(pair)
     pair.station.share_control(pair.now)
     pair.run(LATE)
     assert pair.snapshot.takeover
-    assert other.command(REQUEST_CONTROL, 0, 1) == mavlink.MAV_RESULT_ACCEPTED
+    assert other.command(REQUEST_CONTROL, 1) == mavlink.MAV_RESULT_ACCEPTED
     pair.run(LATE)
     assert f"{OTHER} IN CONTROL" in shown(pair)
     pair.station.arm(pair.now)
@@ -85,13 +85,13 @@ def test_another_s_request_is_shown_and_granted_by_sharing(pair):
 
 def test_an_order_that_is_none_of_a_ground_station_is_refused(pair):
     vehicle = Codec(1, 1)
-    for command, first, result in (
+    for command, asker, result in (
         (REQUEST_CONTROL, OTHER, mavlink.MAV_RESULT_ACCEPTED),
         (REQUEST_CONTROL, math.nan, mavlink.MAV_RESULT_DENIED),
         (REQUEST_CONTROL, 300.0, mavlink.MAV_RESULT_DENIED),
         (mavlink.MAV_CMD_NAV_LAND, 0.0, mavlink.MAV_RESULT_UNSUPPORTED),
     ):
-        order = mavlink.MAVLink_command_long_message(255, 190, command, 0, first, 1, 0, 0, 0, 0, 0)
+        order = mavlink.MAVLink_command_long_message(255, 190, command, 0, 1, 0, 10, asker, 0, 0, 0)
         pair.station.receive(vehicle.encode(order), pair.now, 0)
         pair.station.tick(pair.now)
         sent = [m for data in pair.station.outgoing(pair.now, 0) for m in Codec(1, 1).decode(data)]

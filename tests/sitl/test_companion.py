@@ -168,7 +168,7 @@ def test_who_takes_over_is_the_one_whose_loss_counts_from_then_on(tmp_path):
     sky, _, second = pair(tmp_path, link_timeout=12.0)
     watched_by(sky, second, 11)
     assert "No ground station is in control: silent for 10 s" in second.texts()
-    assert second.command(mavlink.MAV_CMD_REQUEST_OPERATOR_CONTROL, 0, 1, 0) == mavlink.MAV_RESULT_ACCEPTED
+    assert second.command(mavlink.MAV_CMD_REQUEST_OPERATOR_CONTROL, 1, 0, 10) == mavlink.MAV_RESULT_ACCEPTED
     watched_by(sky, second, 4)
     assert "in control is silent" not in second.texts()
     assert sky.autopilot.mode is Mode.HOLD

@@ -118,7 +118,7 @@ def test_the_message_that_the_command_replaced_moves_home(hovering):
 
 def test_who_is_not_in_control_moves_no_home(hovering):
     station, other = hovering.station(), hovering.station(254, "other")
-    station.command(mavlink.MAV_CMD_REQUEST_OPERATOR_CONTROL, NAN, 1, 0)
+    station.command(mavlink.MAV_CMD_REQUEST_OPERATOR_CONTROL, 1, 0, 10)
     other.send(mavlink.MAVLink_set_home_position_message(1, *e7(9.0, 0.0)[:2], 150_000, 0, 0, 0, [1, 0, 0, 0], 0, 0, 0))
     assert set_home(other, 9.0, 0.0, 150.0) == mavlink.MAV_RESULT_NOT_IN_CONTROL
     assert hovering.autopilot.world.home == (0.0, 0.0, 0.0)

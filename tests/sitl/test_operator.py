@@ -13,11 +13,11 @@ from tests.support.link import plan
 from tests.support.station import Sky
 
 ACCEPTED, DENIED = mavlink.MAV_RESULT_ACCEPTED, mavlink.MAV_RESULT_DENIED
+FAILED = mavlink.MAV_RESULT_FAILED
 REQUEST_CONTROL = mavlink.MAV_CMD_REQUEST_OPERATOR_CONTROL
 NOT_IN_CONTROL = mavlink.MAV_RESULT_NOT_IN_CONTROL
 ARM = mavlink.MAV_CMD_COMPONENT_ARM_DISARM
-REQUEST, RELEASE = (0, 1, 0), (0, 0, 0)
-LET_OTHERS = (0, 1, 1)
+REQUEST, RELEASE, LET_OTHERS = (1, 0, 10), (0, 0, 0), (1, 1, 10)  # action, takeover, time-out [s]
 
 
 @pytest.fixture
@@ -86,9 +86,10 @@ def test_asking_for_what_is_only_told_is_free(pair):
 
 def test_control_is_handed_over_when_the_one_in_control_gives_it_back(pair):
     _, first, second = pair
-    assert second.command(REQUEST_CONTROL, *REQUEST) == NOT_IN_CONTROL
+    assert second.command(REQUEST_CONTROL, *REQUEST) == FAILED
     asked = first.last("COMMAND_LONG")
-    assert (asked.command, asked.param1, asked.target_system) == (REQUEST_CONTROL, 245.0, 255)
+    assert (asked.command, asked.target_system) == (REQUEST_CONTROL, 255)
+    assert (asked.param1, asked.param2, asked.param3, asked.param4) == (1.0, 0.0, 10.0, 245.0)
     assert "Ground station 245 asks 255 for control" in first.texts()
     assert first.command(REQUEST_CONTROL, *RELEASE) == ACCEPTED
     assert second.command(REQUEST_CONTROL, *REQUEST) == ACCEPTED
@@ -101,13 +102,26 @@ def test_control_is_taken_where_the_one_in_control_lets_others_take_it(pair):
     assert first.command(REQUEST_CONTROL, *LET_OTHERS) == ACCEPTED
     assert second.command(REQUEST_CONTROL, *REQUEST) == ACCEPTED
     assert first.command(ARM, 0) == NOT_IN_CONTROL
-    assert first.command(REQUEST_CONTROL, *REQUEST) == NOT_IN_CONTROL  # taking it did not pass that on
+    assert first.command(REQUEST_CONTROL, *REQUEST) == FAILED  # taking it did not pass that on
+
+
+@pytest.mark.parametrize(
+    "wish",
+    [(0, 1, 1, 30), (1, 1, 30, 255), (1, 1, 30, 0), (1, 1, 30)],
+    ids=["older order", "with its own id", "with no id", "with NaN"],
+)
+def test_both_orders_of_the_parameters_are_understood(pair, wish):
+    sky, first, second = pair
+    assert first.command(REQUEST_CONTROL, *wish) == ACCEPTED
+    assert sky.node._endpoint.operator.takeover
+    assert first.command(REQUEST_CONTROL, 0, 0, 0, 255) == ACCEPTED
+    assert second.command(ARM, 0) == ACCEPTED
 
 
 def test_only_who_is_in_control_can_give_it_back(pair):
     _, first, second = pair
     assert second.command(REQUEST_CONTROL, *RELEASE) == NOT_IN_CONTROL
-    assert second.command(REQUEST_CONTROL, 0, math.nan) == DENIED
+    assert second.command(REQUEST_CONTROL, math.nan) == DENIED
     assert first.command(ARM, 0) == ACCEPTED
 
 

@@ -202,15 +202,15 @@ def test_who_is_in_control_is_told_at_once_and_every_two_seconds(pair):
     assert told.flags & mavlink.GCS_CONTROL_STATUS_FLAGS_SYSTEM_MANAGER
     assert told.gcs_secondary == [0] * 10
     assert status(other) == (0, True)
-    assert main.command(mavlink.MAV_CMD_REQUEST_OPERATOR_CONTROL, 0, 1, 0) == ACCEPTED
+    assert main.command(mavlink.MAV_CMD_REQUEST_OPERATOR_CONTROL, 1, 0, 10) == ACCEPTED
     assert status(main) == status(other) == (255, False)
 
 
 def test_whether_control_may_be_taken_is_told(pair):
     sky, main, other = pair
-    assert main.command(mavlink.MAV_CMD_REQUEST_OPERATOR_CONTROL, 0, 1, 1) == ACCEPTED
+    assert main.command(mavlink.MAV_CMD_REQUEST_OPERATOR_CONTROL, 1, 1, 10) == ACCEPTED
     assert status(other) == (255, True)
-    assert other.command(mavlink.MAV_CMD_REQUEST_OPERATOR_CONTROL, 0, 1, 0) == ACCEPTED
+    assert other.command(mavlink.MAV_CMD_REQUEST_OPERATOR_CONTROL, 1, 0, 10) == ACCEPTED
     assert status(main) == (245, False)
     sky.advance(12.0)  # silence
     assert status(main) == (0, True)
