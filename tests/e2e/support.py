@@ -25,7 +25,15 @@ def free_ports(count):
 
 @contextmanager
 def vehicle(port, state_dir, *arguments):
-    """``darko-sitl`` that speaks to ``port``; yields its own port once it flies."""
+    """``darko-sitl`` that speaks to ``port``; yields its own port once it flies, and has to live until the end."""
+    with running(port, state_dir, *arguments) as (process, own):
+        yield own
+        assert process.poll() is None, "the vehicle died"
+
+
+@contextmanager
+def running(port, state_dir, *arguments):
+    """The same, which may end by itself; yields the process and its port."""
     process = subprocess.Popen(
         [str(BIN / "darko-sitl"), "--port", "0", "--gcs-port", str(port), "--api-port", "0",
          "--state-dir", str(state_dir), *arguments],
@@ -36,8 +44,7 @@ def vehicle(port, state_dir, *arguments):
         for line in process.stderr:
             said.append(line)
             if ready := re.search(r"ready after .*?127\.0\.0\.1:(\d+)", line):
-                yield int(ready[1])
-                assert process.poll() is None, "the vehicle died"
+                yield process, int(ready[1])
                 return
         raise AssertionError("".join(said))
     finally:
