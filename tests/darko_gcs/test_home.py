@@ -8,7 +8,7 @@ from darko_gcs.app import GroundStation
 from darko_gcs.screens.dialogs import ConfirmScreen
 from darko_gcs.snapshot import EMPTY
 from darko_gcs.store import reduce
-from darko_gcs.widgets.map import waypoints
+from darko_gcs.widgets.map import MapPanel, waypoints
 from darko_gcs.widgets.numbers import FlightPanel
 from protocol.dialect import mavlink
 from protocol.frames import Geodetic, LocalFrame
@@ -44,9 +44,19 @@ def test_distances_are_shown_from_home_and_the_map_stays_where_it_is():
     item = MissionItem(16, 3, (0.0,) * 4, round(place.lat_deg * 1e7), round(place.lon_deg * 1e7), 3.0)
     ((_, north, east, _),) = waypoints(replace(s, mission=(item,)))
     assert (north, east) == pytest.approx((20.0, 4.0), abs=0.02)
+    panel = MapPanel("Map", id="map")
+    panel.scale = 1.0  # metres to a line, and to two columns
+    vehicle, mark = (_find(panel.draw(s, 40, 16), symbol) for symbol in ("↑", "H"))
+    assert (mark[0] - vehicle[0], mark[1] - vehicle[1]) == (3, -6)
     numbers = str(FlightPanel("Flight", id="flight").draw(s, 40, 10))
     assert numbers.count("3.0") == 2
     assert "8.0" not in numbers
+
+
+def _find(lines, symbol):
+    """Line and column of the last line that shows it."""
+    texts = ["".join(text for text, _ in line) for line in lines]
+    return next((row, texts[row].index(symbol)) for row in reversed(range(len(texts))) if symbol in texts[row])
 
 
 def test_a_home_without_a_place_in_the_local_frame_is_taken_to_be_its_origin():

@@ -11,11 +11,13 @@ from protocol.modes import Mode
 from protocol.plans.mission import MissionItem
 from sitl.autopilot.alarm import Action
 from sitl.autopilot.failsafe import Failsafes
-from sitl.autopilot.home import HomeKeeper
+from sitl.autopilot.home import HomeKeeper, move_home
 from sitl.autopilot.settings import Settings
 from sitl.errors import SitlError
+from sitl.hybrid.supervisor import WINGED
 from sitl.memory import Memory
 from tests.support.station import FRAME, HOME, Sky
+from tests.support.wing_flight import HIGH, Flight
 
 NAN = math.nan
 SET_HOME, SET_ORIGIN = mavlink.MAV_CMD_DO_SET_HOME, mavlink.MAV_CMD_DO_SET_GLOBAL_ORIGIN
@@ -171,6 +173,19 @@ def test_a_return_under_way_turns_to_the_new_home_but_a_landing_is_finished(hove
     set_home(station, 0.0, 0.0, 150.0)
     hovering.advance_until(lambda: not hovering.autopilot.flying, 60.0)
     assert hovering.autopilot.view.p[0] == pytest.approx(8.0, abs=0.5)
+
+
+def test_a_return_on_the_wing_turns_to_the_new_home():
+    flight = Flight(wind_speed=3.0, wind_from=90.0, gusts=0.5)
+    flight.autopilot.go_to((300.0, 0.0, HIGH))
+    flight.fly(12.0)
+    flight.autopilot.return_to_launch()
+    flight.fly(8.0)
+    assert flight.vehicle.law in WINGED
+    assert move_home(flight.autopilot, (50.0, 80.0, 0.0)).accepted
+    flight.fly_until(lambda: not flight.autopilot.flying, 90.0)
+    assert math.dist(flight.p[-1][:2], (50.0, 80.0)) < 0.5
+    assert flight.failsafes == 0
 
 
 def test_a_return_flies_at_its_height_above_home(hovering):
