@@ -175,7 +175,7 @@ class Autopilot:
         self._react(action, stop=False)
 
     def _watch(self) -> None:
-        under_way = self._under_way()
+        under_way = self._committed()
         told = self.failsafes.check(
             self.view, self.mode, self.world, self.settings, self.chooser, landing=under_way is Action.LAND
         )
@@ -186,7 +186,7 @@ class Autopilot:
             self.say(alarm.severity, alarm.text(gravest.action or Action.NONE, under_way))
         self._react(gravest.action or Action.NONE, stop=gravest.stop)
 
-    def _under_way(self) -> Action:
+    def _committed(self) -> Action:
         """What no lesser alarm may stop: a landing also while it still comes to rest above its place."""
         if self.landing or self.mode is Mode.LAND:
             return Action.LAND
@@ -199,7 +199,7 @@ class Autopilot:
             action: What it asks for.
             stop: Whether a vehicle on the wing stands still before it turns elsewhere.
         """
-        if action <= self._under_way():
+        if action <= self._committed():
             return
         if action is Action.HOLD:
             self._hold_here()

@@ -29,7 +29,8 @@ FASTEST_LOSS = 10.0  # hover powers at which what is beyond the way home can shr
 LONGEST_WAIT = 30.0  # between predictions of the way home [s]
 MARGIN = 1.1  # on the predicted energy
 TOUCHDOWN = 1.5  # until the ground is felt [s]
-IN_A_WIND = 2.0  # times as long a landing takes with belly or back to a wind of 4 m/s, flown
+IN_A_WIND = 2.0  # times the energy of still air that most landings take in gusty winds of 3 to 6 m/s, flown
+LONGEST = 4.0  # and all but one in sixty
 RECOVERED = 0.02  # share of the battery above a threshold that ends its alarm
 WARNING, CRITICAL = mavlink.MAV_SEVERITY_WARNING, mavlink.MAV_SEVERITY_CRITICAL
 
@@ -45,7 +46,7 @@ class Reserve(NamedTuple):
 
     left: float  # [J]
     home: float  # predicted to fly home and land there [J]
-    kept: float  # not to be used [J]
+    kept: float  # for what cannot be predicted: the critical share, and in a wind a landing that takes long [J]
 
 
 @dataclass(slots=True)
@@ -86,7 +87,7 @@ class BatteryWatch:
             return [Alarm(Action.LAND, CRITICAL, f"Battery: {said}, out of reach")]
         if reserve.left < needed and not self.returned:
             self.returned = True
-            return [Alarm(Action.RETURN, CRITICAL, f"Battery: {said}")]
+            return [Alarm(Action.RETURN, CRITICAL, f"Battery: {said}, {reserve.kept:.0f} J are kept")]
         missing = mode is Mode.RTL or reserve.left < (1.0 + RECOVERED) * needed
         self.returned = self.returned and missing
         return []
@@ -102,7 +103,7 @@ class BatteryWatch:
 
 
 @dataclass(slots=True)
-class _WayHome:
+class WayHome:
     """The prediction of the way home, made again before it can have become wrong enough to matter: it takes 6 ms."""
 
     home: float = 0.0  # [J]
@@ -114,6 +115,8 @@ class _WayHome:
         """The battery against the way to a point, world NWU [m]."""
         capacity = view.energy / view.energy_left if view.energy_left > 0.0 else 0.0
         kept = settings.battery_critical * capacity
+        if _is_windy(view):
+            kept += (LONGEST - IN_A_WIND) * _landing_energy(view, to, settings, chooser)
         spent = view.energy - MARGIN * self.home - kept < 0.5 * self.slack
         if view.time >= self.until or spent or to != self.to:
             self.to = to
@@ -134,7 +137,7 @@ class Failsafes:
     battery: BatteryWatch = field(default_factory=BatteryWatch)
     _fence_at: float = -math.inf
     _battery_at: float = -math.inf
-    _way_home: _WayHome = field(default_factory=_WayHome)
+    _way_home: WayHome = field(default_factory=WayHome)
 
     def check(
         self,
@@ -182,14 +185,22 @@ def energy_home(view: View, to: Vector, settings: Settings, chooser: Chooser, *,
     power = hover_power(chooser.airframe)
     high = max(view.p[2], to[2])
     climb = 0.0 if view.forward else (high - view.p[2]) / settings.climb_rate
-    slowly = min(high, SLOW_BELOW)
-    landing = (slowly / settings.descent_rate + (high - slowly) / FAST_DESCENT) + TOUCHDOWN
-    if math.hypot(view.wind[0], view.wind[1]) > BREEZE:
-        landing *= IN_A_WIND
+    landing = _landing_energy(view, to, settings, chooser) * (IN_A_WIND if _is_windy(view) else 1.0)
     leg = chooser.energy(
         view, (view.p[0], view.p[1], high), (to[0], to[1], high), settings, flying=on_its_way and view.forward
     )
-    return power * (climb + landing) + leg
+    return power * climb + landing + leg
+
+
+def _landing_energy(view: View, to: Vector, settings: Settings, chooser: Chooser) -> float:
+    high = max(view.p[2], to[2])
+    slowly = min(high, SLOW_BELOW)
+    time = slowly / settings.descent_rate + (high - slowly) / FAST_DESCENT + TOUCHDOWN
+    return hover_power(chooser.airframe) * time
+
+
+def _is_windy(view: View) -> bool:
+    return math.hypot(view.wind[0], view.wind[1]) > BREEZE
 
 
 def hover_power(a: Airframe) -> float:

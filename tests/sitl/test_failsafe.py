@@ -8,11 +8,12 @@ import pytest
 from protocol.dialect import mavlink
 from protocol.modes import Mode
 from sitl.autopilot.decision import Way
-from sitl.autopilot.failsafe import BatteryWatch, Reserve, energy_home, hover_power
+from sitl.autopilot.failsafe import BatteryWatch, Reserve, WayHome, energy_home, hover_power
 from sitl.autopilot.link_watch import LinkWatches, Silence
 from sitl.autopilot.manual import Sticks
 from sitl.autopilot.settings import Settings
 from sitl.hybrid.supervisor import Law
+from tests.support.failsafe_flights import CRITICAL, ERRANDS
 from tests.support.station import Sky
 from tests.support.wing_flight import HIGH, Flight
 
@@ -132,6 +133,26 @@ def test_it_returns_while_the_battery_still_takes_it_home_and_lands_there_with_t
     assert np.linalg.norm(flight.p[-1, :2]) < 1.0
     assert 0.1 <= flight.craft.battery.left < 0.3
     assert sum(text.startswith("Battery low") for text in flight.said) == 1
+
+
+@pytest.mark.parametrize("errand", [ERRANDS[2], ERRANDS[4], ERRANDS[6]], ids=lambda errand: errand.name)
+def test_against_the_wind_on_a_mission_and_in_offboard_it_is_home_in_time_too(errand):
+    flight = errand.fly()
+    assert sum(text.endswith("are kept: returning") for text in flight.said) == 1
+    assert flight.p[:, 0].max() > 300.0
+    assert flight.modes[-2:] == [Mode.RTL, Mode.HOLD]
+    assert np.linalg.norm(flight.p[-1, :2]) < 3.0
+    assert flight.craft.battery.left > CRITICAL
+
+
+def test_in_a_wind_more_is_kept_for_landings_take_longer_than_anybody_can_say():
+    flight, kept = Flight(), []
+    for wind in ((0.0, 0.0, 0.0), (4.0, 0.0, 0.0)):
+        view = flight.craft.view()._replace(wind=wind)
+        way_home = WayHome().reserve(view, Mode.HOLD, (0.0, 0.0, 5.0), Settings(), flight.autopilot.chooser)
+        kept.append(way_home.kept)
+    assert kept[0] == pytest.approx(0.07e6)
+    assert kept[1] - kept[0] > 5e3
 
 
 def test_it_lands_where_it_is_when_home_is_out_of_reach():

@@ -263,11 +263,11 @@ class Errand(NamedTuple):
 ERRANDS = (
     Errand("go-to", _sent, 10e3),
     Errand("go-to", _sent, 20e3),
-    Errand("go-to", _sent, 16e3, wind=4.0, gusts=0.7),
-    Errand("go-to", _sent, 16e3, wind=7.0, gusts=1.0),
+    Errand("go-to", _sent, 30e3, wind=4.0, gusts=0.7),
+    Errand("go-to", _sent, 30e3, wind=7.0, gusts=1.0),
     Errand("mission", _on_errand, 12e3),
-    Errand("mission", _on_errand, 16e3, wind=4.0, gusts=0.7),
+    Errand("mission", _on_errand, 25e3, wind=4.0, gusts=0.7),
     Errand("OFFBOARD, 15 m/s", _streamed(15.0), 12e3),
-    Errand("OFFBOARD, 15 m/s", _streamed(15.0), 16e3, wind=4.0, gusts=0.7),
+    Errand("OFFBOARD, 15 m/s", _streamed(15.0), 30e3, wind=4.0, gusts=0.7),
     Errand("OFFBOARD, 2 m/s", _streamed(2.0), 16e3, way=Way.HOVER),
 )
