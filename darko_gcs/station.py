@@ -10,7 +10,7 @@ from darko_gcs.signing import SigningDesk
 from darko_gcs.snapshot import EMPTY, Snapshot
 from darko_gcs.store import note, reduce, reduce_event
 from protocol import units
-from protocol.codec import Message, Source, source_of
+from protocol.codec import Message, Source, SourceStatistics, source_of
 from protocol.dialect import mavlink
 from protocol.endpoint import GROUND_SYSTEM, GroundEndpoint
 from protocol.errors import FileError, LocalProtocolError
@@ -91,16 +91,7 @@ class Station:
         self.endpoint.handle_timer(now)
         self._watch_signing(now)
         self._collect(now)
-        since, count = self._counted
-        if now - since >= RATE_WINDOW:
-            statistics = self.endpoint.codec.statistics
-            sources = statistics.sources.values()
-            got, lost = sum(s.received for s in sources), sum(s.lost for s in sources)
-            rate = (statistics.received - count) / (now - since) if since else NAN
-            self.snapshot = replace(
-                self.snapshot, received=statistics.received, rate=rate, loss=lost / (got + lost) if got else 0.0
-            )
-            self._counted = (now, statistics.received)
+        self._watch_link(now)
 
     def outgoing(self, now: float, time_usec: int) -> list[bytes]:
         """Datagrams to send now; they are recorded as sent."""
@@ -179,6 +170,14 @@ class Station:
         state = mavlink.MAV_VTOL_STATE_FW if forward else mavlink.MAV_VTOL_STATE_MC
         self._command(now, mavlink.MAV_CMD_DO_VTOL_TRANSITION, float(state), 0.0)
 
+    def cancel(self, now: float) -> None:
+        """Have the vehicle stop the command that it is working on."""
+        working = self.snapshot.in_progress
+        if working is None:
+            self.say(now, "Nothing is in progress")
+            return
+        self._try(now, lambda: self.endpoint.cancel_command(working.request, now))
+
     def take_control(self, now: float) -> None:
         """Have the vehicle obey this ground station alone, until control is given back."""
         self._command(now, mavlink.MAV_CMD_REQUEST_OPERATOR_CONTROL, 1.0, 0.0, ANSWER_TIME, GROUND_SYSTEM)
@@ -198,8 +197,12 @@ class Station:
 
     def upload(self, items: Sequence[MissionItem], now: float) -> None:
         """Replace the vehicle's mission."""
-        self._uploading = tuple(items)
-        self._try(now, lambda: self.endpoint.upload_mission(items, now=now))
+
+        def request() -> None:
+            self.endpoint.upload_mission(items, now=now)
+            self._uploading = tuple(items)  # one that is refused is not what will have been uploaded
+
+        self._try(now, request)
 
     def download(self, now: float) -> None:
         """Fetch the vehicle's mission."""
@@ -240,6 +243,17 @@ class Station:
             if isinstance(event, MissionUploaded):
                 self.snapshot = replace(self.snapshot, mission=self._uploading)
             self._events.append(event)
+
+    def _watch_link(self, now: float) -> None:
+        since, count = self._counted
+        if now - since < RATE_WINDOW or self.endpoint.vehicle is None:
+            return
+        # Of what other components say, only a part is passed on by the vehicle: their gaps are no loss of this link.
+        heard = self.endpoint.codec.statistics.sources.get(self.endpoint.vehicle, SourceStatistics())
+        rate = (heard.received - count) / (now - since) if since else NAN
+        loss = heard.lost / (heard.received + heard.lost) if heard.received else 0.0
+        self.snapshot = replace(self.snapshot, received=heard.received, rate=rate, loss=loss)
+        self._counted = (now, heard.received)
 
     def _watch_signing(self, now: float) -> None:
         text = self.signing.handle_timer(now)

@@ -13,6 +13,8 @@ from protocol.tlog import TlogReader, TlogWriter
 from tests.sitl.test_node import PEER, Ground
 from tests.support.paths import DATA
 
+BEAT = mavlink.MAVLink_heartbeat_message(mavlink.MAV_TYPE_CAMERA, mavlink.MAV_AUTOPILOT_INVALID, 0, 0, 0, 3)
+
 
 class Pair:
     """Both ends, in steps of 20 ms."""
@@ -108,6 +110,27 @@ def test_transition_and_speed_go_out_as_their_commands(pair):
     assert (speed.param1, speed.param2, speed.param3) == (mavlink.SPEED_TYPE_GROUNDSPEED, 15.0, -1.0)
 
 
+def test_a_transition_is_followed_and_can_be_cancelled(pair):
+    pair.station.cancel(pair.now)
+    assert pair.snapshot.messages[-1].text == "Nothing is in progress"
+    pair.station.arm(pair.now)
+    pair.run(0.5)
+    pair.station.take_off(15.0, pair.now)
+    pair.run(20.0)
+    pair.station.transition(pair.now, forward=True)
+    pair.run(2.0)
+    assert pair.snapshot.in_progress.command == mavlink.MAV_CMD_DO_VTOL_TRANSITION
+    percent = pair.snapshot.in_progress.progress
+    assert 0 < percent < 100
+    assert f"do vtol transition {percent} %" in str(StatusBar().draw(pair.snapshot, 160, 1)[0])
+    pair.station.cancel(pair.now)
+    pair.run(0.5)
+    assert pair.snapshot.in_progress is None
+    words = [line.text for line in pair.snapshot.messages]
+    assert "do vtol transition: cancelled" in words
+    assert sum("in progress" in text for text in words) == 2  # once for nothing, once for the transition
+
+
 def test_a_speed_the_vehicle_cannot_fly_is_answered(pair):
     pair.station.change_speed(400.0, pair.now)
     pair.run(0.5)
@@ -160,3 +183,17 @@ def test_only_the_vehicle_draws_answers_to_where_it_speaks_from(pair):
     assert not pair.station.receive(stranger, pair.now, 0)
     for _, data in pair.vehicle.datagrams(pair.now + 5.0):
         assert pair.station.receive(data, pair.now, 0)
+
+
+def test_gaps_in_what_other_components_say_are_no_loss_of_the_link(pair):
+    camera = Codec(1, 100)
+    for _ in range(20):
+        camera.encode(BEAT)  # meant for others: the vehicle does not pass it on
+        pair.station.receive(camera.encode(BEAT), pair.now, 0)
+        pair.run(0.2)
+    assert pair.snapshot.loss == 0.0
+    pair.connected = False
+    pair.run(0.5)
+    pair.connected = True
+    pair.run(4.0)
+    assert 0.01 < pair.snapshot.loss < 0.2
