@@ -124,6 +124,7 @@ ACTIONS = (
     Action(
         "v", "transition", "Vtol", "Transition to forward flight, or back to hover", lambda app: app.ask_transition()
     ),
+    Action("x", "cancel", "", "Cancel the transition that is under way", lambda app: app.tell("cancel")),
     Action("c", "speed", "", "Change the speed", lambda app: app.ask_speed()),
     Action("k", "control", "", "Control: take it, hand it over, give it back", lambda app: app.ask_control()),
     Action("s", "start", "Run", "Start or resume the mission", lambda app: app.tell("start_mission")),

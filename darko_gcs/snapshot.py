@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from darko_gcs.signing import Signing
 from protocol.codec import Source
+from protocol.events import CommandProgress
 from protocol.frames import Geodetic, LocalFrame, Quaternion, Vector
 from protocol.plans.mission import MissionItem
 
@@ -201,6 +202,8 @@ class Snapshot:
     mission_state: int = 0  # MISSION_STATE
     reached: frozenset[int] = frozenset()
     transfer: tuple[str, int, int] | None = None  # direction, done, total
+
+    in_progress: CommandProgress | None = None  # the command that the vehicle is working on
 
     messages: tuple[Line, ...] = ()
     open_text: OpenText | None = None  # whose next chunk goes on with the last line

@@ -298,11 +298,15 @@ def command_name(command: int) -> str:
 
 def _command_done(s: Snapshot, e: CommandDone, now: float) -> Snapshot:
     fine = e.result == mavlink.MAV_RESULT_ACCEPTED
+    if s.in_progress is not None and s.in_progress.request == e.request:
+        s = replace(s, in_progress=None)
     return note(s, now, INFO if fine else WARNING, f"{command_name(e.command)}: {e.reason.lower().replace('_', ' ')}")
 
 
 def _command_progress(s: Snapshot, e: CommandProgress, now: float) -> Snapshot:
-    return note(s, now, INFO, f"{command_name(e.command)}: in progress")
+    begun = s.in_progress is None or s.in_progress.request != e.request
+    s = replace(s, in_progress=e)
+    return note(s, now, INFO, f"{command_name(e.command)}: in progress, x cancels") if begun else s
 
 
 def _control_requested(s: Snapshot, e: ControlRequested, now: float) -> Snapshot:

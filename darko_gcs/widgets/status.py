@@ -6,6 +6,7 @@ import math
 
 from darko_gcs.signing import Signing
 from darko_gcs.snapshot import VTOL, Snapshot
+from darko_gcs.store import command_name
 from darko_gcs.widgets.panel import Line, Panel, text_line
 from protocol.dialect import mavlink
 from protocol.endpoint import GROUND_SYSTEM
@@ -23,6 +24,7 @@ SIGNING = {
     Signing.UNSIGNED_VEHICLE: (" VEHICLE NOT SIGNED ", "bad"),
 }
 STALE = 2.0  # [s] without a heartbeat
+WHOLE = 100  # percent; more says that the vehicle does not know
 
 
 class StatusBar(Panel):
@@ -51,7 +53,7 @@ class StatusBar(Panel):
         return [
             text_line(
                 (f" {s.source[0]}/{s.source[1]} ", "label"), armed, self._mode(s), (f" {self._state(s)} ", ""),
-                self._mission(s), self._control(s), self._link(s), self._signing(s),
+                self._progress(s), self._mission(s), self._control(s), self._link(s), self._signing(s),
             )
         ]  # fmt: skip
 
@@ -73,6 +75,13 @@ class StatusBar(Panel):
             return ("", "")
         at = f" {s.mission_current}/{s.mission_count - 1}" if s.mission_state != mavlink.MISSION_STATE_COMPLETE else ""
         return (f" {MISSION[s.mission_state]}{at} ", "")
+
+    def _progress(self, s: Snapshot) -> tuple[str, str]:
+        working = s.in_progress
+        if working is None:
+            return ("", "")
+        done = f" {working.progress} %" if working.progress <= WHOLE else ""
+        return (f" {command_name(working.command)}{done} ", "warn")
 
     def _control(self, s: Snapshot) -> tuple[str, str]:
         if s.in_control == GROUND_SYSTEM:

@@ -5,6 +5,7 @@ import io
 import pytest
 
 from darko_gcs.station import Station
+from darko_gcs.widgets.status import StatusBar
 from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.events import CommandDone, MissionDownloaded, MissionUploaded, ParametersComplete
