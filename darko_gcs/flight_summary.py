@@ -301,7 +301,8 @@ def _laws(reader: TlogReader, source: Source) -> dict[str, float]:
 
 def _energy(reader: TlogReader, source: Source) -> dict[str, float]:
     """Energy taken in each control law [J]; a vehicle that restarts counts from nought again."""
-    totals = reader.columns("DARKO_ENERGY", source)["energy_by_law"].astype(np.float64)
+    told = reader.columns("DARKO_ENERGY", source)
+    totals = np.column_stack((told["energy_by_law"], told["energy_attitude"])).astype(np.float64)
     taken = np.nansum(np.clip(np.diff(totals, axis=0), 0.0, None), axis=0)
     return {enum_name("DARKO_LAW", law): joules for law, joules in enumerate(taken.tolist()) if joules > 0.0}
 

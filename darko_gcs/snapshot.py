@@ -17,7 +17,7 @@ __all__ = ["EMPTY", "Actuators", "Air", "Decision", "Energy", "Hybrid", "Jump", 
 
 # Words for the dialect's enums, by value.
 LAWS = ("landed", "hover linear", "hover zero-moment", "align", "to forward", "forward line-of-sight",
-        "forward linear", "to hover", "failsafe")  # fmt: skip
+        "forward linear", "to hover", "failsafe", "hover attitude")  # fmt: skip
 REASONS = ("", "V below threshold", "V above threshold", "command", "take-off", "touch-down", "disarmed",
            "speed limit", "failsafe")  # fmt: skip
 GIVEN_UP = ("thrust", "yaw", "pitch", "roll", "boost")  # by bit of DARKO_GIVEN_UP
@@ -28,6 +28,7 @@ DECISION_REASONS = (
 )  # fmt: skip
 VTOL = ("", "to forward", "to hover", "hover", "forward")  # MAV_VTOL_STATE
 FORWARD_LAWS = frozenset({4, 5, 6})  # DARKO_LAW: the V that counts is then that of the linear forward law
+ATTITUDE_LAW = 9  # DARKO_LAW: the V that counts is then its own
 FORWARD_LIMITS = ("DRK_VF_ENTER", "DRK_VF_LEAVE")  # the vehicle's parameters
 
 
@@ -73,6 +74,7 @@ class Hybrid(NamedTuple):
     governor: float
     last_law: int
     last_reason: int
+    v_attitude: float = math.nan  # of the attitude law, while it flies
 
 
 class Actuators(NamedTuple):

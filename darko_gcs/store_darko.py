@@ -34,7 +34,17 @@ Handler = Callable[[Snapshot, Message, float], Snapshot]
 def _hybrid(s: Snapshot, m: Message, now: float) -> Snapshot:  # noqa: ARG001 - one signature for all
     time = m.time_boot_ms / 1e3
     hybrid = Hybrid(
-        time, m.law, m.jumps, m.v_hover, m.v_forward, m.v_enter, m.v_leave, m.governor, m.last_law, m.last_reason
+        time,
+        m.law,
+        m.jumps,
+        m.v_hover,
+        m.v_forward,
+        m.v_enter,
+        m.v_leave,
+        m.governor,
+        m.last_law,
+        m.last_reason,
+        m.v_attitude,
     )
     changed = s.hybrid is None or s.hybrid.law != m.law
     history = s.v_history
@@ -76,7 +86,7 @@ def _actuators(s: Snapshot, m: Message, now: float) -> Snapshot:  # noqa: ARG001
 
 
 def _energy(s: Snapshot, m: Message, now: float) -> Snapshot:  # noqa: ARG001
-    return replace(s, energy=Energy(m.power, m.energy, tuple(m.energy_by_law)))
+    return replace(s, energy=Energy(m.power, m.energy, (*m.energy_by_law, m.energy_attitude)))
 
 
 def _decision(s: Snapshot, m: Message, now: float) -> Snapshot:  # noqa: ARG001

@@ -19,11 +19,12 @@ from sitl.kernels.quaternion import hover, rotate_inverse
 from sitl.kernels.state import ACTUATOR, P, Q, V
 from sitl.kernels.wind import gust_step
 from sitl.laws import air as air_filter
-from sitl.laws import forward_linear, hover_linear, hover_zero_moment, line_of_sight, report_forward
+from sitl.laws import forward_linear, hover_attitude, hover_linear, hover_zero_moment, line_of_sight, report_forward
 from sitl.laws.air import AirGains, AirSensors
 from sitl.laws.allocation import allocate
 from sitl.laws.forward_linear import ForwardGains
 from sitl.laws.governor import activity
+from sitl.laws.hover_attitude import AttitudeGains
 from sitl.laws.hover_linear import LinearGains
 from sitl.laws.hover_zero_moment import ZeroMomentGains
 from sitl.laws.line_of_sight import SightGains
@@ -32,6 +33,8 @@ from sitl.laws.report_forward import LineOfSightGains
 from sitl.memory_layout import (
     ACCELERATION,
     AIR,
+    ATTITUDE,
+    BUMP,
     COMMAND,
     COURSE,
     CROSS_TRACK,
@@ -43,6 +46,7 @@ from sitl.memory_layout import (
     INTEGRAL,
     LAW,
     LYAPUNOV,
+    LYAPUNOV_ATTITUDE,
     LYAPUNOV_FORWARD,
     REPORT,
     SIGHT,
@@ -53,9 +57,12 @@ from sitl.watch import Orders, course_of, watch
 TICK = 0.002  # control period [s]
 SUBSTEPS = 2  # plant steps per tick
 # The supervisor's laws, as the compiled code sees them.
-LANDED, LINEAR, ZERO_MOMENT, ALIGN, TO_FORWARD, LINE_OF_SIGHT, FORWARD_LINEAR, TO_HOVER, FAILSAFE = range(9)
+(
+    LANDED, LINEAR, ZERO_MOMENT, ALIGN, TO_FORWARD, LINE_OF_SIGHT, FORWARD_LINEAR, TO_HOVER, FAILSAFE, HOVER_ATTITUDE,
+) = range(10)  # fmt: skip
 TURN_BELOW = 3.0  # over the ground, in the transition to the hover [m/s]
 TURN_RATE = 1.0  # there [rad/s]
+FADE = 0.15  # of what the law before commanded more [s]
 
 
 class Surroundings(NamedTuple):
@@ -74,6 +81,7 @@ class Laws(NamedTuple):
 
     linear: LinearGains
     zero_moment: ZeroMomentGains
+    attitude: AttitudeGains
     sight: SightGains
     forward: ForwardGains
     report: LineOfSightGains  # of the report's own law
@@ -170,17 +178,10 @@ def _law(
         staged[0] = staged[1] = a.omega_min if orders.armed else 0.0
         staged[2] = staged[3] = 0.0
         return 0
-    if orders.law == LINEAR:
-        integral = memory[INTEGRAL : INTEGRAL + 3]
-        hover_linear.integrate(plant, orders.target, integral, laws.linear, TICK)
-        hover_linear.control(x, integral, orders.heading, laws.linear, u)
-        return int(allocate(u, a, staged))
-    if orders.law == ZERO_MOMENT:
-        _zero_moment(plant, memory, orders.target, orders.heading, orders, laws, u)
-        return int(allocate(u, a, staged))
-    if orders.law == ALIGN:
-        memory[COURSE] = course_of(plant, memory, orders)
-        _zero_moment(plant, memory, memory[HOLD : HOLD + 3], memory[COURSE], orders, laws, u)
+    if orders.law in (LINEAR, ZERO_MOMENT, ALIGN, HOVER_ATTITUDE):
+        _hover(plant, memory, orders, laws, x, u)
+        if orders.law in (ZERO_MOMENT, HOVER_ATTITUDE):
+            _smooth(memory, a, u)
         return int(allocate(u, a, staged))
     wind = memory[AIR : AIR + 3]
     if orders.law == FORWARD_LINEAR:
@@ -215,6 +216,38 @@ def _law(
             staged,
         )
     )
+
+
+@njit(cache=True)
+def _hover(plant: Array, memory: Array, orders: Orders, laws: Laws, x: Array, u: Array) -> None:
+    """Virtual commands (T1, T2, d1 T1, d2 T2) of the laws that allocate them as in the hover, into ``u`` (4,)."""
+    if orders.law == LINEAR:
+        integral = memory[INTEGRAL : INTEGRAL + 3]
+        hover_linear.integrate(plant, orders.target, integral, laws.linear, TICK)
+        hover_linear.control(x, integral, orders.heading, laws.linear, u)
+    elif orders.law == ZERO_MOMENT:
+        _zero_moment(plant, memory, orders.target, orders.heading, orders, laws, u)
+    elif orders.law == ALIGN:
+        memory[COURSE] = course_of(plant, memory, orders)
+        _zero_moment(plant, memory, memory[HOLD : HOLD + 3], memory[COURSE], orders, laws, u)
+    else:
+        state = memory[ATTITUDE : ATTITUDE + hover_attitude.SIZE]
+        pose, rates, force = orders.attitude, orders.rates, orders.force
+        gains, loop, a = laws.attitude, laws.zero_moment, laws.airframe
+        hover_attitude.control(plant, state, pose, rates, force, gains, loop, a, TICK, u)
+
+
+@njit(cache=True)
+def _smooth(memory: Array, a: Airframe, u: Array) -> None:
+    """Bumpless transfer: begin where the law before left off, and let the difference fade."""
+    bump = memory[BUMP : BUMP + 4]
+    if math.isnan(bump[0]):
+        for i in range(2):
+            thrust = a.k_f * memory[COMMAND + i] ** 2
+            bump[i], bump[i + 2] = thrust - u[i], thrust * memory[COMMAND + 2 + i] - u[i + 2]
+    for i in range(4):
+        u[i] += bump[i]
+        bump[i] *= 1.0 - TICK / FADE
 
 
 @njit(cache=True)
@@ -257,9 +290,12 @@ def _forward_error(plant: Array, wind: Array, path: Path, gains: ForwardGains, x
 
 @njit(cache=True)
 def _follow(plant: Array, memory: Array, orders: Orders, laws: Laws, x_forward: Array) -> None:
-    """Measure where a forward flight is beside its path, and V of the linear forward law."""
-    memory[LYAPUNOV_FORWARD] = math.nan
-    if orders.law < TO_FORWARD or orders.law == FAILSAFE:
+    """Measure where a flight is beside what it follows, and V of the law that follows it."""
+    memory[LYAPUNOV_FORWARD] = memory[LYAPUNOV_ATTITUDE] = math.nan
+    if orders.law == HOVER_ATTITUDE:
+        state = memory[ATTITUDE : ATTITUDE + hover_attitude.SIZE]
+        memory[LYAPUNOV_ATTITUDE] = hover_attitude.lyapunov(plant, state, laws.zero_moment)
+    if orders.law < TO_FORWARD or orders.law in (FAILSAFE, HOVER_ATTITUDE):
         memory[CROSS_TRACK] = 0.0
         return
     memory[CROSS_TRACK] = cross_track(orders.path, plant[P : P + 3])

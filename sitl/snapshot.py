@@ -17,8 +17,6 @@ from sitl.craft import Craft
 from sitl.hybrid.supervisor import Law
 from sitl.kernels import state
 
-LAWS_ON_WIRE = 9  # entries of DARKO_ENERGY.energy_by_law
-
 
 class Picture(NamedTuple):
     """The vehicle at one instant, as telemetry sees it; frames NWU and FLU, SI units."""
@@ -44,6 +42,7 @@ class Picture(NamedTuple):
     jumps: int
     lyapunov: float
     lyapunov_forward: float
+    lyapunov_attitude: float
     v_enter: float
     v_leave: float
     governor: float  # 0..1
@@ -124,6 +123,7 @@ def take_picture(craft: Craft) -> Picture:
         jumps=len(vehicle.jumps),
         lyapunov=vehicle.lyapunov if vehicle.law is not Law.LANDED else math.nan,
         lyapunov_forward=vehicle.lyapunov_forward,
+        lyapunov_attitude=vehicle.lyapunov_attitude,
         v_enter=vehicle.tuning.v_enter,
         v_leave=vehicle.tuning.v_leave,
         governor=vehicle.governor,
@@ -154,10 +154,8 @@ def take_picture(craft: Craft) -> Picture:
 
 
 def _by_law(craft: Craft) -> tuple[float, ...]:
-    by_law = [0.0] * LAWS_ON_WIRE
-    for law, energy in craft.vehicle.energy_by_law.items():
-        by_law[law] = float(energy)
-    return tuple(by_law)
+    energy = craft.vehicle.energy_by_law
+    return tuple(float(energy[law]) for law in sorted(Law))
 
 
 def _mission_state(craft: Craft) -> int:

@@ -281,6 +281,7 @@ def hybrid_state(s: Picture) -> Message:
         s.law,
         s.last_law,
         s.last_reason,
+        s.lyapunov_attitude,
     )
 
 
@@ -294,7 +295,8 @@ def actuators(s: Picture) -> Message:
 
 def energy(s: Picture) -> Message:
     """DARKO_ENERGY."""
-    return mavlink.MAVLink_darko_energy_message(s.ms, s.power, s.energy, list(s.energy_by_law))
+    *by_law, attitude_law = s.energy_by_law  # the array is as long as the list of laws once was
+    return mavlink.MAVLink_darko_energy_message(s.ms, s.power, s.energy, by_law, attitude_law)
 
 
 def named_values(s: Picture) -> list[Message]:
@@ -320,6 +322,7 @@ def autopilot_version(s: Picture) -> Message:  # noqa: ARG001 - one signature fo
         | mavlink.MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_BYTEWISE
         | mavlink.MAV_PROTOCOL_CAPABILITY_SET_POSITION_TARGET_LOCAL_NED
         | mavlink.MAV_PROTOCOL_CAPABILITY_SET_POSITION_TARGET_GLOBAL_INT
+        | mavlink.MAV_PROTOCOL_CAPABILITY_SET_ATTITUDE_TARGET
         | mavlink.MAV_PROTOCOL_CAPABILITY_MAVLINK2
         | mavlink.MAV_PROTOCOL_CAPABILITY_FTP
     )

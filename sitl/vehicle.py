@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sitl.autopilot.guidance import Setpoint, Vector
+from sitl.design.attitude import attitude_gains, full_force
 from sitl.design.forward import air_gains, can_fly_forward, sight_gains
 from sitl.design.forward_linear import forward_gains
 from sitl.design.lmi import lmi_gains
@@ -32,7 +33,7 @@ from sitl.kernels.integrate import plant_step
 from sitl.kernels.parameters import Airframe, Array
 from sitl.kernels.quaternion import from_euler, hover
 from sitl.laws import air as air_filter
-from sitl.laws import hover_linear, hover_zero_moment, line_of_sight, report_forward
+from sitl.laws import hover_attitude, hover_linear, hover_zero_moment, line_of_sight, report_forward
 from sitl.laws.air import AirSensors
 from sitl.laws.forward_guidance import stopping_distance
 from sitl.laws.forward_linear import ForwardGains
@@ -43,6 +44,8 @@ from sitl.laws.report_forward import LineOfSightGains
 from sitl.memory_layout import (
     AIR,
     AT_REST,
+    ATTITUDE,
+    BUMP,
     COMMAND,
     COURSE,
     CROSS_TRACK,
@@ -54,6 +57,7 @@ from sitl.memory_layout import (
     INTEGRAL,
     LAW,
     LYAPUNOV,
+    LYAPUNOV_ATTITUDE,
     LYAPUNOV_FORWARD,
     MEMORY,
     REPORT,
@@ -71,6 +75,7 @@ SENSORS = AirSensors(accelerometer=0.3, velocity=0.03, pitot=0.3, has_pitot=True
 # The laws that share the line of sight's state.
 SIGHTED = frozenset({Law.TO_FORWARD, Law.FORWARD_LINE_OF_SIGHT, Law.TO_HOVER, Law.FAILSAFE})
 SETTLE_TIME = 0.3  # at rest on the ground this long is landed [s]
+LET_GO_TIME = 1.0  # a tilt that was commanded is flown off by the zero-moment law so long [s]
 
 
 class DivergedError(SitlError):
@@ -128,6 +133,7 @@ class Vehicle:
         self.law = Law.LANDED
         self.jumps: list[JumpRecord] = []
         self._conditions = 0  # the supervisor's, after the last tick
+        self._attitude, self._rates, self._force = hover(0.0), np.zeros(3), 0.0  # of the last attitude set-point
         self.limits = 0  # DARKO_LIMIT bits seen in the last advance
         self.armed = self.flying = self.landing = False
         self.energy_by_law = dict.fromkeys(Law, 0.0)
@@ -175,6 +181,7 @@ class Vehicle:
                 nu_prime=bool(tuning.nu_prime),
                 governor=tuning.governor,
             ),
+            attitude=attitude_gains(),
             sight=sight_gains(),
             forward=_forward_gains(a),
             report=LineOfSightGains(a),
@@ -203,6 +210,7 @@ class Vehicle:
         steps: tuple[tuple[str, Callable[[], object]], ...] = (
             ("flight model", lambda: plant_step(*plant_step_arguments)),
             ("hover laws", lambda: self._enter(Law.HOVER_ZERO_MOMENT)),
+            ("attitude law", lambda: self._enter(Law.HOVER_ATTITUDE)),
             ("forward laws", lambda: self._enter(Law.TO_HOVER)),
             ("closed loop", lambda: self._flow(Law.LANDED, 0)),
             ("supervisor", lambda: self.conditions(Law.LANDED)),
@@ -218,7 +226,10 @@ class Vehicle:
         """Where the laws shall bring it, from the next tick on."""
         self.setpoint = setpoint
         self._target = np.array(setpoint.p)
-        route = setpoint.route
+        attitude, route = setpoint.attitude, setpoint.route
+        if attitude is not None:
+            self._attitude, self._rates = np.array(attitude.q), np.array(attitude.rates)
+            self._force = attitude.thrust * full_force(self.believed)
         if route is None:
             self._path = Path(LEG, self._target, self._target, 0.0, STOP_SPEED, stop=True, level=0.0, low=0.0)
         else:
@@ -255,6 +266,11 @@ class Vehicle:
     def lyapunov_forward(self) -> float:
         """V of the linear forward law about the leg that is flown; NaN where there is none."""
         return float(self.memory[LYAPUNOV_FORWARD])
+
+    @property
+    def lyapunov_attitude(self) -> float:
+        """V of the attitude law [rad2/s2]; NaN while it does not fly."""
+        return float(self.memory[LYAPUNOV_ATTITUDE])
 
     @property
     def cross_track(self) -> float:
@@ -358,6 +374,10 @@ class Vehicle:
             v_forward_enter=tuning.v_forward_enter if tuning.forward_linear else 0.0,
             v_forward_leave=tuning.v_forward_leave,
             settle_time=SETTLE_TIME,
+            steered=self.setpoint.attitude is not None,
+            attitude=self._attitude,
+            rates=self._rates,
+            force=self._force,
         )
 
     def _flow(self, law: Law, ticks: int) -> tuple[int, int]:
@@ -404,10 +424,16 @@ class Vehicle:
             # What the integral had learnt of the wind would push a standing vehicle over.
             self.memory[INTEGRAL : INTEGRAL + 3] = 0.0
         if law in {Law.HOVER_ZERO_MOMENT, Law.ALIGN} and source not in {Law.HOVER_ZERO_MOMENT, Law.ALIGN}:
-            w1, w2 = self.plant[state.ACTUATOR : state.ACTUATOR + 2]
-            f = (1.0 - self.believed.S_ratio * self.believed.C_d0) * self.believed.k_f * (w1 * w1 + w2 * w2)
             law_state = self.memory[LAW : LAW + hover_zero_moment.SIZE]
-            hover_zero_moment.reset(self.plant, f, law_state, self._laws.zero_moment)
+            hover_zero_moment.reset(self.plant, self._force_given(), law_state, self._laws.zero_moment)
+        self.memory[BUMP : BUMP + 4] = 0.0
+        if law is Law.HOVER_ZERO_MOMENT and source is Law.HOVER_ATTITUDE:
+            self.memory[BUMP] = math.nan
+            self.memory[SINCE] = -LET_GO_TIME
+        if law is Law.HOVER_ATTITUDE:
+            self.memory[BUMP] = math.nan
+            law_state = self.memory[ATTITUDE : ATTITUDE + hover_attitude.SIZE]
+            hover_attitude.reset(self.plant, self._force_given(), law_state, self._laws.zero_moment, self.believed)
         if law is Law.ALIGN:
             p, v = self.plant[state.P : state.P + 3], self.plant[state.V : state.V + 3]
             self.memory[HOLD : HOLD + 3] = p + 0.5 * v
@@ -416,6 +442,11 @@ class Vehicle:
         if law in SIGHTED and source not in SIGHTED:
             sight = self.memory[SIGHT : SIGHT + line_of_sight.SIZE]
             line_of_sight.reset(self.plant, sight, self.believed)
+
+    def _force_given(self) -> float:
+        """What the motors give along the nose now, as the laws believe [N]."""
+        w1, w2 = self.plant[state.ACTUATOR : state.ACTUATOR + 2]
+        return float((1.0 - self.believed.S_ratio * self.believed.C_d0) * self.believed.k_f * (w1 * w1 + w2 * w2))
 
     def _measure(self) -> None:
         x = np.empty(12)

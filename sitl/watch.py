@@ -15,10 +15,10 @@ from sitl.kernels.quaternion import rotate
 from sitl.kernels.state import P, Q, V
 from sitl.laws.forward_guidance import GuidanceGains, due_to_stop, ground_speed
 from sitl.laws.path import LEG, Path, aim
-from sitl.memory_layout import AIR, AT_REST, COURSE, LYAPUNOV, LYAPUNOV_FORWARD, SINCE
+from sitl.memory_layout import AIR, AT_REST, COURSE, LYAPUNOV, LYAPUNOV_ATTITUDE, LYAPUNOV_FORWARD, SINCE
 
 C = Condition
-LANDED, TO_FORWARD, TO_HOVER = 0, 4, 7
+LANDED, TO_FORWARD, TO_HOVER, HOVER_ATTITUDE = 0, 4, 7, 9
 DWELL = 0.5  # [s]
 WING_SPEED = 8.0  # the wing carries from this airspeed on, or from most of the wanted one [m/s]
 WING_SHARE = 0.85
@@ -34,12 +34,13 @@ STANDING_SPEED = 2.0  # [m/s]
 FALL = 14.0  # no law sinks faster than this for long [m/s]
 GROUND_TIME = 0.8  # nearer to the ground than this at the present sink rate, a fall is caught [s]
 SINK = 3.0  # what counts as sinking there [m/s]
+LOST = 30.0  # V of the attitude law when it is 45 deg off at rest [rad2/s2]
 
 _ARMED, _FLYING, _RESTING = int(C.ARMED), int(C.FLYING), int(C.RESTING)
 _NEAR, _FAR, _SETTLED = int(C.NEAR), int(C.FAR), int(C.SETTLED)
 _WANTED, _WORTH = int(C.WANTED), int(C.WORTH)
 _ALIGNED, _CALM, _WING_BORNE, _STOP_DUE = int(C.ALIGNED), int(C.CALM), int(C.WING_BORNE), int(C.STOP_DUE)
-_WINDY, _STILL, _SLIDING = int(C.WINDY), int(C.STILL), int(C.SLIDING)
+_WINDY, _STILL, _SLIDING, _STEERED = int(C.WINDY), int(C.STILL), int(C.SLIDING), int(C.STEERED)
 _STRAIGHT, _ON_TRIM, _OFF_TRIM = int(C.STRAIGHT), int(C.ON_TRIM), int(C.OFF_TRIM)
 _STANDING, _FALLING, _RECOVERED, _DWELT, _ROOM = (
     int(C.STANDING),
@@ -67,18 +68,22 @@ class Orders(NamedTuple):
     v_forward_enter: float
     v_forward_leave: float
     settle_time: float  # on the ground at rest this long is landed [s]
+    steered: bool  # the attitude below shall be flown
+    attitude: Array  # body FLU in world NWU, (4,)
+    rates: Array  # of that attitude, in its body frame, (3,) [rad/s]
+    force: float  # along the nose [N]
 
 
 @njit(cache=True)
 def watch(plant: Array, memory: Array, orders: Orders, limits: GuidanceGains, a: Airframe, dt: float) -> int:
     """The conditions that hold now, as bits; how long it has rested on the ground is counted on by ``dt``."""
-    bits = (_ARMED if orders.armed else 0) | (_FLYING if orders.flying else 0)
+    bits = (_ARMED if orders.armed else 0) | (_FLYING if orders.flying else 0) | (_STEERED if orders.steered else 0)
     resting = orders.law != LANDED and orders.landing and on_ground(plant, a) and abs(plant[V + 2]) < 0.3
     memory[AT_REST] = memory[AT_REST] + dt if resting else (0.0 if dt > 0.0 else memory[AT_REST])
     bits |= _RESTING if memory[AT_REST] >= orders.settle_time else 0
     # V does not see the sign of the quaternion's scalar part: it is as small with the nose straight down.
     upright = plant[Q + 1] * plant[Q + 3] - plant[Q] * plant[Q + 2] > 0.0
-    bits |= _NEAR if memory[LYAPUNOV] < orders.v_enter and upright else 0
+    bits |= _NEAR if memory[LYAPUNOV] < orders.v_enter and upright and memory[SINCE] >= 0.0 else 0
     bits |= _SETTLED if memory[LYAPUNOV] < SETTLED_SHARE * orders.v_enter and upright else 0
     bits |= _FAR if memory[LYAPUNOV] > orders.v_leave else 0
     bits |= _DWELT if memory[SINCE] >= DWELL else 0
@@ -87,6 +92,8 @@ def watch(plant: Array, memory: Array, orders: Orders, limits: GuidanceGains, a:
     bits |= _motion(plant, memory, orders)
     if math.isinf(orders.v_leave):  # a hover law that is never to be left is flown alone, whatever comes of it
         bits &= ~(_WINDY | _SLIDING | _FALLING)
+    if orders.law == HOVER_ATTITUDE:
+        return bits | (_OFF_TRIM if memory[LYAPUNOV_ATTITUDE] > LOST else 0)
     return bits | _path(plant, memory, orders, limits)
 
 

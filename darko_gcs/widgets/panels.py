@@ -8,7 +8,7 @@ from textwrap import wrap
 from darko_gcs.render.attitude import attitude, compass
 from darko_gcs.render.bars import bar
 from darko_gcs.render.chart import log_chart
-from darko_gcs.snapshot import FORWARD_LAWS, GIVEN_UP, LAWS, REASONS, Snapshot
+from darko_gcs.snapshot import ATTITUDE_LAW, FORWARD_LAWS, GIVEN_UP, LAWS, REASONS, Snapshot
 from darko_gcs.widgets.panel import Line, Panel, text_line
 from protocol.frames import FLYING_DISPLAY, Quaternion, displayed, euler_from_quaternion, rotate
 
@@ -54,7 +54,7 @@ class HybridPanel(Panel):
         h = s.hybrid
         if h is None:
             return []
-        v = h.v_forward if h.law in FORWARD_LAWS else h.v_hover
+        v = h.v_attitude if h.law == ATTITUDE_LAW else h.v_forward if h.law in FORWARD_LAWS else h.v_hover
         since = f" {h.time - s.law_since:.0f} s" if s.law_since is not None else ""
         style = LAW_STYLES.get(h.law, "accent")
         governor = (f"  gov {100 * h.governor:.0f} %", "warn") if h.governor > 0.01 else ("", "")

@@ -16,6 +16,7 @@ from protocol.modes import Mode
 from protocol.plans.mission import MissionItem
 from sitl.autopilot import arming
 from sitl.autopilot.alarm import DOING, Action
+from sitl.autopilot.attitude import Steer, attitude_of, lost, refuse_attitude
 from sitl.autopilot.choice import Chooser
 from sitl.autopilot.decision import LEAST_HEIGHT, Decision, Way
 from sitl.autopilot.failsafe import OFFBOARD_ACTIONS, Failsafes
@@ -23,6 +24,7 @@ from sitl.autopilot.fence import Fence
 from sitl.autopilot.guidance import (
     FASTEST,
     SLOWEST,
+    Attitude,
     FlyTo,
     Guidance,
     Hold,
@@ -42,7 +44,16 @@ from sitl.autopilot.mission import MissionRunner, World, fly_to, return_home
 from sitl.autopilot.mission_items import out_of_bounds
 from sitl.autopilot.progress import Transition, is_reached
 from sitl.autopilot.settings import Settings
-from sitl.autopilot.streamed import FLOOR, Streamed, is_same_leg, refuse_velocity
+from sitl.autopilot.streamed import (
+    FLOOR,
+    KEEP_FACING,
+    Facing,
+    Streamed,
+    is_same_leg,
+    level_out,
+    refuse_turn,
+    refuse_velocity,
+)
 
 ACCEPTED = mavlink.MAV_RESULT_ACCEPTED
 REJECTED = mavlink.MAV_RESULT_TEMPORARILY_REJECTED
@@ -130,9 +141,11 @@ class Autopilot:
         Args:
             view: The vehicle as it is now.
         """
-        self.view = view
+        last, self.view = self.view.law, view
         if self.flying:
             self._watch()
+        if self.mode is Mode.OFFBOARD and isinstance(self._guidance, Steer) and (why := lost(view, last)):
+            self._lose_setpoints(why.capitalize())
         if not self.flying:
             self.failsafes.rest()
             self._rest()
@@ -160,7 +173,7 @@ class Autopilot:
 
     def _fly_guidance(self, guidance: Guidance) -> None:
         if self.mode is Mode.OFFBOARD and self._streamed.is_stale(self.view.time, self.settings):
-            self._lose_setpoints()
+            self._lose_setpoints("Set-points stopped")
             return
         if self.mode is Mode.POSCTL:
             guidance = self._follow_sticks(guidance)
@@ -169,9 +182,9 @@ class Autopilot:
             self.say(mavlink.MAV_SEVERITY_INFO, "Take-off complete: holding")
             self._enter(Mode.HOLD, Hold(self.setpoint))
 
-    def _lose_setpoints(self) -> None:
+    def _lose_setpoints(self, why: str) -> None:
         action = OFFBOARD_ACTIONS[self.settings.setpoint_action]
-        self.say(mavlink.MAV_SEVERITY_WARNING, f"Set-points stopped: {DOING[action]}")
+        self.say(mavlink.MAV_SEVERITY_WARNING, f"{why}: {DOING[action]}")
         self._react(action, stop=False)
 
     def _watch(self) -> None:
@@ -440,28 +453,61 @@ class Autopilot:
             self._guidance.setpoint = setpoint._replace(route=setpoint.route._replace(airspeed=speed))
         return Outcome(ACCEPTED)
 
-    def set_offboard_velocity(self, v: Vector, heading: float | None) -> str | None:
-        """Take one streamed velocity set-point, world NWU [m/s] (flown in OFFBOARD). Returns why not, or None."""
-        reason = refuse_velocity(v, self.settings, self.chooser)
+    def level_out(self, v: Vector) -> Vector:
+        """What is forward, to the left and up of the vehicle, heading alone counting, in world NWU."""
+        return level_out(v, self.view.heading)
+
+    def set_offboard_attitude(self, attitude: Attitude) -> str | None:
+        """Take one streamed attitude set-point (flown in OFFBOARD). Returns why not, or None."""
+        reason = refuse_attitude(attitude, self.view)
         if reason is not None:
             return reason
         self._streamed.arrived(self.view.time)
-        setpoint = self._streamed.velocity(v, heading, self.setpoint, self.view, self.settings)
+        steer = Steer(attitude, self.view.time, self.settings.hover_speed)
+        if self.mode is Mode.OFFBOARD:
+            self._guidance = steer
+        else:
+            self._streamed.setpoint = steer.update(self.view)
+        return None
+
+    def set_offboard_acceleration(self, a: Vector, facing: Facing) -> str | None:
+        """Take one streamed acceleration, world NWU [m/s2], as an attitude. Returns why not, or None."""
+        if self.chooser is None:
+            return "acceleration set-points need an airframe"
+        heading = self.setpoint.heading if facing.heading is None else facing.heading
+        if facing.turn:
+            heading = self.view.heading
+        return self.set_offboard_attitude(attitude_of(a, heading, facing.turn, self.chooser.airframe))
+
+    def set_offboard_offset(self, offset: Vector, facing: Facing, *, body: bool) -> str | None:
+        """Take one streamed offset from the vehicle, world NWU or along its heading [m]. Returns why not, or None."""
+        if not all(map(math.isfinite, offset)):
+            return f"position {offset} is not a number"
+        place = self._streamed.lay(offset, body=body, view=self.view, settings=self.settings)
+        return self.set_offboard_setpoint(place, facing)
+
+    def set_offboard_velocity(self, v: Vector, facing: Facing = KEEP_FACING) -> str | None:
+        """Take one streamed velocity set-point, world NWU [m/s] (flown in OFFBOARD). Returns why not, or None."""
+        reason = refuse_velocity(v, self.settings, self.chooser) or refuse_turn(facing)
+        if reason is not None:
+            return reason
+        self._streamed.arrived(self.view.time)
+        setpoint = self._streamed.velocity(v, facing, self.setpoint, self.view, self.settings)
         if self.mode is Mode.OFFBOARD:
             self._guidance = Hold(setpoint)
         else:
             self._streamed.setpoint = setpoint
         return None
 
-    def set_offboard_setpoint(self, p: Vector, heading: float | None) -> str | None:
+    def set_offboard_setpoint(self, p: Vector, facing: Facing = KEEP_FACING) -> str | None:
         """Take one streamed position set-point (flown in OFFBOARD). Returns why not, or None."""
         reason = self._refuse_point(p)
         if reason is not None:
             return reason
         self._streamed.arrived(self.view.time)
         target = self._at(p)
-        if heading is not None:
-            target = target._replace(heading=heading)
+        if facing.heading is not None:
+            target = target._replace(heading=facing.heading)
         if self.mode is not Mode.OFFBOARD:
             self._streamed.setpoint = target
         elif not is_same_leg(self._guidance, target):
@@ -490,7 +536,7 @@ class Autopilot:
         if not self.armed:
             return self._refuse(REJECTED, "OFFBOARD refused: not armed")
         offboard = self._streamed.setpoint
-        moving = offboard.route is not None
+        moving = offboard.route is not None or offboard.attitude is not None
         leg = fly_to(self.view, offboard, self.settings, self.chooser)
         self._enter(Mode.OFFBOARD, Hold(offboard) if moving else leg)
         self.flying = True

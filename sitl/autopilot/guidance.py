@@ -50,6 +50,14 @@ class Route(NamedTuple):
     radius: float = 0.0  # of a circle [m]; positive: anticlockwise seen from above
 
 
+class Attitude(NamedTuple):
+    """An attitude to be flown instead of a position."""
+
+    q: tuple[float, float, float, float]  # body FLU in world NWU, unit
+    rates: Vector  # of the attitude itself, in its body frame FLU [rad/s]
+    thrust: float  # share of what both motors give at their limit, 0..1
+
+
 class Setpoint(NamedTuple):
     """Where the laws shall bring the vehicle."""
 
@@ -57,6 +65,7 @@ class Setpoint(NamedTuple):
     heading: float  # [rad]
     speed: float  # horizontal speed limit of the hover laws [m/s]
     route: Route | None = None  # how to get there on the wing; None: upright
+    attitude: Attitude | None = None  # flown instead; p is then where the vehicle is
 
 
 class Guidance(Protocol):

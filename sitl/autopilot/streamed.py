@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from sitl.autopilot.choice import Chooser
 from sitl.autopilot.guidance import FASTEST, SLOWEST, FlyTo, Guidance, Setpoint, Vector, View
@@ -11,12 +12,25 @@ from sitl.autopilot.legs import FlyLeg, course
 from sitl.autopilot.manual import TURN_RATE, Sticks
 from sitl.autopilot.settings import Settings
 
-__all__ = ["FLOOR", "Streamed", "is_same_leg", "refuse_velocity"]
+__all__ = ["FLOOR", "KEEP_FACING", "Facing", "Streamed", "is_same_leg", "level_out", "refuse_turn", "refuse_velocity"]
 
 CLIMB, DESCENT = 2.5, 2.0  # vertical speeds the hover flies [m/s]
 LEASH = 5.0  # a velocity set-point leads the vehicle by no more; the hover law trails 3 m/s by 4 m [m]
 SAME_LEG = 5.0  # a streamed position that moved less than this is the same leg [m]
 FLOOR = 1.0  # a hold asked for nearer the ground than this is flown here [m]
+MOST_TURN = math.radians(20.0)  # of the heading: the hover laws follow no faster one evenly [rad/s]
+HEADING_LAG = 2.0  # the hover laws trail a turning heading by so much of its turn [s]
+HEADING_LEASH = math.radians(30.0)  # from where the vehicle looks, what a turn has come to is no further
+
+
+class Facing(NamedTuple):
+    """The heading that a set-point asks for, or how fast it turns; neither keeps the last one."""
+
+    heading: float | None = None  # [rad]
+    turn: float = 0.0  # [rad/s]
+
+
+KEEP_FACING = Facing()
 
 
 @dataclass(slots=True)
@@ -30,6 +44,8 @@ class Streamed:
     _came: float | None = None
     _moved: float = 0.0  # when a velocity last moved a set-point
     _sticks: tuple[float, Sticks] | None = None
+    _turned: float | None = None  # what a heading that turns has come to [rad]; None: it does not turn
+    _offset: tuple[Vector, bool, Vector] | None = None  # the last one, whether of the body, and where it was laid
 
     def arrived(self, time: float) -> None:
         """A set-point that can be flown arrived."""
@@ -53,28 +69,46 @@ class Streamed:
         """Velocities move the set-point from now on."""
         self._moved = time
 
-    def velocity(self, v: Vector, heading: float | None, last: Setpoint, view: View, settings: Settings) -> Setpoint:
+    def lay(self, offset: Vector, *, body: bool, view: View, settings: Settings) -> Vector:
+        """The place of an offset from the vehicle, world NWU [m].
+
+        One that comes again, number for number, keeps the place: repeating it only keeps the stream alive.
+
+        Args:
+            offset: World NWU, or with ``body`` forward, to the left and up [m].
+            body: Whether the heading turns it.
+            view: The vehicle as it is now.
+            settings: With the time-out, after which a repeated one is a new one.
+        """
+        known = self._offset
+        if known is None or self.is_stale(view.time, settings) or known[:2] != (offset, body):
+            away = level_out(offset, view.heading) if body else offset
+            known = (offset, body, (view.p[0] + away[0], view.p[1] + away[1], view.p[2] + away[2]))
+            self._offset = known
+        return known[2]
+
+    def velocity(self, v: Vector, facing: Facing, last: Setpoint, view: View, settings: Settings) -> Setpoint:
         """The set-point of a velocity: upright it moves along, on the wing it is a course.
 
         Args:
             v: World NWU [m/s]; one that :func:`refuse_velocity` lets pass.
-            heading: [rad]; None keeps the last one.
+            facing: Upright; the wing looks where it flies.
             last: The set-point in force.
             view: The vehicle as it is now.
             settings: With the hover's speed limit and the time-out.
         """
         if _is_hovered(v, settings):
-            return self._drift(v, heading, last, view, settings)
+            return self._drift(v, facing, last, view, settings)
         return course(view.p, v, view.wind, last)
 
     def follow(self, sticks: Sticks, last: Setpoint, view: View, settings: Settings) -> Setpoint:
         """The set-point that sticks move, upright."""
         since = self._moved
         v = sticks.velocity(last.heading, settings.hover_speed, CLIMB, DESCENT)
-        moved = self._drift(v, last.heading, last, view, settings)
-        return moved._replace(heading=last.heading - TURN_RATE * sticks.clockwise * (view.time - since))
+        heading = last.heading - TURN_RATE * sticks.clockwise * (view.time - since)
+        return self._drift(v, Facing(heading), last, view, settings)
 
-    def _drift(self, v: Vector, heading: float | None, last: Setpoint, view: View, settings: Settings) -> Setpoint:
+    def _drift(self, v: Vector, facing: Facing, last: Setpoint, view: View, settings: Settings) -> Setpoint:
         """A set-point that moves at a velocity, never far from the vehicle."""
         here, dt = view.p, self._step(view.time, settings)
         p = [last.p[i] + dt * v[i] for i in range(3)]
@@ -82,7 +116,17 @@ class Streamed:
         if away > LEASH:
             p = [here[i] + (p[i] - here[i]) * LEASH / away for i in range(3)]
         p[2] = max(p[2], FLOOR)
-        return Setpoint((p[0], p[1], p[2]), last.heading if heading is None else heading, last.speed)
+        return Setpoint((p[0], p[1], p[2]), self._face(facing, last.heading, view.heading, dt), last.speed)
+
+    def _face(self, facing: Facing, last: float, now: float, dt: float) -> float:
+        """The next heading [rad]: one that turns is set ahead by what the laws trail it, and back when it stops."""
+        before = last if self._turned is None else self._turned
+        if facing.heading is not None or facing.turn == 0.0:
+            self._turned = None
+            return before if facing.heading is None else facing.heading
+        ahead = math.remainder(before + facing.turn * dt - now, math.tau)
+        self._turned = now + min(max(ahead, -HEADING_LEASH), HEADING_LEASH)
+        return self._turned + HEADING_LAG * facing.turn
 
     def _step(self, time: float, settings: Settings) -> float:
         since, self._moved = self._moved, time
@@ -103,6 +147,19 @@ def refuse_velocity(v: Vector, settings: Settings, chooser: Chooser | None) -> s
     if chooser is None or not chooser.can_fly_forward:
         return f"{level:.1f} m/s: this airframe cannot leave the hover"
     return None
+
+
+def refuse_turn(facing: Facing) -> str | None:
+    """Why a rate of the heading cannot be flown, or None."""
+    if abs(facing.turn) <= MOST_TURN + 1e-6:
+        return None
+    return f"{math.degrees(abs(facing.turn)):.0f} deg/s: the hover turns at {math.degrees(MOST_TURN):.0f} deg/s at most"
+
+
+def level_out(v: Vector, heading: float) -> Vector:
+    """What is forward, to the left and up at a heading [rad], in world NWU."""
+    c, s = math.cos(heading), math.sin(heading)
+    return (c * v[0] - s * v[1], s * v[0] + c * v[1], v[2])
 
 
 def is_same_leg(guidance: Guidance | None, target: Setpoint) -> bool:

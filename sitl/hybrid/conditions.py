@@ -23,7 +23,7 @@ class Condition(IntFlag):
     STOP_DUE = 1 << 10  # what is left of the path is what braking takes
     STRAIGHT = 1 << 11  # the path is a leg
     ON_TRIM = 1 << 12  # V of the linear forward law below its entry threshold
-    OFF_TRIM = 1 << 13  # V of the linear forward law above its exit threshold, or undefined
+    OFF_TRIM = 1 << 13  # V of the linear forward law above its exit threshold, or undefined; of the attitude law, lost
     STANDING = 1 << 14  # upright and nearly at rest: the transition is over
     FALLING = 1 << 15  # sinking faster than any law asks for, or too near the ground to go on so
     RECOVERED = 1 << 16  # upright and slow after a failsafe
@@ -32,4 +32,5 @@ class Condition(IntFlag):
     WINDY = 1 << 20  # more wind than the laws hover well in that do not know of it
     STILL = 1 << 21  # clearly less than that
     SLIDING = 1 << 22  # upright laws that move fast with the nose down, and have for some time
+    STEERED = 1 << 23  # attitude set-points are coming
     ROOM = 1 << 18  # far more than the braking distance is left of the path

@@ -10,6 +10,7 @@ diverges, so the defaults are lower. Transitions have a dwell time besides.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import NamedTuple
@@ -35,6 +36,7 @@ class Law(IntEnum):
     FORWARD_LINEAR = 6
     TO_HOVER = 7
     FAILSAFE = 8
+    HOVER_ATTITUDE = 9
 
 
 # From tipping over until standing again.
@@ -83,12 +85,29 @@ _NOT_DWELT = ~int(C.DWELT)
 
 
 def _dwell_anew(conditions: int) -> int:
-    """Jump map of every jump: the dwell time of the next law begins."""
+    """Jump map of nearly every jump: the dwell time of the next law begins."""
     return conditions & _NOT_DWELT
 
 
-def _jump(name: str, target: Law, reason: Reason, when: C = C(0), unless: C = C(0)) -> Jump:  # noqa: B008 - immutable
-    return Jump(name, Guard(int(when), int(unless)), target, reason, _dwell_anew)
+def _from_here(conditions: int) -> int:
+    """Jump map into a commanded attitude: its reference begins where the vehicle is."""
+    return _dwell_anew(conditions) & ~int(C.OFF_TRIM)
+
+
+def _level_first(conditions: int) -> int:
+    """Jump map out of a commanded tilt: V may be small with it, but the linear law has to wait for it to be gone."""
+    return _dwell_anew(conditions) & ~int(C.NEAR | C.SETTLED)
+
+
+def _jump(
+    name: str,
+    target: Law,
+    reason: Reason,
+    when: C = C(0),  # noqa: B008 - immutable
+    unless: C = C(0),  # noqa: B008
+    reset: Callable[[int], int] = _dwell_anew,
+) -> Jump:
+    return Jump(name, Guard(int(when), int(unless)), target, reason, reset)
 
 
 _DISARM = _jump("disarm", Law.LANDED, Reason.DISARM, unless=C.ARMED)
@@ -99,12 +118,14 @@ _BRAKE = (
     _jump("recall", Law.TO_HOVER, Reason.COMMAND, unless=C.WANTED),
 )
 _GO = C.WANTED | C.WORTH
+_STEER = _jump("steer", Law.HOVER_ATTITUDE, Reason.COMMAND, C.STEERED | C.CALM, C.OFF_TRIM, _from_here)
 
 TABLE: dict[Law, tuple[Jump, ...]] = {
     Law.LANDED: (_jump("take_off", Law.HOVER_ZERO_MOMENT, Reason.TAKEOFF, C.ARMED | C.FLYING, C.RESTING),),
     Law.HOVER_LINEAR: (
         *_TO_GROUND,
         _FAIL,
+        _STEER,
         _jump("align", Law.ALIGN, Reason.COMMAND, _GO | C.CALM, C.STOP_DUE),
         _jump("ride_wind", Law.TO_HOVER, Reason.LYAPUNOV_ABOVE, C.FAR | C.WINDY, C.NEAR),
         _jump("leave_linear", Law.HOVER_ZERO_MOMENT, Reason.LYAPUNOV_ABOVE, C.FAR, C.NEAR),
@@ -112,6 +133,7 @@ TABLE: dict[Law, tuple[Jump, ...]] = {
     Law.HOVER_ZERO_MOMENT: (
         *_TO_GROUND,
         _FAIL,
+        _STEER,
         _jump("align", Law.ALIGN, Reason.COMMAND, _GO | C.CALM, C.STOP_DUE),
         _jump("enter_linear", Law.HOVER_LINEAR, Reason.LYAPUNOV_BELOW, C.NEAR, C.FAR | C.WINDY),
         _jump("ride_wind", Law.TO_HOVER, Reason.SPEED, C.WINDY | C.DWELT),
@@ -151,6 +173,7 @@ TABLE: dict[Law, tuple[Jump, ...]] = {
     Law.TO_HOVER: (
         *_TO_GROUND,
         _FAIL,
+        _jump("steer", Law.HOVER_ATTITUDE, Reason.COMMAND, C.STEERED | C.STANDING | C.DWELT, reset=_from_here),
         _jump("hover", Law.HOVER_LINEAR, Reason.LYAPUNOV_BELOW, C.SETTLED | C.STANDING | C.STILL | C.DWELT, C.FAR),
         _jump("align", Law.ALIGN, Reason.COMMAND, _GO | C.CALM | C.STANDING | C.DWELT, C.STOP_DUE),
         _jump(
@@ -164,6 +187,12 @@ TABLE: dict[Law, tuple[Jump, ...]] = {
     Law.FAILSAFE: (
         *_TO_GROUND,
         _jump("recover", Law.HOVER_ZERO_MOMENT, Reason.SPEED, C.RECOVERED | C.DWELT, C.FALLING),
+    ),
+    Law.HOVER_ATTITUDE: (
+        *_TO_GROUND,
+        _FAIL,
+        _jump("let_go", Law.HOVER_ZERO_MOMENT, Reason.COMMAND, unless=C.STEERED, reset=_level_first),
+        _jump("upset", Law.HOVER_ZERO_MOMENT, Reason.FAILSAFE, C.OFF_TRIM, reset=_level_first),
     ),
 }
 

@@ -98,10 +98,7 @@ def control(
     q, w, q_d, f = plant[Q : Q + 4], plant[W : W + 3], law[:4], law[F]
     w_d, f_dot = steer(e, v, q, q_d, f, q_ref, speed, gains)
     w_d_dot = feed_forward(e, v, q, w, q_d, f, w_d, f_dot, q_ref, speed, gains)
-    torque = _attitude_torque(q, w, q_d, w_d, w_d_dot, gains)
-    for i in range(4):
-        moment = gains.M_pinv[i, 0] * torque[0] + gains.M_pinv[i, 1] * torque[1] + gains.M_pinv[i, 2] * torque[2]
-        u[i] = moment + gains.u_bar[i] * f
+    realise(attitude_torque(q, w, q_d, w_d, w_d_dot, gains), f, gains, u)
     law[:4] = normalised(multiply(q_d, from_rotation_vector(dt * w_d)))
     law[F] = _bounded(f + dt * f_dot, gains)
 
@@ -176,8 +173,25 @@ def wanted_force(e: Array, v: Array, speed: float, gains: ZeroMomentGains) -> Ar
 
 
 @njit(cache=True)
-def _attitude_torque(q: Array, w: Array, q_d: Array, w_d: Array, w_d_dot: Array, gains: ZeroMomentGains) -> Array:
-    """Torque that makes q follow q_d, body frame, (3,) [N m]."""
+def realise(torque: Array, f: float, gains: ZeroMomentGains, u: Array) -> None:
+    """Virtual commands of a torque, body frame, (3,) [N m], and a force along d [N], written into ``u`` (4,)."""
+    for i in range(4):
+        moment = gains.M_pinv[i, 0] * torque[0] + gains.M_pinv[i, 1] * torque[1] + gains.M_pinv[i, 2] * torque[2]
+        u[i] = moment + gains.u_bar[i] * f
+
+
+@njit(cache=True)
+def attitude_torque(q: Array, w: Array, q_d: Array, w_d: Array, w_d_dot: Array, gains: ZeroMomentGains) -> Array:
+    """Torque that makes q follow q_d, body frame, (3,) [N m].
+
+    Args:
+        q: Attitude, (4,).
+        w: Body rates, (3,) [rad/s].
+        q_d: Attitude to follow, (4,).
+        w_d: Its rate in its own frame, (3,) [rad/s].
+        w_d_dot: The derivative of that, (3,) [rad/s2].
+        gains: Gains of the law.
+    """
     q_off = multiply(conjugate(q_d), q)
     w_r = rotate_inverse(q_off, w_d)
     w_off = w - w_r

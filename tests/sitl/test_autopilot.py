@@ -145,7 +145,7 @@ def test_going_out_of_the_arena_is_denied_and_changes_nothing(airborne, point):
 
 def test_offboard_needs_fresh_setpoints_and_holds_when_they_stop(airborne):
     assert airborne.set_mode(Mode.OFFBOARD).result == REJECTED
-    airborne.set_offboard_setpoint((3.0, 0.0, 3.0), None)
+    airborne.set_offboard_setpoint((3.0, 0.0, 3.0))
     assert airborne.set_mode(Mode.OFFBOARD).result == ACCEPTED
     assert airborne.update(view(10.1, p=(0.0, 0.0, 3.0), landed=False)).p == (3.0, 0.0, 3.0)
     airborne.update(view(20.0, p=(2.0, 0.0, 3.0), landed=False))

@@ -88,7 +88,7 @@ def test_lost_set_points_start_the_action_set(speed, action, mode, said):
     flight.autopilot.apply(Settings(setpoint_action=action))
 
     def stream():
-        assert flight.autopilot.set_offboard_velocity((speed, 0.0, 0.0), None) is None
+        assert flight.autopilot.set_offboard_velocity((speed, 0.0, 0.0)) is None
 
     stream()
     flight.autopilot.set_mode(Mode.OFFBOARD)

@@ -186,7 +186,7 @@ def test_upright_a_streamed_velocity_ends_before_the_fence(level):
     v = (*level, 0.0)
 
     def stream():
-        flight.autopilot.set_offboard_velocity(v, None)
+        flight.autopilot.set_offboard_velocity(v)
 
     stream()
     assert flight.autopilot.set_mode(Mode.OFFBOARD).accepted

@@ -160,7 +160,7 @@ def test_a_streamed_velocity_is_flown_and_its_end_is_a_stop(velocity, wing):
     flight = Flight()
 
     def stream():
-        assert flight.autopilot.set_offboard_velocity(velocity, None) is None
+        assert flight.autopilot.set_offboard_velocity(velocity) is None
 
     stream()
     assert flight.autopilot.set_mode(Mode.OFFBOARD).accepted
@@ -177,7 +177,7 @@ def test_a_streamed_velocity_is_flown_and_its_end_is_a_stop(velocity, wing):
 def test_a_velocity_that_neither_hover_nor_wing_can_hold_is_refused():
     flight = airborne()
     for velocity in ((5.0, 0.0, 0.0), (0.0, 30.0, 0.0), (1.0, 0.0, -4.0)):
-        assert "hover to 3, wing from 7" in flight.autopilot.set_offboard_velocity(velocity, None)
+        assert "hover to 3, wing from 7" in flight.autopilot.set_offboard_velocity(velocity)
 
 
 def test_a_hold_on_the_wing_stops_ahead_and_stays():

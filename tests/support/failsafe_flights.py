@@ -145,7 +145,7 @@ def _offboard(velocity, settings, seconds, **begun):
     flight = hovering(settings, **begun)
 
     def stream():
-        assert flight.autopilot.set_offboard_velocity(velocity, None) is None
+        assert flight.autopilot.set_offboard_velocity(velocity) is None
 
     flight.stream = stream
     stream()

@@ -1,0 +1,142 @@
+"""Streamed attitudes: which are flown, what ends them, and the attitude that an acceleration takes.
+
+An attitude holds no place and no speed: whoever streams it does. What is flown of it keeps a way back to the hover
+open; the limits are those from which the zero-moment law was flown back without losing height (docs/laws.md).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from protocol.frames import Quaternion, multiply, rotate
+from sitl.autopilot.guidance import Attitude, Setpoint, Vector, View
+from sitl.design.attitude import full_force
+from sitl.hybrid.supervisor import Law
+from sitl.kernels.parameters import Airframe
+
+__all__ = ["Steer", "attitude_of", "heading_of", "lost", "refuse_attitude"]
+
+MOST_TILT = math.radians(45.0)  # of the nose from the vertical
+LEAST_THRUST = 0.2  # with less the elevons have too little slipstream [-]
+MOST_RATE = 3.0  # of the attitude; the reference turns no faster [rad/s]
+UNIT = 0.01  # a quaternion's norm is this near to one
+FASTEST = 8.0  # over the ground, upwards as well [m/s]
+SINK = 3.0  # tail first the elevons lose their effect, and reverse [m/s]
+ARREST = 0.8  # arresting a sink takes so many seconds of it [s]
+LOWEST = 1.0  # an arrested sink ends above this height [m]
+NOSE, BELLY, UP = (1.0, 0.0, 0.0), (0.0, 0.0, -1.0), (0.0, 0.0, 1.0)
+
+
+@dataclass(slots=True)
+class Steer:
+    """Fly one streamed attitude, turning on at its own rates until the next one comes."""
+
+    attitude: Attitude
+    came: float  # [s]
+    speed: float  # of the hover laws, when they take over [m/s]
+    landing: bool = False
+
+    def update(self, view: View) -> Setpoint:
+        """The attitude as it is by now; the place is where the vehicle is."""
+        now = _turned(self.attitude, view.time - self.came)
+        if _tilt(now.q) > MOST_TILT:  # its rates lead out of what is flown
+            now = self.attitude._replace(rates=(0.0, 0.0, 0.0))
+        return Setpoint(view.p, heading_of(now.q), self.speed, attitude=now)
+
+    def done(self, view: View) -> bool:  # noqa: ARG002 - set-points have no end of their own
+        """Never."""
+        return False
+
+
+def refuse_attitude(attitude: Attitude, view: View) -> str | None:
+    """Why an attitude cannot be flown now, or None."""
+    if not all(map(math.isfinite, (*attitude.q, *attitude.rates, attitude.thrust))):
+        return "attitude set-point is not a number"
+    norm = math.hypot(*attitude.q)
+    if abs(norm - 1.0) > UNIT:
+        return f"attitude quaternion has norm {norm:.2f}, not 1"
+    if not LEAST_THRUST <= attitude.thrust <= 1.0:
+        return f"thrust {attitude.thrust:.2f} is not within {LEAST_THRUST:g} and 1"
+    if math.hypot(*attitude.rates) > MOST_RATE:
+        return f"body rates of {math.hypot(*attitude.rates):.1f} rad/s: attitudes turn at {MOST_RATE:g} rad/s at most"
+    tilt, most = math.degrees(_tilt(attitude.q)), math.degrees(MOST_TILT)
+    if tilt > most + 0.01:
+        return (
+            f"nose {tilt:.0f} deg from the vertical: attitudes are flown up to {most:.0f} deg (hover is pitch 90 deg)"
+        )
+    if view.landed:
+        return "attitudes are flown in the air only: take off first"
+    if view.forward:
+        return "attitudes are flown upright only: go over to the hover first"
+    return lost(view, view.law)
+
+
+def lost(view: View, last: Law) -> str | None:
+    """Why attitudes are to be flown no longer, or None.
+
+    Args:
+        view: The vehicle as it is now, set-points of attitude still being ordered.
+        last: The law in force at the tick before.
+    """
+    if last is Law.HOVER_ATTITUDE and view.law is not Law.HOVER_ATTITUDE:
+        return "attitude lost"
+    if -view.v[2] > SINK:
+        return f"sinking at {-view.v[2]:.1f} m/s"
+    if math.hypot(*view.v) > FASTEST:
+        return f"{math.hypot(*view.v):.1f} m/s is too fast for attitude set-points"
+    if view.p[2] + ARREST * min(view.v[2], 0.0) < LOWEST:
+        return f"{view.p[2]:.1f} m is too low for attitude set-points"
+    return None
+
+
+def attitude_of(acceleration: Vector, heading: float, turn: float, airframe: Airframe) -> Attitude:
+    """The attitude and thrust that give an acceleration in still air: force = m (a + g up).
+
+    Args:
+        acceleration: World NWU [m/s2].
+        heading: Wanted heading of the belly [rad].
+        turn: Rate of that heading [rad/s].
+        airframe: As the laws believe it.
+    """
+    x, y, z = acceleration[0], acceleration[1], acceleration[2] + airframe.g
+    lift = math.hypot(x, y, z)
+    upright = _upright(heading)
+    q = upright if lift == 0.0 else multiply(_between(UP, (x / lift, y / lift, z / lift)), upright)
+    rates = rotate((q[0], -q[1], -q[2], -q[3]), (0.0, 0.0, turn))
+    return Attitude(q, rates, airframe.m * lift / full_force(airframe))
+
+
+def heading_of(q: Quaternion) -> float:
+    """Where the belly looks, world NWU [rad]."""
+    north, west, _ = rotate(q, BELLY)
+    return math.atan2(west, north)
+
+
+def _upright(heading: float) -> Quaternion:
+    """Nose up, the belly to a heading: a turn about the vertical after one of -90 deg about y."""
+    c, s = math.sqrt(0.5) * math.cos(0.5 * heading), math.sqrt(0.5) * math.sin(0.5 * heading)
+    return (c, s, -c, s)
+
+
+def _between(a: Vector, b: Vector) -> Quaternion:
+    """The shortest rotation from one unit vector to another; half a turn about x where there is none."""
+    w = 1.0 + a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+    x, y, z = a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+    norm = math.hypot(w, x, y, z)
+    return (w / norm, x / norm, y / norm, z / norm) if norm > 1e-9 else (0.0, 1.0, 0.0, 0.0)
+
+
+def _tilt(q: Quaternion) -> float:
+    return math.acos(min(max(rotate(q, NOSE)[2] / math.hypot(*q) ** 2, -1.0), 1.0))
+
+
+def _turned(attitude: Attitude, seconds: float) -> Attitude:
+    """The attitude after turning at its rates for a time, its quaternion of unit norm."""
+    rate = math.hypot(*attitude.rates)
+    half = 0.5 * rate * seconds
+    scale = 0.5 * seconds if half == 0.0 else math.sin(half) / rate
+    p, q, r = attitude.rates
+    w, x, y, z = multiply(attitude.q, (math.cos(half), scale * p, scale * q, scale * r))
+    norm = math.hypot(w, x, y, z)
+    return attitude._replace(q=(w / norm, x / norm, y / norm, z / norm))
