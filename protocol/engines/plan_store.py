@@ -20,6 +20,7 @@ from protocol.plans.mission import MissionItem
 __all__ = ["CAPACITY", "TRANSITIONS", "PlanStore", "Refusal", "Validate", "plan_id"]
 
 CAPACITY = 1000  # items
+STEPS_BACK = 2  # [-] from an item that does not come, to ask for those before it too
 
 _ACCEPTED, _CANCELLED = mavlink.MAV_MISSION_ACCEPTED, mavlink.MAV_MISSION_OPERATION_CANCELLED
 
@@ -109,7 +110,7 @@ class PlanStore:
         if now < self._resend.deadline or self._upload is None:
             return
         if self._resend.retry(now):
-            self._request_item(self._upload)
+            self._request_again(self._upload)
         else:
             self._end("give_up", _CANCELLED, f"item {len(self._upload.items)} never came")
 
@@ -144,7 +145,7 @@ class PlanStore:
             return
         upload.newest = message.get_seq()
         if message.seq > len(upload.items):
-            self._request_item(upload)
+            self._request_item(upload, len(upload.items))
         elif message.seq == len(upload.items):  # an earlier one came twice: nothing to do
             self._resend.answer(now)
             self._take(upload, message, now)
@@ -175,7 +176,7 @@ class PlanStore:
     def _request_next(self, upload: _Upload, now: float) -> None:
         if len(upload.items) < upload.count:
             self._resend.start(now)
-            self._request_item(upload)
+            self._request_item(upload, len(upload.items))
             return
         refusal = self._validate(upload.items) if self._validate is not None else None
         if refusal is not None:
@@ -184,8 +185,18 @@ class PlanStore:
         self.items = tuple(upload.items)
         self._end("complete", _ACCEPTED, "")
 
-    def _request_item(self, upload: _Upload) -> None:
-        peer, seq = upload.peer, len(upload.items)
+    def _request_again(self, upload: _Upload) -> None:
+        """After a while the items before are asked for too, ever further back.
+
+        A late duplicate of a request sets MAVSDK back to its item; what is further on it ignores from then on.
+        """
+        wanted = len(upload.items)
+        back = min(max(self._resend.times - 2, 0), STEPS_BACK, wanted)
+        for seq in range(wanted - back, wanted + 1):
+            self._request_item(upload, seq)
+
+    def _request_item(self, upload: _Upload, seq: int) -> None:
+        peer = upload.peer
         self._reply(peer, mavlink.MAVLink_mission_request_int_message(peer.system, peer.component, seq, self._kind))
 
     def _end(self, trigger: str, result: int, reason: str) -> None:

@@ -101,20 +101,21 @@ class Resend:
 
     def __init__(self, partner: Partner) -> None:
         self.deadline = math.inf  # when to send again
+        self.times = 0  # it was sent without being answered
         self._partner, self._endurance = partner, _Endurance(partner)
-        self._sent, self._times = 0.0, 0
+        self._sent = 0.0
 
     def start(self, now: float) -> None:
         """The next step: its message goes out for the first time."""
-        self._sent, self._times = now, 1
+        self._sent, self.times = now, 1
         self._endurance.progress(now)
         self.deadline = now + self._partner.timeout
 
     def answer(self, now: float) -> None:
         """What was sent has been answered."""
-        if self._times == 1:
+        if self.times == 1:
             self._partner.measure(now - self._sent)
-        self._times = 0
+        self.times = 0
 
     def wait(self, now: float) -> None:
         """More is on its way without being asked for."""
@@ -126,7 +127,7 @@ class Resend:
         if self._endurance.is_over(now):
             self.stop()
             return False
-        self._times += 1
+        self.times += 1
         self._partner.miss()
         self.deadline = now + self._partner.timeout
         return True

@@ -159,6 +159,20 @@ def test_requests_wait_as_long_as_answers_take():
     assert {seq: requests.count(seq) for seq in range(3, 20)} == dict.fromkeys(range(3, 20), 1)
 
 
+def test_after_a_while_the_items_before_are_asked_for_too_in_order():
+    """A sender that a late request set back would ignore a request further on."""
+    engine = server()
+    feed(engine, count(9), item(0), item(1), item(2))
+    engine.messages_to_send()
+    asked = []
+    for _ in range(4):
+        engine.handle_timer(engine.next_deadline())
+        asked.append([seq for _, seq in told(engine)])
+    assert asked == [[3], [2, 3], [1, 2, 3], [1, 2, 3]]
+    feed(engine, item(2), item(3), now=5.0)
+    assert told(engine) == [("REQUEST", 4)]
+
+
 @pytest.mark.parametrize("away", [2.0, 5.0, 8.0])
 def test_an_upload_goes_on_where_it_was_when_the_link_was_away(away):
     engine, new = server(), plan(3)
