@@ -156,6 +156,7 @@ class Snapshot:
     mode: str | None = None
     heartbeat_at: float | None = None  # when the last HEARTBEAT came, on the caller's clock [s]
     lost: bool = False
+    critical: bool = False  # the vehicle's own failsafes see cause for alarm
     landed_state: int = 0  # MAV_LANDED_STATE
     vtol_state: int = 0  # MAV_VTOL_STATE
     boot: float | None = None  # vehicle's time since boot [s]

@@ -42,8 +42,8 @@ RESTART = 1.0  # boot time going back by more than this is another boot [s],
 CERTAIN = 3  # if so many messages in a row say so: one may have been held up on its way
 # What is still true of a vehicle that started anew; all the rest belongs to the flight before.
 OUTLIVES_RESTART = (
-    "source", "autopilot", "kind", "armed", "mode", "heartbeat_at", "lost", "restarts", "parameters", "mission",
-    "transfer", "messages", "open_text", "received", "rate", "loss", "signing", "refused",
+    "source", "autopilot", "kind", "armed", "mode", "critical", "heartbeat_at", "lost", "restarts", "parameters",
+    "mission", "transfer", "messages", "open_text", "received", "rate", "loss", "signing", "refused",
 )  # fmt: skip
 INFO, NOTICE, WARNING = mavlink.MAV_SEVERITY_INFO, mavlink.MAV_SEVERITY_NOTICE, mavlink.MAV_SEVERITY_WARNING
 
@@ -129,6 +129,7 @@ def _heartbeat(s: Snapshot, m: Message, now: float) -> Snapshot:
         kind=m.type,
         armed=bool(m.base_mode & mavlink.MAV_MODE_FLAG_SAFETY_ARMED),
         mode=_mode_name(m),
+        critical=m.system_status in {mavlink.MAV_STATE_CRITICAL, mavlink.MAV_STATE_EMERGENCY},
         heartbeat_at=now,
         lost=False,
     )

@@ -57,6 +57,7 @@ class Picture(NamedTuple):
     landing: bool
     taking_off: bool
     ready: bool  # pre-arm checks pass
+    critical: bool  # the cause of an alarm lasts
     k_f: float
     motor_min: float
     motor_max: float
@@ -138,6 +139,7 @@ def take_picture(craft: Craft) -> Picture:
         landing=autopilot.landing,
         taking_off=autopilot.mode is Mode.TAKEOFF,
         ready=not autopilot.pre_arm(),
+        critical=autopilot.failsafes.is_critical,
         k_f=a.k_f,
         motor_min=a.omega_min,
         motor_max=a.omega_max,

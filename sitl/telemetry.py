@@ -30,7 +30,8 @@ def heartbeat(s: Picture, autopilot: int = mavlink.MAV_AUTOPILOT_PX4) -> Message
     base = mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED | mavlink.MAV_MODE_FLAG_STABILIZE_ENABLED
     base |= mavlink.MAV_MODE_FLAG_AUTO_ENABLED if s.mode.is_auto else mavlink.MAV_MODE_FLAG_GUIDED_ENABLED
     base |= mavlink.MAV_MODE_FLAG_SAFETY_ARMED if s.armed else 0
-    state = mavlink.MAV_STATE_STANDBY if s.landed else mavlink.MAV_STATE_ACTIVE
+    flying = mavlink.MAV_STATE_CRITICAL if s.critical else mavlink.MAV_STATE_ACTIVE
+    state = mavlink.MAV_STATE_STANDBY if s.landed else flying
     return mavlink.MAVLink_heartbeat_message(
         mavlink.MAV_TYPE_VTOL_DUOROTOR,
         autopilot,

@@ -52,7 +52,8 @@ class StatusBar(Panel):
         armed = (" ARMED ", "bad") if s.armed else (" disarmed ", "good" if s.prearm_ok is not False else "warn")
         return [
             text_line(
-                (f" {s.source[0]}/{s.source[1]} ", "label"), armed, self._mode(s), (f" {self._state(s)} ", ""),
+                (f" {s.source[0]}/{s.source[1]} ", "label"), armed, self._mode(s),
+                (" FAILSAFE " if s.critical else "", "bad"), (f" {self._state(s)} ", ""),
                 self._progress(s), self._mission(s), self._control(s), self._link(s), self._signing(s),
             )
         ]  # fmt: skip

@@ -11,6 +11,7 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Iterable, Iterator
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
@@ -37,7 +38,7 @@ def main() -> None:
 def table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> None:
     """Print a table in Markdown, row by row as they come."""
     head = tuple(head)
-    for row in (head, ("---",) * len(head), *rows):
+    for row in chain((head, ("---",) * len(head)), rows):
         print(f"| {' | '.join(row)} |", flush=True)
 
 

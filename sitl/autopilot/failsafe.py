@@ -163,6 +163,11 @@ class Failsafes:
             alarms += self.battery.check(view.energy_left, reserve, settings, mode)
         return alarms
 
+    @property
+    def is_critical(self) -> bool:
+        """Whether a link is lost, the fence about to be left, or the battery no longer free to use."""
+        return self.links.lost or self.fence.breached or self.battery.returned or self.battery.critical
+
     def rest(self) -> None:
         """On the ground: a link that is lost when the next flight begins is told of then."""
         self.links = LinkWatches()

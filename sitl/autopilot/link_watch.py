@@ -46,6 +46,11 @@ class LinkWatches:
     _in_control: _LinkWatch = field(default_factory=_LinkWatch)
     _companion: _LinkWatch = field(default_factory=_LinkWatch)
 
+    @property
+    def lost(self) -> bool:
+        """Whether any of them is lost."""
+        return self._ground.lost or self._in_control.lost or self._companion.lost
+
     def check(self, silence: Silence, settings: Settings) -> list[Alarm]:
         """An alarm for each link that is lost now, and a word for each that is back.
 

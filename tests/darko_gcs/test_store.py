@@ -13,6 +13,7 @@ from darko_gcs.store_darko import KEPT_V
 from darko_gcs.widgets.map import MapPanel, decision_words
 from darko_gcs.widgets.numbers import DecisionPanel, FlightPanel
 from darko_gcs.widgets.panels import ActuatorPanel, AttitudePanel, HybridPanel, MessagePanel
+from darko_gcs.widgets.status import StatusBar
 from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.events import CommandDone, MissionFailed, VehicleLost, VehicleReturned
@@ -27,9 +28,9 @@ def told(message, codec=VEHICLE):
     return Codec(255, 190).decode(codec.encode(message))[0]
 
 
-def heartbeat(armed=False, mode=4 << 16 | 3 << 24):
+def heartbeat(armed=False, mode=4 << 16 | 3 << 24, state=mavlink.MAV_STATE_ACTIVE):
     base = 1 | (mavlink.MAV_MODE_FLAG_SAFETY_ARMED if armed else 0)
-    return mavlink.MAVLink_heartbeat_message(19, mavlink.MAV_AUTOPILOT_PX4, base, mode, 4, 3)
+    return mavlink.MAVLink_heartbeat_message(19, mavlink.MAV_AUTOPILOT_PX4, base, mode, state, 3)
 
 
 def hybrid(ms, v=1.0, law=1):
@@ -49,6 +50,11 @@ def fold(messages, s=EMPTY):
 def test_a_heartbeat_names_the_vehicle_its_mode_and_arming():
     s = fold([heartbeat(armed=True)])
     assert (s.source, s.mode, s.armed, s.heartbeat_at) == ((1, 1), "HOLD", True, 1.0)
+
+
+def test_a_vehicle_whose_failsafes_see_cause_for_alarm_says_so_in_the_status_line():
+    line = {state: str(StatusBar().draw(fold([heartbeat(state=state)]), 120, 1)[0]) for state in range(3, 7)}
+    assert [state for state, text in line.items() if "FAILSAFE" in text] == [5, 6]  # critical, emergency
 
 
 def test_a_second_vehicle_is_not_mixed_in():

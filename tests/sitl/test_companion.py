@@ -16,6 +16,7 @@ from tests.support.station import Sky
 ARM = mavlink.MAV_CMD_COMPONENT_ARM_DISARM
 ONBOARD_COMPUTER = mavlink.MAV_COMP_ID_ONBOARD_COMPUTER
 KEY = bytes(range(32))
+ACTIVE, CRITICAL = mavlink.MAV_STATE_ACTIVE, mavlink.MAV_STATE_CRITICAL
 SOON = Settings(link_action=2, link_timeout=3.0, companion_action=3, companion_timeout=2.0)
 
 
@@ -125,6 +126,18 @@ def test_a_companion_that_is_there_hides_no_lost_ground_station(tmp_path):
         sky.advance(1.0)
     assert "No ground station for 3 s: returning" in ground.texts()
     assert "No companion" not in ground.texts()
+
+
+def test_heartbeat_says_critical_while_a_link_is_lost_and_active_when_it_is_back(tmp_path):
+    sky = Sky(tmp_path, up=5.0, settings=Settings(companion_timeout=2.0))
+    ground, aboard = sky.station(), companion(sky)
+    states = []
+    for heard in (True, False, False, True):
+        if heard:
+            aboard.send(heartbeat())
+        sky.advance(1.5)
+        states.append([m.system_status for m in ground.heard if m.get_type() == "HEARTBEAT" and m.autopilot != 8][-1])
+    assert states == [ACTIVE, CRITICAL, CRITICAL, ACTIVE]
 
 
 # Which ground station
