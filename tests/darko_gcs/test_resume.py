@@ -139,6 +139,13 @@ def test_an_upload_whose_vehicle_starts_anew_ends_in_words_and_can_be_repeated(w
     assert world.run(2.0, until=lambda: world.shown.mission == SHORT)
 
 
+def test_a_second_upload_that_is_refused_is_not_taken_for_the_first(world):
+    world.station.upload(SHORT, world.now)
+    world.station.upload(SQUARE, world.now)
+    assert world.run(2.0, until=lambda: len(world.heard(MissionUploaded)) == 2)
+    assert world.shown.mission == SHORT
+
+
 def test_a_command_under_way_is_given_up_when_the_vehicle_starts_anew(world):
     vehicle, world.vehicle = world.vehicle, None
     world.station.arm(world.now)

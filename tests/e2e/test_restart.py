@@ -1,0 +1,192 @@
+"""Real processes killed with SIGKILL and started again: a vehicle in flight, a ground station that watches it."""
+
+import json
+import os
+import re
+import select
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from protocol.plans import load
+from protocol.tlog import read_tlog
+from tests.e2e.support import BIN, free_ports
+from tests.e2e.watch import fingerprint
+from tests.support.paths import DATA
+
+LIMIT = 30.0  # [s] after which what is waited for is taken not to come
+WATCH = Path(__file__).with_name("watch.py")
+KEY = bytes(range(32)).hex()
+
+
+class Process:
+    """A child that is killed in the end, if not before."""
+
+    def __init__(self, *command, **pipes):
+        self.process = subprocess.Popen(command, **pipes)
+
+    def kill(self):
+        """End it as a crash does."""
+        if self.process.poll() is None:
+            os.kill(self.process.pid, signal.SIGKILL)
+        self.process.wait()
+        for stream in (self.process.stdin, self.process.stdout, self.process.stderr):
+            if stream is not None:
+                stream.close()
+
+
+class Vehicle(Process):
+    """``darko-sitl`` at ten times real time, once it flies."""
+
+    def __init__(self, port, folder, *arguments):
+        super().__init__(
+            str(BIN / "darko-sitl"), "--port", "0", "--gcs-port", str(port), "--api-port", "0", "--speed", "10",
+            "--state-dir", str(folder), *arguments, stderr=subprocess.PIPE, text=True,
+        )  # fmt: skip
+        said = []
+        for line in self.process.stderr:
+            said.append(line)
+            if re.search("ready after", line):
+                return
+        raise AssertionError("".join(said))
+
+
+class Station(Process):
+    """The ground station, and what it shows."""
+
+    def __init__(self, port, folder, *key):
+        command = (sys.executable, str(WATCH), str(port), str(folder), *key)
+        super().__init__(*command, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+        self.shown, self._rest = {}, b""
+
+    def ask(self, request):
+        """One of the operator's requests."""
+        self.process.stdin.write(f"{request}\n".encode())
+        self.process.stdin.flush()
+
+    def until(self, holds):
+        """What is shown as soon as something holds."""
+        end = time.monotonic() + LIMIT
+        while True:
+            for line in self._lines(end):
+                self.shown = json.loads(line)
+                if holds(self.shown):
+                    return self.shown
+
+    def _lines(self, end):
+        assert select.select([self.process.stdout], [], [], max(0.0, end - time.monotonic()))[0], json.dumps(self.shown)
+        data = os.read(self.process.stdout.fileno(), 1 << 16)
+        assert data, f"the ground station ended, having shown {self.shown}"
+        *lines, self._rest = (self._rest + data).split(b"\n")
+        return lines
+
+
+@pytest.fixture
+def start(tmp_path):
+    """Starts a process on the test's port and in its folder; all are ended with the test."""
+    (port,) = free_ports(1)
+    running = []
+
+    def starting(kind, *arguments):
+        running.append(kind(port, tmp_path / kind.__name__, *arguments))
+        return running[-1]
+
+    yield starting
+    for process in running:
+        process.kill()
+
+
+def items_of(path):
+    return fingerprint(load(path).items)
+
+
+def has(items):
+    """That a mission is shown, and nothing is under way."""
+    return lambda s: s["mission"] == items and s["transfer"] is None
+
+
+def is_acquainted(shown):
+    """That mission and thresholds were asked for and came, in this order, and home is known."""
+    return len(shown["parameters"]) == 2 and shown["transfer"] is None and shown["home"]
+
+
+def restarts_in(log):
+    """How often the vehicle's time since boot went back in a recording that may still go on."""
+    boots = read_tlog(log).columns("ATTITUDE")["time_boot_ms"].astype(int)
+    return (boots[1:] < boots[:-1] - 1000).sum()
+
+
+SQUARE = DATA / "square.plan"
+
+
+def waypoints(path, count, apart):
+    """A QGC WPL 110 file: home, take-off, and northwards in steps [1e-7 deg]."""
+    places = (
+        f"{22 if n == 1 else 16}\t0\t0\t0\t0\t{43.5648 + n * apart * 1e-7:.7f}\t1.4811\t5\t1" for n in range(count + 1)
+    )
+    rows = (f"{n}\t0\t3\t{place}" for n, place in enumerate(places))
+    path.write_text("\n".join(("QGC WPL 110", *rows)) + "\n")
+    return path
+
+
+def test_either_side_dies_in_a_mission_and_is_known_again(start, tmp_path):
+    plan = waypoints(tmp_path / "long.waypoints", 12, 11000)
+    items = items_of(plan)
+    vehicle, first = start(Vehicle), start(Station)
+    first.until(is_acquainted)
+    first.ask(f"upload {plan}")
+    first.until(has(items))
+    first.ask("arm")
+    first.until(lambda s: s["armed"])
+    first.ask("start_mission")
+    first.until(lambda s: s["mode"] == "MISSION" and s["current"] == 2)
+    first.kill()
+
+    second = start(Station)
+    shown = second.until(is_acquainted)
+    assert shown["mission"] == items
+    assert (shown["mode"], shown["armed"]) == ("MISSION", True)
+    assert shown["current"] >= 2
+    second.until(lambda s: s["current"] > shown["current"] and s["reached"])
+    assert shown["log"] != first.shown["log"]
+    log = read_tlog(first.shown["log"])
+    assert len(log.rows("MISSION_ITEM_INT")) == 12
+    assert sum(piece.length for piece in log.damage) < 300  # at most one record, cut short
+
+    vehicle.kill()
+    second.until(lambda s: s["lost"])
+    start(Vehicle)
+    shown = second.until(lambda s: s["restarts"] == 1 and is_acquainted(s))
+    assert shown["mission"] == items
+    assert (shown["lost"], shown["armed"], shown["reached"]) == (False, False, [])
+    second.until(lambda s: restarts_in(s["log"]) == 1)  # both lives are in one log
+
+
+def test_an_upload_that_either_side_does_not_survive_leaves_one_plan_whole_and_the_next_works_signed(start, tmp_path):
+    long = waypoints(tmp_path / "long.waypoints", 800, 10)
+    plans = [items_of(SQUARE), items_of(long)]
+    vehicle, station = start(Vehicle, "--signing-key", KEY), start(Station, KEY)
+    assert station.until(is_acquainted)["signing"] == "SIGNED"
+    station.ask(f"upload {SQUARE}")
+    station.until(lambda s: "Mission of 6 items uploaded" in s["said"])
+    station.ask(f"upload {long}")
+    station.until(lambda s: s["transfer"] is not None and s["transfer"][1] > 20)
+    station.kill()
+
+    station = start(Station, KEY)
+    assert station.until(is_acquainted)["mission"] in plans
+    station.ask(f"upload {SQUARE}")
+    station.until(lambda s: "Mission of 6 items uploaded" in s["said"])
+    station.ask(f"upload {long}")
+    station.until(lambda s: s["transfer"] is not None and s["transfer"][1] > 20)
+    vehicle.kill()
+
+    start(Vehicle, "--signing-key", KEY)
+    assert station.until(lambda s: s["restarts"] == 1 and is_acquainted(s))["mission"] in plans
+    assert any(text.startswith("Mission upload failed") for text in station.shown["said"])
+    station.ask(f"upload {long}")
+    assert station.until(lambda s: "Mission of 800 items uploaded" in s["said"])["mission"] == plans[1]

@@ -1,0 +1,61 @@
+"""A ground station without a screen, for tests to kill: shows its snapshot as JSON lines, takes requests as lines.
+
+Usage: python watch.py PORT FOLDER [KEY]. Requests on stdin: ``upload FILE``, ``arm``, ``start_mission``.
+"""
+
+import asyncio
+import json
+import sys
+from pathlib import Path
+from zlib import crc32
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+
+from darko_gcs.feed import LiveFeed
+from darko_gcs.recording import start_recording
+from darko_gcs.signing import open_keyring
+from darko_gcs.station import Station
+from protocol.plans import load
+
+LOOK = 0.01  # [s]
+
+
+def fingerprint(items):
+    """A mission in few letters."""
+    return f"{len(items)} items {crc32(repr([(item.command, item.x, item.y, item.z) for item in items]).encode()):08x}"
+
+
+def digest(s, log):
+    """What the tests look at."""
+    return {
+        "log": log, "boot": s.boot and int(s.boot), "source": s.source, "lost": s.lost, "restarts": s.restarts,
+        "mode": s.mode, "armed": s.armed, "mission": fingerprint(s.mission), "current": s.mission_current,
+        "reached": sorted(s.reached), "home": s.home is not None, "parameters": sorted(s.parameters),
+        "transfer": s.transfer, "signing": s.signing.name, "said": [line.text for line in s.messages[-20:]],
+    }  # fmt: skip
+
+
+async def main(port, folder, key=None):
+    """Serve until killed."""
+    folder = Path(folder)
+    recorder, log = start_recording(folder)
+    feed = LiveFeed(Station(recorder, open_keyring(key, kept=folder / "signing-time")), "127.0.0.1", int(port), None)
+    await feed.open()
+
+    def obey():
+        request, *rest = sys.stdin.readline().split()
+        arguments = [load(name).items for name in rest]
+        getattr(feed.station, request)(*arguments, feed.now)
+
+    asyncio.get_running_loop().add_reader(sys.stdin, obey)
+    told = None
+    while True:
+        feed.advance(LOOK)
+        if (state := digest(feed.snapshot, str(log))) != told:
+            told = state
+            print(json.dumps(state), flush=True)
+        await asyncio.sleep(LOOK)
+
+
+if __name__ == "__main__":
+    asyncio.run(main(*sys.argv[1:]))
