@@ -324,7 +324,7 @@ class Node:
         self._keep(self._home.keep)
         self._tell(telemetry.global_origin(self.picture()))
         self._tell(telemetry.home_position(self.picture()))
-        self._say(INFO, self._home.where)
+        self._say(INFO, f"Home is {self._home.where}")
         for text in recheck(self.craft.autopilot, self._bounds):
             self._say(WARNING, text)
 

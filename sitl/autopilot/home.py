@@ -175,8 +175,8 @@ class HomeKeeper:
         self._autopilot.move(frame, home)
         self._kept = kept
         if frame is not world.frame:
-            self._tell("The origin is {:.7f}, {:.7f}, {:.1f} m, as it was kept".format(*astuple(kept.origin)))
-        self._tell(f"{self.where}, as it was kept")
+            self._tell("Kept origin is {:.7f}, {:.7f}, {:.1f} m".format(*astuple(kept.origin)))
+        self._tell(f"Kept home is {self.where}")
 
     def _tell(self, text: str) -> None:
         self.said.append(Notice(mavlink.MAV_SEVERITY_INFO, text))
@@ -186,10 +186,10 @@ class HomeKeeper:
 
     @property
     def where(self) -> str:
-        """Where home is, in words."""
+        """Where home is from the origin, in words."""
         north, west, up = self._autopilot.world.home
         north, east, up = (round(length, 1) + 0.0 for length in (north, -west, up))
-        return f"Home is {north} m north, {east} m east, {up} m above the origin"
+        return f"{north} m north, {east} m east, {up} m up"
 
     def keep(self) -> None:
         """Keep where home and origin are now.
