@@ -263,6 +263,15 @@ class Session:
         smallest = min(entries, key=lambda entry: int(entry.size_bytes))
         self.say(f"{len(entries)} logs, one of {self._download(smallest)} bytes downloaded")
 
+    def restart(self) -> None:
+        """Reboot it on the ground: what it keeps is there again, and it is well."""
+        self.param.set_param_float("MIS_TAKEOFF_ALT", 3.5)
+        self.action.reboot()
+        self.watch.until("rebooting", lambda _now: "Rebooting" in self.watch.taken["status_text"])
+        _ensure(self.param.get_param_float("MIS_TAKEOFF_ALT") == 3.5, "take-off altitude is kept")
+        self.watch.until("health_all_ok", lambda now: now["health_all_ok"], 30.0)
+        self.say("rebooted, well, parameters kept")
+
     def _download(self, entry: Entry) -> int:
         """Fetch one log whole; its size."""
         done: queue.Queue[str] = queue.Queue()
@@ -291,7 +300,7 @@ class Session:
 STEPS = (
     Session.health, Session.parameters, Session.missions, Session.take_off, Session.go_to, Session.set_points,
     Session.land, Session.fly_mission, Session.wings, Session.move_home, Session.come_home,
-    Session.log_files,
+    Session.log_files, Session.restart,
 )  # fmt: skip
 
 

@@ -35,6 +35,10 @@ def test_it_flies_a_mission_over_the_wing_and_returns(session):
     assert {"wings", "come_home"} <= set(session)
 
 
+def test_it_is_rebooted_and_well_again(session):
+    assert session["restart"] == "rebooted, well, parameters kept"
+
+
 def test_it_moves_home_and_returns_to_where_it_moved(session):
     assert session["move_home"] == "home moved 15 m north, 1 m up; to the antipodes: COMMAND_DENIED"
     assert float(re.search(r"landed ([\d.]+) m from home", session["come_home"])[1]) < 1.0
