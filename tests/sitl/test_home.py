@@ -361,7 +361,7 @@ def test_the_same_home_again_is_told_but_not_written(hovering, tmp_path):
     station = hovering.station()
     set_home(station, 10.0, 0.0, 150.0)
     (tmp_path / "home.json").unlink()
-    hovering.advance(1.0)  # no repetition of the first
+    hovering.advance(2.0)  # no repetition of the first
     assert set_home(station, 10.0, 0.0, 150.0) == ACCEPTED
     assert not (tmp_path / "home.json").exists()
 
