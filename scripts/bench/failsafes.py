@@ -1,7 +1,8 @@
 """What becomes of flights that lose a link or run out of battery, flown to the ground.
 
 ``python scripts/bench/failsafes.py [--seeds N]`` prints the tables of docs/failsafes.md: every way of flying with every
-action after a lost link (seed 1, still air), and flights away from home on a small battery (seeds 1 to N).
+action after a lost link (seed 1, still air), how long landings take in a wind (seeds 10 to 9 + N, from two sides), and
+flights away from home on a small battery (seeds 1 to N).
 """
 # The flights are those of the tests, which carry no types.
 # mypy: disallow-untyped-calls=False
@@ -19,18 +20,23 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 from protocol.modes import Mode
 from sitl.autopilot.alarm import Action
+from sitl.autopilot.failsafe import landing_energy
 from tests.support.failsafe_flights import CRITICAL, ERRANDS, MODES, ON_THE_WING, TIMEOUT, WAYS, Begun, LinkFlight
+from tests.support.wing_flight import HIGH
 
 LIMIT = 150.0  # [s]
+NEAR = 8.0  # a landing begins here [m]
 
 
 def main() -> None:
     """Fly and print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seeds", type=int, default=10)
+    parser.add_argument("--seeds", type=int, default=8)
     seeds = parser.parse_args().seeds
     actions = (Action.HOLD, Action.RETURN, Action.LAND)
     table(("Lost while", *(action.name.lower() for action in actions)), links(actions))
+    print()
+    table(("Wind", "half", "three quarters", "longest"), landings(seeds))
     print()
     table(("Sent away by", "battery", "wind, gusts", "turned at", "left", "from home", "said so"), errands(seeds))
 
@@ -64,6 +70,28 @@ def lost(begun: Begun, action: Action) -> str:
     upset = ", upset" if flight.failsafes else ""
     wrong = "" if action <= begun.under_way or MODES[action] in flight.modes else ", not as asked"
     return f"{end}, {flight.vehicle.time - began:.0f} s{upset}{wrong}"
+
+
+def landings(seeds: int) -> Iterator[tuple[str, ...]]:
+    """A row for each wind: the energy of landings after a leg on the wing, in those of still air."""
+    for wind, gusts in ((0.0, 0.7), (3.0, 0.7), (4.0, 0.7), (5.0, 0.7), (6.0, 1.0)):
+        flown = [landing(wind, azimuth, gusts, 10 + seed) for azimuth in (180.0, 90.0) for seed in range(seeds)]
+        yield f"{wind:g} m/s", *(f"{np.quantile(flown, share):.1f}" for share in (0.5, 0.75, 1.0))
+
+
+def landing(wind: float, azimuth: float, gusts: float, seed: int) -> float:
+    """The energy of one landing from 25 m, from 8 m level distance on, in those of still air."""
+    settings = ON_THE_WING._replace(battery_action=0)
+    flight = LinkFlight(settings=settings, seed=seed, wind_speed=wind, wind_from=azimuth, gusts=gusts)
+    calm = flight.craft.view()._replace(wind=(0.0, 0.0, 0.0))
+    still = landing_energy(calm, (0.0, 0.0, HIGH), settings, flight.craft.vehicle.airframe)
+    flight.autopilot.go_to((200.0, 0.0, HIGH))
+    flight.fly(7.0)
+    flight.autopilot.return_to_launch()
+    turned = len(flight.time)
+    flight.land(2.0 * LIMIT)
+    near = turned + int(np.argmax(np.linalg.norm(flight.p[turned:, :2], axis=1) < NEAR))
+    return float((flight.energy[-1] - flight.energy[near]) / still)
 
 
 def errands(seeds: int) -> Iterator[tuple[str, ...]]:

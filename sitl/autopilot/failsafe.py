@@ -116,7 +116,7 @@ class WayHome:
         capacity = view.energy / view.energy_left if view.energy_left > 0.0 else 0.0
         kept = settings.battery_critical * capacity
         if _is_windy(view):
-            kept += (LONGEST - IN_A_WIND) * _landing_energy(view, to, settings, chooser)
+            kept += (LONGEST - IN_A_WIND) * landing_energy(view, to, settings, chooser.airframe)
         spent = view.energy - MARGIN * self.home - kept < 0.5 * self.slack
         if view.time >= self.until or spent or to != self.to:
             self.to = to
@@ -190,18 +190,19 @@ def energy_home(view: View, to: Vector, settings: Settings, chooser: Chooser, *,
     power = hover_power(chooser.airframe)
     high = max(view.p[2], to[2])
     climb = 0.0 if view.forward else (high - view.p[2]) / settings.climb_rate
-    landing = _landing_energy(view, to, settings, chooser) * (IN_A_WIND if _is_windy(view) else 1.0)
+    landing = landing_energy(view, to, settings, chooser.airframe) * (IN_A_WIND if _is_windy(view) else 1.0)
     leg = chooser.energy(
         view, (view.p[0], view.p[1], high), (to[0], to[1], high), settings, flying=on_its_way and view.forward
     )
     return power * climb + landing + leg
 
 
-def _landing_energy(view: View, to: Vector, settings: Settings, chooser: Chooser) -> float:
+def landing_energy(view: View, to: Vector, settings: Settings, airframe: Airframe) -> float:
+    """Shaft energy of a landing in still air from the height of the return [J]; arguments as of ``energy_home``."""
     high = max(view.p[2], to[2])
     slowly = min(high, SLOW_BELOW)
     time = slowly / settings.descent_rate + (high - slowly) / FAST_DESCENT + TOUCHDOWN
-    return hover_power(chooser.airframe) * time
+    return hover_power(airframe) * time
 
 
 def _is_windy(view: View) -> bool:

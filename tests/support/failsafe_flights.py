@@ -232,7 +232,7 @@ def _on_errand(flight):
 def _streamed(speed):
     def begin(flight):
         def stream():
-            flight.autopilot.set_offboard_velocity((speed, 0.0, 0.0), None)
+            flight.autopilot.set_offboard_velocity((speed, 0.0, 0.0))
 
         flight.stream = stream
         stream()
