@@ -118,7 +118,8 @@ class Summary:
     version_2: int
     signed: int
     unknown: int  # records outside the dialect, whose checksum cannot be verified
-    clock_steps: int  # times the recording clock went back
+    clock_steps: int  # times the recording clock went back,
+    clock_back: float  # and by how much at the most [s]
     flights: tuple[Flight, ...]
     stations: tuple[Source, ...]  # other sources that sent a HEARTBEAT
     messages: tuple[MessageCount, ...]
@@ -142,6 +143,7 @@ def summarise(reader: TlogReader) -> Summary:
         signed=int(reader.signed.sum()),
         unknown=int((~reader.known).sum()),
         clock_steps=len(reader.backward),
+        clock_back=float(-np.diff(reader.times).min(initial=0)) / 1e6,
         flights=flights,
         stations=tuple(source for source in beats if source not in vehicles),
         messages=_counts(reader, float(times[-1])),

@@ -60,7 +60,8 @@ def _recording(summary: Summary) -> Iterator[str]:
     if summary.unknown:
         yield f"{summary.unknown:,} messages are not in the dialect: their checksums cannot be verified"
     if summary.clock_steps:
-        yield f"the recording clock went back {summary.clock_steps} times"
+        times = "once, by" if summary.clock_steps == 1 else f"{summary.clock_steps} times, by up to"
+        yield f"the recording clock went back {times} {_clock(summary.clock_back)}"
     if summary.stations:
         yield "other stations: " + ", ".join(f"{system}/{component}" for system, component in summary.stations)
 

@@ -29,6 +29,7 @@ __all__ = ["Blackbox"]
 LARGEST = 8 << 20  # bytes of one file; a longer flight has several
 MOST_BYTES, MOST_FILES = 64 << 20, 64  # of all files
 AGAIN = 10.0  # [s] between attempts to go on recording
+LAST_DATE = 4_102_444_800.0  # 2100-01-01 [s since 1970]: a clock beyond it is wrong, and a log's stamps end in 2255
 AFTER = 1.0  # [s] a log goes on after disarming: what is said of it belongs to the flight
 HEARTBEAT = mavlink.MAVLINK_MSG_ID_HEARTBEAT
 _NAME = re.compile(r"(\d{5,9})-(\d{8}-\d{6})\.tlog")
@@ -40,7 +41,8 @@ class Blackbox:
 
     Args:
         folder: Where they are kept; made if need be.
-        wall_clock: Seconds since 1970; asked once for each file.
+        wall_clock: Seconds since 1970; asked once for each file, whose stamps go on by the vehicle's own time: it may
+            be set while a flight is recorded.
         system: System id in the recorded frames.
         component: Component id in them.
     """
@@ -144,7 +146,7 @@ class Blackbox:
 
     def _begin(self, time_us: int) -> None:
         self._end()
-        wall = max(self._wall_clock(), 0.0)
+        wall = min(max(self._wall_clock(), 0.0), LAST_DATE)
         self._make_room()
         number = 1 + max((int(name.partition("-")[0]) for name in self._sizes), default=0)
         self._current = f"{number:05}-{datetime.fromtimestamp(wall, UTC).strftime(_STAMP)}.tlog"

@@ -144,12 +144,20 @@ def test_a_program_is_told_the_same_as_json(summary):
     assert told["damage"] == [{"offset": len(flight_log()), "length": 30, "what": "no frame where one should start"}]
 
 
+def test_how_often_and_how_far_the_recording_clock_went_back_is_said():
+    times = (7200, 7201, 3600, 3601, 3591, 3592)  # [s]
+    log = b"".join(record(T0 + 1_000_000 * time, bare(text(b"x"))) for time in times)
+    summary = summarise(TlogReader(log))
+    assert (summary.clock_steps, summary.clock_back, summary.duration) == (2, 3601.0, 3.0)
+    assert "the recording clock went back 2 times, by up to 1:00:01.0" in as_text(summary, "x.tlog")
+
+
 def test_what_cannot_be_verified_or_believed_is_said():
     frames = [record(5, bare(text(b"x"))), record(2, unknown_frame(77_000, b"ab")), record(9, bare(text(b"y")))]
     told = as_text(summarise(TlogReader(b"".join(frames))), "x.tlog")
     assert "recorded on a simulation's clock" in told
     assert "1 messages are not in the dialect: their checksums cannot be verified" in told
-    assert "the recording clock went back 1 times" in told
+    assert "the recording clock went back once, by 0:00.0" in told
     assert "UNKNOWN_77000" in told
     assert "no damage" in told
 

@@ -342,6 +342,16 @@ def test_a_restart_goes_on_counting_whatever_the_clock_says(session, tmp_path):
     ]
 
 
+@pytest.mark.parametrize("clock", [-1e18, 1e18])
+def test_a_clock_that_is_far_off_dates_a_log_wrongly_and_costs_none_of_it(session, tmp_path, clock):
+    box = Blackbox(tmp_path / "box", lambda: clock)
+    flights(box, 2, picture=session.node.picture())
+    assert box.complaints() == []
+    readers = [read_tlog(tmp_path / "box" / log.name) for log in box.logs()]
+    assert [len(reader.rows("ATTITUDE")) for reader in readers] == [12, 12]
+    assert not any(len(reader.backward) for reader in readers)
+
+
 def test_erasing_spares_the_flight_under_way(session):
     flights(session.blackbox, 2, picture=session.node.picture())
     session.fly(0.1)
