@@ -84,6 +84,7 @@ class MissionClient(Engine[Message]):
         self._items: Sequence[MissionItem] = ()
         self._total, self._highest, self._wanted = 0, -1, 0
         self._found: dict[int, MissionItem] = {}
+        self._plan_id = 0  # of the plan that is downloaded
         self._window: Window | None = None  # what of a download is missing, None before its count
         self._size = ASKED_AT_ONCE
         self._operations, self._begun = 0, 0.0  # how many there were, when the last began
@@ -235,12 +236,12 @@ class MissionClient(Engine[Message]):
     # Download
 
     def _take_count(self, message: Message, now: float) -> None:
-        if self._state == "fetching" and message.count == self._total:
+        if self._state == "fetching" and (message.count, message.opaque_id) == (self._total, self._plan_id):
             return  # told twice
         if self._state == "asking":
             self._resend.answer(now)
         self._state = fire(TRANSITIONS, self._state, "count")
-        self._total, self._found = message.count, {}
+        self._total, self._plan_id, self._found = message.count, message.opaque_id, {}
         self._since = self._partner.mark(now)  # items said before the count are of an earlier download
         self._window = Window(self._partner, range(self._total), self._size, now)
         self._ask(self._window, now)

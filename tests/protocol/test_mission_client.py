@@ -32,8 +32,8 @@ def ack(result=ACCEPTED, kind=0, opaque_id=0):
     return mavlink.MAVLink_mission_ack_message(255, 190, result, kind, opaque_id)
 
 
-def count(n):
-    return mavlink.MAVLink_mission_count_message(255, 190, n)
+def count(n, opaque_id=0):
+    return mavlink.MAVLink_mission_count_message(255, 190, n, 0, opaque_id)
 
 
 def item(seq):
@@ -333,10 +333,13 @@ def test_items_out_of_turn_and_twice_are_dropped():
     assert ends(client) == [MissionDownloaded(ITEMS)]
 
 
-def test_a_plan_that_changes_under_way_is_fetched_from_the_start():
+@pytest.mark.parametrize("before", [count(2, 5), count(2, 0), count(3, 4)])
+def test_a_plan_that_changes_under_way_is_fetched_from_the_start(before):
+    """Another number of items, or as many with another id."""
     client = downloading()
-    feed(client, count(2), item(0), count(3), item(0), item(1), item(2))
-    assert ends(client) == [MissionDownloaded(ITEMS)]
+    feed(client, before, item(0), count(3, 5), item(0), count(3, 5), item(1), item(2))
+    assert ends(client)[-1] == MissionDownloaded(ITEMS)
+    assert sent(client).count(("MISSION_REQUEST_INT", 0)) == 2
 
 
 def test_an_accepting_ack_during_a_download_belongs_to_something_earlier():
