@@ -166,7 +166,10 @@ class Station:
         self._command_int(now, mavlink.MAV_CMD_DO_REPOSITION, (NAN, 1.0, NAN, NAN), place)
 
     def transition(self, now: float, *, forward: bool) -> None:
-        """Tip over into forward flight, or come back to hover."""
+        """Tip over into forward flight, or come back to hover; one that is under way is cancelled first."""
+        working = self.snapshot.in_progress
+        if working is not None and working.command == mavlink.MAV_CMD_DO_VTOL_TRANSITION:
+            self.cancel(now)
         state = mavlink.MAV_VTOL_STATE_FW if forward else mavlink.MAV_VTOL_STATE_MC
         self._command(now, mavlink.MAV_CMD_DO_VTOL_TRANSITION, float(state), 0.0)
 

@@ -132,6 +132,21 @@ def test_a_transition_is_followed_and_can_be_cancelled(pair):
     assert sum("in progress" in text for text in words) == 2  # once for nothing, once for the transition
 
 
+def test_turning_round_in_a_transition_cancels_it_and_asks_for_the_other(pair):
+    pair.station.arm(pair.now)
+    pair.run(0.5)
+    pair.station.take_off(15.0, pair.now)
+    pair.run(20.0)
+    pair.station.transition(pair.now, forward=True)
+    pair.run(2.5)
+    pair.station.transition(pair.now, forward=False)
+    pair.run(15.0)
+    done = [e for e in pair.station.events() if isinstance(e, CommandDone)]
+    ends = [e.reason for e in done if e.command == mavlink.MAV_CMD_DO_VTOL_TRANSITION]
+    assert ends == ["CANCELLED", "ACCEPTED"]
+    assert pair.snapshot.vtol_state == mavlink.MAV_VTOL_STATE_MC
+
+
 def test_a_speed_the_vehicle_cannot_fly_is_answered(pair):
     pair.station.change_speed(400.0, pair.now)
     pair.run(0.5)

@@ -3,6 +3,8 @@
 import math
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from protocol.codec import Codec
 from protocol.dialect import mavlink
@@ -461,6 +463,38 @@ def test_the_end_follows_its_sender_to_a_new_address():
     engine.receive(wire(long(confirmation=1)), 5.0, moved := Peer(255, 190, "new link"))
     engine.acknowledge(request, ACCEPTED, 6.0)
     assert [out.peer for out in engine.messages_to_send()] == [moved, moved]
+
+
+STEPS = st.tuples(
+    st.sampled_from(["ask", "ask", "cancel", "progress", "end"]),
+    st.sampled_from([GROUND, OTHER]),
+    st.sampled_from([ARM, TAKEOFF]),
+    st.sampled_from([0.0, 1.0]),
+)
+
+
+@given(st.lists(STEPS, max_size=40))
+def test_whatever_is_asked_and_cancelled_one_of_a_kind_runs_and_has_one_end(steps):
+    engine, wire, running, now = server(), Wire(), {}, 0.0
+    for step, peer, command, p1 in steps:
+        now += 0.3
+        if step == "ask":
+            engine.receive(wire(long(command, p1=p1)), now, peer)
+        elif step == "cancel":
+            engine.receive(wire(cancel(command)), now, peer)
+        elif command in running:
+            result = ACCEPTED if step == "end" else IN_PROGRESS
+            engine.acknowledge(running[command], result, now)
+            if step == "end":
+                del running[command]
+        for event in engine.events():
+            if isinstance(event, CommandRequested):
+                assert event.command not in running
+                running[event.command] = event.request
+                engine.acknowledge(event.request, IN_PROGRESS, now)
+            elif isinstance(event, CommandCancelRequested):
+                engine.acknowledge(running.pop(event.command), CANCELLED, now)
+        assert sum(record.state != "answered" for record in engine._records.values()) == len(running)
 
 
 class Flight:

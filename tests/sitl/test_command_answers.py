@@ -226,6 +226,14 @@ def test_who_asks_for_a_restart_or_the_end_has_the_answer_before_it_comes(tmp_pa
     assert station.sky.node.leaving.name == leaving
 
 
+def test_a_vehicle_that_was_restarted_speaks_to_who_was_there_before(tmp_path):
+    sky = Sky(tmp_path / "first")
+    sky.station(key="learnt").beat()
+    again = Sky(tmp_path / "again").node
+    again.know(sky.node.peers)
+    assert {peer for peer, _ in again.datagrams(10.0)} == {"main", "learnt"}
+
+
 def test_a_restart_in_a_fall_is_refused(tmp_path):
     station = station_of("air", tmp_path)
     assert station.command(C["COMPONENT_ARM_DISARM"], 0, commands.FORCE) == ACCEPTED
