@@ -8,7 +8,9 @@ from protocol.modes import Mode
 from sitl.autopilot.alarm import Action
 from sitl.autopilot.decision import Way
 from sitl.autopilot.link_watch import Silence
+from sitl.autopilot.manual import Sticks
 from sitl.autopilot.settings import Settings
+from sitl.autopilot.streamed import KEEP_FACING
 from sitl.hybrid.supervisor import WINGED, Law
 from tests.support.wing_flight import HIGH, Flight, item, waypoint
 
@@ -141,17 +143,17 @@ def landing_on_a_mission(settings, **begun):
     return flight
 
 
-def _offboard(velocity, settings, seconds, **begun):
-    flight = hovering(settings, **begun)
-
-    def stream():
-        assert flight.autopilot.set_offboard_velocity(velocity) is None
-
+def _streaming(flight, stream, seconds=0.0, mode=Mode.OFFBOARD):
     flight.stream = stream
     stream()
-    assert flight.autopilot.set_mode(Mode.OFFBOARD).accepted
+    assert flight.autopilot.set_mode(mode).accepted
     flight.fly(seconds)
     return flight
+
+
+def _offboard(velocity, settings, seconds, **begun):
+    flight = hovering(settings, **begun)
+    return _streaming(flight, lambda: flight.autopilot.set_offboard_velocity(velocity), seconds)
 
 
 def offboard_upright(settings, **begun):
@@ -162,6 +164,19 @@ def offboard_upright(settings, **begun):
 def offboard_on_the_wing(settings, **begun):
     """A program flies it, on the wing."""
     return _offboard((15.0, 0.0, 0.0), settings, 7.0, **begun)
+
+
+def offboard_tilted(settings, **begun):
+    """A program flies it by accelerations, that is by attitudes."""
+    flight = hovering(settings, **begun)
+    a = (0.4, 0.0, 0.0)
+    return _streaming(flight, lambda: flight.autopilot.set_offboard_acceleration(a, KEEP_FACING), 2.0)
+
+
+def by_sticks(settings, **begun):
+    """A pilot flies it."""
+    flight = hovering(settings, **begun)
+    return _streaming(flight, lambda: flight.autopilot.take_sticks(Sticks(forward=0.7)), 3.0, Mode.POSCTL)
 
 
 def returning(settings, **begun):
@@ -206,6 +221,8 @@ WAYS = (
     Begun("mission, on the wing", on_a_winged_mission),
     Begun("OFFBOARD, 2 m/s", offboard_upright),
     Begun("OFFBOARD, 15 m/s", offboard_on_the_wing),
+    Begun("OFFBOARD, by attitudes", offboard_tilted),
+    Begun("POSCTL", by_sticks),
     Begun("returning", returning, Action.RETURN),
     Begun("landing", landing, Action.LAND),
     Begun("landing, from the wing", landing_from_the_wing, Action.LAND),
@@ -230,15 +247,7 @@ def _on_errand(flight):
 
 
 def _streamed(speed):
-    def begin(flight):
-        def stream():
-            flight.autopilot.set_offboard_velocity((speed, 0.0, 0.0))
-
-        flight.stream = stream
-        stream()
-        assert flight.autopilot.set_mode(Mode.OFFBOARD).accepted
-
-    return begin
+    return lambda flight: _streaming(flight, lambda: flight.autopilot.set_offboard_velocity((speed, 0.0, 0.0)))
 
 
 class Errand(NamedTuple):
