@@ -91,7 +91,7 @@ async def fly_headless(args: argparse.Namespace, sitl: Sequence[str]) -> Summary
     except GroundError as error:  # a flight matters more than its log
         _say(f"NOT RECORDING: {error}")
     async with AsyncExitStack() as stack:
-        link = Link(Station(recorder, keyring, give_key=args.give_key))
+        link = Link(Station(recorder, keyring, give_key=args.give_key, vehicle=args.vehicle))
         stack.callback(_tell_fault, link.station)
         stack.push_async_callback(link.close)
         port = await link.open(args.host, args.port)

@@ -44,7 +44,7 @@ async def fetch_logs(args: argparse.Namespace) -> Fetched:
         GroundError: If the link, the vehicle, a log or a file fails; the message says which.
     """
     async with AsyncExitStack() as stack:
-        link = Link(Station(keyring=open_keyring(args.signing_key)))
+        link = Link(Station(keyring=open_keyring(args.signing_key), vehicle=args.vehicle))
         stack.push_async_callback(link.close)
         await link.open(args.host, args.port)
         fetcher = _Fetcher(link)

@@ -37,21 +37,28 @@ class Station:
     The owner moves bytes and time: ``receive`` each datagram, ``tick`` often, send what ``outgoing`` gives. What
     is asked of the vehicle is answered in the snapshot's log and in ``events``.
 
-    The first vehicle that is heard is the one selected, for good. What others say is recorded, and shown nowhere.
+    One vehicle is selected, for good: the first that is heard, or the one asked for. What others say is recorded, and
+    shown nowhere.
 
     Args:
         recorder: Keeps what is believed and what is sent; a disk that fails ends the recording, not the flight.
         keyring: Signs, and says who is believed.
         give_key: Whether a vehicle without a key is given ours.
+        vehicle: Its system id; None takes the first that is heard.
     """
 
     def __init__(
-        self, recorder: TlogWriter | None = None, keyring: Keyring | None = None, *, give_key: bool = False
+        self,
+        recorder: TlogWriter | None = None,
+        keyring: Keyring | None = None,
+        *,
+        give_key: bool = False,
+        vehicle: int | None = None,
     ) -> None:
         self._forgetful = False  # it was said that the signing time is not kept
         if keyring is not None:
             keyring.keep = self._kept(keyring.keep)
-        self.endpoint = GroundEndpoint(keyring=keyring)
+        self.endpoint = GroundEndpoint(keyring=keyring, vehicle=vehicle)
         self.signing = SigningDesk(self.endpoint, give=give_key)
         self.snapshot: Snapshot = EMPTY
         self.recording_fault = ""  # why nothing is recorded any more
@@ -269,8 +276,8 @@ class Station:
     def _is_ours(self, message: Message, now: float) -> bool:
         """Whether the selected vehicle said it; another one is told of once."""
         source, vehicle = source_of(message), self.endpoint.vehicle
-        if vehicle is None or source[0] == vehicle[0]:
-            return vehicle is not None
+        if vehicle is not None and source[0] == vehicle[0]:
+            return True
         is_vehicle = message.get_type() == "HEARTBEAT" and message.autopilot != mavlink.MAV_AUTOPILOT_INVALID
         if is_vehicle and source not in self._others and len(self._others) < MOST_OTHERS:
             self._others.add(source)

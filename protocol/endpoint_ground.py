@@ -36,21 +36,29 @@ _HEARTBEAT = mavlink.MAVLink_heartbeat_message(
 class GroundEndpoint:
     """Hand in datagrams and time, then drain ``datagrams_to_send()`` and ``events()``.
 
-    The first autopilot that is heard becomes the vehicle. When its HEARTBEAT stays away for 3 s, commands are given
-    up: nobody wants them executed by a vehicle that comes back later. Transfers go on until their own patience ends.
+    The first autopilot that is heard becomes the vehicle, or the first whose system id is ``vehicle``. When its
+    HEARTBEAT stays away for 3 s, commands are given up: nobody wants them executed by a vehicle that comes back later.
+    Transfers go on until their own patience ends.
 
     With a key in the keyring, only what is signed with it is believed: an unsigned HEARTBEAT makes no vehicle, it only
     shows in ``unsigned_vehicle``.
     """
 
-    def __init__(self, *, system: int = GROUND_SYSTEM, component: int = 190, keyring: Keyring | None = None) -> None:
+    def __init__(
+        self,
+        *,
+        system: int = GROUND_SYSTEM,
+        component: int = 190,
+        keyring: Keyring | None = None,
+        vehicle: int | None = None,
+    ) -> None:
         self.heard_unbelieved = (
             False  # the last datagram was of an autopilot that does not sign, or signs with old time
         )
         self.unsigned_vehicle: Source | None = None  # an autopilot whose last HEARTBEAT was not signed as it should be
         self.keyring = keyring or Keyring()
         self.codec = Codec(system, component, self.keyring.link(None))
-        self._source, self._monitor = HeartbeatSource(), HeartbeatMonitor()
+        self._source, self._monitor = HeartbeatSource(), HeartbeatMonitor(system=vehicle)
         self._commands = CommandClient(system, component)
         self._partner = Partner()
         self._parameters = ParameterClient(system, component, self._partner)
@@ -258,7 +266,8 @@ class GroundEndpoint:
 
     def _believes(self, message: Message) -> bool:
         believed = bool(message.get_signed()) or not self.keyring.is_on
-        if message.get_type() == "HEARTBEAT" and message.autopilot != mavlink.MAV_AUTOPILOT_INVALID:
+        is_autopilot = message.get_type() == "HEARTBEAT" and message.autopilot != mavlink.MAV_AUTOPILOT_INVALID
+        if is_autopilot and self._monitor.may_be(source_of(message)):
             self.heard_unbelieved = not believed
             self.unsigned_vehicle = None if believed else source_of(message)
         return believed

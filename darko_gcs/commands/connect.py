@@ -62,7 +62,7 @@ def run(args: argparse.Namespace) -> int:
     except GroundError as error:  # a flight matters more than its log
         recorder, greeting = None, f"NOT RECORDING: {error}"
     sitl = sitl_arguments(args) if args.sitl else None
-    station = Station(recorder, keyring, give_key=args.give_key)
+    station = Station(recorder, keyring, give_key=args.give_key, vehicle=args.vehicle)
     app = GroundStation(LiveFeed(station, args.host, args.port, sitl, greeting))
     if plan is not None:
         app.draft = Draft(plan, str(args.mission), changed=True)

@@ -32,6 +32,9 @@ def add_listen_options(link: argparse._ArgumentGroup) -> None:
     link.add_argument("--host", default="127.0.0.1", help="local address to listen on [127.0.0.1]")
     link.add_argument("--port", type=_port, default=14550, metavar="P", help="local UDP port; 0: any [14550]")
     link.add_argument(
+        "--vehicle", type=_system, metavar="ID", help="system id of the vehicle, 1 to 255 [of the first that is heard]"
+    )
+    link.add_argument(
         "--signing-key",
         metavar="KEY",
         help="sign, and believe only what is signed: 64 hexadecimal digits or a file with them (--sitl gets it too)",
@@ -43,6 +46,13 @@ def sitl_arguments(args: argparse.Namespace) -> list[str]:
     names = ("signing_key", "speed", "seed", "wind", "gusts", "start", "airframe", "state_dir")
     given = [(name, getattr(args, name)) for name in names if getattr(args, name) is not None]
     return [part for name, value in given for part in (f"--{name.replace('_', '-')}", str(value))]
+
+
+def _system(text: str) -> int:
+    value = int(text)
+    if not 1 <= value <= 255:
+        raise argparse.ArgumentTypeError(f"{text} is not a system id")
+    return value
 
 
 def _port(text: str) -> int:

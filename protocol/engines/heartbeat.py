@@ -55,10 +55,15 @@ class HeartbeatMonitor(Engine[Message]):
 
     The first one that is heard stays the vehicle, also while it is lost: whoever speaks up during its silence would
     else be given what was meant for it, and keep its place when it returns.
+
+    Args:
+        silence: After which it is lost [s].
+        system: The system id it must have; None takes any.
     """
 
-    def __init__(self, silence: float = SILENCE) -> None:
+    def __init__(self, silence: float = SILENCE, system: int | None = None) -> None:
         super().__init__()
+        self._system = system
         self.state = "searching"
         self.vehicle: Source | None = None
         self._silence, self._heard = silence, -math.inf
@@ -73,7 +78,7 @@ class HeartbeatMonitor(Engine[Message]):
         if message.get_type() != "HEARTBEAT" or not _is_autopilot(message):
             return
         source = source_of(message)
-        if self.vehicle not in {None, source}:
+        if not self.may_be(source):
             return
         if self.vehicle is None:
             self._events.append(VehicleFound(*source))
@@ -81,6 +86,10 @@ class HeartbeatMonitor(Engine[Message]):
             self._events.append(VehicleReturned(now - self._heard))
         self.state = fire(TRANSITIONS, self.state, "heartbeat")
         self.vehicle, self._heard = source, now
+
+    def may_be(self, source: Source) -> bool:
+        """Whether a sender is the vehicle, or could become it."""
+        return self.vehicle in {None, source} and self._system in {None, source[0]}
 
     def next_deadline(self) -> float:
         """When silence becomes loss."""

@@ -122,6 +122,15 @@ def test_a_stranger_takes_no_silent_vehicles_place():
     assert (station.snapshot.lost, station.endpoint.vehicle) == (False, VEHICLE)
 
 
+def test_the_vehicle_that_is_asked_for_is_waited_for_whoever_speaks_first():
+    station, alive = Station(vehicle=1), mavlink.MAVLink_heartbeat_message(19, 12, 0x81, 0, 4, 3)
+    assert not station.receive(Codec(7, 1).encode(alive), 0.0, 0)
+    assert station.snapshot.source is station.endpoint.vehicle is None
+    assert station.snapshot.messages[-1].text == "Another vehicle, 7/1, is on the link: it is not shown"
+    assert station.receive(Codec(1, 1).encode(alive), 1.0, 0)
+    assert station.snapshot.source == station.endpoint.vehicle == VEHICLE
+
+
 def test_a_vehicle_that_says_much_fills_no_log_of_lines():
     station, codec = Station(), Codec(1, 1)
     station.receive(codec.encode(mavlink.MAVLink_heartbeat_message(19, 12, 0x81, 0, 4, 3)), 0.0, 0)
