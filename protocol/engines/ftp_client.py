@@ -112,6 +112,9 @@ class FtpClient(Engine[Message]):
         if self._state == "reading" and answer.req_opcode == _BURST:
             self._take_burst(self._operation, answer, now)
             return
+        if self._state == "reading" and (answer.opcode, answer.req_opcode) == (_ACK, _READ):
+            self._take_piece(self._operation, answer, now)  # also late: session and offset say what it is
+            return
         request = self._requests.get(answer.seq - 1 & 0xFFFF)
         if request is None or request.opcode != answer.req_opcode:
             return
@@ -142,9 +145,6 @@ class FtpClient(Engine[Message]):
     # Answers
 
     def _take(self, operation: _Operation, answer: Packet, now: float) -> None:
-        if self._state == "reading":
-            self._take_piece(operation, answer, now)
-            return
         self._resend.answer(now)
         self._resend.start(now)
         if self._state == "listing":

@@ -433,6 +433,27 @@ def test_pieces_of_another_session_or_size_are_not_taken():
     assert client.events() == []
 
 
+def test_the_end_of_an_earlier_burst_does_not_end_a_later_one():
+    client, burst = reading(239 * 300)
+    end = answer(burst, data=bytes(239), offset=239, seq=burst.seq + 2, burst_complete=1)
+    client.receive(end, 0.1)
+    (again,) = sent(client)
+    assert again.seq == burst.seq + 3  # both ends count on
+    client.receive(end, 0.2)
+    assert sent(client) == []
+
+
+def test_a_piece_counts_though_it_answers_an_earlier_request():
+    client, _ = reading(300)
+    client.handle_timer(client.next_deadline())
+    pieces = sent(client)
+    client.handle_timer(client.next_deadline())
+    assert {p.offset for p in sent(client)} == {p.offset for p in pieces} == {0, 239}
+    for piece in pieces:
+        client.receive(answer(piece, data=bytes(piece.size)), 4.0)
+    assert outcome(client) == [FileReceived("f", bytes(300))]
+
+
 def test_a_listing_that_does_not_end_is_ended():
     client = FtpClient(255, 190)
     client.request_list(VEHICLE, "/", 0.0)

@@ -132,6 +132,11 @@ def test_a_late_link_without_loss_costs_no_repetition_once_its_delay_is_known():
     assert outcome.frames <= 2 * ITEMS + 2 + 8
 
 
+@pytest.mark.parametrize("name", TRANSFERS)
+def test_every_transfer_succeeds_though_answers_take_longer_than_any_wait(name):
+    assert transfer(TRANSFERS[name], 0, delay=2.5, drop=0.1).is_success
+
+
 def test_the_plain_protocol_would_not_do():
     outcomes = [plain(TRANSFERS["mission download"].waits, seed, **HOSTILE) for seed in range(10)]
     assert sum(outcome.is_success for outcome in outcomes) <= 1
