@@ -349,7 +349,11 @@ class Autopilot:
         if self.mode is Mode.MISSION and self.mission is not None:
             before = self.mission.transition(way)
         elif way is Way.FORWARD and not done:
-            self._enter(Mode.HOLD, self._circle_ahead())
+            circle = self._circle_ahead()
+            reason = self._refuse_rim(circle.setpoint.p, self.settings.loiter_radius)
+            if reason is not None:
+                return self._refuse(REJECTED, f"Transition refused: no room to circle, {reason}")
+            self._enter(Mode.HOLD, circle)
         elif way is Way.HOVER and not done:
             self._hold_here()
         if done:
@@ -418,8 +422,7 @@ class Autopilot:
             return self._refuse(DENIED, f"Orbit denied: {abs(radius):g} m at {speed:g} m/s cannot be flown")
         if min(centre[2], self.view.p[2]) < LEAST_HEIGHT:
             return self._refuse(REJECTED, f"Orbit refused: below {LEAST_HEIGHT:g} m it is too low to tip over")
-        rim = [(centre[0] + abs(radius) * x, centre[1] + abs(radius) * y, centre[2]) for x, y in COMPASS]
-        reason = next(filter(None, map(self._refuse_point, rim)), None)
+        reason = self._refuse_rim(centre, abs(radius))
         if reason is not None:
             return self._refuse(DENIED, f"Orbit denied: {reason}")
         self._enter(Mode.HOLD, flown)
@@ -648,6 +651,10 @@ class Autopilot:
     def _refuse(self, result: int, text: str) -> Outcome:
         self.say(mavlink.MAV_SEVERITY_WARNING, text)
         return Outcome(result, text)
+
+    def _refuse_rim(self, centre: Vector, radius: float) -> str | None:
+        rim = [(centre[0] + radius * x, centre[1] + radius * y, centre[2]) for x, y in COMPASS]
+        return next(filter(None, map(self._refuse_point, rim)), None)
 
     def _refuse_point(self, p: Vector) -> str | None:
         if not all(map(math.isfinite, p)):

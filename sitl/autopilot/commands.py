@@ -21,6 +21,7 @@ from sitl.autopilot.standard_modes import set_standard_mode
 
 ARM = mavlink.MAV_CMD_COMPONENT_ARM_DISARM
 FORCE = 21196  # the number that makes MAV_CMD_COMPONENT_ARM_DISARM skip its checks
+HERE = 20.0  # a place no farther away is where the vehicle is, to a client with an older position of it [m]
 NO_CHANGE, DEFAULT = -1.0, -2.0  # speeds of MAV_CMD_DO_CHANGE_SPEED that are none
 AIRSPEED, GROUND_SPEED = mavlink.SPEED_TYPE_AIRSPEED, mavlink.SPEED_TYPE_GROUNDSPEED
 YAW_BEHAVIOURS = frozenset(mavlink.enums["ORBIT_YAW_BEHAVIOUR"]) - {mavlink.ORBIT_YAW_BEHAVIOUR_ENUM_END}
@@ -74,9 +75,19 @@ def _run_prearm_checks(autopilot: Autopilot, request: CommandRequested) -> Outco
 
 
 def _take_off(autopilot: Autopilot, request: CommandRequested) -> Outcome:
-    if refused := _refuse_frame(request):
-        return refused
-    return autopilot.take_off(_height(autopilot, request))
+    refused = _refuse_frame(request) or _refuse_elsewhere(autopilot, request)
+    return refused or autopilot.take_off(_height(autopilot, request))
+
+
+def _refuse_elsewhere(autopilot: Autopilot, request: CommandRequested) -> Outcome | None:
+    """A take-off over another place: it climbs where it stands."""
+    latitude, longitude = request.params[4:6]
+    if _is_default(latitude) and _is_default(longitude):
+        return None
+    if not _is_on_the_globe(latitude, longitude):
+        return Outcome(DENIED, "Take-off denied: the position is not a place")
+    away = math.dist(autopilot.world.local(latitude, longitude, 0.0)[:2], autopilot.view.p[:2])
+    return None if away < HERE else Outcome(DENIED, f"Take-off denied: it climbs where it stands, {away:.0f} m away")
 
 
 def _refuse_frame(request: CommandRequested) -> Outcome | None:

@@ -232,6 +232,13 @@ def test_another_order_is_obeyed_at_once_and_ends_the_transition(sky, station, o
     assert final(station) == FAILED
 
 
+def test_without_room_to_circle_it_stays_upright_and_says_so(sky, station):
+    sky.craft.bind(sky.craft.bindings.replaced({"GF_MAX_HOR_DIST": 60.0}))
+    assert station.command(TRANSITION, WING) == REJECTED
+    assert "no room to circle" in station.texts()
+    assert sky.autopilot.under_way is None
+
+
 def test_a_repeated_request_is_told_how_far_it_is(sky, station):
     station.command(TRANSITION, WING)
     sky.advance(2.0)
