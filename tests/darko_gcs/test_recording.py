@@ -1,11 +1,13 @@
 """Recording on the ground: disks that fill up, folders that cannot be written, clocks that jump."""
 
 import io
+import re
 import resource
 import socket
 import time
 from contextlib import contextmanager
 from datetime import UTC, datetime
+from pathlib import Path
 
 import pytest
 
@@ -150,3 +152,16 @@ async def test_a_wall_clock_that_is_set_in_flight_does_not_reach_the_stamps(monk
 def test_a_clock_before_1970_is_recorded_as_1970(monkeypatch):
     monkeypatch.setattr(time, "time_ns", lambda: -HOUR)
     assert Link(Station())._time_usec() == 0
+
+
+WALL_CLOCK = re.compile(r"\btime\.time\b|\btime_ns\b|\bdatetime\.now\b")
+NAMES_AND_STAMPS = {  # where the wall clock may be asked: what it tells there is written down, nothing waits for it
+    "darko_gcs/link.py", "darko_gcs/recording.py", "darko_gcs/signing.py", "sitl/process.py",
+}  # fmt: skip
+
+
+def test_no_timer_runs_on_the_wall_clock():
+    root = Path(__file__).parents[2]
+    sources = [path for package in ("protocol", "sitl", "darko_gcs") for path in (root / package).rglob("*.py")]
+    asking = {str(path.relative_to(root)) for path in sources if WALL_CLOCK.search(path.read_text("utf-8"))}
+    assert asking - {"protocol/dialect/mavlink.py"} == NAMES_AND_STAMPS
