@@ -31,13 +31,14 @@ from mavsdk.plugins.log_files import Entry, LogFiles, LogFilesError, LogFilesRes
 from mavsdk.plugins.mission import Mission, MissionItem, MissionPlan
 from mavsdk.plugins.mission_raw import MissionItem as RawItem
 from mavsdk.plugins.mission_raw import MissionRaw
-from mavsdk.plugins.offboard import Offboard, PositionNedYaw, VelocityNedYaw
+from mavsdk.plugins.offboard import Attitude, Offboard, PositionNedYaw, VelocityBodyYawspeed, VelocityNedYaw
 from mavsdk.plugins.param import Param, ParamError
 from mavsdk.plugins.telemetry import FlightMode, LandedState, Telemetry, VtolState
 
 PATIENCE = 90.0  # [s] for anything that is flown
 LOG_PATIENCE = 60.0  # [s]
 NOBODY = 5  # exit code
+HOVER_THRUST = 0.473  # of the nominal airframe
 TOPICS = (
     "armed", "flight_mode", "health_all_ok", "home", "in_air", "landed_state", "position", "position_velocity_ned",
     "status_text", "vtol_state",
@@ -186,6 +187,20 @@ class Session:
         self.watch.until_is("flight_mode", FlightMode.HOLD)
         self.say("off-board by position and velocity, then hold")
 
+    def attitudes(self) -> None:
+        """Off-board by attitude, whose pitch is 90 deg in the hover, then ahead and turning, then back to hold."""
+        self.offboard.set_attitude(Attitude(0.0, 90.0, 0.0, HOVER_THRUST))
+        self.offboard.start()
+        self.watch.until_is("flight_mode", FlightMode.OFFBOARD)
+        self.offboard.set_attitude(Attitude(0.0, 80.0, 0.0, 1.02 * HOVER_THRUST))
+        self.watch.until("moving north by its tilt", lambda now: _velocity(now).north_m_s > 1.0)
+        self.offboard.set_velocity_body(VelocityBodyYawspeed(1.0, 0.0, 0.0, 15.0))
+        self.watch.until("moving east, having turned", lambda now: _velocity(now).east_m_s > 0.7)
+        _ensure(self.watch.newest["flight_mode"] == FlightMode.OFFBOARD, "off-board all the time")
+        self.offboard.stop()
+        self.watch.until_is("flight_mode", FlightMode.HOLD)
+        self.say("off-board by attitude and by body velocity with a yaw rate, then hold")
+
     def land(self) -> None:
         """Down where it is; the motors stop."""
         self.action.land()
@@ -299,7 +314,7 @@ class Session:
 
 STEPS = (
     Session.health, Session.parameters, Session.missions, Session.take_off, Session.go_to, Session.set_points,
-    Session.land, Session.fly_mission, Session.wings, Session.move_home, Session.come_home,
+    Session.attitudes, Session.land, Session.fly_mission, Session.wings, Session.move_home, Session.come_home,
     Session.log_files, Session.restart,
 )  # fmt: skip
 

@@ -18,10 +18,11 @@ from sitl.kernels.parameters import Airframe
 __all__ = ["Steer", "attitude_of", "heading_of", "lost", "refuse_attitude"]
 
 MOST_TILT = math.radians(45.0)  # of the nose from the vertical
-LEAST_THRUST = 0.2  # with less the elevons have too little slipstream [-]
+LEAST_THRUST = 0.3  # with less the elevons have too little slipstream [-]
 MOST_RATE = 3.0  # of the attitude; the reference turns no faster [rad/s]
 UNIT = 0.01  # a quaternion's norm is this near to one
-FASTEST = 8.0  # over the ground, upwards as well [m/s]
+FASTEST = 6.0  # over the ground [m/s]
+CLIMB = 4.0  # a faster climb is stopped with less thrust than the elevons need [m/s]
 SINK = 3.0  # tail first the elevons lose their effect, and reverse [m/s]
 ARREST = 0.8  # arresting a sink takes so many seconds of it [s]
 LOWEST = 1.0  # an arrested sink ends above this height [m]
@@ -81,8 +82,8 @@ def lost(view: View, last: Law) -> str | None:
     """
     if last is Law.HOVER_ATTITUDE and view.law is not Law.HOVER_ATTITUDE:
         return "attitude lost"
-    if -view.v[2] > SINK:
-        return f"sinking at {-view.v[2]:.1f} m/s"
+    if not -SINK <= view.v[2] <= CLIMB:
+        return f"{'climbing' if view.v[2] > 0.0 else 'sinking'} at {abs(view.v[2]):.1f} m/s"
     if math.hypot(*view.v) > FASTEST:
         return f"{math.hypot(*view.v):.1f} m/s is too fast for attitude set-points"
     if view.p[2] + ARREST * min(view.v[2], 0.0) < LOWEST:

@@ -26,7 +26,7 @@ def test_health_parameters_missions_and_logs_answer(session):
 
 def test_it_takes_off_goes_streams_set_points_and_lands(session):
     assert session["take_off"].endswith("disarm in the air: COMMAND_DENIED")
-    assert {"go_to", "set_points", "land"} <= set(session)
+    assert {"go_to", "set_points", "attitudes", "land"} <= set(session)
 
 
 def test_it_flies_a_mission_over_the_wing_and_returns(session):

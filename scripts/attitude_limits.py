@@ -1,0 +1,101 @@
+"""How often the hover is found again after streamed attitudes: the table of docs/laws.md.
+
+``python scripts/attitude_limits.py [--flights N] [--seed N]`` streams random attitudes and thrusts within the limits to
+vehicles that hover at 25 m, until a limit ends it or for 8 s, and prints a row for each kind of air and airframe.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from protocol.frames import Geodetic, LocalFrame
+from protocol.modes import Mode
+from sitl.airframe import load
+from sitl.autopilot.arena import ARENAS
+from sitl.autopilot.attitude import LEAST_THRUST, MOST_TILT
+from sitl.autopilot.guidance import Attitude
+from sitl.autopilot.mission import World
+from sitl.autopilot.settings import Settings
+from sitl.craft import AUTOPILOT_TICKS, Craft
+from sitl.hybrid.supervisor import Law
+from sitl.kernels.parameters import Airframe
+from sitl.kernels.quaternion import from_rotation_vector, hover, multiply
+from sitl.kernels.state import P
+from sitl.parameters import Bindings, Surroundings
+from sitl.vehicle import Start, Tuning, Vehicle
+
+HEIGHT, LONGEST, AFTER = 25.0, 8.0, 12.0  # [m], [s], [s]
+UNCERTAIN = ["m", "J1", "J2", "J3", "C_l", "C_d0", "xi_f", "xi_m", "Delta_r", "k_f", "k_m", "C_lp", "C_mq", "C_nr"]
+CASES = (
+    ("calm", 0.0, 0.0, 0.0),
+    ("3 m/s, gusts 1.0", 3.0, 1.0, 0.0),
+    ("5 m/s, gusts 1.5", 5.0, 1.5, 0.0),
+    ("gusts 0.5, coefficients +-20 %", 0.0, 0.5, 0.2),
+)
+
+
+class Result(NamedTuple):
+    """One flight."""
+
+    lost: float  # height, after the set-points ended [m]
+    caught: int  # falls
+    upset: bool  # the attitude was lost
+
+
+def fly(rng: np.random.Generator, seed: int, wind: float, gusts: float, share: float) -> Result:
+    """One random attitude at one random thrust, and the hold after it."""
+    believed = load("nominal").parameters
+    vehicle = Vehicle(
+        _varied(believed, rng, share), seed=seed, start=Start(up=HEIGHT, airborne=True), believed=believed
+    )
+    air = Surroundings(wind, rng.uniform(0.0, 360.0), gusts, battery=1e6)
+    world = World(LocalFrame(Geodetic(43.5648, 1.4811, 150.0)), ARENAS["open"])
+    craft = Craft(vehicle, world, Bindings(Settings(), Tuning(), air), airborne=True)
+    craft.advance(1000)
+    attitude, autopilot, end = _draw(rng), craft.autopilot, vehicle.time + LONGEST
+    autopilot.set_offboard_attitude(attitude)
+    autopilot.set_mode(Mode.OFFBOARD)
+    while autopilot.mode is Mode.OFFBOARD and vehicle.time < end:
+        autopilot.set_offboard_attitude(attitude)
+        craft.advance(AUTOPILOT_TICKS)
+    autopilot.hold()
+    high = lowest = float(vehicle.plant[P + 2])
+    for _ in range(round(AFTER / 0.02)):
+        craft.advance(AUTOPILOT_TICKS)
+        lowest = min(lowest, float(vehicle.plant[P + 2]))
+    names = [jump.name for jump in vehicle.jumps]
+    return Result(high - lowest, sum(jump.target is Law.FAILSAFE for jump in vehicle.jumps), "upset" in names)
+
+
+def _draw(rng: np.random.Generator) -> Attitude:
+    side = rng.uniform(-math.pi, math.pi)
+    tilt = rng.uniform(0.0, MOST_TILT) * np.array((0.0, math.cos(side), math.sin(side)))
+    w, x, y, z = multiply(hover(rng.uniform(-math.pi, math.pi)), from_rotation_vector(tilt)).tolist()
+    return Attitude((w, x, y, z), (0.0, 0.0, 0.0), rng.uniform(LEAST_THRUST, 1.0))
+
+
+def _varied(a: Airframe, rng: np.random.Generator, share: float) -> Airframe:
+    return a._replace(**{name: getattr(a, name) * rng.uniform(1.0 - share, 1.0 + share) for name in UNCERTAIN})
+
+
+def main() -> None:
+    """Fly and print."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--flights", type=int, default=100, help="of each case [%(default)s]")
+    parser.add_argument("--seed", type=int, default=11, help="[%(default)s]")
+    arguments = parser.parse_args()
+    for name, *case in CASES:
+        rng = np.random.default_rng(arguments.seed)
+        flown = [fly(rng, seed, *case) for seed in range(arguments.flights)]
+        lost = np.percentile([result.lost for result in flown], (90, 100))
+        caught, upset = sum(result.caught for result in flown), sum(result.upset for result in flown)
+        said = f"height lost {lost[0]:.1f} / {lost[1]:.1f} m, {caught} falls, {upset} upset"
+        print(f"{name:<32} {len(flown)} flights, {said}")
+
+
+if __name__ == "__main__":
+    main()
