@@ -213,6 +213,7 @@ class Snapshot:
     received: int = 0  # messages
     rate: float = math.nan  # messages per second
     loss: float = 0.0  # share of frames lost, 0..1
+    unrecorded: bool = False  # the recording failed, or could not begin
     signing: Signing = Signing.PRIVATE
     refused: int = 0  # frames dropped for want of a good signature
 

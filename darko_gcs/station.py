@@ -112,6 +112,12 @@ class Station:
         events, self._events = self._events, []
         return events
 
+    def go_unrecorded(self, reason: str, now: float) -> None:
+        """Go on without a log, and let the operator see that."""
+        self.recording_fault = reason
+        self.snapshot = replace(self.snapshot, unrecorded=True)
+        self.say(now, f"NOT RECORDING: {reason}", ERROR)
+
     def close(self) -> None:
         """Close the recording; ``recording_fault`` says if that failed."""
         if self._recorder is None:
@@ -310,5 +316,4 @@ class Station:
         try:
             self._recorder.write(time_usec, frame)
         except FileError as error:
-            self.recording_fault = str(error)
-            self.say(now, self.recording_fault, ERROR)
+            self.go_unrecorded(str(error), now)

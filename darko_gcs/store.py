@@ -43,7 +43,7 @@ CERTAIN = 3  # if so many messages in a row say so: one may have been held up on
 # What is still true of a vehicle that started anew; all the rest belongs to the flight before.
 OUTLIVES_RESTART = (
     "source", "autopilot", "kind", "armed", "mode", "critical", "heartbeat_at", "lost", "restarts", "parameters",
-    "mission", "transfer", "messages", "open_text", "received", "rate", "loss", "signing", "refused",
+    "mission", "transfer", "messages", "open_text", "received", "rate", "loss", "unrecorded", "signing", "refused",
 )  # fmt: skip
 INFO, NOTICE, WARNING = mavlink.MAV_SEVERITY_INFO, mavlink.MAV_SEVERITY_NOTICE, mavlink.MAV_SEVERITY_WARNING
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+import time
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -58,11 +59,13 @@ def run(args: argparse.Namespace) -> int:
     recorder: TlogWriter | None
     try:
         recorder, path = start_recording(args.record or default_folder())
-        greeting = f"Recording to {path}"
+        greeting, fault = f"Recording to {path}", ""
     except GroundError as error:  # a flight matters more than its log
-        recorder, greeting = None, f"NOT RECORDING: {error}"
+        recorder, greeting, fault = None, "", str(error)
     sitl = sitl_arguments(args) if args.sitl else None
     station = Station(recorder, keyring, give_key=args.give_key, vehicle=args.vehicle)
+    if fault:
+        station.go_unrecorded(fault, time.monotonic())
     app = GroundStation(LiveFeed(station, args.host, args.port, sitl, greeting))
     if plan is not None:
         app.draft = Draft(plan, str(args.mission), changed=True)

@@ -53,7 +53,8 @@ class StatusBar(Panel):
         return [
             text_line(
                 (f" {s.source[0]}/{s.source[1]} ", "label"), armed, self._mode(s),
-                (" FAILSAFE " if s.critical else "", "bad"), (f" {self._state(s)} ", ""),
+                (" NOT RECORDING " if s.unrecorded else "", "bad"), (" FAILSAFE " if s.critical else "", "bad"),
+                (f" {self._state(s)} ", ""),
                 self._progress(s), self._mission(s), self._control(s), self._link(s), self._signing(s),
             )
         ]  # fmt: skip

@@ -17,6 +17,7 @@ from darko_gcs.errors import GroundError
 from darko_gcs.link import Link
 from darko_gcs.recording import start_recording
 from darko_gcs.station import Station
+from darko_gcs.widgets.status import StatusBar
 from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.tlog import TlogReader, TlogWriter, read_tlog
@@ -72,7 +73,9 @@ def test_a_disk_that_fills_up_in_flight_is_said_once_and_flight_and_display_go_o
     assert len(words) == 1
     assert "recording stopped after" in words[0]
     assert "File too large" in words[0]
-    assert flight.station.recording_fault == words[0]
+    assert f"NOT RECORDING: {flight.station.recording_fault}" == words[0]
+    line = StatusBar().draw(flight.station.snapshot, 120, 1)[0]
+    assert (" NOT RECORDING ", "bad") in line
     assert flight.station.snapshot.boot > seen + 0.9
     assert flight.station.snapshot.mode == "LAND"
     reader = read_tlog(path)
