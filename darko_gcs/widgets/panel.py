@@ -20,8 +20,9 @@ STYLES = ("dim", "good", "warn", "bad", "accent", "mark", "track", "plan", "labe
 
 
 def text_line(*segments: tuple[str, str] | str) -> Line:
-    """A line from segments; plain strings have no style."""
-    return [(segment, "") if isinstance(segment, str) else segment for segment in segments]
+    """A line from segments; plain strings have no style, empty ones are left out."""
+    line = [(segment, "") if isinstance(segment, str) else segment for segment in segments]
+    return [segment for segment in line if segment[0]]
 
 
 class Panel(Widget):
