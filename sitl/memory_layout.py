@@ -19,6 +19,6 @@ SIGHT = 30  # state of the line-of-sight law, 16 entries
 AIR = 46  # state of the wind estimator, its first three the wind [m/s], 12 entries
 REPORT = 58  # state of the report's own line-of-sight law, 4 entries
 ATTITUDE = 62  # state of the attitude law, 11 entries
-LYAPUNOV_ATTITUDE = 73  # V of the attitude law [rad2/s2]; NaN while it does not fly
+LYAPUNOV_ATTITUDE = 73  # V of the attitude law [rad2]; NaN while it does not fly
 BUMP = 74  # what a law taking over commanded less at first, fading; first entry NaN: still to be found, 4 entries
 MEMORY = 78

@@ -269,7 +269,7 @@ class Vehicle:
 
     @property
     def lyapunov_attitude(self) -> float:
-        """V of the attitude law [rad2/s2]; NaN while it does not fly."""
+        """V of the attitude law [rad2]; NaN while it does not fly."""
         return float(self.memory[LYAPUNOV_ATTITUDE])
 
     @property

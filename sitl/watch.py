@@ -34,7 +34,7 @@ STANDING_SPEED = 2.0  # [m/s]
 FALL = 14.0  # no law sinks faster than this for long [m/s]
 GROUND_TIME = 0.8  # nearer to the ground than this at the present sink rate, a fall is caught [s]
 SINK = 3.0  # what counts as sinking there [m/s]
-LOST = 30.0  # V of the attitude law when it is 45 deg off at rest [rad2/s2]
+LOST = 0.3  # V of the attitude law when it is 45 deg off at rest [rad2]
 
 _ARMED, _FLYING, _RESTING = int(C.ARMED), int(C.FLYING), int(C.RESTING)
 _NEAR, _FAR, _SETTLED = int(C.NEAR), int(C.FAR), int(C.SETTLED)

@@ -12,7 +12,7 @@ The attitude loop makes q follow q_r with omega_r and its derivative fed forward
 is in no model of the hover: a disturbance observer finds it, so that a tilt is held in a wind and at speed.
 
 With q_e = q_r^{-1} q and omega_e the rate of one against the other, the loop makes V of :func:`lyapunov` fall at
-2 zeta lambda |omega_e|^2 as long as the allocation gives the torque and the disturbance is the one observed.
+2 zeta / lambda |omega_e|^2 as long as the allocation gives the torque and the disturbance is the one observed.
 """
 
 from typing import NamedTuple
@@ -98,13 +98,13 @@ def control(
 
 @njit(cache=True)
 def lyapunov(plant: Array, law: Array, loop: ZeroMomentGains) -> float:
-    r"""V = 4 lambda^2 (1 - |eta|) + |omega_e|^2 / 2 of the error against the reference [rad2/s2].
+    r"""V = 4 (1 - |eta|) + |omega_e|^2 / (2 lambda^2) of the error against the reference [rad2].
 
-    For a small error by an angle theta it is (lambda^2 theta^2 + |omega_e|^2) / 2.
+    For a small error by an angle theta it is (theta^2 + |omega_e|^2 / lambda^2) / 2.
     """
     off = multiply(conjugate(law[:RATE]), plant[Q : Q + 4])
     rate = plant[W : W + 3] - rotate_inverse(off, law[RATE:FORCE])
-    return float(4.0 * loop.lam**2 * (1.0 - abs(off[0])) + 0.5 * np.dot(rate, rate))
+    return float(4.0 * (1.0 - abs(off[0])) + 0.5 * np.dot(rate, rate) / loop.lam**2)
 
 
 @njit(cache=True)

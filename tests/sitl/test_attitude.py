@@ -111,8 +111,8 @@ def test_a_turn_is_fed_forward():
     assert steered.vehicle.plant[W] == pytest.approx(rate, abs=0.01)
 
 
-def test_the_attitude_loop_takes_v_away_at_twice_zeta_lambda_of_the_rates_squared():
-    """V' = -2 zeta lambda |omega_e|^2 along the rigid body, whatever the attitudes, rates and the reference's path."""
+def test_the_attitude_loop_takes_v_away_whenever_it_turns():
+    """V' = -2 zeta / lambda |omega_e|^2 along the rigid body, whatever the attitudes, rates and the reference's path."""
     rng, loop, h = np.random.default_rng(3), zero_moment_gains(NOMINAL), 1e-6
     for _ in range(200):
         plant, law = np.zeros(ACTUATOR), np.zeros(hover_attitude.SIZE)
@@ -127,7 +127,7 @@ def test_the_attitude_loop_takes_v_away_at_twice_zeta_lambda_of_the_rates_square
         plant[W:ACTUATOR] = w + h * (torque - np.cross(w, loop.J * w)) / loop.J
         law[:4], law[4:7] = multiply(q_r, from_rotation_vector(h * w_r)), w_r + h * w_r_dot
         fall = (hover_attitude.lyapunov(plant, law, loop) - before) / h
-        assert fall == pytest.approx(-2.0 * loop.zeta * loop.lam * w_e @ w_e, abs=0.05)
+        assert fall == pytest.approx(-2.0 * loop.zeta / loop.lam * w_e @ w_e, abs=5e-4)
 
 
 @pytest.mark.parametrize("axis", ["x", "y", "z"])
@@ -144,8 +144,8 @@ def test_v_falls_from_every_disturbance_until_it_is_gone(axis):
         steered.vehicle.advance(1)
         values.append(steered.vehicle.lyapunov_attitude)
     values = np.array(values)
-    assert 20.0 < values[0] < LOST
-    assert values[-1] < 0.02
+    assert 0.2 < values[0] < LOST
+    assert values[-1] < 2e-4
     # So much more while the elevons are on their way to their stops, which such a knock takes.
     assert (values - np.minimum.accumulate(values)).max() < 0.08 * values[0]
     assert steered.names[-1] == "steer"
@@ -276,7 +276,7 @@ def test_a_height_is_held_by_a_program_that_sends_thrust(streaming):
     assert streaming.last("LOCAL_POSITION_NED").z == pytest.approx(-4.0, abs=0.02)
     told = streaming.last("DARKO_HYBRID_STATE")
     assert told.law == Law.HOVER_ATTITUDE
-    assert told.v_attitude < 1e-3
+    assert told.v_attitude < 1e-5
     assert streaming.last("DARKO_ENERGY").energy_attitude > 500.0
 
 
