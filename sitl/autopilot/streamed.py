@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from sitl.autopilot.choice import Chooser
+from sitl.autopilot.decision import STEEPEST_CLIMB, STEEPEST_DESCENT
 from sitl.autopilot.guidance import FASTEST, SLOWEST, FlyTo, Guidance, Setpoint, Vector, View
 from sitl.autopilot.legs import FlyLeg, course
 from sitl.autopilot.manual import TURN_RATE, Sticks
@@ -144,6 +145,8 @@ def refuse_velocity(v: Vector, settings: Settings, chooser: Chooser | None) -> s
     level = math.hypot(v[0], v[1])
     if not SLOWEST <= level <= FASTEST:
         return f"{level:.1f} m/s level, {v[2]:.1f} m/s up: hover to {settings.hover_speed:g}, wing from {SLOWEST:g}"
+    if not -STEEPEST_DESCENT * level <= v[2] <= STEEPEST_CLIMB * level:
+        return f"{v[2]:.3g} m/s up at {level:.1f} m/s level is too steep for the wing"
     if chooser is None or not chooser.can_fly_forward:
         return f"{level:.1f} m/s: this airframe cannot leave the hover"
     return None

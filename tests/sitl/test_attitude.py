@@ -112,7 +112,7 @@ def test_a_turn_is_fed_forward():
 
 
 def test_the_attitude_loop_takes_v_away_whenever_it_turns():
-    """V' = -2 zeta / lambda |omega_e|^2 along the rigid body, whatever the attitudes, rates and the reference's path."""
+    """V' = -2 zeta / lambda |omega_e|^2 along the rigid body, whatever the attitudes, rates and reference's path."""
     rng, loop, h = np.random.default_rng(3), zero_moment_gains(NOMINAL), 1e-6
     for _ in range(200):
         plant, law = np.zeros(ACTUATOR), np.zeros(hover_attitude.SIZE)

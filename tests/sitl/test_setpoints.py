@@ -1,6 +1,7 @@
 """Set-points of position, velocity and acceleration in every frame: what is flown, and what is refused in words."""
 
 import math
+import random
 
 import numpy as np
 import pytest
@@ -189,6 +190,8 @@ def test_an_acceleration_that_tilts_too_far_is_refused(program):
         (OFFSET, POSITION, {"p": (NAN, 0, 0)}, "not a number"),
         (OFFSET, POSITION, {"p": (1e7, 0, 0)}, "arena"),
         (BODY_NED, VELOCITY_BODY, {"v": (5, 0, 0)}, "hover to 3, wing from 7"),
+        (LOCAL, VELOCITY, {"v": (12, 0, 8)}, "-8 m/s up at 12.0 m/s level is too steep for the wing"),
+        (LOCAL, VELOCITY, {"v": (12, 0, -3e38)}, "3e+38 m/s up at 12.0 m/s level is too steep"),
     ],
 )
 def test_what_cannot_be_flown_is_refused_in_words_and_changes_nothing(program, frame, mask, what, said):
@@ -205,3 +208,32 @@ def test_a_velocity_beside_a_position_changes_nothing_of_it(program):
     both = 0b1001_1100_0000 | 0b0100_0000_0000
     program.stream(8.0, LOCAL, both, p=(3.0, 0.0, -4.0), v=(0.0, 2.0, 0.0))
     assert program.ned[0] == pytest.approx([3.0, 0.0, -4.0], abs=0.2)
+
+
+def test_no_set_point_whatever_breaks_the_flight(program):
+    """1000 of random kinds, masks, frames and numbers, the impossible ones among them."""
+    rng = random.Random(5)
+
+    def numbers(count):
+        odd = (NAN, math.inf, -math.inf, 3e38, -3e38, 1e-38, 0.0)
+        return [rng.choice(odd) if rng.random() < 0.2 else rng.uniform(-10.0, 10.0) for _ in range(count)]
+
+    for number in range(1000):
+        mask = rng.choice((POSITION, VELOCITY, VELOCITY_BODY, ACCELERATION, rng.randrange(4096)))
+        frame = rng.choice((LOCAL, OFFSET, BODY_NED, BODY_OFFSET, BODY_FRD, rng.randrange(22)))
+        if number % 3 == 0:
+            tilt = rng.uniform(-1.0, 1.0)
+            q = [math.cos(0.785 + tilt), 0.0, math.sin(0.785 + tilt), 0.0] if rng.random() < 0.7 else numbers(4)
+            message = mavlink.MAVLink_set_attitude_target_message(0, 1, 1, rng.choice((7, 0)), q, *numbers(3), 0.5)
+        elif number % 3 == 1:
+            message = mavlink.MAVLink_set_position_target_local_ned_message(0, 1, 1, frame, mask, *numbers(11))
+        else:
+            place = (435_648_000, 14_811_000)
+            message = mavlink.MAVLink_set_position_target_global_int_message(0, 1, 1, 6, mask, *place, *numbers(9))
+        program.send(message)
+        if number % 15 == 0:
+            program.command(mavlink.MAV_CMD_DO_SET_MODE, 1, *Mode.OFFBOARD.value)
+        program.advance(0.04)
+    jumped = {jump.name for jump in program.vehicle.jumps}
+    assert {"steer", "let_go"} <= jumped
+    assert not jumped & {"catch_fall", "upset"}
