@@ -41,13 +41,13 @@ from protocol.modes import Mode
 from protocol.plans.mission import MissionItem
 from sitl import telemetry, upkeep
 from sitl.autopilot import commands
-from sitl.autopilot.autopilot import Notice, Outcome
 from sitl.autopilot.bounds import PLAN_NAMES, Bounds
 from sitl.autopilot.home import MESSAGES, MOVES, HomeKeeper, recheck, take_message
 from sitl.autopilot.link_watch import Silence
 from sitl.autopilot.manual import sticks_of
 from sitl.autopilot.mission import validate
 from sitl.autopilot.offboard import take_setpoint
+from sitl.autopilot.outcome import Notice, Outcome
 from sitl.autopilot.settings import Settings
 from sitl.autopilot.standard_modes import CHOOSES_MODE, LIST, available_modes, current_mode
 from sitl.blackbox import Blackbox

@@ -12,7 +12,8 @@ from enum import Enum, auto
 
 from protocol.dialect import mavlink
 from protocol.events import CommandRequested
-from sitl.autopilot.autopilot import ACCEPTED, DENIED, REJECTED, Autopilot, Outcome
+from sitl.autopilot.autopilot import Autopilot
+from sitl.autopilot.outcome import ACCEPTED, DENIED, REJECTED, Outcome
 
 READ, WRITE, RESET = 0.0, 1.0, 2.0  # PREFLIGHT_STORAGE_PARAMETER_ACTION, and likewise of missions
 UNTOUCHED = -1.0  # ground stations say so of what they do not mean

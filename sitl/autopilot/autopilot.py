@@ -6,9 +6,7 @@ The autopilot ticks at a fixed rate on simulated time. It answers every request 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
-from typing import NamedTuple
 
 from protocol.dialect import mavlink
 from protocol.frames import LocalFrame
@@ -16,106 +14,28 @@ from protocol.modes import Mode
 from protocol.plans.mission import MissionItem
 from sitl.autopilot import arming
 from sitl.autopilot.alarm import DOING, Action
-from sitl.autopilot.attitude import Steer, attitude_of, lost, refuse_attitude
-from sitl.autopilot.choice import Chooser
-from sitl.autopilot.decision import LEAST_HEIGHT, Decision, Way
-from sitl.autopilot.failsafe import OFFBOARD_ACTIONS, Failsafes
+from sitl.autopilot.attitude import Steer, lost
+from sitl.autopilot.decision import Decision
+from sitl.autopilot.failsafe import OFFBOARD_ACTIONS
 from sitl.autopilot.fence import Fence
-from sitl.autopilot.guidance import (
-    FASTEST,
-    SLOWEST,
-    Attitude,
-    FlyTo,
-    Guidance,
-    Hold,
-    Ramp,
-    Setpoint,
-    Stop,
-    Vector,
-    View,
-    land_at,
-    with_speed,
-)
+from sitl.autopilot.guidance import Guidance, Hold, Ramp, Setpoint, Stop, Vector, View
 from sitl.autopilot.guidance import Sequence as Steps
-from sitl.autopilot.legs import FlyLeg, Orbit, orbit
 from sitl.autopilot.link_watch import missing
-from sitl.autopilot.manual import Sticks
-from sitl.autopilot.mission import MissionRunner, World, fly_to, return_home
+from sitl.autopilot.mission import MissionRunner, fly_to, return_home
 from sitl.autopilot.mission_items import out_of_bounds
-from sitl.autopilot.progress import Transition, is_reached
+from sitl.autopilot.outcome import ACCEPTED, DENIED, REJECTED, Outcome
 from sitl.autopilot.settings import Settings
-from sitl.autopilot.streamed import (
-    FLOOR,
-    KEEP_FACING,
-    Facing,
-    Streamed,
-    is_same_leg,
-    level_out,
-    refuse_turn,
-    refuse_velocity,
-)
-
-ACCEPTED = mavlink.MAV_RESULT_ACCEPTED
-REJECTED = mavlink.MAV_RESULT_TEMPORARILY_REJECTED
-FAILED = mavlink.MAV_RESULT_FAILED
-DENIED = mavlink.MAV_RESULT_DENIED
-UNSUPPORTED = mavlink.MAV_RESULT_UNSUPPORTED
-IN_PROGRESS = mavlink.MAV_RESULT_IN_PROGRESS
-
-COMPASS = tuple((math.cos(k * math.pi / 4.0), math.sin(k * math.pi / 4.0)) for k in range(8))
+from sitl.autopilot.streaming import Streaming
+from sitl.autopilot.wing import WingRequests
 
 
-class Outcome(NamedTuple):
-    """The answer to a request."""
-
-    result: int  # MAV_RESULT
-    text: str = ""  # why, for the pilot; empty when there is nothing to say
-
-    @property
-    def accepted(self) -> bool:
-        """Whether the request was carried out, or is being carried out."""
-        return self.result in {ACCEPTED, IN_PROGRESS}
-
-
-class Notice(NamedTuple):
-    """A line for the pilot."""
-
-    severity: int  # MAV_SEVERITY
-    text: str
-
-
-class Autopilot:
-    """Holds mode, arming state, mission and set-point.
+class Autopilot(Streaming, WingRequests):
+    """Ticks, arms, takes off, lands, returns, flies missions, and does what its failsafes ask for.
 
     After any call, read ``notices()`` and ``reached()``; each hands over what is new.
     """
 
-    def __init__(self, world: World, settings: Settings, heading: float = 0.0, chooser: Chooser | None = None) -> None:
-        self.world = world
-        self.settings = settings
-        self.chooser = chooser  # of the way to fly a leg; without one the vehicle hovers
-        self.mode = Mode.HOLD
-        self.armed = False
-        self.flying = False  # asked to be in the air: the supervisor leaves the ground on this
-        self.mission: MissionRunner | None = None
-        self.view = View(0.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), heading, 0.0, True, 1.0)
-        self.setpoint = Setpoint((0.0, 0.0, 0.0), heading, settings.hover_speed)
-        self._guidance: Guidance | None = None
-        self.under_way: Transition | None = None  # asked for by command, and not ended
-        self._streamed = Streamed(self.setpoint)
-        self._landed_at: float | None = None
-        self._notices: list[Notice] = []
-        self._reached: list[int] = []
-        self.failsafes = Failsafes()
-        self._fence = Fence()  # as it was loaded, in force or not
-        self._bound()
-
     # What the wire reads
-
-    def notices(self) -> list[Notice]:
-        """Lines for the pilot since the last call."""
-        said, self._notices = self._notices, []
-        return said
 
     def reached(self) -> list[int]:
         """Mission items done since the last call."""
@@ -333,190 +253,6 @@ class Autopilot:
         self._enter(Mode.HOLD, fly_to(self.view, setpoint, self.settings, self.chooser))
         return Outcome(ACCEPTED)
 
-    def transition(self, way: Way) -> Outcome:
-        """Go over to the wing or to the hover, now; the rest of a mission is flown that way as well.
-
-        Outside a mission the wing needs somewhere to go: it circles a point ahead. What is answered with IN_PROGRESS
-        is ``under_way`` until it has an end; whatever else is ordered meanwhile ends it.
-        """
-        if not self.flying:
-            return self._refuse(REJECTED, "Transition refused: not in the air")
-        if way is Way.FORWARD and (self.chooser is None or not self.chooser.can_fly_forward):
-            return self._refuse(DENIED, "Transition denied: this airframe has no trim between hover and wing")
-        if way is Way.FORWARD and self.view.p[2] < LEAST_HEIGHT:
-            return self._refuse(REJECTED, f"Transition refused: {self.view.p[2]:.1f} m is too low to tip over")
-        done, before = is_reached(way, self.view, self.setpoint), Way.NONE
-        if self.mode is Mode.MISSION and self.mission is not None:
-            before = self.mission.transition(way)
-        elif way is Way.FORWARD and not done:
-            circle = self._circle_ahead()
-            reason = self._refuse_rim(circle.setpoint.p, self.settings.loiter_radius)
-            if reason is not None:
-                return self._refuse(REJECTED, f"Transition refused: no room to circle, {reason}")
-            self._enter(Mode.HOLD, circle)
-        elif way is Way.HOVER and not done:
-            self._hold_here()
-        if done:
-            return Outcome(ACCEPTED)
-        self.under_way = Transition(way, self.view, before)
-        return Outcome(IN_PROGRESS)
-
-    def cancel_transition(self) -> None:
-        """Stop a transition that was asked for by command: hold upright, or fly the mission as it was flown before.
-
-        Upright is where both kinds end: a vehicle that brakes is not sent back to the wing from a speed at which
-        neither carries it.
-        """
-        transition = self.under_way
-        if transition is not None:
-            transition.cancel()
-            self._end(transition)
-            self._take_back(transition)
-
-    def _look_at(self, transition: Transition) -> None:
-        transition.look(self.view, self.setpoint)
-        if transition.end is not None:
-            self._end(transition)
-            if transition.end.result == FAILED:
-                self._take_back(transition)
-
-    def _end(self, transition: Transition) -> None:
-        self.under_way = None
-        if transition.end is not None and transition.end.text:
-            failed = transition.end.result == FAILED
-            self.say(mavlink.MAV_SEVERITY_WARNING if failed else mavlink.MAV_SEVERITY_INFO, transition.end.text)
-
-    def _take_back(self, transition: Transition) -> None:
-        if self.mode is Mode.MISSION and self.mission is not None:
-            self.mission.transition(transition.before)
-        else:
-            self._hold_here()
-
-    def _circle_ahead(self) -> Orbit:
-        """A circle that is joined at its nearest point, flying straight ahead."""
-        radius, h, p = self.settings.loiter_radius, self.view.heading, self.view.p
-        ahead, right = 1.5 * radius, radius
-        centre = (
-            p[0] + ahead * math.cos(h) + right * math.sin(h),
-            p[1] + ahead * math.sin(h) - right * math.cos(h),
-            p[2],
-        )
-        return orbit(centre, radius, self._at(p), self.settings.airspeed)
-
-    def circle(self, centre: Vector, radius: float, airspeed: float | None = None) -> Outcome:
-        """Fly round a point on the wing, for ever.
-
-        Args:
-            centre: World NWU [m].
-            radius: [m]; positive: clockwise seen from above.
-            airspeed: [m/s]; None takes the set one.
-        """
-        if not self.flying:
-            return self._refuse(REJECTED, "Orbit refused: not in the air")
-        if self.chooser is None or not self.chooser.can_fly_forward:
-            return self._refuse(DENIED, "Orbit denied: this airframe has no trim between hover and wing")
-        speed = self.settings.airspeed if airspeed is None else airspeed
-        flown = orbit(centre, radius, self._at(self.view.p), speed)
-        route = flown.setpoint.route
-        if route is None or route.airspeed < SLOWEST or speed > FASTEST:
-            return self._refuse(DENIED, f"Orbit denied: {abs(radius):g} m at {speed:g} m/s cannot be flown")
-        if min(centre[2], self.view.p[2]) < LEAST_HEIGHT:
-            return self._refuse(REJECTED, f"Orbit refused: below {LEAST_HEIGHT:g} m it is too low to tip over")
-        reason = self._refuse_rim(centre, abs(radius))
-        if reason is not None:
-            return self._refuse(DENIED, f"Orbit denied: {reason}")
-        self._enter(Mode.HOLD, flown)
-        return Outcome(ACCEPTED)
-
-    def change_speed(self, speed: float | None) -> Outcome:
-        """Speed of the manoeuvre under way, or of the mission: of the hover, or from 7 m/s on of the wing.
-
-        Args:
-            speed: [m/s]; None takes the set one.
-        """
-        if self.mode is Mode.MISSION and self.mission is not None:
-            self.mission.change_speed(-1.0 if speed is None else speed)
-            return Outcome(ACCEPTED)
-        if speed is None:
-            on_wing = isinstance(self._guidance, FlyLeg | Orbit)
-            speed = self.settings.airspeed if on_wing else self.settings.hover_speed
-        if speed >= SLOWEST:
-            return self._change_airspeed(speed)
-        if isinstance(self._guidance, FlyTo | Hold):
-            self._guidance = with_speed(self._guidance, speed)
-        else:
-            return self._refuse(REJECTED, "Speed unchanged: not flying to a point")
-        return Outcome(ACCEPTED)
-
-    def _change_airspeed(self, speed: float) -> Outcome:
-        if not isinstance(self._guidance, FlyLeg | Orbit):
-            return self._refuse(REJECTED, f"Speed {speed:g} m/s refused: not on the wing")
-        setpoint = self._guidance.setpoint
-        if setpoint.route is not None:
-            self._guidance.setpoint = setpoint._replace(route=setpoint.route._replace(airspeed=speed))
-        return Outcome(ACCEPTED)
-
-    def level_out(self, v: Vector) -> Vector:
-        """What is forward, to the left and up of the vehicle, heading alone counting, in world NWU."""
-        return level_out(v, self.view.heading)
-
-    def set_offboard_attitude(self, attitude: Attitude) -> str | None:
-        """Take one streamed attitude set-point (flown in OFFBOARD). Returns why not, or None."""
-        reason = refuse_attitude(attitude, self.view)
-        if reason is not None:
-            return reason
-        self._streamed.arrived(self.view.time)
-        steer = Steer(attitude, self.view.time, self.settings.hover_speed)
-        if self.mode is Mode.OFFBOARD:
-            self._guidance = steer
-        else:
-            self._streamed.setpoint = steer.update(self.view)
-        return None
-
-    def set_offboard_acceleration(self, a: Vector, facing: Facing) -> str | None:
-        """Take one streamed acceleration, world NWU [m/s2], as an attitude. Returns why not, or None."""
-        if self.chooser is None:
-            return "acceleration set-points need an airframe"
-        heading = self.setpoint.heading if facing.heading is None else facing.heading
-        if facing.turn:
-            heading = self.view.heading
-        return self.set_offboard_attitude(attitude_of(a, heading, facing.turn, self.chooser.airframe))
-
-    def set_offboard_offset(self, offset: Vector, facing: Facing, *, body: bool) -> str | None:
-        """Take one streamed offset from the vehicle, world NWU or along its heading [m]. Returns why not, or None."""
-        if not all(map(math.isfinite, offset)):
-            return f"position {offset} is not a number"
-        place = self._streamed.lay(offset, body=body, view=self.view, settings=self.settings)
-        return self.set_offboard_setpoint(place, facing)
-
-    def set_offboard_velocity(self, v: Vector, facing: Facing = KEEP_FACING) -> str | None:
-        """Take one streamed velocity set-point, world NWU [m/s] (flown in OFFBOARD). Returns why not, or None."""
-        reason = refuse_velocity(v, self.settings, self.chooser) or refuse_turn(facing)
-        if reason is not None:
-            return reason
-        self._streamed.arrived(self.view.time)
-        setpoint = self._streamed.velocity(v, facing, self.setpoint, self.view, self.settings)
-        if self.mode is Mode.OFFBOARD:
-            self._guidance = Hold(setpoint)
-        else:
-            self._streamed.setpoint = setpoint
-        return None
-
-    def set_offboard_setpoint(self, p: Vector, facing: Facing = KEEP_FACING) -> str | None:
-        """Take one streamed position set-point (flown in OFFBOARD). Returns why not, or None."""
-        reason = self._refuse_point(p)
-        if reason is not None:
-            return reason
-        self._streamed.arrived(self.view.time)
-        target = self._at(p)
-        if facing.heading is not None:
-            target = target._replace(heading=facing.heading)
-        if self.mode is not Mode.OFFBOARD:
-            self._streamed.setpoint = target
-        elif not is_same_leg(self._guidance, target):
-            self._guidance = fly_to(self.view, target, self.settings, self.chooser)
-        return None
-
     def set_mode(self, mode: Mode) -> Outcome:
         """Change the mode as a ground station's mode switch does."""
         requests = {
@@ -532,42 +268,6 @@ class Autopilot:
         if request is None:
             return self._refuse(DENIED, f"Mode {mode.name} is not available on this vehicle")
         return request()
-
-    def _start_offboard(self) -> Outcome:
-        if self._streamed.is_stale(self.view.time, self.settings):
-            return self._refuse(REJECTED, "OFFBOARD refused: no set-points are arriving")
-        if not self.armed:
-            return self._refuse(REJECTED, "OFFBOARD refused: not armed")
-        offboard = self._streamed.setpoint
-        moving = offboard.route is not None or offboard.attitude is not None
-        leg = fly_to(self.view, offboard, self.settings, self.chooser)
-        self._enter(Mode.OFFBOARD, Hold(offboard) if moving else leg)
-        self.flying = True
-        return Outcome(ACCEPTED)
-
-    # Sticks
-
-    def take_sticks(self, sticks: Sticks) -> None:
-        """Take a pilot's sticks, flown in POSCTL."""
-        self._streamed.take_sticks(sticks, self.view.time)
-
-    def _start_manual(self) -> Outcome:
-        if self._streamed.sticks(self.view.time, self.settings) is None:
-            return self._refuse(REJECTED, "POSCTL refused: no sticks are moving: MANUAL_CONTROL is not arriving")
-        if not self.flying:
-            return self._refuse(REJECTED, "POSCTL refused: not in the air")
-        self._enter(Mode.POSCTL, Hold(self._at(self._stop_point())))
-        self._streamed.start_moving(self.view.time)
-        return Outcome(ACCEPTED)
-
-    def _follow_sticks(self, guidance: Guidance) -> Guidance:
-        sticks = self._streamed.sticks(self.view.time, self.settings)
-        if sticks is None:
-            self.say(mavlink.MAV_SEVERITY_WARNING, "Sticks stopped: holding")
-            self._hold_here()
-        elif not self.view.forward:  # on the wing it is still standing up
-            self._guidance = Hold(self._streamed.follow(sticks, self.setpoint, self.view, self.settings))
-        return self._guidance or guidance
 
     # Missions
 
@@ -594,14 +294,6 @@ class Autopilot:
         self._bound()
         if self.mode is Mode.RTL and not self.landing:
             self._enter(Mode.RTL, self._way_home(self.view))
-
-    def _bound(self) -> None:
-        """Put fence, rally points and home in force, for a mission under way as well."""
-        s = self.settings
-        bounds = self._fence._replace(reach=s.fence_reach, ceiling=s.fence_ceiling, home=self.world.home)
-        self.world = self.world._replace(fence=bounds if s.fence_action else Fence())
-        if self.mission is not None:
-            self.mission.world = self.world
 
     def load_mission(self, items: Sequence[MissionItem]) -> None:
         """Replace the mission by an already validated one; flying the old one ends in a hold."""
@@ -635,58 +327,12 @@ class Autopilot:
         self.mission.jump_to(seq)
         return Outcome(ACCEPTED)
 
-    # Helpers
-
-    def say(self, severity: int, text: str) -> None:
-        """Queue a line for the pilot."""
-        self._notices.append(Notice(severity, text))
-
     def apply(self, settings: Settings) -> None:
         """Take changed settings; a mission under way flies its next items by them."""
         self.settings = settings
         self._bound()
         if self.mission is not None:
             self.mission.settings = settings
-
-    def _refuse(self, result: int, text: str) -> Outcome:
-        self.say(mavlink.MAV_SEVERITY_WARNING, text)
-        return Outcome(result, text)
-
-    def _refuse_rim(self, centre: Vector, radius: float) -> str | None:
-        rim = [(centre[0] + radius * x, centre[1] + radius * y, centre[2]) for x, y in COMPASS]
-        return next(filter(None, map(self._refuse_point, rim)), None)
-
-    def _refuse_point(self, p: Vector) -> str | None:
-        if not all(map(math.isfinite, p)):
-            return f"position {p} is not a number"
-        return self.world.refuse(p)
-
-    def _enter(self, mode: Mode, guidance: Guidance | None) -> None:
-        superseded = self.under_way
-        if superseded is not None:
-            superseded.fail(f"{mode.name} came between" if self.flying else "the flight is over")
-            self._end(superseded)
-            if self.mode is Mode.MISSION and self.mission is not None:
-                self.mission.transition(superseded.before)
-        self.mode, self._guidance = mode, guidance
-
-    def _at(self, p: Vector) -> Setpoint:
-        return Setpoint(p, self.setpoint.heading, self.settings.hover_speed)
-
-    def _stop_point(self) -> Vector:
-        # Where the vehicle can stop, not where it is now, and no lower than the floor.
-        p, v = self.view.p, self.view.v
-        level = math.hypot(v[0], v[1])
-        ahead = self.view.stopping / level if self.view.forward and level > 1.0 else 0.5
-        return (p[0] + ahead * v[0], p[1] + ahead * v[1], max(p[2] + 0.5 * v[2], FLOOR))
-
-    def _land_here(self) -> None:
-        here = self._at(self._stop_point())
-        first = (Stop(here),) if self.view.forward else ()  # a set-point that sinks meanwhile would run away
-        self._enter(Mode.LAND, Steps((*first, land_at(here, self.settings.descent_rate))))
-
-    def _hold_here(self) -> None:
-        self._enter(Mode.HOLD, Hold(self._at(self._stop_point())) if self.flying else None)
 
     def _stop_motors(self, text: str) -> None:
         self.armed = self.flying = False

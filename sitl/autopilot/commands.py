@@ -12,11 +12,12 @@ from collections.abc import Callable
 from protocol.dialect import mavlink
 from protocol.events import CommandRequested
 from protocol.modes import mode_from_parts
-from sitl.autopilot.autopilot import ACCEPTED, DENIED, REJECTED, UNSUPPORTED, Autopilot, Outcome
+from sitl.autopilot.autopilot import Autopilot
 from sitl.autopilot.decision import Way
 from sitl.autopilot.guidance import FASTEST, SLOWEST, Vector
 from sitl.autopilot.home import UNSUPPORTED_FRAME, set_home, set_origin
 from sitl.autopilot.mission_items import WAYS
+from sitl.autopilot.outcome import ACCEPTED, DENIED, REJECTED, UNSUPPORTED, Outcome
 from sitl.autopilot.standard_modes import set_standard_mode
 
 ARM = mavlink.MAV_CMD_COMPONENT_ARM_DISARM

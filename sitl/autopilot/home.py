@@ -19,10 +19,11 @@ from protocol.dialect import mavlink
 from protocol.events import CommandRequested
 from protocol.frames import Geodetic, LocalFrame, flip
 from protocol.modes import Mode
-from sitl.autopilot.autopilot import ACCEPTED, DENIED, REJECTED, Autopilot, Notice, Outcome
+from sitl.autopilot.autopilot import Autopilot
 from sitl.autopilot.bounds import Bounds
 from sitl.autopilot.guidance import Vector
 from sitl.autopilot.mission_items import GLOBAL_FRAMES, RELATIVE_FRAMES, World, out_of_bounds
+from sitl.autopilot.outcome import ACCEPTED, DENIED, REJECTED, Notice, Outcome
 from sitl.memory import Anchors, Memory
 
 UNSUPPORTED_FRAME = mavlink.MAV_RESULT_COMMAND_UNSUPPORTED_MAV_FRAME

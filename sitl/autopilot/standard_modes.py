@@ -12,7 +12,8 @@ from protocol.codec import Message
 from protocol.dialect import mavlink
 from protocol.events import CommandRequested
 from protocol.modes import Mode, custom_mode
-from sitl.autopilot.autopilot import Autopilot, Outcome
+from sitl.autopilot.autopilot import Autopilot
+from sitl.autopilot.outcome import Outcome
 from sitl.hybrid.supervisor import Law
 
 NON_STANDARD = mavlink.MAV_STANDARD_MODE_NON_STANDARD

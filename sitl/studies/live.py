@@ -16,9 +16,9 @@ from protocol.dialect import mavlink
 from protocol.events import CommandRequested
 from protocol.modes import Mode
 from sitl.airframe import load
-from sitl.autopilot.autopilot import Outcome
 from sitl.autopilot.guidance import Setpoint, Vector, View
 from sitl.autopilot.mission import World
+from sitl.autopilot.outcome import Outcome
 from sitl.autopilot.settings import Settings
 from sitl.craft import Craft
 from sitl.errors import SitlError

@@ -11,9 +11,10 @@ from protocol.dialect import mavlink
 from protocol.frames import Geodetic, LocalFrame
 from protocol.modes import Mode
 from sitl.autopilot.arena import ARENAS
-from sitl.autopilot.autopilot import ACCEPTED, Autopilot
+from sitl.autopilot.autopilot import Autopilot
 from sitl.autopilot.guidance import View
 from sitl.autopilot.mission import World
+from sitl.autopilot.outcome import ACCEPTED
 from sitl.autopilot.settings import Settings
 from tests.sitl.test_missions import LAND, TAKE_OFF, waypoint
 
