@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import json
 import math
-import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict
@@ -20,9 +19,13 @@ from protocol.frames import Geodetic
 from protocol.plans import Plan, load, save
 from protocol.plans.geofence import fence_items, rally_items, with_fence, with_rally
 from protocol.plans.mission import MissionItem
+from protocol.whole_file import write_whole
 from sitl.errors import SitlError
 
 LEFT_OVER = "*.new"  # of writes that were cut short
+
+Keep = Callable[[Callable[[], None]], None]
+"""Calls what writes to the memory; what could not be written is said, and the flight goes on."""
 
 
 class MemoryFaultError(SitlError):
@@ -85,8 +88,8 @@ class Memory:
         Raises:
             MemoryFaultError: The folder cannot be written.
         """
+        _write(self._clearing, " ".join(self._plans[kind].name for kind in kinds), "plans not cleared")
         try:
-            _write(self._clearing, " ".join(self._plans[kind].name for kind in kinds))
             self._finish_clearing()
         except OSError as error:
             raise MemoryFaultError(f"plans not cleared: {self.folder}: {error.strerror}") from error
@@ -101,10 +104,7 @@ class Memory:
 
     def keep_parameters(self, values: Mapping[str, float]) -> None:
         """Replace the kept parameters."""
-        try:
-            _write(self._parameters, json.dumps(dict(sorted(values.items())), indent=1))
-        except OSError as error:
-            raise MemoryFaultError(f"parameters not kept: {self._parameters}: {error.strerror}") from error
+        _write(self._parameters, json.dumps(dict(sorted(values.items())), indent=1), "parameters not kept")
 
     def anchors(self) -> Anchors | None:
         """The kept home and origin; None where neither was ever moved."""
@@ -116,10 +116,8 @@ class Memory:
 
     def keep_anchors(self, anchors: Anchors) -> None:
         """Replace the kept home and origin: both, or neither."""
-        try:
-            _write(self._home, json.dumps({name: asdict(place) for name, place in anchors._asdict().items()}, indent=1))
-        except OSError as error:
-            raise MemoryFaultError(f"home not kept: {self._home}: {error.strerror}") from error
+        table = {name: asdict(place) for name, place in anchors._asdict().items()}
+        _write(self._home, json.dumps(table, indent=1), "home not kept")
 
     def _tidy(self) -> None:
         """Finish what a crash cut short."""
@@ -162,18 +160,11 @@ def _is_number(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
 
 
-def _write(path: Path, text: str) -> None:
-    staged = path.with_suffix(".new")
+def _write(path: Path, text: str, what: str) -> None:
     try:
-        with staged.open("w", encoding="utf-8") as file:
-            file.write(text)
-            file.flush()
-            os.fsync(file.fileno())
-        staged.replace(path)
-    except OSError:
-        with suppress(OSError):
-            staged.unlink(missing_ok=True)
-        raise
+        write_whole(path, text.encode("utf-8"))
+    except FileError as error:
+        raise MemoryFaultError(f"{what}: {error}") from error
 
 
 def _load(path: Path, read: Callable[[Plan], tuple[MissionItem, ...]]) -> tuple[MissionItem, ...]:

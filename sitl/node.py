@@ -15,7 +15,6 @@ from protocol.dialect import mavlink
 from protocol.endpoint import VehicleEndpoint
 from protocol.engines.command_server import UNKNOWN_PROGRESS
 from protocol.engines.files import NoFiles
-from protocol.engines.mission_server import Refusal
 from protocol.engines.stream import OFF
 from protocol.events import (
     CommandCancelRequested,
@@ -41,27 +40,23 @@ from protocol.modes import Mode
 from protocol.plans.mission import MissionItem
 from sitl import telemetry, upkeep
 from sitl.autopilot import commands
-from sitl.autopilot.bounds import PLAN_NAMES, Bounds
-from sitl.autopilot.home import MESSAGES, MOVES, HomeKeeper, recheck, take_message
+from sitl.autopilot.home import MESSAGES, MOVES, HomeKeeper, take_message
 from sitl.autopilot.link_watch import Silence
 from sitl.autopilot.manual import sticks_of
-from sitl.autopilot.mission import validate
 from sitl.autopilot.offboard import take_setpoint
 from sitl.autopilot.outcome import Notice, Outcome
-from sitl.autopilot.settings import Settings
 from sitl.autopilot.standard_modes import CHOOSES_MODE, LIST, available_modes, current_mode
 from sitl.blackbox import Blackbox
 from sitl.craft import Craft
-from sitl.errors import SitlError
 from sitl.files import VehicleFiles
 from sitl.hybrid.supervisor import JumpRecord
 from sitl.keys import RefusalReport
 from sitl.memory import Memory, MemoryFaultError
-from sitl.parameters import Bindings, Surroundings
+from sitl.parameter_keeper import ParameterKeeper
+from sitl.plans import Plans
 from sitl.progress_report import ProgressReport
 from sitl.snapshot import Picture, take_picture
 from sitl.talk import SAME_TEXT, TextLimiter
-from sitl.vehicle import Tuning
 
 SYSTEM, COMPONENT = 1, 1
 NAMED_VALUE_TICKS = 100  # control ticks between NAMED_VALUE_FLOATs, for tools that know no private dialect
@@ -84,9 +79,7 @@ class Node:
         keyring: Keyring | None = None,
         blackbox: Blackbox | None = None,
     ) -> None:
-        self.craft = craft
-        self._memory = memory
-        self._kept = memory.parameters()
+        self.craft, self.memory = craft, memory
         keyring = keyring or Keyring()
         keep_keys = keyring.keep
         keyring.keep = lambda record: self._keep(lambda: keep_keys(record))  # a full disk ends no flight
@@ -100,19 +93,17 @@ class Node:
         self.leaving: upkeep.Leaving | None = None  # a peer wants it restarted or ended, and has its answer
         self._asked: float | None = None  # the link's time while a peer's datagram is looked at
         self._home = HomeKeeper(craft.autopilot, memory)  # first: plans are relative to it
-        self._bounds = bounds = Bounds(craft.autopilot, memory)
+        self._plans = plans = Plans(craft.autopilot, memory, self._say, self._keep)
         self._blackbox = blackbox
         logs = blackbox or NoFiles()
-        items = memory.mission()
-        refusal = self._validate(items)
         self._endpoint = VehicleEndpoint(
             system=SYSTEM,
             component=COMPONENT,
             commands=frozenset({*commands.HANDLERS, *UPKEEP}),
             parameters=craft.bindings.wire_table(),
-            mission=() if refusal else items,
-            validate=self._validate,
-            plans=bounds.plans(),
+            mission=plans.mission,
+            validate=plans.validate,
+            plans=plans.others,
             streams={s.message_id: round(1e6 / s.rate) if s.rate else OFF for s in telemetry.STREAMS},
             on_request=(mavlink.MAVLINK_MSG_ID_AVAILABLE_MODES,),
             numbered={mavlink.MAVLINK_MSG_ID_AVAILABLE_MODES: len(LIST)},
@@ -121,13 +112,11 @@ class Node:
             files=VehicleFiles(lambda: self._endpoint.parameters, self._held, logs),
             logs=logs,
         )
+        self._parameters = ParameterKeeper(craft, memory, self._endpoint.set_parameter, self._say, self._keep)
         self._builders = {s.message_id: s.build for s in telemetry.STREAMS}
-        craft.autopilot.load_mission(() if refusal else items)
-        if refusal:
-            self._say(WARNING, f"Kept mission not loaded: {refusal.text}")
         for notice in self._home.said:
             self._say(notice.severity, notice.text)
-        for text in bounds.flaws:
+        for text in plans.flaws:
             self._say(WARNING, text)
 
     # The wire
@@ -150,9 +139,7 @@ class Node:
     def _handle_events(self, now: float) -> None:
         self._asked = now
         events = self._endpoint.events()
-        cleared = {event.kind for event in events if isinstance(event, MissionCleared)}
-        if len(cleared) > 1:  # file by file, a crash between them would leave a mixture
-            self._keep(lambda: self._memory.clear_plans(cleared))
+        self._plans.prepare_clearing({event.kind for event in events if isinstance(event, MissionCleared)})
         for event in events:
             handler = HANDLERS.get(type(event))
             if handler is not None:
@@ -268,9 +255,6 @@ class Node:
     def _held(self, kind: int) -> tuple[MissionItem, ...]:
         return self._endpoint.plan(kind)
 
-    def _validate(self, items: Sequence[MissionItem]) -> Refusal | None:
-        return validate(items, self.craft.autopilot.world)
-
     def _on_command(self, event: CommandRequested, now: float) -> None:
         autopilot = self.craft.autopilot
         own = UPKEEP.get(event.command)
@@ -292,16 +276,7 @@ class Node:
             self._say(WARNING, outcome.text)
 
     def _store(self, event: CommandRequested) -> Outcome:
-        return upkeep.store(self.craft.autopilot, event, self._reset_parameters)
-
-    def _reset_parameters(self) -> None:
-        before = self.craft.bindings
-        self.craft.bind(Bindings(Settings(), Tuning(), Surroundings()))
-        for parameter in self.craft.bindings.wire_table():
-            if before.value(parameter.name) != parameter.value:
-                self._endpoint.set_parameter(parameter.name, parameter.value)
-        self._kept.clear()
-        self._keep(lambda: self._memory.keep_parameters(self._kept))
+        return upkeep.store(self.craft.autopilot, event, self._parameters.reset)
 
     def _leave(self, event: CommandRequested) -> Outcome:
         outcome, leaving = upkeep.leave(self.craft.autopilot, event)
@@ -325,8 +300,7 @@ class Node:
         self._tell(telemetry.global_origin(self.picture()))
         self._tell(telemetry.home_position(self.picture()))
         self._say(INFO, f"Home is {self._home.where}")
-        for text in recheck(self.craft.autopilot, self._bounds):
-            self._say(WARNING, text)
+        self._plans.recheck()
 
     def _on_message_request(self, event: MessageRequested, now: float) -> None:  # noqa: ARG002 - one signature
         if event.message_id == mavlink.MAVLINK_MSG_ID_AVAILABLE_MODES:
@@ -335,45 +309,9 @@ class Node:
         else:
             self._endpoint.send(self._builders[event.message_id](self.picture()), event.peer)
 
-    def _on_mission(self, event: MissionReceived, now: float) -> None:  # noqa: ARG002
-        if event.kind:
-            self._say(INFO, self._bounds.load(event.kind, event.items))
-            self._keep(lambda: self._bounds.keep(event.kind, event.items))
-            return
-        self.craft.autopilot.load_mission(event.items)
-        self._keep(lambda: self._memory.keep_mission(event.items))
-        self._say(INFO, f"Mission of {len(event.items)} items received")
-
-    def _on_mission_refused(self, event: MissionRefused, now: float) -> None:  # noqa: ARG002
-        self._say(WARNING, f"{PLAN_NAMES[event.kind]} refused: {event.reason}")
-
-    def _on_mission_cleared(self, event: MissionCleared, now: float) -> None:  # noqa: ARG002
-        if event.kind:
-            self._say(INFO, self._bounds.load(event.kind, ()))
-            self._keep(lambda: self._bounds.keep(event.kind, ()))
-            return
-        self.craft.autopilot.load_mission(())
-        self._keep(lambda: self._memory.keep_mission(()))
-        self._say(INFO, "Mission cleared")
-
     def _on_current_item(self, event: CurrentItemRequested, now: float) -> None:  # noqa: ARG002
         self.craft.autopilot.set_current_item(event.seq)
         self._endpoint.publish(telemetry.mission_current(self.picture()))
-
-    def _on_parameter(self, event: ParameterChanged, now: float) -> None:  # noqa: ARG002
-        before = self.craft.bindings
-        try:
-            self.craft.bind(before.replaced({event.name: event.value}))
-        except SitlError as error:
-            self._endpoint.set_parameter(event.name, before.value(event.name))
-            self._say(WARNING, str(error))
-            return
-        self._kept[event.name] = event.value
-        self._keep(lambda: self._memory.keep_parameters(self._kept))
-
-    def _on_parameter_refused(self, event: ParameterRefused, now: float) -> None:  # noqa: ARG002
-        what = event.name if event.value is None else f"{event.name} = {event.value:g}"
-        self._say(WARNING, f"{what} refused: {event.reason}")
 
     def _on_signing(self, event: SigningChanged, now: float) -> None:  # noqa: ARG002
         if event.state is KeyState.REFUSED:
@@ -447,12 +385,12 @@ HANDLERS: dict[type, Callable[[Node, Any, float], None]] = {
     CommandCancelRequested: Node._on_cancel,  # noqa: SLF001
     CommandRefused: Node._on_command_refused,  # noqa: SLF001
     MessageRequested: Node._on_message_request,  # noqa: SLF001
-    MissionReceived: Node._on_mission,  # noqa: SLF001
-    MissionRefused: Node._on_mission_refused,  # noqa: SLF001
-    MissionCleared: Node._on_mission_cleared,  # noqa: SLF001
+    MissionReceived: lambda node, event, now: node._plans.received(event),  # noqa: ARG005, SLF001
+    MissionRefused: lambda node, event, now: node._plans.refused(event),  # noqa: ARG005, SLF001
+    MissionCleared: lambda node, event, now: node._plans.cleared(event),  # noqa: ARG005, SLF001
     CurrentItemRequested: Node._on_current_item,  # noqa: SLF001
-    ParameterChanged: Node._on_parameter,  # noqa: SLF001
-    ParameterRefused: Node._on_parameter_refused,  # noqa: SLF001
+    ParameterChanged: lambda node, event, now: node._parameters.changed(event),  # noqa: ARG005, SLF001
+    ParameterRefused: lambda node, event, now: node._parameters.refused(event),  # noqa: ARG005, SLF001
     SigningChanged: Node._on_signing,  # noqa: SLF001
     LogEraseRequested: Node._on_log_erase,  # noqa: SLF001
     SetpointReceived: Node._on_setpoint,  # noqa: SLF001

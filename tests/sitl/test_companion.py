@@ -232,7 +232,7 @@ class Signed:
 )
 def test_with_a_key_unsigned_strangers_keep_no_link_alive(tmp_path, kind, ids, said):
     sky = Sky(tmp_path, up=5.0, settings=SOON)
-    sky.node = Node(sky.craft, sky.node._memory, ["main"], Keyring({None: KEY}, timestamp=10**13))
+    sky.node = Node(sky.craft, sky.node.memory, ["main"], Keyring({None: KEY}, timestamp=10**13))
     ground = sky.station()
     Signed(sky, KEY, **ids).send(heartbeat(kind))
     stranger, forger = Signed(sky, None, **ids), Signed(sky, bytes(32)[:-1] + b"x", **ids)

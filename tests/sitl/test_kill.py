@@ -29,7 +29,7 @@ FENCE, RALLY = mavlink.MAV_MISSION_TYPE_FENCE, mavlink.MAV_MISSION_TYPE_RALLY
 CIRCLE = mavlink.MAV_CMD_NAV_FENCE_CIRCLE_INCLUSION
 POINT = mavlink.MAV_CMD_NAV_RALLY_POINT
 TO = (1, 1)
-CALLS = ((io, "open"), (os, "fsync"), (os, "replace"))  # what a death may come before and after
+CALLS = ((os, "open"), (io, "open"), (os, "fsync"), (os, "replace"))  # what a death may come before and after
 
 
 def fence(radius):
@@ -100,7 +100,7 @@ def sky(tmp_path_factory):
 @pytest.fixture(autouse=True)
 def folder(sky):
     """The folder of state, empty."""
-    folder = sky.node._memory.folder
+    folder = sky.node.memory.folder
     for path in folder.iterdir():
         path.unlink()
     return folder
@@ -194,9 +194,9 @@ def test_killed_at_any_moment_it_keeps_the_old_or_the_new_and_all_that_was_answe
 
 def test_a_left_over_of_a_killed_write_is_no_state(folder):
     for name in (
-        "parameters.new",
-        "home.new",
-        "clearing.new",
+        ".parameters.json.new",
+        ".home.json.new",
+        ".clearing.new",
         ".mission.plan.new",
         ".fence.plan.new",
         ".rally.plan.new",

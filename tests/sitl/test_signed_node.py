@@ -26,7 +26,7 @@ class SignedGround(Ground):
     def __init__(self, folder, *, given=None, clock=T, peer=LOCAL):
         super().__init__(folder)
         keyring = open_keyring(KeyFile(folder), given or {}, timestamp=clock, now=self.now)
-        self.node = Node(self.node.craft, self.node._memory, [peer], keyring)
+        self.node = Node(self.node.craft, self.node.memory, [peer], keyring)
         self.peer, self.key, self.time = peer, None, T
         self.raw = []
         self.heard.clear()

@@ -23,7 +23,7 @@ def sky(tmp_path, monkeypatch):
     """On its way to a point on the wing, recorded."""
     monkeypatch.setattr(recorder, "AGAIN", 2.0)
     sky = Sky(tmp_path, up=25.0, settings=Settings(way=Way.FORWARD))
-    sky.node = Node(sky.craft, sky.node._memory, ["main"], None, Blackbox(tmp_path / "logs", lambda: WALL))
+    sky.node = Node(sky.craft, sky.node.memory, ["main"], None, Blackbox(tmp_path / "logs", lambda: WALL))
     sky.ground = sky.station()
     sky.advance(2.0)
     assert sky.autopilot.go_to(POINT).accepted
