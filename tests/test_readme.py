@@ -1,4 +1,4 @@
-"""The README says what is so."""
+"""The README and the pages say what is so."""
 
 import re
 from pathlib import Path
@@ -7,6 +7,20 @@ from sitl.hybrid.supervisor import diagram
 
 ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+
+
+def missing(pattern, exists):
+    """What the pages name by a pattern and is not there, with the page."""
+    named = [(page, name) for page in PAGES for name in re.findall(pattern, page.read_text(encoding="utf-8"))]
+    assert named
+    return sorted({(page.name, name) for page, name in named if not exists(page, name)})
+
+
+def anchors(page):
+    """The names of a page's headings in links."""
+    headings = re.findall(r"^#+ (.*)", page.read_text(encoding="utf-8"), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
 
 
 def test_the_supervisors_diagram_is_generated_from_its_table():
@@ -14,10 +28,23 @@ def test_the_supervisors_diagram_is_generated_from_its_table():
     assert shown == f"```mermaid\n{diagram()}\n```\n"
 
 
-def test_every_file_it_names_is_there():
-    named = set(re.findall(r"(?:docs|scripts|tests)/[\w./-]*\w", README))
-    assert {"docs/screenshot.svg", "docs/laws.md", "scripts/fly", "scripts/test"} <= named
-    assert not [name for name in named if not (ROOT / name).exists()]
+def test_every_file_a_page_names_is_there():
+    pattern = r"(?:\b(?:docs|scripts|tests)|`(?:sitl|protocol|darko_gcs))/[\w./-]*\w"
+    assert missing(pattern, lambda _, name: (ROOT / name.lstrip("`")).exists()) == []
+
+
+def test_every_test_a_page_names_is_there():
+    written = set(re.findall(r"def (test_\w+)", "".join(p.read_text() for p in (ROOT / "tests").rglob("test_*.py"))))
+    assert missing(r"`(test_\w+)`", lambda _, name: name in written) == []
+
+
+def test_every_link_between_pages_leads_somewhere():
+    def leads(page, link):
+        path, _, anchor = link.partition("#")
+        target = page.parent / path if path else page
+        return target.exists() and (not anchor or anchor in anchors(target))
+
+    assert missing(r"\]\((?!https?:)([^)\s]+)\)", leads) == []
 
 
 def test_every_page_of_the_documentation_is_named():
