@@ -15,6 +15,7 @@ from dataclasses import dataclass, field
 from darko_gcs.child import Child
 from darko_gcs.errors import FlightError, GroundError, LinkError
 from darko_gcs.link import Link
+from darko_gcs.plans import Items
 from darko_gcs.recording import default_folder, start_recording
 from darko_gcs.signing import open_keyring
 from darko_gcs.snapshot import LAWS, Snapshot
@@ -25,6 +26,7 @@ from protocol.events import CommandDone, Event, MissionFailed, MissionUploaded, 
 from protocol.exposure import exposure
 from protocol.frames import Geodetic, Vector
 from protocol.plans import MissionItem, load
+from protocol.plans.geofence import fence_items, rally_items
 from protocol.units import from_e7, from_local_e4, is_global_frame
 
 __all__ = ["Summary", "fly_headless"]
@@ -80,6 +82,7 @@ async def fly_headless(args: argparse.Namespace, sitl: Sequence[str]) -> Summary
     """
     try:
         plan = load(args.mission)
+        fence, rally = fence_items(plan), rally_items(plan)
     except FileError as error:
         raise GroundError(str(error)) from error
     if not plan.items:
@@ -105,7 +108,7 @@ async def fly_headless(args: argparse.Namespace, sitl: Sequence[str]) -> Summary
             stack.push_async_callback(child.stop)
         log = None if path is None else str(path)
         pilot = _Pilot(link, child, Summary(str(args.mission), log, len(plan.items)), args.timeout)
-        await pilot.fly(plan.items)
+        await pilot.fly(plan.items, fence, rally)
         return pilot.summary
 
 
@@ -117,12 +120,13 @@ class _Pilot:
         self._last: Vector | None = None
         self._events: list[Event] = []
 
-    async def fly(self, items: Sequence[MissionItem]) -> None:
+    async def fly(self, items: Items, fence: Items, rally: Items) -> None:
         await self._until(lambda s: s.source is not None and s.home is not None and s.boot is not None, HEARD_WITHIN)
         _say("vehicle found")
-        self._station.upload(items, self._link.now)
-        await self._answer(MissionUploaded, "upload")
-        _say(f"{len(items)} items uploaded")
+        self._station.upload(items, self._link.now, fence=fence, rally=rally)
+        for part in filter(None, (fence, rally, items)):
+            await self._answer(MissionUploaded, "upload")
+            _say(f"{len(part)} items uploaded")
         await self._until(lambda s: s.prearm_ok is not False, ANSWER_WITHIN)
         began = self._snapshot.boot or 0.0
         self._station.arm(self._link.now)

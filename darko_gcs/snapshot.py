@@ -200,6 +200,8 @@ class Snapshot:
 
     track: tuple[tuple[float, float], ...] = ()  # (north, east) [m]
     mission: tuple[MissionItem, ...] = ()  # as uploaded or downloaded
+    fence: tuple[MissionItem, ...] = ()
+    rally: tuple[MissionItem, ...] = ()
     mission_count: int | None = None
     mission_current: int | None = None
     mission_state: int = 0  # MISSION_STATE

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+from darko_gcs.plans import FENCE, MISSION, RALLY, PlanDesk, with_part
 from darko_gcs.signing import SigningDesk
 from darko_gcs.snapshot import EMPTY, Snapshot
 from darko_gcs.store import note, reduce, reduce_event
@@ -65,7 +66,7 @@ class Station:
         self._recorder = recorder
         self._others: set[Source] = set()
         self._events: list[Event] = []
-        self._uploading: tuple[MissionItem, ...] = ()
+        self.plans = PlanDesk(self.endpoint)
         self._counted = (0.0, 0)  # time and messages at the last look at the rate
 
     # Bytes and time
@@ -211,26 +212,33 @@ class Station:
         kind = mavlink.SPEED_TYPE_GROUNDSPEED if over_ground else mavlink.SPEED_TYPE_AIRSPEED
         self._command(now, mavlink.MAV_CMD_DO_CHANGE_SPEED, float(kind), speed, -1.0)
 
-    def upload(self, items: Sequence[MissionItem], now: float) -> None:
-        """Replace the vehicle's mission."""
-
-        def request() -> None:
-            self.endpoint.upload_mission(items, now=now)
-            self._uploading = tuple(items)  # one that is refused is not what will have been uploaded
-
-        self._try(now, request)
+    def upload(
+        self,
+        items: Sequence[MissionItem],
+        now: float,
+        *,
+        fence: Sequence[MissionItem] = (),
+        rally: Sequence[MissionItem] = (),
+    ) -> None:
+        """Replace the vehicle's mission, and its fence and rally points if there are new ones."""
+        limits = {kind: part for kind, part in ((FENCE, fence), (RALLY, rally)) if part}
+        self._try(now, lambda: self.plans.upload({MISSION: items, **limits}, now))
 
     def download(self, now: float) -> None:
-        """Fetch the vehicle's mission."""
-        self._try(now, lambda: self.endpoint.download_mission(now))
+        """Fetch the vehicle's mission, fence and rally points."""
+        self._try(now, lambda: self.plans.download(now))
 
     def fetch_parameters(self, now: float) -> None:
         """Have the vehicle tell its parameters."""
         self._try(now, lambda: self.endpoint.request_parameters(now))
 
-    def clear_mission(self, now: float) -> None:
-        """Delete the vehicle's mission."""
-        self._try(now, lambda: self.endpoint.clear_mission(now))
+    def clear_plan(self, kind: int, now: float) -> None:
+        """Delete the vehicle's plan of a MAV_MISSION_TYPE, 255: mission, fence and rally points."""
+        self._try(now, lambda: self.plans.clear(kind, now))
+
+    def set_current(self, seq: int, now: float) -> None:
+        """Let the mission go on, or begin, at one of its items."""
+        self._try(now, lambda: self.plans.set_current(seq, now))
 
     def say(self, now: float, text: str, severity: int = mavlink.MAV_SEVERITY_WARNING) -> None:
         """Add a line to the operator's log."""
@@ -257,8 +265,9 @@ class Station:
         for event in self.endpoint.events():
             self.snapshot = reduce_event(self.snapshot, event, now)
             if isinstance(event, MissionUploaded):
-                self.snapshot = replace(self.snapshot, mission=self._uploading)
+                self.snapshot = with_part(self.snapshot, event.kind, self.plans.sent.get(event.kind, ()))
             self._events.append(event)
+            self.plans.follow(event, now)
 
     def _watch_link(self, now: float) -> None:
         since, count = self._counted
@@ -292,7 +301,8 @@ class Station:
 
     def _begin_anew(self, now: float) -> None:
         """The vehicle has forgotten what it was asked; what it keeps over a restart is for it to tell."""
-        self.snapshot = replace(self.snapshot, mission=(), parameters={})
+        self.snapshot = replace(self.snapshot, mission=(), fence=(), rally=(), parameters={})
+        self.plans.forget()
         self.endpoint.give_up_requests("the vehicle restarted")
         self._events.append(VehicleRestarted())
         self._collect(now)

@@ -8,6 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 from darko_gcs.mode_names import mode_name
+from darko_gcs.plans import ALL, FENCE, MISSION, PARTS, RALLY, with_part
 from darko_gcs.snapshot import EMPTY, Line, Navigation, OpenText, Snapshot
 from darko_gcs.store_darko import DARKO_HANDLERS, Handler
 from darko_gcs.words import printable
@@ -43,8 +44,10 @@ CERTAIN = 3  # if so many messages in a row say so: one may have been held up on
 # What is still true of a vehicle that started anew; all the rest belongs to the flight before.
 OUTLIVES_RESTART = (
     "source", "autopilot", "kind", "armed", "mode", "critical", "heartbeat_at", "lost", "restarts", "parameters",
-    "mission", "transfer", "messages", "open_text", "received", "rate", "loss", "unrecorded", "signing", "refused",
+    "mission", "fence", "rally", "transfer", "messages", "open_text", "received", "rate", "loss", "unrecorded",
+    "signing", "refused",
 )  # fmt: skip
+PLAN = {MISSION: "Mission", FENCE: "Fence", RALLY: "Rally plan", ALL: "Mission, fence and rally plan"}
 INFO, NOTICE, WARNING = mavlink.MAV_SEVERITY_INFO, mavlink.MAV_SEVERITY_NOTICE, mavlink.MAV_SEVERITY_WARNING
 
 
@@ -247,9 +250,12 @@ def _item_reached(s: Snapshot, m: Message, now: float) -> Snapshot:  # noqa: ARG
 
 
 def _mission_item(s: Snapshot, m: Message, now: float) -> Snapshot:  # noqa: ARG001
-    if m.mission_type != mavlink.MAV_MISSION_TYPE_MISSION or m.seq > len(s.mission):
+    if m.mission_type not in PARTS:
         return s
-    return replace(s, mission=(*s.mission[: m.seq], MissionItem.from_message(m), *s.mission[m.seq + 1 :]))
+    held: tuple[MissionItem, ...] = getattr(s, PARTS[m.mission_type])
+    if m.seq > len(held):
+        return s
+    return with_part(s, m.mission_type, (*held[: m.seq], MissionItem.from_message(m), *held[m.seq + 1 :]))
 
 
 def _status_text(s: Snapshot, m: Message, now: float) -> Snapshot:
@@ -320,20 +326,27 @@ def _mission_progress(s: Snapshot, e: MissionProgress, now: float) -> Snapshot: 
 
 
 def _mission_uploaded(s: Snapshot, e: MissionUploaded, now: float) -> Snapshot:
-    return note(replace(s, transfer=None, reached=frozenset()), now, INFO, f"Mission of {e.count} items uploaded")
+    reached = frozenset() if e.kind == MISSION else s.reached
+    return note(replace(s, transfer=None, reached=reached), now, INFO, f"{PLAN[e.kind]} of {e.count} items uploaded")
 
 
 def _mission_downloaded(s: Snapshot, e: MissionDownloaded, now: float) -> Snapshot:
-    s = replace(s, transfer=None, mission=e.items)
-    return note(s, now, INFO, f"Mission of {len(e.items)} items downloaded")
+    s = with_part(replace(s, transfer=None), e.kind, e.items)
+    if e.items:
+        return note(s, now, INFO, f"{PLAN[e.kind]} of {len(e.items)} items downloaded")
+    return note(s, now, INFO, "No mission on the vehicle") if e.kind == MISSION else s
 
 
-def _mission_cleared(s: Snapshot, e: MissionCleared, now: float) -> Snapshot:  # noqa: ARG001
-    return note(replace(s, transfer=None, mission=(), reached=frozenset()), now, INFO, "Mission cleared")
+def _mission_cleared(s: Snapshot, e: MissionCleared, now: float) -> Snapshot:
+    reached = frozenset() if e.kind in {MISSION, ALL} else s.reached
+    s = with_part(replace(s, transfer=None, reached=reached), e.kind, ())
+    return note(s, now, INFO, f"{PLAN[e.kind]} cleared")
 
 
 def _mission_failed(s: Snapshot, e: MissionFailed, now: float) -> Snapshot:
-    text = f"Mission {e.operation.replace('_', ' ')} failed: {e.reason.lower()}"
+    if e.kind != MISSION and e.operation == "download" and e.result == mavlink.MAV_MISSION_UNSUPPORTED:
+        return replace(s, transfer=None)  # a vehicle that keeps none has none
+    text = f"{PLAN[e.kind]} {e.operation.replace('_', ' ')} failed: {e.reason.lower().replace('_', ' ')}"
     return note(replace(s, transfer=None), now, WARNING, text)
 
 

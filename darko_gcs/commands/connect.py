@@ -52,7 +52,9 @@ def run(args: argparse.Namespace) -> int:
     from protocol.plans import load  # noqa: PLC0415
 
     try:
-        plan = load(args.mission) if args.mission is not None else None
+        draft = Draft()
+        if args.mission is not None:
+            draft.take(load(args.mission), str(args.mission))
     except FileError as error:
         raise GroundError(str(error)) from error
     keyring = open_keyring(args.signing_key, give=args.give_key)
@@ -67,8 +69,7 @@ def run(args: argparse.Namespace) -> int:
     if fault:
         station.go_unrecorded(fault, time.monotonic())
     app = GroundStation(LiveFeed(station, args.host, args.port, sitl, greeting))
-    if plan is not None:
-        app.draft = Draft(plan, str(args.mission), changed=True)
+    app.draft = draft
     code = app.run()
     if app.failure is not None:
         raise app.failure

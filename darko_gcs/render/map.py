@@ -1,4 +1,4 @@
-"""A map in braille: home, legs, circles, track and vehicle, north up, one scale for both axes."""
+"""A map in braille: home, fence, rally points, legs, circles, track and vehicle, north up, one scale for both axes."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ MARGIN = 1.25
 FARTHEST = 1e7  # places beyond are nonsense, and not drawn [m]
 ARROWS = "↑↗→↘↓↙←↖"
 STATES = {"done": "good", "current": "warn", "todo": "plan"}
-LEGS = {"current": "warn"}
+LEGS = {"current": "warn", "fence": "fence", "keep-out": "mark"}
 SPACING = 1.5  # of the dots on a circle [dots]
 MOST_DOTS = 2000  # on a circle: larger ones are dotted more widely
 
@@ -34,6 +34,8 @@ def draw_map(
     target: Point | None,
     circles: Sequence[tuple[float, float, float, str]] = (),
     course: Point | None = None,
+    areas: Sequence[tuple[Sequence[Point], str]] = (),
+    rally: Sequence[Point] = (),
 ) -> tuple[list[Line], float]:
     """The map's lines and its scale [m per cell height].
 
@@ -47,11 +49,14 @@ def draw_map(
         waypoints: Number, north, east and state ("todo", "current", "done") of each.
         vehicle: North, east [m] and heading [rad].
         target: Where the vehicle is told to be.
-        circles: North, east, radius [m] and state of each.
+        circles: North, east, radius [m] and state of each, of the mission or of the fence.
         course: Where the vehicle will be soon; a line leads there.
+        areas: Corners and state ("fence", "keep-out") of each polygon of the fence.
+        rally: Where the vehicle may return to instead of home.
     """
     places = [*track, *((n, e) for _, n, e, _ in waypoints)]
     places += [(n + side * r, e + side * r) for n, e, r, _ in circles for side in (-1.0, 1.0)]
+    places += [*rally, *(corner for corners, _ in areas for corner in corners)]
     places += [place for place in (home, target, None if vehicle is None else vehicle[:2]) if place is not None]
     places = [place for place in places if _is_real(place)] or [(0.0, 0.0)]
     scale = scale or _fit(places, width, height)
@@ -62,6 +67,9 @@ def draw_map(
     def at(point: Point) -> Point:
         return width + (point[1] - middle[1]) * dots, 2 * height - (point[0] - middle[0]) * dots
 
+    for corners, state in areas:
+        for a, b in pairwise((*corners, corners[0])):
+            canvas.line(*at(a), *at(b), LEGS.get(state, "plan"))
     for (_, north, east, _), (_, *end, state) in pairwise(waypoints):
         canvas.line(*at((north, east)), *at((end[0], end[1])), LEGS.get(state, "plan"))
     for north, east, radius, state in circles:
@@ -70,7 +78,7 @@ def draw_map(
         canvas.line(*at(a), *at(b), "track")
     if course is not None and vehicle is not None:
         canvas.line(*at(vehicle[:2]), *at(course), "bad")
-    _symbols(canvas, at, home, waypoints, vehicle, target)
+    _symbols(canvas, at, home, rally, waypoints, vehicle, target)
     _scale_bar(canvas, scale)
     return canvas.lines(), scale
 
@@ -88,6 +96,7 @@ def _symbols(
     canvas: Braille,
     at: Callable[[Point], Point],
     home: Point | None,
+    rally: Sequence[Point],
     waypoints: Sequence[tuple[int, float, float, str]],
     vehicle: tuple[float, float, float] | None,
     target: Point | None,
@@ -97,6 +106,8 @@ def _symbols(
         if _is_real((x, y)):
             canvas.put(math.floor(x / 2), math.floor(y / 4), text, style)
 
+    for point in rally:
+        put(point, "R", "fence")
     if home is not None:
         put(home, "H", "accent")
     for number, north, east, state in waypoints:

@@ -15,6 +15,7 @@ from textual.screen import Screen
 from textual.widgets import DataTable, Footer, Static
 
 from darko_gcs.mission_items import FRAMES, KINDS, edited, fields, kind_of, made, place_words, value_text, words
+from darko_gcs.plans import ALL, FENCE, MISSION, RALLY, Items
 from darko_gcs.screens.dialogs import AskScreen, ChooseScreen, ConfirmScreen
 from darko_gcs.snapshot import EMPTY, Snapshot
 from darko_gcs.station import Station
@@ -23,9 +24,11 @@ from darko_gcs.widgets.status import StatusBar
 from protocol.dialect import mavlink
 from protocol.errors import FileError, LocalProtocolError
 from protocol.plans import MissionItem, Plan, load, save
+from protocol.plans.geofence import fence_items, rally_items, with_fence, with_rally
 
 __all__ = ["Draft", "MissionScreen"]
 
+CLEARED = {MISSION: "The mission", FENCE: "The fence", RALLY: "The rally points", ALL: "All three"}
 COLUMNS = ("", "#", "command", "parameters", "lat/north", "lon/east", "alt", "frame")
 
 
@@ -37,7 +40,36 @@ class Draft:
     path: str = ""
     changed: bool = False  # not what the vehicle has
     saved: bool = True  # in a file as it is
-    known: tuple[MissionItem, ...] = ()  # the vehicle's mission when it was last looked at
+    fence: Items = ()  # of the plan
+    rally: Items = ()
+    known: tuple[Items, ...] = ()  # the vehicle's mission, fence and rally points when they were last looked at
+
+    def take(self, plan: Plan, path: str) -> None:
+        """Begin with the plan of a file.
+
+        Raises:
+            FileError: Its fence or its rally points are none; the draft stays as it was.
+        """
+        fence, rally = fence_items(plan), rally_items(plan)
+        self.plan, self.path, self.fence, self.rally = plan, path, fence, rally
+        self.changed = self.saved = True
+
+    def is_on(self, s: Snapshot) -> bool:
+        """Whether the vehicle has all of the plan; a fence or rally points that it has beside it do not matter."""
+        limits = ((self.fence, s.fence), (self.rally, s.rally))
+        return self.plan.items == s.mission and all(not own or own == held for own, held in limits)
+
+    def follow(self, s: Snapshot) -> None:
+        """Become what the vehicle has.
+
+        Raises:
+            LocalProtocolError: No file can say what its fence is; it is followed all the same.
+        """
+        plan = replace(self.plan, items=s.mission, item_keys=())
+        old, self.fence, self.rally = (self.fence, self.rally), s.fence, s.rally
+        self.plan = plan
+        if old != (s.fence, s.rally):
+            self.plan = with_rally(with_fence(plan, s.fence), s.rally)
 
     @property
     def is_at_risk(self) -> bool:
@@ -57,9 +89,10 @@ class MissionScreen(Screen[None]):
         Binding("e,enter", "edit", "Edit", priority=True),
         Binding("i", "insert", "Insert"),
         Binding("x,delete", "remove", "Remove"),
-        Binding("shift+up", "move(-1)", "Up"),
-        Binding("shift+down", "move(1)", "Down"),
-        Binding("c", "clear", "Clear vehicle"),
+        Binding("shift+up", "move(-1)", "Move the item up", show=False),
+        Binding("shift+down", "move(1)", "Move the item down", show=False),
+        Binding("c", "clear", "Clear"),
+        Binding("j", "go_on", "Jump to"),
     ]
     snapshot: reactive[Snapshot] = reactive(EMPTY, repaint=False)  # else every panel is painted again
     now: reactive[float] = reactive(0.0, repaint=False)
@@ -97,18 +130,25 @@ class MissionScreen(Screen[None]):
 
     def _follow(self, old: Snapshot, s: Snapshot) -> None:
         d = self.draft
-        if s.mission is not d.known and s.source is not None:
-            d.known = s.mission
-            d.changed = d.changed and s.mission != d.plan.items  # an upload that was accepted
+        held = (s.mission, s.fence, s.rally)
+        if held != d.known and s.source is not None:
+            d.known = held
+            d.changed = d.changed and not d.is_on(s)  # an upload that was accepted
             if not d.changed:
-                d.plan = replace(d.plan, items=s.mission, item_keys=())
-                self._show()
+                self._become(s)
                 return
         followed = (s.mission_current, s.reached, s.mission_state)
         if followed != (old.mission_current, old.reached, old.mission_state):
             self._mark(s)
         if s.messages and s.messages is not old.messages:
             self.query_one("#mission-words", Static).update(self._words() + "\n" + s.messages[-1].text)
+
+    def _become(self, s: Snapshot) -> None:
+        try:
+            self.draft.follow(s)
+        except LocalProtocolError as error:
+            self.complain(f"The vehicle's fence or rally points cannot be saved: {error}")
+        self._show()
 
     # Keys
 
@@ -127,10 +167,9 @@ class MissionScreen(Screen[None]):
 
     def _open(self, values: tuple[str, ...]) -> str | None:
         try:
-            plan = load(Path(values[0]).expanduser())
+            self.draft.take(load(Path(values[0]).expanduser()), values[0])
         except FileError as error:
             return str(error)
-        self.draft.plan, self.draft.path, self.draft.changed, self.draft.saved = plan, values[0], True, True
         self._show()
         return None
 
@@ -151,8 +190,9 @@ class MissionScreen(Screen[None]):
         """Send the plan to the vehicle."""
         station = self._vehicle()
         if station is not None:
-            self.draft.changed, self.draft.known = True, ()  # until the vehicle has accepted it
-            station.upload(self.draft.plan.items, self._clock())
+            d = self.draft
+            d.changed, d.known = True, ()  # until the vehicle has accepted it
+            station.upload(d.plan.items, self._clock(), fence=d.fence, rally=d.rally)
 
     def action_fetch(self) -> None:
         """Replace the plan by the vehicle's."""
@@ -165,11 +205,29 @@ class MissionScreen(Screen[None]):
         station.download(self._clock())
 
     def action_clear(self) -> None:
-        """Delete the mission on the vehicle; the table keeps it."""
+        """Delete the mission on the vehicle, its fence, its rally points or all three; the table keeps them."""
         station = self._vehicle()
-        if station is not None:
-            self.draft.changed, self.draft.saved = True, False
-            station.clear_mission(self._clock())
+        if station is None:
+            return
+
+        def chosen(number: int | None) -> None:
+            if number is not None:
+                self.draft.changed, self.draft.saved = True, False
+                station.clear_plan(tuple(CLEARED)[number], self._clock())
+
+        self.complain("")
+        self.app.push_screen(ChooseScreen("Delete on the vehicle", tuple(CLEARED.values())), chosen)
+
+    def action_go_on(self) -> None:
+        """Let the mission go on at the item under the cursor."""
+        station = self._vehicle()
+        if station is None:
+            return
+        if self.draft.changed:
+            self.complain("The vehicle does not have this plan: u uploads it")
+        elif self.draft.plan.items:
+            self.complain("")
+            station.set_current(self.table.cursor_row, self._clock())
 
     def action_edit(self) -> None:
         """Edit the item under the cursor, each of its command's parameters in a field of its own."""
@@ -282,7 +340,9 @@ class MissionScreen(Screen[None]):
             return "no plan: o opens a file, f fetches the vehicle's, i inserts an item"
         state = "not on the vehicle" if d.changed else "as on the vehicle"
         unsaved = "" if d.saved or not d.changed else ", not saved"
-        return f"{d.path or 'unsaved plan'}: {len(d.plan.items)} items, {state}{unsaved}"
+        limits = [f"{name} of {len(part)}" for name, part in (("fence", d.fence), ("rally points", d.rally)) if part]
+        parts = ", ".join([f"{len(d.plan.items)} items", *limits])
+        return f"{d.path or 'unsaved plan'}: {parts}, {state}{unsaved}"
 
 
 def _row(seq: int, item: MissionItem) -> tuple[str, ...]:

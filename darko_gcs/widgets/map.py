@@ -6,11 +6,11 @@ import math
 
 from darko_gcs.render.map import draw_map
 from darko_gcs.snapshot import DECISION_REASONS, WAYS, Snapshot
+from darko_gcs.widgets.limits import fence_areas, fence_circles, rally_points
 from darko_gcs.widgets.panel import Line, Panel
+from darko_gcs.widgets.places import place_of
 from protocol.dialect import mavlink
-from protocol.frames import Geodetic
 from protocol.plans.mission import MissionItem
-from protocol.units import from_e7, from_local_e4, is_global_frame
 
 __all__ = ["MapPanel", "circles", "course", "decision_words", "waypoints"]
 
@@ -23,7 +23,10 @@ LOITERS = frozenset(
 
 
 class MapPanel(Panel):
-    """Home, mission legs and circles, track, vehicle and its course, north up. Below: how the leg was decided."""
+    """Home, fence and rally points, mission legs and circles, track, vehicle and its course, north up.
+
+    Below: how the leg was decided.
+    """
 
     scale: float | None = None  # metres per cell height; None: fit everything
 
@@ -45,7 +48,9 @@ class MapPanel(Panel):
             home=s.home_p[:2],
             track=s.track,
             waypoints=waypoints(s),
-            circles=circles(s),
+            circles=[*circles(s), *fence_circles(s)],
+            areas=fence_areas(s),
+            rally=rally_points(s),
             vehicle=here,
             course=course(s),
             target=None if s.target is None or s.landed_state == mavlink.MAV_LANDED_STATE_ON_GROUND else s.target[:2],
@@ -96,14 +101,5 @@ def _state(s: Snapshot, seq: int) -> str:
 
 
 def _placed(s: Snapshot) -> list[tuple[int, MissionItem, tuple[float, float]]]:
-    places = ((seq, item, _place(s, item)) for seq, item in enumerate(s.mission))
+    places = ((seq, item, place_of(s, item)) for seq, item in enumerate(s.mission))
     return [(seq, item, place) for seq, item, place in places if place is not None]
-
-
-def _place(s: Snapshot, item: MissionItem) -> tuple[float, float] | None:
-    if (item.x == 0 and item.y == 0 and is_global_frame(item.frame)) or item.frame == mavlink.MAV_FRAME_MISSION:
-        return None
-    if not is_global_frame(item.frame):
-        return from_local_e4(item.x), from_local_e4(item.y)
-    local = s.local(Geodetic(from_e7(item.x), from_e7(item.y), 0.0))
-    return None if local is None else local[:2]

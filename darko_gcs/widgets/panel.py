@@ -16,7 +16,7 @@ from darko_gcs.snapshot import EMPTY, Snapshot
 __all__ = ["Line", "Panel", "text_line"]
 
 Line = list[tuple[str, str]]  # segments (text, style name)
-STYLES = ("dim", "good", "warn", "bad", "accent", "mark", "track", "plan", "label")
+STYLES = ("dim", "good", "warn", "bad", "accent", "mark", "track", "plan", "fence", "label")
 
 
 def text_line(*segments: tuple[str, str] | str) -> Line:
