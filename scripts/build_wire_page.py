@@ -24,7 +24,7 @@ from sitl.vehicle import Tuning
 ROOT = Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "wire.md"
 # What the vehicle side is made of, where messages that no table lists are built.
-SPEAKERS = ("sitl/*.py", "protocol/engines/*.py", "protocol/endpoint_vehicle.py")
+SPEAKERS = ("sitl/**/*.py", "protocol/engines/*.py", "protocol/plans/*.py", "protocol/endpoint_vehicle.py")
 GROUND = re.compile(r"_client\.py$")
 BEST = ("tests/sitl", "tests/protocol", "tests/e2e")
 UNTESTED = "none"
@@ -80,7 +80,7 @@ def _taken() -> str:
 
 def _commands() -> str:
     known = dict.fromkeys(commands.HANDLERS, "autopilot") | dict.fromkeys(stream.COMMANDS, "link")
-    known |= dict.fromkeys(node.UPKEEP, "node")
+    known |= dict.fromkeys(node.UPKEEP, "node") | {mavlink.MAV_CMD_REQUEST_OPERATOR_CONTROL: "operator control"}
     rows = [(_command(number), number, known[number], _test(_command(number))) for number in sorted(known)]
     return _section("Commands", "As COMMAND_LONG and COMMAND_INT.", ("MAV_CMD", "Number", "By", "Test"), rows)
 
