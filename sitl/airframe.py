@@ -70,10 +70,9 @@ def load(name_or_path: str) -> ParameterSet:
     """
     path = Path(name_or_path)
     if path.suffix != ".toml":
-        shipped = files("sitl.airframes") / f"{name_or_path}.toml"
-        if not shipped.is_file():
+        if name_or_path not in available():
             raise AirframeError(f"no parameter set {name_or_path!r}: there are {', '.join(available())}")
-        path = Path(str(shipped))
+        path = Path(str(files("sitl.airframes") / f"{name_or_path}.toml"))
     raw, table = _read(path)
     header = _header(path, table)
     base = load(header.base) if header.base else None

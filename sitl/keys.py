@@ -40,7 +40,7 @@ class KeyFile:
             record = KeyRecord({_peer(name): bytes.fromhex(key) for name, key in table["keys"].items()}, table["time"])
             is_sound = all(len(key) == KEY_SIZE and key != NO_KEY for key in record.keys.values())
             is_sound = is_sound and type(record.timestamp) is int and 0 <= record.timestamp <= MOST
-        except (OSError, ValueError, TypeError, KeyError, AttributeError) as error:
+        except (OSError, ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
             detail = getattr(error, "strerror", None) or "not a table of keys and a time"
             raise MemoryFaultError(f"{self.path}: {detail} (delete the file to start without a key)") from error
         if not is_sound:

@@ -7,7 +7,7 @@ several at once is written down first, and finished by the next start if a crash
 from __future__ import annotations
 
 import json
-import math
+import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict
@@ -23,6 +23,7 @@ from protocol.whole_file import write_whole
 from sitl.errors import SitlError
 
 LEFT_OVER = "*.new"  # of writes that were cut short
+LARGEST = 1 << 20  # a table of ours is never that long [bytes]
 
 Keep = Callable[[Callable[[], None]], None]
 """Calls what writes to the memory; what could not be written is said, and the flight goes on."""
@@ -128,7 +129,7 @@ class Memory:
 
     def _finish_clearing(self) -> None:
         if self._clearing.exists():
-            named = self._clearing.read_text(encoding="utf-8").split()
+            named = self._clearing.read_text(encoding="utf-8", errors="replace").split()
             for path in self._plans:
                 if path.name in named:
                     path.unlink(missing_ok=True)
@@ -140,8 +141,10 @@ def _read_table(path: Path, otherwise: str) -> dict[str, Any]:
     if not path.exists():
         return {}
     try:
+        if path.stat().st_size > LARGEST:
+            raise MemoryFaultError(f"{path}: too long (delete the file to start from {otherwise})")
         kept = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RecursionError) as error:
         raise MemoryFaultError(f"{path}: {error} (delete the file to start from {otherwise})") from error
     if not isinstance(kept, dict):
         raise MemoryFaultError(f"{path}: not a table (delete the file to start from {otherwise})")
@@ -157,7 +160,7 @@ def _geodetic(path: Path, name: str, kept: object) -> Geodetic:
 
 
 def _is_number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= sys.float_info.max
 
 
 def _write(path: Path, text: str, what: str) -> None:

@@ -110,6 +110,8 @@ def build_craft(args: argparse.Namespace) -> Craft:
     if args.scenario is not None:
         return _scenario_craft(args, world)
     north, east, up, yaw = args.start or (0.0, 0.0, 0.0, 0.0)
+    if outside := world.arena.refuse((north, -east, up)):
+        raise SitlError(f"--start: {outside}")
     start = Start(north, -east, up, -math.radians(yaw), airborne=up > 0.0)
     vehicle = Vehicle(load(args.airframe or "nominal").parameters, seed=args.seed, start=start)
     kept = Memory(_state_dir(args)).parameters()

@@ -15,6 +15,7 @@ from sitl.errors import SitlError
 if TYPE_CHECKING:
     from sitl.studies.live import LiveScenario
 
+HIGHEST = 10e3  # origin, above or below the sea, as of MAV_CMD_DO_SET_GLOBAL_ORIGIN [m]
 EXAMPLES = """\
 examples:
   darko-sitl                          real time, telemetry to 127.0.0.1:14550 and :14540
@@ -45,7 +46,7 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     flight.add_argument(
         "--speed", type=_speed, default=1.0, metavar="X", help="times real time; 0: as fast as possible [1]"
     )
-    flight.add_argument("--seed", type=int, default=1, metavar="N", help="one seed is one flight, bit for bit [1]")
+    flight.add_argument("--seed", type=_seed, default=1, metavar="N", help="one seed is one flight, bit for bit [1]")
     flight.add_argument("--airframe", metavar="SET", help="parameter set or TOML file [nominal, or the scenario's own]")
     flight.add_argument(
         "--wind",
@@ -154,6 +155,13 @@ def _not_negative(text: str) -> float:
     return value
 
 
+def _seed(text: str) -> int:
+    value = int(text)
+    if value < 0:
+        raise argparse.ArgumentTypeError(f"{text} is negative")
+    return value
+
+
 def _speed(text: str) -> float:
     return _not_negative(text)
 
@@ -188,6 +196,8 @@ def _home(text: str) -> tuple[float, ...]:
     home = _numbers(text, ("LAT", "LON", "ALT"))
     if abs(home[0]) > 89.0 or abs(home[1]) > 180.0:
         raise argparse.ArgumentTypeError(f"{text!r}: latitude within ±89, longitude within ±180")
+    if abs(home[2]) > HIGHEST:
+        raise argparse.ArgumentTypeError(f"{text!r}: altitude within ±{HIGHEST:g} m")
     return home
 
 
@@ -195,6 +205,8 @@ def _start(text: str) -> tuple[float, ...]:
     start = _numbers(text, ("N", "E", "UP", "YAW"))
     if start[2] < 0.0:
         raise argparse.ArgumentTypeError(f"{text!r} begins under the ground")
+    if abs(start[3]) > 360.0:
+        raise argparse.ArgumentTypeError(f"{text!r}: YAW within ±360")
     return start
 
 
