@@ -263,6 +263,6 @@ class VehicleEndpoint:
         self._datagrams.extend(self._links.encode(outgoing))
 
     def _serve_stream(self, event: CommandRequested, now: float) -> None:
-        result = self._streams.serve(event)
+        result = self._streams.serve(event, now)
         self._drain(self._streams)
         self._commands.acknowledge(event.request, result, now)

@@ -23,6 +23,7 @@ from typing import NamedTuple
 from protocol.codec import Message, Source, source_of
 from protocol.dialect import mavlink
 from protocol.engines.base import bound
+from protocol.engines.budget import Budget
 
 __all__ = ["Router", "RoutingStatistics", "Withheld", "target_of"]
 
@@ -71,27 +72,12 @@ class _Heard:
     last: float = 0.0  # [s]
 
 
-class _Budget:
-    """A token bucket."""
-
-    def __init__(self, per_second: float, most: float, now: float, tokens: float = 0.0) -> None:
-        self._rate, self._most, self._since, self._tokens = per_second, most, now, tokens
-
-    def take(self, count: int, now: float) -> bool:
-        self._tokens = min(self._tokens + self._rate * max(now - self._since, 0.0), self._most)
-        self._since = now
-        if count > self._tokens:
-            return False
-        self._tokens -= count
-        return True
-
-
 class _Neighbour:
     """A peer: who was heard at it, and how much it may still send on."""
 
     def __init__(self, now: float) -> None:
         # Empty at first: ports that change with every frame must not bring a full budget each.
-        self.budget = _Budget(COPIES_PER_SECOND, MOST_AT_ONCE, now)
+        self.budget = Budget(COPIES_PER_SECOND, MOST_AT_ONCE, now)
         self.sources: dict[Source, _Heard] = {}
 
     def hear(self, source: Source, now: float) -> None:
@@ -125,7 +111,7 @@ class Router:
         self._ids = (system, component)
         self._peers, self._readers = peers, readers
         self._neighbours: dict[Hashable, _Neighbour] = {}
-        self._reserve = _Budget(RESERVE_PER_SECOND, RESERVE_PER_SECOND, 0.0, RESERVE_PER_SECOND)
+        self._reserve = Budget(RESERVE_PER_SECOND, RESERVE_PER_SECOND, 0.0, RESERVE_PER_SECOND)
         self._recent: dict[bytes, float] = {}  # digest of a frame that went on, and when
         self._forget_at = 0.0
         self._forwarded = self._copies = 0

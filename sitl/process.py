@@ -36,6 +36,7 @@ from sitl.upkeep import Leaving
 from sitl.vehicle import TICK, Start, Vehicle
 
 QUANTUM = 5  # control ticks flown between looks at the socket: 10 ms of simulated time
+LISTENING = 0.002  # [s] for what peers say between two such looks: a flood must not keep the vehicle from flying
 LOOPBACK = "127.0.0.1"
 IDENTITIES = {"px4": mavlink.MAV_AUTOPILOT_PX4, "generic": mavlink.MAV_AUTOPILOT_GENERIC}
 
@@ -165,6 +166,8 @@ def _exchange(node: Node, transport: UdpTransport) -> None:
     now = time.monotonic()
     for data, peer in transport.receive():
         node.receive(data, peer, now)
+        if time.monotonic() - now > LISTENING:
+            break  # the rest waits in the socket, or is lost
     for destination, data in node.datagrams(now):
         transport.send(data, destination)
 

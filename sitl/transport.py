@@ -5,13 +5,14 @@ from __future__ import annotations
 import contextlib
 import select
 import socket
-from collections.abc import Hashable
+from collections.abc import Hashable, Iterator
 from typing import cast
 
 from sitl.errors import SitlError
 
 Address = tuple[str, int]
 MOST_PER_POLL = 256  # a flood must not keep the vehicle from flying
+LARGEST = 2048  # of a datagram that many bytes are taken: more than any network card's frame holds, and few orders
 
 
 class PortError(SitlError):
@@ -39,18 +40,16 @@ class UdpTransport:
         """Sleep until a datagram arrives or ``timeout`` seconds have passed."""
         select.select([self._socket], [], [], timeout)
 
-    def receive(self) -> list[tuple[bytes, Address]]:
-        """The datagrams that have arrived, at most ``MOST_PER_POLL``."""
-        got: list[tuple[bytes, Address]] = []
-        while len(got) < MOST_PER_POLL:
+    def receive(self) -> Iterator[tuple[bytes, Address]]:
+        """The datagrams that have arrived, at most ``MOST_PER_POLL``; what is not taken stays for the next call."""
+        for _ in range(MOST_PER_POLL):
             try:
-                data, peer = self._socket.recvfrom(65535)
+                data, peer = self._socket.recvfrom(LARGEST)
             except (BlockingIOError, InterruptedError):
                 break
             except ConnectionError:  # nobody listens where the last datagram went: not our trouble
                 continue
-            got.append((data, peer))
-        return got
+            yield data, peer
 
     def send(self, data: bytes, to: Hashable) -> None:
         """Send to one peer. One that is not there, or a full buffer, is not an error: it is loss."""

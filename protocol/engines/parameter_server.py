@@ -98,7 +98,8 @@ class ParameterServer(Server):
     def _handle_list(self, _message: Message, now: float, peer: Peer) -> None:
         if self._table and (peer[:2] in self._lists or len(self._lists) < LISTS):
             self._lists[peer[:2]] = (peer, 0)
-            self._deadline = min(self._deadline, now)
+            if math.isinf(self._deadline):  # who asks again and again must not quicken the lists under way
+                self._deadline = now
 
     def _handle_read(self, message: Message, _now: float, peer: Peer) -> None:
         index = message.param_index

@@ -3,6 +3,9 @@
 Rates belong to a link, as they do on PX4 and ArduPilot: what one peer asks for changes nothing for the others. Peers
 that are content with the defaults share one schedule, whatever their number. Time is an integer number of
 microseconds, so a schedule is exact and the same on every run.
+
+What links ask for is bounded, so that no peer can keep a vehicle from flying by what it has to say: what is beyond
+``MOST_PER_LINK``, ``MOST_IN_ALL`` or ``ASKED_PER_SECOND`` is answered with TEMPORARILY_REJECTED, and changes nothing.
 """
 
 import copy
@@ -12,9 +15,10 @@ from types import MappingProxyType
 
 from protocol.codec import Message
 from protocol.dialect import mavlink
-from protocol.engines.base import Peer, Server, addressed_to
+from protocol.engines.base import Peer, Server, addressed_to, bound
+from protocol.engines.budget import Budget
 from protocol.errors import LocalProtocolError
-from protocol.events import CommandRequested, MessageRequested
+from protocol.events import CommandRefused, CommandRequested, MessageRequested
 
 __all__ = ["COMMANDS", "GROUPS", "OFF", "Audience", "StreamScheduler", "StreamServer"]
 
@@ -29,7 +33,12 @@ COMMANDS = frozenset(
     }
 )
 OFF, UNAVAILABLE = -1, 0  # what MESSAGE_INTERVAL says
-_LONGEST = 2**31 - 1  # [us]
+MOST_PER_LINK = 2000.0  # messages a second of one link whose rates are its own,
+MOST_IN_ALL = 6000.0  # of all such links together
+ASKED_PER_SECOND, ASKED_AT_ONCE = 100.0, 200.0  # single messages a link may ask for, and after a pause,
+ASKED_OF_ALL = 600.0  # and all links together: ports that change with every frame must not bring a budget each
+_ASKING = 32  # links whose budgets are remembered
+_SHORTEST, _LONGEST = 10_000, 2**31 - 1  # [us]; a vehicle looks for what is due a hundred times a second
 _TO_EVERYONE = 2.0  # param7 of MAV_CMD_REQUEST_MESSAGE
 _ALIASES = {  # older commands that ask for one message
     mavlink.MAV_CMD_GET_HOME_POSITION: mavlink.MAVLINK_MSG_ID_HOME_POSITION,
@@ -115,6 +124,11 @@ class StreamScheduler:
         """Interval [us] in force; -1: off, 0: no such stream."""
         return self._intervals.get(message_id, UNAVAILABLE)
 
+    def rate(self, wishes: Mapping[int, float] = MappingProxyType({})) -> float:
+        """Messages a second there are, or would be with other intervals [us] for some ids."""
+        wanted = self._intervals | {n: self._wanted(n, wish) for n, wish in wishes.items() if n in self._defaults}
+        return sum(1e6 / max(interval, _SHORTEST) for interval in wanted.values() if interval > 0)
+
     def set_interval(self, message_id: int, interval: float) -> int:
         """Change one interval; what is in force already goes on undisturbed.
 
@@ -127,7 +141,7 @@ class StreamScheduler:
         """
         if message_id not in self._defaults:
             return int(mavlink.MAV_RESULT_UNSUPPORTED)
-        wanted = self._defaults[message_id] if math.isnan(interval) or interval == 0 else interval
+        wanted = self._wanted(message_id, interval)
         if not (wanted == OFF or 1 <= wanted <= _LONGEST):
             return int(mavlink.MAV_RESULT_DENIED)
         wanted = round(wanted)
@@ -154,6 +168,9 @@ class StreamScheduler:
     def next_due(self) -> float:
         """Time [us] of the next message; infinity when all are off."""
         return self._soonest
+
+    def _wanted(self, message_id: int, interval: float) -> float:
+        return self._defaults[message_id] if math.isnan(interval) or interval == 0 else interval
 
     def _find_soonest(self) -> float:
         return min(self._due.values(), default=math.inf)
@@ -192,6 +209,8 @@ class StreamServer(Server):
         self._available = {*defaults, *on_request}
         self._shared = StreamScheduler(defaults)
         self._own: dict[Hashable, StreamScheduler] = {}
+        self._asking: dict[Hashable, Budget] = {}
+        self._asked_of_all = Budget(ASKED_OF_ALL, ASKED_OF_ALL, 0.0, ASKED_OF_ALL)
 
     @property
     def intervals(self) -> dict[Hashable, dict[int, int]]:
@@ -206,17 +225,27 @@ class StreamServer(Server):
         rate = message.req_message_rate
         interval = OFF if not message.start_stop else 1e6 / rate if rate else 0.0
         schedule = self._begin(peer)
+        if not self._is_affordable(peer, schedule, dict.fromkeys(members, interval)):
+            refused = mavlink.MAV_CMD_SET_MESSAGE_INTERVAL, mavlink.MAV_RESULT_TEMPORARILY_REJECTED
+            self._events.append(CommandRefused(*refused, peer))
+            return
         for number in members:
             schedule.set_interval(number, interval)
         self._settle(peer, schedule)
 
-    def serve(self, request: CommandRequested) -> int:
+    def serve(self, request: CommandRequested, now: float) -> int:
         """Carry out one of ``COMMANDS``: the MAV_RESULT. A message that is asked for becomes ``MessageRequested``."""
+        result = self._serve(request, now)
+        if result == mavlink.MAV_RESULT_TEMPORARILY_REJECTED:
+            self._events.append(CommandRefused(request.command, result, request.peer))
+        return result
+
+    def _serve(self, request: CommandRequested, now: float) -> int:
         first, second = request.params[:2]
         if request.command in _BY_MAV_BOOL and request.param(1, 1.0) != 1.0:
             return int(mavlink.MAV_RESULT_DENIED)
         if request.command in _ALIASES:
-            return self._request(_ALIASES[request.command], 0.0, request.peer)
+            return self._request(_ALIASES[request.command], 0.0, request.peer, now)
         number = _message_id(first)
         if request.command == mavlink.MAV_CMD_SET_MESSAGE_INTERVAL:
             return self._set(number, second, request.peer)
@@ -225,7 +254,7 @@ class StreamServer(Server):
         if number == mavlink.MAVLINK_MSG_ID_MESSAGE_INTERVAL:  # what replaces MAV_CMD_GET_MESSAGE_INTERVAL
             return self._tell(_message_id(second), request.peer)
         everyone = request.params[6] == _TO_EVERYONE
-        return self._request(number, second, None if everyone else request.peer)
+        return self._request(number, second, request.peer, now, everyone=everyone)
 
     def due(self, now_us: int) -> dict[int, Audience]:
         """Ids due at ``now_us`` [us], ascending, and for whom: each message is built once, whoever gets it."""
@@ -242,6 +271,8 @@ class StreamServer(Server):
 
     def _set(self, number: int, interval: float, peer: Peer) -> int:
         schedule = self._begin(peer)
+        if not self._is_affordable(peer, schedule, {number: interval}):
+            return int(mavlink.MAV_RESULT_TEMPORARILY_REJECTED)
         result = schedule.set_interval(number, interval)
         self._settle(peer, schedule)
         return result
@@ -253,14 +284,30 @@ class StreamServer(Server):
         self._reply(peer, mavlink.MAVLink_message_interval_message(number, interval))
         return int(mavlink.MAV_RESULT_ACCEPTED)
 
-    def _request(self, number: int, index: float, peer: Peer | None) -> int:
+    def _is_affordable(self, peer: Peer, schedule: StreamScheduler, wishes: Mapping[int, float]) -> bool:
+        """Whether a link may have these intervals; fewer messages than before it always may."""
+        rate = schedule.rate(wishes)
+        others = sum(own.rate() for key, own in self._own.items() if key != peer.key)
+        return rate <= max(schedule.rate(), min(MOST_PER_LINK, MOST_IN_ALL - others))
+
+    def _request(self, number: int, index: float, peer: Peer, now: float, *, everyone: bool = False) -> int:
         if number not in self._available:
             return int(mavlink.MAV_RESULT_UNSUPPORTED)
         index = 0.0 if math.isnan(index) else index
         if number in self._numbered and index not in range(self._numbered[number] + 1):
             return int(mavlink.MAV_RESULT_DENIED)
-        self._events.append(MessageRequested(number, index, peer))
+        copies = self._numbered.get(number, 1) if index == 0.0 else 1
+        copies *= len(self._links) if everyone and self._links else 1
+        if not self._may_ask(peer, copies, now):
+            return int(mavlink.MAV_RESULT_TEMPORARILY_REJECTED)
+        self._events.append(MessageRequested(number, index, None if everyone else peer))
         return int(mavlink.MAV_RESULT_ACCEPTED)
+
+    def _may_ask(self, peer: Peer, copies: int, now: float) -> bool:
+        fresh = Budget(ASKED_PER_SECOND, ASKED_AT_ONCE, now, ASKED_AT_ONCE)
+        budget = self._asking.setdefault(None if self._links is None else peer.key, fresh)
+        bound(self._asking, _ASKING)
+        return budget.take(copies, now) and self._asked_of_all.take(copies, now)
 
     def _begin(self, peer: Peer) -> StreamScheduler:
         """The schedule to change for a peer."""

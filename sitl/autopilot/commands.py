@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable
 
 from protocol.dialect import mavlink
+from protocol.engines import stream
 from protocol.events import CommandRequested
 from protocol.modes import mode_from_parts
 from sitl.autopilot.autopilot import Autopilot
@@ -47,6 +48,8 @@ def refusal(command: int, result: int) -> str:
     name = f"Command {command}" if entry is None else str(entry.name).removeprefix("MAV_CMD_")
     if result == UNSUPPORTED:
         return f"{name} is not supported"
+    if command in stream.COMMANDS:
+        return f"{name} refused: more messages than this vehicle sends to one link, or to all together"
     return f"{name} refused: one is under way, cancel it or hold first"
 
 

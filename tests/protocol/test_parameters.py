@@ -123,6 +123,16 @@ def test_a_list_comes_whole_in_order_and_in_small_portions():
     assert {o.peer for o in out} == {GROUND}
 
 
+def test_who_asks_for_the_list_again_and_again_quickens_nobodys():
+    engine, told = server(200), []
+    for step in range(100):  # one millisecond apart
+        engine.receive(mavlink.MAVLink_param_request_list_message(1, 1), step / 1e3, Peer(step % 8, 1, step))
+        if step / 1e3 >= engine.next_deadline():
+            engine.handle_timer(step / 1e3)
+        told += engine.messages_to_send()
+    assert len(told) <= 10 * 8 * 5  # five of each list every 10 ms
+
+
 def test_one_parameter_is_told_by_index_and_by_name():
     engine = server()
     for request in (read(index=3), read("P3")):

@@ -120,7 +120,7 @@ class Streams:
 
     def ask(self, key, command, *params):
         seven = (*params, *(NAN,) * (7 - len(params)))
-        return self.server.serve(CommandRequested(1, command, seven, None, Peer(255, 190, key)))
+        return self.server.serve(CommandRequested(1, command, seven, None, Peer(255, 190, key)), self.now_us / 1e6)
 
     def stream(self, key, group, rate, start=1, *, to=(1, 1)):
         message = mavlink.MAVLink_request_data_stream_message(*to, group, rate, start)
@@ -351,3 +351,70 @@ def test_older_commands_with_a_flag_that_is_none_are_denied(command):
     streams = Streams("a")
     assert streams.ask("a", command, 7.0) == DENIED
     assert requested(streams) == []
+
+
+# What links may ask for
+
+
+REJECTED = mavlink.MAV_RESULT_TEMPORARILY_REJECTED
+MANY = dict.fromkeys(range(60), OFF)
+
+
+def wide(*links):
+    streams = Streams(*links)
+    streams.server = StreamServer(1, 1, MANY, (435,), numbered={435: 3}, links=streams.links.keys())
+    return streams
+
+
+def grab(streams, key, share=range(60)):
+    """How many messages a link gets every tick when it asks for all of them at the shortest interval."""
+    return sum(streams.ask(key, SET, number, 1.0) == ACCEPTED for number in share)
+
+
+def test_a_link_cannot_have_more_than_its_share_and_keeps_what_it_has():
+    streams = wide("a", "b")
+    assert grab(streams, "a") == 20
+    assert sum(len(times) for times in streams.run(1.0)["a"].values()) == 2000
+    assert {event.result for event in streams.server.events()} == {REJECTED}
+    assert streams.ask("a", SET, 59, 1e6) == REJECTED
+    assert streams.ask("a", SET, 0, 20_000.0) == ACCEPTED  # fewer
+    assert streams.ask("a", SET, 59, 1e6) == ACCEPTED
+
+
+def test_all_links_together_cannot_have_more_than_the_vehicle_can_send():
+    streams = wide(*range(16))
+    assert [grab(streams, key) for key in range(16)] == [20, 20, 20] + [0] * 13
+    assert streams.ask(0, SET, 0, -1.0) == ACCEPTED
+    assert grab(streams, 15) == 1
+
+
+def test_a_group_that_is_too_much_changes_nothing_and_is_said():
+    streams = wide("a")
+    assert grab(streams, "a", range(17)) == 17
+    streams.server.events()
+    before = streams.server.intervals
+    streams.stream("a", mavlink.MAV_DATA_STREAM_ALL, 65535)
+    assert streams.server.intervals == before
+    ((command, result),) = [(event.command, event.result) for event in streams.server.events()]
+    assert (command, result) == (SET, REJECTED)
+
+
+def test_single_messages_have_a_budget_for_each_link_that_time_fills():
+    streams = wide("a", "b")
+    results = [streams.ask("a", REQUEST, 0) for _ in range(300)]
+    assert results == [ACCEPTED] * 200 + [REJECTED] * 100
+    assert streams.ask("b", REQUEST, 0) == ACCEPTED
+    streams.now_us += 1_000_000
+    assert [streams.ask("a", REQUEST, 0) for _ in range(101)].count(ACCEPTED) == 100
+
+
+def test_a_message_with_many_parts_or_readers_costs_as_many():
+    streams = wide(*range(10))
+    results = [streams.ask(0, REQUEST, 435, 0, 0, 0, 0, 0, 2) for _ in range(10)]
+    assert results.count(ACCEPTED) == 6  # three each, to ten
+    assert [streams.ask(1, REQUEST, 435) for _ in range(100)].count(ACCEPTED) == 66
+
+
+def test_ports_that_change_with_every_question_share_one_budget():
+    streams = wide()
+    assert sum(streams.ask(port, REQUEST, 0) == ACCEPTED for port in range(1000)) == 600

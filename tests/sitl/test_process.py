@@ -1,0 +1,61 @@
+"""The loop of the vehicle process: however much is said to it, it goes on flying."""
+
+import socket
+
+import pytest
+
+from sitl import process
+from sitl.transport import LARGEST, UdpTransport
+
+
+@pytest.fixture
+def transport():
+    made = UdpTransport(("127.0.0.1", 0))
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def crowd(transport):
+    """Sends to the vehicle's port."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+        sender.connect(("127.0.0.1", transport.port))
+        yield sender
+
+
+class Listener:
+    """Takes half a millisecond for each datagram, by its own clock."""
+
+    def __init__(self):
+        self.now, self.heard = 0.0, []
+
+    def monotonic(self):
+        return self.now
+
+    def receive(self, data, _peer, _now):
+        self.heard.append(data)
+        self.now += 5e-4
+
+    def datagrams(self, _now):
+        return []
+
+
+def test_a_crowd_is_listened_to_for_a_moment_and_again_later(transport, crowd, monkeypatch):
+    listener = Listener()
+    monkeypatch.setattr(process, "time", listener)
+    said = [bytes([n]) for n in range(20)]
+    for data in said:
+        crowd.send(data)
+    process._exchange(listener, transport)
+    assert listener.heard == said[: len(listener.heard)]
+    assert 0 < listener.now <= process.LISTENING + 5e-4
+    while listener.heard != said:
+        before = len(listener.heard)
+        process._exchange(listener, transport)
+        assert len(listener.heard) > before
+
+
+def test_of_a_datagram_longer_than_any_network_carries_the_end_is_lost_and_nothing_else(transport, crowd):
+    for data in (b"a" * 60_000, b"b" * 1500):
+        crowd.send(data)
+    assert [data for data, _ in transport.receive()] == [b"a" * LARGEST, b"b" * 1500]
