@@ -49,7 +49,8 @@ from sitl.autopilot.standard_modes import CHOOSES_MODE, LIST, available_modes, c
 from sitl.blackbox import Blackbox
 from sitl.craft import Craft
 from sitl.files import VehicleFiles
-from sitl.hybrid.supervisor import JumpRecord
+from sitl.flight_record import FlightRecord
+from sitl.hybrid.supervisor import JumpRecord, Law
 from sitl.keys import RefusalReport
 from sitl.memory import Memory, MemoryFaultError
 from sitl.parameter_keeper import ParameterKeeper
@@ -86,6 +87,7 @@ class Node:
         self._refusals = RefusalReport(keyring, lambda text: self._say(WARNING, text))
         self.identity = mavlink.MAV_AUTOPILOT_PX4  # MAV_AUTOPILOT of HEARTBEAT
         self._intended: Mode | None = None  # asked for last by a peer
+        self._flight = FlightRecord(landed=craft.vehicle.law is Law.LANDED)
         self._mode_told = craft.autopilot.mode
         self._control_told = (0, True)  # by its first CONTROL_STATUS
         self._limiter = TextLimiter()
@@ -202,7 +204,8 @@ class Node:
         """The vehicle as telemetry sees it now."""
         in_control, takeover = self._control()
         picture = take_picture(self.craft)
-        return picture._replace(intended=self._intended, in_control=in_control, takeover=takeover)
+        picture = picture._replace(in_control=in_control, takeover=takeover)
+        return picture._replace(intended=self._intended, flight=self._flight)
 
     def _control(self) -> tuple[int, bool]:
         """Which ground station is in control (0: none), and whether another one that asks for control gets it."""
@@ -213,7 +216,8 @@ class Node:
     def _report(self) -> list[Notice]:
         """Tell the peers what happened; what was said to the pilot."""
         self._record()  # first: a flight's log begins with its arming
-        autopilot = self.craft.autopilot
+        autopilot, vehicle = self.craft.autopilot, self.craft.vehicle
+        self._flight = self._flight.at(vehicle.time, armed=autopilot.armed, landed=vehicle.law is Law.LANDED)
         jumps = self.craft.new_jumps()
         for jump in jumps:
             self._tell(_jump_message(jump))

@@ -14,6 +14,7 @@ from sitl.autopilot.fence import Fence, FenceWatch
 from sitl.autopilot.guidance import Setpoint
 from sitl.battery import Battery
 from sitl.craft import Craft
+from sitl.flight_record import FlightRecord
 from sitl.hybrid.supervisor import Law
 from sitl.kernels import state
 
@@ -71,6 +72,7 @@ class Picture(NamedTuple):
     fence: FenceWatch
     fenced: bool  # a fence is in force
     intended: Mode | None = None  # the mode a peer asked for last
+    flight: FlightRecord = FlightRecord()  # the present one, or the last
     in_control: int = 0  # system id of the ground station in control; 0: none
     takeover: bool = True  # a request for control will be granted
 

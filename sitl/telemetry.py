@@ -19,6 +19,7 @@ from sitl.autopilot.decision import Decision
 from sitl.autopilot.standard_modes import available_modes_monitor, current_mode
 from sitl.hybrid.supervisor import Law
 from sitl.metadata import GENERAL_URI, general_crc
+from sitl.navigation import altitude, flight_information, ground_truth, odometry
 from sitl.snapshot import Picture
 
 NAN = math.nan
@@ -372,6 +373,9 @@ STREAMS = (
     Stream(mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED, local_position, 20.0),
     Stream(mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT, global_position, 5.0),
     Stream(mavlink.MAVLINK_MSG_ID_GPS_RAW_INT, gps_raw, 1.0),
+    Stream(mavlink.MAVLINK_MSG_ID_ALTITUDE, altitude, 1.0),
+    Stream(mavlink.MAVLINK_MSG_ID_ODOMETRY, odometry, 5.0),
+    Stream(mavlink.MAVLINK_MSG_ID_HIL_STATE_QUATERNION, ground_truth, 1.0),
     Stream(mavlink.MAVLINK_MSG_ID_POSITION_TARGET_LOCAL_NED, position_target, 5.0),
     Stream(mavlink.MAVLINK_MSG_ID_VFR_HUD, vfr_hud, 5.0),
     Stream(mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE, extended_state, 2.0),
@@ -386,6 +390,7 @@ STREAMS = (
     Stream(mavlink.MAVLINK_MSG_ID_FENCE_STATUS, fence_status, 1.0),
     Stream(mavlink.MAVLINK_MSG_ID_SYSTEM_TIME, system_time, 1.0),
     Stream(mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION, autopilot_version, 0.0),
+    Stream(mavlink.MAVLINK_MSG_ID_FLIGHT_INFORMATION, flight_information, 0.0),
     Stream(mavlink.MAVLINK_MSG_ID_CURRENT_MODE, lambda s: current_mode(s.mode, s.intended), 0.5),
     # To be sent by itself only once the list has changed, which it never does.
     Stream(mavlink.MAVLINK_MSG_ID_AVAILABLE_MODES_MONITOR, lambda _: available_modes_monitor(), 0.0),

@@ -1,0 +1,80 @@
+"""Further messages about where the vehicle is and what it flew, one function each, from one snapshot.
+
+As in :mod:`sitl.telemetry`: NED and FRD on the wire, and the body frame is the flying one.
+
+https://mavlink.io/en/messages/common.html#ALTITUDE, #ODOMETRY, #HIL_STATE_QUATERNION, #FLIGHT_INFORMATION
+"""
+
+from __future__ import annotations
+
+import math
+
+from protocol import frames, units
+from protocol.codec import Message
+from protocol.dialect import mavlink
+from sitl.snapshot import Picture
+
+UNKNOWN_COVARIANCE = [math.nan] * 21
+GOOD = 100  # quality of an estimate [%]
+
+
+def altitude(s: Picture) -> Message:
+    """ALTITUDE above the sea, the origin, home and the ground, which is level."""
+    up, above_sea = s.p[2], s.frame.origin.alt + s.p[2]
+    return mavlink.MAVLink_altitude_message(
+        units.microseconds(s.time), above_sea, above_sea, up, up - s.home[2], up, max(up, 0.0)
+    )
+
+
+def odometry(s: Picture) -> Message:
+    """ODOMETRY: pose in the local frame, velocity [m/s] and rates [rad/s] in the flying body frame."""
+    return mavlink.MAVLink_odometry_message(
+        units.microseconds(s.time),
+        mavlink.MAV_FRAME_LOCAL_NED,
+        mavlink.MAV_FRAME_BODY_FRD,
+        *frames.flip(s.p),
+        frames.flip_quaternion(s.q),
+        *frames.flip(frames.rotate(_conjugate(s.q), s.v)),
+        *frames.flip(s.rates),
+        UNKNOWN_COVARIANCE,
+        UNKNOWN_COVARIANCE,
+        0,
+        mavlink.MAV_ESTIMATOR_TYPE_AUTOPILOT,
+        GOOD,
+    )
+
+
+def ground_truth(s: Picture) -> Message:
+    """HIL_STATE_QUATERNION: the simulated state itself. It carries no acceleration: those are 0."""
+    here = s.frame.to_geodetic(frames.flip(s.p))
+    airspeed = units.centimetres_per_second(s.airspeed)
+    return mavlink.MAVLink_hil_state_quaternion_message(
+        units.microseconds(s.time),
+        frames.flip_quaternion(s.q),
+        *frames.flip(s.rates),
+        units.to_e7(here.lat_deg),
+        units.to_e7(here.lon_deg),
+        units.millimetres(here.alt),
+        *(units.centimetres_per_second(speed) for speed in frames.flip(s.v)),
+        airspeed,
+        airspeed,
+        0,
+        0,
+        0,
+    )
+
+
+def flight_information(s: Picture) -> Message:
+    """FLIGHT_INFORMATION: when this flight, or the last one, began and ended; times are since boot."""
+    flight = s.flight
+    return mavlink.MAVLink_flight_information_message(
+        s.ms,
+        units.microseconds(flight.armed_at),
+        units.microseconds(flight.took_off_at),
+        flight.number,
+        units.milliseconds(flight.landed_at),
+    )
+
+
+def _conjugate(q: frames.Quaternion) -> frames.Quaternion:
+    return q[0], -q[1], -q[2], -q[3]
