@@ -42,6 +42,9 @@ class Operator(Protocol):
     def show_mission(self) -> None:
         """Open the mission screen."""
 
+    def show_parameters(self) -> None:
+        """Open the parameter screen."""
+
     def show_help(self) -> None:
         """Open the list of keys."""
 
@@ -130,6 +133,10 @@ ACTIONS = (
     Action("s", "start", "Run", "Start or resume the mission", lambda app: app.tell("start_mission")),
     Action(
         "m", "mission", "Plan", "Mission: load, edit, upload, download", lambda app: app.show_mission(),
+        needs_vehicle=False,
+    ),
+    Action(
+        "p", "parameters", "", "Parameters: see, find and change them", lambda app: app.show_parameters(),
         needs_vehicle=False,
     ),
     Action("plus", "zoom_in", "", "Map: zoom in", lambda app: app.zoom(1), needs_vehicle=False),

@@ -16,6 +16,7 @@ from darko_gcs.feed import Feed
 from darko_gcs.screens.dialogs import AskScreen, ConfirmScreen, HelpScreen, ask_number
 from darko_gcs.screens.fly import FlyScreen
 from darko_gcs.screens.mission import Draft, MissionScreen
+from darko_gcs.screens.parameters import ParametersScreen
 from darko_gcs.widgets.map import MapPanel
 from darko_gcs.widgets.numbers import FlightPanel
 from protocol.dialect import mavlink
@@ -70,7 +71,7 @@ class GroundStation(App[int]):
         self.feed.advance(now - self._pulled)
         self._pulled = now
         for screen in self.screen_stack:
-            if isinstance(screen, FlyScreen | MissionScreen):
+            if isinstance(screen, FlyScreen | MissionScreen | ParametersScreen):
                 screen.now = self.feed.now
                 screen.snapshot = self.feed.snapshot
 
@@ -181,6 +182,11 @@ class GroundStation(App[int]):
         """Open the mission screen, once."""
         if not isinstance(self.screen, MissionScreen):
             self.push_screen(MissionScreen(self.feed.station, lambda: self.feed.now, self.draft))
+
+    def show_parameters(self) -> None:
+        """Open the parameter screen, once."""
+        if not isinstance(self.screen, ParametersScreen):
+            self.push_screen(ParametersScreen(self.feed.station, lambda: self.feed.now))
 
     def show_help(self) -> None:
         """Open the list of keys."""

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
+from darko_gcs.meanings import Meaning
 from darko_gcs.signing import Signing
 from protocol.codec import Source
 from protocol.events import CommandProgress
@@ -184,7 +185,9 @@ class Snapshot:
     hybrid: Hybrid | None = None
     law_since: float | None = None  # vehicle time of the last change of law [s]
     hover_limits: tuple[float, float] | None = None  # V that enters and leaves the linear hover law
-    parameters: Mapping[str, float] = field(default_factory=dict)  # those that the screens use
+    parameters: Mapping[str, float] = field(default_factory=dict)
+    parameter_count: int | None = None  # in the vehicle's table
+    meanings: Mapping[str, Meaning] = field(default_factory=dict)  # of parameters, in the vehicle's words
     v_history: tuple[tuple[float, float, float], ...] = ()  # (vehicle time [s], V hover, V forward)
     jumps: tuple[Jump, ...] = ()
     actuators: Actuators | None = None

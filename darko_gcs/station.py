@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+from darko_gcs.meanings import MeaningsClient
 from darko_gcs.plans import FENCE, MISSION, RALLY, PlanDesk, with_part
 from darko_gcs.signing import SigningDesk
 from darko_gcs.snapshot import EMPTY, Snapshot
@@ -67,6 +68,7 @@ class Station:
         self._others: set[Source] = set()
         self._events: list[Event] = []
         self.plans = PlanDesk(self.endpoint)
+        self.meanings = MeaningsClient(self.endpoint)
         self._counted = (0.0, 0)  # time and messages at the last look at the rate
 
     # Bytes and time
@@ -87,6 +89,7 @@ class Station:
             self._record(bytes(message.get_msgbuf()), time_usec, now)
             if self._is_ours(message, now):
                 self.snapshot = reduce(self.snapshot, message, now)
+                self.meanings.receive(message, now)
             self.signing.receive(message)
             spoke = spoke or source_of(message) == self.endpoint.vehicle
         if self.snapshot.restarts != restarts:
@@ -232,6 +235,14 @@ class Station:
         """Have the vehicle tell its parameters."""
         self._try(now, lambda: self.endpoint.request_parameters(now))
 
+    def set_parameter(self, name: str, value: float, now: float) -> None:
+        """Change a parameter of the vehicle."""
+        self._try(now, lambda: self.endpoint.set_parameter(name, value, now))
+
+    def fetch_meanings(self, now: float) -> None:
+        """Have the vehicle tell what its parameters mean, once."""
+        self._try(now, lambda: self.meanings.request(now))
+
     def clear_plan(self, kind: int, now: float) -> None:
         """Delete the vehicle's plan of a MAV_MISSION_TYPE, 255: mission, fence and rally points."""
         self._try(now, lambda: self.plans.clear(kind, now))
@@ -268,6 +279,10 @@ class Station:
                 self.snapshot = with_part(self.snapshot, event.kind, self.plans.sent.get(event.kind, ()))
             self._events.append(event)
             self.plans.follow(event, now)
+            if text := self.meanings.follow(event, now):
+                self.say(now, text)
+        if self.meanings.known is not self.snapshot.meanings and self.meanings.known:
+            self.snapshot = replace(self.snapshot, meanings=self.meanings.known)
 
     def _watch_link(self, now: float) -> None:
         since, count = self._counted
@@ -301,8 +316,9 @@ class Station:
 
     def _begin_anew(self, now: float) -> None:
         """The vehicle has forgotten what it was asked; what it keeps over a restart is for it to tell."""
-        self.snapshot = replace(self.snapshot, mission=(), fence=(), rally=(), parameters={})
+        self.snapshot = replace(self.snapshot, mission=(), fence=(), rally=(), parameters={}, meanings={})
         self.plans.forget()
+        self.meanings.forget()
         self.endpoint.give_up_requests("the vehicle restarted")
         self._events.append(VehicleRestarted())
         self._collect(now)

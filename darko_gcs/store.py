@@ -25,6 +25,7 @@ from protocol.events import (
     MissionFailed,
     MissionProgress,
     MissionUploaded,
+    ParameterConfirmed,
     ParameterFailed,
     VehicleFound,
     VehicleLost,
@@ -44,6 +45,7 @@ CERTAIN = 3  # if so many messages in a row say so: one may have been held up on
 # What is still true of a vehicle that started anew; all the rest belongs to the flight before.
 OUTLIVES_RESTART = (
     "source", "autopilot", "kind", "armed", "mode", "critical", "heartbeat_at", "lost", "restarts", "parameters",
+    "parameter_count", "meanings",
     "mission", "fence", "rally", "transfer", "messages", "open_text", "received", "rate", "loss", "unrecorded",
     "signing", "refused",
 )  # fmt: skip
@@ -297,6 +299,11 @@ def reduce_event(s: Snapshot, event: Event, now: float) -> Snapshot:
     return s if handler is None else handler(s, event, now)
 
 
+def said(reason: str) -> str:
+    """A result's name, or a reason in words, as it is shown; names of parameters and files keep their letters."""
+    return reason.lower().replace("_", " ") if reason.isupper() else reason
+
+
 def command_name(command: int) -> str:
     """A command's name without its prefix."""
     entry = mavlink.enums["MAV_CMD"].get(command)
@@ -304,10 +311,12 @@ def command_name(command: int) -> str:
 
 
 def _command_done(s: Snapshot, e: CommandDone, now: float) -> Snapshot:
+    if e.command == mavlink.MAV_CMD_REQUEST_MESSAGE:  # this side's own business: nobody ordered it
+        return s
     fine = e.result == mavlink.MAV_RESULT_ACCEPTED
     if s.in_progress is not None and s.in_progress.request == e.request:
         s = replace(s, in_progress=None)
-    return note(s, now, INFO if fine else WARNING, f"{command_name(e.command)}: {e.reason.lower().replace('_', ' ')}")
+    return note(s, now, INFO if fine else WARNING, f"{command_name(e.command)}: {said(e.reason)}")
 
 
 def _command_progress(s: Snapshot, e: CommandProgress, now: float) -> Snapshot:
@@ -346,7 +355,7 @@ def _mission_cleared(s: Snapshot, e: MissionCleared, now: float) -> Snapshot:
 def _mission_failed(s: Snapshot, e: MissionFailed, now: float) -> Snapshot:
     if e.kind != MISSION and e.operation == "download" and e.result == mavlink.MAV_MISSION_UNSUPPORTED:
         return replace(s, transfer=None)  # a vehicle that keeps none has none
-    text = f"{PLAN[e.kind]} {e.operation.replace('_', ' ')} failed: {e.reason.lower().replace('_', ' ')}"
+    text = f"{PLAN[e.kind]} {e.operation.replace('_', ' ')} failed: {said(e.reason)}"
     return note(replace(s, transfer=None), now, WARNING, text)
 
 
@@ -359,7 +368,8 @@ EVENT_HANDLERS: dict[type, Callable[[Snapshot, Any, float], Snapshot]] = {
     MissionDownloaded: _mission_downloaded,
     MissionCleared: _mission_cleared,
     MissionFailed: _mission_failed,
-    ParameterFailed: lambda s, e, now: note(s, now, WARNING, f"Parameter {e.name or 'list'}: {e.reason}"),
+    ParameterConfirmed: lambda s, e, now: note(s, now, INFO, f"Parameter {e.name} is {e.value:.7g}"),
+    ParameterFailed: lambda s, e, now: note(s, now, WARNING, f"Parameter {e.name or 'list'}: {said(e.reason)}"),
     VehicleFound: lambda s, e, now: note(s, now, NOTICE, f"Vehicle {e.system}/{e.component} found"),
     VehicleLost: lambda s, e, now: note(replace(s, lost=True), now, WARNING, f"Vehicle lost: silent for {e.age:.0f} s"),
     VehicleReturned: lambda s, e, now: note(

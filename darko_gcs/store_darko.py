@@ -6,9 +6,9 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 
+from darko_gcs.meanings import MOST
 from darko_gcs.snapshot import (
     FORWARD_LAWS,
-    FORWARD_LIMITS,
     GIVEN_UP,
     Actuators,
     Air,
@@ -20,6 +20,7 @@ from darko_gcs.snapshot import (
 )
 from darko_gcs.words import printable
 from protocol.codec import Message
+from protocol.dialect import mavlink
 from protocol.engines.parameters import decode_value
 
 __all__ = ["DARKO_HANDLERS", "KEPT_V", "Handler", "v_point"]
@@ -103,9 +104,11 @@ def _air(s: Snapshot, m: Message, now: float) -> Snapshot:  # noqa: ARG001
 
 
 def _parameter(s: Snapshot, m: Message, now: float) -> Snapshot:  # noqa: ARG001
-    if m.param_id not in FORWARD_LIMITS:
+    if m.param_id not in s.parameters and len(s.parameters) >= MOST:
         return s
-    return replace(s, parameters={**s.parameters, m.param_id: decode_value(m.param_value, m.param_type)})
+    by_value = s.autopilot == mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA
+    value = m.param_value if by_value else decode_value(m.param_value, m.param_type)
+    return replace(s, parameters={**s.parameters, m.param_id: value}, parameter_count=m.param_count)
 
 
 DARKO_HANDLERS: dict[str, Handler] = {

@@ -143,7 +143,7 @@ def test_thresholds_of_v_are_those_of_either_linear_law():
     assert s.v_history == (pytest.approx((0.1, 1.0, 7.0)), pytest.approx((0.2, math.nan, 7.0), nan_ok=True))
     s = fold([parameter(b"DRK_VF_ENTER", 5.0), parameter(b"DRK_VF_LEAVE", 20.0), parameter(b"DRK_KPP", 1.5)], s)
     assert s.forward_limits == (5.0, 20.0)
-    assert "DRK_KPP" not in s.parameters
+    assert s.parameters["DRK_KPP"] == 1.5
     assert fold([state(300, 7, 51.0, 101.0)], s).hover_limits == (51.0, 101.0)  # back to hover
 
 
