@@ -1,6 +1,7 @@
 """The links of a vehicle with many peers: a codec for each, and who becomes one."""
 
 from collections.abc import Collection, Hashable, Iterable
+from dataclasses import dataclass
 
 from protocol.codec import Codec, Message, source_of
 from protocol.engines.base import Outgoing, addressed_to
@@ -8,8 +9,22 @@ from protocol.keyring import Keyring
 
 __all__ = ["MOST_LEARNT", "Links"]
 
-MOST_LEARNT = 16  # one peer more replaces one that has departed, or the one that said least: a flood drives nobody out
+MOST_LEARNT = (
+    16  # one more replaces one that has departed, or was heard in the fewest seconds: a flood drives nobody out
+)
 DEPARTED = 60.0  # a peer that was silent for so long [s] has probably gone; it makes room first
+
+
+@dataclass(slots=True)
+class _Learnt:
+    """A peer that made itself known."""
+
+    heard: float  # when it said something last [s]
+    seconds: int = 1  # in how many it did: what one says in one of them counts once
+
+    def hear(self, now: float) -> None:
+        self.seconds += int(now) != int(self.heard)
+        self.heard = now
 
 
 class Links:
@@ -24,7 +39,7 @@ class Links:
         self._ids, self._keyring = (system, component), keyring
         self._fixed = None if peers is None else tuple(peers)
         self.codecs: dict[Hashable, Codec] = {key: self._new(key) for key in self._fixed or ()}
-        self._heard: dict[Hashable, float] = {}  # when each learnt peer last said something [s]
+        self._learnt: dict[Hashable, _Learnt] = {}
         self._now = 0.0
 
     def codec(self, key: Hashable) -> Codec:
@@ -40,8 +55,8 @@ class Links:
         name = None if self._fixed is None else key
         codec = self.codecs.get(name) or self._new(name)
         messages = codec.decode(data)
-        if name in self._heard and messages:
-            self._heard[name] = now
+        if name in self._learnt and messages:
+            self._learnt[name].hear(now)
         elif name not in self.codecs and any(self._is_welcome(m) for m in messages):
             self._add(name, codec)
         return messages
@@ -68,14 +83,15 @@ class Links:
         return Codec(*self._ids, self._keyring.link(key))
 
     def _add(self, key: Hashable, codec: Codec) -> None:
-        if len(self._heard) >= MOST_LEARNT:
-            leaving = min(self._heard, key=self._worth)
-            del self._heard[leaving], self.codecs[leaving]
-        self.codecs[key], self._heard[key] = codec, self._now
+        if len(self._learnt) >= MOST_LEARNT:
+            leaving = min(self._learnt, key=self._worth)
+            del self._learnt[leaving], self.codecs[leaving]
+        self.codecs[key], self._learnt[key] = codec, _Learnt(self._now)
 
-    def _worth(self, key: Hashable) -> tuple[bool, float]:
-        is_here = self._now - self._heard[key] < DEPARTED
-        return is_here, self.codecs[key].statistics.received if is_here else self._heard[key]
+    def _worth(self, key: Hashable) -> tuple[bool, float, int]:
+        peer = self._learnt[key]
+        is_here = self._now - peer.heard < DEPARTED
+        return is_here, peer.seconds if is_here else peer.heard, self.codecs[key].statistics.received
 
     def encode(self, outgoing: Outgoing) -> list[tuple[Hashable | None, bytes]]:
         """Datagrams for the destination; None as a key means everyone."""

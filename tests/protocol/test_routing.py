@@ -342,6 +342,17 @@ def test_clients_that_departed_make_room_however_much_they_said():
     assert len(net.end.statistics) == MOST_LEARNT
 
 
+def test_ports_that_shout_drive_out_nobody_who_speaks_steadily():
+    net = Net()
+    for _ in range(5):
+        net.now += 1.0
+        net.say("qgc", QGC)
+    for port in (port for port in range(2 * MOST_LEARNT) for _ in range(20)):
+        net.say(port, (100, 190))
+    assert "qgc" in net.end.statistics
+    assert len(net.end.statistics) == MOST_LEARNT
+
+
 def test_a_flood_in_many_names_drives_out_nobody_who_speaks(net):
     for _ in range(5):
         net.say("camera", CAMERA)
