@@ -19,7 +19,7 @@ __all__ = ["TRANSITIONS", "MissionServer", "Refusal", "Validate"]
 
 SENDERS = 64  # whose newest sequence numbers are known
 # Late, they would undo what followed, or be refused for what was right when it was sent.
-_OPENING = frozenset({"MISSION_COUNT", "MISSION_CLEAR_ALL", "MISSION_SET_CURRENT"})
+_OPENING = frozenset({"MISSION_COUNT", "MISSION_WRITE_PARTIAL_LIST", "MISSION_CLEAR_ALL", "MISSION_SET_CURRENT"})
 _ASKING = frozenset({"MISSION_REQUEST", "MISSION_REQUEST_INT"})
 
 _PLAN, _ALL = mavlink.MAV_MISSION_TYPE_MISSION, mavlink.MAV_MISSION_TYPE_ALL
@@ -68,7 +68,7 @@ class MissionServer(Server):
             "MISSION_REQUEST": self._handle_request,
             "MISSION_SET_CURRENT": self._handle_set_current,
             "MISSION_REQUEST_PARTIAL_LIST": self._refuse_partial,
-            "MISSION_WRITE_PARTIAL_LIST": self._refuse_partial,
+            "MISSION_WRITE_PARTIAL_LIST": self._handle_write_partial,
         }
         self.handles = frozenset(self._handlers)
 
@@ -144,6 +144,13 @@ class MissionServer(Server):
             self._ack(peer, mavlink.MAV_MISSION_UNSUPPORTED, message.mission_type)
         else:
             store.handle_count(message, now, peer)
+
+    def _handle_write_partial(self, message: Message, now: float, peer: Peer) -> None:
+        store = self._stores.get(message.mission_type)
+        if store is None:
+            self._ack(peer, mavlink.MAV_MISSION_UNSUPPORTED, message.mission_type)
+        else:
+            store.handle_write_partial(message, now, peer)
 
     def _handle_item(self, message: Message, now: float, peer: Peer) -> None:
         store = self._stores.get(message.mission_type)

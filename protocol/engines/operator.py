@@ -27,7 +27,7 @@ SILENT = 10.0  # a station in control that says nothing for so long loses it [s]
 TOLD_AGAIN = 3.0  # between notes to the station in control that another one asks [s]
 
 _COMMANDS = frozenset({"COMMAND_LONG", "COMMAND_INT"})
-_PLANS = frozenset({"MISSION_COUNT", "MISSION_CLEAR_ALL", "MISSION_SET_CURRENT"})
+_PLANS = frozenset({"MISSION_COUNT", "MISSION_WRITE_PARTIAL_LIST", "MISSION_CLEAR_ALL", "MISSION_SET_CURRENT"})
 _ANCHORS = frozenset({"SET_HOME_POSITION", "SET_GPS_GLOBAL_ORIGIN"})
 _SETPOINTS = frozenset(
     {"SET_POSITION_TARGET_LOCAL_NED", "SET_POSITION_TARGET_GLOBAL_INT", "SET_ATTITUDE_TARGET", "MANUAL_CONTROL"}

@@ -48,8 +48,10 @@ Reply = Callable[[Peer, Message], None]
 class _Upload:
     peer: Peer
     count: int
-    opened: int  # the sequence number of its MISSION_COUNT, and
+    opened: int  # the sequence number of the message that began it, and
     at: float  # when that came
+    first: int = 0  # the item that was asked for first
+    rest: tuple[MissionItem, ...] = ()  # of the plan in force, behind what is written
     partner: Partner = field(default_factory=lambda: Partner(LEAST))  # heard when something of the upload comes
     items: list[MissionItem] = field(default_factory=list)
     newest: int = 0  # the sequence number of its last message while it was under way
@@ -128,10 +130,24 @@ class PlanStore:
         elif message.count > CAPACITY:
             self.acknowledge(peer, mavlink.MAV_MISSION_NO_SPACE)
         else:
-            self._state = fire(TRANSITIONS, self._state, "count")
-            self._upload = _Upload(peer, message.count, message.get_seq(), now)
-            self._resend = Resend(self._upload.partner)
-            self._request_next(self._upload, now)
+            self._begin(_Upload(peer, message.count, message.get_seq(), now))
+
+    def handle_write_partial(self, message: Message, now: float, peer: Peer) -> None:
+        """MISSION_WRITE_PARTIAL_LIST: some items are replaced, the others stay, and so does the length.
+
+        An end one behind the last item means the last: MAVProxy counts so.
+        """
+        first, held = message.start_index, len(self.items)
+        if self.is_busy_with_another(peer):
+            self.acknowledge(peer, mavlink.MAV_MISSION_DENIED)
+        elif self._validate is None:
+            self.acknowledge(peer, mavlink.MAV_MISSION_UNSUPPORTED)
+        elif not (0 <= first < held and first <= message.end_index <= held):
+            self.acknowledge(peer, mavlink.MAV_MISSION_INVALID_SEQUENCE)
+        else:
+            count = min(message.end_index + 1, held)
+            before, rest = list(self.items[:first]), self.items[count:]
+            self._begin(_Upload(peer, count, message.get_seq(), now, first=first, rest=rest, items=before))
 
     def handle_item(self, message: Message, now: float, peer: Peer) -> None:
         """MISSION_ITEM_INT or MISSION_ITEM."""
@@ -159,6 +175,12 @@ class PlanStore:
             upload.is_told = False
             self._end("cancel", _CANCELLED, "cancelled by the sender")
 
+    def _begin(self, upload: _Upload) -> None:
+        self._state = fire(TRANSITIONS, self._state, "count")
+        self._upload = upload
+        self._resend = Resend(upload.partner)
+        self._request_next(upload, upload.at)
+
     def _answer_again(self, upload: _Upload, message: Message, peer: Peer) -> None:
         """The sender of an upload that is over repeats an item: our answer was lost."""
         is_end = message.seq == upload.count - 1 or upload.result != _ACCEPTED
@@ -178,11 +200,12 @@ class PlanStore:
             self._resend.start(now)
             self._request_item(upload, len(upload.items))
             return
-        refusal = self._validate(upload.items) if self._validate is not None else None
+        items = (*upload.items, *upload.rest)
+        refusal = self._validate(items) if self._validate is not None else None
         if refusal is not None:
             self._end("complete", refusal.result, refusal.text)
             return
-        self.items = tuple(upload.items)
+        self.items = items
         self._end("complete", _ACCEPTED, "")
 
     def _request_again(self, upload: _Upload) -> None:
@@ -191,7 +214,7 @@ class PlanStore:
         A late duplicate of a request sets MAVSDK back to its item; what is further on it ignores from then on.
         """
         wanted = len(upload.items)
-        back = min(max(self._resend.times - 2, 0), STEPS_BACK, wanted)
+        back = min(max(self._resend.times - 2, 0), STEPS_BACK, wanted - upload.first)
         for seq in range(wanted - back, wanted + 1):
             self._request_item(upload, seq)
 

@@ -125,16 +125,17 @@ def test_a_type_nobody_defined_is_unsupported():
         mavlink.MAVLink_mission_request_list_message(1, 1, 7),
         mavlink.MAVLink_mission_request_int_message(1, 1, 0, 7),
         mavlink.MAVLink_mission_clear_all_message(1, 1, 7),
+        mavlink.MAVLink_mission_write_partial_list_message(1, 1, 0, 0, 7),
     ):
         engine.receive(message, 0.0, GROUND)
-    assert acks(out.message for out in engine.messages_to_send()) == [(7, UNSUPPORTED)] * 4
+    assert acks(out.message for out in engine.messages_to_send()) == [(7, UNSUPPORTED)] * 5
 
 
 @pytest.mark.parametrize("kind", [FENCE, RALLY])
 def test_a_partial_write_is_refused_with_its_type(kind):
     engine = server()
-    engine.receive(mavlink.MAVLink_mission_write_partial_list_message(1, 1, 0, 1, kind), 0.0, GROUND)
-    assert acks(out.message for out in engine.messages_to_send()) == [(kind, UNSUPPORTED)]
+    engine.receive(mavlink.MAVLink_mission_write_partial_list_message(1, 1, 9, 9, kind), 0.0, GROUND)
+    assert acks(out.message for out in engine.messages_to_send()) == [(kind, mavlink.MAV_MISSION_INVALID_SEQUENCE)]
 
 
 def old_item(seq, latitude, frame=mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT):

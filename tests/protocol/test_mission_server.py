@@ -232,11 +232,72 @@ def test_all_types_at_once_can_be_cleared_and_nothing_else(message):
     assert (out.message.type, out.message.mission_type) == (UNSUPPORTED, 255)
 
 
-def test_a_partial_write_leaves_the_plan_as_it_was_and_its_items_are_not_taken():
+def partial(first, last):
+    return mavlink.MAVLink_mission_write_partial_list_message(1, 1, first, last)
+
+
+@pytest.mark.parametrize(("first", "last"), [(0, 0), (1, 2), (0, 3), (3, 3)])
+def test_a_partial_write_replaces_its_items_and_no_others(first, last):
+    old, new = plan(4), plan(4, 900)
+    engine = server(old)
+    feed(engine, partial(first, last))
+    for seq in range(first, last + 1):
+        assert told(engine) == [("REQUEST", seq)]
+        assert engine.items == old
+        feed(engine, new[seq].to_message(seq, 1, 1))
+    assert told(engine) == [("ACK", ACCEPTED)]
+    assert engine.items == (*old[:first], *new[first : last + 1], *old[last + 1 :])
+    assert engine.events() == [MissionReceived(engine.items)]
+
+
+def test_a_partial_write_to_one_behind_the_last_item_ends_with_the_last():
+    old, new = plan(4), plan(4, 900)
+    engine = server(old)
+    feed(engine, partial(3, 4), new[3].to_message(3, 1, 1))
+    assert told(engine) == [("REQUEST", 3), ("ACK", ACCEPTED)]
+    assert engine.items == (*old[:3], new[3])
+
+
+@pytest.mark.parametrize(("first", "last"), [(2, 2), (1, 3), (1, 0), (-1, 0), (0, -1), (30000, 30000)])
+def test_a_partial_write_of_items_that_are_not_there_is_refused(first, last):
     engine = server()
-    feed(engine, mavlink.MAVLink_mission_write_partial_list_message(1, 1, 0, 0), item(0))
-    assert told(engine) == [("ACK", UNSUPPORTED)]
+    feed(engine, partial(first, last), item(0))
+    assert told(engine) == [("ACK", INVALID_SEQUENCE)]
     assert engine.items == OLD
+
+
+def test_nothing_can_be_written_into_a_plan_that_is_not_there():
+    engine = server(())
+    feed(engine, partial(0, 0), item(0))
+    assert told(engine) == [("ACK", INVALID_SEQUENCE)]
+
+
+def test_a_partial_write_is_refused_for_what_the_whole_plan_would_be_then():
+    seen = []
+    engine = MissionServer(1, 1, OLD, validate=lambda items: seen.append(tuple(items)) or Refusal(UNSUPPORTED, "no"))
+    feed(engine, partial(1, 1), item(1))
+    assert told(engine)[-1] == ("ACK", UNSUPPORTED)
+    assert seen == [(OLD[0], plan(20)[1])]
+    assert engine.items == OLD
+
+
+def test_a_partial_write_that_gets_no_items_is_given_up_and_asks_for_none_before_its_first():
+    engine = server(plan(6))
+    feed(engine, partial(4, 5))
+    while (deadline := engine.next_deadline()) < math.inf:
+        engine.handle_timer(deadline)
+    asked = told(engine)
+    assert set(asked) == {("REQUEST", 4), ("ACK", CANCELLED)}
+    assert asked[-1] == ("ACK", CANCELLED)
+    assert engine.items == plan(6)
+
+
+def test_a_partial_write_during_the_upload_of_another_is_denied():
+    engine = server()
+    feed(engine, count(2))
+    told(engine)
+    feed(engine, partial(0, 0), peer=OTHER)
+    assert told(engine, OTHER) == [("ACK", DENIED)]
 
 
 def test_items_and_a_cancel_from_before_an_upload_are_no_part_of_it():
@@ -383,11 +444,10 @@ def test_a_current_item_that_exists_is_handed_on():
     assert engine.events() == [CurrentItemRequested(1)]
 
 
-def test_partial_lists_are_unsupported():
+def test_a_partial_download_is_unsupported():
     engine = server()
-    feed(engine, mavlink.MAVLink_mission_write_partial_list_message(1, 1, 0, 1))
     feed(engine, mavlink.MAVLink_mission_request_partial_list_message(1, 1, 0, 1))
-    assert told(engine) == [("ACK", UNSUPPORTED)] * 2
+    assert told(engine) == [("ACK", UNSUPPORTED)]
 
 
 def test_messages_for_others_and_items_nobody_asked_for_change_nothing():

@@ -45,7 +45,7 @@ def test_arming_takes_control_where_the_parameter_says_so(pair):
     assert second.command(ARM, 0) == NOT_IN_CONTROL
 
 
-@pytest.mark.parametrize("kind", ["command", "plan", "clear", "parameter", "sticks"])
+@pytest.mark.parametrize("kind", ["command", "plan", "part of a plan", "clear", "parameter", "sticks"])
 def test_others_are_refused_with_the_protocols_own_word(pair, kind):
     sky, first, second = pair
     before = sky.autopilot.settings
@@ -54,6 +54,9 @@ def test_others_are_refused_with_the_protocols_own_word(pair, kind):
     elif kind == "plan":
         assert second.upload(plan(2), 1) == mavlink.MAV_MISSION_DENIED
         assert second.last("MISSION_ACK").mission_type == 1
+    elif kind == "part of a plan":
+        second.send(mavlink.MAVLink_mission_write_partial_list_message(1, 1, 0, 0, 2))
+        assert (second.last("MISSION_ACK").type, second.last("MISSION_ACK").mission_type) == (14, 2)
     elif kind == "clear":
         second.send(mavlink.MAVLink_mission_clear_all_message(1, 1, 255))
         assert (second.last("MISSION_ACK").type, second.last("MISSION_ACK").mission_type) == (14, 255)
