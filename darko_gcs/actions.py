@@ -45,6 +45,9 @@ class Operator(Protocol):
     def show_parameters(self) -> None:
         """Open the parameter screen."""
 
+    def show_messages(self) -> None:
+        """Open the log of messages."""
+
     def show_help(self) -> None:
         """Open the list of keys."""
 
@@ -106,7 +109,7 @@ def _confirm_home(s: Snapshot) -> str:
 ACTIONS = (
     Action("a", "arm", "Arm", "Arm: start the motors at idle", lambda app: app.tell("arm"), _confirm_arm),
     Action(
-        "d", "disarm", "Disarm", "Disarm: stop the motors (in the air only by force)", lambda app: app.disarm(),
+        "d", "disarm", "Disarm", "Disarm: stop the motors; in the air, by force", lambda app: app.disarm(),
         _confirm_disarm,
     ),
     Action("t", "take_off", "Takeoff", "Take off to a height above home", lambda app: app.ask_take_off()),
@@ -137,6 +140,10 @@ ACTIONS = (
     ),
     Action(
         "p", "parameters", "", "Parameters: see, find and change them", lambda app: app.show_parameters(),
+        needs_vehicle=False,
+    ),
+    Action(
+        "e", "messages", "", "Messages: every one that is kept, with its time", lambda app: app.show_messages(),
         needs_vehicle=False,
     ),
     Action("plus", "zoom_in", "", "Map: zoom in", lambda app: app.zoom(1), needs_vehicle=False),

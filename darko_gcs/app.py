@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable
+from datetime import datetime
 from typing import ClassVar
 
 from textual.app import App, SystemCommand
@@ -15,6 +16,7 @@ from darko_gcs.errors import GroundError
 from darko_gcs.feed import Feed
 from darko_gcs.screens.dialogs import AskScreen, ConfirmScreen, HelpScreen, ask_number
 from darko_gcs.screens.fly import FlyScreen
+from darko_gcs.screens.messages import MessagesScreen
 from darko_gcs.screens.mission import Draft, MissionScreen
 from darko_gcs.screens.parameters import ParametersScreen
 from darko_gcs.widgets.map import MapPanel
@@ -71,7 +73,7 @@ class GroundStation(App[int]):
         self.feed.advance(now - self._pulled)
         self._pulled = now
         for screen in self.screen_stack:
-            if isinstance(screen, FlyScreen | MissionScreen | ParametersScreen):
+            if isinstance(screen, FlyScreen | MissionScreen | ParametersScreen | MessagesScreen):
                 screen.now = self.feed.now
                 screen.snapshot = self.feed.snapshot
 
@@ -187,6 +189,17 @@ class GroundStation(App[int]):
         """Open the parameter screen, once."""
         if not isinstance(self.screen, ParametersScreen):
             self.push_screen(ParametersScreen(self.feed.station, lambda: self.feed.now))
+
+    def show_messages(self) -> None:
+        """Open the log of messages, once."""
+        if not isinstance(self.screen, MessagesScreen):
+            self.push_screen(MessagesScreen(self.stamp))
+
+    def stamp(self, when: float) -> str:
+        """A time of the feed's clock [s] in words: time of day, or of a recording the playing time."""
+        if self.feed.station is None:
+            return f"{int(when // 60):3}:{when % 60:04.1f}"
+        return f"{datetime.fromtimestamp(time.time() - self.feed.now + when).astimezone():%H:%M:%S}"
 
     def show_help(self) -> None:
         """Open the list of keys."""
