@@ -9,6 +9,8 @@ The rules, in the order a frame meets them (https://mavlink.io/en/guide/message_
 4. A timestamp must be later than the last one of its stream (key, link id, system, component), a new stream's no
    more than 60 s behind the own one; and both later than ``KeyRecord.timestamp``, which no timestamp passed before
    the last restart.
+5. A timestamp in the last ten years of its range (from 2094 on) is refused: time follows what is heard, and at the end
+   of its range nobody could say anything later.
 
 A new key is held beside the old one until a frame that is signed with it arrives; without one within
 ``CONFIRM_WITHIN`` it is forgotten. So a key that was mistyped, or never arrived, locks nobody out.
@@ -42,7 +44,9 @@ __all__ = ["LOOKED_AT", "KeyChange", "KeyRecord", "KeyState", "Keyring", "LinkSi
 LOOKED_AT = frozenset({mavlink.MAVLINK_MSG_ID_HEARTBEAT, mavlink.MAVLINK_MSG_ID_RADIO_STATUS})
 CONFIRM_WITHIN = 10.0  # [s]
 NEW_STREAM_AGE = 60 * TICKS_PER_SECOND
+LATEST = MOST - 10 * 365 * 86400 * TICKS_PER_SECOND
 LOOK_AHEAD = 10 * TICKS_PER_SECOND  # kept time runs ahead of used time by this: one write per 10 s
+MOST_STREAMS = 1024  # remembered; of those that were forgotten, only what is later than all their frames is believed
 
 Stream = tuple[bytes, int, int, int]  # key, link id, system, component
 
@@ -56,11 +60,12 @@ class Verdict(Enum):
     UNSIGNED = "unsigned"  # refused, as all below
     BAD_SIGNATURE = "bad signature"
     REPLAYED = "replayed"  # rightly signed, but not new
+    FUTURE = "from the future"  # rightly signed, at a time that would leave none to go on
 
     @property
     def is_refused(self) -> bool:
         """True if the frame is to be dropped."""
-        return self in {Verdict.UNSIGNED, Verdict.BAD_SIGNATURE, Verdict.REPLAYED}
+        return self in {Verdict.UNSIGNED, Verdict.BAD_SIGNATURE, Verdict.REPLAYED, Verdict.FUTURE}
 
 
 class KeyState(Enum):
@@ -125,6 +130,7 @@ class Keyring:
         self._floor = self._bound = floor
         self._timestamp = max(timestamp, floor)
         self._streams: dict[Stream, int] = {}
+        self._forgotten = 0  # greatest timestamp of a stream that is no longer remembered
         self._counts: Counter[Verdict] = Counter()
         self._changes: list[KeyChange] = []
         self._links = 0
@@ -227,8 +233,8 @@ class Keyring:
             return "a first key is taken over loopback only"
         if key == NO_KEY and sum(lock.key is not None for lock in self._locks.values()) > 1:
             return "other links keep their keys, this one cannot be open"
-        if len(key) != KEY_SIZE or not 0 <= timestamp <= MOST:
-            return "its timestamp does not fit 48 bits"
+        if len(key) != KEY_SIZE or not 0 <= timestamp <= LATEST:
+            return "its timestamp is from the future, or does not fit 48 bits"
         return ""
 
     def _judge(self, name: Hashable, frame: bytes | bytearray, message_id: int) -> Verdict:
@@ -249,11 +255,16 @@ class Keyring:
     def _judge_age(self, frame: bytes | bytearray, key: bytes) -> Verdict:
         link, timestamp = signature_of(frame)
         stream = (key, link, frame[5], frame[6])
-        oldest = self._streams.get(stream, self._timestamp - NEW_STREAM_AGE - 1)
+        oldest = self._streams.get(stream, max(self._timestamp - NEW_STREAM_AGE - 1, self._forgotten))
         if timestamp <= max(oldest, self._floor):
             return Verdict.REPLAYED
+        if timestamp > LATEST:
+            return Verdict.FUTURE
         self._advance(timestamp)
         self._streams[stream] = timestamp
+        if len(self._streams) > MOST_STREAMS:
+            oldest_stream = min(self._streams, key=lambda known: self._streams[known])
+            self._forgotten = max(self._forgotten, self._streams.pop(oldest_stream))
         return Verdict.SIGNED
 
     def _confirm(self, lock: _Lock) -> None:

@@ -118,8 +118,8 @@ class RefusalReport:
             return
         self._told, self._next = refused, now + REPORT_EVERY
         counts = self._keyring.counts
-        kinds = (Verdict.UNSIGNED, Verdict.BAD_SIGNATURE, Verdict.REPLAYED)
-        self._say("Refused so far: " + ", ".join(f"{counts.get(kind, 0)} {kind.value}" for kind in kinds))
+        kinds = [verdict for verdict in Verdict if verdict.is_refused]
+        self._say("Refused so far: " + ", ".join(f"{counts[kind]} {kind.value}" for kind in kinds if kind in counts))
 
 
 def _name(peer: Hashable) -> str:

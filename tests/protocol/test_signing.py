@@ -12,8 +12,27 @@ from protocol.dialect import mavlink
 from protocol.endpoint import GroundEndpoint, VehicleEndpoint
 from protocol.errors import FileError, LocalProtocolError
 from protocol.events import SetpointReceived, SigningChanged
-from protocol.keyring import CONFIRM_WITHIN, LOOK_AHEAD, NEW_STREAM_AGE, Keyring, KeyState, Verdict
-from protocol.signing import NO_KEY, Signature, is_secret, load_key, sign_frame, signature_of, timestamp_at, verify
+from protocol.keyring import (
+    CONFIRM_WITHIN,
+    LATEST,
+    LOOK_AHEAD,
+    MOST_STREAMS,
+    NEW_STREAM_AGE,
+    Keyring,
+    KeyState,
+    Verdict,
+)
+from protocol.signing import (
+    MOST,
+    NO_KEY,
+    Signature,
+    is_secret,
+    load_key,
+    sign_frame,
+    signature_of,
+    timestamp_at,
+    verify,
+)
 from tests.support.link import ARM, Link, frame, table
 
 KEY, OTHER = bytes(range(32)), bytes(range(1, 33))
@@ -254,6 +273,32 @@ def test_a_new_stream_is_measured_against_time_that_went_on():
     end.handle_timer(61.0)
     assert not obeys(end, signed(order(), timestamp=T), now=61.0)
     assert obeys(end, signed(order(), timestamp=T + 2 * 10**5), now=61.0)
+
+
+@pytest.mark.parametrize("told", [LATEST + 1, MOST])
+def test_no_holder_of_the_key_can_use_time_up_for_all_others(told):
+    keyring = Keyring({None: KEY}, timestamp=T)
+    end = vehicle(keyring)
+    assert not obeys(end, signed(order(), timestamp=told, system=7))
+    assert keyring.counts[Verdict.FUTURE] == 1
+    assert obeys(end, signed(order(), timestamp=T + 1))
+    assert keyring.next_timestamp() < T + LOOK_AHEAD
+    assert keyring.record.timestamp < T + 2 * LOOK_AHEAD
+
+
+def test_a_key_that_comes_with_the_end_of_time_is_refused():
+    assert states(open_vehicle(), frame(setup(KEY, MOST))) == [KeyState.REFUSED]
+
+
+def test_streams_are_bounded_and_a_forgotten_one_cannot_be_replayed():
+    keyring = Keyring({None: KEY}, timestamp=T)
+    end, first = vehicle(keyring), signed(order(), timestamp=T + 1)
+    assert obeys(end, first)
+    for number in range(2 * MOST_STREAMS):
+        assert obeys(end, signed(order(), timestamp=T + 2 + number, link=number % 256, system=2 + number // 256))
+    assert len(keyring._streams) == MOST_STREAMS
+    assert not obeys(end, first)
+    assert obeys(end, signed(order(), timestamp=T + 3 * MOST_STREAMS))
 
 
 def test_what_is_sent_carries_ever_later_timestamps_over_all_links_and_follows_what_was_received():

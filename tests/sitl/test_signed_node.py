@@ -88,10 +88,10 @@ def test_refusals_are_told_in_numbers_and_a_flood_of_them_once(tmp_path):
     ground = SignedGround(tmp_path, given={None: KEY})
     for _ in range(500):
         ground.arm()
-    assert ground.texts() == "Refused so far: 1 unsigned, 0 bad signature, 0 replayed"
+    assert ground.texts() == "Refused so far: 1 unsigned"
     ground.now += 31.0
     ground.collect()
-    assert ground.texts().endswith("Refused so far: 500 unsigned, 0 bad signature, 0 replayed")
+    assert ground.texts().endswith("Refused so far: 500 unsigned")
 
 
 def test_a_key_from_a_ground_station_is_confirmed_kept_and_in_force_after_a_restart(tmp_path):
