@@ -51,6 +51,10 @@ class Panel(Widget):
         """Follow the vehicle."""
         self.redraw()
 
+    def on_resize(self) -> None:
+        """Follow the screen, also where no snapshot comes: a title may count pages."""
+        self.redraw()
+
     def redraw(self) -> None:
         """Draw again and ask for the rows that differ to be painted."""
         size = self.size

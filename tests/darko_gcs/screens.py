@@ -78,6 +78,19 @@ async def until(pilot, holds):
     assert holds()
 
 
+async def settled(pilot):
+    """Wait until the screen has stayed the same for ten turns."""
+    shown, turns = None, 0
+
+    def is_still():
+        nonlocal shown, turns
+        before, shown = shown, screen_text(pilot.app)
+        turns = turns + 1 if shown == before else 0
+        return turns >= 10
+
+    await until(pilot, is_still)
+
+
 def screen_text(app):
     """What stands on the screen."""
     width, height = app.size

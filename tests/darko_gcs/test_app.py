@@ -18,7 +18,7 @@ from darko_gcs.station import Station
 from darko_gcs.store import note
 from darko_gcs.widgets.map import MapPanel
 from protocol.tlog import TlogReader, read_tlog
-from tests.darko_gcs.screens import FLYING, ON_THE_WING, FakeFeed, screen_text, until
+from tests.darko_gcs.screens import FLYING, ON_THE_WING, FakeFeed, screen_text, settled, until
 from tests.support.paths import DATA
 
 
@@ -225,6 +225,14 @@ async def test_a_small_screen_has_the_same_numbers_in_pages(feed):
             assert words in seen, words
 
 
+async def test_a_screen_that_grows_counts_its_pages_anew_though_nothing_is_received(feed):
+    app = GroundStation(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await until(pilot, lambda: "Flight 1/" in screen_text(app))
+        await pilot.resize_terminal(140, 45)
+        await until(pilot, lambda: app.screen.has_class("-tall") and "Flight ─" in screen_text(app))
+
+
 async def test_the_view_is_named_and_follows_the_vtol_state(feed):
     app = GroundStation(feed)
     async with app.run_test(size=(80, 24)) as pilot:
@@ -264,8 +272,8 @@ async def test_a_silent_vehicle_is_said_with_its_age(feed):
 async def test_zooming_the_map_changes_its_scale_and_fits_again(feed):
     app = GroundStation(feed)
     async with app.run_test(size=(140, 45)) as pilot:
-        await pilot.pause(0.2)
         panel = app.screen.query_one(MapPanel)
+        await until(pilot, lambda: panel.size and panel.snapshot is feed.snapshot)
         await pilot.press("plus")
         near = panel.scale
         await pilot.press("minus", "minus")
@@ -356,7 +364,7 @@ def test_the_flight_screen_looks_as_it_did(snap_compare, size, flight, power):
         narrow = size[0] < 120
         await until(pilot, lambda: pilot.app.screen.has_class("-narrow" if narrow else "-wide"))
         await until(pilot, lambda: power in screen_text(pilot.app))
-        await pilot.pause(0.3)
+        await settled(pilot)
 
     assert snap_compare(GroundStation(feed), terminal_size=size, run_before=settle)
 
