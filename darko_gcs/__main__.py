@@ -14,6 +14,7 @@ COMMANDS = {
     "connect": "open the ground station (what darko-gcs does when no command is named)",
     "fly": "fly a mission from a file without a screen, and say how it went",
     "replay": "play a recorded flight through the same screens",
+    "signing": "change the vehicle's signing key",
     "log": "say what is in a recorded flight, or fetch the vehicle's own",
 }
 

@@ -257,6 +257,10 @@ class GroundEndpoint:
         """Send a message once, without waiting for an answer: set-points."""
         self._datagrams.append(self.codec.encode(message))
 
+    def send_frame(self, frame: bytes) -> None:
+        """Send a frame that is encoded already: one signed with a key that is not in force yet."""
+        self._datagrams.append(frame)
+
     # Inside
 
     def _target(self) -> Source:
