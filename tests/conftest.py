@@ -3,7 +3,13 @@
 import os
 
 from hypothesis import settings
+from hypothesis.internal.conjecture import providers
 
 settings.register_profile("repeatable", derandomize=True, deadline=None)
 settings.register_profile("explore", deadline=None, print_blob=True)
-settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "repeatable"))
+PROFILE = os.environ.get("HYPOTHESIS_PROFILE", "repeatable")
+settings.load_profile(PROFILE)
+
+if PROFILE == "repeatable":
+    # Hypothesis mixes in constants of the modules imported so far: a test's examples would depend on the tests before.
+    providers._get_local_constants = providers.Constants
