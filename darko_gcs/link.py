@@ -36,8 +36,9 @@ class Link(asyncio.DatagramProtocol):
         loop = asyncio.get_running_loop()
         try:
             transport, _ = await loop.create_datagram_endpoint(lambda: self, local_addr=(host, port))
-        except OSError as error:
-            raise LinkError(f"cannot listen on {host}:{port}: {error.strerror or error}") from error
+        except (OSError, UnicodeError) as error:  # a name that no name can be is the latter
+            reason = getattr(error, "strerror", None) or "no host has such a name"
+            raise LinkError(f"cannot listen on {host[:64]}:{port}: {reason}") from error
         self._transport = transport
         self._timer = asyncio.create_task(self._keep_time())
         return int(transport.get_extra_info("sockname")[1])

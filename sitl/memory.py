@@ -141,9 +141,11 @@ def _read_table(path: Path, otherwise: str) -> dict[str, Any]:
     if not path.exists():
         return {}
     try:
-        if path.stat().st_size > LARGEST:
+        with path.open("rb") as file:
+            content = file.read(LARGEST + 1)
+        if len(content) > LARGEST:
             raise MemoryFaultError(f"{path}: too long (delete the file to start from {otherwise})")
-        kept = json.loads(path.read_text(encoding="utf-8"))
+        kept = json.loads(content.decode("utf-8"))
     except (OSError, ValueError, RecursionError) as error:
         raise MemoryFaultError(f"{path}: {error} (delete the file to start from {otherwise})") from error
     if not isinstance(kept, dict):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -30,13 +31,20 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     made.add_argument("--json", action="store_true", help="print the summary for a program")
     made.add_argument(
         "--timeout",
-        type=float,
+        type=_seconds,
         default=3600.0,
         metavar="S",
         help="give up after this many seconds of the vehicle's time",
     )
     add_link_options(made)
     return made
+
+
+def _seconds(text: str) -> float:
+    value = float(text)
+    if not 0.0 < value < math.inf:
+        raise argparse.ArgumentTypeError(f"{text} is no time to wait for")
+    return value
 
 
 def run(args: argparse.Namespace) -> int:

@@ -46,9 +46,11 @@ def save(plan: Plan, path: Path | str) -> None:
 
 def _read(path: Path) -> str:
     try:
-        if path.stat().st_size > _LARGEST:
+        with path.open("rb") as file:
+            content = file.read(_LARGEST + 1)  # a device says that it has no length
+        if len(content) > _LARGEST:
             raise FileError(f"{path}: too long for a plan")
-        return path.read_text(encoding="utf-8-sig")
+        return content.decode("utf-8-sig")
     except OSError as error:
         raise FileError(f"{path}: cannot be read: {error.strerror}") from error
     except UnicodeDecodeError as error:

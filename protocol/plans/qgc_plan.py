@@ -105,7 +105,9 @@ def _seq_by_jump_id(entries: list[Table]) -> dict[int, int]:
 def _item(entry: Table, seqs: Mapping[int, int]) -> MissionItem:
     kind = entry.values.get("type")
     if kind != "SimpleItem":
-        raise entry.error("type", f"{entry.values.get('complexItemType', kind)!r}: only SimpleItem can be flown")
+        raise entry.error(
+            "type", f"{str(entry.values.get('complexItemType', kind))[:40]!r}: only SimpleItem can be flown"
+        )
     command, frame = entry.whole("command"), entry.whole("frame")
     values = entry.numbers("params", 7)
     if command == DO_JUMP:

@@ -4,7 +4,8 @@ import socket
 
 import pytest
 
-from darko_gcs.commands import connect
+from darko_gcs.commands import connect, fly
+from darko_gcs.errors import LinkError
 from darko_gcs.feed import LiveFeed
 from darko_gcs.signing import open_keyring
 from darko_gcs.station import Station
@@ -69,3 +70,18 @@ async def test_the_ground_station_warns_of_an_open_port(host, key, warned):
     finally:
         await feed.close()
     assert sum("without a signing key" in text for text in texts) == warned
+
+
+@pytest.mark.parametrize("host", ["a" * 300, "a..b", "\udcff"])
+async def test_a_host_that_no_host_can_be_is_one_line(host):
+    feed = LiveFeed(Station(), host, 0, None)
+    with pytest.raises(LinkError, match=r"cannot listen on .{1,64}:0: "):
+        await feed.open()
+    await feed.close()
+
+
+@pytest.mark.parametrize("text", ["nan", "-5", "0", "inf"])
+def test_a_time_out_that_is_no_time_is_refused_by_name(capsys, text):
+    with pytest.raises(SystemExit):
+        fly.parser({"fly": ""}).parse_args(["--mission", "x.plan", f"--timeout={text}"])
+    assert f"argument --timeout: {text} is no time to wait for" in capsys.readouterr().err

@@ -71,3 +71,11 @@ def test_where_it_cannot_begin_is_one_line(tmp_path, capsys, option, value, reas
     error = capsys.readouterr().err
     assert (code, error.count("\n")) == (2, 1)
     assert reason in error
+
+
+@pytest.mark.parametrize(("name", "read"), [("parameters.json", Memory.parameters), ("mission.plan", Memory.mission)])
+def test_a_file_without_an_end_is_too_long(tmp_path, name, read):
+    memory = Memory(tmp_path)
+    (tmp_path / name).symlink_to("/dev/zero")
+    with pytest.raises(MemoryFaultError, match=f"{name}: too long"):
+        read(memory)
