@@ -21,6 +21,7 @@ from darko_gcs.screens.mission import Draft, MissionScreen
 from darko_gcs.screens.parameters import ParametersScreen
 from darko_gcs.widgets.map import MapPanel
 from darko_gcs.widgets.numbers import FlightPanel
+from darko_gcs.words import clock
 from protocol.dialect import mavlink
 
 __all__ = ["GroundStation"]
@@ -198,12 +199,12 @@ class GroundStation(App[int]):
     def stamp(self, when: float) -> str:
         """A time of the feed's clock [s] in words: time of day, or of a recording the playing time."""
         if self.feed.station is None:
-            return f"{int(when // 60):3}:{when % 60:04.1f}"
+            return f"{clock(when):>7}"
         return f"{datetime.fromtimestamp(time.time() - self.feed.now + when).astimezone():%H:%M:%S}"
 
     def show_help(self) -> None:
         """Open the list of keys."""
-        self.push_screen(HelpScreen(self.extra_keys()))
+        self.push_screen(HelpScreen(self.extra_keys(), _keys_of(self.screen)))
 
     def extra_keys(self) -> list[tuple[str, str]]:
         """Keys beside those of the table."""
@@ -244,3 +245,14 @@ class GroundStation(App[int]):
 
     def _doing(self, action: Action) -> Callable[[], None]:
         return lambda: self.action_act(action.name)
+
+
+def _keys_of(screen: Screen[object]) -> list[tuple[str, str]]:
+    """The keys that a screen other than the flight's has for itself."""
+    if isinstance(screen, FlyScreen):
+        return []
+    bindings = (binding for binding in screen.BINDINGS if isinstance(binding, Binding) and binding.description)
+    return [
+        (binding.key.split(",")[0].replace("escape", "esc"), binding.tooltip or binding.description)
+        for binding in bindings
+    ]

@@ -20,6 +20,7 @@ from darko_gcs.recording import default_folder, start_recording
 from darko_gcs.signing import open_keyring
 from darko_gcs.snapshot import LAWS, Snapshot
 from darko_gcs.station import Station
+from darko_gcs.store import said
 from protocol.dialect import mavlink
 from protocol.errors import FileError
 from protocol.events import CommandDone, Event, MissionFailed, MissionUploaded, VehicleLost, VehicleRestarted
@@ -190,7 +191,7 @@ class _Pilot:
         refused = isinstance(event, CommandDone) and event.result != mavlink.MAV_RESULT_ACCEPTED
         if refused or isinstance(event, MissionFailed):
             await asyncio.sleep(0.2)  # the vehicle's own words follow its answer
-            raise FlightError(f"{what}: {getattr(event, 'reason', '').lower()}: {self._last_words()}")
+            raise FlightError(f"{what}: {said(getattr(event, 'reason', ''))}: {self._last_words()}")
 
     async def _until(self, holds: Callable[[Snapshot], bool], within: float, what: str = "vehicle") -> None:
         deadline = self._link.now + within

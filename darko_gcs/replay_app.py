@@ -13,6 +13,7 @@ from darko_gcs.screens.fly import FlyScreen
 from darko_gcs.snapshot import Snapshot
 from darko_gcs.widgets.panel import Line, text_line
 from darko_gcs.widgets.status import StatusBar
+from darko_gcs.words import clock
 
 __all__ = ["ReplayStation"]
 
@@ -99,11 +100,6 @@ class TimeBar(StatusBar):
         at = _cell(timeline.position, timeline.duration, room)
         line: Line = [(f" {state} ", "accent"), ("".join(cells[:at]), "plan"), ("●", "accent")]
         return [[*line, ("".join(cells[at + 1 :]), "dim"), *text_line(words)]]
-
-
-def clock(seconds: float) -> str:
-    """Minutes and seconds."""
-    return f"{int(seconds // 60)}:{seconds % 60:04.1f}"
 
 
 def _cell(time: float, duration: float, room: int) -> int:

@@ -125,15 +125,17 @@ class HelpScreen(ModalScreen[None]):
 
     BINDINGS: ClassVar[list[BindingType]] = [Binding("escape,question_mark,q", "dismiss", "Close")]
 
-    def __init__(self, extra: Sequence[tuple[str, str]] = ()) -> None:
+    def __init__(self, extra: Sequence[tuple[str, str]] = (), here: Sequence[tuple[str, str]] = ()) -> None:
         super().__init__()
-        self._extra = extra
+        self._extra, self._here = extra, here
 
     def compose(self) -> ComposeResult:
         """A line per action."""
         names = {"question_mark": "?", "plus": "+", "minus": "-"}
         rows = [(names.get(action.key, action.key), action.help) for action in ACTIONS]
-        lines = "\n".join(f"  {key:<12} {text}" for key, text in (*rows, *self._extra))
+        taken = {key for key, _ in self._here}
+        rest = [(key, text) for key, text in (*rows, *self._extra) if key not in taken]
+        lines = "\n".join(f"  {key:<12} {text}" for key, text in (*self._here, *rest))
         with Vertical(classes="dialog help"):
             yield Label("Keys", id="question")
             yield Static(lines, markup=False)

@@ -82,17 +82,17 @@ class MissionScreen(Screen[None]):
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("escape,m", "close", "Back"),
-        Binding("o", "open", "Open"),
-        Binding("w", "save", "Write"),
-        Binding("u", "upload", "Upload"),
-        Binding("f", "fetch", "Fetch"),
-        Binding("e,enter", "edit", "Edit", priority=True),
-        Binding("i", "insert", "Insert"),
-        Binding("x,delete", "remove", "Remove"),
+        Binding("o", "open", "Open", tooltip="Open a plan's file"),
+        Binding("w", "save", "Write", tooltip="Write the plan to a file"),
+        Binding("u", "upload", "Upload", tooltip="Send the plan, its fence and rally points"),
+        Binding("f", "fetch", "Fetch", tooltip="Fetch the vehicle's plans"),
+        Binding("e,enter", "edit", "Edit", priority=True, tooltip="Edit the item"),
+        Binding("i", "insert", "Insert", tooltip="Insert an item below"),
+        Binding("x,delete", "remove", "Remove", tooltip="Remove the item"),
         Binding("shift+up", "move(-1)", "Move the item up", show=False),
         Binding("shift+down", "move(1)", "Move the item down", show=False),
-        Binding("c", "clear", "Clear"),
-        Binding("j", "go_on", "Jump to"),
+        Binding("c", "clear", "Clear", tooltip="Delete a plan on the vehicle"),
+        Binding("j", "go_on", "Jump to", tooltip="Let the mission go on at the item"),
     ]
     snapshot: reactive[Snapshot] = reactive(EMPTY, repaint=False)  # else every panel is painted again
     now: reactive[float] = reactive(0.0, repaint=False)

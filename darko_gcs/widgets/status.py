@@ -24,6 +24,8 @@ SIGNING = {
     Signing.UNSIGNED_VEHICLE: (" VEHICLE NOT SIGNED ", "bad"),
 }
 STALE = 2.0  # [s] without a heartbeat
+LOW, EMPTY = 0.25, 0.1  # shares of the battery that are worth a word
+ROOMY = 110  # cells
 WHOLE = 100  # percent; more says that the vehicle does not know
 
 
@@ -55,7 +57,8 @@ class StatusBar(Panel):
                 (f" {s.source[0]}/{s.source[1]} ", "label"), armed, self._mode(s),
                 (" NOT RECORDING " if s.unrecorded else "", "bad"), (" FAILSAFE " if s.critical else "", "bad"),
                 (f" {self._state(s)} ", ""),
-                self._progress(s), self._mission(s), self._control(s), self._link(s), self._signing(s),
+                self._battery(s, width), self._progress(s), self._mission(s), self._control(s), self._link(s),
+                self._signing(s),
             )
         ]  # fmt: skip
 
@@ -77,6 +80,15 @@ class StatusBar(Panel):
             return ("", "")
         at = f" {s.mission_current}/{s.mission_count - 1}" if s.mission_state != mavlink.MISSION_STATE_COMPLETE else ""
         return (f" {MISSION[s.mission_state]}{at} ", "")
+
+    def _battery(self, s: Snapshot, width: int) -> tuple[str, str]:
+        """Share left: always when it is low, else where there is room."""
+        if s.battery is None or (s.battery > LOW and width < ROOMY):
+            return ("", "")
+        return (
+            f" battery {100 * s.battery:.0f} % ",
+            "bad" if s.battery <= EMPTY else "warn" if s.battery <= LOW else "dim",
+        )
 
     def _progress(self, s: Snapshot) -> tuple[str, str]:
         working = s.in_progress

@@ -261,6 +261,15 @@ async def test_an_impossible_way_is_called_so(feed):
         assert "to 3: hover, no trim in transition ─" in screen_text(app)
 
 
+@pytest.mark.parametrize(("left", "shown"), [(0.94, False), (0.25, True), (0.05, True)])
+async def test_a_battery_that_is_low_is_said_on_the_smallest_screen(feed, left, shown):
+    feed.snapshot = replace(FLYING, battery=left)
+    app = GroundStation(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await until(pilot, lambda: "ARMED" in screen_text(app))
+        assert (f"battery {100 * left:.0f} %" in screen_text(app)) == shown
+
+
 async def test_a_silent_vehicle_is_said_with_its_age(feed):
     feed.now = 104.0
     app = GroundStation(feed)

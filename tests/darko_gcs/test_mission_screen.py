@@ -63,6 +63,17 @@ async def test_a_bad_edit_is_refused_with_the_fields_name(feed):
         assert screen.draft.plan.items == before
 
 
+async def test_the_help_says_first_what_keys_do_here(feed):
+    app = GroundStation(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("m")
+        await until(pilot, lambda: isinstance(app.screen, MissionScreen))
+        await pilot.press("question_mark")
+        await until(pilot, lambda: "Fetch the vehicle's plans" in screen_text(app))
+        assert "Move home to where" not in screen_text(app)  # after them
+        assert "Cancel the transition" not in screen_text(app)  # x removes an item here
+
+
 async def test_a_parameter_is_edited_in_its_own_field(feed):
     app = GroundStation(feed)
     async with app.run_test(size=(80, 24)) as pilot:
