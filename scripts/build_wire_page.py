@@ -72,7 +72,7 @@ def _taken() -> str:
     endpoint = VehicleEndpoint(validate=lambda _items: None)
     served = {name: type(server).__name__ for name, server in endpoint._server_of.items()}  # noqa: SLF001
     served |= dict.fromkeys(endpoint_vehicle._SETPOINTS, "set-points")  # noqa: SLF001
-    served |= {"HEARTBEAT": "presence", "SETUP_SIGNING": "Keyring", "MANUAL_CONTROL": "sticks"}
+    served |= {"HEARTBEAT": "presence", "SETUP_SIGNING": "Keyring", "MANUAL_CONTROL": "sticks", "SET_MODE": "autopilot"}
     served |= dict.fromkeys(home.MESSAGES, "home and origin")
     rows = [(name, served[name], _test(name)) for name in sorted(served)]
     return _section("Messages it takes", "", ("Message", "By", "Test"), rows)

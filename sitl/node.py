@@ -11,6 +11,7 @@ from collections.abc import Callable, Hashable, Iterable, Sequence
 from typing import Any
 
 from protocol import units
+from protocol.codec import Message
 from protocol.dialect import mavlink
 from protocol.endpoint import VehicleEndpoint
 from protocol.engines.command_server import UNKNOWN_PROGRESS
@@ -45,7 +46,7 @@ from sitl.autopilot.link_watch import Silence
 from sitl.autopilot.manual import sticks_of
 from sitl.autopilot.offboard import take_setpoint
 from sitl.autopilot.outcome import Notice, Outcome
-from sitl.autopilot.standard_modes import CHOOSES_MODE, LIST, available_modes, current_mode
+from sitl.autopilot.standard_modes import CHOOSES_MODE, LIST, available_modes, current_mode, take_mode
 from sitl.blackbox import Blackbox
 from sitl.craft import Craft
 from sitl.files import VehicleFiles
@@ -335,12 +336,21 @@ class Node:
                 self._complain("Sticks refused: an axis is out of its range")
             else:
                 self.craft.autopilot.take_sticks(sticks)
+        elif event.message.get_type() == "SET_MODE":
+            self._on_mode(event.message)
         elif event.message.get_type() in MESSAGES:
             outcome = take_message(self.craft.autopilot, event.message)
             if outcome.accepted:
                 self._settle()
             else:
                 self._complain(outcome.text)
+
+    def _on_mode(self, message: Message) -> None:
+        outcome = take_mode(self.craft.autopilot, message)
+        if outcome.accepted:
+            self._intended = self.craft.autopilot.mode
+        elif outcome.text not in {notice.text for notice in self._report()}:
+            self._say(WARNING, outcome.text)
 
     def _on_log_erase(self, event: LogEraseRequested, now: float) -> None:  # noqa: ARG002
         if self._blackbox is not None:

@@ -165,10 +165,10 @@ class OperatorControl(Server):
         kind = message.get_type()
         if kind in _COMMANDS:
             return message.command not in self._harmless
-        return kind in _PLANS | _SETPOINTS | _ANCHORS | {"PARAM_SET", "LOG_ERASE"}
+        return kind in _PLANS | _SETPOINTS | _ANCHORS | {"PARAM_SET", "SET_MODE", "LOG_ERASE"}
 
     def _refuse(self, message: Message, peer: Peer) -> None:
-        """The protocol's own word for it; set-points, home, origin and the erasing of logs have none."""
+        """The protocol's own word for it; set-points, modes by message, home, origin and log erasure have none."""
         kind, to = message.get_type(), peer[:2]
         if kind in _COMMANDS:
             self._reply(

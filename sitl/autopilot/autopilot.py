@@ -6,7 +6,7 @@ The autopilot ticks at a fixed rate on simulated time. It answers every request 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from protocol.dialect import mavlink
 from protocol.frames import LocalFrame
@@ -18,6 +18,7 @@ from sitl.autopilot.attitude import Steer, lost
 from sitl.autopilot.decision import Decision
 from sitl.autopilot.failsafe import OFFBOARD_ACTIONS
 from sitl.autopilot.fence import Fence
+from sitl.autopilot.flight import ARM_WITHIN, Awaiting
 from sitl.autopilot.guidance import Guidance, Hold, Ramp, Setpoint, Stop, Vector, View
 from sitl.autopilot.guidance import Sequence as Steps
 from sitl.autopilot.link_watch import missing
@@ -79,6 +80,9 @@ class Autopilot(Streaming, WingRequests):
 
     def _rest(self) -> None:
         self.setpoint = Setpoint(self.view.p, self.view.heading, self.settings.hover_speed)
+        if self._awaiting is not None and self.view.time > self._awaiting.until:
+            self.say(mavlink.MAV_SEVERITY_WARNING, f"{self.mode.name.capitalize()} not begun: nobody armed")
+            self._enter(Mode.HOLD, None)
         if not self.armed or self._landed_at is None:
             return
         if self.view.time - self._landed_at >= self.settings.disarm_after:
@@ -184,11 +188,15 @@ class Autopilot(Streaming, WingRequests):
         self.armed = True
         self._landed_at = None
         self.say(mavlink.MAV_SEVERITY_INFO, "Armed by force" if force else "Armed")
+        if self._awaiting is not None:
+            self._awaiting.begin()
         return Outcome(ACCEPTED)
 
     def disarm(self, *, force: bool = False) -> Outcome:
         """Stop the motors. Denied in the air unless forced."""
         if not self.armed:
+            if self._awaiting is not None:
+                self._enter(Mode.HOLD, None)
             return Outcome(ACCEPTED)
         if not self.view.landed and not force:
             return self._refuse(DENIED, "Disarming denied: in the air")
@@ -199,8 +207,6 @@ class Autopilot(Streaming, WingRequests):
         """Climb straight up to a height above home [m]; None takes the set take-off altitude."""
         target = self.world.up(self.settings.takeoff_altitude if height is None else height, above_sea=False)
         here = self.view.p
-        if not self.armed:
-            return self._refuse(REJECTED, "Take-off refused: not armed")
         if not self.view.landed:
             return self._refuse(REJECTED, "Take-off refused: already in the air")
         point = (here[0], here[1], target)
@@ -209,6 +215,8 @@ class Autopilot(Streaming, WingRequests):
             reason = f"{target:.1f} m is not above the ground"
         if reason is not None:
             return self._refuse(DENIED, f"Take-off denied: {reason}")
+        if not self.armed:
+            return self._await_arming(Mode.TAKEOFF, lambda: self.take_off(height))
         self._enter(Mode.TAKEOFF, Ramp(self._at(point), self.settings.climb_rate))
         self.flying = True
         return Outcome(ACCEPTED)
@@ -258,7 +266,7 @@ class Autopilot(Streaming, WingRequests):
         requests = {
             Mode.HOLD: self.hold,
             Mode.TAKEOFF: self.take_off,
-            Mode.MISSION: self.start_mission,
+            Mode.MISSION: self.start_mission if self.armed else self._choose_mission,
             Mode.LAND: self.land,
             Mode.RTL: self.return_to_launch,
             Mode.OFFBOARD: self._start_offboard,
@@ -268,6 +276,20 @@ class Autopilot(Streaming, WingRequests):
         if request is None:
             return self._refuse(DENIED, f"Mode {mode.name} is not available on this vehicle")
         return request()
+
+    def _choose_mission(self) -> Outcome:
+        """The mission mode before arming, which then begins it."""
+        if self.mission is None:
+            return self._refuse(REJECTED, "Mission refused: none is loaded")
+        if outside := out_of_bounds(self.mission.items, self.world):
+            return self._refuse(DENIED, f"Mission denied: {outside}")
+        return self._await_arming(Mode.MISSION, self.start_mission)
+
+    def _await_arming(self, mode: Mode, begin: Callable[[], Outcome]) -> Outcome:
+        self._enter(mode, None)
+        self._awaiting = Awaiting(begin, self.view.time + ARM_WITHIN)
+        self.say(mavlink.MAV_SEVERITY_INFO, f"{mode.name.capitalize()} waits {ARM_WITHIN:g} s to be armed")
+        return Outcome(ACCEPTED)
 
     # Missions
 

@@ -147,8 +147,14 @@ def _set_current(autopilot: Autopilot, request: CommandRequested) -> Outcome:
 
 
 def _reposition(autopilot: Autopilot, request: CommandRequested) -> Outcome:
-    if request.frame is None:
-        return Outcome(mavlink.MAV_RESULT_COMMAND_INT_ONLY, "DO_REPOSITION needs COMMAND_INT")
+    """To a place, or to another height or heading where it is; none of them asked for is a hold.
+
+    QGroundControl's pause, its height and its heading are this as a COMMAND_LONG, with NaN for what is to stay.
+    """
+    if all(map(math.isnan, request.params[3:7])):
+        return autopilot.hold()
+    if request.frame is None and not all(map(math.isnan, request.params[4:6])):
+        return Outcome(mavlink.MAV_RESULT_COMMAND_INT_ONLY, "DO_REPOSITION to a place needs COMMAND_INT")
     if refused := _refuse_frame(request):
         return refused
     point = _point(autopilot, request)
@@ -168,12 +174,17 @@ def _reposition(autopilot: Autopilot, request: CommandRequested) -> Outcome:
 
 
 def _point(autopilot: Autopilot, request: CommandRequested) -> Vector | None:
+    """Where a go-to is to end, None if that is no place; NaN leaves the height, or the place over ground, as it is."""
     latitude, longitude, z = request.params[4:7]
-    if not _is_on_the_globe(latitude, longitude) or math.isinf(z):
+    if math.isinf(z):
         return None
-    world = autopilot.world
-    up = world.up(z, above_sea=request.frame in GLOBAL) if math.isfinite(z) else autopilot.setpoint.p[2]
-    return world.local(latitude, longitude, up)
+    x, y, up = autopilot.setpoint.p
+    world, height = autopilot.world, _height(autopilot, request)
+    if height is not None:
+        up = world.up(height, above_sea=False)
+    if math.isnan(latitude) and math.isnan(longitude):
+        return (x, y, up)
+    return world.local(latitude, longitude, up) if _is_on_the_globe(latitude, longitude) else None
 
 
 def _is_on_the_globe(latitude: float, longitude: float) -> bool:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from typing import NamedTuple
 
 from protocol.dialect import mavlink
 from protocol.modes import Mode
@@ -17,7 +19,15 @@ from sitl.autopilot.progress import Transition
 from sitl.autopilot.settings import Settings
 from sitl.autopilot.streamed import FLOOR, Streamed
 
+ARM_WITHIN = 20.0  # of a take-off or a mission that was chosen before [s]
 COMPASS = tuple((math.cos(k * math.pi / 4.0), math.sin(k * math.pi / 4.0)) for k in range(8))
+
+
+class Awaiting(NamedTuple):
+    """What arming begins: QGroundControl chooses take-off or mission first and arms then, as PX4 wants it."""
+
+    begin: Callable[[], Outcome]
+    until: float  # [s] of the vehicle's time
 
 
 class Flight:
@@ -36,6 +46,7 @@ class Flight:
         self._guidance: Guidance | None = None
         self.under_way: Transition | None = None  # asked for by command, and not ended
         self._streamed = Streamed(self.setpoint)
+        self._awaiting: Awaiting | None = None
         self._landed_at: float | None = None
         self._notices: list[Notice] = []
         self._reached: list[int] = []
@@ -74,6 +85,7 @@ class Flight:
         return next(filter(None, map(self._refuse_point, rim)), None)
 
     def _enter(self, mode: Mode, guidance: Guidance | None) -> None:
+        self._awaiting = None
         superseded = self.under_way
         if superseded is not None:
             superseded.fail(f"{mode.name} came between" if self.flying else "the flight is over")

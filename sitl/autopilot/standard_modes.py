@@ -11,9 +11,9 @@ from typing import NamedTuple
 from protocol.codec import Message
 from protocol.dialect import mavlink
 from protocol.events import CommandRequested
-from protocol.modes import Mode, custom_mode
+from protocol.modes import Mode, custom_mode, mode_from_custom
 from sitl.autopilot.autopilot import Autopilot
-from sitl.autopilot.outcome import Outcome
+from sitl.autopilot.outcome import DENIED, Outcome
 from sitl.hybrid.supervisor import Law
 
 NON_STANDARD = mavlink.MAV_STANDARD_MODE_NON_STANDARD
@@ -90,6 +90,14 @@ def set_standard_mode(autopilot: Autopilot, request: CommandRequested) -> Outcom
     mode = next((mode for mode, standard in STANDARD.items() if standard == wanted), None)
     if mode is None:
         return Outcome(mavlink.MAV_RESULT_FAILED, f"Standard mode {wanted:g} is not available on this vehicle")
+    return autopilot.set_mode(mode)
+
+
+def take_mode(autopilot: Autopilot, message: Message) -> Outcome:
+    """SET_MODE, which has no answer but the mode in HEARTBEAT: how QGroundControl switches the modes of a PX4."""
+    mode = mode_from_custom(message.custom_mode)
+    if mode is None or not message.base_mode & mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED:
+        return Outcome(DENIED, f"Mode {message.custom_mode} is unknown")
     return autopilot.set_mode(mode)
 
 

@@ -92,11 +92,11 @@ def test_a_lost_vehicle_is_shown_and_its_return_too(pair):
 
 
 def test_a_refusal_is_said_with_the_vehicles_reason(pair):
-    pair.station.take_off(4.0, pair.now)
+    pair.station.land(pair.now)
     pair.run(0.5)
     words = " ".join(line.text for line in pair.snapshot.messages)
-    assert "nav takeoff: temporarily rejected" in words
-    assert "not armed" in words
+    assert "nav land: temporarily rejected" in words
+    assert "not in the air" in words
 
 
 def test_transition_and_speed_go_out_as_their_commands(pair):

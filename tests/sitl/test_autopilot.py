@@ -67,9 +67,12 @@ def test_each_arming_check_refuses_in_words(autopilot, seen, word):
     assert autopilot.arm(force=True).result == ACCEPTED
 
 
-def test_take_off_needs_arming(autopilot):
-    assert autopilot.take_off(3.0).result == REJECTED
+def test_take_off_waits_for_arming(autopilot):
+    assert autopilot.take_off(3.0).result == ACCEPTED
     assert not autopilot.flying
+    assert autopilot.arm().result == ACCEPTED
+    assert autopilot.flying
+    assert autopilot.mode is Mode.TAKEOFF
 
 
 def test_take_off_climbs_then_holds_at_its_height(airborne):

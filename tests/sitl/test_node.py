@@ -117,7 +117,6 @@ def test_an_unknown_command_is_unsupported(ground):
     [
         (mavlink.MAV_CMD_COMPONENT_ARM_DISARM, (7,), mavlink.MAV_RESULT_DENIED),
         (mavlink.MAV_CMD_COMPONENT_ARM_DISARM, (NAN,), mavlink.MAV_RESULT_DENIED),
-        (mavlink.MAV_CMD_NAV_TAKEOFF, (), mavlink.MAV_RESULT_TEMPORARILY_REJECTED),
         (mavlink.MAV_CMD_NAV_LAND, (), mavlink.MAV_RESULT_TEMPORARILY_REJECTED),
         (mavlink.MAV_CMD_MISSION_START, (), mavlink.MAV_RESULT_TEMPORARILY_REJECTED),
         (mavlink.MAV_CMD_DO_SET_MODE, (1, 99, 99), mavlink.MAV_RESULT_DENIED),
@@ -126,7 +125,7 @@ def test_an_unknown_command_is_unsupported(ground):
         (mavlink.MAV_CMD_DO_SET_MISSION_CURRENT, (math.inf,), mavlink.MAV_RESULT_DENIED),
         (mavlink.MAV_CMD_MISSION_START, (math.inf,), mavlink.MAV_RESULT_DENIED),
         (mavlink.MAV_CMD_DO_CHANGE_SPEED, (1, 50), mavlink.MAV_RESULT_DENIED),
-        (mavlink.MAV_CMD_DO_REPOSITION, (), mavlink.MAV_RESULT_COMMAND_INT_ONLY),
+        (mavlink.MAV_CMD_DO_REPOSITION, (-1, 1, 0, NAN, 43.0, 1.0, 9.0), mavlink.MAV_RESULT_COMMAND_INT_ONLY),
     ],
 )
 def test_a_bad_command_gets_its_result_and_changes_nothing(ground, command, params, result):
