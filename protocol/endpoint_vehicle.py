@@ -33,7 +33,14 @@ from protocol.router import Router, RoutingStatistics
 
 __all__ = ["VehicleEndpoint"]
 
-_SETPOINTS = frozenset({"SET_POSITION_TARGET_LOCAL_NED", "SET_POSITION_TARGET_GLOBAL_INT", "SET_ATTITUDE_TARGET"})
+_SETPOINTS = frozenset(
+    {
+        "SET_POSITION_TARGET_LOCAL_NED",
+        "SET_POSITION_TARGET_GLOBAL_INT",
+        "SET_ATTITUDE_TARGET",
+        "SET_ACTUATOR_CONTROL_TARGET",
+    }
+)
 
 
 class VehicleEndpoint:

@@ -315,7 +315,7 @@ class ControlRequested(Event):
 
 @dataclass(frozen=True, slots=True)
 class SetpointReceived(Event):
-    """SET_POSITION_TARGET_LOCAL_NED, SET_POSITION_TARGET_GLOBAL_INT or SET_ATTITUDE_TARGET."""
+    """SET_POSITION_TARGET_LOCAL_NED or _GLOBAL_INT, SET_ATTITUDE_TARGET or SET_ACTUATOR_CONTROL_TARGET."""
 
     message: Message
     peer: Peer

@@ -3,7 +3,7 @@
 import math
 from enum import Enum
 
-__all__ = ["Mode", "custom_mode", "mode_from_custom", "mode_from_parts"]
+__all__ = ["FOREIGN", "Mode", "custom_mode", "mode_from_custom", "mode_from_parts"]
 
 
 class Mode(Enum):
@@ -26,6 +26,9 @@ class Mode(Enum):
     def is_auto(self) -> bool:
         """True when the vehicle flies itself without a stream of set-points."""
         return self in _AUTO
+
+
+FOREIGN = {(4, 8): "FOLLOW_TARGET", (4, 9): "PRECISION_LAND", (8, 0): "RATTITUDE"}  # PX4's, which are not ours
 
 
 def custom_mode(mode: Mode) -> int:

@@ -55,7 +55,7 @@ class Plans:
             self._bind(event.kind, event.items)
             return
         self._load(event.items)
-        self._say(INFO, f"Mission of {len(event.items)} items received")
+        self._say(INFO, f"Mission of {len(event.items)} item{'s' * (len(event.items) != 1)} received")
 
     def refused(self, event: MissionRefused) -> None:
         """A plan came that cannot be taken."""

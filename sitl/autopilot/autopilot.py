@@ -29,6 +29,8 @@ from sitl.autopilot.settings import Settings
 from sitl.autopilot.streaming import Streaming
 from sitl.autopilot.wing import WingRequests
 
+AWAITED = {Mode.TAKEOFF: "Take-off", Mode.MISSION: "Mission"}  # what can be chosen before arming
+
 
 class Autopilot(Streaming, WingRequests):
     """Ticks, arms, takes off, lands, returns, flies missions, and does what its failsafes ask for.
@@ -81,7 +83,7 @@ class Autopilot(Streaming, WingRequests):
     def _rest(self) -> None:
         self.setpoint = Setpoint(self.view.p, self.view.heading, self.settings.hover_speed)
         if self._awaiting is not None and self.view.time > self._awaiting.until:
-            self.say(mavlink.MAV_SEVERITY_WARNING, f"{self.mode.name.capitalize()} not begun: nobody armed")
+            self.say(mavlink.MAV_SEVERITY_WARNING, f"{AWAITED[self.mode]} not begun: nobody armed")
             self._enter(Mode.HOLD, None)
         if not self.armed or self._landed_at is None:
             return
@@ -288,7 +290,7 @@ class Autopilot(Streaming, WingRequests):
     def _await_arming(self, mode: Mode, begin: Callable[[], Outcome]) -> Outcome:
         self._enter(mode, None)
         self._awaiting = Awaiting(begin, self.view.time + ARM_WITHIN)
-        self.say(mavlink.MAV_SEVERITY_INFO, f"{mode.name.capitalize()} waits {ARM_WITHIN:g} s to be armed")
+        self.say(mavlink.MAV_SEVERITY_INFO, f"{AWAITED[mode]} waits {ARM_WITHIN:g} s to be armed")
         return Outcome(ACCEPTED)
 
     # Missions

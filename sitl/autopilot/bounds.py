@@ -48,7 +48,8 @@ class Bounds:
         """Put valid items in force; a sentence about it for the pilot."""
         self._kept[kind] = tuple(items)
         self._put(kind, items)
-        return f"{PLAN_NAMES[kind]} cleared" if not items else f"{PLAN_NAMES[kind]}: {len(items)} items received"
+        counted = f"{len(items)} item{'s' * (len(items) != 1)} received"
+        return f"{PLAN_NAMES[kind]}: {counted}" if items else f"{PLAN_NAMES[kind]} cleared"
 
     def reload(self) -> list[str]:
         """Put in force anew what is held, after home or the origin moved; why some of it no longer can be."""

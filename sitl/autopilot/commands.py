@@ -12,7 +12,7 @@ from collections.abc import Callable
 from protocol.dialect import mavlink
 from protocol.engines import stream
 from protocol.events import CommandRequested
-from protocol.modes import mode_from_parts
+from protocol.modes import FOREIGN, mode_from_parts
 from sitl.autopilot.autopilot import Autopilot
 from sitl.autopilot.decision import Way
 from sitl.autopilot.guidance import FASTEST, SLOWEST, Vector
@@ -123,7 +123,8 @@ def _set_mode(autopilot: Autopilot, request: CommandRequested) -> Outcome:
     base, main, sub = request.params[:3]
     mode = mode_from_parts(main, sub)
     if mode is None or not (math.isfinite(base) and int(base) & CUSTOM_MODE):
-        return Outcome(DENIED, f"Mode {main:g}/{sub:g} is unknown")
+        name = next((name for parts, name in FOREIGN.items() if parts == (main, sub)), f"{main:g}/{sub:g}")
+        return Outcome(DENIED, f"Mode {name} is unknown to this vehicle")
     return autopilot.set_mode(mode)
 
 
@@ -217,6 +218,16 @@ def _transition(autopilot: Autopilot, request: CommandRequested) -> Outcome:
     return autopilot.transition(way)
 
 
+def _change_altitude(autopilot: Autopilot, request: CommandRequested) -> Outcome:
+    altitude, frame = request.params[:2]
+    if frame not in GLOBAL | RELATIVE:
+        return Outcome(DENIED, f"Height denied: param2 is {frame:g}, not a frame of the globe")
+    if not math.isfinite(altitude):
+        return Outcome(DENIED, f"Height denied: param1 is {altitude:g}")
+    x, y, _ = autopilot.setpoint.p
+    return autopilot.go_to((x, y, autopilot.world.up(altitude, above_sea=frame in GLOBAL)))
+
+
 def _pause(autopilot: Autopilot, request: CommandRequested) -> Outcome:
     if request.params[0] == 0.0:
         return autopilot.hold()
@@ -277,6 +288,7 @@ HANDLERS: dict[int, Handler] = {
     mavlink.MAV_CMD_DO_SET_MISSION_CURRENT: _set_current,
     mavlink.MAV_CMD_DO_REPOSITION: _reposition,
     mavlink.MAV_CMD_DO_CHANGE_SPEED: _change_speed,
+    mavlink.MAV_CMD_DO_CHANGE_ALTITUDE: _change_altitude,
     mavlink.MAV_CMD_DO_PAUSE_CONTINUE: _pause,
     mavlink.MAV_CMD_DO_VTOL_TRANSITION: _transition,
     mavlink.MAV_CMD_DO_ORBIT: _orbit,
@@ -284,5 +296,6 @@ HANDLERS: dict[int, Handler] = {
     mavlink.MAV_CMD_DO_SET_HOME: set_home,
     mavlink.MAV_CMD_DO_SET_GLOBAL_ORIGIN: set_origin,
     mavlink.MAV_CMD_RUN_PREARM_CHECKS: _run_prearm_checks,
+    mavlink.MAV_CMD_DO_FENCE_ENABLE: _unsupported("The parameter GF_ACTION switches the fence; 0 is off"),
     mavlink.MAV_CMD_DO_FLIGHTTERMINATION: _unsupported("No flight termination: a forced disarm stops the motors"),
 }

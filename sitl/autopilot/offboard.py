@@ -50,6 +50,12 @@ def take_setpoint(autopilot: Autopilot, message: Message) -> str | None:
     """Hand a set-point to the autopilot. Returns why it was refused, or None."""
     if message.get_type() == "SET_ATTITUDE_TARGET":
         return _take_attitude(autopilot, message)
+    if message.get_type() == "SET_ACTUATOR_CONTROL_TARGET":
+        return "motors and elevons follow the control laws alone"
+    return _take_place_or_motion(autopilot, message)
+
+
+def _take_place_or_motion(autopilot: Autopilot, message: Message) -> str | None:
     mask = message.type_mask
     facing = _facing(message)
     if facing is None:
@@ -117,4 +123,6 @@ def _take_attitude(autopilot: Autopilot, message: Message) -> str | None:
 
 
 def _unsupported(frame: int) -> str:
-    return f"set-point frame {frame} is not supported"
+    entry = mavlink.enums["MAV_FRAME"].get(frame)
+    name = "" if entry is None else f" ({str(entry.name).removeprefix('MAV_FRAME_')})"
+    return f"set-point frame {frame} is not supported{name}"

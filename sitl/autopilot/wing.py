@@ -122,7 +122,8 @@ class WingRequests(Flight):
         if isinstance(self._guidance, FlyTo | Hold):
             self._guidance = with_speed(self._guidance, speed)
         else:
-            return self._refuse(REJECTED, "Speed unchanged: not flying to a point")
+            doing = "on the wing" if isinstance(self._guidance, FlyLeg | Orbit) else "not flying to a point"
+            return self._refuse(REJECTED, f"Speed unchanged: {speed:g} m/s is of the hover, and it is {doing}")
         return Outcome(ACCEPTED)
 
     def _change_airspeed(self, speed: float) -> Outcome:

@@ -125,6 +125,13 @@ def test_the_height_changes_above_the_place_where_it_is(air):
     assert air.sky.craft.vehicle.plant[:3] == pytest.approx((x, y, 11.0), abs=0.5)
 
 
+@pytest.mark.parametrize(("altitude", "frame"), [(11.0, 3), (HOME.alt + 11.0, 0)])
+def test_the_height_changes_by_its_own_command(air, altitude, frame):
+    assert air.command(mavlink.MAV_CMD_DO_CHANGE_ALTITUDE, altitude, frame) == ACCEPTED
+    air.sky.advance(8.0)
+    assert air.sky.craft.vehicle.plant[2] == pytest.approx(11.0, abs=0.5)
+
+
 def test_the_heading_changes_where_it_is(air):
     before = air.sky.autopilot.setpoint.p
     assert reposition(air, yaw=math.radians(60.0)) == ACCEPTED

@@ -70,6 +70,12 @@ def test_a_setpoint_of_attitude_is_refused_in_words(sky, station):
     assert "refused" in station.texts()
 
 
+def test_actuators_cannot_be_set_and_it_is_said_in_words(sky, station):
+    sky.advance(5.1)  # since the last complaint
+    station.send(mavlink.MAVLink_set_actuator_control_target_message(0, 0, 1, 1, [0.0] * 8))
+    assert "Set-point refused: motors and elevons follow the control laws alone" in station.texts()
+
+
 def test_a_flight_is_paused_and_not_continued_without_a_mission(station):
     assert station.command(mavlink.MAV_CMD_DO_PAUSE_CONTINUE, 0) == ACCEPTED
     assert station.command(mavlink.MAV_CMD_DO_PAUSE_CONTINUE, 1) == mavlink.MAV_RESULT_TEMPORARILY_REJECTED
