@@ -14,7 +14,19 @@ from protocol.events import CommandProgress
 from protocol.frames import Geodetic, LocalFrame, Quaternion, Vector
 from protocol.plans.mission import MissionItem
 
-__all__ = ["EMPTY", "Actuators", "Air", "Decision", "Energy", "Hybrid", "Jump", "Line", "Navigation", "Snapshot"]
+__all__ = [
+    "EMPTY",
+    "Actuators",
+    "Air",
+    "Decision",
+    "Energy",
+    "Hybrid",
+    "Jump",
+    "Line",
+    "Navigation",
+    "PlanIds",
+    "Snapshot",
+]
 
 # Words for the dialect's enums, by value.
 LAWS = ("landed", "hover linear", "hover zero-moment", "align", "to forward", "forward line-of-sight",
@@ -146,6 +158,15 @@ class Navigation(NamedTuple):
     bearing: float  # to the waypoint [rad]
 
 
+class PlanIds(NamedTuple):
+    """MISSION_CURRENT: which plans the vehicle has; an id changes with what the plan says."""
+
+    time: float  # when it was told [s], on the caller's clock
+    mission: int
+    fence: int
+    rally: int
+
+
 @dataclass(frozen=True, slots=True)
 class Snapshot:
     """What the screens show. Positions are NED in the vehicle's local frame, angles radians, SI units."""
@@ -205,6 +226,7 @@ class Snapshot:
     mission: tuple[MissionItem, ...] = ()  # as uploaded or downloaded
     fence: tuple[MissionItem, ...] = ()
     rally: tuple[MissionItem, ...] = ()
+    plan_ids: PlanIds | None = None
     mission_count: int | None = None
     mission_current: int | None = None
     mission_state: int = 0  # MISSION_STATE

@@ -9,7 +9,7 @@ from typing import Any
 
 from darko_gcs.mode_names import mode_name
 from darko_gcs.plans import ALL, FENCE, MISSION, PARTS, RALLY, with_part
-from darko_gcs.snapshot import EMPTY, Line, Navigation, OpenText, Snapshot
+from darko_gcs.snapshot import EMPTY, Line, Navigation, OpenText, PlanIds, Snapshot
 from darko_gcs.store_darko import DARKO_HANDLERS, Handler
 from darko_gcs.words import printable
 from protocol import units
@@ -240,11 +240,14 @@ def _control_status(s: Snapshot, m: Message, now: float) -> Snapshot:  # noqa: A
     return replace(s, in_control=m.gcs_main, takeover=takeover, asks_for_control=asks)
 
 
-def _mission_current(s: Snapshot, m: Message, now: float) -> Snapshot:  # noqa: ARG001
+def _mission_current(s: Snapshot, m: Message, now: float) -> Snapshot:
     begins = m.mission_state == mavlink.MISSION_STATE_ACTIVE and s.mission_state != m.mission_state
     reached = frozenset(seq for seq in s.reached if seq < m.seq) if begins else s.reached
     total = None if m.total == 0xFFFF else m.total
-    return replace(s, mission_current=m.seq, mission_count=total, mission_state=m.mission_state, reached=reached)
+    ids = PlanIds(now, m.mission_id, m.fence_id, m.rally_points_id)
+    return replace(
+        s, mission_current=m.seq, mission_count=total, mission_state=m.mission_state, reached=reached, plan_ids=ids
+    )
 
 
 def _item_reached(s: Snapshot, m: Message, now: float) -> Snapshot:  # noqa: ARG001

@@ -9,7 +9,14 @@ from darko_gcs.acquaintance import Acquaintance
 from darko_gcs.signing import TimeFile, open_keyring
 from darko_gcs.station import Station
 from protocol.errors import FileError
-from protocol.events import MissionFailed, MissionUploaded, ParametersComplete, VehicleLost, VehicleRestarted
+from protocol.events import (
+    MissionDownloaded,
+    MissionFailed,
+    MissionUploaded,
+    ParametersComplete,
+    VehicleLost,
+    VehicleRestarted,
+)
 from protocol.keyring import KeyRecord, Keyring
 from protocol.modes import Mode
 from protocol.plans import load
@@ -105,6 +112,39 @@ def test_a_vehicle_that_dies_and_starts_anew_is_lost_found_and_asked_again(world
     assert max(point[0] for point in after.v_history) < 3.2
     assert len(after.track) == 1
     assert after.armed is False
+
+
+def test_a_plan_that_another_ground_station_sends_is_shown(world):
+    other = Station()
+    deliver = world.vehicle.datagrams
+
+    def datagrams(now):  # those of the other one go to it, and what it has to say comes back
+        for peer, data in deliver(now):
+            if peer == "other":
+                other.receive(data, now, 0)
+            else:
+                yield peer, data
+        other.tick(now)
+        for data in other.outgoing(now, 0):
+            world.vehicle.receive(data, "other", now)
+
+    world.vehicle.datagrams = datagrams
+    world.run(3.0)
+    other.upload(SHORT, world.now)
+    assert world.run(4.0, until=lambda: world.shown.mission == SHORT)
+    asked = len(world.heard(MissionDownloaded))
+    world.run(5.0)
+    assert len(world.heard(MissionDownloaded)) <= asked + 2  # its fence and rally points, and then no more
+
+
+def test_own_plans_are_not_fetched_back(world):
+    world.run(3.0)
+    asked = len(world.heard(MissionDownloaded))
+    world.station.upload(SHORT, world.now)
+    world.run(5.0)
+    world.station.clear_plan(0, world.now)
+    world.run(5.0)
+    assert len(world.heard(MissionDownloaded)) == asked
 
 
 def test_a_restart_too_quick_for_a_loss_is_noticed_by_the_time_since_boot(world):
