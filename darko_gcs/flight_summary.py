@@ -127,6 +127,7 @@ class Summary:
     damage: tuple[Damage, ...]
 
 
+@np.errstate(invalid="ignore", over="ignore")  # a log may hold any bits: what comes of them is shown, or is none
 def summarise(reader: TlogReader) -> Summary:
     """Everything there is to say about a log of at least one record."""
     times = playing_times(reader.times)

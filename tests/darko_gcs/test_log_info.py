@@ -304,3 +304,11 @@ def test_another_autopilots_flight_is_summed_up():
     assert [mode.name for mode in flight.modes] == ["QLOITER", "CIRCLE", "GUIDED", "QLAND"]
     assert summary.texts[-1].text == "Land complete"
     assert summary.start_usec > T0 - 10 * 365 * 86400 * 10**6
+
+
+@pytest.mark.filterwarnings("error")
+def test_numbers_that_are_none_are_summarised_without_a_warning():
+    odd = (math.inf, math.inf, math.nan, 3.4e38, -3.4e38)
+    energies = [mavlink.MAVLink_darko_energy_message(0, x, x, [x] * 9, x) for x in odd]
+    messages = [beat(Mode.HOLD, ARMED), *(local(x, x, x) for x in odd), *energies, beat(Mode.LAND)]
+    assert len(summarise(TlogReader(log_of(map(bare, messages)))).flights) == 1
