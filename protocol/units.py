@@ -104,8 +104,8 @@ def from_centidegrees(heading_cdeg: int) -> float:
 
 
 def milliseconds(seconds: float) -> int:
-    """A time [s] as uint32 ms."""
-    return _scaled(seconds, 1e3, 0, 2**32 - 1, "time [s]")
+    """A time [s] as uint32 ms, which begin again at 0 after 49.7 days."""
+    return _scaled(seconds, 1e3, 0, 2**64 - 1, "time [s]") % 2**32
 
 
 def microseconds(seconds: float) -> int:

@@ -6,6 +6,8 @@ from protocol.engines.base import Peer, Server, addressed_to
 
 __all__ = ["TimeResponder"]
 
+_ALL = (0, 0)  # a question is for all; an answer to who calls itself that would be one, and go back and forth for ever
+
 
 class TimeResponder(Server):
     """Answers what is put to this component, or to all; it has no state."""
@@ -23,6 +25,6 @@ class TimeResponder(Server):
         if message.get_type() == "TIMESYNC" and message.tc1 == 0:
             own = max(round(now * 1e9), 1)  # [ns]; 0 would make a question of the answer
             self._reply(peer, mavlink.MAVLink_timesync_message(tc1=own, ts1=message.ts1))
-        elif message.get_type() == "PING" and message.target_system == 0 and message.target_component == 0:
+        elif message.get_type() == "PING" and (message.target_system, message.target_component) == _ALL != peer[:2]:
             answer = mavlink.MAVLink_ping_message(message.time_usec, message.seq, peer.system, peer.component)
             self._reply(peer, answer)  # a PING with a target is an answer itself

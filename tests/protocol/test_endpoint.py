@@ -165,6 +165,12 @@ def test_time_and_ping_are_answered_once_and_answers_are_not():
         assert ask(vehicle, message) == []
 
 
+def test_a_ping_of_nobody_gets_no_answer_that_others_would_take_for_a_question():
+    vehicle = endpoint()
+    vehicle.receive_datagram(frame(mavlink.MAVLink_ping_message(5, 6, 0, 0), 0, 0), "ground", 0.0)
+    assert [message for _, message in heard(vehicle) if message.get_type() == "PING"] == []
+
+
 def test_an_answer_at_time_zero_is_no_question():
     vehicle = endpoint()
     ((_, answer),) = ask(vehicle, mavlink.MAVLink_timesync_message(0, 77))

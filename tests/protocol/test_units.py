@@ -32,7 +32,7 @@ def test_ties_round_to_even():
         (units.centimetres_per_second, 327.68),
         (units.centidegrees, math.inf),
         (units.milliseconds, -0.001),
-        (units.milliseconds, 4294967.296),
+        (units.milliseconds, math.inf),
         (units.microseconds, -1.0),
         (units.millivolts, 65.535),
         (units.centiamperes, 400.0),
@@ -68,3 +68,8 @@ def test_coordinates_are_degrees_in_global_frames_metres_in_local_ones_and_nan_b
     assert units.coordinates(3, 435648000, 14811000) == (43.5648, 1.4811)
     assert units.coordinates(1, 25000, -15000) == (2.5, -1.5)
     assert all(map(math.isnan, units.coordinates(0, units.UNKNOWN_INT32, units.UNKNOWN_INT32)))
+
+
+def test_milliseconds_since_boot_begin_again_when_their_32_bits_are_used_up():
+    assert units.milliseconds(4294967.295) == 2**32 - 1
+    assert units.milliseconds(4294967.296) == 0
