@@ -110,8 +110,8 @@ def has(items):
 
 
 def is_acquainted(shown):
-    """That mission and thresholds were asked for and came, in this order, and home is known."""
-    return len(shown["parameters"]) == 2 and shown["transfer"] is None and shown["home"]
+    """That plans and parameters were asked for and came, in this order, and home is known."""
+    return shown["has_parameters"] and shown["transfer"] is None and shown["home"]
 
 
 def restarts_in(log):

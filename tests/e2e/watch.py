@@ -30,7 +30,8 @@ def digest(s, log):
     return {
         "log": log, "boot": s.boot and int(s.boot), "source": s.source, "lost": s.lost, "restarts": s.restarts,
         "mode": s.mode, "armed": s.armed, "mission": fingerprint(s.mission), "current": s.mission_current,
-        "reached": sorted(s.reached), "home": s.home is not None, "parameters": sorted(s.parameters),
+        "reached": sorted(s.reached), "home": s.home is not None,
+        "has_parameters": s.parameter_count is not None and len(s.parameters) == s.parameter_count,
         "transfer": s.transfer, "signing": s.signing.name, "said": [line.text for line in s.messages[-20:]],
     }  # fmt: skip
 
