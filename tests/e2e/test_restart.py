@@ -18,7 +18,7 @@ from tests.e2e.support import BIN, free_ports
 from tests.e2e.watch import fingerprint
 from tests.support.paths import DATA
 
-LIMIT = 30.0  # [s] after which what is waited for is taken not to come
+LIMIT = 60.0  # [s] after which what is waited for is taken not to come
 WATCH = Path(__file__).with_name("watch.py")
 KEY = bytes(range(32)).hex()
 
