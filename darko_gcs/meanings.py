@@ -19,7 +19,7 @@ from protocol.endpoint import GroundEndpoint
 from protocol.errors import FileError, LocalProtocolError
 from protocol.events import Event, FileFailed, FileReceived
 
-__all__ = ["UNKNOWN", "Meaning", "MeaningsClient", "read_meanings", "read_parameter_path"]
+__all__ = ["MOST", "UNKNOWN", "Meaning", "MeaningsClient", "read_meanings", "read_parameter_path"]
 
 PARAMETER_METADATA = 1  # COMP_METADATA_TYPE_PARAMETER
 SCHEME = "mftp://"

@@ -229,7 +229,7 @@ def _explained(s: Snapshot, name: str) -> str:
 
 def _summary(s: Snapshot, shown: int) -> str:
     if not s.parameters:
-        return "no parameters yet" if s.source is not None else "no vehicle has been heard yet"
+        return "no parameters were told so far" if s.source is not None else "no vehicle has been heard yet"
     known, count = len(s.parameters), s.parameter_count or 0
     if known < count:
         return f"{known} of {count} parameters received"
