@@ -39,6 +39,7 @@ DIALOGUE = (
     ("param fetch", r"Received \d+ parameters"),
     ("wp load {plan}", r"Loaded 5 waypoints in"),
     ("wp list", r"Requesting 5 waypoints(?s:.*)Saved 5 waypoints to .*way.txt"),
+    ("wp changealt 2 9", r"Got MISSION_ACK: TYPE_MISSION: ACCEPTED"),
     ("fence list", r"Requesting 0 fence items"),
     ("version", ""),
     ("status AUTOPILOT_VERSION", r"flight_sw_version : \d+"),

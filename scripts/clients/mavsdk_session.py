@@ -26,6 +26,7 @@ from typing import Any
 
 from mavsdk import ComponentType, Configuration, Mavsdk, MavsdkError
 from mavsdk.plugins.action import Action, ActionError, OrbitYawBehavior
+from mavsdk.plugins.geofence import Circle, FenceType, Geofence, GeofenceData, Point, Polygon
 from mavsdk.plugins.info import Info
 from mavsdk.plugins.log_files import Entry, LogFiles, LogFilesError, LogFilesResult
 from mavsdk.plugins.mission import Mission, MissionItem, MissionPlan
@@ -40,8 +41,8 @@ LOG_PATIENCE = 60.0  # [s]
 NOBODY = 5  # exit code
 HOVER_THRUST = 0.473  # of the nominal airframe
 TOPICS = (
-    "armed", "flight_mode", "health_all_ok", "home", "in_air", "landed_state", "position", "position_velocity_ned",
-    "status_text", "vtol_state",
+    "altitude", "armed", "flight_mode", "ground_truth", "health_all_ok", "home", "in_air", "landed_state", "odometry",
+    "position", "position_velocity_ned", "status_text", "vtol_state",
 )  # fmt: skip
 METRE = math.degrees(1.0 / 6371008.8)  # of latitude
 
@@ -102,8 +103,9 @@ class Session:
         self.say = say
         self.action, self.info, self.param = Action(system), Info(system), Param(system)
         self.mission, self.raw, self.offboard = Mission(system), MissionRaw(system), Offboard(system)
-        self.logs, self.telemetry = LogFiles(system), Telemetry(system)
+        self.logs, self.telemetry, self.geofence = LogFiles(system), Telemetry(system), Geofence(system)
         self.watch = Watch(self.telemetry)
+        self.info.subscribe_flight_information(lambda flight, _data: self.watch.hear("flight", flight.flight_uid))
         self.mission.subscribe_mission_progress(lambda progress, _data: self.watch.hear("progress", progress.current))
 
     def health(self) -> None:
@@ -150,6 +152,29 @@ class Session:
         _ensure(all(math.isclose(a.latitude_deg, b.latitude_deg, abs_tol=1e-7) for a, b in zip(got, plan, strict=True)),
                 "the places came back")  # fmt: skip
         self.say(f"{len(back)} raw items and {len(got)} items up and down")
+
+    def telemetry_topics(self) -> None:
+        """The less common topics, and a rate for one."""
+        self.telemetry.set_rate_odometry(10.0)
+        wanted = {"altitude", "flight", "ground_truth", "odometry"}
+        self.watch.until("telling all topics", lambda now: wanted <= now.keys(), 10.0)
+        here, truth = self.watch.newest["position"], self.watch.newest["ground_truth"]
+        _ensure(abs(here.latitude_deg - truth.latitude_deg) < METRE, "position and ground truth agree")
+        self.say(", ".join(sorted(wanted)))
+
+    def fence(self) -> None:
+        """Both kinds of fence up, down again, and cleared."""
+        home = self.watch.newest["home"]
+        lat, lon, away = home.latitude_deg, home.longitude_deg, 400.0 * METRE
+        corners = [Point(lat + n * away, lon + e * away) for n, e in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+        zone = Circle(Point(lat - 0.5 * away, lon), 20.0, FenceType.EXCLUSION)
+        self.geofence.upload_geofence(GeofenceData([Polygon(corners, FenceType.INCLUSION)], [zone]))
+        back = self.geofence.download_geofence()
+        _ensure([len(polygon.points) for polygon in back.polygons] == [4], "the polygon came back")
+        _ensure([circle.radius for circle in back.circles] == [20.0], "the circle came back")
+        self.geofence.clear_geofence()
+        _ensure(not self.geofence.download_geofence().polygons, "cleared")
+        self.say("a fence of a polygon and a circle up, down and cleared")
 
     def take_off(self) -> None:
         """Arm, climb; disarming in the air is refused."""
@@ -313,9 +338,9 @@ class Session:
 
 
 STEPS = (
-    Session.health, Session.parameters, Session.missions, Session.take_off, Session.go_to, Session.set_points,
-    Session.attitudes, Session.land, Session.fly_mission, Session.wings, Session.move_home, Session.come_home,
-    Session.log_files, Session.restart,
+    Session.health, Session.parameters, Session.missions, Session.telemetry_topics, Session.fence, Session.take_off,
+    Session.go_to, Session.set_points, Session.attitudes, Session.land, Session.fly_mission, Session.wings,
+    Session.move_home, Session.come_home, Session.log_files, Session.restart,
 )  # fmt: skip
 
 

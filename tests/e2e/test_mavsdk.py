@@ -24,6 +24,11 @@ def test_health_parameters_missions_and_logs_answer(session):
     assert session["log_files"].endswith(" bytes downloaded")
 
 
+def test_no_topic_that_has_a_source_is_silent_and_a_fence_comes_back(session):
+    assert session["telemetry_topics"] == "altitude, flight, ground_truth, odometry"
+    assert session["fence"] == "a fence of a polygon and a circle up, down and cleared"
+
+
 def test_it_takes_off_goes_streams_set_points_and_lands(session):
     assert session["take_off"].endswith("disarm in the air: COMMAND_DENIED")
     assert {"go_to", "set_points", "attitudes", "land"} <= set(session)
