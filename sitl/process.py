@@ -158,7 +158,7 @@ def serve(node: Node, transport: UdpTransport, pacer: Pacer, *, until: Callable[
     while not until():
         _exchange(node, transport)
         node.advance(QUANTUM)
-        _exchange(node, transport)
+        _speak(node, transport, time.monotonic())  # it listens again while it waits: one that is late has no time to
         _wait(node, transport, pacer)
 
 
@@ -168,6 +168,10 @@ def _exchange(node: Node, transport: UdpTransport) -> None:
         node.receive(data, peer, now)
         if time.monotonic() - now > LISTENING:
             break  # the rest waits in the socket, or is lost
+    _speak(node, transport, now)
+
+
+def _speak(node: Node, transport: UdpTransport, now: float) -> None:
     for destination, data in node.datagrams(now):
         transport.send(data, destination)
 

@@ -5,6 +5,7 @@ import socket
 import pytest
 
 from sitl import process
+from sitl.pacer import Pacer
 from sitl.transport import LARGEST, UdpTransport
 
 
@@ -27,7 +28,7 @@ class Listener:
     """Takes half a millisecond for each datagram, by its own clock."""
 
     def __init__(self):
-        self.now, self.heard = 0.0, []
+        self.now, self.heard, self.flown = 0.0, [], 0
 
     def monotonic(self):
         return self.now
@@ -38,6 +39,9 @@ class Listener:
 
     def datagrams(self, _now):
         return []
+
+    def advance(self, ticks):
+        self.flown += ticks
 
 
 def test_a_crowd_is_listened_to_for_a_moment_and_again_later(transport, crowd, monkeypatch):
@@ -53,6 +57,16 @@ def test_a_crowd_is_listened_to_for_a_moment_and_again_later(transport, crowd, m
         before = len(listener.heard)
         process._exchange(listener, transport)
         assert len(listener.heard) > before
+
+
+def test_who_is_late_listens_once_for_each_step_of_flight(transport, crowd, monkeypatch):
+    listener = Listener()
+    monkeypatch.setattr(process, "time", listener)
+    monkeypatch.setattr(process, "LISTENING", 0.0)  # each datagram takes longer than there is time for
+    for n in range(20):
+        crowd.send(bytes([n]))
+    process.serve(listener, transport, Pacer(0.0), until=lambda: listener.flown >= 5 * process.QUANTUM)
+    assert len(listener.heard) == 5
 
 
 def test_of_a_datagram_longer_than_any_network_carries_the_end_is_lost_and_nothing_else(transport, crowd):
