@@ -246,7 +246,7 @@ class Vehicle:
 
     def set_wind(self, wind: Vector, gust_rms: float | None = None) -> None:
         """Velocity of the air, world NWU [m/s], and the gusts' deviation per axis [m/s]."""
-        self._wind = np.array(wind)
+        self._wind = np.array(wind, dtype=float)  # of whole numbers, another kernel would be compiled in flight
         if gust_rms is not None:
             self._gust_rms = gust_rms
 

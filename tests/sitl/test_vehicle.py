@@ -7,6 +7,7 @@ import pytest
 
 from sitl.airframe import load
 from sitl.autopilot.guidance import Setpoint
+from sitl.flow import flow
 from sitl.hybrid.supervisor import Law
 from sitl.studies.report import SCENARIOS
 from sitl.studies.scenario import fly
@@ -86,3 +87,12 @@ def test_thresholds_the_wrong_way_round_make_no_chatter():
     flown.advance(10)
     assert 50.0 < flown.lyapunov < 100.0
     assert flown.jumps == []
+
+
+def test_a_wind_in_whole_numbers_compiles_nothing_in_flight():
+    flown = vehicle()
+    flown.advance(1)
+    compiled = list(getattr(flow, "signatures", ()))  # a plain function where compiling is off
+    flown.set_wind((3, 0, 0))
+    flown.advance(1)
+    assert list(getattr(flow, "signatures", ())) == compiled
