@@ -48,14 +48,20 @@ def ground_truth(s: Picture) -> Message:
     """HIL_STATE_QUATERNION: the simulated state itself. It carries no acceleration: those are 0."""
     here = s.frame.to_geodetic(frames.flip(s.p))
     airspeed = units.centimetres_per_second(s.airspeed)
+    p, q, r = frames.flip(s.rates)
+    north, east, down = (units.centimetres_per_second(speed) for speed in frames.flip(s.v))
     return mavlink.MAVLink_hil_state_quaternion_message(
         units.microseconds(s.time),
         frames.flip_quaternion(s.q),
-        *frames.flip(s.rates),
+        p,
+        q,
+        r,
         units.to_e7(here.lat_deg),
         units.to_e7(here.lon_deg),
         units.millimetres(here.alt),
-        *(units.centimetres_per_second(speed) for speed in frames.flip(s.v)),
+        north,
+        east,
+        down,
         airspeed,
         airspeed,
         0,
