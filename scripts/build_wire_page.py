@@ -14,12 +14,12 @@ from protocol import endpoint_vehicle
 from protocol.dialect import mavlink
 from protocol.endpoint import VehicleEndpoint
 from protocol.engines import stream
-from sitl import node
 from sitl.autopilot import commands, fence, home, mission_items, rally
 from sitl.autopilot.settings import Settings
 from sitl.parameters import INT, Bindings, Surroundings
-from sitl.telemetry import STREAMS
 from sitl.vehicle import Tuning
+from sitl.wire import node
+from sitl.wire.telemetry import STREAMS
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "wire.md"

@@ -22,19 +22,19 @@ from sitl.airframe import load
 from sitl.autopilot.arena import ARENAS
 from sitl.autopilot.mission import World
 from sitl.autopilot.settings import Settings
-from sitl.blackbox import Blackbox
 from sitl.craft import Craft
 from sitl.errors import SitlError
-from sitl.keys import KeyFile, open_keyring, read_key_option
 from sitl.memory import Memory
-from sitl.node import Node
 from sitl.pacer import Pacer
 from sitl.parameters import Bindings, Surroundings
 from sitl.rehearsal import rehearse
 from sitl.studies.live import LiveScenario, ScenarioCraft, ScenarioNode, named
-from sitl.transport import UdpTransport
-from sitl.upkeep import Leaving
 from sitl.vehicle import TICK, Start, Vehicle
+from sitl.wire.blackbox import Blackbox
+from sitl.wire.keys import KeyFile, open_keyring, read_key_option
+from sitl.wire.node import Node
+from sitl.wire.transport import UdpTransport
+from sitl.wire.upkeep import Leaving
 
 QUANTUM = 5  # control ticks flown between looks at the socket: 10 ms of simulated time
 LISTENING = 0.002  # [s] for what peers say between two such looks: a flood must not keep the vehicle from flying

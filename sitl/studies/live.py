@@ -22,11 +22,11 @@ from sitl.autopilot.outcome import Outcome
 from sitl.autopilot.settings import Settings
 from sitl.craft import Craft
 from sitl.errors import SitlError
-from sitl.node import Node
 from sitl.parameters import TABLE, Bindings, Surroundings
 from sitl.studies.report import SCENARIOS
 from sitl.studies.scenario import ALOFT, SAMPLE, Ask, Figure, Recorder, Scenario, Track, next_setpoint
 from sitl.vehicle import TICK, Tuning, Vehicle
+from sitl.wire.node import Node
 
 NOTICE, INFO, WARNING = mavlink.MAV_SEVERITY_NOTICE, mavlink.MAV_SEVERITY_INFO, mavlink.MAV_SEVERITY_WARNING
 

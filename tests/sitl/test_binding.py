@@ -12,7 +12,7 @@ from darko_gcs.station import Station
 from protocol.exposure import exposure
 from sitl.__main__ import main
 from sitl.commands.run import parser
-from sitl.transport import PortError, UdpTransport
+from sitl.wire.transport import PortError, UdpTransport
 
 KEY, EVERYWHERE = "ab" * 32, "0.0.0.0"  # noqa: S104 - what is warned of
 

@@ -14,7 +14,7 @@ from protocol.engines import stream
 from sitl.autopilot import commands
 from sitl.hybrid.supervisor import Law
 from sitl.memory_layout import ENERGY
-from sitl.node import UPKEEP
+from sitl.wire.node import UPKEEP
 from tests.support.station import HOME, Sky
 
 NAN, INF = math.nan, math.inf

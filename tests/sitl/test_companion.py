@@ -10,7 +10,7 @@ from protocol.signing import Signature, sign_frame
 from sitl.autopilot.alarm import Action
 from sitl.autopilot.link_watch import LinkWatches, Silence
 from sitl.autopilot.settings import Settings
-from sitl.node import Node
+from sitl.wire.node import Node
 from tests.support.station import Sky
 
 ARM = mavlink.MAV_CMD_COMPONENT_ARM_DISARM

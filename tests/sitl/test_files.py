@@ -17,20 +17,20 @@ from protocol.frames import Geodetic, LocalFrame
 from protocol.plans import load
 from protocol.plans.mission import MissionItem
 from protocol.tlog import read_tlog
-from sitl import blackbox as recorder
 from sitl.airframe import load as load_airframe
 from sitl.autopilot.arena import ARENAS
 from sitl.autopilot.mission import World
 from sitl.autopilot.settings import Settings
-from sitl.blackbox import Blackbox
 from sitl.craft import Craft
-from sitl.files import VehicleFiles
 from sitl.memory import Memory
-from sitl.metadata import GENERAL_URI, default_values, metadata_files
-from sitl.node import Node
-from sitl.packed import pack_parameters, pack_plan
 from sitl.parameters import TABLE, Bindings, Surroundings
 from sitl.vehicle import Start, Tuning, Vehicle
+from sitl.wire import blackbox as recorder
+from sitl.wire.blackbox import Blackbox
+from sitl.wire.files import VehicleFiles
+from sitl.wire.metadata import GENERAL_URI, default_values, metadata_files
+from sitl.wire.node import Node
+from sitl.wire.packed import pack_parameters, pack_plan
 from tests.support.paths import DATA
 
 WALL = 1_790_000_000.0  # 2026-09-21 14:13:20 UTC

@@ -18,10 +18,10 @@ from sitl.autopilot.settings import Settings
 from sitl.craft import Craft
 from sitl.kernels import state
 from sitl.memory import Memory
-from sitl.node import Node
 from sitl.parameters import Bindings, Surroundings
-from sitl.talk import RECOVERY
 from sitl.vehicle import Start, Tuning, Vehicle
+from sitl.wire.node import Node
+from sitl.wire.talk import RECOVERY
 from tests.support.flood import STATION, Flood, framed, orders, random_payload
 from tests.support.paths import DATA
 

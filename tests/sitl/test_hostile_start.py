@@ -4,8 +4,8 @@ import pytest
 
 from protocol.frames import Geodetic
 from sitl.__main__ import main
-from sitl.keys import KeyFile
 from sitl.memory import LARGEST, Anchors, Memory, MemoryFaultError
+from sitl.wire.keys import KeyFile
 
 DEEP, LONG_NUMBER = "[" * 100_000, "1" * 400
 

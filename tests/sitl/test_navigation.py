@@ -6,7 +6,7 @@ import pytest
 
 from protocol.dialect import mavlink
 from protocol.frames import flip_quaternion, rotate
-from sitl.flight_record import FlightRecord
+from sitl.wire.flight_record import FlightRecord
 from tests.support.station import HOME, Sky
 
 ACCEPTED = mavlink.MAV_RESULT_ACCEPTED

@@ -16,9 +16,9 @@ from sitl.autopilot.settings import Settings
 from sitl.craft import Craft
 from sitl.errors import SitlError
 from sitl.memory import Memory
-from sitl.node import Node
 from sitl.parameters import Bindings, Surroundings
 from sitl.vehicle import Start, Tuning, Vehicle
+from sitl.wire.node import Node
 from tests.support.paths import DATA
 
 PEER = "ground"

@@ -6,7 +6,7 @@ import pytest
 
 from sitl import process
 from sitl.pacer import Pacer
-from sitl.transport import LARGEST, UdpTransport
+from sitl.wire.transport import LARGEST, UdpTransport
 
 
 @pytest.fixture

@@ -10,9 +10,9 @@ from protocol.keyring import CONFIRM_WITHIN, KeyRecord
 from protocol.signing import NO_KEY, Signature, is_signed, sign_frame, verify
 from sitl.__main__ import main
 from sitl.errors import SitlError
-from sitl.keys import KeyFile, is_loopback, open_keyring, read_key_option
 from sitl.memory import MemoryFaultError
-from sitl.node import Node
+from sitl.wire.keys import KeyFile, is_loopback, open_keyring, read_key_option
+from sitl.wire.node import Node
 from tests.sitl.test_node import Ground
 
 KEY, OTHER = bytes(range(32)), bytes(range(1, 33))

@@ -7,8 +7,8 @@ import pytest
 from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.links import MOST_LEARNT
-from sitl import telemetry
 from sitl.autopilot.settings import Settings
+from sitl.wire import telemetry
 from tests.sitl.test_signed_node import KEY, SignedGround
 from tests.support.station import Sky
 

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from protocol.tlog import TlogReader
-from sitl import blackbox as recorder
 from sitl.autopilot.decision import Way
 from sitl.autopilot.settings import Settings
-from sitl.blackbox import Blackbox
-from sitl.node import Node
+from sitl.wire import blackbox as recorder
+from sitl.wire.blackbox import Blackbox
+from sitl.wire.node import Node
 from tests.sitl.test_kill import full_disk
 from tests.support.station import Sky
 

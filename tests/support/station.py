@@ -12,9 +12,9 @@ from sitl.autopilot.mission import World
 from sitl.autopilot.settings import Settings
 from sitl.craft import Craft
 from sitl.memory import Memory
-from sitl.node import Node
 from sitl.parameters import Bindings, Surroundings
 from sitl.vehicle import Start, Tuning, Vehicle
+from sitl.wire.node import Node
 
 HOME = Geodetic(43.5648, 1.4811, 150.0)
 FRAME = LocalFrame(HOME)

@@ -1,6 +1,6 @@
 """Further messages about where the vehicle is and what it flew, one function each, from one snapshot.
 
-As in :mod:`sitl.telemetry`: NED and FRD on the wire, and the body frame is the flying one.
+As in :mod:`sitl.wire.telemetry`: NED and FRD on the wire, and the body frame is the flying one.
 
 https://mavlink.io/en/messages/common.html#ALTITUDE, #ODOMETRY, #HIL_STATE_QUATERNION, #FLIGHT_INFORMATION
 """
@@ -12,7 +12,7 @@ import math
 from protocol import frames, units
 from protocol.codec import Message
 from protocol.dialect import mavlink
-from sitl.snapshot import Picture
+from sitl.wire.snapshot import Picture
 
 UNKNOWN_COVARIANCE = [math.nan] * 21
 GOOD = 100  # quality of an estimate [%]

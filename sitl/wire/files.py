@@ -12,8 +12,8 @@ from protocol.dialect import mavlink
 from protocol.engines.files import BytesFile, Entry, File, LogStore
 from protocol.engines.parameters import Parameter
 from protocol.plans.mission import MissionItem
-from sitl.metadata import FOLDER, default_values, metadata_files
-from sitl.packed import pack_parameters, pack_plan
+from sitl.wire.metadata import FOLDER, default_values, metadata_files
+from sitl.wire.packed import pack_parameters, pack_plan
 
 __all__ = ["LOGS", "VehicleFiles"]
 

@@ -39,7 +39,6 @@ from protocol.events import (
 from protocol.keyring import Keyring, KeyState
 from protocol.modes import Mode
 from protocol.plans.mission import MissionItem
-from sitl import telemetry, upkeep
 from sitl.autopilot import commands
 from sitl.autopilot.home import MESSAGES, MOVES, HomeKeeper, take_message
 from sitl.autopilot.link_watch import Silence
@@ -47,18 +46,19 @@ from sitl.autopilot.manual import sticks_of
 from sitl.autopilot.offboard import take_setpoint
 from sitl.autopilot.outcome import Notice, Outcome
 from sitl.autopilot.standard_modes import CHOOSES_MODE, LIST, available_modes, current_mode, take_mode
-from sitl.blackbox import Blackbox
 from sitl.craft import Craft
-from sitl.files import VehicleFiles
-from sitl.flight_record import FlightRecord
 from sitl.hybrid.supervisor import JumpRecord, Law
-from sitl.keys import RefusalReport
 from sitl.memory import Memory, MemoryFaultError
-from sitl.parameter_keeper import ParameterKeeper
-from sitl.plans import Plans
-from sitl.progress_report import ProgressReport
-from sitl.snapshot import Picture, take_picture
-from sitl.talk import SAME_TEXT, TextLimiter
+from sitl.wire import telemetry, upkeep
+from sitl.wire.blackbox import Blackbox
+from sitl.wire.files import VehicleFiles
+from sitl.wire.flight_record import FlightRecord
+from sitl.wire.keys import RefusalReport
+from sitl.wire.parameter_keeper import ParameterKeeper
+from sitl.wire.plans import Plans
+from sitl.wire.progress_report import ProgressReport
+from sitl.wire.snapshot import Picture, take_picture
+from sitl.wire.talk import SAME_TEXT, TextLimiter
 
 SYSTEM, COMPONENT = 1, 1
 NAMED_VALUE_TICKS = 100  # control ticks between NAMED_VALUE_FLOATs, for tools that know no private dialect

@@ -14,9 +14,9 @@ from sitl.autopilot.fence import Fence, FenceWatch
 from sitl.autopilot.guidance import Setpoint
 from sitl.battery import Battery
 from sitl.craft import Craft
-from sitl.flight_record import FlightRecord
 from sitl.hybrid.supervisor import Law
 from sitl.kernels import state
+from sitl.wire.flight_record import FlightRecord
 
 
 class Picture(NamedTuple):

@@ -21,8 +21,8 @@ from protocol.engines.statustext import split_text
 from protocol.engines.stream import StreamScheduler
 from protocol.errors import FileError
 from protocol.tlog import TlogWriter
-from sitl import telemetry
-from sitl.snapshot import Picture
+from sitl.wire import telemetry
+from sitl.wire.snapshot import Picture
 
 __all__ = ["Blackbox"]
 

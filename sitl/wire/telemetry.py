@@ -18,9 +18,9 @@ from protocol.modes import Mode, custom_mode
 from sitl.autopilot.decision import Decision
 from sitl.autopilot.standard_modes import available_modes_monitor, current_mode
 from sitl.hybrid.supervisor import Law
-from sitl.metadata import GENERAL_URI, general_crc
-from sitl.navigation import altitude, flight_information, ground_truth, odometry
-from sitl.snapshot import Picture
+from sitl.wire.metadata import GENERAL_URI, general_crc
+from sitl.wire.navigation import altitude, flight_information, ground_truth, odometry
+from sitl.wire.snapshot import Picture
 
 NAN = math.nan
 NO_BATTERY_CELL = 65535
