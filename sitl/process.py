@@ -17,7 +17,6 @@ from protocol.exposure import exposure
 from protocol.frames import Geodetic, LocalFrame
 from protocol.keyring import Keyring
 from protocol.signing import timestamp_at
-from sitl._kernel_cache import is_complete, mark_complete
 from sitl.airframe import load
 from sitl.autopilot.arena import ARENAS
 from sitl.autopilot.mission import World
@@ -27,7 +26,7 @@ from sitl.errors import SitlError
 from sitl.memory import Memory
 from sitl.pacer import Pacer
 from sitl.parameters import Bindings, Surroundings
-from sitl.rehearsal import rehearse
+from sitl.rehearsal import make_ready
 from sitl.studies.live import LiveScenario, ScenarioCraft, ScenarioNode, named
 from sitl.vehicle import TICK, Start, Vehicle
 from sitl.wire.blackbox import Blackbox
@@ -86,7 +85,7 @@ def _run(
         node.identity = IDENTITIES[args.autopilot]
         node.know(known)
         began = time.monotonic()
-        _warm_up(craft, say)
+        make_ready(craft, say)
         took = time.monotonic() - began
         if keyring.is_on:
             say("signing is on: unsigned orders are refused")
@@ -103,14 +102,6 @@ def _run(
         return code, node
     finally:
         blackbox.close()
-
-
-def _warm_up(craft: Craft, say: Callable[[str], None]) -> None:
-    """Have everything compiled before the first tick; only what takes long is worth a word."""
-    is_kept = is_complete()
-    craft.vehicle.warm_up(lambda text: None if is_kept else say(f"{text} (kept for the next start)"))
-    rehearse(craft)
-    mark_complete()
 
 
 def build_craft(args: argparse.Namespace) -> Craft:

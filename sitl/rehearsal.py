@@ -1,14 +1,30 @@
-"""One leg decided on the ground: what decisions need is compiled before the flight, not in it."""
+"""What a flight needs is compiled before it, not in it."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
+from sitl._kernel_cache import is_complete, mark_complete
 from sitl.autopilot.choice import Stop
 from sitl.craft import Craft
 
 FAR = 200.0  # a leg both ways of flying can do [m]
 
 
-def rehearse(craft: Craft) -> None:
+def make_ready(craft: Craft, say: Callable[[str], None]) -> None:
+    """Have everything compiled that flies and decides; nothing moves.
+
+    Args:
+        craft: The vehicle.
+        say: Told what is being compiled; nothing where that was kept from an earlier start.
+    """
+    is_kept = is_complete()
+    craft.vehicle.warm_up(lambda text: None if is_kept else say(f"{text} (kept for the next start)"))
+    _rehearse(craft)
+    mark_complete()
+
+
+def _rehearse(craft: Craft) -> None:
     """Decide how to fly a leg, and forget it: the first real one must not keep the vehicle from answering."""
     autopilot = craft.autopilot
     if autopilot.chooser is None:
