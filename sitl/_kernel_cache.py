@@ -48,7 +48,9 @@ def mark_complete() -> None:
 
 
 def _mark() -> Path:
-    return Path(os.environ["NUMBA_CACHE_DIR"]) / f"complete-{_digest()}"
+    # Numba keeps the kernels of every copy of the package apart, by where it lies.
+    place = hashlib.sha256(str(Path(__file__).parent).encode()).hexdigest()[:16]
+    return Path(os.environ["NUMBA_CACHE_DIR"]) / f"complete-{_digest()}-{place}"
 
 
 @cache

@@ -48,6 +48,8 @@ def test_a_first_start_leaves_a_mark_that_a_change_makes_void(tmp_path):
     kept.mkdir()
     assert output(MARK, tmp_path, NUMBA_CACHE_DIR=str(kept)) == ["False", "True"]
     assert output(MARK, tmp_path, NUMBA_CACHE_DIR=str(kept)) == ["True", "True"]
+    shutil.copytree(tmp_path / "sitl", tmp_path / "other" / "sitl")
+    assert output(MARK, tmp_path / "other", NUMBA_CACHE_DIR=str(kept)) == ["False", "True"]
     (tmp_path / "sitl" / "flow.py").write_text("\n")
     assert output(MARK, tmp_path, NUMBA_CACHE_DIR=str(kept)) == ["False", "True"]
 
