@@ -22,7 +22,7 @@ from sitl.autopilot.mission import World
 from sitl.autopilot.settings import Settings
 from sitl.craft import AUTOPILOT_TICKS, Craft
 from sitl.hybrid.supervisor import Law
-from sitl.kernels.parameters import Airframe
+from sitl.model.airframe import Airframe
 from sitl.kernels.quaternion import from_rotation_vector, hover, multiply
 from sitl.kernels.state import P
 from sitl.parameters import Bindings, Surroundings

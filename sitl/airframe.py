@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from sitl.errors import SitlError
-from sitl.kernels.parameters import FIRST_ORDER, SATURATED, Airframe
+from sitl.model.airframe import FIRST_ORDER, SATURATED, Airframe
 
 ACTUATOR_MODELS = {"saturated": SATURATED, "first-order": FIRST_ORDER}
 UNITS = {

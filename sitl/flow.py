@@ -14,7 +14,7 @@ import numpy.typing as npt
 from numba import njit
 
 from sitl.kernels.integrate import plant_step
-from sitl.kernels.parameters import Airframe, Array
+from sitl.model.airframe import Airframe, Array
 from sitl.kernels.quaternion import hover, rotate_inverse
 from sitl.kernels.state import ACTUATOR, P, Q, V
 from sitl.kernels.wind import gust_step

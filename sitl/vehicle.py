@@ -30,7 +30,7 @@ from sitl.hybrid.supervisor import TABLE, JumpRecord, Law, Reason, jump_sets
 from sitl.kernels import state
 from sitl.kernels.ground import FEET, STIFFNESS
 from sitl.kernels.integrate import plant_step
-from sitl.kernels.parameters import Airframe, Array
+from sitl.model.airframe import Airframe, Array
 from sitl.kernels.quaternion import from_euler, hover
 from sitl.laws import air as air_filter
 from sitl.laws import hover_attitude, hover_linear, hover_zero_moment, line_of_sight, report_forward

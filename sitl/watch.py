@@ -10,7 +10,7 @@ from numba import njit
 
 from sitl.hybrid.conditions import Condition
 from sitl.kernels.ground import on_ground
-from sitl.kernels.parameters import Airframe, Array
+from sitl.model.airframe import Airframe, Array
 from sitl.kernels.quaternion import rotate
 from sitl.kernels.state import P, Q, V
 from sitl.laws.forward_guidance import GuidanceGains, due_to_stop, ground_speed

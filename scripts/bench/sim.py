@@ -15,7 +15,7 @@ from numba import njit
 
 from sitl.airframe import load
 from sitl.kernels.integrate import plant_step
-from sitl.kernels.parameters import Airframe, Array
+from sitl.model.airframe import Airframe, Array
 from sitl.studies.report import SCENARIOS
 from sitl.studies.scenario import fly
 from sitl.vehicle import Start, Vehicle

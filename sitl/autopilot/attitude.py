@@ -13,7 +13,7 @@ from protocol.frames import Quaternion, multiply, rotate
 from sitl.autopilot.guidance import Attitude, Setpoint, Vector, View
 from sitl.design.attitude import full_force
 from sitl.hybrid.supervisor import Law
-from sitl.kernels.parameters import Airframe
+from sitl.model.airframe import Airframe
 
 __all__ = ["Steer", "attitude_of", "heading_of", "lost", "refuse_attitude"]
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from sitl.autopilot.decision import Abilities, Decision, Leg, Way, plan
 from sitl.autopilot.guidance import Vector, View
 from sitl.autopilot.settings import Settings
-from sitl.kernels.parameters import Airframe
+from sitl.model.airframe import Airframe
 
 CHAIN = 8  # legs looked ahead
 

@@ -22,7 +22,7 @@ from sitl.autopilot.point_mass import Body, LinearHover, alignment, fly_hover, f
 from sitl.design.forward import sight_gains
 from sitl.design.lqr import hover_gains
 from sitl.design.zero_moment import zero_moment_gains
-from sitl.kernels.parameters import Airframe
+from sitl.model.airframe import Airframe
 from sitl.laws.path import LEG, Path
 from sitl.vehicle import STOP_SPEED, Tuning
 from sitl.watch import DWELL, SETTLED_SHARE, WINDY

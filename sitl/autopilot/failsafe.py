@@ -21,7 +21,7 @@ from sitl.autopilot.legs import BREEZE
 from sitl.autopilot.link_watch import LinkWatches, Silence
 from sitl.autopilot.mission_items import World
 from sitl.autopilot.settings import Settings
-from sitl.kernels.parameters import Airframe
+from sitl.model.airframe import Airframe
 
 EVERY = 0.1  # between looks at the fence [s]
 BATTERY_EVERY = 1.0  # between looks at the battery [s]

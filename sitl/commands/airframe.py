@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from sitl.errors import SitlError
 
 if TYPE_CHECKING:
-    from sitl.kernels.parameters import Airframe
+    from sitl.model.airframe import Airframe
 
 SPEEDS = range(26)  # [m/s]
 

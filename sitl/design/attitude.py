@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from sitl.kernels.parameters import Airframe
+from sitl.model.airframe import Airframe
 from sitl.laws.hover_attitude import AttitudeGains
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from sitl.kernels.aerodynamics import wrench
 from sitl.kernels.hover_model import force_matrix, inertia
-from sitl.kernels.parameters import Airframe, Array
+from sitl.model.airframe import Airframe, Array
 from sitl.laws.hover_linear import HALF, LinearGains
 
 ROOT = math.sqrt(2.0)

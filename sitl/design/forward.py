@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 
 from sitl.design.trim import level_trim
-from sitl.kernels.parameters import Airframe
+from sitl.model.airframe import Airframe
 from sitl.laws.air import AirGains
 from sitl.laws.forward_guidance import GuidanceGains
 from sitl.laws.line_of_sight import SightGains

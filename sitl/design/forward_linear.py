@@ -10,7 +10,7 @@ from sitl.design import linearise
 from sitl.design.lqr import lqr
 from sitl.design.trim import Trim, level_trim
 from sitl.errors import SitlError
-from sitl.kernels.parameters import Airframe, Array
+from sitl.model.airframe import Airframe, Array
 from sitl.laws.forward_linear import STATES, ForwardGains
 
 SPEEDS = np.linspace(0.0, 25.0, 51)  # [m/s]

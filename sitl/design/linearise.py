@@ -13,7 +13,7 @@ import numpy as np
 
 from sitl.design.trim import Trim
 from sitl.kernels.hover_model import force_matrix, inertia, moment_matrix
-from sitl.kernels.parameters import Airframe, Array
+from sitl.model.airframe import Airframe, Array
 from sitl.kernels.rigid_body import derivative
 from sitl.kernels.state import ACTUATOR, ANCHOR, SIZE, P, Q, V, W
 

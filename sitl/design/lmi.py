@@ -20,7 +20,7 @@ import numpy as np
 from sitl.design import linearise
 from sitl.design.lqr import INTEGRAL_LIMIT, LEAD, hover_thrust, lqr
 from sitl.errors import SitlError
-from sitl.kernels.parameters import Airframe, Array
+from sitl.model.airframe import Airframe, Array
 from sitl.laws.hover_linear import LinearGains
 
 DECAY = 0.3  # alpha [1/s]; the LQR's own V guarantees 0.37, and 0.30 over the spread

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from sitl.design import linearise
-from sitl.kernels.parameters import Airframe, Array
+from sitl.model.airframe import Airframe, Array
 from sitl.laws.hover_linear import LinearGains
 
 INTEGRAL_WEIGHT = 0.2  # of each integrated position in the LQI's cost

@@ -45,7 +45,7 @@ from sitl.design.closed_loop import (
     turning,
 )
 from sitl.errors import SitlError
-from sitl.kernels.parameters import Airframe, Array
+from sitl.model.airframe import Airframe, Array
 from sitl.kernels.rigid_body import derivative
 from sitl.kernels.state import ACTUATOR, ANCHOR, SIZE, Q
 from sitl.laws.allocation import allocate

@@ -15,7 +15,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from sitl.kernels.parameters import Airframe, Array
+from sitl.model.airframe import Airframe, Array
 from sitl.kernels.quaternion import from_euler, multiply, rotate_inverse
 from sitl.kernels.rigid_body import derivative
 from sitl.kernels.state import ACTUATOR, ANCHOR, SIZE, P, Q, V, W

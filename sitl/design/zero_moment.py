@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from sitl.kernels.hover_model import force_matrix, inertia, moment_matrix
-from sitl.kernels.parameters import Airframe
+from sitl.model.airframe import Airframe
 from sitl.laws.governor import VELOCITY, GovernorParameters
 from sitl.laws.hover_zero_moment import ZeroMomentGains
 

@@ -18,7 +18,7 @@ import numpy as np
 
 from sitl.errors import SitlError
 from sitl.hybrid.automaton import Jump, enabled
-from sitl.kernels.parameters import Array
+from sitl.model.airframe import Array
 
 CYCLE = 6  # jumps compared with as many before them: tells apart rhythms of one, two, three or six jumps
 RESOLUTION = 1e-14  # of a jump time within its step [s]

@@ -15,7 +15,7 @@ import numpy as np
 
 from sitl.hybrid.automaton import Jump, mermaid
 from sitl.hybrid.solution import Arc, HybridSystem, solve
-from sitl.kernels.parameters import Array
+from sitl.model.airframe import Array
 
 G = 9.81  # [m/s2]
 SHOWN = 5  # jumps listed at either end of a summary

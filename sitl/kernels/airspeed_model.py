@@ -8,7 +8,7 @@ whole of the bad conditioning the report meets.
 import numpy as np
 from numba import njit
 
-from sitl.kernels.parameters import Airframe, Array
+from sitl.model.airframe import Airframe, Array
 
 
 @njit(cache=True)

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from sitl.kernels.parameters import Array
+from sitl.model.airframe import Array
 from sitl.kernels.state import ACTUATOR, P, Q, V, W
 
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numba import njit
 
-from sitl.kernels.parameters import Array
+from sitl.model.airframe import Array
 
 
 @njit(cache=True)

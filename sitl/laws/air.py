@@ -19,7 +19,7 @@ import numpy as np
 from numba import njit
 
 from sitl.kernels.aerodynamics import wrench
-from sitl.kernels.parameters import Airframe, Array
+from sitl.model.airframe import Airframe, Array
 from sitl.kernels.quaternion import rotate, rotate_inverse
 from sitl.kernels.state import ACTUATOR, Q, V, W
 

@@ -13,7 +13,7 @@ import math
 
 from numba import njit
 
-from sitl.kernels.parameters import Airframe, Array
+from sitl.model.airframe import Airframe, Array
 
 THRUST, YAW, PITCH, ROLL, BOOST = 1, 2, 4, 8, 16  # DARKO_GIVEN_UP on the wire
 MOMENT = PITCH | ROLL  # scaled down together

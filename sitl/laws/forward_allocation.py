@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 
 from sitl.kernels.aerodynamics import damping
-from sitl.kernels.parameters import Airframe, Array
+from sitl.model.airframe import Airframe, Array
 from sitl.laws.allocation import BOOST, PITCH, ROLL, ROUNDING, THRUST, YAW
 
 ROLL_SHARE = 0.15  # of the elevons' travel, kept for roll whatever pitch asks [-]

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from sitl.kernels.parameters import Array
+from sitl.model.airframe import Array
 from sitl.laws.path import CIRCLE, LEG, Path, aim, height, progress
 
 SLOW = 4.0  # below this the course is no direction to steer by [m/s]

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from sitl.kernels.parameters import Array
+from sitl.model.airframe import Array
 from sitl.kernels.state import P, Q, V, W
 
 STATES = 11

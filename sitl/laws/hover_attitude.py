@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from sitl.kernels.parameters import Airframe, Array
+from sitl.model.airframe import Airframe, Array
 from sitl.kernels.quaternion import conjugate, from_rotation_vector, multiply, normalised, rotate, rotate_inverse
 from sitl.kernels.state import Q, V, W
 from sitl.laws import moment_observer

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from numba import njit
 
-from sitl.kernels.parameters import Array
+from sitl.model.airframe import Array
 from sitl.kernels.state import P, Q, V, W
 
 HALF = math.sqrt(0.5)

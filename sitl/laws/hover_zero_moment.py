@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from sitl.kernels.parameters import Array
+from sitl.model.airframe import Array
 from sitl.kernels.quaternion import (
     conjugate,
     from_rotation_vector,

@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from sitl.kernels.parameters import Airframe, Array
+from sitl.model.airframe import Airframe, Array
 from sitl.kernels.quaternion import conjugate, multiply, rotate, rotate_inverse
 from sitl.kernels.state import ACTUATOR, P, Q, V, W
 from sitl.laws import moment_observer

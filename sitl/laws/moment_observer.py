@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 
 from sitl.kernels.aerodynamics import wrench
-from sitl.kernels.parameters import Airframe, Array
+from sitl.model.airframe import Airframe, Array
 from sitl.kernels.quaternion import rotate_inverse
 from sitl.kernels.state import ACTUATOR, Q, V, W
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from numba import njit
 
-from sitl.kernels.parameters import Array
+from sitl.model.airframe import Array
 
 LEG, CIRCLE = 0, 1
 TIME_AHEAD = 2.0  # the line of sight meets the path this long ahead [s]

@@ -23,7 +23,7 @@ import numpy as np
 from numba import njit
 
 from sitl.kernels.airspeed_model import moment, moment_jacobian
-from sitl.kernels.parameters import Airframe, Array
+from sitl.model.airframe import Airframe, Array
 from sitl.kernels.quaternion import rotate_inverse
 from sitl.kernels.state import ACTUATOR, P, Q, V, W
 

@@ -35,7 +35,7 @@ from sitl.craft import Craft
 from sitl.errors import SitlError
 from sitl.hybrid.supervisor import WINGED, Law
 from sitl.kernels import state
-from sitl.kernels.parameters import Array
+from sitl.model.airframe import Array
 from sitl.parameters import Bindings, Surroundings
 from sitl.vehicle import TICK, DivergedError, Start, Vehicle
 from sitl.watch import WORTH_DISTANCE

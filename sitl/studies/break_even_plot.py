@@ -11,7 +11,7 @@ import numpy as np
 
 from sitl.autopilot.decision import Abilities, Leg, Why, predict_forward, predict_hover
 from sitl.errors import SitlError
-from sitl.kernels.parameters import Array
+from sitl.model.airframe import Array
 from sitl.studies.break_even import LONGEST, SHORTEST, TURNS, Cell, barred
 
 if TYPE_CHECKING:

@@ -22,7 +22,7 @@ from sitl.autopilot.settings import Settings
 from sitl.craft import Craft
 from sitl.errors import SitlError
 from sitl.hybrid.supervisor import WINGED, Law
-from sitl.kernels.parameters import Airframe, Array
+from sitl.model.airframe import Airframe, Array
 from sitl.parameters import Bindings, Surroundings
 from sitl.vehicle import DivergedError, Start, Vehicle
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from sitl.errors import SitlError
 from sitl.hybrid.supervisor import Law
-from sitl.kernels.parameters import Array
+from sitl.model.airframe import Array
 from sitl.studies.report import nose_elevation
 from sitl.studies.scenario import Scenario, Track
 

@@ -24,7 +24,7 @@ from sitl.design.region import Certificate, certify, first_rise
 from sitl.errors import SitlError
 from sitl.flow import SUBSTEPS, TICK
 from sitl.kernels.integrate import plant_step
-from sitl.kernels.parameters import Airframe, Array
+from sitl.model.airframe import Airframe, Array
 from sitl.kernels.quaternion import from_rotation_vector, hover, multiply
 from sitl.kernels.state import ACTUATOR, ANCHOR, SIZE, P, Q
 from sitl.laws import hover_linear

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from sitl.hybrid.supervisor import Law
-from sitl.kernels.parameters import Array
+from sitl.model.airframe import Array
 from sitl.laws.governor import LINEAR
 from sitl.studies.scenario import Ask, Figure, Scenario, Track
 from sitl.vehicle import Start, Tuning

@@ -16,7 +16,7 @@ from sitl.airframe import load
 from sitl.autopilot.guidance import Route, Setpoint, Vector
 from sitl.errors import SitlError
 from sitl.hybrid.supervisor import JumpRecord, Law
-from sitl.kernels.parameters import Airframe, Array
+from sitl.model.airframe import Airframe, Array
 from sitl.laws import hover_zero_moment
 from sitl.laws.path import LEG
 from sitl.memory_layout import LAW

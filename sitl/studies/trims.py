@@ -11,7 +11,7 @@ import numpy as np
 
 from sitl.design.trim import Trim, TurningTrim, braking_limit, decelerating_trim, level_trim, turning_trim
 from sitl.errors import SitlError
-from sitl.kernels.parameters import Airframe, Array
+from sitl.model.airframe import Airframe, Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

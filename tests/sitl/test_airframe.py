@@ -3,7 +3,7 @@
 import pytest
 
 from sitl.airframe import UNITS, AirframeError, available, load
-from sitl.kernels.parameters import FIRST_ORDER
+from sitl.model.airframe import FIRST_ORDER
 
 
 def test_every_shipped_set_loads_with_a_unit_and_a_source_for_every_value():

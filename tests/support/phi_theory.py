@@ -5,7 +5,7 @@ Written from section 2.1.3 and appendix B alone, as a witness for the scalar ker
 
 import numpy as np
 
-from sitl.kernels.parameters import Airframe
+from sitl.model.airframe import Airframe
 
 
 def skew(v):

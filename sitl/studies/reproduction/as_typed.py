@@ -13,7 +13,7 @@ import numpy as np
 
 from sitl.design import linearise
 from sitl.kernels.hover_model import inertia, moment_matrix
-from sitl.kernels.parameters import Airframe, Array
+from sitl.model.airframe import Airframe, Array
 
 SPEED = 5.0  # of the printed forward point [m/s]
 QBAR_SLIP = 1.15  # unexplained factor on every dynamic-pressure term of the printed forward point

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from cycler import cycler
 
-from sitl.kernels.parameters import Array
+from sitl.model.airframe import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

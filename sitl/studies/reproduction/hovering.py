@@ -10,7 +10,7 @@ import numpy as np
 
 from sitl.airframe import load
 from sitl.hybrid.supervisor import Law
-from sitl.kernels.parameters import Airframe, Array
+from sitl.model.airframe import Airframe, Array
 from sitl.laws.governor import ERROR, QUASI_OPTIMAL_AXIS
 from sitl.studies import plot
 from sitl.studies.report import SCENARIOS, WIND_FROM, error, nose_elevation, settling_time

@@ -10,7 +10,7 @@ from numba import njit
 
 from sitl.design.trim import level_trim
 from sitl.kernels.integrate import plant_step
-from sitl.kernels.parameters import Airframe, Array
+from sitl.model.airframe import Airframe, Array
 from sitl.kernels.quaternion import rotate_inverse
 from sitl.kernels.state import ACTUATOR, ANCHOR, SIZE, P, Q, V
 from sitl.laws import report_forward

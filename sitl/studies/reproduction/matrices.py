@@ -11,7 +11,7 @@ from sitl.design import linearise
 from sitl.design.lqr import hover_thrust, lqr
 from sitl.design.trim import level_trim
 from sitl.kernels.hover_model import force_matrix, moment_matrix
-from sitl.kernels.parameters import Airframe, Array
+from sitl.model.airframe import Airframe, Array
 from sitl.kernels.quaternion import from_euler
 from sitl.studies.reproduction.as_typed import (
     forward_matrices,

@@ -15,7 +15,7 @@ import numpy as np
 
 from sitl.airframe import load
 from sitl.kernels import actuators
-from sitl.kernels.parameters import Airframe
+from sitl.model.airframe import Airframe
 from sitl.kernels.state import ACTUATOR, SIZE
 from sitl.laws.governor import LINEAR
 from sitl.studies.report import SCENARIOS, error, settling_time

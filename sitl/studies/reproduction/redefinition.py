@@ -10,7 +10,7 @@ import numpy as np
 
 from sitl.airframe import load
 from sitl.design.zero_moment import zero_moment_gains
-from sitl.kernels.parameters import Array
+from sitl.model.airframe import Array
 from sitl.kernels.quadrotor import Quadrotor, force_matrix, moment_matrix, quadrotor_step
 from sitl.kernels.quaternion import from_euler, rotate
 from sitl.kernels.state import ACTUATOR, P, Q, V

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from sitl.kernels.parameters import Array
+from sitl.model.airframe import Array
 from sitl.laws.governor import arctan_sigmoid, gompertz
 from sitl.studies.reproduction.draw import Sheet
 from sitl.studies.reproduction.experiment import Experiment, Outcome, Panel, judge

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from sitl.airframe import load
-from sitl.kernels.parameters import Airframe
+from sitl.model.airframe import Airframe
 from sitl.laws.report_forward import LineOfSightGains
 from sitl.studies import plot
 from sitl.studies.reproduction.draw import Sheet, thin

@@ -5,7 +5,7 @@ Its input is u = (T1, T2, delta1 T1, delta2 T2); what depends on the airspeed is
 
 import numpy as np
 
-from sitl.kernels.parameters import Airframe, Array
+from sitl.model.airframe import Airframe, Array
 
 
 def force_matrix(a: Airframe) -> Array:

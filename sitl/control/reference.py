@@ -1,0 +1,137 @@
+"""Where the vehicle shall go: made by guidance, handed to the laws as it is, and the geometry of its paths.
+
+World frame NWU, SI units, headings in radians about world z (from north towards west).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from sitl.compiled import kernel
+from sitl.model.arithmetic import arctangent, sine_cosine
+from sitl.model.quaternions import Quaternion
+from sitl.model.vectors import Vector, level_norm
+
+LEG, CIRCLE = 0, 1
+TIME_AHEAD = 2.0  # the line of sight meets the path this long ahead [s]
+MIN_AHEAD = 8.0  # but never nearer than this [m]
+APPROACH_SPEED = 12.0  # airspeed of an approach without one of its own [m/s]
+
+
+class Path(NamedTuple):
+    """One piece of forward flight: a leg from start to end, or a circle about start."""
+
+    kind: int  # LEG or CIRCLE
+    start: Vector  # of a leg, or centre of a circle [m]
+    end: Vector  # of a leg [m]
+    airspeed: float  # wanted [m/s]
+    stop: bool  # whether the leg ends at rest
+    level: float  # its last metres are flown without a slope [m]
+    low: float  # and so far below its end, which the climbing stop takes back [m]
+    radius: float  # of a circle [m]; positive: anticlockwise seen from above
+
+
+class AttitudeReference(NamedTuple):
+    """An attitude to be flown instead of a position."""
+
+    attitude: Quaternion  # body FLU in world NWU, unit
+    rates: Vector  # of the attitude itself, in its body frame FLU [rad/s]
+    thrust: float  # share of what both motors give at their limit, 0..1
+
+
+class Reference(NamedTuple):
+    """Where the laws shall bring the vehicle."""
+
+    position: Vector  # [m]; while an attitude is flown, where the vehicle is
+    heading: float  # [rad]
+    speed: float  # horizontal speed limit of the hover laws [m/s]
+    forward: bool  # whether the path shall be flown forward; else hover at the position
+    path: Path
+    steered: bool  # whether the attitude below shall be flown
+    attitude: AttitudeReference
+
+
+def leg(
+    start: Vector, end: Vector, airspeed: float, *, stop: bool = True, level: float = 0.0, low: float = 0.0
+) -> Path:
+    """A straight leg; see :class:`Path`."""
+    return Path(LEG, Vector(*start), Vector(*end), airspeed, stop, level, low, 0.0)
+
+
+def circle(centre: Vector, radius: float, airspeed: float) -> Path:
+    """A circle; see :class:`Path`."""
+    return Path(CIRCLE, Vector(*centre), Vector(*centre), airspeed, False, 0.0, 0.0, radius)
+
+
+def hover_at(position: Vector, heading: float, speed: float = 3.0) -> Reference:
+    """Stay upright at a position."""
+    at = Vector(*(float(x) for x in position))
+    level = AttitudeReference(Quaternion(1.0, 0.0, 0.0, 0.0), Vector(0.0, 0.0, 0.0), 0.0)
+    return Reference(at, float(heading), float(speed), False, leg(at, at, APPROACH_SPEED), False, level)
+
+
+@kernel
+def progress(path: Path, p: Vector) -> tuple[float, float, float]:
+    """Distance flown along a leg, its length, and the horizontal distance to its left, [m]."""
+    dx, dy = path.end.x - path.start.x, path.end.y - path.start.y
+    length = level_norm(dx, dy)
+    if length < 1e-6:
+        return 0.0, 0.0, 0.0
+    dx, dy = dx / length, dy / length
+    x, y = p.x - path.start.x, p.y - path.start.y
+    return x * dx + y * dy, length, y * dx - x * dy
+
+
+@kernel
+def line_of_sight(path: Path, p: Vector, speed: float) -> tuple[float, float]:
+    """Unit vector of the line of sight, level, world north and west: to the point of a leg that lies ahead.
+
+    Args:
+        path: What is followed.
+        p: Where the vehicle is [m].
+        speed: Over the ground [m/s].
+    """
+    ahead = max(TIME_AHEAD * speed, MIN_AHEAD)
+    if path.kind == CIRCLE:
+        return _along_circle(path, p, 0.5 * ahead)
+    along, length, _ = progress(path, p)
+    share = (along + ahead) / length if length > 0.0 else 1.0  # beyond its end the leg goes on
+    dx = path.start.x + share * (path.end.x - path.start.x) - p.x
+    dy = path.start.y + share * (path.end.y - path.start.y) - p.y
+    size = level_norm(dx, dy)
+    return (dx / size, dy / size) if size > 1e-6 else (0.0, 0.0)
+
+
+@kernel
+def height(path: Path, p: Vector) -> tuple[float, float]:
+    """Altitude of the path beside the vehicle [m], and its slope there."""
+    if path.kind == CIRCLE:
+        return path.start.z, 0.0
+    along, length, _ = progress(path, p)
+    sloping = max(length - path.level, 1.0)
+    share = along / sloping
+    if share <= 0.0 or share >= 1.0:
+        return (path.start.z if share <= 0.0 else path.end.z - path.low), 0.0
+    climb = path.end.z - path.low - path.start.z
+    return path.start.z + share * climb, climb / sloping
+
+
+@kernel
+def _along_circle(path: Path, p: Vector, ahead: float) -> tuple[float, float]:
+    """The tangent beside the vehicle, turned towards the circle by what it is off it."""
+    x, y = p.x - path.start.x, p.y - path.start.y
+    sense = 1.0 if path.radius >= 0.0 else -1.0
+    off = level_norm(x, y) - abs(path.radius)
+    course = arctangent(y, x) + sense * (0.5 * math.pi + arctangent(off, ahead))
+    sine, cosine = sine_cosine(course)
+    return cosine, sine
+
+
+@kernel
+def cross_track(path: Path, p: Vector) -> float:
+    """Horizontal distance from the path, positive to its left [m]."""
+    if path.kind == CIRCLE:
+        away = level_norm(p.x - path.start.x, p.y - path.start.y) - abs(path.radius)
+        return -away if path.radius >= 0.0 else away
+    return progress(path, p)[2]
