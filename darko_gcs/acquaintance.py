@@ -1,4 +1,4 @@
-"""What a vehicle is asked for when it appears, returns or starts anew: its plans, and the thresholds that are shown.
+"""What a vehicle is asked for when it appears, returns or starts anew: its plans, and parameters if they were shown.
 
 Its plans again when it tells of others than those that were moved last: another ground station was there.
 
@@ -37,6 +37,7 @@ class Acquaintance:
     def __init__(self, station: Station) -> None:
         self._station = station
         self._wants_mission = self._wants_parameters = False
+        self._shows_parameters = False  # somebody looked at them
         self._moved_at = -math.inf  # when plans were last moved over this link [s]
         self._known: tuple[int, ...] | None = None  # the ids that the vehicle told of since
 
@@ -47,8 +48,9 @@ class Acquaintance:
             events: All of the station's since the last call.
             now: On the station's clock [s].
         """
+        self._shows_parameters |= bool(self._station.snapshot.parameters)
         if any(isinstance(event, APPEARANCES) for event in events):
-            self._wants_mission = self._wants_parameters = True
+            self._wants_mission, self._wants_parameters = True, self._shows_parameters
         if any(isinstance(event, MOVES) for event in events):
             self._moved_at, self._known = now, None
         self._wants_mission |= self._has_others()
@@ -58,8 +60,8 @@ class Acquaintance:
         if self._wants_mission:
             self._wants_mission = False
             self._station.download(now)
-        elif self._wants_parameters and self._station.snapshot.hybrid is not None:
-            self._wants_parameters = False  # no other autopilot is asked for its thousand
+        elif self._wants_parameters:
+            self._wants_parameters = False
             self._station.fetch_parameters(now)
 
     def _has_others(self) -> bool:

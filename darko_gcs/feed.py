@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from darko_gcs.acquaintance import Acquaintance
 from darko_gcs.child import Child
 from darko_gcs.link import Link
-from darko_gcs.snapshot import EMPTY, FORWARD_LAWS, Snapshot
+from darko_gcs.snapshot import EMPTY, Snapshot
 from darko_gcs.station import Station
 from darko_gcs.store import KEPT_TRACK, note, reduce
 from darko_gcs.store_darko import KEPT_V, v_point
@@ -112,9 +112,8 @@ class ReplayFeed:
         self.timeline, self.name = Timeline(reader), name
         self._places = _history(reader, self.timeline, "LOCAL_POSITION_NED", ("x", "y"))
         self._values = _history(
-            reader, self.timeline, "DARKO_HYBRID_STATE",
-            ("time_boot_ms", "v_hover", "v_forward", "law", "v_enter", "v_leave"),
-        )  # fmt: skip
+            reader, self.timeline, "DARKO_HYBRID_STATE", ("time_boot_ms", "law", "v_hover", "v_forward")
+        )
         self.snapshot: Snapshot = EMPTY
         self.station: Station | None = None
         self.playing = True
@@ -160,8 +159,7 @@ class ReplayFeed:
         self.snapshot = replace(
             snapshot,
             track=tuple(map(tuple, places[:: max(1, len(places) // KEPT_TRACK)])),
-            v_history=tuple(v_point(ms / 1e3, law, *v) for ms, *v, law, _, _ in values[-KEPT_V:].tolist()),
-            hover_limits=_hover_limits(values),
+            v_history=tuple(v_point(ms / 1e3, int(law), *v) for ms, law, *v in values[-KEPT_V:].tolist()),
         )
 
     def toggle(self) -> None:
@@ -174,12 +172,6 @@ class ReplayFeed:
         """Faster or slower by steps of the table."""
         index = min(range(len(SPEEDS)), key=lambda i: abs(SPEEDS[i] - self.speed))
         self.speed = SPEEDS[min(max(index + steps, 0), len(SPEEDS) - 1)]
-
-
-def _hover_limits(values: NDArray[np.float64]) -> tuple[float, float] | None:
-    """The last thresholds of V that were told upright, from rows that end in law, v_enter, v_leave."""
-    upright = values[np.isin(values[:, -3], sorted(FORWARD_LAWS), invert=True)]
-    return (float(upright[-1, -2]), float(upright[-1, -1])) if len(upright) else None
 
 
 def _history(reader: TlogReader, timeline: Timeline, name: str, fields: tuple[str, ...]) -> NDArray[np.float64]:

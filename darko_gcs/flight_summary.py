@@ -9,9 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from darko_gcs import words
 from darko_gcs.mode_names import mode_name
 from protocol.codec import Source, source_of
 from protocol.dialect import mavlink
+from protocol.dialect.vocabulary import DecisionReason, Law, Reason, Way
 from protocol.replay import playing_times
 from protocol.tlog import Damage, TlogReader, message_name
 
@@ -299,15 +301,14 @@ def _laws(reader: TlogReader, source: Source) -> dict[str, float]:
     laws = states["law"][:-1]
     steps = np.diff(states["time_boot_ms"].astype(np.float64) / 1e3)
     steps = np.where((steps > 0.0) & (steps < _GAP), steps, 0.0)
-    return {enum_name("DARKO_LAW", number): float(steps[laws == number].sum()) for number in np.unique(laws).tolist()}
+    return {words.name(Law, number): float(steps[laws == number].sum()) for number in np.unique(laws).tolist()}
 
 
 def _energy(reader: TlogReader, source: Source) -> dict[str, float]:
     """Energy taken in each control law [J]; a vehicle that restarts counts from nought again."""
-    told = reader.columns("DARKO_ENERGY", source)
-    totals = np.column_stack((told["energy_by_law"], told["energy_attitude"])).astype(np.float64)
+    totals = reader.columns("DARKO_ENERGY", source)["energy_by_law"].astype(np.float64)
     taken = np.nansum(np.clip(np.diff(totals, axis=0), 0.0, None), axis=0)
-    return {enum_name("DARKO_LAW", law): joules for law, joules in enumerate(taken.tolist()) if joules > 0.0}
+    return {words.name(Law, law): joules for law, joules in enumerate(taken.tolist()) if joules > 0.0}
 
 
 def _vtol(reader: TlogReader, times: Floats, source: Source) -> tuple[Period, ...]:
@@ -323,11 +324,11 @@ def _decisions(reader: TlogReader, times: Floats, source: Source) -> tuple[Decis
     numbers = ("distance", "climb", "hover_time", "hover_energy", "forward_time", "forward_energy")
     return tuple(
         Decision(
-            float(times[row]),
-            None if fields["seq"][k] == _NO_ITEM else int(fields["seq"][k]),
-            enum_name("DARKO_WAY", int(fields["way"][k])),
-            enum_name("DARKO_DECISION_REASON", int(fields["reason"][k])),
-            *(float(fields[name][k]) for name in numbers),
+            time=float(times[row]),
+            seq=None if fields["seq"][k] == _NO_ITEM else int(fields["seq"][k]),
+            way=words.name(Way, int(fields["way"][k])),
+            reason=words.name(DecisionReason, int(fields["reason"][k])),
+            **{name: float(fields[name][k]) for name in numbers},
         )
         for k, row in enumerate(rows.tolist())
     )
@@ -339,9 +340,9 @@ def _jumps(reader: TlogReader, times: Floats, source: Source) -> tuple[Jump, ...
         Jump(
             time=float(times[row]),
             number=int(fields["jump"][k]),
-            law_from=enum_name("DARKO_LAW", int(fields["law_from"][k])),
-            law_to=enum_name("DARKO_LAW", int(fields["law_to"][k])),
-            reason=enum_name("DARKO_JUMP_REASON", int(fields["reason"][k])),
+            law_from=words.name(Law, int(fields["law_from"][k])),
+            law_to=words.name(Law, int(fields["law_to"][k])),
+            reason=words.name(Reason, int(fields["reason"][k])),
             v=float(fields["v"][k]),
             name=fields["name"][k].decode("ascii", "replace"),
         )

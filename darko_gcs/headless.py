@@ -18,10 +18,12 @@ from darko_gcs.link import Link
 from darko_gcs.plans import Items
 from darko_gcs.recording import default_folder, start_recording
 from darko_gcs.signing import open_keyring
-from darko_gcs.snapshot import LAWS, Snapshot
+from darko_gcs.snapshot import Snapshot
 from darko_gcs.station import Station
 from darko_gcs.store import said
+from darko_gcs.words import label
 from protocol.dialect import mavlink
+from protocol.dialect.vocabulary import Law
 from protocol.errors import FileError
 from protocol.events import CommandDone, Event, MissionFailed, MissionUploaded, VehicleLost, VehicleRestarted
 from protocol.exposure import exposure
@@ -138,9 +140,9 @@ class _Pilot:
         await self._follow(items, began)
         self.summary.duration = (self._snapshot.boot or 0.0) - began
         if self._snapshot.energy is not None:
-            used = zip(LAWS, self._snapshot.energy.by_law, strict=False)
+            used = enumerate(self._snapshot.energy.by_law)
             self.summary.energy = self._snapshot.energy.total
-            self.summary.energy_by_law = {law: joules for law, joules in used if joules > 0.0}
+            self.summary.energy_by_law = {label(Law, law): joules for law, joules in used if joules > 0.0}
         self.summary.jumps = len(self._snapshot.jumps)
 
     @property

@@ -109,7 +109,7 @@ def reset(item: MissionItem) -> MissionItem:
 def words(item: MissionItem) -> str:
     """An item's parameters that say something, in few words."""
     first, second = item.params[:2]
-    if item.command == mavlink.MAV_CMD_DO_VTOL_TRANSITION and first in range(1, len(VTOL)):
+    if item.command == mavlink.MAV_CMD_DO_VTOL_TRANSITION and first in VTOL:
         return f"to {VTOL[int(first)]}"
     if item.command == mavlink.MAV_CMD_DO_CHANGE_SPEED and first in {0.0, 1.0} and second > 0.0:
         return f"{value_text(second)} m/s {('in the air', 'over ground')[int(first)]}"

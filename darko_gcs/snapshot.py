@@ -9,7 +9,10 @@ from typing import NamedTuple
 
 from darko_gcs.meanings import Meaning
 from darko_gcs.signing import Signing
+from darko_gcs.words import known, label
 from protocol.codec import Source
+from protocol.dialect import mavlink
+from protocol.dialect.vocabulary import Law, Limit, Regime, Saturation, Way
 from protocol.events import CommandProgress
 from protocol.frames import Geodetic, LocalFrame, Quaternion, Vector
 from protocol.plans.mission import MissionItem
@@ -26,23 +29,17 @@ __all__ = [
     "Navigation",
     "PlanIds",
     "Snapshot",
+    "Thresholds",
+    "counts_forward",
 ]
 
-# Words for the dialect's enums, by value.
-LAWS = ("landed", "hover linear", "hover zero-moment", "align", "to forward", "forward line-of-sight",
-        "forward linear", "to hover", "failsafe", "hover attitude")  # fmt: skip
-REASONS = ("", "V below threshold", "V above threshold", "command", "take-off", "touch-down", "disarmed",
-           "speed limit", "failsafe")  # fmt: skip
-GIVEN_UP = ("thrust", "yaw", "pitch", "roll", "boost")  # by bit of DARKO_GIVEN_UP
-WAYS = ("not decided", "hover", "forward")
-DECISION_REASONS = (
-    "", "less energy", "other way too slow", "as commanded", "no room for transitions", "too steep for forward",
-    "no trim in transition", "too low to tip over", "too much wind",
-)  # fmt: skip
-VTOL = ("", "to forward", "to hover", "hover", "forward")  # MAV_VTOL_STATE
-FORWARD_LAWS = frozenset({4, 5, 6})  # DARKO_LAW: the V that counts is then that of the linear forward law
-ATTITUDE_LAW = 9  # DARKO_LAW: the V that counts is then its own
-FORWARD_LIMITS = ("DRK_VF_ENTER", "DRK_VF_LEAVE")  # the vehicle's parameters
+VTOL = {
+    mavlink.MAV_VTOL_STATE_TRANSITION_TO_FW: "to forward",
+    mavlink.MAV_VTOL_STATE_TRANSITION_TO_MC: "to hover",
+    mavlink.MAV_VTOL_STATE_MC: "hover",
+    mavlink.MAV_VTOL_STATE_FW: "forward",
+}
+NOSE_FORWARD = frozenset({mavlink.MAV_VTOL_STATE_TRANSITION_TO_MC, mavlink.MAV_VTOL_STATE_FW})
 
 
 class Line(NamedTuple):
@@ -67,27 +64,55 @@ class Jump(NamedTuple):
 
     time: float  # since boot [s]
     number: int
-    source: int  # DARKO_LAW
-    target: int
-    reason: int  # DARKO_JUMP_REASON
+    source: int  # Law
+    target: int  # Law
+    reason: int  # Reason
     name: str
     v: float
 
 
+class Thresholds(NamedTuple):
+    """Values of V between which a linear law is kept once it flies."""
+
+    enter: float
+    leave: float
+
+
 class Hybrid(NamedTuple):
-    """DARKO_HYBRID_STATE."""
+    """DARKO_HYBRID_STATE. NaN is a Lyapunov value that is not defined now."""
 
     time: float  # since boot [s]
-    law: int
+    law: int  # Law, or one that only a newer vehicle has
     jumps: int
     v_hover: float
     v_forward: float
-    v_enter: float
-    v_leave: float
-    governor: float
-    last_law: int
-    last_reason: int
-    v_attitude: float = math.nan  # of the attitude law, while it flies
+    v_attitude: float  # [rad^2]
+    hover: Thresholds  # of the linear hover law
+    forward: Thresholds  # of the linear forward law
+    governor: float  # share of the position error that it takes away, 0..1
+    last_law: int  # Law before the last jump
+    last_reason: int  # Reason of the last jump
+
+    @property
+    def is_forward(self) -> bool:
+        """Whether V is that of the linear forward law."""
+        return counts_forward(self.law)
+
+    @property
+    def v(self) -> float:
+        """The Lyapunov value that the next jump depends on."""
+        law = known(Law, self.law)
+        if law is None:
+            return math.nan
+        if law is Law.HOVER_ATTITUDE:
+            return self.v_attitude
+        return self.v_forward if self.is_forward else self.v_hover
+
+
+def counts_forward(law: int) -> bool:
+    """Whether V under a law is that of the linear forward law: in forward flight and on the way there."""
+    flown = known(Law, law)
+    return flown is not None and flown.regime in {Regime.FRONT_TRANSITION, Regime.FORWARD}
 
 
 class Actuators(NamedTuple):
@@ -101,8 +126,8 @@ class Actuators(NamedTuple):
     motor_min: float
     motor_max: float
     elevon_max: float
-    limits: int  # DARKO_LIMIT bits
-    given_up: int = 0  # DARKO_GIVEN_UP bits
+    limits: Limit
+    saturation: Saturation = Saturation(0)
 
 
 class Energy(NamedTuple):
@@ -110,7 +135,7 @@ class Energy(NamedTuple):
 
     power: float  # [W]
     total: float  # [J]
-    by_law: tuple[float, ...]  # [J]
+    by_law: tuple[float, ...]  # index is Law [J]
 
 
 class Decision(NamedTuple):
@@ -118,8 +143,8 @@ class Decision(NamedTuple):
 
     time: float  # since boot [s]
     seq: int | None  # mission item at the end of the leg
-    way: int  # DARKO_WAY
-    reason: int  # DARKO_DECISION_REASON
+    way: int  # Way
+    reason: int  # DecisionReason
     distance: float  # [m]
     climb: float  # [m]
     tail_wind: float  # [m/s]
@@ -132,12 +157,18 @@ class Decision(NamedTuple):
     @property
     def saving(self) -> float:
         """Energy the chosen way takes less than the other, as a share of the other's; NaN where one is impossible."""
-        pair = (self.hover_energy, self.forward_energy)
-        times = (self.hover_time, self.forward_time)
-        if self.way not in {1, 2} or not all(map(math.isfinite, (*pair, *times))):
+        if self.chosen_and_other is None:
             return math.nan
-        chosen, other = pair[self.way - 1], pair[2 - self.way]
-        return 1.0 - chosen / other if other > 0.0 else math.nan
+        (_, energy), (_, other) = self.chosen_and_other
+        return 1.0 - energy / other if other > 0.0 else math.nan
+
+    @property
+    def chosen_and_other(self) -> tuple[tuple[float, float], tuple[float, float]] | None:
+        """Time [s] and energy [J] of the chosen way and of the other; None where one is impossible."""
+        hover, forward = (self.hover_time, self.hover_energy), (self.forward_time, self.forward_energy)
+        if self.way not in {Way.HOVER, Way.FORWARD} or not all(map(math.isfinite, (*hover, *forward))):
+            return None
+        return (hover, forward) if self.way == Way.HOVER else (forward, hover)
 
 
 class Air(NamedTuple):
@@ -205,14 +236,13 @@ class Snapshot:
 
     hybrid: Hybrid | None = None
     law_since: float | None = None  # vehicle time of the last change of law [s]
-    hover_limits: tuple[float, float] | None = None  # V that enters and leaves the linear hover law
     parameters: Mapping[str, float] = field(default_factory=dict)
     parameter_count: int | None = None  # in the vehicle's table
     meanings: Mapping[str, Meaning] = field(default_factory=dict)  # of parameters, in the vehicle's words
     v_history: tuple[tuple[float, float, float], ...] = ()  # (vehicle time [s], V hover, V forward)
     jumps: tuple[Jump, ...] = ()
     actuators: Actuators | None = None
-    given_up_at: tuple[float, ...] = ()  # when each bit of DARKO_GIVEN_UP was last set, vehicle time [s]
+    saturated_at: Mapping[Saturation, float] = field(default_factory=dict)  # when last, vehicle time [s]
     energy: Energy | None = None
     voltage: float | None = None
     current: float | None = None
@@ -261,20 +291,12 @@ class Snapshot:
     @property
     def is_forward(self) -> bool:
         """True on the wing, until a transition back to hover is over: one switch per transition, at its end."""
-        return self.vtol_state in {2, 4}  # MAV_VTOL_STATE_TRANSITION_TO_MC, MAV_VTOL_STATE_FW
-
-    @property
-    def forward_limits(self) -> tuple[float, float] | None:
-        """V that enters and leaves the linear forward law, from the vehicle's parameters."""
-        enter, leave = (self.parameters.get(name) for name in FORWARD_LIMITS)
-        return None if enter is None or leave is None else (enter, leave)
+        return self.vtol_state in NOSE_FORWARD
 
     @property
     def law(self) -> str | None:
         """Name of the law in force."""
-        if self.hybrid is None:
-            return None
-        return LAWS[self.hybrid.law] if self.hybrid.law < len(LAWS) else f"law {self.hybrid.law}"
+        return None if self.hybrid is None else label(Law, self.hybrid.law)
 
     def age(self, now: float) -> float | None:
         """Time since the last HEARTBEAT [s]."""

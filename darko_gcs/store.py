@@ -65,7 +65,7 @@ NUMBERS = {
     "DARKO_AIR": ("wind_estimate", "wind_true", "airspeed_estimate", "airspeed_true"),
     "DARKO_DECISION": ("distance", "climb", "tail_wind", "cross_wind"),
     "DARKO_ENERGY": ("power", "energy", "energy_by_law"),
-    "DARKO_HYBRID_STATE": ("v_enter", "v_leave", "governor"),
+    "DARKO_HYBRID_STATE": ("governor",),  # a threshold may be infinite: the law is never left
     "LOCAL_POSITION_NED": ("x", "y", "z", "vx", "vy", "vz"),
     "NAV_CONTROLLER_OUTPUT": ("xtrack_error", "alt_error"),
     "POSITION_TARGET_LOCAL_NED": ("x", "y", "z"),

@@ -8,8 +8,6 @@ from dataclasses import replace
 
 from darko_gcs.meanings import MOST
 from darko_gcs.snapshot import (
-    FORWARD_LAWS,
-    GIVEN_UP,
     Actuators,
     Air,
     Decision,
@@ -17,10 +15,13 @@ from darko_gcs.snapshot import (
     Hybrid,
     Jump,
     Snapshot,
+    Thresholds,
+    counts_forward,
 )
 from darko_gcs.words import printable
 from protocol.codec import Message
 from protocol.dialect import mavlink
+from protocol.dialect.vocabulary import Limit, Saturation
 from protocol.engines.parameters import decode_value
 
 __all__ = ["DARKO_HANDLERS", "KEPT_V", "Handler", "v_point"]
@@ -35,66 +36,81 @@ Handler = Callable[[Snapshot, Message, float], Snapshot]
 def _hybrid(s: Snapshot, m: Message, now: float) -> Snapshot:  # noqa: ARG001 - one signature for all
     time = m.time_boot_ms / 1e3
     hybrid = Hybrid(
-        time,
-        m.law,
-        m.jumps,
-        m.v_hover,
-        m.v_forward,
-        m.v_enter,
-        m.v_leave,
-        m.governor,
-        m.last_law,
-        m.last_reason,
-        m.v_attitude,
+        time=time,
+        law=m.law,
+        jumps=m.jumps,
+        v_hover=m.v_hover,
+        v_forward=m.v_forward,
+        v_attitude=m.v_attitude,
+        hover=Thresholds(m.v_hover_enter, m.v_hover_leave),
+        forward=Thresholds(m.v_forward_enter, m.v_forward_leave),
+        governor=m.governor,
+        last_law=m.last_law,
+        last_reason=m.last_reason,
     )
     changed = s.hybrid is None or s.hybrid.law != m.law
     history = s.v_history
     if not history or time > history[-1][0]:
         history = (*history[-KEPT_V + 1 :], v_point(time, m.law, m.v_hover, m.v_forward))
-    s = replace(s, hybrid=hybrid, v_history=history, law_since=time if changed else s.law_since)
-    # The message has room for one pair of thresholds, and upright it is the hover law's.
-    return s if m.law in FORWARD_LAWS else replace(s, hover_limits=(m.v_enter, m.v_leave))
+    return replace(s, hybrid=hybrid, v_history=history, law_since=time if changed else s.law_since)
 
 
 def v_point(time: float, law: int, v_hover: float, v_forward: float) -> tuple[float, float, float]:
     """A point of the chart of V. On the wing the hover law's V is defined, but far above all that is worth a chart."""
-    return time, math.nan if law in FORWARD_LAWS else v_hover, v_forward
+    return time, math.nan if counts_forward(law) else v_hover, v_forward
 
 
 def _jump(s: Snapshot, m: Message, now: float) -> Snapshot:  # noqa: ARG001
     if s.jumps and m.jump <= s.jumps[-1].number:
         return s
-    jump = Jump(m.time_usec / 1e6, m.jump, m.law_from, m.law_to, m.reason, printable(m.name), m.v)
+    jump = Jump(
+        time=m.time_usec / 1e6,
+        number=m.jump,
+        source=m.law_from,
+        target=m.law_to,
+        reason=m.reason,
+        name=printable(m.name),
+        v=m.v,
+    )
     return replace(s, jumps=(*s.jumps[-KEPT_JUMPS + 1 :], jump), law_since=jump.time)
 
 
 def _actuators(s: Snapshot, m: Message, now: float) -> Snapshot:  # noqa: ARG001
     actuators = Actuators(
-        tuple(m.motor_speed),
-        tuple(m.motor_command),
-        tuple(m.thrust),
-        tuple(m.elevon),
-        tuple(m.elevon_command),
-        m.motor_min,
-        m.motor_max,
-        m.elevon_max,
-        m.limits,
-        m.given_up,
+        motor=tuple(m.motor_speed),
+        motor_command=tuple(m.motor_command),
+        thrust=tuple(m.thrust),
+        elevon=tuple(m.elevon),
+        elevon_command=tuple(m.elevon_command),
+        motor_min=m.motor_min,
+        motor_max=m.motor_max,
+        elevon_max=m.elevon_max,
+        limits=Limit(m.limits),
+        saturation=Saturation(m.saturation),
     )
-    time, before = m.time_boot_ms / 1e3, s.given_up_at or (-math.inf,) * len(GIVEN_UP)
-    given_up_at = tuple(time if m.given_up & 1 << bit else at for bit, at in enumerate(before))
-    return replace(s, actuators=actuators, given_up_at=given_up_at)
+    now_saturated = dict.fromkeys(actuators.saturation, m.time_boot_ms / 1e3)
+    return replace(s, actuators=actuators, saturated_at={**s.saturated_at, **now_saturated})
 
 
 def _energy(s: Snapshot, m: Message, now: float) -> Snapshot:  # noqa: ARG001
-    return replace(s, energy=Energy(m.power, m.energy, (*m.energy_by_law, m.energy_attitude)))
+    return replace(s, energy=Energy(m.power, m.energy, tuple(m.energy_by_law)))
 
 
 def _decision(s: Snapshot, m: Message, now: float) -> Snapshot:  # noqa: ARG001
     decision = Decision(
-        m.time_boot_ms / 1e3, None if m.seq == NO_ITEM else m.seq, m.way, m.reason, m.distance, m.climb, m.tail_wind,
-        m.cross_wind, m.hover_time, m.hover_energy, m.forward_time, m.forward_energy,
-    )  # fmt: skip
+        time=m.time_boot_ms / 1e3,
+        seq=None if m.seq == NO_ITEM else m.seq,
+        way=m.way,
+        reason=m.reason,
+        distance=m.distance,
+        climb=m.climb,
+        tail_wind=m.tail_wind,
+        cross_wind=m.cross_wind,
+        hover_time=m.hover_time,
+        hover_energy=m.hover_energy,
+        forward_time=m.forward_time,
+        forward_energy=m.forward_energy,
+    )
     return replace(s, decision=decision)
 
 

@@ -6,7 +6,8 @@ venv=${DARKO_VENV:-$root/.venv}
 ensure_env() {
   local extras=$1 stamp="$venv/.darko-${1:-run}" python=${PYTHON:-python3}
   if [ -e "$stamp" ] && [ "$stamp" -nt "$root/requirements.lock" ] && [ "$stamp" -nt "$root/pyproject.toml" ] &&
-     [ "$stamp" -nt "$root/protocol/dialect/darko.xml" ] && [ -e "$root/protocol/dialect/mavlink.py" ]; then
+     [ "$stamp" -nt "$root/protocol/dialect/darko.xml" ] && [ "$stamp" -nt "$root/scripts/build_dialect.py" ] &&
+     [ -e "$root/protocol/dialect/mavlink.py" ] && [ -e "$root/protocol/dialect/vocabulary.py" ]; then
     return
   fi
   "$python" -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null ||

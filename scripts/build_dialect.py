@@ -1,18 +1,26 @@
-"""Generate ``protocol/dialect/mavlink.py`` from ``darko.xml`` when the package is built.
+"""Generate ``mavlink.py`` and ``vocabulary.py`` of ``protocol/dialect`` from ``darko.xml`` when the package is built.
 
 The dialect includes MAVLink's own ``common.xml``, which pymavlink ships beside its generated modules, so
 the definitions and the generator are always of one version. Run by hand: ``python scripts/build_dialect.py``.
+
+The vocabulary has the dialect's own enums as Python's. What MAVLink's schema has no attribute for stands in processing
+instructions, ``<?darko label="…" regime="…"?>``, which other generators pass over: ``class`` names the Python class (if
+it is not the enum's name), ``label`` says the entry in plain words (if they are not its name's), and any other
+attribute refers to an entry of the enum of that name.
 """
 
 from __future__ import annotations
 
 import contextlib
 import io
+import re
 import shutil
 import sys
 import tempfile
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
+from xml.etree import ElementTree
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
@@ -53,9 +61,7 @@ def generate(source: Path, target: Path) -> None:
             done = mavgen.mavgen(options, [str(work / source.name)])
         if not done:
             raise RuntimeError(f"{source}: {said.getvalue().strip()}")
-        staged = target.with_suffix(".new")
-        shutil.copy(work / target.name, staged)
-        staged.replace(target)
+        _replace(target, (work / target.name).read_text(encoding="utf-8"))
 
 
 def extend(definitions: Path) -> None:
@@ -70,14 +76,165 @@ def extend(definitions: Path) -> None:
     definitions.write_text(text, encoding="utf-8")
 
 
+class Entry(NamedTuple):
+    """One number of an enum."""
+
+    value: int
+    name: str  # without that of the enum
+    label: str  # plain words
+    description: str
+    references: dict[str, str]  # entries of other enums, by the enum
+
+
+class Vocabulary(NamedTuple):
+    """One enum of the dialect."""
+
+    enum: str  # without the dialect's prefix
+    name: str  # of the class
+    description: str
+    is_bitmask: bool
+    entries: tuple[Entry, ...]
+
+
+HEAD = '''"""The dialect's own numbers as types, generated from ``darko.xml`` by ``scripts/build_dialect.py``."""
+
+from __future__ import annotations
+
+from enum import IntEnum, IntFlag
+from typing import Final
+
+
+class Word(IntEnum):
+    """A number of the dialect."""
+
+    @property
+    def label(self) -> str:
+        """In plain words."""
+        return _LABELS[type(self).__name__][self.value]
+
+
+class Flags(IntFlag):
+    """Bits of the dialect."""
+
+    @property
+    def label(self) -> str:
+        """Those that are set, in plain words."""
+        return ", ".join(_LABELS[type(self).__name__][bit.value] for bit in self)
+'''
+PREFIX = "DARKO_"
+
+
+def generate_vocabulary(source: Path, target: Path) -> None:
+    """Write the module of the dialect's own enums.
+
+    Args:
+        source: The dialect.
+        target: The Python module to write; replaced whole or not at all.
+
+    Raises:
+        RuntimeError: If an entry is ambiguous, or refers to one that does not exist.
+    """
+    enums = [_read_enum(enum) for enum in _tree(source).iter("enum") if enum.get("name", "").startswith(PREFIX)]
+    _check(enums)
+    classes = [_class_text(enum) for enum in enums]
+    tables = ["_LABELS: Final = {", *(_label_table(enum) for enum in enums), "}"]
+    tables += [_reference_table(enum, kind) for enum in enums for kind in _kinds(enum)]
+    _replace(target, "\n\n".join([HEAD, *classes]) + "\n\n" + "\n".join(tables) + "\n")
+
+
+def _tree(source: Path) -> ElementTree.Element:
+    parser = ElementTree.XMLParser(target=ElementTree.TreeBuilder(insert_pis=True))  # noqa: S314 - our own file
+    return ElementTree.parse(source, parser).getroot()  # noqa: S314
+
+
+def _read_enum(element: ElementTree.Element) -> Vocabulary:
+    prefix = element.get("name", "")
+    name = prefix.removeprefix(PREFIX)
+    told = _instructions(element)
+    entries = tuple(_read_entry(entry, prefix) for entry in element.iter("entry"))
+    kind = told.get("class") or name.title().replace("_", "")
+    return Vocabulary(name, kind, _description(element), element.get("bitmask") == "true", entries)
+
+
+def _read_entry(element: ElementTree.Element, prefix: str) -> Entry:
+    name = element.get("name", "").removeprefix(f"{prefix}_")
+    references = _instructions(element)
+    label = references.pop("label", name.replace("_", " ").lower())
+    return Entry(int(element.get("value", ""), 0), name, label, _description(element), references)
+
+
+def _instructions(element: ElementTree.Element) -> dict[str, str]:
+    """Attributes of the ``<?darko ...?>`` of an element."""
+    instruction: object = ElementTree.ProcessingInstruction
+    texts = [child.text or "" for child in element if child.tag is instruction]
+    return {key: value for text in texts for key, value in re.findall(r'(\w+)="([^"]*)"', text)}
+
+
+def _description(element: ElementTree.Element) -> str:
+    return " ".join((element.findtext("description") or "").split())
+
+
+def _check(enums: list[Vocabulary]) -> None:
+    entries = {enum.enum: {entry.name for entry in enum.entries} for enum in enums}
+    for enum in enums:
+        for said in ("value", "name", "label"):
+            values = [getattr(entry, said) for entry in enum.entries]
+            if len(set(values)) != len(values):
+                raise RuntimeError(f"{PREFIX}{enum.enum}: a {said} stands for two entries")
+        for entry in enum.entries:
+            for kind in _kinds(enum):
+                if entry.references.get(kind) not in entries.get(kind.upper(), set()):
+                    raise RuntimeError(f"{PREFIX}{enum.enum}_{entry.name}: no entry of {PREFIX}{kind.upper()} is named")
+
+
+def _kinds(enum: Vocabulary) -> Iterator[str]:
+    """Other enums that the entries refer to."""
+    yield from sorted({kind for entry in enum.entries for kind in entry.references})
+
+
+def _class_text(enum: Vocabulary) -> str:
+    lines = [f"class {enum.name}({'Flags' if enum.is_bitmask else 'Word'}):", f'    """{enum.description}"""', ""]
+    lines += [f"    {entry.name} = {entry.value}  # {entry.description}" for entry in enum.entries]
+    for kind in _kinds(enum):
+        lines += ["", "    @property", f"    def {kind}(self) -> {kind.title()}:", f'        """Its {kind}."""']
+        lines += [f"        return {_table_name(enum, kind)}[self]"]
+    return "\n".join(lines) + "\n"
+
+
+def _label_table(enum: Vocabulary) -> str:
+    rows = [f'        {entry.value}: "{entry.label}",' for entry in enum.entries]
+    return "\n".join([f'    "{enum.name}": {{', *rows, "    },"])
+
+
+def _reference_table(enum: Vocabulary, kind: str) -> str:
+    rows = [f"    {enum.name}.{e.name}: {kind.title()}.{e.references[kind]}," for e in enum.entries]
+    return "\n".join([f"{_table_name(enum, kind)}: Final = {{", *rows, "}"])
+
+
+def _table_name(enum: Vocabulary, kind: str) -> str:
+    return f"_{kind.upper()}_OF_{enum.enum}"
+
+
+def _replace(target: Path, text: str) -> None:
+    staged = target.with_suffix(".new")
+    staged.write_text(text, encoding="utf-8")
+    staged.replace(target)
+
+
+def generate_all() -> None:
+    """Write both modules."""
+    generate(DIALECT / "darko.xml", DIALECT / "mavlink.py")
+    generate_vocabulary(DIALECT / "darko.xml", DIALECT / "vocabulary.py")
+
+
 class DialectBuildHook(BuildHookInterface):  # type: ignore[misc]
-    """Hatchling's hook: the generated module is a build artefact, never committed."""
+    """Hatchling's hook: the generated modules are build artefacts, never committed."""
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:  # noqa: ARG002
-        """Generate the codec before the files of the wheel are collected."""
-        generate(DIALECT / "darko.xml", DIALECT / "mavlink.py")
+        """Generate them before the files of the wheel are collected."""
+        generate_all()
 
 
 if __name__ == "__main__":
-    generate(DIALECT / "darko.xml", DIALECT / "mavlink.py")
+    generate_all()
     sys.exit(0)

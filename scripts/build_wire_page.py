@@ -17,7 +17,7 @@ from protocol.engines import stream
 from sitl.autopilot import commands, fence, home, mission_items, rally
 from sitl.autopilot.settings import Settings
 from sitl.parameters import INT, Bindings, Surroundings
-from sitl.vehicle import Tuning
+from sitl.simulation.tuning import Tuning
 from sitl.wire import node
 from sitl.wire.telemetry import STREAMS
 

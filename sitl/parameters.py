@@ -89,7 +89,6 @@ TABLE = (
     Entry("DRK_ZETA", "tuning", "zeta", 0.2, 2.0, "", "Attitude damping ratio of the zero-moment law"),
     Entry("DRK_KQ", "tuning", "k_q", 0.0, 5.0, "rad/s", "Heading gain of the zero-moment law"),
     Entry("DRK_LIN_DESIGN", "tuning", "design", 0, 1, "", "Gain of the linear hover law: 0 LQR or LQI, 1 LMI", True),
-    Entry("DRK_FWD_LAW", "tuning", "forward_law", 0, 1, "", "Line-of-sight law: 0 ours, 1 the report's", True),
     Entry("DRK_FWD_LIN", "tuning", "forward_linear", 0, 1, "", "Hand straight legs to the linear forward law", True),
     Entry("DRK_VF_ENTER", "tuning", "v_forward_enter", 0.0, 1e5, "", "V below which the linear forward law takes over"),
     Entry("DRK_VF_LEAVE", "tuning", "v_forward_leave", 0.0, 1e5, "", "V above which the linear forward law hands back"),

@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 
 from darko_gcs.render.map import draw_map
-from darko_gcs.snapshot import DECISION_REASONS, WAYS, Snapshot
+from darko_gcs.snapshot import Snapshot
 from darko_gcs.widgets.limits import fence_areas, fence_circles, rally_points
 from darko_gcs.widgets.panel import Line, Panel
 from darko_gcs.widgets.places import place_of
+from darko_gcs.words import label
 from protocol.dialect import mavlink
+from protocol.dialect.vocabulary import DecisionReason, Way
 from protocol.plans.mission import MissionItem
 
 __all__ = ["MapPanel", "circles", "course", "decision_words", "waypoints"]
@@ -71,10 +73,8 @@ def decision_words(s: Snapshot) -> str:
     if d is None:
         return ""
     leg = "leg" if d.seq is None else f"to {d.seq}"
-    reason = DECISION_REASONS[d.reason] if d.reason < len(DECISION_REASONS) else f"reason {d.reason}"
-    way = WAYS[d.way] if d.way < len(WAYS) else f"way {d.way}"
     saving = f" {-100.0 * d.saving:+.0f} %" if math.isfinite(d.saving) else ""
-    return f"{leg}: {way}{saving}" + (f", {reason}" if reason else "")
+    return f"{leg}: {label(Way, d.way)}{saving}, {label(DecisionReason, d.reason)}"
 
 
 def course(s: Snapshot) -> tuple[float, float] | None:

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 
-from darko_gcs.snapshot import DECISION_REASONS, LAWS, WAYS, Decision, Snapshot
+from darko_gcs.snapshot import Decision, Snapshot
 from darko_gcs.widgets.panel import Line, Panel, text_line
+from darko_gcs.words import label
+from protocol.dialect.vocabulary import DecisionReason, Law, Way
 from protocol.frames import Vector
 
 __all__ = ["DecisionPanel", "FlightPanel"]
@@ -95,7 +97,7 @@ class FlightPanel(Panel):
     def _by_law(self, s: Snapshot) -> list[Line]:
         if s.energy is None:
             return []
-        used = [(law, joules) for law, joules in zip(LAWS, s.energy.by_law, strict=False) if joules > 0.5]
+        used = [(label(Law, law), joules) for law, joules in enumerate(s.energy.by_law) if joules > 0.5]
         return [text_line((f"{law:<21}", "dim"), f"{joules:7.0f} J") for law, joules in used]
 
 
@@ -124,13 +126,11 @@ def decision_lines(s: Snapshot) -> list[Line]:
     if d is None:
         return [text_line(("no leg has been decided", "dim"))]
     leg = "leg " if d.seq is None else f"leg to {d.seq}  "
-    reason = DECISION_REASONS[d.reason] if d.reason < len(DECISION_REASONS) else f"reason {d.reason}"
-    way = WAYS[d.way] if d.way < len(WAYS) else f"way {d.way}"
     climb = f"{round(d.climb, 0) + 0.0:+.0f} m"
     return [
-        text_line((way.upper(), "accent"), (f"  {reason}", "")),
-        _way("hover   ", d, 1),
-        _way("forward ", d, 2),
+        text_line((label(Way, d.way).upper(), "accent"), (f"  {label(DecisionReason, d.reason)}", "")),
+        _way(d, Way.HOVER, d.hover_time, d.hover_energy),
+        _way(d, Way.FORWARD, d.forward_time, d.forward_energy),
         _difference(d),
         text_line((leg, "label"), f"{d.distance:.0f} m", ("  climb ", "label"), climb),
         text_line(
@@ -139,9 +139,8 @@ def decision_lines(s: Snapshot) -> list[Line]:
     ]
 
 
-def _way(name: str, d: Decision, way: int) -> Line:
-    time, energy = (d.hover_time, d.hover_energy) if way == 1 else (d.forward_time, d.forward_energy)
-    style = "good" if d.way == way else "dim"
+def _way(d: Decision, way: Way, time: float, energy: float) -> Line:
+    name, style = f"{way.label:<8}", "good" if d.way == way else "dim"
     if not math.isfinite(time):
         return text_line((name, style), ("  impossible", "dim"))
     return text_line((name, style), f"{time:8.1f} s", f"{number(energy, 0, 9)} J")
@@ -149,9 +148,9 @@ def _way(name: str, d: Decision, way: int) -> Line:
 
 def _difference(d: Decision) -> Line:
     """What the chosen way takes against the other."""
-    if d.way not in {1, 2} or not math.isfinite(d.saving):
+    if d.chosen_and_other is None or not math.isfinite(d.saving):
         return text_line(("no other way to compare", "dim"))
-    chosen, other = (d.hover_time, d.forward_time)[:: 1 if d.way == 1 else -1]
+    (chosen, _), (other, _) = d.chosen_and_other
     time = f"{100.0 * (chosen / other - 1.0):+8.0f} %" if other > 0.0 else ""
     return text_line(("vs other", "label"), time, f" {-100.0 * d.saving:+8.0f} %")
 

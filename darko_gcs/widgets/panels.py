@@ -8,19 +8,28 @@ from textwrap import wrap
 from darko_gcs.render.attitude import attitude, compass
 from darko_gcs.render.bars import bar
 from darko_gcs.render.chart import log_chart
-from darko_gcs.snapshot import ATTITUDE_LAW, FORWARD_LAWS, GIVEN_UP, LAWS, REASONS, Snapshot
+from darko_gcs.snapshot import Snapshot, Thresholds
 from darko_gcs.widgets.panel import Line, Panel, text_line
+from darko_gcs.words import known, label
+from protocol.dialect.vocabulary import Law, Limit, Reason
 from protocol.frames import FLYING_DISPLAY, Quaternion, displayed, euler_from_quaternion, rotate
 
 __all__ = ["ActuatorPanel", "AttitudePanel", "HybridPanel", "MessagePanel", "display_offset"]
 
 CHART_WINDOW = 60.0  # [s]
-GIVEN_UP_SHOWN = 1.0  # [s] that something given up stays in view
+SATURATION_SHOWN = 1.0  # [s] that a saturated axis stays in view
 NOSE = (1.0, 0.0, 0.0)
 STEEP = 75.0  # nose elevation beyond which a bank angle says nothing [deg]
 SEVERITY = ("bad", "bad", "bad", "bad", "warn", "accent", "", "dim")
 SMALL_V = 1e-4  # smaller values of V say no more than this
-LAW_STYLES = {1: "good", 6: "good", 8: "bad"}  # the linear laws, the failsafe
+LAW_STYLES = dict.fromkeys(Law, "accent") | {
+    Law.HOVER_LINEAR: "good",
+    Law.FORWARD_LINEAR: "good",
+    Law.FAILSAFE: "bad",
+}
+MOTORS = (("L", Limit.MOTOR_LEFT), ("R", Limit.MOTOR_RIGHT))
+ELEVONS = (("L", Limit.ELEVON_LEFT), ("R", Limit.ELEVON_RIGHT))
+AT_POSITION = Limit.MOTOR_LEFT | Limit.MOTOR_RIGHT | Limit.ELEVON_LEFT | Limit.ELEVON_RIGHT
 
 
 class HybridPanel(Panel):
@@ -31,7 +40,6 @@ class HybridPanel(Panel):
         h = s.hybrid
         if h is None:
             return [text_line(("no hybrid state from this vehicle", "dim"))]
-        forward = h.law in FORWARD_LAWS
         chart = log_chart(
             [t for t, _, _ in s.v_history],
             ([v for _, v, _ in s.v_history], "track"),
@@ -39,14 +47,14 @@ class HybridPanel(Panel):
             width=width,
             height=max(1, height - 3),
             window=CHART_WINDOW,
-            thresholds=_thresholds(s.forward_limits if forward else s.hover_limits),
+            thresholds=_thresholds(h.forward if h.is_forward else h.hover),
             jumps=tuple((j.time, j.name) for j in s.jumps),
             now=h.time,
         )
         values = text_line(
-            *_value_of_v("hover", h.v_hover, s.hover_limits, "dim" if forward else ""),
+            *_value_of_v("hover", h.v_hover, h.hover, "dim" if h.is_forward else ""),
             "  ",
-            *_value_of_v("fwd", h.v_forward, s.forward_limits, "" if forward else "dim"),
+            *_value_of_v("fwd", h.v_forward, h.forward, "" if h.is_forward else "dim"),
         )
         return [self._law(s), values, self._last_jump(s), *chart]
 
@@ -54,19 +62,18 @@ class HybridPanel(Panel):
         h = s.hybrid
         if h is None:
             return []
-        v = h.v_attitude if h.law == ATTITUDE_LAW else h.v_forward if h.law in FORWARD_LAWS else h.v_hover
         since = f" {h.time - s.law_since:.0f} s" if s.law_since is not None else ""
-        style = LAW_STYLES.get(h.law, "accent")
+        law = known(Law, h.law)
+        style = "warn" if law is None else LAW_STYLES[law]
         governor = (f"  gov {100 * h.governor:.0f} %", "warn") if h.governor > 0.01 else ("", "")
-        return text_line(((s.law or "").upper(), style), (since, "dim"), ("  V ", "label"), number_of_v(v), governor)
+        return text_line(((s.law or "").upper(), style), (since, "dim"), ("  V ", "label"), number_of_v(h.v), governor)
 
     def _last_jump(self, s: Snapshot) -> Line:
         h = s.hybrid
         if h is None or h.jumps == 0:
             return text_line(("j 0  no jump yet", "dim"))
-        reason = REASONS[h.last_reason] if h.last_reason < len(REASONS) else "?"
-        source = LAWS[h.last_law] if h.last_law < len(LAWS) else "?"
-        return text_line((f"j {h.jumps}  ", "label"), (f"from {source}: {reason}", "dim"))
+        jump = f"from {label(Law, h.last_law)}: {label(Reason, h.last_reason)}"
+        return text_line((f"j {h.jumps}  ", "label"), (jump, "dim"))
 
 
 def number_of_v(v: float) -> str:
@@ -78,62 +85,55 @@ def number_of_v(v: float) -> str:
     return f"{v:.2g}" if v < 10 else f"{v:.0f}"
 
 
-def _thresholds(limits: tuple[float, float] | None) -> tuple[tuple[float, str], ...]:
-    if limits is None:
-        return ()
-    return (limits[1], f"leave {limits[1]:g}"), (limits[0], f"enter {limits[0]:g}")
+def _thresholds(between: Thresholds) -> tuple[tuple[float, str], ...]:
+    return (between.leave, f"leave {between.leave:g}"), (between.enter, f"enter {between.enter:g}")
 
 
-def _value_of_v(name: str, v: float, limits: tuple[float, float] | None, style: str) -> Line:
-    between = "" if limits is None else f" ({limits[0]:g}/{limits[1]:g})"
-    return text_line((f"{name} ", "label"), (number_of_v(v), style), (between, "dim"))
+def _value_of_v(name: str, v: float, between: Thresholds, style: str) -> Line:
+    words = f" ({between.enter:g}/{between.leave:g})"
+    return text_line((f"{name} ", "label"), (number_of_v(v), style), (words, "dim"))
 
 
 class ActuatorPanel(Panel):
     """Motors and elevons against their limits."""
 
     def draw(self, s: Snapshot, width: int, height: int) -> list[Line]:
-        """A line per actuator, then limits and what was given up, in one line where there is room for no more."""
+        """A line per actuator, then limits and saturated axes, in one line where there is room for no more."""
         a = s.actuators
         if a is None:
             return [text_line(("no actuator state", "dim"))]
         lines = []
         room = max(4, width - 17)
-        for side, name in enumerate(("L", "R")):
-            hit = bool(a.limits & (1 << side))
+        for side, (name, limit) in enumerate(MOTORS):
+            hit = limit in a.limits
             cells = bar(a.motor[side], 0.0, a.motor_max, width=room, command=a.motor_command[side], saturated=hit)
             value = f"{a.motor[side]:5.0f} rad/s"
             lines.append([(f"M{name} ", "label"), *cells, (value, "bad" if hit else "")])
-        for side, name in enumerate(("L", "R")):
-            hit = bool(a.limits & (4 << side))
+        for side, (name, limit) in enumerate(ELEVONS):
+            hit = limit in a.limits
             low = -a.elevon_max
             cells = bar(
                 a.elevon[side], low, a.elevon_max, width=room, command=a.elevon_command[side], saturated=hit, centre=0.0
             )
             value = f"{math.degrees(a.elevon[side]):+7.1f} deg"
             lines.append([(f"E{name} ", "label"), *cells, (value, "bad" if hit else "")])
-        limits, given_up = self._limits(a.limits), self._given_up(s)
+        limits, saturated = self._limits(a.limits), self._saturated(s)
         if height > len(lines) + 1:
-            return [*lines, limits, given_up]
-        return [*lines, given_up or limits]
+            return [*lines, limits, saturated]
+        return [*lines, saturated or limits]
 
-    def _limits(self, limits: int) -> Line:
-        names = ("motor L", "motor R", "elevon L", "elevon R")
-        position = [name for bit, name in enumerate(names) if limits & (1 << bit)]
-        rate = [name for bit, name in enumerate(names) if limits & (16 << bit)]
-        if not position and not rate:
+    def _limits(self, limits: Limit) -> Line:
+        if not limits.label:
             return text_line(("within all limits", "dim"))
-        parts = ["at limit: " + ", ".join(position)] if position else []
-        parts += ["rate: " + ", ".join(rate)] if rate else []
-        return text_line((" · ".join(parts), "bad" if position else "warn"))
+        return text_line((f"at limit: {limits.label}", "bad" if limits & AT_POSITION else "warn"))
 
-    def _given_up(self, s: Snapshot) -> Line:
-        """What allocation could not give, now (bad) or within the last second (warn)."""
-        now, bits = s.boot or 0.0, s.actuators.given_up if s.actuators else 0
-        recent = [bit for bit, at in enumerate(s.given_up_at) if now - at <= GIVEN_UP_SHOWN]
+    def _saturated(self, s: Snapshot) -> Line:
+        """Axes on which the allocation falls short, now (bad) or within the last second (warn)."""
+        now, at_present = s.boot or 0.0, s.actuators is not None and s.actuators.saturation
+        recent = [axis.label for axis, at in sorted(s.saturated_at.items()) if now - at <= SATURATION_SHOWN]
         if not recent:
             return []
-        return text_line(("gave up: " + ", ".join(GIVEN_UP[bit] for bit in recent), "bad" if bits else "warn"))
+        return text_line(("saturated: " + ", ".join(recent), "bad" if at_present else "warn"))
 
 
 def display_offset(s: Snapshot) -> Quaternion:

@@ -69,7 +69,7 @@ class StatusBar(Panel):
         if not s.armed and s.prearm_ok is False:
             return "not ready to arm"
         words = LANDED.get(s.landed_state, "")
-        way = VTOL[s.vtol_state] if s.landed_state == IN_AIR and s.vtol_state < len(VTOL) else ""
+        way = VTOL.get(s.vtol_state, "") if s.landed_state == IN_AIR else ""
         return f"{words}, {way}" if way else words
 
     def _mission(self, s: Snapshot) -> tuple[str, str]:

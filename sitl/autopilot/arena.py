@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from sitl.autopilot.guidance import Vector
+from sitl.control.reference import Point
 
 
 class Arena(NamedTuple):
@@ -15,7 +15,7 @@ class Arena(NamedTuple):
     half_west: float  # [m]
     ceiling: float  # [m]
 
-    def refuse(self, p: Vector) -> str | None:
+    def refuse(self, p: Point) -> str | None:
         """Why a point is not allowed, or None if it is.
 
         Args:

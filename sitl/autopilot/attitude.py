@@ -9,11 +9,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from protocol.dialect.vocabulary import Law
 from protocol.frames import Quaternion, multiply, rotate
-from sitl.autopilot.guidance import Attitude, Setpoint, Vector, View
-from sitl.design.attitude import full_force
-from sitl.hybrid.supervisor import Law
+from sitl.autopilot.guidance import View
+from sitl.control.hover_attitude import full_force
+from sitl.control.reference import AttitudeReference, Point, Reference, hover_at, steer
+from sitl.model import quaternions
 from sitl.model.airframe import Airframe
+from sitl.model.vectors import Vector
 
 __all__ = ["Steer", "attitude_of", "heading_of", "lost", "refuse_attitude"]
 
@@ -33,35 +36,35 @@ NOSE, BELLY, UP = (1.0, 0.0, 0.0), (0.0, 0.0, -1.0), (0.0, 0.0, 1.0)
 class Steer:
     """Fly one streamed attitude, turning on at its own rates until the next one comes."""
 
-    attitude: Attitude
+    attitude: AttitudeReference
     came: float  # [s]
     speed: float  # of the hover laws, when they take over [m/s]
     landing: bool = False
 
-    def update(self, view: View) -> Setpoint:
+    def update(self, view: View) -> Reference:
         """The attitude as it is by now; the place is where the vehicle is."""
         now = _turned(self.attitude, view.time - self.came)
-        if _tilt(now.q) > MOST_TILT:  # its rates lead out of what is flown
-            now = self.attitude._replace(rates=(0.0, 0.0, 0.0))
-        return Setpoint(view.p, heading_of(now.q), self.speed, attitude=now)
+        if _tilt(now.attitude) > MOST_TILT:  # its rates lead out of what is flown
+            now = self.attitude._replace(rates=Vector(0.0, 0.0, 0.0))
+        return steer(hover_at(view.p, heading_of(now.attitude), self.speed), now)
 
     def done(self, view: View) -> bool:  # noqa: ARG002 - set-points have no end of their own
         """Never."""
         return False
 
 
-def refuse_attitude(attitude: Attitude, view: View) -> str | None:
+def refuse_attitude(attitude: AttitudeReference, view: View) -> str | None:
     """Why an attitude cannot be flown now, or None."""
-    if not all(map(math.isfinite, (*attitude.q, *attitude.rates, attitude.thrust))):
+    if not all(map(math.isfinite, (*attitude.attitude, *attitude.rates, attitude.thrust))):
         return "attitude set-point is not a number"
-    norm = math.hypot(*attitude.q)
+    norm = math.hypot(*attitude.attitude)
     if abs(norm - 1.0) > UNIT:
         return f"attitude quaternion has norm {norm:.2f}, not 1"
     if not LEAST_THRUST <= attitude.thrust <= 1.0:
         return f"thrust {attitude.thrust:.2f} is not within {LEAST_THRUST:g} and 1"
     if math.hypot(*attitude.rates) > MOST_RATE:
         return f"body rates of {math.hypot(*attitude.rates):.1f} rad/s: attitudes turn at {MOST_RATE:g} rad/s at most"
-    tilt, most = math.degrees(_tilt(attitude.q)), math.degrees(MOST_TILT)
+    tilt, most = math.degrees(_tilt(attitude.attitude)), math.degrees(MOST_TILT)
     if tilt > most + 0.01:
         return (
             f"nose {tilt:.0f} deg from the vertical: attitudes are flown up to {most:.0f} deg (hover is pitch 90 deg)"
@@ -91,7 +94,7 @@ def lost(view: View, last: Law) -> str | None:
     return None
 
 
-def attitude_of(acceleration: Vector, heading: float, turn: float, airframe: Airframe) -> Attitude:
+def attitude_of(acceleration: Point, heading: float, turn: float, airframe: Airframe) -> AttitudeReference:
     """The attitude and thrust that give an acceleration in still air: force = m (a + g up).
 
     Args:
@@ -105,7 +108,7 @@ def attitude_of(acceleration: Vector, heading: float, turn: float, airframe: Air
     upright = _upright(heading)
     q = upright if lift == 0.0 else multiply(_between(UP, (x / lift, y / lift, z / lift)), upright)
     rates = rotate((q[0], -q[1], -q[2], -q[3]), (0.0, 0.0, turn))
-    return Attitude(q, rates, airframe.m * lift / full_force(airframe))
+    return AttitudeReference(quaternions.Quaternion(*q), Vector(*rates), airframe.m * lift / full_force(airframe))
 
 
 def heading_of(q: Quaternion) -> float:
@@ -120,7 +123,7 @@ def _upright(heading: float) -> Quaternion:
     return (c, s, -c, s)
 
 
-def _between(a: Vector, b: Vector) -> Quaternion:
+def _between(a: Point, b: Point) -> Quaternion:
     """The shortest rotation from one unit vector to another; half a turn about x where there is none."""
     w = 1.0 + a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
     x, y, z = a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
@@ -132,12 +135,12 @@ def _tilt(q: Quaternion) -> float:
     return math.acos(min(max(rotate(q, NOSE)[2] / math.hypot(*q) ** 2, -1.0), 1.0))
 
 
-def _turned(attitude: Attitude, seconds: float) -> Attitude:
+def _turned(attitude: AttitudeReference, seconds: float) -> AttitudeReference:
     """The attitude after turning at its rates for a time, its quaternion of unit norm."""
     rate = math.hypot(*attitude.rates)
     half = 0.5 * rate * seconds
     scale = 0.5 * seconds if half == 0.0 else math.sin(half) / rate
     p, q, r = attitude.rates
-    w, x, y, z = multiply(attitude.q, (math.cos(half), scale * p, scale * q, scale * r))
+    w, x, y, z = multiply(attitude.attitude, (math.cos(half), scale * p, scale * q, scale * r))
     norm = math.hypot(w, x, y, z)
-    return attitude._replace(q=(w / norm, x / norm, y / norm, z / norm))
+    return attitude._replace(attitude=quaternions.Quaternion(w / norm, x / norm, y / norm, z / norm))

@@ -19,7 +19,7 @@ from sitl.autopilot.decision import Decision
 from sitl.autopilot.failsafe import OFFBOARD_ACTIONS
 from sitl.autopilot.fence import Fence
 from sitl.autopilot.flight import ARM_WITHIN, Awaiting
-from sitl.autopilot.guidance import Guidance, Hold, Ramp, Setpoint, Stop, Vector, View
+from sitl.autopilot.guidance import Guidance, Hold, Ramp, Stop, View
 from sitl.autopilot.guidance import Sequence as Steps
 from sitl.autopilot.link_watch import missing
 from sitl.autopilot.mission import MissionRunner, fly_to, return_home
@@ -28,6 +28,7 @@ from sitl.autopilot.outcome import ACCEPTED, DENIED, REJECTED, Outcome
 from sitl.autopilot.settings import Settings
 from sitl.autopilot.streaming import Streaming
 from sitl.autopilot.wing import WingRequests
+from sitl.control.reference import Point, Reference, hover_at
 
 AWAITED = {Mode.TAKEOFF: "Take-off", Mode.MISSION: "Mission"}  # what can be chosen before arming
 
@@ -58,7 +59,7 @@ class Autopilot(Streaming, WingRequests):
 
     # The tick
 
-    def update(self, view: View) -> Setpoint:
+    def update(self, view: View) -> Reference:
         """Advance the guidance by one autopilot tick and give the set-point.
 
         Args:
@@ -78,10 +79,10 @@ class Autopilot(Streaming, WingRequests):
             self._fly_guidance(self._guidance)
         if self.under_way is not None:
             self._look_at(self.under_way)
-        return self.setpoint
+        return self.reference
 
     def _rest(self) -> None:
-        self.setpoint = Setpoint(self.view.p, self.view.heading, self.settings.hover_speed)
+        self.reference = hover_at(self.view.p, self.view.heading, self.settings.hover_speed)
         if self._awaiting is not None and self.view.time > self._awaiting.until:
             self.say(mavlink.MAV_SEVERITY_WARNING, f"{AWAITED[self.mode]} not begun: nobody armed")
             self._enter(Mode.HOLD, None)
@@ -91,7 +92,7 @@ class Autopilot(Streaming, WingRequests):
             self._stop_motors("Disarmed after landing")
 
     def _fly_mission(self, mission: MissionRunner) -> None:
-        self.setpoint = mission.update(self.view)
+        self.reference = mission.update(self.view)
         self._collect(mission)
         if mission.finished:
             self.say(mavlink.MAV_SEVERITY_NOTICE, "Mission complete: holding")
@@ -103,10 +104,10 @@ class Autopilot(Streaming, WingRequests):
             return
         if self.mode is Mode.POSCTL:
             guidance = self._follow_sticks(guidance)
-        self.setpoint = guidance.update(self.view)
+        self.reference = guidance.update(self.view)
         if self.mode is Mode.TAKEOFF and guidance.done(self.view):
             self.say(mavlink.MAV_SEVERITY_INFO, "Take-off complete: holding")
-            self._enter(Mode.HOLD, Hold(self.setpoint))
+            self._enter(Mode.HOLD, Hold(self.reference))
 
     def _lose_setpoints(self, why: str) -> None:
         action = OFFBOARD_ACTIONS[self.settings.setpoint_action]
@@ -153,7 +154,7 @@ class Autopilot(Streaming, WingRequests):
 
     def _way_home(self, view: View) -> Steps:
         to = self.world.safe_point(view.p, self.settings.return_altitude)
-        return return_home(view, self.setpoint, self.settings, to, self.chooser)
+        return return_home(view, self.reference, self.settings, to, self.chooser)
 
     def _collect(self, mission: MissionRunner) -> None:
         self._reached += mission.reached
@@ -242,7 +243,7 @@ class Autopilot(Streaming, WingRequests):
         self._enter(Mode.RTL, self._way_home(self.view))
         return Outcome(ACCEPTED)
 
-    def go_to(self, p: Vector, heading: float | None = None, speed: float | None = None) -> Outcome:
+    def go_to(self, p: Point, heading: float | None = None, speed: float | None = None) -> Outcome:
         """Fly to a point and hold there.
 
         Args:
@@ -255,12 +256,12 @@ class Autopilot(Streaming, WingRequests):
         reason = self._refuse_point(p)
         if reason is not None:
             return self._refuse(DENIED, f"Go-to denied: {reason}")
-        setpoint = Setpoint(
+        reference = hover_at(
             p,
-            self.setpoint.heading if heading is None else heading,
+            self.reference.heading if heading is None else heading,
             self.settings.hover_speed if speed is None else speed,
         )
-        self._enter(Mode.HOLD, fly_to(self.view, setpoint, self.settings, self.chooser))
+        self._enter(Mode.HOLD, fly_to(self.view, reference, self.settings, self.chooser))
         return Outcome(ACCEPTED)
 
     def set_mode(self, mode: Mode) -> Outcome:
@@ -300,12 +301,12 @@ class Autopilot(Streaming, WingRequests):
         self._fence = fence
         self._bound()
 
-    def load_rally(self, points: tuple[Vector, ...]) -> None:
+    def load_rally(self, points: tuple[Point, ...]) -> None:
         """Replace the rally points, world NWU [m]."""
         self.world = self.world._replace(rally=points)
         self._bound()
 
-    def move(self, frame: LocalFrame, home: Vector) -> None:
+    def move(self, frame: LocalFrame, home: Point) -> None:
         """Put the world frame elsewhere on the globe, or home elsewhere in it.
 
         What is under way goes on as it began, except for a return that does not land yet: it turns to the new home.

@@ -7,8 +7,9 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from sitl.autopilot.decision import Abilities, Decision, Leg, Way, plan
-from sitl.autopilot.guidance import Vector, View
+from sitl.autopilot.guidance import View
 from sitl.autopilot.settings import Settings
+from sitl.control.reference import Point
 from sitl.model.airframe import Airframe
 
 CHAIN = 8  # legs looked ahead
@@ -17,7 +18,7 @@ CHAIN = 8  # legs looked ahead
 class Stop(NamedTuple):
     """A point of a chain of legs, and how the leg to it was asked to be flown."""
 
-    p: Vector  # world NWU [m]
+    p: Point  # world NWU [m]
     asked: Way = Way.NONE
     seq: int = 65535  # mission item; 65535: none
 
@@ -35,7 +36,7 @@ class Chooser:
         made, self._made = self._made, []
         return made
 
-    def energy(self, view: View, start: Vector, end: Vector, settings: Settings, *, flying: bool) -> float:
+    def energy(self, view: View, start: Point, end: Point, settings: Settings, *, flying: bool) -> float:
         """Shaft energy of one leg flown the better way, begun on the wing or not [J]; a question, not a decision."""
         leg, _ = _leg(start, end, view.heading, view.wind)
         made = plan([leg], self._abilities(settings), settings.least_leg, [Way(settings.way)], flying=flying)[0]
@@ -46,7 +47,7 @@ class Chooser:
         return Abilities(self.airframe, self.can_fly_forward, settings.hover_speed, airspeed, settings.leg_time)
 
     def choose(
-        self, view: View, start: Vector, stops: Sequence[Stop], settings: Settings, airspeed: float
+        self, view: View, start: Point, stops: Sequence[Stop], settings: Settings, airspeed: float
     ) -> list[Decision]:
         """Decisions for the legs from ``start`` through ``stops``; the first is reported."""
         abilities = self._abilities(settings, airspeed)
@@ -67,7 +68,7 @@ class Chooser:
         return self.can_fly_forward and wanted is not Way.HOVER and height >= 3.0
 
 
-def _leg(start: Vector, end: Vector, heading: float, wind: Vector) -> tuple[Leg, float]:
+def _leg(start: Point, end: Point, heading: float, wind: Point) -> tuple[Leg, float]:
     dx, dy = end[0] - start[0], end[1] - start[1]
     length = math.hypot(dx, dy)
     course = math.atan2(dy, dx) if length > 0.1 else heading

@@ -15,11 +15,12 @@ from protocol.events import CommandRequested
 from protocol.modes import FOREIGN, mode_from_parts
 from sitl.autopilot.autopilot import Autopilot
 from sitl.autopilot.decision import Way
-from sitl.autopilot.guidance import FASTEST, SLOWEST, Vector
+from sitl.autopilot.guidance import FASTEST, SLOWEST
 from sitl.autopilot.home import UNSUPPORTED_FRAME, set_home, set_origin
 from sitl.autopilot.mission_items import WAYS
 from sitl.autopilot.outcome import ACCEPTED, DENIED, REJECTED, UNSUPPORTED, Outcome
 from sitl.autopilot.standard_modes import set_standard_mode
+from sitl.control.reference import Point
 
 ARM = mavlink.MAV_CMD_COMPONENT_ARM_DISARM
 FORCE = 21196  # the number that makes MAV_CMD_COMPONENT_ARM_DISARM skip its checks
@@ -174,12 +175,12 @@ def _reposition(autopilot: Autopilot, request: CommandRequested) -> Outcome:
     )
 
 
-def _point(autopilot: Autopilot, request: CommandRequested) -> Vector | None:
+def _point(autopilot: Autopilot, request: CommandRequested) -> Point | None:
     """Where a go-to is to end, None if that is no place; NaN leaves the height, or the place over ground, as it is."""
     latitude, longitude, z = request.params[4:7]
     if math.isinf(z):
         return None
-    x, y, up = autopilot.setpoint.p
+    x, y, up = autopilot.reference.position
     world, height = autopilot.world, _height(autopilot, request)
     if height is not None:
         up = world.up(height, above_sea=False)
@@ -224,7 +225,7 @@ def _change_altitude(autopilot: Autopilot, request: CommandRequested) -> Outcome
         return Outcome(DENIED, f"Height denied: param2 is {frame:g}, not a frame of the globe")
     if not math.isfinite(altitude):
         return Outcome(DENIED, f"Height denied: param1 is {altitude:g}")
-    x, y, _ = autopilot.setpoint.p
+    x, y, _ = autopilot.reference.position
     return autopilot.go_to((x, y, autopilot.world.up(altitude, above_sea=frame in GLOBAL)))
 
 
@@ -253,7 +254,7 @@ def _orbit(autopilot: Autopilot, request: CommandRequested) -> Outcome:
     return autopilot.circle(centre, radius, None if math.isnan(speed) else speed)
 
 
-def _centre(autopilot: Autopilot, request: CommandRequested) -> Vector | None:
+def _centre(autopilot: Autopilot, request: CommandRequested) -> Point | None:
     """The centre that is asked for, None if it is no place; what is left open is where the vehicle is."""
     latitude, longitude, z = request.params[4:7]
     if math.isinf(z):

@@ -16,14 +16,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sitl.autopilot.guidance import Setpoint, Vector
-from sitl.autopilot.legs import edge_on, leg_airspeeds, leg_setpoint
+from sitl.autopilot.legs import edge_on, leg_airspeeds, leg_reference
 from sitl.autopilot.point_mass import Body, LinearHover, alignment, fly_hover, fly_wing, held
+from sitl.control.reference import Point, hover_at
 from sitl.design.forward import sight_gains
 from sitl.design.lqr import hover_gains
 from sitl.design.zero_moment import zero_moment_gains
-from sitl.model.airframe import Airframe
 from sitl.laws.path import LEG, Path
+from sitl.model.airframe import Airframe
 from sitl.vehicle import STOP_SPEED, Tuning
 from sitl.watch import DWELL, SETTLED_SHARE, WINDY
 
@@ -133,13 +133,13 @@ def predict_forward(leg: Leg, abilities: Abilities, *, begin: bool = True, end: 
     return Prediction(*fly_wing(np.array(wind), path, body, waiting, learnt, 0.0, stand, ACCEPTANCE, begin, end, False))
 
 
-def _as_flown(leg: Leg, airspeed: float, wind: Vector, *, end: bool) -> tuple[Path, float]:
+def _as_flown(leg: Leg, airspeed: float, wind: Point, *, end: bool) -> tuple[Path, float]:
     """The path that the autopilot makes of a leg, in the leg's frame, and the heading it is left to hover at."""
     height = leg.height if math.isfinite(leg.height) else HIGH
     start, stop = (0.0, 0.0, height + max(-leg.climb, 0.0)), (leg.distance, 0.0, height + max(leg.climb, 0.0))
     if end:
         airspeed = leg_airspeeds([start, stop], airspeed, wind)[0]
-    route = leg_setpoint(start, stop, Setpoint(stop, 0.0, 0.0), airspeed, stop=end).route
+    route = leg_reference(start, stop, hover_at(stop, 0.0, 0.0), airspeed, stop=end).route
     level, low = (0.0, 0.0) if route is None else (route.level, route.low)
     origin, target = np.zeros(3), np.array((leg.distance, 0.0, leg.climb))
     return Path(LEG, origin, target, 0.0, airspeed, end, level, low), edge_on(0.0, wind)

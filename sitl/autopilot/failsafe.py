@@ -16,11 +16,12 @@ from protocol.modes import Mode
 from sitl.autopilot.alarm import Action, Alarm
 from sitl.autopilot.choice import Chooser
 from sitl.autopilot.fence import FenceWatch
-from sitl.autopilot.guidance import FAST_DESCENT, SLOW_BELOW, Vector, View
+from sitl.autopilot.guidance import FAST_DESCENT, SLOW_BELOW, View
 from sitl.autopilot.legs import BREEZE
 from sitl.autopilot.link_watch import LinkWatches, Silence
 from sitl.autopilot.mission_items import World
 from sitl.autopilot.settings import Settings
+from sitl.control.reference import Point
 from sitl.model.airframe import Airframe
 
 EVERY = 0.1  # between looks at the fence [s]
@@ -109,9 +110,9 @@ class WayHome:
     home: float = 0.0  # [J]
     slack: float = 0.0  # beyond what is needed, when it was made [J]
     until: float = -math.inf  # [s]
-    to: Vector | None = None  # where it leads, world NWU [m]
+    to: Point | None = None  # where it leads, world NWU [m]
 
-    def reserve(self, view: View, mode: Mode, to: Vector, settings: Settings, chooser: Chooser) -> Reserve:
+    def reserve(self, view: View, mode: Mode, to: Point, settings: Settings, chooser: Chooser) -> Reserve:
         """The battery against the way to a point, world NWU [m]."""
         capacity = view.energy / view.energy_left if view.energy_left > 0.0 else 0.0
         kept = settings.battery_critical * capacity
@@ -173,7 +174,7 @@ class Failsafes:
         self.links = LinkWatches()
 
 
-def energy_home(view: View, to: Vector, settings: Settings, chooser: Chooser, *, on_its_way: bool = False) -> float:
+def energy_home(view: View, to: Point, settings: Settings, chooser: Chooser, *, on_its_way: bool = False) -> float:
     """Predicted shaft energy of the way to a point and of the landing there [J].
 
     The climb to the return altitude and the landing are hovered at the power of still air, the landing for longer in a
@@ -197,7 +198,7 @@ def energy_home(view: View, to: Vector, settings: Settings, chooser: Chooser, *,
     return power * climb + landing + leg
 
 
-def landing_energy(view: View, to: Vector, settings: Settings, airframe: Airframe) -> float:
+def landing_energy(view: View, to: Point, settings: Settings, airframe: Airframe) -> float:
     """Shaft energy of a landing in still air from the height of the return [J]; arguments as of ``energy_home``."""
     high = max(view.p[2], to[2])
     slowly = min(high, SLOW_BELOW)

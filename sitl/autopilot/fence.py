@@ -23,8 +23,9 @@ from protocol.engines.mission_server import Refusal
 from protocol.frames import LocalFrame
 from protocol.plans.mission import MissionItem
 from protocol.units import UNKNOWN_INT32, from_e7, is_global_frame
-from sitl.autopilot.guidance import Vector, View
+from sitl.autopilot.guidance import View
 from sitl.autopilot.places import level
+from sitl.control.reference import Point
 
 SPACING = 2.0  # of the points looked at on the way to a stop [m]
 HOVER_STOP = 1.5  # an upright vehicle stands still after so many seconds at its speed [s]
@@ -88,9 +89,9 @@ class Fence(NamedTuple):
     without: tuple[Circle | Polygon, ...] = ()
     reach: float = 0.0  # level distance from home [m]; 0: any
     ceiling: float = 0.0  # height above home [m]; 0: any
-    home: Vector = (0.0, 0.0, 0.0)  # world NWU [m]
+    home: Point = (0.0, 0.0, 0.0)  # world NWU [m]
 
-    def breach(self, points: Sequence[Vector]) -> Breach | None:
+    def breach(self, points: Sequence[Point]) -> Breach | None:
         """The first thing wrong with any of the points, world NWU [m]."""
         p = np.array(points)
         if self.ceiling > 0.0 and p[:, 2].max() - self.home[2] > self.ceiling:
@@ -159,7 +160,7 @@ def _place(seq: int, item: MissionItem, frame: LocalFrame) -> tuple[float, float
     return level(latitude, longitude, frame)
 
 
-def way_to_a_stop(view: View) -> list[Vector]:
+def way_to_a_stop(view: View) -> list[Point]:
     """Points from where the vehicle is to where it can stand still, world NWU [m]."""
     speed = math.hypot(view.v[0], view.v[1])
     seconds = HOVER_STOP

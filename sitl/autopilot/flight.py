@@ -11,13 +11,14 @@ from protocol.modes import Mode
 from sitl.autopilot.choice import Chooser
 from sitl.autopilot.failsafe import Failsafes
 from sitl.autopilot.fence import Fence
-from sitl.autopilot.guidance import Guidance, Hold, Setpoint, Stop, Vector, View, land_at
+from sitl.autopilot.guidance import Guidance, Hold, Stop, View, land_at
 from sitl.autopilot.guidance import Sequence as Steps
 from sitl.autopilot.mission import MissionRunner, World
 from sitl.autopilot.outcome import FAILED, Notice, Outcome
 from sitl.autopilot.progress import Transition
 from sitl.autopilot.settings import Settings
 from sitl.autopilot.streamed import FLOOR, Streamed
+from sitl.control.reference import Point, Reference, hover_at
 
 ARM_WITHIN = 20.0  # of a take-off or a mission that was chosen before [s]
 COMPASS = tuple((math.cos(k * math.pi / 4.0), math.sin(k * math.pi / 4.0)) for k in range(8))
@@ -42,10 +43,10 @@ class Flight:
         self.flying = False  # asked to be in the air: the supervisor leaves the ground on this
         self.mission: MissionRunner | None = None
         self.view = View(0.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), heading, 0.0, True, 1.0)
-        self.setpoint = Setpoint((0.0, 0.0, 0.0), heading, settings.hover_speed)
+        self.reference = hover_at((0.0, 0.0, 0.0), heading, settings.hover_speed)
         self._guidance: Guidance | None = None
         self.under_way: Transition | None = None  # asked for by command, and not ended
-        self._streamed = Streamed(self.setpoint)
+        self._streamed = Streamed(self.reference)
         self._awaiting: Awaiting | None = None
         self._landed_at: float | None = None
         self._notices: list[Notice] = []
@@ -75,12 +76,12 @@ class Flight:
         self.say(mavlink.MAV_SEVERITY_WARNING, text)
         return Outcome(result, text)
 
-    def _refuse_point(self, p: Vector) -> str | None:
+    def _refuse_point(self, p: Point) -> str | None:
         if not all(map(math.isfinite, p)):
             return f"position {p} is not a number"
         return self.world.refuse(p)
 
-    def _refuse_rim(self, centre: Vector, radius: float) -> str | None:
+    def _refuse_rim(self, centre: Point, radius: float) -> str | None:
         rim = [(centre[0] + radius * x, centre[1] + radius * y, centre[2]) for x, y in COMPASS]
         return next(filter(None, map(self._refuse_point, rim)), None)
 
@@ -100,10 +101,10 @@ class Flight:
             failed = transition.end.result == FAILED
             self.say(mavlink.MAV_SEVERITY_WARNING if failed else mavlink.MAV_SEVERITY_INFO, transition.end.text)
 
-    def _at(self, p: Vector) -> Setpoint:
-        return Setpoint(p, self.setpoint.heading, self.settings.hover_speed)
+    def _at(self, p: Point) -> Reference:
+        return hover_at(p, self.reference.heading, self.settings.hover_speed)
 
-    def _stop_point(self) -> Vector:
+    def _stop_point(self) -> Point:
         # Where the vehicle can stop, not where it is now, and no lower than the floor.
         p, v = self.view.p, self.view.v
         level = math.hypot(v[0], v[1])

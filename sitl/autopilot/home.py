@@ -21,9 +21,9 @@ from protocol.frames import Geodetic, LocalFrame, flip
 from protocol.modes import Mode
 from sitl.autopilot.autopilot import Autopilot
 from sitl.autopilot.bounds import Bounds
-from sitl.autopilot.guidance import Vector
 from sitl.autopilot.mission_items import GLOBAL_FRAMES, RELATIVE_FRAMES, World, out_of_bounds
 from sitl.autopilot.outcome import ACCEPTED, DENIED, REJECTED, Notice, Outcome
+from sitl.control.reference import Point
 from sitl.memory import Anchors, Memory
 
 UNSUPPORTED_FRAME = mavlink.MAV_RESULT_COMMAND_UNSUPPORTED_MAV_FRAME
@@ -65,7 +65,7 @@ def _set_home_at(autopilot: Autopilot, lat: float, lon: float, altitude: float, 
     return move_home(autopilot, world.local(lat, lon, up))
 
 
-def move_home(autopilot: Autopilot, p: Vector) -> Outcome:
+def move_home(autopilot: Autopilot, p: Point) -> Outcome:
     """Move home to a point, world NWU [m], or say why it may not be there."""
     moved = autopilot.world._replace(home=p)
     reason = _no_home(p, moved)
@@ -77,7 +77,7 @@ def move_home(autopilot: Autopilot, p: Vector) -> Outcome:
     return Outcome(ACCEPTED)
 
 
-def _no_home(p: Vector, world: World) -> str | None:
+def _no_home(p: Point, world: World) -> str | None:
     if p[2] < -BELOW_GROUND:
         return f"it would be {-p[2]:.1f} m under the ground"
     fence = world.fence._replace(home=p)

@@ -6,12 +6,11 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
-from sitl.autopilot.guidance import SLOWEST, Ramp, Route, Setpoint, Vector, View, distance, land_at
-from sitl.design.forward import sight_gains
-from sitl.laws.forward_guidance import ground_speed, stopping_distance
-from sitl.laws.path import CIRCLE, LEG
+from sitl.autopilot.guidance import SLOWEST, Ramp, View, distance, land_at
+from sitl.control.forward_guidance import ground_speed, stopping_distance
+from sitl.control.reference import Path, Point, Reference, along, circle, hover_at, leg
+from sitl.design.forward import line_of_sight_gains
+from sitl.model.vectors import Vector
 
 FAR = 30.0  # a course is a leg of so many seconds, begun anew all the time [s]
 TURNING = 6.0  # lateral acceleration a corner is begun for [m/s2]
@@ -26,21 +25,21 @@ NEARLY_THERE = 40.0  # upright again nearer than this, the rest is hovered [m]
 TIGHTEST = 5.0  # lateral acceleration of a circle at most [m/s2]
 
 
-def leg_setpoint(start: Vector, end: Vector, last: Setpoint, airspeed: float, *, stop: bool) -> Setpoint:
+def leg_reference(start: Point, end: Point, last: Reference, airspeed: float, *, stop: bool) -> Reference:
     """The set-point of a leg on the wing; it ends heading along the leg."""
     course = math.atan2(end[1] - start[1], end[0] - start[0])
     # Idling motors brake little; a descent takes even that away. So it is over before the braking begins.
     level = 0.0
     if stop and end[2] < start[2]:
-        gains = sight_gains().guidance
+        gains = line_of_sight_gains().guidance
         level = min(
             LEVEL_SHARE * math.dist(start[:2], end[:2]), airspeed + stopping_distance(airspeed, 0.0, 0.0, gains)
         )
     low = LOW if stop and end[2] >= LOW_FROM else 0.0
-    return Setpoint(end, course, last.speed, Route(LEG, start, end, airspeed, stop, level, low))
+    return along(hover_at(end, course, last.speed), leg(start, end, airspeed, stop=stop, level=level, low=low), course)
 
 
-def course(p: Vector, v: Vector, wind: Vector, last: Setpoint) -> Setpoint:
+def course(p: Point, v: Point, wind: Point, last: Reference) -> Reference:
     """The set-point of flight at a velocity over the ground, from wherever the vehicle is.
 
     Args:
@@ -51,10 +50,10 @@ def course(p: Vector, v: Vector, wind: Vector, last: Setpoint) -> Setpoint:
     """
     end = (p[0] + FAR * v[0], p[1] + FAR * v[1], p[2] + FAR * v[2])
     airspeed = math.dist(v, wind)
-    return leg_setpoint(p, end, last, airspeed, stop=False)
+    return leg_reference(p, end, last, airspeed, stop=False)
 
 
-def corner_lead(start: Vector, corner: Vector, after: Vector, ground_speed: float) -> float:
+def corner_lead(start: Point, corner: Point, after: Point, ground_speed: float) -> float:
     """How far before a corner the turn begins so that it ends on the next leg [m]."""
     inbound = math.atan2(corner[1] - start[1], corner[0] - start[0])
     outbound = math.atan2(after[1] - corner[1], after[0] - corner[0])
@@ -64,7 +63,7 @@ def corner_lead(start: Vector, corner: Vector, after: Vector, ground_speed: floa
     return min(lead, CORNER_SHARE * shorter)
 
 
-def leg_airspeeds(points: Sequence[Vector], airspeed: float, wind: Vector) -> list[float]:
+def leg_airspeeds(points: Sequence[Point], airspeed: float, wind: Point) -> list[float]:
     """Airspeeds of legs flown on the wing through points, the last one ending at rest.
 
     A leg is flown no faster than the legs after it leave room to slow down in, corners taken off.
@@ -88,7 +87,7 @@ def leg_airspeeds(points: Sequence[Vector], airspeed: float, wind: Vector) -> li
     return speeds
 
 
-def _fits(fast: float, slow: float, points: Sequence[Vector], wind: Vector) -> bool:
+def _fits(fast: float, slow: float, points: Sequence[Point], wind: Point) -> bool:
     """Whether the leg that ends ``points`` can be entered fast, round a corner if it has one, and left slowly."""
     start, end = points[-2:]
     length = math.dist(start[:2], end[:2])
@@ -99,7 +98,7 @@ def _fits(fast: float, slow: float, points: Sequence[Vector], wind: Vector) -> b
         lead = corner_lead(points[0], start, end, over_ground(points[0], start, fast, wind))
     ux, uy = (end[0] - start[0]) / length, (end[1] - start[1]) / length
     along, across = wind[0] * ux + wind[1] * uy, wind[0] * uy - wind[1] * ux
-    gains = sight_gains().guidance
+    gains = line_of_sight_gains().guidance
     speed = over_ground(start, end, fast, wind)
     braking = stopping_distance(speed, along, across, gains)
     if slow > 0.0:
@@ -107,11 +106,11 @@ def _fits(fast: float, slow: float, points: Sequence[Vector], wind: Vector) -> b
     return bool(lead + SETTLED * speed + braking <= length)
 
 
-def over_ground(start: Vector, end: Vector, airspeed: float, wind: Vector) -> float:
+def over_ground(start: Point, end: Point, airspeed: float, wind: Point) -> float:
     """Speed over the ground along a leg [m/s]."""
     length = max(math.dist(start[:2], end[:2]), 1e-9)
     north, west = (end[0] - start[0]) / length, (end[1] - start[1]) / length
-    return float(ground_speed(north, west, np.array(wind), airspeed))
+    return ground_speed(north, west, Vector(*wind), airspeed)
 
 
 @dataclass(slots=True)
@@ -122,7 +121,7 @@ class FlyLeg:
     done ``lead`` metres before its end, or abeam of it.
     """
 
-    setpoint: Setpoint  # with the leg's route
+    reference: Reference  # with the leg as its path
     acceptance: float
     hold: float = 0.0
     lead: float = 0.0  # where the next leg is turned to [m]; 0: the point itself is flown over
@@ -133,37 +132,37 @@ class FlyLeg:
     keep_heading: bool = False  # somebody asked for the heading at the end
     edge_on: float | None = None  # heading of the hover to come, chosen by the wind [rad]
 
-    def update(self, view: View) -> Setpoint:
+    def update(self, view: View) -> Reference:
         """The leg, or its end once the vehicle stands near it."""
-        route = self.setpoint.route
-        left = math.dist(view.p[:2], self.setpoint.p[:2])
-        if route is not None and route.stop:
+        path = self.reference.path
+        left = math.dist(view.p[:2], self.reference.position[:2])
+        if path.stop:
             self.flown |= view.forward
             self.upright |= self.flown and not view.forward and left < NEARLY_THERE
-        if self.arrived is None and distance(view.p, self.setpoint.p) <= self.acceptance:
+        if self.arrived is None and distance(view.p, self.reference.position) <= self.acceptance:
             self.arrived = view.time
         slow = math.hypot(view.v[0], view.v[1]) < STANDING
         if self.edge_on is None and view.forward and (left < NEARLY_THERE or slow):
-            self.edge_on = edge_on(self.setpoint.heading, view.wind)
-        heading = self.setpoint.heading if self.edge_on is None or self.keep_heading else self.edge_on
-        return self.setpoint._replace(heading=heading, route=None if self.upright else route)
+            self.edge_on = edge_on(self.reference.heading, view.wind)
+        heading = self.reference.heading if self.edge_on is None or self.keep_heading else self.edge_on
+        return self.reference._replace(heading=heading, forward=not self.upright)
 
     def done(self, view: View) -> bool:
         """Held long enough at the end, or past it."""
-        route = self.setpoint.route
-        if route is None or route.stop:
+        path = self.reference.path
+        if path.stop:
             return self.arrived is not None and not view.forward and view.time - self.arrived >= self.hold
-        along, length = _along(route, view.p)
+        flown, length = _along(path, view.p)
         if self.lead > 0.0:
-            return length - along <= self.lead
-        return along >= length or math.dist(view.p[:2], route.end[:2]) <= self.acceptance
+            return length - flown <= self.lead
+        return flown >= length or math.dist(view.p[:2], path.end[:2]) <= self.acceptance
 
 
-def _along(route: Route, p: Vector) -> tuple[float, float]:
+def _along(path: Path, p: Point) -> tuple[float, float]:
     """Distance flown along a leg, and its length [m]."""
-    dx, dy = route.end[0] - route.start[0], route.end[1] - route.start[1]
+    dx, dy = path.end.x - path.start.x, path.end.y - path.start.y
     length = math.hypot(dx, dy)
-    return ((p[0] - route.start[0]) * dx + (p[1] - route.start[1]) * dy) / max(length, 1e-9), length
+    return ((p[0] - path.start.x) * dx + (p[1] - path.start.y) * dy) / max(length, 1e-9), length
 
 
 @dataclass(slots=True)
@@ -178,10 +177,10 @@ class LandAfter:
     landing: bool = True
     down: Ramp | None = None  # from where the leg ended
 
-    def update(self, view: View) -> Setpoint:
+    def update(self, view: View) -> Reference:
         """The set-point on its way down."""
         if self.down is None:
-            above = self.leg.update(view)._replace(route=None)
+            above = self.leg.update(view)._replace(forward=False)
             heading = above.heading if self.leg.keep_heading else edge_on(above.heading, view.wind)
             self.down = land_at(above._replace(heading=heading), self.rate)
         return self.down.update(view)
@@ -191,7 +190,7 @@ class LandAfter:
         return False
 
 
-def edge_on(heading: float, wind: Vector) -> float:
+def edge_on(heading: float, wind: Point) -> float:
     """The heading to hover at in a wind: with the span along it the wing feels nothing of it [rad].
 
     Belly or back to a wind above 4 m/s the elevons are nearly spent holding the nose up.
@@ -207,7 +206,7 @@ def edge_on(heading: float, wind: Vector) -> float:
 class Orbit:
     """Circle about a point on the wing, for a time, for a number of turns, or for ever."""
 
-    setpoint: Setpoint  # with a circle as its route
+    reference: Reference  # with a circle as its path
     seconds: float = math.inf
     turns: float = math.inf
     landing: bool = False
@@ -215,20 +214,18 @@ class Orbit:
     bearing: float = 0.0  # from the centre, last tick [rad]
     turned: float = 0.0  # [rad]
 
-    def update(self, view: View) -> Setpoint:
+    def update(self, view: View) -> Reference:
         """The circle; counts time and turns from when it is reached."""
-        route = self.setpoint.route
-        if route is None:
-            return self.setpoint
-        x, y = view.p[0] - route.start[0], view.p[1] - route.start[1]
+        path = self.reference.path
+        x, y = view.p[0] - path.start.x, view.p[1] - path.start.y
         bearing = math.atan2(y, x)
         if self.since is None:
-            if abs(math.hypot(x, y) - abs(route.radius)) < 0.3 * abs(route.radius) and view.forward:
+            if abs(math.hypot(x, y) - abs(path.radius)) < 0.3 * abs(path.radius) and view.forward:
                 self.since, self.bearing = view.time, bearing
         else:
             self.turned += abs(math.remainder(bearing - self.bearing, math.tau))
             self.bearing = bearing
-        return self.setpoint
+        return self.reference
 
     def done(self, view: View) -> bool:
         """Time or turns are over."""
@@ -238,7 +235,7 @@ class Orbit:
 
 
 def orbit(
-    centre: Vector, radius: float, last: Setpoint, airspeed: float, seconds: float = math.inf, turns: float = math.inf
+    centre: Point, radius: float, last: Reference, airspeed: float, seconds: float = math.inf, turns: float = math.inf
 ) -> Orbit:
     """A circle as MAVLink means it.
 
@@ -251,5 +248,5 @@ def orbit(
         turns: How often; infinite: for ever.
     """
     slower = min(airspeed, math.sqrt(TIGHTEST * abs(radius)))
-    route = Route(CIRCLE, centre, centre, slower, stop=False, radius=-radius)
-    return Orbit(Setpoint(centre, last.heading, last.speed, route), seconds, turns)
+    reference = along(hover_at(centre, last.heading, last.speed), circle(centre, -radius, slower), last.heading)
+    return Orbit(reference, seconds, turns)

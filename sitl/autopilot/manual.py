@@ -9,7 +9,7 @@ import math
 from typing import NamedTuple
 
 from protocol.codec import Message
-from sitl.autopilot.guidance import Vector
+from sitl.control.reference import Point
 
 FULL = 1000  # what a stick at its end sends
 CENTRE = 0.05  # less of a stick is none
@@ -25,7 +25,7 @@ class Sticks(NamedTuple):
     up: float = 0.0
     clockwise: float = 0.0
 
-    def velocity(self, heading: float, speed: float, climb: float, descent: float) -> Vector:
+    def velocity(self, heading: float, speed: float, climb: float, descent: float) -> Point:
         """Wanted velocity, world NWU [m/s].
 
         Args:

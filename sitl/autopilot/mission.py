@@ -14,11 +14,12 @@ from protocol.dialect import mavlink
 from protocol.plans.mission import MissionItem
 from sitl.autopilot.choice import CHAIN, Chooser, Stop
 from sitl.autopilot.decision import Way
-from sitl.autopilot.guidance import SLOWEST, FlyTo, Guidance, Ramp, Setpoint, Vector, View, distance, land_at
+from sitl.autopilot.guidance import SLOWEST, FlyTo, Guidance, Ramp, View, distance, land_at
 from sitl.autopilot.guidance import Sequence as Steps
-from sitl.autopilot.legs import FlyLeg, LandAfter, corner_lead, leg_airspeeds, leg_setpoint, orbit, over_ground
+from sitl.autopilot.legs import FlyLeg, LandAfter, corner_lead, leg_airspeeds, leg_reference, orbit, over_ground
 from sitl.autopilot.mission_items import CIRCLES, LAND, PLACED, TAKEOFF, WAYS, World, height, place, validate
 from sitl.autopilot.settings import Settings
+from sitl.control.reference import Point, Reference, at, hover_at
 
 __all__ = ["MissionRunner", "World", "fly_to", "return_home", "validate"]
 
@@ -38,11 +39,11 @@ class MissionRunner:
     reached: list[int] = field(default_factory=list)
     notices: list[str] = field(default_factory=list)
     _guidance: Guidance | None = None
-    _setpoint: Setpoint | None = None
+    _reference: Reference | None = None
     _speed: float | None = None
     _airspeed: float | None = None
     _asked: Way = Way.NONE
-    _from: Vector | None = None  # where the last leg ended, when it was flown through
+    _from: Point | None = None  # where the last leg ended, when it was flown through
     _jumps_left: dict[int, int] = field(default_factory=dict)
 
     def jump_to(self, seq: int) -> None:
@@ -65,24 +66,24 @@ class MissionRunner:
         """Whether the current item ends on the ground."""
         return self._guidance is not None and self._guidance.landing
 
-    def update(self, view: View) -> Setpoint:
+    def update(self, view: View) -> Reference:
         """The set-point for this tick; moves through as many items as are done."""
-        setpoint = self._setpoint or Setpoint(view.p, view.heading, self.speed)
+        reference = self._reference or hover_at(view.p, view.heading, self.speed)
         for _ in range(2 * len(self.items) + 1):  # bounds a loop of jumps with nothing to fly between
             if self.finished:
                 break
             if self._guidance is None:
-                self._guidance = self._start(self.items[self.current], view, setpoint._replace(route=None))
+                self._guidance = self._start(self.items[self.current], view, reference._replace(forward=False))
             if self._guidance is not None:
-                setpoint = self._guidance.update(view)
+                reference = self._guidance.update(view)
                 if not self._guidance.done(view):
                     break
             self._advance()
         else:
             self.notices.append("Mission stopped: its jumps loop without a waypoint")
             self.finished = True
-        self._setpoint = setpoint
-        return setpoint
+        self._reference = reference
+        return reference
 
     def touched_down(self) -> None:
         """The ground ended the current landing."""
@@ -111,7 +112,7 @@ class MissionRunner:
             self._jumps_left[self.current] = left - 1
         return int(item.params[0])
 
-    def _start(self, item: MissionItem, view: View, last: Setpoint) -> Guidance | None:
+    def _start(self, item: MissionItem, view: View, last: Reference) -> Guidance | None:
         if item.command == mavlink.MAV_CMD_DO_CHANGE_SPEED:
             self.change_speed(item.params[1])
             return None
@@ -150,27 +151,27 @@ class MissionRunner:
         """Airspeed of legs on the wing [m/s]."""
         return self.settings.airspeed if self._airspeed is None else self._airspeed
 
-    def _take_off(self, item: MissionItem, view: View, last: Setpoint) -> Guidance:
+    def _take_off(self, item: MissionItem, view: View, last: Reference) -> Guidance:
         here = (view.p[0], view.p[1], height(item, self.world))
-        climb = Ramp(Setpoint(here, _heading(item, last), self.speed), self.settings.climb_rate)
+        climb = Ramp(hover_at(here, _heading(item, last), self.speed), self.settings.climb_rate)
         point = place(item, self.world)
         if point is None or distance(point, here) < SAME_PLACE:
             return climb
-        return Steps((climb, FlyTo(climb.setpoint._replace(p=point), self.settings.acceptance)))
+        return Steps((climb, FlyTo(at(climb.reference, point), self.settings.acceptance)))
 
     def _approach(
-        self, item: MissionItem, setpoint: Setpoint, view: View, acceptance: float, hold: float = 0.0
+        self, item: MissionItem, reference: Reference, view: View, acceptance: float, hold: float = 0.0
     ) -> Guidance:
         """The leg to the current item's point, on the wing if that is the better way."""
         if self.chooser is None:
-            return FlyTo(setpoint, acceptance, hold)
-        point = setpoint.p
+            return FlyTo(reference, acceptance, hold)
+        point = reference.position
         stops = self._chain(point)
         start = self._from if self._from is not None and view.forward else view.p
         decisions = self.chooser.choose(view, start, stops, self.settings, self.airspeed)
         self._from = None
         if decisions[0].way is not Way.FORWARD:
-            return FlyTo(setpoint, acceptance, hold)
+            return FlyTo(reference, acceptance, hold)
         flown = [start]
         for ahead, decision in zip(stops, decisions, strict=True):
             if decision.way is not Way.FORWARD:
@@ -186,11 +187,11 @@ class MissionRunner:
                 if item.params[1] > 0.0
                 else corner_lead(start, point, flown[2], over_ground(start, point, airspeed, view.wind))
             )
-        leg = leg_setpoint(start, point, setpoint, airspeed, stop=stop)
+        leg = leg_reference(start, point, reference, airspeed, stop=stop)
         asked = math.isfinite(item.params[3])
         return FlyLeg(leg._replace(heading=_heading(item, leg)), acceptance, hold, lead, keep_heading=asked)
 
-    def _chain(self, point: Vector) -> list[Stop]:
+    def _chain(self, point: Point) -> list[Stop]:
         """The current item's point, and those that follow it without a stop between."""
         stops = [Stop(point, self._asked, self.current)]
         asked = self._asked
@@ -209,20 +210,20 @@ class MissionRunner:
                     break
         return stops
 
-    def _waypoint(self, item: MissionItem, view: View, last: Setpoint) -> Guidance:
+    def _waypoint(self, item: MissionItem, view: View, last: Reference) -> Guidance:
         point = place(item, self.world)
         if point is None:
             raise ValueError("a waypoint without a place passed validation")
-        setpoint = Setpoint(point, _heading(item, last), self.speed)
+        reference = hover_at(point, _heading(item, last), self.speed)
         acceptance = self.settings.acceptance
         if item.command == mavlink.MAV_CMD_NAV_WAYPOINT and item.params[1] > 0.0:
             acceptance = item.params[1]
         hold = item.params[0] if math.isfinite(item.params[0]) else 0.0
         if item.command in CIRCLES:
-            return self._loiter(item, setpoint, view, hold)
-        return self._approach(item, setpoint, view, acceptance, hold)
+            return self._loiter(item, reference, view, hold)
+        return self._approach(item, reference, view, acceptance, hold)
 
-    def _loiter(self, item: MissionItem, setpoint: Setpoint, view: View, amount: float) -> Guidance:
+    def _loiter(self, item: MissionItem, reference: Reference, view: View, amount: float) -> Guidance:
         """Wait about a point: in a circle on the wing if the item gives a radius, else hovering over it."""
         radius = item.params[2] if math.isfinite(item.params[2]) else 0.0
         for_ever = item.command == mavlink.MAV_CMD_NAV_LOITER_UNLIM
@@ -230,76 +231,77 @@ class MissionRunner:
         if turning and radius == 0.0:
             radius = self.settings.loiter_radius
         chooser = self.chooser
-        if radius != 0.0 and chooser is not None and chooser.orbits(setpoint.p[2], self._asked, self.settings):
+        if radius != 0.0 and chooser is not None and chooser.orbits(reference.position[2], self._asked, self.settings):
             seconds = math.inf if for_ever or turning else amount
-            circle = orbit(setpoint.p, radius, setpoint, self.airspeed, seconds, amount if turning else math.inf)
-            route = circle.setpoint.route
-            if route is not None and route.airspeed >= SLOWEST:
+            circle = orbit(
+                reference.position, radius, reference, self.airspeed, seconds, amount if turning else math.inf
+            )
+            if circle.reference.path.airspeed >= SLOWEST:
                 return circle
             self.notices.append(f"A circle of {abs(radius):g} m is too tight to fly: hovering over its centre")
         hold = math.inf if for_ever else 0.0 if turning else amount
-        return self._approach(item, setpoint, view, self.settings.acceptance, hold)
+        return self._approach(item, reference, view, self.settings.acceptance, hold)
 
-    def _delay(self, item: MissionItem, view: View, last: Setpoint) -> Guidance:  # noqa: ARG002 - one signature for all builders
+    def _delay(self, item: MissionItem, view: View, last: Reference) -> Guidance:  # noqa: ARG002 - one signature for all builders
         return FlyTo(last, math.inf, item.params[0])
 
-    def _land(self, item: MissionItem, view: View, last: Setpoint) -> Guidance:
+    def _land(self, item: MissionItem, view: View, last: Reference) -> Guidance:
         point = place(item, self.world)
-        setpoint = last._replace(heading=_heading(item, last), speed=self.speed)
+        reference = last._replace(heading=_heading(item, last), speed=self.speed)
         if point is None or math.dist(point[:2], view.p[:2]) < SAME_PLACE:
-            return land_at(setpoint if point is None else setpoint._replace(p=point), self.settings.descent_rate)
-        above = setpoint._replace(p=(point[0], point[1], max(last.p[2], point[2])))
+            return land_at(reference if point is None else at(reference, point), self.settings.descent_rate)
+        above = at(reference, (point[0], point[1], max(last.p[2], point[2])))
         approach = self._approach(item, above, view, self.settings.acceptance)
         return Steps((approach, _land_below(approach, above, self.settings)))
 
-    def _return(self, item: MissionItem, view: View, last: Setpoint) -> Guidance:  # noqa: ARG002 - one signature for all builders
+    def _return(self, item: MissionItem, view: View, last: Reference) -> Guidance:  # noqa: ARG002 - one signature for all builders
         to = self.world.safe_point(view.p, self.settings.return_altitude)
         return return_home(view, last, self.settings, to, self.chooser, self._asked)
 
 
 def fly_to(
-    view: View, setpoint: Setpoint, settings: Settings, chooser: Chooser | None, asked: Way = Way.NONE
+    view: View, reference: Reference, settings: Settings, chooser: Chooser | None, asked: Way = Way.NONE
 ) -> FlyTo | FlyLeg:
     """One leg from here to a set-point, on the wing if that is the better way."""
     if chooser is not None:
-        decision = chooser.choose(view, view.p, [Stop(setpoint.p, asked)], settings, settings.airspeed)[0]
+        decision = chooser.choose(view, view.p, [Stop(reference.position, asked)], settings, settings.airspeed)[0]
         if decision.way is Way.FORWARD:
-            leg = leg_setpoint(view.p, setpoint.p, setpoint, settings.airspeed, stop=True)
+            leg = leg_reference(view.p, reference.position, reference, settings.airspeed, stop=True)
             return FlyLeg(leg, settings.acceptance)
-    return FlyTo(setpoint, settings.acceptance)
+    return FlyTo(reference, settings.acceptance)
 
 
 def return_home(
     view: View,
-    last: Setpoint,
+    last: Reference,
     settings: Settings,
-    to: Vector,
+    to: Point,
     chooser: Chooser | None = None,
     asked: Way = Way.NONE,
 ) -> Steps:
     """Climb to the height of a point, world NWU [m], or stay higher, fly there and land below it."""
     high = max(view.p[2], to[2])
-    here = Setpoint((view.p[0], view.p[1], high), last.heading, settings.hover_speed)
-    above_home = here._replace(p=(to[0], to[1], high))
+    here = hover_at((view.p[0], view.p[1], high), last.heading, settings.hover_speed)
+    above_home = at(here, (to[0], to[1], high))
     climbed = view if view.forward else view._replace(p=here.p)
     home = fly_to(climbed, above_home, settings, chooser, asked)
     down = _land_below(home, above_home, settings)
     return Steps((home, down) if view.forward else (Ramp(here, settings.climb_rate), home, down))
 
 
-def _land_below(approach: Guidance, above: Setpoint, settings: Settings) -> Guidance:
+def _land_below(approach: Guidance, above: Reference, settings: Settings) -> Guidance:
     if isinstance(approach, FlyLeg):
         return LandAfter(approach, settings.descent_rate)
     return land_at(above, settings.descent_rate)
 
 
-def _heading(item: MissionItem, last: Setpoint) -> float:
+def _heading(item: MissionItem, last: Reference) -> float:
     """The item's yaw (degrees clockwise from north) as a heading, or the last one where it is NaN."""
     yaw = item.params[3]
     return -math.radians(yaw) if math.isfinite(yaw) else last.heading
 
 
-_Builder = Callable[[MissionRunner, MissionItem, View, Setpoint], Guidance]
+_Builder = Callable[[MissionRunner, MissionItem, View, Reference], Guidance]
 _BUILDERS: dict[int, _Builder] = {
     **dict.fromkeys(TAKEOFF, MissionRunner._take_off),  # noqa: SLF001 - the table is part of the class
     **dict.fromkeys(LAND, MissionRunner._land),  # noqa: SLF001

@@ -17,8 +17,9 @@ from protocol.units import UNKNOWN_INT32, from_e7, from_local_e4
 from sitl.autopilot.arena import Arena
 from sitl.autopilot.decision import Way
 from sitl.autopilot.fence import Fence
-from sitl.autopilot.guidance import FASTEST, Vector
+from sitl.autopilot.guidance import FASTEST
 from sitl.autopilot.places import level
+from sitl.control.reference import Point
 
 TAKEOFF = frozenset({mavlink.MAV_CMD_NAV_TAKEOFF, mavlink.MAV_CMD_NAV_VTOL_TAKEOFF})
 LAND = frozenset({mavlink.MAV_CMD_NAV_LAND, mavlink.MAV_CMD_NAV_VTOL_LAND})
@@ -53,8 +54,8 @@ class World(NamedTuple):
     frame: LocalFrame
     arena: Arena
     fence: Fence = Fence()
-    rally: tuple[Vector, ...] = ()  # world NWU [m]
-    home: Vector = (0.0, 0.0, 0.0)  # world NWU [m]
+    rally: tuple[Point, ...] = ()  # world NWU [m]
+    home: Point = (0.0, 0.0, 0.0)  # world NWU [m]
 
     @property
     def home_alt(self) -> float:
@@ -65,16 +66,16 @@ class World(NamedTuple):
         """World NWU height [m] of an altitude above the sea, or else above home [m]."""
         return altitude - self.frame.origin.alt if above_sea else altitude + self.home[2]
 
-    def local(self, lat_deg: float, lon_deg: float, up: float) -> Vector:
+    def local(self, lat_deg: float, lon_deg: float, up: float) -> Point:
         """World NWU [m] of a geodetic point at a height of that frame [m]."""
         return (*level(lat_deg, lon_deg, self.frame), up)
 
-    def refuse(self, p: Vector) -> str | None:
+    def refuse(self, p: Point) -> str | None:
         """Why the vehicle may not be sent to a point, world NWU [m], or None if it may."""
         breach = None if (outside := self.arena.refuse(p)) else self.fence.breach([p])
         return breach.text if breach is not None else outside
 
-    def safe_point(self, p: Vector, least: float = -math.inf) -> Vector:
+    def safe_point(self, p: Point, least: float = -math.inf) -> Point:
         """Where to return to from a point: the nearest of home and the rally points, world NWU [m].
 
         Args:
@@ -85,7 +86,7 @@ class World(NamedTuple):
         return north, west, max(up, self.home[2] + least)
 
 
-def place(item: MissionItem, world: World) -> Vector | None:
+def place(item: MissionItem, world: World) -> Point | None:
     """The point an item names, world NWU [m]; None where it names none ("here").
 
     Raises:
@@ -139,7 +140,7 @@ def out_of_bounds(items: Sequence[MissionItem], world: World) -> str | None:
     return None
 
 
-def _end(item: MissionItem, world: World) -> Vector:
+def _end(item: MissionItem, world: World) -> Point:
     """Where an item ends, world NWU [m]; what names no place is taken to be over home."""
     point = place(item, world) or (world.home[0], world.home[1], height(item, world))
     # The ground decides where a landing ends.

@@ -14,8 +14,10 @@ from protocol.codec import Message
 from protocol.dialect import mavlink
 from protocol.frames import flip, flip_quaternion
 from sitl.autopilot.autopilot import Autopilot
-from sitl.autopilot.guidance import Attitude, Vector
 from sitl.autopilot.streamed import KEEP_FACING, Facing
+from sitl.control.reference import AttitudeReference, Point
+from sitl.model.quaternions import Quaternion
+from sitl.model.vectors import Vector
 
 # POSITION_TARGET_TYPEMASK
 NO_POSITION = 0b0000_0000_0000_0111
@@ -99,7 +101,7 @@ def _take_position(autopilot: Autopilot, message: Message, facing: Facing) -> st
     return autopilot.set_offboard_setpoint(p, facing)
 
 
-def _direction(autopilot: Autopilot, message: Message, wire: tuple[float, float, float]) -> Vector | str:
+def _direction(autopilot: Autopilot, message: Message, wire: tuple[float, float, float]) -> Point | str:
     """A velocity or an acceleration in world NWU, or why it is none."""
     frame, v = message.coordinate_frame, flip(wire)
     if not all(map(math.isfinite, v)):
@@ -119,7 +121,9 @@ def _take_attitude(autopilot: Autopilot, message: Message) -> str | None:
         return "an attitude is flown with a thrust along the nose"
     wire = (message.body_roll_rate, message.body_pitch_rate, message.body_yaw_rate)
     rates = flip([0.0 if mask & ignored else rate for ignored, rate in zip(NO_RATES, wire, strict=True)])
-    return autopilot.set_offboard_attitude(Attitude(flip_quaternion(message.q), rates, message.thrust))
+    return autopilot.set_offboard_attitude(
+        AttitudeReference(Quaternion(*flip_quaternion(message.q)), Vector(*rates), message.thrust)
+    )
 
 
 def _unsupported(frame: int) -> str:

@@ -19,10 +19,10 @@ import numpy as np
 from numba import njit
 
 from sitl.flow import TURN_BELOW, TURN_RATE
-from sitl.model.airframe import Airframe, Array
 from sitl.laws.forward_guidance import GuidanceGains, brake, cruise, due_to_stop, stopping_distance
 from sitl.laws.governor import GovernorParameters, gamma
 from sitl.laws.path import LEG, Path, progress
+from sitl.model.airframe import Airframe, Array
 from sitl.watch import STANDING_SPEED, STILL
 
 STEP = 0.05  # [s]

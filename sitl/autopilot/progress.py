@@ -12,9 +12,10 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from protocol.dialect import mavlink
+from protocol.dialect.vocabulary import Law
 from sitl.autopilot.decision import Way
-from sitl.autopilot.guidance import Setpoint, View
-from sitl.hybrid.supervisor import Law
+from sitl.autopilot.guidance import View
+from sitl.control.reference import Reference
 
 __all__ = ["End", "Transition", "is_reached"]
 
@@ -32,11 +33,11 @@ class End(NamedTuple):
     text: str = ""  # for the pilot; empty when there is nothing to say
 
 
-def is_reached(way: Way, view: View, setpoint: Setpoint) -> bool:
+def is_reached(way: Way, view: View, reference: Reference) -> bool:
     """Whether a flying vehicle flies this way, and is not about to fly another one."""
     if way is Way.FORWARD:
         return view.law in ON_THE_WING
-    return not view.forward and setpoint.route is None and view.law is not Law.FAILSAFE
+    return not view.forward and not reference.forward and view.law is not Law.FAILSAFE
 
 
 @dataclass(slots=True)
@@ -49,16 +50,16 @@ class Transition:
     percent: int = 0  # never falls, and is 100 only at the end
     end: End | None = None
 
-    def look(self, view: View, setpoint: Setpoint) -> None:
+    def look(self, view: View, reference: Reference) -> None:
         """Take the vehicle as it is now under the set-point that was just given."""
         if self.end is not None:
             return
         self.percent = max(self.percent, min(99, round(100.0 * self._share(view))))
         if view.law is Law.FAILSAFE:
             self.fail("a fall was caught")
-        elif is_reached(self.way, view, setpoint):
+        elif is_reached(self.way, view, reference):
             self.finish(mavlink.MAV_RESULT_ACCEPTED)
-        elif self.way is Way.FORWARD and setpoint.route is None:  # a mission decides leg by leg
+        elif self.way is Way.FORWARD and not reference.forward:  # a mission decides leg by leg
             text = "This item is hovered: those to come are flown on the wing where they can be"
             self.finish(mavlink.MAV_RESULT_ACCEPTED, text)
         elif view.time - self.begun.time > LONGEST:

@@ -9,11 +9,11 @@ from protocol.dialect import mavlink
 from protocol.engines.mission_server import Refusal
 from protocol.plans.mission import MissionItem
 from protocol.units import UNKNOWN_INT32, from_e7
-from sitl.autopilot.guidance import Vector
 from sitl.autopilot.mission_items import GLOBAL_FRAMES, RELATIVE_FRAMES, World
+from sitl.control.reference import Point
 
 
-def make_rally(items: Sequence[MissionItem], world: World) -> tuple[Vector, ...] | Refusal:
+def make_rally(items: Sequence[MissionItem], world: World) -> tuple[Point, ...] | Refusal:
     """The points, world NWU [m], that mission items of type RALLY describe, or why they describe none."""
     points = []
     for seq, item in enumerate(items):

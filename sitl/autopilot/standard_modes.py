@@ -10,11 +10,11 @@ from typing import NamedTuple
 
 from protocol.codec import Message
 from protocol.dialect import mavlink
+from protocol.dialect.vocabulary import Law
 from protocol.events import CommandRequested
 from protocol.modes import Mode, custom_mode, mode_from_custom
 from sitl.autopilot.autopilot import Autopilot
 from sitl.autopilot.outcome import DENIED, Outcome
-from sitl.hybrid.supervisor import Law
 
 NON_STANDARD = mavlink.MAV_STANDARD_MODE_NON_STANDARD
 ADVANCED = mavlink.MAV_MODE_PROPERTY_ADVANCED

@@ -8,10 +8,11 @@ from typing import NamedTuple
 
 from sitl.autopilot.choice import Chooser
 from sitl.autopilot.decision import STEEPEST_CLIMB, STEEPEST_DESCENT
-from sitl.autopilot.guidance import FASTEST, SLOWEST, FlyTo, Guidance, Setpoint, Vector, View
+from sitl.autopilot.guidance import FASTEST, SLOWEST, FlyTo, Guidance, View
 from sitl.autopilot.legs import FlyLeg, course
 from sitl.autopilot.manual import TURN_RATE, Sticks
 from sitl.autopilot.settings import Settings
+from sitl.control.reference import Point, Reference, hover_at
 
 __all__ = ["FLOOR", "KEEP_FACING", "Facing", "Streamed", "is_same_leg", "level_out", "refuse_turn", "refuse_velocity"]
 
@@ -38,15 +39,15 @@ KEEP_FACING = Facing()
 class Streamed:
     """The last set-point and the last sticks, and when they came on simulated time.
 
-    ``setpoint`` is the one OFFBOARD starts with.
+    ``reference`` is the one OFFBOARD starts with.
     """
 
-    setpoint: Setpoint
+    reference: Reference
     _came: float | None = None
     _moved: float = 0.0  # when a velocity last moved a set-point
     _sticks: tuple[float, Sticks] | None = None
     _turned: float | None = None  # what a heading that turns has come to [rad]; None: it does not turn
-    _offset: tuple[Vector, bool, Vector] | None = None  # the last one, whether of the body, and where it was laid
+    _offset: tuple[Point, bool, Point] | None = None  # the last one, whether of the body, and where it was laid
 
     def arrived(self, time: float) -> None:
         """A set-point that can be flown arrived."""
@@ -70,7 +71,7 @@ class Streamed:
         """Velocities move the set-point from now on."""
         self._moved = time
 
-    def lay(self, offset: Vector, *, body: bool, view: View, settings: Settings) -> Vector:
+    def lay(self, offset: Point, *, body: bool, view: View, settings: Settings) -> Point:
         """The place of an offset from the vehicle, world NWU [m].
 
         One that comes again, number for number, keeps the place: repeating it only keeps the stream alive.
@@ -88,7 +89,7 @@ class Streamed:
             self._offset = known
         return known[2]
 
-    def velocity(self, v: Vector, facing: Facing, last: Setpoint, view: View, settings: Settings) -> Setpoint:
+    def velocity(self, v: Point, facing: Facing, last: Reference, view: View, settings: Settings) -> Reference:
         """The set-point of a velocity: upright it moves along, on the wing it is a course.
 
         Args:
@@ -102,14 +103,14 @@ class Streamed:
             return self._drift(v, facing, last, view, settings)
         return course(view.p, v, view.wind, last)
 
-    def follow(self, sticks: Sticks, last: Setpoint, view: View, settings: Settings) -> Setpoint:
+    def follow(self, sticks: Sticks, last: Reference, view: View, settings: Settings) -> Reference:
         """The set-point that sticks move, upright."""
         since = self._moved
         v = sticks.velocity(last.heading, settings.hover_speed, CLIMB, DESCENT)
         heading = last.heading - TURN_RATE * sticks.clockwise * (view.time - since)
         return self._drift(v, Facing(heading), last, view, settings)
 
-    def _drift(self, v: Vector, facing: Facing, last: Setpoint, view: View, settings: Settings) -> Setpoint:
+    def _drift(self, v: Point, facing: Facing, last: Reference, view: View, settings: Settings) -> Reference:
         """A set-point that moves at a velocity, never far from the vehicle."""
         here, dt = view.p, self._step(view.time, settings)
         p = [last.p[i] + dt * v[i] for i in range(3)]
@@ -117,7 +118,7 @@ class Streamed:
         if away > LEASH:
             p = [here[i] + (p[i] - here[i]) * LEASH / away for i in range(3)]
         p[2] = max(p[2], FLOOR)
-        return Setpoint((p[0], p[1], p[2]), self._face(facing, last.heading, view.heading, dt), last.speed)
+        return hover_at((p[0], p[1], p[2]), self._face(facing, last.heading, view.heading, dt), last.speed)
 
     def _face(self, facing: Facing, last: float, now: float, dt: float) -> float:
         """The next heading [rad]: one that turns is set ahead by what the laws trail it, and back when it stops."""
@@ -134,7 +135,7 @@ class Streamed:
         return min(max(time - since, 0.0), settings.setpoint_timeout)
 
 
-def refuse_velocity(v: Vector, settings: Settings, chooser: Chooser | None) -> str | None:
+def refuse_velocity(v: Point, settings: Settings, chooser: Chooser | None) -> str | None:
     """Why a velocity, world NWU [m/s], cannot be flown, or None.
 
     Up to the hover's speed limit it is flown upright, from 7 m/s on on the wing; between the two the vehicle can hold
@@ -159,20 +160,20 @@ def refuse_turn(facing: Facing) -> str | None:
     return f"{math.degrees(abs(facing.turn)):.0f} deg/s: the hover turns at {math.degrees(MOST_TURN):.0f} deg/s at most"
 
 
-def level_out(v: Vector, heading: float) -> Vector:
+def level_out(v: Point, heading: float) -> Point:
     """What is forward, to the left and up at a heading [rad], in world NWU."""
     c, s = math.cos(heading), math.sin(heading)
     return (c * v[0] - s * v[1], s * v[0] + c * v[1], v[2])
 
 
-def is_same_leg(guidance: Guidance | None, target: Setpoint) -> bool:
+def is_same_leg(guidance: Guidance | None, target: Reference) -> bool:
     """Whether what is flown now already leads to a set-point; a small step moves it there."""
-    if not isinstance(guidance, FlyTo | FlyLeg) or math.dist(guidance.setpoint.p, target.p) > SAME_LEG:
+    if not isinstance(guidance, FlyTo | FlyLeg) or math.dist(guidance.reference.position, target.p) > SAME_LEG:
         return False
     if isinstance(guidance, FlyTo):
-        guidance.setpoint = target
+        guidance.reference = target
     return True
 
 
-def _is_hovered(v: Vector, settings: Settings) -> bool:
+def _is_hovered(v: Point, settings: Settings) -> bool:
     return math.hypot(v[0], v[1]) <= settings.hover_speed and -DESCENT <= v[2] <= CLIMB

@@ -7,10 +7,11 @@ import math
 from protocol.modes import Mode
 from sitl.autopilot.decision import LEAST_HEIGHT, Way
 from sitl.autopilot.flight import Flight
-from sitl.autopilot.guidance import FASTEST, SLOWEST, FlyTo, Hold, Vector, with_speed
+from sitl.autopilot.guidance import FASTEST, SLOWEST, FlyTo, Hold, with_speed
 from sitl.autopilot.legs import FlyLeg, Orbit, orbit
 from sitl.autopilot.outcome import ACCEPTED, DENIED, FAILED, IN_PROGRESS, REJECTED, Outcome
 from sitl.autopilot.progress import Transition, is_reached
+from sitl.control.reference import Point
 
 
 class WingRequests(Flight):
@@ -28,12 +29,12 @@ class WingRequests(Flight):
             return self._refuse(DENIED, "Transition denied: this airframe has no trim between hover and wing")
         if way is Way.FORWARD and self.view.p[2] < LEAST_HEIGHT:
             return self._refuse(REJECTED, f"Transition refused: {self.view.p[2]:.1f} m is too low to tip over")
-        done, before = is_reached(way, self.view, self.setpoint), Way.NONE
+        done, before = is_reached(way, self.view, self.reference), Way.NONE
         if self.mode is Mode.MISSION and self.mission is not None:
             before = self.mission.transition(way)
         elif way is Way.FORWARD and not done:
             circle = self._circle_ahead()
-            reason = self._refuse_rim(circle.setpoint.p, self.settings.loiter_radius)
+            reason = self._refuse_rim(circle.reference.position, self.settings.loiter_radius)
             if reason is not None:
                 return self._refuse(REJECTED, f"Transition refused: no room to circle, {reason}")
             self._enter(Mode.HOLD, circle)
@@ -57,7 +58,7 @@ class WingRequests(Flight):
             self._take_back(transition)
 
     def _look_at(self, transition: Transition) -> None:
-        transition.look(self.view, self.setpoint)
+        transition.look(self.view, self.reference)
         if transition.end is not None:
             self._end(transition)
             if transition.end.result == FAILED:
@@ -80,7 +81,7 @@ class WingRequests(Flight):
         )
         return orbit(centre, radius, self._at(p), self.settings.airspeed)
 
-    def circle(self, centre: Vector, radius: float, airspeed: float | None = None) -> Outcome:
+    def circle(self, centre: Point, radius: float, airspeed: float | None = None) -> Outcome:
         """Fly round a point on the wing, for ever.
 
         Args:
@@ -94,8 +95,7 @@ class WingRequests(Flight):
             return self._refuse(DENIED, "Orbit denied: this airframe has no trim between hover and wing")
         speed = self.settings.airspeed if airspeed is None else airspeed
         flown = orbit(centre, radius, self._at(self.view.p), speed)
-        route = flown.setpoint.route
-        if route is None or route.airspeed < SLOWEST or speed > FASTEST:
+        if flown.reference.path.airspeed < SLOWEST or speed > FASTEST:
             return self._refuse(DENIED, f"Orbit denied: {abs(radius):g} m at {speed:g} m/s cannot be flown")
         if min(centre[2], self.view.p[2]) < LEAST_HEIGHT:
             return self._refuse(REJECTED, f"Orbit refused: below {LEAST_HEIGHT:g} m it is too low to tip over")
@@ -129,7 +129,7 @@ class WingRequests(Flight):
     def _change_airspeed(self, speed: float) -> Outcome:
         if not isinstance(self._guidance, FlyLeg | Orbit):
             return self._refuse(REJECTED, f"Speed {speed:g} m/s refused: not on the wing")
-        setpoint = self._guidance.setpoint
-        if setpoint.route is not None:
-            self._guidance.setpoint = setpoint._replace(route=setpoint.route._replace(airspeed=speed))
+        reference = self._guidance.reference
+        if reference.forward:
+            self._guidance.reference = reference._replace(path=reference.path._replace(airspeed=float(speed)))
         return Outcome(ACCEPTED)

@@ -89,7 +89,7 @@ def _straight(a: Airframe, climb: float) -> Iterator[str]:
 
 
 def _turning(a: Airframe, climb: float, turn: float | None, bank: float | None) -> Iterator[str]:
-    from sitl.design.trim import banked_trim, turning_trim  # noqa: PLC0415 - --help must not load the compiler
+    from sitl.design.turn import banked_trim, turning_trim  # noqa: PLC0415 - --help must not load the compiler
     from sitl.studies.trims import cost  # noqa: PLC0415 - the same
 
     yield ("V [m/s]  turn [deg/s]  bank [deg]  nose [deg]  elevons [deg]  motors [rad/s]  elevon left [deg]  [J/m]")

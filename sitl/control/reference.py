@@ -6,7 +6,7 @@ World frame NWU, SI units, headings in radians about world z (from north towards
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 from sitl.compiled import kernel
 from sitl.model.arithmetic import arctangent, sine_cosine
@@ -14,6 +14,7 @@ from sitl.model.quaternions import Quaternion
 from sitl.model.vectors import Vector, level_norm
 
 LEG, CIRCLE = 0, 1
+Point: TypeAlias = tuple[float, float, float]  # where a plain tuple does as well as a Vector
 TIME_AHEAD = 2.0  # the line of sight meets the path this long ahead [s]
 MIN_AHEAD = 8.0  # but never nearer than this [m]
 APPROACH_SPEED = 12.0  # airspeed of an approach without one of its own [m/s]
@@ -52,23 +53,42 @@ class Reference(NamedTuple):
     attitude: AttitudeReference
 
 
+def _vector(point: Point) -> Vector:
+    return Vector(*(float(x) for x in point))
+
+
 def leg(
-    start: Vector, end: Vector, airspeed: float, *, stop: bool = True, level: float = 0.0, low: float = 0.0
+    start: Point, end: Point, airspeed: float, *, stop: bool = True, level: float = 0.0, low: float = 0.0
 ) -> Path:
     """A straight leg; see :class:`Path`."""
-    return Path(LEG, Vector(*start), Vector(*end), airspeed, stop, level, low, 0.0)
+    return Path(LEG, _vector(start), _vector(end), float(airspeed), stop, float(level), float(low), 0.0)
 
 
-def circle(centre: Vector, radius: float, airspeed: float) -> Path:
+def circle(centre: Point, radius: float, airspeed: float) -> Path:
     """A circle; see :class:`Path`."""
-    return Path(CIRCLE, Vector(*centre), Vector(*centre), airspeed, False, 0.0, 0.0, radius)
+    return Path(CIRCLE, _vector(centre), _vector(centre), float(airspeed), False, 0.0, 0.0, float(radius))
 
 
-def hover_at(position: Vector, heading: float, speed: float = 3.0) -> Reference:
+def hover_at(position: Point, heading: float, speed: float = 3.0) -> Reference:
     """Stay upright at a position."""
-    at = Vector(*(float(x) for x in position))
+    point = _vector(position)
     level = AttitudeReference(Quaternion(1.0, 0.0, 0.0, 0.0), Vector(0.0, 0.0, 0.0), 0.0)
-    return Reference(at, float(heading), float(speed), False, leg(at, at, APPROACH_SPEED), False, level)
+    return Reference(point, float(heading), float(speed), False, leg(point, point, APPROACH_SPEED), False, level)
+
+
+def at(reference: Reference, position: Point) -> Reference:
+    """The same reference at another position, its path kept."""
+    return reference._replace(position=_vector(position))
+
+
+def along(reference: Reference, path: Path, heading: float) -> Reference:
+    """Fly a path forward; a leg ends at its end, upright at the heading."""
+    return reference._replace(position=path.end, heading=heading, forward=True, path=path)
+
+
+def steer(reference: Reference, attitude: AttitudeReference) -> Reference:
+    """Fly an attitude instead."""
+    return reference._replace(steered=True, attitude=attitude)
 
 
 @kernel

@@ -1,1 +1,1 @@
-"""Gains and trims, computed off line with scipy from the models the laws are designed on."""
+"""Gains and trims, computed off line from the models the laws are designed on, to the same bit on every processor."""

@@ -9,13 +9,15 @@ import math
 
 import numpy as np
 
-from sitl.kernels.aerodynamics import wrench
-from sitl.kernels.hover_model import force_matrix, inertia
+from sitl.control.hover_linear import HALF, LinearGains
+from sitl.model.aerodynamics import wrench
 from sitl.model.airframe import Airframe, Array
-from sitl.laws.hover_linear import HALF, LinearGains
+from sitl.model.hover_model import force_matrix, inertia
+from sitl.model.state import Actuators
+from sitl.model.vectors import Vector
 
 ROOT = math.sqrt(2.0)
-ATTITUDE, RATES = slice(6, 9), slice(9, 12)
+POSITION, VELOCITY, ATTITUDE, RATES = slice(0, 3), slice(3, 6), slice(6, 9), slice(9, 12)
 
 
 class Interval:
@@ -164,9 +166,12 @@ def aerodynamics(a: Airframe) -> tuple[Array, Array, Array]:
     unit = a._replace(mu=1.0 / a.c**2)  # makes eta = 1 of each unit vector
     weight = np.concatenate((np.full(3, a.m), inertia(a))) * 0.5 * a.rho * a.S
 
+    def effect(v: Array, d1: float, d2: float) -> Array:
+        force, moment = wrench(Vector(*v[:3].tolist()), Vector(*v[3:].tolist()), Actuators(0.0, 0.0, d1, d2), unit)
+        return np.array((*force, *moment))
+
     def matrix(d1: float, d2: float) -> Array:
-        rows = [wrench(v[0], v[1], v[2], v[3], v[4], v[5], 0.0, 0.0, d1, d2, unit) for v in np.eye(6)]
-        return np.asarray(np.array(rows).T / weight[:, None])
+        return np.asarray(np.array([effect(v, d1, d2) for v in np.eye(6)]).T / weight[:, None])
 
     still = matrix(0.0, 0.0)
     return still, matrix(0.5, 0.5) - still, matrix(0.5, -0.5) - still

@@ -6,11 +6,11 @@ from functools import cache
 
 import numpy as np
 
+from sitl.control.forward_guidance import CELLS_PER_SPEED, GuidanceGains
+from sitl.control.line_of_sight import LineOfSightGains
 from sitl.design.trim import level_trim
-from sitl.model.airframe import Airframe
-from sitl.laws.air import AirGains
-from sitl.laws.forward_guidance import GuidanceGains
-from sitl.laws.line_of_sight import SightGains
+from sitl.model.airframe import Airframe, Array
+from sitl.model.vectors import Vector
 
 # The braking tables: at these airspeeds, decelerate so hard and climb so fast.
 BRAKE_AIR = (0.0, 3.5, 4.5, 6.0, 8.0, 9.5, 11.0, 13.0, 15.0, 18.0, 22.0)
@@ -19,37 +19,37 @@ BRAKE_CLIMB = (0.0, 0.0, 1.5, 2.4, 2.5, 2.4, 1.5, 0.0, 0.0, 0.0, 0.0)
 
 
 @cache  # asked for at every leg; nobody changes its arrays
-def sight_gains() -> SightGains:
+def line_of_sight_gains() -> LineOfSightGains:
     """The law's gains."""
     guidance = GuidanceGains(
         k_v=1.0,
         k_i=0.3,
-        integral_limit=4.0,
-        gain=3.0,
-        lateral=3.0,
-        lateral_most=8.0,
+        max_integral=4.0,
+        max_forward=3.0,
+        min_turn=3.0,
+        max_turn=8.0,
         k_z=0.6,
         k_vz=1.5,
-        rise_most=8.0,
-        sink_most=2.5,
-        up=8.0,
-        down=6.0,
-        jerk=20.0,
-        brake_air=np.array(BRAKE_AIR),
-        brake_rate=np.array(BRAKE_RATE),
-        brake_climb=np.array(BRAKE_CLIMB),
+        max_rise=8.0,
+        max_sink=2.5,
+        max_up=8.0,
+        max_down=6.0,
+        max_jerk=20.0,
+        brake_rate=_resampled(BRAKE_RATE),
+        brake_climb=_resampled(BRAKE_CLIMB),
+        min_brake_rate=min(BRAKE_RATE),
         climb_share=0.3,
         climb_from=0.7,
-        climb_whole=0.9,
+        climb_full=0.9,
         creep=2.5,
-        climb_cap=8.0,
+        max_climb=8.0,
         near=0.8,
     )
-    return SightGains(
+    return LineOfSightGains(
         guidance=guidance,
-        attitude=np.array((5.0, 5.0, 4.0)),
-        rate=np.array((20.0, 18.0, 14.0)),
-        most_rate=4.0,
+        attitude=Vector(5.0, 5.0, 4.0),
+        rate=Vector(20.0, 18.0, 14.0),
+        max_rate=4.0,
         observer=8.0,
         turn_filter=12.0,
         blend_from=4.0,
@@ -57,11 +57,10 @@ def sight_gains() -> SightGains:
     )
 
 
-def air_gains() -> AirGains:
-    """Tuning of the wind estimator: it follows a gust within some 0.2 s in cruise."""
-    return AirGains(
-        walk=1.0, return_time=300.0, normal_noise=1.0, pitot_noise=0.2, axial_time=8.0, pitot_from=4.0, most=3.0
-    )
+def _resampled(values: tuple[float, ...]) -> Array:
+    """A braking table on the even grid of the law, on which all its airspeeds lie."""
+    grid = np.arange(BRAKE_AIR[-1] * CELLS_PER_SPEED + 1.0) / CELLS_PER_SPEED
+    return np.round(np.interp(grid, BRAKE_AIR, values), 12)  # whatever the processor makes of the last bit
 
 
 def can_fly_forward(a: Airframe) -> bool:

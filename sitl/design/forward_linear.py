@@ -6,13 +6,18 @@ import math
 
 import numpy as np
 
+from sitl.control.forward_linear import ForwardError, ForwardGains
 from sitl.design import linearise
 from sitl.design.lqr import lqr
-from sitl.design.trim import Trim, level_trim
+from sitl.design.matrices import product
+from sitl.design.rounding import rounded_matrix
+from sitl.design.trim import Trim, balances, trims
 from sitl.errors import SitlError
 from sitl.model.airframe import Airframe, Array
-from sitl.laws.forward_linear import STATES, ForwardGains
+from sitl.model.arithmetic import sine_cosine
 
+STATES = len(ForwardError._fields)  # y, n, v, e, w
+TURN = slice(5, 8)  # where e is
 SPEEDS = np.linspace(0.0, 25.0, 51)  # [m/s]
 CLIMBS = np.radians(np.linspace(-30.0, 45.0, 31))
 WEIGHTS = np.diag(2 * [1.0] + 3 * [0.5] + 3 * [20.0] + 3 * [0.3])  # of y, n, v, e, w
@@ -32,13 +37,16 @@ def model(a: Airframe, trim: Trim) -> tuple[Array, Array]:
     """
     A, B = np.zeros((STATES, STATES)), np.zeros((STATES, 4))
     A[1:, 1:], B[1:] = linearise.forward(a, trim)
+    rise, run = sine_cosine(trim.climb)
     A[0, 3] = 1.0
-    A[1, 2:5] = -math.sin(trim.climb), 0.0, math.cos(trim.climb)
+    A[1, 2:5] = -rise, 0.0, run
     # eps - eps_bar = (eta_bar I + [eps_bar]) e
-    eta, eps = math.cos(0.5 * trim.theta), -math.sin(0.5 * trim.theta)
-    T = np.eye(STATES)
-    T[5:8, 5:8] = np.array([[eta, 0.0, eps], [0.0, eta, 0.0], [-eps, 0.0, eta]])
-    return np.asarray(np.linalg.solve(T, A @ T)), np.asarray(np.linalg.solve(T, B))
+    s, eta = sine_cosine(0.5 * trim.theta)
+    from_e = np.array([[eta, 0.0, -s], [0.0, eta, 0.0], [s, 0.0, eta]])
+    to_e = np.array([[eta, 0.0, s], [0.0, 1.0 / eta, 0.0], [-s, 0.0, eta]])
+    A[:, TURN] = product(A[:, TURN], from_e)
+    A[TURN], B[TURN] = product(to_e, A[TURN]), product(to_e, B[TURN])
+    return A, B
 
 
 def forward_gains(a: Airframe) -> ForwardGains:
@@ -50,15 +58,25 @@ def forward_gains(a: Airframe) -> ForwardGains:
     Raises:
         SitlError: If the model has no level trim at a speed, whatever the elevons' limits.
     """
-    K, S = np.empty((SPEEDS.size, 4, STATES)), np.empty((SPEEDS.size, STATES, STATES))
-    for i, speed in enumerate(SPEEDS):
-        trim = level_trim(a, float(speed))
+    level = trims(a, SPEEDS)
+    for trim in level:
         if not (math.isfinite(trim.delta) and trim.thrust > 0.0):
-            raise SitlError(f"no forward law: nothing balances level flight at {speed:g} m/s, elevons at any angle")
-        effort = EFFORT * (1.0, 1.0, 1.0 + (speed / FLOW) ** 2, 1.0 + (speed / FLOW) ** 2)
-        K[i], S[i] = lqr(*model(a, trim), WEIGHTS, np.diag(effort))
-    trims = [[level_trim(a, float(speed), float(climb)) for climb in CLIMBS] for speed in SPEEDS]
-    theta, thrust, delta = (
-        np.array([[getattr(trim, name) for trim in row] for row in trims]) for name in ("theta", "thrust", "delta")
+            raise SitlError(
+                f"no forward law: nothing balances level flight at {trim.speed:g} m/s, elevons at any angle"
+            )
+    A, B = (np.stack(matrices) for matrices in zip(*(model(a, trim) for trim in level), strict=True))
+    weight = 1.0 + (SPEEDS / FLOW) * (SPEEDS / FLOW)
+    R = np.eye(4) * EFFORT * np.stack((np.ones_like(weight), np.ones_like(weight), weight, weight), axis=1)[:, None]
+    K, S = lqr(A, B, WEIGHTS, R)
+    speed, climb = (grid.ravel() for grid in np.meshgrid(SPEEDS, CLIMBS, indexing="ij"))
+    table = balances(a, speed, climb, np.zeros_like(speed)).reshape(SPEEDS.size, CLIMBS.size, -1)
+    theta, thrust, delta = (rounded_matrix(table[..., i]) for i in range(3))
+    return ForwardGains(
+        SPEEDS,
+        CLIMBS,
+        np.stack([rounded_matrix(gain) for gain in K]),
+        np.stack([rounded_matrix(cost) for cost in S]),
+        theta,
+        thrust,
+        delta,
     )
-    return ForwardGains(SPEEDS, CLIMBS, K, S, theta, thrust, delta)

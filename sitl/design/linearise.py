@@ -7,17 +7,20 @@ which leaves -sqrt2 g in its dv_z/deps_2; ``constrained=False`` is that reading.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 import numpy as np
 
+from sitl.compiled import entry, subroutine
+from sitl.design.matrices import product
 from sitl.design.trim import Trim
-from sitl.kernels.hover_model import force_matrix, inertia, moment_matrix
 from sitl.model.airframe import Airframe, Array
-from sitl.kernels.rigid_body import derivative
-from sitl.kernels.state import ACTUATOR, ANCHOR, SIZE, P, Q, V, W
+from sitl.model.arithmetic import sine_cosine
+from sitl.model.hover_model import force_matrix, inertia, moment_matrix
+from sitl.model.plant import derivative
+from sitl.model.quaternions import Quaternion
+from sitl.model.state import Actuators, Body
+from sitl.model.vectors import Vector
 
-ALOFT = 1000.0  # out of the ground's reach [m]
 STEP = 1e-5  # of the central differences: their error is below 1e-8
 FLOWN = slice(2, 12)  # what of (p, v, eps, w) the forward model keeps: p_z and the rest
 
@@ -40,7 +43,7 @@ def hover(a: Airframe, *, constrained: bool = True) -> tuple[Array, Array]:
     A[6:9, 9:12] = np.array([[1.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 1.0]]) / (2.0 * r)
     R = np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])  # R(q_bar)
     B = np.zeros((12, 4))
-    B[3:6] = R @ force_matrix(a) / a.m
+    B[3:6] = product(R, force_matrix(a)) / a.m
     B[9:12] = moment_matrix(a) / inertia(a)[:, None]
     return A, B
 
@@ -56,40 +59,48 @@ def forward(a: Airframe, trim: Trim, *, constrained: bool = True) -> tuple[Array
     Returns:
         A (10, 10) and B (10, 4) of x = (p_z, v, eps - eps_bar, w) and u = (T1, T2 [N], d1, d2 [rad]).
     """
-    x, u = _trimmed(trim)
-
-    def rate(dx: Array, du: Array) -> Array:
-        return _rate(a, x, u + du, dx, constrained=constrained)
-
-    still_x, still_u = np.zeros(12), np.zeros(4)
-    A = _differences(lambda dx: rate(dx, still_u), 12)
-    B = _differences(lambda du: rate(still_x, du), 4)
+    A, B = differences(a, trim.speed, trim.climb, trim.theta, trim.thrust, trim.delta, constrained)
     return A[FLOWN, FLOWN], B[FLOWN]
 
 
-def _trimmed(trim: Trim) -> tuple[Array, Array]:
-    """Rigid state and (T1, T2, d1, d2) of a trim."""
-    x = np.zeros(ACTUATOR)
-    x[P + 2] = ALOFT
-    x[V], x[V + 2] = trim.speed * math.cos(trim.climb), trim.speed * math.sin(trim.climb)
-    x[Q], x[Q + 2] = math.cos(0.5 * trim.theta), -math.sin(0.5 * trim.theta)
-    return x, np.array([trim.thrust, trim.thrust, trim.delta, trim.delta])
+@entry
+def differences(
+    a: Airframe, speed: float, climb: float, theta: float, thrust: float, delta: float, constrained: bool
+) -> tuple[Array, Array]:
+    """Jacobians of the plant at a trim: of (p, v, eps, w)' by themselves (12, 12), and by (T1, T2, d1, d2) (12, 4)."""
+    rise, run = sine_cosine(climb)
+    s, eta = sine_cosine(0.5 * theta)
+    x, u = np.zeros(12), np.array((thrust, thrust, delta, delta))
+    x[3], x[5], x[7] = speed * run, speed * rise, -s
+    A, B = np.empty((12, 12)), np.empty((12, 4))
+    for column in range(16):
+        ahead_x, behind_x, ahead_u, behind_u = x.copy(), x.copy(), u.copy(), u.copy()
+        if column < 12:
+            ahead_x[column] += STEP
+            behind_x[column] -= STEP
+        else:
+            ahead_u[column - 12] += STEP
+            behind_u[column - 12] -= STEP
+        ahead, behind = _rates(ahead_x, ahead_u, eta, constrained, a), _rates(behind_x, behind_u, eta, constrained, a)
+        for row in range(12):
+            slope = (ahead[row] - behind[row]) / (2.0 * STEP)
+            if column < 12:
+                A[row, column] = slope
+            else:
+                B[row, column - 12] = slope
+    return A, B
 
 
-def _rate(a: Airframe, trimmed: Array, u: Array, deviation: Array, *, constrained: bool) -> Array:
-    """Derivative of (p, v, eps, w) at a deviation of the same twelve from a state, (12,)."""
-    x = np.empty(ANCHOR)
-    x[P:Q] = trimmed[P:Q] + deviation[:6]
-    eps = trimmed[Q + 1 : W] + deviation[6:9]
-    x[Q] = math.sqrt(1.0 - float(eps @ eps)) if constrained else trimmed[Q]
-    x[Q + 1 : W], x[W:ACTUATOR] = eps, trimmed[W:] + deviation[9:]
-    x[ACTUATOR:] = *np.sqrt(u[:2] / a.k_f), *u[2:]
-    dx = np.empty(ACTUATOR)
-    derivative(x, np.full(SIZE, math.nan), np.zeros(3), a, dx)
-    return np.concatenate((dx[P:Q], dx[Q + 1 :]))
-
-
-def _differences(f: Callable[[Array], Array], size: int) -> Array:
-    """Jacobian of f at zero, (., size)."""
-    steps = STEP * np.eye(size)
-    return np.stack([(f(step) - f(-step)) / (2.0 * STEP) for step in steps], axis=1)
+@subroutine
+def _rates(x: Array, u: Array, eta: float, constrained: bool, a: Airframe) -> Array:
+    """Derivative of x = (p, v, eps, w) in still air, with eta as it was or as eps leaves it, (12,)."""
+    body = Body(
+        Vector(x[0], x[1], x[2]),
+        Vector(x[3], x[4], x[5]),
+        Quaternion(math.sqrt(1.0 - x[6] * x[6] - x[7] * x[7] - x[8] * x[8]) if constrained else eta, x[6], x[7], x[8]),
+        Vector(x[9], x[10], x[11]),
+    )
+    actuators = Actuators(math.sqrt(u[0] / a.k_f), math.sqrt(u[1] / a.k_f), u[2], u[3])
+    free = Vector(0.0, 0.0, 0.0)
+    p, v, q, w = derivative(body, actuators, free, free, free, a)
+    return np.array((p.x, p.y, p.z, v.x, v.y, v.z, q.x, q.y, q.z, w.x, w.y, w.z))

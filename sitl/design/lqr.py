@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from sitl.control.allocation import Virtual
+from sitl.control.hover_linear import LinearGains
 from sitl.design import linearise
+from sitl.design.matrices import product, riccati, solve, transposed
+from sitl.design.rounding import rounded_matrix
 from sitl.model.airframe import Airframe, Array
-from sitl.laws.hover_linear import LinearGains
 
 INTEGRAL_WEIGHT = 0.2  # of each integrated position in the LQI's cost
 LEAD = 1.3  # [s]
@@ -14,11 +17,13 @@ INTEGRAL_LIMIT = 2.0  # [m]
 
 
 def lqr(A: Array, B: Array, Q: Array, R: Array) -> tuple[Array, Array]:
-    """Gain K and cost matrix S of the infinite-horizon LQR, u = -K x, V = x' S x."""
-    from scipy.linalg import solve_continuous_are  # noqa: PLC0415 - a second that only designs need
+    """Gain K and cost matrix S of the infinite-horizon LQR, u = -K x, V = x' S x; stacks of matrices give stacks.
 
-    S = solve_continuous_are(A, B, Q, R)
-    return np.linalg.solve(R, B.T @ S), S
+    Raises:
+        SitlError: If there is none: something unstable cannot be controlled, or is not seen by the cost.
+    """
+    S = riccati(A, B, Q, R)
+    return solve(R, product(transposed(B), S)), S
 
 
 def lqi(A: Array, B: Array, Q: Array, R: Array, weight: float) -> tuple[Array, Array]:
@@ -43,17 +48,17 @@ def lqi(A: Array, B: Array, Q: Array, R: Array, weight: float) -> tuple[Array, A
     return np.ascontiguousarray(K[:, :n]), np.ascontiguousarray(K[:, n:])
 
 
-def hover_thrust(a: Airframe) -> Array:
-    """Virtual commands of the hover, u_bar = m g / (2 (1 - S_ratio C_d0)) (1, 1, 0, 0), (4,)."""
+def hover_thrust(a: Airframe) -> Virtual:
+    """Virtual commands of the hover, u_bar = m g / (2 (1 - S_ratio C_d0)) (1, 1, 0, 0)."""
     T = 0.5 * a.m * a.g / (1.0 - a.S_ratio * a.C_d0)
-    return np.array([T, T, 0.0, 0.0])
+    return Virtual(T, T, 0.0, 0.0)
 
 
 def hover_gains(a: Airframe, *, integral: bool = True) -> LinearGains:
     """Gains of the linear hover law with Q = I, R = I as in the report; V is always the LQR's.
 
     With ``integral``, K is the LQI's less what the lead of the integral gives back (see
-    :func:`sitl.laws.hover_linear.integrate`).
+    :func:`sitl.control.hover_linear.integrate`).
     """
     A, B = linearise.hover(a)
     Q, R = np.eye(12), np.eye(4)
@@ -62,4 +67,9 @@ def hover_gains(a: Airframe, *, integral: bool = True) -> LinearGains:
     if integral:
         K, K_i = lqi(A, B, Q, R, INTEGRAL_WEIGHT)
         K[:, :3] -= LEAD * K_i
-    return LinearGains(np.ascontiguousarray(K), K_i, S, hover_thrust(a), LEAD, INTEGRAL_LIMIT)
+    return law(a, K, K_i, S)
+
+
+def law(a: Airframe, K: Array, K_i: Array, S: Array) -> LinearGains:
+    """The law that flies with these gains, rounded."""
+    return LinearGains(rounded_matrix(K), rounded_matrix(K_i), rounded_matrix(S), hover_thrust(a), LEAD, INTEGRAL_LIMIT)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import numpy as np
-
-from sitl.kernels.hover_model import force_matrix, inertia, moment_matrix
+from sitl.control.allocation import Virtual
+from sitl.control.governor import VELOCITY, GovernorParameters
+from sitl.control.hover_zero_moment import ZeroMomentGains
 from sitl.model.airframe import Airframe
-from sitl.laws.governor import VELOCITY, GovernorParameters
-from sitl.laws.hover_zero_moment import ZeroMomentGains
+from sitl.model.hover_model import force_matrix, moment_matrix
+from sitl.model.vectors import Vector
 
 
 def zero_moment_gains(
@@ -27,21 +27,41 @@ def zero_moment_gains(
     The elevons push the vehicle sideways before they turn it (a zero at sqrt(g / l), l = J2 f / (m c2): 6.6 rad/s), so
     k_pp above 2 or lam above 14 destabilise it, nu' sooner than nu.
     """
-    F_b, pair = force_matrix(a), np.array([1.0, 1.0, 0.0, 0.0])
-    strongest = 2.0 * a.k_f * a.omega_max**2
+    share = 1.0 / float(force_matrix(a)[0, :2].sum())
     return ZeroMomentGains(
-        governor=GovernorParameters(governor, k_pp, k_pd, a.m, 0.5, 1.0, 2.0, 2.5),
+        governor=GovernorParameters(
+            kind=governor, k_pp=k_pp, k_pd=k_pd, m=a.m, M=0.5, error_limit=1.0, v_down=2.0, v_up=2.5
+        ),
         k_delta=k_delta,
         lam=lam,
         zeta=zeta,
         k_q=k_q,
-        nu_prime=int(nu_prime),
+        nu_prime=nu_prime,
         m=a.m,
         g=a.g,
-        J=inertia(a),
-        d=np.array([1.0, 0.0, 0.0]),
-        M_pinv=np.ascontiguousarray(np.linalg.pinv(moment_matrix(a))),
-        u_bar=pair / float(np.linalg.norm(F_b @ pair)),
+        J=Vector(a.J1, a.J2, a.J3),
+        d=Vector(1.0, 0.0, 0.0),
+        M_pinv=moment_inverse(a),
+        u_bar=Virtual(share, share, 0.0, 0.0),
         f_min=0.1 * a.m * a.g,
-        f_max=0.95 * strongest,
+        f_max=0.95 * 2.0 * a.k_f * a.omega_max**2,
+    )
+
+
+def moment_inverse(a: Airframe) -> tuple[Vector, Vector, Vector, Vector]:
+    """Rows of the pseudo-inverse of M_b (4, 3), in closed form.
+
+    M_b's kernel is the sum of the thrusts, so its pseudo-inverse leaves that at zero and inverts the rest: the yaw
+    gives the thrusts' difference, the pitch the elevons' sum, the roll less the propellers' torque their difference.
+    """
+    M = moment_matrix(a)
+    torque, roll, pitch, yaw = float(M[0, 0]), float(M[0, 3]), float(-M[1, 2]), float(M[2, 1])
+    by_yaw = 0.5 / yaw
+    left, right = -0.5 / roll, 0.5 / roll
+    both, turn = -0.5 / pitch, 0.5 * torque / (roll * yaw)
+    return (
+        Vector(0.0, 0.0, -by_yaw),
+        Vector(0.0, 0.0, by_yaw),
+        Vector(left, both, -turn),
+        Vector(right, both, turn),
     )

@@ -16,16 +16,18 @@ from protocol.dialect import mavlink
 from protocol.events import CommandRequested
 from protocol.modes import Mode
 from sitl.airframe import load
-from sitl.autopilot.guidance import Setpoint, Vector, View
+from sitl.autopilot.guidance import View
 from sitl.autopilot.mission import World
 from sitl.autopilot.outcome import Outcome
 from sitl.autopilot.settings import Settings
+from sitl.control.reference import Point, Reference, hover_at
 from sitl.craft import Craft
 from sitl.errors import SitlError
 from sitl.parameters import TABLE, Bindings, Surroundings
 from sitl.studies.report import SCENARIOS
-from sitl.studies.scenario import ALOFT, SAMPLE, Ask, Figure, Recorder, Scenario, Track, next_setpoint
-from sitl.vehicle import TICK, Tuning, Vehicle
+from sitl.simulation.recording import Recording
+from sitl.simulation.simulation import Simulation, Tuning, whole_periods
+from sitl.studies.scenario import ALOFT, Ask, Figure, Scenario, Track, joined, next_reference, whole_samples
 from sitl.wire.node import Node
 
 NOTICE, INFO, WARNING = mavlink.MAV_SEVERITY_NOTICE, mavlink.MAV_SEVERITY_INFO, mavlink.MAV_SEVERITY_WARNING
@@ -59,10 +61,10 @@ class LiveScenario:
         self.figures: list[Figure] = []
         self._craft = craft
         self._asks = sorted(scenario.asks)
-        self._setpoint = Setpoint((0.0, 0.0, ALOFT), scenario.start.heading, scenario.speed)
-        self._recorder = Recorder()
+        self._reference = hover_at((0.0, 0.0, ALOFT), scenario.start.heading, scenario.speed)
+        self._samples: list[Recording] = []
         self._asked_at = -1  # step of the last tick
-        self._steps = round(scenario.duration / TICK / SAMPLE) * SAMPLE
+        self._steps = whole_periods(whole_samples(scenario.duration))
         self._began = time.perf_counter()
         self._bindings = craft.bindings
 
@@ -79,22 +81,22 @@ class LiveScenario:
 
     # What the autopilot asks
 
-    def update(self, view: View) -> Setpoint:
-        """The set-point of this tick; takes the asks that are due, the wind's as well."""
+    def update(self, view: View) -> Reference:
+        """The reference of this tick; takes the asks that are due, the wind's as well."""
         vehicle = self._craft.vehicle
         if self._asked_at < 0:
             self._begin()
-        self._asked_at = vehicle.step
+        self._asked_at = vehicle.periods
         if self._changed():
             self._interrupt(view.time, "a parameter was changed")
-        elif vehicle.step >= self._steps:
+        elif vehicle.periods >= self._steps:
             self._end()
         else:
             while self._asks and self._asks[0].time <= vehicle.time + 1e-9:
                 self._take(self._asks.pop(0))
-            vehicle.set_target(self._setpoint)
-            self._recorder.sample(vehicle)
-        return self._setpoint
+            vehicle.reference = self._reference
+            self._samples.append(vehicle.sample())
+        return self._reference
 
     def done(self, view: View) -> bool:  # noqa: ARG002 - a scenario ends by its duration
         """Never: the end is a hold."""
@@ -103,7 +105,7 @@ class LiveScenario:
     def look(self) -> None:
         """Notice that the autopilot flies something else; to be called after each of its ticks."""
         flying = not (self.complete or self.interrupted)
-        if flying and self._asked_at != self._craft.vehicle.step:
+        if flying and self._asked_at != self._craft.vehicle.periods:
             self._interrupt(self._craft.vehicle.time, "the autopilot was told otherwise", hold=False)
 
     # Inside
@@ -114,7 +116,7 @@ class LiveScenario:
 
     def _take(self, ask: Ask) -> None:
         if ask.target is not None:
-            self._setpoint = next_setpoint(self._setpoint, ask.target, ask.airspeed)
+            self._reference = next_reference(self._reference, ask.target, ask.airspeed)
         if ask.wind is not None:
             self._craft.vehicle.set_wind(ask.wind)
             self._craft.bindings = self._bindings = _with_wind(self._craft.bindings, ask.wind)
@@ -132,7 +134,8 @@ class LiveScenario:
 
     def _end(self) -> None:
         self.complete = True
-        self._track = self._recorder.track(tuple(self._craft.vehicle.jumps), time.perf_counter() - self._began)
+        jumps = tuple(self._craft.vehicle.jumps)
+        self._track = joined(self._samples, jumps, time.perf_counter() - self._began)
         self.figures = self.scenario.figures(self._track)
         for figure in self.figures:
             self._say(INFO if figure.holds else WARNING, _verdict(figure))
@@ -171,7 +174,7 @@ class ScenarioCraft(Craft):
             SitlError: If the airframe or a parameter is not usable.
         """
         start = scenario.start._replace(up=scenario.start.up + ALOFT, airborne=True)
-        vehicle = Vehicle(load(airframe or scenario.airframe).parameters, seed=seed, start=start)
+        vehicle = Simulation(load(airframe or scenario.airframe).parameters, seed=seed, start=start)
         asked = Bindings(Settings(), scenario.tuning, Surroundings()).replaced(parameters or {})
         super().__init__(vehicle, world, asked, airborne=True)
         self.bindings = asked._replace(tuning=_within_bounds(asked.tuning))
@@ -187,10 +190,10 @@ class ScenarioCraft(Craft):
 class ScenarioNode(Node):
     """The node of a scenario: says the wind that an ask brings as the parameters that hold it, and does not reboot."""
 
-    def advance(self, ticks: int) -> None:
+    def advance(self, periods: int) -> None:
         """Fly, and queue what is to be told."""
         before = self.craft.bindings
-        super().advance(ticks)
+        super().advance(periods)
         after = self.craft.bindings
         for entry in TABLE if after is not before else ():
             if after.value(entry.name) != before.value(entry.name):
@@ -210,13 +213,13 @@ def _within_bounds(tuning: Tuning) -> Tuning:
     return tuning._replace(**clipped)
 
 
-def _with_wind(bindings: Bindings, wind: Vector) -> Bindings:
+def _with_wind(bindings: Bindings, wind: Point) -> Bindings:
     """The parameters that say this wind, so that a change of another one does not end it."""
     speed, come_from = _wind(wind)
     return bindings._replace(world=bindings.world._replace(wind_speed=speed, wind_direction=come_from))
 
 
-def _wind(wind: Vector) -> tuple[float, float]:
+def _wind(wind: Point) -> tuple[float, float]:
     """Level speed [m/s] of an air velocity (world NWU), and where it comes from, clockwise from north [deg]."""
     return math.hypot(wind[0], wind[1]), math.degrees(math.atan2(wind[1], -wind[0])) % 360.0
 

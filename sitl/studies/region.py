@@ -20,7 +20,8 @@ from sitl.design import linearise
 from sitl.design.lmi import SPREAD, effectiveness, guaranteed_decay, lmi_gains
 from sitl.design.lqr import hover_gains
 from sitl.design.lqr import lqr as design_lqr
-from sitl.design.region import Certificate, certify, first_rise
+from sitl.design.region import Certificate, certify
+from sitl.design.rise import first_rise
 from sitl.errors import SitlError
 from sitl.flow import SUBSTEPS, TICK
 from sitl.kernels.integrate import plant_step
@@ -29,7 +30,7 @@ from sitl.kernels.quaternion import from_rotation_vector, hover, multiply
 from sitl.kernels.state import ACTUATOR, ANCHOR, SIZE, P, Q
 from sitl.laws import hover_linear
 from sitl.laws.allocation import allocate
-from sitl.laws.hover_linear import HALF, LinearGains
+from sitl.control.hover_linear import HALF, LinearGains
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

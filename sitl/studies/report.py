@@ -6,11 +6,11 @@ import math
 
 import numpy as np
 
-from sitl.hybrid.supervisor import Law
+from protocol.dialect.vocabulary import Law
+from sitl.control.governor import LINEAR
 from sitl.model.airframe import Array
-from sitl.laws.governor import LINEAR
+from sitl.simulation.simulation import Start, Tuning
 from sitl.studies.scenario import Ask, Figure, Scenario, Track
-from sitl.vehicle import Start, Tuning
 
 WIND_FROM = 10.0  # when the wind of the LQI experiment begins [s]
 FORWARD = (Law.FORWARD_LINE_OF_SIGHT, Law.FORWARD_LINEAR)

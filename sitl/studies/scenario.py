@@ -5,6 +5,7 @@ The runner flies the same vehicle as the live process, tick for tick; only nobod
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -12,26 +13,24 @@ from typing import NamedTuple
 
 import numpy as np
 
+from protocol.dialect.vocabulary import Law
 from sitl.airframe import load
-from sitl.autopilot.guidance import Route, Setpoint, Vector
+from sitl.control.reference import Point, Reference, along, at, hover_at, leg
 from sitl.errors import SitlError
-from sitl.hybrid.supervisor import JumpRecord, Law
 from sitl.model.airframe import Airframe, Array
-from sitl.laws import hover_zero_moment
-from sitl.laws.path import LEG
-from sitl.memory_layout import LAW
-from sitl.vehicle import TICK, DivergedError, Start, Tuning, Vehicle
+from sitl.simulation.recording import JumpRecord, Recording
+from sitl.simulation.simulation import DivergedError, Simulation, Start, Tuning
 
 ALOFT = 100.0  # the report has no ground: its origin is flown this high above ours [m]
-SAMPLE = 10  # control ticks between recorded samples: 20 ms
+RATE = 50.0  # recorded samples a second
 
 
 class Ask(NamedTuple):
     """A change at a time: a new target, upright or on the wing, or another wind."""
 
     time: float  # [s]
-    target: Vector | None = None  # world NWU [m]
-    wind: Vector | None = None  # velocity of the air, world NWU [m/s]
+    target: Point | None = None  # world NWU [m]
+    wind: Point | None = None  # velocity of the air, world NWU [m/s]
     airspeed: float | None = None  # of a leg on the wing from the target before; None: upright [m/s]
 
 
@@ -97,65 +96,70 @@ def fly(
     """
     parameters = airframe if isinstance(airframe, Airframe) else load(airframe or scenario.airframe).parameters
     start = scenario.start._replace(up=scenario.start.up + ALOFT, airborne=True)
-    vehicle = Vehicle(parameters, seed=seed, start=start, tuning=scenario.tuning)
-    vehicle.warm_up()
+    vehicle = Simulation(parameters, seed=seed, start=start, tuning=scenario.tuning)
     vehicle.begin_flight(scenario.law)
-    recorder = Recorder()
+    vehicle.warm_up()
     began = time.perf_counter()
+    parts: list[Recording] = []
+    reference, fault = hover_at((0.0, 0.0, ALOFT), scenario.start.heading, scenario.speed), ""
     asks = sorted(scenario.asks)
-    setpoint = Setpoint((0.0, 0.0, ALOFT), scenario.start.heading, scenario.speed)
-    for step in range(round(scenario.duration / TICK / SAMPLE)):
-        while asks and asks[0].time <= step * SAMPLE * TICK + 1e-9:
+    while vehicle.time < scenario.duration - 1e-9 and not fault:
+        while asks and asks[0].time <= vehicle.time + 1e-9:
             ask = asks.pop(0)
             if ask.target is not None:
-                setpoint = next_setpoint(setpoint, ask.target, ask.airspeed)
+                reference = next_reference(reference, ask.target, ask.airspeed)
             if ask.wind is not None:
                 vehicle.set_wind(ask.wind)
-        vehicle.set_target(setpoint)
-        recorder.sample(vehicle)
+        vehicle.reference = reference
+        until = min(asks[0].time if asks else math.inf, scenario.duration)
         try:
-            vehicle.advance(SAMPLE)
+            parts.append(vehicle.record(whole_samples(until - vehicle.time), RATE))
         except DivergedError as error:
-            if not keep_diverged:
+            if not keep_diverged or error.recording is None:
                 raise
-            return recorder.track(tuple(vehicle.jumps), time.perf_counter() - began, str(error))
-    return recorder.track(tuple(vehicle.jumps), time.perf_counter() - began)
+            parts.append(error.recording)
+            fault = str(error)
+    return joined(parts, tuple(vehicle.jumps), time.perf_counter() - began, fault)
 
 
-def next_setpoint(last: Setpoint, target: Vector, airspeed: float | None) -> Setpoint:
-    """The set-point of a target, and the leg that leads there on the wing if an airspeed is given."""
+def whole_samples(seconds: float) -> float:
+    """A time rounded up to whole samples [s]."""
+    return math.ceil(round(seconds * RATE, 6)) / RATE
+
+
+def next_reference(last: Reference, target: Point, airspeed: float | None) -> Reference:
+    """The reference of a target, with the leg that leads there if an airspeed is given."""
     end = (target[0], target[1], target[2] + ALOFT)
-    route = None if airspeed is None else Route(LEG, last.p, end, airspeed)
-    return last._replace(p=end, route=route)
+    if airspeed is None:
+        return at(last, end)._replace(forward=False)
+    return along(last, leg(last.position, end, airspeed), last.heading)
 
 
-class Recorder:
-    """Collects the samples of a flight."""
+def joined(parts: list[Recording], jumps: tuple[JumpRecord, ...], wall: float, diverged: str = "") -> Track:
+    """Recordings, one after the other, as one track about the report's origin.
 
-    def __init__(self) -> None:
-        self._rows: list[Array] = []
+    Raises:
+        SitlError: If nothing was flown.
+    """
+    if not parts:
+        raise SitlError("the scenario has no duration: nothing was flown")
 
-    def sample(self, vehicle: Vehicle) -> None:
-        """Keep the vehicle as it is now."""
-        target = vehicle.setpoint.p
-        guide = vehicle.memory[LAW : LAW + hover_zero_moment.SIZE]
-        tail = (vehicle.lyapunov, float(vehicle.law), *target, vehicle.energy, *guide)
-        row = np.concatenate(((vehicle.time,), vehicle.plant[:17], tail))
-        row[3] -= ALOFT
-        row[22] -= ALOFT
-        self._rows.append(row)
+    def whole(name: str) -> Array:
+        return np.concatenate([getattr(part, name) for part in parts])
 
-    def track(self, jumps: tuple[JumpRecord, ...], wall: float, diverged: str = "") -> Track:
-        """All samples as one record.
-
-        Raises:
-            SitlError: If nothing was flown.
-        """
-        if not self._rows:
-            raise SitlError("the scenario has no duration: nothing was flown")
-        rows = np.array(self._rows)
-        return Track(
-            time=rows[:, 0], p=rows[:, 1:4], v=rows[:, 4:7], q=rows[:, 7:11], actuator=rows[:, 14:18],
-            lyapunov=rows[:, 18], law=rows[:, 19], target=rows[:, 20:23], energy=rows[:, 23],
-            guide=rows[:, 24:29], jumps=jumps, wall=wall, diverged=diverged,
-        )  # fmt: skip
+    lowered = np.array((0.0, 0.0, ALOFT))
+    return Track(
+        time=whole("time"),
+        p=whole("position") - lowered,
+        v=whole("velocity"),
+        q=whole("attitude"),
+        actuator=whole("actuators"),
+        lyapunov=whole("v_hover"),
+        law=whole("law"),
+        target=whole("reference") - lowered,
+        energy=whole("energy"),
+        guide=whole("guide"),
+        jumps=jumps,
+        wall=wall,
+        diverged=diverged,
+    )

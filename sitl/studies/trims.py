@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from sitl.design.trim import Trim, TurningTrim, braking_limit, decelerating_trim, level_trim, turning_trim
+from sitl.design.trim import Trim, braking_limit, trims
+from sitl.design.turn import TurningTrim, turning_trim
 from sitl.errors import SitlError
 from sitl.model.airframe import Airframe, Array
 
@@ -30,9 +31,9 @@ def cost(a: Airframe, trim: AnyTrim) -> float:
     return float(a.k_m * (omega**3).sum()) / trim.speed if trim.speed > 0.0 else math.inf
 
 
-def gaps(speeds: Array, trims: Sequence[AnyTrim]) -> str:
+def gaps(speeds: Array, flown: Sequence[AnyTrim]) -> str:
     """Where no trim exists, in words: nothing, all of it, or the ranges of speed."""
-    missing = np.array([not trim.exists for trim in trims])
+    missing = np.array([not trim.exists for trim in flown])
     if missing.all():
         return "none"
     edges = np.flatnonzero(np.diff(np.concatenate(([False], missing, [False])).astype(int)))
@@ -56,7 +57,7 @@ def save_trims_plot(name: str, a: Airframe, path: Path) -> None:
     page = Figure(figsize=(10.0, 13.0), layout="constrained")
     axes = page.subplots(6, 2, sharex=True)
     page.suptitle(f"Trims of {name}: straight (left), level turns (right); a gap is where the actuators cannot hold it")
-    climbs = {f"{climb:+g} deg": [level_trim(a, float(v), math.radians(climb)) for v in SPEEDS] for climb in CLIMBS}
+    climbs = {f"{climb:+g} deg": trims(a, SPEEDS, math.radians(climb)) for climb in CLIMBS}
     turns = {f"{turn:g} deg/s": [turning_trim(a, float(v), math.radians(turn)) for v in TURN_SPEEDS] for turn in TURNS}
     _family(axes[:5, 0], a, SPEEDS, climbs)
     _family(axes[:5, 1], a, TURN_SPEEDS, turns)
@@ -79,9 +80,9 @@ def _family(axes: Sequence[Axes], a: Airframe, speeds: Array, family: Mapping[st
         ("energy [J/m]", lambda trim: cost(a, trim)),
     )
     for axis, (label, of) in zip(axes, rows, strict=True):
-        for curve, trims in family.items():
-            values = [of(trim) if trim.exists else math.nan for trim in trims]
-            axis.plot(speeds, values, linewidth=1.0, label=f"{curve}  {gaps(speeds, trims)}".strip())
+        for curve, flown in family.items():
+            values = [of(trim) if trim.exists else math.nan for trim in flown]
+            axis.plot(speeds, values, linewidth=1.0, label=f"{curve}  {gaps(speeds, flown)}".strip())
         axis.set_ylabel(label)
         axis.grid(alpha=0.3)
     axes[4].set_yscale("log")
@@ -91,9 +92,9 @@ def _family(axes: Sequence[Axes], a: Airframe, speeds: Array, family: Mapping[st
 def _braking(axes: Sequence[Axes], a: Airframe) -> None:
     """What braking in level flight takes, and how much of it each climb allows."""
     for brake in BRAKES:
-        trims = [decelerating_trim(a, float(v), -brake) for v in SPEEDS]
-        values = [math.degrees(trim.delta) if trim.exists else math.nan for trim in trims]
-        axes[0].plot(SPEEDS, values, linewidth=1.0, label=f"{brake:g} m/s2  {gaps(SPEEDS, trims)}".strip())
+        flown = trims(a, SPEEDS, 0.0, -brake)
+        values = [math.degrees(trim.delta) if trim.exists else math.nan for trim in flown]
+        axes[0].plot(SPEEDS, values, linewidth=1.0, label=f"{brake:g} m/s2  {gaps(SPEEDS, flown)}".strip())
     axes[0].set_ylabel("elevon, braking level [deg]")
     for climb in CLIMBS[1:5]:
         limit = braking_limit(a, SPEEDS, math.radians(climb)).held

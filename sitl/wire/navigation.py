@@ -22,7 +22,13 @@ def altitude(s: Picture) -> Message:
     """ALTITUDE above the sea, the origin, home and the ground, which is level."""
     up, above_sea = s.p[2], s.frame.origin.alt + s.p[2]
     return mavlink.MAVLink_altitude_message(
-        units.microseconds(s.time), above_sea, above_sea, up, up - s.home[2], up, max(up, 0.0)
+        time_usec=units.microseconds(s.time),
+        altitude_monotonic=above_sea,
+        altitude_amsl=above_sea,
+        altitude_local=up,
+        altitude_relative=up - s.home[2],
+        altitude_terrain=up,
+        bottom_clearance=max(up, 0.0),
     )
 
 
@@ -51,22 +57,22 @@ def ground_truth(s: Picture) -> Message:
     p, q, r = frames.flip(s.rates)
     north, east, down = (units.centimetres_per_second(speed) for speed in frames.flip(s.v))
     return mavlink.MAVLink_hil_state_quaternion_message(
-        units.microseconds(s.time),
-        frames.flip_quaternion(s.q),
-        p,
-        q,
-        r,
-        units.to_e7(here.lat_deg),
-        units.to_e7(here.lon_deg),
-        units.millimetres(here.alt),
-        north,
-        east,
-        down,
-        airspeed,
-        airspeed,
-        0,
-        0,
-        0,
+        time_usec=units.microseconds(s.time),
+        attitude_quaternion=frames.flip_quaternion(s.q),
+        rollspeed=p,
+        pitchspeed=q,
+        yawspeed=r,
+        lat=units.to_e7(here.lat_deg),
+        lon=units.to_e7(here.lon_deg),
+        alt=units.millimetres(here.alt),
+        vx=north,
+        vy=east,
+        vz=down,
+        ind_airspeed=airspeed,
+        true_airspeed=airspeed,
+        xacc=0,
+        yacc=0,
+        zacc=0,
     )
 
 
@@ -74,11 +80,11 @@ def flight_information(s: Picture) -> Message:
     """FLIGHT_INFORMATION: when this flight, or the last one, began and ended; times are since boot."""
     flight = s.flight
     return mavlink.MAVLink_flight_information_message(
-        s.ms,
-        units.microseconds(flight.armed_at),
-        units.microseconds(flight.took_off_at),
-        flight.number,
-        units.milliseconds(flight.landed_at),
+        time_boot_ms=s.ms,
+        arming_time_utc=units.microseconds(flight.armed_at),
+        takeoff_time_utc=units.microseconds(flight.took_off_at),
+        flight_uuid=flight.number,
+        landing_time=units.milliseconds(flight.landed_at),
     )
 
 

@@ -10,9 +10,9 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Iterable, Sequence
 from typing import Any
 
-from protocol import units
 from protocol.codec import Message
 from protocol.dialect import mavlink
+from protocol.dialect.vocabulary import Law
 from protocol.endpoint import VehicleEndpoint
 from protocol.engines.command_server import UNKNOWN_PROGRESS
 from protocol.engines.files import NoFiles
@@ -47,9 +47,8 @@ from sitl.autopilot.offboard import take_setpoint
 from sitl.autopilot.outcome import Notice, Outcome
 from sitl.autopilot.standard_modes import CHOOSES_MODE, LIST, available_modes, current_mode, take_mode
 from sitl.craft import Craft
-from sitl.hybrid.supervisor import JumpRecord, Law
 from sitl.memory import Memory, MemoryFaultError
-from sitl.wire import telemetry, upkeep
+from sitl.wire import hybrid, telemetry, upkeep
 from sitl.wire.blackbox import Blackbox
 from sitl.wire.files import VehicleFiles
 from sitl.wire.flight_record import FlightRecord
@@ -191,14 +190,14 @@ class Node:
         self._report()
         time_us = round(self.craft.vehicle.time * 1e6)
         due = self._endpoint.streams_due(time_us)
-        named = self.craft.vehicle.step % NAMED_VALUE_TICKS < ticks
+        named = self.craft.vehicle.periods % NAMED_VALUE_TICKS < ticks
         if not due and not named:
             return
         picture = self.picture()
         for message_id, audience in due.items():
             self._endpoint.publish(self._builders[message_id](picture), audience)
         if named:
-            for message in telemetry.named_values(picture):
+            for message in hybrid.named_values(picture):
                 self._endpoint.publish(message)
 
     def picture(self) -> Picture:
@@ -221,14 +220,14 @@ class Node:
         self._flight = self._flight.at(vehicle.time, armed=autopilot.armed, landed=vehicle.law is Law.LANDED)
         jumps = self.craft.new_jumps()
         for jump in jumps:
-            self._tell(_jump_message(jump))
+            self._tell(hybrid.jump(jump))
         if jumps:
             self._tell(telemetry.extended_state(self.picture()))
         for seq in autopilot.reached():
             self._tell(mavlink.MAVLink_mission_item_reached_message(seq))
             self._endpoint.publish(telemetry.mission_current(self.picture()))
         for seq, made in autopilot.decisions():
-            self._tell(telemetry.decision(self.picture().ms, seq, made))
+            self._tell(hybrid.decision(self.picture().ms, seq, made))
         notices = autopilot.notices()
         for notice in notices:
             self._say(notice.severity, notice.text)
@@ -376,18 +375,6 @@ class Node:
             write()
         except MemoryFaultError as error:
             self._say(mavlink.MAV_SEVERITY_ERROR, str(error))
-
-
-def _jump_message(jump: JumpRecord) -> Any:  # noqa: ANN401 - generated messages are untyped
-    return mavlink.MAVLink_darko_jump_message(
-        units.microseconds(jump.time),
-        jump.number,
-        jump.lyapunov,
-        int(jump.source),
-        int(jump.target),
-        int(jump.reason),
-        jump.name.encode("ascii"),
-    )
 
 
 UPKEEP: dict[int, Callable[[Node, CommandRequested], Outcome]] = {

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import NamedTuple
 
 from protocol import frames, units
 from protocol.dialect import mavlink
+from protocol.dialect.vocabulary import Law, Limit, Reason, Saturation
 from protocol.frames import LocalFrame, Quaternion, Vector
 from protocol.modes import Mode
 from sitl.autopilot.fence import Fence, FenceWatch
-from sitl.autopilot.guidance import Setpoint
 from sitl.battery import Battery
+from sitl.control.reference import Reference
 from sitl.craft import Craft
-from sitl.hybrid.supervisor import Law
-from sitl.kernels import state
 from sitl.wire.flight_record import FlightRecord
 
 
@@ -35,23 +35,25 @@ class Picture(NamedTuple):
     motor_command: tuple[float, float]
     elevon: tuple[float, float]  # [rad]
     elevon_command: tuple[float, float]
-    limits: int  # DARKO_LIMIT bits
-    given_up: int  # DARKO_GIVEN_UP bits
-    law: int  # DARKO_LAW
-    last_law: int
-    last_reason: int  # DARKO_JUMP_REASON
+    limits: Limit
+    saturation: Saturation
+    law: Law
+    last_law: Law
+    last_reason: Reason
     jumps: int
-    lyapunov: float
-    lyapunov_forward: float
-    lyapunov_attitude: float
+    lyapunov: float | None  # of the linear hover law; None on the ground
+    lyapunov_forward: float | None  # of the linear forward law; None off its legs
+    lyapunov_attitude: float | None  # of the attitude law [rad^2]; None while it does not fly
     v_enter: float
     v_leave: float
+    v_forward_enter: float
+    v_forward_leave: float
     governor: float  # 0..1
     power: float  # [W]
     energy: float  # [J]
-    energy_by_law: tuple[float, ...]
+    energy_by_law: Mapping[Law, float]  # [J]
     battery: Battery
-    setpoint: Setpoint
+    reference: Reference
     mode: Mode
     armed: bool
     landed: bool
@@ -100,44 +102,46 @@ class Picture(NamedTuple):
 def take_picture(craft: Craft) -> Picture:
     """The craft as it is now."""
     vehicle, autopilot, a = craft.vehicle, craft.autopilot, craft.vehicle.airframe
-    x, command = vehicle.plant.tolist(), vehicle.command.tolist()
-    actuator = x[state.ACTUATOR : state.ACTUATOR + 4]
+    body, actuators = vehicle.truth.body, vehicle.truth.actuators
+    command, landed = vehicle.command, vehicle.law is Law.LANDED
     last = vehicle.jumps[-1] if vehicle.jumps else None
     mission = autopilot.mission
     return Picture(
         time=vehicle.time,
-        p=(x[0], x[1], x[2]),
-        v=(x[3], x[4], x[5]),
-        q=(x[6], x[7], x[8], x[9]),
-        rates=(x[10], x[11], x[12]),
-        wind=tuple(vehicle.wind.tolist()),
-        wind_estimate=tuple(vehicle.wind_estimate.tolist()),
+        p=body.position,
+        v=body.velocity,
+        q=body.attitude,
+        rates=body.rates,
+        wind=vehicle.wind,
+        wind_estimate=vehicle.wind_estimate,
         wind_deviation=vehicle.wind_deviation,
         cross_track=vehicle.cross_track,
-        motor=(actuator[0], actuator[1]),
-        motor_command=(command[0], command[1]),
-        elevon=(actuator[2], actuator[3]),
-        elevon_command=(command[2], command[3]),
-        limits=vehicle.limits if vehicle.law is not Law.LANDED else 0,
-        given_up=vehicle.given_up,
-        law=int(vehicle.law),
-        last_law=int(last.source) if last else 0,
-        last_reason=int(last.reason) if last else 0,
+        motor=(actuators.left_motor, actuators.right_motor),
+        motor_command=(command.left_motor, command.right_motor),
+        elevon=(actuators.left_elevon, actuators.right_elevon),
+        elevon_command=(command.left_elevon, command.right_elevon),
+        limits=Limit(0 if landed else vehicle.limits),
+        saturation=Saturation(vehicle.saturation),
+        law=vehicle.law,
+        last_law=last.source if last else Law.LANDED,
+        last_reason=last.reason if last else Reason.NONE,
         jumps=len(vehicle.jumps),
-        lyapunov=vehicle.lyapunov if vehicle.law is not Law.LANDED else math.nan,
+        lyapunov=None if landed else vehicle.lyapunov,
         lyapunov_forward=vehicle.lyapunov_forward,
         lyapunov_attitude=vehicle.lyapunov_attitude,
         v_enter=vehicle.tuning.v_enter,
         v_leave=vehicle.tuning.v_leave,
+        v_forward_enter=vehicle.tuning.v_forward_enter,
+        v_forward_leave=vehicle.tuning.v_forward_leave,
         governor=vehicle.governor,
         power=vehicle.power,
         energy=vehicle.energy,
-        energy_by_law=_by_law(craft),
+        energy_by_law=dict(vehicle.energy_by_law),
         battery=craft.battery,
-        setpoint=autopilot.setpoint,
+        reference=autopilot.reference,
         mode=autopilot.mode,
         armed=autopilot.armed,
-        landed=vehicle.law is Law.LANDED,
+        landed=landed,
         landing=autopilot.landing,
         taking_off=autopilot.mode is Mode.TAKEOFF,
         ready=not autopilot.pre_arm(),
@@ -155,11 +159,6 @@ def take_picture(craft: Craft) -> Picture:
         fence=replace(autopilot.failsafes.fence),
         fenced=autopilot.world.fence != Fence(),
     )
-
-
-def _by_law(craft: Craft) -> tuple[float, ...]:
-    energy = craft.vehicle.energy_by_law
-    return tuple(float(energy[law]) for law in sorted(Law))
 
 
 def _mission_state(craft: Craft) -> int:

@@ -14,16 +14,16 @@ from typing import NamedTuple
 from protocol import frames, units
 from protocol.codec import Message
 from protocol.dialect import mavlink
+from protocol.dialect.vocabulary import Regime
 from protocol.modes import Mode, custom_mode
-from sitl.autopilot.decision import Decision
 from sitl.autopilot.standard_modes import available_modes_monitor, current_mode
-from sitl.hybrid.supervisor import Law
+from sitl.wire import hybrid
 from sitl.wire.metadata import GENERAL_URI, general_crc
 from sitl.wire.navigation import altitude, flight_information, ground_truth, odometry
 from sitl.wire.snapshot import Picture
 
-NAN = math.nan
 NO_BATTERY_CELL = 65535
+MAVLINK_VERSION = 3  # of HEARTBEAT
 
 
 def heartbeat(s: Picture, autopilot: int = mavlink.MAV_AUTOPILOT_PX4) -> Message:
@@ -34,12 +34,12 @@ def heartbeat(s: Picture, autopilot: int = mavlink.MAV_AUTOPILOT_PX4) -> Message
     flying = mavlink.MAV_STATE_CRITICAL if s.critical else mavlink.MAV_STATE_ACTIVE
     state = mavlink.MAV_STATE_STANDBY if s.landed else flying
     return mavlink.MAVLink_heartbeat_message(
-        mavlink.MAV_TYPE_VTOL_DUOROTOR,
-        autopilot,
-        base,
-        custom_mode(s.mode),
-        state,
-        3,
+        type=mavlink.MAV_TYPE_VTOL_DUOROTOR,
+        autopilot=autopilot,
+        base_mode=base,
+        custom_mode=custom_mode(s.mode),
+        system_status=state,
+        mavlink_version=MAVLINK_VERSION,
     )
 
 
@@ -61,15 +61,20 @@ def sys_status(s: Picture) -> Message:
     health = SENSORS & ~(mavlink.MAV_SYS_STATUS_GEOFENCE if s.fence.breached else 0)
     health |= mavlink.MAV_SYS_STATUS_PREARM_CHECK if s.ready or s.armed else 0
     return mavlink.MAVLink_sys_status_message(
-        present,
-        enabled,
-        health,
-        0,
-        units.millivolts(s.battery.voltage),
-        units.centiamperes(s.battery.current(s.power)),
-        units.percent(s.battery.left),
-        0, 0, 0, 0, 0, 0,
-    )  # fmt: skip
+        onboard_control_sensors_present=present,
+        onboard_control_sensors_enabled=enabled,
+        onboard_control_sensors_health=health,
+        load=0,
+        voltage_battery=units.millivolts(s.battery.voltage),
+        current_battery=units.centiamperes(s.battery.current(s.power)),
+        battery_remaining=units.percent(s.battery.left),
+        drop_rate_comm=0,
+        errors_comm=0,
+        errors_count1=0,
+        errors_count2=0,
+        errors_count3=0,
+        errors_count4=0,
+    )
 
 
 def attitude(s: Picture) -> Message:
@@ -96,15 +101,15 @@ def global_position(s: Picture) -> Message:
     here = s.frame.to_geodetic(frames.flip(s.p))
     north, east, down = frames.flip(s.v)
     return mavlink.MAVLink_global_position_int_message(
-        s.ms,
-        units.to_e7(here.lat_deg),
-        units.to_e7(here.lon_deg),
-        units.millimetres(here.alt),
-        units.millimetres(s.p[2] - s.home[2]),
-        units.centimetres_per_second(north),
-        units.centimetres_per_second(east),
-        units.centimetres_per_second(down),
-        units.centidegrees(s.yaw),
+        time_boot_ms=s.ms,
+        lat=units.to_e7(here.lat_deg),
+        lon=units.to_e7(here.lon_deg),
+        alt=units.millimetres(here.alt),
+        relative_alt=units.millimetres(s.p[2] - s.home[2]),
+        vx=units.centimetres_per_second(north),
+        vy=units.centimetres_per_second(east),
+        vz=units.centimetres_per_second(down),
+        hdg=units.centidegrees(s.yaw),
     )
 
 
@@ -112,18 +117,18 @@ def gps_raw(s: Picture) -> Message:
     """GPS_RAW_INT of an ideal receiver."""
     here = s.frame.to_geodetic(frames.flip(s.p))
     ground_speed = math.hypot(s.v[0], s.v[1])
-    course = math.atan2(-s.v[1], s.v[0]) if ground_speed > 0.1 else NAN
+    course = math.atan2(-s.v[1], s.v[0]) if ground_speed > 0.1 else math.nan
     return mavlink.MAVLink_gps_raw_int_message(
-        units.microseconds(s.time),
-        mavlink.GPS_FIX_TYPE_RTK_FIXED,
-        units.to_e7(here.lat_deg),
-        units.to_e7(here.lon_deg),
-        units.millimetres(here.alt),
-        50,
-        50,
-        units.centimetres_per_second(ground_speed),
-        units.centidegrees(course),
-        20,
+        time_usec=units.microseconds(s.time),
+        fix_type=mavlink.GPS_FIX_TYPE_RTK_FIXED,
+        lat=units.to_e7(here.lat_deg),
+        lon=units.to_e7(here.lon_deg),
+        alt=units.millimetres(here.alt),
+        eph=50,
+        epv=50,
+        vel=units.centimetres_per_second(ground_speed),
+        cog=units.centidegrees(course),
+        satellites_visible=20,
     )
 
 
@@ -131,8 +136,8 @@ def position_target(s: Picture) -> Message:
     """POSITION_TARGET_LOCAL_NED: the set-point of the hover laws."""
     unused = 0b0000_1001_1111_1000  # velocity, acceleration, yaw rate
     return mavlink.MAVLink_position_target_local_ned_message(
-        s.ms, mavlink.MAV_FRAME_LOCAL_NED, unused, *frames.flip(s.setpoint.p), 0, 0, 0, 0, 0, 0,
-        -s.setpoint.heading, 0,
+        s.ms, mavlink.MAV_FRAME_LOCAL_NED, unused, *frames.flip(s.reference.position), 0, 0, 0, 0, 0, 0,
+        -s.reference.heading, 0,
     )  # fmt: skip
 
 
@@ -141,12 +146,12 @@ def vfr_hud(s: Picture) -> Message:
     span = s.motor_max - s.motor_min
     throttle = min(max((sum(s.motor) / 2.0 - s.motor_min) / span, 0.0), 1.0)
     return mavlink.MAVLink_vfr_hud_message(
-        s.airspeed_estimate,
-        math.hypot(s.v[0], s.v[1]),
-        units.centidegrees(s.yaw) // 100,
-        round(100 * throttle),
-        s.frame.origin.alt + s.p[2],
-        s.v[2],
+        airspeed=s.airspeed_estimate,
+        groundspeed=math.hypot(s.v[0], s.v[1]),
+        heading=units.centidegrees(s.yaw) // 100,
+        throttle=round(100 * throttle),
+        alt=s.frame.origin.alt + s.p[2],
+        climb=s.v[2],
     )
 
 
@@ -160,29 +165,30 @@ def extended_state(s: Picture) -> Message:
         landed = mavlink.MAV_LANDED_STATE_TAKEOFF
     else:
         landed = mavlink.MAV_LANDED_STATE_IN_AIR
-    return mavlink.MAVLink_extended_sys_state_message(VTOL_STATES.get(s.law, mavlink.MAV_VTOL_STATE_MC), landed)
+    return mavlink.MAVLink_extended_sys_state_message(VTOL_STATES[s.law.regime], landed)
 
 
-VTOL_STATES: dict[int, int] = {
-    Law.TO_FORWARD: mavlink.MAV_VTOL_STATE_TRANSITION_TO_FW,
-    Law.FORWARD_LINE_OF_SIGHT: mavlink.MAV_VTOL_STATE_FW,
-    Law.FORWARD_LINEAR: mavlink.MAV_VTOL_STATE_FW,
-    Law.TO_HOVER: mavlink.MAV_VTOL_STATE_TRANSITION_TO_MC,
+VTOL_STATES: dict[Regime, int] = {
+    Regime.GROUND: mavlink.MAV_VTOL_STATE_MC,
+    Regime.UPRIGHT: mavlink.MAV_VTOL_STATE_MC,
+    Regime.FRONT_TRANSITION: mavlink.MAV_VTOL_STATE_TRANSITION_TO_FW,
+    Regime.FORWARD: mavlink.MAV_VTOL_STATE_FW,
+    Regime.BACK_TRANSITION: mavlink.MAV_VTOL_STATE_TRANSITION_TO_MC,
 }
 
 
 def battery_status(s: Picture) -> Message:
     """BATTERY_STATUS of the energy model."""
     return mavlink.MAVLink_battery_status_message(
-        0,
-        mavlink.MAV_BATTERY_FUNCTION_ALL,
-        mavlink.MAV_BATTERY_TYPE_LIPO,
-        0x7FFF,
-        [units.millivolts(s.battery.voltage)] + [NO_BATTERY_CELL] * 9,
-        units.centiamperes(s.battery.current(s.power)),
-        -1,
-        round(s.energy / 100.0),  # hJ
-        units.percent(s.battery.left),
+        id=0,
+        battery_function=mavlink.MAV_BATTERY_FUNCTION_ALL,
+        type=mavlink.MAV_BATTERY_TYPE_LIPO,
+        temperature=0x7FFF,
+        voltages=[units.millivolts(s.battery.voltage)] + [NO_BATTERY_CELL] * 9,
+        current_battery=units.centiamperes(s.battery.current(s.power)),
+        current_consumed=-1,
+        energy_consumed=round(s.energy / 100.0),  # hJ
+        battery_remaining=units.percent(s.battery.left),
     )
 
 
@@ -191,9 +197,18 @@ def home_position(s: Picture) -> Message:
     north, east, down = frames.flip(s.home)
     home = s.frame.to_geodetic((north, east, down))
     return mavlink.MAVLink_home_position_message(
-        units.to_e7(home.lat_deg), units.to_e7(home.lon_deg), units.millimetres(home.alt),
-        north, east, down, [1, 0, 0, 0], north, east, down - s.return_altitude, units.microseconds(s.time),
-    )  # fmt: skip
+        latitude=units.to_e7(home.lat_deg),
+        longitude=units.to_e7(home.lon_deg),
+        altitude=units.millimetres(home.alt),
+        x=north,
+        y=east,
+        z=down,
+        q=[1, 0, 0, 0],
+        approach_x=north,
+        approach_y=east,
+        approach_z=down - s.return_altitude,
+        time_usec=units.microseconds(s.time),
+    )
 
 
 def global_origin(s: Picture) -> Message:
@@ -210,43 +225,35 @@ def wind(s: Picture) -> Message:
     north, east, down = frames.flip(s.wind_estimate)
     level, vertical = max(s.wind_deviation[:2]), s.wind_deviation[2]
     return mavlink.MAVLink_wind_cov_message(
-        units.microseconds(s.time),
-        north,
-        east,
-        down,
-        level**2,
-        vertical**2,
-        s.frame.origin.alt + s.p[2],
-        level,
-        vertical,
+        time_usec=units.microseconds(s.time),
+        wind_x=north,
+        wind_y=east,
+        wind_z=down,
+        var_horiz=level**2,
+        var_vert=vertical**2,
+        wind_alt=s.frame.origin.alt + s.p[2],
+        horiz_accuracy=level,
+        vert_accuracy=vertical,
     )
-
-
-def air(s: Picture) -> Message:
-    """DARKO_AIR: the estimated wind beside the true one."""
-    estimate, true = frames.flip(s.wind_estimate), frames.flip(s.wind)
-    return mavlink.MAVLink_darko_air_message(s.ms, list(estimate), list(true), s.airspeed_estimate, s.airspeed)
 
 
 def controller_output(s: Picture) -> Message:
     """NAV_CONTROLLER_OUTPUT: where the vehicle is beside its path; positive cross-track error is to the right of it."""
-    north, east, down = (to - here for to, here in zip(frames.flip(s.setpoint.p), frames.flip(s.p), strict=True))
+    there, here = frames.flip(s.reference.position), frames.flip(s.p)
+    north, east, down = (to - at for to, at in zip(there, here, strict=True))
     roll, pitch, _ = frames.euler_from_quaternion(frames.flip_quaternion(s.q))
     bearing = round(math.degrees(math.atan2(east, north)))
     course = round(math.degrees(math.atan2(-s.v[1], s.v[0])))
     return mavlink.MAVLink_nav_controller_output_message(
-        math.degrees(roll), math.degrees(pitch), course, bearing, min(round(math.hypot(north, east)), 65535),
-        -down, 0.0, -s.cross_track,
-    )  # fmt: skip
-
-
-def decision(ms: int, seq: int, made: Decision) -> Message:
-    """DARKO_DECISION of one leg."""
-    leg = made.leg
-    return mavlink.MAVLink_darko_decision_message(
-        ms, leg.distance, leg.climb, leg.tail_wind, leg.cross_wind, *made.hover, *made.forward, seq,
-        int(made.way), int(made.why),
-    )  # fmt: skip
+        nav_roll=math.degrees(roll),
+        nav_pitch=math.degrees(pitch),
+        nav_bearing=course,
+        target_bearing=bearing,
+        wp_dist=min(round(math.hypot(north, east)), 65535),
+        alt_error=-down,
+        aspd_error=0.0,
+        xtrack_error=-s.cross_track,
+    )
 
 
 def actuator_output(s: Picture) -> Message:
@@ -265,48 +272,12 @@ def mission_current(s: Picture) -> Message:
 def fence_status(s: Picture) -> Message:
     """FENCE_STATUS: a breach that is only predicted counts as one."""
     return mavlink.MAVLink_fence_status_message(
-        int(s.fence.breached), s.fence.count, s.fence.kind, units.milliseconds(s.fence.time),
-        mavlink.FENCE_MITIGATE_NONE,
-    )  # fmt: skip
-
-
-def hybrid_state(s: Picture) -> Message:
-    """DARKO_HYBRID_STATE."""
-    return mavlink.MAVLink_darko_hybrid_state_message(
-        s.ms,
-        s.jumps,
-        s.lyapunov,
-        s.lyapunov_forward,
-        s.v_enter,
-        s.v_leave,
-        s.governor,
-        s.law,
-        s.last_law,
-        s.last_reason,
-        s.lyapunov_attitude,
+        breach_status=int(s.fence.breached),
+        breach_count=s.fence.count,
+        breach_type=s.fence.kind,
+        breach_time=units.milliseconds(s.fence.time),
+        breach_mitigation=mavlink.FENCE_MITIGATE_NONE,
     )
-
-
-def actuators(s: Picture) -> Message:
-    """DARKO_ACTUATORS."""
-    return mavlink.MAVLink_darko_actuators_message(
-        s.ms, list(s.motor), list(s.motor_command), [s.k_f * w * w for w in s.motor],
-        list(s.elevon), list(s.elevon_command), s.motor_min, s.motor_max, s.elevon_max, s.limits, s.given_up,
-    )  # fmt: skip
-
-
-def energy(s: Picture) -> Message:
-    """DARKO_ENERGY."""
-    *by_law, attitude_law = s.energy_by_law  # the array is as long as the list of laws once was
-    return mavlink.MAVLink_darko_energy_message(s.ms, s.power, s.energy, by_law, attitude_law)
-
-
-def named_values(s: Picture) -> list[Message]:
-    """The hybrid controller's key numbers as NAMED_VALUE_FLOAT."""
-    values = {"V": s.lyapunov, "law": float(s.law), "jumps": float(s.jumps), "governor": s.governor, "power": s.power}
-    return [
-        mavlink.MAVLink_named_value_float_message(s.ms, name.encode("ascii"), value) for name, value in values.items()
-    ]
 
 
 def system_time(s: Picture) -> Message:
@@ -329,7 +300,17 @@ def autopilot_version(s: Picture) -> Message:  # noqa: ARG001 - one signature fo
         | mavlink.MAV_PROTOCOL_CAPABILITY_FTP
     )
     return mavlink.MAVLink_autopilot_version_message(
-        capabilities, release_word(), 0, 0, 0, [0] * 8, [0] * 8, [0] * 8, 0, 0, 0
+        capabilities=capabilities,
+        flight_sw_version=release_word(),
+        middleware_sw_version=0,
+        os_sw_version=0,
+        board_version=0,
+        flight_custom_version=[0] * 8,
+        middleware_custom_version=[0] * 8,
+        os_custom_version=[0] * 8,
+        vendor_id=0,
+        product_id=0,
+        uid=0,
     )
 
 
@@ -383,7 +364,7 @@ STREAMS = (
     Stream(mavlink.MAVLINK_MSG_ID_HOME_POSITION, home_position, 0.5),
     Stream(mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN, global_origin, 0.0),
     Stream(mavlink.MAVLINK_MSG_ID_WIND_COV, wind, 1.0),
-    Stream(mavlink.MAVLINK_MSG_ID_DARKO_AIR, air, 5.0),
+    Stream(mavlink.MAVLINK_MSG_ID_DARKO_AIR, hybrid.air, 5.0),
     Stream(mavlink.MAVLINK_MSG_ID_NAV_CONTROLLER_OUTPUT, controller_output, 5.0),
     Stream(mavlink.MAVLINK_MSG_ID_ACTUATOR_OUTPUT_STATUS, actuator_output, 5.0),
     Stream(mavlink.MAVLINK_MSG_ID_MISSION_CURRENT, mission_current, 1.0),
@@ -397,7 +378,7 @@ STREAMS = (
     Stream(mavlink.MAVLINK_MSG_ID_CONTROL_STATUS, control_status, 0.5),
     Stream(mavlink.MAVLINK_MSG_ID_PROTOCOL_VERSION, protocol_version, 0.0),
     Stream(mavlink.MAVLINK_MSG_ID_COMPONENT_METADATA, component_metadata, 0.0),
-    Stream(mavlink.MAVLINK_MSG_ID_DARKO_HYBRID_STATE, hybrid_state, 10.0),
-    Stream(mavlink.MAVLINK_MSG_ID_DARKO_ACTUATORS, actuators, 20.0),
-    Stream(mavlink.MAVLINK_MSG_ID_DARKO_ENERGY, energy, 2.0),
+    Stream(mavlink.MAVLINK_MSG_ID_DARKO_HYBRID_STATE, hybrid.hybrid_state, 10.0),
+    Stream(mavlink.MAVLINK_MSG_ID_DARKO_ACTUATORS, hybrid.actuators, 20.0),
+    Stream(mavlink.MAVLINK_MSG_ID_DARKO_ENERGY, hybrid.energy, 2.0),
 )

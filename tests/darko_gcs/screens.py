@@ -3,25 +3,54 @@
 import math
 from dataclasses import replace
 
-from darko_gcs.snapshot import EMPTY, Actuators, Air, Decision, Energy, Hybrid, Jump, Navigation
+from darko_gcs.snapshot import EMPTY, Actuators, Air, Decision, Energy, Hybrid, Jump, Navigation, Thresholds
+from protocol.dialect.vocabulary import DecisionReason, Law, Limit, Reason, Saturation, Way
 from protocol.frames import Geodetic, quaternion_from_euler
 from protocol.plans import load
 from tests.support.paths import DATA
 
 HOVER = (math.sqrt(0.5), 0.0, math.sqrt(0.5), 0.0)
+HYBRID = Hybrid(
+    time=60.0,
+    law=Law.HOVER_LINEAR,
+    jumps=2,
+    v_hover=0.8,
+    v_forward=math.nan,
+    v_attitude=math.nan,
+    hover=Thresholds(50.0, 100.0),
+    forward=Thresholds(20.0, 60.0),
+    governor=0.0,
+    last_law=Law.HOVER_ZERO_MOMENT,
+    last_reason=Reason.LYAPUNOV_BELOW,
+)
+
+
+def by_law(joules):
+    """Energies as they are on the wire."""
+    return tuple(joules.get(number, 0.0) for number in range(16))
+
+
 FLYING = replace(
     EMPTY,
     source=(1, 1), autopilot=12, kind=19, armed=True, mode="HOLD", heartbeat_at=100.0, landed_state=2, boot=60.0,
     q=HOVER, repr_offset=(math.sqrt(0.5), 0.0, -math.sqrt(0.5), 0.0), heading=0.0, p=(2.0, 1.0, -3.0),
     v=(0.5, 0.0, 0.0), target=(4.0, 0.0, -3.0), home=Geodetic(43.5648, 1.4811, 150.0), airspeed=0.5,
     wind=(0.0, 2.0, 0.0),
-    hybrid=Hybrid(60.0, 1, 2, 0.8, math.nan, 50.0, 100.0, 0.0, 2, 1), hover_limits=(50.0, 100.0), law_since=48.0,
+    hybrid=HYBRID, law_since=48.0,
     v_history=tuple((float(t), 10.0 ** (2 - t / 20), math.nan) for t in range(61)),
-    jumps=(Jump(48.0, 2, 2, 1, 1, "enter_linear", 49.9),),
-    actuators=Actuators(
-        (687.0, 1000.0), (690.0, 1000.0), (2.4, 5.1), (0.1, -0.5), (0.1, -0.5), 200.0, 1000.0, 0.5236, 10
+    jumps=(
+        Jump(
+            time=48.0, number=2, source=Law.HOVER_ZERO_MOMENT, target=Law.HOVER_LINEAR, reason=Reason.LYAPUNOV_BELOW,
+            name="enter_linear", v=49.9,
+        ),
     ),
-    energy=Energy(172.0, 5513.0, (8.0, 5505.0, 0.0)), voltage=12.4, battery=0.94, prearm_ok=True,
+    actuators=Actuators(
+        motor=(687.0, 1000.0), motor_command=(690.0, 1000.0), thrust=(2.4, 5.1),
+        elevon=(0.1, -0.5), elevon_command=(0.1, -0.5), motor_min=200.0, motor_max=1000.0, elevon_max=0.5236,
+        limits=Limit.MOTOR_RIGHT | Limit.ELEVON_RIGHT,
+    ),
+    energy=Energy(172.0, 5513.0, by_law({Law.LANDED: 8.0, Law.HOVER_LINEAR: 5505.0})),
+    voltage=12.4, battery=0.94, prearm_ok=True,
     track=tuple((0.1 * n, 0.05 * n) for n in range(20)), mission=load(DATA / "square.plan").items,
     mission_count=6, mission_current=2, mission_state=3, reached=frozenset({0, 1}), received=100, rate=146.0,
 )  # fmt: skip
@@ -30,14 +59,24 @@ ON_THE_WING = replace(
     FLYING,
     mode="MISSION", vtol_state=4, q=quaternion_from_euler(0.2, 0.14, 0.5), heading=0.5, v=(12.0, 6.0, -1.0),
     airspeed=13.5, navigation=Navigation(-1.7, 0.3, 42.0, 0.4), air=Air((1.0, 2.0, 0.0), (1.2, 1.7, 0.1), 13.2, 13.4),
-    hybrid=Hybrid(60.0, 6, 5, math.nan, 12.3, 50.0, 100.0, 0.0, 5, 1),
-    parameters={"DRK_VF_ENTER": 20.0, "DRK_VF_LEAVE": 60.0},
+    hybrid=HYBRID._replace(
+        law=Law.FORWARD_LINEAR, jumps=5, v_hover=math.nan, v_forward=12.3, last_law=Law.FORWARD_LINE_OF_SIGHT
+    ),
     v_history=tuple(
         (float(t), 10.0 ** (2 - t / 20) if t < 40 else math.nan, 80.0 - t if t > 35 else math.nan) for t in range(61)
     ),
-    decision=Decision(59.0, 3, 2, 1, 100.0, 10.0, -1.2, 0.5, 29.2, 4983.0, 12.1, 1757.0),
-    given_up_at=(-math.inf, 59.5, 60.0, 58.0, -math.inf),
-    energy=Energy(54.0, 3920.0, (8.0, 1500.0, 300.0, 110.0, 900.0, 600.0, 502.0, 0.0, 0.0)),
+    decision=Decision(
+        time=59.0, seq=3, way=Way.FORWARD, reason=DecisionReason.ENERGY, distance=100.0, climb=10.0, tail_wind=-1.2,
+        cross_wind=0.5, hover_time=29.2, hover_energy=4983.0, forward_time=12.1, forward_energy=1757.0,
+    ),
+    saturated_at={Saturation.YAW: 59.5, Saturation.PITCH: 60.0, Saturation.ROLL: 58.0},
+    energy=Energy(
+        54.0, 3920.0,
+        by_law({
+            Law.LANDED: 8.0, Law.HOVER_LINEAR: 1500.0, Law.HOVER_ZERO_MOMENT: 300.0, Law.ALIGN: 110.0,
+            Law.TO_FORWARD: 900.0, Law.FORWARD_LINE_OF_SIGHT: 600.0, Law.FORWARD_LINEAR: 502.0,
+        }),
+    ),
 )  # fmt: skip
 
 

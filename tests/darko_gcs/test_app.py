@@ -17,6 +17,7 @@ from darko_gcs.snapshot import EMPTY
 from darko_gcs.station import Station
 from darko_gcs.store import note
 from darko_gcs.widgets.map import MapPanel
+from protocol.dialect.vocabulary import DecisionReason, Way
 from protocol.tlog import TlogReader, read_tlog
 from tests.darko_gcs.screens import FLYING, ON_THE_WING, FakeFeed, screen_text, settled, until
 from tests.support.paths import DATA
@@ -185,7 +186,7 @@ async def test_forward_flight_is_on_the_screen_at_every_size(feed, size):
             "leave 60",
             "nose +8°  bank +11°",
             "track  -1.7",
-            "gave up: yaw, pitch",
+            "saturated: yaw, pitch",
             "to 3: forward -65 %, less energy ─",
         ):
             assert words in text, words
@@ -242,18 +243,19 @@ async def test_the_view_is_named_and_follows_the_vtol_state(feed):
             assert ("tilt" in screen_text(app)) == named
 
 
-async def test_what_was_given_up_goes_after_a_second(feed):
+async def test_a_saturated_axis_goes_after_a_second(feed):
     feed.snapshot = ON_THE_WING
     app = GroundStation(feed)
     async with app.run_test(size=(80, 24)) as pilot:
-        await until(pilot, lambda: "gave up" in screen_text(app))
+        await until(pilot, lambda: "saturated:" in screen_text(app))
         feed.snapshot = replace(ON_THE_WING, boot=61.2)
-        await until(pilot, lambda: "gave up" not in screen_text(app))
+        await until(pilot, lambda: "saturated:" not in screen_text(app))
         assert "at limit: motor R" in screen_text(app)
 
 
 async def test_an_impossible_way_is_called_so(feed):
-    feed.snapshot = replace(ON_THE_WING, decision=ON_THE_WING.decision._replace(forward_time=math.inf, way=1, reason=6))
+    decision = ON_THE_WING.decision._replace(forward_time=math.inf, way=Way.HOVER, reason=DecisionReason.NO_TRIM)
+    feed.snapshot = replace(ON_THE_WING, decision=decision)
     app = GroundStation(feed)
     async with app.run_test(size=(140, 45)) as pilot:
         await until(pilot, lambda: "impossible" in screen_text(app))
@@ -357,7 +359,7 @@ def test_playing_and_seeking_reach_the_same_state():
     sought = ReplayFeed(read_tlog(DATA / "square-flight.tlog"), "x")
     sought.seek(4.0)
     fields = ("mode", "armed", "p", "q", "hybrid", "reached", "jumps", "energy", "mission", "landed_state", "v_history")
-    for field in (*fields, "hover_limits", "given_up_at", "parameters"):
+    for field in (*fields, "saturated_at", "parameters"):
         assert repr(getattr(played.snapshot, field)) == repr(getattr(sought.snapshot, field)), field
     assert not played.playing
     played.toggle()

@@ -11,9 +11,11 @@ from darko_gcs.commands import log_info
 from darko_gcs.flight_summary import enum_name, summarise
 from darko_gcs.log_report import as_json, as_text
 from protocol.dialect import mavlink
+from protocol.dialect.vocabulary import DecisionReason, Law, Way
 from protocol.errors import FileError
 from protocol.modes import Mode, custom_mode
 from protocol.tlog import TlogReader
+from tests.support.darko_messages import energy, hybrid_state
 from tests.support.logs import T0, bare, log_of, quadplane_log, record, unknown_frame
 
 ARMED = mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED | mavlink.MAV_MODE_FLAG_SAFETY_ARMED
@@ -29,8 +31,8 @@ def local(north, height, speed):
     return mavlink.MAVLink_local_position_ned_message(0, north, 0.0, -height, speed, 0.0, 0.0)
 
 
-def law(number, second):
-    return mavlink.MAVLink_darko_hybrid_state_message(1000 * second, 0, 1.0, math.nan, 2.0, 3.0, 0.0, number, 0, 0)
+def law(flown, second):
+    return hybrid_state(1000 * second, flown)
 
 
 def jump(number, v):
@@ -48,10 +50,10 @@ FLIGHT = [  # one a second
     beat(Mode.TAKEOFF, ARMED),
     local(0.0, 0.0, 0.0),
     local(3.0, 4.0, 1.5),
-    law(2, 5),
+    law(Law.HOVER_ZERO_MOMENT, 5),
     jump(1, 0.25),
-    law(1, 7),
-    law(1, 8),
+    law(Law.HOVER_LINEAR, 7),
+    law(Law.HOVER_LINEAR, 8),
     local(3.0, 9.0, 0.5),
     beat(Mode.MISSION, ARMED),
     text(b"a long wa", 7, 0),
@@ -190,10 +192,6 @@ def vtol(state):
     return mavlink.MAVLink_extended_sys_state_message(state, mavlink.MAV_LANDED_STATE_IN_AIR)
 
 
-def energy(total, *by_law):
-    return mavlink.MAVLink_darko_energy_message(0, 100.0, total, [*by_law, *[0.0] * (9 - len(by_law))])
-
-
 def off(metres):
     return mavlink.MAVLink_nav_controller_output_message(0, 0, 0, 0, 0, 0, 0, metres)
 
@@ -209,18 +207,18 @@ ENVELOPE = [  # one a second
     off(50.0),  # disarmed: no flight
     beat(Mode.MISSION, ARMED),
     vtol(mavlink.MAV_VTOL_STATE_MC),
-    energy(100.0, 0.0, 100.0),
-    decision(2, 12.125, mavlink.DARKO_WAY_FORWARD, mavlink.DARKO_DECISION_REASON_ENERGY),
-    law(4, 6),
+    energy(100.0, {Law.HOVER_LINEAR: 100.0}),
+    decision(2, 12.125, Way.FORWARD, DecisionReason.ENERGY),
+    law(Law.TO_FORWARD, 6),
     vtol(mavlink.MAV_VTOL_STATE_TRANSITION_TO_FW),
     off(3.0),
-    law(6, 9),
+    law(Law.FORWARD_LINEAR, 9),
     vtol(mavlink.MAV_VTOL_STATE_FW),
-    energy(1500.0, 0.0, 150.0, 0.0, 0.0, 900.0, 0.0, 450.0),
+    energy(1500.0, {Law.HOVER_LINEAR: 150.0, Law.TO_FORWARD: 900.0, Law.FORWARD_LINEAR: 450.0}),
     off(-4.0),
     off(math.nan),
-    decision(0xFFFF, math.inf, mavlink.DARKO_WAY_HOVER, mavlink.DARKO_DECISION_REASON_NO_TRIM),
-    energy(5.0, 0.0, 5.0),  # restarted
+    decision(0xFFFF, math.inf, Way.HOVER, DecisionReason.NO_TRIM),
+    energy(5.0, {Law.HOVER_LINEAR: 5.0}),  # restarted
 ]
 
 
@@ -309,6 +307,6 @@ def test_another_autopilots_flight_is_summed_up():
 @pytest.mark.filterwarnings("error")
 def test_numbers_that_are_none_are_summarised_without_a_warning():
     odd = (math.inf, math.inf, math.nan, 3.4e38, -3.4e38)
-    energies = [mavlink.MAVLink_darko_energy_message(0, x, x, [x] * 9, x) for x in odd]
+    energies = [energy(x, dict.fromkeys(Law, x), power=x) for x in odd]
     messages = [beat(Mode.HOLD, ARMED), *(local(x, x, x) for x in odd), *energies, beat(Mode.LAND)]
     assert len(summarise(TlogReader(log_of(map(bare, messages)))).flights) == 1

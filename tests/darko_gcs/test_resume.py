@@ -93,6 +93,7 @@ def world(tmp_path):
 
 def test_a_vehicle_that_dies_and_starts_anew_is_lost_found_and_asked_again(world):
     world.start_vehicle(airborne=True)
+    world.station.fetch_parameters(world.now)
     world.run(6.0)
     before = world.shown
     world.kill_vehicle()
@@ -106,6 +107,7 @@ def test_a_vehicle_that_dies_and_starts_anew_is_lost_found_and_asked_again(world
     assert world.said.count("The vehicle restarted") == 2
     assert after.boot < before.boot
     assert after.mission == SQUARE
+    assert len(world.heard(ParametersComplete)) == 2
     assert after.parameters == before.parameters
     assert len(after.parameters) == after.parameter_count
     assert after.home is not None
@@ -148,6 +150,7 @@ def test_own_plans_are_not_fetched_back(world):
 
 
 def test_a_restart_too_quick_for_a_loss_is_noticed_by_the_time_since_boot(world):
+    world.station.fetch_parameters(world.now)
     world.run(2.0)
     world.start_vehicle()
     world.run(1.0)
@@ -155,6 +158,14 @@ def test_a_restart_too_quick_for_a_loss_is_noticed_by_the_time_since_boot(world)
     assert world.heard(VehicleLost) == []
     assert world.run(3.0, until=lambda: len(world.heard(ParametersComplete)) == 2)
     assert world.shown.mission == SQUARE
+
+
+def test_parameters_that_nobody_looked_at_are_not_asked_for(world):
+    world.run(2.0)
+    world.start_vehicle()
+    world.run(3.0)
+    assert world.heard(ParametersComplete) == []
+    assert world.shown.parameters == {}
 
 
 def test_the_recording_of_both_lives_is_one_log_without_damage(world):

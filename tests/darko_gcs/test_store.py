@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from darko_gcs.mode_names import COPTER, PLANE
-from darko_gcs.snapshot import EMPTY
+from darko_gcs.snapshot import EMPTY, Thresholds
 from darko_gcs.store import CERTAIN, KEPT_LINES, KEPT_TRACK, note, reduce, reduce_event
 from darko_gcs.store_darko import KEPT_V
 from darko_gcs.widgets.map import MapPanel, decision_words
@@ -16,8 +16,10 @@ from darko_gcs.widgets.panels import ActuatorPanel, AttitudePanel, HybridPanel, 
 from darko_gcs.widgets.status import StatusBar
 from protocol.codec import Codec
 from protocol.dialect import mavlink
+from protocol.dialect.vocabulary import Law, Limit, Saturation
 from protocol.events import CommandDone, MissionFailed, VehicleLost, VehicleReturned
 from protocol.tlog import read_tlog
+from tests.support.darko_messages import actuators, hybrid_state
 from tests.support.paths import DATA
 
 VEHICLE, OTHER = Codec(1, 1), Codec(7, 1)
@@ -31,10 +33,6 @@ def told(message, codec=VEHICLE):
 def heartbeat(armed=False, mode=4 << 16 | 3 << 24, state=mavlink.MAV_STATE_ACTIVE):
     base = 1 | (mavlink.MAV_MODE_FLAG_SAFETY_ARMED if armed else 0)
     return mavlink.MAVLink_heartbeat_message(19, mavlink.MAV_AUTOPILOT_PX4, base, mode, state, 3)
-
-
-def hybrid(ms, v=1.0, law=1):
-    return mavlink.MAVLink_darko_hybrid_state_message(ms, 2, v, math.nan, 50, 100, 0, law, 2, 1)
 
 
 def position(ms, x, y=0.0):
@@ -65,21 +63,21 @@ def test_a_second_vehicle_is_not_mixed_in():
 
 
 def test_v_is_kept_by_the_vehicles_time_and_bounded():
-    s = fold([hybrid(100 * n, v=float(n)) for n in range(KEPT_V + 50)])
+    s = fold([hybrid_state(100 * n, v_hover=float(n)) for n in range(KEPT_V + 50)])
     assert len(s.v_history) == KEPT_V
     assert s.v_history[-1][:2] == pytest.approx(((KEPT_V + 49) / 10, KEPT_V + 49))
     assert math.isnan(s.v_history[-1][2])
-    assert fold([hybrid(1)], s) is not s
+    assert fold([hybrid_state(1)], s) is not s
 
 
 def test_the_time_of_a_law_begins_when_it_changes():
-    s = fold([hybrid(1000, law=2), hybrid(2000, law=1), hybrid(5000, law=1)])
+    s = fold([hybrid_state(1000, Law.HOVER_ZERO_MOMENT), hybrid_state(2000), hybrid_state(5000)])
     assert s.law == "hover linear"
     assert s.law_since == 2.0
 
 
 def test_a_restart_of_the_vehicle_clears_what_belonged_to_the_old_flight():
-    s = fold([heartbeat(), hybrid(60_000), position(60_000, 5.0)])
+    s = fold([heartbeat(), hybrid_state(60_000), position(60_000, 5.0)])
     s = fold([position(500 + 50 * n, 0.0) for n in range(CERTAIN)], s)
     assert s.v_history == ()
     assert s.track == ((0.0, 0.0),)
@@ -131,33 +129,58 @@ def test_jumps_are_counted_once_however_often_they_arrive():
     assert [j.name for j in s.jumps] == ["enter_linear"]
 
 
-def test_thresholds_of_v_are_those_of_either_linear_law():
-    def state(ms, law, enter, leave):
-        return mavlink.MAVLink_darko_hybrid_state_message(ms, 2, 1.0, 7.0, enter, leave, 0, law, 2, 1)
-
-    def parameter(name, value, kind=mavlink.MAV_PARAM_TYPE_REAL32):
-        return mavlink.MAVLink_param_value_message(name, value, kind, 60, 0)
-
-    s = fold([state(100, 1, 50.0, 100.0), state(200, 6, 1.0, 2.0)])
-    assert (s.hover_limits, s.forward_limits) == ((50.0, 100.0), None)
+def test_thresholds_of_v_are_those_of_both_linear_laws_whichever_flies():
+    s = fold([hybrid_state(100, v_forward=7.0), hybrid_state(200, Law.FORWARD_LINEAR, v_forward=7.0)])
+    assert (s.hybrid.hover, s.hybrid.forward) == (Thresholds(50.0, 100.0), Thresholds(5.0, 20.0))
     assert s.v_history == (pytest.approx((0.1, 1.0, 7.0)), pytest.approx((0.2, math.nan, 7.0), nan_ok=True))
-    s = fold([parameter(b"DRK_VF_ENTER", 5.0), parameter(b"DRK_VF_LEAVE", 20.0), parameter(b"DRK_KPP", 1.5)], s)
-    assert s.forward_limits == (5.0, 20.0)
-    assert s.parameters["DRK_KPP"] == 1.5
-    assert fold([state(300, 7, 51.0, 101.0)], s).hover_limits == (51.0, 101.0)  # back to hover
 
 
-def actuators(ms, given_up):
-    return mavlink.MAVLink_darko_actuators_message(
-        ms, [1, 2], [1, 2], [1, 2], [0, 0], [0, 0], 200, 1000, 0.5, 0, given_up
-    )
+def test_a_law_that_is_never_left_has_an_infinite_threshold():
+    s = fold([hybrid_state(100, v_hover_leave=math.inf)])
+    assert s.hybrid.hover == (50.0, math.inf)
+    assert "(50/inf)" in drawn(HybridPanel, s)
 
 
-def test_what_was_given_up_is_remembered_with_its_time():
-    pitch, boost = mavlink.DARKO_GIVEN_UP_PITCH, mavlink.DARKO_GIVEN_UP_BOOST
-    s = fold([actuators(1000, pitch), actuators(2000, boost), actuators(2500, 0)])
-    assert s.actuators.given_up == 0
-    assert s.given_up_at == (-math.inf, -math.inf, 1.0, -math.inf, 2.0)
+@pytest.mark.parametrize("law", Law)
+def test_the_lyapunov_value_is_that_of_the_law_in_force(law):
+    forward = {Law.TO_FORWARD, Law.FORWARD_LINE_OF_SIGHT, Law.FORWARD_LINEAR}
+    h = fold([hybrid_state(100, law, v_hover=1.0, v_forward=2.0, v_attitude=3.0)]).hybrid
+    assert h.v == (3.0 if law is Law.HOVER_ATTITUDE else 2.0 if law in forward else 1.0)
+    assert h.is_forward == (law in forward)
+
+
+def test_a_law_of_a_newer_vehicle_is_a_number_and_no_law_of_this_one():
+    s = fold([hybrid_state(100, 15, last_law=14, last_reason=13)])
+    text = drawn(HybridPanel, s)
+    assert s.law == "law 15"
+    assert math.isnan(s.hybrid.v)
+    assert "LAW 15" in text
+    assert "from law 14: reason 13" in text
+
+
+def test_saturated_axes_are_remembered_with_their_time():
+    pitch, boost = Saturation.PITCH, Saturation.BOOST
+    s = fold([actuators(1000, saturation=pitch), actuators(2000, saturation=boost), actuators(2500)])
+    assert s.actuators.saturation == 0
+    assert s.saturated_at == {pitch: 1.0, boost: 2.0}
+
+
+@pytest.mark.parametrize(
+    ("limits", "words"),
+    [
+        (0, "within all limits"),
+        (Limit.MOTOR_RIGHT | Limit.ELEVON_LEFT, "at limit: motor R, elevon L"),
+        (Limit.MOTOR_LEFT_RATE, "at limit: motor L rate"),
+        (1 << 9, "within all limits"),  # of a newer vehicle
+    ],
+)
+def test_limits_are_named(limits, words):
+    assert words in drawn(ActuatorPanel, fold([actuators(1000, limits=limits)]))
+
+
+def drawn(panel, s):
+    lines = panel("", id="x").draw(s, 80, 12)
+    return "\n".join("".join(text for text, _ in line) for line in lines)
 
 
 def decision(way=2, reason=1, seq=3, times=(29.2, 12.1), energies=(4983.0, 1757.0)):
@@ -192,7 +215,7 @@ def test_the_air_is_told_twice_and_the_path_once():
 
 
 def test_a_restart_forgets_the_decision_of_the_old_flight():
-    s = fold([heartbeat(), hybrid(60_000), decision(), *[position(500, 0.0)] * CERTAIN])
+    s = fold([heartbeat(), hybrid_state(60_000), decision(), *[position(500, 0.0)] * CERTAIN])
     assert s.decision is None
 
 

@@ -1,6 +1,6 @@
 """The report's equations as it typed them, slips included: what its printed matrices were computed with.
 
-Nothing here flies; the corrected equations are those of :mod:`sitl.kernels` and :mod:`sitl.design`. x is
+Nothing here flies; the corrected equations are those of :mod:`sitl.model` and :mod:`sitl.design`. x is
 (p_z, v, eps, w, eta), (11,); u is (T1, T2, D1, D2), with D what the report takes for delta T and for delta at once.
 """
 
@@ -12,8 +12,8 @@ from collections.abc import Callable
 import numpy as np
 
 from sitl.design import linearise
-from sitl.kernels.hover_model import inertia, moment_matrix
 from sitl.model.airframe import Airframe, Array
+from sitl.model.hover_model import inertia, moment_matrix
 
 SPEED = 5.0  # of the printed forward point [m/s]
 QBAR_SLIP = 1.15  # unexplained factor on every dynamic-pressure term of the printed forward point

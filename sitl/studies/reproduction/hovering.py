@@ -8,17 +8,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from protocol.dialect.vocabulary import Law
 from sitl.airframe import load
-from sitl.hybrid.supervisor import Law
+from sitl.control.governor import ERROR, QUASI_OPTIMAL_AXIS
 from sitl.model.airframe import Airframe, Array
-from sitl.laws.governor import ERROR, QUASI_OPTIMAL_AXIS
 from sitl.studies import plot
 from sitl.studies.report import SCENARIOS, WIND_FROM, error, nose_elevation, settling_time
 from sitl.studies.reproduction.draw import COLOURS, Sheet, thin
 from sitl.studies.reproduction.experiment import Experiment, Outcome, Panel, Row, judge
 from sitl.studies.reproduction.printed import PRINTED_START
-from sitl.studies.scenario import SAMPLE, Figure, Scenario, Track, fly
-from sitl.vehicle import TICK
+from sitl.studies.scenario import RATE, Figure, Scenario, Track, fly
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -144,7 +143,7 @@ def run_hover(seed: int) -> Outcome:
 def _limited(track: Track, a: Airframe) -> Array:
     """Where an actuator is at its stop or moves as fast as it can, per sample."""
     w, d = track.actuator[1:, :2], track.actuator[1:, 2:]
-    rate = np.abs(np.diff(track.actuator, axis=0)) / (SAMPLE * TICK)
+    rate = np.abs(np.diff(track.actuator, axis=0)) * RATE
     stopped = (np.abs(d) > 0.999 * a.delta_max).any(axis=1) | (w > 0.999 * a.omega_max).any(axis=1)
     moving = (rate[:, :2] > 0.99 * a.omega_rate).any(axis=1) | (rate[:, 2:] > 0.99 * a.delta_rate).any(axis=1)
     return np.asarray(stopped | moving | (w < 1.001 * a.omega_min).any(axis=1), dtype=np.float64)

@@ -6,21 +6,24 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from sitl.compiled import entry, subroutine
 from sitl.design.trim import level_trim
-from sitl.kernels.integrate import plant_step
+from sitl.model.actuators import limited
 from sitl.model.airframe import Airframe, Array
-from sitl.kernels.quaternion import rotate_inverse
-from sitl.kernels.state import ACTUATOR, ANCHOR, SIZE, P, Q, V
-from sitl.laws import report_forward
-from sitl.laws.report_forward import LineOfSightGains
+from sitl.model.ground import feet_aloft
+from sitl.model.plant import step_in_air
+from sitl.model.quaternions import Quaternion, rotate_inverse
+from sitl.model.state import Actuators, Body, Plant
+from sitl.model.vectors import Vector, norm
+from sitl.studies.reproduction import report_forward
+from sitl.studies.reproduction.report_forward import LineOfSightGains
 
 TICK, SUBSTEPS = 0.002, 2  # as the vehicle's
 ALOFT = 5000.0  # the ground is out of the picture [m]
 CRUISE = 480.0  # motors at the start [rad/s]; the report does not say
 SAMPLE = 10  # ticks between recorded samples
-RECORD = ANCHOR + 2  # plant, LOS error, sideslip
+COLUMNS = 16  # of a sample: p (3), v (3), q (4), actuators (4), angle off the line of sight, sideslip
 
 
 class Flight(NamedTuple):
@@ -59,37 +62,43 @@ def fly(target: tuple[float, float, float], gains: LineOfSightGains, *, speed: f
         speed: Wanted v_bx [m/s].
         duration: [s].
     """
-    plant = np.zeros(SIZE)
-    plant[ANCHOR:] = math.nan
-    plant[P + 2], plant[V], plant[Q] = ALOFT, 10.0, 1.0
-    plant[ACTUATOR : ACTUATOR + 2] = CRUISE
-    rows = np.zeros((round(duration / TICK / SAMPLE), RECORD))
-    _loop(plant, np.array(target) + plant[P : P + 3], speed, gains, gains.a, rows)
-    rows[:, P + 2] -= ALOFT
+    still = Vector(0.0, 0.0, 0.0)
+    body = Body(Vector(0.0, 0.0, ALOFT), Vector(10.0, 0.0, 0.0), Quaternion(1.0, 0.0, 0.0, 0.0), still)
+    plant = Plant(body, Actuators(CRUISE, CRUISE, 0.0, 0.0), feet_aloft())
+    to = Vector(float(target[0]), float(target[1]), float(target[2]) + ALOFT)
+    rows = np.zeros((round(duration / TICK / SAMPLE), COLUMNS))
+    _loop(plant, to, float(speed), gains, gains.a, rows)
+    rows[:, 2] -= ALOFT
     return Flight(
-        np.arange(len(rows), dtype=np.float64) * (SAMPLE * TICK), rows[:, P:V], rows[:, V:Q], rows[:, Q : Q + 4],
-        rows[:, ACTUATOR:ANCHOR], rows[:, ANCHOR], rows[:, ANCHOR + 1],
+        np.arange(len(rows), dtype=np.float64) * (SAMPLE * TICK), rows[:, :3], rows[:, 3:6], rows[:, 6:10],
+        rows[:, 10:14], rows[:, 14], rows[:, 15],
     )  # fmt: skip
 
 
-@njit(cache=True)
-def _loop(plant: Array, target: Array, speed: float, gains: LineOfSightGains, a: Airframe, rows: Array) -> None:
-    law, u, still = np.zeros(report_forward.SIZE), np.zeros(4), np.zeros(3)
-    command = plant[ACTUATOR:ANCHOR].copy()
-    staged = command.copy()
-    report_forward.reset(plant, law, gains)
+@entry
+def _loop(plant: Plant, target: Vector, speed: float, gains: LineOfSightGains, a: Airframe, rows: Array) -> None:
+    still, command = Vector(0.0, 0.0, 0.0), plant.actuators
+    law = report_forward.start(command, gains)
     for row in rows:
-        row[:ANCHOR] = plant[:ANCHOR]
-        _, row[ANCHOR] = report_forward.line_of_sight(plant, target)
-        v_b = rotate_inverse(plant[Q : Q + 4], plant[V : V + 3])
-        row[ANCHOR + 1] = math.asin(v_b[1] / max(math.sqrt(v_b @ v_b), 1e-9))
+        _record(row, plant, target)
         for _ in range(SAMPLE):
-            report_forward.control(plant, still, target, speed, gains, TICK, law, u)
-            staged[0], staged[1] = math.sqrt(u[0] / a.k_f), math.sqrt(u[1] / a.k_f)
-            staged[2], staged[3] = u[2], u[3]
+            T1, T2, d1, d2 = report_forward.control(plant.body, still, target, speed, gains, TICK, law)
+            wanted = limited(command, True, a)
             for _ in range(SUBSTEPS):
-                plant_step(plant, command, still, True, a, TICK / SUBSTEPS)
-            command[:] = staged
+                plant = step_in_air(plant, wanted, still, a, TICK / SUBSTEPS)
+            command = Actuators(math.sqrt(T1 / a.k_f), math.sqrt(T2 / a.k_f), d1, d2)  # of the next tick
+
+
+@subroutine
+def _record(row: Array, plant: Plant, target: Vector) -> None:
+    p, v, q, _ = plant.body
+    row[0], row[1], row[2] = p
+    row[3], row[4], row[5] = v
+    row[6], row[7], row[8], row[9] = q
+    row[10], row[11], row[12], row[13] = plant.actuators
+    v_b = rotate_inverse(q, v)
+    row[14] = report_forward.line_of_sight(plant.body, target)[1]
+    row[15] = math.asin(v_b.y / max(norm(v_b), 1e-9))
 
 
 def conditioning(a: Airframe, speed: float, *, swapped: bool) -> float:

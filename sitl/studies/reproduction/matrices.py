@@ -10,9 +10,9 @@ from sitl.airframe import load
 from sitl.design import linearise
 from sitl.design.lqr import hover_thrust, lqr
 from sitl.design.trim import level_trim
-from sitl.kernels.hover_model import force_matrix, moment_matrix
 from sitl.model.airframe import Airframe, Array
-from sitl.kernels.quaternion import from_euler
+from sitl.model.hover_model import force_matrix, moment_matrix
+from sitl.model.quaternions import from_euler
 from sitl.studies.reproduction.as_typed import (
     forward_matrices,
     typed_hover_linearisation,
@@ -137,7 +137,7 @@ def _damping(a: Airframe) -> float:
 def _rest(published: Airframe) -> list[Row]:
     ours = from_euler(math.radians(10.0), math.radians(-45.0), math.radians(25.0))
     apart = 2.0 * math.degrees(
-        math.acos(min(1.0, abs(float(ours @ PRINTED_START)) / float(np.linalg.norm(PRINTED_START))))
+        math.acos(min(1.0, abs(float(np.dot(ours, PRINTED_START))) / float(np.linalg.norm(PRINTED_START))))
     )
     table = load("report-table").parameters
     flies = float(sum(level_trim(table, float(speed)).exists for speed in range(5, 21)))

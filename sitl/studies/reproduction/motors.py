@@ -14,20 +14,24 @@ from typing import NamedTuple
 import numpy as np
 
 from sitl.airframe import load
-from sitl.kernels import actuators
+from sitl.compiled import entry
+from sitl.control.governor import LINEAR
+from sitl.model.actuators import limited, moved
 from sitl.model.airframe import Airframe
-from sitl.kernels.state import ACTUATOR, SIZE
-from sitl.laws.governor import LINEAR
+from sitl.model.arithmetic import sine_cosine
+from sitl.model.state import Actuators
+from sitl.simulation.simulation import Start
 from sitl.studies.report import SCENARIOS, error, settling_time
 from sitl.studies.reproduction.draw import Sheet, thin
 from sitl.studies.reproduction.experiment import Experiment, Outcome, Panel, Row, judge
-from sitl.studies.scenario import SAMPLE, Ask, Figure, Track, fly
-from sitl.vehicle import TICK, Start
+from sitl.studies.scenario import RATE, Ask, Figure, Track, fly
 
 FAST = 1e7  # a rate that is no limit
 BANDWIDTHS = (10.0, 12.0, 14.0, 16.0, 18.0, 20.0, 25.0, 30.0)  # lambda [rad/s]
 STEPS = (0.3, 1.0, 2.0, 3.0, 5.0)  # of the target, on every axis [m]
 WATCHED = 10.0  # a flight's last seconds decide [s]
+MIDDLE = 687.0  # of a motor's sine [rad/s]
+STEPS_PER_PERIOD = 200
 STILL = math.radians(1.0)  # an elevon that moves less is no oscillation
 
 
@@ -74,14 +78,14 @@ def step_flight(a: Airframe, lam: float, step: float, seed: int) -> Track:
 
 def oscillation(track: Track) -> Oscillation:
     """Tell a limit cycle: bounded, still there in both halves of the last seconds, and as large in either."""
-    count = round(WATCHED / (SAMPLE * TICK))
+    count = round(WATCHED * RATE)
     distance = float(error(track)[-count:].max())
     elevon = track.actuator[-count:, 2]
     if track.diverged or track.jumps or distance > 50.0:  # a jump is the failsafe's
         return Oscillation(Ending.LOST, math.nan, math.nan, distance)
     halves = [float(np.ptp(half)) for half in np.split(elevon[: 2 * (len(elevon) // 2)], 2)]
     spectrum = np.abs(np.fft.rfft(elevon - elevon.mean()))
-    frequency = float(np.fft.rfftfreq(elevon.size, SAMPLE * TICK)[spectrum.argmax()])
+    frequency = float(np.fft.rfftfreq(elevon.size, 1.0 / RATE)[spectrum.argmax()])
     sustained = min(halves) > STILL and halves[1] > 0.7 * halves[0]
     ending = Ending.CYCLE if sustained else Ending.SETTLED
     return Oscillation(ending, 0.5 * halves[1], frequency, distance)
@@ -101,19 +105,31 @@ def response(a: Airframe, which: int, amplitude: float, frequency: float) -> tup
         amplitude: [rad/s] or [rad].
         frequency: [Hz]
     """
-    plant, command = np.zeros(SIZE), np.zeros(4)
-    middle = 687.0 if which == 0 else 0.0
-    plant[ACTUATOR : ACTUATOR + 2] = command[:2] = 687.0
-    steps = 200  # per period
-    dt, total = 1.0 / (frequency * steps), complex(0.0)
-    for k in range(6 * steps):
-        turn = 2.0 * math.pi * k / steps
-        command[which] = middle + amplitude * math.sin(turn)
-        actuators.advance(plant, command, True, dt, a)
-        if k >= 4 * steps:  # the first periods settle
-            total += (plant[ACTUATOR + which] - middle) * complex(math.cos(turn), -math.sin(turn))
-    fundamental = total / (steps * 2) * 2.0 * 1j / amplitude
-    return abs(fundamental), math.atan2(fundamental.imag, fundamental.real)
+    size = float(amplitude)
+    sine, cosine = _fundamental(a, size if which == 0 else 0.0, size if which == 2 else 0.0, float(frequency))
+    return math.hypot(sine, cosine) / size, math.atan2(cosine, sine)
+
+
+@entry
+def _fundamental(a: Airframe, motor: float, elevon: float, frequency: float) -> tuple[float, float]:
+    """Sine and cosine parts of what the left actuators make of a sine about 687 rad/s and 0 rad.
+
+    Args:
+        a: The airframe.
+        motor: Amplitude of the motor's command [rad/s]; the elevon stands still if it is not 0.
+        elevon: Amplitude of the elevon's command [rad].
+        frequency: [Hz]
+    """
+    now = Actuators(MIDDLE, MIDDLE, 0.0, 0.0)
+    dt, sine_part, cosine_part = 1.0 / (frequency * STEPS_PER_PERIOD), 0.0, 0.0
+    for k in range(6 * STEPS_PER_PERIOD):
+        sine, cosine = sine_cosine(2.0 * math.pi * k / STEPS_PER_PERIOD)
+        command = Actuators(MIDDLE + motor * sine, MIDDLE, elevon * sine, 0.0)
+        now = moved(now, limited(command, True, a), dt, a)
+        if k >= 4 * STEPS_PER_PERIOD:  # the first periods settle
+            value = now.left_motor - MIDDLE if motor != 0.0 else now.left_elevon
+            sine_part, cosine_part = sine_part + value * sine, cosine_part + value * cosine
+    return sine_part / STEPS_PER_PERIOD, cosine_part / STEPS_PER_PERIOD
 
 
 def run(seed: int) -> Outcome:

@@ -9,21 +9,19 @@ from typing import NamedTuple
 import numpy as np
 
 from sitl.airframe import load
+from sitl.control.governor import LINEAR
+from sitl.control.hover_zero_moment import ZeroMomentGains
 from sitl.design.zero_moment import zero_moment_gains
 from sitl.model.airframe import Array
-from sitl.kernels.quadrotor import Quadrotor, force_matrix, moment_matrix, quadrotor_step
-from sitl.kernels.quaternion import from_euler, rotate
-from sitl.kernels.state import ACTUATOR, P, Q, V
-from sitl.laws import hover_zero_moment
-from sitl.laws.governor import LINEAR, GovernorParameters
-from sitl.laws.hover_zero_moment import ZeroMomentGains
+from sitl.model.quaternions import Quaternion, from_euler
+from sitl.model.vectors import Vector
 from sitl.studies.report import SCENARIOS, settling_time
+from sitl.studies.reproduction import quadrotor
 from sitl.studies.reproduction.draw import Sheet, thin
 from sitl.studies.reproduction.experiment import Experiment, Outcome, Panel, Row, judge
+from sitl.studies.reproduction.quadrotor import QUADROTOR, TICK, force_errors, quadrotor_gains
 from sitl.studies.scenario import Figure, Track, fly
-from sitl.vehicle import TICK
 
-QUADROTOR = Quadrotor(m=0.5, J1=3e-3, J2=3e-3, J3=5e-3, g=9.81, arm=0.17, torque=0.016, T_max=3.0)
 TARGET = (1.0, 1.0, 1.0)  # [m]: no thrust is cut on the way
 K_DELTA = 5.0  # [1/s]
 LADDER = (
@@ -44,35 +42,12 @@ class Lift(NamedTuple):
     f_delta: Array  # (n, 3) [N]
 
 
-def quadrotor_gains(*, nu_prime: bool) -> ZeroMomentGains:
-    """The law for a plain quadrotor; its thrust direction is z_b."""
-    a = QUADROTOR
-    return ZeroMomentGains(
-        governor=GovernorParameters(LINEAR, 1.5, 1.5, a.m, 0.5, 1.0, 2.0, 2.5),
-        k_delta=K_DELTA, lam=10.0, zeta=0.8, k_q=1.0, nu_prime=int(nu_prime), m=a.m, g=a.g,
-        J=np.array((a.J1, a.J2, a.J3)), d=np.array((0.0, 0.0, 1.0)),
-        M_pinv=np.ascontiguousarray(np.linalg.pinv(moment_matrix(a))),
-        u_bar=np.ones(4) / float(np.linalg.norm(force_matrix().sum(axis=1))),
-        f_min=0.1 * a.m * a.g, f_max=0.95 * 4.0 * a.T_max,
-    )  # fmt: skip
-
-
 def lift(*, nu_prime: bool, duration: float) -> Lift:
     """Fly the quadrotor from rest, tilted by 20 deg, to the target."""
-    gains = quadrotor_gains(nu_prime=nu_prime)
-    x, law, u = np.zeros(ACTUATOR), np.empty(hover_zero_moment.SIZE), np.empty(4)
-    x[Q : Q + 4] = from_euler(math.radians(20.0), math.radians(-10.0), 0.0)
-    hover_zero_moment.reset(x, QUADROTOR.m * QUADROTOR.g, law, gains)
-    aim, upright = np.array(TARGET), from_euler(0.0, 0.0, 0.0)
-    p, f_delta = [], []
-    for _ in range(round(duration / TICK)):
-        wanted = hover_zero_moment.wanted_force(x[P : P + 3] - aim, x[V : V + 3], 3.0, gains)
-        f_delta.append(rotate(law[:4].copy(), gains.d) * law[4] - wanted)
-        p.append(x[P : P + 3].copy())
-        hover_zero_moment.control(x, law, aim, upright, 3.0, gains, TICK, u)
-        for _ in range(2):
-            quadrotor_step(x, u, QUADROTOR, 0.5 * TICK)
-    return Lift(np.arange(len(p), dtype=np.float64) * TICK, np.array(p), np.array(f_delta))
+    tilted = from_euler(math.radians(20.0), math.radians(-10.0), 0.0)
+    gains, ticks = quadrotor_gains(nu_prime=nu_prime), round(duration / TICK)
+    rows = quadrotor.fly(tilted, Vector(*TARGET), Quaternion(1.0, 0.0, 0.0, 0.0), gains, QUADROTOR, ticks)
+    return Lift(np.arange(ticks, dtype=np.float64) * TICK, rows[:, :3], rows[:, 3:6])
 
 
 def lag_error(flight: Lift) -> float:
@@ -89,12 +64,8 @@ def _settled(flight: Lift) -> float:
 
 def force_error(track: Track, gains: ZeroMomentGains) -> Array:
     """|f_delta| = |R(q_d) d f - f_r| over a flight of the vehicle, (n,) [N]."""
-    speed = SCENARIOS["hover"].speed
-    out = []
-    for guide, e, v in zip(track.guide, track.p - track.target, track.v, strict=True):
-        wanted = hover_zero_moment.wanted_force(e.copy(), v.copy(), speed, gains)
-        out.append(np.linalg.norm(rotate(guide[:4].copy(), gains.d) * guide[4] - wanted))
-    return np.array(out)
+    v, guide = np.ascontiguousarray(track.v), np.ascontiguousarray(track.guide)
+    return force_errors(track.p - track.target, v, guide, SCENARIOS["hover"].speed, gains)
 
 
 def vehicle_flight(seed: int, rung: tuple[float, float, float, float], *, nu_prime: bool) -> Track:

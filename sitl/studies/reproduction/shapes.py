@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 
 from sitl.airframe import load
-from sitl.kernels.hover_model import force_matrix, moment_matrix
 from sitl.model.airframe import Airframe, Array
+from sitl.model.hover_model import force_matrix, moment_matrix
 from sitl.studies.reproduction.as_typed import cross_matrix
 from sitl.studies.reproduction.draw import Sheet
 from sitl.studies.reproduction.experiment import Experiment, Outcome, Panel, judge

@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
+from sitl.control.governor import arctan_sigmoid, gompertz
 from sitl.model.airframe import Array
-from sitl.laws.governor import arctan_sigmoid, gompertz
 from sitl.studies.reproduction.draw import Sheet
 from sitl.studies.reproduction.experiment import Experiment, Outcome, Panel, judge
 from sitl.studies.scenario import Figure
@@ -51,7 +51,7 @@ def run(seed: int) -> Outcome:  # noqa: ARG001 - nothing here is random
         ),
         judge(
             place,
-Figure("the same, Gompertz as printed", typed_nearer, "", "< 1", typed_nearer < 1.0),
+            Figure("the same, Gompertz as printed", typed_nearer, "", "< 1", typed_nearer < 1.0),
             "its right half is close, its left half and its offset are not: the claim needs the correction",
         ),
     ]  # fmt: skip

@@ -8,11 +8,11 @@ import numpy as np
 
 from sitl.airframe import load
 from sitl.model.airframe import Airframe
-from sitl.laws.report_forward import LineOfSightGains
 from sitl.studies import plot
 from sitl.studies.reproduction.draw import Sheet, thin
 from sitl.studies.reproduction.experiment import Experiment, Outcome, Panel, Row, judge
 from sitl.studies.reproduction.line_of_sight import Flight, conditioning, fly
+from sitl.studies.reproduction.report_forward import LineOfSightGains
 from sitl.studies.scenario import Figure
 
 TARGET, SPEED, DURATION = (1000.0, 0.0, 1000.0), 20.0, 65.0

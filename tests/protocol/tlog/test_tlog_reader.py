@@ -12,6 +12,7 @@ from protocol.errors import FileError, LocalProtocolError
 from protocol.tlog import TlogReader, message_name, read_tlog
 from protocol.tlog.columns import payload_type
 from protocol.tlog.crc import checksums
+from tests.support.darko_messages import actuators
 from tests.support.logs import T0, bare, flight, log_of, quadplane_log, unknown_frame
 
 
@@ -83,8 +84,7 @@ def test_trimmed_zeros_are_put_back_and_nan_stays_nan():
 
 
 def test_array_fields_have_one_row_a_message():
-    actuators = [mavlink.MAVLink_darko_actuators_message(1, [2, 3], [4, 5], [6, 7], [0, 0], [0, 0], 0, 9, 1, 3)] * 3
-    columns = TlogReader(log_of(map(bare, actuators))).columns("DARKO_ACTUATORS")
+    columns = TlogReader(log_of(map(bare, [actuators(1, limits=3)] * 3))).columns("DARKO_ACTUATORS")
     assert columns["motor_speed"].tolist() == [[2.0, 3.0]] * 3
     assert columns["limits"].tolist() == [3, 3, 3]
 

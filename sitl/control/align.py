@@ -1,0 +1,48 @@
+"""Law that holds a place and turns the belly to where the path leads, before the transition to forward flight."""
+
+from sitl.compiled import kernel
+from sitl.control.allocation import allocate
+from sitl.control.estimate import Estimate
+from sitl.control.forward_guidance import air_course
+from sitl.control.hover_zero_moment import Guide, ZeroMomentGains, fly_to
+from sitl.control.reference import Reference
+from sitl.model.airframe import Airframe
+from sitl.model.state import Actuators
+from sitl.model.vectors import Vector, add_scaled
+
+HOLD_AHEAD = 0.5  # the place is where the vehicle would be this much later [s]
+
+
+@kernel
+def start_hold(estimate: Estimate) -> Vector:
+    """Jump map on entering the law: the place to hold, world NWU [m]."""
+    return add_scaled(estimate.position, estimate.velocity, HOLD_AHEAD)
+
+
+@kernel
+def step(
+    estimate: Estimate,
+    reference: Reference,
+    gains: ZeroMomentGains,
+    a: Airframe,
+    guide: Guide,
+    hold: Vector,
+    course: float,
+    dt: float,
+) -> tuple[Actuators, int, Guide, Vector, float]:
+    """One tick: actuator commands, DARKO_SATURATION bits, and the state after it.
+
+    Args:
+        estimate: The state as it is believed to be.
+        reference: Its path is what the belly turns to.
+        gains: Gains of the zero-moment law.
+        a: The airframe.
+        guide: State of the zero-moment law.
+        hold: The place to hold, world NWU [m].
+        course: Azimuth the belly was to point to [rad].
+        dt: Tick [s].
+    """
+    course = air_course(estimate, reference, course)
+    u, guide = fly_to(estimate, hold, course, reference.speed, gains, guide, dt)
+    command, saturation = allocate(u, a)
+    return command, saturation, guide, hold, course

@@ -1,0 +1,233 @@
+r"""Non-linear forward law: line of sight -> acceleration -> attitude and thrust -> moment -> actuators.
+
+The structure is the report's (section 4.2); three of its links are others. The force wanted fixes the attitude
+exactly: with :math:`C_{l,e} = C_l (1 - \xi_f / \xi_m)` the normal force of the trimmed wing, and the span square to the
+air stream,
+
+.. math::
+    x_d \parallel m (a + g e_3) + \tfrac12 \rho S |v_a| C_{l,e} (v_a - (v_a \cdot y) y)
+
+is right in quasi-steady flight at any incidence and without an airspeed is the zero-moment law's thrust direction, so
+the same law tips over, cruises, turns (banking) and stands up again. The moment follows an attitude that moves, and the
+allocation inverts the model in closed form.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from sitl.compiled import kernel
+from sitl.control import moment_observer
+from sitl.control.braking import arrest, brake
+from sitl.control.estimate import Estimate
+from sitl.control.forward_allocation import invert
+from sitl.control.forward_guidance import GuidanceGains, air_course, cruise
+from sitl.control.moment_observer import momentum
+from sitl.control.reference import Reference
+from sitl.model.airframe import Airframe
+from sitl.model.arithmetic import clipped, exponential, sine_cosine, wrapped
+from sitl.model.quaternions import Quaternion, conjugate, multiply, rotate_inverse, x_axis
+from sitl.model.state import Actuators
+from sitl.model.vectors import Vector, add, add_scaled, cross, dot, level_norm, norm, scaled, shortened, subtract
+
+TURN_BELOW = 3.0  # over the ground, in the transition to the hover [m/s]
+TURN_RATE = 1.0  # there [rad/s]
+
+
+class LineOfSight(NamedTuple):
+    """The law's state."""
+
+    acceleration: Vector  # wanted in the last tick, world [m/s2]
+    attitude: Quaternion  # q_d of the last tick
+    turning: Vector  # filtered rate of q_d, in its own frame [rad/s]
+    integral: Vector  # of the velocity error along the course, to its left and upwards [m/s2]
+    observer: Vector  # state of the moment's disturbance observer [N m s]
+
+
+class LineOfSightGains(NamedTuple):
+    """Gains of the law."""
+
+    guidance: GuidanceGains
+    attitude: Vector  # bandwidth of the attitude loop about x, y, z_b [rad/s]
+    rate: Vector  # bandwidth of the rate loop [rad/s]
+    max_rate: float  # body rate asked for [rad/s]
+    observer: float  # bandwidth of the moment's disturbance observer [rad/s]
+    turn_filter: float  # bandwidth of the feed-forward of q_d's own rate [rad/s]
+    blend_from: float  # airspeeds between which the heading gives way to the air stream [m/s]
+    blend_to: float
+
+
+@kernel
+def start(estimate: Estimate, a: Airframe) -> LineOfSight:
+    """Jump map on entering the law: from the attitude and the acceleration as they are, with nothing accumulated."""
+    none = Vector(0.0, 0.0, 0.0)
+    return LineOfSight(estimate.acceleration, estimate.attitude, none, none, moment_observer.start(estimate, a))
+
+
+@kernel
+def cruise_step(
+    estimate: Estimate, reference: Reference, gains: LineOfSightGains, a: Airframe, sight: LineOfSight, course: float,
+    dt: float,
+) -> tuple[Actuators, int, LineOfSight, float]:  # fmt: skip
+    """One tick of following the path.
+
+    Args:
+        estimate: What the vehicle believes of itself.
+        reference: With the path.
+        gains: Gains of the law.
+        a: The airframe as the law knows it.
+        sight: The law's state.
+        course: Where the belly points while there is no airspeed to point it, the tick before [rad].
+        dt: Tick [s].
+
+    Returns:
+        Commands, DARKO_SATURATION bits, the state and the course.
+    """
+    p, v, wind, path = estimate.position, estimate.velocity, estimate.wind, reference.path
+    course = air_course(estimate, reference, course)
+    wanted, integral = cruise(p, v, wind, path, sight.integral, dt, gains.guidance)
+    command, saturation, sight = _follow(estimate, guarded(v, wanted), integral, gains, a, sight, course, dt)
+    return command, saturation, sight, course
+
+
+@kernel
+def brake_step(
+    estimate: Estimate, reference: Reference, gains: LineOfSightGains, a: Airframe, sight: LineOfSight, course: float,
+    dt: float,
+) -> tuple[Actuators, int, LineOfSight, float]:  # fmt: skip
+    """One tick of the climbing stop at the end of the path; at its end the heading goes over to that of the hover.
+
+    Arguments and results as for :func:`cruise_step`.
+    """
+    p, v, wind = estimate.position, estimate.velocity, estimate.wind
+    turn = clipped(wrapped(reference.heading - course), -TURN_RATE * dt, TURN_RATE * dt)
+    course += turn if level_norm(v.x, v.y) < TURN_BELOW else 0.0
+    used = travel(estimate, a)
+    wanted, integral = brake(p, v, wind, reference.path, used, sight.integral, dt, gains.guidance)
+    command, saturation, sight = _follow(estimate, wanted, integral, gains, a, sight, course, dt)
+    return command, saturation, sight, course
+
+
+@kernel
+def arrest_step(
+    estimate: Estimate, gains: LineOfSightGains, a: Airframe, sight: LineOfSight, course: float, dt: float
+) -> tuple[Actuators, int, LineOfSight, float]:
+    """One tick of ending a fall and all motion with it; arguments and results as for :func:`cruise_step`."""
+    wanted = arrest(estimate.velocity, estimate.wind, travel(estimate, a), gains.guidance)
+    command, saturation, sight = _follow(estimate, wanted, sight.integral, gains, a, sight, course, dt)
+    return command, saturation, sight, course
+
+
+@kernel
+def travel(estimate: Estimate, a: Airframe) -> float:
+    """Share of the elevons' travel that pitch uses now."""
+    return 0.5 * abs(estimate.actuators.left_elevon + estimate.actuators.right_elevon) / a.delta_max
+
+
+@kernel
+def guarded(v: Vector, wanted: Vector) -> Vector:
+    """The acceleration wanted, or a pull-up where the vehicle dives."""
+    dives = v.z < -4.5 and -v.z > 0.404 * level_norm(v.x, v.y)  # steeper than 22 deg
+    return Vector(0.0, 0.0, min(2.0 * (1.0 - v.z), 8.0)) if dives else wanted
+
+
+@kernel
+def _follow(
+    estimate: Estimate, wanted: Vector, integral: Vector, gains: LineOfSightGains, a: Airframe, sight: LineOfSight,
+    course: float, dt: float,
+) -> tuple[Actuators, int, LineOfSight]:  # fmt: skip
+    """From the acceleration wanted to commands, DARKO_SATURATION bits and the law's next state."""
+    limits, q, w = gains.guidance, estimate.attitude, estimate.rates
+    change = shortened(subtract(wanted, sight.acceleration), limits.max_jerk * dt)
+    x, y, z = add(sight.acceleration, change)
+    wanted = Vector(x, y, clipped(z, -limits.max_down, limits.max_up))
+    force = Vector(a.m * x, a.m * y, a.m * wanted.z + a.m * a.g)
+    v_a = subtract(estimate.velocity, estimate.wind)
+    q_d = attitude(force, v_a, course, sight.attitude, gains, a)
+    turning = _turning(sight, q_d, gains, dt)
+    disturbance, observer = moment_observer.update(estimate, sight.observer, gains.observer, a, dt)
+    moment = subtract(_moment(q, w, q_d, turning, gains, a), disturbance)
+    axial = dot(force, x_axis(q))
+    command, saturation = invert(axial, moment, rotate_inverse(q, v_a), w, estimate.actuators, a)
+    return command, saturation, LineOfSight(wanted, q_d, turning, integral, observer)
+
+
+@kernel
+def attitude(
+    force: Vector, v_a: Vector, heading: float, last: Quaternion, gains: LineOfSightGains, a: Airframe
+) -> Quaternion:
+    """The attitude that gives a force in quasi-steady flight.
+
+    Args:
+        force: Aerodynamic force wanted, world [N].
+        v_a: Velocity through the air, world [m/s].
+        heading: Of the belly without airspeed [rad].
+        last: The attitude before, whose sign and, where nothing else decides, whose span is kept.
+        gains: The blend between heading and air stream.
+        a: The airframe as the law knows it.
+    """
+    speed = norm(v_a)
+    sine, cosine = sine_cosine(heading)
+    # Only air that comes from ahead may take the heading over: a tail wind at the stop would turn it round.
+    meeting = v_a.x * cosine + v_a.y * sine
+    share = clipped((meeting - gains.blend_from) / (gains.blend_to - gains.blend_from), 0.0, 1.0)
+    share = share * share * (3.0 - 2.0 * share)
+    ahead = add_scaled(Vector(cosine * (1.0 - share), sine * (1.0 - share), 0.0), v_a, share / max(speed, 1e-6))
+    y = cross(force, ahead)
+    size = norm(y)
+    y = scaled(y, 1.0 / size) if size >= 0.05 * a.m * a.g else _y_axis(last)
+    slip = dot(v_a, y)
+    lift = 0.5 * a.rho * a.S * speed * a.C_l * (1.0 - a.xi_f / a.xi_m)
+    x = add_scaled(force, add_scaled(v_a, y, -slip), lift)
+    x = add_scaled(x, y, -dot(x, y))
+    x = scaled(x, 1.0 / max(norm(x), 1e-6))
+    q = _from_axes(x, y, cross(x, y))
+    same = q.w * last.w + q.x * last.x + q.y * last.y + q.z * last.z >= 0.0
+    return q if same else Quaternion(-q.w, -q.x, -q.y, -q.z)
+
+
+@kernel
+def _turning(sight: LineOfSight, q_d: Quaternion, gains: LineOfSightGains, dt: float) -> Vector:
+    """Filtered rate of q_d, in its own frame [rad/s]."""
+    moved = multiply(conjugate(sight.attitude), q_d)
+    k, most = (2.0 if moved.w >= 0.0 else -2.0) / dt, gains.max_rate
+    rate = Vector(
+        clipped(k * moved.x, -most, most), clipped(k * moved.y, -most, most), clipped(k * moved.z, -most, most)
+    )
+    keep = exponential(-gains.turn_filter * dt)
+    return add_scaled(scaled(sight.turning, keep), rate, 1.0 - keep)
+
+
+@kernel
+def _moment(q: Quaternion, w: Vector, q_d: Quaternion, turning: Vector, gains: LineOfSightGains, a: Airframe) -> Vector:
+    """Moment that makes q follow q_d and its rate, body [N m]."""
+    off = multiply(conjugate(q_d), q)
+    k = -2.0 if off.w >= 0.0 else 2.0
+    loop = gains.attitude
+    turn = shortened(Vector(k * loop.x * off.x, k * loop.y * off.y, k * loop.z * off.z), gains.max_rate)
+    rate = subtract(add(turn, rotate_inverse(off, turning)), w)
+    wanted = momentum(Vector(gains.rate.x * rate.x, gains.rate.y * rate.y, gains.rate.z * rate.z), a)
+    return add(wanted, cross(w, momentum(w, a)))
+
+
+@kernel
+def _y_axis(q: Quaternion) -> Vector:
+    """y_b in the world frame: the left wing."""
+    return Vector(2.0 * (q.x * q.y - q.w * q.z), 1.0 - 2.0 * (q.x * q.x + q.z * q.z), 2.0 * (q.y * q.z + q.w * q.x))
+
+
+@kernel
+def _from_axes(x: Vector, y: Vector, z: Vector) -> Quaternion:
+    """The quaternion of the frame with these unit axes; its largest component is the one under the root."""
+    trace = x.x + y.y + z.z
+    largest = max(x.x, y.y, z.z)
+    root = math.sqrt(1.0 + (trace if trace > 0.0 else 2.0 * largest - trace))
+    half, k = 0.5 * root, 0.5 / root
+    if trace > 0.0:
+        return Quaternion(half, k * (y.z - z.y), k * (z.x - x.z), k * (x.y - y.x))
+    if x.x >= largest:
+        return Quaternion(k * (y.z - z.y), half, k * (y.x + x.y), k * (z.x + x.z))
+    if y.y >= largest:
+        return Quaternion(k * (z.x - x.z), k * (y.x + x.y), half, k * (z.y + y.z))
+    return Quaternion(k * (x.y - y.x), k * (z.x + x.z), k * (z.y + y.z), half)

@@ -1,0 +1,98 @@
+"""The choice between hovering and flying, as the autopilot makes it for the legs it knows."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from protocol.dialect.vocabulary import Way
+from sitl.autopilot.guidance import View
+from sitl.autopilot.settings import Settings
+from sitl.control.reference import Point
+from sitl.model.airframe import Airframe
+from sitl.model.arithmetic import arctangent, sine_cosine, wrapped
+from sitl.model.vectors import level_norm
+from sitl.prediction.mode_choice import MIN_HEIGHT, Decision, plan
+from sitl.prediction.predictor import Abilities, Leg
+from sitl.simulation.tuning import Tuning
+
+LEGS_AHEAD = 8  # legs looked ahead
+
+
+class LegEnd(NamedTuple):
+    """A point of a chain of legs, and how the leg to it was asked to be flown."""
+
+    p: Point  # world NWU [m]
+    asked: Way = Way.NONE
+    seq: int = 65535  # mission item; 65535: none
+
+
+class Chooser:
+    """Decides for chains of legs; collects the decisions for the wire.
+
+    Attributes:
+        airframe: That the laws are designed for.
+        tuning: Of the laws; whoever changes theirs changes it here, and the next prediction follows.
+        can_fly_forward: Whether the airframe has the trims for it.
+    """
+
+    def __init__(self, airframe: Airframe, tuning: Tuning, *, can_fly_forward: bool) -> None:
+        self.airframe = airframe
+        self.tuning = tuning
+        self.can_fly_forward = can_fly_forward
+        self._made: list[tuple[int, Decision]] = []
+
+    def made(self) -> list[tuple[int, Decision]]:
+        """Decisions since the last call, with the mission item each leg ends at."""
+        made, self._made = self._made, []
+        return made
+
+    def energy(self, view: View, start: Point, end: Point, settings: Settings, *, flying: bool) -> float:
+        """Shaft energy of one leg flown the better way, begun on the wing or not [J]; a question, not a decision."""
+        leg, _ = _leg(start, end, view.heading, view.wind)
+        made = plan([leg], self._abilities(settings), settings.least_leg, [Way(settings.way)], flying=flying)[0]
+        return made.forward.energy if made.way is Way.FORWARD else made.hover.energy
+
+    def _abilities(self, settings: Settings, airspeed: float | None = None) -> Abilities:
+        airspeed = settings.airspeed if airspeed is None else airspeed
+        return Abilities(
+            self.airframe, self.tuning, self.can_fly_forward, settings.hover_speed, airspeed, settings.leg_time
+        )
+
+    def choose(
+        self, view: View, start: Point, stops: Sequence[LegEnd], settings: Settings, airspeed: float
+    ) -> list[Decision]:
+        """Decisions for the legs from ``start`` through ``stops``; the first is reported."""
+        abilities = self._abilities(settings, airspeed)
+        default = Way(settings.way)
+        legs, asked, here, heading = [], [], start, view.heading
+        for stop in stops[:LEGS_AHEAD]:
+            leg, heading = _leg(here, stop.p, heading, view.wind)
+            legs.append(leg)
+            asked.append(stop.asked or default)
+            here = stop.p
+        decisions = plan(legs, abilities, settings.least_leg, asked, flying=view.forward)
+        self._made.append((stops[0].seq, decisions[0]))
+        return decisions
+
+    def orbits(self, height: float, asked: Way, settings: Settings) -> bool:
+        """Whether a circle with a radius is flown on the wing."""
+        wanted = asked or Way(settings.way)
+        return self.can_fly_forward and wanted is not Way.HOVER and height >= MIN_HEIGHT
+
+
+def _leg(start: Point, end: Point, heading: float, wind: Point) -> tuple[Leg, float]:
+    dx, dy = end[0] - start[0], end[1] - start[1]
+    length = level_norm(dx, dy)
+    course = arctangent(dy, dx) if length > 0.1 else heading
+    s, c = sine_cosine(course)
+    turn = abs(wrapped(course - heading))
+    leg = Leg(
+        distance=length,
+        climb=end[2] - start[2],
+        tail_wind=wind[0] * c + wind[1] * s,
+        cross_wind=wind[1] * c - wind[0] * s,
+        turn=turn,
+        height=min(start[2], end[2]),
+    )
+    return leg, course

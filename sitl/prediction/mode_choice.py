@@ -1,0 +1,182 @@
+"""Hover or cruise? The choice between the time and energy that a leg takes either way.
+
+This is the report's question: to reach a point, is it better to stay upright or to tip over? Both ways are predicted
+(:mod:`sitl.prediction.predictor`): in the hover at the speed that the governor leaves in the wind; in forward flight
+through alignment, acceleration, cruise, the climbing stop and what is left to settle. Energy is that of the propeller
+shafts.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from enum import IntEnum
+from functools import lru_cache
+from typing import NamedTuple
+
+from protocol.dialect.vocabulary import DecisionReason, Way
+from sitl.prediction.point_mass import IMPOSSIBLE, Prediction
+from sitl.prediction.predictor import Abilities, Leg, predict_forward, predict_hover
+
+MAX_CLIMB_SLOPE, MAX_DESCENT_SLOPE = 1.0, 0.35  # of a leg in forward flight
+MIN_HEIGHT = 3.0  # both ends of a leg in forward flight are at least so high [m]
+LATE, UNASKED, UNABLE = 1e9, 1e12, 1e15  # what being late, not as asked, or not possible counts for [J]
+
+
+class Decision(NamedTuple):
+    """The choice for one leg, with both predictions."""
+
+    leg: Leg
+    hover: Prediction
+    forward: Prediction
+    way: Way
+    reason: DecisionReason
+
+
+def forbidden(leg: Leg, abilities: Abilities) -> DecisionReason:
+    """Why a leg cannot be flown forward, or NONE."""
+    if not abilities.can_fly_forward:
+        return DecisionReason.NO_TRIM
+    if leg.height < MIN_HEIGHT:
+        return DecisionReason.TOO_LOW
+    slope = leg.climb / max(leg.distance, 1e-6)
+    if slope > MAX_CLIMB_SLOPE or slope < -MAX_DESCENT_SLOPE:
+        return DecisionReason.TOO_STEEP
+    return DecisionReason.NONE
+
+
+def decide(leg: Leg, abilities: Abilities, min_leg: float, asked: Way = Way.NONE) -> Decision:
+    """Choose the way of flying one leg from hover to hover.
+
+    Args:
+        leg: The leg.
+        abilities: What the vehicle can do.
+        min_leg: Shorter legs are never flown forward [m].
+        asked: The way somebody asked for; followed unless it is impossible.
+    """
+    return plan([leg], abilities, min_leg, [asked])[0]
+
+
+def plan(
+    legs: Sequence[Leg], abilities: Abilities, min_leg: float, asked: Sequence[Way], *, flying: bool = False
+) -> list[Decision]:
+    """Choose the ways of consecutive legs without a stop between them: those flown in a row share their transitions.
+
+    Dynamic programming over the two ways; exact for the predictions made.
+
+    Args:
+        legs: The legs.
+        abilities: What the vehicle can do.
+        min_leg: Shorter legs are never begun in forward flight [m].
+        asked: The way somebody asked for, leg by leg.
+        flying: Whether the vehicle is in forward flight already.
+    """
+    hover = [predict_hover(leg, abilities) for leg in legs]
+    barred = [_barred(leg, abilities, min_leg) for leg in legs]
+    following = dict.fromkeys(_State, 0.0)  # smallest cost of what follows, by the state before it
+    choice: list[dict[_State, _State]] = []
+    for i in reversed(range(len(legs))):
+        best: dict[_State, tuple[float, _State]] = {}
+        for before in _State:
+            after = _State.BEGUN if before is _State.HOVER else _State.THROUGH
+            upright = _hover_cost(i, legs, abilities, hover[i], barred[i], asked[i], before) + following[_State.HOVER]
+            wing = _wing_cost(i, legs, abilities, barred[i], asked[i], before) + following[after]
+            best[before] = (wing, after) if wing < upright else (upright, _State.HOVER)
+        following = {before: cost for before, (cost, _) in best.items()}
+        choice.insert(0, {before: after for before, (_, after) in best.items()})
+    states = [_State.THROUGH if flying else _State.HOVER]
+    for chosen in choice:
+        states.append(chosen[states[-1]])
+    ways = [state is not _State.HOVER for state in states]
+    return [_decision(i, legs, abilities, hover[i], barred[i], asked[i], ways) for i in range(len(legs))]
+
+
+class _State(IntEnum):
+    """How a leg was flown: what the next one begins with."""
+
+    HOVER = 0
+    BEGUN = 1  # forward, from the hover
+    THROUGH = 2  # forward all along
+
+
+def _barred(leg: Leg, abilities: Abilities, min_leg: float) -> DecisionReason:
+    reason = forbidden(leg, abilities)
+    if reason is DecisionReason.NONE and leg.distance < min_leg:
+        return DecisionReason.TOO_SHORT
+    return reason
+
+
+@lru_cache(maxsize=4096)
+def _forward(leg: Leg, abilities: Abilities, *, begin: bool, end: bool) -> Prediction:
+    return predict_forward(leg, abilities, begin=begin, end=end)
+
+
+def _wing_cost(
+    i: int, legs: Sequence[Leg], abilities: Abilities, barred: DecisionReason, asked: Way, before: _State
+) -> float:
+    """Cost of leg i flown forward, with the transition that begins it; that to the hover only if it is the last."""
+    if barred is not DecisionReason.NONE or asked is Way.HOVER:
+        return math.inf
+    taken = _forward(legs[i], abilities, begin=before is _State.HOVER, end=i + 1 == len(legs))
+    return min(taken.energy, UNABLE) + (LATE if _is_late(taken, abilities) else 0.0)
+
+
+def _hover_cost(
+    i: int,
+    legs: Sequence[Leg],
+    abilities: Abilities,
+    hover: Prediction,
+    barred: DecisionReason,
+    asked: Way,
+    before: _State,
+) -> float:
+    """Cost of leg i in the hover, with the stop that ends the leg before it if that was flown forward."""
+    cost = min(hover.energy, UNABLE) + (LATE if _is_late(hover, abilities) else 0.0)
+    if before is not _State.HOVER:
+        cost += _stop(legs[max(i - 1, 0)], abilities, begin=before is _State.BEGUN)
+    return cost + (UNASKED if asked is Way.FORWARD and barred is DecisionReason.NONE else 0.0)
+
+
+def _stop(leg: Leg, abilities: Abilities, *, begin: bool) -> float:
+    """What ending a leg in the hover costs over flying on; it may make the leg late."""
+    whole, without = (_forward(leg, abilities, begin=begin, end=end) for end in (True, False))
+    if math.isinf(whole.energy):
+        return UNABLE
+    late = _is_late(whole, abilities) and not _is_late(without, abilities)
+    return whole.energy - without.energy + (LATE if late else 0.0)
+
+
+def _is_late(taken: Prediction, abilities: Abilities) -> bool:
+    return 0.0 < abilities.deadline < taken.time
+
+
+def _decision(
+    i: int,
+    legs: Sequence[Leg],
+    abilities: Abilities,
+    hover: Prediction,
+    barred: DecisionReason,
+    asked: Way,
+    ways: Sequence[bool],  # what was before the first leg, then each leg's
+) -> Decision:
+    forward = IMPOSSIBLE
+    if barred in {DecisionReason.NONE, DecisionReason.TOO_SHORT} and abilities.can_fly_forward:
+        end = i + 1 == len(legs) or not ways[i + 2]
+        forward = _forward(legs[i], abilities, begin=not ways[i], end=end)
+    way = Way.FORWARD if ways[i + 1] else Way.HOVER
+    return Decision(legs[i], hover, forward, way, _reason(way, hover, forward, barred, asked, abilities.deadline))
+
+
+def _reason(
+    way: Way, hover: Prediction, forward: Prediction, barred: DecisionReason, asked: Way, deadline: float
+) -> DecisionReason:
+    if way is Way.HOVER and barred is not DecisionReason.NONE:
+        return barred
+    if asked is way:
+        return DecisionReason.COMMAND
+    mine, other = (hover, forward) if way is Way.HOVER else (forward, hover)
+    if math.isinf(other.time):
+        return DecisionReason.WIND
+    if mine.energy > other.energy and deadline > 0.0:
+        return DecisionReason.DEADLINE
+    return DecisionReason.ENERGY

@@ -1,0 +1,129 @@
+"""What a leg takes in the hover, and what in forward flight, as the autopilot would have it flown."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from sitl.autopilot.legs import edge_on, leg_airspeeds, leg_reference
+from sitl.control.reference import APPROACH_SPEED, Path, hover_at
+from sitl.control.reference import leg as straight
+from sitl.model.airframe import Airframe
+from sitl.model.arithmetic import arctangent, exponential, sine_cosine, wrapped
+from sitl.model.vectors import Vector, level_norm
+from sitl.prediction.equilibrium import wind_force
+from sitl.prediction.leg_on_wing import WingLeg, fly_wing
+from sitl.prediction.leg_upright import HoverLeg, fly_hover
+from sitl.prediction.point_mass import IMPOSSIBLE, PointMass, Prediction, point_mass
+from sitl.simulation.tuning import Tuning
+from sitl.supervisor.guards import ALIGNED_ANGLE, DWELL, WINDY
+
+ACCEPTANCE = 0.5  # a leg ends this near its point [m]
+MIN_PROGRESS = 2.0  # over the ground, less is no way to fly [m/s]
+HIGH = 100.0  # of a leg whose height is not known [m]
+ORIGIN = (0.0, 0.0, 0.0)
+
+
+class Leg(NamedTuple):
+    """One straight leg in a steady wind."""
+
+    distance: float  # horizontal [m]
+    climb: float  # altitude gained [m]
+    tail_wind: float = 0.0  # [m/s]
+    cross_wind: float = 0.0  # [m/s]
+    turn: float = 0.0  # from the present heading to the leg's [rad]
+    height: float = math.inf  # of its lower end above the ground [m]
+
+
+class Abilities(NamedTuple):
+    """What the vehicle can do, as the prediction needs it."""
+
+    airframe: Airframe  # that the laws are designed for
+    tuning: Tuning  # of the laws, as it is now
+    can_fly_forward: bool
+    hover_speed: float  # [m/s]
+    airspeed: float  # of the cruise [m/s]
+    deadline: float = 0.0  # of a leg [s]; 0: none
+
+
+def predict_hover(leg: Leg, abilities: Abilities) -> Prediction:
+    """The leg flown upright, the heading kept as it is."""
+    body, wind, heading = point_mass(abilities.airframe, abilities.tuning), _wind(leg), float(-leg.turn)
+    learnt = _learnt(wind, heading, body)
+    if level_norm(wind.x, wind.y) > WINDY:
+        path = straight(ORIGIN, (leg.distance, 0.0, leg.climb), APPROACH_SPEED)
+        path = path._replace(start=path.end)
+        return fly_wing(
+            WingLeg(path, wind, DWELL, learnt, heading, heading, ACCEPTANCE, begin=True, end=True, upright=True), body
+        )
+    start, still = Vector(float(-leg.distance), 0.0, float(-leg.climb)), Vector(0.0, 0.0, 0.0)
+    return fly_hover(HoverLeg(start, still, wind, heading, learnt, float(abilities.hover_speed), ACCEPTANCE), body)
+
+
+def predict_forward(leg: Leg, abilities: Abilities, *, begin: bool = True, end: bool = True) -> Prediction:
+    """The leg flown forward.
+
+    Args:
+        leg: The leg.
+        abilities: What the vehicle can do.
+        begin: Whether it begins in the hover (else already in forward flight).
+        end: Whether it ends in the hover.
+    """
+    # Across a wind a share of the airspeed is needed to stay on the leg.
+    ahead = abilities.airspeed * abilities.airspeed - leg.cross_wind * leg.cross_wind
+    if ahead <= 0.0 or math.sqrt(ahead) + leg.tail_wind < MIN_PROGRESS:
+        return IMPOSSIBLE
+    body, wind = point_mass(abilities.airframe, abilities.tuning), _wind(leg)
+    path = _as_flown(leg, abilities.airspeed, wind, end=end)
+    crab = arctangent(-wind.y, math.sqrt(max(path.airspeed * path.airspeed - wind.y * wind.y, 0.0)))
+    waiting = DWELL + alignment(leg.turn + crab, body.turn)
+    learnt, stand = _learnt(wind, float(-leg.turn), body), float(edge_on(0.0, wind))
+    return fly_wing(WingLeg(path, wind, waiting, learnt, 0.0, stand, ACCEPTANCE, begin, end, upright=False), body)
+
+
+def alignment(turn: float, bandwidth: float) -> float:
+    """Time of turning by an angle to within the alignment's tolerance [s], under psi' = -k sin(psi / 2).
+
+    Args:
+        turn: The angle [rad].
+        bandwidth: The k of the law [rad/s]; the law that has none never turns.
+    """
+    turn = abs(wrapped(turn))
+    if turn <= ALIGNED_ANGLE:
+        return 0.0
+    if bandwidth <= 0.0:
+        return math.inf
+    return 2.0 / bandwidth * _logarithm(_tangent(0.25 * turn) / _tangent(0.25 * ALIGNED_ANGLE))
+
+
+def _wind(leg: Leg) -> Vector:
+    return Vector(float(leg.tail_wind), float(leg.cross_wind), 0.0)
+
+
+def _learnt(wind: Vector, heading: float, body: PointMass) -> Vector:
+    """What the integral of the linear hover law holds against where the leg begins, if the law has one [N]."""
+    return wind_force(wind, heading, body.airframe) if body.linear.k_i != 0.0 else Vector(0.0, 0.0, 0.0)
+
+
+def _as_flown(leg: Leg, airspeed: float, wind: Vector, *, end: bool) -> Path:
+    """The path that the autopilot makes of a leg, in the leg's frame."""
+    height = leg.height if math.isfinite(leg.height) else HIGH
+    start, stop = (0.0, 0.0, height + max(-leg.climb, 0.0)), (leg.distance, 0.0, height + max(leg.climb, 0.0))
+    if end:
+        airspeed = leg_airspeeds([start, stop], airspeed, wind)[0]
+    flown = leg_reference(start, stop, hover_at(stop, 0.0, 0.0), airspeed, stop=end).path
+    return straight(ORIGIN, (leg.distance, 0.0, leg.climb), airspeed, stop=end, level=flown.level, low=flown.low)
+
+
+def _tangent(angle: float) -> float:
+    sine, cosine = sine_cosine(angle)
+    return sine / cosine
+
+
+def _logarithm(x: float) -> float:
+    """Natural logarithm, by Halley's method on the exponential; for x between 1 and 20."""
+    y = 0.0
+    for _ in range(5):
+        power = exponential(y)
+        y += 2.0 * (x - power) / (x + power)
+    return y

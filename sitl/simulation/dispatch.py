@@ -1,0 +1,208 @@
+"""From the register of laws, the guards and the table of jumps to compiled functions: each written once, as data.
+
+The code made here is a chain of comparisons that calls the registered functions with the arguments they name. A law
+evaluates only the guards, and those only the Lyapunov values, that its own jumps look at.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, NamedTuple
+
+from protocol.dialect.vocabulary import Law
+from sitl.compiled import kernel, subroutine
+from sitl.control.laws import LAWS, VALUES, Gains, LawRow, LawStates, ValueRow
+from sitl.control.reference import Reference
+from sitl.errors import SitlError
+from sitl.simulation.flight import PERIOD, Design, Flight
+from sitl.simulation.storage import access
+from sitl.supervisor.guards import Guard
+from sitl.supervisor.resets import Reset, begin_anew
+from sitl.supervisor.table import TABLE, Jump
+
+# What a parameter's name stands for in the generated code; the laws' state slots are added to these.
+_CONTROLLER = ("since", "at_rest", "inhibited", "is_armed", "is_flying")
+_CONSTANTS = {"dt": "PERIOD"}
+
+
+class Compiled(NamedTuple):
+    """The generated functions; flights, references and designs are records or blocks, with a column."""
+
+    tick: Callable[..., None]  # (flight, column, reference, design): the law in force computes its commands
+    needs: Callable[[int], int]  # (law) -> bits of the guards that its jumps look at
+    watch: Callable[..., int]  # (needs, flight, column, reference, design) -> bits of those that hold
+    due: Callable[[int, int], int]  # (law, guard bits) -> row of the jump that is due; -1: none
+    jump: Callable[..., None]  # (row, flight, column, reference, design): the jump's reset map and new law
+    is_known: Callable[[int], bool]
+    values: Callable[..., tuple[float, ...]]  # (flight, column, reference, design) -> the Lyapunov values
+
+
+class Register:
+    """Laws, Lyapunov values and jumps, and what is generated from them."""
+
+    def __init__(
+        self,
+        laws: Iterable[LawRow] = LAWS,
+        values: Iterable[ValueRow] = VALUES,
+        table: Mapping[Law, tuple[Jump, ...]] = TABLE,
+    ) -> None:
+        self.laws = {row.law: row for row in laws}
+        self.values = {row.name: row for row in values}
+        self.table = dict(table)
+        self._check()
+
+    def _check(self) -> None:
+        for law, jumps in self.table.items():
+            for jump in jumps:
+                if jump.target not in self.laws:
+                    raise SitlError(f"jump {jump.name!r} of {law.name} leads to {jump.target!r}, which is not registered")
+        if missing := [law.name for law in self.laws if law not in self.table]:
+            raise SitlError(f"no row of the table for {', '.join(missing)}: a law needs at least its way out")
+
+    def compile(self) -> Compiled:
+        """Generate the functions; they are compiled where they are first called."""
+        return Compiled(
+            kernel(self._made("tick", self._tick())),
+            kernel(self._made("needs", self._needs())),
+            kernel(self._made("watch", self._watch())),
+            kernel(self._made("due", self._due())),
+            subroutine(self._made("jump", self._jump())),
+            kernel(self._made("is_known", self._is_known())),
+            subroutine(self._made("values", self._all_values())),
+        )
+
+    def guards_of(self, law: Law) -> list[Guard]:
+        """The guards that the jumps of a law look at."""
+        seen = {guard.bit: guard for jump in self.table[law] for guard in (*jump.when, *jump.unless)}
+        return [seen[bit] for bit in sorted(seen)]
+
+    def needed(self, law: Law) -> int:
+        """Bits of the guards that the jumps of a law look at."""
+        return sum(guard.bit for guard in self.guards_of(law))
+
+    # Code
+
+    def _made(self, name: str, source: tuple[list[str], dict[str, Any]]) -> Callable[..., Any]:
+        lines, scope = source
+        exec(compile("\n".join(lines) + "\n", f"<{name} of the laws>", "exec"), scope)  # noqa: S102 - made here
+        return scope[name]  # type: ignore[no-any-return]
+
+    def _call(self, function: Callable[..., Any], scope: dict[str, Any], what: str, gains: str = "") -> str:
+        """The arguments of a registered function, taken by name from where they are kept.
+
+        Raises:
+            SitlError: If it names something that is not there.
+        """
+        parameters = list(inspect.signature(function).parameters)
+        return ", ".join(self._source(name, scope, what, gains) for name in parameters)
+
+    def _source(self, name: str, scope: dict[str, Any], what: str, gains: str) -> str:
+        if name in _CONSTANTS or name in self.values:
+            return _CONSTANTS.get(name, name)
+        places: dict[str, tuple[type, str, str]] = {
+            "estimate": (Flight, "estimate", "flight"),
+            "reference": (Reference, "", "reference"),
+            "a": (Design, "a", "design"),
+            "thresholds": (Design, "thresholds", "design"),
+            "guidance": (Design, "gains.line_of_sight.guidance", "design"),
+            **{field: (Flight, f"controller.{field}", "flight") for field in _CONTROLLER},
+            **{slot: (Flight, f"controller.states.{slot}", "flight") for slot in LawStates._fields},
+            **{f"{field}_gains": (Design, f"gains.{field}", "design") for field in Gains._fields},
+        }
+        if gains:
+            places["gains"] = (Design, f"gains.{gains}", "design")
+        if name not in places:
+            raise SitlError(f"{what} asks for {name!r}: there is {', '.join(sorted(places))}")
+        root, path, kept = places[name]
+        getter = f"get_{kept}_{path.replace('.', '_')}"
+        scope.setdefault(getter, access(root, path).get)
+        return f"{getter}({kept}, column)"
+
+    def _stores(self, names: Iterable[str], scope: dict[str, Any], indent: str) -> list[str]:
+        lines = []
+        for name in names:
+            path = f"controller.states.{name}" if name in LawStates._fields else f"controller.{name}"
+            setter = f"put_{path.replace('.', '_')}"
+            scope.setdefault(setter, access(Flight, path).put)
+            lines.append(f"{indent}{setter}(flight, column, {name})")
+        return lines
+
+    def _tick(self) -> tuple[list[str], dict[str, Any]]:
+        lines = ["def tick(law, flight, column, reference, design):"]
+        scope: dict[str, Any] = {"PERIOD": PERIOD}
+        for law, row in self.laws.items():
+            name = f"step_{law.name}"
+            scope[name] = row.step
+            slots = [slot for slot in inspect.signature(row.step).parameters if slot in LawStates._fields]
+            arguments = self._call(row.step, scope, f"law {law.name}", row.gains)
+            results = ["command", "saturation", *slots]
+            lines += [f"    if law == {int(law)}:", f"        {', '.join(results)} = {name}({arguments})"]
+            lines += self._stores(results, scope, "        ")
+        return [*lines, "    return"], scope
+
+    def _needs(self) -> tuple[list[str], dict[str, Any]]:
+        lines = ["def needs(law):"]
+        lines += [f"    if law == {int(law)}:\n        return {self.needed(law)}" for law in self.laws]
+        return [*lines, "    return 0"], {}
+
+    def _watch(self) -> tuple[list[str], dict[str, Any]]:
+        lines = ["def watch(needs, flight, column, reference, design):", "    bits = 0"]
+        scope: dict[str, Any] = {}
+        guards = {guard.bit: guard for law in self.laws for guard in self.guards_of(law)}.values()
+        wanted = {guard.name: list(inspect.signature(guard.test).parameters) for guard in guards}
+        for name, row in self.values.items():
+            users = sum(guard.bit for guard in guards if name in wanted[guard.name])
+            scope[f"value_{name}"] = row.value
+            call = f"value_{name}({self._call(row.value, scope, name, row.gains)})"
+            lines += [f"    {name} = 0.0", f"    if needs & {users}:", f"        {name} = {call}"]
+        for guard in guards:
+            scope[f"is_{guard.name}"] = guard.test
+            arguments = self._call(guard.test, scope, f"guard {guard.name}")
+            lines += [f"    if needs & {guard.bit}:", f"        bits |= {guard.bit} if is_{guard.name}({arguments}) else 0"]
+        return [*lines, "    return bits"], scope
+
+    def _due(self) -> tuple[list[str], dict[str, Any]]:
+        lines = ["def due(law, bits):"]
+        for law, jumps in self.table.items():
+            lines.append(f"    if law == {int(law)}:")
+            for row, jump in enumerate(jumps):
+                lines.append(f"        if bits & {jump.required | jump.forbidden} == {jump.required}:")
+                lines.append(f"            return {row}")
+        return [*lines, "    return -1"], {}
+
+    def _jump(self) -> tuple[list[str], dict[str, Any]]:
+        lines = ["def jump(law, row, flight, column, reference, design):", "    target = law"]
+        scope: dict[str, Any] = {}
+        rows = [(law, row, jump) for law, jumps in self.table.items() for row, jump in enumerate(jumps)]
+        for law, row, jump in rows:
+            lines.append(f"    target = {int(jump.target)} if law == {int(law)} and row == {row} else target")
+        lines += self._reset(begin_anew, scope, "    ")
+        for reset in dict.fromkeys(reset for _, _, jump in rows for reset in jump.resets):
+            users = [f"law == {int(law)} and row == {row}" for law, row, jump in rows if reset in jump.resets]
+            lines += [f"    if {' or '.join(users)}:", *self._reset(reset, scope, "        ")]
+        return [*lines, "    law = target", *self._stores(["law"], scope, "    ")], scope
+
+    def _reset(self, reset: Reset, scope: dict[str, Any], indent: str) -> list[str]:
+        scope[f"reset_{reset.name}"] = reset.map
+        arguments = self._call(reset.map, scope, f"reset {reset.name}")
+        made = f"{indent}{', '.join(reset.sets)} = reset_{reset.name}({arguments})"
+        return [made, *self._stores(reset.sets, scope, indent)]
+
+    def _all_values(self) -> tuple[list[str], dict[str, Any]]:
+        scope: dict[str, Any] = {}
+        calls = []
+        for row in self.values.values():
+            scope[f"value_{row.name}"] = row.value
+            calls.append(f"value_{row.name}({self._call(row.value, scope, row.name, row.gains)})")
+        return ["def values(flight, column, reference, design):", f"    return {', '.join(calls)}"], scope
+
+    def _is_known(self) -> tuple[list[str], dict[str, Any]]:
+        test = " or ".join(f"law == {int(law)}" for law in self.laws)
+        return ["def is_known(law):", f"    return {test}"], {}
+
+
+REGISTER = Register()
+COMPILED = REGISTER.compile()
+
+__all__ = ["COMPILED", "REGISTER", "Compiled", "Register"]

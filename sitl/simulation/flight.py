@@ -1,0 +1,216 @@
+"""One control period of the whole closed loop: the flow map of the hybrid system, phase by phase.
+
+The order within a period: the air moves and the sensors read it; the law in force computes commands; the plant
+moves under the commands of the period *before*, as on a real autopilot; the estimate is made anew, and the
+supervisor looks whether it lies in a jump set. Each phase takes a flight out of a record or a block, works on named
+values, and puts back what it changed: one text for single flights and batches.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from sitl.compiled import kernel
+from sitl.control import wind_estimator
+from sitl.control.estimate import Estimate
+from sitl.control.hover_zero_moment import Guide
+from sitl.control.laws import Gains
+from sitl.control.reference import Reference
+from sitl.estimation.sensing import Normals, SensorNoise, read
+from sitl.estimation.truth import observe
+from sitl.model.actuators import limits
+from sitl.model.airframe import Airframe, Array
+from sitl.model.arithmetic import rounded
+from sitl.model.gusts import gust_after
+from sitl.model.plant import shaft_power, step
+from sitl.model.state import Actuators, Body, Plant
+from sitl.model.vectors import Vector, add, norm, scaled, subtract
+from sitl.simulation.storage import access
+from sitl.supervisor.controller import Controller
+from sitl.supervisor.guards import REST_SPEED, Thresholds
+
+PERIOD = 0.002  # of the control [s]
+SUBSTEPS = 2  # plant steps per control period
+LANDED = 0
+_FINE, _COARSE = 67108864.0, 1.0 / 67108864.0  # 2**26
+
+
+class Environment(NamedTuple):
+    """The air, and how well it is measured."""
+
+    wind: Vector  # steady, world NWU [m/s]
+    gust_rms: float  # per axis [m/s]
+    gust_length: float  # [m]
+    sensors: SensorNoise
+
+
+class Design(NamedTuple):
+    """The controller as designed: what it believes of the airframe, its gains, and where the supervisor switches."""
+
+    a: Airframe
+    gains: Gains
+    thresholds: Thresholds
+
+
+class Flight(NamedTuple):
+    """The state of a flight: all that one period hands to the next."""
+
+    plant: Plant
+    gust: Vector  # world NWU [m/s]
+    estimate: Estimate
+    controller: Controller
+    energy: float  # at the shafts [J]
+    limits: int  # DARKO_LIMIT bits seen since they were last cleared
+    periods: int  # control periods flown
+
+
+class Sample(NamedTuple):
+    """One row of a recording."""
+
+    periods: int
+    body: Body
+    actuators: Actuators
+    law: int
+    v_hover: float  # V of the linear hover law about the reference
+    energy: float  # [J]
+    wind: Vector  # as estimated, world NWU [m/s]
+    guide: Guide  # of the zero-moment law, stale while another law flies
+    reference: Vector  # position asked for, world NWU [m]
+
+
+class JumpEntry(NamedTuple):
+    """One jump as the loop notes it."""
+
+    periods: int
+    source: int
+    target: int
+    row: int  # of the source's rows in the table
+    v_hover: float
+    v_forward: float
+    energy: float  # [J]
+
+
+get_air = access(Environment).get
+get_airframe = access(Airframe).get
+get_model = access(Design, "a").get
+get_plant, put_plant = access(Flight, "plant")
+get_gust, put_gust = access(Flight, "gust")
+get_estimate, put_estimate = access(Flight, "estimate")
+get_wind_state, put_wind_state = access(Flight, "controller.wind")
+get_known_wind, put_known_wind = access(Flight, "estimate.wind")
+get_wind_gains = access(Design, "gains.wind").get
+put_command = access(Flight, "controller.command").put
+get_is_armed = access(Flight, "controller.is_armed").get
+get_energy, put_energy = access(Flight, "energy")
+get_limits, put_limits = access(Flight, "limits")
+get_periods, put_periods = access(Flight, "periods")
+get_law = access(Flight, "controller.law").get
+get_is_landing = access(Flight, "controller.is_landing").get
+get_since, put_since = access(Flight, "controller.since")
+get_at_rest, put_at_rest = access(Flight, "controller.at_rest")
+get_inhibited, put_inhibited = access(Flight, "controller.inhibited")
+get_position = access(Reference, "position").get
+get_guide = access(Flight, "controller.states.guide").get
+
+
+@kernel
+def quantised(draw: float) -> float:
+    """A random draw in steps of 2**-26: the library that makes draws may differ in their last bits by machine."""
+    return rounded(draw * _FINE) * _COARSE
+
+
+@kernel
+def gust_now(plant: Plant, gust: Vector, draws: Vector, air: Environment) -> Vector:
+    """The gust of this period."""
+    if air.gust_rms <= 0.0:
+        return gust
+    airspeed = norm(subtract(subtract(plant.body.velocity, air.wind), gust))
+    noise = Vector(quantised(draws.x), quantised(draws.y), quantised(draws.z))
+    return gust_after(gust, noise, air.gust_rms, air.gust_length, airspeed, PERIOD)
+
+
+@kernel
+def blow(flight: Any, column: int, air: Any, gusts: Array, row: int) -> None:  # noqa: ANN401 - a record or a block
+    """The gust of this period, by draws (n, 3, columns), none where n is 0."""
+    if gusts.shape[0] > 0:
+        draws = Vector(gusts[row, 0, column], gusts[row, 1, column], gusts[row, 2, column])
+        gust = gust_now(get_plant(flight, column), get_gust(flight, column), draws, get_air(air, column))
+        put_gust(flight, column, gust)
+
+
+@kernel
+def sense(flight: Any, column: int, air: Any, design: Any, a: Any, draws: Array, row: int) -> None:  # noqa: ANN401
+    """The wind estimate after this period's readings, by draws (n, 5, columns)."""
+    noise = Normals(
+        quantised(draws[row, 0, column]),
+        quantised(draws[row, 1, column]),
+        quantised(draws[row, 2, column]),
+        quantised(draws[row, 3, column]),
+        quantised(draws[row, 4, column]),
+    )
+    around = get_air(air, column)
+    wind = add(around.wind, get_gust(flight, column))
+    readings = read(get_plant(flight, column), wind, noise, around.sensors, get_airframe(a, column))
+    known = wind_estimator.update(
+        get_estimate(flight, column),
+        readings,
+        get_wind_gains(design, column),
+        get_model(design, column),
+        get_wind_state(flight, column),
+        PERIOD,
+    )
+    put_wind_state(flight, column, known)
+    put_known_wind(flight, column, known.wind)
+
+
+@kernel
+def move(flight: Any, column: int, air: Any, a: Any, command: Actuators) -> None:  # noqa: ANN401
+    """The plant one control period later, its energy and limits, and the estimate of it.
+
+    Args:
+        flight: The flight.
+        column: In its block.
+        air: The environment.
+        a: The airframe as it is.
+        command: In force during this period.
+    """
+    before, armed, airframe = get_plant(flight, column), get_is_armed(flight, column), get_airframe(a, column)
+    wind = add(get_air(air, column).wind, get_gust(flight, column))
+    met = limits(before.actuators, command, armed, PERIOD / SUBSTEPS, airframe)
+    put_limits(flight, column, get_limits(flight, column) | met)
+    plant = before
+    for _ in range(SUBSTEPS):
+        plant = step(plant, command, wind, armed, airframe, PERIOD / SUBSTEPS)
+    put_plant(flight, column, plant)
+    put_energy(flight, column, get_energy(flight, column) + shaft_power(plant.actuators, airframe) * PERIOD)
+    change = scaled(subtract(plant.body.velocity, before.body.velocity), 1.0 / PERIOD)
+    put_estimate(flight, column, observe(plant, change, get_known_wind(flight, column), airframe))
+    put_periods(flight, column, get_periods(flight, column) + 1)
+
+
+@kernel
+def age(flight: Any, column: int) -> None:  # noqa: ANN401
+    """The controller's timers run."""
+    estimate = get_estimate(flight, column)
+    put_since(flight, column, get_since(flight, column) + PERIOD)
+    rests = get_law(flight, column) != LANDED and get_is_landing(flight, column) and estimate.on_ground
+    rests = rests and abs(estimate.velocity.z) < REST_SPEED
+    put_at_rest(flight, column, get_at_rest(flight, column) + PERIOD if rests else 0.0)
+    put_inhibited(flight, column, max(get_inhibited(flight, column) - PERIOD, 0.0))
+
+
+@kernel
+def sample_of(flight: Any, column: int, reference: Any, v_hover: float) -> Sample:  # noqa: ANN401
+    """The recording's row of now."""
+    plant = get_plant(flight, column)
+    return Sample(
+        get_periods(flight, column),
+        plant.body,
+        plant.actuators,
+        get_law(flight, column),
+        v_hover,
+        get_energy(flight, column),
+        get_known_wind(flight, column),
+        get_guide(flight, column),
+        get_position(reference, column),
+    )

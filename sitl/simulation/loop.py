@@ -1,0 +1,174 @@
+"""The compiled loop of one flight: control periods and jumps until the time is up.
+
+``fly_with`` makes it of the functions that were generated from a register of laws; the product's own is kept on disk.
+"""
+
+from __future__ import annotations
+
+import types
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy.typing as npt
+from numba import njit
+
+from sitl.compiled import entry, subroutine
+from sitl.control.governor import activity
+from sitl.control.reference import Reference
+from sitl.model.airframe import Array
+from sitl.model.plant import is_finite
+from sitl.model.vectors import subtract
+from sitl.simulation.dispatch import COMPILED, Compiled
+from sitl.simulation.flight import Design, Flight, JumpEntry, Sample, age, blow, move, sample_of, sense
+from sitl.simulation.storage import access
+
+FLOWN, UNKNOWN_LAW, ZENO, DIVERGED, JUMPS_FULL = range(5)  # how a call of the loop ends
+MAX_CHAIN = 12  # jumps at one instant: more than there are laws means that some law came twice
+
+Records = npt.NDArray[Any]
+class Look(NamedTuple):
+    """What is worked out of a flight only where somebody looks."""
+
+    v_hover: float  # V of the linear hover law
+    v_forward: float  # V of the linear forward law about the path
+    v_attitude: float  # V of the attitude law [rad2]
+    governor: float  # share of the position loop's force that the governor takes away, 0..1
+    guards: int  # bits of the guards that the law in force looks at
+
+
+get_law = access(Flight, "controller.law").get
+get_periods = access(Flight, "periods").get
+get_plant = access(Flight, "plant").get
+get_command = access(Flight, "controller.command").get
+get_energy = access(Flight, "energy").get
+get_estimate = access(Flight, "estimate").get
+get_reference = access(Reference).get
+get_governor = access(Design, "gains.zero_moment.governor").get
+put_sample = access(Sample).put
+put_jump_entry = access(JumpEntry).put
+put_look = access(Look).put
+_tick, _needs, _watch, _due, _jump, _is_known, _values = COMPILED
+
+
+@subroutine
+def advance(
+    flight: Any, column: int, reference: Any, air: Any, design: Any, a: Any, gusts: Array, draws: Array, row: int  # noqa: ANN401
+) -> None:
+    """One control period, before any jump; records, or columns of blocks."""
+    blow(flight, column, air, gusts, row)
+    sense(flight, column, air, design, a, draws, row)
+    in_force = get_command(flight, column)
+    _tick(get_law(flight, column), flight, column, reference, design)
+    move(flight, column, air, a, in_force)
+    age(flight, column)
+
+
+@subroutine
+def due_now(flight: Any, column: int, reference: Any, design: Any) -> int:  # noqa: ANN401
+    """The row of the jump that is due; -1 in the flow set."""
+    law = get_law(flight, column)
+    return _due(law, _watch(_needs(law), flight, column, reference, design))
+
+
+@subroutine
+def take(flight: Any, column: int, row: int, reference: Any, design: Any, entry: Any) -> None:  # noqa: ANN401
+    """Take a jump and note it."""
+    source = get_law(flight, column)
+    v_hover, v_forward, _ = _values(flight, column, reference, design)
+    _jump(source, row, flight, column, reference, design)
+    target, periods, energy = get_law(flight, column), get_periods(flight, column), get_energy(flight, column)
+    put_jump_entry(entry, 0, JumpEntry(periods, source, target, row, v_hover, v_forward, energy))
+
+
+@subroutine
+def keep(flight: Any, column: int, reference: Any, design: Any, sample: Any) -> None:  # noqa: ANN401
+    """Write a sample."""
+    v_hover, _, _ = _values(flight, column, reference, design)
+    put_sample(sample, 0, sample_of(flight, column, reference, v_hover))
+
+
+@subroutine
+def look(flight: Any, column: int, reference: Any, design: Any, seen: Any) -> None:  # noqa: ANN401
+    """Write Lyapunov values, governor and guards of a flight as it is."""
+    v_hover, v_forward, v_attitude = _values(flight, column, reference, design)
+    e, r = get_estimate(flight, column), get_reference(reference, column)
+    governor = activity(subtract(e.position, r.position), e.velocity, r.speed, get_governor(design, column))
+    guards = _watch(_needs(get_law(flight, column)), flight, column, reference, design)
+    put_look(seen, 0, Look(v_hover, v_forward, v_attitude, governor, guards))
+
+
+@entry
+def fly(
+    flights: Records,
+    references: Records,
+    airs: Records,
+    designs: Records,
+    airframes: Records,
+    gusts: Array,
+    draws: Array,
+    periods: int,
+    every: int,
+    samples: Records,
+    jumps: Records,
+    looks: Records,
+) -> tuple[int, int, int, int]:
+    """Fly one flight for some control periods, taking every jump that falls due.
+
+    Args:
+        flights: The flight, a record of :class:`Flight`, changed in place, (1,).
+        references: Where to fly, a record of :class:`Reference`, (1,).
+        airs: The air and the sensors of it, a record of :class:`Environment`, (1,).
+        designs: The controller, a record of :class:`Design`, (1,).
+        airframes: The airframe as it is, a record, (1,).
+        gusts: Unit normals of the gusts, a row per period; none without gusts, (n, 3, 1).
+        draws: Unit normals of the sensors, a row per period: velocity, accelerometer, pitot, (n, 5, 1).
+        periods: How many control periods to fly; negative: only look, and take no jump.
+        every: Periods between samples, which are taken after the jumps of their instant.
+        samples: Receives :class:`Sample` records.
+        jumps: Receives :class:`JumpEntry` records.
+        looks: Receives what is seen of the flight in the end, a record of :class:`Look`, (1,).
+
+    Returns:
+        Periods flown, samples and jumps written, and how it ended (FLOWN ... JUMPS_FULL).
+    """
+    flight, reference, air, design, a = flights[0], references[0], airs[0], designs[0], airframes[0]
+    kept = noted = done = chain = 0
+    end = FLOWN if _is_known(get_law(flight, 0)) else UNKNOWN_LAW
+    while end == FLOWN and periods >= 0:
+        row = due_now(flight, 0, reference, design)
+        if row >= 0:
+            if chain == MAX_CHAIN or noted == jumps.shape[0]:
+                end = ZENO if chain == MAX_CHAIN else JUMPS_FULL
+                break
+            take(flight, 0, row, reference, design, jumps[noted])
+            noted += 1
+            chain += 1
+            continue
+        chain = 0
+        if done == periods:
+            break
+        if kept < samples.shape[0] and get_periods(flight, 0) % every == 0:
+            keep(flight, 0, reference, design, samples[kept])
+            kept += 1
+            if not is_finite(get_plant(flight, 0)):
+                break
+        advance(flight, 0, reference, air, design, a, gusts, draws, done)
+        done += 1
+    if end == FLOWN and not is_finite(get_plant(flight, 0)):
+        end = DIVERGED
+    look(flight, 0, reference, design, looks[0])
+    return done, kept, noted, end
+
+
+def fly_with(compiled: Compiled) -> Callable[..., tuple[int, int, int, int]]:
+    """The same loop about other laws; it is compiled anew in every process."""
+    names = dict(zip(Compiled._fields, compiled, strict=True))
+    scope = {**globals(), **{f"_{name}": function for name, function in names.items()}}
+
+    def anew(function: Callable[..., Any]) -> Callable[..., Any]:
+        code = getattr(function, "py_func", function).__code__
+        return types.FunctionType(code, scope, code.co_name)
+
+    for function in (advance, due_now, take, keep, look):
+        scope[function.__name__] = subroutine(anew(function))
+    return njit(error_model="numpy", nogil=True)(anew(fly))  # type: ignore[no-any-return]

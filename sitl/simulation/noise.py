@@ -1,0 +1,38 @@
+"""Random draws of a flight, by its seed: the gusts' and the sensors' from streams of their own."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from sitl.model.airframe import Array
+
+BLOCK = 2000  # control periods drawn at once
+
+
+class Draws:
+    """Unit normals, a row per control period; the gusts' are drawn only where there are gusts."""
+
+    def __init__(self, seed: int) -> None:
+        self._gusts = np.random.default_rng(seed)
+        self._sensors = np.random.default_rng((seed, 1))  # apart, so that sensors do not change the gusts
+        self._gust_rows, self._sensor_rows = np.zeros((0, 3, 1)), np.zeros((0, 5, 1))
+        self._gust_block = self._sensor_block = -1
+
+    def rows(self, period: int, *, gusts: bool) -> tuple[Array, Array]:
+        """Draws of the gusts, (n, 3, 1), or none, (0, 3, 1), and of the sensors, (n, 5, 1), from a period on to its block's end.
+
+        Args:
+            period: The first control period; never before that of an earlier call's block.
+            gusts: Whether there are gusts.
+        """
+        block, row = divmod(period, BLOCK)
+        while self._sensor_block < block:
+            self._sensor_rows = self._sensors.standard_normal((BLOCK, 5, 1))
+            self._sensor_block += 1
+        while gusts and self._gust_block < block:
+            self._gust_rows = self._gusts.standard_normal((BLOCK, 3, 1))
+            self._gust_block += 1
+        return (self._gust_rows[row:] if gusts else _NO_GUSTS), self._sensor_rows[row:]
+
+
+_NO_GUSTS = np.zeros((0, 3, 1))

@@ -1,0 +1,80 @@
+"""What is kept of a flight: jumps as they are reported, samples as arrays."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from protocol.dialect.vocabulary import Law, Reason
+from sitl.model.airframe import Array
+from sitl.simulation.flight import PERIOD
+from sitl.supervisor.table import Table
+
+
+class JumpRecord(NamedTuple):
+    """One jump of the vehicle, as it is reported."""
+
+    time: float  # ordinary time t [s]
+    number: int  # j after the jump
+    source: Law
+    target: Law
+    name: str
+    reason: Reason
+    lyapunov: float  # of the linear forward law where the jump is to or from it, else of the linear hover law
+
+
+def jump_of(entry: Any, number: int, table: Table) -> JumpRecord:  # noqa: ANN401 - a numpy record
+    """A jump as the loop noted it, in words."""
+    source, target = Law(int(entry["source"])), Law(int(entry["target"]))
+    jump = table[source][int(entry["row"])]
+    forward = Law.FORWARD_LINEAR in {source, target}
+    value = float(entry["v_forward" if forward else "v_hover"])
+    return JumpRecord(int(entry["periods"]) * PERIOD, number, source, target, jump.name, jump.reason, value)
+
+
+@dataclass(frozen=True)
+class Recording:
+    """Samples of a flight, one row each, and its jumps."""
+
+    time: Array  # (n,) [s]
+    position: Array  # (n, 3) world NWU [m]
+    velocity: Array  # (n, 3) world NWU [m/s]
+    attitude: Array  # (n, 4) body FLU to world NWU
+    rates: Array  # (n, 3) body FLU [rad/s]
+    actuators: Array  # (n, 4) w1, w2 [rad/s], d1, d2 [rad]
+    law: npt.NDArray[np.int64]  # (n,) DARKO_LAW
+    v_hover: Array  # (n,) V of the linear hover law about the reference
+    energy: Array  # (n,) at the shafts [J]
+    wind: Array  # (n, 3) as estimated, world NWU [m/s]
+    guide: Array  # (n, 5) attitude and force [N] the zero-moment law steers; stale while another law flies
+    reference: Array  # (n, 3) position asked for, world NWU [m]
+    jumps: tuple[JumpRecord, ...]
+
+    @classmethod
+    def of(cls, samples: npt.NDArray[np.void], jumps: tuple[JumpRecord, ...]) -> Recording:
+        """The arrays of recorded samples."""
+        body, guide = samples["body"], samples["guide"]
+        return cls(
+            time=samples["periods"] * PERIOD,
+            position=columns(body["position"]),
+            velocity=columns(body["velocity"]),
+            attitude=columns(body["attitude"]),
+            rates=columns(body["rates"]),
+            actuators=columns(samples["actuators"]),
+            law=samples["law"].copy(),
+            v_hover=samples["v_hover"].copy(),
+            energy=samples["energy"].copy(),
+            wind=columns(samples["wind"]),
+            guide=np.column_stack((columns(guide["attitude"]), guide["force"])),
+            reference=columns(samples["reference"]),
+            jumps=jumps,
+        )
+
+
+def columns(records: npt.NDArray[np.void]) -> Array:
+    """Records of floats as an array with a column per field."""
+    names = records.dtype.names or ()
+    return np.stack([records[name] for name in names], axis=-1)

@@ -1,0 +1,489 @@
+"""A simulated DarkO on integer time: plant, estimate, laws and supervisor.
+
+One control period is ``PERIOD``; commands computed from the state at period k are in force during period k + 1, as on a
+real autopilot. The same class flies the live process, the scenarios and the tests, and how many periods are flown
+per call never changes the flight.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from protocol.dialect.vocabulary import Law, Regime
+from sitl.control import align, handover, hover_attitude, hover_zero_moment, line_of_sight, wind_estimator
+from sitl.control.estimate import Estimate
+from sitl.control.forward_guidance import stopping_distance
+from sitl.control.laws import LawStates
+from sitl.control.reference import LEG, Reference, cross_track, hover_at
+from sitl.design.forward import can_fly_forward
+from sitl.errors import SitlError
+from sitl.estimation.sensing import SensorNoise
+from sitl.estimation.truth import observe
+from sitl.model.airframe import Airframe, Array
+from sitl.model.ground import FEET, STIFFNESS, feet_aloft
+from sitl.model.plant import shaft_power
+from sitl.model.quaternions import Quaternion, from_euler, hover
+from sitl.model.state import Actuators, Body, Plant
+from sitl.model.vectors import Vector
+from sitl.simulation import loop
+from sitl.simulation.flight import PERIOD, Design, Environment, Flight, JumpEntry, Sample, sample_of
+from sitl.simulation.loop import Look, fly
+from sitl.simulation.noise import Draws
+from sitl.simulation.recording import JumpRecord, Recording, jump_of
+from sitl.simulation.storage import named_from, plain, record_of, record_type, zero
+from sitl.simulation.tuning import Tuning, designed
+from sitl.supervisor import guards
+from sitl.supervisor.guards import Guard
+from sitl.supervisor.controller import Controller
+from sitl.supervisor.table import TABLE
+
+GUST_LENGTH = 30.0  # [m]
+SENSORS = SensorNoise(accelerometer=0.3, velocity=0.03, pitot=0.3, has_pitot=True)
+JUMPS_PER_CALL = 64
+REGIMES_ON_PATH = frozenset({Regime.FRONT_TRANSITION, Regime.FORWARD, Regime.BACK_TRANSITION})
+ON_LEG = frozenset({Law.FORWARD_LINE_OF_SIGHT, Law.FORWARD_LINEAR})
+GOVERNED = frozenset({Law.HOVER_ZERO_MOMENT, Law.ALIGN})
+MAX_PERIODS = 2000  # flown in one call of the loop
+
+__all__ = ["PERIOD", "DivergedError", "Simulation", "Start", "Tuning"]
+
+
+class DivergedError(SitlError):
+    """The simulation left the finite numbers."""
+
+    def __init__(self, text: str, kept: int = 0) -> None:
+        super().__init__(text)
+        self.kept = kept  # samples before it did
+        self.recording: Recording | None = None  # of what was flown, where it was recorded
+
+
+class ZenoError(SitlError):
+    """Jumps without end at one instant: the hysteresis of the table is broken."""
+
+
+class UnknownLawError(SitlError):
+    """A law is in force that the core does not know."""
+
+
+class Start(NamedTuple):
+    """Where and how a flight begins, world NWU."""
+
+    north: float = 0.0  # [m]
+    west: float = 0.0  # [m]
+    up: float = 0.0  # of the centre of mass above where it stands on the ground [m]
+    heading: float = 0.0  # [rad]
+    attitude: tuple[float, float, float] | None = None  # roll, pitch, yaw [rad] (ZYX, NWU); None: nose up at the heading
+    airborne: bool = False
+
+
+class Simulation:
+    """One simulated DarkO. ``advance`` flies it; everything else looks at it or tells it what to do."""
+
+    def __init__(
+        self,
+        airframe: Airframe,
+        *,
+        seed: int = 1,
+        start: Start | None = None,
+        tuning: Tuning | None = None,
+        design_model: Airframe | None = None,
+    ) -> None:
+        """Put a vehicle somewhere, disarmed and at rest.
+
+        Args:
+            airframe: The airframe as it is.
+            seed: Of gusts and sensor noise; one seed is one flight, to the bit.
+            start: Where it begins; on the ground at the origin by default.
+            tuning: Parameters of the controller.
+            design_model: The airframe as the controller believes it to be; as it is by default.
+        """
+        self.airframe = airframe
+        self.design_model = design_model or airframe
+        self.jumps: list[JumpRecord] = []
+        self._look: Look | None = None
+        self.energy_by_law = dict.fromkeys(Law, 0.0)
+        self._energy_told = 0.0
+        self._draws = Draws(seed)
+        self._flights = np.zeros(1, record_type(Flight))
+        self._samples = np.zeros(0, record_type(Sample))
+        self._looks = np.zeros(1, record_type(Look))
+        self._jump_log = np.zeros(JUMPS_PER_CALL, record_type(JumpEntry))
+        self._airframes = record_of(Airframe, airframe)
+        self._airs = np.zeros(1, record_type(Environment))
+        self._references = np.zeros(1, record_type(Reference))
+        self._wind, self._gust_rms = Vector(0.0, 0.0, 0.0), 0.0
+        self.retune(tuning or Tuning())
+        self.begin(start or Start())
+
+    # Setting up
+
+    def begin(self, start: Start) -> None:
+        """Put the vehicle somewhere, at rest; its energy, jumps and time go on."""
+        height = start.up + (0.0 if start.airborne else standing_height(self.airframe))
+        at, still = Vector(float(start.north), float(start.west), float(height)), Vector(0.0, 0.0, 0.0)
+        q = hover(float(start.heading)) if start.attitude is None else from_euler(*(float(x) for x in start.attitude))
+        plant = Plant(Body(at, still, q, still), Actuators(0.0, 0.0, 0.0, 0.0), feet_aloft())
+        self._put(plant, course=float(start.heading))
+        self.reference = hover_at(at, start.heading)
+
+    def place(self, body: Body, actuators: Actuators | None = None) -> None:
+        """Put the vehicle into any state of motion, its controller kept.
+
+        Args:
+            body: Position, velocity, attitude and body rates.
+            actuators: Positions and commands in force; as they are by default.
+        """
+        flight = self.flight
+        act = actuators or flight.plant.actuators
+        plant = Plant(Body(*(type(old)(*map(float, new)) for old, new in zip(flight.plant.body, body, strict=True))),
+                      Actuators(*map(float, act)), feet_aloft())  # fmt: skip
+        wind = flight.controller.wind.wind
+        controller = flight.controller if actuators is None else flight.controller._replace(command=plant.actuators)
+        self._write(flight._replace(plant=plant, controller=controller, estimate=observe(plant, Vector(0.0, 0.0, 0.0), wind, self.airframe)))
+
+    def _put(self, plant: Plant, course: float) -> None:
+        old = self.flight
+        wind = wind_estimator.start(self.design.gains.wind)
+        states = zero(LawStates)._replace(course=course)
+        controller = zero(Controller)._replace(law=int(Law.LANDED), wind=wind, states=states)
+        estimate = observe(plant, Vector(0.0, 0.0, 0.0), wind.wind, self.airframe)
+        self._write(Flight(plant, Vector(0.0, 0.0, 0.0), estimate, controller, old.energy, 0, old.periods))
+
+    def retune(self, tuning: Tuning) -> None:
+        """Take other gains and thresholds, in flight or not."""
+        self.tuning = tuning
+        self.can_fly_forward = can_fly_forward(self.design_model)
+        self.design = designed(self.design_model, tuning)
+        self._designs = record_of(Design, self.design)
+        self._look = None
+        self._sensors = SENSORS._replace(has_pitot=bool(tuning.pitot))
+
+    def begin_flight(self, law: Law) -> None:
+        """Start in the air under a law, motors at hover speed: scenarios begin so."""
+        w = math.sqrt(self.design.gains.hover_linear.u_bar.T1 / self.design_model.k_f)
+        self.place(self.truth.body, Actuators(w, w, 0.0, 0.0))
+        self.armed = self.flying = True
+        self.enter(law)
+
+    def enter(self, law: Law) -> None:
+        """Put a law in force, the states of all laws beginning from the flight as it is."""
+        flight, gains = self.flight, self.design.gains
+        c, estimate = flight.controller, flight.estimate
+        states = c.states._replace(
+            guide=hover_zero_moment.start(estimate, gains.zero_moment, self.design_model),
+            handover=handover.none(),
+            steering=hover_attitude.start(estimate, gains.hover_attitude, self.design_model),
+            hold=align.start_hold(estimate),
+            sight=line_of_sight.start(estimate, self.design_model),
+        )
+        self._write(flight._replace(controller=c._replace(law=int(law), since=0.0, states=states)))
+
+    # Telling it what to do
+
+    @property
+    def reference(self) -> Reference:
+        """Where the laws shall bring it, from the next period on."""
+        return self._reference
+
+    @reference.setter
+    def reference(self, reference: Reference) -> None:
+        self._reference = reference if self.can_fly_forward else reference._replace(forward=False)
+        self._references[0] = plain(self._reference)
+        self._look = None
+
+    def set_wind(self, wind: Iterable[float], gust_rms: float | None = None) -> None:
+        """Velocity of the air, world NWU [m/s], and the gusts' deviation per axis [m/s]."""
+        self._wind = Vector(*(float(x) for x in wind))
+        if gust_rms is not None:
+            self._gust_rms = float(gust_rms)
+
+    @property
+    def armed(self) -> bool:
+        """Whether the motors may turn."""
+        return bool(self._controller["is_armed"])
+
+    @armed.setter
+    def armed(self, armed: bool) -> None:
+        self._controller["is_armed"] = armed
+
+    @property
+    def flying(self) -> bool:
+        """Whether it is wanted in the air; landing fulfils the wish."""
+        return bool(self._controller["is_flying"])
+
+    @flying.setter
+    def flying(self, flying: bool) -> None:
+        self._controller["is_flying"] = flying
+
+    @property
+    def landing(self) -> bool:
+        """Whether touching the ground is wanted."""
+        return bool(self._controller["is_landing"])
+
+    @landing.setter
+    def landing(self, landing: bool) -> None:
+        self._controller["is_landing"] = landing
+
+    # Looking at it
+
+    @property
+    def flight(self) -> Flight:
+        """The whole state by name; a copy."""
+        return named_from(Flight, self._flights[0].item())
+
+    @property
+    def truth(self) -> Plant:
+        """The plant as it is."""
+        return named_from(Plant, self._flights["plant"][0].item())
+
+    @property
+    def estimate(self) -> Estimate:
+        """The state as the controller believes it to be."""
+        return named_from(Estimate, self._flights["estimate"][0].item())
+
+    @property
+    def law(self) -> Law:
+        """The law in force.
+
+        Raises:
+            UnknownLawError: If it is none of the vocabulary.
+        """
+        return Law(int(self._controller["law"]))
+
+    @property
+    def periods(self) -> int:
+        """Control periods flown since boot."""
+        return int(self._flights["periods"][0])
+
+    @property
+    def time(self) -> float:
+        """Simulated time since boot [s]."""
+        return self.periods * PERIOD
+
+    @property
+    def lyapunov(self) -> float:
+        """V of the linear hover law about the present reference."""
+        return self._looked().v_hover
+
+    @property
+    def lyapunov_forward(self) -> float | None:
+        """V of the linear forward law about the leg that is flown; None where there is none."""
+        on_leg = self.law in ON_LEG and self._reference.path.kind == LEG
+        return self._looked().v_forward if on_leg else None
+
+    @property
+    def lyapunov_attitude(self) -> float | None:
+        """V of the attitude law [rad2]; None while it does not fly."""
+        return self._looked().v_attitude if self.law is Law.HOVER_ATTITUDE else None
+
+    @property
+    def governor(self) -> float:
+        """Share of the position loop's force that the governor takes away, 0..1; 0 under laws that have none."""
+        return self._looked().governor if self.law in GOVERNED else 0.0
+
+    @property
+    def cross_track(self) -> float:
+        """Distance to the left of the path flown forward [m]; 0 in the hover."""
+        if self.law.regime not in REGIMES_ON_PATH:
+            return 0.0
+        return cross_track(self._reference.path, self.estimate.position)
+
+    @property
+    def wind_estimate(self) -> Vector:
+        """Velocity of the air as the laws see it, world NWU [m/s]."""
+        return named_from(Vector, self._controller["wind"]["wind"].item())
+
+    @property
+    def wind_deviation(self) -> Vector:
+        """Standard deviations of the wind estimate, per axis [m/s]."""
+        covariance = self._controller["wind"]["covariance"]
+        return Vector(*(math.sqrt(max(float(covariance[name]), 0.0)) for name in ("xx", "yy", "zz")))
+
+    @property
+    def energy(self) -> float:
+        """Shaft energy since boot [J]."""
+        return float(self._flights["energy"][0])
+
+    @property
+    def power(self) -> float:
+        """Shaft power now [W]."""
+        return shaft_power(self.truth.actuators, self.airframe)
+
+    @property
+    def command(self) -> Actuators:
+        """Actuator commands in force."""
+        return named_from(Actuators, self._controller["command"].item())
+
+    @property
+    def saturation(self) -> int:
+        """DARKO_SATURATION bits of the last period."""
+        return int(self._controller["saturation"])
+
+    @property
+    def limits(self) -> int:
+        """DARKO_LIMIT bits seen in the last ``advance``."""
+        return int(self._flights["limits"][0])
+
+    @property
+    def wind(self) -> Vector:
+        """Velocity of the air now, steady and gust, world NWU [m/s]."""
+        gust = self._flights["gust"][0].item()
+        return Vector(self._wind.x + gust[0], self._wind.y + gust[1], self._wind.z + gust[2])
+
+    def holds(self, *asked: Guard) -> bool:
+        """Whether guards that the law in force looks at hold now."""
+        bits = sum(guard.bit for guard in asked)
+        return self._looked().guards & bits == bits
+
+    @property
+    def stands(self) -> bool:
+        """Whether it already hovers but has not yet left TO_HOVER, which may wait for the wind to drop."""
+        e = self.estimate
+        return (
+            self.law is Law.TO_HOVER
+            and guards.standing.test(e)
+            and guards.near.test(self.lyapunov, e, self.design.thresholds, 0.0)
+        )
+
+    def stopping_distance(self) -> float:
+        """Distance over the ground that braking from the present velocity takes [m]."""
+        e = self.estimate
+        speed = math.hypot(e.velocity.x, e.velocity.y)
+        ux, uy = (e.velocity.x / speed, e.velocity.y / speed) if speed > 0.1 else (1.0, 0.0)
+        along, across = e.wind.x * ux + e.wind.y * uy, e.wind.x * uy - e.wind.y * ux
+        return stopping_distance(speed, along, across, self.design.gains.line_of_sight.guidance)
+
+    # Flying
+
+    def step(self, seconds: float) -> None:
+        """Fly for a time, a whole number of control periods; see :meth:`advance`."""
+        self.advance(whole_periods(seconds))
+
+    def advance(self, periods: int) -> None:
+        """Fly ``periods`` control periods, taking every jump that falls due.
+
+        Raises:
+            DivergedError: If the state is no longer finite.
+            ZenoError: If the supervisor jumps without end.
+            UnknownLawError: If the law in force is not one of the core's.
+        """
+        self._fly(periods, 1, self._samples)
+
+    def record(self, seconds: float, rate: float = 50.0) -> Recording:
+        """Fly for a time and keep samples, the first one of now; see :meth:`advance`.
+
+        Args:
+            seconds: How long, a whole number of control periods.
+            rate: Samples a second; the control rate divided by it is a whole number.
+
+        Raises:
+            DivergedError: If the state is no longer finite; ``error.recording`` is what was flown.
+        """
+        periods, every = whole_periods(seconds), whole_periods(1.0 / rate)
+        samples = np.zeros(-(-periods // every), self._samples.dtype)
+        before = len(self.jumps)
+        offset = self.periods % every
+        if offset:
+            raise SitlError(f"a recording at {rate:g} Hz begins at a whole multiple of its period, not {self.time:g} s")
+        try:
+            kept = self._fly(periods, every, samples)
+        except DivergedError as error:
+            error.recording = Recording.of(samples[: error.kept], tuple(self.jumps[before:]))
+            raise
+        return Recording.of(samples[:kept], tuple(self.jumps[before:]))
+
+    def sample(self) -> Recording:
+        """One sample, of now."""
+        rows = np.zeros(1, self._samples.dtype)
+        rows[0] = plain(sample_of(self._flights[0], 0, self._references[0], self.lyapunov))
+        return Recording.of(rows, ())
+
+    def warm_up(self) -> None:
+        """Compile what flies and what looks, or read it from disk; nothing moves."""
+        self._looked()
+
+    def _fly(self, periods: int, every: int, samples: npt.NDArray[np.void]) -> int:
+        self._flights["limits"] = 0
+        self._look = None
+        self._airs[0] = plain(Environment(self._wind, self._gust_rms, GUST_LENGTH, self._sensors))
+        kept = 0
+        while True:
+            gusts, draws = self._draws.rows(self.periods, gusts=self._gust_rms > 0.0)
+            now = min(periods, len(draws), MAX_PERIODS)
+            flown, sampled, noted, end = fly(
+                self._flights, self._references, self._airs, self._designs, self._airframes, gusts, draws, now, every,
+                samples[kept:], self._jump_log, self._looks,
+            )  # fmt: skip
+            periods -= flown
+            kept += sampled
+            self._note(noted)
+            if end not in {loop.FLOWN, loop.JUMPS_FULL}:
+                raise self._failure(end, kept)
+            if periods == 0 and end == loop.FLOWN:
+                return kept
+
+    def _note(self, noted: int) -> None:
+        for entry in self._jump_log[:noted]:
+            record = jump_of(entry, len(self.jumps) + 1, TABLE)
+            self.jumps.append(record)
+            self._account(record.source, float(entry["energy"]))
+        self._account(self._law_number(), self.energy)
+
+    def _account(self, law: int, energy: float) -> None:
+        if law in self.energy_by_law:
+            self.energy_by_law[Law(law)] += energy - self._energy_told
+        self._energy_told = energy
+
+    def _failure(self, end: int, kept: int) -> SitlError:
+        at = f"at {self.time:.3f} s"
+        if end == loop.UNKNOWN_LAW:
+            return UnknownLawError(f"law {self._law_number()} is not one of {', '.join(law.name for law in Law)}")
+        if end == loop.ZENO:
+            chain = " -> ".join(jump.name for jump in self.jumps[-loop.MAX_CHAIN :])
+            return ZenoError(f"jumps without end {at}: {chain}")
+        return DivergedError(f"the flight diverged under {self.law.name} {at}: {self.truth}", kept)
+
+    # Inside
+
+    @property
+    def _controller(self) -> Any:  # noqa: ANN401 - a numpy record, whose fields can be assigned
+        return self._flights["controller"][0]
+
+    def _law_number(self) -> int:
+        return int(self._controller["law"])
+
+    def _looked(self) -> Look:
+        if self._look is None:
+            none = np.zeros((0, 3, 1)), np.zeros((0, 5, 1))
+            fly(
+                self._flights, self._references, self._airs, self._designs, self._airframes, *none, -1, 1,
+                self._samples, self._jump_log, self._looks,
+            )  # fmt: skip
+            self._look = named_from(Look, self._looks[0].item())
+        return self._look
+
+    def _write(self, flight: Flight) -> None:
+        self._flights[0] = plain(flight)
+        self._look = None
+
+
+def whole_periods(seconds: float) -> int:
+    """A time as control periods.
+
+    Raises:
+        SitlError: If it is not a whole number of them.
+    """
+    periods = round(seconds / PERIOD)
+    if periods < 0 or abs(periods * PERIOD - seconds) > 1e-6 * PERIOD:
+        raise SitlError(f"{seconds!r} s is not a whole number of control periods of {PERIOD:g} s")
+    return periods
+
+
+def standing_height(a: Airframe) -> float:
+    """Height of the centre of mass of a vehicle standing on its tail [m]."""
+    return a.foot_x - a.m * a.g / (FEET * STIFFNESS)

@@ -1,0 +1,198 @@
+"""Where flights are kept: records whose fields are those of the named tuples, or blocks of flights side by side.
+
+A *record* is one numpy structured value, a field per leaf of a NamedTuple. A *block* is a float array with a row per
+leaf and a column per flight, so that vector instructions take consecutive flights. What reads and writes either is
+generated from the NamedTuple; no offset is written by hand, and the compiled phases of a flight are one text for both.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple, TypeVar, get_args, get_origin, get_type_hints
+
+import numpy as np
+from numba import types
+from numba.extending import overload
+
+from sitl.compiled import INLINED
+from sitl.model.airframe import Array
+
+Named = TypeVar("Named", bound=tuple[Any, ...])
+
+_LEAVES: dict[type, str] = {float: "f8", int: "i8", bool: "?"}
+
+
+class Leaf(NamedTuple):
+    """One number of a NamedTuple."""
+
+    path: str  # such as ".body.position.x"
+    kind: Any  # float, int, bool, or an array's annotation
+    row: int  # in a block
+
+
+def fields(kind: Any) -> dict[str, Any]:  # noqa: ANN401 - a NamedTuple, or a tuple's annotation
+    """Names and types of the parts; those of a plain tuple are f0, f1 and so on."""
+    if get_origin(kind) is tuple:
+        return {f"f{i}": part for i, part in enumerate(get_args(kind))}
+    return get_type_hints(kind)
+
+
+def _is_compound(kind: Any) -> bool:  # noqa: ANN401
+    return get_origin(kind) is tuple or (isinstance(kind, type) and issubclass(kind, tuple))
+
+
+def leaves(kind: Any, path: str = "", first: int = 0) -> Iterator[Leaf]:  # noqa: ANN401
+    """All leaves, in order."""
+    if not _is_compound(kind):
+        yield Leaf(path, kind, first)
+        return
+    for name, part in fields(kind).items():
+        inside = list(leaves(part, f"{path}.{name}", first))
+        first += len(inside)
+        yield from inside
+
+
+def record_type(kind: Any, value: Any = None) -> np.dtype[Any]:  # noqa: ANN401
+    """The structured type that holds one value of a NamedTuple.
+
+    Args:
+        kind: The NamedTuple.
+        value: An example, which tells the shapes of its arrays; not needed where there are none.
+    """
+    parts: list[Any] = []
+    for i, (name, part) in enumerate(fields(kind).items()):
+        example = None if value is None else value[i]
+        if _is_compound(part):
+            parts.append((name, record_type(part, example)))
+        elif part in _LEAVES:
+            parts.append((name, _LEAVES[part]))
+        else:
+            parts.append((name, "f8", np.shape(example)))
+    return np.dtype((np.record, parts))
+
+
+def record_of(kind: type, value: tuple[Any, ...]) -> np.ndarray[Any, Any]:
+    """A value as an array of one record."""
+    record = np.zeros(1, record_type(kind, value))
+    record[0] = plain(value)
+    return record
+
+
+def block_size(kind: type) -> int:
+    """Rows of a block."""
+    return sum(1 for _ in leaves(kind))
+
+
+def column(value: tuple[Any, ...]) -> list[float]:
+    """A value's leaves as a block's column."""
+    return [number for part in value for number in (column(part) if isinstance(part, tuple) else [float(part)])]
+
+
+def from_column(kind: type[Named], numbers: Array) -> Named:
+    """The value of a block's column."""
+    numbers = iter(numbers.tolist())  # type: ignore[assignment]
+
+    def made(part: Any) -> Any:  # noqa: ANN401
+        if part in _LEAVES:
+            return part(next(numbers))  # type: ignore[call-overload]
+        values = [made(inner) for inner in fields(part).values()]
+        return tuple(values) if get_origin(part) is tuple else part(*values)
+
+    return made(kind)  # type: ignore[no-any-return]
+
+
+def named_from(kind: type[Named], row: tuple[Any, ...]) -> Named:
+    """The NamedTuple of a record's plain nested tuple (``record.item()``)."""
+    values = (
+        value if part in _LEAVES else named_from(part, value)
+        for part, value in zip(fields(kind).values(), row, strict=True)
+    )
+    return kind(*values)
+
+
+def zero(kind: type[Named]) -> Named:
+    """The NamedTuple with every number zero and every flag down."""
+    return kind(*(part() if part in _LEAVES else zero(part) for part in fields(kind).values()))
+
+
+def plain(value: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Nested plain tuples: what a record is assigned from."""
+    return tuple(plain(part) if isinstance(part, tuple) else part for part in value)
+
+
+class Access(NamedTuple):
+    """Compiled reading and writing of one part of a kept NamedTuple."""
+
+    get: Callable[..., Any]  # (record or block, column) -> value
+    put: Callable[..., None]  # (record or block, column, value)
+
+
+def access(root: type, path: str = "") -> Access:
+    """Reading and writing of the part of ``root`` at a path such as ``plant.body``; all of it without one.
+
+    Both take a record or a block, and the block's column, which a record does not look at.
+    """
+    kind: Any = root
+    for name in path.split(".") if path else ():
+        kind = fields(kind)[name]
+    where = f".{path}" if path else ""
+    rows = {leaf.path: leaf.row for leaf in leaves(root)}
+    inside = [Leaf(leaf.path, leaf.kind, rows[where + leaf.path]) for leaf in leaves(kind)]
+    scope: dict[str, Any] = {}
+    of_record = _expression(kind, f"kept{where}", "", scope, None)
+    of_block = _expression(kind, "", "", scope, {leaf.path: leaf.row for leaf in inside})
+    get = _chosen(f"return {of_record}", f"return {of_block}", "kept, column", scope)
+    put = _chosen(
+        "\n    ".join(f"kept{where}{leaf.path} = value{_indexed(kind, leaf.path)}" for leaf in inside),
+        "\n    ".join(f"kept[{leaf.row}, column] = value{_indexed(kind, leaf.path)}" for leaf in inside),
+        "kept, column, value",
+        scope,
+    )
+    return Access(get, put)
+
+
+def _indexed(kind: Any, path: str) -> str:  # noqa: ANN401
+    """The path within a value, plain tuples by index."""
+    said = ""
+    for name in path.split(".")[1:]:
+        is_plain = get_origin(kind) is tuple
+        said += f"[{name[1:]}]" if is_plain else f".{name}"
+        kind = fields(kind)[name]
+    return said
+
+
+def _expression(kind: Any, prefix: str, path: str, scope: dict[str, Any], rows: dict[str, int] | None) -> str:  # noqa: ANN401
+    if not _is_compound(kind):
+        if rows is None:
+            return f"{prefix}{path}"
+        number = f"kept[{rows[path]}, column]"
+        return f"{number} != 0.0" if kind is bool else f"int({number})" if kind is int else number
+    parts = [_expression(part, prefix, f"{path}.{name}", scope, rows) for name, part in fields(kind).items()]
+    if get_origin(kind) is tuple:
+        return f"({', '.join(parts)},)"
+    scope[kind.__name__] = kind
+    return f"{kind.__name__}({', '.join(parts)})"
+
+
+def _chosen(of_record: str, of_block: str, arguments: str, scope: dict[str, Any]) -> Callable[..., Any]:
+    """A function whose body depends on what it is given, in compiled code and in Python."""
+
+    def made(body: str) -> Callable[..., Any]:
+        names = dict(scope)
+        exec(compile(f"def made({arguments}):\n    {body}\n", "<access>", "exec"), names)  # noqa: S102 - made above
+        return names["made"]  # type: ignore[no-any-return]
+
+    in_record, in_block = made(of_record), made(of_block)
+    names: dict[str, Any] = {"in_record": in_record, "in_block": in_block, "ndarray": np.ndarray}
+    body = f"return in_block({arguments}) if isinstance(kept, ndarray) else in_record({arguments})"
+    exec(compile(f"def either({arguments}):\n    {body}\n", "<access>", "exec"), names)  # noqa: S102
+    either = names["either"]
+
+    def choose(kept: Any, *rest: Any) -> Callable[..., Any]:  # noqa: ANN401, ARG001
+        return in_record if isinstance(kept, types.Record) else in_block
+
+    choosing = f"def choosing({arguments}):\n    return choose(kept)\n"
+    names["choose"] = choose
+    exec(compile(choosing, "<access>", "exec"), names)  # noqa: S102
+    overload(either, jit_options=INLINED, strict=False)(names["choosing"])
+    return either  # type: ignore[no-any-return]

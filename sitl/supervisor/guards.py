@@ -1,0 +1,231 @@
+"""The guards: each one inequality of the estimate, the reference or the controller, defined here and nowhere else.
+
+A guard's docstring is its meaning, its parameters are what it looks at; the compiled loop passes them by name. The
+table of jumps is written in these objects, so flow sets and jump sets are one statement.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from sitl.compiled import kernel
+from sitl.control.estimate import Estimate
+from sitl.control.forward_guidance import GuidanceGains, due_to_stop
+from sitl.control.reference import LEG, Reference
+from sitl.model.arithmetic import sine_cosine
+from sitl.model.quaternions import x_axis, z_axis
+from sitl.model.vectors import level_norm, norm, subtract
+
+DWELL = 0.5  # [s]
+WING_SPEED = 8.0  # the wing carries from this airspeed on, or from most of the wanted one [m/s]
+WING_SHARE = 0.85
+WORTH_DISTANCE = 15.0  # less than this of a leg is not worth a transition [m]
+SETTLED_SHARE = 0.5  # of v_enter
+ROOM = 2.0  # braking distances that make it worth flying on [-]
+SLIDE_TIME, SLIDE_SPEED = 4.0, 4.0  # [s], [m/s]
+WINDY, STILL = 4.0, 3.0  # level wind [m/s]
+CALM_SPEED = 3.5  # [m/s]
+ALIGNED_SPEED = 2.5  # [m/s]
+ALIGNED_ANGLE = math.radians(12.0)
+ALIGNED_COSINE = 0.97814760073380563793  # of that angle
+STANDING_SPEED = 2.0  # [m/s]
+MAX_SINK = 14.0  # no law sinks faster than this for long [m/s]
+GROUND_TIME = 0.8  # nearer to the ground than this at the present sink rate, a fall is caught [s]
+SINK = 3.0  # what counts as sinking there [m/s]
+LOST = 0.3  # V of the attitude law when it is 45 deg off at rest [rad2]
+REST_TIME = 0.3  # at rest on the ground this long is landed [s]
+REST_SPEED = 0.3  # vertical speed that counts as rest there [m/s]
+
+
+class Thresholds(NamedTuple):
+    """Where the supervisor switches: the hysteresis of the two linear laws."""
+
+    v_enter: float  # the linear hover law is entered below, and left above
+    v_leave: float
+    v_forward_enter: float  # the linear forward law likewise
+    v_forward_leave: float
+    alone: bool  # a hover law is flown alone, whatever comes of it: no wind, slide or fall ends it
+
+
+@dataclass(frozen=True)
+class Guard:
+    """A predicate of the supervisor."""
+
+    name: str
+    meaning: str
+    bit: int
+    test: Callable[..., bool]  # compiled; parameters by name
+
+
+GUARDS: list[Guard] = []
+
+
+def guard(function: Callable[..., bool]) -> Guard:
+    """Register a predicate as the next guard."""
+    meaning = " ".join((function.__doc__ or "").split())
+    made = Guard(function.__name__.rstrip("_"), meaning, 1 << len(GUARDS), kernel(function))
+    GUARDS.append(made)
+    return made
+
+
+@guard
+def armed(is_armed: bool) -> bool:
+    """The motors may turn."""
+    return is_armed
+
+
+@guard
+def flying(is_flying: bool) -> bool:
+    """The autopilot wants to be in the air."""
+    return is_flying
+
+
+@guard
+def resting(at_rest: float) -> bool:
+    """Landing, and at rest on the ground."""
+    return at_rest >= REST_TIME
+
+
+@guard
+def near(v_hover: float, estimate: Estimate, thresholds: Thresholds, inhibited: float) -> bool:
+    """V of the linear hover law is below v_enter, the nose is up, and no commanded tilt is being flown off."""
+    # V does not see the sign of the quaternion's scalar part: it is as small with the nose straight down.
+    return v_hover < thresholds.v_enter and x_axis(estimate.attitude).z > 0.0 and inhibited <= 0.0
+
+
+@guard
+def settled(v_hover: float, estimate: Estimate, thresholds: Thresholds) -> bool:
+    """V of the linear hover law is far below v_enter and the nose is up."""
+    return v_hover < SETTLED_SHARE * thresholds.v_enter and x_axis(estimate.attitude).z > 0.0
+
+
+@guard
+def far(v_hover: float, thresholds: Thresholds) -> bool:
+    """V of the linear hover law is above v_leave."""
+    return v_hover > thresholds.v_leave
+
+
+@guard
+def dwelt(since: float) -> bool:
+    """The law has been in force for its dwell time."""
+    return since >= DWELL
+
+
+@guard
+def windy(estimate: Estimate, thresholds: Thresholds) -> bool:
+    """There is more wind than those laws hover well in that do not know of it."""
+    return not thresholds.alone and level_norm(estimate.wind.x, estimate.wind.y) > WINDY
+
+
+@guard
+def still(estimate: Estimate) -> bool:
+    """There is clearly less wind than that."""
+    return level_norm(estimate.wind.x, estimate.wind.y) < STILL
+
+
+@guard
+def calm(estimate: Estimate) -> bool:
+    """Upright and slow enough to begin the alignment."""
+    return x_axis(estimate.attitude).z > 0.5 and norm(estimate.velocity) < CALM_SPEED
+
+
+@guard
+def recovered(estimate: Estimate) -> bool:
+    """Upright and slow after a failsafe."""
+    return x_axis(estimate.attitude).z > 0.7 and norm(estimate.velocity) < ALIGNED_SPEED
+
+
+@guard
+def aligned(estimate: Estimate, course: float) -> bool:
+    """Upright and slow, the belly towards the course."""
+    z_b = z_axis(estimate.attitude)
+    s, c = sine_cosine(course)
+    towards = -(z_b.x * c + z_b.y * s) > ALIGNED_COSINE * level_norm(z_b.x, z_b.y)
+    return towards and x_axis(estimate.attitude).z > 0.7 and norm(estimate.velocity) < ALIGNED_SPEED
+
+
+@guard
+def standing(estimate: Estimate) -> bool:
+    """Upright and nearly at rest: the transition is over."""
+    return x_axis(estimate.attitude).z > 0.3 and norm(estimate.velocity) < STANDING_SPEED
+
+
+@guard
+def sliding(estimate: Estimate, since: float, thresholds: Thresholds) -> bool:
+    """An upright law moves fast with the nose down, and has for some time."""
+    slides = since > SLIDE_TIME and norm(estimate.velocity) > SLIDE_SPEED and x_axis(estimate.attitude).z < 0.9
+    return slides and not thresholds.alone
+
+
+@guard
+def falling(estimate: Estimate, thresholds: Thresholds) -> bool:
+    """Sinking faster than any law asks for, or too near the ground to go on so."""
+    sink = -estimate.velocity.z
+    low = estimate.position.z < GROUND_TIME * sink and sink > SINK
+    return (sink > MAX_SINK or low) and not thresholds.alone
+
+
+@guard
+def wanted(reference: Reference) -> bool:
+    """Guidance wants the path flown forward."""
+    return reference.forward
+
+
+@guard
+def worth(estimate: Estimate, reference: Reference) -> bool:
+    """Enough of the path is left for a transition."""
+    path, p = reference.path, estimate.position
+    left = level_norm(path.end.x - p.x, path.end.y - p.y)
+    return path.kind != LEG or not path.stop or left > WORTH_DISTANCE
+
+
+@guard
+def stop_due(estimate: Estimate, reference: Reference, guidance: GuidanceGains) -> bool:
+    """What is left of the path is what braking takes."""
+    return reference.forward and due_to_stop(estimate, reference.path, 1.0, guidance)
+
+
+@guard
+def room(estimate: Estimate, reference: Reference, guidance: GuidanceGains) -> bool:
+    """Far more than the braking distance is left of the path."""
+    return reference.forward and not due_to_stop(estimate, reference.path, ROOM, guidance)
+
+
+@guard
+def wing_borne(estimate: Estimate, reference: Reference) -> bool:
+    """Fast enough for the wing to carry."""
+    airspeed = norm(subtract(estimate.velocity, estimate.wind))
+    return airspeed > min(WING_SPEED, WING_SHARE * reference.path.airspeed)
+
+
+@guard
+def straight(reference: Reference) -> bool:
+    """The path is a leg."""
+    return reference.path.kind == LEG
+
+
+@guard
+def on_trim(v_forward: float, thresholds: Thresholds) -> bool:
+    """V of the linear forward law is below its entry threshold."""
+    return v_forward < thresholds.v_forward_enter
+
+
+@guard
+def off_trim(v_forward: float, thresholds: Thresholds) -> bool:
+    """V of the linear forward law is above its exit threshold."""
+    return v_forward > thresholds.v_forward_leave
+
+
+@guard
+def steered(reference: Reference) -> bool:
+    """Attitude set-points are coming."""
+    return reference.steered
+
+
+@guard
+def lost(v_attitude: float) -> bool:
+    """The vehicle does not follow the commanded attitude."""
+    return v_attitude > LOST

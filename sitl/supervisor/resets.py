@@ -1,0 +1,82 @@
+"""Reset maps: the state of the law that takes over starts without a step in what it commands.
+
+A reset names the parts of the controller that it sets, and the guards that cannot hold right after it; its
+parameters are passed by name. Every jump begins the timers anew besides (see :mod:`sitl.supervisor.automaton`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from sitl.compiled import kernel
+from sitl.control import align, handover, hover_attitude, hover_zero_moment, line_of_sight
+from sitl.control.estimate import Estimate
+from sitl.control.handover import Handover
+from sitl.control.hover_attitude import AttitudeGains, Steering
+from sitl.control.hover_zero_moment import Guide, ZeroMomentGains
+from sitl.control.line_of_sight import LineOfSight
+from sitl.model.airframe import Airframe
+from sitl.model.vectors import Vector
+from sitl.supervisor.guards import Guard, flying, lost, near
+
+LET_GO_TIME = 1.0  # a tilt that was commanded is flown off by the zero-moment law so long [s]
+
+
+@dataclass(frozen=True)
+class Reset:
+    """One reset map."""
+
+    name: str
+    sets: tuple[str, ...]  # fields of the controller or slots of the laws
+    map: Callable[..., object]  # compiled; gives one value for one field, a tuple for several
+    clears: tuple[Guard, ...] = ()  # guards that do not hold right after it
+
+
+def reset(*sets: str, clears: tuple[Guard, ...] = ()) -> Callable[[Callable[..., object]], Reset]:
+    """Make a reset map of a function of named parts."""
+    return lambda function: Reset(function.__name__, sets, kernel(function), clears)
+
+
+@reset("guide")
+def guide_from_here(estimate: Estimate, zero_moment_gains: ZeroMomentGains, a: Airframe) -> Guide:
+    """The zero-moment law begins at the attitude and with the force there is."""
+    return hover_zero_moment.start(estimate, zero_moment_gains, a)
+
+
+@reset("steering", "handover", clears=(lost,))
+def steering_from_here(
+    estimate: Estimate, hover_attitude_gains: AttitudeGains, a: Airframe
+) -> tuple[Steering, Handover]:
+    """The attitude law's reference begins where the vehicle is."""
+    return hover_attitude.start(estimate, hover_attitude_gains, a), handover.requested()
+
+
+@reset("handover", "inhibited", clears=(near,))
+def level_first(estimate: Estimate) -> tuple[Handover, float]:  # noqa: ARG001 - a reset map of the estimate like others
+    """A commanded tilt is flown off: V may be small with it, but the linear law has to wait for it to be gone."""
+    return handover.requested(), LET_GO_TIME
+
+
+@reset("hold")
+def hold_here(estimate: Estimate) -> Vector:
+    """The alignment stays where the vehicle comes to rest."""
+    return align.start_hold(estimate)
+
+
+@reset("sight")
+def sight_from_here(estimate: Estimate, a: Airframe) -> LineOfSight:
+    """The line-of-sight law begins from the attitude as it is, with nothing accumulated."""
+    return line_of_sight.start(estimate, a)
+
+
+@reset("is_flying", "integral", clears=(flying,))
+def landed(estimate: Estimate) -> tuple[bool, Vector]:  # noqa: ARG001
+    """Landing fulfils the wish to fly, and what the integral learnt of the wind would push a standing vehicle over."""
+    return False, Vector(0.0, 0.0, 0.0)
+
+
+@reset("since", "at_rest", "inhibited", "handover")
+def begin_anew(estimate: Estimate) -> tuple[float, float, float, Handover]:  # noqa: ARG001
+    """Part of every jump: timers begin at zero, and what was being handed over is forgotten."""
+    return 0.0, 0.0, 0.0, handover.none()

@@ -1,0 +1,210 @@
+"""The vehicle's supervisor: which law flies, as a table of jumps on hybrid time (t, j).
+
+A jump set is written as guards that must hold and guards that must not; the flow set of a law is what none of its rows
+takes. Hysteresis is the gap between two thresholds of a Lyapunov value: the linear hover law is entered below
+``v_enter`` and left above ``v_leave``, the linear forward law likewise by its own. In a wind the laws that do not know
+of it give way to that of the transition, which does, and holds and flies upright as well. The report takes 250 and
+400 for the hover (section 5.1; the second comparison is printed the wrong way round); on the full model those values
+let the linear law be entered where it diverges, so the defaults are lower. Transitions have a dwell time besides.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from protocol.dialect.vocabulary import Law, Reason
+from sitl.supervisor import guards as g
+from sitl.supervisor import resets as r
+from sitl.supervisor.guards import Guard
+from sitl.supervisor.resets import Reset
+
+
+@dataclass(frozen=True)
+class Jump:
+    """One row: from the law it stands under, where all of ``when`` and none of ``unless`` hold."""
+
+    name: str
+    target: Law
+    reason: Reason
+    when: tuple[Guard, ...] = ()
+    unless: tuple[Guard, ...] = ()
+    resets: tuple[Reset, ...] = ()
+
+    @property
+    def required(self) -> int:
+        """Bits of the guards that must hold."""
+        return sum(guard.bit for guard in self.when)
+
+    @property
+    def forbidden(self) -> int:
+        """Bits of the guards that must not hold."""
+        return sum(guard.bit for guard in self.unless)
+
+    def guard(self, bits: int) -> bool:
+        """Whether the guards that hold put the state in the jump set."""
+        return bits & self.required == self.required and not bits & self.forbidden
+
+    def reset(self, bits: int) -> int:
+        """The guards that may still hold after the jump: its dwell time begins anew."""
+        cleared = g.dwelt.bit | sum(guard.bit for made in self.resets for guard in made.clears)
+        return bits & ~cleared
+
+
+Table = Mapping[Law, tuple[Jump, ...]]
+
+_LAND = (
+    Jump("disarm", Law.LANDED, Reason.DISARM, unless=(g.armed,), resets=(r.landed,)),
+    Jump("touch_down", Law.LANDED, Reason.TOUCHDOWN, when=(g.resting,), resets=(r.landed,)),
+)
+_CATCH = Jump("catch_fall", Law.FAILSAFE, Reason.FAILSAFE, when=(g.falling,), resets=(r.sight_from_here,))
+# Between laws that share the line of sight, it goes on.
+_CATCH_IN_SIGHT = Jump("catch_fall", Law.FAILSAFE, Reason.FAILSAFE, when=(g.falling,))
+_GO = (g.wanted, g.worth)
+
+
+def _steer(*when: Guard, unless: tuple[Guard, ...] = ()) -> Jump:
+    required = (g.steered, *when)
+    return Jump("steer", Law.HOVER_ATTITUDE, Reason.COMMAND, required, unless, (r.steering_from_here,))
+
+
+def _align(*when: Guard, resets: tuple[Reset, ...]) -> Jump:
+    return Jump("align", Law.ALIGN, Reason.COMMAND, (*_GO, *when), (g.stop_due,), resets)
+
+
+def _stop(*resets: Reset) -> tuple[Jump, Jump]:
+    return (
+        Jump("brake", Law.TO_HOVER, Reason.SPEED, when=(g.stop_due,), resets=resets),
+        Jump("recall", Law.TO_HOVER, Reason.COMMAND, unless=(g.wanted,), resets=resets),
+    )
+
+
+TABLE: dict[Law, tuple[Jump, ...]] = {
+    Law.LANDED: (
+        Jump(
+            "take_off",
+            Law.HOVER_ZERO_MOMENT,
+            Reason.TAKEOFF,
+            when=(g.armed, g.flying),
+            unless=(g.resting,),
+            resets=(r.guide_from_here,),
+        ),
+    ),
+    Law.HOVER_LINEAR: (
+        *_LAND,
+        _CATCH,
+        _steer(g.calm),
+        _align(g.calm, resets=(r.guide_from_here, r.hold_here)),
+        Jump(
+            "ride_wind",
+            Law.TO_HOVER,
+            Reason.LYAPUNOV_ABOVE,
+            when=(g.far, g.windy),
+            unless=(g.near,),
+            resets=(r.sight_from_here,),
+        ),
+        Jump(
+            "leave_linear",
+            Law.HOVER_ZERO_MOMENT,
+            Reason.LYAPUNOV_ABOVE,
+            when=(g.far,),
+            unless=(g.near,),
+            resets=(r.guide_from_here,),
+        ),
+    ),
+    Law.HOVER_ZERO_MOMENT: (
+        *_LAND,
+        _CATCH,
+        _steer(g.calm),
+        _align(g.calm, resets=(r.hold_here,)),
+        Jump("enter_linear", Law.HOVER_LINEAR, Reason.LYAPUNOV_BELOW, when=(g.near,), unless=(g.far, g.windy)),
+        Jump("ride_wind", Law.TO_HOVER, Reason.SPEED, when=(g.windy, g.dwelt), resets=(r.sight_from_here,)),
+        Jump("stop_sliding", Law.TO_HOVER, Reason.SPEED, when=(g.sliding,), resets=(r.sight_from_here,)),
+    ),
+    Law.ALIGN: (
+        *_LAND,
+        _CATCH,
+        Jump("stay", Law.HOVER_ZERO_MOMENT, Reason.COMMAND, unless=(g.wanted,)),
+        Jump("tip_over", Law.TO_FORWARD, Reason.SPEED, when=(g.aligned, g.dwelt), resets=(r.sight_from_here,)),
+    ),
+    Law.TO_FORWARD: (
+        *_LAND,
+        _CATCH_IN_SIGHT,
+        *_stop(),
+        Jump("fly", Law.FORWARD_LINE_OF_SIGHT, Reason.SPEED, when=(g.wing_borne, g.dwelt)),
+    ),
+    Law.FORWARD_LINE_OF_SIGHT: (
+        *_LAND,
+        _CATCH_IN_SIGHT,
+        *_stop(),
+        Jump(
+            "enter_forward_linear",
+            Law.FORWARD_LINEAR,
+            Reason.LYAPUNOV_BELOW,
+            when=(g.on_trim, g.straight, g.dwelt),
+            unless=(g.off_trim,),
+        ),
+    ),
+    Law.FORWARD_LINEAR: (
+        *_LAND,
+        _CATCH,
+        *_stop(r.sight_from_here),
+        Jump(
+            "leave_forward_linear",
+            Law.FORWARD_LINE_OF_SIGHT,
+            Reason.LYAPUNOV_ABOVE,
+            when=(g.off_trim,),
+            resets=(r.sight_from_here,),
+        ),
+        Jump("turn", Law.FORWARD_LINE_OF_SIGHT, Reason.COMMAND, unless=(g.straight,), resets=(r.sight_from_here,)),
+    ),
+    Law.TO_HOVER: (
+        *_LAND,
+        _CATCH_IN_SIGHT,
+        _steer(g.standing, g.dwelt),
+        Jump(
+            "hover",
+            Law.HOVER_LINEAR,
+            Reason.LYAPUNOV_BELOW,
+            when=(g.settled, g.standing, g.still, g.dwelt),
+            unless=(g.far,),
+        ),
+        _align(g.calm, g.standing, g.dwelt, resets=(r.guide_from_here, r.hold_here)),
+        Jump(
+            "fly_on",
+            Law.FORWARD_LINE_OF_SIGHT,
+            Reason.COMMAND,
+            when=(*_GO, g.room, g.wing_borne, g.dwelt),
+            unless=(g.stop_due, g.standing),
+        ),
+    ),
+    Law.FAILSAFE: (
+        *_LAND,
+        Jump(
+            "recover",
+            Law.HOVER_ZERO_MOMENT,
+            Reason.SPEED,
+            when=(g.recovered, g.dwelt),
+            unless=(g.falling,),
+            resets=(r.guide_from_here,),
+        ),
+    ),
+    Law.HOVER_ATTITUDE: (
+        *_LAND,
+        _CATCH,
+        Jump(
+            "let_go",
+            Law.HOVER_ZERO_MOMENT,
+            Reason.COMMAND,
+            unless=(g.steered,),
+            resets=(r.guide_from_here, r.level_first),
+        ),
+        Jump(
+            "upset",
+            Law.HOVER_ZERO_MOMENT,
+            Reason.FAILSAFE,
+            when=(g.lost,),
+            resets=(r.guide_from_here, r.level_first),
+        ),
+    ),
+}

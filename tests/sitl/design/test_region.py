@@ -1,0 +1,118 @@
+"""The proved region of attraction of the linear hover law."""
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from sitl.airframe import load
+from sitl.control.allocation import allocate
+from sitl.control.hover_linear import HALF, HoverError, control, error, quadratic
+from sitl.design import proof, region
+from sitl.design.closed_loop import AttitudeBoxes, coordinates
+from sitl.design.lqr import hover_gains
+from sitl.design.region import certify, chart_level, saturation_level
+from sitl.design.rise import first_rise, lyapunov_rate
+from sitl.errors import SitlError
+from sitl.model.quaternions import Quaternion
+from sitl.model.vectors import Vector
+
+NOMINAL = load("nominal").parameters
+LQR = hover_gains(NOMINAL, integral=False)
+TO_X = np.linalg.inv(np.linalg.cholesky(LQR.S))  # rows of unit y to V = 1
+
+
+@pytest.fixture(scope="module")
+def certificate():
+    return certify(NOMINAL, LQR, precision=1.0)
+
+
+def directions(count, seed=1):
+    y = np.random.default_rng(seed).standard_normal((count, 12))
+    return y / np.linalg.norm(y, axis=1)[:, None] @ TO_X
+
+
+def commanded(x, gains, a):
+    """What the law asks for at a deviation (12,), and what the allocation makes of it."""
+    seen = HoverError(*(Vector(*part.tolist()) for part in x.reshape(4, 3)))
+    u = control(seen, Vector(0.0, 0.0, 0.0), 0.0, gains)
+    return u, *allocate(u, a)
+
+
+@pytest.mark.parametrize("airframe", [NOMINAL, load("published").parameters])
+def test_the_proof_s_matrices_are_the_plant(airframe):
+    """On boxes that are points, with the rates, airspeed and elevons of the state, y' W y is -V' exactly."""
+    gains = hover_gains(airframe, integral=False)
+    proved = proof.Proof.of(airframe, gains)
+    for x in 0.2 * directions(20):
+        f = (coordinates() @ x)[None]
+        at = AttitudeBoxes(f, f)
+        W = proved.W - np.einsum("nj,jkl->nkl", f, proved.tilt) - np.einsum("j,jkl->kl", x[9:], proved.gyro)
+        nothing = np.zeros((1, 12, 12)), np.zeros(1)
+        _, command, saturation = commanded(x, gains, airframe)
+        assert saturation == 0
+        eta = math.sqrt(x[3:6] @ x[3:6] + airframe.mu * airframe.c**2 * x[9:] @ x[9:])
+        d1, d2 = command.left_elevon, command.right_elevon
+        for G, d in zip(proved.aero, (1.0, d1 + d2, d1 - d2), strict=True):
+            W = W + 0.5 * airframe.rho * airframe.S * eta * d * proof.take_off(proved._air(at, G), *nothing)[0]
+        W, slack = proof.take_off(proved._remainder(at), W, np.zeros(1))
+        y = proved.L.T @ x
+        assert slack == pytest.approx(0.0, abs=1e-9)
+        assert -(y @ W[0] @ y) == pytest.approx(lyapunov_rate(x, gains, airframe), rel=1e-9, abs=1e-12)
+
+
+def test_v_falls_on_the_plant_everywhere_in_the_proved_set(certificate):
+    shares = np.linspace(0.02, 1.0, 3000)
+    for share, x in zip(shares, directions(3000), strict=True):
+        assert lyapunov_rate(math.sqrt(share * certificate.level) * x, LQR, NOMINAL) < 0.0
+
+
+def test_off_the_chart_there_is_no_rate():
+    assert math.isnan(lyapunov_rate(np.array([0.0] * 6 + [1.0, 0.0, 0.5] + [0.0] * 3), LQR, NOMINAL))
+
+
+def test_the_proof_is_within_a_factor_of_the_first_rise(certificate):
+    rise = first_rise(NOMINAL, LQR, searches=2)
+    assert 0.04 < rise < 0.06
+    assert rise < 4.0 * certificate.level
+    proved = proof.Proof.of(NOMINAL, LQR)
+    assert proved.holds(0.1 * certificate.level)
+    assert not proved.holds(rise)
+
+
+def test_no_actuator_meets_a_limit_below_the_saturation_level():
+    level = saturation_level(NOMINAL, LQR)
+    assert proof.greatest_deflection(LQR, level) == pytest.approx(NOMINAL.delta_max)
+    greatest = 0.0
+    for sign in (-1.0, 1.0):  # where the ellipsoid touches the plane of an elevon's limit
+        x = np.linalg.solve(LQR.S, NOMINAL.delta_max * LQR.K[0] + sign * LQR.K[2])
+        x *= math.sqrt(level / (x @ LQR.S @ x))
+        u, _, _ = commanded(x, LQR, NOMINAL)
+        greatest = max(greatest, abs(u.dT1) / u.T1)
+    assert greatest == pytest.approx(NOMINAL.delta_max)
+    for x in math.sqrt(level) * directions(500):
+        assert commanded(x, LQR, NOMINAL)[2] == 0
+
+
+def test_v_does_not_tell_a_vehicle_on_its_head_from_the_hover():
+    """Turned over its back to 1 deg from straight down: x holds eps alone, and eps is the hover's."""
+    half, still = math.radians(269.0 / 2.0), Vector(0.0, 0.0, 0.0)
+    attitude = Quaternion(math.cos(half), 0.0, -math.sin(half), 0.0)
+    x = error(SimpleNamespace(position=still, velocity=still, attitude=attitude, rates=still), still, 0.0)
+    assert quadratic(x, LQR.S) < 0.01
+
+
+def test_below_the_chart_s_level_eta_cannot_vanish():
+    level = chart_level(LQR)
+    eps = np.random.default_rng(1).standard_normal((20_000, 3))
+    off = eps / np.linalg.norm(eps, axis=1)[:, None] - (0.0, -HALF, 0.0)
+    least = np.einsum("ni,ij,nj->n", off, region._marginal(LQR.S, slice(6, 9)), off).min()
+    assert level <= least < 1.02 * level
+
+
+def test_what_the_proof_does_not_cover_is_refused():
+    with pytest.raises(SitlError, match="integral"):
+        certify(NOMINAL, hover_gains(NOMINAL))
+    with pytest.raises(SitlError, match="no pair"):
+        certify(NOMINAL, LQR._replace(S=np.eye(12)))
