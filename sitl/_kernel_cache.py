@@ -22,7 +22,7 @@ COMPILED = (
     "watch.py",
     "memory_layout.py",
     "hybrid/conditions.py",
-    "autopilot/point_mass.py",
+    "prediction/*.py",
 )
 
 

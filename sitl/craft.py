@@ -6,17 +6,22 @@ import math
 
 from protocol.dialect.vocabulary import Law, Reason, Regime
 from sitl.autopilot.autopilot import Autopilot
-from sitl.autopilot.choice import Chooser
 from sitl.autopilot.guidance import View
 from sitl.autopilot.mission import World
 from sitl.battery import Battery
 from sitl.model.quaternions import x_axis, z_axis
 from sitl.parameters import Bindings
+from sitl.prediction.chooser import Chooser
 from sitl.simulation.recording import JumpRecord
 from sitl.simulation.simulation import Simulation
 
 AUTOPILOT_PERIODS = 10  # control periods per autopilot tick: 20 ms
 HOVERING = frozenset({Regime.GROUND, Regime.UPRIGHT})
+
+
+def is_forward(law: Law) -> bool:
+    """Whether a law flies forward, or on the way there or back."""
+    return law.regime not in HOVERING
 
 
 class Craft:
@@ -27,8 +32,8 @@ class Craft:
 
     def __init__(self, vehicle: Simulation, world: World, bindings: Bindings, *, airborne: bool = False) -> None:
         self.vehicle = vehicle
-        chooser = Chooser(vehicle.design_model, can_fly_forward=vehicle.can_fly_forward)
-        self.autopilot = Autopilot(world, bindings.settings, vehicle.reference.heading, chooser)
+        self._chooser = Chooser(vehicle.design_model, bindings.tuning, can_fly_forward=vehicle.can_fly_forward)
+        self.autopilot = Autopilot(world, bindings.settings, vehicle.reference.heading, self._chooser)
         self.bind(bindings)
         self._announced = self._seen = 0  # jumps told to the wire, and to the autopilot
         if airborne:
@@ -41,6 +46,7 @@ class Craft:
         self.autopilot.apply(bindings.settings)
         if bindings.tuning != self.vehicle.tuning:
             self.vehicle.retune(bindings.tuning)
+        self._chooser.tuning = bindings.tuning
         world = bindings.world
         speed, azimuth = world.wind_speed, math.radians(world.wind_direction)
         # A wind *from* the north blows south: along -x of the world NWU; azimuth turns clockwise.
@@ -69,7 +75,7 @@ class Craft:
         """The vehicle as the autopilot sees it."""
         estimate, law = self.vehicle.estimate, self.vehicle.law
         nose, back = x_axis(estimate.attitude), z_axis(estimate.attitude)
-        forward = law.regime not in HOVERING and not self.vehicle.stands
+        forward = is_forward(law) and not self.vehicle.stands
         flat = (-back.x, -back.y) if abs(nose.z) > math.hypot(nose.x, nose.y) else (nose.x, nose.y)
         return View(
             time=self.vehicle.time,

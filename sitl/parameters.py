@@ -13,7 +13,7 @@ from protocol.dialect import mavlink
 from protocol.engines.parameters import Parameter
 from sitl.autopilot.settings import Settings
 from sitl.errors import SitlError
-from sitl.vehicle import Tuning
+from sitl.simulation.tuning import Tuning
 
 REAL = mavlink.MAV_PARAM_TYPE_REAL32
 INT = mavlink.MAV_PARAM_TYPE_INT32

@@ -28,7 +28,7 @@ from sitl.pacer import Pacer
 from sitl.parameters import Bindings, Surroundings
 from sitl.rehearsal import make_ready
 from sitl.studies.live import LiveScenario, ScenarioCraft, ScenarioNode, named
-from sitl.vehicle import TICK, Start, Vehicle
+from sitl.simulation.simulation import PERIOD, Simulation, Start
 from sitl.wire.blackbox import Blackbox
 from sitl.wire.keys import KeyFile, open_keyring, read_key_option
 from sitl.wire.node import Node
@@ -113,7 +113,7 @@ def build_craft(args: argparse.Namespace) -> Craft:
     if outside := world.arena.refuse((north, -east, up)):
         raise SitlError(f"--start: {outside}")
     start = Start(north, -east, up, -math.radians(yaw), airborne=up > 0.0)
-    vehicle = Vehicle(load(args.airframe or "nominal").parameters, seed=args.seed, start=start)
+    vehicle = Simulation(load(args.airframe or "nominal").parameters, seed=args.seed, start=start)
     kept = Memory(_state_dir(args)).parameters()
     bindings = Bindings(Settings(), vehicle.tuning, Surroundings()).replaced(kept | _overrides(args))
     return Craft(vehicle, world, bindings, airborne=start.airborne)
@@ -176,7 +176,7 @@ def _speak(node: Node, transport: UdpTransport, now: float) -> None:
 
 
 def _wait(node: Node, transport: UdpTransport, pacer: Pacer) -> None:
-    remaining = pacer.wait_time(QUANTUM * TICK)
+    remaining = pacer.wait_time(QUANTUM * PERIOD)
     end = time.monotonic() + remaining
     while remaining > 0.0:
         transport.wait(remaining)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from sitl._kernel_cache import is_complete, mark_complete
-from sitl.autopilot.choice import Stop
 from sitl.craft import Craft
+from sitl.prediction.chooser import LegEnd
 
 FAR = 200.0  # a leg both ways of flying can do [m]
 
@@ -30,6 +30,6 @@ def _rehearse(craft: Craft) -> None:
     if autopilot.chooser is None:
         return
     north, west, up = autopilot.view.p
-    start, stop = (north, west, up + FAR), Stop((north + FAR, west, up + FAR))
+    start, stop = (north, west, up + FAR), LegEnd((north + FAR, west, up + FAR))
     autopilot.chooser.choose(autopilot.view, start, [stop], autopilot.settings, autopilot.settings.airspeed)
     autopilot.chooser.made()

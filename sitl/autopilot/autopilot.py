@@ -15,7 +15,6 @@ from protocol.plans.mission import MissionItem
 from sitl.autopilot import arming
 from sitl.autopilot.alarm import DOING, Action
 from sitl.autopilot.attitude import Steer, lost
-from sitl.autopilot.decision import Decision
 from sitl.autopilot.failsafe import OFFBOARD_ACTIONS
 from sitl.autopilot.fence import Fence
 from sitl.autopilot.flight import ARM_WITHIN, Awaiting
@@ -29,6 +28,7 @@ from sitl.autopilot.settings import Settings
 from sitl.autopilot.streaming import Streaming
 from sitl.autopilot.wing import WingRequests
 from sitl.control.reference import Point, Reference, hover_at
+from sitl.prediction.mode_choice import Decision
 
 AWAITED = {Mode.TAKEOFF: "Take-off", Mode.MISSION: "Mission"}  # what can be chosen before arming
 

@@ -10,11 +10,11 @@ import math
 from collections.abc import Callable
 
 from protocol.dialect import mavlink
+from protocol.dialect.vocabulary import Way
 from protocol.engines import stream
 from protocol.events import CommandRequested
 from protocol.modes import FOREIGN, mode_from_parts
 from sitl.autopilot.autopilot import Autopilot
-from sitl.autopilot.decision import Way
 from sitl.autopilot.guidance import FASTEST, SLOWEST
 from sitl.autopilot.home import UNSUPPORTED_FRAME, set_home, set_origin
 from sitl.autopilot.mission_items import WAYS

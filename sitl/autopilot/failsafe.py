@@ -14,7 +14,6 @@ from typing import NamedTuple
 from protocol.dialect import mavlink
 from protocol.modes import Mode
 from sitl.autopilot.alarm import Action, Alarm
-from sitl.autopilot.choice import Chooser
 from sitl.autopilot.fence import FenceWatch
 from sitl.autopilot.guidance import FAST_DESCENT, SLOW_BELOW, View
 from sitl.autopilot.legs import BREEZE
@@ -23,6 +22,7 @@ from sitl.autopilot.mission_items import World
 from sitl.autopilot.settings import Settings
 from sitl.control.reference import Point
 from sitl.model.airframe import Airframe
+from sitl.prediction.chooser import Chooser
 
 EVERY = 0.1  # between looks at the fence [s]
 BATTERY_EVERY = 1.0  # between looks at the battery [s]
@@ -178,7 +178,7 @@ def energy_home(view: View, to: Point, settings: Settings, chooser: Chooser, *, 
     """Predicted shaft energy of the way to a point and of the landing there [J].
 
     The climb to the return altitude and the landing are hovered at the power of still air, the landing for longer in a
-    wind; the leg is the decision's (:mod:`sitl.autopilot.decision`), the cheaper way, in the wind as it is estimated.
+    wind; the leg is the decision's (:mod:`sitl.prediction.mode_choice`), the cheaper way, in the wind as estimated.
 
     Args:
         view: The vehicle as it is now.

@@ -8,7 +8,6 @@ from typing import NamedTuple
 
 from protocol.dialect import mavlink
 from protocol.modes import Mode
-from sitl.autopilot.choice import Chooser
 from sitl.autopilot.failsafe import Failsafes
 from sitl.autopilot.fence import Fence
 from sitl.autopilot.guidance import Guidance, Hold, Stop, View, land_at
@@ -19,6 +18,7 @@ from sitl.autopilot.progress import Transition
 from sitl.autopilot.settings import Settings
 from sitl.autopilot.streamed import FLOOR, Streamed
 from sitl.control.reference import Point, Reference, hover_at
+from sitl.prediction.chooser import Chooser
 
 ARM_WITHIN = 20.0  # of a take-off or a mission that was chosen before [s]
 COMPASS = tuple((math.cos(k * math.pi / 4.0), math.sin(k * math.pi / 4.0)) for k in range(8))

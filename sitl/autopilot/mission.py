@@ -1,7 +1,7 @@
 """Missions in flight: which item is flown, and the guidance of each.
 
 Runs of waypoints without a stop between them are planned together: the legs flown on the wing share their
-transitions, and each leg's way of flying is chosen by :mod:`sitl.autopilot.decision` unless the mission says.
+transitions, and each leg's way of flying is chosen by :mod:`sitl.prediction.mode_choice` unless the mission says.
 """
 
 from __future__ import annotations
@@ -11,15 +11,15 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from protocol.dialect import mavlink
+from protocol.dialect.vocabulary import Way
 from protocol.plans.mission import MissionItem
-from sitl.autopilot.choice import CHAIN, Chooser, Stop
-from sitl.autopilot.decision import Way
 from sitl.autopilot.guidance import SLOWEST, FlyTo, Guidance, Ramp, View, distance, land_at
 from sitl.autopilot.guidance import Sequence as Steps
 from sitl.autopilot.legs import FlyLeg, LandAfter, corner_lead, leg_airspeeds, leg_reference, orbit, over_ground
 from sitl.autopilot.mission_items import CIRCLES, LAND, PLACED, TAKEOFF, WAYS, World, height, place, validate
 from sitl.autopilot.settings import Settings
 from sitl.control.reference import Point, Reference, at, hover_at
+from sitl.prediction.chooser import LEGS_AHEAD, Chooser, LegEnd
 
 __all__ = ["MissionRunner", "World", "fly_to", "return_home", "validate"]
 
@@ -177,7 +177,7 @@ class MissionRunner:
             if decision.way is not Way.FORWARD:
                 break
             flown.append(ahead.p)
-        airspeed = leg_airspeeds(flown, self.airspeed, view.wind)[0] if len(stops) < CHAIN else self.airspeed
+        airspeed = leg_airspeeds(flown, self.airspeed, view.wind)[0] if len(stops) < LEGS_AHEAD else self.airspeed
         stop, lead = len(flown) == 2, 0.0
         if not stop:
             self._from = point
@@ -191,9 +191,9 @@ class MissionRunner:
         asked = math.isfinite(item.params[3])
         return FlyLeg(leg._replace(heading=_heading(item, leg)), acceptance, hold, lead, keep_heading=asked)
 
-    def _chain(self, point: Point) -> list[Stop]:
+    def _chain(self, point: Point) -> list[LegEnd]:
         """The current item's point, and those that follow it without a stop between."""
-        stops = [Stop(point, self._asked, self.current)]
+        stops = [LegEnd(point, self._asked, self.current)]
         asked = self._asked
         for seq in range(self.current, len(self.items)):
             item = self.items[seq]
@@ -201,11 +201,11 @@ class MissionRunner:
                 asked = WAYS[int(item.params[0])]
             elif item.command != mavlink.MAV_CMD_DO_CHANGE_SPEED:
                 following = place(item, self.world) if item.command in PLACED | LAND else None
-                if following is None or len(stops) == CHAIN:
+                if following is None or len(stops) == LEGS_AHEAD:
                     break
                 if seq > self.current:
                     above = max(following[2], stops[-1].p[2]) if item.command in LAND else following[2]
-                    stops.append(Stop((following[0], following[1], above), asked, seq))
+                    stops.append(LegEnd((following[0], following[1], above), asked, seq))
                 if item.command != mavlink.MAV_CMD_NAV_WAYPOINT or item.params[0] > 0.0:
                     break
         return stops
@@ -264,7 +264,7 @@ def fly_to(
 ) -> FlyTo | FlyLeg:
     """One leg from here to a set-point, on the wing if that is the better way."""
     if chooser is not None:
-        decision = chooser.choose(view, view.p, [Stop(reference.position, asked)], settings, settings.airspeed)[0]
+        decision = chooser.choose(view, view.p, [LegEnd(reference.position, asked)], settings, settings.airspeed)[0]
         if decision.way is Way.FORWARD:
             leg = leg_reference(view.p, reference.position, reference, settings.airspeed, stop=True)
             return FlyLeg(leg, settings.acceptance)

@@ -10,12 +10,12 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from protocol.dialect import mavlink
+from protocol.dialect.vocabulary import Way
 from protocol.engines.mission_server import Refusal
 from protocol.frames import LocalFrame, flip
 from protocol.plans.mission import MissionItem
 from protocol.units import UNKNOWN_INT32, from_e7, from_local_e4
 from sitl.autopilot.arena import Arena
-from sitl.autopilot.decision import Way
 from sitl.autopilot.fence import Fence
 from sitl.autopilot.guidance import FASTEST
 from sitl.autopilot.places import level

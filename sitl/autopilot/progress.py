@@ -12,8 +12,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from protocol.dialect import mavlink
-from protocol.dialect.vocabulary import Law
-from sitl.autopilot.decision import Way
+from protocol.dialect.vocabulary import Law, Way
 from sitl.autopilot.guidance import View
 from sitl.control.reference import Reference
 

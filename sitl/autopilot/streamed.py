@@ -6,13 +6,13 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from sitl.autopilot.choice import Chooser
-from sitl.autopilot.decision import STEEPEST_CLIMB, STEEPEST_DESCENT
 from sitl.autopilot.guidance import FASTEST, SLOWEST, FlyTo, Guidance, View
 from sitl.autopilot.legs import FlyLeg, course
 from sitl.autopilot.manual import TURN_RATE, Sticks
 from sitl.autopilot.settings import Settings
 from sitl.control.reference import Point, Reference, hover_at
+from sitl.prediction.chooser import Chooser
+from sitl.prediction.mode_choice import MAX_CLIMB_SLOPE, MAX_DESCENT_SLOPE
 
 __all__ = ["FLOOR", "KEEP_FACING", "Facing", "Streamed", "is_same_leg", "level_out", "refuse_turn", "refuse_velocity"]
 
@@ -146,7 +146,7 @@ def refuse_velocity(v: Point, settings: Settings, chooser: Chooser | None) -> st
     level = math.hypot(v[0], v[1])
     if not SLOWEST <= level <= FASTEST:
         return f"{level:.1f} m/s level, {v[2]:.1f} m/s up: hover to {settings.hover_speed:g}, wing from {SLOWEST:g}"
-    if not -STEEPEST_DESCENT * level <= v[2] <= STEEPEST_CLIMB * level:
+    if not -MAX_DESCENT_SLOPE * level <= v[2] <= MAX_CLIMB_SLOPE * level:
         return f"{v[2]:.3g} m/s up at {level:.1f} m/s level is too steep for the wing"
     if chooser is None or not chooser.can_fly_forward:
         return f"{level:.1f} m/s: this airframe cannot leave the hover"

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import math
 
+from protocol.dialect.vocabulary import Way
 from protocol.modes import Mode
-from sitl.autopilot.decision import LEAST_HEIGHT, Way
 from sitl.autopilot.flight import Flight
 from sitl.autopilot.guidance import FASTEST, SLOWEST, FlyTo, Hold, with_speed
 from sitl.autopilot.legs import FlyLeg, Orbit, orbit
 from sitl.autopilot.outcome import ACCEPTED, DENIED, FAILED, IN_PROGRESS, REJECTED, Outcome
 from sitl.autopilot.progress import Transition, is_reached
 from sitl.control.reference import Point
+from sitl.prediction.mode_choice import MIN_HEIGHT
 
 
 class WingRequests(Flight):
@@ -27,7 +28,7 @@ class WingRequests(Flight):
             return self._refuse(REJECTED, "Transition refused: not in the air")
         if way is Way.FORWARD and (self.chooser is None or not self.chooser.can_fly_forward):
             return self._refuse(DENIED, "Transition denied: this airframe has no trim between hover and wing")
-        if way is Way.FORWARD and self.view.p[2] < LEAST_HEIGHT:
+        if way is Way.FORWARD and self.view.p[2] < MIN_HEIGHT:
             return self._refuse(REJECTED, f"Transition refused: {self.view.p[2]:.1f} m is too low to tip over")
         done, before = is_reached(way, self.view, self.reference), Way.NONE
         if self.mode is Mode.MISSION and self.mission is not None:
@@ -97,8 +98,8 @@ class WingRequests(Flight):
         flown = orbit(centre, radius, self._at(self.view.p), speed)
         if flown.reference.path.airspeed < SLOWEST or speed > FASTEST:
             return self._refuse(DENIED, f"Orbit denied: {abs(radius):g} m at {speed:g} m/s cannot be flown")
-        if min(centre[2], self.view.p[2]) < LEAST_HEIGHT:
-            return self._refuse(REJECTED, f"Orbit refused: below {LEAST_HEIGHT:g} m it is too low to tip over")
+        if min(centre[2], self.view.p[2]) < MIN_HEIGHT:
+            return self._refuse(REJECTED, f"Orbit refused: below {MIN_HEIGHT:g} m it is too low to tip over")
         reason = self._refuse_rim(centre, abs(radius))
         if reason is not None:
             return self._refuse(DENIED, f"Orbit denied: {reason}")

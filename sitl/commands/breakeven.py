@@ -47,7 +47,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _flights(args: argparse.Namespace) -> tuple[list[Cell], dict[str, Error]]:
-    from sitl.autopilot.decision import Way  # noqa: PLC0415
+    from protocol.dialect.vocabulary import Way  # noqa: PLC0415
     from sitl.studies.break_even import TURNS, abilities, draw, error, flown, fly_all  # noqa: PLC0415
 
     able = abilities(args.airframe, args.airspeed)
@@ -84,9 +84,9 @@ def _lines(cells: Sequence[Cell], tried: Sequence[Cell], errors: Mapping[str, Er
 
 
 def _distance(cell: Cell) -> str:
-    from sitl.autopilot.decision import Why  # noqa: PLC0415
+    from protocol.dialect.vocabulary import DecisionReason  # noqa: PLC0415
 
-    mark = {Why.TOO_SHORT: " t", Why.TOO_STEEP: " s"}.get(cell.barred, "  ")
+    mark = {DecisionReason.TOO_SHORT: " t", DecisionReason.TOO_STEEP: " s"}.get(cell.barred, "  ")
     return f"{cell.distance:.1f}{mark}" if math.isfinite(cell.distance) else "-  "
 
 

@@ -20,7 +20,7 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
 def run(args: argparse.Namespace) -> int:
     """List the systems or run one and print its solution on hybrid time (t, j)."""
     if args.name == SUPERVISOR:
-        from sitl.hybrid.supervisor import diagram  # noqa: PLC0415 - --help must stay quick
+        from sitl.supervisor.table import diagram  # noqa: PLC0415 - --help must stay quick
 
         print(diagram())
         return 0

@@ -2,21 +2,19 @@
 
 from sitl.compiled import kernel
 from sitl.control.estimate import Ages, Estimate
-from sitl.model.airframe import Airframe
-from sitl.model.ground import is_touching
 from sitl.model.state import Plant
 from sitl.model.vectors import Vector
 
 
 @kernel
-def observe(plant: Plant, acceleration: Vector, wind_estimate: Vector, a: Airframe) -> Estimate:
+def observe(plant: Plant, acceleration: Vector, wind_estimate: Vector, on_ground: bool) -> Estimate:
     """The plant as a perfect, immediate measurement.
 
     Args:
         plant: As it is.
         acceleration: Mean of the last control period, world NWU [m/s2].
         wind_estimate: Velocity of the air as the vehicle knows it, world NWU [m/s].
-        a: The airframe as it is: where its contacts are.
+        on_ground: Whether something touches the ground.
     """
     body = plant.body
     return Estimate(
@@ -27,6 +25,6 @@ def observe(plant: Plant, acceleration: Vector, wind_estimate: Vector, a: Airfra
         body.rates,
         wind_estimate,
         plant.actuators,
-        is_touching(plant, a),
+        on_ground,
         Ages(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
     )

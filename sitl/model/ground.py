@@ -14,7 +14,7 @@ STIFFNESS = 800.0  # of one contact, normal and tangential [N/m]: the vehicle si
 DAMPING = 10.0  # of one contact [N s/m]
 FRICTION = 0.6  # Coulomb coefficient [-]
 FEET = 4  # contacts that grip; the others only rub
-CLEAR = 0.7  # above this the vehicle touches nothing, nor will within a step [m]
+CLEAR = 0.8  # above this the vehicle touches nothing, nor will within a control period [m]
 
 _ALOFT = Foot(False, 0.0, 0.0)
 
@@ -125,8 +125,6 @@ def _depth(body: Body, at: Vector) -> float:
 def is_touching(plant: Plant, a: Airframe) -> bool:
     """Whether any contact is loaded."""
     body = plant.body
-    if is_clear(body):
-        return False
     tail = min(
         min(_depth(body, foot(1.0, 1.0, a)), _depth(body, foot(1.0, -1.0, a))),
         min(_depth(body, foot(-1.0, 1.0, a)), _depth(body, foot(-1.0, -1.0, a))),

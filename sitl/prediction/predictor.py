@@ -14,7 +14,7 @@ from sitl.model.vectors import Vector, level_norm
 from sitl.prediction.equilibrium import wind_force
 from sitl.prediction.leg_on_wing import WingLeg, fly_wing
 from sitl.prediction.leg_upright import HoverLeg, fly_hover
-from sitl.prediction.point_mass import IMPOSSIBLE, PointMass, Prediction, point_mass
+from sitl.prediction.point_mass import IMPOSSIBLE, Prediction, point_mass
 from sitl.simulation.tuning import Tuning
 from sitl.supervisor.guards import ALIGNED_ANGLE, DWELL, WINDY
 
@@ -49,7 +49,7 @@ class Abilities(NamedTuple):
 def predict_hover(leg: Leg, abilities: Abilities) -> Prediction:
     """The leg flown upright, the heading kept as it is."""
     body, wind, heading = point_mass(abilities.airframe, abilities.tuning), _wind(leg), float(-leg.turn)
-    learnt = _learnt(wind, heading, body)
+    learnt = wind_force(wind, heading, body.airframe)
     if level_norm(wind.x, wind.y) > WINDY:
         path = straight(ORIGIN, (leg.distance, 0.0, leg.climb), APPROACH_SPEED)
         path = path._replace(start=path.end)
@@ -77,7 +77,9 @@ def predict_forward(leg: Leg, abilities: Abilities, *, begin: bool = True, end: 
     path = _as_flown(leg, abilities.airspeed, wind, end=end)
     crab = arctangent(-wind.y, math.sqrt(max(path.airspeed * path.airspeed - wind.y * wind.y, 0.0)))
     waiting = DWELL + alignment(leg.turn + crab, body.turn)
-    learnt, stand = _learnt(wind, float(-leg.turn), body), float(edge_on(0.0, wind))
+    stand = float(edge_on(0.0, wind))
+    # The integral holds what it learnt where the leg began; without one the offset that a wind leaves is not predicted.
+    learnt = wind_force(wind, float(-leg.turn) if body.linear.k_i != 0.0 else stand, body.airframe)
     return fly_wing(WingLeg(path, wind, waiting, learnt, 0.0, stand, ACCEPTANCE, begin, end, upright=False), body)
 
 
@@ -98,11 +100,6 @@ def alignment(turn: float, bandwidth: float) -> float:
 
 def _wind(leg: Leg) -> Vector:
     return Vector(float(leg.tail_wind), float(leg.cross_wind), 0.0)
-
-
-def _learnt(wind: Vector, heading: float, body: PointMass) -> Vector:
-    """What the integral of the linear hover law holds against where the leg begins, if the law has one [N]."""
-    return wind_force(wind, heading, body.airframe) if body.linear.k_i != 0.0 else Vector(0.0, 0.0, 0.0)
 
 
 def _as_flown(leg: Leg, airspeed: float, wind: Vector, *, end: bool) -> Path:

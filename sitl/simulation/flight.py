@@ -18,11 +18,12 @@ from sitl.control.laws import Gains
 from sitl.control.reference import Reference
 from sitl.estimation.sensing import Normals, SensorNoise, read
 from sitl.estimation.truth import observe
-from sitl.model.actuators import limits
+from sitl.model.actuators import limited, limits
 from sitl.model.airframe import Airframe, Array
 from sitl.model.arithmetic import rounded
 from sitl.model.gusts import gust_after
-from sitl.model.plant import shaft_power, step
+from sitl.model.ground import is_clear, is_touching
+from sitl.model.plant import shaft_power, step_in_air, step_near_ground
 from sitl.model.state import Actuators, Body, Plant
 from sitl.model.vectors import Vector, add, norm, scaled, subtract
 from sitl.simulation.storage import access
@@ -122,11 +123,11 @@ def quantised(draw: float) -> float:
 @kernel
 def gust_now(plant: Plant, gust: Vector, draws: Vector, air: Environment) -> Vector:
     """The gust of this period."""
-    if air.gust_rms <= 0.0:
-        return gust
     airspeed = norm(subtract(subtract(plant.body.velocity, air.wind), gust))
     noise = Vector(quantised(draws.x), quantised(draws.y), quantised(draws.z))
-    return gust_after(gust, noise, air.gust_rms, air.gust_length, airspeed, PERIOD)
+    after = gust_after(gust, noise, air.gust_rms, air.gust_length, airspeed, PERIOD)
+    blows = air.gust_rms > 0.0
+    return Vector(after.x if blows else gust.x, after.y if blows else gust.y, after.z if blows else gust.z)
 
 
 @kernel
@@ -174,17 +175,38 @@ def move(flight: Any, column: int, air: Any, a: Any, command: Actuators) -> None
         a: The airframe as it is.
         command: In force during this period.
     """
-    before, armed, airframe = get_plant(flight, column), get_is_armed(flight, column), get_airframe(a, column)
+    plant, airframe = get_plant(flight, column), get_airframe(a, column)
+    if is_clear(plant.body):
+        glide(flight, column, air, a, command)
+        return
     wind = add(get_air(air, column).wind, get_gust(flight, column))
-    met = limits(before.actuators, command, armed, PERIOD / SUBSTEPS, airframe)
-    put_limits(flight, column, get_limits(flight, column) | met)
-    plant = before
+    wanted = limited(command, get_is_armed(flight, column), airframe)
     for _ in range(SUBSTEPS):
-        plant = step(plant, command, wind, armed, airframe, PERIOD / SUBSTEPS)
-    put_plant(flight, column, plant)
-    put_energy(flight, column, get_energy(flight, column) + shaft_power(plant.actuators, airframe) * PERIOD)
+        plant = step_near_ground(plant, wanted, wind, airframe, PERIOD / SUBSTEPS)
+    arrive(flight, column, plant, command, airframe, is_touching(plant, airframe))
+
+
+@kernel
+def glide(flight: Any, column: int, air: Any, a: Any, command: Actuators) -> None:  # noqa: ANN401
+    """The same, out of the ground's reach."""
+    plant, airframe = get_plant(flight, column), get_airframe(a, column)
+    wind = add(get_air(air, column).wind, get_gust(flight, column))
+    wanted = limited(command, get_is_armed(flight, column), airframe)
+    plant = step_in_air(plant, wanted, wind, airframe, PERIOD / SUBSTEPS)
+    plant = step_in_air(plant, wanted, wind, airframe, PERIOD / SUBSTEPS)
+    arrive(flight, column, plant, command, airframe, False)
+
+
+@kernel
+def arrive(flight: Any, column: int, plant: Plant, command: Actuators, a: Airframe, on_ground: bool) -> None:  # noqa: ANN401
+    """Put the moved plant in place of the one before."""
+    before = get_plant(flight, column)
+    met = limits(before.actuators, command, get_is_armed(flight, column), PERIOD / SUBSTEPS, a)
+    put_limits(flight, column, get_limits(flight, column) | met)
+    put_energy(flight, column, get_energy(flight, column) + shaft_power(plant.actuators, a) * PERIOD)
     change = scaled(subtract(plant.body.velocity, before.body.velocity), 1.0 / PERIOD)
-    put_estimate(flight, column, observe(plant, change, get_known_wind(flight, column), airframe))
+    put_plant(flight, column, plant)
+    put_estimate(flight, column, observe(plant, change, get_known_wind(flight, column), on_ground))
     put_periods(flight, column, get_periods(flight, column) + 1)
 
 

@@ -25,7 +25,7 @@ from sitl.errors import SitlError
 from sitl.estimation.sensing import SensorNoise
 from sitl.estimation.truth import observe
 from sitl.model.airframe import Airframe, Array
-from sitl.model.ground import FEET, STIFFNESS, feet_aloft
+from sitl.model.ground import FEET, STIFFNESS, feet_aloft, is_touching
 from sitl.model.plant import shaft_power
 from sitl.model.quaternions import Quaternion, from_euler, hover
 from sitl.model.state import Actuators, Body, Plant
@@ -108,7 +108,7 @@ class Simulation:
         self._look: Look | None = None
         self.energy_by_law = dict.fromkeys(Law, 0.0)
         self._energy_told = 0.0
-        self._draws = Draws(seed)
+        self.draws = Draws(seed)
         self._flights = np.zeros(1, record_type(Flight))
         self._samples = np.zeros(0, record_type(Sample))
         self._looks = np.zeros(1, record_type(Look))
@@ -144,14 +144,14 @@ class Simulation:
                       Actuators(*map(float, act)), feet_aloft())  # fmt: skip
         wind = flight.controller.wind.wind
         controller = flight.controller if actuators is None else flight.controller._replace(command=plant.actuators)
-        self._write(flight._replace(plant=plant, controller=controller, estimate=observe(plant, Vector(0.0, 0.0, 0.0), wind, self.airframe)))
+        self._write(flight._replace(plant=plant, controller=controller, estimate=observe(plant, Vector(0.0, 0.0, 0.0), wind, is_touching(plant, self.airframe))))
 
     def _put(self, plant: Plant, course: float) -> None:
         old = self.flight
         wind = wind_estimator.start(self.design.gains.wind)
         states = zero(LawStates)._replace(course=course)
         controller = zero(Controller)._replace(law=int(Law.LANDED), wind=wind, states=states)
-        estimate = observe(plant, Vector(0.0, 0.0, 0.0), wind.wind, self.airframe)
+        estimate = observe(plant, Vector(0.0, 0.0, 0.0), wind.wind, is_touching(plant, self.airframe))
         self._write(Flight(plant, Vector(0.0, 0.0, 0.0), estimate, controller, old.energy, 0, old.periods))
 
     def retune(self, tuning: Tuning) -> None:
@@ -235,6 +235,21 @@ class Simulation:
     def flight(self) -> Flight:
         """The whole state by name; a copy."""
         return named_from(Flight, self._flights[0].item())
+
+    @property
+    def environment(self) -> Environment:
+        """Air and sensors."""
+        return Environment(self._wind, self._gust_rms, GUST_LENGTH, self._sensors)
+
+    @property
+    def design_record(self) -> npt.NDArray[Any]:
+        """The controller's design as the compiled loop takes it, (1,)."""
+        return self._designs
+
+    @property
+    def design_key(self) -> tuple[Any, ...]:
+        """Equal for simulations that can be flown in one block."""
+        return (self.periods, self.design_model, self.tuning)
 
     @property
     def truth(self) -> Plant:
@@ -410,10 +425,10 @@ class Simulation:
     def _fly(self, periods: int, every: int, samples: npt.NDArray[np.void]) -> int:
         self._flights["limits"] = 0
         self._look = None
-        self._airs[0] = plain(Environment(self._wind, self._gust_rms, GUST_LENGTH, self._sensors))
+        self._airs[0] = plain(self.environment)
         kept = 0
         while True:
-            gusts, draws = self._draws.rows(self.periods, gusts=self._gust_rms > 0.0)
+            gusts, draws = self.draws.rows(self.periods, gusts=self._gust_rms > 0.0)
             now = min(periods, len(draws), MAX_PERIODS)
             flown, sampled, noted, end = fly(
                 self._flights, self._references, self._airs, self._designs, self._airframes, gusts, draws, now, every,
@@ -421,14 +436,21 @@ class Simulation:
             )  # fmt: skip
             periods -= flown
             kept += sampled
-            self._note(noted)
+            self._note(self._jump_log[:noted])
             if end not in {loop.FLOWN, loop.JUMPS_FULL}:
-                raise self._failure(end, kept)
+                raise self.failure(end, kept)
             if periods == 0 and end == loop.FLOWN:
                 return kept
 
-    def _note(self, noted: int) -> None:
-        for entry in self._jump_log[:noted]:
+    def continue_from(self, flight: Flight, entries: npt.NDArray[Any]) -> tuple[JumpRecord, ...]:
+        """Go on from where the flight was flown to elsewhere, by the jumps noted there; gives those."""
+        self._write(flight)
+        before = len(self.jumps)
+        self._note(entries)
+        return tuple(self.jumps[before:])
+
+    def _note(self, entries: npt.NDArray[Any]) -> None:
+        for entry in entries:
             record = jump_of(entry, len(self.jumps) + 1, TABLE)
             self.jumps.append(record)
             self._account(record.source, float(entry["energy"]))
@@ -439,7 +461,8 @@ class Simulation:
             self.energy_by_law[Law(law)] += energy - self._energy_told
         self._energy_told = energy
 
-    def _failure(self, end: int, kept: int) -> SitlError:
+    def failure(self, end: int, kept: int = 0) -> SitlError:
+        """What a call of the loop that ended so has to say."""
         at = f"at {self.time:.3f} s"
         if end == loop.UNKNOWN_LAW:
             return UnknownLawError(f"law {self._law_number()} is not one of {', '.join(law.name for law in Law)}")

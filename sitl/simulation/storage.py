@@ -83,6 +83,12 @@ def block_size(kind: type) -> int:
     return sum(1 for _ in leaves(kind))
 
 
+def column_rows(kind: type, *paths: str) -> tuple[int, ...]:
+    """Rows of single leaves in a block, by paths such as ``plant.body.position.z``."""
+    rows = {leaf.path[1:]: leaf.row for leaf in leaves(kind)}
+    return tuple(rows[path] for path in paths)
+
+
 def column(value: tuple[Any, ...]) -> list[float]:
     """A value's leaves as a block's column."""
     return [number for part in value for number in (column(part) if isinstance(part, tuple) else [float(part)])]

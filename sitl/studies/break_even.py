@@ -1,8 +1,8 @@
 """Hover or fly, flown: legs from hover to hover, what the prediction of them is worth, and the break-even distance.
 
 The break-even distance of a leg is where its energy upright and its energy on the wing are the same: shorter legs are
-hovered, longer ones flown. It is predicted by :mod:`sitl.autopilot.decision`, and flown by the whole vehicle under its
-own autopilot, whose leg has ended when the end is within its acceptance and the vehicle upright.
+hovered, longer ones flown. It is predicted by :mod:`sitl.prediction.predictor`, and flown by the whole vehicle under
+its own autopilot, whose leg has ended when the end is within its acceptance and the vehicle upright.
 """
 
 from __future__ import annotations
@@ -14,31 +14,24 @@ from typing import NamedTuple
 import numpy as np
 
 from protocol.dialect import mavlink
+from protocol.dialect.vocabulary import DecisionReason, Law, Way
 from protocol.frames import Geodetic, LocalFrame
 from protocol.plans.mission import MissionItem
 from sitl.airframe import load
 from sitl.autopilot.arena import ARENAS
-from sitl.autopilot.decision import (
-    Abilities,
-    Decision,
-    Leg,
-    Prediction,
-    Way,
-    Why,
-    forbidden,
-    predict_forward,
-    predict_hover,
-)
 from sitl.autopilot.mission import World
 from sitl.autopilot.settings import Settings
-from sitl.craft import Craft
+from sitl.craft import Craft, is_forward
+from sitl.design.forward import can_fly_forward
 from sitl.errors import SitlError
-from sitl.hybrid.supervisor import WINGED, Law
-from sitl.kernels import state
 from sitl.model.airframe import Array
 from sitl.parameters import Bindings, Surroundings
-from sitl.vehicle import TICK, DivergedError, Start, Vehicle
-from sitl.watch import WORTH_DISTANCE
+from sitl.prediction.mode_choice import Decision, forbidden
+from sitl.prediction.point_mass import Prediction
+from sitl.prediction.predictor import Abilities, Leg, predict_forward, predict_hover
+from sitl.simulation.simulation import PERIOD, DivergedError, Simulation, Start
+from sitl.simulation.tuning import Tuning
+from sitl.supervisor.guards import WORTH_DISTANCE
 
 ORIGIN = Geodetic(43.5648, 1.4811, 150.0)
 HEIGHT = 45.0  # of the beginning of a leg [m]
@@ -86,7 +79,7 @@ class Cell(NamedTuple):
     cross_wind: float  # [m/s]
     turn: float  # at their beginning [rad]
     distance: float  # from which on the wing costs less [m]; infinite: not within 300 m
-    barred: Why  # why the wing is no choice for shorter legs, where that is what decides; else NONE
+    barred: DecisionReason  # why the wing is no choice for shorter legs, where that is what decides; else NONE
 
 
 class Error(NamedTuple):
@@ -104,12 +97,12 @@ def abilities(airframe: str = "nominal", airspeed: float = 15.0) -> Abilities:
     Raises:
         SitlError: If the parameter set is unknown or cannot fly forward, or the airspeed is no cruise.
     """
-    vehicle = Vehicle(load(airframe).parameters)
-    if not vehicle.can_fly_forward:
+    parameters = load(airframe).parameters
+    if not can_fly_forward(parameters):
         raise SitlError(f"airframe {airframe} has no trim between hover and wing: every leg is hovered")
     if not 7.0 <= airspeed <= 22.0:
         raise SitlError(f"airspeed {airspeed:g} m/s is not within 7 and 22")
-    return Abilities(vehicle.airframe, True, Settings().hover_speed, airspeed)
+    return Abilities(parameters, Tuning(), True, Settings().hover_speed, airspeed)
 
 
 def fly_leg(leg: Leg, way: Way, airspeed: float = 15.0, airframe: str = "nominal") -> Flown:
@@ -135,8 +128,8 @@ def fly_leg(leg: Leg, way: Way, airspeed: float = 15.0, airframe: str = "nominal
     try:
         while not arrived and vehicle.time - time < TOO_LONG:
             craft.advance(SAMPLE)
-            tipped |= vehicle.law in WINGED
-            heights.append(float(vehicle.plant[state.P + 2]))
+            tipped |= is_forward(vehicle.law)
+            heights.append(vehicle.truth.body.position.z)
             arrived = autopilot.mission is not None and autopilot.mission.finished
     except DivergedError:
         arrived = False
@@ -155,12 +148,12 @@ def fly_leg(leg: Leg, way: Way, airspeed: float = 15.0, airframe: str = "nominal
 
 def _hovering(leg: Leg, settings: Settings, airframe: str) -> Craft:
     """A craft that hovers in the wind where a leg to the north begins, turned away from it."""
-    vehicle = Vehicle(load(airframe).parameters, start=Start(up=HEIGHT, airborne=True, heading=-leg.turn))
+    vehicle = Simulation(load(airframe).parameters, start=Start(up=HEIGHT, airborne=True, heading=-leg.turn))
     speed = math.hypot(leg.tail_wind, leg.cross_wind)
     azimuth = math.degrees(math.atan2(leg.cross_wind, -leg.tail_wind))
     bindings = Bindings(settings, vehicle.tuning, Surroundings(speed, azimuth, battery=1e9))
     craft = Craft(vehicle, World(LocalFrame(ORIGIN), ARENAS["open"]), bindings, airborne=True)
-    craft.advance(round(CALMING / TICK))
+    craft.advance(round(CALMING / PERIOD))
     return craft
 
 
@@ -178,7 +171,7 @@ def fly_mission(items: Sequence[MissionItem], way: Way, least_leg: float = 25.0,
         least_leg: DRK_FWD_LEG, shorter legs are hovered [m].
         airframe: Parameter set.
     """
-    vehicle = Vehicle(load(airframe).parameters)
+    vehicle = Simulation(load(airframe).parameters)
     bindings = Bindings(Settings(way=int(way), least_leg=least_leg), vehicle.tuning, Surroundings(battery=1e9))
     craft = Craft(vehicle, World(LocalFrame(ORIGIN), ARENAS["open"]), bindings)
     autopilot = craft.autopilot
@@ -208,7 +201,7 @@ def draw(legs: int, able: Abilities, seed: int = 1, *, forward: bool) -> list[tu
         distance = math.exp(random.uniform(math.log(10.0), math.log(LONGEST)))
         leg = Leg(distance, float(climb), float(tail), float(cross), float(turn), HEIGHT + min(float(climb), 0.0))
         airspeed = float(random.uniform(10.0, 18.0))
-        if not forward or barred(leg, able) is Why.NONE:
+        if not forward or barred(leg, able) is DecisionReason.NONE:
             drawn.append((leg, airspeed))
     return drawn
 
@@ -233,10 +226,10 @@ def _sizes(relative: Array) -> tuple[float, float, float]:
     return float(np.median(size)), float(np.quantile(size, 0.9)), float(relative.mean())
 
 
-def barred(leg: Leg, able: Abilities) -> Why:
+def barred(leg: Leg, able: Abilities) -> DecisionReason:
     """Why a leg cannot be flown on the wing whatever it costs, or NONE; DRK_FWD_LEG does not count."""
     why = forbidden(leg, able)
-    return Why.TOO_SHORT if why is Why.NONE and leg.distance < SHORTEST else why
+    return DecisionReason.TOO_SHORT if why is DecisionReason.NONE and leg.distance < SHORTEST else why
 
 
 Saving = Callable[[float], float]  # of the wing against the hover, over the distance [J]
@@ -257,7 +250,7 @@ def predicted(able: Abilities, climb: float, tail: float = 0.0, cross: float = 0
         leg = Leg(distance, climb, tail, cross, turn)
         return predict_hover(leg, able).energy - predict_forward(leg, able).energy
 
-    return _seek(saving, able, Cell(climb, tail, cross, turn, math.inf, Why.ENERGY), DISTANCES)
+    return _seek(saving, able, Cell(climb, tail, cross, turn, math.inf, DecisionReason.ENERGY), DISTANCES)
 
 
 def flown(
@@ -277,14 +270,14 @@ def flown(
 
 def _seek(saving: Saving, able: Abilities, cell: Cell, distances: Array) -> Cell:
     """Where the last change from loss to gain is among the distances allowed, then by bisection."""
-    fine = [float(d) for d in NARROW if barred(Leg(float(d), cell.climb), able) is Why.NONE]
+    fine = [float(d) for d in NARROW if barred(Leg(float(d), cell.climb), able) is DecisionReason.NONE]
     if not fine:
-        return cell._replace(distance=math.inf, barred=Why.TOO_STEEP)
+        return cell._replace(distance=math.inf, barred=DecisionReason.TOO_STEEP)
     least = fine[0]
     tried = sorted({least, *(float(d) for d in distances if d > least)})
     gains = [saving(d) > 0.0 for d in tried]
     if not gains[-1]:
-        return cell._replace(distance=math.inf, barred=Why.ENERGY)
+        return cell._replace(distance=math.inf, barred=DecisionReason.ENERGY)
     losses = [i for i, gain in enumerate(gains) if not gain]
     if not losses:
         shorter = barred(Leg(0.98 * least, cell.climb), able)
@@ -293,7 +286,7 @@ def _seek(saving: Saving, able: Abilities, cell: Cell, distances: Array) -> Cell
     while high - low > CLOSE:
         middle = 0.5 * (low + high)
         low, high = (low, middle) if saving(middle) > 0.0 else (middle, high)
-    return cell._replace(distance=0.5 * (low + high), barred=Why.NONE)
+    return cell._replace(distance=0.5 * (low + high), barred=DecisionReason.NONE)
 
 
 def table(able: Abilities) -> list[Cell]:

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sitl.autopilot.decision import Abilities, Leg, Why, predict_forward, predict_hover
+from protocol.dialect.vocabulary import DecisionReason
 from sitl.errors import SitlError
 from sitl.model.airframe import Array
+from sitl.prediction.predictor import Abilities, Leg, predict_forward, predict_hover
 from sitl.studies.break_even import LONGEST, SHORTEST, TURNS, Cell, barred
 
 if TYPE_CHECKING:
@@ -30,7 +31,7 @@ def saving(able: Abilities, climb: float, turn: float) -> Array:
     for row, wind in enumerate(WINDS):
         for column, distance in enumerate(DISTANCES):
             leg = Leg(float(distance), climb, float(wind), turn=turn)
-            if barred(leg, able) is Why.NONE:
+            if barred(leg, able) is DecisionReason.NONE:
                 hover, wing = predict_hover(leg, able), predict_forward(leg, able)
                 saved[row, column] = 100.0 * (1.0 - wing.energy / hover.energy)
     return np.asarray(np.clip(saved, LEVELS[0], LEVELS[-1]))

@@ -19,12 +19,12 @@ from sitl.airframe import load
 from sitl.autopilot.arena import ARENAS
 from sitl.autopilot.mission import World
 from sitl.autopilot.settings import Settings
-from sitl.craft import Craft
+from sitl.craft import Craft, is_forward
 from sitl.errors import SitlError
-from sitl.hybrid.supervisor import WINGED, Law
+from protocol.dialect.vocabulary import Law
 from sitl.model.airframe import Airframe, Array
 from sitl.parameters import Bindings, Surroundings
-from sitl.vehicle import DivergedError, Start, Vehicle
+from sitl.simulation.simulation import DivergedError, Simulation, Start
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -132,8 +132,8 @@ def fly(drawn: Draw, airframe: str = "nominal") -> Result:
 def flown(drawn: Draw, airframe: str = "nominal") -> tuple[Result, Array]:
     """Fly one draw and keep where it went: (n, 4), position in world NWU [m] and whether it was on the wing."""
     believed = load(airframe).parameters
-    vehicle = Vehicle(
-        perturbed(believed, drawn.scale), seed=drawn.seed, believed=believed, start=Start(up=HEIGHT, airborne=True)
+    vehicle = Simulation(
+        perturbed(believed, drawn.scale), seed=drawn.seed, design_model=believed, start=Start(up=HEIGHT, airborne=True)
     )
     world = World(LocalFrame(ORIGIN), ARENAS["open"])
     air = Surroundings(drawn.wind_speed, math.degrees(drawn.wind_from), drawn.gusts, battery=1e6)
@@ -145,8 +145,7 @@ def flown(drawn: Draw, airframe: str = "nominal") -> tuple[Result, Array]:
     try:
         while not _finished(craft) and vehicle.time < TOO_LONG:
             craft.advance(SAMPLE)
-            x = vehicle.plant
-            rows.append((float(x[0]), float(x[1]), float(x[2]), float(vehicle.law in WINGED)))
+            rows.append((*vehicle.truth.body.position, float(is_forward(vehicle.law))))
     except DivergedError as error:
         fault = str(error).split(":")[0]
     if not fault and not _finished(craft):
@@ -159,7 +158,7 @@ def _finished(craft: Craft) -> bool:
     return craft.autopilot.mission is not None and craft.autopilot.mission.finished
 
 
-def _result(drawn: Draw, vehicle: Vehicle, rows: Array, fault: str) -> Result:
+def _result(drawn: Draw, vehicle: Simulation, rows: Array, fault: str) -> Result:
     p, winged = rows[:, :3], rows[:, 3] > 0.0
     lowest = float(p[:, 2].min())
     if not fault and lowest < LOWEST:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sitl.errors import SitlError
-from sitl.hybrid.supervisor import Law
+from protocol.dialect.vocabulary import Law
 from sitl.model.airframe import Array
 from sitl.studies.report import nose_elevation
 from sitl.studies.scenario import Scenario, Track

@@ -14,6 +14,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from protocol.dialect.vocabulary import Law, Reason
+from sitl.hybrid.automaton import mermaid
 from sitl.supervisor import guards as g
 from sitl.supervisor import resets as r
 from sitl.supervisor.guards import Guard
@@ -208,3 +209,8 @@ TABLE: dict[Law, tuple[Jump, ...]] = {
         ),
     ),
 }
+
+
+def diagram() -> str:
+    """The table as a Mermaid state diagram, for the documentation."""
+    return mermaid(TABLE, lambda law: law.name)

@@ -12,7 +12,7 @@ from protocol import frames, units
 from protocol.codec import Message
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law
-from sitl.autopilot.decision import Decision
+from sitl.prediction.mode_choice import Decision
 from sitl.simulation.recording import JumpRecord
 from sitl.wire.snapshot import Picture
 
@@ -100,7 +100,7 @@ def decision(ms: int, seq: int, made: Decision) -> Message:
         forward_energy=made.forward.energy,
         seq=seq,
         way=made.way,
-        reason=made.why,
+        reason=made.reason,
     )
 
 

@@ -15,7 +15,7 @@ from typing import Any
 from protocol.engines.ftp import crc32
 from sitl.autopilot.settings import Settings
 from sitl.parameters import TABLE, Bindings, Entry, Surroundings
-from sitl.vehicle import Tuning
+from sitl.simulation.tuning import Tuning
 
 __all__ = ["FOLDER", "GENERAL_URI", "default_values", "general_crc", "metadata_files"]
 

@@ -11,7 +11,7 @@ from sitl.craft import Craft
 from sitl.errors import SitlError
 from sitl.memory import Keep, Memory
 from sitl.parameters import Bindings, Surroundings
-from sitl.vehicle import Tuning
+from sitl.simulation.tuning import Tuning
 
 WARNING = mavlink.MAV_SEVERITY_WARNING
 

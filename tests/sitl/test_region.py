@@ -13,7 +13,6 @@ from sitl.design.lqr import hover_gains, lqr
 from sitl.design.region import Certificate, certify
 from sitl.errors import SitlError
 from sitl.laws import hover_linear
-from sitl.laws.allocation import allocate
 from sitl.studies.region import (
     BANDS,
     LEVEL,

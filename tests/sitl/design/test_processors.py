@@ -4,12 +4,11 @@ import os
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
-import pytest
 from numpy._core._multiarray_umath import __cpu_dispatch__ as numpy_dispatch
 
-from tests.support.paths import ROOT
-
+ROOT = Path(__file__).parents[3]
 OLD = {
     "GLIBC_TUNABLES": "glibc.cpu.hwcaps=-AVX,-AVX2,-FMA,-FMA4,-AVX512F",
     "NPY_DISABLE_CPU_FEATURES": " ".join(numpy_dispatch),
@@ -32,7 +31,6 @@ def digest(choice):
     return ran.stdout.split()
 
 
-@pytest.mark.timeout(120) if hasattr(pytest.mark, "never") else (lambda test: test)
 def test_every_processor_designs_the_same_numbers():
     with ThreadPoolExecutor(2) as two:
         found = list(two.map(digest, PROCESSORS))

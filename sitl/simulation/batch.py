@@ -1,0 +1,119 @@
+"""Batches: thousands of simulations flown together on all cores, each bit for bit as if flown alone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from itertools import groupby
+
+import numpy as np
+
+from sitl.control.reference import Reference
+from sitl.errors import SitlError
+from sitl.model.airframe import Airframe, Array
+from sitl.simulation.block import JUMPS_FULL, WIDTH, fly_block
+from sitl.simulation.flight import Environment, Flight, JumpEntry, Sample
+from sitl.simulation.loop import DIVERGED, FLOWN
+from sitl.simulation.noise import BLOCK
+from sitl.simulation.recording import Recording
+from sitl.simulation.simulation import Simulation, whole_periods
+from sitl.simulation.storage import column, from_column, record_type
+
+MAX_JUMPS = 256  # of a flight in one call
+
+
+def fly_batch(
+    simulations: Iterable[Simulation], seconds: float, *, rate: float | None = None, threads: int = 2
+) -> list[Recording]:
+    """Fly simulations for a time, side by side; each ends as if it had been flown alone.
+
+    They may differ in everything: airframe, seed, start, wind, reference, law. Those with the same tuning and design
+    model, begun at the same time, share vector instructions, the more the longer they are under the same hover law.
+
+    Args:
+        simulations: What to fly, changed in place.
+        seconds: How long, a whole number of control periods.
+        rate: Samples a second to be recorded; none by default.
+        threads: How many cores to use.
+
+    Returns:
+        A recording of every simulation, in order; without a rate, recordings of no samples with the jumps.
+
+    Raises:
+        SitlError: If a flight diverged, jumped without end or more than MAX_JUMPS times; all others were flown.
+    """
+    flown = list(simulations)
+    periods = whole_periods(seconds)
+    order = sorted(range(len(flown)), key=lambda i: (flown[i].design_key, i))
+    groups = [list(group) for _, group in groupby(order, key=lambda i: flown[i].design_key)]
+    blocks = [
+        _Block([flown[i] for i in group[first : first + WIDTH]], periods, rate)
+        for group in groups
+        for first in range(0, len(group), WIDTH)
+    ]
+    with ThreadPoolExecutor(threads) as pool:
+        list(pool.map(_Block.fly, blocks))
+    recordings = {id(simulation): recording for block in blocks for simulation, recording in block.finished()}
+    faults = [fault for block in blocks for fault in block.faults]
+    if faults:
+        raise SitlError(f"{len(faults)} of {len(flown)} flights failed; the first: {faults[0]}")
+    return [recordings[id(simulation)] for simulation in flown]
+
+
+class _Block:
+    """Up to WIDTH simulations of one design; empty columns fly along with the first and are forgotten."""
+
+    def __init__(self, simulations: Sequence[Simulation], periods: int, rate: float | None) -> None:
+        self.simulations = list(simulations)
+        self.faults: list[str] = []
+        self._periods, self._every = periods, whole_periods(1.0 / rate) if rate else 1
+        padded = [*self.simulations, *[self.simulations[0]] * (WIDTH - len(self.simulations))]
+        self._flights = _columns([simulation.flight for simulation in padded])
+        self._references = _columns([simulation.reference for simulation in padded])
+        self._airs = _columns([simulation.environment for simulation in padded])
+        self._airframes = _columns([simulation.airframe for simulation in padded])
+        self._gusty = any(simulation.environment.gust_rms > 0.0 for simulation in padded)
+        self._samples = np.zeros((WIDTH, -(-periods // self._every) if rate else 0), record_type(Sample))
+        self._jumps = np.zeros((WIDTH, MAX_JUMPS), record_type(JumpEntry))
+        self._noted, self._ends = np.zeros(WIDTH, np.int64), np.zeros(WIDTH, np.int64)
+
+    def fly(self) -> None:
+        """Fly all periods."""
+        design, first = self.simulations[0].design_record, self.simulations[0].periods
+        done = kept = 0
+        while done < self._periods:
+            now = min(self._periods - done, BLOCK - (first + done) % BLOCK)
+            gusts, draws = self._draw(first + done, now)
+            kept += fly_block(
+                self._flights, self._references, self._airs, design, self._airframes, gusts, draws, now, self._every,
+                self._samples[:, kept:], self._jumps, self._noted, self._ends,
+            )  # fmt: skip
+            done += now
+
+    def finished(self) -> list[tuple[Simulation, Recording]]:
+        """Give every simulation its flight back."""
+        done = []
+        for i, simulation in enumerate(self.simulations):
+            jumps = simulation.continue_from(from_column(Flight, self._flights[:, i]), self._jumps[i, : self._noted[i]])
+            done.append((simulation, Recording.of(self._samples[i], jumps)))
+            end = int(self._ends[i]) or (FLOWN if np.isfinite(self._flights[:17, i]).all() else DIVERGED)
+            if end == JUMPS_FULL:
+                self.faults.append(f"more than {MAX_JUMPS} jumps in one call")
+            elif end != FLOWN:
+                self.faults.append(str(simulation.failure(end)))
+        return done
+
+    def _draw(self, period: int, count: int) -> tuple[Array, Array]:
+        """Draws of all columns from a period on, (n, 3, WIDTH) and (n, 5, WIDTH)."""
+        gusts, draws = np.zeros((count if self._gusty else 0, 3, WIDTH)), np.zeros((count, 5, WIDTH))
+        for i, simulation in enumerate(self.simulations):
+            own = simulation.environment.gust_rms > 0.0
+            gust, sensed = simulation.draws.rows(period, gusts=own)
+            draws[:, :, i] = sensed[:count, :, 0]
+            if own:
+                gusts[:, :, i] = gust[:count, :, 0]
+        return gusts, draws
+
+
+def _columns(values: Sequence[Flight] | Sequence[Reference] | Sequence[Environment] | Sequence[Airframe]) -> Array:
+    return np.ascontiguousarray(np.array([column(value) for value in values]).T)

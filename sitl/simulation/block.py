@@ -1,0 +1,191 @@
+"""The compiled loop of a block: as many flights side by side as vector instructions take, each the same as alone.
+
+A phase is a loop over the block's columns around the same functions that fly a single flight. Where all flights of a
+block are out of the ground's reach and under one of the laws in ``VECTOR_LAWS``, such a loop becomes vector code;
+else the flights take turns. Neither changes a bit of any flight.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from protocol.dialect.vocabulary import Law
+from sitl.compiled import entry, subroutine
+from sitl.model.airframe import Array
+from sitl.model.ground import CLEAR
+from sitl.simulation.dispatch import COMPILED
+from sitl.simulation.flight import Flight, age, blow, glide, move, sense
+from sitl.simulation.loop import MAX_CHAIN, due_now, keep, take
+from sitl.simulation.storage import access, column_rows
+from sitl.model.state import Actuators
+
+WIDTH = 16  # flights in a block
+ZENO, JUMPS_FULL = 2, 4
+
+_tick, _needs, _watch, _due, _jump, _is_known, _values = COMPILED
+get_law, get_command = access(Flight, "controller.law").get, access(Flight, "controller.command").get
+get_periods = access(Flight, "periods").get
+HEIGHT, LAW = column_rows(Flight, "plant.body.position.z", "controller.law")
+LINEAR, ZERO_MOMENT = Law.HOVER_LINEAR.value, Law.HOVER_ZERO_MOMENT.value
+MIXED = -1
+
+
+@subroutine
+def common_law(block: Array) -> int:
+    """The law that all flights of a block are under, or MIXED."""
+    for column in range(1, WIDTH):
+        if block[LAW, column] != block[LAW, 0]:
+            return MIXED
+    return int(block[LAW, 0])
+
+
+@subroutine
+def are_clear(block: Array) -> bool:
+    """Whether the ground is out of the reach of all flights of a block."""
+    lowest = block[HEIGHT, 0]
+    for column in range(1, WIDTH):
+        lowest = min(lowest, block[HEIGHT, column])
+    return lowest > CLEAR
+
+
+@subroutine
+def blow_all(block: Array, air: Array, gusts: Array, row: int) -> None:
+    """The gusts of all flights."""
+    for column in range(WIDTH):
+        blow(block, column, air, gusts, row)
+
+
+@subroutine
+def sense_all(block: Array, air: Array, design: Any, a: Array, draws: Array, row: int) -> None:  # noqa: ANN401
+    """The wind estimates of all flights."""
+    for column in range(WIDTH):
+        sense(block, column, air, design, a, draws, row)
+
+
+@subroutine
+def tick_all(law: int, block: Array, reference: Array, design: Any) -> None:  # noqa: ANN401
+    """The commands of all flights."""
+    if law == LINEAR:
+        for column in range(WIDTH):
+            _tick(LINEAR, block, column, reference, design)
+    elif law == ZERO_MOMENT:
+        for column in range(WIDTH):
+            _tick(ZERO_MOMENT, block, column, reference, design)
+    else:
+        for column in range(WIDTH):
+            _tick(get_law(block, column), block, column, reference, design)
+
+
+@subroutine
+def move_all(block: Array, air: Array, a: Array, in_force: Array) -> None:
+    """The plants of all flights."""
+    if are_clear(block):
+        for column in range(WIDTH):
+            command = Actuators(in_force[0, column], in_force[1, column], in_force[2, column], in_force[3, column])
+            glide(block, column, air, a, command)
+    else:
+        for column in range(WIDTH):
+            command = Actuators(in_force[0, column], in_force[1, column], in_force[2, column], in_force[3, column])
+            move(block, column, air, a, command)
+    for column in range(WIDTH):
+        age(block, column)
+
+
+@subroutine
+def watch_all(law: int, block: Array, reference: Array, design: Any, rows: npt.NDArray[np.int64]) -> bool:  # noqa: ANN401
+    """The jumps that are due, into ``rows`` (WIDTH,); whether there is one."""
+    if law == LINEAR:
+        for column in range(WIDTH):
+            rows[column] = _due(LINEAR, _watch(_needs(LINEAR), block, column, reference, design))
+    elif law == ZERO_MOMENT:
+        for column in range(WIDTH):
+            rows[column] = _due(ZERO_MOMENT, _watch(_needs(ZERO_MOMENT), block, column, reference, design))
+    else:
+        for column in range(WIDTH):
+            rows[column] = due_now(block, column, reference, design)
+    due = -1
+    for column in range(WIDTH):
+        due = max(due, rows[column])
+    return due >= 0
+
+
+@subroutine
+def take_all(
+    block: Array, reference: Array, design: Any, rows: Any, jumps: Any, noted: Any, ends: Any  # noqa: ANN401
+) -> None:
+    """Take the jumps that are due, chains of them as well."""
+    for column in range(WIDTH):
+        chain = 0
+        row = rows[column]
+        while row >= 0 and ends[column] == 0:
+            if chain == MAX_CHAIN or noted[column] == jumps.shape[1]:
+                ends[column] = ZENO if chain == MAX_CHAIN else JUMPS_FULL
+                break
+            take(block, column, row, reference, design, jumps[column, noted[column]])
+            noted[column] += 1
+            chain += 1
+            row = due_now(block, column, reference, design)
+
+
+@entry
+def fly_block(
+    block: Array,
+    reference: Array,
+    air: Array,
+    designs: npt.NDArray[Any],
+    a: Array,
+    gusts: Array,
+    draws: Array,
+    periods: int,
+    every: int,
+    samples: npt.NDArray[Any],
+    jumps: npt.NDArray[Any],
+    noted: npt.NDArray[np.int64],
+    ends: npt.NDArray[np.int64],
+) -> int:
+    """Fly a block of flights for some control periods, taking every jump that falls due.
+
+    Args:
+        block: The flights, a column each, changed in place, (rows of Flight, WIDTH).
+        reference: Where to fly, (rows of Reference, WIDTH).
+        air: Air and sensors, (rows of Environment, WIDTH).
+        designs: The controller of all of them, a record of Design, (1,).
+        a: The airframes as they are, (rows of Airframe, WIDTH).
+        gusts: Unit normals of the gusts, (n, 3, WIDTH); n is 0 without gusts.
+        draws: Unit normals of the sensors, (n, 5, WIDTH).
+        periods: How many control periods to fly.
+        every: Periods between samples, which are taken after the jumps of their instant.
+        samples: Receives Sample records, (WIDTH, n).
+        jumps: Receives JumpEntry records, (WIDTH, n).
+        noted: How many jumps each flight has noted, counted on, (WIDTH,).
+        ends: Why a flight cannot go on, 0 while it can, (WIDTH,).
+
+    Returns:
+        Samples written of each flight.
+    """
+    design = designs[0]
+    rows, in_force = np.empty(WIDTH, np.int64), np.empty((4, WIDTH))
+    kept = 0
+    for done in range(periods + 1):
+        law = common_law(block)
+        if watch_all(law, block, reference, design, rows):
+            take_all(block, reference, design, rows, jumps, noted, ends)
+            law = common_law(block)
+        if done == periods:
+            break
+        if kept < samples.shape[1] and get_periods(block, 0) % every == 0:
+            for column in range(WIDTH):
+                keep(block, column, reference, design, samples[column, kept])
+            kept += 1
+        blow_all(block, air, gusts, done)
+        sense_all(block, air, design, a, draws, done)
+        for column in range(WIDTH):
+            command = get_command(block, column)
+            in_force[0, column], in_force[1, column] = command.left_motor, command.right_motor
+            in_force[2, column], in_force[3, column] = command.left_elevon, command.right_elevon
+        tick_all(law, block, reference, design)
+        move_all(block, air, a, in_force)
+    return kept

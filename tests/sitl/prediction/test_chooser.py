@@ -1,0 +1,91 @@
+"""The autopilot's chooser: chains of legs in the wind as it is, settings and tuning as they are."""
+
+import math
+
+import pytest
+
+from protocol.dialect.vocabulary import DecisionReason, Way
+from protocol.frames import Geodetic, LocalFrame
+from sitl.airframe import load
+from sitl.autopilot.arena import ARENAS
+from sitl.autopilot.guidance import View
+from sitl.autopilot.mission import World
+from sitl.autopilot.settings import Settings
+from sitl.craft import Craft
+from sitl.parameters import Bindings, Surroundings
+from sitl.prediction.chooser import LEGS_AHEAD, Chooser, LegEnd
+from sitl.prediction.predictor import Leg
+from sitl.simulation.simulation import Simulation
+from sitl.simulation.tuning import Tuning
+
+NOMINAL = load("nominal").parameters
+ORIGIN = Geodetic(43.5648, 1.4811, 150.0)
+MIN_LEG = 15.1  # [m]
+VIEW = View(0.0, (0.0, 0.0, 20.0), (0.0, 0.0, 0.0), 0.0, 0.0, False, 1.0)
+# Uphill into a strong wind that carries the upright vehicle: the hover is cheap but slow.
+UPHILL = Leg(60.0, 57.0, -6.8, -1.7, 3.0)
+
+
+def test_a_leg_the_hover_wins_is_flown_when_only_the_wing_keeps_the_deadline():
+    course = UPHILL.turn
+    c, s = math.cos(course), math.sin(course)
+    wind = (c * UPHILL.tail_wind - s * UPHILL.cross_wind, s * UPHILL.tail_wind + c * UPHILL.cross_wind, 0.0)
+    end = (c * UPHILL.distance, s * UPHILL.distance, 20.0 + UPHILL.climb)
+
+    def choose(leg_time):
+        chooser = Chooser(NOMINAL, Tuning(), can_fly_forward=True)
+        asked = Settings(least_leg=MIN_LEG, leg_time=leg_time)
+        return chooser.choose(VIEW._replace(wind=wind), VIEW.p, [LegEnd(end)], asked, 18.6)[0]
+
+    free = choose(0.0)
+    assert (free.way, free.reason) == (Way.HOVER, DecisionReason.ENERGY)
+    assert free.forward.time < free.hover.time
+    pressed = choose(0.5 * (free.forward.time + free.hover.time))
+    assert (pressed.way, pressed.reason) == (Way.FORWARD, DecisionReason.DEADLINE)
+    assert pressed.forward.energy > pressed.hover.energy
+    assert choose(1.1 * free.hover.time).way is Way.HOVER
+
+
+def test_a_chain_is_decided_as_far_as_the_vehicle_looks_and_its_first_leg_is_reported():
+    chooser = Chooser(NOMINAL, Tuning(), can_fly_forward=True)
+    ends = [LegEnd((100.0 * i, 0.0, 20.0), seq=i) for i in range(1, 12)]
+    made = chooser.choose(VIEW, VIEW.p, ends, Settings(), 15.0)
+    assert len(made) == LEGS_AHEAD
+    assert all(decision.way is Way.FORWARD for decision in made)
+    assert chooser.made() == [(1, made[0])]
+    assert chooser.made() == []
+
+
+def test_legs_are_seen_in_the_wind_along_and_across_them():
+    chooser = Chooser(NOMINAL, Tuning(), can_fly_forward=True)
+    ends = [LegEnd((0.0, 60.0, 25.0)), LegEnd((0.0, 20.0, 22.0))]  # to the west, and back
+    out, back = chooser.choose(VIEW._replace(wind=(1.0, 2.0, 0.0)), VIEW.p, ends, Settings(), 15.0)
+    assert out.leg == pytest.approx(Leg(60.0, 5.0, 2.0, -1.0, 0.5 * math.pi, 20.0))
+    assert back.leg == pytest.approx(Leg(40.0, -3.0, -2.0, 1.0, math.pi, 22.0))
+
+
+def test_changed_parameters_change_the_prediction_in_flight():
+    tuning, slower = Tuning(), Tuning(v_enter=5.0, kpd=0.8)
+    bindings = Bindings(Settings(way=Way.HOVER), tuning, Surroundings())
+    craft = Craft(Simulation(NOMINAL), World(LocalFrame(ORIGIN), ARENAS["open"]), bindings)
+    chooser = craft.autopilot.chooser
+
+    def energy():
+        return chooser.energy(VIEW, VIEW.p, (40.0, 0.0, 20.0), bindings.settings, flying=False)
+
+    assert chooser.airframe == NOMINAL
+    before = energy()
+    craft.bind(bindings._replace(tuning=slower))
+    assert craft.vehicle.tuning == chooser.tuning == slower
+    after = energy()
+    craft.bind(bindings)
+    assert after > 1.03 * before
+    assert energy() == before
+
+
+def test_the_prediction_is_of_the_airframe_that_the_laws_are_designed_for():
+    real = NOMINAL._replace(m=1.2 * NOMINAL.m)
+    bindings = Bindings(Settings(), Tuning(), Surroundings())
+    vehicle = Simulation(real, design_model=NOMINAL)
+    craft = Craft(vehicle, World(LocalFrame(ORIGIN), ARENAS["open"]), bindings)
+    assert craft.autopilot.chooser.airframe == NOMINAL

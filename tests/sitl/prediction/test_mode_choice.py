@@ -1,0 +1,117 @@
+"""Hover or cruise: what is chosen by the predictions."""
+
+import math
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from protocol.dialect.vocabulary import DecisionReason, Way
+from sitl.airframe import load
+from sitl.prediction.mode_choice import decide, forbidden, plan
+from sitl.prediction.predictor import Abilities, Leg, predict_forward, predict_hover
+from sitl.simulation.tuning import Tuning
+
+NOMINAL = load("nominal").parameters
+ABLE = Abilities(NOMINAL, Tuning(), can_fly_forward=True, hover_speed=3.0, airspeed=15.0)
+MIN_LEG = 15.1  # [m]
+
+legs = st.builds(
+    Leg,
+    distance=st.floats(5.0, 200.0),
+    climb=st.floats(-20.0, 20.0),
+    tail_wind=st.floats(-3.0, 3.0),
+    cross_wind=st.floats(-3.0, 3.0),
+    turn=st.floats(0.0, math.pi),
+)
+ways = st.sampled_from(Way)
+
+
+def cost(decisions):
+    """Predicted energy of the ways chosen [J]."""
+    return sum((d.forward if d.way is Way.FORWARD else d.hover).energy for d in decisions)
+
+
+def test_a_long_leg_is_flown_and_a_short_one_after_a_turn_hovered():
+    long, short = Leg(120.0, 0.0, turn=1.6), Leg(20.0, 0.0, turn=1.6)
+    chosen = [decide(leg, ABLE, MIN_LEG) for leg in (long, short)]
+    assert [(d.way, d.reason) for d in chosen] == [
+        (Way.FORWARD, DecisionReason.ENERGY),
+        (Way.HOVER, DecisionReason.ENERGY),
+    ]
+    assert cost(chosen) == min(d.energy for d in chosen[0][1:3]) + min(d.energy for d in chosen[1][1:3])
+
+
+@pytest.mark.parametrize(
+    ("leg", "able", "reason"),
+    [
+        (Leg(100.0, 0.0), ABLE._replace(can_fly_forward=False), DecisionReason.NO_TRIM),
+        (Leg(100.0, 0.0, height=2.0), ABLE, DecisionReason.TOO_LOW),
+        (Leg(20.0, 25.0), ABLE, DecisionReason.TOO_STEEP),
+        (Leg(50.0, -20.0), ABLE, DecisionReason.TOO_STEEP),
+        (Leg(14.0, 0.0), ABLE, DecisionReason.TOO_SHORT),
+    ],
+)
+def test_what_bars_the_wing_is_said_even_against_a_command(leg, able, reason):
+    for asked in (Way.NONE, Way.FORWARD):
+        decision = decide(leg, able, MIN_LEG, asked)
+        assert (decision.way, decision.reason) == (Way.HOVER, reason)
+
+
+def test_a_stop_that_makes_a_leg_late_counts():
+    """The leg before one that must be hovered ends at rest, and that has to happen within its deadline."""
+    first, steep = Leg(28.0, 0.0, turn=1.6), Leg(5.0, 20.0)
+    whole, through = (predict_forward(first, ABLE, end=end) for end in (True, False))
+    hover = predict_hover(first, ABLE)
+    between = 0.5 * (through.time + min(whole.time, hover.time))
+    assert through.time < between < min(whole.time, hover.time)
+    chosen = plan([first, steep], ABLE._replace(deadline=between), MIN_LEG, [Way.NONE] * 2)
+    assert [d.way for d in chosen] == [d.way for d in plan([first, steep], ABLE, MIN_LEG, [Way.NONE] * 2)]
+
+
+def test_legs_in_a_row_share_their_transitions():
+    row = [Leg(60.0, 0.0)] * 3
+    together = plan(row, ABLE, MIN_LEG, [Way.NONE] * 3)
+    assert all(d.way is Way.FORWARD for d in together)
+    assert cost(together) < 0.6 * sum(cost([decide(leg, ABLE, MIN_LEG)]) for leg in row)
+
+
+@given(st.lists(legs, min_size=1, max_size=4))
+@settings(max_examples=25)
+def test_a_plan_is_never_worse_than_either_pure_way(row):
+    count = len(row)
+    free, hovered, flown = (cost(plan(row, ABLE, MIN_LEG, [way] * count)) for way in (Way.NONE, Way.HOVER, Way.FORWARD))
+    assert free <= min(hovered, flown) + 1e-6
+
+
+@given(st.lists(st.tuples(legs, ways), min_size=1, max_size=4))
+@settings(max_examples=25)
+def test_what_is_asked_is_done_unless_it_is_impossible(row):
+    asked = [way for _, way in row]
+    for (leg, wanted), made in zip(row, plan([leg for leg, _ in row], ABLE, MIN_LEG, asked), strict=True):
+        barred = forbidden(leg, ABLE) is not DecisionReason.NONE or leg.distance < MIN_LEG
+        if wanted is Way.HOVER or (wanted is Way.FORWARD and not barred):
+            assert made.way is wanted
+        if barred:
+            assert made.way is Way.HOVER
+
+
+@given(st.lists(legs, min_size=1, max_size=3), st.floats(1.0, 60.0))
+@settings(max_examples=15)
+def test_a_deadline_never_makes_a_plan_cheaper_nor_later(row, deadline):
+    count = len(row)
+    free = plan(row, ABLE, MIN_LEG, [Way.NONE] * count)
+    pressed = plan(row, ABLE._replace(deadline=deadline), MIN_LEG, [Way.NONE] * count)
+
+    def late(decisions):
+        return sum((d.forward if d.way is Way.FORWARD else d.hover).time > deadline for d in decisions)
+
+    assert late(pressed) <= late(free)
+    assert cost(pressed) >= cost(free) - 1e-6
+
+
+@given(legs, st.floats(15.1, 250.0))
+@settings(max_examples=20)
+def test_a_greater_least_leg_only_takes_the_wing_away(leg, least):
+    now, then = (decide(leg, ABLE, limit).way for limit in (MIN_LEG, least))
+    assert then is Way.HOVER or now is Way.FORWARD
