@@ -16,13 +16,16 @@ from pathlib import Path
 from platformdirs import user_cache_path
 
 COMPILED = (
-    "kernels/*.py",
-    "laws/*.py",
-    "flow.py",
-    "watch.py",
-    "memory_layout.py",
-    "hybrid/conditions.py",
+    "compiled.py",
+    "model/*.py",
+    "control/*.py",
+    "design/*.py",
+    "estimation/*.py",
+    "supervisor/*.py",
+    "simulation/*.py",
     "prediction/*.py",
+    "studies/**/*.py",
+    "../protocol/dialect/darko.xml",
 )
 
 

@@ -19,7 +19,9 @@ def make_ready(craft: Craft, say: Callable[[str], None]) -> None:
         say: Told what is being compiled; nothing where that was kept from an earlier start.
     """
     is_kept = is_complete()
-    craft.vehicle.warm_up(lambda text: None if is_kept else say(f"{text} (kept for the next start)"))
+    if not is_kept:
+        say("compiling the flight model, the laws and the prediction (kept for the next start)")
+    craft.vehicle.warm_up()
     _rehearse(craft)
     mark_complete()
 

@@ -149,7 +149,7 @@ class Autopilot(Streaming, WingRequests):
             return
         here = self._at(self._stop_point())
         first = (Stop(here),) if self.view.forward and stop else ()
-        view = self.view._replace(p=here.p, v=(0.0, 0.0, 0.0), forward=False) if first else self.view
+        view = self.view._replace(p=here.position, v=(0.0, 0.0, 0.0), forward=False) if first else self.view
         self._enter(Mode.RTL, Steps((*first, *self._way_home(view).steps)))
 
     def _way_home(self, view: View) -> Steps:

@@ -250,7 +250,7 @@ class MissionRunner:
         reference = last._replace(heading=_heading(item, last), speed=self.speed)
         if point is None or math.dist(point[:2], view.p[:2]) < SAME_PLACE:
             return land_at(reference if point is None else at(reference, point), self.settings.descent_rate)
-        above = at(reference, (point[0], point[1], max(last.p[2], point[2])))
+        above = at(reference, (point[0], point[1], max(last.position[2], point[2])))
         approach = self._approach(item, above, view, self.settings.acceptance)
         return Steps((approach, _land_below(approach, above, self.settings)))
 
@@ -283,7 +283,7 @@ def return_home(
     high = max(view.p[2], to[2])
     here = hover_at((view.p[0], view.p[1], high), last.heading, settings.hover_speed)
     above_home = at(here, (to[0], to[1], high))
-    climbed = view if view.forward else view._replace(p=here.p)
+    climbed = view if view.forward else view._replace(p=here.position)
     home = fly_to(climbed, above_home, settings, chooser, asked)
     down = _land_below(home, above_home, settings)
     return Steps((home, down) if view.forward else (Ramp(here, settings.climb_rate), home, down))

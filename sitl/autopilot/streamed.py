@@ -113,7 +113,7 @@ class Streamed:
     def _drift(self, v: Point, facing: Facing, last: Reference, view: View, settings: Settings) -> Reference:
         """A set-point that moves at a velocity, never far from the vehicle."""
         here, dt = view.p, self._step(view.time, settings)
-        p = [last.p[i] + dt * v[i] for i in range(3)]
+        p = [last.position[i] + dt * v[i] for i in range(3)]
         away = math.dist(p, here)
         if away > LEASH:
             p = [here[i] + (p[i] - here[i]) * LEASH / away for i in range(3)]
@@ -168,7 +168,7 @@ def level_out(v: Point, heading: float) -> Point:
 
 def is_same_leg(guidance: Guidance | None, target: Reference) -> bool:
     """Whether what is flown now already leads to a set-point; a small step moves it there."""
-    if not isinstance(guidance, FlyTo | FlyLeg) or math.dist(guidance.reference.position, target.p) > SAME_LEG:
+    if not isinstance(guidance, FlyTo | FlyLeg) or math.dist(guidance.reference.position, target.position) > SAME_LEG:
         return False
     if isinstance(guidance, FlyTo):
         guidance.reference = target

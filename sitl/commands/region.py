@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from sitl.studies.region import Flights, Result
+    from sitl.studies.region import Result
+    from sitl.studies.region_flights import Flights
 
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
@@ -26,7 +27,8 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
 def run(args: argparse.Namespace) -> int:
     """Prove, fly, print the tables and draw the plot."""
     from sitl.airframe import load  # noqa: PLC0415 - --help must not load the compiler
-    from sitl.studies.region import save_plot, study  # noqa: PLC0415
+    from sitl.studies.region import study  # noqa: PLC0415
+    from sitl.studies.region_plot import save_plot  # noqa: PLC0415
 
     results = study(load(args.airframe).parameters, args.samples, args.seed)
     print("\n".join(_lines(results)))
@@ -66,7 +68,7 @@ def _proved(results: list[Result]) -> Iterator[str]:
 
 
 def _linear(results: list[Result]) -> Iterator[str]:
-    from sitl.studies.region import STEPS  # noqa: PLC0415
+    from sitl.studies.region_flights import STEPS  # noqa: PLC0415
 
     yield f"{'':20}{'guaranteed':>11}{'flown':>7}" + "".join(f"{step:7.1f} m" for step in STEPS)
     for result in results:
@@ -76,7 +78,7 @@ def _linear(results: list[Result]) -> Iterator[str]:
 
 
 def _bands(results: list[Result], drawn: list[Flights]) -> Iterator[str]:
-    from sitl.studies.region import BANDS  # noqa: PLC0415
+    from sitl.studies.region_flights import BANDS  # noqa: PLC0415
 
     edges = [f"{low:.0f}-{high:.0f}" for low, high in pairwise(BANDS)]
     yield f"{'':20}" + "".join(f"{edge:>13}" for edge in edges) + "  lost from  saturated"

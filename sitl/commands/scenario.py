@@ -76,7 +76,7 @@ def _study(experiment: Experiment, args: argparse.Namespace) -> int:
     if args.airframe is not None:
         raise SitlError(f"{experiment.name} compares airframes of its own: --airframe is for single flights")
     rows, panels = experiment.run(args.seed)
-    print(_rows_as_json(experiment, rows) if args.json else _rowsas_text(experiment, rows))
+    print(_rows_as_json(experiment, rows) if args.json else _rows_as_text(experiment, rows))
     for number, panel in enumerate(() if args.no_plot else panels, 1):
         base = (args.plot or Path(experiment.name)).with_suffix("")
         path = base.with_name(f"{base.name}-{number}.svg")
@@ -105,7 +105,7 @@ def as_text(scenario: Scenario, track: Track, figures: list[Figure]) -> str:
     return "\n".join(lines)
 
 
-def _rowsas_text(experiment: Experiment, rows: list[Row]) -> str:
+def _rows_as_text(experiment: Experiment, rows: list[Row]) -> str:
     lines = [f"{experiment.name}: {experiment.title}", f"  report {experiment.place}"]
     for row in rows:
         figure = row.figure

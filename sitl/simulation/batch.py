@@ -8,16 +8,16 @@ from itertools import groupby
 
 import numpy as np
 
-from sitl.control.reference import Reference
 from sitl.errors import SitlError
-from sitl.model.airframe import Airframe, Array
-from sitl.simulation.block import JUMPS_FULL, WIDTH, fly_block
-from sitl.simulation.flight import Environment, Flight, JumpEntry, Sample
+from sitl.model.airframe import Array
+from sitl.model.plant import is_finite
+from sitl.simulation.block import JUMPS_FULL, fly_block
+from sitl.simulation.flight import Flight, JumpEntry, Sample
 from sitl.simulation.loop import DIVERGED, FLOWN
 from sitl.simulation.noise import BLOCK
 from sitl.simulation.recording import Recording
 from sitl.simulation.simulation import Simulation, whole_periods
-from sitl.simulation.storage import column, from_column, record_type
+from sitl.simulation.storage import WIDTH, block_of, from_block, record_type
 
 MAX_JUMPS = 256  # of a flight in one call
 
@@ -68,10 +68,10 @@ class _Block:
         self.faults: list[str] = []
         self._periods, self._every = periods, whole_periods(1.0 / rate) if rate else 1
         padded = [*self.simulations, *[self.simulations[0]] * (WIDTH - len(self.simulations))]
-        self._flights = _columns([simulation.flight for simulation in padded])
-        self._references = _columns([simulation.reference for simulation in padded])
-        self._airs = _columns([simulation.environment for simulation in padded])
-        self._airframes = _columns([simulation.airframe for simulation in padded])
+        self._flights = block_of([simulation.flight._replace(limits=0) for simulation in padded])
+        self._references = block_of([simulation.reference for simulation in padded])
+        self._airs = block_of([simulation.environment for simulation in padded])
+        self._airframes = block_of([simulation.airframe for simulation in padded])
         self._gusty = any(simulation.environment.gust_rms > 0.0 for simulation in padded)
         self._samples = np.zeros((WIDTH, -(-periods // self._every) if rate else 0), record_type(Sample))
         self._jumps = np.zeros((WIDTH, MAX_JUMPS), record_type(JumpEntry))
@@ -94,9 +94,9 @@ class _Block:
         """Give every simulation its flight back."""
         done = []
         for i, simulation in enumerate(self.simulations):
-            jumps = simulation.continue_from(from_column(Flight, self._flights[:, i]), self._jumps[i, : self._noted[i]])
+            jumps = simulation.continue_from(from_block(Flight, self._flights, i), self._jumps[i, : self._noted[i]])
             done.append((simulation, Recording.of(self._samples[i], jumps)))
-            end = int(self._ends[i]) or (FLOWN if np.isfinite(self._flights[:17, i]).all() else DIVERGED)
+            end = int(self._ends[i]) or (FLOWN if is_finite(from_block(Flight, self._flights, i).plant) else DIVERGED)
             if end == JUMPS_FULL:
                 self.faults.append(f"more than {MAX_JUMPS} jumps in one call")
             elif end != FLOWN:
@@ -113,7 +113,3 @@ class _Block:
             if own:
                 gusts[:, :, i] = gust[:count, :, 0]
         return gusts, draws
-
-
-def _columns(values: Sequence[Flight] | Sequence[Reference] | Sequence[Environment] | Sequence[Airframe]) -> Array:
-    return np.ascontiguousarray(np.array([column(value) for value in values]).T)

@@ -19,14 +19,14 @@ from sitl.model.ground import CLEAR
 from sitl.simulation.dispatch import COMPILED
 from sitl.simulation.flight import Flight, age, blow, glide, move, sense
 from sitl.simulation.loop import MAX_CHAIN, due_now, keep, take
-from sitl.simulation.storage import access, column_rows
+from sitl.simulation.storage import WIDTH, access, column_rows
 from sitl.model.state import Actuators
 
-WIDTH = 16  # flights in a block
 ZENO, JUMPS_FULL = 2, 4
 
 _tick, _needs, _watch, _due, _jump, _is_known, _values = COMPILED
 get_law, get_command = access(Flight, "controller.law").get, access(Flight, "controller.command").get
+get_actuators, put_actuators = access(Actuators)
 get_periods = access(Flight, "periods").get
 HEIGHT, LAW = column_rows(Flight, "plant.body.position.z", "controller.law")
 LINEAR, ZERO_MOMENT = Law.HOVER_LINEAR.value, Law.HOVER_ZERO_MOMENT.value
@@ -37,17 +37,17 @@ MIXED = -1
 def common_law(block: Array) -> int:
     """The law that all flights of a block are under, or MIXED."""
     for column in range(1, WIDTH):
-        if block[LAW, column] != block[LAW, 0]:
+        if block[LAW * WIDTH + column] != block[LAW * WIDTH]:
             return MIXED
-    return int(block[LAW, 0])
+    return int(block[LAW * WIDTH])
 
 
 @subroutine
 def are_clear(block: Array) -> bool:
     """Whether the ground is out of the reach of all flights of a block."""
-    lowest = block[HEIGHT, 0]
+    lowest = block[HEIGHT * WIDTH]
     for column in range(1, WIDTH):
-        lowest = min(lowest, block[HEIGHT, column])
+        lowest = min(lowest, block[HEIGHT * WIDTH + column])
     return lowest > CLEAR
 
 
@@ -84,11 +84,11 @@ def move_all(block: Array, air: Array, a: Array, in_force: Array) -> None:
     """The plants of all flights."""
     if are_clear(block):
         for column in range(WIDTH):
-            command = Actuators(in_force[0, column], in_force[1, column], in_force[2, column], in_force[3, column])
+            command = get_actuators(in_force, column)
             glide(block, column, air, a, command)
     else:
         for column in range(WIDTH):
-            command = Actuators(in_force[0, column], in_force[1, column], in_force[2, column], in_force[3, column])
+            command = get_actuators(in_force, column)
             move(block, column, air, a, command)
     for column in range(WIDTH):
         age(block, column)
@@ -149,11 +149,11 @@ def fly_block(
     """Fly a block of flights for some control periods, taking every jump that falls due.
 
     Args:
-        block: The flights, a column each, changed in place, (rows of Flight, WIDTH).
-        reference: Where to fly, (rows of Reference, WIDTH).
-        air: Air and sensors, (rows of Environment, WIDTH).
+        block: The flights, changed in place, a block of Flight.
+        reference: Where to fly, a block of Reference.
+        air: Air and sensors, a block of Environment.
         designs: The controller of all of them, a record of Design, (1,).
-        a: The airframes as they are, (rows of Airframe, WIDTH).
+        a: The airframes as they are, a block of Airframe.
         gusts: Unit normals of the gusts, (n, 3, WIDTH); n is 0 without gusts.
         draws: Unit normals of the sensors, (n, 5, WIDTH).
         periods: How many control periods to fly.
@@ -167,7 +167,7 @@ def fly_block(
         Samples written of each flight.
     """
     design = designs[0]
-    rows, in_force = np.empty(WIDTH, np.int64), np.empty((4, WIDTH))
+    rows, in_force = np.empty(WIDTH, np.int64), np.empty(4 * WIDTH)
     kept = 0
     for done in range(periods + 1):
         law = common_law(block)
@@ -183,9 +183,7 @@ def fly_block(
         blow_all(block, air, gusts, done)
         sense_all(block, air, design, a, draws, done)
         for column in range(WIDTH):
-            command = get_command(block, column)
-            in_force[0, column], in_force[1, column] = command.left_motor, command.right_motor
-            in_force[2, column], in_force[3, column] = command.left_elevon, command.right_elevon
+            put_actuators(in_force, column, get_command(block, column))
         tick_all(law, block, reference, design)
         move_all(block, air, a, in_force)
     return kept

@@ -31,12 +31,12 @@ from sitl.model.quaternions import Quaternion, from_euler, hover
 from sitl.model.state import Actuators, Body, Plant
 from sitl.model.vectors import Vector
 from sitl.simulation import loop
-from sitl.simulation.flight import PERIOD, Design, Environment, Flight, JumpEntry, Sample, sample_of
+from sitl.simulation.flight import PERIOD, Environment, Flight, JumpEntry, Sample, sample_of
 from sitl.simulation.loop import Look, fly
 from sitl.simulation.noise import Draws
 from sitl.simulation.recording import JumpRecord, Recording, jump_of
-from sitl.simulation.storage import named_from, plain, record_of, record_type, zero
-from sitl.simulation.tuning import Tuning, designed
+from sitl.simulation.storage import named_from, record_of, record_type, zero
+from sitl.simulation.tuning import Tuning, design_record, designed
 from sitl.supervisor import guards
 from sitl.supervisor.guards import Guard
 from sitl.supervisor.controller import Controller
@@ -159,7 +159,7 @@ class Simulation:
         self.tuning = tuning
         self.can_fly_forward = can_fly_forward(self.design_model)
         self.design = designed(self.design_model, tuning)
-        self._designs = record_of(Design, self.design)
+        self._designs = design_record(self.design_model, tuning)
         self._look = None
         self._sensors = SENSORS._replace(has_pitot=bool(tuning.pitot))
 
@@ -193,7 +193,7 @@ class Simulation:
     @reference.setter
     def reference(self, reference: Reference) -> None:
         self._reference = reference if self.can_fly_forward else reference._replace(forward=False)
-        self._references[0] = plain(self._reference)
+        self._references[0] = self._reference
         self._look = None
 
     def set_wind(self, wind: Iterable[float], gust_rms: float | None = None) -> None:
@@ -415,7 +415,7 @@ class Simulation:
     def sample(self) -> Recording:
         """One sample, of now."""
         rows = np.zeros(1, self._samples.dtype)
-        rows[0] = plain(sample_of(self._flights[0], 0, self._references[0], self.lyapunov))
+        rows[0] = sample_of(self._flights[0], 0, self._references[0], self.lyapunov)
         return Recording.of(rows, ())
 
     def warm_up(self) -> None:
@@ -425,7 +425,7 @@ class Simulation:
     def _fly(self, periods: int, every: int, samples: npt.NDArray[np.void]) -> int:
         self._flights["limits"] = 0
         self._look = None
-        self._airs[0] = plain(self.environment)
+        self._airs[0] = self.environment
         kept = 0
         while True:
             gusts, draws = self.draws.rows(self.periods, gusts=self._gust_rms > 0.0)
@@ -491,7 +491,7 @@ class Simulation:
         return self._look
 
     def _write(self, flight: Flight) -> None:
-        self._flights[0] = plain(flight)
+        self._flights[0] = flight
         self._look = None
 
 

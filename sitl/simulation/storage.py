@@ -7,7 +7,9 @@ generated from the NamedTuple; no offset is written by hand, and the compiled ph
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+import itertools
+from collections.abc import Callable, Iterator, Sequence
+from functools import cache
 from typing import Any, NamedTuple, TypeVar, get_args, get_origin, get_type_hints
 
 import numpy as np
@@ -19,6 +21,7 @@ from sitl.model.airframe import Array
 
 Named = TypeVar("Named", bound=tuple[Any, ...])
 
+WIDTH = 16  # columns of a block
 _LEAVES: dict[type, str] = {float: "f8", int: "i8", bool: "?"}
 
 
@@ -30,6 +33,7 @@ class Leaf(NamedTuple):
     row: int  # in a block
 
 
+@cache
 def fields(kind: Any) -> dict[str, Any]:  # noqa: ANN401 - a NamedTuple, or a tuple's annotation
     """Names and types of the parts; those of a plain tuple are f0, f1 and so on."""
     if get_origin(kind) is tuple:
@@ -74,13 +78,18 @@ def record_type(kind: Any, value: Any = None) -> np.dtype[Any]:  # noqa: ANN401
 def record_of(kind: type, value: tuple[Any, ...]) -> np.ndarray[Any, Any]:
     """A value as an array of one record."""
     record = np.zeros(1, record_type(kind, value))
-    record[0] = plain(value)
+    record[0] = value
     return record
 
 
-def block_size(kind: type) -> int:
-    """Rows of a block."""
-    return sum(1 for _ in leaves(kind))
+def block_of(values: Sequence[tuple[Any, ...]]) -> Array:
+    """A block of WIDTH values, flat."""
+    return np.ascontiguousarray(np.array([column(value) for value in values]).T).reshape(-1)
+
+
+def from_block(kind: type[Named], block: Array, index: int) -> Named:
+    """One value of a block."""
+    return from_column(kind, block[index::WIDTH])
 
 
 def column_rows(kind: type, *paths: str) -> tuple[int, ...]:
@@ -91,39 +100,43 @@ def column_rows(kind: type, *paths: str) -> tuple[int, ...]:
 
 def column(value: tuple[Any, ...]) -> list[float]:
     """A value's leaves as a block's column."""
-    return [number for part in value for number in (column(part) if isinstance(part, tuple) else [float(part)])]
+    return [number for part in value for number in (column(part) if isinstance(part, tuple) else (float(part),))]
 
 
 def from_column(kind: type[Named], numbers: Array) -> Named:
     """The value of a block's column."""
-    numbers = iter(numbers.tolist())  # type: ignore[assignment]
-
-    def made(part: Any) -> Any:  # noqa: ANN401
-        if part in _LEAVES:
-            return part(next(numbers))  # type: ignore[call-overload]
-        values = [made(inner) for inner in fields(part).values()]
-        return tuple(values) if get_origin(part) is tuple else part(*values)
-
-    return made(kind)  # type: ignore[no-any-return]
+    return _maker(kind, nested=False)(numbers.tolist())
 
 
 def named_from(kind: type[Named], row: tuple[Any, ...]) -> Named:
     """The NamedTuple of a record's plain nested tuple (``record.item()``)."""
-    values = (
-        value if part in _LEAVES else named_from(part, value)
-        for part, value in zip(fields(kind).values(), row, strict=True)
-    )
-    return kind(*values)
+    return _maker(kind, nested=True)(row)
+
+
+@cache
+def _maker(kind: type[Named], *, nested: bool) -> Callable[[Any], Named]:
+    """A function that builds the NamedTuple of nested tuples, or of the numbers of all leaves."""
+    scope: dict[str, Any] = {}
+    rows = itertools.count()
+
+    def made(part: Any, at: str) -> str:  # noqa: ANN401
+        if part in _LEAVES:
+            scope[part.__name__] = part
+            return at if nested else f"{part.__name__}(row[{next(rows)}])"
+        inside = [made(inner, f"{at}[{i}]") for i, inner in enumerate(fields(part).values())]
+        if get_origin(part) is tuple:
+            return f"({', '.join(inside)},)"
+        scope[part.__name__] = part
+        return f"{part.__name__}({', '.join(inside)})"
+
+    source = f"def make(row):\n    return {made(kind, 'row')}\n"
+    exec(compile(source, "<maker>", "exec"), scope)  # noqa: S102 - made above from field names
+    return scope["make"]  # type: ignore[no-any-return]
 
 
 def zero(kind: type[Named]) -> Named:
     """The NamedTuple with every number zero and every flag down."""
     return kind(*(part() if part in _LEAVES else zero(part) for part in fields(kind).values()))
-
-
-def plain(value: tuple[Any, ...]) -> tuple[Any, ...]:
-    """Nested plain tuples: what a record is assigned from."""
-    return tuple(plain(part) if isinstance(part, tuple) else part for part in value)
 
 
 class Access(NamedTuple):
@@ -150,7 +163,7 @@ def access(root: type, path: str = "") -> Access:
     get = _chosen(f"return {of_record}", f"return {of_block}", "kept, column", scope)
     put = _chosen(
         "\n    ".join(f"kept{where}{leaf.path} = value{_indexed(kind, leaf.path)}" for leaf in inside),
-        "\n    ".join(f"kept[{leaf.row}, column] = value{_indexed(kind, leaf.path)}" for leaf in inside),
+        "\n    ".join(f"kept[{leaf.row * WIDTH} + column] = value{_indexed(kind, leaf.path)}" for leaf in inside),
         "kept, column, value",
         scope,
     )
@@ -171,7 +184,7 @@ def _expression(kind: Any, prefix: str, path: str, scope: dict[str, Any], rows: 
     if not _is_compound(kind):
         if rows is None:
             return f"{prefix}{path}"
-        number = f"kept[{rows[path]}, column]"
+        number = f"kept[{rows[path] * WIDTH} + column]"
         return f"{number} != 0.0" if kind is bool else f"int({number})" if kind is int else number
     parts = [_expression(part, prefix, f"{path}.{name}", scope, rows) for name, part in fields(kind).items()]
     if get_origin(kind) is tuple:

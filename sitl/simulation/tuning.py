@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from sitl.control.forward_linear import ForwardGains
 from sitl.control.governor import VELOCITY
@@ -21,6 +22,7 @@ from sitl.design.zero_moment import zero_moment_gains
 from sitl.errors import SitlError
 from sitl.model.airframe import Airframe
 from sitl.simulation.flight import Design
+from sitl.simulation.storage import record_of
 from sitl.supervisor.guards import Thresholds
 
 
@@ -45,6 +47,7 @@ class Tuning(NamedTuple):
     design: int = 0  # DRK_LIN_DESIGN: 0 LQR or LQI, 1 LMI
 
 
+@lru_cache(maxsize=64)
 def designed(a: Airframe, tuning: Tuning) -> Design:
     """The controller for an airframe.
 
@@ -72,6 +75,13 @@ def designed(a: Airframe, tuning: Tuning) -> Design:
         wind=wind_gains(),
     )
     return Design(a, gains, thresholds(tuning))
+
+
+@lru_cache(maxsize=64)
+def design_record(a: Airframe, tuning: Tuning) -> npt.NDArray[Any]:
+    """The same as the compiled loop takes it, a record, (1,); not to be changed."""
+    record = record_of(Design, designed(a, tuning))
+    return record
 
 
 def thresholds(tuning: Tuning) -> Thresholds:

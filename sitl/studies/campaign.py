@@ -1,4 +1,4 @@
-"""A seeded campaign: one mission, many winds, gusts, azimuths and airframes that are not what the laws believe."""
+"""A seeded campaign: one mission, many winds, gusts, azimuths, and airframes that differ from the design model."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ import signal
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
-from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from protocol.dialect import mavlink
+from protocol.dialect.vocabulary import Law
 from protocol.frames import Geodetic, LocalFrame
 from protocol.plans.mission import MissionItem
 from sitl.airframe import load
@@ -21,13 +21,9 @@ from sitl.autopilot.mission import World
 from sitl.autopilot.settings import Settings
 from sitl.craft import Craft, is_forward
 from sitl.errors import SitlError
-from protocol.dialect.vocabulary import Law
 from sitl.model.airframe import Airframe, Array
 from sitl.parameters import Bindings, Surroundings
 from sitl.simulation.simulation import DivergedError, Simulation, Start
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 UNCERTAIN = (
     "m", "J1", "J2", "J3", "rho", "C_l", "C_d0", "xi_f", "xi_m", "Delta_r", "a_y", "p_y", "k_f", "k_m", "C_lp", "C_mq",
@@ -35,10 +31,9 @@ UNCERTAIN = (
 )  # fmt: skip
 HEIGHT = 25.0  # of the mission [m]
 SIDE = 100.0  # of its square [m]
-LOWEST = 5.0  # no flight may come below this [m]
-TOO_LONG = 240.0  # [s]
-SAMPLE = 10  # control ticks
-DRAWN, WORST = 8, 2  # flights whose ground tracks are drawn, and how many of them for their overshoot
+MIN_HEIGHT = 5.0  # no flight may come below this [m]
+MAX_TIME = 240.0  # [s]
+SAMPLE = 10  # control periods
 ORIGIN = Geodetic(43.5648, 1.4811, 150.0)
 
 
@@ -64,7 +59,7 @@ class Result(NamedTuple):
     lowest: float  # above the ground [m]
     overshoot: float  # beyond the stop at the end of the last leg [m]
     climbed: float  # over the mission's altitude [m]
-    cross_track: float  # rms distance to the square on the wing [m]
+    cross_track: float  # rms distance to the square in forward flight [m]
     jumps: int
     failsafes: int
     fault: str  # why it is not complete; empty if it is
@@ -125,16 +120,14 @@ def perturbed(a: Airframe, scale: dict[str, float]) -> Airframe:
 
 
 def fly(drawn: Draw, airframe: str = "nominal") -> Result:
-    """Fly one draw; the laws believe the airframe as it is named."""
+    """Fly one draw; the airframe of that name is the design model."""
     return flown(drawn, airframe)[0]
 
 
 def flown(drawn: Draw, airframe: str = "nominal") -> tuple[Result, Array]:
-    """Fly one draw and keep where it went: (n, 4), position in world NWU [m] and whether it was on the wing."""
-    believed = load(airframe).parameters
-    vehicle = Simulation(
-        perturbed(believed, drawn.scale), seed=drawn.seed, design_model=believed, start=Start(up=HEIGHT, airborne=True)
-    )
+    """Fly one draw and keep where it went: (n, 4), position in world NWU [m] and whether it flew forward."""
+    model, start = load(airframe).parameters, Start(up=HEIGHT, airborne=True)
+    vehicle = Simulation(perturbed(model, drawn.scale), seed=drawn.seed, design_model=model, start=start)
     world = World(LocalFrame(ORIGIN), ARENAS["open"])
     air = Surroundings(drawn.wind_speed, math.degrees(drawn.wind_from), drawn.gusts, battery=1e6)
     craft = Craft(vehicle, world, Bindings(Settings(way=2), vehicle.tuning, air), airborne=True)
@@ -143,13 +136,13 @@ def flown(drawn: Draw, airframe: str = "nominal") -> tuple[Result, Array]:
     rows: list[tuple[float, ...]] = []
     fault = ""
     try:
-        while not _finished(craft) and vehicle.time < TOO_LONG:
+        while not _finished(craft) and vehicle.time < MAX_TIME:
             craft.advance(SAMPLE)
             rows.append((*vehicle.truth.body.position, float(is_forward(vehicle.law))))
     except DivergedError as error:
         fault = str(error).split(":")[0]
     if not fault and not _finished(craft):
-        fault = f"at item {craft.autopilot.mission.current if craft.autopilot.mission else 0} after {TOO_LONG:.0f} s"
+        fault = f"at item {craft.autopilot.mission.current if craft.autopilot.mission else 0} after {MAX_TIME:.0f} s"
     track = np.array(rows)
     return _result(drawn, vehicle, track, fault), track
 
@@ -159,9 +152,9 @@ def _finished(craft: Craft) -> bool:
 
 
 def _result(drawn: Draw, vehicle: Simulation, rows: Array, fault: str) -> Result:
-    p, winged = rows[:, :3], rows[:, 3] > 0.0
+    p, forward = rows[:, :3], rows[:, 3] > 0.0
     lowest = float(p[:, 2].min())
-    if not fault and lowest < LOWEST:
+    if not fault and lowest < MIN_HEIGHT:
         fault = f"came down to {lowest:.1f} m"
     last = np.array(corner(4, drawn.azimuth)) - np.array(corner(3, drawn.azimuth))
     beyond = (p[:, :2] @ last)[len(p) // 2 :] / SIDE
@@ -173,7 +166,7 @@ def _result(drawn: Draw, vehicle: Simulation, rows: Array, fault: str) -> Result
         lowest=lowest,
         overshoot=float(beyond.max()),
         climbed=float(p[:, 2].max() - HEIGHT),
-        cross_track=float(np.sqrt(np.mean(_off_square(p[winged, :2], drawn.azimuth) ** 2))) if winged.any() else 0.0,
+        cross_track=float(np.sqrt(np.mean(_off_square(p[forward, :2], drawn.azimuth) ** 2))) if forward.any() else 0.0,
         jumps=len(vehicle.jumps),
         failsafes=sum(jump.target is Law.FAILSAFE for jump in vehicle.jumps),
         fault=fault,
@@ -253,71 +246,3 @@ def _failure(r: Result) -> str:
         f"failed: seed {d.seed}: {r.fault} (wind {d.wind_speed:.1f} m/s from {math.degrees(d.wind_from):.0f} deg, "
         f"gusts {d.gusts:.2f} m/s, first leg {math.degrees(d.azimuth):.0f} deg to the west, {d.airspeed:.1f} m/s)"
     )
-
-
-def plot(results: Sequence[Result], path: Path) -> None:
-    """Draw overshoot, lowest altitude and time over the wind, and where some of the flights went.
-
-    Raises:
-        SitlError: If the file cannot be written; the message names it.
-    """
-    from matplotlib.figure import Figure  # noqa: PLC0415 - two seconds that only plots need
-
-    page = Figure(figsize=(10.0, 8.0), layout="constrained")
-    axes = page.subplots(2, 2)
-    _scatter(axes[0, 0], results, [r.overshoot for r in results], "beyond the last waypoint [m]")
-    _scatter(axes[0, 1], results, [r.lowest for r in results], "lowest altitude [m]")
-    axes[0, 1].axhline(LOWEST, linestyle="--", linewidth=0.8, color="tab:red")
-    _scatter(axes[1, 0], results, [r.time for r in results], "time [s]")
-    _tracks(axes[1, 1], _examples(results))
-    try:
-        page.savefig(path, dpi=90)
-    except (OSError, ValueError) as error:
-        raise SitlError(f"plot {path}: {error}") from error
-
-
-def _scatter(axis: Axes, results: Sequence[Result], values: Sequence[float], label: str) -> None:
-    for complete, colour, name in ((True, "tab:blue", "complete"), (False, "tab:red", "failed")):
-        chosen = [
-            (r.draw.wind_speed, value) for r, value in zip(results, values, strict=True) if r.complete is complete
-        ]
-        if chosen:
-            axis.plot(*zip(*chosen, strict=True), linestyle="", marker=".", color=colour, label=name)
-    axis.set_xlabel("wind [m/s]")
-    axis.set_ylabel(label)
-    if not all(r.complete for r in results):
-        axis.legend(loc="best", fontsize=8)
-    axis.grid(alpha=0.3)
-
-
-def _examples(results: Sequence[Result]) -> list[Result]:
-    """The failures first, then the greatest overshoots, then flights from the least to the most wind."""
-    chosen = [r for r in results if not r.complete][: DRAWN - WORST]
-    sound = sorted((r for r in results if r.complete), key=lambda r: -r.overshoot)
-    chosen += sound[:WORST]
-    rest = sorted(sound[WORST:], key=lambda r: r.draw.wind_speed)
-    count = min(DRAWN - len(chosen), len(rest))
-    return chosen + [rest[i] for i in np.linspace(0, len(rest) - 1, count).round().astype(int)]
-
-
-def _tracks(axis: Axes, examples: Sequence[Result]) -> None:
-    """Ground tracks, each turned so that its first leg points up the page."""
-    for r in examples:
-        p = flown(r.draw)[1]
-        c, s = math.cos(r.draw.azimuth), math.sin(r.draw.azimuth)
-        along, left = c * p[:, 0] + s * p[:, 1], c * p[:, 1] - s * p[:, 0]
-        label = f"seed {r.draw.seed}: {r.draw.wind_speed:.1f} m/s" + ("" if r.complete else ", failed")
-        axis.plot(-left, along, linewidth=0.9, label=label)
-    square = np.array([corner(i, 0.0) for i in range(5)])
-    axis.plot(-square[:, 1], square[:, 0], color="black", linestyle=":", linewidth=0.8)
-    axis.set_xlabel("right of the first leg [m]")
-    axis.set_ylabel("along the first leg [m]")
-    axis.set_aspect("equal", adjustable="datalim")
-    axis.legend(loc="center", fontsize=7)
-    axis.grid(alpha=0.3)
-
-
-__all__ = [
-    "LOWEST", "Draw", "Result", "Spread", "draw", "flown", "fly", "mission", "perturbed", "plot", "run",
-    "summary",
-]  # fmt: skip

@@ -24,9 +24,9 @@ from sitl.control.reference import Point, Reference, hover_at
 from sitl.craft import Craft
 from sitl.errors import SitlError
 from sitl.parameters import TABLE, Bindings, Surroundings
-from sitl.studies.report import SCENARIOS
 from sitl.simulation.recording import Recording
 from sitl.simulation.simulation import Simulation, Tuning, whole_periods
+from sitl.studies.report import SCENARIOS
 from sitl.studies.scenario import ALOFT, Ask, Figure, Scenario, Track, joined, next_reference, whole_samples
 from sitl.wire.node import Node
 

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sitl.errors import SitlError
 from protocol.dialect.vocabulary import Law
+from sitl.errors import SitlError
 from sitl.model.airframe import Array
 from sitl.studies.report import nose_elevation
 from sitl.studies.scenario import Scenario, Track

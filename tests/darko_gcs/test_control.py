@@ -8,7 +8,7 @@ from darko_gcs.widgets.status import StatusBar
 from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.events import CommandDone, ControlRequested
-from tests.darko_gcs.test_station import Pair
+from tests.support.station_pair import Pair
 
 REQUEST_CONTROL = mavlink.MAV_CMD_REQUEST_OPERATOR_CONTROL
 NOT_IN_CONTROL = mavlink.MAV_RESULT_NOT_IN_CONTROL

@@ -19,8 +19,8 @@ from protocol.events import MissionDownloaded, MissionFailed, MissionUploaded
 from protocol.plans import load
 from protocol.plans.geofence import fence_items, rally_items
 from tests.darko_gcs.screens import FLYING, FakeFeed, screen_text, until
-from tests.darko_gcs.test_station import Pair
 from tests.support.paths import DATA
+from tests.support.station_pair import Pair
 
 NORTH, EAST = 1 / 111_195.0, 1 / 80_560.0  # [deg] of a metre at the volière
 HOME = (43.5648, 1.4811)

@@ -20,8 +20,8 @@ from protocol.events import MissionDownloaded, MissionUploaded, ParametersComple
 from protocol.plans import load
 from protocol.tlog import TlogReader, TlogWriter
 from tests.darko_gcs.screens import FakeFeed, screen_text, until
-from tests.sitl.test_node import PEER, Ground
 from tests.support.flood import VEHICLE, Flood, framed, random_payload
+from tests.support.ground import PEER, Ground
 from tests.support.paths import DATA
 
 STEP = 0.02  # [s]

@@ -14,8 +14,8 @@ from protocol.dialect import mavlink
 from protocol.frames import Geodetic, LocalFrame
 from protocol.plans.mission import MissionItem
 from tests.darko_gcs.screens import FLYING, FakeFeed, screen_text, until
-from tests.darko_gcs.test_station import Pair
-from tests.darko_gcs.test_store import heartbeat, position, told
+from tests.support.messages import heartbeat, position, told
+from tests.support.station_pair import Pair
 
 ORIGIN = LocalFrame(Geodetic(43.5648, 1.4811, 150.0))
 

@@ -7,8 +7,8 @@ from darko_gcs.errors import GroundError, LinkError
 from darko_gcs.key_change import KeyChangeover
 from darko_gcs.signing import Signing
 from protocol.signing import is_secret, verify
-from tests.darko_gcs.test_signing import Pair
-from tests.sitl.test_signed_node import KEY, OTHER
+from tests.support.signed_ground import KEY, OTHER
+from tests.support.signed_pair import Pair
 
 
 class Changing(Pair):

@@ -18,7 +18,7 @@ from protocol.dialect import mavlink
 from protocol.errors import FileError
 from protocol.events import FileReceived
 from tests.darko_gcs.screens import FLYING, FakeFeed, screen_text, until
-from tests.darko_gcs.test_station import Pair
+from tests.support.station_pair import Pair
 
 GAIN = Meaning("Position gain", "N/m", 0.1, 3.0, 1.2)
 LAW = Meaning("Integral in the linear law", "", 0.0, 1.0, 1.0, is_whole=True)

@@ -21,7 +21,7 @@ from darko_gcs.widgets.status import StatusBar
 from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.tlog import TlogReader, TlogWriter, read_tlog
-from tests.sitl.test_node import PEER, Ground
+from tests.support.ground import PEER, Ground
 from tests.support.paths import DATA
 
 SECOND = 10**9  # [ns]

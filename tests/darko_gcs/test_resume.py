@@ -21,9 +21,9 @@ from protocol.keyring import KeyRecord, Keyring
 from protocol.modes import Mode
 from protocol.plans import load
 from protocol.tlog import TlogReader, TlogWriter
-from tests.sitl.test_node import PEER, Ground
-from tests.sitl.test_signed_node import KEY, SignedGround, T
+from tests.support.ground import PEER, Ground
 from tests.support.paths import DATA
+from tests.support.signed_ground import KEY, SignedGround, T
 
 STEP = 0.02  # [s]
 SQUARE = load(DATA / "square.plan").items

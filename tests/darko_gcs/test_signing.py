@@ -1,6 +1,5 @@
 """The ground station and the vehicle with keys: what is shown, what is sent, and what never is."""
 
-import io
 from dataclasses import replace
 
 import pytest
@@ -14,48 +13,9 @@ from darko_gcs.widgets.status import StatusBar
 from protocol.dialect import mavlink
 from protocol.keyring import Keyring
 from protocol.signing import is_secret, is_signed
-from protocol.tlog import TlogWriter
-from tests.sitl.test_node import Ground
-from tests.sitl.test_signed_node import FAR, KEY, LOCAL, OTHER, SignedGround, T
-
-
-class Pair:
-    """A station over a link that says where the vehicle is, and the real vehicle."""
-
-    def __init__(self, folder, *, key=None, vehicle_key=None, give_key=False, private=True, ahead=0):
-        given = {} if vehicle_key is None else {None: vehicle_key}
-        self.node = SignedGround(folder, given=given).node
-        self.log, self.sent = io.BytesIO(), []
-        keys = {} if key is None else {None: key}
-        keyring = Keyring(keys, timestamp=T + ahead, now=1.0, floor=T + ahead if keys else 0)
-        self.station = Station(TlogWriter(self.log), keyring, give_key=give_key)
-        self.private, self.now, self.found = private, 1.0, False
-
-    def run(self, seconds):
-        peer = LOCAL if self.private else FAR
-        for _ in range(round(seconds / 0.02)):
-            self.node.advance(10)
-            self.now += 0.02
-            usec = round(self.now * 1e6)
-            for _, data in self.node.datagrams(self.now):
-                if self.station.receive(data, self.now, usec):
-                    self.station.signing.is_private, self.found = self.private, True
-            self.station.tick(self.now)
-            for data in self.station.outgoing(self.now, usec) if self.found else ():
-                self.sent.append(data)
-                self.node.receive(data, peer, self.now)
-
-    @property
-    def state(self):
-        return self.station.snapshot.signing
-
-    @property
-    def said(self):
-        return " ".join(line.text for line in self.station.snapshot.messages)
-
-    @property
-    def is_armed(self):
-        return self.node.craft.autopilot.armed
+from tests.support.ground import Ground
+from tests.support.signed_ground import FAR, KEY, LOCAL, OTHER, T
+from tests.support.signed_pair import Pair
 
 
 def test_with_one_key_on_both_sides_the_link_is_signed_and_orders_are_obeyed(tmp_path):

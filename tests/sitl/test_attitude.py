@@ -4,6 +4,11 @@ import math
 
 import numpy as np
 import pytest
+from sitl.hybrid.supervisor import Law
+from sitl.kernels.quaternion import conjugate, from_rotation_vector, hover, multiply, rotate
+from sitl.kernels.state import ACTUATOR, P, Q, V, W
+from sitl.vehicle import Start, Vehicle
+from sitl.watch import LOST
 
 from protocol.dialect import mavlink
 from protocol.frames import quaternion_from_euler
@@ -13,15 +18,7 @@ from sitl.autopilot.fence import Fence
 from sitl.autopilot.guidance import Attitude, Setpoint
 from sitl.autopilot.settings import Settings
 from sitl.design.attitude import full_force
-from sitl.design.zero_moment import zero_moment_gains
-from sitl.hybrid.supervisor import Law
-from sitl.kernels.quaternion import conjugate, from_rotation_vector, hover, multiply, rotate, rotate_inverse
-from sitl.kernels.state import ACTUATOR, P, Q, V, W
-from sitl.laws import hover_attitude
-from sitl.laws.hover_zero_moment import attitude_torque
-from sitl.vehicle import Start, Vehicle
-from sitl.watch import LOST
-from tests.sitl.test_node import Ground
+from tests.support.ground import Ground
 from tests.support.wing_flight import NOMINAL, Flight
 
 HOVER = NOMINAL.m * NOMINAL.g / full_force(NOMINAL)  # thrust of a hover

@@ -3,12 +3,10 @@
 import io
 import os
 import random
-import resource
 import shutil
 import signal
 import time
 from collections import Counter
-from contextlib import contextmanager
 from itertools import pairwise
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -21,6 +19,7 @@ from protocol.plans import load
 from protocol.plans.mission import MissionItem
 from sitl.errors import SitlError
 from sitl.memory import Memory
+from tests.support.disk import full_disk
 from tests.support.paths import DATA
 from tests.support.station import Sky
 
@@ -206,17 +205,6 @@ def test_a_left_over_of_a_killed_write_is_no_state(folder):
     assert list(folder.iterdir()) == []
 
 
-@contextmanager
-def full_disk():
-    """No file can be written beyond a few bytes."""
-    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (16, limits[1]))
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
-
-
 def test_a_full_disk_is_said_the_old_state_stays_and_the_flight_goes_on(tmp_path):
     sky = Sky(tmp_path, up=3.0)
     station = sky.station()
@@ -233,7 +221,7 @@ def test_a_full_disk_is_said_the_old_state_stays_and_the_flight_goes_on(tmp_path
     for name in ("mission", "parameters", "rally", "home"):
         assert f"{name} not kept" in station.texts()
     assert sky.autopilot.mission.items == SQUARE  # in force all the same
-    assert sky.craft.vehicle.plant[2] == pytest.approx(3.0, abs=0.1)
+    assert sky.craft.vehicle.truth.body.position.z == pytest.approx(3.0, abs=0.1)
 
 
 def test_a_folder_that_went_away_is_said_and_the_flight_goes_on(tmp_path):
@@ -246,7 +234,7 @@ def test_a_folder_that_went_away_is_said_and_the_flight_goes_on(tmp_path):
         sky.advance(1.0)
     for name in ("mission", "parameters", "home", "fence"):
         assert f"{name} not kept" in station.texts()
-    assert sky.craft.vehicle.plant[2] == pytest.approx(3.0, abs=0.1)
+    assert sky.craft.vehicle.truth.body.position.z == pytest.approx(3.0, abs=0.1)
 
 
 def test_a_state_folder_that_cannot_be_made_is_one_line(tmp_path):

@@ -4,14 +4,14 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from protocol.dialect import mavlink
+from protocol.dialect.vocabulary import Law, Way
 from protocol.modes import Mode
 from sitl.autopilot.alarm import Action
-from sitl.autopilot.decision import Way
 from sitl.autopilot.link_watch import Silence
 from sitl.autopilot.manual import Sticks
 from sitl.autopilot.settings import Settings
 from sitl.autopilot.streamed import KEEP_FACING
-from sitl.hybrid.supervisor import WINGED, Law
+from sitl.craft import is_forward
 from tests.support.wing_flight import HIGH, Flight, item, waypoint
 
 TIMEOUT = 2.0  # of both links [s]
@@ -80,7 +80,7 @@ def taking_off(settings, **begun):
     flight.fly(0.5)
     assert flight.autopilot.arm().accepted
     assert flight.autopilot.take_off(HIGH).accepted
-    flight.fly_until(lambda: flight.vehicle.plant[2] > 3.0, 20.0)
+    flight.fly_until(lambda: flight.vehicle.truth.body.position.z > 3.0, 20.0)
     return flight
 
 
@@ -107,7 +107,7 @@ def on_the_wing(settings, **begun):
     flight = hovering(settings, **begun)
     assert flight.autopilot.go_to(FAR).accepted
     flight.fly(7.0)
-    assert flight.vehicle.law in WINGED
+    assert is_forward(flight.vehicle.law)
     return flight
 
 
@@ -122,7 +122,7 @@ def on_a_winged_mission(settings, **begun):
     """On the first leg of a mission, in the cruise."""
     flight = _on_a_mission(settings, **begun)
     flight.fly(7.0)
-    assert flight.vehicle.law in WINGED
+    assert is_forward(flight.vehicle.law)
     return flight
 
 

@@ -3,56 +3,65 @@
 import math
 
 import numpy as np
-from numba import njit
 
 from sitl.airframe import load
+from sitl.compiled import entry
+from sitl.control import forward_linear as law
+from sitl.control.reference import LEG, Path
 from sitl.design.forward_linear import forward_gains
-from sitl.kernels.integrate import plant_step
-from sitl.kernels.quaternion import from_euler, from_rotation_vector, multiply
-from sitl.kernels.state import ACTUATOR, SIZE, P, Q, V, W
-from sitl.laws import forward_linear as law
+from sitl.estimation.truth import observe
+from sitl.model.arithmetic import arctangent, sine_cosine
+from sitl.model.ground import feet_aloft
+from sitl.model.plant import step
+from sitl.model.quaternions import from_euler, multiply
+from sitl.model.state import Actuators, Body, Plant
+from sitl.model.vectors import Vector, add
+from tests.support.estimates import rotation, vector
 
 NOMINAL = load("nominal").parameters
 GAINS = forward_gains(NOMINAL)
 ALOFT = 1000.0  # [m]
-SAMPLE = 5  # control ticks of 2 ms between samples
+PERIOD, SUBSTEPS = 0.002, 2
+SAMPLE = 5  # control periods between samples
+COLUMNS = 18  # t, V, x, position, elevons
 
 
-@njit(cache=True)
-def _fly(plant, wind, told, leg, airspeed, ramp, gains, a, rows):
-    """Fly at 500 Hz over 1 ms of plant; a row per sample: t, V, x, u, plant.
-
-    ``leg`` is its course, its climb and, for a circle to the left begun northwards at the origin, the radius.
-    """
-    x, u, command, origin = np.empty(law.STATES), np.empty(4), np.empty(4), np.array((0.0, 0.0, ALOFT))
-    course, climb, radius = leg
-    for tick in range(rows.shape[0] * SAMPLE):
-        speed = airspeed + ramp * 0.002 * tick
+@entry
+def _fly(plant, wind, told, course, climb, radius, airspeed, ramp, gains, a, rows):
+    """Fly at 500 Hz over 1 ms of plant, a row per sample; with a radius a circle to the left, begun northwards."""
+    still = Vector(0.0, 0.0, 0.0)
+    start = Vector(0.0, 0.0, ALOFT)
+    for period in range(rows.shape[0] * SAMPLE):
         if radius > 0.0:  # the leg is the circle's tangent beside the vehicle
-            bearing = math.atan2(plant[P + 1] - radius, plant[P])
+            bearing = arctangent(plant.body.position.y - radius, plant.body.position.x)
             course = bearing + 0.5 * math.pi
-            origin[0], origin[1] = radius * math.cos(bearing), radius + radius * math.sin(bearing)
-        steep = law.error(plant, told, origin, course, climb, speed, gains, x)
-        law.control(x, speed, steep, gains, u)
-        if tick % SAMPLE == 0:
-            row = rows[tick // SAMPLE]
-            row[0], row[1] = 0.002 * tick, law.lyapunov(x, speed, gains)
-            row[2:13], row[13:17], row[17:] = x, u, plant
-        for i in range(2):
-            command[i], command[2 + i] = math.sqrt(max(u[i], 0.0) / a.k_f), u[2 + i]
-        for _ in range(2):
-            plant_step(plant, command, wind, True, a, 0.001)
+            s, c = sine_cosine(bearing)
+            start = Vector(radius * c, radius + radius * s, ALOFT)
+        s, c = sine_cosine(course)
+        sc, cc = sine_cosine(climb)
+        speed = airspeed + ramp * PERIOD * period
+        path = Path(LEG, start, add(start, Vector(cc * c, cc * s, sc)), speed, False, 0.0, 0.0, 0.0)
+        x, steep = law.error(observe(plant, still, told, False), path, gains)
+        T1, T2, d1, d2 = law.control(x, speed, steep, gains)
+        if period % SAMPLE == 0:
+            row = rows[period // SAMPLE]
+            row[0], row[1] = PERIOD * period, law.quadratic(x, speed, gains)
+            row[2], row[3], row[4], row[5], row[6], row[7] = x.left, x.above, x.v_ahead, x.v_left, x.v_up, x.e_x
+            row[8], row[9], row[10], row[11], row[12] = x.e_y, x.e_z, x.p, x.q, x.r
+            row[13], row[14], row[15] = plant.body.position.x, plant.body.position.y, plant.body.position.z
+            row[16], row[17] = plant.actuators.left_elevon, plant.actuators.right_elevon
+        command = Actuators(math.sqrt(max(T1, 0.0) / a.k_f), math.sqrt(max(T2, 0.0) / a.k_f), d1, d2)
+        for _ in range(SUBSTEPS):
+            plant = step(plant, command, wind, True, a, PERIOD / SUBSTEPS)
 
 
 class Flight:
     """What a flight was, one row per 10 ms."""
 
     def __init__(self, rows):
-        self.time, self.lyapunov, self.x, self.u = rows[:, 0], rows[:, 1], rows[:, 2:13], rows[:, 13:17]
-        self.plant = rows[:, 17:]
+        self.time, self.lyapunov, self.x, self.p = rows[:, 0], rows[:, 1], rows[:, 2:13], rows[:, 13:16]
         self.offset = np.hypot(self.x[:, 0], self.x[:, 1])  # from the leg [m]
         self.attitude = 2.0 * np.arcsin(np.minimum(np.linalg.norm(self.x[:, 5:8], axis=1), 1.0))  # [rad]
-        self.saturated = (np.abs(self.plant[:, ACTUATOR + 2 : ACTUATOR + 4]) > NOMINAL.delta_max - 1e-6).any(axis=1)
 
     def converged(self, *, offset=0.1, speed=0.1, attitude=0.02):
         """Whether it ends on the leg, at its speed and attitude."""
@@ -65,30 +74,37 @@ class Flight:
 
 
 def on_leg(airspeed, *, course=0.0, climb=0.0, wind=(0.0, 0.0, 0.0), gains=GAINS, a=NOMINAL):
-    """The plant in the law's own trim on a leg through the origin, (SIZE,)."""
-    u = np.array(law.wind_triangle(np.array(wind, dtype=float), course, climb, airspeed))
-    steep = math.atan2(u[2], math.hypot(u[0], u[1])) if airspeed > 0 else climb
-    azimuth = math.atan2(u[1], u[0]) if airspeed > 0 else course
-    cell = *law._cell(airspeed, gains.speeds), *law._cell(steep, gains.climbs)
-    theta, thrust, delta = (law._bilinear(table, *cell) for table in (gains.theta, gains.thrust, gains.delta))
-    plant = np.full(SIZE, np.nan)
-    plant[P : P + 3], plant[V : V + 3], plant[W : W + 3] = (0.0, 0.0, ALOFT), u + np.array(wind), 0.0
-    plant[Q : Q + 4] = from_euler(0.0, -theta, azimuth)
-    plant[ACTUATOR : ACTUATOR + 2] = math.sqrt(max(thrust, 0.0) / a.k_f)
-    plant[ACTUATOR + 2 : ACTUATOR + 4] = delta
-    return plant
+    """The plant in the law's own trim on a leg through the origin."""
+    along = Vector(math.cos(climb) * math.cos(course), math.cos(climb) * math.sin(course), math.sin(climb))
+    u = law.wind_triangle(vector(wind), along, float(airspeed))
+    steep = math.atan2(u.z, math.hypot(u.x, u.y)) if airspeed > 0 else climb
+    azimuth = math.atan2(u.y, u.x) if airspeed > 0 else course
+    at, up = law.cell(airspeed, gains.speeds), law.cell(steep, gains.climbs)
+    theta, thrust, delta = (law.bilinear(table, at, up) for table in (gains.theta, gains.thrust, gains.delta))
+    omega = math.sqrt(max(thrust, 0.0) / a.k_f)
+    still = Vector(0.0, 0.0, 0.0)
+    body = Body(Vector(0.0, 0.0, ALOFT), add(u, vector(wind)), from_euler(0.0, -theta, azimuth), still)
+    return Plant(body, Actuators(omega, omega, float(delta), float(delta)), feet_aloft())
+
+
+def moved(plant, *, west=0.0, up=0.0):
+    """The plant elsewhere."""
+    return plant._replace(body=plant.body._replace(position=add(plant.body.position, Vector(0.0, west, up))))
 
 
 def disturb(plant, rng, *, offset, speed, attitude, rate):
-    """A copy disturbed in a random direction of each of four kinds by these sizes [m, m/s, rad, rad/s]."""
+    """The plant disturbed in a random direction of each of four kinds by these sizes [m, m/s, rad, rad/s]."""
     unit = rng.normal(size=(4, 3))
     unit /= np.linalg.norm(unit, axis=1)[:, None]
-    x = plant.copy()
-    x[P : P + 3] += offset * unit[0]
-    x[V : V + 3] += speed * unit[1]
-    x[Q : Q + 4] = multiply(x[Q : Q + 4].copy(), from_rotation_vector(attitude * unit[2]))
-    x[W : W + 3] += rate * unit[3]
-    return x
+    body = plant.body
+    return plant._replace(
+        body=Body(
+            add(body.position, vector(offset * unit[0])),
+            add(body.velocity, vector(speed * unit[1])),
+            multiply(body.attitude, rotation(attitude * unit[2])),
+            add(body.rates, vector(rate * unit[3])),
+        )
+    )
 
 
 def fly(
@@ -96,7 +112,8 @@ def fly(
     gains=GAINS, a=NOMINAL,
 ):  # fmt: skip
     """Fly a leg through the origin from a state, see :func:`_fly`; ``told`` is the wind that the law knows of."""
-    rows, air = np.empty((round(duration / 0.002 / SAMPLE), 17 + SIZE)), np.array(wind, dtype=float)
-    known = air if told is None else np.array(told, dtype=float)
-    _fly(plant.copy(), air, known, (course, climb, radius), float(airspeed), float(ramp), gains, a, rows)
+    rows = np.empty((round(duration / PERIOD / SAMPLE), COLUMNS))
+    known = vector(wind if told is None else told)
+    way = float(course), float(climb), float(radius), float(airspeed), float(ramp)
+    _fly(plant, vector(wind), known, *way, gains, a, rows)
     return Flight(rows)

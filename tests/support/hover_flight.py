@@ -4,11 +4,14 @@ import math
 
 import numpy as np
 
+from protocol.dialect.vocabulary import Law
 from sitl.airframe import load
-from sitl.autopilot.guidance import Setpoint
-from sitl.hybrid.supervisor import Law
-from sitl.kernels.state import ACTUATOR, P, Q, V, W
-from sitl.vehicle import TICK, DivergedError, Start, Tuning, Vehicle
+from sitl.control.reference import hover_at
+from sitl.model.quaternions import hover
+from sitl.model.state import Body
+from sitl.model.vectors import Vector
+from sitl.simulation.simulation import DivergedError, Simulation, Start, Tuning
+from tests.support.estimates import quaternion, vector
 
 NOMINAL = load("nominal").parameters
 ALOFT = 500.0  # [m]
@@ -17,16 +20,15 @@ ZERO_MOMENT_ALONE = {"v_enter": 0.0, "v_leave": math.inf}
 
 
 class Flight:
-    """What a flight was, one row per sample; positions are relative to the target."""
+    """What a flight was, one row per 10 ms; positions are relative to the target."""
 
-    def __init__(self, rows, vehicle, *, diverged):
-        rows = np.array(rows)
-        self.time, self.lyapunov = rows[:, 0], rows[:, 1]
-        self.e, self.v, self.q = rows[:, 2 + P : 5 + P], rows[:, 2 + V : 5 + V], rows[:, 2 + Q : 6 + Q]
-        self.actuator = rows[:, 2 + ACTUATOR : 6 + ACTUATOR]
+    def __init__(self, recording, target, *, diverged):
+        self.time, self.lyapunov = recording.time, recording.v_hover
+        self.e, self.v, self.q = recording.position - target, recording.velocity, recording.attitude
+        self.actuator, self.guide = recording.actuators, recording.guide
         self.distance = np.linalg.norm(self.e, axis=1)
         self.tilt = np.arccos(np.clip(2.0 * (self.q[:, 1] * self.q[:, 3] - self.q[:, 0] * self.q[:, 2]), -1.0, 1.0))
-        self.jumps, self.diverged = vehicle.jumps, diverged
+        self.jumps, self.diverged = recording.jumps, diverged
 
     def settled(self, radius):
         """Time after which the error stays below ``radius`` [s]; infinite if it does not."""
@@ -38,25 +40,15 @@ class Flight:
 
 def fly(target, *, law, duration, attitude=None, v=(0, 0, 0), w=(0, 0, 0), wind=(0, 0, 0), heading=0.0, **tuning):
     """Fly from rest at the origin; arguments as in ``Start`` and ``Tuning``, attitude a quaternion."""
-    vehicle = Vehicle(NOMINAL, start=Start(up=ALOFT, heading=heading, airborne=True), tuning=Tuning(**tuning))
-    aim = np.array(target, dtype=float) + vehicle.plant[P : P + 3]
-    if attitude is not None:
-        vehicle.plant[Q : Q + 4] = attitude
-    vehicle.plant[V : V + 3], vehicle.plant[W : W + 3] = v, w
+    start = Start(up=ALOFT, heading=heading, airborne=True)
+    vehicle = Simulation(NOMINAL, start=start, tuning=Tuning(**tuning))
+    q = hover(heading) if attitude is None else quaternion(attitude)
+    vehicle.place(Body(Vector(0.0, 0.0, ALOFT), vector(v), q, vector(w)))
     vehicle.begin_flight(law)
     vehicle.set_wind(wind)
-    vehicle.set_target(Setpoint(tuple(aim), heading, 3.0))
-    vehicle.advance(0)
-    rows = []
-    for _ in range(round(duration / TICK / 5)):
-        row = np.concatenate(((vehicle.time, vehicle.lyapunov), vehicle.plant))
-        row[2:5] -= aim
-        rows.append(row)
-        try:
-            vehicle.advance(5)
-        except DivergedError:
-            return Flight(rows, vehicle, diverged=True)
-    return Flight(rows, vehicle, diverged=False)
-
-
-__all__ = ["LINEAR_ALONE", "NOMINAL", "ZERO_MOMENT_ALONE", "Flight", "Law", "fly"]
+    aim = np.array(target, dtype=float) + (0.0, 0.0, ALOFT)
+    vehicle.reference = hover_at(tuple(aim), heading, 3.0)
+    try:
+        return Flight(vehicle.record(duration, 100.0), aim, diverged=False)
+    except DivergedError as error:
+        return Flight(error.recording, aim, diverged=True)

@@ -13,7 +13,7 @@ from sitl.autopilot.settings import Settings
 from sitl.craft import Craft
 from sitl.memory import Memory
 from sitl.parameters import Bindings, Surroundings
-from sitl.vehicle import Start, Tuning, Vehicle
+from sitl.simulation.simulation import Simulation, Start, Tuning
 from sitl.wire.node import Node
 
 HOME = Geodetic(43.5648, 1.4811, 150.0)
@@ -26,7 +26,7 @@ class Sky:
     """A vehicle that hovers where it is told to, or stands on the ground, and its link."""
 
     def __init__(self, folder, *, up=0.0, settings=None, surroundings=None, seed=1, origin=HOME):
-        vehicle = Vehicle(load("nominal").parameters, seed=seed, start=Start(up=up, airborne=up > 0.0))
+        vehicle = Simulation(load("nominal").parameters, seed=seed, start=Start(up=up, airborne=up > 0.0))
         bindings = Bindings(settings or Settings(), Tuning(), surroundings or Surroundings())
         self.craft = Craft(vehicle, World(LocalFrame(origin), ARENAS["open"]), bindings, airborne=up > 0.0)
         self.node = Node(self.craft, Memory(folder), ["main"])

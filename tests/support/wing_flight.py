@@ -6,27 +6,28 @@ from dataclasses import replace
 import numpy as np
 
 from protocol.dialect import mavlink
+from protocol.dialect.vocabulary import Law
+from protocol.dialect.vocabulary import Law
 from protocol.frames import Geodetic, LocalFrame
 from protocol.plans import load as load_plan
 from protocol.plans.mission import MissionItem
 from sitl.airframe import load
 from sitl.autopilot.arena import ARENAS
-from sitl.autopilot.legs import leg_setpoint
+from sitl.autopilot.legs import leg_reference
 from sitl.autopilot.mission import World
 from sitl.autopilot.settings import Settings
-from sitl.craft import Craft
-from sitl.hybrid.supervisor import WINGED, Law
-from sitl.kernels.state import ACTUATOR
+from sitl.craft import Craft, is_forward
 from sitl.parameters import Bindings, Surroundings
-from sitl.vehicle import Start, Tuning, Vehicle
+from sitl.simulation.simulation import Simulation, Start, Tuning
 from tests.support.paths import DATA
 
 NOMINAL = load("nominal").parameters
 HOME = Geodetic(43.5648, 1.4811, 150.0)
 WORLD = World(LocalFrame(HOME), ARENAS["open"])
 HIGH = 25.0  # where hops and airborne crafts begin [m]
-SAMPLE = 10  # control ticks between samples: one autopilot tick
+SAMPLE = 10  # control periods between samples: one autopilot tick
 NAN = math.nan
+FORWARD = [int(law) for law in Law if is_forward(law)]
 
 
 class Track:
@@ -37,11 +38,12 @@ class Track:
         self._rows = []
 
     def advance(self, seconds, fly=None, each=lambda: None):
-        """Fly on, by ``fly(ticks)`` if it is not the bare vehicle that flies; ``each`` is called after every sample."""
+        """Fly on, by ``fly(periods)`` if it is not the bare vehicle that flies; ``each`` is called after every sample."""
         for _ in range(round(seconds * 1000 / 2 / SAMPLE)):
             (fly or self.vehicle.advance)(SAMPLE)
             v = self.vehicle
-            state = (v.time, v.law, *v.plant[: ACTUATOR + 4], v.energy, *v.wind, *v.wind_estimate)
+            p, u, q, w = v.truth.body
+            state = (v.time, v.law, *p, *u, *q, *w, *v.truth.actuators, v.energy, *v.wind, *v.wind_estimate)
             self._rows.append(state)
             each()
 
@@ -86,7 +88,7 @@ class Track:
 
     @property
     def winged(self):
-        return np.isin(self.law, [int(law) for law in WINGED])
+        return np.isin(self.law, FORWARD)
 
     @property
     def names(self):
@@ -110,29 +112,29 @@ class Track:
 
 def hop(
     azimuth=0.0, *, distance=100.0, up=10.0, heading=0.0, airspeed=15.0, seconds=25.0, seed=1, gusts=0.0,
-    wind=(0.0, 0.0, 0.0), plant=NOMINAL, believed=None, tuning=None,
+    wind=(0.0, 0.0, 0.0), plant=NOMINAL, design_model=None, tuning=None,
 ):  # fmt: skip
     """From the hover at ``HIGH``, on the wing to a point along an azimuth, and hover there."""
-    vehicle = Vehicle(
-        plant, seed=seed, start=Start(up=HIGH, heading=heading, airborne=True), believed=believed, tuning=tuning
+    vehicle = Simulation(
+        plant, seed=seed, start=Start(up=HIGH, heading=heading, airborne=True), design_model=design_model, tuning=tuning
     )
     vehicle.begin_flight(Law.HOVER_LINEAR)
     vehicle.set_wind(wind, gusts)
     end = (distance * math.cos(azimuth), distance * math.sin(azimuth), HIGH + up)
-    here = vehicle.setpoint
-    vehicle.set_target(leg_setpoint(here.p, end, here, airspeed, stop=True))
+    here = vehicle.reference
+    vehicle.reference = leg_reference(here.position, end, here, airspeed, stop=True)
     track = Track(vehicle)
     track.advance(seconds)
     return track
 
 
-def on_a_leg(*, airspeed=15.0, seed=1, gusts=0.0, wind=(0.0, 0.0, 0.0), plant=NOMINAL, believed=None, tuning=None):
+def on_a_leg(*, airspeed=15.0, seed=1, gusts=0.0, wind=(0.0, 0.0, 0.0), plant=NOMINAL, design_model=None, tuning=None):
     """A vehicle that sets out on a leg northwards without an end."""
-    vehicle = Vehicle(plant, seed=seed, start=Start(up=200.0, airborne=True), believed=believed, tuning=tuning)
+    vehicle = Simulation(plant, seed=seed, start=Start(up=200.0, airborne=True), design_model=design_model, tuning=tuning)
     vehicle.begin_flight(Law.HOVER_LINEAR)
     vehicle.set_wind(wind, gusts)
-    start = vehicle.setpoint
-    vehicle.set_target(leg_setpoint(start.p, (5000.0, 0.0, 200.0), start, airspeed, stop=False))
+    start = vehicle.reference
+    vehicle.reference = leg_reference(start.position, (5000.0, 0.0, 200.0), start, airspeed, stop=False)
     return vehicle
 
 
@@ -141,10 +143,10 @@ class Flight(Track):
 
     def __init__(
         self, *, airborne=True, seed=1, settings=None, tuning=None, wind_speed=0.0, wind_from=0.0, gusts=0.0,
-        plant=NOMINAL, believed=None,
+        plant=NOMINAL, design_model=None,
     ):  # fmt: skip
         start = Start(up=HIGH, airborne=True) if airborne else Start()
-        super().__init__(Vehicle(plant, seed=seed, start=start, believed=believed))
+        super().__init__(Simulation(plant, seed=seed, start=start, design_model=design_model))
         bindings = Bindings(
             settings or Settings(), tuning or Tuning(), Surroundings(wind_speed, wind_from, gusts, battery=1e6)
         )

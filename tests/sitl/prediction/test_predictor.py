@@ -72,7 +72,7 @@ def test_a_leg_without_length_is_over_soon(wind):
 
 
 def test_the_alignment_is_the_integral_of_its_law():
-    """psi' = -k sin(psi / 2) from the turn down to 12 degrees."""
+    """From the turn down to 12 degrees, under psi' = -k sin(psi / 2)."""
     for turn, k in ((0.5, 1.0), (1.6, 2.0), (3.1, 0.7)):
         psi, time, step = turn, 0.0, 1e-4
         while psi > math.radians(12.0):

@@ -16,7 +16,7 @@ from sitl.autopilot.guidance import View
 from sitl.autopilot.mission import World
 from sitl.autopilot.outcome import ACCEPTED
 from sitl.autopilot.settings import Settings
-from tests.sitl.test_missions import LAND, TAKE_OFF, waypoint
+from tests.sitl.autopilot.test_missions import LAND, TAKE_OFF, waypoint
 
 WORLD = World(LocalFrame(Geodetic(43.5648, 1.4811, 150.0)), ARENAS["open"])
 DENIED = mavlink.MAV_RESULT_DENIED
@@ -77,7 +77,7 @@ def test_take_off_waits_for_arming(autopilot):
 
 def test_take_off_climbs_then_holds_at_its_height(airborne):
     assert airborne.mode is Mode.HOLD
-    assert airborne.update(view(11.0, p=(0.0, 0.0, 3.0), landed=False)).p == (0.0, 0.0, 3.0)
+    assert airborne.update(view(11.0, p=(0.0, 0.0, 3.0), landed=False)).position == (0.0, 0.0, 3.0)
 
 
 @pytest.mark.parametrize("height", [-1.0, 0.2, 1e6, math.nan])
@@ -113,7 +113,7 @@ def test_a_mission_flies_through_to_its_landing(autopilot):
     assert autopilot.start_mission().result == ACCEPTED
     p, time, reached = (0.0, 0.0, 0.0), 0.0, []
     while autopilot.flying and time < 60.0:
-        p = autopilot.update(view(time, p=p, landed=False)).p
+        p = autopilot.update(view(time, p=p, landed=False)).position
         reached += autopilot.reached()
         if autopilot.landing and p[2] <= 0.0:
             autopilot.touched_down()
@@ -128,9 +128,9 @@ def test_a_mission_resumes_at_its_current_item_after_a_hold(autopilot):
     autopilot.start_mission(1)
     autopilot.update(view(0.0, p=(0.0, 0.0, 3.0), landed=False))
     autopilot.hold()
-    assert autopilot.update(view(5.0, p=(1.0, 0.0, 3.0), landed=False)).p[0] < 4.0
+    assert autopilot.update(view(5.0, p=(1.0, 0.0, 3.0), landed=False)).position[0] < 4.0
     autopilot.start_mission()
-    assert autopilot.update(view(6.0, p=(1.0, 0.0, 3.0), landed=False)).p == (4.0, 0.0, 3.0)
+    assert autopilot.update(view(6.0, p=(1.0, 0.0, 3.0), landed=False)).position == (4.0, 0.0, 3.0)
 
 
 def test_a_new_mission_does_not_keep_flying_the_old_one(airborne):
@@ -151,7 +151,7 @@ def test_offboard_needs_fresh_setpoints_and_holds_when_they_stop(airborne):
     assert airborne.set_mode(Mode.OFFBOARD).result == REJECTED
     airborne.set_offboard_setpoint((3.0, 0.0, 3.0))
     assert airborne.set_mode(Mode.OFFBOARD).result == ACCEPTED
-    assert airborne.update(view(10.1, p=(0.0, 0.0, 3.0), landed=False)).p == (3.0, 0.0, 3.0)
+    assert airborne.update(view(10.1, p=(0.0, 0.0, 3.0), landed=False)).position == (3.0, 0.0, 3.0)
     airborne.update(view(20.0, p=(2.0, 0.0, 3.0), landed=False))
     assert airborne.mode is Mode.HOLD
     assert any("stopped" in notice.text for notice in airborne.notices())
@@ -168,7 +168,7 @@ def test_a_hold_near_the_ground_is_flown_at_a_safe_height(autopilot):
     autopilot.take_off(3.0)
     autopilot.update(view(0.1, p=(0.0, 0.0, 0.1), landed=False))
     autopilot.hold()
-    assert autopilot.update(view(0.2, p=(0.0, 0.0, 0.1), landed=False)).p[2] >= 1.0
+    assert autopilot.update(view(0.2, p=(0.0, 0.0, 0.1), landed=False)).position[2] >= 1.0
 
 
 REQUESTS = st.sampled_from(
@@ -192,12 +192,12 @@ REQUESTS = st.sampled_from(
 
 @settings(deadline=None, max_examples=60)
 @given(st.lists(REQUESTS, max_size=25))
-def test_whatever_is_asked_the_setpoint_stays_finite_and_inside_the_arena(requests):
+def test_whatever_is_asked_the_reference_stays_finite_and_inside_the_arena(requests):
     autopilot, p = Autopilot(WORLD, Settings()), (0.0, 0.0, 0.0)
     for tick, request in enumerate(requests):
         request(autopilot)
-        setpoint = autopilot.update(view(0.5 * tick, p=p, landed=not autopilot.flying))
-        assert all(map(math.isfinite, setpoint.p))
-        assert autopilot.landing or WORLD.arena.refuse(setpoint.p) is None
+        reference = autopilot.update(view(0.5 * tick, p=p, landed=not autopilot.flying))
+        assert all(map(math.isfinite, reference.position))
+        assert autopilot.landing or WORLD.arena.refuse(reference.position) is None
         assert not (autopilot.flying and not autopilot.armed)
-        p = (*setpoint.p[:2], max(setpoint.p[2], 0.0))
+        p = (*reference.position[:2], max(reference.position[2], 0.0))

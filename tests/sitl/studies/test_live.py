@@ -8,12 +8,12 @@ import pytest
 
 from protocol.codec import Codec
 from protocol.dialect import mavlink
+from protocol.dialect.vocabulary import Law
 from protocol.frames import Geodetic, LocalFrame
 from protocol.modes import Mode
 from sitl.autopilot.arena import ARENAS
 from sitl.autopilot.mission import World
 from sitl.errors import SitlError
-from sitl.hybrid.supervisor import Law
 from sitl.memory import Memory
 from sitl.parameters import TABLE
 from sitl.studies.live import ScenarioCraft, ScenarioNode, named
@@ -112,7 +112,7 @@ def test_it_holds_where_it_ended(tmp_path):
     watched.advance(20.0)
     assert watched.craft.live.complete
     assert watched.craft.autopilot.mode is Mode.HOLD
-    np.testing.assert_allclose(watched.craft.vehicle.plant[:3], (5.0, 5.0, 105.0), atol=0.1)
+    np.testing.assert_allclose(watched.craft.vehicle.truth.body.position, (5.0, 5.0, 105.0), atol=0.1)
 
 
 def test_a_command_that_moves_the_vehicle_ends_the_scenario(tmp_path):

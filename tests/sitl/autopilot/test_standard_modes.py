@@ -6,10 +6,10 @@ import pytest
 from pymavlink.dialects.v20 import all as published
 
 from protocol.dialect import mavlink
+from protocol.dialect.vocabulary import Law
 from protocol.modes import Mode, custom_mode
 from sitl.autopilot.standard_modes import LIST, STANDARD
-from sitl.hybrid.supervisor import Law
-from tests.sitl.test_node import HOME, Ground
+from tests.support.ground import HOME, Ground
 
 
 def command(ground, number, *params):
@@ -84,9 +84,9 @@ def test_a_standard_mode_that_is_not_here_fails(hovering, wanted):
 def test_an_orbit_is_flown_at_the_height_that_is_meant(hovering, height, frame, up):
     assert orbit(hovering, 40.0, 15.0, height, frame) == mavlink.MAV_RESULT_ACCEPTED
     hovering.advance(0.1)
-    route = hovering.node.craft.autopilot.setpoint.route
-    assert route.start == pytest.approx((0.0, 0.0, up), abs=0.02)
-    assert abs(route.radius) == 40.0
+    path = hovering.node.craft.autopilot.reference.path
+    assert path.start == pytest.approx((0.0, 0.0, up), abs=0.02)
+    assert abs(path.radius) == 40.0
 
 
 @pytest.mark.parametrize(
@@ -94,9 +94,9 @@ def test_an_orbit_is_flown_at_the_height_that_is_meant(hovering, height, frame, 
     [(2.0, 15.0, 25.0), (40.0, 3.0, 25.0), (40.0, 80.0, 25.0), (math.inf, 15.0, 25.0), (40.0, 15.0, 9000.0)],
 )
 def test_an_orbit_that_cannot_be_flown_is_denied_and_nothing_changes(hovering, radius, speed, height):
-    before = hovering.node.craft.autopilot.setpoint
+    before = hovering.node.craft.autopilot.reference
     assert orbit(hovering, radius, speed, height) == mavlink.MAV_RESULT_DENIED
-    assert hovering.node.craft.autopilot.setpoint.route is before.route
+    assert hovering.node.craft.autopilot.reference is before
     assert "Orbit denied" in "".join(m.text for m in hovering.heard if m.get_type() == "STATUSTEXT")
 
 

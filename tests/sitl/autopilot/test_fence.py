@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 
 from protocol.dialect import mavlink
+from protocol.dialect.vocabulary import Way
 from protocol.modes import Mode
 from protocol.plans.mission import MissionItem
-from sitl.autopilot.decision import Way
 from sitl.autopilot.fence import Circle, Fence, FenceWatch, Polygon, make_fence, way_to_a_stop
 from sitl.autopilot.guidance import View
 from sitl.autopilot.settings import Settings
 from sitl.errors import SitlError
 from sitl.memory import Memory
 from sitl.parameters import Bindings, Surroundings
-from sitl.vehicle import Tuning
+from sitl.simulation.simulation import Tuning
 from tests.support.station import FRAME, Sky
 from tests.support.wing_flight import HIGH, Flight, waypoint
 
@@ -262,7 +262,7 @@ def test_a_return_goes_to_the_nearest_rally_point(tmp_path):
     sky.advance(6.0)
     assert ground.mode(Mode.RTL) == mavlink.MAV_RESULT_ACCEPTED
     sky.advance_until(lambda: not sky.autopilot.flying, 40.0)
-    assert sky.craft.vehicle.plant[:2].tolist() == pytest.approx([-6.0, 0.0], abs=0.3)
+    assert sky.craft.vehicle.truth.body.position[:2] == pytest.approx([-6.0, 0.0], abs=0.3)
     assert Memory(tmp_path).rally() == tuple(points)
 
 

@@ -6,13 +6,12 @@ import numpy as np
 import pytest
 
 from protocol.dialect import mavlink
+from protocol.dialect.vocabulary import Law, Way
 from protocol.modes import Mode
-from sitl.autopilot.decision import Way
 from sitl.autopilot.failsafe import BatteryWatch, Reserve, WayHome, energy_home, hover_power
 from sitl.autopilot.link_watch import LinkWatches, Silence
 from sitl.autopilot.manual import Sticks
 from sitl.autopilot.settings import Settings
-from sitl.hybrid.supervisor import Law
 from tests.support.failsafe_flights import CRITICAL, ERRANDS
 from tests.support.station import Sky
 from tests.support.wing_flight import HIGH, Flight
@@ -61,7 +60,7 @@ def test_on_the_wing_a_lost_ground_station_brings_the_vehicle_home_and_down(tmp_
     assert sky.craft.vehicle.law is Law.FORWARD_LINEAR
     sky.advance_until(lambda: not sky.autopilot.armed, 90.0)
     assert "No ground station for 5 s: returning" in ground.texts()
-    assert np.linalg.norm(sky.craft.vehicle.plant[:2]) < 0.5
+    assert np.linalg.norm(sky.craft.vehicle.truth.body.position[:2]) < 0.5
 
 
 def test_a_landing_goes_on_when_the_ground_station_is_lost():
@@ -242,7 +241,7 @@ def test_sticks_are_a_velocity_and_let_go_they_hold(tmp_path, axes, v):
 
 def test_the_turning_stick_turns_clockwise_and_forward_follows(tmp_path):
     sky, ground = flown_by_sticks(tmp_path, r=1000, seconds=3.0)
-    assert sky.autopilot.setpoint.heading == pytest.approx(-math.radians(90.0), abs=0.06)
+    assert sky.autopilot.reference.heading == pytest.approx(-math.radians(90.0), abs=0.06)
     for _ in range(60):
         ground.send(sticks(x=1000))
         sky.advance(0.1)

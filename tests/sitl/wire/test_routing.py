@@ -4,7 +4,7 @@ import pytest
 
 from protocol.codec import Codec
 from protocol.dialect import mavlink
-from tests.sitl.test_flood import STEP, hovering
+from tests.support.hovering_node import STEP, hovering
 
 GROUND, OTHER, CAMERA = (255, 190), (245, 190), (1, 100)
 PORTS = {"ground": GROUND, "other": OTHER, "camera": CAMERA}
@@ -70,7 +70,7 @@ def test_stations_and_camera_hear_what_is_for_them_and_no_more(flights):
 
 def test_what_goes_through_the_vehicle_moves_it_by_no_bit(flights):
     (alone, _), (among, _) = flights
-    assert among.craft.vehicle.plant.tobytes() == alone.craft.vehicle.plant.tobytes()
+    assert among.craft.vehicle.flight == alone.craft.vehicle.flight
     assert among.craft.autopilot.mode == alone.craft.autopilot.mode
 
 

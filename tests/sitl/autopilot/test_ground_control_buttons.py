@@ -47,7 +47,7 @@ def test_take_off_is_ordered_first_and_begins_by_arming(ground):
     assert not ground.sky.autopilot.flying
     assert ground.command(ARM, 1.0) == ACCEPTED
     ground.sky.advance_until(lambda: "Take-off complete" in ground.texts(), 20.0)
-    assert ground.sky.craft.vehicle.plant[2] == pytest.approx(4.0, abs=0.5)
+    assert ground.sky.craft.vehicle.truth.body.position.z == pytest.approx(4.0, abs=0.5)
 
 
 def test_a_mission_is_chosen_first_and_begins_by_arming(ground):
@@ -119,22 +119,22 @@ def test_pause_holds(air):
 
 
 def test_the_height_changes_above_the_place_where_it_is(air):
-    x, y, _ = air.sky.autopilot.setpoint.p
+    x, y, _ = air.sky.autopilot.reference.position
     assert reposition(air, altitude=HOME.alt + 11.0) == ACCEPTED
     air.sky.advance(8.0)
-    assert air.sky.craft.vehicle.plant[:3] == pytest.approx((x, y, 11.0), abs=0.5)
+    assert air.sky.craft.vehicle.truth.body.position == pytest.approx((x, y, 11.0), abs=0.5)
 
 
 @pytest.mark.parametrize(("altitude", "frame"), [(11.0, 3), (HOME.alt + 11.0, 0)])
 def test_the_height_changes_by_its_own_command(air, altitude, frame):
     assert air.command(mavlink.MAV_CMD_DO_CHANGE_ALTITUDE, altitude, frame) == ACCEPTED
     air.sky.advance(8.0)
-    assert air.sky.craft.vehicle.plant[2] == pytest.approx(11.0, abs=0.5)
+    assert air.sky.craft.vehicle.truth.body.position.z == pytest.approx(11.0, abs=0.5)
 
 
 def test_the_heading_changes_where_it_is(air):
-    before = air.sky.autopilot.setpoint.p
+    before = air.sky.autopilot.reference.position
     assert reposition(air, yaw=math.radians(60.0)) == ACCEPTED
     air.sky.advance(8.0)
     assert air.last("GLOBAL_POSITION_INT").hdg == pytest.approx(6000, abs=300)
-    assert air.sky.craft.vehicle.plant[:3] == pytest.approx(before, abs=0.5)
+    assert air.sky.craft.vehicle.truth.body.position == pytest.approx(before, abs=0.5)

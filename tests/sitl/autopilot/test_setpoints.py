@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 
 from protocol.dialect import mavlink
+from protocol.dialect.vocabulary import Law
 from protocol.modes import Mode
-from sitl.hybrid.supervisor import Law
-from sitl.kernels.state import P, V
-from tests.sitl.test_node import NAN, Ground
+from tests.support.ground import NAN, Ground
 
 LOCAL, OFFSET, BODY_NED, BODY_OFFSET, BODY_FRD = 1, 7, 8, 9, 12
 POSITION, VELOCITY, ACCELERATION = 2552, 2503, 3135  # masks as MAVSDK sends them, with a yaw but for the last
@@ -50,9 +49,8 @@ class Program(Ground):
     @property
     def ned(self):
         """Position and velocity."""
-        p, v = self.vehicle.plant[P : P + 3], self.vehicle.plant[V : V + 3]
-        flip = np.array((1.0, -1.0, -1.0))
-        return p * flip, v * flip
+        body, flip = self.vehicle.truth.body, np.array((1.0, -1.0, -1.0))
+        return np.array(body.position) * flip, np.array(body.velocity) * flip
 
 
 @pytest.fixture
@@ -196,12 +194,12 @@ def test_an_acceleration_that_tilts_too_far_is_refused(program):
 )
 def test_what_cannot_be_flown_is_refused_in_words_and_changes_nothing(program, frame, mask, what, said):
     autopilot = program.node.craft.autopilot
-    before = autopilot.setpoint
+    before = autopilot.reference
     program.setpoint(frame, mask, **what)
     assert said in program.texts()
     program.command(mavlink.MAV_CMD_DO_SET_MODE, 1, *Mode.OFFBOARD.value)
     assert program.last("COMMAND_ACK").result == mavlink.MAV_RESULT_TEMPORARILY_REJECTED
-    assert (autopilot.setpoint, autopilot.mode) == (before, Mode.HOLD)
+    assert (autopilot.reference, autopilot.mode) == (before, Mode.HOLD)
 
 
 def test_a_velocity_beside_a_position_changes_nothing_of_it(program):

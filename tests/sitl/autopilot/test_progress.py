@@ -6,11 +6,12 @@ import math
 import pytest
 
 from protocol.dialect import mavlink
+from protocol.dialect.vocabulary import Law, Way
 from protocol.modes import Mode
-from sitl.autopilot.decision import Way
-from sitl.autopilot.guidance import Route, Setpoint, View
+from sitl.autopilot.guidance import View
 from sitl.autopilot.progress import LONGEST, Transition, is_reached
-from sitl.hybrid.supervisor import WINGED, Law
+from sitl.control.reference import along, hover_at, leg
+from sitl.craft import is_forward
 from tests.support.station import Sky
 from tests.support.wing_flight import Flight, waypoint
 
@@ -19,20 +20,22 @@ WING, HOVER = mavlink.MAV_VTOL_STATE_FW, mavlink.MAV_VTOL_STATE_MC
 ACCEPTED, FAILED, CANCELLED = mavlink.MAV_RESULT_ACCEPTED, mavlink.MAV_RESULT_FAILED, mavlink.MAV_RESULT_CANCELLED
 REJECTED, IN_PROGRESS = mavlink.MAV_RESULT_TEMPORARILY_REJECTED, mavlink.MAV_RESULT_IN_PROGRESS
 HIGH = 40.0
-HERE = Setpoint((0.0, 0.0, HIGH), 0.0, 3.0)
-LEG = HERE._replace(route=Route(0, HERE.p, (500.0, 0.0, HIGH), 15.0))
+HERE = hover_at((0.0, 0.0, HIGH), 0.0, 3.0)
+LEG = along(HERE, leg(HERE.position, (500.0, 0.0, HIGH), 15.0), 0.0)
 
 
 def view(law=Law.HOVER_LINEAR, time=0.0, tilt=0.0, speed=0.0, forward=None):
-    forward = law in WINGED if forward is None else forward
-    return View(time, HERE.p, (speed, 0.0, 0.0), 0.0, tilt, landed=False, energy_left=1.0, forward=forward, law=law)
+    forward = is_forward(law) if forward is None else forward
+    return View(
+        time, HERE.position, (speed, 0.0, 0.0), 0.0, tilt, landed=False, energy_left=1.0, forward=forward, law=law
+    )
 
 
 # The measure
 
 
 @pytest.mark.parametrize(
-    ("way", "law", "setpoint", "reached"),
+    ("way", "law", "reference", "reached"),
     [
         (Way.FORWARD, Law.HOVER_LINEAR, LEG, False),
         (Way.FORWARD, Law.TO_FORWARD, LEG, False),
@@ -46,8 +49,8 @@ def view(law=Law.HOVER_LINEAR, time=0.0, tilt=0.0, speed=0.0, forward=None):
         (Way.HOVER, Law.FAILSAFE, HERE, False),
     ],
 )
-def test_a_way_of_flying_is_reached_under_its_own_laws(way, law, setpoint, reached):
-    assert is_reached(way, view(law), setpoint) is reached
+def test_a_way_of_flying_is_reached_under_its_own_laws(way, law, reference, reached):
+    assert is_reached(way, view(law), reference) is reached
 
 
 def test_progress_grows_with_tilt_and_airspeed_and_never_falls():
@@ -62,7 +65,7 @@ def test_progress_grows_with_tilt_and_airspeed_and_never_falls():
 
 
 @pytest.mark.parametrize(
-    ("way", "seen", "setpoint", "result", "word"),
+    ("way", "seen", "reference", "result", "word"),
     [
         (Way.FORWARD, view(Law.FORWARD_LINEAR), LEG, ACCEPTED, ""),
         (Way.FORWARD, view(Law.FAILSAFE), LEG, FAILED, "fall"),
@@ -72,9 +75,9 @@ def test_progress_grows_with_tilt_and_airspeed_and_never_falls():
         (Way.HOVER, view(Law.HOVER_LINEAR), HERE, ACCEPTED, ""),
     ],
 )
-def test_each_end_has_its_result_and_stays(way, seen, setpoint, result, word):
+def test_each_end_has_its_result_and_stays(way, seen, reference, result, word):
     transition = Transition(way, view(Law.FORWARD_LINEAR if way is Way.HOVER else Law.HOVER_LINEAR))
-    transition.look(seen, setpoint)
+    transition.look(seen, reference)
     assert transition.end.result == result
     assert word in transition.end.text
     transition.cancel()
@@ -90,7 +93,7 @@ def test_the_autopilot_holds_after_a_transition_that_failed():
     flight.fly(1.0)
     flight.autopilot.under_way.fail("the test says so")
     flight.fly(6.0)
-    assert flight.vehicle.law not in WINGED
+    assert not is_forward(flight.vehicle.law)
     assert any("the test says so" in text for text in flight.said)
     assert flight.autopilot.mode is Mode.HOLD
 
@@ -186,7 +189,7 @@ def test_a_cancelled_transition_to_the_wing_holds_upright(sky, station, after):
     assert "cancelled" in station.texts()
     sky.advance(12.0)
     assert final(station) == CANCELLED
-    assert sky.craft.vehicle.law not in WINGED
+    assert not is_forward(sky.craft.vehicle.law)
     assert station.flight_mode is Mode.HOLD
 
 
@@ -199,7 +202,7 @@ def test_a_cancelled_transition_to_the_hover_holds_upright(sky, station):
     station.send(cancel())
     assert final(station) == CANCELLED
     sky.advance(15.0)
-    assert sky.craft.vehicle.law not in WINGED
+    assert not is_forward(sky.craft.vehicle.law)
 
 
 def test_nobody_else_can_cancel_it_or_begin_another(sky, station):

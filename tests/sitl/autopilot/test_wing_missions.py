@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from protocol.dialect import mavlink
+from protocol.dialect.vocabulary import Law, Way
 from protocol.events import CommandRequested, Peer
 from protocol.modes import Mode
 from sitl.autopilot import commands
-from sitl.autopilot.decision import Way
 from sitl.autopilot.settings import Settings
-from sitl.hybrid.supervisor import WINGED, Law
+from sitl.craft import is_forward
 from tests.support.wing_flight import HIGH, NAN, Flight, item, off_polygon, square, waypoint
 
 GROUND = Peer(255, 190, "ground")
@@ -201,7 +201,7 @@ def test_a_point_just_ahead_recalls_it_from_the_wing():
     assert flight.names[-1] == "recall"
     flight.fly(40.0)
     assert np.linalg.norm(flight.p[-1] - point) < 0.5
-    assert flight.vehicle.law not in WINGED
+    assert not is_forward(flight.vehicle.law)
 
 
 def test_returning_from_the_wing_turns_round_and_lands_at_home():

@@ -24,7 +24,7 @@ from sitl.autopilot.settings import Settings
 from sitl.craft import Craft
 from sitl.memory import Memory
 from sitl.parameters import TABLE, Bindings, Surroundings
-from sitl.vehicle import Start, Tuning, Vehicle
+from sitl.simulation.simulation import Simulation, Start, Tuning
 from sitl.wire import blackbox as recorder
 from sitl.wire.blackbox import Blackbox
 from sitl.wire.files import VehicleFiles
@@ -43,7 +43,7 @@ class Session:
     """A vehicle and a ground station on a perfect link."""
 
     def __init__(self, folder, start=FLYING):
-        vehicle = Vehicle(load_airframe("nominal").parameters, start=start)
+        vehicle = Simulation(load_airframe("nominal").parameters, start=start)
         bindings = Bindings(Settings(), Tuning(), Surroundings())
         craft = Craft(vehicle, World(LocalFrame(Geodetic(43.5648, 1.4811, 150.0)), ARENAS["open"]), bindings,
                       airborne=start.airborne)  # fmt: skip

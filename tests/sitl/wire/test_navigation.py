@@ -5,7 +5,7 @@ import math
 import pytest
 
 from protocol.dialect import mavlink
-from protocol.frames import flip_quaternion, rotate
+from protocol.frames import flip, flip_quaternion, rotate
 from sitl.wire.flight_record import FlightRecord
 from tests.support.station import HOME, Sky
 
@@ -57,10 +57,10 @@ def test_altitude_is_told_above_the_sea_and_home_and_the_ground(moving):
 
 
 def test_ground_truth_is_the_simulated_state(moving):
-    truth, plant = ask(moving, "HIL_STATE_QUATERNION"), moving.sky.craft.vehicle.plant
-    assert truth.attitude_quaternion == pytest.approx(flip_quaternion(plant[6:10]), abs=1e-6)
-    assert 1e-3 * truth.alt == pytest.approx(HOME.alt + plant[2], abs=2e-3)
-    assert (truth.vx, truth.vy, truth.vz) == pytest.approx((100 * plant[3], -100 * plant[4], -100 * plant[5]), abs=1.0)
+    truth, body = ask(moving, "HIL_STATE_QUATERNION"), moving.sky.craft.vehicle.truth.body
+    assert truth.attitude_quaternion == pytest.approx(flip_quaternion(body.attitude), abs=1e-6)
+    assert 1e-3 * truth.alt == pytest.approx(HOME.alt + body.position.z, abs=2e-3)
+    assert (truth.vx, truth.vy, truth.vz) == pytest.approx([100.0 * v for v in flip(body.velocity)], abs=1.0)
 
 
 def test_flight_information_counts_flights_and_tells_when_they_began_and_ended(tmp_path):

@@ -9,7 +9,7 @@ from protocol.dialect import mavlink
 from protocol.links import MOST_LEARNT
 from sitl.autopilot.settings import Settings
 from sitl.wire import telemetry
-from tests.sitl.test_signed_node import KEY, SignedGround
+from tests.support.signed_ground import KEY, SignedGround
 from tests.support.station import Sky
 
 ACCEPTED, DENIED, UNSUPPORTED = mavlink.MAV_RESULT_ACCEPTED, mavlink.MAV_RESULT_DENIED, mavlink.MAV_RESULT_UNSUPPORTED

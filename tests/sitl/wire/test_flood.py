@@ -3,41 +3,17 @@
 import random
 from collections import Counter
 
-import numpy as np
 import pytest
 
 from protocol.codec import Codec
 from protocol.dialect import mavlink
-from protocol.frames import Geodetic, LocalFrame
-from protocol.plans import load
-from sitl.airframe import load as load_airframe
 from sitl.autopilot import commands
-from sitl.autopilot.arena import ARENAS
-from sitl.autopilot.mission import World
-from sitl.autopilot.settings import Settings
-from sitl.craft import Craft
-from sitl.kernels import state
-from sitl.memory import Memory
-from sitl.parameters import Bindings, Surroundings
-from sitl.vehicle import Start, Tuning, Vehicle
-from sitl.wire.node import Node
+from sitl.model.plant import is_finite
 from sitl.wire.talk import RECOVERY
 from tests.support.flood import STATION, Flood, framed, orders, random_payload
-from tests.support.paths import DATA
+from tests.support.hovering_node import GROUND, STEP, hovering
 
-STEP = 0.02  # [s]
 SECONDS, PER_STEP = 8.0, 20
-GROUND = "ground"
-
-
-def hovering(folder) -> Node:
-    vehicle = Vehicle(load_airframe("nominal").parameters, seed=4, start=Start(up=3.0, airborne=True))
-    bindings = Bindings(Settings(), Tuning(), Surroundings(gusts=0.5))
-    world = World(LocalFrame(Geodetic(43.5648, 1.4811, 150.0)), ARENAS["open"])
-    memory = Memory(folder)
-    memory.keep_mission(load(DATA / "square.plan").items)
-    memory.keep_parameters({"SIM_WIND_SPD": 1.0})
-    return Node(Craft(vehicle, world, bindings, airborne=True), memory, [GROUND])
 
 
 class Flight:
@@ -69,7 +45,7 @@ class Flight:
     def state(self):
         autopilot, endpoint = self.node.craft.autopilot, self.node._endpoint
         return {
-            "plant": self.node.craft.vehicle.plant.tobytes(),
+            "flight": self.node.craft.vehicle.flight,
             "mode": (autopilot.mode, autopilot.armed, autopilot.flying),
             "mission": repr((endpoint.mission, autopilot.mission.items, autopilot.mission.current)),
             "parameters": endpoint.parameters,
@@ -204,7 +180,7 @@ def test_well_formed_nonsense_of_every_kind_breaks_no_flight(vehicle):
         if draw.random() < 0.7:
             known = mavlink.mavlink_map[draw.choice(ORDERED)]
         vehicle.step([(GROUND, any_frame(draw, known))] if draw.random() < 0.5 else [])
-    assert np.all(np.isfinite(vehicle.node.craft.vehicle.plant[: state.ANCHOR]))
+    assert is_finite(vehicle.node.craft.vehicle.truth)
     assert vehicle.heard["COMMAND_ACK"] > 50
 
 

@@ -33,12 +33,12 @@ LAND = item(mavlink.MAV_CMD_NAV_LAND, frame=mavlink.MAV_FRAME_GLOBAL_RELATIVE_AL
 
 
 def fly(items, seconds=200.0, settings=None):
-    """Fly a mission with a vehicle that is at its set-point one tick later; returns (runner, path)."""
+    """Fly a mission with a vehicle that is at its reference one tick later; returns (runner, path)."""
     runner = MissionRunner(tuple(items), WORLD, settings or Settings())
     p, path, time = (0.0, 0.0, 0.0), [], 0.0
     while not runner.finished and time < seconds:
         view = View(time, p, (0.0, 0.0, 0.0), 0.0, 0.0, False, 1.0)
-        p = runner.update(view).p
+        p = runner.update(view).position
         path.append((time, p))
         if runner.landing and p[2] <= 0.0:
             runner.touched_down()

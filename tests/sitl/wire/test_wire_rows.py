@@ -89,7 +89,7 @@ def test_the_vtol_forms_of_landing_and_take_off(tmp_path):
     assert station.command(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 1) == ACCEPTED
     assert station.command(mavlink.MAV_CMD_NAV_VTOL_TAKEOFF) == ACCEPTED
     sky.advance(4.0)
-    assert sky.craft.vehicle.plant[2] > 1.0
+    assert sky.craft.vehicle.truth.body.position.z > 1.0
     assert station.command(mavlink.MAV_CMD_NAV_VTOL_LAND) == ACCEPTED
     sky.advance_until(lambda: not sky.autopilot.armed, 20.0)
 

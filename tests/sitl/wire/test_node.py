@@ -4,74 +4,14 @@ import math
 
 import pytest
 
-from protocol.codec import Codec
 from protocol.dialect import mavlink
-from protocol.frames import Geodetic, LocalFrame
+from protocol.frames import LocalFrame
 from protocol.modes import Mode, custom_mode
 from protocol.plans import load
-from sitl.airframe import load as load_airframe
-from sitl.autopilot.arena import ARENAS
-from sitl.autopilot.mission import World
-from sitl.autopilot.settings import Settings
-from sitl.craft import Craft
 from sitl.errors import SitlError
 from sitl.memory import Memory
-from sitl.parameters import Bindings, Surroundings
-from sitl.vehicle import Start, Tuning, Vehicle
-from sitl.wire.node import Node
+from tests.support.ground import HOME, NAN, Ground
 from tests.support.paths import DATA
-
-PEER = "ground"
-HOME = Geodetic(43.5648, 1.4811, 150.0)
-NAN = math.nan
-
-
-class Ground:
-    """A ground station as plain as can be: what it sends, and everything it hears."""
-
-    def __init__(self, folder, *, airborne=False, seed=1, gusts=0.0):
-        start = Start(up=3.0, airborne=True) if airborne else Start()
-        vehicle = Vehicle(load_airframe("nominal").parameters, seed=seed, start=start)
-        bindings = Bindings(Settings(), Tuning(), Surroundings(gusts=gusts))
-        world = World(LocalFrame(HOME), ARENAS["open"])
-        self.node = Node(Craft(vehicle, world, bindings, airborne=airborne), Memory(folder), [PEER])
-        self.codec, self.heard, self.now = Codec(255, 190), [], 0.0
-        self.advance(0.1)
-
-    @property
-    def vehicle(self):
-        return self.node.craft.vehicle
-
-    def send(self, message):
-        self.node.receive(self.codec.encode(message), PEER, self.now)
-        self.collect()
-
-    def advance(self, seconds):
-        for _ in range(round(seconds / 0.02)):
-            self.node.advance(10)
-            self.now += 0.02
-            self.collect()
-
-    def collect(self):
-        for _, data in self.node.datagrams(self.now):
-            self.heard += self.codec.decode(data)
-
-    def last(self, kind):
-        return next((m for m in reversed(self.heard) if m.get_type() == kind), None)
-
-    def texts(self):
-        return "".join(m.text for m in self.heard if m.get_type() == "STATUSTEXT")
-
-    def command(self, command, *params):
-        seven = (*params, *(NAN,) * (7 - len(params)))
-        self.send(mavlink.MAVLink_command_long_message(1, 1, command, 0, *seven))
-        return self.last("COMMAND_ACK").result
-
-    def upload(self, items):
-        self.send(mavlink.MAVLink_mission_count_message(1, 1, len(items), 0))
-        for seq, item in enumerate(items):
-            self.send(item.to_message(seq, 1, 1))
-        return self.last("MISSION_ACK").type
 
 
 @pytest.fixture
@@ -130,9 +70,9 @@ def test_an_unknown_command_is_unsupported(ground):
 )
 def test_a_bad_command_gets_its_result_and_changes_nothing(ground, command, params, result):
     autopilot = ground.node.craft.autopilot
-    before = (autopilot.mode, autopilot.armed, autopilot.flying, autopilot.setpoint.heading)
+    before = (autopilot.mode, autopilot.armed, autopilot.flying, autopilot.reference.heading)
     assert ground.command(command, *params) == result
-    assert (autopilot.mode, autopilot.armed, autopilot.flying, autopilot.setpoint.heading) == before
+    assert (autopilot.mode, autopilot.armed, autopilot.flying, autopilot.reference.heading) == before
 
 
 def reposition(frame, latitude, longitude, z):
@@ -147,7 +87,7 @@ def test_go_to_flies_there_and_out_of_the_arena_is_denied(airborne):
     airborne.send(reposition(mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT, *place, 5.0))
     assert airborne.last("COMMAND_ACK").result == mavlink.MAV_RESULT_ACCEPTED
     airborne.advance(12.0)
-    assert airborne.vehicle.plant[:3].tolist() == pytest.approx([4.0, 3.0, 5.0], abs=0.2)
+    assert airborne.vehicle.truth.body.position == pytest.approx((4.0, 3.0, 5.0), abs=0.2)
     airborne.send(reposition(mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT, place[0] + 10_000_000, place[1], 5.0))
     assert airborne.last("COMMAND_ACK").result == mavlink.MAV_RESULT_DENIED
     assert "arena" in airborne.texts()
@@ -167,7 +107,7 @@ def test_streamed_setpoints_are_followed_in_offboard(airborne):
     for _ in range(60):
         airborne.send(setpoint(2.0))
         airborne.advance(0.1)
-    assert airborne.vehicle.plant[0] == pytest.approx(2.0, abs=0.2)
+    assert airborne.vehicle.truth.body.position.x == pytest.approx(2.0, abs=0.2)
     assert airborne.last("HEARTBEAT").custom_mode == custom_mode(Mode.OFFBOARD)
     airborne.send(setpoint(math.nan))
     airborne.send(setpoint(1e6))
@@ -205,7 +145,7 @@ def test_parameters_take_effect_are_kept_and_bad_ones_refused(ground, tmp_path):
         return ground.last("PARAM_VALUE")
 
     assert put(b"SIM_WIND_SPD", 4.0).param_value == 4.0
-    assert ground.vehicle.wind.tolist() == pytest.approx([-4.0, 0.0, 0.0])
+    assert ground.vehicle.wind == pytest.approx((-4.0, 0.0, 0.0))
     assert put(b"SIM_WIND_SPD", -1.0).param_value == 4.0
     assert put(b"SIM_WIND_SPD", NAN).param_value == 4.0
     assert put(b"DRK_V_ENTER", 300.0).param_value == 20.0
@@ -222,9 +162,9 @@ def test_a_mission_is_there_again_after_a_restart(ground, tmp_path):
 
 @pytest.mark.parametrize("data", [b"", b"\xfd", b"\xfd" * 300, bytes(range(256)), b"GET / HTTP/1.1\r\n\r\n"])
 def test_garbage_changes_nothing(airborne, data):
-    before = airborne.vehicle.plant.copy()
+    before = airborne.vehicle.flight
     airborne.node.receive(data, "stranger", 0.0)
-    assert airborne.vehicle.plant.tolist()[:17] == before.tolist()[:17]
+    assert airborne.vehicle.flight == before
     assert "stranger" not in {peer for peer, _ in airborne.node.datagrams(0.0)}
 
 
@@ -233,7 +173,7 @@ def flight(folder, seed):
     ground.command(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 1)
     ground.command(mavlink.MAV_CMD_NAV_TAKEOFF)
     ground.advance(8.0)
-    return ground.vehicle.plant.tobytes()
+    return ground.vehicle.flight
 
 
 def test_same_seed_and_commands_fly_bit_for_bit_the_same(tmp_path):

@@ -10,10 +10,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from protocol.dialect import mavlink
+from protocol.dialect.vocabulary import Law
 from protocol.engines import stream
 from sitl.autopilot import commands
-from sitl.hybrid.supervisor import Law
-from sitl.memory_layout import ENERGY
 from sitl.wire.node import UPKEEP
 from tests.support.station import HOME, Sky
 
@@ -169,7 +168,7 @@ def image(station):
         mission,
         a.world,
         craft.bindings,
-        a.setpoint,
+        a.reference,
         station.sky.node.leaving,
     )
 
@@ -212,7 +211,8 @@ def test_every_command_has_its_row():
 
 def test_failing_pre_arm_checks_are_told_one_by_one(tmp_path):
     station = station_of("ground", tmp_path)
-    station.sky.craft.vehicle.memory[ENERGY] = 95e3  # of 100 kJ used
+    vehicle = station.sky.craft.vehicle
+    vehicle.continue_from(vehicle.flight._replace(energy=95e3), ())  # of 100 kJ used
     station.sky.advance(0.1)
     assert station.command(C["RUN_PREARM_CHECKS"]) == ACCEPTED
     assert "Pre-arm: battery" in station.texts()

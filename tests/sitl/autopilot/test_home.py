@@ -13,8 +13,8 @@ from sitl.autopilot.alarm import Action
 from sitl.autopilot.failsafe import Failsafes
 from sitl.autopilot.home import HomeKeeper, move_home
 from sitl.autopilot.settings import Settings
+from sitl.craft import is_forward
 from sitl.errors import SitlError
-from sitl.hybrid.supervisor import WINGED
 from sitl.memory import Memory
 from tests.support.station import FRAME, HOME, Sky
 from tests.support.wing_flight import HIGH, Flight
@@ -181,7 +181,7 @@ def test_a_return_on_the_wing_turns_to_the_new_home():
     flight.fly(12.0)
     flight.autopilot.return_to_launch()
     flight.fly(8.0)
-    assert flight.vehicle.law in WINGED
+    assert is_forward(flight.vehicle.law)
     assert move_home(flight.autopilot, (50.0, 80.0, 0.0)).accepted
     flight.fly_until(lambda: not flight.autopilot.flying, 90.0)
     assert math.dist(flight.p[-1][:2], (50.0, 80.0)) < 0.5
@@ -195,7 +195,7 @@ def test_a_return_flies_at_its_height_above_home(hovering):
     heights = []
     while hovering.autopilot.flying:
         hovering.advance(0.2)
-        heights.append(hovering.autopilot.setpoint.p[2])
+        heights.append(hovering.autopilot.reference.position[2])
     assert max(heights) == pytest.approx(6.0 + Settings().return_altitude)
 
 
@@ -205,10 +205,10 @@ def test_take_off_and_go_to_are_relative_to_home(standing):
     standing.autopilot.arm()
     assert station.command(mavlink.MAV_CMD_NAV_TAKEOFF, 0, 0, 0, NAN, NAN, NAN, 1.0) == ACCEPTED
     standing.advance_until(lambda: standing.autopilot.mode is Mode.HOLD, 20.0)
-    assert standing.autopilot.setpoint.p[2] == pytest.approx(3.0)
+    assert standing.autopilot.reference.position[2] == pytest.approx(3.0)
     assert set_home(station, 0.0, 0.0, 4.0, frame=RELATIVE, command=mavlink.MAV_CMD_DO_REPOSITION) == ACCEPTED
     standing.advance(0.1)
-    assert standing.autopilot.setpoint.p[2] == pytest.approx(6.0)
+    assert standing.autopilot.reference.position[2] == pytest.approx(6.0)
 
 
 def test_an_orbit_is_flown_at_its_height_above_home(tmp_path):
@@ -220,7 +220,7 @@ def test_an_orbit_is_flown_at_its_height_above_home(tmp_path):
     station.send(mavlink.MAVLink_command_int_message(1, 1, RELATIVE, orbit, 0, 0, 40.0, NAN, 0.0, NAN, x, y, 20.0))
     assert station.last("COMMAND_ACK").result == ACCEPTED
     sky.advance(0.1)
-    assert sky.autopilot.setpoint.route.start == pytest.approx((40.0, 0.0, 22.0), abs=0.02)
+    assert sky.autopilot.reference.path.start == pytest.approx((40.0, 0.0, 22.0), abs=0.02)
 
 
 @pytest.mark.parametrize(("frame", "alt", "up"), [(6, 4.0, 6.0), (5, 154.0, 4.0)])
@@ -232,7 +232,7 @@ def test_streamed_set_points_are_above_home_or_above_the_sea(hovering, frame, al
     station.send(mavlink.MAVLink_set_position_target_global_int_message(0, 1, 1, frame, mask, x, y, alt, *(0.0,) * 8))
     assert station.mode(Mode.OFFBOARD) == ACCEPTED
     hovering.advance(0.1)
-    assert hovering.autopilot.setpoint.p == pytest.approx((2.0, -1.0, up), abs=0.02)
+    assert hovering.autopilot.reference.position == pytest.approx((2.0, -1.0, up), abs=0.02)
 
 
 def test_the_battery_is_held_against_the_way_to_the_new_home_at_once(hovering):
@@ -289,9 +289,9 @@ def test_items_flown_from_now_on_are_relative_to_the_new_home(hovering):
     hovering.advance(0.2)
     assert set_home(station, 0.0, 0.0, 152.0) == ACCEPTED
     hovering.advance(0.2)
-    assert hovering.autopilot.setpoint.p == pytest.approx((4.0, 0.0, 3.0), abs=0.02)  # goes on as it began
+    assert hovering.autopilot.reference.position == pytest.approx((4.0, 0.0, 3.0), abs=0.02)  # goes on as it began
     hovering.advance_until(lambda: hovering.autopilot.mission.current == 1, 20.0)
-    assert hovering.autopilot.setpoint.p == pytest.approx((0.0, 0.0, 5.0), abs=0.02)
+    assert hovering.autopilot.reference.position == pytest.approx((0.0, 0.0, 5.0), abs=0.02)
 
 
 def test_a_mission_under_way_that_could_not_be_flown_any_more_keeps_home_where_it_is(hovering):

@@ -5,7 +5,6 @@ import pytest
 
 from protocol.modes import Mode
 from sitl.autopilot.alarm import DOING, GOING_ON, Action
-from sitl.hybrid.supervisor import WINGED
 from tests.support import failsafe_flights as flights
 from tests.support.failsafe_flights import MODES, ON_THE_WING, TIMEOUT, UPRIGHT, WAYS
 
@@ -77,8 +76,7 @@ def test_from_the_wing_it_stands_up_and_lands_without_a_fall(start):
     flight.land()
     assert not flight.failsafes
     assert np.linalg.norm(flight.v[-1]) < 1.0
-    winged = np.isin(flight.law, [int(law) for law in WINGED])
-    assert flight.p[winged, 2].min() > flights.HIGH - 6.0
+    assert flight.p[flight.winged, 2].min() > flights.HIGH - 6.0
 
 
 def test_a_mission_on_the_wing_that_loses_its_link_comes_home():

@@ -1,17 +1,17 @@
 """A disk that fills, and a folder that goes away, in the middle of a flight: it goes on, and both ends are said."""
 
+import math
 import shutil
 
-import numpy as np
 import pytest
 
+from protocol.dialect.vocabulary import Way
 from protocol.tlog import TlogReader
-from sitl.autopilot.decision import Way
 from sitl.autopilot.settings import Settings
 from sitl.wire import blackbox as recorder
 from sitl.wire.blackbox import Blackbox
 from sitl.wire.node import Node
-from tests.sitl.test_kill import full_disk
+from tests.support.disk import full_disk
 from tests.support.station import Sky
 
 WALL = 1_790_000_000.0
@@ -31,7 +31,7 @@ def sky(tmp_path, monkeypatch):
 
 
 def arrives(sky):
-    sky.advance_until(lambda: np.linalg.norm(sky.craft.vehicle.plant[:3] - POINT) < 1.0, 40.0)
+    sky.advance_until(lambda: math.dist(sky.craft.vehicle.truth.body.position, POINT) < 1.0, 40.0)
     return True
 
 
