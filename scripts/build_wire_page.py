@@ -96,7 +96,7 @@ def _parameters() -> str:
         (p.name, "INT32" if p.type == INT else "REAL32", f"{p.minimum:g}..{p.maximum:g}", p.unit, p.description)
         for p in Bindings(Settings(), Tuning(), Surroundings()).wire_table()
     ]
-    text = "Each is read, set, refused out of its range and kept between runs by `tests/sitl/test_node.py`."
+    text = "Each is read, set, refused out of its range and kept between runs by `tests/sitl/wire/test_node.py`."
     return _section("Parameters", text, ("Name", "Type", "Range", "Unit", "Meaning"), rows)
 
 
@@ -157,7 +157,7 @@ def _test(name: str) -> str:
 
 def _rank(path: str) -> int:
     """The vehicle itself is better evidence than an engine, and an engine than a reader of logs."""
-    return next((rank for rank, folder in enumerate(BEST) if Path(path).parent.as_posix() == folder), len(BEST))
+    return next((rank for rank, folder in enumerate(BEST) if Path(path).is_relative_to(folder)), len(BEST))
 
 
 if __name__ == "__main__":

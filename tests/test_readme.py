@@ -3,7 +3,7 @@
 import re
 from pathlib import Path
 
-from sitl.hybrid.supervisor import diagram
+from sitl.supervisor.table import diagram
 
 ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")

@@ -59,7 +59,7 @@ class Gains(NamedTuple):
 class LawRow:
     """One law: its tick, and the field of the gains it takes."""
 
-    law: Law
+    law: Law  # or a member of another IntEnum, for laws of one's own
     step: Callable[..., Any]
     gains: str = ""
 

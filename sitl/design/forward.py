@@ -63,6 +63,7 @@ def _resampled(values: tuple[float, ...]) -> Array:
     return np.round(np.interp(grid, BRAKE_AIR, values), 12)  # whatever the processor makes of the last bit
 
 
+@cache
 def can_fly_forward(a: Airframe) -> bool:
     """Whether level flight has a trim at every speed from the hover to 15 m/s, so that both transitions exist."""
     return all(level_trim(a, 0.5 * step).exists for step in range(31))

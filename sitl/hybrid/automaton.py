@@ -10,13 +10,9 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Mapping
 from typing import Any, NamedTuple, TypeVar
 
-from sitl.errors import SitlError
+from sitl.errors import ZenoError
 
 Mode = TypeVar("Mode", bound=Hashable)
-
-
-class ZenoError(SitlError):
-    """Jumps without end at one instant: the table's hysteresis is broken."""
 
 
 def unchanged(x: Any) -> Any:  # noqa: ANN401 - the identity of whatever the table's states are

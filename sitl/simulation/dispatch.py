@@ -8,15 +8,16 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, get_type_hints
 
 from protocol.dialect.vocabulary import Law
 from sitl.compiled import kernel, subroutine
 from sitl.control.laws import LAWS, VALUES, Gains, LawRow, LawStates, ValueRow
 from sitl.control.reference import Reference
-from sitl.errors import SitlError
+from sitl.errors import SitlError, UnknownLawError
 from sitl.simulation.flight import PERIOD, Design, Flight
 from sitl.simulation.storage import access
+from sitl.supervisor.controller import Controller
 from sitl.supervisor.guards import Guard
 from sitl.supervisor.resets import Reset, begin_anew
 from sitl.supervisor.table import TABLE, Jump
@@ -39,18 +40,58 @@ class Compiled(NamedTuple):
 
 
 class Register:
-    """Laws, Lyapunov values and jumps, and what is generated from them."""
+    """Laws, Lyapunov values and jumps, what they keep, and what is generated from them."""
 
     def __init__(
         self,
         laws: Iterable[LawRow] = LAWS,
         values: Iterable[ValueRow] = VALUES,
-        table: Mapping[Law, tuple[Jump, ...]] = TABLE,
+        table: Mapping[Any, tuple[Jump, ...]] = TABLE,
+        *,
+        states: Mapping[str, type] | None = None,
+        gains: Mapping[str, tuple[Any, ...]] | None = None,
     ) -> None:
+        """Register laws; by default the vehicle's own.
+
+        Args:
+            laws: Every law; its number is a member of an IntEnum, Law or another.
+            values: The Lyapunov values that guards look at.
+            table: The jumps of every law.
+            states: State slots besides those of LawStates, by name: NamedTuples of numbers.
+            gains: Gains besides those of Gains, by name: NamedTuples of numbers and arrays.
+
+        Raises:
+            SitlError: If a jump leads to a law that is not registered, or a law has no jumps.
+        """
         self.laws = {row.law: row for row in laws}
         self.values = {row.name: row for row in values}
         self.table = dict(table)
+        self.gains = dict(gains or {})
+        states_type = _extended("LawStates", LawStates, states or {})
+        self.slots: tuple[str, ...] = states_type._fields
+        controller = _extended("Controller", Controller, {"states": states_type})
+        self.flight_type: type[Flight] = _extended("Flight", Flight, {"controller": controller})
+        gains_type = _extended("Gains", Gains, {name: type(value) for name, value in self.gains.items()})
+        self.design_type: type[Design] = _extended("Design", Design, {"gains": gains_type})
         self._check()
+
+    def law(self, number: int) -> Any:  # noqa: ANN401 - a member of Law, or of the IntEnum it was registered by
+        """The law of a number.
+
+        Raises:
+            UnknownLawError: If none is registered by it.
+        """
+        for law in self.laws:
+            if int(law) == number:
+                return law
+        raise UnknownLawError(f"law {number} is not one of {', '.join(law.name for law in self.laws)}")
+
+    def design(self, design: Design) -> Design:
+        """A design with the registered gains."""
+        if not self.gains:
+            return design
+        gains_type = get_type_hints(self.design_type)["gains"]
+        return self.design_type(design.a, gains_type(*design.gains, *self.gains.values()), design.thresholds)
 
     def _check(self) -> None:
         for law, jumps in self.table.items():
@@ -101,17 +142,17 @@ class Register:
         if name in _CONSTANTS or name in self.values:
             return _CONSTANTS.get(name, name)
         places: dict[str, tuple[type, str, str]] = {
-            "estimate": (Flight, "estimate", "flight"),
+            "estimate": (self.flight_type, "estimate", "flight"),
             "reference": (Reference, "", "reference"),
-            "a": (Design, "a", "design"),
-            "thresholds": (Design, "thresholds", "design"),
-            "guidance": (Design, "gains.line_of_sight.guidance", "design"),
-            **{field: (Flight, f"controller.{field}", "flight") for field in _CONTROLLER},
-            **{slot: (Flight, f"controller.states.{slot}", "flight") for slot in LawStates._fields},
-            **{f"{field}_gains": (Design, f"gains.{field}", "design") for field in Gains._fields},
+            "a": (self.design_type, "a", "design"),
+            "thresholds": (self.design_type, "thresholds", "design"),
+            "guidance": (self.design_type, "gains.line_of_sight.guidance", "design"),
+            **{field: (self.flight_type, f"controller.{field}", "flight") for field in _CONTROLLER},
+            **{slot: (self.flight_type, f"controller.states.{slot}", "flight") for slot in self.slots},
+            **{f"{field}_gains": (self.design_type, f"gains.{field}", "design") for field in (*Gains._fields, *self.gains)},
         }
         if gains:
-            places["gains"] = (Design, f"gains.{gains}", "design")
+            places["gains"] = (self.design_type, f"gains.{gains}", "design")
         if name not in places:
             raise SitlError(f"{what} asks for {name!r}: there is {', '.join(sorted(places))}")
         root, path, kept = places[name]
@@ -122,9 +163,9 @@ class Register:
     def _stores(self, names: Iterable[str], scope: dict[str, Any], indent: str) -> list[str]:
         lines = []
         for name in names:
-            path = f"controller.states.{name}" if name in LawStates._fields else f"controller.{name}"
+            path = f"controller.states.{name}" if name in self.slots else f"controller.{name}"
             setter = f"put_{path.replace('.', '_')}"
-            scope.setdefault(setter, access(Flight, path).put)
+            scope.setdefault(setter, access(self.flight_type, path).put)
             lines.append(f"{indent}{setter}(flight, column, {name})")
         return lines
 
@@ -134,7 +175,7 @@ class Register:
         for law, row in self.laws.items():
             name = f"step_{law.name}"
             scope[name] = row.step
-            slots = [slot for slot in inspect.signature(row.step).parameters if slot in LawStates._fields]
+            slots = [slot for slot in inspect.signature(row.step).parameters if slot in self.slots]
             arguments = self._call(row.step, scope, f"law {law.name}", row.gains)
             results = ["command", "saturation", *slots]
             lines += [f"    if law == {int(law)}:", f"        {', '.join(results)} = {name}({arguments})"]
@@ -200,6 +241,14 @@ class Register:
     def _is_known(self) -> tuple[list[str], dict[str, Any]]:
         test = " or ".join(f"law == {int(law)}" for law in self.laws)
         return ["def is_known(law):", f"    return {test}"], {}
+
+
+def _extended(name: str, base: Any, parts: Mapping[str, type]) -> Any:  # noqa: ANN401 - NamedTuple types
+    """A NamedTuple type with parts added or replaced; the base itself where there are none to add."""
+    hints = get_type_hints(base)
+    if all(hints.get(part) is kind for part, kind in parts.items()):
+        return base
+    return NamedTuple(name, list({**hints, **parts}.items()))  # type: ignore[misc]
 
 
 REGISTER = Register()

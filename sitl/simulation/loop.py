@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import types
 from collections.abc import Callable
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy.typing as npt
@@ -18,7 +19,7 @@ from sitl.control.reference import Reference
 from sitl.model.airframe import Array
 from sitl.model.plant import is_finite
 from sitl.model.vectors import subtract
-from sitl.simulation.dispatch import COMPILED, Compiled
+from sitl.simulation.dispatch import COMPILED, Register
 from sitl.simulation.flight import Design, Flight, JumpEntry, Sample, age, blow, move, sample_of, sense
 from sitl.simulation.storage import access
 
@@ -160,9 +161,10 @@ def fly(
     return done, kept, noted, end
 
 
-def fly_with(compiled: Compiled) -> Callable[..., tuple[int, int, int, int]]:
+@cache
+def fly_with(register: Register) -> Callable[..., tuple[int, int, int, int]]:
     """The same loop about other laws; it is compiled anew in every process."""
-    names = dict(zip(Compiled._fields, compiled, strict=True))
+    names = register.compile()._asdict()
     scope = {**globals(), **{f"_{name}": function for name, function in names.items()}}
 
     def anew(function: Callable[..., Any]) -> Callable[..., Any]:

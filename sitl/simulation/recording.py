@@ -11,7 +11,7 @@ import numpy.typing as npt
 from protocol.dialect.vocabulary import Law, Reason
 from sitl.model.airframe import Array
 from sitl.simulation.flight import PERIOD
-from sitl.supervisor.table import Table
+from sitl.simulation.dispatch import Register
 
 
 class JumpRecord(NamedTuple):
@@ -26,10 +26,10 @@ class JumpRecord(NamedTuple):
     lyapunov: float  # of the linear forward law where the jump is to or from it, else of the linear hover law
 
 
-def jump_of(entry: Any, number: int, table: Table) -> JumpRecord:  # noqa: ANN401 - a numpy record
+def jump_of(entry: Any, number: int, register: Register) -> JumpRecord:  # noqa: ANN401 - a numpy record
     """A jump as the loop noted it, in words."""
-    source, target = Law(int(entry["source"])), Law(int(entry["target"]))
-    jump = table[source][int(entry["row"])]
+    source, target = register.law(int(entry["source"])), register.law(int(entry["target"]))
+    jump = register.table[source][int(entry["row"])]
     forward = Law.FORWARD_LINEAR in {source, target}
     value = float(entry["v_forward" if forward else "v_hover"])
     return JumpRecord(int(entry["periods"]) * PERIOD, number, source, target, jump.name, jump.reason, value)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, get_type_hints
 
 import numpy as np
 import numpy.typing as npt
@@ -18,10 +18,9 @@ from protocol.dialect.vocabulary import Law, Regime
 from sitl.control import align, handover, hover_attitude, hover_zero_moment, line_of_sight, wind_estimator
 from sitl.control.estimate import Estimate
 from sitl.control.forward_guidance import stopping_distance
-from sitl.control.laws import LawStates
 from sitl.control.reference import LEG, Reference, cross_track, hover_at
 from sitl.design.forward import can_fly_forward
-from sitl.errors import SitlError
+from sitl.errors import SitlError, UnknownLawError, ZenoError
 from sitl.estimation.sensing import SensorNoise
 from sitl.estimation.truth import observe
 from sitl.model.airframe import Airframe, Array
@@ -32,15 +31,14 @@ from sitl.model.state import Actuators, Body, Plant
 from sitl.model.vectors import Vector
 from sitl.simulation import loop
 from sitl.simulation.flight import PERIOD, Environment, Flight, JumpEntry, Sample, sample_of
-from sitl.simulation.loop import Look, fly
+from sitl.simulation.dispatch import REGISTER, Register
+from sitl.simulation.loop import Look, fly, fly_with
 from sitl.simulation.noise import Draws
 from sitl.simulation.recording import JumpRecord, Recording, jump_of
 from sitl.simulation.storage import named_from, record_of, record_type, zero
 from sitl.simulation.tuning import Tuning, design_record, designed
 from sitl.supervisor import guards
 from sitl.supervisor.guards import Guard
-from sitl.supervisor.controller import Controller
-from sitl.supervisor.table import TABLE
 
 GUST_LENGTH = 30.0  # [m]
 SENSORS = SensorNoise(accelerometer=0.3, velocity=0.03, pitot=0.3, has_pitot=True)
@@ -60,14 +58,6 @@ class DivergedError(SitlError):
         super().__init__(text)
         self.kept = kept  # samples before it did
         self.recording: Recording | None = None  # of what was flown, where it was recorded
-
-
-class ZenoError(SitlError):
-    """Jumps without end at one instant: the hysteresis of the table is broken."""
-
-
-class UnknownLawError(SitlError):
-    """A law is in force that the core does not know."""
 
 
 class Start(NamedTuple):
@@ -92,6 +82,7 @@ class Simulation:
         start: Start | None = None,
         tuning: Tuning | None = None,
         design_model: Airframe | None = None,
+        register: Register = REGISTER,
     ) -> None:
         """Put a vehicle somewhere, disarmed and at rest.
 
@@ -101,15 +92,18 @@ class Simulation:
             start: Where it begins; on the ground at the origin by default.
             tuning: Parameters of the controller.
             design_model: The airframe as the controller believes it to be; as it is by default.
+            register: The laws; others than the vehicle's own are compiled anew in every process.
         """
         self.airframe = airframe
         self.design_model = design_model or airframe
         self.jumps: list[JumpRecord] = []
         self._look: Look | None = None
-        self.energy_by_law = dict.fromkeys(Law, 0.0)
+        self.register = register
+        self._fly_loop = fly if register is REGISTER else fly_with(register)
+        self.energy_by_law: dict[Law, float] = dict.fromkeys(register.laws, 0.0)
         self._energy_told = 0.0
         self.draws = Draws(seed)
-        self._flights = np.zeros(1, record_type(Flight))
+        self._flights = np.zeros(1, record_type(register.flight_type))
         self._samples = np.zeros(0, record_type(Sample))
         self._looks = np.zeros(1, record_type(Look))
         self._jump_log = np.zeros(JUMPS_PER_CALL, record_type(JumpEntry))
@@ -148,9 +142,10 @@ class Simulation:
 
     def _put(self, plant: Plant, course: float) -> None:
         old = self.flight
+        controller_type = get_type_hints(self.register.flight_type)["controller"]
         wind = wind_estimator.start(self.design.gains.wind)
-        states = zero(LawStates)._replace(course=course)
-        controller = zero(Controller)._replace(law=int(Law.LANDED), wind=wind, states=states)
+        states = zero(get_type_hints(controller_type)["states"])._replace(course=course)
+        controller = zero(controller_type)._replace(law=int(Law.LANDED), wind=wind, states=states)
         estimate = observe(plant, Vector(0.0, 0.0, 0.0), wind.wind, is_touching(plant, self.airframe))
         self._write(Flight(plant, Vector(0.0, 0.0, 0.0), estimate, controller, old.energy, 0, old.periods))
 
@@ -158,8 +153,9 @@ class Simulation:
         """Take other gains and thresholds, in flight or not."""
         self.tuning = tuning
         self.can_fly_forward = can_fly_forward(self.design_model)
-        self.design = designed(self.design_model, tuning)
-        self._designs = design_record(self.design_model, tuning)
+        self.design = self.register.design(designed(self.design_model, tuning))
+        own = self.register is REGISTER
+        self._designs = design_record(self.design_model, tuning) if own else record_of(type(self.design), self.design)
         self._look = None
         self._sensors = SENSORS._replace(has_pitot=bool(tuning.pitot))
 
@@ -192,7 +188,8 @@ class Simulation:
 
     @reference.setter
     def reference(self, reference: Reference) -> None:
-        self._reference = reference if self.can_fly_forward else reference._replace(forward=False)
+        heading = math.remainder(reference.heading, math.tau)  # anybody may stream one that no sine is right for
+        self._reference = reference._replace(heading=heading, forward=reference.forward and self.can_fly_forward)
         self._references[0] = self._reference
         self._look = None
 
@@ -234,7 +231,7 @@ class Simulation:
     @property
     def flight(self) -> Flight:
         """The whole state by name; a copy."""
-        return named_from(Flight, self._flights[0].item())
+        return named_from(self.register.flight_type, self._flights[0].item())
 
     @property
     def environment(self) -> Environment:
@@ -268,7 +265,7 @@ class Simulation:
         Raises:
             UnknownLawError: If it is none of the vocabulary.
         """
-        return Law(int(self._controller["law"]))
+        return self.register.law(self._law_number())  # type: ignore[no-any-return]
 
     @property
     def periods(self) -> int:
@@ -430,7 +427,7 @@ class Simulation:
         while True:
             gusts, draws = self.draws.rows(self.periods, gusts=self._gust_rms > 0.0)
             now = min(periods, len(draws), MAX_PERIODS)
-            flown, sampled, noted, end = fly(
+            flown, sampled, noted, end = self._fly_loop(
                 self._flights, self._references, self._airs, self._designs, self._airframes, gusts, draws, now, every,
                 samples[kept:], self._jump_log, self._looks,
             )  # fmt: skip
@@ -451,21 +448,22 @@ class Simulation:
 
     def _note(self, entries: npt.NDArray[Any]) -> None:
         for entry in entries:
-            record = jump_of(entry, len(self.jumps) + 1, TABLE)
+            record = jump_of(entry, len(self.jumps) + 1, self.register)
             self.jumps.append(record)
             self._account(record.source, float(entry["energy"]))
         self._account(self._law_number(), self.energy)
 
     def _account(self, law: int, energy: float) -> None:
         if law in self.energy_by_law:
-            self.energy_by_law[Law(law)] += energy - self._energy_told
+            self.energy_by_law[self.register.law(law)] += energy - self._energy_told
         self._energy_told = energy
 
     def failure(self, end: int, kept: int = 0) -> SitlError:
         """What a call of the loop that ended so has to say."""
         at = f"at {self.time:.3f} s"
         if end == loop.UNKNOWN_LAW:
-            return UnknownLawError(f"law {self._law_number()} is not one of {', '.join(law.name for law in Law)}")
+            names = ", ".join(law.name for law in self.register.laws)
+            return UnknownLawError(f"law {self._law_number()} is not one of {names}")
         if end == loop.ZENO:
             chain = " -> ".join(jump.name for jump in self.jumps[-loop.MAX_CHAIN :])
             return ZenoError(f"jumps without end {at}: {chain}")
@@ -483,7 +481,7 @@ class Simulation:
     def _looked(self) -> Look:
         if self._look is None:
             none = np.zeros((0, 3, 1)), np.zeros((0, 5, 1))
-            fly(
+            self._fly_loop(
                 self._flights, self._references, self._airs, self._designs, self._airframes, *none, -1, 1,
                 self._samples, self._jump_log, self._looks,
             )  # fmt: skip

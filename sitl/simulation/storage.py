@@ -63,11 +63,20 @@ def record_type(kind: Any, value: Any = None) -> np.dtype[Any]:  # noqa: ANN401
         kind: The NamedTuple.
         value: An example, which tells the shapes of its arrays; not needed where there are none.
     """
+    return _plain_type(kind) if value is None else _typed(kind, value)
+
+
+@cache
+def _plain_type(kind: Any) -> np.dtype[Any]:  # noqa: ANN401
+    return _typed(kind, None)
+
+
+def _typed(kind: Any, value: Any) -> np.dtype[Any]:  # noqa: ANN401
     parts: list[Any] = []
     for i, (name, part) in enumerate(fields(kind).items()):
         example = None if value is None else value[i]
         if _is_compound(part):
-            parts.append((name, record_type(part, example)))
+            parts.append((name, _typed(part, example)))
         elif part in _LEAVES:
             parts.append((name, _LEAVES[part]))
         else:

@@ -95,6 +95,7 @@ class LiveScenario:
             while self._asks and self._asks[0].time <= vehicle.time + 1e-9:
                 self._take(self._asks.pop(0))
             vehicle.reference = self._reference
+            vehicle.advance(0)  # samples are taken after the jumps of their instant, as in a recording
             self._samples.append(vehicle.sample())
         return self._reference
 

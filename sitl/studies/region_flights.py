@@ -57,7 +57,7 @@ class Descent(NamedTuple):
     monotone: bool  # V never rose
     periods: int  # flown
     limited: int  # periods with an actuator at a position limit
-    settled: int  # period from which on it stayed within RADIUS
+    settled: int  # the last period beyond RADIUS
 
 
 class Flights(NamedTuple):

@@ -42,8 +42,9 @@ class Track:
         for _ in range(round(seconds * 1000 / 2 / SAMPLE)):
             (fly or self.vehicle.advance)(SAMPLE)
             v = self.vehicle
-            p, u, q, w = v.truth.body
-            state = (v.time, v.law, *p, *u, *q, *w, *v.truth.actuators, v.energy, *v.wind, *v.wind_estimate)
+            truth = v.truth
+            (p, u, q, w), act = truth.body, truth.actuators
+            state = (v.time, v.law, *p, *u, *q, *w, *act, v.energy, *v.wind, *v.wind_estimate)
             self._rows.append(state)
             each()
 

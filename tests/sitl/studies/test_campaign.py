@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from sitl.airframe import load
 from sitl.errors import SitlError
-from sitl.studies.campaign import LOWEST, UNCERTAIN, Spread, corner, draw, fly, run, summary
+from sitl.studies.campaign import MIN_HEIGHT, UNCERTAIN, Spread, corner, draw, fly, perturbed, run, summary
 
 SEEDS = 8
 
@@ -16,10 +17,10 @@ def results():
 
 def test_eight_flights_complete_and_stay_up(results):
     assert [result.fault for result in results] == [""] * SEEDS
-    assert min(result.lowest for result in results) > LOWEST
+    assert min(result.lowest for result in results) > MIN_HEIGHT
 
 
-def test_the_figures_are_those_of_a_square_on_the_wing(results):
+def test_the_figures_are_those_of_a_square_in_forward_flight(results):
     for result in results:
         assert 20.0 < result.time < 120.0
         assert 1e3 < result.energy < 12e3
@@ -45,6 +46,13 @@ def test_a_seed_draws_within_the_spread_and_no_two_alike():
     assert 0.95 <= scales.min() < 0.951
     assert 1.049 < scales.max() <= 1.05
     assert len({d.azimuth for d in draws}) == len(draws)
+
+
+def test_a_perturbed_airframe_differs_in_what_is_uncertain_alone():
+    model = load("nominal").parameters
+    other = perturbed(model, draw(5, Spread()).scale)
+    changed = {name for name in model._fields if getattr(model, name) != getattr(other, name)}
+    assert changed == set(UNCERTAIN)
 
 
 def test_the_square_closes_and_has_sides_of_a_hundred_metres_whatever_its_azimuth():

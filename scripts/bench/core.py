@@ -1,0 +1,211 @@
+"""How fast the flight core is: beside its own bare plant, JSBSim and plain Python, in one run.
+
+``python scripts/bench/core.py [--quick] [--runs N]`` prints one table of plant steps a second and ratios, as medians over
+interleaved runs: single flights by law, a mission through all regimes, batches, the plant alone, JSBSim's
+c172x at 1 kHz with its logging off, the same loop in plain Python, and how long starts take.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from protocol.dialect.vocabulary import Law
+from sitl import Simulation, Start, along, fly_batch, hover_at, leg, load_airframe
+from sitl.compiled import entry
+from sitl.control.reference import Reference
+from sitl.model.airframe import Airframe
+from sitl.model.plant import step
+from sitl.model.state import Actuators, Plant
+from sitl.model.vectors import Vector
+from sitl.simulation.storage import access, record_of
+from sitl.studies.report import SCENARIOS
+from sitl.studies.scenario import fly
+
+STEP = 1e-3
+NOMINAL = load_airframe("nominal").parameters
+get_plant, put_plant = access(Plant)
+get_airframe = access(Airframe).get
+
+
+class Row(NamedTuple):
+    """One line of the table: a name and plant steps a second."""
+
+    name: str
+    measure: Callable[[], float]
+
+
+@entry
+def plant_only(plants: Any, airframes: Any, command: Actuators, steps: int) -> None:  # noqa: ANN401 - records
+    """The plant without a law, all steps in one call; the wind is that of the step before, so that none is skipped."""
+    plant, a = get_plant(plants[0], 0), get_airframe(airframes[0], 0)
+    for _ in range(steps):
+        plant = step(plant, command, Vector(0.0, 0.0, 0.0), True, a, STEP)
+    put_plant(plants[0], 0, plant)
+
+
+def hovering(law: Law, seed: int = 1, north: float = 0.0) -> Simulation:
+    """A simulation in the air under a law."""
+    made = Simulation(NOMINAL, seed=seed, start=Start(up=200.0, airborne=True))
+    made.begin_flight(law)
+    made.reference = hover_at((north, 0.0, 200.0), 0.0)
+    return made
+
+
+def rate(work: Callable[[], object], steps: float) -> float:
+    """Plant steps a second of some work."""
+    began = time.perf_counter()
+    work()
+    return steps / (time.perf_counter() - began)
+
+
+def bare_plant(steps: int) -> Row:
+    """The plant alone, hovering."""
+    plants, airframes = record_of(Plant, hovering(Law.HOVER_LINEAR).truth), record_of(Airframe, NOMINAL)
+    command = Actuators(687.0, 687.0, 0.0, 0.0)
+    return Row("plant alone", lambda: rate(lambda: plant_only(plants, airframes, command, steps), steps))
+
+
+def single(name: str, law: Law, reference: Reference | None, seconds: float, wind: float = 0.0) -> Row:
+    """One flight under one law, recorded at 50 Hz."""
+
+    def measure() -> float:
+        made = hovering(law)
+        made.set_wind((-wind, 0.0, 0.0), 0.0)
+        if reference is not None:
+            made.reference = reference
+        return rate(lambda: made.record(seconds), seconds / STEP)
+
+    return Row(name, measure)
+
+
+def mission() -> Row:
+    """Hover, transition, cruise, stop, hover: the scenario forward-to-hover."""
+    scenario = SCENARIOS["forward-to-hover"]
+    return Row("hover, wing, hover (scenario forward-to-hover)", lambda: scenario.duration / STEP / fly(scenario).wall)
+
+
+def batch(name: str, flights: int, seconds: float, threads: int) -> Row:
+    """Many flights from up to 5 m off, each with its own seed: zero-moment law, then the linear one."""
+
+    def measure() -> float:
+        made = [hovering(Law.HOVER_ZERO_MOMENT, seed, 5.0 * seed / flights) for seed in range(flights)]
+        return rate(lambda: fly_batch(made, seconds, threads=threads), flights * seconds / STEP)
+
+    return Row(name, measure)
+
+
+def jsbsim(steps: int) -> Row | None:
+    """JSBSim's c172x, open loop; None where it is not installed."""
+    try:
+        import jsbsim as package  # noqa: PLC0415 - a development dependency
+    except ImportError:
+        return None
+    package.FGJSBBase().debug_lvl = 0
+    aircraft = package.FGFDMExec(None)
+    aircraft.load_model("c172x")
+    aircraft.disable_output()
+    aircraft.set_dt(STEP)
+    for name, value in {"ic/h-sl-ft": 5000.0, "ic/vc-kts": 100.0, "propulsion/set-running": -1.0}.items():
+        aircraft[name] = value
+    aircraft.run_ic()
+
+    def work() -> None:
+        for _ in range(steps):
+            aircraft.run()
+
+    return Row("JSBSim c172x, open loop", lambda: rate(work, steps))
+
+
+PYTHON = """
+import time
+from sitl import Law, Simulation, Start, load_airframe
+made = Simulation(load_airframe("nominal").parameters, start=Start(up=200.0, airborne=True))
+made.begin_flight(Law.HOVER_LINEAR)
+began = time.perf_counter()
+made.step({seconds})
+print({seconds} / 1e-3 / (time.perf_counter() - began))
+"""
+START = """
+import time
+began = time.perf_counter()
+from sitl import Law, Simulation, load_airframe
+Simulation(load_airframe("nominal").parameters).warm_up()
+print(time.perf_counter() - began)
+"""
+
+
+def other_process(code: str, **environment: str) -> float:
+    """What a script prints."""
+    done = subprocess.run(
+        [sys.executable, "-c", code], env={**os.environ, **environment}, capture_output=True, text=True, check=True
+    )
+    return float(done.stdout)
+
+
+def table(rows: list[Row], runs: int) -> dict[str, float]:
+    """Medians of interleaved runs, printed with the ratios to the plant alone and to JSBSim."""
+    for row in rows:
+        row.measure()  # warm
+    taken: dict[str, list[float]] = {row.name: [] for row in rows}
+    for _ in range(runs):
+        for row in rows:
+            taken[row.name].append(row.measure())
+    medians = {name: statistics.median(values) for name, values in taken.items()}
+
+    def ratio(name: str, to: str) -> float:
+        pairs = zip(taken[name], taken.get(to, []), strict=False)
+        return statistics.median([a / b for a, b in pairs] or [float("nan")])
+
+    print(f"{'plant steps per second, median of ' + str(runs):<52}{'M/s':>8}{'plant cost':>12}{'x JSBSim':>10}")
+    for row in rows:
+        cost, faster = 1.0 / ratio(row.name, "plant alone"), ratio(row.name, "JSBSim c172x, open loop")
+        print(f"{row.name:<52}{medians[row.name] / 1e6:8.3f}{cost:12.2f}{faster:10.1f}")
+    return medians
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--runs", type=int, default=7)
+    parser.add_argument("--quick", action="store_true", help="under a minute: fewer and shorter runs, no cold start")
+    args = parser.parse_args()
+    seconds = 20.0 if args.quick else 100.0
+    flights = 512 if args.quick else 2048
+    far, cruise = hover_at((1000.0, 0.0, 200.0), 0.0), leg((0.0, 0.0, 200.0), (5000.0, 0.0, 200.0), 15.0, stop=False)
+    forward = along(hover_at((5000.0, 0.0, 200.0), 0.0), cruise, 0.0)
+    rows = [
+        bare_plant(round(seconds / STEP)),
+        single("linear hover", Law.HOVER_LINEAR, None, seconds),
+        single("zero-moment law, far target", Law.HOVER_ZERO_MOMENT, far, seconds),
+        single("cruise on a leg (line of sight, then linear)", Law.FORWARD_LINE_OF_SIGHT, forward, seconds),
+        single("hover in 6 m/s of wind (TO_HOVER)", Law.TO_HOVER, None, seconds, wind=6.0),
+        mission(),
+        batch(f"batch of {flights}, one core", flights, 10.0, 1),
+        batch(f"batch of {flights}, two cores", flights, 10.0, 2),
+    ]
+    peer = jsbsim(round(seconds / STEP / 10.0))
+    if peer is not None:
+        rows.append(peer)
+    table(rows, 3 if args.quick else args.runs)
+    print(f"{'plain Python (NUMBA_DISABLE_JIT=1), linear hover':<52}", end="", flush=True)
+    print(f"{other_process(PYTHON.format(seconds=1.0), NUMBA_DISABLE_JIT='1') / 1e6:8.4f}")
+    print(f"{'start with kernels kept: import, make, ready':<52}{other_process(START):8.2f} s")
+    if not args.quick:
+        with tempfile.TemporaryDirectory() as folder:
+            cold = other_process(START, NUMBA_CACHE_DIR=folder)
+        print(f"{'start that compiles the loop':<52}{cold:8.2f} s")
+    print(f"numpy {np.__version__}, Python {sys.version.split()[0]}, load {os.getloadavg()[0]:.1f}")
+
+
+if __name__ == "__main__":
+    main()
