@@ -12,21 +12,21 @@ from typing import NamedTuple
 
 import numpy as np
 
+from protocol.dialect.vocabulary import Law
 from protocol.frames import Geodetic, LocalFrame
 from protocol.modes import Mode
 from sitl.airframe import load
 from sitl.autopilot.arena import ARENAS
 from sitl.autopilot.attitude import LEAST_THRUST, MOST_TILT
-from sitl.autopilot.guidance import Attitude
 from sitl.autopilot.mission import World
 from sitl.autopilot.settings import Settings
-from sitl.craft import AUTOPILOT_TICKS, Craft
-from sitl.hybrid.supervisor import Law
+from sitl.control.reference import AttitudeReference
+from sitl.craft import AUTOPILOT_PERIODS, Craft
 from sitl.model.airframe import Airframe
-from sitl.kernels.quaternion import from_rotation_vector, hover, multiply
-from sitl.kernels.state import P
+from sitl.model.quaternions import Quaternion, hover, multiply
+from sitl.model.vectors import Vector
 from sitl.parameters import Bindings, Surroundings
-from sitl.vehicle import Start, Tuning, Vehicle
+from sitl.simulation.simulation import Simulation, Start, Tuning
 
 HEIGHT, LONGEST, AFTER = 25.0, 8.0, 12.0  # [m], [s], [s]
 UNCERTAIN = ["m", "J1", "J2", "J3", "C_l", "C_d0", "xi_f", "xi_m", "Delta_r", "k_f", "k_m", "C_lp", "C_mq", "C_nr"]
@@ -48,10 +48,9 @@ class Result(NamedTuple):
 
 def fly(rng: np.random.Generator, seed: int, wind: float, gusts: float, share: float) -> Result:
     """One random attitude at one random thrust, and the hold after it."""
-    believed = load("nominal").parameters
-    vehicle = Vehicle(
-        _varied(believed, rng, share), seed=seed, start=Start(up=HEIGHT, airborne=True), believed=believed
-    )
+    nominal = load("nominal").parameters
+    start = Start(up=HEIGHT, airborne=True)
+    vehicle = Simulation(_varied(nominal, rng, share), seed=seed, start=start, design_model=nominal)
     air = Surroundings(wind, rng.uniform(0.0, 360.0), gusts, battery=1e6)
     world = World(LocalFrame(Geodetic(43.5648, 1.4811, 150.0)), ARENAS["open"])
     craft = Craft(vehicle, world, Bindings(Settings(), Tuning(), air), airborne=True)
@@ -61,21 +60,22 @@ def fly(rng: np.random.Generator, seed: int, wind: float, gusts: float, share: f
     autopilot.set_mode(Mode.OFFBOARD)
     while autopilot.mode is Mode.OFFBOARD and vehicle.time < end:
         autopilot.set_offboard_attitude(attitude)
-        craft.advance(AUTOPILOT_TICKS)
+        craft.advance(AUTOPILOT_PERIODS)
     autopilot.hold()
-    high = lowest = float(vehicle.plant[P + 2])
+    high = lowest = vehicle.truth.body.position.z
     for _ in range(round(AFTER / 0.02)):
-        craft.advance(AUTOPILOT_TICKS)
-        lowest = min(lowest, float(vehicle.plant[P + 2]))
+        craft.advance(AUTOPILOT_PERIODS)
+        lowest = min(lowest, vehicle.truth.body.position.z)
     names = [jump.name for jump in vehicle.jumps]
     return Result(high - lowest, sum(jump.target is Law.FAILSAFE for jump in vehicle.jumps), "upset" in names)
 
 
-def _draw(rng: np.random.Generator) -> Attitude:
+def _draw(rng: np.random.Generator) -> AttitudeReference:
     side = rng.uniform(-math.pi, math.pi)
-    tilt = rng.uniform(0.0, MOST_TILT) * np.array((0.0, math.cos(side), math.sin(side)))
-    w, x, y, z = multiply(hover(rng.uniform(-math.pi, math.pi)), from_rotation_vector(tilt)).tolist()
-    return Attitude((w, x, y, z), (0.0, 0.0, 0.0), rng.uniform(LEAST_THRUST, 1.0))
+    half = 0.5 * rng.uniform(0.0, MOST_TILT)
+    tilt = Quaternion(math.cos(half), 0.0, math.sin(half) * math.cos(side), math.sin(half) * math.sin(side))
+    q = multiply(hover(rng.uniform(-math.pi, math.pi)), tilt)
+    return AttitudeReference(q, Vector(0.0, 0.0, 0.0), rng.uniform(LEAST_THRUST, 1.0))
 
 
 def _varied(a: Airframe, rng: np.random.Generator, share: float) -> Airframe:

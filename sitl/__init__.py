@@ -78,7 +78,7 @@ _PLACES = {
 }
 _NAMES = {name: module for module, names in _PLACES.items() for name in names}
 
-__all__ = [  # noqa: PLE0604 - names that are loaded when they are asked for
+__all__ = [
     "LAWS",
     "PERIOD",
     "TABLE",

@@ -22,14 +22,14 @@ Result = TypeVar("Result")
 
 def kernel(function: Callable[Args, Result]) -> Callable[Args, Result]:
     """Equations on scalars and named tuples: plain Python where Python calls them, inlined where compiled code does."""
-    return register_jitable(**INLINED)(function)  # type: ignore[no-any-return]
+    return register_jitable(**INLINED)(function)
 
 
 def subroutine(function: Callable[Args, Result]) -> Callable[Args, Result]:
     """Likewise, for what is long or seldom needed: compiled once per caller instead of at each call in it."""
-    return register_jitable(**INNER)(function)  # type: ignore[no-any-return]
+    return register_jitable(**INNER)(function)
 
 
 def entry(function: Callable[Args, Result]) -> Callable[Args, Result]:
     """What Python calls compiled: kept on disk after the first time; other threads may run beside it."""
-    return njit(error_model="numpy", cache=True, nogil=True)(function)  # type: ignore[no-any-return]
+    return njit(error_model="numpy", cache=True, nogil=True)(function)

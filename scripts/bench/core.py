@@ -1,7 +1,7 @@
 """How fast the flight core is: beside its own bare plant, JSBSim and plain Python, in one run.
 
-``python scripts/bench/core.py [--quick] [--runs N]`` prints one table of plant steps a second and ratios, as medians over
-interleaved runs: single flights by law, a mission through all regimes, batches, the plant alone, JSBSim's
+``python scripts/bench/core.py [--quick] [--runs N]`` prints one table of plant steps a second and ratios, as medians
+over interleaved runs: single flights by law, a mission through all regimes, batches, the plant alone, JSBSim's
 c172x at 1 kHz with its logging off, the same loop in plain Python, and how long starts take.
 """
 
@@ -110,7 +110,7 @@ def jsbsim(steps: int) -> Row | None:
         import jsbsim as package  # noqa: PLC0415 - a development dependency
     except ImportError:
         return None
-    package.FGJSBBase().debug_lvl = 0
+    package.FGJSBBase().debug_lvl = 0  # type: ignore[no-untyped-call]
     aircraft = package.FGFDMExec(None)
     aircraft.load_model("c172x")
     aircraft.disable_output()
@@ -146,7 +146,7 @@ print(time.perf_counter() - began)
 
 def other_process(code: str, **environment: str) -> float:
     """What a script prints."""
-    done = subprocess.run(
+    done = subprocess.run(  # noqa: S603 - this interpreter, on scripts written above
         [sys.executable, "-c", code], env={**os.environ, **environment}, capture_output=True, text=True, check=True
     )
     return float(done.stdout)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from sitl.autopilot.guidance import SLOWEST, Ramp, View, distance, land_at
 from sitl.control.forward_guidance import ground_speed, stopping_distance
-from sitl.control.reference import Path, Point, Reference, along, circle, hover_at, leg
+from sitl.control.reference import Path, Point, Reference, along, circle, hover_at, leg, upright
 from sitl.design.forward import line_of_sight_gains
 from sitl.model.vectors import Vector
 
@@ -145,7 +145,8 @@ class FlyLeg:
         if self.edge_on is None and view.forward and (left < NEARLY_THERE or slow):
             self.edge_on = edge_on(self.reference.heading, view.wind)
         heading = self.reference.heading if self.edge_on is None or self.keep_heading else self.edge_on
-        return self.reference._replace(heading=heading, forward=not self.upright)
+        reference = self.reference._replace(heading=heading)
+        return upright(reference) if self.upright else reference
 
     def done(self, view: View) -> bool:
         """Held long enough at the end, or past it."""
@@ -180,7 +181,7 @@ class LandAfter:
     def update(self, view: View) -> Reference:
         """The set-point on its way down."""
         if self.down is None:
-            above = self.leg.update(view)._replace(forward=False)
+            above = upright(self.leg.update(view))
             heading = above.heading if self.leg.keep_heading else edge_on(above.heading, view.wind)
             self.down = land_at(above._replace(heading=heading), self.rate)
         return self.down.update(view)

@@ -18,7 +18,7 @@ from sitl.autopilot.guidance import Sequence as Steps
 from sitl.autopilot.legs import FlyLeg, LandAfter, corner_lead, leg_airspeeds, leg_reference, orbit, over_ground
 from sitl.autopilot.mission_items import CIRCLES, LAND, PLACED, TAKEOFF, WAYS, World, height, place, validate
 from sitl.autopilot.settings import Settings
-from sitl.control.reference import Point, Reference, at, hover_at
+from sitl.control.reference import Point, Reference, at, hover_at, upright
 from sitl.prediction.chooser import LEGS_AHEAD, Chooser, LegEnd
 
 __all__ = ["MissionRunner", "World", "fly_to", "return_home", "validate"]
@@ -73,7 +73,7 @@ class MissionRunner:
             if self.finished:
                 break
             if self._guidance is None:
-                self._guidance = self._start(self.items[self.current], view, reference._replace(forward=False))
+                self._guidance = self._start(self.items[self.current], view, upright(reference))
             if self._guidance is not None:
                 reference = self._guidance.update(view)
                 if not self._guidance.done(view):

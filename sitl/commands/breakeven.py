@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from sitl.studies.break_even import Cell, Error
+    from sitl.studies.break_even import Cell
+    from sitl.studies.break_even_flights import Error
 
 SAMPLE = {"forward": 150, "hover": 75}  # legs flown to check the prediction
 WINDS = (("calm", 0.0, 1e-9), ("wind below 3 m/s", 1e-9, 3.0), ("wind of 3 to 5.7 m/s", 3.0, math.inf))
@@ -29,7 +30,8 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
 
 def run(args: argparse.Namespace) -> int:
     """Predict, fly if asked, print the tables and draw the plot."""
-    from sitl.studies.break_even import abilities, table  # noqa: PLC0415 - --help must not load the compiler
+    from sitl.studies.break_even import table  # noqa: PLC0415 - --help must not load the compiler
+    from sitl.studies.break_even_flights import abilities  # noqa: PLC0415
     from sitl.studies.break_even_plot import save_plot  # noqa: PLC0415
 
     able = abilities(args.airframe, args.airspeed)
@@ -48,7 +50,8 @@ def run(args: argparse.Namespace) -> int:
 
 def _flights(args: argparse.Namespace) -> tuple[list[Cell], dict[str, Error]]:
     from protocol.dialect.vocabulary import Way  # noqa: PLC0415
-    from sitl.studies.break_even import TURNS, abilities, draw, error, flown, fly_all  # noqa: PLC0415
+    from sitl.studies.break_even import TURNS, flown  # noqa: PLC0415
+    from sitl.studies.break_even_flights import abilities, draw, error, fly_all  # noqa: PLC0415
 
     able = abilities(args.airframe, args.airspeed)
     tried = [flown(able, args.airframe, climb, turn=turn) for turn in TURNS for climb in (0.0, 10.0, -10.0)]

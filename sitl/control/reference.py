@@ -57,9 +57,7 @@ def _vector(point: Point) -> Vector:
     return Vector(*(float(x) for x in point))
 
 
-def leg(
-    start: Point, end: Point, airspeed: float, *, stop: bool = True, level: float = 0.0, low: float = 0.0
-) -> Path:
+def leg(start: Point, end: Point, airspeed: float, *, stop: bool = True, level: float = 0.0, low: float = 0.0) -> Path:
     """A straight leg; see :class:`Path`."""
     return Path(LEG, _vector(start), _vector(end), float(airspeed), stop, float(level), float(low), 0.0)
 
@@ -77,8 +75,14 @@ def hover_at(position: Point, heading: float, speed: float = 3.0) -> Reference:
 
 
 def at(reference: Reference, position: Point) -> Reference:
-    """The same reference at another position, its path kept."""
-    return reference._replace(position=_vector(position))
+    """The same, upright at a position: its path is that point, which the transition to the hover brakes to."""
+    point = _vector(position)
+    return reference._replace(position=point, forward=False, path=leg(point, point, APPROACH_SPEED))
+
+
+def upright(reference: Reference) -> Reference:
+    """The same, upright at the position it leads to."""
+    return at(reference, reference.position)
 
 
 def along(reference: Reference, path: Path, heading: float) -> Reference:

@@ -64,7 +64,7 @@ def settle(table: Table[Mode], mode: Mode, x: object) -> tuple[Mode, list[Jump]]
     return mode, taken
 
 
-def mermaid(table: Table[Mode], label: Callable[[Mode], str] = str) -> str:
+def mermaid(table: Mapping[Mode, tuple[Any, ...]], label: Callable[[Mode], str] = str) -> str:
     """The table as a Mermaid state diagram, for the documentation."""
     lines = ["stateDiagram-v2"]
     lines += [

@@ -125,9 +125,7 @@ def _depth(body: Body, at: Vector) -> float:
 def is_touching(plant: Plant, a: Airframe) -> bool:
     """Whether any contact is loaded."""
     body = plant.body
-    tail = min(
-        min(_depth(body, foot(1.0, 1.0, a)), _depth(body, foot(1.0, -1.0, a))),
-        min(_depth(body, foot(-1.0, 1.0, a)), _depth(body, foot(-1.0, -1.0, a))),
-    )
+    left = min(_depth(body, foot(1.0, 1.0, a)), _depth(body, foot(1.0, -1.0, a)))
+    right = min(_depth(body, foot(-1.0, 1.0, a)), _depth(body, foot(-1.0, -1.0, a)))
     tips = min(_depth(body, wing_tip(1.0, a)), _depth(body, wing_tip(-1.0, a)))
-    return min(min(tail, tips), _depth(body, nose(a))) < 0.0
+    return min(left, right, tips, _depth(body, nose(a))) < 0.0

@@ -38,9 +38,7 @@ def derivative(body: Body, actuators: Actuators, wind: Vector, force: Vector, mo
     r10, r11, r12 = 2.0 * (qx * qy + qw * qz), 1.0 - 2.0 * (qx * qx + qz * qz), 2.0 * (qy * qz - qw * qx)
     r20, r21, r22 = 2.0 * (qx * qz - qw * qy), 2.0 * (qy * qz + qw * qx), 1.0 - 2.0 * (qx * qx + qy * qy)
     ux, uy, uz = body.velocity.x - wind.x, body.velocity.y - wind.y, body.velocity.z - wind.z
-    v_b = Vector(
-        r00 * ux + r10 * uy + r20 * uz, r01 * ux + r11 * uy + r21 * uz, r02 * ux + r12 * uy + r22 * uz
-    )
+    v_b = Vector(r00 * ux + r10 * uy + r20 * uz, r01 * ux + r11 * uy + r21 * uz, r02 * ux + r12 * uy + r22 * uz)
     F, M = wrench(v_b, body.rates, actuators, a)
     lightness = 1.0 / a.m
     return Body(
@@ -77,20 +75,11 @@ def _advanced(body: Body, rate: Body, dt: float) -> Body:
 
 
 @kernel
-def _mean(k1: Body, k2: Body, k3: Body, k4: Body) -> Body:
-    """Runge-Kutta's ``(k1 + 2 k2 + 2 k3 + k4) / 6``."""
-    return _advanced(_advanced(_advanced(_advanced(_zero(), k1, 1.0 / 6.0), k2, 1.0 / 3.0), k3, 1.0 / 3.0), k4, 1.0 / 6.0)
-
-
-@kernel
-def _zero() -> Body:
-    nothing = Vector(0.0, 0.0, 0.0)
-    return Body(nothing, nothing, Quaternion(0.0, 0.0, 0.0, 0.0), nothing)
-
-
-@kernel
-def _unit(body: Body) -> Body:
-    return Body(body.position, body.velocity, normalised(body.attitude), body.rates)
+def _combined(body: Body, k1: Body, k2: Body, k3: Body, k4: Body, dt: float) -> Body:
+    """Runge-Kutta's ``body + dt (k1 + 2 k2 + 2 k3 + k4) / 6``, the quaternion of unit norm."""
+    third, sixth = dt * (1.0 / 3.0), dt * (1.0 / 6.0)
+    after = _advanced(_advanced(_advanced(_advanced(body, k1, sixth), k2, third), k3, third), k4, sixth)
+    return Body(after.position, after.velocity, normalised(after.attitude), after.rates)
 
 
 @kernel
@@ -102,7 +91,7 @@ def step_in_air(plant: Plant, wanted: Actuators, wind: Vector, a: Airframe, dt: 
     k2 = derivative(_advanced(body, k1, 0.5 * dt), middle, wind, free, free, a)
     k3 = derivative(_advanced(body, k2, 0.5 * dt), middle, wind, free, free, a)
     k4 = derivative(_advanced(body, k3, dt), end, wind, free, free, a)
-    return Plant(_unit(_advanced(body, _mean(k1, k2, k3, k4), dt)), end, feet_aloft())
+    return Plant(_combined(body, k1, k2, k3, k4, dt), end, feet_aloft())
 
 
 @subroutine
@@ -120,7 +109,7 @@ def step_near_ground(plant: Plant, wanted: Actuators, wind: Vector, a: Airframe,
     k2 = _pressed(_advanced(body, k1, 0.5 * dt), middle, feet, wind, a)
     k3 = _pressed(_advanced(body, k2, 0.5 * dt), middle, feet, wind, a)
     k4 = _pressed(_advanced(body, k3, dt), end, feet, wind, a)
-    after = _unit(_advanced(body, _mean(k1, k2, k3, k4), dt))
+    after = _combined(body, k1, k2, k3, k4, dt)
     return Plant(after, end, feet_after(after, feet, a))
 
 

@@ -64,17 +64,13 @@ def rotate_inverse(q: Quaternion, v: Vector) -> Vector:
 @kernel
 def x_axis(q: Quaternion) -> Vector:
     """x_b in the world frame: the nose."""
-    return Vector(
-        1.0 - 2.0 * (q.y * q.y + q.z * q.z), 2.0 * (q.x * q.y + q.w * q.z), 2.0 * (q.x * q.z - q.w * q.y)
-    )
+    return Vector(1.0 - 2.0 * (q.y * q.y + q.z * q.z), 2.0 * (q.x * q.y + q.w * q.z), 2.0 * (q.x * q.z - q.w * q.y))
 
 
 @kernel
 def z_axis(q: Quaternion) -> Vector:
     """z_b in the world frame: away from the belly."""
-    return Vector(
-        2.0 * (q.x * q.z + q.w * q.y), 2.0 * (q.y * q.z - q.w * q.x), 1.0 - 2.0 * (q.x * q.x + q.y * q.y)
-    )
+    return Vector(2.0 * (q.x * q.z + q.w * q.y), 2.0 * (q.y * q.z - q.w * q.x), 1.0 - 2.0 * (q.x * q.x + q.y * q.y))
 
 
 @kernel

@@ -16,15 +16,15 @@ from protocol.dialect.vocabulary import Law
 from sitl.compiled import entry, subroutine
 from sitl.model.airframe import Array
 from sitl.model.ground import CLEAR
+from sitl.model.state import Actuators
 from sitl.simulation.dispatch import COMPILED
 from sitl.simulation.flight import Flight, age, blow, glide, move, sense
 from sitl.simulation.loop import MAX_CHAIN, due_now, keep, take
 from sitl.simulation.storage import WIDTH, access, column_rows
-from sitl.model.state import Actuators
 
 ZENO, JUMPS_FULL = 2, 4
 
-_tick, _needs, _watch, _due, _jump, _is_known, _values = COMPILED
+_tick, _needs, _watch, _due, _seek, _jump, _is_known, _values = COMPILED
 get_law, get_command = access(Flight, "controller.law").get, access(Flight, "controller.command").get
 get_actuators, put_actuators = access(Actuators)
 get_periods = access(Flight, "periods").get
@@ -48,7 +48,7 @@ def are_clear(block: Array) -> bool:
     lowest = block[HEIGHT * WIDTH]
     for column in range(1, WIDTH):
         lowest = min(lowest, block[HEIGHT * WIDTH + column])
-    return lowest > CLEAR
+    return bool(lowest > CLEAR)
 
 
 @subroutine
@@ -114,7 +114,13 @@ def watch_all(law: int, block: Array, reference: Array, design: Any, rows: npt.N
 
 @subroutine
 def take_all(
-    block: Array, reference: Array, design: Any, rows: Any, jumps: Any, noted: Any, ends: Any  # noqa: ANN401
+    block: Array,
+    reference: Array,
+    design: Any,
+    rows: Any,
+    jumps: Any,
+    noted: Any,
+    ends: Any,  # noqa: ANN401
 ) -> None:
     """Take the jumps that are due, chains of them as well."""
     for column in range(WIDTH):

@@ -34,6 +34,7 @@ class Compiled(NamedTuple):
     needs: Callable[[int], int]  # (law) -> bits of the guards that its jumps look at
     watch: Callable[..., int]  # (needs, flight, column, reference, design) -> bits of those that hold
     due: Callable[[int, int], int]  # (law, guard bits) -> row of the jump that is due; -1: none
+    seek: Callable[..., int]  # (law, flight, column, reference, design) -> the same, looking no further than it must
     jump: Callable[..., None]  # (row, flight, column, reference, design): the jump's reset map and new law
     is_known: Callable[[int], bool]
     values: Callable[..., tuple[float, ...]]  # (flight, column, reference, design) -> the Lyapunov values
@@ -97,7 +98,7 @@ class Register:
         for law, jumps in self.table.items():
             for jump in jumps:
                 if jump.target not in self.laws:
-                    raise SitlError(f"jump {jump.name!r} of {law.name} leads to {jump.target!r}, which is not registered")
+                    raise SitlError(f"jump {jump.name!r} of {law.name} leads to {jump.target!r}: it is not registered")
         if missing := [law.name for law in self.laws if law not in self.table]:
             raise SitlError(f"no row of the table for {', '.join(missing)}: a law needs at least its way out")
 
@@ -108,6 +109,7 @@ class Register:
             kernel(self._made("needs", self._needs())),
             kernel(self._made("watch", self._watch())),
             kernel(self._made("due", self._due())),
+            kernel(self._made("seek", self._seek())),
             subroutine(self._made("jump", self._jump())),
             kernel(self._made("is_known", self._is_known())),
             subroutine(self._made("values", self._all_values())),
@@ -149,7 +151,7 @@ class Register:
             "guidance": (self.design_type, "gains.line_of_sight.guidance", "design"),
             **{field: (self.flight_type, f"controller.{field}", "flight") for field in _CONTROLLER},
             **{slot: (self.flight_type, f"controller.states.{slot}", "flight") for slot in self.slots},
-            **{f"{field}_gains": (self.design_type, f"gains.{field}", "design") for field in (*Gains._fields, *self.gains)},
+            **{f"{own}_gains": (self.design_type, f"gains.{own}", "design") for own in (*Gains._fields, *self.gains)},
         }
         if gains:
             places["gains"] = (self.design_type, f"gains.{gains}", "design")
@@ -192,15 +194,12 @@ class Register:
         scope: dict[str, Any] = {}
         guards = {guard.bit: guard for law in self.laws for guard in self.guards_of(law)}.values()
         wanted = {guard.name: list(inspect.signature(guard.test).parameters) for guard in guards}
-        for name, row in self.values.items():
+        for name in self.values:
             users = sum(guard.bit for guard in guards if name in wanted[guard.name])
-            scope[f"value_{name}"] = row.value
-            call = f"value_{name}({self._call(row.value, scope, name, row.gains)})"
-            lines += [f"    {name} = 0.0", f"    if needs & {users}:", f"        {name} = {call}"]
+            lines += [f"    {name} = 0.0", f"    if needs & {users}:", f"        {name} = {self._value(name, scope)}"]
         for guard in guards:
-            scope[f"is_{guard.name}"] = guard.test
-            arguments = self._call(guard.test, scope, f"guard {guard.name}")
-            lines += [f"    if needs & {guard.bit}:", f"        bits |= {guard.bit} if is_{guard.name}({arguments}) else 0"]
+            test = self._test(guard, scope)
+            lines += [f"    if needs & {guard.bit}:", f"        bits |= {guard.bit} if {test} else 0"]
         return [*lines, "    return bits"], scope
 
     def _due(self) -> tuple[list[str], dict[str, Any]]:
@@ -211,6 +210,32 @@ class Register:
                 lines.append(f"        if bits & {jump.required | jump.forbidden} == {jump.required}:")
                 lines.append(f"            return {row}")
         return [*lines, "    return -1"], {}
+
+    def _seek(self) -> tuple[list[str], dict[str, Any]]:
+        lines = ["def seek(law, flight, column, reference, design):"]
+        scope: dict[str, Any] = {}
+        for law, jumps in self.table.items():
+            lines.append(f"    if law == {int(law)}:")
+            known: set[str] = set()
+            for row, jump in enumerate(jumps):
+                for guard in (*jump.when, *jump.unless):
+                    for name in inspect.signature(guard.test).parameters:
+                        if name in self.values and name not in known:
+                            known.add(name)
+                            lines.append(f"        {name} = {self._value(name, scope)}")
+                terms = [self._test(guard, scope) for guard in jump.when]
+                terms += [f"not {self._test(guard, scope)}" for guard in jump.unless]
+                lines += [f"        if {' and '.join(terms)}:", f"            return {row}"]
+        return [*lines, "    return -1"], scope
+
+    def _value(self, name: str, scope: dict[str, Any]) -> str:
+        row = self.values[name]
+        scope[f"value_{name}"] = row.value
+        return f"value_{name}({self._call(row.value, scope, name, row.gains)})"
+
+    def _test(self, guard: Guard, scope: dict[str, Any]) -> str:
+        scope[f"is_{guard.name}"] = guard.test
+        return f"is_{guard.name}({self._call(guard.test, scope, f'guard {guard.name}')})"
 
     def _jump(self) -> tuple[list[str], dict[str, Any]]:
         lines = ["def jump(law, row, flight, column, reference, design):", "    target = law"]
@@ -232,10 +257,7 @@ class Register:
 
     def _all_values(self) -> tuple[list[str], dict[str, Any]]:
         scope: dict[str, Any] = {}
-        calls = []
-        for row in self.values.values():
-            scope[f"value_{row.name}"] = row.value
-            calls.append(f"value_{row.name}({self._call(row.value, scope, row.name, row.gains)})")
+        calls = [self._value(name, scope) for name in self.values]
         return ["def values(flight, column, reference, design):", f"    return {', '.join(calls)}"], scope
 
     def _is_known(self) -> tuple[list[str], dict[str, Any]]:
@@ -248,7 +270,7 @@ def _extended(name: str, base: Any, parts: Mapping[str, type]) -> Any:  # noqa: 
     hints = get_type_hints(base)
     if all(hints.get(part) is kind for part, kind in parts.items()):
         return base
-    return NamedTuple(name, list({**hints, **parts}.items()))  # type: ignore[misc]
+    return NamedTuple(name, list({**hints, **parts}.items()))
 
 
 REGISTER = Register()

@@ -21,8 +21,8 @@ from sitl.estimation.truth import observe
 from sitl.model.actuators import limited, limits
 from sitl.model.airframe import Airframe, Array
 from sitl.model.arithmetic import rounded
-from sitl.model.gusts import gust_after
 from sitl.model.ground import is_clear, is_touching
+from sitl.model.gusts import gust_after
 from sitl.model.plant import shaft_power, step_in_air, step_near_ground
 from sitl.model.state import Actuators, Body, Plant
 from sitl.model.vectors import Vector, add, norm, scaled, subtract

@@ -27,6 +27,8 @@ FLOWN, UNKNOWN_LAW, ZENO, DIVERGED, JUMPS_FULL = range(5)  # how a call of the l
 MAX_CHAIN = 12  # jumps at one instant: more than there are laws means that some law came twice
 
 Records = npt.NDArray[Any]
+
+
 class Look(NamedTuple):
     """What is worked out of a flight only where somebody looks."""
 
@@ -48,12 +50,20 @@ get_governor = access(Design, "gains.zero_moment.governor").get
 put_sample = access(Sample).put
 put_jump_entry = access(JumpEntry).put
 put_look = access(Look).put
-_tick, _needs, _watch, _due, _jump, _is_known, _values = COMPILED
+_tick, _needs, _watch, _due, _seek, _jump, _is_known, _values = COMPILED
 
 
 @subroutine
 def advance(
-    flight: Any, column: int, reference: Any, air: Any, design: Any, a: Any, gusts: Array, draws: Array, row: int  # noqa: ANN401
+    flight: Any,
+    column: int,
+    reference: Any,
+    air: Any,
+    design: Any,
+    a: Any,
+    gusts: Array,
+    draws: Array,
+    row: int,
 ) -> None:
     """One control period, before any jump; records, or columns of blocks."""
     blow(flight, column, air, gusts, row)
@@ -67,8 +77,7 @@ def advance(
 @subroutine
 def due_now(flight: Any, column: int, reference: Any, design: Any) -> int:  # noqa: ANN401
     """The row of the jump that is due; -1 in the flow set."""
-    law = get_law(flight, column)
-    return _due(law, _watch(_needs(law), flight, column, reference, design))
+    return _seek(get_law(flight, column), flight, column, reference, design)
 
 
 @subroutine
@@ -173,4 +182,4 @@ def fly_with(register: Register) -> Callable[..., tuple[int, int, int, int]]:
 
     for function in (advance, due_now, take, keep, look):
         scope[function.__name__] = subroutine(anew(function))
-    return njit(error_model="numpy", nogil=True)(anew(fly))  # type: ignore[no-any-return]
+    return njit(error_model="numpy", nogil=True)(anew(fly))

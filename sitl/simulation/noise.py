@@ -19,7 +19,7 @@ class Draws:
         self._gust_block = self._sensor_block = -1
 
     def rows(self, period: int, *, gusts: bool) -> tuple[Array, Array]:
-        """Draws of the gusts, (n, 3, 1), or none, (0, 3, 1), and of the sensors, (n, 5, 1), from a period on to its block's end.
+        """Draws from a period on to the end of its block: of the gusts, (n, 3, 1) or none, and the sensors, (n, 5, 1).
 
         Args:
             period: The first control period; never before that of an earlier call's block.

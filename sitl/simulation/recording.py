@@ -10,8 +10,8 @@ import numpy.typing as npt
 
 from protocol.dialect.vocabulary import Law, Reason
 from sitl.model.airframe import Array
-from sitl.simulation.flight import PERIOD
 from sitl.simulation.dispatch import Register
+from sitl.simulation.flight import PERIOD
 
 
 class JumpRecord(NamedTuple):
@@ -54,7 +54,7 @@ class Recording:
     jumps: tuple[JumpRecord, ...]
 
     @classmethod
-    def of(cls, samples: npt.NDArray[np.void], jumps: tuple[JumpRecord, ...]) -> Recording:
+    def of(cls, samples: npt.NDArray[Any], jumps: tuple[JumpRecord, ...]) -> Recording:
         """The arrays of recorded samples."""
         body, guide = samples["body"], samples["guide"]
         return cls(
@@ -74,7 +74,7 @@ class Recording:
         )
 
 
-def columns(records: npt.NDArray[np.void]) -> Array:
+def columns(records: npt.NDArray[Any]) -> Array:
     """Records of floats as an array with a column per field."""
     names = records.dtype.names or ()
     return np.stack([records[name] for name in names], axis=-1)

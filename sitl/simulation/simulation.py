@@ -18,21 +18,21 @@ from protocol.dialect.vocabulary import Law, Regime
 from sitl.control import align, handover, hover_attitude, hover_zero_moment, line_of_sight, wind_estimator
 from sitl.control.estimate import Estimate
 from sitl.control.forward_guidance import stopping_distance
-from sitl.control.reference import LEG, Reference, cross_track, hover_at
+from sitl.control.reference import LEG, Reference, cross_track, hover_at, upright
 from sitl.design.forward import can_fly_forward
 from sitl.errors import SitlError, UnknownLawError, ZenoError
 from sitl.estimation.sensing import SensorNoise
 from sitl.estimation.truth import observe
-from sitl.model.airframe import Airframe, Array
+from sitl.model.airframe import Airframe
 from sitl.model.ground import FEET, STIFFNESS, feet_aloft, is_touching
 from sitl.model.plant import shaft_power
 from sitl.model.quaternions import Quaternion, from_euler, hover
 from sitl.model.state import Actuators, Body, Plant
 from sitl.model.vectors import Vector
 from sitl.simulation import loop
-from sitl.simulation.flight import PERIOD, Environment, Flight, JumpEntry, Sample, sample_of
 from sitl.simulation.dispatch import REGISTER, Register
-from sitl.simulation.loop import Look, fly, fly_with
+from sitl.simulation.flight import PERIOD, Environment, Flight, JumpEntry, Sample, sample_of
+from sitl.simulation.loop import Look, Records, fly, fly_with
 from sitl.simulation.noise import Draws
 from sitl.simulation.recording import JumpRecord, Recording, jump_of
 from sitl.simulation.storage import named_from, record_of, record_type, zero
@@ -67,7 +67,7 @@ class Start(NamedTuple):
     west: float = 0.0  # [m]
     up: float = 0.0  # of the centre of mass above where it stands on the ground [m]
     heading: float = 0.0  # [rad]
-    attitude: tuple[float, float, float] | None = None  # roll, pitch, yaw [rad] (ZYX, NWU); None: nose up at the heading
+    attitude: tuple[float, float, float] | None = None  # roll, pitch, yaw (ZYX, NWU) [rad]; None: nose up
     airborne: bool = False
 
 
@@ -133,12 +133,11 @@ class Simulation:
             actuators: Positions and commands in force; as they are by default.
         """
         flight = self.flight
-        act = actuators or flight.plant.actuators
-        plant = Plant(Body(*(type(old)(*map(float, new)) for old, new in zip(flight.plant.body, body, strict=True))),
-                      Actuators(*map(float, act)), feet_aloft())  # fmt: skip
-        wind = flight.controller.wind.wind
-        controller = flight.controller if actuators is None else flight.controller._replace(command=plant.actuators)
-        self._write(flight._replace(plant=plant, controller=controller, estimate=observe(plant, Vector(0.0, 0.0, 0.0), wind, is_touching(plant, self.airframe))))
+        body = Body(Vector(*body.position), Vector(*body.velocity), Quaternion(*body.attitude), Vector(*body.rates))
+        plant = Plant(body, actuators or flight.plant.actuators, feet_aloft())
+        controller = flight.controller if actuators is None else flight.controller._replace(command=actuators)
+        estimate = self._perfect(plant, flight.controller.wind.wind)
+        self._write(flight._replace(plant=plant, controller=controller, estimate=estimate))
 
     def _put(self, plant: Plant, course: float) -> None:
         old = self.flight
@@ -146,7 +145,7 @@ class Simulation:
         wind = wind_estimator.start(self.design.gains.wind)
         states = zero(get_type_hints(controller_type)["states"])._replace(course=course)
         controller = zero(controller_type)._replace(law=int(Law.LANDED), wind=wind, states=states)
-        estimate = observe(plant, Vector(0.0, 0.0, 0.0), wind.wind, is_touching(plant, self.airframe))
+        estimate = self._perfect(plant, wind.wind)
         self._write(Flight(plant, Vector(0.0, 0.0, 0.0), estimate, controller, old.energy, 0, old.periods))
 
     def retune(self, tuning: Tuning) -> None:
@@ -189,7 +188,7 @@ class Simulation:
     @reference.setter
     def reference(self, reference: Reference) -> None:
         heading = math.remainder(reference.heading, math.tau)  # anybody may stream one that no sine is right for
-        self._reference = reference._replace(heading=heading, forward=reference.forward and self.can_fly_forward)
+        self._reference = (reference if self.can_fly_forward else upright(reference))._replace(heading=heading)
         self._references[0] = self._reference
         self._look = None
 
@@ -419,7 +418,7 @@ class Simulation:
         """Compile what flies and what looks, or read it from disk; nothing moves."""
         self._looked()
 
-    def _fly(self, periods: int, every: int, samples: npt.NDArray[np.void]) -> int:
+    def _fly(self, periods: int, every: int, samples: Records) -> int:
         self._flights["limits"] = 0
         self._look = None
         self._airs[0] = self.environment
@@ -474,6 +473,9 @@ class Simulation:
     @property
     def _controller(self) -> Any:  # noqa: ANN401 - a numpy record, whose fields can be assigned
         return self._flights["controller"][0]
+
+    def _perfect(self, plant: Plant, wind: Vector) -> Estimate:
+        return observe(plant, Vector(0.0, 0.0, 0.0), wind, is_touching(plant, self.airframe))
 
     def _law_number(self) -> int:
         return int(self._controller["law"])

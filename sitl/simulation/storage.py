@@ -10,7 +10,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Iterator, Sequence
 from functools import cache
-from typing import Any, NamedTuple, TypeVar, get_args, get_origin, get_type_hints
+from typing import Any, NamedTuple, TypeVar, cast, get_args, get_origin, get_type_hints
 
 import numpy as np
 from numba import types
@@ -80,7 +80,7 @@ def _typed(kind: Any, value: Any) -> np.dtype[Any]:  # noqa: ANN401
         elif part in _LEAVES:
             parts.append((name, _LEAVES[part]))
         else:
-            parts.append((name, "f8", np.shape(example)))
+            parts.append((name, "f8", np.shape(example if example is not None else 0.0)))
     return np.dtype((np.record, parts))
 
 
@@ -114,12 +114,12 @@ def column(value: tuple[Any, ...]) -> list[float]:
 
 def from_column(kind: type[Named], numbers: Array) -> Named:
     """The value of a block's column."""
-    return _maker(kind, nested=False)(numbers.tolist())
+    return cast("Named", _maker(kind, nested=False)(numbers.tolist()))
 
 
 def named_from(kind: type[Named], row: tuple[Any, ...]) -> Named:
     """The NamedTuple of a record's plain nested tuple (``record.item()``)."""
-    return _maker(kind, nested=True)(row)
+    return cast("Named", _maker(kind, nested=True)(row))
 
 
 @cache
@@ -222,5 +222,5 @@ def _chosen(of_record: str, of_block: str, arguments: str, scope: dict[str, Any]
     choosing = f"def choosing({arguments}):\n    return choose(kept)\n"
     names["choose"] = choose
     exec(compile(choosing, "<access>", "exec"), names)  # noqa: S102
-    overload(either, jit_options=INLINED, strict=False)(names["choosing"])
+    overload(either, jit_options=INLINED, strict=False)  # type: ignore[arg-type](names["choosing"])
     return either  # type: ignore[no-any-return]

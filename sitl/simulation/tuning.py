@@ -80,8 +80,7 @@ def designed(a: Airframe, tuning: Tuning) -> Design:
 @lru_cache(maxsize=64)
 def design_record(a: Airframe, tuning: Tuning) -> npt.NDArray[Any]:
     """The same as the compiled loop takes it, a record, (1,); not to be changed."""
-    record = record_of(Design, designed(a, tuning))
-    return record
+    return record_of(Design, designed(a, tuning))
 
 
 def thresholds(tuning: Tuning) -> Thresholds:

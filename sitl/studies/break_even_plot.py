@@ -13,14 +13,15 @@ from protocol.dialect.vocabulary import DecisionReason
 from sitl.errors import SitlError
 from sitl.model.airframe import Array
 from sitl.prediction.predictor import Abilities, Leg, predict_forward, predict_hover
-from sitl.studies.break_even import LONGEST, SHORTEST, TURNS, Cell, barred
+from sitl.studies.break_even import TURNS, Cell
+from sitl.studies.break_even_flights import MAX_DISTANCE, MIN_DISTANCE, barred
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.contour import QuadContourSet
 
 CLIMBS = (-10.0, 0.0, 10.0)
-DISTANCES = np.geomspace(10.0, LONGEST, 24)
+DISTANCES = np.geomspace(10.0, MAX_DISTANCE, 24)
 WINDS = np.linspace(-4.0, 4.0, 13)
 LEVELS = np.linspace(-100.0, 100.0, 21)  # of the saving [%]
 
@@ -79,7 +80,7 @@ def _panel(axis: Axes, saved: Array) -> QuadContourSet:
     axis.set_facecolor("lightgrey")
     drawn = axis.contourf(DISTANCES, WINDS, saved, LEVELS, cmap="RdBu")
     axis.set_xscale("log")
-    axis.axvline(SHORTEST, color="grey", linewidth=0.8, linestyle=":")
+    axis.axvline(MIN_DISTANCE, color="grey", linewidth=0.8, linestyle=":")
     axis.set_xticks([10, 20, 50, 100, 200], ["10", "20", "50", "100", "200"])
     return drawn
 

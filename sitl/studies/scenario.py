@@ -131,7 +131,7 @@ def next_reference(last: Reference, target: Point, airspeed: float | None) -> Re
     """The reference of a target, with the leg that leads there if an airspeed is given."""
     end = (target[0], target[1], target[2] + ALOFT)
     if airspeed is None:
-        return at(last, end)._replace(forward=False)
+        return at(last, end)
     return along(last, leg(last.position, end, airspeed), last.heading)
 
 

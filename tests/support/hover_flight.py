@@ -46,7 +46,7 @@ def fly(target, *, law, duration, attitude=None, v=(0, 0, 0), w=(0, 0, 0), wind=
     vehicle.place(Body(Vector(0.0, 0.0, ALOFT), vector(v), q, vector(w)))
     vehicle.begin_flight(law)
     vehicle.set_wind(wind)
-    aim = np.array(target, dtype=float) + (0.0, 0.0, ALOFT)
+    aim = np.add(target, (0.0, 0.0, ALOFT))
     vehicle.reference = hover_at(tuple(aim), heading, 3.0)
     try:
         return Flight(vehicle.record(duration, 100.0), aim, diverged=False)

@@ -7,7 +7,6 @@ import numpy as np
 
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law
-from protocol.dialect.vocabulary import Law
 from protocol.frames import Geodetic, LocalFrame
 from protocol.plans import load as load_plan
 from protocol.plans.mission import MissionItem
@@ -38,7 +37,7 @@ class Track:
         self._rows = []
 
     def advance(self, seconds, fly=None, each=lambda: None):
-        """Fly on, by ``fly(periods)`` if it is not the bare vehicle that flies; ``each`` is called after every sample."""
+        """Fly on, by ``fly(periods)`` if it is not the bare vehicle that flies; ``each`` follows every sample."""
         for _ in range(round(seconds * 1000 / 2 / SAMPLE)):
             (fly or self.vehicle.advance)(SAMPLE)
             v = self.vehicle
@@ -131,7 +130,9 @@ def hop(
 
 def on_a_leg(*, airspeed=15.0, seed=1, gusts=0.0, wind=(0.0, 0.0, 0.0), plant=NOMINAL, design_model=None, tuning=None):
     """A vehicle that sets out on a leg northwards without an end."""
-    vehicle = Simulation(plant, seed=seed, start=Start(up=200.0, airborne=True), design_model=design_model, tuning=tuning)
+    vehicle = Simulation(
+        plant, seed=seed, start=Start(up=200.0, airborne=True), design_model=design_model, tuning=tuning
+    )
     vehicle.begin_flight(Law.HOVER_LINEAR)
     vehicle.set_wind(wind, gusts)
     start = vehicle.reference

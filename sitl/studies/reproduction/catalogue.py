@@ -37,7 +37,7 @@ EXPERIMENTS: dict[str, Experiment] = {
         redefinition.EXPERIMENT,
     )
 }
-LONGEST_FIRST = ("motors", "vertical-plane")  # so that no core waits for the last one alone
+SLOWEST_FIRST = ("motors", "vertical-plane")  # so that no core waits for the last one alone
 
 
 def chosen(names: Sequence[str] | None) -> list[Experiment]:
@@ -68,7 +68,7 @@ def run_all(experiments: Sequence[Experiment], seed: int, jobs: int, say: Callab
         jobs: How many at once.
         say: Told of each that is done.
     """
-    order = sorted((e.name for e in experiments), key=lambda name: name not in LONGEST_FIRST)
+    order = sorted((e.name for e in experiments), key=lambda name: name not in SLOWEST_FIRST)
     done: dict[str, Outcome] = {}
 
     def note(name: str, outcome: Outcome, took: float) -> None:

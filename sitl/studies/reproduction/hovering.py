@@ -4,64 +4,26 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from protocol.dialect.vocabulary import Law
 from sitl.airframe import load
 from sitl.control.governor import ERROR, QUASI_OPTIMAL_AXIS
 from sitl.model.airframe import Airframe, Array
 from sitl.studies import plot
 from sitl.studies.report import SCENARIOS, WIND_FROM, error, nose_elevation, settling_time
-from sitl.studies.reproduction.draw import COLOURS, Sheet, thin
+from sitl.studies.reproduction.draw import Sheet
 from sitl.studies.reproduction.experiment import Experiment, Outcome, Panel, Row, judge
+from sitl.studies.reproduction.panels import (
+    attitude_panel,
+    command_panel,
+    jumps_over_time,
+    position_panel,
+    rows_of,
+    thinned,
+)
 from sitl.studies.reproduction.printed import PRINTED_START
 from sitl.studies.scenario import RATE, Figure, Scenario, Track, fly
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-FLOWN = ("hover", "far-target", "lqi-wind")
-
-
-def position_panel(name: str, number: str, caption: str, claim: str, seen: str, track: Track) -> Panel:
-    """Position over time, the target dotted."""
-    sheet = Sheet(f"{name}-position", height=2.6)
-    with sheet as axes:
-        plot.position(axes[0], thinned(track))
-        axes[0].set_xlabel("t [s]")
-    return Panel(number, caption, claim, seen, sheet.svg)
-
-
-def attitude_panel(name: str, number: str, caption: str, claim: str, seen: str, track: Track) -> Panel:
-    """Elevation of the nose over time."""
-    sheet = Sheet(f"{name}-attitude", height=2.2)
-    with sheet as axes:
-        plot.attitude(axes[0], thinned(track))
-        axes[0].set_xlabel("t [s]")
-    return Panel(number, caption, claim, seen, sheet.svg)
-
-
-def command_panel(name: str, number: str, caption: str, claim: str, seen: str, time: Array, actuator: Array) -> Panel:
-    """Propellers and elevons over time."""
-    sheet = Sheet(f"{name}-command", 2, height=2.0)
-    with sheet as axes:
-        plot.actuators((axes[0], axes[1]), *thin(time, actuator))
-        axes[1].set_xlabel("t [s]")
-    return Panel(number, caption, claim, seen, sheet.svg)
-
-
-def thinned(track: Track) -> Track:
-    """The track with no more samples than a plot shows."""
-    names = ("time", "p", "v", "q", "actuator", "lyapunov", "law", "target", "energy", "guide")
-    kept: dict[str, Any] = dict(zip(names, thin(*(getattr(track, name) for name in names)), strict=True))
-    return replace(track, **kept)
-
-
-def rows_of(place: str, track: Track, scenario: Scenario, causes: dict[str, str]) -> list[Row]:
-    """The scenario's own figures, each with its verdict."""
-    return [judge(place, f, causes.get(f.name, "")) for f in scenario.figures(track) if f.expected]
 
 
 def run_wind(seed: int) -> Outcome:
@@ -185,20 +147,6 @@ def run_far(seed: int) -> Outcome:
         Panel("5.3", "Jumps", "The hysteresis keeps the number of jumps small.", f"{len(track.jumps)} jumps: {jumps}.",
               sheets[1].svg),
     ])  # fmt: skip
-
-
-def jumps_over_time(axis: Axes, track: Track) -> None:
-    """The law in force, and the jump count j on an axis of its own."""
-    axis.step(track.time, track.law, where="post")
-    used = sorted({int(law) for law in track.law})
-    axis.set_yticks(used, [Law(law).name.replace("_", " ").lower() for law in used])
-    axis.set_xlabel("t [s]")
-    axis.grid(alpha=0.2)
-    number = np.searchsorted([jump.time for jump in track.jumps], track.time, side="right")
-    count = axis.twinx()
-    count.step(track.time, number, where="post", linestyle="--", color=COLOURS[1])
-    count.set_ylabel("jumps j (dashed)")
-    count.spines.right.set_visible(True)
 
 
 def _with_the_reports_thresholds(scenario: Scenario, seed: int) -> list[Row]:

@@ -14,14 +14,11 @@ from typing import NamedTuple
 import numpy as np
 
 from sitl.airframe import load
-from sitl.compiled import entry
 from sitl.control.governor import LINEAR
-from sitl.model.actuators import limited, moved
 from sitl.model.airframe import Airframe
-from sitl.model.arithmetic import sine_cosine
-from sitl.model.state import Actuators
 from sitl.simulation.simulation import Start
 from sitl.studies.report import SCENARIOS, error, settling_time
+from sitl.studies.reproduction.actuator_response import response, response_panel
 from sitl.studies.reproduction.draw import Sheet, thin
 from sitl.studies.reproduction.experiment import Experiment, Outcome, Panel, Row, judge
 from sitl.studies.scenario import RATE, Ask, Figure, Track, fly
@@ -30,8 +27,6 @@ FAST = 1e7  # a rate that is no limit
 BANDWIDTHS = (10.0, 12.0, 14.0, 16.0, 18.0, 20.0, 25.0, 30.0)  # lambda [rad/s]
 STEPS = (0.3, 1.0, 2.0, 3.0, 5.0)  # of the target, on every axis [m]
 WATCHED = 10.0  # a flight's last seconds decide [s]
-MIDDLE = 687.0  # of a motor's sine [rad/s]
-STEPS_PER_PERIOD = 200
 STILL = math.radians(1.0)  # an elevon that moves less is no oscillation
 
 
@@ -96,42 +91,6 @@ def endings(a: Airframe, seed: int) -> list[list[Oscillation]]:
     return [[oscillation(step_flight(a, lam, step, seed)) for step in STEPS] for lam in BANDWIDTHS]
 
 
-def response(a: Airframe, which: int, amplitude: float, frequency: float) -> tuple[float, float]:
-    """Gain [-] and phase [rad] of an actuator at the fundamental of a sine.
-
-    Args:
-        a: The airframe.
-        which: 0 for a motor, 2 for an elevon.
-        amplitude: [rad/s] or [rad].
-        frequency: [Hz]
-    """
-    size = float(amplitude)
-    sine, cosine = _fundamental(a, size if which == 0 else 0.0, size if which == 2 else 0.0, float(frequency))
-    return math.hypot(sine, cosine) / size, math.atan2(cosine, sine)
-
-
-@entry
-def _fundamental(a: Airframe, motor: float, elevon: float, frequency: float) -> tuple[float, float]:
-    """Sine and cosine parts of what the left actuators make of a sine about 687 rad/s and 0 rad.
-
-    Args:
-        a: The airframe.
-        motor: Amplitude of the motor's command [rad/s]; the elevon stands still if it is not 0.
-        elevon: Amplitude of the elevon's command [rad].
-        frequency: [Hz]
-    """
-    now = Actuators(MIDDLE, MIDDLE, 0.0, 0.0)
-    dt, sine_part, cosine_part = 1.0 / (frequency * STEPS_PER_PERIOD), 0.0, 0.0
-    for k in range(6 * STEPS_PER_PERIOD):
-        sine, cosine = sine_cosine(2.0 * math.pi * k / STEPS_PER_PERIOD)
-        command = Actuators(MIDDLE + motor * sine, MIDDLE, elevon * sine, 0.0)
-        now = moved(now, limited(command, True, a), dt, a)
-        if k >= 4 * STEPS_PER_PERIOD:  # the first periods settle
-            value = now.left_motor - MIDDLE if motor != 0.0 else now.left_elevon
-            sine_part, cosine_part = sine_part + value * sine, cosine_part + value * cosine
-    return sine_part / STEPS_PER_PERIOD, cosine_part / STEPS_PER_PERIOD
-
-
 def run(seed: int) -> Outcome:
     """Frequency response, the hover flight under both models, and the map of limit cycles."""
     made = models()
@@ -139,7 +98,7 @@ def run(seed: int) -> Outcome:
     rows = [*_alike(made, seed), *_cycles(maps)]
     example = step_flight(made["saturated"], 18.0, 1.0, seed)
     return Outcome(
-        rows, [_responses(made), _maps(maps), _example(example, step_flight(made["first order"], 18.0, 1.0, seed))]
+        rows, [response_panel(made), _maps(maps), _example(example, step_flight(made["first order"], 18.0, 1.0, seed))]
     )
 
 
@@ -190,37 +149,6 @@ def _where(found: list[tuple[float, float, Oscillation]], table: list[list[Oscil
         f"{len(found)} of {flights} flights ({lost} lost); first after a step of {step:g} m at lambda = {lam:.0f}: "
         f"elevons +-{math.degrees(first.amplitude):.0f} deg at {first.frequency:.1f} Hz, {first.distance:.1f} m off"
     )
-
-
-def _responses(made: dict[str, Airframe]) -> Panel:
-    frequencies = np.geomspace(0.5, 15.0, 20)
-    sheet = Sheet("motors-response", 2, columns=2, height=2.0)
-    with sheet as axes:
-        for column, (which, amplitudes, unit) in enumerate(((0, (50.0, 300.0), "rad/s"), (2, (5.0, 30.0), "deg"))):
-            for name in ("saturated", "first order"):
-                for amplitude in amplitudes if name == "saturated" else amplitudes[:1]:
-                    size = amplitude if which == 0 else math.radians(amplitude)
-                    points = np.array([response(made[name], which, size, float(f)) for f in frequencies])
-                    label = f"{name}, {amplitude:.0f} {unit}" if name == "saturated" else name
-                    axes[column].loglog(frequencies, points[:, 0], label=label)
-                    axes[column + 2].semilogx(frequencies, np.degrees(np.unwrap(points[:, 1])))
-            axes[column].set_title(("motor", "elevon")[column], fontsize=9)
-            axes[column].set_yticks([0.2, 0.5, 1.0], ["0.2", "0.5", "1"])
-            axes[column].minorticks_off()
-            axes[column + 2].set_xticks([1.0, 2.0, 5.0, 10.0], ["1", "2", "5", "10"])
-            axes[column + 2].minorticks_off()
-            axes[column].legend(fontsize=7)
-            axes[column + 2].set_xlabel("frequency [Hz]")
-        axes[0].set_ylabel("gain")
-        axes[2].set_ylabel("phase [deg]")
-        for axis in axes:
-            axis.grid(alpha=0.2)
-    return Panel(
-        "", "Actuators as describing functions: saturated (two amplitudes) and first order",
-        "The saturation acts as the first order does, with some subtleties that depend on the frequency.",
-        "True of small motions. Of large ones the rate limit's lag reaches 90 deg and its gain falls with the "
-        "amplitude: that is what a limit cycle needs.", sheet.svg,
-    )  # fmt: skip
 
 
 def _maps(maps: dict[str, list[list[Oscillation]]]) -> Panel:

@@ -6,7 +6,7 @@ from sitl.studies import plot
 from sitl.studies.report import SCENARIOS, SECOND, error, settling_time
 from sitl.studies.reproduction.draw import Sheet
 from sitl.studies.reproduction.experiment import Experiment, Outcome, Panel
-from sitl.studies.reproduction.hovering import jumps_over_time, position_panel, rows_of, thinned
+from sitl.studies.reproduction.panels import jumps_over_time, position_panel, rows_of, thinned
 from sitl.studies.scenario import fly
 
 NAME, PLACE = "forward-to-hover", "5.2"

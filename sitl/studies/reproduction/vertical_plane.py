@@ -9,9 +9,10 @@ import numpy as np
 from sitl.airframe import load
 from sitl.model.airframe import Airframe
 from sitl.studies import plot
+from sitl.studies.reproduction.conditioning import conditioning_panel, conditioning_rows
 from sitl.studies.reproduction.draw import Sheet, thin
 from sitl.studies.reproduction.experiment import Experiment, Outcome, Panel, Row, judge
-from sitl.studies.reproduction.line_of_sight import Flight, conditioning, fly
+from sitl.studies.reproduction.line_of_sight import Flight, fly
 from sitl.studies.reproduction.report_forward import LineOfSightGains
 from sitl.studies.scenario import Figure
 
@@ -30,9 +31,9 @@ def run(seed: int) -> Outcome:  # noqa: ARG001 - still air, nothing is random
     slipped = LineOfSightGains(a, k_c=K_C, k_d=K_D, swapped=1, singular_floor=1e-3)
     typed = fly(TARGET, slipped, speed=SPEED, duration=DURATION)
     sideways = fly(SIDEWAYS, LineOfSightGains(a), speed=SPEED, duration=40.0)
-    rows = [*_printed(ours, typed), *_line_of_sight(a, ours, typed), *_conditioning(a), _sideways(sideways)]
+    rows = [*_printed(ours, typed), *_line_of_sight(a, ours, typed), *conditioning_rows(a), _sideways(sideways)]
     panels = [_position(ours, typed), _plane(ours, typed), _attitude(ours, typed), _commands(ours, typed)]
-    return Outcome(rows, [*panels, _lasting_error(a), _condition_numbers(a)])
+    return Outcome(rows, [*panels, _lasting_error(a), conditioning_panel(a)])
 
 
 def _printed(ours: Flight, typed: Flight) -> list[Row]:
@@ -100,29 +101,6 @@ def _bend(flight: Flight) -> float:
     p = flight.p[flight.at(10.0) :]
     chord = (p[-1] - p[0]) / np.linalg.norm(p[-1] - p[0])
     return float(np.linalg.norm(np.cross(p - p[0], chord), axis=1).max())
-
-
-def _conditioning(a: Airframe) -> list[Row]:
-    typed, ours = conditioning(a, 0.0, swapped=True), conditioning(a, 0.0, swapped=False)
-    speeds = (1.0, 3.0, 5.0, 20.0)
-    pairs = [[conditioning(a, speed, swapped=swapped) for swapped in (True, False)] for speed in speeds]
-    told = (f"{one:.3g} and {two:.2g} at {speed:.0f} m/s" for (one, two), speed in zip(pairs, speeds, strict=True))
-    along = ", ".join(told)
-    worst = max(conditioning(a, float(speed), swapped=False) for speed in range(26))
-    return [
-        judge(
-            "4.2.2",
-            Figure("condition number at the hover, as typed", typed, "", "> 1e14", typed > 1e14),
-            f"by singular values (the report takes eigenvalues); in level trims, as typed and corrected: {along}",
-            slip=True,
-        ),
-        judge(
-            "4.2.2",
-            Figure("condition number at the hover, corrected", ours, "", "not invertible", ours > 1e14),
-            f"the exchange in M_y alone makes the Jacobian singular; corrected it stays below {worst:.0f} up to "
-            "25 m/s, and no bound on singular values is needed",
-        ),
-    ]
 
 
 def _sideways(flight: Flight) -> Row:
@@ -223,24 +201,6 @@ def _lasting_error(a: Airframe) -> Panel:
     return Panel(
         "", "Error to the line of sight, in both readings of M_y", "The velocity converges to the line of sight.",
         "Only with the corrected M_y. As typed, an error stays that grows as the gain k_c shrinks.", sheet.svg,
-    )  # fmt: skip
-
-
-def _condition_numbers(a: Airframe) -> Panel:
-    speeds = np.linspace(0.0, 25.0, 101)
-    sheet = Sheet("forward-conditioning", height=2.4)
-    with sheet as axes:
-        for swapped, style, word in ((False, "-", "corrected"), (True, "--", "as typed")):
-            values = [min(conditioning(a, float(speed), swapped=swapped), 1e8) for speed in speeds]
-            axes[0].semilogy(speeds, values, style, label=word)
-        axes[0].set(xlabel="level airspeed [m/s]", ylabel="condition number")
-        axes[0].legend()
-        axes[0].grid(alpha=0.2)
-    return Panel(
-        "", "Condition number of dM/du along the level trims",
-        "The system is badly conditioned: its Jacobian cannot be inverted.",
-        "As typed it is singular at the hover; corrected it never exceeds "
-        f"{max(conditioning(a, float(speed), swapped=False) for speed in speeds):.0f}.", sheet.svg,
     )  # fmt: skip
 
 

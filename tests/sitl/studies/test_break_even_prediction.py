@@ -10,7 +10,8 @@ from sitl.__main__ import main
 from sitl.errors import SitlError
 from sitl.prediction.point_mass import Prediction
 from sitl.prediction.predictor import Leg, predict_forward, predict_hover
-from sitl.studies.break_even import Flown, abilities, barred, draw, error, fly_leg, predicted
+from sitl.studies.break_even import predicted
+from sitl.studies.break_even_flights import Flown, abilities, barred, draw, error, fly_leg
 from sitl.studies.break_even_plot import save_plot
 
 

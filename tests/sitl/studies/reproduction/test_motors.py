@@ -1,34 +1,13 @@
-"""Actuator models as describing functions, and what tells a limit cycle."""
+"""What tells a limit cycle, and which actuator models have one."""
 
 import math
 
 import numpy as np
 import pytest
 
-from sitl.airframe import load
 from sitl.studies.reproduction import motors
 from sitl.studies.reproduction.motors import Ending
 from sitl.studies.scenario import RATE, Track
-
-NOMINAL, FIRST_ORDER = load("nominal").parameters, load("nominal-first-order").parameters
-
-
-def test_a_first_order_actuator_responds_by_its_closed_form():
-    for which, tau in ((0, FIRST_ORDER.motor_tau), (2, FIRST_ORDER.elevon_tau)):
-        gain, phase = motors.response(FIRST_ORDER, which, 0.1, 4.0)
-        turn = 2.0 * math.pi * 4.0 * tau
-        assert gain == pytest.approx(1.0 / math.hypot(1.0, turn), rel=0.01)
-        assert phase == pytest.approx(-math.atan(turn), abs=0.02)
-
-
-def test_a_rate_limited_actuator_follows_small_sines_and_makes_triangles_of_large_ones():
-    amplitude, frequency = math.radians(29.0), 15.0
-    small, _ = motors.response(NOMINAL, 2, math.radians(1.0), frequency)
-    large, phase = motors.response(NOMINAL, 2, amplitude, frequency)
-    assert small == pytest.approx(1.0, abs=0.01)
-    triangle = 8.0 / math.pi**2 * NOMINAL.delta_rate / (4.0 * frequency * amplitude)
-    assert large == pytest.approx(triangle, rel=0.02)
-    assert -math.pi / 2 < phase < -1.2
 
 
 def swinging(amplitude, frequency=1.0, decay=0.0, distance=1.0, diverged=""):
@@ -39,7 +18,7 @@ def swinging(amplitude, frequency=1.0, decay=0.0, distance=1.0, diverged=""):
     actuator[:, 2] = amplitude * np.exp(-decay * time) * np.sin(2.0 * math.pi * frequency * time)
     p = zeros + np.array((distance, 0.0, 0.0))
     return Track(
-        time=time, p=p, v=zeros, q=np.zeros((n, 4)), actuator=actuator, lyapunov=np.zeros(n), law=np.zeros(n, dtype=np.int64),
+        time=time, p=p, v=zeros, q=np.zeros((n, 4)), actuator=actuator, lyapunov=np.zeros(n), law=np.zeros(n, int),
         target=zeros, energy=np.zeros(n), guide=np.zeros((n, 5)), jumps=(), wall=1.0, diverged=diverged,
     )  # fmt: skip
 

@@ -1,26 +1,17 @@
 """Hover or fly in flight: the prediction against flown legs, the break-even distance, a mission that mixes both."""
 
 import math
-from pathlib import Path
 
 import pytest
 
 from protocol.dialect.vocabulary import DecisionReason, Way
 from protocol.plans import files
 from sitl.prediction.predictor import Leg
-from sitl.studies.break_even import (
-    SHORTEST,
-    abilities,
-    draw,
-    error,
-    flown,
-    fly_all,
-    fly_leg,
-    fly_mission,
-    predicted,
-)
+from sitl.studies.break_even import flown, predicted
+from sitl.studies.break_even_flights import MIN_DISTANCE, abilities, draw, error, fly_all, fly_leg, fly_mission
+from tests.support.paths import DATA
 
-MIXED = Path(__file__).parent.parent / "data" / "mixed.plan"
+MIXED = DATA / "mixed.plan"
 SHORT, LONG = 20.0, 100.0  # [m]
 
 
@@ -32,7 +23,7 @@ def able():
 @pytest.fixture(scope="module")
 def journeys():
     items = files.load(MIXED).items
-    return {way: fly_mission(items, way, least_leg=SHORTEST) for way in Way}
+    return {way: fly_mission(items, way, least_leg=MIN_DISTANCE) for way in Way}
 
 
 # One leg
@@ -53,7 +44,7 @@ def journeys():
 )
 def test_a_leg_takes_the_time_and_energy_the_vehicle_predicted(leg, way, limit):
     flight = fly_leg(leg, way)
-    assert flight.tipped == (way is Way.FORWARD)
+    assert flight.flew_forward == (way is Way.FORWARD)
     assert flight.predicted.time == pytest.approx(flight.time, rel=limit)
     assert flight.predicted.energy == pytest.approx(flight.energy, rel=limit)
 
@@ -85,7 +76,7 @@ def test_turned_away_the_wing_breaks_even_where_it_is_predicted_to(able):
 
 def test_straight_ahead_in_calm_the_wing_wins_wherever_it_is_flown(able):
     expected, found = predicted(able, 0.0), flown(able, "nominal", 0.0)
-    assert expected.distance == found.distance == pytest.approx(SHORTEST)
+    assert expected.distance == found.distance == pytest.approx(MIN_DISTANCE)
     assert expected.barred is found.barred is DecisionReason.TOO_SHORT
 
 
