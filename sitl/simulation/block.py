@@ -20,7 +20,7 @@ from sitl.model.state import Actuators
 from sitl.simulation.dispatch import COMPILED
 from sitl.simulation.flight import Flight, age, blow, glide, move, sense
 from sitl.simulation.loop import MAX_CHAIN, due_now, keep, take
-from sitl.simulation.storage import WIDTH, access, column_rows
+from sitl.simulation.storage import WIDTH, Kept, access, column_rows
 
 ZENO, JUMPS_FULL = 2, 4
 
@@ -59,14 +59,14 @@ def blow_all(block: Array, air: Array, gusts: Array, row: int) -> None:
 
 
 @subroutine
-def sense_all(block: Array, air: Array, design: Any, a: Array, draws: Array, row: int) -> None:  # noqa: ANN401
+def sense_all(block: Array, air: Array, design: Kept, a: Array, draws: Array, row: int) -> None:
     """The wind estimates of all flights."""
     for column in range(WIDTH):
         sense(block, column, air, design, a, draws, row)
 
 
 @subroutine
-def tick_all(law: int, block: Array, reference: Array, design: Any) -> None:  # noqa: ANN401
+def tick_all(law: int, block: Array, reference: Array, design: Kept) -> None:
     """The commands of all flights."""
     if law == LINEAR:
         for column in range(WIDTH):
@@ -95,7 +95,7 @@ def move_all(block: Array, air: Array, a: Array, in_force: Array) -> None:
 
 
 @subroutine
-def watch_all(law: int, block: Array, reference: Array, design: Any, rows: npt.NDArray[np.int64]) -> bool:  # noqa: ANN401
+def watch_all(law: int, block: Array, reference: Array, design: Kept, rows: npt.NDArray[np.int64]) -> bool:
     """The jumps that are due, into ``rows`` (WIDTH,); whether there is one."""
     if law == LINEAR:
         for column in range(WIDTH):
@@ -116,11 +116,11 @@ def watch_all(law: int, block: Array, reference: Array, design: Any, rows: npt.N
 def take_all(
     block: Array,
     reference: Array,
-    design: Any,
-    rows: Any,
-    jumps: Any,
-    noted: Any,
-    ends: Any,  # noqa: ANN401
+    design: Kept,
+    rows: Kept,
+    jumps: Kept,
+    noted: Kept,
+    ends: Kept,
 ) -> None:
     """Take the jumps that are due, chains of them as well."""
     for column in range(WIDTH):

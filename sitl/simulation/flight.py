@@ -8,7 +8,7 @@ values, and puts back what it changed: one text for single flights and batches.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from sitl.compiled import kernel
 from sitl.control import wind_estimator
@@ -26,7 +26,7 @@ from sitl.model.gusts import gust_after
 from sitl.model.plant import shaft_power, step_in_air, step_near_ground
 from sitl.model.state import Actuators, Body, Plant
 from sitl.model.vectors import Vector, add, norm, scaled, subtract
-from sitl.simulation.storage import access
+from sitl.simulation.storage import Kept, access
 from sitl.supervisor.controller import Controller
 from sitl.supervisor.guards import REST_SPEED, Thresholds
 
@@ -131,7 +131,7 @@ def gust_now(plant: Plant, gust: Vector, draws: Vector, air: Environment) -> Vec
 
 
 @kernel
-def blow(flight: Any, column: int, air: Any, gusts: Array, row: int) -> None:  # noqa: ANN401 - a record or a block
+def blow(flight: Kept, column: int, air: Kept, gusts: Array, row: int) -> None:
     """The gust of this period, by draws (n, 3, columns), none where n is 0."""
     if gusts.shape[0] > 0:
         draws = Vector(gusts[row, 0, column], gusts[row, 1, column], gusts[row, 2, column])
@@ -140,7 +140,7 @@ def blow(flight: Any, column: int, air: Any, gusts: Array, row: int) -> None:  #
 
 
 @kernel
-def sense(flight: Any, column: int, air: Any, design: Any, a: Any, draws: Array, row: int) -> None:  # noqa: ANN401
+def sense(flight: Kept, column: int, air: Kept, design: Kept, a: Kept, draws: Array, row: int) -> None:
     """The wind estimate after this period's readings, by draws (n, 5, columns)."""
     noise = Normals(
         quantised(draws[row, 0, column]),
@@ -165,7 +165,7 @@ def sense(flight: Any, column: int, air: Any, design: Any, a: Any, draws: Array,
 
 
 @kernel
-def move(flight: Any, column: int, air: Any, a: Any, command: Actuators) -> None:  # noqa: ANN401
+def move(flight: Kept, column: int, air: Kept, a: Kept, command: Actuators) -> None:
     """The plant one control period later, its energy and limits, and the estimate of it.
 
     Args:
@@ -187,7 +187,7 @@ def move(flight: Any, column: int, air: Any, a: Any, command: Actuators) -> None
 
 
 @kernel
-def glide(flight: Any, column: int, air: Any, a: Any, command: Actuators) -> None:  # noqa: ANN401
+def glide(flight: Kept, column: int, air: Kept, a: Kept, command: Actuators) -> None:
     """The same, out of the ground's reach."""
     plant, airframe = get_plant(flight, column), get_airframe(a, column)
     wind = add(get_air(air, column).wind, get_gust(flight, column))
@@ -198,7 +198,7 @@ def glide(flight: Any, column: int, air: Any, a: Any, command: Actuators) -> Non
 
 
 @kernel
-def arrive(flight: Any, column: int, plant: Plant, command: Actuators, a: Airframe, on_ground: bool) -> None:  # noqa: ANN401
+def arrive(flight: Kept, column: int, plant: Plant, command: Actuators, a: Airframe, on_ground: bool) -> None:
     """Put the moved plant in place of the one before."""
     before = get_plant(flight, column)
     met = limits(before.actuators, command, get_is_armed(flight, column), PERIOD / SUBSTEPS, a)
@@ -211,7 +211,7 @@ def arrive(flight: Any, column: int, plant: Plant, command: Actuators, a: Airfra
 
 
 @kernel
-def age(flight: Any, column: int) -> None:  # noqa: ANN401
+def age(flight: Kept, column: int) -> None:
     """The controller's timers run."""
     estimate = get_estimate(flight, column)
     put_since(flight, column, get_since(flight, column) + PERIOD)
@@ -222,7 +222,7 @@ def age(flight: Any, column: int) -> None:  # noqa: ANN401
 
 
 @kernel
-def sample_of(flight: Any, column: int, reference: Any, v_hover: float) -> Sample:  # noqa: ANN401
+def sample_of(flight: Kept, column: int, reference: Kept, v_hover: float) -> Sample:
     """The recording's row of now."""
     plant = get_plant(flight, column)
     return Sample(

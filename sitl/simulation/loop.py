@@ -21,7 +21,7 @@ from sitl.model.plant import is_finite
 from sitl.model.vectors import subtract
 from sitl.simulation.dispatch import COMPILED, Register
 from sitl.simulation.flight import Design, Flight, JumpEntry, Sample, age, blow, move, sample_of, sense
-from sitl.simulation.storage import access
+from sitl.simulation.storage import Kept, access
 
 FLOWN, UNKNOWN_LAW, ZENO, DIVERGED, JUMPS_FULL = range(5)  # how a call of the loop ends
 MAX_CHAIN = 12  # jumps at one instant: more than there are laws means that some law came twice
@@ -55,12 +55,12 @@ _tick, _needs, _watch, _due, _seek, _jump, _is_known, _values = COMPILED
 
 @subroutine
 def advance(
-    flight: Any,
+    flight: Kept,
     column: int,
-    reference: Any,
-    air: Any,
-    design: Any,
-    a: Any,
+    reference: Kept,
+    air: Kept,
+    design: Kept,
+    a: Kept,
     gusts: Array,
     draws: Array,
     row: int,
@@ -75,13 +75,13 @@ def advance(
 
 
 @subroutine
-def due_now(flight: Any, column: int, reference: Any, design: Any) -> int:  # noqa: ANN401
+def due_now(flight: Kept, column: int, reference: Kept, design: Kept) -> int:
     """The row of the jump that is due; -1 in the flow set."""
     return _seek(get_law(flight, column), flight, column, reference, design)
 
 
 @subroutine
-def take(flight: Any, column: int, row: int, reference: Any, design: Any, entry: Any) -> None:  # noqa: ANN401
+def take(flight: Kept, column: int, row: int, reference: Kept, design: Kept, entry: Kept) -> None:
     """Take a jump and note it."""
     source = get_law(flight, column)
     v_hover, v_forward, _ = _values(flight, column, reference, design)
@@ -91,14 +91,14 @@ def take(flight: Any, column: int, row: int, reference: Any, design: Any, entry:
 
 
 @subroutine
-def keep(flight: Any, column: int, reference: Any, design: Any, sample: Any) -> None:  # noqa: ANN401
+def keep(flight: Kept, column: int, reference: Kept, design: Kept, sample: Kept) -> None:
     """Write a sample."""
     v_hover, _, _ = _values(flight, column, reference, design)
     put_sample(sample, 0, sample_of(flight, column, reference, v_hover))
 
 
 @subroutine
-def look(flight: Any, column: int, reference: Any, design: Any, seen: Any) -> None:  # noqa: ANN401
+def look(flight: Kept, column: int, reference: Kept, design: Kept, seen: Kept) -> None:
     """Write Lyapunov values, governor and guards of a flight as it is."""
     v_hover, v_forward, v_attitude = _values(flight, column, reference, design)
     e, r = get_estimate(flight, column), get_reference(reference, column)

@@ -10,7 +10,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Iterator, Sequence
 from functools import cache
-from typing import Any, NamedTuple, TypeVar, cast, get_args, get_origin, get_type_hints
+from typing import Any, NamedTuple, TypeAlias, TypeVar, cast, get_args, get_origin, get_type_hints
 
 import numpy as np
 from numba import types
@@ -19,6 +19,7 @@ from numba.extending import overload
 from sitl.compiled import INLINED
 from sitl.model.airframe import Array
 
+Kept: TypeAlias = Any  # a record or a block, whatever compiled code is given
 Named = TypeVar("Named", bound=tuple[Any, ...])
 
 WIDTH = 16  # columns of a block
@@ -222,5 +223,6 @@ def _chosen(of_record: str, of_block: str, arguments: str, scope: dict[str, Any]
     choosing = f"def choosing({arguments}):\n    return choose(kept)\n"
     names["choose"] = choose
     exec(compile(choosing, "<access>", "exec"), names)  # noqa: S102
-    overload(either, jit_options=INLINED, strict=False)  # type: ignore[arg-type](names["choosing"])
+    register = overload(either, jit_options=INLINED, strict=False)  # type: ignore[arg-type]
+    register(names["choosing"])
     return either  # type: ignore[no-any-return]

@@ -1,7 +1,7 @@
 """Reset maps: the state of the law that takes over starts without a step in what it commands.
 
 A reset names the parts of the controller that it sets, and the guards that cannot hold right after it; its
-parameters are passed by name. Every jump begins the timers anew besides (see :mod:`sitl.supervisor.automaton`).
+parameters are passed by name. Every jump begins the timers anew besides.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from sitl.control.hover_zero_moment import Guide, ZeroMomentGains
 from sitl.control.line_of_sight import LineOfSight
 from sitl.model.airframe import Airframe
 from sitl.model.vectors import Vector
-from sitl.supervisor.guards import Guard, flying, lost, near
+from sitl.supervisor.guards import Guard, dwelt, flying, lost, near, resting, sliding
 
 LET_GO_TIME = 1.0  # a tilt that was commanded is flown off by the zero-moment law so long [s]
 
@@ -76,7 +76,7 @@ def landed(estimate: Estimate) -> tuple[bool, Vector]:  # noqa: ARG001
     return False, Vector(0.0, 0.0, 0.0)
 
 
-@reset("since", "at_rest", "inhibited", "handover")
+@reset("since", "at_rest", "inhibited", "handover", clears=(dwelt, resting, sliding))
 def begin_anew(estimate: Estimate) -> tuple[float, float, float, Handover]:  # noqa: ARG001
     """Part of every jump: timers begin at zero, and what was being handed over is forgotten."""
     return 0.0, 0.0, 0.0, handover.none()

@@ -47,9 +47,9 @@ class Jump:
         return bits & self.required == self.required and not bits & self.forbidden
 
     def reset(self, bits: int) -> int:
-        """The guards that may still hold after the jump: its dwell time begins anew."""
-        cleared = g.dwelt.bit | sum(guard.bit for made in self.resets for guard in made.clears)
-        return bits & ~cleared
+        """The guards that may still hold after the jump."""
+        cleared = {guard.bit for made in (r.begin_anew, *self.resets) for guard in made.clears}
+        return bits & ~sum(cleared)
 
 
 Table = Mapping[Law, tuple[Jump, ...]]

@@ -102,9 +102,12 @@ def test_disarming_in_the_air_stops_the_motors_at_once_and_for_good():
 
 def test_a_vehicle_on_the_ground_stays_there_until_it_is_asked():
     vehicle = Simulation(NOMINAL, start=Start())
+    stood = vehicle.truth.body.position
     vehicle.step(1.0)
+    assert vehicle.energy == 0.0
     vehicle.armed = True
     vehicle.step(1.0)
     assert vehicle.law is Law.LANDED
     assert vehicle.jumps == []
-    assert vehicle.energy == 0.0
+    assert vehicle.truth.actuators[:2] == pytest.approx([NOMINAL.omega_min] * 2)
+    assert vehicle.truth.body.position == pytest.approx(stood, abs=1e-3)

@@ -1,0 +1,224 @@
+"""The supervisor's table in every situation there is, and the code that is compiled from it."""
+
+import inspect
+from dataclasses import replace
+from functools import reduce
+from operator import or_
+
+import numpy as np
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+from numba import njit
+
+from protocol.dialect.vocabulary import Law
+from sitl.compiled import kernel
+from sitl.control.laws import VALUES
+from sitl.hybrid.automaton import enabled, settle
+from sitl.simulation.dispatch import COMPILED, REGISTER, Register
+from sitl.simulation.flight import Flight
+from sitl.simulation.storage import access, record_type
+from sitl.supervisor import guards as g
+from sitl.supervisor.guards import GUARDS
+from sitl.supervisor.resets import begin_anew
+from sitl.supervisor.table import TABLE, diagram
+
+SITUATIONS = 1 << len(GUARDS)  # one bit per guard
+CHUNK = min(SITUATIONS, 1 << 20)
+AIRBORNE = [law for law in Law if law is not Law.LANDED]
+MAX_JUMPS = 3  # at one instant
+by_law = pytest.mark.parametrize("law", list(Law), ids=lambda law: law.name)
+in_the_air = pytest.mark.parametrize("law", AIRBORNE, ids=lambda law: law.name)
+
+
+def bits(*guards):
+    return reduce(or_, (guard.bit for guard in guards), 0)
+
+
+def every(*fixed, hold=()):
+    """Every situation in which ``hold`` hold and the other ``fixed`` do not, in chunks of a million."""
+    mask, wanted = bits(*fixed, *hold), bits(*hold)
+    for first in range(0, SITUATIONS, CHUNK):
+        x = np.arange(first, first + CHUNK, dtype=np.uint32)
+        yield x[(x & np.uint32(mask)) == wanted] if mask else x
+
+
+def rows_due(law, x):
+    """The row that each situation must take by the table, -1 in the flow set."""
+    due = np.full(x.size, -1)
+    for row, jump in reversed(list(enumerate(TABLE[law]))):
+        due[(x & np.uint32(jump.required | jump.forbidden)) == jump.required] = row
+    return due
+
+
+def looks_at(guard):
+    """Everything that a guard depends on."""
+    seen = set(inspect.signature(guard.test).parameters)
+    return seen.union(*(inspect.signature(row.value).parameters for row in VALUES if row.name in seen))
+
+
+def released(jump):
+    """Guards that the resets of a jump may change, and do not clear."""
+    resets = (begin_anew, *jump.resets)
+    touched = {part for made in resets for part in made.sets}
+    cleared = {guard for made in resets for guard in made.clears}
+    return [guard for guard in GUARDS if looks_at(guard) & touched and guard not in cleared]
+
+
+def after(jump, x):
+    """All situations that a jump may lead to from ``x``."""
+    y = x & np.uint32(jump.reset(SITUATIONS - 1))
+    for guard in released(jump):
+        y = np.concatenate((y & np.uint32(~guard.bit & 0xFFFFFFFF), y | np.uint32(guard.bit)))
+    return y
+
+
+def chains(law, x, depth=0):
+    """Ends of all chains of jumps from a law in situations ``x``: where, after how many jumps, in which situations."""
+    assert depth <= len(TABLE), f"jumps without end from {law.name}"
+    for jump in TABLE[law]:
+        hit = (x & np.uint32(jump.required | jump.forbidden)) == jump.required
+        if hit.any():
+            yield from chains(jump.target, after(jump, x[hit]), depth + 1)
+            x = x[~hit]
+    if x.size:
+        yield law, depth, x
+
+
+def ends(law, situations):
+    return {(end, depth) for x in situations if x.size for end, depth, _ in chains(law, x)}
+
+
+# Every combination of guards, physically possible or not
+
+
+@by_law
+def test_no_situation_whatever_makes_it_jump_without_end(law):
+    """Whatever a reset map may change that it does not clear is free: the proof holds for every flight."""
+    assert max(depth for _, depth in ends(law, every())) <= MAX_JUMPS
+
+
+def test_what_a_jump_leaves_open_is_only_what_its_inhibition_of_the_linear_law_kept_down():
+    assert {guard for jumps in TABLE.values() for jump in jumps for guard in released(jump)} <= {g.near}
+
+
+@pytest.fixture(scope="module")
+def compiled():
+    """Rows that the compiled ``due`` and ``seek`` find for a law in given situations, (n,) each.
+
+    ``seek`` looks at the state of a flight, so it is made for guards that read their bit from a field of it.
+    """
+
+    def reading(bit):
+        @kernel
+        def test(since):
+            return int(since) & bit != 0
+
+        return test
+
+    toys = {guard: replace(guard, test=reading(guard.bit)) for guard in GUARDS}
+    table = {
+        law: tuple(
+            replace(jump, when=tuple(map(toys.get, jump.when)), unless=tuple(map(toys.get, jump.unless)))
+            for jump in jumps
+        )
+        for law, jumps in TABLE.items()
+    }
+    due, seek = COMPILED.due, Register(table=table).compile().seek
+    put = access(Flight, "controller.since").put
+
+    @njit(error_model="numpy")
+    def rows(law, situations, flights, found):
+        flight = flights[0]
+        for i in range(situations.size):
+            put(flight, 0, float(situations[i]))
+            found[0, i] = due(law, int(situations[i]))
+            found[1, i] = seek(law, flight, 0, flight, flight)
+
+    def found(law, situations):
+        result = np.empty((2, situations.size), np.int64)
+        rows(int(law), situations, np.zeros(1, record_type(Flight)), result)
+        return result
+
+    return found
+
+
+@by_law
+def test_the_compiled_table_takes_exactly_the_jumps_of_the_table(law, compiled):
+    for x in every():
+        due, sought = compiled(law, x)
+        expected = rows_due(law, x)
+        assert np.array_equal(due, expected)
+        assert np.array_equal(sought, expected)
+
+
+@by_law
+def test_a_law_needs_the_guards_of_its_jumps_and_no_others(law):
+    used = {guard for jump in TABLE[law] for guard in (*jump.when, *jump.unless)}
+    assert COMPILED.needs(int(law)) == REGISTER.needed(law) == bits(*used)
+
+
+@in_the_air
+def test_disarming_always_lands(law):
+    assert ends(law, every(g.armed)) == {(Law.LANDED, 1)}
+
+
+@in_the_air
+def test_a_fall_is_always_caught_and_until_it_ends_nothing_else_is_tried(law):
+    falling = every(g.resting, hold=(g.armed, g.falling))
+    assert ends(law, falling) == {(Law.FAILSAFE, 0 if law is Law.FAILSAFE else 1)}
+
+
+# The table as an automaton
+
+
+@settings(max_examples=200)
+@given(law=st.sampled_from(list(Law)), x=st.integers(0, SITUATIONS - 1))
+@example(law=Law.HOVER_ATTITUDE, x=bits(g.armed, g.near))  # let go near: not linear at once
+def test_settling_ends_in_the_flow_set_of_one_of_the_chains(law, x):
+    settled, taken = settle(TABLE, law, x)
+    assert (settled, len(taken)) in ends(law, [np.array([x], dtype=np.uint32)])
+    for jump in taken:
+        x = jump.reset(x)
+    assert enabled(TABLE, settled, x) is None
+    assert settle(TABLE, settled, x) == (settled, [])
+
+
+def test_some_situations_take_several_jumps_at_once():
+    rng = np.random.default_rng(20)
+    drawn = zip(rng.integers(0, SITUATIONS, 20_000).tolist(), rng.integers(0, len(Law), 20_000).tolist(), strict=True)
+    assert 2 <= max(len(settle(TABLE, Law(law), x)[1]) for x, law in drawn) <= MAX_JUMPS
+
+
+@in_the_air
+def test_a_wish_for_the_hover_is_always_heard(law):
+    """Armed, upright and slow, nowhere to go: from every law some chain of moments leads back to the hover."""
+    calm = bits(g.armed, g.flying, g.calm, g.recovered, g.standing, g.near, g.settled, g.still, g.dwelt)
+    here = law
+    for _ in range(3):
+        here, _ = settle(TABLE, here, calm)
+    assert here is Law.HOVER_LINEAR
+
+
+def test_every_law_has_its_row_and_every_jump_leads_to_another_law_for_a_reason():
+    assert set(TABLE) == set(Law)
+    jumps = [(law, jump) for law, rows in TABLE.items() for jump in rows]
+    assert all(jump.target is not law and jump.target in TABLE and jump.reason for law, jump in jumps)
+    assert all(jump.when or jump.unless for _, jump in jumps)
+    assert all(not jump.required & jump.forbidden for _, jump in jumps)
+
+
+def test_no_guard_is_registered_twice_nor_without_use_nor_without_a_meaning():
+    assert [guard.bit for guard in GUARDS] == [1 << i for i in range(len(GUARDS))]
+    assert len({guard.name for guard in GUARDS}) == len(GUARDS)
+    used = {guard for rows in TABLE.values() for jump in rows for guard in (*jump.when, *jump.unless)}
+    assert used == set(GUARDS)
+    assert all(guard.meaning.endswith(".") for guard in GUARDS)
+
+
+def test_the_diagram_draws_every_jump_of_the_table_once():
+    lines = diagram().splitlines()
+    assert lines[0] == "stateDiagram-v2"
+    assert sorted(lines[1:]) == sorted(
+        f"    {law.name} --> {jump.target.name}: {jump.name}" for law, jumps in TABLE.items() for jump in jumps
+    )
