@@ -1,0 +1,173 @@
+"""The reset maps on random flights: what they promise of the guards is so, and nothing else is touched."""
+
+import inspect
+from functools import cache
+
+import numpy as np
+import pytest
+
+from protocol.dialect.vocabulary import Law
+from sitl.airframe import load
+from sitl.control import forward_linear, handover, hover_attitude, hover_linear
+from sitl.control.reference import LEG, AttitudeReference, circle, hover_at, leg, steer
+from sitl.estimation.truth import observe
+from sitl.model.ground import feet_aloft
+from sitl.model.state import Actuators, Body, Plant
+from sitl.simulation.dispatch import COMPILED
+from sitl.simulation.flight import Flight
+from sitl.simulation.simulation import Simulation, Start
+from sitl.simulation.storage import leaves, named_from, record_of
+from sitl.supervisor.guards import GUARDS
+from sitl.supervisor.resets import LET_GO_TIME, begin_anew
+from sitl.supervisor.table import TABLE
+from tests.support.estimates import rotation, vector
+
+NOMINAL = load("nominal").parameters
+SIMULATION = Simulation(NOMINAL, start=Start(up=50.0, airborne=True))
+DESIGN, DESIGNS = SIMULATION.design, SIMULATION.design_record
+ALL = sum(guard.bit for guard in GUARDS)
+COUNT = 60
+JUMPS = [(law, row, jump) for law, jumps in TABLE.items() for row, jump in enumerate(jumps)]
+
+
+def random_reference(rng):
+    made = hover_at(tuple(rng.uniform(-20.0, 20.0, 3)), rng.uniform(-3.0, 3.0))
+    if rng.random() < 0.3:
+        path = circle(tuple(rng.uniform(-20.0, 20.0, 3)), 40.0, 12.0)
+    else:
+        ends = rng.uniform(-60.0, 60.0, (2, 3))
+        path = leg(*map(tuple, ends), rng.uniform(7.0, 20.0), stop=bool(rng.random() < 0.7))
+    made = made._replace(forward=bool(rng.random() < 0.7), path=path)
+    asked = AttitudeReference(rotation(0.3 * rng.normal(size=3)), vector(rng.normal(size=3)), rng.uniform(0.3, 1.0))
+    return steer(made, asked) if rng.random() < 0.5 else made
+
+
+def random_flight(rng):
+    """A flight in any attitude, upright or not, under any law with anything in its memory."""
+    size = 10.0 ** rng.uniform(-2.0, 0.5)
+    body = Body(
+        vector(20.0 * size * rng.normal(size=3)),
+        vector(4.0 * size * rng.normal(size=3)),
+        rotation((0.0, -0.5 * np.pi, 0.0) + size * rng.normal(size=3)),
+        vector(size * rng.normal(size=3)),
+    )
+    acting = Actuators(*rng.uniform(300.0, 1000.0, 2).tolist(), *rng.uniform(-0.5, 0.5, 2).tolist())
+    plant = Plant(body, acting, feet_aloft())
+    wind = vector(5.0 * rng.normal(size=3))
+    flight = SIMULATION.flight
+    estimate = observe(plant, vector(rng.normal(size=3)), wind, bool(rng.random() < 0.5))
+    steering = hover_attitude.start(estimate, DESIGN.gains.hover_attitude, NOMINAL)
+    steering = steering._replace(attitude=rotation(rng.normal(size=3)))
+    states = flight.controller.states._replace(
+        steering=steering, integral=vector(rng.normal(size=3)), course=rng.uniform(-3.0, 3.0)
+    )
+    controller = flight.controller._replace(
+        is_armed=bool(rng.random() < 0.5),
+        is_flying=bool(rng.random() < 0.5),
+        since=rng.choice((0.0, 1.0, 10.0)),
+        at_rest=rng.choice((0.0, 1.0)),
+        inhibited=rng.choice((0.0, 0.5)),
+        states=states,
+    )
+    return flight._replace(plant=plant, estimate=estimate, controller=controller)
+
+
+@cache
+def cases():
+    rng = np.random.default_rng(5)
+    return [(random_flight(rng), random_reference(rng)) for _ in range(COUNT)]
+
+
+def seen(flight, reference):
+    """Bits of the guards that hold, by the code that the loop is made of."""
+    return COMPILED.watch(ALL, record_of(Flight, flight)[0], 0, record_of(type(reference), reference)[0], DESIGNS[0])
+
+
+def jumped(law, row, flight, reference):
+    """The flight after a jump, by the code that the loop is made of."""
+    kept = record_of(Flight, flight._replace(controller=flight.controller._replace(law=int(law))))
+    COMPILED.jump(int(law), row, kept[0], 0, record_of(type(reference), reference)[0], DESIGNS[0])
+    return named_from(Flight, kept[0].item())
+
+
+def by_hand(guard, flight, reference):
+    """Whether a guard holds, its arguments put together here."""
+    c, gains, e = flight.controller, DESIGN.gains, flight.estimate
+    known = {
+        "estimate": e,
+        "reference": reference,
+        "thresholds": DESIGN.thresholds,
+        "guidance": gains.line_of_sight.guidance,
+        "v_hover": hover_linear.lyapunov(e, reference, gains.hover_linear),
+        "v_forward": forward_linear.lyapunov(e, reference, gains.forward_linear),
+        "v_attitude": hover_attitude.lyapunov(e, gains.hover_attitude, c.states.steering),
+        "course": c.states.course,
+        "since": c.since,
+        "at_rest": c.at_rest,
+        "inhibited": c.inhibited,
+        "is_armed": c.is_armed,
+        "is_flying": c.is_flying,
+    }
+    return guard.test(**{name: known[name] for name in inspect.signature(guard.test).parameters})
+
+
+def test_the_loop_gives_each_guard_what_it_asks_for():
+    held = np.zeros(len(GUARDS), int)
+    for flight, reference in cases():
+        bits = seen(flight, reference)
+        expected = [by_hand(guard, flight, reference) for guard in GUARDS]
+        assert [bool(bits & guard.bit) for guard in GUARDS] == expected
+        held += expected
+    assert (held > 0).all(), "each guard holds in some of these flights"
+    assert (held < COUNT).all(), "and does not in others"
+
+
+@pytest.mark.parametrize("law", list(Law), ids=lambda law: law.name)
+def test_only_the_guards_that_are_asked_for_are_looked_at(law):
+    for flight, reference in cases()[:10]:
+        needs = COMPILED.needs(int(law))
+        records = record_of(Flight, flight)[0], 0, record_of(type(reference), reference)[0], DESIGNS[0]
+        assert COMPILED.watch(needs, *records) == seen(flight, reference) & needs
+
+
+@pytest.mark.parametrize(("law", "row", "jump"), JUMPS, ids=[f"{law.name}-{jump.name}" for law, _, jump in JUMPS])
+def test_what_a_jump_clears_does_not_hold_after_it_and_what_it_does_not_set_is_as_before(law, row, jump):
+    resets = (begin_anew, *jump.resets)
+    cleared = {guard for made in resets for guard in made.clears}
+    parts = {part for made in resets for part in made.sets} | {"law"}
+    for flight, reference in cases()[:30]:
+        then = jumped(law, row, flight, reference)
+        before, after = seen(flight, reference), seen(then, reference)
+        assert then.controller.law == jump.target
+        assert [guard.name for guard in cleared if after & guard.bit] == []
+        kept = [name for name in flight.controller._fields if name not in parts and name != "states"]
+        assert [getattr(then.controller, name) for name in kept] == [getattr(flight.controller, name) for name in kept]
+        slots = [slot for slot in flight.controller.states._fields if slot not in parts]
+        assert all(getattr(then.controller.states, s) == getattr(flight.controller.states, s) for s in slots)
+        assert then._replace(controller=flight.controller) == flight
+        changed = {guard for guard in GUARDS if (before ^ after) & guard.bit}
+        assert {guard.name for guard in changed - cleared} <= {"near"}  # no longer inhibited
+
+
+def test_what_clears_is_put_to_the_test():
+    """Every guard that some jump clears held before it in some of those flights."""
+    for guard in {guard for _, _, jump in JUMPS for made in (begin_anew, *jump.resets) for guard in made.clears}:
+        assert any(seen(flight, reference) & guard.bit for flight, reference in cases()[:30]), guard.name
+
+
+def test_the_paths_of_these_flights_are_legs_and_circles():
+    assert 0 < sum(reference.path.kind == LEG for _, reference in cases()[:30]) < 30
+
+
+def test_a_tilt_that_was_commanded_keeps_the_linear_law_out_for_a_second_and_is_handed_over():
+    ((law, row, _),) = [case for case in JUMPS if case[2].name == "let_go"]
+    controller = jumped(law, row, *cases()[0]).controller
+    assert controller.inhibited == LET_GO_TIME
+    assert controller.states.handover == handover.requested()
+    assert (controller.since, controller.at_rest) == (0.0, 0.0)
+
+
+def test_every_part_that_a_reset_sets_is_a_part_of_the_controller():
+    known = {leaf.path.split(".")[2] for leaf in leaves(Flight) if leaf.path.startswith(".controller.")}
+    known |= {leaf.path.split(".")[3] for leaf in leaves(Flight) if leaf.path.startswith(".controller.states.")}
+    assert {part for _, _, jump in JUMPS for made in (begin_anew, *jump.resets) for part in made.sets} <= known
