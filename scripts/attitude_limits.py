@@ -17,7 +17,7 @@ from protocol.frames import Geodetic, LocalFrame
 from protocol.modes import Mode
 from sitl.airframe import load
 from sitl.autopilot.arena import ARENAS
-from sitl.autopilot.attitude import LEAST_THRUST, MOST_TILT
+from sitl.autopilot.attitude import MAX_TILT, MIN_THRUST
 from sitl.autopilot.mission import World
 from sitl.autopilot.settings import Settings
 from sitl.control.reference import AttitudeReference
@@ -28,7 +28,7 @@ from sitl.model.vectors import Vector
 from sitl.parameters import Bindings, Surroundings
 from sitl.simulation.simulation import Simulation, Start, Tuning
 
-HEIGHT, LONGEST, AFTER = 25.0, 8.0, 12.0  # [m], [s], [s]
+HEIGHT, MAX_TIME, AFTER = 25.0, 8.0, 12.0  # [m], [s], [s]
 UNCERTAIN = ["m", "J1", "J2", "J3", "C_l", "C_d0", "xi_f", "xi_m", "Delta_r", "k_f", "k_m", "C_lp", "C_mq", "C_nr"]
 CASES = (
     ("calm", 0.0, 0.0, 0.0),
@@ -55,7 +55,7 @@ def fly(rng: np.random.Generator, seed: int, wind: float, gusts: float, share: f
     world = World(LocalFrame(Geodetic(43.5648, 1.4811, 150.0)), ARENAS["open"])
     craft = Craft(vehicle, world, Bindings(Settings(), Tuning(), air), airborne=True)
     craft.advance(1000)
-    attitude, autopilot, end = _draw(rng), craft.autopilot, vehicle.time + LONGEST
+    attitude, autopilot, end = _draw(rng), craft.autopilot, vehicle.time + MAX_TIME
     autopilot.set_offboard_attitude(attitude)
     autopilot.set_mode(Mode.OFFBOARD)
     while autopilot.mode is Mode.OFFBOARD and vehicle.time < end:
@@ -72,10 +72,10 @@ def fly(rng: np.random.Generator, seed: int, wind: float, gusts: float, share: f
 
 def _draw(rng: np.random.Generator) -> AttitudeReference:
     side = rng.uniform(-math.pi, math.pi)
-    half = 0.5 * rng.uniform(0.0, MOST_TILT)
+    half = 0.5 * rng.uniform(0.0, MAX_TILT)
     tilt = Quaternion(math.cos(half), 0.0, math.sin(half) * math.cos(side), math.sin(half) * math.sin(side))
     q = multiply(hover(rng.uniform(-math.pi, math.pi)), tilt)
-    return AttitudeReference(q, Vector(0.0, 0.0, 0.0), rng.uniform(LEAST_THRUST, 1.0))
+    return AttitudeReference(q, Vector(0.0, 0.0, 0.0), rng.uniform(MIN_THRUST, 1.0))
 
 
 def _varied(a: Airframe, rng: np.random.Generator, share: float) -> Airframe:

@@ -27,7 +27,7 @@ def make_ready(craft: Craft, say: Callable[[str], None]) -> None:
 
 
 def _rehearse(craft: Craft) -> None:
-    """Decide how to fly a leg, and forget it: the first real one must not keep the vehicle from answering."""
+    """Plan one leg, so that the prediction is compiled before the first real one."""
     autopilot = craft.autopilot
     if autopilot.chooser is None:
         return

@@ -20,15 +20,15 @@ from sitl.model.vectors import Vector
 
 __all__ = ["Steer", "attitude_of", "heading_of", "lost", "refuse_attitude"]
 
-MOST_TILT = math.radians(45.0)  # of the nose from the vertical
-LEAST_THRUST = 0.3  # with less the elevons have too little slipstream [-]
-MOST_RATE = 3.0  # of the attitude; the reference turns no faster [rad/s]
+MAX_TILT = math.radians(45.0)  # of the nose from the vertical
+MIN_THRUST = 0.3  # with less the elevons have too little slipstream [-]
+MAX_RATE = 3.0  # of the attitude; the reference turns no faster [rad/s]
 UNIT = 0.01  # a quaternion's norm is this near to one
-FASTEST = 6.0  # over the ground [m/s]
-CLIMB = 4.0  # a faster climb is stopped with less thrust than the elevons need [m/s]
-SINK = 3.0  # tail first the elevons lose their effect, and reverse [m/s]
+MAX_SPEED = 6.0  # over the ground [m/s]
+MAX_CLIMB = 4.0  # a faster climb is stopped with less thrust than the elevons need [m/s]
+MAX_SINK = 3.0  # tail first the elevons lose their effect, and reverse [m/s]
 ARREST = 0.8  # arresting a sink takes so many seconds of it [s]
-LOWEST = 1.0  # an arrested sink ends above this height [m]
+MIN_HEIGHT = 1.0  # an arrested sink ends above this height [m]
 NOSE, BELLY, UP = (1.0, 0.0, 0.0), (0.0, 0.0, -1.0), (0.0, 0.0, 1.0)
 
 
@@ -44,7 +44,7 @@ class Steer:
     def update(self, view: View) -> Reference:
         """The attitude as it is by now; the place is where the vehicle is."""
         now = _turned(self.attitude, view.time - self.came)
-        if _tilt(now.attitude) > MOST_TILT:  # its rates lead out of what is flown
+        if _tilt(now.attitude) > MAX_TILT:  # its rates lead out of what is flown
             now = self.attitude._replace(rates=Vector(0.0, 0.0, 0.0))
         return steer(hover_at(view.p, heading_of(now.attitude), self.speed), now)
 
@@ -60,11 +60,11 @@ def refuse_attitude(attitude: AttitudeReference, view: View) -> str | None:
     norm = math.hypot(*attitude.attitude)
     if abs(norm - 1.0) > UNIT:
         return f"attitude quaternion has norm {norm:.2f}, not 1"
-    if not LEAST_THRUST <= attitude.thrust <= 1.0:
-        return f"thrust {attitude.thrust:.2f} is not within {LEAST_THRUST:g} and 1"
-    if math.hypot(*attitude.rates) > MOST_RATE:
-        return f"body rates of {math.hypot(*attitude.rates):.1f} rad/s: attitudes turn at {MOST_RATE:g} rad/s at most"
-    tilt, most = math.degrees(_tilt(attitude.attitude)), math.degrees(MOST_TILT)
+    if not MIN_THRUST <= attitude.thrust <= 1.0:
+        return f"thrust {attitude.thrust:.2f} is not within {MIN_THRUST:g} and 1"
+    if math.hypot(*attitude.rates) > MAX_RATE:
+        return f"body rates of {math.hypot(*attitude.rates):.1f} rad/s: attitudes turn at {MAX_RATE:g} rad/s at most"
+    tilt, most = math.degrees(_tilt(attitude.attitude)), math.degrees(MAX_TILT)
     if tilt > most + 0.01:
         return (
             f"nose {tilt:.0f} deg from the vertical: attitudes are flown up to {most:.0f} deg (hover is pitch 90 deg)"
@@ -80,16 +80,16 @@ def lost(view: View, last: Law) -> str | None:
     """Why attitudes are to be flown no longer, or None.
 
     Args:
-        view: The vehicle as it is now, set-points of attitude still being ordered.
+        view: The vehicle as it is now, attitudes still being asked for.
         last: The law in force at the tick before.
     """
     if last is Law.HOVER_ATTITUDE and view.law is not Law.HOVER_ATTITUDE:
         return "attitude lost"
-    if not -SINK <= view.v[2] <= CLIMB:
+    if not -MAX_SINK <= view.v[2] <= MAX_CLIMB:
         return f"{'climbing' if view.v[2] > 0.0 else 'sinking'} at {abs(view.v[2]):.1f} m/s"
-    if math.hypot(*view.v) > FASTEST:
+    if math.hypot(*view.v) > MAX_SPEED:
         return f"{math.hypot(*view.v):.1f} m/s is too fast for attitude set-points"
-    if view.p[2] + ARREST * min(view.v[2], 0.0) < LOWEST:
+    if view.p[2] + ARREST * min(view.v[2], 0.0) < MIN_HEIGHT:
         return f"{view.p[2]:.1f} m is too low for attitude set-points"
     return None
 
@@ -101,7 +101,7 @@ def attitude_of(acceleration: Point, heading: float, turn: float, airframe: Airf
         acceleration: World NWU [m/s2].
         heading: Wanted heading of the belly [rad].
         turn: Rate of that heading [rad/s].
-        airframe: As the laws believe it.
+        airframe: The design model of the laws.
     """
     x, y, z = acceleration[0], acceleration[1], acceleration[2] + airframe.g
     lift = math.hypot(x, y, z)

@@ -60,7 +60,7 @@ class Autopilot(Streaming, WingRequests):
     # The tick
 
     def update(self, view: View) -> Reference:
-        """Advance the guidance by one autopilot tick and give the set-point.
+        """Advance the guidance by one autopilot tick and give the reference of the laws.
 
         Args:
             view: The vehicle as it is now.

@@ -15,7 +15,7 @@ from protocol.engines import stream
 from protocol.events import CommandRequested
 from protocol.modes import FOREIGN, mode_from_parts
 from sitl.autopilot.autopilot import Autopilot
-from sitl.autopilot.guidance import FASTEST, SLOWEST
+from sitl.autopilot.guidance import MAX_AIRSPEED, MIN_AIRSPEED
 from sitl.autopilot.home import UNSUPPORTED_FRAME, set_home, set_origin
 from sitl.autopilot.mission_items import WAYS
 from sitl.autopilot.outcome import ACCEPTED, DENIED, REJECTED, UNSUPPORTED, Outcome
@@ -204,8 +204,10 @@ def _change_speed(autopilot: Autopilot, request: CommandRequested) -> Outcome:
     if speed == DEFAULT:
         return autopilot.change_speed(None)
     most = autopilot.settings.hover_speed
-    if not (math.isfinite(speed) and (0.0 < speed <= most or SLOWEST <= speed <= FASTEST)):
-        return Outcome(DENIED, f"Speed {speed:g} m/s: hover to {most:g} m/s, wing from {SLOWEST:g} to {FASTEST:g} m/s")
+    if not (math.isfinite(speed) and (0.0 < speed <= most or MIN_AIRSPEED <= speed <= MAX_AIRSPEED)):
+        return Outcome(
+            DENIED, f"Speed {speed:g} m/s: hover to {most:g} m/s, wing from {MIN_AIRSPEED:g} to {MAX_AIRSPEED:g} m/s"
+        )
     return autopilot.change_speed(speed)
 
 

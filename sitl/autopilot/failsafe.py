@@ -27,11 +27,11 @@ from sitl.prediction.chooser import Chooser
 EVERY = 0.1  # between looks at the fence [s]
 BATTERY_EVERY = 1.0  # between looks at the battery [s]
 FASTEST_LOSS = 10.0  # hover powers at which what is beyond the way home can shrink, flying away downwind
-LONGEST_WAIT = 30.0  # between predictions of the way home [s]
+MAX_WAIT = 30.0  # between predictions of the way home [s]
 MARGIN = 1.1  # on the predicted energy
 TOUCHDOWN = 1.5  # until the ground is felt [s]
 IN_A_WIND = 2.0  # times the energy of still air that most landings take in gusty winds of 3 to 6 m/s, flown
-LONGEST = 4.0  # and all but one in sixty
+IN_ANY_WIND = 4.0  # and all but one in sixty
 RECOVERED = 0.02  # share of the battery above a threshold that ends its alarm
 WARNING, CRITICAL = mavlink.MAV_SEVERITY_WARNING, mavlink.MAV_SEVERITY_CRITICAL
 
@@ -117,14 +117,14 @@ class WayHome:
         capacity = view.energy / view.energy_left if view.energy_left > 0.0 else 0.0
         kept = settings.battery_critical * capacity
         if _is_windy(view):
-            kept += (LONGEST - IN_A_WIND) * landing_energy(view, to, settings, chooser.airframe)
+            kept += (IN_ANY_WIND - IN_A_WIND) * landing_energy(view, to, settings, chooser.airframe)
         spent = view.energy - MARGIN * self.home - kept < 0.5 * self.slack
         if view.time >= self.until or spent or to != self.to:
             self.to = to
             self.home = energy_home(view, to, settings, chooser, on_its_way=mode is Mode.RTL)
             self.slack = view.energy - MARGIN * self.home - kept
             lasts = self.slack / (FASTEST_LOSS * hover_power(chooser.airframe))
-            self.until = view.time + min(max(lasts, 0.0), LONGEST_WAIT) if math.isfinite(lasts) else -math.inf
+            self.until = view.time + min(max(lasts, 0.0), MAX_WAIT) if math.isfinite(lasts) else -math.inf
         return Reserve(view.energy, self.home, kept)
 
 
@@ -170,7 +170,7 @@ class Failsafes:
         return self.links.lost or self.fence.breached or self.battery.returned or self.battery.critical
 
     def rest(self) -> None:
-        """On the ground: a link that is lost when the next flight begins is told of then."""
+        """Forget link losses on the ground; the next flight reports them anew."""
         self.links = LinkWatches()
 
 

@@ -32,7 +32,7 @@ class Awaiting(NamedTuple):
 
 
 class Flight:
-    """Mode, arming state, mission and set-point. The requests of each kind are the subclasses'."""
+    """Mode, arming state, mission and reference. The requests of each kind are the subclasses'."""
 
     def __init__(self, world: World, settings: Settings, heading: float = 0.0, chooser: Chooser | None = None) -> None:
         self.world = world
@@ -113,7 +113,7 @@ class Flight:
 
     def _land_here(self) -> None:
         here = self._at(self._stop_point())
-        first = (Stop(here),) if self.view.forward else ()  # a set-point that sinks meanwhile would run away
+        first = (Stop(here),) if self.view.forward else ()  # a reference that sinks meanwhile would run away
         self._enter(Mode.LAND, Steps((*first, land_at(here, self.settings.descent_rate))))
 
     def _hold_here(self) -> None:

@@ -1,4 +1,4 @@
-"""Guidance: what turns a mode or a mission item into set-points for the hover laws.
+"""Guidance: what turns a mode or a mission item into references for the laws.
 
 Each guidance is asked once per autopilot tick and answers with a :class:`Reference`; time comes in with the
 :class:`View`. World frame NWU, SI units, headings in radians about world z (from north towards west).
@@ -13,7 +13,7 @@ from typing import NamedTuple, Protocol
 from protocol.dialect.vocabulary import Law
 from sitl.control.reference import Point, Reference, at
 
-SLOWEST, FASTEST = 7.0, 22.0  # airspeeds of the cruise on the wing [m/s]
+MIN_AIRSPEED, MAX_AIRSPEED = 7.0, 22.0  # airspeeds of the cruise on the wing [m/s]
 SLOW_BELOW = 5.0  # landings take their time from here on [m]
 FAST_DESCENT = 1.5  # above that [m/s]
 SLOW = 1.0  # as good as standing [m/s]
@@ -29,7 +29,7 @@ class View(NamedTuple):
     tilt: float  # angle between the nose and the vertical [rad]
     landed: bool  # the supervisor's law is LANDED
     energy_left: float  # share of the battery, 0..1
-    forward: bool = False  # tipping over, on the wing, or standing up again
+    forward: bool = False  # in forward flight, or in transition there or back
     wind: Point = (0.0, 0.0, 0.0)  # as it is estimated, world NWU [m/s]
     stopping: float = 0.0  # distance the present speed takes to stop, on the wing [m]
     energy: float = math.inf  # left in the battery [J]
@@ -44,7 +44,7 @@ class Guidance(Protocol):
         """Whether touching the ground ends it."""
 
     def update(self, view: View) -> Reference:
-        """The set-point for this tick."""
+        """The reference for this tick."""
 
     def done(self, view: View) -> bool:
         """Whether the manoeuvre is complete; asked after ``update``."""
@@ -57,13 +57,13 @@ def distance(a: Point, b: Point) -> float:
 
 @dataclass(slots=True)
 class Hold:
-    """Stay at a set-point for ever."""
+    """Stay at a reference for ever."""
 
     reference: Reference
     landing: bool = False
 
-    def update(self, view: View) -> Reference:  # noqa: ARG002 - the set-point never moves
-        """The held set-point."""
+    def update(self, view: View) -> Reference:  # noqa: ARG002 - the reference never moves
+        """The reference."""
         return self.reference
 
     def done(self, view: View) -> bool:  # noqa: ARG002 - holding has no end of its own
@@ -73,13 +73,13 @@ class Hold:
 
 @dataclass(slots=True)
 class Stop:
-    """Come to rest upright at a set-point, however near it."""
+    """Come to rest upright at a reference, however near it."""
 
     reference: Reference
     landing: bool = False
 
-    def update(self, view: View) -> Reference:  # noqa: ARG002 - the set-point never moves
-        """The set-point."""
+    def update(self, view: View) -> Reference:  # noqa: ARG002 - the reference never moves
+        """The reference."""
         return self.reference
 
     def done(self, view: View) -> bool:
@@ -114,7 +114,7 @@ class FlyTo:
 
 @dataclass(slots=True)
 class Ramp:
-    """Move the set-point straight up or down at a steady rate: take-off and landing.
+    """Move the reference straight up or down at a steady rate: take-off and landing.
 
     A step in altitude would make the linear law push at its limits close to the ground.
     """
@@ -127,7 +127,7 @@ class Ramp:
     began: tuple[float, float] | None = None  # time and altitude of the first tick
 
     def update(self, view: View) -> Reference:
-        """The set-point on its way."""
+        """The reference on its way."""
         if self.began is None:
             self.began = (view.time, view.p[2])
         since, start = self.began
@@ -158,7 +158,7 @@ class Sequence:
         return self.steps[self.index].landing
 
     def update(self, view: View) -> Reference:
-        """The present step's set-point; moves on when it is done."""
+        """The present step's reference; moves on when it is done."""
         reference = self.steps[self.index].update(view)
         if self.steps[self.index].done(view) and self.index + 1 < len(self.steps):
             self.index += 1
@@ -171,7 +171,7 @@ class Sequence:
 
 
 def replace_altitude(reference: Reference, z: float) -> Reference:
-    """The set-point at another altitude."""
+    """The reference at another altitude."""
     return at(reference, (reference.position.x, reference.position.y, z))
 
 

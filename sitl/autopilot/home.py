@@ -121,7 +121,7 @@ def _no_origin(origin: Geodetic) -> str | None:
     if abs(origin.lat_deg) > NEAREST_POLE:
         return f"latitude {origin.lat_deg:g} is too near a pole"
     if not abs(origin.alt) <= HIGHEST:
-        return f"altitude {origin.alt:g} m is none of a place to start from"
+        return f"altitude {origin.alt:g} m is out of range (±{HIGHEST:g} m)"
     return None
 
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from sitl.autopilot.guidance import SLOWEST, Ramp, View, distance, land_at
+from sitl.autopilot.guidance import MIN_AIRSPEED, Ramp, View, distance, land_at
 from sitl.control.forward_guidance import ground_speed, stopping_distance
 from sitl.control.reference import Path, Point, Reference, along, circle, hover_at, leg, upright
 from sitl.design.forward import line_of_sight_gains
@@ -22,11 +22,11 @@ CORNER_SHARE = 0.45  # of a leg, at most, that a corner may cut
 STANDING = 4.0  # slower than this a transition to the hover is nearly over [m/s]
 BREEZE = 2.5  # less wind than this leaves the heading alone [m/s]
 NEARLY_THERE = 40.0  # upright again nearer than this, the rest is hovered [m]
-TIGHTEST = 5.0  # lateral acceleration of a circle at most [m/s2]
+MAX_CENTRIPETAL = 5.0  # lateral acceleration of a circle at most [m/s2]
 
 
 def leg_reference(start: Point, end: Point, last: Reference, airspeed: float, *, stop: bool) -> Reference:
-    """The set-point of a leg on the wing; it ends heading along the leg."""
+    """The reference of a leg in forward flight; it ends heading along the leg."""
     course = math.atan2(end[1] - start[1], end[0] - start[0])
     # Idling motors brake little; a descent takes even that away. So it is over before the braking begins.
     level = 0.0
@@ -40,13 +40,13 @@ def leg_reference(start: Point, end: Point, last: Reference, airspeed: float, *,
 
 
 def course(p: Point, v: Point, wind: Point, last: Reference) -> Reference:
-    """The set-point of flight at a velocity over the ground, from wherever the vehicle is.
+    """The reference of flight at a velocity over the ground, from wherever the vehicle is.
 
     Args:
         p: Where the vehicle is [m].
         v: Wanted velocity, level speed not zero [m/s].
         wind: As it is estimated [m/s].
-        last: Gives the hover laws' part of the set-point.
+        last: Gives the hover laws' part of the reference.
     """
     end = (p[0] + FAR * v[0], p[1] + FAR * v[1], p[2] + FAR * v[2])
     airspeed = math.dist(v, wind)
@@ -77,9 +77,9 @@ def leg_airspeeds(points: Sequence[Point], airspeed: float, wind: Point) -> list
     slower = 0.0  # what the next leg is flown at; rest after the last
     for i in reversed(range(len(speeds))):
         fastest = airspeed
-        while fastest > SLOWEST and not _fits(fastest, slower, points[max(i - 1, 0) : i + 2], wind):
+        while fastest > MIN_AIRSPEED and not _fits(fastest, slower, points[max(i - 1, 0) : i + 2], wind):
             fastest -= 0.5
-        slower = max(fastest, SLOWEST)
+        slower = max(fastest, MIN_AIRSPEED)
         # What fits into this leg bounds the leg before as well, which ends where this one begins.
         speeds[i] = min(speeds[i], slower)
         if i > 0:
@@ -179,7 +179,7 @@ class LandAfter:
     down: Ramp | None = None  # from where the leg ended
 
     def update(self, view: View) -> Reference:
-        """The set-point on its way down."""
+        """The reference on its way down."""
         if self.down is None:
             above = upright(self.leg.update(view))
             heading = above.heading if self.leg.keep_heading else edge_on(above.heading, view.wind)
@@ -243,11 +243,11 @@ def orbit(
     Args:
         centre: World NWU [m].
         radius: [m]; positive: clockwise seen from above.
-        last: Gives the hover laws' part of the set-point.
+        last: Gives the hover laws' part of the reference.
         airspeed: Wanted [m/s]; a tight circle is flown slower.
         seconds: How long; infinite: for ever.
         turns: How often; infinite: for ever.
     """
-    slower = min(airspeed, math.sqrt(TIGHTEST * abs(radius)))
+    slower = min(airspeed, math.sqrt(MAX_CENTRIPETAL * abs(radius)))
     reference = along(hover_at(centre, last.heading, last.speed), circle(centre, -radius, slower), last.heading)
     return Orbit(reference, seconds, turns)

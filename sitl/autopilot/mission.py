@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Way
 from protocol.plans.mission import MissionItem
-from sitl.autopilot.guidance import SLOWEST, FlyTo, Guidance, Ramp, View, distance, land_at
+from sitl.autopilot.guidance import MIN_AIRSPEED, FlyTo, Guidance, Ramp, View, distance, land_at
 from sitl.autopilot.guidance import Sequence as Steps
 from sitl.autopilot.legs import FlyLeg, LandAfter, corner_lead, leg_airspeeds, leg_reference, orbit, over_ground
 from sitl.autopilot.mission_items import CIRCLES, LAND, PLACED, TAKEOFF, WAYS, World, height, place, validate
@@ -67,7 +67,7 @@ class MissionRunner:
         return self._guidance is not None and self._guidance.landing
 
     def update(self, view: View) -> Reference:
-        """The set-point for this tick; moves through as many items as are done."""
+        """The reference for this tick; moves through as many items as are done."""
         reference = self._reference or hover_at(view.p, view.heading, self.speed)
         for _ in range(2 * len(self.items) + 1):  # bounds a loop of jumps with nothing to fly between
             if self.finished:
@@ -130,7 +130,7 @@ class MissionRunner:
         """
         if wanted < 0.0:
             self._speed = self._airspeed = None
-        elif wanted >= SLOWEST and self.chooser is not None:
+        elif wanted >= MIN_AIRSPEED and self.chooser is not None:
             self._airspeed = wanted
         else:
             self._speed = min(wanted, self.settings.hover_speed)
@@ -236,7 +236,7 @@ class MissionRunner:
             circle = orbit(
                 reference.position, radius, reference, self.airspeed, seconds, amount if turning else math.inf
             )
-            if circle.reference.path.airspeed >= SLOWEST:
+            if circle.reference.path.airspeed >= MIN_AIRSPEED:
                 return circle
             self.notices.append(f"A circle of {abs(radius):g} m is too tight to fly: hovering over its centre")
         hold = math.inf if for_ever else 0.0 if turning else amount
@@ -262,7 +262,7 @@ class MissionRunner:
 def fly_to(
     view: View, reference: Reference, settings: Settings, chooser: Chooser | None, asked: Way = Way.NONE
 ) -> FlyTo | FlyLeg:
-    """One leg from here to a set-point, on the wing if that is the better way."""
+    """One leg from here to a reference, in forward flight if that is the better way."""
     if chooser is not None:
         decision = chooser.choose(view, view.p, [LegEnd(reference.position, asked)], settings, settings.airspeed)[0]
         if decision.way is Way.FORWARD:

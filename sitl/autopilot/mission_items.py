@@ -17,7 +17,7 @@ from protocol.plans.mission import MissionItem
 from protocol.units import UNKNOWN_INT32, from_e7, from_local_e4
 from sitl.autopilot.arena import Arena
 from sitl.autopilot.fence import Fence
-from sitl.autopilot.guidance import FASTEST
+from sitl.autopilot.guidance import MAX_AIRSPEED
 from sitl.autopilot.places import level
 from sitl.control.reference import Point
 
@@ -45,7 +45,7 @@ RELATIVE_FRAMES = frozenset({mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT, mavlink.MAV_
 TURNS = frozenset({mavlink.MAV_CMD_NAV_LOITER_TURNS})
 CIRCLES = TURNS | {mavlink.MAV_CMD_NAV_LOITER_TIME, mavlink.MAV_CMD_NAV_LOITER_UNLIM}
 MISSION_FRAME = mavlink.MAV_FRAME_MISSION  # items without a place
-MOST_ITEMS = 1000
+MAX_ITEMS = 1000
 
 
 class World(NamedTuple):
@@ -116,8 +116,8 @@ def height(item: MissionItem, world: World) -> float:
 
 def validate(items: Sequence[MissionItem], world: World) -> Refusal | None:
     """Check a whole mission. None if it can be flown, else the first reason why not."""
-    if len(items) > MOST_ITEMS:
-        return Refusal(mavlink.MAV_MISSION_NO_SPACE, f"{len(items)} items: at most {MOST_ITEMS} fit")
+    if len(items) > MAX_ITEMS:
+        return Refusal(mavlink.MAV_MISSION_NO_SPACE, f"{len(items)} items: at most {MAX_ITEMS} fit")
     for seq, item in enumerate(items):
         refusal = _validate_item(seq, item, len(items), world)
         if refusal is not None:
@@ -191,7 +191,7 @@ def _validate_immediate(seq: int, item: MissionItem, count: int) -> Refusal | No
     if item.command == mavlink.MAV_CMD_DO_VTOL_TRANSITION:
         return None if item.params[0] in WAYS else _bad_parameter(seq, 1, "VTOL state", item.params[0])
     speed = item.params[1]
-    return None if 0.0 < speed <= FASTEST or speed == -1.0 else _bad_parameter(seq, 2, "speed", speed)
+    return None if 0.0 < speed <= MAX_AIRSPEED or speed == -1.0 else _bad_parameter(seq, 2, "speed", speed)
 
 
 def _bad_parameter(seq: int, number: int, what: str, value: float) -> Refusal:

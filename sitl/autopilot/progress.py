@@ -22,7 +22,7 @@ ON_THE_WING = frozenset({Law.FORWARD_LINE_OF_SIGHT, Law.FORWARD_LINEAR})
 NAMES = {Way.HOVER: "hover", Way.FORWARD: "wing"}
 TIPPED = math.radians(70.0)  # tilt of a vehicle on the wing, or a little more
 WING_SPEED = 9.0  # about the airspeed that carries it [m/s]
-LONGEST = 60.0  # a strong wind can keep a vehicle from tipping over: it does not wait for ever [s]
+TIME_LIMIT = 60.0  # a strong wind can keep a vehicle from its transition: it does not wait for ever [s]
 
 
 class End(NamedTuple):
@@ -50,7 +50,7 @@ class Transition:
     end: End | None = None
 
     def look(self, view: View, reference: Reference) -> None:
-        """Take the vehicle as it is now under the set-point that was just given."""
+        """Take the vehicle as it is now under the reference that was just given."""
         if self.end is not None:
             return
         self.percent = max(self.percent, min(99, round(100.0 * self._share(view))))
@@ -61,8 +61,8 @@ class Transition:
         elif self.way is Way.FORWARD and not reference.forward:  # a mission decides leg by leg
             text = "This item is hovered: those to come are flown on the wing where they can be"
             self.finish(mavlink.MAV_RESULT_ACCEPTED, text)
-        elif view.time - self.begun.time > LONGEST:
-            self.fail(f"not done in {LONGEST:g} s")
+        elif view.time - self.begun.time > TIME_LIMIT:
+            self.fail(f"not done in {TIME_LIMIT:g} s")
 
     def fail(self, why: str) -> None:
         """It came to nothing."""

@@ -15,8 +15,8 @@ class Settings(NamedTuple):
     hover_speed: float = 3.0  # DRK_HOV_VMAX: beyond, the hover laws lose the wing-normal axis [m/s]
     airspeed: float = 15.0  # DRK_FWD_SPEED: of the cruise on the wing [m/s]
     way: int = 0  # DRK_WAY: 0 the better one, 1 always hover, 2 on the wing wherever possible
-    least_leg: float = 25.0  # DRK_FWD_LEG: shorter legs are hovered [m]
-    leg_time: float = 0.0  # DRK_LEG_TIME: a leg shall take no longer [s]; 0: no matter
+    min_leg: float = 25.0  # DRK_FWD_LEG: shorter legs are hovered [m]
+    leg_time: float = 0.0  # DRK_LEG_TIME: time limit per leg [s]; 0: none
     loiter_radius: float = 40.0  # NAV_LOITER_RAD: of circles nobody gave a radius for [m]
     acceptance: float = 0.5  # NAV_ACC_RAD [m]
     setpoint_timeout: float = 0.5  # COM_OF_LOSS_T [s]

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from sitl.autopilot.guidance import FASTEST, SLOWEST, FlyTo, Guidance, View
+from sitl.autopilot.guidance import MAX_AIRSPEED, MIN_AIRSPEED, FlyTo, Guidance, View
 from sitl.autopilot.legs import FlyLeg, course
 from sitl.autopilot.manual import TURN_RATE, Sticks
 from sitl.autopilot.settings import Settings
@@ -17,10 +17,10 @@ from sitl.prediction.mode_choice import MAX_CLIMB_SLOPE, MAX_DESCENT_SLOPE
 __all__ = ["FLOOR", "KEEP_FACING", "Facing", "Streamed", "is_same_leg", "level_out", "refuse_turn", "refuse_velocity"]
 
 CLIMB, DESCENT = 2.5, 2.0  # vertical speeds the hover flies [m/s]
-LEASH = 5.0  # a velocity set-point leads the vehicle by no more; the hover law trails 3 m/s by 4 m [m]
+LEASH = 5.0  # a velocity leads the reference away from the vehicle by no more; the hover law trails 3 m/s by 4 m [m]
 SAME_LEG = 5.0  # a streamed position that moved less than this is the same leg [m]
 FLOOR = 1.0  # a hold asked for nearer the ground than this is flown here [m]
-MOST_TURN = math.radians(20.0)  # of the heading: the hover laws follow no faster one evenly [rad/s]
+MAX_TURN_RATE = math.radians(20.0)  # of the heading: the hover laws follow no faster one evenly [rad/s]
 HEADING_LAG = 2.0  # the hover laws trail a turning heading by so much of its turn [s]
 HEADING_LEASH = math.radians(30.0)  # from where the vehicle looks, what a turn has come to is no further
 
@@ -39,12 +39,12 @@ KEEP_FACING = Facing()
 class Streamed:
     """The last set-point and the last sticks, and when they came on simulated time.
 
-    ``reference`` is the one OFFBOARD starts with.
+    ``reference`` is what OFFBOARD starts with.
     """
 
     reference: Reference
     _came: float | None = None
-    _moved: float = 0.0  # when a velocity last moved a set-point
+    _moved: float = 0.0  # when a velocity last moved the reference
     _sticks: tuple[float, Sticks] | None = None
     _turned: float | None = None  # what a heading that turns has come to [rad]; None: it does not turn
     _offset: tuple[Point, bool, Point] | None = None  # the last one, whether of the body, and where it was laid
@@ -68,7 +68,7 @@ class Streamed:
         return self._sticks[1]
 
     def start_moving(self, time: float) -> None:
-        """Velocities move the set-point from now on."""
+        """Velocities move the reference from now on."""
         self._moved = time
 
     def lay(self, offset: Point, *, body: bool, view: View, settings: Settings) -> Point:
@@ -90,12 +90,12 @@ class Streamed:
         return known[2]
 
     def velocity(self, v: Point, facing: Facing, last: Reference, view: View, settings: Settings) -> Reference:
-        """The set-point of a velocity: upright it moves along, on the wing it is a course.
+        """The reference of a velocity: upright it moves along, on the wing it is a course.
 
         Args:
             v: World NWU [m/s]; one that :func:`refuse_velocity` lets pass.
             facing: Upright; the wing looks where it flies.
-            last: The set-point in force.
+            last: The reference in force.
             view: The vehicle as it is now.
             settings: With the hover's speed limit and the time-out.
         """
@@ -104,14 +104,14 @@ class Streamed:
         return course(view.p, v, view.wind, last)
 
     def follow(self, sticks: Sticks, last: Reference, view: View, settings: Settings) -> Reference:
-        """The set-point that sticks move, upright."""
+        """The reference that sticks move, upright."""
         since = self._moved
         v = sticks.velocity(last.heading, settings.hover_speed, CLIMB, DESCENT)
         heading = last.heading - TURN_RATE * sticks.clockwise * (view.time - since)
         return self._drift(v, Facing(heading), last, view, settings)
 
     def _drift(self, v: Point, facing: Facing, last: Reference, view: View, settings: Settings) -> Reference:
-        """A set-point that moves at a velocity, never far from the vehicle."""
+        """A reference that moves at a velocity, never far from the vehicle."""
         here, dt = view.p, self._step(view.time, settings)
         p = [last.position[i] + dt * v[i] for i in range(3)]
         away = math.dist(p, here)
@@ -144,8 +144,10 @@ def refuse_velocity(v: Point, settings: Settings, chooser: Chooser | None) -> st
     if _is_hovered(v, settings):
         return None
     level = math.hypot(v[0], v[1])
-    if not SLOWEST <= level <= FASTEST:
-        return f"{level:.1f} m/s level, {v[2]:.1f} m/s up: hover to {settings.hover_speed:g}, wing from {SLOWEST:g}"
+    if not MIN_AIRSPEED <= level <= MAX_AIRSPEED:
+        return (
+            f"{level:.1f} m/s level, {v[2]:.1f} m/s up: hover to {settings.hover_speed:g}, wing from {MIN_AIRSPEED:g}"
+        )
     if not -MAX_DESCENT_SLOPE * level <= v[2] <= MAX_CLIMB_SLOPE * level:
         return f"{v[2]:.3g} m/s up at {level:.1f} m/s level is too steep for the wing"
     if chooser is None or not chooser.can_fly_forward:
@@ -155,9 +157,10 @@ def refuse_velocity(v: Point, settings: Settings, chooser: Chooser | None) -> st
 
 def refuse_turn(facing: Facing) -> str | None:
     """Why a rate of the heading cannot be flown, or None."""
-    if abs(facing.turn) <= MOST_TURN + 1e-6:
+    if abs(facing.turn) <= MAX_TURN_RATE + 1e-6:
         return None
-    return f"{math.degrees(abs(facing.turn)):.0f} deg/s: the hover turns at {math.degrees(MOST_TURN):.0f} deg/s at most"
+    turn, most = math.degrees(abs(facing.turn)), math.degrees(MAX_TURN_RATE)
+    return f"{turn:.0f} deg/s: the hover turns at {most:.0f} deg/s at most"
 
 
 def level_out(v: Point, heading: float) -> Point:
@@ -167,7 +170,7 @@ def level_out(v: Point, heading: float) -> Point:
 
 
 def is_same_leg(guidance: Guidance | None, target: Reference) -> bool:
-    """Whether what is flown now already leads to a set-point; a small step moves it there."""
+    """Whether what is flown now already leads to a reference; a small step moves it there."""
     if not isinstance(guidance, FlyTo | FlyLeg) or math.dist(guidance.reference.position, target.position) > SAME_LEG:
         return False
     if isinstance(guidance, FlyTo):

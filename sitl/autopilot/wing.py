@@ -7,7 +7,7 @@ import math
 from protocol.dialect.vocabulary import Way
 from protocol.modes import Mode
 from sitl.autopilot.flight import Flight
-from sitl.autopilot.guidance import FASTEST, SLOWEST, FlyTo, Hold, with_speed
+from sitl.autopilot.guidance import MAX_AIRSPEED, MIN_AIRSPEED, FlyTo, Hold, with_speed
 from sitl.autopilot.legs import FlyLeg, Orbit, orbit
 from sitl.autopilot.outcome import ACCEPTED, DENIED, FAILED, IN_PROGRESS, REJECTED, Outcome
 from sitl.autopilot.progress import Transition, is_reached
@@ -96,7 +96,7 @@ class WingRequests(Flight):
             return self._refuse(DENIED, "Orbit denied: this airframe has no trim between hover and wing")
         speed = self.settings.airspeed if airspeed is None else airspeed
         flown = orbit(centre, radius, self._at(self.view.p), speed)
-        if flown.reference.path.airspeed < SLOWEST or speed > FASTEST:
+        if flown.reference.path.airspeed < MIN_AIRSPEED or speed > MAX_AIRSPEED:
             return self._refuse(DENIED, f"Orbit denied: {abs(radius):g} m at {speed:g} m/s cannot be flown")
         if min(centre[2], self.view.p[2]) < MIN_HEIGHT:
             return self._refuse(REJECTED, f"Orbit refused: below {MIN_HEIGHT:g} m it is too low to tip over")
@@ -118,7 +118,7 @@ class WingRequests(Flight):
         if speed is None:
             on_wing = isinstance(self._guidance, FlyLeg | Orbit)
             speed = self.settings.airspeed if on_wing else self.settings.hover_speed
-        if speed >= SLOWEST:
+        if speed >= MIN_AIRSPEED:
             return self._change_airspeed(speed)
         if isinstance(self._guidance, FlyTo | Hold):
             self._guidance = with_speed(self._guidance, speed)

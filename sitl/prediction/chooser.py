@@ -50,7 +50,7 @@ class Chooser:
     def energy(self, view: View, start: Point, end: Point, settings: Settings, *, flying: bool) -> float:
         """Shaft energy of one leg flown the better way, begun on the wing or not [J]; a question, not a decision."""
         leg, _ = _leg(start, end, view.heading, view.wind)
-        made = plan([leg], self._abilities(settings), settings.least_leg, [Way(settings.way)], flying=flying)[0]
+        made = plan([leg], self._abilities(settings), settings.min_leg, [Way(settings.way)], flying=flying)[0]
         return made.forward.energy if made.way is Way.FORWARD else made.hover.energy
 
     def _abilities(self, settings: Settings, airspeed: float | None = None) -> Abilities:
@@ -71,7 +71,7 @@ class Chooser:
             legs.append(leg)
             asked.append(stop.asked or default)
             here = stop.p
-        decisions = plan(legs, abilities, settings.least_leg, asked, flying=view.forward)
+        decisions = plan(legs, abilities, settings.min_leg, asked, flying=view.forward)
         self._made.append((stops[0].seq, decisions[0]))
         return decisions
 

@@ -100,7 +100,7 @@ def fly_leg(leg: Leg, way: Way, airspeed: float = 15.0, airframe: str = "nominal
     """
     if HEIGHT + leg.climb < 1.0:
         raise SitlError(f"a climb of {leg.climb:g} m from {HEIGHT:g} m ends below the ground")
-    craft = _hovering(leg, Settings(way=int(way), airspeed=airspeed, least_leg=0.0), airframe)
+    craft = _hovering(leg, Settings(way=int(way), airspeed=airspeed, min_leg=0.0), airframe)
     vehicle, autopilot = craft.vehicle, craft.autopilot
     autopilot.load_mission([_waypoint(leg.distance, 0.0, HEIGHT + leg.climb)])
     autopilot.start_mission()
@@ -143,17 +143,17 @@ def _waypoint(north: float, west: float, up: float) -> MissionItem:
     return MissionItem(mavlink.MAV_CMD_NAV_WAYPOINT, mavlink.MAV_FRAME_LOCAL_NED, (0.0, 0.0, 0.0, math.nan), *place)
 
 
-def fly_mission(items: Sequence[MissionItem], way: Way, least_leg: float = 25.0, airframe: str = "nominal") -> Journey:
+def fly_mission(items: Sequence[MissionItem], way: Way, min_leg: float = 25.0, airframe: str = "nominal") -> Journey:
     """Fly a mission from the ground to the ground, in calm.
 
     Args:
         items: The mission.
         way: NONE leaves every leg to the decision; the others ask for one way wherever it is possible.
-        least_leg: DRK_FWD_LEG, shorter legs are hovered [m].
+        min_leg: DRK_FWD_LEG, shorter legs are hovered [m].
         airframe: Parameter set.
     """
     vehicle = Simulation(load(airframe).parameters)
-    bindings = Bindings(Settings(way=int(way), least_leg=least_leg), vehicle.tuning, Surroundings(battery=1e9))
+    bindings = Bindings(Settings(way=int(way), min_leg=min_leg), vehicle.tuning, Surroundings(battery=1e9))
     craft = Craft(vehicle, World(LocalFrame(ORIGIN), ARENAS["open"]), bindings)
     autopilot = craft.autopilot
     autopilot.load_mission(items)

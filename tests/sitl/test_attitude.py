@@ -13,7 +13,7 @@ from sitl.watch import LOST
 from protocol.dialect import mavlink
 from protocol.frames import quaternion_from_euler
 from protocol.modes import Mode
-from sitl.autopilot.attitude import FASTEST, LEAST_THRUST, SINK, attitude_of
+from sitl.autopilot.attitude import MAX_SINK, MAX_SPEED, MIN_THRUST, attitude_of
 from sitl.autopilot.fence import Fence
 from sitl.autopilot.guidance import Attitude, Setpoint
 from sitl.autopilot.settings import Settings
@@ -93,7 +93,7 @@ def test_steps_are_followed_within_a_second(axis, deg, wind):
 def test_a_tilt_of_45_deg_is_held_while_the_speed_grows():
     steered = Steered()
     _, off, _, _ = steered.fly(tilted("y", -45.0), 1.3)
-    assert np.linalg.norm(steered.vehicle.plant[V:Q]) > FASTEST
+    assert np.linalg.norm(steered.vehicle.plant[V:Q]) > MAX_SPEED
     assert off[-1] < 1.0
 
 
@@ -153,7 +153,7 @@ def test_neither_entering_nor_leaving_steps_the_actuators(axis, deg, wind):
 
 @pytest.mark.parametrize("axis", ["y", "z"])
 @pytest.mark.parametrize("deg", [10.0, 45.0])
-@pytest.mark.parametrize("speed", [2.0, FASTEST])
+@pytest.mark.parametrize("speed", [2.0, MAX_SPEED])
 def test_within_the_limits_the_hover_is_found_again_without_losing_height(axis, deg, speed):
     steered = Steered()
     q = tilted(axis, deg)
@@ -173,12 +173,12 @@ def test_within_the_limits_the_hover_is_found_again_without_losing_height(axis, 
 def test_a_sink_at_the_limit_is_arrested_within_what_is_kept_for_it():
     steered = Steered()
     q = tilted("y", 10.0)
-    while steered.vehicle.plant[V + 2] > -SINK:
-        steered.fly(q, 0.02, LEAST_THRUST)
+    while steered.vehicle.plant[V + 2] > -MAX_SINK:
+        steered.fly(q, 0.02, MIN_THRUST)
     high = steered.vehicle.plant[P + 2]
     steered.let_go()
     steered.vehicle.advance(1500)
-    assert high - 0.8 * SINK < min(steered.vehicle.plant[P + 2], high)
+    assert high - 0.8 * MAX_SINK < min(steered.vehicle.plant[P + 2], high)
 
 
 def test_an_upset_is_left_for_the_zero_moment_law():
@@ -388,7 +388,7 @@ class Program(Flight):
         (tilted("y", -20.0), None, "too fast for attitude set-points: holding"),
         (hover(0.0), 0.8, "Climbing at 4."),
         (hover(0.0), 1.0, "Climbing at 4."),
-        (hover(0.0), LEAST_THRUST, "Sinking at 3."),
+        (hover(0.0), MIN_THRUST, "Sinking at 3."),
         (hover(0.0), 0.99 * HOVER, "too low for attitude set-points: holding"),
     ],
 )

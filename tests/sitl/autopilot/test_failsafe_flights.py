@@ -61,6 +61,14 @@ def test_a_take_off_that_loses_its_link_comes_home():
     assert 5.0 < flight.p[:, 2].max() < 9.0  # no higher than it has to for the return
 
 
+def test_a_vehicle_that_tips_over_when_it_loses_its_link_comes_home():
+    flight = flights.tipping_over(ON_THE_WING)
+    lose(flight, RETURN)
+    flight.land(60.0)
+    assert flight.p[:, 0].max() < 35.0
+    assert np.linalg.norm(flight.p[-1, :2]) < 0.5
+
+
 def test_a_take_off_that_loses_its_link_lands_below():
     flight = flights.taking_off(ON_THE_WING)
     lose(flight, LAND)

@@ -9,7 +9,7 @@ from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law, Way
 from protocol.modes import Mode
 from sitl.autopilot.guidance import View
-from sitl.autopilot.progress import LONGEST, Transition, is_reached
+from sitl.autopilot.progress import TIME_LIMIT, Transition, is_reached
 from sitl.control.reference import along, hover_at, leg
 from sitl.craft import is_forward
 from tests.support.station import Sky
@@ -70,7 +70,7 @@ def test_progress_grows_with_tilt_and_airspeed_and_never_falls():
         (Way.FORWARD, view(Law.FORWARD_LINEAR), LEG, ACCEPTED, ""),
         (Way.FORWARD, view(Law.FAILSAFE), LEG, FAILED, "fall"),
         (Way.HOVER, view(Law.FAILSAFE), HERE, FAILED, "fall"),
-        (Way.FORWARD, view(Law.ALIGN, time=LONGEST + 1.0), LEG, FAILED, "not done in 60 s"),
+        (Way.FORWARD, view(Law.ALIGN, time=TIME_LIMIT + 1.0), LEG, FAILED, "not done in 60 s"),
         (Way.FORWARD, view(), HERE, ACCEPTED, "hovered"),  # a mission's leg that is better hovered
         (Way.HOVER, view(Law.HOVER_LINEAR), HERE, ACCEPTED, ""),
     ],

@@ -102,6 +102,13 @@ def test_forward_with_a_yaw_rate_is_a_circle(program):
     assert (across < 2.8).all()
 
 
+@pytest.mark.parametrize("yaw", [20.0, -1e6, 3e38])
+def test_a_yaw_of_many_turns_is_what_is_left_of_it(program, yaw):
+    program.stream(12.0, LOCAL, POSITION, p=(0, 0, -5), yaw=yaw)
+    left = math.remainder(float(np.float32(yaw)), math.tau)
+    assert abs(math.remainder(program.yaw - left, math.tau)) < 0.05
+
+
 def test_a_turn_that_stops_goes_no_further(program):
     program.stream(5.0, LOCAL, VELOCITY_BODY, yaw_rate=math.radians(20.0))
     before = program.yaw

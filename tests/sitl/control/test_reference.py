@@ -10,6 +10,8 @@ from hypothesis import strategies as st
 from sitl.control.reference import (
     MIN_AHEAD,
     TIME_AHEAD,
+    along,
+    at,
     circle,
     cross_track,
     height,
@@ -17,6 +19,7 @@ from sitl.control.reference import (
     leg,
     line_of_sight,
     progress,
+    upright,
 )
 from sitl.model.vectors import Vector, add_scaled, level_norm, norm, subtract
 
@@ -136,6 +139,15 @@ def test_a_point_that_follows_the_line_of_sight_settles_on_the_circle(turn, star
         north, west = line_of_sight(path, p, speed)
         p = add_scaled(p, Vector(north, west, 0.0), speed * dt)
     assert abs(cross_track(path, p)) < 0.05 * 40.0
+
+
+def test_upright_the_path_is_the_point_itself_whatever_was_flown_before():
+    """The transition to the hover brakes to the end of the path, and levels its last metres."""
+    flown = along(hover_at((1, 2, 3), 0.7, 2.5), leg((1, 2, 3), (100, 0, 40), 15, level=20, low=1.2), 0.1)
+    assert (flown.position, flown.forward, flown.heading) == ((100.0, 0.0, 40.0), True, 0.1)
+    for stands, end in ((upright(flown), (100.0, 0.0, 40.0)), (at(flown, (7, 8, 9)), (7.0, 8.0, 9.0))):
+        assert stands == hover_at(end, 0.1, 2.5)
+        assert stands.path.start == stands.path.end == end
 
 
 def test_numbers_of_any_kind_make_the_same_reference():

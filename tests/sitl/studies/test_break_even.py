@@ -23,7 +23,7 @@ def able():
 @pytest.fixture(scope="module")
 def journeys():
     items = files.load(MIXED).items
-    return {way: fly_mission(items, way, least_leg=MIN_DISTANCE) for way in Way}
+    return {way: fly_mission(items, way, min_leg=MIN_DISTANCE) for way in Way}
 
 
 # One leg
