@@ -45,11 +45,11 @@ class Row(NamedTuple):
 
 
 @entry
-def plant_only(plants: Any, airframes: Any, command: Actuators, steps: int) -> None:  # noqa: ANN401 - records
-    """The plant without a law, all steps in one call; the wind is that of the step before, so that none is skipped."""
+def plant_only(plants: Any, airframes: Any, command: Actuators, wind: Vector, steps: int) -> None:  # noqa: ANN401
+    """The plant without a law, all steps in one call."""
     plant, a = get_plant(plants[0], 0), get_airframe(airframes[0], 0)
     for _ in range(steps):
-        plant = step(plant, command, Vector(0.0, 0.0, 0.0), True, a, STEP)
+        plant = step(plant, command, wind, True, a, STEP)
     put_plant(plants[0], 0, plant)
 
 
@@ -71,8 +71,8 @@ def rate(work: Callable[[], object], steps: float) -> float:
 def bare_plant(steps: int) -> Row:
     """The plant alone, hovering."""
     plants, airframes = record_of(Plant, hovering(Law.HOVER_LINEAR).truth), record_of(Airframe, NOMINAL)
-    command = Actuators(687.0, 687.0, 0.0, 0.0)
-    return Row("plant alone", lambda: rate(lambda: plant_only(plants, airframes, command, steps), steps))
+    command, wind = Actuators(687.0, 687.0, 0.0, 0.0), Vector(0.1, 0.0, 0.0)
+    return Row("plant alone", lambda: rate(lambda: plant_only(plants, airframes, command, wind, steps), steps))
 
 
 def single(name: str, law: Law, reference: Reference | None, seconds: float, wind: float = 0.0) -> Row:

@@ -28,7 +28,7 @@ class Alarm(NamedTuple):
     action: Action | None  # None: a word, that asks for nothing
     severity: int  # MAV_SEVERITY
     why: str
-    stop: bool = False  # whether a vehicle on the wing stands still before it turns elsewhere
+    stop: bool = False  # whether a vehicle in forward flight stops before it turns elsewhere
 
     def text(self, gravest: Action, under_way: Action) -> str:
         """The alarm as the pilot reads it: never that something is done which is not.

@@ -124,7 +124,7 @@ def _upright(heading: float) -> Quaternion:
 
 
 def _between(a: Point, b: Point) -> Quaternion:
-    """The shortest rotation from one unit vector to another; half a turn about x where there is none."""
+    """The shortest rotation from one unit vector to another; half a turn about x between opposite ones."""
     w = 1.0 + a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
     x, y, z = a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
     norm = math.hypot(w, x, y, z)

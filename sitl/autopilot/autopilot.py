@@ -137,7 +137,7 @@ class Autopilot(Streaming, WingRequests):
 
         Args:
             action: What it asks for.
-            stop: Whether a vehicle on the wing stands still before it turns elsewhere.
+            stop: Whether a vehicle in forward flight stops before it turns elsewhere.
         """
         if action <= self._committed():
             return

@@ -25,7 +25,7 @@ from sitl.control.reference import Point
 ARM = mavlink.MAV_CMD_COMPONENT_ARM_DISARM
 FORCE = 21196  # the number that makes MAV_CMD_COMPONENT_ARM_DISARM skip its checks
 HERE = 20.0  # a place no farther away is where the vehicle is, to a client with an older position of it [m]
-NO_CHANGE, DEFAULT = -1.0, -2.0  # speeds of MAV_CMD_DO_CHANGE_SPEED that are none
+NO_CHANGE, DEFAULT = -1.0, -2.0  # special values of MAV_CMD_DO_CHANGE_SPEED
 AIRSPEED, GROUND_SPEED = mavlink.SPEED_TYPE_AIRSPEED, mavlink.SPEED_TYPE_GROUNDSPEED
 YAW_BEHAVIOURS = frozenset(mavlink.enums["ORBIT_YAW_BEHAVIOUR"]) - {mavlink.ORBIT_YAW_BEHAVIOUR_ENUM_END}
 CUSTOM_MODE = mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
@@ -96,7 +96,7 @@ def _refuse_elsewhere(autopilot: Autopilot, request: CommandRequested) -> Outcom
 
 
 def _refuse_frame(request: CommandRequested) -> Outcome | None:
-    """A place in a frame that is none of the globe's; a COMMAND_LONG names no frame."""
+    """Refuse frames that are not global; a COMMAND_LONG names no frame."""
     if request.frame is None or request.frame in GLOBAL | RELATIVE:
         return None
     return Outcome(UNSUPPORTED_FRAME, f"Frame {request.frame} is not supported")
@@ -149,7 +149,7 @@ def _set_current(autopilot: Autopilot, request: CommandRequested) -> Outcome:
 
 
 def _reposition(autopilot: Autopilot, request: CommandRequested) -> Outcome:
-    """To a place, or to another height or heading where it is; none of them asked for is a hold.
+    """To a place, or to another height or heading where it is; with none of them it is a hold.
 
     QGroundControl's pause, its height and its heading are this as a COMMAND_LONG, with NaN for what is to stay.
     """

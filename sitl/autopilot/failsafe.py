@@ -211,6 +211,6 @@ def _is_windy(view: View) -> bool:
 
 
 def hover_power(a: Airframe) -> float:
-    """Shaft power of a hover in still air [W]: the thrust carries the weight and what the wing takes of it."""
+    """Shaft power of a hover in still air [W]: the thrust carries the weight and the drag in the slipstream."""
     thrust = a.m * a.g / (2.0 * (1.0 - a.S_ratio * a.C_d0))
     return float(2.0 * a.k_m * (thrust / a.k_f) ** 1.5)

@@ -4,8 +4,8 @@ Zones come as mission items of type FENCE (https://mavlink.io/en/services/missio
 stay in or to stay out of. The vehicle must be in at least one of those to stay in, if there are any, and in none of the
 others. Two parameters add a cylinder about home. Zones are seen in the world frame NWU, as are all positions here.
 
-On the wing the vehicle cannot stop at once. So what is looked at is not only where it is but the way to where it can
-stand still: the fence is breached when that way leaves it.
+In forward flight the vehicle cannot stop at once. So what is checked is not only where it is but the way to where it
+can stand still: the fence is breached when that way leaves it.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from sitl.control.reference import Point
 
 SPACING = 2.0  # of the points looked at on the way to a stop [m]
 HOVER_STOP = 1.5  # an upright vehicle stands still after so many seconds at its speed [s]
-REACTION = 0.3  # until an order to stop has an effect on the wing [s]
+REACTION = 0.3  # until an order to stop has an effect in forward flight [s]
 WELL_AGAIN = 1.0  # a breach is over when the fence was kept so long [s]
 LARGEST = 1e5  # radius [m]
 
@@ -106,7 +106,7 @@ class Fence(NamedTuple):
 
 
 def make_fence(items: Sequence[MissionItem], frame: LocalFrame) -> Fence | Refusal:
-    """The fence that mission items of type FENCE describe, or why they describe none."""
+    """The fence that mission items of type FENCE describe, or why they are not valid."""
     within: list[Circle | Polygon] = []
     without: list[Circle | Polygon] = []
     seq = 0

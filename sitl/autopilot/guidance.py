@@ -13,7 +13,7 @@ from typing import NamedTuple, Protocol
 from protocol.dialect.vocabulary import Law
 from sitl.control.reference import Point, Reference, at
 
-MIN_AIRSPEED, MAX_AIRSPEED = 7.0, 22.0  # airspeeds of the cruise on the wing [m/s]
+MIN_AIRSPEED, MAX_AIRSPEED = 7.0, 22.0  # airspeeds of the cruise [m/s]
 SLOW_BELOW = 5.0  # landings take their time from here on [m]
 FAST_DESCENT = 1.5  # above that [m/s]
 SLOW = 1.0  # as good as standing [m/s]
@@ -31,7 +31,7 @@ class View(NamedTuple):
     energy_left: float  # share of the battery, 0..1
     forward: bool = False  # in forward flight, or in transition there or back
     wind: Point = (0.0, 0.0, 0.0)  # as it is estimated, world NWU [m/s]
-    stopping: float = 0.0  # distance the present speed takes to stop, on the wing [m]
+    stopping: float = 0.0  # distance the present speed takes to stop in forward flight [m]
     energy: float = math.inf  # left in the battery [J]
     law: Law = Law.LANDED  # in force
 

@@ -1,4 +1,4 @@
-"""Guidance on the wing: legs that stop or fly by their end, and circles."""
+"""Guidance in forward flight: legs that stop or fly by their end, and circles."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def corner_lead(start: Point, corner: Point, after: Point, ground_speed: float) 
 
 
 def leg_airspeeds(points: Sequence[Point], airspeed: float, wind: Point) -> list[float]:
-    """Airspeeds of legs flown on the wing through points, the last one ending at rest.
+    """Airspeeds of legs flown forward through points, the last one ending at rest.
 
     A leg is flown no faster than the legs after it leave room to slow down in, corners taken off.
 
@@ -115,7 +115,7 @@ def over_ground(start: Point, end: Point, airspeed: float, wind: Point) -> float
 
 @dataclass(slots=True)
 class FlyLeg:
-    """Fly a leg on the wing.
+    """Fly a leg forward.
 
     One that stops is done as a hovering approach is: within ``acceptance`` for ``hold`` seconds. One that does not is
     done ``lead`` metres before its end, or abeam of it.
@@ -127,7 +127,7 @@ class FlyLeg:
     lead: float = 0.0  # where the next leg is turned to [m]; 0: the point itself is flown over
     landing: bool = False
     arrived: float | None = None
-    flown: bool = False  # has been on the wing
+    flown: bool = False  # has been in forward flight
     upright: bool = False  # and stands again near the end
     keep_heading: bool = False  # somebody asked for the heading at the end
     edge_on: float | None = None  # heading of the hover to come, chosen by the wind [rad]
@@ -205,7 +205,7 @@ def edge_on(heading: float, wind: Point) -> float:
 
 @dataclass(slots=True)
 class Orbit:
-    """Circle about a point on the wing, for a time, for a number of turns, or for ever."""
+    """Circle about a point in forward flight, for a time, for a number of turns, or for ever."""
 
     reference: Reference  # with a circle as its path
     seconds: float = math.inf

@@ -12,7 +12,7 @@ from protocol.codec import Message
 from sitl.control.reference import Point
 
 FULL = 1000  # what a stick at its end sends
-CENTRE = 0.05  # less of a stick is none
+CENTRE = 0.05  # share of a stick that counts as none
 TURN_RATE = math.radians(30.0)  # at full stick [rad/s]
 UNUSED = 0x7FFF  # of an axis that the sender has not
 

@@ -1,6 +1,6 @@
 """Missions in flight: which item is flown, and the guidance of each.
 
-Runs of waypoints without a stop between them are planned together: the legs flown on the wing share their
+Runs of waypoints without a stop between them are planned together: the legs flown forward share their
 transitions, and each leg's way of flying is chosen by :mod:`sitl.prediction.mode_choice` unless the mission says.
 """
 
@@ -124,7 +124,7 @@ class MissionRunner:
         return _BUILDERS[item.command](self, item, view, last)
 
     def change_speed(self, wanted: float) -> None:
-        """Speed of the items to come [m/s]: up to the hover's limit that of the hover, from 7 m/s on of the wing.
+        """Speed of the items to come [m/s]: up to its limit that of the hover, from 7 m/s on that of the cruise.
 
         -1 returns both to the set ones.
         """
@@ -148,7 +148,7 @@ class MissionRunner:
 
     @property
     def airspeed(self) -> float:
-        """Airspeed of legs on the wing [m/s]."""
+        """Airspeed of legs in forward flight [m/s]."""
         return self.settings.airspeed if self._airspeed is None else self._airspeed
 
     def _take_off(self, item: MissionItem, view: View, last: Reference) -> Guidance:
@@ -162,7 +162,7 @@ class MissionRunner:
     def _approach(
         self, item: MissionItem, reference: Reference, view: View, acceptance: float, hold: float = 0.0
     ) -> Guidance:
-        """The leg to the current item's point, on the wing if that is the better way."""
+        """The leg to the current item's point, in forward flight if that is the better way."""
         if self.chooser is None:
             return FlyTo(reference, acceptance, hold)
         point = reference.position
@@ -224,7 +224,7 @@ class MissionRunner:
         return self._approach(item, reference, view, acceptance, hold)
 
     def _loiter(self, item: MissionItem, reference: Reference, view: View, amount: float) -> Guidance:
-        """Wait about a point: in a circle on the wing if the item gives a radius, else hovering over it."""
+        """Wait about a point: in a circle in forward flight if the item gives a radius, else hovering over it."""
         radius = item.params[2] if math.isfinite(item.params[2]) else 0.0
         for_ever = item.command == mavlink.MAV_CMD_NAV_LOITER_UNLIM
         turning = item.command == mavlink.MAV_CMD_NAV_LOITER_TURNS

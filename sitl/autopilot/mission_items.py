@@ -87,7 +87,7 @@ class World(NamedTuple):
 
 
 def place(item: MissionItem, world: World) -> Point | None:
-    """The point an item names, world NWU [m]; None where it names none ("here").
+    """The point an item names, world NWU [m]; None where it names no place ("here").
 
     Raises:
         ValueError: If the item's frame is not one this vehicle knows, or a coordinate is not a number.

@@ -78,7 +78,7 @@ def _take_place_or_motion(autopilot: Autopilot, message: Message) -> str | None:
 
 
 def _facing(message: Message) -> Facing | None:
-    """The heading that is asked for, or its rate; None if that is not a number. A NaN yaw asks for none."""
+    """The heading that is asked for, or its rate; None if that is not a number. A NaN yaw asks for no heading."""
     if not message.type_mask & NO_YAW and not math.isnan(message.yaw):
         return Facing(heading=-message.yaw) if math.isfinite(message.yaw) else None
     if message.type_mask & NO_YAW_RATE or math.isnan(message.yaw_rate):
@@ -102,7 +102,7 @@ def _take_position(autopilot: Autopilot, message: Message, facing: Facing) -> st
 
 
 def _direction(autopilot: Autopilot, message: Message, wire: tuple[float, float, float]) -> Point | str:
-    """A velocity or an acceleration in world NWU, or why it is none."""
+    """A velocity or an acceleration in world NWU, or why it is invalid."""
     frame, v = message.coordinate_frame, flip(wire)
     if not all(map(math.isfinite, v)):
         return NOT_A_NUMBER

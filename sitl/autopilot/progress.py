@@ -20,7 +20,7 @@ __all__ = ["End", "Transition", "is_reached"]
 
 ON_THE_WING = frozenset({Law.FORWARD_LINE_OF_SIGHT, Law.FORWARD_LINEAR})
 NAMES = {Way.HOVER: "hover", Way.FORWARD: "wing"}
-TIPPED = math.radians(70.0)  # tilt of a vehicle on the wing, or a little more
+TIPPED = math.radians(70.0)  # tilt of a vehicle in forward flight, or a little more
 WING_SPEED = 9.0  # about the airspeed that carries it [m/s]
 TIME_LIMIT = 60.0  # a strong wind can keep a vehicle from its transition: it does not wait for ever [s]
 

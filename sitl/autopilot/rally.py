@@ -14,7 +14,7 @@ from sitl.control.reference import Point
 
 
 def make_rally(items: Sequence[MissionItem], world: World) -> tuple[Point, ...] | Refusal:
-    """The points, world NWU [m], that mission items of type RALLY describe, or why they describe none."""
+    """The points, world NWU [m], that mission items of type RALLY describe, or why they are not valid."""
     points = []
     for seq, item in enumerate(items):
         if item.command != mavlink.MAV_CMD_NAV_RALLY_POINT:

@@ -13,8 +13,8 @@ class Settings(NamedTuple):
     climb_rate: float = 1.0  # MPC_TKO_SPEED [m/s]
     descent_rate: float = 0.5  # MPC_LAND_SPEED [m/s]
     hover_speed: float = 3.0  # DRK_HOV_VMAX: beyond, the hover laws lose the wing-normal axis [m/s]
-    airspeed: float = 15.0  # DRK_FWD_SPEED: of the cruise on the wing [m/s]
-    way: int = 0  # DRK_WAY: 0 the better one, 1 always hover, 2 on the wing wherever possible
+    airspeed: float = 15.0  # DRK_FWD_SPEED: of the cruise [m/s]
+    way: int = 0  # DRK_WAY: 0 the better one, 1 always hover, 2 forward flight wherever possible
     min_leg: float = 25.0  # DRK_FWD_LEG: shorter legs are hovered [m]
     leg_time: float = 0.0  # DRK_LEG_TIME: time limit per leg [s]; 0: none
     loiter_radius: float = 40.0  # NAV_LOITER_RAD: of circles nobody gave a radius for [m]

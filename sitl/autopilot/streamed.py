@@ -90,11 +90,11 @@ class Streamed:
         return known[2]
 
     def velocity(self, v: Point, facing: Facing, last: Reference, view: View, settings: Settings) -> Reference:
-        """The reference of a velocity: upright it moves along, on the wing it is a course.
+        """The reference of a velocity: upright it moves along, in forward flight it is a course.
 
         Args:
             v: World NWU [m/s]; one that :func:`refuse_velocity` lets pass.
-            facing: Upright; the wing looks where it flies.
+            facing: Used upright; forward flight looks where it flies.
             last: The reference in force.
             view: The vehicle as it is now.
             settings: With the hover's speed limit and the time-out.
@@ -138,8 +138,8 @@ class Streamed:
 def refuse_velocity(v: Point, settings: Settings, chooser: Chooser | None) -> str | None:
     """Why a velocity, world NWU [m/s], cannot be flown, or None.
 
-    Up to the hover's speed limit it is flown upright, from 7 m/s on on the wing; between the two the vehicle can hold
-    no speed for long.
+    Up to the hover's speed limit it is flown upright, from 7 m/s on in forward flight; between the two the vehicle can
+    hold no speed for long.
     """
     if _is_hovered(v, settings):
         return None

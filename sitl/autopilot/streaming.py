@@ -110,6 +110,6 @@ class Streaming(Flight):
         if sticks is None:
             self.say(mavlink.MAV_SEVERITY_WARNING, "Sticks stopped: holding")
             self._hold_here()
-        elif not self.view.forward:  # on the wing it is still standing up
+        elif not self.view.forward:  # in forward flight it is still on its way to the hover
             self._guidance = Hold(self._streamed.follow(sticks, self.reference, self.view, self.settings))
         return self._guidance or guidance

@@ -1,4 +1,4 @@
-"""Requests that are for the wing: transitions, circles, the speed in the air."""
+"""Requests about forward flight: transitions, circles, speeds."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from sitl.prediction.mode_choice import MIN_HEIGHT
 
 
 class WingRequests(Flight):
-    """Transitions to the wing and back, circles, and speeds."""
+    """Transitions there and back, circles, and speeds."""
 
     def transition(self, way: Way) -> Outcome:
-        """Go over to the wing or to the hover, now; the rest of a mission is flown that way as well.
+        """Begin a transition to forward flight or to the hover now; the rest of a mission is flown that way as well.
 
-        Outside a mission the wing needs somewhere to go: it circles a point ahead. What is answered with IN_PROGRESS
-        is ``under_way`` until it has an end; whatever else is ordered meanwhile ends it.
+        Outside a mission forward flight needs somewhere to go: it circles a point ahead. What is answered with
+        IN_PROGRESS is ``under_way`` until it has an end; whatever else is ordered meanwhile ends it.
         """
         if not self.flying:
             return self._refuse(REJECTED, "Transition refused: not in the air")
@@ -49,7 +49,7 @@ class WingRequests(Flight):
     def cancel_transition(self) -> None:
         """Stop a transition that was asked for by command: hold upright, or fly the mission as it was flown before.
 
-        Upright is where both kinds end: a vehicle that brakes is not sent back to the wing from a speed at which
+        Upright is where both kinds end: a vehicle that brakes is not sent back to forward flight from a speed at which
         neither carries it.
         """
         transition = self.under_way
@@ -83,7 +83,7 @@ class WingRequests(Flight):
         return orbit(centre, radius, self._at(p), self.settings.airspeed)
 
     def circle(self, centre: Point, radius: float, airspeed: float | None = None) -> Outcome:
-        """Fly round a point on the wing, for ever.
+        """Circle a point in forward flight, for ever.
 
         Args:
             centre: World NWU [m].
@@ -107,7 +107,7 @@ class WingRequests(Flight):
         return Outcome(ACCEPTED)
 
     def change_speed(self, speed: float | None) -> Outcome:
-        """Speed of the manoeuvre under way, or of the mission: of the hover, or from 7 m/s on of the wing.
+        """Speed of the manoeuvre under way, or of the mission: of the hover, or from 7 m/s on of the cruise.
 
         Args:
             speed: [m/s]; None takes the set one.

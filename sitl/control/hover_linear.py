@@ -13,7 +13,7 @@ from sitl.control.allocation import Virtual, allocate
 from sitl.control.estimate import Estimate
 from sitl.control.reference import Reference
 from sitl.model.airframe import Airframe, Array
-from sitl.model.arithmetic import clipped, sine_cosine
+from sitl.model.arithmetic import clipped, heading_trigonometry
 from sitl.model.state import Actuators
 from sitl.model.vectors import Vector, norm, scaled
 
@@ -45,8 +45,7 @@ class HoverError(NamedTuple):
 @kernel
 def error(estimate: Estimate, target: Vector, heading: float) -> HoverError:
     """Deviation from the hover at ``target`` (world NWU [m]) with the wanted heading [rad]."""
-    s, c = sine_cosine(heading)
-    sh, ch = sine_cosine(0.5 * heading)
+    sh, ch, s, c = heading_trigonometry(heading)
     p, v, q = estimate.position, estimate.velocity, estimate.attitude
     north, west = p.x - target.x, p.y - target.y
     # q_z(-heading) ⊗ q
@@ -75,7 +74,7 @@ def control(x: HoverError, integral: Vector, heading: float, gains: LinearGains)
         heading: Wanted heading [rad].
         gains: Gains of the law.
     """
-    s, c = sine_cosine(heading)
+    _, _, s, c = heading_trigonometry(heading)
     learnt = Vector(c * integral.x + s * integral.y, c * integral.y - s * integral.x, integral.z)
     near = min(1.0, gains.reach / max(norm(x.position), 1e-9))
     seen = HoverError(scaled(x.position, near), x.velocity, x.tilt, x.rates)

@@ -26,7 +26,7 @@ from sitl.control.forward_guidance import GuidanceGains, air_course, cruise
 from sitl.control.moment_observer import momentum
 from sitl.control.reference import Reference
 from sitl.model.airframe import Airframe
-from sitl.model.arithmetic import clipped, exponential, sine_cosine, wrapped
+from sitl.model.arithmetic import clipped, decay, sine_cosine, wrapped
 from sitl.model.quaternions import Quaternion, conjugate, multiply, rotate_inverse, x_axis
 from sitl.model.state import Actuators
 from sitl.model.vectors import Vector, add, add_scaled, cross, dot, level_norm, norm, scaled, shortened, subtract
@@ -195,7 +195,7 @@ def _turning(sight: LineOfSight, q_d: Quaternion, gains: LineOfSightGains, dt: f
     rate = Vector(
         clipped(k * moved.x, -most, most), clipped(k * moved.y, -most, most), clipped(k * moved.z, -most, most)
     )
-    keep = exponential(-gains.turn_filter * dt)
+    keep = decay(gains.turn_filter * dt)
     return add_scaled(scaled(sight.turning, keep), rate, 1.0 - keep)
 
 

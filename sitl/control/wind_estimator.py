@@ -19,7 +19,7 @@ from sitl.compiled import kernel
 from sitl.control.estimate import Estimate, Readings
 from sitl.model.aerodynamics import wrench
 from sitl.model.airframe import Airframe
-from sitl.model.arithmetic import exponential
+from sitl.model.arithmetic import decay
 from sitl.model.quaternions import rotate, rotate_inverse, x_axis
 from sitl.model.vectors import Vector, add_scaled, dot, scaled, subtract
 
@@ -89,7 +89,7 @@ def update(
     state = _corrected(state, rotate(q, slope), readings.normal_force - lightness * F.z, noise)
     nose = x_axis(q)
     if not tube:
-        lost = 1.0 - exponential(-dt / gains.axial_time)
+        lost = 1.0 - decay(dt / gains.axial_time)
         state = WindState(add_scaled(state.wind, nose, -lost * dot(state.wind, nose)), state.covariance)
     elif readings.airspeed > gains.min_pitot:
         along = dot(subtract(readings.velocity, state.wind), nose)
@@ -103,7 +103,7 @@ def _predicted(state: WindState, gains: WindGains, dt: float) -> WindState:
     """The random walk over a tick."""
     C, fresh = state.covariance, gains.walk * gains.walk * dt
     spread = Covariance(C.xx + fresh, C.xy, C.xz, C.yy + fresh, C.yz, C.zz + fresh)
-    return WindState(scaled(state.wind, exponential(-dt / gains.return_time)), spread)
+    return WindState(scaled(state.wind, decay(dt / gains.return_time)), spread)
 
 
 @kernel

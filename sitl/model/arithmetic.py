@@ -79,10 +79,24 @@ def arctangent(y: float, x: float) -> float:
 
 @kernel
 def exponential(x: float) -> float:
-    """E to the power of x, within 1e-12 of its value, for x between -700 and 700."""
+    """E to the power of x, within 1e-12 of its value, for x between -100 and 100."""
     r = x * (1.0 / 1024.0)
     value = 1.0 / 720.0 + r * (1.0 / 5040.0 + r * (1.0 / 40320.0 + r / 362880.0))
     value = 1.0 + r * (1.0 + r * (0.5 + r * (1.0 / 6.0 + r * (1.0 / 24.0 + r * (1.0 / 120.0 + r * value)))))
     for _ in range(10):
         value = value * value
     return value
+
+
+@kernel
+def decay(x: float) -> float:
+    """E to the power of -x for steps much shorter than a time constant: within x**5 / 720 of its value, x >= 0."""
+    even, odd = 1.0 + x * x * (1.0 / 12.0), 0.5 * x
+    return (even - odd) / (even + odd)
+
+
+@kernel
+def heading_trigonometry(heading: float) -> tuple[float, float, float, float]:
+    """Sine and cosine of half the angle, then of the whole."""
+    sh, ch = sine_cosine(0.5 * heading)
+    return sh, ch, 2.0 * sh * ch, ch * ch - sh * sh

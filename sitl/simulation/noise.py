@@ -6,7 +6,7 @@ import numpy as np
 
 from sitl.model.airframe import Array
 
-BLOCK = 2000  # control periods drawn at once
+BLOCK = 5000  # control periods drawn at once
 
 
 class Draws:

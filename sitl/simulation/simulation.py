@@ -46,7 +46,7 @@ JUMPS_PER_CALL = 64
 REGIMES_ON_PATH = frozenset({Regime.FRONT_TRANSITION, Regime.FORWARD, Regime.BACK_TRANSITION})
 ON_LEG = frozenset({Law.FORWARD_LINE_OF_SIGHT, Law.FORWARD_LINEAR})
 GOVERNED = frozenset({Law.HOVER_ZERO_MOMENT, Law.ALIGN})
-MAX_PERIODS = 2000  # flown in one call of the loop
+MAX_PERIODS = 5000  # flown in one call of the loop
 
 __all__ = ["PERIOD", "DivergedError", "Simulation", "Start", "Tuning"]
 
@@ -206,6 +206,7 @@ class Simulation:
     @armed.setter
     def armed(self, armed: bool) -> None:
         self._controller["is_armed"] = armed
+        self._look = None
 
     @property
     def flying(self) -> bool:
@@ -215,6 +216,7 @@ class Simulation:
     @flying.setter
     def flying(self, flying: bool) -> None:
         self._controller["is_flying"] = flying
+        self._look = None
 
     @property
     def landing(self) -> bool:
@@ -224,6 +226,7 @@ class Simulation:
     @landing.setter
     def landing(self, landing: bool) -> None:
         self._controller["is_landing"] = landing
+        self._look = None
 
     # Looking at it
 

@@ -136,17 +136,25 @@ def _maker(kind: type[Named], *, nested: bool) -> Callable[[Any], Named]:
         inside = [made(inner, f"{at}[{i}]") for i, inner in enumerate(fields(part).values())]
         if get_origin(part) is tuple:
             return f"({', '.join(inside)},)"
-        scope[part.__name__] = part
-        return f"{part.__name__}({', '.join(inside)})"
+        return f"{_name_in(scope, part)}({', '.join(inside)})"
 
     source = f"def make(row):\n    return {made(kind, 'row')}\n"
     exec(compile(source, "<maker>", "exec"), scope)  # noqa: S102 - made above from field names
     return scope["make"]  # type: ignore[no-any-return]
 
 
+def _name_in(scope: dict[str, Any], kind: type) -> str:
+    """The name of a type in generated code, where another may be called the same."""
+    known = next((name for name, other in scope.items() if other is kind), None)
+    name = known or f"{kind.__name__}_{len(scope)}"
+    scope[name] = kind
+    return name
+
+
 def zero(kind: type[Named]) -> Named:
     """The NamedTuple with every number zero and every flag down."""
-    return kind(*(part() if part in _LEAVES else zero(part) for part in fields(kind).values()))
+    parts = [part() if part in _LEAVES else zero(part) for part in fields(kind).values()]
+    return tuple(parts) if get_origin(kind) is tuple else kind(*parts)  # type: ignore[return-value]
 
 
 class Access(NamedTuple):
@@ -156,6 +164,7 @@ class Access(NamedTuple):
     put: Callable[..., None]  # (record or block, column, value)
 
 
+@cache  # everyone shares what is compiled for one part
 def access(root: type, path: str = "") -> Access:
     """Reading and writing of the part of ``root`` at a path such as ``plant.body``; all of it without one.
 
@@ -165,19 +174,29 @@ def access(root: type, path: str = "") -> Access:
     for name in path.split(".") if path else ():
         kind = fields(kind)[name]
     where = f".{path}" if path else ""
-    rows = {leaf.path: leaf.row for leaf in leaves(root)}
+    rows = _rows(root)
     inside = [Leaf(leaf.path, leaf.kind, rows[where + leaf.path]) for leaf in leaves(kind)]
     scope: dict[str, Any] = {}
-    of_record = _expression(kind, f"kept{where}", "", scope, None)
+    of_record = _expression(kind, f"kept{_keyed(where)}", "", scope, None)
     of_block = _expression(kind, "", "", scope, {leaf.path: leaf.row for leaf in inside})
     get = _chosen(f"return {of_record}", f"return {of_block}", "kept, column", scope)
     put = _chosen(
-        "\n    ".join(f"kept{where}{leaf.path} = value{_indexed(kind, leaf.path)}" for leaf in inside),
+        "\n    ".join(f"kept{_keyed(where + leaf.path)} = value{_indexed(kind, leaf.path)}" for leaf in inside),
         "\n    ".join(f"kept[{leaf.row * WIDTH} + column] = value{_indexed(kind, leaf.path)}" for leaf in inside),
         "kept, column, value",
         scope,
     )
     return Access(get, put)
+
+
+@cache
+def _rows(root: type) -> dict[str, int]:
+    return {leaf.path: leaf.row for leaf in leaves(root)}
+
+
+def _keyed(path: str) -> str:
+    """The path within a record: by keys, since ``record.size`` and the like are numpy's own."""
+    return "".join(f'["{name}"]' for name in path.split(".")[1:])
 
 
 def _indexed(kind: Any, path: str) -> str:  # noqa: ANN401
@@ -193,14 +212,13 @@ def _indexed(kind: Any, path: str) -> str:  # noqa: ANN401
 def _expression(kind: Any, prefix: str, path: str, scope: dict[str, Any], rows: dict[str, int] | None) -> str:  # noqa: ANN401
     if not _is_compound(kind):
         if rows is None:
-            return f"{prefix}{path}"
+            return f"{prefix}{_keyed(path)}"
         number = f"kept[{rows[path] * WIDTH} + column]"
         return f"{number} != 0.0" if kind is bool else f"int({number})" if kind is int else number
     parts = [_expression(part, prefix, f"{path}.{name}", scope, rows) for name, part in fields(kind).items()]
     if get_origin(kind) is tuple:
         return f"({', '.join(parts)},)"
-    scope[kind.__name__] = kind
-    return f"{kind.__name__}({', '.join(parts)})"
+    return f"{_name_in(scope, kind)}({', '.join(parts)})"
 
 
 def _chosen(of_record: str, of_block: str, arguments: str, scope: dict[str, Any]) -> Callable[..., Any]:

@@ -53,7 +53,7 @@ def test_a_height_is_held_by_a_program_that_sends_thrust(streaming):
     told = streaming.last("DARKO_HYBRID_STATE")
     assert told.law == Law.HOVER_ATTITUDE
     assert told.v_attitude < 1e-5
-    assert streaming.last("DARKO_ENERGY").energy_attitude > 500.0
+    assert streaming.last("DARKO_ENERGY").energy_by_law[Law.HOVER_ATTITUDE] > 500.0
 
 
 @pytest.mark.parametrize(

@@ -205,7 +205,7 @@ def test_a_place_is_taken_in_its_frame_or_refused(tmp_path, name, state, frame, 
 
 def test_every_command_has_its_row():
     told = {C[name] for name, *_ in (*ANSWERS, *PLACED_ANSWERS)}
-    elsewhere = {C["DO_SET_HOME"], 611}  # tests/sitl/test_home.py
+    elsewhere = {C["DO_SET_HOME"], 611}  # tests/sitl/autopilot/test_home.py
     assert {*commands.HANDLERS, *UPKEEP} - told == elsewhere
 
 
