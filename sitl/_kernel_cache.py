@@ -30,10 +30,10 @@ COMPILED = (
 
 
 def use_source_keyed_cache() -> None:
-    """Point numba's cache at the folder of these sources; a folder the user has set is left alone."""
-    if "NUMBA_CACHE_DIR" in os.environ:
-        return
-    folder = str(user_cache_path("darko") / f"kernels-{_digest()}")
+    """Point numba's cache at the folder of these sources, within the one that the user has set if there is one."""
+    name = f"kernels-{_digest()}"
+    base = Path(os.environ.get("NUMBA_CACHE_DIR") or user_cache_path("darko"))
+    folder = str(base if base.name == name else base / name)  # a process inherits it as it is
     os.environ["NUMBA_CACHE_DIR"] = folder
     if "numba" in sys.modules:
         sys.modules["numba"].config.CACHE_DIR = folder
@@ -50,15 +50,29 @@ def mark_complete() -> None:
         _mark().touch()
 
 
+def can_keep() -> bool:
+    """Whether what is compiled can be kept, for other processes as well."""
+    folder = Path(os.environ["NUMBA_CACHE_DIR"])
+    with suppress(OSError):
+        folder.mkdir(parents=True, exist_ok=True)
+    return os.access(folder, os.W_OK)
+
+
 def _mark() -> Path:
     # Numba keeps the kernels of every copy of the package apart, by where it lies.
     place = hashlib.sha256(str(Path(__file__).parent).encode()).hexdigest()[:16]
-    return Path(os.environ["NUMBA_CACHE_DIR"]) / f"complete-{_digest()}-{place}"
+    return Path(os.environ["NUMBA_CACHE_DIR"]) / f"complete-{place}"
+
+
+def sources() -> list[Path]:
+    """The files of all that is compiled, and of what it is made from."""
+    root = Path(__file__).parent
+    return sorted(path.resolve() for pattern in COMPILED for path in root.glob(pattern))
 
 
 @cache
 def _digest() -> str:
-    root, digest = Path(__file__).parent, hashlib.sha256()
-    for path in sorted(path for pattern in COMPILED for path in root.glob(pattern)):
+    digest = hashlib.sha256()
+    for path in sources():
         digest.update(path.name.encode() + path.read_bytes())
     return digest.hexdigest()[:16]

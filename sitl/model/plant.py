@@ -1,13 +1,14 @@
 """Six degrees of freedom, and one step of them: actuators exactly, the body by Runge-Kutta 4, its quaternion kept unit.
 
-The actuators do not feel the body, so where they are within the step is known first. In the air nothing of the ground
-is computed; the two forms of the step differ in nothing else.
+The actuators do not feel the body, so where they are within the step is known first, and the step takes from it what
+three looks at it would miss. In the air nothing of the ground is computed; the two forms of the step differ in nothing
+else.
 """
 
 import math
 
 from sitl.compiled import kernel, subroutine
-from sitl.model.actuators import limited, moved
+from sitl.model.actuators import limited, moved, nodes
 from sitl.model.aerodynamics import wrench
 from sitl.model.airframe import Airframe
 from sitl.model.ground import contact, feet_after, feet_aloft, is_clear
@@ -85,13 +86,13 @@ def _combined(body: Body, k1: Body, k2: Body, k3: Body, k4: Body, dt: float) -> 
 @kernel
 def step_in_air(plant: Plant, wanted: Actuators, wind: Vector, a: Airframe, dt: float) -> Plant:
     """One step out of the ground's reach; arguments as for :func:`step`, commands within their limits."""
-    now, body, free = plant.actuators, plant.body, Vector(0.0, 0.0, 0.0)
-    middle, end = moved(now, wanted, 0.5 * dt, a), moved(now, wanted, dt, a)
-    k1 = derivative(body, now, wind, free, free, a)
+    body, free = plant.body, Vector(0.0, 0.0, 0.0)
+    beginning, middle, end = nodes(plant.actuators, wanted, dt, a)
+    k1 = derivative(body, beginning, wind, free, free, a)
     k2 = derivative(_advanced(body, k1, 0.5 * dt), middle, wind, free, free, a)
     k3 = derivative(_advanced(body, k2, 0.5 * dt), middle, wind, free, free, a)
     k4 = derivative(_advanced(body, k3, dt), end, wind, free, free, a)
-    return Plant(_combined(body, k1, k2, k3, k4, dt), end, feet_aloft())
+    return Plant(_combined(body, k1, k2, k3, k4, dt), moved(plant.actuators, wanted, dt, a), feet_aloft())
 
 
 @subroutine
@@ -103,14 +104,14 @@ def _pressed(body: Body, actuators: Actuators, feet: Feet, wind: Vector, a: Airf
 @subroutine
 def step_near_ground(plant: Plant, wanted: Actuators, wind: Vector, a: Airframe, dt: float) -> Plant:
     """One step where the ground may press; the feet stick where they were, and are moved after the step."""
-    now, body, feet = plant.actuators, plant.body, plant.feet
-    middle, end = moved(now, wanted, 0.5 * dt, a), moved(now, wanted, dt, a)
-    k1 = _pressed(body, now, feet, wind, a)
+    body, feet = plant.body, plant.feet
+    beginning, middle, end = nodes(plant.actuators, wanted, dt, a)
+    k1 = _pressed(body, beginning, feet, wind, a)
     k2 = _pressed(_advanced(body, k1, 0.5 * dt), middle, feet, wind, a)
     k3 = _pressed(_advanced(body, k2, 0.5 * dt), middle, feet, wind, a)
     k4 = _pressed(_advanced(body, k3, dt), end, feet, wind, a)
     after = _combined(body, k1, k2, k3, k4, dt)
-    return Plant(after, end, feet_after(after, feet, a))
+    return Plant(after, moved(plant.actuators, wanted, dt, a), feet_after(after, feet, a))
 
 
 @kernel

@@ -71,9 +71,9 @@ class Register:
         states_type = _extended("LawStates", LawStates, states or {})
         self.slots: tuple[str, ...] = states_type._fields
         controller = _extended("Controller", Controller, {"states": states_type})
-        self.flight_type: type[Flight] = _extended("Flight", Flight, {"controller": controller})
+        self.flight_type: Any = _extended("Flight", Flight, {"controller": controller})
         gains_type = _extended("Gains", Gains, {name: type(value) for name, value in self.gains.items()})
-        self.design_type: type[Design] = _extended("Design", Design, {"gains": gains_type})
+        self.design_type: Any = _extended("Design", Design, {"gains": gains_type})
         self._check()
 
     def law(self, number: int) -> Any:  # noqa: ANN401 - a member of Law, or of the IntEnum it was registered by
@@ -92,7 +92,8 @@ class Register:
         if not self.gains:
             return design
         gains_type = get_type_hints(self.design_type)["gains"]
-        return self.design_type(design.a, gains_type(*design.gains, *self.gains.values()), design.thresholds)
+        made: Design = self.design_type(design.a, gains_type(*design.gains, *self.gains.values()), design.thresholds)
+        return made
 
     def _check(self) -> None:
         for law, jumps in self.table.items():

@@ -233,7 +233,8 @@ class Simulation:
     @property
     def flight(self) -> Flight:
         """The whole state by name; a copy."""
-        return named_from(self.register.flight_type, self._flights[0].item())
+        flight: Flight = named_from(self.register.flight_type, self._flights[0].item())
+        return flight
 
     @property
     def environment(self) -> Environment:

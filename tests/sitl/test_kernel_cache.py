@@ -1,17 +1,24 @@
 """Compiled kernels are kept by what they were compiled from."""
 
+import ast
 import shutil
 import subprocess
 import sys
 from pathlib import Path
 
-SITL = Path(__file__).parent.parent.parent / "sitl"
+import pytest
 
+from sitl import _kernel_cache
+
+ROOT = Path(__file__).parent.parent.parent
+SITL = ROOT / "sitl"
+DECORATORS = {"kernel", "subroutine", "entry", "njit"}
 
 MARK = """
 import sitl
 from sitl import _kernel_cache as cache
 print(cache.is_complete())
+cache.can_keep()
 cache.mark_complete()
 print(cache.is_complete())
 """
@@ -29,30 +36,75 @@ def cache_of(folder, **environment):
     return line
 
 
-def test_a_change_in_any_kernel_is_another_cache(tmp_path):
+@pytest.fixture
+def copy(tmp_path):
+    """A copy of the package."""
     shutil.copytree(SITL, tmp_path / "sitl", ignore=shutil.ignore_patterns("__pycache__"))
-    before = cache_of(tmp_path, HOME=str(tmp_path))
-    assert before == cache_of(tmp_path, HOME=str(tmp_path))
-    kernel = tmp_path / "sitl" / "kernels" / "aerodynamics.py"
-    kernel.write_text(kernel.read_text() + "\n")
-    assert before != cache_of(tmp_path, HOME=str(tmp_path))
+    (tmp_path / "protocol" / "dialect").mkdir(parents=True)
+    shutil.copy(ROOT / "protocol" / "dialect" / "darko.xml", tmp_path / "protocol" / "dialect")
+    return tmp_path
 
 
-def test_a_folder_the_user_has_set_is_used(tmp_path):
-    assert cache_of(SITL.parent, NUMBA_CACHE_DIR=str(tmp_path)) == str(tmp_path)
+@pytest.mark.parametrize("changed", ["sitl/model/aerodynamics.py", "sitl/compiled.py", "protocol/dialect/darko.xml"])
+def test_a_change_in_any_kernel_is_another_cache(copy, changed):
+    before = cache_of(copy, HOME=str(copy))
+    assert before == cache_of(copy, HOME=str(copy))
+    (copy / changed).write_text((copy / changed).read_text() + "\n")
+    assert before != cache_of(copy, HOME=str(copy))
 
 
-def test_a_first_start_leaves_a_mark_that_a_change_makes_void(tmp_path):
-    shutil.copytree(SITL, tmp_path / "sitl", ignore=shutil.ignore_patterns("__pycache__"))
-    kept = tmp_path / "kept"
+def test_kernels_lie_in_a_folder_of_their_own_in_the_one_the_user_has_set(tmp_path):
+    folder = cache_of(ROOT, NUMBA_CACHE_DIR=str(tmp_path))
+    assert Path(folder).parent == tmp_path
+    assert cache_of(ROOT, NUMBA_CACHE_DIR=folder) == folder  # as a process inherits it
+
+
+def test_a_first_start_leaves_a_mark_that_a_change_makes_void(copy):
+    kept = copy / "kept"
     kept.mkdir()
-    assert output(MARK, tmp_path, NUMBA_CACHE_DIR=str(kept)) == ["False", "True"]
-    assert output(MARK, tmp_path, NUMBA_CACHE_DIR=str(kept)) == ["True", "True"]
-    shutil.copytree(tmp_path / "sitl", tmp_path / "other" / "sitl")
-    assert output(MARK, tmp_path / "other", NUMBA_CACHE_DIR=str(kept)) == ["False", "True"]
-    (tmp_path / "sitl" / "flow.py").write_text("\n")
-    assert output(MARK, tmp_path, NUMBA_CACHE_DIR=str(kept)) == ["False", "True"]
+    assert output(MARK, copy, NUMBA_CACHE_DIR=str(kept)) == ["False", "True"]
+    assert output(MARK, copy, NUMBA_CACHE_DIR=str(kept)) == ["True", "True"]
+    shutil.copytree(copy / "sitl", copy / "other" / "sitl")
+    shutil.copytree(copy / "protocol", copy / "other" / "protocol")
+    assert output(MARK, copy / "other", NUMBA_CACHE_DIR=str(kept)) == ["False", "True"]
+    (copy / "sitl" / "simulation" / "more.py").write_text("\n")
+    assert output(MARK, copy, NUMBA_CACHE_DIR=str(kept)) == ["False", "True"]
 
 
 def test_a_folder_that_cannot_be_written_is_no_error(tmp_path):
-    assert output(MARK, SITL.parent, NUMBA_CACHE_DIR=str(tmp_path / "not" / "there")) == ["False", "False"]
+    (tmp_path / "not").write_text("a folder")
+    assert output(MARK, ROOT, NUMBA_CACHE_DIR=str(tmp_path / "not" / "there")) == ["False", "False"]
+
+
+def compiled_functions(tree):
+    """The functions of a module that are compiled."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.FunctionDef):
+            called = (d.func if isinstance(d, ast.Call) else d for d in node.decorator_list)
+            if DECORATORS & {d.id for d in called if isinstance(d, ast.Name)}:
+                yield node
+
+
+def origins(tree):
+    """The names a module imports from this project, and the files they come from."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom) and node.module and node.module.startswith(("sitl", "protocol")):
+            place = ROOT.joinpath(*node.module.split("."))
+            file = place.with_suffix(".py")
+            for alias in node.names:
+                yield alias.asname or alias.name, file if file.exists() else place / f"{alias.name}.py"
+
+
+def test_all_that_is_compiled_and_all_it_uses_is_looked_at():
+    covered = {*_kernel_cache.sources(), ROOT / "protocol" / "dialect" / "vocabulary.py"}  # made of darko.xml
+    found = 0
+    for path in SITL.rglob("*.py"):
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        functions = list(compiled_functions(tree))
+        if not functions:
+            continue
+        found += len(functions)
+        assert path in covered
+        used = {n.id for function in functions for n in ast.walk(function) if isinstance(n, ast.Name)}
+        assert {file for name, file in origins(tree) if name in used} <= covered, path
+    assert found > 150

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sitl.airframe import load
-from sitl.model.actuators import limited, limits, moved
+from sitl.model.actuators import limited, limits, moved, nodes
 from tests.support.plant_flight import OFF, actuators
 
 NOMINAL, FIRST_ORDER = load("nominal").parameters, load("nominal-first-order").parameters
@@ -40,6 +40,31 @@ def test_actuators_never_leave_their_limits(commands):
 def test_where_they_are_does_not_depend_on_how_a_step_is_cut(a, now, command, share):
     half_way = advanced(now, command, a, dt=share * DT)
     assert advanced(half_way, command, a, dt=(1.0 - share) * DT) == pytest.approx(advanced(now, command, a), abs=1e-9)
+
+
+@given(
+    now=st.builds(lambda *u: actuators(u), *[st.floats(200, 1000)] * 2, *[st.floats(-0.5, 0.5)] * 2),
+    shares=st.tuples(*[st.floats(-1.5, 1.5)] * 4),
+)
+def test_a_step_is_given_the_line_of_the_same_mean_and_first_moment(now, shares):
+    reach = np.array((3.0, 3.0, 5.24e-3, 5.24e-3))
+    wanted = actuators(now + reach * shares)
+    beginning, middle, end = np.array(nodes(now, wanted, DT, NOMINAL))
+    assert beginning + end == pytest.approx(2.0 * middle, rel=1e-12)
+    begun = np.array(now)
+    # Of the ramp and the rest after it, from the instant at which it rests, in closed form.
+    rests = np.minimum(np.abs(shares), 1.0)
+    way = np.clip(wanted - begun, -reach, reach)
+    mean = begun + way * (1.0 - 0.5 * rests)
+    moment = 0.5 * begun + way * (0.5 - rests * rests / 6.0)
+    assert middle == pytest.approx(mean, abs=1e-9)
+    assert (beginning + 2.0 * end) / 6.0 == pytest.approx(moment, abs=1e-9)
+
+
+def test_of_a_first_order_actuator_it_is_given_three_looks():
+    now, wanted = actuators((400, 500, 0.1, -0.2)), actuators((500, 300, -0.1, 0.3))
+    middle, end = advanced(now, wanted, FIRST_ORDER, dt=0.5 * DT), advanced(now, wanted, FIRST_ORDER)
+    assert nodes(now, wanted, DT, FIRST_ORDER) == (now, middle, end)
 
 
 def test_limits_are_flagged_by_actuator():
