@@ -162,12 +162,13 @@ def serve(node: Node, transport: UdpTransport, pacer: Pacer, *, until: Callable[
 
 
 def _exchange(node: Node, transport: UdpTransport) -> None:
-    now = time.monotonic()
+    now, data = time.monotonic(), b""
     for data, peer in transport.receive():
         node.receive(data, peer, now)
         if time.monotonic() - now > LISTENING:
             break  # the rest waits in the socket, or is lost
-    _speak(node, transport, now)
+    if data:  # timers are looked at once a quantum
+        _speak(node, transport, now)
 
 
 def _speak(node: Node, transport: UdpTransport, now: float) -> None:

@@ -88,10 +88,11 @@ def limits(now: Actuators, command: Actuators, armed: bool, dt: float, a: Airfra
     wanted = limited(command, armed, a)
     flags = 0
     if armed:  # a stopped motor is at no limit
-        flags |= 1 if command.left_motor <= a.omega_min or command.left_motor >= a.omega_max else 0
-        flags |= 2 if command.right_motor <= a.omega_min or command.right_motor >= a.omega_max else 0
-    flags |= 4 if abs(command.left_elevon) >= a.delta_max else 0
-    flags |= 8 if abs(command.right_elevon) >= a.delta_max else 0
+        low, high = a.omega_min + AT_REST, a.omega_max - AT_REST  # a scaled command may end a rounding short of it
+        flags |= 1 if command.left_motor <= low or command.left_motor >= high else 0
+        flags |= 2 if command.right_motor <= low or command.right_motor >= high else 0
+    flags |= 4 if abs(command.left_elevon) >= a.delta_max - AT_REST else 0
+    flags |= 8 if abs(command.right_elevon) >= a.delta_max - AT_REST else 0
     if a.actuator_model != FIRST_ORDER:
         motor, elevon = a.omega_rate * dt + AT_REST, a.delta_rate * dt + AT_REST
         flags |= 16 if abs(wanted.left_motor - now.left_motor) > motor else 0

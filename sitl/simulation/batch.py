@@ -12,6 +12,7 @@ from sitl.errors import SitlError
 from sitl.model.airframe import Array
 from sitl.model.plant import is_finite
 from sitl.simulation.block import JUMPS_FULL, fly_block
+from sitl.simulation.dispatch import REGISTER
 from sitl.simulation.flight import Flight, JumpEntry, Sample
 from sitl.simulation.loop import DIVERGED, FLOWN
 from sitl.simulation.noise import BLOCK
@@ -40,9 +41,15 @@ def fly_batch(
         A recording of every simulation, in order; without a rate, recordings of no samples with the jumps.
 
     Raises:
-        SitlError: If a flight diverged, jumped without end or more than MAX_JUMPS times; all others were flown.
+        UnknownLawError: If a flight is under no law of the core; nothing was flown.
+        SitlError: If a flight has laws of its own, which are flown alone; nothing was flown. Or if one diverged, jumped
+            without end or more than MAX_JUMPS times; all others were flown.
     """
     flown = list(simulations)
+    for simulation in flown:
+        simulation.register.law(simulation.flight.controller.law)
+        if simulation.register is not REGISTER:
+            raise SitlError("a simulation with laws of its own is flown alone, not in a batch")
     periods = whole_periods(seconds)
     order = sorted(range(len(flown)), key=lambda i: (flown[i].design_key, i))
     groups = [list(group) for _, group in groupby(order, key=lambda i: flown[i].design_key)]

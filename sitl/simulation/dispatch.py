@@ -16,6 +16,7 @@ from sitl.control.laws import LAWS, VALUES, Gains, LawRow, LawStates, ValueRow
 from sitl.control.reference import Reference
 from sitl.errors import SitlError, UnknownLawError
 from sitl.simulation.flight import PERIOD, Design, Flight
+from sitl.simulation.register_checks import check
 from sitl.simulation.storage import access
 from sitl.supervisor.controller import Controller
 from sitl.supervisor.guards import Guard
@@ -25,6 +26,7 @@ from sitl.supervisor.table import TABLE, Jump
 # What a parameter's name stands for in the generated code; the laws' state slots are added to these.
 _CONTROLLER = ("since", "at_rest", "inhibited", "is_armed", "is_flying")
 _CONSTANTS = {"dt": "PERIOD"}
+SHOWN = ("v_hover", "v_forward", "v_attitude")  # Lyapunov values that are recorded and reported; 0 without such a law
 
 
 class Compiled(NamedTuple):
@@ -37,7 +39,7 @@ class Compiled(NamedTuple):
     seek: Callable[..., int]  # (law, flight, column, reference, design) -> the same, looking no further than it must
     jump: Callable[..., None]  # (row, flight, column, reference, design): the jump's reset map and new law
     is_known: Callable[[int], bool]
-    values: Callable[..., tuple[float, ...]]  # (flight, column, reference, design) -> the Lyapunov values
+    values: Callable[..., tuple[float, ...]]  # (flight, column, reference, design) -> the values of SHOWN
 
 
 class Register:
@@ -62,19 +64,20 @@ class Register:
             gains: Gains besides those of Gains, by name: NamedTuples of numbers and arrays.
 
         Raises:
-            SitlError: If a jump leads to a law that is not registered, or a law has no jumps.
+            SitlError: If they do not fit together; see :func:`sitl.simulation.register_checks.check`.
         """
-        self.laws = {row.law: row for row in laws}
+        rows = list(laws)
         self.values = {row.name: row for row in values}
         self.table = dict(table)
         self.gains = dict(gains or {})
+        check(rows, self.table, states or {}, self.gains)
+        self.laws = {row.law: row for row in rows}
         states_type = _extended("LawStates", LawStates, states or {})
         self.slots: tuple[str, ...] = states_type._fields
         controller = _extended("Controller", Controller, {"states": states_type})
         self.flight_type: Any = _extended("Flight", Flight, {"controller": controller})
         gains_type = _extended("Gains", Gains, {name: type(value) for name, value in self.gains.items()})
         self.design_type: Any = _extended("Design", Design, {"gains": gains_type})
-        self._check()
 
     def law(self, number: int) -> Any:  # noqa: ANN401 - a member of Law, or of the IntEnum it was registered by
         """The law of a number.
@@ -94,14 +97,6 @@ class Register:
         gains_type = get_type_hints(self.design_type)["gains"]
         made: Design = self.design_type(design.a, gains_type(*design.gains, *self.gains.values()), design.thresholds)
         return made
-
-    def _check(self) -> None:
-        for law, jumps in self.table.items():
-            for jump in jumps:
-                if jump.target not in self.laws:
-                    raise SitlError(f"jump {jump.name!r} of {law.name} leads to {jump.target!r}: it is not registered")
-        if missing := [law.name for law in self.laws if law not in self.table]:
-            raise SitlError(f"no row of the table for {', '.join(missing)}: a law needs at least its way out")
 
     def compile(self) -> Compiled:
         """Generate the functions; they are compiled where they are first called."""
@@ -210,6 +205,7 @@ class Register:
             for row, jump in enumerate(jumps):
                 lines.append(f"        if bits & {jump.required | jump.forbidden} == {jump.required}:")
                 lines.append(f"            return {row}")
+            lines.append("        return -1")
         return [*lines, "    return -1"], {}
 
     def _seek(self) -> tuple[list[str], dict[str, Any]]:
@@ -226,13 +222,14 @@ class Register:
                             lines.append(f"        {name} = {self._value(name, scope)}")
                 terms = [self._test(guard, scope) for guard in jump.when]
                 terms += [f"not {self._test(guard, scope)}" for guard in jump.unless]
-                lines += [f"        if {' and '.join(terms)}:", f"            return {row}"]
+                lines += [f"        if {' and '.join(terms) or True}:", f"            return {row}"]
+            lines.append("        return -1")
         return [*lines, "    return -1"], scope
 
     def _value(self, name: str, scope: dict[str, Any]) -> str:
         row = self.values[name]
         scope[f"value_{name}"] = row.value
-        return f"value_{name}({self._call(row.value, scope, name, row.gains)})"
+        return f"value_{name}({self._call(row.value, scope, f'value {name}', row.gains)})"
 
     def _test(self, guard: Guard, scope: dict[str, Any]) -> str:
         scope[f"is_{guard.name}"] = guard.test
@@ -258,7 +255,7 @@ class Register:
 
     def _all_values(self) -> tuple[list[str], dict[str, Any]]:
         scope: dict[str, Any] = {}
-        calls = [self._value(name, scope) for name in self.values]
+        calls = [self._value(name, scope) if name in self.values else "0.0" for name in SHOWN]
         return ["def values(flight, column, reference, design):", f"    return {', '.join(calls)}"], scope
 
     def _is_known(self) -> tuple[list[str], dict[str, Any]]:

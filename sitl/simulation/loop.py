@@ -158,10 +158,10 @@ def fly(
         if done == periods:
             break
         if kept < samples.shape[0] and get_periods(flight, 0) % every == 0:
-            keep(flight, 0, reference, design, samples[kept])
-            kept += 1
             if not is_finite(get_plant(flight, 0)):
                 break
+            keep(flight, 0, reference, design, samples[kept])
+            kept += 1
         advance(flight, 0, reference, air, design, a, gusts, draws, done)
         done += 1
     if end == FLOWN and not is_finite(get_plant(flight, 0)):

@@ -8,6 +8,7 @@ caller passes as ``now``; so a vehicle at 100 times real time still gives its pe
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterable, Sequence
+from functools import cache
 from typing import Any
 
 from protocol.codec import Message
@@ -56,7 +57,7 @@ from sitl.wire.keys import RefusalReport
 from sitl.wire.parameter_keeper import ParameterKeeper
 from sitl.wire.plans import Plans
 from sitl.wire.progress_report import ProgressReport
-from sitl.wire.snapshot import Picture, take_picture
+from sitl.wire.snapshot import Picture, Status, status_of, take_picture
 from sitl.wire.talk import SAME_TEXT, TextLimiter
 
 SYSTEM, COMPONENT = 1, 1
@@ -88,6 +89,7 @@ class Node:
         self.identity = mavlink.MAV_AUTOPILOT_PX4  # MAV_AUTOPILOT of HEARTBEAT
         self._intended: Mode | None = None  # asked for last by a peer
         self._flight = FlightRecord(landed=craft.vehicle.law is Law.LANDED)
+        self._announced: tuple[Status, int] | None = None  # by HEARTBEAT
         self._mode_told = craft.autopilot.mode
         self._control_told = (0, True)  # by its first CONTROL_STATUS
         self._limiter = TextLimiter()
@@ -150,15 +152,15 @@ class Node:
 
     def datagrams(self, now: float) -> list[tuple[Hashable, bytes]]:
         """What is to be sent, each to its peer."""
-        self.craft.autopilot.failsafes.silence = self._silence(now)
-        picture = self.picture()
-        self._endpoint.operator.only_one = bool(self.craft.autopilot.settings.one_operator)
-        if not self.craft.autopilot.armed:
+        autopilot = self.craft.autopilot
+        autopilot.failsafes.silence = self._silence(now)
+        self._endpoint.operator.only_one = bool(autopilot.settings.one_operator)
+        if not autopilot.armed:
             self._endpoint.operator.disarmed()
-        self._endpoint.announce(telemetry.heartbeat(picture, self.identity), now)
-        if picture.mode is not self._mode_told:
-            self._mode_told = picture.mode
-            self._endpoint.publish(current_mode(picture.mode, picture.intended))
+        self._announce(now)
+        if autopilot.mode is not self._mode_told:
+            self._mode_told = autopilot.mode
+            self._endpoint.publish(current_mode(autopilot.mode, self._intended))
         self._endpoint.handle_timer(now)
         self._handle_events(now)  # those of timers, and of what was decided since
         self._progress.tell(now)
@@ -167,6 +169,12 @@ class Node:
         if withheld := self._limiter.summary(now):
             self._say(WARNING, withheld)
         return self._endpoint.datagrams_to_send()
+
+    def _announce(self, now: float) -> None:
+        status = status_of(self.craft)
+        if (status, self.identity) != self._announced:
+            self._announced = (status, self.identity)
+            self._endpoint.announce(telemetry.heartbeat(status, self.identity), now)
 
     def _tell_control(self) -> None:
         control = self._control()
@@ -187,25 +195,21 @@ class Node:
     def advance(self, ticks: int) -> None:
         """Fly, and queue the telemetry that falls due on simulated time."""
         self.craft.advance(ticks)
-        self._report()
+        look = cache(self.picture)  # one for the log and the links, and none where nothing is due
+        self._report(look)
         time_us = round(self.craft.vehicle.time * 1e6)
-        due = self._endpoint.streams_due(time_us)
-        named = self.craft.vehicle.periods % NAMED_VALUE_TICKS < ticks
-        if not due and not named:
-            return
-        picture = self.picture()
-        for message_id, audience in due.items():
-            self._endpoint.publish(self._builders[message_id](picture), audience)
-        if named:
-            for message in hybrid.named_values(picture):
+        for message_id, audience in self._endpoint.streams_due(time_us).items():
+            self._endpoint.publish(self._builders[message_id](look()), audience)
+        if self.craft.vehicle.periods % NAMED_VALUE_TICKS < ticks:
+            for message in hybrid.named_values(look()):
                 self._endpoint.publish(message)
 
     def picture(self) -> Picture:
         """The vehicle as telemetry sees it now."""
         in_control, takeover = self._control()
-        picture = take_picture(self.craft)
-        picture = picture._replace(in_control=in_control, takeover=takeover)
-        return picture._replace(intended=self._intended, flight=self._flight)
+        return take_picture(self.craft)._replace(
+            in_control=in_control, takeover=takeover, intended=self._intended, flight=self._flight
+        )
 
     def _control(self) -> tuple[int, bool]:
         """Which ground station is in control (0: none), and whether another one that asks for control gets it."""
@@ -213,11 +217,15 @@ class Node:
         holder = operator.holder
         return (holder.system if holder else 0), operator.only_one and (holder is None or operator.takeover)
 
-    def _report(self) -> list[Notice]:
-        """Tell the peers what happened; what was said to the pilot."""
-        self._record()  # first: a flight's log begins with its arming
+    def _report(self, look: Callable[[], Picture] | None = None) -> list[Notice]:
+        """Tell the peers what happened; what was said to the pilot.
+
+        Args:
+            look: Gives the picture of now.
+        """
         autopilot, vehicle = self.craft.autopilot, self.craft.vehicle
         self._flight = self._flight.at(vehicle.time, armed=autopilot.armed, landed=vehicle.law is Law.LANDED)
+        self._record(look or self.picture)  # before the rest: a flight's log begins with its arming
         jumps = self.craft.new_jumps()
         for jump in jumps:
             self._tell(hybrid.jump(jump))
@@ -247,10 +255,10 @@ class Node:
         if self._blackbox is not None:
             self._blackbox.take(message, self.craft.vehicle.time)
 
-    def _record(self) -> None:
+    def _record(self, look: Callable[[], Picture]) -> None:
         if self._blackbox is None:
             return
-        self._blackbox.follow(self.craft.vehicle.time, self.picture, armed=self.craft.autopilot.armed)
+        self._blackbox.follow(self.craft.vehicle.time, look, armed=self.craft.autopilot.armed)
         for text in self._blackbox.complaints():
             self._say(WARNING, text)
 

@@ -19,6 +19,15 @@ from sitl.craft import Craft
 from sitl.wire.flight_record import FlightRecord
 
 
+class Status(NamedTuple):
+    """What HEARTBEAT says."""
+
+    mode: Mode
+    armed: bool
+    landed: bool
+    critical: bool  # the cause of an alarm lasts
+
+
 class Picture(NamedTuple):
     """The vehicle at one instant, as telemetry sees it; frames NWU and FLU, SI units."""
 
@@ -79,6 +88,11 @@ class Picture(NamedTuple):
     takeover: bool = True  # a request for control will be granted
 
     @property
+    def status(self) -> Status:
+        """What HEARTBEAT says."""
+        return Status(self.mode, self.armed, self.landed, self.critical)
+
+    @property
     def ms(self) -> int:
         """Time since boot on the wire [ms]."""
         return units.milliseconds(self.time)
@@ -99,11 +113,18 @@ class Picture(NamedTuple):
         return frames.heading(frames.flip_quaternion(self.q))
 
 
+def status_of(craft: Craft) -> Status:
+    """What HEARTBEAT says of the craft as it is now."""
+    autopilot = craft.autopilot
+    return Status(autopilot.mode, autopilot.armed, craft.vehicle.law is Law.LANDED, autopilot.failsafes.is_critical)
+
+
 def take_picture(craft: Craft) -> Picture:
     """The craft as it is now."""
     vehicle, autopilot, a = craft.vehicle, craft.autopilot, craft.vehicle.airframe
-    body, actuators = vehicle.truth.body, vehicle.truth.actuators
-    command, landed = vehicle.command, vehicle.law is Law.LANDED
+    flight, law = vehicle.flight, vehicle.law
+    body, actuators, command = flight.plant.body, flight.plant.actuators, flight.controller.command
+    landed = law is Law.LANDED
     last = vehicle.jumps[-1] if vehicle.jumps else None
     mission = autopilot.mission
     return Picture(
@@ -113,16 +134,16 @@ def take_picture(craft: Craft) -> Picture:
         q=body.attitude,
         rates=body.rates,
         wind=vehicle.wind,
-        wind_estimate=vehicle.wind_estimate,
+        wind_estimate=flight.controller.wind.wind,
         wind_deviation=vehicle.wind_deviation,
         cross_track=vehicle.cross_track,
         motor=(actuators.left_motor, actuators.right_motor),
         motor_command=(command.left_motor, command.right_motor),
         elevon=(actuators.left_elevon, actuators.right_elevon),
         elevon_command=(command.left_elevon, command.right_elevon),
-        limits=Limit(0 if landed else vehicle.limits),
-        saturation=Saturation(vehicle.saturation),
-        law=vehicle.law,
+        limits=Limit(0 if landed else flight.limits),
+        saturation=Saturation(flight.controller.saturation),
+        law=law,
         last_law=last.source if last else Law.LANDED,
         last_reason=last.reason if last else Reason.NONE,
         jumps=len(vehicle.jumps),
@@ -135,7 +156,7 @@ def take_picture(craft: Craft) -> Picture:
         v_forward_leave=vehicle.tuning.v_forward_leave,
         governor=vehicle.governor,
         power=vehicle.power,
-        energy=vehicle.energy,
+        energy=flight.energy,
         energy_by_law=dict(vehicle.energy_by_law),
         battery=craft.battery,
         reference=autopilot.reference,

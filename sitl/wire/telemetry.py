@@ -20,13 +20,13 @@ from sitl.autopilot.standard_modes import available_modes_monitor, current_mode
 from sitl.wire import hybrid
 from sitl.wire.metadata import GENERAL_URI, general_crc
 from sitl.wire.navigation import altitude, flight_information, ground_truth, odometry
-from sitl.wire.snapshot import Picture
+from sitl.wire.snapshot import Picture, Status
 
 NO_BATTERY_CELL = 65535
 MAVLINK_VERSION = 3  # of HEARTBEAT
 
 
-def heartbeat(s: Picture, autopilot: int = mavlink.MAV_AUTOPILOT_PX4) -> Message:
+def heartbeat(s: Status, autopilot: int = mavlink.MAV_AUTOPILOT_PX4) -> Message:
     """HEARTBEAT of a VTOL tail-sitter; the modes are PX4's, whatever MAV_AUTOPILOT it calls itself."""
     base = mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED | mavlink.MAV_MODE_FLAG_STABILIZE_ENABLED
     base |= mavlink.MAV_MODE_FLAG_AUTO_ENABLED if s.mode.is_auto else mavlink.MAV_MODE_FLAG_GUIDED_ENABLED
