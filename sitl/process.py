@@ -27,8 +27,8 @@ from sitl.memory import Memory
 from sitl.pacer import Pacer
 from sitl.parameters import Bindings, Surroundings
 from sitl.rehearsal import make_ready
-from sitl.studies.live import LiveScenario, ScenarioCraft, ScenarioNode, named
 from sitl.simulation.simulation import PERIOD, Simulation, Start
+from sitl.studies.live import LiveScenario, ScenarioCraft, ScenarioNode, named
 from sitl.wire.blackbox import Blackbox
 from sitl.wire.keys import KeyFile, open_keyring, read_key_option
 from sitl.wire.node import Node
@@ -162,12 +162,13 @@ def serve(node: Node, transport: UdpTransport, pacer: Pacer, *, until: Callable[
 
 
 def _exchange(node: Node, transport: UdpTransport) -> None:
-    now, data = time.monotonic(), b""
+    now, heard = time.monotonic(), False
     for data, peer in transport.receive():
         node.receive(data, peer, now)
+        heard = True
         if time.monotonic() - now > LISTENING:
             break  # the rest waits in the socket, or is lost
-    if data:  # timers are looked at once a quantum
+    if heard:  # timers are looked at once a quantum
         _speak(node, transport, now)
 
 

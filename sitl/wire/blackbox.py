@@ -50,7 +50,7 @@ class Blackbox:
     def __init__(self, folder: Path, wall_clock: Callable[[], float], *, system: int = 1, component: int = 1) -> None:
         self._folder, self._wall_clock = folder, wall_clock
         self._codec = Codec(system, component)
-        self._builders = {s.message_id: s.build for s in telemetry.STREAMS} | {HEARTBEAT: lambda picture: telemetry.heartbeat(picture.status)}
+        self._builders = {s.message_id: s.build for s in telemetry.STREAMS} | {HEARTBEAT: _heartbeat}
         self._streams = StreamScheduler({})
         self._writer: TlogWriter | None = None
         self._current = ""  # name of the file that is being written
@@ -246,6 +246,10 @@ class _DiskFile:
     def close(self) -> None:
         """Give it back."""
         self._file.close()
+
+
+def _heartbeat(picture: Picture) -> Message:
+    return telemetry.heartbeat(picture.status)
 
 
 def _intervals() -> dict[int, int]:

@@ -121,7 +121,7 @@ def main():
         for length in STEPS:
             positions, others = flown(name, in_steps(length))
             said = "same jumps" if jumps == others else f"other jumps: {others} for {jumps}"
-            print(f"{name}, {seconds:g} s: {length:g} ms: {farthest(positions, exact):.4f} mm, {said}")
+            print(f"{name}, {seconds:g} s: {length:g} ms: {farthest(positions, exact):.2g} mm, {said}")
 
 
 if __name__ == "__main__":

@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 
-from protocol.dialect.vocabulary import Law
 from sitl.airframe import load
 from sitl.control.reference import hover_at
 from sitl.model.quaternions import hover

@@ -5,13 +5,14 @@ import math
 import numpy as np
 import pytest
 
+from protocol.dialect.vocabulary import Law
 from sitl.control.governor import ERROR, LINEAR, QUASI_OPTIMAL_AXIS, QUASI_OPTIMAL_NORM, VELOCITY
 from sitl.control.hover_zero_moment import wanted_force
 from sitl.design.zero_moment import zero_moment_gains
 from sitl.model.quaternions import from_euler, hover, multiply
 from sitl.model.state import Body
 from tests.support.estimates import rotation, vector
-from tests.support.hover_flight import LINEAR_ALONE, NOMINAL, ZERO_MOMENT_ALONE, Law, fly
+from tests.support.hover_flight import LINEAR_ALONE, NOMINAL, ZERO_MOMENT_ALONE, fly
 
 REPORT_START = from_euler(math.radians(10.0), math.radians(-45.0), math.radians(25.0))
 FAR = (100.0, 100.0, 50.0)

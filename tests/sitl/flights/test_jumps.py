@@ -108,8 +108,8 @@ FLIGHTS = {  # how it begins, and what is asked of it for how long [s]
         lambda: hovering(Law.HOVER_LINEAR),
         [(along(500, 0, stop=False), 8), (stay, 1), (along(900, 0, stop=False), 8)],
     ),
-    "a wind sets in": (hovering, [(to(30, 0), 3), (wind(7, 0, 0), 20), (wind(0, 0, 0), 20)]),
-    "a wind from the start": (lambda: hovering(wind=(6.0, 0.0, 0.0)), [(to(30, 0), 20), (wind(0, 0, 0), 20)]),
+    "a wind sets in": (hovering, [(to(30, 0), 3), (wind(7, 0, 0), 8)]),
+    "a wind from the start": (lambda: hovering(wind=(6.0, 0.0, 0.0)), [(to(30, 0), 10)]),
     "attitudes": (lambda: hovering(Law.HOVER_LINEAR), [(attitude(0, -0.3, 0), 2), (stay, 5)]),
     "an upset": (
         lambda: hovering(Law.HOVER_LINEAR),

@@ -1,95 +1,21 @@
-"""From registers to code: a law of one's own flies, and what does not fit together is refused in words."""
+"""From registers to code: a law of one's own flies, and no law is ever taken for another."""
 
 import math
-from enum import IntEnum
-from typing import NamedTuple
 
 import pytest
 
-from protocol.dialect.vocabulary import Law, Reason
+from protocol.dialect.vocabulary import Law
 from sitl.airframe import load
-from sitl.compiled import kernel
-from sitl.control.laws import LAWS, VALUES, LawRow, ValueRow
 from sitl.control.reference import hover_at
 from sitl.errors import SitlError, UnknownLawError, ZenoError
-from sitl.model.state import Actuators
 from sitl.simulation.batch import fly_batch
-from sitl.simulation.dispatch import COMPILED, REGISTER, Register
+from sitl.simulation.dispatch import COMPILED, REGISTER
 from sitl.simulation.simulation import PERIOD, Simulation, Start
 from sitl.simulation.storage import access, record_of
-from sitl.supervisor import guards, resets
-from sitl.supervisor.guards import GUARDS, Guard
-from sitl.supervisor.resets import Reset, guide_from_here
-from sitl.supervisor.table import TABLE, Jump
+from sitl.supervisor.guards import GUARDS
+from tests.support.own_laws import ENOUGH, OWN, OwnLaw
 
 NOMINAL = load("nominal").parameters
-ENOUGH = 0.5  # m/s2 s of what is counted
-
-
-class OwnLaw(IntEnum):
-    CLIMB = 100
-    REST = 101
-
-
-class ClimbGains(NamedTuple):
-    thrust: float  # over the weight
-    count: int
-
-
-class Climbed(NamedTuple):
-    speed: float  # [m/s]
-    periods: int
-    size: float  # as numpy's own attribute is called
-
-
-@kernel
-def climb(estimate, gains, a, climbed, dt):
-    motor = math.sqrt(0.5 * gains.thrust * a.m * a.g / a.k_f)
-    after = Climbed(climbed.speed + dt * estimate.acceleration.z, climbed.periods + gains.count, 1.0)
-    return Actuators(motor, motor, 0.01, -0.01), 3, after
-
-
-@kernel
-def enough(speed_value):
-    return speed_value > ENOUGH
-
-
-@kernel
-def speed_value(climbed):
-    return climbed.speed
-
-
-@kernel
-def forget(climbed):
-    return Climbed(0.0, climbed.periods, 0.0)
-
-
-FAST = Guard("fast", "Climbing fast enough.", 1 << 40, enough)
-FORGET = Reset("forget", ("climbed",), forget, clears=(FAST,))
-OFF = Jump("off", Law.LANDED, Reason.DISARM, unless=(guards.armed,))
-
-
-def register(step=climb, **changes):
-    """Three laws, one of them not the vehicle's own."""
-    chosen = {
-        "laws": [row for row in LAWS if row.law in {Law.LANDED, Law.HOVER_ZERO_MOMENT}]
-        + [LawRow(OwnLaw.CLIMB, step, "climb")],
-        "values": (*VALUES, ValueRow("speed_value", speed_value, "climb")),
-        "table": {
-            Law.LANDED: (),
-            Law.HOVER_ZERO_MOMENT: (OFF,),
-            OwnLaw.CLIMB: (
-                OFF,
-                Jump("level_off", Law.HOVER_ZERO_MOMENT, Reason.SPEED, when=(FAST,), resets=(guide_from_here, FORGET)),
-            ),
-        },
-        "states": {"climbed": Climbed},
-        "gains": {"climb": ClimbGains(1.2, 2)},
-    }
-    return Register(**chosen | changes)
-
-
-OWN = register()
 
 
 def climbing(own=OWN):
@@ -201,81 +127,13 @@ def test_a_flight_with_laws_of_its_own_is_not_taken_into_a_batch_of_the_vehicle_
 
 
 def test_jumps_without_end_are_told_and_not_flown():
-    there = Jump("there", OwnLaw.CLIMB, Reason.COMMAND, when=(guards.armed,))
-    back = Jump("back", Law.HOVER_ZERO_MOMENT, Reason.COMMAND, when=(guards.armed,))
-    table = {Law.LANDED: (), Law.HOVER_ZERO_MOMENT: (there,), OwnLaw.CLIMB: (back,)}
-    flown = climbing(register(table=table))
+    flown = climbing()
+    flown.reference = flown.reference._replace(steered=True)
     with pytest.raises(ZenoError, match="back -> there -> back"):
         flown.advance(10)
     assert flown.time == 0.0
 
 
-# What is refused
-
-
-@kernel
-def asks_for_the_plant(plant):
-    return Actuators(0.0, 0.0, 0.0, 0.0), 0
-
-
-@kernel
-def asks_for_its_gains(gains):
-    return Actuators(0.0, 0.0, 0.0, 0.0), 0
-
-
-def jump(**parts):
-    return {**OWN.table, OwnLaw.CLIMB: (Jump("odd", Law.HOVER_ZERO_MOMENT, Reason.SPEED, **parts),)}
-
-
-def compiled(*arguments, **changes):
-    return lambda: register(*arguments, **changes).compile()
-
-
-@pytest.mark.parametrize(
-    ("made", "said"),
-    [
-        (compiled(asks_for_the_plant), "law CLIMB asks for 'plant': there is a, at_rest, climb_gains, climbed, course"),
-        (
-            compiled(laws=[*LAWS, LawRow(OwnLaw.CLIMB, asks_for_its_gains)], table={**TABLE, **OWN.table}),
-            "law CLIMB asks for 'gains'",
-        ),
-        (
-            compiled(table=jump(when=(Guard("seer", "Sees.", 1 << 41, asks_for_the_plant),))),
-            "guard seer asks for 'plant'",
-        ),
-        (compiled(table=jump(resets=(Reset("odd", ("guide",), asks_for_the_plant),))), "reset odd asks for 'plant'"),
-        (compiled(values=(*OWN.values.values(), ValueRow("v", asks_for_the_plant, "climb"))), "value v asks for"),
-        (compiled(table=jump(resets=(Reset("odd", ("nothing",), forget),))), "reset odd sets 'nothing': there is at_"),
-        (
-            compiled(laws=[*LAWS, LawRow(OwnLaw.CLIMB, climb, "slope")], table={**TABLE, **OWN.table}),
-            "law CLIMB takes gains 'slope': there is climb, forward_linear",
-        ),
-        (compiled(laws=[*LAWS, LawRow(IntEnum("Odd", {"NEW": 2}).NEW, climb)]), "law number 2 stands for two"),
-        (compiled(laws=[*LAWS, LawRow(IntEnum("Odd", {"ALIGN": 99}).ALIGN, climb)]), "law name 'ALIGN' stands for two"),
-        (compiled(table=jump(when=(guards.near, Guard("near", "", 1 << 41, enough)))), "guard name 'near' stands for"),
-        (compiled(table=jump(when=(guards.near, Guard("odd", "", guards.near.bit, enough)))), "guard bit 8 stands for"),
-        (compiled(table=jump(resets=(FORGET, Reset("forget", ("guide",), forget)))), "reset name 'forget' stands for"),
-        (compiled(states={"climbed": Climbed, "guide": Climbed}), "state slot 'guide' is there already"),
-        (compiled(gains={"climb": ClimbGains(1.0, 1), "wind": ClimbGains(1.0, 1)}), "gains 'wind' is there already"),
-        (compiled(table={Law.LANDED: (), Law.HOVER_ZERO_MOMENT: ()}), "no row of the table for CLIMB"),
-        (
-            compiled(table={**OWN.table, Law.LANDED: (Jump("odd", Law.ALIGN, Reason.COMMAND),)}),
-            "jump 'odd' of LANDED leads to <Law.ALIGN: 3>: it is not registered",
-        ),
-    ],
-)
-def test_what_does_not_fit_together_is_refused_in_words(made, said):
-    with pytest.raises(SitlError) as refused:
-        made()
-    assert said in str(refused.value)
-
-
-def test_a_simulation_is_not_made_with_what_is_refused():
-    with pytest.raises(SitlError, match="asks for 'plant'"):
-        climbing(register(asks_for_the_plant))
-
-
 def test_the_vehicle_s_register_is_every_law_of_the_vocabulary():
     assert list(REGISTER.laws) == list(Law)
     assert set(REGISTER.table) == set(Law)
-    assert resets.begin_anew not in {reset for rows in TABLE.values() for row in rows for reset in row.resets}

@@ -1,11 +1,9 @@
-"""The whole vehicle in time: reproducible to the bit, however it is stepped, looked at and recorded."""
+"""The whole vehicle in time: what it is told, what is seen of it, and how a flight ends that cannot go on."""
 
 import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from protocol.dialect.vocabulary import Law, Limit
 from sitl.airframe import load
@@ -16,118 +14,11 @@ from sitl.model.quaternions import hover
 from sitl.model.state import Actuators, Body
 from sitl.model.vectors import Vector
 from sitl.simulation import loop
-from sitl.simulation.flight import JumpEntry
 from sitl.simulation.simulation import PERIOD, DivergedError, Simulation, Start, Tuning, whole_periods
-from sitl.simulation.storage import record_type
 from sitl.supervisor import guards
+from tests.support.under_way import NOMINAL, UP, on_the_wing, vehicle
 
-NOMINAL = load("nominal").parameters
 FEATHER = NOMINAL._replace(J2=1e-9)  # turns faster than the steps can follow
-UP = 50.0
-FLOWN = 2600  # periods; a block of draws is 2000 long
-
-
-def vehicle(seed=1, gusts=1.0, airframe=NOMINAL, design_model=None):
-    made = Simulation(airframe, seed=seed, start=Start(up=UP, airborne=True), design_model=design_model)
-    made.begin_flight(Law.HOVER_ZERO_MOMENT)
-    made.set_wind((1.0, 0.5, 0.0), gusts)
-    made.reference = hover_at((2.0, 1.0, UP), 0.5, 3.0)
-    return made
-
-
-def standing():
-    made = Simulation(NOMINAL)
-    made.armed = made.flying = True
-    made.reference = hover_at((0.0, 0.0, 2.0), 0.0)
-    return made
-
-
-def on_the_wing():
-    made = vehicle()
-    made.reference = along(made.reference, leg((0.0, 0.0, UP), (300.0, 0.0, UP), 15.0), 0.0)
-    return made
-
-
-def state(simulation):
-    """Everything, to the bit, but the limits met in the last call."""
-    record = simulation._flights.copy()
-    record["limits"] = 0
-    return simulation.flight._replace(limits=0), simulation.jumps, record.tobytes()
-
-
-# One seed is one flight
-
-
-@pytest.mark.parametrize("made", [vehicle, standing, on_the_wing])
-@settings(max_examples=12)
-@given(stops=st.lists(st.integers(0, FLOWN), max_size=8), looks=st.booleans())
-def test_one_seed_is_one_flight_however_it_is_stepped_and_looked_at(made, stops, looks):
-    whole, pieces = made(), made()
-    whole.advance(FLOWN)
-    for stop in sorted({*stops, FLOWN}):
-        pieces.advance(stop - pieces.periods)
-        if looks:
-            pieces.sample()
-            pieces.holds(guards.armed)
-    assert state(pieces) == state(whole)
-    assert pieces.energy_by_law == pytest.approx(whole.energy_by_law)
-
-
-def test_one_period_at_a_time_is_the_same_flight_too():
-    whole, pieces = vehicle(), vehicle()
-    whole.advance(500)
-    for _ in range(500):
-        pieces.advance(1)
-    assert state(pieces) == state(whole)
-
-
-def test_recording_does_not_change_the_flight_and_records_it_as_it_is():
-    watched, recorded = on_the_wing(), on_the_wing()
-    rows = recorded.record(4.0, 50.0)
-    assert rows.time == pytest.approx(0.02 * np.arange(200))
-    for k in range(200):
-        watched.advance(0)  # samples are taken after the jumps of their instant
-        body = watched.truth.body
-        seen = (rows.position[k], rows.velocity[k], rows.attitude[k], rows.rates[k])
-        assert tuple(map(tuple, seen)) == body
-        assert tuple(rows.actuators[k]) == watched.truth.actuators
-        assert (rows.law[k], rows.v_hover[k], rows.energy[k]) == (watched.law, watched.lyapunov, watched.energy)
-        assert tuple(rows.wind[k]) == watched.wind_estimate
-        assert tuple(rows.reference[k]) == watched.reference.position
-        watched.advance(10)
-    assert state(recorded) == state(watched)
-    assert rows.jumps == tuple(watched.jumps)
-
-
-def test_a_sample_is_what_a_recording_begins_with():
-    flown = vehicle()
-    flown.advance(100)
-    sample = flown.sample()
-    rows = flown.record(0.02, 50.0)
-    for name in ("time", "position", "attitude", "rates", "actuators", "law", "v_hover", "energy", "wind", "guide"):
-        assert np.array_equal(getattr(sample, name), getattr(rows, name)), name
-
-
-def test_more_jumps_than_a_call_can_note_are_the_same_jumps():
-    """From the ground over three laws to the wing, its jumps noted one by one."""
-    few, many = standing(), standing()
-    few._jump_log = np.zeros(1, record_type(JumpEntry))
-    for flown in (few, many):
-        flown.advance(4000)
-        flown.reference = along(flown.reference, leg((0.0, 0.0, 2.0), (300.0, 0.0, 30.0), 15.0), 0.0)
-        flown.advance(4000)
-    assert len(many.jumps) > 4
-    assert state(few) == state(many)
-
-
-def test_another_seed_is_another_flight_only_in_gusts():
-    def end(seed, gusts):
-        flown = vehicle(seed, gusts)
-        flown.advance(500)
-        return flown.truth
-
-    assert end(1, 1.0) != end(2, 1.0)
-    assert end(1, 0.0) == end(2, 0.0)
 
 
 # Time

@@ -1,0 +1,80 @@
+"""What does not fit together in a register of laws is refused in words, before anything flies."""
+
+from enum import IntEnum
+
+import pytest
+
+from protocol.dialect.vocabulary import Law, Reason
+from sitl.airframe import load
+from sitl.compiled import kernel
+from sitl.control.laws import LAWS, LawRow, ValueRow
+from sitl.errors import SitlError
+from sitl.model.state import Actuators
+from sitl.simulation.simulation import Simulation
+from sitl.supervisor import guards
+from sitl.supervisor.guards import Guard
+from sitl.supervisor.resets import Reset
+from sitl.supervisor.table import TABLE, Jump
+from tests.support.own_laws import FORGET, OWN, Climbed, ClimbGains, OwnLaw, climb, enough, forget, register
+
+
+@kernel
+def asks_for_the_plant(plant):
+    return Actuators(0.0, 0.0, 0.0, 0.0), 0
+
+
+@kernel
+def asks_for_its_gains(gains):
+    return Actuators(0.0, 0.0, 0.0, 0.0), 0
+
+
+def jump(**parts):
+    return {**OWN.table, OwnLaw.CLIMB: (Jump("odd", Law.HOVER_ZERO_MOMENT, Reason.SPEED, **parts),)}
+
+
+def compiled(*arguments, **changes):
+    return lambda: register(*arguments, **changes).compile()
+
+
+@pytest.mark.parametrize(
+    ("made", "said"),
+    [
+        (compiled(asks_for_the_plant), "law CLIMB asks for 'plant': there is a, at_rest, climb_gains, climbed, course"),
+        (
+            compiled(laws=[*LAWS, LawRow(OwnLaw.CLIMB, asks_for_its_gains)], table={**TABLE, **OWN.table}),
+            "law CLIMB asks for 'gains'",
+        ),
+        (
+            compiled(table=jump(when=(Guard("seer", "Sees.", 1 << 41, asks_for_the_plant),))),
+            "guard seer asks for 'plant'",
+        ),
+        (compiled(table=jump(resets=(Reset("odd", ("guide",), asks_for_the_plant),))), "reset odd asks for 'plant'"),
+        (compiled(values=(*OWN.values.values(), ValueRow("v", asks_for_the_plant, "climb"))), "value v asks for"),
+        (compiled(table=jump(resets=(Reset("odd", ("nothing",), forget),))), "reset odd sets 'nothing': there is at_"),
+        (
+            compiled(laws=[*LAWS, LawRow(OwnLaw.CLIMB, climb, "slope")], table={**TABLE, **OWN.table}),
+            "law CLIMB takes gains 'slope': there is climb, forward_linear",
+        ),
+        (compiled(laws=[*LAWS, LawRow(IntEnum("Odd", {"NEW": 2}).NEW, climb)]), "law number 2 stands for two"),
+        (compiled(laws=[*LAWS, LawRow(IntEnum("Odd", {"ALIGN": 99}).ALIGN, climb)]), "law name 'ALIGN' stands for two"),
+        (compiled(table=jump(when=(guards.near, Guard("near", "", 1 << 41, enough)))), "guard name 'near' stands for"),
+        (compiled(table=jump(when=(guards.near, Guard("odd", "", guards.near.bit, enough)))), "guard bit 8 stands for"),
+        (compiled(table=jump(resets=(FORGET, Reset("forget", ("guide",), forget)))), "reset name 'forget' stands for"),
+        (compiled(states={"climbed": Climbed, "guide": Climbed}), "state slot 'guide' is there already"),
+        (compiled(gains={"climb": ClimbGains(1.0, 1), "wind": ClimbGains(1.0, 1)}), "gains 'wind' is there already"),
+        (compiled(table={Law.LANDED: (), Law.HOVER_ZERO_MOMENT: ()}), "no row of the table for CLIMB"),
+        (
+            compiled(table={**OWN.table, Law.LANDED: (Jump("odd", Law.ALIGN, Reason.COMMAND),)}),
+            "jump 'odd' of LANDED leads to <Law.ALIGN: 3>: it is not registered",
+        ),
+    ],
+)
+def test_what_does_not_fit_together_is_refused_in_words(made, said):
+    with pytest.raises(SitlError) as refused:
+        made()
+    assert said in str(refused.value)
+
+
+def test_a_simulation_is_not_made_with_what_is_refused():
+    with pytest.raises(SitlError, match="asks for 'plant'"):
+        Simulation(load("nominal").parameters, register=register(asks_for_the_plant))

@@ -1,0 +1,69 @@
+"""One seed is one flight, to the bit: on any processor, compiled or not, in a batch, in calls of any length."""
+
+from concurrent.futures import ThreadPoolExecutor
+
+import pytest
+
+from protocol.dialect.vocabulary import Law, Way
+from sitl.autopilot.settings import Settings
+from tests.support.processors import OLD, printed
+from tests.support.reference_digest import SMALL, WAYS, digest
+from tests.support.wing_flight import HIGH, Flight, waypoint
+
+# A core type that the processor or the build of OpenBLAS does not have falls back to another.
+PROCESSORS = (
+    ({"OPENBLAS_CORETYPE": "SkylakeX", "NUMBA_DISABLE_JIT": "1"}, ("short",)),
+    ({"OPENBLAS_CORETYPE": "Haswell"}, ("short", "alone", "batch")),
+    ({"OPENBLAS_CORETYPE": "Zen", **OLD}, ("short", "alone", "batch")),
+    ({"OPENBLAS_CORETYPE": "Prescott", "NUMBA_CPU_NAME": "generic"}, ("short", "alone", "batch")),
+)
+
+
+@pytest.fixture(scope="module")
+def alone():
+    return WAYS["alone"]()
+
+
+def flown_under(flights):
+    return {law for flight in flights for law in flight.laws}
+
+
+def test_every_law_is_in_force_in_some_of_the_flights(alone):
+    assert flown_under(alone) == set(Law)
+    assert flown_under(WAYS["short"]()) == set(Law)
+
+
+@pytest.mark.parametrize("way", ["small calls", "batch", "own batches"])
+def test_how_it_is_flown_changes_no_bit(way, alone):
+    assert [one.name for one, other in zip(WAYS[way](), alone, strict=True) if one != other] == []
+
+
+def test_every_processor_flies_the_same_flights(alone):
+    here = {"alone": digest(alone), "batch": digest(alone), "short": digest(WAYS["short"]())}
+    with ThreadPoolExecutor(2) as two:
+        found = [two.submit(printed, "tests.support.reference_digest", ways, choice) for choice, ways in PROCESSORS]
+    for (choice, ways), flown in zip(PROCESSORS, found, strict=True):
+        assert flown.result() == [here[way] for way in ways], choice
+
+
+def mission(lengths):
+    """A mission on the wing in gusts under the autopilot, in calls of these lengths in turn [control periods]."""
+    flight = Flight(gusts=0.6, wind_speed=2.0, wind_from=0.7, settings=Settings(way=Way.FORWARD), seed=3)
+    flight.autopilot.load_mission([waypoint(70.0, 20.0, HIGH + 5.0), waypoint(10.0, 80.0, HIGH)])
+    assert flight.autopilot.start_mission().accepted
+    left, reached = 18000, []
+    while left > 0:
+        for length in lengths:
+            flight.craft.advance(min(length, left))
+            left -= min(length, left)
+            reached += flight.autopilot.reached()
+    return flight.vehicle._flights.tobytes(), flight.vehicle.jumps, reached
+
+
+def test_under_the_autopilot_calls_of_any_length_fly_the_same_flight():
+    """Short ones, as the live process makes them, and the longest."""
+    state, jumps, reached = mission((18000,))
+    assert {Law.FORWARD_LINEAR, Law.TO_HOVER, Law.HOVER_LINEAR} <= {jump.target for jump in jumps}
+    assert len(reached) == 2
+    for lengths in ((5,), SMALL):
+        assert mission(lengths) == (state, jumps, reached)

@@ -1,0 +1,92 @@
+"""Half a second under each law, ground and gusts included, and a hash of every bit of it: also a process of its own."""
+
+import hashlib
+import json
+
+import numpy as np
+
+from protocol.dialect.vocabulary import Law
+from sitl.airframe import load
+from sitl.control.reference import AttitudeReference, along, circle, hover_at, leg, steer
+from sitl.model.quaternions import from_euler, hover
+from sitl.model.state import Body
+from sitl.model.vectors import Vector
+from sitl.simulation.simulation import Simulation, Start
+
+NOMINAL = load("nominal").parameters
+SECONDS = 0.52  # beyond the dwell time of the laws
+UP = 60.0  # [m]
+STILL = Vector(0.0, 0.0, 0.0)
+FORWARD = from_euler(0.02, -0.25, 0.03)
+ON_A_LEG = along(hover_at((0.0, 0.0, UP), 0.3), leg((0.0, 1.0, UP), (90.0, 0.0, UP + 5.0), 13.0, low=1.0), 0.1)
+ROUND = along(hover_at((0.0, 0.0, UP), 0.3), circle((0.0, 40.0, UP), 40.0, 12.0), 0.0)
+TILTED = AttitudeReference(from_euler(0.1, -1.2, 0.2), Vector(0.1, 0.0, 0.2), 0.5)
+
+
+def begun(law, reference, *, v=STILL, q=None, w=STILL, wind=(1.0, -0.5, 0.2), gusts=0.7):
+    """A simulation in the air under a law."""
+    made = Simulation(NOMINAL, seed=3, start=Start(up=UP, airborne=True))
+    made.place(Body(Vector(0.0, 0.0, UP), v, hover(0.2) if q is None else q, w))
+    made.begin_flight(law)
+    made.set_wind(wind, gusts)
+    made.reference = reference
+    return made
+
+
+def standing():
+    """On the ground, about to take off."""
+    made = Simulation(NOMINAL, seed=4, start=Start(heading=0.4))
+    made.set_wind((2.0, 1.0, 0.0), 0.5)
+    made.armed = made.flying = True
+    made.reference = hover_at((0.5, 0.0, 3.0), 0.0)
+    return made
+
+
+def touching_down():
+    """Just above the ground, sinking."""
+    made = Simulation(NOMINAL, seed=4, start=Start(up=0.002))
+    made.begin_flight(Law.HOVER_ZERO_MOMENT)
+    made.place(made.truth.body._replace(velocity=Vector(0.05, 0.02, -0.1), rates=Vector(0.1, 0.2, 0.0)))
+    made.landing = True
+    made.reference = hover_at((0.0, 0.0, -1.0), 0.0)
+    return made
+
+
+def flights():
+    """What is flown, by name."""
+    fast = Vector(12.5, 0.3, 0.2)
+    return {
+        "hover linear": begun(Law.HOVER_LINEAR, hover_at((2.0, -1.0, UP + 1.0), 0.4)),
+        "zero moment": begun(Law.HOVER_ZERO_MOMENT, hover_at((40.0, 10.0, UP), 1.0), q=from_euler(0.3, -0.9, 0.2)),
+        "into the linear law": begun(Law.HOVER_ZERO_MOMENT, hover_at((0.2, 0.1, UP), 0.2), gusts=0.0),
+        "alignment": begun(Law.ALIGN, ON_A_LEG, gusts=0.0, q=hover(0.0)),
+        "transition": begun(Law.TO_FORWARD, ON_A_LEG, v=Vector(5.0, 0.2, 0.5), q=from_euler(0.0, -0.9, 0.0)),
+        "cruise": begun(Law.FORWARD_LINE_OF_SIGHT, ON_A_LEG, v=fast, q=FORWARD),
+        "circle": begun(Law.FORWARD_LINE_OF_SIGHT, ROUND, v=fast, q=FORWARD),
+        "cruise linear": begun(Law.FORWARD_LINEAR, ON_A_LEG, v=Vector(13.2, -0.2, 0.6), q=FORWARD, gusts=0.1),
+        "braking": begun(Law.TO_HOVER, ON_A_LEG._replace(forward=False), v=Vector(7.0, 0.1, 1.0), q=FORWARD),
+        "failsafe": begun(Law.FAILSAFE, ON_A_LEG, v=Vector(2.0, 1.0, -16.0), q=from_euler(1.0, -0.5, 0.0)),
+        "attitude": begun(Law.HOVER_ATTITUDE, steer(hover_at((0.0, 0.0, UP), 0.0), TILTED)),
+        "take-off": standing(),
+        "touch-down": touching_down(),
+    }
+
+
+def digest(simulation):
+    """Hash over a recorded flight, its jumps and its end."""
+    rows = simulation.record(SECONDS, 50.0)
+    found = hashlib.sha256(simulation._flights.tobytes())
+    for name in ("position", "velocity", "attitude", "rates", "actuators", "law", "v_hover", "energy", "wind", "guide"):
+        found.update(np.ascontiguousarray(getattr(rows, name)).tobytes())
+    found.update(repr([(*jump[:5], jump.lyapunov.hex()) for jump in simulation.jumps]).encode())
+    found.update(repr((simulation.lyapunov, simulation.governor, simulation._looked())).encode())
+    return found.hexdigest()
+
+
+def digests():
+    """Hash and jumps of every flight, by name."""
+    return {name: [digest(made), [jump.name for jump in made.jumps]] for name, made in flights().items()}
+
+
+if __name__ == "__main__":
+    print(json.dumps(digests()))

@@ -1,0 +1,83 @@
+"""Laws of one's own beside two of the vehicle's, for tests of what is made from registers."""
+
+import math
+from enum import IntEnum
+from typing import NamedTuple
+
+from protocol.dialect.vocabulary import Law, Reason
+from sitl.compiled import kernel
+from sitl.control.laws import LAWS, VALUES, LawRow, ValueRow
+from sitl.model.state import Actuators
+from sitl.simulation.dispatch import Register
+from sitl.supervisor import guards
+from sitl.supervisor.guards import Guard
+from sitl.supervisor.resets import Reset, guide_from_here
+from sitl.supervisor.table import Jump
+
+ENOUGH = 0.5  # m/s2 s of what is counted
+
+
+class OwnLaw(IntEnum):
+    CLIMB = 100
+
+
+class ClimbGains(NamedTuple):
+    thrust: float  # over the weight
+    count: int
+
+
+class Climbed(NamedTuple):
+    speed: float  # [m/s]
+    periods: int
+    size: float  # as numpy's own attribute is called
+
+
+@kernel
+def climb(estimate, gains, a, climbed, dt):
+    motor = math.sqrt(0.5 * gains.thrust * a.m * a.g / a.k_f)
+    after = Climbed(climbed.speed + dt * estimate.acceleration.z, climbed.periods + gains.count, 1.0)
+    return Actuators(motor, motor, 0.01, -0.01), 3, after
+
+
+@kernel
+def enough(speed_value):
+    return speed_value > ENOUGH
+
+
+@kernel
+def speed_value(climbed):
+    return climbed.speed
+
+
+@kernel
+def forget(climbed):
+    return Climbed(0.0, climbed.periods, 0.0)
+
+
+FAST = Guard("fast", "Climbing fast enough.", 1 << 40, enough)
+FORGET = Reset("forget", ("climbed",), forget, clears=(FAST,))
+OFF = Jump("off", Law.LANDED, Reason.DISARM, unless=(guards.armed,))
+
+
+def register(step=climb, **changes):
+    """Three laws, one of them not the vehicle's own."""
+    chosen = {
+        "laws": [row for row in LAWS if row.law in {Law.LANDED, Law.HOVER_ZERO_MOMENT}]
+        + [LawRow(OwnLaw.CLIMB, step, "climb")],
+        "values": (*VALUES, ValueRow("speed_value", speed_value, "climb")),
+        "table": {
+            Law.LANDED: (),
+            Law.HOVER_ZERO_MOMENT: (OFF, Jump("there", OwnLaw.CLIMB, Reason.COMMAND, when=(guards.steered,))),
+            OwnLaw.CLIMB: (
+                OFF,
+                Jump("back", Law.HOVER_ZERO_MOMENT, Reason.COMMAND, when=(guards.steered,)),
+                Jump("level_off", Law.HOVER_ZERO_MOMENT, Reason.SPEED, when=(FAST,), resets=(guide_from_here, FORGET)),
+            ),
+        },
+        "states": {"climbed": Climbed},
+        "gains": {"climb": ClimbGains(1.2, 2)},
+    }
+    return Register(**chosen | changes)
+
+
+OWN = register()
