@@ -113,6 +113,7 @@ def jsbsim(steps: int) -> Row | None:
         return None
     package.FGJSBBase().debug_lvl = 0  # type: ignore[no-untyped-call]
     aircraft = package.FGFDMExec(None)
+    aircraft.set_output_path(tempfile.gettempdir())
     aircraft.load_model("c172x")
     aircraft.disable_output()
     aircraft.set_dt(STEP)

@@ -16,7 +16,7 @@ NOMINAL = load("nominal").parameters  # as the controllers of all of them believ
 LAGGING = NOMINAL._replace(actuator_model=FIRST_ORDER)
 HEAVY = NOMINAL._replace(m=1.06 * NOMINAL.m, J2=0.93 * NOMINAL.J2, C_l=0.95 * NOMINAL.C_l, k_f=1.04 * NOMINAL.k_f)
 HIGH = 60.0  # where flights begin that begin in the air [m]
-SHORT = 0.3  # [s]; every law is in force in the first of it
+SHORT = 0.2  # [s]; every law is in force in the first of it
 STILL = Vector(0.0, 0.0, 0.0)
 
 Deed = Callable[[Simulation], None]
@@ -164,7 +164,7 @@ FLIGHTS = (
     ReferenceFlight(
         "stand with the motors on, start, and fall as they stop",
         standing,
-        (Ask(0.2, start(2.0, -1.0, 4.0)), Ask(3.0, disarm)),
+        (Ask(0.1, start(2.0, -1.0, 4.0)), Ask(3.0, disarm)),
         6.0,
     ),
     ReferenceFlight(

@@ -1,4 +1,4 @@
-"""The attitude law: its reference, its loop and its Lyapunov value. Its flights are in tests/sitl/test_attitude.py."""
+"""The attitude law: reference, loop and Lyapunov value; its flights are in tests/sitl/flights/test_attitude.py."""
 
 import math
 

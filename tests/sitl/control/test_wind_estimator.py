@@ -1,4 +1,4 @@
-"""The wind estimator's equations; what it makes of flights is in tests/sitl/test_air.py."""
+"""The wind estimator's equations; what it makes of flights is in tests/sitl/flights/test_wind_estimate.py."""
 
 import math
 

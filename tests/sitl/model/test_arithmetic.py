@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sitl.model.arithmetic import arctangent, clipped, exponential, sine_cosine, wrapped
+from sitl.model.arithmetic import arctangent, clipped, decay, exponential, heading_trigonometry, sine_cosine, wrapped
 
 angles = st.one_of(st.floats(-7.0, 7.0), st.floats(-1e6, 1e6))
 numbers = st.floats(-1e6, 1e6, allow_subnormal=False)
@@ -43,3 +43,15 @@ def test_a_wrapped_angle_is_the_same_direction(x):
 
 def test_clipping():
     assert [clipped(x, -1.0, 2.0) for x in (-3.0, 0.5, 7.0)] == [-1.0, 0.5, 2.0]
+
+
+def test_decay_is_the_exponential_of_short_steps() -> None:
+    for x in (0.0, 1e-6, 1e-3, 0.024, 0.1):
+        assert abs(decay(x) - math.exp(-x)) <= x**5 / 720.0 + 4e-16
+
+
+def test_the_trigonometry_of_a_heading_is_that_of_its_half_and_its_whole() -> None:
+    for heading in (-3.1, -0.3, 0.0, 1.0, 2.7):
+        half, whole = 0.5 * heading, heading
+        expected = (math.sin(half), math.cos(half), math.sin(whole), math.cos(whole))
+        assert heading_trigonometry(heading) == pytest.approx(expected, abs=4e-16)
