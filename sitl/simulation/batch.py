@@ -46,6 +46,8 @@ def fly_batch(
             without end or more than MAX_JUMPS times; all others were flown.
     """
     flown = list(simulations)
+    if len({id(simulation) for simulation in flown}) < len(flown):
+        raise SitlError("the same simulation is in the batch twice")
     for simulation in flown:
         simulation.register.law(simulation.flight.controller.law)
         if simulation.register is not REGISTER:

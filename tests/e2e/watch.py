@@ -49,9 +49,12 @@ async def main(port, folder, key=None):
         getattr(feed.station, request)(*arguments, feed.now)
 
     asyncio.get_running_loop().add_reader(sys.stdin, obey)
-    told = None
+    told, looked = None, False
     while True:
         feed.advance(LOOK)
+        if not looked and feed.snapshot.home is not None:
+            looked = True  # as a person who opens the parameters' screen
+            feed.station.fetch_parameters(feed.now)
         if (state := digest(feed.snapshot, str(log))) != told:
             told = state
             print(json.dumps(state), flush=True)

@@ -97,3 +97,10 @@ def test_a_flight_that_diverges_is_told_and_the_others_are_flown() -> None:
 def test_a_time_that_is_no_whole_number_of_periods_is_refused() -> None:
     with pytest.raises(SitlError, match="whole number of control periods"):
         fly_batch([mixed(0)], 0.0011)
+
+
+def test_the_same_simulation_cannot_be_flown_twice_at_once() -> None:
+    one = mixed(0)
+    with pytest.raises(SitlError, match="twice"):
+        fly_batch([one, mixed(5), one], 0.1)
+    assert one.periods == 0
