@@ -36,7 +36,6 @@ class Look(NamedTuple):
     v_forward: float  # V of the linear forward law about the path
     v_attitude: float  # V of the attitude law [rad2]
     governor: float  # share of the position loop's force that the governor takes away, 0..1
-    guards: int  # bits of the guards that the law in force looks at
 
 
 get_law = access(Flight, "controller.law").get
@@ -50,7 +49,8 @@ get_governor = access(Design, "gains.zero_moment.governor").get
 put_sample = access(Sample).put
 put_jump_entry = access(JumpEntry).put
 put_look = access(Look).put
-_tick, _needs, _watch, _due, _seek, _jump, _is_known, _values = COMPILED
+_tick, _seek, _jump = COMPILED.tick, COMPILED.seek, COMPILED.jump
+_is_known, _values = COMPILED.is_known, COMPILED.values
 
 
 @subroutine
@@ -99,12 +99,11 @@ def keep(flight: Kept, column: int, reference: Kept, design: Kept, sample: Kept)
 
 @subroutine
 def look(flight: Kept, column: int, reference: Kept, design: Kept, seen: Kept) -> None:
-    """Write Lyapunov values, governor and guards of a flight as it is."""
+    """Write Lyapunov values and governor of a flight as it is."""
     v_hover, v_forward, v_attitude = _values(flight, column, reference, design)
     e, r = get_estimate(flight, column), get_reference(reference, column)
     governor = activity(subtract(e.position, r.position), e.velocity, r.speed, get_governor(design, column))
-    guards = _watch(_needs(get_law(flight, column)), flight, column, reference, design)
-    put_look(seen, 0, Look(v_hover, v_forward, v_attitude, governor, guards))
+    put_look(seen, 0, Look(v_hover, v_forward, v_attitude, governor))
 
 
 @entry
