@@ -6,10 +6,14 @@ on the processor. In compiled code a division by zero gives an infinity, as in t
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import ParamSpec, TypeVar
+import gc
+import inspect
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from typing import Any, ParamSpec, TypeVar
 
-from numba import njit
+from numba import njit, typeof
+from numba.core.dispatcher import Dispatcher
 from numba.extending import register_jitable
 
 # What is only called from compiled code needs no door for Python or C: that saves a third of the compiling.
@@ -31,5 +35,30 @@ def subroutine(function: Callable[Args, Result]) -> Callable[Args, Result]:
 
 
 def entry(function: Callable[Args, Result]) -> Callable[Args, Result]:
-    """What Python calls compiled: kept on disk after the first time; other threads may run beside it."""
-    return njit(error_model="numpy", cache=True, nogil=True)(function)
+    """What Python calls compiled, or what is compiled on its own so that processes can share the work of a first start.
+
+    It is kept on disk after the first time, where there is a folder for it; other threads may run beside it.
+    """
+    try:
+        return njit(error_model="numpy", cache=True, nogil=True)(function)
+    except RuntimeError:  # no folder can be written: neither the cache's, nor the package's, nor the user's
+        return njit(error_model="numpy", nogil=True)(function)
+
+
+def compile_part(function: Callable[..., Any], like: Mapping[str, Any]) -> None:
+    """Compile an entry for arguments like these, by its parameters' names, or read it from disk; nothing runs."""
+    if isinstance(function, Dispatcher):  # else nothing is compiled at all
+        names = inspect.signature(function.py_func).parameters
+        function.compile(tuple(typeof(like[name]) for name in names))  # type: ignore[no-untyped-call]
+
+
+@contextmanager
+def compiling() -> Iterator[None]:
+    """What compiles much does it in here: looking for garbage meanwhile would take a tenth longer."""
+    collects = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if collects:
+            gc.enable()

@@ -53,7 +53,7 @@ _tick, _seek, _jump = COMPILED.tick, COMPILED.seek, COMPILED.jump
 _is_known, _values = COMPILED.is_known, COMPILED.values
 
 
-@subroutine
+@entry
 def advance(
     flight: Kept,
     column: int,
@@ -74,13 +74,13 @@ def advance(
     age(flight, column)
 
 
-@subroutine
+@entry
 def due_now(flight: Kept, column: int, reference: Kept, design: Kept) -> int:
     """The row of the jump that is due; -1 in the flow set."""
     return _seek(get_law(flight, column), flight, column, reference, design)
 
 
-@subroutine
+@entry
 def take(flight: Kept, column: int, row: int, reference: Kept, design: Kept, entry: Kept) -> None:
     """Take a jump and note it."""
     source = get_law(flight, column)
@@ -97,7 +97,7 @@ def keep(flight: Kept, column: int, reference: Kept, design: Kept, sample: Kept)
     put_sample(sample, 0, sample_of(flight, column, reference, v_hover))
 
 
-@subroutine
+@entry
 def look(flight: Kept, column: int, reference: Kept, design: Kept, seen: Kept) -> None:
     """Write Lyapunov values and governor of a flight as it is."""
     v_hover, v_forward, v_attitude = _values(flight, column, reference, design)
@@ -141,32 +141,36 @@ def fly(
         Periods flown, samples and jumps written, and how it ended (FLOWN ... JUMPS_FULL).
     """
     flight, reference, air, design, a = flights[0], references[0], airs[0], designs[0], airframes[0]
-    kept = noted = done = chain = 0
-    end = FLOWN if _is_known(get_law(flight, 0)) else UNKNOWN_LAW
+    column = flights.shape[0] - 1  # 0, but not to the compiler, which would compile the parts for that number alone
+    kept = noted = done = chain = column
+    end = FLOWN if _is_known(get_law(flight, column)) else UNKNOWN_LAW
     while end == FLOWN and periods >= 0:
-        row = due_now(flight, 0, reference, design)
+        row = due_now(flight, column, reference, design)
         if row >= 0:
             if chain == MAX_CHAIN or noted == jumps.shape[0]:
                 end = ZENO if chain == MAX_CHAIN else JUMPS_FULL
                 break
-            take(flight, 0, row, reference, design, jumps[noted])
+            take(flight, column, row, reference, design, jumps[noted])
             noted += 1
             chain += 1
             continue
         chain = 0
         if done == periods:
             break
-        if kept < samples.shape[0] and get_periods(flight, 0) % every == 0:
-            if not is_finite(get_plant(flight, 0)):
+        if kept < samples.shape[0] and get_periods(flight, column) % every == 0:
+            if not is_finite(get_plant(flight, column)):
                 break
-            keep(flight, 0, reference, design, samples[kept])
+            keep(flight, column, reference, design, samples[kept])
             kept += 1
-        advance(flight, 0, reference, air, design, a, gusts, draws, done)
+        advance(flight, column, reference, air, design, a, gusts, draws, done)
         done += 1
-    if end == FLOWN and not is_finite(get_plant(flight, 0)):
+    if end == FLOWN and not is_finite(get_plant(flight, column)):
         end = DIVERGED
-    look(flight, 0, reference, design, looks[0])
+    look(flight, column, reference, design, looks[0])
     return done, kept, noted, end
+
+
+MOTION, JUMPS = (advance,), (due_now, take, look)  # parts, of which two processes compile one each in about one time
 
 
 @cache

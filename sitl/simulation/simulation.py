@@ -7,16 +7,16 @@ per call never changes the flight.
 
 from __future__ import annotations
 
-import gc
 import inspect
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Any, NamedTuple, get_type_hints
 
 import numpy as np
 import numpy.typing as npt
 
 from protocol.dialect.vocabulary import Law, Regime
+from sitl.compiled import compile_part, compiling
 from sitl.control import align, handover, hover_attitude, hover_zero_moment, line_of_sight, wind_estimator
 from sitl.control.estimate import Estimate
 from sitl.control.forward_guidance import stopping_distance
@@ -431,13 +431,31 @@ class Simulation:
 
     def warm_up(self) -> None:
         """Compile what flies and what looks, or read it from disk; nothing moves."""
-        collects = gc.isenabled()
-        gc.disable()  # looking for garbage takes a tenth of the compiling
-        try:
+        with compiling():
             self._looked()
-        finally:
-            if collects:
-                gc.enable()
+
+    def warm_up_parts(self, parts: Iterable[Callable[..., Any]]) -> None:
+        """Compile parts of the loop, or read them from disk; nothing moves.
+
+        Args:
+            parts: ``loop.MOTION`` or ``loop.JUMPS``: several processes can share the work.
+        """
+        like = {
+            "flight": self._flights[0],
+            "reference": self._references[0],
+            "air": self._airs[0],
+            "design": self._designs[0],
+            "a": self._airframes[0],
+            "entry": self._jump_log[0],
+            "seen": self._looks[0],
+            "gusts": np.zeros((0, 3, 1)),
+            "draws": np.zeros((0, 5, 1)),
+            "column": 0,
+            "row": 0,
+        }
+        with compiling():
+            for part in parts:
+                compile_part(part, like)
 
     def _fly(self, periods: int, every: int, samples: Records) -> int:
         self._flights["limits"] = 0

@@ -7,8 +7,10 @@ import sys
 from pathlib import Path
 
 import pytest
+from numba.core.caching import CacheImpl
 
 from sitl import _kernel_cache
+from sitl.compiled import entry
 
 ROOT = Path(__file__).parent.parent.parent
 SITL = ROOT / "sitl"
@@ -74,6 +76,11 @@ def test_a_first_start_leaves_a_mark_that_a_change_makes_void(copy):
 def test_a_folder_that_cannot_be_written_is_no_error(tmp_path):
     (tmp_path / "not").write_text("a folder")
     assert output(MARK, ROOT, NUMBA_CACHE_DIR=str(tmp_path / "not" / "there")) == ["False", "False"]
+
+
+def test_where_no_folder_can_be_written_kernels_are_compiled_all_the_same(monkeypatch):
+    monkeypatch.setattr(CacheImpl, "_locator_classes", [])
+    assert entry(lambda x: x + 1)(2) == 3
 
 
 def compiled_functions(tree):
