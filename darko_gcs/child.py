@@ -12,7 +12,9 @@ from darko_gcs.errors import LinkError
 
 __all__ = ["Child"]
 
+PROGRAM = Path(sys.executable).with_name("darko-sitl")
 STOP_WITHIN = 3.0  # [s] before it is killed
+READY = "ready after"  # begins what it says when it has compiled what it needs and flies
 
 
 class Child:
@@ -21,6 +23,7 @@ class Child:
     def __init__(self, process: asyncio.subprocess.Process, hear: Callable[[str], None]) -> None:
         self._process = process
         self._hear = hear
+        self.is_ready = False  # has said so
         self._reader = asyncio.create_task(self._read())
 
     @classmethod
@@ -35,10 +38,9 @@ class Child:
         Raises:
             LinkError: If it cannot be started.
         """
-        program = Path(sys.executable).with_name("darko-sitl")
         try:
             process = await asyncio.create_subprocess_exec(
-                str(program),
+                str(PROGRAM),
                 *("--port", "0", "--gcs-port", str(gcs_port)),
                 *arguments,
                 stdin=asyncio.subprocess.DEVNULL,
@@ -46,7 +48,7 @@ class Child:
                 stderr=asyncio.subprocess.PIPE,
             )
         except OSError as error:
-            raise LinkError(f"cannot start {program}: {error.strerror}") from error
+            raise LinkError(f"cannot start {PROGRAM}: {error.strerror}") from error
         return cls(process, hear)
 
     @property
@@ -69,4 +71,6 @@ class Child:
     async def _read(self) -> None:
         stream = self._process.stderr
         while stream is not None and (line := await stream.readline()):
-            self._hear(line.decode(errors="replace").rstrip().removeprefix("darko-sitl: "))
+            text = line.decode(errors="replace").rstrip().removeprefix("darko-sitl: ")
+            self.is_ready = self.is_ready or text.startswith(READY)
+            self._hear(text)

@@ -35,7 +35,8 @@ from protocol.units import from_e7, from_local_e4, is_global_frame
 __all__ = ["Summary", "fly_headless"]
 
 POLL = 0.01  # [s]
-HEARD_WITHIN = 120.0  # [s] a vehicle may take to compile before it is first heard
+READY_WITHIN = 1800.0  # [s] our own vehicle may take to compile, on however busy a machine, as long as it runs
+HEARD_WITHIN = 120.0  # [s] a vehicle may take to be first heard
 ANSWER_WITHIN = 30.0  # [s] for an upload or a command
 HOVERS_AFTER = 3.0  # [s] a complete mission whose vehicle is still in the air had no landing
 ON_GROUND = mavlink.MAV_LANDED_STATE_ON_GROUND
@@ -124,6 +125,7 @@ class _Pilot:
         self._events: list[Event] = []
 
     async def fly(self, items: Items, fence: Items, rally: Items) -> None:
+        await self._until(lambda s: s.source is not None or self._child is None or self._child.is_ready, READY_WITHIN)
         await self._until(lambda s: s.source is not None and s.home is not None and s.boot is not None, HEARD_WITHIN)
         _say("vehicle found")
         self._station.upload(items, self._link.now, fence=fence, rally=rally)
