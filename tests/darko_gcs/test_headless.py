@@ -26,8 +26,8 @@ def fly(tmp_path, monkeypatch):
         for name, seconds in limits.items():
             monkeypatch.setattr(headless, name, seconds)
         args = argparse.Namespace(
-            mission=DATA / "square.plan", signing_key=[], give_key=False, record=tmp_path / "flight.tlog", vehicle=None,
-            host="127.0.0.1", port=0, sitl=True, state_dir=None, timeout=60.0,
+            mission=DATA / "square.plan", signing_key=None, give_key=False, record=tmp_path / "flight.tlog",
+            vehicle=None, host="127.0.0.1", port=0, sitl=True, state_dir=None, timeout=60.0,
         )  # fmt: skip
         with pytest.raises(LinkError) as caught:
             asyncio.run(headless.fly_headless(args, []))
