@@ -231,6 +231,10 @@ class VehicleEndpoint:
         """Ids of the messages to publish at this time of the vehicle [us], ascending, each with whom it is for."""
         return self._streams.due(time_us)
 
+    def next_stream_due(self) -> float:
+        """When the next of them is to be published, on the vehicle's time [us]; infinity: none is."""
+        return self._streams.next_due()
+
     # Inside
 
     def _receive(self, message: Message, now: float, peer: Peer) -> None:

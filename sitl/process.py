@@ -35,8 +35,7 @@ from sitl.wire.node import Node
 from sitl.wire.transport import UdpTransport
 from sitl.wire.upkeep import Leaving
 
-QUANTUM = 5  # control ticks flown between looks at the socket: 10 ms of simulated time
-LISTENING = 0.002  # [s] for what peers say between two such looks: a flood must not keep the vehicle from flying
+LISTENING = 0.002  # [s] for what peers say between two flights: a flood must not keep the vehicle from flying
 LOOPBACK = "127.0.0.1"
 IDENTITIES = {"px4": mavlink.MAV_AUTOPILOT_PX4, "generic": mavlink.MAV_AUTOPILOT_GENERIC}
 
@@ -156,9 +155,10 @@ def serve(node: Node, transport: UdpTransport, pacer: Pacer, *, until: Callable[
     """Fly and talk, for ever or until something holds."""
     while not until():
         _exchange(node, transport)
-        node.advance(QUANTUM)
+        periods = node.quantum()
+        node.advance(periods)
         _speak(node, transport, time.monotonic())  # it listens again while it waits: one that is late has no time to
-        _wait(node, transport, pacer)
+        _wait(node, transport, pacer.wait_time(periods * PERIOD))
 
 
 def _exchange(node: Node, transport: UdpTransport) -> None:
@@ -177,8 +177,7 @@ def _speak(node: Node, transport: UdpTransport, now: float) -> None:
         transport.send(data, destination)
 
 
-def _wait(node: Node, transport: UdpTransport, pacer: Pacer) -> None:
-    remaining = pacer.wait_time(QUANTUM * PERIOD)
+def _wait(node: Node, transport: UdpTransport, remaining: float) -> None:
     end = time.monotonic() + remaining
     while remaining > 0.0:
         transport.wait(remaining)

@@ -269,6 +269,10 @@ class StreamServer(Server):
                 audience.setdefault(number, []).append(key)
         return {number: tuple(audience[number]) for number in sorted(audience)}
 
+    def next_due(self) -> float:
+        """Time [us] of the next message for anybody; infinity when all are off."""
+        return min(schedule.next_due() for schedule in (self._shared, *self._own.values()))
+
     def _set(self, number: int, interval: float, peer: Peer) -> int:
         schedule = self._begin(peer)
         if not self._is_affordable(peer, schedule, {number: interval}):

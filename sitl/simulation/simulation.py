@@ -106,6 +106,8 @@ class Simulation:
         self._energy_told = 0.0
         self.draws = Draws(seed)
         self._flights = np.zeros(1, record_type(register.flight_type))
+        self._controller: Any = self._flights["controller"][0]  # a view, whose fields can be assigned
+        self._law = self._flights["controller"]["law"]  # likewise, (1,)
         self._samples = np.zeros(0, record_type(Sample))
         self._looks = np.zeros(1, record_type(Look))
         self._jump_log = np.zeros(JUMPS_PER_CALL, record_type(JumpEntry))
@@ -509,15 +511,11 @@ class Simulation:
 
     # Inside
 
-    @property
-    def _controller(self) -> Any:  # noqa: ANN401 - a numpy record, whose fields can be assigned
-        return self._flights["controller"][0]
-
     def _perfect(self, plant: Plant, wind: Vector) -> Estimate:
         return observe(plant, Vector(0.0, 0.0, 0.0), wind, is_touching(plant, self.airframe))
 
     def _law_number(self) -> int:
-        return int(self._controller["law"])
+        return int(self._law[0])
 
     def _looked(self) -> Look:
         if self._look is None:

@@ -22,7 +22,6 @@ from protocol.engines.stream import StreamScheduler
 from protocol.errors import FileError
 from protocol.tlog import TlogWriter
 from sitl.wire import telemetry
-from sitl.wire.snapshot import Picture
 
 __all__ = ["Blackbox"]
 
@@ -50,7 +49,6 @@ class Blackbox:
     def __init__(self, folder: Path, wall_clock: Callable[[], float], *, system: int = 1, component: int = 1) -> None:
         self._folder, self._wall_clock = folder, wall_clock
         self._codec = Codec(system, component)
-        self._builders = {s.message_id: s.build for s in telemetry.STREAMS} | {HEARTBEAT: _heartbeat}
         self._streams = StreamScheduler({})
         self._writer: TlogWriter | None = None
         self._current = ""  # name of the file that is being written
@@ -71,12 +69,12 @@ class Blackbox:
         """True while a flight is being recorded."""
         return self._writer is not None
 
-    def follow(self, time: float, picture: Callable[[], Picture], *, armed: bool) -> None:
+    def follow(self, time: float, message: Callable[[int], Message], *, armed: bool) -> None:
         """Look at the vehicle, as often as its telemetry is.
 
         Args:
             time: The vehicle's own [s].
-            picture: Takes its picture; called when something is due.
+            message: Makes the message of an id, of now.
             armed: Whether its motors may turn.
         """
         time_us = round(time * 1e6)
@@ -91,10 +89,8 @@ class Blackbox:
         elif self._armed and not armed:
             self._ends = time + AFTER
         due = self._streams.due(time_us) if self._writer is not None else ()
-        if due:
-            seen = picture()
-            for message_id in due:
-                self._write(self._builders[message_id](seen), time_us)
+        for message_id in due:
+            self._write(message(message_id), time_us)
         if time >= self._ends:
             self._end()
         self._armed = armed
@@ -246,10 +242,6 @@ class _DiskFile:
     def close(self) -> None:
         """Give it back."""
         self._file.close()
-
-
-def _heartbeat(picture: Picture) -> Message:
-    return telemetry.heartbeat(picture.status)
 
 
 def _intervals() -> dict[int, int]:

@@ -7,8 +7,8 @@ caller passes as ``now``; so a vehicle at 100 times real time still gives its pe
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Hashable, Iterable, Sequence
-from functools import cache
 from typing import Any
 
 from protocol.codec import Message
@@ -47,8 +47,9 @@ from sitl.autopilot.manual import sticks_of
 from sitl.autopilot.offboard import take_setpoint
 from sitl.autopilot.outcome import Notice, Outcome
 from sitl.autopilot.standard_modes import CHOOSES_MODE, LIST, available_modes, current_mode, take_mode
-from sitl.craft import Craft
+from sitl.craft import AUTOPILOT_PERIODS, Craft
 from sitl.memory import Memory, MemoryFaultError
+from sitl.simulation.flight import PERIOD
 from sitl.wire import hybrid, telemetry, upkeep
 from sitl.wire.blackbox import Blackbox
 from sitl.wire.files import VehicleFiles
@@ -61,6 +62,8 @@ from sitl.wire.snapshot import Picture, Status, status_of, take_picture
 from sitl.wire.talk import SAME_TEXT, TextLimiter
 
 SYSTEM, COMPONENT = 1, 1
+PERIOD_US = round(PERIOD * 1e6)
+MIN_QUANTUM = 5  # control periods: whatever peers ask for, the link is looked at a hundred times a second at most
 NAMED_VALUE_TICKS = 100  # control ticks between NAMED_VALUE_FLOATs, for tools that know no private dialect
 COMPLAIN_AGAIN = 5.0  # [s]
 CONTROL_BY_ARMING = 2  # DRK_ONE_GCS
@@ -117,7 +120,6 @@ class Node:
             logs=logs,
         )
         self._parameters = ParameterKeeper(craft, memory, self._endpoint.set_parameter, self._say, self._keep)
-        self._builders = {s.message_id: s.build for s in telemetry.STREAMS}
         for notice in self._home.said:
             self._say(notice.severity, notice.text)
         for text in plans.flaws:
@@ -192,16 +194,23 @@ class Node:
 
     # Flying
 
+    def quantum(self) -> int:
+        """Control periods to fly before a look at the link: until the autopilot ticks or a message is due."""
+        vehicle = self.craft.vehicle
+        tick = AUTOPILOT_PERIODS - vehicle.periods % AUTOPILOT_PERIODS
+        due = self._endpoint.next_stream_due() - vehicle.periods * PERIOD_US
+        return max(math.ceil(min(tick * PERIOD_US, due) / PERIOD_US), MIN_QUANTUM)
+
     def advance(self, ticks: int) -> None:
         """Fly, and queue the telemetry that falls due on simulated time."""
         self.craft.advance(ticks)
-        look = cache(self.picture)  # one for the log and the links, and none where nothing is due
-        self._report(look)
-        time_us = round(self.craft.vehicle.time * 1e6)
+        now = telemetry.Instant(self.picture)
+        self._report(now)
+        time_us = self.craft.vehicle.periods * PERIOD_US
         for message_id, audience in self._endpoint.streams_due(time_us).items():
-            self._endpoint.publish(self._builders[message_id](look()), audience)
+            self._endpoint.publish(now.message(message_id), audience)
         if self.craft.vehicle.periods % NAMED_VALUE_TICKS < ticks:
-            for message in hybrid.named_values(look()):
+            for message in hybrid.named_values(now.picture):
                 self._endpoint.publish(message)
 
     def picture(self) -> Picture:
@@ -217,15 +226,11 @@ class Node:
         holder = operator.holder
         return (holder.system if holder else 0), operator.only_one and (holder is None or operator.takeover)
 
-    def _report(self, look: Callable[[], Picture] | None = None) -> list[Notice]:
-        """Tell the peers what happened; what was said to the pilot.
-
-        Args:
-            look: Gives the picture of now.
-        """
+    def _report(self, now: telemetry.Instant | None = None) -> list[Notice]:
+        """Tell the peers what happened; what was said to the pilot."""
         autopilot, vehicle = self.craft.autopilot, self.craft.vehicle
         self._flight = self._flight.at(vehicle.time, armed=autopilot.armed, landed=vehicle.law is Law.LANDED)
-        self._record(look or self.picture)  # before the rest: a flight's log begins with its arming
+        self._record(now or telemetry.Instant(self.picture))  # before the rest: a flight's log begins with its arming
         jumps = self.craft.new_jumps()
         for jump in jumps:
             self._tell(hybrid.jump(jump))
@@ -255,10 +260,10 @@ class Node:
         if self._blackbox is not None:
             self._blackbox.take(message, self.craft.vehicle.time)
 
-    def _record(self, look: Callable[[], Picture]) -> None:
+    def _record(self, now: telemetry.Instant) -> None:
         if self._blackbox is None:
             return
-        self._blackbox.follow(self.craft.vehicle.time, look, armed=self.craft.autopilot.armed)
+        self._blackbox.follow(self.craft.vehicle.time, now.message, armed=self.craft.autopilot.armed)
         for text in self._blackbox.complaints():
             self._say(WARNING, text)
 
@@ -319,7 +324,7 @@ class Node:
             for message in available_modes(int(event.index)):
                 self._endpoint.send(message, event.peer)
         else:
-            self._endpoint.send(self._builders[event.message_id](self.picture()), event.peer)
+            self._endpoint.send(telemetry.BUILDERS[event.message_id](self.picture()), event.peer)
 
     def _on_current_item(self, event: CurrentItemRequested, now: float) -> None:  # noqa: ARG002
         self.craft.autopilot.set_current_item(event.seq)

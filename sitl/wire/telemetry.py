@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import cached_property
 from typing import NamedTuple
 
 from protocol import frames, units
@@ -382,3 +383,27 @@ STREAMS = (
     Stream(mavlink.MAVLINK_MSG_ID_DARKO_ACTUATORS, hybrid.actuators, 20.0),
     Stream(mavlink.MAVLINK_MSG_ID_DARKO_ENERGY, hybrid.energy, 2.0),
 )
+BUILDERS = {s.message_id: s.build for s in STREAMS} | {mavlink.MAVLINK_MSG_ID_HEARTBEAT: lambda s: heartbeat(s.status)}
+
+
+class Instant:
+    """What can be told of one instant: its picture is taken, and each message made of it, once and only when asked for.
+
+    Args:
+        take: Takes the picture.
+    """
+
+    def __init__(self, take: Callable[[], Picture]) -> None:
+        self._take = take
+        self._messages: dict[int, Message] = {}
+
+    @cached_property
+    def picture(self) -> Picture:
+        """The vehicle as it is."""
+        return self._take()
+
+    def message(self, message_id: int) -> Message:
+        """A message of :data:`BUILDERS`."""
+        if message_id not in self._messages:
+            self._messages[message_id] = BUILDERS[message_id](self.picture)
+        return self._messages[message_id]

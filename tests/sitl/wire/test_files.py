@@ -31,6 +31,7 @@ from sitl.wire.files import VehicleFiles
 from sitl.wire.metadata import GENERAL_URI, default_values, metadata_files
 from sitl.wire.node import Node
 from sitl.wire.packed import pack_parameters, pack_plan
+from sitl.wire.telemetry import Instant
 from tests.support.paths import DATA
 
 WALL = 1_790_000_000.0  # 2026-09-21 14:13:20 UTC
@@ -310,9 +311,9 @@ def flights(box, count, seconds=1.0, picture=None):
     """Arm and disarm; the recorder sees a vehicle that stands still."""
     for number in range(count):
         for step in range(round(seconds * 10)):
-            box.follow(1000.0 * number + step / 10, lambda: picture, armed=True)
+            box.follow(1000.0 * number + step / 10, Instant(lambda: picture).message, armed=True)
         for later in (0.0, recorder.AFTER):
-            box.follow(1000.0 * number + seconds + later, lambda: picture, armed=False)
+            box.follow(1000.0 * number + seconds + later, Instant(lambda: picture).message, armed=False)
 
 
 def test_logs_are_bounded_in_number_and_size(session, tmp_path, monkeypatch):

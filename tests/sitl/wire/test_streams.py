@@ -1,6 +1,7 @@
 """Telemetry of the whole vehicle, link by link: what one client asks for, what the others get, and at what cost."""
 
 import math
+from itertools import pairwise
 
 import pytest
 
@@ -137,6 +138,24 @@ def test_a_wish_that_is_not_signed_is_not_granted_once_signing_is_on(tmp_path):
 
 
 # What MAVProxy calls lost: pymavlink counts every frame it has no definition for
+
+
+def looks(sky, seconds):
+    """The control periods after which the vehicle looks at the link."""
+    vehicle = sky.craft.vehicle
+    seen, end = [vehicle.periods], vehicle.periods + seconds * 500
+    while seen[-1] < end:
+        sky.node.advance(sky.node.quantum())
+        seen.append(vehicle.periods)
+    return seen
+
+
+def test_the_link_is_looked_at_when_the_autopilot_ticks_and_when_a_message_is_due(tmp_path):
+    sky = Sky(tmp_path)
+    seen = looks(sky, 1.0)
+    assert set(seen) >= {*range(seen[0], seen[-1], 10), *range(seen[0], seen[-1], 25)}  # 50 Hz, and 20 Hz
+    sky.station().command(SET, mavlink.MAVLINK_MSG_ID_ATTITUDE, 1.0)
+    assert {b - a for a, b in pairwise(looks(sky, 1.0))} == {5}  # a hundred times a second, whatever is asked for
 
 
 class Counter:
