@@ -1,4 +1,4 @@
-"""Expected errors of the ground station: one line for the user, and an exit code of its own."""
+"""Expected errors of the ground station: one line for the user, and an exit code for each kind."""
 
 
 class GroundError(Exception):
@@ -8,12 +8,12 @@ class GroundError(Exception):
 
 
 class LinkError(GroundError):
-    """The link cannot be opened, or the vehicle process cannot be started."""
+    """The link cannot be opened, the vehicle process cannot be started, or the vehicle does not answer."""
 
     exit_code = 3
 
 
 class FlightError(GroundError):
-    """A scripted flight did not come to its end; the message says where it stopped."""
+    """A scripted flight ended early; the message says where."""
 
     exit_code = 4

@@ -1,24 +1,28 @@
-"""The vehicle's end of the link: many peers, one vehicle. The autopilot decides, the endpoint speaks."""
+"""The vehicle's end of the link: one vehicle, many peers.
+
+It composes the server engines, the links and the router. The autopilot decides; the endpoint does the communication.
+"""
+
+from __future__ import annotations
 
 from collections.abc import Hashable, Iterable, Mapping, Sequence
 from types import MappingProxyType
 
-from protocol.codec import Message, Statistics
-from protocol.engines import stream
-from protocol.engines.base import Outgoing, Peer, Server, addressed_to
-from protocol.engines.command_server import UNKNOWN_PROGRESS, CommandServer
-from protocol.engines.files import FileTree, LogStore, NoFiles
-from protocol.engines.ftp_server import FtpServer
+from protocol.codec import Statistics
+from protocol.engines.base import Outgoing, Server
+from protocol.engines.file_store import FileTree, LogStore, NoFiles
 from protocol.engines.heartbeat import HeartbeatSource
-from protocol.engines.log_server import LogServer
-from protocol.engines.mission_server import MissionServer, Validate
-from protocol.engines.operator import OperatorControl
-from protocol.engines.parameter_server import ParameterServer
-from protocol.engines.parameters import Parameter
-from protocol.engines.presence import Presence
-from protocol.engines.responders import TimeResponder
+from protocol.engines.parameter_values import Parameter
+from protocol.engines.server.command_server import UNKNOWN_PROGRESS, CommandServer
+from protocol.engines.server.ftp_server import FtpServer
+from protocol.engines.server.log_server import LogServer
+from protocol.engines.server.mission_server import MissionServer
+from protocol.engines.server.operator_control import SETPOINT_MESSAGES, OperatorControl
+from protocol.engines.server.parameter_server import ParameterServer
+from protocol.engines.server.presence import Presence
+from protocol.engines.server.stream_server import STREAM_COMMANDS, Audience, StreamServer
+from protocol.engines.server.time_responder import TimeResponder
 from protocol.engines.statustext import split_text
-from protocol.engines.stream import Audience, StreamServer
 from protocol.events import (
     CommandRequested,
     Event,
@@ -28,41 +32,34 @@ from protocol.events import (
 )
 from protocol.keyring import Keyring
 from protocol.links import Links
-from protocol.plans.mission import MissionItem
+from protocol.message import Message, Peer, addressed_to
+from protocol.plans.mission_item import MissionItem
+from protocol.plans.validation import Validate
 from protocol.router import Router, RoutingStatistics
 
 __all__ = ["VehicleEndpoint"]
-
-_SETPOINTS = frozenset(
-    {
-        "SET_POSITION_TARGET_LOCAL_NED",
-        "SET_POSITION_TARGET_GLOBAL_INT",
-        "SET_ATTITUDE_TARGET",
-        "SET_ACTUATOR_CONTROL_TARGET",
-    }
-)
 
 
 class VehicleEndpoint:
     """Hand in datagrams, take events, acknowledge, publish, then drain ``datagrams_to_send()``.
 
-    ``now`` is the link's time [s]; only ``streams_due`` runs on the vehicle's own, simulated time [us].
+    ``now`` is the link's time [s]; only ``streams_due`` uses the vehicle's own, simulated time [us].
 
     Args:
         system: Own system id.
         component: Own component id.
-        commands: MAV_CMD numbers the vehicle takes; requests for messages and intervals are answered here.
-        parameters: The parameter table with its present values.
+        commands: MAV_CMD numbers the vehicle supports; requests for messages and intervals are answered here.
+        parameters: The parameter table with its current values.
         mission: The plan in force.
-        validate: Looks at a complete new plan; a refusal keeps the old one.
+        validate: Checks a complete new plan; a refusal keeps the old one.
         plans: Fence and rally points in force by MAV_MISSION_TYPE, each with its own ``validate``.
         streams: Interval [us] per id of the messages the vehicle streams, -1 for off.
-        on_request: Ids of further messages it can send when asked.
-        numbered: How many there are of a message that is asked for by number, per id.
-        peers: Destinations that get everything from the start; whoever sends a valid frame is added. None leaves
+        on_request: Ids of further messages it sends on request.
+        numbered: Number of instances per id, for messages that are requested by number.
+        peers: Destinations that get all messages from the start; each sender of a valid frame is added. None leaves
             that to the transport.
-        keyring: Signs and judges what passes; without it nothing is signed and all is believed.
-        files: What peers may list and read over MAVLink FTP.
+        keyring: Signs and judges frames; without it no frame is signed and all are accepted.
+        files: The files that peers may list and read over MAVLink FTP.
         logs: Recorded flights they may list and download.
     """
 
@@ -90,7 +87,7 @@ class VehicleEndpoint:
         self._links = Links(system, component, peers, self._keyring)
         self._router = Router(system, component, self._links.peers, self._links.readers)
         self._heartbeat = HeartbeatSource()
-        self._commands = CommandServer(*self._ids, frozenset(commands) | stream.COMMANDS, repeatable=stream.COMMANDS)
+        self._commands = CommandServer(*self._ids, frozenset(commands) | STREAM_COMMANDS, repeatable=STREAM_COMMANDS)
         self._parameters = ParameterServer(*self._ids, parameters)
         self._mission = MissionServer(*self._ids, mission, validate=validate, others=plans)
         self._files = FtpServer(*self._ids, files or NoFiles())
@@ -121,7 +118,7 @@ class VehicleEndpoint:
 
     @property
     def routing(self) -> RoutingStatistics:
-        """Counters of what was sent on from peer to peer."""
+        """Counters of frames forwarded from peer to peer."""
         return self._router.statistics
 
     @property
@@ -131,32 +128,32 @@ class VehicleEndpoint:
 
     def plan(self, kind: int) -> tuple[MissionItem, ...]:
         """The plan, fence or rally points (MAV_MISSION_TYPE) in force."""
-        return self._mission.held(kind)
+        return self._mission.plan(kind)
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
-        """The parameter table with its present values."""
+        """The parameter table with its current values."""
         return self._parameters.table
 
     # The link
 
-    def know(self, key: Hashable) -> None:
-        """Speak to a destination as if it had spoken: one that was there before a restart."""
+    def add_peer(self, key: Hashable) -> None:
+        """Add a peer that has not sent anything yet, such as one from before a restart."""
         self._links.codec(key)
 
     def receive_datagram(self, data: bytes, key: Hashable, now: float) -> None:
-        """Take one datagram; ``key`` is where answers to it go. Then: take ``events()``."""
-        self._keyring.tell_time(now)
+        """Take one datagram; answers go to ``key``. After this call: take ``events()``."""
+        self._keyring.advance_time(now)
         for message in self._links.decode(data, key, now):
             peer = Peer.of(message, key)
-            if peer[:2] != self._ids and self._links.believes(message):
+            if peer[:2] != self._ids and self._links.accepts(message):
                 self._datagrams += self._router.forward(message, key, now)
                 self._receive(message, now, peer)
                 self._collect(now)
 
     def handle_timer(self, now: float) -> None:
-        """Let time pass: heartbeats, resends, long answers."""
-        self._keyring.tell_time(now)
+        """Let time pass: heartbeats, repetitions, long answers."""
+        self._keyring.advance_time(now)
         for engine in self._timed:
             engine.handle_timer(now)
         self._collect(now)
@@ -166,33 +163,33 @@ class VehicleEndpoint:
         return min(engine.next_deadline() for engine in (self._keyring, *self._timed))
 
     def datagrams_to_send(self) -> list[tuple[Hashable | None, bytes]]:
-        """What is to be sent, each to one peer or (None) to all."""
+        """Datagrams to send now, each to one peer or (None) to all."""
         datagrams, self._datagrams = self._datagrams, []
         return datagrams
 
     def events(self) -> list[Event]:
-        """What peers asked for since the last call, in order."""
+        """Events since the last call, in order."""
         events, self._events = self._events, []
         return events
 
-    # What the vehicle says
+    # Messages of the vehicle
 
     def announce(self, heartbeat: Message, now: float) -> None:
-        """What HEARTBEAT says from now on; sent every second, and at once when it changed."""
+        """Set the HEARTBEAT to send every second from now on, and at once if it changed."""
         self._heartbeat.announce(heartbeat, now)
         self._collect(now)
 
     def publish(self, message: Message, to: Audience = None) -> None:
-        """Send a message to some links; None is everyone.
+        """Send a message to some links; None means everyone.
 
         Raises:
             LocalProtocolError: A field does not fit the wire.
         """
-        for peer in (None,) if to is None else (Peer(0, 0, key) for key in to):  # 0: whoever is on that link
+        for peer in (None,) if to is None else (Peer(0, 0, key) for key in to):  # 0: every system on that link
             self.send(message, peer)
 
     def send(self, message: Message, peer: Peer | None) -> None:
-        """Send a message to one peer; None is everyone.
+        """Send a message to one peer; None means everyone.
 
         Raises:
             LocalProtocolError: A field does not fit the wire.
@@ -213,26 +210,26 @@ class VehicleEndpoint:
         """Answer a ``CommandRequested`` with a MAV_RESULT; after IN_PROGRESS the final one must follow.
 
         Raises:
-            LocalProtocolError: There is no such request, or it has its final answer.
+            LocalProtocolError: There is no such request, or it has its final answer already.
         """
         self._commands.acknowledge(request, result, now, progress=progress, detail=detail)
         self._collect(now)
 
     def set_parameter(self, name: str, value: float) -> None:
-        """Change a parameter from the vehicle's side; everyone is told.
+        """Change a parameter from the vehicle's side; the new value is broadcast.
 
         Raises:
-            LocalProtocolError: There is no such parameter, or it cannot take the value.
+            LocalProtocolError: There is no such parameter, or the value is outside its range.
         """
         self._parameters.set(name, value)
         self._drain(self._parameters)
 
     def streams_due(self, time_us: int) -> dict[int, Audience]:
-        """Ids of the messages to publish at this time of the vehicle [us], ascending, each with whom it is for."""
+        """Ids of the messages to publish at this time of the vehicle [us], ascending, with the links that get them."""
         return self._streams.due(time_us)
 
     def next_stream_due(self) -> float:
-        """When the next of them is to be published, on the vehicle's time [us]; infinity: none is."""
+        """When the next of them is due, in the vehicle's time [us]; infinity if all are off."""
         return self._streams.next_due()
 
     # Inside
@@ -247,11 +244,11 @@ class VehicleEndpoint:
         elif kind == "HEARTBEAT":
             self.presence.hear(message, now, peer)
         elif kind == "SETUP_SIGNING":
-            if addressed_to(message, *self._ids):  # a key is for nobody else to see: no event carries it
+            if addressed_to(message, *self._ids):  # no event carries the key: nobody else may see it
                 key, initial = bytes(message.secret_key), message.initial_timestamp
                 self._keyring.propose(peer.key, key, initial, signed=message.get_signed())
         elif addressed_to(message, *self._ids):
-            event = SetpointReceived if kind in _SETPOINTS else MessageReceived
+            event = SetpointReceived if kind in SETPOINT_MESSAGES else MessageReceived
             self._events.append(event(message, peer))
 
     def _collect(self, now: float) -> None:
@@ -260,7 +257,7 @@ class VehicleEndpoint:
             self._put(Outgoing(None, outgoing))
         for server in self._servers:
             for event in server.events():
-                if isinstance(event, CommandRequested) and event.command in stream.COMMANDS:
+                if isinstance(event, CommandRequested) and event.command in STREAM_COMMANDS:
                     self._serve_stream(event, now)
                 else:
                     self._events.append(event)

@@ -1,4 +1,4 @@
-"""Expected errors of this package. Wire input raises none of them: it is counted and dropped."""
+"""Expected errors of this package. Wire input never raises one: bad input is counted and dropped."""
 
 __all__ = ["FileError", "LocalProtocolError", "ProtocolError"]
 
@@ -8,8 +8,8 @@ class ProtocolError(Exception):
 
 
 class LocalProtocolError(ProtocolError):
-    """This side misused an engine, or asked for a value the wire cannot carry."""
+    """This side used an engine out of turn, or a value does not fit the wire."""
 
 
 class FileError(ProtocolError):
-    """A plan or a log cannot be read; the message names the file, the place and what was wrong."""
+    """A plan, a key or a log cannot be read or written; the message names the file, the place and the fault."""

@@ -1,14 +1,16 @@
-"""Frames at the edge: what the vehicle computes in, and what the wire speaks.
+"""Coordinate frames: those the vehicle computes in, those on the wire, and the conversions.
 
 - World: NWU inside (x north, y west, z up), NED on the wire (north, east, down). Body: FLU inside (x along
-  the nose, y left, z up), FRD on the wire. Both pairs differ by half a turn about x, so one function serves
-  both ways.
-- Quaternions are (w, x, y, z), unit, and rotate body vectors into the world: v_W = R(q) v_B.
-- Tail-sitter: the body frame is the flying one, always. Level flight is pitch 0; hovering nose-up is pitch
+  the nose, y left, z up), FRD on the wire. Each pair differs by half a turn about x, so one function converts in
+  both directions.
+- Quaternions are (w, x, y, z), of unit length, and rotate body vectors into the world: v_W = R(q) v_B.
+- Tail-sitter: the body frame is always that of forward flight. Level flight has pitch 0; a nose-up hover has pitch
   +90 deg.
-- ``repr_offset_q`` of ATTITUDE_QUATERNION only says how to *show* the attitude: shown = q * repr_offset_q.
-  With FLYING_DISPLAY a display shows the flying frame; with HOVER_DISPLAY a nose-up hover is shown level.
+- ``repr_offset_q`` of ATTITUDE_QUATERNION only tells how to *show* the attitude: shown = q * repr_offset_q.
+  With FLYING_DISPLAY a display shows the frame of forward flight; with HOVER_DISPLAY a nose-up hover is shown level.
 - Geodetic: WGS84, latitude and longitude in degrees, altitude in metres above mean sea level.
+
+Which MAV_FRAME means what is in ``protocol.mav_frames``.
 """
 
 import math
@@ -48,7 +50,7 @@ HOVER_DISPLAY: Quaternion = (_HALF, 0.0, -_HALF, 0.0)
 
 _A = 6378137.0  # WGS84 semi-major axis [m]
 _E2 = 6.69437999014e-3  # WGS84 first eccentricity squared [-]
-_POLE = 89.9  # [deg] beyond, meridians are too close for a tangent plane
+_MAX_LATITUDE = 89.9  # [deg] beyond it, meridians are too close for a tangent plane
 
 
 def flip(v: Array) -> Vector:
@@ -83,7 +85,7 @@ def rotate(q: Array, v: Array) -> Vector:
 def euler_from_quaternion(q: Array) -> Vector:
     """Roll, pitch, yaw [rad] (ZYX) of an attitude FRD -> NED; yaw in (-pi, pi].
 
-    At pitch +-90 deg only yaw -+ roll exists: roll is then 0 and yaw takes it all.
+    At pitch +-90 deg only yaw -+ roll is defined: roll is then 0 and yaw has the whole angle.
     """
     w, x, y, z = (float(c) for c in q)
     sine = 2.0 * (w * y - z * x)
@@ -104,16 +106,15 @@ def quaternion_from_euler(roll: float, pitch: float, yaw: float) -> Quaternion:
 
 
 def displayed(q: Array, repr_offset_q: Array) -> Quaternion:
-    """The attitude to show: q * repr_offset_q; an offset of zeros means there is none."""
+    """The attitude to show: q * repr_offset_q; an offset of zeros means no offset."""
     return multiply(q, repr_offset_q if any(repr_offset_q) else FLYING_DISPLAY)
 
 
 def heading(q: Array) -> float:
     """Heading [rad] in [0, 2 pi), clockwise from north, of an attitude FRD -> NED.
 
-    In flight it is where the nose points. Nose-up the nose has no azimuth: there it is where the belly looks,
-    which is the way the nose pointed before it was pulled up (and the back looks there when the nose is
-    straight down).
+    In forward flight it is the azimuth of the nose. Nose-up, the nose has no azimuth: then it is the azimuth of the
+    belly, which is where the nose pointed before it was pulled up. Nose-down it is the azimuth of the back.
     """
     nose = rotate(q, (1.0, 0.0, 0.0))
     level = math.hypot(nose[0], nose[1]) >= abs(nose[2])
@@ -133,16 +134,16 @@ class Geodetic:
 class LocalFrame:
     """Tangent plane at ``origin``, its axes scaled by the ellipsoid's two radii of curvature there.
 
-    Linear in latitude and longitude, so a round trip loses rounding only. Against the true tangent plane the
-    horizontal error grows with the square of the distance: a few decimetres at 2 km.
+    It is linear in latitude and longitude, so a round trip only loses rounding. Compared with the true tangent plane,
+    the horizontal error grows with the square of the distance: a few decimetres at 2 km.
 
     Raises:
         LocalProtocolError: The origin is not on the globe, or too near a pole.
     """
 
     def __init__(self, origin: Geodetic) -> None:
-        if not (abs(origin.lat_deg) <= _POLE and abs(origin.lon_deg) <= 180.0 and math.isfinite(origin.alt)):
-            raise LocalProtocolError(f"no local frame at {origin}")
+        if not (abs(origin.lat_deg) <= _MAX_LATITUDE and abs(origin.lon_deg) <= 180.0 and math.isfinite(origin.alt)):
+            raise LocalProtocolError(f"there is no local frame at {origin}")
         self.origin = origin
         lat = math.radians(origin.lat_deg)
         w2 = 1.0 - _E2 * math.sin(lat) ** 2

@@ -1,26 +1,28 @@
-"""The links of a vehicle with many peers: a codec for each, and who becomes one."""
+"""The links of a vehicle to its peers: a codec for each, and which senders become peers."""
+
+from __future__ import annotations
 
 from collections.abc import Collection, Hashable, Iterable
 from dataclasses import dataclass
 
-from protocol.codec import Codec, Message, source_of
-from protocol.engines.base import Outgoing, addressed_to
+from protocol.codec import Codec
+from protocol.engines.base import Outgoing
 from protocol.keyring import Keyring
+from protocol.message import Message, addressed_to, source_of
 
-__all__ = ["MOST_LEARNT", "Links"]
+__all__ = ["MAX_LEARNED_PEERS", "Links"]
 
-MOST_LEARNT = (
-    16  # one more replaces one that has departed, or was heard in the fewest seconds: a flood drives nobody out
-)
-DEPARTED = 60.0  # a peer that was silent for so long [s] has probably gone; it makes room first
+# One more replaces one that is gone, or else the one heard in the fewest seconds: a flood displaces no peer.
+MAX_LEARNED_PEERS = 16
+PEER_TIMEOUT = 60.0  # [s] of silence after which a peer counts as gone
 
 
 @dataclass(slots=True)
-class _Learnt:
-    """A peer that made itself known."""
+class _LearnedPeer:
+    """A peer that was not configured, but sent a valid frame."""
 
-    heard: float  # when it said something last [s]
-    seconds: int = 1  # in how many it did: what one says in one of them counts once
+    heard: float  # when it was heard last [s]
+    seconds: int = 1  # in how many seconds it was heard: many frames within one second count once
 
     def hear(self, now: float) -> None:
         self.seconds += int(now) != int(self.heard)
@@ -28,73 +30,73 @@ class _Learnt:
 
 
 class Links:
-    """Who gets what, and with which sequence number.
+    """Decides which peer gets which frame, with its own sequence numbers.
 
-    Sequence numbers count per link, and clients call every gap a loss: an answer to one peer must not tear a hole
-    into the others' numbers. So each peer has its own codec. Without a list of peers the transport sends to
-    everyone itself, and all share one codec.
+    Sequence numbers count per link, and clients take every gap for a loss: an answer to one peer must not leave a gap
+    in the numbers of the others. So each peer has its own codec. Without a list of peers the transport itself sends to
+    everyone, and all peers share one codec.
     """
 
     def __init__(self, system: int, component: int, peers: Iterable[Hashable] | None, keyring: Keyring) -> None:
         self._ids, self._keyring = (system, component), keyring
         self._fixed = None if peers is None else tuple(peers)
         self.codecs: dict[Hashable, Codec] = {key: self._new(key) for key in self._fixed or ()}
-        self._learnt: dict[Hashable, _Learnt] = {}
+        self._learned: dict[Hashable, _LearnedPeer] = {}
         self._now = 0.0
 
     def codec(self, key: Hashable) -> Codec:
-        """The codec that serves ``key``."""
+        """The codec of a peer; a new peer is added."""
         key = None if self._fixed is None else key
         if key not in self.codecs:
             self._add(key, self._new(key))
         return self.codecs[key]
 
     def decode(self, data: bytes, key: Hashable, now: float) -> list[Message]:
-        """All that a peer says; a stranger becomes a peer by its first frame that is believed."""
+        """The messages of a datagram; an unknown sender becomes a peer with its first accepted frame."""
         self._now = now
         name = None if self._fixed is None else key
         codec = self.codecs.get(name) or self._new(name)
         messages = codec.decode(data)
-        if name in self._learnt and messages:
-            self._learnt[name].hear(now)
+        if name in self._learned and messages:
+            self._learned[name].hear(now)
         elif name not in self.codecs and any(self._is_welcome(m) for m in messages):
             self._add(name, codec)
         return messages
 
-    def believes(self, message: Message) -> bool:
+    def accepts(self, message: Message) -> bool:
         """True unless a key is set and the message is not signed with it."""
         return bool(message.get_signed()) or not self._keyring.is_on
 
     def peers(self) -> Collection[Hashable]:
-        """Who gets telemetry; nobody that is known by name while the transport sends to everyone itself."""
+        """The peers that get telemetry; none if the transport itself sends to everyone."""
         return () if self._fixed is None else self.codecs.keys()
 
     def readers(self, key: Hashable) -> list[Hashable]:
-        """Peers that what came from ``key`` means something to: those with the same signing key, or with none."""
+        """The other peers that accept frames from ``key``: those with the same signing key, or with none."""
         keys = {None, self._keyring.key(key)}
         return [peer for peer in self.peers() if peer != key and self._keyring.key(peer) in keys]
 
     def _is_welcome(self, message: Message) -> bool:
-        """Whether its sender may become a peer; a frame in this vehicle's own name is an echo, or a lie."""
+        """Whether its sender may become a peer; a frame with our own ids is an echo or spoofed."""
         is_own = source_of(message) == self._ids
-        return self.believes(message) and addressed_to(message, *self._ids) and not is_own
+        return self.accepts(message) and addressed_to(message, *self._ids) and not is_own
 
     def _new(self, key: Hashable) -> Codec:
         return Codec(*self._ids, self._keyring.link(key))
 
     def _add(self, key: Hashable, codec: Codec) -> None:
-        if len(self._learnt) >= MOST_LEARNT:
-            leaving = min(self._learnt, key=self._worth)
-            del self._learnt[leaving], self.codecs[leaving]
-        self.codecs[key], self._learnt[key] = codec, _Learnt(self._now)
+        if len(self._learned) >= MAX_LEARNED_PEERS:
+            leaving = min(self._learned, key=self._worth)
+            del self._learned[leaving], self.codecs[leaving]
+        self.codecs[key], self._learned[key] = codec, _LearnedPeer(self._now)
 
     def _worth(self, key: Hashable) -> tuple[bool, float, int]:
-        peer = self._learnt[key]
-        is_here = self._now - peer.heard < DEPARTED
+        peer = self._learned[key]
+        is_here = self._now - peer.heard < PEER_TIMEOUT
         return is_here, peer.seconds if is_here else peer.heard, self.codecs[key].statistics.received
 
     def encode(self, outgoing: Outgoing) -> list[tuple[Hashable | None, bytes]]:
-        """Datagrams for the destination; None as a key means everyone."""
+        """Datagrams for the destination; the key None means everyone."""
         if outgoing.peer is not None:
             key = outgoing.peer.key
             return [(key, self.codec(key).encode(outgoing.message))]

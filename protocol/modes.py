@@ -1,9 +1,9 @@
-"""PX4's custom modes, which MAVSDK, MAVProxy and QGroundControl all understand: main << 16 | sub << 24."""
+"""PX4's custom modes, which MAVSDK, MAVProxy and QGroundControl understand: main << 16 | sub << 24."""
 
 import math
 from enum import Enum
 
-__all__ = ["FOREIGN", "Mode", "custom_mode", "mode_from_custom", "mode_from_parts"]
+__all__ = ["UNSUPPORTED_PX4_MODES", "Mode", "custom_mode", "mode_from_custom", "mode_from_parts"]
 
 
 class Mode(Enum):
@@ -24,11 +24,11 @@ class Mode(Enum):
 
     @property
     def is_auto(self) -> bool:
-        """True when the vehicle flies itself without a stream of set-points."""
+        """True if the vehicle flies itself, without a stream of set-points."""
         return self in _AUTO
 
 
-FOREIGN = {(4, 8): "FOLLOW_TARGET", (4, 9): "PRECISION_LAND", (8, 0): "RATTITUDE"}  # PX4's, which are not ours
+UNSUPPORTED_PX4_MODES = {(4, 8): "FOLLOW_TARGET", (4, 9): "PRECISION_LAND", (8, 0): "RATTITUDE"}
 
 
 def custom_mode(mode: Mode) -> int:
@@ -42,11 +42,11 @@ _BY_NUMBER = {custom_mode(mode): mode for mode in Mode}
 
 
 def mode_from_custom(number: int) -> Mode | None:
-    """The mode of HEARTBEAT.custom_mode; None when it is none of ours."""
+    """The mode of HEARTBEAT.custom_mode; None if it is not one of ours."""
     return _BY_NUMBER.get(number)
 
 
 def mode_from_parts(main: float, sub: float) -> Mode | None:
-    """The mode MAV_CMD_DO_SET_MODE asks for in param2 and param3; only AUTO looks at its sub-mode."""
+    """The mode that param2 and param3 of MAV_CMD_DO_SET_MODE ask for; only AUTO has sub-modes."""
     parts = tuple(0 if math.isnan(part) else part for part in (main, sub))
     return next((mode for mode in Mode if mode.value == parts or (not mode.is_auto and mode.value[0] == main)), None)

@@ -1,16 +1,20 @@
-"""Forwarding between a vehicle's peers, as an autopilot does (https://mavlink.io/en/guide/routing.html).
+"""Forwards messages between a vehicle's peers, as an autopilot does (https://mavlink.io/en/guide/routing.html).
 
 A camera or a companion computer on one link and ground stations on others reach each other through the vehicle:
 
-1. What is for nobody in particular (no target system, or 0) goes to every other peer.
-2. What is for a component goes where that component was heard; component 0, or one of another system that was never
-   heard, where its system was. What is for the vehicle alone stays here.
-3. Nothing goes back where it came from, nor to a peer at which its sender was heard as well; and no frame goes on
-   twice within ``REPEATED`` seconds. So two links to one partner, or a loop of routers, multiply nothing.
+1. A message without a target system, or with target system 0, goes to every other peer.
+2. A message for a component goes to the peers at which that component was heard. For component 0, or an unknown
+   component of another system, it goes to the peers at which the system was heard. A message for the vehicle alone is
+   not forwarded.
+3. A message never goes back to the peer it came from, nor to a peer at which its sender was heard as well. The same
+   frame is not forwarded twice within ``DUPLICATE_WINDOW`` seconds. So two links to the same system, or a loop of
+   routers, multiply nothing.
 
-Bytes go on as they came: never encoded, numbered or signed anew. Frames are given here decoded, so what failed its
-checksum, or is of no known message and therefore has none that can be checked, cannot go on.
+Bytes are forwarded unchanged: never encoded, numbered or signed anew. Only decoded frames get here, so a frame with a
+wrong checksum, or of an unknown message whose checksum cannot be verified, is not forwarded.
 """
+
+from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Collection, Hashable, Mapping
@@ -20,22 +24,22 @@ from hashlib import blake2b
 from types import MappingProxyType
 from typing import NamedTuple
 
-from protocol.codec import Message, Source, source_of
 from protocol.dialect import mavlink
-from protocol.engines.base import bound
-from protocol.engines.budget import Budget
+from protocol.engines.base import drop_oldest
+from protocol.engines.retransmission import DUPLICATE_WINDOW
+from protocol.message import Message, Source, source_of, target_of
+from protocol.token_bucket import TokenBucket
 
-__all__ = ["Router", "RoutingStatistics", "Withheld", "target_of"]
+__all__ = ["Router", "RoutingStatistics", "Withheld"]
 
-COPIES_PER_SECOND = 1000.0  # datagrams that the frames of one peer may become
-MOST_AT_ONCE = 250  # of these after a pause: what one datagram full of frames can set off
-RESERVE_PER_SECOND = 200.0  # further copies, shared by all peers whose own budget is spent or only beginning
-MOST_SOURCES = 16  # (system, component) pairs remembered per peer; one more replaces the one that said least
-FORGOTTEN = 60.0  # a component that was silent for so long [s] is nowhere
-REPEATED = 0.5  # [s] in which the same bytes are the same frame; sequence numbers wrap too soon to look further
-MOST_RECENT = 1024  # frames remembered to know them again
+COPIES_PER_SECOND = 1000.0  # [1/s] datagrams that result from the frames of one peer
+MAX_COPIES_BURST = 250  # of these after a pause: as many as one datagram full of frames causes
+RESERVE_PER_SECOND = 200.0  # [1/s] further copies, shared by all peers that used up their own or are new
+MAX_SOURCES_PER_PEER = 16  # (system, component) pairs remembered per peer; one more replaces the one with fewest frames
+ROUTE_LIFETIME = 60.0  # [s] of silence after which a component's peer is forgotten
+MAX_REMEMBERED_FRAMES = 1024  # frames remembered to recognise repetitions
 
-SECRET = frozenset(  # messages that carry a key or a password
+SECRET_MESSAGES = frozenset(  # messages that carry a key or a password
     {
         mavlink.MAVLINK_MSG_ID_SETUP_SIGNING,
         mavlink.MAVLINK_MSG_ID_AUTH_KEY,
@@ -43,27 +47,27 @@ SECRET = frozenset(  # messages that carry a key or a password
         mavlink.MAVLINK_MSG_ID_WIFI_CONFIG_AP,
     }
 )
-LINK_LOCAL = frozenset({mavlink.MAVLINK_MSG_ID_RADIO_STATUS})  # a radio speaks of its own link
+LINK_LOCAL_MESSAGES = frozenset({mavlink.MAVLINK_MSG_ID_RADIO_STATUS})  # about the link of the radio itself
 
 
 class Withheld(Enum):
-    """Why a frame did not go on."""
+    """Why a frame was not forwarded."""
 
-    STRANGER = "its port has said nothing to the vehicle"
-    SECRET = "a key or a password"  # noqa: S105 - not one itself
-    LINK_LOCAL = "about its own link"
-    NO_SENDER = "system 0 is nobody"
-    NOBODY_THERE = "its target was never heard elsewhere"
-    REPEATED = "went on already"
-    TOO_MANY = "more than its peer may send on"
+    STRANGER = "its port is not a peer of the vehicle"
+    SECRET = "it contains a key or a password"  # noqa: S105 - not one itself
+    LINK_LOCAL = "it is about its own link"
+    NO_SENDER = "its sender has system id 0"
+    NOBODY_THERE = "its target was not heard at another peer"
+    REPEATED = "it was forwarded already"
+    TOO_MANY = "its peer exceeds its rate"
 
 
 class RoutingStatistics(NamedTuple):
-    """Counters of the router, as they were."""
+    """A snapshot of the router's counters."""
 
-    forwarded: int = 0  # frames that went on
-    copies: int = 0  # datagrams they became
-    withheld: Mapping[Withheld, int] = MappingProxyType({})  # frames by why they did not go on
+    forwarded: int = 0  # forwarded frames
+    copies: int = 0  # datagrams sent for them
+    withheld: Mapping[Withheld, int] = MappingProxyType({})  # frames by the reason why they were not forwarded
 
 
 @dataclass(slots=True)
@@ -73,32 +77,32 @@ class _Heard:
 
 
 class _Neighbour:
-    """A peer: who was heard at it, and how much it may still send on."""
+    """A peer: the sources heard at it, and the rate at which its frames are forwarded."""
 
     def __init__(self, now: float) -> None:
-        # Empty at first: ports that change with every frame must not bring a full budget each.
-        self.budget = Budget(COPIES_PER_SECOND, MOST_AT_ONCE, now)
+        # Empty at first: changing the port with every frame must not help.
+        self.bucket = TokenBucket(capacity=MAX_COPIES_BURST, rate=COPIES_PER_SECOND, now=now, tokens=0.0)
         self.sources: dict[Source, _Heard] = {}
 
     def hear(self, source: Source, now: float) -> None:
-        if source not in self.sources and len(self.sources) >= MOST_SOURCES:
+        if source not in self.sources and len(self.sources) >= MAX_SOURCES_PER_PEER:
             del self.sources[min(self.sources, key=lambda s: self.sources[s].frames)]
         heard = self.sources.setdefault(source, _Heard())
         heard.frames, heard.last = heard.frames + 1, now
 
     def forget(self, now: float) -> None:
-        for source in [s for s, heard in self.sources.items() if now - heard.last > FORGOTTEN]:
+        for source in [s for s, heard in self.sources.items() if now - heard.last > ROUTE_LIFETIME]:
             del self.sources[source]
 
 
 class Router:
-    """Decides where a frame goes on to, and remembers who was heard where.
+    """Decides where a frame is forwarded to, and remembers which source was heard at which peer.
 
     Args:
         system: Own system id.
         component: Own component id.
-        peers: All peers there are now.
-        readers: Of these, the ones that may hear what comes from a given one, which is not among them.
+        peers: Returns the present peers.
+        readers: Returns those peers, other than a given one, that may read its frames.
     """
 
     def __init__(
@@ -111,23 +115,23 @@ class Router:
         self._ids = (system, component)
         self._peers, self._readers = peers, readers
         self._neighbours: dict[Hashable, _Neighbour] = {}
-        self._reserve = Budget(RESERVE_PER_SECOND, RESERVE_PER_SECOND, 0.0, RESERVE_PER_SECOND)
-        self._recent: dict[bytes, float] = {}  # digest of a frame that went on, and when
+        self._reserve = TokenBucket(capacity=RESERVE_PER_SECOND, rate=RESERVE_PER_SECOND)
+        self._recent: dict[bytes, float] = {}  # digest of a forwarded frame, and when it was forwarded
         self._forget_at = 0.0
         self._forwarded = self._copies = 0
         self._withheld: Counter[Withheld] = Counter()
 
     @property
     def statistics(self) -> RoutingStatistics:
-        """What went on and what did not, since the start."""
+        """Counters since the start."""
         return RoutingStatistics(self._forwarded, self._copies, MappingProxyType(dict(self._withheld)))
 
     def forward(self, message: Message, origin: Hashable, now: float) -> list[tuple[Hashable, bytes]]:
-        """The copies of a frame that are to be sent on, each with its peer; often none.
+        """The copies of a frame to send, each with its peer; often none.
 
         Args:
-            message: As it was decoded; its sender is believed and is not this vehicle.
-            origin: The peer it came from; what comes from none of the peers goes nowhere.
+            message: Decoded and accepted; not from this vehicle.
+            origin: Where it came from; frames from others than the peers are not forwarded.
             now: The link's time [s].
         """
         if origin not in self._peers():
@@ -149,7 +153,7 @@ class Router:
         if not destinations:
             return []
         self._recent[digest] = now
-        bound(self._recent, MOST_RECENT)
+        drop_oldest(self._recent, MAX_REMEMBERED_FRAMES)
         self._forwarded += 1
         self._copies += len(destinations)
         return [(peer, frame) for peer in destinations]
@@ -171,9 +175,9 @@ class Router:
     def _objection(
         self, message: Message, target: Source, destinations: list[Hashable], digest: bytes
     ) -> Withheld | None:
-        if message.get_msgId() in SECRET:
+        if message.get_msgId() in SECRET_MESSAGES:
             return Withheld.SECRET
-        if message.get_msgId() in LINK_LOCAL:
+        if message.get_msgId() in LINK_LOCAL_MESSAGES:
             return Withheld.LINK_LOCAL
         if message.get_srcSystem() == 0:
             return Withheld.NO_SENDER
@@ -183,7 +187,7 @@ class Router:
         return Withheld.REPEATED if digest in self._recent else None
 
     def _is_paid(self, neighbour: _Neighbour, copies: int, now: float) -> bool:
-        return neighbour.budget.take(copies, now) or self._reserve.take(copies, now)
+        return neighbour.bucket.take(now, copies) or self._reserve.take(now, copies)
 
     def _heard_at(self, peer: Hashable) -> Collection[Source]:
         neighbour = self._neighbours.get(peer)
@@ -197,17 +201,9 @@ class Router:
         return self._neighbours[peer]
 
     def _forget(self, now: float) -> None:
-        while self._recent and now - next(iter(self._recent.values())) > REPEATED:
+        while self._recent and now - next(iter(self._recent.values())) > DUPLICATE_WINDOW:
             del self._recent[next(iter(self._recent))]
         if now >= self._forget_at:
             self._forget_at = now + 1.0
             for neighbour in self._neighbours.values():
                 neighbour.forget(now)
-
-
-def target_of(message: Message) -> Source:
-    """(system, component) a message is for; 0 is everyone."""
-    system = getattr(message, "target_system", 0)
-    if message.get_msgId() == mavlink.MAVLINK_MSG_ID_MANUAL_CONTROL:
-        system = message.target
-    return system, getattr(message, "target_component", 0)

@@ -1,13 +1,13 @@
-"""Wire scalings, all in one place: SI and degrees outside, scaled integers on the wire.
+"""All wire scalings: SI units and degrees outside, scaled integers on the wire.
 
-Rounding is to the nearest, ties to even. A value the field cannot carry is our bug and raises; it is never
-bent to the nearest limit. Where the wire has a word for "unknown", NaN becomes that word.
+Rounding is to the nearest, ties to even. A value that does not fit its field is our bug and raises an error; it is
+never clamped. Where the wire has a value for "unknown", NaN becomes that value.
 """
 
 import math
 
-from protocol.dialect import mavlink
 from protocol.errors import LocalProtocolError
+from protocol.mav_frames import is_global_frame
 
 __all__ = [
     "UNKNOWN_INT32",
@@ -19,7 +19,6 @@ __all__ = [
     "from_e7",
     "from_local_e4",
     "from_millimetres",
-    "is_global_frame",
     "local_e4",
     "microseconds",
     "millimetres",
@@ -31,17 +30,6 @@ __all__ = [
 
 UNKNOWN_INT32 = 0x7FFFFFFF  # x and y of COMMAND_INT and MISSION_ITEM_INT: "use the default"
 _UNKNOWN_UINT16 = 0xFFFF
-
-_GLOBAL_FRAMES = frozenset(
-    {
-        mavlink.MAV_FRAME_GLOBAL,
-        mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT,
-        mavlink.MAV_FRAME_GLOBAL_INT,
-        mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT_INT,
-        mavlink.MAV_FRAME_GLOBAL_TERRAIN_ALT,
-        mavlink.MAV_FRAME_GLOBAL_TERRAIN_ALT_INT,
-    }
-)
 
 
 def _scaled(value: float, scale: float, low: int, high: int, what: str) -> int:
@@ -90,7 +78,7 @@ def centimetres_per_second(speed: float) -> int:
 
 
 def centidegrees(heading: float) -> int:
-    """A heading [rad], any turn, as 0..35999 cdeg; NaN as 65535, which says unknown."""
+    """A heading [rad] of any range as 0..35999 cdeg; NaN as 65535, unknown."""
     if math.isnan(heading):
         return _UNKNOWN_UINT16
     if math.isinf(heading):
@@ -104,7 +92,7 @@ def from_centidegrees(heading_cdeg: int) -> float:
 
 
 def milliseconds(seconds: float) -> int:
-    """A time [s] as uint32 ms, which begin again at 0 after 49.7 days."""
+    """A time [s] as uint32 ms, which wrap to 0 after 49.7 days."""
     return _scaled(seconds, 1e3, 0, 2**64 - 1, "time [s]") % 2**32
 
 
@@ -114,26 +102,21 @@ def microseconds(seconds: float) -> int:
 
 
 def millivolts(volts: float) -> int:
-    """A voltage [V] as uint16 mV; NaN as 65535, which says unknown."""
+    """A voltage [V] as uint16 mV; NaN as 65535, unknown."""
     return _UNKNOWN_UINT16 if math.isnan(volts) else _scaled(volts, 1e3, 0, 0xFFFE, "voltage [V]")
 
 
 def centiamperes(amperes: float) -> int:
-    """A current [A] as int16 cA; NaN as -1, which says unknown."""
+    """A current [A] as int16 cA; NaN as -1, unknown."""
     return -1 if math.isnan(amperes) else _scaled(amperes, 1e2, 0, 2**15 - 1, "current [A]")
 
 
 def percent(share: float) -> int:
-    """A share 0..1 as int8 percent; NaN as -1, which says unknown."""
+    """A share 0..1 as int8 percent; NaN as -1, unknown."""
     return -1 if math.isnan(share) else _scaled(share, 1e2, 0, 100, "share [-]")
 
 
-def is_global_frame(frame: int) -> bool:
-    """True when x and y in this MAV_FRAME are latitude and longitude."""
-    return frame in _GLOBAL_FRAMES
-
-
 def coordinates(frame: int, x: int, y: int) -> tuple[float, float]:
-    """Position of COMMAND_INT or MISSION_ITEM_INT: [deg] in global frames, else [m]; NaN means default."""
+    """Position x, y of COMMAND_INT or MISSION_ITEM_INT: [deg] in global frames, else [m]; NaN means default."""
     scale = from_e7 if is_global_frame(frame) else from_local_e4
     return tuple(math.nan if v == UNKNOWN_INT32 else scale(v) for v in (x, y))  # type: ignore[return-value]

@@ -2,7 +2,7 @@
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 venv=${DARKO_VENV:-$root/.venv}
 
-# ensure_env EXTRAS: install the project, editable, with the named extras ("" for none).
+# ensure_env EXTRA: install the project, editable, with an extra of pyproject.toml ("" for none).
 ensure_env() {
   local extras=$1 stamp="$venv/.darko-${1:-run}" python=${PYTHON:-python3}
   if [ -e "$stamp" ] && [ "$stamp" -nt "$root/requirements.lock" ] && [ "$stamp" -nt "$root/pyproject.toml" ] &&

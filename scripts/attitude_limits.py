@@ -1,7 +1,7 @@
-"""How often the hover is found again after streamed attitudes: the table of docs/laws.md.
+"""How well the vehicle recovers its hover after streamed attitudes: the table of docs/laws.md.
 
 ``python scripts/attitude_limits.py [--flights N] [--seed N]`` streams random attitudes and thrusts within the limits to
-vehicles that hover at 25 m, until a limit ends it or for 8 s, and prints a row for each kind of air and airframe.
+vehicles that hover at 25 m, for 8 s or until a limit ends it, and prints a row for each case of wind and airframe.
 """
 
 from __future__ import annotations
@@ -13,22 +13,27 @@ from typing import NamedTuple
 import numpy as np
 
 from protocol.dialect.vocabulary import Law
-from protocol.frames import Geodetic, LocalFrame
+from protocol.frames import LocalFrame
 from protocol.modes import Mode
-from sitl.airframe import load
-from sitl.autopilot.arena import ARENAS
-from sitl.autopilot.attitude import MAX_TILT, MIN_THRUST
-from sitl.autopilot.mission import World
+from sitl.aircraft import AUTOPILOT_PERIODS, Aircraft
+from sitl.autopilot.safety.arena import ARENAS
+from sitl.autopilot.safety.world import World
 from sitl.autopilot.settings import Settings
 from sitl.control.reference import AttitudeReference
-from sitl.craft import AUTOPILOT_PERIODS, Craft
+from sitl.defaults import HOME
+from sitl.guidance.attitude_setpoints import MAX_TILT, MIN_THRUST
 from sitl.model.airframe import Airframe
+from sitl.model.airframe_files import load
 from sitl.model.quaternions import Quaternion, hover, multiply
 from sitl.model.vectors import Vector
-from sitl.parameters import Bindings, Surroundings
-from sitl.simulation.simulation import Simulation, Start, Tuning
+from sitl.parameters import Configuration, WorldSettings
+from sitl.simulation.simulation import Simulation
+from sitl.simulation.start import Start
+from sitl.simulation.tuning import Tuning
 
-HEIGHT, MAX_TIME, AFTER = 25.0, 8.0, 12.0  # [m], [s], [s]
+HEIGHT = 25.0  # [m]
+MAX_TIME = 8.0  # of the streamed attitude [s]
+HOLD_TIME = 12.0  # after it [s]
 UNCERTAIN = ["m", "J1", "J2", "J3", "C_l", "C_d0", "xi_f", "xi_m", "Delta_r", "k_f", "k_m", "C_lp", "C_mq", "C_nr"]
 CASES = (
     ("calm", 0.0, 0.0, 0.0),
@@ -41,9 +46,9 @@ CASES = (
 class Result(NamedTuple):
     """One flight."""
 
-    lost: float  # height, after the set-points ended [m]
-    caught: int  # falls
-    upset: bool  # the attitude was lost
+    height_lost: float  # after the set-points ended [m]
+    falls: int  # entries into the failsafe law
+    upset: bool  # whether the attitude was lost
 
 
 def fly(rng: np.random.Generator, seed: int, wind: float, gusts: float, share: float) -> Result:
@@ -51,20 +56,20 @@ def fly(rng: np.random.Generator, seed: int, wind: float, gusts: float, share: f
     nominal = load("nominal").parameters
     start = Start(up=HEIGHT, airborne=True)
     vehicle = Simulation(_varied(nominal, rng, share), seed=seed, start=start, design_model=nominal)
-    air = Surroundings(wind, rng.uniform(0.0, 360.0), gusts, battery=1e6)
-    world = World(LocalFrame(Geodetic(43.5648, 1.4811, 150.0)), ARENAS["open"])
-    craft = Craft(vehicle, world, Bindings(Settings(), Tuning(), air), airborne=True)
-    craft.advance(1000)
-    attitude, autopilot, end = _draw(rng), craft.autopilot, vehicle.time + MAX_TIME
-    autopilot.set_offboard_attitude(attitude)
+    air = WorldSettings(wind, rng.uniform(0.0, 360.0), gusts, battery=1e6)
+    world = World(LocalFrame(HOME), ARENAS["open"])
+    aircraft = Aircraft(vehicle, world, Configuration(Settings(), Tuning(), air), airborne=True)
+    aircraft.advance(1000)
+    attitude, autopilot, end = _draw(rng), aircraft.autopilot, vehicle.time + MAX_TIME
+    autopilot.offboard.set_attitude(attitude)
     autopilot.set_mode(Mode.OFFBOARD)
     while autopilot.mode is Mode.OFFBOARD and vehicle.time < end:
-        autopilot.set_offboard_attitude(attitude)
-        craft.advance(AUTOPILOT_PERIODS)
-    autopilot.hold()
+        autopilot.offboard.set_attitude(attitude)
+        aircraft.advance(AUTOPILOT_PERIODS)
+    autopilot.guided.hold()
     high = lowest = vehicle.truth.body.position.z
-    for _ in range(round(AFTER / 0.02)):
-        craft.advance(AUTOPILOT_PERIODS)
+    for _ in range(round(HOLD_TIME / 0.02)):
+        aircraft.advance(AUTOPILOT_PERIODS)
         lowest = min(lowest, vehicle.truth.body.position.z)
     names = [jump.name for jump in vehicle.jumps]
     return Result(high - lowest, sum(jump.target is Law.FAILSAFE for jump in vehicle.jumps), "upset" in names)
@@ -85,16 +90,16 @@ def _varied(a: Airframe, rng: np.random.Generator, share: float) -> Airframe:
 def main() -> None:
     """Fly and print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--flights", type=int, default=100, help="of each case [%(default)s]")
-    parser.add_argument("--seed", type=int, default=11, help="[%(default)s]")
+    parser.add_argument("--flights", type=int, default=100, help="flights of each case [%(default)s]")
+    parser.add_argument("--seed", type=int, default=11, help="seed of the draws [%(default)s]")
     arguments = parser.parse_args()
     for name, *case in CASES:
         rng = np.random.default_rng(arguments.seed)
         flown = [fly(rng, seed, *case) for seed in range(arguments.flights)]
-        lost = np.percentile([result.lost for result in flown], (90, 100))
-        caught, upset = sum(result.caught for result in flown), sum(result.upset for result in flown)
-        said = f"height lost {lost[0]:.1f} / {lost[1]:.1f} m, {caught} falls, {upset} upset"
-        print(f"{name:<32} {len(flown)} flights, {said}")
+        lost = np.percentile([result.height_lost for result in flown], (90, 100))
+        falls, upset = sum(result.falls for result in flown), sum(result.upset for result in flown)
+        figures = f"height lost {lost[0]:.1f} / {lost[1]:.1f} m, {falls} falls, {upset} upset"
+        print(f"{name:<32} {len(flown)} flights, {figures}")
 
 
 if __name__ == "__main__":

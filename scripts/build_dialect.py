@@ -1,12 +1,12 @@
 """Generate ``mavlink.py`` and ``vocabulary.py`` of ``protocol/dialect`` from ``darko.xml`` when the package is built.
 
 The dialect includes MAVLink's own ``common.xml``, which pymavlink ships beside its generated modules, so
-the definitions and the generator are always of one version. Run by hand: ``python scripts/build_dialect.py``.
+definitions and generator always have the same version. Run by hand: ``python scripts/build_dialect.py``.
 
-The vocabulary has the dialect's own enums as Python's. What MAVLink's schema has no attribute for stands in processing
-instructions, ``<?darko label="…" regime="…"?>``, which other generators pass over: ``class`` names the Python class (if
-it is not the enum's name), ``label`` says the entry in plain words (if they are not its name's), and any other
-attribute refers to an entry of the enum of that name.
+The vocabulary has the dialect's own enums as Python enums. Attributes that MAVLink's schema lacks are in processing
+instructions, ``<?darko label="…" regime="…"?>``, which other generators ignore: ``class`` is the name of the Python
+class (if it is not the enum's name), ``label`` is the entry in plain words (if they are not its name), and any other
+attribute refers to an entry of the enum with that name.
 """
 
 from __future__ import annotations
@@ -40,10 +40,10 @@ def generate(source: Path, target: Path) -> None:
 
     Args:
         source: The dialect, an XML file that includes ``common.xml``.
-        target: The Python module to write; replaced whole or not at all.
+        target: The Python module to write; it is replaced atomically.
 
     Raises:
-        RuntimeError: If the generator refuses the dialect; the message is its own output.
+        RuntimeError: The generator refuses the dialect; the message is its output.
     """
     from pymavlink import dialects  # noqa: PLC0415 - only the build environment has to have it
     from pymavlink.generator import mavgen  # noqa: PLC0415
@@ -56,16 +56,16 @@ def generate(source: Path, target: Path) -> None:
         extend(work / "common.xml")
         shutil.copy(source, work / source.name)
         options = mavgen.Opts(str(work / target.name), wire_protocol="2.0", language="Python3", validate=True)
-        said = io.StringIO()
-        with contextlib.redirect_stdout(said):
+        output = io.StringIO()
+        with contextlib.redirect_stdout(output):
             done = mavgen.mavgen(options, [str(work / source.name)])
         if not done:
-            raise RuntimeError(f"{source}: {said.getvalue().strip()}")
+            raise RuntimeError(f"{source}: {output.getvalue().strip()}")
         _replace(target, (work / target.name).read_text(encoding="utf-8"))
 
 
 def extend(definitions: Path) -> None:
-    """Add the newer extension fields to a copy of ``common.xml``, where it lacks them."""
+    """Add the newer extension fields to a copy of ``common.xml`` if they are missing."""
     text = definitions.read_text(encoding="utf-8")
     for message, names in EXTENSIONS.items():
         start = text.index(f'name="{message}">')
@@ -80,17 +80,17 @@ class Entry(NamedTuple):
     """One number of an enum."""
 
     value: int
-    name: str  # without that of the enum
+    name: str  # without the enum's name
     label: str  # plain words
     description: str
-    references: dict[str, str]  # entries of other enums, by the enum
+    references: dict[str, str]  # entries of other enums, by enum
 
 
-class Vocabulary(NamedTuple):
+class EnumDefinition(NamedTuple):
     """One enum of the dialect."""
 
     enum: str  # without the dialect's prefix
-    name: str  # of the class
+    name: str  # of the Python class
     description: str
     is_bitmask: bool
     entries: tuple[Entry, ...]
@@ -104,21 +104,21 @@ from enum import IntEnum, IntFlag
 from typing import Final
 
 
-class Word(IntEnum):
-    """A number of the dialect."""
+class LabelledEnum(IntEnum):
+    """An enum of the dialect."""
 
     @property
     def label(self) -> str:
-        """In plain words."""
+        """The value in plain words."""
         return _LABELS[type(self).__name__][self.value]
 
 
-class Flags(IntFlag):
-    """Bits of the dialect."""
+class LabelledFlags(IntFlag):
+    """A bitmask of the dialect."""
 
     @property
     def label(self) -> str:
-        """Those that are set, in plain words."""
+        """The bits that are set, in plain words."""
         return ", ".join(_LABELS[type(self).__name__][bit.value] for bit in self)
 '''
 PREFIX = "DARKO_"
@@ -129,10 +129,10 @@ def generate_vocabulary(source: Path, target: Path) -> None:
 
     Args:
         source: The dialect.
-        target: The Python module to write; replaced whole or not at all.
+        target: The Python module to write; it is replaced atomically.
 
     Raises:
-        RuntimeError: If an entry is ambiguous, or refers to one that does not exist.
+        RuntimeError: An entry is ambiguous, or refers to one that does not exist.
     """
     enums = [_read_enum(enum) for enum in _tree(source).iter("enum") if enum.get("name", "").startswith(PREFIX)]
     _check(enums)
@@ -147,13 +147,13 @@ def _tree(source: Path) -> ElementTree.Element:
     return ElementTree.parse(source, parser).getroot()  # noqa: S314
 
 
-def _read_enum(element: ElementTree.Element) -> Vocabulary:
+def _read_enum(element: ElementTree.Element) -> EnumDefinition:
     prefix = element.get("name", "")
     name = prefix.removeprefix(PREFIX)
-    told = _instructions(element)
+    attributes = _instructions(element)
     entries = tuple(_read_entry(entry, prefix) for entry in element.iter("entry"))
-    kind = told.get("class") or name.title().replace("_", "")
-    return Vocabulary(name, kind, _description(element), element.get("bitmask") == "true", entries)
+    kind = attributes.get("class") or name.title().replace("_", "")
+    return EnumDefinition(name, kind, _description(element), element.get("bitmask") == "true", entries)
 
 
 def _read_entry(element: ElementTree.Element, prefix: str) -> Entry:
@@ -174,26 +174,27 @@ def _description(element: ElementTree.Element) -> str:
     return " ".join((element.findtext("description") or "").split())
 
 
-def _check(enums: list[Vocabulary]) -> None:
+def _check(enums: list[EnumDefinition]) -> None:
     entries = {enum.enum: {entry.name for entry in enum.entries} for enum in enums}
     for enum in enums:
-        for said in ("value", "name", "label"):
-            values = [getattr(entry, said) for entry in enum.entries]
+        for attribute in ("value", "name", "label"):
+            values = [getattr(entry, attribute) for entry in enum.entries]
             if len(set(values)) != len(values):
-                raise RuntimeError(f"{PREFIX}{enum.enum}: a {said} stands for two entries")
+                raise RuntimeError(f"{PREFIX}{enum.enum}: two entries have the same {attribute}")
         for entry in enum.entries:
             for kind in _kinds(enum):
                 if entry.references.get(kind) not in entries.get(kind.upper(), set()):
-                    raise RuntimeError(f"{PREFIX}{enum.enum}_{entry.name}: no entry of {PREFIX}{kind.upper()} is named")
+                    raise RuntimeError(f"{PREFIX}{enum.enum}_{entry.name}: it names no entry of {PREFIX}{kind.upper()}")
 
 
-def _kinds(enum: Vocabulary) -> Iterator[str]:
-    """Other enums that the entries refer to."""
+def _kinds(enum: EnumDefinition) -> Iterator[str]:
+    """The other enums that the entries refer to."""
     yield from sorted({kind for entry in enum.entries for kind in entry.references})
 
 
-def _class_text(enum: Vocabulary) -> str:
-    lines = [f"class {enum.name}({'Flags' if enum.is_bitmask else 'Word'}):", f'    """{enum.description}"""', ""]
+def _class_text(enum: EnumDefinition) -> str:
+    base = "LabelledFlags" if enum.is_bitmask else "LabelledEnum"
+    lines = [f"class {enum.name}({base}):", f'    """{enum.description}"""', ""]
     lines += [f"    {entry.name} = {entry.value}  # {entry.description}" for entry in enum.entries]
     for kind in _kinds(enum):
         lines += ["", "    @property", f"    def {kind}(self) -> {kind.title()}:", f'        """Its {kind}."""']
@@ -201,17 +202,17 @@ def _class_text(enum: Vocabulary) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _label_table(enum: Vocabulary) -> str:
+def _label_table(enum: EnumDefinition) -> str:
     rows = [f'        {entry.value}: "{entry.label}",' for entry in enum.entries]
     return "\n".join([f'    "{enum.name}": {{', *rows, "    },"])
 
 
-def _reference_table(enum: Vocabulary, kind: str) -> str:
+def _reference_table(enum: EnumDefinition, kind: str) -> str:
     rows = [f"    {enum.name}.{e.name}: {kind.title()}.{e.references[kind]}," for e in enum.entries]
     return "\n".join([f"{_table_name(enum, kind)}: Final = {{", *rows, "}"])
 
 
-def _table_name(enum: Vocabulary, kind: str) -> str:
+def _table_name(enum: EnumDefinition, kind: str) -> str:
     return f"_{kind.upper()}_OF_{enum.enum}"
 
 
@@ -228,10 +229,10 @@ def generate_all() -> None:
 
 
 class DialectBuildHook(BuildHookInterface):  # type: ignore[misc]
-    """Hatchling's hook: the generated modules are build artefacts, never committed."""
+    """Hatchling's hook: the generated modules are build artefacts and never committed."""
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:  # noqa: ARG002
-        """Generate them before the files of the wheel are collected."""
+        """Generate the modules before the files of the wheel are collected."""
         generate_all()
 
 

@@ -1,9 +1,9 @@
-"""A real vehicle process under a flood: what its telemetry, memory, processor time and state do.
+"""A real vehicle process under a flood: its telemetry, memory, processor time and state.
 
 ``python scripts/flood.py`` starts ``darko-sitl`` at real time, hovering in gusts, listens to it as its ground station,
-and lets another process send hostile datagrams (``tests/support/flood.py``) in every second window, from 256 ports by
-turns and one in five from the ground station's own. Windows with and without flood alternate, so that the
-machine's other load falls on both alike. Ten minutes of flood take twenty; ``--minutes 1`` is a quick look.
+and lets another process send hostile datagrams (``tests/support/flood.py``) in every second window, from 256 ports in
+turn and one in five from the ground station's own. Windows with and without flood alternate, so that other load of the
+machine affects both alike. Ten minutes of flood take twenty; ``--minutes 1`` is a quick run.
 
 The exit code is 1 if telemetry became slower by more than 10 %, or if parameters, plans, mode or arming changed.
 """
@@ -31,34 +31,34 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
-from protocol.codec import source_of
 from protocol.dialect import mavlink
-from protocol.endpoint import GroundEndpoint
+from protocol.endpoint_ground import GroundEndpoint
 from protocol.events import Event, MissionDownloaded, MissionUploaded, ParameterReceived, ParametersComplete
+from protocol.message import source_of
 from protocol.plans import load
 from tests.support.flood import VEHICLE, Flood
 from tests.support.paths import DATA
 
 FORK = multiprocessing.get_context("fork")
 HOST = "127.0.0.1"
-BURST = 0.01  # [s] between two bursts of the flood
-OWN = 5  # one datagram in so many leaves the ground station's own port
-STRANGERS = 256  # ports that are kept: what the vehicle answers there reaches no other program
-SLOWER = 0.10  # share of telemetry that may be missing under the flood
-SETTLE = 3.0  # [s] of flight before the first window
-STEADY = 10  # messages a window, from which on a kind counts as streamed
+BURST_INTERVAL = 0.01  # between two bursts of the flood [s]
+OWN_PORT_SHARE = 5  # one datagram in so many comes from the ground station's own port
+STRANGERS = 256  # ports kept open, so that the vehicle's answers reach no other program
+MAX_SLOWDOWN = 0.10  # share of telemetry that may be missing under the flood
+SETTLING_TIME = 3.0  # of flight before the first window [s]
+MIN_STREAMED = 10  # messages of a kind in a window that make it a streamed one
 PLANS = {"mission": 0, "fence": 1, "rally": 2}
 
 
 @dataclass
 class Window:
-    """What was heard, and what it cost, while the flood ran or did not."""
+    """Telemetry and cost of a stretch of time with or without the flood."""
 
     flooded: bool
     seconds: float = 0.0
-    simulated: float = 0.0  # vehicle's time that passed [s]
+    simulated: float = 0.0  # simulated time that passed [s]
     cpu: float = 0.0  # vehicle's processor time [s]
-    off: float = 0.0  # farthest from the middle of the hover [m]
+    off: float = 0.0  # maximum distance from the middle of the hover [m]
     counts: Counter[str] = field(default_factory=Counter)  # telemetry by message
     gaps: dict[str, float] = field(default_factory=lambda: defaultdict(float))  # longest wait for each [s]
     sent: Counter[str] = field(default_factory=Counter)  # hostile frames by kind; "datagrams"
@@ -70,13 +70,13 @@ class Window:
 
 
 class Listener:
-    """A ground station without a screen: hears everything, forgets nothing that changed."""
+    """A ground station without a screen that records everything it receives."""
 
     def __init__(self) -> None:
         self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self.socket.bind((HOST, 0))
         self.endpoint = GroundEndpoint()
-        self.modes: set[tuple[int, bool]] = set()  # custom_mode and arming, as HEARTBEAT told them
+        self.modes: set[tuple[int, bool]] = set()  # custom_mode and arming, from HEARTBEAT
         self.texts: list[str] = []
         self._peer: tuple[str, int] | None = None
         self._events: list[Event] = []
@@ -102,14 +102,14 @@ class Listener:
         window.off = max(math.dist(place, middle) for place in places)
         return window
 
-    def hover(self, seconds: float) -> None:
+    def wait(self, seconds: float) -> None:
         """Let time pass."""
         end = time.monotonic() + seconds
         while time.monotonic() < end:
             self._exchange()
 
     def state(self) -> dict[str, Any]:
-        """Everything a stranger might have changed, asked of the vehicle."""
+        """Everything that a stranger might have changed, read from the vehicle."""
         now = time.monotonic()
         self._parameters = {}
         self.endpoint.request_parameters(now)
@@ -117,16 +117,16 @@ class Listener:
         state: dict[str, Any] = {"parameters": dict(self._parameters)}
         for name, kind in PLANS.items():
             self.endpoint.download_mission(time.monotonic(), kind)
-            state[name] = repr(self._wait_for(MissionDownloaded))  # NaN is not equal to itself, its name is
+            state[name] = repr(self._wait_for(MissionDownloaded))  # as text, because NaN is not equal to itself
         return state
 
     def upload(self, plan: Path) -> None:
-        """Give the vehicle something to lose."""
+        """Upload a mission, which the flood might change."""
         self.endpoint.upload_mission(load(plan).items, now=time.monotonic())
         self._wait_for(MissionUploaded)
 
     def meet(self) -> None:
-        """Wait for the vehicle."""
+        """Wait for the vehicle's first message."""
         self._until(lambda: self.endpoint.vehicle == VEHICLE)
 
     def _wait_for(self, kind: type[Event]) -> Event:
@@ -139,11 +139,11 @@ class Listener:
         end = time.monotonic() + limit
         while not holds():
             if time.monotonic() > end:
-                raise SystemExit(f"the vehicle did not answer within {limit:g} s; it said {self.texts[-3:]}")
+                raise SystemExit(f"the vehicle did not answer within {limit:g} s; its last texts: {self.texts[-3:]}")
             self._exchange()
 
     def _exchange(self) -> list[tuple[Any, float]]:
-        """One look at the socket: what the vehicle said, and when."""
+        """Receive and send once; messages of the vehicle, each with its time."""
         heard = []
         if select.select([self.socket], [], [], 0.02)[0]:
             data, peer = self.socket.recvfrom(65535)
@@ -182,14 +182,14 @@ class Vehicle:
         return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
     def memory(self) -> float:
-        """What it holds in memory [MB]."""
+        """Its resident memory [MB]."""
         pages = int(Path(f"/proc/{self.process.pid}/statm").read_text().split()[1])
         return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
 
 
 @contextmanager
 def flying(gcs_port: int, state: str, gusts: float, seed: int) -> Iterator[Vehicle]:
-    """A vehicle in the air, until the end of the block."""
+    """A vehicle in the air until the end of the block."""
     program = Path(sys.executable).with_name("darko-sitl")
     process = subprocess.Popen(  # noqa: S603 - our own program
         [str(program), "--port", "0", "--gcs-port", str(gcs_port), "--api-port", "0", "--state-dir", state,
@@ -208,7 +208,7 @@ def flying(gcs_port: int, state: str, gusts: float, seed: int) -> Iterator[Vehic
 
 
 def pour(listener: socket.socket, port: int, rate: float, seconds: float, seed: int, result: Any) -> None:  # noqa: ANN401
-    """The hostile process: send for some seconds at a rate [datagrams/s], then tell what it was."""
+    """The hostile process: send for some seconds at a rate [datagrams/s], then return counts of what was sent."""
     strangers = [socket.socket(socket.AF_INET, socket.SOCK_DGRAM) for _ in range(STRANGERS)]
     for stranger in strangers:
         stranger.bind((HOST, 0))
@@ -216,17 +216,17 @@ def pour(listener: socket.socket, port: int, rate: float, seconds: float, seed: 
     while (elapsed := time.monotonic() - began) < seconds:
         while sent < elapsed * rate:
             datagram, sent = flood.datagram(), sent + 1
-            sender = strangers[sent % STRANGERS] if sent % OWN else listener
+            sender = strangers[sent % STRANGERS] if sent % OWN_PORT_SHARE else listener
             sender.sendto(datagram, (HOST, port))
-        time.sleep(BURST)
+        time.sleep(BURST_INTERVAL)
     result.send(flood.counts | Counter(datagrams=sent))
 
 
 def measure(listener: Listener, vehicle: Vehicle, args: argparse.Namespace) -> list[Window]:
-    """All windows, one after the other."""
+    """Measure all windows, one after the other."""
     windows = []
     for number in range(2 * round(args.minutes * 60.0 / args.window)):
-        flooded, (told, result) = bool(number % 2), FORK.Pipe(duplex=False)
+        flooded, (counts, result) = bool(number % 2), FORK.Pipe(duplex=False)
         seed = 1000 * args.seed + number
         hostile = FORK.Process(
             target=pour, args=(listener.socket, vehicle.port, args.rate, args.window, seed, result), daemon=True
@@ -235,11 +235,11 @@ def measure(listener: Listener, vehicle: Vehicle, args: argparse.Namespace) -> l
             hostile.start()
         window = listener.watch(vehicle, seconds=args.window, flooded=flooded)
         if flooded:
-            window.sent = told.recv()
+            window.sent = counts.recv()
             hostile.join()
         windows.append(window)
         print(_line(number, window, vehicle), flush=True)
-        listener.hover(0.5)  # what the flood left in the sockets belongs to no window
+        listener.wait(0.5)  # drain what the flood left in the sockets
     return windows
 
 
@@ -252,7 +252,7 @@ def _line(number: int, w: Window, vehicle: Vehicle) -> str:
 
 
 def report(windows: list[Window]) -> float:
-    """Print the figures; how much slower telemetry became, as a share."""
+    """Print the figures; the share by which telemetry became slower."""
     quiet, flooded = ([w for w in windows if w.flooded is chosen] for chosen in (False, True))
     medians = [statistics.median(w.rate for w in some) for some in (quiet, flooded)]
     slower = 1.0 - medians[1] / medians[0]
@@ -261,7 +261,7 @@ def report(windows: list[Window]) -> float:
     print(f"telemetry: {medians[0]:.1f} messages/s without, {medians[1]:.1f} with: {100 * slower:+.2f} % slower")
     print(f"{'message':<28} {'per second':>20} {'longest wait [s]':>20}\n{'':<28} {'without':>10} {'with':>9}"
           f" {'without':>10} {'with':>9}")  # fmt: skip
-    for kind in sorted(kind for kind, n in quiet[0].counts.items() if n >= STEADY):
+    for kind in sorted(kind for kind, n in quiet[0].counts.items() if n >= MIN_STREAMED):
         rates = [statistics.median(w.counts[kind] / w.seconds for w in some) for some in (quiet, flooded)]
         gaps = [max(w.gaps[kind] for w in some) for some in (quiet, flooded)]
         print(f"{kind:<28} {rates[0]:>10.2f} {rates[1]:>9.2f} {gaps[0]:>10.3f} {gaps[1]:>9.3f}")
@@ -274,13 +274,13 @@ def report(windows: list[Window]) -> float:
 
 
 def main() -> int:
-    """Measure, and judge."""
+    """Measure; exit code 1 if telemetry became too slow or something changed."""
     made = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    made.add_argument("--minutes", type=float, default=10.0, help="of flood, all windows together [10]")
+    made.add_argument("--minutes", type=float, default=10.0, help="duration of the flood, all windows together [10]")
     made.add_argument("--window", type=float, default=30.0, metavar="S", help="length of a window [30]")
     made.add_argument("--rate", type=float, default=1000.0, metavar="HZ", help="datagrams per second [1000]")
     made.add_argument("--gusts", type=float, default=1.0, metavar="RMS", help="the vehicle's gusts, m/s [1]")
-    made.add_argument("--seed", type=int, default=7, help="of the flood and of the gusts [7]")
+    made.add_argument("--seed", type=int, default=7, help="seed of the flood and of the gusts [7]")
     args = made.parse_args()
     listener = Listener()
     with ExitStack() as stack:
@@ -289,7 +289,7 @@ def main() -> int:
         vehicle = stack.enter_context(flying(port, folder, args.gusts, args.seed))
         listener.meet()
         listener.upload(DATA / "square.plan")
-        listener.hover(SETTLE)
+        listener.wait(SETTLING_TIME)
         before, texts, memory = listener.state(), len(listener.texts), vehicle.memory()
         listener.modes.clear()
         print(f"seed {args.seed}, load {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores, memory {memory:.1f} MB")
@@ -300,7 +300,7 @@ def main() -> int:
         print(f"texts: {listener.texts[texts:]}")
         changed = [name for name in before if before[name] != after[name]]
         print(f"changed: {', '.join(changed) or 'no parameter, no plan'}; modes seen: {sorted(listener.modes)}")
-    return int(slower > SLOWER or bool(changed) or len(listener.modes) != 1)
+    return int(slower > MAX_SLOWDOWN or bool(changed) or len(listener.modes) != 1)
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
-"""Search for bytes that break a link end: mutations of the kept corpus, guided by the code they reach.
+"""Fuzz both ends of a link: mutate the stored corpus, guided by the code that the bytes reach.
 
-``python scripts/fuzz.py --seconds 600`` searches that long; inputs that reach new code are kept in
-``tests/protocol/fuzz/corpus.txt``, which the tests replay. An input that breaks something is printed as hexadecimal
+``python scripts/fuzz.py --seconds 600`` runs that long; inputs that reach new code are stored in
+``tests/data/fuzz_corpus.txt``, which the tests replay. An input that raises an error is printed as hexadecimal
 digits, and the exit code is 1; ``--replay DIGITS`` runs it again.
 """
 
@@ -16,15 +16,15 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
-from tests.protocol.fuzz import harness
+from tests.support import fuzz as harness
 
 
 def main() -> int:
-    """Search, and say what was found."""
+    """Fuzz, and print the result."""
     made = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    made.add_argument("--seconds", type=float, default=60.0, help="how long to search [60]")
-    made.add_argument("--seed", type=int, default=1, help="of the mutations [1]")
-    made.add_argument("--replay", metavar="DIGITS", help="run one input and end")
+    made.add_argument("--seconds", type=float, default=60.0, help="how long to run [60]")
+    made.add_argument("--seed", type=int, default=1, help="seed of the mutations [1]")
+    made.add_argument("--replay", metavar="DIGITS", help="run one input only")
     args = made.parse_args()
     if args.replay is not None:
         harness.run(bytes.fromhex(args.replay))
@@ -33,17 +33,17 @@ def main() -> int:
 
 
 def search(seconds: float, draw: random.Random) -> int:
-    """Mutate and run until the time is over; the exit code."""
+    """Mutate and run until the time is over; exit code."""
     corpus: list[bytes] = []
     seen: set[tuple[str, int, int]] = set()
-    waiting = harness.read_corpus()  # shortest first: what a shorter one covers already is dropped
+    waiting = harness.read_corpus()  # shortest first: inputs that reach nothing new are dropped
     runs, end = 0, time.monotonic() + seconds
     while waiting or time.monotonic() < end:
         fresh = not corpus or draw.random() < 0.1
         data = waiting.pop(0) if waiting else harness.fresh(draw) if fresh else harness.mutated(draw, corpus)
         try:
             new = harness.covered(data) - seen
-        except Exception:  # whatever it is, it is what is searched for
+        except Exception:  # any exception is a finding
             traceback.print_exc()
             print(f"broken by: {data.hex()}")
             return 1

@@ -1,4 +1,4 @@
-"""Export the README's picture from the application itself, flying the recorded square.
+"""Export the README's screenshot from the application, at a moment of the recorded square.
 
 ``python scripts/screenshot.py docs/screenshot.svg``
 """
@@ -9,8 +9,8 @@ import asyncio
 import sys
 from pathlib import Path
 
-from darko_gcs.feed import ReplayFeed
-from darko_gcs.replay_app import ReplayStation
+from darko_gcs.feed.replay_feed import ReplayFeed
+from darko_gcs.tui.replay_app import ReplayApp
 from protocol.tlog import read_tlog
 
 FLIGHT = Path(__file__).resolve().parent.parent / "tests" / "data" / "square-flight.tlog"
@@ -21,7 +21,7 @@ async def export(path: Path) -> None:
     """Write the screen as SVG."""
     feed = ReplayFeed(read_tlog(FLIGHT), FLIGHT.name, begin=MOMENT)
     feed.playing = False
-    app = ReplayStation(feed)
+    app = ReplayApp(feed)
     async with app.run_test(size=(120, 36)) as pilot:
         await pilot.pause(0.5)
         path.write_text(app.export_screenshot(title="DarkO ground station"), encoding="utf-8")

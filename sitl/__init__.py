@@ -14,7 +14,6 @@ use_source_keyed_cache()
 
 if TYPE_CHECKING:
     from protocol.dialect.vocabulary import Law, Limit, Reason, Regime, Saturation
-    from sitl.airframe import load as load_airframe
     from sitl.compiled import kernel
     from sitl.control.estimate import Estimate
     from sitl.control.laws import LAWS, VALUES, LawRow, ValueRow
@@ -31,14 +30,17 @@ if TYPE_CHECKING:
     )
     from sitl.errors import SitlError, UnknownLawError, ZenoError
     from sitl.model.airframe import Airframe
+    from sitl.model.airframe_files import load as load_airframe
     from sitl.model.quaternions import Quaternion
     from sitl.model.state import Actuators, Body, Plant
     from sitl.model.vectors import Vector
     from sitl.simulation.batch import fly_batch
     from sitl.simulation.dispatch import Register
+    from sitl.simulation.failures import DivergedError
     from sitl.simulation.flight import PERIOD
     from sitl.simulation.recording import JumpRecord, Recording
-    from sitl.simulation.simulation import DivergedError, Simulation, Start
+    from sitl.simulation.simulation import Simulation
+    from sitl.simulation.start import Start
     from sitl.simulation.tuning import Tuning
     from sitl.supervisor.guards import Guard, guard
     from sitl.supervisor.resets import Reset, reset
@@ -46,7 +48,7 @@ if TYPE_CHECKING:
 
 _PLACES = {
     "protocol.dialect.vocabulary": ("Law", "Limit", "Reason", "Regime", "Saturation"),
-    "sitl.airframe": ("load_airframe",),
+    "sitl.model.airframe_files": ("load_airframe",),
     "sitl.compiled": ("kernel",),
     "sitl.control.estimate": ("Estimate",),
     "sitl.control.laws": ("LAWS", "VALUES", "LawRow", "ValueRow"),

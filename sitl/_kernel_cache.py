@@ -1,7 +1,7 @@
-"""Where compiled kernels are kept.
+"""Where compiled kernels are cached.
 
-Numba's cache looks at the file of a function, not at those it calls into: after a change in one kernel, callers in
-other files would go on flying the old one. So the folder is named by the sources of all that is compiled.
+Numba's cache looks at the file of a function, but not at the files it calls into: after a change in one kernel, callers
+in other files would go on with the old one. So the folder is named by a digest of all files with compiled functions.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from pathlib import Path
 
 from platformdirs import user_cache_path
 
-COMPILED = (
+COMPILED_FILES = (
     "compiled.py",
     "model/*.py",
     "control/*.py",
@@ -24,34 +24,35 @@ COMPILED = (
     "supervisor/*.py",
     "simulation/*.py",
     "prediction/*.py",
-    "studies/**/*.py",
+    "studies/hover_region_flights.py",
+    "reproduction/equations/*.py",
     "../protocol/dialect/darko.xml",
 )
 
 
 def use_source_keyed_cache() -> None:
-    """Point numba's cache at the folder of these sources, within the one that the user has set if there is one."""
+    """Point numba's cache at the folder of these sources, within the folder that the user has set, if any."""
     name = f"kernels-{_digest()}"
     base = Path(os.environ.get("NUMBA_CACHE_DIR") or user_cache_path("darko"))
-    folder = str(base if base.name == name else base / name)  # a process inherits it as it is
+    folder = str(base if base.name == name else base / name)  # a child process inherits it as it is
     os.environ["NUMBA_CACHE_DIR"] = folder
     if "numba" in sys.modules:
         sys.modules["numba"].config.CACHE_DIR = folder
 
 
 def is_complete() -> bool:
-    """Whether everything was compiled before, so that starting is a matter of reading it."""
+    """Whether everything is compiled already and a start only has to load it."""
     return _mark().exists()
 
 
 def mark_complete() -> None:
-    """Everything is compiled and kept; where that cannot be written down, the next start says that it compiles."""
+    """Mark everything as compiled. If the mark cannot be written, the next start says that it compiles."""
     with suppress(OSError):
         _mark().touch()
 
 
 def can_keep() -> bool:
-    """Whether what is compiled can be kept, for other processes as well."""
+    """Whether the cache can be written, so that other processes find what is compiled."""
     folder = Path(os.environ["NUMBA_CACHE_DIR"])
     with suppress(OSError):
         folder.mkdir(parents=True, exist_ok=True)
@@ -59,15 +60,15 @@ def can_keep() -> bool:
 
 
 def _mark() -> Path:
-    # Numba keeps the kernels of every copy of the package apart, by where it lies.
+    # Numba separates the kernels of copies of the package by the folder they lie in.
     place = hashlib.sha256(str(Path(__file__).parent).encode()).hexdigest()[:16]
     return Path(os.environ["NUMBA_CACHE_DIR"]) / f"complete-{place}"
 
 
 def sources() -> list[Path]:
-    """The files of all that is compiled, and of what it is made from."""
+    """The files of all that is compiled, and of the values and types that it uses."""
     root = Path(__file__).parent
-    return sorted(path.resolve() for pattern in COMPILED for path in root.glob(pattern))
+    return sorted(path.resolve() for pattern in COMPILED_FILES for path in root.glob(pattern))
 
 
 @cache

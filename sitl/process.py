@@ -13,41 +13,47 @@ from pathlib import Path
 from platformdirs import user_data_path
 
 from protocol.dialect import mavlink
-from protocol.exposure import exposure
-from protocol.frames import Geodetic, LocalFrame
+from protocol.frames import LocalFrame
 from protocol.keyring import Keyring
+from protocol.loopback import open_port_warning
 from protocol.signing import timestamp_at
-from sitl.airframe import load
-from sitl.autopilot.arena import ARENAS
-from sitl.autopilot.mission import World
+from sitl.aircraft import Aircraft
+from sitl.autopilot.safety.arena import ARENAS
+from sitl.autopilot.safety.world import World
 from sitl.autopilot.settings import Settings
-from sitl.craft import Craft
 from sitl.errors import SitlError
-from sitl.memory import Memory
+from sitl.mavlink.flight_recorder import FlightRecorder
+from sitl.mavlink.node import Node
+from sitl.mavlink.services.maintenance_commands import ExitRequest
+from sitl.mavlink.signing_keys import LOOPBACK, KeyFile, open_keyring, read_key_option
+from sitl.mavlink.transport import UdpTransport
+from sitl.model.airframe_files import load
 from sitl.pacer import Pacer
-from sitl.parameters import Bindings, Surroundings
-from sitl.rehearsal import make_ready
-from sitl.simulation.simulation import PERIOD, Simulation, Start
-from sitl.studies.live import LiveScenario, ScenarioCraft, ScenarioNode, named
-from sitl.wire.blackbox import Blackbox
-from sitl.wire.keys import KeyFile, open_keyring, read_key_option
-from sitl.wire.node import Node
-from sitl.wire.transport import UdpTransport
-from sitl.wire.upkeep import Leaving
+from sitl.parameters import Configuration, WorldSettings
+from sitl.persistence import StateFolder
+from sitl.scenarios.live_scenario import LiveScenario, ScenarioAircraft, named
+from sitl.simulation.flight import PERIOD
+from sitl.simulation.simulation import Simulation
+from sitl.simulation.start import Start
+from sitl.warm_up import make_ready
 
-LISTENING = 0.002  # [s] for what peers say between two flights: a flood must not keep the vehicle from flying
-LOOPBACK = "127.0.0.1"
-IDENTITIES = {"px4": mavlink.MAV_AUTOPILOT_PX4, "generic": mavlink.MAV_AUTOPILOT_GENERIC}
+MAX_LISTENING = 0.002  # to peers, before the vehicle flies on: a flood must not stop it [s]
+AUTOPILOT_TYPES = {"px4": mavlink.MAV_AUTOPILOT_PX4, "generic": mavlink.MAV_AUTOPILOT_GENERIC}
+SCENARIO_EXIT_REFUSAL = "Start and stop a scenario from its terminal"
 
 
-def fly(args: argparse.Namespace, tell: Callable[[LiveScenario], int]) -> int:
-    """Build the vehicle the arguments describe and fly it until interrupted, shut down, or its scenario is over.
+def fly(args: argparse.Namespace, finish: Callable[[LiveScenario], int]) -> int:
+    """Build the vehicle that the arguments describe and fly it until it is interrupted or its scenario has ended.
 
-    A reboot builds it anew from the same arguments and what it keeps: same port, same peers, boot time 0.
+    A peer may shut it down or reboot it. A reboot builds it anew from the same arguments and its state folder: same
+    port, same peers, boot time 0.
 
     Args:
         args: Of ``darko-sitl run``.
-        tell: What to do with a completed scenario; gives the exit code.
+        finish: What to do with a completed scenario; gives the exit code.
+
+    Returns:
+        The exit code.
 
     Raises:
         SitlError: If an argument, a file or the port is not usable.
@@ -56,10 +62,10 @@ def fly(args: argparse.Namespace, tell: Callable[[LiveScenario], int]) -> int:
     transport = UdpTransport((args.bind, args.port))
     signal.signal(signal.SIGTERM, _interrupt)
     try:
-        code, node = _run(args, tell, transport, say)
-        while node.leaving is Leaving.REBOOT:
+        code, node = _run(args, finish, transport, say)
+        while node.exit_request is ExitRequest.REBOOT:
             say("rebooting")
-            code, node = _run(args, tell, transport, say, known=node.peers)
+            code, node = _run(args, finish, transport, say, known=node.peers)
         return code
     finally:
         transport.close()
@@ -67,62 +73,68 @@ def fly(args: argparse.Namespace, tell: Callable[[LiveScenario], int]) -> int:
 
 def _run(
     args: argparse.Namespace,
-    tell: Callable[[LiveScenario], int],
+    finish: Callable[[LiveScenario], int],
     transport: UdpTransport,
     say: _Narrator,
     known: Iterable[Hashable] = (),
 ) -> tuple[int, Node]:
-    """One run from boot to its end; gives the exit code and the node, which knows whether it shall be run again."""
+    """One run from boot to its end; gives the exit code and the node, which knows whether it is to be rebooted."""
     keyring = _keyring(args)
-    blackbox = Blackbox(_state_dir(args) / "logs", time.time)
-    if warning := exposure(args.bind, signed=keyring.is_on):
+    recorder = FlightRecorder(_state_dir(args) / "logs", time.time)
+    if warning := open_port_warning(args.bind, signed=keyring.is_on):
         print(f"darko-sitl: {warning}", file=sys.stderr, flush=True)  # --quiet or not
     try:
-        craft = build_craft(args)
-        face = ScenarioNode if isinstance(craft, ScenarioCraft) else Node
-        node = face(craft, Memory(_state_dir(args)), _peers(args), keyring, blackbox)
-        node.identity = IDENTITIES[args.autopilot]
+        aircraft = build_aircraft(args)
+        node = Node(
+            aircraft,
+            StateFolder(_state_dir(args)),
+            peers=_peers(args),
+            keyring=keyring,
+            recorder=recorder,
+            autopilot_type=AUTOPILOT_TYPES[args.autopilot],
+            exit_refusal=SCENARIO_EXIT_REFUSAL if isinstance(aircraft, ScenarioAircraft) else "",
+        )
         node.know(known)
         began = time.monotonic()
-        make_ready(craft, say)
+        make_ready(aircraft, say)
         took = time.monotonic() - began
         if keyring.is_on:
-            say("signing is on: unsigned orders are refused")
+            say("signing is on: unsigned commands are refused")
         say(f"ready after {took:.1f} s: {args.bind}:{transport.port} -> {args.gcs_port}, {args.api_port}")
         pacer = Pacer(args.speed)
-        if not isinstance(craft, ScenarioCraft):
-            serve(node, transport, pacer, until=lambda: node.leaving is not None)
+        if not isinstance(aircraft, ScenarioAircraft):
+            serve(node, transport, pacer, until=lambda: node.exit_request is not None)
             return 0, node
-        live = craft.live
+        live = aircraft.live
         serve(node, transport, pacer, until=lambda: live.complete)
-        code = tell(live)
+        code = finish(live)
         if args.stay:
             serve(node, transport, pacer)
         return code, node
     finally:
-        blackbox.close()
+        recorder.close()
 
 
-def build_craft(args: argparse.Namespace) -> Craft:
-    """The vehicle the arguments describe: at the start of a scenario, on the ground, or hovering where they say."""
-    world = World(LocalFrame(Geodetic(*args.home)), ARENAS[args.arena])
+def build_aircraft(args: argparse.Namespace) -> Aircraft:
+    """The vehicle that the arguments describe: at the start of a scenario, on the ground, or hovering."""
+    world = World(LocalFrame(args.home), ARENAS[args.arena])
     if args.scenario is not None:
-        return _scenario_craft(args, world)
+        return _scenario_aircraft(args, world)
     north, east, up, yaw = args.start or (0.0, 0.0, 0.0, 0.0)
     if outside := world.arena.refuse((north, -east, up)):
         raise SitlError(f"--start: {outside}")
     start = Start(north, -east, up, -math.radians(yaw), airborne=up > 0.0)
     vehicle = Simulation(load(args.airframe or "nominal").parameters, seed=args.seed, start=start)
-    kept = Memory(_state_dir(args)).parameters()
-    bindings = Bindings(Settings(), vehicle.tuning, Surroundings()).replaced(kept | _overrides(args))
-    return Craft(vehicle, world, bindings, airborne=start.airborne)
+    stored = StateFolder(_state_dir(args)).parameters()
+    configuration = Configuration(Settings(), vehicle.tuning, WorldSettings()).replaced(stored | _overrides(args))
+    return Aircraft(vehicle, world, configuration, airborne=start.airborne)
 
 
-def _scenario_craft(args: argparse.Namespace, world: World) -> ScenarioCraft:
+def _scenario_aircraft(args: argparse.Namespace, world: World) -> ScenarioAircraft:
     if args.start is not None:
-        raise SitlError(f"--start: where it begins is the scenario's own, {args.scenario}'s")
-    # Parameters kept from other flights stay out: a scenario is the same flight for everyone.
-    return ScenarioCraft(
+        raise SitlError(f"--start: scenario {args.scenario} has its own start")
+    # Stored parameters are not used: a scenario is the same flight for everyone.
+    return ScenarioAircraft(
         named(args.scenario), world, seed=args.seed, airframe=args.airframe, parameters=_overrides(args)
     )
 
@@ -137,12 +149,12 @@ def _peers(args: argparse.Namespace) -> list[tuple[str, int]]:
 
 def _keyring(args: argparse.Namespace) -> Keyring:
     given = dict(read_key_option(text) for text in args.signing_key)
-    file = KeyFile(Memory(_state_dir(args)).folder)
+    file = KeyFile(StateFolder(_state_dir(args)).folder)
     return open_keyring(file, given, timestamp=timestamp_at(time.time()), now=time.monotonic())
 
 
 def _overrides(args: argparse.Namespace) -> dict[str, float]:
-    """Parameters the command line sets for this run only."""
+    """Parameters that the command line sets for this run only."""
     overrides: dict[str, float] = dict(args.param)
     if args.wind is not None:
         overrides["SIM_WIND_SPD"], overrides["SIM_WIND_DIR"] = args.wind
@@ -152,38 +164,39 @@ def _overrides(args: argparse.Namespace) -> dict[str, float]:
 
 
 def serve(node: Node, transport: UdpTransport, pacer: Pacer, *, until: Callable[[], bool] = lambda: False) -> None:
-    """Fly and talk, for ever or until something holds."""
+    """Fly and exchange messages, for ever or until a condition holds."""
     while not until():
-        _exchange(node, transport)
-        periods = node.quantum()
+        _receive(node, transport)
+        periods = node.periods_to_fly()
         node.advance(periods)
-        _speak(node, transport, time.monotonic())  # it listens again while it waits: one that is late has no time to
+        _send(node, transport, time.monotonic())
         _wait(node, transport, pacer.wait_time(periods * PERIOD))
 
 
-def _exchange(node: Node, transport: UdpTransport) -> None:
-    now, heard = time.monotonic(), False
+def _receive(node: Node, transport: UdpTransport) -> None:
+    now, has_heard = time.monotonic(), False
     for data, peer in transport.receive():
         node.receive(data, peer, now)
-        heard = True
-        if time.monotonic() - now > LISTENING:
+        has_heard = True
+        if time.monotonic() - now > MAX_LISTENING:
             break  # the rest waits in the socket, or is lost
-    if heard:  # timers are looked at once a quantum
-        _speak(node, transport, now)
+    if has_heard:  # else timers wait until the vehicle has flown
+        _send(node, transport, now)
 
 
-def _speak(node: Node, transport: UdpTransport, now: float) -> None:
+def _send(node: Node, transport: UdpTransport, now: float) -> None:
     for destination, data in node.datagrams(now):
         transport.send(data, destination)
 
 
 def _wait(node: Node, transport: UdpTransport, remaining: float) -> None:
+    """Wait for simulated time [s], and answer peers meanwhile; a vehicle that is late does not wait."""
     end = time.monotonic() + remaining
     while remaining > 0.0:
         transport.wait(remaining)
         remaining = end - time.monotonic()
         if remaining > 0.0:
-            _exchange(node, transport)
+            _receive(node, transport)
 
 
 def _interrupt(number: int, frame: object) -> None:  # noqa: ARG001 - the signature of a signal handler
@@ -191,7 +204,7 @@ def _interrupt(number: int, frame: object) -> None:  # noqa: ARG001 - the signat
 
 
 class _Narrator:
-    """Progress for a person, on stderr."""
+    """Tells a person on stderr what the process does."""
 
     def __init__(self, *, quiet: bool) -> None:
         self._quiet = quiet

@@ -1,4 +1,4 @@
-"""The README and the pages say what is so."""
+"""The README and the other pages name what is there, and the supervisor's diagram is that of its table."""
 
 import re
 from pathlib import Path
@@ -7,7 +7,9 @@ from sitl.supervisor.table import diagram
 
 ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+SUPERVISOR = (ROOT / "docs" / "supervisor.md").read_text(encoding="utf-8")
+PAGES = [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").glob("*.md"))]
+SOURCES = ("sitl", "protocol", "darko_gcs", "scripts", "tests")
 
 
 def missing(pattern, exists):
@@ -24,13 +26,18 @@ def anchors(page):
 
 
 def test_the_supervisors_diagram_is_generated_from_its_table():
-    shown = README.split("<!-- supervisor diagram: begin -->\n")[1].split("<!-- supervisor diagram: end -->")[0]
+    shown = SUPERVISOR.split("<!-- supervisor diagram: begin -->\n")[1].split("<!-- supervisor diagram: end -->")[0]
     assert shown == f"```mermaid\n{diagram()}\n```\n"
 
 
 def test_every_file_a_page_names_is_there():
     pattern = r"(?:\b(?:docs|scripts|tests)|`(?:sitl|protocol|darko_gcs))/[\w./-]*\w"
     assert missing(pattern, lambda _, name: (ROOT / name.lstrip("`")).exists()) == []
+
+
+def test_every_module_a_page_names_without_its_folder_is_there():
+    there = {path.name for folder in SOURCES for path in (ROOT / folder).rglob("*.py")}
+    assert missing(r"`(\w+\.py)`", lambda _, name: name in there) == []
 
 
 def test_every_test_a_page_names_is_there():
@@ -47,5 +54,7 @@ def test_every_link_between_pages_leads_somewhere():
     assert missing(r"\]\((?!https?:)([^)\s]+)\)", leads) == []
 
 
-def test_every_page_of_the_documentation_is_named():
-    assert not [page.name for page in (ROOT / "docs").glob("*.md") if f"docs/{page.name}" not in README]
+def test_the_readme_names_every_page_and_is_short():
+    pages = [page.relative_to(ROOT).as_posix() for page in PAGES if page.name != "README.md"]
+    assert [page for page in pages if f"]({page})" not in README] == []
+    assert len(README.splitlines()) < 120

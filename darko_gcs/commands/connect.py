@@ -1,4 +1,4 @@
-"""The ground station on a live vehicle."""
+"""``darko-gcs [connect]``: the ground station on a vehicle."""
 
 from __future__ import annotations
 
@@ -15,10 +15,12 @@ from darko_gcs.errors import GroundError
 if TYPE_CHECKING:
     from protocol.tlog import TlogWriter
 
-EXAMPLES = """\
+__all__ = ["parser", "run"]
+
+_EXAMPLES = """\
 examples:
   darko-gcs                       wait for a vehicle on 127.0.0.1:14550
-  darko-gcs --sitl                start a simulated vehicle too, and stop it in the end
+  darko-gcs --sitl                also start a simulated vehicle, and stop it at the end
   darko-gcs --sitl --wind 4@270   with wind from the west
 
 other commands (darko-gcs COMMAND --help):
@@ -28,47 +30,53 @@ other commands (darko-gcs COMMAND --help):
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     """The command line of ``darko-gcs [connect]``."""
     listing = "".join(f"  {name:<8}{text}\n" for name, text in commands.items() if name != "connect")
-    made = argparse.ArgumentParser(
+    parser = argparse.ArgumentParser(
         prog="darko-gcs",
         description="Ground station of DarkO in the terminal, over MAVLink 2 on UDP.",
-        epilog=EXAMPLES + listing,
+        epilog=_EXAMPLES + listing,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    made.add_argument("--version", action="store_true", help="say the version and exit (alone)")
-    made.add_argument("--mission", type=Path, metavar="FILE", help="open this .plan or QGC WPL 110 file (m shows it)")
-    add_link_options(made)
-    return made
+    parser.add_argument("--version", action="store_true", help="print the version and exit (only without options)")
+    parser.add_argument(
+        "--mission", type=Path, metavar="FILE", help="open this .plan or QGC WPL 110 file (press m to see it)"
+    )
+    add_link_options(parser)
+    return parser
 
 
 def run(args: argparse.Namespace) -> int:
-    """Open the screens until the operator quits."""
-    from darko_gcs.app import GroundStation  # noqa: PLC0415 - --help must not load the screens
-    from darko_gcs.feed import LiveFeed  # noqa: PLC0415
-    from darko_gcs.recording import default_folder, start_recording  # noqa: PLC0415
-    from darko_gcs.screens.mission import Draft  # noqa: PLC0415
-    from darko_gcs.signing import open_keyring  # noqa: PLC0415
-    from darko_gcs.station import Station  # noqa: PLC0415
+    """Open the screens until the operator quits.
+
+    Raises:
+        GroundError: If a file, a key, the link or the vehicle process fails.
+    """
+    from darko_gcs.feed.live_feed import LiveFeed  # noqa: PLC0415 - --help must not load the screens
+    from darko_gcs.station.keyring_setup import open_keyring  # noqa: PLC0415
+    from darko_gcs.station.recording import default_folder, start_recording  # noqa: PLC0415
+    from darko_gcs.station.station import Station  # noqa: PLC0415
+    from darko_gcs.tui.app import GroundStationApp  # noqa: PLC0415
+    from darko_gcs.tui.plan_draft import PlanDraft  # noqa: PLC0415
     from protocol.errors import FileError  # noqa: PLC0415
     from protocol.plans import load  # noqa: PLC0415
 
     try:
-        draft = Draft()
+        draft = PlanDraft()
         if args.mission is not None:
             draft.take(load(args.mission), str(args.mission))
     except FileError as error:
         raise GroundError(str(error)) from error
-    keyring = open_keyring(args.signing_key, give=args.give_key)
+    keyring = open_keyring(args.signing_key, give_key=args.give_key)
     recorder: TlogWriter | None
     try:
         recorder, path = start_recording(args.record or default_folder())
         greeting, fault = f"Recording to {path}", ""
-    except GroundError as error:  # a flight matters more than its log
+    except GroundError as error:  # the flight matters more than its log
         recorder, greeting, fault = None, "", str(error)
     sitl = sitl_arguments(args) if args.sitl else None
     station = Station(recorder, keyring, give_key=args.give_key, vehicle=args.vehicle)
     if fault:
-        station.go_unrecorded(fault, time.monotonic())
-    app = GroundStation(LiveFeed(station, args.host, args.port, sitl, greeting))
+        station.report_recording_fault(fault, time.monotonic())
+    app = GroundStationApp(LiveFeed(station, args.host, args.port, sitl, greeting=greeting))
     app.draft = draft
     code = app.run()
     if app.failure is not None:

@@ -1,4 +1,4 @@
-"""Scripted flights."""
+"""``darko-gcs fly``: scripted flights."""
 
 from __future__ import annotations
 
@@ -9,7 +9,9 @@ from pathlib import Path
 
 from darko_gcs.commands.options import add_link_options, sitl_arguments
 
-EXAMPLES = """\
+__all__ = ["parser", "run"]
+
+_EXAMPLES = """\
 examples:
   darko-gcs fly --mission square.plan --sitl --headless --speed 10
   darko-gcs fly --mission square.waypoints --headless --json     on a vehicle that is already running
@@ -20,43 +22,43 @@ exit codes: 0 flown and landed; 2 a file or an argument; 3 no link or no vehicle
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     """The command line of ``darko-gcs fly``."""
-    made = argparse.ArgumentParser(
+    parser = argparse.ArgumentParser(
         prog="darko-gcs fly",
         description=commands["fly"] + ".",
-        epilog=EXAMPLES,
+        epilog=_EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    made.add_argument("--mission", type=Path, required=True, metavar="FILE", help=".plan or QGC WPL 110 file")
-    made.add_argument("--headless", action="store_true", help="without a screen; else the ground station opens on it")
-    made.add_argument("--json", action="store_true", help="print the summary for a program")
-    made.add_argument(
-        "--timeout",
-        type=_seconds,
-        default=3600.0,
-        metavar="S",
-        help="give up after this many seconds of the vehicle's time",
+    parser.add_argument("--mission", type=Path, required=True, metavar="FILE", help=".plan or QGC WPL 110 file")
+    parser.add_argument("--headless", action="store_true", help="fly without a screen; else the ground station opens")
+    parser.add_argument("--json", action="store_true", help="print the result as JSON")
+    parser.add_argument(
+        "--timeout", type=_seconds, default=3600.0, metavar="S", help="maximum flight time, vehicle's time in s [3600]"
     )
-    add_link_options(made)
-    return made
+    add_link_options(parser)
+    return parser
 
 
 def _seconds(text: str) -> float:
     value = float(text)
     if not 0.0 < value < math.inf:
-        raise argparse.ArgumentTypeError(f"{text} is no time to wait for")
+        raise argparse.ArgumentTypeError(f"{text} is not a positive number of seconds")
     return value
 
 
 def run(args: argparse.Namespace) -> int:
-    """Fly the mission and print how it went."""
+    """Fly the mission and print the result.
+
+    Raises:
+        GroundError: If the file, the link, the vehicle or the flight fails.
+    """
     if not args.headless:
         from darko_gcs.commands import connect  # noqa: PLC0415 - the screens are not needed otherwise
 
         return int(connect.run(args))
-    import asyncio  # noqa: PLC0415 - --help must stay quick
+    import asyncio  # noqa: PLC0415 - --help must be quick
 
-    from darko_gcs.headless import fly_headless  # noqa: PLC0415
+    from darko_gcs.tasks.headless_flight import fly_headless  # noqa: PLC0415
 
-    summary = asyncio.run(fly_headless(args, sitl_arguments(args)))
-    print(summary.as_json() if args.json else summary.as_text())
+    result = asyncio.run(fly_headless(args, sitl_arguments(args)))
+    print(result.as_json() if args.json else result.as_text())
     return 0

@@ -1,4 +1,4 @@
-"""Recorded flights: what is in one, and which the vehicle has."""
+"""``darko-gcs log``: recorded flights, here and on the vehicle."""
 
 from __future__ import annotations
 
@@ -7,27 +7,33 @@ from collections.abc import Mapping
 
 from darko_gcs.commands import log_fetch, log_info
 
+__all__ = ["parser", "run"]
+
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     """The command line of ``darko-gcs log``."""
-    made = argparse.ArgumentParser(prog="darko-gcs log", description=commands["log"] + ".")
-    kinds = made.add_subparsers(required=True, metavar="info|fetch")
+    parser = argparse.ArgumentParser(prog="darko-gcs log", description=commands["log"] + ".")
+    subcommands = parser.add_subparsers(required=True, metavar="info|fetch")
     for name, module, text in (
-        ("info", log_info, "vehicles, messages, damage and the flight of one log"),
-        ("fetch", log_fetch, "download the logs a vehicle has recorded itself"),
+        ("info", log_info, "summarise one log: vehicles, flight, messages, damage"),
+        ("fetch", log_fetch, "download the logs that a vehicle has recorded itself"),
     ):
-        kind = kinds.add_parser(name, help=text)
-        module.configure(kind)
-        kind.set_defaults(kind=module)
-    return made
+        subcommand = subcommands.add_parser(name, help=text)
+        module.configure(subcommand)
+        subcommand.set_defaults(module=module)
+    return parser
 
 
 def run(args: argparse.Namespace) -> int:
-    """Do what was asked of it."""
+    """Run the subcommand.
+
+    Raises:
+        GroundError: If it fails.
+    """
     from darko_gcs.errors import GroundError  # noqa: PLC0415
     from protocol.errors import FileError  # noqa: PLC0415 - --help must not load the wire
 
     try:
-        return int(args.kind.run(args))
+        return int(args.module.run(args))
     except FileError as error:
         raise GroundError(str(error)) from error

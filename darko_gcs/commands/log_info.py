@@ -1,4 +1,4 @@
-"""Say what is in a telemetry log: vehicles, flight, messages, damage."""
+"""``darko-gcs log info``: summarise a telemetry log."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ __all__ = ["configure", "run"]
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``darko-gcs log info``."""
     parser.add_argument("file", type=Path, metavar="FILE", help="telemetry log (.tlog)")
-    parser.add_argument("--json", action="store_true", help="print everything, for a program")
-    parser.add_argument("--texts", type=int, default=10, metavar="N", help="show the last N status texts (10)")
+    parser.add_argument("--json", action="store_true", help="print the whole summary as JSON")
+    parser.add_argument("--texts", type=int, default=10, metavar="N", help="show the last N status texts [10]")
 
 
 def run(args: argparse.Namespace) -> int:
-    """Print what is in a log.
+    """Print the summary of a log.
 
     Raises:
-        FileError: The file cannot be read, or is no log.
+        FileError: The file cannot be read, or is not a log.
     """
-    # --help must stay quick: only here are the dialect and numpy needed.
-    from darko_gcs.flight_summary import summarise  # noqa: PLC0415
-    from darko_gcs.log_report import as_json, as_text  # noqa: PLC0415
+    # --help must be quick: the dialect and numpy are loaded only here.
+    from darko_gcs.logs.flight_summary import summarise  # noqa: PLC0415
+    from darko_gcs.logs.log_report import summary_as_json, summary_as_text  # noqa: PLC0415
     from protocol.tlog import read_tlog  # noqa: PLC0415
 
     summary, name = summarise(read_tlog(args.file)), str(args.file)
-    print(as_json(summary, name) if args.json else as_text(summary, name, max(args.texts, 0)))
+    print(summary_as_json(summary, name) if args.json else summary_as_text(summary, name, max(args.texts, 0)))
     return 0

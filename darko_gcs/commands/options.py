@@ -7,56 +7,58 @@ from pathlib import Path
 
 __all__ = ["add_link_options", "add_listen_options", "sitl_arguments"]
 
+MAX_PORT, MAX_SYSTEM_ID = 65535, 255
 
-def add_link_options(made: argparse.ArgumentParser) -> None:
-    """Where to listen, where to record, and the vehicle process."""
-    link = made.add_argument_group("link")
+
+def add_link_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the link, the recording and the vehicle process."""
+    link = parser.add_argument_group("link")
     add_listen_options(link)
-    link.add_argument("--record", type=Path, metavar="DIR", help="where flights are recorded [the user's data folder]")
+    link.add_argument("--record", type=Path, metavar="DIR", help="folder for recorded flights [the user's data folder]")
     link.add_argument(
-        "--give-key", action="store_true", help="give the key to a vehicle that has none; over loopback only"
+        "--give-key", action="store_true", help="give the key to a vehicle that has none; only over loopback"
     )
-    sitl = made.add_argument_group("vehicle process")
-    sitl.add_argument("--sitl", action="store_true", help="start darko-sitl and stop it in the end")
-    sitl.add_argument("--speed", metavar="X", help="its speed, times real time [1]")
-    sitl.add_argument("--seed", metavar="N", help="its seed [1]")
-    sitl.add_argument("--wind", metavar="M/S@DEG", help="its steady wind [0]")
-    sitl.add_argument("--gusts", metavar="RMS", help="its gusts [0]")
-    sitl.add_argument("--start", metavar="N,E,UP,YAW", help="where it begins; UP > 0 begins hovering [0,0,0,0]")
-    sitl.add_argument("--airframe", metavar="SET", help="its parameter set [nominal]")
-    sitl.add_argument("--state-dir", metavar="DIR", help="where it keeps parameters and mission")
+    sitl = parser.add_argument_group("vehicle process")
+    sitl.add_argument("--sitl", action="store_true", help="start darko-sitl, and stop it at the end")
+    sitl.add_argument("--speed", metavar="X", help="simulation speed, times real time [1]")
+    sitl.add_argument("--seed", metavar="N", help="random seed [1]")
+    sitl.add_argument("--wind", metavar="M/S@DEG", help="steady wind and where it comes from [0]")
+    sitl.add_argument("--gusts", metavar="RMS", help="gusts, rms speed in m/s [0]")
+    sitl.add_argument("--start", metavar="N,E,UP,YAW", help="start position; UP > 0 starts in hover [0,0,0,0]")
+    sitl.add_argument("--airframe", metavar="SET", help="parameter set of the airframe [nominal]")
+    sitl.add_argument("--state-dir", metavar="DIR", help="folder of its saved parameters and mission")
 
 
 def add_listen_options(link: argparse._ArgumentGroup) -> None:
-    """Where to listen, and what to believe."""
+    """Add the options of the port to listen on and of the vehicle to accept."""
     link.add_argument("--host", default="127.0.0.1", help="local address to listen on [127.0.0.1]")
     link.add_argument("--port", type=_port, default=14550, metavar="P", help="local UDP port; 0: any [14550]")
     link.add_argument(
-        "--vehicle", type=_system, metavar="ID", help="system id of the vehicle, 1 to 255 [of the first that is heard]"
+        "--vehicle", type=_system_id, metavar="ID", help="system id of the vehicle, 1 to 255 [the first one heard]"
     )
     link.add_argument(
         "--signing-key",
         metavar="KEY",
-        help="sign, and believe only what is signed: 64 hexadecimal digits or a file with them (--sitl gets it too)",
+        help="sign, and accept only signed messages: 64 hexadecimal digits or a file with them (passed on to --sitl)",
     )
 
 
 def sitl_arguments(args: argparse.Namespace) -> list[str]:
-    """The options that go on to darko-sitl."""
+    """The options that are passed on to darko-sitl."""
     names = ("signing_key", "speed", "seed", "wind", "gusts", "start", "airframe", "state_dir")
     given = [(name, getattr(args, name)) for name in names if getattr(args, name) is not None]
     return [part for name, value in given for part in (f"--{name.replace('_', '-')}", str(value))]
 
 
-def _system(text: str) -> int:
+def _system_id(text: str) -> int:
     value = int(text)
-    if not 1 <= value <= 255:
+    if not 1 <= value <= MAX_SYSTEM_ID:
         raise argparse.ArgumentTypeError(f"{text} is not a system id")
     return value
 
 
 def _port(text: str) -> int:
     value = int(text)
-    if not 0 <= value <= 65535:
+    if not 0 <= value <= MAX_PORT:
         raise argparse.ArgumentTypeError(f"{text} is not a UDP port")
     return value

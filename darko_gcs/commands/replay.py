@@ -1,4 +1,4 @@
-"""Recorded flights on the same screens."""
+"""``darko-gcs replay``: recorded flights on the same screens."""
 
 from __future__ import annotations
 
@@ -6,25 +6,31 @@ import argparse
 from collections.abc import Mapping
 from pathlib import Path
 
+__all__ = ["parser", "run"]
+
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     """The command line of ``darko-gcs replay``."""
-    made = argparse.ArgumentParser(
+    parser = argparse.ArgumentParser(
         prog="darko-gcs replay",
         description=commands["replay"] + ".",
         epilog="keys: space pauses, left/right seek 5 s, shift 30 s, home/end, [ and ] change the speed",
     )
-    made.add_argument("file", type=Path, metavar="FILE", help="a .tlog of this or another ground station")
-    made.add_argument("--speed", type=float, default=1.0, metavar="X", help="playing speed to begin with [1]")
-    made.add_argument("--at", type=float, default=0.0, metavar="S", help="where to begin [0]")
-    return made
+    parser.add_argument("file", type=Path, metavar="FILE", help="a .tlog of this or another ground station")
+    parser.add_argument("--speed", type=float, default=1.0, metavar="X", help="initial playing speed [1]")
+    parser.add_argument("--at", type=float, default=0.0, metavar="S", help="where to begin, in s [0]")
+    return parser
 
 
 def run(args: argparse.Namespace) -> int:
-    """Open the screens on a log until the operator quits."""
+    """Open the screens on a log until the operator quits.
+
+    Raises:
+        GroundError: The file cannot be read.
+    """
     from darko_gcs.errors import GroundError  # noqa: PLC0415
-    from darko_gcs.feed import ReplayFeed  # noqa: PLC0415
-    from darko_gcs.replay_app import ReplayStation  # noqa: PLC0415
+    from darko_gcs.feed.replay_feed import ReplayFeed  # noqa: PLC0415
+    from darko_gcs.tui.replay_app import ReplayApp  # noqa: PLC0415
     from protocol.errors import FileError  # noqa: PLC0415 - --help must not load the wire
     from protocol.tlog import read_tlog  # noqa: PLC0415
 
@@ -32,4 +38,4 @@ def run(args: argparse.Namespace) -> int:
         feed = ReplayFeed(read_tlog(args.file), args.file.name, begin=args.at, speed=args.speed)
     except FileError as error:
         raise GroundError(str(error)) from error
-    return ReplayStation(feed).run() or 0
+    return ReplayApp(feed).run() or 0

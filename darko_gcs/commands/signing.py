@@ -1,4 +1,4 @@
-"""Change the vehicle's signing key."""
+"""``darko-gcs signing``: change the vehicle's signing key."""
 
 from __future__ import annotations
 
@@ -9,39 +9,39 @@ from darko_gcs.commands.options import add_listen_options
 
 __all__ = ["parser", "run"]
 
-EXAMPLES = """\
+_EXAMPLES = """\
 examples:
   darko-gcs signing --signing-key old.key --new-key new.key
 
-The vehicle must be on this machine: the key crosses the link in clear. The old key stays in force until the vehicle
-signs with the new one. A vehicle without a key gets its first by darko-gcs --signing-key KEY --give-key.
+The vehicle must be on this machine: the key is readable on the link. The old key stays in force until the vehicle
+signs with the new one. Give a vehicle its first key with darko-gcs --signing-key KEY --give-key.
 
-exit codes: 0 changed; 2 a key, or a link that is not loopback; 3 no vehicle, or it did not take the new key.
+exit codes: 0 changed; 2 a key, or a link that is not loopback; 3 no vehicle, or it did not accept the new key.
 """
 
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     """The command line of ``darko-gcs signing``."""
-    made = argparse.ArgumentParser(
+    parser = argparse.ArgumentParser(
         prog="darko-gcs signing",
         description=commands["signing"] + ".",
-        epilog=EXAMPLES,
+        epilog=_EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    made.add_argument("--new-key", required=True, metavar="KEY", help="64 hexadecimal digits or a file with them")
-    add_listen_options(made.add_argument_group("link"))
-    return made
+    parser.add_argument("--new-key", required=True, metavar="KEY", help="64 hexadecimal digits or a file with them")
+    add_listen_options(parser.add_argument_group("link"))
+    return parser
 
 
 def run(args: argparse.Namespace) -> int:
-    """Change it, and say so.
+    """Change the key, and report it.
 
     Raises:
-        GroundError: It was not changed; the message says why.
+        GroundError: The key was not changed; the message says why.
     """
-    import asyncio  # noqa: PLC0415 - --help must stay quick
+    import asyncio  # noqa: PLC0415 - --help must be quick
 
-    from darko_gcs.key_change import change_key  # noqa: PLC0415
+    from darko_gcs.tasks.key_change import change_key  # noqa: PLC0415
 
     system, component = asyncio.run(change_key(args))
     print(f"vehicle {system}/{component} signs with the new key: start every ground station with it from now on")

@@ -1,5 +1,6 @@
-"""DarkO's MAVLink dialect: ``darko.xml`` and two modules generated from it at build time.
+"""DarkO's MAVLink dialect: ``darko.xml`` and two modules that ``scripts/build_dialect.py`` generates from it.
 
-Use ``from protocol.dialect import mavlink``: message classes, enums and field names are the dialect's own. The numbers
-that DarkO itself defines are types in ``protocol.dialect.vocabulary``: use these, not their values.
+``mavlink`` has the message classes and enums of the whole dialect; ``vocabulary`` has DarkO's own enums as Python
+types with labels: use these instead of numbers.
+May import: nothing of this project.
 """

@@ -1,60 +1,104 @@
-"""When to send again and when to give up: the clock of every transfer.
+"""When to send again and when to give up: the timers of every transfer.
 
-How long an answer takes is measured, and the wait for one follows it (RFC 6298). Only an answer to something sent once
-is measured, for of what was sent twice nobody knows which copy was answered; a longer wait stays until then (Karn).
-A transfer lives as long as the other side is heard at all and anything of it moves, so a bad link is endured and
-a dead one noticed.
+The time until an answer is measured, and the timeout follows it (RFC 6298). Only the answer to a message that was sent
+once is measured: after a repetition it is unknown which copy was answered (Karn's algorithm). A timeout that was
+doubled stays doubled until the next measurement. A transfer goes on as long as frames of the remote end arrive and the
+transfer makes progress now and then, so a bad link is endured and a dead one is noticed.
 """
 
+from __future__ import annotations
+
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import islice
 from typing import NamedTuple
 
-from protocol.codec import Message
+from protocol.message import Message
 
-__all__ = ["FIRST", "LATE", "LEAST", "MOST", "SILENCE", "STALL", "Mark", "Partner", "Resend", "Window", "precedes"]
+__all__ = [
+    "DUPLICATE_WINDOW",
+    "INITIAL_TIMEOUT",
+    "LOSS_THRESHOLD",
+    "MAX_TIMEOUT",
+    "MIN_TIMEOUT",
+    "REORDER_WINDOW",
+    "SILENCE_LIMIT",
+    "STALL_LIMIT",
+    "Mark",
+    "Remote",
+    "RequestWindow",
+    "Retransmission",
+    "RetryPolicy",
+    "RttEstimator",
+    "precedes",
+]
 
-FIRST = 1.0  # [s] wait for an answer before any was measured
-LEAST, MOST = 0.25, 1.5  # [s] shortest and longest wait; what the mission protocol recommends for items and the rest
-SILENCE = 10.0  # [s] without a single frame after which the other side is gone
-STALL = 30.0  # [s] without progress after which it is there, but will not answer any more
-LATE = 2.0  # [s] a frame may arrive after a later one; sequence numbers wrap too soon to look further back
-OVERTAKEN = 3  # answers to later questions after which an earlier one counts as lost
+INITIAL_TIMEOUT = 1.0  # [s] before the first measurement
+MIN_TIMEOUT = 0.25  # [s] the mission protocol recommends it for items,
+MAX_TIMEOUT = 1.5  # [s] and this for all other messages
+SILENCE_LIMIT = 10.0  # [s] without a single frame: the remote end is gone
+STALL_LIMIT = 30.0  # [s] without progress: it is there, but does not answer any more
+REORDER_WINDOW = 2.0  # [s] by which a frame may be late; sequence numbers wrap too soon to look further back
+DUPLICATE_WINDOW = 0.5  # [s] in which a network may deliver one frame twice
+LOSS_THRESHOLD = 3  # answers to later requests after which an earlier request counts as lost
+
+
+class RttEstimator:
+    """Round-trip times and the timeout that follows from them (RFC 6298).
+
+    Args:
+        initial: Timeout before the first measurement [s].
+    """
+
+    def __init__(self, initial: float = INITIAL_TIMEOUT) -> None:
+        self.timeout = initial  # [s] to wait for an answer
+        self._mean: float | None = None
+        self._deviation = 0.0
+
+    def measure(self, seconds: float) -> None:
+        """An answer took this long."""
+        if self._mean is None:
+            self._mean, self._deviation = seconds, seconds / 2
+        else:
+            self._deviation += (abs(seconds - self._mean) - self._deviation) / 4
+            self._mean += (seconds - self._mean) / 8
+        self.timeout = min(max(self._mean + 4 * self._deviation, MIN_TIMEOUT), MAX_TIMEOUT)
+
+    def miss(self) -> None:
+        """An answer did not come in time."""
+        self.timeout = min(2 * self.timeout, MAX_TIMEOUT)
 
 
 class Mark(NamedTuple):
-    """A moment in what the other side says."""
+    """A moment in the sequence of frames of the remote end."""
 
-    newest: int | None  # the number of the last frame before it; None: it had said nothing
+    newest: int | None  # number of the last frame before it; None: there was none
     at: float  # [s]
 
 
-class Partner:
-    """The other side: when it was heard, in what order it spoke, and how long its answers take.
+class Remote:
+    """The remote end: when its last frame came, in what order it sends, and how long its answers take.
 
     All engines of one end share it.
 
     Args:
-        first: Wait for an answer before any was measured [s].
+        initial: Timeout before the first measurement [s].
     """
 
-    def __init__(self, first: float = FIRST) -> None:
+    def __init__(self, initial: float = INITIAL_TIMEOUT) -> None:
+        self.rtt = RttEstimator(initial)
         self.heard = -math.inf  # when its last frame came [s]
-        self.newest: int | None = None  # the number of its newest frame, counted on beyond 255
-        self.timeout = first  # [s] to wait for an answer
-        self._mean: float | None = None
-        self._deviation = 0.0
+        self.newest: int | None = None  # number of its newest frame, counted on beyond 255
 
     def hear(self, message: Message, now: float) -> None:
-        """A frame of it came, whatever it says."""
+        """Any frame of it came."""
         self.heard = now
         number = self.number(message)
         self.newest = number if self.newest is None else max(self.newest, number)
 
     def number(self, message: Message) -> int:
-        """The place of a frame among all it sent, as long as not half of the 256 sequence numbers went missing."""
+        """Position of a frame among all it sent, if fewer than half of the 256 sequence numbers were lost in a row."""
         sequence = int(message.get_seq())
         if self.newest is None:
             return sequence
@@ -62,145 +106,168 @@ class Partner:
         return self.newest + ahead - (256 if ahead > 127 else 0)
 
     def mark(self, now: float) -> Mark:
-        """This moment, to tell later what was said before it."""
+        """This moment, to recognise later which frames were sent before it."""
         return Mark(self.newest, now)
 
-    def said_before(self, mark: Mark, message: Message, now: float) -> bool:
-        """True for a frame that was sent before a moment: late or a duplicate, it cannot answer what came after."""
-        return mark.newest is not None and now - mark.at < LATE and self.number(message) <= mark.newest
-
-    def measure(self, seconds: float) -> None:
-        """An answer took that long."""
-        if self._mean is None:
-            self._mean, self._deviation = seconds, seconds / 2
-        else:
-            self._deviation += (abs(seconds - self._mean) - self._deviation) / 4
-            self._mean += (seconds - self._mean) / 8
-        self.timeout = min(max(self._mean + 4 * self._deviation, LEAST), MOST)
-
-    def miss(self) -> None:
-        """An answer did not come in time."""
-        self.timeout = min(2 * self.timeout, MOST)
+    def was_sent_before(self, mark: Mark, message: Message, now: float) -> bool:
+        """True for a frame sent before a moment: late or a duplicate, it cannot answer a later request."""
+        return mark.newest is not None and now - mark.at < REORDER_WINDOW and self.number(message) <= mark.newest
 
 
-class _Endurance:
-    """How long a transfer is kept up."""
+class RetryPolicy:
+    """A fixed sequence of waits: when to send again, and when to give up."""
 
-    def __init__(self, partner: Partner) -> None:
-        self._partner, self._moved = partner, -math.inf
+    def __init__(self, waits: Sequence[float]) -> None:
+        self._waits = tuple(waits)
+        self._tries = 0
+        self.deadline = math.inf
+
+    def start(self, now: float) -> None:
+        """The message is sent for the first time."""
+        self._tries, self.deadline = 0, now + self._waits[0]
+
+    def extend(self, until: float) -> None:
+        """The remote end is alive: wait until ``until``, then start the sequence anew."""
+        self._tries, self.deadline = -1, until
+
+    def renew(self) -> None:
+        """The remote end is alive: start the sequence anew, with the present deadline."""
+        self._tries = 0
+
+    def retry(self, now: float) -> bool:
+        """The deadline passed: True if there is one more try; its wait starts now."""
+        self._tries += 1
+        if self._tries >= len(self._waits):
+            self.stop()
+            return False
+        self.deadline = now + self._waits[self._tries]
+        return True
+
+    def stop(self) -> None:
+        """No deadline any more."""
+        self.deadline = math.inf
+
+
+class _RetryLimit:
+    """How long a transfer is kept alive."""
+
+    def __init__(self, remote: Remote) -> None:
+        self._remote, self._moved = remote, -math.inf
 
     def progress(self, now: float) -> None:
         self._moved = now
 
     def is_over(self, now: float) -> bool:
-        return now - max(self._moved, self._partner.heard) >= SILENCE or now - self._moved >= STALL
+        return now - max(self._moved, self._remote.heard) >= SILENCE_LIMIT or now - self._moved >= STALL_LIMIT
 
 
-class Resend:
-    """One message that is sent until the next step is reached."""
+class Retransmission:
+    """One message that is repeated until the transfer reaches its next step."""
 
-    def __init__(self, partner: Partner) -> None:
+    def __init__(self, remote: Remote) -> None:
         self.deadline = math.inf  # when to send again
-        self.times = 0  # it was sent without being answered
-        self._partner, self._endurance = partner, _Endurance(partner)
+        self.times = 0  # how often the message was sent without an answer
+        self._remote, self._limit = remote, _RetryLimit(remote)
         self._sent = 0.0
 
     def start(self, now: float) -> None:
-        """The next step: its message goes out for the first time."""
+        """The next step: its message is sent for the first time."""
         self._sent, self.times = now, 1
-        self._endurance.progress(now)
-        self.deadline = now + self._partner.timeout
+        self._limit.progress(now)
+        self.deadline = now + self._remote.rtt.timeout
 
     def answer(self, now: float) -> None:
-        """What was sent has been answered."""
+        """The message has been answered."""
         if self.times == 1:
-            self._partner.measure(now - self._sent)
+            self._remote.rtt.measure(now - self._sent)
         self.times = 0
 
     def wait(self, now: float) -> None:
-        """More is on its way without being asked for."""
-        self._endurance.progress(now)
-        self.deadline = now + self._partner.timeout
+        """More data will come without another request."""
+        self._limit.progress(now)
+        self.deadline = now + self._remote.rtt.timeout
 
     def retry(self, now: float) -> bool:
         """The deadline passed: True: send again; False: give up."""
-        if self._endurance.is_over(now):
+        if self._limit.is_over(now):
             self.stop()
             return False
         self.times += 1
-        self._partner.miss()
-        self.deadline = now + self._partner.timeout
+        self._remote.rtt.miss()
+        self.deadline = now + self._remote.rtt.timeout
         return True
 
     def stop(self) -> None:
-        """Nothing is waited for."""
+        """No deadline any more."""
         self.deadline = math.inf
 
 
-@dataclass(slots=True)
-class _Question:
-    order: int  # its place among all that were asked
-    at: float  # when it was asked last [s]
-    until: float  # when it is asked again [s]
+@dataclass(slots=True, kw_only=True)
+class _Request:
+    order: int  # its position among all requests
+    at: float  # when it was last sent [s]
+    until: float  # when it is sent again [s]
     times: int
-    passed: int = 0  # answers to questions asked since
+    passed: int = 0  # answers to later requests
 
 
-class Window:
-    """Numbered things that are asked for several at a time, each again when it does not come.
+class RequestWindow:
+    """Numbered parts that are requested several at a time; each is requested again if it does not come.
 
     Args:
-        partner: Who is asked.
-        missing: What is wanted, in this order.
-        size: How many questions may be open.
+        remote: The end that is asked.
+        missing: Numbers of the parts wanted, in this order.
+        size: How many requests may be open.
         now: Time [s].
     """
 
-    def __init__(self, partner: Partner, missing: Iterable[int], size: int, now: float) -> None:
+    def __init__(self, remote: Remote, missing: Iterable[int], size: int, now: float) -> None:
         self.missing = dict.fromkeys(missing)
-        self._partner, self._endurance, self._size = partner, _Endurance(partner), size
-        self._endurance.progress(now)
-        self._open: dict[int, _Question] = {}
+        self._remote, self._limit, self._size = remote, _RetryLimit(remote), size
+        self._limit.progress(now)
+        self._open: dict[int, _Request] = {}
         self._asked = 0
 
     @property
     def deadline(self) -> float:
-        """When something must be asked for again."""
-        return min((question.until for question in self._open.values()), default=math.inf)
+        """When a part must be requested again."""
+        return min((request.until for request in self._open.values()), default=math.inf)
 
     def take(self, number: int, now: float) -> bool:
-        """One came; False: it was not missing."""
+        """A part came; False if it was not missing."""
         if number not in self.missing:
             return False
         del self.missing[number]
-        self._endurance.progress(now)
-        question = self._open.pop(number, None)
-        if question is not None:
-            if question.times == 1:
-                self._partner.measure(now - question.at)
+        self._limit.progress(now)
+        request = self._open.pop(number, None)
+        if request is not None:
+            if request.times == 1:
+                self._remote.rtt.measure(now - request.at)
             for other in self._open.values():
-                other.passed += other.order < question.order
+                other.passed += other.order < request.order
         return True
 
     def ask(self, now: float) -> list[int]:
-        """What is to be asked for now."""
-        late = [number for number, question in self._open.items() if now >= question.until]
+        """Numbers of the parts to request now."""
+        late = [number for number, request in self._open.items() if now >= request.until]
         if late:
-            self._partner.miss()
-        again = [n for n, question in self._open.items() if n in late or question.passed >= OVERTAKEN]
+            self._remote.rtt.miss()
+        again = [n for n, request in self._open.items() if n in late or request.passed >= LOSS_THRESHOLD]
         room = max(self._size - len(self._open), 0)
         wanted = again + list(islice((n for n in self.missing if n not in self._open), room))
         for number in wanted:
             times = self._open[number].times if number in self._open else 0
             self._asked += 1
-            self._open[number] = _Question(self._asked, now, now + self._partner.timeout, times + 1)
+            self._open[number] = _Request(
+                order=self._asked, at=now, until=now + self._remote.rtt.timeout, times=times + 1
+            )
         return wanted
 
     def is_over(self, now: float) -> bool:
-        """True when there is no hope any more."""
-        return self._endurance.is_over(now)
+        """True if the remote end is silent, or answers without progress, for too long."""
+        return self._limit.is_over(now)
 
 
 def precedes(earlier: int, later: int) -> bool:
-    """True when of two sequence numbers (0..255) of one sender the first was used first."""
+    """True if the first of two sequence numbers (0..255) of one sender was used before the second."""
     return 0 < (later - earlier) & 0xFF < 128

@@ -1,4 +1,4 @@
-"""A plan as the files carry it."""
+"""A plan as in the files."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ from typing import Any
 
 from protocol.dialect import mavlink
 from protocol.frames import Geodetic
-from protocol.plans.mission import MissionItem
+from protocol.plans.mission_item import MissionItem
 
 __all__ = ["Plan"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Plan:
-    """Mission items and what a plan file says beside them.
+    """Mission items and the other content of a plan file.
 
-    Item k of ``items`` is mission item k on the wire; the home position is not one of them. What nothing here
-    interprets is kept as the file has it, so that saving loses nothing.
+    Item k of ``items`` is mission item k on the wire; the home position is not one of them. Content that is not
+    interpreted is stored unchanged, so that saving loses nothing.
     """
 
     items: tuple[MissionItem, ...] = ()
@@ -34,5 +34,5 @@ class Plan:
             "vehicleType": mavlink.MAV_TYPE_VTOL_DUOROTOR,
         }
     )
-    item_keys: tuple[dict[str, Any], ...] = ()  # one table for each item, or none when all would be empty
+    item_keys: tuple[dict[str, Any], ...] = ()  # one table for each item, or () if all are empty
     source: Path | None = field(default=None, compare=False)  # the file it was loaded from

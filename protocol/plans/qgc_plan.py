@@ -9,10 +9,10 @@ from typing import Any
 
 from protocol.errors import FileError, LocalProtocolError
 from protocol.frames import Geodetic
-from protocol.plans.mission import MissionItem
+from protocol.plans.item_values import DO_JUMP, item_from_values, values_of
+from protocol.plans.json_table import JsonTable
+from protocol.plans.mission_item import MissionItem
 from protocol.plans.plan import Plan
-from protocol.plans.table import Table
-from protocol.plans.values import DO_JUMP, item_from_values, values_of
 
 __all__ = ["parse", "render"]
 
@@ -25,9 +25,9 @@ def parse(text: str, name: str) -> Plan:
     """A plan from the text of a file called ``name``.
 
     Raises:
-        FileError: It is not a valid plan; the message names the place in it and the value.
+        FileError: It is not a valid plan; the message names the place and the value.
     """
-    root = Table(_json(text, name), name)
+    root = JsonTable(_json(text, name), name)
     root.expect("fileType", "Plan")
     root.expect("version", 1)
     mission = root.table("mission")
@@ -49,10 +49,10 @@ def parse(text: str, name: str) -> Plan:
 
 
 def render(plan: Plan, name: str) -> str:
-    """The text of a .plan file. QGroundControl itself insists on a planned home.
+    """The text of a .plan file. QGroundControl only loads one with a planned home.
 
     Raises:
-        FileError: An item, or what the plan keeps aside, cannot be written.
+        FileError: An item, or content that is not interpreted, cannot be written.
     """
     others = plan.item_keys if len(plan.item_keys) == len(plan.items) else ({},) * len(plan.items)
     jump_ids = [keys.get("doJumpId", seq) for seq, keys in enumerate(others, 1)]
@@ -83,7 +83,7 @@ def render(plan: Plan, name: str) -> str:
 
 def _json(text: str, name: str) -> object:
     def refuse(literal: str) -> None:
-        raise ValueError(f"{literal} is no JSON number")
+        raise ValueError(f"{literal} is not a JSON number")
 
     try:
         return json.loads(text, parse_constant=refuse)
@@ -91,28 +91,28 @@ def _json(text: str, name: str) -> object:
         raise FileError(f"{name}: not JSON: {error}") from error
 
 
-def _seq_by_jump_id(entries: list[Table]) -> dict[int, int]:
+def _seq_by_jump_id(entries: list[JsonTable]) -> dict[int, int]:
     """Mission item number of each doJumpId."""
     seqs: dict[int, int] = {}
     for seq, entry in enumerate(entries):
         number = entry.whole("doJumpId", seq + 1)
         if number in seqs:
-            raise entry.error("doJumpId", f"{number} is that of item {seqs[number]} already")
+            raise entry.error("doJumpId", f"{number} is also that of item {seqs[number]}")
         seqs[number] = seq
     return seqs
 
 
-def _item(entry: Table, seqs: Mapping[int, int]) -> MissionItem:
+def _item(entry: JsonTable, seqs: Mapping[int, int]) -> MissionItem:
     kind = entry.values.get("type")
     if kind != "SimpleItem":
         raise entry.error(
-            "type", f"{str(entry.values.get('complexItemType', kind))[:40]!r}: only SimpleItem can be flown"
+            "type", f"{str(entry.values.get('complexItemType', kind))[:40]!r}: only SimpleItem is supported"
         )
     command, frame = entry.whole("command"), entry.whole("frame")
     values = entry.numbers("params", 7)
     if command == DO_JUMP:
         if values[0] not in seqs:
-            raise entry.error("params[0]", f"jumps to doJumpId {values[0]:g}, which no item has")
+            raise entry.error("params[0]", f"no item has the doJumpId {values[0]:g} to jump to")
         values[0] = float(seqs[int(values[0])])
     try:
         return item_from_values(command, frame, values, autocontinue=entry.flag("autoContinue", default=True))
@@ -120,7 +120,7 @@ def _item(entry: Table, seqs: Mapping[int, int]) -> MissionItem:
         raise FileError(f"{entry.place}: {error}") from error
 
 
-def _item_keys(entries: list[Table]) -> tuple[dict[str, Any], ...]:
+def _item_keys(entries: list[JsonTable]) -> tuple[dict[str, Any], ...]:
     keys = tuple(entry.others(_ITEM_KEYS) for entry in entries)
     for seq, (entry, others) in enumerate(zip(entries, keys, strict=True), 1):
         if entry.values.get("doJumpId", seq) != seq:
@@ -148,7 +148,7 @@ def _entry(item: MissionItem, seq: int, jump_ids: list[int], keys: Mapping[str, 
     }
 
 
-def _home(mission: Table) -> Geodetic | None:
+def _home(mission: JsonTable) -> Geodetic | None:
     if mission.values.get("plannedHomePosition") is None:
         return None
     lat, lon, alt = mission.numbers("plannedHomePosition", 3)

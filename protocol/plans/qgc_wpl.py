@@ -1,8 +1,8 @@
 """The older waypoint file, "QGC WPL 110" (https://mavlink.io/en/file_formats/#mission_plain_text_file).
 
-A row per item, its columns separated by tabs: index, current, frame, command, param1..param4, x, y, z, autocontinue.
-Row 0 is the home position, as QGroundControl and MAVProxy have it, and no item of the mission; all zeros there say that
-no home is planned. Speeds, fence and rally points have no place in the format.
+One row per item, with columns separated by tabs: index, current, frame, command, param1..param4, x, y, z,
+autocontinue. Row 0 is not an item but the home position, as in QGroundControl and MAVProxy; zeros there mean that no
+home is planned. The format has no speeds, fence and rally points.
 """
 
 from __future__ import annotations
@@ -12,9 +12,9 @@ import math
 from protocol.dialect import mavlink
 from protocol.errors import FileError, LocalProtocolError
 from protocol.frames import Geodetic
-from protocol.plans.mission import MissionItem
+from protocol.plans.item_values import DO_JUMP, item_from_values, values_of
+from protocol.plans.mission_item import MissionItem
 from protocol.plans.plan import Plan
-from protocol.plans.values import DO_JUMP, item_from_values, values_of
 
 __all__ = ["HEADER", "parse", "render"]
 
@@ -75,13 +75,13 @@ def _row(head: list[int], values: list[float], *, autocontinue: bool) -> str:
 
 
 def _decimal(value: float) -> str:
-    """Eight decimals, as other tools write; more where they would lose something."""
+    """Eight decimals, as other tools write; more if needed for the exact value."""
     text = f"{value:.8f}"
     return text if float(text) == value or math.isnan(value) else repr(value)
 
 
 def _row_of(target: float, count: int, place: str) -> float:
-    """Row of the item a DO_JUMP jumps to: rows count the home position."""
+    """Row of the target of a DO_JUMP: rows include the home position."""
     if not 0.0 <= target < count or target != int(target):
         raise FileError(f"{place}: jumps to item {target:g} of {count}")
     return target + 1.0

@@ -1,12 +1,12 @@
-"""Telemetry logs (``.tlog``): every frame of a flight, each behind the time it came.
+"""Telemetry logs (``.tlog``): every frame of a flight with its time, read fast as arrays, written without gaps.
 
-The format is MAVProxy's and QGroundControl's: eight bytes of time (microseconds since 1970, most significant
-byte first) and one raw frame of either version, again and again.
+The format is that of MAVProxy and QGroundControl: for each record a time stamp (8 bytes, microseconds since 1970,
+big-endian) and one raw frame of either version.
+May import: ``protocol.message``, ``framing``, ``errors``, ``dialect``; no engine, no plan.
 """
 
-from protocol.tlog.framing import split_frames
 from protocol.tlog.reader import TlogReader, message_name, read_tlog
 from protocol.tlog.scan import Damage
 from protocol.tlog.writer import TlogWriter
 
-__all__ = ["Damage", "TlogReader", "TlogWriter", "message_name", "read_tlog", "split_frames"]
+__all__ = ["Damage", "TlogReader", "TlogWriter", "message_name", "read_tlog"]

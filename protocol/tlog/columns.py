@@ -1,7 +1,6 @@
 """Fields of many messages of one type as arrays.
 
-Payloads are laid side by side, the zeros that MAVLink 2 trims are put back, and one structured type reads
-them all.
+Payloads become the rows of one array, with the zeros that MAVLink 2 trims; one structured type then reads them all.
 """
 
 from functools import cache
@@ -10,7 +9,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from protocol.codec import Message
+from protocol.message import Message
 
 __all__ = ["payload_type", "payloads"]
 
@@ -31,7 +30,7 @@ _TYPES = {
 
 @cache
 def payload_type(message_class: Message) -> np.dtype[np.void]:
-    """Structured type of a message's untrimmed payload: fields in the order of the wire, with extensions."""
+    """Structured type of a message's untrimmed payload: fields in wire order, with extensions."""
     fields: list[tuple[str, str, tuple[int, ...]]] = []
     kinds = dict(zip(message_class.fieldnames, message_class.fieldtypes, strict=True))
     for position, name in enumerate(message_class.ordered_fieldnames):
@@ -45,7 +44,7 @@ def payload_type(message_class: Message) -> np.dtype[np.void]:
 def payloads(
     data: NDArray[np.uint8], offsets: NDArray[np.int64], lengths: NDArray[np.int64], kind: np.dtype[np.void]
 ) -> NDArray[np.void]:
-    """Structured array of n payloads: trimmed ones are filled with zeros, longer ones cut.
+    """Structured array of n payloads; shorter ones are padded with zeros, longer ones truncated.
 
     Args:
         data: Bytes of the log.

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 
 __all__ = ["accumulate", "checksums"]
 
-_BLOCK = 16384  # frames a pass: its two columns stay in the cache
+_BLOCK = 16384  # frames per pass: its two columns stay in the cache
 
 
 def _table() -> NDArray[np.uint16]:
@@ -26,7 +26,7 @@ def accumulate(crc: NDArray[np.uint16], byte: NDArray[np.uint8]) -> NDArray[np.u
 def checksums(data: NDArray[np.uint8], offsets: NDArray[np.int64], lengths: NDArray[np.int64]) -> NDArray[np.uint16]:
     """Checksum of each ``data[offset : offset + length]``, before the message's CRC_EXTRA.
 
-    Spans of one length are laid side by side and walked byte by byte, all together.
+    Spans of equal length become the columns of one array, which is processed byte by byte for all spans together.
 
     Args:
         data: Bytes, shape (m,).

@@ -1,4 +1,4 @@
-"""Reading a telemetry log: an index of every record, messages one by one, fields as arrays."""
+"""Reads a telemetry log: an index of every record, messages one by one, fields as arrays."""
 
 from collections.abc import Iterator
 from functools import cache, cached_property
@@ -7,12 +7,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from protocol.codec import Message, Source
 from protocol.dialect import mavlink
 from protocol.errors import FileError, LocalProtocolError
+from protocol.framing import MAGIC_V2, split_frames
+from protocol.message import Message, Source
 from protocol.tlog.columns import payload_type, payloads
-from protocol.tlog.framing import STAMP, V2, split_frames
 from protocol.tlog.scan import Damage, scan
+from protocol.tlog.time_stamp import STAMP_SIZE
 
 __all__ = ["TlogReader", "message_name", "read_tlog"]
 
@@ -20,13 +21,13 @@ _MAGIC = {b"ULog\x01\x12\x35": "a PX4 ULog file", b"\xa3\x95\x80": "an ArduPilot
 
 
 def message_name(number: int) -> str:
-    """Name of a message id; ids outside the dialect are called ``UNKNOWN_n``, as pymavlink calls them."""
+    """Name of a message id; ids outside the dialect are called ``UNKNOWN_n``, as in pymavlink."""
     known = mavlink.mavlink_map.get(number)
     return str(known.msgname) if known is not None else f"UNKNOWN_{number}"
 
 
 class TlogReader:
-    """Index of a log in memory. Never raises over what the bytes are: ``damage`` lists what was skipped.
+    """Index of a log in memory. Damaged bytes raise no error: ``damage`` lists what was skipped.
 
     Attributes:
         times: Time of each record as written [us], shape (n,); it may go backwards (see ``backward``).
@@ -36,7 +37,7 @@ class TlogReader:
         systems: Sending systems, shape (n,).
         components: Sending components, shape (n,).
         known: Whether the id is in the dialect, shape (n,); checksums of the others cannot be verified.
-        damage: What lies between the records.
+        damage: Bytes between the records.
     """
 
     def __init__(self, data: bytes) -> None:
@@ -47,8 +48,8 @@ class TlogReader:
         self.lengths = records.ends - records.offsets
         self.ids, self.known = records.ids, records.known
         self._mav = mavlink.MAVLink(None)
-        self._markers = self.offsets + STAMP
-        self._v2 = self._bytes[self._markers] == V2
+        self._markers = self.offsets + STAMP_SIZE
+        self._v2 = self._bytes[self._markers] == MAGIC_V2
         self.systems = self._bytes[self._markers + np.where(self._v2, 5, 3)]
         self.components = self._bytes[self._markers + np.where(self._v2, 6, 4)]
 
@@ -57,12 +58,12 @@ class TlogReader:
 
     @property
     def size(self) -> int:
-        """Bytes of the log; those of the records and of the damage add up to it."""
+        """Bytes of the log: the sum of all records and all damage."""
         return len(self._bytes)
 
     @property
     def signed(self) -> NDArray[np.bool_]:
-        """Which frames carry a signature (it is not verified), shape (n,)."""
+        """Which frames carry a signature (not verified here), shape (n,)."""
         signed: NDArray[np.bool_] = self._v2 & (self._bytes[self._markers + 2] == 1)
         return signed
 
@@ -73,7 +74,7 @@ class TlogReader:
 
     @cached_property
     def backward(self) -> NDArray[np.int64]:
-        """Indices of the records whose time is before that of the record in front of them."""
+        """Indices of the records with an earlier time than the record before."""
         return np.flatnonzero(np.diff(self.times) < 0) + 1
 
     def frame(self, index: int) -> bytes:
@@ -81,12 +82,12 @@ class TlogReader:
         return self._bytes[self._markers[index] : self.offsets[index] + self.lengths[index]].tobytes()
 
     def records(self) -> Iterator[tuple[int, bytes]]:
-        """(time [us], raw frame) of every record, as a ``TlogWriter`` takes them."""
+        """(time [us], raw frame) of every record, as ``TlogWriter.write`` takes them."""
         for index in range(len(self)):
             yield int(self.times[index]), self.frame(index)
 
     def decode(self, index: int) -> Message | None:
-        """Message of one record; None when its id is not in the dialect."""
+        """Message of one record; None if its id is not in the dialect."""
         if not self.known[index]:
             return None
         return self._mav.decode(bytearray(self.frame(index)))
@@ -119,10 +120,10 @@ class TlogReader:
 
 
 def read_tlog(path: Path | str) -> TlogReader:
-    """Log of a file, read whole.
+    """The log in a file, read completely.
 
     Raises:
-        FileError: It cannot be read, is empty, or is no telemetry log.
+        FileError: The file cannot be read, is empty, or is not a telemetry log.
     """
     try:
         data = Path(path).read_bytes()
@@ -133,7 +134,7 @@ def read_tlog(path: Path | str) -> TlogReader:
     reader = TlogReader(data)
     bare = len(split_frames(data[:4096])) > 1
     if bare or not (reader.known.any() or 2 * int(reader.lengths.sum()) > len(data)):
-        raise FileError(f"{path}: not a telemetry log: {_what_else(data)}")
+        raise FileError(f"{path}: not a telemetry log: {_guess_type(data)}")
     return reader
 
 
@@ -149,13 +150,13 @@ def _by_name() -> dict[str, Message]:
     return {known.msgname: known for known in mavlink.mavlink_map.values()}
 
 
-def _what_else(data: bytes) -> str:
-    """A guess at what a file without records is."""
+def _guess_type(data: bytes) -> str:
+    """A guess at the type of a file without records."""
     for magic, what in _MAGIC.items():
         if data.startswith(magic):
             return f"it is {what}"
     if split_frames(data[:4096]):
-        return "it begins with bare MAVLink frames, without the time a log keeps before each"
+        return "it begins with bare MAVLink frames, without the time stamps of a log"
     if not set(data[:4096]) - set(b"\t\n\r\f") - set(range(0x20, 0x7F)):
         return "it is a text file"
-    return f"its {len(data)} bytes hold no record that can be trusted"
+    return f"its {len(data)} bytes hold no valid record"

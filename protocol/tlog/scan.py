@@ -1,15 +1,15 @@
-"""Where the records of a telemetry log are, and what lies between them.
+"""Finds the records of a telemetry log and the damage between them.
 
-A record is eight bytes of time (microseconds, most significant first) and one frame. Nothing marks its
-start, so every byte that may begin a frame is a candidate, and a candidate has to prove itself:
+A record is a time stamp (eight bytes, microseconds, big-endian) and one frame. No marker precedes it, so every byte
+that may begin a frame is a candidate. A candidate must pass these tests:
 
 - its time is before the year 2255, its flags are known and the whole frame is in the file;
 - a message of the dialect has the right checksum;
-- any other message, whose checksum cannot be verified, is followed by what looks like the next record, or by
-  the end of the file, and holds no proven record inside.
+- any other message, whose checksum cannot be verified, is followed by the likely start of another record or by the
+  end of the file, and contains no verified record.
 
-Candidates that pass are accepted in the order of the file, none inside another. What is left is damage: every
-byte of the file belongs to one record or to one piece of damage. All of it is done on whole arrays.
+Candidates that pass are accepted in the order of the file; one that overlaps an accepted record is dropped. The rest is
+damage: every byte of the file belongs to one record or to one piece of damage. All steps work on whole arrays.
 """
 
 from dataclasses import dataclass
@@ -20,8 +20,9 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from protocol.dialect import mavlink
+from protocol.framing import MAGIC_V1, MAGIC_V2, OVERHEAD_V1, OVERHEAD_V2, SIGNATURE_SIZE, SIGNED_FLAG, message_id
 from protocol.tlog.crc import accumulate, checksums
-from protocol.tlog.framing import SIGNATURE, SIGNED, STAMP, TIME_LIMIT, V1, V2
+from protocol.tlog.time_stamp import STAMP_SIZE, TIME_LIMIT
 
 __all__ = ["Damage", "Records", "scan"]
 
@@ -29,19 +30,19 @@ Bytes = NDArray[np.uint8]
 Ints = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
-_SHORTEST = 8  # a version 1 frame without payload
+_MIN_FRAME = OVERHEAD_V1  # [bytes] a version 1 frame without payload
 
 
 @dataclass(frozen=True, slots=True)
 class Damage:
-    """Bytes that belong to no record."""
+    """Bytes that belong to no record; ``what`` describes them."""
 
     offset: int
     length: int
     what: str
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Records:
     """Records in the order of the file; every array has shape (n,)."""
 
@@ -62,47 +63,47 @@ class _Candidates:
     v2: Flags
 
     def only(self, chosen: Flags) -> "_Candidates":
-        """The chosen ones; all of them cost nothing."""
+        """The chosen candidates, without a copy if all are chosen."""
         if chosen.all():
             return self
         return _Candidates(self.markers[chosen], self.ends[chosen], self.ids[chosen], self.v2[chosen])
 
 
 def scan(data: Bytes) -> tuple[Records, list[Damage]]:
-    """Records of a log and the damage between them. Never raises, whatever the bytes."""
+    """Records of a log and the damage between them. Never raises an error, whatever the bytes are."""
     found = _candidates(data)
-    headers = found.markers - STAMP  # where what looks like a record starts, whole or cut short
+    headers = found.markers - STAMP_SIZE  # likely starts of records, whole or truncated
     found = found.only(found.ends <= len(data))
     known = np.isin(found.ids, _dialect()[0])
-    believed = np.zeros(len(known), dtype=np.bool_)
-    believed[known] = _checksum_holds(data, found.only(known))
-    proven = found.markers[believed] - STAMP
-    believed[~known] = _fits_its_neighbours(len(data), found.only(~known), headers, proven)
-    found, known = found.only(believed), known[believed]
-    disjoint = _disjoint(found.markers - STAMP, found.ends)
+    accepted = np.zeros(len(known), dtype=np.bool_)
+    accepted[known] = _checksum_holds(data, found.only(known))
+    proven = found.markers[accepted] - STAMP_SIZE
+    accepted[~known] = _fits_its_neighbours(len(data), found.only(~known), headers, proven)
+    found, known = found.only(accepted), known[accepted]
+    disjoint = _disjoint(found.markers - STAMP_SIZE, found.ends)
     found, known = found.only(disjoint), known[disjoint]
-    offsets = found.markers - STAMP
-    records = Records(offsets, found.ends, _times(data, offsets), found.ids, known)
+    offsets = found.markers - STAMP_SIZE
+    records = Records(offsets=offsets, ends=found.ends, times=_times(data, offsets), ids=found.ids, known=known)
     return records, _damage(data, records)
 
 
 def _candidates(data: Bytes) -> _Candidates:
     """Marker bytes with a possible time before them and known flags after them."""
     size = len(data)
-    markers = np.flatnonzero((data - np.uint8(V2)) < 2).astype(np.int64)
-    markers = markers[(markers >= STAMP) & (markers + _SHORTEST <= size)]
+    markers = np.flatnonzero((data - np.uint8(MAGIC_V2)) < 2).astype(np.int64)
+    markers = markers[(markers >= STAMP_SIZE) & (markers + _MIN_FRAME <= size)]
     possible = (data[markers - 8] == 0) & (data[markers - 7] < TIME_LIMIT >> 48)
-    v2 = data[markers] == V2
-    possible &= ~v2 | (data[markers + 2] <= SIGNED)
+    v2 = data[markers] == MAGIC_V2
+    possible &= ~v2 | (data[markers + 2] <= SIGNED_FLAG)
     markers, v2 = markers[possible], v2[possible]
     signed = np.where(v2, data[markers + 2], 0).astype(np.int64)
-    ends = markers + data[markers + 1] + np.where(v2, 12, 8) + SIGNATURE * signed
+    ends = markers + data[markers + 1] + np.where(v2, OVERHEAD_V2, OVERHEAD_V1) + SIGNATURE_SIZE * signed
     ids = np.where(v2, _little_endian(data, markers + 7, 3), data[markers + 5])
     return _Candidates(markers, ends, ids, v2)
 
 
 def _little_endian(data: Bytes, offsets: Ints, count: int) -> Ints:
-    """Whole numbers of ``count`` bytes; bytes outside the file are read as its last one."""
+    """Unsigned integers of ``count`` bytes; bytes outside the file are read as its last one."""
     number = np.zeros(len(offsets), dtype=np.int64)
     for k in range(count):
         number |= data.take(offsets + k, mode="clip").astype(np.int64) << 8 * k
@@ -120,30 +121,30 @@ def _dialect() -> tuple[Ints, Bytes]:
 def _checksum_holds(data: Bytes, found: _Candidates) -> Flags:
     """Whether the checksums of messages of the dialect are right."""
     starts = found.markers + 1
-    lengths = data[starts].astype(np.int64) + np.where(found.v2, 9, 5)  # header but its marker, and payload
+    lengths = data[starts].astype(np.int64) + np.where(found.v2, 9, 5)  # header without its marker, and payload
     ids, extra = _dialect()
     crc = accumulate(checksums(data, starts, lengths), extra[np.searchsorted(ids, found.ids)])
     return np.equal(_little_endian(data, starts + lengths, 2), crc)
 
 
 def _fits_its_neighbours(size: int, found: _Candidates, headers: Ints, proven: Ints) -> Flags:
-    """Whether frames that no checksum proves end where a record begins and hold none that is proven.
+    """Whether frames without a verifiable checksum end where a record begins and contain no verified record.
 
     Args:
         size: Bytes of the log.
         found: Frames outside the dialect.
-        headers: Starts of what looks like a record, ascending.
-        proven: Starts of the proven records, ascending.
+        headers: Likely starts of records, ascending.
+        proven: Starts of the verified records, ascending.
     """
     following = headers.take(np.searchsorted(headers, found.ends), mode="clip")
-    followed = (following == found.ends) | (size - found.ends < STAMP + _SHORTEST)
-    first = np.searchsorted(proven, found.markers - STAMP, side="right")
+    followed = (following == found.ends) | (size - found.ends < STAMP_SIZE + _MIN_FRAME)
+    first = np.searchsorted(proven, found.markers - STAMP_SIZE, side="right")
     fits: Flags = followed & (first == np.searchsorted(proven, found.ends))
     return fits
 
 
 def _disjoint(starts: Ints, ends: Ints) -> Flags:
-    """Spans, ascending by start, that begin at or after the end of the last one kept."""
+    """Which spans, ascending by start, begin at or after the end of the last chosen one."""
     keep = np.ones(len(starts), dtype=np.bool_)
     if not np.any(starts[1:] < ends[:-1]):
         return keep
@@ -157,7 +158,7 @@ def _disjoint(starts: Ints, ends: Ints) -> Flags:
 def _times(data: Bytes, offsets: Ints) -> Ints:
     if not len(offsets):
         return np.zeros(0, dtype=np.int64)
-    stamps = np.ascontiguousarray(sliding_window_view(data, STAMP)[offsets])
+    stamps = np.ascontiguousarray(sliding_window_view(data, STAMP_SIZE)[offsets])
     return stamps.view(">u8")[:, 0].astype(np.int64)
 
 
@@ -172,36 +173,38 @@ def _damage(data: Bytes, records: Records) -> list[Damage]:
 
 
 def _diagnose(data: Bytes, begin: int, end: int) -> str:
-    """What is wrong at ``begin``, where a record should start."""
-    header = bytes(data[begin : begin + STAMP + 10])
+    """The fault at ``begin``, where a record should start."""
+    header = bytes(data[begin : begin + STAMP_SIZE + 10])
     if not data[begin:end].any():
         return "zeros"
     if end == len(data) and _cut_short(header, len(data) - begin):
         return "record cut short by the end of the file"
-    if len(header) < STAMP + 10 or header[STAMP] not in {V1, V2}:
+    if len(header) < STAMP_SIZE + 10 or header[STAMP_SIZE] not in {MAGIC_V1, MAGIC_V2}:
         return "no frame where one should start"
-    if int.from_bytes(header[:STAMP]) >= TIME_LIMIT:
+    if int.from_bytes(header[:STAMP_SIZE]) >= TIME_LIMIT:
         return "impossible time"
-    return _diagnose_frame(header[STAMP:])
+    return _diagnose_frame(header[STAMP_SIZE:])
 
 
 def _diagnose_frame(header: bytes) -> str:
-    v2 = header[0] == V2
-    if v2 and header[2] > SIGNED:
+    v2 = header[0] == MAGIC_V2
+    if v2 and header[2] > SIGNED_FLAG:
         return f"unknown incompatibility flags {header[2]:#04x}"
-    number = int.from_bytes(header[7:10], "little") if v2 else header[5]
+    number = message_id(header)
     if number not in mavlink.mavlink_map:
         return f"message {number} is not in the dialect and no record follows it"
     return f"wrong checksum or length of {mavlink.mavlink_map[number].msgname}"
 
 
 def _cut_short(header: bytes, left: int) -> bool:
-    """Whether the bytes up to the end of the file are the beginning of one record."""
-    if left <= STAMP:
+    """Whether the bytes up to the end of the file are the beginning of a record."""
+    if left <= STAMP_SIZE:
         return left < 2 or int.from_bytes(header[:2]) < TIME_LIMIT >> 48
-    if header[STAMP] not in {V1, V2} or int.from_bytes(header[:STAMP]) >= TIME_LIMIT:
+    if header[STAMP_SIZE] not in {MAGIC_V1, MAGIC_V2} or int.from_bytes(header[:STAMP_SIZE]) >= TIME_LIMIT:
         return False
-    v2 = header[STAMP] == V2
-    whole = STAMP + (12 if v2 else 8) + (header[STAMP + 1] if left > STAMP + 1 else 255)
-    whole += SIGNATURE * (v2 and left > STAMP + 2 and header[STAMP + 2] == SIGNED)
+    v2 = header[STAMP_SIZE] == MAGIC_V2
+    whole = (
+        STAMP_SIZE + (OVERHEAD_V2 if v2 else OVERHEAD_V1) + (header[STAMP_SIZE + 1] if left > STAMP_SIZE + 1 else 255)
+    )
+    whole += SIGNATURE_SIZE * (v2 and left > STAMP_SIZE + 2 and header[STAMP_SIZE + 2] == SIGNED_FLAG)
     return left < whole

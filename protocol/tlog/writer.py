@@ -1,4 +1,4 @@
-"""Recording a telemetry log: whole records only, whatever happens to the disk."""
+"""Records a telemetry log: whole records only, also if the disk fails."""
 
 from bisect import bisect_right
 from contextlib import suppress
@@ -9,7 +9,8 @@ from types import TracebackType
 from typing import BinaryIO, Self
 
 from protocol.errors import FileError, LocalProtocolError
-from protocol.tlog.framing import STAMP, TIME_LIMIT, frame_length
+from protocol.framing import frame_length
+from protocol.tlog.time_stamp import STAMP_SIZE, TIME_LIMIT
 
 __all__ = ["TlogWriter"]
 
@@ -17,16 +18,15 @@ __all__ = ["TlogWriter"]
 class TlogWriter:
     """Appends records to a stream; use it as a context manager, or ``close`` it.
 
-    Records wait in memory until they span ``flush_after`` of logged time or ``flush_bytes``: a crash costs no
-    more. When the stream fails (a full disk), a record that does not fit is taken back whole,
-    ``FileError`` is raised once, and from then on ``write`` only counts what it drops: a flight must not end
-    because its log did.
+    Records wait in memory until they span ``flush_after`` of logged time or ``flush_bytes``: a crash loses no
+    more. When the stream fails (a full disk), a partly written record is removed, ``FileError`` is raised once, and
+    from then on ``write`` only counts the dropped records: a failed log must not end a flight.
 
     Args:
-        stream: Unbuffered binary file, opened to append or empty.
-        name: What to call the stream in errors.
+        stream: Unbuffered binary file, empty or opened to append.
+        name: Name of the stream in errors.
         flush_after: Logged time between two flushes [us].
-        flush_bytes: Bytes that bring a flush forward.
+        flush_bytes: Waiting bytes that cause an earlier flush.
     """
 
     def __init__(
@@ -49,7 +49,7 @@ class TlogWriter:
 
     @classmethod
     def open(cls, path: Path | str) -> Self:
-        """Writer that appends to a file, made if need be.
+        """Writer that appends to a file; creates the file if it does not exist.
 
         Raises:
             FileError: The file cannot be opened.
@@ -72,23 +72,23 @@ class TlogWriter:
 
         Args:
             time_usec: Time since 1970 [us].
-            frame: One whole frame, as ``get_msgbuf()`` gives it.
+            frame: One whole frame, as ``get_msgbuf()`` returns it.
 
         Raises:
             LocalProtocolError: ``frame`` is not one whole frame, or the time is not in [0, 2^53).
-            FileError: The stream failed just now.
+            FileError: The stream has just failed.
         """
         if not frame or frame_length(frame) != len(frame):
-            raise LocalProtocolError(f"{len(frame)} bytes that are not one whole frame cannot be recorded")
+            raise LocalProtocolError(f"cannot record {len(frame)} bytes: not one whole frame")
         if not 0 <= time_usec < TIME_LIMIT:
-            raise LocalProtocolError(f"a log cannot hold the time {time_usec} us")
+            raise LocalProtocolError(f"cannot record at {time_usec} us: outside the range of log times")
         if self.failed:
             self.dropped += 1
             return
         if not self._pending:
             self._pending_since = time_usec
-        self._pending.append(time_usec.to_bytes(STAMP, "big") + frame)
-        self._pending_bytes += STAMP + len(frame)
+        self._pending.append(time_usec.to_bytes(STAMP_SIZE, "big") + frame)
+        self._pending_bytes += STAMP_SIZE + len(frame)
         late = abs(time_usec - self._pending_since) >= self._flush_after
         if late or self._pending_bytes >= self._flush_bytes:
             self.flush()
@@ -97,7 +97,7 @@ class TlogWriter:
         """Hand every record to the operating system.
 
         Raises:
-            FileError: The stream failed just now.
+            FileError: The stream has just failed.
         """
         records, self._pending, self._pending_bytes = self._pending, [], 0
         done, reason = self._push(b"".join(records))
@@ -109,13 +109,13 @@ class TlogWriter:
             raise FileError(f"{self._name}: recording stopped after {self.written} records: {reason}")
 
     def _push(self, data: bytes) -> tuple[int, str]:
-        """Bytes that went out, and why not all of them did."""
+        """Number of bytes written, and the reason if it is not all of them."""
         done = 0
         try:
             while done < len(data):
                 count = self._stream.write(data[done:])
                 if not count:
-                    return done, "the stream takes no more"
+                    return done, "the stream accepts no more"
                 done += count
         except OSError as error:
             return done, error.strerror or str(error)
@@ -124,14 +124,14 @@ class TlogWriter:
     def _give_up(self, lost: int) -> None:
         self.failed = True
         self.dropped += lost
-        with suppress(OSError):  # a stream that cannot be cut keeps half a record: readers skip it
+        with suppress(OSError):  # a stream that cannot be truncated keeps half a record: readers skip it
             self._stream.truncate(self._end)
 
     def close(self) -> None:
-        """Flush and close the stream; what it holds ends with a whole record.
+        """Flush and close the stream; it ends with a whole record.
 
         Raises:
-            FileError: The stream failed just now.
+            FileError: The stream has just failed.
         """
         try:
             if not self.failed:

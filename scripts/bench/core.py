@@ -27,9 +27,9 @@ from sitl.model.airframe import Airframe
 from sitl.model.plant import step
 from sitl.model.state import Actuators, Plant
 from sitl.model.vectors import Vector
+from sitl.scenarios.catalogue import SCENARIOS
+from sitl.scenarios.scenario import fly
 from sitl.simulation.storage import access, record_of
-from sitl.studies.report import SCENARIOS
-from sitl.studies.scenario import fly
 
 STEP = 1e-3
 NOMINAL = load_airframe("nominal").parameters
@@ -92,7 +92,9 @@ def single(name: str, law: Law, reference: Reference | None, seconds: float, win
 def mission() -> Row:
     """Hover, transition, cruise, stop, hover: the scenario forward-to-hover."""
     scenario = SCENARIOS["forward-to-hover"]
-    return Row("hover, wing, hover (scenario forward-to-hover)", lambda: scenario.duration / STEP / fly(scenario).wall)
+    return Row(
+        "hover, wing, hover (scenario forward-to-hover)", lambda: scenario.duration / STEP / fly(scenario).wall_time
+    )
 
 
 def batch(name: str, flights: int, seconds: float, threads: int) -> Row:

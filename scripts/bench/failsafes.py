@@ -1,7 +1,7 @@
-"""What becomes of flights that lose a link or run out of battery, flown to the ground.
+"""Flights that lose a link or run out of battery, flown to the ground.
 
-``python scripts/bench/failsafes.py [--seeds N]`` prints the tables of docs/failsafes.md: every way of flying with every
-action after a lost link (seed 1, still air), how long landings take in a wind (seeds 10 to 9 + N, from two sides), and
+``python scripts/bench/failsafes.py [--seeds N]`` prints the tables of docs/failsafes.md: every kind of flight with each
+action after a lost link (seed 1, still air), the energy of landings in a wind (seeds 10 to 9 + N, from two sides), and
 flights away from home on a small battery (seeds 1 to N).
 """
 # The flights are those of the tests, which carry no types.
@@ -19,10 +19,19 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 from protocol.modes import Mode
-from sitl.autopilot.alarm import Action
-from sitl.autopilot.failsafe import landing_energy
-from tests.support.failsafe_flights import CRITICAL, ERRANDS, MODES, ON_THE_WING, TIMEOUT, WAYS, Begun, LinkFlight
-from tests.support.wing_flight import HIGH
+from sitl.autopilot.safety.alarm import SafetyAction
+from sitl.autopilot.safety.failsafe import landing_energy
+from tests.support.failsafe_flights import (
+    CRITICAL,
+    ERRANDS,
+    FORWARD,
+    MODE_OF_ACTION,
+    SITUATIONS,
+    TIMEOUT,
+    LinkFlight,
+    Situation,
+)
+from tests.support.recorded_flight import HIGH
 
 LIMIT = 150.0  # [s]
 NEAR = 8.0  # a landing begins here [m]
@@ -31,14 +40,14 @@ NEAR = 8.0  # a landing begins here [m]
 def main() -> None:
     """Fly and print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seeds", type=int, default=8)
+    parser.add_argument("--seeds", type=int, default=8, help="flights of each row [%(default)s]")
     seeds = parser.parse_args().seeds
-    actions = (Action.HOLD, Action.RETURN, Action.LAND)
+    actions = (SafetyAction.HOLD, SafetyAction.RETURN, SafetyAction.LAND)
     table(("Lost while", *(action.name.lower() for action in actions)), links(actions))
     print()
     table(("Wind", "half", "three quarters", "longest"), landings(seeds))
     print()
-    table(("Sent away by", "battery", "wind, gusts", "turned at", "left", "from home", "said so"), errands(seeds))
+    table(("Sent away by", "battery", "wind, gusts", "turned at", "left", "from home", "reported"), errands(seeds))
 
 
 def table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> None:
@@ -48,15 +57,15 @@ def table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> None:
         print(f"| {' | '.join(row)} |", flush=True)
 
 
-def links(actions: Iterable[Action]) -> Iterator[tuple[str, ...]]:
-    """A row for each way of flying: what each action came to."""
-    for begun in WAYS:
-        yield begun.name, *(lost(begun, action) for action in actions)
+def links(actions: Iterable[SafetyAction]) -> Iterator[tuple[str, ...]]:
+    """A row for each kind of flight: the outcome of each action."""
+    for situation in SITUATIONS:
+        yield situation.name, *(lost(situation, action) for action in actions)
 
 
-def lost(begun: Begun, action: Action) -> str:
-    """Fly one loss of the ground station until the vehicle stands still, or on the ground."""
-    flight = begun.start(ON_THE_WING._replace(link_action=int(action)))
+def lost(situation: Situation, action: SafetyAction) -> str:
+    """Fly one loss of the ground station until the vehicle stands still or has landed."""
+    flight = situation.start(FORWARD._replace(link_action=int(action)))
     flight.lose("ground")
     flight.fly(TIMEOUT + 0.1)
     began = flight.vehicle.time
@@ -68,26 +77,26 @@ def lost(begun: Begun, action: Action) -> str:
         flight.land(LIMIT)
         end = f"{mode.name} to {off(flight):.0f} m"
     upset = ", upset" if flight.failsafes else ""
-    wrong = "" if action <= begun.under_way or MODES[action] in flight.modes else ", not as asked"
+    wrong = "" if action <= situation.under_way or MODE_OF_ACTION[action] in flight.modes else ", not as requested"
     return f"{end}, {flight.vehicle.time - began:.0f} s{upset}{wrong}"
 
 
 def landings(seeds: int) -> Iterator[tuple[str, ...]]:
-    """A row for each wind: the energy of landings after a leg on the wing, in those of still air."""
+    """A row for each wind: the energy of landings after forward flight, as a multiple of that in still air."""
     for wind, gusts in ((0.0, 0.7), (3.0, 0.7), (4.0, 0.7), (5.0, 0.7), (6.0, 1.0)):
         flown = [landing(wind, azimuth, gusts, 10 + seed) for azimuth in (180.0, 90.0) for seed in range(seeds)]
         yield f"{wind:g} m/s", *(f"{np.quantile(flown, share):.1f}" for share in (0.5, 0.75, 1.0))
 
 
 def landing(wind: float, azimuth: float, gusts: float, seed: int) -> float:
-    """The energy of one landing from 25 m, from 8 m level distance on, in those of still air."""
-    settings = ON_THE_WING._replace(battery_action=0)
+    """The energy of one landing from 25 m, from 8 m horizontal distance on, as a multiple of that in still air."""
+    settings = FORWARD._replace(battery_action=0)
     flight = LinkFlight(settings=settings, seed=seed, wind_speed=wind, wind_from=azimuth, gusts=gusts)
-    calm = flight.craft.view()._replace(wind=(0.0, 0.0, 0.0))
-    still = landing_energy(calm, (0.0, 0.0, HIGH), settings, flight.craft.vehicle.airframe)
-    flight.autopilot.go_to((200.0, 0.0, HIGH))
+    calm = flight.aircraft.view()._replace(wind=(0.0, 0.0, 0.0))
+    still = landing_energy(calm, (0.0, 0.0, HIGH), settings, flight.aircraft.vehicle.airframe)
+    flight.autopilot.guided.go_to((200.0, 0.0, HIGH))
     flight.fly(7.0)
-    flight.autopilot.return_to_launch()
+    flight.autopilot.guided.return_to_launch()
     turned = len(flight.time)
     flight.land(2.0 * LIMIT)
     near = turned + int(np.argmax(np.linalg.norm(flight.p[turned:, :2], axis=1) < NEAR))
@@ -95,11 +104,11 @@ def landing(wind: float, azimuth: float, gusts: float, seed: int) -> float:
 
 
 def errands(seeds: int) -> Iterator[tuple[str, ...]]:
-    """A row for each errand: the worst and the middle of its flights."""
+    """A row for each errand: the worst and the median of its flights."""
     for errand in ERRANDS:
         flown = [errand.fly(seed) for seed in range(1, (seeds if errand.gusts else 1) + 1)]
-        left = [flight.craft.battery.left for flight in flown]
-        cannot = sum(any("out of reach" in text or "critical" in text for text in flight.said) for flight in flown)
+        left = [flight.aircraft.battery.left for flight in flown]
+        cannot = sum(any("out of reach" in text or "critical" in text for text in flight.texts) for flight in flown)
         short = sum(share < CRITICAL for share in left)
         yield (
             errand.name,
@@ -113,12 +122,12 @@ def errands(seeds: int) -> Iterator[tuple[str, ...]]:
 
 
 def off(flight: LinkFlight) -> float:
-    """How far from home it is [m]."""
+    """Final distance from home [m]."""
     return float(np.linalg.norm(flight.p[-1, :2]))
 
 
 def speed(flight: LinkFlight) -> float:
-    """How fast it is [m/s]."""
+    """Present speed [m/s]."""
     return float(np.linalg.norm(flight.v[-1]))
 
 

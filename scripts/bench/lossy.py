@@ -1,4 +1,4 @@
-"""Every transfer over a hostile link, many seeds of each, beside the plain protocol: a table for ``docs/hostile.md``.
+"""Every transfer over a lossy link, many seeds of each, beside the plain protocol: a table for ``docs/hostile.md``.
 
 Usage: python scripts/bench/lossy.py [--seeds N] [--only WORDS]
 
@@ -56,8 +56,8 @@ def _times(outcomes: Sequence[Outcome]) -> list[float]:
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--seeds", type=int, default=300, help="of each transfer [300]")
-    parser.add_argument("--only", default="", help="transfers whose names hold these words")
+    parser.add_argument("--seeds", type=int, default=300, help="seeds of each transfer [300]")
+    parser.add_argument("--only", default="", help="only transfers whose names contain this text")
     args = parser.parse_args()
     print(*HEAD, sep="\n")
     for name in TRANSFERS:

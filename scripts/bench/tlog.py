@@ -2,7 +2,7 @@
 
 Usage: python scripts/bench/tlog.py FILE.tlog [--repeat N] [--runs N]
 
-Three readers take the same bytes: the index alone (every checksum verified), the index and all fields as columns, and
+Three readers read the same bytes: the index alone (every checksum verified), the index and all fields as columns, and
 the codec's ``parse_char`` fed as pymavlink feeds it. A damaged copy shows what each of them recovers.
 """
 
@@ -20,7 +20,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from protocol.dialect import mavlink
 from protocol.tlog import TlogReader, message_name
-from protocol.tlog.framing import STAMP
+from protocol.tlog.time_stamp import STAMP_SIZE
 
 
 def index(data: bytes) -> int:
@@ -40,19 +40,19 @@ def codec(data: bytes) -> int:
     """Messages of the dialect decoded by the generated codec: time, then bytes until a message comes, again."""
     mav = mavlink.MAVLink(None)
     mav.robust_parsing = True
-    at, count = STAMP, 0
+    at, count = STAMP_SIZE, 0
     while at < len(data):
         needed = mav.bytes_needed()
         message = mav.parse_char(data[at : at + needed])
         at += needed
         if message is not None and message.get_type() != "BAD_DATA":
             count += not isinstance(message, mavlink.MAVLink_unknown)
-            at += STAMP
+            at += STAMP_SIZE
     return count
 
 
 def damaged(data: bytes) -> bytes:
-    """A copy with a hundred stretches of up to 300 bytes overwritten, cut out or put in."""
+    """A copy with a hundred stretches of up to 300 bytes overwritten, removed or inserted."""
     chance = random.Random(1)  # noqa: S311 - the same damage every time, no secret
     copy = bytearray(data)
     for _ in range(100):
@@ -66,8 +66,8 @@ def main() -> None:
     """Print the figures."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("file", type=Path)
-    parser.add_argument("--repeat", type=int, default=10, help="take the file this many times over")
-    parser.add_argument("--runs", type=int, default=5)
+    parser.add_argument("--repeat", type=int, default=10, help="repeat the file this many times [10]")
+    parser.add_argument("--runs", type=int, default=5, help="interleaved runs of each reader [5]")
     args = parser.parse_args()
     data = args.file.read_bytes() * args.repeat
     records = len(TlogReader(data))

@@ -5,8 +5,8 @@ By hand::
     darko-sitl --speed 5 &
     python scripts/clients/mavproxy_session.py
 
-Every line typed prints what MAVProxy answered; the first answer that does not come ends the session with exit
-code 1. ``mode NAME`` is not typed: MAVProxy 1.8.75 cannot send a PX4 mode by its name, ``long DO_SET_MODE`` can.
+MAVProxy's answer to every typed line is printed; a missing answer ends the session with exit code 1. ``mode NAME`` is
+not typed: MAVProxy 1.8.75 cannot send a PX4 mode by its name, ``long DO_SET_MODE`` can.
 """
 
 from __future__ import annotations
@@ -22,14 +22,15 @@ import time
 from pathlib import Path
 from typing import IO
 
-PATIENCE = 90.0  # [s] for anything that is flown
-HOME = (43.5648, 1.4811)  # where darko-sitl begins [deg]
+from sitl.defaults import HOME
+
+FLIGHT_TIMEOUT = 90.0  # for anything that is flown [s]
 MODES = {"MISSION": "129 4 4", "LOITER": "129 4 3", "RTL": "129 4 5"}  # base mode, main mode, sub-mode
 # Up, over three corners, down: command, north and east of home [m], relative altitude [m].
 ITEMS = ((22, 0, 0, 8), (16, 15, 0, 8), (16, 15, 15, 10), (16, 0, 15, 8), (21, 0, 0, 0))
 METRE = 1.0 / 111195.08  # of latitude [deg]
 
-# What is typed, and what must be answered (a regular expression); nothing typed: it comes by itself.
+# A typed line, and a regular expression that the answer must match; with an empty line the text comes by itself.
 DIALOGUE = (
     ("", r"online system 1"),
     ("", r"Received \d+ parameters"),
@@ -60,7 +61,7 @@ DIALOGUE = (
 
 
 class Terminal:
-    """MAVProxy as a child process: what is typed into it, what it prints."""
+    """MAVProxy as a child process: its keyboard and its screen."""
 
     def __init__(self, master: str, folder: Path) -> None:
         program = Path(sys.executable).with_name("mavproxy.py")
@@ -69,9 +70,9 @@ class Terminal:
             "--logfile", str(folder / "flight.tlog"), "--mav20",
         ]  # fmt: skip
         self.text = ""
-        self._from = 0  # of what has not been matched yet
+        self._from = 0  # start of the text that has not been matched yet
         self._news = threading.Condition()
-        environment = {**os.environ, "HOME": str(folder)}  # nobody's own start script
+        environment = {**os.environ, "HOME": str(folder)}  # so that no start script of the user runs
         self._process = subprocess.Popen(  # noqa: S603 - MAVProxy itself
             command, cwd=folder, env=environment, text=True,
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
@@ -83,12 +84,12 @@ class Terminal:
         self._reader.start()
 
     def type(self, line: str) -> None:
-        """Press the keys of one line."""
+        """Type one line."""
         self._keys.write(line + "\n")
         self._keys.flush()
 
-    def wait(self, pattern: str, timeout: float = PATIENCE) -> str | None:
-        """What it printed that matches, since the last match; None if that does not come in time."""
+    def wait(self, pattern: str, timeout: float = FLIGHT_TIMEOUT) -> str | None:
+        """The first printed text after the last match that matches; None if it does not come in time."""
         with self._news:
             if not self._news.wait_for(lambda: self._find(pattern) or self._process.poll() is not None, timeout):
                 return None
@@ -99,7 +100,7 @@ class Terminal:
             return found[0]
 
     def close(self) -> None:
-        """End of input ends MAVProxy, and writes its log out."""
+        """End the input, upon which MAVProxy writes its log and ends."""
         self._keys.close()
         try:
             self._process.wait(10.0)
@@ -124,16 +125,18 @@ class Terminal:
 def main(argv: list[str] | None = None) -> int:
     """Type the dialogue; exit code."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--master", default="udpin:127.0.0.1:14550", help="where the vehicle is heard [%(default)s]")
-    parser.add_argument("--folder", type=Path, default=None, help="keeps MAVProxy's logs [a temporary one]")
+    parser.add_argument(
+        "--master", default="udpin:127.0.0.1:14550", help="address that the vehicle sends to [%(default)s]"
+    )
+    parser.add_argument("--folder", type=Path, default=None, help="folder for MAVProxy's logs [a temporary one]")
     arguments = parser.parse_args(argv)
     if arguments.folder is not None:
-        return _talk(arguments.master, arguments.folder)
+        return _run_dialogue(arguments.master, arguments.folder)
     with tempfile.TemporaryDirectory() as folder:
-        return _talk(arguments.master, Path(folder))
+        return _run_dialogue(arguments.master, Path(folder))
 
 
-def _talk(master: str, folder: Path) -> int:
+def _run_dialogue(master: str, folder: Path) -> int:
     plan = folder / "plan.waypoints"
     plan.write_text(_waypoints(), encoding="ascii")
     terminal = Terminal(master, folder)
@@ -141,7 +144,7 @@ def _talk(master: str, folder: Path) -> int:
     try:
         for line, answer in DIALOGUE:
             typed = line.format(plan=plan, **MODES)
-            found = _say(terminal, typed, answer)
+            found = _type_and_wait(terminal, typed, answer)
             if found is None:
                 print(f"FAILED {typed or 'start'}: no answer like {answer!r} in\n{terminal.text}", flush=True)
                 return 1
@@ -152,13 +155,13 @@ def _talk(master: str, folder: Path) -> int:
     return 0
 
 
-def _say(terminal: Terminal, typed: str, answer: str) -> str | None:
+def _type_and_wait(terminal: Terminal, typed: str, answer: str) -> str | None:
     # MAVProxy sets parameters and asks for messages in the background: look until it is done.
     again = typed.startswith(("param set ", "status "))
     for _ in range(30 if again else 1):
         for line in filter(None, typed.split("; ")):
             terminal.type(line)
-        found = terminal.wait(answer, 1.0 if again else PATIENCE) if answer else ""
+        found = terminal.wait(answer, 1.0 if again else FLIGHT_TIMEOUT) if answer else ""
         if found is not None:
             return found
     return None
@@ -167,8 +170,8 @@ def _say(terminal: Terminal, typed: str, answer: str) -> str | None:
 def _waypoints() -> str:
     """The plan as a file of MAVProxy's own format."""
     rows = [
-        f"{seq}\t{int(seq == 0)}\t3\t{command}\t0\t0\t0\t0\t{HOME[0] + north * METRE:.7f}\t"
-        f"{HOME[1] + east * METRE / 0.7246:.7f}\t{up}\t1\n"
+        f"{seq}\t{int(seq == 0)}\t3\t{command}\t0\t0\t0\t0\t{HOME.lat_deg + north * METRE:.7f}\t"
+        f"{HOME.lon_deg + east * METRE / 0.7246:.7f}\t{up}\t1\n"
         for seq, (command, north, east, up) in enumerate(ITEMS)
     ]
     return "QGC WPL 110\n" + "".join(rows)

@@ -1,25 +1,99 @@
-"""Pre-arm checks: each says in words what is wrong."""
+"""Arming: refused with its failed checks, awaited by what was chosen before it, ended after a landing."""
 
 from __future__ import annotations
 
-import math
+from collections.abc import Callable
+from typing import NamedTuple
 
-from sitl.autopilot.guidance import View
-from sitl.autopilot.settings import Settings
+from protocol.dialect import mavlink
+from protocol.modes import Mode
+from sitl.autopilot.answers import ACCEPTED, DENIED, REJECTED, Answer
+from sitl.autopilot.flight_state import FlightState
+from sitl.autopilot.safety.arming_checks import refuse_arming
+from sitl.autopilot.safety.failsafe import Failsafes
+from sitl.autopilot.safety.link_watch import missing_links
 
-UPRIGHT = math.radians(15.0)  # the tail stands flat; more means it has tipped over
-AT_REST = 0.2  # [m/s]
+ARMING_TIMEOUT = 20.0  # for a take-off or a mission that was chosen before arming [s]
+MODE_NAMES = {Mode.TAKEOFF: "Take-off", Mode.MISSION: "Mission"}  # modes that can be chosen before arming
 
 
-def reasons(view: View, settings: Settings) -> list[str]:
-    """Why the vehicle may not be armed; empty if it may."""
-    found = []
-    if not view.landed:
-        found.append("not on the ground")
-    if view.tilt > UPRIGHT:
-        found.append(f"not upright ({math.degrees(view.tilt):.0f} deg from the vertical)")
-    if math.hypot(*view.v) > AT_REST:
-        found.append(f"moving at {math.hypot(*view.v):.1f} m/s")
-    if view.energy_left < settings.battery_low:
-        found.append(f"battery at {100 * view.energy_left:.0f} %")
-    return found
+class _Waiting(NamedTuple):
+    """What arming begins: QGroundControl chooses take-off or mission first and arms then, as PX4 wants it."""
+
+    begin: Callable[[], Answer]
+    until: float  # [s]
+
+
+class Arming:
+    """Starts and stops the motors of a flight."""
+
+    def __init__(self, flight: FlightState, failsafes: Failsafes) -> None:
+        self._flight, self._failsafes = flight, failsafes
+        self._waiting: _Waiting | None = None
+        self._landed_at: float | None = None
+        flight.before_change(self._forget_waiting)
+
+    def failed_checks(self) -> list[str]:
+        """Why the vehicle may not be armed now; empty if it may."""
+        flight = self._flight
+        outside = flight.world.fence.breach([flight.view.p])
+        links = missing_links(self._failsafes.silence, flight.settings)
+        return refuse_arming(flight.view, flight.settings) + links + ([] if outside is None else [outside.text])
+
+    def arm(self, *, force: bool = False) -> Answer:
+        """Start the motors at idle. Refused with the failed checks unless forced."""
+        flight = self._flight
+        if flight.armed:
+            return Answer(ACCEPTED)
+        reasons = [] if force else self.failed_checks()
+        if reasons:
+            return flight.refuse(REJECTED, f"Arming refused: {'; '.join(reasons)}")
+        flight.armed = True
+        self._landed_at = None
+        flight.say(mavlink.MAV_SEVERITY_INFO, "Armed by force" if force else "Armed")
+        if self._waiting is not None:
+            self._waiting.begin()
+        return Answer(ACCEPTED)
+
+    def disarm(self, *, force: bool = False) -> Answer:
+        """Stop the motors. Denied in the air unless forced."""
+        flight = self._flight
+        if not flight.armed:
+            if self._waiting is not None:
+                flight.enter(Mode.HOLD, None)
+            return Answer(ACCEPTED)
+        if not flight.view.landed and not force:
+            return flight.refuse(DENIED, "Disarming denied: in the air")
+        self._stop_motors("Motors stopped in the air" if not flight.view.landed else "Disarmed")
+        return Answer(ACCEPTED)
+
+    def wait_for_arming(self, mode: Mode, begin: Callable[[], Answer]) -> Answer:
+        """Enter a mode whose manoeuvre begins when the vehicle is armed."""
+        flight = self._flight
+        flight.enter(mode, None)
+        self._waiting = _Waiting(begin, flight.view.time + ARMING_TIMEOUT)
+        flight.say(mavlink.MAV_SEVERITY_INFO, f"{MODE_NAMES[mode]} waits {ARMING_TIMEOUT:g} s for arming")
+        return Answer(ACCEPTED)
+
+    def touched_down(self) -> None:
+        """The vehicle touched the ground: the time until it disarms begins."""
+        self._landed_at = self._flight.view.time
+
+    def update(self) -> None:
+        """One tick on the ground: end a wait that took too long, disarm after a landing."""
+        flight, now = self._flight, self._flight.view.time
+        if self._waiting is not None and now > self._waiting.until:
+            flight.say(mavlink.MAV_SEVERITY_WARNING, f"{MODE_NAMES[flight.mode]} cancelled: not armed in time")
+            flight.enter(Mode.HOLD, None)
+        if flight.armed and self._landed_at is not None and now - self._landed_at >= flight.settings.disarm_after:
+            self._stop_motors("Disarmed after landing")
+
+    def _stop_motors(self, text: str) -> None:
+        flight = self._flight
+        flight.armed = flight.flying = False
+        self._landed_at = None
+        flight.say(mavlink.MAV_SEVERITY_INFO, text)
+        flight.enter(Mode.HOLD, None)
+
+    def _forget_waiting(self, mode: Mode) -> None:  # noqa: ARG002 - every change ends the wait
+        self._waiting = None

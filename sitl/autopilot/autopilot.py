@@ -1,312 +1,241 @@
-"""Modes, arming and guided flight: the discrete decisions of the vehicle, without a clock or a wire.
+"""The autopilot: one tick of its parts after the other, on simulated time.
 
-The autopilot ticks at a fixed rate on simulated time. It answers every request with an
-:class:`Outcome` (a MAV_RESULT and words for the pilot) and leaves its state unchanged when it refuses.
+Requests are made of the parts: ``arming``, ``guided``, ``missions``, ``offboard``, ``manual`` and ``transitions``. Each
+answers with an :class:`~sitl.autopilot.answers.Answer` (a MAV_RESULT and words for the pilot) and changes nothing when
+it refuses. The parts share one :class:`~sitl.autopilot.flight_state.FlightState`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-
 from protocol.dialect import mavlink
 from protocol.frames import LocalFrame
 from protocol.modes import Mode
-from protocol.plans.mission import MissionItem
-from sitl.autopilot import arming
-from sitl.autopilot.alarm import DOING, Action
-from sitl.autopilot.attitude import Steer, lost
-from sitl.autopilot.failsafe import OFFBOARD_ACTIONS
-from sitl.autopilot.fence import Fence
-from sitl.autopilot.flight import ARM_WITHIN, Awaiting
-from sitl.autopilot.guidance import Guidance, Hold, Ramp, Stop, View
-from sitl.autopilot.guidance import Sequence as Steps
-from sitl.autopilot.link_watch import missing
-from sitl.autopilot.mission import MissionRunner, fly_to, return_home
-from sitl.autopilot.mission_items import out_of_bounds
-from sitl.autopilot.outcome import ACCEPTED, DENIED, REJECTED, Outcome
+from sitl.autopilot.answers import DENIED, Answer, Notice
+from sitl.autopilot.arming import Arming
+from sitl.autopilot.failsafe_response import FailsafeResponse
+from sitl.autopilot.flight_state import FlightState
+from sitl.autopilot.guided import GuidedRequests
+from sitl.autopilot.manual import ManualRequests
+from sitl.autopilot.mission.runner import MissionRunner
+from sitl.autopilot.missions import MissionRequests
+from sitl.autopilot.offboard import OffboardRequests
+from sitl.autopilot.safety.failsafe import Failsafes
+from sitl.autopilot.safety.fence import Fence
+from sitl.autopilot.safety.world import World
 from sitl.autopilot.settings import Settings
-from sitl.autopilot.streaming import Streaming
-from sitl.autopilot.wing import WingRequests
+from sitl.autopilot.transitions import TransitionRequests
 from sitl.control.reference import Point, Reference, hover_at
+from sitl.guidance.manoeuvres import Hold, Manoeuvre
+from sitl.guidance.moving_reference import MovingReference
+from sitl.guidance.view import VehicleView
+from sitl.prediction.chooser import Chooser
 from sitl.prediction.mode_choice import Decision
 
-AWAITED = {Mode.TAKEOFF: "Take-off", Mode.MISSION: "Mission"}  # what can be chosen before arming
 
+class Autopilot:
+    """Modes, arming, requests, missions and failsafes of one vehicle.
 
-class Autopilot(Streaming, WingRequests):
-    """Ticks, arms, takes off, lands, returns, flies missions, and does what its failsafes ask for.
+    After any call, read ``notices()``, ``reached()`` and ``decisions()``; each hands over what is new.
 
-    After any call, read ``notices()`` and ``reached()``; each hands over what is new.
+    Args:
+        world: Where it flies.
+        settings: By which it flies.
+        heading: Of the vehicle [rad].
+        chooser: Decides whether a leg is hovered or flown forward; None: every leg is hovered.
     """
 
-    # What the wire reads
+    def __init__(self, world: World, settings: Settings, heading: float = 0.0, chooser: Chooser | None = None) -> None:
+        self._flight = flight = FlightState(world, settings, heading, chooser)
+        moving = MovingReference()  # one for both: a velocity goes on where the sticks left the reference
+        self.failsafes = Failsafes()
+        self.arming = Arming(flight, self.failsafes)
+        self.transitions = TransitionRequests(flight)
+        self.guided = GuidedRequests(flight, self.arming)
+        self.missions = MissionRequests(flight, self.arming)
+        self.offboard = OffboardRequests(flight, moving)
+        self.manual = ManualRequests(flight, moving)
+        self._response = FailsafeResponse(flight, self.failsafes)
+        self._fence = Fence()  # as it was loaded, in force or not
+        self._apply_fence()
 
-    def reached(self) -> list[int]:
-        """Mission items done since the last call."""
-        done, self._reached = self._reached, []
-        return done
+    # State
 
-    def decisions(self) -> list[tuple[int, Decision]]:
-        """How legs are to be flown, decided since the last call; each with its mission item."""
-        return self.chooser.made() if self.chooser is not None else []
+    @property
+    def mode(self) -> Mode:
+        """The flight mode."""
+        return self._flight.mode
+
+    @property
+    def armed(self) -> bool:
+        """Whether the motors may turn."""
+        return self._flight.armed
+
+    @property
+    def flying(self) -> bool:
+        """Whether the vehicle is to be in the air."""
+        return self._flight.flying
 
     @property
     def landing(self) -> bool:
         """Whether contact with the ground shall end the flight."""
-        if self.mode is Mode.MISSION and self.mission is not None:
-            return self.mission.landing
-        return self._guidance is not None and self._guidance.landing
+        return self._flight.landing
+
+    @property
+    def view(self) -> VehicleView:
+        """The vehicle at the last tick."""
+        return self._flight.view
+
+    @property
+    def reference(self) -> Reference:
+        """Of the control laws, from the last tick."""
+        return self._flight.reference
+
+    @property
+    def manoeuvre(self) -> Manoeuvre | None:
+        """Under way outside of missions; None on the ground and in missions."""
+        return self._flight.manoeuvre
+
+    @property
+    def mission(self) -> MissionRunner | None:
+        """The mission that is loaded, None without one."""
+        return self._flight.mission
+
+    @property
+    def world(self) -> World:
+        """Where it flies."""
+        return self._flight.world
+
+    @property
+    def settings(self) -> Settings:
+        """By which it flies."""
+        return self._flight.settings
+
+    @property
+    def chooser(self) -> Chooser | None:
+        """Decides whether a leg is hovered or flown forward; None: every leg is hovered."""
+        return self._flight.chooser
+
+    # What is new
+
+    def say(self, severity: int, text: str) -> None:
+        """Queue a line for the pilot, with its MAV_SEVERITY."""
+        self._flight.say(severity, text)
+
+    def notices(self) -> list[Notice]:
+        """Lines for the pilot since the last call."""
+        return self._flight.take_notices()
+
+    def reached(self) -> list[int]:
+        """Mission items done since the last call."""
+        return self.missions.take_reached()
+
+    def decisions(self) -> list[tuple[int, Decision]]:
+        """Decisions how to fly a leg since the last call, each with its mission item."""
+        return self._flight.chooser.made() if self._flight.chooser is not None else []
 
     # The tick
 
-    def update(self, view: View) -> Reference:
-        """Advance the guidance by one autopilot tick and give the reference of the laws.
+    def update(self, view: VehicleView) -> Reference:
+        """Advance by one autopilot tick, and give the reference of the laws.
 
         Args:
             view: The vehicle as it is now.
         """
-        last, self.view = self.view.law, view
-        if self.flying:
-            self._watch()
-        if self.mode is Mode.OFFBOARD and isinstance(self._guidance, Steer) and (why := lost(view, last)):
-            self._lose_setpoints(why.capitalize())
-        if not self.flying:
-            self.failsafes.rest()
-            self._rest()
-        elif self.mode is Mode.MISSION and self.mission is not None:
-            self._fly_mission(self.mission)
-        elif self._guidance is not None:
-            self._fly_guidance(self._guidance)
-        if self.under_way is not None:
-            self._look_at(self.under_way)
-        return self.reference
+        flight = self._flight
+        last, flight.view = flight.view.law, view
+        if flight.flying:
+            self._response.check()
+        if flight.mode is Mode.OFFBOARD and (problem := self.offboard.attitude_problem(last)):
+            self._response.lose_setpoints(problem.capitalize())
+        if not flight.flying:
+            self._stand()
+        elif flight.mode is Mode.MISSION and flight.mission is not None:
+            self.missions.update(flight.mission)
+        elif flight.manoeuvre is not None:
+            self._fly()
+        self.transitions.update()
+        return flight.reference
 
-    def _rest(self) -> None:
-        self.reference = hover_at(self.view.p, self.view.heading, self.settings.hover_speed)
-        if self._awaiting is not None and self.view.time > self._awaiting.until:
-            self.say(mavlink.MAV_SEVERITY_WARNING, f"{AWAITED[self.mode]} not begun: nobody armed")
-            self._enter(Mode.HOLD, None)
-        if not self.armed or self._landed_at is None:
+    def _stand(self) -> None:
+        flight, view = self._flight, self._flight.view
+        self.failsafes.rest()
+        flight.reference = hover_at(view.p, view.heading, flight.settings.hover_speed)
+        self.arming.update()
+
+    def _fly(self) -> None:
+        flight = self._flight
+        if flight.mode is Mode.OFFBOARD and self.offboard.is_stale():
+            self._response.lose_setpoints("Set-points stopped")
             return
-        if self.view.time - self._landed_at >= self.settings.disarm_after:
-            self._stop_motors("Disarmed after landing")
-
-    def _fly_mission(self, mission: MissionRunner) -> None:
-        self.reference = mission.update(self.view)
-        self._collect(mission)
-        if mission.finished:
-            self.say(mavlink.MAV_SEVERITY_NOTICE, "Mission complete: holding")
-            self._hold_here()
-
-    def _fly_guidance(self, guidance: Guidance) -> None:
-        if self.mode is Mode.OFFBOARD and self._streamed.is_stale(self.view.time, self.settings):
-            self._lose_setpoints("Set-points stopped")
+        if flight.mode is Mode.POSCTL:
+            self.manual.update()
+        manoeuvre = flight.manoeuvre
+        if manoeuvre is None:
             return
-        if self.mode is Mode.POSCTL:
-            guidance = self._follow_sticks(guidance)
-        self.reference = guidance.update(self.view)
-        if self.mode is Mode.TAKEOFF and guidance.done(self.view):
-            self.say(mavlink.MAV_SEVERITY_INFO, "Take-off complete: holding")
-            self._enter(Mode.HOLD, Hold(self.reference))
-
-    def _lose_setpoints(self, why: str) -> None:
-        action = OFFBOARD_ACTIONS[self.settings.setpoint_action]
-        self.say(mavlink.MAV_SEVERITY_WARNING, f"{why}: {DOING[action]}")
-        self._react(action, stop=False)
-
-    def _watch(self) -> None:
-        under_way = self._committed()
-        told = self.failsafes.check(
-            self.view, self.mode, self.world, self.settings, self.chooser, landing=under_way is Action.LAND
-        )
-        if not told:
-            return
-        gravest = max(told, key=lambda alarm: alarm.action or Action.NONE)
-        for alarm in told:
-            self.say(alarm.severity, alarm.text(gravest.action or Action.NONE, under_way))
-        self._react(gravest.action or Action.NONE, stop=gravest.stop)
-
-    def _committed(self) -> Action:
-        """What no lesser alarm may stop: a landing also while it still comes to rest above its place."""
-        if self.landing or self.mode is Mode.LAND:
-            return Action.LAND
-        return Action.RETURN if self.mode is Mode.RTL else Action.NONE
-
-    def _react(self, action: Action, *, stop: bool) -> None:
-        """Do what an alarm asks for, unless something graver is under way.
-
-        Args:
-            action: What it asks for.
-            stop: Whether a vehicle in forward flight stops before it turns elsewhere.
-        """
-        if action <= self._committed():
-            return
-        if action is Action.HOLD:
-            self._hold_here()
-            return
-        if action is Action.LAND:
-            self._land_here()
-            return
-        here = self._at(self._stop_point())
-        first = (Stop(here),) if self.view.forward and stop else ()
-        view = self.view._replace(p=here.position, v=(0.0, 0.0, 0.0), forward=False) if first else self.view
-        self._enter(Mode.RTL, Steps((*first, *self._way_home(view).steps)))
-
-    def _way_home(self, view: View) -> Steps:
-        to = self.world.safe_point(view.p, self.settings.return_altitude)
-        return return_home(view, self.reference, self.settings, to, self.chooser)
-
-    def _collect(self, mission: MissionRunner) -> None:
-        self._reached += mission.reached
-        for text in mission.notices:
-            self.say(mavlink.MAV_SEVERITY_NOTICE, text)
-        mission.reached.clear()
-        mission.notices.clear()
+        flight.reference = manoeuvre.update(flight.view)
+        if flight.mode is Mode.TAKEOFF and manoeuvre.done(flight.view):
+            flight.say(mavlink.MAV_SEVERITY_INFO, "Take-off complete: holding")
+            flight.enter(Mode.HOLD, Hold(flight.reference))
 
     def touched_down(self) -> None:
         """The supervisor jumped to LANDED by contact: end the landing."""
-        self.flying = False
-        self._landed_at = self.view.time
-        if self.mode is Mode.MISSION and self.mission is not None:
-            self.mission.touched_down()
-            self._collect(self.mission)
-        self.say(mavlink.MAV_SEVERITY_INFO, "Landed")
-        self._enter(Mode.HOLD, None)
+        flight = self._flight
+        flight.flying = False
+        self.arming.touched_down()
+        self.missions.touched_down()
+        flight.say(mavlink.MAV_SEVERITY_INFO, "Landed")
+        flight.enter(Mode.HOLD, None)
 
-    # Requests
+    # What is flown
 
-    def pre_arm(self) -> list[str]:
-        """Why the vehicle may not be armed now, in words; empty if it may."""
-        outside = self.world.fence.breach([self.view.p])
-        links = missing(self.failsafes.silence, self.settings)
-        return arming.reasons(self.view, self.settings) + links + ([] if outside is None else [outside.text])
-
-    def arm(self, *, force: bool = False) -> Outcome:
-        """Start the motors at idle. Refused with the failing checks unless forced."""
-        if self.armed:
-            return Outcome(ACCEPTED)
-        reasons = [] if force else self.pre_arm()
-        if reasons:
-            return self._refuse(REJECTED, f"Arming refused: {'; '.join(reasons)}")
-        self.armed = True
-        self._landed_at = None
-        self.say(mavlink.MAV_SEVERITY_INFO, "Armed by force" if force else "Armed")
-        if self._awaiting is not None:
-            self._awaiting.begin()
-        return Outcome(ACCEPTED)
-
-    def disarm(self, *, force: bool = False) -> Outcome:
-        """Stop the motors. Denied in the air unless forced."""
-        if not self.armed:
-            if self._awaiting is not None:
-                self._enter(Mode.HOLD, None)
-            return Outcome(ACCEPTED)
-        if not self.view.landed and not force:
-            return self._refuse(DENIED, "Disarming denied: in the air")
-        self._stop_motors("Motors stopped in the air" if not self.view.landed else "Disarmed")
-        return Outcome(ACCEPTED)
-
-    def take_off(self, height: float | None = None) -> Outcome:
-        """Climb straight up to a height above home [m]; None takes the set take-off altitude."""
-        target = self.world.up(self.settings.takeoff_altitude if height is None else height, above_sea=False)
-        here = self.view.p
-        if not self.view.landed:
-            return self._refuse(REJECTED, "Take-off refused: already in the air")
-        point = (here[0], here[1], target)
-        reason = self.world.refuse(point)
-        if reason is None and target < here[2] + 0.5:
-            reason = f"{target:.1f} m is not above the ground"
-        if reason is not None:
-            return self._refuse(DENIED, f"Take-off denied: {reason}")
-        if not self.armed:
-            return self._await_arming(Mode.TAKEOFF, lambda: self.take_off(height))
-        self._enter(Mode.TAKEOFF, Ramp(self._at(point), self.settings.climb_rate))
-        self.flying = True
-        return Outcome(ACCEPTED)
-
-    def hold(self) -> Outcome:
-        """Stop and stay; on the ground, just change the mode."""
-        self._hold_here()
-        return Outcome(ACCEPTED)
-
-    def land(self) -> Outcome:
-        """Descend on the spot until the ground is reached."""
-        if not self.flying:
-            return self._refuse(REJECTED, "Landing refused: not in the air")
-        self._land_here()
-        return Outcome(ACCEPTED)
-
-    def return_to_launch(self) -> Outcome:
-        """Climb to the return altitude, fly over home or the nearest rally point, and land."""
-        if not self.flying:
-            return self._refuse(REJECTED, "Return refused: not in the air")
-        self._enter(Mode.RTL, self._way_home(self.view))
-        return Outcome(ACCEPTED)
-
-    def go_to(self, p: Point, heading: float | None = None, speed: float | None = None) -> Outcome:
-        """Fly to a point and hold there.
-
-        Args:
-            p: Position, world NWU [m].
-            heading: Heading at the point [rad]; None keeps the present one.
-            speed: Speed limit [m/s]; None takes the set hover speed.
-        """
-        if not self.flying:
-            return self._refuse(REJECTED, "Go-to refused: not in the air")
-        reason = self._refuse_point(p)
-        if reason is not None:
-            return self._refuse(DENIED, f"Go-to denied: {reason}")
-        reference = hover_at(
-            p,
-            self.reference.heading if heading is None else heading,
-            self.settings.hover_speed if speed is None else speed,
-        )
-        self._enter(Mode.HOLD, fly_to(self.view, reference, self.settings, self.chooser))
-        return Outcome(ACCEPTED)
-
-    def set_mode(self, mode: Mode) -> Outcome:
+    def set_mode(self, mode: Mode) -> Answer:
         """Change the mode as a ground station's mode switch does."""
         requests = {
-            Mode.HOLD: self.hold,
-            Mode.TAKEOFF: self.take_off,
-            Mode.MISSION: self.start_mission if self.armed else self._choose_mission,
-            Mode.LAND: self.land,
-            Mode.RTL: self.return_to_launch,
-            Mode.OFFBOARD: self._start_offboard,
-            Mode.POSCTL: self._start_manual,
+            Mode.HOLD: self.guided.hold,
+            Mode.TAKEOFF: self.guided.take_off,
+            Mode.MISSION: self.missions.start if self.armed else self.missions.choose,
+            Mode.LAND: self.guided.land,
+            Mode.RTL: self.guided.return_to_launch,
+            Mode.OFFBOARD: self.offboard.start,
+            Mode.POSCTL: self.manual.start,
         }
         request = requests.get(mode)
         if request is None:
-            return self._refuse(DENIED, f"Mode {mode.name} is not available on this vehicle")
+            return self._flight.refuse(DENIED, f"Mode {mode.name} is not available on this vehicle")
         return request()
 
-    def _choose_mission(self) -> Outcome:
-        """The mission mode before arming, which then begins it."""
-        if self.mission is None:
-            return self._refuse(REJECTED, "Mission refused: none is loaded")
-        if outside := out_of_bounds(self.mission.items, self.world):
-            return self._refuse(DENIED, f"Mission denied: {outside}")
-        return self._await_arming(Mode.MISSION, self.start_mission)
+    def fly(self, mode: Mode, manoeuvre: Manoeuvre) -> None:
+        """Fly a manoeuvre from elsewhere under a mode."""
+        self._flight.enter(mode, manoeuvre)
 
-    def _await_arming(self, mode: Mode, begin: Callable[[], Outcome]) -> Outcome:
-        self._enter(mode, None)
-        self._awaiting = Awaiting(begin, self.view.time + ARM_WITHIN)
-        self.say(mavlink.MAV_SEVERITY_INFO, f"{AWAITED[mode]} waits {ARM_WITHIN:g} s to be armed")
-        return Outcome(ACCEPTED)
+    def begin_hovering(self, reference: Reference, view: VehicleView) -> None:
+        """Begin a simulation in the air: armed, holding at a reference."""
+        flight = self._flight
+        flight.armed = flight.flying = True
+        flight.reference = reference
+        self.update(view)
+        flight.hold_here()
 
-    # Missions
+    # Where it is flown, and by which settings
+
+    def configure(self, settings: Settings) -> None:
+        """Take changed settings; a mission under way flies its next items by them."""
+        self._flight.settings = settings
+        self._apply_fence()
+        if self._flight.mission is not None:
+            self._flight.mission.settings = settings
 
     def load_fence(self, fence: Fence) -> None:
-        """Replace the fence; the parameters decide whether it is in force."""
+        """Replace the fence; the settings decide whether it is in force."""
         self._fence = fence
-        self._bound()
+        self._apply_fence()
 
     def load_rally(self, points: tuple[Point, ...]) -> None:
         """Replace the rally points, world NWU [m]."""
-        self.world = self.world._replace(rally=points)
-        self._bound()
+        self._flight.world = self.world._replace(rally=points)
+        self._apply_fence()
 
-    def move(self, frame: LocalFrame, home: Point) -> None:
+    def relocate(self, frame: LocalFrame, home: Point) -> None:
         """Put the world frame elsewhere on the globe, or home elsewhere in it.
 
         What is under way goes on as it began, except for a return that does not land yet: it turns to the new home.
@@ -315,52 +244,16 @@ class Autopilot(Streaming, WingRequests):
             frame: Where the world frame is.
             home: World NWU [m].
         """
-        self.world = self.world._replace(frame=frame, home=home)
-        self._bound()
-        if self.mode is Mode.RTL and not self.landing:
-            self._enter(Mode.RTL, self._way_home(self.view))
+        flight = self._flight
+        flight.world = flight.world._replace(frame=frame, home=home)
+        self._apply_fence()
+        if flight.mode is Mode.RTL and not flight.landing:
+            flight.enter(Mode.RTL, flight.route_home(flight.view))
 
-    def load_mission(self, items: Sequence[MissionItem]) -> None:
-        """Replace the mission by an already validated one; flying the old one ends in a hold."""
-        if self.mode is Mode.MISSION:
-            self._hold_here()
-        self.mission = MissionRunner(tuple(items), self.world, self.settings, self.chooser) if items else None
-
-    def start_mission(self, first: int | None = None) -> Outcome:
-        """Fly the mission from an item, or from the current one (from the start if it was complete)."""
-        mission = self.mission
-        if mission is None:
-            return self._refuse(REJECTED, "Mission refused: none is loaded")
-        if not self.armed:
-            return self._refuse(REJECTED, "Mission refused: not armed")
-        if outside := out_of_bounds(mission.items, self.world):
-            return self._refuse(DENIED, f"Mission denied: {outside}")
-        if first is not None and not 0 <= first < len(mission.items):
-            return self._refuse(DENIED, f"Mission denied: no item {first} among {len(mission.items)}")
-        if first is not None or mission.finished:
-            mission.jump_to(first or 0)
-        mission.interrupt()
-        self._enter(Mode.MISSION, None)
-        self.flying = True
-        return Outcome(ACCEPTED)
-
-    def set_current_item(self, seq: int) -> Outcome:
-        """Make an item the current one, flying or not."""
-        if self.mission is None or not 0 <= seq < len(self.mission.items):
-            count = len(self.mission.items) if self.mission else 0
-            return self._refuse(DENIED, f"No mission item {seq} among {count}")
-        self.mission.jump_to(seq)
-        return Outcome(ACCEPTED)
-
-    def apply(self, settings: Settings) -> None:
-        """Take changed settings; a mission under way flies its next items by them."""
-        self.settings = settings
-        self._bound()
-        if self.mission is not None:
-            self.mission.settings = settings
-
-    def _stop_motors(self, text: str) -> None:
-        self.armed = self.flying = False
-        self._landed_at = None
-        self.say(mavlink.MAV_SEVERITY_INFO, text)
-        self._enter(Mode.HOLD, None)
+    def _apply_fence(self) -> None:
+        """Put fence, rally points and home in force, for a mission under way as well."""
+        flight, s = self._flight, self._flight.settings
+        fence = self._fence._replace(max_distance=s.fence_distance, max_height=s.fence_height, home=flight.world.home)
+        flight.world = flight.world._replace(fence=fence if s.fence_action else Fence())
+        if flight.mission is not None:
+            flight.mission.world = flight.world

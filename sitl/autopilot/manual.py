@@ -1,6 +1,6 @@
-"""MANUAL_CONTROL: a pilot's sticks as a velocity of the hover (https://mavlink.io/en/messages/common.html#MANUAL_CONTROL).
+"""Manual flight: a pilot's sticks as a velocity of the hover, flown in POSCTL while they keep arriving.
 
-Forward and to the right are those of the heading, the belly's side when upright. Sticks in the middle stop the vehicle.
+Forward and to the right are those of the heading, the belly's side in hover. Centred sticks stop the vehicle.
 """
 
 from __future__ import annotations
@@ -8,13 +8,16 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from protocol.codec import Message
+from protocol.dialect import mavlink
+from protocol.modes import Mode
+from sitl.autopilot.answers import ACCEPTED, REJECTED, Answer
+from sitl.autopilot.flight_state import FlightState
 from sitl.control.reference import Point
+from sitl.guidance.limits import MAX_HOVER_CLIMB, MAX_HOVER_DESCENT
+from sitl.guidance.manoeuvres import Hold
+from sitl.guidance.moving_reference import HeadingSetpoint, MovingReference
 
-FULL = 1000  # what a stick at its end sends
-CENTRE = 0.05  # share of a stick that counts as none
-TURN_RATE = math.radians(30.0)  # at full stick [rad/s]
-UNUSED = 0x7FFF  # of an axis that the sender has not
+STICK_TURN_RATE = math.radians(30.0)  # at full stick [rad/s]
 
 
 class Sticks(NamedTuple):
@@ -41,18 +44,51 @@ class Sticks(NamedTuple):
         return (ahead * c + right * s, ahead * s - right * c, vertical)
 
 
-def sticks_of(message: Message) -> Sticks | None:
-    """The sticks of a MANUAL_CONTROL; None if an axis is out of its range.
+class ManualRequests:
+    """Takes sticks and starts POSCTL.
 
-    x is forward, y to the right and r clockwise, -1000..1000; z is the throttle, 0..1000 with the middle at 500.
+    Args:
+        flight: The flight that the sticks are for.
+        moving: The reference that the sticks move.
     """
-    x, y, z, r = (0 if value == UNUSED else value for value in (message.x, message.y, message.z, message.r))
-    if message.z == UNUSED:
-        z = FULL // 2
-    if max(abs(x), abs(y), abs(r)) > FULL or not 0 <= z <= FULL:
-        return None
-    return Sticks(*(_deadened(value) for value in (x / FULL, y / FULL, 2.0 * z / FULL - 1.0, r / FULL)))
 
+    def __init__(self, flight: FlightState, moving: MovingReference) -> None:
+        self._flight, self._moving = flight, moving
+        self._last: tuple[float, Sticks] | None = None  # when they arrived [s]
 
-def _deadened(value: float) -> float:
-    return math.copysign(max(0.0, abs(value) - CENTRE) / (1.0 - CENTRE), value)
+    def take_sticks(self, sticks: Sticks) -> None:
+        """Take a pilot's sticks."""
+        self._last = (self._flight.view.time, sticks)
+
+    def start(self) -> Answer:
+        """Enter POSCTL; refused unless sticks arrive."""
+        flight = self._flight
+        if self._sticks() is None:
+            return flight.refuse(REJECTED, "POSCTL refused: no MANUAL_CONTROL is arriving")
+        if not flight.flying:
+            return flight.refuse(REJECTED, "POSCTL refused: not in the air")
+        flight.enter(Mode.POSCTL, Hold(flight.hover_reference(flight.stop_point())))
+        self._moving.restart(flight.view.time)
+        return Answer(ACCEPTED)
+
+    def update(self) -> None:
+        """One tick in POSCTL: move the reference by the sticks, or hold when they have stopped."""
+        flight, sticks = self._flight, self._sticks()
+        if sticks is None:
+            flight.say(mavlink.MAV_SEVERITY_WARNING, "Sticks stopped: holding")
+            flight.hold_here()
+        elif not flight.view.forward:  # in a back transition, sticks have to wait for the hover
+            self._follow(sticks)
+
+    def _follow(self, sticks: Sticks) -> None:
+        flight, settings, last = self._flight, self._flight.settings, self._flight.reference
+        v = sticks.velocity(last.heading, settings.hover_speed, MAX_HOVER_CLIMB, MAX_HOVER_DESCENT)
+        turn = STICK_TURN_RATE * sticks.clockwise * self._moving.elapsed(flight.view.time)
+        heading = HeadingSetpoint(last.heading - turn)
+        flight.manoeuvre = Hold(self._moving.move(v, heading, last, flight.view, settings.setpoint_timeout))
+
+    def _sticks(self) -> Sticks | None:
+        """The pilot's sticks, None when they have stopped or never came."""
+        if self._last is None or self._flight.view.time - self._last[0] > self._flight.settings.stick_timeout:
+            return None
+        return self._last[1]

@@ -1,132 +1,195 @@
-"""Streamed set-points as calls of the autopilot; docs/clients.md has the table of what is flown and what refused.
-
-https://mavlink.io/en/messages/common.html#SET_POSITION_TARGET_LOCAL_NED
-https://mavlink.io/en/messages/common.html#SET_POSITION_TARGET_GLOBAL_INT
-https://mavlink.io/en/messages/common.html#SET_ATTITUDE_TARGET
-"""
+"""Offboard flight: set-points that a program streams, flown in OFFBOARD while they keep arriving."""
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
-from protocol import units
-from protocol.codec import Message
-from protocol.dialect import mavlink
-from protocol.frames import flip, flip_quaternion
-from sitl.autopilot.autopilot import Autopilot
-from sitl.autopilot.streamed import KEEP_FACING, Facing
-from sitl.control.reference import AttitudeReference, Point
-from sitl.model.quaternions import Quaternion
-from sitl.model.vectors import Vector
-
-# POSITION_TARGET_TYPEMASK
-NO_POSITION = 0b0000_0000_0000_0111
-NO_VELOCITY = 0b0000_0000_0011_1000
-NO_ACCELERATION = 0b0000_0001_1100_0000
-FORCE = mavlink.POSITION_TARGET_TYPEMASK_FORCE_SET
-NO_YAW = mavlink.POSITION_TARGET_TYPEMASK_YAW_IGNORE
-NO_YAW_RATE = mavlink.POSITION_TARGET_TYPEMASK_YAW_RATE_IGNORE
-
-# ATTITUDE_TARGET_TYPEMASK
-NO_RATES = (
-    mavlink.ATTITUDE_TARGET_TYPEMASK_BODY_ROLL_RATE_IGNORE,
-    mavlink.ATTITUDE_TARGET_TYPEMASK_BODY_PITCH_RATE_IGNORE,
-    mavlink.ATTITUDE_TARGET_TYPEMASK_BODY_YAW_RATE_IGNORE,
+from protocol.dialect.vocabulary import Law
+from protocol.modes import Mode
+from sitl.autopilot.answers import ACCEPTED, REJECTED, Answer
+from sitl.autopilot.flight_state import FlightState
+from sitl.control.reference import AttitudeReference, Point, Reference
+from sitl.guidance.attitude_setpoints import FlyAttitude, attitude_for, refuse_attitude, refuse_to_go_on
+from sitl.guidance.legs import FlyLeg, course_reference
+from sitl.guidance.limits import (
+    MAX_AIRSPEED,
+    MAX_HOVER_CLIMB,
+    MAX_HOVER_DESCENT,
+    MAX_HOVER_TURN_RATE,
+    MIN_AIRSPEED,
 )
-THRUST_BODY = 0b0010_0000  # THRUST_BODY_SET, newer than the generator's definitions
-NO_THRUST = mavlink.ATTITUDE_TARGET_TYPEMASK_THROTTLE_IGNORE
-NO_ATTITUDE = mavlink.ATTITUDE_TARGET_TYPEMASK_ATTITUDE_IGNORE
+from sitl.guidance.manoeuvres import FlyTo, Hold, Manoeuvre
+from sitl.guidance.moving_reference import KEEP_HEADING, HeadingSetpoint, MovingReference, from_heading_axes
+from sitl.prediction.mode_choice import MAX_CLIMB_SLOPE, MAX_DESCENT_SLOPE
 
-LOCAL = mavlink.MAV_FRAME_LOCAL_NED
-# Frames whose origin travels with the vehicle: of positions, and of what has a direction alone.
-OFFSETS = frozenset({mavlink.MAV_FRAME_LOCAL_OFFSET_NED, mavlink.MAV_FRAME_BODY_OFFSET_NED, mavlink.MAV_FRAME_BODY_FRD})
-BODY = frozenset({mavlink.MAV_FRAME_BODY_NED, mavlink.MAV_FRAME_BODY_OFFSET_NED, mavlink.MAV_FRAME_BODY_FRD})
-DIRECTIONS = BODY | {LOCAL, mavlink.MAV_FRAME_LOCAL_OFFSET_NED}
-ABOVE_SEA = frozenset({mavlink.MAV_FRAME_GLOBAL_INT, mavlink.MAV_FRAME_GLOBAL})
-ABOVE_HOME = frozenset({mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT_INT, mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT})
-
-NOT_A_NUMBER = "set-point is not a number"
+SAME_LEG = 5.0  # a streamed position that moved less than this is the same leg [m]
+TURN_RATE_TOLERANCE = 1e-6  # for rates that were rounded on the wire [rad/s]
 
 
-def take_setpoint(autopilot: Autopilot, message: Message) -> str | None:
-    """Hand a set-point to the autopilot. Returns why it was refused, or None."""
-    if message.get_type() == "SET_ATTITUDE_TARGET":
-        return _take_attitude(autopilot, message)
-    if message.get_type() == "SET_ACTUATOR_CONTROL_TARGET":
-        return "motors and elevons follow the control laws alone"
-    return _take_place_or_motion(autopilot, message)
+class _Offset(NamedTuple):
+    """The last offset from the vehicle, and the place it led to."""
+
+    offset: Point
+    body: bool
+    place: Point  # world NWU [m]
 
 
-def _take_place_or_motion(autopilot: Autopilot, message: Message) -> str | None:
-    mask = message.type_mask
-    facing = _facing(message)
-    if facing is None:
-        return NOT_A_NUMBER
-    if not mask & NO_POSITION:  # velocity and acceleration beside a position are a feed-forward it needs not
-        return _take_position(autopilot, message, facing)
-    if mask & NO_POSITION != NO_POSITION:
-        return "a set-point with part of a position is not flown"
-    if not mask & NO_VELOCITY:
-        v = _direction(autopilot, message, (message.vx, message.vy, message.vz))
-        return v if isinstance(v, str) else autopilot.set_offboard_velocity(v, facing)
-    if mask & NO_VELOCITY != NO_VELOCITY:
-        return "a set-point with part of a velocity is not flown"
-    if mask & NO_ACCELERATION or mask & FORCE:
-        return "set-point of neither position, velocity nor acceleration"
-    a = _direction(autopilot, message, (message.afx, message.afy, message.afz))
-    return a if isinstance(a, str) else autopilot.set_offboard_acceleration(a, facing)
+class OffboardRequests:
+    """Takes set-points and starts OFFBOARD. Each ``set_`` method returns why the set-point is refused, or None.
+
+    Args:
+        flight: The flight that the set-points are for.
+        moving: The reference that velocities move.
+    """
+
+    def __init__(self, flight: FlightState, moving: MovingReference) -> None:
+        self._flight, self._moving = flight, moving
+        self._first = flight.reference  # what OFFBOARD starts with
+        self._received: float | None = None  # when the last set-point arrived [s]
+        self._offset: _Offset | None = None
+
+    def start(self) -> Answer:
+        """Enter OFFBOARD; refused unless set-points arrive."""
+        flight = self._flight
+        if self.is_stale():
+            return flight.refuse(REJECTED, "OFFBOARD refused: no set-points are arriving")
+        if not flight.armed:
+            return flight.refuse(REJECTED, "OFFBOARD refused: not armed")
+        moving = self._first.forward or self._first.steered
+        leg = flight.leg_to(self._first)
+        flight.enter(Mode.OFFBOARD, Hold(self._first) if moving else leg)
+        flight.flying = True
+        return Answer(ACCEPTED)
+
+    def is_stale(self) -> bool:
+        """Whether set-points have stopped, or never came."""
+        now, timeout = self._flight.view.time, self._flight.settings.setpoint_timeout
+        return self._received is None or now - self._received > timeout
+
+    def attitude_problem(self, last: Law) -> str | None:
+        """Why the attitude that is being flown can be flown no longer, or None; ``last`` is the law a tick before."""
+        if isinstance(self._flight.manoeuvre, FlyAttitude):
+            return refuse_to_go_on(self._flight.view, last)
+        return None
+
+    def set_attitude(self, attitude: AttitudeReference) -> str | None:
+        """Take an attitude with its rates and thrust."""
+        flight = self._flight
+        reason = refuse_attitude(attitude, flight.view)
+        if reason is not None:
+            return reason
+        self._received = flight.view.time
+        manoeuvre = FlyAttitude(attitude, flight.view.time, flight.settings.hover_speed)
+        if flight.mode is Mode.OFFBOARD:
+            flight.manoeuvre = manoeuvre
+        else:
+            self._first = manoeuvre.update(flight.view)
+        return None
+
+    def set_acceleration(self, a: Point, heading: HeadingSetpoint) -> str | None:
+        """Take an acceleration, world NWU [m/s2]; it is flown as an attitude."""
+        flight = self._flight
+        if flight.chooser is None:
+            return "acceleration set-points need an airframe"
+        wanted = flight.reference.heading if heading.heading is None else heading.heading
+        if heading.turn_rate:
+            wanted = flight.view.heading
+        return self.set_attitude(attitude_for(a, wanted, heading.turn_rate, flight.chooser.airframe))
+
+    def set_offset(self, offset: Point, heading: HeadingSetpoint, *, body: bool) -> str | None:
+        """Take an offset from the vehicle [m], world NWU, or with ``body`` forward, to the left and up."""
+        if not all(map(math.isfinite, offset)):
+            return f"position {offset} is not a number"
+        return self.set_position(self._place_of(offset, body=body), heading)
+
+    def set_velocity(self, v: Point, heading: HeadingSetpoint = KEEP_HEADING) -> str | None:
+        """Take a velocity, world NWU [m/s]; in forward flight the heading is that of the velocity."""
+        flight = self._flight
+        reason = self._refuse_velocity(v) or _refuse_turn_rate(heading)
+        if reason is not None:
+            return reason
+        self._received = flight.view.time
+        reference = self._velocity_reference(v, heading)
+        if flight.mode is Mode.OFFBOARD:
+            flight.manoeuvre = Hold(reference)
+        else:
+            self._first = reference
+        return None
+
+    def set_position(self, p: Point, heading: HeadingSetpoint = KEEP_HEADING) -> str | None:
+        """Take a position, world NWU [m]."""
+        flight = self._flight
+        reason = flight.refuse_point(p)
+        if reason is not None:
+            return reason
+        self._received = flight.view.time
+        target = flight.hover_reference(p)
+        if heading.heading is not None:
+            target = target._replace(heading=heading.heading)
+        if flight.mode is not Mode.OFFBOARD:
+            self._first = target
+        elif not _is_same_leg(flight.manoeuvre, target):
+            flight.manoeuvre = flight.leg_to(target)
+        return None
+
+    def from_body(self, v: Point) -> Point:
+        """A vector forward, to the left and up of the vehicle, in world NWU; only its heading counts."""
+        return from_heading_axes(v, self._flight.view.heading)
+
+    def _place_of(self, offset: Point, *, body: bool) -> Point:
+        """The place that an offset leads to, world NWU [m].
+
+        An offset that comes again, number for number, keeps its place: repeating it only keeps the stream alive.
+        """
+        last = self._offset
+        if last is None or self.is_stale() or (last.offset, last.body) != (offset, body):
+            p, away = self._flight.view.p, self.from_body(offset) if body else offset
+            last = self._offset = _Offset(offset, body, (p[0] + away[0], p[1] + away[1], p[2] + away[2]))
+        return last.place
+
+    def _velocity_reference(self, v: Point, heading: HeadingSetpoint) -> Reference:
+        flight = self._flight
+        if _is_hovered(v, flight.settings.hover_speed):
+            return self._moving.move(v, heading, flight.reference, flight.view, flight.settings.setpoint_timeout)
+        return course_reference(flight.view.p, v, flight.view.wind, flight.reference)
+
+    def _refuse_velocity(self, v: Point) -> str | None:
+        """Why a velocity, world NWU [m/s], cannot be flown, or None.
+
+        Up to the speed limit of the hover it is flown in hover, from 7 m/s on in forward flight. In between the
+        vehicle can hold no speed for long.
+        """
+        hover_speed = self._flight.settings.hover_speed
+        if _is_hovered(v, hover_speed):
+            return None
+        level = math.hypot(v[0], v[1])
+        if not MIN_AIRSPEED <= level <= MAX_AIRSPEED:
+            allowed = f"hover to {hover_speed:g}, forward flight from {MIN_AIRSPEED:g} m/s"
+            return f"{level:.1f} m/s level, {v[2]:.1f} m/s up: {allowed}"
+        if not -MAX_DESCENT_SLOPE * level <= v[2] <= MAX_CLIMB_SLOPE * level:
+            return f"{v[2]:.3g} m/s up at {level:.1f} m/s level is too steep for forward flight"
+        if not self._flight.can_fly_forward:
+            return f"{level:.1f} m/s: this airframe cannot leave the hover"
+        return None
 
 
-def _facing(message: Message) -> Facing | None:
-    """The heading that is asked for, or its rate; None if that is not a number. A NaN yaw asks for no heading."""
-    if not message.type_mask & NO_YAW and not math.isnan(message.yaw):
-        return Facing(heading=-message.yaw) if math.isfinite(message.yaw) else None
-    if message.type_mask & NO_YAW_RATE or math.isnan(message.yaw_rate):
-        return KEEP_FACING
-    return Facing(turn=-message.yaw_rate) if math.isfinite(message.yaw_rate) else None
+def _refuse_turn_rate(heading: HeadingSetpoint) -> str | None:
+    """Why a rate of the heading cannot be flown, or None."""
+    if abs(heading.turn_rate) <= MAX_HOVER_TURN_RATE + TURN_RATE_TOLERANCE:
+        return None
+    turn, limit = math.degrees(abs(heading.turn_rate)), math.degrees(MAX_HOVER_TURN_RATE)
+    return f"{turn:.0f} deg/s: the hover turns with up to {limit:.0f} deg/s"
 
 
-def _take_position(autopilot: Autopilot, message: Message, facing: Facing) -> str | None:
-    frame = message.coordinate_frame
-    if message.get_type() == "SET_POSITION_TARGET_LOCAL_NED":
-        p = flip((message.x, message.y, message.z))
-        if frame in OFFSETS:
-            return autopilot.set_offboard_offset(p, facing, body=frame in BODY)
-        return _unsupported(frame) if frame != LOCAL else autopilot.set_offboard_setpoint(p, facing)
-    if frame not in ABOVE_SEA | ABOVE_HOME:
-        return _unsupported(frame)
-    world = autopilot.world
-    up = world.up(message.alt, above_sea=frame in ABOVE_SEA)
-    p = world.local(units.from_e7(message.lat_int), units.from_e7(message.lon_int), up)
-    return autopilot.set_offboard_setpoint(p, facing)
+def _is_hovered(v: Point, hover_speed: float) -> bool:
+    return math.hypot(v[0], v[1]) <= hover_speed and -MAX_HOVER_DESCENT <= v[2] <= MAX_HOVER_CLIMB
 
 
-def _direction(autopilot: Autopilot, message: Message, wire: tuple[float, float, float]) -> Point | str:
-    """A velocity or an acceleration in world NWU, or why it is invalid."""
-    frame, v = message.coordinate_frame, flip(wire)
-    if not all(map(math.isfinite, v)):
-        return NOT_A_NUMBER
-    if message.get_type() == "SET_POSITION_TARGET_GLOBAL_INT":
-        return v if frame in ABOVE_SEA | ABOVE_HOME else _unsupported(frame)
-    if frame not in DIRECTIONS:
-        return _unsupported(frame)
-    return autopilot.level_out(v) if frame in BODY else v
-
-
-def _take_attitude(autopilot: Autopilot, message: Message) -> str | None:
-    mask = message.type_mask
-    if mask & NO_ATTITUDE:
-        return "body rates alone are not flown: send the attitude with them"
-    if mask & NO_THRUST or mask & THRUST_BODY:
-        return "an attitude is flown with a thrust along the nose"
-    wire = (message.body_roll_rate, message.body_pitch_rate, message.body_yaw_rate)
-    rates = flip([0.0 if mask & ignored else rate for ignored, rate in zip(NO_RATES, wire, strict=True)])
-    return autopilot.set_offboard_attitude(
-        AttitudeReference(Quaternion(*flip_quaternion(message.q)), Vector(*rates), message.thrust)
-    )
-
-
-def _unsupported(frame: int) -> str:
-    entry = mavlink.enums["MAV_FRAME"].get(frame)
-    name = "" if entry is None else f" ({str(entry.name).removeprefix('MAV_FRAME_')})"
-    return f"set-point frame {frame} is not supported{name}"
+def _is_same_leg(manoeuvre: Manoeuvre | None, target: Reference) -> bool:
+    """Whether the manoeuvre under way already leads to a reference; a small step moves its end there."""
+    if not isinstance(manoeuvre, FlyTo | FlyLeg) or math.dist(manoeuvre.reference.position, target.position) > SAME_LEG:
+        return False
+    if isinstance(manoeuvre, FlyTo):
+        manoeuvre.reference = target
+    return True

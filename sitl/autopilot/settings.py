@@ -1,36 +1,91 @@
-"""The autopilot's settings, each backed by a parameter on the wire."""
+"""The autopilot's settings, each a parameter on the wire."""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
+
+from sitl.guidance.limits import MAX_AIRSPEED, MIN_AIRSPEED
+from sitl.parameter_metadata import ParameterMetadata
 
 
 class Settings(NamedTuple):
     """Numbers a pilot may change in flight; SI units."""
 
-    takeoff_altitude: float = 2.5  # MIS_TAKEOFF_ALT [m]
-    return_altitude: float = 5.0  # RTL_RETURN_ALT [m]
-    climb_rate: float = 1.0  # MPC_TKO_SPEED [m/s]
-    descent_rate: float = 0.5  # MPC_LAND_SPEED [m/s]
-    hover_speed: float = 3.0  # DRK_HOV_VMAX: beyond, the hover laws lose the wing-normal axis [m/s]
-    airspeed: float = 15.0  # DRK_FWD_SPEED: of the cruise [m/s]
-    way: int = 0  # DRK_WAY: 0 the better one, 1 always hover, 2 forward flight wherever possible
-    min_leg: float = 25.0  # DRK_FWD_LEG: shorter legs are hovered [m]
-    leg_time: float = 0.0  # DRK_LEG_TIME: time limit per leg [s]; 0: none
-    loiter_radius: float = 40.0  # NAV_LOITER_RAD: of circles nobody gave a radius for [m]
-    acceptance: float = 0.5  # NAV_ACC_RAD [m]
-    setpoint_timeout: float = 0.5  # COM_OF_LOSS_T [s]
-    setpoint_action: int = 5  # COM_OBL_RC_ACT: when they stop, 3 return, 4 land, 5 hold
-    battery_low: float = 0.15  # BAT_LOW_THR, share below which arming is refused
-    battery_critical: float = 0.07  # BAT_CRIT_THR, share that is not to be flown with
-    battery_action: int = 3  # COM_LOW_BAT_ACT: 0 warn, 2 land when critical, 3 return in time
-    fence_action: int = 2  # GF_ACTION: 0 no fence, 1 warn, 2 hold, 3 return, 5 land
-    fence_reach: float = 0.0  # GF_MAX_HOR_DIST: from home [m]; 0: any
-    fence_ceiling: float = 0.0  # GF_MAX_VER_DIST: above home [m]; 0: any
-    link_timeout: float = 10.0  # COM_DL_LOSS_T [s]
-    link_action: int = 0  # NAV_DLL_ACT: 0 go on, 1 hold, 2 return, 3 land
-    companion_timeout: float = 5.0  # COM_OBC_LOSS_T [s]
-    companion_action: int = 0  # DRK_OBC_ACT: 0 go on, 1 hold, 2 return, 3 land
-    one_operator: int = 1  # DRK_ONE_GCS: in control is 0 everyone, 1 who asked for it, 2 also who armed
-    stick_timeout: float = 0.5  # COM_RC_LOSS_T [s]
-    disarm_after: float = 2.0  # COM_DISARM_LAND: disarm this long after touching down [s]
+    takeoff_altitude: Annotated[
+        float, ParameterMetadata("MIS_TAKEOFF_ALT", (0.5, 500.0), "m", "Take-off height above home")
+    ] = 2.5
+    return_altitude: Annotated[
+        float, ParameterMetadata("RTL_RETURN_ALT", (1.0, 500.0), "m", "Minimum height above home during a return")
+    ] = 5.0
+    climb_rate: Annotated[float, ParameterMetadata("MPC_TKO_SPEED", (0.1, 2.5), "m/s", "Climb rate of take-offs")] = 1.0
+    descent_rate: Annotated[
+        float, ParameterMetadata("MPC_LAND_SPEED", (0.1, 1.0), "m/s", "Descent rate of landings")
+    ] = 0.5
+    acceptance: Annotated[
+        float, ParameterMetadata("NAV_ACC_RAD", (0.05, 50.0), "m", "Radius within which a waypoint is reached")
+    ] = 0.5
+    setpoint_timeout: Annotated[
+        float, ParameterMetadata("COM_OF_LOSS_T", (0.1, 60.0), "s", "Set-points older than this end OFFBOARD")
+    ] = 0.5
+    disarm_after: Annotated[
+        float, ParameterMetadata("COM_DISARM_LAND", (0.0, 60.0), "s", "Motors stop this long after landing")
+    ] = 2.0
+    setpoint_action: Annotated[
+        int, ParameterMetadata("COM_OBL_RC_ACT", (3, 5), "", "Set-points stop: 3 return, 4 land, 5 hold")
+    ] = 5
+    stick_timeout: Annotated[
+        float, ParameterMetadata("COM_RC_LOSS_T", (0.1, 35.0), "s", "Sticks older than this end manual control")
+    ] = 0.5
+    link_timeout: Annotated[
+        float, ParameterMetadata("COM_DL_LOSS_T", (1.0, 300.0), "s", "The ground station is lost after this silence")
+    ] = 10.0
+    link_action: Annotated[
+        int, ParameterMetadata("NAV_DLL_ACT", (0, 3), "", "Ground station lost: 0 go on, 1 hold, 2 return, 3 land")
+    ] = 0
+    companion_timeout: Annotated[
+        float, ParameterMetadata("COM_OBC_LOSS_T", (1.0, 60.0), "s", "The companion is lost after this silence")
+    ] = 5.0
+    companion_action: Annotated[
+        int, ParameterMetadata("DRK_OBC_ACT", (0, 3), "", "Companion lost: 0 go on, 1 hold, 2 return, 3 land")
+    ] = 0
+    control_policy: Annotated[
+        int,
+        ParameterMetadata(
+            "DRK_ONE_GCS", (0, 2), "", "Who may command: 0 anyone, 1 the station in control, 2 also the one that armed"
+        ),
+    ] = 1
+    fence_action: Annotated[
+        int, ParameterMetadata("GF_ACTION", (0, 5), "", "Fence: 0 off, 1 warn, 2 hold, 3 return, 5 land")
+    ] = 2
+    fence_distance: Annotated[
+        float, ParameterMetadata("GF_MAX_HOR_DIST", (0.0, 1e4), "m", "Fence: distance from home; 0: unlimited")
+    ] = 0.0
+    fence_height: Annotated[
+        float, ParameterMetadata("GF_MAX_VER_DIST", (0.0, 1e4), "m", "Fence: height above home; 0: unlimited")
+    ] = 0.0
+    battery_low: Annotated[
+        float, ParameterMetadata("BAT_LOW_THR", (0.0, 0.9), "", "No arming below this battery share")
+    ] = 0.15
+    battery_critical: Annotated[
+        float, ParameterMetadata("BAT_CRIT_THR", (0.0, 0.5), "", "Battery share to arrive home with")
+    ] = 0.07
+    battery_action: Annotated[
+        int, ParameterMetadata("COM_LOW_BAT_ACT", (0, 3), "", "Battery: 0 warn, 2 land when critical, 3 return in time")
+    ] = 3
+    # Beyond it the hover laws lose the axis normal to the wing.
+    hover_speed: Annotated[
+        float, ParameterMetadata("DRK_HOV_VMAX", (0.2, 6.0), "m/s", "Horizontal speed limit of the hover laws")
+    ] = 3.0
+    way: Annotated[
+        int,
+        ParameterMetadata("DRK_WAY", (0, 2), "", "Legs: 0 the cheaper way, 1 hover, 2 forward flight where possible"),
+    ] = 0
+    airspeed: Annotated[
+        float,
+        ParameterMetadata("DRK_FWD_SPEED", (MIN_AIRSPEED, MAX_AIRSPEED), "m/s", "Cruise airspeed in forward flight"),
+    ] = 15.0
+    min_leg: Annotated[float, ParameterMetadata("DRK_FWD_LEG", (15.0, 1e4), "m", "Shorter legs are hovered")] = 25.0
+    leg_time: Annotated[float, ParameterMetadata("DRK_LEG_TIME", (0.0, 1e4), "s", "Time limit per leg; 0: none")] = 0.0
+    loiter_radius: Annotated[
+        float, ParameterMetadata("NAV_LOITER_RAD", (15.0, 500.0), "m", "Default loiter radius")
+    ] = 40.0

@@ -1,4 +1,4 @@
-"""Textbook hybrid systems."""
+"""Textbook hybrid systems, and the diagram of the vehicle's supervisor."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ SUPERVISOR = "supervisor"
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     """The command line of ``darko-sitl hybrid``."""
-    made = argparse.ArgumentParser(prog="darko-sitl hybrid", description=commands["hybrid"] + ".")
-    made.add_argument("name", nargs="?", help="which one; without a name they are listed")
-    return made
+    options = argparse.ArgumentParser(prog="darko-sitl hybrid", description=commands["hybrid"] + ".")
+    options.add_argument("name", nargs="?", help="which system; without a name they are listed")
+    return options
 
 
 def run(args: argparse.Namespace) -> int:
     """List the systems or run one and print its solution on hybrid time (t, j)."""
     if args.name == SUPERVISOR:
-        from sitl.supervisor.table import diagram  # noqa: PLC0415 - --help must stay quick
+        from sitl.supervisor.table import diagram  # noqa: PLC0415 - --help must not load the compiler
 
         print(diagram())
         return 0
-    from sitl.hybrid.textbook import systems  # noqa: PLC0415
+    from sitl.reproduction.textbook.systems import systems  # noqa: PLC0415
 
     known = systems()
     if args.name is None:

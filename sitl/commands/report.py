@@ -1,32 +1,38 @@
-"""The report, reproduced: every experiment, one page."""
+"""The report reproduced: every experiment, on one page."""
 
 from __future__ import annotations
 
 import argparse
-import os
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from protocol.atomic_write import write_atomically
+from protocol.errors import FileError
 from sitl.errors import SitlError
+from sitl.plotting import require_matplotlib
 
 if TYPE_CHECKING:
-    from sitl.studies.reproduction.page import Provenance
+    from sitl.reproduction.experiment import Experiment
+    from sitl.reproduction.html_page import Provenance
 
-AIRFRAMES = ("nominal", "nominal-first-order", "published", "report-table")  # that experiments fly
-LIBRARIES = ("numpy", "scipy", "numba", "matplotlib")
+LIBRARIES = ("numpy", "scipy", "numba", "matplotlib")  # named on the page
 
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     """The command line of ``darko-sitl report``."""
-    made = argparse.ArgumentParser(prog="darko-sitl report", description=commands["report"] + ".")
-    made.add_argument("-o", "--output", type=Path, default=Path("report.html"), metavar="FILE", help="[report.html]")
-    made.add_argument("--only", nargs="+", metavar="NAME", help="these experiments; 'darko-sitl scenario' lists them")
-    made.add_argument("--jobs", type=int, default=2, metavar="N", help="processes at once [2]")
-    made.add_argument("--seed", type=int, default=1, metavar="N")
-    return made
+    options = argparse.ArgumentParser(prog="darko-sitl report", description=commands["report"] + ".")
+    options.add_argument(
+        "-o", "--output", type=Path, default=Path("report.html"), metavar="FILE", help="where to write it [report.html]"
+    )
+    options.add_argument(
+        "--only", nargs="+", metavar="NAME", help="run only these experiments; 'darko-sitl scenario' lists them"
+    )
+    options.add_argument("--jobs", type=int, default=2, metavar="N", help="processes at once [2]")
+    options.add_argument("--seed", type=int, default=1, metavar="N", help="seed of random draws [1]")
+    return options
 
 
 def run(args: argparse.Namespace) -> int:
@@ -35,33 +41,31 @@ def run(args: argparse.Namespace) -> int:
         raise SitlError(f"--jobs {args.jobs}: at least one process is needed")
     if not args.output.parent.is_dir():
         raise SitlError(f"{args.output}: there is no folder {args.output.parent}")
-    from sitl.studies.reproduction.catalogue import chosen, run_all  # noqa: PLC0415 - --help must not load the compiler
-    from sitl.studies.reproduction.page import page  # noqa: PLC0415
+    require_matplotlib()
+    from sitl.reproduction.experiments.experiment_list import chosen, run_all  # noqa: PLC0415 - --help must be quick
+    from sitl.reproduction.html_page import page  # noqa: PLC0415
 
     experiments = chosen(args.only)
-    outcomes = run_all(experiments, args.seed, args.jobs, say=lambda text: print(text, file=sys.stderr, flush=True))
-    _replace(args.output, page(experiments, outcomes, _provenance(args.seed)))
-    unexplained = [row for outcome in outcomes.values() for row in outcome.rows if not row.explained]
-    for row in unexplained:
-        print(f"not explained: {row.place}, {row.figure.name}", file=sys.stderr)
+    results = run_all(
+        experiments, args.seed, args.jobs, on_progress=lambda text: print(text, file=sys.stderr, flush=True)
+    )
+    text = page(experiments, results, _provenance(experiments, args.seed))
+    try:
+        write_atomically(args.output, text.encode())
+    except FileError as error:
+        raise SitlError(str(error)) from error
+    statements = [statement for result in results.values() for statement in result.statements]
+    unexplained = [statement for statement in statements if not statement.is_explained]
+    for statement in unexplained:
+        print(f"not explained: {statement.place}, {statement.finding.name}", file=sys.stderr)
     print(args.output)
     return 1 if unexplained else 0
 
 
-def _provenance(seed: int) -> Provenance:
-    from sitl.airframe import load  # noqa: PLC0415
-    from sitl.studies.reproduction.page import Provenance  # noqa: PLC0415
+def _provenance(experiments: Sequence[Experiment], seed: int) -> Provenance:
+    from sitl.model.airframe_files import load  # noqa: PLC0415
+    from sitl.reproduction.html_page import Provenance  # noqa: PLC0415
 
     libraries = ", ".join(f"{name} {version(name)}" for name in LIBRARIES)
-    return Provenance(version("darko"), libraries, seed, [(name, load(name).sha256) for name in AIRFRAMES])
-
-
-def _replace(path: Path, text: str) -> None:
-    """Write the whole file or leave the old one."""
-    new = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        new.write_text(text, encoding="utf-8")
-        new.replace(path)
-    except OSError as error:
-        new.unlink(missing_ok=True)
-        raise SitlError(f"{path}: {error.strerror}") from error
+    names = sorted({name for experiment in experiments for name in experiment.airframes})
+    return Provenance(version("darko"), libraries, seed, [(name, load(name).sha256) for name in names])

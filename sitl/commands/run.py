@@ -1,4 +1,4 @@
-"""The vehicle process."""
+"""``darko-sitl run``: the command line of the vehicle process."""
 
 from __future__ import annotations
 
@@ -9,24 +9,26 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from protocol.frames import Geodetic
+from sitl.autopilot.safety.origin_limits import MAX_ORIGIN_ALTITUDE, MAX_ORIGIN_LATITUDE
 from sitl.commands.scenario import as_text
+from sitl.defaults import HOME
 from sitl.errors import SitlError
 
 if TYPE_CHECKING:
-    from sitl.studies.live import LiveScenario
+    from sitl.scenarios.live_scenario import LiveScenario
 
-HIGHEST = 10e3  # origin, above or below the sea, as of MAV_CMD_DO_SET_GLOBAL_ORIGIN [m]
 EXAMPLES = """\
 examples:
   darko-sitl                          real time, telemetry to 127.0.0.1:14550 and :14540
-  darko-sitl --speed 10 --seed 7      ten times real time, another wind
+  darko-sitl --speed 10 --seed 7      ten times real time, another seed
   darko-sitl --speed 0                as fast as possible
   darko-sitl --wind 5@270 --gusts 1   5 m/s from the west, gusts of 1 m/s rms
-  darko-sitl --airframe published     ENAC's constants (see: darko-sitl airframe)
-  darko-sitl --scenario far-target    an experiment of the report, live, for a ground station to watch
+  darko-sitl --airframe published     the constants that ENAC published (see: darko-sitl airframe)
+  darko-sitl --scenario far-target    an experiment of the report, for a ground station to watch
 
-The vehicle is system 1, component 1. It answers whoever speaks to it; QGroundControl finds it on 14550,
-MAVSDK on udpin://0.0.0.0:14540. Stop it with Ctrl-C.
+The vehicle is system 1, component 1. It answers everyone who speaks to it. QGroundControl finds it on port 14550,
+MAVSDK on udpin://127.0.0.1:14540. Stop it with Ctrl-C.
 
 other commands (darko-sitl COMMAND --help):
 """
@@ -35,109 +37,127 @@ other commands (darko-sitl COMMAND --help):
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     """The command line of ``darko-sitl [run]``."""
     listing = "".join(f"  {name:<10}{text}\n" for name, text in commands.items() if name != "run")
-    made = argparse.ArgumentParser(
+    parser = argparse.ArgumentParser(
         prog="darko-sitl",
-        description="DarkO as a software-in-the-loop vehicle: full model, hybrid hover controller, MAVLink 2 over UDP.",
+        description="DarkO as a software-in-the-loop vehicle: full model, hybrid controller, MAVLink 2 over UDP.",
         epilog=EXAMPLES + listing,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    made.add_argument("--version", action="store_true", help="say the version and exit (alone)")
-    flight = made.add_argument_group("simulation")
+    parser.add_argument("--version", action="store_true", help="print the version and exit (without other options)")
+    flight = parser.add_argument_group("simulation")
     flight.add_argument(
-        "--speed", type=_speed, default=1.0, metavar="X", help="times real time; 0: as fast as possible [1]"
+        "--speed",
+        type=_speed,
+        default=1.0,
+        metavar="X",
+        help="multiple of real time; 0: as fast as possible [1]",
     )
-    flight.add_argument("--seed", type=_seed, default=1, metavar="N", help="one seed is one flight, bit for bit [1]")
+    flight.add_argument(
+        "--seed",
+        type=_seed,
+        default=1,
+        metavar="N",
+        help="equal seeds give equal flights, bit for bit [1]",
+    )
     flight.add_argument("--airframe", metavar="SET", help="parameter set or TOML file [nominal, or the scenario's own]")
     flight.add_argument(
         "--wind",
         type=_wind,
         default=None,
         metavar="M/S@DEG",
-        help="steady wind and where it comes from [0]",
+        help="steady wind and the direction it comes from [0]",
     )
     flight.add_argument("--gusts", type=_not_negative, default=None, metavar="RMS", help="gusts per axis, m/s rms [0]")
     flight.add_argument(
         "--home",
         type=_home,
-        default=(43.5648, 1.4811, 150.0),
+        default=HOME,
         metavar="LAT,LON,ALT",
-        help="origin of the local frame, and home until it is moved, degrees and metres [ENAC's flying room, Toulouse]",
+        help="origin of the local frame, and home until it is moved; degrees and metres [ENAC's arena, Toulouse]",
     )
     flight.add_argument(
         "--start",
         type=_start,
         default=None,
         metavar="N,E,UP,YAW",
-        help="where it begins, metres and degrees; UP > 0 begins hovering [0,0,0,0]",
+        help="where the flight begins, in metres and degrees; UP > 0: hovering [0,0,0,0]",
     )
-    flight.add_argument("--arena", default="open", choices=("open", "voliere"), help="where it may fly [open]")
+    flight.add_argument("--arena", default="open", choices=("open", "voliere"), help="area in which it may fly [open]")
     flight.add_argument(
         "--param",
         type=_assignment,
         action="append",
         default=[],
         metavar="NAME=VALUE",
-        help="set a parameter for this run; repeat for more",
+        help="set a parameter for this run; may be repeated",
     )
-    scenario = made.add_argument_group("scenario (see: darko-sitl scenario)")
+    scenario = parser.add_argument_group("scenario (see: darko-sitl scenario)")
     scenario.add_argument(
         "--scenario",
         metavar="NAME",
-        help="fly this experiment from the first tick on, print its figures and end; exit code 1 if one is missed. "
-        "A command from the ground that moves the vehicle ends the experiment, and the vehicle stays",
+        help="fly this experiment, print its figures and exit; exit code 1 if a figure is not as expected. "
+        "A command that moves the vehicle ends the experiment, and the vehicle goes on flying",
     )
-    scenario.add_argument("--stay", action="store_true", help="hold after the experiment instead of ending")
-    link = made.add_argument_group("link")
+    scenario.add_argument("--stay", action="store_true", help="hold after the experiment instead of exiting")
+    link = parser.add_argument_group("link")
     link.add_argument("--port", type=_port, default=14580, metavar="P", help="local port; 0: any [14580]")
     link.add_argument(
         "--bind",
         type=_address,
         default="127.0.0.1",
         metavar="ADDRESS",
-        help="local IPv4 address to listen on; 0.0.0.0: every network, for which set a signing key [127.0.0.1]",
+        help="local IPv4 address to listen on; 0.0.0.0: all networks, so set a signing key too [127.0.0.1]",
     )
-    link.add_argument("--gcs-port", type=_port, default=14550, metavar="P", help="ground stations listen here [14550]")
-    link.add_argument("--api-port", type=_port, default=14540, metavar="P", help="programs listen here [14540]")
+    link.add_argument(
+        "--gcs-port",
+        type=_port,
+        default=14550,
+        metavar="P",
+        help="port of ground stations here; 0: none [14550]",
+    )
+    link.add_argument(
+        "--api-port", type=_port, default=14540, metavar="P", help="port of programs here; 0: none [14540]"
+    )
     link.add_argument(
         "--signing-key",
         action="append",
         default=[],
         metavar="[PORT=]KEY",
-        help="sign, and obey only what is signed: 64 hexadecimal digits or a file with them, with PORT= for the peer "
-        "on that port alone; repeat for more [the key a ground station gave, or none]",
+        help="sign, and obey only signed messages: 64 hexadecimal digits or a file with them; with PORT= only for the "
+        "peer on that local port; may be repeated [the key that a ground station has set, or none]",
     )
     link.add_argument(
         "--autopilot",
         choices=("px4", "generic"),
         default="px4",
-        help="who it says it is; generic takes most of the stock ground stations' buttons away [px4]",
+        help="autopilot type to report; with 'generic' most ground stations hide their flight buttons [px4]",
     )
-    made.add_argument(
+    parser.add_argument(
         "--state-dir",
         type=Path,
         default=None,
         metavar="DIR",
-        help="keeps parameters and mission between runs [the user's data folder]",
+        help="stores parameters, plans, home and logs between runs [the user's data folder]",
     )
-    made.add_argument("--quiet", action="store_true", help="say nothing but errors")
-    return made
+    parser.add_argument("--quiet", action="store_true", help="print errors and warnings only")
+    return parser
 
 
 def run(args: argparse.Namespace) -> int:
-    """Fly until interrupted, or until the scenario is over."""
+    """Fly until interrupted, or until the scenario has ended."""
     if args.stay and args.scenario is None:
-        raise SitlError("--stay is for --scenario: without one the vehicle always stays")
+        raise SitlError("--stay needs --scenario: without one the vehicle stays anyway")
     from sitl.process import fly  # noqa: PLC0415 - --help must not load the compiler
 
     return fly(args, _silently if args.quiet else _aloud)
 
 
 def _silently(live: LiveScenario) -> int:
-    return 0 if all(figure.holds for figure in live.figures) else 1
+    return 0 if all(finding.holds for finding in live.findings) else 1
 
 
 def _aloud(live: LiveScenario) -> int:
-    print(as_text(live.scenario, live.flown, live.figures), flush=True)
+    print(as_text(live.scenario, live.flown, live.findings), flush=True)
     return _silently(live)
 
 
@@ -192,21 +212,21 @@ def _numbers(text: str, names: tuple[str, ...]) -> tuple[float, ...]:
     return tuple(_number(part) for part in parts)
 
 
-def _home(text: str) -> tuple[float, ...]:
-    home = _numbers(text, ("LAT", "LON", "ALT"))
-    if abs(home[0]) > 89.0 or abs(home[1]) > 180.0:
-        raise argparse.ArgumentTypeError(f"{text!r}: latitude within ±89, longitude within ±180")
-    if abs(home[2]) > HIGHEST:
-        raise argparse.ArgumentTypeError(f"{text!r}: altitude within ±{HIGHEST:g} m")
+def _home(text: str) -> Geodetic:
+    home = Geodetic(*_numbers(text, ("LAT", "LON", "ALT")))
+    if abs(home.lat_deg) > MAX_ORIGIN_LATITUDE or abs(home.lon_deg) > 180.0:
+        raise argparse.ArgumentTypeError(f"{text!r}: LAT must be within ±{MAX_ORIGIN_LATITUDE:g}, LON within ±180")
+    if abs(home.alt) > MAX_ORIGIN_ALTITUDE:
+        raise argparse.ArgumentTypeError(f"{text!r}: ALT must be within ±{MAX_ORIGIN_ALTITUDE:g} m")
     return home
 
 
 def _start(text: str) -> tuple[float, ...]:
     start = _numbers(text, ("N", "E", "UP", "YAW"))
     if start[2] < 0.0:
-        raise argparse.ArgumentTypeError(f"{text!r} begins under the ground")
+        raise argparse.ArgumentTypeError(f"{text!r} is below the ground")
     if abs(start[3]) > 360.0:
-        raise argparse.ArgumentTypeError(f"{text!r}: YAW within ±360")
+        raise argparse.ArgumentTypeError(f"{text!r}: YAW must be within ±360")
     return start
 
 

@@ -1,4 +1,4 @@
-"""Named experiments."""
+"""Scenarios and experiments of the report, by name."""
 
 from __future__ import annotations
 
@@ -10,73 +10,80 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from sitl.errors import SitlError
+from sitl.plotting import require_matplotlib
 
 if TYPE_CHECKING:
-    from sitl.studies.reproduction.experiment import Experiment, Row
-    from sitl.studies.scenario import Figure, Scenario, Track
+    from sitl.reproduction.experiment import Experiment, Statement
+    from sitl.scenarios.scenario import Finding, Scenario, Track
 
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     """The command line of ``darko-sitl scenario``."""
-    made = argparse.ArgumentParser(
+    options = argparse.ArgumentParser(
         prog="darko-sitl scenario",
         description=commands["scenario"] + ".",
-        epilog="Single flights also run live, with a ground station watching: darko-sitl --scenario NAME.",
+        epilog="Single flights also run live, for a ground station to watch: darko-sitl --scenario NAME.",
     )
-    made.add_argument("name", nargs="?", help="which one, or 'all'; without a name they are listed")
-    made.add_argument(
+    options.add_argument("name", nargs="?", help="which one, or 'all'; without a name they are listed")
+    options.add_argument(
         "--plot",
         type=Path,
         metavar="FILE",
-        help="where the plot goes: .png, .svg or .pdf; studies draw .svg [NAME.png]",
+        help="file of the plot: .png, .svg or .pdf; experiments of several runs draw .svg [NAME.png]",
     )
-    made.add_argument("--no-plot", action="store_true", help="print the figures only")
-    made.add_argument("--json", action="store_true", help="print the figures for a program")
-    made.add_argument("--airframe", metavar="SET", help="parameter set or TOML file of a flight [the scenario's own]")
-    made.add_argument("--seed", type=int, default=1, metavar="N")
-    return made
+    options.add_argument("--no-plot", action="store_true", help="print the figures only")
+    options.add_argument("--json", action="store_true", help="print JSON")
+    options.add_argument(
+        "--airframe", metavar="SET", help="parameter set or TOML file of a flight [the scenario's own]"
+    )
+    options.add_argument("--seed", type=int, default=1, metavar="N", help="seed of the gusts [1]")
+    return options
 
 
 def run(args: argparse.Namespace) -> int:
-    """List the experiments or run some; exit code 1 if a figure misses what is expected and nothing explains it."""
-    from sitl.studies.report import SCENARIOS  # noqa: PLC0415 - --help must not load the compiler
-    from sitl.studies.reproduction.catalogue import EXPERIMENTS  # noqa: PLC0415
+    """List the experiments or run some; exit code 1 if a figure is not as expected and no cause is given."""
+    from sitl.reproduction.experiments.experiment_list import EXPERIMENTS  # noqa: PLC0415
+    from sitl.scenarios.catalogue import SCENARIOS  # noqa: PLC0415 - --help must not load the compiler
 
-    studies = {name: experiment for name, experiment in EXPERIMENTS.items() if name not in SCENARIOS}
+    experiments = {name: experiment for name, experiment in EXPERIMENTS.items() if name not in SCENARIOS}
     if args.name is None:
         entries = [(s.name, s.title, s.claim) for s in SCENARIOS.values()]
-        entries += [(e.name, e.title, f"report {e.place}: a study of several runs") for e in studies.values()]
+        entries += [(e.name, e.title, f"report {e.place}: an experiment of several runs") for e in experiments.values()]
         for name, title, claim in entries:
             print(f"{name:<17} {title}\n{'':<17} {claim}")
         return 0
-    names = [*SCENARIOS, *studies] if args.name == "all" else [args.name]
-    if args.name not in {"all", *SCENARIOS, *studies}:
-        raise SitlError(f"no scenario {args.name!r}: there are {', '.join((*SCENARIOS, *studies))}")
+    names = [*SCENARIOS, *experiments] if args.name == "all" else [args.name]
+    if args.name not in {"all", *SCENARIOS, *experiments}:
+        raise SitlError(f"no scenario {args.name!r}: there are {', '.join((*SCENARIOS, *experiments))}")
+    if not (args.no_plot and all(name in SCENARIOS for name in names)):  # experiments of several runs always draw
+        require_matplotlib()
     if len(names) > 1 and args.plot is not None:
-        raise SitlError("--plot names one file, and 'all' draws many: leave it out, or choose --no-plot")
-    return max(_fly(SCENARIOS[name], args) if name in SCENARIOS else _study(studies[name], args) for name in names)
+        raise SitlError("--plot names one file, but 'all' draws several: leave it out or use --no-plot")
+    return max(
+        _fly(SCENARIOS[name], args) if name in SCENARIOS else _run_experiment(experiments[name], args) for name in names
+    )
 
 
 def _fly(scenario: Scenario, args: argparse.Namespace) -> int:
-    from sitl.studies.plot import save_plot  # noqa: PLC0415 - --help must not load matplotlib
-    from sitl.studies.scenario import fly  # noqa: PLC0415
+    from sitl.scenarios.flight_plot import save_plot  # noqa: PLC0415 - --help must not load matplotlib
+    from sitl.scenarios.scenario import fly  # noqa: PLC0415
 
     track = fly(scenario, seed=args.seed, airframe=args.airframe)
-    figures = scenario.figures(track)
-    print(_as_json(scenario, track, figures) if args.json else as_text(scenario, track, figures))
+    findings = scenario.findings(track)
+    print(_as_json(scenario, track, findings) if args.json else as_text(scenario, track, findings))
     if not args.no_plot:
         path = args.plot or Path(f"{scenario.name}.png")
         save_plot(scenario, track, path)
         if not args.json:
             print(f"  plot: {path}")
-    return 0 if all(figure.holds for figure in figures) else 1
+    return 0 if all(finding.holds for finding in findings) else 1
 
 
-def _study(experiment: Experiment, args: argparse.Namespace) -> int:
+def _run_experiment(experiment: Experiment, args: argparse.Namespace) -> int:
     if args.airframe is not None:
-        raise SitlError(f"{experiment.name} compares airframes of its own: --airframe is for single flights")
-    rows, panels = experiment.run(args.seed)
-    print(_rows_as_json(experiment, rows) if args.json else _rows_as_text(experiment, rows))
+        raise SitlError(f"{experiment.name} chooses its own airframes: --airframe is for single flights")
+    statements, panels = experiment.run(args.seed)
+    print(_statements_as_json(experiment, statements) if args.json else _statements_as_text(experiment, statements))
     for number, panel in enumerate(() if args.no_plot else panels, 1):
         base = (args.plot or Path(experiment.name)).with_suffix("")
         path = base.with_name(f"{base.name}-{number}.svg")
@@ -86,67 +93,61 @@ def _study(experiment: Experiment, args: argparse.Namespace) -> int:
             raise SitlError(f"plot {path}: {error.strerror}") from error
         if not args.json:
             print(f"  plot: {path}")
-    return 0 if all(row.explained for row in rows) else 1
+    return 0 if all(statement.is_explained for statement in statements) else 1
 
 
-def as_text(scenario: Scenario, track: Track, figures: list[Figure]) -> str:
-    """A flight's figures with their verdicts, its jumps, and how fast it ran."""
+def as_text(scenario: Scenario, track: Track, findings: list[Finding]) -> str:
+    """A flight's findings with their verdicts, its jumps, and how fast it ran."""
     lines = [f"{scenario.name}: {scenario.title}", f"  {scenario.claim}"]
-    for figure in figures:
-        verdict = "" if not figure.expected else f"   [{'ok' if figure.holds else 'MISSED'}: {figure.expected}]"
-        lines.append(f"  {figure.name:<32}{figure.value:10.3f} {figure.unit:<6}{verdict}")
+    for finding in findings:
+        verdict = "" if not finding.expected else f"   [{'ok' if finding.holds else 'MISSED'}: {finding.expected}]"
+        lines.append(f"  {finding.name:<32}{finding.value:10.3f} {finding.unit:<6}{verdict}")
     lines += [
         f"  jump {jump.number} at {jump.time:.2f} s: {jump.source.name} -> {jump.target.name} ({jump.name})"
         for jump in track.jumps
     ]
-    lines.append(
-        f"  {scenario.duration:.0f} s flown in {track.wall:.2f} s: {scenario.duration / track.wall:.0f}x real time"
-    )
+    speed = scenario.duration / track.wall_time
+    lines.append(f"  {scenario.duration:.0f} s flown in {track.wall_time:.2f} s: {speed:.0f}x real time")
     return "\n".join(lines)
 
 
-def _rows_as_text(experiment: Experiment, rows: list[Row]) -> str:
+def _statements_as_text(experiment: Experiment, statements: list[Statement]) -> str:
     lines = [f"{experiment.name}: {experiment.title}", f"  report {experiment.place}"]
-    for row in rows:
-        figure = row.figure
+    for statement in statements:
+        found = statement.finding
         lines.append(
-            f"  {figure.name:<64}{figure.value:10.4g} {figure.unit:<7} [{row.verdict}; report: {figure.expected}]"
+            f"  {found.name:<64}{found.value:10.4g} {found.unit:<7} [{statement.verdict}; report: {found.expected}]"
         )
-        if row.cause:
-            lines.append(f"      {row.cause}")
+        if statement.cause:
+            lines.append(f"      {statement.cause}")
     return "\n".join(lines)
 
 
-def _as_json(scenario: Scenario, track: Track, figures: list[Figure]) -> str:
+def _as_json(scenario: Scenario, track: Track, findings: list[Finding]) -> str:
     return json.dumps(
         {
             "scenario": scenario.name,
-            "figures": [figure._asdict() | {"holds": bool(figure.holds)} for figure in figures],
+            "figures": [finding._asdict() | {"holds": bool(finding.holds)} for finding in findings],
             "jumps": [
                 {"time": jump.time, "from": jump.source.name, "to": jump.target.name, "name": jump.name}
                 for jump in track.jumps
             ],
-            "times_real_time": scenario.duration / track.wall,
+            "times_real_time": scenario.duration / track.wall_time,
         },
         default=float,
     )
 
 
-def _rows_as_json(experiment: Experiment, rows: list[Row]) -> str:
-    return json.dumps(
-        {
-            "scenario": experiment.name,
-            "figures": [
-                row.figure._asdict()
-                | {
-                    "value": row.figure.value if math.isfinite(row.figure.value) else None,
-                    "holds": bool(row.figure.holds),
-                    "place": row.place,
-                    "verdict": row.verdict,
-                    "cause": row.cause,
-                }
-                for row in rows
-            ],
-        },
-        default=float,
-    )
+def _statements_as_json(experiment: Experiment, statements: list[Statement]) -> str:
+    figures = [
+        statement.finding._asdict()
+        | {
+            "value": statement.finding.value if math.isfinite(statement.finding.value) else None,
+            "holds": bool(statement.finding.holds),
+            "place": statement.place,
+            "verdict": statement.verdict,
+            "cause": statement.cause,
+        }
+        for statement in statements
+    ]
+    return json.dumps({"scenario": experiment.name, "figures": figures}, default=float)

@@ -1,4 +1,5 @@
-"""What steers: control laws, observers and allocation as pure functions of an estimate, a reference, gains and state.
+"""Control: the laws, observers and allocation, as pure functions of an estimate, a reference, gains and state.
 
-A law sees what the vehicle believes of itself, never the plant. It takes its state and gives back the next one.
+Here belongs what computes actuator commands. A law sees the estimate, never the plant; it gives back its next state.
+May import the model's arithmetic and airframe; neither the plant nor the supervisor.
 """

@@ -17,7 +17,7 @@ from sitl.model.arithmetic import clipped, heading_trigonometry
 from sitl.model.state import Actuators
 from sitl.model.vectors import Vector, norm, scaled
 
-HALF = math.sqrt(0.5)
+SQRT_HALF = math.sqrt(0.5)
 
 
 class LinearGains(NamedTuple):
@@ -54,7 +54,7 @@ def error(estimate: Estimate, target: Vector, heading: float) -> HoverError:
     return HoverError(
         Vector(c * north + s * west, c * west - s * north, p.z - target.z),
         Vector(c * v.x + s * v.y, c * v.y - s * v.x, v.z),
-        Vector(sign * i, sign * j + HALF, sign * k),
+        Vector(sign * i, sign * j + SQRT_HALF, sign * k),
         estimate.rates,
     )
 

@@ -23,7 +23,7 @@ from sitl.model.arithmetic import decay
 from sitl.model.quaternions import rotate, rotate_inverse, x_axis
 from sitl.model.vectors import Vector, add_scaled, dot, scaled, subtract
 
-MIN_SPEED = 0.1  # of the slope of the normal force by the wind [m/s]
+MIN_SLOPE_SPEED = 0.1  # of the slope of the normal force by the wind [m/s]
 
 
 class WindGains(NamedTuple):
@@ -116,7 +116,7 @@ def _normal_slope(v_b: Vector, both: float, a: Airframe) -> Vector:
         a: The airframe.
     """
     half = 0.5 * a.rho * a.S
-    eta = math.sqrt(v_b.x * v_b.x + v_b.y * v_b.y + v_b.z * v_b.z + MIN_SPEED * MIN_SPEED)
+    eta = math.sqrt(v_b.x * v_b.x + v_b.y * v_b.y + v_b.z * v_b.z + MIN_SLOPE_SPEED * MIN_SLOPE_SPEED)
     tilt = 0.5 * a.C_l * a.xi_f * both
     across = (tilt * v_b.x + a.C_l * v_b.z) / eta
     return Vector(half * (across * v_b.x + eta * tilt), half * across * v_b.y, half * (across * v_b.z + eta * a.C_l))

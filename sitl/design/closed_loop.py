@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from sitl.control.hover_linear import HALF, LinearGains
+from sitl.control.hover_linear import SQRT_HALF, LinearGains
 from sitl.model.aerodynamics import wrench
 from sitl.model.airframe import Airframe, Array
 from sitl.model.hover_model import force_matrix, inertia
@@ -17,7 +17,7 @@ from sitl.model.state import Actuators
 from sitl.model.vectors import Vector
 
 ROOT = math.sqrt(2.0)
-POSITION, VELOCITY, ATTITUDE, RATES = slice(0, 3), slice(3, 6), slice(6, 9), slice(9, 12)
+POSITION_ROWS, VELOCITY_ROWS, ATTITUDE_ROWS, RATE_ROWS = slice(0, 3), slice(3, 6), slice(6, 9), slice(9, 12)
 
 
 class Interval:
@@ -66,7 +66,7 @@ class AttitudeBoxes:
     def __init__(self, low: Array, high: Array) -> None:
         d1, e2, d3 = (Interval(low[:, i], high[:, i]) for i in range(3))
         twice = d1.square() + d3.square()
-        eta2 = 2.0 - 2.0 * ((e2 + -HALF).square() + twice)  # 2 eta^2
+        eta2 = 2.0 - 2.0 * ((e2 + -SQRT_HALF).square() + twice)  # 2 eta^2
         self.upright = eta2.low > 0.0
         root = Interval(np.sqrt(np.maximum(eta2.low, 0.0)), np.sqrt(np.maximum(eta2.high, 0.0)))
         self.phi = (ROOT * e2 + root + 1.0).inverse()
@@ -102,7 +102,7 @@ def scaled(M: Array, L: Array) -> Array:
 def coordinates() -> Array:
     """Rows that give d1, e2, d3 of x, (3, 12)."""
     T = np.zeros((3, 12))
-    T[:, ATTITUDE] = [[HALF, 0.0, HALF], [0.0, 1.0, 0.0], [-HALF, 0.0, HALF]]
+    T[:, ATTITUDE_ROWS] = [[SQRT_HALF, 0.0, SQRT_HALF], [0.0, 1.0, 0.0], [-SQRT_HALF, 0.0, SQRT_HALF]]
     return T
 
 
@@ -123,7 +123,7 @@ def entry_matrix(row: int, column: int) -> Array:
 def turning(E: Array) -> Array:
     """The kinematics eps' = E w in M."""
     M = np.zeros((12, 12))
-    M[ATTITUDE, RATES] = E
+    M[ATTITUDE_ROWS, RATE_ROWS] = E
     return M
 
 
@@ -140,9 +140,9 @@ def tilt_matrices(a: Airframe, gains: LinearGains) -> tuple[Array, Array, Array]
     by_e2 = row_matrix(3, -2.0 * g * ce + 2.0 * ROOT * tx) + row_matrix(4, ROOT * g * c1)
     by_e2 += row_matrix(5, -4.0 * g * ce + 2.0 * ROOT * tz)
     by_d3 = row_matrix(3, -g * (c1 + c3)) + row_matrix(4, 2.0 * tx) + row_matrix(5, -2.0 * g * c3)
-    by_d1 += turning(0.5 * HALF * (_cross(0) + _cross(2)))
+    by_d1 += turning(0.5 * SQRT_HALF * (_cross(0) + _cross(2)))
     by_e2 += turning(0.5 * (np.eye(3) + _cross(1)))
-    by_d3 += turning(0.5 * HALF * (_cross(2) - _cross(0)))
+    by_d3 += turning(0.5 * SQRT_HALF * (_cross(2) - _cross(0)))
     return by_d1, by_e2, by_d3
 
 

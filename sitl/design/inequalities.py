@@ -25,7 +25,7 @@ GAP = 1e-8  # of the cost above the least, relative
 GROWTH = 10.0  # of the weight t from one centre to the next
 CENTRED = 1e-10  # square of Newton's decrement at a centre
 NEAR = 0.01  # of the same: from here on each step squares it, or rounding keeps it
-MAX_STEPS = 50  # of Newton's method to a centre
+MAX_NEWTON_STEPS = 50  # of Newton's method to a centre
 SHARES = tuple(1.0 / 2**k for k in range(20))  # of a Newton step
 
 
@@ -121,7 +121,7 @@ def _slopes(problem: Problem, v: Array, weight: float) -> tuple[Array, Array]:
 def _centred(problem: Problem, v: Array, weight: float) -> Array:
     """The minimum for one weight, from a point within the inequalities."""
     (first, second), before = _slopes(problem, v, weight), NEAR
-    for _ in range(MAX_STEPS):
+    for _ in range(MAX_NEWTON_STEPS):
         step = -solve(second, first[:, None])[:, 0]
         decrement = -_dot(first, step)
         if not decrement > CENTRED or (decrement >= before and before < NEAR):

@@ -21,8 +21,8 @@ from sitl.model.quaternions import Quaternion
 from sitl.model.state import Actuators, Body
 from sitl.model.vectors import Vector
 
-STEP = 1e-5  # of the central differences: their error is below 1e-8
-FLOWN = slice(2, 12)  # what of (p, v, eps, w) the forward model keeps: p_z and the rest
+MODEL_DIFFERENCE = 1e-5  # of the central differences: their error is below 1e-8
+FORWARD_STATES = slice(2, 12)  # what of (p, v, eps, w) the forward model keeps: p_z and the rest
 
 
 def hover(a: Airframe, *, constrained: bool = True) -> tuple[Array, Array]:
@@ -60,7 +60,7 @@ def forward(a: Airframe, trim: Trim, *, constrained: bool = True) -> tuple[Array
         A (10, 10) and B (10, 4) of x = (p_z, v, eps - eps_bar, w) and u = (T1, T2 [N], d1, d2 [rad]).
     """
     A, B = differences(a, trim.speed, trim.climb, trim.theta, trim.thrust, trim.delta, constrained)
-    return A[FLOWN, FLOWN], B[FLOWN]
+    return A[FORWARD_STATES, FORWARD_STATES], B[FORWARD_STATES]
 
 
 @entry
@@ -76,14 +76,14 @@ def differences(
     for column in range(16):
         ahead_x, behind_x, ahead_u, behind_u = x.copy(), x.copy(), u.copy(), u.copy()
         if column < 12:
-            ahead_x[column] += STEP
-            behind_x[column] -= STEP
+            ahead_x[column] += MODEL_DIFFERENCE
+            behind_x[column] -= MODEL_DIFFERENCE
         else:
-            ahead_u[column - 12] += STEP
-            behind_u[column - 12] -= STEP
+            ahead_u[column - 12] += MODEL_DIFFERENCE
+            behind_u[column - 12] -= MODEL_DIFFERENCE
         ahead, behind = _rates(ahead_x, ahead_u, eta, constrained, a), _rates(behind_x, behind_u, eta, constrained, a)
         for row in range(12):
-            slope = (ahead[row] - behind[row]) / (2.0 * STEP)
+            slope = (ahead[row] - behind[row]) / (2.0 * MODEL_DIFFERENCE)
             if column < 12:
                 A[row, column] = slope
             else:

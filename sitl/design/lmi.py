@@ -29,17 +29,17 @@ from sitl.model.airframe import Airframe, Array
 
 DECAY = 0.3  # alpha [1/s]; the LQR's own V guarantees 0.37, and 0.30 over the spread
 SPREAD = 0.2  # of the effectiveness of motors and elevons, either way
-EFFORT = 20.0  # weight of u' u in the cost: with the LQR's 1 the elevons saturate on the smallest errors
+LMI_EFFORT = 20.0  # weight of u' u in the cost: with the LQR's 1 the elevons saturate on the smallest errors
 SLACK = 1e-6  # of the decay that rounding may take [1/s]
 # States within the plane of symmetry: x, z, their rates, e2, q; and across it: y, its rate, e1, e3, p, r.
 HALVES = (0, 2, 3, 5, 7, 10), (1, 4, 6, 8, 9, 11)
 # Inputs of both sides alike, and opposite ones, (4, 2).
-HALF = math.sqrt(0.5)
-TOGETHER = np.array([[HALF, 0.0], [HALF, 0.0], [0.0, HALF], [0.0, HALF]])
-OPPOSED = np.array([[HALF, 0.0], [-HALF, 0.0], [0.0, HALF], [0.0, -HALF]])
+INPUT_SHARE = math.sqrt(0.5)
+TOGETHER = np.array([[INPUT_SHARE, 0.0], [INPUT_SHARE, 0.0], [0.0, INPUT_SHARE], [0.0, INPUT_SHARE]])
+OPPOSED = np.array([[INPUT_SHARE, 0.0], [-INPUT_SHARE, 0.0], [0.0, INPUT_SHARE], [0.0, -INPUT_SHARE]])
 
 
-def lmi_gains(a: Airframe, *, decay: float = DECAY, spread: float = SPREAD, effort: float = EFFORT) -> LinearGains:
+def lmi_gains(a: Airframe, *, decay: float = DECAY, spread: float = SPREAD, effort: float = LMI_EFFORT) -> LinearGains:
     """Gains of least guaranteed cost with a decay rate of V, verified afterwards.
 
     Args:

@@ -12,6 +12,7 @@ from sitl.design.rounding import rounded_matrix
 from sitl.model.airframe import Airframe, Array
 
 INTEGRAL_WEIGHT = 0.2  # of each integrated position in the LQI's cost
+GENTLE_EFFORT, GENTLE_INTEGRAL_WEIGHT = 5.0, 1.0  # what the vehicle flies
 LEAD = 1.3  # [s]
 INTEGRAL_LIMIT = 2.0  # [m]
 
@@ -54,20 +55,33 @@ def hover_thrust(a: Airframe) -> Virtual:
     return Virtual(T, T, 0.0, 0.0)
 
 
-def hover_gains(a: Airframe, *, integral: bool = True) -> LinearGains:
-    """Gains of the linear hover law with Q = I, R = I as in the report; V is always the LQR's.
+def hover_gains(
+    a: Airframe, *, integral: bool = True, effort: float = 1.0, integral_weight: float = INTEGRAL_WEIGHT
+) -> LinearGains:
+    """Gains of the linear hover law with Q = I and, as in the report, R = I by default; V is always the LQR's.
 
     With ``integral``, K is the LQI's less what the lead of the integral gives back (see
     :func:`sitl.control.hover_linear.integrate`).
+
+    Args:
+        a: The airframe.
+        integral: Whether to design the LQI instead of the LQR.
+        effort: Weight rho of R = rho I.
+        integral_weight: Of each integrated position in the LQI's cost.
     """
     A, B = linearise.hover(a)
-    Q, R = np.eye(12), np.eye(4)
+    Q, R = np.eye(12), effort * np.eye(4)
     K, S = lqr(A, B, Q, R)
     K_i = np.zeros((4, 3))
     if integral:
-        K, K_i = lqi(A, B, Q, R, INTEGRAL_WEIGHT)
+        K, K_i = lqi(A, B, Q, R, integral_weight)
         K[:, :3] -= LEAD * K_i
     return law(a, K, K_i, S)
+
+
+def gentle_hover_gains(a: Airframe, *, integral: bool = True) -> LinearGains:
+    """The same with R = 5 I, which settles sooner and loses fewer flights."""
+    return hover_gains(a, integral=integral, effort=GENTLE_EFFORT, integral_weight=GENTLE_INTEGRAL_WEIGHT)
 
 
 def law(a: Airframe, K: Array, K_i: Array, S: Array) -> LinearGains:

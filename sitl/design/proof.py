@@ -11,12 +11,12 @@ from itertools import product
 
 import numpy as np
 
-from sitl.control.hover_linear import HALF, LinearGains
+from sitl.control.hover_linear import SQRT_HALF, LinearGains
 from sitl.design import linearise
 from sitl.design.closed_loop import (
-    RATES,
+    RATE_ROWS,
     ROOT,
-    VELOCITY,
+    VELOCITY_ROWS,
     AttitudeBoxes,
     Interval,
     aerodynamics,
@@ -34,7 +34,7 @@ from sitl.model.airframe import Airframe, Array
 
 MARGIN = 1e-6  # what the smallest eigenvalue must exceed [1/s]: far above what rounding can do
 MAX_BOXES = 2_000  # at one level of splitting; a set that needs more counts as not proved
-GRID = 8  # boxes per axis to begin with
+FIRST_BOXES = 8  # boxes per axis to begin with
 DEPTH = 12  # how often a box is split at most
 
 
@@ -85,7 +85,7 @@ class Proof:
             raise SitlError("V does not fall along the linear closed loop: these gains and this S are no pair")
         C = np.linalg.inv(gains.S)
         T = coordinates()
-        C_ff, C_zf = T @ C @ T.T, np.vstack([C[VELOCITY], C[RATES]]) @ T.T
+        C_ff, C_zf = T @ C @ T.T, np.vstack([C[VELOCITY_ROWS], C[RATE_ROWS]]) @ T.T
         C_zz = C[np.ix_([3, 4, 5, 9, 10, 11], [3, 4, 5, 9, 10, 11])]
         S_f = np.asarray(np.linalg.inv(C_ff), dtype=np.float64)
         mean = C_zf @ S_f
@@ -99,9 +99,9 @@ class Proof:
     def holds(self, level: float) -> bool:
         """Whether V' < 0 is proved on {V <= level} without the hover itself."""
         half = np.sqrt(level * np.diag(np.linalg.inv(self.S_f)))
-        middles = (2.0 * np.arange(GRID) + 1.0) / GRID - 1.0
+        middles = (2.0 * np.arange(FIRST_BOXES) + 1.0) / FIRST_BOXES - 1.0
         centre = half * np.stack(np.meshgrid(middles, middles, middles), axis=-1).reshape(-1, 3)
-        half = np.broadcast_to(half / GRID, centre.shape)
+        half = np.broadcast_to(half / FIRST_BOXES, centre.shape)
         deflection = min(self.a.delta_max, greatest_deflection(self.gains, level))
         for depth in range(DEPTH):
             least = np.einsum("ni,ij,nj->n", centre, self.S_f, centre)
@@ -167,7 +167,7 @@ class Proof:
             (falling * at.d1, row_matrix(5, -2.0 * g * c1)),
             (falling * at.d3, row_matrix(5, -2.0 * g * c3)),
             (falling * at.e2, row_matrix(5, -4.0 * g * ce)),
-            (at.kappa, -HALF * turning(np.eye(3))),
+            (at.kappa, -SQRT_HALF * turning(np.eye(3))),
         ]
         for column, force in ((at.nose, tx), (at.normal, tz)):
             x, y, z = column

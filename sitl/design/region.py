@@ -24,8 +24,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sitl.control.hover_linear import HALF, LinearGains
-from sitl.design.closed_loop import ATTITUDE, POSITION, RATES, VELOCITY
+from sitl.control.hover_linear import SQRT_HALF, LinearGains
+from sitl.design.closed_loop import ATTITUDE_ROWS, POSITION_ROWS, RATE_ROWS, VELOCITY_ROWS
 from sitl.design.proof import Proof
 from sitl.errors import SitlError
 from sitl.model.airframe import Airframe, Array
@@ -94,7 +94,8 @@ def radii(gains: LinearGains, level: float) -> tuple[float, float, float, float]
     A turn by theta has |eps - eps_bar| <= 2 sin(theta / 4), at most theta / 2.
     """
     p, v, e, w = (
-        math.sqrt(level / np.linalg.eigvalsh(gains.S[part, part])[-1]) for part in (POSITION, VELOCITY, ATTITUDE, RATES)
+        math.sqrt(level / np.linalg.eigvalsh(gains.S[part, part])[-1])
+        for part in (POSITION_ROWS, VELOCITY_ROWS, ATTITUDE_ROWS, RATE_ROWS)
     )
     return p, v, 4.0 * math.asin(min(1.0, 0.5 * e)), w
 
@@ -103,7 +104,7 @@ def _reach_level(gains: LinearGains) -> float:
     """Smallest V at which the position error can be longer than the law's reach."""
     if math.isinf(gains.reach):
         return math.inf
-    return float(gains.reach**2 / np.linalg.eigvalsh(np.linalg.inv(gains.S)[POSITION, POSITION]).max())
+    return float(gains.reach**2 / np.linalg.eigvalsh(np.linalg.inv(gains.S)[POSITION_ROWS, POSITION_ROWS]).max())
 
 
 def chart_level(gains: LinearGains) -> float:
@@ -114,9 +115,9 @@ def chart_level(gains: LinearGains) -> float:
     and V = 0. Below this level the two are apart. The minimum of (n - eps_bar)' S_e (n - eps_bar) over the sphere
     equals the maximum of its dual, every value of which is a lower bound.
     """
-    S_e = _marginal(gains.S, ATTITUDE)
+    S_e = _marginal(gains.S, ATTITUDE_ROWS)
     values, vectors = np.linalg.eigh(S_e)
-    upright = np.array([0.0, -HALF, 0.0])
+    upright = np.array([0.0, -SQRT_HALF, 0.0])
     pull = vectors.T @ S_e @ upright
 
     def dual(shift: float) -> float:

@@ -8,7 +8,7 @@ import numpy as np
 
 from sitl.compiled import entry, subroutine
 from sitl.control.allocation import allocate
-from sitl.control.hover_linear import HALF, HoverError, LinearGains, control
+from sitl.control.hover_linear import SQRT_HALF, HoverError, LinearGains, control
 from sitl.model.airframe import Airframe, Array
 from sitl.model.plant import derivative
 from sitl.model.quaternions import Quaternion
@@ -32,7 +32,7 @@ def lyapunov_rate(x: Array, gains: LinearGains, a: Airframe) -> float:
 
 @subroutine
 def _rate(x: Array, gains: LinearGains, a: Airframe) -> float:
-    e1, e2, e3 = x[6], x[7] - HALF, x[8]
+    e1, e2, e3 = x[6], x[7] - SQRT_HALF, x[8]
     eta = 1.0 - e1 * e1 - e2 * e2 - e3 * e3
     if eta < 0.0:
         return math.nan

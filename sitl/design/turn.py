@@ -20,7 +20,7 @@ from sitl.model.quaternions import Quaternion, from_euler, multiply, rotate_inve
 from sitl.model.state import Actuators, Body
 from sitl.model.vectors import Vector
 
-STEP = 0.1  # of the continuation, in turn rate [rad/s] or bank [rad]
+CONTINUATION_STEP = 0.1  # of the continuation, in turn rate [rad/s] or bank [rad]
 DIFFERENCE = 1e-6  # of the central differences in Newton's method
 MAX_ITERATIONS = 30
 MIN_SHARE = 1e-3  # of a Newton step
@@ -86,7 +86,7 @@ def _turn(a: Airframe, speed: float, climb: float, asked: float, *, banked: bool
     """Follow the turn from straight flight to what is asked; each step starts where the last two point."""
     start = level_trim(a, speed, climb)
     now = np.array((start.theta - climb, 0.0, start.thrust, start.thrust, start.delta, start.delta))
-    before, steps = now, math.ceil(abs(asked) / STEP)
+    before, steps = now, math.ceil(abs(asked) / CONTINUATION_STEP)
     for step in range(1, steps + 1):
         if not np.isfinite(now).all():
             break

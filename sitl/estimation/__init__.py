@@ -1,1 +1,5 @@
-"""How the vehicle comes to know of itself: sensors and the truth, the only places that look at the plant for a law."""
+"""Estimation: what the vehicle believes of itself, made from what its sensors read of the plant.
+
+Here belong sensor models and estimators: the only code on the laws' side that looks at the plant.
+May import the model and the estimate's type in control; knows no law.
+"""

@@ -6,7 +6,7 @@ from sitl.compiled import kernel
 from sitl.model.arithmetic import decay
 from sitl.model.vectors import Vector
 
-MIN_SPEED = 1.0  # air that stands still relative to the vehicle still turns over at this speed [m/s]
+MIN_TURNOVER_SPEED = 1.0  # air that stands still relative to the vehicle still turns over at this speed [m/s]
 
 
 @kernel
@@ -24,6 +24,6 @@ def gust_after(gust: Vector, noise: Vector, rms: float, length: float, airspeed:
         airspeed: Speed through the air [m/s].
         dt: Step [s].
     """
-    keep = decay(dt * max(airspeed, MIN_SPEED) / length)
+    keep = decay(dt * max(airspeed, MIN_TURNOVER_SPEED) / length)
     fresh = rms * math.sqrt(1.0 - keep * keep)
     return Vector(keep * gust.x + fresh * noise.x, keep * gust.y + fresh * noise.y, keep * gust.z + fresh * noise.z)

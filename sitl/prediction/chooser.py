@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from protocol.dialect.vocabulary import Way
-from sitl.autopilot.guidance import View
-from sitl.autopilot.settings import Settings
 from sitl.control.reference import Point
+from sitl.guidance.view import VehicleView
 from sitl.model.airframe import Airframe
 from sitl.model.arithmetic import arctangent, sine_cosine, wrapped
 from sitl.model.vectors import level_norm
+from sitl.prediction.leg_settings import LegSettings
 from sitl.prediction.mode_choice import MIN_HEIGHT, Decision, plan
 from sitl.prediction.predictor import Abilities, Leg
 from sitl.simulation.tuning import Tuning
@@ -47,20 +47,20 @@ class Chooser:
         made, self._made = self._made, []
         return made
 
-    def energy(self, view: View, start: Point, end: Point, settings: Settings, *, flying: bool) -> float:
+    def energy(self, view: VehicleView, start: Point, end: Point, settings: LegSettings, *, flying: bool) -> float:
         """Shaft energy of one leg flown the better way, begun on the wing or not [J]; a question, not a decision."""
         leg, _ = _leg(start, end, view.heading, view.wind)
         made = plan([leg], self._abilities(settings), settings.min_leg, [Way(settings.way)], flying=flying)[0]
         return made.forward.energy if made.way is Way.FORWARD else made.hover.energy
 
-    def _abilities(self, settings: Settings, airspeed: float | None = None) -> Abilities:
+    def _abilities(self, settings: LegSettings, airspeed: float | None = None) -> Abilities:
         airspeed = settings.airspeed if airspeed is None else airspeed
         return Abilities(
             self.airframe, self.tuning, self.can_fly_forward, settings.hover_speed, airspeed, settings.leg_time
         )
 
     def choose(
-        self, view: View, start: Point, stops: Sequence[LegEnd], settings: Settings, airspeed: float
+        self, view: VehicleView, start: Point, stops: Sequence[LegEnd], settings: LegSettings, airspeed: float
     ) -> list[Decision]:
         """Decisions for the legs from ``start`` through ``stops``; the first is reported."""
         abilities = self._abilities(settings, airspeed)
@@ -75,7 +75,7 @@ class Chooser:
         self._made.append((stops[0].seq, decisions[0]))
         return decisions
 
-    def orbits(self, height: float, asked: Way, settings: Settings) -> bool:
+    def orbits(self, height: float, asked: Way, settings: LegSettings) -> bool:
         """Whether a circle with a radius is flown on the wing."""
         wanted = asked or Way(settings.way)
         return self.can_fly_forward and wanted is not Way.HOVER and height >= MIN_HEIGHT

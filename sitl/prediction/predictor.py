@@ -5,15 +5,16 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from sitl.autopilot.legs import edge_on, leg_airspeeds, leg_reference
 from sitl.control.reference import APPROACH_SPEED, Path, hover_at
 from sitl.control.reference import leg as straight
+from sitl.guidance.leg_speeds import leg_airspeeds
+from sitl.guidance.legs import crosswind_heading, leg_reference
 from sitl.model.airframe import Airframe
 from sitl.model.arithmetic import arctangent, exponential, sine_cosine, wrapped
 from sitl.model.vectors import Vector, level_norm
 from sitl.prediction.equilibrium import wind_force
-from sitl.prediction.leg_on_wing import WingLeg, fly_wing
-from sitl.prediction.leg_upright import HoverLeg, fly_hover
+from sitl.prediction.forward_leg import WingLeg, fly_wing
+from sitl.prediction.hover_leg import HoverLeg, fly_hover
 from sitl.prediction.point_mass import IMPOSSIBLE, Prediction, point_mass
 from sitl.simulation.tuning import Tuning
 from sitl.supervisor.guards import ALIGNED_ANGLE, DWELL, WINDY
@@ -77,7 +78,7 @@ def predict_forward(leg: Leg, abilities: Abilities, *, begin: bool = True, end: 
     path = _as_flown(leg, abilities.airspeed, wind, end=end)
     crab = arctangent(-wind.y, math.sqrt(max(path.airspeed * path.airspeed - wind.y * wind.y, 0.0)))
     waiting = DWELL + alignment(leg.turn + crab, body.turn)
-    stand = float(edge_on(0.0, wind))
+    stand = float(crosswind_heading(0.0, wind))
     # The integral holds what it learnt where the leg began; without one the offset that a wind leaves is not predicted.
     learnt = wind_force(wind, float(-leg.turn) if body.linear.k_i != 0.0 else stand, body.airframe)
     return fly_wing(WingLeg(path, wind, waiting, learnt, 0.0, stand, ACCEPTANCE, begin, end, upright=False), body)

@@ -11,13 +11,14 @@ import numpy as np
 from sitl.errors import SitlError
 from sitl.model.airframe import Array
 from sitl.model.plant import is_finite
-from sitl.simulation.block import JUMPS_FULL, fly_block
+from sitl.simulation.block import fly_block
 from sitl.simulation.dispatch import REGISTER
 from sitl.simulation.flight import Flight, JumpEntry, Sample
-from sitl.simulation.loop import DIVERGED, FLOWN
+from sitl.simulation.loop import DIVERGED, FLOWN, JUMPS_FULL
 from sitl.simulation.noise import BLOCK
 from sitl.simulation.recording import Recording
-from sitl.simulation.simulation import Simulation, whole_periods
+from sitl.simulation.simulation import Simulation
+from sitl.simulation.start import whole_periods
 from sitl.simulation.storage import WIDTH, block_of, from_block, record_type
 
 MAX_JUMPS = 256  # of a flight in one call

@@ -18,11 +18,9 @@ from sitl.model.airframe import Array
 from sitl.model.ground import CLEAR
 from sitl.model.state import Actuators
 from sitl.simulation.dispatch import COMPILED
-from sitl.simulation.flight import Flight, age, blow, glide, move, sense
-from sitl.simulation.loop import MAX_CHAIN, due_now, keep, take
+from sitl.simulation.flight import Flight, move_in_air, move_plant, run_timers, update_gust, update_wind_estimate
+from sitl.simulation.loop import JUMPS_FULL, MAX_CHAIN, ZENO, due_now, take_jump, write_sample
 from sitl.simulation.storage import WIDTH, Kept, access, column_rows
-
-ZENO, JUMPS_FULL = 2, 4
 
 _tick, _needs, _watch, _due, _seek, _jump, _is_known, _values = COMPILED
 get_law, get_command = access(Flight, "controller.law").get, access(Flight, "controller.command").get
@@ -55,14 +53,14 @@ def are_clear(block: Array) -> bool:
 def blow_all(block: Array, air: Array, gusts: Array, row: int) -> None:
     """The gusts of all flights."""
     for column in range(WIDTH):
-        blow(block, column, air, gusts, row)
+        update_gust(block, column, air, gusts, row)
 
 
 @subroutine
 def sense_all(block: Array, air: Array, design: Kept, a: Array, draws: Array, row: int) -> None:
     """The wind estimates of all flights."""
     for column in range(WIDTH):
-        sense(block, column, air, design, a, draws, row)
+        update_wind_estimate(block, column, air, design, a, draws, row)
 
 
 @subroutine
@@ -85,13 +83,13 @@ def move_all(block: Array, air: Array, a: Array, in_force: Array) -> None:
     if are_clear(block):
         for column in range(WIDTH):
             command = get_actuators(in_force, column)
-            glide(block, column, air, a, command)
+            move_in_air(block, column, air, a, command)
     else:
         for column in range(WIDTH):
             command = get_actuators(in_force, column)
-            move(block, column, air, a, command)
+            move_plant(block, column, air, a, command)
     for column in range(WIDTH):
-        age(block, column)
+        run_timers(block, column)
 
 
 @subroutine
@@ -130,7 +128,7 @@ def take_all(
             if chain == MAX_CHAIN or noted[column] == jumps.shape[1]:
                 ends[column] = ZENO if chain == MAX_CHAIN else JUMPS_FULL
                 break
-            take(block, column, row, reference, design, jumps[column, noted[column]])
+            take_jump(block, column, row, reference, design, jumps[column, noted[column]])
             noted[column] += 1
             chain += 1
             row = due_now(block, column, reference, design)
@@ -184,7 +182,7 @@ def fly_block(
             break
         if kept < samples.shape[1] and get_periods(block, 0) % every == 0:
             for column in range(WIDTH):
-                keep(block, column, reference, design, samples[column, kept])
+                write_sample(block, column, reference, design, samples[column, kept])
             kept += 1
         blow_all(block, air, gusts, done)
         sense_all(block, air, design, a, draws, done)

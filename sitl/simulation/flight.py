@@ -131,7 +131,7 @@ def gust_now(plant: Plant, gust: Vector, draws: Vector, air: Environment) -> Vec
 
 
 @kernel
-def blow(flight: Kept, column: int, air: Kept, gusts: Array, row: int) -> None:
+def update_gust(flight: Kept, column: int, air: Kept, gusts: Array, row: int) -> None:
     """The gust of this period, by draws (n, 3, columns), none where n is 0."""
     if gusts.shape[0] > 0:
         draws = Vector(gusts[row, 0, column], gusts[row, 1, column], gusts[row, 2, column])
@@ -140,7 +140,7 @@ def blow(flight: Kept, column: int, air: Kept, gusts: Array, row: int) -> None:
 
 
 @kernel
-def sense(flight: Kept, column: int, air: Kept, design: Kept, a: Kept, draws: Array, row: int) -> None:
+def update_wind_estimate(flight: Kept, column: int, air: Kept, design: Kept, a: Kept, draws: Array, row: int) -> None:
     """The wind estimate after this period's readings, by draws (n, 5, columns)."""
     noise = Normals(
         quantised(draws[row, 0, column]),
@@ -165,7 +165,7 @@ def sense(flight: Kept, column: int, air: Kept, design: Kept, a: Kept, draws: Ar
 
 
 @kernel
-def move(flight: Kept, column: int, air: Kept, a: Kept, command: Actuators) -> None:
+def move_plant(flight: Kept, column: int, air: Kept, a: Kept, command: Actuators) -> None:
     """The plant one control period later, its energy and limits, and the estimate of it.
 
     Args:
@@ -177,28 +177,28 @@ def move(flight: Kept, column: int, air: Kept, a: Kept, command: Actuators) -> N
     """
     plant, airframe = get_plant(flight, column), get_airframe(a, column)
     if is_clear(plant.body):
-        glide(flight, column, air, a, command)
+        move_in_air(flight, column, air, a, command)
         return
     wind = add(get_air(air, column).wind, get_gust(flight, column))
     wanted = limited(command, get_is_armed(flight, column), airframe)
     for _ in range(SUBSTEPS):
         plant = step_near_ground(plant, wanted, wind, airframe, PERIOD / SUBSTEPS)
-    arrive(flight, column, plant, command, airframe, is_touching(plant, airframe))
+    store_motion(flight, column, plant, command, airframe, is_touching(plant, airframe))
 
 
 @kernel
-def glide(flight: Kept, column: int, air: Kept, a: Kept, command: Actuators) -> None:
+def move_in_air(flight: Kept, column: int, air: Kept, a: Kept, command: Actuators) -> None:
     """The same, out of the ground's reach."""
     plant, airframe = get_plant(flight, column), get_airframe(a, column)
     wind = add(get_air(air, column).wind, get_gust(flight, column))
     wanted = limited(command, get_is_armed(flight, column), airframe)
     plant = step_in_air(plant, wanted, wind, airframe, PERIOD / SUBSTEPS)
     plant = step_in_air(plant, wanted, wind, airframe, PERIOD / SUBSTEPS)
-    arrive(flight, column, plant, command, airframe, False)
+    store_motion(flight, column, plant, command, airframe, False)
 
 
 @kernel
-def arrive(flight: Kept, column: int, plant: Plant, command: Actuators, a: Airframe, on_ground: bool) -> None:
+def store_motion(flight: Kept, column: int, plant: Plant, command: Actuators, a: Airframe, on_ground: bool) -> None:
     """Put the moved plant in place of the one before."""
     before = get_plant(flight, column)
     met = limits(before.actuators, command, get_is_armed(flight, column), PERIOD / SUBSTEPS, a)
@@ -211,7 +211,7 @@ def arrive(flight: Kept, column: int, plant: Plant, command: Actuators, a: Airfr
 
 
 @kernel
-def age(flight: Kept, column: int) -> None:
+def run_timers(flight: Kept, column: int) -> None:
     """The controller's timers run."""
     estimate = get_estimate(flight, column)
     put_since(flight, column, get_since(flight, column) + PERIOD)

@@ -20,7 +20,17 @@ from sitl.model.airframe import Array
 from sitl.model.plant import is_finite
 from sitl.model.vectors import subtract
 from sitl.simulation.dispatch import COMPILED, Register
-from sitl.simulation.flight import Design, Flight, JumpEntry, Sample, age, blow, move, sample_of, sense
+from sitl.simulation.flight import (
+    Design,
+    Flight,
+    JumpEntry,
+    Sample,
+    move_plant,
+    run_timers,
+    sample_of,
+    update_gust,
+    update_wind_estimate,
+)
 from sitl.simulation.storage import Kept, access
 
 FLOWN, UNKNOWN_LAW, ZENO, DIVERGED, JUMPS_FULL = range(5)  # how a call of the loop ends
@@ -66,12 +76,12 @@ def advance(
     row: int,
 ) -> None:
     """One control period, before any jump; records, or columns of blocks."""
-    blow(flight, column, air, gusts, row)
-    sense(flight, column, air, design, a, draws, row)
+    update_gust(flight, column, air, gusts, row)
+    update_wind_estimate(flight, column, air, design, a, draws, row)
     in_force = get_command(flight, column)
     _tick(get_law(flight, column), flight, column, reference, design)
-    move(flight, column, air, a, in_force)
-    age(flight, column)
+    move_plant(flight, column, air, a, in_force)
+    run_timers(flight, column)
 
 
 @entry
@@ -81,7 +91,7 @@ def due_now(flight: Kept, column: int, reference: Kept, design: Kept) -> int:
 
 
 @entry
-def take(flight: Kept, column: int, row: int, reference: Kept, design: Kept, entry: Kept) -> None:
+def take_jump(flight: Kept, column: int, row: int, reference: Kept, design: Kept, entry: Kept) -> None:
     """Take a jump and note it."""
     source = get_law(flight, column)
     v_hover, v_forward, _ = _values(flight, column, reference, design)
@@ -91,14 +101,14 @@ def take(flight: Kept, column: int, row: int, reference: Kept, design: Kept, ent
 
 
 @subroutine
-def keep(flight: Kept, column: int, reference: Kept, design: Kept, sample: Kept) -> None:
+def write_sample(flight: Kept, column: int, reference: Kept, design: Kept, sample: Kept) -> None:
     """Write a sample."""
     v_hover, _, _ = _values(flight, column, reference, design)
     put_sample(sample, 0, sample_of(flight, column, reference, v_hover))
 
 
 @entry
-def look(flight: Kept, column: int, reference: Kept, design: Kept, seen: Kept) -> None:
+def write_look(flight: Kept, column: int, reference: Kept, design: Kept, seen: Kept) -> None:
     """Write Lyapunov values and governor of a flight as it is."""
     v_hover, v_forward, v_attitude = _values(flight, column, reference, design)
     e, r = get_estimate(flight, column), get_reference(reference, column)
@@ -150,7 +160,7 @@ def fly(
             if chain == MAX_CHAIN or noted == jumps.shape[0]:
                 end = ZENO if chain == MAX_CHAIN else JUMPS_FULL
                 break
-            take(flight, column, row, reference, design, jumps[noted])
+            take_jump(flight, column, row, reference, design, jumps[noted])
             noted += 1
             chain += 1
             continue
@@ -160,17 +170,18 @@ def fly(
         if kept < samples.shape[0] and get_periods(flight, column) % every == 0:
             if not is_finite(get_plant(flight, column)):
                 break
-            keep(flight, column, reference, design, samples[kept])
+            write_sample(flight, column, reference, design, samples[kept])
             kept += 1
         advance(flight, column, reference, air, design, a, gusts, draws, done)
         done += 1
     if end == FLOWN and not is_finite(get_plant(flight, column)):
         end = DIVERGED
-    look(flight, column, reference, design, looks[0])
+    write_look(flight, column, reference, design, looks[0])
     return done, kept, noted, end
 
 
-MOTION, JUMPS = (advance,), (due_now, take, look)  # parts, of which two processes compile one each in about one time
+# Parts, of which two processes compile one each in about the same time.
+MOTION, JUMPS = (advance,), (due_now, take_jump, write_look)
 
 
 @cache
@@ -183,6 +194,6 @@ def fly_with(register: Register) -> Callable[..., tuple[int, int, int, int]]:
         code = getattr(function, "py_func", function).__code__
         return types.FunctionType(code, scope, code.co_name)
 
-    for function in (advance, due_now, take, keep, look):
+    for function in (advance, due_now, take_jump, write_sample, write_look):
         scope[function.__name__] = subroutine(anew(function))
     return njit(error_model="numpy", nogil=True)(anew(fly))

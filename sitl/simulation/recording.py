@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -33,6 +34,20 @@ def jump_of(entry: Any, number: int, register: Register) -> JumpRecord:  # noqa:
     forward = Law.FORWARD_LINEAR in {source, target}
     value = float(entry["v_forward" if forward else "v_hover"])
     return JumpRecord(int(entry["periods"]) * PERIOD, number, source, target, jump.name, jump.reason, value)
+
+
+class EnergyByLaw(dict[Any, float]):
+    """Shaft energy that each law has used [J], by law."""
+
+    def __init__(self, laws: Iterable[Law]) -> None:
+        super().__init__(dict.fromkeys(laws, 0.0))
+        self._total = 0.0
+
+    def add(self, law: int, total: float) -> None:
+        """All energy used since the last call, of which ``total`` is the sum so far, was this law's."""
+        if law in self:
+            self[law] += total - self._total
+        self._total = total
 
 
 @dataclass(frozen=True)

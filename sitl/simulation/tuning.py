@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -15,36 +15,65 @@ from sitl.control.hover_linear import LinearGains
 from sitl.control.laws import Gains
 from sitl.design.attitude import attitude_gains
 from sitl.design.forward import line_of_sight_gains
-from sitl.design.forward_linear import forward_gains
-from sitl.design.lqr import hover_gains
+from sitl.design.forward_schedule import forward_gains
+from sitl.design.lmi import lmi_gains
+from sitl.design.lqr import gentle_hover_gains, hover_gains
 from sitl.design.wind import wind_gains
 from sitl.design.zero_moment import zero_moment_gains
 from sitl.errors import SitlError
 from sitl.model.airframe import Airframe
+from sitl.parameter_metadata import ParameterMetadata
 from sitl.simulation.flight import Design
 from sitl.simulation.storage import record_of
 from sitl.supervisor.guards import Thresholds
 
+REPORT_GAIN, LMI_GAIN, GENTLE_GAIN = range(3)  # designs of the linear hover law
+
 
 class Tuning(NamedTuple):
-    """Tunable parameters of the hybrid controller; DRK_… are their names on the wire."""
+    """Tunable parameters of the hybrid controller; those with metadata are parameters on the wire."""
 
-    v_enter: float = 20.0  # DRK_V_ENTER
-    v_leave: float = 50.0  # DRK_V_LEAVE; infinite: a hover law is flown alone, whatever comes of it
-    integral: int = 1  # DRK_LQI
-    governor: int = VELOCITY  # DRK_GOVERNOR
-    nu_prime: int = 0  # DRK_NU_PRIME
-    kpp: float = 1.5  # DRK_KPP [N/m]
-    kpd: float = 1.5  # DRK_KPD [N s/m]
-    k_delta: float = 5.0  # DRK_KDELTA [1/s]
-    lam: float = 10.0  # DRK_LAMBDA [rad/s]
-    zeta: float = 0.8  # DRK_ZETA
-    k_q: float = 1.0  # DRK_KQ [rad/s]
-    forward_linear: int = 1  # DRK_FWD_LIN
-    v_forward_enter: float = 5.0  # DRK_VF_ENTER
-    v_forward_leave: float = 20.0  # DRK_VF_LEAVE
-    pitot: int = 1  # DRK_PITOT
-    design: int = 0  # DRK_LIN_DESIGN: 0 LQR or LQI, 1 LMI
+    v_enter: Annotated[
+        float, ParameterMetadata("DRK_V_ENTER", (0.1, 1e5), "", "V below which the linear hover law takes over")
+    ] = 20.0
+    # Infinite in scenarios only: a hover law is then flown alone, whatever comes of it.
+    v_leave: Annotated[
+        float, ParameterMetadata("DRK_V_LEAVE", (0.1, 1e5), "", "V above which the linear hover law hands over")
+    ] = 50.0
+    integral: Annotated[
+        int, ParameterMetadata("DRK_LQI", (0, 1), "", "Integral of the position error in the linear hover law")
+    ] = 1
+    # What the report tries and no table found better: for its reproduction, not on the wire.
+    governor: int = VELOCITY  # of :mod:`sitl.control.governor`
+    nu_prime: int = 0  # nu' of appendix D instead of nu
+    kpp: Annotated[float, ParameterMetadata("DRK_KPP", (0.1, 3.0), "N/m", "Position gain of the zero-moment law")] = 1.5
+    kpd: Annotated[float, ParameterMetadata("DRK_KPD", (0.1, 3.0), "N s/m", "Velocity gain of the zero-moment law")] = (
+        1.5
+    )
+    k_delta: Annotated[
+        float, ParameterMetadata("DRK_KDELTA", (0.5, 20.0), "1/s", "Force convergence of the zero-moment law")
+    ] = 5.0
+    lam: Annotated[
+        float, ParameterMetadata("DRK_LAMBDA", (1.0, 20.0), "rad/s", "Attitude bandwidth of the zero-moment law")
+    ] = 10.0
+    zeta: Annotated[
+        float, ParameterMetadata("DRK_ZETA", (0.2, 2.0), "", "Attitude damping ratio of the zero-moment law")
+    ] = 0.8
+    k_q: Annotated[float, ParameterMetadata("DRK_KQ", (0.0, 5.0), "rad/s", "Heading gain of the zero-moment law")] = 1.0
+    design: Annotated[
+        int,
+        ParameterMetadata("DRK_LIN_DESIGN", (0, 2), "", "Linear hover gain: 0 the report's R = I, 1 LMI, 2 R = 5 I"),
+    ] = GENTLE_GAIN
+    forward_linear: Annotated[
+        int, ParameterMetadata("DRK_FWD_LIN", (0, 1), "", "Hand straight legs to the linear forward law")
+    ] = 0
+    v_forward_enter: Annotated[
+        float, ParameterMetadata("DRK_VF_ENTER", (0.0, 1e5), "", "V below which the linear forward law takes over")
+    ] = 5.0
+    v_forward_leave: Annotated[
+        float, ParameterMetadata("DRK_VF_LEAVE", (0.0, 1e5), "", "V above which the linear forward law hands back")
+    ] = 20.0
+    pitot: Annotated[int, ParameterMetadata("DRK_PITOT", (0, 1), "", "The wind estimator has a pitot tube")] = 1
 
 
 @lru_cache(maxsize=64)
@@ -96,11 +125,9 @@ def thresholds(tuning: Tuning) -> Thresholds:
 
 @lru_cache(maxsize=8)
 def _hover_gains(a: Airframe, integral: bool, design: int) -> LinearGains:
-    if design:
-        from sitl.design.lmi import lmi_gains  # noqa: PLC0415 - its solver is a second to import
-
+    if design == LMI_GAIN:
         return lmi_gains(a)
-    return hover_gains(a, integral=integral)
+    return (hover_gains if design == REPORT_GAIN else gentle_hover_gains)(a, integral=integral)
 
 
 @lru_cache(maxsize=8)

@@ -1,4 +1,4 @@
-"""The picture of hover or fly: what the wing saves over distance and wind, and where it breaks even."""
+"""A page of hover or fly: what forward flight saves over distance and wind, and where it breaks even."""
 
 from __future__ import annotations
 
@@ -10,55 +10,52 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from protocol.dialect.vocabulary import DecisionReason
-from sitl.errors import SitlError
 from sitl.model.airframe import Array
+from sitl.plotting import blank_page, check_plot_path, save_page
 from sitl.prediction.predictor import Abilities, Leg, predict_forward, predict_hover
-from sitl.studies.break_even import TURNS, Cell
-from sitl.studies.break_even_flights import MAX_DISTANCE, MIN_DISTANCE, barred
+from sitl.studies.break_even import LEG_TURNS, BreakEven
+from sitl.studies.break_even_flights import MAX_DISTANCE, MIN_DISTANCE, why_not_forward
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.contour import QuadContourSet
 
-CLIMBS = (-10.0, 0.0, 10.0)
-DISTANCES = np.geomspace(10.0, MAX_DISTANCE, 24)
-WINDS = np.linspace(-4.0, 4.0, 13)
-LEVELS = np.linspace(-100.0, 100.0, 21)  # of the saving [%]
+PLOTTED_CLIMBS = (-10.0, 0.0, 10.0)
+PLOTTED_DISTANCES = np.geomspace(10.0, MAX_DISTANCE, 24)
+PLOTTED_WINDS = np.linspace(-4.0, 4.0, 13)
+SAVING_LEVELS = np.linspace(-100.0, 100.0, 21)  # [%]
 
 
 def saving(able: Abilities, climb: float, turn: float) -> Array:
-    """Share of the hover's energy that the wing saves, winds by distances [%]; NaN where it is barred."""
-    saved = np.full((len(WINDS), len(DISTANCES)), np.nan)
-    for row, wind in enumerate(WINDS):
-        for column, distance in enumerate(DISTANCES):
+    """Share of the hover's energy that forward flight saves, winds by distances [%]; NaN where it is barred."""
+    saved = np.full((len(PLOTTED_WINDS), len(PLOTTED_DISTANCES)), np.nan)
+    for row, wind in enumerate(PLOTTED_WINDS):
+        for column, distance in enumerate(PLOTTED_DISTANCES):
             leg = Leg(float(distance), climb, float(wind), turn=turn)
-            if barred(leg, able) is DecisionReason.NONE:
-                hover, wing = predict_hover(leg, able), predict_forward(leg, able)
-                saved[row, column] = 100.0 * (1.0 - wing.energy / hover.energy)
-    return np.asarray(np.clip(saved, LEVELS[0], LEVELS[-1]))
+            if why_not_forward(leg, able) is DecisionReason.NONE:
+                hover, forward = predict_hover(leg, able), predict_forward(leg, able)
+                saved[row, column] = 100.0 * (1.0 - forward.energy / hover.energy)
+    return np.asarray(np.clip(saved, SAVING_LEVELS[0], SAVING_LEVELS[-1]))
 
 
-def save_plot(able: Abilities, cells: Sequence[Cell], tried: Sequence[Cell], path: Path) -> None:
+def save_plot(able: Abilities, cells: Sequence[BreakEven], tried: Sequence[BreakEven], path: Path) -> None:
     """Draw a panel per climb and turn.
 
     Args:
         able: What the vehicle can do.
         cells: Break-even distances predicted.
         tried: Break-even distances flown.
-        path: Of the picture: .png, .svg or .pdf.
+        path: Of the plot: .png, .svg or .pdf.
 
     Raises:
-        SitlError: If the file cannot be written; the message names it.
+        SitlError: If matplotlib is missing or the file cannot be written.
     """
-    if not path.parent.is_dir():  # said before the work is done, not after
-        raise SitlError(f"plot {path}: there is no folder {path.parent}")
-    from matplotlib.figure import Figure  # noqa: PLC0415 - two seconds that only plots need
-
-    page = Figure(figsize=(11.0, 6.6), layout="constrained")
-    page.suptitle(f"Energy the wing saves at {able.airspeed:g} m/s, against hovering at {able.hover_speed:g} m/s")
-    panels = page.subplots(len(TURNS), len(CLIMBS), sharex=True, sharey=True)
-    for row, turn in enumerate(TURNS):
-        for column, climb in enumerate(CLIMBS):
+    check_plot_path(path)
+    page = blank_page(11.0, 6.6)
+    page.suptitle(f"Energy forward flight at {able.airspeed:g} m/s saves against hovering at {able.hover_speed:g} m/s")
+    panels = page.subplots(len(LEG_TURNS), len(PLOTTED_CLIMBS), sharex=True, sharey=True)
+    for row, turn in enumerate(LEG_TURNS):
+        for column, climb in enumerate(PLOTTED_CLIMBS):
             axis = panels[row, column]
             drawn = _panel(axis, saving(able, climb, turn))
             axis.set_title(f"climb {climb:+g} m, turned by {math.degrees(turn):.0f} deg", fontsize=9)
@@ -70,24 +67,18 @@ def save_plot(able: Abilities, cells: Sequence[Cell], tried: Sequence[Cell], pat
         axis.set_ylabel("tail wind [m/s]")
     panels[0, 0].legend(loc="lower right", fontsize=8)
     page.colorbar(drawn, ax=panels, label="saved [%]; grey: barred", shrink=0.8)
-    try:
-        page.savefig(path, dpi=90)
-    except (OSError, ValueError) as error:
-        raise SitlError(f"plot {path}: {error}") from error
+    save_page(page, path, dpi=90)
 
 
 def _panel(axis: Axes, saved: Array) -> QuadContourSet:
     axis.set_facecolor("lightgrey")
-    drawn = axis.contourf(DISTANCES, WINDS, saved, LEVELS, cmap="RdBu")
+    drawn = axis.contourf(PLOTTED_DISTANCES, PLOTTED_WINDS, saved, SAVING_LEVELS, cmap="RdBu")
     axis.set_xscale("log")
     axis.axvline(MIN_DISTANCE, color="grey", linewidth=0.8, linestyle=":")
     axis.set_xticks([10, 20, 50, 100, 200], ["10", "20", "50", "100", "200"])
     return drawn
 
 
-def _points(axis: Axes, cells: Sequence[Cell], marks: str, label: str) -> None:
+def _points(axis: Axes, cells: Sequence[BreakEven], marks: str, label: str) -> None:
     found = [cell for cell in cells if math.isfinite(cell.distance)]
     axis.plot([c.distance for c in found], [c.tail_wind for c in found], marks, label=label)
-
-
-__all__ = ["save_plot", "saving"]

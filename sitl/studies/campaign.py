@@ -3,42 +3,37 @@
 from __future__ import annotations
 
 import math
-import signal
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from protocol.dialect import mavlink
-from protocol.dialect.vocabulary import Law
-from protocol.frames import Geodetic, LocalFrame
-from protocol.plans.mission import MissionItem
-from sitl.airframe import load
-from sitl.autopilot.arena import ARENAS
-from sitl.autopilot.mission import World
+from protocol.dialect.vocabulary import Way
+from protocol.plans.mission_item import MissionItem
+from sitl import Airframe, DivergedError, Law, Simulation, SitlError, Start, load_airframe
+from sitl.aircraft import Aircraft, is_forward
 from sitl.autopilot.settings import Settings
-from sitl.craft import Craft, is_forward
-from sitl.errors import SitlError
-from sitl.model.airframe import Airframe, Array
-from sitl.parameters import Bindings, Surroundings
-from sitl.simulation.simulation import DivergedError, Simulation, Start
+from sitl.model.airframe import Array
+from sitl.parameters import Configuration, WorldSettings
+from sitl.studies.mission_flight import PERIODS_PER_LOOK, STUDY_WORLD, has_finished_mission, waypoint
+from sitl.worker_pool import worker_pool
 
 UNCERTAIN = (
     "m", "J1", "J2", "J3", "rho", "C_l", "C_d0", "xi_f", "xi_m", "Delta_r", "a_y", "p_y", "k_f", "k_m", "C_lp", "C_mq",
     "C_nr",
 )  # fmt: skip
-HEIGHT = 25.0  # of the mission [m]
-SIDE = 100.0  # of its square [m]
-MIN_HEIGHT = 5.0  # no flight may come below this [m]
-MAX_TIME = 240.0  # [s]
-SAMPLE = 10  # control periods
-ORIGIN = Geodetic(43.5648, 1.4811, 150.0)
+MISSION_HEIGHT = 25.0  # [m]
+SQUARE_SIDE = 100.0  # of the mission's square [m]
+LAST_WAYPOINT_HOLD = 2.0  # [s]
+MIN_FLIGHT_HEIGHT = 5.0  # a flight that comes lower has failed [m]
+MAX_MISSION_TIME = 240.0  # [s]
+FLIGHTS_PER_TASK = 4  # handed to a worker process at once
 
 
-class Draw(NamedTuple):
-    """What one flight meets."""
+class FlightConditions(NamedTuple):
+    """What one flight meets, drawn from its seed."""
 
     seed: int
     azimuth: float  # of the first leg, from north to west [rad]
@@ -46,39 +41,46 @@ class Draw(NamedTuple):
     wind_from: float  # where it comes from, clockwise from north [rad]
     gusts: float  # rms per axis [m/s]
     airspeed: float  # [m/s]
-    scale: dict[str, float]  # of the plant's parameters
+    scale: dict[str, float]  # factor of each uncertain parameter of the plant
 
 
-class Result(NamedTuple):
+class CampaignFlight(NamedTuple):
     """How one flight went."""
 
-    draw: Draw
+    draw: FlightConditions
     complete: bool
     time: float  # until the last waypoint [s]
     energy: float  # until then [J]
     lowest: float  # above the ground [m]
     overshoot: float  # beyond the stop at the end of the last leg [m]
-    climbed: float  # over the mission's altitude [m]
+    climbed: float  # above the mission's altitude [m]
     cross_track: float  # rms distance to the square in forward flight [m]
     jumps: int
     failsafes: int
     fault: str  # why it is not complete; empty if it is
 
 
+class GroundTrack(NamedTuple):
+    """Where a flight went, one row per look."""
+
+    position: Array  # (n, 3) world NWU [m]
+    forward: npt.NDArray[np.bool_]  # (n,) whether it flew forward
+
+
 class Spread(NamedTuple):
-    """How far the draws go."""
+    """Limits of the draws."""
 
-    wind: float = 5.0  # [m/s]
-    gusts: float = 1.0  # rms [m/s]
-    parameters: float = 0.1  # relative
-    airspeeds: tuple[float, float] = (12.0, 18.0)  # [m/s]
+    wind: float = 5.0  # maximum steady wind [m/s]
+    gusts: float = 1.0  # maximum rms per axis [m/s]
+    parameters: float = 0.1  # maximum relative error
+    airspeeds: tuple[float, float] = (12.0, 18.0)  # minimum and maximum [m/s]
 
 
-def draw(seed: int, spread: Spread) -> Draw:
+def draw(seed: int, spread: Spread) -> FlightConditions:
     """The conditions of one seed."""
     random = np.random.default_rng(seed)
     azimuth, wind_from = random.uniform(0.0, math.tau, 2)
-    return Draw(
+    return FlightConditions(
         seed=seed,
         azimuth=float(azimuth),
         wind_speed=float(random.uniform(0.0, spread.wind)),
@@ -90,26 +92,24 @@ def draw(seed: int, spread: Spread) -> Draw:
 
 
 def mission(azimuth: float, airspeed: float) -> list[MissionItem]:
-    """A square that begins and ends in the hover, its last waypoint held for two seconds."""
-    corners = [corner(i, azimuth) for i in range(1, 5)]
+    """A square that begins and ends in the hover, its last waypoint held for two seconds.
+
+    Args:
+        azimuth: Of the first leg, from north to west [rad].
+        airspeed: [m/s].
+    """
+    params = (0.0, airspeed, -1.0, 0.0)
     speed = MissionItem(
-        mavlink.MAV_CMD_DO_CHANGE_SPEED, mavlink.MAV_FRAME_MISSION, (0.0, airspeed, -1.0, 0.0), 0, 0, 0.0
+        command=mavlink.MAV_CMD_DO_CHANGE_SPEED, frame=mavlink.MAV_FRAME_MISSION, params=params, x=0, y=0, z=0.0
     )
-    items = [speed]
-    for i, (north, west) in enumerate(corners):
-        params = (2.0 if i == 3 else 0.0, 0.0, 0.0, math.nan)
-        items.append(
-            MissionItem(
-                mavlink.MAV_CMD_NAV_WAYPOINT, mavlink.MAV_FRAME_LOCAL_NED, params, round(north * 1e4),
-                round(-west * 1e4), -HEIGHT,
-            )
-        )  # fmt: skip
-    return items
+    holds = (0.0, 0.0, 0.0, LAST_WAYPOINT_HOLD)
+    corners = [waypoint(*corner(number, azimuth), MISSION_HEIGHT, hold) for number, hold in enumerate(holds, start=1)]
+    return [speed, *corners]
 
 
-def corner(i: int, azimuth: float) -> tuple[float, float]:
-    """Corner i of the square, 0 and 4 being the origin: north, west [m]."""
-    x, y = ((0.0, 0.0), (SIDE, 0.0), (SIDE, SIDE), (0.0, SIDE), (0.0, 0.0))[i]
+def corner(number: int, azimuth: float) -> tuple[float, float]:
+    """A corner of the square, 0 and 4 being the origin: north, west [m]."""
+    x, y = ((0.0, 0.0), (SQUARE_SIDE, 0.0), (SQUARE_SIDE, SQUARE_SIDE), (0.0, SQUARE_SIDE), (0.0, 0.0))[number]
     c, s = math.cos(azimuth), math.sin(azimuth)
     return c * x - s * y, s * x + c * y
 
@@ -119,54 +119,55 @@ def perturbed(a: Airframe, scale: dict[str, float]) -> Airframe:
     return a._replace(**{name: getattr(a, name) * factor for name, factor in scale.items()})
 
 
-def fly(drawn: Draw, airframe: str = "nominal") -> Result:
+def fly(conditions: FlightConditions, airframe: str = "nominal") -> CampaignFlight:
     """Fly one draw; the airframe of that name is the design model."""
-    return flown(drawn, airframe)[0]
+    return fly_and_track(conditions, airframe)[0]
 
 
-def flown(drawn: Draw, airframe: str = "nominal") -> tuple[Result, Array]:
-    """Fly one draw and keep where it went: (n, 4), position in world NWU [m] and whether it flew forward."""
-    model, start = load(airframe).parameters, Start(up=HEIGHT, airborne=True)
-    vehicle = Simulation(perturbed(model, drawn.scale), seed=drawn.seed, design_model=model, start=start)
-    world = World(LocalFrame(ORIGIN), ARENAS["open"])
-    air = Surroundings(drawn.wind_speed, math.degrees(drawn.wind_from), drawn.gusts, battery=1e6)
-    craft = Craft(vehicle, world, Bindings(Settings(way=2), vehicle.tuning, air), airborne=True)
-    craft.autopilot.load_mission(mission(drawn.azimuth, drawn.airspeed))
-    craft.autopilot.start_mission()
-    rows: list[tuple[float, ...]] = []
+def fly_and_track(conditions: FlightConditions, airframe: str = "nominal") -> tuple[CampaignFlight, GroundTrack]:
+    """Fly one draw and record where it went; arguments as for :func:`fly`."""
+    model, start = load_airframe(airframe).parameters, Start(up=MISSION_HEIGHT, airborne=True)
+    vehicle = Simulation(perturbed(model, conditions.scale), seed=conditions.seed, design_model=model, start=start)
+    air = WorldSettings(conditions.wind_speed, math.degrees(conditions.wind_from), conditions.gusts, battery=1e6)
+    settings = Configuration(Settings(way=int(Way.FORWARD)), vehicle.tuning, air)
+    aircraft = Aircraft(vehicle, STUDY_WORLD, settings, airborne=True)
+    aircraft.autopilot.missions.load(mission(conditions.azimuth, conditions.airspeed))
+    aircraft.autopilot.missions.start()
+    positions: list[tuple[float, ...]] = []
+    forward: list[bool] = []
     fault = ""
     try:
-        while not _finished(craft) and vehicle.time < MAX_TIME:
-            craft.advance(SAMPLE)
-            rows.append((*vehicle.truth.body.position, float(is_forward(vehicle.law))))
+        while not has_finished_mission(aircraft) and vehicle.time < MAX_MISSION_TIME:
+            aircraft.advance(PERIODS_PER_LOOK)
+            positions.append(vehicle.truth.body.position)
+            forward.append(is_forward(vehicle.law))
     except DivergedError as error:
         fault = str(error).split(":")[0]
-    if not fault and not _finished(craft):
-        fault = f"at item {craft.autopilot.mission.current if craft.autopilot.mission else 0} after {MAX_TIME:.0f} s"
-    track = np.array(rows)
-    return _result(drawn, vehicle, track, fault), track
+    if not fault and not has_finished_mission(aircraft):
+        mission_runner = aircraft.autopilot.mission
+        fault = f"at item {mission_runner.current if mission_runner else 0} after {MAX_MISSION_TIME:.0f} s"
+    track = GroundTrack(np.array(positions), np.array(forward))
+    return _summarise(conditions, vehicle, track, fault), track
 
 
-def _finished(craft: Craft) -> bool:
-    return craft.autopilot.mission is not None and craft.autopilot.mission.finished
-
-
-def _result(drawn: Draw, vehicle: Simulation, rows: Array, fault: str) -> Result:
-    p, forward = rows[:, :3], rows[:, 3] > 0.0
+def _summarise(conditions: FlightConditions, vehicle: Simulation, track: GroundTrack, fault: str) -> CampaignFlight:
+    p = track.position
     lowest = float(p[:, 2].min())
-    if not fault and lowest < MIN_HEIGHT:
+    if not fault and lowest < MIN_FLIGHT_HEIGHT:
         fault = f"came down to {lowest:.1f} m"
-    last = np.array(corner(4, drawn.azimuth)) - np.array(corner(3, drawn.azimuth))
-    beyond = (p[:, :2] @ last)[len(p) // 2 :] / SIDE
-    return Result(
-        draw=drawn,
+    last_leg = np.array(corner(4, conditions.azimuth)) - np.array(corner(3, conditions.azimuth))
+    beyond = (p[:, :2] @ last_leg)[len(p) // 2 :] / SQUARE_SIDE
+    forward = p[track.forward, :2]
+    cross_track = float(np.sqrt(np.mean(_off_square(forward, conditions.azimuth) ** 2))) if forward.size else 0.0
+    return CampaignFlight(
+        draw=conditions,
         complete=not fault,
         time=vehicle.time,
         energy=vehicle.energy,
         lowest=lowest,
         overshoot=float(beyond.max()),
-        climbed=float(p[:, 2].max() - HEIGHT),
-        cross_track=float(np.sqrt(np.mean(_off_square(p[forward, :2], drawn.azimuth) ** 2))) if forward.any() else 0.0,
+        climbed=float(p[:, 2].max() - MISSION_HEIGHT),
+        cross_track=cross_track,
         jumps=len(vehicle.jumps),
         failsafes=sum(jump.target is Law.FAILSAFE for jump in vehicle.jumps),
         fault=fault,
@@ -178,7 +179,7 @@ def _off_square(p: Array, azimuth: float) -> Array:
     nearest = np.full(len(p), np.inf)
     for i in range(4):
         a, b = np.array(corner(i, azimuth)), np.array(corner(i + 1, azimuth))
-        along = np.clip((p - a) @ (b - a) / SIDE**2, 0.0, 1.0)
+        along = np.clip((p - a) @ (b - a) / SQUARE_SIDE**2, 0.0, 1.0)
         nearest = np.minimum(nearest, np.linalg.norm(p - a - along[:, None] * (b - a), axis=1))
     return nearest
 
@@ -188,9 +189,16 @@ def run(
     first: int = 1,
     spread: Spread | None = None,
     jobs: int = 2,
-    said: Callable[[int], None] = lambda done: None,  # noqa: ARG005 - silence is the default
-) -> list[Result]:
-    """Fly seeds ``first`` to ``first + flights - 1``; the results are in their order whatever the jobs are.
+    on_progress: Callable[[int], None] = lambda done: None,  # noqa: ARG005 - silence is the default
+) -> list[CampaignFlight]:
+    """Fly seeds ``first`` to ``first + flights - 1``; their order and results do not depend on the jobs.
+
+    Args:
+        flights: How many.
+        first: Seed of the first flight.
+        spread: Limits of the draws.
+        jobs: Processes at once.
+        on_progress: Called with the number of flights done, after each.
 
     Raises:
         SitlError: If there is nothing to fly.
@@ -199,27 +207,22 @@ def run(
         raise SitlError(f"{flights} flights by {jobs} processes: both must be at least 1")
     draws = [draw(first + i, spread or Spread()) for i in range(flights)]
     results = []
-    for result in _flown(draws, jobs):
+    for result in _fly_all(draws, jobs):
         results.append(result)
-        said(len(results))
+        on_progress(len(results))
     return results
 
 
-def _flown(draws: Sequence[Draw], jobs: int) -> Iterator[Result]:
+def _fly_all(draws: Sequence[FlightConditions], jobs: int) -> Iterator[CampaignFlight]:
     if jobs == 1:
         yield from map(fly, draws)
         return
-    quiet = signal.signal, (signal.SIGINT, signal.SIG_DFL)  # an interrupted worker ends without a word
-    with ProcessPoolExecutor(min(jobs, len(draws)), get_context("spawn"), *quiet) as pool:
-        try:
-            yield from pool.map(fly, draws, chunksize=4)
-        except BaseException:
-            pool.shutdown(cancel_futures=True)
-            raise
+    with worker_pool(min(jobs, len(draws))) as pool:
+        yield from pool.map(fly, draws, chunksize=FLIGHTS_PER_TASK)
 
 
-def summary(results: Sequence[Result]) -> list[str]:
-    """What the campaign came to, failures with their seeds, as lines of text."""
+def summary(results: Sequence[CampaignFlight]) -> list[str]:
+    """The campaign's statistics and its failures with their seeds, as lines of text."""
     complete = [r for r in results if r.complete]
     lines = [
         f"{len(results)} flights, seeds {results[0].draw.seed} to {results[-1].draw.seed}",
@@ -240,7 +243,7 @@ def summary(results: Sequence[Result]) -> list[str]:
     return lines
 
 
-def _failure(r: Result) -> str:
+def _failure(r: CampaignFlight) -> str:
     d = r.draw
     return (
         f"failed: seed {d.seed}: {r.fault} (wind {d.wind_speed:.1f} m/s from {math.degrees(d.wind_from):.0f} deg, "

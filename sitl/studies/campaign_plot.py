@@ -9,37 +9,33 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sitl.errors import SitlError
-from sitl.studies.campaign import MIN_HEIGHT, Result, corner, flown
+from sitl.plotting import blank_page, save_page
+from sitl.studies.campaign import MIN_FLIGHT_HEIGHT, CampaignFlight, corner, fly_and_track
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-DRAWN, WORST = 8, 2  # flights whose ground tracks are drawn, and how many of them for their overshoot
+DRAWN_TRACKS = 8  # flights whose ground tracks are drawn
+WORST_TRACKS = 2  # of these, how many are chosen for their overshoot
 
 
-def save_plot(results: Sequence[Result], path: Path) -> None:
+def save_plot(results: Sequence[CampaignFlight], path: Path) -> None:
     """Draw overshoot, lowest altitude and time over the wind, and where some of the flights went.
 
     Raises:
-        SitlError: If the file cannot be written; the message names it.
+        SitlError: If matplotlib is missing or the file cannot be written.
     """
-    from matplotlib.figure import Figure  # noqa: PLC0415 - two seconds that only plots need
-
-    page = Figure(figsize=(10.0, 8.0), layout="constrained")
+    page = blank_page(10.0, 8.0)
     axes = page.subplots(2, 2)
     _scatter(axes[0, 0], results, [r.overshoot for r in results], "beyond the last waypoint [m]")
     _scatter(axes[0, 1], results, [r.lowest for r in results], "lowest altitude [m]")
-    axes[0, 1].axhline(MIN_HEIGHT, linestyle="--", linewidth=0.8, color="tab:red")
+    axes[0, 1].axhline(MIN_FLIGHT_HEIGHT, linestyle="--", linewidth=0.8, color="tab:red")
     _scatter(axes[1, 0], results, [r.time for r in results], "time [s]")
     _tracks(axes[1, 1], _examples(results))
-    try:
-        page.savefig(path, dpi=90)
-    except (OSError, ValueError) as error:
-        raise SitlError(f"plot {path}: {error}") from error
+    save_page(page, path, dpi=90)
 
 
-def _scatter(axis: Axes, results: Sequence[Result], values: Sequence[float], label: str) -> None:
+def _scatter(axis: Axes, results: Sequence[CampaignFlight], values: Sequence[float], label: str) -> None:
     for complete, colour, name in ((True, "tab:blue", "complete"), (False, "tab:red", "failed")):
         chosen = [
             (r.draw.wind_speed, value) for r, value in zip(results, values, strict=True) if r.complete is complete
@@ -53,20 +49,20 @@ def _scatter(axis: Axes, results: Sequence[Result], values: Sequence[float], lab
     axis.grid(alpha=0.3)
 
 
-def _examples(results: Sequence[Result]) -> list[Result]:
-    """The failures first, then the greatest overshoots, then flights from the least to the most wind."""
-    chosen = [r for r in results if not r.complete][: DRAWN - WORST]
+def _examples(results: Sequence[CampaignFlight]) -> list[CampaignFlight]:
+    """The failures first, then the greatest overshoots, then flights in order of wind."""
+    chosen = [r for r in results if not r.complete][: DRAWN_TRACKS - WORST_TRACKS]
     sound = sorted((r for r in results if r.complete), key=lambda r: -r.overshoot)
-    chosen += sound[:WORST]
-    rest = sorted(sound[WORST:], key=lambda r: r.draw.wind_speed)
-    count = min(DRAWN - len(chosen), len(rest))
+    chosen += sound[:WORST_TRACKS]
+    rest = sorted(sound[WORST_TRACKS:], key=lambda r: r.draw.wind_speed)
+    count = min(DRAWN_TRACKS - len(chosen), len(rest))
     return chosen + [rest[i] for i in np.linspace(0, len(rest) - 1, count).round().astype(int)]
 
 
-def _tracks(axis: Axes, examples: Sequence[Result]) -> None:
+def _tracks(axis: Axes, examples: Sequence[CampaignFlight]) -> None:
     """Ground tracks, each turned so that its first leg points up the page."""
     for r in examples:
-        p = flown(r.draw)[1]
+        p = fly_and_track(r.draw)[1].position
         c, s = math.cos(r.draw.azimuth), math.sin(r.draw.azimuth)
         along, left = c * p[:, 0] + s * p[:, 1], c * p[:, 1] - s * p[:, 0]
         label = f"seed {r.draw.seed}: {r.draw.wind_speed:.1f} m/s" + ("" if r.complete else ", failed")

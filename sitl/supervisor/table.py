@@ -14,7 +14,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from protocol.dialect.vocabulary import Law, Reason
-from sitl.hybrid.automaton import mermaid
+from sitl.state_diagram import mermaid
 from sitl.supervisor import guards as g
 from sitl.supervisor import resets as r
 from sitl.supervisor.guards import Guard

@@ -5,19 +5,19 @@ import math
 import numpy as np
 import pytest
 
-from sitl.airframe import load
 from sitl.design import linearise
 from sitl.design.lqr import lqr
 from sitl.design.trim import level_trim
+from sitl.model.airframe_files import load
 from sitl.model.hover_model import moment_matrix
 from sitl.model.quaternions import Quaternion, from_euler, x_axis
-from sitl.studies.reproduction.as_typed import (
+from sitl.reproduction.equations.as_typed import (
     forward_matrices,
     typed_hover_linearisation,
     typed_moment_matrix,
     typed_trim,
 )
-from sitl.studies.reproduction.printed import (
+from sitl.reproduction.equations.printed_matrices import (
     DIGIT,
     PRINTED_A,
     PRINTED_B,

@@ -15,7 +15,7 @@ BIN = Path(sys.executable).parent
 
 
 def free_ports(count):
-    """UDP ports of loopback that nobody has, all different."""
+    """Unused UDP ports of the loopback interface, all different."""
     with ExitStack() as stack:
         sockets = [stack.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) for _ in range(count)]
         for one in sockets:
@@ -25,7 +25,7 @@ def free_ports(count):
 
 @contextmanager
 def vehicle(port, state_dir, *arguments):
-    """``darko-sitl`` that speaks to ``port``; yields its own port once it flies, and has to live until the end."""
+    """``darko-sitl`` that sends to ``port``; yields its own port once it is ready, and must live until the end."""
     with running(port, state_dir, *arguments) as (process, own):
         yield own
         assert process.poll() is None, "the vehicle died"
@@ -33,20 +33,20 @@ def vehicle(port, state_dir, *arguments):
 
 @contextmanager
 def running(port, state_dir, *arguments):
-    """The same, which may end by itself; yields the process and its port."""
+    """The same, but it may end by itself; yields the process and its port."""
     process = subprocess.Popen(
         [str(BIN / "darko-sitl"), "--port", "0", "--gcs-port", str(port), "--api-port", "0",
          "--state-dir", str(state_dir), *arguments],
         stderr=subprocess.PIPE, text=True,
     )  # fmt: skip
-    said = []
+    printed = []
     try:
         for line in process.stderr:
-            said.append(line)
+            printed.append(line)
             if ready := re.search(r"ready after .*?127\.0\.0\.1:(\d+)", line):
                 yield process, int(ready[1])
                 return
-        raise AssertionError("".join(said))
+        raise AssertionError("".join(printed))
     finally:
         process.kill()
         process.wait()
@@ -54,14 +54,14 @@ def running(port, state_dir, *arguments):
 
 
 def need(module):
-    """Skip where a client cannot be imported at all."""
+    """Skip a test whose client cannot be imported."""
     done = subprocess.run([sys.executable, "-c", f"import {module}"], capture_output=True, text=True, timeout=60)
     if done.returncode:
         pytest.skip(f"{module} cannot be imported: {done.stderr.strip().splitlines()[-1]}")
 
 
 def fly(script, *arguments, timeout=150):
-    """A session of scripts/clients to its end: exit code and output."""
+    """Run a session of scripts/clients; exit code and output."""
     command = [sys.executable, str(CLIENTS / script), *arguments]
     done = subprocess.run(command, capture_output=True, text=True, timeout=timeout)
     return done.returncode, done.stdout + done.stderr

@@ -17,7 +17,7 @@ BIN = Path(sys.executable).parent
 
 
 def run(*arguments, timeout=120):
-    """A command to its end; nothing of it asks for a terminal."""
+    """Run a command that needs no terminal."""
     return subprocess.run([str(BIN / arguments[0]), *arguments[1:]], capture_output=True, text=True, timeout=timeout)
 
 
@@ -33,7 +33,7 @@ def test_version_and_help(program):
     ("module", "arguments"),
     [("sitl", []), ("sitl", ["scenario"]), ("darko_gcs", []), ("darko_gcs", ["fly"]), ("darko_gcs", ["replay"])],
 )
-def test_help_loads_neither_compiler_nor_screens(module, arguments):
+def test_help_loads_neither_the_compiler_nor_the_screens_nor_plots(module, arguments):
     code = f"""
 import sys
 from {module}.__main__ import main
@@ -59,7 +59,7 @@ print([name for name in ("numba", "textual", "scipy", "matplotlib", "protocol.di
         (("darko-gcs", "replay", "nosuch.tlog"), "nosuch.tlog"),
     ],
 )
-def test_bad_arguments_are_one_line_and_an_exit_code(arguments, words, tmp_path):
+def test_bad_arguments_give_one_line_and_an_exit_code(arguments, words, tmp_path):
     extra = (
         ("--port", "0", "--state-dir", str(tmp_path)) if arguments[0] == "darko-sitl" and len(arguments) == 3 else ()
     )
@@ -70,7 +70,7 @@ def test_bad_arguments_are_one_line_and_an_exit_code(arguments, words, tmp_path)
     assert len(done.stderr.strip().splitlines()) == 1
 
 
-def test_a_taken_port_is_said(tmp_path):
+def test_a_port_in_use_is_an_error_with_its_address(tmp_path):
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
         taken.bind(("127.0.0.1", 0))
         port = str(taken.getsockname()[1])
@@ -99,7 +99,7 @@ def test_the_square_is_flown_within_half_a_metre_and_landed(flight):
     assert max(flight["miss"].values()) < 0.5
 
 
-def test_its_log_holds_the_whole_flight(flight):
+def test_the_log_holds_the_whole_flight(flight):
     reader = read_tlog(flight["log"])
     assert not reader.damage
     assert reader.known.all()
@@ -107,7 +107,7 @@ def test_its_log_holds_the_whole_flight(flight):
     assert sum(row["count"] for row in info["messages"]) == len(reader)
 
 
-def test_unmodified_pymavlink_reads_every_message_of_it(flight, monkeypatch):
+def test_unmodified_pymavlink_reads_every_message_of_the_log(flight, monkeypatch):
     monkeypatch.setitem(os.environ, "MAVLINK20", "1")
     log, ours = mavutil.mavlink_connection(flight["log"], dialect="common"), read_tlog(flight["log"])
     kinds = []
@@ -118,7 +118,7 @@ def test_unmodified_pymavlink_reads_every_message_of_it(flight, monkeypatch):
     assert kinds.count("ATTITUDE") == len(ours.rows("ATTITUDE"))
 
 
-def test_a_reader_that_has_seen_enough_is_no_error():
+def test_output_that_is_cut_off_by_its_reader_is_no_error():
     command = f"{BIN / 'darko-sitl'} airframe published --trims | head -1"
     done = subprocess.run(command, shell=True, capture_output=True, text=True, timeout=60)  # noqa: S602 - a pipe is meant
     assert done.stderr == ""

@@ -1,4 +1,4 @@
-"""Who the real process says it is, and its modes by name, to unmodified pymavlink."""
+"""The autopilot type and the mode names that the real process reports to unmodified pymavlink."""
 
 import pytest
 from pymavlink import mavutil
@@ -9,7 +9,7 @@ AVAILABLE_MODES = 435
 
 
 @pytest.mark.parametrize(("arguments", "autopilot"), [((), 12), (("--autopilot", "generic"), 0)])
-def test_it_is_who_the_command_line_says_and_names_its_modes(tmp_path, arguments, autopilot):
+def test_the_vehicle_reports_the_autopilot_type_of_the_command_line_and_its_mode_names(tmp_path, arguments, autopilot):
     ground = mavutil.mavlink_connection("udpin:127.0.0.1:0", dialect="all")
     try:
         with vehicle(ground.port.getsockname()[1], tmp_path, *arguments):

@@ -13,7 +13,7 @@ HOVER, TO_FORWARD, TO_HOVER = 1.0, 4.0, 7.0  # DARKO_LAW
 
 @pytest.fixture
 def watched(tmp_path):
-    """What a listener with the common dialect hears of a flight as fast as it goes, and how the process ends."""
+    """Messages, output and exit code of a flight at full speed, heard by a client with the common dialect."""
     ground = mavutil.mavlink_connection("udpin:127.0.0.1:0", dialect="common")
     port = str(ground.port.getsockname()[1])
     vehicle = subprocess.Popen(
@@ -34,7 +34,7 @@ def watched(tmp_path):
     return heard, figures, vehicle.returncode
 
 
-def test_a_stock_client_watches_law_and_lyapunov_value_to_the_end(watched):
+def test_a_stock_client_sees_the_law_and_the_lyapunov_value_until_the_end(watched):
     heard, figures, code = watched
     named = [(m.name, m.value) for m in heard if m.get_type() == "NAMED_VALUE_FLOAT"]
     lyapunov = [value for name, value in named if name == "V"]
@@ -43,6 +43,6 @@ def test_a_stock_client_watches_law_and_lyapunov_value_to_the_end(watched):
     assert lyapunov[-1] < 1e-3
     text = "".join(m.text for m in heard if m.get_type() == "STATUSTEXT")
     assert "Scenario forward-to-hover: 80 s" in text
-    assert "Target [50, 0, 0] on the wing, 10 m/s" in text
+    assert "Target [50, 0, 0] in forward flight at 10 m/s" in text
     assert "ok: before 40 s" in figures
     assert code == 0

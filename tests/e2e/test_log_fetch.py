@@ -1,4 +1,4 @@
-"""The vehicle's own log, from the real process to the real command."""
+"""The vehicle's own log, fetched from the real process by the real command."""
 
 import json
 import subprocess

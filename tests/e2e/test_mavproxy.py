@@ -1,4 +1,4 @@
-"""MAVProxy flies the real process, typed at as a pilot would; its own log tells the rest."""
+"""MAVProxy flies the real process with commands as a pilot types them; its own log is checked too."""
 
 import pytest
 
@@ -17,7 +17,7 @@ def session(tmp_path_factory):
     return folder
 
 
-def test_every_line_typed_is_answered(session):
+def test_every_typed_line_is_answered(session):
     assert (session / "plan.waypoints").exists()
 
 
@@ -30,7 +30,7 @@ def test_the_plan_comes_back_as_it_was_loaded(session):
         assert [float(x) for x in ours[4:11]] == pytest.approx([float(x) for x in theirs[4:11]], abs=2.1e-7)
 
 
-def test_its_log_holds_an_answer_to_every_command_and_no_damage(session):
+def test_mavproxys_log_is_undamaged_and_holds_an_answer_to_every_command(session):
     log = read_tlog(session / "flight.tlog")
     assert not log.damage
     asked = len(log.rows("COMMAND_LONG"))

@@ -1,4 +1,4 @@
-"""MAVSDK flies the real process: everything its users ask of an autopilot, step by step."""
+"""MAVSDK flies the real process through everything its users ask of an autopilot, step by step."""
 
 import re
 
@@ -14,7 +14,7 @@ def session(tmp_path_factory):
     with vehicle(port, tmp_path_factory.mktemp("mavsdk"), "--speed", "10"):
         code, output = fly("mavsdk_session.py", "--url", f"udpin://127.0.0.1:{port}")
     assert code == 0, output
-    return {step: said for said, step in re.findall(r"^  (.*)\nok (\w+) at", output, re.MULTILINE)}
+    return {step: line for line, step in re.findall(r"^  (.*)\nok (\w+) at", output, re.MULTILINE)}
 
 
 def test_health_parameters_missions_and_logs_answer(session):
@@ -24,26 +24,26 @@ def test_health_parameters_missions_and_logs_answer(session):
     assert session["log_files"].endswith(" bytes downloaded")
 
 
-def test_no_topic_that_has_a_source_is_silent_and_a_fence_comes_back(session):
+def test_every_telemetry_topic_arrives_and_a_fence_comes_back(session):
     assert session["telemetry_topics"] == "altitude, flight, ground_truth, odometry"
     assert session["fence"] == "a fence of a polygon and a circle up, down and cleared"
 
 
-def test_it_takes_off_goes_streams_set_points_and_lands(session):
+def test_the_vehicle_takes_off_follows_set_points_and_lands(session):
     assert session["take_off"].endswith("disarm in the air: COMMAND_DENIED")
     assert {"go_to", "set_points", "attitudes", "land"} <= set(session)
 
 
-def test_it_flies_a_mission_over_the_wing_and_returns(session):
+def test_the_vehicle_flies_a_mission_with_forward_flight_and_returns(session):
     states = session["fly_mission"].removeprefix("mission flown: ").split()
     assert states[:5] == ["MC", "TRANSITION_TO_FW", "FW", "TRANSITION_TO_MC", "MC"]
     assert {"wings", "come_home"} <= set(session)
 
 
-def test_it_is_rebooted_and_well_again(session):
-    assert session["restart"] == "rebooted, well, parameters kept"
+def test_the_vehicle_reboots_healthy_with_its_parameters(session):
+    assert session["restart"] == "rebooted, healthy, parameters kept"
 
 
-def test_it_moves_home_and_returns_to_where_it_moved(session):
+def test_the_vehicle_returns_to_a_home_that_was_moved(session):
     assert session["move_home"] == "home moved 15 m north, 1 m up; to the antipodes: COMMAND_DENIED"
     assert float(re.search(r"landed ([\d.]+) m from home", session["come_home"])[1]) < 1.0

@@ -35,7 +35,7 @@ def boot_time(ground):
     return hear(ground, "ATTITUDE").time_boot_ms
 
 
-def test_a_reboot_begins_anew_with_what_is_kept_and_a_shutdown_ends_the_process(ground, tmp_path):
+def test_a_reboot_keeps_parameters_and_a_shutdown_ends_the_process(ground, tmp_path):
     with running(port_of(ground), tmp_path, "--speed", "5") as (process, _):
         ground.wait_heartbeat(timeout=60)
         while boot_time(ground) < 5_000:
@@ -43,7 +43,7 @@ def test_a_reboot_begins_anew_with_what_is_kept_and_a_shutdown_ends_the_process(
         ground.mav.param_set_send(1, 1, b"MIS_TAKEOFF_ALT", 4.5, mavutil.mavlink.MAV_PARAM_TYPE_REAL32)
         assert hear(ground, "PARAM_VALUE").param_value == 4.5
         assert ask(ground, REBOOT) == ACCEPTED
-        while boot_time(ground) > 5_000:  # on its way still
+        while boot_time(ground) > 5_000:  # sent before the reboot
             pass
         ground.mav.param_request_read_send(1, 1, b"MIS_TAKEOFF_ALT", -1)
         assert hear(ground, "PARAM_VALUE").param_value == 4.5
@@ -52,7 +52,7 @@ def test_a_reboot_begins_anew_with_what_is_kept_and_a_shutdown_ends_the_process(
         assert process.wait(timeout=30) == 0
 
 
-def test_a_scenario_is_not_rebooted(ground, tmp_path):
+def test_a_scenario_refuses_to_reboot(ground, tmp_path):
     with running(port_of(ground), tmp_path, "--scenario", "far-target", "--stay") as (process, _):
         ground.wait_heartbeat(timeout=60)
         assert ask(ground, REBOOT) == DENIED

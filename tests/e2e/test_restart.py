@@ -1,4 +1,4 @@
-"""Real processes killed with SIGKILL and started again: a vehicle in flight, a ground station that watches it."""
+"""Real processes killed with SIGKILL and restarted: a vehicle in flight, a ground station that watches it."""
 
 import json
 import os
@@ -18,19 +18,19 @@ from tests.e2e.support import BIN, free_ports
 from tests.e2e.watch import fingerprint
 from tests.support.paths import DATA
 
-LIMIT = 60.0  # [s] after which what is waited for is taken not to come
+LIMIT = 60.0  # of every wait [s]
 WATCH = Path(__file__).with_name("watch.py")
 KEY = bytes(range(32)).hex()
 
 
 class Process:
-    """A child that is killed in the end, if not before."""
+    """A child process that is killed at the end, if not before."""
 
     def __init__(self, *command, **pipes):
         self.process = subprocess.Popen(command, **pipes)
 
     def kill(self):
-        """End it as a crash does."""
+        """End it like a crash."""
         if self.process.poll() is None:
             os.kill(self.process.pid, signal.SIGKILL)
         self.process.wait()
@@ -40,23 +40,23 @@ class Process:
 
 
 class Vehicle(Process):
-    """``darko-sitl`` at ten times real time, once it flies."""
+    """``darko-sitl`` at ten times real time, ready to fly."""
 
     def __init__(self, port, folder, *arguments):
         super().__init__(
             str(BIN / "darko-sitl"), "--port", "0", "--gcs-port", str(port), "--api-port", "0", "--speed", "10",
             "--state-dir", str(folder), *arguments, stderr=subprocess.PIPE, text=True,
         )  # fmt: skip
-        said = []
+        printed = []
         for line in self.process.stderr:
-            said.append(line)
+            printed.append(line)
             if re.search("ready after", line):
                 return
-        raise AssertionError("".join(said))
+        raise AssertionError("".join(printed))
 
 
 class Station(Process):
-    """The ground station, and what it shows."""
+    """The ground station without a screen, and the state it shows."""
 
     def __init__(self, port, folder, *key):
         command = (sys.executable, str(WATCH), str(port), str(folder), *key)
@@ -64,12 +64,12 @@ class Station(Process):
         self.shown, self._rest = {}, b""
 
     def ask(self, request):
-        """One of the operator's requests."""
+        """Send one of the operator's requests."""
         self.process.stdin.write(f"{request}\n".encode())
         self.process.stdin.flush()
 
     def until(self, holds):
-        """What is shown as soon as something holds."""
+        """The shown state, as soon as a condition holds."""
         end = time.monotonic() + LIMIT
         while True:
             for line in self._lines(end):
@@ -87,15 +87,15 @@ class Station(Process):
 
 @pytest.fixture
 def start(tmp_path):
-    """Starts a process on the test's port and in its folder; all are ended with the test."""
+    """Start a process on the test's port and in its folder; all end with the test."""
     (port,) = free_ports(1)
     running = []
 
-    def starting(kind, *arguments):
+    def start_process(kind, *arguments):
         running.append(kind(port, tmp_path / kind.__name__, *arguments))
         return running[-1]
 
-    yield starting
+    yield start_process
     for process in running:
         process.kill()
 
@@ -105,17 +105,17 @@ def items_of(path):
 
 
 def has(items):
-    """That a mission is shown, and nothing is under way."""
+    """A condition: a mission is shown and no transfer is running."""
     return lambda s: s["mission"] == items and s["transfer"] is None
 
 
-def is_acquainted(shown):
-    """That plans and parameters were asked for and came, in this order, and home is known."""
+def is_synchronised(shown):
+    """A condition: plans, parameters and home have arrived."""
     return shown["has_parameters"] and shown["transfer"] is None and shown["home"]
 
 
 def restarts_in(log):
-    """How often the vehicle's time since boot went back in a recording that may still go on."""
+    """How often the vehicle's time since boot went back in a recording that may still grow."""
     boots = read_tlog(log).columns("ATTITUDE")["time_boot_ms"].astype(int)
     return (boots[1:] < boots[:-1] - 1000).sum()
 
@@ -133,11 +133,11 @@ def waypoints(path, count, apart):
     return path
 
 
-def test_either_side_dies_in_a_mission_and_is_known_again(start, tmp_path):
+def test_a_mission_goes_on_after_either_side_is_killed(start, tmp_path):
     plan = waypoints(tmp_path / "long.waypoints", 12, 11000)
     items = items_of(plan)
     vehicle, first = start(Vehicle), start(Station)
-    first.until(is_acquainted)
+    first.until(is_synchronised)
     first.ask(f"upload {plan}")
     first.until(has(items))
     first.ask("arm")
@@ -147,7 +147,7 @@ def test_either_side_dies_in_a_mission_and_is_known_again(start, tmp_path):
     first.kill()
 
     second = start(Station)
-    shown = second.until(is_acquainted)
+    shown = second.until(is_synchronised)
     assert shown["mission"] == items
     assert (shown["mode"], shown["armed"]) == ("MISSION", True)
     assert shown["current"] >= 2
@@ -160,33 +160,33 @@ def test_either_side_dies_in_a_mission_and_is_known_again(start, tmp_path):
     vehicle.kill()
     second.until(lambda s: s["lost"])
     start(Vehicle)
-    shown = second.until(lambda s: s["restarts"] == 1 and is_acquainted(s))
+    shown = second.until(lambda s: s["restarts"] == 1 and is_synchronised(s))
     assert shown["mission"] == items
     assert (shown["lost"], shown["armed"], shown["reached"]) == (False, False, [])
-    second.until(lambda s: restarts_in(s["log"]) == 1)  # both lives are in one log
+    second.until(lambda s: restarts_in(s["log"]) == 1)  # before and after the restart, in one log
 
 
-def test_an_upload_that_either_side_does_not_survive_leaves_one_plan_whole_and_the_next_works_signed(start, tmp_path):
+def test_a_signed_upload_cut_short_on_either_side_leaves_one_whole_plan_and_the_next_succeeds(start, tmp_path):
     long = waypoints(tmp_path / "long.waypoints", 800, 10)
     plans = [items_of(SQUARE), items_of(long)]
     vehicle, station = start(Vehicle, "--signing-key", KEY), start(Station, KEY)
-    assert station.until(is_acquainted)["signing"] == "SIGNED"
+    assert station.until(is_synchronised)["signing"] == "SIGNED"
     station.ask(f"upload {SQUARE}")
-    station.until(lambda s: "Mission of 6 items uploaded" in s["said"])
+    station.until(lambda s: "Mission of 6 items uploaded" in s["texts"])
     station.ask(f"upload {long}")
     station.until(lambda s: s["transfer"] is not None and s["transfer"][1] > 20)
     station.kill()
 
     station = start(Station, KEY)
-    assert station.until(is_acquainted)["mission"] in plans
+    assert station.until(is_synchronised)["mission"] in plans
     station.ask(f"upload {SQUARE}")
-    station.until(lambda s: "Mission of 6 items uploaded" in s["said"])
+    station.until(lambda s: "Mission of 6 items uploaded" in s["texts"])
     station.ask(f"upload {long}")
     station.until(lambda s: s["transfer"] is not None and s["transfer"][1] > 20)
     vehicle.kill()
 
     start(Vehicle, "--signing-key", KEY)
-    assert station.until(lambda s: s["restarts"] == 1 and is_acquainted(s))["mission"] in plans
-    assert any(text.startswith("Mission upload failed") for text in station.shown["said"])
+    assert station.until(lambda s: s["restarts"] == 1 and is_synchronised(s))["mission"] in plans
+    assert any(text.startswith("Mission upload failed") for text in station.shown["texts"])
     station.ask(f"upload {long}")
-    assert station.until(lambda s: "Mission of 800 items uploaded" in s["said"])["mission"] == plans[1]
+    assert station.until(lambda s: "Mission of 800 items uploaded" in s["texts"])["mission"] == plans[1]

@@ -8,17 +8,17 @@ from pymavlink.dialects.v20 import common
 
 from tests.e2e.support import free_ports, vehicle
 
-PATIENCE = 60.0  # [s]
+TIMEOUT = 60.0  # [s]
 GROUND, CAMERA = (255, 190), (1, 100)
 REQUEST, INFORMATION = common.MAV_CMD_REQUEST_MESSAGE, common.MAVLINK_MSG_ID_CAMERA_INFORMATION
 
 
 class Client:
-    """One socket that speaks to the vehicle alone."""
+    """A client on a socket connected to the vehicle."""
 
     def __init__(self, port, ids):
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        self._socket.settimeout(PATIENCE)
+        self._socket.settimeout(TIMEOUT)
         self._socket.connect(("127.0.0.1", port))
         self.mav = common.MAVLink(self, *ids)
         self.mav.robust_parsing = True
@@ -28,7 +28,7 @@ class Client:
 
     def wait(self, kind, source):
         """The next message of a kind from a (system, component)."""
-        end = time.monotonic() + PATIENCE
+        end = time.monotonic() + TIMEOUT
         while time.monotonic() < end:
             for message in self.mav.parse_buffer(self._socket.recv(65535)) or []:
                 if (message.get_type(), message.get_srcSystem(), message.get_srcComponent()) == (kind, *source):
@@ -39,7 +39,7 @@ class Client:
         self._socket.close()
 
 
-def test_a_station_finds_a_camera_asks_it_and_is_answered(tmp_path):
+def test_a_station_finds_a_camera_through_the_vehicle_and_gets_its_answer(tmp_path):
     with vehicle(free_ports(1)[0], tmp_path) as port, ExitStack() as stack:
         ground = stack.enter_context(closing(Client(port, GROUND)))
         camera = stack.enter_context(closing(Client(port, CAMERA)))

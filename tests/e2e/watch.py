@@ -1,4 +1,4 @@
-"""A ground station without a screen, for tests to kill: shows its snapshot as JSON lines, takes requests as lines.
+"""A ground station without a screen, for tests to kill: prints its state as JSON lines, reads requests as lines.
 
 Usage: python watch.py PORT FOLDER [KEY]. Requests on stdin: ``upload FILE``, ``arm``, ``start_mission``.
 """
@@ -11,28 +11,28 @@ from zlib import crc32
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-from darko_gcs.feed import LiveFeed
-from darko_gcs.recording import start_recording
-from darko_gcs.signing import open_keyring
-from darko_gcs.station import Station
+from darko_gcs.feed.live_feed import LiveFeed
+from darko_gcs.station.keyring_setup import open_keyring
+from darko_gcs.station.recording import start_recording
+from darko_gcs.station.station import Station
 from protocol.plans import load
 
 LOOK = 0.01  # [s]
 
 
 def fingerprint(items):
-    """A mission in few letters."""
+    """A short text that identifies a mission."""
     return f"{len(items)} items {crc32(repr([(item.command, item.x, item.y, item.z) for item in items]).encode()):08x}"
 
 
 def digest(s, log):
-    """What the tests look at."""
+    """The part of the state that the tests look at."""
     return {
         "log": log, "boot": s.boot and int(s.boot), "source": s.source, "lost": s.lost, "restarts": s.restarts,
         "mode": s.mode, "armed": s.armed, "mission": fingerprint(s.mission), "current": s.mission_current,
         "reached": sorted(s.reached), "home": s.home is not None,
         "has_parameters": s.parameter_count is not None and len(s.parameters) == s.parameter_count,
-        "transfer": s.transfer, "signing": s.signing.name, "said": [line.text for line in s.messages[-20:]],
+        "transfer": s.transfer, "signing": s.signing.name, "texts": [line.text for line in s.messages[-20:]],
     }  # fmt: skip
 
 
@@ -40,7 +40,9 @@ async def main(port, folder, key=None):
     """Serve until killed."""
     folder = Path(folder)
     recorder, log = start_recording(folder)
-    feed = LiveFeed(Station(recorder, open_keyring(key, kept=folder / "signing-time")), "127.0.0.1", int(port), None)
+    feed = LiveFeed(
+        Station(recorder, open_keyring(key, time_file=folder / "signing-time")), "127.0.0.1", int(port), None
+    )
     await feed.open()
 
     def obey():
@@ -49,14 +51,14 @@ async def main(port, folder, key=None):
         getattr(feed.station, request)(*arguments, feed.now)
 
     asyncio.get_running_loop().add_reader(sys.stdin, obey)
-    told, looked = None, False
+    printed, has_asked = None, False
     while True:
         feed.advance(LOOK)
-        if not looked and feed.snapshot.home is not None:
-            looked = True  # as a person who opens the parameters' screen
+        if not has_asked and feed.snapshot.home is not None:
+            has_asked = True  # as when the user opens the screen of parameters
             feed.station.fetch_parameters(feed.now)
-        if (state := digest(feed.snapshot, str(log))) != told:
-            told = state
+        if (state := digest(feed.snapshot, str(log))) != printed:
+            printed = state
             print(json.dumps(state), flush=True)
         await asyncio.sleep(LOOK)
 

@@ -1,9 +1,7 @@
-"""Frames in and out: what is read, what is counted, what is never raised."""
+"""Encoding and decoding: messages, statistics, and damage that never raises an error."""
 
-import os
 import struct
 from collections import Counter
-from pathlib import Path
 
 import pytest
 from hypothesis import given, settings
@@ -13,8 +11,8 @@ from protocol.codec import Codec, SourceStatistics, Statistics
 from protocol.dialect import mavlink
 from protocol.errors import LocalProtocolError
 from tests.support.link import Link, plan
-
-LOG = Path(os.environ.get("DARKO_TLOG", Path(__file__).parents[3] / "shared" / "data" / "quadplane-vtol.tlog"))
+from tests.support.logs import quadplane_log
+from tests.support.paths import DATA
 
 
 def heartbeat(mode: int = 0):
@@ -30,7 +28,7 @@ def modes(messages) -> list[int]:
     return [message.custom_mode for message in messages]
 
 
-def test_what_goes_in_comes_out_with_its_source_and_its_raw_bytes():
+def test_a_message_is_decoded_with_its_source_and_raw_bytes():
     (frame,) = frames(1, Codec(7, 9))
     (message,) = Codec(255, 190).decode(frame)
     assert message.to_dict() == heartbeat().to_dict()
@@ -80,7 +78,7 @@ def test_a_bad_checksum_is_counted_once_and_changes_nothing_else():
     assert dict(statistics.sources) == {}
 
 
-def test_a_damaged_frame_counts_once_though_its_payload_looks_like_frames():
+def test_a_damaged_frame_counts_once_even_if_its_payload_looks_like_frames():
     inner = bytes([0xFE, 0, 0, 1, 1, 0, 9, 9]) * 4  # four empty HEARTBEATs with wrong checksums
     damaged = bytearray(Codec(1, 1).encode(mavlink.MAVLink_statustext_message(4, inner)))
     damaged[-1] ^= 0xFF
@@ -90,14 +88,14 @@ def test_a_damaged_frame_counts_once_though_its_payload_looks_like_frames():
 
 
 def test_a_truncated_unknown_message_does_not_swallow_the_next_frame():
-    """Its checksum cannot be verified, so only what follows tells whether its length is true."""
+    """Its checksum cannot be verified: only the bytes behind it show whether its length is right."""
     unknown = bytes([0xFE, 20, 0, 1, 1, 199, 1, 2, 3])
     codec = Codec(255, 190)
     assert modes(codec.decode(unknown + b"".join(frames(2)))) == [0, 1]
     assert codec.statistics.unknown_id == 0
 
 
-def test_a_flag_nobody_understands_drops_the_frame_and_no_other():
+def test_an_unknown_incompatibility_flag_drops_only_its_frame():
     flagged, good = (bytearray(frame) for frame in frames(2))
     flagged[2] = 0x02
     codec = Codec(255, 190)
@@ -105,7 +103,7 @@ def test_a_flag_nobody_understands_drops_the_frame_and_no_other():
     assert codec.statistics.bad_flags == 1
 
 
-def test_an_unknown_message_is_counted_and_its_number_is_not_a_loss():
+def test_an_unknown_message_is_counted_and_is_not_a_loss():
     first, second, third = (bytearray(frame) for frame in frames(3))
     second[7:10] = (65_000).to_bytes(3, "little")
     codec = Codec(255, 190)
@@ -141,7 +139,7 @@ def test_sequence_numbers_wrap_without_loss():
 
 @settings(max_examples=60, deadline=None)
 @given(kept=st.lists(st.booleans(), min_size=1, max_size=300), swaps=st.randoms(use_true_random=False))
-def test_whatever_was_dropped_is_lost_and_nothing_else(kept, swaps):
+def test_only_dropped_frames_count_as_lost(kept, swaps):
     sent = [frame for frame, keep in zip(frames(len(kept)), kept, strict=True) if keep]
     shuffled = [sent[i : i + 6] for i in range(0, len(sent), 6)]
     for group in shuffled[1:]:
@@ -159,7 +157,7 @@ def test_whatever_was_dropped_is_lost_and_nothing_else(kept, swaps):
         assert codec.statistics.sources[1, 1] == SourceStatistics(len(sent), sum(map(len, gaps)), 0)
 
 
-def test_sources_are_told_apart():
+def test_sources_are_counted_separately():
     codec = Codec(255, 190)
     for frame in [*frames(3, Codec(1, 1)), *frames(2, Codec(1, 100)), *frames(1, Codec(2, 1))]:
         codec.decode(frame)
@@ -174,14 +172,14 @@ def test_statistics_are_a_snapshot():
     assert codec.statistics.received == 1
 
 
-def test_encoding_leaves_the_callers_message_alone():
+def test_encoding_does_not_modify_the_message():
     message = heartbeat()
     before = dict(message.__dict__)
     Codec(1, 1).encode(message)
     assert message.__dict__ == before
 
 
-def test_a_value_that_does_not_fit_raises_and_uses_up_no_sequence_number():
+def test_a_value_that_does_not_fit_raises_and_uses_no_sequence_number():
     codec = Codec(1, 1)
     with pytest.raises(LocalProtocolError, match="HEARTBEAT"):
         codec.encode(heartbeat(-1))
@@ -197,7 +195,7 @@ def test_ids_outside_a_byte_are_refused(ids):
 
 @settings(max_examples=200, deadline=None)
 @given(data=st.binary(max_size=400) | st.lists(st.sampled_from([0xFD, 0xFE, 0, 1, 9]), max_size=400).map(bytes))
-def test_random_bytes_never_raise_and_every_byte_is_accounted_for(data):
+def test_random_bytes_never_raise_and_every_byte_is_counted(data):
     codec = Codec(255, 190)
     used = sum(len(message.get_msgbuf()) for message in codec.decode(data))
     statistics = codec.statistics
@@ -213,8 +211,8 @@ def test_random_bytes_never_raise_and_every_byte_is_accounted_for(data):
     cut=st.integers(0, 60),
     tail=st.binary(max_size=20),
 )
-def test_damage_to_real_traffic_never_raises_and_gives_the_vehicle_no_orders(position, bits, cut, tail):
-    """One damaged byte is always caught by the checksum: no order, no plan, no parameter comes of it."""
+def test_damaged_traffic_never_raises_and_gives_the_vehicle_no_commands(position, bits, cut, tail):
+    """The checksum detects every damaged byte: no command, plan or parameter results from it."""
     vehicle = Link(items=plan(2)).vehicle
     ground = Codec(255, 190)
     orders = [
@@ -233,10 +231,14 @@ def test_damage_to_real_traffic_never_raises_and_gives_the_vehicle_no_orders(pos
     assert vehicle.endpoint.parameters == parameters
 
 
-@pytest.mark.skipif(not LOG.is_file(), reason="no flight log here: set DARKO_TLOG")
-def test_a_recorded_flight_is_read_frame_by_frame():
-    """A log is {u64 time, frame} repeated: cut by the frame lengths, the codec must agree with the log's own cuts."""
-    data, codec, at, read = LOG.read_bytes(), Codec(255, 190), 0, Counter()
+def square_log():
+    return (DATA / "square-flight.tlog").read_bytes()
+
+
+@pytest.mark.parametrize("log", [square_log, quadplane_log])
+def test_a_recorded_flight_is_read_frame_by_frame(log):
+    """The codec must find the same frames as the lengths in the log."""
+    data, codec, at, read = log(), Codec(255, 190), 0, Counter()
     while at + 8 < len(data):
         start, marker = at + 8, data[at + 8]
         size = data[start + 1] + (8 if marker == 0xFE else 12 + 13 * (data[start + 2] & 1))

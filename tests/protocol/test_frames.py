@@ -1,4 +1,4 @@
-"""Every convention of frames.py, one test each: prose drifts."""
+"""Every convention of ``protocol.frames`` has a test."""
 
 import math
 
@@ -11,7 +11,7 @@ from protocol import frames
 from protocol.errors import LocalProtocolError
 from protocol.frames import Geodetic, LocalFrame
 
-HALF = math.sqrt(0.5)
+SQRT_HALF = math.sqrt(0.5)
 HOME = Geodetic(43.5648, 1.4811, 150.0)
 angles = st.floats(-math.pi, math.pi)
 pitches = st.floats(-1.5, 1.5)
@@ -26,7 +26,7 @@ def test_north_west_up_becomes_north_east_down():
 
 
 @given(st.tuples(*[st.floats(-1e6, 1e6)] * 3))
-def test_flipping_twice_changes_nothing(v):
+def test_flipping_twice_is_the_identity(v):
     assert frames.flip(frames.flip(v)) == v
 
 
@@ -38,9 +38,9 @@ def test_flipping_the_attitude_is_flipping_both_of_its_frames(roll, pitch, yaw, 
     assert frames.rotate(q, v) == pytest.approx(through, abs=1e-9)
 
 
-def test_hovering_nose_up_reads_pitch_plus_ninety():
+def test_a_nose_up_hover_has_pitch_plus_ninety():
     """The report's hover attitude (1, 0, -1, 0)/sqrt 2 in NWU/FLU."""
-    roll, pitch, yaw = frames.euler_from_quaternion(frames.flip_quaternion((HALF, 0.0, -HALF, 0.0)))
+    roll, pitch, yaw = frames.euler_from_quaternion(frames.flip_quaternion((SQRT_HALF, 0.0, -SQRT_HALF, 0.0)))
     assert (roll, yaw) == (0.0, 0.0)
     assert math.degrees(pitch) == pytest.approx(90.0)
 
@@ -49,25 +49,25 @@ def test_hovering_nose_up_reads_pitch_plus_ninety():
 def test_hover_turned_about_the_vertical_shows_that_heading(heading_deg):
     psi = math.radians(heading_deg)
     about_up = (math.cos(psi / 2), 0.0, 0.0, -math.sin(psi / 2))  # NWU: up, so clockwise is negative
-    q = frames.flip_quaternion(frames.multiply(about_up, (HALF, 0.0, -HALF, 0.0)))
+    q = frames.flip_quaternion(frames.multiply(about_up, (SQRT_HALF, 0.0, -SQRT_HALF, 0.0)))
     assert math.degrees(frames.heading(q)) % 360.0 == pytest.approx(heading_deg, abs=1e-9)
     _, pitch, yaw = frames.euler_from_quaternion(q)
     assert math.degrees(pitch) == pytest.approx(90.0, abs=1e-5)
     assert math.degrees(yaw) % 360.0 == pytest.approx(heading_deg, abs=1e-5)
 
 
-def test_a_displayed_hover_is_level_in_the_hover_frame_and_upright_in_the_flying_one():
-    q = frames.flip_quaternion((HALF, 0.0, -HALF, 0.0))
+def test_a_hover_is_shown_level_in_the_hover_frame_and_upright_in_the_flying_one():
+    q = frames.flip_quaternion((SQRT_HALF, 0.0, -SQRT_HALF, 0.0))
     assert frames.displayed(q, frames.HOVER_DISPLAY) == pytest.approx((1.0, 0.0, 0.0, 0.0))
     assert frames.displayed(q, frames.FLYING_DISPLAY) == pytest.approx(q)
     assert frames.displayed(q, (0.0, 0.0, 0.0, 0.0)) == pytest.approx(q)
 
 
 def test_flying_frame_is_what_a_hover_frame_attitude_shows_with_the_field_s_offset():
-    """The specification's case: attitude kept in the hover frame, offset (0.7071, 0, 0.7071, 0) in forward flight."""
+    """The specification's example: attitude in the hover frame, offset (0.7071, 0, 0.7071, 0) in forward flight."""
     flying = frames.quaternion_from_euler(0.1, 0.2, 0.3)
     hover = frames.displayed(flying, frames.HOVER_DISPLAY)
-    assert frames.displayed(hover, (HALF, 0.0, HALF, 0.0)) == pytest.approx(flying)
+    assert frames.displayed(hover, (SQRT_HALF, 0.0, SQRT_HALF, 0.0)) == pytest.approx(flying)
 
 
 @given(angles, pitches, angles)
@@ -77,7 +77,7 @@ def test_euler_angles_and_quaternions_are_each_other_s_inverse(roll, pitch, yaw)
 
 
 @given(angles, st.sampled_from([-math.pi / 2, math.pi / 2]), angles)
-def test_at_the_poles_of_pitch_yaw_takes_all_and_the_rotation_stays(roll, pitch, yaw):
+def test_at_pitch_plus_minus_ninety_roll_is_zero_and_the_rotation_is_kept(roll, pitch, yaw):
     q = frames.quaternion_from_euler(roll, pitch, yaw)
     shown = frames.euler_from_quaternion(q)
     assert np.allclose(np.abs(np.dot(q, frames.quaternion_from_euler(*shown))), 1.0, atol=1e-9)
@@ -92,7 +92,7 @@ def test_roll_right_pitch_up_and_yaw_right_are_positive():
 
 
 @given(st.floats(-1.55, 1.55), angles)
-def test_without_roll_heading_is_the_same_all_the_way_from_level_to_nose_up(pitch, yaw):
+def test_without_roll_the_heading_does_not_depend_on_pitch(pitch, yaw):
     q = frames.quaternion_from_euler(0.0, pitch, yaw)
     assert abs(math.remainder(frames.heading(q) - yaw, 2 * math.pi)) < 1e-6
 

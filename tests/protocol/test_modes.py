@@ -1,4 +1,4 @@
-"""PX4's mode words."""
+"""Custom modes are those of PX4."""
 
 import math
 
@@ -13,12 +13,12 @@ def test_every_mode_survives_the_wire(mode):
     assert mode_from_parts(*mode.value) is mode
 
 
-def test_the_words_are_px4_s():
+def test_the_custom_modes_are_those_of_px4():
     assert custom_mode(Mode.HOLD) == 50593792  # AUTO, LOITER
     assert custom_mode(Mode.OFFBOARD) == 6 << 16
 
 
-def test_unknown_words_are_nobody_s_mode():
+def test_unknown_custom_modes_are_no_mode():
     assert mode_from_custom(12345) is None
     assert mode_from_parts(4, 99) is None
     assert mode_from_parts(math.nan, math.nan) is None

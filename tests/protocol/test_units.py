@@ -1,4 +1,4 @@
-"""Wire scalings: exact where they can be, loud where they cannot."""
+"""Wire scalings are exact, or raise an error."""
 
 import math
 
@@ -11,7 +11,7 @@ from protocol.errors import LocalProtocolError
 
 
 @given(st.integers(-(2**31), 2**31 - 1))
-def test_integers_on_the_wire_survive_the_way_out_and_back(number):
+def test_wire_integers_survive_a_round_trip(number):
     assert units.to_e7(units.from_e7(number)) == number
     assert units.local_e4(units.from_local_e4(number)) == number
     assert units.millimetres(units.from_millimetres(number)) == number
@@ -40,7 +40,7 @@ def test_ties_round_to_even():
         (units.percent, -0.5),
     ],
 )
-def test_a_value_the_field_cannot_carry_raises_instead_of_being_bent(scale, value):
+def test_a_value_that_does_not_fit_its_field_raises(scale, value):
     with pytest.raises(LocalProtocolError):
         scale(value)
 
@@ -49,7 +49,7 @@ def test_a_value_the_field_cannot_carry_raises_instead_of_being_bent(scale, valu
     ("scale", "word"),
     [(units.centidegrees, 65535), (units.millivolts, 65535), (units.centiamperes, -1), (units.percent, -1)],
 )
-def test_unknown_has_its_own_word(scale, word):
+def test_nan_becomes_the_wire_value_for_unknown(scale, word):
     assert scale(math.nan) == word
 
 
@@ -60,7 +60,7 @@ def test_headings_stay_within_one_turn(heading):
     assert abs(math.remainder(units.from_centidegrees(wire) - heading, 2 * math.pi)) <= math.radians(0.005) + 1e-9
 
 
-def test_unknown_heading_comes_back_unknown():
+def test_an_unknown_heading_survives_a_round_trip():
     assert math.isnan(units.from_centidegrees(65535))
 
 
@@ -70,6 +70,6 @@ def test_coordinates_are_degrees_in_global_frames_metres_in_local_ones_and_nan_b
     assert all(map(math.isnan, units.coordinates(0, units.UNKNOWN_INT32, units.UNKNOWN_INT32)))
 
 
-def test_milliseconds_since_boot_begin_again_when_their_32_bits_are_used_up():
+def test_milliseconds_since_boot_wrap_after_32_bits():
     assert units.milliseconds(4294967.295) == 2**32 - 1
     assert units.milliseconds(4294967.296) == 0

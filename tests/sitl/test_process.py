@@ -1,12 +1,12 @@
-"""The loop of the vehicle process: however much is said to it, it goes on flying."""
+"""The loop of the vehicle process: however much it receives, it goes on flying."""
 
 import socket
 
 import pytest
 
 from sitl import process
+from sitl.mavlink.transport import MAX_DATAGRAM, UdpTransport
 from sitl.pacer import Pacer
-from sitl.wire.transport import LARGEST, UdpTransport
 
 
 @pytest.fixture
@@ -40,39 +40,39 @@ class Listener:
     def datagrams(self, _now):
         return []
 
-    def quantum(self):
+    def periods_to_fly(self):
         return 5
 
     def advance(self, ticks):
         self.flown += ticks
 
 
-def test_a_crowd_is_listened_to_for_a_moment_and_again_later(transport, crowd, monkeypatch):
+def test_a_crowd_is_heard_for_a_moment_and_again_later(transport, crowd, monkeypatch):
     listener = Listener()
     monkeypatch.setattr(process, "time", listener)
     said = [bytes([n]) for n in range(20)]
     for data in said:
         crowd.send(data)
-    process._exchange(listener, transport)
+    process._receive(listener, transport)
     assert listener.heard == said[: len(listener.heard)]
-    assert 0 < listener.now <= process.LISTENING + 5e-4
+    assert 0 < listener.now <= process.MAX_LISTENING + 5e-4
     while listener.heard != said:
         before = len(listener.heard)
-        process._exchange(listener, transport)
+        process._receive(listener, transport)
         assert len(listener.heard) > before
 
 
-def test_who_is_late_listens_once_for_each_step_of_flight(transport, crowd, monkeypatch):
+def test_a_late_vehicle_listens_once_per_step_of_flight(transport, crowd, monkeypatch):
     listener = Listener()
     monkeypatch.setattr(process, "time", listener)
-    monkeypatch.setattr(process, "LISTENING", 0.0)  # each datagram takes longer than there is time for
+    monkeypatch.setattr(process, "MAX_LISTENING", 0.0)  # each datagram takes longer than there is time for
     for n in range(20):
         crowd.send(bytes([n]))
     process.serve(listener, transport, Pacer(0.0), until=lambda: listener.flown >= 25)
     assert len(listener.heard) == 5
 
 
-def test_of_a_datagram_longer_than_any_network_carries_the_end_is_lost_and_nothing_else(transport, crowd):
+def test_only_the_end_of_an_oversized_datagram_is_lost(transport, crowd):
     for data in (b"a" * 60_000, b"b" * 1500):
         crowd.send(data)
-    assert [data for data, _ in transport.receive()] == [b"a" * LARGEST, b"b" * 1500]
+    assert [data for data, _ in transport.receive()] == [b"a" * MAX_DATAGRAM, b"b" * 1500]

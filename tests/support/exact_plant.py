@@ -8,20 +8,19 @@ from itertools import pairwise
 import numpy as np
 from scipy.integrate import ode
 
-from sitl.airframe import load
 from sitl.compiled import entry
-from sitl.control.reference import hover_at
 from sitl.estimation.truth import observe
 from sitl.model.actuators import limited, moved
+from sitl.model.airframe_files import load
 from sitl.model.ground import feet_aloft
 from sitl.model.plant import derivative, step
 from sitl.model.quaternions import Quaternion, normalised
 from sitl.model.state import Actuators, Body, Plant
 from sitl.model.vectors import Vector, scaled, subtract
+from sitl.scenarios.catalogue import SCENARIOS
+from sitl.scenarios.scenario import ORIGIN_HEIGHT, next_reference
 from sitl.simulation.flight import PERIOD
 from sitl.simulation.simulation import Simulation
-from sitl.studies.report import SCENARIOS
-from sitl.studies.scenario import ALOFT, next_reference
 
 NOMINAL = load("nominal").parameters
 CALM = Vector(0.0, 0.0, 0.0)
@@ -85,11 +84,11 @@ def flown(name, move=None):
     which is forgotten; but a jump may look at that plant instead, a single step away from the one put in its place.
     """
     scenario = SCENARIOS[name]
-    start = scenario.start._replace(up=scenario.start.up + ALOFT, airborne=True)
+    start = scenario.start._replace(up=scenario.start.up + ORIGIN_HEIGHT, airborne=True)
     simulation = Simulation(NOMINAL, start=start, tuning=scenario.tuning)
     simulation.begin_flight(scenario.law)
-    begun, ask = hover_at((0.0, 0.0, ALOFT), scenario.start.heading, scenario.speed), scenario.asks[0]
-    simulation.reference = next_reference(begun, ask.target, ask.airspeed)
+    begun, event = scenario.first_reference(), scenario.events[0]
+    simulation.reference = next_reference(begun, event.target, event.airspeed)
     positions = []
     for _ in range(round(FLIGHTS[name] / PERIOD)):
         before = simulation.flight
@@ -106,7 +105,7 @@ def put(simulation, before, plant):
     flight = simulation.flight
     acceleration = scaled(subtract(plant.body.velocity, before.body.velocity), 1.0 / PERIOD)
     estimate = observe(plant, acceleration, flight.estimate.wind, False)
-    simulation._write(flight._replace(plant=plant, estimate=estimate))
+    simulation._arrays.flight = flight._replace(plant=plant, estimate=estimate)
 
 
 def farthest(one, other):

@@ -1,4 +1,4 @@
-"""Flights in which a link is lost: how each begins, and what became of it."""
+"""Flights in which a link is lost or the battery runs low: how each begins, and what became of it."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -6,22 +6,23 @@ from typing import NamedTuple
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law, Way
 from protocol.modes import Mode
-from sitl.autopilot.alarm import Action
-from sitl.autopilot.link_watch import Silence
+from sitl.aircraft import is_forward
 from sitl.autopilot.manual import Sticks
+from sitl.autopilot.safety.alarm import SafetyAction
+from sitl.autopilot.safety.link_watch import LinkSilence
 from sitl.autopilot.settings import Settings
-from sitl.autopilot.streamed import KEEP_FACING
-from sitl.craft import is_forward
-from tests.support.wing_flight import HIGH, Flight, item, waypoint
+from sitl.guidance.moving_reference import KEEP_HEADING
+from tests.support.mission_items import item, waypoint
+from tests.support.recorded_flight import HIGH, Flight
 
 TIMEOUT = 2.0  # of both links [s]
-ON_THE_WING = Settings(way=Way.FORWARD, link_timeout=TIMEOUT, companion_timeout=TIMEOUT)
-UPRIGHT = ON_THE_WING._replace(way=Way.HOVER)
+FORWARD = Settings(way=Way.FORWARD, link_timeout=TIMEOUT, companion_timeout=TIMEOUT)
+HOVER = FORWARD._replace(way=Way.HOVER)
 FAR = (400.0, 0.0, HIGH)
 
 
 def nothing():
-    """What is streamed where nothing is."""
+    """Stream nothing."""
 
 
 class LinkFlight(Flight):
@@ -29,17 +30,17 @@ class LinkFlight(Flight):
 
     def __init__(self, **begun):
         super().__init__(**begun)
-        self.stream = nothing  # sent at every sample
+        self.stream = nothing  # called at every sample
         self.modes = [self.autopilot.mode]
         self._heard = {"ground": 0.0, "companion": 0.0}
         self._lost = set()
 
     def lose(self, *links):
-        """From now on these are silent."""
+        """These links are silent from now on."""
         self._lost |= set(links)
 
     def find(self, *links):
-        """They are back."""
+        """These links are back."""
         self._lost -= set(links)
 
     def fly(self, seconds, each=nothing):
@@ -48,7 +49,7 @@ class LinkFlight(Flight):
         def live():
             self._heard |= {link: self.vehicle.time for link in self._heard if link not in self._lost}
             silent = {link: self.vehicle.time - heard for link, heard in self._heard.items()}
-            self.autopilot.failsafes.silence = Silence(**silent)
+            self.autopilot.failsafes.silence = LinkSilence(**silent)
             if self.autopilot.mode is not self.modes[-1]:
                 self.modes.append(self.autopilot.mode)
             self.stream()
@@ -58,86 +59,86 @@ class LinkFlight(Flight):
 
     @property
     def alarms(self):
-        """What was said of lost links."""
-        return [text for text in self.said if text.startswith("No ")]
+        """Texts about lost links."""
+        return [text for text in self.texts if text.startswith("No ")]
 
     def land(self, limit=150.0):
-        """Fly until it stands on the ground."""
+        """Fly until the vehicle stands on the ground."""
         self.fly_until(lambda: not self.autopilot.flying, limit)
         return self
 
 
 def hovering(settings, **begun):
-    """It holds."""
+    """Holding."""
     flight = LinkFlight(settings=settings, **begun)
     flight.fly(1.0)
     return flight
 
 
 def taking_off(settings, **begun):
-    """On its way up, 3 m above the ground."""
+    """Climbing, 3 m above the ground."""
     flight = LinkFlight(airborne=False, settings=settings, **begun)
     flight.fly(0.5)
-    assert flight.autopilot.arm().accepted
-    assert flight.autopilot.take_off(HIGH).accepted
+    assert flight.autopilot.arming.arm().accepted
+    assert flight.autopilot.guided.take_off(HIGH).accepted
     flight.fly_until(lambda: flight.vehicle.truth.body.position.z > 3.0, 20.0)
     return flight
 
 
-def tipping_over(settings, **begun):
-    """On its way from the hover to the wing."""
+def in_front_transition(settings, **begun):
+    """Between hover and forward flight."""
     flight = hovering(settings, **begun)
-    assert flight.autopilot.go_to(FAR).accepted
+    assert flight.autopilot.guided.go_to(FAR).accepted
     flight.fly_until(lambda: flight.vehicle.law is Law.TO_FORWARD, 10.0)
     flight.fly(0.6)
     assert flight.vehicle.law is Law.TO_FORWARD
     return flight
 
 
-def standing_up(settings, **begun):
-    """On its way from the wing to the hover."""
-    flight = on_the_wing(settings, **begun)
-    flight.autopilot.hold()
+def in_back_transition(settings, **begun):
+    """Between forward flight and hover."""
+    flight = in_cruise(settings, **begun)
+    flight.autopilot.guided.hold()
     flight.fly_until(lambda: flight.vehicle.law is Law.TO_HOVER, 20.0)
     return flight
 
 
-def on_the_wing(settings, **begun):
-    """In the cruise to a far point."""
+def in_cruise(settings, **begun):
+    """In forward flight to a far point."""
     flight = hovering(settings, **begun)
-    assert flight.autopilot.go_to(FAR).accepted
+    assert flight.autopilot.guided.go_to(FAR).accepted
     flight.fly(7.0)
     assert is_forward(flight.vehicle.law)
     return flight
 
 
-def _on_a_mission(settings, **begun):
+def _on_mission(settings, **begun):
     flight = hovering(settings, **begun)
-    flight.autopilot.load_mission([waypoint(*FAR), waypoint(0.0, 0.0, HIGH), item(mavlink.MAV_CMD_NAV_LAND)])
-    assert flight.autopilot.start_mission().accepted
+    flight.autopilot.missions.load([waypoint(*FAR), waypoint(0.0, 0.0, HIGH), item(mavlink.MAV_CMD_NAV_LAND)])
+    assert flight.autopilot.missions.start().accepted
     return flight
 
 
-def on_a_winged_mission(settings, **begun):
-    """On the first leg of a mission, in the cruise."""
-    flight = _on_a_mission(settings, **begun)
+def on_forward_mission(settings, **begun):
+    """On the first leg of a mission, in forward flight."""
+    flight = _on_mission(settings, **begun)
     flight.fly(7.0)
     assert is_forward(flight.vehicle.law)
     return flight
 
 
-def on_a_hovered_mission(settings, **begun):
-    """On the first leg of a mission, upright."""
-    flight = _on_a_mission(settings._replace(way=Way.HOVER), **begun)
+def on_hovered_mission(settings, **begun):
+    """On the first leg of a mission, hovering."""
+    flight = _on_mission(settings._replace(way=Way.HOVER), **begun)
     flight.fly(5.0)
     assert not flight.autopilot.view.forward
     return flight
 
 
-def landing_on_a_mission(settings, **begun):
+def landing_on_mission(settings, **begun):
     """At the last item of a mission."""
-    flight = _on_a_mission(settings, **begun)
-    assert flight.autopilot.start_mission(2).accepted
+    flight = _on_mission(settings, **begun)
+    assert flight.autopilot.missions.start(2).accepted
     flight.fly_until(lambda: flight.autopilot.landing, 30.0)
     flight.fly(1.0)
     return flight
@@ -153,130 +154,131 @@ def _streaming(flight, stream, seconds=0.0, mode=Mode.OFFBOARD):
 
 def _offboard(velocity, settings, seconds, **begun):
     flight = hovering(settings, **begun)
-    return _streaming(flight, lambda: flight.autopilot.set_offboard_velocity(velocity), seconds)
+    return _streaming(flight, lambda: flight.autopilot.offboard.set_velocity(velocity), seconds)
 
 
-def offboard_upright(settings, **begun):
-    """A program flies it, upright."""
+def offboard_hovering(settings, **begun):
+    """A program streams a velocity of the hover."""
     return _offboard((2.0, 0.0, 0.0), settings, 3.0, **begun)
 
 
-def offboard_on_the_wing(settings, **begun):
-    """A program flies it, on the wing."""
+def offboard_forward(settings, **begun):
+    """A program streams a velocity of forward flight."""
     return _offboard((15.0, 0.0, 0.0), settings, 7.0, **begun)
 
 
-def offboard_tilted(settings, **begun):
-    """A program flies it by accelerations, that is by attitudes."""
+def offboard_accelerating(settings, **begun):
+    """A program streams accelerations, which are flown as attitudes."""
     flight = hovering(settings, **begun)
     a = (0.4, 0.0, 0.0)
-    return _streaming(flight, lambda: flight.autopilot.set_offboard_acceleration(a, KEEP_FACING), 2.0)
+    return _streaming(flight, lambda: flight.autopilot.offboard.set_acceleration(a, KEEP_HEADING), 2.0)
 
 
 def by_sticks(settings, **begun):
-    """A pilot flies it."""
+    """A pilot flies by sticks."""
     flight = hovering(settings, **begun)
-    return _streaming(flight, lambda: flight.autopilot.take_sticks(Sticks(forward=0.7)), 3.0, Mode.POSCTL)
+    sticks = Sticks(forward=0.7)
+    return _streaming(flight, lambda: flight.autopilot.manual.take_sticks(sticks), 3.0, Mode.POSCTL)
 
 
 def returning(settings, **begun):
-    """On its way home, on the wing."""
-    flight = on_the_wing(settings, **begun)
-    assert flight.autopilot.return_to_launch().accepted
+    """On the way home, in forward flight."""
+    flight = in_cruise(settings, **begun)
+    assert flight.autopilot.guided.return_to_launch().accepted
     flight.fly(1.0)
     return flight
 
 
 def landing(settings, **begun):
-    """On its way down, where it hovered."""
+    """Descending where it hovered."""
     flight = hovering(settings, **begun)
-    assert flight.autopilot.land().accepted
+    assert flight.autopilot.guided.land().accepted
     flight.fly(1.0)
     return flight
 
 
-def landing_from_the_wing(settings, **begun):
-    """Told to land in the cruise: it comes to rest first."""
-    flight = on_the_wing(settings, **begun)
-    assert flight.autopilot.land().accepted
+def landing_from_cruise(settings, **begun):
+    """Ordered to land in the cruise: it comes to rest first."""
+    flight = in_cruise(settings, **begun)
+    assert flight.autopilot.guided.land().accepted
     flight.fly(0.2)
     return flight
 
 
-class Begun(NamedTuple):
-    """A way of flying, and what of it no lesser alarm may stop."""
+class Situation(NamedTuple):
+    """A kind of flight, and its action that no lesser alarm may stop."""
 
     name: str
     start: Callable[..., LinkFlight]
-    under_way: Action = Action.NONE
+    under_way: SafetyAction = SafetyAction.NONE
 
 
-WAYS = (
-    Begun("hover", hovering),
-    Begun("take-off, at 3 m", taking_off),
-    Begun("tipping over", tipping_over),
-    Begun("on the wing", on_the_wing),
-    Begun("standing up", standing_up),
-    Begun("mission, upright", on_a_hovered_mission),
-    Begun("mission, on the wing", on_a_winged_mission),
-    Begun("OFFBOARD, 2 m/s", offboard_upright),
-    Begun("OFFBOARD, 15 m/s", offboard_on_the_wing),
-    Begun("OFFBOARD, by attitudes", offboard_tilted),
-    Begun("POSCTL", by_sticks),
-    Begun("returning", returning, Action.RETURN),
-    Begun("landing", landing, Action.LAND),
-    Begun("landing, from the wing", landing_from_the_wing, Action.LAND),
-    Begun("landing, at a mission's end", landing_on_a_mission, Action.LAND),
+SITUATIONS = (
+    Situation("hover", hovering),
+    Situation("take-off, at 3 m", taking_off),
+    Situation("front transition", in_front_transition),
+    Situation("cruise", in_cruise),
+    Situation("back transition", in_back_transition),
+    Situation("mission, hovering", on_hovered_mission),
+    Situation("mission, forward flight", on_forward_mission),
+    Situation("OFFBOARD, 2 m/s", offboard_hovering),
+    Situation("OFFBOARD, 15 m/s", offboard_forward),
+    Situation("OFFBOARD, by attitudes", offboard_accelerating),
+    Situation("POSCTL", by_sticks),
+    Situation("returning", returning, SafetyAction.RETURN),
+    Situation("landing", landing, SafetyAction.LAND),
+    Situation("landing, from the cruise", landing_from_cruise, SafetyAction.LAND),
+    Situation("landing, at a mission's end", landing_on_mission, SafetyAction.LAND),
 )
-MODES = {Action.HOLD: Mode.HOLD, Action.RETURN: Mode.RTL, Action.LAND: Mode.LAND}
+MODE_OF_ACTION = {SafetyAction.HOLD: Mode.HOLD, SafetyAction.RETURN: Mode.RTL, SafetyAction.LAND: Mode.LAND}
 
 
 # The battery
 
 AWAY = (1490.0, 0.0, HIGH)
-CRITICAL = 0.1  # share to be home with
+CRITICAL = 0.1  # share of the battery to be home with
 
 
-def _sent(flight):
-    assert flight.autopilot.go_to(AWAY).accepted
+def _go_away(flight):
+    assert flight.autopilot.guided.go_to(AWAY).accepted
 
 
-def _on_errand(flight):
-    flight.autopilot.load_mission([waypoint(*AWAY), waypoint(0.0, 0.0, HIGH), item(mavlink.MAV_CMD_NAV_LAND)])
-    assert flight.autopilot.start_mission().accepted
+def _fly_mission_away(flight):
+    flight.autopilot.missions.load([waypoint(*AWAY), waypoint(0.0, 0.0, HIGH), item(mavlink.MAV_CMD_NAV_LAND)])
+    assert flight.autopilot.missions.start().accepted
 
 
-def _streamed(speed):
-    return lambda flight: _streaming(flight, lambda: flight.autopilot.set_offboard_velocity((speed, 0.0, 0.0)))
+def _stream_north(speed):
+    return lambda flight: _streaming(flight, lambda: flight.autopilot.offboard.set_velocity((speed, 0.0, 0.0)))
 
 
 class Errand(NamedTuple):
-    """A flight away from home that its battery does not last for there and back."""
+    """A flight away from home, too far for its battery."""
 
     name: str
     begin: Callable[[LinkFlight], None]
     capacity: float  # [J]
-    wind: float = 0.0  # [m/s], behind on the way out
+    wind: float = 0.0  # [m/s], from behind on the way out
     gusts: float = 0.0  # rms [m/s]
     way: Way = Way.FORWARD
 
     def fly(self, seed=1):
-        """Fly until it stands on the ground, wherever."""
+        """Fly until the vehicle stands on the ground, wherever."""
         settings = Settings(way=self.way, battery_low=0.3, battery_critical=CRITICAL)
         flight = LinkFlight(settings=settings, seed=seed, wind_speed=self.wind, wind_from=180.0, gusts=self.gusts)
-        flight.craft.bind(flight.craft.bindings.replaced({"SIM_BAT_ENERGY": self.capacity}))
+        flight.aircraft.configure(flight.aircraft.configuration.replaced({"SIM_BAT_ENERGY": self.capacity}))
         self.begin(flight)
         return flight.land(500.0)
 
 
 ERRANDS = (
-    Errand("go-to", _sent, 10e3),
-    Errand("go-to", _sent, 20e3),
-    Errand("go-to", _sent, 30e3, wind=4.0, gusts=0.7),
-    Errand("go-to", _sent, 30e3, wind=7.0, gusts=1.0),
-    Errand("mission", _on_errand, 12e3),
-    Errand("mission", _on_errand, 25e3, wind=4.0, gusts=0.7),
-    Errand("OFFBOARD, 15 m/s", _streamed(15.0), 12e3),
-    Errand("OFFBOARD, 15 m/s", _streamed(15.0), 30e3, wind=4.0, gusts=0.7),
-    Errand("OFFBOARD, 2 m/s", _streamed(2.0), 16e3, way=Way.HOVER),
+    Errand("go-to", _go_away, 10e3),
+    Errand("go-to", _go_away, 20e3),
+    Errand("go-to", _go_away, 30e3, wind=4.0, gusts=0.7),
+    Errand("go-to", _go_away, 30e3, wind=7.0, gusts=1.0),
+    Errand("mission", _fly_mission_away, 12e3),
+    Errand("mission", _fly_mission_away, 25e3, wind=4.0, gusts=0.7),
+    Errand("OFFBOARD, 15 m/s", _stream_north(15.0), 12e3),
+    Errand("OFFBOARD, 15 m/s", _stream_north(15.0), 30e3, wind=4.0, gusts=0.7),
+    Errand("OFFBOARD, 2 m/s", _stream_north(2.0), 16e3, way=Way.HOVER),
 )

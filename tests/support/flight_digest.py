@@ -6,12 +6,14 @@ import json
 import numpy as np
 
 from protocol.dialect.vocabulary import Law
-from sitl.airframe import load
 from sitl.control.reference import AttitudeReference, along, circle, hover_at, leg, steer
+from sitl.model.airframe_files import load
 from sitl.model.quaternions import from_euler, hover
 from sitl.model.state import Body
 from sitl.model.vectors import Vector
-from sitl.simulation.simulation import Simulation, Start
+from sitl.simulation.simulation import Simulation
+from sitl.simulation.start import Start
+from tests.support.tunings import EVERY_LAW
 
 NOMINAL = load("nominal").parameters
 SECONDS = 0.52  # beyond the dwell time of the laws
@@ -25,7 +27,7 @@ TILTED = AttitudeReference(from_euler(0.1, -1.2, 0.2), Vector(0.1, 0.0, 0.2), 0.
 
 def begun(law, reference, *, v=STILL, q=None, w=STILL, wind=(1.0, -0.5, 0.2), gusts=0.7):
     """A simulation in the air under a law."""
-    made = Simulation(NOMINAL, seed=3, start=Start(up=UP, airborne=True))
+    made = Simulation(NOMINAL, seed=3, start=Start(up=UP, airborne=True), tuning=EVERY_LAW)
     made.place(Body(Vector(0.0, 0.0, UP), v, hover(0.2) if q is None else q, w))
     made.begin_flight(law)
     made.set_wind(wind, gusts)
@@ -75,11 +77,11 @@ def flights():
 def digest(simulation):
     """Hash over a recorded flight, its jumps and its end."""
     rows = simulation.record(SECONDS, 50.0)
-    found = hashlib.sha256(simulation._flights.tobytes())
+    found = hashlib.sha256(simulation._arrays.flights.tobytes())
     for name in ("position", "velocity", "attitude", "rates", "actuators", "law", "v_hover", "energy", "wind", "guide"):
         found.update(np.ascontiguousarray(getattr(rows, name)).tobytes())
     found.update(repr([(*jump[:5], jump.lyapunov.hex()) for jump in simulation.jumps]).encode())
-    found.update(repr((simulation.lyapunov, simulation.governor, simulation._looked())).encode())
+    found.update(repr((simulation.lyapunov, simulation.governor, simulation.look)).encode())
     return found.hexdigest()
 
 

@@ -1,20 +1,21 @@
-"""A hostile sender: what a network may carry to a vehicle's or a ground station's port. Seeded."""
+"""A hostile sender: seeded datagrams for the port of a vehicle or a ground station."""
 
 import random
 from collections import Counter
 from collections.abc import Callable
 
-from protocol.codec import Codec, Message, source_of
+from protocol.codec import Codec
 from protocol.dialect import mavlink
+from protocol.message import Message, source_of
 
-VEHICLE, ELSEWHERE = (1, 1), (7, 1)  # the vehicle, and one that is not there
+VEHICLE, ELSEWHERE = (1, 1), (7, 1)  # the vehicle, and one that does not exist
 STATION = (255, 190)
 _CRC = 2
 _NAN = float("nan")
 
 
 def orders(system: int, component: int) -> list:
-    """Messages that would each change something, if they arrived whole and at the vehicle they name."""
+    """Messages that would each have an effect if they arrived intact at the vehicle they address."""
     to = (system, component)
     cmd, mission = mavlink.MAVLink_command_long_message, mavlink.MAV_MISSION_TYPE_MISSION
     return [
@@ -42,7 +43,7 @@ def orders(system: int, component: int) -> list:
 
 
 def claims() -> list:
-    """Messages that would each show something on a ground station, if they arrived whole and from its vehicle."""
+    """Messages that would each be shown by a ground station if they arrived intact from its vehicle."""
     position = (9_000_000, 99.0, 99.0, -99.0, 9.0, 9.0, 9.0)
     return [
         mavlink.MAVLink_heartbeat_message(19, 12, 0x81, 4 << 16 | 6 << 24, 4, 3),
@@ -64,7 +65,7 @@ def claims() -> list:
 
 
 def random_payload(draw: random.Random, known: type) -> bytearray:
-    """Any bits for a message of the dialect, its numbers often NaN, infinite, zero or all ones."""
+    """A random payload for a message of the dialect, with numbers that are often NaN, infinite, zero or all ones."""
     words = (b"\0\0\0\0", b"\0\0\xc0\x7f", b"\0\0\x80\x7f", b"\0\0\x80\x3f", b"\0\0\x80\xff", b"\xff\xff\xff\xff")
     payload = bytearray(draw.choice((draw.randbytes(4), *words))[k % 4] for k in range(known.unpacker.size))
     for k in range(0, known.unpacker.size - 3, 4):
@@ -73,7 +74,7 @@ def random_payload(draw: random.Random, known: type) -> bytearray:
 
 
 def framed(known: type, payload: bytes, sequence: int, source: tuple[int, int]) -> bytes:
-    """A version 2 frame whose checksum is right."""
+    """A version 2 frame with a right checksum."""
     head = bytes([0xFD, len(payload), 0, 0, sequence, *source]) + known.id.to_bytes(3, "little")
     crc = mavlink.x25crc(head[1:] + payload + bytes([known.crc_extra])).crc
     return head + bytes(payload) + crc.to_bytes(2, "little")
@@ -110,7 +111,7 @@ class Flood:
         } | ({"wrong target": self._wrong_target} if whole else {})
 
     def datagram(self) -> bytes:
-        """The next one: mostly a single frame, sometimes several, seldom far too large."""
+        """The next datagram: mostly one frame, sometimes several, rarely far too large."""
         while not all(map(self._is_elsewhere, Codec(0, 0).decode(data := self._datagram()))):
             self.counts["right by chance"] += 1
         return data
@@ -165,13 +166,13 @@ class Flood:
         frame = bytearray(self._good())
         way = self._random.randrange(4)
         if way == 0:
-            frame[0] = self._random.choice((0x55, 0xFC, 0xFF))  # version 0.9, and versions to come
+            frame[0] = self._random.choice((0x55, 0xFC, 0xFF))  # version 0.9, and future versions
         elif way == 1:
-            frame[2] = 1 << self._random.randint(1, 7)  # incompatibility flags to come
+            frame[2] = 1 << self._random.randint(1, 7)  # future incompatibility flags
         elif way == 2:
             frame[0] = 0xFE
         else:
-            frame[2] = 1  # claims a signature that is not there
+            frame[2] = 1  # claims a signature that is missing
         return bytes(frame)
 
     def _wrong_length(self) -> bytes:

@@ -4,12 +4,15 @@ import math
 
 import numpy as np
 
-from sitl.airframe import load
 from sitl.control.reference import hover_at
+from sitl.model.airframe_files import load
 from sitl.model.quaternions import hover
 from sitl.model.state import Body
 from sitl.model.vectors import Vector
-from sitl.simulation.simulation import DivergedError, Simulation, Start, Tuning
+from sitl.simulation.failures import DivergedError
+from sitl.simulation.simulation import Simulation
+from sitl.simulation.start import Start
+from sitl.simulation.tuning import Tuning
 from tests.support.estimates import quaternion, vector
 
 NOMINAL = load("nominal").parameters

@@ -5,8 +5,9 @@ from collections.abc import Callable
 
 from protocol.codec import Codec
 from protocol.dialect import mavlink
-from protocol.endpoint import GroundEndpoint, VehicleEndpoint
-from protocol.engines.parameters import Parameter
+from protocol.endpoint_ground import GroundEndpoint
+from protocol.endpoint_vehicle import VehicleEndpoint
+from protocol.engines.parameter_values import Parameter
 from protocol.events import (
     CommandRequested,
     CurrentItemRequested,
@@ -15,7 +16,7 @@ from protocol.events import (
     MissionCleared,
     MissionReceived,
 )
-from protocol.plans.mission import MissionItem
+from protocol.plans.mission_item import MissionItem
 from tests.support.lossy_pipe import LossyPipe
 from tests.support.virtual_clock import VirtualClock
 
@@ -29,17 +30,17 @@ ITEM_TIME = 0.4  # [s] the vehicle needs from one item to the next
 
 def plan(count: int, offset: int = 0) -> tuple[MissionItem, ...]:
     params = (0.0, 1.5, math.nan, -0.0)
-    return tuple(MissionItem(16, 3, params, offset + n, -n, 10.0 + n) for n in range(count))
+    return tuple(MissionItem(command=16, frame=3, params=params, x=offset + n, y=-n, z=10.0 + n) for n in range(count))
 
 
 def table(count: int = 12) -> list[Parameter]:
     real, integer = mavlink.MAV_PARAM_TYPE_REAL32, mavlink.MAV_PARAM_TYPE_INT32
-    floats = [Parameter(f"K_{n}", real, n / 4, -100.0, 100.0) for n in range(count - 1)]
-    return [*floats, Parameter("N_MAX", integer, -7, -10, 10)]
+    floats = [Parameter(name=f"K_{n}", type=real, value=n / 4, minimum=-100.0, maximum=100.0) for n in range(count - 1)]
+    return [*floats, Parameter(name="N_MAX", type=integer, value=-7, minimum=-10, maximum=10)]
 
 
-class Vehicle:
-    """The least autopilot that can fly a plan: it obeys, and reaches one item after the other."""
+class FakeVehicle:
+    """A minimal autopilot: it executes commands and reaches one mission item after the other."""
 
     def __init__(self, items: tuple[MissionItem, ...] = ()) -> None:
         self.endpoint = VehicleEndpoint(
@@ -60,13 +61,13 @@ class Vehicle:
         if now >= self.next_item:
             self.endpoint.publish(mavlink.MAVLink_mission_item_reached_message(self.seq))
             last = self.seq + 1 == len(self.plan)
-            self._tell(self.seq if last else self.seq + 1)
+            self._publish_current(self.seq if last else self.seq + 1)
             self.next_item = math.inf if last else now + ITEM_TIME
         mode = mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED | (mavlink.MAV_MODE_FLAG_SAFETY_ARMED if self.armed else 0)
         self.endpoint.announce(mavlink.MAVLink_heartbeat_message(19, 12, mode, 0, 4, 3), now)
         self.endpoint.handle_timer(now)
 
-    def obey(self, now: float) -> None:
+    def execute_requests(self, now: float) -> None:
         for event in self.endpoint.events():
             self.log.append(event)
             if isinstance(event, CommandRequested):
@@ -77,7 +78,7 @@ class Vehicle:
             elif isinstance(event, MissionCleared):
                 self.plan = ()
             elif isinstance(event, CurrentItemRequested):
-                self._tell(event.seq)
+                self._publish_current(event.seq)
             elif isinstance(event, MessageRequested):
                 self.endpoint.send(mavlink.MAVLink_attitude_message(0, 0, 0, 0, 0, 0, 0), event.peer)
 
@@ -92,7 +93,7 @@ class Vehicle:
             self.next_item = now + ITEM_TIME
         return int(mavlink.MAV_RESULT_ACCEPTED)
 
-    def _tell(self, seq: int) -> None:
+    def _publish_current(self, seq: int) -> None:
         self.seq = seq
         self.endpoint.publish(mavlink.MAVLink_mission_current_message(seq, len(self.plan)))
 
@@ -104,7 +105,7 @@ class Link:
         self, seed: int = 0, *, items: tuple[MissionItem, ...] = (), to_vehicle: dict | None = None, **losses: float
     ) -> None:
         self.clock = VirtualClock()
-        self.ground, self.vehicle = GroundEndpoint(), Vehicle(items)
+        self.ground, self.vehicle = GroundEndpoint(), FakeVehicle(items)
         self.up = LossyPipe(seed, **(losses if to_vehicle is None else to_vehicle))
         self.down = LossyPipe(seed + 1, **losses)
         self.events: list[Event] = []
@@ -115,7 +116,7 @@ class Link:
         return self.clock.now
 
     def run(self, until: Callable[[], bool] = lambda: False, *, limit: float = 60.0) -> bool:
-        """Fly until the condition holds; False when it did not within ``limit`` seconds of virtual time."""
+        """Run until the condition holds; False if it does not within ``limit`` seconds of virtual time."""
         end = self.now + limit
         while True:
             self._settle()
@@ -130,7 +131,7 @@ class Link:
             self.clock.advance_to(instant)
 
     def wait_for(self, *kinds: type[Event], limit: float = 60.0) -> Event:
-        """Fly until one of these events arrives on the ground, and return it."""
+        """Run until one of these events arrives on the ground, and return it."""
         start = len(self.events)
         assert self.run(lambda: any(isinstance(e, kinds) for e in self.events[start:]), limit=limit), kinds
         return next(e for e in self.events[start:] if isinstance(e, kinds))
@@ -139,7 +140,7 @@ class Link:
         now = self.now
         for data in self.up.receive(now):
             self.vehicle.endpoint.receive_datagram(data, "ground", now)
-            self.vehicle.obey(now)
+            self.vehicle.execute_requests(now)
         for data in self.down.receive(now):
             self.messages += self.ground.receive_datagram(data, now)
         self.vehicle.step(now)

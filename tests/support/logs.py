@@ -8,7 +8,7 @@ import pytest
 
 from protocol.dialect import mavlink
 
-T0 = 1_760_000_000_000_000  # [us] an ordinary time of a log
+T0 = 1_760_000_000_000_000  # [us] a plausible time of a log
 
 
 def bare(message, *, version=2, system=1, component=1, sequence=0):
@@ -19,7 +19,7 @@ def bare(message, *, version=2, system=1, component=1, sequence=0):
 
 
 def unknown_frame(number, payload):
-    """Well-formed version 2 frame of a message outside the dialect; its checksum is any two bytes."""
+    """Well-formed version 2 frame of a message outside the dialect; its checksum is arbitrary."""
     return (
         struct.pack("<BBBBBBBHB", 0xFD, len(payload), 0, 0, 0, 1, 1, number & 0xFFFF, number >> 16)
         + payload
@@ -53,7 +53,7 @@ def flight(count):
 
 
 def quadplane_log():
-    """Bytes of another autopilot's real log: ``DARKO_TLOG``, or beside the repository; skips where there is none."""
+    """Bytes of another autopilot's log: ``DARKO_TLOG``, or a file beside the repository; skips the test without one."""
     beside = Path(__file__).parents[3] / "shared" / "data" / "quadplane-vtol.tlog"
     path = Path(os.environ.get("DARKO_TLOG", beside))
     if not path.is_file():

@@ -1,4 +1,4 @@
-"""One direction of a bad link: seeded, so that a failure can be flown again."""
+"""One direction of a bad link: seeded, so that a failure can be repeated."""
 
 import heapq
 import math
@@ -41,5 +41,5 @@ class LossyPipe:
         return self._random.random() * max(self._delay, 0.1) if late else 0.0
 
     def _push(self, data: bytes, at: float) -> None:
-        self._count += 1  # ties keep their order
+        self._count += 1  # datagrams of one time keep their order
         heapq.heappush(self._heap, (at, self._count, data))

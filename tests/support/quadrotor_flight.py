@@ -5,8 +5,9 @@ from typing import NamedTuple
 import numpy as np
 
 from sitl.model.quaternions import from_euler
-from sitl.studies.reproduction import quadrotor
-from sitl.studies.reproduction.quadrotor import QUADROTOR, TICK
+from sitl.reproduction.equations import quadrotor
+from sitl.reproduction.equations.quadrotor import QUADROTOR
+from sitl.simulation.flight import PERIOD
 from tests.support.estimates import vector
 
 
@@ -22,6 +23,6 @@ class Flight(NamedTuple):
 def fly(target, gains, *, duration, attitude=(0.0, 0.0, 0.0), heading=0.0):
     """From rest at the origin."""
     start, upright = from_euler(*attitude), from_euler(0.0, 0.0, heading)
-    rows = quadrotor.fly(start, vector(target), upright, gains, QUADROTOR, round(duration / TICK))
-    distance = np.linalg.norm(rows[:, :3] - np.array(target), axis=1)
-    return Flight(distance, rows[:, 3:6], rows[:, 6:10], rows[:, 10] > 0.0)
+    flight = quadrotor.fly(start, vector(target), upright, gains, QUADROTOR, round(duration / PERIOD))
+    distance = np.linalg.norm(flight.position - np.array(target), axis=1)
+    return Flight(distance, flight.f_delta, flight.attitude, flight.is_limited > 0.0)

@@ -10,7 +10,8 @@ from typing import NamedTuple
 
 from protocol.dialect.vocabulary import Law
 from sitl.simulation.batch import fly_batch
-from sitl.simulation.simulation import PERIOD, whole_periods
+from sitl.simulation.flight import PERIOD
+from sitl.simulation.start import whole_periods
 from tests.support.reference_flights import FLIGHTS, SHORT
 
 SMALL = 1, 3, 7, 50, 2, 333  # control periods
@@ -73,10 +74,10 @@ class Run:
 
     def flown(self):
         """What became of it."""
-        self.made._flights["limits"] = 0
+        self.made._arrays.flights["limits"] = 0
         numbers = (tuple(float(x).hex() if isinstance(x, float) else x for x in jump) for jump in self.made.jumps)
         jumps = tuple(" ".join(str(x) for x in jump) for jump in numbers)
-        return Flown(self.flight.name, self.made._flights.tobytes(), self.limits, jumps, self.laws())
+        return Flown(self.flight.name, self.made._arrays.flights.tobytes(), self.limits, jumps, self.laws())
 
     def laws(self):
         """Under which a control period was flown."""

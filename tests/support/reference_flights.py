@@ -4,13 +4,14 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from protocol.dialect.vocabulary import Law
-from sitl.airframe import load
 from sitl.control.reference import AttitudeReference, along, circle, hover_at, leg, steer
 from sitl.model.airframe import FIRST_ORDER
+from sitl.model.airframe_files import load
 from sitl.model.quaternions import from_euler, hover, multiply
 from sitl.model.state import Actuators, Body
 from sitl.model.vectors import Vector
-from sitl.simulation.simulation import Simulation, Start
+from sitl.simulation.simulation import Simulation
+from sitl.simulation.start import Start
 
 NOMINAL = load("nominal").parameters  # as the controllers of all of them believe it to be
 LAGGING = NOMINAL._replace(actuator_model=FIRST_ORDER)

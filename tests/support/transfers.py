@@ -1,13 +1,14 @@
-"""Every transfer between both ends over a link as bad as it gets, and the plain protocol to compare with."""
+"""Every transfer between both ends over a hostile link, and the plain protocol for comparison."""
 
 import random
 from collections.abc import Callable
 from typing import NamedTuple
 
 from protocol.dialect import mavlink
-from protocol.endpoint import GroundEndpoint, VehicleEndpoint
-from protocol.engines.files import BytesFile, Entry, Log
-from protocol.engines.parameters import Parameter
+from protocol.endpoint_ground import GroundEndpoint
+from protocol.endpoint_vehicle import VehicleEndpoint
+from protocol.engines.file_store import BytesFile, Entry, Log
+from protocol.engines.parameter_values import Parameter
 from protocol.events import (
     Event,
     FileReceived,
@@ -30,11 +31,11 @@ FILE = random.Random(1).randbytes(20_000)
 LOG = random.Random(2).randbytes(20_000)
 LIMIT = 600.0  # [s] of virtual time
 PLAN, FENCE, RALLY = 0, 1, 2
-_HEARTBEAT = bytes(3)  # its message id in a frame
+_HEARTBEAT = bytes(3)  # message id of HEARTBEAT in a frame
 
 
 class CountingPipe(LossyPipe):
-    """Counts the frames put in that are no HEARTBEATs."""
+    """Counts the frames sent, without HEARTBEATs."""
 
     frames = 0
 
@@ -57,13 +58,16 @@ class Store:
 
 
 class Rig(Link):
-    """A vehicle that has all there is to transfer, and a ground station that has found it."""
+    """A vehicle with plans, parameters, a file and a log, and a ground station that has found it."""
 
     def __init__(self, seed: int, **losses: float) -> None:
         super().__init__(seed)
         store, real = Store(), mavlink.MAV_PARAM_TYPE_REAL32
         self.vehicle.endpoint = VehicleEndpoint(
-            parameters=[Parameter(f"K_{n}", real, n / 4, -100.0, 100.0) for n in range(PARAMETERS)],
+            parameters=[
+                Parameter(name=f"K_{n}", type=real, value=n / 4, minimum=-100.0, maximum=100.0)
+                for n in range(PARAMETERS)
+            ],
             mission=plan(ITEMS, 1000),
             validate=lambda _items: None,
             plans={kind: (plan(ITEMS, 1000 + kind), lambda _items: None) for kind in (FENCE, RALLY)},
@@ -81,11 +85,11 @@ class Rig(Link):
 
 
 class Transfer(NamedTuple):
-    """What is asked for, how it ends well, and how many questions the plain protocol needs for it."""
+    """A request, the event of its success, and the waits of the plain protocol for it."""
 
     begin: Callable[[GroundEndpoint, float], None]
     expected: Callable[[Event], bool]
-    waits: tuple[float, ...]  # [s] of the plain protocol's questions
+    waits: tuple[float, ...]  # [s] of the plain protocol's requests
 
 
 ANY, ITEM = 1.5, 0.25  # [s] the mission protocol's recommended waits
@@ -143,13 +147,13 @@ TRANSFERS = {
 
 
 def seeds(name: str, count: int) -> range:
-    """The seeds of a transfer: no two transfers share one."""
+    """The seeds of a transfer; each transfer has its own."""
     first = 1000 * list(TRANSFERS).index(name)
     return range(first, first + count)
 
 
 class Outcome(NamedTuple):
-    """One transfer: did it succeed, when was it over, and what did it cost."""
+    """Result of one transfer: success, duration and number of frames."""
 
     is_success: bool
     time: float  # [s]
@@ -177,7 +181,7 @@ RETRIES = 5  # of the plain protocol
 
 
 def plain(waits: tuple[float, ...], seed: int, **losses: float) -> Outcome:
-    """Question and answer, one after the other, each repeated after a fixed wait, five times at most."""
+    """Requests and answers one after the other, each request repeated after a fixed wait, at most five times."""
     up, down = LossyPipe(2 * seed, **losses), LossyPipe(2 * seed + 1, **losses)
     now, frames = 0.0, 0
     for step, wait in enumerate(waits):

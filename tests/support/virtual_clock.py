@@ -1,8 +1,8 @@
-"""Time that only tests move."""
+"""A clock that only tests advance."""
 
 
 class VirtualClock:
-    """Seconds since the test began; it never goes back."""
+    """Seconds since the start of the test; they never decrease."""
 
     def __init__(self, start: float = 0.0) -> None:
         self.now = start

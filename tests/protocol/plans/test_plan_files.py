@@ -1,10 +1,9 @@
-"""Plan files: nothing is lost on a round trip, every refusal names its place."""
+"""Plan files: a round trip loses nothing, and every error names its place."""
 
 import json
 import math
 from contextlib import suppress
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 from hypothesis import given, settings
@@ -14,8 +13,8 @@ from protocol.dialect import mavlink
 from protocol.errors import FileError
 from protocol.frames import Geodetic
 from protocol.plans import MissionItem, Plan, load, save
+from tests.support.paths import DATA
 
-DATA = Path(__file__).parents[2] / "data"
 SQUARE = json.loads((DATA / "square.plan").read_text())
 
 FLOAT32 = st.floats(width=32, allow_infinity=False, allow_nan=False) | st.just(math.nan)
@@ -29,12 +28,31 @@ FREE_COMMANDS = st.sampled_from([20, 21, 22, 93, 178, 3000, 65535])
 
 
 def item(command=16, frame=3, params=(0.0, 0.0, 0.0, math.nan), x=435648000, y=14811000, z=3.0, **others):
-    return MissionItem(command, frame, params, x, y, z, **others)
+    return MissionItem(command=command, frame=frame, params=params, x=x, y=y, z=z, **others)
 
 
 ITEMS = (
-    st.builds(MissionItem, FREE_COMMANDS, GLOBAL, PARAMS, LATITUDE, LONGITUDE, FLOAT32, st.booleans(), st.booleans())
-    | st.builds(MissionItem, FREE_COMMANDS, LOCAL, PARAMS, INT32, INT32, FLOAT32, st.booleans())
+    st.builds(
+        MissionItem,
+        command=FREE_COMMANDS,
+        frame=GLOBAL,
+        params=PARAMS,
+        x=LATITUDE,
+        y=LONGITUDE,
+        z=FLOAT32,
+        autocontinue=st.booleans(),
+        current=st.booleans(),
+    )
+    | st.builds(
+        MissionItem,
+        command=FREE_COMMANDS,
+        frame=LOCAL,
+        params=PARAMS,
+        x=INT32,
+        y=INT32,
+        z=FLOAT32,
+        autocontinue=st.booleans(),
+    )
     | st.builds(
         item, st.just(16), GLOBAL, PARAMS, LATITUDE, LONGITUDE, FLOAT32.filter(math.isfinite), current=st.booleans()
     )
@@ -57,7 +75,7 @@ def saved(plan, folder, suffix):
 @pytest.mark.parametrize("suffix", [".plan", ".waypoints"])
 @given(plan=MISSIONS, target=st.integers(0, 6))
 @settings(max_examples=60, deadline=None)
-def test_a_saved_plan_is_loaded_as_it_was(tmp_path_factory, suffix, plan, target):
+def test_a_saved_plan_is_loaded_unchanged(tmp_path_factory, suffix, plan, target):
     plan = with_jump(plan, min(target, len(plan.items)))
     path = saved(plan, tmp_path_factory.getbasetemp(), suffix)
     assert load(path) == plan
@@ -81,7 +99,7 @@ FREE_KEYS = st.dictionaries(st.sampled_from(["remark", "AltitudeMode", "planVers
     ids=st.permutations(range(1, 8)),
 )
 @settings(max_examples=60, deadline=None)
-def test_what_nothing_here_interprets_is_saved_as_it_was(tmp_path_factory, plan, fence, rally, aside, speeds, ids):
+def test_uninterpreted_content_is_saved_unchanged(tmp_path_factory, plan, fence, rally, aside, speeds, ids):
     plan = replace(
         with_jump(plan, 0),
         geo_fence=fence,
@@ -106,7 +124,7 @@ def test_both_square_files_are_the_same_plan():
 
 
 @pytest.mark.parametrize("name", ["square.plan", "square.waypoints"])
-def test_a_file_in_our_own_form_is_saved_byte_for_byte(tmp_path, name):
+def test_a_file_in_our_own_format_is_saved_byte_for_byte(tmp_path, name):
     path = tmp_path / name
     save(load(DATA / name), path)
     assert path.read_text() == (DATA / name).read_text()
@@ -125,7 +143,7 @@ def test_a_plan_without_items_is_a_plan(tmp_path):
     assert load(tmp_path / "bare.txt") == Plan()
 
 
-def test_positions_are_rounded_to_the_nearest_step_not_cut(tmp_path):
+def test_positions_are_rounded_to_the_nearest_step(tmp_path):
     path = tmp_path / "mission.waypoints"
     home = "0\t1\t0\t16\t0\t0\t0\t0\t1\t1\t1\t1"
     path.write_text(f"QGC WPL 110\n{home}\n1\t0\t3\t16\t0\t0\t0\t0\t43.56480006\t-1.48110006\t3\t1\n")
@@ -133,7 +151,7 @@ def test_positions_are_rounded_to_the_nearest_step_not_cut(tmp_path):
     assert (only.x, only.y) == (435648001, -14811001)
 
 
-def test_a_place_left_open_is_null_in_the_file_and_int32_max_on_the_wire(tmp_path):
+def test_an_open_position_is_null_in_the_file_and_int32_max_on_the_wire(tmp_path):
     plan = Plan(items=(item(22, x=2**31 - 1, y=2**31 - 1),))
     path = saved(plan, tmp_path, ".plan")
     assert json.loads(path.read_text())["mission"]["items"][0]["params"][3:6] == [None, None, None]
@@ -149,7 +167,7 @@ def test_jumps_follow_the_ids_of_the_file(tmp_path):
     assert saved(plan, tmp_path, ".waypoints").read_text().splitlines()[-1].split("\t")[4] == "2.00000000"
 
 
-def test_comments_blank_lines_and_foreign_line_ends_are_read(tmp_path):
+def test_comments_blank_lines_and_other_line_ends_are_accepted(tmp_path):
     path = tmp_path / "mission.txt"
     text = (DATA / "square.waypoints").read_text().replace("\n", "\r\n# a remark\r\n\r\n")
     path.write_bytes(b"\xef\xbb\xbf" + text.encode())
@@ -157,7 +175,7 @@ def test_comments_blank_lines_and_foreign_line_ends_are_read(tmp_path):
 
 
 def edited(where, value):
-    """The square with one place changed; a path like ``mission.items.0.params.4``."""
+    """The square with one value changed, at a path such as ``mission.items.0.params.4``."""
     root = json.loads(json.dumps(SQUARE))
     *way, last = [int(step) if step.isdigit() else step for step in where.split(".")]
     target = root
@@ -179,9 +197,9 @@ COMPLEX = {"type": "ComplexItem", "complexItemType": "survey"}
         ("mission.version", 1, "mission.version: 1 where 2 was expected"),
         ("mission.items", None, "mission.items: null is not a list"),
         ("mission.items.3", 5, r"mission.items\[3\]: 5 is not an object"),
-        ("mission.items.3", COMPLEX, r"mission.items\[3\].type: 'survey': only SimpleItem can be flown"),
+        ("mission.items.3", COMPLEX, r"mission.items\[3\].type: 'survey': only SimpleItem is supported"),
         ("mission.items.3.command", "16", r"mission.items\[3\].command: \"16\" is not a whole number"),
-        ("mission.items.3.frame", 99, r"mission.items\[3\]: frame 99 is no MAV_FRAME"),
+        ("mission.items.3.frame", 99, r"mission.items\[3\]: frame 99 is not a MAV_FRAME"),
         ("mission.items.3.params", [1, 2], r"mission.items\[3\].params: 2 numbers where 7 were expected"),
         ("mission.items.3.params.1", "x", r"mission.items\[3\].params\[1\]: \"x\" is not a number"),
         ("mission.items.3.params.1", 1e39, r"mission.items\[3\]: .* does not fit the wire"),
@@ -189,8 +207,8 @@ COMPLEX = {"type": "ComplexItem", "complexItemType": "survey"}
         ("mission.items.3.params.4", 90.1, r"mission.items\[3\]: latitude 90.1 is not in -90..90 deg"),
         ("mission.items.3.params.5", -200, r"mission.items\[3\]: longitude -200.0 is not in -180..180 deg"),
         ("mission.items.3.autoContinue", "yes", r"mission.items\[3\].autoContinue: \"yes\" is neither true nor false"),
-        ("mission.items.3.doJumpId", 1, r"mission.items\[3\].doJumpId: 1 is that of item 0 already"),
-        ("mission.items.3.command", 177, r"mission.items\[3\].params\[0\]: jumps to doJumpId 2, which"),
+        ("mission.items.3.doJumpId", 1, r"mission.items\[3\].doJumpId: 1 is also that of item 0"),
+        ("mission.items.3.command", 177, r"mission.items\[3\].params\[0\]: no item has the doJumpId 2"),
         ("mission.cruiseSpeed", None, "mission.cruiseSpeed: null is not a number"),
         ("mission.plannedHomePosition", [1, 2], "mission.plannedHomePosition: 2 numbers where 3"),
         ("mission.plannedHomePosition", [100, 2, 3], "mission.plannedHomePosition: 100, 2, 3 is not on the globe"),
@@ -200,7 +218,7 @@ COMPLEX = {"type": "ComplexItem", "complexItemType": "survey"}
 def test_a_refused_plan_names_file_place_and_value(tmp_path, where, value, complaint):
     path = tmp_path / "bad.plan"
     text = edited(where, value)
-    if "jumps to" in complaint:
+    if "no item has the doJumpId" in complaint:
         text = text.replace('"doJumpId": 2', '"doJumpId": 200')
     path.write_text(text)
     with pytest.raises(FileError, match=r"bad\.plan: " + complaint):
@@ -220,11 +238,11 @@ HOME_ROW = "0 1 0 16 0 0 0 0 43.5 1.4 150 1"
         ([HOME_ROW, "2 0 3 16 0 0 0 0 43.5 1.4 3 1"], "3: index 2 where 1 was expected"),
         ([HOME_ROW, "1 0 3 16 0 0 0 x 43.5 1.4 3 1"], "3: param4 is 'x', not a number"),
         ([HOME_ROW, "1 0 3 16.5 0 0 0 0 43.5 1.4 3 1"], "3: command is 16.5, not a whole number"),
-        ([HOME_ROW, "1 0 77 16 0 0 0 0 43.5 1.4 3 1"], "3: frame 77 is no MAV_FRAME"),
+        ([HOME_ROW, "1 0 77 16 0 0 0 0 43.5 1.4 3 1"], "3: frame 77 is not a MAV_FRAME"),
         ([HOME_ROW, "1 0 nan 16 0 0 0 0 43.5 1.4 3 1"], "3: frame is nan, not a whole number"),
         ([HOME_ROW, "1 0 3 16 0 0 0 0 nan 1.4 3 1"], "3: latitude is missing"),
         ([HOME_ROW, "1 0 3 16 inf 0 0 0 43 1.4 3 1"], "3: param1 is infinite"),
-        ([HOME_ROW, "1 0 2 178 0 0 0 0 0.5 0 3 1"], "3: 0.5 is not whole"),
+        ([HOME_ROW, "1 0 2 178 0 0 0 0 0.5 0 3 1"], "3: 0.5 is not a whole"),
         ([HOME_ROW, "1 0 2 177 2 0 0 0 0 0 3 1"], r"3: jumps to row 2; the items are rows 1\.\.1"),
     ],
 )
@@ -242,12 +260,12 @@ def test_a_refused_waypoint_file_names_line_and_value(tmp_path, rows, complaint)
         (b"", "neither a .plan"),
         (b"<xml/>", "neither a .plan"),
         (b"\xff\xfe\x00", "not a text file"),
-        (b'{"fileType": NaN}', "not JSON: NaN is no JSON number"),
+        (b'{"fileType": NaN}', "not JSON: NaN is not a JSON number"),
         (b'{"fileType": ', "not JSON"),
         (b'{"a":' + b"[" * 100_000, "not JSON"),
     ],
 )
-def test_what_is_no_plan_is_said_to_be_none(tmp_path, content, complaint):
+def test_a_file_that_is_not_a_plan_is_refused(tmp_path, content, complaint):
     path = tmp_path / "bad"
     path.write_bytes(content)
     with pytest.raises(FileError, match=complaint):
@@ -270,7 +288,7 @@ def test_a_missing_file_and_a_missing_folder_are_file_errors(tmp_path):
         load(tmp_path / "none.plan")
     with pytest.raises(FileError, match="cannot be written: No such file"):
         save(Plan(), tmp_path / "none" / "mission.plan")
-    with pytest.raises(FileError, match=r"a plan is saved as \.plan, \.waypoints, \.txt"):
+    with pytest.raises(FileError, match=r"the suffix of a plan is \.plan, \.waypoints, \.txt"):
         save(Plan(), tmp_path / "mission.doc")
 
 
@@ -280,12 +298,12 @@ def test_a_missing_file_and_a_missing_folder_are_file_errors(tmp_path):
     [
         (item(x=2**31 - 1), "item 0: latitude is missing"),
         (item(x=910_000_000), "item 0: latitude 91.0 is not in"),
-        (item(frame=200), "item 0: frame 200 is no MAV_FRAME"),
+        (item(frame=200), "item 0: frame 200 is not a MAV_FRAME"),
         (item(params=(math.inf, 0.0, 0.0, 0.0)), "item 0: param1 is infinite"),
         (item(177, 2, (1.0, 0.0, 0.0, 0.0), 0, 0), "item 0: jumps to item 1 of 1"),
     ],
 )
-def test_what_could_not_be_loaded_is_not_saved_and_the_old_file_stays(tmp_path, suffix, bad, complaint):
+def test_a_plan_that_could_not_be_loaded_is_not_saved(tmp_path, suffix, bad, complaint):
     path = saved(Plan(), tmp_path, suffix)
     before = path.read_bytes()
     with pytest.raises(FileError, match=complaint):
@@ -294,7 +312,7 @@ def test_what_could_not_be_loaded_is_not_saved_and_the_old_file_stays(tmp_path, 
     assert list(tmp_path.iterdir()) == [path]
 
 
-def test_a_waypoint_file_does_not_lose_a_fence_in_silence(tmp_path):
+def test_a_plan_with_a_fence_is_not_saved_as_a_waypoint_file(tmp_path):
     plan = Plan(geo_fence={"circles": [{"radius": 4}], "polygons": [], "version": 2})
     with pytest.raises(FileError, match="cannot carry the plan's fence"):
         save(plan, tmp_path / "mission.waypoints")

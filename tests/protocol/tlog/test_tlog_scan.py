@@ -1,4 +1,4 @@
-"""Records are found among anything; every byte is accounted for."""
+"""Records are found between any bytes; every byte is a record or damage."""
 
 import struct
 
@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from protocol.dialect import mavlink
 from protocol.tlog import TlogReader
-from protocol.tlog.framing import TIME_LIMIT
+from protocol.tlog.time_stamp import TIME_LIMIT
 from tests.support.logs import T0, bare, flight, log_of, record, unknown_frame
 
 FRAMES = flight(12)
@@ -79,7 +79,7 @@ def test_an_unknown_frame_with_no_record_after_it_is_damage():
     assert reader.damage[0].what == "message 77000 is not in the dialect and no record follows it"
 
 
-def test_an_unknown_frame_cannot_swallow_a_proven_record():
+def test_an_unknown_frame_cannot_swallow_a_verified_record():
     frame = bytearray(unknown_frame(77_000, b"\x01\x02\x03"))
     frame[1] += STARTS[1]  # its length now spans the first record of the log behind it
     reader = TlogReader(record(T0, bytes(frame)) + LOG)
@@ -95,7 +95,7 @@ def test_an_unknown_frame_cannot_swallow_a_proven_record():
         (STARTS[2] + 8 + 2, 0x40, "unknown incompatibility flags 0x40"),
     ],
 )
-def test_one_damaged_byte_costs_one_record_and_is_named(at, value, what):
+def test_one_damaged_byte_loses_one_record_and_is_described(at, value, what):
     damaged = bytearray(LOG)
     damaged[at] = damaged[at] ^ 0xFF if value is None else value
     reader = TlogReader(bytes(damaged))
@@ -112,7 +112,7 @@ def test_zeros_left_by_a_crash_are_called_zeros():
 
 
 @pytest.mark.parametrize("left", range(1, STARTS[1]))
-def test_a_last_record_cut_anywhere_is_called_cut_short(left):
+def test_a_truncated_last_record_is_described_as_cut_short(left):
     reader = TlogReader(LOG + LOG[:left])
     assert frames_of(reader) == FRAMES
     (piece,) = reader.damage
@@ -120,7 +120,7 @@ def test_a_last_record_cut_anywhere_is_called_cut_short(left):
     assert piece.what in {"record cut short by the end of the file", "zeros"}
 
 
-def test_a_clock_that_goes_back_is_flagged_and_kept():
+def test_a_clock_that_goes_back_is_marked_and_its_records_kept():
     times = [T0, T0 + 5, T0 + 3, T0 + 9]
     reader = TlogReader(b"".join(record(t, f) for t, f in zip(times, FRAMES, strict=False)))
     assert reader.times.tolist() == times
@@ -129,7 +129,7 @@ def test_a_clock_that_goes_back_is_flagged_and_kept():
 
 @given(data=st.binary(max_size=600))
 @settings(max_examples=150, deadline=None)
-def test_any_bytes_are_accounted_for(data):
+def test_every_byte_is_a_record_or_damage(data):
     reader = TlogReader(data)
     assert accounted(reader) == len(data)
     assert all(reader.decode(k) is not None for k in range(len(reader)) if reader.known[k])
@@ -140,7 +140,7 @@ def positions(strategy):
 
 
 def survivors(touched):
-    """Frames of the records that no damage touches."""
+    """Frames of the undamaged records."""
     spans = zip(STARTS, STARTS[1:], FRAMES, strict=False)
     return [frame for begin, end, frame in spans if not any(begin <= at < end for at in touched)]
 
@@ -152,7 +152,7 @@ def is_subsequence(wanted, found):
 
 @given(flips=positions(st.integers(1, 255)))
 @settings(max_examples=150, deadline=None)
-def test_flipped_bytes_cost_only_the_records_they_hit(flips):
+def test_flipped_bytes_lose_only_the_records_they_hit(flips):
     damaged = bytearray(LOG)
     for at, mask in dict(flips).items():
         damaged[at] ^= mask
@@ -163,7 +163,7 @@ def test_flipped_bytes_cost_only_the_records_they_hit(flips):
 
 @given(cut=st.tuples(st.integers(0, len(LOG)), st.integers(0, len(LOG))))
 @settings(max_examples=150, deadline=None)
-def test_cut_out_bytes_cost_only_the_records_they_belonged_to(cut):
+def test_removed_bytes_lose_only_their_records(cut):
     begin, end = sorted(cut)
     reader = TlogReader(LOG[:begin] + LOG[end:])
     assert accounted(reader) == len(LOG) - (end - begin)
@@ -173,13 +173,13 @@ def test_cut_out_bytes_cost_only_the_records_they_belonged_to(cut):
 
 @given(at=st.integers(0, len(LOG)), garbage=st.binary(min_size=1, max_size=400))
 @settings(max_examples=150, deadline=None)
-def test_inserted_garbage_costs_at_most_the_record_it_splits(at, garbage):
+def test_inserted_bytes_lose_at_most_the_record_they_split(at, garbage):
     reader = TlogReader(LOG[:at] + garbage + LOG[at:])
     assert accounted(reader) == len(LOG) + len(garbage)
     whole = FRAMES if at in STARTS else survivors({at})
     assert is_subsequence(whole, frames_of(reader))
 
 
-def test_the_time_limit_is_where_float64_stops_counting_every_microsecond():
+def test_the_time_limit_is_where_float64_loses_single_microseconds():
     assert float(TIME_LIMIT) == float(TIME_LIMIT + 1)
     assert float(TIME_LIMIT - 1) != float(TIME_LIMIT)

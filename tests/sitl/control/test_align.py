@@ -1,12 +1,12 @@
 """The alignment: where it holds, and that it is the zero-moment law with the heading of the path."""
 
-from sitl.airframe import load
 from sitl.control import align, landed
 from sitl.control.allocation import allocate
 from sitl.control.forward_guidance import air_course
 from sitl.control.hover_zero_moment import Guide, fly_to
 from sitl.control.reference import along, leg
 from sitl.design.zero_moment import zero_moment_gains
+from sitl.model.airframe_files import load
 from sitl.model.quaternions import hover
 from tests.support.estimates import estimate, reference, vector
 

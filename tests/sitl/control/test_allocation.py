@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sitl.airframe import load
 from sitl.control.allocation import MOMENT, THRUST, YAW, Virtual, allocate
+from sitl.model.airframe_files import load
 from sitl.model.hover_model import moment_matrix
 
 A = load("nominal").parameters

@@ -7,11 +7,11 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from sitl.airframe import load
 from sitl.control.allocation import BOOST, PITCH, ROLL, THRUST, YAW
 from sitl.control.forward_allocation import ROLL_SHARE, invert
 from sitl.design.trim import level_trim
 from sitl.model.aerodynamics import damping, effective_speed, wrench
+from sitl.model.airframe_files import load
 from sitl.model.state import Actuators
 from sitl.model.vectors import Vector, scaled, subtract
 

@@ -7,7 +7,6 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from sitl.airframe import load
 from sitl.control.braking import arrest, brake, braking_speed
 from sitl.control.forward_guidance import (
     SLOW,
@@ -22,6 +21,7 @@ from sitl.control.forward_guidance import (
 from sitl.control.reference import circle, hover_at, leg, line_of_sight
 from sitl.design.forward import BRAKE_AIR, BRAKE_CLIMB, BRAKE_RATE, line_of_sight_gains
 from sitl.design.trim import braking_limit
+from sitl.model.airframe_files import load
 from sitl.model.vectors import Vector, add_scaled, level_norm, norm, scaled, subtract
 from tests.support.estimates import estimate
 

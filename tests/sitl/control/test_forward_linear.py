@@ -7,13 +7,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sitl.airframe import load
 from sitl.control import forward_linear as law
 from sitl.control.allocation import BOOST, Virtual, allocate
 from sitl.control.forward_linear import ForwardError
 from sitl.control.reference import circle, hover_at, leg
-from sitl.design.forward_linear import forward_gains, model
+from sitl.design.forward_schedule import forward_gains, model
 from sitl.design.trim import level_trim
+from sitl.model.airframe_files import load
 from sitl.model.plant import derivative
 from sitl.model.quaternions import from_euler, multiply, normalised, rotate
 from sitl.model.state import Body

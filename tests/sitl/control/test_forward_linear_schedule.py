@@ -7,12 +7,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sitl.airframe import load
 from sitl.control import forward_linear as law
 from sitl.control.forward_linear import ForwardError
-from sitl.design.forward_linear import forward_gains, model
+from sitl.design.forward_schedule import forward_gains, model
 from sitl.design.trim import level_trim
 from sitl.errors import SitlError
+from sitl.model.airframe_files import load
 
 NOMINAL = load("nominal").parameters
 GAINS = forward_gains(NOMINAL)

@@ -4,10 +4,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sitl.airframe import load
 from sitl.control import handover
 from sitl.control.allocation import Virtual, allocate
 from sitl.control.handover import FADE
+from sitl.model.airframe_files import load
 from sitl.model.state import Actuators
 
 A = load("nominal").parameters

@@ -8,7 +8,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numba import njit
 
-from sitl.airframe import load
 from sitl.control import handover
 from sitl.control import hover_attitude as law
 from sitl.control.hover_attitude import Steering
@@ -16,6 +15,7 @@ from sitl.control.hover_zero_moment import attitude_torque, axial_force
 from sitl.control.reference import AttitudeReference, steer
 from sitl.design.attitude import attitude_gains
 from sitl.design.zero_moment import zero_moment_gains
+from sitl.model.airframe_files import load
 from sitl.model.hover_model import force_matrix
 from sitl.model.quaternions import conjugate, hover, multiply, rotate, rotate_inverse
 from sitl.model.vectors import Vector

@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sitl.airframe import load
 from sitl.control import hover_linear as law
 from sitl.control.allocation import allocate
 from sitl.control.hover_linear import HoverError
 from sitl.design.lqr import hover_gains
+from sitl.model.airframe_files import load
 from sitl.model.quaternions import from_euler, hover, multiply, rotate
 from sitl.model.vectors import Vector, scaled
 from tests.support.estimates import STILL, estimate, negated, reference, turned, vector

@@ -8,7 +8,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numba import njit
 
-from sitl.airframe import load
 from sitl.control import forward_linear, moment_observer
 from sitl.control.line_of_sight import (
     TURN_RATE,
@@ -21,10 +20,11 @@ from sitl.control.line_of_sight import (
 )
 from sitl.control.reference import circle, hover_at, leg
 from sitl.design.forward import line_of_sight_gains
-from sitl.design.forward_linear import forward_gains
+from sitl.design.forward_schedule import forward_gains
 from sitl.design.trim import decelerating_trim, level_trim
 from sitl.design.turn import turning_trim
 from sitl.model.aerodynamics import wrench
+from sitl.model.airframe_files import load
 from sitl.model.quaternions import from_euler, hover, rotate, rotate_inverse, x_axis
 from sitl.model.vectors import Vector, norm, subtract
 from tests.support.estimates import estimate, quaternion, vector

@@ -8,12 +8,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numba import njit
 
-from sitl.airframe import load
 from sitl.control import wind_estimator
 from sitl.control.estimate import Readings
 from sitl.control.wind_estimator import Covariance, WindState
 from sitl.design.wind import wind_gains
 from sitl.model.aerodynamics import wrench
+from sitl.model.airframe_files import load
 from sitl.model.quaternions import hover, rotate_inverse
 from sitl.model.vectors import Vector, subtract
 from tests.support.estimates import estimate, rotation, vector

@@ -8,16 +8,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numba import njit
 
-from sitl.airframe import load
 from sitl.control import hover_zero_moment as law
 from sitl.control.governor import ERROR, LINEAR, QUASI_OPTIMAL_NORM, VELOCITY
 from sitl.control.hover_zero_moment import Guide
 from sitl.design.zero_moment import moment_inverse, zero_moment_gains
+from sitl.model.airframe_files import load
 from sitl.model.hover_model import force_matrix, moment_matrix
 from sitl.model.quaternions import conjugate, from_euler, hover, multiply, rotate, z_axis
 from sitl.model.state import Body
 from sitl.model.vectors import Vector, add_scaled
-from sitl.studies.reproduction.quadrotor import quadrotor_gains
+from sitl.reproduction.equations.quadrotor import quadrotor_gains
 from tests.support import appendix_d
 from tests.support.estimates import estimate, negated, quaternion, rotation, turned, vector
 from tests.support.quadrotor_flight import fly

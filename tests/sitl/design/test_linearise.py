@@ -5,11 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from sitl.airframe import load
 from sitl.design import linearise
 from sitl.design.lqr import hover_thrust, lqr
 from sitl.design.trim import level_trim
 from sitl.model.aerodynamics import wrench
+from sitl.model.airframe_files import load
 from sitl.model.state import Actuators
 from sitl.model.vectors import Vector
 

@@ -6,12 +6,12 @@ import cvxpy as cp
 import numpy as np
 import pytest
 
-from sitl.airframe import load
 from sitl.design import linearise
 from sitl.design.inequalities import least_cost
-from sitl.design.lmi import DECAY, EFFORT, SPREAD, effectiveness, guaranteed_decay, lmi_gains
+from sitl.design.lmi import DECAY, LMI_EFFORT, SPREAD, effectiveness, guaranteed_decay, lmi_gains
 from sitl.design.lqr import hover_gains, lqr
 from sitl.errors import SitlError
+from sitl.model.airframe_files import load
 
 NOMINAL = load("nominal").parameters
 A, B = linearise.hover(NOMINAL)
@@ -31,7 +31,7 @@ def test_without_decay_and_spread_it_is_the_lqr():
 
 def test_the_guarantee_holds_for_every_effectiveness_within_the_spread(gains):
     random = np.random.default_rng(1)
-    promised = np.eye(12) + EFFORT * gains.K.T @ gains.K
+    promised = np.eye(12) + LMI_EFFORT * gains.K.T @ gains.K
     for motor, elevon in random.uniform(1.0 - SPREAD, 1.0 + SPREAD, (200, 2)):
         closed = A - B * [motor, motor, motor * elevon, motor * elevon] @ gains.K
         rest = closed.T @ gains.S + gains.S @ closed + 2.0 * DECAY * gains.S + promised
@@ -43,13 +43,13 @@ def test_the_guarantee_holds_for_every_effectiveness_within_the_spread(gains):
 def test_another_solver_finds_no_less_cost(gains):
     """CLARABEL on the whole of the hover, not its halves; it may break the inequalities by a little."""
     corners = effectiveness(NOMINAL, SPREAD)
-    scale = np.sqrt(np.diag(lqr(A, corners[0], np.eye(12), EFFORT * np.eye(4))[1]))
+    scale = np.sqrt(np.diag(lqr(A, corners[0], np.eye(12), LMI_EFFORT * np.eye(4))[1]))
     T, back = np.diag(scale), np.diag(1.0 / scale)
     X, Y, Z = cp.Variable((12, 12), symmetric=True), cp.Variable((4, 12)), cp.Variable((12, 12), symmetric=True)
     constraints = [cp.bmat([[Z, T], [T, X]]) >> 0]
     for corner in corners:
         drift = T @ A @ back @ X - T @ corner @ Y
-        cost = cp.vstack([back @ X, math.sqrt(EFFORT) * Y])
+        cost = cp.vstack([back @ X, math.sqrt(LMI_EFFORT) * Y])
         constraints.append(cp.bmat([[-drift - drift.T - 2.0 * DECAY * X, cost.T], [cost, np.eye(16)]]) >> 0)
     problem = cp.Problem(cp.Minimize(cp.trace(Z)), constraints)
     problem.solve(solver=cp.CLARABEL)

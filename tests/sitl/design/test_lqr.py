@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 from scipy.linalg import solve_continuous_are
 
-from sitl.airframe import load
-from sitl.design import forward_linear, linearise
-from sitl.design.forward_linear import CLIMBS, SPEEDS, WEIGHTS, forward_gains, model
+from sitl.design import forward_schedule as forward_linear
+from sitl.design import linearise
+from sitl.design.forward_schedule import CLIMBS, SPEEDS, WEIGHTS, forward_gains, model
 from sitl.design.lqr import hover_gains, lqi, lqr
 from sitl.design.trim import level_trim
 from sitl.errors import SitlError
+from sitl.model.airframe_files import load
 
 NOMINAL = load("nominal").parameters
 
@@ -66,7 +67,7 @@ def test_the_forward_schedule_is_an_lqr_at_every_speed_and_the_trims_of_every_cl
     for i in (0, 11, 30, 50):
         A, B = model(NOMINAL, level_trim(NOMINAL, SPEEDS[i]))
         weight = 1.0 + (SPEEDS[i] / forward_linear.FLOW) ** 2
-        R = np.diag(forward_linear.EFFORT * (1.0, 1.0, weight, weight))
+        R = np.diag(forward_linear.FORWARD_EFFORT * (1.0, 1.0, weight, weight))
         S = solve_continuous_are(A, B, WEIGHTS, R)
         K = np.linalg.solve(R, B.T @ S)
         assert gains.S[i] == pytest.approx(S, abs=1e-9 * np.abs(S).max())

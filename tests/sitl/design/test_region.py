@@ -6,15 +6,15 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from sitl.airframe import load
 from sitl.control.allocation import allocate
-from sitl.control.hover_linear import HALF, HoverError, control, error, quadratic
+from sitl.control.hover_linear import SQRT_HALF, HoverError, control, error, quadratic
 from sitl.design import proof, region
 from sitl.design.closed_loop import AttitudeBoxes, coordinates
 from sitl.design.lqr import hover_gains
 from sitl.design.region import certify, chart_level, saturation_level
 from sitl.design.rise import first_rise, lyapunov_rate
 from sitl.errors import SitlError
+from sitl.model.airframe_files import load
 from sitl.model.quaternions import Quaternion
 from sitl.model.vectors import Vector
 
@@ -106,7 +106,7 @@ def test_v_does_not_tell_a_vehicle_on_its_head_from_the_hover():
 def test_below_the_chart_s_level_eta_cannot_vanish():
     level = chart_level(LQR)
     eps = np.random.default_rng(1).standard_normal((20_000, 3))
-    off = eps / np.linalg.norm(eps, axis=1)[:, None] - (0.0, -HALF, 0.0)
+    off = eps / np.linalg.norm(eps, axis=1)[:, None] - (0.0, -SQRT_HALF, 0.0)
     least = np.einsum("ni,ij,nj->n", off, region._marginal(LQR.S, slice(6, 9)), off).min()
     assert level <= least < 1.02 * level
 

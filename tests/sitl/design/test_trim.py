@@ -7,13 +7,9 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from sitl.airframe import load
-from sitl.commands import airframe as airframe_command
 from sitl.design.lqr import hover_thrust
 from sitl.design.trim import braking_limit, decelerating_trim, level_trim, trims
-from sitl.design.turn import turning_trim
-from sitl.errors import SitlError
-from sitl.studies.trims import cost, gaps
+from sitl.model.airframe_files import load
 from tests.support.trimmed import accelerations, straight
 
 NOMINAL, PUBLISHED = load("nominal").parameters, load("published").parameters
@@ -131,62 +127,3 @@ def test_a_table_of_limits_is_its_entries():
 def test_a_reserve_beyond_the_elevons_leaves_no_limit():
     assert math.isnan(braking_limit(NOMINAL, 10.0, 0.0, 1.0).held)
     assert level_trim(NOMINAL, 10.0).exists
-
-
-# The page and the table
-
-
-def test_gaps_are_said_as_ranges():
-    speeds = np.arange(0.0, 26.0)
-    assert gaps(speeds, trims(NOMINAL, speeds)) == ""
-    assert gaps(speeds, trims(PUBLISHED, speeds)) == "none at 6-9 m/s"
-    assert gaps(speeds[6:9], trims(PUBLISHED, speeds[6:9])) == "none"
-    assert gaps(speeds, trims(NOMINAL, speeds, math.radians(-15.0))) == "none at 5-7, 13-25 m/s"
-
-
-def test_slow_flight_costs_most_and_25_metres_per_second_least():
-    costs = [cost(NOMINAL, level_trim(NOMINAL, v)) for v in (5.0, 10.0, 15.0, 20.0, 25.0)]
-    assert costs == pytest.approx([29.0, 5.40, 1.56, 0.86, 0.73], rel=0.01)
-    assert cost(NOMINAL, level_trim(NOMINAL, 0.0)) == math.inf
-    turn = turning_trim(NOMINAL, 15.0, 0.5)
-    assert cost(NOMINAL, turn) > costs[2]
-
-
-def run(*arguments):
-    return airframe_command.run(airframe_command.parser({"airframe": ""}).parse_args(arguments))
-
-
-def test_the_table_says_where_there_is_no_trim(capsys):
-    run("nominal", "--trims", "--climb", "-15")
-    lines = capsys.readouterr().out.splitlines()
-    assert [int(line.split()[0]) for line in lines[1:] if "none" in line] == [5, 6, 7, *range(13, 26)]
-
-
-def test_a_turn_s_table_has_both_sides(capsys):
-    run("nominal", "--trims", "--turn", "30")
-    row = capsys.readouterr().out.splitlines()[6].split()
-    assert row[:2] == ["5", "30.0"]
-    assert float(row[4]) < float(row[5])
-    run("nominal", "--trims", "--bank", "30")
-    assert float(capsys.readouterr().out.splitlines()[1].split()[2]) == 30.0
-
-
-def test_the_plot_is_written_or_said_not_to_be(tmp_path, capsys):
-    run("published", "--trims", "--plot", str(tmp_path / "trims.png"))
-    assert (tmp_path / "trims.png").stat().st_size > 50_000
-    with pytest.raises(SitlError, match=r"plot .*nosuch"):
-        run("published", "--trims", "--plot", str(tmp_path / "nosuch" / "trims.png"))
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (("nominal", "--trims", "--climb", "90"), "--climb 90 is not within"),
-        (("nominal", "--trims", "--bank", "nan"), "--bank nan is not within"),
-        (("nominal", "--turn", "10"), "--turn goes with"),
-        (("--trims", "--climb", "10"), "--climb goes with"),
-    ],
-)
-def test_what_makes_no_sense_is_refused(arguments, words):
-    with pytest.raises(SitlError, match=words):
-        run(*arguments)

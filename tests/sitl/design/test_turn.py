@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sitl.airframe import load
 from sitl.design.trim import level_trim
 from sitl.design.turn import banked_trim, turning_trim
+from sitl.model.airframe_files import load
 from sitl.model.ground import feet_aloft
 from sitl.model.plant import step_in_air
 from sitl.model.quaternions import Quaternion, from_euler, multiply, rotate, rotate_inverse

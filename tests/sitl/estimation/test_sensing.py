@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from sitl.airframe import load
 from sitl.estimation.sensing import Normals, SensorNoise, read, specific_force
 from sitl.estimation.truth import observe
+from sitl.model.airframe_files import load
 from sitl.model.ground import is_touching
 from sitl.model.quaternions import hover, rotate_inverse
 from sitl.model.vectors import Vector, subtract

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from sitl.airframe import load
-from tests.support.forward_flight import NOMINAL, disturb, fly, moved, on_leg
+from sitl.model.airframe_files import load
+from tests.support.linear_forward_flight import NOMINAL, disturb, fly, moved, on_leg
 
 SIZES = {"offset": 3.0, "speed": 1.0, "attitude": math.radians(25.0), "rate": 1.0}
 
@@ -46,7 +46,7 @@ def test_a_known_wind_that_sets_in_leaves_no_error(airspeed, wind):
 def test_a_wind_nobody_knows_of_leaves_half_a_metre():
     for airspeed in (8.0, 12.0, 20.0):
         for wind in ((0.0, 1.0, 0.0), (1.0, 0.0, 0.0), (-1.0, 0.0, 0.0)):
-            assert fly(on_leg(airspeed), airspeed, wind=wind, told=(0, 0, 0), duration=12.0).offset[-1] < 0.6
+            assert fly(on_leg(airspeed), airspeed, wind=wind, known_wind=(0, 0, 0), duration=12.0).offset[-1] < 0.6
 
 
 @pytest.mark.parametrize("airspeed", [5.5, 8.0, 12.0, 20.0])

@@ -9,15 +9,19 @@ import numpy as np
 import pytest
 
 from protocol.dialect.vocabulary import Law
-from sitl.autopilot.legs import leg_reference, orbit
 from sitl.control.reference import AttitudeReference, hover_at, steer
+from sitl.guidance.circles import circle_about
+from sitl.guidance.legs import leg_reference
 from sitl.model.quaternions import hover
 from sitl.model.vectors import Vector
-from sitl.simulation.simulation import PERIOD, Simulation, Start
+from sitl.simulation.flight import PERIOD
+from sitl.simulation.simulation import Simulation
+from sitl.simulation.start import Start
 from sitl.supervisor.guards import MAX_SINK
 from sitl.supervisor.table import TABLE
 from tests.support.estimates import turned
-from tests.support.wing_flight import NOMINAL
+from tests.support.recorded_flight import NOMINAL
+from tests.support.tunings import EVERY_LAW
 
 HIGH = 200.0  # [m]
 STILL = Vector(0.0, 0.0, 0.0)
@@ -26,26 +30,26 @@ BOUNDS = {
     "steer": (0.1, 0.1),  # handed over: the new law begins with what is in force
     "let_go": (0.1, 0.1),
     "upset": (0.1, 0.1),
-    "fly": (1.0, 0.5),  # both laws steer by one line of sight
-    "brake": (12.0, 1.0),
-    "recall": (5.0, 3.0),
-    "leave_forward_linear": (5.0, 1.0),
-    "enter_forward_linear": (110.0, 12.0),
-    "tip_over": (5.0, 25.0),
-    "fly_on": (10.0, 5.0),
+    "fly": (0.5, 0.2),  # both laws steer by one line of sight
+    "brake": (12.0, 0.5),
+    "recall": (2.0, 1.0),
+    "leave_forward_linear": (3.0, 0.2),
+    "enter_forward_linear": (90.0, 10.0),
+    "tip_over": (0.5, 21.0),
+    "fly_on": (0.5, 0.2),
     "stay": (5.0, 5.0),
-    "recover": (10.0, 25.0),
-    "align": (5.0, 15.0),
-    "enter_linear": (60.0, 31.0),
-    "leave_linear": (120.0, 31.0),
-    "hover": (200.0, 8.0),
-    "ride_wind": (170.0, 12.0),
+    "recover": (0.5, 21.0),
+    "align": (0.5, 13.0),
+    "enter_linear": (55.0, 31.0),
+    "leave_linear": (15.0, 31.0),
+    "hover": (150.0, 7.0),
+    "ride_wind": (170.0, 1.0),
 }
 MEANT = {"catch_fall"}  # the elevons turn over with the air stream
 
 
 def hovering(law=Law.HOVER_ZERO_MOMENT, *, seed=1, gusts=0.0, wind=(0.0, 0.0, 0.0)):
-    vehicle = Simulation(NOMINAL, seed=seed, start=Start(up=HIGH, airborne=True))
+    vehicle = Simulation(NOMINAL, seed=seed, start=Start(up=HIGH, airborne=True), tuning=EVERY_LAW)
     vehicle.begin_flight(law)
     vehicle.set_wind(wind, gusts)
     return vehicle
@@ -68,7 +72,7 @@ def stay(vehicle):
 
 
 def circle(vehicle):
-    vehicle.reference = orbit((60.0, 0.0, HIGH), 40.0, vehicle.reference, 12.0).reference
+    vehicle.reference = circle_about((60.0, 0.0, HIGH), 40.0, vehicle.reference, 12.0).reference
 
 
 def attitude(*phi):

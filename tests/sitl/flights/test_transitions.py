@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 from protocol.dialect.vocabulary import DecisionReason, Way
-from sitl.airframe import load
+from sitl.aircraft import is_forward
 from sitl.autopilot.settings import Settings
-from sitl.craft import is_forward
 from sitl.design.forward import can_fly_forward
+from sitl.model.airframe_files import load
 from sitl.studies.campaign import UNCERTAIN, perturbed
-from tests.support.wing_flight import HIGH, NOMINAL, Flight, hop
+from tests.support.recorded_flight import HIGH, NOMINAL, Flight, hop
 
 DISTANCE, UP = 100.0, 10.0
-THERE_AND_BACK = ["align", "tip_over", "fly", "enter_forward_linear", "brake", "hover"]
+THERE_AND_BACK = ["align", "tip_over", "fly", "brake", "hover"]
 GUSTY = range(1, 11)  # seeds
 LOWEST = 5.0  # no flight may come below this [m]
 DRAWS = range(1, 21)  # seeds of airframes
@@ -68,13 +68,13 @@ def test_an_airframe_without_trims_hovers_and_says_why():
     published = load("published").parameters
     assert not can_fly_forward(published)
     flight = Flight(plant=published, settings=Settings(way=Way.FORWARD))
-    assert flight.autopilot.go_to((60.0, 0.0, HIGH)).accepted
+    assert flight.autopilot.guided.go_to((60.0, 0.0, HIGH)).accepted
     ((_, decision),) = flight.autopilot.decisions()
     assert (decision.way, decision.reason) == (Way.HOVER, DecisionReason.NO_TRIM)
     flight.fly(30.0)
-    assert not flight.winged.any()
+    assert not flight.flown_forward.any()
     assert np.linalg.norm(flight.p[-1] - (60.0, 0.0, HIGH)) < 1.0
-    assert not flight.autopilot.transition(Way.FORWARD).accepted
+    assert not flight.autopilot.transitions.begin(Way.FORWARD).accepted
 
 
 @pytest.mark.parametrize("seed", DRAWS)
@@ -90,4 +90,4 @@ def test_an_airframe_twenty_per_cent_off_either_flies_and_stops_or_hovers(seed):
         assert track.beyond((DISTANCE, 0.0), 0.0) < 25.0
         assert not is_forward(track.vehicle.law)
     else:
-        assert not track.winged.any()
+        assert not track.flown_forward.any()

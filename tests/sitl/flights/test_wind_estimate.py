@@ -4,13 +4,15 @@ import numpy as np
 import pytest
 
 from protocol.dialect.vocabulary import Law
-from sitl.autopilot.legs import orbit
 from sitl.design.wind import wind_gains
+from sitl.guidance.circles import circle_about
 from sitl.model.quaternions import rotate_inverse
-from sitl.simulation.simulation import Simulation, Start, Tuning
+from sitl.simulation.simulation import Simulation
+from sitl.simulation.start import Start
+from sitl.simulation.tuning import Tuning
 from sitl.studies.campaign import UNCERTAIN, perturbed
 from tests.support.estimates import quaternion, vector
-from tests.support.wing_flight import NOMINAL, Track, on_a_leg
+from tests.support.recorded_flight import NOMINAL, Track, on_a_leg
 
 GAINS = wind_gains()
 WITH, WITHOUT = Tuning(pitot=1), Tuning(pitot=0)
@@ -20,7 +22,7 @@ WINDS = [(3.0, -2.0, 0.0), (-4.0, 0.0, 0.0), (0.0, 4.0, 0.0), (0.0, 0.0, 1.0)]
 def on_a_circle(*, airspeed=12.0, seconds, **kwargs):
     """A flight that joins a circle of 40 m."""
     vehicle = on_a_leg(**kwargs)
-    vehicle.reference = orbit((60.0, 0.0, 200.0), 40.0, vehicle.reference, airspeed).reference
+    vehicle.reference = circle_about((60.0, 0.0, 200.0), 40.0, vehicle.reference, airspeed).reference
     track = Track(vehicle)
     track.advance(seconds)
     return track
@@ -66,7 +68,7 @@ def test_a_turn_after_a_leg_shows_what_the_leg_could_not():
     vehicle.advance(5000)
     assert abs(vehicle.wind_estimate[1]) < 1.0
     here = vehicle.estimate.position
-    vehicle.reference = orbit((here.x, here.y - 40.0, here.z), 40.0, leg, 12.0).reference
+    vehicle.reference = circle_about((here.x, here.y - 40.0, here.z), 40.0, leg, 12.0).reference
     vehicle.advance(15_000)
     assert vehicle.wind_estimate[1] == pytest.approx(4.0, abs=0.6)
     p = vehicle.estimate.position

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sitl.airframe import load
 from sitl.model.actuators import limited, limits, moved, nodes
+from sitl.model.airframe_files import load
 from tests.support.plant_flight import OFF, actuators
 
 NOMINAL, FIRST_ORDER = load("nominal").parameters, load("nominal-first-order").parameters

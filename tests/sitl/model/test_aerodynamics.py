@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sitl.airframe import load
 from sitl.model import aerodynamics
+from sitl.model.airframe_files import load
 from sitl.model.hover_model import force_matrix, moment_matrix
 from sitl.model.state import Actuators
 from sitl.model.vectors import Vector

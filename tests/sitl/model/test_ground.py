@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sitl.airframe import load
+from sitl.model.airframe_files import load
 from sitl.model.ground import CLEAR, DAMPING, FRICTION, STIFFNESS, contact, foot, is_touching, point_motion
 from sitl.model.plant import step
 from sitl.model.quaternions import from_euler, hover, x_axis

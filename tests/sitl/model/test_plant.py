@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sitl.airframe import load
 from sitl.model.aerodynamics import wrench
+from sitl.model.airframe_files import load
 from sitl.model.plant import derivative, is_finite, shaft_power, step
 from sitl.model.quaternions import from_euler, multiply, rotate, rotate_inverse
 from sitl.model.state import Actuators

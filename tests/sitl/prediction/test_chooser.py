@@ -5,23 +5,23 @@ import math
 import pytest
 
 from protocol.dialect.vocabulary import DecisionReason, Way
-from protocol.frames import Geodetic, LocalFrame
-from sitl.airframe import load
-from sitl.autopilot.arena import ARENAS
-from sitl.autopilot.guidance import View
-from sitl.autopilot.mission import World
+from protocol.frames import LocalFrame
+from sitl.aircraft import Aircraft
+from sitl.autopilot.safety.arena import ARENAS
+from sitl.autopilot.safety.world import World
 from sitl.autopilot.settings import Settings
-from sitl.craft import Craft
-from sitl.parameters import Bindings, Surroundings
+from sitl.defaults import HOME
+from sitl.guidance.view import VehicleView
+from sitl.model.airframe_files import load
+from sitl.parameters import Configuration, WorldSettings
 from sitl.prediction.chooser import LEGS_AHEAD, Chooser, LegEnd
 from sitl.prediction.predictor import Leg
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.tuning import Tuning
 
 NOMINAL = load("nominal").parameters
-ORIGIN = Geodetic(43.5648, 1.4811, 150.0)
 MIN_LEG = 15.1  # [m]
-VIEW = View(0.0, (0.0, 0.0, 20.0), (0.0, 0.0, 0.0), 0.0, 0.0, False, 1.0)
+VIEW = VehicleView(0.0, (0.0, 0.0, 20.0), (0.0, 0.0, 0.0), 0.0, 0.0, False, 1.0)
 # Uphill into a strong wind that carries the upright vehicle: the hover is cheap but slow.
 UPHILL = Leg(60.0, 57.0, -6.8, -1.7, 3.0)
 
@@ -65,27 +65,27 @@ def test_legs_are_seen_in_the_wind_along_and_across_them():
 
 
 def test_changed_parameters_change_the_prediction_in_flight():
-    tuning, slower = Tuning(), Tuning(v_enter=5.0, kpd=0.8)
-    bindings = Bindings(Settings(way=Way.HOVER), tuning, Surroundings())
-    craft = Craft(Simulation(NOMINAL), World(LocalFrame(ORIGIN), ARENAS["open"]), bindings)
-    chooser = craft.autopilot.chooser
+    tuning, slower = Tuning(), Tuning(v_enter=5.0, kpd=0.6)
+    configuration = Configuration(Settings(way=Way.HOVER), tuning, WorldSettings())
+    aircraft = Aircraft(Simulation(NOMINAL), World(LocalFrame(HOME), ARENAS["open"]), configuration)
+    chooser = aircraft.autopilot.chooser
 
     def energy():
-        return chooser.energy(VIEW, VIEW.p, (40.0, 0.0, 20.0), bindings.settings, flying=False)
+        return chooser.energy(VIEW, VIEW.p, (40.0, 0.0, 20.0), configuration.settings, flying=False)
 
     assert chooser.airframe == NOMINAL
     before = energy()
-    craft.bind(bindings._replace(tuning=slower))
-    assert craft.vehicle.tuning == chooser.tuning == slower
+    aircraft.configure(configuration._replace(tuning=slower))
+    assert aircraft.vehicle.tuning == chooser.tuning == slower
     after = energy()
-    craft.bind(bindings)
+    aircraft.configure(configuration)
     assert after > 1.03 * before
     assert energy() == before
 
 
 def test_the_prediction_is_of_the_airframe_that_the_laws_are_designed_for():
     real = NOMINAL._replace(m=1.2 * NOMINAL.m)
-    bindings = Bindings(Settings(), Tuning(), Surroundings())
+    configuration = Configuration(Settings(), Tuning(), WorldSettings())
     vehicle = Simulation(real, design_model=NOMINAL)
-    craft = Craft(vehicle, World(LocalFrame(ORIGIN), ARENAS["open"]), bindings)
-    assert craft.autopilot.chooser.airframe == NOMINAL
+    aircraft = Aircraft(vehicle, World(LocalFrame(HOME), ARENAS["open"]), configuration)
+    assert aircraft.autopilot.chooser.airframe == NOMINAL

@@ -5,9 +5,9 @@ import random
 
 import pytest
 
-from sitl.airframe import load
 from sitl.design.trim import level_trim
 from sitl.model.aerodynamics import wrench
+from sitl.model.airframe_files import load
 from sitl.model.plant import shaft_power as plant_power
 from sitl.model.state import Actuators
 from sitl.model.vectors import Vector, add, add_scaled, cross, dot, norm, scaled, subtract

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from protocol.dialect.vocabulary import DecisionReason, Way
-from sitl.airframe import load
+from sitl.model.airframe_files import load
 from sitl.prediction.mode_choice import decide, forbidden, plan
 from sitl.prediction.predictor import Abilities, Leg, predict_forward, predict_hover
 from sitl.simulation.tuning import Tuning

@@ -4,11 +4,11 @@ import math
 
 import pytest
 
-from sitl.airframe import load
 from sitl.control.reference import leg
+from sitl.model.airframe_files import load
 from sitl.model.vectors import Vector
-from sitl.prediction.leg_on_wing import WingLeg, fly_wing
-from sitl.prediction.leg_upright import HoverLeg, fly_hover
+from sitl.prediction.forward_leg import WingLeg, fly_wing
+from sitl.prediction.hover_leg import HoverLeg, fly_hover
 from sitl.prediction.point_mass import point_mass
 from sitl.simulation.tuning import Tuning
 

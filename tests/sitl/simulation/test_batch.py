@@ -39,7 +39,7 @@ def mixed(seed: int) -> Simulation:
 
 
 def state(simulation: Simulation) -> bytes:
-    return simulation._flights.tobytes()
+    return simulation._arrays.flights.tobytes()
 
 
 def test_every_flight_of_a_batch_ends_with_the_bits_it_has_alone() -> None:

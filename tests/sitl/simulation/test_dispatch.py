@@ -5,12 +5,14 @@ import math
 import pytest
 
 from protocol.dialect.vocabulary import Law
-from sitl.airframe import load
 from sitl.control.reference import hover_at
 from sitl.errors import SitlError, UnknownLawError, ZenoError
+from sitl.model.airframe_files import load
 from sitl.simulation.batch import fly_batch
 from sitl.simulation.dispatch import COMPILED, REGISTER
-from sitl.simulation.simulation import PERIOD, Simulation, Start
+from sitl.simulation.flight import PERIOD
+from sitl.simulation.simulation import Simulation
+from sitl.simulation.start import Start
 from sitl.simulation.storage import access, record_of
 from sitl.supervisor.guards import GUARDS
 from tests.support.own_laws import ENOUGH, OWN, OwnLaw
@@ -100,7 +102,7 @@ def test_every_law_computes_its_own_command():
 @pytest.mark.parametrize("number", [-1, 10, 77, 100])
 def test_a_law_that_the_core_does_not_know_ends_the_flight_and_nothing_flies(number):
     flown = hovering()
-    flown._flights["controller"]["law"] = number
+    flown._arrays.flights["controller"]["law"] = number
     before = flown.flight
     for fly in (lambda: flown.advance(10), lambda: flown.record(0.1, 50.0), lambda: fly_batch([flown], 0.1)):
         with pytest.raises(UnknownLawError, match=f"law {number} is not one of LANDED, HOVER_LINEAR"):

@@ -5,10 +5,10 @@ from enum import IntEnum
 import pytest
 
 from protocol.dialect.vocabulary import Law, Reason
-from sitl.airframe import load
 from sitl.compiled import kernel
 from sitl.control.laws import LAWS, LawRow, ValueRow
 from sitl.errors import SitlError
+from sitl.model.airframe_files import load
 from sitl.model.state import Actuators
 from sitl.simulation.simulation import Simulation
 from sitl.supervisor import guards

@@ -7,14 +7,15 @@ from hypothesis import strategies as st
 
 from sitl.control.reference import along, leg
 from sitl.simulation.flight import JumpEntry
+from sitl.simulation.situation import holds
 from sitl.simulation.storage import record_type
 from sitl.supervisor import guards
-from tests.support.under_way import on_the_wing, standing, state, vehicle
+from tests.support.started_simulation import in_forward_flight, standing, state, vehicle
 
 FLOWN = 2600  # periods; a block of draws is 2000 long
 
 
-@pytest.mark.parametrize("made", [vehicle, standing, on_the_wing])
+@pytest.mark.parametrize("made", [vehicle, standing, in_forward_flight])
 @settings(max_examples=12)
 @given(stops=st.lists(st.integers(0, FLOWN), max_size=8), looks=st.booleans())
 def test_one_seed_is_one_flight_however_it_is_stepped_and_looked_at(made, stops, looks):
@@ -24,7 +25,7 @@ def test_one_seed_is_one_flight_however_it_is_stepped_and_looked_at(made, stops,
         pieces.advance(stop - pieces.periods)
         if looks:
             pieces.sample()
-            pieces.holds(guards.armed)
+            holds(pieces, guards.armed)
     assert state(pieces) == state(whole)
     assert pieces.energy_by_law == pytest.approx(whole.energy_by_law)
 
@@ -38,7 +39,7 @@ def test_one_period_at_a_time_is_the_same_flight_too():
 
 
 def test_recording_does_not_change_the_flight_and_records_it_as_it_is():
-    watched, recorded = on_the_wing(), on_the_wing()
+    watched, recorded = in_forward_flight(), in_forward_flight()
     rows = recorded.record(4.0, 50.0)
     assert rows.time == pytest.approx(0.02 * np.arange(200))
     for k in range(200):

@@ -6,9 +6,11 @@ import pytest
 
 from protocol.dialect.vocabulary import Law, Way
 from sitl.autopilot.settings import Settings
+from tests.support.mission_items import waypoint
 from tests.support.processors import OLD, printed
+from tests.support.recorded_flight import HIGH, Flight
 from tests.support.reference_digest import SMALL, WAYS, digest
-from tests.support.wing_flight import HIGH, Flight, waypoint
+from tests.support.tunings import EVERY_LAW
 
 # A core type that the processor or the build of OpenBLAS does not have falls back to another.
 PROCESSORS = (
@@ -47,17 +49,18 @@ def test_every_processor_flies_the_same_flights(alone):
 
 
 def mission(lengths):
-    """A mission on the wing in gusts under the autopilot, in calls of these lengths in turn [control periods]."""
-    flight = Flight(gusts=0.6, wind_speed=2.0, wind_from=0.7, settings=Settings(way=Way.FORWARD), seed=3)
-    flight.autopilot.load_mission([waypoint(70.0, 20.0, HIGH + 5.0), waypoint(10.0, 80.0, HIGH)])
-    assert flight.autopilot.start_mission().accepted
+    """A mission in forward flight in gusts under the autopilot, in calls of these lengths in turn [control periods]."""
+    forward = Settings(way=Way.FORWARD)
+    flight = Flight(gusts=0.6, wind_speed=2.0, wind_from=0.7, settings=forward, seed=3, tuning=EVERY_LAW)
+    flight.autopilot.missions.load([waypoint(70.0, 20.0, HIGH + 5.0), waypoint(10.0, 80.0, HIGH)])
+    assert flight.autopilot.missions.start().accepted
     left, reached = 18000, []
     while left > 0:
         for length in lengths:
-            flight.craft.advance(min(length, left))
+            flight.aircraft.advance(min(length, left))
             left -= min(length, left)
             reached += flight.autopilot.reached()
-    return flight.vehicle._flights.tobytes(), flight.vehicle.jumps, reached
+    return flight.vehicle._arrays.flights.tobytes(), flight.vehicle.jumps, reached
 
 
 def test_under_the_autopilot_calls_of_any_length_fly_the_same_flight():

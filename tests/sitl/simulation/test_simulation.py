@@ -6,17 +6,22 @@ import numpy as np
 import pytest
 
 from protocol.dialect.vocabulary import Law, Limit
-from sitl.airframe import load
 from sitl.control.reference import along, hover_at, leg
 from sitl.errors import SitlError
+from sitl.model.airframe_files import load
 from sitl.model.plant import shaft_power
 from sitl.model.quaternions import hover
 from sitl.model.state import Actuators, Body
 from sitl.model.vectors import Vector
 from sitl.simulation import loop
-from sitl.simulation.simulation import PERIOD, DivergedError, Simulation, Start, Tuning, whole_periods
+from sitl.simulation.failures import DivergedError
+from sitl.simulation.flight import PERIOD
+from sitl.simulation.simulation import Simulation
+from sitl.simulation.situation import holds
+from sitl.simulation.start import Start, whole_periods
+from sitl.simulation.tuning import Tuning
 from sitl.supervisor import guards
-from tests.support.under_way import NOMINAL, UP, on_the_wing, vehicle
+from tests.support.started_simulation import NOMINAL, UP, in_forward_flight, vehicle
 
 FEATHER = NOMINAL._replace(J2=1e-9)  # turns faster than the steps can follow
 
@@ -70,7 +75,7 @@ def test_the_limits_are_those_of_the_last_call():
 
 
 def test_energy_by_law_adds_up_to_the_whole():
-    flown = on_the_wing()
+    flown = in_forward_flight()
     flown.advance(6000)
     assert sum(flown.energy_by_law.values()) == pytest.approx(flown.energy)
     assert len(flown.jumps) > 2
@@ -164,17 +169,17 @@ def test_beginning_elsewhere_goes_on_in_time_energy_and_jumps_and_forgets_the_re
 
 def test_what_is_seen_of_it_follows_what_it_is_told_at_once():
     flown = vehicle()
-    assert flown.holds(guards.armed)
+    assert holds(flown, guards.armed)
     flown.armed = False
-    assert not flown.holds(guards.armed)
+    assert not holds(flown, guards.armed)
     flown.armed = True
     near = flown.lyapunov
     flown.reference = hover_at((30.0, 0.0, UP), 0.0)
     assert flown.lyapunov > near
     flown.begin(Start())
-    assert not flown.holds(guards.flying)
+    assert not holds(flown, guards.flying)
     flown.flying = True
-    assert flown.holds(guards.flying)
+    assert holds(flown, guards.flying)
 
 
 def test_an_airframe_without_trims_is_asked_for_no_forward_flight():

@@ -9,11 +9,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numba import njit
 
-from sitl.airframe import load
 from sitl.control.laws import Gains, LawStates
 from sitl.control.reference import Reference
 from sitl.estimation.sensing import SensorNoise
 from sitl.model.airframe import Airframe
+from sitl.model.airframe_files import load
 from sitl.model.state import Actuators, Plant
 from sitl.model.vectors import Vector
 from sitl.simulation.flight import Design, Environment, Flight, JumpEntry, Sample

@@ -4,19 +4,20 @@ import math
 
 import pytest
 
-from sitl.airframe import load
 from sitl.control.forward_guidance import stopping_distance
 from sitl.control.reference import AttitudeReference, along, circle, hover_at, leg, steer
 from sitl.design.forward import line_of_sight_gains
+from sitl.model.airframe_files import load
 from sitl.model.quaternions import hover, multiply
 from sitl.model.vectors import Vector
 from sitl.simulation.tuning import Tuning, thresholds
 from sitl.supervisor import guards as g
 from tests.support.estimates import estimate, rotation, vector
+from tests.support.tunings import EVERY_LAW
 
 A = load("nominal").parameters
 GUIDANCE = line_of_sight_gains().guidance
-USUAL = thresholds(Tuning())
+USUAL = thresholds(EVERY_LAW)
 ALONE = thresholds(Tuning(v_enter=0.0, v_leave=math.inf))
 BIT = 1e-9  # relative distance from a threshold
 HERE, END = (0.0, 0.0, 50.0), (100.0, 0.0, 50.0)
@@ -199,7 +200,7 @@ def test_the_linear_forward_law_is_entered_below_one_value_and_left_above_anothe
     assert not holds(g.off_trim, v_forward=USUAL.v_forward_leave, thresholds=USUAL)
     assert holds(g.off_trim, v_forward=math.inf, thresholds=USUAL)  # on a circle
     assert USUAL.v_forward_enter < USUAL.v_forward_leave
-    assert not holds(g.on_trim, v_forward=0.0, thresholds=thresholds(Tuning(forward_linear=0)))
+    assert not holds(g.on_trim, v_forward=0.0, thresholds=thresholds(Tuning()))
 
 
 def test_set_points_of_attitude_are_seen_as_coming():

@@ -7,26 +7,28 @@ import numpy as np
 import pytest
 
 from protocol.dialect.vocabulary import Law
-from sitl.airframe import load
 from sitl.control import forward_linear, handover, hover_attitude, hover_linear
 from sitl.control.reference import AttitudeReference, Reference, circle, hover_at, leg, steer
 from sitl.estimation.truth import observe
+from sitl.model.airframe_files import load
 from sitl.model.ground import feet_aloft
 from sitl.model.quaternions import hover
 from sitl.model.state import Actuators, Body, Plant
 from sitl.model.vectors import add
 from sitl.simulation.dispatch import COMPILED
 from sitl.simulation.flight import Flight
-from sitl.simulation.simulation import Simulation, Start
+from sitl.simulation.simulation import Simulation
+from sitl.simulation.start import Start
 from sitl.simulation.storage import leaves, named_from, record_of
 from sitl.supervisor.guards import GUARDS
 from sitl.supervisor.resets import LET_GO_TIME, begin_anew
 from sitl.supervisor.table import TABLE
 from tests.support.estimates import rotation, vector
-from tests.support.forward_flight import on_leg
+from tests.support.linear_forward_flight import on_leg
+from tests.support.tunings import EVERY_LAW
 
 NOMINAL = load("nominal").parameters
-SIMULATION = Simulation(NOMINAL, start=Start(up=50.0, airborne=True))
+SIMULATION = Simulation(NOMINAL, start=Start(up=50.0, airborne=True), tuning=EVERY_LAW)
 DESIGN, DESIGNS = SIMULATION.design, SIMULATION.design_record
 ALL = sum(guard.bit for guard in GUARDS)
 COUNT = 20  # flights of each kind

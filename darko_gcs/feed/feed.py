@@ -1,0 +1,35 @@
+"""What a screen needs of a source of snapshots."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from darko_gcs.state.snapshot import Snapshot
+from darko_gcs.station.station import Station
+
+__all__ = ["Feed"]
+
+
+class Feed(Protocol):
+    """A vehicle on the link, or a recording."""
+
+    @property
+    def snapshot(self) -> Snapshot:
+        """The newest snapshot."""
+
+    @property
+    def now(self) -> float:
+        """The clock of the snapshot's times [s]."""
+
+    @property
+    def station(self) -> Station | None:
+        """The station that talks to the vehicle; None for a recording."""
+
+    async def open(self) -> None:
+        """Begin."""
+
+    async def close(self) -> None:
+        """End, and release everything."""
+
+    def advance(self, elapsed: float) -> None:
+        """Let time pass for the feed [s]."""

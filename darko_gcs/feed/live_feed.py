@@ -1,0 +1,79 @@
+"""Snapshots of a vehicle on the link."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from darko_gcs.feed.sitl_process import SitlProcess
+from darko_gcs.feed.udp_link import UdpLink
+from darko_gcs.state.snapshot import Snapshot
+from darko_gcs.station.initial_sync import InitialSync
+from darko_gcs.station.station import Station
+from protocol.dialect import mavlink
+from protocol.loopback import open_port_warning
+
+__all__ = ["LiveFeed"]
+
+
+class LiveFeed:
+    """A vehicle on the link, and the vehicle process if we start it.
+
+    Args:
+        station: Talks to the vehicle.
+        host: Local address to listen on.
+        port: Local UDP port; 0: any.
+        sitl: Arguments of the vehicle process to start; None starts none.
+        greeting: First line of the message log.
+    """
+
+    def __init__(
+        self, station: Station, host: str, port: int, sitl: Sequence[str] | None, *, greeting: str = ""
+    ) -> None:
+        self.station: Station = station
+        self._link = UdpLink(station)
+        self._host, self._port, self._sitl = host, port, sitl
+        self._greeting = greeting
+        self._process: SitlProcess | None = None
+        self._sync = InitialSync(station)
+        self._exit_reported = False
+
+    @property
+    def snapshot(self) -> Snapshot:
+        """The newest snapshot."""
+        return self.station.snapshot
+
+    @property
+    def now(self) -> float:
+        """The link's clock [s]."""
+        return self._link.now
+
+    async def open(self) -> None:
+        """Listen, and start the vehicle process if asked to.
+
+        Raises:
+            LinkError: If the port is not available or the process cannot be started.
+        """
+        await self._link.open(self._host, self._port)
+        self._log(f"Listening on {self._host}:{self._link.port}")
+        if warning := open_port_warning(self._host, signed=self.station.endpoint.keyring.is_on):
+            self._log(warning)
+        if self._greeting:
+            self._log(self._greeting)
+        if self._sitl is not None:
+            self._process = await SitlProcess.start(self._link.port, self._sitl, self._log)
+
+    async def close(self) -> None:
+        """Stop our vehicle process, release the port, close the recording."""
+        if self._process is not None:
+            await self._process.stop()
+        await self._link.close()
+
+    def advance(self, elapsed: float) -> None:  # noqa: ARG002 - the link has its own clock
+        """Sync with a new vehicle; report when our vehicle process ends by itself."""
+        self._sync.follow(self.station.events(), self._link.now)
+        if self._process is not None and self._process.exit_code is not None and not self._exit_reported:
+            self._exit_reported = True
+            self._log(f"darko-sitl ended with exit code {self._process.exit_code}")
+
+    def _log(self, text: str) -> None:
+        self.station.add_line(self._link.now, text, mavlink.MAV_SEVERITY_NOTICE)

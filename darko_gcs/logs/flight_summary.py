@@ -1,0 +1,377 @@
+"""Summarises the flights in a telemetry log: pure functions from a reader to numbers and names."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from darko_gcs.state.mode_names import mode_name
+from darko_gcs.state.text import name_of
+from darko_gcs.state.values import NO_ITEM
+from protocol.dialect import mavlink
+from protocol.dialect.vocabulary import DecisionReason, Law, Reason, Way
+from protocol.message import Source, source_of
+from protocol.tlog import Damage, TlogReader, message_name
+from protocol.tlog.replay import playing_times
+
+__all__ = [
+    "LogSummary",
+    "LoggedDecision",
+    "LoggedFlight",
+    "LoggedJump",
+    "LoggedText",
+    "MessageCount",
+    "Period",
+    "enum_name",
+    "summarise",
+]
+
+Floats = NDArray[np.float64]
+Columns = dict[str, NDArray[Any]]
+
+_MAX_GAP = 5.0  # between messages of a flight; nothing is assumed about a longer gap [s]
+_EARTH_RADIUS = 6_371_000.0  # [m]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MessageCount:
+    """How often one source sent one message."""
+
+    name: str
+    count: int
+    rate: float  # mean over the log [Hz]
+    system: int
+    component: int
+
+
+@dataclass(frozen=True, slots=True)
+class Period:
+    """A state and the playing times [s] from which and until which it lasted."""
+
+    name: str
+    start: float
+    end: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LoggedJump:
+    """One jump of the hybrid controller."""
+
+    time: float  # playing time [s]
+    number: int
+    law_from: str
+    law_to: str
+    reason: str
+    v: float  # Lyapunov value of the guard; NaN for a guard without one
+    name: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LoggedDecision:
+    """Hover or forward flight on one leg; the time of an impossible one is infinite."""
+
+    time: float  # playing time [s]
+    seq: int | None  # mission item at the end of the leg
+    way: str
+    reason: str
+    distance: float  # [m]
+    climb: float  # [m]
+    hover_time: float  # [s]
+    hover_energy: float  # [J]
+    forward_time: float  # [s]
+    forward_energy: float  # [J]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LoggedText:
+    """One STATUSTEXT, its chunks joined."""
+
+    time: float  # playing time [s]
+    severity: str
+    text: str
+    system: int
+    component: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LoggedFlight:
+    """The flights of one vehicle."""
+
+    system: int
+    component: int
+    type: str
+    autopilot: str
+    modes: tuple[Period, ...]
+    armed: tuple[Period, ...]
+    distance: float | None  # flown while armed [m]
+    height: float | None  # maximum above the local frame's origin [m]
+    speed: float | None  # maximum over ground [m/s]
+    cross_track_rms: float | None  # distance from the path while armed [m]
+    cross_track_max: float | None  # [m]
+    laws: dict[str, float]  # vehicle's time in each control law [s]
+    energy: dict[str, float]  # used in each control law [J]
+    vtol: tuple[Period, ...]  # hover, forward flight and the transitions between them
+    decisions: tuple[LoggedDecision, ...]
+    jumps: tuple[LoggedJump, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LogSummary:
+    """Contents of a log."""
+
+    size: int  # [byte]
+    records: int
+    start_usec: int  # since 1970
+    duration: float  # [s]
+    version_1: int
+    version_2: int
+    signed: int
+    unknown: int  # records outside the dialect, whose checksum cannot be verified
+    clock_steps: int  # how often the recording clock went back
+    clock_back: float  # largest of these steps [s]
+    flights: tuple[LoggedFlight, ...]
+    stations: tuple[Source, ...]  # other sources that sent a HEARTBEAT
+    messages: tuple[MessageCount, ...]
+    texts: tuple[LoggedText, ...]
+    damage: tuple[Damage, ...]
+
+
+@np.errstate(invalid="ignore", over="ignore")  # a log may hold any bits, also NaN and infinite numbers
+def summarise(reader: TlogReader) -> LogSummary:
+    """The summary of a log with at least one record."""
+    times = playing_times(reader.times)
+    sources = _sources(reader, reader.rows("HEARTBEAT"))
+    flights = tuple(_flight(reader, times, source) for source in sources if _is_vehicle(reader, source))
+    vehicles = {(flight.system, flight.component) for flight in flights}
+    return LogSummary(
+        size=reader.size,
+        records=len(reader),
+        start_usec=int(reader.times[0]),
+        duration=float(times[-1]),
+        version_1=int((reader.versions == 1).sum()),
+        version_2=int((reader.versions == 2).sum()),
+        signed=int(reader.signed.sum()),
+        unknown=int((~reader.known).sum()),
+        clock_steps=len(reader.backward),
+        clock_back=float(-np.diff(reader.times).min(initial=0)) / 1e6,
+        flights=flights,
+        stations=tuple(source for source in sources if source not in vehicles),
+        messages=_counts(reader, float(times[-1])),
+        texts=_texts(reader, times),
+        damage=reader.damage,
+    )
+
+
+def enum_name(enum: str, value: int) -> str:
+    """Name of an entry of a MAVLink enum, without the name of the enum; an unknown value as its digits."""
+    entry = mavlink.enums[enum].get(value)
+    return str(value) if entry is None else str(entry.name).removeprefix(f"{enum}_")
+
+
+def _sources(reader: TlogReader, rows: NDArray[np.int64]) -> list[Source]:
+    pairs = np.stack((reader.systems[rows], reader.components[rows]), axis=1)
+    return [(int(system), int(component)) for system, component in np.unique(pairs, axis=0)]
+
+
+def _is_vehicle(reader: TlogReader, source: Source) -> bool:
+    kinds = reader.columns("HEARTBEAT", source)["autopilot"]
+    return bool(np.any(kinds != mavlink.MAV_AUTOPILOT_INVALID))
+
+
+def _counts(reader: TlogReader, duration: float) -> tuple[MessageCount, ...]:
+    kinds = np.stack((reader.ids, reader.systems, reader.components), axis=1)
+    kinds, counts = np.unique(kinds, axis=0, return_counts=True)
+    found = [
+        MessageCount(
+            name=message_name(number),
+            count=count,
+            rate=count / duration if duration else 0.0,
+            system=system,
+            component=component,
+        )
+        for (number, system, component), count in zip(kinds.tolist(), counts.tolist(), strict=True)
+    ]
+    return tuple(sorted(found, key=lambda message: (message.system, message.component, message.name)))
+
+
+def _texts(reader: TlogReader, times: Floats) -> tuple[LoggedText, ...]:
+    texts: list[LoggedText] = []
+    last: dict[Source, int] = {}
+    for row in reader.rows("STATUSTEXT").tolist():
+        if (message := reader.decode(row)) is None:
+            continue
+        source = source_of(message)
+        if message.id and message.chunk_seq and source in last:
+            first = texts[last[source]]
+            texts[last[source]] = replace(first, text=first.text + message.text)
+            continue
+        last[source] = len(texts)
+        texts.append(
+            LoggedText(
+                time=float(times[row]),
+                severity=enum_name("MAV_SEVERITY", message.severity),
+                text=message.text,
+                system=source[0],
+                component=source[1],
+            )
+        )
+    return tuple(texts)
+
+
+def _flight(reader: TlogReader, times: Floats, source: Source) -> LoggedFlight:
+    rows, beats = reader.rows("HEARTBEAT", source), reader.columns("HEARTBEAT", source)
+    end = float(times[-1])
+    modes = _mode_names(beats)
+    armed = (beats["base_mode"].astype(np.int64) & int(mavlink.MAV_MODE_FLAG_SAFETY_ARMED)) != 0
+    distance, height, speed = _path(reader, times, source, rows, armed)
+    cross_track = _cross_track(reader, source, rows, armed)
+    return LoggedFlight(
+        system=source[0],
+        component=source[1],
+        type=enum_name("MAV_TYPE", int(beats["type"][-1])),
+        autopilot=enum_name("MAV_AUTOPILOT", int(beats["autopilot"][-1])),
+        modes=tuple(_periods(times[rows], modes, end)),
+        armed=tuple(p for p in _periods(times[rows], ["armed" if a else "" for a in armed], end) if p.name),
+        distance=distance,
+        height=height,
+        speed=speed,
+        cross_track_rms=None if cross_track is None else float(np.sqrt(np.mean(cross_track**2))),
+        cross_track_max=None if cross_track is None else float(np.max(np.abs(cross_track))),
+        laws=_laws(reader, source),
+        energy=_energy(reader, source),
+        vtol=_vtol(reader, times, source),
+        decisions=_decisions(reader, times, source),
+        jumps=_jumps(reader, times, source),
+    )
+
+
+def _mode_names(beats: Columns) -> list[str]:
+    rows = zip(*(beats[field].tolist() for field in ("autopilot", "type", "custom_mode")), strict=True)
+    return [mode_name(autopilot, kind, number) or f"mode {number}" for autopilot, kind, number in rows]
+
+
+def _periods(times: Floats, names: list[str], end: float) -> list[Period]:
+    """Runs of equal names; each lasts until the next begins, the last one until the end of the log [s]."""
+    begins = [k for k, name in enumerate(names) if k == 0 or name != names[k - 1]]
+    return [
+        Period(names[k], float(times[k]), end if following is None else float(times[following]))
+        for k, following in pairwise([*begins, None])
+        if k is not None
+    ]
+
+
+def _path(
+    reader: TlogReader, times: Floats, source: Source, beat_rows: NDArray[np.int64], armed: NDArray[np.bool_]
+) -> tuple[float | None, float | None, float | None]:
+    """Distance flown while armed [m], maximum height [m] and speed [m/s]; None without a message with positions."""
+    name = "LOCAL_POSITION_NED" if len(reader.rows("LOCAL_POSITION_NED", source)) else "GLOBAL_POSITION_INT"
+    rows, fields = reader.rows(name, source), reader.columns(name, source)
+    if not len(rows):
+        return None, None, None
+    position, velocity = (_local if name == "LOCAL_POSITION_NED" else _geodetic)(fields)
+    steps = np.linalg.norm(np.diff(position, axis=0), axis=1)
+    flying = _armed_at(rows, beat_rows, armed)
+    counted = flying[1:] & flying[:-1] & (np.diff(times[rows]) < _MAX_GAP)
+    height = float(np.nanmax(-position[:, 2], initial=0.0))
+    speed = float(np.nanmax(np.linalg.norm(velocity, axis=1), initial=0.0))
+    return float(np.nansum(steps[counted])), height, speed
+
+
+def _armed_at(rows: NDArray[np.int64], beat_rows: NDArray[np.int64], armed: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Whether the vehicle was armed at each of some records, by the HEARTBEAT before it."""
+    flying = np.zeros(len(rows), dtype=np.bool_)
+    beat = np.searchsorted(beat_rows, rows) - 1
+    flying[beat >= 0] = armed[beat[beat >= 0]]
+    return flying
+
+
+def _cross_track(
+    reader: TlogReader, source: Source, beat_rows: NDArray[np.int64], armed: NDArray[np.bool_]
+) -> Floats | None:
+    """Distances from the path while armed [m]; None without any."""
+    errors = reader.columns("NAV_CONTROLLER_OUTPUT", source)["xtrack_error"].astype(np.float64)
+    flying = _armed_at(reader.rows("NAV_CONTROLLER_OUTPUT", source), beat_rows, armed)
+    errors = errors[flying & np.isfinite(errors)]
+    return errors if len(errors) else None
+
+
+def _local(fields: Columns) -> tuple[Floats, Floats]:
+    """Positions NED [m] and velocities NED [m/s], shape (n, 3)."""
+    return (
+        np.stack([fields[axis].astype(np.float64) for axis in ("x", "y", "z")], axis=1),
+        np.stack([fields[axis].astype(np.float64) for axis in ("vx", "vy", "vz")], axis=1),
+    )
+
+
+def _geodetic(fields: Columns) -> tuple[Floats, Floats]:
+    """Positions NED [m] and velocities NED [m/s] from GLOBAL_POSITION_INT, shape (n, 3).
+
+    On a plane through the first fix; positions without a fix, (0, 0), are NaN. The earth is a sphere here: lengths are
+    correct to half a percent within some tens of kilometres.
+    """
+    lat, lon = (np.radians(fields[angle] * 1e-7) for angle in ("lat", "lon"))
+    fixed = (lat != 0.0) | (lon != 0.0)
+    radius = np.where(fixed, _EARTH_RADIUS, np.nan)
+    north, east = lat * radius, lon * radius * np.cos(lat[np.argmax(fixed)])
+    down = fields["relative_alt"] * -1e-3
+    velocity = np.stack([fields[axis] * 1e-2 for axis in ("vx", "vy", "vz")], axis=1)
+    return np.stack((north, east, down), axis=1), velocity
+
+
+def _laws(reader: TlogReader, source: Source) -> dict[str, float]:
+    """Time in each control law [s], on the vehicle's clock: a simulation may run faster than the recorder's clock."""
+    states = reader.columns("DARKO_HYBRID_STATE", source)
+    laws = states["law"][:-1]
+    steps = np.diff(states["time_boot_ms"].astype(np.float64) / 1e3)
+    steps = np.where((steps > 0.0) & (steps < _MAX_GAP), steps, 0.0)
+    return {name_of(Law, number): float(steps[laws == number].sum()) for number in np.unique(laws).tolist()}
+
+
+def _energy(reader: TlogReader, source: Source) -> dict[str, float]:
+    """Energy used in each control law [J]; after a restart, the vehicle counts from zero."""
+    totals = reader.columns("DARKO_ENERGY", source)["energy_by_law"].astype(np.float64)
+    used = np.nansum(np.clip(np.diff(totals, axis=0), 0.0, None), axis=0)
+    return {name_of(Law, law): joules for law, joules in enumerate(used.tolist()) if joules > 0.0}
+
+
+def _vtol(reader: TlogReader, times: Floats, source: Source) -> tuple[Period, ...]:
+    rows = reader.rows("EXTENDED_SYS_STATE", source)
+    states = reader.columns("EXTENDED_SYS_STATE", source)["vtol_state"]
+    if not np.any(states):  # MAV_VTOL_STATE_UNDEFINED: not a VTOL vehicle
+        return ()
+    return tuple(_periods(times[rows], [enum_name("MAV_VTOL_STATE", int(v)) for v in states], float(times[-1])))
+
+
+def _decisions(reader: TlogReader, times: Floats, source: Source) -> tuple[LoggedDecision, ...]:
+    rows, fields = reader.rows("DARKO_DECISION", source), reader.columns("DARKO_DECISION", source)
+    numbers = ("distance", "climb", "hover_time", "hover_energy", "forward_time", "forward_energy")
+    return tuple(
+        LoggedDecision(
+            time=float(times[row]),
+            seq=None if fields["seq"][k] == NO_ITEM else int(fields["seq"][k]),
+            way=name_of(Way, int(fields["way"][k])),
+            reason=name_of(DecisionReason, int(fields["reason"][k])),
+            **{name: float(fields[name][k]) for name in numbers},
+        )
+        for k, row in enumerate(rows.tolist())
+    )
+
+
+def _jumps(reader: TlogReader, times: Floats, source: Source) -> tuple[LoggedJump, ...]:
+    rows, fields = reader.rows("DARKO_JUMP", source), reader.columns("DARKO_JUMP", source)
+    return tuple(
+        LoggedJump(
+            time=float(times[row]),
+            number=int(fields["jump"][k]),
+            law_from=name_of(Law, int(fields["law_from"][k])),
+            law_to=name_of(Law, int(fields["law_to"][k])),
+            reason=name_of(Reason, int(fields["reason"][k])),
+            v=float(fields["v"][k]),
+            name=fields["name"][k].decode("ascii", "replace"),
+        )
+        for k, row in enumerate(rows.tolist())
+    )

@@ -1,1 +1,0 @@
-"""Drawing as pure functions: numbers in, styled text out."""

@@ -1,0 +1,36 @@
+"""Tables of message handlers: each handler registers itself beside its code."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from darko_gcs.state.snapshot import Snapshot
+from protocol.message import Message
+
+__all__ = ["Handler", "HandlerTable"]
+
+Handler = Callable[[Snapshot, Message, float], Snapshot]  # snapshot before, message, arrival [s] -> snapshot after
+
+
+class HandlerTable:
+    """Handlers by message name."""
+
+    def __init__(self) -> None:
+        self._handlers: dict[str, Handler] = {}
+
+    def handles(self, name: str) -> Callable[[Handler], Handler]:
+        """Decorator: register a function as the handler of a message."""
+
+        def register(handler: Handler) -> Handler:
+            self._handlers[name] = handler
+            return handler
+
+        return register
+
+    def add(self, other: HandlerTable) -> None:
+        """Take over the handlers of another table."""
+        self._handlers |= other._handlers
+
+    def get(self, name: str) -> Handler | None:
+        """The handler of a message, or None."""
+        return self._handlers.get(name)

@@ -1,0 +1,277 @@
+"""Folds one message of the vehicle into the snapshot: standard MAVLink here, DARKO_* in ``reduce_darko``."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from darko_gcs.state.message_handlers import HandlerTable
+from darko_gcs.state.message_log import add_line, add_status_text
+from darko_gcs.state.mode_names import mode_name
+from darko_gcs.state.parameter_metadata import MAX_PARAMETERS
+from darko_gcs.state.plan_parts import plan_of, with_plan
+from darko_gcs.state.reduce_darko import DARKO_HANDLERS
+from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
+from darko_gcs.state.values import NO_ITEM, Navigation, PlanIds
+from protocol import units
+from protocol.dialect import mavlink
+from protocol.engines.parameter_values import decode_value
+from protocol.frames import FLYING_DISPLAY, Geodetic, quaternion_from_euler
+from protocol.frames import heading as heading_of
+from protocol.message import Message, Source, source_of
+from protocol.plans import MissionItem
+
+__all__ = ["MAX_TRACK_POINTS", "RESTART_MESSAGES", "reduce"]
+
+MAX_TRACK_POINTS = 1500
+MIN_TRACK_STEP = 0.15  # between points of the track [m]
+RESTART_STEP = 1.0  # a time since boot that goes back by more than this indicates a restart [s]
+RESTART_MESSAGES = 3  # messages in a row that must indicate it: a single one may only be late
+# Fields that stay true when the vehicle restarts; all others belong to the flight before.
+FIELDS_KEPT_AT_RESTART = (
+    "source", "autopilot", "kind", "armed", "mode", "critical", "heartbeat_at", "lost", "restarts", "parameters",
+    "parameter_count", "parameter_metadata",
+    "mission", "fence", "rally", "transfer", "messages", "open_text", "received", "rate", "loss", "unrecorded",
+    "signing", "refused",
+)  # fmt: skip
+MAX_NUMBER = 1e9  # of the fields below, in their units
+# Fields that must be finite and below MAX_NUMBER, or the message is ignored: an unsigned message may come from anyone.
+# Screens must cope with any value of the other fields.
+CHECKED_FIELDS = {
+    "ATTITUDE": ("roll", "pitch", "yaw"),
+    "ATTITUDE_QUATERNION": ("q1", "q2", "q3", "q4", "repr_offset_q"),
+    "DARKO_ACTUATORS": (
+        "motor_speed", "motor_command", "thrust", "elevon", "elevon_command", "motor_min", "motor_max", "elevon_max",
+    ),
+    "DARKO_AIR": ("wind_estimate", "wind_true", "airspeed_estimate", "airspeed_true"),
+    "DARKO_DECISION": ("distance", "climb", "tail_wind", "cross_wind"),
+    "DARKO_ENERGY": ("power", "energy", "energy_by_law"),
+    "DARKO_HYBRID_STATE": ("governor",),  # a threshold may be infinite: the law is never left
+    "LOCAL_POSITION_NED": ("x", "y", "z", "vx", "vy", "vz"),
+    "NAV_CONTROLLER_OUTPUT": ("xtrack_error", "alt_error"),
+    "POSITION_TARGET_LOCAL_NED": ("x", "y", "z"),
+    "VFR_HUD": ("airspeed", "groundspeed"),
+    "WIND_COV": ("wind_x", "wind_y", "wind_z"),
+}  # fmt: skip
+MAX_LATITUDE_E7, MAX_LONGITUDE_E7 = 89_0000000, 180_0000000  # of a place that a map can show [1e-7 deg]
+UNKNOWN_VOLTAGE = 0xFFFF  # of SYS_STATUS and of a cell of BATTERY_STATUS [mV]
+
+HANDLERS = HandlerTable()
+HANDLERS.add(DARKO_HANDLERS)
+
+
+def reduce(s: Snapshot, message: Message, now: float) -> Snapshot:
+    """The snapshot after one message.
+
+    Args:
+        s: The snapshot before.
+        message: A decoded message of any sender. Only the first vehicle that is heard counts, and the STATUSTEXTs of
+            its other components.
+        now: Time of arrival, on the caller's clock [s].
+    """
+    kind = message.get_type()
+    if kind == "HEARTBEAT":
+        return _heartbeat(s, message, now)
+    if s.source is not None and not _is_relevant(kind, source_of(message), s.source):
+        return s
+    handler = HANDLERS.get(kind)
+    if handler is None or not _is_sane(kind, message):
+        return s
+    boot = getattr(message, "time_boot_ms", None)
+    if boot is not None:
+        s = _at_boot_time(s, boot / 1e3, now)
+        if s.late_messages:  # delayed, or one of the first after a restart: not shown
+            return s
+    return handler(s, message, now)
+
+
+def _is_sane(kind: str, m: Message) -> bool:
+    values = (getattr(m, name) for name in CHECKED_FIELDS.get(kind, ()))
+    numbers = (number for value in values for number in (value if isinstance(value, list) else (value,)))
+    return all(abs(number) < MAX_NUMBER for number in numbers)  # false for NaN
+
+
+def _is_on_map(latitude: int, longitude: int) -> bool:
+    return abs(latitude) <= MAX_LATITUDE_E7 and abs(longitude) <= MAX_LONGITUDE_E7
+
+
+def _is_relevant(kind: str, source: Source, vehicle: Source) -> bool:
+    if kind == "MISSION_ITEM_INT":  # in a log, the mission comes from the station that uploaded it
+        return True
+    return source == vehicle or (kind == "STATUSTEXT" and source[0] == vehicle[0])
+
+
+def _heartbeat(s: Snapshot, m: Message, now: float) -> Snapshot:
+    source = source_of(m)
+    if m.autopilot == mavlink.MAV_AUTOPILOT_INVALID or source[1] != mavlink.MAV_COMP_ID_AUTOPILOT1:
+        return s
+    if s.source is not None and s.source != source:
+        return s
+    return replace(
+        s,
+        source=source,
+        autopilot=m.autopilot,
+        kind=m.type,
+        armed=bool(m.base_mode & mavlink.MAV_MODE_FLAG_SAFETY_ARMED),
+        mode=mode_name(m.autopilot, m.type, m.custom_mode) or f"MODE {m.custom_mode}",
+        critical=m.system_status in {mavlink.MAV_STATE_CRITICAL, mavlink.MAV_STATE_EMERGENCY},
+        heartbeat_at=now,
+        lost=False,
+    )
+
+
+def _at_boot_time(s: Snapshot, boot: float, now: float) -> Snapshot:
+    if s.boot is None or boot >= s.boot - RESTART_STEP:
+        return replace(s, boot=boot, late_messages=0)
+    if s.late_messages + 1 < RESTART_MESSAGES:
+        return replace(s, late_messages=s.late_messages + 1)
+    s = replace(EMPTY_SNAPSHOT, **{name: getattr(s, name) for name in FIELDS_KEPT_AT_RESTART})
+    s = replace(s, boot=boot, restarts=s.restarts + 1)
+    return add_line(s, now, mavlink.MAV_SEVERITY_NOTICE, "The vehicle restarted")
+
+
+# Attitude, position, air
+
+
+@HANDLERS.handles("ATTITUDE_QUATERNION")
+def _attitude_quaternion(s: Snapshot, m: Message, _now: float) -> Snapshot:
+    q = (m.q1, m.q2, m.q3, m.q4)
+    offset = tuple(m.repr_offset_q)
+    return replace(s, q=q, repr_offset=offset if any(offset) else FLYING_DISPLAY, heading=heading_of(q))
+
+
+@HANDLERS.handles("ATTITUDE")
+def _attitude(s: Snapshot, m: Message, _now: float) -> Snapshot:
+    if s.repr_offset is not None:  # the vehicle sends quaternions too, which have no singularity
+        return s
+    return replace(s, q=quaternion_from_euler(m.roll, m.pitch, m.yaw), heading=m.yaw % (2.0 * math.pi))
+
+
+@HANDLERS.handles("LOCAL_POSITION_NED")
+def _local_position(s: Snapshot, m: Message, _now: float) -> Snapshot:
+    return replace(s, p=(m.x, m.y, m.z), v=(m.vx, m.vy, m.vz), track=_extended(s.track, (m.x, m.y)))
+
+
+def _extended(track: tuple[tuple[float, float], ...], at: tuple[float, float]) -> tuple[tuple[float, float], ...]:
+    if track and math.dist(track[-1], at) < MIN_TRACK_STEP:
+        return track
+    if len(track) >= MAX_TRACK_POINTS:  # drop every other point of the older half: the whole flight stays in view
+        track = track[: MAX_TRACK_POINTS // 2 : 2] + track[MAX_TRACK_POINTS // 2 :]
+    return (*track, at)
+
+
+@HANDLERS.handles("GLOBAL_POSITION_INT")
+def _global_position(s: Snapshot, m: Message, _now: float) -> Snapshot:
+    if not _is_on_map(m.lat, m.lon):
+        return s
+    here = Geodetic(units.from_e7(m.lat), units.from_e7(m.lon), units.from_millimetres(m.alt))
+    return replace(s, geodetic=here, relative_altitude=units.from_millimetres(m.relative_alt))
+
+
+@HANDLERS.handles("POSITION_TARGET_LOCAL_NED")
+def _position_target(s: Snapshot, m: Message, _now: float) -> Snapshot:
+    return replace(s, target=(m.x, m.y, m.z))
+
+
+@HANDLERS.handles("HOME_POSITION")
+def _home(s: Snapshot, m: Message, _now: float) -> Snapshot:
+    if not _is_on_map(m.latitude, m.longitude):
+        return s
+    home = Geodetic(units.from_e7(m.latitude), units.from_e7(m.longitude), units.from_millimetres(m.altitude))
+    p = (m.x, m.y, m.z)
+    return replace(s, home=home, home_p=p if all(map(math.isfinite, p)) else s.home_p)
+
+
+@HANDLERS.handles("VFR_HUD")
+def _vfr_hud(s: Snapshot, m: Message, _now: float) -> Snapshot:
+    return replace(s, airspeed=m.airspeed, ground_speed=m.groundspeed, throttle=m.throttle / 100.0)
+
+
+@HANDLERS.handles("WIND_COV")
+def _wind(s: Snapshot, m: Message, _now: float) -> Snapshot:
+    return replace(s, wind=(m.wind_x, m.wind_y, m.wind_z))
+
+
+@HANDLERS.handles("NAV_CONTROLLER_OUTPUT")
+def _navigation(s: Snapshot, m: Message, _now: float) -> Snapshot:
+    bearing = math.radians(m.target_bearing)
+    return replace(s, navigation=Navigation(m.xtrack_error, m.alt_error, float(m.wp_dist), bearing))
+
+
+# State of the vehicle
+
+
+@HANDLERS.handles("EXTENDED_SYS_STATE")
+def _extended_state(s: Snapshot, m: Message, _now: float) -> Snapshot:
+    return replace(s, landed_state=m.landed_state, vtol_state=m.vtol_state)
+
+
+@HANDLERS.handles("SYS_STATUS")
+def _sys_status(s: Snapshot, m: Message, _now: float) -> Snapshot:
+    bit = mavlink.MAV_SYS_STATUS_PREARM_CHECK
+    ready = bool(m.onboard_control_sensors_health & bit) if m.onboard_control_sensors_present & bit else None
+    s = replace(s, prearm_ok=ready)
+    if m.voltage_battery != UNKNOWN_VOLTAGE and s.voltage is None:
+        s = replace(s, voltage=m.voltage_battery / 1e3)
+    if m.battery_remaining >= 0 and s.battery is None:
+        s = replace(s, battery=m.battery_remaining / 100.0)
+    return s
+
+
+@HANDLERS.handles("BATTERY_STATUS")
+def _battery(s: Snapshot, m: Message, _now: float) -> Snapshot:
+    cells = [cell / 1e3 for cell in m.voltages if cell != UNKNOWN_VOLTAGE]
+    return replace(
+        s,
+        voltage=sum(cells) if cells else s.voltage,
+        current=m.current_battery / 100.0 if m.current_battery >= 0 else None,
+        battery=m.battery_remaining / 100.0 if m.battery_remaining >= 0 else s.battery,
+    )
+
+
+@HANDLERS.handles("CONTROL_STATUS")
+def _control_status(s: Snapshot, m: Message, _now: float) -> Snapshot:
+    asked_by = s.control_asked_by if m.gcs_main == s.in_control else 0
+    allowed = bool(m.flags & mavlink.GCS_CONTROL_STATUS_FLAGS_TAKEOVER_ALLOWED)
+    return replace(s, in_control=m.gcs_main, takeover_allowed=allowed, control_asked_by=asked_by)
+
+
+@HANDLERS.handles("PARAM_VALUE")
+def _parameter(s: Snapshot, m: Message, _now: float) -> Snapshot:
+    if m.param_id not in s.parameters and len(s.parameters) >= MAX_PARAMETERS:
+        return s
+    is_cast = s.autopilot == mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA  # integers as floats of the same value
+    value = m.param_value if is_cast else decode_value(m.param_value, m.param_type)
+    return replace(s, parameters={**s.parameters, m.param_id: value}, parameter_count=m.param_count)
+
+
+HANDLERS.handles("STATUSTEXT")(add_status_text)
+
+
+# Mission
+
+
+@HANDLERS.handles("MISSION_CURRENT")
+def _mission_current(s: Snapshot, m: Message, now: float) -> Snapshot:
+    begins = m.mission_state == mavlink.MISSION_STATE_ACTIVE and s.mission_state != m.mission_state
+    return replace(
+        s,
+        mission_current=m.seq,
+        mission_count=None if m.total == NO_ITEM else m.total,
+        mission_state=m.mission_state,
+        reached=frozenset(seq for seq in s.reached if seq < m.seq) if begins else s.reached,
+        plan_ids=PlanIds(now, m.mission_id, m.fence_id, m.rally_points_id),
+    )
+
+
+@HANDLERS.handles("MISSION_ITEM_REACHED")
+def _item_reached(s: Snapshot, m: Message, _now: float) -> Snapshot:
+    return replace(s, reached=s.reached | {m.seq})
+
+
+@HANDLERS.handles("MISSION_ITEM_INT")
+def _mission_item(s: Snapshot, m: Message, _now: float) -> Snapshot:
+    items = plan_of(s, m.mission_type)
+    if items is None or m.seq > len(items):
+        return s
+    return with_plan(s, m.mission_type, (*items[: m.seq], MissionItem.from_message(m), *items[m.seq + 1 :]))

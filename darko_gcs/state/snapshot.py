@@ -1,0 +1,147 @@
+"""All the ground station knows at one moment, as immutable values. None means "never received"."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from darko_gcs.state.parameter_metadata import ParameterMetadata
+from darko_gcs.state.text import label_of
+from darko_gcs.state.values import (
+    AIRBORNE_STATES,
+    Actuators,
+    Air,
+    Decision,
+    Energy,
+    HybridState,
+    Jump,
+    LogLine,
+    Navigation,
+    OpenText,
+    PlanIds,
+    SigningState,
+)
+from protocol.dialect import mavlink
+from protocol.dialect.vocabulary import Law, Saturation
+from protocol.events import CommandProgress
+from protocol.frames import Geodetic, LocalFrame, Quaternion, Vector
+from protocol.message import Source
+from protocol.plans import MissionItem
+
+__all__ = ["EMPTY_SNAPSHOT", "Snapshot"]
+
+NOSE_FORWARD_STATES = frozenset({mavlink.MAV_VTOL_STATE_TRANSITION_TO_MC, mavlink.MAV_VTOL_STATE_FW})
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Snapshot:
+    """What the screens show. Positions are NED in the vehicle's local frame, angles in radians, SI units."""
+
+    source: Source | None = None  # (system, component) of the vehicle
+    autopilot: int = 0  # MAV_AUTOPILOT
+    kind: int = 0  # MAV_TYPE
+    armed: bool | None = None
+    mode: str | None = None
+    heartbeat_at: float | None = None  # arrival of the last HEARTBEAT, on the caller's clock [s]
+    lost: bool = False
+    critical: bool = False  # a failsafe of the vehicle reports a critical state
+    landed_state: int = 0  # MAV_LANDED_STATE
+    vtol_state: int = 0  # MAV_VTOL_STATE
+    boot: float | None = None  # vehicle's time since boot [s]
+    late_messages: int = 0  # messages in a row whose time since boot was long before ``boot``
+    restarts: int = 0  # restarts of the vehicle seen so far
+
+    q: Quaternion | None = None  # flying body frame FRD -> NED
+    repr_offset: Quaternion | None = None
+    p: Vector | None = None  # NED [m]
+    v: Vector | None = None  # NED [m/s]
+    target: Vector | None = None  # NED [m]
+    geodetic: Geodetic | None = None
+    relative_altitude: float | None = None  # [m]
+    home: Geodetic | None = None
+    home_p: Vector = (0.0, 0.0, 0.0)  # NED [m]
+    airspeed: float | None = None  # [m/s]
+    ground_speed: float | None = None  # [m/s]
+    throttle: float | None = None  # 0..1
+    wind: Vector | None = None  # velocity of the air, NED [m/s]
+    heading: float | None = None  # [rad]
+    air: Air | None = None
+    navigation: Navigation | None = None
+    decision: Decision | None = None
+
+    hybrid: HybridState | None = None
+    law_since: float | None = None  # vehicle's time of the last change of law [s]
+    parameters: Mapping[str, float] = field(default_factory=dict)
+    parameter_count: int | None = None  # in the vehicle's table
+    parameter_metadata: Mapping[str, ParameterMetadata] = field(default_factory=dict)
+    v_history: tuple[tuple[float, float, float], ...] = ()  # (vehicle's time [s], V hover, V forward)
+    jumps: tuple[Jump, ...] = ()
+    actuators: Actuators | None = None
+    saturated_at: Mapping[Saturation, float] = field(default_factory=dict)  # last time of each axis, vehicle's time [s]
+    energy: Energy | None = None
+    voltage: float | None = None  # [V]
+    current: float | None = None  # [A]
+    battery: float | None = None  # charge left, 0..1
+    prearm_ok: bool | None = None
+    in_control: int = 0  # system id of the ground station in control; 0: every station may command
+    takeover_allowed: bool = False  # the station in control lets others take over
+    control_asked_by: int = 0  # system id of another station that asked this one for control; 0: none
+
+    track: tuple[tuple[float, float], ...] = ()  # (north, east) [m]
+    mission: tuple[MissionItem, ...] = ()  # as uploaded or downloaded
+    fence: tuple[MissionItem, ...] = ()
+    rally: tuple[MissionItem, ...] = ()
+    plan_ids: PlanIds | None = None
+    mission_count: int | None = None
+    mission_current: int | None = None
+    mission_state: int = 0  # MISSION_STATE
+    reached: frozenset[int] = frozenset()  # mission items
+    transfer: tuple[str, int, int] | None = None  # direction, items done, items in total
+
+    in_progress: CommandProgress | None = None  # the command that the vehicle is executing
+
+    messages: tuple[LogLine, ...] = ()
+    open_text: OpenText | None = None  # its next chunk continues the last line
+    received: int = 0  # messages
+    rate: float = math.nan  # messages per second
+    loss: float = 0.0  # share of frames lost, 0..1
+    unrecorded: bool = False  # the recording failed, or could not begin
+    signing: SigningState = SigningState.PRIVATE
+    refused: int = 0  # frames dropped because their signature was missing or wrong
+
+    @property
+    def is_airborne(self) -> bool:
+        """True in flight, also during take-off and landing."""
+        return self.landed_state in AIRBORNE_STATES
+
+    @property
+    def from_home(self) -> Vector | None:
+        """Position of the vehicle, NED from home [m]."""
+        if self.p is None:
+            return None
+        return self.p[0] - self.home_p[0], self.p[1] - self.home_p[1], self.p[2] - self.home_p[2]
+
+    def local(self, place: Geodetic) -> Vector | None:
+        """A geodetic place in the vehicle's local frame, NED [m]; None until home is known."""
+        if self.home is None:
+            return None
+        north, east, down = LocalFrame(self.home).to_ned(place)
+        return north + self.home_p[0], east + self.home_p[1], down + self.home_p[2]
+
+    @property
+    def is_forward(self) -> bool:
+        """True in forward flight, until the back transition ends: it switches once per transition, at its end."""
+        return self.vtol_state in NOSE_FORWARD_STATES
+
+    @property
+    def law(self) -> str | None:
+        """Label of the law in force."""
+        return None if self.hybrid is None else label_of(Law, self.hybrid.law)
+
+    def age(self, now: float) -> float | None:
+        """Time since the last HEARTBEAT [s]."""
+        return None if self.heartbeat_at is None else max(0.0, now - self.heartbeat_at)
+
+
+EMPTY_SNAPSHOT = Snapshot()

@@ -1,0 +1,59 @@
+"""Text for numbers on the wire, and text from the wire made safe to show."""
+
+from __future__ import annotations
+
+import re
+from typing import TypeVar
+
+from protocol.dialect import mavlink
+from protocol.dialect.vocabulary import LabelledEnum
+
+__all__ = ["as_member", "command_name", "format_time", "label_of", "name_of", "printable", "reason_text"]
+
+Member = TypeVar("Member", bound=LabelledEnum)
+
+
+def as_member(enum: type[Member], number: int) -> Member | None:
+    """A number of the dialect as a member of its enum; None if only a newer vehicle knows it."""
+    try:
+        return enum(number)
+    except ValueError:
+        return None
+
+
+def label_of(enum: type[LabelledEnum], number: int) -> str:
+    """A number of the dialect in plain words; an unknown number keeps the name of its enum: "law 12"."""
+    member = as_member(enum, number)
+    if member is not None:
+        return member.label
+    enum_words = re.sub(r"(?<!^)(?=[A-Z])", " ", enum.__name__).lower()
+    return f"{enum_words} {number}"
+
+
+def name_of(enum: type[LabelledEnum], number: int) -> str:
+    """A number of the dialect as programs name it; an unknown number as its digits."""
+    member = as_member(enum, number)
+    return str(number) if member is None else member.name
+
+
+def command_name(command: int) -> str:
+    """A MAV_CMD in lower case and without its prefix: "nav takeoff"; an unknown one as "command 7"."""
+    entry = mavlink.enums["MAV_CMD"].get(command)
+    return entry.name.removeprefix("MAV_CMD_").replace("_", " ").lower() if entry else f"command {command}"
+
+
+def reason_text(reason: str) -> str:
+    """A reason as it is shown: the name of a result in lower case, any other text unchanged."""
+    return reason.lower().replace("_", " ") if reason.isupper() else reason
+
+
+def format_time(seconds: float) -> str:
+    """Minutes and seconds, with hours if there are any: "1:23.2", "1:00:01.0"."""
+    minutes, rest = divmod(round(seconds, 1), 60.0)
+    hours, minutes = divmod(int(minutes), 60)
+    return f"{hours}:{minutes:02d}:{rest:04.1f}" if hours else f"{minutes}:{rest:04.1f}"
+
+
+def printable(text: str) -> str:
+    """The text with a question mark for every character that could control a terminal."""
+    return "".join(character if character.isprintable() else "?" for character in text)

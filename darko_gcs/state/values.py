@@ -1,0 +1,208 @@
+"""Values that a snapshot is made of: one record per message, in SI units, with labels for MAVLink's own states."""
+
+from __future__ import annotations
+
+import math
+from enum import Enum
+from typing import NamedTuple
+
+from darko_gcs.state.text import as_member
+from protocol.dialect import mavlink
+from protocol.dialect.vocabulary import Law, Limit, Regime, Saturation, Way
+from protocol.frames import Vector
+
+__all__ = [
+    "AIRBORNE_STATES",
+    "NO_ITEM",
+    "VTOL_LABELS",
+    "Actuators",
+    "Air",
+    "Decision",
+    "Energy",
+    "HybridState",
+    "Jump",
+    "LogLine",
+    "Navigation",
+    "OpenText",
+    "PlanIds",
+    "SigningState",
+    "Thresholds",
+    "uses_forward_v",
+]
+
+AIRBORNE_STATES = frozenset(
+    {mavlink.MAV_LANDED_STATE_IN_AIR, mavlink.MAV_LANDED_STATE_TAKEOFF, mavlink.MAV_LANDED_STATE_LANDING}
+)
+VTOL_LABELS = {
+    mavlink.MAV_VTOL_STATE_TRANSITION_TO_FW: "to forward",
+    mavlink.MAV_VTOL_STATE_TRANSITION_TO_MC: "to hover",
+    mavlink.MAV_VTOL_STATE_MC: "hover",
+    mavlink.MAV_VTOL_STATE_FW: "forward",
+}
+NO_ITEM = 0xFFFF  # as a number of a mission item, or a count of them: not known
+
+
+class SigningState(Enum):
+    """What signatures say about the link."""
+
+    PRIVATE = "unsigned, loopback"  # no other machine can reach it
+    OPEN = "unsigned"
+    SIGNED = "signed"
+    NO_KEY = "signed by the vehicle, no key here"
+    UNSIGNED_VEHICLE = "the vehicle does not sign with our key"
+
+
+class LogLine(NamedTuple):
+    """One line of the message log."""
+
+    time: float  # of arrival, on the caller's clock [s]
+    severity: int  # MAV_SEVERITY, 0 (worst) to 7
+    text: str
+
+
+class OpenText(NamedTuple):
+    """A STATUSTEXT in several chunks, not all of which have arrived."""
+
+    component: int
+    number: int  # of the text, the same in all its chunks
+    next_chunk: int  # number of the chunk that is expected next
+    line: LogLine  # with the chunks so far
+
+
+class Jump(NamedTuple):
+    """One jump of the vehicle's hybrid automaton (DARKO_JUMP)."""
+
+    time: float  # since boot [s]
+    number: int
+    source: int  # Law
+    target: int  # Law
+    reason: int  # Reason
+    name: str
+    v: float  # Lyapunov value at the jump
+
+
+class Thresholds(NamedTuple):
+    """Lyapunov values at which a linear law is entered and left."""
+
+    enter: float
+    leave: float
+
+
+class HybridState(NamedTuple):
+    """DARKO_HYBRID_STATE. A Lyapunov value that is not defined now is NaN."""
+
+    time: float  # since boot [s]
+    law: int  # Law, or a number that only a newer vehicle knows
+    jumps: int
+    v_hover: float
+    v_forward: float
+    v_attitude: float  # [rad^2]
+    hover: Thresholds  # of the linear hover law
+    forward: Thresholds  # of the linear forward law
+    governor: float  # share of the position error that the reference governor removes, 0..1
+    last_law: int  # Law before the last jump
+    last_reason: int  # Reason of the last jump
+
+    @property
+    def is_forward(self) -> bool:
+        """True if V is the Lyapunov value of the linear forward law."""
+        return uses_forward_v(self.law)
+
+    @property
+    def v(self) -> float:
+        """The Lyapunov value that the next jump depends on; NaN under an unknown law."""
+        law = as_member(Law, self.law)
+        if law is None:
+            return math.nan
+        if law is Law.HOVER_ATTITUDE:
+            return self.v_attitude
+        return self.v_forward if self.is_forward else self.v_hover
+
+
+def uses_forward_v(law: int) -> bool:
+    """True if V under a law is that of the linear forward law: in forward flight and in the front transition."""
+    member = as_member(Law, law)
+    return member is not None and member.regime in {Regime.FRONT_TRANSITION, Regime.FORWARD}
+
+
+class Actuators(NamedTuple):
+    """DARKO_ACTUATORS; pairs are left, right."""
+
+    motor: tuple[float, float]  # [rad/s]
+    motor_command: tuple[float, float]  # [rad/s]
+    thrust: tuple[float, float]  # [N]
+    elevon: tuple[float, float]  # [rad]
+    elevon_command: tuple[float, float]  # [rad]
+    motor_min: float  # [rad/s]
+    motor_max: float  # [rad/s]
+    elevon_max: float  # [rad]
+    limits: Limit
+    saturation: Saturation = Saturation(0)
+
+
+class Energy(NamedTuple):
+    """DARKO_ENERGY."""
+
+    power: float  # [W]
+    total: float  # [J]
+    by_law: tuple[float, ...]  # index is Law [J]
+
+
+class Decision(NamedTuple):
+    """DARKO_DECISION: hover or forward flight on the leg to item ``seq``. The time of an impossible one is infinite."""
+
+    time: float  # since boot [s]
+    seq: int | None  # mission item at the end of the leg
+    way: int  # Way
+    reason: int  # DecisionReason
+    distance: float  # [m]
+    climb: float  # [m]
+    tail_wind: float  # [m/s]
+    cross_wind: float  # positive from the left [m/s]
+    hover_time: float  # [s]
+    hover_energy: float  # [J]
+    forward_time: float  # [s]
+    forward_energy: float  # [J]
+
+    @property
+    def saving(self) -> float:
+        """Energy saved by the choice, as a share of the alternative's energy; NaN if either is impossible."""
+        if self.chosen_and_other is None:
+            return math.nan
+        (_, energy), (_, other) = self.chosen_and_other
+        return 1.0 - energy / other if other > 0.0 else math.nan
+
+    @property
+    def chosen_and_other(self) -> tuple[tuple[float, float], tuple[float, float]] | None:
+        """Time [s] and energy [J] of the choice, then of the alternative; None if either is impossible."""
+        hover, forward = (self.hover_time, self.hover_energy), (self.forward_time, self.forward_energy)
+        if self.way not in {Way.HOVER, Way.FORWARD} or not all(map(math.isfinite, (*hover, *forward))):
+            return None
+        return (hover, forward) if self.way == Way.HOVER else (forward, hover)
+
+
+class Air(NamedTuple):
+    """DARKO_AIR: velocity of the air (NED) and airspeed [m/s]."""
+
+    wind_estimate: Vector
+    wind_true: Vector
+    airspeed_estimate: float
+    airspeed_true: float
+
+
+class Navigation(NamedTuple):
+    """NAV_CONTROLLER_OUTPUT."""
+
+    cross_track: float  # [m]
+    altitude_error: float  # [m]
+    distance: float  # to the waypoint [m]
+    bearing: float  # to the waypoint [rad]
+
+
+class PlanIds(NamedTuple):
+    """MISSION_CURRENT: ids of the vehicle's plans; an id changes with the content of its plan."""
+
+    time: float  # of arrival, on the caller's clock [s]
+    mission: int
+    fence: int
+    rally: int

@@ -1,0 +1,357 @@
+"""The ground station without a socket, a clock or a screen: endpoint, snapshot and recording in one object."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+from darko_gcs.state.message_log import add_line
+from darko_gcs.state.plan_parts import FENCE, MISSION, RALLY, with_plan
+from darko_gcs.state.reduce import reduce
+from darko_gcs.state.reduce_events import reduce_event
+from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
+from darko_gcs.station.parameter_metadata_client import ParameterMetadataClient
+from darko_gcs.station.plan_transfer import PlanTransfer
+from darko_gcs.station.signing_client import SigningClient
+from protocol import units
+from protocol.codec import SourceStatistics
+from protocol.command_values import FORCE_ARM_DISARM
+from protocol.dialect import mavlink
+from protocol.endpoint_ground import GROUND_SYSTEM, GroundEndpoint
+from protocol.errors import FileError, LocalProtocolError
+from protocol.events import Event, MissionUploaded, VehicleRestarted
+from protocol.frames import LocalFrame
+from protocol.keyring import KeyRecord, Keyring
+from protocol.message import Message, Source, source_of
+from protocol.modes import Mode, custom_mode
+from protocol.plans import MissionItem
+from protocol.signing import is_secret
+from protocol.tlog import TlogWriter
+
+__all__ = ["MAX_OTHER_VEHICLES", "Station"]
+
+RATE_WINDOW = 2.0  # between updates of message rate and loss [s]
+CONTROL_TIMEOUT = 10.0  # for another station to answer a request for control [s]
+MAX_OTHER_VEHICLES = 4  # beside the selected one that are reported
+_NAN = math.nan
+
+
+class Station:
+    """One operator's side of one vehicle.
+
+    The owner moves bytes and time: ``receive`` each datagram, ``tick`` often, send what ``outgoing`` returns. The
+    vehicle's answers to requests are in the snapshot's message log and in ``events``.
+
+    One vehicle is selected for good: the first that is heard, or the one asked for. Messages of other vehicles are
+    recorded but not shown.
+
+    Args:
+        recorder: Records accepted and sent frames. A disk that fails ends the recording, not the flight.
+        keyring: Signs, and decides which frames are accepted.
+        give_key: Give our key to a vehicle that has none.
+        vehicle: System id of the vehicle; None selects the first that is heard.
+    """
+
+    def __init__(
+        self,
+        recorder: TlogWriter | None = None,
+        keyring: Keyring | None = None,
+        *,
+        give_key: bool = False,
+        vehicle: int | None = None,
+    ) -> None:
+        self._save_failed = False  # of the signing time: reported once
+        if keyring is not None:
+            keyring.keep = self._keep_safely(keyring.keep)
+        self.endpoint = GroundEndpoint(keyring=keyring, vehicle=vehicle)
+        self.signing = SigningClient(self.endpoint, give_key=give_key)
+        self.plans = PlanTransfer(self.endpoint)
+        self.parameter_metadata = ParameterMetadataClient(self.endpoint)
+        self.snapshot: Snapshot = EMPTY_SNAPSHOT
+        self.recording_fault = ""  # why the recording ended
+        self._recorder = recorder
+        self._others: set[Source] = set()
+        self._events: list[Event] = []
+        self._last_rate = (0.0, 0)  # time [s] and message count of the last update of the rate
+
+    # Bytes and time
+
+    def receive(self, data: bytes, now: float, time_usec: int) -> bool:
+        """Take one datagram. Returns True if the vehicle sent it: answers go to its address.
+
+        While no accepted vehicle is present, a vehicle that does not sign correctly counts as well: it may be given a
+        key, and a vehicle whose clock is behind catches up with the timestamps that it hears.
+
+        Args:
+            data: Its bytes.
+            now: On the caller's monotonic clock [s].
+            time_usec: Since 1970, for the log [us].
+        """
+        from_vehicle, restarts = False, self.snapshot.restarts
+        for message in self.endpoint.receive_datagram(data, now):
+            self._record(bytes(message.get_msgbuf()), time_usec, now)
+            if self._is_selected(message, now):
+                self.snapshot = reduce(self.snapshot, message, now)
+                self.parameter_metadata.receive(message, now)
+            self.signing.receive(message)
+            from_vehicle = from_vehicle or source_of(message) == self.endpoint.vehicle
+        if self.snapshot.restarts != restarts:
+            self._handle_restart(now)
+        self._collect(now)
+        return from_vehicle or (self.endpoint.heard_refused and not self.endpoint.is_present)
+
+    def tick(self, now: float) -> None:
+        """Let time pass: resends, loss of the vehicle, link statistics."""
+        self.endpoint.handle_timer(now)
+        self._update_signing(now)
+        self._collect(now)
+        self._update_rate(now)
+
+    def outgoing(self, now: float, time_usec: int) -> list[bytes]:
+        """Datagrams to send now; they are recorded as sent."""
+        datagrams = self.endpoint.datagrams_to_send()
+        for data in datagrams:
+            self._record(data, time_usec, now)
+        return datagrams
+
+    def events(self) -> list[Event]:
+        """Events since the last call."""
+        events, self._events = self._events, []
+        return events
+
+    def report_recording_fault(self, reason: str, now: float) -> None:
+        """Show the operator that the flight is not recorded."""
+        self.recording_fault = reason
+        self.snapshot = replace(self.snapshot, unrecorded=True)
+        self.add_line(now, f"NOT RECORDING: {reason}", mavlink.MAV_SEVERITY_ERROR)
+
+    def close(self) -> None:
+        """Close the recording; ``recording_fault`` is set if that fails."""
+        if self._recorder is None:
+            return
+        try:
+            self._recorder.close()
+        except FileError as error:
+            self.recording_fault = str(error)
+
+    # Requests of the operator; the message log shows the result of each.
+
+    def arm(self, now: float) -> None:
+        """Start the motors at idle."""
+        self._command(now, mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 1.0, 0.0)
+
+    def disarm(self, now: float, *, force: bool = False) -> None:
+        """Stop the motors; with ``force`` also in flight."""
+        self._command(now, mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 0.0, float(FORCE_ARM_DISARM) if force else 0.0)
+
+    def take_off(self, height: float, now: float) -> None:
+        """Climb to a height above home [m]."""
+        here = self.snapshot.geodetic
+        place = (units.UNKNOWN_INT32,) * 2 if here is None else (units.to_e7(here.lat_deg), units.to_e7(here.lon_deg))
+        self._command_int(now, mavlink.MAV_CMD_NAV_TAKEOFF, (_NAN, _NAN, _NAN, _NAN), (*place, height))
+
+    def land(self, now: float) -> None:
+        """Land here."""
+        self._command(now, mavlink.MAV_CMD_NAV_LAND)
+
+    def return_home(self, now: float) -> None:
+        """Fly home and land."""
+        self._command(now, mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH)
+
+    def set_home(self, now: float) -> None:
+        """Move home to the vehicle's position."""
+        self._command(now, mavlink.MAV_CMD_DO_SET_HOME, 1.0)
+
+    def hold(self, now: float) -> None:
+        """Stop and hover."""
+        self.set_mode(Mode.HOLD, now)
+
+    def start_mission(self, now: float) -> None:
+        """Fly the mission, from its current item."""
+        self._command(now, mavlink.MAV_CMD_MISSION_START, _NAN, _NAN)
+
+    def set_mode(self, mode: Mode, now: float) -> None:
+        """Change the flight mode."""
+        custom, number = float(mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED), custom_mode(mode)
+        self._command(now, mavlink.MAV_CMD_DO_SET_MODE, custom, float(number >> 16 & 0xFF), float(number >> 24))
+
+    def go_to(self, north: float, east: float, height: float, now: float) -> None:
+        """Fly to a point relative to home [m] and hover there."""
+        home = self.snapshot.home
+        if home is None:
+            self.add_line(now, "Go-to: home is not known yet")
+            return
+        point = LocalFrame(home).to_geodetic((north, east, 0.0))
+        place = (units.to_e7(point.lat_deg), units.to_e7(point.lon_deg), height)
+        self._command_int(now, mavlink.MAV_CMD_DO_REPOSITION, (_NAN, 1.0, _NAN, _NAN), place)
+
+    def transition(self, now: float, *, forward: bool) -> None:
+        """Begin a front or a back transition; one under way is cancelled first."""
+        current = self.snapshot.in_progress
+        if current is not None and current.command == mavlink.MAV_CMD_DO_VTOL_TRANSITION:
+            self.cancel(now)
+        state = mavlink.MAV_VTOL_STATE_FW if forward else mavlink.MAV_VTOL_STATE_MC
+        self._command(now, mavlink.MAV_CMD_DO_VTOL_TRANSITION, float(state), 0.0)
+
+    def cancel(self, now: float) -> None:
+        """Cancel the command that the vehicle is executing."""
+        current = self.snapshot.in_progress
+        if current is None:
+            self.add_line(now, "No command is in progress")
+            return
+        self._try(now, lambda: self.endpoint.cancel_command(current.request, now))
+
+    def take_control(self, now: float) -> None:
+        """Let the vehicle obey this ground station only, until control is given back."""
+        self._request_control(now, take=True, takeover_allowed=False)
+
+    def share_control(self, now: float) -> None:
+        """Keep control until another ground station asks for it."""
+        self._request_control(now, take=True, takeover_allowed=True)
+
+    def give_control_back(self, now: float) -> None:
+        """Let every ground station command the vehicle again."""
+        self._request_control(now, take=False, takeover_allowed=False)
+
+    def change_speed(self, speed: float, now: float, *, over_ground: bool = False) -> None:
+        """Fly at an airspeed or a ground speed [m/s]; the vehicle refuses a speed that it cannot fly."""
+        kind = mavlink.SPEED_TYPE_GROUNDSPEED if over_ground else mavlink.SPEED_TYPE_AIRSPEED
+        self._command(now, mavlink.MAV_CMD_DO_CHANGE_SPEED, float(kind), speed, -1.0)
+
+    def upload(
+        self,
+        items: Sequence[MissionItem],
+        now: float,
+        *,
+        fence: Sequence[MissionItem] = (),
+        rally: Sequence[MissionItem] = (),
+    ) -> None:
+        """Replace the vehicle's mission, and its fence and rally points if new ones are given."""
+        limits = {kind: part for kind, part in ((FENCE, fence), (RALLY, rally)) if part}
+        self._try(now, lambda: self.plans.upload({MISSION: items, **limits}, now))
+
+    def download(self, now: float) -> None:
+        """Fetch the vehicle's mission, fence and rally points."""
+        self._try(now, lambda: self.plans.download(now))
+
+    def clear_plan(self, kind: int, now: float) -> None:
+        """Delete the vehicle's plan of a MAV_MISSION_TYPE; 255: mission, fence and rally points."""
+        self._try(now, lambda: self.plans.clear(kind, now))
+
+    def set_current(self, seq: int, now: float) -> None:
+        """Continue or begin the mission at one of its items."""
+        self._try(now, lambda: self.plans.set_current(seq, now))
+
+    def fetch_parameters(self, now: float) -> None:
+        """Fetch all parameters of the vehicle."""
+        self._try(now, lambda: self.endpoint.request_parameters(now))
+
+    def set_parameter(self, name: str, value: float, now: float) -> None:
+        """Change a parameter of the vehicle."""
+        self._try(now, lambda: self.endpoint.set_parameter(name, value, now))
+
+    def fetch_parameter_metadata(self, now: float) -> None:
+        """Fetch the descriptions of the vehicle's parameters, once."""
+        self._try(now, lambda: self.parameter_metadata.request(now))
+
+    def add_line(self, now: float, text: str, severity: int = mavlink.MAV_SEVERITY_WARNING) -> None:
+        """Add a line to the operator's message log."""
+        self.snapshot = add_line(self.snapshot, now, severity, text)
+
+    # Inside
+
+    def _command(self, now: float, command: int, *params: float) -> None:
+        self._try(now, lambda: self.endpoint.command(command, *params, now=now))
+
+    def _command_int(
+        self, now: float, command: int, params: tuple[float, float, float, float], place: tuple[int, int, float]
+    ) -> None:
+        frame = mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT
+        self._try(now, lambda: self.endpoint.command_int(command, frame, *params, *place, now=now))
+
+    def _request_control(self, now: float, *, take: bool, takeover_allowed: bool) -> None:
+        timeout = CONTROL_TIMEOUT if take else 0.0
+        request = (float(take), float(takeover_allowed), timeout, GROUND_SYSTEM)
+        self._command(now, mavlink.MAV_CMD_REQUEST_OPERATOR_CONTROL, *request)
+
+    def _try(self, now: float, request: Callable[[], object]) -> None:
+        try:
+            request()
+        except LocalProtocolError as error:
+            self.add_line(now, str(error))
+        self._collect(now)
+
+    def _collect(self, now: float) -> None:
+        for event in self.endpoint.events():
+            self.snapshot = reduce_event(self.snapshot, event, now)
+            if isinstance(event, MissionUploaded):
+                self.snapshot = with_plan(self.snapshot, event.kind, self.plans.sent.get(event.kind, ()))
+            self._events.append(event)
+            self.plans.follow(event, now)
+            if text := self.parameter_metadata.follow(event, now):
+                self.add_line(now, text)
+        metadata = self.parameter_metadata.known
+        if metadata and metadata is not self.snapshot.parameter_metadata:
+            self.snapshot = replace(self.snapshot, parameter_metadata=metadata)
+
+    def _update_rate(self, now: float) -> None:
+        since, count = self._last_rate
+        if now - since < RATE_WINDOW or self.endpoint.vehicle is None:
+            return
+        # The vehicle forwards only some messages of its other components: their gaps are no loss of this link.
+        heard = self.endpoint.codec.statistics.sources.get(self.endpoint.vehicle, SourceStatistics())
+        rate = (heard.received - count) / (now - since) if since else _NAN
+        loss = heard.lost / (heard.received + heard.lost) if heard.received else 0.0
+        self.snapshot = replace(self.snapshot, received=heard.received, rate=rate, loss=loss)
+        self._last_rate = (now, heard.received)
+
+    def _update_signing(self, now: float) -> None:
+        text = self.signing.handle_timer(now)
+        if text:
+            self.add_line(now, text)
+        state, refused = self.signing.state, self.endpoint.keyring.refused
+        if (state, refused) != (self.snapshot.signing, self.snapshot.refused):
+            self.snapshot = replace(self.snapshot, signing=state, refused=refused)
+
+    def _is_selected(self, message: Message, now: float) -> bool:
+        """True if the selected vehicle sent the message; another vehicle is reported once."""
+        source, vehicle = source_of(message), self.endpoint.vehicle
+        if vehicle is not None and source[0] == vehicle[0]:
+            return True
+        is_vehicle = message.get_type() == "HEARTBEAT" and message.autopilot != mavlink.MAV_AUTOPILOT_INVALID
+        if is_vehicle and source not in self._others and len(self._others) < MAX_OTHER_VEHICLES:
+            self._others.add(source)
+            self.add_line(now, f"Another vehicle, {source[0]}/{source[1]}, is on the link: it is not shown")
+        return False
+
+    def _handle_restart(self, now: float) -> None:
+        """The vehicle has forgotten all requests; its plans and parameters must be fetched again."""
+        self.snapshot = replace(self.snapshot, mission=(), fence=(), rally=(), parameters={}, parameter_metadata={})
+        self.plans.cancel()
+        self.parameter_metadata.forget()
+        self.endpoint.give_up_requests("the vehicle restarted")
+        self._events.append(VehicleRestarted())
+        self._collect(now)
+
+    def _keep_safely(self, keep: Callable[[KeyRecord], None]) -> Callable[[KeyRecord], None]:
+        """Save the signing time if possible: a full disk does not end a flight."""
+
+        def keep_safely(record: KeyRecord) -> None:
+            try:
+                keep(record)
+            except FileError as error:
+                if not self._save_failed:
+                    text = f"Signing time not saved: {error}"
+                    self.add_line(self._last_rate[0], text, mavlink.MAV_SEVERITY_ERROR)
+                self._save_failed = True
+
+        return keep_safely
+
+    def _record(self, frame: bytes, time_usec: int, now: float) -> None:
+        if self._recorder is None or is_secret(frame):  # logs are copied and shared: they must hold no key
+            return
+        try:
+            self._recorder.write(time_usec, frame)
+        except FileError as error:
+            self.report_recording_fault(str(error), now)

@@ -1,0 +1,29 @@
+"""A station on its link for the time of one job."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+
+from darko_gcs.feed.udp_link import UdpLink
+from darko_gcs.station.station import Station
+
+__all__ = ["POLL_PERIOD", "VEHICLE_TIMEOUT", "open_link"]
+
+POLL_PERIOD = 0.01  # [s]
+VEHICLE_TIMEOUT = 30.0  # for the first heartbeat of a vehicle that is already running [s]
+
+
+@asynccontextmanager
+async def open_link(station: Station, host: str, port: int) -> AsyncIterator[UdpLink]:
+    """The open link of a station; it is closed at the end.
+
+    Raises:
+        LinkError: If the port is not available.
+    """
+    link = UdpLink(station)
+    try:
+        await link.open(host, port)
+        yield link
+    finally:
+        await link.close()

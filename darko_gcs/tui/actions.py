@@ -1,0 +1,208 @@
+"""The operator's actions in one table: key, text and effect. Bindings, command palette and help are made from it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+from darko_gcs.state.snapshot import Snapshot
+from darko_gcs.station.station import Station
+from protocol.dialect import mavlink
+from protocol.endpoint_ground import GROUND_SYSTEM
+
+__all__ = ["ACTIONS", "Action", "ActionHandler", "Request", "control_question"]
+
+Request = Callable[[Station, float], None]  # sends one request of the station, at a time [s]
+
+
+class ActionHandler(Protocol):
+    """The app, as actions use it."""
+
+    def request(self, request: Request) -> None:
+        """Send a request to the vehicle."""
+
+    def ask_take_off(self) -> None:
+        """Ask for a height, then take off."""
+
+    def ask_go_to(self) -> None:
+        """Ask for a point, then go there."""
+
+    def ask_transition(self) -> None:
+        """Ask for confirmation, then change between hover and forward flight."""
+
+    def ask_speed(self) -> None:
+        """Ask for a speed, then fly at it."""
+
+    def ask_control(self) -> None:
+        """Ask for confirmation, then take, share or give back control."""
+
+    def show_mission(self) -> None:
+        """Open the mission screen."""
+
+    def show_parameters(self) -> None:
+        """Open the parameter screen."""
+
+    def show_messages(self) -> None:
+        """Open the message log."""
+
+    def show_help(self) -> None:
+        """Open the list of keys."""
+
+    def zoom(self, step: int) -> None:
+        """Zoom the map."""
+
+    def show_next_page(self) -> None:
+        """Turn the page of the flight panel."""
+
+    def ask_quit(self) -> None:
+        """Quit, after asking if something would be lost."""
+
+
+def _no_question(_s: Snapshot) -> str | None:
+    return None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Action:
+    """One action of the operator."""
+
+    key: str
+    name: str
+    label: str  # in the footer; an empty one is not shown there
+    help: str
+    run: Callable[[ActionHandler], None]
+    question: Callable[[Snapshot], str | None] = _no_question  # to confirm first; None: nothing to confirm
+    needs_vehicle: bool = True
+
+
+def _question_arm(s: Snapshot) -> str | None:
+    return "Arm? The propellers will turn." if not s.armed else None
+
+
+def _question_disarm(s: Snapshot) -> str | None:
+    return "Disarm IN THE AIR? The vehicle will fall." if s.is_airborne else None
+
+
+def _question_leave_mission(instead: str) -> Callable[[Snapshot], str | None]:
+    def question(s: Snapshot) -> str | None:
+        is_active = s.mission_state == mavlink.MISSION_STATE_ACTIVE
+        return f"A mission is being flown. {instead} instead?" if is_active else None
+
+    return question
+
+
+def _question_home(s: Snapshot) -> str:
+    height = "" if s.from_home is None or not s.is_airborne else f", {-s.from_home[2]:.1f} m above the present home"
+    return f"Move home here{height}? The vehicle will return to this place, and heights will be measured from it."
+
+
+def control_question(s: Snapshot) -> tuple[str, Request]:
+    """The question to ask about control in the present situation, and the request to send after a yes."""
+    if s.in_control == GROUND_SYSTEM and s.control_asked_by:
+        question = f"Let ground station {s.control_asked_by} take control? It must ask again."
+        return question, lambda station, now: station.share_control(now)
+    if s.in_control == GROUND_SYSTEM:
+        question = "Give control back? Every ground station can command the vehicle then."
+        return question, lambda station, now: station.give_control_back(now)
+    if s.in_control:
+        question = f"Ask ground station {s.in_control} for control?"
+    else:
+        question = "Take control? No other ground station can command the vehicle then."
+    return question, lambda station, now: station.take_control(now)
+
+
+def _disarm(station: Station, now: float) -> None:
+    """Disarm; in flight by force, which the operator has confirmed."""
+    station.disarm(now, force=station.snapshot.is_airborne)
+
+
+ACTIONS = (
+    Action(
+        key="a", name="arm", label="Arm", help="Arm: start the motors at idle",
+        run=lambda app: app.request(lambda station, now: station.arm(now)), question=_question_arm,
+    ),
+    Action(
+        key="d", name="disarm", label="Disarm", help="Disarm: stop the motors; in the air, by force",
+        run=lambda app: app.request(_disarm), question=_question_disarm,
+    ),
+    Action(
+        key="t", name="take_off", label="Takeoff", help="Take off to a height above home",
+        run=lambda app: app.ask_take_off(),
+    ),
+    Action(
+        key="h", name="hold", label="Hold", help="Hold: stop and hover here",
+        run=lambda app: app.request(lambda station, now: station.hold(now)),
+        question=_question_leave_mission("Hold"),
+    ),
+    Action(
+        key="l", name="land", label="Land", help="Land here",
+        run=lambda app: app.request(lambda station, now: station.land(now)),
+        question=_question_leave_mission("Land here"),
+    ),
+    Action(
+        key="r", name="return", label="Home", help="Return home and land",
+        run=lambda app: app.request(lambda station, now: station.return_home(now)),
+        question=_question_leave_mission("Return home"),
+    ),
+    Action(
+        key="H", name="set_home", label="", help="Move home to the vehicle's position",
+        run=lambda app: app.request(lambda station, now: station.set_home(now)), question=_question_home,
+    ),
+    Action(
+        key="g", name="go_to", label="Goto", help="Go to a point north and east of home",
+        run=lambda app: app.ask_go_to(),
+    ),
+    Action(
+        key="v", name="transition", label="Vtol", help="Transition to forward flight, or back to hover",
+        run=lambda app: app.ask_transition(),
+    ),
+    Action(
+        key="x", name="cancel", label="", help="Cancel the transition in progress",
+        run=lambda app: app.request(lambda station, now: station.cancel(now)),
+    ),
+    Action(key="c", name="speed", label="", help="Change the speed", run=lambda app: app.ask_speed()),
+    Action(
+        key="k", name="control", label="", help="Control: take it, share it, give it back",
+        run=lambda app: app.ask_control(),
+    ),
+    Action(
+        key="s", name="start", label="Run", help="Start or resume the mission",
+        run=lambda app: app.request(lambda station, now: station.start_mission(now)),
+    ),
+    Action(
+        key="m", name="mission", label="Plan", help="Mission: load, edit, upload, download",
+        run=lambda app: app.show_mission(), needs_vehicle=False,
+    ),
+    Action(
+        key="p", name="parameters", label="", help="Parameters: find and change them",
+        run=lambda app: app.show_parameters(), needs_vehicle=False,
+    ),
+    Action(
+        key="e", name="messages", label="", help="Messages: the whole log, with times",
+        run=lambda app: app.show_messages(), needs_vehicle=False,
+    ),
+    Action(
+        key="plus", name="zoom_in", label="", help="Map: zoom in", run=lambda app: app.zoom(1), needs_vehicle=False
+    ),
+    Action(
+        key="minus", name="zoom_out", label="", help="Map: zoom out", run=lambda app: app.zoom(-1),
+        needs_vehicle=False,
+    ),
+    Action(
+        key="0", name="zoom_fit", label="", help="Map: show everything", run=lambda app: app.zoom(0),
+        needs_vehicle=False,
+    ),
+    Action(
+        key="n", name="more", label="", help="Flight panel: next page", run=lambda app: app.show_next_page(),
+        needs_vehicle=False,
+    ),
+    Action(
+        key="question_mark", name="help", label="Help", help="All keys", run=lambda app: app.show_help(),
+        needs_vehicle=False,
+    ),
+    Action(
+        key="q", name="quit", label="", help="Quit the ground station", run=lambda app: app.ask_quit(),
+        needs_vehicle=False,
+    ),
+)  # fmt: skip

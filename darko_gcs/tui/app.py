@@ -1,0 +1,246 @@
+"""The application: hands the newest snapshot to the screens ten times a second and sends the operator's requests."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable
+from datetime import datetime
+from typing import ClassVar
+
+from textual.app import App, SystemCommand
+from textual.binding import Binding, BindingType
+from textual.screen import Screen
+
+from darko_gcs.errors import GroundError
+from darko_gcs.feed.feed import Feed
+from darko_gcs.state.text import format_time
+from darko_gcs.tui.actions import ACTIONS, Action, Request, control_question
+from darko_gcs.tui.plan_draft import PlanDraft
+from darko_gcs.tui.screens.dialogs import AskScreen, ConfirmScreen, HelpScreen, parse_number
+from darko_gcs.tui.screens.flight_screen import FlightScreen
+from darko_gcs.tui.screens.messages_screen import MessagesScreen
+from darko_gcs.tui.screens.mission_screen import MissionScreen
+from darko_gcs.tui.screens.parameters_screen import ParametersScreen
+from darko_gcs.tui.widgets.flight_panel import FlightPanel
+from darko_gcs.tui.widgets.map_panel import MapPanel
+from protocol.dialect import mavlink
+
+__all__ = ["GroundStationApp"]
+
+REFRESH_PERIOD = 0.1  # [s]
+ACTION_BY_NAME = {action.name: action for action in ACTIONS}
+FORWARD_STATES = frozenset({mavlink.MAV_VTOL_STATE_FW, mavlink.MAV_VTOL_STATE_TRANSITION_TO_FW})
+
+
+class GroundStationApp(App[int]):
+    """The ground station on a feed: a vehicle or a recording."""
+
+    TITLE = "DarkO"
+    CSS_PATH = "app.tcss"
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding(action.key, f"act('{action.name}')", action.label or action.help, show=bool(action.label))
+        for action in ACTIONS
+    ]
+    failure: GroundError | None = None  # why it could not start
+
+    def __init__(self, feed: Feed) -> None:
+        super().__init__()
+        self.feed = feed
+        self.draft = PlanDraft()
+        self._last_pull = time.monotonic()
+
+    async def on_mount(self) -> None:
+        """Open the feed and begin to show it."""
+        try:
+            await self.feed.open()
+        except GroundError as error:
+            self.failure = error
+            self.exit(error.exit_code)
+            return
+        await self.push_screen(self.first_screen())
+        if self.draft.plan.items:
+            self.notify(f"{self.draft.path} is open: press m to show it, then u to upload it")
+        self.set_interval(REFRESH_PERIOD, self.pull)
+
+    async def on_unmount(self) -> None:
+        """Close the feed, also after an error."""
+        await self.feed.close()
+
+    def first_screen(self) -> FlightScreen:
+        """The screen that is always at the bottom."""
+        return FlightScreen()
+
+    def pull(self) -> None:
+        """Hand the newest snapshot to every screen that shows it, also beneath dialogs."""
+        now = time.monotonic()
+        self.feed.advance(now - self._last_pull)
+        self._last_pull = now
+        for screen in self.screen_stack:
+            if isinstance(screen, FlightScreen | MissionScreen | ParametersScreen | MessagesScreen):
+                screen.now = self.feed.now
+                screen.snapshot = self.feed.snapshot
+
+    # Actions
+
+    def action_act(self, name: str) -> None:
+        """Run one of the table's actions, after asking if it must be confirmed."""
+        action = ACTION_BY_NAME[name]
+        if action.needs_vehicle and not self._can_command():
+            return
+        question = action.question(self.feed.snapshot)
+        if question is None:
+            action.run(self)
+        else:
+            self._confirm(question, lambda: action.run(self))
+
+    def _can_command(self) -> bool:
+        if self.feed.station is None:
+            self.notify("This is a recording: there is no vehicle to command", severity="warning")
+        elif self.feed.snapshot.source is None:
+            self.notify("No vehicle has been heard yet", severity="warning")
+        elif self.feed.snapshot.lost:
+            self.notify("The vehicle is silent: nothing was sent", severity="warning")
+        else:
+            return True
+        return False
+
+    def _confirm(self, question: str, then: Callable[[], None]) -> None:
+        """Ask a question, and go on after a yes."""
+
+        def answered(yes: bool | None) -> None:
+            if yes:
+                then()
+
+        self.push_screen(ConfirmScreen(question), answered)
+
+    def request(self, request: Request) -> None:
+        """Send a request to the vehicle; none on a recording."""
+        if self.feed.station is not None:
+            request(self.feed.station, self.feed.now)
+
+    def ask_take_off(self) -> None:
+        """Ask for the height, then take off."""
+
+        def answered(values: tuple[str, ...] | None) -> None:
+            if values is not None:
+                height = float(values[0])
+                self.request(lambda station, now: station.take_off(height, now))
+
+        self.push_screen(AskScreen("Take off", [("Height above home [m]", "3")]), answered)
+
+    def ask_go_to(self) -> None:
+        """Ask for the point, then go there."""
+        p = self.feed.snapshot.from_home or (0.0, 0.0, -3.0)
+        fields = [
+            ("North of home [m]", f"{round(p[0], 1) + 0.0:.1f}"),
+            ("East of home [m]", f"{round(p[1], 1) + 0.0:.1f}"),
+            ("Height above home [m]", f"{-p[2]:.1f}"),
+        ]
+
+        def answered(values: tuple[str, ...] | None) -> None:
+            if values is not None:
+                north, east, height = (float(value) for value in values)
+                self.request(lambda station, now: station.go_to(north, east, height, now))
+
+        self.push_screen(AskScreen("Go to", fields), answered)
+
+    def ask_transition(self) -> None:
+        """Ask, then transition in the direction of the question, whatever the state is by then."""
+        s = self.feed.snapshot
+        forward = s.vtol_state not in FORWARD_STATES
+        question = "Transition to forward flight?" if forward else "Transition back to hover?"
+        if s.mission_state == mavlink.MISSION_STATE_ACTIVE:
+            question += " A mission is being flown."
+        self._confirm(question, lambda: self.request(lambda station, now: station.transition(now, forward=forward)))
+
+    def ask_control(self) -> None:
+        """Ask, then take, share or give back control."""
+        question, request = control_question(self.feed.snapshot)
+        self._confirm(question, lambda: self.request(request))
+
+    def ask_speed(self) -> None:
+        """Ask for the speed, then fly at it; the vehicle answers if it can."""
+        fields = [("Speed [m/s]", ""), ("0 airspeed, 1 ground speed", "0")]
+
+        def check(values: tuple[str, ...]) -> str | None:
+            if parse_number(values[0]) is None:
+                return f"Speed: {values[0]!r} is not a number"
+            return None if values[1] in {"0", "1"} else "Type 0 for an airspeed or 1 for a ground speed"
+
+        def answered(values: tuple[str, ...] | None) -> None:
+            if values is not None:
+                speed, over_ground = float(values[0]), values[1] == "1"
+                self.request(lambda station, now: station.change_speed(speed, now, over_ground=over_ground))
+
+        self.push_screen(AskScreen("Change speed", fields, check), answered)
+
+    def show_mission(self) -> None:
+        """Open the mission screen, once."""
+        if not isinstance(self.screen, MissionScreen):
+            self.push_screen(MissionScreen(self.feed.station, lambda: self.feed.now, self.draft))
+
+    def show_parameters(self) -> None:
+        """Open the parameter screen, once."""
+        if not isinstance(self.screen, ParametersScreen):
+            self.push_screen(ParametersScreen(self.feed.station, lambda: self.feed.now))
+
+    def show_messages(self) -> None:
+        """Open the message log, once."""
+        if not isinstance(self.screen, MessagesScreen):
+            self.push_screen(MessagesScreen(self.time_text))
+
+    def time_text(self, when: float) -> str:
+        """A time of the feed's clock [s] as text: time of day; for a recording, the playing time."""
+        if self.feed.station is None:
+            return f"{format_time(when):>7}"
+        return f"{datetime.fromtimestamp(time.time() - self.feed.now + when).astimezone():%H:%M:%S}"
+
+    def show_help(self) -> None:
+        """Open the list of keys."""
+        self.push_screen(HelpScreen(self.extra_keys(), _screen_keys(self.screen)))
+
+    def extra_keys(self) -> list[tuple[str, str]]:
+        """Keys beside those of the table, with their texts."""
+        return []
+
+    def zoom(self, step: int) -> None:
+        """Zoom the map in, out, or to fit."""
+        for panel in self.screen.query(MapPanel):
+            panel.zoom(step)
+
+    def show_next_page(self) -> None:
+        """Turn the page of the flight panel."""
+        for panel in self.screen.query(FlightPanel):
+            panel.next_page()
+
+    def ask_quit(self) -> None:
+        """Quit; ask first if the vehicle is armed or the plan would be lost."""
+        reasons = []
+        if self.feed.snapshot.armed and self.feed.station is not None:
+            reasons.append("The vehicle is armed.")
+        if self.draft.is_at_risk:
+            reasons.append("The plan is neither saved nor on the vehicle.")
+        if reasons:
+            self._confirm(" ".join([*reasons, "Quit anyway?"]), lambda: self.exit(0))
+        else:
+            self.exit(0)
+
+    def get_system_commands(self, screen: Screen[object]) -> Iterable[SystemCommand]:
+        """The command palette: the table's actions, then Textual's own."""
+        for action in ACTIONS:
+            yield SystemCommand(action.label or action.name.replace("_", " "), action.help, self._runner(action))
+        yield from super().get_system_commands(screen)
+
+    def _runner(self, action: Action) -> Callable[[], None]:
+        return lambda: self.action_act(action.name)
+
+
+def _screen_keys(screen: Screen[object]) -> list[tuple[str, str]]:
+    """Keys and texts of a screen's own bindings; none for the flight screen."""
+    if isinstance(screen, FlightScreen):
+        return []
+    bindings = (binding for binding in screen.BINDINGS if isinstance(binding, Binding) and binding.description)
+    return [
+        (binding.key.split(",")[0].replace("escape", "esc"), binding.tooltip or binding.description)
+        for binding in bindings
+    ]

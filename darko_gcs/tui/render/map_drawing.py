@@ -1,0 +1,148 @@
+"""A map in braille: home, fence, rally points, legs, circles, track and vehicle, north up, one scale for both axes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from itertools import pairwise
+
+from darko_gcs.tui.render.canvas import BrailleCanvas, StyledLine
+
+__all__ = ["NorthEast", "draw_map"]
+
+NorthEast = tuple[float, float]  # [m]
+Dot = tuple[float, float]  # x, y on the canvas
+MIN_EXTENT = 6.0  # of the whole map [m]
+MARGIN = 1.25
+MAX_COORDINATE = 1e7  # larger ones are nonsense and not drawn [m]
+ARROWS_FROM_NORTH = "↑↗→↘↓↙←↖"  # clockwise, 45 deg apart
+WAYPOINT_STYLES = {"done": "good", "current": "warn", "todo": "plan"}
+LINE_STYLES = {"current": "warn", "fence": "fence", "keep-out": "mark"}
+CIRCLE_SPACING = 1.5  # of the dots on a circle [dots]
+MAX_CIRCLE_DOTS = 2000  # on larger circles the spacing grows
+
+
+def draw_map(
+    *,
+    width: int,
+    height: int,
+    scale: float | None,
+    centre: NorthEast | None,
+    home: NorthEast | None,
+    track: Sequence[NorthEast],
+    waypoints: Sequence[tuple[int, float, float, str]],
+    vehicle: tuple[float, float, float] | None,
+    target: NorthEast | None,
+    circles: Sequence[tuple[float, float, float, str]] = (),
+    course: NorthEast | None = None,
+    areas: Sequence[tuple[Sequence[NorthEast], str]] = (),
+    rally: Sequence[NorthEast] = (),
+) -> tuple[list[StyledLine], float]:
+    """The rows of the map, and its scale [m per cell height].
+
+    Args:
+        width: Cells; a cell is twice as high as wide.
+        height: Cells.
+        scale: Metres per cell height; None fits everything.
+        centre: Middle of the map; None: the middle of everything.
+        home: Home.
+        track: Past positions of the vehicle.
+        waypoints: Number, north, east and state ("todo", "current", "done") of each.
+        vehicle: North, east [m] and heading [rad].
+        target: Position set-point of the vehicle.
+        circles: North, east, radius [m] and state of each, of the mission or of the fence.
+        course: Position of the vehicle in a few seconds; a line leads there.
+        areas: Corners and state ("fence", "keep-out") of each polygon of the fence.
+        rally: Rally points, where the vehicle may return to instead of home.
+    """
+    places = [*track, *((n, e) for _, n, e, _ in waypoints)]
+    places += [(n + side * r, e + side * r) for n, e, r, _ in circles for side in (-1.0, 1.0)]
+    places += [*rally, *(corner for corners, _ in areas for corner in corners)]
+    places += [place for place in (home, target, None if vehicle is None else vehicle[:2]) if place is not None]
+    places = [place for place in places if _is_drawable(place)] or [(0.0, 0.0)]
+    scale = scale or _fit(places, width, height)
+    middle = centre or _middle(places)
+    canvas = BrailleCanvas(width, height)
+    dots = 4.0 / scale  # per metre, the same in both directions
+
+    def at(point: NorthEast) -> Dot:
+        return width + (point[1] - middle[1]) * dots, 2 * height - (point[0] - middle[0]) * dots
+
+    for corners, state in areas:
+        for a, b in pairwise((*corners, corners[0])):
+            canvas.line(at(a), at(b), LINE_STYLES.get(state, "plan"))
+    for (_, north, east, _), (_, *end, state) in pairwise(waypoints):
+        canvas.line(at((north, east)), at((end[0], end[1])), LINE_STYLES.get(state, "plan"))
+    for north, east, radius, state in circles:
+        _circle(canvas, at((north, east)), radius * dots, LINE_STYLES.get(state, "plan"))
+    for a, b in pairwise(track):
+        canvas.line(at(a), at(b), "track")
+    if course is not None and vehicle is not None:
+        canvas.line(at(vehicle[:2]), at(course), "bad")
+    _symbols(canvas, at, home, rally, waypoints, vehicle, target)
+    _scale_bar(canvas, scale)
+    return canvas.lines(), scale
+
+
+def _circle(canvas: BrailleCanvas, centre: Dot, radius: float, style: str) -> None:
+    if not (_is_drawable(centre) and 0.0 < radius < MAX_COORDINATE):
+        return
+    count = min(MAX_CIRCLE_DOTS, max(8, math.ceil(2.0 * math.pi * radius / CIRCLE_SPACING)))
+    for k in range(count):
+        angle = 2.0 * math.pi * k / count
+        canvas.plot(centre[0] + radius * math.cos(angle), centre[1] + radius * math.sin(angle), style)
+
+
+def _symbols(
+    canvas: BrailleCanvas,
+    at: Callable[[NorthEast], Dot],
+    home: NorthEast | None,
+    rally: Sequence[NorthEast],
+    waypoints: Sequence[tuple[int, float, float, str]],
+    vehicle: tuple[float, float, float] | None,
+    target: NorthEast | None,
+) -> None:
+    def put(point: NorthEast, text: str, style: str) -> None:
+        x, y = at(point)
+        if _is_drawable((x, y)):
+            canvas.put(math.floor(x / 2), math.floor(y / 4), text, style)
+
+    for point in rally:
+        put(point, "R", "fence")
+    if home is not None:
+        put(home, "H", "accent")
+    for number, north, east, state in waypoints:
+        put((north, east), str(number), WAYPOINT_STYLES.get(state, ""))
+    if target is not None:
+        put(target, "+", "warn")
+    if vehicle is not None and _is_drawable((vehicle[2], 0.0)):
+        put(vehicle[:2], ARROWS_FROM_NORTH[round(vehicle[2] / (math.pi / 4)) % 8], "bad")
+
+
+def _is_drawable(point: NorthEast) -> bool:
+    return all(abs(part) < MAX_COORDINATE for part in point)  # false for NaN too
+
+
+def _fit(places: Sequence[NorthEast], width: int, height: int) -> float:
+    north = max(p[0] for p in places) - min(p[0] for p in places)
+    east = max(p[1] for p in places) - min(p[1] for p in places)
+    wanted = max(MARGIN * north / height, MARGIN * east / (width / 2), MIN_EXTENT / height)
+    return _round_up(wanted)
+
+
+def _round_up(value: float) -> float:
+    """The next larger 1, 2 or 5 times a power of ten."""
+    power = 10.0 ** math.floor(math.log10(value))
+    return next(step * power for step in (1.0, 2.0, 5.0, 10.0) if step * power >= value * 0.999)
+
+
+def _middle(places: Sequence[NorthEast]) -> NorthEast:
+    north, east = [p[0] for p in places], [p[1] for p in places]
+    return (min(north) + max(north)) / 2, (min(east) + max(east)) / 2
+
+
+def _scale_bar(canvas: BrailleCanvas, scale: float) -> None:
+    length = _round_up(scale * 1.5)
+    cells = max(1, round(2 * length / scale))
+    canvas.put(0, canvas.height - 1, f"├{'─' * max(0, cells - 2)}┤ {length:g} m", "dim")
+    canvas.put(canvas.width - 3, 0, "N↑", "dim")

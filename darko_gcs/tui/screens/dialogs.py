@@ -1,0 +1,157 @@
+"""Small dialogs. Telemetry continues beneath them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import ClassVar
+
+from textual import on
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import Horizontal, Vertical
+from textual.screen import ModalScreen
+from textual.widgets import Button, Input, Label, OptionList, Static
+
+from darko_gcs.tui.actions import ACTIONS
+
+__all__ = ["AskScreen", "ChooseScreen", "ConfirmScreen", "HelpScreen", "parse_number"]
+
+KEY_SYMBOLS = {"question_mark": "?", "plus": "+", "minus": "-"}
+
+
+class ConfirmScreen(ModalScreen[bool]):
+    """A question with yes and no; no has the focus at first."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("y", "answer(True)", "Yes"),
+        Binding("n,escape", "answer(False)", "No"),
+    ]
+
+    def __init__(self, question: str) -> None:
+        super().__init__()
+        self._question = question
+
+    def compose(self) -> ComposeResult:
+        """Question and buttons."""
+        with Vertical(classes="dialog"):
+            yield Label(self._question, id="question", markup=False)
+            with Horizontal(classes="buttons"):
+                yield Button("Yes (y)", variant="error", id="yes")
+                yield Button("No (n)", variant="primary", id="no")
+
+    def on_mount(self) -> None:
+        """Make the harmless answer the default."""
+        self.query_one("#no").focus()
+
+    def action_answer(self, answer: bool) -> None:
+        """Close with an answer."""
+        self.dismiss(answer)
+
+    @on(Button.Pressed)
+    def _pressed(self, event: Button.Pressed) -> None:
+        self.dismiss(event.button.id == "yes")
+
+
+Check = Callable[[tuple[str, ...]], str | None]  # what is wrong with the texts, or None
+
+
+class AskScreen(ModalScreen["tuple[str, ...] | None"]):
+    """A few fields to fill in; closes when ``check`` finds nothing wrong. Without ``check``, the fields are numbers."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [Binding("escape", "cancel", "Cancel")]
+
+    def __init__(self, title: str, fields: Sequence[tuple[str, str]], check: Check | None = None) -> None:
+        super().__init__()
+        self._title, self._fields = title, fields
+        self._check = check or self._check_numbers
+
+    def compose(self) -> ComposeResult:
+        """A labelled input per field."""
+        with Vertical(classes="dialog"):
+            yield Label(self._title, id="question", markup=False)
+            for index, (label, value) in enumerate(self._fields):
+                with Horizontal(classes="field"):
+                    yield Label(label, markup=False)
+                    yield Input(value, id=f"field-{index}", compact=True)
+            yield Static("", id="problem", markup=False)
+            yield Static("Tab: next field    Enter: confirm    Esc: cancel", classes="hint")
+
+    @on(Input.Submitted)
+    def _submitted(self) -> None:
+        values = tuple(field.value.strip() for field in self.query(Input))
+        problem = self._check(values)
+        if problem is None:
+            self.dismiss(values)
+        else:
+            self.query_one("#problem", Static).update(problem)
+
+    def _check_numbers(self, values: tuple[str, ...]) -> str | None:
+        for (label, _), value in zip(self._fields, values, strict=True):
+            if parse_number(value) is None:
+                return f"{label}: {value!r} is not a number"
+        return None
+
+    def action_cancel(self) -> None:
+        """Close without an answer."""
+        self.dismiss(None)
+
+
+class ChooseScreen(ModalScreen["int | None"]):
+    """One choice from a list."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [Binding("escape", "cancel", "Cancel")]
+
+    def __init__(self, title: str, choices: Sequence[str]) -> None:
+        super().__init__()
+        self._title, self._choices = title, choices
+
+    def compose(self) -> ComposeResult:
+        """A list."""
+        with Vertical(classes="dialog"):
+            yield Label(self._title, id="question")
+            yield OptionList(*self._choices, markup=False, compact=True)
+            yield Static("Enter: choose    Esc: cancel", classes="hint")
+
+    @on(OptionList.OptionSelected)
+    def _chosen(self, event: OptionList.OptionSelected) -> None:
+        self.dismiss(event.option_index)
+
+    def action_cancel(self) -> None:
+        """Close without a choice."""
+        self.dismiss(None)
+
+
+class HelpScreen(ModalScreen[None]):
+    """All keys.
+
+    Args:
+        extra: Keys and texts of the app beside the table of actions.
+        here: Those of the screen beneath; they come first and replace actions with the same key.
+    """
+
+    BINDINGS: ClassVar[list[BindingType]] = [Binding("escape,question_mark,q", "dismiss", "Close")]
+
+    def __init__(self, extra: Sequence[tuple[str, str]] = (), here: Sequence[tuple[str, str]] = ()) -> None:
+        super().__init__()
+        self._extra, self._here = extra, here
+
+    def compose(self) -> ComposeResult:
+        """A line per action."""
+        rows = [(KEY_SYMBOLS.get(action.key, action.key), action.help) for action in ACTIONS]
+        taken = {key for key, _ in self._here}
+        rest = [(key, text) for key, text in (*rows, *self._extra) if key not in taken]
+        lines = "\n".join(f"  {key:<12} {text}" for key, text in (*self._here, *rest))
+        with Vertical(classes="dialog help"):
+            yield Label("Keys", id="question")
+            yield Static(lines, markup=False)
+            yield Static("Ctrl+P: command palette    Esc: close", classes="hint")
+
+
+def parse_number(text: str) -> float | None:
+    """The finite number that a text spells, or None."""
+    try:
+        value = float(text)
+    except ValueError:
+        return None
+    return value if math.isfinite(value) else None

@@ -1,0 +1,88 @@
+"""The message log with times, newest last."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import ClassVar
+
+from rich.text import Text
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.reactive import reactive
+from textual.screen import Screen
+from textual.widgets import Footer, RichLog
+
+from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
+from darko_gcs.state.values import LogLine
+from darko_gcs.tui.widgets.message_panel import SEVERITY_STYLES, severity_style
+from darko_gcs.tui.widgets.status_bar import StatusBar
+
+__all__ = ["MessagesScreen"]
+
+
+class MessagesScreen(Screen[None]):
+    """The log; it scrolls with new messages as long as its end is in view.
+
+    Args:
+        time_text: The text of a line's time, which is on the feed's clock [s].
+    """
+
+    COMPONENT_CLASSES: ClassVar[set[str]] = {f"messages--{name}" for name in ("dim", *filter(None, SEVERITY_STYLES))}
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("escape,e", "dismiss", "Back"),
+        Binding("end", "end", "Newest"),
+        Binding("home", "home", "Oldest"),
+    ]
+    snapshot: reactive[Snapshot] = reactive(EMPTY_SNAPSHOT, repaint=False)
+    now: reactive[float] = reactive(0.0, repaint=False)
+
+    def __init__(self, time_text: Callable[[float], str]) -> None:
+        super().__init__()
+        self._time_text = time_text
+        self._is_ready = False  # the app hands out snapshots as soon as a screen is pushed, before it is mounted
+
+    def compose(self) -> ComposeResult:
+        """Status bar, log, footer."""
+        yield StatusBar().data_bind(MessagesScreen.snapshot, MessagesScreen.now)
+        yield RichLog(id="log", wrap=True, auto_scroll=False, min_width=20)
+        yield Footer(compact=True, show_command_palette=False)
+
+    def on_mount(self) -> None:
+        """Begin at the newest message."""
+        self.log_view.focus()
+        self._is_ready = True
+        self.call_after_refresh(self._show, at_end=True)
+
+    @property
+    def log_view(self) -> RichLog:
+        """The scrolling lines."""
+        return self.query_one("#log", RichLog)
+
+    def watch_snapshot(self, old: Snapshot, s: Snapshot) -> None:
+        """Show new messages."""
+        if self._is_ready and s.messages is not old.messages:
+            self._show(at_end=self.log_view.is_vertical_scroll_end)
+
+    def action_end(self) -> None:
+        """Scroll to the newest message."""
+        self.log_view.scroll_end(animate=False)
+
+    def action_home(self) -> None:
+        """Scroll to the oldest message."""
+        self.log_view.scroll_home(animate=False)
+
+    def _show(self, *, at_end: bool) -> None:
+        view, height = self.log_view, self.log_view.scroll_y
+        view.clear()
+        for line in self.snapshot.messages:
+            view.write(self._styled(line), scroll_end=False)
+        if at_end:
+            view.scroll_end(animate=False)
+        else:
+            view.scroll_to(y=height, animate=False)
+
+    def _styled(self, line: LogLine) -> Text:
+        name = severity_style(line.severity)
+        dim = self.get_component_rich_style("messages--dim", partial=True)
+        style = self.get_component_rich_style(f"messages--{name}", partial=True) if name else ""
+        return Text(f"{self._time_text(line.time)}  ", style=dim).append(line.text, style=style)

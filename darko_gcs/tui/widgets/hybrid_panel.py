@@ -1,0 +1,85 @@
+"""The panel of the hybrid controller: law in force, Lyapunov values, jumps."""
+
+from __future__ import annotations
+
+import math
+
+from darko_gcs.state.snapshot import Snapshot
+from darko_gcs.state.text import as_member, label_of
+from darko_gcs.state.values import HybridState, Thresholds
+from darko_gcs.tui.render.canvas import StyledLine
+from darko_gcs.tui.render.chart import log_chart
+from darko_gcs.tui.widgets.panel import Panel, styled_line
+from protocol.dialect.vocabulary import Law, Reason
+
+__all__ = ["LAW_STYLES", "HybridPanel"]
+
+CHART_WINDOW = 60.0  # [s]
+MIN_V_SHOWN = 1e-4  # smaller values of V are shown as "<0.0001"
+MIN_GOVERNOR_SHOWN = 0.01
+LAW_STYLES = dict.fromkeys(Law, "accent") | {
+    Law.HOVER_LINEAR: "good",
+    Law.FORWARD_LINEAR: "good",
+    Law.FAILSAFE: "bad",
+}
+
+
+class HybridPanel(Panel):
+    """Law in force, V of both linear laws with their thresholds, and a chart of V with the jumps."""
+
+    def draw(self, s: Snapshot, width: int, height: int) -> list[StyledLine]:
+        """Three lines of text, the rest chart."""
+        h = s.hybrid
+        if h is None:
+            return [styled_line(("no hybrid state from this vehicle", "dim"))]
+        chart = log_chart(
+            [t for t, _, _ in s.v_history],
+            ([v for _, v, _ in s.v_history], "track"),
+            ([v for _, _, v in s.v_history], "plan"),
+            width=width,
+            height=max(1, height - 3),
+            window=CHART_WINDOW,
+            thresholds=_labelled(h.forward if h.is_forward else h.hover),
+            jumps=tuple((jump.time, jump.name) for jump in s.jumps),
+            now=h.time,
+        )
+        values = styled_line(
+            *_v_with_thresholds("hover", h.v_hover, h.hover, "dim" if h.is_forward else ""),
+            "  ",
+            *_v_with_thresholds("fwd", h.v_forward, h.forward, "" if h.is_forward else "dim"),
+        )
+        return [_law(h, s.law_since), values, _last_jump(h), *chart]
+
+
+def _law(h: HybridState, law_since: float | None) -> StyledLine:
+    since = f" {h.time - law_since:.0f} s" if law_since is not None else ""
+    law = as_member(Law, h.law)
+    style = "warn" if law is None else LAW_STYLES[law]
+    governor = (f"  gov {100 * h.governor:.0f} %", "warn") if h.governor > MIN_GOVERNOR_SHOWN else ("", "")
+    name = label_of(Law, h.law).upper()
+    return styled_line((name, style), (since, "dim"), ("  V ", "label"), _v_text(h.v), governor)
+
+
+def _last_jump(h: HybridState) -> StyledLine:
+    if h.jumps == 0:
+        return styled_line(("j 0  no jump yet", "dim"))
+    jump = f"from {label_of(Law, h.last_law)}: {label_of(Reason, h.last_reason)}"
+    return styled_line((f"j {h.jumps}  ", "label"), (jump, "dim"))
+
+
+def _v_text(v: float) -> str:
+    """V in at most four digits."""
+    if not math.isfinite(v):
+        return "--"
+    if v < MIN_V_SHOWN:
+        return f"<{MIN_V_SHOWN:g}"
+    return f"{v:.2g}" if v < 10 else f"{v:.0f}"
+
+
+def _labelled(thresholds: Thresholds) -> tuple[tuple[float, str], ...]:
+    return (thresholds.leave, f"leave {thresholds.leave:g}"), (thresholds.enter, f"enter {thresholds.enter:g}")
+
+
+def _v_with_thresholds(name: str, v: float, thresholds: Thresholds, style: str) -> StyledLine:
+    text = f" ({thresholds.enter:g}/{thresholds.leave:g})"
+    return styled_line((f"{name} ", "label"), (_v_text(v), style), (text, "dim"))

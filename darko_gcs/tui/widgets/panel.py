@@ -1,0 +1,96 @@
+"""Base of all panels: paints only rows that changed, takes its colours from the stylesheet."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from rich.segment import Segment
+from rich.style import Style
+from textual.geometry import Region, Size
+from textual.reactive import reactive
+from textual.strip import Strip
+from textual.widget import Widget
+
+from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
+from darko_gcs.tui.render.canvas import StyledLine
+
+__all__ = ["Panel", "styled_line"]
+
+PANEL_STYLES = ("dim", "good", "warn", "bad", "accent", "mark", "track", "plan", "fence", "label")
+
+
+def styled_line(*segments: tuple[str, str] | str) -> StyledLine:
+    """A line from segments; plain strings have no style, empty ones are left out."""
+    line = [(segment, "") if isinstance(segment, str) else segment for segment in segments]
+    return [segment for segment in line if segment[0]]
+
+
+class Panel(Widget):
+    """A bordered panel. Subclasses define ``draw``, a pure function; rows that stay the same are not painted again."""
+
+    COMPONENT_CLASSES: ClassVar[set[str]] = {f"panel--{name}" for name in PANEL_STYLES}
+    snapshot: reactive[Snapshot] = reactive(EMPTY_SNAPSHOT, repaint=False)  # ``redraw`` repaints row by row
+    now: reactive[float] = reactive(0.0, repaint=False)  # for ages, which change without a new snapshot
+
+    def __init__(self, title: str, *, id: str) -> None:  # noqa: A002 - textual's own name for it
+        super().__init__(id=id)
+        self.border_title = title
+        self._lines: list[StyledLine] = []
+        self._drawn_size = Size(0, 0)
+        self._rich_styles: dict[str, Style] = {}
+
+    def draw(self, s: Snapshot, width: int, height: int) -> list[StyledLine]:
+        """The panel's lines; missing cells and lines are filled, surplus ones cut.
+
+        Raises:
+            NotImplementedError: Always, here: each panel draws its own.
+        """
+        raise NotImplementedError
+
+    def watch_snapshot(self) -> None:
+        """Show a new snapshot."""
+        self.redraw()
+
+    def on_resize(self) -> None:
+        """Redraw in the new size, also without a new snapshot: a title may count pages."""
+        self.redraw()
+
+    def redraw(self) -> None:
+        """Draw again and repaint the rows that changed."""
+        size = self.size
+        if not size or not self.is_mounted:
+            return
+        old = self._lines if size == self._drawn_size else []
+        self._lines, self._drawn_size = self.draw(self.snapshot, *size), size
+        changed = [y for y in range(size.height) if _row(old, y) != _row(self._lines, y)] if old else range(size.height)
+        regions = [Region(0, y, size.width, 1) for y in changed]
+        if regions:
+            self.refresh(*regions)
+
+    def render_line(self, y: int) -> Strip:
+        """One line of the content (Textual's line API)."""
+        width, height = self.size
+        if self._drawn_size != self.size:
+            self._lines, self._drawn_size = self.draw(self.snapshot, width, height), self.size
+        base = self._rich_style("")
+        segments = [Segment(text, self._rich_style(name)) for text, name in _row(self._lines, y)]
+        return Strip(segments).adjust_cell_length(width, base)
+
+    def notify_style_update(self) -> None:
+        """Forget the styles that were looked up: colours changed."""
+        self._rich_styles = {}
+        super().notify_style_update()
+
+    def _rich_style(self, name: str) -> Style:
+        # Cached: looking a style up costs more than drawing the line.
+        style = self._rich_styles.get(name)
+        if style is None:
+            style = self.rich_style
+            if name in PANEL_STYLES:
+                style += self.get_component_rich_style(f"panel--{name}", partial=True)
+            self._rich_styles[name] = style
+        return style
+
+
+def _row(lines: list[StyledLine], y: int) -> StyledLine:
+    return lines[y] if y < len(lines) else []

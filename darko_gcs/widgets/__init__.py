@@ -1,1 +1,0 @@
-"""Panels of the flight screen: each draws one part of the snapshot as text."""

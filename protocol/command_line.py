@@ -1,0 +1,51 @@
+"""Runs the commands of a program: one module per command, imported only when it is needed."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Mapping, Sequence
+from importlib import import_module
+from importlib.metadata import version
+
+__all__ = ["EXIT_BROKEN_PIPE", "EXIT_ERROR", "EXIT_INTERRUPTED", "run_cli"]
+
+EXIT_ERROR = 2  # of an expected error without an exit code of its own
+EXIT_INTERRUPTED, EXIT_BROKEN_PIPE = 130, 141  # as shells report SIGINT and SIGPIPE
+
+
+def run_cli(
+    package: str,
+    prog: str,
+    commands: Mapping[str, str],
+    error: type[Exception],
+    argv: Sequence[str] | None = None,
+) -> int:
+    """Run a command; returns the exit code.
+
+    Each command is a module ``package.commands.NAME`` with ``parser(commands)``, an ``argparse.ArgumentParser``, and
+    ``run(arguments)``, which returns the exit code. An expected error becomes one line on stderr.
+
+    Args:
+        package: Import name of the program's package.
+        prog: The program's name.
+        commands: Description of each command by its name; the first one is run if none is named.
+        error: Base of the expected errors; an attribute ``exit_code`` replaces ``EXIT_ERROR``.
+        argv: The arguments; None: those of the process.
+    """
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    if arguments == ["--version"]:
+        print(f"{prog} {version('darko')}")
+        return 0
+    name = arguments.pop(0) if arguments and arguments[0] in commands else next(iter(commands))
+    command = import_module(f"{package}.commands.{name}")
+    try:
+        return int(command.run(command.parser(commands).parse_args(arguments)))
+    except error as expected:
+        print(f"{prog}: {expected}", file=sys.stderr)
+        return int(getattr(expected, "exit_code", EXIT_ERROR))
+    except KeyboardInterrupt:
+        return EXIT_INTERRUPTED
+    except BrokenPipeError:  # the reader of our output, such as a pager or head, has closed it
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return EXIT_BROKEN_PIPE

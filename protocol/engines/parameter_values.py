@@ -1,0 +1,83 @@
+"""A parameter and its value on the wire (https://mavlink.io/en/services/parameter.html, bytewise encoding).
+
+PARAM_VALUE carries 32 bits in a float field. PX4 and MAVSDK store the bytes of an integer there unchanged.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+from dataclasses import dataclass
+
+from protocol.dialect import mavlink
+from protocol.errors import LocalProtocolError
+
+__all__ = ["MAX_NAME_LENGTH", "Parameter", "decode_value", "encode_value"]
+
+MAX_NAME_LENGTH = 16  # characters of a parameter's name
+_REAL32 = mavlink.MAV_PARAM_TYPE_REAL32
+_FORMATS = {
+    mavlink.MAV_PARAM_TYPE_UINT8: "<B3x",
+    mavlink.MAV_PARAM_TYPE_INT8: "<b3x",
+    mavlink.MAV_PARAM_TYPE_UINT16: "<H2x",
+    mavlink.MAV_PARAM_TYPE_INT16: "<h2x",
+    mavlink.MAV_PARAM_TYPE_UINT32: "<I",
+    mavlink.MAV_PARAM_TYPE_INT32: "<i",
+    _REAL32: "<f",
+}
+
+
+def encode_value(value: float, kind: int) -> float:
+    """PARAM_VALUE.param_value for a value of MAV_PARAM_TYPE ``kind``.
+
+    Raises:
+        LocalProtocolError: The value does not fit the type, or the type is not encoded in 32 bits.
+    """
+    try:
+        layout = _FORMATS[kind]
+        data = struct.pack(layout, value if kind == _REAL32 or value != int(value) else int(value))
+    except (KeyError, struct.error, OverflowError, ValueError) as error:
+        raise LocalProtocolError(f"{value} is not a value of MAV_PARAM_TYPE {kind}") from error
+    (carried,) = struct.unpack("<f", data)
+    if struct.pack("<f", carried) != data:  # a float register changes the bits of a signalling NaN
+        raise LocalProtocolError(f"{value} cannot be sent as the bytes of a float")
+    return float(carried)
+
+
+def decode_value(param_value: float, kind: int) -> float:
+    """The value in PARAM_VALUE.param_value; for an unknown type, the float itself."""
+    layout = _FORMATS.get(kind, "<f")
+    (value,) = struct.unpack(layout, struct.pack("<f", param_value))
+    return float(value) if layout == "<f" else int(value)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Parameter:
+    """One row of the vehicle's parameter table.
+
+    Raises:
+        LocalProtocolError: The name does not fit the wire, or the value is outside its range.
+    """
+
+    name: str
+    type: int  # MAV_PARAM_TYPE, at most 32 bits wide
+    value: float
+    minimum: float = -math.inf
+    maximum: float = math.inf
+    unit: str = ""
+    description: str = ""
+
+    def __post_init__(self) -> None:
+        if not (self.name.isascii() and self.name.isprintable() and 1 <= len(self.name) <= MAX_NAME_LENGTH):
+            raise LocalProtocolError(f"parameter name {self.name!r} is not 1 to 16 ASCII characters")
+        if flaw := self.flaw(self.value):
+            raise LocalProtocolError(f"parameter {self.name}: {flaw}")
+        encode_value(self.value, self.type)
+
+    def flaw(self, value: float) -> str:
+        """Why the parameter cannot have a value; empty if it can."""
+        if not math.isfinite(value):
+            return f"{value} is not a finite number"
+        if not self.minimum <= value <= self.maximum:
+            return f"{value:g} is outside {self.minimum:g}..{self.maximum:g}"
+        return ""

@@ -1,0 +1,35 @@
+"""Answers that several servers send: COMMAND_ACK, MISSION_ACK and PARAM_ERROR."""
+
+from __future__ import annotations
+
+from protocol.dialect import mavlink
+from protocol.engines.parameter_values import MAX_NAME_LENGTH
+from protocol.message import Message, Peer, target_fields
+
+__all__ = ["command_ack", "mission_ack", "param_error", "raw_name"]
+
+
+def command_ack(peer: Peer, command: int, result: int, *, progress: int = 0, detail: int = 0) -> Message:
+    """A COMMAND_ACK with a MAV_RESULT; ``detail`` is result_param2."""
+    return mavlink.MAVLink_command_ack_message(
+        command=command, result=result, progress=progress, result_param2=detail, **target_fields(peer)
+    )
+
+
+def mission_ack(peer: Peer, result: int, kind: int, *, opaque_id: int = 0) -> Message:
+    """A MISSION_ACK with a MAV_MISSION_RESULT for a plan of MAV_MISSION_TYPE ``kind``."""
+    return mavlink.MAVLink_mission_ack_message(
+        **target_fields(peer), type=result, mission_type=kind, opaque_id=opaque_id
+    )
+
+
+def param_error(peer: Peer, name: str, index: int, error: int) -> Message:
+    """A PARAM_ERROR with a MAV_PARAM_ERROR, about a name or an index that the peer sent."""
+    return mavlink.MAVLink_param_error_message(
+        **target_fields(peer), param_id=raw_name(name), param_index=index, error=error
+    )
+
+
+def raw_name(name: str) -> bytes:
+    """A received name as it is sent back."""
+    return name.encode("ascii", errors="replace")[:MAX_NAME_LENGTH]

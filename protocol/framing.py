@@ -1,0 +1,56 @@
+"""Where a MAVLink frame ends, by its length alone (https://mavlink.io/en/guide/serialization.html).
+
+| Version | Header | Payload | Checksum | Signature |
+|---|---|---|---|---|
+| 1 | 6 bytes, the first 0xFE | n | 2 | never |
+| 2 | 10 bytes, the first 0xFD | n | 2 | 13 bytes if bit 0 of the incompatibility flags (byte 2) is set |
+
+n is byte 1 of either header. The codec, the telemetry logs and the signatures share this rule.
+"""
+
+from __future__ import annotations
+
+__all__ = [
+    "MAGIC_V1",
+    "MAGIC_V2",
+    "OVERHEAD_V1",
+    "OVERHEAD_V2",
+    "SIGNATURE_SIZE",
+    "SIGNED_FLAG",
+    "frame_length",
+    "message_id",
+    "split_frames",
+]
+
+MAGIC_V1, MAGIC_V2 = 0xFE, 0xFD  # first byte of a frame, by version
+CHECKSUM_SIZE = 2  # [bytes]
+OVERHEAD_V1 = 6 + CHECKSUM_SIZE  # header and checksum [bytes]
+OVERHEAD_V2 = 10 + CHECKSUM_SIZE
+SIGNED_FLAG = 0x01  # the only incompatibility flag that is understood
+SIGNATURE_SIZE = 13  # [bytes]
+
+
+def frame_length(data: bytes | bytearray, at: int = 0) -> int:
+    """Length [bytes] of the whole frame that starts at index ``at``; 0 if none does."""
+    left = len(data) - at
+    if left >= OVERHEAD_V2 and data[at] == MAGIC_V2:
+        length = OVERHEAD_V2 + data[at + 1] + (SIGNATURE_SIZE if data[at + 2] & SIGNED_FLAG else 0)
+    elif left >= OVERHEAD_V1 and data[at] == MAGIC_V1:
+        length = OVERHEAD_V1 + data[at + 1]
+    else:
+        return 0
+    return length if length <= left else 0
+
+
+def message_id(frame: bytes | bytearray, at: int = 0) -> int:
+    """Message id of the whole frame that starts at index ``at``."""
+    return frame[at + 5] if frame[at] == MAGIC_V1 else int.from_bytes(frame[at + 7 : at + 10], "little")
+
+
+def split_frames(datagram: bytes) -> list[bytes]:
+    """Whole frames at the beginning of a datagram; what follows them is left out."""
+    frames, at = [], 0
+    while length := frame_length(datagram, at):
+        frames.append(datagram[at : at + length])
+        at += length
+    return frames

@@ -1,0 +1,108 @@
+"""The seven numbers of an item in plan files, and which values are valid.
+
+Both formats have latitude and longitude in degrees, local coordinates in metres, and the numbers of items in
+MAV_FRAME_MISSION as on the wire. NaN means "default": in a position it is INT32_MAX on the wire.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from protocol import units
+from protocol.dialect import mavlink
+from protocol.errors import LocalProtocolError
+from protocol.mav_frames import is_global_frame
+from protocol.plans.mission_item import MissionItem
+
+__all__ = ["DO_JUMP", "item_from_values", "values_of"]
+
+DO_JUMP = mavlink.MAV_CMD_DO_JUMP
+_FRAMES = {number for number, entry in mavlink.enums["MAV_FRAME"].items() if not entry.name.endswith("_ENUM_END")}
+_WITH_POSITION = {  # commands that need a position
+    mavlink.MAV_CMD_NAV_WAYPOINT,
+    mavlink.MAV_CMD_NAV_LOITER_UNLIM,
+    mavlink.MAV_CMD_NAV_LOITER_TURNS,
+    mavlink.MAV_CMD_NAV_LOITER_TIME,
+    mavlink.MAV_CMD_NAV_LOITER_TO_ALT,
+    mavlink.MAV_CMD_NAV_SPLINE_WAYPOINT,
+}
+_GLOBAL_NAMES = ("param1", "param2", "param3", "param4", "latitude", "longitude", "altitude")
+_LOCAL_NAMES = (*_GLOBAL_NAMES[:4], "x", "y", "z")
+
+
+def item_from_values(
+    command: int, frame: int, values: Sequence[float], *, autocontinue: bool, current: bool = False
+) -> MissionItem:
+    """The item with these seven numbers of a file; positions are rounded to the nearest step of the wire.
+
+    Raises:
+        LocalProtocolError: A number is not valid; the message names it and its value.
+    """
+    _check(command, frame, values)
+    x, y = (_to_wire(frame, value) for value in values[4:6])
+    params = (values[0], values[1], values[2], values[3])
+    return MissionItem(
+        command=command,
+        frame=frame,
+        params=params,
+        x=x,
+        y=y,
+        z=values[6],
+        autocontinue=autocontinue,
+        current=current,
+    )
+
+
+def values_of(item: MissionItem) -> list[float]:
+    """The seven numbers of an item; float32 values become the shortest decimals with the same value.
+
+    Raises:
+        LocalProtocolError: The item would be refused if the file were loaded again.
+    """
+    place = [_from_wire(item.frame, number) for number in (item.x, item.y)]
+    values = [*map(_shortest, item.params), *place, _shortest(item.z)]
+    _check(item.command, item.frame, values)
+    return values
+
+
+def _check(command: int, frame: int, values: Sequence[float]) -> None:
+    if frame not in _FRAMES:
+        raise LocalProtocolError(f"frame {frame} is not a MAV_FRAME")
+    is_global = is_global_frame(frame)
+    names = _GLOBAL_NAMES if is_global else _LOCAL_NAMES
+    for name, value in zip(names, values, strict=True):
+        if math.isinf(value):
+            raise LocalProtocolError(f"{name} is infinite")
+    if command in _WITH_POSITION:
+        for name, value in zip(names[4:], values[4:], strict=True):
+            if math.isnan(value):
+                raise LocalProtocolError(f"{name} is missing, but command {command} needs a position")
+    if is_global:
+        for name, value, limit in zip(names[4:6], values[4:6], (90.0, 180.0), strict=True):
+            if abs(value) > limit:
+                raise LocalProtocolError(f"{name} {value} is not in -{limit:g}..{limit:g} deg")
+
+
+def _to_wire(frame: int, value: float) -> int:
+    if math.isnan(value):
+        return units.UNKNOWN_INT32
+    if frame != mavlink.MAV_FRAME_MISSION:
+        return units.to_e7(value) if is_global_frame(frame) else units.local_e4(value)
+    if value != int(value):
+        raise LocalProtocolError(f"{value} is not a whole number, as x and y of frame {frame} must be")
+    return int(value)
+
+
+def _from_wire(frame: int, number: int) -> float:
+    if number == units.UNKNOWN_INT32:
+        return math.nan
+    if frame == mavlink.MAV_FRAME_MISSION:
+        return float(number)
+    return units.from_e7(number) if is_global_frame(frame) else units.from_local_e4(number)
+
+
+def _shortest(value: float) -> float:
+    return float(str(np.float32(value)))

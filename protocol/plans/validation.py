@@ -1,0 +1,23 @@
+"""The vehicle's check of a new plan: its maximum size and the reason of a refusal."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+from protocol.plans.mission_item import MissionItem
+
+__all__ = ["MAX_PLAN_ITEMS", "Refusal", "Validate"]
+
+MAX_PLAN_ITEMS = 1000  # of a flight plan, a fence or a set of rally points
+
+
+class Refusal(NamedTuple):
+    """Why a plan is refused: a MAV_MISSION_RESULT and a sentence."""
+
+    result: int
+    text: str
+
+
+Validate = Callable[[Sequence[MissionItem]], Refusal | None]
+"""Checks a complete new plan; None accepts it."""

@@ -1,0 +1,125 @@
+"""Vehicle and autopilot together, on simulated time; they know no MAVLink message and no socket."""
+
+from __future__ import annotations
+
+import math
+
+from protocol.dialect.vocabulary import Law, Reason, Regime
+from sitl.autopilot.autopilot import Autopilot
+from sitl.autopilot.safety.world import World
+from sitl.guidance.view import VehicleView
+from sitl.model.battery import Battery
+from sitl.model.quaternions import x_axis, z_axis
+from sitl.parameters import Configuration
+from sitl.prediction.chooser import Chooser
+from sitl.simulation.recording import JumpRecord
+from sitl.simulation.simulation import Simulation
+from sitl.simulation.situation import hovers_again, stopping_distance
+
+AUTOPILOT_PERIODS = 10  # control periods per autopilot tick: 20 ms
+HOVERING = frozenset({Regime.GROUND, Regime.UPRIGHT})
+
+
+def is_forward(law: Law) -> bool:
+    """Whether a law is one of forward flight or of a transition."""
+    return law.regime not in HOVERING
+
+
+class Aircraft:
+    """A vehicle under its autopilot.
+
+    After ``advance``: read ``new_jumps()`` and the autopilot's ``notices()`` and ``reached()``.
+
+    Args:
+        vehicle: What flies.
+        world: Where it flies.
+        configuration: What parameters set.
+        airborne: Begin in the air, holding; else on the ground, disarmed.
+    """
+
+    def __init__(
+        self, vehicle: Simulation, world: World, configuration: Configuration, *, airborne: bool = False
+    ) -> None:
+        self.vehicle = vehicle
+        self._chooser = Chooser(vehicle.design_model, configuration.tuning, can_fly_forward=vehicle.can_fly_forward)
+        self.autopilot = Autopilot(world, configuration.settings, vehicle.reference.heading, self._chooser)
+        self.configure(configuration)
+        self._reported = self._seen = 0  # jumps that new_jumps() gave, and that the autopilot knows
+        if airborne:
+            self._begin_hovering()
+        self.autopilot.update(self.view())
+
+    def configure(self, configuration: Configuration) -> None:
+        """Put changed parameters in force, in flight or not.
+
+        Raises:
+            SitlError: If no controller can be designed for them.
+        """
+        if configuration.tuning != self.vehicle.tuning:
+            self.vehicle.retune(configuration.tuning)
+        self.configuration = configuration
+        self.autopilot.configure(configuration.settings)
+        self._chooser.tuning = configuration.tuning
+        world = configuration.world
+        speed, azimuth = world.wind_speed, math.radians(world.wind_direction)
+        # A wind *from* the north blows south: along -x of the world NWU; azimuth turns clockwise.
+        self.vehicle.set_wind((-speed * math.cos(azimuth), speed * math.sin(azimuth), 0.0), world.gusts)
+
+    def advance(self, periods: int) -> None:
+        """Fly for control periods; the autopilot ticks every ``AUTOPILOT_PERIODS`` whatever the calls are.
+
+        Raises:
+            SitlError: If the simulation leaves the finite numbers.
+        """
+        while periods > 0:
+            if self.vehicle.periods % AUTOPILOT_PERIODS == 0:
+                self._decide()
+            flown = min(periods, AUTOPILOT_PERIODS - self.vehicle.periods % AUTOPILOT_PERIODS)
+            self.vehicle.advance(flown)
+            periods -= flown
+
+    def new_jumps(self) -> list[JumpRecord]:
+        """Jumps since the last call."""
+        fresh = self.vehicle.jumps[self._reported :]
+        self._reported = len(self.vehicle.jumps)
+        return fresh
+
+    def view(self) -> VehicleView:
+        """The vehicle as the autopilot sees it."""
+        estimate, law = self.vehicle.estimate, self.vehicle.law
+        nose, back = x_axis(estimate.attitude), z_axis(estimate.attitude)
+        forward = is_forward(law) and not hovers_again(self.vehicle)
+        flat = (-back.x, -back.y) if abs(nose.z) > math.hypot(nose.x, nose.y) else (nose.x, nose.y)
+        return VehicleView(
+            time=self.vehicle.time,
+            p=estimate.position,
+            v=estimate.velocity,
+            heading=math.atan2(flat[1], flat[0]),
+            tilt=math.acos(max(-1.0, min(1.0, nose.z))),
+            landed=law is Law.LANDED,
+            battery_left=self.battery.left,
+            forward=forward,
+            wind=estimate.wind,
+            stopping_distance=stopping_distance(self.vehicle) if forward else 0.0,
+            battery_energy=self.battery.capacity - self.battery.used,
+            law=law,
+        )
+
+    @property
+    def battery(self) -> Battery:
+        """The battery as it is now."""
+        return Battery(self.configuration.world.battery, self.vehicle.energy)
+
+    def _decide(self) -> None:
+        fresh = self.vehicle.jumps[self._seen :]
+        self._seen += len(fresh)
+        if any(jump.reason is Reason.TOUCHDOWN for jump in fresh):
+            self.autopilot.touched_down()
+        self.vehicle.reference = self.autopilot.update(self.view())
+        self.vehicle.armed = self.autopilot.armed
+        self.vehicle.flying = self.autopilot.flying
+        self.vehicle.landing = self.autopilot.landing
+
+    def _begin_hovering(self) -> None:
+        self.vehicle.begin_flight(Law.HOVER_LINEAR)
+        self.autopilot.begin_hovering(self.vehicle.reference, self.view())

@@ -1,0 +1,72 @@
+"""What the vehicle does by itself about alarms: hold, return or land, unless something graver is under way."""
+
+from __future__ import annotations
+
+from protocol.dialect import mavlink
+from protocol.modes import Mode
+from sitl.autopilot.flight_state import FlightState
+from sitl.autopilot.safety.alarm import DOING, SafetyAction
+from sitl.autopilot.safety.failsafe import Failsafes
+from sitl.guidance.manoeuvres import ComeToRest, ManoeuvreSequence
+
+OFFBOARD_ACTIONS = {3: SafetyAction.RETURN, 4: SafetyAction.LAND, 5: SafetyAction.HOLD}  # by COM_OBL_RC_ACT
+
+
+class FailsafeResponse:
+    """Checks the failsafes of a flight, and does what they ask for."""
+
+    def __init__(self, flight: FlightState, failsafes: Failsafes) -> None:
+        self._flight, self._failsafes = flight, failsafes
+
+    def check(self) -> None:
+        """One tick of a flight: report the alarms that begin, and act on the gravest."""
+        flight, under_way = self._flight, self._under_way()
+        alarms = self._failsafes.check(
+            flight.view,
+            flight.mode,
+            flight.world,
+            flight.settings,
+            flight.chooser,
+            landing=under_way is SafetyAction.LAND,
+        )
+        if not alarms:
+            return
+        gravest = max(alarms, key=lambda alarm: alarm.action or SafetyAction.NONE)
+        for alarm in alarms:
+            flight.say(alarm.severity, alarm.text(gravest.action or SafetyAction.NONE, under_way))
+        self._act(gravest.action or SafetyAction.NONE, stop=gravest.stop)
+
+    def lose_setpoints(self, reason: str) -> None:
+        """Set-points can no longer be flown, for a reason the pilot reads: do what the settings say."""
+        action = OFFBOARD_ACTIONS[self._flight.settings.setpoint_action]
+        self._flight.say(mavlink.MAV_SEVERITY_WARNING, f"{reason}: {DOING[action]}")
+        self._act(action, stop=False)
+
+    def _under_way(self) -> SafetyAction:
+        """What no lesser alarm may stop; a landing also while the vehicle still comes to rest before it."""
+        if self._flight.landing or self._flight.mode is Mode.LAND:
+            return SafetyAction.LAND
+        return SafetyAction.RETURN if self._flight.mode is Mode.RTL else SafetyAction.NONE
+
+    def _act(self, action: SafetyAction, *, stop: bool) -> None:
+        """Do what an alarm asks for, unless something as grave is under way.
+
+        Args:
+            action: What it asks for.
+            stop: Whether a vehicle in forward flight stops before it turns elsewhere.
+        """
+        if action <= self._under_way():
+            return
+        if action is SafetyAction.HOLD:
+            self._flight.hold_here()
+        elif action is SafetyAction.LAND:
+            self._flight.land_here()
+        else:
+            self._return(stop=stop)
+
+    def _return(self, *, stop: bool) -> None:
+        flight = self._flight
+        here = flight.hover_reference(flight.stop_point())
+        first = (ComeToRest(here),) if flight.view.forward and stop else ()
+        view = flight.view._replace(p=here.position, v=(0.0, 0.0, 0.0), forward=False) if first else flight.view
+        flight.enter(Mode.RTL, ManoeuvreSequence((*first, *flight.route_home(view).steps)))

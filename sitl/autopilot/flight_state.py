@@ -1,0 +1,140 @@
+"""The flight under way: the state that all parts of the autopilot share, and the few ways to change it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from protocol.dialect import mavlink
+from protocol.modes import Mode
+from sitl.autopilot.answers import Answer, Notice
+from sitl.autopilot.mission.runner import MissionRunner
+from sitl.autopilot.routes import return_route, route_to
+from sitl.autopilot.safety.world import World
+from sitl.autopilot.settings import Settings
+from sitl.control.reference import Point, Reference, hover_at
+from sitl.guidance.legs import FlyLeg
+from sitl.guidance.limits import MIN_HOLD_HEIGHT
+from sitl.guidance.manoeuvres import ComeToRest, FlyTo, Hold, Manoeuvre, ManoeuvreSequence, land_at
+from sitl.guidance.view import VehicleView
+from sitl.prediction.chooser import Chooser
+
+HOVER_STOP_TIME = 0.5  # a hovering vehicle stops within its distance of this time [s]
+COMPASS = tuple((math.cos(k * math.pi / 4.0), math.sin(k * math.pi / 4.0)) for k in range(8))
+
+
+class FlightState:
+    """Mode, arming state, mission, manoeuvre and reference.
+
+    Attributes:
+        world: Where it flies.
+        settings: By which it flies.
+        chooser: Decides whether a leg is hovered or flown forward; None: every leg is hovered.
+        mode: The flight mode.
+        armed: Whether the motors may turn.
+        flying: Whether it is to be in the air: the supervisor leaves the ground on this.
+        mission: The mission that is loaded, None without one.
+        manoeuvre: Under way outside of missions; None on the ground and in missions.
+        view: The vehicle at the last tick.
+        reference: Of the control laws, from the last tick.
+    """
+
+    def __init__(self, world: World, settings: Settings, heading: float = 0.0, chooser: Chooser | None = None) -> None:
+        self.world = world
+        self.settings = settings
+        self.chooser = chooser
+        self.mode = Mode.HOLD
+        self.armed = False
+        self.flying = False
+        self.mission: MissionRunner | None = None
+        self.manoeuvre: Manoeuvre | None = None
+        nowhere = (0.0, 0.0, 0.0)
+        self.view = VehicleView(
+            time=0.0, p=nowhere, v=nowhere, heading=heading, tilt=0.0, landed=True, battery_left=1.0
+        )
+        self.reference = hover_at(nowhere, heading, settings.hover_speed)
+        self._notices: list[Notice] = []
+        self._before_change: list[Callable[[Mode], None]] = []
+
+    # Words
+
+    def take_notices(self) -> list[Notice]:
+        """Lines for the pilot since the last call."""
+        taken, self._notices = self._notices, []
+        return taken
+
+    def say(self, severity: int, text: str) -> None:
+        """Queue a line for the pilot, with its MAV_SEVERITY."""
+        self._notices.append(Notice(severity, text))
+
+    def refuse(self, result: int, text: str) -> Answer:
+        """The answer that refuses a request with a MAV_RESULT; the pilot reads why."""
+        self.say(mavlink.MAV_SEVERITY_WARNING, text)
+        return Answer(result, text)
+
+    # What is possible
+
+    @property
+    def can_fly_forward(self) -> bool:
+        """Whether the airframe can make a transition to forward flight."""
+        return self.chooser is not None and self.chooser.can_fly_forward
+
+    @property
+    def landing(self) -> bool:
+        """Whether contact with the ground shall end the flight."""
+        if self.mode is Mode.MISSION and self.mission is not None:
+            return self.mission.landing
+        return self.manoeuvre is not None and self.manoeuvre.landing
+
+    def refuse_point(self, p: Point) -> str | None:
+        """Why the vehicle may not be sent to a point, world NWU [m], or None."""
+        if not all(map(math.isfinite, p)):
+            return f"position {p} is not a number"
+        return self.world.refuse(p)
+
+    def refuse_circle(self, centre: Point, radius: float) -> str | None:
+        """Why the vehicle may not be sent round a centre, world NWU, at a radius [m], or None."""
+        rim = [(centre[0] + radius * x, centre[1] + radius * y, centre[2]) for x, y in COMPASS]
+        return next(filter(None, map(self.refuse_point, rim)), None)
+
+    # What is flown
+
+    def before_change(self, call: Callable[[Mode], None]) -> None:
+        """Have ``call`` called with the new mode before every change of mode or manoeuvre."""
+        self._before_change.append(call)
+
+    def enter(self, mode: Mode, manoeuvre: Manoeuvre | None) -> None:
+        """Change the mode and the manoeuvre."""
+        for call in self._before_change:
+            call(mode)
+        self.mode, self.manoeuvre = mode, manoeuvre
+
+    def hold_here(self) -> None:
+        """Hold where the vehicle can stop; on the ground, just change the mode."""
+        self.enter(Mode.HOLD, Hold(self.hover_reference(self.stop_point())) if self.flying else None)
+
+    def land_here(self) -> None:
+        """Land where the vehicle can stop."""
+        here = self.hover_reference(self.stop_point())
+        first = (ComeToRest(here),) if self.view.forward else ()  # a sinking reference would run away meanwhile
+        self.enter(Mode.LAND, ManoeuvreSequence((*first, land_at(here, self.settings.descent_rate))))
+
+    def hover_reference(self, p: Point) -> Reference:
+        """Hovering at a point, world NWU [m], with the present heading."""
+        return hover_at(p, self.reference.heading, self.settings.hover_speed)
+
+    def stop_point(self) -> Point:
+        """Where the vehicle can stop, not lower than a hold may be; world NWU [m]."""
+        p, v = self.view.p, self.view.v
+        speed = math.hypot(v[0], v[1])
+        ahead = self.view.stopping_distance / speed if self.view.forward and speed > 1.0 else HOVER_STOP_TIME
+        return (p[0] + ahead * v[0], p[1] + ahead * v[1], max(p[2] + HOVER_STOP_TIME * v[2], MIN_HOLD_HEIGHT))
+
+    def leg_to(self, reference: Reference) -> FlyTo | FlyLeg:
+        """One leg from here to a reference, in forward flight if that is better."""
+        return route_to(self.view, reference, self.settings, self.chooser)
+
+    def route_home(self, view: VehicleView) -> ManoeuvreSequence:
+        """The return from where a vehicle is, to home or the nearest rally point."""
+        to = self.world.safe_point(view.p, self.settings.return_altitude)
+        return return_route(view, self.reference, self.settings, to, self.chooser)

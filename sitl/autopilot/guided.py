@@ -1,0 +1,139 @@
+"""Guided flight: take-off, hold, go-to, circle, return, landing and speed, as requests."""
+
+from __future__ import annotations
+
+from protocol.modes import Mode
+from sitl.autopilot.answers import ACCEPTED, DENIED, REJECTED, Answer
+from sitl.autopilot.arming import Arming
+from sitl.autopilot.flight_state import FlightState
+from sitl.control.reference import Point, hover_at
+from sitl.guidance.circles import FlyCircle, circle_about
+from sitl.guidance.legs import FlyLeg
+from sitl.guidance.limits import MAX_AIRSPEED, MIN_AIRSPEED
+from sitl.guidance.manoeuvres import FlyTo, Hold, Ramp, with_speed
+from sitl.prediction.mode_choice import MIN_HEIGHT
+
+MIN_CLIMB = 0.5  # of a take-off [m]
+
+
+class GuidedRequests:
+    """Requests that begin a manoeuvre at once; a refusal changes nothing."""
+
+    def __init__(self, flight: FlightState, arming: Arming) -> None:
+        self._flight, self._arming = flight, arming
+
+    def take_off(self, height: float | None = None) -> Answer:
+        """Climb straight up to a height above home [m]; None takes that of the settings."""
+        flight, here = self._flight, self._flight.view.p
+        wanted = flight.settings.takeoff_altitude if height is None else height
+        target = flight.world.up(wanted, above_sea=False)
+        if not flight.view.landed:
+            return flight.refuse(REJECTED, "Take-off refused: already in the air")
+        point = (here[0], here[1], target)
+        reason = flight.world.refuse(point)
+        if reason is None and target < here[2] + MIN_CLIMB:
+            reason = f"{target:.1f} m is not above the ground"
+        if reason is not None:
+            return flight.refuse(DENIED, f"Take-off denied: {reason}")
+        if not flight.armed:
+            return self._arming.wait_for_arming(Mode.TAKEOFF, lambda: self.take_off(height))
+        flight.enter(Mode.TAKEOFF, Ramp(flight.hover_reference(point), flight.settings.climb_rate))
+        flight.flying = True
+        return Answer(ACCEPTED)
+
+    def hold(self) -> Answer:
+        """Stop and stay; on the ground, just change the mode."""
+        self._flight.hold_here()
+        return Answer(ACCEPTED)
+
+    def land(self) -> Answer:
+        """Descend on the spot until the ground is reached."""
+        if not self._flight.flying:
+            return self._flight.refuse(REJECTED, "Landing refused: not in the air")
+        self._flight.land_here()
+        return Answer(ACCEPTED)
+
+    def return_to_launch(self) -> Answer:
+        """Climb to the return altitude, fly to home or the nearest rally point, and land."""
+        flight = self._flight
+        if not flight.flying:
+            return flight.refuse(REJECTED, "Return refused: not in the air")
+        flight.enter(Mode.RTL, flight.route_home(flight.view))
+        return Answer(ACCEPTED)
+
+    def go_to(self, p: Point, heading: float | None = None, speed: float | None = None) -> Answer:
+        """Fly to a point and hold there.
+
+        Args:
+            p: Position, world NWU [m].
+            heading: Heading at the point [rad]; None keeps the present one.
+            speed: Speed limit [m/s]; None takes the hover speed of the settings.
+        """
+        flight = self._flight
+        if not flight.flying:
+            return flight.refuse(REJECTED, "Go-to refused: not in the air")
+        reason = flight.refuse_point(p)
+        if reason is not None:
+            return flight.refuse(DENIED, f"Go-to denied: {reason}")
+        reference = hover_at(
+            p,
+            flight.reference.heading if heading is None else heading,
+            flight.settings.hover_speed if speed is None else speed,
+        )
+        flight.enter(Mode.HOLD, flight.leg_to(reference))
+        return Answer(ACCEPTED)
+
+    def circle(self, centre: Point, radius: float, airspeed: float | None = None) -> Answer:
+        """Circle a point in forward flight, for ever.
+
+        Args:
+            centre: World NWU [m].
+            radius: [m]; positive: clockwise seen from above.
+            airspeed: [m/s]; None takes that of the settings.
+        """
+        flight = self._flight
+        if not flight.flying:
+            return flight.refuse(REJECTED, "Orbit refused: not in the air")
+        if not flight.can_fly_forward:
+            return flight.refuse(DENIED, "Orbit denied: not possible with this airframe")
+        speed = flight.settings.airspeed if airspeed is None else airspeed
+        circle = circle_about(centre, radius, flight.hover_reference(flight.view.p), speed)
+        if circle.reference.path.airspeed < MIN_AIRSPEED or speed > MAX_AIRSPEED:
+            return flight.refuse(DENIED, f"Orbit denied: {abs(radius):g} m at {speed:g} m/s cannot be flown")
+        if min(centre[2], flight.view.p[2]) < MIN_HEIGHT:
+            return flight.refuse(REJECTED, f"Orbit refused: too low (below {MIN_HEIGHT:g} m)")
+        reason = flight.refuse_circle(centre, abs(radius))
+        if reason is not None:
+            return flight.refuse(DENIED, f"Orbit denied: {reason}")
+        flight.enter(Mode.HOLD, circle)
+        return Answer(ACCEPTED)
+
+    def change_speed(self, speed: float | None) -> Answer:
+        """Speed of the manoeuvre under way, or of the mission: that of the hover, or from 7 m/s on of the cruise.
+
+        Args:
+            speed: [m/s]; None takes that of the settings.
+        """
+        flight = self._flight
+        if flight.mode is Mode.MISSION and flight.mission is not None:
+            flight.mission.change_speed(-1.0 if speed is None else speed)
+            return Answer(ACCEPTED)
+        flies_forward = isinstance(flight.manoeuvre, FlyLeg | FlyCircle)
+        if speed is None:
+            speed = flight.settings.airspeed if flies_forward else flight.settings.hover_speed
+        if speed >= MIN_AIRSPEED:
+            return self._change_airspeed(speed)
+        if isinstance(flight.manoeuvre, FlyTo | Hold):
+            flight.manoeuvre = with_speed(flight.manoeuvre, speed)
+            return Answer(ACCEPTED)
+        doing = "in forward flight" if flies_forward else "not flying to a point"
+        return flight.refuse(REJECTED, f"Hover speed {speed:g} m/s refused: {doing}")
+
+    def _change_airspeed(self, speed: float) -> Answer:
+        manoeuvre = self._flight.manoeuvre
+        if not isinstance(manoeuvre, FlyLeg | FlyCircle):
+            return self._flight.refuse(REJECTED, f"Speed {speed:g} m/s refused: not in forward flight")
+        reference = manoeuvre.reference
+        if reference.forward:
+            manoeuvre.reference = reference._replace(path=reference.path._replace(airspeed=float(speed)))
+        return Answer(ACCEPTED)

@@ -1,0 +1,163 @@
+"""Which missions are accepted: a mission is checked as a whole when it is uploaded, so that none is refused in flight.
+
+Item semantics follow https://mavlink.io/en/services/mission.html and the MAV_CMD definitions of the common dialect.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from protocol.dialect import mavlink
+from protocol.dialect.vocabulary import Way
+from protocol.frames import flip
+from protocol.mav_frames import ABSOLUTE_ALTITUDE_FRAMES
+from protocol.plans.mission_item import MissionItem
+from protocol.plans.validation import MAX_PLAN_ITEMS, Refusal
+from protocol.units import UNKNOWN_INT32, from_e7, from_local_e4
+from sitl.autopilot.safety.world import POSITION_FRAMES, World
+from sitl.control.reference import Point
+from sitl.guidance.limits import MAX_AIRSPEED
+
+TAKEOFF_COMMANDS = frozenset({mavlink.MAV_CMD_NAV_TAKEOFF, mavlink.MAV_CMD_NAV_VTOL_TAKEOFF})
+LAND_COMMANDS = frozenset({mavlink.MAV_CMD_NAV_LAND, mavlink.MAV_CMD_NAV_VTOL_LAND})
+LOITER_COMMANDS = frozenset(
+    {mavlink.MAV_CMD_NAV_LOITER_TIME, mavlink.MAV_CMD_NAV_LOITER_TURNS, mavlink.MAV_CMD_NAV_LOITER_UNLIM}
+)
+POSITION_COMMANDS = LOITER_COMMANDS | {mavlink.MAV_CMD_NAV_WAYPOINT}  # their position cannot be left open
+IMMEDIATE_COMMANDS = frozenset(
+    {mavlink.MAV_CMD_DO_CHANGE_SPEED, mavlink.MAV_CMD_DO_JUMP, mavlink.MAV_CMD_DO_VTOL_TRANSITION}
+)
+SUPPORTED_COMMANDS = (
+    TAKEOFF_COMMANDS
+    | LAND_COMMANDS
+    | POSITION_COMMANDS
+    | IMMEDIATE_COMMANDS
+    | {mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH, mavlink.MAV_CMD_NAV_DELAY}
+)
+# By the MAV_VTOL_STATE that DO_VTOL_TRANSITION asks for; undefined leaves the choice to the vehicle again.
+WAY_OF_VTOL_STATE = {
+    mavlink.MAV_VTOL_STATE_UNDEFINED: Way.NONE,
+    mavlink.MAV_VTOL_STATE_MC: Way.HOVER,
+    mavlink.MAV_VTOL_STATE_FW: Way.FORWARD,
+}
+SPEED_OF_SETTINGS = -1.0  # of DO_CHANGE_SPEED
+
+
+def position_of(item: MissionItem, world: World) -> Point | None:
+    """The point an item names, world NWU [m]; None where it leaves its position open.
+
+    Raises:
+        ValueError: If the item's frame is not one this vehicle knows, or a coordinate is not a number.
+    """
+    if item.frame == mavlink.MAV_FRAME_MISSION:  # an item without a position
+        return None
+    if not math.isfinite(item.z):
+        raise ValueError(f"altitude is {item.z}")
+    if item.frame == mavlink.MAV_FRAME_LOCAL_NED:
+        return flip((from_local_e4(item.x), from_local_e4(item.y), item.z))
+    if item.frame == mavlink.MAV_FRAME_LOCAL_ENU:
+        return (from_local_e4(item.y), -from_local_e4(item.x), item.z)
+    if item.frame not in POSITION_FRAMES:
+        raise ValueError(f"frame {item.frame} is not supported")
+    if UNKNOWN_INT32 in {item.x, item.y} or (item.x == 0 and item.y == 0):  # MAVLink's ways to leave a position open
+        return None
+    return world.local(from_e7(item.x), from_e7(item.y), height_of(item, world))
+
+
+def height_of(item: MissionItem, world: World) -> float:
+    """World NWU height that an item names [m], also where it leaves its position open."""
+    if item.frame == mavlink.MAV_FRAME_LOCAL_NED:
+        return -item.z
+    return world.up(item.z, above_sea=item.frame in ABSOLUTE_ALTITUDE_FRAMES)
+
+
+def validate(items: Sequence[MissionItem], world: World) -> Refusal | None:
+    """Check a whole mission. None if it can be flown, else the first reason why not."""
+    if len(items) > MAX_PLAN_ITEMS:
+        return Refusal(mavlink.MAV_MISSION_NO_SPACE, f"{len(items)} items: the limit is {MAX_PLAN_ITEMS}")
+    for seq, item in enumerate(items):
+        refusal = _validate_item(seq, item, len(items), world)
+        if refusal is not None:
+            return refusal
+    return None
+
+
+def refuse_items(items: Sequence[MissionItem], world: World) -> str | None:
+    """Why a mission that was valid cannot be flown with fence and home as they are now, or None if it can."""
+    for seq, item in enumerate(items):
+        if item.command not in POSITION_COMMANDS | LAND_COMMANDS | TAKEOFF_COMMANDS:
+            continue
+        reason = world.arena.refuse(_end(item, world))
+        if reason is not None:
+            return f"item {seq}: {reason}"
+        point = position_of(item, world)
+        breach = None if point is None else world.fence.breach([point])
+        if breach is not None:
+            return f"item {seq} is {breach.text}"
+    return None
+
+
+def _end(item: MissionItem, world: World) -> Point:
+    """Where an item ends, world NWU [m]; one that leaves its position open is taken to be over home."""
+    point = position_of(item, world) or (world.home[0], world.home[1], height_of(item, world))
+    # The ground decides where a landing ends.
+    return point if item.command not in LAND_COMMANDS else (point[0], point[1], max(point[2], 0.0))
+
+
+def _validate_item(seq: int, item: MissionItem, count: int, world: World) -> Refusal | None:
+    if item.command not in SUPPORTED_COMMANDS:
+        return Refusal(mavlink.MAV_MISSION_UNSUPPORTED, f"item {seq}: command {item.command} is not supported")
+    if item.command in IMMEDIATE_COMMANDS:
+        return _validate_immediate(seq, item, count)
+    if item.command == mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH:
+        return None
+    if item.command == mavlink.MAV_CMD_NAV_DELAY:
+        return None if item.params[0] >= 0.0 else _bad_parameter(seq, 1, "delay", item.params[0])
+    try:
+        point = position_of(item, world)
+    except ValueError as error:
+        code = mavlink.MAV_MISSION_INVALID_PARAM7 if "altitude" in str(error) else mavlink.MAV_MISSION_UNSUPPORTED_FRAME
+        return Refusal(code, f"item {seq}: {error}")
+    if point is None and item.command in POSITION_COMMANDS:
+        return Refusal(mavlink.MAV_MISSION_INVALID_PARAM5_X, f"item {seq}: a waypoint needs a position")
+    reason = world.arena.refuse(_end(item, world))
+    if reason is not None:
+        return Refusal(mavlink.MAV_MISSION_INVALID, f"item {seq}: {reason}")
+    return _validate_parameters(seq, item)
+
+
+def _validate_parameters(seq: int, item: MissionItem) -> Refusal | None:
+    hold, acceptance, radius = item.params[:3]
+    if item.command in POSITION_COMMANDS and hold < 0.0:
+        turns = item.command == mavlink.MAV_CMD_NAV_LOITER_TURNS
+        return _bad_parameter(seq, 1, "number of turns" if turns else "hold time", hold)
+    if item.command in LOITER_COMMANDS and math.isinf(radius):
+        return _bad_parameter(seq, 3, "radius", radius)
+    if item.command == mavlink.MAV_CMD_NAV_WAYPOINT and acceptance < 0.0:
+        return _bad_parameter(seq, 2, "acceptance radius", acceptance)
+    return None
+
+
+def _validate_immediate(seq: int, item: MissionItem, count: int) -> Refusal | None:
+    if item.command == mavlink.MAV_CMD_DO_JUMP:
+        target = item.params[0]
+        if not (target >= 0 and target < count and target == int(target)):
+            return _bad_parameter(seq, 1, "jump target", target)
+        if not item.params[1] >= -1:
+            return _bad_parameter(seq, 2, "repeat count", item.params[1])
+        return None
+    if item.command == mavlink.MAV_CMD_DO_VTOL_TRANSITION:
+        return None if item.params[0] in WAY_OF_VTOL_STATE else _bad_parameter(seq, 1, "VTOL state", item.params[0])
+    speed = item.params[1]
+    return None if 0.0 < speed <= MAX_AIRSPEED or speed == SPEED_OF_SETTINGS else _bad_parameter(seq, 2, "speed", speed)
+
+
+def _bad_parameter(seq: int, number: int, what: str, value: float) -> Refusal:
+    codes = (
+        mavlink.MAV_MISSION_INVALID_PARAM1,
+        mavlink.MAV_MISSION_INVALID_PARAM2,
+        mavlink.MAV_MISSION_INVALID_PARAM3,
+        mavlink.MAV_MISSION_INVALID_PARAM4,
+    )
+    return Refusal(codes[number - 1], f"item {seq}: {what} {value:g} is not possible")

@@ -1,0 +1,277 @@
+"""Missions in flight: which item is current, and the manoeuvre of each.
+
+Runs of waypoints without a stop between them are planned together: the legs flown forward share their transitions.
+Whether a leg is hovered or flown forward is decided by :mod:`sitl.prediction.mode_choice` unless the mission says so.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+from protocol.dialect import mavlink
+from protocol.dialect.vocabulary import Way
+from protocol.plans.mission_item import MissionItem
+from sitl.autopilot.mission.items import (
+    LAND_COMMANDS,
+    LOITER_COMMANDS,
+    POSITION_COMMANDS,
+    TAKEOFF_COMMANDS,
+    WAY_OF_VTOL_STATE,
+    height_of,
+    position_of,
+)
+from sitl.autopilot.routes import land_after, return_route
+from sitl.autopilot.safety.world import World
+from sitl.autopilot.settings import Settings
+from sitl.control.reference import Point, Reference, at, hover_at, upright
+from sitl.guidance.circles import circle_about
+from sitl.guidance.leg_speeds import corner_lead, leg_airspeeds, speed_along
+from sitl.guidance.legs import FlyLeg, leg_reference
+from sitl.guidance.limits import MIN_AIRSPEED
+from sitl.guidance.manoeuvres import FlyTo, Manoeuvre, ManoeuvreSequence, Ramp, distance, land_at
+from sitl.guidance.view import VehicleView
+from sitl.prediction.chooser import LEGS_AHEAD, Chooser, LegEnd
+
+SAME_PLACE = 0.5  # take-off and landing points nearer than this are where the vehicle is [m]
+
+
+@dataclass(slots=True)
+class MissionRunner:
+    """Flies one mission. After ``update``: read ``reached`` and ``notices`` and clear them."""
+
+    items: tuple[MissionItem, ...]
+    world: World
+    settings: Settings
+    chooser: Chooser | None = None  # None: every leg is hovered
+    current: int = 0
+    finished: bool = False
+    reached: list[int] = field(default_factory=list)
+    notices: list[str] = field(default_factory=list)
+    _manoeuvre: Manoeuvre | None = None
+    _reference: Reference | None = None
+    _speed: float | None = None
+    _airspeed: float | None = None
+    _requested: Way = Way.NONE  # of the items to come
+    _from: Point | None = None  # where the last leg ended, if it did not stop there
+    _jumps_left: dict[int, int] = field(default_factory=dict)
+
+    def jump_to(self, seq: int) -> None:
+        """Make an item the current one; the next update starts it.
+
+        Raises:
+            IndexError: If the mission has no such item.
+        """
+        if not 0 <= seq < len(self.items):
+            raise IndexError(f"item {seq} of {len(self.items)}")
+        self.current, self.finished = seq, False
+        self.interrupt()
+
+    def interrupt(self) -> None:
+        """Forget how far the current item was flown: when resumed it starts anew, from wherever the vehicle is."""
+        self._manoeuvre = self._from = None
+
+    @property
+    def landing(self) -> bool:
+        """Whether the current item ends on the ground."""
+        return self._manoeuvre is not None and self._manoeuvre.landing
+
+    def update(self, view: VehicleView) -> Reference:
+        """The reference for this tick; moves through as many items as are done."""
+        reference = self._reference or hover_at(view.p, view.heading, self.speed)
+        for _ in range(2 * len(self.items) + 1):  # bounds a loop of jumps with nothing to fly between
+            if self.finished:
+                break
+            if self._manoeuvre is None:
+                self._manoeuvre = self._start(self.items[self.current], view, upright(reference))
+            if self._manoeuvre is not None:
+                reference = self._manoeuvre.update(view)
+                if not self._manoeuvre.done(view):
+                    break
+            self._advance()
+        else:
+            self.notices.append("Mission stopped: jumps loop without a waypoint")
+            self.finished = True
+        self._reference = reference
+        return reference
+
+    def touched_down(self) -> None:
+        """The ground ended the current landing."""
+        if not self.finished and self.landing:
+            self._advance()
+
+    @property
+    def speed(self) -> float:
+        """Speed limit of the hover in force [m/s]."""
+        return self.settings.hover_speed if self._speed is None else self._speed
+
+    @property
+    def airspeed(self) -> float:
+        """Airspeed of legs in forward flight [m/s]."""
+        return self.settings.airspeed if self._airspeed is None else self._airspeed
+
+    def change_speed(self, wanted: float) -> None:
+        """Speed of the items to come [m/s]: up to its limit that of the hover, from 7 m/s on that of the cruise.
+
+        A negative one returns both to those of the settings.
+        """
+        if wanted < 0.0:
+            self._speed = self._airspeed = None
+        elif wanted >= MIN_AIRSPEED and self.chooser is not None:
+            self._airspeed = wanted
+        else:
+            self._speed = min(wanted, self.settings.hover_speed)
+            if wanted > self._speed:
+                self.notices.append(f"Speed {wanted:g} m/s: hover is limited to {self._speed:g} m/s")
+
+    def request(self, way: Way) -> Way:
+        """Hover or fly the items to come until the mission says otherwise; the present one starts anew.
+
+        Returns what was requested until now.
+        """
+        before, self._requested = self._requested, way
+        self._manoeuvre = None
+        return before
+
+    def _advance(self) -> None:
+        item = self.items[self.current]
+        self.reached.append(self.current)
+        self._manoeuvre = None
+        following = self._jump(item) if item.command == mavlink.MAV_CMD_DO_JUMP else self.current + 1
+        self.finished = following >= len(self.items)
+        if not self.finished:
+            self.current = following
+
+    def _jump(self, item: MissionItem) -> int:
+        left = self._jumps_left.setdefault(self.current, int(item.params[1]))
+        if left == 0:
+            return self.current + 1
+        if left > 0:
+            self._jumps_left[self.current] = left - 1
+        return int(item.params[0])
+
+    def _start(self, item: MissionItem, view: VehicleView, last: Reference) -> Manoeuvre | None:
+        """Begin an item: its manoeuvre, or None if it is done at once."""
+        if item.command == mavlink.MAV_CMD_DO_CHANGE_SPEED:
+            self.change_speed(item.params[1])
+            return None
+        if item.command == mavlink.MAV_CMD_DO_VTOL_TRANSITION:
+            self._requested = WAY_OF_VTOL_STATE[int(item.params[0])]
+            return None
+        if item.command == mavlink.MAV_CMD_DO_JUMP:
+            return None
+        return self._manoeuvre_of(item, view, last)
+
+    def _manoeuvre_of(self, item: MissionItem, view: VehicleView, last: Reference) -> Manoeuvre:
+        if item.command in TAKEOFF_COMMANDS:
+            return self._take_off(item, view, last)
+        if item.command in LAND_COMMANDS:
+            return self._land(item, view, last)
+        if item.command == mavlink.MAV_CMD_NAV_DELAY:
+            return FlyTo(last, math.inf, item.params[0])
+        if item.command == mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH:
+            to = self.world.safe_point(view.p, self.settings.return_altitude)
+            return return_route(view, last, self.settings, to, self.chooser, self._requested)
+        return self._go_to(item, view, last)
+
+    def _take_off(self, item: MissionItem, view: VehicleView, last: Reference) -> Manoeuvre:
+        here = (view.p[0], view.p[1], height_of(item, self.world))
+        climb = Ramp(hover_at(here, _heading(item, last), self.speed), self.settings.climb_rate)
+        point = position_of(item, self.world)
+        if point is None or distance(point, here) < SAME_PLACE:
+            return climb
+        return ManoeuvreSequence((climb, FlyTo(at(climb.reference, point), self.settings.acceptance)))
+
+    def _land(self, item: MissionItem, view: VehicleView, last: Reference) -> Manoeuvre:
+        point = position_of(item, self.world)
+        reference = last._replace(heading=_heading(item, last), speed=self.speed)
+        if point is None or math.dist(point[:2], view.p[:2]) < SAME_PLACE:
+            return land_at(reference if point is None else at(reference, point), self.settings.descent_rate)
+        above = at(reference, (point[0], point[1], max(last.position[2], point[2])))
+        approach = self._approach(item, above, view, self.settings.acceptance)
+        return ManoeuvreSequence((approach, land_after(approach, above, self.settings)))
+
+    def _go_to(self, item: MissionItem, view: VehicleView, last: Reference) -> Manoeuvre:
+        point = position_of(item, self.world)
+        if point is None:
+            raise ValueError("a waypoint without a position passed validation")
+        reference = hover_at(point, _heading(item, last), self.speed)
+        acceptance = self.settings.acceptance
+        if item.command == mavlink.MAV_CMD_NAV_WAYPOINT and item.params[1] > 0.0:
+            acceptance = item.params[1]
+        hold = item.params[0] if math.isfinite(item.params[0]) else 0.0
+        if item.command in LOITER_COMMANDS:
+            return self._loiter(item, reference, view, hold)
+        return self._approach(item, reference, view, acceptance, hold)
+
+    def _loiter(self, item: MissionItem, reference: Reference, view: VehicleView, amount: float) -> Manoeuvre:
+        """Wait at a point: in a circle in forward flight if the item gives a radius, else hovering over the point."""
+        radius = item.params[2] if math.isfinite(item.params[2]) else 0.0
+        for_ever = item.command == mavlink.MAV_CMD_NAV_LOITER_UNLIM
+        turning = item.command == mavlink.MAV_CMD_NAV_LOITER_TURNS
+        if turning and radius == 0.0:
+            radius = self.settings.loiter_radius
+        chooser, height = self.chooser, reference.position[2]
+        if radius != 0.0 and chooser is not None and chooser.orbits(height, self._requested, self.settings):
+            seconds = math.inf if for_ever or turning else amount
+            turns = amount if turning else math.inf
+            circle = circle_about(reference.position, radius, reference, self.airspeed, seconds, turns)
+            if circle.reference.path.airspeed >= MIN_AIRSPEED:
+                return circle
+            self.notices.append(f"Circle of {abs(radius):g} m too tight: hovering at its centre")
+        hold = math.inf if for_ever else 0.0 if turning else amount
+        return self._approach(item, reference, view, self.settings.acceptance, hold)
+
+    def _approach(
+        self, item: MissionItem, reference: Reference, view: VehicleView, acceptance: float, hold: float = 0.0
+    ) -> Manoeuvre:
+        """The leg to the current item's point, in forward flight if that is better."""
+        if self.chooser is None:
+            return FlyTo(reference, acceptance, hold)
+        point = reference.position
+        ends = self._chain(point)
+        start = self._from if self._from is not None and view.forward else view.p
+        decisions = self.chooser.choose(view, start, ends, self.settings, self.airspeed)
+        self._from = None
+        if decisions[0].way is not Way.FORWARD:
+            return FlyTo(reference, acceptance, hold)
+        flown = [start]
+        for end, decision in zip(ends, decisions, strict=True):
+            if decision.way is not Way.FORWARD:
+                break
+            flown.append(end.p)
+        airspeed = leg_airspeeds(flown, self.airspeed, view.wind)[0] if len(ends) < LEGS_AHEAD else self.airspeed
+        stop, lead = len(flown) == 2, 0.0
+        if not stop:
+            self._from = point
+            if not item.params[1] > 0.0:  # with a radius in the item, the point itself is flown over
+                lead = corner_lead(start, point, flown[2], speed_along(start, point, airspeed, view.wind))
+        leg = leg_reference(start, point, reference, airspeed, stop=stop)
+        keep_heading = math.isfinite(item.params[3])
+        return FlyLeg(leg._replace(heading=_heading(item, leg)), acceptance, hold, lead, keep_heading=keep_heading)
+
+    def _chain(self, point: Point) -> list[LegEnd]:
+        """The current item's point, and those that follow it without a stop between."""
+        ends = [LegEnd(point, self._requested, self.current)]
+        requested = self._requested
+        for seq in range(self.current, len(self.items)):
+            item = self.items[seq]
+            if item.command == mavlink.MAV_CMD_DO_VTOL_TRANSITION:
+                requested = WAY_OF_VTOL_STATE[int(item.params[0])]
+            elif item.command != mavlink.MAV_CMD_DO_CHANGE_SPEED:
+                has_end = item.command in POSITION_COMMANDS | LAND_COMMANDS
+                following = position_of(item, self.world) if has_end else None
+                if following is None or len(ends) == LEGS_AHEAD:
+                    break
+                if seq > self.current:
+                    height = max(following[2], ends[-1].p[2]) if item.command in LAND_COMMANDS else following[2]
+                    ends.append(LegEnd((following[0], following[1], height), requested, seq))
+                if item.command != mavlink.MAV_CMD_NAV_WAYPOINT or item.params[0] > 0.0:
+                    break
+        return ends
+
+
+def _heading(item: MissionItem, last: Reference) -> float:
+    """The item's yaw (degrees clockwise from north) as a heading, or the last one where it is NaN."""
+    yaw = item.params[3]
+    return -math.radians(yaw) if math.isfinite(yaw) else last.heading

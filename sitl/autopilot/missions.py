@@ -1,0 +1,93 @@
+"""Requests about missions: load, start, jump to an item."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from protocol.dialect import mavlink
+from protocol.modes import Mode
+from protocol.plans.mission_item import MissionItem
+from sitl.autopilot.answers import ACCEPTED, DENIED, REJECTED, Answer
+from sitl.autopilot.arming import Arming
+from sitl.autopilot.flight_state import FlightState
+from sitl.autopilot.mission.items import refuse_items
+from sitl.autopilot.mission.runner import MissionRunner
+
+
+class MissionRequests:
+    """Loads, starts and flies the mission of a flight."""
+
+    def __init__(self, flight: FlightState, arming: Arming) -> None:
+        self._flight, self._arming = flight, arming
+        self._reached: list[int] = []
+
+    def take_reached(self) -> list[int]:
+        """Mission items done since the last call."""
+        taken, self._reached = self._reached, []
+        return taken
+
+    def load(self, items: Sequence[MissionItem]) -> None:
+        """Replace the mission by one that is valid; if the old one is being flown, the vehicle holds."""
+        flight = self._flight
+        if flight.mode is Mode.MISSION:
+            flight.hold_here()
+        flight.mission = MissionRunner(tuple(items), flight.world, flight.settings, flight.chooser) if items else None
+
+    def choose(self) -> Answer:
+        """Choose the mission mode before arming; arming then starts the mission."""
+        flight = self._flight
+        if flight.mission is None:
+            return flight.refuse(REJECTED, "Mission refused: none is loaded")
+        if outside := refuse_items(flight.mission.items, flight.world):
+            return flight.refuse(DENIED, f"Mission denied: {outside}")
+        return self._arming.wait_for_arming(Mode.MISSION, self.start)
+
+    def start(self, first: int | None = None) -> Answer:
+        """Fly the mission from an item, or from the current one (from the start if it was complete)."""
+        flight, mission = self._flight, self._flight.mission
+        if mission is None:
+            return flight.refuse(REJECTED, "Mission refused: none is loaded")
+        if not flight.armed:
+            return flight.refuse(REJECTED, "Mission refused: not armed")
+        if outside := refuse_items(mission.items, flight.world):
+            return flight.refuse(DENIED, f"Mission denied: {outside}")
+        if first is not None and not 0 <= first < len(mission.items):
+            return flight.refuse(DENIED, f"Mission denied: no item {first} (it has {len(mission.items)})")
+        if first is not None or mission.finished:
+            mission.jump_to(first or 0)
+        mission.interrupt()
+        flight.enter(Mode.MISSION, None)
+        flight.flying = True
+        return Answer(ACCEPTED)
+
+    def set_current(self, seq: int) -> Answer:
+        """Make an item the current one, flying or not."""
+        mission = self._flight.mission
+        if mission is None or not 0 <= seq < len(mission.items):
+            count = len(mission.items) if mission else 0
+            return self._flight.refuse(DENIED, f"No mission item {seq} (it has {count})")
+        mission.jump_to(seq)
+        return Answer(ACCEPTED)
+
+    def update(self, mission: MissionRunner) -> None:
+        """Fly the mission for one tick."""
+        flight = self._flight
+        flight.reference = mission.update(flight.view)
+        self._collect(mission)
+        if mission.finished:
+            flight.say(mavlink.MAV_SEVERITY_NOTICE, "Mission complete: holding")
+            flight.hold_here()
+
+    def touched_down(self) -> None:
+        """The vehicle touched the ground."""
+        mission = self._flight.mission
+        if self._flight.mode is Mode.MISSION and mission is not None:
+            mission.touched_down()
+            self._collect(mission)
+
+    def _collect(self, mission: MissionRunner) -> None:
+        self._reached += mission.reached
+        for text in mission.notices:
+            self._flight.say(mavlink.MAV_SEVERITY_NOTICE, text)
+        mission.reached.clear()
+        mission.notices.clear()

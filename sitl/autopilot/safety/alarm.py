@@ -1,0 +1,46 @@
+"""Alarms: why one is raised, what it asks for, and how the pilot reads it."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from typing import NamedTuple
+
+
+class SafetyAction(IntEnum):
+    """What an alarm asks for; a graver action has a greater number."""
+
+    NONE = 0
+    HOLD = 1
+    RETURN = 2
+    LAND = 3
+
+
+DOING = {
+    SafetyAction.NONE: "going on",
+    SafetyAction.HOLD: "holding",
+    SafetyAction.RETURN: "returning",
+    SafetyAction.LAND: "landing",
+}
+CONTINUING = {SafetyAction.RETURN: "return continues", SafetyAction.LAND: "landing continues"}
+
+
+class Alarm(NamedTuple):
+    """Something is wrong, or right again: what is to be done, and why in words."""
+
+    action: SafetyAction | None  # None: a message that asks for nothing
+    severity: int  # MAV_SEVERITY
+    reason: str
+    stop: bool = False  # whether a vehicle in forward flight stops before it turns elsewhere
+
+    def text(self, gravest: SafetyAction, under_way: SafetyAction) -> str:
+        """The alarm as the pilot reads it: it names what is really being done.
+
+        Args:
+            gravest: What the gravest alarm of this moment asks for.
+            under_way: What the vehicle was doing already.
+        """
+        if self.action is None:
+            return self.reason
+        if self.action is SafetyAction.NONE:
+            return f"{self.reason}: {DOING[self.action]}"
+        return f"{self.reason}: {DOING[gravest] if gravest > under_way else CONTINUING[under_way]}"

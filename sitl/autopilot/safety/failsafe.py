@@ -1,0 +1,222 @@
+"""Failsafes: the watches of links, fence and battery, and the energy that the way home takes.
+
+Each watch raises its :class:`~sitl.autopilot.safety.alarm.Alarm` once, with the reason and what is done about it. The
+pilot may overrule it; it is raised again only after its cause was gone. The graver action wins: a landing is never
+stopped for a return, nor a return for a hold.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from protocol.dialect import mavlink
+from protocol.modes import Mode
+from sitl.autopilot.safety.alarm import Alarm, SafetyAction
+from sitl.autopilot.safety.fence import FenceWatch
+from sitl.autopilot.safety.link_watch import LinkSilence, LinkWatches
+from sitl.autopilot.safety.world import World
+from sitl.autopilot.settings import Settings
+from sitl.control.reference import Point
+from sitl.guidance.legs import LIGHT_WIND
+from sitl.guidance.manoeuvres import FAST_DESCENT_RATE, SLOW_DESCENT_HEIGHT
+from sitl.guidance.view import VehicleView
+from sitl.model.airframe import Airframe
+from sitl.prediction.chooser import Chooser
+
+FENCE_PERIOD = 0.1  # between checks of the fence [s]
+BATTERY_PERIOD = 1.0  # between checks of the battery [s]
+MAX_SLACK_LOSS = 10.0  # hover powers at which the energy beyond the way home can shrink, flying away downwind
+MAX_PREDICTION_AGE = 30.0  # of the way home [s]
+ENERGY_MARGIN = 1.1  # on the predicted energy
+TOUCHDOWN_TIME = 1.5  # until the ground is felt [s]
+# Energy of landings flown in gusty winds of 3 to 6 m/s, in multiples of that in still air:
+MOST_WINDY_LANDINGS = 2.0  # most of them
+NEARLY_ALL_WINDY_LANDINGS = 4.0  # all but one in sixty
+RECOVERY_SHARE = 0.02  # of the battery above a threshold, which ends its alarm
+WARNING, CRITICAL = mavlink.MAV_SEVERITY_WARNING, mavlink.MAV_SEVERITY_CRITICAL
+
+# What the numbers of the parameters mean; they are PX4's.
+FENCE_ACTIONS = {1: SafetyAction.NONE, 2: SafetyAction.HOLD, 3: SafetyAction.RETURN, 5: SafetyAction.LAND}
+BATTERY_LAND, BATTERY_RETURN = 2, 3  # of COM_LOW_BAT_ACT
+
+
+class Reserve(NamedTuple):
+    """The battery against what is left to fly."""
+
+    left: float  # [J]
+    home: float  # predicted to fly home and land there [J]
+    margin: float  # for what cannot be predicted: the critical share, and in a wind a landing that takes long [J]
+
+
+@dataclass(slots=True)
+class BatteryWatch:
+    """Low, just enough for the way home, and critical: each is reported once."""
+
+    low: bool = False
+    returned: bool = False
+    critical: bool = False
+
+    def check(self, share: float, reserve: Reserve | None, settings: Settings, mode: Mode) -> list[Alarm]:
+        """Alarms that begin now.
+
+        Args:
+            share: Of the battery that is left, 0..1.
+            reserve: Energy left and needed; None: the vehicle lands already, and there is nothing more to decide.
+            settings: With the thresholds and the action.
+            mode: The flight mode.
+        """
+        alarms = []
+        if share < settings.battery_low and not self.low:
+            alarms.append(Alarm(None, WARNING, f"Battery low: {100 * share:.0f} % left"))
+        if settings.battery_action == BATTERY_RETURN and reserve is not None:
+            alarms += self._way_home(reserve, mode)
+        if share < settings.battery_critical and not self.critical:
+            alarms.append(self._at_critical(share, reserve, settings, mode))
+        self.low = _is_below(share, settings.battery_low, was_below=self.low)
+        self.critical = _is_below(share, settings.battery_critical, was_below=self.critical)
+        return alarms
+
+    def _way_home(self, reserve: Reserve, mode: Mode) -> list[Alarm]:
+        if not math.isfinite(reserve.home):  # not known, as in a wind that is too strong at the moment
+            return []
+        needed = ENERGY_MARGIN * reserve.home + reserve.margin
+        balance = f"{reserve.left:.0f} J left, home takes {reserve.home:.0f} J"
+        if reserve.left < reserve.home and (mode is Mode.RTL or not self.returned):
+            self.returned = True
+            return [Alarm(SafetyAction.LAND, CRITICAL, f"Battery: {balance}, out of reach")]
+        if reserve.left < needed and not self.returned:
+            self.returned = True
+            return [Alarm(SafetyAction.RETURN, CRITICAL, f"Battery: {balance}, margin {reserve.margin:.0f} J")]
+        still_low = mode is Mode.RTL or reserve.left < (1.0 + RECOVERY_SHARE) * needed
+        self.returned = self.returned and still_low
+        return []
+
+    def _at_critical(self, share: float, reserve: Reserve | None, settings: Settings, mode: Mode) -> Alarm:
+        lands = settings.battery_action >= BATTERY_LAND
+        if reserve is None:
+            lands = True
+        elif mode is Mode.RTL and reserve.left >= reserve.home:
+            lands = False
+        action = SafetyAction.LAND if lands else SafetyAction.NONE
+        return Alarm(action, CRITICAL, f"Battery critical: {100 * share:.0f} % left")
+
+
+def _is_below(share: float, threshold: float, *, was_below: bool) -> bool:
+    return share < threshold + (RECOVERY_SHARE if was_below else 0.0)
+
+
+@dataclass(slots=True)
+class ReturnEnergy:
+    """The predicted energy of the way home, predicted anew before it can be wrong enough to matter: it takes 6 ms."""
+
+    home: float = 0.0  # [J]
+    slack: float = 0.0  # beyond what is needed, at the time of the prediction [J]
+    until: float = -math.inf  # [s]
+    to: Point | None = None  # where the way leads, world NWU [m]
+
+    def reserve(self, view: VehicleView, mode: Mode, to: Point, settings: Settings, chooser: Chooser) -> Reserve:
+        """The battery against the way to a point, world NWU [m]."""
+        capacity = view.battery_energy / view.battery_left if view.battery_left > 0.0 else 0.0
+        margin = settings.battery_critical * capacity
+        if _is_windy(view):
+            extra = NEARLY_ALL_WINDY_LANDINGS - MOST_WINDY_LANDINGS
+            margin += extra * landing_energy(view, to, settings, chooser.airframe)
+        spent = view.battery_energy - ENERGY_MARGIN * self.home - margin < 0.5 * self.slack
+        if view.time >= self.until or spent or to != self.to:
+            self.to = to
+            self.home = energy_home(view, to, settings, chooser, returning=mode is Mode.RTL)
+            self.slack = view.battery_energy - ENERGY_MARGIN * self.home - margin
+            lasts = self.slack / (MAX_SLACK_LOSS * hover_power(chooser.airframe))
+            self.until = view.time + min(max(lasts, 0.0), MAX_PREDICTION_AGE) if math.isfinite(lasts) else -math.inf
+        return Reserve(view.battery_energy, self.home, margin)
+
+
+@dataclass(slots=True)
+class Failsafes:
+    """All watches of one vehicle. The owner sets ``silence``, which is counted on the link's time."""
+
+    silence: LinkSilence = field(default_factory=LinkSilence)
+    links: LinkWatches = field(default_factory=LinkWatches)
+    fence: FenceWatch = field(default_factory=FenceWatch)
+    battery: BatteryWatch = field(default_factory=BatteryWatch)
+    _fence_checked: float = -math.inf  # [s]
+    _battery_checked: float = -math.inf  # [s]
+    _return_energy: ReturnEnergy = field(default_factory=ReturnEnergy)
+
+    def check(
+        self,
+        view: VehicleView,
+        mode: Mode,
+        world: World,
+        settings: Settings,
+        chooser: Chooser | None,
+        *,
+        landing: bool,
+    ) -> list[Alarm]:
+        """Alarms that begin at this tick of a flight."""
+        alarms = self.links.check(self.silence, settings)
+        if settings.fence_action and view.time - self._fence_checked >= FENCE_PERIOD:
+            self._fence_checked = view.time
+            if breach := self.fence.check(view, world.fence):
+                action = FENCE_ACTIONS[settings.fence_action]
+                alarms.append(Alarm(action, WARNING, f"Fence: {breach.text}", stop=True))
+        if chooser is not None and view.time - self._battery_checked >= BATTERY_PERIOD:
+            self._battery_checked = view.time
+            home = world.safe_point(view.p, settings.return_altitude)
+            reserve = None if landing else self._return_energy.reserve(view, mode, home, settings, chooser)
+            alarms += self.battery.check(view.battery_left, reserve, settings, mode)
+        return alarms
+
+    @property
+    def is_critical(self) -> bool:
+        """Whether a link is lost, the fence is being left, or the battery is needed for the way home."""
+        return self.links.lost or self.fence.breached or self.battery.returned or self.battery.critical
+
+    def rest(self) -> None:
+        """Forget link losses on the ground; the next flight reports them anew."""
+        self.links = LinkWatches()
+
+
+def energy_home(
+    view: VehicleView, to: Point, settings: Settings, chooser: Chooser, *, returning: bool = False
+) -> float:
+    """Predicted shaft energy of the way to a point and of the landing there [J].
+
+    The climb to the return altitude and the landing are hovered at the power of still air, the landing for longer in a
+    wind. The leg is the one that :mod:`sitl.prediction.mode_choice` would choose, in the wind as it is estimated.
+
+    Args:
+        view: The vehicle as it is now.
+        to: Where it lands, and the height that it arrives at at least, world NWU [m].
+        settings: Rates and altitudes.
+        chooser: Predicts the leg.
+        returning: The vehicle is returning already. Before that a return costs a start from the hover, from forward
+            flight as well: the vehicle has to stop or to turn round.
+    """
+    power = hover_power(chooser.airframe)
+    high = max(view.p[2], to[2])
+    climb = 0.0 if view.forward else (high - view.p[2]) / settings.climb_rate
+    landing = landing_energy(view, to, settings, chooser.airframe) * (MOST_WINDY_LANDINGS if _is_windy(view) else 1.0)
+    here, there = (view.p[0], view.p[1], high), (to[0], to[1], high)
+    leg = chooser.energy(view, here, there, settings, flying=returning and view.forward)
+    return power * climb + landing + leg
+
+
+def landing_energy(view: VehicleView, to: Point, settings: Settings, airframe: Airframe) -> float:
+    """Shaft energy of a landing in still air from the height of the return [J]; arguments as of ``energy_home``."""
+    high = max(view.p[2], to[2])
+    slow = min(high, SLOW_DESCENT_HEIGHT)
+    time = slow / settings.descent_rate + (high - slow) / FAST_DESCENT_RATE + TOUCHDOWN_TIME
+    return hover_power(airframe) * time
+
+
+def _is_windy(view: VehicleView) -> bool:
+    return math.hypot(view.wind[0], view.wind[1]) > LIGHT_WIND
+
+
+def hover_power(a: Airframe) -> float:
+    """Shaft power of a hover in still air [W]: the thrust carries the weight and the drag in the slipstream."""
+    thrust = a.m * a.g / (2.0 * (1.0 - a.S_ratio * a.C_d0))
+    return float(2.0 * a.k_m * (thrust / a.k_f) ** 1.5)

@@ -1,0 +1,86 @@
+"""Fences from mission items of type FENCE (https://mavlink.io/en/services/mission.html#geofence)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from protocol.dialect import mavlink
+from protocol.frames import LocalFrame
+from protocol.mav_frames import is_global_frame
+from protocol.plans.mission_item import MissionItem
+from protocol.plans.validation import Refusal
+from protocol.units import UNKNOWN_INT32, from_e7
+from sitl.autopilot.safety.fence import Circle, Fence, Polygon, Zone
+from sitl.autopilot.safety.world import north_west
+
+MAX_RADIUS = 1e5  # of a circle [m]
+
+# Whether the zone of an item is to stay in.
+VERTEX_COMMANDS = {
+    mavlink.MAV_CMD_NAV_FENCE_POLYGON_VERTEX_INCLUSION: True,
+    mavlink.MAV_CMD_NAV_FENCE_POLYGON_VERTEX_EXCLUSION: False,
+}
+CIRCLE_COMMANDS = {
+    mavlink.MAV_CMD_NAV_FENCE_CIRCLE_INCLUSION: True,
+    mavlink.MAV_CMD_NAV_FENCE_CIRCLE_EXCLUSION: False,
+}
+
+
+def make_fence(items: Sequence[MissionItem], frame: LocalFrame) -> Fence | Refusal:
+    """The fence that mission items of type FENCE describe, or why they are not valid."""
+    inclusions: list[Zone] = []
+    exclusions: list[Zone] = []
+    seq = 0
+    while seq < len(items):
+        command = items[seq].command
+        is_circle = command in CIRCLE_COMMANDS
+        zone = _circle(seq, items[seq], frame) if is_circle else _polygon(seq, items, frame)
+        if isinstance(zone, Refusal):
+            return zone
+        inclusion = CIRCLE_COMMANDS[command] if is_circle else VERTEX_COMMANDS[command]
+        (inclusions if inclusion else exclusions).append(zone)
+        seq += len(zone.corners) if isinstance(zone, Polygon) else 1
+    return Fence(tuple(inclusions), tuple(exclusions))
+
+
+def _circle(seq: int, item: MissionItem, frame: LocalFrame) -> Circle | Refusal:
+    radius = item.params[0]
+    if not 0.0 < radius <= MAX_RADIUS:
+        return Refusal(mavlink.MAV_MISSION_INVALID_PARAM1, f"fence item {seq}: invalid radius {radius:g} m")
+    centre = _position(seq, item, frame)
+    return centre if isinstance(centre, Refusal) else Circle(centre, radius)
+
+
+def _polygon(seq: int, items: Sequence[MissionItem], frame: LocalFrame) -> Polygon | Refusal:
+    first = items[seq]
+    if first.command not in VERTEX_COMMANDS:
+        code = mavlink.MAV_MISSION_UNSUPPORTED
+        return Refusal(code, f"fence item {seq}: command {first.command} is not supported in a fence")
+    count = first.params[0]
+    if not (3 <= count <= len(items) - seq and count == int(count)):
+        text = f"fence item {seq}: {count:g} corners do not make a polygon here"
+        return Refusal(mavlink.MAV_MISSION_INVALID_PARAM1, text)
+    corners = []
+    for index in range(seq, seq + int(count)):
+        item = items[index]
+        if item.command != first.command or item.params[0] != count:
+            code = mavlink.MAV_MISSION_INVALID_SEQUENCE
+            return Refusal(code, f"fence item {index}: expected corner {index - seq + 1} of {count:g} of a polygon")
+        corner = _position(index, item, frame)
+        if isinstance(corner, Refusal):
+            return corner
+        corners.append(corner)
+    return Polygon(np.array(corners))
+
+
+def _position(seq: int, item: MissionItem, frame: LocalFrame) -> tuple[float, float] | Refusal:
+    """North and west of the origin [m], or why there is no such place."""
+    if not is_global_frame(item.frame):
+        code = mavlink.MAV_MISSION_UNSUPPORTED_FRAME
+        return Refusal(code, f"fence item {seq}: frame {item.frame} is not supported")
+    latitude, longitude = from_e7(item.x), from_e7(item.y)
+    if UNKNOWN_INT32 in {item.x, item.y} or abs(latitude) > 90.0 or abs(longitude) > 180.0:
+        return Refusal(mavlink.MAV_MISSION_INVALID_PARAM5_X, f"fence item {seq}: it needs a valid latitude, longitude")
+    return north_west(latitude, longitude, frame)

@@ -1,0 +1,8 @@
+"""What the vehicle starts with unless the user says otherwise."""
+
+from __future__ import annotations
+
+from protocol.frames import Geodetic
+
+HOME = Geodetic(43.5648, 1.4811, 150.0)
+"""The indoor flight arena of ENAC in Toulouse: origin of the local frame, and home until it is moved."""

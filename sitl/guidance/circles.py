@@ -1,0 +1,75 @@
+"""Circles in forward flight (https://mavlink.io/en/messages/common.html#MAV_CMD_DO_ORBIT)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from sitl.control.reference import Point, Reference, along, circle, hover_at
+from sitl.guidance.limits import MAX_CENTRIPETAL
+from sitl.guidance.view import VehicleView
+
+ON_CIRCLE_SHARE = 0.3  # of the radius: nearer to the circle than this, it counts as reached
+
+
+@dataclass(slots=True)
+class FlyCircle:
+    """Circle about a point in forward flight, for a time, for a number of turns, or for ever."""
+
+    reference: Reference  # with a circle as its path
+    seconds: float = math.inf
+    turns: float = math.inf
+    landing: bool = False
+    since: float | None = None  # on the circle since
+    bearing: float = 0.0  # from the centre, last tick [rad]
+    turned: float = 0.0  # [rad]
+
+    def update(self, view: VehicleView) -> Reference:
+        """The circle; counts time and turns from when it is reached."""
+        path = self.reference.path
+        x, y = view.p[0] - path.start.x, view.p[1] - path.start.y
+        bearing = math.atan2(y, x)
+        if self.since is None:
+            off = abs(math.hypot(x, y) - abs(path.radius))
+            if off < ON_CIRCLE_SHARE * abs(path.radius) and view.forward:
+                self.since, self.bearing = view.time, bearing
+        else:
+            self.turned += abs(math.remainder(bearing - self.bearing, math.tau))
+            self.bearing = bearing
+        return self.reference
+
+    def done(self, view: VehicleView) -> bool:
+        """Time or turns are over."""
+        if self.since is None:
+            return False
+        return view.time - self.since >= self.seconds or self.turned >= self.turns * math.tau
+
+
+def circle_about(
+    centre: Point, radius: float, last: Reference, airspeed: float, seconds: float = math.inf, turns: float = math.inf
+) -> FlyCircle:
+    """A circle as MAVLink means it.
+
+    Args:
+        centre: World NWU [m].
+        radius: [m]; positive: clockwise seen from above.
+        last: Gives the hover laws' part of the reference.
+        airspeed: Wanted [m/s]; a tight circle is flown slower.
+        seconds: How long; infinite: for ever.
+        turns: How often; infinite: for ever.
+    """
+    slower = min(airspeed, math.sqrt(MAX_CENTRIPETAL * abs(radius)))
+    reference = along(hover_at(centre, last.heading, last.speed), circle(centre, -radius, slower), last.heading)
+    return FlyCircle(reference, seconds, turns)
+
+
+def circle_ahead(view: VehicleView, radius: float, last: Reference, airspeed: float) -> FlyCircle:
+    """A clockwise circle ahead that is joined at its nearest point, flying straight ahead; arguments as above."""
+    h, p = view.heading, view.p
+    ahead, right = 1.5 * radius, radius
+    centre = (
+        p[0] + ahead * math.cos(h) + right * math.sin(h),
+        p[1] + ahead * math.sin(h) - right * math.cos(h),
+        p[2],
+    )
+    return circle_about(centre, radius, last, airspeed)

@@ -1,0 +1,83 @@
+"""How fast legs in forward flight can be flown, one after the other, so that each leaves room for the next."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from sitl.control.forward_guidance import ground_speed, stopping_distance
+from sitl.control.reference import Point
+from sitl.design.forward import line_of_sight_gains
+from sitl.guidance.limits import MIN_AIRSPEED
+from sitl.model.vectors import Vector
+
+CORNER_ACCELERATION = 6.0  # lateral acceleration that the start of a turn is computed for [m/s2]
+SETTLING_TIME = 0.5  # on a new course before braking [s]
+MAX_CORNER_SHARE = 0.45  # of a leg, cut off by a corner
+
+
+def corner_lead(start: Point, corner: Point, after: Point, speed: float) -> float:
+    """How far before a corner the turn begins so that it ends on the next leg [m].
+
+    Args:
+        start: Where the leg to the corner begins, world NWU [m].
+        corner: World NWU [m].
+        after: Where the leg after the corner ends, world NWU [m].
+        speed: Over the ground [m/s].
+    """
+    inbound = math.atan2(corner[1] - start[1], corner[0] - start[0])
+    outbound = math.atan2(after[1] - corner[1], after[0] - corner[0])
+    turn = abs(math.remainder(outbound - inbound, math.tau))
+    lead = speed**2 / CORNER_ACCELERATION * math.tan(0.5 * min(turn, 2.6))
+    shorter = min(math.dist(start[:2], corner[:2]), math.dist(corner[:2], after[:2]))
+    return min(lead, MAX_CORNER_SHARE * shorter)
+
+
+def leg_airspeeds(points: Sequence[Point], airspeed: float, wind: Point) -> list[float]:
+    """Airspeeds of legs flown forward through points, the last one ending at rest [m/s].
+
+    A leg is flown no faster than the legs after it leave room to slow down in, corners taken off.
+
+    Args:
+        points: Where the first leg begins, then the end of each leg.
+        airspeed: Wanted, and not exceeded [m/s].
+        wind: As it is estimated [m/s].
+    """
+    speeds = [airspeed] * (len(points) - 1)
+    slower = 0.0  # airspeed of the next leg; at rest after the last
+    for i in reversed(range(len(speeds))):
+        fastest = airspeed
+        while fastest > MIN_AIRSPEED and not _fits(fastest, slower, points[max(i - 1, 0) : i + 2], wind):
+            fastest -= 0.5
+        slower = max(fastest, MIN_AIRSPEED)
+        # What fits into this leg bounds the leg before as well, which ends where this one begins.
+        speeds[i] = min(speeds[i], slower)
+        if i > 0:
+            speeds[i - 1] = min(speeds[i - 1], slower)
+    return speeds
+
+
+def _fits(fast: float, slow: float, points: Sequence[Point], wind: Point) -> bool:
+    """Whether the leg that ends ``points`` can be entered fast, round a corner if it has one, and left slowly."""
+    start, end = points[-2:]
+    length = math.dist(start[:2], end[:2])
+    if length < 1e-6:
+        return False
+    lead = 0.0
+    if len(points) == 3:
+        lead = corner_lead(points[0], start, end, speed_along(points[0], start, fast, wind))
+    ux, uy = (end[0] - start[0]) / length, (end[1] - start[1]) / length
+    along, across = wind[0] * ux + wind[1] * uy, wind[0] * uy - wind[1] * ux
+    gains = line_of_sight_gains().guidance
+    speed = speed_along(start, end, fast, wind)
+    braking = stopping_distance(speed, along, across, gains)
+    if slow > 0.0:
+        braking -= stopping_distance(speed_along(start, end, slow, wind), along, across, gains)
+    return bool(lead + SETTLING_TIME * speed + braking <= length)
+
+
+def speed_along(start: Point, end: Point, airspeed: float, wind: Point) -> float:
+    """Speed over the ground along a leg at an airspeed in a wind [m/s]."""
+    length = max(math.dist(start[:2], end[:2]), 1e-9)
+    north, west = (end[0] - start[0]) / length, (end[1] - start[1]) / length
+    return ground_speed(north, west, Vector(*wind), airspeed)

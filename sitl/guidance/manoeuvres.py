@@ -1,0 +1,166 @@
+"""Manoeuvres: what turns a mode or a mission item into references for the control laws.
+
+The autopilot asks the manoeuvre under way once per tick and gets a :class:`Reference`; time comes in with the
+:class:`VehicleView`. World frame NWU, SI units, headings in radians about world z (from north towards west).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+from sitl.control.reference import Point, Reference, at
+from sitl.guidance.view import VehicleView
+
+SLOW_DESCENT_HEIGHT = 5.0  # below this, a landing descends at the set rate [m]
+FAST_DESCENT_RATE = 1.5  # above it, at this one [m/s]
+STOPPED_SPEED = 1.0  # slower than this counts as being at rest [m/s]
+
+
+class Manoeuvre(Protocol):
+    """One manoeuvre."""
+
+    @property
+    def landing(self) -> bool:
+        """Whether touching the ground ends it."""
+
+    def update(self, view: VehicleView) -> Reference:
+        """The reference for this tick."""
+
+    def done(self, view: VehicleView) -> bool:
+        """Whether the manoeuvre is complete; to be called after ``update``."""
+
+
+def distance(a: Point, b: Point) -> float:
+    """Distance between two points [m]."""
+    return math.dist(a, b)
+
+
+@dataclass(slots=True)
+class Hold:
+    """Stay at a reference for ever."""
+
+    reference: Reference
+    landing: bool = False
+
+    def update(self, view: VehicleView) -> Reference:  # noqa: ARG002 - the reference never moves
+        """The reference."""
+        return self.reference
+
+    def done(self, view: VehicleView) -> bool:  # noqa: ARG002 - a hold has no end of its own
+        """Never."""
+        return False
+
+
+@dataclass(slots=True)
+class ComeToRest:
+    """Come to rest upright; how near the reference does not matter."""
+
+    reference: Reference
+    landing: bool = False
+
+    def update(self, view: VehicleView) -> Reference:  # noqa: ARG002 - the reference never moves
+        """The reference."""
+        return self.reference
+
+    def done(self, view: VehicleView) -> bool:
+        """Upright and slow."""
+        return not view.forward and math.hypot(*view.v) < STOPPED_SPEED
+
+
+@dataclass(slots=True)
+class FlyTo:
+    """Go to a point and stay there for ``hold`` seconds within ``acceptance`` metres.
+
+    The laws get the point itself, not a ramp towards it: covering the distance is the job of the hybrid controller.
+    """
+
+    reference: Reference
+    acceptance: float
+    hold: float = 0.0
+    landing: bool = False
+    arrived: float | None = None
+
+    def update(self, view: VehicleView) -> Reference:
+        """The point; notes when the vehicle arrived."""
+        if self.arrived is None and distance(view.p, self.reference.position) <= self.acceptance:
+            self.arrived = view.time
+        return self.reference
+
+    def done(self, view: VehicleView) -> bool:
+        """Arrived, and held long enough since."""
+        return self.arrived is not None and view.time - self.arrived >= self.hold
+
+
+@dataclass(slots=True)
+class Ramp:
+    """Move the reference straight up or down at a steady rate: take-off and landing.
+
+    A step in altitude would make the linear law push at its limits close to the ground.
+    """
+
+    reference: Reference  # where the ramp ends
+    rate: float  # vertical speed, positive [m/s]
+    slow_below: float = math.inf  # above this altitude a descent is faster [m]
+    landing: bool = False
+    acceptance: float = 0.3
+    began: tuple[float, float] | None = None  # time and altitude of the first tick
+
+    def update(self, view: VehicleView) -> Reference:
+        """The reference at this moment of the ramp."""
+        if self.began is None:
+            self.began = (view.time, view.p[2])
+        since, start = self.began
+        end = self.reference.position[2]
+        elapsed = view.time - since
+        if end >= start:
+            return replace_altitude(self.reference, min(start + self.rate * elapsed, end))
+        above = max(start - self.slow_below, 0.0)
+        fast = min(elapsed, above / FAST_DESCENT_RATE)
+        z = start - FAST_DESCENT_RATE * fast - self.rate * (elapsed - fast)
+        return replace_altitude(self.reference, max(z, end))
+
+    def done(self, view: VehicleView) -> bool:
+        """At the end of the ramp; a landing is ended by the ground instead."""
+        return not self.landing and abs(view.p[2] - self.reference.position[2]) <= self.acceptance
+
+
+@dataclass(slots=True)
+class ManoeuvreSequence:
+    """Several manoeuvres, one after the other: climb, go home, land."""
+
+    steps: tuple[Manoeuvre, ...]
+    index: int = 0
+
+    @property
+    def landing(self) -> bool:
+        """Whether the present step is a landing."""
+        return self.steps[self.index].landing
+
+    def update(self, view: VehicleView) -> Reference:
+        """The reference of the present step; moves on when that is done."""
+        reference = self.steps[self.index].update(view)
+        if self.steps[self.index].done(view) and self.index + 1 < len(self.steps):
+            self.index += 1
+            return self.steps[self.index].update(view)
+        return reference
+
+    def done(self, view: VehicleView) -> bool:
+        """Whether the last step is done."""
+        return self.index + 1 == len(self.steps) and self.steps[self.index].done(view)
+
+
+def replace_altitude(reference: Reference, z: float) -> Reference:
+    """The reference at another altitude."""
+    return at(reference, (reference.position.x, reference.position.y, z))
+
+
+def land_at(reference: Reference, rate: float) -> Ramp:
+    """Descend on the spot, through the ground: contact ends it. High up the descent is faster."""
+    return Ramp(replace_altitude(reference, -1.0), rate, slow_below=SLOW_DESCENT_HEIGHT, landing=True)
+
+
+def with_speed(manoeuvre: FlyTo | Hold, speed: float) -> FlyTo | Hold:
+    """The same manoeuvre under another speed limit."""
+    return replace(manoeuvre, reference=manoeuvre.reference._replace(speed=speed))

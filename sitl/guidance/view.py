@@ -1,0 +1,29 @@
+"""What guidance and the autopilot see of the vehicle."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from protocol.dialect.vocabulary import Law
+from sitl.control.reference import Point
+
+
+class VehicleView(NamedTuple):
+    """The vehicle at one tick of the autopilot, as it is estimated.
+
+    World frame NWU, SI units, headings in radians about world z (from north towards west).
+    """
+
+    time: float  # since boot [s]
+    p: Point  # position [m]
+    v: Point  # velocity [m/s]
+    heading: float  # of the belly while upright, of the nose in forward flight [rad]
+    tilt: float  # angle between the nose and the vertical [rad]
+    landed: bool  # the law in force is LANDED
+    battery_left: float  # share of the battery, 0..1
+    forward: bool = False  # in forward flight, or in a front or back transition
+    wind: Point = (0.0, 0.0, 0.0)  # [m/s]
+    stopping_distance: float = 0.0  # from the present speed in forward flight [m]
+    battery_energy: float = math.inf  # left in the battery [J]
+    law: Law = Law.LANDED  # in force

@@ -1,0 +1,320 @@
+"""MAV_CMD requests as calls of the autopilot: one function per command, registered by its decorator.
+
+Parameters are those of https://mavlink.io/en/messages/common.html#mav_commands. NaN and, where the command
+has no other meaning for it, 0 both mean "default", as stock clients send either.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from protocol.command_values import FORCE_ARM_DISARM
+from protocol.dialect import mavlink
+from protocol.dialect.vocabulary import Way
+from protocol.engines.server.stream_server import STREAM_COMMANDS
+from protocol.events import CommandRequested
+from protocol.mav_frames import ABSOLUTE_ALTITUDE_FRAMES
+from protocol.modes import UNSUPPORTED_PX4_MODES, mode_from_parts
+from sitl.autopilot.answers import ACCEPTED, DENIED, REJECTED, UNSUPPORTED, Answer
+from sitl.autopilot.autopilot import Autopilot
+from sitl.autopilot.mission.items import WAY_OF_VTOL_STATE
+from sitl.autopilot.safety.world import POSITION_FRAMES
+from sitl.control.reference import Point
+from sitl.guidance.limits import MAX_AIRSPEED, MIN_AIRSPEED
+from sitl.mavlink.home_requests import UNSUPPORTED_FRAME, set_home, set_origin
+from sitl.mavlink.standard_modes import set_standard_mode
+
+ARM = mavlink.MAV_CMD_COMPONENT_ARM_DISARM
+SAME_PLACE_RADIUS = 20.0  # a client with an older position of the vehicle may name a place this far from it [m]
+NO_CHANGE, DEFAULT_SPEED = -1.0, -2.0  # special values of MAV_CMD_DO_CHANGE_SPEED
+AIRSPEED, GROUND_SPEED = mavlink.SPEED_TYPE_AIRSPEED, mavlink.SPEED_TYPE_GROUNDSPEED
+YAW_BEHAVIOURS = frozenset(mavlink.enums["ORBIT_YAW_BEHAVIOUR"]) - {mavlink.ORBIT_YAW_BEHAVIOUR_ENUM_END}
+CUSTOM_MODE = mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
+
+Handler = Callable[[Autopilot, CommandRequested], Answer]
+HANDLERS: dict[int, Handler] = {
+    mavlink.MAV_CMD_DO_SET_STANDARD_MODE: set_standard_mode,
+    mavlink.MAV_CMD_DO_SET_HOME: set_home,
+    mavlink.MAV_CMD_DO_SET_GLOBAL_ORIGIN: set_origin,
+}
+
+
+def execute(autopilot: Autopilot, request: CommandRequested) -> Answer:
+    """Carry a command out, or say exactly why not. Never raises on what came over the wire."""
+    handler = HANDLERS.get(request.command)
+    if handler is None:
+        return Answer(UNSUPPORTED, refusal(request.command, UNSUPPORTED))
+    return handler(autopilot, request)
+
+
+def refusal(command: int, result: int) -> str:
+    """The text for a command that the endpoint has answered with ``result`` by itself."""
+    entry = mavlink.enums["MAV_CMD"].get(command)
+    name = f"Command {command}" if entry is None else str(entry.name).removeprefix("MAV_CMD_")
+    if result == UNSUPPORTED:
+        return f"{name} is not supported"
+    if command in STREAM_COMMANDS:
+        return f"{name} refused: too many messages for the link or for all links"
+    return f"{name} refused: one is under way, cancel it or hold first"
+
+
+def _handles(*commands: int) -> Callable[[Handler], Handler]:
+    def register(handler: Handler) -> Handler:
+        HANDLERS.update(dict.fromkeys(commands, handler))
+        return handler
+
+    return register
+
+
+@_handles(ARM)
+def _arm(autopilot: Autopilot, request: CommandRequested) -> Answer:
+    wanted, force = request.params[0], request.params[1] == FORCE_ARM_DISARM
+    if not force and not _is_default(request.params[1]):
+        return Answer(DENIED, f"Arm or disarm: param2 is {request.params[1]:g}, not 0 or {FORCE_ARM_DISARM}")
+    if wanted == 1.0:
+        return autopilot.arming.arm(force=force)
+    if wanted == 0.0:
+        return autopilot.arming.disarm(force=force)
+    return Answer(DENIED, f"Arm or disarm: param1 is {wanted:g}, not 1 or 0")
+
+
+def _is_default(value: float) -> bool:
+    return math.isnan(value) or value == 0.0
+
+
+@_handles(mavlink.MAV_CMD_RUN_PREARM_CHECKS)
+def _run_prearm_checks(autopilot: Autopilot, _request: CommandRequested) -> Answer:
+    if autopilot.armed:
+        return Answer(REJECTED, "Pre-arm checks refused: already armed")
+    reasons = autopilot.arming.failed_checks()
+    for reason in reasons:
+        autopilot.say(mavlink.MAV_SEVERITY_WARNING, f"Pre-arm: {reason}")
+    if not reasons:
+        autopilot.say(mavlink.MAV_SEVERITY_INFO, "Pre-arm: ready")
+    return Answer(ACCEPTED)
+
+
+@_handles(mavlink.MAV_CMD_NAV_TAKEOFF, mavlink.MAV_CMD_NAV_VTOL_TAKEOFF)
+def _take_off(autopilot: Autopilot, request: CommandRequested) -> Answer:
+    refused = _refuse_frame(request) or _refuse_elsewhere(autopilot, request)
+    return refused or autopilot.guided.take_off(_height(autopilot, request))
+
+
+def _refuse_elsewhere(autopilot: Autopilot, request: CommandRequested) -> Answer | None:
+    """Refuse a take-off above another place: the vehicle climbs where it stands."""
+    latitude, longitude = request.params[4:6]
+    if _is_default(latitude) and _is_default(longitude):
+        return None
+    if not _is_on_the_globe(latitude, longitude):
+        return Answer(DENIED, "Take-off denied: the position is not valid")
+    away = math.dist(autopilot.world.local(latitude, longitude, 0.0)[:2], autopilot.view.p[:2])
+    if away < SAME_PLACE_RADIUS:
+        return None
+    return Answer(DENIED, f"Take-off denied: the position is {away:.0f} m away")
+
+
+def _refuse_frame(request: CommandRequested) -> Answer | None:
+    """Refuse frames that are not global; a COMMAND_LONG names no frame."""
+    if request.frame is None or request.frame in POSITION_FRAMES:
+        return None
+    return Answer(UNSUPPORTED_FRAME, f"Frame {request.frame} is not supported")
+
+
+@_handles(mavlink.MAV_CMD_NAV_LOITER_UNLIM)
+def _hold(autopilot: Autopilot, request: CommandRequested) -> Answer:
+    if not all(_is_default(value) for value in request.params[4:6]):
+        return Answer(DENIED, "Hold denied: use DO_REPOSITION for a position")
+    return autopilot.guided.hold()
+
+
+def _height(autopilot: Autopilot, request: CommandRequested) -> float | None:
+    """Height above home that param7 asks for; None where it leaves that to the vehicle."""
+    z = request.param(7)
+    if math.isnan(z):
+        return None
+    home = autopilot.world.home_alt
+    # A COMMAND_LONG names no frame. Clients send the altitude above the sea or above home; one below home
+    # can only be meant as the latter.
+    above_sea = request.frame in ABSOLUTE_ALTITUDE_FRAMES or (request.frame is None and z > home)
+    return z - home if above_sea else z
+
+
+@_handles(mavlink.MAV_CMD_DO_SET_MODE)
+def _set_mode(autopilot: Autopilot, request: CommandRequested) -> Answer:
+    base, main, sub = request.params[:3]
+    mode = mode_from_parts(main, sub)
+    if mode is None or not (math.isfinite(base) and int(base) & CUSTOM_MODE):
+        name = next(
+            (name for parts, name in UNSUPPORTED_PX4_MODES.items() if parts == (main, sub)), f"{main:g}/{sub:g}"
+        )
+        return Answer(DENIED, f"Mode {name} is unknown to this vehicle")
+    return autopilot.set_mode(mode)
+
+
+@_handles(mavlink.MAV_CMD_MISSION_START)
+def _start_mission(autopilot: Autopilot, request: CommandRequested) -> Answer:
+    first, last = request.param(1), request.param(2)
+    end = len(autopilot.mission.items) - 1 if autopilot.mission is not None else 0
+    if not math.isnan(last) and last != end:
+        return Answer(DENIED, f"Mission denied: it ends with its last item, not {last:g}")
+    if math.isnan(first):
+        return autopilot.missions.start()
+    if math.isinf(first) or first != int(first):
+        return Answer(DENIED, f"Mission item {first:g} is not an item number")
+    return autopilot.missions.start(int(first))
+
+
+@_handles(mavlink.MAV_CMD_DO_SET_MISSION_CURRENT)
+def _set_current(autopilot: Autopilot, request: CommandRequested) -> Answer:
+    seq = request.params[0]
+    if not (math.isfinite(seq) and seq == int(seq)):
+        return Answer(DENIED, f"Mission item {seq:g} is not an item number")
+    return autopilot.missions.set_current(int(seq))
+
+
+@_handles(mavlink.MAV_CMD_DO_REPOSITION)
+def _reposition(autopilot: Autopilot, request: CommandRequested) -> Answer:
+    """Go to a position, or to another height or heading where the vehicle is; without any of them, hold.
+
+    QGroundControl sends pause, height and heading as a COMMAND_LONG, with NaN for what is to stay.
+    """
+    if all(map(math.isnan, request.params[3:7])):
+        return autopilot.guided.hold()
+    if request.frame is None and not all(map(math.isnan, request.params[4:6])):
+        return Answer(mavlink.MAV_RESULT_COMMAND_INT_ONLY, "DO_REPOSITION to a position needs COMMAND_INT")
+    if refused := _refuse_frame(request):
+        return refused
+    point = _point(autopilot, request)
+    if point is None:
+        return Answer(DENIED, "Go-to denied: the position is not valid")
+    yaw, speed = request.params[3], request.param(1, NO_CHANGE)
+    if math.isinf(yaw):
+        return Answer(DENIED, "Go-to denied: the heading is not a number")
+    limit = autopilot.settings.hover_speed
+    if speed != NO_CHANGE and not 0.0 < speed <= limit:
+        return Answer(DENIED, f"Go-to denied: {speed:g} m/s is not within 0 and {limit:g} m/s")
+    return autopilot.guided.go_to(
+        point,
+        heading=-yaw if math.isfinite(yaw) else None,
+        speed=speed if speed != NO_CHANGE else None,
+    )
+
+
+def _point(autopilot: Autopilot, request: CommandRequested) -> Point | None:
+    """Where a go-to is to end, None if that is not valid; NaN leaves the height or the horizontal position as it is."""
+    latitude, longitude, z = request.params[4:7]
+    if math.isinf(z):
+        return None
+    x, y, up = autopilot.reference.position
+    world, height = autopilot.world, _height(autopilot, request)
+    if height is not None:
+        up = world.up(height, above_sea=False)
+    if math.isnan(latitude) and math.isnan(longitude):
+        return (x, y, up)
+    return world.local(latitude, longitude, up) if _is_on_the_globe(latitude, longitude) else None
+
+
+def _is_on_the_globe(latitude: float, longitude: float) -> bool:
+    return abs(latitude) <= 90.0 and abs(longitude) <= 180.0  # neither holds of NaN
+
+
+@_handles(mavlink.MAV_CMD_DO_CHANGE_SPEED)
+def _change_speed(autopilot: Autopilot, request: CommandRequested) -> Answer:
+    kind, speed, throttle = request.params[:3]
+    if not math.isnan(kind) and kind not in {AIRSPEED, GROUND_SPEED}:
+        return Answer(DENIED, f"Speed denied: param1 is {kind:g}, not 0 (airspeed) or 1 (ground speed)")
+    if not _is_default(throttle) and throttle not in {NO_CHANGE, DEFAULT_SPEED}:
+        return Answer(DENIED, f"Speed denied: throttle {throttle:g} % is not supported")
+    if speed == NO_CHANGE:
+        return Answer(ACCEPTED)
+    if speed == DEFAULT_SPEED:
+        return autopilot.guided.change_speed(None)
+    limit = autopilot.settings.hover_speed
+    if not (math.isfinite(speed) and (0.0 < speed <= limit or MIN_AIRSPEED <= speed <= MAX_AIRSPEED)):
+        allowed = f"hover to {limit:g} m/s, forward {MIN_AIRSPEED:g} to {MAX_AIRSPEED:g} m/s"
+        return Answer(DENIED, f"Speed {speed:g} m/s: {allowed}")
+    return autopilot.guided.change_speed(speed)
+
+
+@_handles(mavlink.MAV_CMD_DO_VTOL_TRANSITION)
+def _transition(autopilot: Autopilot, request: CommandRequested) -> Answer:
+    wanted, immediate = request.params[:2]
+    way = next((way for state, way in WAY_OF_VTOL_STATE.items() if state == wanted), Way.NONE)
+    if way is Way.NONE:
+        return Answer(DENIED, f"Transition denied: param1 is {wanted:g}, not 3 (hover) or 4 (forward)")
+    if not _is_default(immediate) and immediate != 1.0:  # every transition is immediate
+        return Answer(DENIED, f"Transition denied: param2 is {immediate:g}, not 0 or 1")
+    return autopilot.transitions.begin(way)
+
+
+@_handles(mavlink.MAV_CMD_DO_CHANGE_ALTITUDE)
+def _change_altitude(autopilot: Autopilot, request: CommandRequested) -> Answer:
+    altitude, frame = request.params[:2]
+    if frame not in POSITION_FRAMES:
+        return Answer(DENIED, f"Height denied: param2 is {frame:g}, not a global frame")
+    if not math.isfinite(altitude):
+        return Answer(DENIED, f"Height denied: param1 is {altitude:g}")
+    x, y, _ = autopilot.reference.position
+    return autopilot.guided.go_to((x, y, autopilot.world.up(altitude, above_sea=frame in ABSOLUTE_ALTITUDE_FRAMES)))
+
+
+@_handles(mavlink.MAV_CMD_DO_PAUSE_CONTINUE)
+def _pause(autopilot: Autopilot, request: CommandRequested) -> Answer:
+    if request.params[0] == 0.0:
+        return autopilot.guided.hold()
+    if request.params[0] == 1.0:
+        return autopilot.missions.start()
+    return Answer(DENIED, f"Pause or continue: param1 is {request.params[0]:g}, not 0 or 1")
+
+
+@_handles(mavlink.MAV_CMD_DO_ORBIT)
+def _orbit(autopilot: Autopilot, request: CommandRequested) -> Answer:
+    if refused := _refuse_frame(request):
+        return refused
+    radius = request.param(1, autopilot.settings.loiter_radius)
+    speed, turns, yaw = request.param(2), request.param(4), request.param(3, 0.0)
+    if yaw not in YAW_BEHAVIOURS:
+        return Answer(DENIED, f"Orbit denied: {yaw:g} is not an ORBIT_YAW_BEHAVIOUR")
+    centre = _centre(autopilot, request)
+    if centre is None:
+        return Answer(DENIED, "Orbit denied: the centre is not valid")
+    if not math.isfinite(radius) or math.isinf(speed):
+        return Answer(DENIED, f"Orbit denied: radius {radius:g} m at {speed:g} m/s")
+    if not math.isnan(turns):
+        return Answer(DENIED, "Orbit denied: use LOITER_TURNS to count turns")
+    return autopilot.guided.circle(centre, radius, None if math.isnan(speed) else speed)
+
+
+def _centre(autopilot: Autopilot, request: CommandRequested) -> Point | None:
+    """The requested centre, None if it is not valid; what is left open is that of the vehicle."""
+    latitude, longitude, z = request.params[4:7]
+    if math.isinf(z):
+        return None
+    here, world = autopilot.view.p, autopilot.world
+    # Clients send an altitude above the sea in this command whatever frame they name: MAVSDK names a relative one.
+    above_sea = z > world.home_alt or request.frame in ABSOLUTE_ALTITUDE_FRAMES
+    height = world.up(z, above_sea=above_sea) if math.isfinite(z) else here[2]
+    if math.isnan(latitude) and math.isnan(longitude):
+        return (here[0], here[1], height)
+    return world.local(latitude, longitude, height) if _is_on_the_globe(latitude, longitude) else None
+
+
+@_handles(mavlink.MAV_CMD_NAV_LAND, mavlink.MAV_CMD_NAV_VTOL_LAND)
+def _land(autopilot: Autopilot, _request: CommandRequested) -> Answer:
+    return autopilot.guided.land()
+
+
+@_handles(mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH)
+def _return(autopilot: Autopilot, _request: CommandRequested) -> Answer:
+    return autopilot.guided.return_to_launch()
+
+
+@_handles(mavlink.MAV_CMD_DO_FENCE_ENABLE)
+def _enable_fence(_autopilot: Autopilot, _request: CommandRequested) -> Answer:
+    return Answer(UNSUPPORTED, "Use parameter GF_ACTION for the fence; 0 is off")
+
+
+@_handles(mavlink.MAV_CMD_DO_FLIGHTTERMINATION)
+def _terminate(_autopilot: Autopilot, _request: CommandRequested) -> Answer:
+    return Answer(UNSUPPORTED, "No flight termination: use a forced disarm")

@@ -1,0 +1,69 @@
+"""What happens in flight, sent to every peer and recorded: jumps, reached items, decisions and notices."""
+
+from __future__ import annotations
+
+from protocol.dialect import mavlink
+from protocol.events import LogEraseRequested
+from sitl.aircraft import Aircraft
+from sitl.mavlink.broadcast import Broadcast
+from sitl.mavlink.flight_recorder import FlightRecorder
+from sitl.mavlink.handlers import on_event
+from sitl.mavlink.telemetry import hybrid_state
+from sitl.mavlink.telemetry.streams import SnapshotMessages
+from sitl.mavlink.telemetry.telemetry_service import TelemetryService
+
+
+class FlightReporter:
+    """Reports what has happened since the last report.
+
+    Args:
+        aircraft: What is reported.
+        telemetry: Makes messages of it.
+        broadcast: Tells everyone.
+        recorder: Records flights.
+    """
+
+    def __init__(
+        self, aircraft: Aircraft, telemetry: TelemetryService, broadcast: Broadcast, recorder: FlightRecorder | None
+    ) -> None:
+        self._aircraft, self._telemetry = aircraft, telemetry
+        self._broadcast, self._recorder = broadcast, recorder
+
+    def report(self, messages: SnapshotMessages | None = None) -> set[str]:
+        """Report what has happened; gives the texts for the pilot.
+
+        Args:
+            messages: Of this instant, if there are any already.
+        """
+        autopilot = self._aircraft.autopilot
+        messages = messages or self._telemetry.messages()
+        self._telemetry.update_flight_times()
+        self._record(messages)  # first, so that a flight's log begins with its arming
+        jumps = self._aircraft.new_jumps()
+        for jump in jumps:
+            self._broadcast.event(hybrid_state.jump(jump))
+        if jumps:
+            self._broadcast.event(messages.message(mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE))
+        for seq in autopilot.reached():
+            self._broadcast.event(mavlink.MAVLink_mission_item_reached_message(seq))
+            self._telemetry.publish_now(mavlink.MAVLINK_MSG_ID_MISSION_CURRENT)
+        for seq, made in autopilot.decisions():
+            self._broadcast.event(hybrid_state.decision(messages.snapshot.ms, seq, made))
+        notices = autopilot.notices()
+        for notice in notices:
+            self._broadcast.text(notice.severity, notice.text)
+        return {notice.text for notice in notices}
+
+    @on_event(LogEraseRequested)
+    def erase_logs(self, _event: LogEraseRequested, _now: float) -> None:
+        """A peer wants the logs deleted."""
+        if self._recorder is not None:
+            erased = self._recorder.erase()
+            self._broadcast.info(f"{erased} log{'s' * (erased != 1)} erased")
+
+    def _record(self, messages: SnapshotMessages) -> None:
+        if self._recorder is None:
+            return
+        self._recorder.follow(self._aircraft.vehicle.time, messages.message, armed=self._aircraft.autopilot.armed)
+        for text in self._recorder.complaints():
+            self._broadcast.warn(text)

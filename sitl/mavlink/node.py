@@ -1,0 +1,243 @@
+"""The vehicle on MAVLink: the endpoint on one side, the aircraft on the other. No socket, no clock.
+
+Two clocks meet here. Flight, autopilot and telemetry rates run on simulated time. Whatever waits for a person or a
+program (heartbeats, transfers, retries) runs on the link's time, which the caller passes as ``now``; so a vehicle at
+100 times real time still gives its peers real seconds to answer.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Hashable, Iterable, Sequence
+
+from protocol.dialect import mavlink
+from protocol.endpoint_vehicle import VehicleEndpoint
+from protocol.engines.file_store import NoFiles
+from protocol.engines.server.stream_scheduler import STREAM_OFF
+from protocol.events import MessageReceived, MissionCleared
+from protocol.keyring import Keyring
+from protocol.plans.mission_item import MissionItem
+from sitl.aircraft import AUTOPILOT_PERIODS, Aircraft
+from sitl.mavlink import commands
+from sitl.mavlink.broadcast import Broadcast
+from sitl.mavlink.files.ftp_files import VehicleFiles
+from sitl.mavlink.flight_recorder import FlightRecorder
+from sitl.mavlink.flight_report import FlightReporter
+from sitl.mavlink.handlers import answered_by, handlers_of, on_event
+from sitl.mavlink.services.command_service import CommandService
+from sitl.mavlink.services.home_service import HomeService, StoredHome
+from sitl.mavlink.services.maintenance_commands import ExitRequest, MaintenanceCommands
+from sitl.mavlink.services.operator_service import OperatorService
+from sitl.mavlink.services.parameter_service import ParameterService
+from sitl.mavlink.services.plan_service import PlanService, StoredPlans
+from sitl.mavlink.services.signing_service import SigningService
+from sitl.mavlink.services.steering_service import SteeringService
+from sitl.mavlink.standard_modes import AVAILABLE_MODES
+from sitl.mavlink.telemetry.streams import STREAMS
+from sitl.mavlink.telemetry.telemetry_service import PERIOD_US, TelemetryService
+from sitl.mavlink.telemetry.vehicle_snapshot import VehicleSnapshot
+from sitl.persistence import StateFolder
+
+SYSTEM, COMPONENT = 1, 1
+MIN_PERIODS = 5  # control periods: whatever peers ask for, the link is looked at a hundred times a second at most
+
+
+class Node:
+    """One vehicle on the link: ``peers`` hear it from the start, everyone else from their first message on.
+
+    Call ``receive`` for every datagram, ``advance`` to fly, then send all of ``datagrams``.
+
+    Args:
+        aircraft: The vehicle.
+        state_folder: Where plans, parameters and home are stored.
+        peers: Who hears it from the start.
+        keyring: Signs and judges messages; None: nothing is signed and all is believed.
+        recorder: Records flights; None: they are not recorded.
+        autopilot_type: MAV_AUTOPILOT that it reports.
+        exit_refusal: Why no peer may reboot or shut it down; empty if they may.
+
+    Raises:
+        SitlError: A stored file cannot be read.
+    """
+
+    def __init__(
+        self,
+        aircraft: Aircraft,
+        state_folder: StateFolder,
+        peers: Sequence[Hashable] = (),
+        keyring: Keyring | None = None,
+        recorder: FlightRecorder | None = None,
+        *,
+        autopilot_type: int = mavlink.MAV_AUTOPILOT_PX4,
+        exit_refusal: str = "",
+    ) -> None:
+        self.aircraft, self.state_folder = aircraft, state_folder
+        autopilot, keyring = aircraft.autopilot, keyring or Keyring()
+        home = StoredHome(autopilot, state_folder)  # before the plans, which are relative to it
+        plans = StoredPlans(autopilot, state_folder)
+        self.endpoint = endpoint = self._make_endpoint(plans, peers, keyring, recorder)
+        self._broadcast = broadcast = Broadcast(endpoint, aircraft, recorder)
+        _save_keys_through(broadcast, keyring)
+        self._telemetry = telemetry = TelemetryService(aircraft, endpoint, autopilot_type)
+        self._reporter = FlightReporter(aircraft, telemetry, broadcast, recorder)
+        self._parameters = ParameterService(aircraft, state_folder, endpoint, broadcast)
+        self._plans = PlanService(
+            autopilot=autopilot,
+            state_folder=state_folder,
+            fence_and_rally=plans.fence_and_rally,
+            broadcast=broadcast,
+            telemetry=telemetry,
+        )
+        self._operators = OperatorService(autopilot, endpoint, broadcast)
+        self._signing = SigningService(keyring, broadcast)
+        self._maintenance = MaintenanceCommands(autopilot, self._parameters, exit_refusal)
+        home_service = HomeService(
+            autopilot=autopilot, stored=home, plans=self._plans, telemetry=telemetry, broadcast=broadcast
+        )
+        self._commands = CommandService(
+            autopilot=autopilot,
+            maintenance=self._maintenance,
+            endpoint=endpoint,
+            broadcast=broadcast,
+            telemetry=telemetry,
+            reporter=self._reporter,
+            operators=self._operators,
+            home=home_service,
+        )
+        services = (
+            self,
+            self._commands,
+            self._parameters,
+            self._plans,
+            self._operators,
+            self._signing,
+            self._reporter,
+            telemetry,
+            home_service,
+            SteeringService(autopilot, broadcast, SYSTEM),
+        )
+        self._event_handlers = handlers_of(services, type)
+        self._message_handlers = handlers_of(services, str)
+        for notice in home.notices:
+            broadcast.text(notice.severity, notice.text)
+        for text in plans.flaws:
+            broadcast.warn(text)
+
+    def _make_endpoint(
+        self, plans: StoredPlans, peers: Sequence[Hashable], keyring: Keyring, recorder: FlightRecorder | None
+    ) -> VehicleEndpoint:
+        logs = recorder or NoFiles()
+        files = VehicleFiles(parameters=lambda: self.endpoint.parameters, plan=self._plan, logs=logs)
+        return VehicleEndpoint(
+            system=SYSTEM,
+            component=COMPONENT,
+            commands=frozenset({*commands.HANDLERS, *answered_by(MaintenanceCommands, int)}),
+            parameters=self.aircraft.configuration.wire_table(),
+            mission=plans.mission,
+            validate=plans.validate,
+            plans=plans.others,
+            streams={s.message_id: round(1e6 / s.rate) if s.rate else STREAM_OFF for s in STREAMS},
+            on_request=(mavlink.MAVLINK_MSG_ID_AVAILABLE_MODES,),
+            numbered={mavlink.MAVLINK_MSG_ID_AVAILABLE_MODES: len(AVAILABLE_MODES)},
+            peers=peers,
+            keyring=keyring,
+            files=files,
+            logs=logs,
+        )
+
+    def _plan(self, kind: int) -> tuple[MissionItem, ...]:
+        return self.endpoint.plan(kind)
+
+    # The link
+
+    @property
+    def peers(self) -> tuple[Hashable, ...]:
+        """Who hears it."""
+        return tuple(self.endpoint.statistics)
+
+    @property
+    def exit_request(self) -> ExitRequest | None:
+        """Whether a peer wants the process to reboot the vehicle or to end; its answer is among ``datagrams``."""
+        return self._maintenance.exit_request
+
+    def know(self, peers: Iterable[Hashable]) -> None:
+        """Speak to the peers of before a restart as if they had spoken."""
+        for peer in peers:
+            self.endpoint.add_peer(peer)
+
+    def receive(self, data: bytes, peer: Hashable, now: float) -> None:
+        """Take one datagram.
+
+        Args:
+            data: The datagram.
+            peer: Where it came from.
+            now: The link's time [s].
+        """
+        self.endpoint.receive_datagram(data, peer, now)
+        self._handle_events(now)
+
+    def datagrams(self, now: float) -> list[tuple[Hashable | None, bytes]]:
+        """What is to be sent, each datagram with its peer.
+
+        Args:
+            now: The link's time [s].
+        """
+        self._operators.update(now)
+        self._telemetry.announce_status(now)
+        self.endpoint.handle_timer(now)
+        self._handle_events(now)
+        self._commands.handle_timer(now)
+        self._telemetry.announce_control()
+        self._signing.handle_timer(now)
+        self._broadcast.handle_timer(now)
+        return self.endpoint.datagrams_to_send()
+
+    def _handle_events(self, now: float) -> None:
+        events = self.endpoint.events()
+        with self._broadcast.answering(now):
+            self._plans.prepare_clearing({event.kind for event in events if isinstance(event, MissionCleared)})
+            for event in events:
+                handler = self._event_handlers.get(type(event))
+                if handler is not None:
+                    handler(event, now)
+
+    @on_event(MessageReceived)
+    def take_message(self, event: MessageReceived, _now: float) -> None:
+        """A message arrived that no engine of the endpoint takes."""
+        handler = self._message_handlers.get(event.message.get_type())
+        if handler is not None:
+            handler(event.message)
+
+    # Flying
+
+    def periods_to_fly(self) -> int:
+        """Control periods until the autopilot ticks or a message is due; then the link is looked at."""
+        flown = self.aircraft.vehicle.periods
+        tick = AUTOPILOT_PERIODS - flown % AUTOPILOT_PERIODS
+        due = self.endpoint.next_stream_due() - flown * PERIOD_US
+        return max(math.ceil(min(tick * PERIOD_US, due) / PERIOD_US), MIN_PERIODS)
+
+    def advance(self, periods: int) -> None:
+        """Fly, and queue the telemetry that falls due on simulated time.
+
+        Args:
+            periods: Control periods to fly.
+
+        Raises:
+            SitlError: If the simulation leaves the finite numbers.
+        """
+        self.aircraft.advance(periods)
+        messages = self._telemetry.messages()
+        self._reporter.report(messages)
+        self._telemetry.publish_due(messages, periods)
+        self._parameters.show_changes()
+
+    def snapshot(self) -> VehicleSnapshot:
+        """The vehicle as telemetry sees it now."""
+        return self._telemetry.snapshot()
+
+
+def _save_keys_through(broadcast: Broadcast, keyring: Keyring) -> None:
+    """Have a keyring that cannot be saved reported: a full disk ends no flight."""
+    save = keyring.keep
+    keyring.keep = lambda record: broadcast.save(lambda: save(record))

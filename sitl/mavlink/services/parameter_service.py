@@ -1,0 +1,73 @@
+"""Parameters as peers change them: put in force, saved, and refused with a reason."""
+
+from __future__ import annotations
+
+from protocol.endpoint_vehicle import VehicleEndpoint
+from protocol.events import ParameterChanged, ParameterRefused
+from sitl.aircraft import Aircraft
+from sitl.errors import SitlError
+from sitl.mavlink.broadcast import Broadcast
+from sitl.mavlink.handlers import on_event
+from sitl.parameters import Configuration
+from sitl.persistence import StateFolder
+
+
+class ParameterService:
+    """Changes the aircraft's configuration, and saves the parameters that peers have set.
+
+    Args:
+        aircraft: Flies by them.
+        state_folder: Stores them.
+        endpoint: Tells everyone a parameter's value.
+        broadcast: Tells everyone a text.
+    """
+
+    def __init__(
+        self, aircraft: Aircraft, state_folder: StateFolder, endpoint: VehicleEndpoint, broadcast: Broadcast
+    ) -> None:
+        self._aircraft, self._state_folder = aircraft, state_folder
+        self._endpoint, self._broadcast = endpoint, broadcast
+        self._shown = aircraft.configuration
+        self._saved = state_folder.parameters()
+
+    @on_event(ParameterChanged)
+    def change(self, event: ParameterChanged, _now: float) -> None:
+        """A peer set a parameter to a value within its bounds; one that does not fit the others is set back."""
+        before = self._aircraft.configuration
+        try:
+            self._configure(before.replaced({event.name: event.value}))
+        except SitlError as error:
+            self._endpoint.set_parameter(event.name, before.value(event.name))
+            self._broadcast.warn(str(error))
+            return
+        self._saved[event.name] = event.value
+        self._save()
+
+    @on_event(ParameterRefused)
+    def explain_refusal(self, event: ParameterRefused, _now: float) -> None:
+        """A peer asked for an unknown parameter, or for a value that it cannot have."""
+        what = event.name if event.value is None else f"{event.name} = {event.value:g}"
+        self._broadcast.warn(f"{what} refused: {event.reason}")
+
+    def reset(self) -> None:
+        """Return all of them to their defaults."""
+        self._aircraft.configure(Configuration())
+        self.show_changes()
+        self._saved.clear()
+        self._save()
+
+    def show_changes(self) -> None:
+        """Tell everyone which parameters the vehicle has changed by itself since the last call."""
+        before, self._shown = self._shown, self._aircraft.configuration
+        if self._shown is before:
+            return
+        for parameter in self._shown.wire_table():
+            if before.value(parameter.name) != parameter.value:
+                self._endpoint.set_parameter(parameter.name, parameter.value)
+
+    def _configure(self, configuration: Configuration) -> None:
+        self._aircraft.configure(configuration)
+        self._shown = configuration
+
+    def _save(self) -> None:
+        self._broadcast.save(lambda: self._state_folder.save_parameters(self._saved))

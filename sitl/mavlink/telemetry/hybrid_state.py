@@ -1,0 +1,136 @@
+"""Messages of the DARKO dialect about the hybrid controller, its actuators and its energy, one function each.
+
+``protocol/dialect/darko.xml`` defines them. A Lyapunov value that is not defined is sent as NaN.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+from protocol import frames, units
+from protocol.dialect import mavlink
+from protocol.dialect.vocabulary import Law
+from protocol.message import Message
+from sitl.mavlink.telemetry.vehicle_snapshot import VehicleSnapshot
+from sitl.prediction.mode_choice import Decision
+from sitl.simulation.recording import JumpRecord
+
+MAX_LAWS = 16  # entries of DARKO_ENERGY.energy_by_law
+
+
+def hybrid_state(s: VehicleSnapshot) -> Message:
+    """DARKO_HYBRID_STATE."""
+    return mavlink.MAVLink_darko_hybrid_state_message(
+        time_boot_ms=s.ms,
+        jumps=s.jumps,
+        v_hover=_or_nan(s.lyapunov),
+        v_forward=_or_nan(s.lyapunov_forward),
+        v_attitude=_or_nan(s.lyapunov_attitude),
+        v_hover_enter=s.v_enter,
+        v_hover_leave=s.v_leave,
+        v_forward_enter=s.v_forward_enter,
+        v_forward_leave=s.v_forward_leave,
+        governor=s.governor,
+        law=s.law,
+        last_law=s.last_law,
+        last_reason=s.last_reason,
+    )
+
+
+def jump(record: JumpRecord) -> Message:
+    """DARKO_JUMP."""
+    return mavlink.MAVLink_darko_jump_message(
+        time_usec=units.microseconds(record.time),
+        jump=record.number,
+        v=record.lyapunov,
+        law_from=record.source,
+        law_to=record.target,
+        reason=record.reason,
+        name=record.name.encode("ascii"),
+    )
+
+
+def actuators(s: VehicleSnapshot) -> Message:
+    """DARKO_ACTUATORS."""
+    return mavlink.MAVLink_darko_actuators_message(
+        time_boot_ms=s.ms,
+        motor_speed=list(s.motor),
+        motor_command=list(s.motor_command),
+        thrust=[s.k_f * w * w for w in s.motor],
+        elevon=list(s.elevon),
+        elevon_command=list(s.elevon_command),
+        motor_min=s.motor_min,
+        motor_max=s.motor_max,
+        elevon_max=s.elevon_max,
+        limits=s.limits,
+        saturation=s.saturation,
+    )
+
+
+def energy(s: VehicleSnapshot) -> Message:
+    """DARKO_ENERGY."""
+    return mavlink.MAVLink_darko_energy_message(
+        time_boot_ms=s.ms, power=s.power, energy=s.energy, energy_by_law=_by_number(s.energy_by_law)
+    )
+
+
+def air(s: VehicleSnapshot) -> Message:
+    """DARKO_AIR: the estimated wind and the true one."""
+    return mavlink.MAVLink_darko_air_message(
+        time_boot_ms=s.ms,
+        wind_estimate=list(frames.flip(s.wind_estimate)),
+        wind_true=list(frames.flip(s.wind)),
+        airspeed_estimate=s.airspeed_estimate,
+        airspeed_true=s.airspeed,
+    )
+
+
+def decision(ms: int, seq: int, made: Decision) -> Message:
+    """DARKO_DECISION: whether a leg is hovered or flown forward, and why.
+
+    Args:
+        ms: Time since boot [ms].
+        seq: Mission item at the end of the leg.
+        made: The decision.
+    """
+    return mavlink.MAVLink_darko_decision_message(
+        time_boot_ms=ms,
+        distance=made.leg.distance,
+        climb=made.leg.climb,
+        tail_wind=made.leg.tail_wind,
+        cross_wind=made.leg.cross_wind,
+        hover_time=made.hover.time,
+        hover_energy=made.hover.energy,
+        forward_time=made.forward.time,
+        forward_energy=made.forward.energy,
+        seq=seq,
+        way=made.way,
+        reason=made.reason,
+    )
+
+
+def named_values(s: VehicleSnapshot) -> list[Message]:
+    """The hybrid controller's key numbers as NAMED_VALUE_FLOAT, for tools without the DARKO dialect."""
+    values = {
+        "V": _or_nan(s.lyapunov),
+        "law": float(s.law),
+        "jumps": float(s.jumps),
+        "governor": s.governor,
+        "power": s.power,
+    }
+    return [
+        mavlink.MAVLink_named_value_float_message(s.ms, name.encode("ascii"), value) for name, value in values.items()
+    ]
+
+
+def _or_nan(value: float | None) -> float:
+    return math.nan if value is None else value
+
+
+def _by_number(energy_by_law: Mapping[Law, float]) -> list[float]:
+    """Energies in the order of the laws' numbers on the wire [J]."""
+    entries = [0.0] * MAX_LAWS
+    for law, joules in energy_by_law.items():
+        entries[law] = joules
+    return entries

@@ -1,0 +1,250 @@
+"""Messages about where the vehicle is and where it goes, one function each.
+
+The flight controller's frames (NWU, FLU) become those of MAVLink (NED, FRD) here. The body frame of every message is
+the forward-flight one: a nose-up hover has pitch +90 deg.
+
+https://mavlink.io/en/messages/common.html#ATTITUDE and the other messages named below
+"""
+
+from __future__ import annotations
+
+import math
+
+from protocol import frames, units
+from protocol.dialect import mavlink
+from protocol.message import Message
+from sitl.mavlink.telemetry.vehicle_snapshot import VehicleSnapshot
+
+POSITION_AND_YAW = 0b0000_1001_1111_1000  # POSITION_TARGET_TYPEMASK: velocity, acceleration and yaw rate are ignored
+UNKNOWN_COVARIANCE = [math.nan] * 21
+GOOD_QUALITY = 100  # of an estimate [%]
+
+
+def attitude(s: VehicleSnapshot) -> Message:
+    """ATTITUDE of the forward-flight body frame."""
+    roll, pitch, yaw = frames.euler_from_quaternion(frames.flip_quaternion(s.q))
+    rollspeed, pitchspeed, yawspeed = frames.flip(s.rates)
+    return mavlink.MAVLink_attitude_message(
+        time_boot_ms=s.ms,
+        roll=roll,
+        pitch=pitch,
+        yaw=yaw,
+        rollspeed=rollspeed,
+        pitchspeed=pitchspeed,
+        yawspeed=yawspeed,
+    )
+
+
+def attitude_quaternion(s: VehicleSnapshot) -> Message:
+    """ATTITUDE_QUATERNION of the forward-flight body frame; repr_offset_q lets a display show hover as level."""
+    q1, q2, q3, q4 = frames.flip_quaternion(s.q)
+    rollspeed, pitchspeed, yawspeed = frames.flip(s.rates)
+    return mavlink.MAVLink_attitude_quaternion_message(
+        time_boot_ms=s.ms,
+        q1=q1,
+        q2=q2,
+        q3=q3,
+        q4=q4,
+        rollspeed=rollspeed,
+        pitchspeed=pitchspeed,
+        yawspeed=yawspeed,
+        repr_offset_q=list(frames.HOVER_DISPLAY),
+    )
+
+
+def local_position(s: VehicleSnapshot) -> Message:
+    """LOCAL_POSITION_NED."""
+    x, y, z = frames.flip(s.p)
+    vx, vy, vz = frames.flip(s.v)
+    return mavlink.MAVLink_local_position_ned_message(time_boot_ms=s.ms, x=x, y=y, z=z, vx=vx, vy=vy, vz=vz)
+
+
+def global_position(s: VehicleSnapshot) -> Message:
+    """GLOBAL_POSITION_INT."""
+    here = s.frame.to_geodetic(frames.flip(s.p))
+    north, east, down = frames.flip(s.v)
+    return mavlink.MAVLink_global_position_int_message(
+        time_boot_ms=s.ms,
+        lat=units.to_e7(here.lat_deg),
+        lon=units.to_e7(here.lon_deg),
+        alt=units.millimetres(here.alt),
+        relative_alt=units.millimetres(s.p[2] - s.home[2]),
+        vx=units.centimetres_per_second(north),
+        vy=units.centimetres_per_second(east),
+        vz=units.centimetres_per_second(down),
+        hdg=units.centidegrees(s.yaw),
+    )
+
+
+def altitude(s: VehicleSnapshot) -> Message:
+    """ALTITUDE above the sea, the origin, home and the ground, which is level."""
+    up, above_sea = s.p[2], s.frame.origin.alt + s.p[2]
+    return mavlink.MAVLink_altitude_message(
+        time_usec=units.microseconds(s.time),
+        altitude_monotonic=above_sea,
+        altitude_amsl=above_sea,
+        altitude_local=up,
+        altitude_relative=up - s.home[2],
+        altitude_terrain=up,
+        bottom_clearance=max(up, 0.0),
+    )
+
+
+def odometry(s: VehicleSnapshot) -> Message:
+    """ODOMETRY: pose in the local frame, velocity [m/s] and rates [rad/s] in the forward-flight body frame."""
+    x, y, z = frames.flip(s.p)
+    vx, vy, vz = frames.flip(frames.rotate(_conjugate(s.q), s.v))
+    rollspeed, pitchspeed, yawspeed = frames.flip(s.rates)
+    return mavlink.MAVLink_odometry_message(
+        time_usec=units.microseconds(s.time),
+        frame_id=mavlink.MAV_FRAME_LOCAL_NED,
+        child_frame_id=mavlink.MAV_FRAME_BODY_FRD,
+        x=x,
+        y=y,
+        z=z,
+        q=frames.flip_quaternion(s.q),
+        vx=vx,
+        vy=vy,
+        vz=vz,
+        rollspeed=rollspeed,
+        pitchspeed=pitchspeed,
+        yawspeed=yawspeed,
+        pose_covariance=UNKNOWN_COVARIANCE,
+        velocity_covariance=UNKNOWN_COVARIANCE,
+        reset_counter=0,
+        estimator_type=mavlink.MAV_ESTIMATOR_TYPE_AUTOPILOT,
+        quality=GOOD_QUALITY,
+    )
+
+
+def gps_raw(s: VehicleSnapshot) -> Message:
+    """GPS_RAW_INT of an ideal receiver."""
+    here = s.frame.to_geodetic(frames.flip(s.p))
+    ground_speed = math.hypot(s.v[0], s.v[1])
+    course = math.atan2(-s.v[1], s.v[0]) if ground_speed > 0.1 else math.nan
+    return mavlink.MAVLink_gps_raw_int_message(
+        time_usec=units.microseconds(s.time),
+        fix_type=mavlink.GPS_FIX_TYPE_RTK_FIXED,
+        lat=units.to_e7(here.lat_deg),
+        lon=units.to_e7(here.lon_deg),
+        alt=units.millimetres(here.alt),
+        eph=50,
+        epv=50,
+        vel=units.centimetres_per_second(ground_speed),
+        cog=units.centidegrees(course),
+        satellites_visible=20,
+    )
+
+
+def ground_truth(s: VehicleSnapshot) -> Message:
+    """HIL_STATE_QUATERNION: the simulated state itself. It carries no acceleration: those are 0."""
+    here = s.frame.to_geodetic(frames.flip(s.p))
+    airspeed = units.centimetres_per_second(s.airspeed)
+    p, q, r = frames.flip(s.rates)
+    north, east, down = (units.centimetres_per_second(speed) for speed in frames.flip(s.v))
+    return mavlink.MAVLink_hil_state_quaternion_message(
+        time_usec=units.microseconds(s.time),
+        attitude_quaternion=frames.flip_quaternion(s.q),
+        rollspeed=p,
+        pitchspeed=q,
+        yawspeed=r,
+        lat=units.to_e7(here.lat_deg),
+        lon=units.to_e7(here.lon_deg),
+        alt=units.millimetres(here.alt),
+        vx=north,
+        vy=east,
+        vz=down,
+        ind_airspeed=airspeed,
+        true_airspeed=airspeed,
+        xacc=0,
+        yacc=0,
+        zacc=0,
+    )
+
+
+def vfr_hud(s: VehicleSnapshot) -> Message:
+    """VFR_HUD; throttle is the mean motor speed between its limits."""
+    span = s.motor_max - s.motor_min
+    throttle = min(max((sum(s.motor) / 2.0 - s.motor_min) / span, 0.0), 1.0)
+    return mavlink.MAVLink_vfr_hud_message(
+        airspeed=s.airspeed_estimate,
+        groundspeed=math.hypot(s.v[0], s.v[1]),
+        heading=units.centidegrees(s.yaw) // 100,
+        throttle=round(100 * throttle),
+        alt=s.frame.origin.alt + s.p[2],
+        climb=s.v[2],
+    )
+
+
+def position_target(s: VehicleSnapshot) -> Message:
+    """POSITION_TARGET_LOCAL_NED: the set-point of the hover laws."""
+    x, y, z = frames.flip(s.reference.position)
+    return mavlink.MAVLink_position_target_local_ned_message(
+        time_boot_ms=s.ms,
+        coordinate_frame=mavlink.MAV_FRAME_LOCAL_NED,
+        type_mask=POSITION_AND_YAW,
+        x=x,
+        y=y,
+        z=z,
+        vx=0,
+        vy=0,
+        vz=0,
+        afx=0,
+        afy=0,
+        afz=0,
+        yaw=-s.reference.heading,
+        yaw_rate=0,
+    )
+
+
+def controller_output(s: VehicleSnapshot) -> Message:
+    """NAV_CONTROLLER_OUTPUT: where the vehicle is beside its path; the cross-track error is positive to its right."""
+    there, here = frames.flip(s.reference.position), frames.flip(s.p)
+    north, east, down = (to - at for to, at in zip(there, here, strict=True))
+    roll, pitch, _ = frames.euler_from_quaternion(frames.flip_quaternion(s.q))
+    bearing = round(math.degrees(math.atan2(east, north)))
+    course = round(math.degrees(math.atan2(-s.v[1], s.v[0])))
+    return mavlink.MAVLink_nav_controller_output_message(
+        nav_roll=math.degrees(roll),
+        nav_pitch=math.degrees(pitch),
+        nav_bearing=course,
+        target_bearing=bearing,
+        wp_dist=min(round(math.hypot(north, east)), 65535),
+        alt_error=-down,
+        aspd_error=0.0,
+        xtrack_error=-s.cross_track,
+    )
+
+
+def home_position(s: VehicleSnapshot) -> Message:
+    """HOME_POSITION: on level ground, and approached from straight above, at the height of a return."""
+    north, east, down = frames.flip(s.home)
+    home = s.frame.to_geodetic((north, east, down))
+    return mavlink.MAVLink_home_position_message(
+        latitude=units.to_e7(home.lat_deg),
+        longitude=units.to_e7(home.lon_deg),
+        altitude=units.millimetres(home.alt),
+        x=north,
+        y=east,
+        z=down,
+        q=[1, 0, 0, 0],
+        approach_x=north,
+        approach_y=east,
+        approach_z=down - s.return_altitude,
+        time_usec=units.microseconds(s.time),
+    )
+
+
+def global_origin(s: VehicleSnapshot) -> Message:
+    """GPS_GLOBAL_ORIGIN of the local frame."""
+    origin = s.frame.origin
+    return mavlink.MAVLink_gps_global_origin_message(
+        latitude=units.to_e7(origin.lat_deg),
+        longitude=units.to_e7(origin.lon_deg),
+        altitude=units.millimetres(origin.alt),
+        time_usec=units.microseconds(s.time),
+    )
+
+
+def _conjugate(q: frames.Quaternion) -> frames.Quaternion:
+    return q[0], -q[1], -q[2], -q[3]

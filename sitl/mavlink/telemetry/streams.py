@@ -1,0 +1,84 @@
+"""Which messages the vehicle streams, how each is made, and how often it is sent."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cached_property
+from typing import NamedTuple
+
+from protocol.dialect import mavlink
+from protocol.message import Message
+from sitl.mavlink.standard_modes import available_modes_monitor, current_mode
+from sitl.mavlink.telemetry import hybrid_state, identification, navigation, vehicle_state
+from sitl.mavlink.telemetry.vehicle_snapshot import VehicleSnapshot
+
+
+class Stream(NamedTuple):
+    """A message of the telemetry."""
+
+    message_id: int
+    build: Callable[[VehicleSnapshot], Message]
+    rate: float  # of simulated time, unless a peer asks for another [Hz]; 0: on request only
+
+
+STREAMS = (
+    Stream(mavlink.MAVLINK_MSG_ID_SYS_STATUS, vehicle_state.sys_status, 1.0),
+    Stream(mavlink.MAVLINK_MSG_ID_ATTITUDE, navigation.attitude, 20.0),
+    Stream(mavlink.MAVLINK_MSG_ID_ATTITUDE_QUATERNION, navigation.attitude_quaternion, 20.0),
+    Stream(mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED, navigation.local_position, 20.0),
+    Stream(mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT, navigation.global_position, 5.0),
+    Stream(mavlink.MAVLINK_MSG_ID_GPS_RAW_INT, navigation.gps_raw, 1.0),
+    Stream(mavlink.MAVLINK_MSG_ID_ALTITUDE, navigation.altitude, 1.0),
+    Stream(mavlink.MAVLINK_MSG_ID_ODOMETRY, navigation.odometry, 5.0),
+    Stream(mavlink.MAVLINK_MSG_ID_HIL_STATE_QUATERNION, navigation.ground_truth, 1.0),
+    Stream(mavlink.MAVLINK_MSG_ID_POSITION_TARGET_LOCAL_NED, navigation.position_target, 5.0),
+    Stream(mavlink.MAVLINK_MSG_ID_VFR_HUD, navigation.vfr_hud, 5.0),
+    Stream(mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE, vehicle_state.extended_state, 2.0),
+    Stream(mavlink.MAVLINK_MSG_ID_BATTERY_STATUS, vehicle_state.battery_status, 1.0),
+    Stream(mavlink.MAVLINK_MSG_ID_HOME_POSITION, navigation.home_position, 0.5),
+    Stream(mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN, navigation.global_origin, 0.0),
+    Stream(mavlink.MAVLINK_MSG_ID_WIND_COV, vehicle_state.wind, 1.0),
+    Stream(mavlink.MAVLINK_MSG_ID_DARKO_AIR, hybrid_state.air, 5.0),
+    Stream(mavlink.MAVLINK_MSG_ID_NAV_CONTROLLER_OUTPUT, navigation.controller_output, 5.0),
+    Stream(mavlink.MAVLINK_MSG_ID_ACTUATOR_OUTPUT_STATUS, vehicle_state.actuator_output, 5.0),
+    Stream(mavlink.MAVLINK_MSG_ID_MISSION_CURRENT, vehicle_state.mission_current, 1.0),
+    Stream(mavlink.MAVLINK_MSG_ID_FENCE_STATUS, vehicle_state.fence_status, 1.0),
+    Stream(mavlink.MAVLINK_MSG_ID_SYSTEM_TIME, vehicle_state.system_time, 1.0),
+    Stream(mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION, identification.autopilot_version, 0.0),
+    Stream(mavlink.MAVLINK_MSG_ID_FLIGHT_INFORMATION, vehicle_state.flight_information, 0.0),
+    Stream(mavlink.MAVLINK_MSG_ID_CURRENT_MODE, lambda s: current_mode(s.mode, s.intended), 0.5),
+    # MAVLink has it sent when the list of modes changes, which it never does.
+    Stream(mavlink.MAVLINK_MSG_ID_AVAILABLE_MODES_MONITOR, lambda _: available_modes_monitor(), 0.0),
+    Stream(mavlink.MAVLINK_MSG_ID_CONTROL_STATUS, vehicle_state.control_status, 0.5),
+    Stream(mavlink.MAVLINK_MSG_ID_PROTOCOL_VERSION, identification.protocol_version, 0.0),
+    Stream(mavlink.MAVLINK_MSG_ID_COMPONENT_METADATA, identification.component_metadata, 0.0),
+    Stream(mavlink.MAVLINK_MSG_ID_DARKO_HYBRID_STATE, hybrid_state.hybrid_state, 10.0),
+    Stream(mavlink.MAVLINK_MSG_ID_DARKO_ACTUATORS, hybrid_state.actuators, 20.0),
+    Stream(mavlink.MAVLINK_MSG_ID_DARKO_ENERGY, hybrid_state.energy, 2.0),
+)
+BUILDERS = {s.message_id: s.build for s in STREAMS} | {
+    mavlink.MAVLINK_MSG_ID_HEARTBEAT: lambda s: vehicle_state.heartbeat(s.status)
+}
+
+
+class SnapshotMessages:
+    """The messages of one instant: takes the snapshot, and makes each message of it, when first asked and only once.
+
+    Args:
+        take: Takes the snapshot.
+    """
+
+    def __init__(self, take: Callable[[], VehicleSnapshot]) -> None:
+        self._take = take
+        self._messages: dict[int, Message] = {}
+
+    @cached_property
+    def snapshot(self) -> VehicleSnapshot:
+        """The vehicle as it is."""
+        return self._take()
+
+    def message(self, message_id: int) -> Message:
+        """A message of :data:`BUILDERS`."""
+        if message_id not in self._messages:
+            self._messages[message_id] = BUILDERS[message_id](self.snapshot)
+        return self._messages[message_id]

@@ -1,0 +1,120 @@
+"""Sends telemetry: streams at their rates, messages that peers ask for, and changes of mode and control at once."""
+
+from __future__ import annotations
+
+from protocol.dialect import mavlink
+from protocol.dialect.vocabulary import Law
+from protocol.endpoint_vehicle import VehicleEndpoint
+from protocol.events import MessageRequested
+from protocol.modes import Mode
+from sitl.aircraft import Aircraft
+from sitl.mavlink.handlers import on_event
+from sitl.mavlink.standard_modes import available_modes, current_mode
+from sitl.mavlink.telemetry import hybrid_state
+from sitl.mavlink.telemetry.flight_times import FlightTimes
+from sitl.mavlink.telemetry.streams import SnapshotMessages
+from sitl.mavlink.telemetry.vehicle_snapshot import (
+    Control,
+    HeartbeatStatus,
+    VehicleSnapshot,
+    heartbeat_status,
+    take_snapshot,
+)
+from sitl.mavlink.telemetry.vehicle_state import heartbeat
+from sitl.simulation.flight import PERIOD
+
+PERIOD_US = round(PERIOD * 1e6)
+NAMED_VALUE_PERIODS = 100  # control periods between NAMED_VALUE_FLOATs, for tools without the DARKO dialect
+
+
+class TelemetryService:
+    """Makes messages from snapshots of the aircraft, and sends them.
+
+    ``intended_mode`` is the mode that a peer asked for last.
+
+    Args:
+        aircraft: What the messages are about.
+        endpoint: Sends the messages, and knows who is in control.
+        autopilot_type: MAV_AUTOPILOT of HEARTBEAT.
+    """
+
+    def __init__(self, aircraft: Aircraft, endpoint: VehicleEndpoint, autopilot_type: int) -> None:
+        self._aircraft, self._endpoint, self._autopilot_type = aircraft, endpoint, autopilot_type
+        self.intended_mode: Mode | None = None
+        self._flight_times = FlightTimes(landed=aircraft.vehicle.law is Law.LANDED)
+        self._announced_status: HeartbeatStatus | None = None
+        self._announced_mode = aircraft.autopilot.mode
+        self._announced_control = Control()
+
+    def snapshot(self) -> VehicleSnapshot:
+        """The vehicle as it is now."""
+        return take_snapshot(
+            self._aircraft, intended=self.intended_mode, flight=self._flight_times, control=self._control()
+        )
+
+    def messages(self) -> SnapshotMessages:
+        """The messages of this instant, made when they are asked for."""
+        return SnapshotMessages(self.snapshot)
+
+    def update_flight_times(self) -> None:
+        """Look whether the vehicle was armed, took off or landed."""
+        vehicle = self._aircraft.vehicle
+        self._flight_times = self._flight_times.updated(
+            vehicle.time, armed=self._aircraft.autopilot.armed, landed=vehicle.law is Law.LANDED
+        )
+
+    def publish_now(self, message_id: int) -> None:
+        """Send a message of the telemetry to everyone."""
+        self._endpoint.publish(self.messages().message(message_id))
+
+    def publish_due(self, messages: SnapshotMessages, periods: int) -> None:
+        """Send the streams that are due.
+
+        Args:
+            messages: Of this instant.
+            periods: Control periods since the last call.
+        """
+        flown = self._aircraft.vehicle.periods
+        for message_id, audience in self._endpoint.streams_due(flown * PERIOD_US).items():
+            self._endpoint.publish(messages.message(message_id), audience)
+        if flown % NAMED_VALUE_PERIODS < periods:
+            for message in hybrid_state.named_values(messages.snapshot):
+                self._endpoint.publish(message)
+
+    def announce_status(self, now: float) -> None:
+        """Send HEARTBEAT and CURRENT_MODE at once if they have changed.
+
+        Args:
+            now: The link's time [s].
+        """
+        status = heartbeat_status(self._aircraft)
+        if status != self._announced_status:
+            self._announced_status = status
+            self._endpoint.announce(heartbeat(status, self._autopilot_type), now)
+        if status.mode is not self._announced_mode:
+            self._announced_mode = status.mode
+            self._endpoint.publish(current_mode(status.mode, self.intended_mode))
+
+    def announce_control(self) -> None:
+        """Send CONTROL_STATUS at once if it has changed."""
+        control = self._control()
+        if control != self._announced_control:
+            self._announced_control = control
+            self.publish_now(mavlink.MAVLINK_MSG_ID_CONTROL_STATUS)
+
+    @on_event(MessageRequested)
+    def send_requested(self, event: MessageRequested, _now: float) -> None:
+        """A peer asked for a message."""
+        if event.message_id == mavlink.MAVLINK_MSG_ID_AVAILABLE_MODES:
+            for message in available_modes(int(event.index)):
+                self._endpoint.send(message, event.peer)
+        else:
+            self._endpoint.send(self.messages().message(event.message_id), event.peer)
+
+    def _control(self) -> Control:
+        operator = self._endpoint.operator
+        holder = operator.holder
+        return Control(
+            station=holder.system if holder else 0,
+            takeover=operator.only_one and (holder is None or operator.takeover),
+        )

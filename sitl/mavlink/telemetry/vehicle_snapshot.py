@@ -1,0 +1,227 @@
+"""One snapshot of the vehicle: what every telemetry message is made from."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import NamedTuple
+
+from protocol import frames, units
+from protocol.dialect import mavlink
+from protocol.dialect.vocabulary import Law, Limit, Reason, Saturation
+from protocol.frames import LocalFrame, Quaternion, Vector
+from protocol.modes import Mode
+from sitl.aircraft import Aircraft
+from sitl.autopilot.safety.fence import Fence, FenceWatch
+from sitl.control.reference import Reference
+from sitl.mavlink.telemetry.flight_times import FlightTimes
+from sitl.model.battery import Battery
+from sitl.simulation.situation import cross_track
+
+NO_FLIGHT = FlightTimes()
+
+
+class HeartbeatStatus(NamedTuple):
+    """What HEARTBEAT reports."""
+
+    mode: Mode
+    armed: bool
+    landed: bool
+    critical: bool  # the cause of an alarm lasts
+
+
+class Control(NamedTuple):
+    """Who is in control, as CONTROL_STATUS reports it."""
+
+    station: int = 0  # system id of the ground station in control; 0: none
+    takeover: bool = True  # another station that asks for control will get it
+
+
+NOBODY_IN_CONTROL = Control()
+
+
+class VehicleSnapshot(NamedTuple):
+    """The vehicle at one instant, as telemetry sees it; frames NWU and FLU, SI units."""
+
+    time: float  # since boot [s]
+    p: Vector
+    v: Vector
+    q: Quaternion
+    rates: Vector  # p, q, r [rad/s]
+    wind: Vector  # velocity of the air [m/s]
+    wind_estimate: Vector  # as the laws see it [m/s]
+    wind_deviation: Vector  # standard deviations of the estimate [m/s]
+    cross_track: float  # to the left of the path flown forward [m]
+    motor: tuple[float, float]  # [rad/s]
+    motor_command: tuple[float, float]
+    elevon: tuple[float, float]  # [rad]
+    elevon_command: tuple[float, float]
+    limits: Limit
+    saturation: Saturation
+    law: Law
+    last_law: Law
+    last_reason: Reason
+    jumps: int
+    lyapunov: float | None  # of the linear hover law; None on the ground
+    lyapunov_forward: float | None  # of the linear forward law; None off its legs
+    lyapunov_attitude: float | None  # of the attitude law [rad^2]; None while it does not fly
+    v_enter: float
+    v_leave: float
+    v_forward_enter: float
+    v_forward_leave: float
+    governor: float  # 0..1
+    power: float  # [W]
+    energy: float  # [J]
+    energy_by_law: Mapping[Law, float]  # [J]
+    battery: Battery
+    reference: Reference
+    mode: Mode
+    armed: bool
+    landed: bool
+    landing: bool
+    taking_off: bool
+    ready: bool  # pre-arm checks pass
+    critical: bool  # the cause of an alarm lasts
+    k_f: float
+    motor_min: float
+    motor_max: float
+    elevon_max: float
+    frame: LocalFrame
+    home: Vector
+    return_altitude: float  # above home [m]
+    mission_count: int
+    mission_current: int
+    mission_state: int  # MISSION_STATE
+    fence: FenceWatch
+    fenced: bool  # a fence is in force
+    intended: Mode | None  # the mode a peer asked for last
+    flight: FlightTimes  # of the present flight, or of the last one
+    control: Control
+
+    @property
+    def status(self) -> HeartbeatStatus:
+        """What HEARTBEAT reports."""
+        return HeartbeatStatus(self.mode, self.armed, self.landed, self.critical)
+
+    @property
+    def ms(self) -> int:
+        """Time since boot on the wire [ms]."""
+        return units.milliseconds(self.time)
+
+    @property
+    def airspeed(self) -> float:
+        """Speed through the air [m/s]."""
+        return math.dist(self.v, self.wind)
+
+    @property
+    def airspeed_estimate(self) -> float:
+        """Speed through the air as the laws see it [m/s]."""
+        return math.dist(self.v, self.wind_estimate)
+
+    @property
+    def yaw(self) -> float:
+        """Heading, clockwise from north [rad]."""
+        return frames.heading(frames.flip_quaternion(self.q))
+
+
+def heartbeat_status(aircraft: Aircraft) -> HeartbeatStatus:
+    """What HEARTBEAT reports now."""
+    autopilot = aircraft.autopilot
+    return HeartbeatStatus(
+        mode=autopilot.mode,
+        armed=autopilot.armed,
+        landed=aircraft.vehicle.law is Law.LANDED,
+        critical=autopilot.failsafes.is_critical,
+    )
+
+
+def take_snapshot(
+    aircraft: Aircraft,
+    *,
+    intended: Mode | None = None,
+    flight: FlightTimes = NO_FLIGHT,
+    control: Control = NOBODY_IN_CONTROL,
+) -> VehicleSnapshot:
+    """The vehicle as it is now.
+
+    Args:
+        aircraft: The vehicle.
+        intended: The mode a peer asked for last.
+        flight: When the present flight, or the last one, began and ended.
+        control: Who is in control.
+    """
+    vehicle, autopilot, a = aircraft.vehicle, aircraft.autopilot, aircraft.vehicle.airframe
+    state, law = vehicle.flight, vehicle.law
+    body, actuators, command = state.plant.body, state.plant.actuators, state.controller.command
+    landed = law is Law.LANDED
+    last = vehicle.jumps[-1] if vehicle.jumps else None
+    mission = autopilot.mission
+    return VehicleSnapshot(
+        time=vehicle.time,
+        p=body.position,
+        v=body.velocity,
+        q=body.attitude,
+        rates=body.rates,
+        wind=vehicle.wind,
+        wind_estimate=state.controller.wind.wind,
+        wind_deviation=vehicle.wind_deviation,
+        cross_track=cross_track(vehicle),
+        motor=(actuators.left_motor, actuators.right_motor),
+        motor_command=(command.left_motor, command.right_motor),
+        elevon=(actuators.left_elevon, actuators.right_elevon),
+        elevon_command=(command.left_elevon, command.right_elevon),
+        limits=Limit(0 if landed else state.limits),
+        saturation=Saturation(state.controller.saturation),
+        law=law,
+        last_law=last.source if last else Law.LANDED,
+        last_reason=last.reason if last else Reason.NONE,
+        jumps=len(vehicle.jumps),
+        lyapunov=None if landed else vehicle.lyapunov,
+        lyapunov_forward=vehicle.lyapunov_forward,
+        lyapunov_attitude=vehicle.lyapunov_attitude,
+        v_enter=vehicle.tuning.v_enter,
+        v_leave=vehicle.tuning.v_leave,
+        v_forward_enter=vehicle.tuning.v_forward_enter,
+        v_forward_leave=vehicle.tuning.v_forward_leave,
+        governor=vehicle.governor,
+        power=vehicle.power,
+        energy=state.energy,
+        energy_by_law=dict(vehicle.energy_by_law),
+        battery=aircraft.battery,
+        reference=autopilot.reference,
+        mode=autopilot.mode,
+        armed=autopilot.armed,
+        landed=landed,
+        landing=autopilot.landing,
+        taking_off=autopilot.mode is Mode.TAKEOFF,
+        ready=not autopilot.arming.failed_checks(),
+        critical=autopilot.failsafes.is_critical,
+        k_f=a.k_f,
+        motor_min=a.omega_min,
+        motor_max=a.omega_max,
+        elevon_max=a.delta_max,
+        frame=autopilot.world.frame,
+        home=autopilot.world.home,
+        return_altitude=autopilot.settings.return_altitude,
+        mission_count=len(mission.items) if mission else 0,
+        mission_current=mission.current if mission else 0,
+        mission_state=_mission_state(aircraft),
+        fence=replace(autopilot.failsafes.fence),
+        fenced=autopilot.world.fence != Fence(),
+        intended=intended,
+        flight=flight,
+        control=control,
+    )
+
+
+def _mission_state(aircraft: Aircraft) -> int:
+    autopilot = aircraft.autopilot
+    if autopilot.mission is None:
+        return int(mavlink.MISSION_STATE_NO_MISSION)
+    if autopilot.mission.finished:
+        return int(mavlink.MISSION_STATE_COMPLETE)
+    if autopilot.mode is Mode.MISSION and autopilot.flying:
+        return int(mavlink.MISSION_STATE_ACTIVE)
+    begun = autopilot.mission.current > 0
+    return int(mavlink.MISSION_STATE_PAUSED if begun else mavlink.MISSION_STATE_NOT_STARTED)

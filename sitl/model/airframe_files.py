@@ -1,0 +1,197 @@
+"""Parameter sets of an airframe: TOML files with a unit and a source for every value."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import sys
+import tomllib
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from difflib import get_close_matches
+from importlib.resources import files
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from sitl.errors import SitlError
+from sitl.model.airframe import FIRST_ORDER, SATURATED, Airframe
+
+ACTUATOR_MODELS = {"saturated": SATURATED, "first-order": FIRST_ORDER}
+UNITS = {
+    "m": "kg", "J1": "kg m2", "J2": "kg m2", "J3": "kg m2", "g": "m/s2", "rho": "kg/m3", "S": "m2", "b": "m",
+    "c": "m", "S_ratio": "-", "C_l": "1/rad", "C_d0": "-", "C_y0": "-", "xi_f": "-", "xi_m": "-", "Delta_r": "m",
+    "a_y": "m", "p_x": "m", "p_y": "m", "k_f": "kg m", "k_m": "kg m2", "C_lp": "-", "C_lq": "-", "C_lr": "-",
+    "C_mp": "-", "C_mq": "-", "C_mr": "-", "C_np": "-", "C_nq": "-", "C_nr": "-", "mu": "-", "omega_min": "rad/s",
+    "omega_max": "rad/s", "omega_rate": "rad/s2", "delta_max": "deg", "delta_rate": "rad/s",
+    "actuator_model": "name", "motor_tau": "s", "elevon_tau": "s", "foot_x": "m", "foot_y": "m", "foot_z": "m",
+}  # fmt: skip
+POSITIVE = frozenset(UNITS) - {
+    "C_y0", "C_d0", "C_lp", "C_lq", "C_lr", "C_mp", "C_mq", "C_mr", "C_np", "C_nq", "C_nr", "mu", "actuator_model",
+}  # fmt: skip
+
+
+class AirframeError(SitlError):
+    """A parameter set cannot be used; the message names file, key and value."""
+
+
+class SourcedValue(NamedTuple):
+    """One value of a set, with its unit and where it comes from."""
+
+    value: float | str
+    unit: str
+    source: str
+
+
+@dataclass(frozen=True)
+class ParameterSet:
+    """A validated parameter set of an airframe, and where it comes from."""
+
+    name: str
+    description: str
+    path: str
+    sha256: str  # of the file itself, so that a log can name what was flown
+    values: dict[str, SourcedValue]
+    parameters: Airframe
+    waived: frozenset[str]  # rules that the set breaks on purpose
+
+
+def available() -> list[str]:
+    """Names of the shipped sets."""
+    return sorted(
+        entry.name.removesuffix(".toml")
+        for entry in files("sitl.model.airframes").iterdir()
+        if entry.name.endswith(".toml")
+    )
+
+
+def load(name_or_path: str) -> ParameterSet:
+    """Load a shipped set by name, or a TOML file by path.
+
+    Raises:
+        AirframeError: If there is no such set, or the file is not valid.
+    """
+    path = Path(name_or_path)
+    if path.suffix != ".toml":
+        if name_or_path not in available():
+            raise AirframeError(f"no parameter set {name_or_path!r}: there are {', '.join(available())}")
+        path = Path(str(files("sitl.model.airframes") / f"{name_or_path}.toml"))
+    raw, table = _read(path)
+    header = _header(path, table)
+    base = load(header.base) if header.base else None
+    values = dict(base.values) if base else {}
+    values |= {key: _entry(path, key, entry) for key, entry in table.items()}
+    missing = [key for key in UNITS if key not in values]
+    if missing:
+        raise AirframeError(f"{path}: {', '.join(missing)} missing")
+    numbers: dict[str, Any] = {key: _number(path, key, values[key]) for key in UNITS}
+    parameters = Airframe(**numbers)
+    waived = header.waived | (base.waived if base else frozenset())
+    _check_together(path, parameters, waived)
+    digest = hashlib.sha256(raw).hexdigest()
+    return ParameterSet(
+        name=header.name,
+        description=header.description,
+        path=str(path),
+        sha256=digest,
+        values=values,
+        parameters=parameters,
+        waived=waived,
+    )
+
+
+def _read(path: Path) -> tuple[bytes, dict[str, Any]]:
+    try:
+        raw = path.read_bytes()
+        return raw, tomllib.loads(raw.decode("utf-8"))
+    except OSError as error:
+        raise AirframeError(f"{path}: {error.strerror}") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise AirframeError(f"{path}: not a TOML file: {error}") from error
+
+
+class _Header(NamedTuple):
+    name: str
+    description: str
+    base: str = ""  # a shipped set from which this one differs
+    waived: frozenset[str] = frozenset()
+
+
+def _header(path: Path, table: dict[str, Any]) -> _Header:
+    header = table.pop("set", None)
+    if not isinstance(header, dict) or not {"name", "description"} <= header.keys():
+        raise AirframeError(f"{path}: a [set] table with name and description is missing")
+    for key in header.keys() - {"waived"}:
+        if key not in _Header._fields:
+            raise AirframeError(f"{path}: [set] has an unknown key {key!r}" + _nearest(key, _Header._fields))
+        if not isinstance(header[key], str):
+            raise AirframeError(f"{path}: [set] {key} = {header[key]!r} must be text")
+    base = header.get("base", "")
+    if base and base not in available():
+        raise AirframeError(f"{path}: base {base!r} is not a shipped set: there are {', '.join(available())}")
+    waived = header.get("waived", [])
+    if not isinstance(waived, list) or not all(isinstance(rule, str) and rule in RULES for rule in waived):
+        raise AirframeError(f"{path}: waived = {waived!r} must be a list of {', '.join(RULES)}")
+    return _Header(header["name"], header["description"], base, frozenset(waived))
+
+
+def _nearest(key: str, known: Iterable[str]) -> str:
+    near = get_close_matches(key, known, n=1)
+    return f"; did you mean {near[0]!r}?" if near else ""
+
+
+def _entry(path: Path, key: str, entry: object) -> SourcedValue:
+    if key not in UNITS:
+        raise AirframeError(f"{path}: unknown key {key!r}" + _nearest(key, UNITS))
+    if not isinstance(entry, dict) or entry.keys() != {"value", "unit", "source"}:
+        raise AirframeError(f"{path}: {key} must be {{ value = ..., unit = ..., source = ... }}")
+    if entry["unit"] != UNITS[key]:
+        raise AirframeError(f"{path}: {key} is in {entry['unit']!r}, must be in {UNITS[key]!r}")
+    if not isinstance(entry["source"], str) or not entry["source"]:
+        raise AirframeError(f"{path}: {key} names no source")
+    return SourcedValue(entry["value"], entry["unit"], entry["source"])
+
+
+def _number(path: Path, key: str, entry: SourcedValue) -> float:
+    value = entry.value
+    if key == "actuator_model":
+        if value not in ACTUATOR_MODELS:
+            raise AirframeError(f"{path}: actuator_model {value!r} is not one of {', '.join(ACTUATOR_MODELS)}")
+        return ACTUATOR_MODELS[str(value)]
+    # An integer of TOML may be too large for a float.
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < sys.float_info.max:
+        raise AirframeError(f"{path}: {key} = {value!r} is not a finite number")
+    if key in POSITIVE and value <= 0.0:
+        raise AirframeError(f"{path}: {key} = {value} must be positive")
+    if key in {"C_d0", "mu"} and value < 0.0:
+        raise AirframeError(f"{path}: {key} = {value} must not be negative")
+    return math.radians(value) if entry.unit == "deg" else float(value)
+
+
+class _Rule(NamedTuple):
+    holds: Callable[[Airframe], bool]
+    text: str
+
+
+RULES = {
+    "inertia": _Rule(
+        lambda a: 2.0 * max(a.J1, a.J2, a.J3) < a.J1 + a.J2 + a.J3,
+        "J1 = {0.J1}, J2 = {0.J2}, J3 = {0.J3}: no rigid body has an inertia above the sum of the other two",
+    ),
+    "speeds": _Rule(
+        lambda a: a.omega_min < a.omega_max, "omega_min = {0.omega_min} must be below omega_max = {0.omega_max}"
+    ),
+    "deflection": _Rule(lambda a: a.delta_max < math.pi / 2, "delta_max = {0.delta_max} rad must be below 90 deg"),
+    "weight": _Rule(
+        lambda a: 2.0 * (1.0 - a.S_ratio * a.C_d0) * a.k_f * a.omega_max**2 > a.m * a.g,
+        "k_f = {0.k_f} and omega_max = {0.omega_max} cannot lift m = {0.m}",
+    ),
+    "slipstream": _Rule(
+        lambda a: a.S_ratio * a.C_d0 < 1.0, "S_ratio = {0.S_ratio} with C_d0 = {0.C_d0} leaves no thrust"
+    ),
+}
+
+
+def _check_together(path: Path, a: Airframe, waived: frozenset[str]) -> None:
+    for name, rule in RULES.items():
+        if name not in waived and not rule.holds(a):
+            raise AirframeError(f"{path}: {rule.text.format(a)}")

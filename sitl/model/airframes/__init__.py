@@ -1,0 +1,1 @@
+"""Shipped parameter sets of airframes, one TOML file each."""

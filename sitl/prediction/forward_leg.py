@@ -1,0 +1,209 @@
+"""One leg in forward flight, flown by a point mass: front transition, cruise, climbing stop, what is left to settle.
+
+What the position loops ask for (:mod:`sitl.control.forward_guidance`, :mod:`sitl.control.braking`) is the acceleration,
+late by the attitude's lag; attitude, thrust and elevons are those of :mod:`sitl.prediction.equilibrium`. So the
+prediction climbs where the stop climbs and idles where the motors idle, and follows the laws when they change. A steady
+cruise is not stepped through but continued to where something changes.
+"""
+
+import math
+from typing import NamedTuple
+
+from sitl.compiled import entry, kernel
+from sitl.control.braking import brake
+from sitl.control.forward_guidance import GuidanceGains, cruise, stop_within, stopping_distance
+from sitl.control.line_of_sight import TURN_BELOW, TURN_RATE
+from sitl.control.reference import Path, progress
+from sitl.model.arithmetic import arctangent, clipped, exponential, wrapped
+from sitl.model.vectors import (
+    Vector,
+    add,
+    add_scaled,
+    level_norm,
+    norm,
+    scaled,
+    shortened,
+    subtract,
+)
+from sitl.prediction.equilibrium import equilibrium, level, limited_thrust, shaft_power, steady_power, weight
+from sitl.prediction.hover_leg import MAX_PREDICTION_STEPS, PREDICTION_STEP, STEADY, HoverLeg, fly_hover, hover_value
+from sitl.prediction.point_mass import PointMass, Prediction
+from sitl.supervisor.guards import STANDING_SPEED, STILL
+
+STOP_ROOM = 12.0  # more than stopping from a creep takes [m]
+EARLY = 1.1  # braking distances before which nothing changes
+SETTLING_SPEED = 1.0  # of the hover that ends the leg [m/s]
+
+
+class WingLeg(NamedTuple):
+    """What is to be flown."""
+
+    path: Path  # from the origin along x
+    wind: Vector  # [m/s]
+    waiting: float  # in the alignment [s]
+    learnt: Vector  # what the integral of the linear hover law held against before the leg [N]
+    heading: float  # at the beginning, from the leg's direction to the left [rad]
+    stand: float  # heading of the hover at the end, likewise [rad]
+    acceptance: float  # distance to the end that counts as arrived [m]
+    begin: bool  # whether it begins in the hover, else in the cruise
+    end: bool  # whether it ends in the hover, else abeam of its end
+    upright: bool  # whether it is flown upright all along, under the law of the transition to the hover
+
+
+class WingMotion(NamedTuple):
+    """State of the flight."""
+
+    position: Vector  # [m]
+    velocity: Vector  # [m/s]
+    wanted: Vector  # acceleration that the guidance asks for, its jerk limited [m/s2]
+    acceleration: Vector  # the same, late by the attitude's lag [m/s2]
+    integral: Vector  # of the guidance [m/s2]
+    ahead: Vector  # where the belly points, level
+    heading: float  # from the leg's direction to the left [rad]
+    travel: float  # share of the elevons' that is in use
+    is_braking: bool
+    has_arrived: bool  # has been within acceptance of the end
+    time: float  # [s]
+    energy: float  # [J]
+
+
+@entry
+def fly_wing(leg: WingLeg, body: PointMass) -> Prediction:
+    """Time and energy of a leg in forward flight, or upright in a wind, infinite if it never arrives.
+
+    Args:
+        leg: To be flown.
+        body: What flies.
+    """
+    share = 1.0 - exponential(-PREDICTION_STEP / body.lag)
+    is_still = level_norm(leg.wind.x, leg.wind.y) < STILL  # else the law of the transition goes on in the hover
+    s = _begun(leg, body)
+    for _ in range(MAX_PREDICTION_STEPS):
+        along, length, _ = progress(leg.path, s.position)
+        if not leg.end and along >= length:
+            return Prediction(s.time, s.energy)
+        s = _continued(_moved(_guided(s, leg, share, body), leg, body), leg, body)
+        if s.is_braking and norm(s.velocity) < STANDING_SPEED:
+            value = _value(s, leg, body)
+            if s.has_arrived and value < body.linear.v_enter:
+                return Prediction(s.time, s.energy)
+            if is_still and value < body.linear.settled:
+                off = subtract(s.position, leg.path.end)
+                rest = fly_hover(
+                    HoverLeg(off, s.velocity, leg.wind, leg.stand, leg.learnt, SETTLING_SPEED, leg.acceptance), body
+                )
+                return Prediction(s.time + rest.time, s.energy + rest.energy)
+    return Prediction(math.inf, math.inf)
+
+
+@kernel
+def _begun(leg: WingLeg, body: PointMass) -> WingMotion:
+    """In the hover, the alignment done, or in the cruise."""
+    none, belly = Vector(0.0, 0.0, 0.0), level(leg.heading)
+    cruising = Vector(_cruise_speed(leg), 0.0, 0.0)
+    waited = leg.waiting if leg.begin else 0.0
+    energy = waited * steady_power(scaled(leg.wind, -1.0), belly, body.airframe)
+    v = none if leg.begin else cruising
+    return WingMotion(none, v, none, none, none, belly, leg.heading, 0.0, leg.upright, False, waited, energy)
+
+
+@kernel
+def _cruise_speed(leg: WingLeg) -> float:
+    """Over the ground along the leg, at its airspeed [m/s]."""
+    airspeed, across = leg.path.airspeed, leg.wind.y
+    return leg.wind.x + math.sqrt(max(airspeed * airspeed - across * across, 4.0))
+
+
+@kernel
+def _guided(s: WingMotion, leg: WingLeg, share: float, body: PointMass) -> WingMotion:
+    """What the guidance asks for, and what the attitude gives of it; ``share``: of a change, in a step."""
+    p, v, gains, path = s.position, s.velocity, body.guidance, leg.path
+    is_braking = s.is_braking or (leg.end and stop_within(p, v, leg.wind, path, 1.0, gains))
+    if is_braking:
+        asked, integral = brake(p, v, leg.wind, path, s.travel, s.integral, PREDICTION_STEP, gains)
+        turn = clipped(wrapped(leg.stand - s.heading), -TURN_RATE * PREDICTION_STEP, TURN_RATE * PREDICTION_STEP)
+        heading = s.heading + (turn if level_norm(v.x, v.y) < TURN_BELOW else 0.0)
+    else:
+        asked, integral = cruise(p, v, leg.wind, path, s.integral, PREDICTION_STEP, gains)
+        heading = arctangent(v.y - leg.wind.y, max(v.x - leg.wind.x, 1.0))
+    wanted = add(s.wanted, shortened(subtract(asked, s.wanted), gains.max_jerk * PREDICTION_STEP))
+    wanted = Vector(wanted.x, wanted.y, clipped(wanted.z, -gains.max_down, gains.max_up))
+    acceleration = add_scaled(s.acceleration, subtract(wanted, s.acceleration), share)
+    ahead = _ahead(heading, subtract(v, leg.wind), body)
+    return WingMotion(
+        p, v, wanted, acceleration, integral, ahead, heading, s.travel, is_braking, s.has_arrived, s.time, s.energy
+    )
+
+
+@kernel
+def _ahead(heading: float, v_a: Vector, body: PointMass) -> Vector:
+    """What decides the span: the heading, which gives way to air that comes from ahead."""
+    belly = level(heading)
+    meeting = v_a.x * belly.x + v_a.y * belly.y
+    share = clipped((meeting - body.blend_from) / (body.blend_to - body.blend_from), 0.0, 1.0)
+    share = share * share * (3.0 - 2.0 * share)
+    return add_scaled(scaled(belly, 1.0 - share), v_a, share / max(norm(v_a), 1e-6))
+
+
+@kernel
+def _moved(s: WingMotion, leg: WingLeg, body: PointMass) -> WingMotion:
+    """One step of the motion."""
+    a, v = body.airframe, s.velocity
+    force = add_scaled(weight(a), s.acceleration, a.m)
+    nose, thrust, elevons = equilibrium(force, subtract(v, leg.wind), s.ahead, a)
+    # What the motors cannot give, or not take back, is missing from the acceleration.
+    excess = limited_thrust(thrust, a) - thrust
+    real = add_scaled(s.acceleration, nose, 2.0 * (1.0 - a.S_ratio * a.C_d0) * excess / a.m)
+    p = add_scaled(s.position, add_scaled(v, real, 0.5 * PREDICTION_STEP), PREDICTION_STEP)
+    travel = min(abs(elevons) / a.delta_max, 1.0)
+    return WingMotion(
+        p, add_scaled(v, real, PREDICTION_STEP), s.wanted, s.acceleration, s.integral, s.ahead, s.heading, travel,
+        s.is_braking, s.has_arrived, s.time + PREDICTION_STEP, s.energy + shaft_power(thrust, a) * PREDICTION_STEP,
+    )  # fmt: skip
+
+
+@kernel
+def _continued(s: WingMotion, leg: WingLeg, body: PointMass) -> WingMotion:
+    """A flight that is steady goes on as it is until something changes; and whether it has been at the end by then."""
+    p, v, integral, time, energy = s.position, s.velocity, s.integral, s.time, s.energy
+    if s.is_braking == leg.upright and norm(s.acceleration) < STEADY:
+        if leg.upright:
+            rest = _creeping(subtract(p, leg.path.end), v)
+        else:
+            # The linear law flies it, which holds the airspeed.
+            v, integral = Vector(_cruise_speed(leg), v.y, v.z), Vector(0.0, 0.0, 0.0)
+            rest = _straight(p, v, leg, body.guidance)
+        p, time = add_scaled(p, v, rest), time + rest
+        energy += rest * steady_power(subtract(v, leg.wind), s.ahead, body.airframe)
+    has_arrived = s.has_arrived or (leg.end and norm(subtract(p, leg.path.end)) <= leg.acceptance)
+    return WingMotion(
+        p, v, s.wanted, s.acceleration, integral, s.ahead, s.heading, s.travel, s.is_braking, has_arrived, time, energy
+    )
+
+
+@kernel
+def _creeping(off: Vector, v: Vector) -> float:
+    """How long a vehicle that rides the wind goes on as it is [s]."""
+    distance = level_norm(off.x, off.y)
+    closing = -(off.x * v.x + off.y * v.y) / max(distance, 1e-6)
+    return max(distance - STOP_ROOM, 0.0) / max(closing, 1.0) if closing > 1.0 and abs(v.z) < STEADY else 0.0
+
+
+@kernel
+def _straight(p: Vector, v: Vector, leg: WingLeg, gains: GuidanceGains) -> float:
+    """How long a steady cruise goes on as it is: until the leg's level end, or shortly before its braking [s]."""
+    path = leg.path
+    along, length, _ = progress(path, p)
+    close = path.level if along < length - path.level else 0.0
+    if path.stop:
+        close = max(close, EARLY * stopping_distance(v.x, leg.wind.x, leg.wind.y, gains))
+    return max(length - close - along, 0.0) / max(v.x, 1.0)
+
+
+@kernel
+def _value(s: WingMotion, leg: WingLeg, body: PointMass) -> float:
+    """V of the linear hover law about the end."""
+    a = body.airframe
+    force = add_scaled(weight(a), s.acceleration, a.m)
+    nose = equilibrium(force, subtract(s.velocity, leg.wind), s.ahead, a).nose
+    return hover_value(subtract(s.position, leg.path.end), s.velocity, nose, leg.stand, s.heading, body.linear)

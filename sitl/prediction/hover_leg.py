@@ -1,0 +1,192 @@
+"""One leg in the hover, flown by a point mass under the linear hover law and the velocity governor.
+
+In a wind the zero-moment law counts on accelerations that the wing does not allow, and the wing's moment turns the
+nose: both slow the vehicle down, and both are in the prediction. Far from the end the speeds do not depend on the
+distance; the flight is not stepped through there but continued as it is.
+"""
+
+import math
+from typing import NamedTuple
+
+from sitl.compiled import entry, kernel
+from sitl.control.governor import gamma
+from sitl.control.hover_linear import SQRT_HALF, HoverError, quadratic
+from sitl.control.hover_zero_moment import AHEAD, PER_AHEAD
+from sitl.model.arithmetic import arctangent, clipped, exponential, sine_cosine, wrapped
+from sitl.model.vectors import Vector, add_scaled, dot, level_norm, norm, scaled, subtract
+from sitl.prediction.equilibrium import back, level, shaft_power, weight
+from sitl.prediction.point_mass import LinearHover, PointMass, Prediction
+
+PREDICTION_STEP = 0.05  # [s]
+MAX_PREDICTION_STEPS = 6000
+STEADY = 0.02  # acceleration [m/s2], or climb rate [m/s], that counts as none
+FAR_OFF = 6.0  # the governor is at its limit so many seconds away
+
+
+class HoverLeg(NamedTuple):
+    """What is to be flown."""
+
+    offset: Vector  # position less the end's [m]
+    velocity: Vector  # at the beginning [m/s]
+    wind: Vector  # [m/s]
+    heading: float  # from the leg's direction to the left [rad]: the wing feels no wind along its span
+    learnt: Vector  # what the integral of the linear law holds against [N]
+    speed: float  # limit of the velocity governor [m/s]
+    acceptance: float  # distance to the end that counts as arrived [m]
+
+
+class HoverMotion(NamedTuple):
+    """State of the flight."""
+
+    offset: Vector  # [m]
+    velocity: Vector  # [m/s]
+    force: Vector  # of the propellers as the laws see it, along the nose wanted [N]
+    nose: Vector  # unit
+    sag: float  # of the nose towards the belly, from where it is wanted [rad]
+    acceleration: Vector  # [m/s2]
+    integral: Vector  # of the linear law [m s]
+    is_linear: bool  # which law flies
+    time: float  # [s]
+    energy: float  # [J]
+
+
+@entry
+def fly_hover(leg: HoverLeg, body: PointMass) -> Prediction:
+    """Time and energy in the hover until within acceptance of the end, infinite if it is never reached.
+
+    Args:
+        leg: To be flown; the linear law begins it.
+        body: What flies.
+    """
+    none, share = Vector(0.0, 0.0, 0.0), 1.0 - exponential(-PREDICTION_STEP / body.hover_lag)
+    nose, force = Vector(0.0, 0.0, 1.0), weight(body.airframe)
+    s = HoverMotion(leg.offset, leg.velocity, force, nose, 0.0, none, none, True, 0.0, 0.0)
+    ahead = level(leg.heading)
+    for _ in range(MAX_PREDICTION_STEPS):
+        if norm(s.offset) <= leg.acceptance:
+            return Prediction(s.time, s.energy)
+        s = _moved(_commanded(s, leg, ahead, share, body), leg, ahead, body)
+    return Prediction(math.inf, math.inf)
+
+
+@kernel
+def hover_value(
+    offset: Vector, velocity: Vector, nose: Vector, wanted: float, heading: float, law: LinearHover
+) -> float:
+    """V of the linear hover law without body rates, at a nose direction and a heading when another is wanted [rad]."""
+    s, c = sine_cosine(wanted)
+    sh, ch = sine_cosine(heading)
+    tilted, _ = sine_cosine(0.5 * arctangent(nose.z, nose.x * ch + nose.y * sh))
+    so, co = sine_cosine(0.5 * wrapped(heading - wanted))
+    e, v = offset, velocity
+    x = HoverError(
+        Vector(c * e.x + s * e.y, c * e.y - s * e.x, e.z),
+        Vector(c * v.x + s * v.y, c * v.y - s * v.x, v.z),
+        Vector(so * SQRT_HALF, SQRT_HALF - co * tilted, so * SQRT_HALF),
+        Vector(0.0, 0.0, 0.0),
+    )
+    return quadratic(x, law.S)
+
+
+@kernel
+def _commanded(s: HoverMotion, leg: HoverLeg, ahead: Vector, share: float, body: PointMass) -> HoverMotion:
+    """The force and the nose that the law in force makes.
+
+    Args:
+        s: State before the step.
+        leg: What is flown.
+        ahead: Where the belly points, level.
+        share: Of a change, that the attitude follows in a step.
+        body: What flies.
+    """
+    a, law = body.airframe, body.linear
+    value = hover_value(s.offset, s.velocity, s.nose, leg.heading, leg.heading, law)
+    is_linear = value < (law.v_leave if s.is_linear else law.v_enter)
+    integral, force, sag = s.integral, s.force, 0.0
+    if is_linear:
+        integral = _integrated(s, law)
+        asked = add_scaled(weight(a), _linear(s, integral, law), a.m)
+        force = add_scaled(force, subtract(subtract(asked, leg.learnt), force), share)
+    else:
+        force = add_scaled(force, _steer(s, leg.speed, body), PREDICTION_STEP)
+    nose = scaled(force, 1.0 / max(norm(force), 1e-6))
+    if not is_linear:
+        sag = s.sag + (_sag(s, nose, force, ahead, leg.wind, body) - s.sag) * share
+        sine, cosine = sine_cosine(sag)
+        nose = add_scaled(scaled(nose, cosine), back(nose, ahead), -sine)
+    return HoverMotion(s.offset, s.velocity, force, nose, sag, s.acceleration, integral, is_linear, s.time, s.energy)
+
+
+@kernel
+def _moved(s: HoverMotion, leg: HoverLeg, ahead: Vector, body: PointMass) -> HoverMotion:
+    """The point mass after a step under its force, or after as long as a steady flight goes on as it is."""
+    a, v_a, push = body.airframe, subtract(s.velocity, leg.wind), norm(s.force)
+    z = back(s.nose, ahead)
+    lift = 0.5 * a.rho * a.S * a.C_l * (1.0 - a.xi_f / a.xi_m) * norm(v_a) * dot(v_a, z)
+    total = subtract(add_scaled(scaled(s.nose, push), z, -lift), weight(a))
+    real = scaled(total, 1.0 / a.m)
+    is_steady = not s.is_linear and norm(real) < STEADY
+    step = PREDICTION_STEP + (_unchanged(s.offset, s.velocity, FAR_OFF * leg.speed) if is_steady else 0.0)
+    offset = add_scaled(add_scaled(s.offset, s.velocity, step), real, 0.5 * PREDICTION_STEP * PREDICTION_STEP)
+    velocity = add_scaled(s.velocity, real, PREDICTION_STEP)
+    power = shaft_power(0.5 * push / (1.0 - a.S_ratio * a.C_d0), a)
+    return HoverMotion(
+        offset, velocity, s.force, s.nose, s.sag, real, s.integral, s.is_linear, s.time + step, s.energy + step * power
+    )
+
+
+@kernel
+def _unchanged(offset: Vector, v: Vector, near: float) -> float:
+    """How long a governed flight goes on as it is: its speeds do not depend on distances that are great [s]."""
+    distance = level_norm(offset.x, offset.y)
+    closing = -(offset.x * v.x + offset.y * v.y) / max(distance, 1e-6)
+    level_time = max(distance - near, 0.0) / max(closing, 1e-9) if closing > 0.0 else 0.0
+    climb = abs(v.z)
+    vertical_time = max(abs(offset.z) - near, 0.0) / climb if climb >= STEADY else math.inf
+    return min(level_time, vertical_time)
+
+
+@kernel
+def _steer(s: HoverMotion, speed: float, body: PointMass) -> Vector:
+    """Rate of the zero-moment law's force: its nu [N/s]."""
+    a, governor = body.airframe, body.governor
+    pull = subtract(s.force, weight(a))  # the law knows of no wing: what is missing stays missing
+    now = gamma(s.offset, s.velocity, speed, governor)
+    soon = gamma(add_scaled(s.offset, s.velocity, AHEAD), add_scaled(s.velocity, pull, AHEAD / a.m), speed, governor)
+    return add_scaled(scaled(subtract(soon, now), PER_AHEAD), subtract(pull, now), -body.k_delta)
+
+
+@kernel
+def _sag(s: HoverMotion, nose: Vector, force: Vector, ahead: Vector, wind: Vector, body: PointMass) -> float:
+    """How far the wing's moment turns the nose to the belly from where the zero-moment law wants it [rad].
+
+    That law has no integral, and its feed-forward turns the nose after an acceleration that the wing does not allow.
+    """
+    a, z, v_a = body.airframe, back(nose, ahead), subtract(s.velocity, wind)
+    push = norm(force)
+    h, thrust = 0.5 * a.rho * a.S * norm(v_a), 0.5 * push
+    grip = max(a.S_ratio * thrust + 0.5 * h * dot(v_a, nose), 1e-3)
+    delta = clipped(-0.5 * h * dot(v_a, z) / (a.xi_m * grip), -a.delta_max, a.delta_max)
+    moment = 2.0 * a.S_ratio * a.C_l * a.xi_m * a.Delta_r * delta * thrust
+    missing = subtract(scaled(subtract(force, weight(a)), 1.0 / a.m), s.acceleration)
+    turned = body.k_delta * body.governor.k_pd * dot(missing, z) / max(push, 1e-6)
+    return (moment / a.J2 + turned) / (body.lam * body.lam)
+
+
+@kernel
+def _integrated(s: HoverMotion, law: LinearHover) -> Vector:
+    """The linear law's integral a step later [m s]."""
+    due, most = add_scaled(s.offset, s.velocity, law.lead), law.integral_limit
+    bounded = Vector(clipped(due.x, -most, most), clipped(due.y, -most, most), clipped(due.z, -most, most))
+    return add_scaled(s.integral, bounded, PREDICTION_STEP)
+
+
+@kernel
+def _linear(s: HoverMotion, integral: Vector, law: LinearHover) -> Vector:
+    """Acceleration that the linear law asks for [m/s2]."""
+    e, v = scaled(s.offset, min(1.0, law.reach / max(norm(s.offset), 1e-9))), s.velocity
+    return Vector(
+        -law.k_p * e.x - law.k_v * v.x - law.k_i * integral.x,
+        -law.k_p * e.y - law.k_v * v.y - law.k_i * integral.y,
+        -law.k_z * e.z - law.k_vz * v.z - law.k_iz * integral.z,
+    )

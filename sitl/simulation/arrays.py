@@ -1,0 +1,118 @@
+"""The records of one flight as the compiled loop takes them, and calls of the loop on them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from sitl.compiled import compile_part, compiling
+from sitl.control.reference import Reference
+from sitl.model.airframe import Airframe
+from sitl.simulation import loop
+from sitl.simulation.dispatch import REGISTER, Register
+from sitl.simulation.flight import Environment, Flight, JumpEntry, Sample
+from sitl.simulation.loop import Look, Records, fly, fly_with
+from sitl.simulation.noise import Draws
+from sitl.simulation.storage import named_from, record_of, record_type
+
+JUMPS_PER_CALL = 64
+MAX_PERIODS = 5000  # flown in one call of the loop
+NO_GUSTS, NO_DRAWS = np.zeros((0, 3, 1)), np.zeros((0, 5, 1))
+
+
+class Stretch(NamedTuple):
+    """What one call of the loop flew."""
+
+    periods: int
+    samples: int
+    jumps: npt.NDArray[Any]  # records of JumpEntry
+    end: int  # loop.FLOWN ...
+
+
+class FlightArrays:
+    """The state of a flight, what it is told and what is seen of it, each a record, (1,).
+
+    Args:
+        register: The laws.
+        airframe: The airframe as it is.
+        seed: Of gusts and sensors.
+    """
+
+    def __init__(self, register: Register, airframe: Airframe, seed: int) -> None:
+        self._fly = fly if register is REGISTER else fly_with(register)
+        self._type = register.flight_type
+        self.draws = Draws(seed)
+        self.flights = np.zeros(1, record_type(self._type))
+        self.controller: Any = self.flights["controller"][0]  # a view, whose fields can be assigned
+        self.law = self.flights["controller"]["law"]  # likewise, (1,)
+        self.references = np.zeros(1, record_type(Reference))
+        self.airs = np.zeros(1, record_type(Environment))
+        self.designs: Records = np.zeros(1)
+        self.airframes = record_of(Airframe, airframe)
+        self.no_samples = np.zeros(0, record_type(Sample))
+        self._looks = np.zeros(1, record_type(Look))
+        self._jumps = np.zeros(JUMPS_PER_CALL, record_type(JumpEntry))
+        self._look: Look | None = None
+
+    @property
+    def flight(self) -> Flight:
+        """The whole state by name; a copy."""
+        flight: Flight = named_from(self._type, self.flights[0].item())
+        return flight
+
+    @flight.setter
+    def flight(self, flight: Flight) -> None:
+        self.flights[0] = flight
+        self._look = None
+
+    def forget_look(self) -> None:
+        """Something was changed that values are worked out of."""
+        self._look = None
+
+    def look(self) -> Look:
+        """The values that are worked out only where somebody looks."""
+        if self._look is None:
+            self._call(NO_GUSTS, NO_DRAWS, -1, 1, self.no_samples)
+            self._look = named_from(Look, self._looks[0].item())
+        return self._look
+
+    def fly(self, periods: int, every: int, samples: Records) -> Stretch:
+        """Fly at most ``periods``, as far as random draws and room for jumps go, with a sample each ``every``."""
+        self._look = None
+        gusts, draws = self.draws.rows(int(self.flights["periods"][0]), gusts=bool(self.airs["gust_rms"][0] > 0.0))
+        now = min(periods, len(draws), MAX_PERIODS)
+        flown, sampled, noted, end = self._call(gusts, draws, now, every, samples)
+        return Stretch(flown, sampled, self._jumps[:noted], end)
+
+    def warm_up(self, parts: Iterable[Callable[..., Any]]) -> None:
+        """Compile parts of the loop, or read them from disk; nothing moves."""
+        like = {
+            "flight": self.flights[0],
+            "reference": self.references[0],
+            "air": self.airs[0],
+            "design": self.designs[0],
+            "a": self.airframes[0],
+            "entry": self._jumps[0],
+            "seen": self._looks[0],
+            "gusts": NO_GUSTS,
+            "draws": NO_DRAWS,
+            "column": 0,
+            "row": 0,
+        }
+        with compiling():
+            for part in parts:
+                compile_part(part, like)
+
+    def _call(
+        self, gusts: Records, draws: Records, periods: int, every: int, samples: Records
+    ) -> tuple[int, int, int, int]:
+        return self._fly(
+            self.flights, self.references, self.airs, self.designs, self.airframes, gusts, draws, periods, every,
+            samples, self._jumps, self._looks,
+        )  # fmt: skip
+
+
+ENDED_WELL = frozenset({loop.FLOWN, loop.JUMPS_FULL})

@@ -1,0 +1,55 @@
+"""What the autopilot asks about a flight, worked out of what the laws see."""
+
+from __future__ import annotations
+
+import inspect
+import math
+
+from protocol.dialect.vocabulary import Law, Regime
+from sitl.control import forward_guidance, reference
+from sitl.simulation.simulation import Simulation
+from sitl.supervisor import guards
+from sitl.supervisor.guards import Guard
+
+REGIMES_ON_PATH = frozenset({Regime.FRONT_TRANSITION, Regime.FORWARD, Regime.BACK_TRANSITION})
+
+
+def cross_track(simulation: Simulation) -> float:
+    """Distance to the left of the path flown forward [m]; 0 in the hover."""
+    if simulation.law.regime not in REGIMES_ON_PATH:
+        return 0.0
+    return reference.cross_track(simulation.reference.path, simulation.estimate.position)
+
+
+def hovers_again(simulation: Simulation) -> bool:
+    """Whether it already hovers but has not yet left TO_HOVER, which may wait for the wind to drop."""
+    e = simulation.estimate
+    return (
+        simulation.law is Law.TO_HOVER
+        and guards.standing.test(e)
+        and guards.near.test(simulation.lyapunov, e, simulation.design.thresholds, 0.0)
+    )
+
+
+def stopping_distance(simulation: Simulation) -> float:
+    """Distance over the ground that braking from the present velocity takes [m]."""
+    e = simulation.estimate
+    speed = math.hypot(e.velocity.x, e.velocity.y)
+    ux, uy = (e.velocity.x / speed, e.velocity.y / speed) if speed > 0.1 else (1.0, 0.0)
+    along, across = e.wind.x * ux + e.wind.y * uy, e.wind.x * uy - e.wind.y * ux
+    return forward_guidance.stopping_distance(speed, along, across, simulation.design.gains.line_of_sight.guidance)
+
+
+def holds(simulation: Simulation, *asked: Guard) -> bool:
+    """Whether guards hold now, whatever the law in force."""
+    flight = simulation.flight
+    given = {
+        **flight.controller._asdict(),
+        **flight.controller.states._asdict(),
+        **simulation.look._asdict(),
+        "estimate": flight.estimate,
+        "reference": simulation.reference,
+        "thresholds": simulation.design.thresholds,
+        "guidance": simulation.design.gains.line_of_sight.guidance,
+    }
+    return all(guard.test(*(given[name] for name in inspect.signature(guard.test).parameters)) for guard in asked)

@@ -1,1 +1,0 @@
-"""The report's experiments flown again: each beside what the report says of it, with a verdict and its cause."""

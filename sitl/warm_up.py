@@ -1,0 +1,124 @@
+"""Compiles everything a flight needs before it begins; a first start shares the work between two processes."""
+
+from __future__ import annotations
+
+import os
+import select
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Self
+
+from sitl._kernel_cache import can_keep, is_complete, mark_complete
+from sitl.aircraft import Aircraft
+from sitl.compiled import compiling
+from sitl.model.airframe_files import load
+from sitl.prediction.chooser import LegEnd
+from sitl.prediction.predictor import Abilities, Leg, predict_forward, predict_hover
+from sitl.simulation import loop
+from sitl.simulation.simulation import Simulation
+from sitl.simulation.tuning import Tuning
+
+LEG_LENGTH = 200.0  # length of a leg that can be hovered and flown forward [m]
+JUMPS_DONE, PREDICTION_DONE = b"j", b"p"  # what a helper writes when it has compiled them
+PROGRAM = "import os; from sitl.warm_up import compile_share; compile_share(lambda text: os.write(1, text))"
+
+
+def make_ready(aircraft: Aircraft, say: Callable[[str], None]) -> None:
+    """Compile everything that flies and decides, or load what an earlier start has compiled. Nothing moves.
+
+    Args:
+        aircraft: The vehicle.
+        say: Takes a text for the user if something is to be compiled.
+    """
+    is_cached = is_complete()
+    if not is_cached:
+        say("compiling the flight model, the laws and the prediction (kept for the next start)")
+    if is_cached or not can_keep():
+        aircraft.vehicle.warm_up()
+        _plan_leg(aircraft)
+    else:
+        with Helper() as helper:
+            aircraft.vehicle.warm_up_parts(loop.MOTION)
+            helper.wait_for(JUMPS_DONE)
+            aircraft.vehicle.warm_up()
+            helper.wait_for(PREDICTION_DONE)
+            _plan_leg(aircraft)
+    mark_complete()
+
+
+class Helper:
+    """A process that compiles its share into the cache; it ends with the block at the latest.
+
+    If it fails, whoever needs its share compiles it.
+
+    Args:
+        program: What it runs.
+    """
+
+    def __init__(self, program: str = PROGRAM) -> None:
+        self._program = program
+        self._process: subprocess.Popen[bytes] | None = None
+        self._began = time.monotonic()
+
+    def __enter__(self) -> Self:
+        paths = {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}  # the same copy of the package
+        with suppress(OSError):
+            self._process = subprocess.Popen(  # noqa: S603 - this interpreter, and a program of this module
+                [sys.executable, "-P", "-c", self._program],
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.DEVNULL,
+                env=os.environ | paths,
+                bufsize=0,
+            )
+        return self
+
+    def wait_for(self, what: bytes) -> None:
+        """Wait until it has written something, at most as long as the work has taken so far.
+
+        Args:
+            what: ``JUMPS_DONE`` or ``PREDICTION_DONE``.
+        """
+        if self._process is None or self._process.stdout is None:
+            return
+        pipe, written, end = self._process.stdout, b"", 2.0 * time.monotonic() - self._began
+        while what not in written and select.select([pipe], [], [], max(end - time.monotonic(), 0.0))[0]:
+            more = pipe.read(1)
+            if not more:  # it has ended
+                return
+            written += more
+
+    def __exit__(self, *error: object) -> None:
+        if self._process is not None:
+            self._process.kill()
+            self._process.communicate()
+
+
+def compile_share(write: Callable[[bytes], object]) -> None:
+    """The helper's share: jumps of the vehicle's loop, and the prediction of a leg; it serves every airframe.
+
+    Args:
+        write: Takes ``JUMPS_DONE`` and ``PREDICTION_DONE`` when they are compiled.
+    """
+    airframe = load("nominal").parameters
+    Simulation(airframe).warm_up_parts(loop.JUMPS)
+    write(JUMPS_DONE)
+    abilities = Abilities(airframe, Tuning(), can_fly_forward=True, hover_speed=3.0, airspeed=15.0)
+    with compiling():
+        predict_hover(Leg(LEG_LENGTH, 0.0), abilities)
+        predict_forward(Leg(LEG_LENGTH, 0.0), abilities)
+    write(PREDICTION_DONE)
+
+
+def _plan_leg(aircraft: Aircraft) -> None:
+    """Run the leg planner once: the first real leg must not keep the vehicle from answering."""
+    autopilot = aircraft.autopilot
+    if autopilot.chooser is None:
+        return
+    north, west, up = autopilot.view.p
+    start, stop = (north, west, up + LEG_LENGTH), LegEnd((north + LEG_LENGTH, west, up + LEG_LENGTH))
+    autopilot.chooser.choose(autopilot.view, start, [stop], autopilot.settings, autopilot.settings.airspeed)
+    autopilot.chooser.made()

@@ -1,0 +1,171 @@
+"""Mission items as text fields, and back."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from darko_gcs.state.mission_labels import (
+    MISSION_COMMANDS,
+    edited_item,
+    item_fields,
+    item_summary,
+    mission_command_of,
+    new_item,
+)
+from protocol.codec import Codec
+from protocol.dialect import mavlink
+from protocol.errors import LocalProtocolError
+from protocol.plans import MissionItem, load
+from protocol.units import UNKNOWN_INT32
+from tests.support.paths import DATA
+
+HOME = (43.5648, 1.4811)
+WAYPOINT = MissionItem(
+    command=mavlink.MAV_CMD_NAV_WAYPOINT,
+    frame=mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT,
+    params=(2.0, 0.3, 0.0, math.nan),
+    x=435648000,
+    y=14811000,
+    z=3.0,
+)
+
+
+def mission_command(number):
+    return next(entry for entry in MISSION_COMMANDS if entry.command == number)
+
+
+def labels(item):
+    return [label for label, _ in item_fields(item)]
+
+
+def with_texts(item, **texts):
+    """The item after some of its fields were typed over, found by the beginning of their labels."""
+    shown = item_fields(item)
+    values = [text for _, text in shown]
+    for name, text in texts.items():
+        values[next(k for k, (label, _) in enumerate(shown) if label.lower().startswith(name))] = text
+    return edited_item(item, values)
+
+
+def unedited(item):
+    return edited_item(item, [text for _, text in item_fields(item)])
+
+
+@pytest.mark.parametrize("command", MISSION_COMMANDS, ids=lambda command: command.label)
+def test_a_new_item_of_every_command_survives_the_wire_and_the_editor(command):
+    item = new_item(command, None, HOME)
+    assert unedited(item) == item
+    codec = Codec(255, 190)
+    (message,) = codec.decode(codec.encode(item.to_message(0, 1, 1)))
+    assert MissionItem.from_message(message) == item
+
+
+numbers = st.one_of(st.floats(width=32, allow_infinity=False), st.just(math.nan))
+wire_integers = st.integers(-(2**31), 2**31 - 1)
+
+
+@given(
+    st.sampled_from([*(entry.command for entry in MISSION_COMMANDS), mavlink.MAV_CMD_NAV_SPLINE_WAYPOINT]),
+    st.sampled_from([0, 1, 2, 3, 4, 6]), st.tuples(numbers, numbers, numbers, numbers), wire_integers, wire_integers,
+    numbers,
+)  # fmt: skip
+def test_fields_that_are_not_edited_keep_every_bit(command, frame, params, x, y, z):
+    item = MissionItem(command=command, frame=frame, params=params, x=x, y=y, z=z)
+    assert unedited(item) == item
+
+
+@pytest.mark.parametrize(
+    ("command", "names"),
+    [
+        ("WAYPOINT", ["Hold [s]", "Acceptance radius [m]", "Pass radius [m]", "Yaw [deg]"]),
+        ("LOITER_TURNS", ["Turns", "Radius [m], - anticlockwise", "Yaw, or exit path (0, 1)"]),
+        ("LOITER_TIME", ["Time [s]", "Radius [m], - anticlockwise", "Yaw, or exit path (0, 1)"]),
+        ("LOITER_UNLIM", ["Radius [m], - anticlockwise", "Yaw [deg]"]),
+    ],
+)
+def test_parameters_have_the_names_that_their_command_gives_them(command, names):
+    item = new_item(mission_command(getattr(mavlink, f"MAV_CMD_NAV_{command}")), WAYPOINT, None)
+    assert labels(item)[2:] == [*names, "Latitude [deg]", "Longitude [deg]", "Altitude [m]"]
+    assert (item.x, item.y, item.z) == (WAYPOINT.x, WAYPOINT.y, WAYPOINT.z)
+
+
+def test_commands_without_a_place_have_no_place_fields():
+    for command in (mavlink.MAV_CMD_DO_VTOL_TRANSITION, mavlink.MAV_CMD_DO_CHANGE_SPEED):
+        item = new_item(mission_command(command), WAYPOINT, HOME)
+        assert item.frame == mavlink.MAV_FRAME_MISSION
+        assert not any("Latitude" in label for label in labels(item))
+
+
+def test_an_unused_parameter_with_a_value_is_not_hidden():
+    item = MissionItem(
+        command=mavlink.MAV_CMD_DO_VTOL_TRANSITION,
+        frame=mavlink.MAV_FRAME_MISSION,
+        params=(4.0, 0.0, 7.5, 0.0),
+        x=0,
+        y=0,
+        z=0.0,
+    )
+    assert "param3" in labels(item)
+    assert with_texts(item, param3="0").params == (4.0, 0.0, 0.0, 0.0)
+
+
+def test_each_field_changes_its_own_value():
+    assert with_texts(WAYPOINT, hold="5").params[0] == 5.0
+    assert with_texts(WAYPOINT, **{"pass": "-12.5"}).params[2] == -12.5
+    assert with_texts(WAYPOINT, yaw="90").params[3] == 90.0
+    assert math.isnan(with_texts(with_texts(WAYPOINT, yaw="90"), yaw="-").params[3])
+    assert with_texts(WAYPOINT, latitude="43.6").x == 436000000
+    assert with_texts(WAYPOINT, longitude="-").y == UNKNOWN_INT32
+    assert with_texts(WAYPOINT, altitude="20").z == 20.0
+
+
+def test_another_command_begins_with_its_own_defaults_at_the_same_place():
+    circle = with_texts(WAYPOINT, command="nav loiter turns")
+    assert circle.command == mavlink.MAV_CMD_NAV_LOITER_TURNS
+    assert circle.params[:3] == (2.0, 0.0, 30.0)
+    assert (circle.x, circle.y) == (WAYPOINT.x, WAYPOINT.y)
+    transition = with_texts(WAYPOINT, command="MAV_CMD_DO_VTOL_TRANSITION")
+    assert (transition.frame, transition.params) == (mavlink.MAV_FRAME_MISSION, (4.0, 0.0, 0.0, 0.0))
+    assert with_texts(transition, command="16").frame == mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT
+
+
+@pytest.mark.parametrize(
+    ("field", "text", "problem"),
+    [
+        ("hold", "x", r"Hold \[s\]: 'x' is not a number"),
+        ("altitude", "inf", r"Altitude \[m\]: 'inf' is not a number"),
+        ("command", "fly away", "'fly away' is neither a MAV_CMD nor its number"),
+        ("frame", "rel", "Frame: 'rel' is not a whole number"),
+        ("frame", "99", "there is no MAV_FRAME 99"),
+    ],
+)
+def test_a_text_that_cannot_be_read_is_reported_with_the_name_of_its_field(field, text, problem):
+    with pytest.raises(ValueError, match=problem):
+        with_texts(WAYPOINT, **{field: text})
+
+
+def test_a_value_that_does_not_fit_the_wire_is_refused():
+    for field, text in (("latitude", "9999"), ("command", "70000")):
+        with pytest.raises(LocalProtocolError):
+            with_texts(WAYPOINT, **{field: text})
+
+
+def test_a_summary_has_only_the_parameters_that_are_set():
+    assert item_summary(WAYPOINT) == "hold 2, acceptance 0.3"
+    by_label = {entry.label: item_summary(new_item(entry, WAYPOINT, None)) for entry in MISSION_COMMANDS}
+    assert by_label["Transition"] == "to forward"
+    assert by_label["Change speed"] == "12 m/s airspeed"
+    assert by_label["Loiter for turns"] == "turns 2, radius 30"
+
+
+def test_a_waypoint_needs_a_place_or_a_home():
+    without_place = next(entry for entry in MISSION_COMMANDS if not entry.has_place)
+    assert new_item(MISSION_COMMANDS[0], None, None) is None
+    assert new_item(without_place, None, None) is not None
+
+
+def test_the_commands_of_a_plan_file_are_known():
+    labels_of_file = {mission_command_of(item).label for item in load(DATA / "square.plan").items}
+    assert labels_of_file == {"Take off", "Waypoint", "Land"}

@@ -1,0 +1,31 @@
+"""Names of flight modes of several autopilots."""
+
+import pytest
+
+from darko_gcs.state.mode_names import COPTER_MODES, PLANE_MODES, mode_name
+from protocol.dialect import mavlink
+
+ARDUPILOT, PX4 = mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA, mavlink.MAV_AUTOPILOT_PX4
+
+
+@pytest.mark.parametrize(
+    ("autopilot", "kind", "number", "name"),
+    [
+        (ARDUPILOT, mavlink.MAV_TYPE_FIXED_WING, 19, "QLOITER"),
+        (ARDUPILOT, mavlink.MAV_TYPE_QUADROTOR, 16, "POSHOLD"),
+        (ARDUPILOT, mavlink.MAV_TYPE_SUBMARINE, 16, None),
+        (PX4, mavlink.MAV_TYPE_QUADROTOR, 4 << 16 | 8 << 24, "FOLLOW_TARGET"),
+        (PX4, mavlink.MAV_TYPE_QUADROTOR, 3 << 16 | 1 << 24, "POSCTL"),
+        (PX4, mavlink.MAV_TYPE_QUADROTOR, 99 << 16, None),
+        (mavlink.MAV_AUTOPILOT_GENERIC, mavlink.MAV_TYPE_QUADROTOR, 1, None),
+    ],
+)
+def test_modes_of_other_autopilots_have_their_names(autopilot, kind, number, name):
+    assert mode_name(autopilot, kind, number) == name
+
+
+def test_mode_names_are_those_of_pymavlink():
+    from pymavlink import mavutil
+
+    assert mavutil.mode_mapping_apm == PLANE_MODES
+    assert mavutil.mode_mapping_acm == COPTER_MODES

@@ -1,0 +1,113 @@
+"""Parameters and their metadata, from the real vehicle node and from files with errors."""
+
+import lzma
+import math
+
+import pytest
+
+from darko_gcs.state.parameter_metadata import ParameterMetadata
+from darko_gcs.station.parameter_metadata_client import parameter_file_path, parse_parameter_file
+from darko_gcs.station.station import Station
+from darko_gcs.tui.screens.parameters_screen import is_changed
+from protocol.errors import FileError
+from protocol.events import FileReceived
+from tests.support.gcs.linked_station import LinkedStation
+
+
+@pytest.fixture
+def link(tmp_path):
+    linked = LinkedStation(tmp_path)
+    linked.run(2.5)
+    return linked
+
+
+def test_the_vehicle_describes_every_one_of_its_parameters(link):
+    link.station.fetch_parameters(link.now)
+    link.station.fetch_parameter_metadata(link.now)
+    link.run(4.0)
+    s = link.snapshot
+    assert set(s.parameter_metadata) == set(s.parameters)
+    assert len(s.parameters) == s.parameter_count > 40
+    assert all(metadata.text and metadata.bounds for metadata in s.parameter_metadata.values())
+    assert s.parameter_metadata["DRK_KPP"].unit == "N/m"
+    assert not [name for name in s.parameters if is_changed(s, name)]
+    assert "request message" not in link.text
+
+
+def test_a_changed_parameter_is_confirmed_and_marked(link):
+    link.station.fetch_parameters(link.now)
+    link.station.fetch_parameter_metadata(link.now)
+    link.run(4.0)
+    link.station.set_parameter("DRK_KPP", 1.25, link.now)
+    link.run(1.0)
+    assert link.snapshot.parameters["DRK_KPP"] == 1.25
+    assert [name for name in link.snapshot.parameters if is_changed(link.snapshot, name)] == ["DRK_KPP"]
+    assert "Parameter DRK_KPP is 1.25" in link.lines
+
+
+def test_a_refused_value_is_reported_with_the_vehicles_reason(link):
+    link.station.set_parameter("DRK_KPP", 99.0, link.now)
+    link.run(3.0)
+    assert "Parameter DRK_KPP: value out of range" in link.text
+    assert "99 is outside 0.1..3" in link.text
+    assert link.snapshot.parameters["DRK_KPP"] != 99.0
+
+
+def test_after_a_restart_the_metadata_is_fetched_again(link):
+    link.station.fetch_parameter_metadata(link.now)
+    link.run(3.0)
+    link.station._handle_restart(link.now)
+    assert link.snapshot.parameter_metadata == {}
+    link.station.fetch_parameter_metadata(link.now)
+    link.run(3.0)
+    assert link.snapshot.parameter_metadata
+
+
+def file_with(**entry):
+    return {"parameters": [{"name": "A", **entry}]}
+
+
+@pytest.mark.parametrize(
+    ("entry", "metadata"),
+    [
+        ({}, ParameterMetadata()),
+        ({"shortDesc": "x\x1b[2J", "units": 3, "min": "low", "max": True}, ParameterMetadata(text="x?[2J")),
+        (
+            {"type": "Uint8", "min": 0, "rebootRequired": True},
+            ParameterMetadata(minimum=0.0, is_integer=True, needs_reboot=True),
+        ),
+        ({"max": 10**400}, ParameterMetadata()),
+    ],
+)
+def test_fields_that_do_not_follow_the_schema_are_ignored(entry, metadata):
+    assert repr(parse_parameter_file(file_with(**entry))["A"]) == repr(metadata)  # NaN is not equal to itself
+
+
+def test_metadata_without_numbers_has_nan_and_no_range():
+    metadata = parse_parameter_file(file_with())["A"]
+    assert math.isnan(metadata.default)
+    assert metadata.bounds == ""
+
+
+def test_only_files_on_the_vehicle_are_fetched():
+    def general(uri):
+        return {"metadataTypes": [7, {"type": 2, "uri": "mftp:///other"}, {"type": 1, "uri": uri}]}
+
+    assert parameter_file_path(general("mftp:///a/b.json")) == "/a/b.json"
+    assert parameter_file_path(general("mftp://[;comp=1]/a/b.json")) == "/a/b.json"
+    for uri in ("https://example.org/a.json", "", None, ["mftp:///a"]):
+        assert parameter_file_path(general(uri)) == ""
+    assert parameter_file_path({"metadataTypes": {"type": 1}}) == ""
+    with pytest.raises(FileError, match="no list 'parameters'"):
+        parse_parameter_file({"parameters": {}})
+
+
+@pytest.mark.parametrize(
+    "data", [b"", b"{", b"[]", b"{}", b"\xfd7zXZ\x00rubbish", b"[" * 100_000, lzma.compress(b" " * 50_000_000)]
+)
+def test_a_file_without_metadata_is_reported_with_its_name(data):
+    station = Station()
+    station.parameter_metadata._awaited_path = "/p.json"
+    text = station.parameter_metadata.follow(FileReceived("/p.json", data), 1.0)
+    assert text.startswith("No parameter descriptions: /p.json: ")
+    assert station.parameter_metadata.known == {}

@@ -1,0 +1,51 @@
+"""A scripted flight waits for its own vehicle process to compile, but not for ever."""
+
+import argparse
+import asyncio
+import sys
+
+import pytest
+
+from darko_gcs.errors import LinkError
+from darko_gcs.feed import sitl_process
+from darko_gcs.tasks import headless_flight
+from tests.support.paths import DATA
+
+COMPILING = "print('darko-sitl: compiling', file=sys.stderr, flush=True); "
+READY = "print('darko-sitl: ready after 0.1 s: 127.0.0.1:1 -> 2', file=sys.stderr, flush=True); "
+
+
+@pytest.fixture
+def fly(tmp_path, monkeypatch):
+    """Fly with a vehicle process that runs one line of Python; returns the error of the flight."""
+
+    def flown(program, **timeouts):
+        script = tmp_path / "darko-sitl"
+        script.write_text(f"#!{sys.executable}\nimport sys, time; {program}\n")
+        script.chmod(0o755)
+        monkeypatch.setattr(sitl_process, "SITL_PROGRAM", script)
+        for name, seconds in timeouts.items():
+            monkeypatch.setattr(headless_flight, name, seconds)
+        args = argparse.Namespace(
+            mission=DATA / "square.plan", signing_key=None, give_key=False, record=tmp_path / "flight.tlog",
+            vehicle=None, host="127.0.0.1", port=0, sitl=True, state_dir=None, timeout=60.0,
+        )  # fmt: skip
+        with pytest.raises(LinkError) as caught:
+            asyncio.run(headless_flight.fly_headless(args, []))
+        return str(caught.value)
+
+    return flown
+
+
+def test_a_vehicle_may_compile_longer_than_a_running_one_is_waited_for(fly, capsys):
+    error = fly(COMPILING + "time.sleep(1.5); sys.exit(7)", HEARD_TIMEOUT=0.2)
+    assert error == "darko-sitl ended with exit code 7"
+    assert "compiling" in capsys.readouterr().err
+
+
+def test_a_vehicle_that_is_ready_must_be_heard_soon(fly):
+    assert fly(COMPILING + READY + "time.sleep(60)", HEARD_TIMEOUT=0.2) == "no vehicle heard for 0.2 s"
+
+
+def test_a_vehicle_that_is_never_ready_is_given_up(fly):
+    assert fly(COMPILING + "time.sleep(60)", READY_TIMEOUT=0.5) == "no vehicle heard for 0.5 s"

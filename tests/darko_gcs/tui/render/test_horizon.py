@@ -1,0 +1,118 @@
+"""The artificial horizon and the heading tape."""
+
+import math
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from darko_gcs.tui.render.horizon import heading_tape, horizon
+from protocol.frames import HOVER_DISPLAY, displayed, quaternion_from_euler
+from tests.support.gcs.screens import line_text, lines_text, styled_text
+
+SETTINGS = settings(deadline=None, max_examples=60)
+widths = st.integers(1, 120)
+any_number = st.floats(allow_nan=True, allow_infinity=True)
+LEVEL = (1.0, 0.0, 0.0, 0.0)
+
+
+@SETTINGS
+@given(widths, st.integers(1, 40), st.tuples(any_number, any_number, any_number, any_number))
+def test_a_horizon_has_the_size_asked_for_whatever_the_quaternion(width, height, q):
+    lines = horizon(q, width=width, height=height)
+    assert len(lines) == height
+    assert all(len(line_text(line)) == width for line in lines)
+
+
+def horizon_rows(q, width=41, height=21):
+    """Row of the horizon line at the left and right edge."""
+    rows = {}
+    for row, line in enumerate(horizon(q, width=width, height=height)):
+        styles = [style for part, style in line for _ in part]
+        for edge in (0, width - 1):
+            if styles[edge] == "accent":
+                rows.setdefault(edge, row)
+    return rows[0], rows[width - 1]
+
+
+def test_rolling_right_raises_the_right_end_of_the_horizon():
+    left, right = horizon_rows(quaternion_from_euler(math.radians(15), 0.0, 0.0))
+    assert left > right
+    level = horizon_rows(LEVEL)
+    assert level[0] == level[1]
+
+
+def test_pitching_up_lowers_the_horizon():
+    up = horizon_rows(quaternion_from_euler(0.0, math.radians(10), 0.0))
+    assert up[0] > horizon_rows(LEVEL)[0]
+
+
+def ground_share(q, width=40, height=20):
+    """Share of the view that is ground, and True if the horizon is in view."""
+    lines = horizon(q, width=width, height=height)
+    ground = len(styled_text(lines, "plan").replace(" ", ""))
+    return ground / (width * height), bool(styled_text(lines, "accent"))
+
+
+@pytest.mark.parametrize("yaw", [0.0, 1.0, 3.0, -2.0])
+@pytest.mark.parametrize("roll", [0.0, 0.5, -2.5, math.pi])
+@pytest.mark.parametrize(("pitch", "low", "high"), [(-90, 0.85, 1), (-89.999, 0.85, 1), (90, 0, 0), (89.999, 0, 0)])
+def test_straight_down_is_ground_and_straight_up_is_sky_at_any_roll_and_yaw(pitch, low, high, roll, yaw):
+    share, _ = ground_share(quaternion_from_euler(roll, math.radians(pitch), yaw))
+    assert low <= share <= high
+
+
+def test_the_view_changes_little_where_euler_angles_jump():
+    """A hover that wobbles about nose-up: roll and yaw swing by half a turn, the view hardly moves."""
+    for tilt in ((0.0, 0.002), (0.002, 0.0), (-0.002, 0.0), (0.0, -0.002)):
+        up = quaternion_from_euler(tilt[0], math.pi / 2 + tilt[1], 0.0)
+        share, in_view = ground_share(displayed(up, HOVER_DISPLAY))
+        assert share == pytest.approx(0.47, abs=0.06)
+        assert in_view
+
+
+def test_upside_down_has_the_ground_above():
+    lines = horizon(quaternion_from_euler(math.pi, 0.0, 0.0), width=40, height=20)
+    assert styled_text(lines[:8], "plan").strip()
+    assert not styled_text(lines[12:], "plan").strip()
+
+
+@pytest.mark.parametrize(
+    ("roll", "pitch", "arrow", "words"),
+    [
+        (0, 60, "↓", "SKY"),
+        (0, -60, "↑", "GROUND"),
+        (180, 60, "↑", "SKY"),
+        (90, 60, "→", "SKY"),
+        (-90, 60, "←", "SKY"),
+    ],
+)
+def test_without_a_horizon_in_view_an_arrow_points_to_it(roll, pitch, arrow, words):
+    lines = horizon(quaternion_from_euler(math.radians(roll), math.radians(pitch), 0.3), width=40, height=20)
+    assert words in line_text(lines[0])
+    assert styled_text(lines, "accent") == arrow
+
+
+@given(*[st.floats(-1, 1)] * 4)
+def test_the_view_does_not_depend_on_sign_or_length_of_the_quaternion(w, x, y, z):
+    q = (w, x, y, z)
+    if sum(c * c for c in q) > 0.01:
+        other = horizon(tuple(-2.0 * c for c in q), width=12, height=6)
+        dots = zip(lines_text(horizon(q, width=12, height=6)), lines_text(other), strict=True)
+        assert sum(a != b for a, b in dots) <= 2  # a dot on the edge may be drawn or not
+
+
+@SETTINGS
+@given(any_number, widths)
+def test_a_heading_tape_has_the_width_asked_for(heading, width):
+    assert len(line_text(heading_tape(heading, width))) == width
+
+
+@pytest.mark.parametrize(("degrees", "words"), [(0, "[000°]"), (359.7, "[000°]"), (90, "[090°]"), (-90, "[270°]")])
+def test_a_heading_tape_shows_the_heading_in_degrees(degrees, words):
+    assert words in line_text(heading_tape(math.radians(degrees), 31))
+
+
+def test_east_is_to_the_right_of_north_on_the_tape():
+    tape = line_text(heading_tape(math.radians(45), 61))
+    assert tape.index("N") < tape.index("[045°]") < tape.index("E")

@@ -1,0 +1,50 @@
+"""The message log: older messages can be read while newer ones arrive."""
+
+from dataclasses import replace
+
+import pytest
+
+from darko_gcs.state.message_log import add_line
+from darko_gcs.tui.app import GroundStationApp
+from darko_gcs.tui.screens.messages_screen import MessagesScreen
+from protocol.dialect import mavlink
+from tests.support.gcs.screens import FakeFeed, screen_text, until
+from tests.support.gcs.snapshots import HOVERING
+
+WARNING = mavlink.MAV_SEVERITY_WARNING
+
+
+@pytest.fixture
+def feed():
+    s = HOVERING
+    for number in range(60):
+        s = add_line(s, 40.0 + number, number % 8, f"message {number} [bold]")
+    return FakeFeed(s)
+
+
+async def test_older_messages_stay_in_view_when_newer_ones_arrive(feed):
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("e")
+        await until(pilot, lambda: isinstance(app.screen, MessagesScreen) and "message 59 [bold]" in screen_text(app))
+        assert "message 1 " not in screen_text(app)
+        await pilot.press("home")
+        await until(pilot, lambda: "message 1 " in screen_text(app))
+        feed.snapshot = add_line(feed.snapshot, 100.0, WARNING, "a new one")
+        await pilot.pause(0.3)
+        assert "message 1 " in screen_text(app)
+        await pilot.press("end")
+        await until(pilot, lambda: "a new one" in screen_text(app))
+        feed.snapshot = add_line(feed.snapshot, 100.1, WARNING, "the newest")
+        await until(pilot, lambda: "the newest" in screen_text(app))
+        await pilot.press("e")
+        await until(pilot, lambda: not isinstance(app.screen, MessagesScreen))
+
+
+async def test_messages_of_a_recording_have_its_playing_time(feed):
+    feed.station, feed.snapshot = None, replace(HOVERING, messages=())
+    feed.snapshot = add_line(feed.snapshot, 83.25, WARNING, "Landed")
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("e")
+        await until(pilot, lambda: "1:23.2  Landed" in screen_text(app))

@@ -1,0 +1,381 @@
+"""The flight screen and its actions, driven by keys on a feed that needs no network."""
+
+import math
+import socket
+from dataclasses import replace
+
+import pytest
+from textual.widgets import Input
+
+from darko_gcs.errors import LinkError
+from darko_gcs.feed.live_feed import LiveFeed
+from darko_gcs.state.message_log import add_line
+from darko_gcs.state.snapshot import EMPTY_SNAPSHOT
+from darko_gcs.station.station import Station
+from darko_gcs.tui.app import GroundStationApp
+from darko_gcs.tui.screens.dialogs import ConfirmScreen, HelpScreen
+from darko_gcs.tui.screens.flight_screen import FlightScreen
+from darko_gcs.tui.widgets.map_panel import MapPanel
+from protocol.dialect import mavlink
+from protocol.dialect.vocabulary import DecisionReason, Way
+from tests.support.gcs.screens import FakeFeed, screen_text, settled, until
+from tests.support.gcs.snapshots import FORWARD, HOVERING
+
+ON_GROUND = mavlink.MAV_LANDED_STATE_ON_GROUND
+TO_FORWARD, TO_HOVER = mavlink.MAV_VTOL_STATE_TRANSITION_TO_FW, mavlink.MAV_VTOL_STATE_TRANSITION_TO_MC
+IN_HOVER, IN_FORWARD = mavlink.MAV_VTOL_STATE_MC, mavlink.MAV_VTOL_STATE_FW
+
+
+@pytest.fixture
+def feed():
+    return FakeFeed(HOVERING)
+
+
+async def test_arming_is_confirmed_first(feed):
+    feed.snapshot = replace(HOVERING, armed=False, landed_state=ON_GROUND)
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("a")
+        assert isinstance(app.screen, ConfirmScreen)
+        await pilot.press("n")
+        assert feed.requests == []
+        await pilot.press("a", "y")
+        assert feed.requests == [("arm",)]
+    assert feed.closed
+
+
+async def test_disarming_in_flight_is_confirmed_and_then_forced(feed):
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("d")
+        assert isinstance(app.screen, ConfirmScreen)
+        await pilot.press("enter")  # "no" has the focus
+        assert feed.requests == []
+        await pilot.press("d", "y")
+        assert feed.requests == [("disarm", ("force", True))]
+
+
+async def test_disarming_on_the_ground_is_not_forced(feed):
+    feed.snapshot = feed.station.snapshot = replace(HOVERING, landed_state=ON_GROUND)
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("d")
+        await until(pilot, lambda: feed.requests == [("disarm", ("force", False))])
+
+
+async def test_take_off_asks_for_a_height_and_accepts_only_a_number(feed):
+    feed.snapshot = replace(HOVERING, landed_state=ON_GROUND)
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("t")
+        await until(pilot, lambda: isinstance(app.focused, Input))
+        await pilot.press("x", "enter")
+        await until(pilot, lambda: "is not a number" in screen_text(app))
+        await pilot.press("backspace", "backspace", "5", "enter")
+        await until(pilot, lambda: feed.requests == [("take_off", 5.0)])
+
+
+async def test_go_to_asks_for_metres_from_home(feed):
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("g")
+        await until(pilot, lambda: isinstance(app.focused, Input))
+        await pilot.press("enter")
+        await until(pilot, lambda: feed.requests == [("go_to", 2.0, 1.0, 3.0)])
+
+
+async def test_go_to_asks_for_metres_from_the_moved_home(feed):
+    feed.snapshot = replace(HOVERING, home_p=(1.0, -1.0, -1.0))
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("g")
+        await pilot.press("enter")
+        await until(pilot, lambda: feed.requests == [("go_to", 1.0, 2.0, 2.0)])
+
+
+async def test_moving_home_is_confirmed_with_the_height(feed):
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("H")
+        await until(pilot, lambda: isinstance(app.screen, ConfirmScreen) and "3.0 m above the" in screen_text(app))
+        await pilot.press("n")
+        assert feed.requests == []
+        await pilot.press("H", "y")
+        await until(pilot, lambda: feed.requests == [("set_home",)])
+
+
+@pytest.mark.parametrize(
+    ("vtol", "words", "forward"), [(TO_HOVER, "to forward flight?", True), (TO_FORWARD, "back to hover?", False)]
+)
+async def test_a_transition_goes_in_the_direction_that_was_confirmed(feed, vtol, words, forward):
+    feed.snapshot = replace(HOVERING, vtol_state=vtol)
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("v")
+        await until(pilot, lambda: words in screen_text(app) and "A mission is being flown" in screen_text(app))
+        await pilot.press("n", "v")
+        assert feed.requests == []
+        feed.snapshot = replace(HOVERING, vtol_state=IN_FORWARD if forward else IN_HOVER)  # it changes meanwhile
+        await pilot.press("y")
+        await until(pilot, lambda: feed.requests == [("transition", ("forward", forward))])
+
+
+@pytest.mark.parametrize(
+    ("holder", "asked_by", "words", "request_name"),
+    [
+        (0, 0, "Take control?", "take_control"),
+        (245, 0, "Ask ground station 245", "take_control"),
+        (255, 0, "Give control back?", "give_control_back"),
+        (255, 245, "Let ground station 245", "share_control"),
+    ],
+)
+async def test_control_is_taken_requested_shared_or_given_back(feed, holder, asked_by, words, request_name):
+    feed.snapshot = replace(HOVERING, in_control=holder, control_asked_by=asked_by)
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("k")
+        await until(pilot, lambda: words in screen_text(app))
+        await pilot.press("n")
+        assert feed.requests == []
+        await pilot.press("k", "y")
+        await until(pilot, lambda: feed.requests == [(request_name,)])
+
+
+async def test_a_speed_is_asked_for_with_its_kind(feed):
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("c")
+        await until(pilot, lambda: isinstance(app.focused, Input))
+        await pilot.press("enter")
+        await until(pilot, lambda: "Speed: '' is not a number" in screen_text(app))
+        await pilot.press("1", "5", "tab", "2", "enter")
+        await until(pilot, lambda: "1 for a ground speed" in screen_text(app))
+        await pilot.press("backspace", "1", "enter")
+        await until(pilot, lambda: feed.requests == [("change_speed", 15.0, ("over_ground", True))])
+
+
+async def test_leaving_a_running_mission_is_confirmed_first(feed):
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        for key in ("h", "l", "r"):
+            await pilot.press(key)
+            assert isinstance(app.screen, ConfirmScreen)
+            await pilot.press("escape")
+        assert feed.requests == []
+        feed.snapshot = replace(HOVERING, mission_state=mavlink.MISSION_STATE_PAUSED)
+        await pilot.press("h")
+        assert feed.requests == [("hold",)]
+
+
+async def test_without_a_vehicle_nothing_is_sent(feed):
+    feed.snapshot = EMPTY_SNAPSHOT
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await until(pilot, lambda: "waiting for a vehicle" in screen_text(app))
+        await pilot.press("a", "t", "h", "l", "s")
+        assert feed.requests == []
+
+
+async def test_telemetry_continues_beneath_a_dialog(feed):
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("d")
+        feed.snapshot = replace(HOVERING, mode="LAND")
+        below = next(screen for screen in app.screen_stack if isinstance(screen, FlightScreen))
+        await until(pilot, lambda: below.snapshot.mode == "LAND")
+
+
+@pytest.mark.parametrize("size", [(80, 24), (100, 30), (140, 45), (200, 60)])
+async def test_the_important_values_are_on_the_screen_at_every_size(feed, size):
+    app = GroundStationApp(feed)
+    async with app.run_test(size=size) as pilot:
+        await until(pilot, lambda: "ARMED" in screen_text(app) and "172 W" in screen_text(app))
+        text = screen_text(app)
+        for words in (
+            "ARMED",
+            "HOLD",
+            "HOVER LINEAR",
+            "V 0.8",
+            "687 rad/s",
+            "nose +90°",
+            "leave 100",
+            "motor R",
+            "172 W",
+        ):
+            assert words in text, words
+
+
+@pytest.mark.parametrize("size", [(80, 24), (120, 36)])
+async def test_forward_flight_is_on_the_screen_at_every_size(feed, size):
+    feed.snapshot = FORWARD
+    app = GroundStationApp(feed)
+    async with app.run_test(size=size) as pilot:
+        await until(pilot, lambda: "in air, forward" in screen_text(app) and "54 W" in screen_text(app))
+        text = screen_text(app)
+        for words in (
+            "FORWARD LINEAR",
+            "V 12",
+            "hover -- (50/100)  fwd 12 (20/60)",
+            "leave 60",
+            "nose +8°  bank +11°",
+            "track  -1.7",
+            "saturated: yaw, pitch",
+            "to 3: forward -65 %, less energy ─",
+        ):
+            assert words in text, words
+
+
+async def test_a_tall_screen_shows_the_whole_decision_the_air_and_the_energy_by_law(feed):
+    feed.snapshot = FORWARD
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(140, 45)) as pilot:
+        await until(pilot, lambda: "FORWARD  less energy" in screen_text(app))
+        text = screen_text(app)
+        for words in (
+            "29.2 s     4983 J",
+            "12.1 s     1757 J",
+            "-59 %      -65 %",
+            "leg to 3  100 m  climb +10 m",
+            "tail wind -1.2  cross wind 0.5",
+            "wnd     2.1 m/s 235° air 13.4",
+            "est     2.2 m/s 243° air 13.2",
+            "align                    110 J",
+            "forward line-of-sight    600 J",
+        ):
+            assert words in text, words
+
+
+async def test_a_small_screen_has_the_same_numbers_in_pages(feed):
+    feed.snapshot = FORWARD
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        seen = ""
+        for page in (1, 2, 3, 4, 5):
+            await until(pilot, lambda wanted=page: f"Flight {wanted}/5" in screen_text(app))
+            seen += screen_text(app)
+            await pilot.press("n")
+        await until(pilot, lambda: "Flight 1/5" in screen_text(app))
+        for words in ("pow      54 W", "est     2.2 m/s 243°", "to forward               900 J", "vs other     -59 %"):
+            assert words in seen, words
+
+
+async def test_a_larger_screen_counts_its_pages_again_without_a_new_snapshot(feed):
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await until(pilot, lambda: "Flight 1/" in screen_text(app))
+        await pilot.resize_terminal(140, 45)
+        await until(pilot, lambda: app.screen.has_class("-tall") and "Flight ─" in screen_text(app))
+
+
+async def test_the_attitude_view_follows_the_vtol_state(feed):
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        views = ((IN_HOVER, True), (TO_FORWARD, True), (IN_FORWARD, False), (TO_HOVER, False), (IN_HOVER, True))
+        for vtol, is_hover_view in views:
+            feed.snapshot = replace(HOVERING, vtol_state=vtol)
+            await until(pilot, lambda wanted=is_hover_view: ("nose-up is level" in screen_text(app)) == wanted)
+            assert ("tilt" in screen_text(app)) == is_hover_view
+
+
+async def test_a_saturated_axis_is_shown_for_a_second(feed):
+    feed.snapshot = FORWARD
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await until(pilot, lambda: "saturated:" in screen_text(app))
+        feed.snapshot = replace(FORWARD, boot=61.2)
+        await until(pilot, lambda: "saturated:" not in screen_text(app))
+        assert "at limit: motor R" in screen_text(app)
+
+
+async def test_impossible_forward_flight_is_shown_as_such(feed):
+    decision = FORWARD.decision._replace(forward_time=math.inf, way=Way.HOVER, reason=DecisionReason.NO_TRIM)
+    feed.snapshot = replace(FORWARD, decision=decision)
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(140, 45)) as pilot:
+        await until(pilot, lambda: "impossible" in screen_text(app))
+        assert "HOVER  no trim in transition" in screen_text(app)
+        assert "to 3: hover, no trim in transition ─" in screen_text(app)
+
+
+@pytest.mark.parametrize(("left", "shown"), [(0.94, False), (0.25, True), (0.05, True)])
+async def test_a_low_battery_is_shown_on_the_smallest_screen(feed, left, shown):
+    feed.snapshot = replace(HOVERING, battery=left)
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await until(pilot, lambda: "ARMED" in screen_text(app))
+        assert (f"battery {100 * left:.0f} %" in screen_text(app)) == shown
+
+
+async def test_a_silent_vehicle_is_shown_with_its_age(feed):
+    feed.now = 104.0
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await until(pilot, lambda: "LINK LOST" in screen_text(app))
+        assert "silent for 4 s" in screen_text(app)
+
+
+async def test_zooming_the_map_changes_its_scale_and_fits_again(feed):
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(140, 45)) as pilot:
+        panel = app.screen.query_one(MapPanel)
+        await until(pilot, lambda: panel.size and panel.snapshot is feed.snapshot)
+        await pilot.press("plus")
+        near = panel.scale
+        await pilot.press("minus", "minus")
+        assert panel.scale == 4 * near
+        await pilot.press("0")
+        assert panel.scale is None
+
+
+async def test_help_lists_every_key(feed):
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(100, 40)) as pilot:
+        await pilot.press("question_mark")
+        assert isinstance(app.screen, HelpScreen)
+        for words in ("Arm", "Take off", "Go to", "Transition", "speed", "Mission", "zoom"):
+            await until(pilot, lambda wanted=words: wanted in screen_text(app))
+        await pilot.press("escape")
+        assert isinstance(app.screen, FlightScreen)
+
+
+async def test_quitting_with_an_armed_vehicle_is_confirmed_first(feed):
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("q")
+        assert isinstance(app.screen, ConfirmScreen)
+        await pilot.press("y")
+    assert app.return_value == 0
+
+
+async def test_a_taken_port_ends_the_app_with_its_reason():
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
+        taken.bind(("127.0.0.1", 0))
+        port = taken.getsockname()[1]
+        app = GroundStationApp(LiveFeed(Station(), "127.0.0.1", port, None))
+        async with app.run_test(size=(80, 24)):
+            pass
+    assert f"127.0.0.1:{port}" in str(app.failure)
+    assert app.return_value == LinkError.exit_code
+
+
+@pytest.mark.parametrize("size", [(80, 24), (140, 45)])
+@pytest.mark.parametrize(("flight", "power"), [(HOVERING, "172 W"), (FORWARD, "54 W")], ids=["hover", "forward"])
+def test_the_flight_screen_matches_its_snapshot(snap_compare, size, flight, power):
+    feed = FakeFeed(add_line(flight, 99.0, mavlink.MAV_SEVERITY_NOTICE, "Take-off complete: holding"))
+
+    async def settle(pilot):
+        narrow = size[0] < 120
+        await until(pilot, lambda: pilot.app.screen.has_class("-narrow" if narrow else "-wide"))
+        await until(pilot, lambda: power in screen_text(pilot.app))
+        await settled(pilot)
+
+    assert snap_compare(GroundStationApp(feed), terminal_size=size, run_before=settle)
+
+
+async def test_a_long_message_is_shown_whole(feed):
+    long = "Go-to denied: 2000.0 m north is outside the arena 'open' (1500 m each way)"
+    feed.snapshot = add_line(HOVERING, 99.0, mavlink.MAV_SEVERITY_WARNING, long)
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await until(pilot, lambda: "each way)" in screen_text(app))
+        assert "Go-to denied" in screen_text(app)

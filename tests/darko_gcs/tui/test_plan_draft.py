@@ -1,0 +1,17 @@
+"""The plan being edited."""
+
+import pytest
+
+from darko_gcs.tui.plan_draft import PlanDraft
+from protocol.errors import FileError
+from protocol.plans import load
+from tests.support.gcs.limited_plan import write_limited_plan
+
+
+def test_a_plan_with_a_bad_fence_is_refused_and_changes_nothing(tmp_path):
+    draft = PlanDraft()
+    bad_fence = {"version": 2, "circles": [], "polygons": [{"polygon": [[1, 2]]}]}
+    bad = write_limited_plan(tmp_path, geoFence=bad_fence)
+    with pytest.raises(FileError, match=r"geoFence\.polygons\[0\].*1 corners are too few for a polygon"):
+        draft.take(load(bad), str(bad))
+    assert draft == PlanDraft()

@@ -1,0 +1,27 @@
+"""Actuators and their limits as text."""
+
+import pytest
+
+from darko_gcs.state.reduce import reduce
+from darko_gcs.state.snapshot import EMPTY_SNAPSHOT
+from darko_gcs.tui.widgets.actuator_panel import ActuatorPanel
+from protocol.dialect.vocabulary import Limit
+from tests.support.darko_messages import actuators
+from tests.support.gcs.messages import arrived
+from tests.support.gcs.screens import panel_text
+
+UNKNOWN_LIMIT = 1 << 9  # of a newer vehicle
+
+
+@pytest.mark.parametrize(
+    ("limits", "words"),
+    [
+        (0, "within all limits"),
+        (Limit.MOTOR_RIGHT | Limit.ELEVON_LEFT, "at limit: motor R, elevon L"),
+        (Limit.MOTOR_LEFT_RATE, "at limit: motor L rate"),
+        (UNKNOWN_LIMIT, "within all limits"),
+    ],
+)
+def test_limits_are_named(limits, words):
+    s = reduce(EMPTY_SNAPSHOT, arrived(actuators(1000, limits=limits)), 1.0)
+    assert words in panel_text(ActuatorPanel("", id="x"), s)

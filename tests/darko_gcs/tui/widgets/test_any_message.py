@@ -1,0 +1,34 @@
+"""Panels draw whatever a vehicle sends."""
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from darko_gcs.state.reduce import reduce
+from darko_gcs.tui.widgets.actuator_panel import ActuatorPanel
+from darko_gcs.tui.widgets.attitude_panel import AttitudePanel
+from darko_gcs.tui.widgets.decision_panel import DecisionPanel, decision_summary
+from darko_gcs.tui.widgets.flight_panel import FlightPanel
+from darko_gcs.tui.widgets.hybrid_panel import HybridPanel
+from darko_gcs.tui.widgets.map_panel import MapPanel
+from darko_gcs.tui.widgets.message_panel import MessagePanel
+from protocol.codec import Codec
+from protocol.dialect import mavlink
+from tests.support.flood import framed
+from tests.support.gcs.home import snapshot_after
+from tests.support.gcs.messages import position
+
+PANELS = (HybridPanel, ActuatorPanel, AttitudePanel, FlightPanel, DecisionPanel, MapPanel, MessagePanel)
+DARKO_MESSAGES = st.integers(53000, 53005)  # ids
+
+
+@settings(deadline=None, max_examples=60)
+@given(st.lists(st.tuples(DARKO_MESSAGES, st.binary(min_size=120, max_size=120)), max_size=6))
+def test_any_bits_in_the_dialects_messages_are_drawn(messages):
+    s = snapshot_after(position(10, 1.0))
+    for number, payload in messages:
+        kind = mavlink.mavlink_map[number]
+        for decoded in Codec(255, 190).decode(framed(kind, payload[: kind.unpacker.size], 0, (1, 1))):
+            s = reduce(s, decoded, 1.0)
+    for panel in PANELS:
+        panel("", id="x").draw(s, 40, 12)
+    decision_summary(s)

@@ -1,0 +1,34 @@
+"""Law, Lyapunov values and jumps as text."""
+
+import math
+
+from darko_gcs.state.reduce import reduce
+from darko_gcs.state.snapshot import EMPTY_SNAPSHOT
+from darko_gcs.tui.widgets.hybrid_panel import LAW_STYLES, HybridPanel
+from protocol.dialect.vocabulary import Law
+from tests.support.darko_messages import hybrid_state
+from tests.support.gcs.messages import arrived
+from tests.support.gcs.screens import panel_text
+
+
+def shown(message):
+    return panel_text(HybridPanel("", id="x"), reduce(EMPTY_SNAPSHOT, arrived(message), 1.0))
+
+
+def test_every_law_has_a_style():
+    assert set(LAW_STYLES) == set(Law)
+    assert LAW_STYLES[Law.FAILSAFE] == "bad"
+
+
+def test_a_law_that_is_never_left_has_an_infinite_threshold():
+    assert "(50/inf)" in shown(hybrid_state(100, v_hover_leave=math.inf))
+
+
+def test_an_unknown_law_is_shown_by_its_number():
+    text = shown(hybrid_state(100, 15, last_law=14, last_reason=13))
+    assert "LAW 15" in text
+    assert "from law 14: reason 13" in text
+
+
+def test_a_vehicle_without_a_hybrid_state_is_reported():
+    assert "no hybrid state" in panel_text(HybridPanel("", id="x"), EMPTY_SNAPSHOT)

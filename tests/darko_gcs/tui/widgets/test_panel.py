@@ -1,0 +1,78 @@
+"""Panels paint the rows that changed, and nothing else."""
+
+import pytest
+from textual.app import App
+from textual.pilot import Pilot
+
+from darko_gcs.state.message_log import add_line
+from darko_gcs.state.snapshot import EMPTY_SNAPSHOT
+from darko_gcs.tui.widgets.panel import Panel, styled_line
+from protocol.dialect import mavlink
+from tests.support.gcs.screens import until
+
+
+class WordPanel(Panel):
+    """A row per word of the newest message; remembers which rows were painted."""
+
+    def __init__(self):
+        self.painted = []
+        super().__init__("", id="words")
+
+    def draw(self, s, width, height):  # noqa: ARG002 - cut by the panel
+        return [styled_line((word, "good")) for word in s.messages[-1].text.split()] if s.messages else []
+
+    def refresh(self, *regions, **options):
+        self.painted += [region.y for region in regions]
+        return super().refresh(*regions, **options)
+
+
+class OnePanelApp(App[None]):
+    CSS = "Panel { height: 4; & > .panel--good { color: red; } } .-off Panel > .panel--good { color: blue; }"
+
+    def compose(self):
+        yield WordPanel()
+
+
+@pytest.fixture
+async def panel():
+    app = OnePanelApp()
+    async with app.run_test(size=(20, 6)):
+        yield app.query_one(WordPanel)
+
+
+def with_words(text):
+    return add_line(EMPTY_SNAPSHOT, 1.0, mavlink.MAV_SEVERITY_INFO, text)
+
+
+async def test_only_rows_that_changed_are_painted(panel):
+    panel.snapshot = with_words("one two three")
+    panel.painted.clear()
+    panel.snapshot = with_words("one 2 three")
+    assert panel.painted == [1]
+
+
+async def test_unchanged_rows_are_not_painted(panel):
+    panel.snapshot = with_words("one two three")
+    panel.painted.clear()
+    panel.snapshot = with_words("one  two  three")
+    assert panel.painted == []
+
+
+async def test_rows_that_are_gone_are_painted_over(panel):
+    panel.snapshot = with_words("one two three")
+    panel.painted.clear()
+    panel.snapshot = with_words("one")
+    assert panel.painted == [1, 2]
+    assert panel.render_line(2).text.strip() == ""
+
+
+async def test_rows_are_as_wide_as_the_panel(panel):
+    panel.snapshot = with_words("x" * 50)
+    assert [panel.render_line(y).cell_length for y in range(4)] == [20] * 4
+
+
+async def test_a_class_on_an_ancestor_changes_the_colours(panel):
+    panel.snapshot = with_words("one")
+    before = next(iter(panel.render_line(0))).style.color
+    panel.app.screen.add_class("-off")
+    await until(Pilot(panel.app), lambda: next(iter(panel.render_line(0))).style.color != before)

@@ -1,0 +1,38 @@
+"""The top line."""
+
+from dataclasses import replace
+
+import pytest
+
+from darko_gcs.state.snapshot import EMPTY_SNAPSHOT
+from darko_gcs.state.values import SigningState
+from darko_gcs.tui.widgets.status_bar import StatusBar
+from tests.support.gcs.screens import panel_text
+
+HEARD = replace(EMPTY_SNAPSHOT, source=(1, 1), heartbeat_at=0.0)
+
+
+def shown(s):
+    return panel_text(StatusBar(), s, width=120, height=1)
+
+
+def test_a_critical_vehicle_is_shown_in_failsafe():
+    assert "FAILSAFE" in shown(replace(HEARD, critical=True))
+    assert "FAILSAFE" not in shown(HEARD)
+
+
+@pytest.mark.parametrize(
+    ("state", "refused", "words"),
+    [
+        (SigningState.SIGNED, 0, "signed"),
+        (SigningState.SIGNED, 7, "signed 7 refused"),
+        (SigningState.OPEN, 0, "UNSIGNED"),
+        (SigningState.NO_KEY, 0, "vehicle signs, no key here"),
+    ],
+)
+def test_the_state_of_signing_is_shown(state, refused, words):
+    assert words in shown(replace(HEARD, signing=state, refused=refused))
+
+
+def test_a_vehicle_that_does_not_use_our_key_is_shown():
+    assert "VEHICLE NOT SIGNED" in shown(replace(EMPTY_SNAPSHOT, signing=SigningState.UNSIGNED_VEHICLE))

@@ -1,0 +1,148 @@
+"""A timeline plays every message once, in order, and can start anywhere in the log."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from protocol.dialect import mavlink
+from protocol.tlog import TlogReader
+from protocol.tlog.replay import Timeline, playing_times
+from tests.support.logs import T0, bare, flight, log_of, quadplane_log, record, unknown_frame
+
+
+def timeline(frames, **others):
+    return Timeline(TlogReader(log_of(frames, **others)))
+
+
+def buffers(messages):
+    return [bytes(message.get_msgbuf()) for message in messages]
+
+
+def kind(message):
+    """The kind of a message, of which ``messages_until`` returns the last one."""
+    field = {"PARAM_VALUE": "param_id", "NAMED_VALUE_FLOAT": "name", "MISSION_ITEM": "seq", "COMMAND_ACK": "command"}
+    field["MISSION_ITEM_INT"] = "seq"
+    name = message.get_type()
+    instance = getattr(message, field.get(name) or type(message).instance_field or "_none", None)
+    return message.get_srcSystem(), message.get_srcComponent(), name, instance
+
+
+@given(steps=st.lists(st.floats(0, 0.05), max_size=30))
+@settings(max_examples=60, deadline=None)
+def test_playing_in_any_steps_plays_every_message_once_and_in_order(steps):
+    frames = flight(25)
+    line = timeline(frames)
+    played = [message for dt in steps for message in line.advance(dt)]
+    assert line.position <= line.duration
+    played += line.advance(line.duration)
+    assert buffers(played) == frames
+    assert line.finished
+    assert line.advance(1.0) == []
+
+
+def test_a_step_plays_the_messages_after_the_position_up_to_its_end():
+    frames = flight(5)  # at 0, 10, 20, 30, 40 ms
+    line = timeline(frames)
+    assert line.duration == pytest.approx(0.04)
+    assert buffers(line.advance(0.0)) == frames[:1]
+    assert buffers(line.advance(0.02)) == frames[1:3]
+    assert buffers(line.between(0.0, 0.02)) == frames[1:3]
+    assert line.position == pytest.approx(0.02)
+    assert line.time_usec == T0 + 20_000
+    assert buffers(line.advance(5.0)) == frames[3:]
+
+
+def test_after_a_seek_playing_continues_there():
+    frames = flight(5)
+    line = timeline(frames)
+    line.advance(1.0)
+    assert buffers(line.seek(0.02)) == frames[:3]
+    assert buffers(line.advance(0.01)) == frames[3:4]
+    assert line.seek(-3.0) == line.messages_until(0.0)
+    assert line.position == 0.0
+    line.seek(99.0)
+    assert line.finished
+
+
+def test_a_state_is_rebuilt_from_the_last_message_of_each_kind():
+    def value(name, number):
+        return bare(mavlink.MAVLink_named_value_float_message(0, name, number))
+
+    def text(words):
+        return bare(mavlink.MAVLink_statustext_message(6, words))
+
+    def beat(system):
+        return bare(mavlink.MAVLink_heartbeat_message(19, 12, 129, 0, 4, 3), system=system)
+
+    frames = [value(b"a", 1), value(b"b", 2), beat(1), text(b"x"), value(b"a", 3), beat(255), text(b"y"), beat(1)]
+    assert buffers(timeline(frames).seek(1.0)) == [frames[k] for k in (1, 3, 4, 5, 6, 7)]
+
+
+def test_the_last_hundred_texts_are_returned():
+    texts = [bare(mavlink.MAVLink_statustext_message(6, f"text {k}".encode())) for k in range(150)]
+    assert buffers(timeline(texts).seek(9.0)) == texts[50:]
+
+
+@given(share=st.floats(0, 1))
+@settings(max_examples=5, deadline=None)
+def test_a_rebuilt_state_equals_playing_from_the_start(share):
+    line = Timeline(TlogReader(quadplane_log()))
+    time = share * line.duration
+    last = {kind(message): message for message in line.advance(time) if message.get_type() != "STATUSTEXT"}
+    rebuilt = [message for message in line.messages_until(time) if message.get_type() != "STATUSTEXT"]
+    assert {kind(message): bytes(message.get_msgbuf()) for message in rebuilt} == {
+        key: bytes(message.get_msgbuf()) for key, message in last.items()
+    }
+    assert len(rebuilt) == len(last)
+
+
+def test_messages_outside_the_dialect_are_left_out():
+    frames = flight(3)
+    line = timeline([frames[0], unknown_frame(77_000, b"ab"), *frames[1:]])
+    assert buffers(line.advance(1.0)) == frames
+    assert buffers(line.seek(1.0)) == frames
+
+
+def test_an_empty_log_is_a_timeline_without_length():
+    line = Timeline(TlogReader(b""))
+    assert (line.duration, line.seek(3.0), line.advance(1.0), line.markers) == (0.0, [], [], ())
+    assert line.finished
+    assert line.time_usec == 0
+
+
+def test_damage_and_clock_steps_are_marked_where_they_happened():
+    frames = flight(3)
+    times = [T0, T0 + 1_000_000, T0 - 5_000_000]
+    records = [record(time, frame) for time, frame in zip(times, frames, strict=True)]
+    line = Timeline(TlogReader(b"junk" + records[0] + records[1] + b"\x01" * 30 + records[2]))
+    assert [(marker.time, marker.what) for marker in line.markers] == [
+        (0.0, "4 bytes damaged: no frame where one should start"),
+        (1.0, "30 bytes damaged: no frame where one should start"),
+        (1.0, "recording clock stepped by -6.000 s"),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("recorded", "played"),
+    [
+        ([], []),
+        ([7], [0.0]),
+        ([10, 20, 40], [0, 10, 30]),
+        ([10, 20, 5, 15], [0, 10, 10, 20]),  # clock set back: playing continues
+        ([10, 20, 9_000_000, 30, 40], [0, 10, 10, 20, 30]),  # one time far ahead
+        ([10, 20, 3, 30, 40], [0, 10, 10, 20, 30]),  # one time far behind
+        ([9_000_000, 20, 30], [0, 0, 10]),
+    ],
+)
+def test_playing_time_never_runs_backwards(recorded, played):
+    assert (playing_times(np.array(recorded, dtype=np.int64)) * 1e6).tolist() == pytest.approx(played)
+
+
+@given(recorded=st.lists(st.integers(0, 2**53 - 1), max_size=30))
+@settings(max_examples=100, deadline=None)
+def test_playing_times_ascend_from_zero(recorded):
+    times = playing_times(np.array(recorded, dtype=np.int64))
+    assert len(times) == len(recorded)
+    assert not len(times) or times[0] == 0.0
+    assert np.all(np.diff(times) >= 0.0)

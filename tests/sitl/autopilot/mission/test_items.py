@@ -1,0 +1,59 @@
+"""Which missions are accepted, and that a refusal names the item and the reason."""
+
+import pytest
+
+from protocol.dialect import mavlink
+from protocol.frames import LocalFrame
+from protocol.plans.mission_item import MissionItem
+from sitl.autopilot.mission.items import validate
+from sitl.autopilot.safety.arena import ARENAS
+from sitl.autopilot.safety.world import World
+from sitl.defaults import HOME
+from tests.support.mission_items import LAND, NAN, TAKE_OFF, item, waypoint
+
+WORLD = World(LocalFrame(HOME), ARENAS["open"])
+
+
+@pytest.mark.parametrize(
+    ("bad", "result", "word"),
+    [
+        (item(mavlink.MAV_CMD_DO_SET_CAM_TRIGG_DIST), mavlink.MAV_MISSION_UNSUPPORTED, "206"),
+        (
+            item(mavlink.MAV_CMD_NAV_WAYPOINT, 1, -1, 3, frame=mavlink.MAV_FRAME_BODY_FRD),
+            mavlink.MAV_MISSION_UNSUPPORTED_FRAME,
+            "frame",
+        ),
+        (item(mavlink.MAV_CMD_NAV_WAYPOINT, 1, -1, NAN), mavlink.MAV_MISSION_INVALID_PARAM7, "altitude"),
+        (waypoint(2000, 0, 3), mavlink.MAV_MISSION_INVALID, "arena"),
+        (waypoint(0, 0, -3), mavlink.MAV_MISSION_INVALID, "altitude"),
+        (waypoint(1, -1, 3, hold=-1.0), mavlink.MAV_MISSION_INVALID_PARAM1, "hold"),
+        (item(mavlink.MAV_CMD_DO_JUMP, params=(9.0, 1.0, 0.0, 0.0)), mavlink.MAV_MISSION_INVALID_PARAM1, "jump"),
+        (
+            item(mavlink.MAV_CMD_DO_CHANGE_SPEED, params=(1.0, NAN, 0.0, 0.0)),
+            mavlink.MAV_MISSION_INVALID_PARAM2,
+            "speed",
+        ),
+        (
+            MissionItem(command=mavlink.MAV_CMD_NAV_WAYPOINT, frame=3, params=(0.0, 0.0, 0.0, NAN), x=0, y=0, z=3.0),
+            mavlink.MAV_MISSION_INVALID_PARAM5_X,
+            "position",
+        ),
+    ],
+)
+def test_an_invalid_item_is_refused_with_its_number_and_the_right_result(bad, result, word):
+    refusal = validate([TAKE_OFF, bad], WORLD)
+    assert refusal is not None
+    assert refusal.result == result
+    assert "item 1" in refusal.text
+    assert word in refusal.text
+
+
+def test_a_valid_mission_is_accepted():
+    assert validate([TAKE_OFF, waypoint(5, -5, 3), LAND], WORLD) is None
+
+
+def test_more_items_than_fit_are_refused():
+    assert validate([waypoint(1, 0, 3)] * 1000, WORLD) is None
+    refusal = validate([waypoint(1, 0, 3)] * 1001, WORLD)
+    assert refusal.result == mavlink.MAV_MISSION_NO_SPACE
+    assert refusal.text == "1001 items: the limit is 1000"

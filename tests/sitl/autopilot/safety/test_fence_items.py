@@ -1,0 +1,54 @@
+"""Fences from plan items: what they allow, and that invalid ones are refused with a reason."""
+
+import math
+
+import pytest
+
+from protocol.dialect import mavlink
+from protocol.plans.mission_item import MissionItem
+from sitl.autopilot.safety.fence_items import make_fence
+from tests.support.mission_items import FRAME, SQUARE, global_item, polygon
+
+INSIDE, OUTSIDE, DISC, HOLE = 5001, 5002, 5003, 5004  # MAV_CMD_NAV_FENCE_...
+BEYOND_THE_POLE = MissionItem(command=DISC, frame=0, params=(9.0, 0, 0, 0), x=910_000_000, y=0, z=0.0)
+
+
+@pytest.mark.parametrize(
+    ("items", "p", "inside"),
+    [
+        (polygon(), (0.0, 0.0, 5.0), True),
+        (polygon(), (49.0, -49.0, 5.0), True),
+        (polygon(), (51.0, 0.0, 5.0), False),
+        (polygon(command=OUTSIDE), (0.0, 0.0, 5.0), False),
+        (polygon(command=OUTSIDE), (0.0, 51.0, 5.0), True),
+        ([global_item(DISC, 0.0, 0.0, 30.0)], (20.0, 20.0, 5.0), True),
+        ([global_item(DISC, 0.0, 0.0, 30.0)], (22.0, 22.0, 5.0), False),
+        ([global_item(HOLE, 40.0, 0.0, 30.0)], (11.0, 0.0, 5.0), False),
+        ([*polygon(), global_item(DISC, 80.0, 0.0, 40.0)], (100.0, 0.0, 5.0), True),  # in one of two is enough
+        ([*polygon(), global_item(HOLE, 0.0, 0.0, 10.0)], (0.0, 5.0, 5.0), False),
+        (polygon(((0, 0), (50, 50), (20, 0), (50, -50))), (40.0, 0.0, 5.0), False),  # a notch
+    ],
+)
+def test_a_point_is_allowed_in_one_inclusion_zone_and_no_exclusion_zone(items, p, inside):
+    fence = make_fence(items, FRAME)
+    assert (fence.breach([p]) is None) is inside
+
+
+@pytest.mark.parametrize(
+    ("items", "result", "reason"),
+    [
+        (polygon()[:3], 6, "4 corners"),
+        ([*polygon()[:3], global_item(OUTSIDE, 0.0, 0.0, 4.0)], 13, "corner 4 of 4"),
+        (polygon(SQUARE[:2]), 6, "2 corners"),
+        ([global_item(INSIDE, 0.0, 0.0, math.nan)], 6, "nan corners"),
+        ([global_item(DISC, 0.0, 0.0, -3.0)], 6, "invalid radius -3 m"),
+        ([global_item(DISC, 0.0, 0.0, math.nan)], 6, "invalid radius nan m"),
+        ([global_item(DISC, 0.0, 0.0, 9.0, frame=mavlink.MAV_FRAME_LOCAL_NED)], 2, "frame 1"),
+        ([global_item(5000, 0.0, 0.0)], 3, "command 5000 is not supported"),
+        ([BEYOND_THE_POLE], 10, "latitude, longitude"),
+    ],
+)
+def test_an_invalid_fence_is_refused_with_its_result_and_a_reason(items, result, reason):
+    refusal = make_fence(items, FRAME)
+    assert refusal.result == result
+    assert reason in refusal.text

@@ -1,0 +1,261 @@
+"""MAV_CMD_DO_VTOL_TRANSITION as a long running command: its progress, each of its ends, its cancelling."""
+
+import itertools
+import math
+
+import pytest
+
+from protocol.dialect import mavlink
+from protocol.dialect.vocabulary import Law, Way
+from protocol.modes import Mode
+from sitl.aircraft import is_forward
+from sitl.autopilot.transitions import TIME_LIMIT, Transition, is_reached
+from sitl.control.reference import along, hover_at, leg
+from sitl.guidance.view import VehicleView
+from tests.support.fake_station import Bench
+from tests.support.mission_items import waypoint
+from tests.support.recorded_flight import Flight
+
+TRANSITION = mavlink.MAV_CMD_DO_VTOL_TRANSITION
+FORWARD, HOVER = mavlink.MAV_VTOL_STATE_FW, mavlink.MAV_VTOL_STATE_MC
+ACCEPTED, FAILED, CANCELLED = mavlink.MAV_RESULT_ACCEPTED, mavlink.MAV_RESULT_FAILED, mavlink.MAV_RESULT_CANCELLED
+REJECTED, IN_PROGRESS = mavlink.MAV_RESULT_TEMPORARILY_REJECTED, mavlink.MAV_RESULT_IN_PROGRESS
+HIGH = 40.0
+HERE = hover_at((0.0, 0.0, HIGH), 0.0, 3.0)
+LEG = along(HERE, leg(HERE.position, (500.0, 0.0, HIGH), 15.0), 0.0)
+
+
+def view(law=Law.HOVER_LINEAR, time=0.0, tilt=0.0, speed=0.0, forward=None):
+    forward = is_forward(law) if forward is None else forward
+    return VehicleView(
+        time, HERE.position, (speed, 0.0, 0.0), 0.0, tilt, landed=False, battery_left=1.0, forward=forward, law=law
+    )
+
+
+# Progress
+
+
+@pytest.mark.parametrize(
+    ("wanted", "law", "reference", "reached"),
+    [
+        (Way.FORWARD, Law.HOVER_LINEAR, LEG, False),
+        (Way.FORWARD, Law.TO_FORWARD, LEG, False),
+        (Way.FORWARD, Law.FORWARD_LINE_OF_SIGHT, LEG, True),
+        (Way.FORWARD, Law.FORWARD_LINEAR, LEG, True),
+        (Way.FORWARD, Law.TO_HOVER, HERE, False),
+        (Way.HOVER, Law.FORWARD_LINEAR, HERE, False),
+        (Way.HOVER, Law.TO_HOVER, HERE, False),
+        (Way.HOVER, Law.HOVER_ZERO_MOMENT, HERE, True),
+        (Way.HOVER, Law.ALIGN, LEG, False),  # upright, but about to make a front transition
+        (Way.HOVER, Law.FAILSAFE, HERE, False),
+    ],
+)
+def test_hover_and_forward_flight_are_reached_under_their_own_laws(wanted, law, reference, reached):
+    assert is_reached(wanted, view(law), reference) is reached
+
+
+def test_progress_grows_with_tilt_and_airspeed_and_never_falls():
+    transition, percents = Transition(Way.FORWARD, view()), []
+    for tilt, speed in ((0.0, 0.0), (0.3, 2.0), (0.1, 1.0), (1.0, 7.0), (1.5, 20.0)):
+        transition.update(view(Law.TO_FORWARD, tilt=tilt, speed=speed), LEG)
+        percents.append(transition.percent)
+    assert percents[0] == 0
+    assert percents == sorted(percents)
+    assert percents[1] == percents[2] < percents[3] < percents[4] == 99
+    assert transition.end is None
+
+
+@pytest.mark.parametrize(
+    ("wanted", "seen", "reference", "result", "word"),
+    [
+        (Way.FORWARD, view(Law.FORWARD_LINEAR), LEG, ACCEPTED, ""),
+        (Way.FORWARD, view(Law.FAILSAFE), LEG, FAILED, "fall"),
+        (Way.HOVER, view(Law.FAILSAFE), HERE, FAILED, "fall"),
+        (Way.FORWARD, view(Law.ALIGN, time=TIME_LIMIT + 1.0), LEG, FAILED, "not done in 60 s"),
+        (Way.FORWARD, view(), HERE, ACCEPTED, "hovered"),  # a mission's leg that is better hovered
+        (Way.HOVER, view(Law.HOVER_LINEAR), HERE, ACCEPTED, ""),
+    ],
+)
+def test_each_end_has_its_result_and_is_final(wanted, seen, reference, result, word):
+    transition = Transition(wanted, view(Law.FORWARD_LINEAR if wanted is Way.HOVER else Law.HOVER_LINEAR))
+    transition.update(seen, reference)
+    assert transition.end.result == result
+    assert word in transition.end.text
+    transition.cancel()
+    assert transition.end.result == result
+
+
+# In the air
+
+
+def test_the_autopilot_holds_after_a_failed_transition():
+    flight = Flight()
+    flight.autopilot.transitions.begin(Way.FORWARD)
+    flight.fly(1.0)
+    flight.autopilot.transitions.under_way.fail("the test says so")
+    flight.fly(6.0)
+    assert not is_forward(flight.vehicle.law)
+    assert any("the test says so" in text for text in flight.texts)
+    assert flight.autopilot.mode is Mode.HOLD
+
+
+def test_a_mission_goes_on_as_before_when_its_transition_is_cancelled():
+    flight = Flight()
+    flight.autopilot.arming.arm()
+    flight.autopilot.missions.load((waypoint(20.0, 0.0, 25.0), waypoint(20.0, 200.0, 25.0)))
+    flight.autopilot.missions.start()
+    flight.fly(1.0)
+    assert flight.autopilot.transitions.begin(Way.HOVER).result == ACCEPTED
+    assert flight.autopilot.transitions.begin(Way.FORWARD).accepted
+    flight.autopilot.transitions.cancel()
+    flight.fly_until(lambda: flight.autopilot.mission.current == 1, 30.0)
+    flight.fly(10.0)
+    assert flight.autopilot.mode is Mode.MISSION
+    assert not flight.flown_forward.any()
+
+
+def test_a_mission_reports_when_the_current_item_is_hovered_all_the_same():
+    flight = Flight()
+    flight.autopilot.arming.arm()
+    flight.autopilot.missions.load((waypoint(5.0, 0.0, 25.0), waypoint(5.0, 5.0, 25.0)))
+    flight.autopilot.missions.start()
+    flight.fly(0.2)
+    flight.autopilot.transitions.begin(Way.FORWARD)
+    flight.fly(0.2)
+    assert flight.autopilot.transitions.under_way is None
+    assert "This item is hovered" in "".join(flight.texts)
+
+
+# On the wire
+
+
+@pytest.fixture
+def bench(tmp_path):
+    return Bench(tmp_path, up=HIGH)
+
+
+@pytest.fixture
+def station(bench):
+    station = bench.station()
+    bench.advance(0.5)
+    return station
+
+
+def acks(station, command=TRANSITION):
+    return [m for m in station.heard if m.get_type() == "COMMAND_ACK" and m.command == command]
+
+
+def final(station):
+    ends = [m.result for m in acks(station) if m.result != IN_PROGRESS]
+    assert len(ends) <= 1
+    return ends[0] if ends else None
+
+
+def cancel(command=TRANSITION):
+    return mavlink.MAVLink_command_cancel_message(1, 1, command)
+
+
+def test_progress_is_reported_to_the_end_of_a_front_and_a_back_transition(bench, station):
+    assert station.command(TRANSITION, FORWARD) == IN_PROGRESS
+    times = [bench.now]
+    while final(station) is None:
+        count = len(acks(station))
+        bench.advance(0.02)
+        times += [bench.now] * (len(acks(station)) - count)
+        assert bench.now < 30.0
+    assert final(station) == ACCEPTED
+    assert max(b - a for a, b in itertools.pairwise(times)) <= 0.5
+    assert bench.aircraft.vehicle.law is Law.FORWARD_LINE_OF_SIGHT
+    percents = [m.progress for m in acks(station)[:-1]]
+    assert percents == sorted(percents)
+    assert percents[0] < 20
+    assert 60 < percents[-1] < 100
+    station.heard.clear()
+    assert station.command(TRANSITION, FORWARD) == ACCEPTED  # it is in forward flight
+    station.heard.clear()
+    assert station.command(TRANSITION, HOVER) == IN_PROGRESS
+    bench.advance_until(lambda: final(station) is not None, 30.0)
+    assert final(station) == ACCEPTED
+    assert not bench.aircraft.view().forward
+    station.heard.clear()
+    assert station.command(TRANSITION, HOVER) == ACCEPTED
+
+
+@pytest.mark.parametrize("after", [0.2, 2.0])
+def test_a_cancelled_front_transition_holds_upright(bench, station, after):
+    station.command(TRANSITION, FORWARD)
+    bench.advance(after)
+    station.send(cancel())
+    assert final(station) == CANCELLED
+    assert "cancelled" in station.texts()
+    bench.advance(12.0)
+    assert final(station) == CANCELLED
+    assert not is_forward(bench.aircraft.vehicle.law)
+    assert station.flight_mode is Mode.HOLD
+
+
+def test_a_cancelled_back_transition_holds_upright(bench, station):
+    station.command(TRANSITION, FORWARD)
+    bench.advance_until(lambda: final(station) is not None, 30.0)
+    station.heard.clear()
+    station.command(TRANSITION, HOVER)
+    bench.advance(0.5)
+    station.send(cancel())
+    assert final(station) == CANCELLED
+    bench.advance(15.0)
+    assert not is_forward(bench.aircraft.vehicle.law)
+
+
+def test_another_station_cannot_cancel_it_or_begin_another(bench, station):
+    station.command(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 1)
+    other = bench.station(245, "other")
+    station.command(TRANSITION, FORWARD)
+    other.send(cancel())
+    assert final(station) is None
+    assert station.command(TRANSITION, HOVER) == REJECTED
+    assert "one is under way" in station.texts()
+    assert bench.autopilot.transitions.under_way.wanted is Way.FORWARD
+
+
+@pytest.mark.parametrize(
+    ("order", "word"),
+    [
+        (lambda s: s.command(mavlink.MAV_CMD_NAV_LAND), "interrupted by LAND"),
+        (lambda s: s.mode(Mode.HOLD), "interrupted by HOLD"),
+        (lambda s: s.command(mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH), "interrupted by RTL"),
+        (lambda s: s.command(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 0, 21196), "the flight is over"),
+    ],
+)
+def test_another_order_is_obeyed_at_once_and_ends_the_transition(bench, station, order, word):
+    station.command(TRANSITION, FORWARD)
+    bench.advance(0.2)
+    assert order(station) == ACCEPTED
+    assert final(station) == FAILED
+    assert word in station.texts()
+    bench.advance(1.0)
+    assert final(station) == FAILED
+
+
+def test_without_room_to_circle_it_is_refused_with_a_reason(bench, station):
+    bench.aircraft.configure(bench.aircraft.configuration.replaced({"GF_MAX_HOR_DIST": 60.0}))
+    assert station.command(TRANSITION, FORWARD) == REJECTED
+    assert "no room to circle" in station.texts()
+    assert bench.autopilot.transitions.under_way is None
+
+
+def test_a_repeated_request_is_answered_with_the_progress(bench, station):
+    station.command(TRANSITION, FORWARD)
+    bench.advance(2.0)
+    station.heard.clear()
+    station.send(mavlink.MAVLink_command_long_message(1, 1, TRANSITION, 1, FORWARD, *[math.nan] * 6))
+    assert [m.result for m in acks(station)] == [IN_PROGRESS]
+    assert acks(station)[0].progress > 0
+
+
+def test_a_failsafe_ends_the_transition_with_a_reason(bench, station):
+    station.command(TRANSITION, FORWARD)
+    bench.advance(0.2)
+    bench.aircraft.configure(bench.aircraft.configuration.replaced({"SIM_BAT_ENERGY": 100.0}))
+    bench.advance_until(lambda: final(station) is not None, 5.0)
+    assert final(station) == FAILED
+    assert "interrupted by" in station.texts()

@@ -1,0 +1,75 @@
+"""``darko-sitl run``: its options agree with the vehicle's own tables, and bad ones are refused."""
+
+import pytest
+
+from sitl.__main__ import COMMANDS, main
+from sitl.autopilot.safety.arena import ARENAS
+from sitl.commands.run import parser
+from sitl.defaults import HOME
+from sitl.process import AUTOPILOT_TYPES
+
+PARSER = parser(COMMANDS)
+
+
+def choices(option):
+    return next(action.choices for action in PARSER._actions if option in action.option_strings)
+
+
+def test_every_arena_can_be_chosen():
+    assert set(choices("--arena")) == set(ARENAS)
+
+
+def test_every_autopilot_type_can_be_chosen():
+    assert set(choices("--autopilot")) == set(AUTOPILOT_TYPES)
+
+
+def test_home_is_the_default_home_unless_it_is_given():
+    assert PARSER.parse_args([]).home == HOME
+    assert PARSER.parse_args(["--home", "1,2,3"]).home.alt == 3.0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--home", "89.5,0,0"], "LAT must be within ±89"),
+        (["--home", "0,0"], "is not LAT,LON,ALT"),
+        (["--start", "0,0,-1,0"], "is below the ground"),
+        (["--wind", "-1"], "-1 is negative"),
+        (["--param", "DRK_KPP"], "is not NAME=VALUE"),
+    ],
+)
+def test_a_bad_option_is_refused_with_a_reason(capsys, arguments, words):
+    with pytest.raises(SystemExit) as caught:
+        PARSER.parse_args(arguments)
+    assert caught.value.code == 2
+    assert words in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "reason"),
+    [
+        ("--seed", "-1", "-1 is negative"),
+        ("--home", "0,0,1e308", "ALT must be within ±10000 m"),
+        ("--start", "0,0,5,1e300", "YAW must be within ±360"),
+    ],
+)
+def test_a_number_out_of_range_is_refused_with_its_option(capsys, option, value, reason):
+    with pytest.raises(SystemExit):
+        main(["run", option, value])
+    assert f"argument {option}: " in (error := capsys.readouterr().err)
+    assert reason in error
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "reason"),
+    [
+        ("--start", "1e308,0,5,0", "--start: 1"),
+        ("--start", "0,0,1e5,0", "--start: altitude 100000.0 m is outside the arena"),
+        ("--airframe", "a" * 5000, "no parameter set 'aaa"),
+    ],
+)
+def test_an_impossible_start_is_one_line(tmp_path, capsys, option, value, reason):
+    code = main(["run", "--port", "0", "--state-dir", str(tmp_path), "--quiet", option, value])
+    error = capsys.readouterr().err
+    assert (code, error.count("\n")) == (2, 1)
+    assert reason in error

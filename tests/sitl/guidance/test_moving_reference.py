@@ -1,0 +1,51 @@
+"""The reference that moves with a velocity."""
+
+import math
+
+import pytest
+
+from sitl.control.reference import hover_at
+from sitl.guidance.moving_reference import KEEP_HEADING, HeadingSetpoint, MovingReference, from_heading_axes
+from sitl.guidance.view import VehicleView
+
+LAST = hover_at((0.0, 0.0, 20.0), 0.2)
+
+
+def view(time, p=(0.0, 0.0, 20.0), heading=0.2):
+    return VehicleView(time, p, (0.0, 0.0, 0.0), heading, 0.0, False, 1.0)
+
+
+def test_it_moves_by_the_time_since_the_last_move():
+    moving = MovingReference()
+    moving.restart(1.0)
+    assert moving.elapsed(1.1) == pytest.approx(0.1)
+    moved = moving.move((2.0, -1.0, 0.5), KEEP_HEADING, LAST, view(1.1), 0.5)
+    assert moved.position == pytest.approx((0.2, -0.1, 20.05))
+    assert moved.heading == 0.2
+
+
+def test_a_long_pause_moves_it_no_further_than_a_step():
+    moved = MovingReference().move((2.0, 0.0, 0.0), KEEP_HEADING, LAST, view(100.0), 0.5)
+    assert moved.position.x == pytest.approx(1.0)
+
+
+def test_it_stays_near_the_vehicle_and_off_the_ground():
+    behind = view(0.1, (-20.0, 0.0, 20.0))
+    moved = MovingReference().move((3.0, 0.0, 0.0), KEEP_HEADING, LAST, behind, 0.5)
+    assert math.dist(moved.position, behind.p) == pytest.approx(5.0)
+    low = MovingReference().move(
+        (0.0, 0.0, -2.0), KEEP_HEADING, hover_at((0.0, 0.0, 1.1), 0.0), view(0.5, (0.0, 0.0, 1.1)), 0.5
+    )
+    assert low.position.z == 1.0
+
+
+def test_a_turning_heading_leads_the_vehicle_and_the_lead_ends_with_the_turn():
+    moving, rate = MovingReference(), 0.3
+    turning = moving.move((0.0, 0.0, 0.0), HeadingSetpoint(turn_rate=rate), LAST, view(0.1), 0.5)
+    assert turning.heading == pytest.approx(0.2 + 0.1 * rate + 2.0 * rate)
+    stopped = moving.move((0.0, 0.0, 0.0), KEEP_HEADING, turning, view(0.2), 0.5)
+    assert stopped.heading == pytest.approx(0.2 + 0.1 * rate)
+
+
+def test_axes_of_a_heading_are_turned_into_the_world():
+    assert from_heading_axes((1.0, 0.0, 2.0), 0.5 * math.pi) == pytest.approx((0.0, 1.0, 2.0))

@@ -1,0 +1,307 @@
+"""The answers to every command: the MAV_RESULT of its definition, and a reason; a refusal changes nothing.
+
+https://mavlink.io/en/messages/common.html#mav_commands
+"""
+
+import math
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from protocol.command_values import FORCE_ARM_DISARM
+from protocol.dialect import mavlink
+from protocol.dialect.vocabulary import Law
+from protocol.engines.server.stream_server import STREAM_COMMANDS
+from sitl.mavlink import commands
+from sitl.mavlink.handlers import answered_by
+from sitl.mavlink.services.maintenance_commands import MaintenanceCommands
+from tests.support.fake_station import HOME, PEER, Bench
+
+MAINTENANCE = answered_by(MaintenanceCommands, int)
+NAN, INF = math.nan, math.inf
+ACCEPTED, REJECTED, DENIED = 0, 1, 2
+UNSUPPORTED, FAILED, IN_PROGRESS, INT_ONLY, FRAME_UNSUPPORTED = 3, 4, 5, 8, 9
+FINAL = frozenset({ACCEPTED, REJECTED, DENIED, UNSUPPORTED, FAILED, INT_ONLY, FRAME_UNSUPPORTED})
+HIGH = 40.0
+LAT, LON = HOME.lat_deg, HOME.lon_deg
+RELATIVE, LOCAL = mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT, mavlink.MAV_FRAME_LOCAL_NED
+C = {
+    name.removeprefix("MAV_CMD_"): number for number, name in ((n, e.name) for n, e in mavlink.enums["MAV_CMD"].items())
+}
+
+# What is sent (parameters from the first on, NaN for the rest), and the answer. "ground" is disarmed.
+ANSWERS = [
+    # command, state, parameters, result, a word of the text
+    ("COMPONENT_ARM_DISARM", "ground", (1,), ACCEPTED, ""),
+    ("COMPONENT_ARM_DISARM", "ground", (0,), ACCEPTED, ""),
+    ("COMPONENT_ARM_DISARM", "ground", (2,), DENIED, "param1 is 2"),
+    ("COMPONENT_ARM_DISARM", "ground", (NAN,), DENIED, "param1 is nan"),
+    ("COMPONENT_ARM_DISARM", "ground", (1, 2989), DENIED, "param2 is 2989"),
+    ("COMPONENT_ARM_DISARM", "air", (0,), DENIED, "in the air"),
+    ("NAV_TAKEOFF", "ground", (), ACCEPTED, "waits 20 s for arming"),
+    ("NAV_TAKEOFF", "armed", (*(NAN,) * 6, INF), DENIED, "Take-off denied"),
+    ("NAV_TAKEOFF", "armed", (*(NAN,) * 6, 0.2), DENIED, "not above the ground"),
+    ("NAV_TAKEOFF", "armed", (*(NAN,) * 6, 1e6), DENIED, "Take-off denied"),
+    ("NAV_TAKEOFF", "armed", (*(NAN,) * 4, LAT + 0.01, LON, 5.0), DENIED, "the position is 1111 m away"),
+    ("NAV_TAKEOFF", "armed", (*(NAN,) * 4, 91.0, LON, 5.0), DENIED, "not valid"),
+    ("NAV_TAKEOFF", "armed", (*(NAN,) * 4, LAT, LON, 5.0), ACCEPTED, ""),
+    ("NAV_TAKEOFF", "air", (), REJECTED, "already in the air"),
+    ("NAV_VTOL_TAKEOFF", "armed", (), ACCEPTED, ""),
+    ("NAV_LAND", "ground", (), REJECTED, "not in the air"),
+    ("NAV_LAND", "air", (), ACCEPTED, ""),
+    ("NAV_VTOL_LAND", "ground", (), REJECTED, "not in the air"),
+    ("NAV_RETURN_TO_LAUNCH", "ground", (), REJECTED, "not in the air"),
+    ("NAV_RETURN_TO_LAUNCH", "air", (), ACCEPTED, ""),
+    ("NAV_LOITER_UNLIM", "air", (), ACCEPTED, ""),
+    ("NAV_LOITER_UNLIM", "air", (0, 0, 0, 0, 0, 0, 0), ACCEPTED, ""),
+    ("NAV_LOITER_UNLIM", "air", (0, 0, 0, 0, LAT, LON, 0), DENIED, "DO_REPOSITION"),
+    ("DO_SET_MODE", "air", (1, 4, 3), ACCEPTED, ""),
+    ("DO_SET_MODE", "air", (0, 4, 3), DENIED, "unknown"),  # custom mode is not what it says
+    ("DO_SET_MODE", "air", (INF, 4, 3), DENIED, "unknown"),
+    ("DO_SET_MODE", "air", (1, NAN, 3), DENIED, "unknown"),
+    ("DO_SET_MODE", "air", (1, 4, 99), DENIED, "unknown"),
+    ("DO_SET_MODE", "air", (1, 1, 0), DENIED, "MANUAL is not available"),
+    ("DO_SET_STANDARD_MODE", "air", (99,), FAILED, "not available"),
+    ("DO_SET_STANDARD_MODE", "air", (NAN,), FAILED, "not available"),
+    ("MISSION_START", "armed", (), REJECTED, "none is loaded"),
+    ("MISSION_START", "air", (INF,), DENIED, "not an item number"),
+    ("MISSION_START", "air", (0, 3), DENIED, "ends with its last item"),
+    ("DO_SET_MISSION_CURRENT", "air", (NAN,), DENIED, "not an item number"),
+    ("DO_SET_MISSION_CURRENT", "air", (7,), DENIED, "No mission item 7"),
+    ("DO_PAUSE_CONTINUE", "air", (0,), ACCEPTED, ""),
+    ("DO_PAUSE_CONTINUE", "air", (1,), REJECTED, "none is loaded"),
+    ("DO_PAUSE_CONTINUE", "air", (NAN,), DENIED, "param1 is nan"),
+    ("DO_REPOSITION", "air", (-1, 1, 0, NAN, LAT, LON, 9.0), INT_ONLY, "COMMAND_INT"),
+    ("DO_REPOSITION", "air", (-1, 1, 0, NAN, NAN, NAN, INF), DENIED, "not valid"),
+    ("DO_REPOSITION", "ground", (-1, 1, 0, NAN, NAN, NAN, 160.0), REJECTED, "not in the air"),
+    ("DO_REPOSITION", "air", (-1, 1, 0, NAN, NAN, NAN, NAN), ACCEPTED, ""),
+    ("DO_CHANGE_SPEED", "air", (1, 2.0, -1), ACCEPTED, ""),
+    ("DO_CHANGE_SPEED", "air", (NAN, 2.0), ACCEPTED, ""),
+    ("DO_CHANGE_SPEED", "air", (1, -1, -1), ACCEPTED, ""),
+    ("DO_CHANGE_SPEED", "air", (1, -2, -1), ACCEPTED, ""),
+    ("DO_CHANGE_SPEED", "air", (2, 2.0, -1), DENIED, "param1 is 2"),
+    ("DO_CHANGE_SPEED", "air", (1, 5.0, -1), DENIED, "hover to 3 m/s"),
+    ("DO_CHANGE_SPEED", "air", (1, 0.0, -1), DENIED, "hover to 3 m/s"),
+    ("DO_CHANGE_SPEED", "air", (1, NAN, -1), DENIED, "hover to 3 m/s"),
+    ("DO_CHANGE_SPEED", "air", (1, 2.0, 40), DENIED, "throttle"),
+    ("DO_CHANGE_SPEED", "air", (1, 15.0, -1), REJECTED, "not in forward flight"),
+    ("DO_CHANGE_SPEED", "ground", (1, 2.0, -1), REJECTED, "not flying to a point"),
+    ("DO_VTOL_TRANSITION", "air", (4,), IN_PROGRESS, ""),
+    ("DO_VTOL_TRANSITION", "air", (3,), ACCEPTED, ""),
+    ("DO_VTOL_TRANSITION", "air", (3.7,), DENIED, "param1 is 3.7"),
+    ("DO_VTOL_TRANSITION", "air", (0,), DENIED, "param1 is 0"),
+    ("DO_VTOL_TRANSITION", "air", (INF,), DENIED, "param1 is inf"),
+    ("DO_VTOL_TRANSITION", "air", (4, 2), DENIED, "param2 is 2"),
+    ("DO_VTOL_TRANSITION", "ground", (4,), REJECTED, "not in the air"),
+    ("DO_ORBIT", "air", (), ACCEPTED, ""),
+    ("DO_ORBIT", "air", (40, 14, 9), DENIED, "ORBIT_YAW_BEHAVIOUR"),
+    ("DO_ORBIT", "air", (INF,), DENIED, "radius inf"),
+    ("DO_ORBIT", "air", (5,), DENIED, "cannot be flown"),
+    ("DO_ORBIT", "air", (40, -14), DENIED, "cannot be flown"),
+    ("DO_ORBIT", "air", (40, 14, NAN, 3), DENIED, "turns"),
+    ("DO_ORBIT", "air", (40, 14, NAN, NAN, 91, LON), DENIED, "not valid"),
+    ("DO_ORBIT", "air", (40, 14, NAN, NAN, LAT, LON, INF), DENIED, "not valid"),
+    ("DO_SET_MODE", "air", (1, 4, 8), DENIED, "FOLLOW_TARGET is unknown"),
+    ("DO_CHANGE_ALTITUDE", "air", (12.0, RELATIVE), ACCEPTED, ""),
+    ("DO_CHANGE_ALTITUDE", "air", (12.0, LOCAL), DENIED, "param2 is 1"),
+    ("DO_CHANGE_ALTITUDE", "air", (NAN, RELATIVE), DENIED, "param1 is nan"),
+    ("DO_CHANGE_ALTITUDE", "air", (1e6, RELATIVE), DENIED, "Go-to denied"),
+    ("DO_CHANGE_ALTITUDE", "ground", (12.0, RELATIVE), REJECTED, "not in the air"),
+    ("DO_FENCE_ENABLE", "air", (0,), UNSUPPORTED, "GF_ACTION"),
+    ("DO_ORBIT", "ground", (), REJECTED, "not in the air"),
+    ("DO_FLIGHTTERMINATION", "air", (1,), UNSUPPORTED, "forced disarm"),
+    ("RUN_PREARM_CHECKS", "ground", (), ACCEPTED, "Pre-arm: ready"),
+    ("RUN_PREARM_CHECKS", "armed", (), REJECTED, "already armed"),
+    ("PREFLIGHT_STORAGE", "ground", (0, 0, 0), ACCEPTED, ""),
+    ("PREFLIGHT_STORAGE", "air", (1, -1, -1), ACCEPTED, ""),
+    ("PREFLIGHT_STORAGE", "ground", (3,), DENIED, "param1 is 3"),
+    ("PREFLIGHT_STORAGE", "ground", (INF,), DENIED, "param1 is inf"),
+    ("PREFLIGHT_STORAGE", "ground", (0, 2), DENIED, "MISSION_CLEAR_ALL"),
+    ("PREFLIGHT_STORAGE", "ground", (0, 0, 10), DENIED, "param3 is 10"),
+    ("PREFLIGHT_STORAGE", "armed", (2,), REJECTED, "disarm first"),
+    ("PREFLIGHT_REBOOT_SHUTDOWN", "ground", (0,), ACCEPTED, ""),
+    ("PREFLIGHT_REBOOT_SHUTDOWN", "ground", (3,), DENIED, "param1 is 3"),
+    ("PREFLIGHT_REBOOT_SHUTDOWN", "ground", (NAN,), DENIED, "param1 is nan"),
+    ("PREFLIGHT_REBOOT_SHUTDOWN", "armed", (1,), REJECTED, "disarm first"),
+    ("PREFLIGHT_REBOOT_SHUTDOWN", "air", (2,), REJECTED, "disarm first"),
+    ("DO_DIGICAM_CONTROL", "ground", (), UNSUPPORTED, "DO_DIGICAM_CONTROL is not supported"),
+]
+# The same of COMMAND_INT, whose frame matters: command, state, frame, p1..p4, (x, y, z).
+PLACE = (round(LAT * 1e7), round(LON * 1e7), HIGH)
+OPEN = (NAN,) * 4
+PLACED_ANSWERS = [
+    ("DO_REPOSITION", "air", RELATIVE, OPEN, PLACE, ACCEPTED, ""),
+    ("DO_REPOSITION", "air", LOCAL, OPEN, (0, 0, HIGH), FRAME_UNSUPPORTED, "Frame 1"),
+    ("DO_REPOSITION", "air", 77, OPEN, PLACE, FRAME_UNSUPPORTED, "Frame 77"),
+    ("DO_REPOSITION", "air", RELATIVE, (15.0, *OPEN[1:]), PLACE, DENIED, "15 m/s"),
+    ("DO_REPOSITION", "air", RELATIVE, (-1.0, *OPEN[1:]), PLACE, ACCEPTED, ""),
+    ("DO_REPOSITION", "air", RELATIVE, (*OPEN[:3], INF), PLACE, DENIED, "heading"),
+    ("DO_REPOSITION", "air", RELATIVE, OPEN, (2**31 - 1, PLACE[1], HIGH), DENIED, "not valid"),
+    ("DO_REPOSITION", "air", RELATIVE, OPEN, (2**31 - 1, 2**31 - 1, HIGH), ACCEPTED, ""),
+    ("DO_REPOSITION", "air", RELATIVE, OPEN, (910_000_000, 0, HIGH), DENIED, "not valid"),
+    ("DO_REPOSITION", "air", RELATIVE, OPEN, (*PLACE[:2], INF), DENIED, "not valid"),
+    ("DO_REPOSITION", "air", RELATIVE, OPEN, (0, 0, HIGH), DENIED, "arena"),
+    ("DO_REPOSITION", "ground", RELATIVE, OPEN, PLACE, REJECTED, "not in the air"),
+    ("DO_ORBIT", "air", LOCAL, OPEN, (0, 0, HIGH), FRAME_UNSUPPORTED, "Frame 1"),
+    ("NAV_TAKEOFF", "armed", LOCAL, OPEN, (0, 0, 5.0), FRAME_UNSUPPORTED, "Frame 1"),
+    ("NAV_TAKEOFF", "armed", RELATIVE, OPEN, (0, 0, 5.0), ACCEPTED, ""),
+    ("COMPONENT_ARM_DISARM", "ground", LOCAL, (1.0, *OPEN[1:]), (0, 0, NAN), ACCEPTED, ""),  # no place: no frame
+]
+
+
+def station_of(state, folder):
+    bench = Bench(folder, up=HIGH if state == "air" else 0.0)
+    station = bench.station()
+    if state == "armed":
+        assert station.command(C["COMPONENT_ARM_DISARM"], 1) == ACCEPTED
+    station.heard.clear()
+    return station
+
+
+def image(station):
+    """What a refusal must leave as it is."""
+    a, aircraft = station.bench.autopilot, station.bench.aircraft
+    mission = None if a.mission is None else (a.mission.items, a.mission.current)
+    return (
+        a.mode,
+        a.armed,
+        a.flying,
+        a.transitions.under_way,
+        mission,
+        a.world,
+        aircraft.configuration,
+        a.reference,
+        station.bench.node.exit_request,
+    )
+
+
+def answers(station, command):
+    return [m.result for m in station.heard if m.get_type() == "COMMAND_ACK" and m.command == command]
+
+
+def check(station, command, before, result, word):
+    assert answers(station, command) == [result]
+    assert word in station.texts()
+    if result in {ACCEPTED, IN_PROGRESS}:
+        return
+    assert word
+    assert station.texts().count(word) == 1
+    assert image(station) == before
+
+
+@pytest.mark.parametrize(("name", "state", "params", "result", "word"), ANSWERS)
+def test_each_command_is_answered_as_its_definition_says(tmp_path, name, state, params, result, word):
+    station = station_of(state, tmp_path)
+    before = image(station)
+    station.command(C[name], *params)
+    check(station, C[name], before, result, word)
+
+
+@pytest.mark.parametrize(("name", "state", "frame", "params", "place", "result", "word"), PLACED_ANSWERS)
+def test_a_place_is_understood_in_its_frame_or_refused(tmp_path, name, state, frame, params, place, result, word):
+    station = station_of(state, tmp_path)
+    before = image(station)
+    station.send(mavlink.MAVLink_command_int_message(1, 1, frame, C[name], 0, 0, *params, *place))
+    check(station, C[name], before, result, word)
+
+
+def test_every_command_has_its_row():
+    told = {C[name] for name, *_ in (*ANSWERS, *PLACED_ANSWERS)}
+    elsewhere = {C["DO_SET_HOME"], 611}  # tests/sitl/mavlink/test_home.py
+    assert {*commands.HANDLERS, *MAINTENANCE} - told == elsewhere
+
+
+def test_failing_pre_arm_checks_are_reported_one_by_one(tmp_path):
+    station = station_of("ground", tmp_path)
+    vehicle = station.bench.aircraft.vehicle
+    vehicle.continue_from(vehicle.flight._replace(energy=95e3), ())  # of 100 kJ used
+    station.bench.advance(0.1)
+    assert station.command(C["RUN_PREARM_CHECKS"]) == ACCEPTED
+    assert "Pre-arm: battery" in station.texts()
+    assert "ready" not in station.texts()
+
+
+def test_a_reset_to_the_defaults_is_reported_and_stored(tmp_path):
+    station = station_of("ground", tmp_path)
+    for name, value in ((b"MIS_TAKEOFF_ALT", 7.0), (b"SIM_WIND_SPD", 2.0)):
+        station.send(mavlink.MAVLink_param_set_message(1, 1, name, value, mavlink.MAV_PARAM_TYPE_REAL32))
+    station.heard.clear()
+    assert station.command(C["PREFLIGHT_STORAGE"], 2) == ACCEPTED
+    told = {m.param_id: m.param_value for m in station.heard if m.get_type() == "PARAM_VALUE"}
+    assert told == {"MIS_TAKEOFF_ALT": 2.5, "SIM_WIND_SPD": 0.0}
+    assert "defaults" in station.texts()
+    again = station_of("ground", tmp_path)
+    assert again.bench.aircraft.configuration.settings.takeoff_altitude == 2.5
+
+
+@pytest.mark.parametrize(
+    ("action", "exit_request", "word"), [(1, "REBOOT", "Rebooting"), (2, "SHUTDOWN", "Shutting down")]
+)
+def test_a_reboot_or_shutdown_is_acknowledged_before_it_happens(tmp_path, action, exit_request, word):
+    station = station_of("ground", tmp_path)
+    assert station.command(C["PREFLIGHT_REBOOT_SHUTDOWN"], action, 1, 1) == ACCEPTED
+    assert word in station.texts()
+    assert station.bench.node.exit_request.name == exit_request
+
+
+def test_a_rebooted_vehicle_speaks_to_its_former_peers(tmp_path):
+    bench = Bench(tmp_path / "first")
+    bench.station(key="learnt").beat()
+    again = Bench(tmp_path / "again").node
+    again.know(bench.node.peers)
+    assert {peer for peer, _ in again.datagrams(10.0)} == {PEER, "learnt"}
+
+
+def test_a_reboot_in_a_fall_is_refused(tmp_path):
+    station = station_of("air", tmp_path)
+    assert station.command(C["COMPONENT_ARM_DISARM"], 0, FORCE_ARM_DISARM) == ACCEPTED
+    assert station.bench.aircraft.view().law is not Law.LANDED
+    assert station.command(C["PREFLIGHT_REBOOT_SHUTDOWN"], 1) == REJECTED
+    assert "not on the ground" in station.texts()
+
+
+KNOWN = sorted({*commands.HANDLERS, *MAINTENANCE})
+NUMBERS = st.one_of(
+    st.sampled_from(
+        [NAN, INF, -INF, 0.0, -0.0, 1.0, 2.0, 3.0, 4.0, 6.0, -1.0, -2.0, 15.0, 40.0, 21196.0, LAT, LON, 1e30]
+    ),
+    st.floats(width=32),
+)
+INTEGERS = st.one_of(st.sampled_from([0, 1, *PLACE[:2], 2**31 - 1, -(2**31)]), st.integers(-(2**31), 2**31 - 1))
+COMMANDS = st.one_of(st.sampled_from(KNOWN), st.sampled_from(KNOWN), st.integers(0, 65535))
+ORDERS = st.one_of(
+    st.builds(
+        lambda command, params: mavlink.MAVLink_command_long_message(1, 1, command, 0, *params),
+        COMMANDS,
+        st.tuples(*[NUMBERS] * 7),
+    ),
+    st.builds(
+        lambda command, frame, params, x, y, z: mavlink.MAVLink_command_int_message(
+            1, 1, frame, command, 0, 0, *params, x, y, z
+        ),
+        COMMANDS,
+        st.integers(0, 255),
+        st.tuples(*[NUMBERS] * 4),
+        INTEGERS,
+        INTEGERS,
+        NUMBERS,
+    ),
+)
+
+
+@settings(
+    max_examples=120, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
+@given(state=st.sampled_from(["ground", "armed", "air"]), order=ORDERS)
+def test_every_command_gets_one_answer_and_a_refusal_changes_nothing(tmp_path_factory, state, order):
+    station = station_of(state, tmp_path_factory.mktemp("any"))
+    before = image(station)
+    station.send(order)
+    (result,) = answers(station, order.command)
+    assert result in FINAL | {IN_PROGRESS}
+    if result not in {ACCEPTED, IN_PROGRESS}:
+        assert image(station) == before
+        assert station.texts() or order.command in STREAM_COMMANDS  # clients try out what messages there are
+    station.bench.advance(0.1)  # and it still flies
+    assert len(answers(station, order.command)) == 1 or result == IN_PROGRESS

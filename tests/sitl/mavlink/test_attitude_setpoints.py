@@ -1,0 +1,143 @@
+"""Streamed attitude set-points over MAVLink: what is flown, and what is refused with a reason."""
+
+import math
+
+import numpy as np
+import pytest
+
+from protocol.dialect import mavlink
+from protocol.dialect.vocabulary import Law
+from protocol.frames import quaternion_from_euler
+from protocol.modes import Mode
+from sitl.autopilot.settings import Settings
+from sitl.control.hover_attitude import full_force
+from sitl.model.vectors import norm
+from tests.support.fake_station import FakeStation
+from tests.support.recorded_flight import NOMINAL
+
+HOVER = NOMINAL.m * NOMINAL.g / full_force(NOMINAL)  # thrust of a hover
+
+
+class Streaming(FakeStation):
+    """A program that streams attitudes; angles as ATTITUDE has them, pitch 90 deg in the hover."""
+
+    def attitude(self, pitch=90.0, roll=0.0, yaw=0.0, thrust=HOVER, mask=0b111, rates=(0.0, 0.0, 0.0), q=None):
+        q = quaternion_from_euler(*np.radians((roll, pitch, yaw))) if q is None else q
+        self.send(mavlink.MAVLink_set_attitude_target_message(0, 1, 1, mask, list(q), *rates, thrust))
+
+    def start(self):
+        self.attitude()
+        return self.command(mavlink.MAV_CMD_DO_SET_MODE, 1, *Mode.OFFBOARD.value)
+
+    def stream(self, seconds, **attitude):
+        for _ in range(round(seconds / 0.04)):
+            self.attitude(**attitude)
+            self.advance(0.04)
+
+    @property
+    def mode(self):
+        return self.node.aircraft.autopilot.mode
+
+
+@pytest.fixture
+def streaming(tmp_path):
+    return Streaming.with_vehicle(tmp_path, up=3.0)
+
+
+def test_a_height_is_held_by_a_program_that_sends_thrust(streaming):
+    assert streaming.start() == mavlink.MAV_RESULT_ACCEPTED
+    for _ in range(150):
+        seen = streaming.last("LOCAL_POSITION_NED")
+        streaming.stream(0.04, thrust=HOVER * (1.0 + 0.25 * (4.0 + seen.z) + 0.3 * seen.vz))
+    assert streaming.last("LOCAL_POSITION_NED").z == pytest.approx(-4.0, abs=0.02)
+    told = streaming.last("DARKO_HYBRID_STATE")
+    assert told.law == Law.HOVER_ATTITUDE
+    assert told.v_attitude < 1e-5
+    assert streaming.last("DARKO_ENERGY").energy_by_law[Law.HOVER_ATTITUDE] > 500.0
+
+
+@pytest.mark.parametrize(
+    ("pitch", "yaw", "north", "east"), [(80.0, 0.0, 1, 0), (100.0, 0.0, -1, 0), (80.0, 90.0, 0, 1)]
+)
+def test_pitching_down_from_90_deg_moves_to_where_the_belly_faces(streaming, pitch, yaw, north, east):
+    streaming.start()
+    streaming.stream(2.0, pitch=90.0, yaw=yaw)
+    streaming.stream(1.0, pitch=pitch, yaw=yaw)
+    seen = streaming.last("LOCAL_POSITION_NED")
+    assert (round(seen.vx), round(seen.vy)) == (north, east)
+    assert streaming.last("ATTITUDE").pitch == pytest.approx(math.radians(min(pitch, 180.0 - pitch)), abs=0.01)
+
+
+def test_when_the_stream_stops_it_holds(streaming):
+    streaming.start()
+    streaming.stream(1.0, pitch=75.0)
+    streaming.advance(1.0)
+    assert streaming.mode is Mode.HOLD
+    assert "Set-points stopped: holding" in streaming.texts()
+    streaming.advance(4.0)
+    assert norm(streaming.vehicle.truth.body.velocity) < 0.2
+    assert [jump.name for jump in streaming.vehicle.jumps] == ["steer", "let_go", "enter_linear"]
+
+
+@pytest.mark.parametrize(("action", "mode"), [(3, Mode.RTL), (4, Mode.LAND), (5, Mode.HOLD)])
+def test_a_parameter_decides_what_follows_a_stopped_stream(streaming, action, mode):
+    streaming.node.aircraft.autopilot.configure(Settings(setpoint_action=action))
+    streaming.start()
+    streaming.stream(0.6, pitch=80.0)
+    streaming.advance(0.6)
+    assert streaming.mode is mode
+
+
+def test_another_set_point_takes_over_without_leaving_offboard(streaming):
+    streaming.start()
+    streaming.stream(1.0, pitch=80.0)
+    for _ in range(50):
+        streaming.send(
+            mavlink.MAVLink_set_position_target_local_ned_message(
+                0, 1, 1, 1, 0b0000_1101_1111_1000, 2.0, 0.0, -4.0, 0, 0, 0, 0, 0, 0, 0, 0
+            )
+        )
+        streaming.advance(0.1)
+    assert streaming.mode is Mode.OFFBOARD
+    assert streaming.vehicle.truth.body.position == pytest.approx([2.0, 0.0, 4.0], abs=0.2)
+
+
+@pytest.mark.parametrize(
+    ("attitude", "said"),
+    [
+        ({"pitch": 44.0}, "46 deg from the vertical"),
+        ({"pitch": 0.0}, "90 deg from the vertical exceeds the limit of 45 deg"),
+        ({"q": (0.5, 0.0, 0.5, 0.0)}, "norm 0.71"),
+        ({"q": (math.nan, 0.0, 0.7, 0.0)}, "not a number"),
+        ({"thrust": math.nan}, "not a number"),
+        ({"thrust": 1.2}, "thrust 1.20 is not within"),
+        ({"thrust": -0.1}, "thrust -0.10 is not within"),
+        ({"thrust": 0.25}, "thrust 0.25 is not within 0.3 and 1"),
+        ({"mask": 0b1000_0000, "rates": (0.1, 0.0, 0.0)}, "body rates alone"),
+        ({"mask": 0b0100_0111}, "thrust along the nose"),
+        ({"mask": 0b0010_0111}, "thrust along the nose"),
+        ({"mask": 0, "rates": (math.inf, 0.0, 0.0)}, "not a number"),
+        ({"mask": 0, "rates": (4.0, 0.0, 0.0)}, "body rates of 4.0 rad/s"),
+    ],
+)
+def test_what_cannot_be_flown_is_refused_with_a_reason_and_changes_nothing(streaming, attitude, said):
+    streaming.start()
+    streaming.stream(0.4)
+    before = streaming.node.aircraft.autopilot.manoeuvre
+    streaming.attitude(**attitude)
+    assert said in streaming.texts()
+    assert streaming.node.aircraft.autopilot.manoeuvre is before
+    streaming.stream(1.0, **attitude)
+    assert streaming.mode is Mode.HOLD  # nothing that could be flown came any more
+
+
+def test_masked_rates_are_ignored(streaming):
+    streaming.start()
+    streaming.stream(0.5, mask=0b111, rates=(math.nan, math.nan, math.nan))
+    assert streaming.mode is Mode.OFFBOARD
+
+
+def test_on_the_ground_it_asks_for_a_take_off(tmp_path):
+    ground = Streaming.with_vehicle(tmp_path)
+    assert ground.start() == mavlink.MAV_RESULT_TEMPORARILY_REJECTED
+    assert "take off first" in ground.texts()

@@ -1,0 +1,114 @@
+"""Fence and rally points over MAVLink: uploaded, in force, reported, stored, refused."""
+
+import math
+
+import pytest
+
+from protocol.dialect import mavlink
+from protocol.modes import Mode
+from sitl.autopilot.settings import Settings
+from sitl.errors import SitlError
+from sitl.parameters import Configuration, WorldSettings
+from sitl.persistence import StateFolder
+from sitl.simulation.tuning import Tuning
+from tests.support.fake_station import Bench
+from tests.support.mission_items import global_item, polygon, waypoint
+
+FENCE, RALLY = mavlink.MAV_MISSION_TYPE_FENCE, mavlink.MAV_MISSION_TYPE_RALLY
+DISC, HOLE, RALLY_POINT = 5003, 5004, 5100
+GEOFENCE = mavlink.MAV_SYS_STATUS_GEOFENCE
+
+
+def test_an_uploaded_fence_is_in_force_at_once_and_after_a_restart(tmp_path):
+    bench = Bench(tmp_path, up=5.0)
+    ground = bench.station()
+    assert ground.upload(polygon(), FENCE) == mavlink.MAV_MISSION_ACCEPTED
+    north = global_item(16, 60.0, 0.0)
+    ground.send(
+        mavlink.MAVLink_command_int_message(1, 1, 6, 192, 0, 0, -1, 1, math.nan, math.nan, north.x, north.y, 5.0)
+    )
+    assert ground.last("COMMAND_ACK").result == mavlink.MAV_RESULT_DENIED
+    assert "outside the fence" in ground.texts()
+    assert ground.upload([waypoint(10.0, 0.0, 5.0), waypoint(0.0, 70.0, 5.0)]) == mavlink.MAV_MISSION_ACCEPTED
+    assert ground.command(mavlink.MAV_CMD_MISSION_START) == mavlink.MAV_RESULT_DENIED
+    assert "item 1 is outside the fence" in ground.texts()
+    assert bench.autopilot.mode is Mode.HOLD
+    again = Bench(tmp_path, up=5.0)
+    assert again.autopilot.world.fence.breach([(60.0, 0.0, 5.0)]) is not None
+    assert StateFolder(tmp_path).fence() == tuple(polygon())
+
+
+def test_a_breach_is_in_sys_status_and_fence_status(tmp_path):
+    bench = Bench(tmp_path, up=5.0)
+    ground = bench.station()
+    bench.advance(1.2)
+    assert ground.last("SYS_STATUS").onboard_control_sensors_health & GEOFENCE
+    assert not ground.last("SYS_STATUS").onboard_control_sensors_enabled & GEOFENCE
+    ground.upload([global_item(DISC, 40.0, 0.0, 10.0)], FENCE)
+    bench.advance(1.2)
+    assert not ground.last("SYS_STATUS").onboard_control_sensors_health & GEOFENCE
+    assert ground.last("SYS_STATUS").onboard_control_sensors_enabled & GEOFENCE
+    status = ground.last("FENCE_STATUS")
+    assert (status.breach_status, status.breach_count, status.breach_type) == (1, 1, 3)
+    ground.send(mavlink.MAVLink_mission_clear_all_message(1, 1, 255))
+    bench.advance(2.2)
+    assert ground.last("SYS_STATUS").onboard_control_sensors_health & GEOFENCE
+    assert ground.texts().count("Fence: outside the fence: holding") == 1
+    assert StateFolder(tmp_path).fence() == ()
+
+
+def test_a_refused_fence_leaves_the_old_one_in_force(tmp_path):
+    bench = Bench(tmp_path)
+    ground = bench.station()
+    ground.upload(polygon(), FENCE)
+    assert ground.upload(polygon()[:3], FENCE) == mavlink.MAV_MISSION_INVALID_PARAM1
+    assert "Fence refused: fence item 0: 4 corners" in ground.texts()
+    assert bench.autopilot.world.fence.breach([(60.0, 0.0, 5.0)]) is not None
+    assert StateFolder(tmp_path).fence() == tuple(polygon())
+
+
+def test_outside_its_fence_it_does_not_arm(tmp_path):
+    ground = Bench(tmp_path).station()
+    ground.upload([global_item(HOLE, 0.0, 0.0, 10.0)], FENCE)
+    assert ground.command(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 1) == mavlink.MAV_RESULT_TEMPORARILY_REJECTED
+    assert "in an exclusion zone" in ground.texts()
+
+
+def test_a_return_goes_to_the_nearest_rally_point(tmp_path):
+    bench = Bench(tmp_path, up=5.0)
+    ground = bench.station()
+    points = [global_item(RALLY_POINT, north, 0.0, frame=3, z=6.0) for north in (8.0, -6.0)]
+    assert ground.upload(points, RALLY) == mavlink.MAV_MISSION_ACCEPTED
+    assert bench.autopilot.guided.go_to((-5.0, 0.0, 5.0)).accepted
+    bench.advance(6.0)
+    assert ground.mode(Mode.RTL) == mavlink.MAV_RESULT_ACCEPTED
+    bench.advance_until(lambda: not bench.autopilot.flying, 40.0)
+    assert bench.aircraft.vehicle.truth.body.position[:2] == pytest.approx([-6.0, 0.0], abs=0.3)
+    assert StateFolder(tmp_path).rally() == tuple(points)
+
+
+def test_home_is_one_of_the_places_to_return_to(tmp_path):
+    bench = Bench(tmp_path, up=5.0)
+    bench.station().upload([global_item(RALLY_POINT, 8.0, 0.0, frame=3, z=6.0)], RALLY)
+    assert bench.autopilot.world.safe_point((3.0, 0.0, 5.0)) == (0.0, 0.0, 0.0)
+    assert bench.autopilot.world.safe_point((5.0, 0.0, 5.0)) == pytest.approx((8.0, 0.0, 6.0), abs=0.02)
+
+
+@pytest.mark.parametrize(
+    ("item", "result"),
+    [
+        (global_item(16, 0.0, 0.0, frame=3, z=5.0), 3),
+        (global_item(RALLY_POINT, 0.0, 0.0, frame=1, z=5.0), 2),
+        (global_item(RALLY_POINT, 0.0, 0.0, frame=3, z=math.nan), 12),
+        (global_item(RALLY_POINT, 0.0, 0.0, frame=0, z=5.0), 5),  # 145 m below home
+    ],
+)
+def test_an_invalid_rally_point_is_refused(tmp_path, item, result):
+    ground = Bench(tmp_path).station()
+    assert ground.upload([item], RALLY) == result
+    assert "Rally points refused: rally item 0" in ground.texts()
+
+
+def test_the_fence_action_that_terminates_the_flight_is_refused():
+    with pytest.raises(SitlError, match="terminate"):
+        Configuration(Settings(), Tuning(), WorldSettings()).replaced({"GF_ACTION": 4})

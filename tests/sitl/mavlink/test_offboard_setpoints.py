@@ -1,0 +1,246 @@
+"""Set-points of position, velocity and acceleration in every frame: flown, or refused with a reason."""
+
+import math
+import random
+
+import numpy as np
+import pytest
+
+from protocol.dialect import mavlink
+from protocol.dialect.vocabulary import Law
+from protocol.modes import Mode
+from tests.support.fake_station import NAN, FakeStation
+
+LOCAL, OFFSET, BODY_NED, BODY_OFFSET, BODY_FRD = 1, 7, 8, 9, 12
+POSITION, VELOCITY, ACCELERATION = 2552, 2503, 3135  # masks as MAVSDK sends them, with a yaw but for the last
+VELOCITY_BODY = 1479  # with a yaw rate
+NO_YAW = 0b1100_0000_0000
+
+
+class Program(FakeStation):
+    """A program that streams set-points to a hovering vehicle, whose heading can be turned first."""
+
+    def setpoint(self, frame, mask, p=(0, 0, 0), v=(0, 0, 0), a=(0, 0, 0), yaw=0.0, yaw_rate=0.0):
+        self.send(
+            mavlink.MAVLink_set_position_target_local_ned_message(0, 1, 1, frame, mask, *p, *v, *a, yaw, yaw_rate)
+        )
+
+    def stream(self, seconds, *args, **kwargs):
+        for _ in range(round(seconds / 0.05)):
+            self.setpoint(*args, **kwargs)
+            if self.mode is not Mode.OFFBOARD:
+                self.command(mavlink.MAV_CMD_DO_SET_MODE, 1, *Mode.OFFBOARD.value)
+            self.advance(0.04)
+
+    def face(self, yaw):
+        """Turn to a yaw [rad] on the spot, at 5 m."""
+        self.stream(9.0, LOCAL, POSITION, p=(0, 0, -5), yaw=yaw)
+        assert self.yaw == pytest.approx(yaw, abs=0.05)
+
+    @property
+    def mode(self):
+        return self.node.aircraft.autopilot.mode
+
+    @property
+    def yaw(self):
+        """Where the belly points, clockwise from north [rad]; nose-up, ATTITUDE has no yaw of its own."""
+        return self.node.snapshot().yaw
+
+    @property
+    def ned(self):
+        """Position and velocity."""
+        body, flip = self.vehicle.truth.body, np.array((1.0, -1.0, -1.0))
+        return np.array(body.position) * flip, np.array(body.velocity) * flip
+
+
+@pytest.fixture
+def program(tmp_path):
+    return Program.with_vehicle(tmp_path, up=3.0)
+
+
+# Velocities
+
+
+@pytest.mark.parametrize("frame", [BODY_NED, BODY_OFFSET, BODY_FRD])
+def test_a_body_velocity_is_along_the_heading(program, frame):
+    program.face(math.pi / 2.0)
+    program.stream(4.0, frame, VELOCITY | NO_YAW, v=(1.5, 0.5, -0.5))
+    _, v = program.ned
+    assert v == pytest.approx([-0.5, 1.5, -0.5], abs=0.15)
+    assert program.yaw == pytest.approx(math.pi / 2.0, abs=0.1)
+
+
+@pytest.mark.parametrize("frame", [LOCAL, OFFSET])
+def test_a_velocity_in_a_local_frame_is_not_turned(program, frame):
+    program.face(math.pi / 2.0)
+    program.stream(4.0, frame, VELOCITY | NO_YAW, v=(1.5, 0.5, -0.5))
+    assert program.ned[1] == pytest.approx([1.5, 0.5, -0.5], abs=0.15)
+
+
+@pytest.mark.parametrize("frame", [LOCAL, BODY_NED])
+@pytest.mark.parametrize("rate", [-20.0, -10.0, 10.0, 20.0])
+def test_a_yaw_rate_turns_the_heading(program, frame, rate):
+    yaws = []
+    program.stream(3.0, frame, VELOCITY_BODY, yaw_rate=math.radians(rate))
+    for _ in range(30):
+        program.stream(0.1, frame, VELOCITY_BODY, yaw_rate=math.radians(rate))
+        yaws.append(program.yaw)
+    turned = math.degrees(np.unwrap(yaws)[-1] - yaws[0])
+    assert turned == pytest.approx(rate * 0.08 * 29, rel=0.1)  # 0.1 s of stream is 0.08 s of flight
+    assert np.linalg.norm(program.ned[0] - (0, 0, -3)) < 1.0
+
+
+def test_forward_with_a_yaw_rate_is_a_circle(program):
+    """As MAVSDK streams it: 0.7 m/s ahead at 20 deg/s is a circle of 2 m."""
+    program.stream(8.0, BODY_NED, VELOCITY_BODY, v=(0.7, 0.0, 0.0), yaw_rate=math.radians(20.0))
+    places = []
+    for _ in range(230):
+        program.stream(0.1, BODY_NED, VELOCITY_BODY, v=(0.7, 0.0, 0.0), yaw_rate=math.radians(20.0))
+        places.append(program.ned[0][:2])
+    across = np.ptp(places, axis=0) / 2.0
+    assert (across > 1.8).all()
+    assert (across < 2.8).all()
+
+
+@pytest.mark.parametrize("yaw", [20.0, -1e6, 3.3e38])
+def test_a_yaw_of_many_turns_is_wrapped(program, yaw):
+    program.stream(12.0, LOCAL, POSITION, p=(0, 0, -5), yaw=yaw)
+    left = math.remainder(float(np.float32(yaw)), math.tau)
+    assert abs(math.remainder(program.yaw - left, math.tau)) < 0.05
+
+
+def test_a_turn_that_stops_goes_no_further(program):
+    program.stream(5.0, LOCAL, VELOCITY_BODY, yaw_rate=math.radians(20.0))
+    before = program.yaw
+    program.stream(5.0, LOCAL, VELOCITY_BODY)
+    assert math.degrees(program.yaw - before) == pytest.approx(0.0, abs=8.0)
+
+
+def test_too_fast_a_turn_is_refused(program):
+    program.setpoint(BODY_NED, VELOCITY_BODY, yaw_rate=math.radians(30.0))
+    assert "30 deg/s: the hover turns with up to 20 deg/s" in program.texts()
+
+
+# Offsets
+
+
+@pytest.mark.parametrize(("frame", "place"), [(OFFSET, (4.0, 1.0, -6.0)), (BODY_OFFSET, (-1.0, 4.0, -6.0))])
+def test_a_repeated_offset_keeps_its_place(program, frame, place):
+    program.face(math.pi / 2.0)
+    before = program.ned[0] - (0.0, 0.0, -5.0)  # where it has come to rest so far
+    program.stream(12.0, frame, POSITION | NO_YAW, p=(4.0, 1.0, -1.0))
+    assert program.ned[0] - before == pytest.approx(place, abs=0.2)
+
+
+def test_a_new_offset_counts_from_where_the_vehicle_is_then(program):
+    program.stream(8.0, OFFSET, POSITION | NO_YAW, p=(3.0, 0.0, 0.0))
+    program.stream(8.0, BODY_FRD, POSITION | NO_YAW, p=(0.0, 2.0, 0.0))
+    assert program.ned[0] == pytest.approx([3.0, 2.0, -3.0], abs=0.2)
+
+
+def test_an_offset_repeated_after_a_pause_is_a_new_one(program):
+    program.stream(8.0, OFFSET, POSITION | NO_YAW, p=(3.0, 0.0, 0.0))
+    program.advance(1.0)
+    assert program.mode is Mode.HOLD
+    program.stream(8.0, OFFSET, POSITION | NO_YAW, p=(3.0, 0.0, 0.0))
+    assert program.ned[0][0] == pytest.approx(6.0, abs=0.2)
+
+
+# Accelerations
+
+
+def test_an_acceleration_is_flown_as_an_attitude(program):
+    program.stream(1.0, LOCAL, ACCELERATION)
+    program.stream(1.25, LOCAL, ACCELERATION, a=(1.5, 0.0, 0.0))
+    before = program.ned[1]
+    program.stream(0.5, LOCAL, ACCELERATION, a=(1.5, 0.0, 0.0))
+    assert program.vehicle.law is Law.HOVER_ATTITUDE
+    gained = (program.ned[1] - before) / 0.4
+    assert 0.8 < gained[0] < 1.5  # less than requested: the wing is in the air stream by now
+    assert abs(gained[1]) < 0.05
+    assert gained[2] < 0.1
+
+
+def test_a_body_acceleration_is_along_the_heading(program):
+    program.face(math.pi / 2.0)
+    program.stream(1.25, BODY_NED, ACCELERATION, a=(1.0, 0.0, 0.0))
+    v = program.ned[1]
+    assert v[1] > 0.5
+    assert abs(v[0]) < 0.1
+
+
+def test_an_acceleration_that_tilts_too_far_is_refused(program):
+    program.setpoint(LOCAL, ACCELERATION, a=(12.0, 0.0, 0.0))
+    assert "51 deg from the vertical" in program.texts()
+    program.setpoint(LOCAL, ACCELERATION, a=(0.0, 0.0, -15.0))
+    assert "thrust 1.20 is not within" in program.texts()
+
+
+# Refusals
+
+
+@pytest.mark.parametrize(
+    ("frame", "mask", "fields", "reason"),
+    [
+        (BODY_NED, POSITION, {"p": (1, 0, 0)}, "frame 8 is not supported"),
+        (2, VELOCITY, {"v": (1, 0, 0)}, "frame 2 is not supported"),
+        (LOCAL, POSITION | 0b1, {"p": (1, 0, -3)}, "part of a position"),
+        (LOCAL, VELOCITY | 0b1000, {"v": (1, 0, 0)}, "part of a velocity"),
+        (LOCAL, 0b1111_1111_1111, {}, "without position, velocity or acceleration"),
+        (LOCAL, ACCELERATION | 0b10_0000_0000, {"a": (0, 0, -9)}, "without position, velocity or acceleration"),
+        (LOCAL, VELOCITY, {"v": (NAN, 0, 0)}, "not a number"),
+        (LOCAL, ACCELERATION, {"a": (0, math.inf, 0)}, "not a number"),
+        (LOCAL, VELOCITY, {"v": (1, 0, 0), "yaw": math.inf}, "not a number"),
+        (BODY_NED, VELOCITY_BODY, {"v": (1, 0, 0), "yaw_rate": -math.inf}, "not a number"),
+        (OFFSET, POSITION, {"p": (NAN, 0, 0)}, "not a number"),
+        (OFFSET, POSITION, {"p": (1e7, 0, 0)}, "arena"),
+        (BODY_NED, VELOCITY_BODY, {"v": (5, 0, 0)}, "hover to 3, forward flight from 7 m/s"),
+        (LOCAL, VELOCITY, {"v": (12, 0, 8)}, "-8 m/s up at 12.0 m/s level is too steep for forward flight"),
+        (LOCAL, VELOCITY, {"v": (12, 0, -3e38)}, "3e+38 m/s up at 12.0 m/s level is too steep"),
+    ],
+)
+def test_a_set_point_that_cannot_be_flown_is_refused_with_a_reason_and_changes_nothing(
+    program, frame, mask, fields, reason
+):
+    autopilot = program.node.aircraft.autopilot
+    before = autopilot.reference
+    program.setpoint(frame, mask, **fields)
+    assert reason in program.texts()
+    program.command(mavlink.MAV_CMD_DO_SET_MODE, 1, *Mode.OFFBOARD.value)
+    assert program.last("COMMAND_ACK").result == mavlink.MAV_RESULT_TEMPORARILY_REJECTED
+    assert (autopilot.reference, autopilot.mode) == (before, Mode.HOLD)
+
+
+def test_a_velocity_beside_a_position_is_not_used(program):
+    both = 0b1001_1100_0000 | 0b0100_0000_0000
+    program.stream(8.0, LOCAL, both, p=(3.0, 0.0, -4.0), v=(0.0, 2.0, 0.0))
+    assert program.ned[0] == pytest.approx([3.0, 0.0, -4.0], abs=0.2)
+
+
+def test_no_set_point_breaks_the_flight(program):
+    """1000 set-points of random kinds, masks, frames and numbers, impossible ones as well."""
+    rng = random.Random(5)
+
+    def numbers(count):
+        odd = (NAN, math.inf, -math.inf, 3e38, -3e38, 1e-38, 0.0)
+        return [rng.choice(odd) if rng.random() < 0.2 else rng.uniform(-10.0, 10.0) for _ in range(count)]
+
+    for number in range(1000):
+        mask = rng.choice((POSITION, VELOCITY, VELOCITY_BODY, ACCELERATION, rng.randrange(4096)))
+        frame = rng.choice((LOCAL, OFFSET, BODY_NED, BODY_OFFSET, BODY_FRD, rng.randrange(22)))
+        if number % 3 == 0:
+            tilt = rng.uniform(-1.0, 1.0)
+            q = [math.cos(0.785 + tilt), 0.0, math.sin(0.785 + tilt), 0.0] if rng.random() < 0.7 else numbers(4)
+            message = mavlink.MAVLink_set_attitude_target_message(0, 1, 1, rng.choice((7, 0)), q, *numbers(3), 0.5)
+        elif number % 3 == 1:
+            message = mavlink.MAVLink_set_position_target_local_ned_message(0, 1, 1, frame, mask, *numbers(11))
+        else:
+            place = (435_648_000, 14_811_000)
+            message = mavlink.MAVLink_set_position_target_global_int_message(0, 1, 1, 6, mask, *place, *numbers(9))
+        program.send(message)
+        if number % 15 == 0:
+            program.command(mavlink.MAV_CMD_DO_SET_MODE, 1, *Mode.OFFBOARD.value)
+        program.advance(0.04)
+    jumped = {jump.name for jump in program.vehicle.jumps}
+    assert {"steer", "let_go"} <= jumped
+    assert not jumped & {"catch_fall", "upset"}

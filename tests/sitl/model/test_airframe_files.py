@@ -1,0 +1,113 @@
+"""Parameter sets: the shipped ones load, and a bad file is refused by file, key and value."""
+
+import pytest
+
+from sitl.model.airframe import FIRST_ORDER
+from sitl.model.airframe_files import UNITS, AirframeError, available, load
+
+
+def test_every_shipped_set_loads_with_a_unit_and_a_source_for_every_value():
+    assert {"nominal", "published", "report-table", "flight-code", "nominal-first-order"} <= set(available())
+    for name in available():
+        shipped = load(name)
+        assert shipped.name == name
+        assert shipped.values.keys() == UNITS.keys()
+        assert all(entry.unit == UNITS[key] and entry.source for key, entry in shipped.values.items())
+        assert len(shipped.sha256) == 64
+
+
+def test_the_first_order_set_is_the_nominal_one_with_other_actuators():
+    nominal, first = load("nominal").parameters, load("nominal-first-order").parameters
+    assert first == nominal._replace(actuator_model=FIRST_ORDER)
+
+
+def write(tmp_path, text):
+    path = tmp_path / "mine.toml"
+    path.write_text('[set]\nname = "mine"\ndescription = "x"\nbase = "nominal"\n' + text)
+    return str(path)
+
+
+def entry(key, value, unit, source="measured"):
+    return f'[{key}]\nvalue = {value}\nunit = "{unit}"\nsource = "{source}"\n'
+
+
+def test_a_file_may_change_some_values_of_a_shipped_set(tmp_path):
+    mine = load(write(tmp_path, entry("m", 0.6, "kg")))
+    assert mine.parameters.m == 0.6
+    assert mine.parameters.b == load("nominal").parameters.b
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (entry("k_g", 1.0, "kg m"), "unknown key 'k_g'; did you mean 'k_"),
+        (entry("m", 0.6, "g"), "m is in 'g', must be in 'kg'"),
+        (entry("m", -0.6, "kg"), "m = -0.6 must be positive"),
+        (entry("m", '"heavy"', "kg"), "m = 'heavy' is not a finite number"),
+        (entry("m", "nan", "kg"), "not a finite number"),
+        (entry("m", 50.0, "kg"), "cannot lift m = 50.0"),
+        (entry("m", 0.6, "kg", ""), "m names no source"),
+        (entry("omega_min", 2000.0, "rad/s"), "omega_min = 2000.0 must be below"),
+        (entry("actuator_model", '"magic"', "name"), "'magic' is not one of saturated, first-order"),
+        (entry("m", "1" + 400 * "0", "kg"), "is not a finite number"),
+        (entry("J1", 0.5, "kg m2"), "J1 = 0.5, J2 = 0.002785, J3 = 0.00606: no rigid body"),
+        ("m = 3\n", "m must be"),
+        ("[m\n", "not a TOML file"),
+    ],
+)
+def test_a_bad_file_is_refused_by_file_key_and_value(tmp_path, text, words):
+    if text == "m = 3\n":
+        path = tmp_path / "mine.toml"
+        path.write_text('m = 3\n[set]\nname = "mine"\ndescription = "x"\nbase = "nominal"\n')
+        name = str(path)
+    else:
+        name = write(tmp_path, text)
+    with pytest.raises(AirframeError) as caught:
+        load(name)
+    assert "mine.toml" in str(caught.value)
+    assert words in str(caught.value)
+
+
+def test_unknown_names_and_missing_files_are_said():
+    with pytest.raises(AirframeError, match="no parameter set 'nosuch': there are"):
+        load("nosuch")
+    with pytest.raises(AirframeError, match="No such file"):
+        load("/nowhere/x.toml")
+
+
+def test_a_set_without_base_must_be_whole(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text('[set]\nname = "mine"\ndescription = "x"\n' + entry("m", 0.5, "kg"))
+    with pytest.raises(AirframeError, match="J1, J2"):
+        load(str(path))
+
+
+@pytest.mark.parametrize(
+    ("header", "words"),
+    [
+        ('description = "x"', "with name and description is missing"),
+        ('name = 3\ndescription = "x"', "name = 3 must be text"),
+        ('name = "mine"\ndescription = "x"\nbasis = "nominal"', "unknown key 'basis'; did you mean 'base'"),
+        ('name = "mine"\ndescription = "x"\nbase = "mine.toml"', "base 'mine.toml' is not a shipped set"),
+        ('name = "mine"\ndescription = "x"\nwaived = ["gravity"]', "must be a list of inertia"),
+    ],
+)
+def test_a_bad_header_is_refused(tmp_path, header, words):
+    path = tmp_path / "mine.toml"
+    path.write_text(f"[set]\n{header}\n")
+    with pytest.raises(AirframeError, match=r"mine\.toml") as caught:
+        load(str(path))
+    assert words in str(caught.value)
+
+
+def test_only_a_set_that_says_so_may_break_a_rule(tmp_path):
+    """ENAC's flight code states inertias that no rigid body has; it is shipped as stated, and says so."""
+    code = load("flight-code")
+    assert code.waived == {"inertia"}
+    assert code.parameters.J3 > code.parameters.J1 + code.parameters.J2
+    assert all(load(name).waived == frozenset() for name in available() if name != "flight-code")
+
+
+def test_a_set_is_named_by_the_hash_of_its_file(tmp_path):
+    first, again = (load(write(tmp_path, entry("m", 0.5, "kg"))).sha256 for _ in range(2))
+    assert first == again != load(write(tmp_path, entry("m", 0.51, "kg"))).sha256

@@ -1,0 +1,56 @@
+"""Vehicle and autopilot together: parameters changed in flight, and equal flights with calls of any length."""
+
+import pytest
+
+from protocol.dialect.vocabulary import Way
+from sitl.autopilot.settings import Settings
+from tests.support.recorded_flight import HIGH, Flight
+
+HERE = (0.0, 0.0, HIGH)
+HOVERED, FLOWN = (Settings(way=way) for way in (Way.HOVER, Way.FORWARD))
+
+
+def predicted(flight, settings, end):
+    """The energy predicted of a leg, as it is asked for by whoever decides [J]."""
+    chooser = flight.autopilot.chooser
+    return chooser.energy(flight.aircraft.view(), HERE, end, settings, flying=False)
+
+
+@pytest.mark.parametrize(
+    ("settings", "west", "name", "value"),
+    [
+        (HOVERED, 60.0, "DRK_V_ENTER", 2.0),
+        (HOVERED, 8.0, "DRK_V_LEAVE", 200.0),
+        (HOVERED, 60.0, "DRK_LQI", 0),
+        (HOVERED, 60.0, "DRK_KPP", 2.5),
+        (HOVERED, 60.0, "DRK_KPD", 0.8),
+        (HOVERED, 60.0, "DRK_KDELTA", 2.0),
+        (HOVERED, 60.0, "DRK_LAMBDA", 5.0),
+        (HOVERED, 60.0, "DRK_ZETA", 1.5),
+        (HOVERED, 60.0, "DRK_LIN_DESIGN", 1),
+        (HOVERED, 60.0, "DRK_HOV_VMAX", 2.0),
+        (FLOWN, 60.0, "DRK_KQ", 2.0),
+        (FLOWN, 60.0, "DRK_FWD_SPEED", 10.0),
+    ],
+)
+def test_a_parameter_that_changes_the_flight_changes_its_prediction_at_once(settings, west, name, value):
+    flight, end = Flight(settings=settings), (0.0, west, HIGH)
+    before, first = predicted(flight, settings, end), flight.aircraft.configuration
+    changed = first.replaced({name: value})
+    flight.aircraft.configure(changed)
+    assert flight.vehicle.tuning == flight.autopilot.chooser.tuning == changed.tuning
+    after = predicted(flight, flight.autopilot.settings, end)
+    assert abs(after - before) > 1e-4 * before
+    flight.aircraft.configure(first)
+    assert predicted(flight, settings, end) == before
+
+
+def test_calls_of_any_length_fly_the_same_flight():
+    flown = []
+    for lengths in ((1000,), (10,) * 100, (3, 7, 13, 477, 500)):
+        flight = Flight(gusts=0.5)
+        flight.autopilot.guided.go_to((30.0, 10.0, HIGH + 5.0))
+        for periods in lengths:
+            flight.aircraft.advance(periods)
+        flown.append(flight.vehicle.flight)
+    assert flown[0] == flown[1] == flown[2]

@@ -1,0 +1,166 @@
+"""A real vehicle on a bench, and plain ground stations: byte for byte, on a virtual clock, without a socket."""
+
+import math
+
+from protocol.codec import Codec
+from protocol.dialect import mavlink
+from protocol.frames import LocalFrame
+from protocol.modes import mode_from_custom
+from sitl.aircraft import Aircraft
+from sitl.autopilot.safety.arena import ARENAS
+from sitl.autopilot.safety.world import World
+from sitl.autopilot.settings import Settings
+from sitl.defaults import HOME
+from sitl.mavlink.node import Node
+from sitl.model.airframe_files import load
+from sitl.parameters import Configuration, WorldSettings
+from sitl.persistence import StateFolder
+from sitl.simulation.simulation import Simulation
+from sitl.simulation.start import Start
+from sitl.simulation.tuning import Tuning
+
+FRAME = LocalFrame(HOME)
+PEER = "ground"  # where a vehicle's only peer is, unless a test names others
+STEP = 0.02  # between looks at the link [s]
+NAN = math.nan
+
+
+def make_aircraft(*, up=0.0, settings=None, world_settings=None, seed=1, origin=HOME):
+    """The nominal aircraft, hovering ``up`` metres above the origin, or on the ground at 0."""
+    vehicle = Simulation(load("nominal").parameters, seed=seed, start=Start(up=up, airborne=up > 0.0))
+    configuration = Configuration(settings or Settings(), Tuning(), world_settings or WorldSettings())
+    return Aircraft(vehicle, World(LocalFrame(origin), ARENAS["open"]), configuration, airborne=up > 0.0)
+
+
+class Bench:
+    """A vehicle that hovers, or stands on the ground, and its link.
+
+    Args:
+        folder: Its state folder.
+        aircraft: Another aircraft than ``make_aircraft`` makes of the other options.
+        peers: Who hears the vehicle from the start.
+        node_options: Of ``Node``.
+        settle: How long it flies before any station is there [s].
+        options: Of ``make_aircraft``.
+    """
+
+    def __init__(self, folder, *, aircraft=None, peers=(PEER,), node_options=None, settle=0.1, **options):
+        self.aircraft = aircraft or make_aircraft(**options)
+        self.node = Node(self.aircraft, StateFolder(folder), peers, **(node_options or {}))
+        self.now = 0.0
+        self.stations = {}
+        if settle:
+            self.advance(settle)
+
+    @property
+    def autopilot(self):
+        return self.aircraft.autopilot
+
+    def station(self, system=255, key=PEER):
+        """Another ground station."""
+        return FakeStation(self, system, key)
+
+    def advance(self, seconds):
+        for _ in range(round(seconds / STEP)):
+            self.node.advance(10)
+            self.now += STEP
+            self.deliver()
+
+    def advance_until(self, condition, limit):
+        end = self.now + limit
+        while not condition():
+            assert self.now < end, f"not within {limit} s"
+            self.advance(0.1)
+
+    def deliver(self):
+        for key, data in self.node.datagrams(self.now):
+            if key in self.stations:
+                self.stations[key].hear(data)
+
+
+class FakeStation:
+    """What it sends, and everything it hears."""
+
+    def __init__(self, bench, system=255, key=PEER):
+        self.bench, self.peer, self.system = bench, key, system
+        self.codec, self.heard = Codec(system, 190), []
+        bench.stations[key] = self
+
+    @classmethod
+    def with_vehicle(cls, folder, **options):
+        """The only station of a vehicle, there from the start; options are those of ``Bench``."""
+        station = cls(Bench(folder, settle=0.0, **options))
+        station.advance(0.1)
+        return station
+
+    @property
+    def node(self):
+        return self.bench.node
+
+    @property
+    def vehicle(self):
+        return self.bench.aircraft.vehicle
+
+    @property
+    def autopilot(self):
+        return self.bench.autopilot
+
+    def advance(self, seconds):
+        self.bench.advance(seconds)
+
+    def wait(self, seconds):
+        """Let the link's time pass, in one step and without flying."""
+        self.bench.now += seconds
+        self.bench.deliver()
+
+    def hear(self, data):
+        self.heard += self.codec.decode(data)
+
+    def send(self, *messages):
+        for message in messages:
+            self.send_datagram(self.codec.encode(message))
+
+    def send_datagram(self, data):
+        self.bench.node.receive(data, self.peer, self.bench.now)
+        self.bench.deliver()
+
+    def beat(self):
+        self.send(mavlink.MAVLink_heartbeat_message(mavlink.MAV_TYPE_GCS, mavlink.MAV_AUTOPILOT_INVALID, 0, 0, 4, 3))
+
+    def command(self, command, *params):
+        """The result of a command."""
+        seven = (*params, *(NAN,) * (7 - len(params)))
+        self.send(mavlink.MAVLink_command_long_message(1, 1, command, 0, *seven))
+        acks = (m for m in reversed(self.heard) if m.get_type() == "COMMAND_ACK" and m.command == command)
+        return next(acks).result
+
+    def mode(self, mode):
+        """The result of asking for a mode."""
+        return self.command(mavlink.MAV_CMD_DO_SET_MODE, 1, *mode.value)
+
+    def upload(self, items, kind=0):
+        """The result of an upload."""
+        self.send(mavlink.MAVLink_mission_count_message(1, 1, len(items), kind))
+        for seq, item in enumerate(items):
+            self.send(item.to_message(seq, 1, 1, kind=kind))
+        return self.last("MISSION_ACK").type
+
+    def set_parameter(self, name, value):
+        self.send(mavlink.MAVLink_param_set_message(1, 1, name.encode(), value, mavlink.MAV_PARAM_TYPE_REAL32))
+
+    def all(self, kind):
+        """Messages of a type, in order."""
+        return [m for m in self.heard if m.get_type() == kind]
+
+    def last(self, kind):
+        """The last message of a type, or None."""
+        return next((m for m in reversed(self.heard) if m.get_type() == kind), None)
+
+    def texts(self):
+        """All STATUSTEXTs, joined where they were split."""
+        return "".join(m.text for m in self.all("STATUSTEXT"))
+
+    @property
+    def flight_mode(self):
+        """As HEARTBEAT reports it."""
+        return mode_from_custom(self.last("HEARTBEAT").custom_mode)

@@ -1,0 +1,82 @@
+"""A feed that stands still, and how to wait for a screen."""
+
+
+class RequestRecorder:
+    """In place of a station: remembers the requests, without their time."""
+
+    def __init__(self, snapshot):
+        self.snapshot, self.requests = snapshot, []
+
+    def __getattr__(self, name):
+        return lambda *args, **kwargs: self.requests.append((name, *args[:-1], *kwargs.items()))
+
+
+class FakeFeed:
+    """A feed that stands still."""
+
+    def __init__(self, snapshot):
+        self.snapshot, self.now = snapshot, 100.5
+        self.station = RequestRecorder(snapshot)
+        self.closed = False
+
+    @property
+    def requests(self):
+        return self.station.requests
+
+    async def open(self):
+        pass
+
+    async def close(self):
+        self.closed = True
+
+    def advance(self, elapsed):
+        pass
+
+
+async def until(pilot, condition):
+    """Wait for a condition, also on a busy machine; fail after many turns."""
+    for _ in range(500):
+        if condition():
+            return
+        await pilot.pause(0.02)
+    assert condition()
+
+
+async def settled(pilot):
+    """Wait until the screen has stayed the same for ten turns."""
+    shown, turns = None, 0
+
+    def is_still():
+        nonlocal shown, turns
+        before, shown = shown, screen_text(pilot.app)
+        turns = turns + 1 if shown == before else 0
+        return turns >= 10
+
+    await until(pilot, is_still)
+
+
+def screen_text(app):
+    """The text on the screen."""
+    width, height = app.size
+    lines = app.screen._compositor.render_strips()
+    return "\n".join("".join(segment.text for segment in strip)[:width] for strip in lines[:height])
+
+
+def panel_text(panel, s, width=80, height=12):
+    """The text that a panel draws for a snapshot."""
+    return "\n".join(line_text(line) for line in panel.draw(s, width, height))
+
+
+def line_text(line):
+    """The text of a styled line."""
+    return "".join(part for part, _ in line)
+
+
+def lines_text(lines):
+    """The text of several styled lines."""
+    return "\n".join(line_text(line) for line in lines)
+
+
+def styled_text(lines, style):
+    """The text in one style."""
+    return "".join(part for line in lines for part, name in line if name == style)

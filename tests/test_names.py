@@ -1,0 +1,114 @@
+"""One name, one thing: no two public classes, modules or constants of a package share a name with another meaning."""
+
+import ast
+from collections import defaultdict
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+PACKAGES = ("protocol", "sitl", "darko_gcs")
+GENERATED = {"protocol/dialect/mavlink.py", "protocol/dialect/vocabulary.py"}  # the dialect names what is in them
+SPECIAL = {"__init__", "__main__"}
+COMMAND_FOLDERS = {"sitl/commands", "darko_gcs/commands"}  # a module there is named after a command of the terminal
+
+# Names that may stand in several modules of a package, each with the reason why they do not confuse.
+ALLOWED: dict[str, dict[str, str]] = {
+    "protocol": {},
+    "sitl": {
+        "commands": "the terminal's commands are a folder, the MAVLink commands a module of the MAVLink folder",
+    },
+    "darko_gcs": {},
+}
+
+
+def sources(package):
+    """Paths of a package's own modules, relative to the root, and their syntax trees."""
+    for path in sorted((ROOT / package).rglob("*.py")):
+        name = path.relative_to(ROOT).as_posix()
+        if name not in GENERATED:
+            yield name, ast.parse(path.read_text(encoding="utf-8"))
+
+
+def is_public(name):
+    return not name.startswith("_")
+
+
+def modules(package):
+    """Where each name of a module or folder is used; a module may be called like its own folder."""
+    found = defaultdict(set)
+    for path, _ in sources(package):
+        file = Path(path)
+        folder = file.parent.as_posix()
+        if file.stem == "__init__" and folder != package:
+            found[file.parent.name].add(folder)
+        elif file.stem not in SPECIAL and folder not in COMMAND_FOLDERS and file.stem != file.parent.name:
+            found[file.stem].add(path)
+    return found
+
+
+def classes(package):
+    """Where each public class is defined."""
+    found = defaultdict(set)
+    for path, tree in sources(package):
+        for node in tree.body:
+            if isinstance(node, ast.ClassDef) and is_public(node.name):
+                found[node.name].add(path)
+    return found
+
+
+def constants(package):
+    """Where each public constant is defined; an alias of something imported does not count."""
+    found = defaultdict(set)
+    for path, tree in sources(package):
+        for node in tree.body:
+            for name, value in assigned(node):
+                if name.isupper() and is_public(name) and not is_alias(value):
+                    found[name].add(path)
+    return found
+
+
+def assigned(node):
+    """The names a statement binds, each with its value."""
+    if isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name):
+        yield node.target.id, node.value
+    for target in node.targets if isinstance(node, ast.Assign) else ():
+        if isinstance(target, ast.Name):
+            yield target.id, node.value
+        elif isinstance(target, ast.Tuple):
+            each = node.value.elts if isinstance(node.value, ast.Tuple) else [node.value] * len(target.elts)
+            yield from ((part.id, value) for part, value in zip(target.elts, each, strict=True))
+
+
+def is_alias(value):
+    """Whether a value is an attribute of a module or class, taken as it is."""
+    return isinstance(value, ast.Attribute)
+
+
+@pytest.mark.parametrize("kind", [modules, classes, constants])
+@pytest.mark.parametrize("package", PACKAGES)
+def test_a_name_stands_for_one_thing_in_a_package(package, kind):
+    allowed = ALLOWED[package]
+    doubled = {name: sorted(where) for name, where in kind(package).items() if len(where) > 1 and name not in allowed}
+    assert not doubled
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_every_allowed_name_is_still_in_several_modules(package):
+    doubled = {
+        name for kind in (modules, classes, constants) for name, where in kind(package).items() if len(where) > 1
+    }
+    assert not ALLOWED[package].keys() - doubled
+
+
+def test_a_second_meaning_is_found_and_an_alias_is_none(tmp_path, monkeypatch):
+    (tmp_path / "house" / "garden").mkdir(parents=True)
+    (tmp_path / "house" / "door.py").write_text(
+        "from wall import brick\nWIDTH, RED = 1.0, brick.RED\nclass Lock: ...\n"
+    )
+    (tmp_path / "house" / "garden" / "door.py").write_text("WIDTH: float = 2.0\nRED = brick.RED\nclass Lock: ...\n")
+    monkeypatch.setitem(globals(), "ROOT", tmp_path)
+    names = [
+        {name for name, where in kind("house").items() if len(where) > 1} for kind in (modules, classes, constants)
+    ]
+    assert names == [{"door"}, {"Lock"}, {"WIDTH"}]
