@@ -117,7 +117,11 @@ def _arguments() -> argparse.Namespace:
 
 
 def _candidates(tree: Path, package: str) -> list[Mutant]:
-    """All mutants of a package; generated files have none."""
+    """All mutants of a package; generated files have none.
+
+    Raises:
+        SystemExit: There are none.
+    """
     project = tomllib.loads((tree / "pyproject.toml").read_text(encoding="utf-8"))
     generated = project["tool"]["hatch"]["build"]["artifacts"]
     found: list[Mutant] = []
@@ -125,6 +129,8 @@ def _candidates(tree: Path, package: str) -> list[Mutant]:
         file = path.relative_to(tree).as_posix()
         if file not in generated:
             found += mutants_of(file, path.read_bytes())
+    if not found:
+        raise SystemExit(f"nothing to change in {tree / package}")
     return found
 
 
@@ -178,7 +184,14 @@ def _pytest(*arguments: str) -> list[str]:
 
 
 def _tried(mutants: list[Mutant], original: Path, trial: Trial, covered: Coverage, jobs: int) -> list[Verdict]:
-    """Try all mutants, several at once, each worker in a copy of its own."""
+    """Try all mutants, several at once, each worker in a copy of its own.
+
+    Raises:
+        SystemExit: The tests fail without any change.
+    """
+    unchanged = Mutant(f"{trial.package}/__init__.py", 1, "", 0, 0, "", "")
+    if _try(unchanged, original, trial, covered).outcome != "survived":
+        raise SystemExit("the tests fail without any change")
     copies: queue.SimpleQueue[Path] = queue.SimpleQueue()
     for number in range(jobs):
         copies.put(Path(shutil.copytree(original, original.parent / f"copy{number}")))
@@ -192,10 +205,6 @@ def _tried(mutants: list[Mutant], original: Path, trial: Trial, covered: Coverag
         print(f"{verdict.outcome:8}  {mutant}", flush=True)
         return verdict
 
-    unchanged = Mutant(f"{trial.package}/__init__.py", 1, "", 0, 0, "", "")
-    if _try(unchanged, copies.get(), trial, covered).outcome != "survived":
-        raise SystemExit("the tests fail without any change")
-    copies.put(original)
     with ThreadPoolExecutor(jobs) as pool:
         return list(pool.map(tried, mutants))
 

@@ -13,3 +13,53 @@ settings.load_profile(PROFILE)
 if PROFILE == "repeatable":
     # Hypothesis mixes in constants of the modules imported so far: a test's examples would depend on the tests before.
     providers._get_local_constants = providers.Constants
+
+# What `--quick` leaves out: what compiles anew, starts processes, flies for minutes or drives whole screens.
+SLOW = (
+    "darko_gcs/station/test_flood.py",
+    "darko_gcs/station/test_restarts.py",
+    "darko_gcs/tui/",
+    "e2e/",
+    "protocol/both_ends/",
+    "scripts/",
+    "sitl/autopilot/mission/",
+    "sitl/autopilot/safety/test_failsafe.py",
+    "sitl/autopilot/safety/test_failsafe_flights.py",
+    "sitl/commands/",
+    "sitl/control/test_line_of_sight.py",
+    "sitl/control/test_zero_moment.py",
+    "sitl/design/test_lmi.py",
+    "sitl/design/test_processors.py",
+    "sitl/design/test_region.py",
+    "sitl/flights/",
+    "sitl/mavlink/test_flood.py",
+    "sitl/mavlink/test_offboard_setpoints.py",
+    "sitl/mavlink/test_wire_page.py",
+    "sitl/model/test_ground.py",
+    "sitl/reproduction/",
+    "sitl/scenarios/",
+    "sitl/simulation/test_accuracy.py",
+    "sitl/simulation/test_batch.py",
+    "sitl/simulation/test_dispatch.py",
+    "sitl/simulation/test_loop_matches_python.py",
+    "sitl/simulation/test_same_everywhere.py",
+    "sitl/simulation/test_storage.py",
+    "sitl/studies/",
+    "sitl/supervisor/test_adding_a_law.py",
+    "sitl/supervisor/test_table.py",
+    "sitl/test_kernel_cache.py",
+    "sitl/test_persistence.py",
+    "sitl/test_warm_up.py",
+    "test_api_page.py",
+)
+
+
+def pytest_addoption(parser):
+    parser.addoption("--quick", action="store_true", help="leave out the tests that take long")
+
+
+def pytest_ignore_collect(collection_path, config):
+    if not config.getoption("--quick") or collection_path.is_dir():
+        return None
+    path = collection_path.relative_to(config.rootpath / "tests").as_posix()
+    return True if path.startswith(SLOW) else None

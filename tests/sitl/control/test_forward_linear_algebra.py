@@ -63,8 +63,8 @@ def test_from_far_away_the_offset_counts_as_its_reach_in_its_own_direction(left,
 
 def test_the_schedule_in_force_is_what_both_use():
     K, S = law.scheduled(GAINS, 6.5)
-    assert K == pytest.approx(between(GAINS.K, 6.5))
-    assert S == pytest.approx(between(GAINS.S, 6.5))
+    assert pytest.approx(between(GAINS.K, 6.5)) == K
+    assert pytest.approx(between(GAINS.S, 6.5)) == S
 
 
 @given(speed=st.floats(-3.0, 20.0), climb=st.floats(-1.0, 1.0))

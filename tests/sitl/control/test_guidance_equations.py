@@ -101,6 +101,12 @@ def test_the_cruise_near_its_path(path, share, off, wind, integral):
     assert after == pytest.approx(learnt, abs=1e-9)
 
 
+def test_from_four_metres_per_second_on_the_cruise_learns():
+    path, p, none = leg((0, 0, 50), (500, 0, 50), 6.0), Vector(100.0, 0.0, 50.0), Vector(0.0, 0.0, 0.0)
+    learnt = [cruise(p, Vector(speed, 0.0, 0.0), none, path, none, DT, GAINS)[1] for speed in (3.999999, 4.0)]
+    assert learnt == [none, pytest.approx((DT * 0.35 * 2.0, 0.0, 0.0))]
+
+
 @given(speed=st.floats(0.01, 20.0), tail=st.floats(-5.0, 5.0), cross=st.floats(-5.0, 5.0))
 def test_the_stopping_distance_is_the_integral_of_the_braking_table(speed, tail, cross):
     """In 24 cells, none of which is shorter than the creep near the end takes."""

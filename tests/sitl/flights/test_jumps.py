@@ -42,7 +42,7 @@ BOUNDS = {
     "align": (0.5, 13.0),
     "enter_linear": (55.0, 31.0),
     "leave_linear": (15.0, 31.0),
-    "hover": (150.0, 7.0),
+    "hover": (110.0, 5.0),
     "ride_wind": (170.0, 1.0),
 }
 MEANT = {"catch_fall"}  # the elevons turn over with the air stream
