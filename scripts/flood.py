@@ -1,8 +1,8 @@
 """A real vehicle process under a flood: its telemetry, memory, processor time and state.
 
 ``python scripts/flood.py`` starts ``darko-sitl`` at real time, hovering in gusts, listens to it as its ground station,
-and lets another process send hostile datagrams (``tests/support/flood.py``) in every second window, from 256 ports in
-turn and one in five from the ground station's own. Windows with and without flood alternate, so that other load of the
+and lets another process send hostile datagrams (``tests/support/links/flood.py``) in every second window, from 256 ports
+in turn and one in five from the ground station's own. Windows with and without flood alternate, so that other load of the
 machine affects both alike. Ten minutes of flood take twenty; ``--minutes 1`` is a quick run.
 
 The exit code is 1 if telemetry became slower by more than 10 %, or if parameters, plans, mode or arming changed.
@@ -36,7 +36,7 @@ from protocol.endpoint_ground import GroundEndpoint
 from protocol.events import Event, MissionDownloaded, MissionUploaded, ParameterReceived, ParametersComplete
 from protocol.message import source_of
 from protocol.plans import load
-from tests.support.flood import VEHICLE, Flood
+from tests.support.links.flood import VEHICLE, Flood
 from tests.support.paths import DATA
 
 FORK = multiprocessing.get_context("fork")

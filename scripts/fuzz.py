@@ -16,7 +16,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
-from tests.support import fuzz as harness
+from tests.support.links import fuzz as harness
 
 
 def main() -> int:

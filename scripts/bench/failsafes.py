@@ -21,7 +21,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 from protocol.modes import Mode
 from sitl.autopilot.safety.alarm import SafetyAction
 from sitl.autopilot.safety.failsafe import landing_energy
-from tests.support.failsafe_flights import (
+from tests.support.flights.failsafe_flights import (
     CRITICAL,
     ERRANDS,
     FORWARD,
@@ -31,7 +31,7 @@ from tests.support.failsafe_flights import (
     LinkFlight,
     Situation,
 )
-from tests.support.recorded_flight import HIGH
+from tests.support.flights.recorded_flight import HIGH
 
 LIMIT = 150.0  # [s]
 NEAR = 8.0  # a landing begins here [m]

@@ -18,7 +18,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-from tests.support.transfers import ANY, HOSTILE, TRANSFERS, Outcome, fly, plain, seeds
+from tests.support.links.transfers import ANY, HOSTILE, TRANSFERS, Outcome, fly, plain, seeds
 
 HEAD = (
     "| Transfer | Succeeded | Median | 95 % | Longest | Frames | Plain, 0.25 s items | Plain, 1.5 s | Its median |",

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from protocol.codec import Codec, SourceStatistics, Statistics
 from protocol.dialect import mavlink
 from protocol.errors import LocalProtocolError
-from tests.support.link import Link, plan
+from tests.support.links.link import Link, plan
 from tests.support.logs import quadplane_log
 from tests.support.paths import DATA
 

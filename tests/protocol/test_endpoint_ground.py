@@ -9,9 +9,9 @@ from protocol.dialect import mavlink
 from protocol.endpoint_ground import GroundEndpoint
 from protocol.errors import LocalProtocolError
 from protocol.events import CommandDone, CurrentItemSet, VehicleFound, VehicleLost, VehicleReturned
-from tests.support.link import ARM, Link, frame, plan
-from tests.support.lossy_pipe import LossyPipe
-from tests.support.vehicle_endpoint import ATTITUDE, endpoint
+from tests.support.links.link import ARM, Link, frame, plan
+from tests.support.links.lossy_pipe import LossyPipe
+from tests.support.links.vehicle_endpoint import ATTITUDE, endpoint
 
 ACCEPTED, DENIED = 0, 2
 

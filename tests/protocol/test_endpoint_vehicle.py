@@ -9,8 +9,8 @@ from protocol.dialect import mavlink
 from protocol.engines.statustext import split_text
 from protocol.errors import LocalProtocolError
 from protocol.events import MessageReceived, MessageRequested, SetpointReceived
-from tests.support.link import ARM, frame, plan
-from tests.support.vehicle_endpoint import ATTITUDE, HOME, VERSION, ask, endpoint, heard, long, names
+from tests.support.links.link import ARM, frame, plan
+from tests.support.links.vehicle_endpoint import ATTITUDE, HOME, VERSION, ask, endpoint, heard, long, names
 
 ACCEPTED, DENIED, UNSUPPORTED = 0, 2, 3
 

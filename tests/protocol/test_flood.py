@@ -4,7 +4,7 @@ import pytest
 
 from protocol.codec import MAX_COUNTED_SOURCES, MAX_FALSE_STARTS, Codec
 from protocol.dialect import mavlink
-from tests.support.flood import Flood, orders
+from tests.support.links.flood import Flood, orders
 from tests.support.logs import bare
 
 ALIVE = mavlink.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3)

@@ -5,8 +5,8 @@ import pytest
 from protocol.dialect import mavlink
 from protocol.keyring import CONFIRMATION_TIMEOUT, MAX_NEW_STREAM_AGE, Keyring, KeyState
 from protocol.signing import NO_KEY, verify
-from tests.support.link import frame
-from tests.support.signed_frames import (
+from tests.support.links.link import frame
+from tests.support.links.signed_frames import (
     KEY,
     LOCAL,
     OTHER,

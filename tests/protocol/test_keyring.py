@@ -16,8 +16,8 @@ from protocol.keyring import (
     Verdict,
 )
 from protocol.signing import MAX_TIMESTAMP, signature_of, verify
-from tests.support.link import ARM, frame
-from tests.support.signed_frames import (
+from tests.support.links.link import ARM, frame
+from tests.support.links.signed_frames import (
     KEY,
     LOCAL,
     OTHER,

@@ -3,7 +3,7 @@
 import pytest
 
 from protocol.links import MAX_LEARNED_PEERS, PEER_TIMEOUT
-from tests.support.routing_net import CAMERA, COMPANION, MAVPROXY, QGC, Net
+from tests.support.links.routing_net import CAMERA, COMPANION, MAVPROXY, QGC, Net
 
 
 @pytest.fixture

@@ -13,8 +13,8 @@ from protocol.endpoint_ground import GroundEndpoint
 from protocol.events import CommandRequested, ParametersComplete, SetpointReceived
 from protocol.router import RoutingStatistics, Withheld
 from protocol.signing import Signature, sign_frame
-from tests.support.link import ARM
-from tests.support.routing_net import (
+from tests.support.links.link import ARM
+from tests.support.links.routing_net import (
     ALIVE,
     CAMERA,
     COMPANION,

@@ -5,7 +5,7 @@ import pytest
 from protocol import router
 from protocol.dialect import mavlink
 from protocol.router import Withheld
-from tests.support.routing_net import ALIVE, CAMERA, COMPANION, MAVPROXY, QGC, REQUEST, Net, long
+from tests.support.links.routing_net import ALIVE, CAMERA, COMPANION, MAVPROXY, QGC, REQUEST, Net, long
 
 
 @pytest.fixture

@@ -4,7 +4,7 @@ import pytest
 
 from protocol.dialect import mavlink
 from protocol.router import Withheld
-from tests.support.routing_net import CAMERA, COMPANION, MAVPROXY, QGC, Net
+from tests.support.links.routing_net import CAMERA, COMPANION, MAVPROXY, QGC, Net
 
 
 def value(number):

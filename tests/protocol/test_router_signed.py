@@ -6,7 +6,7 @@ from protocol.codec import Codec
 from protocol.keyring import Keyring
 from protocol.links import Links
 from protocol.signing import verify
-from tests.support.routing_net import ALIVE, CAMERA, COMPANION, KEY, MAVPROXY, OTHER, QGC, Net, T, long
+from tests.support.links.routing_net import ALIVE, CAMERA, COMPANION, KEY, MAVPROXY, OTHER, QGC, Net, T, long
 
 
 @pytest.fixture

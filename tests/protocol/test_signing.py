@@ -10,8 +10,8 @@ from protocol.codec import Codec
 from protocol.errors import FileError, LocalProtocolError
 from protocol.keyring import Keyring
 from protocol.signing import NO_KEY, Signature, is_secret, load_key, sign_frame, signature_of, timestamp_at, verify
-from tests.support.link import frame
-from tests.support.signed_frames import KEY, T, arm, heartbeat, setup, signed
+from tests.support.links.link import frame
+from tests.support.links.signed_frames import KEY, T, arm, heartbeat, setup, signed
 
 
 def test_a_signature_is_the_first_48_bits_of_the_digest_the_specification_names():

@@ -4,7 +4,7 @@ import pytest
 
 from protocol.dialect.vocabulary import Way
 from sitl.autopilot.settings import Settings
-from tests.support.recorded_flight import HIGH, Flight
+from tests.support.flights.recorded_flight import HIGH, Flight
 
 HERE = (0.0, 0.0, HIGH)
 HOVERED, FLOWN = (Settings(way=way) for way in (Way.HOVER, Way.FORWARD))

@@ -20,8 +20,8 @@ from protocol.plans.mission_item import MissionItem
 from sitl.errors import SitlError
 from sitl.persistence import StateFolder
 from tests.support.disk import full_disk
-from tests.support.fake_station import PEER, Bench
 from tests.support.paths import DATA
+from tests.support.vehicle.fake_station import PEER, Bench
 
 KILLS, SEED = 200, 11
 FENCE, RALLY = mavlink.MAV_MISSION_TYPE_FENCE, mavlink.MAV_MISSION_TYPE_RALLY

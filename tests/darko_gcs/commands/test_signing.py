@@ -1,7 +1,7 @@
 """``darko-gcs --signing-key``, ``--give-key`` and ``darko-gcs signing``: errors are one line and an exit code."""
 
 from darko_gcs.__main__ import main
-from tests.support.signed_station import KEY
+from tests.support.vehicle.signed_station import KEY
 
 
 def test_giving_a_key_needs_a_key(capsys):

@@ -12,7 +12,7 @@ from protocol.keyring import Keyring
 from protocol.signing import is_secret
 from protocol.tlog import TlogReader, TlogWriter
 from tests.support.gcs.messages import heartbeat
-from tests.support.signed_station import FAR, KEY, LOCAL, T
+from tests.support.vehicle.signed_station import FAR, KEY, LOCAL, T
 
 HOUR = 3600 * 10**9  # [ns]
 

@@ -10,10 +10,10 @@ from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law
 from protocol.modes import Mode
 from protocol.tlog import TlogReader
-from tests.support.darko_messages import energy
 from tests.support.gcs.messages import text
 from tests.support.gcs.sample_logs import FORWARD_FLIGHT, HOVER_FLIGHT, at, beat, hover_log, log_of_messages
 from tests.support.logs import T0, bare, quadplane_log, record
+from tests.support.vehicle.darko_messages import energy
 
 
 @pytest.fixture(scope="module")

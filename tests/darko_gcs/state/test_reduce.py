@@ -11,11 +11,11 @@ from darko_gcs.state.snapshot import EMPTY_SNAPSHOT
 from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.tlog import read_tlog
-from tests.support.darko_messages import hybrid_state
-from tests.support.flood import framed
 from tests.support.gcs.home import UNKNOWN_PLACE, home_position, snapshot_after
 from tests.support.gcs.messages import OTHER_VEHICLE, arrived, decision, heartbeat, position, vtol_state
+from tests.support.links.flood import framed
 from tests.support.paths import DATA
+from tests.support.vehicle.darko_messages import hybrid_state
 
 
 def after(messages, s=EMPTY_SNAPSHOT):

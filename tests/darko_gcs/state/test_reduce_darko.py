@@ -10,8 +10,8 @@ from darko_gcs.state.snapshot import EMPTY_SNAPSHOT
 from darko_gcs.state.values import NO_ITEM, Thresholds
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law, Saturation, Way
-from tests.support.darko_messages import actuators, hybrid_state
 from tests.support.gcs.messages import arrived, decision, jump, path_error
+from tests.support.vehicle.darko_messages import actuators, hybrid_state
 
 
 def after(messages, s=EMPTY_SNAPSHOT):

@@ -23,10 +23,10 @@ from protocol.events import MissionDownloaded, MissionUploaded, ParametersComple
 from protocol.plans import load
 from protocol.tlog import TlogReader
 from sitl.parameters import WorldSettings
-from tests.support.flood import VEHICLE, Flood, framed, random_payload
 from tests.support.gcs.linked_station import STEP, LinkedStation
 from tests.support.gcs.messages import heartbeat, text
 from tests.support.gcs.screens import FakeFeed, screen_text, until
+from tests.support.links.flood import VEHICLE, Flood, framed, random_payload
 from tests.support.paths import DATA
 
 SECONDS, PER_STEP = 8.0, 20

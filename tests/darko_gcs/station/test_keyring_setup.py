@@ -6,7 +6,7 @@ from darko_gcs.station.keyring_setup import SigningTimeFile, open_keyring
 from darko_gcs.station.station import Station
 from protocol.errors import FileError
 from protocol.keyring import KeyRecord, Keyring
-from tests.support.signed_station import KEY, T
+from tests.support.vehicle.signed_station import KEY, T
 
 HOUR = 3600 * 10**5  # [10 us]
 

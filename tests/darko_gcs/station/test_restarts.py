@@ -21,7 +21,7 @@ from protocol.tlog import TlogReader
 from tests.support.gcs.linked_station import STEP, LinkedStation
 from tests.support.gcs.signed_link import SignedLink
 from tests.support.paths import DATA
-from tests.support.signed_station import KEY, T
+from tests.support.vehicle.signed_station import KEY, T
 
 SQUARE = load(DATA / "square.plan").items
 SHORT = SQUARE[:3]

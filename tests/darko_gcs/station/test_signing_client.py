@@ -7,10 +7,10 @@ from darko_gcs.station.station import Station
 from protocol.dialect import mavlink
 from protocol.keyring import Keyring
 from protocol.signing import is_secret, is_signed
-from tests.support.fake_station import FakeStation
 from tests.support.gcs.messages import command_long
 from tests.support.gcs.signed_link import SignedLink
-from tests.support.signed_station import KEY, OTHER, T
+from tests.support.vehicle.fake_station import FakeStation
+from tests.support.vehicle.signed_station import KEY, OTHER, T
 
 HOUR = 3600 * 10**5  # [10 us]
 

@@ -7,7 +7,7 @@ from darko_gcs.state.values import SigningState
 from darko_gcs.tasks.key_change import KeyChangeover
 from protocol.signing import is_secret, verify
 from tests.support.gcs.signed_link import SignedLink
-from tests.support.signed_station import KEY, OTHER
+from tests.support.vehicle.signed_station import KEY, OTHER
 
 
 class ChangingLink(SignedLink):

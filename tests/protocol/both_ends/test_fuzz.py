@@ -2,7 +2,7 @@
 
 import random
 
-from tests.support import fuzz as harness
+from tests.support.links import fuzz as harness
 
 
 def test_no_stored_input_raises():

@@ -18,9 +18,9 @@ from protocol.events import (
     ParametersComplete,
     VehicleFound,
 )
-from tests.support.link import ARM, START, TAKEOFF, Link, plan
-from tests.support.transfers import HOSTILE, ITEMS, TRANSFERS, CountingPipe, Rig, plain, seeds
-from tests.support.transfers import fly as transfer
+from tests.support.links.link import ARM, START, TAKEOFF, Link, plan
+from tests.support.links.transfers import HOSTILE, ITEMS, TRANSFERS, CountingPipe, Rig, plain, seeds
+from tests.support.links.transfers import fly as transfer
 
 ROUGH = HOSTILE
 ENDS = (MissionUploaded, MissionDownloaded, MissionCleared, MissionFailed)

@@ -3,7 +3,7 @@
 import pytest
 from pymavlink.dialects.v20 import common
 
-from tests.support.routing_net import CAMERA, COMPANION, MAVPROXY, QGC, REQUEST, Net
+from tests.support.links.routing_net import CAMERA, COMPANION, MAVPROXY, QGC, REQUEST, Net
 
 
 @pytest.fixture

@@ -4,8 +4,19 @@ from pymavlink.dialects.v20 import common
 
 from protocol.endpoint_ground import GroundEndpoint
 from protocol.keyring import Keyring, KeyState
-from tests.support.link import ARM, Link, frame
-from tests.support.signed_frames import KEY, LOCAL, OTHER, T, heartbeat, obeys, open_vehicle, signed, states, vehicle
+from tests.support.links.link import ARM, Link, frame
+from tests.support.links.signed_frames import (
+    KEY,
+    LOCAL,
+    OTHER,
+    T,
+    heartbeat,
+    obeys,
+    open_vehicle,
+    signed,
+    states,
+    vehicle,
+)
 
 
 def test_a_ground_station_with_the_key_flies_over_a_bad_link():

@@ -8,8 +8,8 @@ from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.engines.server.mission_server import MissionServer
 from protocol.message import Peer
-from tests.support.link import plan
-from tests.support.lossy_pipe import LossyPipe
+from tests.support.links.link import plan
+from tests.support.links.lossy_pipe import LossyPipe
 
 GROUND, ITEMS = Peer(255, 190, "ground"), plan(20)
 TRIES = 5

@@ -10,8 +10,8 @@ from protocol.engines.client.command_client import CommandClient
 from protocol.engines.server.command_server import CommandServer
 from protocol.events import CommandCancelRequested, CommandDone, CommandRequested
 from protocol.message import Peer
-from tests.support.lossy_pipe import LossyPipe
-from tests.support.virtual_clock import VirtualClock
+from tests.support.links.lossy_pipe import LossyPipe
+from tests.support.links.virtual_clock import VirtualClock
 
 ARM, TAKEOFF, REPOSITION = 400, 22, 192
 

@@ -7,8 +7,8 @@ from protocol.engines.server import ftp_server
 from protocol.engines.server.ftp_server import FtpServer
 from protocol.events import FileFailed, FileProgress, FileReceived
 from protocol.message import Peer
-from tests.support.ftp_tree import BIG, Tree
-from tests.support.lossy_pipe import LossyPipe
+from tests.support.links.ftp_tree import BIG, Tree
+from tests.support.links.lossy_pipe import LossyPipe
 
 GROUND, VEHICLE = Peer(255, 190, "ground"), (1, 1)
 

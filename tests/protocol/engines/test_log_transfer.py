@@ -11,9 +11,9 @@ from protocol.engines.server.log_server import LogServer
 from protocol.engines.transfer_limits import LOG_DATA_SIZE
 from protocol.events import LogEraseRequested, LogProgress, LogReceived, LogsListed
 from protocol.message import Peer
-from tests.support.link import Link, frame
-from tests.support.log_store import Store
-from tests.support.lossy_pipe import LossyPipe
+from tests.support.links.link import Link, frame
+from tests.support.links.log_store import Store
+from tests.support.links.lossy_pipe import LossyPipe
 
 GROUND, OTHER, VEHICLE = Peer(255, 190, "ground"), Peer(245, 190, "other"), (1, 1)
 

@@ -1,6 +1,6 @@
 """Long texts become STATUSTEXT messages that join again."""
 
-from tests.support.vehicle_endpoint import endpoint, heard
+from tests.support.links.vehicle_endpoint import endpoint, heard
 
 
 def test_long_texts_are_split_into_chunks_that_join():

@@ -5,7 +5,7 @@ import pytest
 from protocol.errors import FileError, LocalProtocolError
 from protocol.plans import Plan, load, save
 from protocol.plans.fence_rally import fence_items, rally_items, with_fence, with_rally
-from tests.support.fence_shapes import POINTS, SHAPES
+from tests.support.vehicle.fence_shapes import POINTS, SHAPES
 
 
 def test_fence_and_rally_points_survive_a_plan_file(tmp_path):

@@ -7,7 +7,7 @@ import pytest
 from protocol.codec import Codec
 from protocol.errors import LocalProtocolError
 from protocol.plans.mission_item import MissionItem
-from tests.support.link import frame
+from tests.support.links.link import frame
 
 
 def test_items_are_equal_when_their_bits_on_the_wire_are():

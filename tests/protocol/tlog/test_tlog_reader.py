@@ -12,8 +12,8 @@ from protocol.errors import FileError, LocalProtocolError
 from protocol.tlog import TlogReader, message_name, read_tlog
 from protocol.tlog.columns import payload_type
 from protocol.tlog.crc import checksums
-from tests.support.darko_messages import actuators
 from tests.support.logs import T0, bare, flight, log_of, quadplane_log, unknown_frame
+from tests.support.vehicle.darko_messages import actuators
 
 
 def decoded(frame):

@@ -17,7 +17,7 @@ from sitl.autopilot.safety.world import World
 from sitl.autopilot.settings import Settings
 from sitl.defaults import HOME
 from sitl.guidance.view import VehicleView
-from tests.support.mission_items import LAND, TAKE_OFF, waypoint
+from tests.support.vehicle.mission_items import LAND, TAKE_OFF, waypoint
 
 WORLD = World(LocalFrame(HOME), ARENAS["open"])
 DENIED = mavlink.MAV_RESULT_DENIED

@@ -7,7 +7,7 @@ from sitl.aircraft import is_forward
 from sitl.autopilot.home import move_home
 from sitl.autopilot.safety.alarm import SafetyAction
 from sitl.autopilot.safety.failsafe import Failsafes
-from tests.support.recorded_flight import HIGH, Flight
+from tests.support.flights.recorded_flight import HIGH, Flight
 
 
 def test_a_return_in_forward_flight_turns_to_the_new_home():

@@ -10,8 +10,8 @@ from protocol.dialect.vocabulary import Way
 from protocol.modes import Mode
 from sitl.autopilot.manual import Sticks
 from sitl.autopilot.settings import Settings
-from tests.support.fake_station import Bench
-from tests.support.recorded_flight import HIGH, Flight
+from tests.support.flights.recorded_flight import HIGH, Flight
+from tests.support.vehicle.fake_station import Bench
 
 
 def sticks(x=0, y=0, z=500, r=0, target=1):

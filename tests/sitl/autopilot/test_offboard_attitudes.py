@@ -12,8 +12,8 @@ from sitl.control.reference import AttitudeReference
 from sitl.guidance.attitude_setpoints import MIN_THRUST
 from sitl.model.quaternions import hover, x_axis
 from sitl.model.vectors import Vector
-from tests.support.estimates import turned
-from tests.support.recorded_flight import NOMINAL, Flight
+from tests.support.flights.estimates import turned
+from tests.support.flights.recorded_flight import NOMINAL, Flight
 
 HOVER = NOMINAL.m * NOMINAL.g / full_force(NOMINAL)  # thrust of a hover
 STILL = Vector(0.0, 0.0, 0.0)

@@ -12,9 +12,9 @@ from sitl.aircraft import is_forward
 from sitl.autopilot.transitions import TIME_LIMIT, Transition, is_reached
 from sitl.control.reference import along, hover_at, leg
 from sitl.guidance.view import VehicleView
-from tests.support.fake_station import Bench
-from tests.support.mission_items import waypoint
-from tests.support.recorded_flight import Flight
+from tests.support.flights.recorded_flight import Flight
+from tests.support.vehicle.fake_station import Bench
+from tests.support.vehicle.mission_items import waypoint
 
 TRANSITION = mavlink.MAV_CMD_DO_VTOL_TRANSITION
 FORWARD, HOVER = mavlink.MAV_VTOL_STATE_FW, mavlink.MAV_VTOL_STATE_MC

@@ -2,7 +2,7 @@
 
 from sitl.__main__ import main
 from sitl.commands.region import _lines
-from tests.support.region_results import made_up_results
+from tests.support.flights.region_results import made_up_results
 
 
 def test_the_tables_show_proved_levels_and_advised_thresholds():

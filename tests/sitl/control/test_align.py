@@ -8,7 +8,7 @@ from sitl.control.reference import along, leg
 from sitl.design.zero_moment import zero_moment_gains
 from sitl.model.airframe_files import load
 from sitl.model.quaternions import hover
-from tests.support.estimates import estimate, reference, vector
+from tests.support.flights.estimates import estimate, reference, vector
 
 A = load("nominal").parameters
 GAINS = zero_moment_gains(A)

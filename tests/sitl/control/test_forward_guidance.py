@@ -23,7 +23,7 @@ from sitl.design.forward import BRAKE_AIR, BRAKE_CLIMB, BRAKE_RATE, line_of_sigh
 from sitl.design.trim import braking_limit
 from sitl.model.airframe_files import load
 from sitl.model.vectors import Vector, add_scaled, level_norm, norm, scaled, subtract
-from tests.support.estimates import estimate
+from tests.support.flights.estimates import estimate
 
 NOMINAL = load("nominal").parameters
 GAINS = line_of_sight_gains().guidance

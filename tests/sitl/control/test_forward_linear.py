@@ -18,7 +18,7 @@ from sitl.model.plant import derivative
 from sitl.model.quaternions import from_euler, multiply, normalised, rotate
 from sitl.model.state import Body
 from sitl.model.vectors import Vector, add, add_scaled, dot, level_norm, norm, scaled
-from tests.support.estimates import estimate, negated, quaternion, turned, vector
+from tests.support.flights.estimates import estimate, negated, quaternion, turned, vector
 
 NOMINAL = load("nominal").parameters
 GAINS = forward_gains(NOMINAL)

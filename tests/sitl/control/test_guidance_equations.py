@@ -12,7 +12,7 @@ from sitl.control.forward_guidance import cruise, ground_speed, stop_within, sto
 from sitl.control.reference import circle, height, leg, line_of_sight
 from sitl.design.forward import BRAKE_AIR, BRAKE_CLIMB, BRAKE_RATE, line_of_sight_gains
 from sitl.model.vectors import Vector
-from tests.support.estimates import vector
+from tests.support.flights.estimates import vector
 
 GAINS = line_of_sight_gains().guidance._replace(  # no two alike
     k_v=0.9, k_i=0.35, max_integral=3.7, max_forward=2.9, min_turn=3.1, max_turn=7.9, k_z=0.65, k_vz=1.45

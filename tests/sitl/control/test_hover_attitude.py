@@ -19,7 +19,7 @@ from sitl.model.airframe_files import load
 from sitl.model.hover_model import force_matrix
 from sitl.model.quaternions import conjugate, hover, multiply, rotate, rotate_inverse
 from sitl.model.vectors import Vector
-from tests.support.estimates import STILL, estimate, reference, rotation, turned, vector
+from tests.support.flights.estimates import STILL, estimate, reference, rotation, turned, vector
 
 A = load("nominal").parameters
 LOOP = zero_moment_gains(A)

@@ -14,7 +14,7 @@ from sitl.design.lqr import hover_gains
 from sitl.model.airframe_files import load
 from sitl.model.quaternions import from_euler, hover, multiply, rotate
 from sitl.model.vectors import Vector, scaled
-from tests.support.estimates import STILL, estimate, negated, reference, turned, vector
+from tests.support.flights.estimates import STILL, estimate, negated, reference, turned, vector
 
 A = load("nominal").parameters
 LQI = hover_gains(A)

@@ -27,7 +27,7 @@ from sitl.model.aerodynamics import wrench
 from sitl.model.airframe_files import load
 from sitl.model.quaternions import from_euler, hover, rotate, rotate_inverse, x_axis
 from sitl.model.vectors import Vector, norm, subtract
-from tests.support.estimates import estimate, quaternion, vector
+from tests.support.flights.estimates import estimate, quaternion, vector
 
 A = load("nominal").parameters
 GAINS = line_of_sight_gains()

@@ -15,7 +15,7 @@ from sitl.model.aerodynamics import wrench
 from sitl.model.airframe_files import load
 from sitl.model.quaternions import rotate, rotate_inverse, x_axis
 from sitl.model.vectors import Vector, subtract
-from tests.support.estimates import estimate, rotation, vector
+from tests.support.flights.estimates import estimate, rotation, vector
 
 A = load("nominal").parameters
 GAINS = wind_gains()

@@ -18,9 +18,9 @@ from sitl.model.quaternions import conjugate, from_euler, hover, multiply, rotat
 from sitl.model.state import Body
 from sitl.model.vectors import Vector, add_scaled
 from sitl.reproduction.equations.quadrotor import quadrotor_gains
-from tests.support import appendix_d
-from tests.support.estimates import estimate, negated, quaternion, rotation, turned, vector
-from tests.support.quadrotor_flight import fly
+from tests.support.flights import appendix_d
+from tests.support.flights.estimates import estimate, negated, quaternion, rotation, turned, vector
+from tests.support.flights.quadrotor_flight import fly
 
 A = load("nominal").parameters
 SPEED, DT = 3.0, 0.002

@@ -25,7 +25,7 @@ PROCESSORS = [
 def digest(choice):
     """Count and hash of every number of every design, computed by a process that thinks it runs elsewhere."""
     kept = {key: value for key, value in os.environ.items() if key not in {"OPENBLAS_CORETYPE", *OLD}}
-    command = [sys.executable, "-m", "tests.support.gains_digest"]
+    command = [sys.executable, "-m", "tests.support.digests.gains_digest"]
     ran = subprocess.run(command, cwd=ROOT, env=kept | choice, capture_output=True, text=True, check=False)
     assert ran.returncode == 0, ran.stderr
     return ran.stdout.split()

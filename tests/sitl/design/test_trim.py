@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from sitl.design.lqr import hover_thrust
 from sitl.design.trim import braking_limit, decelerating_trim, level_trim, trims
 from sitl.model.airframe_files import load
-from tests.support.trimmed import accelerations, straight
+from tests.support.flights.trimmed import accelerations, straight
 
 NOMINAL, PUBLISHED = load("nominal").parameters, load("published").parameters
 

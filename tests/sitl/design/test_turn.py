@@ -13,7 +13,7 @@ from sitl.model.ground import feet_aloft
 from sitl.model.plant import step_in_air
 from sitl.model.quaternions import Quaternion, from_euler, multiply, rotate, rotate_inverse
 from sitl.model.state import Plant
-from tests.support.trimmed import NOTHING, accelerations, turning, velocity
+from tests.support.flights.trimmed import NOTHING, accelerations, turning, velocity
 
 NOMINAL, PUBLISHED = load("nominal").parameters, load("published").parameters
 TURNS = [

@@ -11,7 +11,7 @@ from sitl.model.airframe_files import load
 from sitl.model.ground import is_touching
 from sitl.model.quaternions import hover, rotate_inverse
 from sitl.model.vectors import Vector, subtract
-from tests.support.plant_flight import plant, standing_height
+from tests.support.flights.plant_flight import plant, standing_height
 
 A = load("nominal").parameters
 CALM, QUIET = Vector(0.0, 0.0, 0.0), Normals(0.0, 0.0, 0.0, 0.0, 0.0)

@@ -15,8 +15,8 @@ from sitl.simulation.flight import PERIOD
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start
 from sitl.supervisor.guards import LOST
-from tests.support.estimates import turned, vector
-from tests.support.recorded_flight import NOMINAL
+from tests.support.flights.estimates import turned, vector
+from tests.support.flights.recorded_flight import NOMINAL
 
 HOVER = NOMINAL.m * NOMINAL.g / full_force(NOMINAL)  # thrust of a hover
 STILL, HEAD_WIND, SPAN_WIND = (0.0, 0.0, 0.0), (-3.0, 0.0, 0.0), (0.0, 3.0, 0.0)

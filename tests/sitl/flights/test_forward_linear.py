@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sitl.model.airframe_files import load
-from tests.support.linear_forward_flight import NOMINAL, disturb, fly, moved, on_leg
+from tests.support.flights.linear_forward_flight import NOMINAL, disturb, fly, moved, on_leg
 
 SIZES = {"offset": 3.0, "speed": 1.0, "attitude": math.radians(25.0), "rate": 1.0}
 

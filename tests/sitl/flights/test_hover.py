@@ -11,8 +11,8 @@ from sitl.control.hover_zero_moment import wanted_force
 from sitl.design.zero_moment import zero_moment_gains
 from sitl.model.quaternions import from_euler, hover, multiply
 from sitl.model.state import Body
-from tests.support.estimates import rotation, vector
-from tests.support.hover_flight import LINEAR_ALONE, NOMINAL, ZERO_MOMENT_ALONE, fly
+from tests.support.flights.estimates import rotation, vector
+from tests.support.flights.hover_flight import LINEAR_ALONE, NOMINAL, ZERO_MOMENT_ALONE, fly
 
 REPORT_START = from_euler(math.radians(10.0), math.radians(-45.0), math.radians(25.0))
 FAR = (100.0, 100.0, 50.0)

@@ -19,9 +19,9 @@ from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start
 from sitl.supervisor.guards import MAX_SINK
 from sitl.supervisor.table import TABLE
-from tests.support.estimates import turned
-from tests.support.recorded_flight import NOMINAL
-from tests.support.tunings import EVERY_LAW
+from tests.support.flights.estimates import turned
+from tests.support.flights.recorded_flight import NOMINAL
+from tests.support.flights.tunings import EVERY_LAW
 
 HIGH = 200.0  # [m]
 STILL = Vector(0.0, 0.0, 0.0)

@@ -12,10 +12,10 @@ from sitl.model.vectors import Vector, norm
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start
 from sitl.supervisor.guards import MAX_SINK
-from tests.support.estimates import rotation, vector
-from tests.support.mission_items import waypoint
-from tests.support.recorded_flight import NOMINAL, Flight, on_a_leg
-from tests.support.tunings import EVERY_LAW
+from tests.support.flights.estimates import rotation, vector
+from tests.support.flights.recorded_flight import NOMINAL, Flight, on_a_leg
+from tests.support.flights.tunings import EVERY_LAW
+from tests.support.vehicle.mission_items import waypoint
 
 MAX_JUMPS = 12  # in a minute of gusts
 RANDOM = 64  # flights

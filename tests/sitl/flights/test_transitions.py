@@ -11,7 +11,7 @@ from sitl.autopilot.settings import Settings
 from sitl.design.forward import can_fly_forward
 from sitl.model.airframe_files import load
 from sitl.studies.campaign import UNCERTAIN, perturbed
-from tests.support.recorded_flight import HIGH, NOMINAL, Flight, hop
+from tests.support.flights.recorded_flight import HIGH, NOMINAL, Flight, hop
 
 DISTANCE, UP = 100.0, 10.0
 THERE_AND_BACK = ["align", "tip_over", "fly", "brake", "hover"]

@@ -11,8 +11,8 @@ from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start
 from sitl.simulation.tuning import Tuning
 from sitl.studies.campaign import UNCERTAIN, perturbed
-from tests.support.estimates import quaternion, vector
-from tests.support.recorded_flight import NOMINAL, Track, on_a_leg
+from tests.support.flights.estimates import quaternion, vector
+from tests.support.flights.recorded_flight import NOMINAL, Track, on_a_leg
 
 GAINS = wind_gains()
 WITH, WITHOUT = Tuning(pitot=1), Tuning(pitot=0)

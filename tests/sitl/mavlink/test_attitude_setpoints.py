@@ -12,8 +12,8 @@ from protocol.modes import Mode
 from sitl.autopilot.settings import Settings
 from sitl.control.hover_attitude import full_force
 from sitl.model.vectors import norm
-from tests.support.fake_station import FakeStation
-from tests.support.recorded_flight import NOMINAL
+from tests.support.flights.recorded_flight import NOMINAL
+from tests.support.vehicle.fake_station import FakeStation
 
 HOVER = NOMINAL.m * NOMINAL.g / full_force(NOMINAL)  # thrust of a hover
 

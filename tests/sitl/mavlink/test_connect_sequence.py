@@ -15,8 +15,8 @@ from protocol.dialect import mavlink
 from protocol.engines.ftp_packet import FtpPacket, crc32
 from protocol.plans import load
 from protocol.plans.mission_item import MissionItem
-from tests.support.fake_station import HOME, Bench, FakeStation
 from tests.support.paths import DATA
+from tests.support.vehicle.fake_station import HOME, Bench, FakeStation
 
 ACCEPTED, UNSUPPORTED = mavlink.MAV_RESULT_ACCEPTED, mavlink.MAV_RESULT_UNSUPPORTED
 REQUEST = mavlink.MAV_CMD_REQUEST_MESSAGE

@@ -11,8 +11,8 @@ from sitl.errors import SitlError
 from sitl.parameters import Configuration, WorldSettings
 from sitl.persistence import StateFolder
 from sitl.simulation.tuning import Tuning
-from tests.support.fake_station import Bench
-from tests.support.mission_items import global_item, polygon, waypoint
+from tests.support.vehicle.fake_station import Bench
+from tests.support.vehicle.mission_items import global_item, polygon, waypoint
 
 FENCE, RALLY = mavlink.MAV_MISSION_TYPE_FENCE, mavlink.MAV_MISSION_TYPE_RALLY
 DISC, HOLE, RALLY_POINT = 5003, 5004, 5100

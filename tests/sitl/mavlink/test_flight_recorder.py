@@ -9,7 +9,7 @@ from protocol.tlog import read_tlog
 from sitl.mavlink import flight_recorder
 from sitl.mavlink.flight_recorder import FlightRecorder
 from sitl.mavlink.telemetry.streams import SnapshotMessages
-from tests.support.file_session import WALL, FileSession
+from tests.support.vehicle.file_session import WALL, FileSession
 
 
 @pytest.fixture

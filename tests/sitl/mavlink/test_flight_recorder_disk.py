@@ -11,7 +11,7 @@ from sitl.autopilot.settings import Settings
 from sitl.mavlink import flight_recorder
 from sitl.mavlink.flight_recorder import FlightRecorder
 from tests.support.disk import full_disk
-from tests.support.fake_station import Bench
+from tests.support.vehicle.fake_station import Bench
 
 WALL = 1_790_000_000.0
 POINT = (120.0, 0.0, 25.0)

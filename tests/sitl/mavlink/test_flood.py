@@ -10,9 +10,9 @@ from protocol.dialect import mavlink
 from sitl.mavlink import commands
 from sitl.mavlink.statustext_limiter import TEXTS_PER_SECOND
 from sitl.model.plant import is_finite
-from tests.support.fake_station import PEER, STEP
-from tests.support.flood import STATION, Flood, framed, orders, random_payload
-from tests.support.hovering_node import hovering
+from tests.support.links.flood import STATION, Flood, framed, orders, random_payload
+from tests.support.vehicle.fake_station import PEER, STEP
+from tests.support.vehicle.hovering_node import hovering
 
 SECONDS, PER_STEP = 8.0, 20
 

@@ -8,7 +8,7 @@ from protocol.dialect import mavlink
 from protocol.modes import Mode, custom_mode
 from protocol.plans.mission_item import MissionItem
 from sitl.autopilot.arming import ARMING_TIMEOUT
-from tests.support.fake_station import HOME, NAN, Bench
+from tests.support.vehicle.fake_station import HOME, NAN, Bench
 
 ACCEPTED = mavlink.MAV_RESULT_ACCEPTED
 ARM, TAKE_OFF = mavlink.MAV_CMD_COMPONENT_ARM_DISARM, mavlink.MAV_CMD_NAV_TAKEOFF

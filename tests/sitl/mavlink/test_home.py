@@ -8,8 +8,8 @@ from protocol.dialect import mavlink
 from protocol.modes import Mode
 from protocol.plans.mission_item import MissionItem
 from sitl.autopilot.settings import Settings
-from tests.support.fake_station import Bench
-from tests.support.home_messages import NAN, RELATIVE, SET_HOME, e7, global_waypoint, request_message, set_home
+from tests.support.vehicle.fake_station import Bench
+from tests.support.vehicle.home_messages import NAN, RELATIVE, SET_HOME, e7, global_waypoint, request_message, set_home
 
 BODY = mavlink.MAV_FRAME_BODY_NED
 FENCE, RALLY = mavlink.MAV_MISSION_TYPE_FENCE, mavlink.MAV_MISSION_TYPE_RALLY

@@ -12,8 +12,8 @@ from protocol.plans import load
 from sitl.errors import SitlError
 from sitl.parameters import WorldSettings
 from sitl.persistence import StateFolder
-from tests.support.fake_station import HOME, NAN, FakeStation
 from tests.support.paths import DATA
+from tests.support.vehicle.fake_station import HOME, NAN, FakeStation
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ import pytest
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law
 from protocol.modes import Mode
-from tests.support.fake_station import NAN, FakeStation
+from tests.support.vehicle.fake_station import NAN, FakeStation
 
 LOCAL, OFFSET, BODY_NED, BODY_OFFSET, BODY_FRD = 1, 7, 8, 9, 12
 POSITION, VELOCITY, ACCELERATION = 2552, 2503, 3135  # masks as MAVSDK sends them, with a yaw but for the last

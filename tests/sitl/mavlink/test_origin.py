@@ -4,8 +4,8 @@ import pytest
 
 from protocol.dialect import mavlink
 from protocol.frames import Geodetic
-from tests.support.fake_station import HOME, Bench
-from tests.support.home_messages import NAN, RELATIVE, global_waypoint, request_message, set_home, set_origin
+from tests.support.vehicle.fake_station import HOME, Bench
+from tests.support.vehicle.home_messages import NAN, RELATIVE, global_waypoint, request_message, set_home, set_origin
 
 SET_ORIGIN = mavlink.MAV_CMD_DO_SET_GLOBAL_ORIGIN
 ACCEPTED, DENIED = mavlink.MAV_RESULT_ACCEPTED, mavlink.MAV_RESULT_DENIED

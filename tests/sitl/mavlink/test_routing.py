@@ -4,8 +4,8 @@ import pytest
 
 from protocol.codec import Codec
 from protocol.dialect import mavlink
-from tests.support.fake_station import STEP
-from tests.support.hovering_node import hovering
+from tests.support.vehicle.fake_station import STEP
+from tests.support.vehicle.hovering_node import hovering
 
 GROUND, OTHER, CAMERA = (255, 190), (245, 190), (1, 100)
 PORTS = {"ground": GROUND, "other": OTHER, "camera": CAMERA}

@@ -12,7 +12,7 @@ from sitl.__main__ import main
 from sitl.errors import SitlError
 from sitl.mavlink.signing_keys import KeyFile, read_key_option
 from sitl.persistence import StateFolderError
-from tests.support.signed_station import FAR, KEY, LOCAL, OTHER, SignedStation, T
+from tests.support.vehicle.signed_station import FAR, KEY, LOCAL, OTHER, SignedStation, T
 
 
 def test_with_a_key_from_the_command_line_only_signed_commands_are_obeyed(tmp_path):

@@ -9,7 +9,7 @@ from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law
 from protocol.modes import Mode, custom_mode
 from sitl.mavlink.standard_modes import AVAILABLE_MODES, STANDARD_MODES
-from tests.support.fake_station import HOME, FakeStation
+from tests.support.vehicle.fake_station import HOME, FakeStation
 
 
 def command(ground, number, *params):

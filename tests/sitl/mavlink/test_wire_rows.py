@@ -7,7 +7,7 @@ import pytest
 from protocol.dialect import mavlink
 from protocol.modes import Mode
 from protocol.plans.mission_item import MissionItem
-from tests.support.fake_station import HOME, PEER, Bench
+from tests.support.vehicle.fake_station import HOME, PEER, Bench
 
 ACCEPTED = mavlink.MAV_RESULT_ACCEPTED
 

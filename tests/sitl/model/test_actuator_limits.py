@@ -4,7 +4,7 @@ import pytest
 
 from sitl.model.actuators import limits
 from sitl.model.airframe_files import load
-from tests.support.plant_flight import actuators
+from tests.support.flights.plant_flight import actuators
 
 NOMINAL, FIRST_ORDER = load("nominal").parameters, load("nominal-first-order").parameters
 DT = 1e-3

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from sitl.model.actuators import limited, limits, moved, nodes
 from sitl.model.airframe_files import load
-from tests.support.plant_flight import OFF, actuators
+from tests.support.flights.plant_flight import OFF, actuators
 
 NOMINAL, FIRST_ORDER = load("nominal").parameters, load("nominal-first-order").parameters
 DT = 1e-3

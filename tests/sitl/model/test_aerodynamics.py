@@ -10,9 +10,9 @@ from sitl.model.airframe_files import load
 from sitl.model.hover_model import force_matrix, moment_matrix
 from sitl.model.state import Actuators
 from sitl.model.vectors import Vector
-from tests.support import phi_theory
-from tests.support.estimates import vector
-from tests.support.plant_flight import actuators
+from tests.support.flights import phi_theory
+from tests.support.flights.estimates import vector
+from tests.support.flights.plant_flight import actuators
 
 NOMINAL, PUBLISHED = load("nominal").parameters, load("published").parameters
 FULL = NOMINAL._replace(C_y0=0.3, C_lq=0.2, C_mp=0.1, C_mr=0.15, C_nq=0.05)  # no coefficient is zero

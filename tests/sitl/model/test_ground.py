@@ -9,8 +9,8 @@ from sitl.model.airframe_files import load
 from sitl.model.ground import CLEAR, DAMPING, FRICTION, STIFFNESS, contact, foot, is_touching, point_motion
 from sitl.model.plant import step
 from sitl.model.quaternions import from_euler, hover, x_axis
-from tests.support.estimates import STILL, vector
-from tests.support.plant_flight import actuators, fly, plant, standing_height
+from tests.support.flights.estimates import STILL, vector
+from tests.support.flights.plant_flight import actuators, fly, plant, standing_height
 
 NOMINAL = load("nominal").parameters
 HEIGHT = standing_height(NOMINAL)

@@ -10,7 +10,7 @@ from sitl.model.ground import contact, feet_after, feet_aloft, foot, is_touching
 from sitl.model.quaternions import normalised
 from sitl.model.state import Actuators, Body, Feet, Foot, Plant
 from sitl.model.vectors import Vector
-from tests.support.estimates import quaternion, vector
+from tests.support.flights.estimates import quaternion, vector
 
 A = load("nominal").parameters
 STIFFNESS, DAMPING, FRICTION = 800.0, 10.0, 0.6  # [N/m], [N s/m], [-]

@@ -7,7 +7,7 @@ import pytest
 
 from sitl.model.gusts import gust_after
 from sitl.model.vectors import Vector
-from tests.support.estimates import STILL, vector
+from tests.support.flights.estimates import STILL, vector
 
 
 @pytest.mark.parametrize("dt", [0.002, 0.02])
@@ -30,3 +30,11 @@ def test_gusts_fade_over_the_time_it_takes_to_fly_through_them():
     for _ in range(100):
         still = gust_after(still, vector(STILL), 1.0, 30.0, 0.0, 0.3)
     assert still == pytest.approx((1.0 / math.e,) * 3)
+
+
+def test_each_axis_keeps_its_share_of_the_gust_and_takes_its_own_noise():
+    gust, noise = Vector(1.0, -2.0, 0.5), Vector(0.3, -0.7, 1.1)
+    keep = math.exp(-0.02 * 10.0 / 30.0)
+    fresh = 1.5 * math.sqrt(1.0 - keep * keep)
+    expected = [keep * before + fresh * drawn for before, drawn in zip(gust, noise, strict=True)]
+    assert gust_after(gust, noise, 1.5, 30.0, 10.0, 0.02) == pytest.approx(expected, rel=1e-9)

@@ -13,8 +13,8 @@ from sitl.model.plant import derivative, is_finite, shaft_power, step
 from sitl.model.quaternions import from_euler, multiply, rotate, rotate_inverse
 from sitl.model.state import Actuators
 from sitl.model.vectors import Vector
-from tests.support.estimates import STILL, rotation, vector
-from tests.support.plant_flight import OFF, actuators, fly, plant
+from tests.support.flights.estimates import STILL, rotation, vector
+from tests.support.flights.plant_flight import OFF, actuators, fly, plant
 
 NOMINAL = load("nominal").parameters
 VACUUM = NOMINAL._replace(rho=1e-12, k_f=1e-30, k_m=1e-30, S_ratio=1e-12)

@@ -19,7 +19,7 @@ from sitl.model.quaternions import (
     z_axis,
 )
 from sitl.model.vectors import Vector
-from tests.support.estimates import rotation
+from tests.support.flights.estimates import rotation
 
 X, Z = Vector(1.0, 0.0, 0.0), Vector(0.0, 0.0, 1.0)
 vectors = st.builds(Vector, *[st.floats(-20, 20)] * 3)

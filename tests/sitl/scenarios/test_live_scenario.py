@@ -18,7 +18,7 @@ from sitl.parameters import PARAMETERS
 from sitl.process import SCENARIO_EXIT_REFUSAL
 from sitl.scenarios.live_scenario import ScenarioAircraft, named
 from sitl.scenarios.scenario import ScenarioEvent, fly
-from tests.support.fake_station import Bench, FakeStation
+from tests.support.vehicle.fake_station import Bench, FakeStation
 
 WORLD = World(LocalFrame(HOME), ARENAS["open"])
 

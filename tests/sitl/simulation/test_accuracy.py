@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.support.exact_plant import exactly, farthest, flown, in_steps
+from tests.support.flights.exact_plant import exactly, farthest, flown, in_steps
 
 MAX_ERROR = 0.2  # [mm]
 

@@ -15,7 +15,7 @@ from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start
 from sitl.simulation.storage import access, record_of
 from sitl.supervisor.guards import GUARDS
-from tests.support.own_laws import ENOUGH, OWN, OwnLaw
+from tests.support.flights.own_laws import ENOUGH, OWN, OwnLaw
 
 NOMINAL = load("nominal").parameters
 

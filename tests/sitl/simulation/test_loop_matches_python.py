@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from protocol.dialect.vocabulary import Law
-from tests.support.flight_digest import digests, flights
+from tests.support.digests.flight_digest import digests, flights
 
 ROOT = Path(__file__).parents[3]
 
@@ -22,7 +22,7 @@ def compiled():
 @pytest.fixture(scope="module")
 def python():
     ran = subprocess.run(
-        [sys.executable, "-m", "tests.support.flight_digest"],
+        [sys.executable, "-m", "tests.support.digests.flight_digest"],
         cwd=ROOT, env=os.environ | {"NUMBA_DISABLE_JIT": "1"}, capture_output=True, text=True,
     )  # fmt: skip
     assert ran.returncode == 0, ran.stderr

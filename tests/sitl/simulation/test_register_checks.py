@@ -15,7 +15,7 @@ from sitl.supervisor import guards
 from sitl.supervisor.guards import Guard
 from sitl.supervisor.resets import Reset
 from sitl.supervisor.table import TABLE, Jump
-from tests.support.own_laws import FORGET, OWN, Climbed, ClimbGains, OwnLaw, climb, enough, forget, register
+from tests.support.flights.own_laws import FORGET, OWN, Climbed, ClimbGains, OwnLaw, climb, enough, forget, register
 
 
 @kernel

@@ -10,7 +10,7 @@ from sitl.simulation.flight import JumpEntry
 from sitl.simulation.situation import holds
 from sitl.simulation.storage import record_type
 from sitl.supervisor import guards
-from tests.support.started_simulation import in_forward_flight, standing, state, vehicle
+from tests.support.flights.started_simulation import in_forward_flight, standing, state, vehicle
 
 FLOWN = 2600  # periods; a block of draws is 2000 long
 

@@ -6,13 +6,14 @@ import pytest
 
 from protocol.dialect.vocabulary import Law, Way
 from sitl.autopilot.settings import Settings
-from tests.support.mission_items import waypoint
-from tests.support.processors import OLD, printed
-from tests.support.recorded_flight import HIGH, Flight
-from tests.support.reference_digest import SMALL, WAYS, digest
-from tests.support.tunings import EVERY_LAW
+from tests.support.digests.processors import OLD, printed
+from tests.support.digests.reference_digest import SMALL, WAYS, digest
+from tests.support.flights.recorded_flight import HIGH, Flight
+from tests.support.flights.tunings import EVERY_LAW
+from tests.support.vehicle.mission_items import waypoint
 
 # A core type that the processor or the build of OpenBLAS does not have falls back to another.
+PROGRAM = "tests.support.digests.reference_digest"
 PROCESSORS = (
     ({"OPENBLAS_CORETYPE": "SkylakeX", "NUMBA_DISABLE_JIT": "1"}, ("short",)),
     ({"OPENBLAS_CORETYPE": "Haswell"}, ("short", "alone", "batch")),
@@ -43,7 +44,9 @@ def test_how_it_is_flown_changes_no_bit(way, alone):
 def test_every_processor_flies_the_same_flights(alone):
     here = {"alone": digest(alone), "batch": digest(alone), "short": digest(WAYS["short"]())}
     with ThreadPoolExecutor(2) as two:
-        found = [two.submit(printed, "tests.support.reference_digest", ways, choice) for choice, ways in PROCESSORS]
+        found = [
+            two.submit(printed, "tests.support.digests.reference_digest", ways, choice) for choice, ways in PROCESSORS
+        ]
     for (choice, ways), flown in zip(PROCESSORS, found, strict=True):
         assert flown.result() == [here[way] for way in ways], choice
 

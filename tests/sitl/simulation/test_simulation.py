@@ -21,7 +21,7 @@ from sitl.simulation.situation import holds
 from sitl.simulation.start import Start, whole_periods
 from sitl.simulation.tuning import Tuning
 from sitl.supervisor import guards
-from tests.support.started_simulation import NOMINAL, UP, in_forward_flight, vehicle
+from tests.support.flights.started_simulation import NOMINAL, UP, in_forward_flight, vehicle
 
 FEATHER = NOMINAL._replace(J2=1e-9)  # turns faster than the steps can follow
 

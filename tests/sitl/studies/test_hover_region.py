@@ -12,7 +12,7 @@ from sitl.errors import SitlError
 from sitl.studies import hover_region
 from sitl.studies.hover_region import share_at, study, threshold
 from sitl.studies.hover_region_plot import save_plot
-from tests.support.region_results import NOMINAL, flights_of, made_up_results
+from tests.support.flights.region_results import NOMINAL, flights_of, made_up_results
 
 
 def test_a_threshold_is_where_the_share_of_converging_flights_falls_below_the_limit():

@@ -11,7 +11,7 @@ from sitl.model.quaternions import Quaternion, hover
 from sitl.model.vectors import Vector
 from sitl.supervisor import guards as g
 from sitl.supervisor.resets import LET_GO_TIME, begin_anew, landed, level_first
-from tests.support.estimates import estimate, turned
+from tests.support.flights.estimates import estimate, turned
 
 GUIDANCE = line_of_sight_gains().guidance
 USUAL = g.Thresholds(v_enter=20.0, v_leave=50.0, v_forward_enter=5.0, v_forward_leave=20.0, alone=False)

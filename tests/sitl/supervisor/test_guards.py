@@ -12,8 +12,8 @@ from sitl.model.quaternions import hover, multiply
 from sitl.model.vectors import Vector
 from sitl.simulation.tuning import Tuning, thresholds
 from sitl.supervisor import guards as g
-from tests.support.estimates import estimate, rotation, vector
-from tests.support.tunings import EVERY_LAW
+from tests.support.flights.estimates import estimate, rotation, vector
+from tests.support.flights.tunings import EVERY_LAW
 
 A = load("nominal").parameters
 GUIDANCE = line_of_sight_gains().guidance

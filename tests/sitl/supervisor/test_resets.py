@@ -23,9 +23,9 @@ from sitl.simulation.storage import leaves, named_from, record_of
 from sitl.supervisor.guards import GUARDS
 from sitl.supervisor.resets import LET_GO_TIME, begin_anew
 from sitl.supervisor.table import TABLE
-from tests.support.estimates import rotation, vector
-from tests.support.linear_forward_flight import on_leg
-from tests.support.tunings import EVERY_LAW
+from tests.support.flights.estimates import rotation, vector
+from tests.support.flights.linear_forward_flight import on_leg
+from tests.support.flights.tunings import EVERY_LAW
 
 NOMINAL = load("nominal").parameters
 SIMULATION = Simulation(NOMINAL, start=Start(up=50.0, airborne=True), tuning=EVERY_LAW)

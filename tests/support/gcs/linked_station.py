@@ -5,7 +5,7 @@ import io
 from darko_gcs.station.initial_sync import InitialSync
 from darko_gcs.station.station import Station
 from protocol.tlog import TlogWriter
-from tests.support.fake_station import PEER, Bench
+from tests.support.vehicle.fake_station import PEER, Bench
 
 STEP = 0.02  # [s]
 TICKS_PER_STEP = 10  # of the vehicle

@@ -5,7 +5,6 @@ import math
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import DecisionReason, Law, Way
 from protocol.modes import Mode, custom_mode
-from tests.support.darko_messages import energy, hybrid_state
 from tests.support.gcs.messages import (
     decision,
     heartbeat,
@@ -17,6 +16,7 @@ from tests.support.gcs.messages import (
     vtol_state,
 )
 from tests.support.logs import bare, log_of
+from tests.support.vehicle.darko_messages import energy, hybrid_state
 
 SECOND = 1_000_000  # [us]
 NO_ITEM = 0xFFFF

@@ -6,7 +6,7 @@ from darko_gcs.station.station import Station
 from protocol.keyring import Keyring
 from protocol.tlog import TlogWriter
 from tests.support.gcs.linked_station import LinkedStation
-from tests.support.signed_station import FAR, LOCAL, SignedStation, T
+from tests.support.vehicle.signed_station import FAR, LOCAL, SignedStation, T
 
 
 class SignedLink(LinkedStation):

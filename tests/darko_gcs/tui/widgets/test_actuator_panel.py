@@ -6,9 +6,9 @@ from darko_gcs.state.reduce import reduce
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT
 from darko_gcs.tui.widgets.actuator_panel import ActuatorPanel
 from protocol.dialect.vocabulary import Limit
-from tests.support.darko_messages import actuators
 from tests.support.gcs.messages import arrived
 from tests.support.gcs.screens import panel_text
+from tests.support.vehicle.darko_messages import actuators
 
 UNKNOWN_LIMIT = 1 << 9  # of a newer vehicle
 

@@ -13,9 +13,9 @@ from darko_gcs.tui.widgets.map_panel import MapPanel
 from darko_gcs.tui.widgets.message_panel import MessagePanel
 from protocol.codec import Codec
 from protocol.dialect import mavlink
-from tests.support.flood import framed
 from tests.support.gcs.home import snapshot_after
 from tests.support.gcs.messages import position
+from tests.support.links.flood import framed
 
 PANELS = (HybridPanel, ActuatorPanel, AttitudePanel, FlightPanel, DecisionPanel, MapPanel, MessagePanel)
 DARKO_MESSAGES = st.integers(53000, 53005)  # ids

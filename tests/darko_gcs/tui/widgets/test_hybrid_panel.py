@@ -6,9 +6,9 @@ from darko_gcs.state.reduce import reduce
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT
 from darko_gcs.tui.widgets.hybrid_panel import LAW_STYLES, HybridPanel
 from protocol.dialect.vocabulary import Law
-from tests.support.darko_messages import hybrid_state
 from tests.support.gcs.messages import arrived
 from tests.support.gcs.screens import panel_text
+from tests.support.vehicle.darko_messages import hybrid_state
 
 
 def shown(message):

@@ -9,8 +9,8 @@ from protocol.engines.client.mission_client import MAX_OPEN_ITEM_REQUESTS, Missi
 from protocol.engines.retransmission import Remote
 from protocol.errors import LocalProtocolError
 from protocol.events import CurrentItemSet, MissionCleared, MissionDownloaded, MissionFailed
-from tests.support.link import plan
-from tests.support.mission_client import (
+from tests.support.links.link import plan
+from tests.support.links.mission_client import (
     CANCELLED,
     ERROR,
     HEARTBEAT,

@@ -6,8 +6,8 @@ from protocol.dialect import mavlink
 from protocol.engines.client.mission_client import MissionClient
 from protocol.engines.retransmission import REORDER_WINDOW, SILENCE_LIMIT, STALL_LIMIT, Remote
 from protocol.events import MissionCleared, MissionDownloaded, MissionFailed, MissionProgress, MissionUploaded
-from tests.support.link import plan
-from tests.support.mission_client import (
+from tests.support.links.link import plan
+from tests.support.links.mission_client import (
     CANCELLED,
     ERROR,
     HEARTBEAT,

@@ -4,7 +4,7 @@ from protocol.dialect import mavlink
 from protocol.engines.ftp_packet import FtpPacket, crc32
 from protocol.engines.server.ftp_server import FtpServer
 from protocol.message import Peer
-from tests.support.ftp_tree import BIG, Tree
+from tests.support.links.ftp_tree import BIG, Tree
 
 GROUND, OTHER = Peer(255, 190, "ground"), Peer(245, 190, "other")
 CRC, ACK = mavlink.MAV_FTP_OPCODE_CALCFILECRC, mavlink.MAV_FTP_OPCODE_ACK

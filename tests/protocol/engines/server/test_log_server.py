@@ -10,7 +10,7 @@ from protocol.engines.server.log_server import LogServer
 from protocol.engines.transfer_limits import LOG_DATA_SIZE
 from protocol.events import LogEraseRequested
 from protocol.message import Peer
-from tests.support.log_store import Opened, Store
+from tests.support.links.log_store import Opened, Store
 
 GROUND, OTHER = Peer(255, 190, "ground"), Peer(245, 190, "other")
 

@@ -5,8 +5,8 @@ import pytest
 from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.events import CurrentItemRequested, MissionCleared, MissionReceived
-from tests.support.link import plan
-from tests.support.mission_server import OLD, count, feed, item, numbered, received, server
+from tests.support.links.link import plan
+from tests.support.links.mission_server import OLD, count, feed, item, numbered, received, server
 
 ACCEPTED, UNSUPPORTED, INVALID_SEQUENCE = 0, 3, 13
 

@@ -8,8 +8,8 @@ from protocol.dialect import mavlink
 from protocol.engines.server.mission_server import MissionServer
 from protocol.events import MissionReceived
 from protocol.plans.validation import Refusal
-from tests.support.link import plan
-from tests.support.mission_server import OLD, OTHER, count, feed, item, received, server
+from tests.support.links.link import plan
+from tests.support.links.mission_server import OLD, OTHER, count, feed, item, received, server
 
 ACCEPTED, UNSUPPORTED, INVALID_SEQUENCE, DENIED, CANCELLED = 0, 3, 13, 14, 15
 

@@ -11,8 +11,8 @@ from protocol.events import MissionReceived, MissionRefused
 from protocol.message import Peer
 from protocol.plans.mission_item import MissionItem
 from protocol.plans.validation import Refusal
-from tests.support.link import plan
-from tests.support.mission_server import OLD, OTHER, count, feed, item, numbered, received, server
+from tests.support.links.link import plan
+from tests.support.links.mission_server import OLD, OTHER, count, feed, item, numbered, received, server
 
 ACCEPTED, NO_SPACE, DENIED, CANCELLED = 0, 4, 14, 15
 

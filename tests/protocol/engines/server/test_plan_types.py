@@ -12,8 +12,8 @@ from protocol.events import MissionCleared, MissionDownloaded, MissionFailed, Mi
 from protocol.message import Peer
 from protocol.plans.mission_item import MissionItem
 from protocol.plans.validation import Refusal
-from tests.support.fence_shapes import POINTS, SHAPES
-from tests.support.link import plan
+from tests.support.links.link import plan
+from tests.support.vehicle.fence_shapes import POINTS, SHAPES
 
 GROUND, VEHICLE = Peer(255, 190, "ground"), (1, 1)
 

@@ -1,8 +1,8 @@
 """TIMESYNC and PING are answered once; answers are not."""
 
 from protocol.dialect import mavlink
-from tests.support.link import frame
-from tests.support.vehicle_endpoint import ask, endpoint, heard
+from tests.support.links.link import frame
+from tests.support.links.vehicle_endpoint import ask, endpoint, heard
 
 
 def test_time_and_ping_are_answered_once_and_answers_are_not():

@@ -13,8 +13,8 @@ from protocol.modes import Mode
 from sitl.aircraft import is_forward
 from sitl.autopilot.settings import Settings
 from sitl.mavlink import commands
-from tests.support.mission_items import NAN, item, waypoint
-from tests.support.recorded_flight import HIGH, Flight, off_polygon, square
+from tests.support.flights.recorded_flight import HIGH, Flight, off_polygon, square
+from tests.support.vehicle.mission_items import NAN, item, waypoint
 
 GROUND = Peer(255, 190, "ground")
 SQUARE = ((0.0, 0.0), (100.0, 0.0), (100.0, -100.0), (0.0, -100.0))  # of tests/data/square100.plan, world NWU

@@ -9,7 +9,7 @@ from sitl.autopilot.mission.items import validate
 from sitl.autopilot.safety.arena import ARENAS
 from sitl.autopilot.safety.world import World
 from sitl.defaults import HOME
-from tests.support.mission_items import LAND, NAN, TAKE_OFF, item, waypoint
+from tests.support.vehicle.mission_items import LAND, NAN, TAKE_OFF, item, waypoint
 
 WORLD = World(LocalFrame(HOME), ARENAS["open"])
 

@@ -13,7 +13,7 @@ from sitl.autopilot.safety.world import World
 from sitl.autopilot.settings import Settings
 from sitl.defaults import HOME
 from sitl.guidance.view import VehicleView
-from tests.support.mission_items import LAND, NAN, TAKE_OFF, item, waypoint
+from tests.support.vehicle.mission_items import LAND, NAN, TAKE_OFF, item, waypoint
 
 WORLD = World(LocalFrame(HOME), ARENAS["open"])
 

@@ -10,9 +10,9 @@ from protocol.modes import Mode
 from sitl.autopilot.safety.failsafe import BatteryWatch, Reserve, ReturnEnergy, energy_home, hover_power
 from sitl.autopilot.safety.link_watch import LinkSilence, LinkWatches
 from sitl.autopilot.settings import Settings
-from tests.support.failsafe_flights import CRITICAL, ERRANDS
-from tests.support.fake_station import Bench
-from tests.support.recorded_flight import HIGH, Flight
+from tests.support.flights.failsafe_flights import CRITICAL, ERRANDS
+from tests.support.flights.recorded_flight import HIGH, Flight
+from tests.support.vehicle.fake_station import Bench
 
 FORWARD = Settings(way=Way.FORWARD)
 

@@ -5,8 +5,8 @@ import pytest
 
 from protocol.modes import Mode
 from sitl.autopilot.safety.alarm import CONTINUING, DOING, SafetyAction
-from tests.support import failsafe_flights as flights
-from tests.support.failsafe_flights import FORWARD, HOVER, MODE_OF_ACTION, SITUATIONS, TIMEOUT
+from tests.support.flights import failsafe_flights as flights
+from tests.support.flights.failsafe_flights import FORWARD, HOVER, MODE_OF_ACTION, SITUATIONS, TIMEOUT
 
 HOLD, RETURN, LAND = SafetyAction.HOLD, SafetyAction.RETURN, SafetyAction.LAND
 ACTIONS = (HOLD, RETURN, LAND)

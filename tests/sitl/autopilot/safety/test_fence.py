@@ -10,7 +10,7 @@ from protocol.modes import Mode
 from sitl.autopilot.safety.fence import Circle, Fence, FenceWatch, Polygon, path_to_stop
 from sitl.autopilot.settings import Settings
 from sitl.guidance.view import VehicleView
-from tests.support.recorded_flight import HIGH, Flight
+from tests.support.flights.recorded_flight import HIGH, Flight
 
 
 def at(p, v=(0.0, 0.0, 0.0), time=0.0, **rest):

@@ -7,7 +7,7 @@ import pytest
 from protocol.dialect import mavlink
 from protocol.plans.mission_item import MissionItem
 from sitl.autopilot.safety.fence_items import make_fence
-from tests.support.mission_items import FRAME, SQUARE, global_item, polygon
+from tests.support.vehicle.mission_items import FRAME, SQUARE, global_item, polygon
 
 INSIDE, OUTSIDE, DISC, HOLE = 5001, 5002, 5003, 5004  # MAV_CMD_NAV_FENCE_...
 BEYOND_THE_POLE = MissionItem(command=DISC, frame=0, params=(9.0, 0, 0, 0), x=910_000_000, y=0, z=0.0)

@@ -11,7 +11,7 @@ from sitl.autopilot.safety.alarm import SafetyAction
 from sitl.autopilot.safety.link_watch import LinkSilence, LinkWatches
 from sitl.autopilot.settings import Settings
 from sitl.mavlink.node import Node
-from tests.support.fake_station import PEER, Bench
+from tests.support.vehicle.fake_station import PEER, Bench
 
 ARM = mavlink.MAV_CMD_COMPONENT_ARM_DISARM
 ONBOARD_COMPUTER = mavlink.MAV_COMP_ID_ONBOARD_COMPUTER

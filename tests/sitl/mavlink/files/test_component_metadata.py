@@ -9,7 +9,7 @@ from protocol.dialect import mavlink
 from protocol.engines.ftp_packet import crc32
 from sitl.mavlink.files.component_metadata import GENERAL_URI, metadata_files
 from sitl.parameters import PARAMETERS
-from tests.support.file_session import FileSession
+from tests.support.vehicle.file_session import FileSession
 
 
 @pytest.fixture

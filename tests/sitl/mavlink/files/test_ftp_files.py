@@ -12,8 +12,8 @@ from protocol.plans import load
 from sitl.mavlink.files.ftp_files import VehicleFiles
 from sitl.mavlink.flight_recorder import FlightRecorder
 from sitl.parameters import Configuration
-from tests.support.file_session import WALL, FileSession
 from tests.support.paths import DATA
+from tests.support.vehicle.file_session import WALL, FileSession
 
 TABLE_NOW = Configuration().wire_table()
 SQUARE = load(DATA / "square.plan").items

@@ -14,8 +14,8 @@ from sitl.mavlink.files.component_metadata import default_values
 from sitl.mavlink.files.parameter_pack import pack_parameters, pack_plan
 from sitl.parameters import Configuration
 from sitl.simulation.tuning import Tuning
-from tests.support.file_session import FileSession
 from tests.support.paths import DATA
+from tests.support.vehicle.file_session import FileSession
 
 TABLE_NOW = Configuration().wire_table()
 SQUARE = load(DATA / "square.plan").items

@@ -16,7 +16,7 @@ from protocol.engines.server.stream_server import STREAM_COMMANDS
 from sitl.mavlink import commands
 from sitl.mavlink.handlers import answered_by
 from sitl.mavlink.services.maintenance_commands import MaintenanceCommands
-from tests.support.fake_station import HOME, PEER, Bench
+from tests.support.vehicle.fake_station import HOME, PEER, Bench
 
 MAINTENANCE = answered_by(MaintenanceCommands, int)
 NAN, INF = math.nan, math.inf

@@ -9,8 +9,8 @@ from protocol.engines.server.operator_control import OperatorControl
 from protocol.message import Peer
 from protocol.modes import Mode
 from sitl.autopilot.settings import Settings
-from tests.support.fake_station import PEER, Bench
-from tests.support.link import plan
+from tests.support.links.link import plan
+from tests.support.vehicle.fake_station import PEER, Bench
 
 ACCEPTED, DENIED = mavlink.MAV_RESULT_ACCEPTED, mavlink.MAV_RESULT_DENIED
 FAILED = mavlink.MAV_RESULT_FAILED

@@ -9,8 +9,8 @@ from protocol.frames import Geodetic
 from sitl.errors import SitlError
 from sitl.mavlink.services.home_service import StoredHome
 from sitl.persistence import StateFolder
-from tests.support.fake_station import HOME, Bench
-from tests.support.home_messages import global_waypoint, request_message, set_home, set_origin
+from tests.support.vehicle.fake_station import HOME, Bench
+from tests.support.vehicle.home_messages import global_waypoint, request_message, set_home, set_origin
 
 ACCEPTED = mavlink.MAV_RESULT_ACCEPTED
 ELSEWHERE = Geodetic(48.1, 11.6, 520.0)

@@ -7,7 +7,7 @@ import pytest
 from protocol.dialect import mavlink
 from protocol.frames import flip, flip_quaternion, rotate
 from sitl.mavlink.telemetry.flight_times import FlightTimes
-from tests.support.fake_station import HOME, Bench
+from tests.support.vehicle.fake_station import HOME, Bench
 
 ACCEPTED = mavlink.MAV_RESULT_ACCEPTED
 ARM, LAND, TAKE_OFF = mavlink.MAV_CMD_COMPONENT_ARM_DISARM, mavlink.MAV_CMD_NAV_LAND, mavlink.MAV_CMD_NAV_TAKEOFF

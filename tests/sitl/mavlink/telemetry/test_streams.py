@@ -10,8 +10,8 @@ from protocol.dialect import mavlink
 from protocol.links import MAX_LEARNED_PEERS
 from sitl.autopilot.settings import Settings
 from sitl.mavlink.telemetry.streams import BUILDERS, STREAMS
-from tests.support.fake_station import PEER, Bench
-from tests.support.signed_station import KEY, SignedStation
+from tests.support.vehicle.fake_station import PEER, Bench
+from tests.support.vehicle.signed_station import KEY, SignedStation
 
 ACCEPTED, DENIED, UNSUPPORTED = mavlink.MAV_RESULT_ACCEPTED, mavlink.MAV_RESULT_DENIED, mavlink.MAV_RESULT_UNSUPPORTED
 SET, REQUEST = mavlink.MAV_CMD_SET_MESSAGE_INTERVAL, mavlink.MAV_CMD_REQUEST_MESSAGE

@@ -12,7 +12,7 @@ from sitl.model.state import Body
 from sitl.model.vectors import Vector
 from sitl.reproduction.equations.quadrotor import QUADROTOR as A
 from sitl.reproduction.equations.quadrotor import force_matrix, moment_matrix, quadrotor_gains, step
-from tests.support.estimates import STILL, vector
+from tests.support.flights.estimates import STILL, vector
 
 HOVER = Virtual(*[A.m * A.g / 4.0] * 4)
 J = np.array((A.J1, A.J2, A.J3))

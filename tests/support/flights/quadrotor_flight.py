@@ -8,7 +8,7 @@ from sitl.model.quaternions import from_euler
 from sitl.reproduction.equations import quadrotor
 from sitl.reproduction.equations.quadrotor import QUADROTOR
 from sitl.simulation.flight import PERIOD
-from tests.support.estimates import vector
+from tests.support.flights.estimates import vector
 
 
 class Flight(NamedTuple):

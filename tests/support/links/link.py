@@ -17,8 +17,8 @@ from protocol.events import (
     MissionReceived,
 )
 from protocol.plans.mission_item import MissionItem
-from tests.support.lossy_pipe import LossyPipe
-from tests.support.virtual_clock import VirtualClock
+from tests.support.links.lossy_pipe import LossyPipe
+from tests.support.links.virtual_clock import VirtualClock
 
 ARM, TAKEOFF, START = (
     mavlink.MAV_CMD_COMPONENT_ARM_DISARM,

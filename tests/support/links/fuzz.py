@@ -20,7 +20,7 @@ from protocol.engines.file_store import BytesFile, Entry, Log
 from protocol.errors import LocalProtocolError
 from protocol.events import CommandRequested, RemoteLog
 from protocol.plans.validation import Refusal
-from tests.support.link import plan, table
+from tests.support.links.link import plan, table
 from tests.support.paths import DATA
 
 CORPUS = DATA / "fuzz_corpus.txt"

@@ -12,8 +12,8 @@ from sitl.autopilot.safety.alarm import SafetyAction
 from sitl.autopilot.safety.link_watch import LinkSilence
 from sitl.autopilot.settings import Settings
 from sitl.guidance.moving_reference import KEEP_HEADING
-from tests.support.mission_items import item, waypoint
-from tests.support.recorded_flight import HIGH, Flight
+from tests.support.flights.recorded_flight import HIGH, Flight
+from tests.support.vehicle.mission_items import item, waypoint
 
 TIMEOUT = 2.0  # of both links [s]
 FORWARD = Settings(way=Way.FORWARD, link_timeout=TIMEOUT, companion_timeout=TIMEOUT)

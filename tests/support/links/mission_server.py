@@ -4,7 +4,7 @@ from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.engines.server.mission_server import MissionServer
 from protocol.message import Peer
-from tests.support.link import plan
+from tests.support.links.link import plan
 
 GROUND, OTHER = Peer(255, 190, "ground"), Peer(245, 190, "other")
 

@@ -6,7 +6,7 @@ from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.engines.client.mission_client import MissionClient
 from protocol.events import MissionProgress
-from tests.support.link import plan
+from tests.support.links.link import plan
 
 VEHICLE = (1, 1)
 

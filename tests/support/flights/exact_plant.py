@@ -1,6 +1,6 @@
 """Closed loops whose plant is integrated anew: nearly exactly by DOP853, or in steps of another length.
 
-``python -m tests.support.exact_plant`` prints how far flights are from exact ones, as docs/model.md says.
+``python -m tests.support.flights.exact_plant`` prints how far flights are from exact ones, as docs/model.md says.
 """
 
 from itertools import pairwise

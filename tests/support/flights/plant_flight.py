@@ -6,7 +6,7 @@ from sitl.model.ground import FEET, STIFFNESS, feet_aloft
 from sitl.model.plant import step
 from sitl.model.quaternions import hover
 from sitl.model.state import Actuators, Body, Plant
-from tests.support.estimates import STILL, quaternion, vector
+from tests.support.flights.estimates import STILL, quaternion, vector
 
 OFF = (0.0, 0.0, 0.0, 0.0)
 

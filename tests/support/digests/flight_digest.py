@@ -13,7 +13,7 @@ from sitl.model.state import Body
 from sitl.model.vectors import Vector
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start
-from tests.support.tunings import EVERY_LAW
+from tests.support.flights.tunings import EVERY_LAW
 
 NOMINAL = load("nominal").parameters
 SECONDS = 0.52  # beyond the dwell time of the laws

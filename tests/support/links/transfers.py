@@ -22,8 +22,8 @@ from protocol.events import (
     RemoteLog,
     VehicleFound,
 )
-from tests.support.link import Link, plan
-from tests.support.lossy_pipe import LossyPipe
+from tests.support.links.link import Link, plan
+from tests.support.links.lossy_pipe import LossyPipe
 
 HOSTILE = {"drop": 0.3, "delay": 0.5, "duplicate": 0.2, "reorder": 0.3}
 ITEMS, PARAMETERS = 25, 45  # in every plan and in the table: as many parameters as the vehicle has

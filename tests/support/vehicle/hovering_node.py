@@ -4,8 +4,8 @@ from protocol.plans import load
 from sitl.mavlink.node import Node
 from sitl.parameters import WorldSettings
 from sitl.persistence import StateFolder
-from tests.support.fake_station import PEER, make_aircraft
 from tests.support.paths import DATA
+from tests.support.vehicle.fake_station import PEER, make_aircraft
 
 
 def hovering(folder) -> Node:

@@ -3,7 +3,7 @@
 from protocol.dialect import mavlink
 from protocol.signing import Signature, sign_frame
 from sitl.mavlink.signing_keys import KeyFile, open_keyring
-from tests.support.fake_station import Bench, FakeStation
+from tests.support.vehicle.fake_station import Bench, FakeStation
 
 KEY, OTHER = bytes(range(32)), bytes(range(1, 33))
 T = 36_000_000_000_000  # [10 us since 2015]

@@ -1,6 +1,6 @@
 """The reference flights, flown in every way there is, and one hash over every bit of what became of them.
 
-``python -m tests.support.reference_digest alone batch short`` prints a hash of each way of flying them.
+``python -m tests.support.digests.reference_digest alone batch short`` prints a hash of each way of flying them.
 """
 
 import hashlib
@@ -12,7 +12,7 @@ from protocol.dialect.vocabulary import Law
 from sitl.simulation.batch import fly_batch
 from sitl.simulation.flight import PERIOD
 from sitl.simulation.start import whole_periods
-from tests.support.reference_flights import FLIGHTS, SHORT
+from tests.support.digests.reference_flights import FLIGHTS, SHORT
 
 SMALL = 1, 3, 7, 50, 2, 333  # control periods
 

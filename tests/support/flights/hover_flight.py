@@ -13,7 +13,7 @@ from sitl.simulation.failures import DivergedError
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start
 from sitl.simulation.tuning import Tuning
-from tests.support.estimates import quaternion, vector
+from tests.support.flights.estimates import quaternion, vector
 
 NOMINAL = load("nominal").parameters
 ALOFT = 500.0  # [m]

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from numpy._core._multiarray_umath import __cpu_dispatch__ as numpy_dispatch
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 # Names that a library does not know are passed over: glibc called two of them otherwise before 2.33.
 OLD = {
     "GLIBC_TUNABLES": "glibc.cpu.hwcaps=-AVX,-AVX2,-AVX2_Usable,-FMA,-FMA_Usable,-FMA4,-AVX512F",

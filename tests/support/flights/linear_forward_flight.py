@@ -16,7 +16,7 @@ from sitl.model.plant import step
 from sitl.model.quaternions import from_euler, multiply
 from sitl.model.state import Actuators, Body, Plant
 from sitl.model.vectors import Vector, add
-from tests.support.estimates import rotation, vector
+from tests.support.flights.estimates import rotation, vector
 
 NOMINAL = load("nominal").parameters
 GAINS = forward_gains(NOMINAL)

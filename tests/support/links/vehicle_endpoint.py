@@ -5,7 +5,7 @@ import math
 from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.endpoint_vehicle import VehicleEndpoint
-from tests.support.link import ARM, frame, table
+from tests.support.links.link import ARM, frame, table
 
 ATTITUDE, HOME, VERSION = 30, 242, 148
 

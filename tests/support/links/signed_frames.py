@@ -5,7 +5,7 @@ from protocol.endpoint_vehicle import VehicleEndpoint
 from protocol.events import SetpointReceived, SigningChanged
 from protocol.keyring import Keyring
 from protocol.signing import Signature, sign_frame
-from tests.support.link import ARM, frame, table
+from tests.support.links.link import ARM, frame, table
 
 KEY, OTHER = bytes(range(32)), bytes(range(1, 33))
 

@@ -4,7 +4,7 @@ import math
 
 from protocol.dialect import mavlink
 from protocol.plans.mission_item import MissionItem
-from tests.support.fake_station import FRAME
+from tests.support.vehicle.fake_station import FRAME
 
 NAN = math.nan
 SET_HOME = mavlink.MAV_CMD_DO_SET_HOME

@@ -4,7 +4,7 @@ from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.endpoint_vehicle import VehicleEndpoint
 from protocol.signing import Signature, sign_frame
-from tests.support.link import ARM, table
+from tests.support.links.link import ARM, table
 
 KEY, OTHER = bytes(range(32)), bytes(range(1, 33))
 
