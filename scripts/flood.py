@@ -1,9 +1,9 @@
 """A real vehicle process under a flood: its telemetry, memory, processor time and state.
 
 ``python scripts/flood.py`` starts ``darko-sitl`` at real time, hovering in gusts, listens to it as its ground station,
-and lets another process send hostile datagrams (``tests/support/links/flood.py``) in every second window, from 256 ports
-in turn and one in five from the ground station's own. Windows with and without flood alternate, so that other load of the
-machine affects both alike. Ten minutes of flood take twenty; ``--minutes 1`` is a quick run.
+and lets another process send hostile datagrams (``tests/support/links/flood.py``) in every second window, from 256
+ports in turn and one in five from the ground station's own. Windows with and without flood alternate, so that other
+load of the machine affects both alike. Ten minutes of flood take twenty; ``--minutes 1`` is a quick run.
 
 The exit code is 1 if telemetry became slower by more than 10 %, or if parameters, plans, mode or arming changed.
 """
