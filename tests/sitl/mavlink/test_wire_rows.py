@@ -49,9 +49,13 @@ def test_a_requested_message_is_sent_and_correct(station, name):
 
 def test_older_commands_for_one_message(station):
     assert station.command(mavlink.MAV_CMD_GET_HOME_POSITION) == ACCEPTED
-    assert station.last("HOME_POSITION") is not None
+    assert MESSAGES["HOME_POSITION"](station.last("HOME_POSITION"))
     assert station.command(mavlink.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES) == ACCEPTED
-    assert station.last("AUTOPILOT_VERSION") is not None
+    older = station.last("AUTOPILOT_VERSION")
+    assert older.capabilities & mavlink.MAV_PROTOCOL_CAPABILITY_MAVLINK2
+    station.heard.clear()
+    assert station.command(mavlink.MAV_CMD_REQUEST_MESSAGE, mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION) == ACCEPTED
+    assert station.last("AUTOPILOT_VERSION").to_dict() == older.to_dict()
 
 
 def test_an_interval_is_set_reported_and_kept(bench, station):
@@ -66,8 +70,10 @@ def test_an_interval_is_set_reported_and_kept(bench, station):
 
 
 def test_an_attitude_setpoint_is_refused_with_a_reason(bench, station):
+    bench.advance(5.1)  # since the last complaint
     station.send(mavlink.MAVLink_set_attitude_target_message(0, 1, 1, 0, [1, 0, 0, 0], 0, 0, 0, 0.5))
-    assert "refused" in station.texts()
+    refusal = "Set-point refused: nose 90 deg from the vertical exceeds the limit of 45 deg (hover is pitch 90 deg)"
+    assert station.texts() == refusal
 
 
 def test_actuator_setpoints_are_refused_with_a_reason(bench, station):
@@ -113,15 +119,24 @@ def test_a_setpoint_may_be_a_latitude_and_longitude(bench, station):
     assert station.mode(Mode.OFFBOARD) == ACCEPTED
 
 
-def test_waiting_items_are_accepted_in_a_mission(tmp_path):
-    station = Bench(tmp_path).station()
+def test_a_mission_waits_as_long_as_its_waiting_items_say(tmp_path):
+    bench = Bench(tmp_path)
+    station = bench.station()
     items = [
         item(mavlink.MAV_CMD_NAV_TAKEOFF, z=3.0),
         item(mavlink.MAV_CMD_NAV_DELAY, params=(1.0, -1.0, -1.0, -1.0)),
-        item(mavlink.MAV_CMD_NAV_LOITER_TIME, params=(1.0, 0.0, 0.0, 0.0), z=3.0),
+        item(mavlink.MAV_CMD_NAV_LOITER_TIME, params=(2.0, 0.0, 0.0, 0.0), z=3.0),
         item(mavlink.MAV_CMD_NAV_LAND),
     ]
     assert station.upload(items) == mavlink.MAV_MISSION_ACCEPTED
+    assert station.command(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 1) == ACCEPTED
+    assert station.command(mavlink.MAV_CMD_MISSION_START) == ACCEPTED
+    reached = []
+    for seq in range(3):
+        bench.advance_until(lambda seq=seq: any(m.seq == seq for m in station.all("MISSION_ITEM_REACHED")), 20.0)
+        reached.append(bench.now)
+    assert reached[1] - reached[0] == pytest.approx(1.0, abs=0.15)  # looked at every 0.1 s
+    assert reached[2] - reached[1] == pytest.approx(2.0, abs=0.15)
 
 
 def test_polygons_and_circles_are_accepted_as_a_fence(tmp_path):
