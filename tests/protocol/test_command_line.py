@@ -92,3 +92,7 @@ def test_an_unexpected_error_is_raised(program):
     program.act = fail
     with pytest.raises(RuntimeError, match="a bug"):
         run()
+
+
+def test_the_exit_codes_are_those_that_shells_and_argparse_use():
+    assert (EXIT_ERROR, EXIT_INTERRUPTED, EXIT_BROKEN_PIPE) == (2, 128 + 2, 128 + 13)

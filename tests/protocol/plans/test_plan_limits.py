@@ -1,4 +1,4 @@
-"""Plan files at the limits of their size and of their numbers."""
+"""Plans and their files at the limits of their sizes and of their numbers."""
 
 import json
 
@@ -7,7 +7,9 @@ import pytest
 from protocol.errors import FileError
 from protocol.frames import Geodetic
 from protocol.plans import Plan, load
+from protocol.plans.fence_rally import fence_items, rally_items, with_fence, with_rally
 from protocol.plans.json_table import JsonTable
+from tests.support.vehicle.fence_shapes import POINTS, SHAPES
 
 MAX_SIZE = 16 * 1024 * 1024
 HOME = "0 1 0 16 0 0 0 0 {} {} {} 1"
@@ -52,6 +54,37 @@ def test_a_command_number_has_16_bits(tmp_path):
     for number in ("65536", "-1", "16.5"):
         with pytest.raises(FileError, match=r":3: command is .*, not a whole number from 0 to 65535"):
             loaded(tmp_path, waypoints(home, ITEM.format(number)))
+
+
+@pytest.mark.parametrize(("lat", "lon"), [(90.0, 180.0), (-90.0, -180.0)])
+def test_fences_and_rally_points_reach_the_edge_of_the_globe_and_not_beyond_it(lat, lon):
+    def plan(lat, lon):
+        circle = {"circle": {"center": [lat, lon], "radius": 20.0}}
+        return Plan(geo_fence={"circles": [circle]}, rally_points={"points": [[lat, lon, 30.0]]})
+
+    for items in (fence_items(plan(lat, lon)), rally_items(plan(lat, lon))):
+        assert [(item.x, item.y) for item in items] == [(lat * 1e7, lon * 1e7)]
+    for beyond in (plan(1.0001 * lat, lon), plan(lat, 1.0001 * lon)):
+        for items in (fence_items, rally_items):
+            with pytest.raises(FileError, match="is not on the globe"):
+                items(beyond)
+
+
+@pytest.mark.parametrize(("radius", "fits"), [(3.4e38, True), (3.5e38, False), (1e-3, True), (0.0, False)])
+def test_a_radius_is_positive_and_fits_a_float_of_32_bits(radius, fits):
+    plan = Plan(geo_fence={"circles": [{"circle": {"center": [1.0, 2.0], "radius": radius}}]})
+    if fits:
+        assert [item.params[0] for item in fence_items(plan)] == [radius]
+    else:
+        with pytest.raises(FileError, match="is not a radius"):
+            fence_items(plan)
+
+
+def test_fences_and_rally_points_are_written_as_qgroundcontrol_numbers_its_formats():
+    written = with_rally(with_fence(Plan(), SHAPES), POINTS)
+    assert (written.geo_fence["version"], written.rally_points["version"]) == (2, 2)
+    shapes = [*written.geo_fence["circles"], *written.geo_fence["polygons"]]
+    assert [shape["version"] for shape in shapes] == [1] * 4
 
 
 def table(**values):

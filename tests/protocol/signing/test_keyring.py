@@ -282,3 +282,8 @@ def test_any_sequence_accepts_fresh_frames_once_and_no_forged_ones(steps):
         if verdict is Verdict.SIGNED:
             assert data not in believed
             believed.append(data)
+
+
+def test_no_timestamp_of_the_last_ten_years_of_its_range_is_accepted():
+    """Whoever sends one would leave no time for later frames."""
+    assert (MAX_TIMESTAMP - MAX_ACCEPTED_TIMESTAMP) / (86400 * 100_000) == 3650

@@ -81,3 +81,16 @@ def test_a_missing_key_file_is_refused_in_one_line(text):
         load_key(text)
     assert "\n" not in str(caught.value)
     assert KEY.hex()[:-1] not in str(caught.value)
+
+
+@pytest.mark.parametrize(("length", "shown"), [(43, "n" * 43), (44, "n" * 40 + "...")])
+def test_a_long_name_of_a_key_file_is_shortened(length, shown):
+    with pytest.raises(FileError, match=f"nor a readable file: {shown}: No such file"):
+        load_key("n" * length)
+
+
+@pytest.mark.parametrize("size", [1, 31, 33, 64])
+def test_other_sizes_than_32_bytes_are_no_key(tmp_path, size):
+    (tmp_path / "key").write_bytes(b"\xff" * size)
+    with pytest.raises(FileError, match="neither 64 hexadecimal digits nor 32 bytes"):
+        load_key(str(tmp_path / "key"))

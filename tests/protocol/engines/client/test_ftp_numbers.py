@@ -58,3 +58,23 @@ def test_after_a_burst_the_next_request_follows_its_greatest_number_in_whatever_
     client.receive(part(burst, 5, burst.seq + 1), 0.3)  # late, of the first burst
     client.handle_timer(client.next_deadline())
     assert sent(client)[0].seq == again.seq + 6
+
+
+def test_every_file_has_the_next_session_number_and_its_requests_carry_no_size_of_their_own():
+    client, sessions = FtpClient(255, 190), []
+    for _ in range(258):
+        client.read((1, 1), "f", 0.0)
+        (opening,) = sent(client)
+        client.receive(answer(opening, data=bytes(4)), 0.1)  # an empty file
+        (closing,) = sent(client)
+        assert (opening.size, opening.data.rstrip(b"\0"), closing.size) == (1, b"f", 0)
+        client.receive(answer(closing), 0.2)
+        sessions.append((opening.session, closing.session))
+    assert sessions == [(number & 0xFF,) * 2 for number in range(1, 259)]
+
+
+def test_an_end_half_the_range_of_numbers_after_its_request_is_of_an_earlier_burst():
+    for distance, requests in ((0x7FFF, 1), (0x8000, 0)):
+        client, _, (burst,) = reading(20)
+        client.receive(part(burst, 3, burst.seq + distance & 0xFFFF, last=1), 0.1)
+        assert len(sent(client)) == requests

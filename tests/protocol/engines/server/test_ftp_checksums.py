@@ -1,6 +1,9 @@
 """Checksums that the FTP server works on at the same time."""
 
+import pytest
+
 from protocol.dialect import mavlink
+from protocol.engines.file_store import BytesFile
 from protocol.engines.ftp_packet import FtpPacket, crc32
 from protocol.engines.server.ftp_server import FtpServer
 from protocol.message import Peer
@@ -45,3 +48,37 @@ def test_a_repeated_request_is_answered_once():
     for _ in range(3):
         ask(server, "big.bin", GROUND)
     assert checksums(server) == [(GROUND, crc32(BIG))]
+
+
+class Grown(BytesFile):
+    """A file that has become longer since it was opened."""
+
+    size = 300
+
+    def __init__(self):
+        super().__init__(BIG)
+
+
+def test_a_file_that_grows_is_summed_as_it_was_when_it_was_opened():
+    tree = Tree()
+    tree.open = lambda _path: Grown()
+    server = FtpServer(1, 1, tree)
+    ask(server, "a.txt", GROUND)
+    assert checksums(server) == [(GROUND, crc32(BIG[:300]))]
+
+
+@pytest.mark.parametrize(("error", "number"), [(OSError(13, "denied"), 13), (OSError("who knows"), 0)])
+def test_an_error_of_the_disk_is_answered_with_its_number(error, number):
+    def fail(_path):
+        raise error
+
+    tree = Tree()
+    tree.open = fail
+    server = FtpServer(1, 1, tree)
+    ask(server, "a.txt", GROUND)
+    (out,) = server.messages_to_send()
+    packet = FtpPacket.of(out.message)
+    assert (packet.opcode, packet.content) == (
+        mavlink.MAV_FTP_OPCODE_NAK,
+        bytes([mavlink.MAV_FTP_ERR_FAILERRNO, number]),
+    )

@@ -180,6 +180,15 @@ def test_who_arms_without_asking_is_in_control_until_disarming(stations):
     assert stations.control.events() == [OperatorChanged(255, "armed"), OperatorChanged(0, "disarmed")]
 
 
+def test_who_has_control_by_arming_lets_nobody_take_it(stations):
+    assert stations.ask(FIRST, *SHARE) == ACCEPTED
+    assert stations.ask(FIRST, *GIVE_BACK) == ACCEPTED
+    stations.control.armed(FIRST, 100.0)
+    assert not stations.control.takeover
+    assert stations.ask(SECOND, *TAKE) == FAILED
+    assert stations.holder == FIRST
+
+
 def test_control_that_was_asked_for_outlasts_disarming(taken):
     taken.control.armed(FIRST, 100.0)
     taken.control.disarmed()

@@ -199,3 +199,16 @@ def test_requests_to_others_are_ignored():
     engine = server()
     engine.receive(mavlink.MAVLink_param_request_list_message(1, 100), 0.0, GROUND)
     assert engine.next_deadline() == math.inf
+
+
+def test_a_list_asked_for_again_from_another_address_begins_anew_and_goes_there_alone():
+    engine, request, moved = server(), mavlink.MAVLink_param_request_list_message(1, 1), GROUND._replace(key="moved")
+    engine.receive(request, 0.0, GROUND)
+    engine.handle_timer(0.0)
+    assert {out.peer for out in engine.messages_to_send()} == {GROUND}
+    engine.receive(request, 0.005, moved)
+    sent = []
+    while (now := engine.next_deadline()) < math.inf:
+        engine.handle_timer(now)
+        sent += engine.messages_to_send()
+    assert [(out.peer, out.message.param_index) for out in sent] == [(moved, index) for index in range(12)]
