@@ -34,6 +34,7 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
         metavar="SHARE",
         help="maximum relative error of the design model [0.1]",
     )
+    options.add_argument("--airframe", default="nominal", metavar="SET", help="set or TOML file to fly [nominal]")
     options.add_argument("--plot", type=Path, metavar="FILE", help="also draw the results: .png, .svg or .pdf")
     options.add_argument("--json", type=Path, metavar="FILE", help="also write every flight as JSON")
     return options
@@ -46,7 +47,12 @@ def run(args: argparse.Namespace) -> int:
 
     spread = campaign.Spread(args.wind, args.gusts, args.parameters)
     results = campaign.run(
-        args.flights, args.first, spread, args.jobs, on_progress=lambda done: _print_progress(done, args.flights)
+        args.flights,
+        args.first,
+        spread,
+        args.jobs,
+        on_progress=lambda done: _print_progress(done, args.flights),
+        airframe=args.airframe,
     )
     print("\n".join(campaign.summary(results)), flush=True)
     if args.json is not None:

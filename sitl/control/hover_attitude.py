@@ -20,7 +20,7 @@ from typing import NamedTuple
 from sitl.compiled import kernel
 from sitl.control import moment_observer
 from sitl.control.allocation import allocate
-from sitl.control.estimate import Estimate
+from sitl.control.estimate import Estimate, air_ahead
 from sitl.control.handover import Handover, smoothed
 from sitl.control.hover_zero_moment import ZeroMomentGains, attitude_torque, axial_force, realise
 from sitl.control.reference import AttitudeReference, Reference
@@ -62,14 +62,14 @@ class Steering(NamedTuple):
 @kernel
 def start(estimate: Estimate, gains: AttitudeGains, a: Airframe) -> Steering:
     """Jump map on entering the law: the reference is where the vehicle is, the force what it gives."""
-    force = clipped(axial_force(estimate.actuators, a), gains.loop.f_min, gains.loop.f_max)
+    force = clipped(axial_force(estimate.actuators, air_ahead(estimate), a), gains.loop.f_min, gains.loop.f_max)
     return Steering(estimate.attitude, estimate.rates, force, moment_observer.start(estimate, a))
 
 
 @kernel
 def full_force(a: Airframe) -> float:
     """Force along the nose with both motors at their limit, at rest [N]."""
-    return axial_force(Actuators(a.omega_max, a.omega_max, 0.0, 0.0), a)
+    return axial_force(Actuators(a.omega_max, a.omega_max, 0.0, 0.0), 0.0, a)
 
 
 @kernel
@@ -88,8 +88,9 @@ def step(
     torque = attitude_torque(estimate.attitude, estimate.rates, steering.attitude, steering.rates, w_r_dot, loop)
     disturbance, observer = moment_observer.update(_drifting(estimate), steering.observer, gains.observer, a, dt)
     u = realise(subtract(torque, disturbance), steering.force, loop)
-    u, handover = smoothed(u, estimate.actuators, a, handover, dt)
-    command, saturation = allocate(u, a)
+    inflow = air_ahead(estimate)
+    u, handover = smoothed(u, estimate.actuators, a, handover, dt, inflow)
+    command, saturation = allocate(u, a, inflow)
     force = steering.force + min(gains.force_rate * dt, 1.0) * (wanted.thrust * full_force(a) - steering.force)
     after = Steering(
         normalised(multiply(steering.attitude, small_rotation(scaled(steering.rates, dt)))),

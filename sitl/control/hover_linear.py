@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from sitl.compiled import kernel
 from sitl.control.allocation import Virtual, allocate
-from sitl.control.estimate import Estimate
+from sitl.control.estimate import Estimate, air_ahead
 from sitl.control.reference import Reference
 from sitl.model.airframe import Airframe, Array
 from sitl.model.arithmetic import clipped, heading_trigonometry
@@ -126,7 +126,7 @@ def step(
     """One tick: actuator commands, DARKO_SATURATION bits, and the integral after it (world frame [m s])."""
     integral = integrate(estimate, reference.position, integral, gains, dt)
     x = error(estimate, reference.position, reference.heading)
-    command, saturation = allocate(control(x, integral, reference.heading, gains), a)
+    command, saturation = allocate(control(x, integral, reference.heading, gains), a, air_ahead(estimate))
     return command, saturation, integral
 
 

@@ -19,10 +19,11 @@ from typing import NamedTuple
 
 from sitl.compiled import kernel
 from sitl.control.allocation import Virtual, allocate
-from sitl.control.estimate import Estimate
+from sitl.control.estimate import Estimate, air_ahead
 from sitl.control.governor import GovernorParameters, gamma
 from sitl.control.handover import Handover, smoothed
 from sitl.control.reference import Reference
+from sitl.model.aerodynamics import thrusts
 from sitl.model.airframe import Airframe
 from sitl.model.arithmetic import clipped
 from sitl.model.quaternions import (
@@ -71,7 +72,7 @@ class Guide(NamedTuple):
 @kernel
 def start(estimate: Estimate, gains: ZeroMomentGains, a: Airframe) -> Guide:
     """Jump map on entering the law: q_d = q and f = the force given, so that nothing steps."""
-    return guide_at(estimate.attitude, axial_force(estimate.actuators, a), gains)
+    return guide_at(estimate.attitude, axial_force(estimate.actuators, air_ahead(estimate), a), gains)
 
 
 @kernel
@@ -81,10 +82,10 @@ def guide_at(attitude: Quaternion, force: float, gains: ZeroMomentGains) -> Guid
 
 
 @kernel
-def axial_force(actuators: Actuators, a: Airframe) -> float:
-    """What the motors give along the nose, at rest [N]."""
-    w1, w2 = actuators.left_motor, actuators.right_motor
-    return (1.0 - a.S_ratio * a.C_d0) * a.k_f * (w1 * w1 + w2 * w2)
+def axial_force(actuators: Actuators, inflow: float, a: Airframe) -> float:
+    """What the motors give along the nose with the air from ahead [N]."""
+    T1, T2 = thrusts(actuators, inflow, a)
+    return (1.0 - a.S_ratio * a.C_d0) * (T1 + T2)
 
 
 @kernel
@@ -99,8 +100,9 @@ def step(
 ) -> tuple[Actuators, int, Guide, Handover]:
     """One tick: actuator commands, DARKO_SATURATION bits, and the state after it."""
     u, guide = fly_to(estimate, reference.position, reference.heading, reference.speed, gains, guide, dt)
-    u, handover = smoothed(u, estimate.actuators, a, handover, dt)
-    command, saturation = allocate(u, a)
+    inflow = air_ahead(estimate)
+    u, handover = smoothed(u, estimate.actuators, a, handover, dt, inflow)
+    command, saturation = allocate(u, a, inflow)
     return command, saturation, guide, handover
 
 

@@ -25,6 +25,7 @@ from sitl.control.forward_allocation import invert
 from sitl.control.forward_guidance import GuidanceGains, air_course, cruise
 from sitl.control.moment_observer import momentum
 from sitl.control.reference import Reference
+from sitl.model.aerodynamics import slopes, thrusts, trimmed_slope, wrench
 from sitl.model.airframe import Airframe
 from sitl.model.arithmetic import clipped, decay, sine_cosine, wrapped
 from sitl.model.quaternions import Quaternion, conjugate, multiply, rotate_inverse, x_axis
@@ -144,18 +145,22 @@ def _follow(
     wanted = Vector(x, y, clipped(z, -limits.max_down, limits.max_up))
     force = Vector(a.m * x, a.m * y, a.m * wanted.z + a.m * a.g)
     v_a = subtract(estimate.velocity, estimate.wind)
-    q_d = attitude(force, v_a, course, sight.attitude, gains, a)
+    v_b = rotate_inverse(q, v_a)
+    T1, T2 = thrusts(estimate.actuators, v_b.x, a)
+    carried = trimmed_slope(slopes(rotate_inverse(sight.attitude, v_a), T1, T2, a), a)
+    q_d = attitude(force, v_a, course, sight.attitude, carried, gains, a)
     turning = _turning(sight, q_d, gains, dt)
-    disturbance, observer = moment_observer.update(estimate, sight.observer, gains.observer, a, dt)
+    F, M = wrench(v_b, w, estimate.actuators, a)
+    disturbance, observer = moment_observer.observe(estimate, M, sight.observer, gains.observer, a, dt)
     moment = subtract(_moment(q, w, q_d, turning, gains, a), disturbance)
-    axial = dot(force, x_axis(q))
-    command, saturation = invert(axial, moment, rotate_inverse(q, v_a), w, estimate.actuators, a)
+    stream = slopes(v_b, T1, T2, a)
+    command, saturation = invert(dot(force, x_axis(q)), moment, F, M, stream, v_b.x, estimate.actuators, a)
     return command, saturation, LineOfSight(wanted, q_d, turning, integral, observer)
 
 
 @kernel
 def attitude(
-    force: Vector, v_a: Vector, heading: float, last: Quaternion, gains: LineOfSightGains, a: Airframe
+    force: Vector, v_a: Vector, heading: float, last: Quaternion, carried: float, gains: LineOfSightGains, a: Airframe
 ) -> Quaternion:
     """The attitude that gives a force in quasi-steady flight.
 
@@ -164,6 +169,7 @@ def attitude(
         v_a: Velocity through the air, world [m/s].
         heading: Of the belly without airspeed [rad].
         last: The attitude before, whose sign and, where nothing else decides, whose span is kept.
+        carried: Normal force of the trimmed wing by the velocity along z_b [N s/m].
         gains: The blend between heading and air stream.
         a: The airframe as the law knows it.
     """
@@ -178,8 +184,7 @@ def attitude(
     size = norm(y)
     y = scaled(y, 1.0 / size) if size >= 0.05 * a.m * a.g else _y_axis(last)
     slip = dot(v_a, y)
-    lift = 0.5 * a.rho * a.S * speed * a.C_l * (1.0 - a.xi_f / a.xi_m)
-    x = add_scaled(force, add_scaled(v_a, y, -slip), lift)
+    x = add_scaled(force, add_scaled(v_a, y, -slip), carried)
     x = add_scaled(x, y, -dot(x, y))
     x = scaled(x, 1.0 / max(norm(x), 1e-6))
     q = _from_axes(x, y, cross(x, y))

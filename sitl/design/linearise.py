@@ -16,7 +16,8 @@ from sitl.design.trim import Trim
 from sitl.model.airframe import Airframe, Array
 from sitl.model.arithmetic import sine_cosine
 from sitl.model.hover_model import force_matrix, inertia, moment_matrix
-from sitl.model.plant import derivative
+from sitl.model.plant import derivative, inflow
+from sitl.model.propeller import speed_for
 from sitl.model.quaternions import Quaternion
 from sitl.model.state import Actuators, Body
 from sitl.model.vectors import Vector
@@ -100,7 +101,8 @@ def _rates(x: Array, u: Array, eta: float, constrained: bool, a: Airframe) -> Ar
         Quaternion(math.sqrt(1.0 - x[6] * x[6] - x[7] * x[7] - x[8] * x[8]) if constrained else eta, x[6], x[7], x[8]),
         Vector(x[9], x[10], x[11]),
     )
-    actuators = Actuators(math.sqrt(u[0] / a.k_f), math.sqrt(u[1] / a.k_f), u[2], u[3])
     free = Vector(0.0, 0.0, 0.0)
+    ahead = inflow(body, free)
+    actuators = Actuators(speed_for(u[0], ahead, a), speed_for(u[1], ahead, a), u[2], u[3])
     p, v, q, w = derivative(body, actuators, free, free, free, a)
     return np.array((p.x, p.y, p.z, v.x, v.y, v.z, q.x, q.y, q.z, w.x, w.y, w.z))

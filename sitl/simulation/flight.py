@@ -23,7 +23,8 @@ from sitl.model.airframe import Airframe, Array
 from sitl.model.arithmetic import rounded
 from sitl.model.ground import is_clear, is_touching
 from sitl.model.gusts import gust_after
-from sitl.model.plant import shaft_power, step_in_air, step_near_ground
+from sitl.model.plant import inflow, step_in_air, step_near_ground
+from sitl.model.propeller import drawn_power
 from sitl.model.state import Actuators, Body, Plant
 from sitl.model.vectors import Vector, add, norm, scaled, subtract
 from sitl.simulation.storage import Kept, access
@@ -60,7 +61,7 @@ class Flight(NamedTuple):
     gust: Vector  # world NWU [m/s]
     estimate: Estimate
     controller: Controller
-    energy: float  # at the shafts [J]
+    energy: float  # of the battery, or at the shafts as the airframe counts it [J]
     limits: int  # DARKO_LIMIT bits seen since they were last cleared
     periods: int  # control periods flown
 
@@ -183,7 +184,7 @@ def move_plant(flight: Kept, column: int, air: Kept, a: Kept, command: Actuators
     wanted = limited(command, get_is_armed(flight, column), airframe)
     for _ in range(SUBSTEPS):
         plant = step_near_ground(plant, wanted, wind, airframe, PERIOD / SUBSTEPS)
-    store_motion(flight, column, plant, command, airframe, is_touching(plant, airframe))
+    store_motion(flight, column, plant, command, wind, airframe, is_touching(plant, airframe))
 
 
 @kernel
@@ -194,16 +195,19 @@ def move_in_air(flight: Kept, column: int, air: Kept, a: Kept, command: Actuator
     wanted = limited(command, get_is_armed(flight, column), airframe)
     plant = step_in_air(plant, wanted, wind, airframe, PERIOD / SUBSTEPS)
     plant = step_in_air(plant, wanted, wind, airframe, PERIOD / SUBSTEPS)
-    store_motion(flight, column, plant, command, airframe, False)
+    store_motion(flight, column, plant, command, wind, airframe, False)
 
 
 @kernel
-def store_motion(flight: Kept, column: int, plant: Plant, command: Actuators, a: Airframe, on_ground: bool) -> None:
+def store_motion(
+    flight: Kept, column: int, plant: Plant, command: Actuators, wind: Vector, a: Airframe, on_ground: bool
+) -> None:
     """Put the moved plant in place of the one before."""
     before = get_plant(flight, column)
     met = limits(before.actuators, command, get_is_armed(flight, column), PERIOD / SUBSTEPS, a)
     put_limits(flight, column, get_limits(flight, column) | met)
-    put_energy(flight, column, get_energy(flight, column) + shaft_power(plant.actuators, a) * PERIOD)
+    power = drawn_power(plant.actuators, inflow(plant.body, wind), a)
+    put_energy(flight, column, get_energy(flight, column) + power * PERIOD)
     change = scaled(subtract(plant.body.velocity, before.body.velocity), 1.0 / PERIOD)
     put_plant(flight, column, plant)
     put_estimate(flight, column, observe(plant, change, get_known_wind(flight, column), on_ground))

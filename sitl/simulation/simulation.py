@@ -21,9 +21,11 @@ from sitl.control.reference import LEG, Reference, hover_at, upright
 from sitl.design.forward import can_fly_forward
 from sitl.errors import SitlError
 from sitl.estimation.sensing import SensorNoise
+from sitl.model.aerodynamics import thrusts
 from sitl.model.airframe import Airframe
 from sitl.model.ground import feet_aloft
-from sitl.model.plant import shaft_power
+from sitl.model.plant import inflow
+from sitl.model.propeller import drawn_power, speed_for
 from sitl.model.quaternions import Quaternion
 from sitl.model.state import Actuators, Body, Plant
 from sitl.model.vectors import Vector
@@ -114,7 +116,7 @@ class Simulation:
 
     def begin_flight(self, law: Law) -> None:
         """Start in the air under a law, motors at hover speed: scenarios begin so."""
-        w = math.sqrt(self.design.gains.hover_linear.u_bar.T1 / self.design_model.k_f)
+        w = speed_for(self.design.gains.hover_linear.u_bar.T1, 0.0, self.design_model)
         self.place(self.truth.body, Actuators(w, w, 0.0, 0.0))
         self.armed = self.flying = True
         self.enter(law)
@@ -263,13 +265,20 @@ class Simulation:
 
     @property
     def energy(self) -> float:
-        """Shaft energy since boot [J]."""
+        """Energy since boot, of the battery or of the shafts as the airframe counts it [J]."""
         return float(self._arrays.flights["energy"][0])
 
     @property
     def power(self) -> float:
-        """Shaft power now [W]."""
-        return shaft_power(self.truth.actuators, self.airframe)
+        """Power now, of the battery or of the shafts as the airframe counts it [W]."""
+        truth = self.truth
+        return drawn_power(truth.actuators, inflow(truth.body, self.wind), self.airframe)
+
+    @property
+    def thrust(self) -> tuple[float, float]:
+        """Thrust of the left and the right propeller now [N]."""
+        truth = self.truth
+        return thrusts(truth.actuators, inflow(truth.body, self.wind), self.airframe)
 
     @property
     def command(self) -> Actuators:

@@ -23,6 +23,7 @@ from sitl.model.airframe import Array
 from sitl.model.arithmetic import sine_cosine
 from sitl.model.ground import feet_aloft
 from sitl.model.plant import step_in_air
+from sitl.model.propeller import speed_for
 from sitl.model.quaternions import hover, multiply
 from sitl.model.vectors import add, norm
 from sitl.simulation.flight import SUBSTEPS
@@ -209,7 +210,7 @@ def _descend(
     start: Body, gains: LinearGains, a: Airframe, reference: Reference, periods: int, converged_v: float
 ) -> RegionFlight:
     """Fly until V <= ``converged_v`` with eta > 0, V exceeds LOST_V or the time is up; the period is the vehicle's."""
-    motor, dt = math.sqrt(gains.u_bar.T1 / a.k_f), PERIOD / SUBSTEPS
+    motor, dt = speed_for(gains.u_bar.T1, 0.0, a), PERIOD / SUBSTEPS
     command = Actuators(motor, motor, 0.0, 0.0)
     plant, integral = Plant(start, command, feet_aloft()), Vector(0.0, 0.0, 0.0)
     estimate = _estimate(start, command)

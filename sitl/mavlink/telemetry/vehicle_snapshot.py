@@ -83,7 +83,7 @@ class VehicleSnapshot(NamedTuple):
     taking_off: bool
     ready: bool  # pre-arm checks pass
     critical: bool  # the cause of an alarm lasts
-    k_f: float
+    thrust: tuple[float, float]  # [N]
     motor_min: float
     motor_max: float
     elevon_max: float
@@ -197,7 +197,7 @@ def take_snapshot(
         taking_off=autopilot.mode is Mode.TAKEOFF,
         ready=not autopilot.arming.failed_checks(),
         critical=autopilot.failsafes.is_critical,
-        k_f=a.k_f,
+        thrust=vehicle.thrust,
         motor_min=a.omega_min,
         motor_max=a.omega_max,
         elevon_max=a.delta_max,

@@ -10,6 +10,7 @@ from numba import njit
 
 from sitl.control import handover
 from sitl.control import hover_attitude as law
+from sitl.control.estimate import air_ahead
 from sitl.control.hover_attitude import Steering
 from sitl.control.hover_zero_moment import attitude_torque, axial_force
 from sitl.control.reference import AttitudeReference, steer
@@ -73,7 +74,7 @@ def test_it_begins_where_the_vehicle_is(phi, w, omega):
     seen = estimate(q=rotation(phi), w=w, actuators=(omega, omega, 0.0, 0.0))
     steering = law.start(seen, GAINS, A)
     assert (steering.attitude, steering.rates) == (seen.attitude, seen.rates)
-    assert steering.force == min(max(axial_force(seen.actuators, A), LOOP.f_min), LOOP.f_max)
+    assert steering.force == min(max(axial_force(seen.actuators, air_ahead(seen), A), LOOP.f_min), LOOP.f_max)
     assert law.lyapunov(seen, GAINS, steering) == pytest.approx(0.0, abs=1e-12)
 
 
