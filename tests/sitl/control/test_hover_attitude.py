@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numba import njit
 
+from sitl.compiled import entry
 from sitl.control import handover
 from sitl.control import hover_attitude as law
 from sitl.control.estimate import air_ahead
@@ -143,7 +143,7 @@ def test_compiled_equals_python():
     steering = Steering(hover(0.2), Vector(0.1, 0.2, 0.3), 5.0, Vector(1e-3, 2e-3, 3e-3))
     asked = wanted(turned(hover(0.0), (0.4, 0.5, 0.6)), (0.1, 0.0, 0.0))
     state = seen, asked, GAINS, A, steering, handover.requested()
-    assert njit(error_model="numpy")(_ticked)(*state) == _ticked(*state)
+    assert entry(_ticked)(*state) == _ticked(*state)
 
 
 def _ticked(seen, asked, gains, a, steering, transfer):

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numba import njit
 
+from sitl.compiled import entry
 from sitl.control import forward_linear, moment_observer
 from sitl.control.line_of_sight import (
     TURN_RATE,
@@ -222,7 +222,7 @@ def test_the_observer_finds_a_moment_that_the_model_does_not_know(rates, share):
 # Compiled
 
 
-@njit(error_model="numpy")
+@entry
 def _ticks(seen, reference, gains, linear, a, sight):
     """A tick of every forward law."""
     cruising = cruise_step(seen, reference, gains, a, sight, 0.3, DT)
