@@ -202,7 +202,6 @@ def _trimmed(
     for _ in range(passes):
         stream = slopes(v, thrust, thrust, a)
         grip = max(stream.left_elevon + stream.right_elevon, MIN_GRIP)
-        delta = clipped(-stream.moment * v.z / (elevon_arm(a) * grip), -MAX_DELTA, MAX_DELTA)
         omega = speed_for(thrust, v.x, a)
         F, M = wrench(v, Vector(0.0, 0.0, 0.0), Actuators(omega, omega, delta, delta), a)
         delta = clipped(delta + M.y / (elevon_arm(a) * grip), -MAX_DELTA, MAX_DELTA)
