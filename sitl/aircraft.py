@@ -8,6 +8,7 @@ from protocol.dialect.vocabulary import Law, Reason, Regime
 from sitl.autopilot.autopilot import Autopilot
 from sitl.autopilot.safety.world import World
 from sitl.guidance.view import VehicleView
+from sitl.model.airframe import BATTERY
 from sitl.model.battery import Battery
 from sitl.model.quaternions import x_axis, z_axis
 from sitl.parameters import Configuration
@@ -108,7 +109,9 @@ class Aircraft:
     @property
     def battery(self) -> Battery:
         """The battery as it is now."""
-        return Battery(self.configuration.world.battery, self.vehicle.energy)
+        a = self.vehicle.airframe
+        resistance = a.battery_resistance if a.energy_account == BATTERY else 0.0
+        return Battery(self.configuration.world.battery, self.vehicle.energy, resistance)
 
     def _decide(self) -> None:
         fresh = self.vehicle.jumps[self._seen :]

@@ -32,9 +32,9 @@ class WorldSettings(NamedTuple):
         ParameterMetadata("SIM_WIND_DIR", (-360.0, 360.0), "deg", "Where the wind comes from, clockwise from north"),
     ] = 0.0
     gusts: Annotated[float, ParameterMetadata("SIM_GUST_RMS", (0.0, 10.0), "m/s", "Gusts, rms per axis")] = 0.0
-    battery: Annotated[
-        float, ParameterMetadata("SIM_BAT_ENERGY", (100.0, 1e7), "J", "Shaft energy of a full battery")
-    ] = 100e3
+    battery: Annotated[float, ParameterMetadata("SIM_BAT_ENERGY", (100.0, 1e7), "J", "Energy of a full battery")] = (
+        100e3
+    )
 
 
 class Configuration(NamedTuple):

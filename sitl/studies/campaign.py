@@ -16,6 +16,7 @@ from protocol.plans.mission_item import MissionItem
 from sitl import Airframe, DivergedError, Law, Simulation, SitlError, Start, load_airframe
 from sitl.aircraft import Aircraft, is_forward
 from sitl.autopilot.settings import Settings
+from sitl.defaults import AIRFRAME
 from sitl.model.airframe import Array
 from sitl.parameters import Configuration, WorldSettings
 from sitl.studies.mission_flight import PERIODS_PER_LOOK, STUDY_WORLD, has_finished_mission, waypoint
@@ -122,12 +123,12 @@ def perturbed(a: Airframe, scale: dict[str, float]) -> Airframe:
     return a._replace(**{name: getattr(a, name) * factor for name, factor in names.items()})
 
 
-def fly(conditions: FlightConditions, airframe: str = "nominal") -> CampaignFlight:
+def fly(conditions: FlightConditions, airframe: str = AIRFRAME) -> CampaignFlight:
     """Fly one draw; the airframe of that name is the design model."""
     return fly_and_track(conditions, airframe)[0]
 
 
-def fly_and_track(conditions: FlightConditions, airframe: str = "nominal") -> tuple[CampaignFlight, GroundTrack]:
+def fly_and_track(conditions: FlightConditions, airframe: str = AIRFRAME) -> tuple[CampaignFlight, GroundTrack]:
     """Fly one draw and record where it went; arguments as for :func:`fly`."""
     model, start = load_airframe(airframe).parameters, Start(up=MISSION_HEIGHT, airborne=True)
     vehicle = Simulation(perturbed(model, conditions.scale), seed=conditions.seed, design_model=model, start=start)
@@ -193,7 +194,7 @@ def run(
     spread: Spread | None = None,
     jobs: int = 2,
     on_progress: Callable[[int], None] = lambda done: None,  # noqa: ARG005 - silence is the default
-    airframe: str = "nominal",
+    airframe: str = AIRFRAME,
 ) -> list[CampaignFlight]:
     """Fly seeds ``first`` to ``first + flights - 1``; their order and results do not depend on the jobs.
 

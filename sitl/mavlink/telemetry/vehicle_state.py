@@ -60,7 +60,7 @@ def sys_status(s: VehicleSnapshot) -> Message:
         onboard_control_sensors_enabled=enabled,
         onboard_control_sensors_health=health,
         load=0,
-        voltage_battery=units.millivolts(s.battery.voltage),
+        voltage_battery=units.millivolts(s.battery.voltage(s.power)),
         current_battery=units.centiamperes(s.battery.current(s.power)),
         battery_remaining=units.percent(s.battery.left),
         drop_rate_comm=0,
@@ -92,7 +92,7 @@ def battery_status(s: VehicleSnapshot) -> Message:
         battery_function=mavlink.MAV_BATTERY_FUNCTION_ALL,
         type=mavlink.MAV_BATTERY_TYPE_LIPO,
         temperature=0x7FFF,
-        voltages=[units.millivolts(s.battery.voltage)] + [NO_BATTERY_CELL] * 9,
+        voltages=[units.millivolts(s.battery.voltage(s.power))] + [NO_BATTERY_CELL] * 9,
         current_battery=units.centiamperes(s.battery.current(s.power)),
         current_consumed=-1,
         energy_consumed=round(s.energy / 100.0),  # hJ
