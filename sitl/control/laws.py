@@ -82,7 +82,7 @@ LAWS = (
     LawRow(Law.FORWARD_LINE_OF_SIGHT, line_of_sight.cruise_step, "line_of_sight"),
     LawRow(Law.FORWARD_LINEAR, forward_linear.step, "forward_linear"),
     LawRow(Law.TO_HOVER, line_of_sight.brake_step, "line_of_sight"),
-    LawRow(Law.FAILSAFE, line_of_sight.arrest_step, "line_of_sight"),
+    LawRow(Law.FAILSAFE, hover_zero_moment.step, "zero_moment"),
     LawRow(Law.HOVER_ATTITUDE, hover_attitude.step, "hover_attitude"),
 )
 

@@ -58,9 +58,9 @@ _LAND = (
     Jump("disarm", Law.LANDED, Reason.DISARM, unless=(g.armed,), resets=(r.landed,)),
     Jump("touch_down", Law.LANDED, Reason.TOUCHDOWN, when=(g.resting,), resets=(r.landed,)),
 )
-_CATCH = Jump("catch_fall", Law.FAILSAFE, Reason.FAILSAFE, when=(g.falling,), resets=(r.sight_from_here,))
-# Between laws that share the line of sight, it goes on.
-_CATCH_IN_SIGHT = Jump("catch_fall", Law.FAILSAFE, Reason.FAILSAFE, when=(g.falling,))
+_CATCH = Jump("catch_fall", Law.FAILSAFE, Reason.FAILSAFE, when=(g.falling,), resets=(r.guide_from_here,))
+# Between laws that share the guide, it goes on.
+_CATCH_GUIDED = Jump("catch_fall", Law.FAILSAFE, Reason.FAILSAFE, when=(g.falling,))
 _GO = (g.wanted, g.worth)
 
 
@@ -115,7 +115,7 @@ TABLE: dict[Law, tuple[Jump, ...]] = {
     ),
     Law.HOVER_ZERO_MOMENT: (
         *_LAND,
-        _CATCH,
+        _CATCH_GUIDED,
         _steer(g.calm),
         _align(g.calm, resets=(r.hold_here,)),
         Jump("enter_linear", Law.HOVER_LINEAR, Reason.LYAPUNOV_BELOW, when=(g.near,), unless=(g.far, g.windy)),
@@ -124,19 +124,19 @@ TABLE: dict[Law, tuple[Jump, ...]] = {
     ),
     Law.ALIGN: (
         *_LAND,
-        _CATCH,
+        _CATCH_GUIDED,
         Jump("stay", Law.HOVER_ZERO_MOMENT, Reason.COMMAND, unless=(g.wanted,)),
         Jump("tip_over", Law.TO_FORWARD, Reason.SPEED, when=(g.aligned, g.dwelt), resets=(r.sight_from_here,)),
     ),
     Law.TO_FORWARD: (
         *_LAND,
-        _CATCH_IN_SIGHT,
+        _CATCH,
         *_stop(),
         Jump("fly", Law.FORWARD_LINE_OF_SIGHT, Reason.SPEED, when=(g.wing_borne, g.dwelt)),
     ),
     Law.FORWARD_LINE_OF_SIGHT: (
         *_LAND,
-        _CATCH_IN_SIGHT,
+        _CATCH,
         *_stop(),
         Jump(
             "enter_forward_linear",
@@ -161,7 +161,7 @@ TABLE: dict[Law, tuple[Jump, ...]] = {
     ),
     Law.TO_HOVER: (
         *_LAND,
-        _CATCH_IN_SIGHT,
+        _CATCH,
         _steer(g.standing, g.dwelt),
         Jump(
             "hover",
@@ -187,7 +187,6 @@ TABLE: dict[Law, tuple[Jump, ...]] = {
             Reason.SPEED,
             when=(g.recovered, g.dwelt),
             unless=(g.falling,),
-            resets=(r.guide_from_here,),
         ),
     ),
     Law.HOVER_ATTITUDE: (
