@@ -25,11 +25,14 @@ from sitl.autopilot.safety.world import World
 from sitl.autopilot.settings import Settings
 from sitl.autopilot.transitions import TransitionRequests
 from sitl.control.reference import Point, Reference, hover_at
+from sitl.guidance.heading_slew import HeadingSlew
 from sitl.guidance.manoeuvres import Hold, Manoeuvre
 from sitl.guidance.moving_reference import MovingReference
 from sitl.guidance.view import VehicleView
 from sitl.prediction.chooser import Chooser
 from sitl.prediction.mode_choice import Decision
+
+STEERED_MODES = frozenset({Mode.OFFBOARD, Mode.POSCTL})  # somebody steers the heading
 
 
 class Autopilot:
@@ -46,6 +49,7 @@ class Autopilot:
 
     def __init__(self, world: World, settings: Settings, heading: float = 0.0, chooser: Chooser | None = None) -> None:
         self._flight = flight = FlightState(world, settings, heading, chooser)
+        self._slew = HeadingSlew()
         moving = MovingReference()  # one for both: a velocity goes on where the sticks left the reference
         self.failsafes = Failsafes()
         self.arming = Arming(flight, self.failsafes)
@@ -87,7 +91,7 @@ class Autopilot:
 
     @property
     def reference(self) -> Reference:
-        """Of the control laws, from the last tick."""
+        """Where the laws are to bring the vehicle, from the last tick; they are handed its heading at a bounded rate."""
         return self._flight.reference
 
     @property
@@ -154,7 +158,7 @@ class Autopilot:
         elif flight.manoeuvre is not None:
             self._fly()
         self.transitions.update()
-        return flight.reference
+        return self._slew.turned(flight.reference, view, may_turn=flight.mode not in STEERED_MODES)
 
     def _stand(self) -> None:
         flight, view = self._flight, self._flight.view

@@ -36,12 +36,12 @@ class LawStates(NamedTuple):
     """State slots; a slot that several laws share is handed over between them."""
 
     integral: Vector  # of the linear hover law, world [m s]
-    guide: Guide  # of the zero-moment law and the alignment
+    guide: Guide  # of the zero-moment law, the alignment and the fall
     handover: Handover  # what the law before commanded more, fading
     steering: Steering  # of the attitude law
     hold: Vector  # where the alignment stays, world NWU [m]
     course: float  # azimuth the belly or the nose is to point to [rad]
-    sight: LineOfSight  # of the line-of-sight law, the transitions and the fall
+    sight: LineOfSight  # of the line-of-sight law and the transitions
 
 
 class Gains(NamedTuple):

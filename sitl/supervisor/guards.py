@@ -31,6 +31,7 @@ CALM_SPEED = 3.5  # [m/s]
 ALIGNED_SPEED = 2.5  # [m/s]
 ALIGNED_ANGLE = math.radians(12.0)
 ALIGNED_COSINE = 0.97814760073380563793  # of that angle
+RECOVERED_RATE = 1.0  # [rad/s]
 STANDING_SPEED = 2.0  # [m/s]
 MAX_SINK = 14.0  # no law sinks faster than this for long [m/s]
 GROUND_TIME = 0.8  # nearer to the ground than this at the present sink rate, a fall is caught [s]
@@ -134,8 +135,9 @@ def calm(estimate: Estimate) -> bool:
 
 @guard
 def recovered(estimate: Estimate) -> bool:
-    """Upright and slow after a failsafe."""
-    return x_axis(estimate.attitude).z > 0.7 and norm(estimate.velocity) < ALIGNED_SPEED
+    """Upright, turning slowly and no longer sinking: not on the way through some other attitude."""
+    steady = x_axis(estimate.attitude).z > 0.7 and norm(estimate.rates) < RECOVERED_RATE
+    return steady and -estimate.velocity.z < SINK
 
 
 @guard
