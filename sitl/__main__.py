@@ -14,6 +14,7 @@ COMMANDS = {
     "report": "run every experiment of the report and write one HTML page with verdicts",
     "campaign": "fly a square forward from many seeds, in wind and gusts with a wrong model, and print statistics",
     "falls": "throw the vehicle into any attitude: height lost, how the falls end, and a map of the height needed",
+    "landings": "land from many seeds in wind and gusts: upright, tipped over or crashed, and how long it bounces",
     "hybrid": "solve a textbook hybrid system, or print the diagram of the vehicle's supervisor",
     "region": "prove and fly the region of attraction of the linear hover law, and compare gains",
     "breakeven": "hover or fly: the distance from which forward flight costs less, predicted and flown",

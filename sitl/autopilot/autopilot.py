@@ -19,6 +19,7 @@ from sitl.autopilot.manual import ManualRequests
 from sitl.autopilot.mission.runner import MissionRunner
 from sitl.autopilot.missions import MissionRequests
 from sitl.autopilot.offboard import OffboardRequests
+from sitl.autopilot.safety.arming_checks import MAX_STANDING_TILT, crash_text
 from sitl.autopilot.safety.failsafe import Failsafes
 from sitl.autopilot.safety.fence import Fence
 from sitl.autopilot.safety.world import World
@@ -181,14 +182,32 @@ class Autopilot:
             flight.say(mavlink.MAV_SEVERITY_INFO, "Take-off complete: holding")
             flight.enter(Mode.HOLD, Hold(flight.reference))
 
-    def touched_down(self) -> None:
-        """The supervisor jumped to LANDED by contact: end the landing."""
+    def touched_down(self, view: VehicleView) -> None:
+        """The supervisor jumped to LANDED by contact: end the landing, or the flight of a vehicle that fell over.
+
+        Args:
+            view: The vehicle as it is now.
+        """
         flight = self._flight
-        flight.flying = False
+        flight.view = view
+        landing, flight.flying = flight.landing, False
+        if view.tilt > MAX_STANDING_TILT:
+            self.arming.fell_over("Tipped over on landing" if landing else "Tipped over on the ground")
+            return
         self.arming.touched_down()
         self.missions.touched_down()
         flight.say(mavlink.MAV_SEVERITY_INFO, "Landed")
         flight.enter(Mode.HOLD, None)
+
+    def crashed(self, view: VehicleView) -> None:
+        """The supervisor jumped to CRASHED: the flight is over until a reboot.
+
+        Args:
+            view: The vehicle as it is now.
+        """
+        self._flight.view = view
+        self._flight.flying = False
+        self.arming.fell_over(crash_text(view, self.world.home))
 
     # What is flown
 

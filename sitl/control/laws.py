@@ -84,6 +84,7 @@ LAWS = (
     LawRow(Law.TO_HOVER, line_of_sight.brake_step, "line_of_sight"),
     LawRow(Law.FAILSAFE, hover_zero_moment.step, "zero_moment"),
     LawRow(Law.HOVER_ATTITUDE, hover_attitude.step, "hover_attitude"),
+    LawRow(Law.CRASHED, landed.step),
 )
 
 VALUES = (

@@ -59,3 +59,4 @@ class Airframe(NamedTuple):
     foot_x: float  # the tail's contact points: distance behind the centre of mass [m]
     foot_y: float  # the tail's contact points: half distance along the span [m]
     foot_z: float  # the tail's contact points: half distance along z_b [m]
+    max_contact_speed: float  # at which it may hit the ground, normal to it, and still fly [m/s]

@@ -24,6 +24,7 @@ UNITS = {
     "C_mp": "-", "C_mq": "-", "C_mr": "-", "C_np": "-", "C_nq": "-", "C_nr": "-", "mu": "-", "omega_min": "rad/s",
     "omega_max": "rad/s", "omega_rate": "rad/s2", "delta_max": "deg", "delta_rate": "rad/s",
     "actuator_model": "name", "motor_tau": "s", "elevon_tau": "s", "foot_x": "m", "foot_y": "m", "foot_z": "m",
+    "max_contact_speed": "m/s",
 }  # fmt: skip
 POSITIVE = frozenset(UNITS) - {
     "C_y0", "C_d0", "C_lp", "C_lq", "C_lr", "C_mp", "C_mq", "C_mr", "C_np", "C_nq", "C_nr", "mu", "actuator_model",

@@ -22,7 +22,7 @@ from sitl.design.forward import can_fly_forward
 from sitl.errors import SitlError
 from sitl.estimation.sensing import SensorNoise
 from sitl.model.airframe import Airframe
-from sitl.model.ground import feet_aloft
+from sitl.model.ground import Crash, feet_aloft
 from sitl.model.plant import shaft_power
 from sitl.model.quaternions import Quaternion
 from sitl.model.state import Actuators, Body, Plant
@@ -81,7 +81,7 @@ class Simulation:
     # Setting up
 
     def begin(self, start: Start) -> None:
-        """Put the vehicle somewhere, at rest; its energy, jumps and time go on."""
+        """Put the vehicle somewhere, at rest; its energy, jumps and time go on, a crash is mended."""
         plant = start.plant(self.airframe)
         estimate, course = perfect_estimate(plant, self.airframe), float(start.heading)
         self._arrays.flight = grounded(self.register.flight_type, self.design, plant, estimate, course, self.flight)
@@ -285,6 +285,12 @@ class Simulation:
     def limits(self) -> int:
         """DARKO_LIMIT bits seen in the last ``advance``."""
         return int(self._arrays.flights["limits"][0])
+
+    @property
+    def crash(self) -> Crash | None:
+        """The contact with the ground that broke it; None while it is whole."""
+        crash = named_from(Crash, self._arrays.flights["crash"][0].item())
+        return crash if crash.speed > 0.0 else None
 
     @property
     def wind(self) -> Vector:

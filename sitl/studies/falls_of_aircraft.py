@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from protocol.dialect.vocabulary import Regime
 from sitl import Airframe, Body, Simulation, Start, Vector, load_airframe
 from sitl.aircraft import Aircraft
 from sitl.autopilot.settings import Settings
@@ -25,7 +26,6 @@ CALM_RADIUS, WINDY_RADIUS = 1.0, 5.0  # nearer than this to where it held is hom
 HOME_SPEED = 2.0  # [m/s]
 HOME_LOOKS = 50  # so long [looks]
 MAX_TIME = 120.0  # [s]
-GROUND = 0.5  # a centre of mass nearer to the ground than this has come down [m]
 CRASHED, HOME, LATE = "crashed", "home", "late"
 FLIGHTS_PER_TASK = 8  # handed to a worker process at once
 
@@ -89,7 +89,7 @@ def _followed(aircraft: Aircraft, seed: int, throw: Throw, velocity: Vector, rad
         lowest = min(lowest, body.position.z)
         near = math.dist(body.position, (0.0, 0.0, UP)) < radius and math.hypot(*body.velocity) < HOME_SPEED
         settled = settled + 1 if near else 0
-        if body.position.z < GROUND:
+        if vehicle.law.regime is Regime.GROUND:
             end = CRASHED
         elif settled >= HOME_LOOKS:
             end = HOME

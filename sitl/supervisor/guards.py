@@ -38,6 +38,7 @@ GROUND_TIME = 0.8  # nearer to the ground than this at the present sink rate, a 
 SINK = 3.0  # what counts as sinking there [m/s]
 LOST = 0.3  # V of the attitude law when it is 45 deg off at rest [rad2]
 REST_TIME = 0.3  # at rest on the ground this long is landed [s]
+LYING = 0.5  # a nose lower than this on the ground stands up by no law [-]
 REST_SPEED = 0.3  # vertical speed that counts as rest there [m/s]
 
 
@@ -85,8 +86,14 @@ def flying(is_flying: bool) -> bool:
 
 
 @guard
+def crashed(has_crashed: bool) -> bool:
+    """The ground was hit too fast."""
+    return has_crashed
+
+
+@guard
 def resting(at_rest: float) -> bool:
-    """Landing, and at rest on the ground."""
+    """At rest on the ground, landing or lying on its side."""
     return at_rest >= REST_TIME
 
 

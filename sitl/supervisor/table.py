@@ -54,7 +54,9 @@ class Jump:
 
 Table = Mapping[Law, tuple[Jump, ...]]
 
+_CRASH = Jump("crash", Law.CRASHED, Reason.CRASH, when=(g.crashed,), resets=(r.broken,))
 _LAND = (
+    _CRASH,
     Jump("disarm", Law.LANDED, Reason.DISARM, unless=(g.armed,), resets=(r.landed,)),
     Jump("touch_down", Law.LANDED, Reason.TOUCHDOWN, when=(g.resting,), resets=(r.landed,)),
 )
@@ -82,6 +84,7 @@ def _stop(*resets: Reset) -> tuple[Jump, Jump]:
 
 TABLE: dict[Law, tuple[Jump, ...]] = {
     Law.LANDED: (
+        _CRASH,
         Jump(
             "take_off",
             Law.HOVER_ZERO_MOMENT,
@@ -215,6 +218,7 @@ TABLE: dict[Law, tuple[Jump, ...]] = {
             resets=(r.guide_from_here, r.level_first),
         ),
     ),
+    Law.CRASHED: (),  # for good: only a new start stands it up again
 }
 
 
