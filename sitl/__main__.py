@@ -13,6 +13,8 @@ COMMANDS = {
     "scenario": "fly an experiment of the report, print its figures and save its plot",
     "report": "run every experiment of the report and write one HTML page with verdicts",
     "campaign": "fly a square forward from many seeds, in wind and gusts with a wrong model, and print statistics",
+    "falls": "throw the vehicle into any attitude: height lost, how the falls end, and a map of the height needed",
+    "landings": "land from many seeds in wind and gusts: upright, tipped over or crashed, and how long it bounces",
     "holds": "hold a point in wind and gusts from many seeds, and print how far off the vehicle was",
     "hybrid": "solve a textbook hybrid system, or print the diagram of the vehicle's supervisor",
     "region": "prove and fly the region of attraction of the linear hover law, and compare gains",

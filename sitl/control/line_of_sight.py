@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 from sitl.compiled import kernel
 from sitl.control import moment_observer
-from sitl.control.braking import arrest, brake
+from sitl.control.braking import brake
 from sitl.control.estimate import Estimate
 from sitl.control.forward_allocation import invert
 from sitl.control.forward_guidance import GuidanceGains, air_course, cruise
@@ -107,16 +107,6 @@ def brake_step(
     used = travel(estimate, a)
     wanted, integral = brake(p, v, wind, reference.path, used, sight.integral, dt, gains.guidance)
     command, saturation, sight = _follow(estimate, wanted, integral, gains, a, sight, course, dt)
-    return command, saturation, sight, course
-
-
-@kernel
-def arrest_step(
-    estimate: Estimate, gains: LineOfSightGains, a: Airframe, sight: LineOfSight, course: float, dt: float
-) -> tuple[Actuators, int, LineOfSight, float]:
-    """One tick of ending a fall and all motion with it; arguments and results as for :func:`cruise_step`."""
-    wanted = arrest(estimate.velocity, estimate.wind, travel(estimate, a), gains.guidance)
-    command, saturation, sight = _follow(estimate, wanted, sight.integral, gains, a, sight, course, dt)
     return command, saturation, sight, course
 
 

@@ -61,6 +61,7 @@ class Airframe(NamedTuple):
     foot_x: float  # the tail's contact points: distance behind the centre of mass [m]
     foot_y: float  # the tail's contact points: half distance along the span [m]
     foot_z: float  # the tail's contact points: half distance along z_b [m]
+    max_contact_speed: float  # at which it may hit the ground, normal to it, and still fly [m/s]
     # What the report's sets do without: air along the propellers' axis, stall, rotors, motors and battery.
     k_fv: float = 0.0  # thrust by speed and inflow, T = k_f w^2 + k_fv w V + k_fvv V |V| [kg]
     k_fvv: float = 0.0  # [kg/m]

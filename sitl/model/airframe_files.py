@@ -41,6 +41,7 @@ UNITS = {
     "omega_max": "rad/s", "omega_rate": "rad/s2", "delta_max": "deg", "delta_rate": "rad/s",
     "actuator_model": "name", "motor_tau": "s", "elevon_tau": "s", "foot_x": "m", "foot_y": "m", "foot_z": "m",
     "aerodynamics": "name", "energy_account": "name",
+    "max_contact_speed": "m/s",
 }  # fmt: skip
 STALL_UNITS = {"C_90": "-", "stall_angle": "deg", "cp_shift": "m", "J_p": "kg m2"}  # of the level "stall" alone
 BATTERY_UNITS = {  # where the battery's energy is counted

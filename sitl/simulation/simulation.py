@@ -23,7 +23,7 @@ from sitl.errors import SitlError
 from sitl.estimation.sensing import SensorNoise
 from sitl.model.aerodynamics import thrusts
 from sitl.model.airframe import Airframe
-from sitl.model.ground import feet_aloft
+from sitl.model.ground import Crash, feet_aloft
 from sitl.model.plant import inflow
 from sitl.model.propeller import drawn_power, speed_for
 from sitl.model.quaternions import Quaternion
@@ -83,7 +83,7 @@ class Simulation:
     # Setting up
 
     def begin(self, start: Start) -> None:
-        """Put the vehicle somewhere, at rest; its energy, jumps and time go on."""
+        """Put the vehicle somewhere, at rest; its energy, jumps and time go on, a crash is mended."""
         plant = start.plant(self.airframe)
         estimate, course = perfect_estimate(plant, self.airframe), float(start.heading)
         self._arrays.flight = grounded(self.register.flight_type, self.design, plant, estimate, course, self.flight)
@@ -294,6 +294,12 @@ class Simulation:
     def limits(self) -> int:
         """DARKO_LIMIT bits seen in the last ``advance``."""
         return int(self._arrays.flights["limits"][0])
+
+    @property
+    def crash(self) -> Crash | None:
+        """The contact with the ground that broke it; None while it is whole."""
+        crash = named_from(Crash, self._arrays.flights["crash"][0].item())
+        return crash if crash.speed > 0.0 else None
 
     @property
     def wind(self) -> Vector:

@@ -31,12 +31,14 @@ CALM_SPEED = 3.5  # [m/s]
 ALIGNED_SPEED = 2.5  # [m/s]
 ALIGNED_ANGLE = math.radians(12.0)
 ALIGNED_COSINE = 0.97814760073380563793  # of that angle
+RECOVERED_RATE = 1.0  # [rad/s]
 STANDING_SPEED = 2.0  # [m/s]
 MAX_SINK = 14.0  # no law sinks faster than this for long [m/s]
 GROUND_TIME = 0.8  # nearer to the ground than this at the present sink rate, a fall is caught [s]
 SINK = 3.0  # what counts as sinking there [m/s]
 LOST = 0.3  # V of the attitude law when it is 45 deg off at rest [rad2]
 REST_TIME = 0.3  # at rest on the ground this long is landed [s]
+LYING = 0.5  # a nose lower than this on the ground stands up by no law [-]
 REST_SPEED = 0.3  # vertical speed that counts as rest there [m/s]
 
 
@@ -84,8 +86,14 @@ def flying(is_flying: bool) -> bool:
 
 
 @guard
+def crashed(has_crashed: bool) -> bool:
+    """The ground was hit too fast."""
+    return has_crashed
+
+
+@guard
 def resting(at_rest: float) -> bool:
-    """Landing, and at rest on the ground."""
+    """At rest on the ground, landing or lying on its side."""
     return at_rest >= REST_TIME
 
 
@@ -134,8 +142,9 @@ def calm(estimate: Estimate) -> bool:
 
 @guard
 def recovered(estimate: Estimate) -> bool:
-    """Upright and slow after a failsafe."""
-    return x_axis(estimate.attitude).z > 0.7 and norm(estimate.velocity) < ALIGNED_SPEED
+    """Upright, turning slowly and no longer sinking: not on the way through some other attitude."""
+    steady = x_axis(estimate.attitude).z > 0.7 and norm(estimate.rates) < RECOVERED_RATE
+    return steady and -estimate.velocity.z < SINK
 
 
 @guard

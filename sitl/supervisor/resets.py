@@ -18,7 +18,7 @@ from sitl.control.hover_zero_moment import Guide, ZeroMomentGains
 from sitl.control.line_of_sight import LineOfSight
 from sitl.model.airframe import Airframe
 from sitl.model.vectors import Vector
-from sitl.supervisor.guards import Guard, dwelt, flying, lost, near, resting, sliding
+from sitl.supervisor.guards import Guard, armed, dwelt, flying, lost, near, resting, sliding
 
 LET_GO_TIME = 1.0  # a tilt that was commanded is flown off by the zero-moment law so long [s]
 
@@ -74,6 +74,12 @@ def sight_from_here(estimate: Estimate, a: Airframe) -> LineOfSight:
 def landed(estimate: Estimate) -> tuple[bool, Vector]:  # noqa: ARG001
     """Landing fulfils the wish to fly, and what the integral learnt of the wind would push a standing vehicle over."""
     return False, Vector(0.0, 0.0, 0.0)
+
+
+@reset("is_armed", "is_flying", "integral", clears=(armed, flying))
+def broken(estimate: Estimate) -> tuple[bool, bool, Vector]:  # noqa: ARG001
+    """Motors off, and nothing is wanted any more."""
+    return False, False, Vector(0.0, 0.0, 0.0)
 
 
 @reset("since", "at_rest", "inhibited", "handover", clears=(dwelt, resting, sliding))
