@@ -8,6 +8,8 @@ q . q_bar > 0; x_i is the integral of p - p_e (see :func:`integrate`).
 import math
 from typing import NamedTuple
 
+import numpy as np
+
 from sitl.compiled import kernel
 from sitl.control.allocation import Virtual, allocate
 from sitl.control.estimate import Estimate
@@ -31,6 +33,8 @@ class LinearGains(NamedTuple):
     integral_limit: float  # bound of what is integrated, per axis [m]
     reach: float = 6.0  # position error beyond this counts as this [m]; math.inf is the report's law
     bound: float = 40.0  # of the integral itself, per axis [m s]; a 10 m/s wind needs 26 of it
+    S_xi: Array = np.zeros((12, 3))  # what V has of the integral besides: 2 x' S_xi x_i + x_i' S_ii x_i
+    S_ii: Array = np.zeros((3, 3))
 
 
 class HoverError(NamedTuple):
