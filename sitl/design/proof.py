@@ -15,7 +15,9 @@ import numpy as np
 
 from sitl.control.hover_linear import SQRT_HALF, LinearGains
 from sitl.design.closed_loop import (
+    RATE_ROWS,
     ROOT,
+    VELOCITY_ROWS,
     Air,
     AttitudeBoxes,
     Interval,
@@ -34,7 +36,7 @@ from sitl.design.closed_loop import (
     tilt_matrices,
     turning,
 )
-from sitl.design.delay import DELAY, Lift, channels, lift, plain_lift
+from sitl.design.delay import DELAY, Channels, Lift, channels, lift, plain_lift
 from sitl.errors import SitlError
 from sitl.model.airframe import Airframe, Array
 
@@ -118,14 +120,19 @@ class Proof:
         """The matrix that must be positive on {V <= level}; None where the delay leaves nothing of it."""
         if not self.sampled:
             return plain_lift(self.F, self.L)
+        at = self.channels(level)
+        if at is None:
+            return None
+        return lift(self.F, self.L, at, 2.0 * math.sin(0.5 * min(self.greatest_turn(level), math.pi)))
+
+    def channels(self, level: float) -> Channels | None:
+        """How late the commands are on {V <= level}; None where a thrust may vanish."""
         swing, deflection = thrust_swing(self.gains, level), greatest_deflection(self.gains, level)
         if not (swing < 1.0 and deflection < math.inf):
             return None
-        thrust, h = (1.0 - swing) * min(self.gains.u_bar[:2]), self.greatest_stream(level)
-        ratio = (1.0 + DELAY * self.a.omega_rate / math.sqrt(thrust / self.a.k_f)) ** 2
-        more = 1.0 + h * h / (self.a.rho * self.a.S * self.a.S_ratio * thrust)
-        at = channels(self.a, self.gains, ratio, deflection, more)
-        return lift(self.F, self.L, at, 2.0 * math.sin(0.5 * min(self.greatest_turn(level), math.pi)))
+        slowest = math.sqrt((1.0 - swing) * min(self.gains.u_bar[:2]) / self.a.k_f)
+        ratio, h = (1.0 + DELAY * self.a.omega_rate / slowest) ** 2, self.greatest_stream(level)
+        return channels(self.a, self.gains, ratio, deflection, 1.0 + self.effectiveness(level) * h * h)
 
     def greatest_turn(self, level: float) -> float:
         """The largest angle from the hover attitude on {V <= level} [rad]."""
@@ -139,8 +146,68 @@ class Proof:
         whole = weight @ (self.spread + self.mean @ np.linalg.solve(self.S_f, self.mean.T)) @ weight
         return float(0.5 * a.rho * a.S * math.sqrt(level * np.linalg.eigvalsh(whole).max()))
 
-    def holds(self, level: float) -> bool:
-        """Whether V' < 0 is proved on {V <= level} without the hover itself."""
+    def greatest_rates(self, level: float) -> tuple[float, float] | None:
+        """Bounds of the commands' rates on {V <= level}: motors [rad/s2] and elevons [rad/s]; None where unbounded."""
+        swing, deflection = thrust_swing(self.gains, level), greatest_deflection(self.gains, level)
+        at = self.channels(level)
+        if at is None:
+            return None
+        thrust, loop = (1.0 - swing) * min(self.gains.u_bar[:2]), self.F @ np.linalg.inv(self.L).T
+        # Of T1, T2, d1 T1, d2 T2; and T d' = (d T)' - d T', the elevons at their largest angles.
+        crossed = np.vstack([sign * deflection * at.rows[:2] for sign in (-1.0, 1.0)])
+        rows = np.vstack([at.rows[:4], crossed + np.tile(at.rows[2:4], (2, 1))])
+        rates = math.sqrt(level) * (np.linalg.norm(rows @ loop, axis=1) + self.greatest_bends(level, rows))
+        # Each error is at most its factor and delay times its rate, and adds to all rates.
+        columns = at.columns[:, :6]
+        direct = np.abs(rows @ columns) + np.linalg.norm(rows[:, VELOCITY_ROWS], axis=1)[:, None] * at.force[:6]
+        by_rate = np.zeros((len(rows), 4))
+        for channel in range(6):
+            by_rate[:, at.row[channel]] += direct[:, channel] * at.delays[channel] * at.factors[channel]
+        if np.abs(np.linalg.eigvals(by_rate[:4])).max() >= 1.0:
+            return None
+        rates += by_rate @ np.linalg.solve(np.eye(4) - by_rate[:4], rates[:4])
+        return float(rates[:2].max() / (2.0 * math.sqrt(self.a.k_f * thrust))), float(rates[4:].max() / thrust)
+
+    def greatest_bends(self, level: float, rows: Array) -> Array:
+        """Bounds of |row M x| / sqrt V on {V <= level}, for linear functions of the state's rate, (c,)."""
+        n, to_x = len(self.L), np.linalg.inv(self.L).T
+        f = np.sqrt(level * np.diag(np.linalg.inv(self.S_f)))[None]
+        at, w = AttitudeBoxes(-f, f), np.sqrt(level * np.diag(to_x @ to_x.T)[RATE_ROWS])
+        h = self.greatest_stream(level)
+        bounds = [
+            *zip(f[0], tilt_matrices(self.a, self.gains), strict=True),
+            *zip(w, gyro_matrices(self.a, n), strict=True),
+            *((most(value)[0], M) for value, M in self.remainder(at)),
+        ]
+        kappa = self.effectiveness(level) * h * h
+        for elevon in (0, 1):
+            M, force = elevon_effect(self.a, self.gains, elevon)
+            bounds += [(kappa, M), *((kappa * most(at.axes[2][i])[0], row_matrix(3 + i, force)) for i in range(3))]
+        bent = sum(bound * np.linalg.norm(rows @ M @ to_x, axis=1) for bound, M in bounds)
+        return np.asarray(bent + h * self._blown(level, rows, to_x @ to_x.T) / math.sqrt(level))
+
+    def _blown(self, level: float, rows: Array, C: Array) -> Array:
+        """Bounds of what the airspeed adds to |row x'|, per h, (c,): a velocity in the body frame is as long as its own."""
+        speed, turning = (
+            math.sqrt(level * np.linalg.eigvalsh(C[part, part])[-1]) for part in (VELOCITY_ROWS, RATE_ROWS)
+        )
+        d = 2.0 * min(self.a.delta_max, greatest_deflection(self.gains, level))
+        pull, turn = np.linalg.norm(rows[:, VELOCITY_ROWS], axis=1), rows[:, RATE_ROWS]
+        total = np.zeros(len(rows))
+        for G, share in zip(self.aero, (1.0, d, d), strict=True):
+            for columns, size_of in ((slice(0, 3), speed), (slice(3, 6), turning)):
+                effect = pull * np.linalg.norm(G[:3, columns], 2) + np.linalg.norm(turn @ G[3:, columns], axis=1)
+                total += share * size_of * effect
+        return total
+
+    def effectiveness(self, level: float) -> float:
+        """The most that an elevon in the own stream is more effective, over h^2."""
+        # kappa = h v_bx / (2 X T), and no velocity is more than 2 h / (rho S).
+        thrust = (1.0 - thrust_swing(self.gains, level)) * min(self.gains.u_bar[:2])
+        return 1.0 / (self.a.rho * self.a.S * self.a.S_ratio * thrust)
+
+    def holds(self, level: float, boxes: int = MAX_BOXES) -> bool:
+        """Whether V' < 0 is proved on {V <= level} without the hover itself; more boxes prove more."""
         made = self.lift(level)
         if made is None or np.linalg.eigvalsh(made.base)[0] <= MARGIN:
             return False
@@ -152,7 +219,7 @@ class Proof:
         for _ in range(DEPTH):
             inside = cover.budget(centre, half) >= 0.0
             centre, half = centre[inside], half[inside]
-            if centre.shape[0] > MAX_BOXES:
+            if centre.shape[0] > boxes:
                 return False
             if centre.shape[0] == 0:
                 return True
@@ -209,9 +276,7 @@ class _Cover:
         self.tilt = [self._taken(M) for M in tilt_matrices(proof.a, proof.gains)]
         self.gyro = np.stack([made.of(M) for M in gyro_matrices(proof.a, n)])
         self.effect = np.array([np.linalg.norm(width, 2) for _, width in self.tilt])
-        # Of kappa, over h^2: no airspeed along the nose is more than 2 h / (rho S).
-        least_thrust = (1.0 - thrust_swing(proof.gains, level)) * min(proof.gains.u_bar[:2])
-        self.effectiveness = 1.0 / (proof.a.rho * proof.a.S * proof.a.S_ratio * least_thrust)
+        self.effectiveness = proof.effectiveness(level)
         self.deflection = min(proof.a.delta_max, greatest_deflection(proof.gains, level))
 
     def budget(self, centre: Array, half: Array) -> Array:

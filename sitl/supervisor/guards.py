@@ -95,7 +95,7 @@ def resting(at_rest: float) -> bool:
 def near(
     v_hover: float, v_integral: float, estimate: Estimate, thresholds: Thresholds, inhibited: float, since: float
 ) -> bool:
-    """V of the linear hover law is below v_enter, or below v_waited after PATIENCE; the nose is up; no tilt is flown off."""
+    """V of the linear hover law is below v_enter, or long below v_waited; the nose is up, no tilt is being flown off."""
     # V does not see the sign of the quaternion's scalar part: it is as small with the nose straight down.
     is_upright = x_axis(estimate.attitude).z > 0.0 and inhibited <= 0.0
     waited = since >= PATIENCE and v_hover < thresholds.v_waited

@@ -79,5 +79,5 @@ def landed(estimate: Estimate) -> tuple[bool, Vector]:  # noqa: ARG001
 
 @reset("since", "at_rest", "inhibited", "handover", "side", clears=(dwelt, resting, sliding))
 def begin_anew(estimate: Estimate) -> tuple[float, float, float, Handover, float]:  # noqa: ARG001
-    """Part of every jump: timers begin at zero, what was being handed over is forgotten, and the nearer side is taken."""
+    """Part of every jump: timers begin at zero, what was handed over is forgotten, and the nearer side is taken."""
     return 0.0, 0.0, 0.0, handover.none(), NOT_CHOSEN
