@@ -64,7 +64,8 @@ class Configuration(NamedTuple):
 
     def check_together(self) -> None:
         """Raise SitlError if the values do not fit together."""
-        if self.tuning.v_enter >= self.tuning.v_leave:
+        enter, leave = self.tuning.v_enter, self.tuning.v_leave
+        if enter >= 0.0 and leave >= 0.0 and enter >= leave:
             raise SitlError("DRK_V_ENTER must stay below DRK_V_LEAVE: the hysteresis needs its gap")
         if self.tuning.v_forward_enter >= self.tuning.v_forward_leave:
             raise SitlError("DRK_VF_ENTER must stay below DRK_VF_LEAVE: the hysteresis needs its gap")

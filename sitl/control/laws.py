@@ -36,6 +36,7 @@ class LawStates(NamedTuple):
     """State slots; a slot that several laws share is handed over between them."""
 
     integral: Vector  # of the linear hover law, world [m s]
+    side: float  # of the quaternion, of the linear hover law; other laws keep theirs in their state
     guide: Guide  # of the zero-moment law, the alignment and the fall
     handover: Handover  # what the law before commanded more, fading
     steering: Steering  # of the attitude law
@@ -89,6 +90,7 @@ LAWS = (
 
 VALUES = (
     ValueRow("v_hover", hover_linear.lyapunov, "hover_linear"),
+    ValueRow("v_integral", hover_linear.integral_share, "hover_linear"),
     ValueRow("v_forward", forward_linear.lyapunov, "forward_linear"),
     ValueRow("v_attitude", hover_attitude.lyapunov, "hover_attitude"),
 )

@@ -25,6 +25,7 @@ from sitl.control.forward_allocation import invert
 from sitl.control.forward_guidance import GuidanceGains, air_course, cruise
 from sitl.control.moment_observer import momentum
 from sitl.control.reference import Reference
+from sitl.control.side import NOT_CHOSEN, kept
 from sitl.model.aerodynamics import slopes, thrusts, trimmed_slope, wrench
 from sitl.model.airframe import Airframe
 from sitl.model.arithmetic import clipped, decay, sine_cosine, wrapped
@@ -44,6 +45,7 @@ class LineOfSight(NamedTuple):
     turning: Vector  # filtered rate of q_d, in its own frame [rad/s]
     integral: Vector  # of the velocity error along the course, to its left and upwards [m/s2]
     observer: Vector  # state of the moment's disturbance observer [N m s]
+    side: float = NOT_CHOSEN  # of the attitude about q_d
 
 
 class LineOfSightGains(NamedTuple):
@@ -63,7 +65,8 @@ class LineOfSightGains(NamedTuple):
 def start(estimate: Estimate, a: Airframe) -> LineOfSight:
     """Jump map on entering the law: from the attitude and the acceleration as they are, with nothing accumulated."""
     none = Vector(0.0, 0.0, 0.0)
-    return LineOfSight(estimate.acceleration, estimate.attitude, none, none, moment_observer.start(estimate, a))
+    observer = moment_observer.start(estimate, a)
+    return LineOfSight(estimate.acceleration, estimate.attitude, none, none, observer, NOT_CHOSEN)
 
 
 @kernel
@@ -142,10 +145,11 @@ def _follow(
     turning = _turning(sight, q_d, gains, dt)
     F, M = wrench(v_b, w, estimate.actuators, a)
     disturbance, observer = moment_observer.observe(estimate, M, sight.observer, gains.observer, a, dt)
-    moment = subtract(_moment(q, w, q_d, turning, gains, a), disturbance)
+    side = kept(sight.side, multiply(conjugate(q_d), q).w)
+    moment = subtract(_moment(q, w, q_d, turning, side, gains, a), disturbance)
     stream = slopes(v_b, T1, T2, a)
     command, saturation = invert(dot(force, x_axis(q)), moment, F, M, stream, v_b.x, estimate.actuators, a)
-    return command, saturation, LineOfSight(wanted, q_d, turning, integral, observer)
+    return command, saturation, LineOfSight(wanted, q_d, turning, integral, observer, side)
 
 
 @kernel
@@ -195,10 +199,12 @@ def _turning(sight: LineOfSight, q_d: Quaternion, gains: LineOfSightGains, dt: f
 
 
 @kernel
-def _moment(q: Quaternion, w: Vector, q_d: Quaternion, turning: Vector, gains: LineOfSightGains, a: Airframe) -> Vector:
+def _moment(
+    q: Quaternion, w: Vector, q_d: Quaternion, turning: Vector, side: float, gains: LineOfSightGains, a: Airframe
+) -> Vector:
     """Moment that makes q follow q_d and its rate, body [N m]."""
     off = multiply(conjugate(q_d), q)
-    k = -2.0 if off.w >= 0.0 else 2.0
+    k = -2.0 * side
     loop = gains.attitude
     turn = shortened(Vector(k * loop.x * off.x, k * loop.y * off.y, k * loop.z * off.z), gains.max_rate)
     rate = subtract(add(turn, rotate_inverse(off, turning)), w)

@@ -23,7 +23,7 @@ DWELL = 0.5  # [s]
 WING_SPEED = 8.0  # the wing carries from this airspeed on, or from most of the wanted one [m/s]
 WING_SHARE = 0.85
 WORTH_DISTANCE = 15.0  # less than this of a leg is not worth a transition [m]
-SETTLED_SHARE = 0.5  # of v_enter
+PATIENCE = 3.0  # outside a wind the zero-moment law comes below v_enter sooner [s]
 ROOM = 2.0  # braking distances that make it worth flying on [-]
 SLIDE_TIME, SLIDE_SPEED = 4.0, 4.0  # [s], [m/s]
 WINDY, STILL = 4.0, 3.0  # level wind [m/s]
@@ -47,6 +47,8 @@ class Thresholds(NamedTuple):
 
     v_enter: float  # the linear hover law is entered below, and left above
     v_leave: float
+    v_waited: float  # it is entered below this, too, by a law that has been in force for PATIENCE
+    v_settled: float  # TO_HOVER hands over to it below this
     v_forward_enter: float  # the linear forward law likewise
     v_forward_leave: float
     alone: bool  # a hover law is flown alone, whatever comes of it: no wind, slide or fall ends it
@@ -98,16 +100,20 @@ def resting(at_rest: float) -> bool:
 
 
 @guard
-def near(v_hover: float, estimate: Estimate, thresholds: Thresholds, inhibited: float) -> bool:
-    """V of the linear hover law is below v_enter, the nose is up, and no commanded tilt is being flown off."""
+def near(
+    v_hover: float, v_integral: float, estimate: Estimate, thresholds: Thresholds, inhibited: float, since: float
+) -> bool:
+    """V of the linear hover law is below v_enter, or long below v_waited; the nose is up, no tilt is being flown off."""
     # V does not see the sign of the quaternion's scalar part: it is as small with the nose straight down.
-    return v_hover < thresholds.v_enter and x_axis(estimate.attitude).z > 0.0 and inhibited <= 0.0
+    is_upright = x_axis(estimate.attitude).z > 0.0 and inhibited <= 0.0
+    waited = since >= PATIENCE and v_hover < thresholds.v_waited
+    return (v_hover + v_integral < thresholds.v_enter or waited) and is_upright
 
 
 @guard
 def settled(v_hover: float, estimate: Estimate, thresholds: Thresholds) -> bool:
-    """V of the linear hover law is far below v_enter and the nose is up."""
-    return v_hover < SETTLED_SHARE * thresholds.v_enter and x_axis(estimate.attitude).z > 0.0
+    """V of the linear hover law is below v_settled and the nose is up."""
+    return v_hover < thresholds.v_settled and x_axis(estimate.attitude).z > 0.0
 
 
 @guard

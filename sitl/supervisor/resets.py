@@ -16,6 +16,7 @@ from sitl.control.handover import Handover
 from sitl.control.hover_attitude import AttitudeGains, Steering
 from sitl.control.hover_zero_moment import Guide, ZeroMomentGains
 from sitl.control.line_of_sight import LineOfSight
+from sitl.control.side import NOT_CHOSEN
 from sitl.model.airframe import Airframe
 from sitl.model.vectors import Vector
 from sitl.supervisor.guards import Guard, armed, dwelt, flying, lost, near, resting, sliding
@@ -82,7 +83,7 @@ def broken(estimate: Estimate) -> tuple[bool, bool, Vector]:  # noqa: ARG001
     return False, False, Vector(0.0, 0.0, 0.0)
 
 
-@reset("since", "at_rest", "inhibited", "handover", clears=(dwelt, resting, sliding))
-def begin_anew(estimate: Estimate) -> tuple[float, float, float, Handover]:  # noqa: ARG001
-    """Part of every jump: timers begin at zero, and what was being handed over is forgotten."""
-    return 0.0, 0.0, 0.0, handover.none()
+@reset("since", "at_rest", "inhibited", "handover", "side", clears=(dwelt, resting, sliding))
+def begin_anew(estimate: Estimate) -> tuple[float, float, float, Handover, float]:  # noqa: ARG001
+    """Part of every jump: timers begin at zero, what was handed over is forgotten, and the nearer side is taken."""
+    return 0.0, 0.0, 0.0, handover.none(), NOT_CHOSEN
