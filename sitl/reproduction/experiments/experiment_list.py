@@ -7,8 +7,9 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import as_completed
 
 from sitl import SitlError
-from sitl.reproduction.experiment import Experiment, ExperimentResult
+from sitl.reproduction.experiment import Conditions, Experiment, ExperimentResult
 from sitl.reproduction.experiments.actuator_lag import ACTUATOR_LAG
+from sitl.reproduction.experiments.actuator_limits import ACTUATOR_LIMITS
 from sitl.reproduction.experiments.back_transition import BACK_TRANSITION
 from sitl.reproduction.experiments.governor_sigmoids import GOVERNOR_SIGMOIDS
 from sitl.reproduction.experiments.hover_flights import FAR_TARGET, HOVER_FLIGHT, LQI_IN_WIND
@@ -21,6 +22,7 @@ from sitl.worker_pool import worker_pool
 EXPERIMENTS: dict[str, Experiment] = {
     experiment.name: experiment
     for experiment in (
+        ACTUATOR_LIMITS,
         PRINTED_NUMBERS,
         LQI_IN_WIND,
         GOVERNOR_SIGMOIDS,
@@ -51,7 +53,7 @@ def chosen(names: Sequence[str] | None) -> list[Experiment]:
 def run_one(name: str, seed: int) -> tuple[ExperimentResult, float]:
     """Run an experiment; its result and how long it took [s]."""
     began = time.perf_counter()
-    result = EXPERIMENTS[name].run(seed)
+    result = EXPERIMENTS[name].run(Conditions(seed))
     return result, time.perf_counter() - began
 
 
