@@ -6,7 +6,7 @@ import math
 from typing import NamedTuple
 
 from sitl.reproduction import errata_effects as effects
-from sitl.reproduction.experiment import Conditions
+from sitl.reproduction.experiment import REPORT_SET, Conditions
 
 
 class Erratum(NamedTuple):
@@ -20,7 +20,7 @@ class Erratum(NamedTuple):
 
 def errata(conditions: Conditions) -> list[Erratum]:
     """All of them, their effects computed for the published constants."""
-    a = conditions.airframe("published")
+    a = conditions.airframe(REPORT_SET)
     return [
         Erratum("2.1.2", "elevon rate +-5.24 rad/s2", "rad/s", "none: a unit"),
         Erratum(

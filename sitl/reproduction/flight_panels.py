@@ -160,5 +160,5 @@ def in_words(law: Law) -> str:
 
 
 def listed(jumps: tuple[JumpRecord, ...]) -> str:
-    """Jumps as text: when, and to which law."""
-    return ", ".join(f"{jump.time:.1f} s to {in_words(jump.target)}" for jump in jumps)
+    """Jumps as text: when, and the law then in force."""
+    return ", ".join(f"{jump.time:.1f} s: {in_words(jump.target)}" for jump in jumps)

@@ -153,10 +153,10 @@ def _head(experiments: Sequence[Experiment], results: Mapping[str, ExperimentRes
         f"<p><strong>{len(statements)} statements: {escape(counts(statements))}.</strong> And {illustrations} "
         "illustrations, which are no verdicts.</p>"
         "<p class=soft>A number is <em>reproduced</em> if it lies within half a unit of the report's last printed "
-        "digit, or in the interval that the table states. It <em>differs, cause computed</em>, if it does once "
-        "computed again with the change that is named. An <em>open difference</em> is listed with its number. Anything else is "
-        "<em>unexplained</em> and fails. An <em>illustration</em> stands beside a statement that cannot be tested, "
-        "because the report leaves out what it depends on, mostly gains.</p></header>"
+        "digit, or in the interval that the table states. It <em>differs, cause computed</em>, if it does so once "
+        "computed with the change that is named. An <em>open difference</em> is listed with its number. Anything else "
+        "is <em>unexplained</em> and fails. An <em>illustration</em> stands beside a statement that cannot be tested: "
+        "the report leaves out what it depends on, mostly gains.</p></header>"
     )
 
 

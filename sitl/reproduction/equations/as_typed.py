@@ -40,6 +40,8 @@ class Slip(Enum):
 
 ALL_SLIPS = frozenset(Slip)
 HOVER_SLIPS = frozenset({Slip.YAW_ARM, Slip.ROLL, Slip.STILL_ETA})  # of section 3.1
+A_SLIPS = frozenset({Slip.AREA, Slip.ONE_NUMBER, Slip.DAMPING, Slip.STILL_ETA, Slip.SIMULINK_NORM})  # of section 4.1
+B_SLIPS = frozenset({Slip.AREA, Slip.ONE_NUMBER, Slip.YAW_ARM, Slip.ROLL, Slip.AIR_ARM})
 ZERO_VECTOR = np.zeros(3)
 
 

@@ -7,7 +7,7 @@ import math
 from sitl import Actuators, Airframe
 from sitl.model.actuators import limited, moved
 from sitl.reproduction.expectation import printed
-from sitl.reproduction.experiment import Conditions, Experiment, ExperimentResult, Statement
+from sitl.reproduction.experiment import REPORT_SET, Conditions, Experiment, ExperimentResult, Statement
 
 TICK = 0.001  # [s]
 HOVER_MOTOR_SPEED = 690.0  # of the motors at the start [rad/s]
@@ -26,7 +26,7 @@ def driven(start: Actuators, command: Actuators, duration: float, a: Airframe) -
 
 def run(conditions: Conditions) -> ExperimentResult:
     """Drive motors and elevons against their stops, and measure how fast they go."""
-    a = conditions.airframe("published")
+    a = conditions.airframe(REPORT_SET)
     start = Actuators(HOVER_MOTOR_SPEED, HOVER_MOTOR_SPEED, 0.0, 0.0)
     soon, high, low = driven(start, BEYOND, 0.01, a), driven(start, BEYOND, 2.0, a), driven(start, BELOW, 2.0, a)
     rate, acceleration = soon.left_elevon / 0.01, (soon.left_motor - HOVER_MOTOR_SPEED) / 0.01
@@ -53,5 +53,4 @@ ACTUATOR_LIMITS = Experiment(
     "2.1.2",
     "Motors and elevons are driven against their limits in the plant's own actuator model; what they do is measured.",
     run,
-    airframes=("published",),
 )

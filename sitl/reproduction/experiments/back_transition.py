@@ -87,4 +87,5 @@ BACK_TRANSITION = Experiment(
     "The vehicle begins in trimmed level flight under the linear forward law, stops and hovers at [50, 0, 0], and is "
     "sent on to [100, 0, 0] at t = 40 s. The same-named live scenario begins in the hover instead.",
     run,
+    airframes=("nominal",),
 )

@@ -13,6 +13,7 @@ from sitl.model.airframe import Array
 from sitl.reproduction.equations.as_typed import Slip, typed_trim
 from sitl.reproduction.expectation import above, below, printed, printed_to_ten
 from sitl.reproduction.experiment import (
+    REPORT_SET,
     Conditions,
     Experiment,
     ExperimentResult,
@@ -42,7 +43,7 @@ def farthest(track: Track, at: float) -> float:
 
 def run_wind(conditions: Conditions) -> ExperimentResult:
     """Figures 3.2 to 3.4."""
-    scenario, a = SCENARIOS["lqi-wind"], conditions.airframe("published")
+    scenario, a = SCENARIOS["lqi-wind"], conditions.airframe(REPORT_SET)
     track = fly(scenario, seed=conditions.seed, airframe=conditions.airframe(scenario.airframe))
     after, late = track.time >= WIND_START, track.time >= track.time[-1] - 10.0
     nose, off = math.degrees(nose_elevation(track)[-1]), position_error(track)
@@ -92,7 +93,7 @@ def _into_the_wind(track: Track) -> float:
 def run_hover(conditions: Conditions) -> ExperimentResult:
     """Figures 3.8 to 3.10."""
     scenario = SCENARIOS["hover"]
-    a = conditions.airframe(scenario.airframe)
+    a = conditions.airframe(REPORT_SET)
     track = fly(scenario, seed=conditions.seed, airframe=a)
     settled, near = settling_time(track, 0.05), settling_time(track, 0.25)
     upright = math.degrees(nose_elevation(track)[-1])
@@ -137,7 +138,7 @@ def _limited(track: Track, a: Airframe) -> Array:
 def run_far(conditions: Conditions) -> ExperimentResult:
     """Figures 5.1 to 5.3."""
     scenario = SCENARIOS["far-target"]
-    track = fly(scenario, seed=conditions.seed, airframe=conditions.airframe(scenario.airframe))
+    track = fly(scenario, seed=conditions.seed, airframe=conditions.airframe(REPORT_SET))
     statements = [
         Statement("5.1", "[100, 100, 50] is reached before t = 100 s: off, worst axis", printed("0"),
                   farthest(track, 100.0 - 1.0 / RATE), "m"),
@@ -166,7 +167,7 @@ def _with_the_reports_thresholds(scenario: Scenario, conditions: Conditions) -> 
     for name, governor in (("reference governor", QUASI_OPTIMAL_AXIS), ("error governor 1 m, 1 m/s", ERROR)):
         tuning = scenario.tuning._replace(v_enter=250.0, v_leave=400.0, governor=governor)
         track = fly(replace(scenario, tuning=tuning), seed=conditions.seed, keep_diverged=True,
-                    airframe=conditions.airframe(scenario.airframe))  # fmt: skip
+                    airframe=conditions.airframe(REPORT_SET))  # fmt: skip
         legs = settling_time(track, 0.5, until=100.0), settling_time(track, 0.5, since=100.0)
         slower = math.nan if track.diverged or any(math.isnan(leg) for leg in legs) else max(legs)
         illustrations.append(
@@ -182,7 +183,7 @@ LQI_IN_WIND = Experiment(
     "3.1.4",
     "The linear law with an integrator holds the origin in a 5 m/s head wind that begins at t = 10 s.",
     run_wind,
-    airframes=("nominal", "published"),
+    airframes=("nominal", REPORT_SET),
 )
 HOVER_FLIGHT = Experiment(
     "hover",

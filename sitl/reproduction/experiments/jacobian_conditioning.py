@@ -5,10 +5,37 @@ from __future__ import annotations
 import numpy as np
 
 from sitl import Airframe
+from sitl.design.lqr import hover_thrust
+from sitl.model.airframe import Array
+from sitl.reproduction.equations.as_typed import jacobian, kernel_wrench
 from sitl.reproduction.equations.report_forward_flight import conditioning
-from sitl.reproduction.expectation import above
+from sitl.reproduction.equations.report_forward_law import ReportForwardGains, model
+from sitl.reproduction.expectation import above, printed
 from sitl.reproduction.experiment import Panel, Recomputation, Statement
 from sitl.reproduction.svg_sheet import SvgSheet
+
+
+def jacobian_row(a: Airframe) -> Statement:
+    """The printed Jacobian against differences of the kernel's moment, at the hover."""
+    T = hover_thrust(a).T1
+    kernel = jacobian(lambda u_bar: _kernel_moment(2.0 * T, u_bar, a), np.zeros(3), 3)
+    command = np.array([2.0 * T, 0.0, 0.0, 0.0])
+    ours, printed_one = (
+        float(abs(model(np.zeros(3), 0.0, command, ReportForwardGains(a, swapped=swapped))[1] - kernel).max())
+        for swapped in (0, 1)
+    )
+    return Statement(
+        "4.2.2", "dM/du as printed less the kernel's at the hover, largest entry", printed("0.00"), printed_one, "N m",
+        Recomputation("M_y with T1 + T2 and T1 - T2 in their places", ours),
+        note="of T1 - T2, delta1 + delta2, delta1 - delta2; signs of FLU and the yaw arm corrected",
+    )  # fmt: skip
+
+
+def _kernel_moment(total: float, u_bar: Array, a: Airframe) -> Array:
+    """Moment of the kernel at rest for T1 + T2 [N] and u_bar = (T1 - T2, d1 + d2, d1 - d2)."""
+    T = 0.5 * np.array([total + u_bar[0], total - u_bar[0]])
+    deflections = 0.5 * np.array([u_bar[1] + u_bar[2], u_bar[1] - u_bar[2]])
+    return kernel_wrench(np.zeros(3), np.zeros(3), T, deflections, a)[1]
 
 
 def conditioning_row(a: Airframe) -> Statement:

@@ -17,7 +17,15 @@ from sitl.model.quaternions import from_euler
 from sitl.reproduction.equations import quadrotor
 from sitl.reproduction.equations.quadrotor import QUADROTOR, QuadrotorFlight, force_errors, quadrotor_gains
 from sitl.reproduction.expectation import above, below
-from sitl.reproduction.experiment import Conditions, Experiment, ExperimentResult, Illustration, Panel, Statement
+from sitl.reproduction.experiment import (
+    REPORT_SET,
+    Conditions,
+    Experiment,
+    ExperimentResult,
+    Illustration,
+    Panel,
+    Statement,
+)
 from sitl.reproduction.svg_sheet import SvgSheet, thin
 from sitl.scenarios.catalogue import SCENARIOS, settling_time
 from sitl.scenarios.scenario import Track, fly
@@ -77,7 +85,7 @@ def vehicle_flight(conditions: Conditions, gains: LadderGains, *, nu_prime: bool
         kpp=gains.k_pp, kpd=gains.k_pd, k_delta=gains.k_delta, lam=gains.lam, nu_prime=int(nu_prime)
     )
     scenario = replace(hover, tuning=tuning, duration=15.0)
-    return fly(scenario, seed=conditions.seed, airframe=conditions.airframe(hover.airframe), keep_diverged=True)
+    return fly(scenario, seed=conditions.seed, airframe=conditions.airframe(REPORT_SET), keep_diverged=True)
 
 
 def run(conditions: Conditions) -> ExperimentResult:
@@ -99,7 +107,7 @@ def run(conditions: Conditions) -> ExperimentResult:
                      "apart; the report prints no gains and no quadrotor"),
         *_ladder(conditions),
     ]  # fmt: skip
-    gains = zero_moment_gains(conditions.airframe("nominal"), governor=LINEAR)
+    gains = zero_moment_gains(conditions.airframe(REPORT_SET), governor=LINEAR)
     return ExperimentResult(
         statements, [_positions(lifts, tracks, apart), _forces(lifts, tracks, lags, gains)], illustrations
     )

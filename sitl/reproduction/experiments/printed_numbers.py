@@ -13,15 +13,17 @@ from sitl.model.airframe import Array
 from sitl.model.quaternions import from_euler
 from sitl.reproduction.equations.as_typed import (
     Slip,
+    forward_matrices,
     kernel_wrench,
     typed_force_matrix,
     typed_hover_linearisation,
     typed_moment_matrix,
     typed_trim,
 )
-from sitl.reproduction.equations.printed_matrices import PRINTED_GAIN, PRINTED_START
+from sitl.reproduction.equations.printed_matrices import PRINTED_A, PRINTED_B, PRINTED_GAIN, PRINTED_START
 from sitl.reproduction.expectation import above, all_of, below, printed
 from sitl.reproduction.experiment import (
+    REPORT_SET,
     Conditions,
     Experiment,
     ExperimentResult,
@@ -47,12 +49,13 @@ PRINTED_ANGLES = (20.0, -45.0, 10.0)  # of the quaternion beside them, once its 
 
 def run(conditions: Conditions) -> ExperimentResult:
     """Every printed matrix and trim, by the kernel that flies and with the report's slips switched on."""
-    a, nominal = conditions.airframe("published"), conditions.airframe("nominal")
+    a, nominal = conditions.airframe(REPORT_SET), conditions.airframe("nominal")
     inverse, inverse_table = inverse_rows(a, conditions.airframe("report-table"))
     gains, gain_table = gain_rows(a)
     forward, forward_tables = forward_rows(a)
     statements = [
-        *_structure(a), *hover_model_rows(a), *gains, _stabilised(a), *inverse, _start(), *_trim(a), *forward,
+        *_structure(a), *hover_model_rows(a), *gains, _stabilised(a), *inverse, _kappa(a), _start(), *_trim(a),
+        *forward,
     ]  # fmt: skip
     return ExperimentResult(
         statements, [_trims(a, nominal)], _illustrations(conditions), [gain_table, inverse_table, *forward_tables]
@@ -84,6 +87,15 @@ def _stabilised(a: Airframe) -> Statement:
     slowest = float(np.linalg.eigvals(A - B @ np.delete(PRINTED_GAIN, 6, axis=1)).real.max())
     return Statement("5.1", "slowest pole of the printed gain on the kernel", below(0.0, "A - B K is Hurwitz"), slowest,
                      "1/s")  # fmt: skip
+
+
+def _kappa(a: Airframe) -> Statement:
+    """What the kernel gives for the distribution's u_bar f."""
+    one_each = float(kernel_wrench(np.zeros(3), np.zeros(3), np.ones(2), np.zeros(2), a)[0][0])
+    kappa = float(np.linalg.norm(typed_force_matrix(a) @ [1.0, 1.0, 0.0, 0.0]))
+    return Statement("3.2", "force of u_bar f over f, kernel, with the printed kappa", printed("1.00"),
+                     kappa * one_each, cause=Recomputation("kappa = 1 / |F_b (1, 1, 0, 0)|", one_each / kappa),
+                     note="kappa normalises the vector")  # fmt: skip
 
 
 def _trim(a: Airframe) -> list[Statement]:
@@ -121,10 +133,14 @@ def _unsigned(q: Array) -> Array:
 
 
 def _illustrations(conditions: Conditions) -> list[Illustration]:
-    table, published = conditions.airframe("report-table"), conditions.airframe("published")
+    by_nominal = forward_matrices(conditions.airframe("nominal"), KERNEL)
+    entries = sum(agreeing(M, digits) for M, digits in zip(by_nominal, (PRINTED_A, PRINTED_B), strict=True))
+    table, published = conditions.airframe("report-table"), conditions.airframe(REPORT_SET)
     flies = float(sum(level_trim(table, float(speed)).exists for speed in range(5, 21)))
     reach = math.degrees(level_trim(published, 7.0).delta)
     return [
+        Illustration("4.1", "entries of A and B by the kernel with the set 'nominal'", entries, "of 140", "",
+                     "the default set for flying; most of them are the zeros"),
         Illustration("appendix A", "level trims of the printed table, 5 to 20 m/s", flies, "of 16", "",
                      "the report trims one speed only, with other constants than these"),
         Illustration("2.1.2", "elevon for level flight at 7 m/s, published constants", reach, "deg", "stops at 30 deg",
@@ -166,5 +182,5 @@ PRINTED_NUMBERS = Experiment(
     "differs, the same is computed again with slips of the report switched on in that kernel, one by one: its public "
     "source code has each of them.",
     run,
-    airframes=("nominal", "published", "report-table"),
+    airframes=("nominal", REPORT_SET, "report-table"),
 )

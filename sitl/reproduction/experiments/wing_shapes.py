@@ -14,6 +14,7 @@ from sitl.model.hover_model import force_matrix, moment_matrix
 from sitl.reproduction.equations.as_typed import cross_matrix
 from sitl.reproduction.expectation import printed
 from sitl.reproduction.experiment import (
+    REPORT_SET,
     Conditions,
     Experiment,
     ExperimentResult,
@@ -60,7 +61,7 @@ def _elevon(a: Airframe, hinge: Array, stream: Array, side: float) -> tuple[Arra
 
 def run(conditions: Conditions) -> ExperimentResult:
     """The matrices of both shapes at the hover and in the free stream."""
-    a = conditions.airframe("nominal")
+    a = conditions.airframe(REPORT_SET)
     hover = _difference(input_matrices(a, STRAIGHT_HINGE), input_matrices(a, ARC_HINGE))
     sided = a._replace(C_y0=TRIAL_C_Y0)
     lateral = _difference(input_matrices(sided, STRAIGHT_HINGE), input_matrices(sided, ARC_HINGE))
