@@ -13,6 +13,7 @@ from sitl.reproduction.experiments.actuator_limits import ACTUATOR_LIMITS
 from sitl.reproduction.experiments.back_transition import BACK_TRANSITION
 from sitl.reproduction.experiments.governor_sigmoids import GOVERNOR_SIGMOIDS
 from sitl.reproduction.experiments.hover_flights import FAR_TARGET, HOVER_FLIGHT, LQI_IN_WIND
+from sitl.reproduction.experiments.linear_domain import LINEAR_DOMAIN
 from sitl.reproduction.experiments.nu_redefinition import NU_REDEFINITION
 from sitl.reproduction.experiments.printed_numbers import PRINTED_NUMBERS
 from sitl.reproduction.experiments.vertical_plane import VERTICAL_PLANE
@@ -25,6 +26,7 @@ EXPERIMENTS: dict[str, Experiment] = {
         ACTUATOR_LIMITS,
         PRINTED_NUMBERS,
         LQI_IN_WIND,
+        LINEAR_DOMAIN,
         GOVERNOR_SIGMOIDS,
         HOVER_FLIGHT,
         VERTICAL_PLANE,
