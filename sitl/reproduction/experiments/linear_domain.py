@@ -28,8 +28,8 @@ from sitl.reproduction.svg_sheet import SvgSheet
 
 LEVELS = (20.0, 50.0, 70.0, 100.0, 150.0, 250.0, 400.0)  # of V
 DIRECTIONS = 60  # in which the starts lie
-FLOWN = 30.0  # time after which a flight must be home [s]
-HOME = 0.5  # [m]
+FLIGHT_TIME = 30.0  # time after which a flight must be home [s]
+HOME_WITHIN = 0.5  # [m]
 UNLIMITED = 1e7  # a rate that is never reached [rad/s or rad/s2]
 
 
@@ -47,7 +47,7 @@ def share_home(a: Airframe, level: float) -> float:
     gains = linear_law(np.delete(PRINTED_GAIN, 6, axis=1), S, a)
     towards = directions(DIRECTIONS)
     reach = np.sqrt(level / np.einsum("ki,ij,kj->k", towards, S[:3, :3], towards))
-    return 100.0 * float((final_distances(towards * reach[:, None], gains, a, FLOWN) < HOME).mean())
+    return 100.0 * float((final_distances(towards * reach[:, None], gains, a, FLIGHT_TIME) < HOME_WITHIN).mean())
 
 
 def run(conditions: Conditions) -> ExperimentResult:
