@@ -36,28 +36,35 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Run the experiments and write the page; exit code 1 if a difference has no cause."""
+    """Run the experiments and write the page; exit code 1 if a difference is unexplained."""
     if args.jobs < 1:
         raise SitlError(f"--jobs {args.jobs}: at least one process is needed")
     if not args.output.parent.is_dir():
         raise SitlError(f"{args.output}: there is no folder {args.output.parent}")
     require_matplotlib()
-    from sitl.reproduction.experiments.experiment_list import chosen, run_all  # noqa: PLC0415 - --help must be quick
-    from sitl.reproduction.html_page import page  # noqa: PLC0415
+    from sitl.reproduction.errata import errata  # noqa: PLC0415 - --help must be quick
+    from sitl.reproduction.experiment import Conditions, failures  # noqa: PLC0415
+    from sitl.reproduction.experiments.experiment_list import chosen, run_all  # noqa: PLC0415
+    from sitl.reproduction.html_page import cause_in_words, counts, ours, page  # noqa: PLC0415
 
     experiments = chosen(args.only)
     results = run_all(
         experiments, args.seed, args.jobs, on_progress=lambda text: print(text, file=sys.stderr, flush=True)
     )
-    text = page(experiments, results, _provenance(experiments, args.seed))
+    text = page(experiments, results, errata(Conditions(args.seed)), _provenance(experiments, args.seed))
     try:
         write_atomically(args.output, text.encode())
     except FileError as error:
         raise SitlError(str(error)) from error
     statements = [statement for result in results.values() for statement in result.statements]
-    unexplained = [statement for statement in statements if not statement.is_explained]
-    for statement in unexplained:
-        print(f"not explained: {statement.place}, {statement.finding.name}", file=sys.stderr)
+    unexplained = failures(statements)
+    for row in unexplained:
+        print(
+            f"unexplained: {row.place}, {row.name}: the report {row.expected.text}, here {ours(row)}. "
+            f"{cause_in_words(row)}",
+            file=sys.stderr,
+        )
+    print(f"{len(statements)} statements: {counts(statements)}", file=sys.stderr)
     print(args.output)
     return 1 if unexplained else 0
 

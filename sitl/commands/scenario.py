@@ -13,7 +13,7 @@ from sitl.errors import SitlError
 from sitl.plotting import require_matplotlib
 
 if TYPE_CHECKING:
-    from sitl.reproduction.experiment import Experiment, Statement
+    from sitl.reproduction.experiment import Experiment, ExperimentResult
     from sitl.scenarios.scenario import Finding, Scenario, Track
 
 
@@ -41,7 +41,7 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
 
 
 def run(args: argparse.Namespace) -> int:
-    """List the experiments or run some; exit code 1 if a figure is not as expected and no cause is given."""
+    """List the experiments or run some; exit code 1 if a figure is not as expected and nothing explains it."""
     from sitl.reproduction.experiments.experiment_list import EXPERIMENTS  # noqa: PLC0415
     from sitl.scenarios.catalogue import SCENARIOS  # noqa: PLC0415 - --help must not load the compiler
 
@@ -82,9 +82,11 @@ def _fly(scenario: Scenario, args: argparse.Namespace) -> int:
 def _run_experiment(experiment: Experiment, args: argparse.Namespace) -> int:
     if args.airframe is not None:
         raise SitlError(f"{experiment.name} chooses its own airframes: --airframe is for single flights")
-    statements, panels = experiment.run(args.seed)
-    print(_statements_as_json(experiment, statements) if args.json else _statements_as_text(experiment, statements))
-    for number, panel in enumerate(() if args.no_plot else panels, 1):
+    from sitl.reproduction.experiment import Conditions, failures  # noqa: PLC0415 - --help must be quick
+
+    result = experiment.run(Conditions(args.seed))
+    print(_result_as_json(experiment, result) if args.json else _result_as_text(experiment, result))
+    for number, panel in enumerate(() if args.no_plot else result.panels, 1):
         base = (args.plot or Path(experiment.name)).with_suffix("")
         path = base.with_name(f"{base.name}-{number}.svg")
         try:
@@ -93,7 +95,7 @@ def _run_experiment(experiment: Experiment, args: argparse.Namespace) -> int:
             raise SitlError(f"plot {path}: {error.strerror}") from error
         if not args.json:
             print(f"  plot: {path}")
-    return 0 if all(statement.is_explained for statement in statements) else 1
+    return 1 if failures(result.statements) else 0
 
 
 def as_text(scenario: Scenario, track: Track, findings: list[Finding]) -> str:
@@ -111,15 +113,18 @@ def as_text(scenario: Scenario, track: Track, findings: list[Finding]) -> str:
     return "\n".join(lines)
 
 
-def _statements_as_text(experiment: Experiment, statements: list[Statement]) -> str:
+def _result_as_text(experiment: Experiment, result: ExperimentResult) -> str:
+    from sitl.reproduction.html_page import cause_in_words  # noqa: PLC0415
+
     lines = [f"{experiment.name}: {experiment.title}", f"  report {experiment.place}"]
-    for statement in statements:
-        found = statement.finding
+    for statement in result.statements:
         lines.append(
-            f"  {found.name:<64}{found.value:10.4g} {found.unit:<7} [{statement.verdict}; report: {found.expected}]"
+            f"  {statement.name:<64}{statement.value:10.4g} {statement.unit:<7} [{statement.verdict}; report: "
+            f"{statement.expected.text}]"
         )
-        if statement.cause:
-            lines.append(f"      {statement.cause}")
+        lines += [f"      {text}"] if (text := cause_in_words(statement)) else []
+    for row in result.illustrations:
+        lines.append(f"  {row.name:<64}{row.value:10.4g} {row.unit:<7} [illustration; report: {row.report}]")
     return "\n".join(lines)
 
 
@@ -138,16 +143,24 @@ def _as_json(scenario: Scenario, track: Track, findings: list[Finding]) -> str:
     )
 
 
-def _statements_as_json(experiment: Experiment, statements: list[Statement]) -> str:
+def _result_as_json(experiment: Experiment, result: ExperimentResult) -> str:
+    from sitl.reproduction.html_page import cause_in_words  # noqa: PLC0415
+
     figures = [
-        statement.finding._asdict()
-        | {
-            "value": statement.finding.value if math.isfinite(statement.finding.value) else None,
-            "holds": bool(statement.finding.holds),
+        {
+            "name": statement.name,
+            "value": _finite(statement.value),
+            "unit": statement.unit,
+            "expected": statement.expected.text,
             "place": statement.place,
             "verdict": statement.verdict,
-            "cause": statement.cause,
+            "cause": cause_in_words(statement),
         }
-        for statement in statements
+        for statement in result.statements
     ]
-    return json.dumps({"scenario": experiment.name, "figures": figures}, default=float)
+    illustrations = [row._asdict() | {"value": _finite(row.value)} for row in result.illustrations]
+    return json.dumps({"scenario": experiment.name, "figures": figures, "illustrations": illustrations}, default=float)
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None

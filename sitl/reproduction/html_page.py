@@ -9,14 +9,23 @@ from collections.abc import Mapping, Sequence
 from html import escape
 from typing import NamedTuple
 
-from sitl.reproduction.errata import ERRATA
-from sitl.reproduction.experiment import Experiment, ExperimentResult, Panel, Statement, Verdict
-from sitl.scenarios.scenario import Finding
+from sitl.reproduction.errata import Erratum
+from sitl.reproduction.experiment import (
+    EntryTable,
+    Experiment,
+    ExperimentResult,
+    Illustration,
+    Panel,
+    Recomputation,
+    Statement,
+    Verdict,
+)
 
 DRAWINGS = (
     ("1.1 to 1.3, 2.1, 2.2, 4.1", "drawings and photographs: they show no result"),
     ("3.1, 3.6", "block diagrams of the LQI and of the hierarchical law"),
     ("3.5", "a sketch of the linear law's region of stability"),
+    ("C.1", "a drawing of the vehicle's geometry, straight and arc"),
 )
 PAGE_STYLE = """
 :root { color-scheme: light dark; --ink: #1c2024; --soft: #5d666f; --paper: #fdfdfc; --line: #d8dce0; --tint: #f1f3f4;
@@ -34,10 +43,11 @@ th, td { text-align: left; vertical-align: top; padding: 0.35rem 0.6rem; border-
 thead th { background: var(--tint); } td.n { text-align: right; white-space: nowrap; }
 tr.group th { padding-top: 1rem; border-bottom: 2px solid var(--line); }
 .verdict { font-weight: 600; white-space: nowrap; } .reproduced { color: var(--good); }
-.only-as-typed { color: var(--slip); } .differs { color: var(--bad); }
+.differs, .open { color: var(--slip); } .unexplained { color: var(--bad); }
 figure { margin: 1.5rem 0; padding: 1rem; border: 1px solid var(--line); border-radius: 6px; }
 figure svg { display: block; width: 100%; height: auto; max-width: 54rem; }
 figure svg * { stroke-linejoin: round; stroke-linecap: butt; } figcaption p { margin: 0.4rem 0 0; }
+details { margin: 1rem 0; } summary { cursor: pointer; font-weight: 600; }
 @media print { figure, tr { break-inside: avoid; } nav { display: none; } }
 """
 
@@ -51,20 +61,28 @@ class Provenance(NamedTuple):
     airframes: Sequence[tuple[str, str]]  # name, sha256 of its file
 
 
-def page(experiments: Sequence[Experiment], results: Mapping[str, ExperimentResult], provenance: Provenance) -> str:
+def page(
+    experiments: Sequence[Experiment],
+    results: Mapping[str, ExperimentResult],
+    errata: Sequence[Erratum],
+    provenance: Provenance,
+) -> str:
     """The whole page.
 
     Args:
         experiments: Those that were run, in the document's order.
         results: By the experiment's name.
+        errata: Of the report.
         provenance: What they were computed with.
     """
     parts = [
         _head(experiments, results),
         _contents(experiments),
         _verdicts(experiments, results),
+        _open_differences(experiments, results),
+        _illustrations(experiments, results),
         *(_experiment(experiment, results[experiment.name]) for experiment in experiments),
-        _errata(),
+        _errata(errata),
         _drawings(),
         _provenance(provenance),
     ]
@@ -85,68 +103,151 @@ def number(value: float) -> str:
         return "infinite"
     if 0.0 < abs(value) < 1e-4:
         return "< 0.0001" if value > 0.0 else "> -0.0001"
-    return f"{value:.0f}" if value == round(value) and abs(value) < 1e5 else f"{value:.3g}"
+    return f"{value:.0f}" if value == round(value) and abs(value) < 1e5 else f"{value:.4g}"
 
 
-def ours(finding: Finding) -> str:
-    """A measured value with its unit; a word for a value that is not finite."""
-    text = number(finding.value)
-    return f"{text} {finding.unit}".strip() if math.isfinite(finding.value) else text
+def with_unit(value: float, unit: str) -> str:
+    """A computed value with its unit; a word for a value that is not finite."""
+    text = number(value)
+    return f"{text} {unit}".strip() if math.isfinite(value) else text
+
+
+def ours(statement: Statement) -> str:
+    """The number of a statement, to the digits that the verdict needs."""
+    return with_unit(statement.value, statement.unit)
+
+
+def cause_in_words(statement: Statement) -> str:
+    """What was changed and what it then gives; or why the difference is open; or that nothing explains it."""
+    verdict, cause, texts = statement.verdict, statement.cause, []
+    if verdict is Verdict.CAUSE_COMPUTED and cause is not None:
+        texts.append(_recomputed(statement, cause))
+    elif verdict is Verdict.OPEN and statement.open_difference is not None:
+        texts.append(f"listed: found {statement.open_difference.found.text}")
+    elif verdict is Verdict.UNEXPLAINED:
+        texts.append("not explained" if cause is None else f"not explained by: {_recomputed(statement, cause)}")
+    return ". ".join([*texts, statement.note] if statement.note else texts)
+
+
+def _recomputed(statement: Statement, cause: Recomputation) -> str:
+    return f"{with_unit(cause.value, statement.unit)} with: {cause.change}"
+
+
+def counts(statements: Sequence[Statement]) -> str:
+    """How many statements have each verdict, as text."""
+    count = Counter(statement.verdict for statement in statements)
+    return ", ".join(f"{count[verdict]} {verdict}" for verdict in Verdict if count[verdict])
+
+
+def _all(experiments: Sequence[Experiment], results: Mapping[str, ExperimentResult]) -> list[Statement]:
+    return [statement for experiment in experiments for statement in results[experiment.name].statements]
 
 
 def _head(experiments: Sequence[Experiment], results: Mapping[str, ExperimentResult]) -> str:
-    statements = [statement for experiment in experiments for statement in results[experiment.name].statements]
-    count = Counter(statement.verdict for statement in statements)
-    counts = ", ".join(f"{count[verdict]} {verdict}" for verdict in Verdict if count[verdict])
+    statements = _all(experiments, results)
+    illustrations = sum(len(results[experiment.name].illustrations) for experiment in experiments)
     return (
         "<header><h1>Hybrid control of a convertible drone: the report, reproduced</h1>"
-        "<p>Every experiment of F. Sansou's internship report (ENAC, LAAS-CNRS, 2021) flown again on the full model, "
-        "every figure beside what its caption claims, every printed number beside ours.</p>"
-        f"<p><strong>{sum(count.values())} statements: {escape(counts)}.</strong> <span class=soft>'Only as typed' "
-        "comes out with one of the report's own slips left in; the corrected value stands beside it.</span></p>"
-        "</header>"
+        "<p>F. Sansou's internship report (ENAC, LAAS-CNRS, 2021): its printed numbers and statements computed from "
+        "the model that flies, its experiments flown again, its figures beside what their captions claim.</p>"
+        f"<p><strong>{len(statements)} statements: {escape(counts(statements))}.</strong> And {illustrations} "
+        "illustrations, which are no verdicts.</p>"
+        "<p class=soft>A number is <em>reproduced</em> if it lies within half a unit of the report's last printed "
+        "digit, or in the interval that the table states. It <em>differs, cause computed</em>, if it does so once "
+        "computed with the change that is named. An <em>open difference</em> is listed with its number. Anything else "
+        "is <em>unexplained</em> and fails. An <em>illustration</em> stands beside a statement that cannot be tested: "
+        "the report leaves out what it depends on, mostly gains.</p></header>"
     )
 
 
 def _contents(experiments: Sequence[Experiment]) -> str:
-    entries = [("verdicts", "Printed number, ours, verdict")]
+    entries = [("verdicts", "Printed number, ours, verdict"), ("open", "Open differences")]
+    entries += [("illustrations", "Illustrations")]
     entries += [(experiment.name, f"{experiment.title} ({experiment.place})") for experiment in experiments]
     entries += [("errata", "Errata"), ("drawings", "Figures without a result"), ("provenance", "Provenance")]
     items = "".join(f'<li><a href="#{name}">{escape(title)}</a></li>' for name, title in entries)
     return f'<nav aria-label="Contents"><h2>Contents</h2><ol>{items}</ol></nav>'
 
 
+def _table(head: Sequence[str], body: str) -> str:
+    cells = "".join(f'<th scope="col">{escape(name)}</th>' for name in head)
+    return f"<div class=scroll><table><thead><tr>{cells}</tr></thead><tbody>{body}</tbody></table></div>"
+
+
+def _group(experiment: Experiment, columns: int) -> str:
+    link = f'<a href="#{experiment.name}">{escape(experiment.title)}</a>'
+    return f'<tr class=group><th colspan={columns} scope="rowgroup">{link}</th></tr>'
+
+
 def _verdicts(experiments: Sequence[Experiment], results: Mapping[str, ExperimentResult]) -> str:
     body = []
     for experiment in experiments:
-        link = f'<a href="#{experiment.name}">{escape(experiment.title)}</a>'
-        body.append(f'<tr class=group><th colspan=6 scope="rowgroup">{link}</th></tr>')
-        body += [_statement(statement) for statement in results[experiment.name].statements]
-    head = "".join(f'<th scope="col">{name}</th>' for name in ("place", "what", "report", "ours", "verdict", "cause"))
-    return (
-        '<section id="verdicts"><h2>Printed number, ours, verdict</h2><div class=scroll><table>'
-        f"<thead><tr>{head}</tr></thead><tbody>{''.join(body)}</tbody></table></div></section>"
-    )
+        statements = results[experiment.name].statements
+        body += [_group(experiment, 7), *(_statement(statement) for statement in statements)] if statements else []
+    head = ("place", "what", "report", "accepted", "ours", "verdict", "cause")
+    return f'<section id="verdicts"><h2>Printed number, ours, verdict</h2>{_table(head, "".join(body))}</section>'
 
 
 def _statement(statement: Statement) -> str:
-    finding = statement.finding
-    css = str(statement.verdict).replace(" ", "-")
-    cause = statement.cause if statement.is_explained else f"not explained. {statement.cause}".strip()
+    css = str(statement.verdict).partition(" ")[0].rstrip(",")
+    expected = statement.expected
     return (
-        f"<tr><td>{escape(statement.place)}</td><td>{escape(finding.name)}</td><td>{escape(finding.expected)}</td>"
-        f'<td class=n>{escape(ours(finding))}</td><td class="verdict {css}">{escape(statement.verdict)}</td>'
-        f"<td>{escape(cause)}</td></tr>"
+        f"<tr><td>{escape(statement.place)}</td><td>{escape(statement.name)}</td><td>{escape(expected.text)}</td>"
+        f"<td>{escape(expected.reading)}</td><td class=n>{escape(ours(statement))}</td>"
+        f'<td class="verdict {css}">{escape(statement.verdict)}</td><td>{escape(cause_in_words(statement))}</td></tr>'
+    )
+
+
+def _open_differences(experiments: Sequence[Experiment], results: Mapping[str, ExperimentResult]) -> str:
+    listed = [statement for statement in _all(experiments, results) if statement.verdict is Verdict.OPEN]
+    items = "".join(
+        f"<li><strong>{escape(statement.place)}, {escape(statement.name)}</strong>: the report "
+        f"{escape(with_unit_text(statement.expected.text, statement.unit))}, here {escape(ours(statement))}. "
+        f"{escape(statement.open_difference.why_open)}</li>"
+        for statement in listed
+        if statement.open_difference is not None
+    )
+    text = f"<ol>{items}</ol>" if listed else "<p>None among these experiments.</p>"
+    return f'<section id="open"><h2>Open differences: {len(listed)}</h2>{text}</section>'
+
+
+def with_unit_text(text: str, unit: str) -> str:
+    """A printed number with its unit."""
+    return f"{text} {unit}".strip()
+
+
+def _illustrations(experiments: Sequence[Experiment], results: Mapping[str, ExperimentResult]) -> str:
+    body = []
+    for experiment in experiments:
+        rows = results[experiment.name].illustrations
+        body += [_group(experiment, 5), *(_illustration(row) for row in rows)] if rows else []
+    head = ("place", "what", "report", "ours", "remark")
+    return (
+        '<section id="illustrations"><h2>Illustrations</h2><p>Numbers beside statements that cannot be tested.</p>'
+        f"{_table(head, ''.join(body))}</section>"
+    )
+
+
+def _illustration(row: Illustration) -> str:
+    return (
+        f"<tr><td>{escape(row.place)}</td><td>{escape(row.name)}</td><td>{escape(row.report)}</td>"
+        f"<td class=n>{escape(with_unit(row.value, row.unit))}</td><td>{escape(row.text)}</td></tr>"
     )
 
 
 def _experiment(experiment: Experiment, result: ExperimentResult) -> str:
     panels = "".join(_panel(panel) for panel in result.panels)
+    tables = "".join(_entry_table(table) for table in result.tables)
     return (
         f'<section id="{experiment.name}"><h2>{escape(experiment.title)}</h2>'
-        f"<p class=soft>Report {escape(experiment.place)}. Runs alone as <code>darko-sitl scenario {experiment.name}"
-        f"</code>.</p><p>{escape(experiment.text)}</p>{panels}</section>"
+        f"<p class=soft>Report {escape(experiment.place)}.</p><p>{escape(experiment.text)}</p>{panels}{tables}"
+        "</section>"
     )
+
+
+def _entry_table(table: EntryTable) -> str:
+    rows = "".join(f"<tr>{''.join(f'<td>{escape(cell)}</td>' for cell in row)}</tr>" for row in table.rows)
+    return f"<details><summary>{escape(table.title)}</summary>{_table(table.head, rows)}</details>"
 
 
 def _panel(panel: Panel) -> str:
@@ -161,12 +262,12 @@ def _panel(panel: Panel) -> str:
     )
 
 
-def _errata() -> str:
-    rows = "".join(f"<tr>{''.join(f'<td>{escape(cell)}</td>' for cell in erratum)}</tr>" for erratum in ERRATA)
-    head = "".join(f'<th scope="col">{name}</th>' for name in ("place", "printed", "corrected", "if it stays"))
+def _errata(errata: Sequence[Erratum]) -> str:
+    rows = "".join(f"<tr>{''.join(f'<td>{escape(cell)}</td>' for cell in erratum)}</tr>" for erratum in errata)
+    head = ("place", "printed", "corrected", "if it stays")
     return (
-        f'<section id="errata"><h2>Errata</h2><div class=scroll><table><thead><tr>{head}</tr></thead>'
-        f"<tbody>{rows}</tbody></table></div></section>"
+        '<section id="errata"><h2>Errata</h2><p>Numbers are computed with the set <code>published</code>.</p>'
+        f"{_table(head, rows)}</section>"
     )
 
 

@@ -1,23 +1,48 @@
-"""The report's equations as typed, slips included: its printed matrices were computed with them.
+"""The kernel that flies with the report's slips switched on, one by one: its printed matrices were computed with them.
 
-Nothing here flies; the corrected equations are those of :mod:`sitl.model` and :mod:`sitl.design`. x is
-(p_z, v, eps, w, eta), (11,); u is (T1, T2, D1, D2), where the report uses D both as delta T and as delta.
+Every function calls :func:`sitl.model.aerodynamics.wrench` and changes of its result what the slips in ``slips``
+change; without any it is the kernel. The report's public source code, which its section 5.3 cites, has each of them. x
+is (p_z, v, eps, w, eta), (11,); u is (T1, T2, D1, D2), where D is a deflection or, with ``Slip.ONE_NUMBER``, also
+delta T.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from enum import Enum
 
 import numpy as np
 
-from sitl import Airframe
+from sitl import Actuators, Airframe, Vector
 from sitl.design import linearise
+from sitl.design.lqr import hover_thrust
+from sitl.model.aerodynamics import damping, effective_speed, wrench
 from sitl.model.airframe import Array
-from sitl.model.hover_model import inertia, moment_matrix
+from sitl.model.hover_model import inertia
 
 PRINTED_SPEED = 5.0  # of the printed forward trim [m/s]
-DYNAMIC_PRESSURE_SLIP = 1.15  # unexplained factor on every dynamic-pressure term of the printed forward trim
+DRY_SHARE = 0.15  # wing area outside the slipstream over the one inside, in the report's source code
+
+
+class Slip(Enum):
+    """A slip of the report; the value says what it does."""
+
+    AREA = "the free stream acts on S = 1.15 S_wet, of which only S_wet = 0.0743 m2 is printed"
+    ONE_NUMBER = "one number stands for delta T in the slipstream and for delta in the free stream"
+    YAW_ARM = "the motors' arm p_y alone for yaw"
+    ROLL = "roll by a_y C_l xi_m, without S/4S_p and with xi_m for xi_f"
+    AIR_ARM = "[a_i]x with the other sign in the free stream"
+    DAMPING = "damping B Phi(mw) w, one B short"
+    STILL_ETA = "the quaternion's eta held still where eps moves"
+    SIMULINK_NORM = "Simulink's quaternion normalisation, gain 1/2"
+
+
+ALL_SLIPS = frozenset(Slip)
+HOVER_SLIPS = frozenset({Slip.YAW_ARM, Slip.ROLL, Slip.STILL_ETA})  # of section 3.1
+A_SLIPS = frozenset({Slip.AREA, Slip.ONE_NUMBER, Slip.DAMPING, Slip.STILL_ETA, Slip.SIMULINK_NORM})  # of section 4.1
+B_SLIPS = frozenset({Slip.AREA, Slip.ONE_NUMBER, Slip.YAW_ARM, Slip.ROLL, Slip.AIR_ARM})
+ZERO_VECTOR = np.zeros(3)
 
 
 def cross_matrix(v: Array) -> Array:
@@ -25,88 +50,138 @@ def cross_matrix(v: Array) -> Array:
     return np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
 
 
-def typed_moment_matrix(a: Airframe) -> Array:
-    """M_b of section 3.1.2 as typed: roll without S/(4 S_p) and with xi_m for xi_f; yaw by the motors alone."""
-    M = moment_matrix(a)
-    roll = a.a_y * a.C_l * a.xi_m
-    M[0, 2:] = -roll, roll
-    M[2] = -a.p_y, a.p_y, 0.0, 0.0
-    return M
+def kernel_wrench(v_b: Array, w: Array, T: Array, deflections: Array, a: Airframe) -> tuple[Array, Array]:
+    """Force and moment of the kernel that flies, for thrusts [N] and deflections [rad]."""
+    left, right = np.sqrt(np.maximum(T, 0.0) / a.k_f).tolist()
+    actuators = Actuators(left, right, *(float(x) for x in deflections))
+    F, M = wrench(Vector(*v_b.tolist()), Vector(*w.tolist()), actuators, a)
+    return np.array(F), np.array(M)
 
 
-def typed_hover_linearisation(a: Airframe) -> tuple[Array, Array]:
-    """A and B of section 3.1.2 as printed: unconstrained quaternion, typed roll term."""
-    A, B = linearise.hover(a, constrained=False)
-    B[9:12] = typed_moment_matrix(a) / inertia(a)[:, None]
+def typed_forces(
+    v_b: Array, w: Array, T: Array, D: Array, a: Airframe, slips: frozenset[Slip] = ALL_SLIPS
+) -> tuple[Array, Array]:
+    """Force and moment of the kernel, the slipstream's and the free stream's parts each with its slips."""
+    nothing = np.zeros(2)
+    air = a._replace(S=(1.0 + DRY_SHARE) * a.S) if Slip.AREA in slips else a
+    blown = D / T if Slip.ONE_NUMBER in slips else D
+    F_blown, M_blown = kernel_wrench(ZERO_VECTOR, ZERO_VECTOR, T, blown, a)
+    F_air, M_air = kernel_wrench(v_b, w, nothing, D, air)
+    M = M_blown + M_air
+    if Slip.YAW_ARM in slips:
+        M[2] -= a.S_ratio * a.a_y * a.C_d0 * (T[0] - T[1])
+    if Slip.ROLL in slips:
+        by_elevons = M_blown[0] - kernel_wrench(ZERO_VECTOR, ZERO_VECTOR, T, nothing, a)[1][0]
+        M[0] += by_elevons * (a.xi_m / (a.S_ratio * a.xi_f) - 1.0)
+    if Slip.AIR_ARM in slips:
+        by_elevons = M_air - kernel_wrench(v_b, w, nothing, nothing, air)[1]
+        M[[0, 2]] -= 2.0 * by_elevons[[0, 2]] - 2.0 * _elevon_damping(v_b, w, D, air)[[0, 2]]
+    if Slip.DAMPING in slips:
+        M += _damping(v_b, w, nothing, _one_b_short(air)) - _damping(v_b, w, nothing, air)
+    return F_blown + F_air, M
+
+
+def _elevon_damping(v_b: Array, w: Array, D: Array, a: Airframe) -> Array:
+    return _damping(v_b, w, D, a) - _damping(v_b, w, np.zeros(2), a)
+
+
+def _damping(v_b: Array, w: Array, D: Array, a: Airframe) -> Array:
+    rates = Vector(*w.tolist())
+    h = 0.5 * a.rho * a.S * effective_speed(Vector(*v_b.tolist()), rates, a)
+    return np.array(damping(rates, float(D.sum()), h, a))
+
+
+def _one_b_short(a: Airframe) -> Airframe:
+    """Coefficients with which B Phi(mw) B w is B Phi(mw) w."""
+    by_span = {name: getattr(a, name) / a.b for name in ("C_lp", "C_lr", "C_mp", "C_mr", "C_np", "C_nr")}
+    by_chord = {name: getattr(a, name) / a.c for name in ("C_lq", "C_mq", "C_nq")}
+    return a._replace(**by_span, **by_chord)
+
+
+def typed_moment_matrix(a: Airframe, slips: frozenset[Slip] = HOVER_SLIPS) -> Array:
+    """M_b of section 2.2.1 out of the kernel at rest, (3, 4), of (T1, T2, delta1 T1, delta2 T2)."""
+    return _input_matrices(a, slips)[1]
+
+
+def typed_force_matrix(a: Airframe) -> Array:
+    """F_b of section 2.2.1 out of the kernel at rest, (3, 4)."""
+    return _input_matrices(a, frozenset())[0]
+
+
+def _input_matrices(a: Airframe, slips: frozenset[Slip]) -> tuple[Array, Array]:
+    slips = slips - {Slip.ONE_NUMBER}
+    columns = []
+    for side in np.eye(2):
+        plain = np.concatenate(typed_forces(ZERO_VECTOR, ZERO_VECTOR, side, np.zeros(2), a, slips))
+        turned = np.concatenate(typed_forces(ZERO_VECTOR, ZERO_VECTOR, side, side, a, slips))
+        columns.append((plain, turned - plain))
+    both = np.array([columns[0][0], columns[1][0], columns[0][1], columns[1][1]]).T
+    return both[:3], both[3:]
+
+
+def typed_hover_linearisation(a: Airframe, slips: frozenset[Slip] = HOVER_SLIPS) -> tuple[Array, Array]:
+    """A (12, 12) and B (12, 4) at the hover of the plant that flies, by differences, with the slips of 3.1.2."""
+    T = hover_thrust(a).T1
+    A, B = linearise.differences(a, 0.0, 0.0, 0.5 * math.pi, T, 0.0, Slip.STILL_ETA not in slips)
+    B[:, 2:] /= T
+    B[9:12] = typed_moment_matrix(a, slips) / inertia(a)[:, None]
     return A, B
 
 
-def typed_forces(v_b: Array, w: Array, T: Array, D: Array, a: Airframe) -> tuple[Array, Array]:
-    """Force and moment of section 2.2.2 with the unit slip: D is delta T in the slipstream and delta in the air."""
-    h = 0.5 * DYNAMIC_PRESSURE_SLIP * a.rho * a.S * float(np.linalg.norm(v_b))
-    X, both, differ = a.S_ratio, float(D[0] + D[1]), D[0] - D[1]
-    coupling = a.Delta_r * a.C_l / a.c
-    F = np.array(
-        [
-            (1.0 - X * a.C_d0) * T.sum() - h * a.C_d0 * v_b[0] + 0.5 * h * a.xi_f * a.C_d0 * v_b[2] * both,
-            -h * coupling * a.b * w[2] - 0.5 * h * coupling * a.xi_f * both * a.b * w[0],
-            -X * a.C_l * a.xi_f * both - h * a.C_l * v_b[2] - 0.5 * h * a.xi_f * a.C_l * v_b[0] * both,
-        ]
-    )
-    # The arm [a_i] has the sign of the typed frame in the air and that of FLU in the slipstream.
-    roll_slip = -a.a_y * a.C_l * a.xi_m + 0.5 * h * a.a_y * a.C_l * a.xi_f * v_b[0]
-    M = np.array(
-        [
-            a.k_m / a.k_f * (T[0] - T[1]) + roll_slip * differ,
-            -a.Delta_r * a.C_l * (a.xi_m * both * (X + 0.5 * h * v_b[0]) + h * v_b[2]),
-            -a.p_y * (T[0] - T[1]) + 0.5 * h * a.a_y * a.C_d0 * a.xi_f * v_b[2] * differ,
-        ]
-    )
-    return F, M + typed_damping(w, both, h, a)
-
-
-def typed_damping(w: Array, both: float, h: float, a: Airframe) -> Array:
-    """-rho S eta / 2 B Phi(m w) w, which lacks one factor B, and the elevons' term, which has both.
-
-    The elevons couple roll into yaw: hence the +0.41 of the printed A, an unstable yaw rate.
-    """
-    Phi_mw = 0.5 * np.array([[a.C_lp, 0.0, a.C_lr], [0.0, a.C_mq, 0.0], [a.C_np, 0.0, a.C_nr]])
-    B, Delta = np.diag([a.b, a.c, a.b]), a.xi_m * both * cross_matrix(np.array([0.0, 1.0, 0.0]))
-    return h * B @ Phi_mw @ (0.5 * Delta @ B - np.eye(3)) @ w
-
-
-def typed_derivative(x: Array, u: Array, a: Airframe) -> Array:
-    """d/dt of (p_z, v, eps, w); the quaternion is unconstrained; Simulink's term with gain 1/2 keeps it unit."""
+def typed_derivative(x: Array, u: Array, a: Airframe, slips: frozenset[Slip] = ALL_SLIPS) -> Array:
+    """d/dt of (p_z, v, eps, w), (10,)."""
     v, eps, w = x[1:4], x[4:7], x[7:10]
-    eta = x[10]
+    eta = x[10] if Slip.STILL_ETA in slips else math.sqrt(1.0 - eps @ eps)
     R = np.eye(3) + 2.0 * eta * cross_matrix(eps) + 2.0 * cross_matrix(eps) @ cross_matrix(eps)
-    F, M = typed_forces(R.T @ v, w, u[:2], u[2:], a)
+    F, M = typed_forces(R.T @ v, w, u[:2], u[2:], a, slips)
     J = inertia(a)
-    eps_dot = 0.5 * (eta * w + np.cross(eps, w)) + 0.5 * (1.0 - eta**2 - eps @ eps) * eps
+    eps_dot = 0.5 * (eta * w + np.cross(eps, w))
+    if Slip.SIMULINK_NORM in slips:
+        eps_dot = eps_dot + 0.5 * (1.0 - x[10] ** 2 - eps @ eps) * eps
     return np.concatenate(([v[2]], R @ F / a.m - [0.0, 0.0, a.g], eps_dot, (M - np.cross(w, J * w)) / J))
 
 
-def typed_trim(a: Airframe) -> tuple[float, float, float]:
-    """Angle theta [rad], thrust T per motor [N] and D of the printed 5 m/s point."""
+def typed_trim(a: Airframe, slips: frozenset[Slip] = ALL_SLIPS) -> tuple[float, float, float]:
+    """Angle theta [rad], thrust T per motor [N] and D of level flight at the printed 5 m/s."""
     from scipy.optimize import fsolve  # noqa: PLC0415 - a second that only designs need
 
     def residual(z: Array) -> tuple[float, float, float]:
-        x = trim_state(z[0])
-        f = typed_derivative(x, np.array([z[1], z[1], z[2], z[2]]), a)
+        f = typed_derivative(trim_state(z[0]), np.array([z[1], z[1], z[2], z[2]]), a, slips)
         return float(f[1]), float(f[3]), float(f[8])
 
-    theta, thrust, product = fsolve(residual, [math.radians(60.0), 2.0, 0.9])
+    theta, thrust, product = fsolve(residual, [math.radians(60.0), 2.0, 0.9 if Slip.ONE_NUMBER in slips else 0.4])
     return float(theta), float(thrust), float(product)
 
 
-def forward_matrices(a: Airframe) -> tuple[Array, Array]:
-    """A (10, 10) and B (10, 4) of section 4.1 as printed."""
-    theta, thrust, product = typed_trim(a)
+def forward_matrices(a: Airframe, slips: frozenset[Slip] = ALL_SLIPS) -> tuple[Array, Array]:
+    """A (10, 10) and B (10, 4) of section 4.1."""
+    theta, thrust, product = typed_trim(a, slips)
     x, u = trim_state(theta), np.array([thrust, thrust, product, product])
     return (
-        jacobian(lambda x: typed_derivative(x, u, a), x, 10),
-        jacobian(lambda u: typed_derivative(x, u, a), u, 4),
+        jacobian(lambda x: typed_derivative(x, u, a, slips), x, 10),
+        jacobian(lambda u: typed_derivative(x, u, a, slips), u, 4),
     )
+
+
+def steady_climb(a: Airframe, speed: float, path: float, slips: frozenset[Slip] = frozenset()) -> tuple[float, float]:
+    """Nose above the horizon [rad] and propeller speed [rad/s] of steady straight flight.
+
+    Args:
+        a: The airframe.
+        speed: Along the nose, v_bx [m/s].
+        path: Angle of the path above the horizon [rad].
+        slips: Of the report.
+    """
+    from scipy.optimize import fsolve  # noqa: PLC0415
+
+    def residual(z: Array) -> tuple[float, float, float]:
+        v_b = speed * np.array([1.0, 0.0, -math.tan(z[0] - path)])
+        F, M = typed_forces(v_b, ZERO_VECTOR, np.array([z[1], z[1]]), np.array([z[2], z[2]]), a, slips)
+        weight = a.m * a.g
+        return F[0] - weight * math.sin(z[0]), F[2] - weight * math.cos(z[0]), M[1]
+
+    theta, thrust, _ = fsolve(residual, [path + 0.07, 2.2, 0.1])
+    return float(theta), math.sqrt(max(float(thrust), 0.0) / a.k_f)
 
 
 def trim_state(theta: float) -> Array:

@@ -1,9 +1,15 @@
 """The matrices that the report prints, digit by digit."""
 
+import math
+
 import numpy as np
 
-DIGIT = 0.0051  # half of the last printed digit, and a little more
+DIGIT = 0.005  # half a unit of the last printed digit
 
+# Section 3.1.2: A of (p, v, eps, w) at the hover is printed in symbols; these are what it multiplies.
+_TILT, _TURN = math.sqrt(2.0), math.sqrt(2.0) / 4.0
+PRINTED_TILT = np.array([[0.0, 2.0 * _TILT, 0.0], [-_TILT, 0.0, _TILT], [0.0, -_TILT, 0.0]])  # times g
+PRINTED_TURN = np.array([[_TURN, 0.0, -_TURN], [0.0, _TURN, 0.0], [_TURN, 0.0, _TURN]])
 # Section 3.1.3: the LQR gain; its seventh column belongs to the quaternion's scalar.
 PRINTED_GAIN = np.array(
     [

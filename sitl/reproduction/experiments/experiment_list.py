@@ -7,11 +7,13 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import as_completed
 
 from sitl import SitlError
-from sitl.reproduction.experiment import Experiment, ExperimentResult
+from sitl.reproduction.experiment import Conditions, Experiment, ExperimentResult
 from sitl.reproduction.experiments.actuator_lag import ACTUATOR_LAG
+from sitl.reproduction.experiments.actuator_limits import ACTUATOR_LIMITS
 from sitl.reproduction.experiments.back_transition import BACK_TRANSITION
 from sitl.reproduction.experiments.governor_sigmoids import GOVERNOR_SIGMOIDS
 from sitl.reproduction.experiments.hover_flights import FAR_TARGET, HOVER_FLIGHT, LQI_IN_WIND
+from sitl.reproduction.experiments.linear_domain import LINEAR_DOMAIN
 from sitl.reproduction.experiments.nu_redefinition import NU_REDEFINITION
 from sitl.reproduction.experiments.printed_numbers import PRINTED_NUMBERS
 from sitl.reproduction.experiments.vertical_plane import VERTICAL_PLANE
@@ -21,8 +23,10 @@ from sitl.worker_pool import worker_pool
 EXPERIMENTS: dict[str, Experiment] = {
     experiment.name: experiment
     for experiment in (
+        ACTUATOR_LIMITS,
         PRINTED_NUMBERS,
         LQI_IN_WIND,
+        LINEAR_DOMAIN,
         GOVERNOR_SIGMOIDS,
         HOVER_FLIGHT,
         VERTICAL_PLANE,
@@ -51,7 +55,7 @@ def chosen(names: Sequence[str] | None) -> list[Experiment]:
 def run_one(name: str, seed: int) -> tuple[ExperimentResult, float]:
     """Run an experiment; its result and how long it took [s]."""
     began = time.perf_counter()
-    result = EXPERIMENTS[name].run(seed)
+    result = EXPERIMENTS[name].run(Conditions(seed))
     return result, time.perf_counter() - began
 
 

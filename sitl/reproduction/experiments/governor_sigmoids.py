@@ -8,9 +8,9 @@ import numpy as np
 
 from sitl.control.governor import arctan_sigmoid, gompertz
 from sitl.model.airframe import Array
-from sitl.reproduction.experiment import Experiment, ExperimentResult, Panel, judge
+from sitl.reproduction.expectation import below
+from sitl.reproduction.experiment import Conditions, Experiment, ExperimentResult, Panel, Recomputation, Statement
 from sitl.reproduction.svg_sheet import SvgSheet
-from sitl.scenarios.scenario import Finding
 
 SIGMOID_LIMIT = 1.0  # M: with the printed c = 1 the only one the report can have drawn
 
@@ -20,42 +20,19 @@ def printed_gompertz(x: Array, M: float = SIGMOID_LIMIT) -> Array:
     return np.asarray(2.0 * M * np.exp(-np.exp(math.log(2.0) - x)) - M)
 
 
-def run(seed: int) -> ExperimentResult:  # noqa: ARG001 - nothing here is random
-    """Value, slope and symmetry at zero, and the distance to the discontinuous saturation."""
+def run(conditions: Conditions) -> ExperimentResult:  # noqa: ARG001 - it depends on nothing
+    """The distance of both sigmoids to the discontinuous saturation."""
     x = np.linspace(-6.0, 6.0, 1201)
     hard = np.clip(x, -SIGMOID_LIMIT, SIGMOID_LIMIT)
     ours = np.array([gompertz(value, SIGMOID_LIMIT) for value in x])
     arctan = np.array([arctan_sigmoid(value, SIGMOID_LIMIT) for value in x])
     typed = printed_gompertz(x)
-    step = 1e-5
-    slope = (gompertz(step, SIGMOID_LIMIT) - gompertz(-step, SIGMOID_LIMIT)) / (2.0 * step)
-    at_zero = float(printed_gompertz(np.zeros(1))[0])
-    corrected = gompertz(0.0, SIGMOID_LIMIT)
-    place = "3.2.1"
     nearer, typed_nearer = (_area(x, curve - hard) / _area(x, arctan - hard) for curve in (ours, typed))
-    statements = [
-        judge(
-            place,
-            Finding("printed Gompertz at zero", at_zero, "M", "0", abs(at_zero) < 1e-6),
-            "b = -ln(1/2) should be ln(ln 2): as printed the law pushes at the target itself",
-        ),
-        judge(place, Finding("corrected Gompertz at zero", corrected, "M", "0", corrected == 0.0)),
-        judge(
-            place,
-            Finding("slope at zero, corrected", slope, "", "1", abs(slope - 1.0) < 1e-3),
-            "c = 1 / (M ln 2); with the printed c = 1 the slope depends on M",
-        ),
-        judge(
-            place,
-            Finding("area to the hard saturation, Gompertz over arctan", nearer, "", "< 1", nearer < 1.0),
-            "mirrored to be odd: a Gompertz function is not",
-        ),
-        judge(
-            place,
-            Finding("the same, Gompertz as printed", typed_nearer, "", "< 1", typed_nearer < 1.0),
-            "its right half is close, its left half and its offset are not: the claim needs the correction",
-        ),
-    ]  # fmt: skip
+    statement = Statement(
+        "3.2.1", "area to the hard saturation, Gompertz as printed over arctan", below(1.0, "nearer than the arctan"),
+        typed_nearer,
+        cause=Recomputation("b = ln ln 2, c = 1 / (M ln 2), made odd: it vanishes at zero, with slope one", nearer),
+    )  # fmt: skip
     sheet = SvgSheet("sigmoids", height=3.2)
     with sheet as axes:
         for curve, label, style in (
@@ -70,9 +47,9 @@ def run(seed: int) -> ExperimentResult:  # noqa: ARG001 - nothing here is random
         "3.7", "Comparison of two sigmoid functions",
         "The Gompertz function comes closer to the discontinuous saturation than the arctangent.",
         f"True of the corrected one: {nearer:.2f} of the arctangent's area. The printed one does not "
-        f"pass through zero ({at_zero:+.2f} M there).", sheet.svg,
+        f"pass through zero ({float(printed_gompertz(np.zeros(1))[0]):+.2f} M there).", sheet.svg,
     )  # fmt: skip
-    return ExperimentResult(statements, [panel])
+    return ExperimentResult([statement], [panel])
 
 
 def _area(x: Array, gap: Array) -> float:
@@ -86,4 +63,5 @@ GOVERNOR_SIGMOIDS = Experiment(
     "The governor saturates with a sigmoid. The report prefers a Gompertz function to the arctangent because it is "
     "nearer to a saturation. Its printed constants do not make it vanish at zero.",
     run,
+    airframes=(),
 )

@@ -16,7 +16,7 @@ def test_the_command_writes_a_page_and_nothing_else(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--only", "nothing"], "no experiment 'nothing': there are matrices"),
+        (["--only", "nothing"], "no experiment 'nothing': there are limits"),
         (["--jobs", "0"], "--jobs 0: at least one"),
         (["-o", "nowhere/page.html"], "there is no folder nowhere"),
     ],

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from sitl.reproduction.experiment import Conditions
 from sitl.reproduction.experiments import actuator_lag
 from sitl.reproduction.experiments.actuator_lag import Ending
 from sitl.scenarios.scenario import RATE, Track
@@ -35,7 +36,7 @@ def test_a_limit_cycle_is_a_bounded_oscillation_that_does_not_decay():
 
 
 def test_the_limit_cycle_needs_the_elevons_rate_limit_and_a_large_enough_step():
-    made = actuator_lag.models()
+    made = actuator_lag.models(Conditions())
 
     def ending(name, step):
         return actuator_lag.oscillation(actuator_lag.step_flight(made[name], 18.0, step, 1)).ending
