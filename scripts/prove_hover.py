@@ -20,7 +20,7 @@ import numpy as np
 
 from sitl.control.hover_linear import LinearGains
 from sitl.design import closed_loop as loop
-from sitl.design import linearise, proved
+from sitl.design import proved
 from sitl.design.delay import channels
 from sitl.design.lmi import HALVES
 from sitl.design.region import certify, radii

@@ -92,7 +92,7 @@ class Autopilot:
 
     @property
     def reference(self) -> Reference:
-        """Where the laws are to bring the vehicle, from the last tick; they are handed its heading at a bounded rate."""
+        """Where the laws are to bring the vehicle, from the last tick; the heading they get turns at a bounded rate."""
         return self._flight.reference
 
     @property

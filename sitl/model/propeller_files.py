@@ -108,11 +108,23 @@ def propeller_of(name: str, raw: dict[str, Any]) -> Propeller:
         raise PropellerError(f"propeller {name}: takes a diameter and five finite rows or more")
     J = table[:, 0]
     rise = np.stack([np.ones_like(J), J, J * np.abs(J), np.maximum(J - bend, 0.0) ** 2], axis=1)
-    thrust_fit = np.round(np.linalg.lstsq(rise[:, :3], table[:, 1], rcond=None)[0], DIGITS)
-    power_fit = np.round(np.linalg.lstsq(rise, table[:, 2], rcond=None)[0], DIGITS)
-    made = Propeller(name, description, source, diameter, bend, table, thrust_fit, power_fit)
+    made = Propeller(
+        name=name,
+        description=description,
+        source=source,
+        diameter=diameter,
+        bend=bend,
+        table=table,
+        thrust_fit=_fitted(rise[:, :3], table[:, 1]),
+        power_fit=_fitted(rise, table[:, 2]),
+    )
     _check(made)
     return made
+
+
+def _fitted(rise: Array, values: Array) -> Array:
+    """Coefficients of least squares, rounded, (k,)."""
+    return np.array([round(float(one), DIGITS) for one in np.linalg.lstsq(rise, values, rcond=None)[0]])
 
 
 def _check(propeller: Propeller) -> None:

@@ -11,7 +11,7 @@ from sitl import Actuators, Airframe, Quaternion
 from sitl.design.trim import level_trim
 from sitl.model.airframe import Array
 from sitl.model.hover_model import force_matrix, moment_matrix
-from sitl.model.plant import shaft_power
+from sitl.model.propeller import shaft_power
 from sitl.model.quaternions import from_euler, x_axis
 from sitl.reproduction.equations.as_typed import (
     ZERO_VECTOR,
@@ -73,11 +73,11 @@ def propeller_energy(a: Airframe) -> str:
     ratios = []
     for speed in PROPELLER_SPEEDS:
         trim = level_trim(a, speed)
-        shafts = shaft_power(Actuators(trim.omega, trim.omega, 0.0, 0.0), a)
+        shafts = shaft_power(Actuators(trim.omega, trim.omega, 0.0, 0.0), 0.0, a)
         ratios.append(f"{2.0 * trim.thrust * speed * math.cos(trim.theta) / shafts:.2f} at {speed:.0f}")
     trim = level_trim(a, 0.0)
     ideal = 2.0 * trim.thrust**1.5 / math.sqrt(2.0 * a.rho * PROPELLER_DISC)
-    merit = ideal / shaft_power(Actuators(trim.omega, trim.omega, 0.0, 0.0), a)
+    merit = ideal / shaft_power(Actuators(trim.omega, trim.omega, 0.0, 0.0), 0.0, a)
     return (
         f"thrust power over shaft power at the level trims is {', '.join(ratios)} m/s: above 1 it makes energy; the "
         f"figure of merit at the hover is {merit:.2f}"
