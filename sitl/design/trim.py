@@ -15,7 +15,7 @@ import numpy as np
 
 from sitl.compiled import entry, kernel, subroutine
 from sitl.model.aerodynamics import elevon_arm, slopes, wrench
-from sitl.model.airframe import STALL, Airframe, Array
+from sitl.model.airframe import REPORT, Airframe, Array
 from sitl.model.arithmetic import arctangent, clipped, sine_cosine
 from sitl.model.propeller import speed_for
 from sitl.model.state import Actuators
@@ -135,7 +135,7 @@ class Balance(NamedTuple):
 @subroutine
 def balance(a: Airframe, speed: float, climb: float, accel: float) -> Balance:
     """Straight flight at a speed, a climb and an acceleration along the path; see :class:`Trim`."""
-    return _stalling_balance(a, speed, climb, accel) if a.aerodynamics == STALL else _balance(a, speed, climb, accel)
+    return _balance(a, speed, climb, accel) if a.aerodynamics == REPORT else _sought_balance(a, speed, climb, accel)
 
 
 @subroutine
@@ -165,7 +165,7 @@ def _held(theta: float, thrust: float, delta: float, inflow: float, a: Airframe)
 
 
 @subroutine
-def _stalling_balance(a: Airframe, speed: float, climb: float, accel: float) -> Balance:
+def _sought_balance(a: Airframe, speed: float, climb: float, accel: float) -> Balance:
     """By search from the least incidence on: a wing that stalls may balance at several."""
     rise, run = sine_cosine(climb)
     weight, push = a.m * (a.g + accel * rise), a.m * accel * run
