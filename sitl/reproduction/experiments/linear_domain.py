@@ -83,6 +83,8 @@ def _panel(a: Airframe, shares: dict[float, float]) -> Panel:
         for value in PRINTED_THRESHOLDS:
             axes[0].axvline(value, linestyle="--", linewidth=0.9, color="crimson", label=f"{value:g}, printed")
         axes[0].set(xlabel="V of the start", ylabel="come home [%]", ylim=(0.0, 105.0))
+        axes[0].set_xticks(list(shares), [f"{level:g}" for level in shares])
+        axes[0].minorticks_off()
         axes[0].legend()
         axes[0].grid(alpha=0.2)
     return Panel(
