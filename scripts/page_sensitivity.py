@@ -65,18 +65,17 @@ def main() -> None:
     altered["no damping"] = Conditions(args.seed, tuple((name, 0.0) for name in DAMPING))
     altered["torque reversed"] = Conditions(args.seed, (("k_m", -1.0),))
     before = verdicts(Conditions(args.seed))
-    with ProcessPoolExecutor(args.jobs) as pool:
-        pages = dict(zip(altered, pool.map(verdicts, altered.values()), strict=True))
     print(
         f"{len(before)} statements\n\n| altered | verdicts that change | unexplained then | the first of them |\n"
         "|---|---|---|---|"
     )
     sensitive = 0
-    for name, after in pages.items():
-        found = change(before, after)
-        sensitive += bool(found.changed) and name in PARAMETERS
-        first = found.changed[0] if found.changed else ""
-        print(f"| {name} | {len(found.changed)} | {found.unexplained} | {first} |")
+    with ProcessPoolExecutor(args.jobs) as pool:
+        for name, after in zip(altered, pool.map(verdicts, altered.values()), strict=True):
+            found = change(before, after)
+            sensitive += bool(found.changed) and name in PARAMETERS
+            first = found.changed[0] if found.changed else ""
+            print(f"| {name} | {len(found.changed)} | {found.unexplained} | {first} |", flush=True)
     print(f"\n{sensitive} of {len(PARAMETERS)} parameters change a verdict")
 
 

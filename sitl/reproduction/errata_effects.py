@@ -7,11 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sitl import Actuators, Airframe, Quaternion
+from sitl import Airframe, Quaternion
 from sitl.design.trim import level_trim
 from sitl.model.airframe import Array
 from sitl.model.hover_model import force_matrix, moment_matrix
-from sitl.model.propeller import shaft_power
 from sitl.model.quaternions import from_euler, x_axis
 from sitl.reproduction.equations.as_typed import (
     ZERO_VECTOR,
@@ -69,15 +68,14 @@ def power_of_rates(a: Airframe, seed: int) -> tuple[PowerOfRates, PowerOfRates]:
 
 
 def propeller_energy(a: Airframe) -> str:
-    """Thrust power over shaft power in level flight, and the figure of merit at the hover."""
+    """Thrust power over shaft power N w in level flight, and the figure of merit at the hover, of each propeller."""
     ratios = []
     for speed in PROPELLER_SPEEDS:
         trim = level_trim(a, speed)
-        shafts = shaft_power(Actuators(trim.omega, trim.omega, 0.0, 0.0), 0.0, a)
-        ratios.append(f"{2.0 * trim.thrust * speed * math.cos(trim.theta) / shafts:.2f} at {speed:.0f}")
+        ratios.append(f"{trim.thrust * speed * math.cos(trim.theta) / (a.k_m * trim.omega**3):.2f} at {speed:.0f}")
     trim = level_trim(a, 0.0)
-    ideal = 2.0 * trim.thrust**1.5 / math.sqrt(2.0 * a.rho * PROPELLER_DISC)
-    merit = ideal / shaft_power(Actuators(trim.omega, trim.omega, 0.0, 0.0), 0.0, a)
+    ideal = trim.thrust**1.5 / math.sqrt(2.0 * a.rho * PROPELLER_DISC)
+    merit = ideal / (a.k_m * trim.omega**3)
     return (
         f"thrust power over shaft power at the level trims is {', '.join(ratios)} m/s: above 1 it makes energy; the "
         f"figure of merit at the hover is {merit:.2f}"

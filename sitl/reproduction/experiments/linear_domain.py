@@ -75,21 +75,24 @@ def _simplified(a: Airframe) -> Airframe:
 
 
 def _panel(a: Airframe, shares: dict[float, float]) -> Panel:
-    simplified = [share_home(_simplified(a), level) for level in shares]
+    simplified = {level: share_home(_simplified(a), level) for level in shares}
+    entered = PRINTED_THRESHOLDS[0]
     sheet = SvgSheet("domain", height=2.4)
     with sheet as axes:
         axes[0].semilogx(list(shares), list(shares.values()), "o-", label="plant")
-        axes[0].semilogx(list(shares), simplified, "s--", label="hover model, no rate limits")
+        axes[0].semilogx(list(shares), list(simplified.values()), "s--", label="hover model, no rate limits")
         for value in PRINTED_THRESHOLDS:
             axes[0].axvline(value, linestyle="--", linewidth=0.9, color="crimson", label=f"{value:g}, printed")
         axes[0].set(xlabel="V of the start", ylabel="come home [%]", ylim=(0.0, 105.0))
+        axes[0].set_xticks(list(shares), [f"{level:g}" for level in shares])
+        axes[0].minorticks_off()
         axes[0].legend()
         axes[0].grid(alpha=0.2)
     return Panel(
         "", "Starts upright and at rest that the printed linear gain brings home, by their V",
         "The linear law is entered below V = 250, where it was found to converge by simulation.",
-        f"At V = 250 {shares[PRINTED_THRESHOLDS[0]]:.0f} % do, and every one on the model that the law was designed "
-        "with, without rate limits.", sheet.svg,
+        f"At V = {entered:g} {shares[entered]:.0f} % do; on the model that the law was designed with, without rate "
+        f"limits, {simplified[entered]:.0f} %.", sheet.svg,
     )  # fmt: skip
 
 

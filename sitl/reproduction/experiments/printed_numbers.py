@@ -7,13 +7,14 @@ import math
 import numpy as np
 
 from sitl import Airframe
+from sitl.design import linearise
 from sitl.design.lqr import hover_thrust
 from sitl.design.trim import level_trim
 from sitl.model.airframe import Array
 from sitl.model.quaternions import from_euler
 from sitl.reproduction.equations.as_typed import (
+    PRINTED_SPEED,
     Slip,
-    forward_matrices,
     kernel_wrench,
     typed_force_matrix,
     typed_hover_linearisation,
@@ -133,7 +134,8 @@ def _unsigned(q: Array) -> Array:
 
 
 def _illustrations(conditions: Conditions) -> list[Illustration]:
-    by_nominal = forward_matrices(conditions.airframe("nominal"), KERNEL)
+    nominal = conditions.airframe("nominal")
+    by_nominal = linearise.forward(nominal, level_trim(nominal, PRINTED_SPEED))
     entries = sum(agreeing(M, digits) for M, digits in zip(by_nominal, (PRINTED_A, PRINTED_B), strict=True))
     table, published = conditions.airframe("report-table"), conditions.airframe(REPORT_SET)
     flies = float(sum(level_trim(table, float(speed)).exists for speed in range(5, 21)))
