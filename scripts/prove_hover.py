@@ -31,11 +31,11 @@ ALIKE = (1.0, 0.6, math.radians(8.0) / 2.0, 0.6)  # position [m], speed, eps and
 TURN = math.radians(11.0)  # of the box
 SPIN = 6.0  # of the box, by its turn [1/s]
 STREAM, EFFECTIVENESS = 0.05, 0.06  # h [kg/s] and kappa of the box
-DECAY = 0.03  # [1/s]
-THRUST_RATE, ELEVON_RATE = 6.5, 3.2  # of the linear loop [N/s], [N rad/s]
+DECAY = 0.05  # [1/s]
+THRUST_RATE, ELEVON_RATE = 6.5, 3.4  # of the linear loop [N/s], [N rad/s]
 THRUST_RATIO, DEFLECTION = 1.08, 0.3  # of the channels
 INTEGRATED = 0.85  # of the bound of what is integrated
-BOXES = 6_000
+BOXES = 8_000
 INTEGRAL_SCALE = 5.0  # [m s]
 
 
@@ -88,7 +88,7 @@ def corners(a: Airframe, gains: LinearGains) -> list[np.ndarray]:
         M[3] -= force
         elevons.append(EFFECTIVENESS * M)
     for signs in itertools.product((1.0,), (-1.0, 1.0), (-1.0, 1.0)):
-        tilt = sum(s * 0.5 * TURN * M for s, M in zip(signs, loop.tilt_matrices(a, gains), strict=True))
+        tilt = np.einsum("k,kij->ij", 0.5 * TURN * np.array(signs), np.stack(loop.tilt_matrices(a, gains)))
         made.append(tilt)
         made += [tilt + air + s * elevons[0] + r * elevons[1] for s, r in itertools.product((-1.0, 1.0), repeat=2)]
     return made

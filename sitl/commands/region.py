@@ -43,7 +43,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _lines(results: list[LawRegion]) -> Iterator[str]:
-    yield "Proved level: below it V falls everywhere and flights stay (full plant, still air, ideal actuators)"
+    yield "Proved level: below it V falls everywhere and flights stay (sampled and delayed loop, full plant, still air)"
     yield from _proved(results)
     yield "\nDecay of V [1/s] and settling of position steps, slowest axis [s]"
     yield from _linear(results)
@@ -58,7 +58,7 @@ def _lines(results: list[LawRegion]) -> Iterator[str]:
 def _proved(results: list[LawRegion]) -> Iterator[str]:
     from sitl.design.region import radii  # noqa: PLC0415
 
-    yield f"{'':20}{'proved':>9}{'V rises':>9}{'saturates':>11}{'eta = 0':>9}   alone, any direction"
+    yield f"{'':20}{'proved':>9}{'V rises':>9}{'saturates':>11}{'rate':>9}{'eta = 0':>9}   alone, any direction"
     for result in results:
         certificate = result.certificate
         if certificate is None:
@@ -67,7 +67,8 @@ def _proved(results: list[LawRegion]) -> Iterator[str]:
         p, v, turn, w = radii(result.gains, certificate.level)
         yield (
             f"{result.name:20}{certificate.level:9.4f}{result.rise:9.4f}{certificate.saturation:11.4f}"
-            f"{certificate.chart:9.3f}   {p:.2f} m, {v:.2f} m/s, {math.degrees(turn):.1f} deg, {w:.2f} rad/s"
+            f"{certificate.rate:9.4f}{certificate.chart:9.3f}   {p:.2f} m, {v:.2f} m/s, {math.degrees(turn):.1f} deg,"
+            f" {w:.2f} rad/s"
         )
 
 
@@ -77,7 +78,7 @@ def _linear(results: list[LawRegion]) -> Iterator[str]:
     yield f"{'':20}{'guaranteed':>11}{'flown':>7}" + "".join(f"{step:7.1f} m" for step in STEP_SIZES)
     for result in results:
         slowest = "".join(f"{time:9.2f}" for time in result.settling.max(axis=1))
-        guaranteed = "-" if result.certificate is None else f"{result.guaranteed:.2f}"
+        guaranteed = "-" if result.gains.K_i.any() else f"{result.guaranteed:.2f}"
         yield f"{result.name:20}{guaranteed:>11}{result.seen:7.2f}{slowest}"
 
 

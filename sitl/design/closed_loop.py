@@ -218,7 +218,7 @@ def aerodynamics(a: Airframe) -> Air:
     def effect(v: Array, d1: float, d2: float) -> Array:
         force, moment = wrench(Vector(*v[:3].tolist()), Vector(*v[3:].tolist()), Actuators(0.0, 0.0, d1, d2), unit)
         effective = np.vstack([force_matrix(a), moment_matrix(a)])[:, 2:] @ (d1, d2) * (0.5 * v[0] / a.S_ratio)
-        return np.array((*force, *moment)) - 0.5 * a.rho * a.S * effective
+        return np.asarray(np.array((*force, *moment)) - 0.5 * a.rho * a.S * effective)
 
     def matrix(d1: float, d2: float) -> Array:
         return np.asarray(np.array([effect(v, d1, d2) for v in np.eye(6)]).T / weight[:, None])
@@ -229,7 +229,7 @@ def aerodynamics(a: Airframe) -> Air:
 
 def elevon_effect(a: Airframe, gains: LinearGains, elevon: int) -> tuple[Array, Array]:
     """What a law's elevon, the left or the right, does: M of its moment, (n, n), and its force along z_b / m, (n,)."""
-    deflection = -feedback(gains)[2 + elevon]
+    deflection: Array = -feedback(gains)[2 + elevon]
     M = np.zeros((size(gains), size(gains)))
     M[RATE_ROWS] = np.outer(moment_matrix(a)[:, 2 + elevon] / inertia(a), deflection)
-    return M, force_matrix(a)[2, 2 + elevon] / a.m * deflection
+    return M, np.asarray(force_matrix(a)[2, 2 + elevon] / a.m * deflection)

@@ -152,11 +152,11 @@ class Proof:
         at = self.channels(level)
         if at is None:
             return None
-        thrust, loop = (1.0 - swing) * min(self.gains.u_bar[:2]), self.F @ np.linalg.inv(self.L).T
+        thrust = (1.0 - swing) * min(self.gains.u_bar[:2])
         # Of T1, T2, d1 T1, d2 T2; and T d' = (d T)' - d T', the elevons at their largest angles.
         crossed = np.vstack([sign * deflection * at.rows[:2] for sign in (-1.0, 1.0)])
         rows = np.vstack([at.rows[:4], crossed + np.tile(at.rows[2:4], (2, 1))])
-        rates = math.sqrt(level) * (np.linalg.norm(rows @ loop, axis=1) + self.greatest_bends(level, rows))
+        rates = self.greatest_changes(level, rows)
         # Each error is at most its factor and delay times its rate, and adds to all rates.
         columns = at.columns[:, :6]
         direct = np.abs(rows @ columns) + np.linalg.norm(rows[:, VELOCITY_ROWS], axis=1)[:, None] * at.force[:6]
@@ -168,26 +168,31 @@ class Proof:
         rates += by_rate @ np.linalg.solve(np.eye(4) - by_rate[:4], rates[:4])
         return float(rates[:2].max() / (2.0 * math.sqrt(self.a.k_f * thrust))), float(rates[4:].max() / thrust)
 
-    def greatest_bends(self, level: float, rows: Array) -> Array:
-        """Bounds of |row M x| / sqrt V on {V <= level}, for linear functions of the state's rate, (c,)."""
+    def greatest_changes(self, level: float, rows: Array) -> Array:
+        """Bounds of |row x'| on {V <= level}, for linear functions of the state's rate, without errors, (c,)."""
         n, to_x = len(self.L), np.linalg.inv(self.L).T
         f = np.sqrt(level * np.diag(np.linalg.inv(self.S_f)))[None]
         at, w = AttitudeBoxes(-f, f), np.sqrt(level * np.diag(to_x @ to_x.T)[RATE_ROWS])
         h = self.greatest_stream(level)
-        bounds = [
-            *zip(f[0], tilt_matrices(self.a, self.gains), strict=True),
-            *zip(w, gyro_matrices(self.a, n), strict=True),
-            *((most(value)[0], M) for value, M in self.remainder(at)),
+        kappa, elevons = self.effectiveness(level) * h * h, [elevon_effect(self.a, self.gains, k) for k in (0, 1)]
+        affine = [
+            *(bound * M for bound, M in zip(f[0], tilt_matrices(self.a, self.gains), strict=True)),
+            *(bound * M for bound, M in zip(w, gyro_matrices(self.a, n), strict=True)),
+            *(kappa * M for M, _ in elevons),
         ]
-        kappa = self.effectiveness(level) * h * h
-        for elevon in (0, 1):
-            M, force = elevon_effect(self.a, self.gains, elevon)
-            bounds += [(kappa, M), *((kappa * most(at.axes[2][i])[0], row_matrix(3 + i, force)) for i in range(3))]
-        bent = sum(bound * np.linalg.norm(rows @ M @ to_x, axis=1) for bound, M in bounds)
-        return np.asarray(bent + h * self._blown(level, rows, to_x @ to_x.T) / math.sqrt(level))
+        # The norm is convex, so the corners of what is affine suffice.
+        whole = (rows @ self.F @ to_x)[None]
+        for M in affine:
+            part = rows @ M @ to_x
+            whole = np.concatenate((whole + part, whole - part))
+        greatest = np.linalg.norm(whole, axis=2).max(axis=0)
+        rest = [(most(value)[0], M) for value, M in self.remainder(at)]
+        rest += [(kappa * most(at.axes[2][i])[0], row_matrix(3 + i, force)) for i in range(3) for _, force in elevons]
+        greatest += sum(bound * np.linalg.norm(rows @ M @ to_x, axis=1) for bound, M in rest)
+        return np.asarray(math.sqrt(level) * greatest + h * self._blown(level, rows, to_x @ to_x.T))
 
     def _blown(self, level: float, rows: Array, C: Array) -> Array:
-        """Bounds of what the airspeed adds to |row x'|, per h, (c,): a velocity in the body frame is as long as its own."""
+        """Bounds of what the airspeed adds to |row x'|, per h, (c,): a turned velocity is as long."""
         speed, turning = (
             math.sqrt(level * np.linalg.eigvalsh(C[part, part])[-1]) for part in (VELOCITY_ROWS, RATE_ROWS)
         )
@@ -262,7 +267,7 @@ class Proof:
                         force = force + G[k, m] * (at.axes[k][i] * at.axes[m][j])
                 constant = nothing + G[3 + i, 3 + j]
                 places = ((force, 3 + i, 3 + j), (by_rate, 3 + i, 9 + j), (moment, 9 + i, 3 + j))
-                terms += [(value, entry_matrix(*place, n)) for value, *place in (*places, (constant, 9 + i, 9 + j))]
+                terms += [(value, entry_matrix(k, m, n)) for value, k, m in (*places, (constant, 9 + i, 9 + j))]
         return terms
 
 
@@ -307,7 +312,7 @@ class _Cover:
     def _winds(self, at: AttitudeBoxes, h: Array) -> list[Array]:
         """Corners of what the airspeed adds, (boxes, N, N).
 
-        They are h = 0, and h at its bound with the elevons' effectiveness at the corners of what the stream makes of it.
+        They are h = 0, and h at its bound with the elevons' effectiveness at the corners of what that makes of it.
         """
         proof = self.proof
         nothing = np.zeros((len(h), *self.lift.base.shape))

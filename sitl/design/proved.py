@@ -23,7 +23,7 @@ from sitl.errors import SitlError
 from sitl.model.airframe import FIRST_ORDER, Airframe, Array
 
 PROVED_LEVEL = 1.0  # of V: it is scaled to that
-EFFORT, WEIGHT, ATTITUDE_WEIGHT = 8.0, 0.5, 20.0  # of the LQI: R = 8 I, of the integral, of eps - eps_bar
+EFFORT, WEIGHT, ATTITUDE_WEIGHT = 10.0, 0.4, 20.0  # of the LQI: R = 10 I, of the integral, of eps - eps_bar
 GROWTH = 2.5  # bound of what is integrated [m]: it must not be met in the proved set
 CERTIFICATES = "certificates.toml"
 SAME = 1e-6  # relative difference of what is the same
@@ -59,9 +59,7 @@ def proved_gains(a: Airframe) -> LinearGains:
     """
     P = _stored(a)
     if P is None:
-        raise SitlError(
-            "no V is stored that proves anything of this airframe's hover: scripts/prove_hover.py finds one"
-        )
+        raise SitlError("no V is stored that proves anything of this airframe's hover (scripts/prove_hover.py)")
     return with_lyapunov(base_gains(a), P)
 
 

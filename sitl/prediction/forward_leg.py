@@ -86,7 +86,7 @@ def fly_wing(leg: WingLeg, body: PointMass) -> Prediction:
         s = _continued(_moved(_guided(s, leg, share, body), leg, body), leg, body)
         if s.is_braking and norm(s.velocity) < STANDING_SPEED:
             value = _value(s, leg, body)
-            if s.has_arrived and value < body.linear.v_enter:
+            if s.has_arrived and value < body.linear.v_waited:
                 return Prediction(s.time, s.energy)
             if is_still and value < body.linear.settled:
                 off = subtract(s.position, leg.path.end)

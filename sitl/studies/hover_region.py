@@ -18,7 +18,9 @@ from sitl.design import linearise
 from sitl.design.lmi import SPREAD, effectiveness, guaranteed_decay, lmi_gains
 from sitl.design.lqr import gentle_hover_gains, hover_gains
 from sitl.design.lqr import lqr as design_lqr
-from sitl.design.region import Certificate, certify
+from sitl.design.proof import Proof
+from sitl.design.proved import PROVED_LEVEL, is_proved, proved_gains
+from sitl.design.region import Certificate, certify, chart_level, rate_level, reach_level, saturation_level
 from sitl.design.rise import first_rise
 from sitl.model.airframe import Array
 from sitl.studies.hover_region_flights import V_BANDS, RegionFlights, decay_seen, draw, fly, steps
@@ -36,7 +38,7 @@ class LawRegion(NamedTuple):
 
     name: str
     gains: LinearGains
-    certificate: Certificate | None  # None with an integral: V leaves that part of the state out
+    certificate: Certificate | None  # None where V leaves the integral out
     rise: float  # the law's own V at which it first rises
     guaranteed: float  # decay rate of V for every effectiveness within the spread [1/s]
     seen: float  # decay rate flown [1/s]
@@ -50,8 +52,9 @@ def laws(a: Airframe) -> dict[str, LinearGains]:
     lqr = hover_gains(a, integral=False)
     A, B = linearise.hover(a)
     K, S = design_lqr(A, B, np.eye(12), GENTLE_WEIGHT * np.eye(4))
-    return {
-        "LQI as flown": gentle_hover_gains(a),
+    proved = {"LQI as flown": proved_gains(a)} if is_proved(a) else {}
+    return proved | {
+        "LQI, R = 5 I": gentle_hover_gains(a),
         "LQI of the report": hover_gains(a),
         "LQR": lqr,
         "LQR of the report": lqr._replace(reach=math.inf),
@@ -80,7 +83,7 @@ def study(a: Airframe, samples: int, seed: int) -> list[LawRegion]:
     A, corners = linearise.hover(a)[0], effectiveness(a, SPREAD)
     results = []
     for name, gains in laws(a).items():
-        certificate = None if gains.K_i.any() else certify(a, gains)
+        certificate = certified(a, gains)
         converged_v = CONVERGED_V if certificate is None else certificate.level
         results.append(
             LawRegion(
@@ -96,6 +99,16 @@ def study(a: Airframe, samples: int, seed: int) -> list[LawRegion]:
             )
         )
     return results
+
+
+def certified(a: Airframe, gains: LinearGains) -> Certificate | None:
+    """The certificate of a law: proved here, or by ``scripts/prove_hover.py`` for the law that flies."""
+    if not gains.K_i.any():
+        return certify(a, gains)
+    if not gains.S_ii.any():
+        return None
+    rate = rate_level(a, Proof.of(a, gains), saturation_level(a, gains))
+    return Certificate(PROVED_LEVEL, saturation_level(a, gains), rate, reach_level(gains), chart_level(gains))
 
 
 def threshold(flights: RegionFlights, share: float) -> float:

@@ -23,7 +23,7 @@ DWELL = 0.5  # [s]
 WING_SPEED = 8.0  # the wing carries from this airspeed on, or from most of the wanted one [m/s]
 WING_SHARE = 0.85
 WORTH_DISTANCE = 15.0  # less than this of a leg is not worth a transition [m]
-PATIENCE = 3.0  # outside a wind the zero-moment law comes below v_enter sooner [s]
+PATIENCE = 10.0  # in calm the zero-moment law comes below v_enter sooner: within 8 s in 100 recoveries [s]
 ROOM = 2.0  # braking distances that make it worth flying on [-]
 SLIDE_TIME, SLIDE_SPEED = 4.0, 4.0  # [s], [m/s]
 WINDY, STILL = 4.0, 3.0  # level wind [m/s]
@@ -103,7 +103,7 @@ def resting(at_rest: float) -> bool:
 def near(
     v_hover: float, v_integral: float, estimate: Estimate, thresholds: Thresholds, inhibited: float, since: float
 ) -> bool:
-    """V of the linear hover law is below v_enter, or long below v_waited; the nose is up, no tilt is being flown off."""
+    """V of the linear hover law is below v_enter, or long below v_waited; the nose is up, no tilt is flown off."""
     # V does not see the sign of the quaternion's scalar part: it is as small with the nose straight down.
     is_upright = x_axis(estimate.attitude).z > 0.0 and inhibited <= 0.0
     waited = since >= PATIENCE and v_hover < thresholds.v_waited
@@ -111,9 +111,9 @@ def near(
 
 
 @guard
-def settled(v_hover: float, estimate: Estimate, thresholds: Thresholds) -> bool:
+def settled(v_hover: float, v_integral: float, estimate: Estimate, thresholds: Thresholds) -> bool:
     """V of the linear hover law is below v_settled and the nose is up."""
-    return v_hover < thresholds.v_settled and x_axis(estimate.attitude).z > 0.0
+    return v_hover + v_integral < thresholds.v_settled and x_axis(estimate.attitude).z > 0.0
 
 
 @guard

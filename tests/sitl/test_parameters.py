@@ -53,7 +53,7 @@ def test_a_changed_parameter_changes_its_field_and_nothing_else():
     [
         ({"NOSUCH": 1.0}, "no parameter NOSUCH: there are MIS_TAKEOFF_ALT, "),
         ({"DRK_KPP": 9.0}, "DRK_KPP = 9 is not within 0.1 and 3"),
-        ({"DRK_V_ENTER": 60.0}, "DRK_V_ENTER must stay below DRK_V_LEAVE"),
+        ({"DRK_V_ENTER": 60.0, "DRK_V_LEAVE": 50.0}, "DRK_V_ENTER must stay below DRK_V_LEAVE"),
         ({"DRK_VF_ENTER": 60.0}, "DRK_VF_ENTER must stay below DRK_VF_LEAVE"),
         ({"GF_ACTION": 4.0}, "GF_ACTION 4 (terminate) is not available"),
     ],
@@ -69,8 +69,8 @@ def test_two_values_may_change_together_that_could_not_change_one_by_one():
 
 
 def test_values_beyond_their_bounds_move_to_the_nearest_bound():
-    tuning = Tuning(v_enter=0.0, v_leave=float("inf"))
-    assert within_bounds(tuning) == Tuning(v_enter=0.1, v_leave=1e5)
+    tuning = Tuning(v_enter=-2.0, v_leave=float("inf"))
+    assert within_bounds(tuning) == Tuning(v_enter=-1.0, v_leave=1e5)
     assert within_bounds(DEFAULTS.settings) == DEFAULTS.settings
 
 

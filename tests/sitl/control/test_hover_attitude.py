@@ -14,6 +14,7 @@ from sitl.control.estimate import air_ahead
 from sitl.control.hover_attitude import Steering
 from sitl.control.hover_zero_moment import attitude_torque, axial_force
 from sitl.control.reference import AttitudeReference, steer
+from sitl.control.side import NOT_CHOSEN
 from sitl.design.attitude import attitude_gains
 from sitl.design.zero_moment import zero_moment_gains
 from sitl.model.airframe_files import load
@@ -52,7 +53,7 @@ def test_the_attitude_loop_takes_v_away_whenever_it_turns():
         q, q_r = rotation(rng.normal(size=3)), rotation(rng.normal(size=3))
         steering = Steering(q_r, vector(w_r), 5.0, vector(STILL))
         before = law.lyapunov(estimate(q=q, w=w), GAINS, steering)
-        torque = np.array(attitude_torque(q, vector(w), q_r, vector(w_r), vector(w_r_dot), LOOP))
+        torque = np.array(attitude_torque(q, vector(w), q_r, vector(w_r), vector(w_r_dot), LOOP, NOT_CHOSEN))
         w_e = w - np.array(rotate_inverse(multiply(conjugate(q_r), q), vector(w_r)))
         after = estimate(q=turned(q, h * w), w=w + h * (torque - np.cross(w, J * w)) / J)
         moved = Steering(turned(q_r, h * w_r), vector(w_r + h * w_r_dot), 5.0, vector(STILL))

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from sitl.control import hover_linear as law
 from sitl.control.allocation import allocate
 from sitl.control.hover_linear import HoverError
+from sitl.control.side import NOT_CHOSEN
 from sitl.design.lqr import hover_gains
 from sitl.model.airframe_files import load
 from sitl.model.quaternions import from_euler, hover, multiply, rotate
@@ -123,9 +124,10 @@ def test_without_integral_gain_the_integral_says_nothing():
     assert (control(x, Vector(5.0, 5.0, 5.0), gains=lqr) == control(x, gains=lqr)).all()
 
 
-def test_a_tick_integrates_then_commands():
+def test_a_tick_commands_then_integrates():
     seen, wanted, integral = estimate((1, -2, 3), (0.1, 0.2, 0.3)), reference((0, 0, 1), 0.4), Vector(1.0, 2.0, 3.0)
-    command, saturation, after = law.step(seen, wanted, LQI, A, integral, 0.002)
+    command, saturation, after, side = law.step(seen, wanted, LQI, A, integral, NOT_CHOSEN, 0.002)
     assert after == law.integrate(seen, wanted.position, integral, LQI, 0.002)
-    u = law.control(law.error(seen, wanted.position, 0.4), after, 0.4, LQI)
+    u = law.control(law.error(seen, wanted.position, 0.4), integral, 0.4, LQI)
+    assert side == 1.0
     assert (command, saturation) == allocate(u, A)

@@ -9,8 +9,17 @@ import pytest
 from sitl.control.allocation import allocate
 from sitl.control.hover_linear import SQRT_HALF, HoverError, control, error, quadratic
 from sitl.design import proof, region
-from sitl.design.closed_loop import AttitudeBoxes, coordinates
+from sitl.design.closed_loop import (
+    AttitudeBoxes,
+    coordinates,
+    elevon_effect,
+    gyro_matrices,
+    row_matrix,
+    size,
+    tilt_matrices,
+)
 from sitl.design.lqr import hover_gains
+from sitl.design.proved import proved_gains
 from sitl.design.region import certify, chart_level, saturation_level
 from sitl.design.rise import first_rise, lyapunov_rate
 from sitl.errors import SitlError
@@ -25,7 +34,7 @@ TO_X = np.linalg.inv(np.linalg.cholesky(LQR.S))  # rows of unit y to V = 1
 
 @pytest.fixture(scope="module")
 def certificate():
-    return certify(NOMINAL, LQR, precision=1.0)
+    return certify(NOMINAL, LQR, precision=1.0, sampled=False)
 
 
 def directions(count, seed=1):
@@ -35,31 +44,41 @@ def directions(count, seed=1):
 
 def commanded(x, gains, a):
     """What the law asks for at a deviation (12,), and what the allocation makes of it."""
-    seen = HoverError(*(Vector(*part.tolist()) for part in x.reshape(4, 3)))
-    u = control(seen, Vector(0.0, 0.0, 0.0), 0.0, gains)
+    seen = HoverError(*(Vector(*part.tolist()) for part in x[:12].reshape(4, 3)))
+    integral = Vector(*x[12:].tolist()) if x.size > 12 else Vector(0.0, 0.0, 0.0)
+    u = control(seen, integral, 0.0, gains)
     return u, *allocate(u, a)
 
 
-@pytest.mark.parametrize("airframe", [NOMINAL, load("published").parameters])
-def test_the_proof_s_matrices_are_the_plant(airframe):
+@pytest.mark.parametrize("gains", [LQR, proved_gains(NOMINAL)])
+def test_the_proof_s_matrices_are_the_plant(gains):
     """On boxes that are points, with the rates, airspeed and elevons of the state, y' W y is -V' exactly."""
-    gains = hover_gains(airframe, integral=False)
-    proved = proof.Proof.of(airframe, gains)
-    for x in 0.2 * directions(20):
-        f = (coordinates() @ x)[None]
+    made = proof.Proof.of(NOMINAL, gains, sampled=False)
+    lift, n, a = made.lift(1.0), size(gains), NOMINAL
+    for direction in np.random.default_rng(1).standard_normal((20, n)):
+        x = 0.05 * direction / np.linalg.norm(direction) @ np.linalg.inv(made.L)
+        f = (coordinates(n) @ x)[None]
         at = AttitudeBoxes(f, f)
-        W = proved.W - np.einsum("nj,jkl->nkl", f, proved.tilt) - np.einsum("j,jkl->kl", x[9:], proved.gyro)
-        nothing = np.zeros((1, 12, 12)), np.zeros(1)
-        _, command, saturation = commanded(x, gains, airframe)
-        assert saturation == 0
-        eta = math.sqrt(x[3:6] @ x[3:6] + airframe.mu * airframe.c**2 * x[9:] @ x[9:])
-        d1, d2 = command.left_elevon, command.right_elevon
-        for G, d in zip(proved.aero, (1.0, d1 + d2, d1 - d2), strict=True):
-            W = W + 0.5 * airframe.rho * airframe.S * eta * d * proof.take_off(proved._air(at, G), *nothing)[0]
-        W, slack = proof.take_off(proved._remainder(at), W, np.zeros(1))
-        y = proved.L.T @ x
-        assert slack == pytest.approx(0.0, abs=1e-9)
-        assert -(y @ W[0] @ y) == pytest.approx(lyapunov_rate(x, gains, airframe), rel=1e-9, abs=1e-12)
+        command = commanded(x, gains, a)[1]
+        eta = math.sqrt(x[3:6] @ x[3:6] + a.mu * a.c**2 * x[9:12] @ x[9:12])
+        h, (d1, d2) = 0.5 * a.rho * a.S * eta, command[2:]
+        parts = [*zip((*f[0], *x[9:12]), (*tilt_matrices(a, gains), *gyro_matrices(a, n)), strict=True)]
+        parts += [(middle(value), M) for value, M in made.remainder(at)]
+        for G, d in zip(made.aero, (1.0, d1 + d2, d1 - d2), strict=True):
+            parts += [(h * d * middle(value), M) for value, M in made.air(at, G)]
+        nose = sum(middle(at.axes[0][i]) * x[3 + i] for i in range(3))
+        for k in (0, 1):
+            kappa = h * nose / (2.0 * a.S_ratio * a.k_f * command[k] ** 2)
+            M, force = elevon_effect(a, gains, k)
+            parts += [(kappa, M), *((kappa * middle(at.axes[2][i]), row_matrix(3 + i, force)) for i in range(3))]
+        W = lift.base - sum(share * lift.of(M) for share, M in parts)
+        y = made.L.T @ x
+        assert -(y @ W @ y) == pytest.approx(lyapunov_rate(x, gains, a), rel=1e-8, abs=1e-12)
+
+
+def middle(value):
+    assert value.low == pytest.approx(value.high, abs=1e-12)
+    return float(value.low[0])
 
 
 def test_v_falls_on_the_plant_everywhere_in_the_proved_set(certificate):
@@ -76,7 +95,7 @@ def test_the_proof_is_within_a_factor_of_the_first_rise(certificate):
     rise = first_rise(NOMINAL, LQR, searches=2)
     assert 0.04 < rise < 0.06
     assert rise < 4.0 * certificate.level
-    proved = proof.Proof.of(NOMINAL, LQR)
+    proved = proof.Proof.of(NOMINAL, LQR, sampled=False)
     assert proved.holds(0.1 * certificate.level)
     assert not proved.holds(rise)
 
@@ -112,7 +131,7 @@ def test_below_the_chart_s_level_eta_cannot_vanish():
 
 
 def test_what_the_proof_does_not_cover_is_refused():
-    with pytest.raises(SitlError, match="integral"):
+    with pytest.raises(SitlError, match="hold the integral"):
         certify(NOMINAL, hover_gains(NOMINAL))
     with pytest.raises(SitlError, match="no pair"):
         certify(NOMINAL, LQR._replace(S=np.eye(12)))

@@ -14,7 +14,11 @@ from sitl.supervisor.resets import LET_GO_TIME, begin_anew, landed, level_first
 from tests.support.flights.estimates import estimate, turned
 
 GUIDANCE = line_of_sight_gains().guidance
-USUAL = g.Thresholds(v_enter=20.0, v_leave=50.0, v_forward_enter=5.0, v_forward_leave=20.0, alone=False)
+USUAL = g.Thresholds(
+    v_enter=20.0, v_leave=50.0, v_waited=20.0, v_settled=10.0, v_forward_enter=5.0, v_forward_leave=20.0, alone=False
+)
+NEAR = {"thresholds": USUAL, "v_integral": 0.0, "inhibited": 0.0, "since": 0.0}
+SETTLED = {"thresholds": USUAL, "v_integral": 0.0}
 BELOW = 1.0 - 1e-12
 HERE, END = (0.0, 0.0, 50.0), (100.0, 0.0, 50.0)
 
@@ -67,8 +71,8 @@ def test_guards_that_hold_above_a_number_and_not_at_it(guard, threshold, seen):
         (g.standing, 2.0, lambda x: {"estimate": nose(0.9, x)}),
         (g.falling, 8.0, lambda x: {"estimate": sinking(10.0, x), "thresholds": USUAL}),
         (g.sliding, 0.9, lambda x: {"since": 9.0, "estimate": nose(x, 9.0), "thresholds": USUAL}),
-        (g.near, 20.0, lambda x: {"v_hover": x, "estimate": nose(0.9), "thresholds": USUAL, "inhibited": 0.0}),
-        (g.settled, 10.0, lambda x: {"v_hover": x, "estimate": nose(0.9), "thresholds": USUAL}),
+        (g.near, 20.0, lambda x: {"v_hover": x, "estimate": nose(0.9), **NEAR}),
+        (g.settled, 10.0, lambda x: {"v_hover": x, "estimate": nose(0.9), **SETTLED}),
         (g.on_trim, 5.0, lambda x: {"v_forward": x, "thresholds": USUAL}),
     ],
 )
@@ -80,8 +84,8 @@ def test_guards_that_hold_below_a_number_and_not_at_it(guard, threshold, seen):
 @pytest.mark.parametrize(
     ("guard", "height", "rest"),
     [
-        (g.near, 0.0, {"v_hover": 1.0, "thresholds": USUAL, "inhibited": 0.0}),
-        (g.settled, 0.0, {"v_hover": 1.0, "thresholds": USUAL}),
+        (g.near, 0.0, {"v_hover": 1.0, **NEAR}),
+        (g.settled, 0.0, {"v_hover": 1.0, **SETTLED}),
         (g.calm, 0.5, {}),
         (g.recovered, 0.7, {}),
         (g.standing, 0.3, {}),

@@ -7,18 +7,19 @@ import pytest
 from sitl.control.forward_guidance import stopping_distance
 from sitl.control.reference import AttitudeReference, along, circle, hover_at, leg, steer
 from sitl.design.forward import line_of_sight_gains
+from sitl.design.proved import PROVED_LEVEL
 from sitl.model.airframe_files import load
 from sitl.model.quaternions import hover, multiply
 from sitl.model.vectors import Vector
-from sitl.simulation.tuning import Tuning, thresholds
+from sitl.simulation.tuning import GENTLE_GAIN, Tuning, thresholds
 from sitl.supervisor import guards as g
 from tests.support.flights.estimates import estimate, rotation, vector
 from tests.support.flights.tunings import EVERY_LAW
 
 A = load("nominal").parameters
 GUIDANCE = line_of_sight_gains().guidance
-USUAL = thresholds(EVERY_LAW)
-ALONE = thresholds(Tuning(v_enter=0.0, v_leave=math.inf))
+USUAL = thresholds(A, EVERY_LAW)
+ALONE = thresholds(A, Tuning(v_enter=0.0, v_leave=math.inf))
 BIT = 1e-9  # relative distance from a threshold
 HERE, END = (0.0, 0.0, 50.0), (100.0, 0.0, 50.0)
 NORTH_LEG = along(hover_at(HERE, 0.0), leg(HERE, END, 15.0), 0.0)
@@ -54,18 +55,39 @@ def test_timers_are_up_when_their_time_is_reached(guard, timer, threshold):
 
 
 def test_near_is_below_the_entry_threshold_with_the_nose_up_and_nothing_being_flown_off():
-    near = {"v_hover": USUAL.v_enter * below, "estimate": estimate(), "thresholds": USUAL, "inhibited": 0.0}
+    seen = {"estimate": estimate(), "thresholds": USUAL, "inhibited": 0.0, "since": 0.0}
+    near = {"v_hover": USUAL.v_enter * below, "v_integral": 0.0, **seen}
     assert holds(g.near, **near)
     assert not holds(g.near, **near | {"v_hover": USUAL.v_enter})
     assert not holds(g.near, **near | {"inhibited": 1e-3})
     assert holds(g.near, **near | {"estimate": estimate(q=nose_at(1e-6))})
     assert not holds(g.near, **near | {"estimate": estimate(q=nose_at(-1e-6))})
+    assert not holds(g.near, **near | {"v_integral": 1e-6})
+    assert holds(g.near, **near | {"v_hover": 2.0 * USUAL.v_enter, "v_integral": -1.001 * USUAL.v_enter})
 
 
-def test_settled_is_half_of_that_whatever_is_being_flown_off():
-    settled = {"v_hover": 0.5 * USUAL.v_enter * below, "estimate": estimate(), "thresholds": USUAL}
+def test_a_law_that_has_waited_long_need_not_come_as_near():
+    far = {"v_integral": 0.0, "estimate": estimate(), "thresholds": USUAL, "inhibited": 0.0}
+    assert USUAL.v_enter < USUAL.v_waited < USUAL.v_leave
+    assert holds(g.near, **far, v_hover=USUAL.v_waited * below, since=g.PATIENCE)
+    assert not holds(g.near, **far, v_hover=USUAL.v_waited, since=g.PATIENCE)
+    assert not holds(g.near, **far, v_hover=USUAL.v_waited * below, since=g.PATIENCE * below)
+
+
+def test_the_entry_guard_is_the_certified_level():
+    """And thresholds that are set are those, with what comes of them."""
+    assert (USUAL.v_enter, USUAL.v_settled) == (PROVED_LEVEL, PROVED_LEVEL)
+    assert thresholds(A, Tuning(design=GENTLE_GAIN))[:4] == (20.0, 50.0, 20.0, 10.0)
+    assert thresholds(A, Tuning(integral=0))[:4] == (20.0, 50.0, 20.0, 10.0)
+    assert thresholds(A._replace(m=1.01 * A.m), Tuning())[:4] == (20.0, 50.0, 20.0, 10.0)
+    assert thresholds(A, Tuning(v_enter=3.0, v_leave=7.0))[:4] == (3.0, 7.0, 3.0, 1.5)
+
+
+def test_settled_is_below_its_threshold_whatever_is_being_flown_off():
+    settled = {"v_hover": USUAL.v_settled * below, "v_integral": 0.0, "estimate": estimate(), "thresholds": USUAL}
     assert holds(g.settled, **settled)
-    assert not holds(g.settled, **settled | {"v_hover": 0.5 * USUAL.v_enter})
+    assert not holds(g.settled, **settled | {"v_hover": USUAL.v_settled})
+    assert not holds(g.settled, **settled | {"v_integral": 1e-6})
     assert not holds(g.settled, **settled | {"estimate": estimate(q=nose_at(-1e-6))})
 
 
@@ -211,7 +233,7 @@ def test_the_linear_forward_law_is_entered_below_one_value_and_left_above_anothe
     assert not holds(g.off_trim, v_forward=USUAL.v_forward_leave, thresholds=USUAL)
     assert holds(g.off_trim, v_forward=math.inf, thresholds=USUAL)  # on a circle
     assert USUAL.v_forward_enter < USUAL.v_forward_leave
-    assert not holds(g.on_trim, v_forward=0.0, thresholds=thresholds(Tuning()))
+    assert not holds(g.on_trim, v_forward=0.0, thresholds=thresholds(A, Tuning()))
 
 
 def test_set_points_of_attitude_are_seen_as_coming():

@@ -123,6 +123,7 @@ def by_hand(guard, flight, reference):
         "thresholds": DESIGN.thresholds,
         "guidance": gains.line_of_sight.guidance,
         "v_hover": hover_linear.lyapunov(e, reference, gains.hover_linear),
+        "v_integral": hover_linear.integral_share(e, reference, gains.hover_linear, c.states.integral),
         "v_forward": forward_linear.lyapunov(e, reference, gains.forward_linear),
         "v_attitude": hover_attitude.lyapunov(e, gains.hover_attitude, c.states.steering),
         "course": c.states.course,

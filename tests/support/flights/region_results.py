@@ -23,7 +23,7 @@ def made_up_results():
     """Two laws, one of them with a certificate."""
     flights = flights_of(np.arange(1.0, 400.0), np.arange(1.0, 400.0) < 100.0)
     settling = np.full((5, 3), 3.0)
-    certificate = Certificate(0.02, 0.06, 36.0, 0.86)
+    certificate = Certificate(0.02, 0.06, 0.1, 36.0, 0.86)
     shared = {"guaranteed": 0.3, "settling": settling, "flown": flights, "spread": flights}
     return [
         LawRegion(name="LQI as flown", gains=hover_gains(NOMINAL), certificate=None, rise=0.05, seen=0.6, **shared),
