@@ -8,6 +8,7 @@ from protocol.dialect.vocabulary import Law, Reason, Regime
 from sitl.autopilot.autopilot import Autopilot
 from sitl.autopilot.safety.world import World
 from sitl.guidance.view import VehicleView
+from sitl.model.airframe import BATTERY
 from sitl.model.battery import Battery
 from sitl.model.quaternions import x_axis, z_axis
 from sitl.parameters import Configuration
@@ -96,26 +97,32 @@ class Aircraft:
             v=estimate.velocity,
             heading=math.atan2(flat[1], flat[0]),
             tilt=math.acos(max(-1.0, min(1.0, nose.z))),
-            landed=law is Law.LANDED,
+            landed=law.regime is Regime.GROUND,
             battery_left=self.battery.left,
             forward=forward,
             wind=estimate.wind,
             stopping_distance=stopping_distance(self.vehicle) if forward else 0.0,
             battery_energy=self.battery.capacity - self.battery.used,
             law=law,
+            crash=self.vehicle.crash,
         )
 
     @property
     def battery(self) -> Battery:
         """The battery as it is now."""
-        return Battery(self.configuration.world.battery, self.vehicle.energy)
+        a = self.vehicle.airframe
+        resistance = a.battery_resistance if a.energy_account == BATTERY else 0.0
+        return Battery(self.configuration.world.battery, self.vehicle.energy, resistance)
 
     def _decide(self) -> None:
         fresh = self.vehicle.jumps[self._seen :]
         self._seen += len(fresh)
-        if any(jump.reason is Reason.TOUCHDOWN for jump in fresh):
-            self.autopilot.touched_down()
-        self.vehicle.reference = self.autopilot.update(self.view())
+        view = self.view()
+        if any(jump.target is Law.CRASHED for jump in fresh):
+            self.autopilot.crashed(view)
+        elif any(jump.reason is Reason.TOUCHDOWN for jump in fresh):
+            self.autopilot.touched_down(view)
+        self.vehicle.reference = self.autopilot.update(view)
         self.vehicle.armed = self.autopilot.armed
         self.vehicle.flying = self.autopilot.flying
         self.vehicle.landing = self.autopilot.landing

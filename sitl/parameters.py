@@ -32,9 +32,9 @@ class WorldSettings(NamedTuple):
         ParameterMetadata("SIM_WIND_DIR", (-360.0, 360.0), "deg", "Where the wind comes from, clockwise from north"),
     ] = 0.0
     gusts: Annotated[float, ParameterMetadata("SIM_GUST_RMS", (0.0, 10.0), "m/s", "Gusts, rms per axis")] = 0.0
-    battery: Annotated[
-        float, ParameterMetadata("SIM_BAT_ENERGY", (100.0, 1e7), "J", "Shaft energy of a full battery")
-    ] = 100e3
+    battery: Annotated[float, ParameterMetadata("SIM_BAT_ENERGY", (100.0, 1e7), "J", "Energy of a full battery")] = (
+        100e3
+    )
 
 
 class Configuration(NamedTuple):
@@ -64,7 +64,8 @@ class Configuration(NamedTuple):
 
     def check_together(self) -> None:
         """Raise SitlError if the values do not fit together."""
-        if self.tuning.v_enter >= self.tuning.v_leave:
+        enter, leave = self.tuning.v_enter, self.tuning.v_leave
+        if enter >= 0.0 and leave >= 0.0 and enter >= leave:
             raise SitlError("DRK_V_ENTER must stay below DRK_V_LEAVE: the hysteresis needs its gap")
         if self.tuning.v_forward_enter >= self.tuning.v_forward_leave:
             raise SitlError("DRK_VF_ENTER must stay below DRK_VF_LEAVE: the hysteresis needs its gap")

@@ -21,6 +21,7 @@ from sitl.aircraft import Aircraft
 from sitl.autopilot.safety.arena import ARENAS
 from sitl.autopilot.safety.world import World
 from sitl.autopilot.settings import Settings
+from sitl.defaults import AIRFRAME
 from sitl.errors import SitlError
 from sitl.mavlink.flight_recorder import FlightRecorder
 from sitl.mavlink.node import Node
@@ -124,7 +125,7 @@ def build_aircraft(args: argparse.Namespace) -> Aircraft:
     if outside := world.arena.refuse((north, -east, up)):
         raise SitlError(f"--start: {outside}")
     start = Start(north, -east, up, -math.radians(yaw), airborne=up > 0.0)
-    vehicle = Simulation(load(args.airframe or "nominal").parameters, seed=args.seed, start=start)
+    vehicle = Simulation(load(args.airframe or AIRFRAME).parameters, seed=args.seed, start=start)
     stored = StateFolder(_state_dir(args)).parameters()
     configuration = Configuration(Settings(), vehicle.tuning, WorldSettings()).replaced(stored | _overrides(args))
     return Aircraft(vehicle, world, configuration, airborne=start.airborne)

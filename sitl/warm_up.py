@@ -14,6 +14,7 @@ from typing import Self
 from sitl._kernel_cache import can_keep, is_complete, mark_complete
 from sitl.aircraft import Aircraft
 from sitl.compiled import compiling
+from sitl.defaults import AIRFRAME
 from sitl.model.airframe_files import load
 from sitl.prediction.chooser import LegEnd
 from sitl.prediction.predictor import Abilities, Leg, predict_forward, predict_hover
@@ -103,7 +104,7 @@ def compile_share(write: Callable[[bytes], object]) -> None:
     Args:
         write: Takes ``JUMPS_DONE`` and ``PREDICTION_DONE`` when they are compiled.
     """
-    airframe = load("nominal").parameters
+    airframe = load(AIRFRAME).parameters
     Simulation(airframe).warm_up_parts(loop.JUMPS)
     write(JUMPS_DONE)
     abilities = Abilities(airframe, Tuning(), can_fly_forward=True, hover_speed=3.0, airspeed=15.0)

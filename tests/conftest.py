@@ -25,6 +25,8 @@ SLOW = (
     "sitl/autopilot/mission/",
     "sitl/autopilot/safety/test_failsafe.py",
     "sitl/autopilot/safety/test_failsafe_flights.py",
+    "sitl/autopilot/safety/test_link_watch.py",
+    "sitl/autopilot/test_manual.py",
     "sitl/commands/",
     "sitl/control/test_line_of_sight.py",
     "sitl/control/test_zero_moment.py",
@@ -53,6 +55,17 @@ SLOW = (
     "test_api_page.py",
 )
 
+# These come first, in this order, where two processes share the files: a long one at the end would leave one idle.
+LONGEST = (
+    "darko_gcs/tui/",
+    "sitl/simulation/",
+    "sitl/supervisor/test_table.py",
+    "sitl/design/test_processors.py",
+    "sitl/scenarios/",
+    "e2e/",
+    "test_api_page.py",
+)
+
 
 def pytest_addoption(parser):
     parser.addoption("--quick", action="store_true", help="leave out the tests that take long")
@@ -63,3 +76,11 @@ def pytest_ignore_collect(collection_path, config):
         return None
     path = collection_path.relative_to(config.rootpath / "tests").as_posix()
     return True if path.startswith(SLOW) else None
+
+
+def pytest_collection_modifyitems(items):
+    def turn(item):
+        path = item.nodeid.removeprefix("tests/")
+        return next((place for place, long in enumerate(LONGEST) if path.startswith(long)), len(LONGEST))
+
+    items.sort(key=turn)

@@ -2,6 +2,7 @@
 
 import ast
 from collections import defaultdict
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -22,12 +23,11 @@ ALLOWED: dict[str, dict[str, str]] = {
 }
 
 
+@cache
 def sources(package):
     """Paths of a package's own modules, relative to the root, and their syntax trees."""
-    for path in sorted((ROOT / package).rglob("*.py")):
-        name = path.relative_to(ROOT).as_posix()
-        if name not in GENERATED:
-            yield name, ast.parse(path.read_text(encoding="utf-8"))
+    paths = {path.relative_to(ROOT).as_posix(): path for path in sorted((ROOT / package).rglob("*.py"))}
+    return [(name, ast.parse(path.read_text("utf-8"))) for name, path in paths.items() if name not in GENERATED]
 
 
 def is_public(name):

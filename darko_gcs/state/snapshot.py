@@ -135,6 +135,11 @@ class Snapshot:
         return self.vtol_state in NOSE_FORWARD_STATES
 
     @property
+    def crashed(self) -> bool:
+        """True after the vehicle hit the ground too fast, until it is rebooted."""
+        return self.hybrid is not None and self.hybrid.law == Law.CRASHED
+
+    @property
     def law(self) -> str | None:
         """Label of the law in force."""
         return None if self.hybrid is None else label_of(Law, self.hybrid.law)

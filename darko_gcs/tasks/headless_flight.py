@@ -175,6 +175,8 @@ class _Pilot:
             if hovers and s.landed_state != mavlink.MAV_LANDED_STATE_ON_GROUND and not landing_commanded:
                 landing_commanded = True  # the mission has no landing
                 self._station.land(self._link.now)
+        if self._snapshot.crashed:
+            raise FlightError(f"{self._last_warning()}; last item reached: {self._last_reached()}")
         missing = [seq for seq in range(len(items)) if seq not in self._snapshot.reached]
         if missing:
             raise FlightError(f"landed without reaching items {missing}: {self._last_warning()}")

@@ -41,11 +41,11 @@ class Arming:
         return refuse_arming(flight.view, flight.settings) + links + ([] if outside is None else [outside.text])
 
     def arm(self, *, force: bool = False) -> Answer:
-        """Start the motors at idle. Refused with the failed checks unless forced."""
+        """Start the motors at idle. Refused with the failed checks unless forced; after a crash by force neither."""
         flight = self._flight
         if flight.armed:
             return Answer(ACCEPTED)
-        reasons = [] if force else self.failed_checks()
+        reasons = self.failed_checks() if not force or flight.view.crash is not None else []
         if reasons:
             return flight.refuse(REJECTED, f"Arming refused: {'; '.join(reasons)}")
         flight.armed = True
@@ -79,6 +79,10 @@ class Arming:
         """The vehicle touched the ground: the time until it disarms begins."""
         self._landed_at = self._flight.view.time
 
+    def fell_over(self, text: str) -> None:
+        """The vehicle lies on the ground: stop its motors at once, and say why."""
+        self._stop_motors(text, mavlink.MAV_SEVERITY_CRITICAL)
+
     def update(self) -> None:
         """One tick on the ground: end a wait that took too long, disarm after a landing."""
         flight, now = self._flight, self._flight.view.time
@@ -88,11 +92,11 @@ class Arming:
         if flight.armed and self._landed_at is not None and now - self._landed_at >= flight.settings.disarm_after:
             self._stop_motors("Disarmed after landing")
 
-    def _stop_motors(self, text: str) -> None:
+    def _stop_motors(self, text: str, severity: int = mavlink.MAV_SEVERITY_INFO) -> None:
         flight = self._flight
         flight.armed = flight.flying = False
         self._landed_at = None
-        flight.say(mavlink.MAV_SEVERITY_INFO, text)
+        flight.say(severity, text)
         flight.enter(Mode.HOLD, None)
 
     def _forget_waiting(self, mode: Mode) -> None:  # noqa: ARG002 - every change ends the wait

@@ -19,17 +19,21 @@ from sitl.autopilot.manual import ManualRequests
 from sitl.autopilot.mission.runner import MissionRunner
 from sitl.autopilot.missions import MissionRequests
 from sitl.autopilot.offboard import OffboardRequests
+from sitl.autopilot.safety.arming_checks import MAX_STANDING_TILT, crash_text
 from sitl.autopilot.safety.failsafe import Failsafes
 from sitl.autopilot.safety.fence import Fence
 from sitl.autopilot.safety.world import World
 from sitl.autopilot.settings import Settings
 from sitl.autopilot.transitions import TransitionRequests
 from sitl.control.reference import Point, Reference, hover_at
+from sitl.guidance.heading_slew import HeadingSlew
 from sitl.guidance.manoeuvres import Hold, Manoeuvre
 from sitl.guidance.moving_reference import MovingReference
 from sitl.guidance.view import VehicleView
 from sitl.prediction.chooser import Chooser
 from sitl.prediction.mode_choice import Decision
+
+STEERED_MODES = frozenset({Mode.OFFBOARD, Mode.POSCTL})  # somebody steers the heading
 
 
 class Autopilot:
@@ -46,6 +50,7 @@ class Autopilot:
 
     def __init__(self, world: World, settings: Settings, heading: float = 0.0, chooser: Chooser | None = None) -> None:
         self._flight = flight = FlightState(world, settings, heading, chooser)
+        self._slew = HeadingSlew()
         moving = MovingReference()  # one for both: a velocity goes on where the sticks left the reference
         self.failsafes = Failsafes()
         self.arming = Arming(flight, self.failsafes)
@@ -87,7 +92,7 @@ class Autopilot:
 
     @property
     def reference(self) -> Reference:
-        """Of the control laws, from the last tick."""
+        """Where the laws are to bring the vehicle, from the last tick; the heading they get turns at a bounded rate."""
         return self._flight.reference
 
     @property
@@ -154,7 +159,7 @@ class Autopilot:
         elif flight.manoeuvre is not None:
             self._fly()
         self.transitions.update()
-        return flight.reference
+        return self._slew.turned(flight.reference, view, may_turn=flight.mode not in STEERED_MODES)
 
     def _stand(self) -> None:
         flight, view = self._flight, self._flight.view
@@ -177,14 +182,32 @@ class Autopilot:
             flight.say(mavlink.MAV_SEVERITY_INFO, "Take-off complete: holding")
             flight.enter(Mode.HOLD, Hold(flight.reference))
 
-    def touched_down(self) -> None:
-        """The supervisor jumped to LANDED by contact: end the landing."""
+    def touched_down(self, view: VehicleView) -> None:
+        """The supervisor jumped to LANDED by contact: end the landing, or the flight of a vehicle that fell over.
+
+        Args:
+            view: The vehicle as it is now.
+        """
         flight = self._flight
-        flight.flying = False
+        flight.view = view
+        landing, flight.flying = flight.landing, False
+        if view.tilt > MAX_STANDING_TILT:
+            self.arming.fell_over("Tipped over on landing" if landing else "Tipped over on the ground")
+            return
         self.arming.touched_down()
         self.missions.touched_down()
         flight.say(mavlink.MAV_SEVERITY_INFO, "Landed")
         flight.enter(Mode.HOLD, None)
+
+    def crashed(self, view: VehicleView) -> None:
+        """The supervisor jumped to CRASHED: the flight is over until a reboot.
+
+        Args:
+            view: The vehicle as it is now.
+        """
+        self._flight.view = view
+        self._flight.flying = False
+        self.arming.fell_over(crash_text(view, self.world.home))
 
     # What is flown
 

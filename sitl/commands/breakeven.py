@@ -9,6 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from sitl.defaults import AIRFRAME
 from sitl.plotting import check_plot_path
 
 if TYPE_CHECKING:
@@ -22,7 +23,7 @@ WIND_CLASSES = (("calm", 0.0, 1e-9), ("wind below 3 m/s", 1e-9, 3.0), ("wind of 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     """The command line of ``darko-sitl breakeven``."""
     options = argparse.ArgumentParser(prog="darko-sitl breakeven", description=commands["breakeven"] + ".")
-    options.add_argument("--airframe", default="nominal", metavar="SET", help="parameter set or TOML file [nominal]")
+    options.add_argument("--airframe", default=AIRFRAME, metavar="SET", help=f"parameter set or TOML file [{AIRFRAME}]")
     options.add_argument("--airspeed", type=float, default=15.0, metavar="V", help="airspeed of the cruise [15 m/s]")
     options.add_argument(
         "--fly",

@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from sitl.defaults import AIRFRAME
 from sitl.errors import SitlError
 from sitl.plotting import check_plot_path
 
@@ -34,6 +35,7 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
         metavar="SHARE",
         help="maximum relative error of the design model [0.1]",
     )
+    options.add_argument("--airframe", default=AIRFRAME, metavar="SET", help=f"set or TOML file to fly [{AIRFRAME}]")
     options.add_argument("--plot", type=Path, metavar="FILE", help="also draw the results: .png, .svg or .pdf")
     options.add_argument("--json", type=Path, metavar="FILE", help="also write every flight as JSON")
     return options
@@ -46,7 +48,12 @@ def run(args: argparse.Namespace) -> int:
 
     spread = campaign.Spread(args.wind, args.gusts, args.parameters)
     results = campaign.run(
-        args.flights, args.first, spread, args.jobs, on_progress=lambda done: _print_progress(done, args.flights)
+        args.flights,
+        args.first,
+        spread,
+        args.jobs,
+        on_progress=lambda done: _print_progress(done, args.flights),
+        airframe=args.airframe,
     )
     print("\n".join(campaign.summary(results)), flush=True)
     if args.json is not None:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from protocol.frames import Geodetic
 from sitl.autopilot.safety.origin_limits import MAX_ORIGIN_ALTITUDE, MAX_ORIGIN_LATITUDE
 from sitl.commands.scenario import as_text
-from sitl.defaults import HOME
+from sitl.defaults import AIRFRAME, HOME
 from sitl.errors import SitlError
 
 if TYPE_CHECKING:
@@ -59,7 +59,9 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
         metavar="N",
         help="equal seeds give equal flights, bit for bit [1]",
     )
-    flight.add_argument("--airframe", metavar="SET", help="parameter set or TOML file [nominal, or the scenario's own]")
+    flight.add_argument(
+        "--airframe", metavar="SET", help=f"parameter set or TOML file [{AIRFRAME}, or the scenario's own]"
+    )
     flight.add_argument(
         "--wind",
         type=_wind,

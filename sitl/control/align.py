@@ -2,7 +2,7 @@
 
 from sitl.compiled import kernel
 from sitl.control.allocation import allocate
-from sitl.control.estimate import Estimate
+from sitl.control.estimate import Estimate, air_ahead
 from sitl.control.forward_guidance import air_course
 from sitl.control.hover_zero_moment import Guide, ZeroMomentGains, fly_to
 from sitl.control.reference import Reference
@@ -44,5 +44,5 @@ def step(
     """
     course = air_course(estimate, reference, course)
     u, guide = fly_to(estimate, hold, course, reference.speed, gains, guide, dt)
-    command, saturation = allocate(u, a)
+    command, saturation = allocate(u, a, air_ahead(estimate))
     return command, saturation, guide, hold, course

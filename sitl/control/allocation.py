@@ -9,12 +9,12 @@ When a limit is met, what is kept of the command decides whether the vehicle rec
    scaling none.
 """
 
-import math
 from typing import NamedTuple
 
 from sitl.compiled import kernel
 from sitl.model.airframe import Airframe
 from sitl.model.arithmetic import clipped
+from sitl.model.propeller import speed_for, thrust
 from sitl.model.state import Actuators
 
 THRUST, YAW, PITCH, ROLL, BOOST = 1, 2, 4, 8, 16  # DARKO_SATURATION bits
@@ -32,20 +32,20 @@ class Virtual(NamedTuple):
 
 
 @kernel
-def allocate(u: Virtual, a: Airframe) -> tuple[Actuators, int]:
+def allocate(u: Virtual, a: Airframe, inflow: float = 0.0) -> tuple[Actuators, int]:
     """Actuator commands that realise ``u`` as far as the limits allow, and the DARKO_SATURATION bits (0: all of it).
 
-    Deflections are what the elevons need at the thrust they get.
+    Deflections are what the elevons need at the thrust they get; ``inflow`` is the air along the nose [m/s].
     """
-    low, high = a.k_f * (a.omega_min * a.omega_min), a.k_f * (a.omega_max * a.omega_max)
+    low, high = thrust(a.omega_min, inflow, a), thrust(a.omega_max, inflow, a)
     differ = clipped(u.T1 - u.T2, low - high, high - low)
     mean = clipped(0.5 * (u.T1 + u.T2), low + 0.5 * abs(differ), high - 0.5 * abs(differ))
-    per_thrust = 1.0 / a.k_f
     T1, T2 = mean + 0.5 * differ, mean - 0.5 * differ
-    d1, d2 = u.dT1 / T1, u.dT2 / T2
+    least = a.k_f * (a.omega_min * a.omega_min)  # of a slipstream; a windmilling propeller makes none
+    d1, d2 = u.dT1 / max(T1, least), u.dT2 / max(T2, least)
     largest = max(abs(d1), abs(d2))
     scale = a.delta_max / max(largest, a.delta_max)
     saturation = THRUST if abs(u.T1 + u.T2 - T1 - T2) > ROUNDING else 0
     saturation |= YAW if abs(u.T1 - u.T2 - differ) > ROUNDING else 0
     saturation |= MOMENT if largest > a.delta_max else 0
-    return Actuators(math.sqrt(per_thrust * T1), math.sqrt(per_thrust * T2), scale * d1, scale * d2), saturation
+    return Actuators(speed_for(T1, inflow, a), speed_for(T2, inflow, a), scale * d1, scale * d2), saturation

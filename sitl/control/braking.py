@@ -1,4 +1,4 @@
-"""What acceleration ends a forward flight: the climbing stop at the end of a leg, and the arrest of a fall.
+"""What acceleration ends a forward flight: the climbing stop at the end of a leg.
 
 The elevons rule everything here. Level flight between 4.5 and 7 m/s takes nearly all of their travel, and braking
 there takes more: a level deceleration of 1 m/s2 already saturates them, the nose cannot rise, and the vehicle slides on
@@ -26,15 +26,6 @@ def braking_speed(distance: float, limit: float, along: float, across: float, ga
         if total > distance:
             return min(step * (i + max(0.0, 1.0 - (total - distance) / part)), distance * gains.near)
     return limit
-
-
-@kernel
-def arrest(v: Vector, wind: Vector, travel: float, gains: GuidanceGains) -> Vector:
-    """Acceleration that ends a fall and all motion with it, world [m/s2]; it climbs if the elevons need it."""
-    speed, airspeed = level_norm(v.x, v.y), norm(subtract(v, wind))
-    level = min(1.0, at_airspeed(airspeed, gains.brake_rate) / max(speed, 1e-6))
-    rise = 0.5 + _need(travel, gains) * at_airspeed(airspeed, gains.brake_climb)
-    return Vector(-level * v.x, -level * v.y, clipped(2.0 * (rise - v.z), -2.0, gains.max_up))
 
 
 @kernel

@@ -2,9 +2,10 @@
 
 from typing import NamedTuple
 
-from sitl.model.quaternions import Quaternion
+from sitl.compiled import kernel
+from sitl.model.quaternions import Quaternion, x_axis
 from sitl.model.state import Actuators
-from sitl.model.vectors import Vector
+from sitl.model.vectors import Vector, dot, subtract
 
 
 class Ages(NamedTuple):
@@ -41,3 +42,9 @@ class Readings(NamedTuple):
     normal_force: float  # specific force along z_b [m/s2]
     airspeed: float  # along x_b, of the pitot tube [m/s]
     has_airspeed: bool  # whether there is a tube
+
+
+@kernel
+def air_ahead(estimate: Estimate) -> float:
+    """Speed of the air along the propellers' axis, from ahead [m/s]."""
+    return dot(x_axis(estimate.attitude), subtract(estimate.velocity, estimate.wind))

@@ -1,18 +1,18 @@
 """From a force along the nose and a moment to motors and elevons, in an air stream.
 
-The airspeed model is inverted in closed form, damping and the wing's own moment included. What the limits do not
+What the model makes of the actuators as they are is known, and how its forces grow with them: the difference to what is
+wanted is divided by that, so that any aerodynamics will do. What the limits do not
 allow is given up in this order, last first: yaw (the thrusts' difference) is kept before pitch, pitch before roll, of
 which a share is always kept; and the sum of the thrusts gives way to all of them: it is even *raised* where the
 elevons need more slipstream, since a tail-sitter that cannot raise its nose does not come to a stop.
 """
 
-import math
-
 from sitl.compiled import kernel
 from sitl.control.allocation import BOOST, PITCH, ROLL, ROUNDING, THRUST, YAW
-from sitl.model.aerodynamics import damping, effective_speed
+from sitl.model.aerodynamics import Slopes, elevon_arm, thrusts
 from sitl.model.airframe import Airframe
 from sitl.model.arithmetic import clipped
+from sitl.model.propeller import speed_for, thrust
 from sitl.model.state import Actuators
 from sitl.model.vectors import Vector
 
@@ -22,28 +22,33 @@ MIN_EFFECT = 0.15  # an elevon is not divided by a smaller effectiveness [N/rad]
 
 
 @kernel
-def invert(force: float, moment: Vector, v_b: Vector, w: Vector, now: Actuators, a: Airframe) -> tuple[Actuators, int]:
+def invert(
+    force: float, moment: Vector, F: Vector, M: Vector, stream: Slopes, inflow: float, now: Actuators, a: Airframe
+) -> tuple[Actuators, int]:
     """Actuator commands for an axial force and a moment, and the DARKO_SATURATION bits.
 
     Args:
-        force: Wanted along x_b, the wing's axial drag not counted [N].
+        force: Wanted along x_b [N].
         moment: Wanted, body frame [N m].
-        v_b: Velocity relative to the air, body frame [m/s].
-        w: Body rates [rad/s].
-        now: Where the actuators are: the slipstreams are those of the present thrusts.
+        F: What the model makes of the actuators as they are, body frame [N].
+        M: The same of the moment [N m].
+        stream: Slopes of the forces in the present stream and slipstreams.
+        inflow: Air along the nose [m/s].
+        now: Where the actuators are.
         a: The airframe as the law knows it.
     """
-    h = 0.5 * a.rho * a.S * effective_speed(v_b, w, a)
-    damped = damping(w, 0.0, h, a)
-    arm = a.Delta_r * a.xi_m / a.xi_f
-    differ = -(moment.z - damped.z) / (a.p_y - a.S_ratio * a.a_y * a.C_d0)
-    lift = -(moment.y - damped.y + h * a.Delta_r * a.C_l * v_b.z) / arm  # E1 + E2
-    twist = (a.k_m / a.k_f * differ - moment.x + damped.x) / a.a_y  # E1 - E2
+    T1, T2 = thrusts(now, inflow, a)
+    E1, E2 = stream.left_elevon * now.left_elevon, stream.right_elevon * now.right_elevon
+    given = 1.0 - a.S_ratio * a.C_d0
+    differ = T1 - T2 - (moment.z - M.z) / (a.p_y - a.S_ratio * a.a_y * a.C_d0)
+    lift = E1 + E2 - (moment.y - M.y) / elevon_arm(a)  # E1 + E2
+    twist = E1 - E2 + (a.k_m / a.k_f * (differ - (T1 - T2)) - (moment.x - M.x)) / a.a_y  # E1 - E2
 
-    total = (force + h * a.C_d0 * v_b.x) / (1.0 - a.S_ratio * a.C_d0)
-    per_thrust, stream = a.S_ratio * a.C_l * a.xi_f, 0.5 * a.C_l * a.xi_f * h * v_b.x
-    needed = (abs(lift) / (RESERVE * a.delta_max) - 2.0 * stream) / per_thrust
-    low, high = a.k_f * (a.omega_min * a.omega_min), a.k_f * (a.omega_max * a.omega_max)
+    total = T1 + T2 + (force - F.x) / given
+    per_thrust = a.S_ratio * a.C_l * a.xi_f
+    free = stream.left_elevon + stream.right_elevon - per_thrust * (T1 + T2)  # what the elevons have without thrust
+    needed = (abs(lift) / (RESERVE * a.delta_max) - free) / per_thrust
+    low, high = thrust(a.omega_min, inflow, a), thrust(a.omega_max, inflow, a)
     saturation = BOOST if needed > max(total, 2.0 * low) else 0
     total = max(total, needed)
     kept = clipped(differ, low - high, high - low)
@@ -51,9 +56,8 @@ def invert(force: float, moment: Vector, v_b: Vector, w: Vector, now: Actuators,
     saturation |= YAW if abs(kept - differ) > ROUNDING else 0
     # Thrust below idle is not available; a glide that asks for it is not reported as saturation.
     saturation |= THRUST if 2.0 * mean < total - ROUNDING else 0
-    left, right = math.sqrt((mean + 0.5 * kept) / a.k_f), math.sqrt((mean - 0.5 * kept) / a.k_f)
-    g1 = max(per_thrust * (a.k_f * (now.left_motor * now.left_motor)) + stream, MIN_EFFECT)
-    g2 = max(per_thrust * (a.k_f * (now.right_motor * now.right_motor)) + stream, MIN_EFFECT)
+    left, right = speed_for(mean + 0.5 * kept, inflow, a), speed_for(mean - 0.5 * kept, inflow, a)
+    g1, g2 = max(stream.left_elevon, MIN_EFFECT), max(stream.right_elevon, MIN_EFFECT)
     d1, d2, missing = _elevons(lift, twist, g1, g2, a.delta_max)
     return Actuators(left, right, d1, d2), saturation | missing
 

@@ -17,10 +17,11 @@ from typing import NamedTuple
 
 from sitl.compiled import kernel
 from sitl.control.allocation import Virtual, allocate
-from sitl.control.estimate import Estimate
+from sitl.control.estimate import Estimate, air_ahead
 from sitl.control.reference import LEG, Path, Reference
 from sitl.model.airframe import Airframe, Array
 from sitl.model.arithmetic import arctangent, clipped, sine_cosine
+from sitl.model.propeller import thrust
 from sitl.model.quaternions import Quaternion
 from sitl.model.state import Actuators
 from sitl.model.vectors import Vector, dot, level_norm
@@ -68,8 +69,10 @@ def step(estimate: Estimate, reference: Reference, gains: ForwardGains, a: Airfr
     path = reference.path
     x, steep = error(estimate, path, gains)
     T1, T2, d1, d2 = control(x, path.airspeed, steep, gains)
-    low, high = a.k_f * (a.omega_min * a.omega_min), a.k_f * (a.omega_max * a.omega_max)
-    return allocate(Virtual(T1, T2, d1 * clipped(T1, low, high), d2 * clipped(T2, low, high)), a)
+    inflow = air_ahead(estimate)
+    least, high = a.k_f * (a.omega_min * a.omega_min), thrust(a.omega_max, inflow, a)
+    virtual = Virtual(T1, T2, d1 * clipped(T1, least, high), d2 * clipped(T2, least, high))
+    return allocate(virtual, a, inflow)
 
 
 @kernel

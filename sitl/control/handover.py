@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 from sitl.compiled import kernel
 from sitl.control.allocation import Virtual
+from sitl.model.aerodynamics import thrusts
 from sitl.model.airframe import Airframe
 from sitl.model.state import Actuators
 
@@ -31,7 +32,9 @@ def requested() -> Handover:
 
 
 @kernel
-def smoothed(u: Virtual, in_force: Actuators, a: Airframe, handover: Handover, dt: float) -> tuple[Virtual, Handover]:
+def smoothed(
+    u: Virtual, in_force: Actuators, a: Airframe, handover: Handover, dt: float, inflow: float = 0.0
+) -> tuple[Virtual, Handover]:
     """The virtual commands to be flown, and the transfer after ``dt``.
 
     Args:
@@ -40,8 +43,9 @@ def smoothed(u: Virtual, in_force: Actuators, a: Airframe, handover: Handover, d
         a: The airframe.
         handover: The transfer.
         dt: Tick [s].
+        inflow: Air along the nose [m/s].
     """
-    T1, T2 = a.k_f * in_force.left_motor * in_force.left_motor, a.k_f * in_force.right_motor * in_force.right_motor
+    T1, T2 = thrusts(in_force, inflow, a)
     found, kept = handover.pending, handover.offset
     offset = Virtual(
         T1 - u.T1 if found else kept.T1,

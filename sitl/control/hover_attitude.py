@@ -20,10 +20,11 @@ from typing import NamedTuple
 from sitl.compiled import kernel
 from sitl.control import moment_observer
 from sitl.control.allocation import allocate
-from sitl.control.estimate import Estimate
+from sitl.control.estimate import Estimate, air_ahead
 from sitl.control.handover import Handover, smoothed
 from sitl.control.hover_zero_moment import ZeroMomentGains, attitude_torque, axial_force, realise
 from sitl.control.reference import AttitudeReference, Reference
+from sitl.control.side import NOT_CHOSEN, kept
 from sitl.model.airframe import Airframe
 from sitl.model.arithmetic import clipped
 from sitl.model.quaternions import (
@@ -57,19 +58,22 @@ class Steering(NamedTuple):
     rates: Vector  # omega_r, in the frame of q_r [rad/s]
     force: float  # along the nose [N]
     observer: Vector  # of the disturbance observer [N m s]
+    side: float = NOT_CHOSEN  # of the attitude about the reference
+    command_side: float = NOT_CHOSEN  # of the command about the reference
 
 
 @kernel
 def start(estimate: Estimate, gains: AttitudeGains, a: Airframe) -> Steering:
     """Jump map on entering the law: the reference is where the vehicle is, the force what it gives."""
-    force = clipped(axial_force(estimate.actuators, a), gains.loop.f_min, gains.loop.f_max)
-    return Steering(estimate.attitude, estimate.rates, force, moment_observer.start(estimate, a))
+    force = clipped(axial_force(estimate.actuators, air_ahead(estimate), a), gains.loop.f_min, gains.loop.f_max)
+    observer = moment_observer.start(estimate, a)
+    return Steering(estimate.attitude, estimate.rates, force, observer, NOT_CHOSEN, NOT_CHOSEN)
 
 
 @kernel
 def full_force(a: Airframe) -> float:
     """Force along the nose with both motors at their limit, at rest [N]."""
-    return axial_force(Actuators(a.omega_max, a.omega_max, 0.0, 0.0), a)
+    return axial_force(Actuators(a.omega_max, a.omega_max, 0.0, 0.0), 0.0, a)
 
 
 @kernel
@@ -84,18 +88,24 @@ def step(
 ) -> tuple[Actuators, int, Steering, Handover]:
     """One tick: actuator commands, DARKO_SATURATION bits, and the state after it."""
     loop, wanted = gains.loop, reference.attitude
+    q, w, q_r, w_r = estimate.attitude, estimate.rates, steering.attitude, steering.rates
+    side = kept(steering.side, multiply(conjugate(q_r), q).w)
+    command_side = kept(steering.command_side, multiply(conjugate(q_r), wanted.attitude).w)
     w_r_dot = _reference_acceleration(steering, wanted, gains)
-    torque = attitude_torque(estimate.attitude, estimate.rates, steering.attitude, steering.rates, w_r_dot, loop)
+    torque = attitude_torque(q, w, q_r, w_r, w_r_dot, loop, side)
     disturbance, observer = moment_observer.update(_drifting(estimate), steering.observer, gains.observer, a, dt)
     u = realise(subtract(torque, disturbance), steering.force, loop)
-    u, handover = smoothed(u, estimate.actuators, a, handover, dt)
-    command, saturation = allocate(u, a)
+    inflow = air_ahead(estimate)
+    u, handover = smoothed(u, estimate.actuators, a, handover, dt, inflow)
+    command, saturation = allocate(u, a, inflow)
     force = steering.force + min(gains.force_rate * dt, 1.0) * (wanted.thrust * full_force(a) - steering.force)
     after = Steering(
-        normalised(multiply(steering.attitude, small_rotation(scaled(steering.rates, dt)))),
-        shortened(add_scaled(steering.rates, w_r_dot, dt), gains.max_rate),
+        normalised(multiply(q_r, small_rotation(scaled(w_r, dt)))),
+        shortened(add_scaled(w_r, w_r_dot, dt), gains.max_rate),
         clipped(force, loop.f_min, loop.f_max),
         observer,
+        side,
+        command_side,
     )
     return command, saturation, after, handover
 
@@ -114,7 +124,7 @@ def lyapunov(estimate: Estimate, gains: AttitudeGains, steering: Steering) -> fl
 @kernel
 def _reference_acceleration(steering: Steering, wanted: AttitudeReference, gains: AttitudeGains) -> Vector:
     off = multiply(conjugate(steering.attitude), wanted.attitude)
-    stiffness = 2.0 * gains.bandwidth * gains.bandwidth * (1.0 if off.w >= 0.0 else -1.0)
+    stiffness = 2.0 * gains.bandwidth * gains.bandwidth * kept(steering.command_side, off.w)
     lag = subtract(rotate(off, wanted.rates), steering.rates)
     pull = add(scaled(Vector(off.x, off.y, off.z), stiffness), scaled(lag, 2.0 * gains.bandwidth))
     return shortened(pull, gains.max_acceleration)

@@ -1,17 +1,21 @@
 """Linear hover law u = u_bar - K x - K_i x_i and its Lyapunov value (report, sections 3.1.3 and 5.1).
 
 The law lives in the heading frame: the world turned about the vertical so that the wanted heading is north.
-There x = (p - p_e, v, eps - eps_bar, w), with eps_bar that of the hover attitude and the sign of q chosen so that
-q . q_bar > 0; x_i is the integral of p - p_e (see :func:`integrate`).
+There x = (p - p_e, v, eps - eps_bar, w), with eps_bar that of the hover attitude and q on the side of q_bar that
+:mod:`sitl.control.side` keeps, or the nearer one where V is asked for; x_i is the integral of p - p_e (see
+:func:`integrate`).
 """
 
 import math
 from typing import NamedTuple
 
+import numpy as np
+
 from sitl.compiled import kernel
 from sitl.control.allocation import Virtual, allocate
-from sitl.control.estimate import Estimate
+from sitl.control.estimate import Estimate, air_ahead
 from sitl.control.reference import Reference
+from sitl.control.side import NOT_CHOSEN, kept
 from sitl.model.airframe import Airframe, Array
 from sitl.model.arithmetic import clipped, heading_trigonometry
 from sitl.model.state import Actuators
@@ -31,6 +35,8 @@ class LinearGains(NamedTuple):
     integral_limit: float  # bound of what is integrated, per axis [m]
     reach: float = 6.0  # position error beyond this counts as this [m]; math.inf is the report's law
     bound: float = 40.0  # of the integral itself, per axis [m s]; a 10 m/s wind needs 26 of it
+    S_xi: Array = np.zeros((12, 3))  # what V has of the integral besides: 2 x' S_xi x_i + x_i' S_ii x_i
+    S_ii: Array = np.zeros((3, 3))
 
 
 class HoverError(NamedTuple):
@@ -44,17 +50,30 @@ class HoverError(NamedTuple):
 
 @kernel
 def error(estimate: Estimate, target: Vector, heading: float) -> HoverError:
-    """Deviation from the hover at ``target`` (world NWU [m]) with the wanted heading [rad]."""
+    """Deviation from the hover at ``target`` (world NWU [m]) with the wanted heading [rad], q on the nearer side."""
+    return error_on(side_after(NOT_CHOSEN, estimate, heading), estimate, target, heading)
+
+
+@kernel
+def side_after(side: float, estimate: Estimate, heading: float) -> float:
+    """The side of q about the hover attitude after its jumps."""
+    sh, ch, _, _ = heading_trigonometry(heading)
+    q = estimate.attitude
+    return kept(side, SQRT_HALF * (ch * q.w + sh * q.z - (ch * q.y - sh * q.x)))
+
+
+@kernel
+def error_on(side: float, estimate: Estimate, target: Vector, heading: float) -> HoverError:
+    """The deviation with q on a side."""
     sh, ch, s, c = heading_trigonometry(heading)
     p, v, q = estimate.position, estimate.velocity, estimate.attitude
     north, west = p.x - target.x, p.y - target.y
-    # q_z(-heading) ⊗ q
-    w, i, j, k = ch * q.w + sh * q.z, ch * q.x + sh * q.y, ch * q.y - sh * q.x, ch * q.z - sh * q.w
-    sign = 1.0 if w - j >= 0.0 else -1.0
+    # the vector part of q_z(-heading) ⊗ q
+    i, j, k = ch * q.x + sh * q.y, ch * q.y - sh * q.x, ch * q.z - sh * q.w
     return HoverError(
         Vector(c * north + s * west, c * west - s * north, p.z - target.z),
         Vector(c * v.x + s * v.y, c * v.y - s * v.x, v.z),
-        Vector(sign * i, sign * j + SQRT_HALF, sign * k),
+        Vector(side * i, side * j + SQRT_HALF, side * k),
         estimate.rates,
     )
 
@@ -74,8 +93,7 @@ def control(x: HoverError, integral: Vector, heading: float, gains: LinearGains)
         heading: Wanted heading [rad].
         gains: Gains of the law.
     """
-    _, _, s, c = heading_trigonometry(heading)
-    learnt = Vector(c * integral.x + s * integral.y, c * integral.y - s * integral.x, integral.z)
+    learnt = _ahead(integral, heading)
     near = min(1.0, gains.reach / max(norm(x.position), 1e-9))
     seen = HoverError(scaled(x.position, near), x.velocity, x.tilt, x.rates)
     return Virtual(
@@ -88,8 +106,20 @@ def control(x: HoverError, integral: Vector, heading: float, gains: LinearGains)
 
 @kernel
 def lyapunov(estimate: Estimate, reference: Reference, gains: LinearGains) -> float:
-    """V of the deviation from the reference's position and heading."""
+    """V of the deviation from the reference's position and heading, with nothing in the integral."""
     return quadratic(error(estimate, reference.position, reference.heading), gains.S)
+
+
+@kernel
+def integral_share(estimate: Estimate, reference: Reference, gains: LinearGains, integral: Vector) -> float:
+    """What the integral (world frame [m s]) adds to V: 2 x' S_xi x_i + x_i' S_ii x_i."""
+    x = error(estimate, reference.position, reference.heading)
+    learnt = _ahead(integral, reference.heading)
+    S, own = gains.S_xi, _diagonal(learnt, gains.S_ii, 0)
+    crossed = _off_diagonal(x.position, S, 0, 0, learnt) + _off_diagonal(x.velocity, S, 3, 0, learnt)
+    crossed += _off_diagonal(x.tilt, S, 6, 0, learnt) + _off_diagonal(x.rates, S, 9, 0, learnt)
+    value: float = own + 2.0 * crossed
+    return value
 
 
 @kernel
@@ -121,13 +151,20 @@ def integrate(estimate: Estimate, target: Vector, integral: Vector, gains: Linea
 
 @kernel
 def step(
-    estimate: Estimate, reference: Reference, gains: LinearGains, a: Airframe, integral: Vector, dt: float
-) -> tuple[Actuators, int, Vector]:
-    """One tick: actuator commands, DARKO_SATURATION bits, and the integral after it (world frame [m s])."""
-    integral = integrate(estimate, reference.position, integral, gains, dt)
-    x = error(estimate, reference.position, reference.heading)
-    command, saturation = allocate(control(x, integral, reference.heading, gains), a)
-    return command, saturation, integral
+    estimate: Estimate, reference: Reference, gains: LinearGains, a: Airframe, integral: Vector, side: float, dt: float
+) -> tuple[Actuators, int, Vector, float]:
+    """One tick: actuator commands, DARKO_SATURATION bits, the integral after it (world frame [m s]) and the side."""
+    side = side_after(side, estimate, reference.heading)
+    x = error_on(side, estimate, reference.position, reference.heading)
+    command, saturation = allocate(control(x, integral, reference.heading, gains), a, air_ahead(estimate))
+    return command, saturation, integrate(estimate, reference.position, integral, gains, dt), side
+
+
+@kernel
+def _ahead(integral: Vector, heading: float) -> Vector:
+    """The integral in the heading frame."""
+    _, _, s, c = heading_trigonometry(heading)
+    return Vector(c * integral.x + s * integral.y, c * integral.y - s * integral.x, integral.z)
 
 
 @kernel

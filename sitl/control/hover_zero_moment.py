@@ -19,10 +19,12 @@ from typing import NamedTuple
 
 from sitl.compiled import kernel
 from sitl.control.allocation import Virtual, allocate
-from sitl.control.estimate import Estimate
+from sitl.control.estimate import Estimate, air_ahead
 from sitl.control.governor import GovernorParameters, gamma
 from sitl.control.handover import Handover, smoothed
 from sitl.control.reference import Reference
+from sitl.control.side import NOT_CHOSEN, kept
+from sitl.model.aerodynamics import thrusts
 from sitl.model.airframe import Airframe
 from sitl.model.arithmetic import clipped
 from sitl.model.quaternions import (
@@ -66,25 +68,27 @@ class Guide(NamedTuple):
 
     attitude: Quaternion  # q_d
     force: float  # f, along d [N]
+    side: float = NOT_CHOSEN  # of q about q_d
+    turn_side: float = NOT_CHOSEN  # of q_d about the attitude with the wanted heading
 
 
 @kernel
 def start(estimate: Estimate, gains: ZeroMomentGains, a: Airframe) -> Guide:
     """Jump map on entering the law: q_d = q and f = the force given, so that nothing steps."""
-    return guide_at(estimate.attitude, axial_force(estimate.actuators, a), gains)
+    return guide_at(estimate.attitude, axial_force(estimate.actuators, air_ahead(estimate), a), gains)
 
 
 @kernel
 def guide_at(attitude: Quaternion, force: float, gains: ZeroMomentGains) -> Guide:
     """The state of the law at an attitude with a force along d [N]."""
-    return Guide(attitude, clipped(force, gains.f_min, gains.f_max))
+    return Guide(attitude, clipped(force, gains.f_min, gains.f_max), NOT_CHOSEN, NOT_CHOSEN)
 
 
 @kernel
-def axial_force(actuators: Actuators, a: Airframe) -> float:
-    """What the motors give along the nose, at rest [N]."""
-    w1, w2 = actuators.left_motor, actuators.right_motor
-    return (1.0 - a.S_ratio * a.C_d0) * a.k_f * (w1 * w1 + w2 * w2)
+def axial_force(actuators: Actuators, inflow: float, a: Airframe) -> float:
+    """What the motors give along the nose with the air from ahead [N]."""
+    T1, T2 = thrusts(actuators, inflow, a)
+    return (1.0 - a.S_ratio * a.C_d0) * (T1 + T2)
 
 
 @kernel
@@ -99,8 +103,9 @@ def step(
 ) -> tuple[Actuators, int, Guide, Handover]:
     """One tick: actuator commands, DARKO_SATURATION bits, and the state after it."""
     u, guide = fly_to(estimate, reference.position, reference.heading, reference.speed, gains, guide, dt)
-    u, handover = smoothed(u, estimate.actuators, a, handover, dt)
-    command, saturation = allocate(u, a)
+    inflow = air_ahead(estimate)
+    u, handover = smoothed(u, estimate.actuators, a, handover, dt, inflow)
+    command, saturation = allocate(u, a, inflow)
     return command, saturation, guide, handover
 
 
@@ -128,10 +133,20 @@ def control(
         guide: Its state.
         dt: Tick [s].
     """
+    guide = sided(guide, body.attitude, q_ref)
     w_d, w_d_dot, f_dot = desired_motion(body, q_ref, speed, gains, guide)
-    torque = attitude_torque(body.attitude, body.rates, guide.attitude, w_d, w_d_dot, gains)
+    torque = attitude_torque(body.attitude, body.rates, guide.attitude, w_d, w_d_dot, gains, guide.side)
     after = moved(guide, w_d, f_dot, gains, dt)
-    return realise(torque, guide.force, gains), Guide(normalised(after.attitude), after.force)
+    return realise(torque, guide.force, gains), Guide(
+        normalised(after.attitude), after.force, after.side, after.turn_side
+    )
+
+
+@kernel
+def sided(guide: Guide, q: Quaternion, q_ref: Quaternion) -> Guide:
+    """The law's state after the jumps of its sides (see :mod:`sitl.control.side`)."""
+    off, turn = multiply(conjugate(guide.attitude), q), multiply(conjugate(q_ref), guide.attitude)
+    return Guide(guide.attitude, guide.force, kept(guide.side, off.w), kept(guide.turn_side, turn.w))
 
 
 @kernel
@@ -189,7 +204,7 @@ def steer(rate: Vector, guide: Guide, q_ref: Quaternion, gains: ZeroMomentGains)
     pull = rotate_inverse(guide.attitude, rate)
     off = multiply(conjugate(q_ref), guide.attitude)
     along = dot(gains.d, Vector(off.x, off.y, off.z))
-    turn = -gains.k_q * (along if off.w >= 0.0 else -along)
+    turn = -gains.k_q * kept(guide.turn_side, off.w) * along
     f_dot = dot(gains.d, pull)
     f_dot = max(f_dot, 0.0) if guide.force <= gains.f_min else f_dot
     f_dot = min(f_dot, 0.0) if guide.force >= gains.f_max else f_dot
@@ -199,12 +214,13 @@ def steer(rate: Vector, guide: Guide, q_ref: Quaternion, gains: ZeroMomentGains)
 @kernel
 def moved(guide: Guide, w_d: Vector, f_dot: float, gains: ZeroMomentGains, dt: float) -> Guide:
     """The state of the law ``dt`` later; q_d moves by the exponential map."""
-    return guide_at(multiply(guide.attitude, small_rotation(scaled(w_d, dt))), guide.force + dt * f_dot, gains)
+    after = guide_at(multiply(guide.attitude, small_rotation(scaled(w_d, dt))), guide.force + dt * f_dot, gains)
+    return Guide(after.attitude, after.force, guide.side, guide.turn_side)
 
 
 @kernel
 def attitude_torque(
-    q: Quaternion, w: Vector, q_d: Quaternion, w_d: Vector, w_d_dot: Vector, gains: ZeroMomentGains
+    q: Quaternion, w: Vector, q_d: Quaternion, w_d: Vector, w_d_dot: Vector, gains: ZeroMomentGains, side: float
 ) -> Vector:
     """Torque that makes q follow q_d, body frame [N m].
 
@@ -215,11 +231,12 @@ def attitude_torque(
         w_d: Its rate in its own frame [rad/s].
         w_d_dot: The derivative of that [rad/s2].
         gains: Gains of the law.
+        side: Of q about q_d, or NOT_CHOSEN.
     """
     off = multiply(conjugate(q_d), q)
     w_r = rotate_inverse(off, w_d)
     w_off = subtract(w, w_r)
-    stiffness = -2.0 * gains.lam * gains.lam * (1.0 if off.w >= 0.0 else -1.0)
+    stiffness = -2.0 * gains.lam * gains.lam * kept(side, off.w)
     damping = -2.0 * gains.zeta * gains.lam
     follow = subtract(rotate_inverse(off, w_d_dot), cross(w_off, w_r))
     J = gains.J

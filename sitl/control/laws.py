@@ -36,12 +36,13 @@ class LawStates(NamedTuple):
     """State slots; a slot that several laws share is handed over between them."""
 
     integral: Vector  # of the linear hover law, world [m s]
-    guide: Guide  # of the zero-moment law and the alignment
+    side: float  # of the quaternion, of the linear hover law; other laws keep theirs in their state
+    guide: Guide  # of the zero-moment law, the alignment and the fall
     handover: Handover  # what the law before commanded more, fading
     steering: Steering  # of the attitude law
     hold: Vector  # where the alignment stays, world NWU [m]
     course: float  # azimuth the belly or the nose is to point to [rad]
-    sight: LineOfSight  # of the line-of-sight law, the transitions and the fall
+    sight: LineOfSight  # of the line-of-sight law and the transitions
 
 
 class Gains(NamedTuple):
@@ -82,12 +83,14 @@ LAWS = (
     LawRow(Law.FORWARD_LINE_OF_SIGHT, line_of_sight.cruise_step, "line_of_sight"),
     LawRow(Law.FORWARD_LINEAR, forward_linear.step, "forward_linear"),
     LawRow(Law.TO_HOVER, line_of_sight.brake_step, "line_of_sight"),
-    LawRow(Law.FAILSAFE, line_of_sight.arrest_step, "line_of_sight"),
+    LawRow(Law.FAILSAFE, hover_zero_moment.step, "zero_moment"),
     LawRow(Law.HOVER_ATTITUDE, hover_attitude.step, "hover_attitude"),
+    LawRow(Law.CRASHED, landed.step),
 )
 
 VALUES = (
     ValueRow("v_hover", hover_linear.lyapunov, "hover_linear"),
+    ValueRow("v_integral", hover_linear.integral_share, "hover_linear"),
     ValueRow("v_forward", forward_linear.lyapunov, "forward_linear"),
     ValueRow("v_attitude", hover_attitude.lyapunov, "hover_attitude"),
 )

@@ -19,12 +19,14 @@ from typing import NamedTuple
 
 from sitl.compiled import kernel
 from sitl.control import moment_observer
-from sitl.control.braking import arrest, brake
+from sitl.control.braking import brake
 from sitl.control.estimate import Estimate
 from sitl.control.forward_allocation import invert
 from sitl.control.forward_guidance import GuidanceGains, air_course, cruise
 from sitl.control.moment_observer import momentum
 from sitl.control.reference import Reference
+from sitl.control.side import NOT_CHOSEN, kept
+from sitl.model.aerodynamics import slopes, thrusts, trimmed_slope, wrench
 from sitl.model.airframe import Airframe
 from sitl.model.arithmetic import clipped, decay, sine_cosine, wrapped
 from sitl.model.quaternions import Quaternion, conjugate, multiply, rotate_inverse, x_axis
@@ -43,6 +45,7 @@ class LineOfSight(NamedTuple):
     turning: Vector  # filtered rate of q_d, in its own frame [rad/s]
     integral: Vector  # of the velocity error along the course, to its left and upwards [m/s2]
     observer: Vector  # state of the moment's disturbance observer [N m s]
+    side: float = NOT_CHOSEN  # of the attitude about q_d
 
 
 class LineOfSightGains(NamedTuple):
@@ -62,7 +65,8 @@ class LineOfSightGains(NamedTuple):
 def start(estimate: Estimate, a: Airframe) -> LineOfSight:
     """Jump map on entering the law: from the attitude and the acceleration as they are, with nothing accumulated."""
     none = Vector(0.0, 0.0, 0.0)
-    return LineOfSight(estimate.acceleration, estimate.attitude, none, none, moment_observer.start(estimate, a))
+    observer = moment_observer.start(estimate, a)
+    return LineOfSight(estimate.acceleration, estimate.attitude, none, none, observer, NOT_CHOSEN)
 
 
 @kernel
@@ -110,16 +114,6 @@ def brake_step(
 
 
 @kernel
-def arrest_step(
-    estimate: Estimate, gains: LineOfSightGains, a: Airframe, sight: LineOfSight, course: float, dt: float
-) -> tuple[Actuators, int, LineOfSight, float]:
-    """One tick of ending a fall and all motion with it; arguments and results as for :func:`cruise_step`."""
-    wanted = arrest(estimate.velocity, estimate.wind, travel(estimate, a), gains.guidance)
-    command, saturation, sight = _follow(estimate, wanted, sight.integral, gains, a, sight, course, dt)
-    return command, saturation, sight, course
-
-
-@kernel
 def travel(estimate: Estimate, a: Airframe) -> float:
     """Share of the elevons' travel that pitch uses now."""
     return 0.5 * abs(estimate.actuators.left_elevon + estimate.actuators.right_elevon) / a.delta_max
@@ -144,18 +138,23 @@ def _follow(
     wanted = Vector(x, y, clipped(z, -limits.max_down, limits.max_up))
     force = Vector(a.m * x, a.m * y, a.m * wanted.z + a.m * a.g)
     v_a = subtract(estimate.velocity, estimate.wind)
-    q_d = attitude(force, v_a, course, sight.attitude, gains, a)
+    v_b = rotate_inverse(q, v_a)
+    T1, T2 = thrusts(estimate.actuators, v_b.x, a)
+    carried = trimmed_slope(slopes(rotate_inverse(sight.attitude, v_a), T1, T2, a), a)
+    q_d = attitude(force, v_a, course, sight.attitude, carried, gains, a)
     turning = _turning(sight, q_d, gains, dt)
-    disturbance, observer = moment_observer.update(estimate, sight.observer, gains.observer, a, dt)
-    moment = subtract(_moment(q, w, q_d, turning, gains, a), disturbance)
-    axial = dot(force, x_axis(q))
-    command, saturation = invert(axial, moment, rotate_inverse(q, v_a), w, estimate.actuators, a)
-    return command, saturation, LineOfSight(wanted, q_d, turning, integral, observer)
+    F, M = wrench(v_b, w, estimate.actuators, a)
+    disturbance, observer = moment_observer.observe(estimate, M, sight.observer, gains.observer, a, dt)
+    side = kept(sight.side, multiply(conjugate(q_d), q).w)
+    moment = subtract(_moment(q, w, q_d, turning, side, gains, a), disturbance)
+    stream = slopes(v_b, T1, T2, a)
+    command, saturation = invert(dot(force, x_axis(q)), moment, F, M, stream, v_b.x, estimate.actuators, a)
+    return command, saturation, LineOfSight(wanted, q_d, turning, integral, observer, side)
 
 
 @kernel
 def attitude(
-    force: Vector, v_a: Vector, heading: float, last: Quaternion, gains: LineOfSightGains, a: Airframe
+    force: Vector, v_a: Vector, heading: float, last: Quaternion, carried: float, gains: LineOfSightGains, a: Airframe
 ) -> Quaternion:
     """The attitude that gives a force in quasi-steady flight.
 
@@ -164,6 +163,7 @@ def attitude(
         v_a: Velocity through the air, world [m/s].
         heading: Of the belly without airspeed [rad].
         last: The attitude before, whose sign and, where nothing else decides, whose span is kept.
+        carried: Normal force of the trimmed wing by the velocity along z_b [N s/m].
         gains: The blend between heading and air stream.
         a: The airframe as the law knows it.
     """
@@ -178,8 +178,7 @@ def attitude(
     size = norm(y)
     y = scaled(y, 1.0 / size) if size >= 0.05 * a.m * a.g else _y_axis(last)
     slip = dot(v_a, y)
-    lift = 0.5 * a.rho * a.S * speed * a.C_l * (1.0 - a.xi_f / a.xi_m)
-    x = add_scaled(force, add_scaled(v_a, y, -slip), lift)
+    x = add_scaled(force, add_scaled(v_a, y, -slip), carried)
     x = add_scaled(x, y, -dot(x, y))
     x = scaled(x, 1.0 / max(norm(x), 1e-6))
     q = _from_axes(x, y, cross(x, y))
@@ -200,10 +199,12 @@ def _turning(sight: LineOfSight, q_d: Quaternion, gains: LineOfSightGains, dt: f
 
 
 @kernel
-def _moment(q: Quaternion, w: Vector, q_d: Quaternion, turning: Vector, gains: LineOfSightGains, a: Airframe) -> Vector:
+def _moment(
+    q: Quaternion, w: Vector, q_d: Quaternion, turning: Vector, side: float, gains: LineOfSightGains, a: Airframe
+) -> Vector:
     """Moment that makes q follow q_d and its rate, body [N m]."""
     off = multiply(conjugate(q_d), q)
-    k = -2.0 if off.w >= 0.0 else 2.0
+    k = -2.0 * side
     loop = gains.attitude
     turn = shortened(Vector(k * loop.x * off.x, k * loop.y * off.y, k * loop.z * off.z), gains.max_rate)
     rate = subtract(add(turn, rotate_inverse(off, turning)), w)

@@ -31,17 +31,26 @@ def start(estimate: Estimate, a: Airframe) -> Vector:
 
 @kernel
 def update(estimate: Estimate, z: Vector, bandwidth: float, a: Airframe, dt: float) -> tuple[Vector, Vector]:
+    """The disturbance now, body frame [N m], and the state a tick later; see :func:`observe`."""
+    v_b = rotate_inverse(estimate.attitude, subtract(estimate.velocity, estimate.wind))
+    _, M = wrench(v_b, estimate.rates, estimate.actuators, a)
+    return observe(estimate, M, z, bandwidth, a, dt)
+
+
+@kernel
+def observe(
+    estimate: Estimate, M: Vector, z: Vector, bandwidth: float, a: Airframe, dt: float
+) -> tuple[Vector, Vector]:
     """The disturbance now, body frame [N m], and the state a tick later.
 
     Args:
-        estimate: Of velocity, attitude, rates, wind and actuators.
+        estimate: Of the rates.
+        M: The model's moment now, body frame [N m].
         z: The state [N m s].
         bandwidth: L [rad/s].
         a: The airframe as the law knows it.
         dt: Tick [s].
     """
-    v_b = rotate_inverse(estimate.attitude, subtract(estimate.velocity, estimate.wind))
-    _, M = wrench(v_b, estimate.rates, estimate.actuators, a)
     H = momentum(estimate.rates, a)
     disturbance = scaled(subtract(H, z), bandwidth)
     rate = add(subtract(M, cross(estimate.rates, H)), disturbance)

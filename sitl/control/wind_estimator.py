@@ -17,10 +17,11 @@ from typing import NamedTuple
 
 from sitl.compiled import kernel
 from sitl.control.estimate import Estimate, Readings
-from sitl.model.aerodynamics import wrench
-from sitl.model.airframe import Airframe
+from sitl.model.aerodynamics import slopes, thrusts, wrench
+from sitl.model.airframe import STALL, Airframe
 from sitl.model.arithmetic import decay
 from sitl.model.quaternions import rotate, rotate_inverse, x_axis
+from sitl.model.state import Actuators
 from sitl.model.vectors import Vector, add_scaled, dot, scaled, subtract
 
 MIN_SLOPE_SPEED = 0.1  # of the slope of the normal force by the wind [m/s]
@@ -82,7 +83,7 @@ def update(
     v_b = rotate_inverse(q, subtract(readings.velocity, state.wind))
     F, _ = wrench(v_b, estimate.rates, estimate.actuators, a)
     lightness = 1.0 / a.m
-    slope = _normal_slope(v_b, estimate.actuators.left_elevon + estimate.actuators.right_elevon, a)
+    slope = _normal_slope(v_b, estimate.actuators, a)
     # The wing tells the product of speed and incidence: unchecked by a tube, gusts would be taken for speed.
     slope = Vector(lightness * (slope.x if tube else 0.0), lightness * slope.y, lightness * slope.z)
     noise = gains.normal_noise * gains.normal_noise / dt
@@ -107,14 +108,20 @@ def _predicted(state: WindState, gains: WindGains, dt: float) -> WindState:
 
 
 @kernel
-def _normal_slope(v_b: Vector, both: float, a: Airframe) -> Vector:
+def _normal_slope(v_b: Vector, actuators: Actuators, a: Airframe) -> Vector:
     """Derivative of the force along z_b by the wind in the body frame [N s/m].
 
     Args:
         v_b: Velocity through the air, body frame [m/s].
-        both: Sum of the deflections [rad].
+        actuators: As they are believed to be.
         a: The airframe.
     """
+    if a.aerodynamics == STALL:
+        T1, T2 = thrusts(actuators, v_b.x, a)
+        normal = slopes(v_b, T1, T2, a).normal
+        square = dot(v_b, v_b) + MIN_SLOPE_SPEED * MIN_SLOPE_SPEED
+        return Vector(normal * v_b.z * v_b.x / square, 0.0, normal)
+    both = actuators.left_elevon + actuators.right_elevon
     half = 0.5 * a.rho * a.S
     eta = math.sqrt(v_b.x * v_b.x + v_b.y * v_b.y + v_b.z * v_b.z + MIN_SLOPE_SPEED * MIN_SLOPE_SPEED)
     tilt = 0.5 * a.C_l * a.xi_f * both

@@ -6,18 +6,21 @@ See :mod:`sitl.design.region` for the coordinates (d1, e2, d3) of the attitude.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from sitl.control.hover_linear import SQRT_HALF, LinearGains
+from sitl.design import linearise
 from sitl.model.aerodynamics import wrench
 from sitl.model.airframe import Airframe, Array
-from sitl.model.hover_model import force_matrix, inertia
+from sitl.model.hover_model import force_matrix, inertia, moment_matrix
 from sitl.model.state import Actuators
 from sitl.model.vectors import Vector
 
 ROOT = math.sqrt(2.0)
 POSITION_ROWS, VELOCITY_ROWS, ATTITUDE_ROWS, RATE_ROWS = slice(0, 3), slice(3, 6), slice(6, 9), slice(9, 12)
+INTEGRAL_ROWS = slice(12, 15)
 
 
 class Interval:
@@ -93,56 +96,91 @@ class AttitudeBoxes:
         self.axes = tuple((-z, y, x) for x, y, z in turned)
 
 
+def size(gains: LinearGains) -> int:
+    """Entries of the state: x, and the integral of a law that has one."""
+    return 15 if gains.K_i.any() else 12
+
+
+def feedback(gains: LinearGains) -> Array:
+    """Rows that give u_bar - u of the state, (4, n)."""
+    return np.hstack([gains.K, gains.K_i])[:, : size(gains)]
+
+
+def linear_loop(a: Airframe, gains: LinearGains) -> Array:
+    """The closed loop linearised at the hover, (n, n)."""
+    n = size(gains)
+    A, B = linearise.hover(a)
+    loop = extended(A, n)
+    if n > A.shape[0]:
+        loop[INTEGRAL_ROWS, POSITION_ROWS], loop[INTEGRAL_ROWS, VELOCITY_ROWS] = np.eye(3), gains.lead * np.eye(3)
+    loop[: A.shape[0]] -= B @ feedback(gains)
+    return loop
+
+
+def lyapunov_matrix(gains: LinearGains) -> Array:
+    """V as a quadratic form of the state, (n, n)."""
+    whole = np.block([[gains.S, gains.S_xi], [gains.S_xi.T, gains.S_ii]])
+    return np.asarray(whole[: size(gains), : size(gains)])
+
+
 def scaled(M: Array, L: Array) -> Array:
-    """S M + M' S in the coordinates y = L' x."""
+    """P M + M' P in the coordinates y = L' x, P = L L'."""
     Z = L.T @ np.linalg.solve(L, M.T).T
     return np.asarray(Z + Z.T)
 
 
-def coordinates() -> Array:
-    """Rows that give d1, e2, d3 of x, (3, 12)."""
-    T = np.zeros((3, 12))
+def extended(M: Array, n: int) -> Array:
+    """M with zeros about it, (n, n)."""
+    whole = np.zeros((n, n))
+    whole[: M.shape[0], : M.shape[1]] = M
+    return whole
+
+
+def coordinates(n: int = 12) -> Array:
+    """Rows that give d1, e2, d3 of the state, (3, n)."""
+    T = np.zeros((3, n))
     T[:, ATTITUDE_ROWS] = [[SQRT_HALF, 0.0, SQRT_HALF], [0.0, 1.0, 0.0], [-SQRT_HALF, 0.0, SQRT_HALF]]
     return T
 
 
 def row_matrix(row: int, values: Array) -> Array:
     """M with one row."""
-    M = np.zeros((12, 12))
+    M = np.zeros((values.size, values.size))
     M[row] = values
     return M
 
 
-def entry_matrix(row: int, column: int) -> Array:
+def entry_matrix(row: int, column: int, n: int) -> Array:
     """M with a one in one place."""
-    M = np.zeros((12, 12))
+    M = np.zeros((n, n))
     M[row, column] = 1.0
     return M
 
 
-def turning(E: Array) -> Array:
+def turning(E: Array, n: int) -> Array:
     """The kinematics eps' = E w in M."""
-    M = np.zeros((12, 12))
+    M = np.zeros((n, n))
     M[ATTITUDE_ROWS, RATE_ROWS] = E
     return M
 
 
 def controlled(a: Airframe, gains: LinearGains) -> Array:
-    """Rows of -F_b K / m along the nose and the normal, (2, 12)."""
-    return np.asarray(-force_matrix(a)[[0, 2]] @ gains.K / a.m)
+    """Rows of -F_b [K K_i] / m along the nose and the normal, (2, n)."""
+    return np.asarray(-force_matrix(a)[[0, 2]] @ feedback(gains) / a.m)
 
 
 def tilt_matrices(a: Airframe, gains: LinearGains) -> tuple[Array, Array, Array]:
     """What of M is linear in d1, e2 and d3."""
-    (c1, ce, c3), g = coordinates(), a.g
+    n = size(gains)
+    (c1, ce, c3), g = coordinates(n), a.g
     tx, tz = controlled(a, gains)
     by_d1 = row_matrix(3, -g * (c1 + c3)) + row_matrix(4, ROOT * g * ce - 2.0 * tz)
     by_e2 = row_matrix(3, -2.0 * g * ce + 2.0 * ROOT * tx) + row_matrix(4, ROOT * g * c1)
     by_e2 += row_matrix(5, -4.0 * g * ce + 2.0 * ROOT * tz)
     by_d3 = row_matrix(3, -g * (c1 + c3)) + row_matrix(4, 2.0 * tx) + row_matrix(5, -2.0 * g * c3)
-    by_d1 += turning(0.5 * SQRT_HALF * (_cross(0) + _cross(2)))
-    by_e2 += turning(0.5 * (np.eye(3) + _cross(1)))
-    by_d3 += turning(0.5 * SQRT_HALF * (_cross(2) - _cross(0)))
+    by_d1 += turning(0.5 * SQRT_HALF * (_cross(0) + _cross(2)), n)
+    by_e2 += turning(0.5 * (np.eye(3) + _cross(1)), n)
+    by_d3 += turning(0.5 * SQRT_HALF * (_cross(2) - _cross(0)), n)
     return by_d1, by_e2, by_d3
 
 
@@ -151,27 +189,47 @@ def _cross(axis: int) -> Array:
     return np.asarray(np.cross(np.eye(3)[axis], np.eye(3)).T)
 
 
-def gyro_matrices(a: Airframe) -> list[Array]:
+def gyro_matrices(a: Airframe, n: int) -> list[Array]:
     """What of M is linear in each rate: -J^-1 (w x J w), each product shared between its two rates."""
     J = inertia(a)
-    made = [np.zeros((12, 12)) for _ in range(3)]
+    made = [np.zeros((n, n)) for _ in range(3)]
     for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
         share = -0.5 * (J[k] - J[j]) / J[i]
         made[j][9 + i, 9 + k] = made[k][9 + i, 9 + j] = share
     return made
 
 
-def aerodynamics(a: Airframe) -> tuple[Array, Array, Array]:
-    """(f / m, tau / J) per h of (v_b, w) as the plant has them: without elevons, per d1 + d2, per d1 - d2."""
+class Air(NamedTuple):
+    """(f / m, tau / J) per h of (v_b, w) as the plant has them, (6, 6).
+
+    An elevon in the stream is one that is more effective, by kappa = h v_bx / (2 X T); that is not in these.
+    """
+
+    still: Array  # without elevons
+    both: Array  # per d1 + d2
+    differ: Array  # per d1 - d2
+
+
+def aerodynamics(a: Airframe) -> Air:
+    """The matrices of the airspeed's effects."""
     unit = a._replace(mu=1.0 / a.c**2)  # makes eta = 1 of each unit vector
     weight = np.concatenate((np.full(3, a.m), inertia(a))) * 0.5 * a.rho * a.S
 
     def effect(v: Array, d1: float, d2: float) -> Array:
         force, moment = wrench(Vector(*v[:3].tolist()), Vector(*v[3:].tolist()), Actuators(0.0, 0.0, d1, d2), unit)
-        return np.array((*force, *moment))
+        effective = np.vstack([force_matrix(a), moment_matrix(a)])[:, 2:] @ (d1, d2) * (0.5 * v[0] / a.S_ratio)
+        return np.array((*force, *moment)) - 0.5 * a.rho * a.S * effective
 
     def matrix(d1: float, d2: float) -> Array:
         return np.asarray(np.array([effect(v, d1, d2) for v in np.eye(6)]).T / weight[:, None])
 
     still = matrix(0.0, 0.0)
-    return still, matrix(0.5, 0.5) - still, matrix(0.5, -0.5) - still
+    return Air(still, matrix(0.5, 0.5) - still, matrix(0.5, -0.5) - still)
+
+
+def elevon_effect(a: Airframe, gains: LinearGains, elevon: int) -> tuple[Array, Array]:
+    """What a law's elevon, the left or the right, does: M of its moment, (n, n), and its force along z_b / m, (n,)."""
+    deflection = -feedback(gains)[2 + elevon]
+    M = np.zeros((size(gains), size(gains)))
+    M[RATE_ROWS] = np.outer(moment_matrix(a)[:, 2 + elevon] / inertia(a), deflection)
+    return M, force_matrix(a)[2, 2 + elevon] / a.m * deflection

@@ -13,10 +13,11 @@ import numpy as np
 from sitl.compiled import entry, subroutine
 from sitl.design.matrices import product
 from sitl.design.trim import Trim
-from sitl.model.airframe import Airframe, Array
+from sitl.model.airframe import STALL, Airframe, Array
 from sitl.model.arithmetic import sine_cosine
 from sitl.model.hover_model import force_matrix, inertia, moment_matrix
-from sitl.model.plant import derivative
+from sitl.model.plant import derivative, inflow
+from sitl.model.propeller import speed_for, thrust
 from sitl.model.quaternions import Quaternion
 from sitl.model.state import Actuators, Body
 from sitl.model.vectors import Vector
@@ -26,7 +27,7 @@ FORWARD_STATES = slice(2, 12)  # what of (p, v, eps, w) the forward model keeps:
 
 
 def hover(a: Airframe, *, constrained: bool = True) -> tuple[Array, Array]:
-    """Hover at heading 0 of the hover model, in closed form.
+    """Hover at heading 0 of the hover model, in closed form; with what the slipstream adds, where the set has it.
 
     Args:
         a: The airframe.
@@ -45,7 +46,28 @@ def hover(a: Airframe, *, constrained: bool = True) -> tuple[Array, Array]:
     B = np.zeros((12, 4))
     B[3:6] = product(R, force_matrix(a)) / a.m
     B[9:12] = moment_matrix(a) / inertia(a)[:, None]
+    if a.aerodynamics == STALL:
+        A[3:6, 3:6], A[3:6, 9:12], A[9:12, 3:6], A[9:12, 9:12] = _hover_drag(a)
     return A, B
+
+
+def _hover_drag(a: Airframe) -> tuple[Array, Array, Array, Array]:
+    """Jacobians of v' and w' by v and w at hover: the wing in its slipstream resists motion across it, (3, 3) each."""
+    free, still = Vector(0.0, 0.0, 0.0), math.sqrt(0.5)
+    speed = speed_for(0.5 * a.m * a.g / (1.0 - a.S_ratio * a.C_d0), 0.0, a)
+    blocks = np.zeros((6, 6))
+    for column in range(6):
+        rates = []
+        for step in (MODEL_DIFFERENCE, -MODEL_DIFFERENCE):
+            x = [0.0] * 6
+            x[column] = step
+            body = Body(free, Vector(*x[:3]), Quaternion(still, 0.0, -still, 0.0), Vector(*x[3:]))
+            # The thrust is what the law sets, whatever the inflow.
+            omega = speed_for(thrust(speed, 0.0, a), inflow(body, free), a)
+            rate = derivative(body, Actuators(omega, omega, 0.0, 0.0), free, free, free, a)
+            rates.append(np.array((*rate.velocity, *rate.rates)))
+        blocks[:, column] = (rates[0] - rates[1]) / (2.0 * MODEL_DIFFERENCE)
+    return blocks[:3, :3], blocks[:3, 3:], blocks[3:, :3], blocks[3:, 3:]
 
 
 def forward(a: Airframe, trim: Trim, *, constrained: bool = True) -> tuple[Array, Array]:
@@ -100,7 +122,8 @@ def _rates(x: Array, u: Array, eta: float, constrained: bool, a: Airframe) -> Ar
         Quaternion(math.sqrt(1.0 - x[6] * x[6] - x[7] * x[7] - x[8] * x[8]) if constrained else eta, x[6], x[7], x[8]),
         Vector(x[9], x[10], x[11]),
     )
-    actuators = Actuators(math.sqrt(u[0] / a.k_f), math.sqrt(u[1] / a.k_f), u[2], u[3])
     free = Vector(0.0, 0.0, 0.0)
+    ahead = inflow(body, free)
+    actuators = Actuators(speed_for(u[0], ahead, a), speed_for(u[1], ahead, a), u[2], u[3])
     p, v, q, w = derivative(body, actuators, free, free, free, a)
     return np.array((p.x, p.y, p.z, v.x, v.y, v.z, q.x, q.y, q.z, w.x, w.y, w.z))

@@ -13,6 +13,7 @@ from sitl.model.airframe import Airframe, Array
 
 INTEGRAL_WEIGHT = 0.2  # of each integrated position in the LQI's cost
 GENTLE_EFFORT, GENTLE_INTEGRAL_WEIGHT = 5.0, 1.0  # what the vehicle flies
+ATTITUDE = slice(6, 9)  # of x
 LEAD = 1.3  # [s]
 INTEGRAL_LIMIT = 2.0  # [m]
 
@@ -56,7 +57,12 @@ def hover_thrust(a: Airframe) -> Virtual:
 
 
 def hover_gains(
-    a: Airframe, *, integral: bool = True, effort: float = 1.0, integral_weight: float = INTEGRAL_WEIGHT
+    a: Airframe,
+    *,
+    integral: bool = True,
+    effort: float = 1.0,
+    integral_weight: float = INTEGRAL_WEIGHT,
+    attitude_weight: float = 1.0,
 ) -> LinearGains:
     """Gains of the linear hover law with Q = I and, as in the report, R = I by default; V is always the LQR's.
 
@@ -68,9 +74,11 @@ def hover_gains(
         integral: Whether to design the LQI instead of the LQR.
         effort: Weight rho of R = rho I.
         integral_weight: Of each integrated position in the LQI's cost.
+        attitude_weight: Of each entry of eps - eps_bar.
     """
     A, B = linearise.hover(a)
     Q, R = np.eye(12), effort * np.eye(4)
+    Q[ATTITUDE, ATTITUDE] *= attitude_weight
     K, S = lqr(A, B, Q, R)
     K_i = np.zeros((4, 3))
     if integral:

@@ -6,29 +6,37 @@ See :mod:`sitl.design.region` for what is proved, and :mod:`sitl.design.closed_l
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 
 from sitl.control.hover_linear import SQRT_HALF, LinearGains
-from sitl.design import linearise
 from sitl.design.closed_loop import (
     RATE_ROWS,
     ROOT,
     VELOCITY_ROWS,
+    Air,
     AttitudeBoxes,
     Interval,
     aerodynamics,
     controlled,
     coordinates,
+    elevon_effect,
     entry_matrix,
+    feedback,
     gyro_matrices,
+    linear_loop,
+    lyapunov_matrix,
     row_matrix,
     scaled,
+    size,
     tilt_matrices,
     turning,
 )
+from sitl.design.delay import DELAY, Channels, Lift, channels, lift, plain_lift
 from sitl.errors import SitlError
 from sitl.model.airframe import Airframe, Array
 
@@ -40,10 +48,10 @@ DEPTH = 12  # how often a box is split at most
 
 def greatest_deflection(gains: LinearGains, level: float) -> float:
     """The largest elevon angle that the law can ask for on {V <= level}; infinite where a thrust may vanish [rad]."""
-    greatest = 0.0
+    greatest, K, P = 0.0, feedback(gains), lyapunov_matrix(gains)
     for motor, elevon in ((0, 2), (1, 3)):
-        rows = gains.K[[motor, elevon]]
-        (TT, Td), (_, dd) = level * rows @ np.linalg.solve(gains.S, rows.T)
+        rows = K[[motor, elevon]]
+        (TT, Td), (_, dd) = level * rows @ np.linalg.solve(P, rows.T)
         room = gains.u_bar[motor] ** 2 - TT
         if room <= 0.0:
             return math.inf
@@ -51,115 +59,180 @@ def greatest_deflection(gains: LinearGains, level: float) -> float:
     return greatest
 
 
+def thrust_swing(gains: LinearGains, level: float) -> float:
+    """The largest change of a thrust that the law asks for on {V <= level}, over that of the hover."""
+    K, P = feedback(gains)[:2], lyapunov_matrix(gains)
+    return float(np.sqrt(level * np.diag(K @ np.linalg.solve(P, K.T))).max()) / min(gains.u_bar[:2])
+
+
 Terms = list[tuple[Interval, Array]]
+
+
+class Bend(NamedTuple):
+    """A share of M on each box, and what one of it takes off the lifted matrix."""
+
+    share: Interval  # per box
+    takes: Array  # (N, N)
+    width: Array  # (N, N): not less than ``takes`` and its negative
+
+    def off(self, middle: Array) -> Array:
+        """Each box's matrix less the least favourable share."""
+        low, high = self.share.low[:, None, None], self.share.high[:, None, None]
+        return np.asarray(middle - 0.5 * (low + high) * self.takes - 0.5 * (high - low) * self.width)
 
 
 @dataclass(frozen=True)
 class Proof:
-    """The closed loop in the coordinates y = L' x, where V = |y|^2 and every matrix is symmetric, (12, 12)."""
+    """The closed loop in the coordinates y = L' x, where V = |y|^2."""
 
     a: Airframe
     gains: LinearGains
     L: Array
-    W: Array
-    tilt: Array  # (3, 12, 12): what of M + M' is linear in f
-    gyro: Array  # (3, 12, 12): what of it is linear in the rates
-    aero: tuple[Array, Array, Array]  # (6, 6): (f / m, tau / J) per h of (v_b, w); still, per d1 + d2, per d1 - d2
+    F: Array  # (n, n): the linear closed loop, as it is
+    aero: Air
     S_f: Array  # (3, 3): what V is at least at an f
     mean: Array  # (6, 3): (v, w) at the least V of an f
     spread: Array  # (6, 6): (v, w) lie within sqrt(c - f' S_f f) of the mean in the norm of its inverse
+    sampled: bool  # whether commands are late; if not they are in force at once
 
     @classmethod
-    def of(cls, a: Airframe, gains: LinearGains) -> Proof:
+    def of(cls, a: Airframe, gains: LinearGains, *, sampled: bool = True) -> Proof:
         """Prepare the proof for a law.
 
         Raises:
-            SitlError: If the law has an integral or V does not fall along its linear model.
+            SitlError: If V does not fall along the linear model.
         """
-        if gains.K_i.any():
-            raise SitlError("a law with an integral has three states more than V: certify it without")
-        A, B = linearise.hover(a)
-        L = np.asarray(np.linalg.cholesky(gains.S), dtype=np.float64)
-        W = -scaled(A - B @ gains.K, L)
-        if np.linalg.eigvalsh(W).min() <= MARGIN:
+        P, F, n = lyapunov_matrix(gains), linear_loop(a, gains), size(gains)
+        if np.linalg.eigvalsh(P).min() <= 0.0:
+            raise SitlError("V is not positive: of a law with an integral it must hold the integral, too")
+        L = np.asarray(np.linalg.cholesky(P), dtype=np.float64)
+        if np.linalg.eigvalsh(-scaled(F, L)).min() <= MARGIN:
             raise SitlError("V does not fall along the linear closed loop: these gains and this S are no pair")
-        C = np.linalg.inv(gains.S)
-        T = coordinates()
-        C_ff, C_zf = T @ C @ T.T, np.vstack([C[VELOCITY_ROWS], C[RATE_ROWS]]) @ T.T
-        C_zz = C[np.ix_([3, 4, 5, 9, 10, 11], [3, 4, 5, 9, 10, 11])]
+        C = np.linalg.inv(P)
+        T, moving = coordinates(n), [3, 4, 5, 9, 10, 11]
+        C_ff, C_zf = T @ C @ T.T, C[moving] @ T.T
         S_f = np.asarray(np.linalg.inv(C_ff), dtype=np.float64)
         mean = C_zf @ S_f
-        return cls(
-            a, gains, L, W,
-            np.stack([scaled(M, L) for M in tilt_matrices(a, gains)]),
-            np.stack([scaled(M, L) for M in gyro_matrices(a)]),
-            aerodynamics(a), S_f, mean, C_zz - mean @ C_zf.T,
-        )  # fmt: skip
+        spread = C[np.ix_(moving, moving)] - mean @ C_zf.T
+        return cls(a, gains, L, F, aerodynamics(a), S_f, mean, spread, sampled)
 
-    def holds(self, level: float) -> bool:
-        """Whether V' < 0 is proved on {V <= level} without the hover itself."""
+    def lift(self, level: float) -> Lift | None:
+        """The matrix that must be positive on {V <= level}; None where the delay leaves nothing of it."""
+        if not self.sampled:
+            return plain_lift(self.F, self.L)
+        at = self.channels(level)
+        if at is None:
+            return None
+        return lift(self.F, self.L, at, 2.0 * math.sin(0.5 * min(self.greatest_turn(level), math.pi)))
+
+    def channels(self, level: float) -> Channels | None:
+        """How late the commands are on {V <= level}; None where a thrust may vanish."""
+        swing, deflection = thrust_swing(self.gains, level), greatest_deflection(self.gains, level)
+        if not (swing < 1.0 and deflection < math.inf):
+            return None
+        slowest = math.sqrt((1.0 - swing) * min(self.gains.u_bar[:2]) / self.a.k_f)
+        ratio, h = (1.0 + DELAY * self.a.omega_rate / slowest) ** 2, self.greatest_stream(level)
+        return channels(self.a, self.gains, ratio, deflection, 1.0 + self.effectiveness(level) * h * h)
+
+    def greatest_turn(self, level: float) -> float:
+        """The largest angle from the hover attitude on {V <= level} [rad]."""
+        off = math.sqrt(level * np.linalg.eigvalsh(np.linalg.inv(self.S_f)).max())
+        return 4.0 * math.asin(min(1.0, 0.5 * off))
+
+    def greatest_stream(self, level: float) -> float:
+        """The largest h = rho S eta / 2 on {V <= level} [kg/s]."""
+        a = self.a
+        weight = np.diag([1.0, 1.0, 1.0, *[math.sqrt(a.mu) * a.c] * 3])
+        whole = weight @ (self.spread + self.mean @ np.linalg.solve(self.S_f, self.mean.T)) @ weight
+        return float(0.5 * a.rho * a.S * math.sqrt(level * np.linalg.eigvalsh(whole).max()))
+
+    def greatest_rates(self, level: float) -> tuple[float, float] | None:
+        """Bounds of the commands' rates on {V <= level}: motors [rad/s2] and elevons [rad/s]; None where unbounded."""
+        swing, deflection = thrust_swing(self.gains, level), greatest_deflection(self.gains, level)
+        at = self.channels(level)
+        if at is None:
+            return None
+        thrust, loop = (1.0 - swing) * min(self.gains.u_bar[:2]), self.F @ np.linalg.inv(self.L).T
+        # Of T1, T2, d1 T1, d2 T2; and T d' = (d T)' - d T', the elevons at their largest angles.
+        crossed = np.vstack([sign * deflection * at.rows[:2] for sign in (-1.0, 1.0)])
+        rows = np.vstack([at.rows[:4], crossed + np.tile(at.rows[2:4], (2, 1))])
+        rates = math.sqrt(level) * (np.linalg.norm(rows @ loop, axis=1) + self.greatest_bends(level, rows))
+        # Each error is at most its factor and delay times its rate, and adds to all rates.
+        columns = at.columns[:, :6]
+        direct = np.abs(rows @ columns) + np.linalg.norm(rows[:, VELOCITY_ROWS], axis=1)[:, None] * at.force[:6]
+        by_rate = np.zeros((len(rows), 4))
+        for channel in range(6):
+            by_rate[:, at.row[channel]] += direct[:, channel] * at.delays[channel] * at.factors[channel]
+        if np.abs(np.linalg.eigvals(by_rate[:4])).max() >= 1.0:
+            return None
+        rates += by_rate @ np.linalg.solve(np.eye(4) - by_rate[:4], rates[:4])
+        return float(rates[:2].max() / (2.0 * math.sqrt(self.a.k_f * thrust))), float(rates[4:].max() / thrust)
+
+    def greatest_bends(self, level: float, rows: Array) -> Array:
+        """Bounds of |row M x| / sqrt V on {V <= level}, for linear functions of the state's rate, (c,)."""
+        n, to_x = len(self.L), np.linalg.inv(self.L).T
+        f = np.sqrt(level * np.diag(np.linalg.inv(self.S_f)))[None]
+        at, w = AttitudeBoxes(-f, f), np.sqrt(level * np.diag(to_x @ to_x.T)[RATE_ROWS])
+        h = self.greatest_stream(level)
+        bounds = [
+            *zip(f[0], tilt_matrices(self.a, self.gains), strict=True),
+            *zip(w, gyro_matrices(self.a, n), strict=True),
+            *((most(value)[0], M) for value, M in self.remainder(at)),
+        ]
+        kappa = self.effectiveness(level) * h * h
+        for elevon in (0, 1):
+            M, force = elevon_effect(self.a, self.gains, elevon)
+            bounds += [(kappa, M), *((kappa * most(at.axes[2][i])[0], row_matrix(3 + i, force)) for i in range(3))]
+        bent = sum(bound * np.linalg.norm(rows @ M @ to_x, axis=1) for bound, M in bounds)
+        return np.asarray(bent + h * self._blown(level, rows, to_x @ to_x.T) / math.sqrt(level))
+
+    def _blown(self, level: float, rows: Array, C: Array) -> Array:
+        """Bounds of what the airspeed adds to |row x'|, per h, (c,): a velocity in the body frame is as long as its own."""
+        speed, turning = (
+            math.sqrt(level * np.linalg.eigvalsh(C[part, part])[-1]) for part in (VELOCITY_ROWS, RATE_ROWS)
+        )
+        d = 2.0 * min(self.a.delta_max, greatest_deflection(self.gains, level))
+        pull, turn = np.linalg.norm(rows[:, VELOCITY_ROWS], axis=1), rows[:, RATE_ROWS]
+        total = np.zeros(len(rows))
+        for G, share in zip(self.aero, (1.0, d, d), strict=True):
+            for columns, size_of in ((slice(0, 3), speed), (slice(3, 6), turning)):
+                effect = pull * np.linalg.norm(G[:3, columns], 2) + np.linalg.norm(turn @ G[3:, columns], axis=1)
+                total += share * size_of * effect
+        return total
+
+    def effectiveness(self, level: float) -> float:
+        """The most that an elevon in the own stream is more effective, over h^2."""
+        # kappa = h v_bx / (2 X T), and no velocity is more than 2 h / (rho S).
+        thrust = (1.0 - thrust_swing(self.gains, level)) * min(self.gains.u_bar[:2])
+        return 1.0 / (self.a.rho * self.a.S * self.a.S_ratio * thrust)
+
+    def holds(self, level: float, boxes: int = MAX_BOXES) -> bool:
+        """Whether V' < 0 is proved on {V <= level} without the hover itself; more boxes prove more."""
+        made = self.lift(level)
+        if made is None or np.linalg.eigvalsh(made.base)[0] <= MARGIN:
+            return False
+        cover = _Cover(self, made, level)
         half = np.sqrt(level * np.diag(np.linalg.inv(self.S_f)))
         middles = (2.0 * np.arange(FIRST_BOXES) + 1.0) / FIRST_BOXES - 1.0
         centre = half * np.stack(np.meshgrid(middles, middles, middles), axis=-1).reshape(-1, 3)
         half = np.broadcast_to(half / FIRST_BOXES, centre.shape)
-        deflection = min(self.a.delta_max, greatest_deflection(self.gains, level))
-        for depth in range(DEPTH):
-            least = np.einsum("ni,ij,nj->n", centre, self.S_f, centre)
-            budget = level - np.maximum(least - 2.0 * np.abs(centre @ self.S_f * half).sum(1), 0.0)
-            inside = budget >= 0.0
-            centre, half, budget, least = centre[inside], half[inside], budget[inside], least[inside]
+        for _ in range(DEPTH):
+            inside = cover.budget(centre, half) >= 0.0
+            centre, half = centre[inside], half[inside]
+            if centre.shape[0] > boxes:
+                return False
             if centre.shape[0] == 0:
                 return True
-            if centre.shape[0] > MAX_BOXES:
-                return False
-            eigenvalue, slack = self._boxes(centre, half, budget, deflection)
-            if ((eigenvalue < 0.0) & (least <= level)).any():
+            left = cover.least(centre, half) <= MARGIN
+            if left.any() and (cover.least(centre[left], np.zeros_like(half[left])) <= 0.0).any():
                 return False  # not even at the middle: no splitting would help
-            left = eigenvalue - slack <= MARGIN
-            centre, half = _split(centre[left], half[left], depth % 3)
+            centre, half = _split(centre[left], half[left], cover.effect)
         return False
 
-    def _boxes(self, centre: Array, half: Array, budget: Array, deflection: float) -> tuple[Array, Array]:
-        """Smallest eigenvalue at the middle of each box, and what the box may take off it, infinite beyond eta = 0."""
-        attitude = AttitudeBoxes(centre - half, centre + half)
-        middle = self.W - np.einsum("nj,jkl->nkl", centre, self.tilt)
-        slack = half @ np.linalg.norm(self.tilt, 2, axis=(1, 2))
-        middle, slack = take_off(self._remainder(attitude), middle, slack)
-        rates, rate_half = centre @ self.mean[3:].T, half @ np.abs(self.mean[3:]).T
-        rate_half = rate_half + np.sqrt(budget[:, None] * np.diag(self.spread)[3:])
-        winds = self._winds(attitude, self._airspeed(centre, half, budget), deflection)
-        smallest = np.full(len(centre), math.inf)
-        for corner in product((-1.0, 1.0), repeat=3):
-            turning = middle - np.einsum("nj,jkl->nkl", rates + corner * rate_half, self.gyro)
-            for wind, wind_slack in winds:
-                values = np.linalg.eigvalsh(turning + wind)[:, 0]
-                smallest = np.minimum(smallest, values - wind_slack)
-        return smallest, np.where(attitude.upright, slack, math.inf)
-
-    def _winds(self, at: AttitudeBoxes, h: Array, deflection: float) -> list[tuple[Array, Array]]:
-        """Corners of what the airspeed adds, (n, 12, 12), each with its slack, (n,).
-
-        They are h = 0, and h at its bound with (d1 + d2, d1 - d2) at the corners of |d1|, |d2| <= deflection.
-        """
-        nothing = np.zeros((len(h), 12, 12)), np.zeros(len(h))
-        (still, slack), *elevons = (take_off(self._air(at, G), *nothing) for G in self.aero)
-        winds = [nothing]
-        for M, M_slack in elevons:
-            d, width = 2.0 * deflection * h[:, None, None], h * (slack + 2.0 * deflection * M_slack)
-            winds += [(h[:, None, None] * still + sign * d * M, width) for sign in (-1.0, 1.0)]
-        return winds
-
-    def _airspeed(self, centre: Array, half: Array, budget: Array) -> Array:
-        """Upper bound of h = rho S eta / 2 on each box [kg/s]."""
-        weight = np.diag([1.0, 1.0, 1.0, *[math.sqrt(self.a.mu) * self.a.c] * 3])
-        mean = weight @ self.mean
-        most = np.linalg.norm(centre @ mean.T, axis=1) + half @ np.linalg.norm(mean, axis=0)
-        most += np.sqrt(budget * np.linalg.eigvalsh(weight @ self.spread @ weight).max())
-        return np.asarray(0.5 * self.a.rho * self.a.S * most)
-
-    def _remainder(self, at: AttitudeBoxes) -> Terms:
+    def remainder(self, at: AttitudeBoxes) -> Terms:
         """Second and higher order of M in f: gravity, rotation of the controlled force, kinematics."""
-        c1, ce, c3 = coordinates()
+        n = len(self.L)
+        c1, ce, c3 = coordinates(n)
         g, (tx, tz) = self.a.g, controlled(self.a, self.gains)
         falling = (at.kappa - 2.0 * ROOT * at.e2) * at.phi
         terms: list[tuple[Interval, Array]] = [
@@ -167,15 +240,16 @@ class Proof:
             (falling * at.d1, row_matrix(5, -2.0 * g * c1)),
             (falling * at.d3, row_matrix(5, -2.0 * g * c3)),
             (falling * at.e2, row_matrix(5, -4.0 * g * ce)),
-            (at.kappa, -SQRT_HALF * turning(np.eye(3))),
+            (at.kappa, -SQRT_HALF * turning(np.eye(3), n)),
         ]
         for column, force in ((at.nose, tx), (at.normal, tz)):
             x, y, z = column
             terms += [(-z, row_matrix(3, force)), (y, row_matrix(4, force)), (x, row_matrix(5, force))]
-        return [(value, scaled(M, self.L)) for value, M in terms]
+        return terms
 
-    def _air(self, at: AttitudeBoxes, G: Array) -> Terms:
+    def air(self, at: AttitudeBoxes, G: Array) -> Terms:
         """M per h of forces and moments G (v_b, w), velocities in the world."""
+        n = len(self.L)
         nothing = Interval(np.zeros_like(at.kappa.low), np.zeros_like(at.kappa.low))
         terms: list[tuple[Interval, Array]] = []
         for i in range(3):
@@ -184,29 +258,113 @@ class Proof:
                 for k in range(3):
                     by_rate = by_rate + G[k, 3 + j] * at.axes[k][i]
                     moment = moment + G[3 + i, k] * at.axes[k][j]
-                    for n in range(3):
-                        force = force + G[k, n] * (at.axes[k][i] * at.axes[n][j])
+                    for m in range(3):
+                        force = force + G[k, m] * (at.axes[k][i] * at.axes[m][j])
                 constant = nothing + G[3 + i, 3 + j]
                 places = ((force, 3 + i, 3 + j), (by_rate, 3 + i, 9 + j), (moment, 9 + i, 3 + j))
-                terms += [(value, entry_matrix(*place)) for value, *place in (*places, (constant, 9 + i, 9 + j))]
-        return [(value, scaled(M, self.L)) for value, M in terms]
+                terms += [(value, entry_matrix(*place, n)) for value, *place in (*places, (constant, 9 + i, 9 + j))]
+        return terms
 
 
-def _norm(M: Array) -> float:
-    return float(np.linalg.norm(M, 2))
+class _Cover:
+    """What holds on boxes of attitudes, at one level."""
+
+    def __init__(self, proof: Proof, made: Lift, level: float) -> None:
+        self.proof, self.lift, self.level = proof, made, level
+        self._known: dict[bytes, tuple[Array, Array]] = {}
+        n = len(proof.L)
+        self.tilt = [self._taken(M) for M in tilt_matrices(proof.a, proof.gains)]
+        self.gyro = np.stack([made.of(M) for M in gyro_matrices(proof.a, n)])
+        self.effect = np.array([np.linalg.norm(width, 2) for _, width in self.tilt])
+        self.effectiveness = proof.effectiveness(level)
+        self.deflection = min(proof.a.delta_max, greatest_deflection(proof.gains, level))
+
+    def budget(self, centre: Array, half: Array) -> Array:
+        """What the attitudes of a box leave of the level for the rest of the state at most; negative outside, (n,)."""
+        S_f = self.proof.S_f
+        least = np.einsum("ni,ij,nj->n", centre, S_f, centre) - 2.0 * np.abs(centre @ S_f * half).sum(1)
+        return np.asarray(self.level - np.maximum(least, 0.0))
+
+    def least(self, centre: Array, half: Array) -> Array:
+        """A bound of the smallest eigenvalue on each box; minus infinity beyond eta = 0, (n,)."""
+        proof, budget = self.proof, np.maximum(self.budget(centre, half), 0.0)
+        at = AttitudeBoxes(centre - half, centre + half)
+        middle = np.broadcast_to(self.lift.base, (len(centre), *self.lift.base.shape))
+        for share, (takes, width) in zip((at.d1, at.e2, at.d3), self.tilt, strict=True):
+            middle = Bend(share, takes, width).off(middle)
+        for bend in self._bends(proof.remainder(at)):
+            middle = bend.off(middle)
+        rates, rate_half = centre @ proof.mean[3:].T, half @ np.abs(proof.mean[3:]).T
+        rate_half = rate_half + np.sqrt(budget[:, None] * np.diag(proof.spread)[3:])
+        winds = self._winds(at, self._airspeed(centre, half, budget))
+        smallest = np.full(len(centre), math.inf)
+        for corner in product((-1.0, 1.0), repeat=3):
+            turning = middle - np.einsum("nj,jkl->nkl", rates + corner * rate_half, self.gyro)
+            for wind in winds:
+                smallest = np.minimum(smallest, np.linalg.eigvalsh(turning + wind)[:, 0])
+        return np.where(at.upright, smallest, -math.inf)
+
+    def _winds(self, at: AttitudeBoxes, h: Array) -> list[Array]:
+        """Corners of what the airspeed adds, (boxes, N, N).
+
+        They are h = 0, and h at its bound with the elevons' effectiveness at the corners of what the stream makes of it.
+        """
+        proof = self.proof
+        nothing = np.zeros((len(h), *self.lift.base.shape))
+        either = Interval(np.full(len(h), -2.0 * self.deflection), np.full(len(h), 2.0 * self.deflection))
+        terms = proof.air(at, proof.aero.still)
+        for G in (proof.aero.both, proof.aero.differ):
+            terms += [(value * either, M) for value, M in proof.air(at, G)]
+        whole = nothing
+        for bend in self._bends(terms):
+            whole = bend.off(whole)
+        whole = h[:, None, None] * whole
+        more = [self._more(at, self.effectiveness * h * h, elevon) for elevon in (0, 1)]
+        corners = product(*(((middle, width, 1.0), (middle, width, -1.0)) for middle, width in more))
+        whole = whole - sum(width for _, width in more)
+        return [nothing[:1], *(whole + s * left + r * right for (left, _, s), (right, _, r) in corners)]
+
+    def _more(self, at: AttitudeBoxes, kappa: Array, elevon: int) -> tuple[Array, Array]:
+        """What an elevon that is more effective by kappa takes off, and the width of that, (boxes, N, N)."""
+        M, force = elevon_effect(self.proof.a, self.proof.gains, elevon)
+        middle = kappa[:, None, None] * self._taken(M)[0]
+        width = np.zeros_like(middle)
+        for i in range(3):
+            share, (takes, most_of_it) = at.axes[2][i], self._taken(row_matrix(3 + i, force))
+            middle = middle + (0.5 * kappa * (share.low + share.high))[:, None, None] * takes
+            width = width + (0.5 * kappa * (share.high - share.low))[:, None, None] * most_of_it
+        return middle, width
+
+    def _airspeed(self, centre: Array, half: Array, budget: Array) -> Array:
+        """Upper bound of h = rho S eta / 2 on each box [kg/s]."""
+        a = self.proof.a
+        weight = np.diag([1.0, 1.0, 1.0, *[math.sqrt(a.mu) * a.c] * 3])
+        mean = weight @ self.proof.mean
+        most = np.linalg.norm(centre @ mean.T, axis=1) + half @ np.linalg.norm(mean, axis=0)
+        most += np.sqrt(budget * np.linalg.eigvalsh(weight @ self.proof.spread @ weight).max())
+        return np.asarray(0.5 * a.rho * a.S * most)
+
+    def _bends(self, terms: Terms) -> Iterator[Bend]:
+        return (Bend(share, *self._taken(M)) for share, M in terms if M.any() and most(share).any())
+
+    def _taken(self, M: Array) -> tuple[Array, Array]:
+        """What M takes off the lifted matrix, and that matrix's absolute value."""
+        key = M.tobytes()
+        if key not in self._known:
+            takes = self.lift.of(M)
+            values, vectors = np.linalg.eigh(takes)
+            self._known[key] = takes, (vectors * np.abs(values)) @ vectors.T
+        return self._known[key]
 
 
-def take_off(terms: Terms, middle: Array, slack: Array) -> tuple[Array, Array]:
-    """Subtract the terms' middles; their half widths become slack."""
-    for value, M in terms:
-        if M.any():
-            middle = middle - 0.5 * (value.low + value.high)[:, None, None] * M
-            slack = slack + 0.5 * (value.high - value.low) * _norm(M)
-    return middle, slack
+def most(value: Interval) -> Array:
+    """The largest magnitude of each."""
+    return np.asarray(np.maximum(np.abs(value.low), np.abs(value.high)))
 
 
-def _split(centre: Array, half: Array, axis: int) -> tuple[Array, Array]:
-    """Each box halved along an axis."""
-    shift = np.zeros_like(half)
-    shift[:, axis] = 0.5 * half[:, axis]
-    return np.vstack([centre - shift, centre + shift]), np.vstack([half - shift, half - shift])
+def _split(centre: Array, half: Array, effect: Array) -> tuple[Array, Array]:
+    """Each box halved along the axis that matters most, by the effect of each."""
+    axis = (half * effect).argmax(axis=1)
+    shift = np.where(np.arange(3) == axis[:, None], 0.5 * half, 0.0)
+    half = half - shift
+    return np.vstack([centre - shift, centre + shift]), np.vstack([half, half])

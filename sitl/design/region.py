@@ -25,21 +25,31 @@ from typing import NamedTuple
 import numpy as np
 
 from sitl.control.hover_linear import SQRT_HALF, LinearGains
-from sitl.design.closed_loop import ATTITUDE_ROWS, POSITION_ROWS, RATE_ROWS, VELOCITY_ROWS
-from sitl.design.proof import Proof
+from sitl.design.closed_loop import (
+    ATTITUDE_ROWS,
+    INTEGRAL_ROWS,
+    POSITION_ROWS,
+    RATE_ROWS,
+    VELOCITY_ROWS,
+    feedback,
+    lyapunov_matrix,
+)
+from sitl.design.proof import MAX_BOXES, Proof
 from sitl.errors import SitlError
 from sitl.model.airframe import Airframe, Array
 
 PRECISION = 0.05  # of the level, relative
+RATE_HALVINGS = 12  # of the interval that the rate limit's level is sought in
 MIN_LEVEL = 1e-5  # below which a set is not worth the name
 
 
 class Certificate(NamedTuple):
     """Levels of V below which something is proved; the set is proved up to the smallest."""
 
-    decrease: float  # V' < 0 below it, as far as the other three hold
+    decrease: float  # V' < 0 below it, as far as the others hold
     saturation: float  # no actuator meets a position limit below it
-    reach: float  # the position error is not shortened below it
+    rate: float  # no actuator meets a rate limit below it
+    reach: float  # nothing that the law bounds is bounded: the position error, the integral and what it grows by
     chart: float  # the nose cannot turn through the attitudes that x does not tell apart below it
 
     @property
@@ -48,48 +58,84 @@ class Certificate(NamedTuple):
         return min(self)
 
 
-def certify(a: Airframe, gains: LinearGains, *, precision: float = PRECISION) -> Certificate:
+def certify(
+    a: Airframe, gains: LinearGains, *, precision: float = PRECISION, sampled: bool = True, boxes: int = MAX_BOXES
+) -> Certificate:
     """The largest sublevel set of V that can be proved, by bisection.
 
     Args:
         a: The airframe.
-        gains: A law without integral, and the S of its V.
+        gains: A law, and its V.
         precision: Of the level, relative, > 0.
+        sampled: Whether commands are late, as they fly, or in force at once.
+        boxes: How many boxes of attitudes may be left to split.
 
     Raises:
-        SitlError: If the law has an integral, or its V proves nothing.
+        SitlError: If V proves nothing.
     """
-    proof = Proof.of(a, gains)
-    saturation, reach, chart = saturation_level(a, gains), _reach_level(gains), chart_level(gains)
+    proof = Proof.of(a, gains, sampled=sampled)
+    saturation, reach, chart = saturation_level(a, gains), reach_level(gains), chart_level(gains)
     high = min(saturation, reach, chart)
-    low = high
-    while not proof.holds(low):
+    rate = rate_level(a, proof, high) if sampled else math.inf
+    high = low = min(high, rate)
+    while not proof.holds(low, boxes):
         low, high = 0.25 * low, low
         if low < MIN_LEVEL:
             raise SitlError("no sublevel set of V can be proved: its decrease about the hover is too small")
     while high > (1.0 + precision) * low:
         middle = math.sqrt(low * high)
-        low, high = (middle, high) if proof.holds(middle) else (low, middle)
-    return Certificate(low, saturation, reach, chart)
+        low, high = (middle, high) if proof.holds(middle, boxes) else (low, middle)
+    return Certificate(low, saturation, rate, reach, chart)
 
 
 def saturation_level(a: Airframe, gains: LinearGains) -> float:
     """Smallest V at which the law can ask an actuator for its position limit.
 
     Every limit is a half-space: |d1| <= delta_max is |u3| <= delta_max u1. Of c' x <= bound, the ellipsoid
-    touches the plane at V = bound^2 / (c' S^-1 c).
+    touches the plane at V = bound^2 / (c' P^-1 c).
     """
     low, high = a.k_f * a.omega_min**2, a.k_f * a.omega_max**2
-    planes = []
+    planes, K, P = [], feedback(gains), lyapunov_matrix(gains)
     for motor, elevon in ((0, 2), (1, 3)):
-        T, K_T, K_d = gains.u_bar[motor], gains.K[motor], gains.K[elevon]
+        T, K_T, K_d = gains.u_bar[motor], K[motor], K[elevon]
         planes += [(K_T, T - low), (-K_T, high - T)]
         planes += [(a.delta_max * K_T + sign * K_d, a.delta_max * T) for sign in (-1.0, 1.0)]
-    return float(min(bound * bound / (normal @ np.linalg.solve(gains.S, normal)) for normal, bound in planes))
+    return float(min(bound * bound / (normal @ np.linalg.solve(P, normal)) for normal, bound in planes))
+
+
+def rate_level(a: Airframe, proof: Proof, high: float) -> float:
+    """A V up to which no command changes faster than its actuator can follow, at most ``high``."""
+    if _follows(a, proof, high):
+        return high
+    low = 0.0
+    for _ in range(RATE_HALVINGS):
+        level = 0.5 * (low + high)
+        low, high = (level, high) if _follows(a, proof, level) else (low, level)
+    return low
+
+
+def _follows(a: Airframe, proof: Proof, level: float) -> bool:
+    rates = proof.greatest_rates(level)
+    if rates is None:
+        return False
+    motor, elevon = rates
+    return motor < a.omega_rate and elevon < a.delta_rate
+
+
+def reach_level(gains: LinearGains) -> float:
+    """Smallest V at which the law bounds something: the position error, its integral, or what that grows by."""
+    C = np.linalg.inv(lyapunov_matrix(gains))
+    growth = np.hstack([np.eye(3), gains.lead * np.eye(3), np.zeros((3, len(C) - 6))])
+    bounds = [(C[POSITION_ROWS, POSITION_ROWS], gains.reach)]
+    if len(C) > INTEGRAL_ROWS.start:
+        bounds += [(growth @ C @ growth.T, gains.integral_limit), (C[INTEGRAL_ROWS, INTEGRAL_ROWS], gains.bound)]
+    return float(min(bound**2 / np.linalg.eigvalsh(part)[-1] for part, bound in bounds))
 
 
 def radii(gains: LinearGains, level: float) -> tuple[float, float, float, float]:
-    """What {V <= level} holds in any direction when all else is zero: position [m], speed, turn [rad], rates.
+    """What {V <= level} holds in any direction when all else is zero, the integral, too.
+
+    Position [m], speed, turn [rad] and rates.
 
     A turn by theta has |eps - eps_bar| <= 2 sin(theta / 4), at most theta / 2.
     """
@@ -100,13 +146,6 @@ def radii(gains: LinearGains, level: float) -> tuple[float, float, float, float]
     return p, v, 4.0 * math.asin(min(1.0, 0.5 * e)), w
 
 
-def _reach_level(gains: LinearGains) -> float:
-    """Smallest V at which the position error can be longer than the law's reach."""
-    if math.isinf(gains.reach):
-        return math.inf
-    return float(gains.reach**2 / np.linalg.eigvalsh(np.linalg.inv(gains.S)[POSITION_ROWS, POSITION_ROWS]).max())
-
-
 def chart_level(gains: LinearGains) -> float:
     r"""Smallest V at which eta = 0, |eps| = 1.
 
@@ -115,7 +154,7 @@ def chart_level(gains: LinearGains) -> float:
     and V = 0. Below this level the two are apart. The minimum of (n - eps_bar)' S_e (n - eps_bar) over the sphere
     equals the maximum of its dual, every value of which is a lower bound.
     """
-    S_e = _marginal(gains.S, ATTITUDE_ROWS)
+    S_e = _marginal(lyapunov_matrix(gains), ATTITUDE_ROWS)
     values, vectors = np.linalg.eigh(S_e)
     upright = np.array([0.0, -SQRT_HALF, 0.0])
     pull = vectors.T @ S_e @ upright

@@ -14,11 +14,20 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from sitl.compiled import entry, kernel, subroutine
-from sitl.model.airframe import Airframe, Array
-from sitl.model.arithmetic import arctangent, sine_cosine
+from sitl.model.aerodynamics import elevon_arm, slopes, wrench
+from sitl.model.airframe import REPORT, Airframe, Array
+from sitl.model.arithmetic import arctangent, clipped, sine_cosine
+from sitl.model.propeller import speed_for
+from sitl.model.state import Actuators
+from sitl.model.vectors import Vector
 
 Values: TypeAlias = float | Array
 MAX_DECELERATION = 20.0  # to which limits are looked for [m/s2]
+INCIDENCES = 60  # at which a balance of a wing that stalls is sought
+MAX_INCIDENCE = 2.4  # [rad]
+COARSE_PASSES, TRIM_PASSES = 8, 32  # of the thrust and the elevons at one of them, and in the end
+MIN_GRIP = 0.05  # of both elevons, in air that they do not meet [N/rad]
+MAX_DELTA = 1.5  # [rad]
 GRID = 0.05  # of decelerations in which a limit is bracketed [m/s2]
 HALVINGS = 30  # of that bracket
 
@@ -126,6 +135,12 @@ class Balance(NamedTuple):
 @subroutine
 def balance(a: Airframe, speed: float, climb: float, accel: float) -> Balance:
     """Straight flight at a speed, a climb and an acceleration along the path; see :class:`Trim`."""
+    return _balance(a, speed, climb, accel) if a.aerodynamics == REPORT else _sought_balance(a, speed, climb, accel)
+
+
+@subroutine
+def _balance(a: Airframe, speed: float, climb: float, accel: float) -> Balance:
+    """In closed form, of the aerodynamics that are linear in the incidence."""
     rise, run = sine_cosine(climb)
     h, weight, push = 0.5 * a.rho * a.S * speed, a.m * (a.g + accel * rise), a.m * accel * run
     lift = h * a.C_l * (1.0 - a.xi_f / a.xi_m) * speed  # of wing and elevons together, per sine of incidence
@@ -140,8 +155,71 @@ def balance(a: Airframe, speed: float, climb: float, accel: float) -> Balance:
     # and the elevons' force, 2 delta C_l xi_f (X T + h vx / 2) = -h C_l vz xi_f / xi_m, a quadratic in delta
     delta = _root(a.S_ratio * T1, a.S_ratio * T0 + 0.5 * h * vx, -0.5 * h * vz / a.xi_m)
     thrust = T0 + T1 * delta
-    omega = math.sqrt(thrust / a.k_f) if thrust > 0.0 else 0.0
+    return _held(theta, thrust, delta, vx, a)
+
+
+@kernel
+def _held(theta: float, thrust: float, delta: float, inflow: float, a: Airframe) -> Balance:
+    omega = speed_for(thrust, inflow, a)
     return Balance(theta, thrust, delta, omega, min(omega - a.omega_min, a.omega_max - omega))
+
+
+@subroutine
+def _sought_balance(a: Airframe, speed: float, climb: float, accel: float) -> Balance:
+    """By search from the least incidence on: a wing that stalls may balance at several."""
+    rise, run = sine_cosine(climb)
+    weight, push = a.m * (a.g + accel * rise), a.m * accel * run
+    low = 0.0
+    before = _across(low, a, speed, climb, weight, push, COARSE_PASSES)
+    for step in range(1, INCIDENCES + 1):
+        high = step * (MAX_INCIDENCE / INCIDENCES)
+        after = _across(high, a, speed, climb, weight, push, COARSE_PASSES)
+        if (before <= 0.0) != (after <= 0.0):
+            break
+        low, before = high, after
+    high = min(low + MAX_INCIDENCE / INCIDENCES, MAX_INCIDENCE)
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        value = _across(middle, a, speed, climb, weight, push, TRIM_PASSES)
+        if (value <= 0.0) == (before <= 0.0):
+            low = middle
+        else:
+            high = middle
+    thrust, delta, vx = _trimmed(low, a, speed, climb, weight, push, TRIM_PASSES)
+    return _held(climb + low, thrust, delta, vx, a)
+
+
+@kernel
+def _trimmed(
+    incidence: float, a: Airframe, speed: float, climb: float, weight: float, push: float, passes: int
+) -> tuple[float, float, float]:
+    """Thrust [N] and elevons [rad] that give the axial force and no moment at an incidence, and the air along x_b."""
+    across, along = sine_cosine(incidence)
+    up, ahead = sine_cosine(climb + incidence)
+    v = Vector(speed * along, 0.0, -speed * across)
+    wanted = push * ahead + weight * up
+    thrust, delta = 0.5 * wanted, 0.0
+    for _ in range(passes):
+        stream = slopes(v, thrust, thrust, a)
+        grip = max(stream.left_elevon + stream.right_elevon, MIN_GRIP)
+        omega = speed_for(thrust, v.x, a)
+        F, M = wrench(v, Vector(0.0, 0.0, 0.0), Actuators(omega, omega, delta, delta), a)
+        delta = clipped(delta + M.y / (elevon_arm(a) * grip), -MAX_DELTA, MAX_DELTA)
+        thrust += 0.5 * (wanted - F.x) / (1.0 - a.S_ratio * a.C_d0)
+    return thrust, delta, v.x
+
+
+@kernel
+def _across(
+    incidence: float, a: Airframe, speed: float, climb: float, weight: float, push: float, passes: int
+) -> float:
+    """What is left of the force along z_b at an incidence, thrust and elevons trimmed [N]."""
+    thrust, delta, vx = _trimmed(incidence, a, speed, climb, weight, push, passes)
+    up, ahead = sine_cosine(climb + incidence)
+    across, _ = sine_cosine(incidence)
+    omega = speed_for(thrust, vx, a)
+    F, _ = wrench(Vector(vx, 0.0, -speed * across), Vector(0.0, 0.0, 0.0), Actuators(omega, omega, delta, delta), a)
+    return F.z - (weight * ahead - push * up)
 
 
 @kernel

@@ -15,7 +15,8 @@ from sitl.design.matrices import solve
 from sitl.design.trim import level_trim
 from sitl.model.airframe import Airframe, Array
 from sitl.model.arithmetic import sine_cosine
-from sitl.model.plant import derivative
+from sitl.model.plant import derivative, inflow
+from sitl.model.propeller import speed_for
 from sitl.model.quaternions import Quaternion, from_euler, multiply, rotate_inverse
 from sitl.model.state import Actuators, Body
 from sitl.model.vectors import Vector
@@ -140,9 +141,10 @@ def _unbalanced(a: Airframe, speed: float, climb: float, unknown: Array, known: 
     bank, turn_rate = (known, unknown[1]) if banked else (unknown[1], known)
     rise, run = sine_cosine(climb)
     q, rates = _flown(climb, bank, unknown[0], turn_rate)
-    w1, w2 = math.sqrt(max(unknown[2], 0.0) / a.k_f), math.sqrt(max(unknown[3], 0.0) / a.k_f)
     free = Vector(0.0, 0.0, 0.0)
     body = Body(free, Vector(speed * run, 0.0, speed * rise), q, rates)
+    ahead = inflow(body, free)
+    w1, w2 = speed_for(unknown[2], ahead, a), speed_for(unknown[3], ahead, a)
     rate = derivative(body, Actuators(w1, w2, unknown[4], unknown[5]), free, free, free, a)
     v, w = rate.velocity, rate.rates
     # less the turn's own acceleration, to the left of north
@@ -160,7 +162,8 @@ def _described(a: Airframe, speed: float, climb: float, solved: Array, known: fl
     bank, turn_rate = (known, float(solved[1])) if banked else (float(solved[1]), known)
     q, rates = _flown(climb, bank, float(solved[0]), turn_rate)
     thrust, delta = solved[2:4], solved[4:]
-    omega = np.sqrt(np.maximum(thrust, 0.0) / a.k_f)
+    ahead = speed * math.cos(float(solved[0]))
+    omega = np.array([speed_for(one, ahead, a) for one in thrust.tolist()])
     margin = a.delta_max - float(np.abs(delta).max())
     motor_margin = float(np.minimum(omega - a.omega_min, a.omega_max - omega).min())
     return TurningTrim(

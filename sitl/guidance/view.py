@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from protocol.dialect.vocabulary import Law
 from sitl.control.reference import Point
+from sitl.model.ground import Crash
 
 
 class VehicleView(NamedTuple):
@@ -20,10 +21,11 @@ class VehicleView(NamedTuple):
     v: Point  # velocity [m/s]
     heading: float  # of the belly while upright, of the nose in forward flight [rad]
     tilt: float  # angle between the nose and the vertical [rad]
-    landed: bool  # the law in force is LANDED
+    landed: bool  # on the ground: the law in force is LANDED or CRASHED
     battery_left: float  # share of the battery, 0..1
     forward: bool = False  # in forward flight, or in a front or back transition
     wind: Point = (0.0, 0.0, 0.0)  # [m/s]
     stopping_distance: float = 0.0  # from the present speed in forward flight [m]
     battery_energy: float = math.inf  # left in the battery [J]
     law: Law = Law.LANDED  # in force
+    crash: Crash | None = None  # what broke it

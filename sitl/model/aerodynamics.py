@@ -1,80 +1,83 @@
-"""Forces and moments of the phi-theory model on the body (report, section "Représentation dynamique").
+"""Forces and moments of air and propellers on the body, at the level that the airframe names.
 
-Each half wing sits in its propeller's slipstream and in the free stream; each elevon turns part of both flows.
-With h = rho S eta / 2 and E_i = delta_i (f T_i + h xi_f C_l v_bx / 2), where f = S_ratio C_l xi_f, the report's
-matrix sums reduce to the scalar expressions below. Signs are those of the body frame FLU: the report types
-Phi(mv) and the arms' skew matrices with the opposite sign, which its printed matrices contradict.
+* ``report``: the phi-theory model as the report prints it (:mod:`sitl.model.phi_theory`).
+* ``passive``: the same, with the force from body rates transposed and the elevons' drag: a still wing gains no energy.
+* ``stall``: surfaces that the air leaves, and a slipstream that keeps its part attached (:mod:`sitl.model.stall`).
 """
 
-import math
+from __future__ import annotations
+
+from typing import NamedTuple
 
 from sitl.compiled import kernel
-from sitl.model.airframe import Airframe
+from sitl.model import phi_theory, stall
+from sitl.model.airframe import PASSIVE, REPORT, STALL, Airframe
+from sitl.model.propeller import thrust
 from sitl.model.state import Actuators
 from sitl.model.vectors import Vector
 
 
-@kernel
-def effective_speed(v: Vector, w: Vector, a: Airframe) -> float:
-    """The report's eta = sqrt(|v|^2 + mu c^2 |w|^2) [m/s], of the velocity through the air and the body rates."""
-    turning = a.mu * a.c * a.c * (w.x * w.x + w.y * w.y + w.z * w.z)
-    return math.sqrt(v.x * v.x + v.y * v.y + v.z * v.z + turning)
+class Slopes(NamedTuple):
+    """Forces about zero elevons and no rates, each divided by what it is proportional to."""
+
+    normal: float  # of the wing: -F_z / v_z [N s/m]
+    moment: float  # of the wing: -M_y / v_z [N s]
+    drag: float  # of the free stream: -F_x / v_x [N s/m]
+    left_elevon: float  # -F_z by its deflection [N/rad]
+    right_elevon: float
 
 
 @kernel
 def wrench(v: Vector, w: Vector, actuators: Actuators, a: Airframe) -> tuple[Vector, Vector]:
-    r"""Sum of forces [N] and of moments [N m] in the body frame.
-
-    .. math::
-        F &= \sum_i [I + X \Phi^{(fv)} (\Delta_{f,i} - I)] T_i
-             + \tfrac14 \rho S \eta [\Phi^{(fv)} (\Delta_{f,1} + \Delta_{f,2} - 2I) v_b
-             + \Phi^{(mv)} (\Delta_{f,1} + \Delta_{f,2} - 2I) B \omega]
+    """Sum of forces [N] and of moments [N m] in the body frame FLU.
 
     Args:
         v: Velocity relative to the air, body FLU [m/s].
         w: Body rates [rad/s].
         actuators: Propeller speeds [rad/s] and elevon deflections, positive nose-up [rad].
         a: The airframe.
-
-    Valid for any incidence as far as the linear Phi is: there is no stall.
     """
-    w1, w2, d1, d2 = actuators
-    T1, T2 = a.k_f * w1 * w1, a.k_f * w2 * w2
-    h = 0.5 * a.rho * a.S * effective_speed(v, w, a)
-    X = a.S_ratio
-    both, differ = d1 + d2, d1 - d2
-    E1 = d1 * (a.C_l * a.xi_f) * (X * T1 + 0.5 * h * v.x)
-    E2 = d2 * (a.C_l * a.xi_f) * (X * T2 + 0.5 * h * v.x)
-    coupling = a.Delta_r / a.c  # Phi(mv) without its coefficients C_l and C_y0
-
-    Fx = (1.0 - X * a.C_d0) * (T1 + T2) - h * (a.C_d0 * (v.x - 0.5 * a.xi_f * both * v.z))
-    Fy = -h * (a.C_y0 * v.y + (coupling * a.C_l * a.b) * (w.z + 0.5 * a.xi_f * both * w.x))
-    Fz = -(E1 + E2) - h * (a.C_l * v.z - (coupling * a.C_y0 * a.c) * w.y)
-
-    arm = a.Delta_r * a.xi_m / a.xi_f  # of an elevon's normal force about y_b
-    L = damping(w, both, h, a)
-    Mx = a.k_m * (w1 * w1 - w2 * w2) - a.a_y * (E1 - E2)
-    My = -arm * (E1 + E2) - h * (a.Delta_r * a.C_l) * v.z
-    Mz = -(a.p_y - X * a.a_y * a.C_d0) * (T1 - T2) - h * ((0.5 * a.a_y * a.C_d0 * a.xi_f) * v.z * differ)
-    Mz += h * (a.b * coupling * a.C_y0) * v.y
-    return Vector(Fx, Fy, Fz), Vector(Mx + L.x, My + L.y, Mz + L.z)
+    if a.aerodynamics == REPORT:
+        return phi_theory.wrench(v, w, actuators, a)
+    if a.aerodynamics == PASSIVE:
+        return phi_theory.passive_wrench(v, w, actuators, a)
+    return stall.wrench(v, w, actuators, a)
 
 
 @kernel
-def damping(w: Vector, both: float, h: float, a: Airframe) -> Vector:
-    r"""Damping moments :math:`\frac12 h B \Phi^{(m\omega)} (\Delta_{m,1} + \Delta_{m,2} - 2I) B \omega` [N m].
+def slopes(v: Vector, T1: float, T2: float, a: Airframe) -> Slopes:
+    """What the laws and the trims invert: the slopes in a stream, at given thrusts [N].
 
     Args:
-        w: Body rates [rad/s].
-        both: d1 + d2 [rad].
-        h: rho S eta / 2 [kg/s].
+        v: Velocity relative to the air, body FLU [m/s].
+        T1: Thrust of the left propeller [N].
+        T2: Thrust of the right one [N].
         a: The airframe.
     """
-    # (Delta_m,1 + Delta_m,2 - 2 I) B w / 2, then Phi(m w), which is half its tabled coefficients, then B
-    tilt = (0.5 * a.xi_m * a.b) * both
-    x, y, z = tilt * w.z - a.b * w.x, -a.c * w.y, -tilt * w.x - a.b * w.z
-    return Vector(
-        h * (0.5 * a.b) * (a.C_lp * x + a.C_lq * y + a.C_lr * z),
-        h * (0.5 * a.c) * (a.C_mp * x + a.C_mq * y + a.C_mr * z),
-        h * (0.5 * a.b) * (a.C_np * x + a.C_nq * y + a.C_nr * z),
-    )
+    if a.aerodynamics == STALL:
+        left, right = stall.side_slopes(v, T1, a), stall.side_slopes(v, T2, a)
+        return Slopes(
+            left.normal + right.normal, left.moment + right.moment, left.drag + right.drag, left.elevon, right.elevon
+        )
+    h = 0.5 * a.rho * a.S * phi_theory.speed(v)
+    stream = 0.5 * a.C_l * a.xi_f * h * v.x
+    per_thrust = a.S_ratio * a.C_l * a.xi_f
+    return Slopes(h * a.C_l, h * (a.C_l * a.Delta_r), h * a.C_d0, per_thrust * T1 + stream, per_thrust * T2 + stream)
+
+
+@kernel
+def elevon_arm(a: Airframe) -> float:
+    """Of an elevon's normal force behind the centre of mass [m]."""
+    return a.Delta_r * a.xi_m / a.xi_f
+
+
+@kernel
+def trimmed_slope(s: Slopes, a: Airframe) -> float:
+    """Normal force per v_z of the wing and of the elevons that take its moment away [N s/m]."""
+    return s.normal - s.moment / elevon_arm(a)
+
+
+@kernel
+def thrusts(actuators: Actuators, inflow: float, a: Airframe) -> tuple[float, float]:
+    """Thrusts of both propellers [N]."""
+    return thrust(actuators.left_motor, inflow, a), thrust(actuators.right_motor, inflow, a)

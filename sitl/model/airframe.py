@@ -9,6 +9,8 @@ Array: TypeAlias = npt.NDArray[np.float64]
 
 SATURATED = 0  # actuator model: position and rate limits (report, "Saturation des commandes")
 FIRST_ORDER = 1  # actuator model: position limits and a first-order lag (the report's alternative)
+REPORT, PASSIVE, STALL = range(3)  # level of the aerodynamics; see sitl.model.aerodynamics
+SHAFT, BATTERY = range(2)  # whose energy is counted
 
 
 class Airframe(NamedTuple):
@@ -59,3 +61,25 @@ class Airframe(NamedTuple):
     foot_x: float  # the tail's contact points: distance behind the centre of mass [m]
     foot_y: float  # the tail's contact points: half distance along the span [m]
     foot_z: float  # the tail's contact points: half distance along z_b [m]
+    max_contact_speed: float  # at which it may hit the ground, normal to it, and still fly [m/s]
+    # What the report's sets do without: air along the propellers' axis, stall, rotors, motors and battery.
+    k_fv: float = 0.0  # thrust by speed and inflow, T = k_f w^2 + k_fv w V + k_fvv V |V| [kg]
+    k_fvv: float = 0.0  # [kg/m]
+    k_mv: float = 0.0  # torque likewise [kg m]
+    k_mvv: float = 0.0  # [kg]
+    k_mk: float = 0.0  # torque by the square of what V is above advance_knot w [kg]
+    advance_knot: float = 0.0  # [m/rad]
+    J_p: float = 0.0  # inertia of a rotor about its axis [kg m2]
+    S_p: float = 0.05  # disc of a propeller [m2]
+    aerodynamics: int = REPORT  # REPORT, PASSIVE or STALL
+    C_90: float = 1.2  # normal force coefficient across the stream [-]
+    per_stall: float = 8.5  # 1 / sin^2 of the incidence where half of the flow is detached [-]
+    cp_shift: float = 0.0  # of the centre of pressure, from attached flow to across the stream [m]
+    energy_account: int = SHAFT  # SHAFT or BATTERY
+    motor_constant: float = 0.01  # volts per speed, and torque per ampere [V s]
+    motor_resistance: float = 0.1  # [ohm]
+    idle_current: float = 0.5  # [A]
+    controller_efficiency: float = 0.95  # of a speed controller [-]
+    avionics_power: float = 0.0  # [W]
+    battery_voltage: float = 11.1  # of the cells, half charged [V]
+    battery_resistance: float = 0.03  # [ohm]

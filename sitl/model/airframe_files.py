@@ -13,10 +13,26 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from sitl.errors import SitlError
-from sitl.model.airframe import FIRST_ORDER, SATURATED, Airframe
+import numpy as np
 
-ACTUATOR_MODELS = {"saturated": SATURATED, "first-order": FIRST_ORDER}
+from sitl.errors import SitlError
+from sitl.model.airframe import (
+    BATTERY,
+    FIRST_ORDER,
+    PASSIVE,
+    REPORT,
+    SATURATED,
+    SHAFT,
+    STALL,
+    Airframe,
+)
+from sitl.model.propeller_files import load_propeller
+
+CHOICES: dict[str, dict[str, int]] = {
+    "actuator_model": {"saturated": SATURATED, "first-order": FIRST_ORDER},
+    "aerodynamics": {"report": REPORT, "passive": PASSIVE, "stall": STALL},
+    "energy_account": {"shaft": SHAFT, "battery": BATTERY},
+}
 UNITS = {
     "m": "kg", "J1": "kg m2", "J2": "kg m2", "J3": "kg m2", "g": "m/s2", "rho": "kg/m3", "S": "m2", "b": "m",
     "c": "m", "S_ratio": "-", "C_l": "1/rad", "C_d0": "-", "C_y0": "-", "xi_f": "-", "xi_m": "-", "Delta_r": "m",
@@ -24,10 +40,18 @@ UNITS = {
     "C_mp": "-", "C_mq": "-", "C_mr": "-", "C_np": "-", "C_nq": "-", "C_nr": "-", "mu": "-", "omega_min": "rad/s",
     "omega_max": "rad/s", "omega_rate": "rad/s2", "delta_max": "deg", "delta_rate": "rad/s",
     "actuator_model": "name", "motor_tau": "s", "elevon_tau": "s", "foot_x": "m", "foot_y": "m", "foot_z": "m",
+    "aerodynamics": "name", "energy_account": "name",
+    "max_contact_speed": "m/s",
 }  # fmt: skip
-POSITIVE = frozenset(UNITS) - {
-    "C_y0", "C_d0", "C_lp", "C_lq", "C_lr", "C_mp", "C_mq", "C_mr", "C_np", "C_nq", "C_nr", "mu", "actuator_model",
+STALL_UNITS = {"C_90": "-", "stall_angle": "deg", "cp_shift": "m", "J_p": "kg m2"}  # of the level "stall" alone
+BATTERY_UNITS = {  # where the battery's energy is counted
+    "motor_constant": "V s", "motor_resistance": "ohm", "idle_current": "A", "controller_efficiency": "-",
+    "avionics_power": "W", "battery_voltage": "V", "battery_resistance": "ohm",
 }  # fmt: skip
+PROPELLER_KEYS = ("k_f", "k_m", "S_ratio")  # what a propeller of ours states, and a set without one states itself
+ALL_UNITS = UNITS | STALL_UNITS | BATTERY_UNITS | {"propeller": "name"}
+SIGNED = frozenset({"C_y0", "C_lp", "C_lq", "C_lr", "C_mp", "C_mq", "C_mr", "C_np", "C_nq", "C_nr"})
+NOT_NEGATIVE = frozenset({"C_d0", "mu", "cp_shift", "J_p", "idle_current", "avionics_power"})
 
 
 class AirframeError(SitlError):
@@ -78,13 +102,13 @@ def load(name_or_path: str) -> ParameterSet:
     raw, table = _read(path)
     header = _header(path, table)
     base = load(header.base) if header.base else None
-    values = dict(base.values) if base else {}
-    values |= {key: _entry(path, key, entry) for key, entry in table.items()}
-    missing = [key for key in UNITS if key not in values]
+    own = {key: _entry(path, key, entry) for key, entry in table.items()}
+    _check_propeller(path, own)
+    values = (dict(base.values) if base else {}) | own
+    missing = [key for key in _required(values) if key not in values]
     if missing:
         raise AirframeError(f"{path}: {', '.join(missing)} missing")
-    numbers: dict[str, Any] = {key: _number(path, key, values[key]) for key in UNITS}
-    parameters = Airframe(**numbers)
+    parameters = _airframe({key: _number(path, key, values[key]) for key in _required(values)}, values)
     waived = header.waived | (base.waived if base else frozenset())
     _check_together(path, parameters, waived)
     digest = hashlib.sha256(raw).hexdigest()
@@ -107,6 +131,37 @@ def _read(path: Path) -> tuple[bytes, dict[str, Any]]:
         raise AirframeError(f"{path}: {error.strerror}") from error
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise AirframeError(f"{path}: not a TOML file: {error}") from error
+
+
+def _required(values: dict[str, SourcedValue]) -> list[str]:
+    """Keys that a set must have; without its names, those of the report's sets."""
+
+    def chosen(key: str, name: str) -> bool:
+        return key in values and values[key].value == name
+
+    units = UNITS | (STALL_UNITS if chosen("aerodynamics", "stall") else {})
+    units |= BATTERY_UNITS if chosen("energy_account", "battery") else {}
+    return [key for key in units if key not in PROPELLER_KEYS or "propeller" not in values]
+
+
+def _check_propeller(path: Path, own: dict[str, SourcedValue]) -> None:
+    """One set, one propeller: who states a part of it states all of it."""
+    told = [key for key in PROPELLER_KEYS if key in own]
+    if "propeller" in own and told:
+        raise AirframeError(f"{path}: {', '.join(told)} beside propeller: they are the propeller's")
+    if len({"k_f", "k_m"} & own.keys()) == 1:
+        raise AirframeError(f"{path}: {told[0]} without the other of k_f and k_m: they are one propeller's")
+
+
+def _airframe(numbers: dict[str, Any], values: dict[str, SourcedValue]) -> Airframe:
+    """The kernels' constants of what the set states."""
+    if "stall_angle" in numbers:
+        numbers["per_stall"] = 1.0 / math.sin(numbers.pop("stall_angle")) ** 2
+    if "propeller" in values:
+        propeller = load_propeller(str(values["propeller"].value))
+        numbers |= propeller.constants(numbers["rho"])
+        numbers |= {"S_p": propeller.disc, "S_ratio": numbers["S"] / (4.0 * propeller.disc)}
+    return Airframe(**numbers)
 
 
 class _Header(NamedTuple):
@@ -140,12 +195,12 @@ def _nearest(key: str, known: Iterable[str]) -> str:
 
 
 def _entry(path: Path, key: str, entry: object) -> SourcedValue:
-    if key not in UNITS:
-        raise AirframeError(f"{path}: unknown key {key!r}" + _nearest(key, UNITS))
+    if key not in ALL_UNITS:
+        raise AirframeError(f"{path}: unknown key {key!r}" + _nearest(key, ALL_UNITS))
     if not isinstance(entry, dict) or entry.keys() != {"value", "unit", "source"}:
         raise AirframeError(f"{path}: {key} must be {{ value = ..., unit = ..., source = ... }}")
-    if entry["unit"] != UNITS[key]:
-        raise AirframeError(f"{path}: {key} is in {entry['unit']!r}, must be in {UNITS[key]!r}")
+    if entry["unit"] != ALL_UNITS[key]:
+        raise AirframeError(f"{path}: {key} is in {entry['unit']!r}, must be in {ALL_UNITS[key]!r}")
     if not isinstance(entry["source"], str) or not entry["source"]:
         raise AirframeError(f"{path}: {key} names no source")
     return SourcedValue(entry["value"], entry["unit"], entry["source"])
@@ -153,18 +208,29 @@ def _entry(path: Path, key: str, entry: object) -> SourcedValue:
 
 def _number(path: Path, key: str, entry: SourcedValue) -> float:
     value = entry.value
-    if key == "actuator_model":
-        if value not in ACTUATOR_MODELS:
-            raise AirframeError(f"{path}: actuator_model {value!r} is not one of {', '.join(ACTUATOR_MODELS)}")
-        return ACTUATOR_MODELS[str(value)]
+    if key in CHOICES:
+        if value not in CHOICES[key]:
+            raise AirframeError(f"{path}: {key} {value!r} is not one of {', '.join(CHOICES[key])}")
+        return CHOICES[key][str(value)]
     # An integer of TOML may be too large for a float.
     if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < sys.float_info.max:
         raise AirframeError(f"{path}: {key} = {value!r} is not a finite number")
-    if key in POSITIVE and value <= 0.0:
+    if key not in SIGNED | NOT_NEGATIVE and value <= 0.0:
         raise AirframeError(f"{path}: {key} = {value} must be positive")
-    if key in {"C_d0", "mu"} and value < 0.0:
+    if key in NOT_NEGATIVE and value < 0.0:
         raise AirframeError(f"{path}: {key} = {value} must not be negative")
     return math.radians(value) if entry.unit == "deg" else float(value)
+
+
+def _takes_energy(a: Airframe) -> bool:
+    """Whether the damping moments oppose every rotation: the symmetric part of their matrix is positive."""
+    if a.aerodynamics == STALL:  # whose strips damp the roll
+        return a.C_mq >= 0.0 and a.C_nr >= 0.0
+    rows = ((a.b, a.C_lp, a.C_lq, a.C_lr), (a.c, a.C_mp, a.C_mq, a.C_mr), (a.b, a.C_np, a.C_nq, a.C_nr))
+    M = np.array(
+        [[one * other * entry for entry, other in zip(row, (a.b, a.c, a.b), strict=True)] for one, *row in rows]
+    )
+    return bool(np.linalg.eigvalsh(M + M.T).min() >= 0.0)
 
 
 class _Rule(NamedTuple):
@@ -184,6 +250,10 @@ RULES = {
     "weight": _Rule(
         lambda a: 2.0 * (1.0 - a.S_ratio * a.C_d0) * a.k_f * a.omega_max**2 > a.m * a.g,
         "k_f = {0.k_f} and omega_max = {0.omega_max} cannot lift m = {0.m}",
+    ),
+    "damping": _Rule(
+        lambda a: a.aerodynamics == REPORT or _takes_energy(a),
+        "C_lp = {0.C_lp}, C_lr = {0.C_lr}, C_np = {0.C_np}, C_nr = {0.C_nr}, C_mq = {0.C_mq}: rates gain energy",
     ),
     "slipstream": _Rule(
         lambda a: a.S_ratio * a.C_d0 < 1.0, "S_ratio = {0.S_ratio} with C_d0 = {0.C_d0} leaves no thrust"

@@ -1,6 +1,7 @@
-"""The battery as a store of shaft energy, the only energy that the report measures.
+"""The battery as the vehicle reads it: charge, voltage under load, current.
 
-Voltage falls linearly from full to empty; capacity and voltages are assumptions, as the report gives none.
+The open voltage falls linearly from full to empty, and sags with the current over the cells' resistance. Where the
+airframe counts the energy of shafts, as the report does, the store is one of shaft energy and does not sag.
 """
 
 from __future__ import annotations
@@ -13,8 +14,9 @@ FULL_VOLTAGE, EMPTY_VOLTAGE = 12.6, 9.9  # of three lithium cells [V]
 class Battery(NamedTuple):
     """A battery after some energy was drawn."""
 
-    capacity: float  # shaft energy when full [J]
-    used: float  # shaft energy drawn since then [J]
+    capacity: float  # energy when full [J]
+    used: float  # energy drawn since then [J]
+    resistance: float = 0.0  # of the cells [ohm]
 
     @property
     def left(self) -> float:
@@ -22,10 +24,14 @@ class Battery(NamedTuple):
         return max(0.0, 1.0 - self.used / self.capacity)
 
     @property
-    def voltage(self) -> float:
-        """Terminal voltage [V]."""
+    def open_voltage(self) -> float:
+        """Voltage without load [V]."""
         return EMPTY_VOLTAGE + (FULL_VOLTAGE - EMPTY_VOLTAGE) * self.left
 
     def current(self, power: float) -> float:
-        """Current [A] at a given power [W]."""
-        return power / self.voltage
+        """Current [A] when its cells give up a power, losses in them included [W]."""
+        return power / self.open_voltage
+
+    def voltage(self, power: float = 0.0) -> float:
+        """Voltage at the terminals at such a power [V]."""
+        return self.open_voltage - self.resistance * self.current(power)

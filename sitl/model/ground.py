@@ -4,11 +4,13 @@ The four tail contacts grip: friction is a spring to the point where each one to
 Coulomb limit. So the vehicle stands without creeping and slides only when it is pushed.
 """
 
+from typing import NamedTuple
+
 from sitl.compiled import kernel, subroutine
 from sitl.model.airframe import Airframe
 from sitl.model.quaternions import rotate, rotate_inverse
 from sitl.model.state import Body, Feet, Foot, Plant
-from sitl.model.vectors import Vector, add, cross, level_norm
+from sitl.model.vectors import Vector, add, cross, level_norm, scaled
 
 STIFFNESS = 800.0  # of one contact, normal and tangential [N/m]: the vehicle sinks 1.5 mm under its weight
 DAMPING = 10.0  # of one contact [N s/m]
@@ -16,7 +18,16 @@ FRICTION = 0.6  # Coulomb coefficient [-]
 FEET = 4  # contacts that grip; the others only rub
 CLEAR = 0.8  # above this the vehicle touches nothing, nor will within a control period [m]
 
+SPIN_LEFT = 0.1  # share of the body rates that is left after a crash [-]
+
 _ALOFT = Foot(False, 0.0, 0.0)
+
+
+class Crash(NamedTuple):
+    """The contact that broke something."""
+
+    speed: float  # towards the ground; 0: there was none [m/s]
+    place: Vector  # where the centre of mass was, world NWU [m]
 
 
 @kernel
@@ -124,8 +135,50 @@ def _depth(body: Body, at: Vector) -> float:
 @kernel
 def is_touching(plant: Plant, a: Airframe) -> bool:
     """Whether any contact is loaded."""
+    return _lowest(plant.body, a) < 0.0
+
+
+@kernel
+def no_crash() -> Crash:
+    """Nothing is broken."""
+    return Crash(0.0, Vector(0.0, 0.0, 0.0))
+
+
+@subroutine
+def impact_speed(before: Body, after: Body, a: Airframe) -> float:
+    """Greatest speed towards the ground at which a contact has come to it, or goes on into it, in a step [m/s].
+
+    Args:
+        before: The body before the step.
+        after: And after it.
+        a: The airframe.
+    """
+    left = max(_hit(before, after, foot(1.0, 1.0, a)), _hit(before, after, foot(1.0, -1.0, a)))
+    right = max(_hit(before, after, foot(-1.0, 1.0, a)), _hit(before, after, foot(-1.0, -1.0, a)))
+    tips = max(_hit(before, after, wing_tip(1.0, a)), _hit(before, after, wing_tip(-1.0, a)))
+    return max(left, right, tips, _hit(before, after, nose(a)))
+
+
+@subroutine
+def _hit(before: Body, after: Body, at: Vector) -> float:
+    _, u = point_motion(before, at)
+    return -u.z if _depth(after, at) < 0.0 else 0.0
+
+
+@subroutine
+def crashed(plant: Plant, a: Airframe) -> Plant:
+    """The plant after a crash: what moved it has gone into the airframe, and it lies where it hit the ground."""
     body = plant.body
+    p, still = body.position, Vector(0.0, 0.0, 0.0)
+    on_top = Vector(p.x, p.y, p.z - min(_lowest(body, a), 0.0))
+    stopped = Body(on_top, still, body.attitude, scaled(body.rates, SPIN_LEFT))
+    return Plant(stopped, plant.actuators, feet_aloft())
+
+
+@subroutine
+def _lowest(body: Body, a: Airframe) -> float:
+    """Height of the lowest contact [m]."""
     left = min(_depth(body, foot(1.0, 1.0, a)), _depth(body, foot(1.0, -1.0, a)))
     right = min(_depth(body, foot(-1.0, 1.0, a)), _depth(body, foot(-1.0, -1.0, a)))
     tips = min(_depth(body, wing_tip(1.0, a)), _depth(body, wing_tip(-1.0, a)))
-    return min(left, right, tips, _depth(body, nose(a))) < 0.0
+    return min(left, right, tips, _depth(body, nose(a)))

@@ -12,9 +12,9 @@ from sitl.model.actuators import limited, moved, nodes
 from sitl.model.aerodynamics import wrench
 from sitl.model.airframe import Airframe
 from sitl.model.ground import contact, feet_after, feet_aloft, is_clear
-from sitl.model.quaternions import Quaternion, normalised
+from sitl.model.quaternions import Quaternion, normalised, x_axis
 from sitl.model.state import Actuators, Body, Feet, Plant
-from sitl.model.vectors import Vector, add_scaled
+from sitl.model.vectors import Vector, add_scaled, dot, subtract
 
 
 @kernel
@@ -133,10 +133,9 @@ def step(plant: Plant, command: Actuators, wind: Vector, armed: bool, a: Airfram
 
 
 @kernel
-def shaft_power(actuators: Actuators, a: Airframe) -> float:
-    """Power of both propellers, k_m (w1^3 + w2^3) [W]."""
-    w1, w2 = actuators.left_motor, actuators.right_motor
-    return a.k_m * (w1 * w1 * w1 + w2 * w2 * w2)
+def inflow(body: Body, wind: Vector) -> float:
+    """Speed of the air along the propellers' axis, from ahead [m/s]."""
+    return dot(x_axis(body.attitude), subtract(body.velocity, wind))
 
 
 @kernel

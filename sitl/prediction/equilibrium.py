@@ -1,18 +1,27 @@
 r"""Quasi-steady flight: the attitude, thrust and elevons that give a force in a stream of air.
 
 .. math::
-    x_d \parallel F + L |v_a| (v_a - (v_a \cdot y) y), \qquad L = \tfrac12 \rho S C_l (1 - \xi_f / \xi_m)
+    x_d \parallel F + L (v_a - (v_a \cdot y) y), \qquad
+    L = \tfrac12 \rho S |v_a| C_l (1 - \xi_f / \xi_m)
+
+in the report's aerodynamics; where the wing stalls, L depends on the incidence and is found with it.
 
 The frame is a leg's: x along it, y to its left, z up, origin at its beginning.
 """
 
-import math
 from typing import NamedTuple
 
 from sitl.compiled import kernel, subroutine
-from sitl.model.airframe import Airframe
+from sitl.model import propeller
+from sitl.model.aerodynamics import elevon_arm, slopes, trimmed_slope
+from sitl.model.airframe import STALL, Airframe
 from sitl.model.arithmetic import clipped, sine_cosine
+from sitl.model.state import Actuators
 from sitl.model.vectors import Vector, add_scaled, cross, dot, norm, scaled, subtract
+
+PASSES = 10  # of incidence and slope, where the wing stalls
+SLOW_AIR = 1.0  # slower air decides nothing [m/s]
+MIN_GRIP = 1e-3  # of both elevons [N/rad]
 
 
 class Equilibrium(NamedTuple):
@@ -34,33 +43,46 @@ def equilibrium(force: Vector, v_a: Vector, ahead: Vector, a: Airframe) -> Equil
         a: The airframe.
     """
     y = _unit(cross(force, ahead))
-    slip, speed = dot(v_a, y), norm(v_a)
-    h = 0.5 * a.rho * a.S * speed
-    x = add_scaled(force, add_scaled(v_a, y, -slip), h * a.C_l * (1.0 - a.xi_f / a.xi_m))
-    x = _unit(add_scaled(x, y, -dot(x, y)))
-    vx, vz = dot(v_a, x), dot(v_a, cross(x, y))
-    thrust = 0.5 * (dot(force, x) + h * a.C_d0 * vx) / (1.0 - a.S_ratio * a.C_d0)
-    grip = max(a.S_ratio * limited_thrust(thrust, a) + 0.5 * h * vx, 1e-3)
-    return Equilibrium(x, thrust, -0.5 * h * vz / (a.xi_m * grip))
+    level_air = add_scaled(v_a, y, -dot(v_a, y))
+    # An attached wing is tried first: it needs the least thrust.
+    x, thrust = (_unit(level_air) if norm(level_air) > SLOW_AIR else _unit(force)), 0.0
+    stream = slopes(_in_body(v_a, x, y), thrust, thrust, a)
+    for _ in range(PASSES if a.aerodynamics == STALL else 1):
+        x = add_scaled(force, level_air, trimmed_slope(stream, a))
+        x = _unit(add_scaled(x, y, -dot(x, y)))
+        v_b = _in_body(v_a, x, y)
+        thrust = 0.5 * (dot(force, x) + stream.drag * v_b.x) / (1.0 - a.S_ratio * a.C_d0)
+        given = limited_thrust(thrust, v_b.x, a)
+        stream = slopes(v_b, given, given, a)
+    grip = max(stream.left_elevon + stream.right_elevon, MIN_GRIP)
+    delta = -stream.moment * dot(v_a, cross(x, y)) / (elevon_arm(a) * grip)
+    return Equilibrium(x, thrust, delta)
 
 
 @kernel
-def limited_thrust(thrust: float, a: Airframe) -> float:
-    """What a motor gives of a thrust asked for [N]."""
-    return clipped(thrust, a.k_f * a.omega_min * a.omega_min, a.k_f * a.omega_max * a.omega_max)
+def _in_body(v_a: Vector, x: Vector, y: Vector) -> Vector:
+    """A velocity in the body frame whose axes x and y are given."""
+    return Vector(dot(v_a, x), dot(v_a, y), dot(v_a, cross(x, y)))
 
 
 @kernel
-def shaft_power(thrust: float, a: Airframe) -> float:
-    """Power of both propellers, each at a thrust asked for [W]."""
-    square = limited_thrust(thrust, a) / a.k_f
-    return 2.0 * a.k_m * square * math.sqrt(square)
+def limited_thrust(thrust: float, inflow: float, a: Airframe) -> float:
+    """What a motor gives of a thrust asked for [N], with the air along the nose [m/s]."""
+    return clipped(thrust, propeller.thrust(a.omega_min, inflow, a), propeller.thrust(a.omega_max, inflow, a))
+
+
+@kernel
+def power(thrust: float, inflow: float, a: Airframe) -> float:
+    """Power drawn for both propellers, each at a thrust asked for, with the air along the nose [W]."""
+    speed = propeller.speed_for(limited_thrust(thrust, inflow, a), inflow, a)
+    return propeller.drawn_power(Actuators(speed, speed, 0.0, 0.0), inflow, a)
 
 
 @kernel
 def steady_power(v_a: Vector, ahead: Vector, a: Airframe) -> float:
     """Power of flight without acceleration [W]; arguments as for :func:`equilibrium`."""
-    return shaft_power(equilibrium(weight(a), v_a, ahead, a).thrust, a)
+    held = equilibrium(weight(a), v_a, ahead, a)
+    return power(held.thrust, dot(v_a, held.nose), a)
 
 
 @kernel

@@ -19,13 +19,14 @@ from sitl.model.vectors import (
     Vector,
     add,
     add_scaled,
+    dot,
     level_norm,
     norm,
     scaled,
     shortened,
     subtract,
 )
-from sitl.prediction.equilibrium import equilibrium, level, limited_thrust, shaft_power, steady_power, weight
+from sitl.prediction.equilibrium import equilibrium, level, limited_thrust, power, steady_power, weight
 from sitl.prediction.hover_leg import MAX_PREDICTION_STEPS, PREDICTION_STEP, STEADY, HoverLeg, fly_hover, hover_value
 from sitl.prediction.point_mass import PointMass, Prediction
 from sitl.supervisor.guards import STANDING_SPEED, STILL
@@ -152,13 +153,14 @@ def _moved(s: WingMotion, leg: WingLeg, body: PointMass) -> WingMotion:
     force = add_scaled(weight(a), s.acceleration, a.m)
     nose, thrust, elevons = equilibrium(force, subtract(v, leg.wind), s.ahead, a)
     # What the motors cannot give, or not take back, is missing from the acceleration.
-    excess = limited_thrust(thrust, a) - thrust
+    inflow = dot(nose, subtract(v, leg.wind))
+    excess = limited_thrust(thrust, inflow, a) - thrust
     real = add_scaled(s.acceleration, nose, 2.0 * (1.0 - a.S_ratio * a.C_d0) * excess / a.m)
     p = add_scaled(s.position, add_scaled(v, real, 0.5 * PREDICTION_STEP), PREDICTION_STEP)
     travel = min(abs(elevons) / a.delta_max, 1.0)
     return WingMotion(
         p, add_scaled(v, real, PREDICTION_STEP), s.wanted, s.acceleration, s.integral, s.ahead, s.heading, travel,
-        s.is_braking, s.has_arrived, s.time + PREDICTION_STEP, s.energy + shaft_power(thrust, a) * PREDICTION_STEP,
+        s.is_braking, s.has_arrived, s.time + PREDICTION_STEP, s.energy + power(thrust, inflow, a) * PREDICTION_STEP,
     )  # fmt: skip
 
 

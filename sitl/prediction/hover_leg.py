@@ -12,9 +12,10 @@ from sitl.compiled import entry, kernel
 from sitl.control.governor import gamma
 from sitl.control.hover_linear import SQRT_HALF, HoverError, quadratic
 from sitl.control.hover_zero_moment import AHEAD, PER_AHEAD
+from sitl.model.aerodynamics import elevon_arm, slopes, trimmed_slope
 from sitl.model.arithmetic import arctangent, clipped, exponential, sine_cosine, wrapped
-from sitl.model.vectors import Vector, add_scaled, dot, level_norm, norm, scaled, subtract
-from sitl.prediction.equilibrium import back, level, shaft_power, weight
+from sitl.model.vectors import Vector, add_scaled, cross, dot, level_norm, norm, scaled, subtract
+from sitl.prediction.equilibrium import MIN_GRIP, back, level, power, weight
 from sitl.prediction.point_mass import LinearHover, PointMass, Prediction
 
 PREDICTION_STEP = 0.05  # [s]
@@ -122,17 +123,22 @@ def _moved(s: HoverMotion, leg: HoverLeg, ahead: Vector, body: PointMass) -> Hov
     """The point mass after a step under its force, or after as long as a steady flight goes on as it is."""
     a, v_a, push = body.airframe, subtract(s.velocity, leg.wind), norm(s.force)
     z = back(s.nose, ahead)
-    lift = 0.5 * a.rho * a.S * a.C_l * (1.0 - a.xi_f / a.xi_m) * norm(v_a) * dot(v_a, z)
+    inflow, thrust = dot(v_a, s.nose), 0.5 * push / (1.0 - a.S_ratio * a.C_d0)
+    lift = trimmed_slope(slopes(_in_body(v_a, s.nose, z), thrust, thrust, a), a) * dot(v_a, z)
     total = subtract(add_scaled(scaled(s.nose, push), z, -lift), weight(a))
     real = scaled(total, 1.0 / a.m)
     is_steady = not s.is_linear and norm(real) < STEADY
     step = PREDICTION_STEP + (_unchanged(s.offset, s.velocity, FAR_OFF * leg.speed) if is_steady else 0.0)
     offset = add_scaled(add_scaled(s.offset, s.velocity, step), real, 0.5 * PREDICTION_STEP * PREDICTION_STEP)
     velocity = add_scaled(s.velocity, real, PREDICTION_STEP)
-    power = shaft_power(0.5 * push / (1.0 - a.S_ratio * a.C_d0), a)
-    return HoverMotion(
-        offset, velocity, s.force, s.nose, s.sag, real, s.integral, s.is_linear, s.time + step, s.energy + step * power
-    )
+    energy = s.energy + step * power(thrust, inflow, a)
+    return HoverMotion(offset, velocity, s.force, s.nose, s.sag, real, s.integral, s.is_linear, s.time + step, energy)
+
+
+@kernel
+def _in_body(v_a: Vector, x: Vector, z: Vector) -> Vector:
+    """A velocity in the body frame whose axes x and z are given."""
+    return Vector(dot(v_a, x), dot(v_a, cross(z, x)), dot(v_a, z))
 
 
 @kernel
@@ -164,9 +170,10 @@ def _sag(s: HoverMotion, nose: Vector, force: Vector, ahead: Vector, wind: Vecto
     """
     a, z, v_a = body.airframe, back(nose, ahead), subtract(s.velocity, wind)
     push = norm(force)
-    h, thrust = 0.5 * a.rho * a.S * norm(v_a), 0.5 * push
-    grip = max(a.S_ratio * thrust + 0.5 * h * dot(v_a, nose), 1e-3)
-    delta = clipped(-0.5 * h * dot(v_a, z) / (a.xi_m * grip), -a.delta_max, a.delta_max)
+    thrust = 0.5 * push
+    stream = slopes(_in_body(v_a, nose, z), thrust, thrust, a)
+    grip = max(stream.left_elevon + stream.right_elevon, MIN_GRIP)
+    delta = clipped(-stream.moment * dot(v_a, z) / (elevon_arm(a) * grip), -a.delta_max, a.delta_max)
     moment = 2.0 * a.S_ratio * a.C_l * a.xi_m * a.Delta_r * delta * thrust
     missing = subtract(scaled(subtract(force, weight(a)), 1.0 / a.m), s.acceleration)
     turned = body.k_delta * body.governor.k_pd * dot(missing, z) / max(push, 1e-6)

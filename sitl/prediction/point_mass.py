@@ -13,7 +13,7 @@ from sitl.control.governor import GovernorParameters
 from sitl.control.hover_linear import LinearGains
 from sitl.model.airframe import Airframe, Array
 from sitl.simulation.tuning import Tuning, designed
-from sitl.supervisor.guards import SETTLED_SHARE, Thresholds
+from sitl.supervisor.guards import Thresholds
 
 
 class LinearHover(NamedTuple):
@@ -31,6 +31,7 @@ class LinearHover(NamedTuple):
     S: Array  # of V, (12, 12)
     v_enter: float
     v_leave: float
+    v_waited: float
     settled: float  # V below which a stop in forward flight hands over
 
 
@@ -103,5 +104,6 @@ def _linear_hover(a: Airframe, gains: LinearGains, thresholds: Thresholds) -> Li
         S=np.ascontiguousarray(gains.S),
         v_enter=thresholds.v_enter,
         v_leave=thresholds.v_leave,
-        settled=SETTLED_SHARE * thresholds.v_enter,
+        v_waited=thresholds.v_waited,
+        settled=thresholds.v_settled,
     )

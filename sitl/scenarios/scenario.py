@@ -77,7 +77,7 @@ class Track:
 
 
 # What the report flies: Q = R = I, and both forward laws.
-AS_REPORTED = Tuning(design=REPORT_GAIN, forward_linear=1)
+AS_REPORTED = Tuning(design=REPORT_GAIN, v_enter=20.0, v_leave=50.0, forward_linear=1)
 
 
 @dataclass(frozen=True)

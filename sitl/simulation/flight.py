@@ -21,14 +21,16 @@ from sitl.estimation.truth import observe
 from sitl.model.actuators import limited, limits
 from sitl.model.airframe import Airframe, Array
 from sitl.model.arithmetic import rounded
-from sitl.model.ground import is_clear, is_touching
+from sitl.model.ground import Crash, crashed, impact_speed, is_clear, is_touching
 from sitl.model.gusts import gust_after
-from sitl.model.plant import shaft_power, step_in_air, step_near_ground
+from sitl.model.plant import inflow, step_in_air, step_near_ground
+from sitl.model.propeller import drawn_power
+from sitl.model.quaternions import x_axis
 from sitl.model.state import Actuators, Body, Plant
 from sitl.model.vectors import Vector, add, norm, scaled, subtract
 from sitl.simulation.storage import Kept, access
 from sitl.supervisor.controller import Controller
-from sitl.supervisor.guards import REST_SPEED, Thresholds
+from sitl.supervisor.guards import LYING, REST_SPEED, Thresholds
 
 PERIOD = 0.002  # of the control [s]
 SUBSTEPS = 2  # plant steps per control period
@@ -60,9 +62,10 @@ class Flight(NamedTuple):
     gust: Vector  # world NWU [m/s]
     estimate: Estimate
     controller: Controller
-    energy: float  # at the shafts [J]
+    energy: float  # of the battery, or at the shafts as the airframe counts it [J]
     limits: int  # DARKO_LIMIT bits seen since they were last cleared
     periods: int  # control periods flown
+    crash: Crash  # the first
 
 
 class Sample(NamedTuple):
@@ -102,6 +105,8 @@ get_known_wind, put_known_wind = access(Flight, "estimate.wind")
 get_wind_gains = access(Design, "gains.wind").get
 put_command = access(Flight, "controller.command").put
 get_is_armed = access(Flight, "controller.is_armed").get
+get_has_crashed, put_has_crashed = access(Flight, "controller.has_crashed")
+put_crash = access(Flight, "crash").put
 get_energy, put_energy = access(Flight, "energy")
 get_limits, put_limits = access(Flight, "limits")
 get_periods, put_periods = access(Flight, "periods")
@@ -165,6 +170,12 @@ def update_wind_estimate(flight: Kept, column: int, air: Kept, design: Kept, a: 
 
 
 @kernel
+def may_turn(flight: Kept, column: int) -> bool:
+    """Whether the motors may turn."""
+    return get_is_armed(flight, column) and not get_has_crashed(flight, column)
+
+
+@kernel
 def move_plant(flight: Kept, column: int, air: Kept, a: Kept, command: Actuators) -> None:
     """The plant one control period later, its energy and limits, and the estimate of it.
 
@@ -180,10 +191,17 @@ def move_plant(flight: Kept, column: int, air: Kept, a: Kept, command: Actuators
         move_in_air(flight, column, air, a, command)
         return
     wind = add(get_air(air, column).wind, get_gust(flight, column))
-    wanted = limited(command, get_is_armed(flight, column), airframe)
+    wanted = limited(command, may_turn(flight, column), airframe)
+    hit = 0.0
     for _ in range(SUBSTEPS):
+        before = plant.body
         plant = step_near_ground(plant, wanted, wind, airframe, PERIOD / SUBSTEPS)
-    store_motion(flight, column, plant, command, airframe, is_touching(plant, airframe))
+        hit = max(hit, impact_speed(before, plant.body, airframe))
+    if hit > airframe.max_contact_speed and not get_has_crashed(flight, column):
+        put_crash(flight, column, Crash(hit, plant.body.position))
+        put_has_crashed(flight, column, True)
+        plant = crashed(plant, airframe)
+    store_motion(flight, column, plant, command, wind, airframe, is_touching(plant, airframe))
 
 
 @kernel
@@ -191,19 +209,22 @@ def move_in_air(flight: Kept, column: int, air: Kept, a: Kept, command: Actuator
     """The same, out of the ground's reach."""
     plant, airframe = get_plant(flight, column), get_airframe(a, column)
     wind = add(get_air(air, column).wind, get_gust(flight, column))
-    wanted = limited(command, get_is_armed(flight, column), airframe)
+    wanted = limited(command, may_turn(flight, column), airframe)
     plant = step_in_air(plant, wanted, wind, airframe, PERIOD / SUBSTEPS)
     plant = step_in_air(plant, wanted, wind, airframe, PERIOD / SUBSTEPS)
-    store_motion(flight, column, plant, command, airframe, False)
+    store_motion(flight, column, plant, command, wind, airframe, False)
 
 
 @kernel
-def store_motion(flight: Kept, column: int, plant: Plant, command: Actuators, a: Airframe, on_ground: bool) -> None:
+def store_motion(
+    flight: Kept, column: int, plant: Plant, command: Actuators, wind: Vector, a: Airframe, on_ground: bool
+) -> None:
     """Put the moved plant in place of the one before."""
     before = get_plant(flight, column)
-    met = limits(before.actuators, command, get_is_armed(flight, column), PERIOD / SUBSTEPS, a)
+    met = limits(before.actuators, command, may_turn(flight, column), PERIOD / SUBSTEPS, a)
     put_limits(flight, column, get_limits(flight, column) | met)
-    put_energy(flight, column, get_energy(flight, column) + shaft_power(plant.actuators, a) * PERIOD)
+    power = drawn_power(plant.actuators, inflow(plant.body, wind), a)
+    put_energy(flight, column, get_energy(flight, column) + power * PERIOD)
     change = scaled(subtract(plant.body.velocity, before.body.velocity), 1.0 / PERIOD)
     put_plant(flight, column, plant)
     put_estimate(flight, column, observe(plant, change, get_known_wind(flight, column), on_ground))
@@ -215,7 +236,8 @@ def run_timers(flight: Kept, column: int) -> None:
     """The controller's timers run."""
     estimate = get_estimate(flight, column)
     put_since(flight, column, get_since(flight, column) + PERIOD)
-    rests = get_law(flight, column) != LANDED and get_is_landing(flight, column) and estimate.on_ground
+    lies = x_axis(estimate.attitude).z < LYING
+    rests = get_law(flight, column) != LANDED and (get_is_landing(flight, column) or lies) and estimate.on_ground
     rests = rests and abs(estimate.velocity.z) < REST_SPEED
     put_at_rest(flight, column, get_at_rest(flight, column) + PERIOD if rests else 0.0)
     put_inhibited(flight, column, max(get_inhibited(flight, column) - PERIOD, 0.0))

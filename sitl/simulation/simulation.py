@@ -21,9 +21,11 @@ from sitl.control.reference import LEG, Reference, hover_at, upright
 from sitl.design.forward import can_fly_forward
 from sitl.errors import SitlError
 from sitl.estimation.sensing import SensorNoise
+from sitl.model.aerodynamics import thrusts
 from sitl.model.airframe import Airframe
-from sitl.model.ground import feet_aloft
-from sitl.model.plant import shaft_power
+from sitl.model.ground import Crash, feet_aloft
+from sitl.model.plant import inflow
+from sitl.model.propeller import drawn_power, speed_for
 from sitl.model.quaternions import Quaternion
 from sitl.model.state import Actuators, Body, Plant
 from sitl.model.vectors import Vector
@@ -81,7 +83,7 @@ class Simulation:
     # Setting up
 
     def begin(self, start: Start) -> None:
-        """Put the vehicle somewhere, at rest; its energy, jumps and time go on."""
+        """Put the vehicle somewhere, at rest; its energy, jumps and time go on, a crash is mended."""
         plant = start.plant(self.airframe)
         estimate, course = perfect_estimate(plant, self.airframe), float(start.heading)
         self._arrays.flight = grounded(self.register.flight_type, self.design, plant, estimate, course, self.flight)
@@ -114,7 +116,7 @@ class Simulation:
 
     def begin_flight(self, law: Law) -> None:
         """Start in the air under a law, motors at hover speed: scenarios begin so."""
-        w = math.sqrt(self.design.gains.hover_linear.u_bar.T1 / self.design_model.k_f)
+        w = speed_for(self.design.gains.hover_linear.u_bar.T1, 0.0, self.design_model)
         self.place(self.truth.body, Actuators(w, w, 0.0, 0.0))
         self.armed = self.flying = True
         self.enter(law)
@@ -263,13 +265,20 @@ class Simulation:
 
     @property
     def energy(self) -> float:
-        """Shaft energy since boot [J]."""
+        """Energy since boot, of the battery or of the shafts as the airframe counts it [J]."""
         return float(self._arrays.flights["energy"][0])
 
     @property
     def power(self) -> float:
-        """Shaft power now [W]."""
-        return shaft_power(self.truth.actuators, self.airframe)
+        """Power now, of the battery or of the shafts as the airframe counts it [W]."""
+        truth = self.truth
+        return drawn_power(truth.actuators, inflow(truth.body, self.wind), self.airframe)
+
+    @property
+    def thrust(self) -> tuple[float, float]:
+        """Thrust of the left and the right propeller now [N]."""
+        truth = self.truth
+        return thrusts(truth.actuators, inflow(truth.body, self.wind), self.airframe)
 
     @property
     def command(self) -> Actuators:
@@ -285,6 +294,12 @@ class Simulation:
     def limits(self) -> int:
         """DARKO_LIMIT bits seen in the last ``advance``."""
         return int(self._arrays.flights["limits"][0])
+
+    @property
+    def crash(self) -> Crash | None:
+        """The contact with the ground that broke it; None while it is whole."""
+        crash = named_from(Crash, self._arrays.flights["crash"][0].item())
+        return crash if crash.speed > 0.0 else None
 
     @property
     def wind(self) -> Vector:

@@ -27,7 +27,7 @@ def hovers_again(simulation: Simulation) -> bool:
     return (
         simulation.law is Law.TO_HOVER
         and guards.standing.test(e)
-        and guards.near.test(simulation.lyapunov, e, simulation.design.thresholds, 0.0)
+        and simulation.lyapunov < simulation.design.thresholds.v_waited
     )
 
 

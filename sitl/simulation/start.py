@@ -10,7 +10,7 @@ from sitl.control.estimate import Estimate
 from sitl.errors import SitlError
 from sitl.estimation.truth import observe
 from sitl.model.airframe import Airframe
-from sitl.model.ground import FEET, STIFFNESS, feet_aloft, is_touching
+from sitl.model.ground import FEET, STIFFNESS, feet_aloft, is_touching, no_crash
 from sitl.model.quaternions import from_euler, hover
 from sitl.model.state import Actuators, Body, Plant
 from sitl.model.vectors import Vector
@@ -44,7 +44,7 @@ def grounded(
     course: float,
     before: Flight,
 ) -> Flight:
-    """The flight of a vehicle at rest under LANDED, disarmed; its energy and time go on.
+    """The flight of a vehicle at rest under LANDED, disarmed and whole; its energy and time go on.
 
     Args:
         flight_type: The register's own :class:`~sitl.simulation.flight.Flight`.
@@ -59,7 +59,7 @@ def grounded(
     states = zero(get_type_hints(controller_type)["states"])._replace(course=course)
     controller = zero(controller_type)._replace(law=int(Law.LANDED), wind=wind, states=states)
     estimate = estimate._replace(wind=wind.wind)
-    return Flight(plant, Vector(0.0, 0.0, 0.0), estimate, controller, before.energy, 0, before.periods)
+    return Flight(plant, Vector(0.0, 0.0, 0.0), estimate, controller, before.energy, 0, before.periods, no_crash())
 
 
 def perfect_estimate(plant: Plant, a: Airframe) -> Estimate:

@@ -18,6 +18,7 @@ from sitl.design.forward import line_of_sight_gains
 from sitl.design.forward_schedule import forward_gains
 from sitl.design.lmi import lmi_gains
 from sitl.design.lqr import gentle_hover_gains, hover_gains
+from sitl.design.proved import PROVED_LEVEL, is_proved, proved_gains
 from sitl.design.wind import wind_gains
 from sitl.design.zero_moment import zero_moment_gains
 from sitl.errors import SitlError
@@ -27,19 +28,30 @@ from sitl.simulation.flight import Design
 from sitl.simulation.storage import record_of
 from sitl.supervisor.guards import Thresholds
 
-REPORT_GAIN, LMI_GAIN, GENTLE_GAIN = range(3)  # designs of the linear hover law
+REPORT_GAIN, LMI_GAIN, GENTLE_GAIN, PROVED_GAIN = range(4)  # designs of the linear hover law
+OWN = -1.0  # a threshold that the design of the linear hover law has itself
+SAMPLED_ENTER, SAMPLED_LEAVE = 20.0, 50.0  # of designs whose V proves little: from flights (docs/region.md)
+PROVED_LEAVE = 50.0  # of the proved design: from flights as well
+PROVED_WAITED = 20.0
+SETTLED_SHARE = 0.5  # of v_enter, where that is sampled
 
 
 class Tuning(NamedTuple):
     """Tunable parameters of the hybrid controller; those with metadata are parameters on the wire."""
 
     v_enter: Annotated[
-        float, ParameterMetadata("DRK_V_ENTER", (0.1, 1e5), "", "V below which the linear hover law takes over")
-    ] = 20.0
+        float,
+        ParameterMetadata(
+            "DRK_V_ENTER", (OWN, 1e5), "", "V below which the linear hover law takes over; -1: the design's own"
+        ),
+    ] = OWN
     # Infinite in scenarios only: a hover law is then flown alone, whatever comes of it.
     v_leave: Annotated[
-        float, ParameterMetadata("DRK_V_LEAVE", (0.1, 1e5), "", "V above which the linear hover law hands over")
-    ] = 50.0
+        float,
+        ParameterMetadata(
+            "DRK_V_LEAVE", (OWN, 1e5), "", "V above which the linear hover law hands over; -1: the design's own"
+        ),
+    ] = OWN
     integral: Annotated[
         int, ParameterMetadata("DRK_LQI", (0, 1), "", "Integral of the position error in the linear hover law")
     ] = 1
@@ -62,8 +74,10 @@ class Tuning(NamedTuple):
     k_q: Annotated[float, ParameterMetadata("DRK_KQ", (0.0, 5.0), "rad/s", "Heading gain of the zero-moment law")] = 1.0
     design: Annotated[
         int,
-        ParameterMetadata("DRK_LIN_DESIGN", (0, 2), "", "Linear hover gain: 0 the report's R = I, 1 LMI, 2 R = 5 I"),
-    ] = GENTLE_GAIN
+        ParameterMetadata(
+            "DRK_LIN_DESIGN", (0, 3), "", "Linear hover gain: 0 the report's R = I, 1 LMI, 2 R = 5 I, 3 proved"
+        ),
+    ] = PROVED_GAIN
     forward_linear: Annotated[
         int, ParameterMetadata("DRK_FWD_LIN", (0, 1), "", "Hand straight legs to the linear forward law")
     ] = 0
@@ -103,7 +117,7 @@ def designed(a: Airframe, tuning: Tuning) -> Design:
         forward_linear=_forward_gains(a),
         wind=wind_gains(),
     )
-    return Design(a, gains, thresholds(tuning))
+    return Design(a, gains, thresholds(a, tuning))
 
 
 @lru_cache(maxsize=64)
@@ -112,11 +126,24 @@ def design_record(a: Airframe, tuning: Tuning) -> npt.NDArray[Any]:
     return record_of(Design, designed(a, tuning))
 
 
-def thresholds(tuning: Tuning) -> Thresholds:
-    """Where the supervisor switches."""
+def thresholds(a: Airframe, tuning: Tuning) -> Thresholds:
+    """Where the supervisor switches.
+
+    The linear hover law is entered below the level that is proved of it, if one is; then V below which it is entered
+    after a while, in a wind that the proof does not know, and V above which it is left, come from flights.
+    """
+    enter, leave, waited, settled = SAMPLED_ENTER, SAMPLED_LEAVE, SAMPLED_ENTER, SETTLED_SHARE * SAMPLED_ENTER
+    if tuning.design == PROVED_GAIN and tuning.integral and is_proved(a):
+        enter, leave, waited, settled = PROVED_LEVEL, PROVED_LEAVE, PROVED_WAITED, PROVED_LEVEL
+    if tuning.v_enter >= 0.0:
+        enter, waited, settled = tuning.v_enter, tuning.v_enter, SETTLED_SHARE * tuning.v_enter
+    if tuning.v_leave >= 0.0:
+        leave = tuning.v_leave
     return Thresholds(
-        v_enter=float(tuning.v_enter),
-        v_leave=float(tuning.v_leave),
+        v_enter=float(enter),
+        v_leave=float(leave),
+        v_waited=float(waited),
+        v_settled=float(settled),
         v_forward_enter=float(tuning.v_forward_enter) if tuning.forward_linear else 0.0,
         v_forward_leave=float(tuning.v_forward_leave),
         alone=math.isinf(tuning.v_leave),
@@ -127,6 +154,8 @@ def thresholds(tuning: Tuning) -> Thresholds:
 def _hover_gains(a: Airframe, integral: bool, design: int) -> LinearGains:
     if design == LMI_GAIN:
         return lmi_gains(a)
+    if design == PROVED_GAIN and integral and is_proved(a):
+        return proved_gains(a)
     return (hover_gains if design == REPORT_GAIN else gentle_hover_gains)(a, integral=integral)
 
 

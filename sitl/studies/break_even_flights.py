@@ -16,6 +16,7 @@ from protocol.plans.mission_item import MissionItem
 from sitl import PERIOD, DivergedError, Law, Simulation, SitlError, Start, Tuning, load_airframe
 from sitl.aircraft import Aircraft, is_forward
 from sitl.autopilot.settings import Settings
+from sitl.defaults import AIRFRAME
 from sitl.design.forward import can_fly_forward
 from sitl.guidance.limits import MAX_AIRSPEED, MIN_AIRSPEED
 from sitl.model.airframe import Array
@@ -74,7 +75,7 @@ class PredictionError(NamedTuple):
     energy: ErrorSizes
 
 
-def abilities(airframe: str = "nominal", airspeed: float = 15.0) -> Abilities:
+def abilities(airframe: str = AIRFRAME, airspeed: float = 15.0) -> Abilities:
     """What a vehicle with default parameters can do.
 
     Args:
@@ -93,7 +94,7 @@ def abilities(airframe: str = "nominal", airspeed: float = 15.0) -> Abilities:
     return Abilities(parameters, Tuning(), True, Settings().hover_speed, airspeed)
 
 
-def fly_leg(leg: Leg, way: Way, airspeed: float = 15.0, airframe: str = "nominal") -> FlownLeg:
+def fly_leg(leg: Leg, way: Way, airspeed: float = 15.0, airframe: str = AIRFRAME) -> FlownLeg:
     """Fly one leg from hover to hover with the whole vehicle, autopilot included.
 
     Args:
@@ -148,7 +149,7 @@ def _hovering(leg: Leg, settings: Settings, airframe: str) -> Aircraft:
 
 
 def fly_mission(
-    items: Sequence[MissionItem], way: Way, min_leg: float = 25.0, airframe: str = "nominal"
+    items: Sequence[MissionItem], way: Way, min_leg: float = 25.0, airframe: str = AIRFRAME
 ) -> FlownMission:
     """Fly a mission from the ground to the ground, in calm.
 
@@ -204,7 +205,7 @@ def draw(legs: int, able: Abilities, seed: int = 1, *, forward: bool) -> list[tu
     return drawn
 
 
-def fly_all(legs: Sequence[tuple[Leg, float]], way: Way, airframe: str = "nominal") -> list[FlownLeg]:
+def fly_all(legs: Sequence[tuple[Leg, float]], way: Way, airframe: str = AIRFRAME) -> list[FlownLeg]:
     """Fly legs, each at its airspeed, all of them one way."""
     return [fly_leg(leg, way, airspeed, airframe) for leg, airspeed in legs]
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +16,7 @@ from protocol.plans.mission_item import MissionItem
 from sitl import Airframe, DivergedError, Law, Simulation, SitlError, Start, load_airframe
 from sitl.aircraft import Aircraft, is_forward
 from sitl.autopilot.settings import Settings
+from sitl.defaults import AIRFRAME
 from sitl.model.airframe import Array
 from sitl.parameters import Configuration, WorldSettings
 from sitl.studies.mission_flight import PERIODS_PER_LOOK, STUDY_WORLD, has_finished_mission, waypoint
@@ -22,8 +24,9 @@ from sitl.worker_pool import worker_pool
 
 UNCERTAIN = (
     "m", "J1", "J2", "J3", "rho", "C_l", "C_d0", "xi_f", "xi_m", "Delta_r", "a_y", "p_y", "k_f", "k_m", "C_lp", "C_mq",
-    "C_nr",
+    "C_nr", "C_90", "per_stall", "cp_shift",
 )  # fmt: skip
+WITH_INFLOW = {"k_f": ("k_fv", "k_fvv"), "k_m": ("k_mv", "k_mvv", "k_mk")}  # one propeller's, scaled together
 MISSION_HEIGHT = 25.0  # [m]
 SQUARE_SIDE = 100.0  # of the mission's square [m]
 LAST_WAYPOINT_HOLD = 2.0  # [s]
@@ -115,16 +118,17 @@ def corner(number: int, azimuth: float) -> tuple[float, float]:
 
 
 def perturbed(a: Airframe, scale: dict[str, float]) -> Airframe:
-    """An airframe with some parameters scaled."""
-    return a._replace(**{name: getattr(a, name) * factor for name, factor in scale.items()})
+    """An airframe with some parameters scaled, and with them what belongs to the same propeller."""
+    names = {also: factor for name, factor in scale.items() for also in (name, *WITH_INFLOW.get(name, ()))}
+    return a._replace(**{name: getattr(a, name) * factor for name, factor in names.items()})
 
 
-def fly(conditions: FlightConditions, airframe: str = "nominal") -> CampaignFlight:
+def fly(conditions: FlightConditions, airframe: str = AIRFRAME) -> CampaignFlight:
     """Fly one draw; the airframe of that name is the design model."""
     return fly_and_track(conditions, airframe)[0]
 
 
-def fly_and_track(conditions: FlightConditions, airframe: str = "nominal") -> tuple[CampaignFlight, GroundTrack]:
+def fly_and_track(conditions: FlightConditions, airframe: str = AIRFRAME) -> tuple[CampaignFlight, GroundTrack]:
     """Fly one draw and record where it went; arguments as for :func:`fly`."""
     model, start = load_airframe(airframe).parameters, Start(up=MISSION_HEIGHT, airborne=True)
     vehicle = Simulation(perturbed(model, conditions.scale), seed=conditions.seed, design_model=model, start=start)
@@ -190,6 +194,7 @@ def run(
     spread: Spread | None = None,
     jobs: int = 2,
     on_progress: Callable[[int], None] = lambda done: None,  # noqa: ARG005 - silence is the default
+    airframe: str = AIRFRAME,
 ) -> list[CampaignFlight]:
     """Fly seeds ``first`` to ``first + flights - 1``; their order and results do not depend on the jobs.
 
@@ -199,6 +204,7 @@ def run(
         spread: Limits of the draws.
         jobs: Processes at once.
         on_progress: Called with the number of flights done, after each.
+        airframe: Name or path of the set that the laws are designed for.
 
     Raises:
         SitlError: If there is nothing to fly.
@@ -207,18 +213,18 @@ def run(
         raise SitlError(f"{flights} flights by {jobs} processes: both must be at least 1")
     draws = [draw(first + i, spread or Spread()) for i in range(flights)]
     results = []
-    for result in _fly_all(draws, jobs):
+    for result in _fly_all(draws, jobs, airframe):
         results.append(result)
         on_progress(len(results))
     return results
 
 
-def _fly_all(draws: Sequence[FlightConditions], jobs: int) -> Iterator[CampaignFlight]:
+def _fly_all(draws: Sequence[FlightConditions], jobs: int, airframe: str) -> Iterator[CampaignFlight]:
     if jobs == 1:
-        yield from map(fly, draws)
+        yield from (fly(conditions, airframe) for conditions in draws)
         return
     with worker_pool(min(jobs, len(draws))) as pool:
-        yield from pool.map(fly, draws, chunksize=FLIGHTS_PER_TASK)
+        yield from pool.map(partial(fly, airframe=airframe), draws, chunksize=FLIGHTS_PER_TASK)
 
 
 def summary(results: Sequence[CampaignFlight]) -> list[str]:

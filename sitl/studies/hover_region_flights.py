@@ -18,11 +18,13 @@ from sitl.compiled import entry
 from sitl.control import hover_linear
 from sitl.control.estimate import Ages
 from sitl.control.hover_linear import SQRT_HALF, HoverError, LinearGains
+from sitl.control.side import NOT_CHOSEN
 from sitl.model.actuators import limited, limits
 from sitl.model.airframe import Array
 from sitl.model.arithmetic import sine_cosine
 from sitl.model.ground import feet_aloft
 from sitl.model.plant import step_in_air
+from sitl.model.propeller import speed_for
 from sitl.model.quaternions import hover, multiply
 from sitl.model.vectors import add, norm
 from sitl.simulation.flight import SUBSTEPS
@@ -209,15 +211,15 @@ def _descend(
     start: Body, gains: LinearGains, a: Airframe, reference: Reference, periods: int, converged_v: float
 ) -> RegionFlight:
     """Fly until V <= ``converged_v`` with eta > 0, V exceeds LOST_V or the time is up; the period is the vehicle's."""
-    motor, dt = math.sqrt(gains.u_bar.T1 / a.k_f), PERIOD / SUBSTEPS
+    motor, dt = speed_for(gains.u_bar.T1, 0.0, a), PERIOD / SUBSTEPS
     command = Actuators(motor, motor, 0.0, 0.0)
-    plant, integral = Plant(start, command, feet_aloft()), Vector(0.0, 0.0, 0.0)
+    plant, integral, side = Plant(start, command, feet_aloft()), Vector(0.0, 0.0, 0.0), NOT_CHOSEN
     estimate = _estimate(start, command)
     before, monotone, at_limit, settled = hover_linear.lyapunov(estimate, reference, gains), True, 0, 0
     for k in range(periods):
         if before <= converged_v and is_upright(estimate.attitude):
             return RegionFlight(True, monotone, k, at_limit, settled)
-        wanted, _, integral = hover_linear.step(estimate, reference, gains, a, integral, PERIOD)
+        wanted, _, integral, side = hover_linear.step(estimate, reference, gains, a, integral, side, PERIOD)
         at_limit += 1 if limits(plant.actuators, command, True, dt, a) & POSITION_LIMITS else 0
         in_force = limited(command, True, a)
         for _ in range(SUBSTEPS):

@@ -13,6 +13,8 @@ from sitl import Airframe
 from sitl.design.trim import Trim, braking_limit, trims
 from sitl.design.turn import TurningTrim, turning_trim
 from sitl.model.airframe import Array
+from sitl.model.propeller import drawn_power
+from sitl.model.state import Actuators
 from sitl.plotting import blank_page, save_page
 
 if TYPE_CHECKING:
@@ -27,9 +29,10 @@ DECELERATIONS = (0.0, 0.5, 1.0, 2.0, 3.0)  # [m/s2]
 
 
 def cost(a: Airframe, trim: AnyTrim) -> float:
-    """Shaft energy per metre of path, k_m (w1^3 + w2^3) / V [J/m]; infinite without speed."""
-    omega = np.broadcast_to(trim.omega, 2)
-    return float(a.k_m * (omega**3).sum()) / trim.speed if trim.speed > 0.0 else math.inf
+    """Energy per metre of path, as the airframe counts it [J/m]; infinite without speed."""
+    left, right = np.broadcast_to(trim.omega, 2).tolist()
+    inflow = trim.speed * math.cos(trim.theta - trim.climb)
+    return drawn_power(Actuators(left, right, 0.0, 0.0), inflow, a) / trim.speed if trim.speed > 0.0 else math.inf
 
 
 def gaps(speeds: Array, flown: Sequence[AnyTrim]) -> str:

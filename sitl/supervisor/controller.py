@@ -12,6 +12,7 @@ class Controller(NamedTuple):
 
     law: int  # in force
     is_armed: bool
+    has_crashed: bool  # it hit the ground too fast, and stays where it is
     is_flying: bool  # the autopilot wants to be in the air
     is_landing: bool  # the autopilot wants to touch the ground
     since: float  # how long the law has been in force [s]

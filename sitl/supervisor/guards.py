@@ -23,7 +23,7 @@ DWELL = 0.5  # [s]
 WING_SPEED = 8.0  # the wing carries from this airspeed on, or from most of the wanted one [m/s]
 WING_SHARE = 0.85
 WORTH_DISTANCE = 15.0  # less than this of a leg is not worth a transition [m]
-SETTLED_SHARE = 0.5  # of v_enter
+PATIENCE = 3.0  # outside a wind the zero-moment law comes below v_enter sooner [s]
 ROOM = 2.0  # braking distances that make it worth flying on [-]
 SLIDE_TIME, SLIDE_SPEED = 4.0, 4.0  # [s], [m/s]
 WINDY, STILL = 4.0, 3.0  # level wind [m/s]
@@ -31,12 +31,14 @@ CALM_SPEED = 3.5  # [m/s]
 ALIGNED_SPEED = 2.5  # [m/s]
 ALIGNED_ANGLE = math.radians(12.0)
 ALIGNED_COSINE = 0.97814760073380563793  # of that angle
+RECOVERED_RATE = 1.0  # [rad/s]
 STANDING_SPEED = 2.0  # [m/s]
 MAX_SINK = 14.0  # no law sinks faster than this for long [m/s]
 GROUND_TIME = 0.8  # nearer to the ground than this at the present sink rate, a fall is caught [s]
 SINK = 3.0  # what counts as sinking there [m/s]
 LOST = 0.3  # V of the attitude law when it is 45 deg off at rest [rad2]
 REST_TIME = 0.3  # at rest on the ground this long is landed [s]
+LYING = 0.5  # a nose lower than this on the ground stands up by no law [-]
 REST_SPEED = 0.3  # vertical speed that counts as rest there [m/s]
 
 
@@ -45,6 +47,8 @@ class Thresholds(NamedTuple):
 
     v_enter: float  # the linear hover law is entered below, and left above
     v_leave: float
+    v_waited: float  # it is entered below this, too, by a law that has been in force for PATIENCE
+    v_settled: float  # TO_HOVER hands over to it below this
     v_forward_enter: float  # the linear forward law likewise
     v_forward_leave: float
     alone: bool  # a hover law is flown alone, whatever comes of it: no wind, slide or fall ends it
@@ -84,22 +88,32 @@ def flying(is_flying: bool) -> bool:
 
 
 @guard
+def crashed(has_crashed: bool) -> bool:
+    """The ground was hit too fast."""
+    return has_crashed
+
+
+@guard
 def resting(at_rest: float) -> bool:
-    """Landing, and at rest on the ground."""
+    """At rest on the ground, landing or lying on its side."""
     return at_rest >= REST_TIME
 
 
 @guard
-def near(v_hover: float, estimate: Estimate, thresholds: Thresholds, inhibited: float) -> bool:
-    """V of the linear hover law is below v_enter, the nose is up, and no commanded tilt is being flown off."""
+def near(
+    v_hover: float, v_integral: float, estimate: Estimate, thresholds: Thresholds, inhibited: float, since: float
+) -> bool:
+    """V of the linear hover law is below v_enter, or long below v_waited; the nose is up, no tilt is being flown off."""
     # V does not see the sign of the quaternion's scalar part: it is as small with the nose straight down.
-    return v_hover < thresholds.v_enter and x_axis(estimate.attitude).z > 0.0 and inhibited <= 0.0
+    is_upright = x_axis(estimate.attitude).z > 0.0 and inhibited <= 0.0
+    waited = since >= PATIENCE and v_hover < thresholds.v_waited
+    return (v_hover + v_integral < thresholds.v_enter or waited) and is_upright
 
 
 @guard
 def settled(v_hover: float, estimate: Estimate, thresholds: Thresholds) -> bool:
-    """V of the linear hover law is far below v_enter and the nose is up."""
-    return v_hover < SETTLED_SHARE * thresholds.v_enter and x_axis(estimate.attitude).z > 0.0
+    """V of the linear hover law is below v_settled and the nose is up."""
+    return v_hover < thresholds.v_settled and x_axis(estimate.attitude).z > 0.0
 
 
 @guard
@@ -134,8 +148,9 @@ def calm(estimate: Estimate) -> bool:
 
 @guard
 def recovered(estimate: Estimate) -> bool:
-    """Upright and slow after a failsafe."""
-    return x_axis(estimate.attitude).z > 0.7 and norm(estimate.velocity) < ALIGNED_SPEED
+    """Upright, turning slowly and no longer sinking: not on the way through some other attitude."""
+    steady = x_axis(estimate.attitude).z > 0.7 and norm(estimate.rates) < RECOVERED_RATE
+    return steady and -estimate.velocity.z < SINK
 
 
 @guard

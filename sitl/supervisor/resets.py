@@ -16,9 +16,10 @@ from sitl.control.handover import Handover
 from sitl.control.hover_attitude import AttitudeGains, Steering
 from sitl.control.hover_zero_moment import Guide, ZeroMomentGains
 from sitl.control.line_of_sight import LineOfSight
+from sitl.control.side import NOT_CHOSEN
 from sitl.model.airframe import Airframe
 from sitl.model.vectors import Vector
-from sitl.supervisor.guards import Guard, dwelt, flying, lost, near, resting, sliding
+from sitl.supervisor.guards import Guard, armed, dwelt, flying, lost, near, resting, sliding
 
 LET_GO_TIME = 1.0  # a tilt that was commanded is flown off by the zero-moment law so long [s]
 
@@ -76,7 +77,13 @@ def landed(estimate: Estimate) -> tuple[bool, Vector]:  # noqa: ARG001
     return False, Vector(0.0, 0.0, 0.0)
 
 
-@reset("since", "at_rest", "inhibited", "handover", clears=(dwelt, resting, sliding))
-def begin_anew(estimate: Estimate) -> tuple[float, float, float, Handover]:  # noqa: ARG001
-    """Part of every jump: timers begin at zero, and what was being handed over is forgotten."""
-    return 0.0, 0.0, 0.0, handover.none()
+@reset("is_armed", "is_flying", "integral", clears=(armed, flying))
+def broken(estimate: Estimate) -> tuple[bool, bool, Vector]:  # noqa: ARG001
+    """Motors off, and nothing is wanted any more."""
+    return False, False, Vector(0.0, 0.0, 0.0)
+
+
+@reset("since", "at_rest", "inhibited", "handover", "side", clears=(dwelt, resting, sliding))
+def begin_anew(estimate: Estimate) -> tuple[float, float, float, Handover, float]:  # noqa: ARG001
+    """Part of every jump: timers begin at zero, what was handed over is forgotten, and the nearer side is taken."""
+    return 0.0, 0.0, 0.0, handover.none(), NOT_CHOSEN

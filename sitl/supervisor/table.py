@@ -54,13 +54,15 @@ class Jump:
 
 Table = Mapping[Law, tuple[Jump, ...]]
 
+_CRASH = Jump("crash", Law.CRASHED, Reason.CRASH, when=(g.crashed,), resets=(r.broken,))
 _LAND = (
+    _CRASH,
     Jump("disarm", Law.LANDED, Reason.DISARM, unless=(g.armed,), resets=(r.landed,)),
     Jump("touch_down", Law.LANDED, Reason.TOUCHDOWN, when=(g.resting,), resets=(r.landed,)),
 )
-_CATCH = Jump("catch_fall", Law.FAILSAFE, Reason.FAILSAFE, when=(g.falling,), resets=(r.sight_from_here,))
-# Between laws that share the line of sight, it goes on.
-_CATCH_IN_SIGHT = Jump("catch_fall", Law.FAILSAFE, Reason.FAILSAFE, when=(g.falling,))
+_CATCH = Jump("catch_fall", Law.FAILSAFE, Reason.FAILSAFE, when=(g.falling,), resets=(r.guide_from_here,))
+# Between laws that share the guide, it goes on.
+_CATCH_GUIDED = Jump("catch_fall", Law.FAILSAFE, Reason.FAILSAFE, when=(g.falling,))
 _GO = (g.wanted, g.worth)
 
 
@@ -82,6 +84,7 @@ def _stop(*resets: Reset) -> tuple[Jump, Jump]:
 
 TABLE: dict[Law, tuple[Jump, ...]] = {
     Law.LANDED: (
+        _CRASH,
         Jump(
             "take_off",
             Law.HOVER_ZERO_MOMENT,
@@ -100,7 +103,7 @@ TABLE: dict[Law, tuple[Jump, ...]] = {
             "ride_wind",
             Law.TO_HOVER,
             Reason.LYAPUNOV_ABOVE,
-            when=(g.far, g.windy),
+            when=(g.far, g.windy, g.calm, g.recovered),
             unless=(g.near,),
             resets=(r.sight_from_here,),
         ),
@@ -115,28 +118,34 @@ TABLE: dict[Law, tuple[Jump, ...]] = {
     ),
     Law.HOVER_ZERO_MOMENT: (
         *_LAND,
-        _CATCH,
+        _CATCH_GUIDED,
         _steer(g.calm),
         _align(g.calm, resets=(r.hold_here,)),
         Jump("enter_linear", Law.HOVER_LINEAR, Reason.LYAPUNOV_BELOW, when=(g.near,), unless=(g.far, g.windy)),
-        Jump("ride_wind", Law.TO_HOVER, Reason.SPEED, when=(g.windy, g.dwelt), resets=(r.sight_from_here,)),
-        Jump("stop_sliding", Law.TO_HOVER, Reason.SPEED, when=(g.sliding,), resets=(r.sight_from_here,)),
+        Jump(
+            "ride_wind",
+            Law.TO_HOVER,
+            Reason.SPEED,
+            when=(g.windy, g.calm, g.recovered, g.dwelt),
+            resets=(r.sight_from_here,),
+        ),
+        Jump("stop_sliding", Law.TO_HOVER, Reason.SPEED, when=(g.sliding, g.windy), resets=(r.sight_from_here,)),
     ),
     Law.ALIGN: (
         *_LAND,
-        _CATCH,
+        _CATCH_GUIDED,
         Jump("stay", Law.HOVER_ZERO_MOMENT, Reason.COMMAND, unless=(g.wanted,)),
         Jump("tip_over", Law.TO_FORWARD, Reason.SPEED, when=(g.aligned, g.dwelt), resets=(r.sight_from_here,)),
     ),
     Law.TO_FORWARD: (
         *_LAND,
-        _CATCH_IN_SIGHT,
+        _CATCH,
         *_stop(),
         Jump("fly", Law.FORWARD_LINE_OF_SIGHT, Reason.SPEED, when=(g.wing_borne, g.dwelt)),
     ),
     Law.FORWARD_LINE_OF_SIGHT: (
         *_LAND,
-        _CATCH_IN_SIGHT,
+        _CATCH,
         *_stop(),
         Jump(
             "enter_forward_linear",
@@ -161,7 +170,7 @@ TABLE: dict[Law, tuple[Jump, ...]] = {
     ),
     Law.TO_HOVER: (
         *_LAND,
-        _CATCH_IN_SIGHT,
+        _CATCH,
         _steer(g.standing, g.dwelt),
         Jump(
             "hover",
@@ -187,7 +196,14 @@ TABLE: dict[Law, tuple[Jump, ...]] = {
             Reason.SPEED,
             when=(g.recovered, g.dwelt),
             unless=(g.falling,),
-            resets=(r.guide_from_here,),
+        ),
+        Jump(
+            "stop_sliding",
+            Law.TO_HOVER,
+            Reason.SPEED,
+            when=(g.sliding, g.windy),
+            unless=(g.falling,),
+            resets=(r.sight_from_here,),
         ),
     ),
     Law.HOVER_ATTITUDE: (
@@ -208,6 +224,7 @@ TABLE: dict[Law, tuple[Jump, ...]] = {
             resets=(r.guide_from_here, r.level_first),
         ),
     ),
+    Law.CRASHED: (),  # for good: only a new start stands it up again
 }
 
 

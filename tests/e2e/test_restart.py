@@ -167,7 +167,7 @@ def test_a_mission_goes_on_after_either_side_is_killed(start, tmp_path):
 
 
 def test_a_signed_upload_cut_short_on_either_side_leaves_one_whole_plan_and_the_next_succeeds(start, tmp_path):
-    long = waypoints(tmp_path / "long.waypoints", 800, 10)
+    long = waypoints(tmp_path / "long.waypoints", 400, 10)
     plans = [items_of(SQUARE), items_of(long)]
     vehicle, station = start(Vehicle, "--signing-key", KEY), start(Station, KEY)
     assert station.until(is_synchronised)["signing"] == "SIGNED"
@@ -189,4 +189,4 @@ def test_a_signed_upload_cut_short_on_either_side_leaves_one_whole_plan_and_the_
     assert station.until(lambda s: s["restarts"] == 1 and is_synchronised(s))["mission"] in plans
     assert any(text.startswith("Mission upload failed") for text in station.shown["texts"])
     station.ask(f"upload {long}")
-    assert station.until(lambda s: "Mission of 800 items uploaded" in s["texts"])["mission"] == plans[1]
+    assert station.until(lambda s: "Mission of 400 items uploaded" in s["texts"])["mission"] == plans[1]

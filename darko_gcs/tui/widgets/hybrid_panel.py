@@ -21,6 +21,7 @@ LAW_STYLES = dict.fromkeys(Law, "accent") | {
     Law.HOVER_LINEAR: "good",
     Law.FORWARD_LINEAR: "good",
     Law.FAILSAFE: "bad",
+    Law.CRASHED: "bad",
 }
 
 

@@ -62,7 +62,7 @@ class StatusBar(Panel):
         return [
             styled_line(
                 (f" {s.source[0]}/{s.source[1]} ", "label"), armed, _mode(s),
-                (" NOT RECORDING " if s.unrecorded else "", "bad"), (" FAILSAFE " if s.critical else "", "bad"),
+                (" NOT RECORDING " if s.unrecorded else "", "bad"), (_alarm(s), "bad"),
                 (f" {_flight_state(s)} ", ""),
                 _battery(s, width), _progress(s), _mission(s), _control(s), _link(s), _signing(s),
             )
@@ -81,7 +81,15 @@ def _mode(s: Snapshot) -> tuple[str, str]:
     return (f" {s.mode or '?'} ", "accent")
 
 
+def _alarm(s: Snapshot) -> str:
+    if s.crashed:
+        return " CRASHED "
+    return " FAILSAFE " if s.critical else ""
+
+
 def _flight_state(s: Snapshot) -> str:
+    if s.crashed:
+        return "a reboot stands it up"
     if not s.armed and s.prearm_ok is False:
         return "not ready to arm"
     landed = LANDED_LABELS.get(s.landed_state, "")

@@ -1,10 +1,11 @@
-"""The checks before arming."""
+"""The checks before arming, and what is said of a vehicle that can fly no more."""
 
 from __future__ import annotations
 
 import math
 
 from sitl.autopilot.settings import Settings
+from sitl.control.reference import Point
 from sitl.guidance.view import VehicleView
 
 MAX_STANDING_TILT = math.radians(15.0)  # the tail stands flat; more means it has tipped over
@@ -13,6 +14,8 @@ MAX_STANDING_SPEED = 0.2  # [m/s]
 
 def refuse_arming(view: VehicleView, settings: Settings) -> list[str]:
     """Why a vehicle in this state may not be armed; empty if it may."""
+    if view.crash is not None:
+        return [f"crashed at {view.crash.speed:.1f} m/s: a reboot stands it up again"]
     reasons = []
     if not view.landed:
         reasons.append("not on the ground")
@@ -23,3 +26,14 @@ def refuse_arming(view: VehicleView, settings: Settings) -> list[str]:
     if view.battery_left < settings.battery_low:
         reasons.append(f"battery at {100 * view.battery_left:.0f} %")
     return reasons
+
+
+def crash_text(view: VehicleView, home: Point) -> str:
+    """How fast the vehicle hit the ground, and where; ``home`` is in world NWU [m]."""
+    if view.crash is None:
+        return ""
+    place = view.crash.place
+    north, west = place.x - home[0], place.y - home[1]
+    where = f"{abs(north):.0f} m {'north' if north >= 0.0 else 'south'} "
+    where += f"{abs(west):.0f} m {'west' if west >= 0.0 else 'east'}"
+    return f"Crashed at {view.crash.speed:.1f} m/s, {where} of home"

@@ -23,6 +23,8 @@ from sitl.guidance.legs import LIGHT_WIND
 from sitl.guidance.manoeuvres import FAST_DESCENT_RATE, SLOW_DESCENT_HEIGHT
 from sitl.guidance.view import VehicleView
 from sitl.model.airframe import Airframe
+from sitl.model.propeller import drawn_power, speed_for
+from sitl.model.state import Actuators
 from sitl.prediction.chooser import Chooser
 
 FENCE_PERIOD = 0.1  # between checks of the fence [s]
@@ -182,7 +184,7 @@ class Failsafes:
 def energy_home(
     view: VehicleView, to: Point, settings: Settings, chooser: Chooser, *, returning: bool = False
 ) -> float:
-    """Predicted shaft energy of the way to a point and of the landing there [J].
+    """Predicted energy of the way to a point and of the landing there [J].
 
     The climb to the return altitude and the landing are hovered at the power of still air, the landing for longer in a
     wind. The leg is the one that :mod:`sitl.prediction.mode_choice` would choose, in the wind as it is estimated.
@@ -205,7 +207,7 @@ def energy_home(
 
 
 def landing_energy(view: VehicleView, to: Point, settings: Settings, airframe: Airframe) -> float:
-    """Shaft energy of a landing in still air from the height of the return [J]; arguments as of ``energy_home``."""
+    """Energy of a landing in still air from the height of the return [J]; arguments as of ``energy_home``."""
     high = max(view.p[2], to[2])
     slow = min(high, SLOW_DESCENT_HEIGHT)
     time = slow / settings.descent_rate + (high - slow) / FAST_DESCENT_RATE + TOUCHDOWN_TIME
@@ -217,6 +219,6 @@ def _is_windy(view: VehicleView) -> bool:
 
 
 def hover_power(a: Airframe) -> float:
-    """Shaft power of a hover in still air [W]: the thrust carries the weight and the drag in the slipstream."""
-    thrust = a.m * a.g / (2.0 * (1.0 - a.S_ratio * a.C_d0))
-    return float(2.0 * a.k_m * (thrust / a.k_f) ** 1.5)
+    """Power of a hover in still air [W]: the thrust carries the weight and the drag in the slipstream."""
+    speed = speed_for(a.m * a.g / (2.0 * (1.0 - a.S_ratio * a.C_d0)), 0.0, a)
+    return float(drawn_power(Actuators(speed, speed, 0.0, 0.0), 0.0, a))

@@ -57,7 +57,7 @@ def actuators(s: VehicleSnapshot) -> Message:
         time_boot_ms=s.ms,
         motor_speed=list(s.motor),
         motor_command=list(s.motor_command),
-        thrust=[s.k_f * w * w for w in s.motor],
+        thrust=list(s.thrust),
         elevon=list(s.elevon),
         elevon_command=list(s.elevon_command),
         motor_min=s.motor_min,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from protocol.dialect import mavlink
-from protocol.dialect.vocabulary import Law
+from protocol.dialect.vocabulary import Regime
 from protocol.endpoint_vehicle import VehicleEndpoint
 from protocol.events import MessageRequested
 from protocol.modes import Mode
@@ -41,7 +41,7 @@ class TelemetryService:
     def __init__(self, aircraft: Aircraft, endpoint: VehicleEndpoint, autopilot_type: int) -> None:
         self._aircraft, self._endpoint, self._autopilot_type = aircraft, endpoint, autopilot_type
         self.intended_mode: Mode | None = None
-        self._flight_times = FlightTimes(landed=aircraft.vehicle.law is Law.LANDED)
+        self._flight_times = FlightTimes(landed=aircraft.vehicle.law.regime is Regime.GROUND)
         self._announced_status: HeartbeatStatus | None = None
         self._announced_mode = aircraft.autopilot.mode
         self._announced_control = Control()
@@ -60,7 +60,7 @@ class TelemetryService:
         """Look whether the vehicle was armed, took off or landed."""
         vehicle = self._aircraft.vehicle
         self._flight_times = self._flight_times.updated(
-            vehicle.time, armed=self._aircraft.autopilot.armed, landed=vehicle.law is Law.LANDED
+            vehicle.time, armed=self._aircraft.autopilot.armed, landed=vehicle.law.regime is Regime.GROUND
         )
 
     def publish_now(self, message_id: int) -> None:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from protocol import frames, units
 from protocol.dialect import mavlink
-from protocol.dialect.vocabulary import Law, Limit, Reason, Saturation
+from protocol.dialect.vocabulary import Law, Limit, Reason, Regime, Saturation
 from protocol.frames import LocalFrame, Quaternion, Vector
 from protocol.modes import Mode
 from sitl.aircraft import Aircraft
@@ -29,6 +29,7 @@ class HeartbeatStatus(NamedTuple):
     armed: bool
     landed: bool
     critical: bool  # the cause of an alarm lasts
+    crashed: bool = False
 
 
 class Control(NamedTuple):
@@ -83,7 +84,7 @@ class VehicleSnapshot(NamedTuple):
     taking_off: bool
     ready: bool  # pre-arm checks pass
     critical: bool  # the cause of an alarm lasts
-    k_f: float
+    thrust: tuple[float, float]  # [N]
     motor_min: float
     motor_max: float
     elevon_max: float
@@ -102,7 +103,7 @@ class VehicleSnapshot(NamedTuple):
     @property
     def status(self) -> HeartbeatStatus:
         """What HEARTBEAT reports."""
-        return HeartbeatStatus(self.mode, self.armed, self.landed, self.critical)
+        return HeartbeatStatus(self.mode, self.armed, self.landed, self.critical, self.law is Law.CRASHED)
 
     @property
     def ms(self) -> int:
@@ -131,8 +132,9 @@ def heartbeat_status(aircraft: Aircraft) -> HeartbeatStatus:
     return HeartbeatStatus(
         mode=autopilot.mode,
         armed=autopilot.armed,
-        landed=aircraft.vehicle.law is Law.LANDED,
+        landed=aircraft.vehicle.law.regime is Regime.GROUND,
         critical=autopilot.failsafes.is_critical,
+        crashed=aircraft.vehicle.law is Law.CRASHED,
     )
 
 
@@ -154,7 +156,7 @@ def take_snapshot(
     vehicle, autopilot, a = aircraft.vehicle, aircraft.autopilot, aircraft.vehicle.airframe
     state, law = vehicle.flight, vehicle.law
     body, actuators, command = state.plant.body, state.plant.actuators, state.controller.command
-    landed = law is Law.LANDED
+    landed = law.regime is Regime.GROUND
     last = vehicle.jumps[-1] if vehicle.jumps else None
     mission = autopilot.mission
     return VehicleSnapshot(
@@ -180,8 +182,8 @@ def take_snapshot(
         lyapunov=None if landed else vehicle.lyapunov,
         lyapunov_forward=vehicle.lyapunov_forward,
         lyapunov_attitude=vehicle.lyapunov_attitude,
-        v_enter=vehicle.tuning.v_enter,
-        v_leave=vehicle.tuning.v_leave,
+        v_enter=vehicle.design.thresholds.v_enter,
+        v_leave=vehicle.design.thresholds.v_leave,
         v_forward_enter=vehicle.tuning.v_forward_enter,
         v_forward_leave=vehicle.tuning.v_forward_leave,
         governor=vehicle.governor,
@@ -197,7 +199,7 @@ def take_snapshot(
         taking_off=autopilot.mode is Mode.TAKEOFF,
         ready=not autopilot.arming.failed_checks(),
         critical=autopilot.failsafes.is_critical,
-        k_f=a.k_f,
+        thrust=vehicle.thrust,
         motor_min=a.omega_min,
         motor_max=a.omega_max,
         elevon_max=a.delta_max,

@@ -38,7 +38,8 @@ def heartbeat(s: HeartbeatStatus, autopilot: int = mavlink.MAV_AUTOPILOT_PX4) ->
     base |= mavlink.MAV_MODE_FLAG_AUTO_ENABLED if s.mode.is_auto else mavlink.MAV_MODE_FLAG_GUIDED_ENABLED
     base |= mavlink.MAV_MODE_FLAG_SAFETY_ARMED if s.armed else 0
     flying = mavlink.MAV_STATE_CRITICAL if s.critical else mavlink.MAV_STATE_ACTIVE
-    state = mavlink.MAV_STATE_STANDBY if s.landed else flying
+    standing = mavlink.MAV_STATE_EMERGENCY if s.crashed else mavlink.MAV_STATE_STANDBY
+    state = standing if s.landed else flying
     return mavlink.MAVLink_heartbeat_message(
         type=mavlink.MAV_TYPE_VTOL_DUOROTOR,
         autopilot=autopilot,
@@ -60,7 +61,7 @@ def sys_status(s: VehicleSnapshot) -> Message:
         onboard_control_sensors_enabled=enabled,
         onboard_control_sensors_health=health,
         load=0,
-        voltage_battery=units.millivolts(s.battery.voltage),
+        voltage_battery=units.millivolts(s.battery.voltage(s.power)),
         current_battery=units.centiamperes(s.battery.current(s.power)),
         battery_remaining=units.percent(s.battery.left),
         drop_rate_comm=0,
@@ -92,7 +93,7 @@ def battery_status(s: VehicleSnapshot) -> Message:
         battery_function=mavlink.MAV_BATTERY_FUNCTION_ALL,
         type=mavlink.MAV_BATTERY_TYPE_LIPO,
         temperature=0x7FFF,
-        voltages=[units.millivolts(s.battery.voltage)] + [NO_BATTERY_CELL] * 9,
+        voltages=[units.millivolts(s.battery.voltage(s.power))] + [NO_BATTERY_CELL] * 9,
         current_battery=units.centiamperes(s.battery.current(s.power)),
         current_consumed=-1,
         energy_consumed=round(s.energy / 100.0),  # hJ

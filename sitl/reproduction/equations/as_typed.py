@@ -17,9 +17,10 @@ import numpy as np
 from sitl import Actuators, Airframe, Vector
 from sitl.design import linearise
 from sitl.design.lqr import hover_thrust
-from sitl.model.aerodynamics import damping, effective_speed, wrench
+from sitl.model.aerodynamics import wrench
 from sitl.model.airframe import Array
 from sitl.model.hover_model import inertia
+from sitl.model.phi_theory import damping, effective_speed
 
 PRINTED_SPEED = 5.0  # of the printed forward trim [m/s]
 DRY_SHARE = 0.15  # wing area outside the slipstream over the one inside, in the report's source code

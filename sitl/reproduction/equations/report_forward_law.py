@@ -25,8 +25,8 @@ import numpy as np
 
 from sitl import Actuators, Airframe, Body, Vector
 from sitl.compiled import subroutine
-from sitl.model.aerodynamics import effective_speed
 from sitl.model.airframe import Array
+from sitl.model.phi_theory import effective_speed
 from sitl.model.quaternions import rotate_inverse
 from sitl.model.vectors import cross, norm, scaled, subtract
 from sitl.reproduction.equations.airspeed_model import moment, moment_jacobian

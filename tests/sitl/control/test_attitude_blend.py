@@ -7,6 +7,7 @@ import pytest
 
 from sitl.control.line_of_sight import attitude
 from sitl.design.forward import line_of_sight_gains
+from sitl.model.aerodynamics import slopes, trimmed_slope
 from sitl.model.airframe_files import load
 from sitl.model.quaternions import hover, rotate
 from sitl.model.vectors import Vector
@@ -16,10 +17,15 @@ GAINS = line_of_sight_gains()
 WEIGHT = Vector(0.0, 0.0, A.m * A.g)
 
 
+def carried(v_a):
+    """Normal force of the trimmed wing by the velocity across it, which here does not depend on the incidence."""
+    return trimmed_slope(slopes(v_a, 0.0, 0.0, A), A)
+
+
 def span_azimuth(airspeed, azimuth, heading):
     """Azimuth of what the belly faces, square to the left wing [rad]."""
     v_a = Vector(airspeed * math.cos(azimuth), airspeed * math.sin(azimuth), 0.0)
-    y = rotate(attitude(WEIGHT, v_a, heading, hover(heading), GAINS, A), Vector(0.0, 1.0, 0.0))
+    y = rotate(attitude(WEIGHT, v_a, heading, hover(heading), carried(v_a), GAINS, A), Vector(0.0, 1.0, 0.0))
     return math.atan2(-y.x, y.y)
 
 

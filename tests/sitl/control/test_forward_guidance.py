@@ -7,7 +7,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from sitl.control.braking import arrest, brake, braking_speed
+from sitl.control.braking import brake, braking_speed
 from sitl.control.forward_guidance import (
     SLOW,
     air_course,
@@ -22,7 +22,7 @@ from sitl.control.reference import circle, hover_at, leg, line_of_sight
 from sitl.design.forward import BRAKE_AIR, BRAKE_CLIMB, BRAKE_RATE, line_of_sight_gains
 from sitl.design.trim import braking_limit
 from sitl.model.airframe_files import load
-from sitl.model.vectors import Vector, add_scaled, level_norm, norm, scaled, subtract
+from sitl.model.vectors import Vector, add_scaled, level_norm, norm, scaled
 from tests.support.flights.estimates import estimate
 
 NOMINAL = load("nominal").parameters
@@ -189,7 +189,7 @@ def test_a_leg_that_goes_on_and_a_circle_are_never_stopped_and_one_overflown_alw
     assert stop_within(beyond, ORIGIN, ORIGIN, path, 1.0, GAINS)
 
 
-# The stop and the arrest
+# The stop
 
 
 @given(p=places, v=velocities, wind=level_winds, travel=st.floats(0.0, 1.0))
@@ -217,14 +217,3 @@ def test_the_stop_climbs_in_the_corridor_and_more_where_the_elevons_need_it_but_
 def test_at_the_end_the_stop_asks_for_rest():
     asked, _ = brake(NORTH.end, ORIGIN, ORIGIN, NORTH, 0.0, ORIGIN, DT, GAINS)
     assert norm(asked) < 1e-9
-
-
-@given(v=velocities, wind=level_winds, travel=st.floats(0.0, 1.0))
-def test_the_arrest_brakes_all_motion_and_never_pushes(v, wind, travel):
-    asked = arrest(v, wind, travel, GAINS)
-    assert asked.x * v.x <= 0.0
-    assert asked.y * v.y <= 0.0
-    airspeed = norm(subtract(v, wind))
-    assert level_norm(asked.x, asked.y) <= at_airspeed(airspeed, GAINS.brake_rate) + 1e-9
-    assert asked.z == pytest.approx(min(max(asked.z, -2.0), GAINS.max_up))
-    assert (asked.z > 0.0) == (v.z < 0.5) or travel > GAINS.climb_from

@@ -34,10 +34,9 @@ def test_without_a_transfer_the_law_s_own_command_is_flown(u, acting):
 
 @given(u=virtuals, acting=commands)
 def test_the_difference_fades_and_ends(u, acting):
-    transfer, sizes = handover.requested(), []
-    for _ in range(3000):
+    transfer, sizes, tau = handover.requested(), [], round(FADE / DT)
+    while len(sizes) <= tau or (transfer != handover.none() and len(sizes) < 3000):
         flown, transfer = handover.smoothed(u, acting, A, transfer, DT)
         sizes.append(sum(abs(x - y) for x, y in zip(flown, u, strict=True)))
-    tau = round(FADE / DT)
     assert sizes[tau] == pytest.approx(sizes[0] * (1.0 - DT / FADE) ** tau, rel=1e-6, abs=1e-12)
     assert transfer == handover.none()  # to the bit: it does not fade for ever

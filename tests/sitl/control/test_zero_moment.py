@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numba import njit
 
+from sitl.compiled import entry
 from sitl.control import hover_zero_moment as law
 from sitl.control.governor import ERROR, LINEAR, QUASI_OPTIMAL_NORM, VELOCITY
 from sitl.control.hover_zero_moment import Guide
@@ -189,7 +189,7 @@ def test_the_closed_form_of_the_moments_inverse_is_the_pseudo_inverse():
 
 def test_compiled_equals_python():
     g, (body, guide) = gains(governor=VELOCITY), next(random_states(1))
-    assert njit(error_model="numpy")(_ticked)(body, g, guide) == _ticked(body, g, guide)
+    assert entry(_ticked)(body, g, guide) == _ticked(body, g, guide)
 
 
 def _ticked(body, g, guide):

@@ -31,7 +31,7 @@ def test_every_law_is_flown_by_somebody():
 
 @pytest.mark.parametrize("beyond", [1.0, 4.0])
 def test_a_fall_out_of_the_hover_is_caught_and_flown_on_from(beyond):
-    """Tail first the elevons are reversed: it turns over, dives and pulls out before it stands again."""
+    """Tail first the elevons are reversed: it may turn over before it stands again."""
     vehicle = on_a_leg()
     body = vehicle.truth.body
     vehicle.place(body._replace(position=Vector(0.0, 0.0, 500.0), velocity=Vector(0.0, 0.0, -MAX_SINK - beyond)))
@@ -41,7 +41,7 @@ def test_a_fall_out_of_the_hover_is_caught_and_flown_on_from(beyond):
         lowest = min(lowest, vehicle.truth.body.position.z)
         assert vehicle.time < 30.0
     assert vehicle.jumps[0].name == "catch_fall"
-    assert 500.0 - lowest < 100.0
+    assert 500.0 - lowest < 60.0
 
 
 def test_random_states_under_random_laws_in_gusts_settle_down():

@@ -19,7 +19,8 @@ def without_tests(page):
     return re.sub(r"\| (`tests/[^|]*`|none) \|$", "|", page, flags=re.MULTILINE)
 
 
-def test_the_page_is_up_to_date(kept):
+def test_the_page_is_up_to_date(kept, monkeypatch):
+    monkeypatch.setattr(build_wire_page, "_test", lambda _name: build_wire_page.UNTESTED)  # compared without them
     assert without_tests(build_wire_page.page()) == without_tests(kept), "run scripts/build_wire_page.py"
 
 

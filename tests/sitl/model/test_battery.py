@@ -12,10 +12,16 @@ from sitl.model.battery import Battery
 def test_share_and_voltage_fall_linearly_from_full_to_empty_and_no_further(used, left, voltage):
     battery = Battery(capacity=1000.0, used=used)
     assert battery.left == pytest.approx(left)
-    assert battery.voltage == pytest.approx(voltage)
+    assert battery.voltage() == pytest.approx(voltage)
 
 
 def test_the_current_is_the_power_over_the_voltage():
     assert Battery(1000.0, 0.0).current(126.0) == pytest.approx(10.0)
     assert Battery(1000.0, 1000.0).current(126.0) == pytest.approx(126.0 / 9.9)
     assert Battery(1000.0, 0.0).current(0.0) == 0.0
+
+
+def test_the_voltage_sags_with_the_current_over_the_cells():
+    battery = Battery(1000.0, 0.0, resistance=0.03)
+    assert battery.voltage(126.0) == pytest.approx(12.6 - 0.3)
+    assert battery.voltage() == pytest.approx(12.6)

@@ -9,9 +9,8 @@ from hypothesis import strategies as st
 
 from sitl.model.aerodynamics import wrench
 from sitl.model.airframe_files import load
-from sitl.model.plant import derivative, is_finite, shaft_power, step
+from sitl.model.plant import derivative, is_finite, step
 from sitl.model.quaternions import from_euler, multiply, rotate, rotate_inverse
-from sitl.model.state import Actuators
 from sitl.model.vectors import Vector
 from tests.support.flights.estimates import STILL, rotation, vector
 from tests.support.flights.plant_flight import OFF, actuators, fly, plant
@@ -114,10 +113,6 @@ def test_only_the_velocity_through_the_air_matters(wind):
 def test_two_equal_flights_are_bit_identical():
     start = plant(v=(3.0, 0.0, 0.0), u=(600, 640, 0.1, 0.2))
     assert fly(start, NOMINAL, 0.5, (700, 690, 0.2, 0.1)) == fly(start, NOMINAL, 0.5, (700, 690, 0.2, 0.1))
-
-
-def test_shaft_power_is_the_torque_times_the_speed():
-    assert shaft_power(Actuators(600.0, 500.0, 0.1, 0.1), NOMINAL) == pytest.approx(NOMINAL.k_m * (600.0**3 + 500.0**3))
 
 
 @pytest.mark.parametrize("number", [math.nan, math.inf, -math.inf])

@@ -8,10 +8,10 @@ import pytest
 from sitl.design.trim import level_trim
 from sitl.model.aerodynamics import wrench
 from sitl.model.airframe_files import load
-from sitl.model.plant import shaft_power as plant_power
+from sitl.model.propeller import shaft_power
 from sitl.model.state import Actuators
 from sitl.model.vectors import Vector, add, add_scaled, cross, dot, norm, scaled, subtract
-from sitl.prediction.equilibrium import back, equilibrium, level, shaft_power, steady_power, weight, wind_force
+from sitl.prediction.equilibrium import back, equilibrium, level, power, steady_power, weight, wind_force
 
 A = load("nominal").parameters
 STILL = Vector(0.0, 0.0, 0.0)
@@ -59,9 +59,10 @@ def test_a_hover_in_calm_is_upright_and_needs_no_elevons():
 
 def test_power_is_that_of_the_motors_within_their_limits():
     speed = 0.5 * (A.omega_min + A.omega_max)
-    assert shaft_power(A.k_f * speed * speed, A) == pytest.approx(plant_power(Actuators(speed, speed, 0.0, 0.0), A))
-    assert shaft_power(0.0, A) == shaft_power(A.k_f * A.omega_min * A.omega_min, A) > 0.0
-    assert shaft_power(1e3, A) == shaft_power(A.k_f * A.omega_max * A.omega_max, A)
+    of_motors = shaft_power(Actuators(speed, speed, 0.0, 0.0), 0.0, A)
+    assert power(A.k_f * speed * speed, 0.0, A) == pytest.approx(of_motors)
+    assert power(0.0, 0.0, A) == power(A.k_f * A.omega_min * A.omega_min, 0.0, A) > 0.0
+    assert power(1e3, 0.0, A) == power(A.k_f * A.omega_max * A.omega_max, 0.0, A)
     assert steady_power(Vector(15.0, 0.0, 0.0), level(0.0), A) == pytest.approx(23.4, rel=0.02)  # the trim's
 
 

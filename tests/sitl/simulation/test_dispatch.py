@@ -15,14 +15,22 @@ from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start
 from sitl.simulation.storage import access, record_of
 from sitl.supervisor.guards import GUARDS
-from tests.support.flights.own_laws import ENOUGH, OWN, OwnLaw
+from tests.support.flights import documented_law
+from tests.support.flights.own_laws import ENOUGH, OWN, Ascended, OwnLaw, register
 
 NOMINAL = load("nominal").parameters
+# One register, and so one compilation, has the law of these tests and that of docs/api.md.
+BOTH = register(
+    laws=(*OWN.laws.values(), documented_law.ROW),
+    table={**OWN.table, documented_law.CLIMB: documented_law.JUMPS},
+    states={"ascended": Ascended, **documented_law.STATES},
+    gains={**OWN.gains, **documented_law.GAINS},
+)
 
 
-def climbing(own=OWN):
-    made = Simulation(NOMINAL, start=Start(up=50.0, airborne=True), register=own)
-    made.begin_flight(OwnLaw.CLIMB)
+def ascending():
+    made = Simulation(NOMINAL, start=Start(up=50.0, airborne=True), register=BOTH)
+    made.begin_flight(OwnLaw.ASCEND)
     made.reference = hover_at((0.0, 0.0, 51.0), 0.0)
     return made
 
@@ -37,42 +45,56 @@ def hovering():
 
 
 def test_a_law_of_one_s_own_flies_by_its_gains_state_value_guard_and_reset():
-    flown = climbing()
-    assert flown.law is OwnLaw.CLIMB
+    flown = ascending()
+    assert flown.law is OwnLaw.ASCEND
     flown.advance(100)
     motor = math.sqrt(0.5 * 1.2 * NOMINAL.m * NOMINAL.g / NOMINAL.k_f)
     assert flown.command == pytest.approx((motor, motor, 0.01, -0.01))
     assert flown.saturation == 3
-    climbed = flown.flight.controller.states.climbed
-    assert climbed.periods == 200
-    assert climbed.speed == pytest.approx(flown.truth.body.velocity.z, rel=0.05)
+    ascended = flown.flight.controller.states.ascended
+    assert ascended.periods == 200
+    assert ascended.speed == pytest.approx(flown.truth.body.velocity.z, rel=0.05)
     assert flown.jumps == []
     flown.step(1.0)
     (jump,) = flown.jumps
-    assert (jump.source, jump.target, jump.name) == (OwnLaw.CLIMB, Law.HOVER_ZERO_MOMENT, "level_off")
+    assert (jump.source, jump.target, jump.name) == (OwnLaw.ASCEND, Law.HOVER_ZERO_MOMENT, "level_off")
     assert jump.time == pytest.approx(ENOUGH / (0.2 * NOMINAL.g), abs=0.1)
-    after = flown.flight.controller.states.climbed
+    after = flown.flight.controller.states.ascended
     assert (after.speed, after.size) == (0.0, 0.0)
     assert after.periods == 2 * round(jump.time / PERIOD)  # no longer counted under the other law
     flown.step(8.0)
     assert flown.truth.body.position.z == pytest.approx(51.0, abs=0.05)
-    assert flown.energy_by_law[OwnLaw.CLIMB] > 0.0
+    assert flown.energy_by_law[OwnLaw.ASCEND] > 0.0
     assert sum(flown.energy_by_law.values()) == pytest.approx(flown.energy)
 
 
 def test_it_is_one_flight_however_it_is_stepped_and_can_be_recorded():
-    whole, pieces = climbing(), climbing()
+    whole, pieces = ascending(), ascending()
     rows = whole.record(1.0, 50.0)
     for periods in (1, 250, 249):
         pieces.advance(periods)
     assert whole.flight._replace(limits=0) == pieces.flight._replace(limits=0)
-    assert set(rows.law) == {OwnLaw.CLIMB, Law.HOVER_ZERO_MOMENT}
+    assert set(rows.law) == {OwnLaw.ASCEND, Law.HOVER_ZERO_MOMENT}
+
+
+def test_the_law_of_the_documentation_is_compiled_to_the_bits_of_its_text():
+    flown = Simulation(NOMINAL, start=Start(up=50.0, airborne=True), register=BOTH)
+    flown.begin_flight(documented_law.CLIMB)
+    gains = documented_law.GAINS["climb"]
+    for _ in range(50):
+        seen, climbed = flown.estimate, flown.flight.controller.states.climbed
+        flown.advance(1)
+        now = flown.command, flown.saturation, flown.flight.controller.states.climbed
+        assert now == documented_law.ROW.step(seen, flown.reference, gains, NOMINAL, climbed, PERIOD)
+    assert now[2].height > 0.0
+    flown.step(0.5)
+    assert [jump.name for jump in flown.jumps] == ["level_off"]
 
 
 def test_the_vehicle_s_own_laws_know_nothing_of_it():
-    with pytest.raises(UnknownLawError, match="law 100 is not one of LANDED"):
-        REGISTER.law(OwnLaw.CLIMB)
-    assert "climbed" not in REGISTER.slots
+    with pytest.raises(UnknownLawError, match="law 101 is not one of LANDED"):
+        REGISTER.law(OwnLaw.ASCEND)
+    assert "ascended" not in REGISTER.slots
 
 
 # What a law's number, and no other, does
@@ -99,7 +121,7 @@ def test_every_law_computes_its_own_command():
     assert len(commands) > 5
 
 
-@pytest.mark.parametrize("number", [-1, 10, 77, 100])
+@pytest.mark.parametrize("number", [-1, 10, 77, 101])
 def test_a_law_that_the_core_does_not_know_ends_the_flight_and_nothing_flies(number):
     flown = hovering()
     flown._arrays.flights["controller"]["law"] = number
@@ -125,11 +147,11 @@ def test_in_the_generated_code_too_an_unknown_law_does_nothing_and_leads_nowhere
 
 def test_a_flight_with_laws_of_its_own_is_not_taken_into_a_batch_of_the_vehicle_s():
     with pytest.raises(SitlError, match="laws of its own is flown alone"):
-        fly_batch([hovering(), climbing()], 0.1)
+        fly_batch([hovering(), ascending()], 0.1)
 
 
 def test_jumps_without_end_are_told_and_not_flown():
-    flown = climbing()
+    flown = ascending()
     flown.reference = flown.reference._replace(steered=True)
     with pytest.raises(ZenoError, match="back -> there -> back"):
         flown.advance(10)

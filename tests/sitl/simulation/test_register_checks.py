@@ -15,7 +15,7 @@ from sitl.supervisor import guards
 from sitl.supervisor.guards import Guard
 from sitl.supervisor.resets import Reset
 from sitl.supervisor.table import TABLE, Jump
-from tests.support.flights.own_laws import FORGET, OWN, Climbed, ClimbGains, OwnLaw, climb, enough, forget, register
+from tests.support.flights.own_laws import FORGET, OWN, Ascended, AscendGains, OwnLaw, ascend, enough, forget, register
 
 
 @kernel
@@ -29,7 +29,7 @@ def asks_for_its_gains(gains):
 
 
 def jump(**parts):
-    return {**OWN.table, OwnLaw.CLIMB: (Jump("odd", Law.HOVER_ZERO_MOMENT, Reason.SPEED, **parts),)}
+    return {**OWN.table, OwnLaw.ASCEND: (Jump("odd", Law.HOVER_ZERO_MOMENT, Reason.SPEED, **parts),)}
 
 
 def compiled(*arguments, **changes):
@@ -39,30 +39,39 @@ def compiled(*arguments, **changes):
 @pytest.mark.parametrize(
     ("made", "said"),
     [
-        (compiled(asks_for_the_plant), "law CLIMB asks for 'plant': there is a, at_rest, climb_gains, climbed, course"),
         (
-            compiled(laws=[*LAWS, LawRow(OwnLaw.CLIMB, asks_for_its_gains)], table={**TABLE, **OWN.table}),
-            "law CLIMB asks for 'gains'",
+            compiled(asks_for_the_plant),
+            "law ASCEND asks for 'plant': there is a, ascend_gains, ascended, at_rest",
+        ),
+        (
+            compiled(laws=[*LAWS, LawRow(OwnLaw.ASCEND, asks_for_its_gains)], table={**TABLE, **OWN.table}),
+            "law ASCEND asks for 'gains'",
         ),
         (
             compiled(table=jump(when=(Guard("seer", "Sees.", 1 << 41, asks_for_the_plant),))),
             "guard seer asks for 'plant'",
         ),
         (compiled(table=jump(resets=(Reset("odd", ("guide",), asks_for_the_plant),))), "reset odd asks for 'plant'"),
-        (compiled(values=(*OWN.values.values(), ValueRow("v", asks_for_the_plant, "climb"))), "value v asks for"),
-        (compiled(table=jump(resets=(Reset("odd", ("nothing",), forget),))), "reset odd sets 'nothing': there is at_"),
+        (compiled(values=(*OWN.values.values(), ValueRow("v", asks_for_the_plant, "ascend"))), "value v asks for"),
         (
-            compiled(laws=[*LAWS, LawRow(OwnLaw.CLIMB, climb, "slope")], table={**TABLE, **OWN.table}),
-            "law CLIMB takes gains 'slope': there is climb, forward_linear",
+            compiled(table=jump(resets=(Reset("odd", ("nothing",), forget),))),
+            "reset odd sets 'nothing': there is ascended, at_",
         ),
-        (compiled(laws=[*LAWS, LawRow(IntEnum("Odd", {"NEW": 2}).NEW, climb)]), "law number 2 stands for two"),
-        (compiled(laws=[*LAWS, LawRow(IntEnum("Odd", {"ALIGN": 99}).ALIGN, climb)]), "law name 'ALIGN' stands for two"),
+        (
+            compiled(laws=[*LAWS, LawRow(OwnLaw.ASCEND, ascend, "slope")], table={**TABLE, **OWN.table}),
+            "law ASCEND takes gains 'slope': there is ascend, forward_linear",
+        ),
+        (compiled(laws=[*LAWS, LawRow(IntEnum("Odd", {"NEW": 2}).NEW, ascend)]), "law number 2 stands for two"),
+        (
+            compiled(laws=[*LAWS, LawRow(IntEnum("Odd", {"ALIGN": 99}).ALIGN, ascend)]),
+            "law name 'ALIGN' stands for two",
+        ),
         (compiled(table=jump(when=(guards.near, Guard("near", "", 1 << 41, enough)))), "guard name 'near' stands for"),
         (compiled(table=jump(when=(guards.near, Guard("odd", "", guards.near.bit, enough)))), "guard bit 8 stands for"),
         (compiled(table=jump(resets=(FORGET, Reset("forget", ("guide",), forget)))), "reset name 'forget' stands for"),
-        (compiled(states={"climbed": Climbed, "guide": Climbed}), "state slot 'guide' is there already"),
-        (compiled(gains={"climb": ClimbGains(1.0, 1), "wind": ClimbGains(1.0, 1)}), "gains 'wind' is there already"),
-        (compiled(table={Law.LANDED: (), Law.HOVER_ZERO_MOMENT: ()}), "no row of the table for CLIMB"),
+        (compiled(states={"ascended": Ascended, "guide": Ascended}), "state slot 'guide' is there already"),
+        (compiled(gains={"ascend": AscendGains(1.0, 1), "wind": AscendGains(1.0, 1)}), "gains 'wind' is there already"),
+        (compiled(table={Law.LANDED: (), Law.HOVER_ZERO_MOMENT: ()}), "no row of the table for ASCEND"),
         (
             compiled(table={**OWN.table, Law.LANDED: (Jump("odd", Law.ALIGN, Reason.COMMAND),)}),
             "jump 'odd' of LANDED leads to <Law.ALIGN: 3>: it is not registered",

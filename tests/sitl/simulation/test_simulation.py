@@ -9,7 +9,7 @@ from protocol.dialect.vocabulary import Law, Limit
 from sitl.control.reference import along, hover_at, leg
 from sitl.errors import SitlError
 from sitl.model.airframe_files import load
-from sitl.model.plant import shaft_power
+from sitl.model.propeller import shaft_power
 from sitl.model.quaternions import hover
 from sitl.model.state import Actuators, Body
 from sitl.model.vectors import Vector
@@ -89,7 +89,7 @@ def test_energy_is_the_sum_of_the_power():
     for _ in range(200):
         flown.advance(1)
         total += flown.power * PERIOD
-        assert flown.power == shaft_power(flown.truth.actuators, NOMINAL)
+        assert flown.power == shaft_power(flown.truth.actuators, 0.0, NOMINAL)
     assert flown.energy == pytest.approx(total)
 
 

@@ -62,7 +62,8 @@ def test_guards_that_hold_above_a_number_and_not_at_it(guard, threshold, seen):
     [
         (g.still, 3.0, lambda x: {"estimate": estimate(wind=(0.0, x, 0.0))}),
         (g.calm, 3.5, lambda x: {"estimate": nose(0.9, x)}),
-        (g.recovered, 2.5, lambda x: {"estimate": nose(0.9, x)}),
+        (g.recovered, 3.0, lambda x: {"estimate": sinking(x, 50.0)}),
+        (g.recovered, 1.0, lambda x: {"estimate": estimate(w=(0.0, x, 0.0))}),
         (g.standing, 2.0, lambda x: {"estimate": nose(0.9, x)}),
         (g.falling, 8.0, lambda x: {"estimate": sinking(10.0, x), "thresholds": USUAL}),
         (g.sliding, 0.9, lambda x: {"since": 9.0, "estimate": nose(x, 9.0), "thresholds": USUAL}),

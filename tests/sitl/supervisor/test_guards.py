@@ -98,7 +98,7 @@ def test_a_law_flown_alone_leaves_for_no_wind_no_slide_and_no_fall():
 
 @pytest.mark.parametrize(
     ("guard", "nose", "speed"),
-    [(g.calm, 0.5, g.CALM_SPEED), (g.recovered, 0.7, g.ALIGNED_SPEED), (g.standing, 0.3, g.STANDING_SPEED)],
+    [(g.calm, 0.5, g.CALM_SPEED), (g.standing, 0.3, g.STANDING_SPEED)],
 )
 def test_upright_and_slow(guard, nose, speed):
     direction = (0.6, 0.0, -0.8)
@@ -106,6 +106,17 @@ def test_upright_and_slow(guard, nose, speed):
     assert holds(guard, estimate=estimate(v=slow, q=nose_at(nose + 1e-6)))
     assert not holds(guard, estimate=estimate(v=fast, q=nose_at(nose + 1e-6)))
     assert not holds(guard, estimate=estimate(v=slow, q=nose_at(nose - 1e-6)))
+
+
+def test_recovered_is_upright_and_neither_turning_nor_sinking():
+    for axis in ((1.0, 0.0, 0.0), (0.0, 0.6, -0.8)):
+        slow, fast = (vector([g.RECOVERED_RATE * k * x for x in axis]) for k in (below, above))
+        assert holds(g.recovered, estimate=estimate(w=slow))
+        assert not holds(g.recovered, estimate=estimate(w=fast))
+    for speed in ((0.0, 9.0, 2.5), (-9.0, 0.0, -g.SINK * below)):  # level speed and climb do not count
+        assert holds(g.recovered, estimate=estimate(v=speed, q=nose_at(0.7 + 1e-6)))
+        assert not holds(g.recovered, estimate=estimate(v=speed, q=nose_at(0.7 - 1e-6)))
+    assert not holds(g.recovered, estimate=estimate(v=(0.0, 0.0, -g.SINK * above)))
 
 
 @pytest.mark.parametrize("course", [0.0, 1.0, -2.5])

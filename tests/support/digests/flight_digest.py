@@ -1,4 +1,4 @@
-"""Half a second under each law, ground and gusts included, and a hash of every bit of it: also a process of its own."""
+"""A tenth of a second under each law, ground and gusts included, and a hash of every bit: also a process of its own."""
 
 import hashlib
 import json
@@ -16,7 +16,9 @@ from sitl.simulation.start import Start
 from tests.support.flights.tunings import EVERY_LAW
 
 NOMINAL = load("nominal").parameters
-SECONDS = 0.52  # beyond the dwell time of the laws
+SECONDS = 0.12
+TO_REST = 0.32  # until the ground is felt for long enough
+DWELT = 0.45  # nearly as long as the laws must dwell [s]
 UP = 60.0  # [m]
 STILL = Vector(0.0, 0.0, 0.0)
 FORWARD = from_euler(0.02, -0.25, 0.03)
@@ -25,11 +27,12 @@ ROUND = along(hover_at((0.0, 0.0, UP), 0.3), circle((0.0, 40.0, UP), 40.0, 12.0)
 TILTED = AttitudeReference(from_euler(0.1, -1.2, 0.2), Vector(0.1, 0.0, 0.2), 0.5)
 
 
-def begun(law, reference, *, v=STILL, q=None, w=STILL, wind=(1.0, -0.5, 0.2), gusts=0.7):
-    """A simulation in the air under a law."""
+def begun(law, reference, *, v=STILL, q=None, w=STILL, wind=(1.0, -0.5, 0.2), gusts=0.7, since=0.0):
+    """A simulation in the air, for some time under a law."""
     made = Simulation(NOMINAL, seed=3, start=Start(up=UP, airborne=True), tuning=EVERY_LAW)
     made.place(Body(Vector(0.0, 0.0, UP), v, hover(0.2) if q is None else q, w))
     made.begin_flight(law)
+    made._arrays.flights["controller"]["since"] = since
     made.set_wind(wind, gusts)
     made.reference = reference
     return made
@@ -61,9 +64,9 @@ def flights():
         "hover linear": begun(Law.HOVER_LINEAR, hover_at((2.0, -1.0, UP + 1.0), 0.4)),
         "zero moment": begun(Law.HOVER_ZERO_MOMENT, hover_at((40.0, 10.0, UP), 1.0), q=from_euler(0.3, -0.9, 0.2)),
         "into the linear law": begun(Law.HOVER_ZERO_MOMENT, hover_at((0.2, 0.1, UP), 0.2), gusts=0.0),
-        "alignment": begun(Law.ALIGN, ON_A_LEG, gusts=0.0, q=hover(0.0)),
+        "alignment": begun(Law.ALIGN, ON_A_LEG, gusts=0.0, q=hover(0.0), since=DWELT),
         "transition": begun(Law.TO_FORWARD, ON_A_LEG, v=Vector(5.0, 0.2, 0.5), q=from_euler(0.0, -0.9, 0.0)),
-        "cruise": begun(Law.FORWARD_LINE_OF_SIGHT, ON_A_LEG, v=fast, q=FORWARD),
+        "cruise": begun(Law.FORWARD_LINE_OF_SIGHT, ON_A_LEG, v=fast, q=FORWARD, since=DWELT),
         "circle": begun(Law.FORWARD_LINE_OF_SIGHT, ROUND, v=fast, q=FORWARD),
         "cruise linear": begun(Law.FORWARD_LINEAR, ON_A_LEG, v=Vector(13.2, -0.2, 0.6), q=FORWARD, gusts=0.1),
         "braking": begun(Law.TO_HOVER, ON_A_LEG._replace(forward=False), v=Vector(7.0, 0.1, 1.0), q=FORWARD),
@@ -76,7 +79,7 @@ def flights():
 
 def digest(simulation):
     """Hash over a recorded flight, its jumps and its end."""
-    rows = simulation.record(SECONDS, 50.0)
+    rows = simulation.record(TO_REST if simulation.landing else SECONDS, 50.0)
     found = hashlib.sha256(simulation._arrays.flights.tobytes())
     for name in ("position", "velocity", "attitude", "rates", "actuators", "law", "v_hover", "energy", "wind", "guide"):
         found.update(np.ascontiguousarray(getattr(rows, name)).tobytes())

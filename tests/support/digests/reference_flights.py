@@ -17,7 +17,7 @@ NOMINAL = load("nominal").parameters  # as the controllers of all of them believ
 LAGGING = NOMINAL._replace(actuator_model=FIRST_ORDER)
 HEAVY = NOMINAL._replace(m=1.06 * NOMINAL.m, J2=0.93 * NOMINAL.J2, C_l=0.95 * NOMINAL.C_l, k_f=1.04 * NOMINAL.k_f)
 HIGH = 60.0  # where flights begin that begin in the air [m]
-SHORT = 0.2  # [s]; every law is in force in the first of it
+SHORT = 0.12  # [s]; every law is in force in the first of it
 STILL = Vector(0.0, 0.0, 0.0)
 
 Deed = Callable[[Simulation], None]

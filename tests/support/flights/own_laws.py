@@ -18,24 +18,24 @@ ENOUGH = 0.5  # m/s2 s of what is counted
 
 
 class OwnLaw(IntEnum):
-    CLIMB = 100
+    ASCEND = 101
 
 
-class ClimbGains(NamedTuple):
+class AscendGains(NamedTuple):
     thrust: float  # over the weight
     count: int
 
 
-class Climbed(NamedTuple):
+class Ascended(NamedTuple):
     speed: float  # [m/s]
     periods: int
     size: float  # as numpy's own attribute is called
 
 
 @kernel
-def climb(estimate, gains, a, climbed, dt):
+def ascend(estimate, gains, a, ascended, dt):
     motor = math.sqrt(0.5 * gains.thrust * a.m * a.g / a.k_f)
-    after = Climbed(climbed.speed + dt * estimate.acceleration.z, climbed.periods + gains.count, 1.0)
+    after = Ascended(ascended.speed + dt * estimate.acceleration.z, ascended.periods + gains.count, 1.0)
     return Actuators(motor, motor, 0.01, -0.01), 3, after
 
 
@@ -45,37 +45,37 @@ def enough(speed_value):
 
 
 @kernel
-def speed_value(climbed):
-    return climbed.speed
+def speed_value(ascended):
+    return ascended.speed
 
 
 @kernel
-def forget(climbed):
-    return Climbed(0.0, climbed.periods, 0.0)
+def forget(ascended):
+    return Ascended(0.0, ascended.periods, 0.0)
 
 
 FAST = Guard("fast", "Climbing fast enough.", 1 << 40, enough)
-FORGET = Reset("forget", ("climbed",), forget, clears=(FAST,))
+FORGET = Reset("forget", ("ascended",), forget, clears=(FAST,))
 OFF = Jump("off", Law.LANDED, Reason.DISARM, unless=(guards.armed,))
 
 
-def register(step=climb, **changes):
+def register(step=ascend, **changes):
     """Three laws, one of them not the vehicle's own."""
     chosen = {
         "laws": [row for row in LAWS if row.law in {Law.LANDED, Law.HOVER_ZERO_MOMENT}]
-        + [LawRow(OwnLaw.CLIMB, step, "climb")],
-        "values": (*VALUES, ValueRow("speed_value", speed_value, "climb")),
+        + [LawRow(OwnLaw.ASCEND, step, "ascend")],
+        "values": (*VALUES, ValueRow("speed_value", speed_value, "ascend")),
         "table": {
             Law.LANDED: (),
-            Law.HOVER_ZERO_MOMENT: (OFF, Jump("there", OwnLaw.CLIMB, Reason.COMMAND, when=(guards.steered,))),
-            OwnLaw.CLIMB: (
+            Law.HOVER_ZERO_MOMENT: (OFF, Jump("there", OwnLaw.ASCEND, Reason.COMMAND, when=(guards.steered,))),
+            OwnLaw.ASCEND: (
                 OFF,
                 Jump("back", Law.HOVER_ZERO_MOMENT, Reason.COMMAND, when=(guards.steered,)),
                 Jump("level_off", Law.HOVER_ZERO_MOMENT, Reason.SPEED, when=(FAST,), resets=(guide_from_here, FORGET)),
             ),
         },
-        "states": {"climbed": Climbed},
-        "gains": {"climb": ClimbGains(1.2, 2)},
+        "states": {"ascended": Ascended},
+        "gains": {"ascend": AscendGains(1.2, 2)},
     }
     return Register(**chosen | changes)
 

@@ -1,7 +1,6 @@
 """The plant alone, flown for a while by a compiled loop."""
 
-from numba import njit
-
+from sitl.compiled import entry
 from sitl.model.ground import FEET, STIFFNESS, feet_aloft
 from sitl.model.plant import step
 from sitl.model.quaternions import hover
@@ -30,7 +29,7 @@ def standing_height(a):
     return a.foot_x - a.m * a.g / (FEET * STIFFNESS)
 
 
-@njit(error_model="numpy")
+@entry
 def _flown(x, command, wind, armed, a, dt, steps):
     for _ in range(steps):
         x = step(x, command, wind, armed, a, dt)

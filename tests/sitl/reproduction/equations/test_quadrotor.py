@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numba import njit
 
+from sitl.compiled import entry
 from sitl.control.allocation import Virtual
 from sitl.model.quaternions import from_euler, rotate
 from sitl.model.state import Body
@@ -77,7 +77,7 @@ def test_the_law_s_allocation_is_the_pseudo_inverse_and_a_unit_force():
 
 def test_compiled_equals_python():
     u, body = Virtual(1.0, 1.3, 0.9, 1.6), state((0.1, 0.2, 0.3), (1.0, 2.0, 3.0))
-    assert njit(error_model="numpy")(_stepped)(body, u) == _stepped(body, u)
+    assert entry(_stepped)(body, u) == _stepped(body, u)
 
 
 def _stepped(body, u):

@@ -1,0 +1,137 @@
+#!/usr/bin/env python3
+"""Find a V for the linear hover law that flies, prove its level, and store it (``sitl/design/certificates.toml``).
+
+Over all tilts, airspeeds and delayed commands of a set, V = x' P x and the weights of the delay satisfy linear matrix
+inequalities; of all such V the one whose unit set holds the most in its worst direction is sought (CLARABEL, a
+development dependency). The set is a box about the ellipsoid, so this is a guess at what can be proved; the proof is
+:func:`sitl.design.region.certify`. V is scaled so that the proved level is 1.
+
+    python scripts/prove_hover.py nominal
+"""
+
+import argparse
+import itertools
+import math
+import sys
+from pathlib import Path
+
+import cvxpy as cp
+import numpy as np
+
+from sitl.control.hover_linear import LinearGains
+from sitl.design import closed_loop as loop
+from sitl.design import proved
+from sitl.design.delay import channels
+from sitl.design.lmi import HALVES
+from sitl.design.region import certify, radii
+from sitl.model.airframe import Airframe
+from sitl.model.airframe_files import load
+
+ALIKE = (1.0, 0.6, math.radians(8.0) / 2.0, 0.6)  # position [m], speed, eps and rates that shall be alike on V = 1
+TURN = math.radians(11.0)  # of the box
+SPIN = 6.0  # of the box, by its turn [1/s]
+STREAM, EFFECTIVENESS = 0.05, 0.06  # h [kg/s] and kappa of the box
+DECAY = 0.03  # [1/s]
+THRUST_RATE, ELEVON_RATE = 6.5, 3.2  # of the linear loop [N/s], [N rad/s]
+THRUST_RATIO, DEFLECTION = 1.08, 0.3  # of the channels
+INTEGRATED = 0.85  # of the bound of what is integrated
+BOXES = 6_000
+INTEGRAL_SCALE = 5.0  # [m s]
+
+
+def search(a: Airframe, gains: LinearGains) -> tuple[np.ndarray, float]:
+    """P of V, (15, 15), and the share of ALIKE that V = 1 holds."""
+    n = loop.size(gains)
+    scale = np.concatenate((np.repeat(ALIKE, 3), np.full(3, INTEGRAL_SCALE)))
+    D, back = np.diag(scale), np.diag(1.0 / scale)
+    at = channels(a, gains, THRUST_RATIO, DEFLECTION, 1.0)
+    count = 6  # those of the commands: the integral's are a hundred times smaller
+    P, worst = cp.Variable((n, n), symmetric=True), cp.Variable()
+    weights = cp.Variable(3, nonneg=True)
+    halves = [(*HALVES[0], 12, 14), (*HALVES[1], 13)]
+    constraints = [P[i, j] == 0 for i in halves[0] for j in halves[1]]
+    C, F = back @ at.columns[:, :count], loop.linear_loop(a, gains)
+    for M in [np.zeros_like(F), *corners(a, gains)]:
+        A = back @ (F + M) @ D
+        whole = cp.bmat([[A.T @ P + P @ A + 2.0 * DECAY * P, P @ C], [C.T @ P, np.zeros((count, count))]])
+        rates = np.hstack([at.rows @ D @ A, at.rows @ D @ C])[at.row[:count]]
+        for k in range(3):
+            pair = [2 * k, 2 * k + 1]
+            errors = np.zeros((n + count, n + count))
+            errors[[n + j for j in pair], [n + j for j in pair]] = 1.0 / (at.delays[pair] * at.factors[pair] ** 2)
+            whole = whole + weights[k] * (at.delays[2 * k] * rates[pair].T @ rates[pair] - errors)
+        constraints.append(whole << -1e-7 * np.eye(n + count))
+    for k in range(4):
+        part = slice(3 * k, 3 * k + 3)
+        constraints.append(P[part, part] << worst * np.eye(3))
+    for rows, bound in planes(a, gains, at.rows @ F):
+        within = np.atleast_2d(rows) @ D / bound
+        constraints.append(cp.bmat([[P, within.T], [within, np.eye(len(within))]]) >> 0)
+    problem = cp.Problem(cp.Minimize(worst), constraints)
+    problem.solve(solver=cp.CLARABEL)
+    if P.value is None:
+        sys.exit(f"no V found: {problem.status}")
+    return back @ P.value @ back, 1.0 / math.sqrt(float(worst.value))
+
+
+def corners(a: Airframe, gains: LinearGains) -> list[np.ndarray]:
+    """What the loop becomes at the corners of the box, each (15, 15); the vehicle is its own mirror image."""
+    n, made = loop.size(gains), []
+    moving = [3, 4, 5, 9, 10, 11]
+    turned = np.eye(6)
+    turned[:3, :3] = [[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]
+    air = np.zeros((n, n))
+    air[np.ix_(moving, moving)] = STREAM * turned @ loop.aerodynamics(a).still @ turned.T
+    elevons = []
+    for elevon in (0, 1):
+        M, force = loop.elevon_effect(a, gains, elevon)
+        M[3] -= force
+        elevons.append(EFFECTIVENESS * M)
+    for signs in itertools.product((1.0,), (-1.0, 1.0), (-1.0, 1.0)):
+        tilt = sum(s * 0.5 * TURN * M for s, M in zip(signs, loop.tilt_matrices(a, gains), strict=True))
+        made.append(tilt)
+        made += [tilt + air + s * elevons[0] + r * elevons[1] for s, r in itertools.product((-1.0, 1.0), repeat=2)]
+    return made
+
+
+def planes(a: Airframe, gains: LinearGains, rates: np.ndarray) -> list[tuple[np.ndarray, float]]:
+    """Linear functions of the state and their bounds on V = 1, in the norm of each group."""
+    n, K, T = loop.size(gains), loop.feedback(gains), gains.u_bar.T1
+    states = np.eye(n)
+    motor = min(T - a.k_f * a.omega_min**2, a.k_f * a.omega_max**2 - T)
+    growth = states[loop.POSITION_ROWS] + gains.lead * states[loop.VELOCITY_ROWS]
+    return [
+        *((row, 0.5 * TURN) for row in loop.coordinates(n)),
+        *((row, SPIN * TURN) for row in states[loop.RATE_ROWS]),
+        (states[loop.VELOCITY_ROWS], 2.0 * STREAM / (a.rho * a.S)),
+        (K[0], motor),
+        *((a.delta_max * K[0] + sign * K[2], a.delta_max * T) for sign in (-1.0, 1.0)),
+        (rates[0], THRUST_RATE),
+        (rates[2], ELEVON_RATE),
+        (growth, INTEGRATED * gains.integral_limit),
+    ]
+
+
+def main() -> None:
+    """Search, prove, scale and store."""
+    options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    options.add_argument("airframes", nargs="+", metavar="SET", help="parameter set or TOML file")
+    options.add_argument("--output", type=Path, default=Path(proved.__file__).with_name(proved.CERTIFICATES))
+    args = options.parse_args()
+    entries = []
+    for name in args.airframes:
+        a = load(name).parameters
+        base = proved.base_gains(a)
+        P, share = search(a, base)
+        print(f"{name}: V = 1 holds {share:.2f} of the wanted, if it can be proved")
+        certificate = certify(a, proved.with_lyapunov(base, P), precision=0.02, boxes=BOXES)
+        gains = proved.with_lyapunov(base, P / (0.99 * certificate.level))
+        p, v, turn, w = radii(gains, 1.0)
+        print(f"{certificate}\n{p:.3f} m, {v:.3f} m/s, {math.degrees(turn):.2f} deg, {w:.3f} rad/s")
+        entries.append(f"# {name}: {p:.2f} m, {v:.2f} m/s, {math.degrees(turn):.1f} deg, {w:.2f} rad/s\n")
+        entries[-1] += proved.entry(a, gains)
+    args.output.write_text("# Made by scripts/prove_hover.py.\n\n" + "\n".join(entries), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,93 @@
+"""Falls from any attitude, and how they end."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from sitl.errors import SitlError
+from sitl.plotting import check_plot_path
+
+if TYPE_CHECKING:
+    from sitl.studies.falls import HeightLost, MapCell
+    from sitl.studies.falls_of_aircraft import AircraftFall
+
+MAX_WINDY_CRASHES = 0.03  # share of the falls in wind
+
+
+def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
+    """The command line of ``darko-sitl falls``."""
+    options = argparse.ArgumentParser(prog="darko-sitl falls", description=commands["falls"] + ".")
+    options.add_argument("--flights", type=int, default=500, metavar="N", help="falls of each kind [500]")
+    options.add_argument("--first", type=int, default=1, metavar="SEED", help="seed of the first [1]")
+    options.add_argument("--jobs", type=int, default=2, metavar="N", help="processes at once [2]")
+    options.add_argument("--airframe", default="nominal", metavar="SET", help="parameter set or TOML file [nominal]")
+    options.add_argument("--plot", type=Path, metavar="FILE", help="also draw the map: .png, .svg or .pdf")
+    options.add_argument("--json", type=Path, metavar="FILE", help="also write every fall as JSON")
+    return options
+
+
+def run(args: argparse.Namespace) -> int:
+    """Fly the falls and print their figures; exit code 1 if one needs more height than it should or too many crash."""
+    _check(args)
+    from sitl.model.airframe_files import load  # noqa: PLC0415 - --help must not load the compiler
+    from sitl.studies import falls, falls_of_aircraft  # noqa: PLC0415
+
+    model = load(args.airframe).parameters
+    heights = falls.heights(model, args.flights, args.first)
+    print(f"{args.flights} draws, seeds {args.first} to {args.first + args.flights - 1}; median, 95 %, worst")
+    print("\n".join(falls.summary(heights)), flush=True)
+    cells = falls.height_map(model, args.flights, args.first)
+    print("\nmedian / 95 % / worst")
+    print("\n".join(falls.map_lines(cells)), flush=True)
+    ends = []
+    for windy in (False, True):
+        ends.append(falls_of_aircraft.run(args.flights, args.first, args.airframe, windy=windy, jobs=args.jobs))
+        air = f"wind {falls_of_aircraft.WIND:g} m/s, gusts {falls_of_aircraft.GUSTS:g} m/s" if windy else "still air"
+        print(f"\nWhole vehicle, {air}:")
+        print("\n".join(falls_of_aircraft.summary(ends[-1])), flush=True)
+    if args.json is not None:
+        _write(heights, cells, ends, args.json)
+    if args.plot is not None:
+        from sitl.studies.falls_plot import save_plot  # noqa: PLC0415
+
+        save_plot(heights, cells, args.plot)
+    return 0 if passed(heights, *ends) else 1
+
+
+def passed(heights: Sequence[HeightLost], calm: Sequence[AircraftFall], windy: Sequence[AircraftFall]) -> bool:
+    """Whether no fall needs more height than under the law alone, all end at home, and few crash in wind."""
+    from sitl.studies.falls_of_aircraft import CRASHED, HOME, count  # noqa: PLC0415
+
+    caught = not any(result.worse or result.not_home for result in heights)
+    return caught and count(calm, HOME) == len(calm) and count(windy, CRASHED) <= MAX_WINDY_CRASHES * len(windy)
+
+
+def _check(args: argparse.Namespace) -> None:
+    """Refuse bad arguments before any flight."""
+    if args.flights < 1 or args.jobs < 1:
+        raise SitlError(f"--flights {args.flights}, --jobs {args.jobs}: both must be at least 1")
+    if args.first < 0:
+        raise SitlError(f"--first {args.first}: seeds are not negative")
+    if args.plot is not None:
+        check_plot_path(args.plot)
+    if args.json is not None and not args.json.parent.is_dir():
+        raise SitlError(f"{args.json}: there is no folder {args.json.parent}")
+
+
+def _write(
+    heights: Sequence[HeightLost], cells: Sequence[MapCell], ends: Sequence[Sequence[AircraftFall]], path: Path
+) -> None:
+    written = {
+        "heights": [{"kind": r.kind, "supervisor": r.supervisor.tolist(), "alone": r.alone.tolist()} for r in heights],
+        "map": [{"sink": c.sink, "tumble": c.tumble, "lost": c.lost.tolist()} for c in cells],
+        "calm": [fall._asdict() for fall in ends[0]],
+        "windy": [fall._asdict() for fall in ends[1]],
+    }
+    try:
+        path.write_text(json.dumps(written, indent=1) + "\n", encoding="utf-8")
+    except OSError as error:
+        raise SitlError(f"{path}: {error.strerror}") from error

@@ -1,0 +1,87 @@
+r"""Thrust, torque and power of a propeller by its speed and the air along its axis, and what they cost the battery.
+
+With n the revolutions per second, D the diameter and J = V / (n D) the advance ratio, a propeller's coefficients are
+
+.. math::
+    T = \rho n^2 D^4 C_T(J), \quad Q = \frac{1}{2\pi} \rho n^2 D^5 C_P(J),
+
+quadratic in J, the torque with a bend at the advance ratio where its blades unload. Written in w and V they need no
+division: a stopped propeller, a windmilling and a braking one are in the same text. J |J| in place of J^2 lets the air
+from behind brake too. Without the terms in V this is the report's k_f w^2 and k_m w^2.
+"""
+
+from __future__ import annotations
+
+import math
+
+from sitl.compiled import kernel
+from sitl.model.airframe import BATTERY, Airframe
+from sitl.model.state import Actuators
+
+
+@kernel
+def thrust(speed: float, inflow: float, a: Airframe) -> float:
+    """Thrust [N] at a speed [rad/s] in air that comes along the axis [m/s]."""
+    return a.k_f * speed * speed + a.k_fv * speed * inflow + a.k_fvv * inflow * abs(inflow)
+
+
+@kernel
+def speed_for(wanted: float, inflow: float, a: Airframe) -> float:
+    """The speed [rad/s] that gives a thrust [N]; 0 where it takes none."""
+    per_thrust = 1.0 / a.k_f
+    half = 0.5 * per_thrust * a.k_fv * inflow
+    square = per_thrust * (wanted - a.k_fvv * inflow * abs(inflow)) + half * half
+    return max(math.sqrt(max(square, 0.0)) - half, 0.0)
+
+
+@kernel
+def torque(speed: float, inflow: float, a: Airframe) -> float:
+    """Torque that turns it [N m]; negative where the air turns it."""
+    return a.k_m * speed * speed + _torque_by_air(speed, inflow, a)
+
+
+@kernel
+def torque_difference(left: float, right: float, inflow: float, a: Airframe) -> float:
+    """Torque of the left propeller less that of the right one [N m]."""
+    return a.k_m * (left * left - right * right) + (_torque_by_air(left, inflow, a) - _torque_by_air(right, inflow, a))
+
+
+@kernel
+def _torque_by_air(speed: float, inflow: float, a: Airframe) -> float:
+    unloaded = max(inflow - a.advance_knot * speed, 0.0)
+    return a.k_mv * speed * inflow + a.k_mvv * inflow * abs(inflow) + a.k_mk * unloaded * unloaded
+
+
+@kernel
+def shaft_power(actuators: Actuators, inflow: float, a: Airframe) -> float:
+    """Power of both shafts [W]."""
+    w1, w2 = actuators.left_motor, actuators.right_motor
+    cubes = a.k_m * (w1 * w1 * w1 + w2 * w2 * w2)
+    return cubes + (w1 * _torque_by_air(w1, inflow, a) + w2 * _torque_by_air(w2, inflow, a))
+
+
+@kernel
+def battery_power(actuators: Actuators, inflow: float, a: Airframe) -> float:
+    r"""What the battery gives up for both motors [W]: shafts, copper, friction, controllers and its own resistance.
+
+    A motor of constant K takes the current i = Q / K + i_0 at the voltage K w + R i; the controllers do not feed power
+    of a windmilling propeller back. The battery of voltage U and resistance r loses r I^2 besides.
+    """
+    drawn = _motor_power(actuators.left_motor, inflow, a) + _motor_power(actuators.right_motor, inflow, a)
+    at_terminals = drawn / a.controller_efficiency + a.avionics_power
+    room = a.battery_voltage * a.battery_voltage - 4.0 * a.battery_resistance * at_terminals
+    current = 2.0 * at_terminals / (a.battery_voltage + math.sqrt(max(room, 0.0)))
+    return at_terminals + a.battery_resistance * current * current
+
+
+@kernel
+def _motor_power(speed: float, inflow: float, a: Airframe) -> float:
+    """Electrical power into one motor [W]."""
+    current = max(torque(speed, inflow, a) / a.motor_constant + a.idle_current, 0.0)
+    return current * (a.motor_constant * speed + a.motor_resistance * current) if speed > 0.0 else 0.0
+
+
+@kernel
+def drawn_power(actuators: Actuators, inflow: float, a: Airframe) -> float:
+    """The power that the vehicle's energy account counts [W]: the battery's, or the shafts' as in the report."""
+    return battery_power(actuators, inflow, a) if a.energy_account == BATTERY else shaft_power(actuators, inflow, a)

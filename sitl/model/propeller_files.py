@@ -1,0 +1,141 @@
+r"""Propellers: TOML files of measured coefficients, and the quadratics in the advance ratio that the kernels fly.
+
+.. math::
+    C_T \approx t_0 + t_1 J + t_2 J |J|, \quad
+    C_P \approx p_0 + p_1 J + p_2 J |J| + p_3 \max(J - J_b, 0)^2
+
+The fits hold beyond the tables too, where air turns the propeller or comes from behind: they are refused if they
+give more thrust power than shaft power at any advance ratio.
+"""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from dataclasses import dataclass
+from importlib.resources import files
+from typing import Any
+
+import numpy as np
+
+from sitl.errors import SitlError
+from sitl.model.airframe import Array
+
+MAX_MISFIT = 0.006  # of a coefficient
+DIGITS = 6  # of a fitted coefficient: the last bits of a least-squares fit depend on the processor
+ADVANCE_RATIOS = np.linspace(-20.0, 20.0, 8001)  # where the energy is looked at; beyond, the highest powers decide
+
+
+class PropellerError(SitlError):
+    """A propeller cannot be used; the message names file and value."""
+
+
+@dataclass(frozen=True)
+class Propeller:
+    """A measured propeller."""
+
+    name: str
+    description: str
+    source: str
+    diameter: float  # [m]
+    bend: float  # advance ratio where the torque's fit bends [-]
+    table: Array  # rows of J, C_T, C_P; (n, 3)
+    thrust_fit: Array  # t_0, t_1, t_2
+    power_fit: Array  # p_0 ... p_3
+
+    @property
+    def disc(self) -> float:
+        """Area of its disc [m2]."""
+        return 0.25 * math.pi * self.diameter**2
+
+    def coefficients(self, J: Array) -> tuple[Array, Array]:
+        """C_T and C_P of the fits at advance ratios, of any shape."""
+        t, p = self.thrust_fit, self.power_fit
+        square = J * np.abs(J)
+        return t[0] + t[1] * J + t[2] * square, (
+            p[0] + p[1] * J + p[2] * square + p[3] * np.maximum(J - self.bend, 0.0) ** 2
+        )
+
+    def constants(self, rho: float) -> dict[str, float]:
+        """The airframe's constants in air of a density [kg/m3]."""
+        D, turn = self.diameter, 2.0 * math.pi
+        (t0, t1, t2), (p0, p1, p2, p3) = self.thrust_fit.tolist(), self.power_fit.tolist()
+        return {
+            "k_f": rho * D**4 * t0 / turn**2,
+            "k_fv": rho * D**3 * t1 / turn,
+            "k_fvv": rho * D**2 * t2,
+            "k_m": rho * D**5 * p0 / turn**3,
+            "k_mv": rho * D**4 * p1 / turn**2,
+            "k_mvv": rho * D**3 * p2 / turn,
+            "k_mk": rho * D**3 * p3 / turn,
+            "advance_knot": self.bend * D / turn,
+        }
+
+
+def available_propellers() -> list[str]:
+    """Names of the shipped propellers."""
+    entries = files("sitl.model.propellers").iterdir()
+    return sorted(entry.name.removesuffix(".toml") for entry in entries if entry.name.endswith(".toml"))
+
+
+def load_propeller(name: str) -> Propeller:
+    """Load a shipped propeller.
+
+    Raises:
+        PropellerError: There is no such propeller, its table is not valid, or its fits are wrong.
+    """
+    if name not in available_propellers():
+        raise PropellerError(f"no propeller {name!r}: there are {', '.join(available_propellers())}")
+    text = (files("sitl.model.propellers") / f"{name}.toml").read_text("utf-8")
+    return propeller_of(name, tomllib.loads(text))
+
+
+def propeller_of(name: str, raw: dict[str, Any]) -> Propeller:
+    """The propeller of a table as read from TOML.
+
+    Raises:
+        PropellerError: The table is not valid, or its fits are wrong.
+    """
+    try:
+        header, measured, assumed = raw["propeller"], raw["measured"], raw.get("assumed", {"rows": [], "source": ""})
+        diameter, bend = float(header["diameter"]), float(header["bend"])
+        table = np.array([*assumed["rows"], *measured["rows"]], float).reshape(-1, 3)
+        source = "; ".join(text for text in (measured["source"], assumed["source"]) if text)
+        description = str(header["description"])
+    except (KeyError, TypeError, ValueError) as error:
+        raise PropellerError(f"propeller {name}: not a table of J, C_T and C_P: {error}") from error
+    if not np.isfinite(table).all() or len(table) < 5 or diameter <= 0.0:
+        raise PropellerError(f"propeller {name}: takes a diameter and five finite rows or more")
+    J = table[:, 0]
+    rise = np.stack([np.ones_like(J), J, J * np.abs(J), np.maximum(J - bend, 0.0) ** 2], axis=1)
+    made = Propeller(
+        name=name,
+        description=description,
+        source=source,
+        diameter=diameter,
+        bend=bend,
+        table=table,
+        thrust_fit=_fitted(rise[:, :3], table[:, 1]),
+        power_fit=_fitted(rise, table[:, 2]),
+    )
+    _check(made)
+    return made
+
+
+def _fitted(rise: Array, values: Array) -> Array:
+    """Coefficients of least squares, rounded, (k,)."""
+    return np.array([round(float(one), DIGITS) for one in np.linalg.lstsq(rise, values, rcond=None)[0]])
+
+
+def _check(propeller: Propeller) -> None:
+    J, C_T, C_P = propeller.table.T
+    misfit = max(
+        float(np.abs(fit - told).max()) for fit, told in zip(propeller.coefficients(J), (C_T, C_P), strict=True)
+    )
+    if misfit > MAX_MISFIT:
+        raise PropellerError(f"propeller {propeller.name}: the fit misses the table by {misfit:.4f}")
+    C_T, C_P = propeller.coefficients(ADVANCE_RATIOS)
+    gained = ADVANCE_RATIOS * C_T - C_P
+    if gained.max() > 0.0 or not propeller.thrust_fit[2] < 0.0:
+        worst = float(ADVANCE_RATIOS[int(gained.argmax())])
+        raise PropellerError(f"propeller {propeller.name}: more thrust power than shaft power at J = {worst:.2f}")

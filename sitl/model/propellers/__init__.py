@@ -1,0 +1,1 @@
+"""Measured propellers, one TOML file each."""

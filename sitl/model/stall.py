@@ -1,0 +1,147 @@
+r"""Wing and elevons that stall: attached flow gives way to a flat plate's, and the slipstream keeps its part attached.
+
+Each half wing has a part in its propeller's slipstream and a part in the free stream, and in each a fixed surface and
+an elevon that carries the share xi_f of the lift slope. A surface feels the velocity u of its own centre of pressure
+through the air, body rates included, and pushes against it along its normal n, which the elevon turns:
+
+.. math::
+    F = -\tfrac12 \rho S_i |u| \, C(\alpha) \, (n \cdot u) \, n, \quad
+    C = \sigma C_l + (1 - \sigma) C_{90}, \quad
+    \sigma = \frac{1}{1 + (\sin^2 \alpha / \sin^2 \alpha_s)^2}
+
+so that the power F u of every surface is negative: a still wing gains no energy, whatever the elevons do. Detached, the
+centre of pressure moves from the quarter chord towards mid-chord. By momentum theory the slipstream flows at
+sqrt(V^2 + 2 T / (rho S_p)) over the area S_ratio S_p, which at rest makes the report's elevon force
+S_ratio C_l xi_f delta T.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from sitl.compiled import kernel
+from sitl.model.airframe import Airframe
+from sitl.model.propeller import thrust, torque_difference
+from sitl.model.state import Actuators
+from sitl.model.vectors import Vector
+
+STILL = 1e-9  # added to a speed that is divided by [m/s]
+
+
+class Stream(NamedTuple):
+    """The air that meets one part of a half wing."""
+
+    ahead: float  # along x_b [m/s]
+    pressure: float  # half of density times area times speed [kg/s]
+    slope: float  # C of the incidence [1/rad]
+    shift: float  # of the centre of pressure behind that of attached flow [m]
+
+
+class SideSlopes(NamedTuple):
+    """Of one half wing; see :class:`sitl.model.aerodynamics.Slopes`."""
+
+    normal: float
+    moment: float
+    drag: float
+    elevon: float
+
+
+@kernel
+def slipstream_speed(ahead: float, T: float, a: Airframe) -> float:
+    """Speed of the air behind a propeller, along x_b [m/s]."""
+    square = ahead * abs(ahead) + 2.0 * T / (a.rho * a.S_p)
+    size = math.sqrt(abs(square))
+    return size if square >= 0.0 else -size
+
+
+@kernel
+def _stream(ahead: float, side: float, normal: float, area: float, a: Airframe) -> Stream:
+    """What a part of the wing of some area [m2] makes of the velocity of the air it meets [m/s]."""
+    square = ahead * ahead + side * side + normal * normal
+    speed = math.sqrt(square) + STILL
+    sine = abs(normal) / speed
+    beyond = sine * sine * a.per_stall
+    attached = 1.0 / (1.0 + beyond * beyond)
+    slope = attached * a.C_l + (1.0 - attached) * a.C_90
+    return Stream(ahead, 0.5 * a.rho * area * speed, slope, (1.0 - attached) * a.cp_shift * sine)
+
+
+@kernel
+def _arms(shift: float, a: Airframe) -> tuple[float, float]:
+    """Of the fixed surface and of the elevon, behind the centre of mass [m]; together they are at Delta_r attached."""
+    elevon = a.Delta_r * a.xi_m / a.xi_f
+    return (a.Delta_r - a.xi_f * elevon) / (1.0 - a.xi_f) + shift, elevon
+
+
+@kernel
+def side_slopes(v: Vector, T: float, a: Airframe) -> SideSlopes:
+    """Slopes of one half wing at a thrust [N], without rates and deflection."""
+    slip, free = _parts(v.x, v.y, v.z, T, a)
+    normal, moment, elevon, drag = 0.0, 0.0, 0.0, free.pressure * a.C_d0
+    for part in (slip, free):
+        push = part.pressure * part.slope
+        wing, flap = _arms(part.shift, a)
+        normal += push
+        moment += push * ((1.0 - a.xi_f) * wing + a.xi_f * flap)
+        elevon += push * a.xi_f * part.ahead
+    return SideSlopes(normal, moment, drag, elevon)
+
+
+@kernel
+def _parts(ahead: float, side: float, normal: float, T: float, a: Airframe) -> tuple[Stream, Stream]:
+    """The part in the slipstream and the part outside it."""
+    wet = a.S_ratio * a.S_p
+    return (
+        _stream(slipstream_speed(ahead, T, a), side, normal, wet, a),
+        _stream(ahead, side, normal, 0.5 * a.S - wet, a),
+    )
+
+
+@kernel
+def wrench(v: Vector, w: Vector, actuators: Actuators, a: Airframe) -> tuple[Vector, Vector]:
+    """Sum of forces [N] and of moments [N m]; arguments as for :func:`sitl.model.aerodynamics.wrench`."""
+    w1, w2, d1, d2 = actuators
+    T1, T2 = thrust(w1, v.x, a), thrust(w2, v.x, a)
+    left, left_moment = _half_wing(v, w, T1, d1, a.a_y, a)
+    right, right_moment = _half_wing(v, w, T2, d2, -a.a_y, a)
+    # What the strips of the wing do not tell of the damping: by the chord, and by the fins.
+    h = 0.5 * a.rho * a.S * math.sqrt(v.x * v.x + v.y * v.y + v.z * v.z)
+    pitch, yaw = 0.5 * h * a.c * a.c * a.C_mq, 0.5 * h * a.b * a.b * a.C_nr
+    spin = -a.J_p * (w1 - w2)  # of the propellers about x_b: against the torques they are turned by
+    return (
+        Vector(T1 + T2 + left.x + right.x, left.y + right.y, left.z + right.z),
+        Vector(
+            torque_difference(w1, w2, v.x, a) + left_moment.x + right_moment.x,
+            left_moment.y + right_moment.y - pitch * w.y - w.z * spin,
+            left_moment.z + right_moment.z - a.p_y * (T1 - T2) - yaw * w.z + w.y * spin,
+        ),
+    )
+
+
+@kernel
+def _half_wing(v: Vector, w: Vector, T: float, delta: float, y: float, a: Airframe) -> tuple[Vector, Vector]:
+    """Force [N] and moment [N m] of the half wing at ``y`` [m], its elevon at ``delta`` [rad]."""
+    ahead, normal = v.x - w.z * y, v.z + w.x * y
+    # Only the direction counts, so that short series do: the power is negative along any normal.
+    square = delta * delta
+    sine, cosine = delta * (1.0 - square * (1.0 / 6.0 - square / 120.0)), 1.0 - square * (0.5 - square / 24.0)
+    slip, free = _parts(ahead, v.y, normal, T, a)
+    fx1, fz1, my1, mx1, mz1 = _surfaces(slip, normal, w.y, sine, cosine, a)
+    fx2, fz2, my2, mx2, mz2 = _surfaces(free, normal, w.y, sine, cosine, a)
+    side = -(slip.pressure + free.pressure) * a.C_y0 * v.y
+    return Vector(fx1 + fx2, side, fz1 + fz2), Vector(y * (mx1 + mx2), my1 + my2, -y * (mz1 + mz2))
+
+
+@kernel
+def _surfaces(
+    part: Stream, normal: float, pitch_rate: float, sine: float, cosine: float, a: Airframe
+) -> tuple[float, float, float, float, float]:
+    """F_x, F_z [N], M_y [N m], and the forces along z_b and x_b that have the arm of the half wing [N]."""
+    push = part.pressure * part.slope
+    wing_arm, flap_arm = _arms(part.shift, a)
+    wing = -push * (1.0 - a.xi_f) * (normal + pitch_rate * wing_arm)
+    flap = -push * a.xi_f * (sine * part.ahead + cosine * (normal + pitch_rate * flap_arm))
+    axial = flap * sine - part.pressure * a.C_d0 * part.ahead
+    across = flap * cosine
+    return axial, wing + across, wing_arm * wing + flap_arm * across, wing + across, axial

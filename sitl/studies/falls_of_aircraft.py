@@ -1,0 +1,150 @@
+"""Falls of the whole vehicle: under its autopilot, holding over home, thrown into any attitude; calm or in wind."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from protocol.dialect.vocabulary import Regime
+from sitl import Airframe, Body, Simulation, Start, Vector, load_airframe
+from sitl.aircraft import Aircraft
+from sitl.autopilot.settings import Settings
+from sitl.parameters import Configuration, WorldSettings
+from sitl.studies.campaign import UNCERTAIN, perturbed
+from sitl.studies.falls import Throw, check_count, thrown
+from sitl.studies.mission_flight import PERIODS_PER_LOOK, STUDY_WORLD
+from sitl.worker_pool import worker_pool
+
+UP = 120.0  # [m]
+HOLD = 2000  # control periods before the throw: the wind is known then
+SINKS = (5.0, 20.0)  # least and greatest [m/s]
+WIND, GUSTS, SPREAD = 5.0, 1.0, 0.1  # steady and rms [m/s]; greatest relative error of the airframe's constants
+CALM_RADIUS, WINDY_RADIUS = 1.0, 5.0  # nearer than this to where it held is home [m]
+HOME_SPEED = 2.0  # [m/s]
+HOME_LOOKS = 50  # so long [looks]
+MAX_TIME = 120.0  # [s]
+CRASHED, HOME, LATE = "crashed", "home", "late"
+FLIGHTS_PER_TASK = 8  # handed to a worker process at once
+
+
+class AircraftFall(NamedTuple):
+    """How one fall ended."""
+
+    seed: int
+    velocity: Vector  # it was thrown at, world NWU [m/s]
+    end: str  # CRASHED, HOME or LATE
+    lost: float  # height [m]
+    time: float  # until the end [s]
+    away: float  # from where it held, in the end [m]
+    jumps: tuple[str, ...]
+
+
+def drawn_velocity(random: np.random.Generator) -> Vector:
+    """Downwards at any of the sink rates; one in eight 12 m/s level and 8 m/s down, one in eight 18 m/s level."""
+    azimuth, kind, sink = random.uniform(0.0, math.tau), int(random.integers(8)), random.uniform(*SINKS)
+    c, s = math.cos(azimuth), math.sin(azimuth)
+    if kind == 0:
+        return Vector(12.0 * c, 12.0 * s, -8.0)
+    if kind == 1:
+        return Vector(18.0 * c, 18.0 * s, 0.0)
+    return Vector(0.0, 0.0, -float(sink))
+
+
+def fly(seed: int, airframe: str, *, windy: bool) -> AircraftFall:
+    """Fly one draw.
+
+    Args:
+        seed: Of everything.
+        airframe: Set of the design model; in wind the vehicle itself differs from it.
+        windy: In wind and gusts, the constants of the vehicle off by up to SPREAD.
+    """
+    random = np.random.default_rng(seed)
+    throw, velocity = thrown(random), drawn_velocity(random)
+    aircraft = _hovering(seed, load_airframe(airframe).parameters, random, windy=windy)
+    aircraft.advance(HOLD)
+    return _followed(aircraft, seed, throw, velocity, WINDY_RADIUS if windy else CALM_RADIUS)
+
+
+def _hovering(seed: int, model: Airframe, random: np.random.Generator, *, windy: bool) -> Aircraft:
+    airframe, air = model, WorldSettings(battery=1e6)
+    if windy:
+        scale = {name: 1.0 + SPREAD * float(random.uniform(-1.0, 1.0)) for name in UNCERTAIN}
+        airframe = perturbed(model, scale)
+        air = WorldSettings(WIND, float(random.uniform(-180.0, 180.0)), GUSTS, battery=1e6)
+    vehicle = Simulation(airframe, seed=seed, start=Start(up=UP, airborne=True), design_model=model)
+    return Aircraft(vehicle, STUDY_WORLD, Configuration(Settings(), vehicle.tuning, air), airborne=True)
+
+
+def _followed(aircraft: Aircraft, seed: int, throw: Throw, velocity: Vector, radius: float) -> AircraftFall:
+    vehicle = aircraft.vehicle
+    here, began, before = vehicle.truth.body.position, vehicle.time, len(vehicle.jumps)
+    vehicle.place(Body(here, velocity, throw.attitude, throw.rates))
+    lowest, settled, end = here.z, 0, LATE
+    while end == LATE and vehicle.time - began < MAX_TIME:
+        aircraft.advance(PERIODS_PER_LOOK)
+        body = vehicle.truth.body
+        lowest = min(lowest, body.position.z)
+        near = math.dist(body.position, (0.0, 0.0, UP)) < radius and math.hypot(*body.velocity) < HOME_SPEED
+        settled = settled + 1 if near else 0
+        if vehicle.law.regime is Regime.GROUND:
+            end = CRASHED
+        elif settled >= HOME_LOOKS:
+            end = HOME
+    return AircraftFall(
+        seed=seed,
+        velocity=velocity,
+        end=end,
+        lost=here.z - lowest,
+        time=vehicle.time - began,
+        away=math.dist(vehicle.truth.body.position, (0.0, 0.0, UP)),
+        jumps=tuple(jump.name for jump in vehicle.jumps[before:]),
+    )
+
+
+def run(flights: int, first: int, airframe: str, *, windy: bool, jobs: int = 1) -> list[AircraftFall]:
+    """Fly seeds ``first`` to ``first + flights - 1``; their order and results do not depend on the jobs.
+
+    Raises:
+        SitlError: If there is nothing to fly.
+    """
+    check_count(flights, first)
+    return list(_fly_all(range(first, first + flights), airframe, windy, jobs))
+
+
+def _fly_all(seeds: range, airframe: str, windy: bool, jobs: int) -> Iterator[AircraftFall]:
+    tasks = [(seed, airframe, windy) for seed in seeds]
+    if jobs == 1:
+        yield from map(_fly_task, tasks)
+        return
+    with worker_pool(min(jobs, len(tasks))) as pool:
+        yield from pool.map(_fly_task, tasks, chunksize=FLIGHTS_PER_TASK)
+
+
+def _fly_task(task: tuple[int, str, bool]) -> AircraftFall:
+    seed, airframe, windy = task
+    return fly(seed, airframe, windy=windy)
+
+
+def count(results: Sequence[AircraftFall], end: str) -> int:
+    """How many ended so."""
+    return sum(result.end == end for result in results)
+
+
+def summary(results: Sequence[AircraftFall]) -> list[str]:
+    """How the falls ended, and each that did not end at home, as lines of text."""
+    lost, time = ([getattr(result, name) for result in results] for name in ("lost", "time"))
+    figures = [" / ".join(f"{np.quantile(values, share):.1f}" for share in (0.5, 0.95, 1.0)) for values in (lost, time)]
+    lines = [
+        f"{len(results)} falls from {UP:g} m, seeds {results[0].seed} to {results[-1].seed}: "
+        f"{count(results, CRASHED)} crashed, {count(results, HOME)} home within {MAX_TIME:g} s",
+        f"height lost, median / 95 % / worst: {figures[0]} m; until home: {figures[1]} s",
+    ]
+    return lines + [
+        f"{r.end}: seed {r.seed}: thrown at ({r.velocity.x:.1f}, {r.velocity.y:.1f}, {r.velocity.z:.1f}) m/s, "
+        f"{r.lost:.0f} m lost, {r.away:.0f} m away after {r.time:.0f} s ({', '.join(r.jumps)})"
+        for r in results
+        if r.end != HOME
+    ]

@@ -1,0 +1,133 @@
+"""Holding a point in wind and gusts through the whole autopilot, many seeds: how far off, and how often."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+
+from sitl import Airframe, DivergedError, Simulation, SitlError, Start, load_airframe
+from sitl.aircraft import Aircraft
+from sitl.autopilot.settings import Settings
+from sitl.defaults import AIRFRAME
+from sitl.parameters import Configuration, WorldSettings
+from sitl.studies.campaign import UNCERTAIN, perturbed
+from sitl.studies.mission_flight import PERIODS_PER_LOOK, STUDY_WORLD
+from sitl.worker_pool import worker_pool
+
+HOLD_HEIGHT = 30.0  # [m]
+SETTLING_TIME, HOLD_TIME = 20.0, 60.0  # [s]
+SHARE = 0.95  # of the time within a distance that counts
+LOOK_TIME = 0.02  # [s]
+
+
+class Hold(NamedTuple):
+    """How one hold went."""
+
+    seed: int
+    wind: float  # [m/s]
+    across: float  # horizontal distance not exceeded for SHARE of the time [m]
+    above: float  # vertical distance likewise [m]
+    farthest: float  # horizontally [m]
+    highest: float  # vertical distance, greatest [m]
+    laws: int  # that flew it
+    fault: str  # why it ended; empty if it did not
+
+
+class HoldConditions(NamedTuple):
+    """What one hold meets."""
+
+    seed: int
+    wind: float  # steady [m/s]; its direction is drawn
+    gusts: float  # rms per axis [m/s]
+    parameters: float  # greatest relative error of the design model
+
+
+def fly_hold(conditions: HoldConditions, airframe: str = AIRFRAME) -> Hold:
+    """Fly one hold; the airframe of that name is the design model."""
+    random = np.random.default_rng(conditions.seed)
+    wind_from = math.degrees(float(random.uniform(0.0, math.tau)))
+    model = load_airframe(airframe).parameters
+    vehicle = Simulation(
+        _drawn(model, conditions, random),
+        seed=conditions.seed,
+        design_model=model,
+        start=Start(up=HOLD_HEIGHT, airborne=True),
+    )
+    air = WorldSettings(conditions.wind, wind_from, conditions.gusts, battery=1e6)
+    aircraft = Aircraft(vehicle, STUDY_WORLD, Configuration(Settings(), vehicle.tuning, air), airborne=True)
+    positions, laws, fault = [], set(), ""
+    try:
+        for look in range(round((SETTLING_TIME + HOLD_TIME) / LOOK_TIME)):
+            aircraft.advance(PERIODS_PER_LOOK)
+            if look * LOOK_TIME >= SETTLING_TIME:
+                positions.append(vehicle.truth.body.position)
+                laws.add(vehicle.law)
+    except DivergedError as error:
+        fault = str(error).split(":")[0]
+    if not positions:
+        return Hold(conditions.seed, conditions.wind, math.inf, math.inf, math.inf, math.inf, len(laws), fault)
+    p = np.array(positions)
+    across, above = np.hypot(p[:, 0], p[:, 1]), np.abs(p[:, 2] - HOLD_HEIGHT)
+    return Hold(
+        seed=conditions.seed,
+        wind=conditions.wind,
+        across=float(np.quantile(across, SHARE)),
+        above=float(np.quantile(above, SHARE)),
+        farthest=float(across.max()),
+        highest=float(above.max()),
+        laws=len(laws),
+        fault=fault,
+    )
+
+
+def _drawn(model: Airframe, conditions: HoldConditions, random: np.random.Generator) -> Airframe:
+    spread = conditions.parameters
+    return perturbed(model, {name: 1.0 + float(random.uniform(-1.0, 1.0)) * spread for name in UNCERTAIN})
+
+
+def run_holds(
+    conditions: Sequence[HoldConditions],
+    airframe: str = AIRFRAME,
+    jobs: int = 2,
+    on_progress: Callable[[int], None] = lambda done: None,  # noqa: ARG005 - silence is the default
+) -> list[Hold]:
+    """Fly holds; their order and results do not depend on the jobs.
+
+    Raises:
+        SitlError: There is nothing to fly.
+    """
+    if not conditions or jobs < 1:
+        raise SitlError(f"{len(conditions)} holds by {jobs} processes: both must be at least 1")
+    flown = []
+    for hold in _fly_all(conditions, airframe, jobs):
+        flown.append(hold)
+        on_progress(len(flown))
+    return flown
+
+
+def _fly_all(conditions: Sequence[HoldConditions], airframe: str, jobs: int) -> Iterator[Hold]:
+    if jobs == 1:
+        yield from (fly_hold(one, airframe) for one in conditions)
+        return
+    with worker_pool(min(jobs, len(conditions))) as pool:
+        yield from pool.map(partial(fly_hold, airframe=airframe), conditions)
+
+
+def summary(holds: Sequence[Hold]) -> list[str]:
+    """The holds by wind, as lines of text."""
+    lines = [f"{'wind':>6}{'holds':>7}{'within 95 % of the time':>28}{'vertically':>20}{'farthest':>12}{'higher':>9}"]
+    lines += [f"{'m/s':>6}{'':>7}{'median / greatest [m]':>28}{'[m]':>20}{'[m]':>12}{'[m]':>9}"]
+    for wind in sorted({hold.wind for hold in holds}):
+        group = [hold for hold in holds if hold.wind == wind]
+        across, above = [hold.across for hold in group], [hold.above for hold in group]
+        lines.append(
+            f"{wind:>6g}{len(group):>7}{f'{np.median(across):.2f} / {max(across):.2f}':>28}"
+            f"{f'{np.median(above):.2f} / {max(above):.2f}':>20}"
+            f"{max(hold.farthest for hold in group):>12.2f}{max(hold.highest for hold in group):>9.2f}"
+        )
+    lines += [f"ended: seed {hold.seed} in {hold.wind:g} m/s: {hold.fault}" for hold in holds if hold.fault]
+    return lines

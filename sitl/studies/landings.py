@@ -1,0 +1,140 @@
+"""Landings of the whole vehicle in wind and gusts: how it ends, and how long it bounces."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from protocol.dialect.vocabulary import Regime
+from sitl import Simulation, SitlError, Start, Vector, load_airframe
+from sitl.aircraft import Aircraft
+from sitl.autopilot.safety.arming_checks import MAX_STANDING_TILT
+from sitl.autopilot.settings import Settings
+from sitl.parameters import Configuration, WorldSettings
+from sitl.studies.mission_flight import PERIODS_PER_LOOK, STUDY_WORLD
+from sitl.worker_pool import worker_pool
+
+UP = 8.0  # where the landing begins [m]
+HOLD = 3000  # control periods before it: the wind is known then
+STAND = 1500  # control periods after it, in which it may still fall over
+MAX_TIME = 90.0  # [s]
+MAX_BOUNCE = 3.0  # [s]
+UPRIGHT, TIPPED, CRASHED, LATE = "upright", "tipped over", "crashed", "late"
+FLIGHTS_PER_TASK = 4  # handed to a worker process at once
+
+
+class Landing(NamedTuple):
+    """How one landing went."""
+
+    seed: int
+    wind: float  # steady [m/s]
+    heading: float  # of the belly, from where the wind comes [rad]
+    end: str  # UPRIGHT, TIPPED, CRASHED or LATE
+    bounce: float  # from the first touch to rest [s]
+    sink: float  # at the first touch [m/s]
+    slide: float  # level speed then [m/s]
+    away: float  # from where the landing began [m]
+    time: float  # [s]
+
+
+def fly(seed: int, airframe: str, wind: float, gusts: float) -> Landing:
+    """Fly one landing.
+
+    Args:
+        seed: Of wind, heading, gusts and sensors.
+        airframe: Parameter set or TOML file.
+        wind: Greatest steady wind [m/s].
+        gusts: Rms per axis [m/s].
+    """
+    random = np.random.default_rng(seed)
+    speed, wind_from, heading = (
+        float(random.uniform(*limits)) for limits in ((0.0, wind), (-180.0, 180.0), (-math.pi, math.pi))
+    )
+    start = Start(up=UP, heading=heading, airborne=True)
+    vehicle = Simulation(load_airframe(airframe).parameters, seed=seed, start=start)
+    air = WorldSettings(speed, wind_from, gusts, battery=1e6)
+    aircraft = Aircraft(vehicle, STUDY_WORLD, Configuration(Settings(), vehicle.tuning, air), airborne=True)
+    aircraft.advance(HOLD)
+    here, began = vehicle.truth.body.position, vehicle.time
+    aircraft.autopilot.guided.land()
+    touched, motion = math.inf, Vector(0.0, 0.0, 0.0)
+    while vehicle.law.regime is not Regime.GROUND and vehicle.time - began < MAX_TIME:
+        before = vehicle.truth.body.velocity
+        aircraft.advance(PERIODS_PER_LOOK)
+        if vehicle.estimate.on_ground and math.isinf(touched):
+            touched, motion = vehicle.time, before
+    down = vehicle.time
+    aircraft.advance(STAND)
+    return Landing(
+        seed=seed,
+        wind=speed,
+        heading=math.remainder(heading + math.radians(wind_from), math.tau),
+        end=_end(aircraft),
+        bounce=max(down - touched, 0.0),
+        sink=-motion.z,
+        slide=math.hypot(motion.x, motion.y),
+        away=math.dist(vehicle.truth.body.position[:2], here[:2]),
+        time=down - began,
+    )
+
+
+def _end(aircraft: Aircraft) -> str:
+    view = aircraft.view()
+    if view.crash is not None:
+        return CRASHED
+    if not view.landed:
+        return LATE
+    return TIPPED if view.tilt > MAX_STANDING_TILT else UPRIGHT
+
+
+def run(flights: int, first: int, airframe: str, wind: float, gusts: float, jobs: int = 1) -> list[Landing]:
+    """Fly seeds ``first`` to ``first + flights - 1``; their order and results do not depend on the jobs.
+
+    Raises:
+        SitlError: If there is nothing to fly.
+    """
+    if flights < 1 or jobs < 1:
+        raise SitlError(f"{flights} landings by {jobs} processes: both must be at least 1")
+    return list(_fly_all([(seed, airframe, wind, gusts) for seed in range(first, first + flights)], jobs))
+
+
+def _fly_all(tasks: Sequence[tuple[int, str, float, float]], jobs: int) -> Iterator[Landing]:
+    if jobs == 1:
+        yield from (fly(*task) for task in tasks)
+        return
+    with worker_pool(min(jobs, len(tasks))) as pool:
+        yield from pool.map(_fly_task, tasks, chunksize=FLIGHTS_PER_TASK)
+
+
+def _fly_task(task: tuple[int, str, float, float]) -> Landing:
+    return fly(*task)
+
+
+def count(results: Sequence[Landing], end: str) -> int:
+    """How many ended so."""
+    return sum(result.end == end for result in results)
+
+
+def summary(results: Sequence[Landing]) -> list[str]:
+    """How the landings ended, and each that did not end upright or bounced for long, as lines of text."""
+    ends = ", ".join(f"{count(results, end)} {end}" for end in (UPRIGHT, TIPPED, CRASHED, LATE))
+    lines = [f"{len(results)} landings from {UP:g} m, seeds {results[0].seed} to {results[-1].seed}: {ends}"]
+    lines.append(f"{'':<32}{'median':>9}{'p95':>9}{'max':>9}")
+    for name, field in (
+        ("first touch to rest [s]", "bounce"),
+        ("sink at the touch [m/s]", "sink"),
+        ("level speed at the touch [m/s]", "slide"),
+        ("from where it began [m]", "away"),
+        ("time [s]", "time"),
+    ):
+        values = [getattr(result, field) for result in results]
+        lines.append(f"{name:<32}" + "".join(f"{np.quantile(values, share):9.2f}" for share in (0.5, 0.95, 1.0)))
+    return lines + [
+        f"{r.end}: seed {r.seed}: wind {r.wind:.1f} m/s, belly {math.degrees(r.heading):.0f} deg from it, touched at "
+        f"{r.sink:.2f} m/s down and {r.slide:.2f} m/s level, {r.bounce:.1f} s to rest"
+        for r in results
+        if r.end != UPRIGHT or r.bounce > MAX_BOUNCE
+    ]

@@ -1,0 +1,146 @@
+"""Aerodynamics that take energy: a still wing never gains any, it stalls, and its slipstream part stays attached."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from sitl.design.trim import trims
+from sitl.model import aerodynamics, phi_theory, stall
+from sitl.model.airframe import PASSIVE, REPORT, STALL
+from sitl.model.airframe_files import AirframeError, load
+from sitl.model.state import Actuators
+from sitl.model.vectors import Vector, dot
+from tests.support.flights.plant_flight import actuators
+
+SETS = {name: load(name).parameters for name in ("nominal", "passive", "physical")}
+PHYSICAL = SETS["physical"]
+STILL = Vector(0.0, 0.0, 0.0)
+velocities = st.builds(Vector, *[st.floats(-40.0, 40.0)] * 3)
+rates = st.builds(Vector, *[st.floats(-15.0, 15.0)] * 3)
+elevons = st.floats(-0.7, 0.7)
+
+
+def gained(v, w, left, right, a):
+    """Power that still air gives the wing, the motors stopped [W]."""
+    F, M = aerodynamics.wrench(v, w, Actuators(0.0, 0.0, left, right), a)
+    return dot(F, v) + dot(M, w)
+
+
+@settings(max_examples=400)
+@given(v=velocities, w=rates, left=elevons, right=elevons)
+@pytest.mark.parametrize("name", ["passive", "physical"])
+def test_a_still_wing_never_gains_energy(name, v, w, left, right):
+    assert gained(v, w, left, right, SETS[name]) <= 1e-9
+
+
+def test_the_reports_wing_gains_energy():
+    random = np.random.default_rng(1)
+    most = max(
+        gained(Vector(*random.uniform(-15, 15, 3)), Vector(*random.uniform(-8, 8, 3)), 0.0, 0.0, SETS["nominal"])
+        for _ in range(3000)
+    )
+    assert most > 5.0
+
+
+def test_the_sets_name_their_level():
+    assert [SETS[name].aerodynamics for name in ("nominal", "passive", "physical")] == [REPORT, PASSIVE, STALL]
+
+
+def test_without_rates_and_elevons_passive_is_the_reports():
+    a = SETS["passive"]
+    v, still = Vector(9.0, 1.0, -2.0), actuators((500.0, 600.0, 0.0, 0.0))
+    for mended, printed in zip(
+        phi_theory.passive_wrench(v, STILL, still, a), phi_theory.wrench(v, STILL, still, a), strict=True
+    ):
+        assert mended == pytest.approx(printed)
+
+
+def test_an_elevon_has_drag_in_passive():
+    a, v = SETS["passive"], Vector(15.0, 0.0, 0.0)
+    bent = Actuators(0.0, 0.0, 0.3, 0.3)
+    less = phi_theory.passive_wrench(v, STILL, bent, a)[0].x - phi_theory.wrench(v, STILL, bent, a)[0].x
+    assert less == pytest.approx(-0.5 * a.rho * a.S * 15.0**2 * 0.5 * a.C_l * a.xi_f * 2 * 0.09)
+
+
+def test_a_damping_that_gives_energy_is_refused_where_energy_counts(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text(
+        '[set]\nname = "mine"\ndescription = "x"\nbase = "nominal"\n'
+        '[aerodynamics]\nvalue = "passive"\nunit = "name"\nsource = "x"\n'
+    )
+    with pytest.raises(AirframeError, match=r"C_nr = 0\.0039.*rates gain energy"):
+        load(str(path))
+
+
+def normal_coefficient(incidence, motors=0.0):
+    """C_N of the whole wing, motors at a speed [rad/s]."""
+    v = Vector(10.0 * math.cos(incidence), 0.0, -10.0 * math.sin(incidence))
+    a = PHYSICAL._replace(k_fv=0.0, k_fvv=0.0)
+    F, _ = stall.wrench(v, STILL, Actuators(motors, motors, 0.0, 0.0), a)
+    return F.z / (0.5 * a.rho * a.S * 100.0)
+
+
+def test_it_is_attached_at_small_incidence_and_a_flat_plate_across_the_stream():
+    assert normal_coefficient(math.radians(2.0)) == pytest.approx(PHYSICAL.C_l * math.sin(math.radians(2.0)), rel=0.01)
+    assert normal_coefficient(math.pi / 2) == pytest.approx(PHYSICAL.C_90, rel=0.05)
+    rise = [normal_coefficient(math.radians(angle)) for angle in (10.0, 15.0, 20.0, 30.0, 45.0)]
+    assert max(rise) < 1.1  # less than a third of the linear wing's at 45 deg
+    assert rise[1] > rise[0]
+
+
+def test_the_slipstream_keeps_its_part_attached():
+    """At 60 deg of incidence the stalled wing carries a third more with its motors on."""
+    assert normal_coefficient(math.radians(60.0), 600.0) > 1.3 * normal_coefficient(math.radians(60.0))
+
+
+def test_at_rest_the_elevons_force_is_the_reports():
+    a = PHYSICAL
+    for delta in (0.05, -0.1):
+        T = a.k_f * 600.0**2
+        F, M = stall.wrench(STILL, STILL, Actuators(600.0, 600.0, delta, delta), a)
+        force = -2.0 * a.S_ratio * a.C_l * a.xi_f * T * delta
+        assert F.z == pytest.approx(force, rel=0.02)
+        assert M.y == pytest.approx(force * aerodynamics.elevon_arm(a), rel=0.02)
+
+
+@given(v=st.builds(Vector, st.floats(0.5, 20.0), st.floats(-3.0, 3.0), st.floats(-8.0, 8.0)), w=st.floats(0.0, 800.0))
+@pytest.mark.parametrize("name", list(SETS))
+def test_the_slopes_are_those_of_the_wrench(name, v, w):
+    """Normal force, its moment and the elevons' effect, about zero deflection and rates."""
+    a = SETS[name]
+    T1, T2 = aerodynamics.thrusts(Actuators(w, w, 0.0, 0.0), v.x, a)
+    found, h = aerodynamics.slopes(v, T1, T2, a), 1e-6
+    F, M = aerodynamics.wrench(v, STILL, Actuators(w, w, 0.0, 0.0), a)
+    assert F.z == pytest.approx(-found.normal * v.z, abs=1e-9)
+    assert M.y == pytest.approx(-found.moment * v.z, abs=1e-9)
+    bent, _ = aerodynamics.wrench(v, STILL, Actuators(w, w, h, 0.0), a)
+    assert (F.z - bent.z) / h == pytest.approx(found.left_elevon, rel=1e-3, abs=1e-3)
+
+
+def test_level_flight_has_a_trim_with_margins_at_every_speed():
+    level = trims(PHYSICAL, np.arange(0.0, 25.5, 0.5))
+    assert all(trim.exists for trim in level)
+    assert min(trim.margin for trim in level) > math.radians(5.0)
+    assert min(trim.motor_margin for trim in level) > 100.0
+
+
+def test_a_trim_leaves_nothing_over():
+    for trim in trims(PHYSICAL, np.array((0.0, 4.0, 9.0, 15.0)), 0.1):
+        v = Vector(trim.speed * math.cos(trim.theta - trim.climb), 0.0, -trim.speed * math.sin(trim.theta - trim.climb))
+        F, M = aerodynamics.wrench(v, STILL, Actuators(trim.omega, trim.omega, trim.delta, trim.delta), PHYSICAL)
+        weight = PHYSICAL.m * PHYSICAL.g
+        assert F.x == pytest.approx(weight * math.sin(trim.theta), abs=5e-3)
+        assert F.z == pytest.approx(weight * math.cos(trim.theta), abs=5e-3)
+        assert pytest.approx((0.0, 0.0, 0.0), abs=1e-4) == M
+
+
+def test_rotors_turn_the_pitch_rate_into_yaw():
+    """Gyroscopic moment of unequal propellers."""
+    pitching = Vector(0.0, 3.0, 0.0)
+    fast = Actuators(800.0, 400.0, 0.0, 0.0)
+    with_rotors = stall.wrench(STILL, pitching, fast, PHYSICAL)[1]
+    without = stall.wrench(STILL, pitching, fast, PHYSICAL._replace(J_p=0.0))[1]
+    assert with_rotors.z - without.z == pytest.approx(-3.0 * PHYSICAL.J_p * 400.0)

@@ -1,0 +1,21 @@
+"""The law of docs/api.md, as its example registers it."""
+
+import re
+
+from tests.support.paths import DATA
+
+PAGE = (DATA.parents[1] / "docs" / "api.md").read_text(encoding="utf-8")
+
+
+def example():
+    """The names that the example defines before it flies."""
+    code = re.search(r"^## A law of your own\n.*?```python\n(.*?)^simulation = ", PAGE, re.DOTALL | re.MULTILINE)[1]
+    names = {"__name__": "documented_law"}
+    exec(compile(code, "docs/api.md", "exec"), names)  # noqa: S102 - ours
+    return names
+
+
+EXAMPLE = example()
+CLIMB, REGISTER = EXAMPLE["OwnLaw"].CLIMB, EXAMPLE["register"]
+ROW, JUMPS = REGISTER.laws[CLIMB], REGISTER.table[CLIMB]
+STATES, GAINS = {"climbed": EXAMPLE["ClimbState"]}, REGISTER.gains
