@@ -1,9 +1,9 @@
 """The kernel that flies with the report's slips switched on, one by one: its printed matrices were computed with them.
 
 Every function calls :func:`sitl.model.aerodynamics.wrench` and changes of its result what the slips in ``slips``
-change; without any it is the kernel. The report's public source code, which its section 5.3 cites, has each of them. x
-is (p_z, v, eps, w, eta), (11,); u is (T1, T2, D1, D2), where D is a deflection or, with ``Slip.ONE_NUMBER``, also
-delta T.
+change; without any it is the kernel. The report's public source code, which its section 5.3 cites, has all but the
+last of them in its text. x is (p_z, v, eps, w, eta), (11,); u is (T1, T2, D1, D2), where D is a deflection or, with
+``Slip.ONE_NUMBER``, also delta T.
 """
 
 from __future__ import annotations
