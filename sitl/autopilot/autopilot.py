@@ -159,7 +159,8 @@ class Autopilot:
         elif flight.manoeuvre is not None:
             self._fly()
         self.transitions.update()
-        return self._slew.turned(flight.reference, view, may_turn=flight.mode not in STEERED_MODES)
+        may_turn = flight.mode not in STEERED_MODES
+        return self._slew.turned(flight.reference, view, may_turn=may_turn, landing=flight.landing)
 
     def _stand(self) -> None:
         flight, view = self._flight, self._flight.view
