@@ -88,12 +88,6 @@ def flying(is_flying: bool) -> bool:
 
 
 @guard
-def crashed(has_crashed: bool) -> bool:
-    """The ground was hit too fast."""
-    return has_crashed
-
-
-@guard
 def resting(at_rest: float, estimate: Estimate) -> bool:
     """On the ground and no longer moving up or down: for a moment where it lands, for longer where it lies."""
     return at_rest >= (LYING_TIME if x_axis(estimate.attitude).z < LYING else REST_TIME)
@@ -240,3 +234,9 @@ def steered(reference: Reference) -> bool:
 def lost(v_attitude: float) -> bool:
     """The vehicle does not follow the commanded attitude."""
     return v_attitude > LOST
+
+
+@guard
+def crashed(has_crashed: bool) -> bool:
+    """The ground was hit too fast."""
+    return has_crashed
