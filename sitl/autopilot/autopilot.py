@@ -26,9 +26,9 @@ from sitl.autopilot.safety.world import World
 from sitl.autopilot.settings import Settings
 from sitl.autopilot.transitions import TransitionRequests
 from sitl.control.reference import Point, Reference, hover_at
-from sitl.guidance.heading_slew import HeadingSlew
 from sitl.guidance.manoeuvres import Hold, Manoeuvre
 from sitl.guidance.moving_reference import MovingReference
+from sitl.guidance.safe_heading import SafeHeading
 from sitl.guidance.view import VehicleView
 from sitl.prediction.chooser import Chooser
 from sitl.prediction.mode_choice import Decision
@@ -50,7 +50,8 @@ class Autopilot:
 
     def __init__(self, world: World, settings: Settings, heading: float = 0.0, chooser: Chooser | None = None) -> None:
         self._flight = flight = FlightState(world, settings, heading, chooser)
-        self._slew = HeadingSlew()
+        self._heading = SafeHeading()
+        self._foreign: Manoeuvre | None = None  # from elsewhere
         moving = MovingReference()  # one for both: a velocity goes on where the sticks left the reference
         self.failsafes = Failsafes()
         self.arming = Arming(flight, self.failsafes)
@@ -92,7 +93,7 @@ class Autopilot:
 
     @property
     def reference(self) -> Reference:
-        """Where the laws are to bring the vehicle, from the last tick; the heading they get turns at a bounded rate."""
+        """Where the laws are to bring the vehicle, from the last tick; the heading they are handed may differ."""
         return self._flight.reference
 
     @property
@@ -159,7 +160,10 @@ class Autopilot:
         elif flight.manoeuvre is not None:
             self._fly()
         self.transitions.update()
-        return self._slew.turned(flight.reference, view, may_turn=flight.mode not in STEERED_MODES)
+        if flight.manoeuvre is not None and flight.manoeuvre is self._foreign:
+            return flight.reference
+        steered = flight.mode in STEERED_MODES
+        return self._heading.applied(flight.reference, view, steered=steered, landing=flight.landing)
 
     def _stand(self) -> None:
         flight, view = self._flight, self._flight.view
@@ -228,7 +232,8 @@ class Autopilot:
         return request()
 
     def fly(self, mode: Mode, manoeuvre: Manoeuvre) -> None:
-        """Fly a manoeuvre from elsewhere under a mode."""
+        """Fly a manoeuvre from elsewhere under a mode; its references are handed to the laws as they are."""
+        self._foreign = manoeuvre
         self._flight.enter(mode, manoeuvre)
 
     def begin_hovering(self, reference: Reference, view: VehicleView) -> None:

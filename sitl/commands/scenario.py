@@ -76,7 +76,7 @@ def _fly(scenario: Scenario, args: argparse.Namespace) -> int:
         save_plot(scenario, track, path)
         if not args.json:
             print(f"  plot: {path}")
-    return 0 if all(finding.holds for finding in findings) else 1
+    return 0 if all(finding.holds for finding in findings) and not track.crashed else 1
 
 
 def _run_experiment(experiment: Experiment, args: argparse.Namespace) -> int:
@@ -108,6 +108,7 @@ def as_text(scenario: Scenario, track: Track, findings: list[Finding]) -> str:
         f"  jump {jump.number} at {jump.time:.2f} s: {jump.source.name} -> {jump.target.name} ({jump.name})"
         for jump in track.jumps
     ]
+    lines += ["  CRASHED"] if track.crashed else []
     speed = scenario.duration / track.wall_time
     lines.append(f"  {scenario.duration:.0f} s flown in {track.wall_time:.2f} s: {speed:.0f}x real time")
     return "\n".join(lines)
@@ -137,6 +138,7 @@ def _as_json(scenario: Scenario, track: Track, findings: list[Finding]) -> str:
                 {"time": jump.time, "from": jump.source.name, "to": jump.target.name, "name": jump.name}
                 for jump in track.jumps
             ],
+            "crashed": track.crashed,
             "times_real_time": scenario.duration / track.wall_time,
         },
         default=float,

@@ -75,6 +75,11 @@ class Track:
     wall_time: float  # how long the run took [s]
     diverged: str = ""  # why the flight ended early, empty if it did not
 
+    @property
+    def crashed(self) -> bool:
+        """Whether it hit the ground too fast."""
+        return any(jump.target is Law.CRASHED for jump in self.jumps)
+
 
 # What the report flies: Q = R = I, and both forward laws.
 AS_REPORTED = Tuning(design=REPORT_GAIN, v_enter=20.0, v_leave=50.0, forward_linear=1)

@@ -141,12 +141,14 @@ def fly_and_track(conditions: FlightConditions, airframe: str = AIRFRAME) -> tup
     forward: list[bool] = []
     fault = ""
     try:
-        while not has_finished_mission(aircraft) and vehicle.time < MAX_MISSION_TIME:
+        while not has_finished_mission(aircraft) and vehicle.time < MAX_MISSION_TIME and vehicle.crash is None:
             aircraft.advance(PERIODS_PER_LOOK)
             positions.append(vehicle.truth.body.position)
             forward.append(is_forward(vehicle.law))
     except DivergedError as error:
         fault = str(error).split(":")[0]
+    if vehicle.crash is not None:
+        fault = f"crashed at {vehicle.crash.speed:.1f} m/s"
     if not fault and not has_finished_mission(aircraft):
         mission_runner = aircraft.autopilot.mission
         fault = f"at item {mission_runner.current if mission_runner else 0} after {MAX_MISSION_TIME:.0f} s"

@@ -18,6 +18,7 @@ from sitl.model.airframe import Array
 HIGH = 600.0  # where the falls begin whose height is measured [m]
 MAX_TUMBLE = 8.0  # [rad/s]
 SECONDS = 75.0  # after which everything is home
+FALL_SECONDS = 30.0  # after which nothing falls any more
 SAMPLES = 25.0  # a second
 HOME_RADIUS = 1.0  # [m]
 SAME_HEIGHT = 1.0  # heights that differ by less are the same [m]
@@ -108,9 +109,9 @@ def falling(
     return made
 
 
-def fall(flights: Sequence[Simulation]) -> tuple[Array, Array]:
-    """Fly falls to their end; gives height lost and distance from where they began, (n,) each [m]."""
-    recordings = fly_batch(flights, SECONDS, rate=SAMPLES)
+def fall(flights: Sequence[Simulation], seconds: float = SECONDS) -> tuple[Array, Array]:
+    """Fly falls for a time; gives height lost and distance from where they began, (n,) each [m]."""
+    recordings = fly_batch(flights, seconds, rate=SAMPLES)
     lost = [HIGH - float(recording.position[:, 2].min()) for recording in recordings]
     away = [math.dist(flight.truth.body.position, (0.0, 0.0, HIGH)) for flight in flights]
     return np.array(lost), np.array(away)
@@ -127,7 +128,7 @@ def heights(airframe: Airframe, flights: int, first: int = 1) -> list[HeightLost
     results = []
     for kind, velocity in KINDS.items():
         supervisor, away = fall([falling(airframe, seed, velocity) for seed in seeds])
-        alone, _ = fall([falling(airframe, seed, velocity, tuning=ALONE) for seed in seeds])
+        alone, _ = fall([falling(airframe, seed, velocity, tuning=ALONE) for seed in seeds], FALL_SECONDS)
         results.append(HeightLost(kind, supervisor, alone, away))
     return results
 
@@ -139,7 +140,8 @@ def height_map(airframe: Airframe, flights: int, first: int = 1) -> list[MapCell
     for sink in MAP_SINKS:
         for tumble in MAP_TUMBLES:
             seeds = range(first, first + flights)
-            lost, _ = fall([falling(airframe, seed, (0.0, 0.0, -sink), tumble=tumble) for seed in seeds])
+            flown = [falling(airframe, seed, (0.0, 0.0, -sink), tumble=tumble) for seed in seeds]
+            lost, _ = fall(flown, FALL_SECONDS)
             cells.append(MapCell(sink, tumble, lost))
     return cells
 

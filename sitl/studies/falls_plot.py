@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sitl.plotting import blank_page, save_page
-from sitl.studies.falls import MAP_SINKS, MAP_TUMBLES, HeightLost, MapCell
+from sitl.studies import falls
+from sitl.studies.falls import HeightLost, MapCell
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -35,12 +36,12 @@ def save_plot(results: Sequence[HeightLost], cells: Sequence[MapCell], path: Pat
 
 
 def _map(axis: Axes, cells: Sequence[MapCell], share: float, title: str) -> None:
-    needed = np.array([np.quantile(cell.lost, share) for cell in cells]).reshape(len(MAP_SINKS), len(MAP_TUMBLES))
+    needed = np.array([np.quantile(cell.lost, share) for cell in cells]).reshape(len(falls.MAP_SINKS), len(falls.MAP_TUMBLES))
     axis.imshow(needed, origin="lower", cmap="YlOrRd", vmin=0.0, vmax=100.0, aspect="auto")
     for row, column in np.ndindex(*needed.shape):
         axis.text(column, row, f"{needed[row, column]:.0f}", ha="center", va="center", fontsize=9)
-    axis.set_xticks(range(len(MAP_TUMBLES)), [f"{tumble:g}" for tumble in MAP_TUMBLES])
-    axis.set_yticks(range(len(MAP_SINKS)), [f"{sink:g}" for sink in MAP_SINKS])
+    axis.set_xticks(range(len(falls.MAP_TUMBLES)), [f"{tumble:g}" for tumble in falls.MAP_TUMBLES])
+    axis.set_yticks(range(len(falls.MAP_SINKS)), [f"{sink:g}" for sink in falls.MAP_SINKS])
     axis.set_xlabel("tumble [rad/s]")
     axis.set_ylabel("sink rate [m/s]")
     axis.set_title(f"height needed [m], {title}")

@@ -37,9 +37,11 @@ MAX_SINK = 14.0  # no law sinks faster than this for long [m/s]
 GROUND_TIME = 0.8  # nearer to the ground than this at the present sink rate, a fall is caught [s]
 SINK = 3.0  # what counts as sinking there [m/s]
 LOST = 0.3  # V of the attitude law when it is 45 deg off at rest [rad2]
-REST_TIME = 0.3  # at rest on the ground this long is landed [s]
+# A vehicle that lands is let go as soon as its tail stands: what the laws do about the ground would bounce it.
+REST_TIME = 0.04  # on the ground this long is landed [s]
 LYING = 0.5  # a nose lower than this on the ground stands up by no law [-]
-REST_SPEED = 0.3  # vertical speed that counts as rest there [m/s]
+LYING_TIME = 0.3  # [s]
+REST_SPEED = 0.6  # vertical speed that counts as rest there [m/s]
 
 
 class Thresholds(NamedTuple):
@@ -88,15 +90,9 @@ def flying(is_flying: bool) -> bool:
 
 
 @guard
-def crashed(has_crashed: bool) -> bool:
-    """The ground was hit too fast."""
-    return has_crashed
-
-
-@guard
-def resting(at_rest: float) -> bool:
-    """At rest on the ground, landing or lying on its side."""
-    return at_rest >= REST_TIME
+def resting(at_rest: float, estimate: Estimate) -> bool:
+    """On the ground and no longer moving up or down: for a moment where it lands, for longer where it lies."""
+    return at_rest >= (LYING_TIME if x_axis(estimate.attitude).z < LYING else REST_TIME)
 
 
 @guard
@@ -244,3 +240,9 @@ def steered(reference: Reference) -> bool:
 def lost(v_attitude: float) -> bool:
     """The vehicle does not follow the commanded attitude."""
     return v_attitude > LOST
+
+
+@guard
+def crashed(has_crashed: bool) -> bool:
+    """The ground was hit too fast."""
+    return has_crashed

@@ -63,7 +63,7 @@ def test_every_law_belongs_to_a_regime():
 
 
 def test_a_number_that_is_not_in_the_dialect_is_an_error():
-    with pytest.raises(ValueError, match="10 is not a valid Law"):
+    with pytest.raises(ValueError, match="11 is not a valid Law"):
         Law(len(Law))
 
 
@@ -86,8 +86,8 @@ def test_the_module_is_generated_from_the_present_dialect(build, tmp_path):
 @pytest.mark.parametrize(
     ("said", "instead", "complaint"),
     [
-        (' regime="GROUND"', ' regime="WATER"', "DARKO_LAW_LANDED: it names no entry of DARKO_REGIME"),
-        ('<?darko regime="GROUND"?>', "", "DARKO_LAW_LANDED: it names no entry of DARKO_REGIME"),
+        ('LANDED"><?darko regime="GROUND"', 'LANDED"><?darko regime="WATER"', "DARKO_LAW_LANDED: it names no entry of DARKO_REGIME"),
+        ('LANDED"><?darko regime="GROUND"?>', 'LANDED">', "DARKO_LAW_LANDED: it names no entry of DARKO_REGIME"),
         (
             'value="3" name="DARKO_LAW_ALIGN"',
             'value="2" name="DARKO_LAW_ALIGN"',

@@ -14,6 +14,8 @@ from sitl.autopilot.safety.world import World
 from sitl.autopilot.settings import Settings
 from sitl.defaults import HOME
 from sitl.guidance.view import VehicleView
+from sitl.model.ground import Crash
+from sitl.model.vectors import Vector
 
 DENIED = mavlink.MAV_RESULT_DENIED
 REJECTED = mavlink.MAV_RESULT_TEMPORARILY_REJECTED
@@ -24,6 +26,9 @@ def view(**changed):
     still = (0.0, 0.0, 0.0)
     standing = VehicleView(time=0.0, p=still, v=still, heading=0.0, tilt=0.0, landed=True, battery_left=1.0)
     return standing._replace(**changed)
+
+
+HIT = Crash(7.26, Vector(12.4, -2.6, 0.1))
 
 
 @pytest.fixture
@@ -67,3 +72,50 @@ def test_disarming_in_the_air_is_denied_unless_forced(autopilot):
     assert autopilot.armed
     assert autopilot.arming.disarm(force=True).result == ACCEPTED
     assert not autopilot.armed
+
+
+def texts(autopilot):
+    return [(notice.severity, notice.text) for notice in autopilot.notices()]
+
+
+def test_a_crash_is_said_with_speed_and_place_and_ends_the_flight_until_a_reboot(autopilot):
+    assert autopilot.arming.arm().result == ACCEPTED
+    autopilot.guided.take_off(5.0)
+    autopilot.notices()
+    autopilot.crashed(view(tilt=1.5, crash=HIT))
+    assert texts(autopilot) == [(mavlink.MAV_SEVERITY_CRITICAL, "Crashed at 7.3 m/s, 12 m north 3 m east of home")]
+    assert not autopilot.armed
+    assert not autopilot.flying
+    for force in (False, True):
+        answer = autopilot.arming.arm(force=force)
+        assert answer.result == REJECTED
+        assert answer.text == "Arming refused: crashed at 7.3 m/s: a reboot stands it up again"
+
+
+def test_the_place_of_a_crash_is_told_from_home(autopilot):
+    autopilot.relocate(autopilot.world.frame, (20.0, -30.0, 0.0))
+    autopilot.crashed(view(crash=HIT))
+    assert texts(autopilot)[0][1] == "Crashed at 7.3 m/s, 8 m south 27 m west of home"
+
+
+@pytest.mark.parametrize(("landing", "words"), [(True, "on landing"), (False, "on the ground")])
+def test_a_vehicle_that_fell_over_is_not_said_to_have_landed(autopilot, landing, words):
+    autopilot.arming.arm()
+    autopilot.guided.take_off(5.0)
+    autopilot.update(view(landed=False, p=(0.0, 0.0, 2.0)))
+    if landing:
+        autopilot.guided.land()
+    autopilot.notices()
+    autopilot.touched_down(view(tilt=math.radians(80.0)))
+    assert texts(autopilot) == [(mavlink.MAV_SEVERITY_CRITICAL, f"Tipped over {words}")]
+    assert not autopilot.armed
+    assert "not upright" in autopilot.arming.arm().text
+
+
+def test_a_vehicle_that_stands_has_landed(autopilot):
+    autopilot.arming.arm()
+    autopilot.guided.take_off(5.0)
+    autopilot.notices()
+    autopilot.touched_down(view(tilt=math.radians(5.0)))
+    assert texts(autopilot) == [(mavlink.MAV_SEVERITY_INFO, "Landed")]
+    assert autopilot.armed  # for as long as COM_DISARM_LAND says

@@ -69,7 +69,7 @@ def test_a_landing_ends_on_the_ground_and_disarms_after_a_while(airborne):
     assert airborne.guided.land().result == ACCEPTED
     assert airborne.landing
     airborne.update(view(20.0, landed=False))
-    airborne.touched_down()
+    airborne.touched_down(view(20.5))
     airborne.update(view(21.0))
     assert airborne.armed
     airborne.update(view(23.0))
@@ -86,7 +86,7 @@ def test_a_mission_flies_through_to_its_landing(autopilot):
         p = autopilot.update(view(time, p=p, landed=False)).position
         reached += autopilot.reached()
         if autopilot.landing and p[2] <= 0.0:
-            autopilot.touched_down()
+            autopilot.touched_down(view(time))
         time += 0.02
     assert reached + autopilot.reached() == [0, 1, 2]
     assert p[:2] == pytest.approx((4.0, 0.0))
@@ -155,7 +155,7 @@ REQUESTS = st.sampled_from(
         lambda a: a.missions.set_current(1),
         lambda a: a.guided.change_speed(1.0),
         lambda a: a.missions.load([TAKE_OFF, waypoint(4, 0, 3), LAND]),
-        lambda a: a.touched_down() if a.landing else None,
+        lambda a: a.touched_down(a.view) if a.landing else None,
     ]
 )
 

@@ -34,7 +34,7 @@ class Program(FakeStation):
 
     def face(self, yaw):
         """Turn to a yaw [rad] on the spot, at 5 m."""
-        self.stream(9.0, LOCAL, POSITION, p=(0, 0, -5), yaw=yaw)
+        self.stream(12.0, LOCAL, POSITION, p=(0, 0, -5), yaw=yaw)
         assert self.yaw == pytest.approx(yaw, abs=0.05)
 
     @property

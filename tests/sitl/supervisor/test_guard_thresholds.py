@@ -97,10 +97,17 @@ def test_the_nose_has_to_be_higher_than_a_number(guard, height, rest):
     assert not guard.test(estimate=nose(height), **rest)
 
 
-@pytest.mark.parametrize(("guard", "timer", "time"), [(g.resting, "at_rest", 0.3), (g.dwelt, "since", 0.5)])
-def test_timers_are_up_exactly_at_their_time(guard, timer, time):
-    assert guard.test(**{timer: time})
-    assert not guard.test(**{timer: time * BELOW})
+@pytest.mark.parametrize(
+    ("guard", "time", "seen"),
+    [
+        (g.dwelt, 0.5, lambda x: {"since": x}),
+        (g.resting, 0.04, lambda x: {"at_rest": x, "estimate": nose(0.5)}),
+        (g.resting, 0.3, lambda x: {"at_rest": x, "estimate": nose(0.5 - 1e-9)}),
+    ],
+)
+def test_timers_are_up_exactly_at_their_time(guard, time, seen):
+    assert guard.test(**seen(time))
+    assert not guard.test(**seen(time * BELOW))
 
 
 def test_aligned_is_slower_than_two_and_a_half_metres_per_second_and_within_twelve_degrees():
@@ -142,8 +149,8 @@ def test_what_is_left_of_a_path_is_the_level_way_to_its_end():
             assert g.worth.test(estimate=here, reference=reference) == worth
 
 
-def test_rest_on_the_ground_is_slower_than_thirty_centimetres_per_second():
-    assert g.REST_SPEED == 0.3
+def test_rest_on_the_ground_is_slower_than_sixty_centimetres_per_second():
+    assert g.REST_SPEED == 0.6
 
 
 def test_resets_in_numbers():

@@ -40,18 +40,21 @@ def holds(guard, **seen):
     return guard.test(**seen)
 
 
-@pytest.mark.parametrize(("guard", "field"), [(g.armed, "is_armed"), (g.flying, "is_flying")])
+@pytest.mark.parametrize(("guard", "field"), [(g.armed, "is_armed"), (g.flying, "is_flying"), (g.crashed, "has_crashed")])
 def test_orders_are_taken_as_they_are(guard, field):
     assert holds(guard, **{field: True})
     assert not holds(guard, **{field: False})
 
 
-@pytest.mark.parametrize(
-    ("guard", "timer", "threshold"), [(g.resting, "at_rest", g.REST_TIME), (g.dwelt, "since", g.DWELL)]
-)
-def test_timers_are_up_when_their_time_is_reached(guard, timer, threshold):
-    assert holds(guard, **{timer: threshold})
-    assert not holds(guard, **{timer: threshold * below})
+def test_a_law_has_dwelt_when_its_time_is_reached():
+    assert holds(g.dwelt, since=g.DWELL)
+    assert not holds(g.dwelt, since=g.DWELL * below)
+
+
+@pytest.mark.parametrize(("nose", "time"), [(g.LYING + 1e-6, g.REST_TIME), (g.LYING - 1e-6, g.LYING_TIME)])
+def test_it_rests_after_a_moment_upright_and_after_longer_where_it_lies(nose, time):
+    assert holds(g.resting, at_rest=time, estimate=estimate(q=nose_at(nose)))
+    assert not holds(g.resting, at_rest=time * below, estimate=estimate(q=nose_at(nose)))
 
 
 def test_near_is_below_the_entry_threshold_with_the_nose_up_and_nothing_being_flown_off():

@@ -85,6 +85,7 @@ def random_case(rng, kind):
     )
     controller = flight.controller._replace(
         is_armed=bool(rng.random() < 0.5),
+        has_crashed=bool(rng.random() < 0.5),
         is_flying=bool(rng.random() < 0.5),
         since=rng.choice((0.0, 1.0, 10.0)),
         at_rest=rng.choice((0.0, 1.0)),
@@ -131,6 +132,7 @@ def by_hand(guard, flight, reference):
         "at_rest": c.at_rest,
         "inhibited": c.inhibited,
         "is_armed": c.is_armed,
+        "has_crashed": c.has_crashed,
         "is_flying": c.is_flying,
     }
     return guard.test(**{name: known[name] for name in inspect.signature(guard.test).parameters})

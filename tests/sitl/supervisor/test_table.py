@@ -25,7 +25,8 @@ from sitl.supervisor.table import TABLE, diagram
 
 SITUATIONS = 1 << len(GUARDS)  # one bit per guard
 CHUNK = min(SITUATIONS, 1 << 20)
-AIRBORNE = [law for law in Law if law is not Law.LANDED]
+WHOLE = [law for law in Law if law is not Law.CRASHED]
+AIRBORNE = [law for law in WHOLE if law is not Law.LANDED]
 MAX_JUMPS = 3  # at one instant
 by_law = pytest.mark.parametrize("law", list(Law), ids=lambda law: law.name)
 in_the_air = pytest.mark.parametrize("law", AIRBORNE, ids=lambda law: law.name)
@@ -161,12 +162,18 @@ def test_a_law_needs_the_guards_of_its_jumps_and_no_others(law):
 
 @in_the_air
 def test_disarming_always_lands(law):
-    assert ends(law, every(g.armed)) == {(Law.LANDED, 1)}
+    assert ends(law, every(g.armed, g.crashed)) == {(Law.LANDED, 1)}
+
+
+@pytest.mark.parametrize("law", WHOLE, ids=lambda law: law.name)
+def test_a_crash_ends_everything_at_once_and_for_good(law):
+    assert ends(law, every(hold=(g.crashed,))) == {(Law.CRASHED, 1)}
+    assert TABLE[Law.CRASHED] == ()
 
 
 @in_the_air
 def test_a_fall_is_always_caught_and_until_it_ends_nothing_else_is_tried(law):
-    falling = every(g.resting, hold=(g.armed, g.falling))
+    falling = every(g.resting, g.crashed, hold=(g.armed, g.falling))
     assert ends(law, falling) == {(Law.FAILSAFE, 0 if law is Law.FAILSAFE else 1)}
 
 

@@ -57,6 +57,13 @@ def touching_down():
     return made
 
 
+def fallen():
+    """On its way into the ground, nose down."""
+    made = begun(Law.CRASHED, hover_at((0.0, 0.0, UP), 0.0))
+    made.place(Body(Vector(0.0, 0.0, 0.5), Vector(2.0, 1.0, -11.0), from_euler(0.2, 1.2, 0.1), Vector(1.0, 0.5, -0.5)))
+    return made
+
+
 def flights():
     """What is flown, by name."""
     fast = Vector(12.5, 0.3, 0.2)
@@ -72,6 +79,7 @@ def flights():
         "braking": begun(Law.TO_HOVER, ON_A_LEG._replace(forward=False), v=Vector(7.0, 0.1, 1.0), q=FORWARD),
         "failsafe": begun(Law.FAILSAFE, ON_A_LEG, v=Vector(2.0, 1.0, -16.0), q=from_euler(1.0, -0.5, 0.0)),
         "attitude": begun(Law.HOVER_ATTITUDE, steer(hover_at((0.0, 0.0, UP), 0.0), TILTED)),
+        "crash": fallen(),
         "take-off": standing(),
         "touch-down": touching_down(),
     }

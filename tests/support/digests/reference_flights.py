@@ -1,4 +1,4 @@
-"""Fifteen flights under all ten laws: ground and air, calm and gusts, right and wrong airframes; as data."""
+"""Sixteen flights under all eleven laws: ground and air, calm and gusts, right and wrong airframes; as data."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -57,10 +57,10 @@ def standing(**choice):
     return made
 
 
-def thrown(law, attitude, velocity, rates=STILL, actuators=None, **choice):
+def thrown(law, attitude, velocity, rates=STILL, actuators=None, up=HIGH, **choice):
     """In any motion."""
     made = hovering(law, **choice)
-    body = Body(Vector(0.0, 0.0, HIGH), Vector(*velocity), from_euler(*attitude), rates)
+    body = Body(Vector(0.0, 0.0, up), Vector(*velocity), from_euler(*attitude), rates)
     made.place(body, actuators)
     made.enter(law)
     return made
@@ -216,6 +216,12 @@ FLIGHTS = (
         lambda: thrown(LINEAR, (-0.5, 1.2, 0.0), (0.0, 0.0, -16.0)),
         (Ask(0.0, hold(0.0, 0.0, HIGH)),),
         6.0,
+    ),
+    ReferenceFlight(
+        "hit the ground, and lie there",
+        lambda: thrown(ZERO_MOMENT, (0.5, 0.9, 0.0), (2.0, 0.0, -10.0), Vector(1.0, 2.0, -1.0), up=1.0),
+        (Ask(0.0, hold(0.0, 0.0, HIGH)),),
+        3.0,
     ),
     ReferenceFlight(
         "actuators of first order on a leg",
