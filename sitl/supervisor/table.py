@@ -122,7 +122,13 @@ TABLE: dict[Law, tuple[Jump, ...]] = {
         _steer(g.calm),
         _align(g.calm, resets=(r.hold_here,)),
         Jump("enter_linear", Law.HOVER_LINEAR, Reason.LYAPUNOV_BELOW, when=(g.near,), unless=(g.far, g.windy)),
-        Jump("ride_wind", Law.TO_HOVER, Reason.SPEED, when=(g.windy, g.calm, g.recovered, g.dwelt), resets=(r.sight_from_here,)),
+        Jump(
+            "ride_wind",
+            Law.TO_HOVER,
+            Reason.SPEED,
+            when=(g.windy, g.calm, g.recovered, g.dwelt),
+            resets=(r.sight_from_here,),
+        ),
         Jump("stop_sliding", Law.TO_HOVER, Reason.SPEED, when=(g.sliding, g.windy), resets=(r.sight_from_here,)),
     ),
     Law.ALIGN: (
