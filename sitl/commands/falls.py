@@ -21,7 +21,12 @@ MAX_WINDY_CRASHES = 0.03  # share of the falls in wind
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     """The command line of ``darko-sitl falls``."""
     options = argparse.ArgumentParser(prog="darko-sitl falls", description=commands["falls"] + ".")
-    options.add_argument("--flights", type=int, default=500, metavar="N", help="falls of each kind [500]")
+    options.add_argument(
+        "--flights", type=int, default=500, metavar="N", help="falls of the whole vehicle, calm and windy [500]"
+    )
+    options.add_argument(
+        "--draws", type=int, default=200, metavar="N", help="falls of each kind, for the heights [200]"
+    )
     options.add_argument("--first", type=int, default=1, metavar="SEED", help="seed of the first [1]")
     options.add_argument("--jobs", type=int, default=2, metavar="N", help="processes at once [2]")
     options.add_argument("--airframe", default="nominal", metavar="SET", help="parameter set or TOML file [nominal]")
@@ -37,10 +42,10 @@ def run(args: argparse.Namespace) -> int:
     from sitl.studies import falls, falls_of_aircraft  # noqa: PLC0415
 
     model = load(args.airframe).parameters
-    heights = falls.heights(model, args.flights, args.first)
-    print(f"{args.flights} draws, seeds {args.first} to {args.first + args.flights - 1}; median, 95 %, worst")
+    heights = falls.heights(model, args.draws, args.first)
+    print(f"{args.draws} draws, seeds {args.first} to {args.first + args.draws - 1}; median, 95 %, worst")
     print("\n".join(falls.summary(heights)), flush=True)
-    cells = falls.height_map(model, args.flights, args.first)
+    cells = falls.height_map(model, args.draws, args.first)
     print("\nmedian / 95 % / worst")
     print("\n".join(falls.map_lines(cells)), flush=True)
     ends = []
@@ -68,8 +73,8 @@ def passed(heights: Sequence[HeightLost], calm: Sequence[AircraftFall], windy: S
 
 def _check(args: argparse.Namespace) -> None:
     """Refuse bad arguments before any flight."""
-    if args.flights < 1 or args.jobs < 1:
-        raise SitlError(f"--flights {args.flights}, --jobs {args.jobs}: both must be at least 1")
+    if min(args.flights, args.draws, args.jobs) < 1:
+        raise SitlError(f"--flights {args.flights}, --draws {args.draws}, --jobs {args.jobs}: all must be at least 1")
     if args.first < 0:
         raise SitlError(f"--first {args.first}: seeds are not negative")
     if args.plot is not None:

@@ -138,7 +138,8 @@ class LandAfter:
 def crosswind_heading(heading: float, wind: Point, light: float = LIGHT_WIND) -> float:
     """The heading to hover at in a wind: with the span along the wind, the wing feels nothing of it [rad].
 
-    With the belly or the back to a wind above 4 m/s, the elevons are nearly saturated by holding the nose up. Less than ``light`` of it [m/s] does not change the heading.
+    With the belly or the back to a wind above 4 m/s, the elevons are nearly saturated by holding the nose up.
+    Less than ``light`` of it [m/s] does not change the heading.
     """
     if math.hypot(wind[0], wind[1]) < light:
         return heading

@@ -36,7 +36,9 @@ def save_plot(results: Sequence[HeightLost], cells: Sequence[MapCell], path: Pat
 
 
 def _map(axis: Axes, cells: Sequence[MapCell], share: float, title: str) -> None:
-    needed = np.array([np.quantile(cell.lost, share) for cell in cells]).reshape(len(falls.MAP_SINKS), len(falls.MAP_TUMBLES))
+    needed = np.array([np.quantile(cell.lost, share) for cell in cells]).reshape(
+        len(falls.MAP_SINKS), len(falls.MAP_TUMBLES)
+    )
     axis.imshow(needed, origin="lower", cmap="YlOrRd", vmin=0.0, vmax=100.0, aspect="auto")
     for row, column in np.ndindex(*needed.shape):
         axis.text(column, row, f"{needed[row, column]:.0f}", ha="center", va="center", fontsize=9)

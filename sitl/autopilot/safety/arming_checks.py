@@ -34,6 +34,5 @@ def crash_text(view: VehicleView, home: Point) -> str:
         return ""
     place = view.crash.place
     north, west = place.x - home[0], place.y - home[1]
-    where = f"{abs(north):.0f} m {'north' if north >= 0.0 else 'south'} "
-    where += f"{abs(west):.0f} m {'west' if west >= 0.0 else 'east'}"
-    return f"Crashed at {view.crash.speed:.1f} m/s, {where} of home"
+    along, across = "north" if north >= 0.0 else "south", "west" if west >= 0.0 else "east"
+    return f"Crashed at {view.crash.speed:.1f} m/s, {abs(north):.0f} m {along} {abs(west):.0f} m {across} of home"

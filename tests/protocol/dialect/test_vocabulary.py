@@ -86,7 +86,11 @@ def test_the_module_is_generated_from_the_present_dialect(build, tmp_path):
 @pytest.mark.parametrize(
     ("said", "instead", "complaint"),
     [
-        ('LANDED"><?darko regime="GROUND"', 'LANDED"><?darko regime="WATER"', "DARKO_LAW_LANDED: it names no entry of DARKO_REGIME"),
+        (
+            'LANDED"><?darko regime="GROUND"',
+            'LANDED"><?darko regime="WATER"',
+            "DARKO_LAW_LANDED: it names no entry of DARKO_REGIME",
+        ),
         ('LANDED"><?darko regime="GROUND"?>', 'LANDED">', "DARKO_LAW_LANDED: it names no entry of DARKO_REGIME"),
         (
             'value="3" name="DARKO_LAW_ALIGN"',

@@ -45,7 +45,20 @@ def test_falls_are_printed_drawn_and_written(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(falls, "MAP_SINKS", (0.0, 10.0))
     monkeypatch.setattr(falls, "MAP_TUMBLES", (8.0,))
     plot, table = tmp_path / "f.png", tmp_path / "f.json"
-    arguments = ["--flights", "1", "--first", "3", "--jobs", "1", "--plot", str(plot), "--json", str(table)]
+    arguments = [
+        "--flights",
+        "1",
+        "--draws",
+        "1",
+        "--first",
+        "3",
+        "--jobs",
+        "1",
+        "--plot",
+        str(plot),
+        "--json",
+        str(table),
+    ]
     assert main(["falls", *arguments]) == 0
     out = capsys.readouterr().out
     assert out.startswith("1 draws, seeds 3 to 3")
@@ -67,7 +80,8 @@ def test_landings_are_printed_and_written(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["falls", "--flights", "0"], "both must be at least 1"),
+        (["falls", "--flights", "0"], "all must be at least 1"),
+        (["falls", "--draws", "0"], "all must be at least 1"),
         (["falls", "--first", "-1"], "seeds are not negative"),
         (["falls", "--plot", "f.txt"], "the name must end in .png"),
         (["falls", "--json", "/nosuch/f.json"], "there is no folder /nosuch"),

@@ -26,7 +26,11 @@ def test_every_law_is_flown_by_somebody():
     flight = Flight(airborne=False, tuning=EVERY_LAW)
     flight.fly_mission([waypoint(0.0, 0.0, 20.0), waypoint(120.0, 0.0, 20.0)])
     seen = {Law(int(law)) for law in flight.law} | {jump.source for jump in flight.vehicle.jumps}
-    assert seen == set(Law) - {Law.FAILSAFE, Law.CRASHED, Law.HOVER_ATTITUDE}  # what it falls into, and what is streamed
+    assert seen == set(Law) - {
+        Law.FAILSAFE,
+        Law.CRASHED,
+        Law.HOVER_ATTITUDE,
+    }  # what it falls into, and what is streamed
 
 
 @pytest.mark.parametrize("beyond", [1.0, 4.0])

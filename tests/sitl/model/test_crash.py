@@ -35,7 +35,8 @@ def hit(x):
 
 @pytest.mark.parametrize("sink", [0.5, 4.0, 60.0])
 @pytest.mark.parametrize(
-    ("attitude", "reach"), [(hover(0.7), A.foot_x), (NOSE_DOWN, A.p_x), (from_euler(0.5 * math.pi, 0.0, 0.0), 0.5 * A.b)]
+    ("attitude", "reach"),
+    [(hover(0.7), A.foot_x), (NOSE_DOWN, A.p_x), (from_euler(0.5 * math.pi, 0.0, 0.0), 0.5 * A.b)],
 )
 def test_the_speed_of_a_contact_is_that_at_which_it_meets_the_ground(sink, attitude, reach):
     assert hit(plant((0.0, 0.0, reach + 0.5 * sink * DT), (3.0, 0.0, -sink), attitude)) == pytest.approx(sink)

@@ -64,7 +64,19 @@ def test_the_counts_are_of_what_is_beyond_the_limits():
 
 def test_tables_have_a_line_for_each_kind_and_sink_rate():
     lost = HeightLost("18 m/s level", np.array([1.0, 3.0]), np.array([2.0, 2.0]), np.zeros(2))
-    assert falls.summary([lost])[1].split() == "18 m/s level 2.0 2.9 3.0 2.0 2.0 2.0 0 0".split()
+    assert falls.summary([lost])[1].split() == [
+        "18",
+        "m/s",
+        "level",
+        "2.0",
+        "2.9",
+        "3.0",
+        "2.0",
+        "2.0",
+        "2.0",
+        "0",
+        "0",
+    ]
     cells = [MapCell(s, t, np.array([s, t])) for s in falls.MAP_SINKS for t in falls.MAP_TUMBLES]
     assert len(falls.map_lines(cells)) == 1 + len(falls.MAP_SINKS)
 

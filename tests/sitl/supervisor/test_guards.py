@@ -40,7 +40,9 @@ def holds(guard, **seen):
     return guard.test(**seen)
 
 
-@pytest.mark.parametrize(("guard", "field"), [(g.armed, "is_armed"), (g.flying, "is_flying"), (g.crashed, "has_crashed")])
+@pytest.mark.parametrize(
+    ("guard", "field"), [(g.armed, "is_armed"), (g.flying, "is_flying"), (g.crashed, "has_crashed")]
+)
 def test_orders_are_taken_as_they_are(guard, field):
     assert holds(guard, **{field: True})
     assert not holds(guard, **{field: False})

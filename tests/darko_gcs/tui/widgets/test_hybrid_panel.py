@@ -17,7 +17,8 @@ def shown(message):
 
 def test_every_law_has_a_style():
     assert set(LAW_STYLES) == set(Law)
-    assert LAW_STYLES[Law.FAILSAFE] == "bad"
+    assert LAW_STYLES[Law.FAILSAFE] == LAW_STYLES[Law.CRASHED] == "bad"
+    assert "CRASHED" in shown(hybrid_state(100, Law.CRASHED))
 
 
 def test_a_law_that_is_never_left_has_an_infinite_threshold():

@@ -4,10 +4,14 @@ from dataclasses import replace
 
 import pytest
 
+from darko_gcs.state.reduce import reduce
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT
 from darko_gcs.state.values import SigningState
 from darko_gcs.tui.widgets.status_bar import StatusBar
+from protocol.dialect.vocabulary import Law
+from tests.support.gcs.messages import arrived
 from tests.support.gcs.screens import panel_text
+from tests.support.vehicle.darko_messages import hybrid_state
 
 HEARD = replace(EMPTY_SNAPSHOT, source=(1, 1), heartbeat_at=0.0)
 
@@ -19,6 +23,15 @@ def shown(s):
 def test_a_critical_vehicle_is_shown_in_failsafe():
     assert "FAILSAFE" in shown(replace(HEARD, critical=True))
     assert "FAILSAFE" not in shown(HEARD)
+
+
+def test_a_crash_is_shown_in_words_and_not_as_a_failsafe():
+    crashed = reduce(replace(HEARD, critical=True), arrived(hybrid_state(100, Law.CRASHED)), 1.0)
+    text = shown(replace(crashed, armed=False, prearm_ok=False))
+    assert "CRASHED" in text
+    assert "a reboot stands it up" in text
+    assert "FAILSAFE" not in text
+    assert "CRASHED" not in shown(reduce(HEARD, arrived(hybrid_state(100, Law.LANDED)), 1.0))
 
 
 @pytest.mark.parametrize(
