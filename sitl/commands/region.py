@@ -43,7 +43,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _lines(results: list[LawRegion]) -> Iterator[str]:
-    yield "Proved level: below it V falls everywhere and flights stay (sampled and delayed loop, full plant, still air)"
+    yield "Proved level: below it V falls everywhere and flights stay (still air; ideal actuators, but LQI as flown)"
     yield from _proved(results)
     yield "\nDecay of V [1/s] and settling of position steps, slowest axis [s]"
     yield from _linear(results)

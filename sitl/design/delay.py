@@ -27,8 +27,8 @@ from sitl.design import linearise
 from sitl.design.closed_loop import INTEGRAL_ROWS, POSITION_ROWS, VELOCITY_ROWS, feedback, scaled, size
 from sitl.model.airframe import Airframe, Array
 
-PERIOD = 0.002  # of the control [s]: that of sitl.simulation.flight
-DELAY = 3.0 * PERIOD  # from the sample of a command to the end of the way to the next one
+SAMPLING = 0.002  # period of the control [s]: that of sitl.simulation.flight
+DELAY = 3.0 * SAMPLING  # from the sample of a command to the end of the way to the next one
 SHARE = 0.05  # of squares: (a + b)^2 <= (1 + SHARE) a^2 + (1 + 1 / SHARE) b^2
 TURNED = 0.2  # of a channel's part in the functional, against the turn of its force
 BALANCE = 0.7  # of the rates' rows: all eigenvalues are then of the size of V' / V
@@ -67,7 +67,7 @@ def channels(a: Airframe, gains: LinearGains, thrust_ratio: float, deflection: f
         grown[INTEGRAL_ROWS] = np.eye(3)
         grows[:, POSITION_ROWS], grows[:, VELOCITY_ROWS] = np.eye(3), gains.lead * np.eye(3)
         columns, rows, row = [*columns, grown], [*rows, grows], [*row, 4, 5, 6]
-        delays, factors = delays + [PERIOD] * 3, factors + [1.0] * 3
+        delays, factors = delays + [SAMPLING] * 3, factors + [1.0] * 3
     C = np.hstack(columns)
     force = np.linalg.norm(C[VELOCITY_ROWS], axis=0)
     return Channels(C, force, np.vstack(rows), np.array(row), np.array(delays), np.array(factors))

@@ -43,6 +43,7 @@ from sitl.model.airframe import Airframe, Array
 MARGIN = 1e-6  # what the smallest eigenvalue must exceed [1/s]: far above what rounding can do
 MAX_BOXES = 2_000  # at one level of splitting; a set that needs more counts as not proved
 FIRST_BOXES = 8  # boxes per axis to begin with
+MIRRORED = 1e-8  # relative difference of mirror images that is rounding
 DEPTH = 12  # how often a box is split at most
 
 
@@ -134,6 +135,14 @@ class Proof:
         ratio, h = (1.0 + DELAY * self.a.omega_rate / slowest) ** 2, self.greatest_stream(level)
         return channels(self.a, self.gains, ratio, deflection, 1.0 + self.effectiveness(level) * h * h)
 
+    def is_mirrored(self) -> bool:
+        """Whether law and V are their own mirror images about the vehicle's plane of symmetry, as the plant is."""
+        flips = np.array([1.0, -1.0, 1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0])[
+            : len(self.L)
+        ]
+        pairs = (self.F, self.L @ self.L.T)
+        return all(np.abs(M - flips[:, None] * M * flips).max() <= MIRRORED * np.abs(M).max() for M in pairs)
+
     def greatest_turn(self, level: float) -> float:
         """The largest angle from the hover attitude on {V <= level} [rad]."""
         off = math.sqrt(level * np.linalg.eigvalsh(np.linalg.inv(self.S_f)).max())
@@ -220,6 +229,8 @@ class Proof:
         half = np.sqrt(level * np.diag(np.linalg.inv(self.S_f)))
         middles = (2.0 * np.arange(FIRST_BOXES) + 1.0) / FIRST_BOXES - 1.0
         centre = half * np.stack(np.meshgrid(middles, middles, middles), axis=-1).reshape(-1, 3)
+        if self.is_mirrored():
+            centre = centre[centre[:, 0] > 0.0]  # the others are their mirror images
         half = np.broadcast_to(half / FIRST_BOXES, centre.shape)
         for _ in range(DEPTH):
             inside = cover.budget(centre, half) >= 0.0

@@ -24,7 +24,7 @@ from sitl.model.airframe import FIRST_ORDER, Airframe, Array
 
 PROVED_LEVEL = 1.0  # of V: it is scaled to that
 EFFORT, WEIGHT, ATTITUDE_WEIGHT = 10.0, 0.4, 20.0  # of the LQI: R = 10 I, of the integral, of eps - eps_bar
-GROWTH = 2.5  # bound of what is integrated [m]: it must not be met in the proved set
+MAX_GROWTH = 2.5  # bound of what is integrated [m]: it must not be met in the proved set
 CERTIFICATES = "certificates.toml"
 SAME = 1e-6  # relative difference of what is the same
 
@@ -32,7 +32,7 @@ SAME = 1e-6  # relative difference of what is the same
 def base_gains(a: Airframe) -> LinearGains:
     """The law with the V of its LQR."""
     gains = hover_gains(a, effort=EFFORT, integral_weight=WEIGHT, attitude_weight=ATTITUDE_WEIGHT)
-    return gains._replace(integral_limit=GROWTH)
+    return gains._replace(integral_limit=MAX_GROWTH)
 
 
 def premises(a: Airframe, gains: LinearGains) -> Array:

@@ -74,7 +74,7 @@ def first_rise(a: Airframe, gains: LinearGains, *, searches: int = 6, seed: int 
     """
     from scipy.optimize import minimize  # noqa: PLC0415 - half a second that only this search needs
 
-    form = lyapunov_matrix(gains)
+    form = lyapunov_matrix(gains) if gains.S_ii.any() else gains.S
     to_x, P = np.linalg.inv(np.linalg.cholesky(form)), _form(gains)
 
     def rise(y: Array) -> float:

@@ -102,9 +102,9 @@ def study(a: Airframe, samples: int, seed: int) -> list[LawRegion]:
 
 
 def certified(a: Airframe, gains: LinearGains) -> Certificate | None:
-    """The certificate of a law: proved here, or by ``scripts/prove_hover.py`` for the law that flies."""
+    """The certificate of a law: with commands in force at once, or stored and with the delay for the law that flies."""
     if not gains.K_i.any():
-        return certify(a, gains)
+        return certify(a, gains, sampled=False)
     if not gains.S_ii.any():
         return None
     rate = rate_level(a, Proof.of(a, gains), saturation_level(a, gains))

@@ -4,6 +4,7 @@ import pytest
 
 from protocol.dialect.vocabulary import Way
 from sitl.autopilot.settings import Settings
+from sitl.simulation.tuning import GENTLE_GAIN
 from tests.support.flights.recorded_flight import HIGH, Flight
 
 HERE = (0.0, 0.0, HIGH)
@@ -35,6 +36,8 @@ def predicted(flight, settings, end):
 )
 def test_a_parameter_that_changes_the_flight_changes_its_prediction_at_once(settings, west, name, value):
     flight, end = Flight(settings=settings), (0.0, west, HIGH)
+    # A law that is entered from afar, so that its parameters count.
+    flight.aircraft.configure(flight.aircraft.configuration.replaced({"DRK_LIN_DESIGN": GENTLE_GAIN}))
     before, first = predicted(flight, settings, end), flight.aircraft.configuration
     changed = first.replaced({name: value})
     flight.aircraft.configure(changed)

@@ -7,7 +7,7 @@ from tests.support.flights.region_results import made_up_results
 
 def test_the_tables_show_proved_levels_and_advised_thresholds():
     text = "\n".join(_lines(made_up_results()))
-    assert "0.0200   0.0470     0.0600    0.860   0.11 m" in text
+    assert "0.0200   0.0470     0.0600   0.1000    0.860   0.11 m" in text
     assert "1.00 (1.00)" in text
     assert " ".join(text.splitlines()[-1].split()) == "LQR 99 99 50/99 100.0%/100.0% sound 0.0%/0.0% too high"
 

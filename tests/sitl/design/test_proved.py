@@ -7,8 +7,10 @@ import pytest
 
 from sitl.compiled import entry
 from sitl.control import hover_linear
+from sitl.control.estimate import Estimate
 from sitl.control.reference import hover_at
 from sitl.control.side import NOT_CHOSEN
+from sitl.design import delay
 from sitl.design.closed_loop import feedback, lyapunov_matrix
 from sitl.design.proof import Proof, greatest_deflection, thrust_swing
 from sitl.design.proved import PROVED_LEVEL, base_gains, is_proved, premises, proved_gains, with_lyapunov
@@ -22,6 +24,7 @@ from sitl.model.plant import step_in_air
 from sitl.model.quaternions import Quaternion
 from sitl.model.state import Actuators, Body, Plant
 from sitl.model.vectors import Vector
+from sitl.simulation.flight import PERIOD
 from sitl.simulation.tuning import Tuning, designed
 from tests.support.flights.estimates import estimate
 
@@ -82,7 +85,10 @@ def _flown(body, command, integral, gains, a, reference, periods, told):
     values = np.empty(periods)
     for k in range(periods):
         body = plant.body
-        seen = told._replace(position=body.position, velocity=body.velocity, attitude=body.attitude, rates=body.rates)
+        still = told.wind
+        seen = Estimate(
+            body.position, body.velocity, still, body.attitude, body.rates, still, plant.actuators, False, told.age
+        )
         values[k] = hover_linear.lyapunov(seen, reference, gains)
         values[k] += hover_linear.integral_share(seen, reference, gains, integral)
         wanted, saturation, integral, side = hover_linear.step(seen, reference, gains, a, integral, side, 0.002)
@@ -129,6 +135,11 @@ def test_the_bounds_of_the_commands_hold():
     T = GAINS.u_bar.T1
     assert np.abs(u[:2] / T - 1.0).max() <= swing
     assert np.abs(u[2:] / u[:2]).max() <= deflection
+
+
+def test_the_proof_s_period_is_the_vehicle_s():
+    assert delay.SAMPLING == PERIOD
+    assert pytest.approx(3.0 * PERIOD) == delay.DELAY
 
 
 def test_another_airframe_has_no_certificate_and_flies_another_design():

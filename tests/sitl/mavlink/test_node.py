@@ -150,7 +150,7 @@ def test_parameters_take_effect_are_stored_and_bad_ones_refused(ground, tmp_path
     assert ground.vehicle.wind == pytest.approx((-4.0, 0.0, 0.0))
     assert put(b"SIM_WIND_SPD", -1.0).param_value == 4.0
     assert put(b"SIM_WIND_SPD", NAN).param_value == 4.0
-    assert put(b"DRK_V_ENTER", 300.0).param_value == 20.0
+    assert put(b"DRK_VF_ENTER", 300.0).param_value == 5.0
     assert "hysteresis" in ground.texts()
     assert StateFolder(tmp_path).parameters() == {"SIM_WIND_SPD": 4.0}
 
