@@ -9,8 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from protocol.dialect.vocabulary import Regime
-from sitl import Airframe, Body, Simulation, Start, Vector, load_airframe
+from sitl import Airframe, Body, Regime, Simulation, Start, Vector, load_airframe
 from sitl.aircraft import Aircraft
 from sitl.autopilot.settings import Settings
 from sitl.parameters import Configuration, WorldSettings

@@ -9,8 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from protocol.dialect.vocabulary import Regime
-from sitl import Simulation, SitlError, Start, Vector, load_airframe
+from sitl import Regime, Simulation, SitlError, Start, Vector, load_airframe
 from sitl.aircraft import Aircraft
 from sitl.autopilot.safety.arming_checks import MAX_STANDING_TILT
 from sitl.autopilot.settings import Settings
