@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -9,12 +10,16 @@ from protocol.dialect import mavlink
 from protocol.modes import Mode
 from sitl.autopilot.answers import ACCEPTED, DENIED, REJECTED, Answer
 from sitl.autopilot.flight_state import FlightState
-from sitl.autopilot.safety.arming_checks import refuse_arming
+from sitl.autopilot.safety.arming_checks import MAX_STANDING_TILT, refuse_arming
 from sitl.autopilot.safety.failsafe import Failsafes
 from sitl.autopilot.safety.link_watch import missing_links
 
 ARMING_TIMEOUT = 20.0  # for a take-off or a mission that was chosen before arming [s]
 MODE_NAMES = {Mode.TAKEOFF: "Take-off", Mode.MISSION: "Mission"}  # modes that can be chosen before arming
+
+
+ROCKING_TIME = 1.5  # after the touch: what falls over on landing does so within it [s]
+LYING_TILT = math.radians(60.0)  # a vehicle that leans so far does not stand up again
 
 
 class _Waiting(NamedTuple):
@@ -31,6 +36,7 @@ class Arming:
         self._flight, self._failsafes = flight, failsafes
         self._waiting: _Waiting | None = None
         self._landed_at: float | None = None
+        self._touched_at: float | None = None  # None: how the last landing ended has been said
         flight.before_change(self._forget_waiting)
 
     def failed_checks(self) -> list[str]:
@@ -49,7 +55,7 @@ class Arming:
         if reasons:
             return flight.refuse(REJECTED, f"Arming refused: {'; '.join(reasons)}")
         flight.armed = True
-        self._landed_at = None
+        self._landed_at = self._touched_at = None
         flight.say(mavlink.MAV_SEVERITY_INFO, "Armed by force" if force else "Armed")
         if self._waiting is not None:
             self._waiting.begin()
@@ -76,21 +82,35 @@ class Arming:
         return Answer(ACCEPTED)
 
     def touched_down(self) -> None:
-        """The vehicle touched the ground: the time until it disarms begins."""
-        self._landed_at = self._flight.view.time
+        """The vehicle touched the ground: the time until it disarms begins, and it may still fall over."""
+        self._landed_at = self._touched_at = self._flight.view.time
 
     def fell_over(self, text: str) -> None:
         """The vehicle lies on the ground: stop its motors at once, and say why."""
         self._stop_motors(text, mavlink.MAV_SEVERITY_CRITICAL)
 
     def update(self) -> None:
-        """One tick on the ground: end a wait that took too long, disarm after a landing."""
+        """One tick on the ground: see how a landing ended, end a wait that took too long, disarm after a landing."""
         flight, now = self._flight, self._flight.view.time
+        self._judge_landing()
         if self._waiting is not None and now > self._waiting.until:
             flight.say(mavlink.MAV_SEVERITY_WARNING, f"{MODE_NAMES[flight.mode]} cancelled: not armed in time")
             flight.enter(Mode.HOLD, None)
         if flight.armed and self._landed_at is not None and now - self._landed_at >= flight.settings.disarm_after:
             self._stop_motors("Disarmed after landing")
+
+    def _judge_landing(self) -> None:
+        """Say whether the vehicle stands, or has tipped over."""
+        flight, view = self._flight, self._flight.view
+        if self._touched_at is None:
+            return
+        is_over = view.time - self._touched_at >= ROCKING_TIME
+        if view.tilt > (MAX_STANDING_TILT if is_over else LYING_TILT):
+            self._touched_at = None
+            self.fell_over("Tipped over on landing")
+        elif is_over:
+            self._touched_at = None
+            flight.say(mavlink.MAV_SEVERITY_INFO, "Landed")
 
     def _stop_motors(self, text: str, severity: int = mavlink.MAV_SEVERITY_INFO) -> None:
         flight = self._flight

@@ -19,7 +19,7 @@ from sitl.autopilot.manual import ManualRequests
 from sitl.autopilot.mission.runner import MissionRunner
 from sitl.autopilot.missions import MissionRequests
 from sitl.autopilot.offboard import OffboardRequests
-from sitl.autopilot.safety.arming_checks import MAX_STANDING_TILT, crash_text
+from sitl.autopilot.safety.arming_checks import crash_text
 from sitl.autopilot.safety.failsafe import Failsafes
 from sitl.autopilot.safety.fence import Fence
 from sitl.autopilot.safety.world import World
@@ -187,7 +187,7 @@ class Autopilot:
             flight.enter(Mode.HOLD, Hold(flight.reference))
 
     def touched_down(self, view: VehicleView) -> None:
-        """The supervisor jumped to LANDED by contact: end the landing, or the flight of a vehicle that fell over.
+        """The supervisor jumped to LANDED by contact: end the landing, or the flight of a vehicle that lies there.
 
         Args:
             view: The vehicle as it is now.
@@ -195,12 +195,11 @@ class Autopilot:
         flight = self._flight
         flight.view = view
         landing, flight.flying = flight.landing, False
-        if view.tilt > MAX_STANDING_TILT:
-            self.arming.fell_over("Tipped over on landing" if landing else "Tipped over on the ground")
+        if not landing:
+            self.arming.fell_over("Tipped over on the ground")
             return
         self.arming.touched_down()
         self.missions.touched_down()
-        flight.say(mavlink.MAV_SEVERITY_INFO, "Landed")
         flight.enter(Mode.HOLD, None)
 
     def crashed(self, view: VehicleView) -> None:

@@ -51,7 +51,11 @@ def run(args: argparse.Namespace) -> int:
     ends = []
     for windy in (False, True):
         ends.append(falls_of_aircraft.run(args.flights, args.first, args.airframe, windy=windy, jobs=args.jobs))
-        air = f"wind {falls_of_aircraft.WIND:g} m/s, gusts {falls_of_aircraft.GUSTS:g} m/s" if windy else "still air"
+        air = (
+            f"wind {falls_of_aircraft.FALL_WIND:g} m/s, gusts {falls_of_aircraft.FALL_GUSTS:g} m/s"
+            if windy
+            else "still air"
+        )
         print(f"\nWhole vehicle, {air}:")
         print("\n".join(falls_of_aircraft.summary(ends[-1])), flush=True)
     if args.json is not None:
@@ -65,10 +69,14 @@ def run(args: argparse.Namespace) -> int:
 
 def passed(heights: Sequence[HeightLost], calm: Sequence[AircraftFall], windy: Sequence[AircraftFall]) -> bool:
     """Whether no fall needs more height than under the law alone, all end at home, and few crash in wind."""
-    from sitl.studies.falls_of_aircraft import CRASHED, HOME, count  # noqa: PLC0415
+    from sitl.studies.falls_of_aircraft import FallEnd, count  # noqa: PLC0415
 
     caught = not any(result.worse or result.not_home for result in heights)
-    return caught and count(calm, HOME) == len(calm) and count(windy, CRASHED) <= MAX_WINDY_CRASHES * len(windy)
+    return (
+        caught
+        and count(calm, FallEnd.HOME) == len(calm)
+        and count(windy, FallEnd.CRASHED) <= MAX_WINDY_CRASHES * len(windy)
+    )
 
 
 def _check(args: argparse.Namespace) -> None:

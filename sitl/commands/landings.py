@@ -46,10 +46,10 @@ def run(args: argparse.Namespace) -> int:
 
 def passed(results: Sequence[Landing]) -> bool:
     """Whether enough landings end upright and none bounces for long."""
-    from sitl.studies.landings import MAX_BOUNCE, UPRIGHT, count  # noqa: PLC0415
+    from sitl.studies.landings import MAX_BOUNCE, LandingEnd, count  # noqa: PLC0415
 
     steady = all(result.bounce <= MAX_BOUNCE for result in results)
-    return steady and count(results, UPRIGHT) >= MIN_UPRIGHT * len(results)
+    return steady and count(results, LandingEnd.UPRIGHT) >= MIN_UPRIGHT * len(results)
 
 
 def _check(args: argparse.Namespace) -> None:

@@ -15,16 +15,16 @@ import numpy as np
 from sitl import Airframe, Body, Law, Quaternion, Simulation, SitlError, Start, Tuning, Vector, fly_batch, hover_at
 from sitl.model.airframe import Array
 
-HIGH = 600.0  # where the falls begin whose height is measured [m]
+FALL_HEIGHT = 600.0  # where the falls begin whose height is measured [m]
 MAX_TUMBLE = 8.0  # [rad/s]
-SECONDS = 75.0  # after which everything is home
+RETURN_SECONDS = 75.0  # after which everything is home
 FALL_SECONDS = 30.0  # after which nothing falls any more
-SAMPLES = 25.0  # a second
+SAMPLE_RATE = 25.0  # a second
 HOME_RADIUS = 1.0  # [m]
 SAME_HEIGHT = 1.0  # heights that differ by less are the same [m]
 ALONE = Tuning(v_enter=0.0, v_leave=math.inf)  # nothing ends the law that begins
 
-KINDS = {
+FALL_KINDS = {
     "5 m/s down": (0.0, 0.0, -5.0),
     "8 m/s down": (0.0, 0.0, -8.0),
     "10 m/s down": (0.0, 0.0, -10.0),
@@ -101,19 +101,19 @@ def falling(
         tuning: Of the controller.
     """
     throw = thrown(np.random.default_rng(seed), tumble)
-    made = Simulation(airframe, seed=seed, start=Start(up=HIGH, airborne=True), tuning=tuning)
+    made = Simulation(airframe, seed=seed, start=Start(up=FALL_HEIGHT, airborne=True), tuning=tuning)
     north, west, up = (float(x) for x in velocity)
-    made.place(Body(Vector(0.0, 0.0, HIGH), Vector(north, west, up), throw.attitude, throw.rates))
+    made.place(Body(Vector(0.0, 0.0, FALL_HEIGHT), Vector(north, west, up), throw.attitude, throw.rates))
     made.begin_flight(law)
-    made.reference = hover_at((0.0, 0.0, HIGH), 0.0)
+    made.reference = hover_at((0.0, 0.0, FALL_HEIGHT), 0.0)
     return made
 
 
-def fall(flights: Sequence[Simulation], seconds: float = SECONDS) -> tuple[Array, Array]:
+def fall(flights: Sequence[Simulation], seconds: float = RETURN_SECONDS) -> tuple[Array, Array]:
     """Fly falls for a time; gives height lost and distance from where they began, (n,) each [m]."""
-    recordings = fly_batch(flights, seconds, rate=SAMPLES)
-    lost = [HIGH - float(recording.position[:, 2].min()) for recording in recordings]
-    away = [math.dist(flight.truth.body.position, (0.0, 0.0, HIGH)) for flight in flights]
+    recordings = fly_batch(flights, seconds, rate=SAMPLE_RATE)
+    lost = [FALL_HEIGHT - float(recording.position[:, 2].min()) for recording in recordings]
+    away = [math.dist(flight.truth.body.position, (0.0, 0.0, FALL_HEIGHT)) for flight in flights]
     return np.array(lost), np.array(away)
 
 
@@ -126,7 +126,7 @@ def heights(airframe: Airframe, flights: int, first: int = 1) -> list[HeightLost
     check_count(flights, first)
     seeds = range(first, first + flights)
     results = []
-    for kind, velocity in KINDS.items():
+    for kind, velocity in FALL_KINDS.items():
         supervisor, away = fall([falling(airframe, seed, velocity) for seed in seeds])
         alone, _ = fall([falling(airframe, seed, velocity, tuning=ALONE) for seed in seeds], FALL_SECONDS)
         results.append(HeightLost(kind, supervisor, alone, away))

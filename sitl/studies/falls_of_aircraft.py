@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from enum import StrEnum
 from typing import NamedTuple
 
 import numpy as np
 
-from protocol.dialect.vocabulary import Regime
-from sitl import Airframe, Body, Simulation, Start, Vector, load_airframe
+from sitl import Airframe, Body, Regime, Simulation, Start, Vector, load_airframe
 from sitl.aircraft import Aircraft
 from sitl.autopilot.settings import Settings
 from sitl.parameters import Configuration, WorldSettings
@@ -18,16 +18,27 @@ from sitl.studies.falls import Throw, check_count, thrown
 from sitl.studies.mission_flight import PERIODS_PER_LOOK, STUDY_WORLD
 from sitl.worker_pool import worker_pool
 
-UP = 120.0  # [m]
-HOLD = 2000  # control periods before the throw: the wind is known then
+THROW_HEIGHT = 120.0  # [m]
+HOLD_PERIODS = 2000  # control periods before the throw: the wind is known then
 SINKS = (5.0, 20.0)  # least and greatest [m/s]
-WIND, GUSTS, SPREAD = 5.0, 1.0, 0.1  # steady and rms [m/s]; greatest relative error of the airframe's constants
+FALL_WIND, FALL_GUSTS, FALL_SPREAD = (
+    5.0,
+    1.0,
+    0.1,
+)  # steady and rms [m/s]; greatest relative error of the airframe's constants
 CALM_RADIUS, WINDY_RADIUS = 1.0, 5.0  # nearer than this to where it held is home [m]
 HOME_SPEED = 2.0  # [m/s]
 HOME_LOOKS = 50  # so long [looks]
-MAX_TIME = 120.0  # [s]
-CRASHED, HOME, LATE = "crashed", "home", "late"
-FLIGHTS_PER_TASK = 8  # handed to a worker process at once
+MAX_RETURN_TIME = 120.0  # [s]
+FALLS_PER_TASK = 8  # handed to a worker process at once
+
+
+class FallEnd(StrEnum):
+    """How a fall ends."""
+
+    CRASHED = "crashed"
+    HOME = "home"
+    LATE = "late"
 
 
 class AircraftFall(NamedTuple):
@@ -35,7 +46,7 @@ class AircraftFall(NamedTuple):
 
     seed: int
     velocity: Vector  # it was thrown at, world NWU [m/s]
-    end: str  # CRASHED, HOME or LATE
+    end: FallEnd
     lost: float  # height [m]
     time: float  # until the end [s]
     away: float  # from where it held, in the end [m]
@@ -59,22 +70,22 @@ def fly(seed: int, airframe: str, *, windy: bool) -> AircraftFall:
     Args:
         seed: Of everything.
         airframe: Set of the design model; in wind the vehicle itself differs from it.
-        windy: In wind and gusts, the constants of the vehicle off by up to SPREAD.
+        windy: In wind and gusts, the constants of the vehicle off by up to FALL_SPREAD.
     """
     random = np.random.default_rng(seed)
     throw, velocity = thrown(random), drawn_velocity(random)
     aircraft = _hovering(seed, load_airframe(airframe).parameters, random, windy=windy)
-    aircraft.advance(HOLD)
+    aircraft.advance(HOLD_PERIODS)
     return _followed(aircraft, seed, throw, velocity, WINDY_RADIUS if windy else CALM_RADIUS)
 
 
 def _hovering(seed: int, model: Airframe, random: np.random.Generator, *, windy: bool) -> Aircraft:
     airframe, air = model, WorldSettings(battery=1e6)
     if windy:
-        scale = {name: 1.0 + SPREAD * float(random.uniform(-1.0, 1.0)) for name in UNCERTAIN}
+        scale = {name: 1.0 + FALL_SPREAD * float(random.uniform(-1.0, 1.0)) for name in UNCERTAIN}
         airframe = perturbed(model, scale)
-        air = WorldSettings(WIND, float(random.uniform(-180.0, 180.0)), GUSTS, battery=1e6)
-    vehicle = Simulation(airframe, seed=seed, start=Start(up=UP, airborne=True), design_model=model)
+        air = WorldSettings(FALL_WIND, float(random.uniform(-180.0, 180.0)), FALL_GUSTS, battery=1e6)
+    vehicle = Simulation(airframe, seed=seed, start=Start(up=THROW_HEIGHT, airborne=True), design_model=model)
     return Aircraft(vehicle, STUDY_WORLD, Configuration(Settings(), vehicle.tuning, air), airborne=True)
 
 
@@ -82,24 +93,24 @@ def _followed(aircraft: Aircraft, seed: int, throw: Throw, velocity: Vector, rad
     vehicle = aircraft.vehicle
     here, began, before = vehicle.truth.body.position, vehicle.time, len(vehicle.jumps)
     vehicle.place(Body(here, velocity, throw.attitude, throw.rates))
-    lowest, settled, end = here.z, 0, LATE
-    while end == LATE and vehicle.time - began < MAX_TIME:
+    lowest, settled, end = here.z, 0, FallEnd.LATE
+    while end is FallEnd.LATE and vehicle.time - began < MAX_RETURN_TIME:
         aircraft.advance(PERIODS_PER_LOOK)
         body = vehicle.truth.body
         lowest = min(lowest, body.position.z)
-        near = math.dist(body.position, (0.0, 0.0, UP)) < radius and math.hypot(*body.velocity) < HOME_SPEED
+        near = math.dist(body.position, (0.0, 0.0, THROW_HEIGHT)) < radius and math.hypot(*body.velocity) < HOME_SPEED
         settled = settled + 1 if near else 0
         if vehicle.law.regime is Regime.GROUND:
-            end = CRASHED
+            end = FallEnd.CRASHED
         elif settled >= HOME_LOOKS:
-            end = HOME
+            end = FallEnd.HOME
     return AircraftFall(
         seed=seed,
         velocity=velocity,
         end=end,
         lost=here.z - lowest,
         time=vehicle.time - began,
-        away=math.dist(vehicle.truth.body.position, (0.0, 0.0, UP)),
+        away=math.dist(vehicle.truth.body.position, (0.0, 0.0, THROW_HEIGHT)),
         jumps=tuple(jump.name for jump in vehicle.jumps[before:]),
     )
 
@@ -120,7 +131,7 @@ def _fly_all(seeds: range, airframe: str, windy: bool, jobs: int) -> Iterator[Ai
         yield from map(_fly_task, tasks)
         return
     with worker_pool(min(jobs, len(tasks))) as pool:
-        yield from pool.map(_fly_task, tasks, chunksize=FLIGHTS_PER_TASK)
+        yield from pool.map(_fly_task, tasks, chunksize=FALLS_PER_TASK)
 
 
 def _fly_task(task: tuple[int, str, bool]) -> AircraftFall:
@@ -128,9 +139,9 @@ def _fly_task(task: tuple[int, str, bool]) -> AircraftFall:
     return fly(seed, airframe, windy=windy)
 
 
-def count(results: Sequence[AircraftFall], end: str) -> int:
+def count(results: Sequence[AircraftFall], end: FallEnd) -> int:
     """How many ended so."""
-    return sum(result.end == end for result in results)
+    return sum(result.end is end for result in results)
 
 
 def summary(results: Sequence[AircraftFall]) -> list[str]:
@@ -138,13 +149,13 @@ def summary(results: Sequence[AircraftFall]) -> list[str]:
     lost, time = ([getattr(result, name) for result in results] for name in ("lost", "time"))
     figures = [" / ".join(f"{np.quantile(values, share):.1f}" for share in (0.5, 0.95, 1.0)) for values in (lost, time)]
     lines = [
-        f"{len(results)} falls from {UP:g} m, seeds {results[0].seed} to {results[-1].seed}: "
-        f"{count(results, CRASHED)} crashed, {count(results, HOME)} home within {MAX_TIME:g} s",
+        f"{len(results)} falls from {THROW_HEIGHT:g} m, seeds {results[0].seed} to {results[-1].seed}: "
+        f"{count(results, FallEnd.CRASHED)} crashed, {count(results, FallEnd.HOME)} home within {MAX_RETURN_TIME:g} s",
         f"height lost, median / 95 % / worst: {figures[0]} m; until home: {figures[1]} s",
     ]
     return lines + [
         f"{r.end}: seed {r.seed}: thrown at ({r.velocity.x:.1f}, {r.velocity.y:.1f}, {r.velocity.z:.1f}) m/s, "
         f"{r.lost:.0f} m lost, {r.away:.0f} m away after {r.time:.0f} s ({', '.join(r.jumps)})"
         for r in results
-        if r.end != HOME
+        if r.end is not FallEnd.HOME
     ]

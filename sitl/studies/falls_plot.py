@@ -15,6 +15,7 @@ from sitl.studies.falls import HeightLost, MapCell
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+DARK = 60.0  # cells beyond this are dark [m]
 PANELS = ((0.5, "median"), (0.95, "nineteen in twenty"), (1.0, "worst"))
 
 
@@ -25,13 +26,10 @@ def save_plot(results: Sequence[HeightLost], cells: Sequence[MapCell], path: Pat
         SitlError: If matplotlib is missing or the file cannot be written.
     """
     page = blank_page(11.0, 7.0)
-    panels = page.subplots(2, 3)
-    for axis, (share, title) in zip(panels[0], PANELS, strict=True):
-        _map(axis, cells, share, title)
-    wide = page.add_subplot(2, 1, 2)
-    for axis in panels[1]:
-        axis.remove()
-    _distributions(wide, results)
+    grid = page.add_gridspec(2, len(PANELS))
+    for column, (share, title) in enumerate(PANELS):
+        _map(page.add_subplot(grid[0, column]), cells, share, title)
+    _distributions(page.add_subplot(grid[1, :]), results)
     save_page(page, path, dpi=90)
 
 
@@ -41,7 +39,14 @@ def _map(axis: Axes, cells: Sequence[MapCell], share: float, title: str) -> None
     )
     axis.imshow(needed, origin="lower", cmap="YlOrRd", vmin=0.0, vmax=100.0, aspect="auto")
     for row, column in np.ndindex(*needed.shape):
-        axis.text(column, row, f"{needed[row, column]:.0f}", ha="center", va="center", fontsize=9)
+        axis.text(
+            column,
+            row,
+            f"{needed[row, column]:.0f}",
+            ha="center",
+            va="center",
+            color="white" if needed[row, column] > DARK else "black",
+        )
     axis.set_xticks(range(len(falls.MAP_TUMBLES)), [f"{tumble:g}" for tumble in falls.MAP_TUMBLES])
     axis.set_yticks(range(len(falls.MAP_SINKS)), [f"{sink:g}" for sink in falls.MAP_SINKS])
     axis.set_xlabel("tumble [rad/s]")

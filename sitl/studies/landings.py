@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from enum import StrEnum
 from typing import NamedTuple
 
 import numpy as np
 
-from protocol.dialect.vocabulary import Regime
-from sitl import Simulation, SitlError, Start, Vector, load_airframe
+from sitl import Regime, Simulation, SitlError, Start, Vector, load_airframe
 from sitl.aircraft import Aircraft
 from sitl.autopilot.safety.arming_checks import MAX_STANDING_TILT
 from sitl.autopilot.settings import Settings
@@ -17,13 +17,21 @@ from sitl.parameters import Configuration, WorldSettings
 from sitl.studies.mission_flight import PERIODS_PER_LOOK, STUDY_WORLD
 from sitl.worker_pool import worker_pool
 
-UP = 8.0  # where the landing begins [m]
-HOLD = 3000  # control periods before it: the wind is known then
-STAND = 1500  # control periods after it, in which it may still fall over
-MAX_TIME = 90.0  # [s]
+LANDING_HEIGHT = 8.0  # where the landing begins [m]
+HOLD_BEFORE = 3000  # control periods before it: the wind is known then
+STAND_AFTER = 1500  # control periods after it, in which it may still fall over
+MAX_LANDING_TIME = 90.0  # [s]
 MAX_BOUNCE = 3.0  # [s]
-UPRIGHT, TIPPED, CRASHED, LATE = "upright", "tipped over", "crashed", "late"
-FLIGHTS_PER_TASK = 4  # handed to a worker process at once
+LANDINGS_PER_TASK = 4  # handed to a worker process at once
+
+
+class LandingEnd(StrEnum):
+    """How a landing ends."""
+
+    UPRIGHT = "upright"
+    TIPPED = "tipped over"
+    CRASHED = "crashed"
+    LATE = "late"
 
 
 class Landing(NamedTuple):
@@ -32,7 +40,7 @@ class Landing(NamedTuple):
     seed: int
     wind: float  # steady [m/s]
     heading: float  # of the belly, from where the wind comes [rad]
-    end: str  # UPRIGHT, TIPPED, CRASHED or LATE
+    end: LandingEnd
     bounce: float  # from the first touch to rest [s]
     sink: float  # at the first touch [m/s]
     slide: float  # level speed then [m/s]
@@ -53,21 +61,21 @@ def fly(seed: int, airframe: str, wind: float, gusts: float) -> Landing:
     speed, wind_from, heading = (
         float(random.uniform(*limits)) for limits in ((0.0, wind), (-180.0, 180.0), (-math.pi, math.pi))
     )
-    start = Start(up=UP, heading=heading, airborne=True)
+    start = Start(up=LANDING_HEIGHT, heading=heading, airborne=True)
     vehicle = Simulation(load_airframe(airframe).parameters, seed=seed, start=start)
     air = WorldSettings(speed, wind_from, gusts, battery=1e6)
     aircraft = Aircraft(vehicle, STUDY_WORLD, Configuration(Settings(), vehicle.tuning, air), airborne=True)
-    aircraft.advance(HOLD)
+    aircraft.advance(HOLD_BEFORE)
     here, began = vehicle.truth.body.position, vehicle.time
     aircraft.autopilot.guided.land()
     touched, motion = math.inf, Vector(0.0, 0.0, 0.0)
-    while vehicle.law.regime is not Regime.GROUND and vehicle.time - began < MAX_TIME:
+    while vehicle.law.regime is not Regime.GROUND and vehicle.time - began < MAX_LANDING_TIME:
         before = vehicle.truth.body.velocity
         aircraft.advance(PERIODS_PER_LOOK)
         if vehicle.estimate.on_ground and math.isinf(touched):
             touched, motion = vehicle.time, before
     down = vehicle.time
-    aircraft.advance(STAND)
+    aircraft.advance(STAND_AFTER)
     return Landing(
         seed=seed,
         wind=speed,
@@ -81,13 +89,13 @@ def fly(seed: int, airframe: str, wind: float, gusts: float) -> Landing:
     )
 
 
-def _end(aircraft: Aircraft) -> str:
+def _end(aircraft: Aircraft) -> LandingEnd:
     view = aircraft.view()
     if view.crash is not None:
-        return CRASHED
+        return LandingEnd.CRASHED
     if not view.landed:
-        return LATE
-    return TIPPED if view.tilt > MAX_STANDING_TILT else UPRIGHT
+        return LandingEnd.LATE
+    return LandingEnd.TIPPED if view.tilt > MAX_STANDING_TILT else LandingEnd.UPRIGHT
 
 
 def run(flights: int, first: int, airframe: str, wind: float, gusts: float, jobs: int = 1) -> list[Landing]:
@@ -106,22 +114,24 @@ def _fly_all(tasks: Sequence[tuple[int, str, float, float]], jobs: int) -> Itera
         yield from (fly(*task) for task in tasks)
         return
     with worker_pool(min(jobs, len(tasks))) as pool:
-        yield from pool.map(_fly_task, tasks, chunksize=FLIGHTS_PER_TASK)
+        yield from pool.map(_fly_task, tasks, chunksize=LANDINGS_PER_TASK)
 
 
 def _fly_task(task: tuple[int, str, float, float]) -> Landing:
     return fly(*task)
 
 
-def count(results: Sequence[Landing], end: str) -> int:
+def count(results: Sequence[Landing], end: LandingEnd) -> int:
     """How many ended so."""
-    return sum(result.end == end for result in results)
+    return sum(result.end is end for result in results)
 
 
 def summary(results: Sequence[Landing]) -> list[str]:
     """How the landings ended, and each that did not end upright or bounced for long, as lines of text."""
-    ends = ", ".join(f"{count(results, end)} {end}" for end in (UPRIGHT, TIPPED, CRASHED, LATE))
-    lines = [f"{len(results)} landings from {UP:g} m, seeds {results[0].seed} to {results[-1].seed}: {ends}"]
+    ends = ", ".join(f"{count(results, end)} {end}" for end in LandingEnd)
+    lines = [
+        f"{len(results)} landings from {LANDING_HEIGHT:g} m, seeds {results[0].seed} to {results[-1].seed}: {ends}"
+    ]
     lines.append(f"{'':<32}{'median':>9}{'p95':>9}{'max':>9}")
     for name, field in (
         ("first touch to rest [s]", "bounce"),
@@ -136,5 +146,5 @@ def summary(results: Sequence[Landing]) -> list[str]:
         f"{r.end}: seed {r.seed}: wind {r.wind:.1f} m/s, belly {math.degrees(r.heading):.0f} deg from it, touched at "
         f"{r.sink:.2f} m/s down and {r.slide:.2f} m/s level, {r.bounce:.1f} s to rest"
         for r in results
-        if r.end != UPRIGHT or r.bounce > MAX_BOUNCE
+        if r.end is not LandingEnd.UPRIGHT or r.bounce > MAX_BOUNCE
     ]

@@ -1,5 +1,7 @@
 """Vehicle and autopilot together: parameters changed in flight, and equal flights with calls of any length."""
 
+import math
+
 import pytest
 
 from protocol.dialect.vocabulary import Way
@@ -57,3 +59,14 @@ def test_calls_of_any_length_fly_the_same_flight():
             flight.aircraft.advance(periods)
         flown.append(flight.vehicle.flight)
     assert flown[0] == flown[1] == flown[2]
+
+
+@pytest.mark.parametrize("degrees", [-180, -120, 96, 150])
+def test_no_step_of_the_heading_costs_height(degrees):
+    flight = Flight()
+    flight.autopilot.guided.go_to((0.0, 0.0, HIGH), heading=math.radians(degrees))
+    flight.fly(12.0)
+    assert flight.p[:, 2].min() > HIGH - 0.3
+    assert math.remainder(flight.aircraft.view().heading - math.radians(degrees), math.tau) == pytest.approx(
+        0.0, abs=0.2
+    )

@@ -8,8 +8,10 @@ from protocol.dialect import mavlink
 from protocol.frames import LocalFrame
 from protocol.modes import Mode
 from sitl.autopilot.answers import ACCEPTED
+from sitl.autopilot.arming import LYING_TILT, ROCKING_TIME
 from sitl.autopilot.autopilot import Autopilot
 from sitl.autopilot.safety.arena import ARENAS
+from sitl.autopilot.safety.arming_checks import MAX_STANDING_TILT
 from sitl.autopilot.safety.world import World
 from sitl.autopilot.settings import Settings
 from sitl.defaults import HOME
@@ -98,24 +100,51 @@ def test_the_place_of_a_crash_is_told_from_home(autopilot):
     assert texts(autopilot)[0][1] == "Crashed at 7.3 m/s, 8 m south 27 m west of home"
 
 
-@pytest.mark.parametrize(("landing", "words"), [(True, "on landing"), (False, "on the ground")])
-def test_a_vehicle_that_fell_over_is_not_said_to_have_landed(autopilot, landing, words):
+@pytest.fixture
+def landing(autopilot):
+    """About to touch the ground."""
     autopilot.arming.arm()
     autopilot.guided.take_off(5.0)
     autopilot.update(view(landed=False, p=(0.0, 0.0, 2.0)))
-    if landing:
-        autopilot.guided.land()
+    autopilot.guided.land()
+    autopilot.update(view(landed=False, p=(0.0, 0.0, 0.1)))
     autopilot.notices()
-    autopilot.touched_down(view(tilt=math.radians(80.0)))
-    assert texts(autopilot) == [(mavlink.MAV_SEVERITY_CRITICAL, f"Tipped over {words}")]
-    assert not autopilot.armed
-    assert "not upright" in autopilot.arming.arm().text
+    return autopilot
 
 
-def test_a_vehicle_that_stands_has_landed(autopilot):
+@pytest.mark.parametrize(
+    "seen",
+    [
+        view(time=0.1, tilt=LYING_TILT + 0.01),  # it lies at once
+        view(time=ROCKING_TIME + 0.1, tilt=MAX_STANDING_TILT + 0.01),  # it leans on something
+    ],
+)
+def test_a_vehicle_that_falls_over_is_not_said_to_have_landed(landing, seen):
+    landing.touched_down(view(time=0.05, tilt=0.2))
+    landing.update(view(time=0.06, tilt=0.3))
+    assert texts(landing) == []
+    landing.update(seen)
+    assert texts(landing) == [(mavlink.MAV_SEVERITY_CRITICAL, "Tipped over on landing")]
+    assert not landing.armed
+    assert "not upright" in landing.arming.arm().text
+
+
+def test_a_vehicle_that_stands_after_a_while_has_landed(landing):
+    landing.touched_down(view(time=0.05, tilt=math.radians(17.0)))  # it touches leaning into the wind
+    landing.update(view(time=ROCKING_TIME - 0.1, tilt=0.1))
+    assert texts(landing) == []
+    landing.update(view(time=ROCKING_TIME + 0.1, tilt=0.1))
+    assert texts(landing) == [(mavlink.MAV_SEVERITY_INFO, "Landed")]
+    assert landing.armed  # for as long as COM_DISARM_LAND says
+    landing.update(view(time=9.0))
+    assert texts(landing) == [(mavlink.MAV_SEVERITY_INFO, "Disarmed after landing")]
+
+
+def test_a_vehicle_that_lies_on_the_ground_without_landing_is_said_to_have_tipped_over(autopilot):
     autopilot.arming.arm()
     autopilot.guided.take_off(5.0)
+    autopilot.update(view(landed=False, p=(0.0, 0.0, 0.1)))
     autopilot.notices()
-    autopilot.touched_down(view(tilt=math.radians(5.0)))
-    assert texts(autopilot) == [(mavlink.MAV_SEVERITY_INFO, "Landed")]
-    assert autopilot.armed  # for as long as COM_DISARM_LAND says
+    autopilot.touched_down(view(tilt=math.radians(80.0)))
+    assert texts(autopilot) == [(mavlink.MAV_SEVERITY_CRITICAL, "Tipped over on the ground")]
+    assert not autopilot.armed

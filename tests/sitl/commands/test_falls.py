@@ -11,16 +11,16 @@ from sitl.commands import landings as landings_command
 from sitl.model.vectors import Vector
 from sitl.studies import falls
 from sitl.studies.falls import HeightLost
-from sitl.studies.falls_of_aircraft import CRASHED, HOME, LATE, AircraftFall
-from sitl.studies.landings import TIPPED, UPRIGHT, Landing
+from sitl.studies.falls_of_aircraft import AircraftFall, FallEnd
+from sitl.studies.landings import Landing, LandingEnd
 
 SAME = HeightLost("", np.array([5.0]), np.array([5.0]), np.zeros(1))
-AT_HOME = AircraftFall(1, Vector(0.0, 0.0, -9.0), HOME, 20.0, 9.0, 0.1, ())
-WELL = Landing(1, 2.0, 0.5, UPRIGHT, 0.1, 0.5, 0.1, 0.2, 13.0)
+AT_HOME = AircraftFall(1, Vector(0.0, 0.0, -9.0), FallEnd.HOME, 20.0, 9.0, 0.1, ())
+WELL = Landing(1, 2.0, 0.5, LandingEnd.UPRIGHT, 0.1, 0.5, 0.1, 0.2, 13.0)
 
 
 def falls_of(crashed, late=0):
-    lost = [AT_HOME._replace(end=CRASHED)] * crashed + [AT_HOME._replace(end=LATE)] * late
+    lost = [AT_HOME._replace(end=FallEnd.CRASHED)] * crashed + [AT_HOME._replace(end=FallEnd.LATE)] * late
     return lost + [AT_HOME] * (100 - len(lost))
 
 
@@ -34,14 +34,14 @@ def test_the_falls_pass_without_a_loss_in_the_calm_and_with_few_in_wind():
 
 
 def test_the_landings_pass_if_most_end_upright_and_none_bounces_for_long():
-    tipped = WELL._replace(end=TIPPED)
+    tipped = WELL._replace(end=LandingEnd.TIPPED)
     assert landings_command.passed([WELL] * 98 + [tipped] * 2)
     assert not landings_command.passed([WELL] * 97 + [tipped] * 3)
     assert not landings_command.passed([WELL] * 99 + [WELL._replace(bounce=3.1)])
 
 
 def test_falls_are_printed_drawn_and_written(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr(falls, "KINDS", {"15 m/s down": (0.0, 0.0, -15.0)})
+    monkeypatch.setattr(falls, "FALL_KINDS", {"15 m/s down": (0.0, 0.0, -15.0)})
     monkeypatch.setattr(falls, "MAP_SINKS", (0.0, 10.0))
     monkeypatch.setattr(falls, "MAP_TUMBLES", (8.0,))
     plot, table = tmp_path / "f.png", tmp_path / "f.json"
@@ -74,7 +74,7 @@ def test_landings_are_printed_and_written(tmp_path, capsys):
     table = tmp_path / "l.json"
     assert main(["landings", "--flights", "1", "--jobs", "1", "--json", str(table)]) == 0
     assert capsys.readouterr().out.startswith("1 landings from 8 m, seeds 1 to 1: 1 upright")
-    assert json.loads(table.read_text())[0]["end"] == UPRIGHT
+    assert json.loads(table.read_text())[0]["end"] == LandingEnd.UPRIGHT
 
 
 @pytest.mark.parametrize(

@@ -6,8 +6,8 @@ import pytest
 from sitl import Law, SitlError, Vector, load_airframe
 from sitl.model.quaternions import x_axis
 from sitl.studies import falls, falls_of_aircraft
-from sitl.studies.falls import HIGH, MAX_TUMBLE, SAME_HEIGHT, HeightLost, MapCell, fall, falling, thrown
-from sitl.studies.falls_of_aircraft import CRASHED, HOME, LATE, SINKS, AircraftFall, drawn_velocity
+from sitl.studies.falls import FALL_HEIGHT, MAX_TUMBLE, SAME_HEIGHT, HeightLost, MapCell, fall, falling, thrown
+from sitl.studies.falls_of_aircraft import SINKS, AircraftFall, FallEnd, drawn_velocity
 
 NOMINAL = load_airframe("nominal").parameters
 DOWN = (0.0, 0.0, -15.0)
@@ -52,7 +52,7 @@ def test_a_dive_is_no_equilibrium_whatever_law_it_begins_under(law):
     body = flight.truth.body
     flight.place(body._replace(attitude=type(body.attitude)(0.5**0.5, 0.0, 0.5**0.5, 0.0)))
     flight.step(12.0)
-    assert flight.truth.body.position.z > HIGH - 250.0
+    assert flight.truth.body.position.z > FALL_HEIGHT - 250.0
     assert abs(flight.truth.body.velocity.z) < 5.0
 
 
@@ -92,14 +92,14 @@ def test_velocities_are_of_the_three_kinds():
 @pytest.mark.parametrize("windy", [False, True])
 def test_the_whole_vehicle_comes_home_and_one_seed_is_one_fall(windy):
     flown = falls_of_aircraft.fly(2, "nominal", windy=windy)
-    assert flown.end == HOME
+    assert flown.end is FallEnd.HOME
     assert flown == falls_of_aircraft.run(1, 2, "nominal", windy=windy)[0]
 
 
 def test_the_summary_names_what_did_not_come_home():
     rows = [
         AircraftFall(seed, Vector(0.0, 0.0, -9.0), end, 20.0, 9.0, 0.1, ("catch_fall",))
-        for seed, end in enumerate((HOME, CRASHED, LATE))
+        for seed, end in enumerate((FallEnd.HOME, FallEnd.CRASHED, FallEnd.LATE))
     ]
     text = "\n".join(falls_of_aircraft.summary(rows))
     assert "1 crashed, 1 home" in text

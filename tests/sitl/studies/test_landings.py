@@ -3,9 +3,11 @@
 import pytest
 
 from sitl.errors import SitlError
-from sitl.studies.landings import CRASHED, MAX_BOUNCE, TIPPED, UPRIGHT, Landing, count, run, summary
+from sitl.studies.landings import MAX_BOUNCE, Landing, LandingEnd, count, run, summary
 
-WELL = Landing(seed=1, wind=2.0, heading=0.5, end=UPRIGHT, bounce=0.1, sink=0.5, slide=0.1, away=0.2, time=13.0)
+WELL = Landing(
+    seed=1, wind=2.0, heading=0.5, end=LandingEnd.UPRIGHT, bounce=0.1, sink=0.5, slide=0.1, away=0.2, time=13.0
+)
 
 
 @pytest.fixture(scope="module")
@@ -14,7 +16,7 @@ def landed():
 
 
 def test_landings_in_wind_end_upright_and_soon_at_rest(landed):
-    assert [landing.end for landing in landed] == [UPRIGHT] * 6
+    assert [landing.end for landing in landed] == [LandingEnd.UPRIGHT] * 6
     assert max(landing.bounce for landing in landed) < MAX_BOUNCE
     assert max(landing.sink for landing in landed) < 2.0
 
@@ -24,12 +26,12 @@ def test_one_seed_is_one_landing(landed):
 
 
 def test_the_summary_counts_the_ends_and_names_the_bad_ones():
-    lines = "\n".join(summary([WELL, WELL._replace(seed=2, end=TIPPED), WELL._replace(seed=3, bounce=4.0)]))
+    lines = "\n".join(summary([WELL, WELL._replace(seed=2, end=LandingEnd.TIPPED), WELL._replace(seed=3, bounce=4.0)]))
     assert "2 upright, 1 tipped over, 0 crashed, 0 late" in lines
     assert "tipped over: seed 2: wind 2.0 m/s" in lines
     assert "upright: seed 3" in lines
     assert "seed 1:" not in lines
-    assert count([WELL, WELL], CRASHED) == 0
+    assert count([WELL, WELL], LandingEnd.CRASHED) == 0
 
 
 @pytest.mark.parametrize(("flights", "jobs"), [(0, 1), (1, 0)])
