@@ -32,7 +32,7 @@ REPORT_GAIN, LMI_GAIN, GENTLE_GAIN, PROVED_GAIN = range(4)  # designs of the lin
 OWN = -1.0  # a threshold that the design of the linear hover law has itself
 SAMPLED_ENTER, SAMPLED_LEAVE = 20.0, 50.0  # of designs whose V proves little: from flights (docs/region.md)
 PROVED_LEAVE = 50.0  # of the proved design: from flights as well
-PROVED_WAITED = 5.0
+PROVED_WAITED = 20.0  # likewise
 SETTLED_SHARE = 0.5  # of v_enter, where that is sampled
 
 

@@ -37,7 +37,7 @@ BOUNDS = {
     "enter_forward_linear": (90.0, 10.0),
     "tip_over": (0.5, 21.0),
     "fly_on": (0.5, 0.2),
-    "stay": (5.0, 5.0),
+    "stay": (15.0, 15.0),  # from the place held to the one asked for
     "recover": (0.5, 21.0),
     "align": (0.5, 13.0),
     "enter_linear": (55.0, 31.0),

@@ -94,11 +94,11 @@ AHEAD, AGAINST, TURNED = Leg(40.0, 0.0), Leg(30.0, 0.0, tail_wind=-2.5), Leg(40.
         (AHEAD, Tuning(), 16.8),
         (AHEAD, Tuning(governor=ERROR), 42.3),
         (AHEAD, Tuning(v_enter=250.0, v_leave=300.0), 14.0),
-        (AGAINST, Tuning(), 19.0),
+        (AGAINST, Tuning(), 17.9),
         (AGAINST, Tuning(v_enter=5.0), 19.0),
-        (AGAINST, Tuning(kpp=2.5, kpd=2.5), 17.9),
-        (AGAINST, Tuning(kpd=0.8), 21.9),
-        (AGAINST, Tuning(k_delta=2.0), 22.3),
+        (AGAINST, Tuning(kpp=2.5, kpd=2.5), 16.9),
+        (AGAINST, Tuning(kpd=0.8), 20.9),
+        (AGAINST, Tuning(k_delta=2.0), 20.8),
     ],
 )
 def test_changed_gains_change_the_prediction_of_a_hover_as_they_change_the_flight(leg, tuning, time):
