@@ -376,9 +376,12 @@ class _Cover:
 
     def _motion(self, centre: Array, half: Array, budget: Array) -> tuple[Array, Array]:
         """Bounds of speed [m/s] and rates [rad/s] on each box."""
-        mean = self.proof.mean
-        most = np.abs(centre @ mean.T) + half @ np.abs(mean).T + np.sqrt(budget[:, None] * np.diag(self.proof.spread))
-        return np.linalg.norm(most[:, :3], axis=1), np.linalg.norm(most[:, 3:], axis=1)
+        bounds = []
+        for part in (slice(0, 3), slice(3, 6)):
+            mean, spread = self.proof.mean[part], self.proof.spread[part, part]
+            far = np.linalg.norm(centre @ mean.T, axis=1) + half @ np.linalg.norm(mean, axis=0)
+            bounds.append(far + np.sqrt(budget * np.linalg.eigvalsh(spread)[-1]))
+        return bounds[0], bounds[1]
 
     def _winds(self, at: AttitudeBoxes, h: Array) -> list[Array]:
         """Corners of what the airspeed adds, (boxes, N, N).
