@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sitl.control.hover_linear import SQRT_HALF, LinearGains
+from sitl.control.hover_linear import LinearGains
 from sitl.design.closed_loop import (
     ATTITUDE_ROWS,
     RATE_ROWS,
@@ -33,7 +33,7 @@ from sitl.design.closed_loop import (
 )
 from sitl.design.delay import DELAY, Channels, channels
 from sitl.model.airframe import STALL, Airframe, Array
-from sitl.model.hover_model import force_matrix, inertia
+from sitl.model.hover_model import inertia
 
 MAX_SPEED = 2.0  # that the bounds of the thrust by inflow are of [m/s]
 MAX_ACCELERATION = 4.0  # of the vehicle near the hover: weight, less than twice as much thrust, wing [g]
@@ -48,7 +48,7 @@ def thrust_slope(a: Airframe) -> float:
 
 
 def surfaces(a: Airframe, y: float) -> tuple[Array, Array]:
-    """c of the fixed surface and of the elevon of a half wing, attached, (6,) each."""
+    """Rows c of the fixed surface and of the elevon of a half wing, attached, (6,) each."""
     elevon = a.Delta_r * a.xi_m / a.xi_f
     wing = (a.Delta_r - a.xi_f * elevon) / (1.0 - a.xi_f)
     return np.array((0.0, 0.0, 1.0, y, wing, 0.0)), np.array((0.0, 0.0, 1.0, y, elevon, 0.0))
