@@ -27,7 +27,7 @@ WEIGHTS = (10.0, 0.4, 20.0)  # of the LQI: R = 10 I, of the integral, of eps - e
 STALL_WEIGHTS = (10.0, 3.0, 20.0)  # the same where the wing stalls: a stiffer integral holds it in a wind
 MAX_GROWTH = 2.5  # bound of what is integrated [m]: it must not be met in the proved set
 CERTIFICATES = "certificates.toml"
-NOISE = 6  # decimals of the hover's matrices, below which lies what differences make of a zero
+NOISE = 6  # decimals of the hover's matrix, below which lies what differences make of a zero
 SAME = 1e-6  # relative difference of what is the same
 
 
@@ -43,8 +43,10 @@ def premises(a: Airframe, gains: LinearGains) -> Array:
     limits = (a.omega_min, a.omega_max, a.omega_rate, a.delta_max, a.delta_rate, float(a.actuator_model == FIRST_ORDER))
     air = (a.rho, a.S, a.S_ratio, a.mu, a.c, a.m, a.g, a.k_f, a.J1, a.J2, a.J3, *limits)
     law = (gains.K, gains.K_i, np.array((gains.lead, gains.integral_limit, gains.reach, gains.bound)))
-    hover = (np.round(M, NOISE) for M in linearise.hover(a))
-    parts = (np.array(air), *hover, *(_stall(a) if a.aerodynamics == STALL else aerodynamics(a)), *law)
+    A, B = linearise.hover(a)
+    # Where the wing stalls, some of A are differences.
+    plant = (np.round(A, NOISE), B, *_stall(a)) if a.aerodynamics == STALL else (A, B, *aerodynamics(a))
+    parts = (np.array(air), *plant, *law)
     return np.concatenate([np.ravel(part) for part in parts])
 
 
