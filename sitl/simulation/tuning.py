@@ -33,6 +33,7 @@ OWN = -1.0  # a threshold that the design of the linear hover law has itself
 SAMPLED_ENTER, SAMPLED_LEAVE = 20.0, 50.0  # of designs whose V proves little: from flights (docs/region.md)
 PROVED_LEAVE = 50.0  # of the proved design: from flights as well
 PROVED_WAITED = 20.0  # likewise
+PROVED_SETTLED = 4.0  # likewise: a transition ends while the reference already sinks or goes on
 SETTLED_SHARE = 0.5  # of v_enter, where that is sampled
 
 
@@ -134,7 +135,7 @@ def thresholds(a: Airframe, tuning: Tuning) -> Thresholds:
     """
     enter, leave, waited, settled = SAMPLED_ENTER, SAMPLED_LEAVE, SAMPLED_ENTER, SETTLED_SHARE * SAMPLED_ENTER
     if tuning.design == PROVED_GAIN and tuning.integral and is_proved(a):
-        enter, leave, waited, settled = PROVED_LEVEL, PROVED_LEAVE, PROVED_WAITED, PROVED_LEVEL
+        enter, leave, waited, settled = PROVED_LEVEL, PROVED_LEAVE, PROVED_WAITED, PROVED_SETTLED
     if tuning.v_enter >= 0.0:
         enter, waited, settled = tuning.v_enter, tuning.v_enter, SETTLED_SHARE * tuning.v_enter
     if tuning.v_leave >= 0.0:
