@@ -20,7 +20,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from sitl.compiled import kernel
+from sitl.compiled import kernel, subroutine
 from sitl.model.airframe import Airframe
 from sitl.model.propeller import thrust, torque_difference
 from sitl.model.state import Actuators
@@ -74,7 +74,7 @@ def _arms(shift: float, a: Airframe) -> tuple[float, float]:
     return (a.Delta_r - a.xi_f * elevon) / (1.0 - a.xi_f) + shift, elevon
 
 
-@kernel
+@subroutine
 def side_slopes(v: Vector, T: float, a: Airframe) -> SideSlopes:
     """Slopes of one half wing at a thrust [N], without rates and deflection."""
     slip, free = _parts(v.x, v.y, v.z, T, a)
@@ -98,7 +98,7 @@ def _parts(ahead: float, side: float, normal: float, T: float, a: Airframe) -> t
     )
 
 
-@kernel
+@subroutine
 def wrench(v: Vector, w: Vector, actuators: Actuators, a: Airframe) -> tuple[Vector, Vector]:
     """Sum of forces [N] and of moments [N m]; arguments as for :func:`sitl.model.aerodynamics.wrench`."""
     w1, w2, d1, d2 = actuators
