@@ -24,13 +24,16 @@ from sitl.design import proved
 from sitl.design.delay import channels
 from sitl.design.lmi import HALVES
 from sitl.design.region import certify, radii
-from sitl.model.airframe import Airframe
+from sitl.design.stalled import elevon_drag, hover_push, in_world, per_mass, surface_drag, surfaces_push
+from sitl.model.airframe import STALL, Airframe
 from sitl.model.airframe_files import load
 
 ALIKE = (1.0, 0.6, math.radians(8.0) / 2.0, 0.6)  # position [m], speed, eps and rates that shall be alike on V = 1
 TURN = math.radians(11.0)  # of the box
 SPIN = 6.0  # of the box, by its turn [1/s]
 STREAM, EFFECTIVENESS = 0.05, 0.06  # h [kg/s] and kappa of the box
+PUSH = 0.15  # of the wing that stalls, by which its push changes
+DRAGGED = 0.1  # of its elevons, drag of a deflected one by its lift
 DECAY = 0.05  # [1/s]
 THRUST_RATE, ELEVON_RATE = 6.5, 3.4  # of the linear loop [N/s], [N rad/s]
 THRUST_RATIO, DEFLECTION = 1.08, 0.3  # of the channels
@@ -81,16 +84,31 @@ def corners(a: Airframe, gains: LinearGains) -> list[np.ndarray]:
     turned = np.eye(6)
     turned[:3, :3] = [[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]
     air = np.zeros((n, n))
-    air[np.ix_(moving, moving)] = STREAM * turned @ loop.aerodynamics(a).still @ turned.T
+    airs = [air]
+    if a.aerodynamics == STALL:
+        push = -PUSH * hover_push(a, gains.u_bar.T1)
+        left, right = (in_world(per_mass(a, push * surfaces_push(a, y)), n) for y in (a.a_y, -a.a_y))
+        airs = [s * left + r * right for s, r in itertools.product((-1.0, 1.0), repeat=2)]
+    else:
+        air[np.ix_(moving, moving)] = STREAM * turned @ loop.aerodynamics(a).still @ turned.T
     elevons = []
     for elevon in (0, 1):
         M, force = loop.elevon_effect(a, gains, elevon)
         M[3] -= force
+        if a.aerodynamics == STALL:
+            y = a.a_y * (1.0 - 2.0 * elevon)
+            M[:12] += DRAGGED / EFFECTIVENESS * np.outer(elevon_drag(a)[:, elevon], -loop.feedback(gains)[2 + elevon])
+            bent = a.xi_f * hover_push(a, gains.u_bar.T1) * surface_drag(a, y)
+            M += DRAGGED / EFFECTIVENESS * in_world(per_mass(a, bent), n)
         elevons.append(EFFECTIVENESS * M)
     for signs in itertools.product((1.0,), (-1.0, 1.0), (-1.0, 1.0)):
         tilt = np.einsum("k,kij->ij", 0.5 * TURN * np.array(signs), np.stack(loop.tilt_matrices(a, gains)))
         made.append(tilt)
-        made += [tilt + air + s * elevons[0] + r * elevons[1] for s, r in itertools.product((-1.0, 1.0), repeat=2)]
+        made += [
+            tilt + air + s * elevons[0] + r * elevons[1]
+            for air in airs
+            for s, r in itertools.product((-1.0, 1.0), repeat=2)
+        ]
     return made
 
 

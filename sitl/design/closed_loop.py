@@ -63,6 +63,9 @@ class Interval:
         return Interval(1.0 / self.high, 1.0 / self.low)
 
 
+Terms = list[tuple[Interval, Array]]
+
+
 class AttitudeBoxes:
     """What M needs of the attitude, on boxes of f = (d1, e2, d3)."""
 

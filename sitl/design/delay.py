@@ -17,6 +17,7 @@ times that of the thrust; and the integral, which grows by what was sampled up t
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -45,6 +46,7 @@ class Channels(NamedTuple):
     row: npt.NDArray[np.int64]  # (c,), of each channel
     delays: Array  # (c,), h_j [s]
     factors: Array  # (c,), f_j
+    also: Array | None = None  # (c, k), ones where a rate is a vector whose length counts, besides the channel's row
 
 
 def channels(a: Airframe, gains: LinearGains, thrust_ratio: float, deflection: float, more: float) -> Channels:
@@ -94,14 +96,15 @@ def plain_lift(F: Array, L: Array) -> Lift:
     return Lift(L, -scaled(F, L), np.zeros((0, len(L))))
 
 
-def lift(F: Array, L: Array, at: Channels, turn: float) -> Lift | None:
-    """Of a linear loop F with these channels, the weights being the best for F alone.
+def lift(F: Array, L: Array, at: Channels, turn: float, others: Sequence[Array] = ()) -> Lift | None:
+    """Of a linear loop F with these channels, the weights being the best for F alone, or for F + M of others, too.
 
     Args:
         F: The linear loop.
         L: Of V.
         at: The channels.
         turn: Largest change of a unit vector by the attitudes of the set.
+        others: Each M.
 
     Returns:
         The lift, or None where no weights prove anything even of F.
@@ -109,7 +112,9 @@ def lift(F: Array, L: Array, at: Channels, turn: float) -> Lift | None:
 
     def left(weights: Array) -> float:
         made = _lift(F, L, at, turn, weights)
-        return -np.inf if made is None else float(np.linalg.eigvalsh(made.base)[0])
+        if made is None:
+            return -np.inf
+        return min(float(np.linalg.eigvalsh(W)[0]) for W in (made.base, *(made.base - made.of(M) for M in others)))
 
     rates = np.linalg.norm(at.rows @ F @ np.linalg.inv(L).T, axis=1)[at.row]
     weights = at.factors * np.linalg.norm(L.T @ at.columns, axis=0) / np.maximum(rates, 1e-9)
@@ -128,7 +133,8 @@ def lift(F: Array, L: Array, at: Channels, turn: float) -> Lift | None:
 
 
 def _lift(F: Array, L: Array, at: Channels, turn: float, weights: Array) -> Lift | None:
-    pull = np.bincount(at.row, weights * at.delays, len(at.rows)) * (1.0 + SHARE)
+    pull = np.bincount(at.row, weights * at.delays, len(at.rows))
+    pull = (pull if at.also is None else pull + (weights * at.delays) @ at.also) * (1.0 + SHARE)
     root = BALANCE * np.sqrt(pull)
     turned = turn * at.force
     # The force of an error turns with the attitude: in V' and, less than SHARE, in the rates.

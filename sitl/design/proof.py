@@ -21,6 +21,7 @@ from sitl.design.closed_loop import (
     Air,
     AttitudeBoxes,
     Interval,
+    Terms,
     aerodynamics,
     controlled,
     coordinates,
@@ -37,6 +38,7 @@ from sitl.design.closed_loop import (
     turning,
 )
 from sitl.design.delay import DELAY, Channels, Lift, channels, lift, plain_lift
+from sitl.design.stalled import MAX_SPEED, Stalled, thrust_slope
 from sitl.errors import SitlError
 from sitl.model.airframe import Airframe, Array
 
@@ -64,9 +66,6 @@ def thrust_swing(gains: LinearGains, level: float) -> float:
     """The largest change of a thrust that the law asks for on {V <= level}, over that of the hover."""
     K, P = feedback(gains)[:2], lyapunov_matrix(gains)
     return float(np.sqrt(level * np.diag(K @ np.linalg.solve(P, K.T))).max()) / min(gains.u_bar[:2])
-
-
-Terms = list[tuple[Interval, Array]]
 
 
 class Bend(NamedTuple):
@@ -124,7 +123,10 @@ class Proof:
         at = self.channels(level)
         if at is None:
             return None
-        return lift(self.F, self.L, at, 2.0 * math.sin(0.5 * min(self.greatest_turn(level), math.pi)))
+        turn = 2.0 * math.sin(0.5 * min(self.greatest_turn(level), math.pi))
+        if (stalled := self.stalled(level)) is None:
+            return lift(self.F, self.L, at, turn)
+        return lift(self.F, self.L, at, turn, stalled.extremes(*self.greatest_motion(level)))
 
     def channels(self, level: float) -> Channels | None:
         """How late the commands are on {V <= level}; None where a thrust may vanish."""
@@ -133,7 +135,21 @@ class Proof:
             return None
         slowest = math.sqrt((1.0 - swing) * min(self.gains.u_bar[:2]) / self.a.k_f)
         ratio, h = (1.0 + DELAY * self.a.omega_rate / slowest) ** 2, self.greatest_stream(level)
+        if (stalled := self.stalled(level)) is not None:
+            speed, spin = self.greatest_motion(level)
+            eta = math.cos(min(0.25 * math.pi + 0.5 * self.greatest_turn(level), 0.499 * math.pi))
+            return stalled.channels(ratio, speed, spin, eta) if stalled.is_within(speed) else None
         return channels(self.a, self.gains, ratio, deflection, 1.0 + self.effectiveness(level) * h * h)
+
+    def stalled(self, level: float) -> Stalled | None:
+        """The air on {V <= level} where its wing stalls; None for another level of aerodynamics."""
+        return Stalled.on(self.a, self.gains, thrust_swing(self.gains, level), greatest_deflection(self.gains, level))
+
+    def greatest_motion(self, level: float) -> tuple[float, float]:
+        """The largest speed [m/s] and rate [rad/s] on {V <= level}."""
+        C = np.linalg.inv(self.L @ self.L.T)
+        speed, spin = (math.sqrt(level * np.linalg.eigvalsh(C[part, part])[-1]) for part in (VELOCITY_ROWS, RATE_ROWS))
+        return speed, spin
 
     def is_mirrored(self) -> bool:
         """Whether law and V are their own mirror images about the vehicle's plane of symmetry, as the plant is."""
@@ -164,25 +180,38 @@ class Proof:
         thrust = (1.0 - swing) * min(self.gains.u_bar[:2])
         # Of T1, T2, d1 T1, d2 T2; and T d' = (d T)' - d T', the elevons at their largest angles.
         crossed = np.vstack([sign * deflection * at.rows[:2] for sign in (-1.0, 1.0)])
-        rows = np.vstack([at.rows[:4], crossed + np.tile(at.rows[2:4], (2, 1))])
+        first = 4 if len(self.L) == 12 else 7
+        inflow = at.rows[first:]
+        rows, own = np.vstack([at.rows[:4], inflow, crossed + np.tile(at.rows[2:4], (2, 1))]), 4 + len(inflow)
         rates = self.greatest_changes(level, rows)
         # Each error is at most its factor and delay times its rate, and adds to all rates.
-        columns = at.columns[:, :6]
-        direct = np.abs(rows @ columns) + np.linalg.norm(rows[:, VELOCITY_ROWS], axis=1)[:, None] * at.force[:6]
-        by_rate = np.zeros((len(rows), 4))
-        for channel in range(6):
-            by_rate[:, at.row[channel]] += direct[:, channel] * at.delays[channel] * at.factors[channel]
-        if np.abs(np.linalg.eigvals(by_rate[:4])).max() >= 1.0:
+        count = int((at.row < 4).sum() + (at.row >= first).sum())
+        columns = at.columns[:, :count]
+        direct = np.abs(rows @ columns) + np.linalg.norm(rows[:, VELOCITY_ROWS], axis=1)[:, None] * at.force[:count]
+        by_rate = np.zeros((len(rows), own))
+        for channel in range(count):
+            late, row = direct[:, channel] * at.delays[channel] * at.factors[channel], at.row[channel]
+            if row < 4:
+                by_rate[:, row] += late
+            else:
+                by_rate[:, 4:] += late[:, None]
+        if np.abs(np.linalg.eigvals(by_rate[:own])).max() >= 1.0:
             return None
-        rates += by_rate @ np.linalg.solve(np.eye(4) - by_rate[:4], rates[:4])
-        return float(rates[:2].max() / (2.0 * math.sqrt(self.a.k_f * thrust))), float(rates[4:].max() / thrust)
+        rates += by_rate @ np.linalg.solve(np.eye(own) - by_rate[:own], rates[:own])
+        slope = thrust_slope(self.a)
+        motor = rates[:2].max() + slope * rates[4:own].sum()
+        blown = max(self.a.k_f * (thrust - slope * MAX_SPEED), 0.0)
+        per_speed = max(2.0 * math.sqrt(blown) - abs(self.a.k_fv) * MAX_SPEED, 1e-9)
+        return float(motor / per_speed), float(rates[own:].max() / thrust)
 
     def greatest_changes(self, level: float, rows: Array) -> Array:
         """Bounds of |row x'| on {V <= level}, for linear functions of the state's rate, without errors, (c,)."""
         n, to_x = len(self.L), np.linalg.inv(self.L).T
         f = np.sqrt(level * np.diag(np.linalg.inv(self.S_f)))[None]
         at, w = AttitudeBoxes(-f, f), np.sqrt(level * np.diag(to_x @ to_x.T)[RATE_ROWS])
-        h = self.greatest_stream(level)
+        h, stalled = self.greatest_stream(level), self.stalled(level)
+        if stalled is not None:
+            h = 0.0
         kappa, elevons = self.effectiveness(level) * h * h, [elevon_effect(self.a, self.gains, k) for k in (0, 1)]
         affine = [
             *(bound * M for bound, M in zip(f[0], tilt_matrices(self.a, self.gains), strict=True)),
@@ -197,6 +226,9 @@ class Proof:
         greatest = np.linalg.norm(whole, axis=2).max(axis=0)
         rest = [(most(value)[0], M) for value, M in self.remainder(at)]
         rest += [(kappa * most(at.axes[2][i])[0], row_matrix(3 + i, force)) for i in range(3) for _, force in elevons]
+        if stalled is not None:
+            motion = np.array(self.greatest_motion(level))[:, None]
+            rest += [(most(share)[0], M) for share, M in stalled.terms(at, *motion) + stalled.main_terms(*motion)]
         greatest += sum(bound * np.linalg.norm(rows @ M @ to_x, axis=1) for bound, M in rest)
         return np.asarray(math.sqrt(level) * greatest + h * self._blown(level, rows, to_x @ to_x.T))
 
@@ -288,8 +320,12 @@ class _Cover:
     def __init__(self, proof: Proof, made: Lift, level: float) -> None:
         self.proof, self.lift, self.level = proof, made, level
         self._known: dict[bytes, tuple[Array, Array]] = {}
+        self.stalled = proof.stalled(level)
+        # Absolute values in the metric of what there is to take off cost less of it.
+        self.metric = None if self.stalled is None else np.linalg.cholesky(made.base)
         n = len(proof.L)
         self.tilt = [self._taken(M) for M in tilt_matrices(proof.a, proof.gains)]
+        self.turns = gyro_matrices(proof.a, n)
         self.gyro = np.stack([made.of(M) for M in gyro_matrices(proof.a, n)])
         self.effect = np.array([np.linalg.norm(width, 2) for _, width in self.tilt])
         self.effectiveness = proof.effectiveness(level)
@@ -312,6 +348,12 @@ class _Cover:
             middle = bend.off(middle)
         rates, rate_half = centre @ proof.mean[3:].T, half @ np.abs(proof.mean[3:]).T
         rate_half = rate_half + np.sqrt(budget[:, None] * np.diag(proof.spread)[3:])
+        if self.stalled is not None:
+            rest = self.stalled.terms(at, *self._motion(centre, half, budget))
+            turns = zip(rates.T - rate_half.T, rates.T + rate_half.T, self.turns, strict=True)
+            for bend in self._bends([*rest, *((Interval(low, high), M) for low, high, M in turns)]):
+                middle = bend.off(middle)
+            return np.where(at.upright, self._least_stalled(middle, *self._motion(centre, half, budget)), -math.inf)
         winds = self._winds(at, self._airspeed(centre, half, budget))
         smallest = np.full(len(centre), math.inf)
         for corner in product((-1.0, 1.0), repeat=3):
@@ -319,6 +361,27 @@ class _Cover:
             for wind in winds:
                 smallest = np.minimum(smallest, np.linalg.eigvalsh(turning + wind)[:, 0])
         return np.where(at.upright, smallest, -math.inf)
+
+    def _least_stalled(self, middle: Array, speed: Array, spin: Array) -> Array:
+        """The smallest eigenvalue at the corners of what the wing that stalls does mainly, (n,)."""
+        assert self.stalled is not None
+        smallest = np.full(len(middle), math.inf)
+        terms = [(share, self._taken(M)[0]) for share, M in self.stalled.main_terms(speed, spin)]
+        for corner in product((False, True), repeat=len(terms)):
+            whole = middle
+            for upper, (share, takes) in zip(corner, terms, strict=True):
+                whole = whole - (share.high if upper else share.low)[:, None, None] * takes
+            smallest = np.minimum(smallest, np.linalg.eigvalsh(whole)[:, 0])
+        return smallest
+
+    def _motion(self, centre: Array, half: Array, budget: Array) -> tuple[Array, Array]:
+        """Bounds of speed [m/s] and rates [rad/s] on each box."""
+        bounds = []
+        for part in (slice(0, 3), slice(3, 6)):
+            mean, spread = self.proof.mean[part], self.proof.spread[part, part]
+            far = np.linalg.norm(centre @ mean.T, axis=1) + half @ np.linalg.norm(mean, axis=0)
+            bounds.append(far + np.sqrt(budget * np.linalg.eigvalsh(spread)[-1]))
+        return bounds[0], bounds[1]
 
     def _winds(self, at: AttitudeBoxes, h: Array) -> list[Array]:
         """Corners of what the airspeed adds, (boxes, N, N).
@@ -368,8 +431,12 @@ class _Cover:
         key = M.tobytes()
         if key not in self._known:
             takes = self.lift.of(M)
-            values, vectors = np.linalg.eigh(takes)
-            self._known[key] = takes, (vectors * np.abs(values)) @ vectors.T
+            within = (
+                takes if self.metric is None else np.linalg.solve(self.metric, np.linalg.solve(self.metric, takes).T)
+            )
+            values, vectors = np.linalg.eigh(within)
+            width = (vectors * np.abs(values)) @ vectors.T
+            self._known[key] = takes, width if self.metric is None else self.metric @ width @ self.metric.T
         return self._known[key]
 
 

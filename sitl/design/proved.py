@@ -20,10 +20,11 @@ from sitl.design.closed_loop import aerodynamics
 from sitl.design.lqr import hover_gains
 from sitl.design.rounding import rounded_matrix
 from sitl.errors import SitlError
-from sitl.model.airframe import FIRST_ORDER, Airframe, Array
+from sitl.model.airframe import FIRST_ORDER, STALL, Airframe, Array
 
 PROVED_LEVEL = 1.0  # of V: it is scaled to that
-EFFORT, WEIGHT, ATTITUDE_WEIGHT = 10.0, 0.4, 20.0  # of the LQI: R = 10 I, of the integral, of eps - eps_bar
+WEIGHTS = (10.0, 0.4, 20.0)  # of the LQI: R = 10 I, of the integral, of eps - eps_bar
+STALL_WEIGHTS = (10.0, 3.0, 20.0)  # the same where the wing stalls: a stiffer integral holds it in a wind
 MAX_GROWTH = 2.5  # bound of what is integrated [m]: it must not be met in the proved set
 CERTIFICATES = "certificates.toml"
 SAME = 1e-6  # relative difference of what is the same
@@ -31,7 +32,8 @@ SAME = 1e-6  # relative difference of what is the same
 
 def base_gains(a: Airframe) -> LinearGains:
     """The law with the V of its LQR."""
-    gains = hover_gains(a, effort=EFFORT, integral_weight=WEIGHT, attitude_weight=ATTITUDE_WEIGHT)
+    effort, weight, attitude_weight = STALL_WEIGHTS if a.aerodynamics == STALL else WEIGHTS
+    gains = hover_gains(a, effort=effort, integral_weight=weight, attitude_weight=attitude_weight)
     return gains._replace(integral_limit=MAX_GROWTH)
 
 
@@ -40,8 +42,15 @@ def premises(a: Airframe, gains: LinearGains) -> Array:
     limits = (a.omega_min, a.omega_max, a.omega_rate, a.delta_max, a.delta_rate, float(a.actuator_model == FIRST_ORDER))
     air = (a.rho, a.S, a.S_ratio, a.mu, a.c, a.m, a.g, a.k_f, a.J1, a.J2, a.J3, *limits)
     law = (gains.K, gains.K_i, np.array((gains.lead, gains.integral_limit, gains.reach, gains.bound)))
-    parts = (np.array(air), *linearise.hover(a), *aerodynamics(a), *law)
+    parts = (np.array(air), *linearise.hover(a), *(_stall(a) if a.aerodynamics == STALL else aerodynamics(a)), *law)
     return np.concatenate([np.ravel(part) for part in parts])
+
+
+def _stall(a: Airframe) -> tuple[Array, ...]:
+    """What :mod:`sitl.design.stalled` knows of the airframe besides."""
+    wing = (a.C_l, a.C_d0, a.C_y0, a.xi_f, a.xi_m, a.Delta_r, a.a_y, a.b, a.C_mq, a.C_nr, a.S_p, a.C_90, a.per_stall)
+    propeller = (a.k_m, a.k_fv, a.k_fvv, a.k_mv, a.k_mvv, a.k_mk, a.advance_knot, a.J_p, a.p_y)
+    return np.array((*wing, a.cp_shift, *propeller)), np.array((float(a.aerodynamics),))
 
 
 @lru_cache(maxsize=8)

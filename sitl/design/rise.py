@@ -11,7 +11,7 @@ from sitl.control.allocation import allocate
 from sitl.control.hover_linear import SQRT_HALF, HoverError, LinearGains, control
 from sitl.design.closed_loop import lyapunov_matrix
 from sitl.model.airframe import Airframe, Array
-from sitl.model.plant import derivative
+from sitl.model.plant import derivative, inflow
 from sitl.model.quaternions import Quaternion
 from sitl.model.state import Body
 from sitl.model.vectors import Vector
@@ -51,8 +51,8 @@ def _rate(x: Array, P: Array, gains: LinearGains, a: Airframe) -> float:
         return math.nan
     v, rates, free = Vector(x[3], x[4], x[5]), Vector(x[9], x[10], x[11]), Vector(0.0, 0.0, 0.0)
     seen = HoverError(Vector(x[0], x[1], x[2]), v, Vector(x[6], x[7], x[8]), rates)
-    command, _ = allocate(control(seen, Vector(x[12], x[13], x[14]), 0.0, gains), a)
     body = Body(free, v, Quaternion(math.sqrt(eta), e1, e2, e3), rates)
+    command, _ = allocate(control(seen, Vector(x[12], x[13], x[14]), 0.0, gains), a, inflow(body, free))
     p, v, q, w = derivative(body, command, free, free, free, a)
     grown = (x[0] + gains.lead * p.x, x[1] + gains.lead * p.y, x[2] + gains.lead * p.z)
     moved = (p.x, p.y, p.z, v.x, v.y, v.z, q.x, q.y, q.z, w.x, w.y, w.z, grown[0], grown[1], grown[2])

@@ -22,7 +22,7 @@ from sitl.design.proved import PROVED_LEVEL, is_proved, proved_gains
 from sitl.design.wind import wind_gains
 from sitl.design.zero_moment import zero_moment_gains
 from sitl.errors import SitlError
-from sitl.model.airframe import Airframe
+from sitl.model.airframe import STALL, Airframe
 from sitl.parameter_metadata import ParameterMetadata
 from sitl.simulation.flight import Design
 from sitl.simulation.storage import record_of
@@ -34,6 +34,8 @@ SAMPLED_ENTER, SAMPLED_LEAVE = 20.0, 50.0  # of designs whose V proves little: f
 PROVED_LEAVE = 50.0  # of the proved design: from flights as well
 PROVED_WAITED = 20.0  # likewise
 PROVED_SETTLED = 4.0  # likewise: a transition ends while the reference already sinks or goes on
+STALL_LEAVE, STALL_WAITED = 300.0, 120.0  # the same where the wing stalls: its V is 1 at a smaller deviation
+STALL_SETTLED = 24.0
 SETTLED_SHARE = 0.5  # of v_enter, where that is sampled
 
 
@@ -136,6 +138,8 @@ def thresholds(a: Airframe, tuning: Tuning) -> Thresholds:
     enter, leave, waited, settled = SAMPLED_ENTER, SAMPLED_LEAVE, SAMPLED_ENTER, SETTLED_SHARE * SAMPLED_ENTER
     if tuning.design == PROVED_GAIN and tuning.integral and is_proved(a):
         enter, leave, waited, settled = PROVED_LEVEL, PROVED_LEAVE, PROVED_WAITED, PROVED_SETTLED
+        if a.aerodynamics == STALL:
+            leave, waited, settled = STALL_LEAVE, STALL_WAITED, STALL_SETTLED
     if tuning.v_enter >= 0.0:
         enter, waited, settled = tuning.v_enter, tuning.v_enter, SETTLED_SHARE * tuning.v_enter
     if tuning.v_leave >= 0.0:
