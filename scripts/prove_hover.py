@@ -6,7 +6,7 @@ inequalities; of all such V the one whose unit set holds the most in its worst d
 development dependency). The set is a box about the ellipsoid, so this is a guess at what can be proved; the proof is
 :func:`sitl.design.region.certify`. V is scaled so that the proved level is 1.
 
-    python scripts/prove_hover.py nominal
+    python scripts/prove_hover.py nominal physical
 """
 
 import argparse
@@ -14,6 +14,7 @@ import itertools
 import math
 import sys
 from pathlib import Path
+from typing import NamedTuple
 
 import cvxpy as cp
 import numpy as np
@@ -28,23 +29,37 @@ from sitl.design.stalled import elevon_drag, hover_push, in_world, per_mass, sur
 from sitl.model.airframe import STALL, Airframe
 from sitl.model.airframe_files import load
 
+
+class Box(NamedTuple):
+    """Bounds of the set that V is sought for, and what the loop does in it."""
+
+    turn: float = math.radians(11.0)
+    elevon_rate: float = 3.4  # of the linear loop [N rad/s]
+    decay: float = 0.05  # [1/s]
+    push: float = 0.0  # of the wing that stalls, by which its push changes
+    dragged: float = 0.0  # of its elevons, drag of a deflected one by its lift
+
+
+LINEAR_WING = Box()
+STALLING_WING = Box(math.radians(8.0), 2.5, 0.1, 0.2, 0.1)
 ALIKE = (1.0, 0.6, math.radians(8.0) / 2.0, 0.6)  # position [m], speed, eps and rates that shall be alike on V = 1
-TURN = math.radians(11.0)  # of the box
 SPIN = 6.0  # of the box, by its turn [1/s]
 STREAM, EFFECTIVENESS = 0.05, 0.06  # h [kg/s] and kappa of the box
-PUSH = 0.15  # of the wing that stalls, by which its push changes
-DRAGGED = 0.1  # of its elevons, drag of a deflected one by its lift
-DECAY = 0.05  # [1/s]
-THRUST_RATE, ELEVON_RATE = 6.5, 3.4  # of the linear loop [N/s], [N rad/s]
+THRUST_RATE = 6.5  # of the linear loop [N/s]
 THRUST_RATIO, DEFLECTION = 1.08, 0.3  # of the channels
 INTEGRATED = 0.85  # of the bound of what is integrated
 BOXES = 8_000
 INTEGRAL_SCALE = 5.0  # [m s]
 
 
+def box_of(a: Airframe) -> Box:
+    """The box for a level of aerodynamics."""
+    return STALLING_WING if a.aerodynamics == STALL else LINEAR_WING
+
+
 def search(a: Airframe, gains: LinearGains) -> tuple[np.ndarray, float]:
     """P of V, (15, 15), and the share of ALIKE that V = 1 holds."""
-    n = loop.size(gains)
+    n, box = loop.size(gains), box_of(a)
     scale = np.concatenate((np.repeat(ALIKE, 3), np.full(3, INTEGRAL_SCALE)))
     D, back = np.diag(scale), np.diag(1.0 / scale)
     at = channels(a, gains, THRUST_RATIO, DEFLECTION, 1.0)
@@ -56,7 +71,7 @@ def search(a: Airframe, gains: LinearGains) -> tuple[np.ndarray, float]:
     C, F = back @ at.columns[:, :count], loop.linear_loop(a, gains)
     for M in [np.zeros_like(F), *corners(a, gains)]:
         A = back @ (F + M) @ D
-        whole = cp.bmat([[A.T @ P + P @ A + 2.0 * DECAY * P, P @ C], [C.T @ P, np.zeros((count, count))]])
+        whole = cp.bmat([[A.T @ P + P @ A + 2.0 * box.decay * P, P @ C], [C.T @ P, np.zeros((count, count))]])
         rates = np.hstack([at.rows @ D @ A, at.rows @ D @ C])[at.row[:count]]
         for k in range(3):
             pair = [2 * k, 2 * k + 1]
@@ -79,14 +94,14 @@ def search(a: Airframe, gains: LinearGains) -> tuple[np.ndarray, float]:
 
 def corners(a: Airframe, gains: LinearGains) -> list[np.ndarray]:
     """What the loop becomes at the corners of the box, each (15, 15); the vehicle is its own mirror image."""
-    n, made = loop.size(gains), []
+    n, box, made = loop.size(gains), box_of(a), []
     moving = [3, 4, 5, 9, 10, 11]
     turned = np.eye(6)
     turned[:3, :3] = [[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]
     air = np.zeros((n, n))
     airs = [air]
     if a.aerodynamics == STALL:
-        push = -PUSH * hover_push(a, gains.u_bar.T1)
+        push = -box.push * hover_push(a, gains.u_bar.T1)
         left, right = (in_world(per_mass(a, push * surfaces_push(a, y)), n) for y in (a.a_y, -a.a_y))
         airs = [s * left + r * right for s, r in itertools.product((-1.0, 1.0), repeat=2)]
     else:
@@ -97,12 +112,14 @@ def corners(a: Airframe, gains: LinearGains) -> list[np.ndarray]:
         M[3] -= force
         if a.aerodynamics == STALL:
             y = a.a_y * (1.0 - 2.0 * elevon)
-            M[:12] += DRAGGED / EFFECTIVENESS * np.outer(elevon_drag(a)[:, elevon], -loop.feedback(gains)[2 + elevon])
+            M[:12] += (
+                box.dragged / EFFECTIVENESS * np.outer(elevon_drag(a)[:, elevon], -loop.feedback(gains)[2 + elevon])
+            )
             bent = a.xi_f * hover_push(a, gains.u_bar.T1) * surface_drag(a, y)
-            M += DRAGGED / EFFECTIVENESS * in_world(per_mass(a, bent), n)
+            M += box.dragged / EFFECTIVENESS * in_world(per_mass(a, bent), n)
         elevons.append(EFFECTIVENESS * M)
     for signs in itertools.product((1.0,), (-1.0, 1.0), (-1.0, 1.0)):
-        tilt = np.einsum("k,kij->ij", 0.5 * TURN * np.array(signs), np.stack(loop.tilt_matrices(a, gains)))
+        tilt = np.einsum("k,kij->ij", 0.5 * box.turn * np.array(signs), np.stack(loop.tilt_matrices(a, gains)))
         made.append(tilt)
         made += [
             tilt + air + s * elevons[0] + r * elevons[1]
@@ -114,18 +131,18 @@ def corners(a: Airframe, gains: LinearGains) -> list[np.ndarray]:
 
 def planes(a: Airframe, gains: LinearGains, rates: np.ndarray) -> list[tuple[np.ndarray, float]]:
     """Linear functions of the state and their bounds on V = 1, in the norm of each group."""
-    n, K, T = loop.size(gains), loop.feedback(gains), gains.u_bar.T1
+    n, box, K, T = loop.size(gains), box_of(a), loop.feedback(gains), gains.u_bar.T1
     states = np.eye(n)
     motor = min(T - a.k_f * a.omega_min**2, a.k_f * a.omega_max**2 - T)
     growth = states[loop.POSITION_ROWS] + gains.lead * states[loop.VELOCITY_ROWS]
     return [
-        *((row, 0.5 * TURN) for row in loop.coordinates(n)),
-        *((row, SPIN * TURN) for row in states[loop.RATE_ROWS]),
+        *((row, 0.5 * box.turn) for row in loop.coordinates(n)),
+        *((row, SPIN * box.turn) for row in states[loop.RATE_ROWS]),
         (states[loop.VELOCITY_ROWS], 2.0 * STREAM / (a.rho * a.S)),
         (K[0], motor),
         *((a.delta_max * K[0] + sign * K[2], a.delta_max * T) for sign in (-1.0, 1.0)),
         (rates[0], THRUST_RATE),
-        (rates[2], ELEVON_RATE),
+        (rates[2], box.elevon_rate),
         (growth, INTEGRATED * gains.integral_limit),
     ]
 

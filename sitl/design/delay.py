@@ -133,7 +133,7 @@ def lift(F: Array, L: Array, at: Channels, turn: float, others: Sequence[Array] 
 
 
 def _lift(F: Array, L: Array, at: Channels, turn: float, weights: Array) -> Lift | None:
-    pull = np.bincount(at.row, weights * at.delays, len(at.rows))
+    pull: Array = np.bincount(at.row, weights * at.delays, len(at.rows))
     pull = (pull if at.also is None else pull + (weights * at.delays) @ at.also) * (1.0 + SHARE)
     root = BALANCE * np.sqrt(pull)
     turned = turn * at.force

@@ -48,7 +48,7 @@ def thrust_slope(a: Airframe) -> float:
 
 
 def surfaces(a: Airframe, y: float) -> tuple[Array, Array]:
-    """C of the fixed surface and of the elevon of a half wing, attached, (6,) each."""
+    """Rows c of the fixed surface and of the elevon of a half wing, attached, (6,) each."""
     elevon = a.Delta_r * a.xi_m / a.xi_f
     wing = (a.Delta_r - a.xi_f * elevon) / (1.0 - a.xi_f)
     return np.array((0.0, 0.0, 1.0, y, wing, 0.0)), np.array((0.0, 0.0, 1.0, y, elevon, 0.0))

@@ -1,0 +1,181 @@
+"""What holds of V on boxes of attitudes: the smallest eigenvalue of the matrix that has to be positive.
+
+See :mod:`sitl.design.region` for what is proved, and :mod:`sitl.design.closed_loop` for the matrices.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from itertools import product
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from sitl.design.closed_loop import (
+    AttitudeBoxes,
+    Interval,
+    Terms,
+    elevon_effect,
+    gyro_matrices,
+    row_matrix,
+    tilt_matrices,
+)
+from sitl.design.delay import Lift
+from sitl.model.airframe import Array
+
+if TYPE_CHECKING:
+    from sitl.design.proof import Proof
+
+
+class Bend(NamedTuple):
+    """A share of M on each box, and what one of it takes off the lifted matrix."""
+
+    share: Interval  # per box
+    takes: Array  # (N, N)
+    width: Array  # (N, N): not less than ``takes`` and its negative
+
+    def off(self, middle: Array) -> Array:
+        """Each box's matrix less the least favourable share."""
+        low, high = self.share.low[:, None, None], self.share.high[:, None, None]
+        return np.asarray(middle - 0.5 * (low + high) * self.takes - 0.5 * (high - low) * self.width)
+
+
+class Cover:
+    """What holds on boxes of attitudes, at one level."""
+
+    def __init__(self, proof: Proof, made: Lift, level: float, deflection: float) -> None:
+        self.proof, self.lift, self.level = proof, made, level
+        self._known: dict[bytes, tuple[Array, Array]] = {}
+        self.stalled = proof.stalled(level)
+        # Absolute values in the metric of what there is to take off cost less of it.
+        self.metric = None if self.stalled is None else np.linalg.cholesky(made.base)
+        n = len(proof.L)
+        self.tilt = [self._taken(M) for M in tilt_matrices(proof.a, proof.gains)]
+        self.turns = gyro_matrices(proof.a, n)
+        self.gyro = np.stack([made.of(M) for M in gyro_matrices(proof.a, n)])
+        self.effect = np.array([np.linalg.norm(width, 2) for _, width in self.tilt])
+        self.effectiveness = proof.effectiveness(level)
+        self.deflection = deflection
+
+    def budget(self, centre: Array, half: Array) -> Array:
+        """What the attitudes of a box leave of the level for the rest of the state at most; negative outside, (n,)."""
+        S_f = self.proof.S_f
+        least = np.einsum("ni,ij,nj->n", centre, S_f, centre) - 2.0 * np.abs(centre @ S_f * half).sum(1)
+        return np.asarray(self.level - np.maximum(least, 0.0))
+
+    def least(self, centre: Array, half: Array) -> Array:
+        """A bound of the smallest eigenvalue on each box; minus infinity beyond eta = 0, (n,)."""
+        proof, budget = self.proof, np.maximum(self.budget(centre, half), 0.0)
+        at = AttitudeBoxes(centre - half, centre + half)
+        middle = np.broadcast_to(self.lift.base, (len(centre), *self.lift.base.shape))
+        for share, (takes, width) in zip((at.d1, at.e2, at.d3), self.tilt, strict=True):
+            middle = Bend(share, takes, width).off(middle)
+        for bend in self._bends(proof.remainder(at)):
+            middle = bend.off(middle)
+        rates, rate_half = centre @ proof.mean[3:].T, half @ np.abs(proof.mean[3:]).T
+        rate_half = rate_half + np.sqrt(budget[:, None] * np.diag(proof.spread)[3:])
+        if self.stalled is not None:
+            motion = self._motion(centre, half, budget)
+            turns = zip(rates.T - rate_half.T, rates.T + rate_half.T, self.turns, strict=True)
+            terms = [*self.stalled.terms(at, *motion), *((Interval(low, high), M) for low, high, M in turns)]
+            for bend in self._bends(terms):
+                middle = bend.off(middle)
+            least = self._least_stalled(middle, self.stalled.main_terms(*motion))
+            return np.where(at.upright, least, -math.inf)
+        winds = self._winds(at, self._airspeed(centre, half, budget))
+        smallest = np.full(len(centre), math.inf)
+        for corner in product((-1.0, 1.0), repeat=3):
+            turning = middle - np.einsum("nj,jkl->nkl", rates + corner * rate_half, self.gyro)
+            for wind in winds:
+                smallest = np.minimum(smallest, np.linalg.eigvalsh(turning + wind)[:, 0])
+        return np.where(at.upright, smallest, -math.inf)
+
+    def _least_stalled(self, middle: Array, terms: Terms) -> Array:
+        """The smallest eigenvalue at the corners of what the wing that stalls does mainly, (n,)."""
+        smallest = np.full(len(middle), math.inf)
+        parts = [(share, self._taken(M)[0]) for share, M in terms]
+        for corner in product((False, True), repeat=len(parts)):
+            whole = middle
+            for upper, (share, takes) in zip(corner, parts, strict=True):
+                whole = whole - (share.high if upper else share.low)[:, None, None] * takes
+            smallest = np.minimum(smallest, np.linalg.eigvalsh(whole)[:, 0])
+        return smallest
+
+    def _motion(self, centre: Array, half: Array, budget: Array) -> tuple[Array, Array]:
+        """Bounds of speed [m/s] and rates [rad/s] on each box."""
+        bounds = []
+        for part in (slice(0, 3), slice(3, 6)):
+            mean, spread = self.proof.mean[part], self.proof.spread[part, part]
+            far = np.linalg.norm(centre @ mean.T, axis=1) + half @ np.linalg.norm(mean, axis=0)
+            bounds.append(far + np.sqrt(budget * np.linalg.eigvalsh(spread)[-1]))
+        return bounds[0], bounds[1]
+
+    def _winds(self, at: AttitudeBoxes, h: Array) -> list[Array]:
+        """Corners of what the airspeed adds, (boxes, N, N).
+
+        They are h = 0, and h at its bound with the elevons' effectiveness at the corners of what that makes of it.
+        """
+        proof = self.proof
+        nothing = np.zeros((len(h), *self.lift.base.shape))
+        either = Interval(np.full(len(h), -2.0 * self.deflection), np.full(len(h), 2.0 * self.deflection))
+        terms = proof.air(at, proof.aero.still)
+        for G in (proof.aero.both, proof.aero.differ):
+            terms += [(value * either, M) for value, M in proof.air(at, G)]
+        whole = nothing
+        for bend in self._bends(terms):
+            whole = bend.off(whole)
+        whole = h[:, None, None] * whole
+        more = [self._more(at, self.effectiveness * h * h, elevon) for elevon in (0, 1)]
+        corners = product(*(((middle, width, 1.0), (middle, width, -1.0)) for middle, width in more))
+        whole = whole - sum(width for _, width in more)
+        return [nothing[:1], *(whole + s * left + r * right for (left, _, s), (right, _, r) in corners)]
+
+    def _more(self, at: AttitudeBoxes, kappa: Array, elevon: int) -> tuple[Array, Array]:
+        """What an elevon that is more effective by kappa takes off, and the width of that, (boxes, N, N)."""
+        M, force = elevon_effect(self.proof.a, self.proof.gains, elevon)
+        middle = kappa[:, None, None] * self._taken(M)[0]
+        width = np.zeros_like(middle)
+        for i in range(3):
+            share, (takes, most_of_it) = at.axes[2][i], self._taken(row_matrix(3 + i, force))
+            middle = middle + (0.5 * kappa * (share.low + share.high))[:, None, None] * takes
+            width = width + (0.5 * kappa * (share.high - share.low))[:, None, None] * most_of_it
+        return middle, width
+
+    def _airspeed(self, centre: Array, half: Array, budget: Array) -> Array:
+        """Upper bound of h = rho S eta / 2 on each box [kg/s]."""
+        a = self.proof.a
+        weight = np.diag([1.0, 1.0, 1.0, *[math.sqrt(a.mu) * a.c] * 3])
+        mean = weight @ self.proof.mean
+        most = np.linalg.norm(centre @ mean.T, axis=1) + half @ np.linalg.norm(mean, axis=0)
+        most += np.sqrt(budget * np.linalg.eigvalsh(weight @ self.proof.spread @ weight).max())
+        return np.asarray(0.5 * a.rho * a.S * most)
+
+    def _bends(self, terms: Terms) -> Iterator[Bend]:
+        return (Bend(share, *self._taken(M)) for share, M in terms if M.any() and most(share).any())
+
+    def _taken(self, M: Array) -> tuple[Array, Array]:
+        """What M takes off the lifted matrix, and that matrix's absolute value."""
+        key = M.tobytes()
+        if key not in self._known:
+            takes = self.lift.of(M)
+            within = (
+                takes if self.metric is None else np.linalg.solve(self.metric, np.linalg.solve(self.metric, takes).T)
+            )
+            values, vectors = np.linalg.eigh(within)
+            width = (vectors * np.abs(values)) @ vectors.T
+            self._known[key] = takes, width if self.metric is None else self.metric @ width @ self.metric.T
+        return self._known[key]
+
+
+def most(value: Interval) -> Array:
+    """The largest magnitude of each."""
+    return np.asarray(np.maximum(np.abs(value.low), np.abs(value.high)))
+
+
+def split(centre: Array, half: Array, effect: Array) -> tuple[Array, Array]:
+    """Each box halved along the axis that matters most, by the effect of each."""
+    axis = (half * effect).argmax(axis=1)
+    shift = np.where(np.arange(3) == axis[:, None], 0.5 * half, 0.0)
+    half = half - shift
+    return np.vstack([centre - shift, centre + shift]), np.vstack([half, half])
