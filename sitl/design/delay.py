@@ -133,8 +133,8 @@ def lift(F: Array, L: Array, at: Channels, turn: float, others: Sequence[Array] 
 
 
 def _lift(F: Array, L: Array, at: Channels, turn: float, weights: Array) -> Lift | None:
-    pull: Array = np.bincount(at.row, weights * at.delays, len(at.rows))
-    pull = (pull if at.also is None else pull + (weights * at.delays) @ at.also) * (1.0 + SHARE)
+    held: Array = np.bincount(at.row, weights * at.delays, len(at.rows)).astype(np.float64)
+    pull = (held if at.also is None else held + (weights * at.delays) @ at.also) * (1.0 + SHARE)
     root = BALANCE * np.sqrt(pull)
     turned = turn * at.force
     # The force of an error turns with the attitude: in V' and, less than SHARE, in the rates.

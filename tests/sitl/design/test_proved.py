@@ -32,10 +32,18 @@ NOMINAL = load("nominal").parameters
 GAINS = proved_gains(NOMINAL)
 PROOF = Proof.of(NOMINAL, GAINS)
 P = lyapunov_matrix(GAINS)
+PHYSICAL = load("physical").parameters
+CASES = {"nominal": (NOMINAL, GAINS), "physical": (PHYSICAL, proved_gains(PHYSICAL))}
 STILL = Vector(0.0, 0.0, 0.0)
 
 
-def states(count, seed, level=PROVED_LEVEL):
+@pytest.fixture(params=CASES)
+def case(request):
+    """An airframe, and the law that flies it."""
+    return CASES[request.param]
+
+
+def states(count, seed, level=PROVED_LEVEL, P=P):
     """Uniform in direction, on level sets up to a level, (count, 15)."""
     rng = np.random.default_rng(seed)
     y = rng.standard_normal((count, 15))
@@ -52,10 +60,19 @@ def test_the_set_is_as_large_as_the_documentation_says():
     assert w > 0.5
 
 
-def test_the_level_respects_every_bound():
-    for level in (saturation_level(NOMINAL, GAINS), reach_level(GAINS), chart_level(GAINS)):
+def test_the_set_of_the_default_airframe_is_as_large_as_the_documentation_says():
+    p, v, turn, w = radii(CASES["physical"][1], PROVED_LEVEL)
+    assert p > 0.38
+    assert v > 0.23
+    assert turn > math.radians(3.0)
+    assert w > 0.29
+
+
+def test_the_level_respects_every_bound(case):
+    a, gains = case
+    for level in (saturation_level(a, gains), reach_level(gains), chart_level(gains)):
         assert level > PROVED_LEVEL
-    assert rate_level(NOMINAL, PROOF, 1.05) == 1.05
+    assert rate_level(a, Proof.of(a, gains), 1.05) == 1.05
 
 
 def test_a_part_of_the_level_is_proved_at_once_and_a_level_too_high_is_refused():
@@ -64,8 +81,14 @@ def test_a_part_of_the_level_is_proved_at_once_and_a_level_too_high_is_refused()
     assert not PROOF.holds(4.0 * PROVED_LEVEL)
 
 
-def test_the_whole_level_is_proved():
-    assert PROOF.holds(PROVED_LEVEL, boxes=8_000)
+def test_a_part_of_the_level_of_the_default_airframe_is_proved_at_once():
+    proof = Proof.of(*CASES["physical"])
+    assert proof.holds(0.4)
+    assert not proof.holds(4.0 * PROVED_LEVEL)
+
+
+def test_the_whole_level_is_proved(case):
+    assert Proof.of(*case).holds(PROVED_LEVEL, boxes=8_000)
 
 
 def test_a_v_that_rises_is_refused():
@@ -73,8 +96,9 @@ def test_a_v_that_rises_is_refused():
         certify(NOMINAL, with_lyapunov(base_gains(NOMINAL), np.eye(15)))
 
 
-def test_v_falls_on_the_plant_at_twenty_thousand_states():
-    assert max(lyapunov_rate(x, GAINS, NOMINAL) for x in states(20_000, 3)) < 0.0
+def test_v_falls_on_the_plant_at_twenty_thousand_states(case):
+    a, gains = case
+    assert max(lyapunov_rate(x, gains, a) for x in states(20_000, 3, P=lyapunov_matrix(gains))) < 0.0
 
 
 @entry
@@ -100,21 +124,22 @@ def _flown(body, command, integral, gains, a, reference, periods, told):
     return values, met
 
 
-def flown(x, periods):
+def flown(x, periods, a=NOMINAL, gains=GAINS):
     """From a state, the actuators where the law wants them."""
     e = x[6:9] - (0.0, math.sqrt(0.5), 0.0)
     q = Quaternion(math.sqrt(1.0 - e @ e), *e.tolist())
     body = Body(Vector(*x[:3].tolist()), Vector(*x[3:6].tolist()), q, Vector(*x[9:12].tolist()))
     integral, at = Vector(*x[12:].tolist()), hover_at((0.0, 0.0, 0.0), 0.0)
     told = estimate(body.position, body.velocity, q, body.rates)
-    command, _, _, _ = hover_linear.step(told, at, GAINS, NOMINAL, integral, NOT_CHOSEN, 0.002)
-    return _flown(body, command, integral, GAINS, NOMINAL, at, periods, told)
+    command, _, _, _ = hover_linear.step(told, at, gains, a, integral, NOT_CHOSEN, 0.002)
+    return _flown(body, command, integral, gains, a, at, periods, told)
 
 
-def test_no_flight_of_the_sampled_loop_leaves_the_set_or_meets_a_limit():
+def test_no_flight_of_the_sampled_loop_leaves_the_set_or_meets_a_limit(case):
     """With the control period, the period of delay and the actuators' rates: V over 50 ms falls from every state."""
-    for x in states(400, 5):
-        values, met = flown(x, 26)
+    a, gains = case
+    for x in states(400, 5, P=lyapunov_matrix(gains)):
+        values, met = flown(x, 26, a, gains)
         assert met == 0
         assert values.max() < PROVED_LEVEL * 1.001
         assert values[-1] < values[0]
