@@ -35,16 +35,16 @@ from sitl.design.delay import DELAY, Channels, channels
 from sitl.model.airframe import STALL, Airframe, Array
 from sitl.model.hover_model import inertia
 
-MAX_SPEED = 2.0  # that the bounds of the thrust by inflow are of [m/s]
+MAX_DRIFT = 2.0  # that the bounds of the thrust by inflow are of [m/s]
 MAX_ACCELERATION = 4.0  # of the vehicle near the hover: weight, less than twice as much thrust, wing [g]
-SHARE = 0.5  # of squares: (a + b)^2 <= (1 + SHARE) a^2 + (1 + 1 / SHARE) b^2
+SLIGHT = 0.5  # of squares: (a + b)^2 <= (1 + SLIGHT) a^2 + (1 + 1 / SLIGHT) b^2
 MOVING = [3, 4, 5, 9, 10, 11]  # (v, w) in the state
 AXES = np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])  # R(q_bar)
 
 
 def thrust_slope(a: Airframe) -> float:
     """The most that a thrust changes by the inflow [N s/m]; 0 for a set without a propeller table."""
-    return abs(a.k_fv) * a.omega_max + 2.0 * abs(a.k_fvv) * MAX_SPEED
+    return abs(a.k_fv) * a.omega_max + 2.0 * abs(a.k_fvv) * MAX_DRIFT
 
 
 def surfaces(a: Airframe, y: float) -> tuple[Array, Array]:
@@ -105,11 +105,11 @@ class Stalled:
 
     def is_within(self, speed: float) -> bool:
         """Whether the bounds are of this speed: no propeller unloads [m/s]."""
-        return self.least > 0.0 and speed < min(MAX_SPEED, self.a.advance_knot * self._speeds()[0])
+        return self.least > 0.0 and speed < min(MAX_DRIFT, self.a.advance_knot * self._speeds()[0])
 
     def _speeds(self) -> tuple[float, float]:
         """The slowest and the fastest propeller [rad/s]."""
-        a, by_inflow = self.a, thrust_slope(self.a) * MAX_SPEED
+        a, by_inflow = self.a, thrust_slope(self.a) * MAX_DRIFT
         low, high = (max(T, 0.0) / a.k_f for T in (self.least - by_inflow, self.most + by_inflow))
         return math.sqrt(low), min(math.sqrt(high), a.omega_max)
 
@@ -242,8 +242,8 @@ class Stalled:
         columns = np.hstack([B, drags, drags, B[:, :4], drags, at.columns[:, 6:]])
         # The inflow's rate is nose v' + nose' v, and |nose'| at most the rates, |w| <= 2 |eps'| / eta.
         rows = np.zeros((6, n))
-        rows[:3, VELOCITY_ROWS] = math.sqrt(1.0 + SHARE) * np.eye(3)
-        rows[3:, ATTITUDE_ROWS] = math.sqrt(1.0 + 1.0 / SHARE) * (2.0 * speed / eta) * np.eye(3)
+        rows[:3, VELOCITY_ROWS] = math.sqrt(1.0 + SLIGHT) * np.eye(3)
+        rows[3:, ATTITUDE_ROWS] = math.sqrt(1.0 + 1.0 / SLIGHT) * (2.0 * speed / eta) * np.eye(3)
         first = len(at.rows)
         row = np.concatenate([at.row[:6], at.row[2:6], np.full(6, first), at.row[6:]])
         factors = np.concatenate(
