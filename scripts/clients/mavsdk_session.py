@@ -35,7 +35,7 @@ from mavsdk_watch import FLIGHT_TIMEOUT, SessionError, Watch
 
 LOG_TIMEOUT = 60.0  # [s]
 NO_VEHICLE = 5  # exit code
-HOVER_THRUST = 0.473  # of the nominal airframe
+HOVER_THRUST = 0.505  # share of what both motors give at rest that carries the vehicle
 
 
 class Session:

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from sitl.defaults import AIRFRAME
 from sitl.errors import SitlError
 from sitl.plotting import check_plot_path
 
@@ -29,7 +30,7 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     )
     options.add_argument("--first", type=int, default=1, metavar="SEED", help="seed of the first [1]")
     options.add_argument("--jobs", type=int, default=2, metavar="N", help="processes at once [2]")
-    options.add_argument("--airframe", default="nominal", metavar="SET", help="parameter set or TOML file [nominal]")
+    options.add_argument("--airframe", default=AIRFRAME, metavar="SET", help=f"parameter set or TOML file [{AIRFRAME}]")
     options.add_argument("--plot", type=Path, metavar="FILE", help="also draw the map: .png, .svg or .pdf")
     options.add_argument("--json", type=Path, metavar="FILE", help="also write every fall as JSON")
     return options

@@ -13,11 +13,11 @@ from sitl.defaults import AIRFRAME
 from sitl.errors import SitlError
 
 if TYPE_CHECKING:
-    from sitl.studies.holds import Hold
+    from sitl.studies.holds import FlownHold
 
-LIGHT_WIND, LIGHT_ACROSS, LIGHT_ABOVE = 5.0, 1.0, 0.7  # [m/s], [m], [m]: in no more wind, for 95 % of the time
+MODERATE_WIND, MODERATE_ACROSS, MODERATE_ABOVE = 5.0, 1.0, 0.7  # [m/s], [m], [m]: in no more wind, for 95 % of the time
 STRONG_WIND, STRONG_ACROSS = 8.0, 3.0
-PROGRESS_INTERVAL = 10  # holds between two progress lines
+HOLDS_PER_LINE = 10  # holds between two progress lines
 
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
@@ -50,14 +50,14 @@ def run(args: argparse.Namespace) -> int:
     return 0 if passed(flown) else 1
 
 
-def passed(flown: Sequence[Hold]) -> bool:
+def passed(flown: Sequence[FlownHold]) -> bool:
     """Whether no hold ended, and each was as near as its wind allows."""
     return all(not hold.fault and _is_near(hold) for hold in flown)
 
 
-def _is_near(hold: Hold) -> bool:
-    if hold.wind <= LIGHT_WIND:
-        return hold.across <= LIGHT_ACROSS and hold.above <= LIGHT_ABOVE
+def _is_near(hold: FlownHold) -> bool:
+    if hold.wind <= MODERATE_WIND:
+        return hold.across <= MODERATE_ACROSS and hold.above <= MODERATE_ABOVE
     return hold.wind > STRONG_WIND or hold.across <= STRONG_ACROSS
 
 
@@ -77,11 +77,11 @@ def _check(args: argparse.Namespace) -> None:
 
 
 def _print_progress(done: int, of: int) -> None:
-    if done % PROGRESS_INTERVAL == 0 or done == of:
+    if done % HOLDS_PER_LINE == 0 or done == of:
         print(f"{done}/{of} flown", file=sys.stderr, flush=True)
 
 
-def _write(flown: Sequence[Hold], path: Path) -> None:
+def _write(flown: Sequence[FlownHold], path: Path) -> None:
     try:
         path.write_text(json.dumps([hold._asdict() for hold in flown], indent=1) + "\n", encoding="utf-8")
     except OSError as error:

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from sitl.defaults import AIRFRAME
 from sitl.errors import SitlError
 
 if TYPE_CHECKING:
@@ -24,7 +25,7 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     options.add_argument("--jobs", type=int, default=2, metavar="N", help="processes at once [2]")
     options.add_argument("--wind", type=float, default=5.0, metavar="M/S", help="maximum steady wind [5]")
     options.add_argument("--gusts", type=float, default=0.5, metavar="RMS", help="gusts per axis, m/s rms [0.5]")
-    options.add_argument("--airframe", default="nominal", metavar="SET", help="parameter set or TOML file [nominal]")
+    options.add_argument("--airframe", default=AIRFRAME, metavar="SET", help=f"parameter set or TOML file [{AIRFRAME}]")
     options.add_argument("--json", type=Path, metavar="FILE", help="also write every landing as JSON")
     return options
 

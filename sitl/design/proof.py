@@ -36,7 +36,7 @@ from sitl.design.closed_loop import (
 )
 from sitl.design.cover import Cover, most, split
 from sitl.design.delay import DELAY, Channels, Lift, channels, lift, plain_lift
-from sitl.design.stalled import MAX_INFLOW, Stalled, thrust_slope
+from sitl.design.stalled import MAX_DRIFT, Stalled, thrust_slope
 from sitl.errors import SitlError
 from sitl.model.airframe import Airframe, Array
 
@@ -185,8 +185,8 @@ class Proof:
         rates += by_rate @ np.linalg.solve(np.eye(own) - by_rate[:own], rates[:own])
         slope = thrust_slope(self.a)
         motor = rates[:2].max() + slope * rates[4:own].sum()
-        blown = max(self.a.k_f * (thrust - slope * MAX_INFLOW), 0.0)
-        per_speed = max(2.0 * math.sqrt(blown) - abs(self.a.k_fv) * MAX_INFLOW, 1e-9)
+        blown = max(self.a.k_f * (thrust - slope * MAX_DRIFT), 0.0)
+        per_speed = max(2.0 * math.sqrt(blown) - abs(self.a.k_fv) * MAX_DRIFT, 1e-9)
         return float(motor / per_speed), float(rates[own:].max() / thrust)
 
     def greatest_changes(self, level: float, rows: Array) -> Array:

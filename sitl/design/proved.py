@@ -23,7 +23,7 @@ from sitl.errors import SitlError
 from sitl.model.airframe import FIRST_ORDER, STALL, Airframe, Array
 
 PROVED_LEVEL = 1.0  # of V: it is scaled to that
-WEIGHTS = (10.0, 0.4, 20.0)  # of the LQI: R = 10 I, of the integral, of eps - eps_bar
+HOVER_WEIGHTS = (10.0, 0.4, 20.0)  # of the LQI: R = 10 I, of the integral, of eps - eps_bar
 STALL_WEIGHTS = (10.0, 3.0, 20.0)  # the same where the wing stalls: a stiffer integral holds it in a wind
 MAX_GROWTH = 2.5  # bound of what is integrated [m]: it must not be met in the proved set
 CERTIFICATES = "certificates.toml"
@@ -33,7 +33,7 @@ SAME = 1e-6  # relative difference of what is the same
 
 def base_gains(a: Airframe) -> LinearGains:
     """The law with the V of its LQR."""
-    effort, weight, attitude_weight = STALL_WEIGHTS if a.aerodynamics == STALL else WEIGHTS
+    effort, weight, attitude_weight = STALL_WEIGHTS if a.aerodynamics == STALL else HOVER_WEIGHTS
     gains = hover_gains(a, effort=effort, integral_weight=weight, attitude_weight=attitude_weight)
     return gains._replace(integral_limit=MAX_GROWTH)
 

@@ -35,7 +35,7 @@ from sitl.design.closed_loop import (
     lyapunov_matrix,
 )
 from sitl.design.proof import MAX_BOXES, Proof
-from sitl.design.stalled import MAX_INFLOW, thrust_slope
+from sitl.design.stalled import MAX_DRIFT, thrust_slope
 from sitl.errors import SitlError
 from sitl.model.airframe import Airframe, Array
 
@@ -95,7 +95,7 @@ def saturation_level(a: Airframe, gains: LinearGains) -> float:
     Every limit is a half-space: |d1| <= delta_max is |u3| <= delta_max u1. Of c' x <= bound, the ellipsoid
     touches the plane at V = bound^2 / (c' P^-1 c).
     """
-    by_inflow = MAX_INFLOW * thrust_slope(a)
+    by_inflow = MAX_DRIFT * thrust_slope(a)
     low, high = a.k_f * a.omega_min**2 + by_inflow, a.k_f * a.omega_max**2 - by_inflow
     planes, K, P = [], feedback(gains), lyapunov_matrix(gains)
     for motor, elevon in ((0, 2), (1, 3)):

@@ -35,16 +35,16 @@ from sitl.design.delay import DELAY, Channels, channels
 from sitl.model.airframe import STALL, Airframe, Array
 from sitl.model.hover_model import inertia
 
-MAX_INFLOW = 2.0  # that the bounds of the thrust by inflow are of [m/s]
-MAX_PULL = 4.0  # of the vehicle near the hover: weight, less than twice as much thrust, wing [g]
-INFLOW_SHARE = 0.5  # of squares: (a + b)^2 <= (1 + INFLOW_SHARE) a^2 + (1 + 1 / INFLOW_SHARE) b^2
+MAX_DRIFT = 2.0  # that the bounds of the thrust by inflow are of [m/s]
+MAX_ACCELERATION = 4.0  # of the vehicle near the hover: weight, less than twice as much thrust, wing [g]
+SLIGHT = 0.5  # of squares: (a + b)^2 <= (1 + SLIGHT) a^2 + (1 + 1 / SLIGHT) b^2
 MOVING = [3, 4, 5, 9, 10, 11]  # (v, w) in the state
 AXES = np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])  # R(q_bar)
 
 
 def thrust_slope(a: Airframe) -> float:
     """The most that a thrust changes by the inflow [N s/m]; 0 for a set without a propeller table."""
-    return abs(a.k_fv) * a.omega_max + 2.0 * abs(a.k_fvv) * MAX_INFLOW
+    return abs(a.k_fv) * a.omega_max + 2.0 * abs(a.k_fvv) * MAX_DRIFT
 
 
 def surfaces(a: Airframe, y: float) -> tuple[Array, Array]:
@@ -100,16 +100,16 @@ class Stalled:
         """
         if a.aerodynamics != STALL:
             return None
-        T, late = gains.u_bar.T1, thrust_slope(a) * DELAY * MAX_PULL * a.g
+        T, late = gains.u_bar.T1, thrust_slope(a) * DELAY * MAX_ACCELERATION * a.g
         return cls(a, gains, (1.0 - swing) * T - late, (1.0 + swing) * T + late, min(deflection, a.delta_max))
 
     def is_within(self, speed: float) -> bool:
         """Whether the bounds are of this speed: no propeller unloads [m/s]."""
-        return self.least > 0.0 and speed < min(MAX_INFLOW, self.a.advance_knot * self._speeds()[0])
+        return self.least > 0.0 and speed < min(MAX_DRIFT, self.a.advance_knot * self._speeds()[0])
 
     def _speeds(self) -> tuple[float, float]:
         """The slowest and the fastest propeller [rad/s]."""
-        a, by_inflow = self.a, thrust_slope(self.a) * MAX_INFLOW
+        a, by_inflow = self.a, thrust_slope(self.a) * MAX_DRIFT
         low, high = (max(T, 0.0) / a.k_f for T in (self.least - by_inflow, self.most + by_inflow))
         return math.sqrt(low), min(math.sqrt(high), a.omega_max)
 
@@ -235,15 +235,15 @@ class Stalled:
         """
         a, d, n = self.a, self.deflection, size(self.gains)
         late = thrust_slope(a)
-        ratio *= 1.0 + 2.0 * late * DELAY * MAX_PULL * a.g / self.least
+        ratio *= 1.0 + 2.0 * late * DELAY * MAX_ACCELERATION * a.g / self.least
         more = self.effectiveness(speed, spin)
         at = channels(a, self.gains, ratio, d, more)
         B, drags = at.columns[:, :6], np.vstack([elevon_drag(a), np.zeros((n - 12, 2))])
         columns = np.hstack([B, drags, drags, B[:, :4], drags, at.columns[:, 6:]])
         # The inflow's rate is nose v' + nose' v, and |nose'| at most the rates, |w| <= 2 |eps'| / eta.
         rows = np.zeros((6, n))
-        rows[:3, VELOCITY_ROWS] = math.sqrt(1.0 + INFLOW_SHARE) * np.eye(3)
-        rows[3:, ATTITUDE_ROWS] = math.sqrt(1.0 + 1.0 / INFLOW_SHARE) * (2.0 * speed / eta) * np.eye(3)
+        rows[:3, VELOCITY_ROWS] = math.sqrt(1.0 + SLIGHT) * np.eye(3)
+        rows[3:, ATTITUDE_ROWS] = math.sqrt(1.0 + 1.0 / SLIGHT) * (2.0 * speed / eta) * np.eye(3)
         first = len(at.rows)
         row = np.concatenate([at.row[:6], at.row[2:6], np.full(6, first), at.row[6:]])
         factors = np.concatenate(

@@ -26,7 +26,7 @@ MAX_DECELERATION = 20.0  # to which limits are looked for [m/s2]
 INCIDENCES = 60  # at which a balance of a wing that stalls is sought
 MAX_INCIDENCE = 2.4  # [rad]
 COARSE_PASSES, TRIM_PASSES = 8, 32  # of the thrust and the elevons at one of them, and in the end
-MIN_GRIP = 0.05  # of both elevons, in air that they do not meet [N/rad]
+TRIM_GRIP = 0.05  # of both elevons, in air that they do not meet [N/rad]
 MAX_DELTA = 1.5  # [rad]
 GRID = 0.05  # of decelerations in which a limit is bracketed [m/s2]
 HALVINGS = 30  # of that bracket
@@ -201,7 +201,7 @@ def _trimmed(
     thrust, delta = 0.5 * wanted, 0.0
     for _ in range(passes):
         stream = slopes(v, thrust, thrust, a)
-        grip = max(stream.left_elevon + stream.right_elevon, MIN_GRIP)
+        grip = max(stream.left_elevon + stream.right_elevon, TRIM_GRIP)
         omega = speed_for(thrust, v.x, a)
         F, M = wrench(v, Vector(0.0, 0.0, 0.0), Actuators(omega, omega, delta, delta), a)
         delta = clipped(delta + M.y / (elevon_arm(a) * grip), -MAX_DELTA, MAX_DELTA)

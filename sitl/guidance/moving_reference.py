@@ -61,11 +61,12 @@ class MovingReference:
         return hover_at((p[0], p[1], p[2]), self._turn(heading, last.heading, view.heading, dt), last.speed)
 
     def _turn(self, wanted: HeadingSetpoint, last: float, now: float, dt: float) -> float:
-        """The next heading [rad]: while it turns, it leads by the lag of the laws, and the lead ends with the turn."""
+        """The next heading [rad]: while it turns, it leads by the lag of the laws; a turn that ends stays there."""
         before = last if self._turned_to is None else self._turned_to
         if wanted.heading is not None or wanted.turn_rate == 0.0:
+            stays = last if self._turned_to is None else now
             self._turned_to = None
-            return before if wanted.heading is None else wanted.heading
+            return stays if wanted.heading is None else wanted.heading
         ahead = math.remainder(before + wanted.turn_rate * dt - now, math.tau)
         self._turned_to = now + min(max(ahead, -MAX_HEADING_LEAD), MAX_HEADING_LEAD)
         return self._turned_to + HEADING_LAG * wanted.turn_rate

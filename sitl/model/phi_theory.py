@@ -12,7 +12,7 @@ set's, and must take energy too (:mod:`sitl.model.airframe_files` looks).
 
 import math
 
-from sitl.compiled import kernel
+from sitl.compiled import kernel, subroutine
 from sitl.model.airframe import Airframe
 from sitl.model.propeller import thrust, torque_difference
 from sitl.model.state import Actuators
@@ -71,7 +71,7 @@ def wrench(v: Vector, w: Vector, actuators: Actuators, a: Airframe) -> tuple[Vec
     return Vector(Fx, Fy, Fz), Vector(Mx + L.x, My + L.y, Mz + L.z)
 
 
-@kernel
+@subroutine
 def passive_wrench(v: Vector, w: Vector, actuators: Actuators, a: Airframe) -> tuple[Vector, Vector]:
     """The same forces [N] and moments [N m], out of which a wing in still air gains no energy."""
     w1, w2, d1, d2 = actuators

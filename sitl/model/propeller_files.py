@@ -22,7 +22,7 @@ from sitl.errors import SitlError
 from sitl.model.airframe import Array
 
 MAX_MISFIT = 0.006  # of a coefficient
-DIGITS = 6  # of a fitted coefficient: the last bits of a least-squares fit depend on the processor
+FIT_DIGITS = 6  # of a fitted coefficient: the last bits of a least-squares fit depend on the processor
 ADVANCE_RATIOS = np.linspace(-20.0, 20.0, 8001)  # where the energy is looked at; beyond, the highest powers decide
 
 
@@ -124,7 +124,7 @@ def propeller_of(name: str, raw: dict[str, Any]) -> Propeller:
 
 def _fitted(rise: Array, values: Array) -> Array:
     """Coefficients of least squares, rounded, (k,)."""
-    return np.array([round(float(one), DIGITS) for one in np.linalg.lstsq(rise, values, rcond=None)[0]])
+    return np.array([round(float(one), FIT_DIGITS) for one in np.linalg.lstsq(rise, values, rcond=None)[0]])
 
 
 def _check(propeller: Propeller) -> None:

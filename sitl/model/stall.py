@@ -20,16 +20,16 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from sitl.compiled import kernel
+from sitl.compiled import kernel, subroutine
 from sitl.model.airframe import Airframe
 from sitl.model.propeller import thrust, torque_difference
 from sitl.model.state import Actuators
 from sitl.model.vectors import Vector
 
-STILL = 1e-9  # added to a speed that is divided by [m/s]
+LEAST_SPEED = 1e-9  # added to a speed that is divided by [m/s]
 
 
-class Stream(NamedTuple):
+class LocalFlow(NamedTuple):
     """The air that meets one part of a half wing."""
 
     ahead: float  # along x_b [m/s]
@@ -56,15 +56,15 @@ def slipstream_speed(ahead: float, T: float, a: Airframe) -> float:
 
 
 @kernel
-def _stream(ahead: float, side: float, normal: float, area: float, a: Airframe) -> Stream:
+def _stream(ahead: float, side: float, normal: float, area: float, a: Airframe) -> LocalFlow:
     """What a part of the wing of some area [m2] makes of the velocity of the air it meets [m/s]."""
     square = ahead * ahead + side * side + normal * normal
-    speed = math.sqrt(square) + STILL
+    speed = math.sqrt(square) + LEAST_SPEED
     sine = abs(normal) / speed
     beyond = sine * sine * a.per_stall
     attached = 1.0 / (1.0 + beyond * beyond)
     slope = attached * a.C_l + (1.0 - attached) * a.C_90
-    return Stream(ahead, 0.5 * a.rho * area * speed, slope, (1.0 - attached) * a.cp_shift * sine)
+    return LocalFlow(ahead, 0.5 * a.rho * area * speed, slope, (1.0 - attached) * a.cp_shift * sine)
 
 
 @kernel
@@ -74,7 +74,7 @@ def _arms(shift: float, a: Airframe) -> tuple[float, float]:
     return (a.Delta_r - a.xi_f * elevon) / (1.0 - a.xi_f) + shift, elevon
 
 
-@kernel
+@subroutine
 def side_slopes(v: Vector, T: float, a: Airframe) -> SideSlopes:
     """Slopes of one half wing at a thrust [N], without rates and deflection."""
     slip, free = _parts(v.x, v.y, v.z, T, a)
@@ -89,7 +89,7 @@ def side_slopes(v: Vector, T: float, a: Airframe) -> SideSlopes:
 
 
 @kernel
-def _parts(ahead: float, side: float, normal: float, T: float, a: Airframe) -> tuple[Stream, Stream]:
+def _parts(ahead: float, side: float, normal: float, T: float, a: Airframe) -> tuple[LocalFlow, LocalFlow]:
     """The part in the slipstream and the part outside it."""
     wet = a.S_ratio * a.S_p
     return (
@@ -98,7 +98,7 @@ def _parts(ahead: float, side: float, normal: float, T: float, a: Airframe) -> t
     )
 
 
-@kernel
+@subroutine
 def wrench(v: Vector, w: Vector, actuators: Actuators, a: Airframe) -> tuple[Vector, Vector]:
     """Sum of forces [N] and of moments [N m]; arguments as for :func:`sitl.model.aerodynamics.wrench`."""
     w1, w2, d1, d2 = actuators
@@ -135,7 +135,7 @@ def _half_wing(v: Vector, w: Vector, T: float, delta: float, y: float, a: Airfra
 
 @kernel
 def _surfaces(
-    part: Stream, normal: float, pitch_rate: float, sine: float, cosine: float, a: Airframe
+    part: LocalFlow, normal: float, pitch_rate: float, sine: float, cosine: float, a: Airframe
 ) -> tuple[float, float, float, float, float]:
     """F_x, F_z [N], M_y [N m], and the forces along z_b and x_b that have the arm of the half wing [N]."""
     push = part.pressure * part.slope

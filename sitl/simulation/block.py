@@ -18,7 +18,20 @@ from sitl.model.airframe import Array
 from sitl.model.ground import CLEAR
 from sitl.model.state import Actuators
 from sitl.simulation.dispatch import COMPILED
-from sitl.simulation.flight import Flight, move_in_air, move_plant, run_timers, update_gust, update_wind_estimate
+from sitl.simulation.flight import (
+    Flight,
+    as_reported,
+    get_airframe,
+    get_model,
+    glide,
+    is_as_reported,
+    move_in_air,
+    move_plant,
+    run_timers,
+    sense,
+    update_gust,
+    update_wind_estimate,
+)
 from sitl.simulation.loop import JUMPS_FULL, MAX_CHAIN, ZENO, due_now, take_jump, write_sample
 from sitl.simulation.storage import WIDTH, Kept, access, column_rows
 
@@ -57,10 +70,24 @@ def blow_all(block: Array, air: Array, gusts: Array, row: int) -> None:
 
 
 @subroutine
-def sense_all(block: Array, air: Array, design: Kept, a: Array, draws: Array, row: int) -> None:
-    """The wind estimates of all flights."""
+def are_as_reported(a: Array) -> bool:
+    """Whether all airframes of a block are of the report's kind."""
+    alike = True
     for column in range(WIDTH):
-        update_wind_estimate(block, column, air, design, a, draws, row)
+        alike = alike and is_as_reported(get_airframe(a, column))
+    return alike
+
+
+@subroutine
+def sense_all(alike: bool, block: Array, air: Array, design: Kept, a: Array, draws: Array, row: int) -> None:
+    """The wind estimates of all flights; ``alike``: all airframes, the design's too, are of the report's kind."""
+    if alike:
+        model = as_reported(get_model(design, 0))
+        for column in range(WIDTH):
+            sense(block, column, air, design, model, as_reported(get_airframe(a, column)), draws, row)
+    else:
+        for column in range(WIDTH):
+            update_wind_estimate(block, column, air, design, a, draws, row)
 
 
 @subroutine
@@ -78,9 +105,12 @@ def tick_all(law: int, block: Array, reference: Array, design: Kept) -> None:
 
 
 @subroutine
-def move_all(block: Array, air: Array, a: Array, in_force: Array) -> None:
+def move_all(alike: bool, block: Array, air: Array, a: Array, in_force: Array) -> None:
     """The plants of all flights."""
-    if are_clear(block):
+    if are_clear(block) and alike:
+        for column in range(WIDTH):
+            glide(block, column, air, as_reported(get_airframe(a, column)), get_actuators(in_force, column))
+    elif are_clear(block):
         for column in range(WIDTH):
             command = get_actuators(in_force, column)
             move_in_air(block, column, air, a, command)
@@ -173,6 +203,7 @@ def fly_block(
     design = designs[0]
     rows, in_force = np.empty(WIDTH, np.int64), np.empty(4 * WIDTH)
     kept = 0
+    alike = are_as_reported(a) and is_as_reported(get_model(design, 0))
     for done in range(periods + 1):
         law = common_law(block)
         if watch_all(law, block, reference, design, rows):
@@ -185,9 +216,9 @@ def fly_block(
                 write_sample(block, column, reference, design, samples[column, kept])
             kept += 1
         blow_all(block, air, gusts, done)
-        sense_all(block, air, design, a, draws, done)
+        sense_all(alike, block, air, design, a, draws, done)
         for column in range(WIDTH):
             put_actuators(in_force, column, get_command(block, column))
         tick_all(law, block, reference, design)
-        move_all(block, air, a, in_force)
+        move_all(alike, block, air, a, in_force)
     return kept

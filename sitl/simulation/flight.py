@@ -19,7 +19,7 @@ from sitl.control.reference import Reference
 from sitl.estimation.sensing import Normals, SensorNoise, read
 from sitl.estimation.truth import observe
 from sitl.model.actuators import limited, limits
-from sitl.model.airframe import Airframe, Array
+from sitl.model.airframe import REPORT, SHAFT, Airframe, Array
 from sitl.model.arithmetic import rounded
 from sitl.model.ground import Crash, crashed, impact_speed, is_clear, is_touching
 from sitl.model.gusts import gust_after
@@ -28,7 +28,7 @@ from sitl.model.propeller import drawn_power
 from sitl.model.quaternions import x_axis
 from sitl.model.state import Actuators, Body, Plant
 from sitl.model.vectors import Vector, add, norm, scaled, subtract
-from sitl.simulation.storage import Kept, access
+from sitl.simulation.storage import Kept, access, replacing
 from sitl.supervisor.controller import Controller
 from sitl.supervisor.guards import LYING, REST_SPEED, Thresholds
 
@@ -96,6 +96,8 @@ class JumpEntry(NamedTuple):
 
 get_air = access(Environment).get
 get_airframe = access(Airframe).get
+with_aerodynamics = replacing(Airframe, "aerodynamics")
+with_energy_account = replacing(Airframe, "energy_account")
 get_model = access(Design, "a").get
 get_plant, put_plant = access(Flight, "plant")
 get_gust, put_gust = access(Flight, "gust")
@@ -136,6 +138,18 @@ def gust_now(plant: Plant, gust: Vector, draws: Vector, air: Environment) -> Vec
 
 
 @kernel
+def as_reported(a: Airframe) -> Airframe:
+    """An airframe of the report's kind, as code that is compiled for no other kind: it branches nowhere."""
+    return with_energy_account(with_aerodynamics(a, REPORT), SHAFT)
+
+
+@kernel
+def is_as_reported(a: Airframe) -> bool:
+    """Whether an airframe is of the report's kind."""
+    return a.aerodynamics == REPORT and a.energy_account == SHAFT
+
+
+@kernel
 def update_gust(flight: Kept, column: int, air: Kept, gusts: Array, row: int) -> None:
     """The gust of this period, by draws (n, 3, columns), none where n is 0."""
     if gusts.shape[0] > 0:
@@ -147,6 +161,22 @@ def update_gust(flight: Kept, column: int, air: Kept, gusts: Array, row: int) ->
 @kernel
 def update_wind_estimate(flight: Kept, column: int, air: Kept, design: Kept, a: Kept, draws: Array, row: int) -> None:
     """The wind estimate after this period's readings, by draws (n, 5, columns)."""
+    model, airframe = get_model(design, column), get_airframe(a, column)
+    sense(flight, column, air, design, model, airframe, draws, row)
+
+
+@kernel
+def sense(
+    flight: Kept,
+    column: int,
+    air: Kept,
+    design: Kept,
+    model: Airframe,
+    airframe: Airframe,
+    draws: Array,
+    row: int,
+) -> None:
+    """The same with both airframes at hand: as the vehicle knows it, and as it is."""
     noise = Normals(
         quantised(draws[row, 0, column]),
         quantised(draws[row, 1, column]),
@@ -156,12 +186,12 @@ def update_wind_estimate(flight: Kept, column: int, air: Kept, design: Kept, a: 
     )
     around = get_air(air, column)
     wind = add(around.wind, get_gust(flight, column))
-    readings = read(get_plant(flight, column), wind, noise, around.sensors, get_airframe(a, column))
+    readings = read(get_plant(flight, column), wind, noise, around.sensors, airframe)
     known = wind_estimator.update(
         get_estimate(flight, column),
         readings,
         get_wind_gains(design, column),
-        get_model(design, column),
+        model,
         get_wind_state(flight, column),
         PERIOD,
     )
@@ -207,7 +237,13 @@ def move_plant(flight: Kept, column: int, air: Kept, a: Kept, command: Actuators
 @kernel
 def move_in_air(flight: Kept, column: int, air: Kept, a: Kept, command: Actuators) -> None:
     """The same, out of the ground's reach."""
-    plant, airframe = get_plant(flight, column), get_airframe(a, column)
+    glide(flight, column, air, get_airframe(a, column), command)
+
+
+@kernel
+def glide(flight: Kept, column: int, air: Kept, airframe: Airframe, command: Actuators) -> None:
+    """The same with the airframe at hand."""
+    plant = get_plant(flight, column)
     wind = add(get_air(air, column).wind, get_gust(flight, column))
     wanted = limited(command, may_turn(flight, column), airframe)
     plant = step_in_air(plant, wanted, wind, airframe, PERIOD / SUBSTEPS)

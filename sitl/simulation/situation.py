@@ -23,12 +23,9 @@ def cross_track(simulation: Simulation) -> float:
 
 def hovers_again(simulation: Simulation) -> bool:
     """Whether it already hovers but has not yet left TO_HOVER, which may wait for the wind to drop."""
-    e = simulation.estimate
-    return (
-        simulation.law is Law.TO_HOVER
-        and guards.standing.test(e)
-        and simulation.lyapunov < simulation.design.thresholds.v_waited
-    )
+    e, known = simulation.estimate, simulation.design.thresholds
+    enough = known.v_settled if guards.still.test(e) else known.v_waited
+    return simulation.law is Law.TO_HOVER and guards.standing.test(e) and simulation.lyapunov < enough
 
 
 def stopping_distance(simulation: Simulation) -> float:

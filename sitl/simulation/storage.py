@@ -16,7 +16,7 @@ import numpy as np
 from numba import types
 from numba.extending import overload
 
-from sitl.compiled import INLINED
+from sitl.compiled import INLINED, kernel
 from sitl.model.airframe import Array
 
 Kept: TypeAlias = Any  # a record or a block, whatever compiled code is given
@@ -244,3 +244,12 @@ def _chosen(of_record: str, of_block: str, arguments: str, scope: dict[str, Any]
     register = overload(either, jit_options=INLINED, strict=False)  # type: ignore[arg-type]
     register(names["choosing"])
     return either  # type: ignore[no-any-return]
+
+
+def replacing(kind: type[Named], name: str) -> Callable[[Named, Any], Named]:
+    """A function that gives a NamedTuple with one field replaced; to compiled code a constant stays one."""
+    scope: dict[str, Any] = {}
+    parts = ", ".join("new" if field == name else f"value.{field}" for field in fields(kind))
+    source = f"def replaced(value, new):\n    return {_name_in(scope, kind)}({parts})\n"
+    exec(compile(source, "<replacing>", "exec"), scope)  # noqa: S102 - made above from field names
+    return kernel(scope["replaced"])

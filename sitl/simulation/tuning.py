@@ -33,7 +33,9 @@ OWN = -1.0  # a threshold that the design of the linear hover law has itself
 SAMPLED_ENTER, SAMPLED_LEAVE = 20.0, 50.0  # of designs whose V proves little: from flights (docs/region.md)
 PROVED_LEAVE = 50.0  # of the proved design: from flights as well
 PROVED_WAITED = 20.0  # likewise
+PROVED_SETTLED = 4.0  # likewise: a transition ends while the reference already sinks or goes on
 STALL_LEAVE, STALL_WAITED = 300.0, 120.0  # the same where the wing stalls: its V is 1 at a smaller deviation
+STALL_SETTLED = 24.0
 SETTLED_SHARE = 0.5  # of v_enter, where that is sampled
 
 
@@ -135,8 +137,9 @@ def thresholds(a: Airframe, tuning: Tuning) -> Thresholds:
     """
     enter, leave, waited, settled = SAMPLED_ENTER, SAMPLED_LEAVE, SAMPLED_ENTER, SETTLED_SHARE * SAMPLED_ENTER
     if tuning.design == PROVED_GAIN and tuning.integral and is_proved(a):
-        enter, settled = PROVED_LEVEL, PROVED_LEVEL
-        leave, waited = (STALL_LEAVE, STALL_WAITED) if a.aerodynamics == STALL else (PROVED_LEAVE, PROVED_WAITED)
+        enter, leave, waited, settled = PROVED_LEVEL, PROVED_LEAVE, PROVED_WAITED, PROVED_SETTLED
+        if a.aerodynamics == STALL:
+            leave, waited, settled = STALL_LEAVE, STALL_WAITED, STALL_SETTLED
     if tuning.v_enter >= 0.0:
         enter, waited, settled = tuning.v_enter, tuning.v_enter, SETTLED_SHARE * tuning.v_enter
     if tuning.v_leave >= 0.0:

@@ -19,17 +19,17 @@ from sitl.studies.mission_flight import PERIODS_PER_LOOK, STUDY_WORLD
 from sitl.worker_pool import worker_pool
 
 HOLD_HEIGHT = 30.0  # [m]
-SETTLING_TIME, HOLD_TIME = 20.0, 60.0  # [s]
-SHARE = 0.95  # of the time within a distance that counts
+LEAD_IN, HOLD_TIME = 20.0, 60.0  # [s]
+TIME_SHARE = 0.95  # of the time within a distance that counts
 LOOK_TIME = 0.02  # [s]
 
 
-class Hold(NamedTuple):
+class FlownHold(NamedTuple):
     """How one hold went."""
 
     seed: int
     wind: float  # [m/s]
-    across: float  # horizontal distance not exceeded for SHARE of the time [m]
+    across: float  # horizontal distance not exceeded for TIME_SHARE of the time [m]
     above: float  # vertical distance likewise [m]
     farthest: float  # horizontally [m]
     highest: float  # vertical distance, greatest [m]
@@ -46,7 +46,7 @@ class HoldConditions(NamedTuple):
     parameters: float  # greatest relative error of the design model
 
 
-def fly_hold(conditions: HoldConditions, airframe: str = AIRFRAME) -> Hold:
+def fly_hold(conditions: HoldConditions, airframe: str = AIRFRAME) -> FlownHold:
     """Fly one hold; the airframe of that name is the design model."""
     random = np.random.default_rng(conditions.seed)
     wind_from = math.degrees(float(random.uniform(0.0, math.tau)))
@@ -61,22 +61,22 @@ def fly_hold(conditions: HoldConditions, airframe: str = AIRFRAME) -> Hold:
     aircraft = Aircraft(vehicle, STUDY_WORLD, Configuration(Settings(), vehicle.tuning, air), airborne=True)
     positions, laws, fault = [], set(), ""
     try:
-        for look in range(round((SETTLING_TIME + HOLD_TIME) / LOOK_TIME)):
+        for look in range(round((LEAD_IN + HOLD_TIME) / LOOK_TIME)):
             aircraft.advance(PERIODS_PER_LOOK)
-            if look * LOOK_TIME >= SETTLING_TIME:
+            if look * LOOK_TIME >= LEAD_IN:
                 positions.append(vehicle.truth.body.position)
                 laws.add(vehicle.law)
     except DivergedError as error:
         fault = str(error).split(":")[0]
     if not positions:
-        return Hold(conditions.seed, conditions.wind, math.inf, math.inf, math.inf, math.inf, len(laws), fault)
+        return FlownHold(conditions.seed, conditions.wind, math.inf, math.inf, math.inf, math.inf, len(laws), fault)
     p = np.array(positions)
     across, above = np.hypot(p[:, 0], p[:, 1]), np.abs(p[:, 2] - HOLD_HEIGHT)
-    return Hold(
+    return FlownHold(
         seed=conditions.seed,
         wind=conditions.wind,
-        across=float(np.quantile(across, SHARE)),
-        above=float(np.quantile(above, SHARE)),
+        across=float(np.quantile(across, TIME_SHARE)),
+        above=float(np.quantile(above, TIME_SHARE)),
         farthest=float(across.max()),
         highest=float(above.max()),
         laws=len(laws),
@@ -94,7 +94,7 @@ def run_holds(
     airframe: str = AIRFRAME,
     jobs: int = 2,
     on_progress: Callable[[int], None] = lambda done: None,  # noqa: ARG005 - silence is the default
-) -> list[Hold]:
+) -> list[FlownHold]:
     """Fly holds; their order and results do not depend on the jobs.
 
     Raises:
@@ -109,7 +109,7 @@ def run_holds(
     return flown
 
 
-def _fly_all(conditions: Sequence[HoldConditions], airframe: str, jobs: int) -> Iterator[Hold]:
+def _fly_all(conditions: Sequence[HoldConditions], airframe: str, jobs: int) -> Iterator[FlownHold]:
     if jobs == 1:
         yield from (fly_hold(one, airframe) for one in conditions)
         return
@@ -117,7 +117,7 @@ def _fly_all(conditions: Sequence[HoldConditions], airframe: str, jobs: int) -> 
         yield from pool.map(partial(fly_hold, airframe=airframe), conditions)
 
 
-def summary(holds: Sequence[Hold]) -> list[str]:
+def summary(holds: Sequence[FlownHold]) -> list[str]:
     """The holds by wind, as lines of text."""
     lines = [f"{'wind':>6}{'holds':>7}{'within 95 % of the time':>28}{'vertically':>20}{'farthest':>12}{'higher':>9}"]
     lines += [f"{'m/s':>6}{'':>7}{'median / greatest [m]':>28}{'[m]':>20}{'[m]':>12}{'[m]':>9}"]

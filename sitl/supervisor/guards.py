@@ -107,9 +107,9 @@ def near(
 
 
 @guard
-def settled(v_hover: float, v_integral: float, estimate: Estimate, thresholds: Thresholds) -> bool:
+def settled(v_hover: float, estimate: Estimate, thresholds: Thresholds) -> bool:
     """V of the linear hover law is below v_settled and the nose is up."""
-    return v_hover + v_integral < thresholds.v_settled and x_axis(estimate.attitude).z > 0.0
+    return v_hover < thresholds.v_settled and x_axis(estimate.attitude).z > 0.0
 
 
 @guard

@@ -116,7 +116,7 @@ def vehicle(tmp_path):
 def refused_orders(number):
     """Well-formed orders to this vehicle, no two alike, each of which it refuses in words."""
     long, to = mavlink.MAVLink_command_long_message, (1, 1)
-    yield mavlink.MAVLink_param_set_message(*to, b"DRK_V_ENTER", -1.0 - number, mavlink.MAV_PARAM_TYPE_REAL32)
+    yield mavlink.MAVLink_param_set_message(*to, b"DRK_V_ENTER", -2.0 - number, mavlink.MAV_PARAM_TYPE_REAL32)
     yield long(*to, mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 0, 2 + number, 0, 0, 0, 0, 0, 0)
     yield long(*to, mavlink.MAV_CMD_DO_CHANGE_SPEED, 0, 1, 100 + number, 0, 0, 0, 0, 0)
     yield long(*to, mavlink.MAV_CMD_MISSION_START, 0, 100 + number, 0, 0, 0, 0, 0, 0)

@@ -5,7 +5,18 @@ import pytest
 
 from sitl.errors import SitlError
 from sitl.model.airframe_files import load
-from sitl.studies.campaign import MIN_FLIGHT_HEIGHT, UNCERTAIN, Spread, corner, draw, fly, perturbed, run, summary
+from sitl.studies.campaign import (
+    MIN_FLIGHT_HEIGHT,
+    UNCERTAIN,
+    WITH_INFLOW,
+    Spread,
+    corner,
+    draw,
+    fly,
+    perturbed,
+    run,
+    summary,
+)
 
 SEEDS = 8
 
@@ -50,10 +61,11 @@ def test_every_seed_draws_within_the_spread_and_no_two_are_alike():
 
 
 def test_a_perturbed_airframe_differs_only_in_the_uncertain_parameters():
-    model = load("nominal").parameters
+    model = load("physical").parameters
     other = perturbed(model, draw(5, Spread()).scale)
     changed = {name for name in model._fields if getattr(model, name) != getattr(other, name)}
-    assert changed == set(UNCERTAIN)
+    assert changed == {*UNCERTAIN, *WITH_INFLOW["k_f"], *WITH_INFLOW["k_m"]}
+    assert other.k_fv / other.k_f == pytest.approx(model.k_fv / model.k_f)  # still one propeller
 
 
 def test_the_square_closes_and_has_sides_of_a_hundred_metres_whatever_its_azimuth():

@@ -18,7 +18,7 @@ USUAL = g.Thresholds(
     v_enter=20.0, v_leave=50.0, v_waited=20.0, v_settled=10.0, v_forward_enter=5.0, v_forward_leave=20.0, alone=False
 )
 NEAR = {"thresholds": USUAL, "v_integral": 0.0, "inhibited": 0.0, "since": 0.0}
-SETTLED = {"thresholds": USUAL, "v_integral": 0.0}
+SETTLED = {"thresholds": USUAL}
 BELOW = 1.0 - 1e-12
 HERE, END = (0.0, 0.0, 50.0), (100.0, 0.0, 50.0)
 
