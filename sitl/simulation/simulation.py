@@ -21,7 +21,6 @@ from sitl.control.reference import LEG, Reference, hover_at, upright
 from sitl.design.forward import can_fly_forward
 from sitl.errors import SitlError
 from sitl.estimation.sensing import SensorNoise
-from sitl.model.aerodynamics import thrusts
 from sitl.model.airframe import Airframe
 from sitl.model.ground import Crash, feet_aloft
 from sitl.model.plant import inflow
@@ -271,14 +270,7 @@ class Simulation:
     @property
     def power(self) -> float:
         """Power now, of the battery or of the shafts as the airframe counts it [W]."""
-        truth = self.truth
-        return drawn_power(truth.actuators, inflow(truth.body, self.wind), self.airframe)
-
-    @property
-    def thrust(self) -> tuple[float, float]:
-        """Thrust of the left and the right propeller now [N]."""
-        truth = self.truth
-        return thrusts(truth.actuators, inflow(truth.body, self.wind), self.airframe)
+        return drawn_power(self.truth.actuators, inflow(self.truth.body, self.wind), self.airframe)
 
     @property
     def command(self) -> Actuators:

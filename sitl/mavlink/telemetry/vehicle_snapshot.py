@@ -17,7 +17,7 @@ from sitl.autopilot.safety.fence import Fence, FenceWatch
 from sitl.control.reference import Reference
 from sitl.mavlink.telemetry.flight_times import FlightTimes
 from sitl.model.battery import Battery
-from sitl.simulation.situation import cross_track
+from sitl.simulation.situation import cross_track, thrusts_now
 
 NO_FLIGHT = FlightTimes()
 
@@ -199,7 +199,7 @@ def take_snapshot(
         taking_off=autopilot.mode is Mode.TAKEOFF,
         ready=not autopilot.arming.failed_checks(),
         critical=autopilot.failsafes.is_critical,
-        thrust=vehicle.thrust,
+        thrust=thrusts_now(vehicle),
         motor_min=a.omega_min,
         motor_max=a.omega_max,
         elevon_max=a.delta_max,
