@@ -14,7 +14,7 @@ from sitl.model import phi_theory, stall
 from sitl.model.airframe import PASSIVE, REPORT, STALL, Airframe
 from sitl.model.propeller import thrust
 from sitl.model.state import Actuators
-from sitl.model.vectors import Vector
+from sitl.model.vectors import Vector, norm
 
 
 class Slopes(NamedTuple):
@@ -59,7 +59,7 @@ def slopes(v: Vector, T1: float, T2: float, a: Airframe) -> Slopes:
         return Slopes(
             left.normal + right.normal, left.moment + right.moment, left.drag + right.drag, left.elevon, right.elevon
         )
-    h = 0.5 * a.rho * a.S * phi_theory.speed(v)
+    h = 0.5 * a.rho * a.S * norm(v)
     stream = 0.5 * a.C_l * a.xi_f * h * v.x
     per_thrust = a.S_ratio * a.C_l * a.xi_f
     return Slopes(h * a.C_l, h * (a.C_l * a.Delta_r), h * a.C_d0, per_thrust * T1 + stream, per_thrust * T2 + stream)

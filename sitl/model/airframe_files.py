@@ -103,7 +103,7 @@ def load(name_or_path: str) -> ParameterSet:
     header = _header(path, table)
     base = load(header.base) if header.base else None
     own = {key: _entry(path, key, entry) for key, entry in table.items()}
-    _check_propeller(path, own)
+    _check_propeller(path, own, base)
     values = (dict(base.values) if base else {}) | own
     missing = [key for key in _required(values) if key not in values]
     if missing:
@@ -144,11 +144,13 @@ def _required(values: dict[str, SourcedValue]) -> list[str]:
     return [key for key in units if key not in PROPELLER_KEYS or "propeller" not in values]
 
 
-def _check_propeller(path: Path, own: dict[str, SourcedValue]) -> None:
+def _check_propeller(path: Path, own: dict[str, SourcedValue], base: ParameterSet | None) -> None:
     """One set, one propeller: who states a part of it states all of it."""
     told = [key for key in PROPELLER_KEYS if key in own]
     if "propeller" in own and told:
         raise AirframeError(f"{path}: {', '.join(told)} beside propeller: they are the propeller's")
+    if told and base is not None and "propeller" in base.values:
+        raise AirframeError(f"{path}: {', '.join(told)} would not count: base {base.name!r} has a propeller")
     if len({"k_f", "k_m"} & own.keys()) == 1:
         raise AirframeError(f"{path}: {told[0]} without the other of k_f and k_m: they are one propeller's")
 

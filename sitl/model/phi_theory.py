@@ -16,7 +16,7 @@ from sitl.compiled import kernel, subroutine
 from sitl.model.airframe import Airframe
 from sitl.model.propeller import thrust, torque_difference
 from sitl.model.state import Actuators
-from sitl.model.vectors import Vector, norm
+from sitl.model.vectors import Vector
 
 
 @kernel
@@ -24,12 +24,6 @@ def effective_speed(v: Vector, w: Vector, a: Airframe) -> float:
     """The report's eta = sqrt(|v|^2 + mu c^2 |w|^2) [m/s], of the velocity through the air and the body rates."""
     turning = a.mu * a.c * a.c * (w.x * w.x + w.y * w.y + w.z * w.z)
     return math.sqrt(v.x * v.x + v.y * v.y + v.z * v.z + turning)
-
-
-@kernel
-def speed(v: Vector) -> float:
-    """The same without body rates."""
-    return norm(v)
 
 
 @kernel

@@ -21,11 +21,8 @@ from sitl.worker_pool import worker_pool
 THROW_HEIGHT = 120.0  # [m]
 HOLD_PERIODS = 2000  # control periods before the throw: the wind is known then
 SINKS = (5.0, 20.0)  # least and greatest [m/s]
-FALL_WIND, FALL_GUSTS, FALL_SPREAD = (
-    5.0,
-    1.0,
-    0.1,
-)  # steady and rms [m/s]; greatest relative error of the airframe's constants
+FALL_WIND, FALL_GUSTS = 5.0, 1.0  # steady, and rms per axis [m/s]
+FALL_SPREAD = 0.1  # greatest relative error of the airframe's constants in wind
 CALM_RADIUS, WINDY_RADIUS = 1.0, 5.0  # nearer than this to where it held is home [m]
 HOME_SPEED = 2.0  # [m/s]
 HOME_LOOKS = 50  # so long [looks]

@@ -1,5 +1,7 @@
 """Parameter sets: the shipped ones load, and a bad file is refused by file, key and value."""
 
+from pathlib import Path
+
 import pytest
 
 from sitl.model.airframe import FIRST_ORDER
@@ -111,3 +113,32 @@ def test_only_a_set_that_says_so_may_break_a_rule(tmp_path):
 def test_a_set_is_named_by_the_hash_of_its_file(tmp_path):
     first, again = (load(write(tmp_path, entry("m", 0.5, "kg"))).sha256 for _ in range(2))
     assert first == again != load(write(tmp_path, entry("m", 0.51, "kg"))).sha256
+
+
+PROPELLER = {
+    "k_f": entry("k_f", 5e-6, "kg m"),
+    "k_m": entry("k_m", 2e-7, "kg m2"),
+    "S_ratio": entry("S_ratio", 0.3, "-"),
+}
+
+
+@pytest.mark.parametrize(
+    ("base", "told", "refusal"),
+    [
+        ("nominal", ("k_f",), "k_f without the other of k_f and k_m"),
+        ("nominal", ("k_m",), "k_m without the other of k_f and k_m"),
+        ("physical", ("k_f", "k_m"), "k_f, k_m would not count: base 'physical' has a propeller"),
+        ("physical", ("S_ratio",), "S_ratio would not count: base 'physical' has a propeller"),
+    ],
+)
+def test_a_set_has_one_propeller(tmp_path, base, told, refusal):
+    path = Path(write(tmp_path, "".join(PROPELLER[key] for key in told)))
+    path.write_text(path.read_text().replace('base = "nominal"', f'base = "{base}"'))
+    with pytest.raises(AirframeError, match=refusal):
+        load(str(path))
+
+
+def test_a_propellers_parts_beside_it_are_refused(tmp_path):
+    text = entry("propeller", '"apc-8x8e"', "name") + PROPELLER["k_f"] + PROPELLER["k_m"]
+    with pytest.raises(AirframeError, match="k_f, k_m beside propeller"):
+        load(write(tmp_path, text))
