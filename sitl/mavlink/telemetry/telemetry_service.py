@@ -21,7 +21,7 @@ from sitl.mavlink.telemetry.vehicle_snapshot import (
     take_snapshot,
 )
 from sitl.mavlink.telemetry.vehicle_state import heartbeat
-from sitl.simulation.flight import PERIOD
+from sitl.timing import PERIOD
 
 PERIOD_US = round(PERIOD * 1e6)
 NAMED_VALUE_PERIODS = 100  # control periods between NAMED_VALUE_FLOATs, for tools without the DARKO dialect

@@ -17,7 +17,7 @@ from sitl.control.laws import VALUES
 from sitl.reproduction.textbook.automaton import enabled, settle
 from sitl.simulation.dispatch import COMPILED, REGISTER, Register
 from sitl.simulation.flight import Flight
-from sitl.simulation.storage import access, record_type
+from sitl.storage import access, record_type
 from sitl.supervisor import guards as g
 from sitl.supervisor.guards import GUARDS
 from sitl.supervisor.resets import begin_anew
