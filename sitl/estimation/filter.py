@@ -23,6 +23,7 @@ from sitl.estimation.belief import (
     WIND_ERROR,
     Belief,
 )
+from sitl.estimation.notch import Notch, quiet
 from sitl.estimation.strapdown import Increment, no_increment
 from sitl.model.airframe import Airframe, Array
 from sitl.model.quaternions import hover
@@ -80,6 +81,8 @@ class Filter(NamedTuple):
     ahead: Increment  # from the horizon to now
     step: Step  # being filled
     actuators: Actuators  # where the commands have brought them
+    notch: Notch  # of the gyroscope
+    speed_notch: Notch  # of the velocity, which the shaken accelerometer gives
     rates: Vector  # body rates now, smoothed [rad/s]
     acceleration: Vector  # now, smoothed, world NWU [m/s2]
     support: float  # upward force on the vehicle that neither air nor propellers make, smoothed [m/s2]
@@ -110,6 +113,8 @@ get_filling, put_filling = access(Filter, "step")
 get_model = access(Filter, "model").get
 get_wind_settings = access(Filter, "settings.wind").get
 get_believed_actuators, put_believed_actuators = access(Filter, "actuators")
+get_notch, put_notch = access(Filter, "notch")
+get_speed_notch, put_speed_notch = access(Filter, "speed_notch")
 get_smooth_rates, put_smooth_rates = access(Filter, "rates")
 get_smooth_acceleration, put_smooth_acceleration = access(Filter, "acceleration")
 get_mean_rates, put_mean_rates = access(Filter, "mean_rates")
@@ -197,6 +202,8 @@ def new_filter(settings: FilterSettings, model: Airframe) -> Filter:
         ahead=none,
         step=Step(none, zero, zero, zero, zero, off),
         actuators=off,
+        notch=quiet(zero),
+        speed_notch=quiet(zero),
         rates=zero,
         acceleration=zero,
         support=model.g,

@@ -33,19 +33,24 @@ from sitl.estimation.filter import (
     get_believed_actuators,
     get_filling,
     get_model,
+    get_notch,
     get_smooth_acceleration,
     get_smooth_rates,
+    get_speed_notch,
     get_step,
     get_wind_settings,
     put_ahead,
     put_belief,
     put_believed_actuators,
     put_filling,
+    put_notch,
     put_smooth_acceleration,
     put_smooth_rates,
+    put_speed_notch,
     put_step,
 )
 from sitl.estimation.kalman import predict, restart
+from sitl.estimation.notch import notched
 from sitl.estimation.observations import (
     nose_wind_fading,
     observe_airspeed,
@@ -260,14 +265,19 @@ def _estimate(f: Kept, inertial: Inertial, period: int) -> Estimate:
     """Where the increments since the horizon have brought the belief."""
     b, ahead = get_belief(f, 0), get_ahead(f, 0)
     position, velocity, attitude = moved_by(ahead, b.position, b.velocity, b.attitude, f["model"]["g"])
-    rates = _smoothed(subtract(inertial.rates, b.gyro_bias), get_smooth_rates(f, 0), RATE_TIME)
+    actuators, a = get_believed_actuators(f, 0), get_model(f, 0)
+    speed = 0.5 * (actuators.left_motor + actuators.right_motor)
+    notch = notched(inertial.rates, get_notch(f, 0), speed, PERIOD)
+    smooth = notched(velocity, get_speed_notch(f, 0), speed, PERIOD)
+    put_notch(f, 0, notch)
+    put_speed_notch(f, 0, smooth)
+    rates = _smoothed(subtract(notch.made, b.gyro_bias), get_smooth_rates(f, 0), RATE_TIME)
     force = subtract(inertial.force, b.accel_bias)
     felt = rotate(attitude, force)
     pulled = Vector(felt.x, felt.y, felt.z - f["model"]["g"])
     acceleration = _smoothed(pulled, get_smooth_acceleration(f, 0), ACCELERATION_TIME)
     put_smooth_rates(f, 0, rates)
     put_smooth_acceleration(f, 0, acceleration)
-    actuators, a = get_believed_actuators(f, 0), get_model(f, 0)
     if period % SLOW_PERIODS == 0:
         moves = subtract(velocity, b.wind)
         support = contact.support_of(force, moves, rates, attitude, actuators, a)
@@ -275,7 +285,7 @@ def _estimate(f: Kept, inertial: Inertial, period: int) -> Estimate:
         f["on_ground"] = contact.stands(f["support"], f["on_ground"], velocity, f["model"]["g"])
     return Estimate(
         position,
-        velocity,
+        smooth.made,
         acceleration,
         attitude,
         rates,

@@ -13,6 +13,7 @@ from sitl.control.wind_estimator import WindGains
 from sitl.design.wind import wind_gains
 from sitl.estimation.belief import ATTITUDE_ERROR, ERRORS, GYRO_BIAS_ERROR, POSITION_ERROR, VELOCITY_ERROR, Belief
 from sitl.estimation.filter import MAX_HORIZON, RUNNING, Filter, Step, filter_settings, new_filter
+from sitl.estimation.notch import quiet
 from sitl.estimation.strapdown import no_increment
 from sitl.model.airframe import Airframe, Array
 from sitl.model.quaternions import multiply, normalised, small_rotation
@@ -137,7 +138,8 @@ class Avionics:
         f["ahead"], f["step"] = no_increment(), Step(no_increment(), _NONE, _NONE, _NONE, _NONE, plant.actuators)
         f["filled"], f["phase"] = 0, RUNNING
         f["refused_since"] = f["fused_at"] = -1.0
-        f["rates"], f["acceleration"] = body.rates, _NONE
+        f["speed_notch"] = quiet(body.velocity)
+        f["notch"], f["rates"], f["acceleration"] = quiet(body.rates), body.rates, _NONE
         i["waiting"] = 0.0
 
 
