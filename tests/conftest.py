@@ -55,12 +55,15 @@ SLOW = (
     "test_api_page.py",
 )
 
-# These come first, in this order, where two processes share the files: a long one at the end would leave one idle.
+# These come first, in this order, where processes share the files: a long one at the end would leave the others idle.
+# The first two compile one half of the vehicle's kernels each, before a third process needs them.
 LONGEST = (
+    "sitl/simulation/test_accuracy.py",
+    "sitl/simulation/test_batch.py",
     "darko_gcs/tui/",
-    "sitl/simulation/",
     "sitl/supervisor/test_table.py",
     "sitl/design/test_processors.py",
+    "sitl/simulation/",
     "sitl/scenarios/",
     "e2e/",
     "test_api_page.py",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from typing import TypeVar
 
-from sitl.errors import SitlError
+from sitl import SitlError
 from sitl.worker_pool import worker_pool
 
 Draw = TypeVar("Draw")
