@@ -20,7 +20,7 @@ from sitl.defaults import AIRFRAME
 from sitl.model.airframe import Array
 from sitl.parameters import Configuration, WorldSettings
 from sitl.studies.mission_flight import PERIODS_PER_LOOK, STUDY_WORLD, has_finished_mission, waypoint
-from sitl.studies.seeded_flights import fly_all, ignore_progress, seeds
+from sitl.studies.seeded_flights import fly_draws, ignore_progress, seeds
 
 UNCERTAIN = (
     "m", "J1", "J2", "J3", "rho", "C_l", "C_d0", "xi_f", "xi_m", "Delta_r", "a_y", "p_y", "k_f", "k_m", "C_lp", "C_mq",
@@ -212,7 +212,7 @@ def run(
         SitlError: If there is nothing to fly, or no such seed.
     """
     draws = [draw(seed, spread or Spread()) for seed in seeds(flights, first)]
-    return fly_all(partial(fly, airframe=airframe), draws, jobs, FLIGHTS_PER_TASK, on_progress)
+    return fly_draws(partial(fly, airframe=airframe), draws, jobs, FLIGHTS_PER_TASK, on_progress)
 
 
 def summary(results: Sequence[CampaignFlight]) -> list[str]:

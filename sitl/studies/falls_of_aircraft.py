@@ -17,7 +17,7 @@ from sitl.parameters import Configuration, WorldSettings
 from sitl.studies.campaign import UNCERTAIN, perturbed
 from sitl.studies.falls import Throw, thrown
 from sitl.studies.mission_flight import PERIODS_PER_LOOK, STUDY_WORLD
-from sitl.studies.seeded_flights import fly_all, seeds
+from sitl.studies.seeded_flights import fly_draws, seeds
 
 THROW_HEIGHT = 120.0  # [m]
 HOLD_PERIODS = 2000  # control periods before the throw: the wind is known then
@@ -119,7 +119,7 @@ def run(flights: int, first: int, airframe: str, *, windy: bool, jobs: int = 1) 
     Raises:
         SitlError: If there is nothing to fly, or no such seed.
     """
-    return fly_all(partial(fly, airframe=airframe, windy=windy), seeds(flights, first), jobs, FALLS_PER_TASK)
+    return fly_draws(partial(fly, airframe=airframe, windy=windy), seeds(flights, first), jobs, FALLS_PER_TASK)
 
 
 def count(results: Sequence[AircraftFall], end: FallEnd) -> int:

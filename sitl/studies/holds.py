@@ -16,7 +16,7 @@ from sitl.defaults import AIRFRAME
 from sitl.parameters import Configuration, WorldSettings
 from sitl.studies.campaign import UNCERTAIN, perturbed
 from sitl.studies.mission_flight import PERIODS_PER_LOOK, STUDY_WORLD
-from sitl.studies.seeded_flights import fly_all, ignore_progress
+from sitl.studies.seeded_flights import fly_draws, ignore_progress
 
 HOLD_HEIGHT = 30.0  # [m]
 LEAD_IN, HOLD_TIME = 20.0, 60.0  # [s]
@@ -100,7 +100,7 @@ def run_holds(
     Raises:
         SitlError: There is nothing to fly.
     """
-    return fly_all(partial(fly_hold, airframe=airframe), conditions, jobs, on_progress=on_progress)
+    return fly_draws(partial(fly_hold, airframe=airframe), conditions, jobs, on_progress=on_progress)
 
 
 def summary(holds: Sequence[FlownHold]) -> list[str]:

@@ -16,7 +16,7 @@ from sitl.autopilot.safety.arming_checks import MAX_STANDING_TILT
 from sitl.autopilot.settings import Settings
 from sitl.parameters import Configuration, WorldSettings
 from sitl.studies.mission_flight import PERIODS_PER_LOOK, STUDY_WORLD
-from sitl.studies.seeded_flights import fly_all, seeds
+from sitl.studies.seeded_flights import fly_draws, seeds
 
 LANDING_HEIGHT = 8.0  # where the landing begins [m]
 HOLD_BEFORE = 3000  # control periods before it: the wind is known then
@@ -106,7 +106,7 @@ def run(flights: int, first: int, airframe: str, wind: float, gusts: float, jobs
         SitlError: If there is nothing to fly, or no such seed.
     """
     landing = partial(fly, airframe=airframe, wind=wind, gusts=gusts)
-    return fly_all(landing, seeds(flights, first), jobs, LANDINGS_PER_TASK)
+    return fly_draws(landing, seeds(flights, first), jobs, LANDINGS_PER_TASK)
 
 
 def count(results: Sequence[Landing], end: LandingEnd) -> int:

@@ -29,7 +29,7 @@ def seeds(flights: int, first: int) -> range:
     return range(first, first + flights)
 
 
-def fly_all(
+def fly_draws(
     fly: Callable[[Draw], Result],
     draws: Sequence[Draw],
     jobs: int,
