@@ -3,6 +3,7 @@
 import gc
 import os
 
+import pytest
 from hypothesis import settings
 from hypothesis.internal.conjecture import providers
 
@@ -90,12 +91,16 @@ def pytest_collection_modifyitems(items):
     items.sort(key=turn)
 
 
+@pytest.hookimpl(wrapper=True)
 def pytest_collection():
     gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.enable()
 
 
 def pytest_collection_finish():
     """What is collected stays: to look through it for garbage, and as often as usual, takes a tenth of the time."""
     gc.freeze()
     gc.set_threshold(20_000, 20, 20)
-    gc.enable()
