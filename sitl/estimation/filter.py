@@ -84,6 +84,7 @@ class Filter(NamedTuple):
     notch: Notch  # of the gyroscope
     speed_notch: Notch  # of the velocity, which the shaken accelerometer gives
     rates: Vector  # body rates now, smoothed [rad/s]
+    velocity: Vector  # now, smoothed, world NWU [m/s]
     acceleration: Vector  # now, smoothed, world NWU [m/s2]
     support: float  # upward force on the vehicle that neither air nor propellers make, smoothed [m/s2]
     filled: int  # slow steps between the horizon and now
@@ -116,6 +117,7 @@ get_believed_actuators, put_believed_actuators = access(Filter, "actuators")
 get_notch, put_notch = access(Filter, "notch")
 get_speed_notch, put_speed_notch = access(Filter, "speed_notch")
 get_smooth_rates, put_smooth_rates = access(Filter, "rates")
+get_smooth_velocity, put_smooth_velocity = access(Filter, "velocity")
 get_smooth_acceleration, put_smooth_acceleration = access(Filter, "acceleration")
 get_mean_rates, put_mean_rates = access(Filter, "mean_rates")
 get_mean_force, put_mean_force = access(Filter, "mean_force")
@@ -205,6 +207,7 @@ def new_filter(settings: FilterSettings, model: Airframe) -> Filter:
         notch=quiet(zero),
         speed_notch=quiet(zero),
         rates=zero,
+        velocity=zero,
         acceleration=zero,
         support=model.g,
         filled=0,

@@ -36,6 +36,7 @@ from sitl.estimation.filter import (
     get_notch,
     get_smooth_acceleration,
     get_smooth_rates,
+    get_smooth_velocity,
     get_speed_notch,
     get_step,
     get_wind_settings,
@@ -46,6 +47,7 @@ from sitl.estimation.filter import (
     put_notch,
     put_smooth_acceleration,
     put_smooth_rates,
+    put_smooth_velocity,
     put_speed_notch,
     put_step,
 )
@@ -84,7 +86,7 @@ from sitl.sensors.instruments import (
 from sitl.storage import Kept
 from sitl.timing import PERIOD
 
-RATE_TIME = 0.002  # smoothing of the body rates given to the laws [s]
+SMOOTHING_TIME = 0.004  # of the body rates and the velocity given to the laws [s]
 ACCELERATION_TIME = 0.03  # of the acceleration [s]
 REFUSED_TIME = 1.5  # readings refused for so long are right, and the filter is wrong [s]
 SMALLEST_TURN = 0.05  # variance floor of an attitude that is set anew, as a deviation [rad]
@@ -271,7 +273,9 @@ def _estimate(f: Kept, inertial: Inertial, period: int) -> Estimate:
     smooth = notched(velocity, get_speed_notch(f, 0), speed, PERIOD)
     put_notch(f, 0, notch)
     put_speed_notch(f, 0, smooth)
-    rates = _smoothed(subtract(notch.made, b.gyro_bias), get_smooth_rates(f, 0), RATE_TIME)
+    smooth_velocity = _smoothed(smooth.made, get_smooth_velocity(f, 0), SMOOTHING_TIME)
+    put_smooth_velocity(f, 0, smooth_velocity)
+    rates = _smoothed(subtract(notch.made, b.gyro_bias), get_smooth_rates(f, 0), SMOOTHING_TIME)
     force = subtract(inertial.force, b.accel_bias)
     felt = rotate(attitude, force)
     pulled = Vector(felt.x, felt.y, felt.z - f["model"]["g"])
@@ -285,7 +289,7 @@ def _estimate(f: Kept, inertial: Inertial, period: int) -> Estimate:
         f["on_ground"] = contact.stands(f["support"], f["on_ground"], velocity, f["model"]["g"])
     return Estimate(
         position,
-        smooth.made,
+        smooth_velocity,
         acceleration,
         attitude,
         rates,

@@ -138,7 +138,7 @@ class Avionics:
         f["ahead"], f["step"] = no_increment(), Step(no_increment(), _NONE, _NONE, _NONE, _NONE, plant.actuators)
         f["filled"], f["phase"] = 0, RUNNING
         f["refused_since"] = f["fused_at"] = -1.0
-        f["speed_notch"] = quiet(body.velocity)
+        f["speed_notch"], f["velocity"] = quiet(body.velocity), body.velocity
         f["notch"], f["rates"], f["acceleration"] = quiet(body.rates), body.rates, _NONE
         i["waiting"] = 0.0
 
