@@ -24,6 +24,9 @@ class Flight:
         self.folder, self.node = folder, hovering(folder)
         self.ground, self.now = Codec(255, 190), 0.0
         self.heard, self.texts = Counter(), []
+        for number in (mavlink.MAVLINK_MSG_ID_DARKO_HYBRID_STATE, mavlink.MAVLINK_MSG_ID_CONTROL_STATUS):
+            ask = mavlink.MAVLink_command_long_message(1, 1, mavlink.MAV_CMD_REQUEST_MESSAGE, 0, number, *[0] * 6)
+            self.node.receive(self.ground.encode(ask), PEER, self.now)
 
     def step(self, hostile=()):
         for key, data in hostile:
