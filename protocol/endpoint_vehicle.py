@@ -250,6 +250,8 @@ class VehicleEndpoint:
     def _receive(self, message: Message, now: float, peer: Peer) -> None:
         kind = message.get_type()
         server = self._server_of.get(kind)
+        if self.operator.is_asked(message):  # whoever asks for control knows its status, and wants it
+            self._streams.ask_for(mavlink.MAVLINK_MSG_ID_CONTROL_STATUS, peer)
         if not self.operator.admits(message, now, peer):
             return
         if server is not None:

@@ -93,6 +93,15 @@ class StreamScheduler:
             self._soonest = self._find_soonest()
         return int(mavlink.MAV_RESULT_ACCEPTED)
 
+    def wake(self, message_ids: Iterable[int]) -> None:
+        """Send these at their default rates, in step with the messages that are sent from the beginning."""
+        for number in message_ids:
+            interval = self._defaults.get(number, STREAM_OFF)
+            if interval != STREAM_OFF:
+                self._intervals[number] = interval
+                self._due[number] = -(-self._now_us // interval) * interval
+        self._soonest = self._find_soonest()
+
     def due(self, now_us: int) -> list[int]:
         """Ids due at ``now_us``, ascending, each at most once: missed messages are not sent later."""
         self._now_us = now_us

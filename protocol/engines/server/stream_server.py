@@ -156,6 +156,18 @@ class StreamServer(Server):
                 audience.setdefault(number, []).append(key)
         return {number: tuple(audience[number]) for number in sorted(audience)}
 
+    def ask_for(self, number: int, peer: Peer) -> bool:
+        """Let a link get the family of a message from now on; False if that is too much for it."""
+        woken = self._asleep(number, peer)
+        if not woken:
+            return True
+        schedule = self._begin(peer)
+        if not self._is_affordable(peer, schedule, dict.fromkeys(woken, 0.0)):
+            return False
+        schedule.wake(woken)
+        self._settle(peer, schedule)
+        return True
+
     def audience(self, number: int) -> Audience:
         """The links that get a message which nobody in particular has asked for."""
         family = self._family.get(number)
@@ -175,33 +187,19 @@ class StreamServer(Server):
             is_kept = math.isnan(interval) or interval in {0.0, self._fixed[number]}
             return int(mavlink.MAV_RESULT_ACCEPTED if is_kept else mavlink.MAV_RESULT_DENIED)
         schedule = self._begin(peer)
-        woken = {} if interval == STREAM_OFF else self._asleep(number, peer)
-        if not self._is_affordable(peer, schedule, {**woken, number: interval}):
+        woken = frozenset[int]() if interval == STREAM_OFF else self._asleep(number, peer)
+        if not self._is_affordable(peer, schedule, {**dict.fromkeys(woken, 0.0), number: interval}):
             return int(mavlink.MAV_RESULT_TEMPORARILY_REJECTED)
         result = schedule.set_interval(number, interval)
         if result == mavlink.MAV_RESULT_ACCEPTED:
-            for other in woken.keys() - {number}:
-                schedule.set_interval(other, 0.0)
+            schedule.wake(woken - {number})
             self._settle(peer, schedule)
         return result
 
-    def _asleep(self, number: int, peer: Peer) -> dict[int, float]:
-        """The family of a message that a link has not asked for yet, each with the interval that wakes it."""
+    def _asleep(self, number: int, peer: Peer) -> frozenset[int]:
+        """The family of a message, if the link has not asked for it yet."""
         family = self._family.get(number, frozenset())
-        return {} if self._own.get(peer.key, self._shared).has_any(family) else dict.fromkeys(family, 0.0)
-
-    def _wake_family(self, number: int, peer: Peer) -> bool:
-        """Send a link the family of a message from now on; False if that is too much."""
-        woken = self._asleep(number, peer)
-        if not woken:
-            return True
-        schedule = self._begin(peer)
-        if not self._is_affordable(peer, schedule, woken):
-            return False
-        for other in woken:
-            schedule.set_interval(other, 0.0)
-        self._settle(peer, schedule)
-        return True
+        return frozenset() if self._own.get(peer.key, self._shared).has_any(family) else family
 
     def _send_interval(self, number: int, peer: Peer) -> int:
         if not 0 <= number <= 0xFFFF:  # does not fit MESSAGE_INTERVAL
@@ -224,7 +222,7 @@ class StreamServer(Server):
             return int(mavlink.MAV_RESULT_DENIED)
         copies = self._numbered.get(number, 1) if index == 0.0 else 1
         copies *= len(self._links) if everyone and self._links else 1
-        if not self._may_ask(peer, copies, now) or not self._wake_family(number, peer):
+        if not self._may_ask(peer, copies, now) or not self.ask_for(number, peer):
             return int(mavlink.MAV_RESULT_TEMPORARILY_REJECTED)
         self._events.append(MessageRequested(number, index, None if everyone else peer))
         return int(mavlink.MAV_RESULT_ACCEPTED)

@@ -166,7 +166,8 @@ def test_what_cannot_be_flown_is_refused_with_a_reason_and_changes_nothing(strea
 
 
 def test_less_thrust_than_the_elevons_need_is_flown_as_that_much(streaming):
-    streaming.start(thrust=0.1)
+    streaming.start()
+    streaming.stream(0.1, thrust=0.1)
     assert streaming.autopilot.reference.attitude.thrust == MIN_THRUST
     assert "refused" not in streaming.texts()
 

@@ -39,6 +39,9 @@ class Server:
 
     def rates(self, seconds=2):
         """Messages a second that each link gets."""
+        for _ in range(50):  # past the first message after a change
+            self.server.due(self.now_us)
+            self.now_us += 10_000
         got = {key: {} for key in self.links}
         for _ in range(seconds * 100):
             for number, audience in self.server.due(self.now_us).items():
@@ -68,6 +71,14 @@ def test_one_request_brings_the_whole_family_to_the_asking_link_alone(server, ho
     assert [server.interval(key, MOTORS) for key in "ab"] == [50_000, -1]
     assert server.server.audience(EVENT) == ("a",)
     assert server.server.audience(OTHER) == NOBODY
+
+
+def test_what_is_asked_for_comes_in_step_with_the_rest(server):
+    server.server.due(130_000)
+    server.ask("a", REQUEST, STATE)
+    due = {time: server.server.due(time) for time in range(130_000, 300_000, 10_000)}
+    assert [time for time, numbers in due.items() if STATE in numbers] == [200_000]
+    assert [time for time, numbers in due.items() if MOTORS in numbers] == [150_000, 200_000, 250_000]
 
 
 def test_a_request_for_one_message_is_answered_with_it(server):

@@ -79,13 +79,12 @@ def test_a_whole_turn_of_an_upright_hover_is_a_whole_turn_of_its_yaw_alone(hover
 def test_only_in_forward_flight_are_displays_to_pitch_up(hovering, law):
     level = flip_quaternion(quaternion_from_euler(0.1, 0.05, 2.0))  # of the nose
     message = navigation.attitude_quaternion(hovering._replace(q=level, law=law))
-    q = (message.q1, message.q2, message.q3, message.q4)
-    shown = euler_from_quaternion(displayed(q, message.repr_offset_q))
     if law.regime is Regime.FORWARD:
+        q = (message.q1, message.q2, message.q3, message.q4)
         assert message.repr_offset_q == pytest.approx([0.7071, 0.0, 0.7071, 0.0], abs=1e-4)
-        assert shown == pytest.approx((0.1, 0.05, 2.0))
+        assert euler_from_quaternion(displayed(q, message.repr_offset_q)) == pytest.approx((0.1, 0.05, 2.0))
     else:
-        assert shown[1] == pytest.approx(math.radians(-90.0) + 0.05, abs=0.02)
+        assert message.repr_offset_q == [1.0, 0.0, 0.0, 0.0]
 
 
 def test_rates_are_about_the_axes_of_the_hover_frame(hovering):
