@@ -34,14 +34,16 @@ class FamilyRequests:
         self._due = dict.fromkeys(REQUESTED, math.inf)  # when each message is requested next [s]
         self._sent: dict[int, int] = {}  # message by number of the request
 
-    def follow(self, event: Event, now: float) -> None:
-        """Take an event of the station."""
+    def follow(self, event: Event, now: float) -> bool:
+        """Take an event of the station; true if it answers a request from here, which nobody else waits for."""
         if isinstance(event, APPEARANCES):
             self._due = dict.fromkeys(REQUESTED, now)
-        elif isinstance(event, CommandDone) and event.request in self._sent:
-            message_id = self._sent.pop(event.request)
-            if self._due[message_id] == math.inf:  # else the vehicle has appeared anew since
-                self._due[message_id] = now + SILENCE if event.result in FOR_NOW else math.inf
+        if not isinstance(event, CommandDone) or event.request not in self._sent:
+            return False
+        message_id = self._sent.pop(event.request)
+        if self._due[message_id] == math.inf:  # else the vehicle has appeared anew since
+            self._due[message_id] = now + SILENCE if event.result in FOR_NOW else math.inf
+        return True
 
     def receive(self, message: Message, now: float) -> None:
         """Take a message of the vehicle."""

@@ -288,12 +288,13 @@ class Station:
 
     def _collect(self, now: float) -> None:
         for event in self.endpoint.events():
+            if self._families.follow(event, now):
+                continue
             self.snapshot = reduce_event(self.snapshot, event, now)
             if isinstance(event, MissionUploaded):
                 self.snapshot = with_plan(self.snapshot, event.kind, self.plans.sent.get(event.kind, ()))
             self._events.append(event)
             self.plans.follow(event, now)
-            self._families.follow(event, now)
             if text := self.parameter_metadata.follow(event, now):
                 self.add_line(now, text)
         metadata = self.parameter_metadata.known

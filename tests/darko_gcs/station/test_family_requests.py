@@ -115,3 +115,9 @@ def test_a_lost_vehicle_is_not_asked():
     asking.endpoint.is_present = False
     asking.requests.follow(VehicleLost(3.0), 4.0)
     assert asking.times() == [1.0]
+
+
+def test_the_answers_are_no_events_of_the_operators(link):
+    link.run(5.0)
+    assert has_all(link)
+    assert link.events_of(CommandDone) == []

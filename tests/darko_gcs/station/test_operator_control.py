@@ -49,8 +49,7 @@ def shown(link):
 
 
 def results(link):
-    own = mavlink.MAV_CMD_REQUEST_MESSAGE  # sent by the station itself
-    return [event.result for event in link.events_of(CommandDone) if event.command != own]
+    return [event.result for event in link.events_of(CommandDone)]
 
 
 def test_control_is_taken_and_given_back(link):
