@@ -13,11 +13,11 @@ from protocol.endpoint_ground import GroundEndpoint
 from protocol.events import CommandDone, Event, VehicleFound, VehicleRestarted, VehicleReturned
 from protocol.message import Message
 
-__all__ = ["FamilyRequests"]
+__all__ = ["APPEARANCES", "FamilyRequests"]
 
 REQUESTED = (mavlink.MAVLINK_MSG_ID_DARKO_HYBRID_STATE, mavlink.MAVLINK_MSG_ID_CONTROL_STATUS)
 SILENCE = 10.0  # after which a message is requested again [s]
-APPEARANCES = (VehicleFound, VehicleReturned, VehicleRestarted)
+APPEARANCES = (VehicleFound, VehicleReturned, VehicleRestarted)  # of a vehicle that remembers no request
 FOR_NOW = frozenset({None, mavlink.MAV_RESULT_ACCEPTED, mavlink.MAV_RESULT_TEMPORARILY_REJECTED})
 """Results after which it makes sense to ask again; None: no answer. A vehicle that has no such message says so."""
 

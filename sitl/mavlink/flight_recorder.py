@@ -1,8 +1,8 @@
 """The vehicle's own record of its flights: each from arming to a second after disarming, as a telemetry log.
 
-A log holds the telemetry at its default rates, whatever peers ask for, and the events. Files are numbered; the oldest
-are deleted if there are too many or they are too large. A disk that fails ends the log, not the flight, and recording
-begins again once the disk can be written.
+A log holds the telemetry at its default rates, whatever peers ask for or not, and the events. Files are numbered; the
+oldest are deleted if there are too many or they are too large. A disk that fails ends the log, not the flight, and
+recording begins again once the disk can be written.
 """
 
 from __future__ import annotations
@@ -71,12 +71,12 @@ class FlightRecorder:
         """True while a flight is being recorded."""
         return self._writer is not None
 
-    def follow(self, time: float, messages: Callable[[int], list[Message]], *, armed: bool) -> None:
+    def follow(self, time: float, message: Callable[[int], Message], *, armed: bool) -> None:
         """Record the telemetry that is due; call it as often as telemetry is sent.
 
         Args:
             time: The vehicle's own [s].
-            messages: Makes the messages of an id, of this instant.
+            message: Makes the message of an id, of this instant.
             armed: Whether the vehicle is armed.
         """
         time_us = round(time * 1e6)
@@ -92,8 +92,7 @@ class FlightRecorder:
             self._ends = time + AFTER_DISARMING
         due = self._streams.due(time_us) if self.is_recording else ()
         for message_id in due:
-            for message in messages(message_id):
-                self._write(message, time_us)
+            self._write(message(message_id), time_us)
         if time >= self._ends:
             self._end()
         self._armed = armed
@@ -249,7 +248,9 @@ class _DiskFile:
 
 
 def _intervals() -> dict[int, int]:
-    return {s.message_id: round(1e6 / s.rate) for s in STREAMS if s.rate > 0.0} | {HEARTBEAT: 1_000_000}
+    intervals = {s.message_id: round(1e6 / s.rate) for s in STREAMS if s.rate > 0.0} | {HEARTBEAT: 1_000_000}
+    del intervals[mavlink.MAVLINK_MSG_ID_NAMED_VALUE_FLOAT]  # the DARKO_* messages hold the same numbers
+    return intervals
 
 
 def _began(name: str) -> int:

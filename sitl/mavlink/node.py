@@ -139,7 +139,7 @@ class Node:
             streams={s.message_id: round(1e6 / s.rate) if s.rate else STREAM_OFF for s in STREAMS},
             on_request=(mavlink.MAVLINK_MSG_ID_AVAILABLE_MODES,),
             numbered={mavlink.MAVLINK_MSG_ID_AVAILABLE_MODES: len(AVAILABLE_MODES)},
-            families=FAMILIES,
+            families=FAMILIES.values(),
             peers=peers,
             keyring=keyring,
             files=files,

@@ -63,19 +63,19 @@ STREAMS = (
 BUILDERS = {s.message_id: s.build for s in STREAMS} | {
     mavlink.MAVLINK_MSG_ID_HEARTBEAT: lambda s: vehicle_state.heartbeat(s.status, s.autopilot_type)
 }
-FAMILIES = (
+FAMILIES = {
     # Our own dialect, which only a peer that has its definitions can read.
-    frozenset(number for number, known in mavlink.mavlink_map.items() if known.msgname.startswith("DARKO_")),
+    "DARKO": frozenset(number for number, known in mavlink.mavlink_map.items() if known.msgname.startswith("DARKO_")),
     # Newer than the definitions that MAVProxy comes with.
-    frozenset(
+    "modes": frozenset(
         {
             mavlink.MAVLINK_MSG_ID_AVAILABLE_MODES,
             mavlink.MAVLINK_MSG_ID_CURRENT_MODE,
             mavlink.MAVLINK_MSG_ID_AVAILABLE_MODES_MONITOR,
         }
     ),
-    frozenset({mavlink.MAVLINK_MSG_ID_CONTROL_STATUS}),
-)
+    "control": frozenset({mavlink.MAVLINK_MSG_ID_CONTROL_STATUS}),
+}
 """Messages that a peer gets once it has asked for one of the family."""
 
 
