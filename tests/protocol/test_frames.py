@@ -71,6 +71,15 @@ def test_flying_frame_is_what_a_hover_frame_attitude_shows_with_the_field_s_offs
 
 
 @given(angles, pitches, angles)
+def test_the_two_body_frames_lead_to_each_other(roll, pitch, yaw):
+    q, v = frames.quaternion_from_euler(roll, pitch, yaw), (roll, pitch, yaw)
+    assert frames.flying_attitude(frames.hover_attitude(q)) == pytest.approx(q, abs=1e-12)
+    assert frames.flying_axes(frames.hover_axes(v)) == v
+    in_hover = frames.rotate(frames.hover_attitude(q), frames.hover_axes(v))
+    assert in_hover == pytest.approx(frames.rotate(q, v), abs=1e-9)
+
+
+@given(angles, pitches, angles)
 def test_euler_angles_and_quaternions_are_each_other_s_inverse(roll, pitch, yaw):
     q = frames.quaternion_from_euler(roll, pitch, yaw)
     assert same_rotation(q, frames.quaternion_from_euler(*frames.euler_from_quaternion(q)))

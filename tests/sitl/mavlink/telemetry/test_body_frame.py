@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law, Regime
 from protocol.frames import (
     displayed,
@@ -85,6 +86,22 @@ def test_only_in_forward_flight_are_displays_to_pitch_up(hovering, law):
         assert euler_from_quaternion(displayed(q, message.repr_offset_q)) == pytest.approx((0.1, 0.05, 2.0))
     else:
         assert message.repr_offset_q == [1.0, 0.0, 0.0, 0.0]
+
+
+def test_a_transition_ends_with_the_nose_on_the_horizon_of_a_display(tmp_path):
+    station = Bench(tmp_path, up=30.0).station()
+    station.command(mavlink.MAV_CMD_DO_VTOL_TRANSITION, mavlink.MAV_VTOL_STATE_FW)
+    station.advance(1.0)
+    forward = mavlink.MAV_VTOL_STATE_FW
+    station.bench.advance_until(lambda: station.last("EXTENDED_SYS_STATE").vtol_state == forward, 20.0)
+    station.advance(0.5)
+    message = station.last("ATTITUDE_QUATERNION")
+    q = (message.q1, message.q2, message.q3, message.q4)
+    _, told_pitch, _ = euler_from_quaternion(q)
+    _, pitch, yaw = euler_from_quaternion(displayed(q, message.repr_offset_q))
+    assert math.degrees(told_pitch) < -45.0
+    assert abs(math.degrees(pitch)) < 30.0
+    assert math.degrees(yaw) % 360.0 == pytest.approx(station.last("GLOBAL_POSITION_INT").hdg / 100.0, abs=5.0)
 
 
 def test_rates_are_about_the_axes_of_the_hover_frame(hovering):
