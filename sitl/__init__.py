@@ -37,7 +37,6 @@ if TYPE_CHECKING:
     from sitl.simulation.batch import fly_batch
     from sitl.simulation.dispatch import Register
     from sitl.simulation.failures import DivergedError
-    from sitl.simulation.flight import PERIOD
     from sitl.simulation.recording import JumpRecord, Recording
     from sitl.simulation.simulation import Simulation
     from sitl.simulation.start import Start
@@ -45,6 +44,7 @@ if TYPE_CHECKING:
     from sitl.supervisor.guards import Guard, guard
     from sitl.supervisor.resets import Reset, reset
     from sitl.supervisor.table import TABLE, Jump
+    from sitl.timing import PERIOD
 
 _PLACES = {
     "protocol.dialect.vocabulary": ("Law", "Limit", "Reason", "Regime", "Saturation"),

@@ -29,7 +29,7 @@ from sitl.model.state import Actuators, Plant
 from sitl.model.vectors import Vector
 from sitl.scenarios.catalogue import SCENARIOS
 from sitl.scenarios.scenario import fly
-from sitl.simulation.storage import access, record_of
+from sitl.storage import access, record_of
 
 STEP = 1e-3
 NOMINAL = load_airframe("nominal").parameters

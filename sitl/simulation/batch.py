@@ -19,7 +19,7 @@ from sitl.simulation.noise import BLOCK
 from sitl.simulation.recording import Recording
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import whole_periods
-from sitl.simulation.storage import WIDTH, block_of, from_block, record_type
+from sitl.storage import WIDTH, block_of, from_block, record_type
 
 MAX_JUMPS = 256  # of a flight in one call
 

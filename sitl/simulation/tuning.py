@@ -25,7 +25,7 @@ from sitl.errors import SitlError
 from sitl.model.airframe import STALL, Airframe
 from sitl.parameter_metadata import ParameterMetadata
 from sitl.simulation.flight import Design
-from sitl.simulation.storage import record_of
+from sitl.storage import record_of
 from sitl.supervisor.guards import Thresholds
 
 REPORT_GAIN, LMI_GAIN, GENTLE_GAIN, PROVED_GAIN = range(4)  # designs of the linear hover law

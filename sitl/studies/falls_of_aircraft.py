@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from enum import StrEnum
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -14,9 +15,9 @@ from sitl.aircraft import Aircraft
 from sitl.autopilot.settings import Settings
 from sitl.parameters import Configuration, WorldSettings
 from sitl.studies.campaign import UNCERTAIN, perturbed
-from sitl.studies.falls import Throw, check_count, thrown
+from sitl.studies.falls import Throw, thrown
 from sitl.studies.mission_flight import PERIODS_PER_LOOK, STUDY_WORLD
-from sitl.worker_pool import worker_pool
+from sitl.studies.seeded_flights import fly_draws, seeds
 
 THROW_HEIGHT = 120.0  # [m]
 HOLD_PERIODS = 2000  # control periods before the throw: the wind is known then
@@ -116,24 +117,9 @@ def run(flights: int, first: int, airframe: str, *, windy: bool, jobs: int = 1) 
     """Fly seeds ``first`` to ``first + flights - 1``; their order and results do not depend on the jobs.
 
     Raises:
-        SitlError: If there is nothing to fly.
+        SitlError: If there is nothing to fly, or no such seed.
     """
-    check_count(flights, first)
-    return list(_fly_all(range(first, first + flights), airframe, windy, jobs))
-
-
-def _fly_all(seeds: range, airframe: str, windy: bool, jobs: int) -> Iterator[AircraftFall]:
-    tasks = [(seed, airframe, windy) for seed in seeds]
-    if jobs == 1:
-        yield from map(_fly_task, tasks)
-        return
-    with worker_pool(min(jobs, len(tasks))) as pool:
-        yield from pool.map(_fly_task, tasks, chunksize=FALLS_PER_TASK)
-
-
-def _fly_task(task: tuple[int, str, bool]) -> AircraftFall:
-    seed, airframe, windy = task
-    return fly(seed, airframe, windy=windy)
+    return fly_draws(partial(fly, airframe=airframe, windy=windy), seeds(flights, first), jobs, FALLS_PER_TASK)
 
 
 def count(results: Sequence[AircraftFall], end: FallEnd) -> int:

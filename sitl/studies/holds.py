@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
-from sitl import Airframe, DivergedError, Simulation, SitlError, Start, load_airframe
+from sitl import Airframe, DivergedError, Simulation, Start, load_airframe
 from sitl.aircraft import Aircraft
 from sitl.autopilot.settings import Settings
 from sitl.defaults import AIRFRAME
 from sitl.parameters import Configuration, WorldSettings
 from sitl.studies.campaign import UNCERTAIN, perturbed
 from sitl.studies.mission_flight import PERIODS_PER_LOOK, STUDY_WORLD
-from sitl.worker_pool import worker_pool
+from sitl.studies.seeded_flights import fly_draws, ignore_progress
 
 HOLD_HEIGHT = 30.0  # [m]
 LEAD_IN, HOLD_TIME = 20.0, 60.0  # [s]
@@ -93,28 +93,14 @@ def run_holds(
     conditions: Sequence[HoldConditions],
     airframe: str = AIRFRAME,
     jobs: int = 2,
-    on_progress: Callable[[int], None] = lambda done: None,  # noqa: ARG005 - silence is the default
+    on_progress: Callable[[int], None] = ignore_progress,
 ) -> list[FlownHold]:
     """Fly holds; their order and results do not depend on the jobs.
 
     Raises:
         SitlError: There is nothing to fly.
     """
-    if not conditions or jobs < 1:
-        raise SitlError(f"{len(conditions)} holds by {jobs} processes: both must be at least 1")
-    flown = []
-    for hold in _fly_all(conditions, airframe, jobs):
-        flown.append(hold)
-        on_progress(len(flown))
-    return flown
-
-
-def _fly_all(conditions: Sequence[HoldConditions], airframe: str, jobs: int) -> Iterator[FlownHold]:
-    if jobs == 1:
-        yield from (fly_hold(one, airframe) for one in conditions)
-        return
-    with worker_pool(min(jobs, len(conditions))) as pool:
-        yield from pool.map(partial(fly_hold, airframe=airframe), conditions)
+    return fly_draws(partial(fly_hold, airframe=airframe), conditions, jobs, on_progress=on_progress)
 
 
 def summary(holds: Sequence[FlownHold]) -> list[str]:

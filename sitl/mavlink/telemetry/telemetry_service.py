@@ -20,7 +20,7 @@ from sitl.mavlink.telemetry.vehicle_snapshot import (
     take_snapshot,
 )
 from sitl.mavlink.telemetry.vehicle_state import heartbeat
-from sitl.simulation.flight import PERIOD
+from sitl.timing import PERIOD
 
 PERIOD_US = round(PERIOD * 1e6)
 

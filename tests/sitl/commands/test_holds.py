@@ -32,7 +32,7 @@ def test_the_verdict_is_by_wind(hold, near):
     [
         (["--wind", "40"], "--wind 40 is not within 0 and 30"),
         (["--gusts", "-1"], "--gusts -1 is not within 0 and 10"),
-        (["--flights", "0"], "--flights 0: there must be one at least"),
+        (["--flights", "0"], "--flights 0: there must be at least 1"),
         (["--first", "-3"], "--first -3: seeds are not negative"),
         (["--parameters", "0.6"], "--parameters 0.6 is not within 0 and 0.5"),
         (["--json", "/nowhere/holds.json"], "/nowhere/holds.json: there is no folder /nowhere"),

@@ -24,8 +24,8 @@ from sitl.model.plant import step_in_air
 from sitl.model.quaternions import Quaternion
 from sitl.model.state import Actuators, Body, Plant
 from sitl.model.vectors import Vector
-from sitl.simulation.flight import PERIOD
 from sitl.simulation.tuning import Tuning, designed
+from sitl.timing import PERIOD
 from tests.support.flights.estimates import estimate
 
 NOMINAL = load("nominal").parameters

@@ -31,7 +31,7 @@ def test_a_seed_is_one_flight_and_a_wrong_model_another():
 
 
 def test_no_holds_are_refused():
-    with pytest.raises(SitlError, match="0 holds by 2 processes: both must be at least 1"):
+    with pytest.raises(SitlError, match="0 flights by 2 processes: both must be at least 1"):
         run_holds([])
 
 
