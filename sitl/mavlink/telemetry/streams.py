@@ -9,7 +9,7 @@ from typing import NamedTuple
 from protocol.dialect import mavlink
 from protocol.message import Message
 from sitl.mavlink.standard_modes import available_modes_monitor, current_mode
-from sitl.mavlink.telemetry import hybrid_state, identification, inertial, navigation, vehicle_state
+from sitl.mavlink.telemetry import hybrid_state, identification, imu_messages, navigation, vehicle_state
 from sitl.mavlink.telemetry.vehicle_snapshot import VehicleSnapshot
 
 
@@ -27,9 +27,9 @@ STREAMS = (
     Stream(mavlink.MAVLINK_MSG_ID_ATTITUDE_QUATERNION, navigation.attitude_quaternion, 20.0),
     Stream(mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED, navigation.local_position, 20.0),
     Stream(mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT, navigation.global_position, 5.0),
-    Stream(mavlink.MAVLINK_MSG_ID_HIGHRES_IMU, inertial.highres_imu, 10.0),
-    Stream(mavlink.MAVLINK_MSG_ID_SCALED_IMU, inertial.scaled_imu, 1.0),
-    Stream(mavlink.MAVLINK_MSG_ID_RAW_IMU, inertial.raw_imu, 1.0),
+    Stream(mavlink.MAVLINK_MSG_ID_HIGHRES_IMU, imu_messages.highres_imu, 10.0),
+    Stream(mavlink.MAVLINK_MSG_ID_SCALED_IMU, imu_messages.scaled_imu, 1.0),
+    Stream(mavlink.MAVLINK_MSG_ID_RAW_IMU, imu_messages.raw_imu, 1.0),
     Stream(mavlink.MAVLINK_MSG_ID_GPS_RAW_INT, navigation.gps_raw, 1.0),
     Stream(mavlink.MAVLINK_MSG_ID_ALTITUDE, navigation.altitude, 1.0),
     Stream(mavlink.MAVLINK_MSG_ID_ODOMETRY, navigation.odometry, 5.0),

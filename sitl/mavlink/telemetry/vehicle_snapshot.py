@@ -19,7 +19,10 @@ from sitl.mavlink.telemetry.flight_times import FlightTimes
 from sitl.model.airframe import Airframe
 from sitl.model.battery import Battery
 from sitl.model.state import Plant
+from sitl.sensors.instruments import Inertial
+from sitl.simulation.simulation import Simulation
 from sitl.simulation.situation import cross_track, thrusts_now
+from sitl.storage import named_from
 
 NO_FLIGHT = FlightTimes()
 
@@ -53,6 +56,7 @@ class VehicleSnapshot(NamedTuple):
     rates: Vector  # p, q, r [rad/s]
     plant: Plant
     airframe: Airframe
+    inertial: Inertial | None  # what gyroscope and accelerometer read; None: the vehicle flies on the truth
     wind: Vector  # velocity of the air [m/s]
     wind_estimate: Vector  # as the laws see it [m/s]
     wind_deviation: Vector  # standard deviations of the estimate [m/s]
@@ -172,6 +176,7 @@ def take_snapshot(
         rates=body.rates,
         plant=state.plant,
         airframe=a,
+        inertial=_inertial(vehicle),
         wind=vehicle.wind,
         wind_estimate=state.controller.wind.wind,
         wind_deviation=vehicle.wind_deviation,
@@ -223,6 +228,12 @@ def take_snapshot(
         control=control,
         autopilot_type=autopilot_type,
     )
+
+
+def _inertial(vehicle: Simulation) -> Inertial | None:
+    if not vehicle.avionics.is_sensed:
+        return None
+    return named_from(Inertial, vehicle.avionics.instruments["inertial"].item())
 
 
 def _mission_state(aircraft: Aircraft) -> int:

@@ -1,4 +1,4 @@
-"""Messages of the inertial sensors, one function each, and what these sensors read.
+"""Messages of gyroscope and accelerometer, one function each, and what these read.
 
 https://mavlink.io/en/messages/common.html#HIGHRES_IMU and the other messages named below
 """
@@ -6,7 +6,6 @@ https://mavlink.io/en/messages/common.html#HIGHRES_IMU and the other messages na
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 from protocol import units
 from protocol.dialect import mavlink
@@ -16,8 +15,9 @@ from sitl.mavlink.telemetry.body_frame import axes_on_wire
 from sitl.mavlink.telemetry.vehicle_snapshot import VehicleSnapshot
 from sitl.model.quaternions import rotate_inverse
 from sitl.model.vectors import Vector
+from sitl.sensors.instruments import Inertial
+from sitl.sensors.specification import STANDARD_GRAVITY
 
-STANDARD_GRAVITY = 9.80665  # [m/s2], what SCALED_IMU and RAW_IMU count in
 MAX_INT16 = 32767
 NOT_MEASURED = math.nan
 ACCELERATION_AND_RATES = (
@@ -30,25 +30,22 @@ ACCELERATION_AND_RATES = (
 )
 
 
-class InertialReadings(NamedTuple):
-    """What accelerometer and gyroscope read, body frame FLU."""
-
-    specific_force: Vector  # [m/s2]
-    rates: Vector  # [rad/s]
-
-
-def inertial_readings(s: VehicleSnapshot) -> InertialReadings:
-    """What ideal sensors at the centre of mass read."""
+def inertial_reading(s: VehicleSnapshot) -> Inertial:
+    """What gyroscope and accelerometer read; ideal ones at the centre of mass where the vehicle flies on the truth."""
+    if s.inertial is not None:
+        return s.inertial
     if s.landed:  # the ground carries the weight
-        return InertialReadings(rotate_inverse(s.plant.body.attitude, Vector(0.0, 0.0, s.airframe.g)), Vector(*s.rates))
-    return InertialReadings(specific_force(s.plant, Vector(*s.wind), s.airframe), Vector(*s.rates))
+        force = rotate_inverse(s.plant.body.attitude, Vector(0.0, 0.0, s.airframe.g))
+    else:
+        force = specific_force(s.plant, Vector(*s.wind), s.airframe)
+    return Inertial(rates=Vector(*s.rates), force=force)
 
 
 def highres_imu(s: VehicleSnapshot) -> Message:
     """HIGHRES_IMU: acceleration and rates; ``fields_updated`` says that there is no more."""
-    readings = inertial_readings(s)
-    xacc, yacc, zacc = axes_on_wire(readings.specific_force)
-    xgyro, ygyro, zgyro = axes_on_wire(readings.rates)
+    reading = inertial_reading(s)
+    xacc, yacc, zacc = axes_on_wire(reading.force)
+    xgyro, ygyro, zgyro = axes_on_wire(reading.rates)
     return mavlink.MAVLink_highres_imu_message(
         time_usec=units.microseconds(s.time),
         xacc=xacc,
@@ -70,20 +67,20 @@ def highres_imu(s: VehicleSnapshot) -> Message:
 
 def scaled_imu(s: VehicleSnapshot) -> Message:
     """SCALED_IMU: the same in thousandths of g and of rad/s; a magnetic field or temperature of 0 is not known."""
-    (xacc, yacc, zacc), (xgyro, ygyro, zgyro) = _in_thousandths(inertial_readings(s))
+    (xacc, yacc, zacc), (xgyro, ygyro, zgyro) = _in_thousandths(inertial_reading(s))
     return mavlink.MAVLink_scaled_imu_message(s.ms, xacc, yacc, zacc, xgyro, ygyro, zgyro, xmag=0, ymag=0, zmag=0)
 
 
 def raw_imu(s: VehicleSnapshot) -> Message:
     """RAW_IMU in the units of SCALED_IMU, as ArduPilot has it: MAVLink leaves them open."""
-    (xacc, yacc, zacc), (xgyro, ygyro, zgyro) = _in_thousandths(inertial_readings(s))
+    (xacc, yacc, zacc), (xgyro, ygyro, zgyro) = _in_thousandths(inertial_reading(s))
     time_usec = units.microseconds(s.time)
     return mavlink.MAVLink_raw_imu_message(time_usec, xacc, yacc, zacc, xgyro, ygyro, zgyro, xmag=0, ymag=0, zmag=0)
 
 
-def _in_thousandths(readings: InertialReadings) -> tuple[tuple[int, ...], tuple[int, ...]]:
-    acceleration = (_int16(1e3 * a / STANDARD_GRAVITY) for a in axes_on_wire(readings.specific_force))
-    return tuple(acceleration), tuple(_int16(1e3 * rate) for rate in axes_on_wire(readings.rates))
+def _in_thousandths(reading: Inertial) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    acceleration = (_int16(1e3 * a / STANDARD_GRAVITY) for a in axes_on_wire(reading.force))
+    return tuple(acceleration), tuple(_int16(1e3 * rate) for rate in axes_on_wire(reading.rates))
 
 
 def _int16(value: float) -> int:

@@ -5,9 +5,19 @@ import math
 import pytest
 
 from protocol.dialect import mavlink
-from sitl.mavlink.telemetry import inertial
+from sitl.aircraft import Aircraft
+from sitl.autopilot.safety.arena import ARENAS
+from sitl.autopilot.safety.world import World
+from sitl.autopilot.settings import Settings
+from sitl.mavlink.telemetry import imu_messages
+from sitl.model.airframe_files import load
 from sitl.model.vectors import Vector
-from tests.support.vehicle.fake_station import FakeStation
+from sitl.parameters import Configuration, WorldSettings
+from sitl.simulation.avionics import Navigation
+from sitl.simulation.simulation import Simulation
+from sitl.simulation.start import Start
+from sitl.simulation.tuning import Tuning
+from tests.support.vehicle.fake_station import FRAME, FakeStation
 
 G = 9.81
 
@@ -41,14 +51,14 @@ def test_what_no_sensor_measures_is_marked_so(station):
 
 def test_rates_are_those_of_attitude(station):
     snapshot = station.node.snapshot()._replace(rates=Vector(0.3, 0.2, 0.1))
-    told, scaled = inertial.highres_imu(snapshot), inertial.scaled_imu(snapshot)
+    told, scaled = imu_messages.highres_imu(snapshot), imu_messages.scaled_imu(snapshot)
     assert (told.xgyro, told.ygyro, told.zgyro) == (-0.1, -0.2, -0.3)
     assert (scaled.xgyro, scaled.ygyro, scaled.zgyro) == (-100, -200, -300)
 
 
 def test_more_than_a_field_holds_is_its_limit(station):
     snapshot = station.node.snapshot()._replace(rates=Vector(-50.0, 0.0, 50.0))
-    for message in (inertial.scaled_imu(snapshot), inertial.raw_imu(snapshot)):
+    for message in (imu_messages.scaled_imu(snapshot), imu_messages.raw_imu(snapshot)):
         assert (message.xgyro, message.zgyro) == (-32767, 32767)
 
 
@@ -59,3 +69,18 @@ def test_a_rate_can_be_asked_for(station, name):
     station.heard.clear()
     station.advance(1.0)
     assert len(station.all(name)) == pytest.approx(20, abs=1)
+
+
+def test_a_vehicle_with_sensors_tells_what_they_read(tmp_path):
+    start = Start(up=3.0, airborne=True)
+    vehicle = Simulation(load("nominal").parameters, start=start, navigation=Navigation.SENSORS)
+    configuration = Configuration(Settings(), Tuning(), WorldSettings())
+    aircraft = Aircraft(vehicle, World(FRAME, ARENAS["open"]), configuration, airborne=True)
+    station = FakeStation.with_vehicle(tmp_path, aircraft=aircraft)
+    station.advance(1.0)
+    told, read = imu_messages.highres_imu(station.node.snapshot()), vehicle.avionics.instruments["inertial"]
+    forward, left, up = read["force"].item()
+    assert (told.xacc, told.yacc, told.zacc) == (-up, -left, -forward)
+    assert -told.zacc == pytest.approx(G, abs=3.0)
+    rolling, pitching, yawing = read["rates"].item()
+    assert (told.xgyro, told.ygyro, told.zgyro) == (-yawing, -pitching, -rolling)
