@@ -35,11 +35,7 @@ class Stalling(NamedTuple):
 
     speed: float = 1.3  # [m/s]
     thrusts: tuple[float, float] = (0.5, 0.35)  # asked for beyond the hover's [N]
-    pushes: tuple[float, float, float] = (
-        -0.07,
-        0.11,
-        0.075,
-    )  # beyond the hover's: mean, either way, and half difference
+    pushes: tuple[float, float, float] = (-0.07, 0.11, 0.075)  # beyond the hover's: least and most mean, difference
     deflections: tuple[float, float] = (0.11, 0.09)
 
 
