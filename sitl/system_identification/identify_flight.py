@@ -1,0 +1,44 @@
+"""From a log to what it tells of an airframe."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from sitl.model.airframe import Airframe
+from sitl.system_identification.flight_log import Channels, read_flight
+from sitl.system_identification.path_reconstruction import reconstructed
+from sitl.system_identification.regression import Problem, solved
+from sitl.system_identification.result import Identification, identification
+from sitl.system_identification.sensor_record import SensorRecord
+from sitl.system_identification.stretches import usable_stretches
+from sitl.system_identification.unknowns import unknowns_of, with_values
+
+
+def identify(
+    log: Path, base: Airframe, *, known: Mapping[str, float] | None = None, channels: tuple[int, ...] | None = None
+) -> Identification:
+    """What a log tells of an airframe.
+
+    Args:
+        log: A telemetry log.
+        base: The set to begin from.
+        known: Constants that are known, by field.
+        channels: Outputs of left motor, right motor, left elevon and right elevon, from 1; negative: reversed.
+
+    Raises:
+        SitlError: The log cannot be read, lacks something, or has no flight in it; or a known key is none.
+    """
+    unknowns_of(base, known)  # a wrong key is said before the log is read
+    return identify_record(read_flight(log, Channels(channels, base)), base, known=known)
+
+
+def identify_record(
+    record: SensorRecord, base: Airframe, *, known: Mapping[str, float] | None = None
+) -> Identification:
+    """The same of what was read already."""
+    unknowns = unknowns_of(base, known)
+    begin = with_values(base, known or {})
+    paths = [reconstructed(stretch, base.g) for stretch in usable_stretches(record, base)]
+    problem = Problem(paths, begin, unknowns)
+    return identification(paths, problem, solved(problem), begin, record.sources)
