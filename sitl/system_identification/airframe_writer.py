@@ -39,8 +39,8 @@ def write_airframe(
     shipped = base.name in available() and load(base.name).sha256 == base.sha256
     told = dict(_told(found, known, flight))
     entries: Entries = {} if shipped else {key: (one.value, one.source) for key, one in base.values.items()}
-    for key, (value, source) in told.items():
-        entries |= dict([_entry(base, key, value, source)])
+    for key, (number, source) in told.items():
+        entries |= dict([_entry(base, key, number, source)])
     entries |= _sparing(base, entries)
     waived = sorted(base.waived | {name for name, rule in RULES.items() if not rule.holds(found.airframe)})
     lines = ["# Identified. A set with a base takes from it what it does not state itself.", "[set]"]
@@ -86,7 +86,7 @@ def _sparing(base: ParameterSet, entries: Entries) -> Entries:
     return {"torque_factor": (factors.torque_factor, source)}
 
 
-def _entry(base: ParameterSet, key: str, value: float, source: str) -> tuple[str, tuple[float, str]]:
+def _entry(base: ParameterSet, key: str, value: float, source: str) -> tuple[str, tuple[float | str, str]]:
     """A constant of the kernels as the file states it."""
     if "propeller" in base.values and key in FACTOR_OF:
         factor = FACTOR_OF[key]

@@ -1,4 +1,4 @@
-"""What an airframe's constants do together: accelerations per thrust, deflection and rate, which a flight tells best."""
+"""What an airframe's constants do together: accelerations per thrust, deflection and rate, which flights tell best."""
 
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ class Effect(NamedTuple):
 
     name: str
     unit: str
+    forward: bool = False  # of forward flight
 
 
 EFFECTS = (
@@ -29,11 +30,11 @@ EFFECTS = (
     Effect("roll by elevons, hover", "1/s2"),
     Effect("yaw by motors, hover", "1/s"),
     Effect("roll by motors, hover", "1/s"),
-    Effect("pitch by elevons, 15 m/s", "1/s2"),
-    Effect("roll by elevons, 15 m/s", "1/s2"),
-    Effect("roll damping, 15 m/s", "1/s"),
-    Effect("pitch damping, 15 m/s", "1/s"),
-    Effect("yaw damping, 15 m/s", "1/s"),
+    Effect("pitch by elevons, 15 m/s", "1/s2", forward=True),
+    Effect("roll by elevons, 15 m/s", "1/s2", forward=True),
+    Effect("roll damping, 15 m/s", "1/s", forward=True),
+    Effect("pitch damping, 15 m/s", "1/s", forward=True),
+    Effect("yaw damping, 15 m/s", "1/s", forward=True),
 )
 
 

@@ -73,8 +73,8 @@ def read_flight(path: Path, channels: Channels) -> SensorRecord:
     if missing:
         raise SitlError(f"{path}: cannot identify from this log: {'; '.join(missing)}")
     chosen = [one for one in found if one is not None]
-    series = _on_one_clock([(one.series, one.offset) for one in chosen])
-    return SensorRecord(*series, sources=tuple(one.kind.name for one in chosen))
+    imu, commands, attitude, motion = _on_one_clock([(one.series, one.offset) for one in chosen])
+    return SensorRecord(imu, commands, attitude, motion, tuple(one.kind.name for one in chosen))
 
 
 def _quantities(channels: Channels) -> Sequence[_Quantity]:
@@ -180,7 +180,7 @@ def _table(c: Columns, *names: str) -> Array:
 
 
 def _imu(c: Columns, names: Sequence[str], turning: float, force: float) -> Array:
-    return _table(c, *names) * np.concatenate([turning * FLIP, force * FLIP])
+    return np.asarray(_table(c, *names) * np.concatenate([turning * FLIP, force * FLIP]))
 
 
 def _attitude(q: Array) -> Array:
@@ -195,7 +195,7 @@ def _of_angles(angles: Array) -> Array:
 
 
 def _local(c: Columns) -> Array:
-    return _table(c, "x", "y", "z", "vx", "vy", "vz") * np.concatenate([FLIP, FLIP])
+    return np.asarray(_table(c, "x", "y", "z", "vx", "vy", "vz") * np.concatenate([FLIP, FLIP]))
 
 
 def _global(c: Columns) -> Array:

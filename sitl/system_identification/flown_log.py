@@ -95,11 +95,11 @@ def fly_excitation(
             vehicle.step(LOG_STEP)
         flight.position = vehicle.truth.body.position
     table = np.array(rows)
-    body, command, actuators = table[:, 1:14], table[:, 14:18], table[:, 18:22]
-    R = rotations.matrices(body[:, 6:10])
-    through_air = np.einsum("ijk,ij->ik", R, body[:, 3:6] - np.array(winds))
-    force, _ = accelerations(through_air, np.ascontiguousarray(body[:, 10:13]), actuators, true)
-    return FlownTruth(table[:, 0], body, command, force, vehicle.crash is not None)
+    states, commands, actuators = (np.ascontiguousarray(part) for part in np.split(table[:, 1:], [13, 17], axis=1))
+    R = rotations.matrices(states[:, 6:10])
+    through_air = np.einsum("ijk,ij->ik", R, states[:, 3:6] - np.array(winds))
+    force, _ = accelerations(through_air, np.ascontiguousarray(states[:, 10:]), actuators, true)
+    return FlownTruth(table[:, 0], states, commands, force, vehicle.crash is not None)
 
 
 def write_log(flown: FlownTruth, path: Path, a: Airframe, *, seed: int = 1, noise: LoggedNoise | None = None) -> None:

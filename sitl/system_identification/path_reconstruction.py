@@ -13,6 +13,7 @@ complement.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -22,7 +23,7 @@ from scipy.linalg import solveh_banded
 
 from sitl.model.airframe import Array
 from sitl.system_identification import rotations
-from sitl.system_identification.sensor_record import Stretch
+from sitl.system_identification.sensor_record import Indices, Stretch
 
 GYRO_BIAS, ACCELEROMETER_BIAS = 0.05, 0.5  # assumed standard deviations [rad/s], [m/s2]
 TURNS = 3  # of linearisation, and of weighing the measurements by what they miss
@@ -96,7 +97,7 @@ def reconstructed(stretch: Stretch, g: float) -> ReconstructedPath:
 def _noise(samples: Array, least: float) -> float:
     """White noise of a sensor by its third differences, which leave nothing of what is smooth."""
     third = np.diff(samples, n=3, axis=0)
-    return max(float(np.median(np.abs(third))) / 0.6745 / np.sqrt(20.0), least)
+    return max(float(np.median(np.abs(third))) / (0.6745 * math.sqrt(20.0)), least)
 
 
 class _Chain(NamedTuple):
@@ -127,7 +128,8 @@ def _with_bias(
     slopes = np.stack([chain.residuals(solved[:, 1 + j], -turned[:, :, j], none) for j in range(3)], axis=1)
     information = slopes.T @ slopes + np.eye(3) / prior**2
     bias = np.linalg.solve(information, -slopes.T @ missed - expected / prior**2)
-    return solved[:, 0] + np.einsum("ijk,j->ik", solved[:, 1:], bias), bias, np.linalg.inv(information)
+    states = solved[:, 0] + np.einsum("ijk,j->ik", solved[:, 1:], bias)
+    return states, np.asarray(bias), np.asarray(np.linalg.inv(information))
 
 
 def _attitude(s: Stretch, q: Array, bias: Array, noise: SensorDeviations) -> tuple[Array, Array, float]:
@@ -143,7 +145,7 @@ def _attitude(s: Stretch, q: Array, bias: Array, noise: SensorDeviations) -> tup
     return rotations.unit(rotations.product(rotations.of_vector(theta), q)), bias + change, float(off.std())
 
 
-def _walk(steady: Array, at: Array, known: float) -> _Chain:
+def _walk(steady: Array, at: Indices, known: float) -> _Chain:
     """States x whose changes are known to 1 / steady (n - 1,), and which are measured at some samples to 1 / known."""
     weight = steady**2
     bands = np.zeros((2, len(steady) + 1))

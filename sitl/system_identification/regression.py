@@ -180,7 +180,7 @@ def solved(problem: Problem, on_round: Callable[[int], None] = lambda number: No
 
 
 def _rms(residuals: Array) -> Array:
-    return np.sqrt(np.mean(residuals**2, axis=0))
+    return np.asarray(np.sqrt(np.mean(residuals**2, axis=0)))
 
 
 def _descended(problem: Problem, x: Array, weights: Array) -> Array:

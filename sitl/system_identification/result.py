@@ -91,7 +91,7 @@ def identification(
         fastest=fastest,
         base=base,
         airframe=airframe,
-        effects=_effects(problem, solution, base),
+        effects=_effects(problem, solution, base, fastest),
         parameters=parameters,
         directions=_directions(solution, len(problem.unknowns)),
         untold=tuple(_untold(parameters, covariance, fastest)),
@@ -117,11 +117,11 @@ def _parameters(
         before, estimate = value_of(base, one.key), value_at(base, one, float(x[i]))
         scale = (abs(before) or one.scale) if one.signed else estimate
         interval = NORMAL_95 * float(deviations[i]) * scale
-        yield Row(one.key, one.meaning, one.unit, before, estimate, interval, deviations[i] < TOLD * assumed[i])
+        yield Row(one.key, one.meaning, one.unit, before, estimate, interval, bool(deviations[i] < TOLD * assumed[i]))
 
 
-def _effects(problem: Problem, solution: Solution, base: Airframe) -> tuple[Row, ...]:
-    """Effects by the delta method."""
+def _effects(problem: Problem, solution: Solution, base: Airframe, fastest: float) -> tuple[Row, ...]:
+    """Effects by the delta method; those of forward flight are told by forward flight alone."""
     x = solution.x
     slopes = np.zeros((len(EFFECTS), len(x)))
     for j in range(len(problem.unknowns)):
@@ -133,8 +133,16 @@ def _effects(problem: Problem, solution: Solution, base: Airframe) -> tuple[Row,
     assumed = np.sqrt(np.einsum("ij,j,ij->i", slopes, solution.assumed**2, slopes))
     before, after = effect_values(base, base), effect_values(problem.airframe(x), base)
     return tuple(
-        Row("", effect.name, effect.unit, *map(float, (b, e, NORMAL_95 * d)), told=bool(d < TOLD * s))
-        for effect, b, e, d, s in zip(EFFECTS, before, after, deviation, assumed, strict=True)
+        Row(
+            key="",
+            name=effect.name,
+            unit=effect.unit,
+            before=float(before[i]),
+            estimate=float(after[i]),
+            interval=NORMAL_95 * float(deviation[i]),
+            told=bool(deviation[i] < TOLD * assumed[i] and (fastest >= FORWARD or not effect.forward)),
+        )
+        for i, effect in enumerate(EFFECTS)
     )
 
 
@@ -147,6 +155,8 @@ def _directions(solution: Solution, count: int) -> tuple[int, int]:
 
 def _untold(parameters: Sequence[Row], covariance: Array, fastest: float) -> Iterator[str]:
     deviations = np.sqrt(np.diag(covariance))
+    if fastest < FORWARD:
+        yield f"forward flight: at most {fastest:.1f} m/s through the air; what is said of it, the model extrapolates"
     for i, row in enumerate(parameters):
         if row.told:
             continue
@@ -154,7 +164,7 @@ def _untold(parameters: Sequence[Row], covariance: Array, fastest: float) -> Ite
         shared[i] = 0.0
         partner = int(shared.argmax())
         if fastest < FORWARD and row.key in NEEDS_FORWARD:
-            why = f"no forward flight: at most {fastest:.1f} m/s through the air"
+            why = "it takes forward flight"
         elif shared[partner] > TOGETHER:
             why = f"only together with {parameters[partner].key}"
         elif row.key in OF_ACTUATORS:

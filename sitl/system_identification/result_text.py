@@ -19,8 +19,8 @@ def as_text(found: Identification, name: str, mass_given: bool) -> str:
     lines = [
         f"{found.seconds:.0f} s of flight, up to {found.fastest:.1f} m/s through the air: {', '.join(found.sources)}",
         f"wind {wind[0]:+.2f} north, {wind[1]:+.2f} west, {wind[2]:+.2f} up m/s, "
-        f"within {spread.wind[0]:.2f}, {spread.wind[1]:.2f}, {spread.wind[2]:.2f}; "
-        f"inputs act {1e3 * found.nuisance.delay:+.1f} ms late, within {1e3 * spread.delay:.1f}",
+        f"within {spread.wind[0]:.2g}, {spread.wind[1]:.2g}, {spread.wind[2]:.2g}; "
+        f"inputs act {1e3 * found.nuisance.delay:+.1f} ms late, within {1e3 * spread.delay:.2g}",
         "",
         *_table("what they do together", name, found.effects),
         "",
@@ -43,12 +43,12 @@ def as_text(found: Identification, name: str, mass_given: bool) -> str:
 
 
 def _table(title: str, name: str, rows: Sequence[Row]) -> Iterator[str]:
-    yield f"{title:<44}{name:>12}{'estimated':>12}{'+/- 95 %':>11}  {'unit':<11}{'ratio':>6}"
+    yield f"{title:<50}{name:>12}{'estimated':>12}{'+/- 95 %':>11}  {'unit':<11}{'ratio':>6}"
     for row in rows:
         label = f"{row.key:<11}{row.name}" if row.key else row.name
         ratio = f"{row.estimate / row.before:6.3f}" if row.before else f"{'-':>6}"
         mark = "" if row.told else "  not told"
-        yield (f"{label:<44}{row.before:12.4g}{row.estimate:12.4g}{row.interval:11.2g}  {row.unit:<11}{ratio}{mark}")
+        yield (f"{label:<50}{row.before:12.4g}{row.estimate:12.4g}{row.interval:11.2g}  {row.unit:<11}{ratio}{mark}")
 
 
 def as_data(found: Identification) -> dict[str, Any]:

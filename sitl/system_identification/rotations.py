@@ -24,7 +24,7 @@ def product(p: Array, q: Array) -> Array:
 
 def inverse(q: Array) -> Array:
     """Inverses of unit quaternions."""
-    return q * np.array([1.0, -1.0, -1.0, -1.0])
+    return np.asarray(q * np.array([1.0, -1.0, -1.0, -1.0]))
 
 
 def unit(q: Array) -> Array:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import numpy.typing as npt
 
@@ -60,7 +62,7 @@ def _is_flying(record: SensorRecord, time: Array, a: Airframe) -> npt.NDArray[np
     still = np.interp(record.motion.time, record.commands.time, running.astype(float)) < 0.01
     if still.any():
         flying &= np.interp(time, record.motion.time, up) > float(np.median(up[still])) + CLEAR
-    return flying
+    return np.asarray(flying, np.bool_)
 
 
 def _interval_around(series: Series, time: Array) -> Array:
@@ -73,7 +75,7 @@ def _pieces(begin: float, end: float) -> list[tuple[float, float]]:
     """A span in pieces of nearly the same length."""
     count = max(1, round((end - begin) / PIECE))
     marks = np.linspace(begin, end, count + 1).tolist()
-    return list(zip(marks[:-1], marks[1:], strict=True))
+    return list(pairwise(marks))
 
 
 def _liveliest(record: SensorRecord, pieces: list[tuple[float, float]]) -> list[tuple[float, float]]:
@@ -90,7 +92,7 @@ def _liveliest(record: SensorRecord, pieces: list[tuple[float, float]]) -> list[
 def _stretch(record: SensorRecord, begin: float, end: float) -> Stretch:
     imu = record.imu.between(begin, end)
     first, last = float(imu.time[0]), float(imu.time[-1])
-    middles = first + GRID_STEP * (np.arange(int((last - first) / GRID_STEP) + 1) + 0.5)
+    middles = np.asarray(first + GRID_STEP * (np.arange(int((last - first) / GRID_STEP) + 1) + 0.5), np.float64)
     commands = _commands_at(record.commands, middles)
     attitude, motion = record.attitude.between(first, last), record.motion.between(first, last)
     attitude_at, late = _nearest(imu.time, attitude.time)

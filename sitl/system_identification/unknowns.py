@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from sitl.errors import SitlError
 from sitl.model.airframe import FIRST_ORDER, STALL, Airframe
@@ -36,7 +36,7 @@ _ALWAYS = (
     Unknown("C_y0", "lateral drag", "-", 0.5, signed=True, scale=0.1),
     Unknown("xi_f", "elevon share of the lift", "-", 0.3),
     Unknown("xi_m", "elevon arm", "-", 0.5),
-    Unknown("Delta_r", "neutral point behind the centre of mass", "m", 0.5),
+    Unknown("Delta_r", "neutral point behind the mass centre", "m", 0.5),
     Unknown("k_m", "torque coefficient", "kg m2", 0.5),
     Unknown("J1", "inertia about x", "kg m2", 0.5),
     Unknown("J2", "inertia about y", "kg m2", 0.5),
@@ -130,4 +130,5 @@ _PER_MASS = (
 def of_mass(a: Airframe, mass: float) -> Airframe:
     """The airframe of another mass [kg] that flies the same: no sensor could tell the two apart off the ground."""
     share = mass / a.m
-    return a._replace(**{name: share * getattr(a, name) for name in _PER_MASS}, S_ratio=a.S_ratio / share)
+    scaled: dict[str, Any] = {name: share * getattr(a, name) for name in _PER_MASS}
+    return a._replace(**scaled, S_ratio=a.S_ratio / share)
