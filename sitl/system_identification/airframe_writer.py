@@ -9,14 +9,14 @@ from pathlib import Path
 from typing import TypeAlias
 
 from sitl.errors import SitlError
-from sitl.model.airframe_files import ALL_UNITS, RULES, ParameterSet, available, load
+from sitl.model.airframe_files import ALL_UNITS, PROPELLER_KEYS, RULES, ParameterSet, available, load
 from sitl.model.propeller_files import PropellerError, PropellerFactors, load_propeller
 from sitl.system_identification.result import Identification
 from sitl.system_identification.unknowns import ADVANCE, value_of
 
 Entries: TypeAlias = dict[str, tuple[float | str, str]]  # values and sources by key of the file
 
-DIGITS = 6
+FILE_DIGITS = 6
 TORQUE_STEP = 1.02
 FACTOR_OF = dict(zip(("k_f", "k_m", ADVANCE, "S_p"), PropellerFactors._fields, strict=True))
 
@@ -38,7 +38,7 @@ def write_airframe(
     """
     shipped = base.name in available() and load(base.name).sha256 == base.sha256
     told = dict(_told(found, known, flight))
-    entries: Entries = {} if shipped else {key: (one.value, one.source) for key, one in base.values.items()}
+    entries: Entries = {} if shipped else {key: (base.values[key].value, base.values[key].source) for key in _own(base)}
     for key, (number, source) in told.items():
         entries |= dict([_entry(base, key, number, source)])
     entries |= _sparing(base, entries)
@@ -55,6 +55,11 @@ def write_airframe(
     except OSError as error:
         raise SitlError(f"{path}: cannot be written: {error.strerror}") from error
     load(str(path))
+
+
+def _own(base: ParameterSet) -> list[str]:
+    """Keys of a set that a file without a base states: of a propeller not what its own file does."""
+    return [key for key in base.values if key not in PROPELLER_KEYS or "propeller" not in base.values]
 
 
 def _told(found: Identification, known: Mapping[str, float], flight: str) -> Iterator[tuple[str, tuple[float, str]]]:
@@ -99,7 +104,7 @@ def _entry(base: ParameterSet, key: str, value: float, source: str) -> tuple[str
 
 
 def _rounded(value: float) -> float:
-    return float(f"{value:.{DIGITS}g}")
+    return float(f"{value:.{FILE_DIGITS}g}")
 
 
 def _text(text: str) -> str:

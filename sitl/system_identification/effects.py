@@ -12,7 +12,7 @@ from sitl.model.propeller import speed_for
 from sitl.system_identification.replay import accelerations
 
 CRUISE, INCIDENCE = 15.0, math.radians(6.0)  # where forward flight is looked at [m/s], [rad]
-ELEVON, MOTOR, RATE = 0.02, 5.0, 0.1  # half the differences [rad], [rad/s], [rad/s]
+ELEVON_STEP, MOTOR_STEP, RATE_STEP = 0.02, 5.0, 0.1  # half the differences [rad], [rad/s], [rad/s]
 
 
 class Effect(NamedTuple):
@@ -47,14 +47,15 @@ def effect_values(a: Airframe, at: Airframe) -> Array:
     """
     speed = speed_for(0.5 * at.m * at.g, 0.0, at)
     still, cruise = np.zeros(3), np.array([CRUISE * math.cos(INCIDENCE), 0.0, -CRUISE * math.sin(INCIDENCE)])
-    both, differ = np.array([0.0, 0.0, ELEVON, ELEVON]), np.array([0.0, 0.0, ELEVON, -ELEVON])
-    motors, p, q, r = np.array([MOTOR, -MOTOR, 0.0, 0.0]), *(RATE * np.eye(3))
+    both, differ = np.array([0.0, 0.0, ELEVON_STEP, ELEVON_STEP]), np.array([0.0, 0.0, ELEVON_STEP, -ELEVON_STEP])
+    motors, p, q, r = np.array([MOTOR_STEP, -MOTOR_STEP, 0.0, 0.0]), *(RATE_STEP * np.eye(3))
     none, rest = np.zeros(4), np.zeros(3)
     moves = (
-        (still, both, rest, 1, 2.0 * ELEVON), (still, differ, rest, 0, -4.0 * ELEVON),
-        (still, motors, rest, 2, -4.0 * MOTOR), (still, motors, rest, 0, 4.0 * MOTOR),
-        (cruise, both, rest, 1, 2.0 * ELEVON), (cruise, differ, rest, 0, -4.0 * ELEVON),
-        (cruise, none, p, 0, -2.0 * RATE), (cruise, none, q, 1, -2.0 * RATE), (cruise, none, r, 2, -2.0 * RATE),
+        (still, both, rest, 1, 2.0 * ELEVON_STEP), (still, differ, rest, 0, -4.0 * ELEVON_STEP),
+        (still, motors, rest, 2, -4.0 * MOTOR_STEP), (still, motors, rest, 0, 4.0 * MOTOR_STEP),
+        (cruise, both, rest, 1, 2.0 * ELEVON_STEP), (cruise, differ, rest, 0, -4.0 * ELEVON_STEP),
+        (cruise, none, p, 0, -2.0 * RATE_STEP), (cruise, none, q, 1, -2.0 * RATE_STEP),
+        (cruise, none, r, 2, -2.0 * RATE_STEP),
     )  # fmt: skip
     v = np.array([move[0] for move in moves for _ in range(2)])
     trim = np.array([speed, speed, 0.0, 0.0])

@@ -13,10 +13,10 @@ from typing import NamedTuple
 from sitl.control.reference import Point, Reference, along, hover_at, leg
 from sitl.model.vectors import Vector
 
-HEIGHT = 60.0  # of the hover [m]
+EXCITATION_HEIGHT = 60.0  # of the hover [m]
 HOVER_SPEED = 4.0  # [m/s]
-HOVER_TIME, LEG_TIME, ENTRY_TIME, STOP_TIME = 2.5, 3.0, 6.0, 8.0  # of each step [s]
-LEG_LENGTH = 200.0  # longer than what is flown of one [m]
+HOVER_STEP_TIME, LEG_STEP_TIME, ENTRY_TIME, STOP_TIME = 2.5, 3.0, 6.0, 8.0  # of each step [s]
+LEG_REACH = 200.0  # longer than what is flown of one [m]
 DEEPEST = 10.0  # below the first height that the last hover may be [m]
 
 
@@ -80,24 +80,24 @@ class Excitation:
 
     def __init__(self, hover: Sequence[HoverStep] = HOVER_STEPS, legs: Sequence[LegStep] = LEG_STEPS) -> None:
         self._hover, self._legs = hover, legs
-        self.position = Vector(0.0, 0.0, HEIGHT)  # of the vehicle: whoever flies keeps it up to date
+        self.position = Vector(0.0, 0.0, EXCITATION_HEIGHT)  # of the vehicle: whoever flies keeps it up to date
 
     def steps(self) -> Iterator[ReferenceStep]:
         """Each step, made when the one before has been flown."""
-        place = hover_at((0.0, 0.0, HEIGHT), 0.0)
+        place = hover_at((0.0, 0.0, EXCITATION_HEIGHT), 0.0)
         for step in self._hover:
             x, y, z = step.offset
-            place = hover_at((x, y, HEIGHT + z), math.radians(step.heading), HOVER_SPEED)
-            yield ReferenceStep(place, HOVER_TIME)
+            place = hover_at((x, y, EXCITATION_HEIGHT + z), math.radians(step.heading), HOVER_SPEED)
+            yield ReferenceStep(place, HOVER_STEP_TIME)
         heading = 0.0
         for number, one in enumerate(self._legs):
             heading += math.radians(one.turn)
             here = self.position
-            ahead = (LEG_LENGTH * math.cos(heading), LEG_LENGTH * math.sin(heading), LEG_LENGTH * one.slope)
+            ahead = (LEG_REACH * math.cos(heading), LEG_REACH * math.sin(heading), LEG_REACH * one.slope)
             there = (here.x + ahead[0], here.y + ahead[1], here.z + ahead[2])
             path = leg(here, there, one.airspeed)
-            yield ReferenceStep(along(place, path, heading), LEG_TIME if number else ENTRY_TIME)
+            yield ReferenceStep(along(place, path, heading), LEG_STEP_TIME if number else ENTRY_TIME)
         if self._legs:
             here = self.position
-            end = (here.x, here.y, max(here.z, HEIGHT - DEEPEST))
+            end = (here.x, here.y, max(here.z, EXCITATION_HEIGHT - DEEPEST))
             yield ReferenceStep(hover_at(end, heading, HOVER_SPEED), STOP_TIME)

@@ -21,10 +21,9 @@ from protocol.message import Source
 from protocol.tlog import TlogReader, read_tlog
 from sitl.errors import SitlError
 from sitl.model.airframe import Airframe, Array
-from sitl.system_identification.sensor_record import SensorRecord, Series
+from sitl.system_identification.sensor_record import FLIP_SIGNS, SensorRecord, Series
 
 Columns = Mapping[str, npt.NDArray[Any]]
-FLIP = np.array([1.0, -1.0, -1.0])  # FRD to FLU, NED to NWU
 STANDARD_GRAVITY = 9.80665  # behind the milli-g of SCALED_IMU [m/s2]
 SAME_CLOCK = 0.5  # time stamps are of one clock if they differ by no more [s]
 PWM_LOW, PWM_HIGH = 1000.0, 2000.0  # [us]
@@ -32,7 +31,7 @@ OUTPUTS = ("left motor", "right motor", "left elevon", "right elevon")
 STANDARD_CHANNELS = (1, 2, 3, 4)  # of ACTUATOR_OUTPUT_STATUS, unless the user says otherwise
 
 
-class Channels(NamedTuple):
+class OutputChannels(NamedTuple):
     """Which outputs move what, counted from 1; negative: reversed."""
 
     numbers: tuple[int, ...] | None  # of OUTPUTS; None: as ours, and none of SERVO_OUTPUT_RAW
@@ -54,7 +53,7 @@ class _Quantity(NamedTuple):
     least: float
 
 
-def read_flight(path: Path, channels: Channels) -> SensorRecord:
+def read_flight(path: Path, channels: OutputChannels) -> SensorRecord:
     """The sensors and commands of a log.
 
     Raises:
@@ -77,7 +76,7 @@ def read_flight(path: Path, channels: Channels) -> SensorRecord:
     return SensorRecord(imu, commands, attitude, motion, tuple(one.kind.name for one in chosen))
 
 
-def _quantities(channels: Channels) -> Sequence[_Quantity]:
+def _quantities(channels: OutputChannels) -> Sequence[_Quantity]:
     names = [f"{axis}{kind}" for kind in ("gyro", "acc") for axis in "xyz"]
 
     def scaled(c: Columns) -> Array:
@@ -180,7 +179,7 @@ def _table(c: Columns, *names: str) -> Array:
 
 
 def _imu(c: Columns, names: Sequence[str], turning: float, force: float) -> Array:
-    return np.asarray(_table(c, *names) * np.concatenate([turning * FLIP, force * FLIP]))
+    return np.asarray(_table(c, *names) * np.concatenate([turning * FLIP_SIGNS, force * FLIP_SIGNS]))
 
 
 def _attitude(q: Array) -> Array:
@@ -195,17 +194,17 @@ def _of_angles(angles: Array) -> Array:
 
 
 def _local(c: Columns) -> Array:
-    return np.asarray(_table(c, "x", "y", "z", "vx", "vy", "vz") * np.concatenate([FLIP, FLIP]))
+    return np.asarray(_table(c, "x", "y", "z", "vx", "vy", "vz") * np.concatenate([FLIP_SIGNS, FLIP_SIGNS]))
 
 
 def _global(c: Columns) -> Array:
     points = _table(c, "lat", "lon", "alt") * np.array([1e-7, 1e-7, 1e-3])
     frame = LocalFrame(Geodetic(*points[0].tolist()))
     positions = np.array([frame.to_ned(Geodetic(*row)) for row in points.tolist()])
-    return np.hstack([positions * FLIP, 0.01 * _table(c, "vx", "vy", "vz") * FLIP])
+    return np.hstack([positions * FLIP_SIGNS, 0.01 * _table(c, "vx", "vy", "vz") * FLIP_SIGNS])
 
 
-def _outputs(values: Array, channels: Channels) -> Array:
+def _outputs(values: Array, channels: OutputChannels) -> Array:
     """Commands of outputs that go from 0 to 1 for motors and from -1 to 1 for elevons."""
     numbers = np.array(channels.numbers or STANDARD_CHANNELS)
     a = channels.airframe
@@ -213,7 +212,7 @@ def _outputs(values: Array, channels: Channels) -> Array:
     return np.asarray(chosen * np.array([a.omega_max, a.omega_max, a.delta_max, a.delta_max]))
 
 
-def _servos(c: Columns, channels: Channels) -> Array:
+def _servos(c: Columns, channels: OutputChannels) -> Array:
     """The same of pulse widths [us]; outputs without pulses stand still."""
     widths = _table(c, *(f"servo{number}_raw" for number in range(1, 17)))
     share = np.clip((widths - PWM_LOW) / (PWM_HIGH - PWM_LOW), 0.0, 1.0)

@@ -18,14 +18,14 @@ from sitl.model.airframe import Airframe, Array
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start
 from sitl.system_identification import rotations
-from sitl.system_identification.excitation import HEIGHT, Excitation
+from sitl.system_identification.excitation import EXCITATION_HEIGHT, Excitation
 from sitl.system_identification.replay import accelerations
+from sitl.system_identification.sensor_record import FLIP_SIGNS
 from sitl.system_identification.unknowns import unknowns_of, with_values
 
 LOG_STEP = 0.002  # between commands: every one that the vehicle makes [s]
 OFTEN, SELDOM = 2, 10  # of which one has the IMU, and one attitude and motion
 LOG_BEGIN = 1_700_000_000_000_000  # of every such log: one seed is one file, to the byte [us]
-FLIP = np.array([1.0, -1.0, -1.0])
 
 
 class LoggedNoise(NamedTuple):
@@ -79,7 +79,7 @@ def fly_excitation(
         gusts: Rms per axis [m/s].
         excitation: What is flown.
     """
-    vehicle = Simulation(true, seed=seed, design_model=design_model, start=Start(up=HEIGHT, airborne=True))
+    vehicle = Simulation(true, seed=seed, design_model=design_model, start=Start(up=EXCITATION_HEIGHT, airborne=True))
     vehicle.set_wind((*wind, 0.0), gusts)
     vehicle.begin_flight(Law.HOVER_ZERO_MOMENT)
     flight = excitation or Excitation()
@@ -133,10 +133,10 @@ def _messages(
     def measured(values: Array, white: float, bias: float = 0.0) -> Array:
         return np.asarray(values + random.uniform(-bias, bias, 3) + white * random.standard_normal((n, 3)))
 
-    gyro = FLIP * measured(flown.body[:, 10:13], noise.gyro, noise.gyro_bias)
-    force = FLIP * measured(flown.force, noise.accelerometer, noise.accelerometer_bias)
-    position = FLIP * measured(flown.body[:, :3], noise.position)
-    velocity = FLIP * measured(flown.body[:, 3:6], noise.velocity)
+    gyro = FLIP_SIGNS * measured(flown.body[:, 10:13], noise.gyro, noise.gyro_bias)
+    force = FLIP_SIGNS * measured(flown.force, noise.accelerometer, noise.accelerometer_bias)
+    position = FLIP_SIGNS * measured(flown.body[:, :3], noise.position)
+    velocity = FLIP_SIGNS * measured(flown.body[:, 3:6], noise.velocity)
     off = rotations.of_vector(measured(np.zeros((n, 3)), noise.attitude))
     attitude = rotations.product(off, flown.body[:, 6:10]) * np.array([1.0, 1.0, -1.0, -1.0])
     messages: list[tuple[int, object]] = []

@@ -6,9 +6,10 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from sitl.model.airframe import Airframe
-from sitl.system_identification.flight_log import Channels, read_flight
+from sitl.system_identification.flight_log import OutputChannels, read_flight
+from sitl.system_identification.output_error import refined
 from sitl.system_identification.path_reconstruction import reconstructed
-from sitl.system_identification.regression import Problem, solved
+from sitl.system_identification.regression import FitProblem, solved
 from sitl.system_identification.result import Identification, identification
 from sitl.system_identification.sensor_record import SensorRecord
 from sitl.system_identification.stretches import usable_stretches
@@ -30,7 +31,7 @@ def identify(
         SitlError: The log cannot be read, lacks something, or has no flight in it; or a known key is none.
     """
     unknowns_of(base, known)  # a wrong key is said before the log is read
-    return identify_record(read_flight(log, Channels(channels, base)), base, known=known)
+    return identify_record(read_flight(log, OutputChannels(channels, base)), base, known=known)
 
 
 def identify_record(
@@ -40,5 +41,5 @@ def identify_record(
     unknowns = unknowns_of(base, known)
     begin = with_values(base, known or {})
     paths = [reconstructed(stretch, base.g) for stretch in usable_stretches(record, base)]
-    problem = Problem(paths, begin, unknowns)
-    return identification(paths, problem, solved(problem), begin, record.sources)
+    problem = FitProblem(paths, begin, unknowns)
+    return identification(paths, problem, refined(problem, solved(problem)), begin, record.sources)

@@ -23,7 +23,7 @@ from scipy.linalg import solveh_banded
 
 from sitl.model.airframe import Array
 from sitl.system_identification import rotations
-from sitl.system_identification.sensor_record import Indices, Stretch
+from sitl.system_identification.sensor_record import FlightStretch, Indices
 
 GYRO_BIAS, ACCELEROMETER_BIAS = 0.05, 0.5  # assumed standard deviations [rad/s], [m/s2]
 TURNS = 3  # of linearisation, and of weighing the measurements by what they miss
@@ -48,7 +48,7 @@ LEAST = SensorDeviations(gyro=0.002, accelerometer=0.05, attitude=5e-4, position
 class ReconstructedPath:
     """A stretch as it was flown, one row per IMU sample."""
 
-    stretch: Stretch
+    stretch: FlightStretch
     attitude: Array  # (n, 4)
     rotation: Array  # body to world, (n, 3, 3)
     velocity: Array  # world NWU, (n, 3) [m/s]
@@ -60,7 +60,7 @@ class ReconstructedPath:
     deviations: SensorDeviations  # of the measurements, by what is left of them
 
 
-def reconstructed(stretch: Stretch, g: float) -> ReconstructedPath:
+def reconstructed(stretch: FlightStretch, g: float) -> ReconstructedPath:
     """The path of a stretch.
 
     Args:
@@ -132,7 +132,7 @@ def _with_bias(
     return states, np.asarray(bias), np.asarray(np.linalg.inv(information))
 
 
-def _attitude(s: Stretch, q: Array, bias: Array, noise: SensorDeviations) -> tuple[Array, Array, float]:
+def _attitude(s: FlightStretch, q: Array, bias: Array, noise: SensorDeviations) -> tuple[Array, Array, float]:
     """Better attitudes, a better gyro bias, and how far off the measured attitudes are, rms [rad]."""
     dt = np.diff(s.time)
     turned = rotations.of_vector((0.5 * (s.gyro[1:] + s.gyro[:-1]) - bias) * dt[:, None])
@@ -176,7 +176,7 @@ class _Motion(NamedTuple):
     missed: tuple[float, float]  # rms of the measured positions [m] and velocities [m/s]
 
 
-def _motion(s: Stretch, R: Array, g: float, noise: SensorDeviations) -> _Motion:
+def _motion(s: FlightStretch, R: Array, g: float, noise: SensorDeviations) -> _Motion:
     dt = np.diff(s.time)
     world = np.einsum("ijk,ik->ij", R, s.accelerometer) - np.array([0.0, 0.0, g])
     changes = 0.5 * (world[1:] + world[:-1]) * dt[:, None]
@@ -189,7 +189,7 @@ def _motion(s: Stretch, R: Array, g: float, noise: SensorDeviations) -> _Motion:
     return _Motion(velocity, position, bias, np.sqrt(np.diag(covariance)), missed)
 
 
-def _integrator(dt: Array, steady: Array, s: Stretch, noise: SensorDeviations) -> _Chain:
+def _integrator(dt: Array, steady: Array, s: FlightStretch, noise: SensorDeviations) -> _Chain:
     """States velocity and position in turn: changes of velocity known, positions its integral, both measured."""
     n = len(dt) + 1
     weight, half, at = steady**2, 0.5 * dt, s.motion_at

@@ -23,21 +23,21 @@ import numpy as np
 from sitl.model.airframe import Airframe, Array
 from sitl.system_identification.path_reconstruction import ReconstructedPath
 from sitl.system_identification.replay import accelerations, actuator_positions
-from sitl.system_identification.sensor_record import GRID_STEP, Indices
+from sitl.system_identification.sensor_record import GRID_STEP, LEAD_TIME, Indices
 from sitl.system_identification.unknowns import Unknown, airframe_at
 
-SPAN = 0.5  # over which angular acceleration is integrated [s]
-BLOCK = 2.0  # of residuals, taken as independent of those of the next [s]
-WIND = (5.0, 5.0, 0.5)  # assumed deviation, world NWU [m/s]
-DELAY = 0.01  # assumed deviation of the inputs' delay [s]
-BIAS_FLOOR = 0.005  # added to the deviation of the accelerometer's bias [m/s2]
-AXES = ("specific force x", "specific force y", "specific force z", "rate p", "rate q", "rate r")
+SPAN_TIME = 0.5  # over which angular acceleration is integrated [s]
+BLOCK_TIME = 2.0  # of residuals, taken as independent of those of the next [s]
+ASSUMED_WIND = (5.0, 5.0, 0.5)  # assumed deviation, world NWU [m/s]
+ASSUMED_DELAY = 0.01  # assumed deviation of the inputs' delay [s]
+LEAST_BIAS = 0.005  # added to the deviation of the accelerometer's bias [m/s2]
+RESIDUAL_AXES = ("specific force x", "specific force y", "specific force z", "rate p", "rate q", "rate r")
 FIRST_WEIGHTS = np.array([0.5, 0.5, 0.5, 0.05, 0.05, 0.05])  # deviations to begin with [m/s2], [rad/s]
-ROUNDS, STEPS = 3, 25  # of weighing, and of descent in each
-SLOPE_STEP = 1e-4  # difference that slopes are taken over, as a share of what was assumed
+WEIGHING_ROUNDS, DESCENT_STEPS = 3, 25  # of weighing, and of descent in each
+SLOPE_SHARE = 1e-4  # difference that slopes are taken over, as a share of what was assumed
 RATE_LIMITS, COARSE_STEP = frozenset({"omega_rate", "delta_rate"}), 0.03  # whose residuals have kinks everywhere
 MOST_KEPT = 8  # courses of the actuators
-ENOUGH = 0.05  # descent of the cost that is no longer worth a step
+WORTH_A_STEP = 0.05  # descent of the cost that is no longer worth a step
 
 
 class Nuisance(NamedTuple):
@@ -59,7 +59,7 @@ class Solution(NamedTuple):
     residuals: tuple[Array, Array]  # at the set and at the answer, (n, 6) each
 
 
-class Problem:
+class FitProblem:
     """Residuals of all paths as a function of what is to be found.
 
     Args:
@@ -69,20 +69,20 @@ class Problem:
     """
 
     def __init__(self, paths: Sequence[ReconstructedPath], base: Airframe, unknowns: Sequence[Unknown]) -> None:
-        self._paths, self._base, self.unknowns = paths, base, unknowns
+        self.paths, self._base, self.unknowns = paths, base, unknowns
         weights = np.array([path.bias_deviation**-2 for path in paths])
         self.bias = np.sum(weights * [path.accelerometer_bias for path in paths], axis=0) / weights.sum(axis=0)
-        deviation = weights.sum(axis=0) ** -0.5 + BIAS_FLOOR
-        self.assumed = np.array([*(u.deviation for u in unknowns), *WIND, DELAY, *deviation])
-        fine = np.maximum(SLOPE_STEP * self.assumed, 1e-6)
+        deviation = weights.sum(axis=0) ** -0.5 + LEAST_BIAS
+        self.assumed = np.array([*(u.deviation for u in unknowns), *ASSUMED_WIND, ASSUMED_DELAY, *deviation])
+        fine = np.maximum(SLOPE_SHARE * self.assumed, 1e-6)
         limits = [j for j, u in enumerate(unknowns) if u.key in RATE_LIMITS]
-        self._widths = np.where(np.isin(np.arange(len(fine)), limits), COARSE_STEP, fine)
+        self.widths = np.where(np.isin(np.arange(len(fine)), limits), COARSE_STEP, fine)
         self.start = np.array([*np.zeros(len(unknowns) + 4), *self.bias])
-        self._spans = [_parts(path, SPAN) for path in paths]
-        blocks = [_parts(path, BLOCK) for path in paths]
+        self._spans = [_parts(path, SPAN_TIME) for path in paths]
+        blocks = [_parts(path, BLOCK_TIME) for path in paths]
         first = np.cumsum([0, *(block[-1] + 1 for block in blocks[:-1])])
         self.block = np.concatenate([block + begin for block, begin in zip(blocks, first, strict=True)])
-        self._positions: dict[tuple[float, ...], list[_Positions]] = {}  # of the actuators, as last asked for
+        self._kept: dict[tuple[float, ...], list[Positions]] = {}  # of the actuators, as last asked for
 
     def airframe(self, x: Array) -> Airframe:
         """The airframe at an answer."""
@@ -96,22 +96,22 @@ class Problem:
     def residuals(self, x: Array) -> Array:
         """Of every sample, (n, 6): specific force [m/s2], body rates [rad/s]."""
         a, rest = self.airframe(x), self.nuisance(x)
-        each = zip(self._paths, self._spans, self._positions_at(a, rest.delay), strict=True)
+        each = zip(self.paths, self._spans, self.positions(a, rest.delay), strict=True)
         return np.concatenate([_of_path(path, span, positions, a, rest) for path, span, positions in each])
 
-    def _positions_at(self, a: Airframe, delay: float) -> list[_Positions]:
+    def positions(self, a: Airframe, delay: float) -> list[Positions]:
         """Actuators of all paths, kept while neither their dynamics nor the delay change."""
         key = (delay, a.omega_rate, a.delta_rate, a.motor_tau, a.elevon_tau)
-        if key not in self._positions:
-            if len(self._positions) > MOST_KEPT:
-                self._positions.clear()
-            self._positions[key] = [positions_along(path, a, delay) for path in self._paths]
-        return self._positions[key]
+        if key not in self._kept:
+            if len(self._kept) > MOST_KEPT:
+                self._kept.clear()
+            self._kept[key] = [positions_along(path, a, delay) for path in self.paths]
+        return self._kept[key]
 
     def slopes(self, x: Array) -> Array:
         """Of the residuals, (n, 6, k)."""
         here, columns = self.residuals(x), []
-        for j, width in enumerate(self._widths):
+        for j, width in enumerate(self.widths):
             step = np.zeros_like(x)
             step[j] = width
             columns.append((self.residuals(x + step) - here) / step[j])
@@ -124,28 +124,28 @@ def _parts(path: ReconstructedPath, length: float) -> Indices:
     return np.asarray((time - time[0]) / length, np.int64)
 
 
-class _Positions(NamedTuple):
+class Positions(NamedTuple):
     """Actuators along a path."""
 
     at: Array  # the IMU's samples, (n, 4)
     between: Array  # two samples, their mean, (n - 1, 4)
 
 
-def positions_along(path: ReconstructedPath, a: Airframe, delay: float) -> _Positions:
+def positions_along(path: ReconstructedPath, a: Airframe, delay: float) -> Positions:
     """Where the recorded commands, later by a delay [s], take the actuators."""
     s = path.stretch
     before, mean = actuator_positions(s.commands, GRID_STEP, a)
     way = np.concatenate([np.zeros((1, 4)), np.cumsum(GRID_STEP * mean, axis=0)])
     grid = GRID_STEP * np.arange(len(way))
-    time = np.clip(s.time - s.time[0] - delay, 0.0, grid[-1])
+    time = np.clip(s.time - s.time[0] + LEAD_TIME - delay, 0.0, grid[-1])
     gone = np.maximum(np.diff(time), 1e-9)
-    return _Positions(
+    return Positions(
         at=np.stack([np.interp(time, grid[:-1], one) for one in before.T], axis=1),
         between=np.stack([np.diff(np.interp(time, grid, one)) / gone for one in way.T], axis=1),
     )
 
 
-def _of_path(path: ReconstructedPath, span: Indices, positions: _Positions, a: Airframe, rest: Nuisance) -> Array:
+def _of_path(path: ReconstructedPath, span: Indices, positions: Positions, a: Airframe, rest: Nuisance) -> Array:
     v = np.einsum("ijk,ij->ik", path.rotation, path.velocity - rest.wind)
     w = path.rates
     force, _ = accelerations(v, w, positions.at, a)
@@ -158,32 +158,33 @@ def _of_path(path: ReconstructedPath, span: Indices, positions: _Positions, a: A
     return np.concatenate([path.stretch.accelerometer - rest.bias - force, off], axis=1)
 
 
-def solved(problem: Problem, on_round: Callable[[int], None] = lambda number: None) -> Solution:  # noqa: ARG005
+def solved(problem: FitProblem, on_round: Callable[[int], None] = lambda number: None) -> Solution:  # noqa: ARG005
     """The most likely answer and its covariance: least squares, weighed by what is left, three times."""
     x = problem.start
     first = problem.residuals(x)
     weights = FIRST_WEIGHTS
-    for number in range(ROUNDS):
+    for number in range(WEIGHING_ROUNDS):
         on_round(number)
         x = _descended(problem, x, weights)
         last = problem.residuals(x)
-        weights = _rms(last)
+        weights = rms(last)
     J = problem.slopes(x) / weights[None, :, None]
     return Solution(
         x=x,
         covariance=_covariance(problem, J, last / weights),
         assumed=problem.assumed,
-        before=_rms(first),
-        after=_rms(last),
+        before=rms(first),
+        after=rms(last),
         residuals=(first, last),
     )
 
 
-def _rms(residuals: Array) -> Array:
+def rms(residuals: Array) -> Array:
+    """Root mean squares of columns."""
     return np.asarray(np.sqrt(np.mean(residuals**2, axis=0)))
 
 
-def _descended(problem: Problem, x: Array, weights: Array) -> Array:
+def _descended(problem: FitProblem, x: Array, weights: Array) -> Array:
     """The minimum of the weighed squares and of the distance from what was assumed (Levenberg, Marquardt)."""
 
     def cost(r: Array, at: Array) -> float:
@@ -191,7 +192,7 @@ def _descended(problem: Problem, x: Array, weights: Array) -> Array:
 
     damping, residuals = 1e-4, problem.residuals(x)
     now = cost(residuals, x)
-    for _ in range(STEPS):
+    for _ in range(DESCENT_STEPS):
         J = (problem.slopes(x) / weights[None, :, None]).reshape(-1, len(x))
         information = J.T @ J + np.diag(problem.assumed**-2.0)
         pull = J.T @ (residuals / weights).ravel() + (x - problem.start) / problem.assumed**2
@@ -205,22 +206,33 @@ def _descended(problem: Problem, x: Array, weights: Array) -> Array:
         else:
             return x
         gain, x, residuals, now, damping = now - then, x + step, tried, then, 0.2 * damping
-        if gain < ENOUGH:
+        if gain < WORTH_A_STEP:
             break
     return x
 
 
-def _covariance(problem: Problem, J: Array, r: Array) -> Array:
-    flat = J.reshape(-1, J.shape[2])
-    prior = np.diag(problem.assumed**-2.0)
-    information = flat.T @ flat + prior
-    bound = np.linalg.inv(information)
+def _covariance(problem: FitProblem, J: Array, r: Array) -> Array:
     ends = np.flatnonzero(np.diff(problem.block)) + 1
-    spread = np.zeros_like(bound)
+    parts = []
     for part, left in zip(np.split(J, ends), np.split(r, ends), strict=True):
         slopes = part.reshape(-1, J.shape[2])
-        without = np.linalg.solve(information - slopes.T @ slopes, slopes.T @ left.ravel())
+        parts.append((slopes.T @ slopes, slopes.T @ left.ravel()))
+    return jackknife(parts, problem.assumed**-2.0)
+
+
+def jackknife(parts: Sequence[tuple[Array, Array]], prior: Array) -> Array:
+    """Covariance by leaving out one block after the other, or the Cramer-Rao bound where that is larger.
+
+    Args:
+        parts: Information (k, k) and pull (k,) of each block.
+        prior: Information of what was assumed, (k,).
+    """
+    information = sum((one for one, _ in parts), np.diag(prior))
+    bound = np.linalg.inv(information)
+    spread = np.zeros_like(bound)
+    for own, pull in parts:
+        without = np.linalg.solve(information - own, pull)
         spread += np.outer(without, without)
-    jackknife = spread * (len(ends) / (len(ends) + 1)) + bound @ prior @ bound
-    larger = np.sqrt(np.maximum(np.diag(bound) / np.diag(jackknife), 1.0))
-    return np.asarray(jackknife * np.outer(larger, larger))
+    found = spread * ((len(parts) - 1) / len(parts)) + bound @ np.diag(prior) @ bound
+    larger = np.sqrt(np.maximum(np.diag(bound) / np.diag(found), 1.0))
+    return np.asarray(found * np.outer(larger, larger))

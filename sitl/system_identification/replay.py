@@ -5,15 +5,15 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from sitl.compiled import entry
+from sitl.compiled import entry, kernel, subroutine
 from sitl.model.actuators import limited, moved, nodes
 from sitl.model.aerodynamics import wrench
 from sitl.model.airframe import Airframe, Array
 from sitl.model.ground import feet_aloft
-from sitl.model.plant import step_in_air
-from sitl.model.quaternions import Quaternion
+from sitl.model.plant import derivative, step_in_air
+from sitl.model.quaternions import Quaternion, normalised
 from sitl.model.state import Actuators, Body, Plant
-from sitl.model.vectors import Vector
+from sitl.model.vectors import Vector, add_scaled
 
 
 @entry
@@ -53,6 +53,65 @@ def actuator_positions(commands: Array, dt: float, a: Airframe) -> tuple[Array, 
         mean[i, 0], mean[i, 1], mean[i, 2], mean[i, 3] = middle
         now = moved(now, wanted, dt, a)
     return before, mean
+
+
+@subroutine
+def _rate(body: Body, actuators: Actuators, wind: Vector, a: Airframe) -> Body:
+    free = Vector(0.0, 0.0, 0.0)
+    return derivative(body, actuators, wind, free, free, a)
+
+
+@kernel
+def _moved(body: Body, rate: Body, dt: float) -> Body:
+    q, k = body.attitude, rate.attitude
+    return Body(
+        add_scaled(body.position, rate.position, dt),
+        add_scaled(body.velocity, rate.velocity, dt),
+        Quaternion(q.w + dt * k.w, q.x + dt * k.x, q.y + dt * k.y, q.z + dt * k.z),
+        add_scaled(body.rates, rate.rates, dt),
+    )
+
+
+@entry
+def courses(
+    states: Array, begins: npt.NDArray[np.int64], dt: Array, actuators: Array, wind: Array, a: Airframe
+) -> Array:
+    """The plant's states at every sample, begun anew where a shot begins, (n, 13).
+
+    Args:
+        states: Position, velocity, attitude and body rates at the beginnings, (k, 13).
+        begins: Samples at which shots begin, ascending from 0, (k,).
+        dt: Time to the next sample, (n,) [s].
+        actuators: Mean from each sample to the next, (n, 4).
+        wind: Velocity of the air, world NWU, (3,) [m/s].
+        a: The airframe.
+    """
+    course = np.empty((dt.shape[0], 13))
+    air, shot = Vector(wind[0], wind[1], wind[2]), 0
+    body = Body(Vector(0.0, 0.0, 0.0), Vector(0.0, 0.0, 0.0), Quaternion(1.0, 0.0, 0.0, 0.0), Vector(0.0, 0.0, 0.0))
+    for i in range(dt.shape[0]):
+        if shot < begins.shape[0] and begins[shot] == i:
+            s = states[shot]
+            body = Body(
+                Vector(s[0], s[1], s[2]),
+                Vector(s[3], s[4], s[5]),
+                Quaternion(s[6], s[7], s[8], s[9]),
+                Vector(s[10], s[11], s[12]),
+            )
+            shot += 1
+        p, v, q, w = body
+        course[i, 0], course[i, 1], course[i, 2] = p.x, p.y, p.z
+        course[i, 3], course[i, 4], course[i, 5] = v.x, v.y, v.z
+        course[i, 6], course[i, 7], course[i, 8], course[i, 9] = q.w, q.x, q.y, q.z
+        course[i, 10], course[i, 11], course[i, 12] = w.x, w.y, w.z
+        mean, h = Actuators(actuators[i, 0], actuators[i, 1], actuators[i, 2], actuators[i, 3]), dt[i]
+        k1 = _rate(body, mean, air, a)
+        k2 = _rate(_moved(body, k1, 0.5 * h), mean, air, a)
+        k3 = _rate(_moved(body, k2, 0.5 * h), mean, air, a)
+        k4 = _rate(_moved(body, k3, h), mean, air, a)
+        after = _moved(_moved(_moved(_moved(body, k1, h / 6.0), k2, h / 3.0), k3, h / 3.0), k4, h / 6.0)
+        body = Body(after.position, after.velocity, normalised(after.attitude), after.rates)
+    return course
 
 
 @entry

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from sitl.plotting import blank_page, save_page
-from sitl.system_identification.regression import AXES
+from sitl.system_identification.regression import RESIDUAL_AXES
 from sitl.system_identification.result import Identification
 
 MOST_POINTS = 4000  # of a curve
@@ -21,7 +21,7 @@ def save_residual_plot(found: Identification, name: str, path: Path) -> None:
     """
     page = blank_page(12.0, 9.0)
     every = max(1, len(found.time) // MOST_POINTS)
-    for number, axis in enumerate(AXES):
+    for number, axis in enumerate(RESIDUAL_AXES):
         panel = page.add_subplot(3, 2, 2 * (number % 3) + number // 3 + 1)
         for values, label, colour in zip(found.residuals, (name, "estimated"), ("tab:orange", "tab:blue"), strict=True):
             panel.plot(found.time[::every], values[::every, number], linewidth=0.6, label=label, color=colour)

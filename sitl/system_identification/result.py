@@ -13,21 +13,21 @@ from sitl.model.airframe import Airframe, Array
 from sitl.system_identification import rotations
 from sitl.system_identification.effects import EFFECTS, effect_values
 from sitl.system_identification.path_reconstruction import ReconstructedPath
-from sitl.system_identification.regression import AXES, Nuisance, Problem, Solution
+from sitl.system_identification.regression import RESIDUAL_AXES, FitProblem, Nuisance, Solution
 from sitl.system_identification.replay import actuator_positions, shots
-from sitl.system_identification.sensor_record import GRID_STEP
+from sitl.system_identification.sensor_record import GRID_STEP, LEAD_TIME
 from sitl.system_identification.unknowns import Unknown, value_at, value_of
 
 NORMAL_95 = 1.96  # deviations of a normal variable that hold 95 % of it
 TOLD = 0.5  # share of what was assumed that the deviation must have come down to
-TOGETHER = 0.9  # correlation above which two unknowns are only told together
+TOLD_TOGETHER = 0.9  # correlation above which two unknowns are only told together
 FORWARD = 8.0  # airspeed that forward flight reaches [m/s]
 NEEDS_FORWARD = frozenset({"C_l", "C_d0", "C_y0", "C_mq", "C_nr", "C_lp", "C_lr", "C_np", "advance", "per_stall"})
 OF_ACTUATORS = frozenset({"motor_tau", "elevon_tau", "omega_rate", "delta_rate"})
 SHOT = 1.0  # of a replay [s]
 LARGE_BIAS = 1.0  # of an accelerometer: rather a frame that is another [m/s2]
 UNEXPLAINED = 6.0  # times the sensor's own noise
-SLOPE_STEP = 1e-4
+EFFECT_STEP = 1e-4
 
 
 class Row(NamedTuple):
@@ -76,7 +76,11 @@ class Identification:
 
 
 def identification(
-    paths: Sequence[ReconstructedPath], problem: Problem, solution: Solution, base: Airframe, sources: tuple[str, ...]
+    paths: Sequence[ReconstructedPath],
+    problem: FitProblem,
+    solution: Solution,
+    base: Airframe,
+    sources: tuple[str, ...],
 ) -> Identification:
     """The result of a solved problem."""
     x, covariance = solution.x, solution.covariance
@@ -120,15 +124,15 @@ def _parameters(
         yield Row(one.key, one.meaning, one.unit, before, estimate, interval, bool(deviations[i] < TOLD * assumed[i]))
 
 
-def _effects(problem: Problem, solution: Solution, base: Airframe, fastest: float) -> tuple[Row, ...]:
+def _effects(problem: FitProblem, solution: Solution, base: Airframe, fastest: float) -> tuple[Row, ...]:
     """Effects by the delta method; those of forward flight are told by forward flight alone."""
     x = solution.x
     slopes = np.zeros((len(EFFECTS), len(x)))
     for j in range(len(problem.unknowns)):
         step = np.zeros_like(x)
-        step[j] = SLOPE_STEP
+        step[j] = EFFECT_STEP
         up, down = (effect_values(problem.airframe(x + side), base) for side in (step, -step))
-        slopes[:, j] = (up - down) / (2.0 * SLOPE_STEP)
+        slopes[:, j] = (up - down) / (2.0 * EFFECT_STEP)
     deviation = np.sqrt(np.einsum("ij,jk,ik->i", slopes, solution.covariance, slopes))
     assumed = np.sqrt(np.einsum("ij,j,ij->i", slopes, solution.assumed**2, slopes))
     before, after = effect_values(base, base), effect_values(problem.airframe(x), base)
@@ -165,7 +169,7 @@ def _untold(parameters: Sequence[Row], covariance: Array, fastest: float) -> Ite
         partner = int(shared.argmax())
         if fastest < FORWARD and row.key in NEEDS_FORWARD:
             why = "it takes forward flight"
-        elif shared[partner] > TOGETHER:
+        elif shared[partner] > TOLD_TOGETHER:
             why = f"only together with {parameters[partner].key}"
         elif row.key in OF_ACTUATORS:
             why = "commands hardly ask for more than it allows"
@@ -183,7 +187,7 @@ def _remarks(paths: Sequence[ReconstructedPath], solution: Solution) -> Iterator
         )
     noise = paths[0].deviations
     own = np.array([*[noise.accelerometer] * 3, *[noise.gyro] * 3])
-    for axis, left, sensor in zip(AXES, solution.after, own, strict=True):
+    for axis, left, sensor in zip(RESIDUAL_AXES, solution.after, own, strict=True):
         if left > UNEXPLAINED * sensor:
             yield f"{axis}: {left:.3g} is left, {left / sensor:.1f} times the sensor's noise: the model lacks something"
 
@@ -200,9 +204,9 @@ def _shot_errors(path: ReconstructedPath, a: Airframe, nuisance: Nuisance) -> Ar
     s = path.stretch
     before, _ = actuator_positions(s.commands, GRID_STEP, a)
     time = s.time - s.time[0]
-    begins = np.searchsorted(time, np.arange(abs(nuisance.delay), time[-1] - SHOT - 2.0 * GRID_STEP, SHOT))
+    begins = np.searchsorted(time, np.arange(0.0, time[-1] - SHOT - 2.0 * GRID_STEP, SHOT))
     steps = round(SHOT / GRID_STEP)
-    first = np.round((time[begins] - nuisance.delay) / GRID_STEP).astype(np.int64)
+    first = np.round((time[begins] + LEAD_TIME - nuisance.delay) / GRID_STEP).astype(np.int64)
     fits = (first >= 0) & (first + steps <= len(s.commands))
     begins, first = begins[fits], first[fits]
     states = np.concatenate([path.position, path.velocity, path.attitude, path.rates], axis=1)

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from sitl.system_identification.regression import AXES
+from sitl.system_identification.regression import RESIDUAL_AXES
 from sitl.system_identification.result import SHOT, Identification, Row
 
 MASS = "mass: no flight tells it apart from the forces, which all go with it; {m:g} kg is {whose} (--mass)"
@@ -29,7 +29,7 @@ def as_text(found: Identification, name: str, mass_given: bool) -> str:
         f"{'residual rms':<34}{name:>12}{'estimated':>12}",
     ]
     units = ("m/s2",) * 3 + ("rad/s",) * 3
-    for axis, unit, before, after in zip(AXES, units, found.before, found.after, strict=True):
+    for axis, unit, before, after in zip(RESIDUAL_AXES, units, found.before, found.after, strict=True):
         lines.append(f"{axis:<34}{before:12.4g}{after:12.4g}  {unit}")
     for what, unit, before, after in zip(
         ("position", "velocity", "attitude", "body rates"), ("m", "m/s", "deg", "rad/s"), *found.replay, strict=True
@@ -72,7 +72,7 @@ def as_data(found: Identification) -> dict[str, Any]:
         "notes": list(found.remarks),
         "residuals": {
             axis: {"before": float(b), "after": float(e)}
-            for axis, b, e in zip(AXES, found.before, found.after, strict=True)
+            for axis, b, e in zip(RESIDUAL_AXES, found.before, found.after, strict=True)
         },
         "replay": {"seconds": SHOT, "before": found.replay[0]._asdict(), "after": found.replay[1]._asdict()},
     }

@@ -12,7 +12,9 @@ from sitl.model.airframe import Array
 
 Indices: TypeAlias = npt.NDArray[np.int64]
 
+FLIP_SIGNS = np.array([1.0, -1.0, -1.0])  # FRD to FLU, NED to NWU, and back
 GRID_STEP = 0.001  # between commands as they are replayed [s]
+LEAD_TIME = 0.4  # in which the actuators come to where they are when a stretch begins [s]
 
 
 class Series(NamedTuple):
@@ -44,13 +46,13 @@ class SensorRecord:
 
 
 @dataclass(frozen=True)
-class Stretch:
+class FlightStretch:
     """A part of the flight without gaps, off the ground. Attitudes and motion are moved to the nearest IMU sample."""
 
     time: Array  # of the IMU, (n,) [s]
     gyro: Array  # (n, 3)
     accelerometer: Array  # (n, 3)
-    commands: Array  # (m, 4), constant over steps of GRID_STEP from time[0] on
+    commands: Array  # (m, 4), constant over steps of GRID_STEP, from LEAD_TIME before time[0] on
     attitude_at: Indices  # IMU samples of the attitudes, (a,)
     attitude: Array  # (a, 4)
     motion_at: Indices  # (b,)

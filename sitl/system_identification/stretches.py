@@ -11,18 +11,18 @@ from sitl.errors import SitlError
 from sitl.model.airframe import Airframe, Array
 from sitl.model.ground import CLEAR
 from sitl.system_identification import rotations
-from sitl.system_identification.sensor_record import GRID_STEP, Indices, SensorRecord, Series, Stretch
+from sitl.system_identification.sensor_record import GRID_STEP, LEAD_TIME, FlightStretch, Indices, SensorRecord, Series
 
 LONGEST_GAP = 0.25  # between samples of IMU and commands; of attitude and motion four times as long [s]
 SHORTEST = 6.0  # stretch that is used [s]
 PIECE, MOST = 20.0, 240.0  # of a longer flight the pieces that turn most are used, up to a total [s]
-EDGE = 0.5  # left out after a take-off or a gap and before a landing [s]
+EDGE_TIME = 0.5  # left out after a take-off or a gap and before a landing; more than LEAD_TIME [s]
 HARDEST = 60.0  # specific force that no flight has: a blow [m/s2]
 ALL_LOGGED = 0.375  # commands per step of the grid above which none is taken as left out
 TURNING = 0.5  # share of omega_min above which a motor is taken as running
 
 
-def usable_stretches(record: SensorRecord, a: Airframe) -> list[Stretch]:
+def usable_stretches(record: SensorRecord, a: Airframe) -> list[FlightStretch]:
     """The stretches of a log, oldest first.
 
     Raises:
@@ -48,9 +48,9 @@ def _spans(record: SensorRecord, a: Airframe) -> list[tuple[float, float]]:
         usable &= _interval_around(s, time) <= gap * LONGEST_GAP
     hit = np.abs(record.imu.between(begin, end).values[:, 3:]).max(axis=1) > HARDEST
     for at in time[hit]:
-        usable &= np.abs(time - at) > EDGE
+        usable &= np.abs(time - at) > EDGE_TIME
     edges = np.flatnonzero(np.diff(np.concatenate(([0], usable.astype(np.int8), [0]))))
-    spans = [(time[first] + EDGE, time[last - 1] - EDGE) for first, last in edges.reshape(-1, 2)]
+    spans = [(time[first] + EDGE_TIME, time[last - 1] - EDGE_TIME) for first, last in edges.reshape(-1, 2)]
     return [(float(first), float(last)) for first, last in spans if last - first >= SHORTEST]
 
 
@@ -89,17 +89,19 @@ def _liveliest(record: SensorRecord, pieces: list[tuple[float, float]]) -> list[
     return sorted(chosen)
 
 
-def _stretch(record: SensorRecord, begin: float, end: float) -> Stretch:
+def _stretch(record: SensorRecord, begin: float, end: float) -> FlightStretch:
     imu = record.imu.between(begin, end)
     first, last = float(imu.time[0]), float(imu.time[-1])
-    middles = np.asarray(first + GRID_STEP * (np.arange(int((last - first) / GRID_STEP) + 1) + 0.5), np.float64)
+    middles = np.asarray(
+        first - LEAD_TIME + GRID_STEP * (np.arange(int((last - first + LEAD_TIME) / GRID_STEP) + 1) + 0.5), np.float64
+    )
     commands = _commands_at(record.commands, middles)
     attitude, motion = record.attitude.between(first, last), record.motion.between(first, last)
     attitude_at, late = _nearest(imu.time, attitude.time)
     turned = rotations.of_vector(imu.values[attitude_at, :3] * late[:, None])
     motion_at, shift = _nearest(imu.time, motion.time)
     position, velocity = motion.values[:, :3], motion.values[:, 3:]
-    return Stretch(
+    return FlightStretch(
         time=imu.time,
         gyro=imu.values[:, :3],
         accelerometer=imu.values[:, 3:],

@@ -109,7 +109,7 @@ def airframe_at(a: Airframe, unknowns: Sequence[Unknown], x: Sequence[float]) ->
 
 def with_values(a: Airframe, values: Mapping[str, float]) -> Airframe:
     """The airframe with other values, and with them those of the same propeller and of the same slipstream."""
-    fields = {key: value for key, value in values.items() if key != ADVANCE}
+    fields: dict[str, Any] = {key: value for key, value in values.items() if key != ADVANCE}
     thrust, torque = (fields[key] / getattr(a, key) if key in fields else 1.0 for key in ("k_f", "k_m"))
     advance = values.get(ADVANCE, 1.0)
     fields |= {"k_fv": a.k_fv * thrust * advance, "k_fvv": a.k_fvv * thrust * advance**2}

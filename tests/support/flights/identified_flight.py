@@ -8,18 +8,32 @@ import numpy as np
 
 from sitl.model.airframe_files import load
 from sitl.system_identification.excitation import HOVER_STEPS, LEG_STEPS, Excitation
-from sitl.system_identification.flight_log import Channels, read_flight
+from sitl.system_identification.flight_log import OutputChannels, read_flight
 from sitl.system_identification.flown_log import fly_excitation, off_airframe, write_log
 from sitl.system_identification.identify_flight import identify_record
 from sitl.system_identification.sensor_record import SensorRecord, Series
 
-SHORT_HOVER, SHORT_LEGS = HOVER_STEPS[1:4], (*LEG_STEPS[:4], LEG_STEPS[6])
+SHORT_HOVER, SHORT_LEGS = HOVER_STEPS[1:3], (LEG_STEPS[0], LEG_STEPS[3], LEG_STEPS[6])
 HOVER_ALONE = Excitation(HOVER_STEPS[1:5], ())
 
 
-@cache
 def flown(name, seed, hovering=False):
     """The truth, and the flight of an airframe 20 % off in 2 m/s of wind."""
+    return _flown(name, seed, hovering)
+
+
+def read(name, seed, hovering=False):
+    """What its log holds."""
+    return _read(name, seed, hovering)
+
+
+def identified(name, seed, hovering=False):
+    """What the IMU at 125 Hz and the commands tell."""
+    return _identified(name, seed, hovering)
+
+
+@cache
+def _flown(name, seed, hovering):
     base = load(name).parameters
     true = off_airframe(base, 0.2, seed)
     excitation = HOVER_ALONE if hovering else Excitation(SHORT_HOVER, SHORT_LEGS)
@@ -29,18 +43,16 @@ def flown(name, seed, hovering=False):
 
 
 @cache
-def read(name, seed, hovering=False):
-    """What its log holds."""
+def _read(name, seed, hovering):
     base = load(name).parameters
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "flight.tlog"
         write_log(flown(name, seed, hovering)[1], path, base, seed=seed)
-        return read_flight(path, Channels(None, base))
+        return read_flight(path, OutputChannels(None, base))
 
 
 @cache
-def identified(name, seed, hovering=False):
-    """What the IMU at 125 Hz and the commands tell."""
+def _identified(name, seed, hovering):
     record = read(name, seed, hovering)
     imu = Series(record.imu.time[::2], record.imu.values[::2])
     thinned = SensorRecord(imu, record.commands, record.attitude, record.motion, record.sources)
