@@ -2,13 +2,13 @@ r"""Output error by multiple shooting: the plant flies recorded inputs in short 
 
 The regression takes the reconstructed velocity for true, and what is wrong with it weakens the slopes of what depends
 on it, the pitching moment above all. Here velocity and attitude are the model's own, from the beginning of each shot,
-which is free but for what the reconstruction says of it. Residuals are those of all sensors, each over its deviation;
-the beginnings are eliminated shot by shot,
+which is free but for what the reconstruction says of it; so is the gust of each shot, but for how large gusts are.
+Residuals are those of all sensors, each over its deviation; beginnings and gusts are eliminated shot by shot,
 
 .. math::
     S = \sum_s G_s^T G_s - G_s^T L_s (L_s^T L_s)^{-1} L_s^T G_s
 
-with the slopes G_s by what is sought and L_s by the beginning. The covariance is the regression's, of these sums.
+with the slopes G_s by what is sought and L_s by the rest. The covariance is the regression's, of these sums.
 """
 
 from __future__ import annotations
@@ -27,8 +27,11 @@ from sitl.system_identification.sensor_record import Indices
 
 SHOT_TIME = 1.0  # [s]
 BEGINNING = np.repeat([0.03, 0.02, 0.001, 0.01], 3)  # deviation of position, velocity, attitude and rates there
-BEGINNING_STEPS = np.repeat([1e-3, 1e-3, 1e-4, 1e-4], 3)  # differences that slopes are taken over
-WEIGHINGS, ITERATIONS = 2, 8  # of the sensors by what is left, and of descent in each
+BEGINNING_STEPS = np.repeat([1e-3, 1e-3, 1e-4, 1e-4, 1e-3], 3)  # differences that slopes are taken over
+FREE = len(BEGINNING_STEPS)  # values of a shot: its beginning and its gust
+CALM, WILD = 0.02, 1.0  # least and greatest deviation of a shot's gust [m/s]
+WEIGHINGS, ITERATIONS = 4, 8  # of the sensors by what is left, and of descent in each
+MORE = 1.2  # times the gusts found
 EXPLAINED = 1.3  # times a sensor's own deviation that may be left
 LEAST_GAIN = 0.5  # descent of the cost that is no longer worth a step
 SHOTS_PER_BLOCK = round(BLOCK_TIME / SHOT_TIME)
@@ -42,14 +45,16 @@ class _Run(NamedTuple):
     states: Array  # reconstructed, at the beginnings, (k, 13)
     dt: Array  # to the next sample, (n,)
     deviations: Array  # of gyro, accelerometer, attitude, velocity and position, (5,)
+    gust: float  # deviation of a shot's wind from the mean one, per axis [m/s]
+    shot: Indices  # of every sample, (n,)
     rows: Indices  # the shot of every residual, (m,)
 
 
 class _Answer(NamedTuple):
-    """What is sought, and the beginnings of all shots, by path, as differences from the reconstructed ones."""
+    """What is sought, and of all shots the beginnings, as differences from the reconstructed ones, and the gusts."""
 
     x: Array  # (k,)
-    beginnings: list[Array]  # position, velocity, attitude and rates, (j, 12) each
+    beginnings: list[Array]  # position, velocity, attitude, rates and wind, (j, FREE) each
 
 
 class _Shot(NamedTuple):
@@ -57,31 +62,41 @@ class _Shot(NamedTuple):
 
     information: Array  # (k, k)
     pull: Array  # (k,)
-    back: Array  # from a step of what is sought to one of the beginning, (12, k)
-    own: Array  # step of the beginning without any other, (12,)
+    back: Array  # from a step of what is sought to one of the beginning, (FREE, k)
+    own: Array  # step of the beginning without any other, (FREE,)
 
 
 def refined(problem: FitProblem, rough: Solution) -> Solution:
     """A better answer and its covariance, from that of the regression."""
     runs = [_run(path) for path in problem.paths]
-    answer = _Answer(rough.x, [np.zeros((len(run.begins), 12)) for run in runs])
+    answer = _Answer(rough.x, [np.zeros((len(run.begins), FREE)) for run in runs])
     for _ in range(WEIGHINGS):
         answer = _descended(problem, runs, answer)
         left = _residuals(problem, runs, answer)
         factors = [np.sqrt(np.mean(np.concatenate(parts) ** 2)) for parts in _by_sensor(runs, left)]
-        if max(factors) < EXPLAINED:
+        gust = _gust(answer)
+        if max(factors) < EXPLAINED and gust < EXPLAINED * runs[0].gust:
             break
-        runs = [run._replace(deviations=run.deviations * np.maximum(factors, 1.0)) for run in runs]
+        runs = [
+            run._replace(deviations=run.deviations * np.maximum(factors, 1.0), gust=max(gust, run.gust)) for run in runs
+        ]
     shots = _shots(problem, runs, answer, _residuals(problem, runs, answer))
     blocks = [shots[i : i + SHOTS_PER_BLOCK] for i in range(0, len(shots), SHOTS_PER_BLOCK)]
     parts = [(_sum(shot.information for shot in block), _sum(shot.pull for shot in block)) for block in blocks]
     after = problem.residuals(answer.x)
     return rough._replace(
         x=answer.x,
+        gust=_gust(answer),
         covariance=jackknife(parts, problem.assumed**-2.0),
         after=rms(after),
         residuals=(rough.residuals[0], after),
     )
+
+
+def _gust(answer: _Answer) -> float:
+    """Deviation of the shots' gusts, a little more than those found, which are drawn to zero [m/s]."""
+    found = np.concatenate(answer.beginnings)[:, 12:]
+    return float(np.clip(MORE * np.sqrt(np.mean(found**2)), CALM, WILD))
 
 
 def _descended(problem: FitProblem, runs: Sequence[_Run], answer: _Answer) -> _Answer:
@@ -119,7 +134,7 @@ def _run(path: ReconstructedPath) -> _Run:
     rows = np.concatenate([shot, shot, shot[s.attitude_at], shot[s.motion_at], shot[s.motion_at], np.arange(count)])
     noise = path.deviations
     deviations = np.array([noise.gyro, noise.accelerometer, noise.attitude, noise.velocity, noise.position])
-    return _Run(path, begins, states, dt, deviations, rows)
+    return _Run(path, begins, states, dt, deviations, CALM, shot, rows)
 
 
 def _residuals(problem: FitProblem, runs: Sequence[_Run], answer: _Answer) -> list[Array]:
@@ -131,11 +146,12 @@ def _residuals(problem: FitProblem, runs: Sequence[_Run], answer: _Answer) -> li
         states = run.states.copy()
         states[:, :6] += start[:, :6]
         states[:, 6:10] = rotations.product(rotations.of_vector(start[:, 6:9]), states[:, 6:10])
-        states[:, 10:] += start[:, 9:]
+        states[:, 10:] += start[:, 9:12]
         between = np.concatenate([positions.between, positions.between[-1:]])
-        course = courses(states, run.begins, run.dt, between, rest.wind, a)
+        winds = rest.wind + start[:, 12:]
+        course = courses(states, run.begins, run.dt, between, winds, a)
         q = course[:, 6:10]
-        v = np.einsum("ijk,ij->ik", rotations.matrices(q), course[:, 3:6] - rest.wind)
+        v = np.einsum("ijk,ij->ik", rotations.matrices(q), course[:, 3:6] - winds[run.shot])
         force, _ = accelerations(v, np.ascontiguousarray(course[:, 10:]), positions.at, a)
         turned = rotations.product(s.attitude, rotations.inverse(q[s.attitude_at]))
         parts = (
@@ -146,7 +162,7 @@ def _residuals(problem: FitProblem, runs: Sequence[_Run], answer: _Answer) -> li
             s.position - course[s.motion_at, :3],
         )
         weighed = [(part / one).ravel() for part, one in zip(parts, run.deviations, strict=True)]
-        found.append(np.concatenate([*weighed, (start / BEGINNING).ravel()]))
+        found.append(np.concatenate([*weighed, (start / np.append(BEGINNING, np.full(3, run.gust))).ravel()]))
     return found
 
 
@@ -176,7 +192,7 @@ def _shots(problem: FitProblem, runs: Sequence[_Run], answer: _Answer, here: Seq
         by_unknown.append([(after - before) / width for after, before in zip(there, here, strict=True)])
     by_beginning = []
     for j, width in enumerate(BEGINNING_STEPS):
-        offset = width * (np.arange(12) == j)
+        offset = width * (np.arange(FREE) == j)
         begun = [start + offset for start in answer.beginnings]
         there = _residuals(problem, runs, answer._replace(beginnings=begun))
         by_beginning.append([(after - before) / width for after, before in zip(there, here, strict=True)])
@@ -184,7 +200,7 @@ def _shots(problem: FitProblem, runs: Sequence[_Run], answer: _Answer, here: Seq
     for number, run in enumerate(runs):
         G = np.stack([column[number] for column in by_unknown], axis=1)
         L = np.stack([column[number] for column in by_beginning], axis=1)
-        width = np.where(np.arange(len(run.rows)) < len(run.rows) - len(run.begins), 3, 12)
+        width = np.where(np.arange(len(run.rows)) < len(run.rows) - len(run.begins), 3, FREE)
         owner = np.repeat(run.rows, width)
         order = np.argsort(owner, kind="stable")
         cuts = np.flatnonzero(np.diff(owner[order])) + 1

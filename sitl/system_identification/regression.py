@@ -57,6 +57,7 @@ class Solution(NamedTuple):
     before: Array  # rms of the residuals at the set, (6,)
     after: Array  # (6,)
     residuals: tuple[Array, Array]  # at the set and at the answer, (n, 6) each
+    gust: float = 0.0  # rms per axis, as far as it was looked for [m/s]
 
 
 class FitProblem:

@@ -74,7 +74,7 @@ def _moved(body: Body, rate: Body, dt: float) -> Body:
 
 @entry
 def courses(
-    states: Array, begins: npt.NDArray[np.int64], dt: Array, actuators: Array, wind: Array, a: Airframe
+    states: Array, begins: npt.NDArray[np.int64], dt: Array, actuators: Array, winds: Array, a: Airframe
 ) -> Array:
     """The plant's states at every sample, begun anew where a shot begins, (n, 13).
 
@@ -83,11 +83,11 @@ def courses(
         begins: Samples at which shots begin, ascending from 0, (k,).
         dt: Time to the next sample, (n,) [s].
         actuators: Mean from each sample to the next, (n, 4).
-        wind: Velocity of the air, world NWU, (3,) [m/s].
+        winds: Velocity of the air in each shot, world NWU, (k, 3) [m/s].
         a: The airframe.
     """
     course = np.empty((dt.shape[0], 13))
-    air, shot = Vector(wind[0], wind[1], wind[2]), 0
+    air, shot = Vector(0.0, 0.0, 0.0), 0
     body = Body(Vector(0.0, 0.0, 0.0), Vector(0.0, 0.0, 0.0), Quaternion(1.0, 0.0, 0.0, 0.0), Vector(0.0, 0.0, 0.0))
     for i in range(dt.shape[0]):
         if shot < begins.shape[0] and begins[shot] == i:
@@ -98,6 +98,7 @@ def courses(
                 Quaternion(s[6], s[7], s[8], s[9]),
                 Vector(s[10], s[11], s[12]),
             )
+            air = Vector(winds[shot, 0], winds[shot, 1], winds[shot, 2])
             shot += 1
         p, v, q, w = body
         course[i, 0], course[i, 1], course[i, 2] = p.x, p.y, p.z

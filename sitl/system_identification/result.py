@@ -24,6 +24,7 @@ TOLD_TOGETHER = 0.9  # correlation above which two unknowns are only told togeth
 FORWARD = 8.0  # airspeed that forward flight reaches [m/s]
 NEEDS_FORWARD = frozenset({"C_l", "C_d0", "C_y0", "C_mq", "C_nr", "C_lp", "C_lr", "C_np", "advance", "per_stall"})
 OF_ACTUATORS = frozenset({"motor_tau", "elevon_tau", "omega_rate", "delta_rate"})
+GUSTY = 0.1  # gusts that explain what is left [m/s]
 SHOT = 1.0  # of a replay [s]
 LARGE_BIAS = 1.0  # of an accelerometer: rather a frame that is another [m/s2]
 UNEXPLAINED = 6.0  # times the sensor's own noise
@@ -67,6 +68,7 @@ class Identification:
     remarks: tuple[str, ...]
     nuisance: Nuisance
     nuisance_interval: Nuisance
+    gust: float  # rms per axis, about [m/s]
     gyro_bias: Array  # mean, (3,) [rad/s]
     before: Array  # rms residuals at the set, (6,)
     after: Array
@@ -102,6 +104,7 @@ def identification(
         remarks=tuple(_remarks(paths, solution)),
         nuisance=nuisance,
         nuisance_interval=spread,
+        gust=solution.gust,
         gyro_bias=np.mean([path.gyro_bias for path in paths], axis=0),
         before=solution.before,
         after=solution.after,
@@ -185,11 +188,12 @@ def _remarks(paths: Sequence[ReconstructedPath], solution: Solution) -> Iterator
             f"accelerometer and motion disagree by {bias:.1f} m/s2: is the attitude that of the forward-flight frame, "
             "and is the IMU level with it?"
         )
+    cause = f"gusts of about {solution.gust:.1g} m/s" if solution.gust > GUSTY else "the model lacks something"
     noise = paths[0].deviations
     own = np.array([*[noise.accelerometer] * 3, *[noise.gyro] * 3])
     for axis, left, sensor in zip(RESIDUAL_AXES, solution.after, own, strict=True):
         if left > UNEXPLAINED * sensor:
-            yield f"{axis}: {left:.3g} is left, {left / sensor:.1f} times the sensor's noise: the model lacks something"
+            yield f"{axis}: {left:.3g} is left, {left / sensor:.1f} times the sensor's noise: {cause}"
 
 
 def replay_errors(paths: Sequence[ReconstructedPath], a: Airframe, nuisance: Nuisance) -> ReplayErrors:

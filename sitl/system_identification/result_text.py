@@ -19,7 +19,7 @@ def as_text(found: Identification, name: str, mass_given: bool) -> str:
     lines = [
         f"{found.seconds:.0f} s of flight, up to {found.fastest:.1f} m/s through the air: {', '.join(found.sources)}",
         f"wind {wind[0]:+.2f} north, {wind[1]:+.2f} west, {wind[2]:+.2f} up m/s, "
-        f"within {spread.wind[0]:.2g}, {spread.wind[1]:.2g}, {spread.wind[2]:.2g}; "
+        f"within {spread.wind[0]:.2g}, {spread.wind[1]:.2g}, {spread.wind[2]:.2g}, gusts about {found.gust:.1g}; "
         f"inputs act {1e3 * found.nuisance.delay:+.1f} ms late, within {1e3 * spread.delay:.2g}",
         "",
         *_table("what they do together", name, found.effects),
@@ -60,6 +60,7 @@ def as_data(found: Identification) -> dict[str, Any]:
         "mass": found.base.m,
         "wind": found.nuisance.wind.tolist(),
         "wind_interval": found.nuisance_interval.wind.tolist(),
+        "gust": found.gust,
         "delay": found.nuisance.delay,
         "delay_interval": found.nuisance_interval.delay,
         "accelerometer_bias": found.nuisance.bias.tolist(),
