@@ -67,9 +67,11 @@ class _Shot(NamedTuple):
 
 
 def refined(problem: FitProblem, rough: Solution) -> Solution:
-    """A better answer and its covariance, from that of the regression."""
+    """A better answer and its covariance, from that of the regression; the same where its shots do not stay finite."""
     runs = [_run(path) for path in problem.paths]
     answer = _Answer(rough.x, [np.zeros((len(run.begins), FREE)) for run in runs])
+    if not all(np.isfinite(part).all() for part in _residuals(problem, runs, answer)):
+        return rough
     for _ in range(WEIGHINGS):
         answer = _descended(problem, runs, answer)
         left = _residuals(problem, runs, answer)

@@ -15,7 +15,7 @@ from sitl.system_identification.sensor_record import GRID_STEP, LEAD_TIME, Fligh
 
 LONGEST_GAP = 0.25  # between samples of IMU and commands; of attitude and motion four times as long [s]
 SHORTEST = 6.0  # stretch that is used [s]
-PIECE, MOST = 20.0, 240.0  # of a longer flight the pieces that turn most are used, up to a total [s]
+PIECE, MOST = 20.0, 120.0  # of a longer flight the pieces that turn most are used, up to a total [s]
 EDGE_TIME = 0.5  # left out after a take-off or a gap and before a landing; more than LEAD_TIME [s]
 HARDEST = 60.0  # specific force that no flight has: a blow [m/s2]
 ALL_LOGGED = 0.375  # commands per step of the grid above which none is taken as left out

@@ -7,7 +7,7 @@ from sitl.model.airframe_files import load
 from sitl.system_identification.effects import EFFECTS, effect_values
 from sitl.system_identification.output_error import refined
 from sitl.system_identification.path_reconstruction import reconstructed
-from sitl.system_identification.regression import FitProblem, jackknife, solved
+from sitl.system_identification.regression import FitProblem, Solution, jackknife, solved
 from sitl.system_identification.sensor_record import SensorRecord, Series
 from sitl.system_identification.stretches import usable_stretches
 from sitl.system_identification.unknowns import unknowns_of
@@ -39,6 +39,17 @@ def test_poor_positions_bias_the_regression_and_not_the_output_error():
     )
     assert before > 0.05
     assert after < 0.02
+
+
+def test_an_answer_on_which_the_plant_cannot_fly_stays_as_it_is():
+    base = load("nominal").parameters
+    paths = [reconstructed(stretch, base.g) for stretch in usable_stretches(read("nominal", 7), base)]
+    problem = FitProblem(paths[:1], base, unknowns_of(base))
+    light = problem.start.copy()
+    light[[one.key for one in problem.unknowns].index("J2")] = -25.0
+    none = np.zeros(6)
+    rough = Solution(light, np.eye(len(light)), problem.assumed, none, none, (none, none))
+    assert refined(problem, rough) is rough
 
 
 def test_of_white_residuals_the_jackknife_is_the_cramer_rao_bound():

@@ -51,7 +51,7 @@ def test_of_a_long_flight_the_part_that_turns_most_is_used():
     record.imu.values[turning, 1] += np.sin(record.imu.time[turning])
     found = spans(record)
     assert sum(end - begin for begin, end in found) <= MOST
-    assert sum(begin > 395.0 and end < 505.0 for begin, end in found) >= 4
+    assert sum(begin > 380.0 and end < 520.0 for begin, end in found) >= 4
 
 
 def test_too_little_flight_is_said():
