@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
+import numpy as np
+
 from sitl.model.airframe import Airframe
 from sitl.system_identification.flight_log import OutputChannels, read_flight
 from sitl.system_identification.output_error import refined
@@ -42,4 +44,6 @@ def identify_record(
     begin = with_values(base, known or {})
     paths = [reconstructed(stretch, base.g) for stretch in usable_stretches(record, base)]
     problem = FitProblem(paths, begin, unknowns)
-    return identification(paths, problem, refined(problem, solved(problem)), begin, record.sources)
+    with np.errstate(all="ignore"):  # a step too far gives no number, and is not taken
+        solution = refined(problem, solved(problem))
+    return identification(paths, problem, solution, begin, record.sources)

@@ -15,7 +15,7 @@ where that is larger.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -159,13 +159,12 @@ def _of_path(path: ReconstructedPath, span: Indices, positions: Positions, a: Ai
     return np.concatenate([path.stretch.accelerometer - rest.bias - force, off], axis=1)
 
 
-def solved(problem: FitProblem, on_round: Callable[[int], None] = lambda number: None) -> Solution:  # noqa: ARG005
+def solved(problem: FitProblem) -> Solution:
     """The most likely answer and its covariance: least squares, weighed by what is left, three times."""
     x = problem.start
     first = problem.residuals(x)
     weights = FIRST_WEIGHTS
-    for number in range(WEIGHING_ROUNDS):
-        on_round(number)
+    for _ in range(WEIGHING_ROUNDS):
         x = _descended(problem, x, weights)
         last = problem.residuals(x)
         weights = rms(last)

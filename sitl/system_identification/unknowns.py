@@ -15,7 +15,8 @@ from sitl.errors import SitlError
 from sitl.model.airframe import FIRST_ORDER, STALL, Airframe
 
 ADVANCE = "advance"  # key of the propeller's advance ratio, which is no field of the airframe
-MEASURED = ("m", "g", "rho", "S", "b", "c", "a_y", "p_x", "p_y")  # by scales and rulers
+MEASURED = ("m", "g", "S", "b", "c", "a_y", "p_y")  # by scales and rulers
+FARTHEST = 10.0  # that a descent may try: a logarithm
 
 
 class Unknown(NamedTuple):
@@ -99,7 +100,11 @@ def value_of(a: Airframe, key: str) -> float:
 def value_at(a: Airframe, unknown: Unknown, x: float) -> float:
     """The value of an unknown that is at ``x``."""
     value = value_of(a, unknown.key)
-    return value + x * (abs(value) or unknown.scale) if unknown.signed else value * math.exp(x)
+    return (
+        value + x * (abs(value) or unknown.scale)
+        if unknown.signed
+        else value * math.exp(min(max(x, -FARTHEST), FARTHEST))
+    )
 
 
 def airframe_at(a: Airframe, unknowns: Sequence[Unknown], x: Sequence[float]) -> Airframe:
