@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,8 @@ from sitl.system_identification.result import Identification, identification
 from sitl.system_identification.sensor_record import SensorRecord
 from sitl.system_identification.stretches import usable_stretches
 from sitl.system_identification.unknowns import unknowns_of, with_values
+
+OFTEN_ENOUGH = 90.0  # commands a second
 
 
 def identify(
@@ -46,4 +49,9 @@ def identify_record(
     problem = FitProblem(paths, begin, unknowns)
     with np.errstate(all="ignore"):  # a step too far gives no number, and is not taken
         solution = refined(problem, solved(problem))
-    return identification(paths, problem, solution, begin, record.sources)
+    found = identification(paths, problem, solution, begin, record.sources)
+    if record.commands.rate >= OFTEN_ENOUGH:
+        return found
+    often = f"commands at {record.commands.rate:.0f} Hz"
+    note = f"{often}: what lies between them is guessed, and the intervals are too narrow"
+    return replace(found, remarks=(note, *found.remarks))

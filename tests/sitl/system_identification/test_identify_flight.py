@@ -4,8 +4,10 @@ import pytest
 
 from sitl.model.airframe_files import load
 from sitl.system_identification.effects import EFFECTS, effect_values
+from sitl.system_identification.identify_flight import identify_record
+from sitl.system_identification.sensor_record import SensorRecord, Series
 from sitl.system_identification.unknowns import of_mass, value_of
-from tests.support.flights.identified_flight import flown, identified
+from tests.support.flights.identified_flight import flown, identified, read
 
 FLIGHTS = [("physical", 3), ("nominal", 7)]
 NEAR = {"thrust coefficient / mass": 0.03, "lift slope / mass": 0.03}  # the others within 10 %
@@ -48,6 +50,17 @@ def test_the_wind_is_found_beside(name, seed):
     found = identified(name, seed)
     assert found.nuisance.wind == pytest.approx([1.2, -1.6, 0.0], abs=0.1)
     assert abs(found.nuisance.delay) < 1e-3
+
+
+def test_commands_that_come_seldom_are_remarked():
+    record = read("physical", 3, hovering=True)
+    seldom = Series(record.commands.time[::25], record.commands.values[::25])
+    imu = Series(record.imu.time[::4], record.imu.values[::4])
+    found = identify_record(
+        SensorRecord(imu, seldom, record.attitude, record.motion, record.sources), load("physical").parameters
+    )
+    assert found.remarks[0].startswith("commands at 20 Hz: what lies between them is guessed")
+    assert not any(remark.startswith("commands at") for remark in identified("physical", 3, hovering=True).remarks)
 
 
 def test_what_a_hover_cannot_tell_is_said():
