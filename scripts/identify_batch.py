@@ -17,12 +17,14 @@ import numpy as np
 from sitl.errors import SitlError
 from sitl.model.airframe import Airframe
 from sitl.model.airframe_files import load
-from sitl.system_identification import flown_log
+from sitl.system_identification import flown_log, rotations
 from sitl.system_identification.effects import EFFECTS, effect_values
 from sitl.system_identification.flight_log import OutputChannels, read_flight
 from sitl.system_identification.identify_flight import identify_record
 from sitl.system_identification.sensor_record import SensorRecord, Series
 from sitl.system_identification.unknowns import of_mass, value_of
+
+WANDER_TIME = 5.0  # [s]
 
 
 class Score(NamedTuple):
@@ -44,6 +46,7 @@ def main() -> None:
     options.add_argument("--wind", type=float, default=3.0, help="greatest [m/s]")
     options.add_argument("--gusts", type=float, default=0.0)
     options.add_argument("--imu-every", type=int, default=1, help="of the 250 samples a second")
+    options.add_argument("--wander", type=float, default=0.0, help="of the measured attitude besides, in 5 s [deg]")
     options.add_argument("--commands-every", type=int, default=1, help="of the 500 a second")
     args = options.parse_args()
     base = load(args.airframe).parameters
@@ -76,7 +79,7 @@ def _score(
 ) -> dict[str, Score]:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "flight.tlog"
-        flown_log.write_log(flown, path, base, seed=seed)
+        flown_log.write_log(_wandering(flown, math.radians(args.wander), seed), path, base, seed=seed)
         record = read_flight(path, OutputChannels(None, base))
     record = SensorRecord(
         _thinned(record.imu, args.imu_every),
@@ -99,6 +102,20 @@ def _score(
         )
         for name, row in rows.items()
     }
+
+
+def _wandering(flown: flown_log.FlownTruth, deviation: float, seed: int) -> flown_log.FlownTruth:
+    """The flight with attitudes that wander about the true ones, as an Ornstein-Uhlenbeck process."""
+    if deviation == 0.0:
+        return flown
+    random, off = np.random.default_rng(seed), np.zeros((len(flown.time), 3))
+    kept = math.exp(-flown_log.LOG_STEP / WANDER_TIME)
+    drawn = deviation * math.sqrt(1.0 - kept**2) * random.standard_normal(off.shape)
+    for i in range(1, len(off)):
+        off[i] = kept * off[i - 1] + drawn[i]
+    body = flown.body.copy()
+    body[:, 6:10] = rotations.product(rotations.of_vector(off), body[:, 6:10])
+    return flown._replace(body=body)
 
 
 def _thinned(series: Series, every: int) -> Series:

@@ -153,8 +153,24 @@ def _messages(
 
 
 def _imu(time_usec: int, force: list[float], gyro: list[float]) -> object:
+    xacc, yacc, zacc = force
+    xgyro, ygyro, zgyro = gyro
     return mavlink.MAVLink_highres_imu_message(
-        time_usec, *force, *gyro, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, fields_updated=0b111111
+        time_usec=time_usec,
+        xacc=xacc,
+        yacc=yacc,
+        zacc=zacc,
+        xgyro=xgyro,
+        ygyro=ygyro,
+        zgyro=zgyro,
+        xmag=0.0,
+        ymag=0.0,
+        zmag=0.0,
+        abs_pressure=0.0,
+        diff_pressure=0.0,
+        pressure_alt=0.0,
+        temperature=0.0,
+        fields_updated=0b111111,
     )
 
 
