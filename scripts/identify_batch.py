@@ -19,7 +19,7 @@ from sitl.model.airframe import Airframe
 from sitl.model.airframe_files import load
 from sitl.system_identification import flown_log, rotations
 from sitl.system_identification.effects import EFFECTS, effect_values
-from sitl.system_identification.flight_log import OutputChannels, read_flight
+from sitl.system_identification.flight_log import LogConventions, read_flight
 from sitl.system_identification.identify_flight import identify_record
 from sitl.system_identification.sensor_record import SensorRecord, Series
 from sitl.system_identification.unknowns import of_mass, value_of
@@ -80,7 +80,7 @@ def _score(
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "flight.tlog"
         flown_log.write_log(_wandering(flown, math.radians(args.wander), seed), path, base, seed=seed)
-        record = read_flight(path, OutputChannels(None, base))
+        record = read_flight(path, LogConventions(None, base))
     record = SensorRecord(
         _thinned(record.imu, args.imu_every),
         _thinned(record.commands, args.commands_every),

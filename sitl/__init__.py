@@ -34,10 +34,12 @@ if TYPE_CHECKING:
     from sitl.model.quaternions import Quaternion
     from sitl.model.state import Actuators, Body, Plant
     from sitl.model.vectors import Vector
+    from sitl.sensors.sensor_files import load_sensors
+    from sitl.sensors.specification import SensorSet
+    from sitl.simulation.avionics import Navigation
     from sitl.simulation.batch import fly_batch
     from sitl.simulation.dispatch import Register
     from sitl.simulation.failures import DivergedError
-    from sitl.simulation.flight import PERIOD
     from sitl.simulation.recording import JumpRecord, Recording
     from sitl.simulation.simulation import Simulation
     from sitl.simulation.start import Start
@@ -45,6 +47,7 @@ if TYPE_CHECKING:
     from sitl.supervisor.guards import Guard, guard
     from sitl.supervisor.resets import Reset, reset
     from sitl.supervisor.table import TABLE, Jump
+    from sitl.timing import PERIOD
 
 _PLACES = {
     "protocol.dialect.vocabulary": ("Law", "Limit", "Reason", "Regime", "Saturation"),
@@ -68,15 +71,18 @@ _PLACES = {
     "sitl.model.quaternions": ("Quaternion",),
     "sitl.model.state": ("Actuators", "Body", "Plant"),
     "sitl.model.vectors": ("Vector",),
+    "sitl.sensors.sensor_files": ("load_sensors",),
+    "sitl.sensors.specification": ("SensorSet",),
+    "sitl.simulation.avionics": ("Navigation",),
     "sitl.simulation.batch": ("fly_batch",),
     "sitl.simulation.dispatch": ("Register",),
-    "sitl.simulation.flight": ("PERIOD",),
     "sitl.simulation.recording": ("JumpRecord", "Recording"),
     "sitl.simulation.simulation": ("DivergedError", "Simulation", "Start"),
     "sitl.simulation.tuning": ("Tuning",),
     "sitl.supervisor.guards": ("Guard", "guard"),
     "sitl.supervisor.resets": ("Reset", "reset"),
     "sitl.supervisor.table": ("TABLE", "Jump"),
+    "sitl.timing": ("PERIOD",),
 }
 _NAMES = {name: module for module, names in _PLACES.items() for name in names}
 
@@ -97,6 +103,7 @@ __all__ = [
     "Law",
     "LawRow",
     "Limit",
+    "Navigation",
     "Path",
     "Plant",
     "Quaternion",
@@ -107,6 +114,7 @@ __all__ = [
     "Register",
     "Reset",
     "Saturation",
+    "SensorSet",
     "Simulation",
     "SitlError",
     "Start",
@@ -124,6 +132,7 @@ __all__ = [
     "kernel",
     "leg",
     "load_airframe",
+    "load_sensors",
     "reset",
     "steer",
 ]

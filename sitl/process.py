@@ -33,9 +33,9 @@ from sitl.pacer import Pacer
 from sitl.parameters import Configuration, WorldSettings
 from sitl.persistence import StateFolder
 from sitl.scenarios.live_scenario import LiveScenario, ScenarioAircraft, named
-from sitl.simulation.flight import PERIOD
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start
+from sitl.timing import PERIOD
 from sitl.warm_up import make_ready
 
 MAX_LISTENING = 0.002  # to peers, before the vehicle flies on: a flood must not stop it [s]

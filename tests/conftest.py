@@ -1,7 +1,9 @@
 """Property tests draw the same examples on every run; HYPOTHESIS_PROFILE=explore looks for new ones."""
 
+import gc
 import os
 
+import pytest
 from hypothesis import settings
 from hypothesis.internal.conjecture import providers
 
@@ -58,12 +60,15 @@ SLOW = (
     "test_api_page.py",
 )
 
-# These come first, in this order, where two processes share the files: a long one at the end would leave one idle.
+# These come first, in this order, where processes share the files: a long one at the end would leave the others idle.
+# The first two compile one half of the vehicle's kernels each, before a third process needs them.
 LONGEST = (
+    "sitl/simulation/test_accuracy.py",
+    "sitl/simulation/test_batch.py",
     "darko_gcs/tui/",
-    "sitl/simulation/",
     "sitl/supervisor/test_table.py",
     "sitl/design/test_processors.py",
+    "sitl/simulation/",
     "sitl/scenarios/",
     "e2e/",
     "test_api_page.py",
@@ -87,3 +92,18 @@ def pytest_collection_modifyitems(items):
         return next((place for place, long in enumerate(LONGEST) if path.startswith(long)), len(LONGEST))
 
     items.sort(key=turn)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection():
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.enable()
+
+
+def pytest_collection_finish():
+    """What is collected stays: to look through it for garbage, and as often as usual, takes a tenth of the time."""
+    gc.freeze()
+    gc.set_threshold(20_000, 20, 20)

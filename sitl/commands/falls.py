@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import argparse
-import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from sitl.defaults import AIRFRAME
-from sitl.errors import SitlError
+from sitl.commands.seeded_options import check_seeded, craft_of, seeded_parser, write_json
 from sitl.plotting import check_plot_path
 
 if TYPE_CHECKING:
@@ -21,24 +19,19 @@ MAX_WINDY_CRASHES = 0.03  # share of the falls in wind
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     """The command line of ``darko-sitl falls``."""
-    options = argparse.ArgumentParser(prog="darko-sitl falls", description=commands["falls"] + ".")
-    options.add_argument(
-        "--flights", type=int, default=500, metavar="N", help="falls of the whole vehicle, calm and windy [500]"
-    )
+    options = seeded_parser("falls", commands["falls"], 500, "falls of the whole vehicle, calm and windy")
     options.add_argument(
         "--draws", type=int, default=200, metavar="N", help="falls of each kind, for the heights [200]"
     )
-    options.add_argument("--first", type=int, default=1, metavar="SEED", help="seed of the first [1]")
-    options.add_argument("--jobs", type=int, default=2, metavar="N", help="processes at once [2]")
-    options.add_argument("--airframe", default=AIRFRAME, metavar="SET", help=f"parameter set or TOML file [{AIRFRAME}]")
     options.add_argument("--plot", type=Path, metavar="FILE", help="also draw the map: .png, .svg or .pdf")
-    options.add_argument("--json", type=Path, metavar="FILE", help="also write every fall as JSON")
     return options
 
 
 def run(args: argparse.Namespace) -> int:
     """Fly the falls and print their figures; exit code 1 if one needs more height than it should or too many crash."""
-    _check(args)
+    check_seeded(args, {}, ["draws"])
+    if args.plot is not None:
+        check_plot_path(args.plot)
     from sitl.model.airframe_files import load  # noqa: PLC0415 - --help must not load the compiler
     from sitl.studies import falls, falls_of_aircraft  # noqa: PLC0415
 
@@ -51,7 +44,7 @@ def run(args: argparse.Namespace) -> int:
     print("\n".join(falls.map_lines(cells)), flush=True)
     ends = []
     for windy in (False, True):
-        ends.append(falls_of_aircraft.run(args.flights, args.first, args.airframe, windy=windy, jobs=args.jobs))
+        ends.append(falls_of_aircraft.run(args.flights, args.first, craft_of(args), windy=windy, jobs=args.jobs))
         air = (
             f"wind {falls_of_aircraft.FALL_WIND:g} m/s, gusts {falls_of_aircraft.FALL_GUSTS:g} m/s"
             if windy
@@ -60,7 +53,7 @@ def run(args: argparse.Namespace) -> int:
         print(f"\nWhole vehicle, {air}:")
         print("\n".join(falls_of_aircraft.summary(ends[-1])), flush=True)
     if args.json is not None:
-        _write(heights, cells, ends, args.json)
+        write_json(args.json, _rows(heights, cells, ends))
     if args.plot is not None:
         from sitl.studies.falls_plot import save_plot  # noqa: PLC0415
 
@@ -80,28 +73,12 @@ def passed(heights: Sequence[HeightLost], calm: Sequence[AircraftFall], windy: S
     )
 
 
-def _check(args: argparse.Namespace) -> None:
-    """Refuse bad arguments before any flight."""
-    if min(args.flights, args.draws, args.jobs) < 1:
-        raise SitlError(f"--flights {args.flights}, --draws {args.draws}, --jobs {args.jobs}: all must be at least 1")
-    if args.first < 0:
-        raise SitlError(f"--first {args.first}: seeds are not negative")
-    if args.plot is not None:
-        check_plot_path(args.plot)
-    if args.json is not None and not args.json.parent.is_dir():
-        raise SitlError(f"{args.json}: there is no folder {args.json.parent}")
-
-
-def _write(
-    heights: Sequence[HeightLost], cells: Sequence[MapCell], ends: Sequence[Sequence[AircraftFall]], path: Path
-) -> None:
-    written = {
+def _rows(
+    heights: Sequence[HeightLost], cells: Sequence[MapCell], ends: Sequence[Sequence[AircraftFall]]
+) -> dict[str, object]:
+    return {
         "heights": [{"kind": r.kind, "supervisor": r.supervisor.tolist(), "alone": r.alone.tolist()} for r in heights],
         "map": [{"sink": c.sink, "tumble": c.tumble, "lost": c.lost.tolist()} for c in cells],
         "calm": [fall._asdict() for fall in ends[0]],
         "windy": [fall._asdict() for fall in ends[1]],
     }
-    try:
-        path.write_text(json.dumps(written, indent=1) + "\n", encoding="utf-8")
-    except OSError as error:
-        raise SitlError(f"{path}: {error.strerror}") from error

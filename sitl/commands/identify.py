@@ -39,6 +39,12 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
         metavar="L,R,L,R",
         help="outputs of left motor, right motor, left elevon, right elevon, from 1; negative: reversed",
     )
+    options.add_argument(
+        "--frame",
+        choices=("hover", "forward"),
+        default="hover",
+        help="of the log's attitude and IMU; PX4's is hover [hover]",
+    )
     options.add_argument("--write", type=Path, metavar="FILE", help="write the airframe as a TOML file for --airframe")
     options.add_argument("--plot", type=Path, metavar="FILE", help="draw the residuals: .png, .svg or .pdf")
     options.add_argument("--json", action="store_true", help="print JSON")
@@ -63,7 +69,8 @@ def run(args: argparse.Namespace) -> int:
     from sitl.system_identification.result_text import as_data, as_text  # noqa: PLC0415
 
     base = load(args.airframe)
-    found = identify(args.flight, base.parameters, known=known, channels=channels)
+    in_hover = args.frame == "hover"
+    found = identify(args.flight, base.parameters, known=known, channels=channels, hover_frame=in_hover)
     print(json.dumps(as_data(found), indent=1) if args.json else as_text(found, base.name, "m" in known), flush=True)
     if args.plot is not None:
         from sitl.system_identification.residual_plot import save_residual_plot  # noqa: PLC0415 - matplotlib is slow

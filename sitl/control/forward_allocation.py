@@ -9,8 +9,8 @@ elevons need more slipstream, since a tail-sitter that cannot raise its nose doe
 
 from sitl.compiled import kernel
 from sitl.control.allocation import BOOST, PITCH, ROLL, ROUNDING, THRUST, YAW
-from sitl.model.aerodynamics import Slopes, elevon_arm, thrusts
-from sitl.model.airframe import Airframe
+from sitl.model.aerodynamics import Slopes, thrusts
+from sitl.model.airframe import Airframe, elevon_arm
 from sitl.model.arithmetic import clipped
 from sitl.model.propeller import speed_for, thrust
 from sitl.model.state import Actuators

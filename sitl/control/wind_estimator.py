@@ -83,7 +83,7 @@ def update(
     v_b = rotate_inverse(q, subtract(readings.velocity, state.wind))
     F, _ = wrench(v_b, estimate.rates, estimate.actuators, a)
     lightness = 1.0 / a.m
-    slope = _normal_slope(v_b, estimate.actuators, a)
+    slope = normal_slope(v_b, estimate.actuators, a)
     # The wing tells the product of speed and incidence: unchecked by a tube, gusts would be taken for speed.
     slope = Vector(lightness * (slope.x if tube else 0.0), lightness * slope.y, lightness * slope.z)
     noise = gains.normal_noise * gains.normal_noise / dt
@@ -108,7 +108,7 @@ def _predicted(state: WindState, gains: WindGains, dt: float) -> WindState:
 
 
 @kernel
-def _normal_slope(v_b: Vector, actuators: Actuators, a: Airframe) -> Vector:
+def normal_slope(v_b: Vector, actuators: Actuators, a: Airframe) -> Vector:
     """Derivative of the force along z_b by the wind in the body frame [N s/m].
 
     Args:

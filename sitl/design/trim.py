@@ -14,8 +14,8 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from sitl.compiled import entry, kernel, subroutine
-from sitl.model.aerodynamics import elevon_arm, slopes, wrench
-from sitl.model.airframe import REPORT, Airframe, Array
+from sitl.model.aerodynamics import slopes, wrench
+from sitl.model.airframe import REPORT, Airframe, Array, elevon_arm
 from sitl.model.arithmetic import arctangent, clipped, sine_cosine
 from sitl.model.propeller import speed_for
 from sitl.model.state import Actuators

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from sitl.compiled import kernel
 from sitl.model import phi_theory, stall
-from sitl.model.airframe import PASSIVE, REPORT, STALL, Airframe
+from sitl.model.airframe import PASSIVE, REPORT, STALL, Airframe, elevon_arm
 from sitl.model.propeller import thrust
 from sitl.model.state import Actuators
 from sitl.model.vectors import Vector, norm
@@ -63,12 +63,6 @@ def slopes(v: Vector, T1: float, T2: float, a: Airframe) -> Slopes:
     stream = 0.5 * a.C_l * a.xi_f * h * v.x
     per_thrust = a.S_ratio * a.C_l * a.xi_f
     return Slopes(h * a.C_l, h * (a.C_l * a.Delta_r), h * a.C_d0, per_thrust * T1 + stream, per_thrust * T2 + stream)
-
-
-@kernel
-def elevon_arm(a: Airframe) -> float:
-    """Of an elevon's normal force behind the centre of mass [m]."""
-    return a.Delta_r * a.xi_m / a.xi_f
 
 
 @kernel

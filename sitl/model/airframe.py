@@ -5,6 +5,8 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from sitl.compiled import kernel
+
 Array: TypeAlias = npt.NDArray[np.float64]
 
 SATURATED = 0  # actuator model: position and rate limits (report, "Saturation des commandes")
@@ -83,3 +85,9 @@ class Airframe(NamedTuple):
     avionics_power: float = 0.0  # [W]
     battery_voltage: float = 11.1  # of the cells, half charged [V]
     battery_resistance: float = 0.03  # [ohm]
+
+
+@kernel
+def elevon_arm(a: Airframe) -> float:
+    """Of an elevon's normal force behind the centre of mass [m]."""
+    return a.Delta_r * a.xi_m / a.xi_f

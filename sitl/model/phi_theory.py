@@ -13,7 +13,7 @@ set's, and must take energy too (:mod:`sitl.model.airframe_files` looks).
 import math
 
 from sitl.compiled import kernel, subroutine
-from sitl.model.airframe import Airframe
+from sitl.model.airframe import Airframe, elevon_arm
 from sitl.model.propeller import thrust, torque_difference
 from sitl.model.state import Actuators
 from sitl.model.vectors import Vector
@@ -56,10 +56,9 @@ def wrench(v: Vector, w: Vector, actuators: Actuators, a: Airframe) -> tuple[Vec
     Fy = -h * (a.C_y0 * v.y + (coupling * a.C_l * a.b) * (w.z + 0.5 * a.xi_f * both * w.x))
     Fz = -(E1 + E2) - h * (a.C_l * v.z - (coupling * a.C_y0 * a.c) * w.y)
 
-    arm = a.Delta_r * a.xi_m / a.xi_f  # of an elevon's normal force about y_b
     L = damping(w, both, h, a)
     Mx = torque_difference(w1, w2, v.x, a) - a.a_y * (E1 - E2)
-    My = -arm * (E1 + E2) - h * (a.Delta_r * a.C_l) * v.z
+    My = -elevon_arm(a) * (E1 + E2) - h * (a.Delta_r * a.C_l) * v.z
     Mz = -(a.p_y - X * a.a_y * a.C_d0) * (T1 - T2) - h * ((0.5 * a.a_y * a.C_d0 * a.xi_f) * v.z * differ)
     Mz += h * (a.b * coupling * a.C_y0) * v.y
     return Vector(Fx, Fy, Fz), Vector(Mx + L.x, My + L.y, Mz + L.z)
@@ -81,10 +80,9 @@ def passive_wrench(v: Vector, w: Vector, actuators: Actuators, a: Airframe) -> t
     Fy = -h * (a.C_y0 * v.y - side * w.z)
     Fz = -(E1 + E2) - h * (a.C_l * (v.z + a.Delta_r * w.y))
 
-    arm = a.Delta_r * a.xi_m / a.xi_f
     L = damping(w, 0.0, h, a)
     Mx = torque_difference(w1, w2, v.x, a) - a.a_y * (E1 - E2)
-    My = -arm * (E1 + E2) - h * (a.Delta_r * a.C_l) * v.z
+    My = -elevon_arm(a) * (E1 + E2) - h * (a.Delta_r * a.C_l) * v.z
     Mz = -(a.p_y - X * a.a_y * a.C_d0) * (T1 - T2) + h * side * v.y
     return Vector(Fx, Fy, Fz), Vector(Mx + L.x, My + L.y, Mz + L.z)
 

@@ -21,7 +21,7 @@ import math
 from typing import NamedTuple
 
 from sitl.compiled import kernel, subroutine
-from sitl.model.airframe import Airframe
+from sitl.model.airframe import Airframe, elevon_arm
 from sitl.model.propeller import thrust, torque_difference
 from sitl.model.state import Actuators
 from sitl.model.vectors import Vector
@@ -70,7 +70,7 @@ def _stream(ahead: float, side: float, normal: float, area: float, a: Airframe) 
 @kernel
 def _arms(shift: float, a: Airframe) -> tuple[float, float]:
     """Of the fixed surface and of the elevon, behind the centre of mass [m]; together they are at Delta_r attached."""
-    elevon = a.Delta_r * a.xi_m / a.xi_f
+    elevon = elevon_arm(a)
     return (a.Delta_r - a.xi_f * elevon) / (1.0 - a.xi_f) + shift, elevon
 
 

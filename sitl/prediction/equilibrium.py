@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 from sitl.compiled import kernel, subroutine
 from sitl.model import propeller
-from sitl.model.aerodynamics import elevon_arm, slopes, trimmed_slope
-from sitl.model.airframe import STALL, Airframe
+from sitl.model.aerodynamics import slopes, trimmed_slope
+from sitl.model.airframe import STALL, Airframe, elevon_arm
 from sitl.model.arithmetic import clipped, sine_cosine
 from sitl.model.state import Actuators
 from sitl.model.vectors import Vector, add_scaled, cross, dot, norm, scaled, subtract
@@ -46,11 +46,11 @@ def equilibrium(force: Vector, v_a: Vector, ahead: Vector, a: Airframe) -> Equil
     level_air = add_scaled(v_a, y, -dot(v_a, y))
     # An attached wing is tried first: it needs the least thrust.
     x, thrust = (_unit(level_air) if norm(level_air) > SLOW_AIR else _unit(force)), 0.0
-    stream = slopes(_in_body(v_a, x, y), thrust, thrust, a)
+    stream = slopes(in_axes(v_a, x, y, cross(x, y)), thrust, thrust, a)
     for _ in range(PASSES if a.aerodynamics == STALL else 1):
         x = add_scaled(force, level_air, trimmed_slope(stream, a))
         x = _unit(add_scaled(x, y, -dot(x, y)))
-        v_b = _in_body(v_a, x, y)
+        v_b = in_axes(v_a, x, y, cross(x, y))
         thrust = 0.5 * (dot(force, x) + stream.drag * v_b.x) / (1.0 - a.S_ratio * a.C_d0)
         given = limited_thrust(thrust, v_b.x, a)
         stream = slopes(v_b, given, given, a)
@@ -60,9 +60,9 @@ def equilibrium(force: Vector, v_a: Vector, ahead: Vector, a: Airframe) -> Equil
 
 
 @kernel
-def _in_body(v_a: Vector, x: Vector, y: Vector) -> Vector:
-    """A velocity in the body frame whose axes x and y are given."""
-    return Vector(dot(v_a, x), dot(v_a, y), dot(v_a, cross(x, y)))
+def in_axes(a: Vector, x: Vector, y: Vector, z: Vector) -> Vector:
+    """A vector by its components along three axes."""
+    return Vector(dot(a, x), dot(a, y), dot(a, z))
 
 
 @kernel

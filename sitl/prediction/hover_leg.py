@@ -12,10 +12,11 @@ from sitl.compiled import entry, kernel
 from sitl.control.governor import gamma
 from sitl.control.hover_linear import SQRT_HALF, HoverError, quadratic
 from sitl.control.hover_zero_moment import AHEAD, PER_AHEAD
-from sitl.model.aerodynamics import elevon_arm, slopes, trimmed_slope
+from sitl.model.aerodynamics import slopes, trimmed_slope
+from sitl.model.airframe import elevon_arm
 from sitl.model.arithmetic import arctangent, clipped, exponential, sine_cosine, wrapped
 from sitl.model.vectors import Vector, add_scaled, cross, dot, level_norm, norm, scaled, subtract
-from sitl.prediction.equilibrium import MIN_GRIP, back, level, power, weight
+from sitl.prediction.equilibrium import MIN_GRIP, back, in_axes, level, power, weight
 from sitl.prediction.point_mass import LinearHover, PointMass, Prediction
 from sitl.supervisor.guards import PATIENCE
 
@@ -126,7 +127,7 @@ def _moved(s: HoverMotion, leg: HoverLeg, ahead: Vector, body: PointMass) -> Hov
     a, v_a, push = body.airframe, subtract(s.velocity, leg.wind), norm(s.force)
     z = back(s.nose, ahead)
     inflow, thrust = dot(v_a, s.nose), 0.5 * push / (1.0 - a.S_ratio * a.C_d0)
-    lift = trimmed_slope(slopes(_in_body(v_a, s.nose, z), thrust, thrust, a), a) * dot(v_a, z)
+    lift = trimmed_slope(slopes(in_axes(v_a, s.nose, cross(z, s.nose), z), thrust, thrust, a), a) * dot(v_a, z)
     total = subtract(add_scaled(scaled(s.nose, push), z, -lift), weight(a))
     real = scaled(total, 1.0 / a.m)
     is_steady = not s.is_linear and norm(real) < STEADY
@@ -135,12 +136,6 @@ def _moved(s: HoverMotion, leg: HoverLeg, ahead: Vector, body: PointMass) -> Hov
     velocity = add_scaled(s.velocity, real, PREDICTION_STEP)
     energy = s.energy + step * power(thrust, inflow, a)
     return HoverMotion(offset, velocity, s.force, s.nose, s.sag, real, s.integral, s.is_linear, s.time + step, energy)
-
-
-@kernel
-def _in_body(v_a: Vector, x: Vector, z: Vector) -> Vector:
-    """A velocity in the body frame whose axes x and z are given."""
-    return Vector(dot(v_a, x), dot(v_a, cross(z, x)), dot(v_a, z))
 
 
 @kernel
@@ -173,7 +168,7 @@ def _sag(s: HoverMotion, nose: Vector, force: Vector, ahead: Vector, wind: Vecto
     a, z, v_a = body.airframe, back(nose, ahead), subtract(s.velocity, wind)
     push = norm(force)
     thrust = 0.5 * push
-    stream = slopes(_in_body(v_a, nose, z), thrust, thrust, a)
+    stream = slopes(in_axes(v_a, nose, cross(z, nose), z), thrust, thrust, a)
     grip = max(stream.left_elevon + stream.right_elevon, MIN_GRIP)
     delta = clipped(-stream.moment * dot(v_a, z) / (elevon_arm(a) * grip), -a.delta_max, a.delta_max)
     moment = 2.0 * a.S_ratio * a.C_l * a.xi_m * a.Delta_r * delta * thrust

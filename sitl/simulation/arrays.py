@@ -12,11 +12,12 @@ from sitl.compiled import compile_part, compiling
 from sitl.control.reference import Reference
 from sitl.model.airframe import Airframe
 from sitl.simulation import loop
+from sitl.simulation.avionics import Avionics
 from sitl.simulation.dispatch import REGISTER, Register
 from sitl.simulation.flight import Environment, Flight, JumpEntry, Sample
 from sitl.simulation.loop import Look, Records, fly, fly_with
 from sitl.simulation.noise import Draws
-from sitl.simulation.storage import named_from, record_of, record_type
+from sitl.storage import named_from, record_of, record_type
 
 JUMPS_PER_CALL = 64
 MAX_PERIODS = 5000  # flown in one call of the loop
@@ -32,6 +33,21 @@ class Stretch(NamedTuple):
     end: int  # loop.FLOWN ...
 
 
+class Switch:
+    """A flag of the controller as a property of what has ``_arrays``."""
+
+    def __init__(self, name: str, text: str) -> None:
+        self._name = name
+        self.__doc__ = text
+
+    def __get__(self, vehicle: Any, kind: type | None = None) -> bool:  # noqa: ANN401
+        return bool(vehicle._arrays.controller[self._name])  # noqa: SLF001 - a part of the vehicle
+
+    def __set__(self, vehicle: Any, value: bool) -> None:  # noqa: ANN401
+        vehicle._arrays.controller[self._name] = value  # noqa: SLF001 - likewise
+        vehicle._arrays.forget_look()  # noqa: SLF001 - likewise
+
+
 class FlightArrays:
     """The state of a flight, what it is told and what is seen of it, each a record, (1,).
 
@@ -39,9 +55,11 @@ class FlightArrays:
         register: The laws.
         airframe: The airframe as it is.
         seed: Of gusts and sensors.
+        avionics: Instruments and navigation filter.
     """
 
-    def __init__(self, register: Register, airframe: Airframe, seed: int) -> None:
+    def __init__(self, register: Register, airframe: Airframe, seed: int, avionics: Avionics) -> None:
+        self.avionics = avionics
         self._fly = fly if register is REGISTER else fly_with(register)
         self._type = register.flight_type
         self.draws = Draws(seed)
@@ -83,6 +101,7 @@ class FlightArrays:
         """Fly at most ``periods``, as far as random draws and room for jumps go, with a sample each ``every``."""
         self._look = None
         gusts, draws = self.draws.rows(int(self.flights["periods"][0]), gusts=bool(self.airs["gust_rms"][0] > 0.0))
+        self.avionics.draw(int(self.flights["periods"][0]))
         now = min(periods, len(draws), MAX_PERIODS)
         flown, sampled, noted, end = self._call(gusts, draws, now, every, samples)
         return Stretch(flown, sampled, self._jumps[:noted], end)
@@ -101,6 +120,10 @@ class FlightArrays:
             "draws": NO_DRAWS,
             "column": 0,
             "row": 0,
+            "aboard": self.avionics.records[0],
+            "steps": self.avionics.steps,
+            "fast": self.avionics.fast,
+            "slow": self.avionics.slow,
         }
         with compiling():
             for part in parts:
@@ -111,7 +134,8 @@ class FlightArrays:
     ) -> tuple[int, int, int, int]:
         return self._fly(
             self.flights, self.references, self.airs, self.designs, self.airframes, gusts, draws, periods, every,
-            samples, self._jumps, self._looks,
+            samples, self._jumps, self._looks, self.avionics.records, self.avionics.steps, self.avionics.fast,
+            self.avionics.slow,
         )  # fmt: skip
 
 

@@ -33,7 +33,7 @@ from sitl.simulation.flight import (
     update_wind_estimate,
 )
 from sitl.simulation.loop import JUMPS_FULL, MAX_CHAIN, ZENO, due_now, take_jump, write_sample
-from sitl.simulation.storage import WIDTH, Kept, access, column_rows
+from sitl.storage import WIDTH, Kept, access, column_rows
 
 _tick, _needs, _watch, _due, _seek, _jump, _is_known, _values = COMPILED
 get_law, get_command = access(Flight, "controller.law").get, access(Flight, "controller.command").get

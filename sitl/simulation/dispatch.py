@@ -15,13 +15,17 @@ from sitl.compiled import kernel, subroutine
 from sitl.control.laws import LAWS, VALUES, Gains, LawRow, LawStates, ValueRow
 from sitl.control.reference import Reference
 from sitl.errors import SitlError, UnknownLawError
-from sitl.simulation.flight import PERIOD, Design, Flight
+from sitl.simulation.flight import (
+    Design,
+    Flight,
+)
 from sitl.simulation.register_checks import check
-from sitl.simulation.storage import access
+from sitl.storage import access
 from sitl.supervisor.controller import Controller
 from sitl.supervisor.guards import Guard
 from sitl.supervisor.resets import Reset, begin_anew
 from sitl.supervisor.table import TABLE, Jump
+from sitl.timing import PERIOD
 
 # What a parameter's name stands for in the generated code; the laws' state slots are added to these.
 _CONTROLLER = ("has_crashed", "since", "at_rest", "inhibited", "is_armed", "is_flying")

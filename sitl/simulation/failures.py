@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from enum import IntEnum
 
 from sitl.errors import SitlError, UnknownLawError, ZenoError
 from sitl.model.state import Plant
-from sitl.simulation.recording import Recording
+from sitl.simulation.recording import JumpRecord, Recording
+
+LAST_JUMPS = 12  # that the error of a jump without end names
 
 
 class DivergedError(SitlError):
@@ -29,9 +31,9 @@ def diverged(law: str, time: float, plant: Plant, kept: int) -> DivergedError:
     return DivergedError(f"the flight diverged under {law} at {time:.3f} s: {numbers}", kept)
 
 
-def zeno(jumps: Iterable[str], time: float) -> ZenoError:
-    """The error of a supervisor that jumps without end, of the names of its last jumps."""
-    return ZenoError(f"jumps without end at {time:.3f} s: {' -> '.join(jumps)}")
+def zeno(jumps: Sequence[JumpRecord], time: float) -> ZenoError:
+    """The error of a supervisor that jumps without end; its last jumps are named."""
+    return ZenoError(f"jumps without end at {time:.3f} s: {' -> '.join(jump.name for jump in jumps[-LAST_JUMPS:])}")
 
 
 def unknown_law(number: int, laws: Iterable[IntEnum]) -> UnknownLawError:

@@ -28,11 +28,11 @@ from sitl.model.propeller import drawn_power
 from sitl.model.quaternions import x_axis
 from sitl.model.state import Actuators, Body, Plant
 from sitl.model.vectors import Vector, add, norm, scaled, subtract
-from sitl.simulation.storage import Kept, access, replacing
+from sitl.storage import Kept, access, replacing
 from sitl.supervisor.controller import Controller
 from sitl.supervisor.guards import LYING, REST_SPEED, Thresholds
+from sitl.timing import PERIOD
 
-PERIOD = 0.002  # of the control [s]
 SUBSTEPS = 2  # plant steps per control period
 LANDED = 0
 _FINE, _COARSE = 67108864.0, 1.0 / 67108864.0  # 2**26

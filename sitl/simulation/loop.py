@@ -18,20 +18,25 @@ from sitl.control.governor import activity
 from sitl.control.reference import Reference
 from sitl.model.airframe import Array
 from sitl.model.plant import is_finite
-from sitl.model.vectors import subtract
+from sitl.model.vectors import add, subtract
 from sitl.simulation.dispatch import COMPILED, Register
 from sitl.simulation.flight import (
     Design,
     Flight,
     JumpEntry,
     Sample,
+    get_air,
+    get_gust,
+    may_turn,
     move_plant,
+    put_estimate,
     run_timers,
     sample_of,
     update_gust,
     update_wind_estimate,
 )
-from sitl.simulation.storage import Kept, access
+from sitl.simulation.sensed import delayed, sensed
+from sitl.storage import Kept, access
 
 FLOWN, UNKNOWN_LAW, ZENO, DIVERGED, JUMPS_FULL = range(5)  # how a call of the loop ends
 MAX_CHAIN = 12  # jumps at one instant: more than there are laws means that some law came twice
@@ -74,13 +79,31 @@ def advance(
     gusts: Array,
     draws: Array,
     row: int,
+    aboard: Kept,
+    steps: Kept,
+    fast: Array,
+    slow: Array,
 ) -> None:
-    """One control period, before any jump; records, or columns of blocks."""
+    """One control period, before any jump."""
     update_gust(flight, column, air, gusts, row)
-    update_wind_estimate(flight, column, air, design, a, draws, row)
-    in_force = get_command(flight, column)
+    is_sensed = fast.shape[0] > 0
+    if not is_sensed:
+        update_wind_estimate(flight, column, air, design, a, draws, row)
+    sent, before = get_command(flight, column), get_plant(flight, column)
+    in_force = delayed(aboard["instruments"], sent, get_periods(flight, column)) if is_sensed else sent
     _tick(get_law(flight, column), flight, column, reference, design)
     move_plant(flight, column, air, a, in_force)
+    if is_sensed:
+        around = get_air(air, column)
+        wind = add(around.wind, get_gust(flight, column))
+        put_estimate(
+            flight,
+            column,
+            sensed(
+                aboard["instruments"], aboard["filter"], steps, a, before, get_plant(flight, column), wind, in_force,
+                may_turn(flight, column), get_periods(flight, column), fast, slow, around.sensors.has_pitot,
+            ),
+        )  # fmt: skip
     run_timers(flight, column)
 
 
@@ -130,6 +153,10 @@ def fly(
     samples: Records,
     jumps: Records,
     looks: Records,
+    aboard: Records,
+    steps: Records,
+    fast: Array,
+    slow: Array,
 ) -> tuple[int, int, int, int]:
     """Fly one flight for some control periods, taking every jump that falls due.
 
@@ -146,6 +173,10 @@ def fly(
         samples: Receives :class:`Sample` records.
         jumps: Receives :class:`JumpEntry` records.
         looks: Receives what is seen of the flight in the end, a record of :class:`Look`, (1,).
+        aboard: Instruments and filter, a record of :class:`~sitl.simulation.avionics.Aboard`, (1,).
+        steps: What the filter has yet to come to, records of Step, (MAX_HORIZON,).
+        fast: Draws of the instruments for a block of periods, (n, FAST_COLUMNS); n is 0 where laws see the truth.
+        slow: Draws of its slow steps, (n / SLOW, SLOW_COLUMNS).
 
     Returns:
         Periods flown, samples and jumps written, and how it ended (FLOWN ... JUMPS_FULL).
@@ -172,7 +203,7 @@ def fly(
                 break
             write_sample(flight, column, reference, design, samples[kept])
             kept += 1
-        advance(flight, column, reference, air, design, a, gusts, draws, done)
+        advance(flight, column, reference, air, design, a, gusts, draws, done, aboard[0], steps, fast, slow)
         done += 1
     if end == FLOWN and not is_finite(get_plant(flight, column)):
         end = DIVERGED

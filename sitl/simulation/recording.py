@@ -12,7 +12,7 @@ import numpy.typing as npt
 from protocol.dialect.vocabulary import Law, Reason
 from sitl.model.airframe import Array
 from sitl.simulation.dispatch import Register
-from sitl.simulation.flight import PERIOD
+from sitl.timing import PERIOD
 
 
 class JumpRecord(NamedTuple):

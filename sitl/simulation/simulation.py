@@ -20,6 +20,7 @@ from sitl.control.estimate import Estimate
 from sitl.control.reference import LEG, Reference, hover_at, upright
 from sitl.design.forward import can_fly_forward
 from sitl.errors import SitlError
+from sitl.estimation.belief import WIND_ERROR
 from sitl.estimation.sensing import SensorNoise
 from sitl.model.airframe import Airframe
 from sitl.model.ground import Crash, feet_aloft
@@ -28,17 +29,21 @@ from sitl.model.propeller import drawn_power, speed_for
 from sitl.model.quaternions import Quaternion
 from sitl.model.state import Actuators, Body, Plant
 from sitl.model.vectors import Vector
+from sitl.sensors.sensor_files import load_sensors
+from sitl.sensors.specification import SensorSet
 from sitl.simulation import loop
-from sitl.simulation.arrays import ENDED_WELL, FlightArrays
+from sitl.simulation.arrays import ENDED_WELL, FlightArrays, Switch
+from sitl.simulation.avionics import Avionics, Navigation, equipped
 from sitl.simulation.dispatch import REGISTER, Register
 from sitl.simulation.failures import DivergedError, diverged, unknown_law, zeno
-from sitl.simulation.flight import PERIOD, Environment, Flight, sample_of
+from sitl.simulation.flight import Environment, Flight, sample_of
 from sitl.simulation.loop import Look, Records
 from sitl.simulation.noise import Draws
 from sitl.simulation.recording import EnergyByLaw, JumpRecord, Recording, jump_of
 from sitl.simulation.start import Start, entered, grounded, perfect_estimate, whole_periods
-from sitl.simulation.storage import named_from, record_of
 from sitl.simulation.tuning import Tuning, design_record, designed
+from sitl.storage import named_from, record_of
+from sitl.timing import PERIOD
 
 GUST_LENGTH = 30.0  # [m]
 SENSORS = SensorNoise(accelerometer=0.3, velocity=0.03, pitot=0.3, has_pitot=True)
@@ -58,6 +63,9 @@ class Simulation:
         tuning: Tuning | None = None,
         design_model: Airframe | None = None,
         register: Register = REGISTER,
+        navigation: Navigation = Navigation.TRUTH,
+        sensors: SensorSet | None = None,
+        aligned: bool = True,
     ) -> None:
         """Put a vehicle somewhere, disarmed and at rest.
 
@@ -68,13 +76,18 @@ class Simulation:
             tuning: Parameters of the controller.
             design_model: The airframe as the controller believes it to be; as it is by default.
             register: The laws; others than the vehicle's own are compiled anew in every process.
+            navigation: What fills the estimate that the laws see.
+            sensors: Specifications of the instruments; as shipped by default.
+            aligned: Whether the navigation filter has already run for a while; else it has yet to be aligned.
         """
         self.airframe = airframe
         self.design_model = design_model or airframe
         self.jumps: list[JumpRecord] = []
         self.register = register
         self.energy_by_law = EnergyByLaw(register.laws)
-        self._arrays = FlightArrays(register, airframe, seed)
+        avionics = equipped(navigation, sensors or load_sensors(), self.design_model, seed)
+        self._arrays = FlightArrays(register, airframe, seed, avionics)
+        self._is_aligned = aligned
         self._wind, self._gust_rms = Vector(0.0, 0.0, 0.0), 0.0
         self.retune(tuning or Tuning())
         self.begin(start or Start())
@@ -86,6 +99,8 @@ class Simulation:
         plant = start.plant(self.airframe)
         estimate, course = perfect_estimate(plant, self.airframe), float(start.heading)
         self._arrays.flight = grounded(self.register.flight_type, self.design, plant, estimate, course, self.flight)
+        if self._is_aligned:
+            self._converge(plant)
         self.reference = hover_at(plant.body.position, start.heading)
 
     def place(self, body: Body, actuators: Actuators | None = None) -> None:
@@ -101,6 +116,11 @@ class Simulation:
         controller = flight.controller if actuators is None else flight.controller._replace(command=actuators)
         estimate = perfect_estimate(plant, self.airframe)._replace(wind=flight.controller.wind.wind)
         self._arrays.flight = flight._replace(plant=plant, controller=controller, estimate=estimate)
+        self._converge(plant)
+
+    def _converge(self, plant: Plant) -> None:
+        if self.avionics.is_sensed:
+            self.avionics.converge(plant)
 
     def retune(self, tuning: Tuning) -> None:
         """Take other gains and thresholds, in flight or not."""
@@ -112,6 +132,12 @@ class Simulation:
         self._arrays.designs = known
         self._arrays.forget_look()
         self._sensors = SENSORS._replace(has_pitot=bool(tuning.pitot))
+        self.avionics.redesign(self.design_model, self.design.gains.wind)
+
+    @property
+    def avionics(self) -> Avionics:
+        """Instruments and navigation filter."""
+        return self._arrays.avionics
 
     def begin_flight(self, law: Law) -> None:
         """Start in the air under a law, motors at hover speed: scenarios begin so."""
@@ -144,35 +170,9 @@ class Simulation:
         if gust_rms is not None:
             self._gust_rms = float(gust_rms)
 
-    @property
-    def armed(self) -> bool:
-        """Whether the motors may turn."""
-        return bool(self._arrays.controller["is_armed"])
-
-    @armed.setter
-    def armed(self, armed: bool) -> None:
-        self._arrays.controller["is_armed"] = armed
-        self._arrays.forget_look()
-
-    @property
-    def flying(self) -> bool:
-        """Whether it is wanted in the air; landing fulfils the wish."""
-        return bool(self._arrays.controller["is_flying"])
-
-    @flying.setter
-    def flying(self, flying: bool) -> None:
-        self._arrays.controller["is_flying"] = flying
-        self._arrays.forget_look()
-
-    @property
-    def landing(self) -> bool:
-        """Whether touching the ground is wanted."""
-        return bool(self._arrays.controller["is_landing"])
-
-    @landing.setter
-    def landing(self, landing: bool) -> None:
-        self._arrays.controller["is_landing"] = landing
-        self._arrays.forget_look()
+    armed = Switch("is_armed", "Whether the motors may turn.")
+    flying = Switch("is_flying", "Whether it is wanted in the air; landing fulfils the wish.")
+    landing = Switch("is_landing", "Whether touching the ground is wanted.")
 
     # Looking at it
 
@@ -254,11 +254,13 @@ class Simulation:
     @property
     def wind_estimate(self) -> Vector:
         """Velocity of the air as the laws see it, world NWU [m/s]."""
-        return named_from(Vector, self._arrays.controller["wind"]["wind"].item())
+        return self.estimate.wind
 
     @property
     def wind_deviation(self) -> Vector:
         """Standard deviations of the wind estimate, per axis [m/s]."""
+        if self.avionics.is_sensed:
+            return self.avionics.deviation(WIND_ERROR)
         covariance = self._arrays.controller["wind"]["covariance"]
         return Vector(*(math.sqrt(max(float(covariance[name]), 0.0)) for name in ("xx", "yy", "zz")))
 
@@ -390,9 +392,7 @@ class Simulation:
         """What a call of the loop that ended so has to say."""
         if end == loop.UNKNOWN_LAW:
             return unknown_law(self._law_number(), self.register.laws)
-        if end == loop.ZENO:
-            return zeno((jump.name for jump in self.jumps[-loop.MAX_CHAIN :]), self.time)
-        return diverged(self.law.name, self.time, self.truth, kept)
+        return zeno(self.jumps, self.time) if end == loop.ZENO else diverged(self.law.name, self.time, self.truth, kept)
 
     # Inside
 

@@ -14,8 +14,12 @@ from sitl.model.ground import FEET, STIFFNESS, feet_aloft, is_touching, no_crash
 from sitl.model.quaternions import from_euler, hover
 from sitl.model.state import Actuators, Body, Plant
 from sitl.model.vectors import Vector
-from sitl.simulation.flight import PERIOD, Design, Flight
-from sitl.simulation.storage import zero
+from sitl.simulation.flight import (
+    Design,
+    Flight,
+)
+from sitl.storage import zero
+from sitl.timing import PERIOD
 
 
 class Start(NamedTuple):

@@ -25,7 +25,7 @@ from sitl.errors import SitlError
 from sitl.model.airframe import STALL, Airframe
 from sitl.parameter_metadata import ParameterMetadata
 from sitl.simulation.flight import Design
-from sitl.simulation.storage import record_of
+from sitl.storage import record_of
 from sitl.supervisor.guards import Thresholds
 
 REPORT_GAIN, LMI_GAIN, GENTLE_GAIN, PROVED_GAIN = range(4)  # designs of the linear hover law
@@ -34,8 +34,8 @@ SAMPLED_ENTER, SAMPLED_LEAVE = 20.0, 50.0  # of designs whose V proves little: f
 PROVED_LEAVE = 50.0  # of the proved design: from flights as well
 PROVED_WAITED = 20.0  # likewise
 PROVED_SETTLED = 4.0  # likewise: a transition ends while the reference already sinks or goes on
-STALL_LEAVE, STALL_WAITED = 300.0, 120.0  # the same where the wing stalls: its V is 1 at a smaller deviation
-STALL_SETTLED = 24.0
+STALL_LEAVE, STALL_WAITED = 120.0, 50.0  # the same where the wing stalls: its V is 1 at a smaller deviation
+STALL_SETTLED = 10.0
 SETTLED_SHARE = 0.5  # of v_enter, where that is sampled
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import NamedTuple
 
@@ -13,14 +13,14 @@ import numpy.typing as npt
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Way
 from protocol.plans.mission_item import MissionItem
-from sitl import Airframe, DivergedError, Law, Simulation, SitlError, Start, load_airframe
+from sitl import Airframe, DivergedError, Law, Simulation, Start
 from sitl.aircraft import Aircraft, is_forward
 from sitl.autopilot.settings import Settings
-from sitl.defaults import AIRFRAME
 from sitl.model.airframe import Array
 from sitl.parameters import Configuration, WorldSettings
+from sitl.studies.craft import DEFAULT_CRAFT, Craft
 from sitl.studies.mission_flight import PERIODS_PER_LOOK, STUDY_WORLD, has_finished_mission, waypoint
-from sitl.worker_pool import worker_pool
+from sitl.studies.seeded_flights import fly_draws, ignore_progress, seeds
 
 UNCERTAIN = (
     "m", "J1", "J2", "J3", "rho", "C_l", "C_d0", "xi_f", "xi_m", "Delta_r", "a_y", "p_y", "k_f", "k_m", "C_lp", "C_mq",
@@ -123,15 +123,15 @@ def perturbed(a: Airframe, scale: dict[str, float]) -> Airframe:
     return a._replace(**{name: getattr(a, name) * factor for name, factor in names.items()})
 
 
-def fly(conditions: FlightConditions, airframe: str = AIRFRAME) -> CampaignFlight:
-    """Fly one draw; the airframe of that name is the design model."""
-    return fly_and_track(conditions, airframe)[0]
+def fly(conditions: FlightConditions, craft: Craft = DEFAULT_CRAFT) -> CampaignFlight:
+    """Fly one draw."""
+    return fly_and_track(conditions, craft)[0]
 
 
-def fly_and_track(conditions: FlightConditions, airframe: str = AIRFRAME) -> tuple[CampaignFlight, GroundTrack]:
+def fly_and_track(conditions: FlightConditions, craft: Craft = DEFAULT_CRAFT) -> tuple[CampaignFlight, GroundTrack]:
     """Fly one draw and record where it went; arguments as for :func:`fly`."""
-    model, start = load_airframe(airframe).parameters, Start(up=MISSION_HEIGHT, airborne=True)
-    vehicle = Simulation(perturbed(model, conditions.scale), seed=conditions.seed, design_model=model, start=start)
+    airframe, start = perturbed(craft.model, conditions.scale), Start(up=MISSION_HEIGHT, airborne=True)
+    vehicle = craft.fly(conditions.seed, start, airframe)
     air = WorldSettings(conditions.wind_speed, math.degrees(conditions.wind_from), conditions.gusts, battery=1e6)
     settings = Configuration(Settings(way=int(Way.FORWARD)), vehicle.tuning, air)
     aircraft = Aircraft(vehicle, STUDY_WORLD, settings, airborne=True)
@@ -195,8 +195,8 @@ def run(
     first: int = 1,
     spread: Spread | None = None,
     jobs: int = 2,
-    on_progress: Callable[[int], None] = lambda done: None,  # noqa: ARG005 - silence is the default
-    airframe: str = AIRFRAME,
+    on_progress: Callable[[int], None] = ignore_progress,
+    craft: Craft = DEFAULT_CRAFT,
 ) -> list[CampaignFlight]:
     """Fly seeds ``first`` to ``first + flights - 1``; their order and results do not depend on the jobs.
 
@@ -206,27 +206,13 @@ def run(
         spread: Limits of the draws.
         jobs: Processes at once.
         on_progress: Called with the number of flights done, after each.
-        airframe: Name or path of the set that the laws are designed for.
+        craft: What is flown.
 
     Raises:
-        SitlError: If there is nothing to fly.
+        SitlError: If there is nothing to fly, or no such seed.
     """
-    if flights < 1 or jobs < 1:
-        raise SitlError(f"{flights} flights by {jobs} processes: both must be at least 1")
-    draws = [draw(first + i, spread or Spread()) for i in range(flights)]
-    results = []
-    for result in _fly_all(draws, jobs, airframe):
-        results.append(result)
-        on_progress(len(results))
-    return results
-
-
-def _fly_all(draws: Sequence[FlightConditions], jobs: int, airframe: str) -> Iterator[CampaignFlight]:
-    if jobs == 1:
-        yield from (fly(conditions, airframe) for conditions in draws)
-        return
-    with worker_pool(min(jobs, len(draws))) as pool:
-        yield from pool.map(partial(fly, airframe=airframe), draws, chunksize=FLIGHTS_PER_TASK)
+    draws = [draw(seed, spread or Spread()) for seed in seeds(flights, first)]
+    return fly_draws(partial(fly, craft=craft), draws, jobs, FLIGHTS_PER_TASK, on_progress)
 
 
 def summary(results: Sequence[CampaignFlight]) -> list[str]:

@@ -12,8 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sitl import Airframe, Body, Law, Quaternion, Simulation, SitlError, Start, Tuning, Vector, fly_batch, hover_at
+from sitl import Airframe, Body, Law, Quaternion, Simulation, Start, Tuning, Vector, fly_batch, hover_at
 from sitl.model.airframe import Array
+from sitl.studies.seeded_flights import seeds
 
 FALL_HEIGHT = 600.0  # where the falls begin whose height is measured [m]
 MAX_TUMBLE = 8.0  # [rad/s]
@@ -121,41 +122,26 @@ def heights(airframe: Airframe, flights: int, first: int = 1) -> list[HeightLost
     """Every kind of fall from the same draws, seeds ``first`` on: under the supervisor, and under the law alone.
 
     Raises:
-        SitlError: If there is nothing to fly.
+        SitlError: If there is nothing to fly, or no such seed.
     """
-    check_count(flights, first)
-    seeds = range(first, first + flights)
+    drawn = seeds(flights, first)
     results = []
     for kind, velocity in FALL_KINDS.items():
-        supervisor, away = fall([falling(airframe, seed, velocity) for seed in seeds])
-        alone, _ = fall([falling(airframe, seed, velocity, tuning=ALONE) for seed in seeds], FALL_SECONDS)
+        supervisor, away = fall([falling(airframe, seed, velocity) for seed in drawn])
+        alone, _ = fall([falling(airframe, seed, velocity, tuning=ALONE) for seed in drawn], FALL_SECONDS)
         results.append(HeightLost(kind, supervisor, alone, away))
     return results
 
 
 def height_map(airframe: Airframe, flights: int, first: int = 1) -> list[MapCell]:
     """Height lost over sink rate and tumble; arguments as for :func:`heights`."""
-    check_count(flights, first)
-    cells = []
+    drawn, cells = seeds(flights, first), []
     for sink in MAP_SINKS:
         for tumble in MAP_TUMBLES:
-            seeds = range(first, first + flights)
-            flown = [falling(airframe, seed, (0.0, 0.0, -sink), tumble=tumble) for seed in seeds]
+            flown = [falling(airframe, seed, (0.0, 0.0, -sink), tumble=tumble) for seed in drawn]
             lost, _ = fall(flown, FALL_SECONDS)
             cells.append(MapCell(sink, tumble, lost))
     return cells
-
-
-def check_count(flights: int, first: int) -> None:
-    """Refuse a study without flights.
-
-    Raises:
-        SitlError: If there is nothing to fly, or no such seed.
-    """
-    if flights < 1:
-        raise SitlError(f"{flights} flights: there must be at least 1")
-    if first < 0:
-        raise SitlError(f"seed {first}: seeds are not negative")
 
 
 def summary(results: Sequence[HeightLost]) -> list[str]:

@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from enum import StrEnum
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
-from sitl import Regime, Simulation, SitlError, Start, Vector, load_airframe
+from sitl import Regime, Start, Vector
 from sitl.aircraft import Aircraft
 from sitl.autopilot.safety.arming_checks import MAX_STANDING_TILT
 from sitl.autopilot.settings import Settings
 from sitl.parameters import Configuration, WorldSettings
+from sitl.studies.craft import Craft
 from sitl.studies.mission_flight import PERIODS_PER_LOOK, STUDY_WORLD
-from sitl.worker_pool import worker_pool
+from sitl.studies.seeded_flights import fly_draws, seeds
 
 LANDING_HEIGHT = 8.0  # where the landing begins [m]
 HOLD_BEFORE = 3000  # control periods before it: the wind is known then
@@ -48,12 +50,12 @@ class Landing(NamedTuple):
     time: float  # [s]
 
 
-def fly(seed: int, airframe: str, wind: float, gusts: float) -> Landing:
+def fly(seed: int, craft: Craft, wind: float, gusts: float) -> Landing:
     """Fly one landing.
 
     Args:
         seed: Of wind, heading, gusts and sensors.
-        airframe: Parameter set or TOML file.
+        craft: What is flown.
         wind: Greatest steady wind [m/s].
         gusts: Rms per axis [m/s].
     """
@@ -62,7 +64,7 @@ def fly(seed: int, airframe: str, wind: float, gusts: float) -> Landing:
         float(random.uniform(*limits)) for limits in ((0.0, wind), (-180.0, 180.0), (-math.pi, math.pi))
     )
     start = Start(up=LANDING_HEIGHT, heading=heading, airborne=True)
-    vehicle = Simulation(load_airframe(airframe).parameters, seed=seed, start=start)
+    vehicle = craft.fly(seed, start)
     air = WorldSettings(speed, wind_from, gusts, battery=1e6)
     aircraft = Aircraft(vehicle, STUDY_WORLD, Configuration(Settings(), vehicle.tuning, air), airborne=True)
     aircraft.advance(HOLD_BEFORE)
@@ -98,27 +100,14 @@ def _end(aircraft: Aircraft) -> LandingEnd:
     return LandingEnd.TIPPED if view.tilt > MAX_STANDING_TILT else LandingEnd.UPRIGHT
 
 
-def run(flights: int, first: int, airframe: str, wind: float, gusts: float, jobs: int = 1) -> list[Landing]:
+def run(flights: int, first: int, craft: Craft, wind: float, gusts: float, jobs: int = 1) -> list[Landing]:
     """Fly seeds ``first`` to ``first + flights - 1``; their order and results do not depend on the jobs.
 
     Raises:
-        SitlError: If there is nothing to fly.
+        SitlError: If there is nothing to fly, or no such seed.
     """
-    if flights < 1 or jobs < 1:
-        raise SitlError(f"{flights} landings by {jobs} processes: both must be at least 1")
-    return list(_fly_all([(seed, airframe, wind, gusts) for seed in range(first, first + flights)], jobs))
-
-
-def _fly_all(tasks: Sequence[tuple[int, str, float, float]], jobs: int) -> Iterator[Landing]:
-    if jobs == 1:
-        yield from (fly(*task) for task in tasks)
-        return
-    with worker_pool(min(jobs, len(tasks))) as pool:
-        yield from pool.map(_fly_task, tasks, chunksize=LANDINGS_PER_TASK)
-
-
-def _fly_task(task: tuple[int, str, float, float]) -> Landing:
-    return fly(*task)
+    landing = partial(fly, craft=craft, wind=wind, gusts=gusts)
+    return fly_draws(landing, seeds(flights, first), jobs, LANDINGS_PER_TASK)
 
 
 def count(results: Sequence[Landing], end: LandingEnd) -> int:

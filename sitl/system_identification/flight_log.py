@@ -21,21 +21,23 @@ from protocol.message import Source
 from protocol.tlog import TlogReader, read_tlog
 from sitl.errors import SitlError
 from sitl.model.airframe import Airframe, Array
+from sitl.system_identification import rotations
 from sitl.system_identification.sensor_record import FLIP_SIGNS, SensorRecord, Series
 
 Columns = Mapping[str, npt.NDArray[Any]]
-STANDARD_GRAVITY = 9.80665  # behind the milli-g of SCALED_IMU [m/s2]
+MILLI_G = 9.80665e-3  # of SCALED_IMU [m/s2]
 SAME_CLOCK = 0.5  # time stamps are of one clock if they differ by no more [s]
 PWM_LOW, PWM_HIGH = 1000.0, 2000.0  # [us]
 OUTPUTS = ("left motor", "right motor", "left elevon", "right elevon")
 STANDARD_CHANNELS = (1, 2, 3, 4)  # of ACTUATOR_OUTPUT_STATUS, unless the user says otherwise
 
 
-class OutputChannels(NamedTuple):
-    """Which outputs move what, counted from 1; negative: reversed."""
+class LogConventions(NamedTuple):
+    """What a log does not say itself: which outputs move what, counted from 1, negative where reversed; the frame."""
 
     numbers: tuple[int, ...] | None  # of OUTPUTS; None: as ours, and none of SERVO_OUTPUT_RAW
     airframe: Airframe  # whose limits are at the ends of the outputs
+    hover_frame: bool = True  # whether attitude and IMU are those of the hover frame, as PX4's, or of forward flight
 
 
 class _Kind(NamedTuple):
@@ -53,7 +55,7 @@ class _Quantity(NamedTuple):
     least: float
 
 
-def read_flight(path: Path, channels: OutputChannels) -> SensorRecord:
+def read_flight(path: Path, channels: LogConventions) -> SensorRecord:
     """The sensors and commands of a log.
 
     Raises:
@@ -73,14 +75,17 @@ def read_flight(path: Path, channels: OutputChannels) -> SensorRecord:
         raise SitlError(f"{path}: cannot identify from this log: {'; '.join(missing)}")
     chosen = [one for one in found if one is not None]
     imu, commands, attitude, motion = _on_one_clock([(one.series, one.offset) for one in chosen])
+    if channels.hover_frame:
+        imu = Series(imu.time, rotations.to_flying_frame(imu.values))
+        attitude = Series(attitude.time, rotations.flying_attitudes(attitude.values))
     return SensorRecord(imu, commands, attitude, motion, tuple(one.kind.name for one in chosen))
 
 
-def _quantities(channels: OutputChannels) -> Sequence[_Quantity]:
+def _quantities(channels: LogConventions) -> Sequence[_Quantity]:
     names = [f"{axis}{kind}" for kind in ("gyro", "acc") for axis in "xyz"]
 
     def scaled(c: Columns) -> Array:
-        return _imu(c, names, 1e-3, 1e-3 * STANDARD_GRAVITY)
+        return _imu(c, names, 1e-3, MILLI_G)
 
     imu = [_Kind("HIGHRES_IMU", "time_usec", lambda c: _imu(c, names, 1.0, 1.0))]
     imu += [_Kind(name, "time_boot_ms", scaled) for name in ("SCALED_IMU", "SCALED_IMU2", "SCALED_IMU3")]
@@ -204,7 +209,7 @@ def _global(c: Columns) -> Array:
     return np.hstack([positions * FLIP_SIGNS, 0.01 * _table(c, "vx", "vy", "vz") * FLIP_SIGNS])
 
 
-def _outputs(values: Array, channels: OutputChannels) -> Array:
+def _outputs(values: Array, channels: LogConventions) -> Array:
     """Commands of outputs that go from 0 to 1 for motors and from -1 to 1 for elevons."""
     numbers = np.array(channels.numbers or STANDARD_CHANNELS)
     a = channels.airframe
@@ -212,7 +217,7 @@ def _outputs(values: Array, channels: OutputChannels) -> Array:
     return np.asarray(chosen * np.array([a.omega_max, a.omega_max, a.delta_max, a.delta_max]))
 
 
-def _servos(c: Columns, channels: OutputChannels) -> Array:
+def _servos(c: Columns, channels: LogConventions) -> Array:
     """The same of pulse widths [us]; outputs without pulses stand still."""
     widths = _table(c, *(f"servo{number}_raw" for number in range(1, 17)))
     share = np.clip((widths - PWM_LOW) / (PWM_HIGH - PWM_LOW), 0.0, 1.0)

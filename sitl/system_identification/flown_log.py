@@ -103,7 +103,7 @@ def fly_excitation(
 
 
 def write_log(flown: FlownTruth, path: Path, a: Airframe, *, seed: int = 1, noise: LoggedNoise | None = None) -> None:
-    """Write HIGHRES_IMU, DARKO_ACTUATORS, ATTITUDE_QUATERNION and LOCAL_POSITION_NED as a telemetry log.
+    """Write HIGHRES_IMU, DARKO_ACTUATORS, ATTITUDE_QUATERNION (hover frame) and LOCAL_POSITION_NED as a telemetry log.
 
     Args:
         flown: The flight.
@@ -133,12 +133,14 @@ def _messages(
     def measured(values: Array, white: float, bias: float = 0.0) -> Array:
         return np.asarray(values + random.uniform(-bias, bias, 3) + white * random.standard_normal((n, 3)))
 
-    gyro = FLIP_SIGNS * measured(flown.body[:, 10:13], noise.gyro, noise.gyro_bias)
-    force = FLIP_SIGNS * measured(flown.force, noise.accelerometer, noise.accelerometer_bias)
+    gyro = FLIP_SIGNS * rotations.to_hover_frame(measured(flown.body[:, 10:13], noise.gyro, noise.gyro_bias))
+    force = measured(flown.force, noise.accelerometer, noise.accelerometer_bias)
+    force = FLIP_SIGNS * rotations.to_hover_frame(force)
     position = FLIP_SIGNS * measured(flown.body[:, :3], noise.position)
     velocity = FLIP_SIGNS * measured(flown.body[:, 3:6], noise.velocity)
     off = rotations.of_vector(measured(np.zeros((n, 3)), noise.attitude))
-    attitude = rotations.product(off, flown.body[:, 6:10]) * np.array([1.0, 1.0, -1.0, -1.0])
+    attitude = rotations.hover_attitudes(rotations.product(off, flown.body[:, 6:10]))
+    attitude = attitude * np.array([1.0, 1.0, -1.0, -1.0])
     messages: list[tuple[int, object]] = []
     for i in range(n):
         ms = round(1e3 * flown.time[i])

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from sitl.model.airframe import Airframe
-from sitl.system_identification.flight_log import OutputChannels, read_flight
+from sitl.system_identification.flight_log import LogConventions, read_flight
 from sitl.system_identification.output_error import refined
 from sitl.system_identification.path_reconstruction import reconstructed
 from sitl.system_identification.regression import FitProblem, solved
@@ -22,7 +22,12 @@ OFTEN_ENOUGH = 90.0  # commands a second
 
 
 def identify(
-    log: Path, base: Airframe, *, known: Mapping[str, float] | None = None, channels: tuple[int, ...] | None = None
+    log: Path,
+    base: Airframe,
+    *,
+    known: Mapping[str, float] | None = None,
+    channels: tuple[int, ...] | None = None,
+    hover_frame: bool = True,
 ) -> Identification:
     """What a log tells of an airframe.
 
@@ -31,12 +36,13 @@ def identify(
         base: The set to begin from.
         known: Constants that are known, by field.
         channels: Outputs of left motor, right motor, left elevon and right elevon, from 1; negative: reversed.
+        hover_frame: Whether attitude and IMU are of the hover frame, or of that of forward flight.
 
     Raises:
         SitlError: The log cannot be read, lacks something, or has no flight in it; or a known key is none.
     """
     unknowns_of(base, known)  # a wrong key is said before the log is read
-    return identify_record(read_flight(log, OutputChannels(channels, base)), base, known=known)
+    return identify_record(read_flight(log, LogConventions(channels, base, hover_frame)), base, known=known)
 
 
 def identify_record(

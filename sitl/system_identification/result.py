@@ -185,8 +185,8 @@ def _remarks(paths: Sequence[ReconstructedPath], solution: Solution) -> Iterator
     bias = max(float(np.abs(path.accelerometer_bias).max()) for path in paths)
     if bias > LARGE_BIAS:
         yield (
-            f"accelerometer and motion disagree by {bias:.1f} m/s2: is the attitude that of the forward-flight frame, "
-            "and is the IMU level with it?"
+            f"accelerometer and motion disagree by {bias:.1f} m/s2: are attitude and IMU in the same frame (--frame), "
+            "and is the IMU level?"
         )
     cause = f"gusts of about {solution.gust:.1g} m/s" if solution.gust > GUSTY else "the model lacks something"
     noise = paths[0].deviations

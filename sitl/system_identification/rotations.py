@@ -68,3 +68,28 @@ def interpolated(time: Array, at: Array, q: Array) -> Array:
     turns = np.where(np.einsum("ij,ij->i", q[1:], q[:-1]) < 0.0, -1.0, 1.0)
     same_side = q * np.concatenate(([1.0], np.cumprod(turns)))[:, None]
     return unit(np.stack([np.interp(time, at, column) for column in same_side.T], axis=1))
+
+
+def to_flying_frame(vectors: Array) -> Array:
+    """Vectors of the hover frame in that of forward flight, FLU; rows hold any number of them, (n, 3 k)."""
+    turned = vectors.reshape(len(vectors), -1, 3)
+    return np.stack([turned[:, :, 2], turned[:, :, 1], -turned[:, :, 0]], axis=2).reshape(vectors.shape)
+
+
+def to_hover_frame(vectors: Array) -> Array:
+    """The other way round."""
+    turned = vectors.reshape(len(vectors), -1, 3)
+    return np.stack([-turned[:, :, 2], turned[:, :, 1], turned[:, :, 0]], axis=2).reshape(vectors.shape)
+
+
+def flying_attitudes(q: Array) -> Array:
+    """Attitudes of the forward-flight frame from those of the hover frame, FLU to NWU."""
+    return product(q, np.tile(_NOSE_UP, (len(q), 1)))
+
+
+def hover_attitudes(q: Array) -> Array:
+    """The other way round."""
+    return product(q, inverse(np.tile(_NOSE_UP, (len(q), 1))))
+
+
+_NOSE_UP = np.array([np.sqrt(0.5), 0.0, -np.sqrt(0.5), 0.0])  # the forward-flight frame seen from the hover frame

@@ -23,7 +23,8 @@ from tests.support.disk import full_disk
 from tests.support.paths import DATA
 from tests.support.vehicle.fake_station import PEER, Bench
 
-KILLS, SEED = 200, 11
+SEED = 11
+TIMED_KILLS = 30
 FENCE, RALLY = mavlink.MAV_MISSION_TYPE_FENCE, mavlink.MAV_MISSION_TYPE_RALLY
 CIRCLE = mavlink.MAV_CMD_NAV_FENCE_CIRCLE_INCLUSION
 POINT = mavlink.MAV_CMD_NAV_RALLY_POINT
@@ -177,14 +178,13 @@ def test_killed_at_any_moment_the_state_is_old_or_new_with_all_that_was_acknowle
     states = states_after_each_order(tmp_path)
     assert all(a != b for a, b in pairwise(states))
     found = Counter()
-    for number in range(KILLS):
+    moments = [*range(1, len(ORDERS) * len(CALLS) * 2 + 1), *[0] * TIMED_KILLS]  # each before and after each call
+    for number, moment in enumerate(moments):
         for path in folder.iterdir():
             path.unlink()
-        if number % 2:
-            child = Child(bench.node, die_at_call=draw.randint(1, len(ORDERS) * len(CALLS) * 2))
-        else:
-            child = Child(bench.node)
-            child.kill_after(draw.randrange(len(ORDERS)), delay=draw.uniform(0.0, 0.01))
+        child = Child(bench.node, die_at_call=moment)
+        if not moment:
+            child.kill_after(number % len(ORDERS), delay=draw.uniform(0.0, 0.01))
         answered = child.answers()
         after = stored_state(folder)
         assert after in (states[answered], states[min(answered + 1, len(ORDERS))]), number

@@ -50,7 +50,7 @@ def test_the_command_writes_figures_plot_and_table(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["--flights", "0"], "0 flights by 2 processes"),
+        (["--flights", "0"], "--flights 0: there must be at least 1"),
         (["--first", "-1"], "seeds are not negative"),
         (["--wind", "nan"], "--wind nan is not within"),
         (["--parameters", "0.9"], "--parameters 0.9 is not within"),

@@ -80,13 +80,13 @@ def test_landings_are_printed_and_written(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["falls", "--flights", "0"], "all must be at least 1"),
-        (["falls", "--draws", "0"], "all must be at least 1"),
+        (["falls", "--flights", "0"], "--flights 0: there must be at least 1"),
+        (["falls", "--draws", "0"], "--draws 0: there must be at least 1"),
         (["falls", "--first", "-1"], "seeds are not negative"),
         (["falls", "--plot", "f.txt"], "the name must end in .png"),
         (["falls", "--json", "/nosuch/f.json"], "there is no folder /nosuch"),
         (["falls", "--airframe", "nosuch"], "no parameter set 'nosuch'"),
-        (["landings", "--jobs", "0"], "both must be at least 1"),
+        (["landings", "--jobs", "0"], "--jobs 0: there must be at least 1"),
         (["landings", "--gusts", "nan"], "--gusts nan is not within"),
         (["landings", "--json", "/nosuch/f.json"], "there is no folder /nosuch"),
     ],

@@ -108,7 +108,7 @@ def test_the_slope_is_the_derivative_of_the_normal_force_by_the_wind():
         return wrench(vector(v - change), vector((0.0, 0.0, 0.0)), seen.actuators, A)[0].z
 
     slope = [(force(h * axis) - force(-h * axis)) / (2.0 * h) for axis in np.eye(3)]
-    assert wind_estimator._normal_slope(vector(v), seen.actuators, A) == pytest.approx(tuple(slope), rel=1e-3)
+    assert wind_estimator.normal_slope(vector(v), seen.actuators, A) == pytest.approx(tuple(slope), rel=1e-3)
 
 
 @pytest.mark.parametrize("tube", [True, False])

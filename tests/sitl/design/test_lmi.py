@@ -2,7 +2,6 @@
 
 import math
 
-import cvxpy as cp
 import numpy as np
 import pytest
 
@@ -42,6 +41,8 @@ def test_the_guarantee_holds_for_every_effectiveness_within_the_spread(gains):
 @pytest.mark.filterwarnings("ignore:Solution may be inaccurate")
 def test_another_solver_finds_no_less_cost(gains):
     """CLARABEL on the whole of the hover, not its halves; it may break the inequalities by a little."""
+    import cvxpy as cp  # here, since it would take every process that collects the tests a second
+
     corners = effectiveness(NOMINAL, SPREAD)
     scale = np.sqrt(np.diag(lqr(A, corners[0], np.eye(12), LMI_EFFORT * np.eye(4))[1]))
     T, back = np.diag(scale), np.diag(1.0 / scale)

@@ -16,9 +16,8 @@ OLD = {
 # A core type that the processor or the build of OpenBLAS does not have falls back to another.
 PROCESSORS = [
     {"OPENBLAS_CORETYPE": "Haswell"},
-    {"OPENBLAS_CORETYPE": "Prescott", **OLD},
-    {"OPENBLAS_CORETYPE": "Zen", "NUMBA_DISABLE_JIT": "1"},
-    {"OPENBLAS_CORETYPE": "SkylakeX", "NUMBA_CPU_NAME": "generic"},
+    {"OPENBLAS_CORETYPE": "Prescott", "NUMBA_CPU_NAME": "generic", **OLD},
+    {"OPENBLAS_CORETYPE": "SkylakeX", "NUMBA_DISABLE_JIT": "1"},
 ]
 
 

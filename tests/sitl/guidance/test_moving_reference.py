@@ -4,9 +4,20 @@ import math
 
 import pytest
 
+from protocol.dialect.vocabulary import Law
 from sitl.control.reference import hover_at
-from sitl.guidance.moving_reference import KEEP_HEADING, HeadingSetpoint, MovingReference, from_heading_axes
+from sitl.guidance.moving_reference import (
+    HEADING_LAG,
+    KEEP_HEADING,
+    HeadingSetpoint,
+    MovingReference,
+    from_heading_axes,
+)
 from sitl.guidance.view import VehicleView
+from sitl.model.airframe_files import load
+from sitl.model.quaternions import z_axis
+from sitl.simulation.simulation import Simulation
+from sitl.simulation.start import Start
 
 LAST = hover_at((0.0, 0.0, 20.0), 0.2)
 
@@ -42,9 +53,31 @@ def test_it_stays_near_the_vehicle_and_off_the_ground():
 def test_a_turning_heading_leads_the_vehicle_and_a_turn_that_ends_stays_where_the_vehicle_is():
     moving, rate = MovingReference(), 0.3
     turning = moving.move((0.0, 0.0, 0.0), HeadingSetpoint(turn_rate=rate), LAST, view(0.1), 0.5)
-    assert turning.heading == pytest.approx(0.2 + 0.1 * rate + 2.0 * rate)
+    assert turning.heading == pytest.approx(0.2 + 0.1 * rate + HEADING_LAG * rate)
     stopped = moving.move((0.0, 0.0, 0.0), KEEP_HEADING, turning, view(0.2), 0.5)
     assert stopped.heading == pytest.approx(0.2)
+
+
+@pytest.mark.parametrize(("airframe", "rate"), [("physical", 5.0), ("physical", -20.0), ("nominal", 20.0)])
+def test_the_vehicle_turns_as_fast_as_it_is_asked_to_and_stops_where_it_is(airframe, rate):
+    flown = Simulation(load(airframe).parameters, start=Start(up=20.0, airborne=True))
+    flown.begin_flight(Law.HOVER_LINEAR)
+    moving, turned, last = MovingReference(), 0.0, 0.0
+    for look in range(600):
+        heading = belly(flown.truth.body.attitude)
+        turned, last = turned + math.degrees(math.remainder(heading - last, math.tau)), heading
+        asked = HeadingSetpoint(turn_rate=math.radians(rate)) if look < 400 else KEEP_HEADING
+        if look == 400:
+            assert turned == pytest.approx(8.0 * rate, abs=2.0)
+        seen = view(flown.time, tuple(flown.truth.body.position), heading)
+        flown.reference = moving.move((0.0, 0.0, 0.0), asked, flown.reference, seen, 0.5)
+        flown.advance(10)
+    assert turned == pytest.approx(8.0 * rate, abs=2.0)
+
+
+def belly(attitude):
+    back = z_axis(attitude)
+    return math.atan2(-back.y, -back.x)
 
 
 def test_axes_of_a_heading_are_turned_into_the_world():

@@ -18,6 +18,7 @@ from sitl.parameters import PARAMETERS
 from sitl.process import SCENARIO_EXIT_REFUSAL
 from sitl.scenarios.live_scenario import ScenarioAircraft, named
 from sitl.scenarios.scenario import ScenarioEvent, fly
+from sitl.simulation.flight import PERIOD
 from tests.support.vehicle.fake_station import Bench, FakeStation
 
 WORLD = World(LocalFrame(HOME), ARENAS["open"])
@@ -34,8 +35,9 @@ class Watched(FakeStation):
 
     def advance(self, seconds, *, listen=True):
         self.listens = listen
-        for _ in range(round(seconds / 0.01)):
-            self.node.advance(5)
+        step = 5 if listen else 50  # control periods
+        for _ in range(round(seconds / PERIOD / step)):
+            self.node.advance(step)
             self.bench.now = self.aircraft.vehicle.time
             self.bench.deliver()
         self.listens = True
@@ -53,11 +55,12 @@ class Watched(FakeStation):
         return list(lines.values())
 
 
-@pytest.mark.parametrize("name", ["hover", "lqi-wind", "forward-to-hover"])
-def test_the_live_flight_is_the_fast_one_sample_for_sample(name, tmp_path):
-    scenario = named(name)
+@pytest.mark.parametrize(("name", "duration"), [("hover", 10.0), ("lqi-wind", 20.0), ("forward-to-hover", 52.0)])
+def test_the_live_flight_is_the_fast_one_sample_for_sample(name, duration, tmp_path):
+    """Until after the last event and the jumps that follow it."""
+    scenario = replace(named(name), duration=duration)
     watched = Watched(tmp_path, scenario)
-    watched.advance(scenario.duration + 0.02, listen=False)
+    watched.advance(scenario.duration + 0.1, listen=False)
     live, fast = watched.aircraft.live.flown, fly(scenario)
     for column in ("time", "p", "v", "q", "actuator", "lyapunov", "law", "target", "energy"):
         np.testing.assert_array_equal(getattr(live, column), getattr(fast, column), err_msg=column)
@@ -68,6 +71,7 @@ def test_the_live_flight_is_the_fast_one_sample_for_sample(name, tmp_path):
 def test_a_listener_hears_the_laws_and_the_jumps_of_the_fast_run(tmp_path):
     scenario = named("forward-to-hover")
     watched = Watched(tmp_path, scenario)
+    watched.ask_for("DARKO_HYBRID_STATE")
     watched.advance(12.0)
     fast = [jump for jump in fly(scenario).jumps if jump.time < 12.0]
     assert [(m.law_from, m.law_to) for m in watched.all("DARKO_JUMP")] == [(j.source, j.target) for j in fast]
@@ -150,7 +154,7 @@ def test_a_parameter_of_the_autopilot_does_not_end_the_scenario(tmp_path):
 def test_parameters_of_the_command_line_change_the_flight(tmp_path):
     scenario = named("hover")
     watched = Watched(tmp_path, scenario, parameters={"DRK_KPP": 1.0})
-    watched.advance(scenario.duration + 0.02, listen=False)
+    watched.advance(scenario.duration + 0.1, listen=False)
     fast = fly(replace(scenario, tuning=scenario.tuning._replace(kpp=1.0)))
     np.testing.assert_array_equal(watched.aircraft.live.flown.p, fast.p)
 

@@ -9,7 +9,7 @@ import pytest
 from sitl import Body, Law, Simulation, SitlError, Start, along, fly_batch, hover_at, leg, load_airframe
 from sitl.model.quaternions import from_euler
 from sitl.model.vectors import Vector
-from sitl.simulation.storage import WIDTH
+from sitl.storage import WIDTH
 
 NOMINAL = load_airframe("nominal").parameters
 

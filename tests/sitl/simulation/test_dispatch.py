@@ -10,11 +10,11 @@ from sitl.errors import SitlError, UnknownLawError, ZenoError
 from sitl.model.airframe_files import load
 from sitl.simulation.batch import fly_batch
 from sitl.simulation.dispatch import COMPILED, REGISTER
-from sitl.simulation.flight import PERIOD
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start
-from sitl.simulation.storage import access, record_of
+from sitl.storage import access, record_of
 from sitl.supervisor.guards import GUARDS
+from sitl.timing import PERIOD
 from tests.support.flights import documented_law
 from tests.support.flights.own_laws import ENOUGH, OWN, Ascended, OwnLaw, register
 

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from sitl.control.reference import along, leg
 from sitl.simulation.flight import JumpEntry
 from sitl.simulation.situation import holds
-from sitl.simulation.storage import record_type
+from sitl.storage import record_type
 from sitl.supervisor import guards
 from tests.support.flights.started_simulation import in_forward_flight, standing, state, vehicle
 

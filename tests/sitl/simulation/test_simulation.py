@@ -15,12 +15,12 @@ from sitl.model.state import Actuators, Body
 from sitl.model.vectors import Vector
 from sitl.simulation import loop
 from sitl.simulation.failures import DivergedError
-from sitl.simulation.flight import PERIOD
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.situation import holds
 from sitl.simulation.start import Start, whole_periods
 from sitl.simulation.tuning import Tuning
 from sitl.supervisor import guards
+from sitl.timing import PERIOD
 from tests.support.flights.started_simulation import NOMINAL, UP, in_forward_flight, vehicle
 
 FEATHER = NOMINAL._replace(J2=1e-9)  # turns faster than the steps can follow

@@ -19,7 +19,7 @@ from sitl.simulation.dispatch import COMPILED
 from sitl.simulation.flight import Flight
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start
-from sitl.simulation.storage import leaves, named_from, record_of
+from sitl.storage import leaves, named_from, record_of
 from sitl.supervisor.guards import GUARDS
 from sitl.supervisor.resets import LET_GO_TIME, begin_anew
 from sitl.supervisor.table import TABLE

@@ -8,11 +8,12 @@ import pytest
 
 from protocol.codec import Codec
 from protocol.dialect import mavlink
-from protocol.frames import Geodetic, LocalFrame, euler_from_quaternion
+from protocol.frames import SHOW_PITCHED_UP, Geodetic, LocalFrame, displayed, euler_from_quaternion
 from protocol.tlog import TlogWriter
 from sitl.errors import SitlError
 from sitl.model.airframe_files import load
-from sitl.system_identification.flight_log import OutputChannels, read_flight
+from sitl.system_identification import rotations
+from sitl.system_identification.flight_log import LogConventions, read_flight
 from tests.support.paths import DATA
 
 PHYSICAL = load("physical").parameters
@@ -99,7 +100,7 @@ def written(folder, makers, *, seconds=2.0, shift_ms=None, rate=100):
 def test_all_messages_say_the_same(tmp_path, imu, output, orientation, place):
     record = read_flight(
         written(tmp_path, (imu, output, orientation, place), seconds=0.2),
-        OutputChannels((5, 7, 2, -1) if output is servos else None, PHYSICAL),
+        LogConventions((5, 7, 2, -1) if output is servos else None, PHYSICAL, hover_frame=False),
     )
     assert record.imu.values[3] == pytest.approx([0.1, -0.2, 0.3, 1.0, -2.0, 3.0], abs=0.006)
     assert record.commands.values[3] == pytest.approx(COMMAND, rel=0.005, abs=0.001)
@@ -110,10 +111,23 @@ def test_all_messages_say_the_same(tmp_path, imu, output, orientation, place):
     assert record.imu.time == pytest.approx(np.arange(20) * 0.01, abs=1e-9)
 
 
+def test_the_hover_frame_is_turned_into_that_of_forward_flight(tmp_path):
+    path = written(tmp_path, (highres, actuators, attitude_quaternion, local), seconds=0.2)
+    told, turned = (read_flight(path, LogConventions(None, PHYSICAL, frame)) for frame in (False, True))
+    for field in ("imu", "attitude"):
+        assert len(getattr(turned, field).values) == 20
+    assert turned.imu.values[0] == pytest.approx([0.3, -0.2, -0.1, 3.0, -2.0, -1.0], abs=1e-6)
+    q, w, force = turned.attitude.values[:1], turned.imu.values[0, :3], turned.imu.values[0, 3:]
+    before = rotations.matrices(told.attitude.values[:1])[0]
+    assert rotations.matrices(q)[0] @ w == pytest.approx(before @ told.imu.values[0, :3])
+    assert rotations.matrices(q)[0] @ force == pytest.approx(before @ told.imu.values[0, 3:])
+    assert displayed(Q, SHOW_PITCHED_UP) == pytest.approx(q[0] * [1.0, 1.0, -1.0, -1.0])
+
+
 def test_clocks_that_differ_are_aligned_and_repeated_samples_left_out(tmp_path):
     makers = (highres, highres, actuators, attitude, local)
     path = written(tmp_path, makers, shift_ms={actuators: 3_600_000, local: 40})
-    record = read_flight(path, OutputChannels(None, PHYSICAL))
+    record = read_flight(path, LogConventions(None, PHYSICAL))
     assert len(record.imu.time) == 200
     assert record.commands.time[0] == pytest.approx(0.0, abs=1e-3)
     assert record.motion.time[0] == pytest.approx(0.04, abs=1e-3)  # of the same clock, only late
@@ -126,7 +140,7 @@ def test_the_message_that_comes_often_enough_is_taken(tmp_path):
             made = [raw(ms), actuators(ms), attitude(ms), local(ms)] + ([highres(ms)] if ms % 50 == 0 else [])
             for message in made:
                 writer.write(BEGIN + 1000 * ms, codec.encode(message))
-    assert read_flight(path, OutputChannels(None, PHYSICAL)).sources[0] == "RAW_IMU"
+    assert read_flight(path, LogConventions(None, PHYSICAL)).sources[0] == "RAW_IMU"
 
 
 @pytest.mark.parametrize(
@@ -140,24 +154,24 @@ def test_the_message_that_comes_often_enough_is_taken(tmp_path):
 )
 def test_what_is_missing_is_said(tmp_path, makers, words):
     with pytest.raises(SitlError, match="cannot identify from this log") as error:
-        read_flight(written(tmp_path, makers), OutputChannels(None, PHYSICAL))
+        read_flight(written(tmp_path, makers), LogConventions(None, PHYSICAL))
     assert words in str(error.value)
 
 
 def test_what_comes_too_seldom_is_said(tmp_path):
     path = written(tmp_path, (highres, actuators, attitude, local), rate=10)
     with pytest.raises(SitlError, match=r"IMU at 10.0 Hz \(HIGHRES_IMU\), must be 45 Hz; actuator outputs at 10.0 Hz"):
-        read_flight(path, OutputChannels(None, PHYSICAL))
+        read_flight(path, LogConventions(None, PHYSICAL))
 
 
 @pytest.mark.parametrize("name", ["square.plan", "nowhere.tlog"])
 def test_what_is_no_log_is_refused(name):
     with pytest.raises(SitlError, match=name):
-        read_flight(DATA / name, OutputChannels(None, PHYSICAL))
+        read_flight(DATA / name, LogConventions(None, PHYSICAL))
 
 
 @pytest.mark.skipif(not REAL_LOG.exists(), reason="a flight of another autopilot is not at hand")
 @pytest.mark.parametrize("channels", [None, (1, 2, 3, 4)])
 def test_a_log_of_another_autopilot_says_what_it_lacks(channels):
     with pytest.raises(SitlError, match=r"IMU at 4.2 Hz \(SCALED_IMU2\), must be 45 Hz; .*actuator outputs"):
-        read_flight(REAL_LOG, OutputChannels(channels, PHYSICAL))
+        read_flight(REAL_LOG, LogConventions(channels, PHYSICAL))

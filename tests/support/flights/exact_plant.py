@@ -19,8 +19,8 @@ from sitl.model.state import Actuators, Body, Plant
 from sitl.model.vectors import Vector, scaled, subtract
 from sitl.scenarios.catalogue import SCENARIOS
 from sitl.scenarios.scenario import ORIGIN_HEIGHT, next_reference
-from sitl.simulation.flight import PERIOD
 from sitl.simulation.simulation import Simulation
+from sitl.timing import PERIOD
 
 NOMINAL = load("nominal").parameters
 CALM = Vector(0.0, 0.0, 0.0)

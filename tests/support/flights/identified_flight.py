@@ -8,7 +8,7 @@ import numpy as np
 
 from sitl.model.airframe_files import load
 from sitl.system_identification.excitation import HOVER_STEPS, LEG_STEPS, Excitation
-from sitl.system_identification.flight_log import OutputChannels, read_flight
+from sitl.system_identification.flight_log import LogConventions, read_flight
 from sitl.system_identification.flown_log import fly_excitation, off_airframe, write_log
 from sitl.system_identification.identify_flight import identify_record
 from sitl.system_identification.sensor_record import SensorRecord, Series
@@ -48,7 +48,7 @@ def _read(name, seed, hovering):
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "flight.tlog"
         write_log(flown(name, seed, hovering)[1], path, base, seed=seed)
-        return read_flight(path, OutputChannels(None, base))
+        return read_flight(path, LogConventions(None, base))
 
 
 @cache

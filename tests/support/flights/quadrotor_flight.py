@@ -7,7 +7,7 @@ import numpy as np
 from sitl.model.quaternions import from_euler
 from sitl.reproduction.equations import quadrotor
 from sitl.reproduction.equations.quadrotor import QUADROTOR
-from sitl.simulation.flight import PERIOD
+from sitl.timing import PERIOD
 from tests.support.flights.estimates import vector
 
 

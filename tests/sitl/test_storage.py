@@ -18,7 +18,8 @@ from sitl.model.state import Actuators, Plant
 from sitl.model.vectors import Vector
 from sitl.simulation.flight import Design, Environment, Flight, JumpEntry, Sample
 from sitl.simulation.loop import Look
-from sitl.simulation.storage import (
+from sitl.simulation.tuning import Tuning, designed
+from sitl.storage import (
     WIDTH,
     access,
     block_of,
@@ -32,7 +33,6 @@ from sitl.simulation.storage import (
     record_type,
     zero,
 )
-from sitl.simulation.tuning import Tuning, designed
 from sitl.supervisor.controller import Controller
 from sitl.supervisor.guards import Thresholds
 

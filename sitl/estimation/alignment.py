@@ -1,0 +1,171 @@
+"""How the filter begins: attitude from gravity and the magnetic field, or from a pose; place from what aids.
+
+On the ground it waits until the vehicle has stood still for a second. What does not stand still is taken to fly: it
+is aligned within a fifth of a second, on the force it feels being upward, and roughly.
+"""
+
+from __future__ import annotations
+
+import math
+
+from sitl.compiled import kernel, subroutine
+from sitl.estimation.belief import ATTITUDE_ERROR, ERRORS, GYRO_BIAS_ERROR, POSITION_ERROR, VELOCITY_ERROR, Belief
+from sitl.estimation.filter import (
+    RUNNING,
+    get_belief,
+    get_mean_force,
+    get_mean_rates,
+    put_ahead,
+    put_belief,
+    put_mean_force,
+    put_mean_rates,
+)
+from sitl.estimation.kalman import restart
+from sitl.estimation.strapdown import no_increment
+from sitl.model.quaternions import Quaternion, normalised
+from sitl.model.vectors import Vector, add_scaled, cross, norm, scaled, subtract
+from sitl.sensors.draws import vector_at
+from sitl.sensors.instruments import (
+    EXTERNAL_POSE,
+    FIRST_LINE,
+    GNSS,
+    HAS_ATTITUDE,
+    MAGNETOMETER,
+    MOTION_CAPTURE,
+    Inertial,
+    get_specification,
+)
+from sitl.storage import Kept
+from sitl.timing import PERIOD
+
+STILL_TIME, FLYING_TIME = 1.0, 0.2  # of means for an alignment on the ground and in the air [s]
+STANDSTILL_PATIENCE = 3.0  # what has not stood still for so long is taken to fly [s]
+MAX_STILL_RATE = 0.1  # about the mean [rad/s]
+MAX_STILL_FORCE = 1.5  # between the specific force and gravity [m/s2]
+FLYING_TILT = 0.3  # deviation of an attitude found in flight [rad]
+FLYING_SPEED, FLYING_BIAS = 0.5, 0.02  # deviations of velocity [m/s] and gyroscope bias [rad/s] found in flight
+
+
+@kernel
+def attitude_from(up: Vector, field: Vector, earth: Vector) -> Quaternion:
+    """Attitude from two directions in the body frame (Black's TRIAD).
+
+    Args:
+        up: The upward direction, body frame FLU; of any length.
+        field: The magnetic field, body frame FLU.
+        earth: The magnetic field, world NWU.
+    """
+    z = scaled(up, 1.0 / norm(up))
+    y = cross(z, field)
+    y = scaled(y, 1.0 / max(norm(y), 1e-12))
+    x = cross(y, z)
+    # The same two directions in the world: z is up, y is across the field's level part.
+    level = math.sqrt(earth.x * earth.x + earth.y * earth.y)
+    north, west = earth.x / level, earth.y / level
+    # Columns of R(q): images of the body's axes.
+    return _quaternion(
+        Vector(north * x.x - west * y.x, west * x.x + north * y.x, z.x),
+        Vector(north * x.y - west * y.y, west * x.y + north * y.y, z.y),
+        Vector(north * x.z - west * y.z, west * x.z + north * y.z, z.z),
+    )
+
+
+@kernel
+def _quaternion(x: Vector, y: Vector, z: Vector) -> Quaternion:
+    """Quaternion of the rotation matrix with these columns."""
+    w, i = 1.0 + x.x + y.y + z.z, 1.0 + x.x - y.y - z.z
+    j, k = 1.0 - x.x + y.y - z.z, 1.0 - x.x - y.y + z.z
+    most = max(w, i, j, k)
+    if most == w:
+        return normalised(Quaternion(w, y.z - z.y, z.x - x.z, x.y - y.x))
+    if most == i:
+        return normalised(Quaternion(y.z - z.y, i, y.x + x.y, z.x + x.z))
+    if most == j:
+        return normalised(Quaternion(z.x - x.z, y.x + x.y, j, z.y + y.z))
+    return normalised(Quaternion(x.y - y.x, z.x + x.z, z.y + y.z, k))
+
+
+@subroutine
+def align(f: Kept, i: Kept, inertial: Inertial) -> None:
+    """One control period of alignment.
+
+    Args:
+        f: The filter, a record.
+        i: The instruments, a record.
+        inertial: Reading of the period.
+    """
+    f["aligned_for"] += 1
+    count = f["aligned_for"]
+    share = 1.0 / min(count, round(STILL_TIME / PERIOD))
+    rates, force = get_mean_rates(f, 0), get_mean_force(f, 0)
+    rates = add_scaled(rates, subtract(inertial.rates, rates), share)
+    force = add_scaled(force, subtract(inertial.force, force), share)
+    put_mean_rates(f, 0, rates)
+    put_mean_force(f, 0, force)
+    moves = (
+        norm(subtract(inertial.rates, rates)) > MAX_STILL_RATE or abs(norm(force) - f["model"]["g"]) > MAX_STILL_FORCE
+    )
+    waited = count * PERIOD
+    if moves and waited < STANDSTILL_PATIENCE and count > 10:
+        f["moved"] = count
+    still = waited - f["moved"] * PERIOD >= STILL_TIME
+    if (still or waited >= STANDSTILL_PATIENCE) and _can_begin(f, i):
+        _begin(f, i, still)
+
+
+@kernel
+def _newest(i: Kept, instrument: int) -> Kept:
+    return i["last"][instrument - FIRST_LINE]
+
+
+@kernel
+def _has_read(i: Kept, instrument: int) -> bool:
+    return bool(i["waiting"][instrument - FIRST_LINE] > 0.0)
+
+
+@kernel
+def _pose_source(i: Kept) -> int:
+    """The instrument that gives poses; 0 where there is none."""
+    if _has_read(i, MOTION_CAPTURE) and _newest(i, MOTION_CAPTURE)[HAS_ATTITUDE] > 0.0:
+        return MOTION_CAPTURE
+    return EXTERNAL_POSE if _has_read(i, EXTERNAL_POSE) and _newest(i, EXTERNAL_POSE)[HAS_ATTITUDE] > 0.0 else 0
+
+
+@kernel
+def _can_begin(f: Kept, i: Kept) -> bool:
+    """Whether there is something to begin on."""
+    outdoors = f["settings"]["states"] == ERRORS
+    return _pose_source(i) > 0 or (outdoors and _has_read(i, GNSS) and _has_read(i, MAGNETOMETER))
+
+
+@subroutine
+def _begin(f: Kept, i: Kept, still: bool) -> None:
+    """Set belief and covariance, and let the filter run."""
+    P, initial = f["covariance"], f["settings"]["initial"]
+    P[:, :] = 0.0
+    for k in range(ERRORS):
+        P[k, k] = initial[k]
+    b, source, zero = get_belief(f, 0), _pose_source(i), Vector(0.0, 0.0, 0.0)
+    if source > 0:
+        pose = _newest(i, source)
+        place, velocity, q = vector_at(pose, 0), zero, Quaternion(pose[3], pose[4], pose[5], pose[6])
+    else:
+        spec = get_specification(i, 0).magnetometer
+        earth = Vector(spec.field_north, spec.field_west, spec.field_up)
+        fix = _newest(i, GNSS)
+        place, velocity = vector_at(fix, 0), vector_at(fix, 3)
+        q = attitude_from(get_mean_force(f, 0), vector_at(_newest(i, MAGNETOMETER), 0), earth)
+    bias = get_mean_rates(f, 0) if still else zero
+    if not still:
+        restart(P, VELOCITY_ERROR, FLYING_SPEED * FLYING_SPEED)
+        restart(P, GYRO_BIAS_ERROR, FLYING_BIAS * FLYING_BIAS)
+        restart(P, POSITION_ERROR, max(P[POSITION_ERROR, POSITION_ERROR], 0.25))
+        if source == 0:
+            restart(P, ATTITUDE_ERROR, FLYING_TILT * FLYING_TILT)
+    put_belief(
+        f,
+        0,
+        Belief(place, zero if still else velocity, q, bias, zero, b.wind, zero, zero, zero, 0.0),
+    )
+    put_ahead(f, 0, no_increment())
+    f["filled"], f["phase"] = 0, RUNNING

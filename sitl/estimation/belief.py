@@ -1,0 +1,74 @@
+"""What the filter believes at its instant, and how its errors are numbered.
+
+The error of the attitude is a rotation in the body frame, true = believed ⊗ exp(error); all others are true less
+believed. The filter stands a little in the past, where every reading has arrived.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from sitl.compiled import kernel
+from sitl.model.airframe import Array
+from sitl.model.quaternions import Quaternion, multiply, normalised, small_rotation
+from sitl.model.vectors import Vector, add
+from sitl.storage import replacing
+
+# Rows and columns of the covariance, three of each but the barometer's.
+(
+    POSITION_ERROR,
+    VELOCITY_ERROR,
+    ATTITUDE_ERROR,
+    GYRO_BIAS_ERROR,
+    ACCEL_BIAS_ERROR,
+    WIND_ERROR,
+    MISALIGNMENT_ERROR,
+    MAGNETIC_BIAS_ERROR,
+    GNSS_DRIFT_ERROR,
+) = range(0, 27, 3)
+BAROMETER_DRIFT_ERROR = 27
+ERRORS = 28  # outdoors
+ARENA_ERRORS = 21  # those before the magnetic bias, where only motion capture aids
+
+
+class Belief(NamedTuple):
+    """The filter's state."""
+
+    position: Vector  # world NWU [m]
+    velocity: Vector  # world NWU [m/s]
+    attitude: Quaternion  # body FLU to world NWU
+    gyro_bias: Vector  # body FLU [rad/s]
+    accel_bias: Vector  # body FLU [m/s2]
+    wind: Vector  # world NWU [m/s]
+    misalignment: Vector  # from the body to motion capture's frame of it [rad]
+    magnetic_bias: Vector  # body FLU [T]
+    gnss_drift: Vector  # of the receiver's positions, world NWU [m]
+    barometer_drift: float  # of the barometer's heights [m]
+
+
+@kernel
+def _part(errors: Array, first: int) -> Vector:
+    return Vector(errors[first], errors[first + 1], errors[first + 2])
+
+
+@kernel
+def corrected(belief: Belief, errors: Array) -> Belief:
+    """The belief with estimated errors taken out of it; ``errors`` (ERRORS,) is set to zero."""
+    b = Belief(
+        add(belief.position, _part(errors, POSITION_ERROR)),
+        add(belief.velocity, _part(errors, VELOCITY_ERROR)),
+        normalised(multiply(belief.attitude, small_rotation(_part(errors, ATTITUDE_ERROR)))),
+        add(belief.gyro_bias, _part(errors, GYRO_BIAS_ERROR)),
+        add(belief.accel_bias, _part(errors, ACCEL_BIAS_ERROR)),
+        add(belief.wind, _part(errors, WIND_ERROR)),
+        add(belief.misalignment, _part(errors, MISALIGNMENT_ERROR)),
+        add(belief.magnetic_bias, _part(errors, MAGNETIC_BIAS_ERROR)),
+        add(belief.gnss_drift, _part(errors, GNSS_DRIFT_ERROR)),
+        belief.barometer_drift + errors[BAROMETER_DRIFT_ERROR],
+    )
+    errors[:] = 0.0
+    return b
+
+
+with_position, with_velocity = replacing(Belief, "position"), replacing(Belief, "velocity")
+with_attitude, with_wind = replacing(Belief, "attitude"), replacing(Belief, "wind")

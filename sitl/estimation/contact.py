@@ -1,0 +1,47 @@
+"""Whether the vehicle stands on something: what it is told of the ground, having no switch there.
+
+On the ground something else than air and propellers holds the vehicle up. That is the difference between what
+the accelerometer feels and what the model makes of air and propellers.
+"""
+
+from __future__ import annotations
+
+from sitl.compiled import kernel
+from sitl.model.aerodynamics import wrench
+from sitl.model.airframe import Airframe
+from sitl.model.arithmetic import decay
+from sitl.model.quaternions import Quaternion, rotate, rotate_inverse
+from sitl.model.state import Actuators
+from sitl.model.vectors import Vector, add_scaled, norm
+
+SMOOTHED = 0.1  # time constant of the support [s]
+TOUCHES, LEAVES = 0.35, 0.2  # support on the ground and off it, as shares of the weight
+MAX_CONTACT_SPEED = 2.0  # nothing that moves faster is said to stand [m/s]
+
+
+@kernel
+def support_of(force: Vector, v: Vector, rates: Vector, q: Quaternion, actuators: Actuators, a: Airframe) -> float:
+    """Upward acceleration that neither air nor propellers make [m/s2].
+
+    Args:
+        force: Specific force felt, body frame FLU [m/s2].
+        v: Velocity through the air, world NWU [m/s].
+        rates: Body rates [rad/s].
+        q: Attitude.
+        actuators: Where they are believed to be.
+        a: The airframe as the vehicle knows it.
+    """
+    F, _ = wrench(rotate_inverse(q, v), rates, actuators, a)
+    return rotate(q, add_scaled(force, F, -1.0 / a.m)).z
+
+
+@kernel
+def smoothed(value: float, before: float, dt: float) -> float:
+    """The support, smoothed."""
+    return before + (1.0 - decay(dt / SMOOTHED)) * (value - before)
+
+
+@kernel
+def stands(support: float, stood: bool, velocity: Vector, g: float) -> bool:
+    """Whether a vehicle stands on the ground, with hysteresis."""
+    return support > (LEAVES if stood else TOUCHES) * g and norm(velocity) < MAX_CONTACT_SPEED

@@ -1,0 +1,232 @@
+"""The navigation filter of one vehicle: what it is set to, and everything it keeps between two periods."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from sitl.control.wind_estimator import WindGains
+from sitl.estimation.belief import (
+    ACCEL_BIAS_ERROR,
+    ARENA_ERRORS,
+    ATTITUDE_ERROR,
+    BAROMETER_DRIFT_ERROR,
+    ERRORS,
+    GNSS_DRIFT_ERROR,
+    GYRO_BIAS_ERROR,
+    MAGNETIC_BIAS_ERROR,
+    MISALIGNMENT_ERROR,
+    POSITION_ERROR,
+    VELOCITY_ERROR,
+    WIND_ERROR,
+    Belief,
+)
+from sitl.estimation.notch import Notch, quiet
+from sitl.estimation.strapdown import Increment, no_increment
+from sitl.model.airframe import Airframe, Array
+from sitl.model.quaternions import hover
+from sitl.model.state import Actuators
+from sitl.model.vectors import Vector
+from sitl.sensors.draws import SLOW_PERIODS
+from sitl.sensors.instruments import LINES
+from sitl.sensors.specification import SensorSet
+from sitl.storage import access
+from sitl.timing import PERIOD
+
+SLOW_STEP = SLOW_PERIODS * PERIOD  # of the filter [s]
+MAX_HORIZON = 64  # slow steps that the filter may stand in the past
+ALIGNING, RUNNING = range(2)
+GATE = 5.0  # innovations beyond so many of their standard deviations are refused
+SHAKEN = 0.006  # density that vibration adds to the accelerometer's noise [m/s2/sqrt(Hz)]
+SHAKEN_TURN = 1e-4  # likewise to the gyroscope's [rad/s/sqrt(Hz)]
+MODEL_SHARE = 0.1  # of the force across the wing that its model may be wrong by
+MODEL_TIME = 1.0  # how long such an error lasts [s]
+POSE_HORIZON = 0.06  # what a pose from outside may be late [s]
+
+
+class FilterSettings(NamedTuple):
+    """What the filter assumes; made of the instruments' specifications."""
+
+    states: int  # used, ARENA_ERRORS or ERRORS
+    horizon: int  # slow steps that the filter stands in the past
+    gate: float  # [standard deviations]
+    fade: Array  # share of every error left after a slow step, (ERRORS,)
+    spread: Array  # variance that every error gains in a slow step, (ERRORS,)
+    initial: Array  # variances after an alignment on the ground, (ERRORS,)
+    wind: WindGains
+    model_share: float  # see MODEL_SHARE
+    model_time: float  # [s]
+
+
+class Step(NamedTuple):
+    """One slow step of inertial readings, kept until the filter comes to it."""
+
+    increment: Increment  # with the biases of then taken off
+    gyro_bias: Vector  # of then [rad/s]
+    accel_bias: Vector  # of then [m/s2]
+    force: Vector  # mean specific force as read [m/s2]
+    rates: Vector  # mean body rates as read [rad/s]
+    actuators: Actuators  # as believed at its end
+
+
+class Filter(NamedTuple):
+    """Everything the filter keeps."""
+
+    settings: FilterSettings
+    model: Airframe  # as the vehicle knows it
+    phase: int  # ALIGNING or RUNNING
+    belief: Belief  # at the horizon
+    ahead: Increment  # from the horizon to now
+    step: Step  # being filled
+    actuators: Actuators  # where the commands have brought them
+    notch: Notch  # of the gyroscope
+    speed_notch: Notch  # of the velocity, which the shaken accelerometer gives
+    rates: Vector  # body rates now, smoothed [rad/s]
+    velocity: Vector  # now, smoothed, world NWU [m/s]
+    acceleration: Vector  # now, smoothed, world NWU [m/s2]
+    support: float  # upward force on the vehicle that neither air nor propellers make, smoothed [m/s2]
+    filled: int  # slow steps between the horizon and now
+    oldest: int  # place of the oldest of them
+    aligned_for: int  # periods that the present alignment has lasted
+    moved: int  # the last of them in which the vehicle moved
+    mean_rates: Vector  # of them [rad/s]
+    mean_force: Vector  # of them [m/s2]
+    covariance: Array  # (ERRORS, ERRORS)
+    work: Array  # (ERRORS, ERRORS)
+    H: Array  # (ERRORS,)
+    PH: Array  # (ERRORS,)
+    errors: Array  # (ERRORS,)
+    ratio: Array  # squared innovation over its variance of the last reading, worst axis, (LINES,)
+    fused_at: Array  # control period of the last reading that was fused, -1 before, (LINES,)
+    refused_since: Array  # control period since which all readings are refused, -1 while not, (LINES,)
+    squares: Array  # sum of squared innovations over their variances, (LINES,)
+    scalars: Array  # how many were summed, (LINES,)
+    late: Array  # readings that came after the horizon, (LINES,)
+    resets: int  # of position, velocity or attitude to a reading
+    on_ground: bool  # the last, since what follows a flag is out of line in memory
+
+
+get_belief, put_belief = access(Filter, "belief")
+get_ahead, put_ahead = access(Filter, "ahead")
+get_filling, put_filling = access(Filter, "step")
+get_model = access(Filter, "model").get
+get_wind_settings = access(Filter, "settings.wind").get
+get_believed_actuators, put_believed_actuators = access(Filter, "actuators")
+get_notch, put_notch = access(Filter, "notch")
+get_speed_notch, put_speed_notch = access(Filter, "speed_notch")
+get_smooth_rates, put_smooth_rates = access(Filter, "rates")
+get_smooth_velocity, put_smooth_velocity = access(Filter, "velocity")
+get_smooth_acceleration, put_smooth_acceleration = access(Filter, "acceleration")
+get_mean_rates, put_mean_rates = access(Filter, "mean_rates")
+get_mean_force, put_mean_force = access(Filter, "mean_force")
+get_step, put_step = access(Step)
+
+
+def filter_settings(s: SensorSet, wind: WindGains, *, arena: bool) -> FilterSettings:
+    """What the filter assumes of these instruments.
+
+    Args:
+        s: Their specifications.
+        wind: How the wind varies, and how far its instruments are trusted.
+        arena: Whether motion capture aids it; else satellites, magnetic field and pressure.
+    """
+    aids = (s.motion_capture,) if arena else (s.gnss, s.magnetometer, s.barometer)
+    late = max(POSE_HORIZON, *(aid.timing.delay + 3.0 * aid.timing.jitter for aid in aids))
+    return FilterSettings(
+        states=ARENA_ERRORS if arena else ERRORS,
+        horizon=min(math.ceil(late / SLOW_STEP - 1e-9) + 1, MAX_HORIZON - 1),
+        gate=GATE,
+        fade=_fade(s, wind),
+        spread=_spread(s, wind),
+        initial=_initial(s, wind, arena=arena),
+        wind=wind,
+        model_share=MODEL_SHARE,
+        model_time=MODEL_TIME,
+    )
+
+
+def _left_after_step(time: float) -> float:
+    x = SLOW_STEP / time
+    return (1.0 - 0.5 * x) / (1.0 + 0.5 * x)  # rounded the same way by every machine, unlike exp
+
+
+def _fade(s: SensorSet, wind: WindGains) -> Array:
+    fade = np.ones(ERRORS)
+    fade[WIND_ERROR : WIND_ERROR + 3] = _left_after_step(wind.return_time)
+    fade[GNSS_DRIFT_ERROR : GNSS_DRIFT_ERROR + 3] = _left_after_step(s.gnss.drift_time)
+    fade[BAROMETER_DRIFT_ERROR] = _left_after_step(s.barometer.drift_time)
+    return fade
+
+
+def _spread(s: SensorSet, wind: WindGains) -> Array:
+    dt, spread = SLOW_STEP, np.zeros(ERRORS)
+    spread[ATTITUDE_ERROR : ATTITUDE_ERROR + 3] = 0.5 * (s.gyroscope.noise**2 + SHAKEN_TURN**2) * dt
+    spread[VELOCITY_ERROR : VELOCITY_ERROR + 3] = 0.5 * (s.accelerometer.noise**2 + SHAKEN**2) * dt
+    spread[GYRO_BIAS_ERROR : GYRO_BIAS_ERROR + 3] = 2.0 * s.gyroscope.drift**2 / s.gyroscope.drift_time * dt
+    spread[ACCEL_BIAS_ERROR : ACCEL_BIAS_ERROR + 3] = 2.0 * s.accelerometer.drift**2 / s.accelerometer.drift_time * dt
+    spread[WIND_ERROR : WIND_ERROR + 3] = wind.walk**2 * dt
+    drift = 2.0 / s.gnss.drift_time * dt
+    spread[GNSS_DRIFT_ERROR : GNSS_DRIFT_ERROR + 3] = (
+        np.array([s.gnss.drift_level, s.gnss.drift_level, s.gnss.drift_up]) ** 2 * drift
+    )
+    spread[BAROMETER_DRIFT_ERROR] = 2.0 * s.barometer.drift**2 / s.barometer.drift_time * dt
+    return spread
+
+
+def _initial(s: SensorSet, wind: WindGains, *, arena: bool) -> Array:
+    """Variances of a vehicle that has stood or hovered for some seconds."""
+    v = np.zeros(ERRORS)
+    capture = s.motion_capture
+    tilt = s.accelerometer.bias / 9.8
+    turn = max(tilt, capture.misalignment if arena else s.magnetometer.bias / s.magnetometer.field_north)
+    v[POSITION_ERROR : POSITION_ERROR + 3] = 0.01**2 if arena else 0.3**2
+    v[VELOCITY_ERROR : VELOCITY_ERROR + 3] = 0.02**2 if arena else 0.1**2
+    v[ATTITUDE_ERROR : ATTITUDE_ERROR + 3] = turn**2
+    v[GYRO_BIAS_ERROR : GYRO_BIAS_ERROR + 3] = (0.05 * s.gyroscope.bias) ** 2 + s.gyroscope.drift**2
+    v[ACCEL_BIAS_ERROR : ACCEL_BIAS_ERROR + 3] = s.accelerometer.bias**2
+    v[WIND_ERROR : WIND_ERROR + 3] = wind.max_deviation**2
+    v[MISALIGNMENT_ERROR : MISALIGNMENT_ERROR + 3] = capture.misalignment**2
+    v[MAGNETIC_BIAS_ERROR : MAGNETIC_BIAS_ERROR + 3] = s.magnetometer.bias**2
+    return v
+
+
+def new_filter(settings: FilterSettings, model: Airframe) -> Filter:
+    """A filter that has yet to be aligned."""
+    zero, off = Vector(0.0, 0.0, 0.0), Actuators(0.0, 0.0, 0.0, 0.0)
+    none = no_increment()
+    return Filter(
+        settings=settings,
+        model=model,
+        phase=ALIGNING,
+        belief=Belief(zero, zero, hover(0.0), zero, zero, zero, zero, zero, zero, 0.0),
+        ahead=none,
+        step=Step(none, zero, zero, zero, zero, off),
+        actuators=off,
+        notch=quiet(zero),
+        speed_notch=quiet(zero),
+        rates=zero,
+        velocity=zero,
+        acceleration=zero,
+        support=model.g,
+        filled=0,
+        oldest=0,
+        aligned_for=0,
+        moved=0,
+        mean_rates=zero,
+        mean_force=zero,
+        covariance=np.zeros((ERRORS, ERRORS)),
+        work=np.zeros((ERRORS, ERRORS)),
+        H=np.zeros(ERRORS),
+        PH=np.zeros(ERRORS),
+        errors=np.zeros(ERRORS),
+        ratio=np.zeros(LINES),
+        fused_at=np.full(LINES, -1.0),
+        refused_since=np.full(LINES, -1.0),
+        squares=np.zeros(LINES),
+        scalars=np.zeros(LINES),
+        late=np.zeros(LINES),
+        resets=0,
+        on_ground=True,
+    )

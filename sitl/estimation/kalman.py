@@ -1,0 +1,183 @@
+r"""The error-state Kalman filter's two steps on its covariance, as loops over arrays.
+
+Prediction, with :math:`P` of the errors numbered in :mod:`sitl.estimation.belief`:
+
+.. math::
+    P \leftarrow \Phi P \Phi^\top + Q,
+
+where :math:`\Phi` couples position, velocity, attitude and the two inertial biases and lets every other error decay.
+Correction by one scalar at a time, so that nothing is inverted. See J. Solà, *Quaternion kinematics for the
+error-state Kalman filter*, arXiv 1711.02508, whose local (body) attitude error this is.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from sitl.compiled import kernel, subroutine
+from sitl.estimation.belief import (
+    ACCEL_BIAS_ERROR,
+    ATTITUDE_ERROR,
+    ERRORS,
+    GYRO_BIAS_ERROR,
+    POSITION_ERROR,
+    VELOCITY_ERROR,
+)
+from sitl.estimation.strapdown import Increment
+from sitl.model.airframe import Array
+from sitl.model.quaternions import Quaternion, rotate, rotate_inverse
+from sitl.model.vectors import Vector, cross, scaled
+
+MIN_VARIANCE = 1e-18  # what rounding must not take a variance below
+
+
+class Columns(NamedTuple):
+    """A 3 x 3 matrix by its columns."""
+
+    x: Vector
+    y: Vector
+    z: Vector
+
+
+@kernel
+def _axes(q: Quaternion, k: float) -> Columns:
+    """The matrix k R(q)."""
+    x, y, z = Vector(k, 0.0, 0.0), Vector(0.0, k, 0.0), Vector(0.0, 0.0, k)
+    return Columns(rotate(q, x), rotate(q, y), rotate(q, z))
+
+
+@kernel
+def _turned_arm(q: Quaternion, arm: Vector) -> Columns:
+    """The matrix -R(q) [arm]×."""
+    x, y, z = Vector(1.0, 0.0, 0.0), Vector(0.0, 1.0, 0.0), Vector(0.0, 0.0, 1.0)
+    return Columns(rotate(q, cross(x, arm)), rotate(q, cross(y, arm)), rotate(q, cross(z, arm)))
+
+
+@kernel
+def _back(q: Quaternion) -> Columns:
+    """The matrix R(q)' ."""
+    x, y, z = Vector(1.0, 0.0, 0.0), Vector(0.0, 1.0, 0.0), Vector(0.0, 0.0, 1.0)
+    return Columns(rotate_inverse(q, x), rotate_inverse(q, y), rotate_inverse(q, z))
+
+
+@kernel
+def _times(M: Columns, a: float, b: float, c: float) -> Vector:
+    x, y, z = scaled(M.x, a), scaled(M.y, b), scaled(M.z, c)
+    return Vector(x.x + y.x + z.x, x.y + y.y + z.y, x.z + y.z + z.z)
+
+
+@subroutine
+def _half_predicted(P: Array, out: Array, n: int, q: Quaternion, i: Increment, fade: Array) -> None:
+    """Write (Phi P)' to ``out``; done twice it is Phi P Phi', transposed and so itself."""
+    t = i.time
+    axes = _axes(q, 1.0)
+    place, speed, turn = _turned_arm(q, i.position), _turned_arm(q, i.velocity), _back(i.rotation)
+    for j in range(n):
+        vx, vy, vz = P[VELOCITY_ERROR, j], P[VELOCITY_ERROR + 1, j], P[VELOCITY_ERROR + 2, j]
+        ax, ay, az = P[ATTITUDE_ERROR, j], P[ATTITUDE_ERROR + 1, j], P[ATTITUDE_ERROR + 2, j]
+        g = _times(axes, P[ACCEL_BIAS_ERROR, j], P[ACCEL_BIAS_ERROR + 1, j], P[ACCEL_BIAS_ERROR + 2, j])
+        moved, pushed, turned = _times(place, ax, ay, az), _times(speed, ax, ay, az), _times(turn, ax, ay, az)
+        out[j, POSITION_ERROR] = P[POSITION_ERROR, j] + t * vx + moved.x - 0.5 * t * t * g.x
+        out[j, POSITION_ERROR + 1] = P[POSITION_ERROR + 1, j] + t * vy + moved.y - 0.5 * t * t * g.y
+        out[j, POSITION_ERROR + 2] = P[POSITION_ERROR + 2, j] + t * vz + moved.z - 0.5 * t * t * g.z
+        out[j, VELOCITY_ERROR] = vx + pushed.x - t * g.x
+        out[j, VELOCITY_ERROR + 1] = vy + pushed.y - t * g.y
+        out[j, VELOCITY_ERROR + 2] = vz + pushed.z - t * g.z
+        out[j, ATTITUDE_ERROR] = turned.x - t * P[GYRO_BIAS_ERROR, j]
+        out[j, ATTITUDE_ERROR + 1] = turned.y - t * P[GYRO_BIAS_ERROR + 1, j]
+        out[j, ATTITUDE_ERROR + 2] = turned.z - t * P[GYRO_BIAS_ERROR + 2, j]
+        for k in range(GYRO_BIAS_ERROR, n):
+            out[j, k] = fade[k] * P[k, j]
+
+
+@subroutine
+def predict(P: Array, work: Array, n: int, q: Quaternion, i: Increment, fade: Array, spread: Array) -> None:
+    """The covariance after an increment.
+
+    Args:
+        P: Covariance, changed in place, (ERRORS, ERRORS).
+        work: Room for as much.
+        n: How many of the states are used.
+        q: Attitude at the increment's beginning.
+        i: The increment.
+        fade: Share of every error that is left after it, (ERRORS,); 1 where it does not decay.
+        spread: Variance that every error gains, (ERRORS,).
+    """
+    _half_predicted(P, work, n, q, i, fade)
+    _half_predicted(work, P, n, q, i, fade)
+    for k in range(n):
+        for j in range(k):
+            mean = 0.5 * (P[k, j] + P[j, k])
+            P[k, j] = mean
+            P[j, k] = mean
+        P[k, k] += spread[k]
+
+
+@subroutine
+def correct(
+    P: Array, H: Array, PH: Array, errors: Array, n: int, first: int, innovation: float, variance: float, gate: float
+) -> float:
+    """Correction by one scalar reading, unless its innovation is beyond the gate.
+
+    Args:
+        P: Covariance, changed in place, (ERRORS, ERRORS).
+        H: Derivative of the reading by the errors, (ERRORS,); set to zero on return.
+        PH: Room for P H, (ERRORS,).
+        errors: Estimated errors so far, added to, (ERRORS,).
+        n: How many of the states are used.
+        first: 0 to correct all errors; else only the three from here on, and the others are only considered.
+        innovation: The reading less what the belief makes of it, before any of ``errors``.
+        variance: Of the reading.
+        gate: Largest innovation, in its standard deviations.
+
+    Returns:
+        The squared innovation over its variance.
+    """
+    for k in range(n):
+        PH[k] = 0.0
+    left = innovation
+    for j in range(n):
+        h = H[j]
+        if h != 0.0:
+            left -= h * errors[j]
+            for k in range(n):
+                PH[k] += h * P[j, k]
+    total = variance
+    for j in range(n):
+        total += H[j] * PH[j]
+        H[j] = 0.0
+    ratio = left * left / total
+    if ratio > gate * gate:
+        return ratio
+    _take_off(P, PH, errors, n, first, left, 1.0 / total)
+    return ratio
+
+
+@kernel
+def _take_off(P: Array, PH: Array, errors: Array, n: int, first: int, left: float, share: float) -> None:
+    """What the reading tells, off the covariance and onto the errors."""
+    if first == 0:
+        for k in range(n):
+            errors[k] += PH[k] * (left * share)
+            for j in range(n):
+                P[k, j] -= (PH[k] * PH[j]) * share
+            P[k, k] = max(P[k, k], MIN_VARIANCE)
+        return
+    for k in range(first, first + 3):
+        errors[k] += PH[k] * (left * share)
+        for j in range(n):
+            taken = (PH[k] * PH[j]) * share
+            P[k, j] -= taken
+            if j < first or j >= first + 3:
+                P[j, k] -= taken
+        P[k, k] = max(P[k, k], MIN_VARIANCE)
+
+
+@subroutine
+def restart(P: Array, first: int, variance: float) -> None:
+    """Forget three errors, which are then of this variance and of nothing else."""
+    for k in range(first, first + 3):
+        for j in range(ERRORS):
+            P[k, j] = 0.0
+            P[j, k] = 0.0
+        P[k, k] = variance

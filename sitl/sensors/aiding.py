@@ -1,0 +1,273 @@
+"""The instruments that read now and then, and late: satellites, magnetic field, pressures, motion capture."""
+
+from __future__ import annotations
+
+import math
+
+from sitl.compiled import kernel, subroutine
+from sitl.model.aerodynamics import thrusts
+from sitl.model.airframe import Airframe, Array
+from sitl.model.arithmetic import clipped, decay, rounded
+from sitl.model.quaternions import multiply, rotate_inverse, small_rotation
+from sitl.model.state import Plant
+from sitl.model.vectors import Vector, add, add_scaled, dot, scaled, subtract
+from sitl.sensors.draws import (
+    BAROMETER_NOISE,
+    DROPOUT,
+    GNSS_POSITION_NOISE,
+    GNSS_VELOCITY_NOISE,
+    JITTER,
+    MAGNETIC_NOISE,
+    PITOT_NOISE,
+    POSE_ATTITUDE_NOISE,
+    POSE_DROPOUT,
+    POSE_JITTER,
+    POSE_POSITION_NOISE,
+    vector_at,
+)
+from sitl.sensors.instruments import (
+    ATTITUDE_VARIANCE,
+    BAROMETER,
+    DELAYED,
+    FIRST_LINE,
+    GARBAGE,
+    GNSS,
+    HAS_ATTITUDE,
+    INTERMITTENT,
+    MAGNETOMETER,
+    MOTION_CAPTURE,
+    OFF,
+    PITOT,
+    POSITION_VARIANCE,
+    STUCK,
+    TOO_SLOW,
+    WRONG,
+    HiddenErrors,
+    get_errors,
+    get_specification,
+    send,
+)
+from sitl.sensors.specification import STANDARD_GRAVITY, Gnss, Magnetometer, MotionCapture, Pitot, SensorSet, Timing
+from sitl.storage import Kept
+
+SLOWED = 10.0  # a slow instrument reads so many times less often
+EXTRA_DELAY = 0.3  # of a delayed instrument, beyond its own [s]
+FLICKER = 1.0  # an intermittent instrument works and fails in turns of so long [s]
+GARBAGE_PLACE, GARBAGE_SPEED, GARBAGE_HEIGHT = 30.0, 10.0, 20.0  # at random [m], [m/s], [m]
+WRONG_PLACE, WRONG_HEIGHT, WRONG_AIRSPEED, WRONG_TURN = 8.0, 5.0, 6.0, 0.5  # [m], [m], [m/s], [rad]
+WRONG_FIELD = 2e-5  # [T]
+
+
+@kernel
+def is_time(period: int, rate: float, dt: float) -> bool:
+    """Whether an instrument of this rate reads at the end of a control period."""
+    return int(period * rate * dt + 1e-9) != int((period - 1) * rate * dt + 1e-9)
+
+
+@kernel
+def reads(period: int, timing: Timing, failure: float, dropout: float, dt: float) -> bool:
+    """Whether a reading is made that will arrive.
+
+    Args:
+        period: The control period.
+        timing: Of the instrument.
+        failure: Of the instrument.
+        dropout: Uniform draw from 0 to 1 that decides whether it is lost.
+        dt: Control period [s].
+    """
+    rate = timing.rate / SLOWED if failure == TOO_SLOW else timing.rate
+    works = failure != OFF and not (failure == INTERMITTENT and int(period * dt / FLICKER) % 2 == 1)
+    return works and is_time(period, rate, dt) and dropout >= timing.dropout
+
+
+@kernel
+def arrival(period: int, timing: Timing, failure: float, jitter: float, dt: float) -> int:
+    """Control period in which a reading of now arrives."""
+    late = timing.delay + abs(jitter) * timing.jitter + (EXTRA_DELAY if failure == DELAYED else 0.0)
+    return period + int(rounded(late / dt))
+
+
+@subroutine
+def read_slow(i: Kept, period: int, plant: Plant, wind: Vector, draws: Array, in_arena: bool, dt: float) -> None:
+    """Pitot and, outdoors, magnetometer, barometer and satellite receiver at the end of a control period.
+
+    Args:
+        i: The instruments, a record.
+        period: The control period.
+        plant: As it is.
+        wind: Velocity of the air, world NWU [m/s].
+        draws: Of the slow step; see :mod:`sitl.sensors.draws`.
+        in_arena: Whether it flies under a roof, by motion capture alone.
+        dt: Control period [s].
+    """
+    spec, errors = get_specification(i, 0), get_errors(i, 0)
+    failures, timing = i["failures"], spec.pitot.timing
+    if reads(period, timing, failures[PITOT], draws[DROPOUT + 3], dt):
+        _read_tube(i, spec.pitot, errors, draws, failures[PITOT])
+        _dispatch(i, PITOT, period, timing, draws[JITTER + 3], dt)
+    if not in_arena:
+        _read_outdoors(i, period, plant, wind, draws, dt)
+
+
+@subroutine
+def _read_outdoors(i: Kept, period: int, plant: Plant, wind: Vector, draws: Array, dt: float) -> None:
+    """Magnetometer, barometer and satellite receiver."""
+    spec, errors = get_specification(i, 0), get_errors(i, 0)
+    failures, timing = i["failures"], spec.magnetometer.timing
+    if reads(period, timing, failures[MAGNETOMETER], draws[DROPOUT], dt):
+        read_field(i, plant, spec.magnetometer, errors, draws, failures[MAGNETOMETER])
+        _dispatch(i, MAGNETOMETER, period, timing, draws[JITTER], dt)
+    timing = spec.barometer.timing
+    through = rotate_inverse(plant.body.attitude, subtract(plant.body.velocity, wind))
+    if reads(period, timing, failures[BAROMETER], draws[DROPOUT + 1], dt):
+        _read_height(i, plant, spec, errors, dot(through, through), draws, failures[BAROMETER])
+        _dispatch(i, BAROMETER, period, timing, draws[JITTER + 1], dt)
+    timing = spec.gnss.timing
+    if reads(period, timing, failures[GNSS], draws[DROPOUT + 2], dt):
+        _read_satellites(i, plant, spec.gnss, errors, draws, failures[GNSS])
+        _dispatch(i, GNSS, period, timing, draws[JITTER + 2], dt)
+
+
+@subroutine
+def _dispatch(i: Kept, instrument: int, period: int, timing: Timing, jitter: float, dt: float) -> None:
+    send(instrument - FIRST_LINE, i, period, arrival(period, timing, i["failures"][instrument], jitter, dt))
+
+
+@kernel
+def _store(i: Kept, instrument: int, first: int, value: Vector) -> None:
+    last = i["last"]
+    line = instrument - FIRST_LINE
+    last[line, first], last[line, first + 1], last[line, first + 2] = value.x, value.y, value.z
+
+
+@subroutine
+def read_field(i: Kept, plant: Plant, spec: Magnetometer, errors: HiddenErrors, draws: Array, failure: float) -> None:
+    """The magnetic field in the body frame."""
+    if failure == STUCK:
+        return
+    noise = vector_at(draws, MAGNETIC_NOISE)
+    earth = Vector(spec.field_north, spec.field_west, spec.field_up)
+    field = add(rotate_inverse(plant.body.attitude, earth), errors.magnetic_bias)
+    field = add_scaled(field, noise, spec.noise)
+    if failure == GARBAGE:
+        field = scaled(noise, 1e-4)
+    if failure == WRONG:
+        field = add(field, Vector(0.0, WRONG_FIELD, WRONG_FIELD))
+    step, most = spec.step, spec.range
+    _store(
+        i,
+        MAGNETOMETER,
+        0,
+        Vector(
+            step * rounded(clipped(field.x, -most, most) / step),
+            step * rounded(clipped(field.y, -most, most) / step),
+            step * rounded(clipped(field.z, -most, most) / step),
+        ),
+    )
+
+
+@subroutine
+def _read_height(
+    i: Kept,
+    plant: Plant,
+    spec: SensorSet,
+    errors: HiddenErrors,
+    square: float,
+    draws: Array,
+    failure: float,
+) -> None:
+    """The barometer's height; ``square`` is the airspeed's [m2/s2]."""
+    if failure == STUCK:
+        return
+    tube, noise = spec.barometer, draws[BAROMETER_NOISE]
+    height = plant.body.position.z + errors.barometer_drift
+    height += tube.noise * noise - tube.position_error * square / (2.0 * STANDARD_GRAVITY)
+    height = height + WRONG_HEIGHT if failure == WRONG else height
+    height = GARBAGE_HEIGHT * noise if failure == GARBAGE else height
+    i["last"][BAROMETER - FIRST_LINE, 0] = tube.step * rounded(height / tube.step)
+
+
+@subroutine
+def _read_satellites(i: Kept, plant: Plant, spec: Gnss, errors: HiddenErrors, draws: Array, failure: float) -> None:
+    """Position and velocity of the receiver."""
+    if failure == STUCK:
+        return
+    noise, other = vector_at(draws, GNSS_POSITION_NOISE), vector_at(draws, GNSS_VELOCITY_NOISE)
+    place = add(plant.body.position, errors.gnss_drift)
+    level, up = spec.noise_level, spec.noise_up
+    place = add(place, Vector(level * noise.x, level * noise.y, up * noise.z))
+    level, up = spec.velocity_noise_level, spec.velocity_noise_up
+    velocity = add(plant.body.velocity, Vector(level * other.x, level * other.y, up * other.z))
+    if failure == WRONG:
+        place = add(place, Vector(WRONG_PLACE, WRONG_PLACE, WRONG_PLACE))
+    if failure == GARBAGE:
+        place, velocity = scaled(noise, GARBAGE_PLACE), scaled(other, GARBAGE_SPEED)
+    _store(i, GNSS, 0, place)
+    _store(i, GNSS, 3, velocity)
+
+
+@subroutine
+def _read_tube(i: Kept, spec: Pitot, errors: HiddenErrors, draws: Array, failure: float) -> None:
+    """The pitot's airspeed; 0 where it is too slow to tell."""
+    if failure == STUCK:
+        return
+    speed = errors.tube_speed + errors.pitot_bias + spec.noise * draws[PITOT_NOISE]
+    speed = speed + WRONG_AIRSPEED if failure == WRONG else speed
+    speed = spec.range * abs(draws[PITOT_NOISE]) if failure == GARBAGE else speed
+    speed = spec.step * rounded(min(speed, spec.range) / spec.step)
+    i["last"][PITOT - FIRST_LINE, 0] = speed if speed > spec.min_speed else 0.0
+
+
+@kernel
+def tube_speed_after(errors: HiddenErrors, plant: Plant, wind: Vector, a: Airframe, spec: Pitot, dt: float) -> float:
+    """What the tube's diaphragm feels a period later: the air ahead and a share of the slipstream, late [m/s]."""
+    body = plant.body
+    along = rotate_inverse(body.attitude, subtract(body.velocity, wind)).x
+    T1, T2 = thrusts(plant.actuators, along, a)
+    ahead, disc = max(along, 0.0), a.S / (4.0 * a.S_ratio)
+    swept = ahead * ahead + max(T1 + T2, 0.0) / (a.rho * disc)  # of the mean of both propellers
+    felt = along + spec.slipstream * (math.sqrt(swept) - ahead)
+    return errors.tube_speed + (1.0 - decay(dt / spec.lag)) * (felt - errors.tube_speed)
+
+
+@subroutine
+def read_pose(i: Kept, period: int, plant: Plant, draws: Array, dt: float) -> None:
+    """Motion capture at the end of a control period.
+
+    Args:
+        i: The instruments, a record.
+        period: The control period.
+        plant: As it is.
+        draws: Of the period; see :mod:`sitl.sensors.draws`.
+        dt: Control period [s].
+    """
+    spec, errors = get_specification(i, 0).motion_capture, get_errors(i, 0)
+    failure = i["failures"][MOTION_CAPTURE]
+    if not reads(period, spec.timing, failure, draws[POSE_DROPOUT], dt):
+        return
+    if failure != STUCK:
+        _store_pose(i, plant, spec, errors, draws, failure)
+    _dispatch(i, MOTION_CAPTURE, period, spec.timing, draws[POSE_JITTER], dt)
+
+
+@subroutine
+def _store_pose(i: Kept, plant: Plant, spec: MotionCapture, errors: HiddenErrors, draws: Array, failure: float) -> None:
+    noise, other = vector_at(draws, POSE_POSITION_NOISE), vector_at(draws, POSE_ATTITUDE_NOISE)
+    place = add_scaled(plant.body.position, noise, spec.noise)
+    q = multiply(plant.body.attitude, small_rotation(add_scaled(errors.misalignment, other, spec.attitude_noise)))
+    if failure == WRONG:
+        place, q = add(place, Vector(0.5, 0.5, 0.0)), multiply(q, small_rotation(Vector(WRONG_TURN, 0.0, 0.0)))
+    if failure == GARBAGE:
+        place, q = scaled(noise, GARBAGE_PLACE), multiply(q, small_rotation(other))
+    place = Vector(
+        spec.step * rounded(place.x / spec.step),
+        spec.step * rounded(place.y / spec.step),
+        spec.step * rounded(place.z / spec.step),
+    )
+    _store(i, MOTION_CAPTURE, 0, place)
+    last = i["last"]
+    line = MOTION_CAPTURE - FIRST_LINE
+    last[line, 3], last[line, 4], last[line, 5], last[line, 6] = q.w, q.x, q.y, q.z
+    last[line, POSITION_VARIANCE] = spec.noise * spec.noise
+    last[line, ATTITUDE_VARIANCE] = spec.attitude_noise * spec.attitude_noise
+    last[line, HAS_ATTITUDE] = 1.0

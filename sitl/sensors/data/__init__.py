@@ -1,0 +1,1 @@
+"""Specifications of the instruments, a TOML file each."""

@@ -1,0 +1,104 @@
+"""Gyroscope and accelerometer: means of a control period, shaken by the propellers."""
+
+from __future__ import annotations
+
+import math
+
+from sitl.compiled import kernel
+from sitl.model.airframe import Array
+from sitl.model.arithmetic import clipped, rounded, sine_cosine, wrapped
+from sitl.model.quaternions import rotate_inverse
+from sitl.model.state import Body, Plant
+from sitl.model.vectors import Vector, add, add_scaled, scaled, subtract
+from sitl.sensors.draws import vector_at
+from sitl.sensors.instruments import GARBAGE, OFF, STUCK, WRONG, HiddenErrors, Inertial
+from sitl.sensors.specification import REFERENCE_SPEED, Accelerometer, Gyroscope
+
+GARBAGE_SHARE = 0.2  # of its range that a broken instrument reads at random
+WRONG_RATE = 0.2  # of a gyroscope that reads wrong [rad/s]
+WRONG_FORCE = 2.0  # of an accelerometer that reads wrong [m/s2]
+
+
+@kernel
+def specific_force_felt(before: Body, after: Body, g: float, dt: float) -> Vector:
+    """Mean specific force over a period, whatever makes it: air, propellers or ground; body frame FLU [m/s2]."""
+    change = scaled(subtract(after.velocity, before.velocity), 1.0 / dt)
+    felt = Vector(change.x, change.y, change.z + g)
+    return scaled(add(rotate_inverse(before.attitude, felt), rotate_inverse(after.attitude, felt)), 0.5)
+
+
+@kernel
+def _shake(speed: float, phase: float) -> Vector:
+    """Vibration of one propeller of unit amplitude at REFERENCE_SPEED: its imbalance turns in the disc's plane."""
+    s, c = sine_cosine(phase)
+    share = speed * speed * (1.0 / (REFERENCE_SPEED * REFERENCE_SPEED))
+    return Vector(0.3 * share * s, share * c, share * s)
+
+
+@kernel
+def turned_phases(errors: HiddenErrors, plant: Plant, dt: float) -> tuple[float, float]:
+    """Where the propellers stand after a period [rad]."""
+    act = plant.actuators
+    return wrapped(errors.left_phase + act.left_motor * dt), wrapped(errors.right_phase + act.right_motor * dt)
+
+
+@kernel
+def _digitised(value: Vector, most: float, step: float) -> Vector:
+    return Vector(
+        step * rounded(clipped(value.x, -most, most) / step),
+        step * rounded(clipped(value.y, -most, most) / step),
+        step * rounded(clipped(value.z, -most, most) / step),
+    )
+
+
+@kernel
+def _failed(value: Vector, before: Vector, noise: Vector, failure: float, wrong: float, most: float) -> Vector:
+    """What a failed instrument reads instead."""
+    if failure in (OFF, STUCK):  # the driver repeats the last reading either way
+        return before
+    if failure == GARBAGE:
+        return scaled(noise, GARBAGE_SHARE * most)
+    if failure == WRONG:
+        return Vector(value.x + wrong, value.y + wrong, value.z - wrong)
+    return value
+
+
+@kernel
+def read_inertial(
+    before: Plant,
+    plant: Plant,
+    errors: HiddenErrors,
+    gyro: Gyroscope,
+    accel: Accelerometer,
+    draws: Array,
+    last: Inertial,
+    failures: Array,
+    g: float,
+    dt: float,
+) -> Inertial:
+    """The inertial reading of one control period.
+
+    Args:
+        before: The plant at its beginning.
+        plant: The plant at its end.
+        errors: Of the instruments.
+        gyro: Specification of the gyroscope.
+        accel: Specification of the accelerometer.
+        draws: Unit normals of the period; see :mod:`sitl.sensors.draws`.
+        last: The reading before, which a stuck instrument repeats.
+        failures: Of all instruments.
+        g: Gravity [m/s2].
+        dt: Period [s].
+    """
+    act = plant.actuators
+    shake = add(_shake(act.left_motor, errors.left_phase), _shake(act.right_motor, errors.right_phase))
+    noise, density = vector_at(draws, 0), gyro.noise / math.sqrt(2.0 * dt)
+    rates = scaled(add(before.body.rates, plant.body.rates), 0.5)
+    rates = add(add_scaled(rates, shake, gyro.vibration), add(errors.gyro_bias, errors.gyro_drift))
+    rates = _digitised(add_scaled(rates, noise, density), gyro.range, gyro.step)
+    rates = _failed(rates, last.rates, noise, failures[0], WRONG_RATE, gyro.range)
+    noise, density = vector_at(draws, 3), accel.noise / math.sqrt(2.0 * dt)
+    force = specific_force_felt(before.body, plant.body, g, dt)
+    force = add(add_scaled(force, shake, accel.vibration), add(errors.accel_bias, errors.accel_drift))
+    force = _digitised(add_scaled(force, noise, density), accel.range, accel.step)
+    return Inertial(rates, _failed(force, last.force, noise, failures[1], WRONG_FORCE, accel.range))

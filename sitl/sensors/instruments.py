@@ -1,0 +1,108 @@
+"""The instruments of one vehicle: what they are, their hidden errors, and readings that are on their way."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from sitl.compiled import kernel, subroutine
+from sitl.model.airframe import Array
+from sitl.model.vectors import Vector
+from sitl.sensors.specification import SensorSet
+from sitl.storage import Kept, access
+
+GYROSCOPE, ACCELEROMETER, MAGNETOMETER, BAROMETER, GNSS, PITOT, MOTION_CAPTURE, EXTERNAL_POSE = range(8)
+INSTRUMENTS = 8
+FIRST_LINE = MAGNETOMETER  # the inertial readings are not late
+LINES = INSTRUMENTS - FIRST_LINE
+LINE = 160  # readings that a line holds: 0.5 s of delay at 250 Hz, and some
+READING = 10  # numbers of the longest reading
+PENDING = 64  # control periods that a command may be on its way
+HEALTHY, OFF, STUCK, GARBAGE, WRONG, TOO_SLOW, DELAYED, INTERMITTENT = range(8)  # MAVLink's FAILURE_TYPE
+
+# Columns of a pose, after position and quaternion.
+POSITION_VARIANCE, ATTITUDE_VARIANCE, HAS_ATTITUDE = 7, 8, 9
+
+
+class HiddenErrors(NamedTuple):
+    """What is wrong with the readings, and is told to nobody."""
+
+    gyro_bias: Vector  # body FLU [rad/s]
+    gyro_drift: Vector  # [rad/s]
+    accel_bias: Vector  # body FLU [m/s2]
+    accel_drift: Vector  # [m/s2]
+    magnetic_bias: Vector  # body FLU [T]
+    gnss_drift: Vector  # world NWU [m]
+    misalignment: Vector  # from the body to motion capture's frame of it [rad]
+    barometer_drift: float  # [m]
+    pitot_bias: float  # [m/s]
+    tube_speed: float  # what the pitot's diaphragm feels, late [m/s]
+    left_phase: float  # of the propellers, whose imbalance shakes [rad]
+    right_phase: float  # [rad]
+
+
+class Inertial(NamedTuple):
+    """One reading of gyroscope and accelerometer, body frame FLU, means of a control period."""
+
+    rates: Vector  # [rad/s]
+    force: Vector  # specific force [m/s2]
+
+
+class Instruments(NamedTuple):
+    """The instruments of one vehicle; lines are queues, by instrument less FIRST_LINE."""
+
+    specification: SensorSet
+    errors: HiddenErrors
+    inertial: Inertial  # the last reading
+    failures: Array  # one of HEALTHY ... INTERMITTENT per instrument, (INSTRUMENTS,)
+    sampled: Array  # control period of a reading, (LINES, LINE)
+    arrives: Array  # control period of its arrival, (LINES, LINE)
+    readings: Array  # (LINES, LINE, READING)
+    first: Array  # the oldest reading, (LINES,)
+    waiting: Array  # readings in the line, (LINES,)
+    last: Array  # the newest reading, which a stuck instrument repeats, (LINES, READING)
+    pending: Array  # actuator commands on their way, by control period, (PENDING, 4)
+
+
+def instruments(specification: SensorSet, errors: HiddenErrors) -> Instruments:
+    """Healthy instruments that have read nothing yet."""
+    zero = Vector(0.0, 0.0, 0.0)
+    return Instruments(
+        specification=specification,
+        errors=errors,
+        inertial=Inertial(zero, zero),
+        failures=np.zeros(INSTRUMENTS),
+        sampled=np.zeros((LINES, LINE)),
+        arrives=np.zeros((LINES, LINE)),
+        readings=np.zeros((LINES, LINE, READING)),
+        first=np.zeros(LINES),
+        waiting=np.zeros(LINES),
+        last=np.zeros((LINES, READING)),
+        pending=np.zeros((PENDING, 4)),
+    )
+
+
+get_specification = access(Instruments, "specification").get
+get_errors, put_errors = access(Instruments, "errors")
+get_inertial, put_inertial = access(Instruments, "inertial")
+
+
+@subroutine
+def send(line: int, i: Kept, sampled: int, arrives: int) -> None:
+    """Put the reading in ``last`` at the end of a line; a full line forgets its oldest."""
+    if i["waiting"][line] == LINE:
+        drop(line, i)
+    at = (int(i["first"][line]) + int(i["waiting"][line])) % LINE
+    i["sampled"][line, at] = sampled
+    i["arrives"][line, at] = arrives
+    for k in range(READING):
+        i["readings"][line, at, k] = i["last"][line, k]
+    i["waiting"][line] += 1.0
+
+
+@kernel
+def drop(line: int, i: Kept) -> None:
+    """Take the oldest reading out of a line."""
+    i["first"][line] = float((int(i["first"][line]) + 1) % LINE)
+    i["waiting"][line] -= 1.0

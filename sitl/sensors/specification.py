@@ -1,0 +1,135 @@
+"""What is specified of each instrument, as the compiled models take it: flat, immutable, SI units.
+
+A *drift* is a first-order Gauss-Markov process: its deviation in the long run, and the time in which it forgets.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+
+class Timing(NamedTuple):
+    """When an instrument reads, and when the reading is there."""
+
+    rate: float  # readings a second [Hz]
+    delay: float  # from reading to arrival [s]
+    jitter: float  # standard deviation of what delays it further [s]
+    dropout: float  # share of readings that never arrive [-]
+
+
+class Gyroscope(NamedTuple):
+    """Three body rates, read in every control period."""
+
+    noise: float  # density [rad/s/sqrt(Hz)]
+    bias: float  # at switch-on, per axis, one standard deviation [rad/s]
+    drift: float  # of the bias [rad/s]
+    drift_time: float  # [s]
+    range: float  # [rad/s]
+    step: float  # of the numbers it gives [rad/s]
+    vibration: float  # amplitude by a propeller at REFERENCE_SPEED [rad/s]
+
+
+class Accelerometer(NamedTuple):
+    """Three specific forces, read in every control period."""
+
+    noise: float  # density [m/s2/sqrt(Hz)]
+    bias: float  # at switch-on, per axis, one standard deviation [m/s2]
+    drift: float  # of the bias [m/s2]
+    drift_time: float  # [s]
+    range: float  # [m/s2]
+    step: float  # of the numbers it gives [m/s2]
+    vibration: float  # amplitude by a propeller at REFERENCE_SPEED [m/s2]
+
+
+class Magnetometer(NamedTuple):
+    """The magnetic field in the body frame."""
+
+    timing: Timing
+    noise: float  # per reading [T]
+    bias: float  # of the airframe's own field, one standard deviation [T]
+    range: float  # [T]
+    step: float  # [T]
+    field_north: float  # of the earth where it flies [T]
+    field_west: float  # [T]
+    field_up: float  # [T]
+
+
+class Barometer(NamedTuple):
+    """Height above the local origin, where it was set to zero, from the static pressure."""
+
+    timing: Timing
+    noise: float  # per reading [m]
+    drift: float  # of weather and temperature [m]
+    drift_time: float  # [s]
+    position_error: float  # share of the dynamic pressure that is read as static [-]
+    step: float  # [m]
+
+
+class Gnss(NamedTuple):
+    """Position and velocity from satellites, about the local origin."""
+
+    timing: Timing
+    noise_level: float  # of the position north and west, per reading [m]
+    noise_up: float  # [m]
+    velocity_noise_level: float  # [m/s]
+    velocity_noise_up: float  # [m/s]
+    drift_level: float  # of the position, since switch-on [m]
+    drift_up: float  # [m]
+    drift_time: float  # [s]
+
+
+class Pitot(NamedTuple):
+    """Airspeed along x_b, of a tube between the propellers."""
+
+    timing: Timing
+    noise: float  # per reading [m/s]
+    bias: float  # one standard deviation [m/s]
+    lag: float  # time constant of tube and diaphragm [s]
+    slipstream: float  # share of the slipstream's speed that reaches the tube [-]
+    min_speed: float  # below it nothing is read [m/s]
+    range: float  # [m/s]
+    step: float  # [m/s]
+
+
+class MotionCapture(NamedTuple):
+    """Position and attitude from the cameras of an arena."""
+
+    timing: Timing
+    noise: float  # of the position, per axis and reading [m]
+    attitude_noise: float  # per axis and reading [rad]
+    misalignment: float  # of the rigid body's frame, per axis, one standard deviation [rad]
+    step: float  # of the positions it gives [m]
+
+
+class BatteryMonitor(NamedTuple):
+    """Voltage and current at the battery."""
+
+    timing: Timing
+    voltage_noise: float  # [V]
+    current_noise: float  # [A]
+    voltage_step: float  # [V]
+    current_step: float  # [A]
+
+
+class Pipeline(NamedTuple):
+    """The way of the numbers through the autopilot."""
+
+    latency: float  # from the inertial reading to the actuator, beyond the control period [s]
+
+
+class SensorSet(NamedTuple):
+    """All instruments of a vehicle."""
+
+    gyroscope: Gyroscope
+    accelerometer: Accelerometer
+    magnetometer: Magnetometer
+    barometer: Barometer
+    gnss: Gnss
+    pitot: Pitot
+    motion_capture: MotionCapture
+    battery: BatteryMonitor
+    pipeline: Pipeline
+
+
+REFERENCE_SPEED = 600.0  # of a propeller, about that of the hover [rad/s]
+STANDARD_GRAVITY = 9.80665  # that data sheets count in, and heights of pressure [m/s2]

@@ -1,0 +1,171 @@
+"""What a flight navigates by: the truth, its sensors outdoors, or motion capture; and its records for the loop."""
+
+from __future__ import annotations
+
+import enum
+import math
+from functools import cache
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from sitl.control.wind_estimator import WindGains
+from sitl.design.wind import wind_gains
+from sitl.estimation.belief import ATTITUDE_ERROR, ERRORS, GYRO_BIAS_ERROR, POSITION_ERROR, VELOCITY_ERROR, Belief
+from sitl.estimation.filter import MAX_HORIZON, RUNNING, Filter, Step, filter_settings, new_filter
+from sitl.estimation.notch import quiet
+from sitl.estimation.strapdown import no_increment
+from sitl.model.airframe import Airframe, Array
+from sitl.model.quaternions import multiply, normalised, small_rotation
+from sitl.model.state import Plant
+from sitl.model.vectors import Vector, add, scaled, subtract
+from sitl.sensors.draws import DROPOUT, FAST_COLUMNS, POSE_DROPOUT, SLOW_COLUMNS, SLOW_PERIODS
+from sitl.sensors.hidden_errors import drawn_errors
+from sitl.sensors.instruments import HiddenErrors, Instruments, instruments
+from sitl.sensors.sensor_files import load_sensors
+from sitl.sensors.specification import SensorSet
+from sitl.simulation.noise import BLOCK
+from sitl.storage import named_from, record_of, record_type
+
+AIDS = 4  # slow instruments that may lose a reading
+NO_FAST, NO_SLOW = np.zeros((0, FAST_COLUMNS)), np.zeros((0, SLOW_COLUMNS))
+_FINE = 67108864.0  # 2**26; see sitl.simulation.flight.quantised
+
+
+class Navigation(enum.Enum):
+    """What fills the estimate."""
+
+    TRUTH = "truth"
+    SENSORS = "sensors"
+    MOCAP = "mocap"
+
+
+class Aboard(NamedTuple):
+    """Instruments and filter of one vehicle."""
+
+    instruments: Instruments
+    filter: Filter
+
+
+class Avionics:
+    """Instruments, filter and random draws of one vehicle.
+
+    Args:
+        navigation: What fills the estimate.
+        sensors: Specifications of the instruments.
+        model: The airframe as the vehicle knows it.
+        seed: Of the instruments' errors and noise; one seed is one flight, to the bit.
+    """
+
+    def __init__(self, navigation: Navigation, sensors: SensorSet, model: Airframe, seed: int) -> None:
+        self.navigation = navigation
+        self.sensors = sensors
+        self.fast, self.slow = NO_FAST, NO_SLOW
+        self._block = -1
+        self._seed, self._converged = seed, 0
+        self._random = np.random.default_rng((seed, 2))
+        errors = drawn_errors(sensors, _quantised(self._random.standard_normal(15)))
+        settings = filter_settings(sensors, wind_gains(), arena=navigation is Navigation.MOCAP)
+        self.records = record_of(Aboard, Aboard(instruments(sensors, errors), new_filter(settings, model)))
+        self.steps = np.zeros(MAX_HORIZON, record_type(Step))
+
+    @property
+    def is_sensed(self) -> bool:
+        """Whether the estimate comes from sensors."""
+        return self.navigation is not Navigation.TRUTH
+
+    @property
+    def filter(self) -> Any:  # noqa: ANN401 - a record
+        """The filter's record."""
+        return self.records[0]["filter"]
+
+    @property
+    def instruments(self) -> Any:  # noqa: ANN401 - a record
+        """The instruments' record."""
+        return self.records[0]["instruments"]
+
+    @property
+    def horizon_periods(self) -> int:
+        """How many control periods the filter stands in the past."""
+        return int(self.filter["filled"]) * SLOW_PERIODS
+
+    def deviation(self, first: int) -> Vector:
+        """Standard deviations of three errors, the first of which is numbered so."""
+        variances = np.diagonal(self.filter["covariance"])[first : first + 3]
+        return Vector(*(math.sqrt(max(float(x), 0.0)) for x in variances))
+
+    def draw(self, period: int) -> None:
+        """Make the draws for the block of periods that this one is in."""
+        while self.is_sensed and self._block < period // BLOCK:
+            self._block += 1
+            self.fast = _quantised(self._random.standard_normal((BLOCK, FAST_COLUMNS)))
+            self.fast[:, POSE_DROPOUT] = self._random.random(BLOCK)
+            self.slow = _quantised(self._random.standard_normal((BLOCK // SLOW_PERIODS, SLOW_COLUMNS)))
+            self.slow[:, DROPOUT : DROPOUT + AIDS] = self._random.random((BLOCK // SLOW_PERIODS, AIDS))
+
+    def redesign(self, model: Airframe, wind: WindGains) -> None:
+        """Take another model or tuning, in flight or not."""
+        if not self.is_sensed:
+            return
+        self.filter["model"] = model
+        self.filter["settings"]["wind"] = wind
+
+    def converge(self, plant: Plant) -> None:
+        """Begin as a filter does that has run for a while and has just taken its origin.
+
+        It is wrong by as much as it says itself, by chance, and knows nothing of the wind.
+
+        Args:
+            plant: The vehicle as it is.
+        """
+        f, i, body = self.filter, self.instruments, plant.body
+        i["errors"]["gnss_drift"], i["errors"]["barometer_drift"] = _NONE, 0.0
+        errors = named_from(HiddenErrors, i["errors"].item())
+        initial = np.array(f["settings"]["initial"])
+        self._converged += 1
+        draws = np.random.default_rng((self._seed, 3, self._converged)).standard_normal(ERRORS)
+        wrong = np.sqrt(initial) * _quantised(draws)
+        turn = small_rotation(scaled(_vector(wrong, ATTITUDE_ERROR), -1.0))
+        f["belief"] = Belief(
+            position=subtract(body.position, _vector(wrong, POSITION_ERROR)),
+            velocity=subtract(body.velocity, _vector(wrong, VELOCITY_ERROR)),
+            attitude=normalised(multiply(body.attitude, turn)),
+            gyro_bias=subtract(add(errors.gyro_bias, errors.gyro_drift), _vector(wrong, GYRO_BIAS_ERROR)),
+            accel_bias=_NONE,
+            wind=_NONE,
+            misalignment=_NONE,
+            magnetic_bias=_NONE,
+            gnss_drift=_NONE,
+            barometer_drift=0.0,
+        )
+        f["covariance"] = np.diag(initial)
+        f["actuators"] = plant.actuators
+        f["ahead"], f["step"] = no_increment(), Step(no_increment(), _NONE, _NONE, _NONE, _NONE, plant.actuators)
+        f["filled"], f["phase"] = 0, RUNNING
+        f["refused_since"] = f["fused_at"] = -1.0
+        f["speed_notch"], f["velocity"] = quiet(body.velocity), body.velocity
+        f["notch"], f["rates"], f["acceleration"] = quiet(body.rates), body.rates, _NONE
+        i["waiting"] = 0.0
+
+
+_NONE = Vector(0.0, 0.0, 0.0)
+
+
+def _vector(numbers: Array, first: int) -> Vector:
+    return Vector(*(float(x) for x in numbers[first : first + 3]))
+
+
+def _quantised(draws: Array) -> Array:
+    """Draws in steps of 2**-26: the library that makes them may differ in their last bits by machine."""
+    return np.rint(draws * _FINE) / _FINE
+
+
+@cache
+def _unread(model: Airframe) -> Avionics:
+    """What a vehicle that sees the truth is given: instruments that nobody reads; shared, and never written."""
+    return Avionics(Navigation.TRUTH, load_sensors(), model, 0)
+
+
+def equipped(navigation: Navigation, sensors: SensorSet, model: Airframe, seed: int) -> Avionics:
+    """The avionics of a vehicle; see :class:`Avionics`."""
+    return _unread(model) if navigation is Navigation.TRUTH else Avionics(navigation, sensors, model, seed)
