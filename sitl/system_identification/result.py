@@ -25,6 +25,7 @@ FORWARD = 8.0  # airspeed that forward flight reaches [m/s]
 NEEDS_FORWARD = frozenset({"C_l", "C_d0", "C_y0", "C_mq", "C_nr", "C_lp", "C_lr", "C_np", "advance", "per_stall"})
 OF_ACTUATORS = frozenset({"motor_tau", "elevon_tau", "omega_rate", "delta_rate"})
 GUSTY = 0.1  # gusts that explain what is left [m/s]
+BEYOND_GUSTS = 0.8  # of a shot, above which it is no gust [m/s]
 SHOT = 1.0  # of a replay [s]
 LARGE_BIAS = 1.0  # of an accelerometer: rather a frame that is another [m/s2]
 UNEXPLAINED = 6.0  # times the sensor's own noise
@@ -189,6 +190,8 @@ def _remarks(paths: Sequence[ReconstructedPath], solution: Solution) -> Iterator
             "and is the IMU level?"
         )
     cause = f"gusts of about {solution.gust:.1g} m/s" if solution.gust > GUSTY else "the model lacks something"
+    if solution.gust > BEYOND_GUSTS:
+        cause = "the model does not explain this flight: are frame, outputs and airframe right?"
     noise = paths[0].deviations
     own = np.array([*[noise.accelerometer] * 3, *[noise.gyro] * 3])
     for axis, left, sensor in zip(RESIDUAL_AXES, solution.after, own, strict=True):
