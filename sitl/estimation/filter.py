@@ -39,7 +39,9 @@ SLOW_STEP = SLOW_PERIODS * PERIOD  # of the filter [s]
 MAX_HORIZON = 64  # slow steps that the filter may stand in the past
 ALIGNING, RUNNING = range(2)
 GATE = 5.0  # innovations beyond so many of their standard deviations are refused
-SHAKEN = 0.006  # density that vibration adds to the accelerometer's noise [m/s2/sqrt(Hz)]
+# Density that vibration adds to the accelerometer's noise, over its amplitude [1/sqrt(Hz)]: it does not add up as
+# noise does, and counts for more the more exact the velocity is otherwise.
+SHAKEN, SHAKEN_IN_ARENA = 0.002, 0.01
 SHAKEN_TURN = 1e-4  # likewise to the gyroscope's [rad/s/sqrt(Hz)]
 MODEL_SHARE = 0.1  # of the force across the wing that its model may be wrong by
 MODEL_TIME = 1.0  # how long such an error lasts [s]
@@ -139,7 +141,7 @@ def filter_settings(s: SensorSet, wind: WindGains, *, arena: bool) -> FilterSett
         horizon=min(math.ceil(late / SLOW_STEP - 1e-9) + 1, MAX_HORIZON - 1),
         gate=GATE,
         fade=_fade(s, wind),
-        spread=_spread(s, wind),
+        spread=_spread(s, wind, arena=arena),
         initial=_initial(s, wind, arena=arena),
         wind=wind,
         model_share=MODEL_SHARE,
@@ -160,10 +162,11 @@ def _fade(s: SensorSet, wind: WindGains) -> Array:
     return fade
 
 
-def _spread(s: SensorSet, wind: WindGains) -> Array:
+def _spread(s: SensorSet, wind: WindGains, *, arena: bool) -> Array:
+    shaken = (SHAKEN_IN_ARENA if arena else SHAKEN) * s.accelerometer.vibration
     dt, spread = SLOW_STEP, np.zeros(ERRORS)
     spread[ATTITUDE_ERROR : ATTITUDE_ERROR + 3] = 0.5 * (s.gyroscope.noise**2 + SHAKEN_TURN**2) * dt
-    spread[VELOCITY_ERROR : VELOCITY_ERROR + 3] = 0.5 * (s.accelerometer.noise**2 + SHAKEN**2) * dt
+    spread[VELOCITY_ERROR : VELOCITY_ERROR + 3] = 0.5 * (s.accelerometer.noise**2 + shaken**2) * dt
     spread[GYRO_BIAS_ERROR : GYRO_BIAS_ERROR + 3] = 2.0 * s.gyroscope.drift**2 / s.gyroscope.drift_time * dt
     spread[ACCEL_BIAS_ERROR : ACCEL_BIAS_ERROR + 3] = 2.0 * s.accelerometer.drift**2 / s.accelerometer.drift_time * dt
     spread[WIND_ERROR : WIND_ERROR + 3] = wind.walk**2 * dt
