@@ -179,8 +179,9 @@ def _initial(s: SensorSet, wind: WindGains, *, arena: bool) -> Array:
     """Variances of a vehicle that has stood or hovered for some seconds."""
     v = np.zeros(ERRORS)
     capture = s.motion_capture
-    tilt = s.accelerometer.bias / 9.8
-    turn = max(tilt, capture.misalignment if arena else s.magnetometer.bias / s.magnetometer.field_north)
+    tilt, field = s.accelerometer.bias / 9.8, s.magnetometer
+    level = math.hypot(field.field_north, field.field_west)
+    turn = max(tilt, capture.misalignment if arena else field.bias / level)
     v[POSITION_ERROR : POSITION_ERROR + 3] = 0.01**2 if arena else 0.3**2
     v[VELOCITY_ERROR : VELOCITY_ERROR + 3] = 0.02**2 if arena else 0.1**2
     v[ATTITUDE_ERROR : ATTITUDE_ERROR + 3] = turn**2
