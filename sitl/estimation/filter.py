@@ -37,7 +37,7 @@ from sitl.timing import PERIOD
 
 SLOW_STEP = SLOW_PERIODS * PERIOD  # of the filter [s]
 MAX_HORIZON = 64  # slow steps that the filter may stand in the past
-ALIGNING, RUNNING = range(2)
+ALIGNING, RUNNING, REALIGNING = range(3)  # the last carries an estimate of before on meanwhile
 GATE = 5.0  # innovations beyond so many of their standard deviations are refused
 SHAKEN = 0.006  # density that vibration adds to the accelerometer's noise [m/s2/sqrt(Hz)]
 SHAKEN_TURN = 1e-4  # likewise to the gyroscope's [rad/s/sqrt(Hz)]
@@ -76,7 +76,7 @@ class Filter(NamedTuple):
 
     settings: FilterSettings
     model: Airframe  # as the vehicle knows it
-    phase: int  # ALIGNING or RUNNING
+    phase: int  # ALIGNING, RUNNING or REALIGNING
     belief: Belief  # at the horizon
     ahead: Increment  # from the horizon to now
     step: Step  # being filled

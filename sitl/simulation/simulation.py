@@ -101,6 +101,8 @@ class Simulation:
         self._arrays.flight = grounded(self.register.flight_type, self.design, plant, estimate, course, self.flight)
         if self._is_aligned:
             self._converge(plant)
+        elif self.avionics.is_sensed:
+            self.avionics.restart(carries_on=False)
         self.reference = hover_at(plant.body.position, start.heading)
 
     def place(self, body: Body, actuators: Actuators | None = None) -> None:
@@ -120,7 +122,7 @@ class Simulation:
 
     def _converge(self, plant: Plant) -> None:
         if self.avionics.is_sensed:
-            self.avionics.converge(plant)
+            self.avionics.converge(plant, self.periods)
 
     def retune(self, tuning: Tuning) -> None:
         """Take other gains and thresholds, in flight or not."""
