@@ -16,6 +16,7 @@ from sitl.estimation.filter import ALIGNING, MAX_HORIZON, REALIGNING, RUNNING, F
 from sitl.estimation.notch import quiet
 from sitl.estimation.strapdown import Increment, moved_by, no_increment
 from sitl.model.airframe import Airframe, Array
+from sitl.model.ground import is_touching
 from sitl.model.quaternions import hover, multiply, normalised, small_rotation
 from sitl.model.state import Plant
 from sitl.model.vectors import Vector, add, scaled, subtract
@@ -159,6 +160,8 @@ class Avionics:
         )
         f["covariance"] = np.diag(initial)
         f["actuators"] = plant.actuators
+        f["on_ground"] = stands = is_touching(plant, named_from(Airframe, f["model"].item()))
+        f["support"] = f["model"]["g"] if stands else 0.0
         f["ahead"], f["step"] = no_increment(), Step(no_increment(), _NONE, _NONE, _NONE, _NONE, plant.actuators)
         f["filled"], f["phase"] = 0, RUNNING
         f["refused_since"], f["fused_at"] = -1.0, float(period)
