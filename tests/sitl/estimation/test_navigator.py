@@ -77,13 +77,12 @@ def test_one_wild_reading_does_not_move_it(navigation, instrument):
     for flown in (wild, tame):
         flown.step(SETTLING)
     newest(wild, instrument)[:3] += 50.0
-    ratio = 0.0
     for _ in range(40):
         wild.advance(5)
         tame.advance(5)
-        ratio = max(ratio, float(wild.avionics.filter["ratio"][instrument - FIRST_LINE]))
         assert np.abs(np.subtract(wild.estimate.position, tame.estimate.position)).max() < 0.3
-    assert ratio > 25.0  # it was refused
+    squares = [flown.avionics.filter["squares"][instrument - FIRST_LINE] for flown in (wild, tame)]
+    assert squares[0] - squares[1] > 25.0  # it came, and far beyond the gate
     assert wild.avionics.filter["resets"] == 0
     assert wild.avionics.filter["refused_since"][instrument - FIRST_LINE] == -1.0
 
@@ -95,7 +94,7 @@ def test_satellites_that_stay_somewhere_else_are_believed_in_the_end_and_that_is
     flown.step(0.8)
     assert flown.avionics.filter["resets"] == 0
     assert flown.estimate.position.x - flown.truth.body.position.x < 2.0
-    assert flown.avionics.filter["refused_since"][GNSS - FIRST_LINE] > 0.0
+    assert flown.avionics.filter["refused_since"][GNSS - FIRST_LINE] > 0.0  # though the velocities fit
     flown.step(3.2)
     assert flown.avionics.filter["resets"] >= 1
     assert flown.estimate.position.x - flown.truth.body.position.x == pytest.approx(20.0, abs=2.0)
@@ -121,7 +120,7 @@ def test_how_old_its_news_is_stands_in_the_estimate():
     flown = hovering()
     assert flown.estimate.age.position == 0.0
     ages = watched(flown, 3.0, lambda s: s.estimate.age.position)
-    assert ages.max() < 0.35  # delay, horizon and the time between two fixes
+    assert ages.max() < 0.4  # delay, horizon and the time between two fixes
     assert ages.min() > 0.1
     flown.avionics.instruments["failures"][GNSS] = 1.0
     flown.step(2.0)

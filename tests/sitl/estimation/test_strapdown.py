@@ -19,7 +19,7 @@ ONE = Quaternion(1.0, 0.0, 0.0, 0.0)
 few = st.floats(-20.0, 20.0)
 vectors = st.builds(Vector, few, few, few)
 attitudes = st.builds(
-    lambda a, b, c: from_euler(a, b, c), st.floats(-3.0, 3.0), st.floats(-1.5, 1.5), st.floats(-3.0, 3.0)
+    from_euler, st.floats(-3.0, 3.0), st.floats(-1.5, 1.5), st.floats(-3.0, 3.0)
 )
 increments = st.builds(Increment, attitudes, vectors, vectors, st.floats(0.0, 0.5))
 

@@ -100,8 +100,9 @@ def test_the_propellers_shake_it_at_their_speed_and_by_its_square():
     def shaken(speed, periods=500):
         spinning = plant(u=(speed, 0.0, 0.0, 0.0))
         errors, felt = NO_ERRORS, []
+        gyro, accel = GYRO._replace(vibration=0.02), ACCEL._replace(vibration=2.0)
         for _ in range(periods):
-            reading = read(spinning, errors=errors, gyro=GYRO._replace(vibration=0.02), accel=ACCEL._replace(vibration=2.0))
+            reading = read(spinning, errors=errors, gyro=gyro, accel=accel)
             felt.append((*reading.rates, *reading.force))
             left, right = turned_phases(errors, spinning, PERIOD)
             errors = errors._replace(left_phase=left, right_phase=right)

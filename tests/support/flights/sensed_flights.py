@@ -9,6 +9,7 @@ from sitl.control.reference import hover_at
 from sitl.model.airframe_files import load
 from sitl.model.quaternions import conjugate, multiply
 from sitl.sensors.sensor_files import load_sensors
+from sitl.sensors.specification import Timing
 from sitl.simulation.avionics import Navigation
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start
@@ -44,9 +45,11 @@ def changed(**parts):
     sensors = load_sensors()
     for name, values in parts.items():
         part = getattr(sensors, name)
-        timing = {key: values.pop(key) for key in ("rate", "delay", "jitter", "dropout") if key in values}
-        values |= {"timing": part.timing._replace(**timing)} if timing else {}
-        sensors = sensors._replace(**{name: part._replace(**values)})
+        timing = {key: value for key, value in values.items() if key in Timing._fields}
+        if timing:
+            part = part._replace(timing=part.timing._replace(**timing))
+        part = part._replace(**{key: value for key, value in values.items() if key not in timing})
+        sensors = sensors._replace(**{name: part})
     return sensors
 
 
