@@ -115,8 +115,10 @@ class Avionics:
         """Restart the filter, as after a fault of its computer: it is aligned anew.
 
         Args:
-            carries_on: Whether the last estimate is carried on by the inertial readings meanwhile; else it is forgotten.
+            carries_on: Whether the inertial readings carry the last estimate on meanwhile; else it is forgotten.
         """
+        if not self.is_sensed:
+            return
         f = self.filter
         fresh = named_from(Belief, f["belief"].item())
         ahead = named_from(Increment, f["ahead"].item())
@@ -138,6 +140,8 @@ class Avionics:
             plant: The vehicle as it is.
             period: Control periods flown.
         """
+        if not self.is_sensed:
+            return
         f, i, body = self.filter, self.instruments, plant.body
         i["errors"]["gnss_drift"], i["errors"]["barometer_drift"] = _NONE, 0.0
         errors = named_from(HiddenErrors, i["errors"].item())

@@ -10,7 +10,6 @@ from sitl.estimation.belief import (
     BAROMETER_DRIFT_ERROR,
     ERRORS,
     GNSS_DRIFT_ERROR,
-    GYRO_BIAS_ERROR,
     MAGNETIC_BIAS_ERROR,
     MISALIGNMENT_ERROR,
     POSITION_ERROR,

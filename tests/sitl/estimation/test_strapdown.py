@@ -8,8 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sitl.estimation.strapdown import Increment, increment_of, joined, moved_by, no_increment, rebiased, without
-from sitl.model.quaternions import from_euler, hover, normalised, rotate
-from sitl.model.quaternions import Quaternion
+from sitl.model.quaternions import Quaternion, from_euler, hover, normalised, rotate
 from sitl.model.vectors import Vector
 from sitl.timing import PERIOD
 
@@ -18,9 +17,7 @@ STILL = Vector(0.0, 0.0, 0.0)
 ONE = Quaternion(1.0, 0.0, 0.0, 0.0)
 few = st.floats(-20.0, 20.0)
 vectors = st.builds(Vector, few, few, few)
-attitudes = st.builds(
-    from_euler, st.floats(-3.0, 3.0), st.floats(-1.5, 1.5), st.floats(-3.0, 3.0)
-)
+attitudes = st.builds(from_euler, st.floats(-3.0, 3.0), st.floats(-1.5, 1.5), st.floats(-3.0, 3.0))
 increments = st.builds(Increment, attitudes, vectors, vectors, st.floats(0.0, 0.5))
 
 

@@ -84,9 +84,7 @@ def test_beyond_its_range_it_reads_the_end_of_it():
 
 
 def test_it_reads_whole_steps_and_the_nearest_one():
-    reading = read(
-        moving(w=(0.26, -0.26, 0.24)), gyro=GYRO._replace(step=0.1), accel=ACCEL._replace(step=0.5)
-    )
+    reading = read(moving(w=(0.26, -0.26, 0.24)), gyro=GYRO._replace(step=0.1), accel=ACCEL._replace(step=0.5))
     assert reading.rates == pytest.approx((0.3, -0.3, 0.2))
     exact = read(moving()).force
     steps = np.array(reading.force) / 0.5

@@ -35,9 +35,7 @@ def hovering(navigation=SENSORS, seed=1, *, sensors=None, airframe=NOMINAL, gust
 def on_ground(navigation=SENSORS, seed=1, *, heading=0.0, sensors=None, aligned=True):
     """Standing, switched off."""
     start = Start(heading=heading)
-    return Simulation(
-        NOMINAL, seed=seed, start=start, navigation=navigation, sensors=sensors, aligned=aligned
-    )
+    return Simulation(NOMINAL, seed=seed, start=start, navigation=navigation, sensors=sensors, aligned=aligned)
 
 
 def changed(**parts):
