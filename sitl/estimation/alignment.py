@@ -12,8 +12,10 @@ import math
 from sitl.compiled import kernel, subroutine
 from sitl.estimation.belief import ATTITUDE_ERROR, ERRORS, GYRO_BIAS_ERROR, POSITION_ERROR, VELOCITY_ERROR, Belief
 from sitl.estimation.filter import (
+    ALIGNING,
     RUNNING,
     Step,
+    get_ahead,
     get_belief,
     get_believed_actuators,
     get_mean_force,
@@ -25,7 +27,7 @@ from sitl.estimation.filter import (
     put_mean_rates,
 )
 from sitl.estimation.kalman import restart
-from sitl.estimation.strapdown import no_increment
+from sitl.estimation.strapdown import moved_by, no_increment
 from sitl.model.quaternions import Quaternion, normalised
 from sitl.model.vectors import Vector, add_scaled, cross, norm, scaled, subtract
 from sitl.sensors.draws import vector_at
@@ -171,20 +173,22 @@ def _begin(f: Kept, i: Kept, stands: bool, period: int) -> None:
     for k in range(ERRORS):
         P[k, k] = initial[k]
     b, source, zero = get_belief(f, 0), _source(i, period), Vector(0.0, 0.0, 0.0)
-    line, still = source - FIRST_LINE, stands
+    line = source - FIRST_LINE
+    still = stands and f["phase"] == ALIGNING  # a filter that is restarted may be in a hover as steady as the ground
+    _, carried, _ = moved_by(get_ahead(f, 0), b.position, b.velocity, b.attitude, f["model"]["g"])
     reading = _newest(i, source)
     place = vector_at(reading, 0)
     if source != GNSS:
-        velocity, q = zero, Quaternion(reading[3], reading[4], reading[5], reading[6])
+        velocity, q = carried, Quaternion(reading[3], reading[4], reading[5], reading[6])
     else:
         spec = get_specification(i, 0).magnetometer
         earth = Vector(spec.field_north, spec.field_west, spec.field_up)
         velocity = vector_at(reading, 3)
-        still = stands and norm(velocity) < MAX_STILL_SPEED
+        still = still and norm(velocity) < MAX_STILL_SPEED
         age = (period - i["sampled"][line, int(i["first"][line])]) * PERIOD
         place = place if still else add_scaled(place, velocity, age)
         q = attitude_from(get_mean_force(f, 0), vector_at(_newest(i, MAGNETOMETER), 0), earth)
-    bias = get_mean_rates(f, 0) if still else zero
+    bias = get_mean_rates(f, 0) if still else b.gyro_bias
     if not still:
         restart(P, VELOCITY_ERROR, FLYING_SPEED * FLYING_SPEED)
         restart(P, GYRO_BIAS_ERROR, FLYING_BIAS * FLYING_BIAS)
@@ -194,7 +198,7 @@ def _begin(f: Kept, i: Kept, stands: bool, period: int) -> None:
     put_belief(
         f,
         0,
-        Belief(place, zero if still else velocity, q, bias, zero, b.wind, zero, zero, zero, 0.0),
+        Belief(place, zero if still else velocity, q, bias, b.accel_bias, b.wind, zero, zero, zero, 0.0),
     )
     put_ahead(f, 0, no_increment())
     put_filling(f, 0, Step(no_increment(), zero, zero, zero, zero, get_believed_actuators(f, 0)))
