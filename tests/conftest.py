@@ -47,6 +47,7 @@ SLOW = (
     "sitl/simulation/test_dispatch.py",
     "sitl/simulation/test_loop_matches_python.py",
     "sitl/simulation/test_same_everywhere.py",
+    "sitl/simulation/test_sensed_same_everywhere.py",
     "sitl/simulation/test_storage.py",
     "sitl/studies/",
     "sitl/supervisor/test_adding_a_law.py",

@@ -1,7 +1,8 @@
 """How the filter begins: attitude from gravity and the magnetic field, or from a pose; place from what aids.
 
-On the ground it waits until the vehicle has stood still for a second. What does not stand still is taken to fly: it
-is aligned within a fifth of a second, on the force it feels being upward, and roughly.
+On the ground it waits until the vehicle has stood still for a second. What has not stood still for three is taken to
+fly: it is aligned on the mean force of its last second being upward, and roughly. What moves over the ground does not
+stand still, however steadily it flies.
 """
 
 from __future__ import annotations
@@ -11,17 +12,22 @@ import math
 from sitl.compiled import kernel, subroutine
 from sitl.estimation.belief import ATTITUDE_ERROR, ERRORS, GYRO_BIAS_ERROR, POSITION_ERROR, VELOCITY_ERROR, Belief
 from sitl.estimation.filter import (
+    ALIGNING,
     RUNNING,
+    Step,
+    get_ahead,
     get_belief,
+    get_believed_actuators,
     get_mean_force,
     get_mean_rates,
     put_ahead,
     put_belief,
+    put_filling,
     put_mean_force,
     put_mean_rates,
 )
 from sitl.estimation.kalman import restart
-from sitl.estimation.strapdown import no_increment
+from sitl.estimation.strapdown import moved_by, no_increment
 from sitl.model.quaternions import Quaternion, normalised
 from sitl.model.vectors import Vector, add_scaled, cross, norm, scaled, subtract
 from sitl.sensors.draws import vector_at
@@ -30,18 +36,22 @@ from sitl.sensors.instruments import (
     FIRST_LINE,
     GNSS,
     HAS_ATTITUDE,
+    LINE,
+    LINES,
     MAGNETOMETER,
     MOTION_CAPTURE,
     Inertial,
+    drop,
     get_specification,
 )
 from sitl.storage import Kept
 from sitl.timing import PERIOD
 
-STILL_TIME, FLYING_TIME = 1.0, 0.2  # of means for an alignment on the ground and in the air [s]
+STILL_TIME = 1.0  # of the means [s]
 STANDSTILL_PATIENCE = 3.0  # what has not stood still for so long is taken to fly [s]
 MAX_STILL_RATE = 0.1  # about the mean [rad/s]
 MAX_STILL_FORCE = 1.5  # between the specific force and gravity [m/s2]
+MAX_STILL_SPEED = 1.0  # by satellites [m/s]
 FLYING_TILT = 0.3  # deviation of an attitude found in flight [rad]
 FLYING_SPEED, FLYING_BIAS = 0.5, 0.02  # deviations of velocity [m/s] and gyroscope bias [rad/s] found in flight
 
@@ -86,14 +96,16 @@ def _quaternion(x: Vector, y: Vector, z: Vector) -> Quaternion:
 
 
 @subroutine
-def align(f: Kept, i: Kept, inertial: Inertial) -> None:
+def align(f: Kept, i: Kept, inertial: Inertial, period: int) -> None:
     """One control period of alignment.
 
     Args:
         f: The filter, a record.
         i: The instruments, a record.
         inertial: Reading of the period.
+        period: Control periods flown.
     """
+    _forget_old(i, period)
     f["aligned_for"] += 1
     count = f["aligned_for"]
     share = 1.0 / min(count, round(STILL_TIME / PERIOD))
@@ -109,63 +121,89 @@ def align(f: Kept, i: Kept, inertial: Inertial) -> None:
     if moves and waited < STANDSTILL_PATIENCE and count > 10:
         f["moved"] = count
     still = waited - f["moved"] * PERIOD >= STILL_TIME
-    if (still or waited >= STANDSTILL_PATIENCE) and _can_begin(f, i):
-        _begin(f, i, still)
+    if (still or waited >= STANDSTILL_PATIENCE) and _can_begin(f, i, period):
+        _begin(f, i, still, period)
+
+
+@kernel
+def _forget_old(i: Kept, period: int) -> None:
+    """Leave the newest reading that has arrived at the head of every line."""
+    for line in range(LINES):
+        while i["waiting"][line] > 1.0 and i["arrives"][line, (int(i["first"][line]) + 1) % LINE] <= period:
+            drop(line, i)
 
 
 @kernel
 def _newest(i: Kept, instrument: int) -> Kept:
-    return i["last"][instrument - FIRST_LINE]
+    line = instrument - FIRST_LINE
+    return i["readings"][line, int(i["first"][line])]
 
 
 @kernel
-def _has_read(i: Kept, instrument: int) -> bool:
-    return bool(i["waiting"][instrument - FIRST_LINE] > 0.0)
+def _has_read(i: Kept, instrument: int, period: int) -> bool:
+    line = instrument - FIRST_LINE
+    return bool(i["waiting"][line] > 0.0 and i["arrives"][line, int(i["first"][line])] <= period)
 
 
 @kernel
-def _pose_source(i: Kept) -> int:
-    """The instrument that gives poses; 0 where there is none."""
-    if _has_read(i, MOTION_CAPTURE) and _newest(i, MOTION_CAPTURE)[HAS_ATTITUDE] > 0.0:
+def _gives_pose(i: Kept, instrument: int, period: int) -> bool:
+    return _has_read(i, instrument, period) and bool(_newest(i, instrument)[HAS_ATTITUDE] > 0.0)
+
+
+@kernel
+def _source(i: Kept, period: int) -> int:
+    """The instrument that tells the place: one that gives poses, or the satellite receiver."""
+    if _gives_pose(i, MOTION_CAPTURE, period):
         return MOTION_CAPTURE
-    return EXTERNAL_POSE if _has_read(i, EXTERNAL_POSE) and _newest(i, EXTERNAL_POSE)[HAS_ATTITUDE] > 0.0 else 0
+    return EXTERNAL_POSE if _gives_pose(i, EXTERNAL_POSE, period) else GNSS
 
 
 @kernel
-def _can_begin(f: Kept, i: Kept) -> bool:
+def _can_begin(f: Kept, i: Kept, period: int) -> bool:
     """Whether there is something to begin on."""
-    outdoors = f["settings"]["states"] == ERRORS
-    return _pose_source(i) > 0 or (outdoors and _has_read(i, GNSS) and _has_read(i, MAGNETOMETER))
+    outdoors = f["settings"]["states"] == ERRORS and _has_read(i, GNSS, period) and _has_read(i, MAGNETOMETER, period)
+    return outdoors or _source(i, period) != GNSS
 
 
 @subroutine
-def _begin(f: Kept, i: Kept, still: bool) -> None:
+def _begin(f: Kept, i: Kept, stands: bool, period: int) -> None:
     """Set belief and covariance, and let the filter run."""
     P, initial = f["covariance"], f["settings"]["initial"]
     P[:, :] = 0.0
     for k in range(ERRORS):
         P[k, k] = initial[k]
-    b, source, zero = get_belief(f, 0), _pose_source(i), Vector(0.0, 0.0, 0.0)
-    if source > 0:
-        pose = _newest(i, source)
-        place, velocity, q = vector_at(pose, 0), zero, Quaternion(pose[3], pose[4], pose[5], pose[6])
+    b, source, zero = get_belief(f, 0), _source(i, period), Vector(0.0, 0.0, 0.0)
+    line = source - FIRST_LINE
+    still = stands and f["phase"] == ALIGNING  # a filter that is restarted may be in a hover as steady as the ground
+    _, carried, _ = moved_by(get_ahead(f, 0), b.position, b.velocity, b.attitude, f["model"]["g"])
+    reading = _newest(i, source)
+    place = vector_at(reading, 0)
+    if source != GNSS:
+        velocity, q = carried, Quaternion(reading[3], reading[4], reading[5], reading[6])
     else:
         spec = get_specification(i, 0).magnetometer
         earth = Vector(spec.field_north, spec.field_west, spec.field_up)
-        fix = _newest(i, GNSS)
-        place, velocity = vector_at(fix, 0), vector_at(fix, 3)
+        velocity = vector_at(reading, 3)
+        still = still and norm(velocity) < MAX_STILL_SPEED
+        age = (period - i["sampled"][line, int(i["first"][line])]) * PERIOD
+        place = place if still else add_scaled(place, velocity, age)
         q = attitude_from(get_mean_force(f, 0), vector_at(_newest(i, MAGNETOMETER), 0), earth)
-    bias = get_mean_rates(f, 0) if still else zero
+    bias = get_mean_rates(f, 0) if still else b.gyro_bias
     if not still:
         restart(P, VELOCITY_ERROR, FLYING_SPEED * FLYING_SPEED)
         restart(P, GYRO_BIAS_ERROR, FLYING_BIAS * FLYING_BIAS)
         restart(P, POSITION_ERROR, max(P[POSITION_ERROR, POSITION_ERROR], 0.25))
-        if source == 0:
+        if source == GNSS:
             restart(P, ATTITUDE_ERROR, FLYING_TILT * FLYING_TILT)
     put_belief(
         f,
         0,
-        Belief(place, zero if still else velocity, q, bias, zero, b.wind, zero, zero, zero, 0.0),
+        Belief(place, zero if still else velocity, q, bias, b.accel_bias, b.wind, zero, zero, zero, 0.0),
     )
     put_ahead(f, 0, no_increment())
+    put_filling(f, 0, Step(no_increment(), zero, zero, zero, zero, get_believed_actuators(f, 0)))
     f["filled"], f["phase"] = 0, RUNNING
+    f["fused_at"][line] = period
+    for k in range(LINES):
+        f["refused_since"][k] = -1.0
+        i["waiting"][k] = 0.0  # all of it is older than where the filter begins

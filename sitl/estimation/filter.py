@@ -37,7 +37,7 @@ from sitl.timing import PERIOD
 
 SLOW_STEP = SLOW_PERIODS * PERIOD  # of the filter [s]
 MAX_HORIZON = 64  # slow steps that the filter may stand in the past
-ALIGNING, RUNNING = range(2)
+ALIGNING, RUNNING, REALIGNING = range(3)  # the last carries an estimate of before on meanwhile
 GATE = 5.0  # innovations beyond so many of their standard deviations are refused
 # Density that vibration adds to the accelerometer's noise, over its amplitude [1/sqrt(Hz)]: it does not add up as
 # noise does, and counts for more the more exact the velocity is otherwise.
@@ -78,7 +78,7 @@ class Filter(NamedTuple):
 
     settings: FilterSettings
     model: Airframe  # as the vehicle knows it
-    phase: int  # ALIGNING or RUNNING
+    phase: int  # ALIGNING, RUNNING or REALIGNING
     belief: Belief  # at the horizon
     ahead: Increment  # from the horizon to now
     step: Step  # being filled
@@ -182,8 +182,9 @@ def _initial(s: SensorSet, wind: WindGains, *, arena: bool) -> Array:
     """Variances of a vehicle that has stood or hovered for some seconds."""
     v = np.zeros(ERRORS)
     capture = s.motion_capture
-    tilt = s.accelerometer.bias / 9.8
-    turn = max(tilt, capture.misalignment if arena else s.magnetometer.bias / s.magnetometer.field_north)
+    tilt, field = s.accelerometer.bias / 9.8, s.magnetometer
+    level = math.hypot(field.field_north, field.field_west)
+    turn = max(tilt, capture.misalignment if arena else field.bias / level)
     v[POSITION_ERROR : POSITION_ERROR + 3] = 0.01**2 if arena else 0.3**2
     v[VELOCITY_ERROR : VELOCITY_ERROR + 3] = 0.02**2 if arena else 0.1**2
     v[ATTITUDE_ERROR : ATTITUDE_ERROR + 3] = turn**2

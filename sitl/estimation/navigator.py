@@ -24,6 +24,7 @@ from sitl.estimation.belief import (
     with_velocity,
 )
 from sitl.estimation.filter import (
+    ALIGNING,
     MAX_HORIZON,
     RUNNING,
     SLOW_STEP,
@@ -112,14 +113,12 @@ def navigate(f: Kept, i: Kept, steps: Kept, period: int, wanted: Actuators, has_
     inertial = get_inertial(i, 0)
     actuators = moved(get_believed_actuators(f, 0), wanted, PERIOD, get_model(f, 0))
     put_believed_actuators(f, 0, actuators)
-    if f["phase"] == RUNNING:
+    if f["phase"] != ALIGNING:
         _gather(f, inertial, actuators)
-        if period % SLOW_PERIODS == 0:
-            _slow_step(f, i, steps, period, has_tube)
-    else:
-        align(f, i, inertial)
-        for line in range(LINES):
-            i["waiting"][line] = min(i["waiting"][line], 1.0)
+    if f["phase"] != RUNNING:
+        align(f, i, inertial, period)
+    elif period % SLOW_PERIODS == 0:
+        _slow_step(f, i, steps, period, has_tube)
     return _estimate(f, i, period)
 
 

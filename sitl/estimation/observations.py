@@ -87,15 +87,12 @@ def _correct_belief(f: Kept) -> None:
 
 
 @subroutine
-def _fuse_vector(
-    f: Kept, line: int, period: int, first: int, other: int, innovation: Vector, level: float, up: float
-) -> bool:
-    """Correct by three scalars, each the sum of two errors.
+def _fuse_vector(f: Kept, line: int, first: int, other: int, innovation: Vector, level: float, up: float) -> float:
+    """Correct by three scalars, each the sum of two errors; the greatest squared innovation over its variance.
 
     Args:
         f: The filter.
         line: Of the instrument.
-        period: Of the reading.
         first: First of the three errors that the reading shows.
         other: First of three more, or NO_OTHER.
         innovation: Of the three.
@@ -112,7 +109,9 @@ def _fuse_vector(
         ratio = _fuse(f, 0, value, up if axis == 2 else level)
         worst, total = max(worst, ratio), total + ratio
     _correct_belief(f)
-    return _note(f, line, period, worst, total, 3)
+    f["squares"][line] += total
+    f["scalars"][line] += 3
+    return worst
 
 
 @subroutine
@@ -122,11 +121,13 @@ def observe_satellites(f: Kept, i: Kept, reading: Array, age: float, period: int
     there = add(add_scaled(b.position, b.velocity, -age), b.gnss_drift)
     moved = subtract(vector_at(reading, 0), there)
     level, up = spec.noise_level * spec.noise_level, spec.noise_up * spec.noise_up
-    fits = _fuse_vector(f, GNSS - FIRST_LINE, period, POSITION_ERROR, GNSS_DRIFT_ERROR, moved, level, up)
+    line = GNSS - FIRST_LINE
+    worst = _fuse_vector(f, line, POSITION_ERROR, GNSS_DRIFT_ERROR, moved, level, up)
     b = get_belief(f, 0)
     faster = subtract(vector_at(reading, 3), b.velocity)
     level, up = spec.velocity_noise_level * spec.velocity_noise_level, spec.velocity_noise_up * spec.velocity_noise_up
-    return _fuse_vector(f, GNSS - FIRST_LINE, period, VELOCITY_ERROR, NO_OTHER, faster, level, up) and fits
+    worst = max(worst, _fuse_vector(f, line, VELOCITY_ERROR, NO_OTHER, faster, level, up))
+    return _note(f, line, period, worst, 0.0, 0)
 
 
 @subroutine
@@ -180,15 +181,16 @@ def observe_pose(f: Kept, line: int, reading: Array, age: float, rates: Vector, 
     b = get_belief(f, 0)
     there = add_scaled(b.position, b.velocity, -age)
     moved, variance = subtract(vector_at(reading, 0), there), reading[POSITION_VARIANCE]
-    fits = _fuse_vector(f, line, period, POSITION_ERROR, NO_OTHER, moved, variance, variance)
+    worst = _fuse_vector(f, line, POSITION_ERROR, NO_OTHER, moved, variance, variance)
     if reading[HAS_ATTITUDE] == 0.0:
-        return fits
+        return _note(f, line, period, worst, 0.0, 0)
     b = get_belief(f, 0)
     q = multiply(multiply(b.attitude, small_rotation(scaled(rates, -age))), small_rotation(b.misalignment))
     off = multiply(conjugate(q), Quaternion(reading[3], reading[4], reading[5], reading[6]))
     twice = 2.0 if off.w >= 0.0 else -2.0
     turn, variance = Vector(twice * off.x, twice * off.y, twice * off.z), reading[ATTITUDE_VARIANCE]
-    return _fuse_vector(f, line, period, ATTITUDE_ERROR, MISALIGNMENT_ERROR, turn, variance, variance) and fits
+    worst = max(worst, _fuse_vector(f, line, ATTITUDE_ERROR, MISALIGNMENT_ERROR, turn, variance, variance))
+    return _note(f, line, period, worst, 0.0, 0)
 
 
 @subroutine

@@ -27,6 +27,8 @@ MAX_DELAY = 0.5  # delay and three times the jitter: what the estimator can look
 MAX_READING_RATE = 100.0  # every fifth control period [Hz]
 MAX_POSE_RATE = 250.0  # of motion capture: every other one [Hz]
 MAX_LATENCY = 0.1  # of the pipeline [s]
+MIN_TIME = 0.01  # of a lag or a drift: what is shorter the steps of time do not follow [s]
+MAX_INCLINATION = math.radians(85.0)  # of the magnetic field, whose level part tells north
 
 
 class SensorError(SitlError):
@@ -120,6 +122,7 @@ def _sensors(path: str, table: Table) -> SensorSet:
         numbers = {key: entry.value * SCALES[entry.unit] for key, entry in table[name].items()}
         _check_signs(path, name, numbers)
         if name == "magnetometer":
+            _check_inclination(path, numbers["field_inclination"])
             numbers |= _field(*(numbers.pop(key) for key in FIELD))
         parts[name] = kind(**_with_timing(path, name, kind, numbers))
     latency = parts["pipeline"].latency
@@ -134,6 +137,14 @@ def _check_signs(path: str, name: str, numbers: Mapping[str, float]) -> None:
             raise SensorError(f"{path}: {name}.{key} = {value:g} must not be negative")
         if value == 0.0 and key in ("rate", "step", "range", "drift_time", "lag", "field_strength"):
             raise SensorError(f"{path}: {name}.{key} must be positive")
+        if value < MIN_TIME and key in ("drift_time", "lag"):
+            raise SensorError(f"{path}: {name}.{key} = {value:g} s is below {MIN_TIME:g} s")
+
+
+def _check_inclination(path: str, inclination: float) -> None:
+    if abs(inclination) > MAX_INCLINATION + 1e-9:
+        at_most = f"leaves no level field to tell north by; at most {math.degrees(MAX_INCLINATION):g} deg"
+        raise SensorError(f"{path}: magnetometer.field_inclination = {math.degrees(inclination):g} deg {at_most}")
 
 
 def _with_timing(path: str, name: str, kind: Any, numbers: dict[str, float]) -> dict[str, Any]:  # noqa: ANN401

@@ -12,11 +12,12 @@ import numpy as np
 from sitl.control.wind_estimator import WindGains
 from sitl.design.wind import wind_gains
 from sitl.estimation.belief import ATTITUDE_ERROR, ERRORS, GYRO_BIAS_ERROR, POSITION_ERROR, VELOCITY_ERROR, Belief
-from sitl.estimation.filter import MAX_HORIZON, RUNNING, Filter, Step, filter_settings, new_filter
+from sitl.estimation.filter import ALIGNING, MAX_HORIZON, REALIGNING, RUNNING, Filter, Step, filter_settings, new_filter
 from sitl.estimation.notch import quiet
-from sitl.estimation.strapdown import no_increment
+from sitl.estimation.strapdown import Increment, moved_by, no_increment
 from sitl.model.airframe import Airframe, Array
-from sitl.model.quaternions import multiply, normalised, small_rotation
+from sitl.model.ground import is_touching
+from sitl.model.quaternions import hover, multiply, normalised, small_rotation
 from sitl.model.state import Plant
 from sitl.model.vectors import Vector, add, scaled, subtract
 from sitl.sensors.draws import DROPOUT, FAST_COLUMNS, POSE_DROPOUT, SLOW_COLUMNS, SLOW_PERIODS
@@ -110,14 +111,37 @@ class Avionics:
         self.filter["model"] = model
         self.filter["settings"]["wind"] = wind
 
-    def converge(self, plant: Plant) -> None:
+    def restart(self, *, carries_on: bool = True) -> None:
+        """Restart the filter, as after a fault of its computer: it is aligned anew.
+
+        Args:
+            carries_on: Whether the inertial readings carry the last estimate on meanwhile; else it is forgotten.
+        """
+        if not self.is_sensed:
+            return
+        f = self.filter
+        fresh = named_from(Belief, f["belief"].item())
+        ahead = named_from(Increment, f["ahead"].item())
+        if not carries_on:
+            fresh, ahead = Belief(_NONE, _NONE, hover(0.0), *6 * (_NONE,), 0.0), no_increment()
+        place, velocity, q = moved_by(ahead, fresh.position, fresh.velocity, fresh.attitude, float(f["model"]["g"]))
+        f["belief"] = fresh._replace(position=place, velocity=velocity, attitude=q)
+        f["ahead"], f["step"]["increment"] = no_increment(), no_increment()
+        f["mean_rates"] = f["mean_force"] = _NONE
+        f["filled"] = f["aligned_for"] = f["moved"] = 0
+        f["phase"] = REALIGNING if carries_on and f["phase"] != ALIGNING else ALIGNING
+
+    def converge(self, plant: Plant, period: int) -> None:
         """Begin as a filter does that has run for a while and has just taken its origin.
 
         It is wrong by as much as it says itself, by chance, and knows nothing of the wind.
 
         Args:
             plant: The vehicle as it is.
+            period: Control periods flown.
         """
+        if not self.is_sensed:
+            return
         f, i, body = self.filter, self.instruments, plant.body
         i["errors"]["gnss_drift"], i["errors"]["barometer_drift"] = _NONE, 0.0
         errors = named_from(HiddenErrors, i["errors"].item())
@@ -140,12 +164,14 @@ class Avionics:
         )
         f["covariance"] = np.diag(initial)
         f["actuators"] = plant.actuators
+        f["on_ground"] = stands = is_touching(plant, named_from(Airframe, f["model"].item()))
+        f["support"] = f["model"]["g"] if stands else 0.0
         f["ahead"], f["step"] = no_increment(), Step(no_increment(), _NONE, _NONE, _NONE, _NONE, plant.actuators)
         f["filled"], f["phase"] = 0, RUNNING
-        f["refused_since"] = f["fused_at"] = -1.0
+        f["refused_since"], f["fused_at"] = -1.0, float(period)
         f["speed_notch"], f["velocity"] = quiet(body.velocity), body.velocity
         f["notch"], f["rates"], f["acceleration"] = quiet(body.rates), body.rates, _NONE
-        i["waiting"] = 0.0
+        i["waiting"], i["pending"] = 0.0, np.array(plant.actuators)
 
 
 _NONE = Vector(0.0, 0.0, 0.0)

@@ -78,7 +78,8 @@ class Simulation:
             register: The laws; others than the vehicle's own are compiled anew in every process.
             navigation: What fills the estimate that the laws see.
             sensors: Specifications of the instruments; as shipped by default.
-            aligned: Whether the navigation filter has already run for a while; else it has yet to be aligned.
+            aligned: Whether the navigation filter has already run for a while, as in the air it has always; else
+                it has yet to be aligned.
         """
         self.airframe = airframe
         self.design_model = design_model or airframe
@@ -99,8 +100,10 @@ class Simulation:
         plant = start.plant(self.airframe)
         estimate, course = perfect_estimate(plant, self.airframe), float(start.heading)
         self._arrays.flight = grounded(self.register.flight_type, self.design, plant, estimate, course, self.flight)
-        if self._is_aligned:
-            self._converge(plant)
+        if self._is_aligned or start.airborne:
+            self.avionics.converge(plant, self.periods)
+        else:
+            self.avionics.restart(carries_on=False)
         self.reference = hover_at(plant.body.position, start.heading)
 
     def place(self, body: Body, actuators: Actuators | None = None) -> None:
@@ -116,11 +119,7 @@ class Simulation:
         controller = flight.controller if actuators is None else flight.controller._replace(command=actuators)
         estimate = perfect_estimate(plant, self.airframe)._replace(wind=flight.controller.wind.wind)
         self._arrays.flight = flight._replace(plant=plant, controller=controller, estimate=estimate)
-        self._converge(plant)
-
-    def _converge(self, plant: Plant) -> None:
-        if self.avionics.is_sensed:
-            self.avionics.converge(plant)
+        self.avionics.converge(plant, self.periods)
 
     def retune(self, tuning: Tuning) -> None:
         """Take other gains and thresholds, in flight or not."""

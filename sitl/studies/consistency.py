@@ -16,27 +16,24 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats import chi2
 
-from protocol.dialect.vocabulary import Law
-from sitl.control.reference import along, hover_at, leg
+from sitl import Law, Plant, Simulation, Vector, along, hover_at, leg
 from sitl.estimation.belief import WIND_ERROR, Belief
 from sitl.model.airframe import Array
 from sitl.model.quaternions import conjugate, multiply
-from sitl.model.state import Plant
-from sitl.model.vectors import Vector, add, subtract
+from sitl.model.vectors import add, subtract
 from sitl.sensors.instruments import HiddenErrors
-from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start
 from sitl.storage import named_from
 from sitl.studies.campaign import UNCERTAIN, perturbed
 from sitl.studies.craft import Craft
 from sitl.studies.seeded_flights import fly_draws, ignore_progress
 
-FLIGHT_HEIGHT = 60.0  # [m]
+JUDGED_HEIGHT = 60.0  # [m]
 WIND, GUSTS = Vector(3.0, 1.0, 0.0), 0.5  # [m/s]
-LEG_LENGTH, LEG_AIRSPEED = 900.0, 15.0  # [m], [m/s]
+JUDGED_LEG, JUDGED_AIRSPEED = 900.0, 15.0  # [m], [m/s]
 STOP_AT, STOP_AFTER = 150.0, 10.0  # of the flight with transitions [m], [s]
-SETTLED, SECONDS, EVERY_PERIODS = 5.0, 30.0, 500  # first look and end [s], control periods between two looks
-WRONG = 0.1  # how far a wrong model's constants are off, either way by turns
+FIRST_LOOK, SECONDS, EVERY_PERIODS = 5.0, 30.0, 500  # first look and end [s], control periods between two looks
+MODEL_ERROR = 0.1  # how far a wrong model's constants are off, either way by turns
 NAVIGATION_ERRORS = 15  # position, velocity, attitude and both inertial biases
 LINE_NAMES = ("magnetometer", "barometer", "GNSS", "pitot", "motion capture", "external pose")
 
@@ -71,13 +68,13 @@ class ConsistencyFlight(NamedTuple):
 def fly(draw: ConsistencyDraw, craft: Craft) -> ConsistencyFlight:
     """Fly one draw and look at the filter."""
     model = craft.model
-    scale = {name: 1.0 + WRONG * (1 if k % 2 == draw.seed % 2 else -1) for k, name in enumerate(UNCERTAIN)}
+    scale = {name: 1.0 + MODEL_ERROR * (1 if k % 2 == draw.seed % 2 else -1) for k, name in enumerate(UNCERTAIN)}
     airframe = perturbed(model, scale) if draw.wrong else model
-    vehicle = craft.fly(draw.seed, Start(up=FLIGHT_HEIGHT, airborne=True), airframe)
+    vehicle = craft.fly(draw.seed, Start(up=JUDGED_HEIGHT, airborne=True), airframe)
     vehicle.set_wind(WIND, GUSTS)
     vehicle.begin_flight(Law.HOVER_ZERO_MOMENT)
-    hold = hover_at((0.0, 0.0, FLIGHT_HEIGHT), 0.0)
-    path = leg((0.0, 0.0, FLIGHT_HEIGHT), (LEG_LENGTH, 0.0, FLIGHT_HEIGHT), LEG_AIRSPEED)
+    hold = hover_at((0.0, 0.0, JUDGED_HEIGHT), 0.0)
+    path = leg((0.0, 0.0, JUDGED_HEIGHT), (JUDGED_LEG, 0.0, JUDGED_HEIGHT), JUDGED_AIRSPEED)
     vehicle.reference = hold if draw.phase is Phase.HOVER else along(hold, path, 0.0)
     return _watched(vehicle, draw)
 
@@ -86,8 +83,8 @@ def _watched(vehicle: Simulation, draw: ConsistencyDraw) -> ConsistencyFlight:
     looks = []
     while vehicle.time < SECONDS:
         if draw.phase is Phase.TRANSITION and vehicle.time >= STOP_AFTER and vehicle.reference.forward:
-            vehicle.reference = hover_at((STOP_AT, 0.0, FLIGHT_HEIGHT), 0.0)
-        if vehicle.time >= SETTLED:
+            vehicle.reference = hover_at((STOP_AT, 0.0, JUDGED_HEIGHT), 0.0)
+        if vehicle.time >= FIRST_LOOK:
             looks.append(_look(vehicle))
         vehicle.advance(EVERY_PERIODS - vehicle.periods % EVERY_PERIODS)
     f = vehicle.avionics.filter
@@ -140,7 +137,7 @@ def run(
     return fly_draws(partial(fly, craft=craft), draws, jobs, on_progress=on_progress)
 
 
-class Verdict(NamedTuple):
+class ConsistencyVerdict(NamedTuple):
     """The flights of one phase together."""
 
     mean: float  # of the navigation's NEES
@@ -151,14 +148,14 @@ class Verdict(NamedTuple):
     wind_high: float  # its upper bound
 
 
-def verdict(flights: Sequence[ConsistencyFlight]) -> Verdict:
+def verdict(flights: Sequence[ConsistencyFlight]) -> ConsistencyVerdict:
     """Judge flights of one phase."""
     n, N = NAVIGATION_ERRORS, len(flights)
     low, high = (float(chi2.ppf(p, n * N) / N) for p in (0.025, 0.975))
     means = np.mean([flight.navigation for flight in flights], axis=0)
     inside = float(np.mean((means >= low) & (means <= high)))
     wind = float(np.mean([flight.wind for flight in flights]))
-    return Verdict(float(means.mean()), low, high, inside, wind, float(chi2.ppf(0.975, 3 * N) / N))
+    return ConsistencyVerdict(float(means.mean()), low, high, inside, wind, float(chi2.ppf(0.975, 3 * N) / N))
 
 
 def summary(flown: Sequence[ConsistencyFlight]) -> list[str]:

@@ -4,12 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from sitl import Airframe, Navigation, Simulation, load_airframe, load_sensors
 from sitl.defaults import AIRFRAME
-from sitl.model.airframe import Airframe
-from sitl.model.airframe_files import load
-from sitl.sensors.sensor_files import load_sensors
-from sitl.simulation.avionics import Navigation
-from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start
 
 
@@ -23,7 +19,7 @@ class Craft(NamedTuple):
     @property
     def model(self) -> Airframe:
         """The airframe as it is designed for."""
-        return load(self.airframe).parameters
+        return load_airframe(self.airframe).parameters
 
     def fly(self, seed: int, start: Start, airframe: Airframe | None = None) -> Simulation:
         """A vehicle of this kind.

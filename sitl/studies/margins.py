@@ -14,36 +14,29 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from protocol.dialect.vocabulary import Law
-from sitl.control.reference import along, hover_at, leg
+from sitl import PERIOD, Law, Recording, SensorSet, Simulation, Tuning, along, hover_at, leg, load_sensors
 from sitl.model.airframe import Array
-from sitl.sensors.sensor_files import load_sensors
-from sitl.sensors.specification import SensorSet
 from sitl.simulation.failures import DivergedError
-from sitl.simulation.recording import Recording
-from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start
-from sitl.simulation.tuning import Tuning
 from sitl.studies.craft import Craft
 from sitl.studies.seeded_flights import fly_draws, ignore_progress
-from sitl.timing import PERIOD
 
-FLIGHT_HEIGHT = 60.0  # [m]
+MARGIN_HEIGHT = 60.0  # [m]
 STEP_OFF = 0.5  # how far from its reference a hover begins [m]
 HOVER_SECONDS, LEG_SECONDS = 25.0, 45.0
 SETTLED_SECONDS = 10.0  # of a hover, before which it may still be on its way
-LEG_LENGTH, LEG_AIRSPEED = 350.0, 15.0  # [m], [m/s]
-CRUISE_SPEED = 10.0  # over the ground, above which a front transition is done [m/s]
-NEAR = 3.0  # about the reference in the end, with satellites [m]
+MARGIN_LEG, MARGIN_AIRSPEED = 350.0, 15.0  # [m], [m/s]
+MIN_CRUISE_SPEED = 10.0  # over the ground, above which a front transition is done [m/s]
+NEAR_REFERENCE = 3.0  # about the reference in the end, with satellites [m]
 MAX_HEIGHT_ERROR = 15.0  # along a leg [m]
 NOISES = (
     "noise", "noise_level", "noise_up", "velocity_noise_level", "velocity_noise_up", "attitude_noise", "vibration",
 )  # fmt: skip
 DELAYS = (0.0, 0.01, 0.02, 0.03, 0.04, 0.05, 0.06, 0.08)  # [s]
-FACTORS = (1.0, 2.0, 4.0, 8.0)
+NOISE_FACTORS = (1.0, 2.0, 4.0, 8.0)
 
 
-class Manoeuvre(enum.Enum):
+class MarginManoeuvre(enum.Enum):
     """What is flown."""
 
     HOVER_LINEAR = "hover, linear law"
@@ -55,7 +48,7 @@ class MarginDraw(NamedTuple):
     """One flight."""
 
     seed: int
-    manoeuvre: Manoeuvre
+    manoeuvre: MarginManoeuvre
     delay: float  # [s]
     noise: float  # factor
 
@@ -93,15 +86,15 @@ def fly(draw: MarginDraw, craft: Craft) -> MarginFlight:
     vehicle = Simulation(
         craft.model,
         seed=draw.seed,
-        start=Start(up=FLIGHT_HEIGHT, airborne=True),
+        start=Start(up=MARGIN_HEIGHT, airborne=True),
         tuning=_alone(draw.manoeuvre),
         navigation=craft.navigation,
         sensors=sensors,
     )
-    hovers = draw.manoeuvre is not Manoeuvre.FORWARD
-    vehicle.begin_flight(Law.HOVER_LINEAR if draw.manoeuvre is Manoeuvre.HOVER_LINEAR else Law.HOVER_ZERO_MOMENT)
-    there = hover_at((STEP_OFF if hovers else 0.0, 0.0, FLIGHT_HEIGHT), 0.0)
-    path = leg((0.0, 0.0, FLIGHT_HEIGHT), (LEG_LENGTH, 0.0, FLIGHT_HEIGHT), LEG_AIRSPEED)
+    hovers = draw.manoeuvre is not MarginManoeuvre.FORWARD
+    vehicle.begin_flight(Law.HOVER_LINEAR if draw.manoeuvre is MarginManoeuvre.HOVER_LINEAR else Law.HOVER_ZERO_MOMENT)
+    there = hover_at((STEP_OFF if hovers else 0.0, 0.0, MARGIN_HEIGHT), 0.0)
+    path = leg((0.0, 0.0, MARGIN_HEIGHT), (MARGIN_LEG, 0.0, MARGIN_HEIGHT), MARGIN_AIRSPEED)
     vehicle.reference = there if hovers else along(there, path, 0.0)
     try:
         flown = vehicle.record(HOVER_SECONDS if hovers else LEG_SECONDS, 1.0 / PERIOD)
@@ -110,11 +103,11 @@ def fly(draw: MarginDraw, craft: Craft) -> MarginFlight:
     return _judged_hover(draw, flown) if hovers else _judged_leg(draw, flown)
 
 
-def _alone(manoeuvre: Manoeuvre) -> Tuning:
+def _alone(manoeuvre: MarginManoeuvre) -> Tuning:
     """Thresholds under which a hover law flies alone."""
-    if manoeuvre is Manoeuvre.HOVER_LINEAR:
+    if manoeuvre is MarginManoeuvre.HOVER_LINEAR:
         return Tuning(v_leave=math.inf)
-    return Tuning(v_enter=0.0) if manoeuvre is Manoeuvre.HOVER_ZERO_MOMENT else Tuning()
+    return Tuning(v_enter=0.0) if manoeuvre is MarginManoeuvre.HOVER_ZERO_MOMENT else Tuning()
 
 
 def elevon_activity(flown: Recording) -> float:
@@ -123,15 +116,15 @@ def elevon_activity(flown: Recording) -> float:
 
 
 def _judged_hover(draw: MarginDraw, flown: Recording) -> MarginFlight:
-    off = flown.position[flown.time - flown.time[0] > SETTLED_SECONDS] - (STEP_OFF, 0.0, FLIGHT_HEIGHT)
+    off = flown.position[flown.time - flown.time[0] > SETTLED_SECONDS] - (STEP_OFF, 0.0, MARGIN_HEIGHT)
     distance = np.sqrt((off**2).sum(axis=1))
     error, farthest = float(np.sqrt(np.mean(distance**2))), float(distance.max())
-    fault = "" if farthest < NEAR else f"{farthest:.0f} m away"
+    fault = "" if farthest < NEAR_REFERENCE else f"{farthest:.0f} m away"
     return MarginFlight(draw, not fault, error, elevon_activity(flown), fault)
 
 
 def _judged_leg(draw: MarginDraw, flown: Recording) -> MarginFlight:
-    high = np.abs(flown.position[:, 2] - FLIGHT_HEIGHT)
+    high = np.abs(flown.position[:, 2] - MARGIN_HEIGHT)
     error = float(np.sqrt(np.mean(high**2)))
     return MarginFlight(draw, not (fault := _leg_fault(flown, high)), error, elevon_activity(flown), fault)
 
@@ -139,13 +132,13 @@ def _judged_leg(draw: MarginDraw, flown: Recording) -> MarginFlight:
 def _leg_fault(flown: Recording, high: Array) -> str:
     """What went wrong first along a leg; empty if nothing did."""
     speed = np.hypot(flown.velocity[:, 0], flown.velocity[:, 1])
-    fast, lost = np.flatnonzero(speed > CRUISE_SPEED), np.flatnonzero(high > MAX_HEIGHT_ERROR)
+    fast, lost = np.flatnonzero(speed > MIN_CRUISE_SPEED), np.flatnonzero(high > MAX_HEIGHT_ERROR)
     if len(fast) == 0 or (len(lost) and lost[0] < fast[0]):
         return "front transition"
-    if len(lost) and flown.position[lost[0], 0] < LEG_LENGTH - 60.0:
+    if len(lost) and flown.position[lost[0], 0] < MARGIN_LEG - 60.0:
         return "cruise"
-    end = flown.position[-1] - (LEG_LENGTH, 0.0, FLIGHT_HEIGHT)
-    return "back transition" if len(lost) or float(np.sqrt((end**2).sum())) > 2.0 * NEAR else ""
+    end = flown.position[-1] - (MARGIN_LEG, 0.0, MARGIN_HEIGHT)
+    return "back transition" if len(lost) or float(np.sqrt((end**2).sum())) > 2.0 * NEAR_REFERENCE else ""
 
 
 def run(
@@ -155,11 +148,11 @@ def run(
     return fly_draws(partial(fly, craft=craft), draws, jobs, on_progress=on_progress)
 
 
-def grid(seeds: range, delays: Sequence[float] = DELAYS, factors: Sequence[float] = FACTORS) -> list[MarginDraw]:
+def grid(seeds: range, delays: Sequence[float] = DELAYS, factors: Sequence[float] = NOISE_FACTORS) -> list[MarginDraw]:
     """Every manoeuvre with every delay and factor, by all seeds."""
     return [
         MarginDraw(seed, manoeuvre, delay, factor)
-        for manoeuvre in Manoeuvre
+        for manoeuvre in MarginManoeuvre
         for factor in factors
         for delay in delays
         for seed in seeds

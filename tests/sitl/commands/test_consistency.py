@@ -1,0 +1,56 @@
+"""``darko-sitl consistency``: its arguments, its verdict, and its file."""
+
+import json
+
+import numpy as np
+import pytest
+
+from sitl.__main__ import main
+from sitl.studies import consistency
+from sitl.studies.consistency import NAVIGATION_ERRORS, ConsistencyDraw, ConsistencyFlight, Phase
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--nav", "truth"], "--nav truth: there is no filter to judge"),
+        (["--flights", "0"], "--flights 0: there must be at least 1"),
+        (["--jobs", "0"], "--jobs 0: there must be at least 1"),
+        (["--sensors", "/nowhere/own.toml"], "/nowhere/own.toml: No such file"),
+        (["--json", "/nowhere/c.json"], "/nowhere/c.json: there is no folder /nowhere"),
+    ],
+)
+def test_bad_arguments_are_refused_before_any_flight(arguments, message, capsys):
+    assert main(["consistency", *arguments]) == 2
+    said = capsys.readouterr().err
+    assert message in said
+    assert "Traceback" not in said
+
+
+def judged(monkeypatch, nees, wind, *more):
+    """The exit code for flights whose filters are all so wrong."""
+
+    def run(seeds, craft, jobs, on_progress):
+        draws = [ConsistencyDraw(seed, phase, wrong) for wrong in (False, True) for phase in Phase for seed in seeds]
+        nis = np.array([1.0, 1.0, 1.0, 1.0, np.nan, np.nan])
+        looks = (np.full(5, nees), np.full(5, wind), np.ones(9), np.ones(9), nis)
+        return [ConsistencyFlight(draw, *looks) for draw in draws]
+
+    monkeypatch.setattr(consistency, "run", run)
+    return main(["consistency", "--flights", "4", "--jobs", "1", *more])
+
+
+def test_the_verdict_is_whether_it_is_surer_than_it_may_be(monkeypatch, capsys):
+    assert judged(monkeypatch, float(NAVIGATION_ERRORS), 3.0) == 0
+    assert "NEES 15.00" in capsys.readouterr().out
+    assert judged(monkeypatch, 5.0, 1.0) == 0  # shy is not wrong
+    assert judged(monkeypatch, 25.0, 3.0) == 1
+    assert judged(monkeypatch, 15.0, 9.0) == 1
+
+
+def test_every_flight_is_written(monkeypatch, tmp_path):
+    path = tmp_path / "consistency.json"
+    assert judged(monkeypatch, 15.0, 3.0, "--json", str(path)) == 0
+    written = json.loads(path.read_text())
+    assert len(written) == 4 * len(Phase) * 2
+    assert written[0]["nees"] == [15.0] * 5

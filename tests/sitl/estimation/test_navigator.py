@@ -1,0 +1,156 @@
+"""The filter in flight: how far off, late and wild readings, jumps; and one seed is one flight, to the bit."""
+
+import numpy as np
+import pytest
+
+from sitl.sensors.instruments import BAROMETER, DELAYED, FIRST_LINE, GNSS, LINE, MAGNETOMETER, MOTION_CAPTURE
+from tests.support.flights.sensed_flights import (
+    MOCAP,
+    SENSORS,
+    changed,
+    hovering,
+    place_error,
+    state_of_all,
+    turn_error,
+    watched,
+)
+
+SETTLING, SECONDS = 4.0, 12.0
+
+
+def rms(values):
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+def errors_in_hover(navigation, seed, **made):
+    flown = hovering(navigation, seed, **made)
+    flown.step(SETTLING)
+    return flown, watched(flown, SECONDS, place_error)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_by_motion_capture_it_knows_its_place_to_three_centimetres(seed):
+    flown, errors = errors_in_hover(MOCAP, seed)
+    assert rms(errors) < 0.03
+    assert np.linalg.norm(turn_error(flown)) < 0.03
+    assert flown.avionics.filter["resets"] == 0
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_by_satellites_it_knows_its_place_to_half_a_metre(seed):
+    flown, errors = errors_in_hover(SENSORS, seed)
+    assert rms(errors) < 0.5
+    assert np.linalg.norm(turn_error(flown)) < 0.12
+    assert flown.avionics.filter["resets"] == 0
+
+
+def test_satellites_that_are_later_still_cost_accuracy_alone():
+    flown, errors = errors_in_hover(SENSORS, 1, sensors=changed(gnss={"delay": 0.22}))
+    assert rms(errors) < 0.8
+    assert flown.avionics.filter["settings"]["horizon"] > hovering().avionics.filter["settings"]["horizon"]
+    assert flown.avionics.filter["late"][GNSS - FIRST_LINE] == 0.0
+
+
+@pytest.mark.parametrize("navigation", [SENSORS, MOCAP])
+def test_a_pipeline_that_is_forty_milliseconds_late_is_survived(navigation):
+    flown, _ = errors_in_hover(navigation, 1, sensors=changed(pipeline={"latency": 0.04}), gusts=0.0)
+    assert flown.truth.body.position == pytest.approx((0.0, 0.0, 30.0), abs=1.5)
+
+
+def test_a_late_pipeline_does_not_stop_the_motors_of_a_vehicle_that_begins_in_the_air():
+    late = hovering(sensors=changed(pipeline={"latency": 0.1}), gusts=0.0, wind=(0.0, 0.0, 0.0))
+    late.step(0.05)
+    begun = hovering(gusts=0.0, wind=(0.0, 0.0, 0.0)).truth.actuators.left_motor
+    assert late.truth.actuators.left_motor == pytest.approx(begun, rel=1e-6)
+
+
+def newest(flown, instrument):
+    """The reading that was put into a line last."""
+    i, line = flown.avionics.instruments, instrument - FIRST_LINE
+    at = (int(i["first"][line]) + int(i["waiting"][line]) - 1) % LINE
+    return i["readings"][line, at]
+
+
+@pytest.mark.parametrize(("navigation", "instrument"), [(SENSORS, GNSS), (MOCAP, MOTION_CAPTURE), (SENSORS, BAROMETER)])
+def test_one_wild_reading_does_not_move_it(navigation, instrument):
+    wild, tame = hovering(navigation), hovering(navigation)
+    for flown in (wild, tame):
+        flown.step(SETTLING)
+    newest(wild, instrument)[:3] += 50.0
+    for _ in range(40):
+        wild.advance(5)
+        tame.advance(5)
+        assert np.abs(np.subtract(wild.estimate.position, tame.estimate.position)).max() < 0.3
+    squares = [flown.avionics.filter["squares"][instrument - FIRST_LINE] for flown in (wild, tame)]
+    assert squares[0] - squares[1] > 25.0  # it came, and far beyond the gate
+    assert wild.avionics.filter["resets"] == 0
+    assert wild.avionics.filter["refused_since"][instrument - FIRST_LINE] == -1.0
+
+
+def test_satellites_that_stay_somewhere_else_are_believed_in_the_end_and_that_is_counted():
+    flown = hovering()
+    flown.step(SETTLING)
+    flown.avionics.instruments["errors"]["gnss_drift"]["x"] += 20.0
+    flown.step(0.8)
+    assert flown.avionics.filter["resets"] == 0
+    assert flown.estimate.position.x - flown.truth.body.position.x < 2.0
+    assert flown.avionics.filter["refused_since"][GNSS - FIRST_LINE] > 0.0  # though the velocities fit
+    flown.step(3.2)
+    assert flown.avionics.filter["resets"] >= 1
+    assert flown.estimate.position.x - flown.truth.body.position.x == pytest.approx(20.0, abs=2.0)
+    flown.step(10.0)
+    assert flown.avionics.filter["resets"] <= 2
+    assert flown.truth.body.position.x == pytest.approx(-20.0, abs=4.0)  # it flew where it believes its place to be
+
+
+def test_readings_that_come_after_their_time_are_counted_and_not_used():
+    flown = hovering()
+    flown.step(SETTLING)
+    line, before = MAGNETOMETER - FIRST_LINE, float(flown.avionics.filter["scalars"][MAGNETOMETER - FIRST_LINE])
+    assert not flown.avionics.filter["late"].any()
+    flown.avionics.instruments["failures"][MAGNETOMETER] = DELAYED
+    flown.step(2.0)
+    f = flown.avionics.filter
+    assert f["late"][line] == pytest.approx(100 - 8, abs=12)  # 50 Hz, from when the first of them is due
+    assert f["scalars"][line] - before < 3 * 15
+    assert not np.delete(f["late"], line).any()
+
+
+def test_how_old_its_news_is_stands_in_the_estimate():
+    flown = hovering()
+    assert flown.estimate.age.position == 0.0
+    ages = watched(flown, 3.0, lambda s: s.estimate.age.position)
+    assert ages.max() < 0.4  # delay, horizon and the time between two fixes
+    assert ages.min() > 0.1
+    flown.avionics.instruments["failures"][GNSS] = 1.0
+    flown.step(2.0)
+    assert flown.estimate.age.position == pytest.approx(2.0, abs=0.4)
+    assert flown.estimate.age.rates < 0.01
+
+
+@pytest.mark.parametrize("navigation", [SENSORS, MOCAP])
+def test_how_many_periods_are_flown_per_call_changes_no_bit(navigation):
+    whole, pieces = hovering(navigation), hovering(navigation)
+    whole.advance(6000)
+    for length in (1, 2, 3, 5, 89, 400, 1, 4499, 7, 993):
+        pieces.advance(length)
+        pieces.sample()
+    assert pieces.periods == whole.periods
+    assert state_of_all(pieces) == state_of_all(whole)
+
+
+def test_a_seed_is_a_flight_and_another_seed_another():
+    flown = [hovering(seed=seed) for seed in (1, 1, 2)]
+    for one in flown:
+        one.step(1.0)
+    assert state_of_all(flown[0]) == state_of_all(flown[1])
+    assert flown[0].truth != flown[2].truth
+
+
+def test_the_laws_fly_by_the_estimate_and_not_by_the_truth():
+    """With the same plant, another seed of the instruments alone makes another command."""
+    flown = [hovering(seed=seed, gusts=0.0, wind=(0.0, 0.0, 0.0)) for seed in (1, 2)]
+    assert flown[0].truth == flown[1].truth
+    for one in flown:
+        one.advance(50)
+    assert flown[0].command != flown[1].command

@@ -1,0 +1,250 @@
+"""What each reading tells: its derivative by every error is the change of its innovation, and what it may correct."""
+
+import numpy as np
+import pytest
+
+from sitl.estimation import observations
+from sitl.estimation.belief import (
+    ACCEL_BIAS_ERROR,
+    ATTITUDE_ERROR,
+    BAROMETER_DRIFT_ERROR,
+    ERRORS,
+    GNSS_DRIFT_ERROR,
+    MAGNETIC_BIAS_ERROR,
+    MISALIGNMENT_ERROR,
+    POSITION_ERROR,
+    VELOCITY_ERROR,
+    WIND_ERROR,
+    Belief,
+    corrected,
+)
+from sitl.estimation.filter import Step, get_belief, put_belief
+from sitl.estimation.strapdown import no_increment
+from sitl.model.aerodynamics import wrench
+from sitl.model.quaternions import from_euler, multiply, rotate_inverse, small_rotation
+from sitl.model.state import Actuators
+from sitl.model.vectors import Vector, add, scaled, subtract
+from sitl.sensors.instruments import (
+    ATTITUDE_VARIANCE,
+    EXTERNAL_POSE,
+    FIRST_LINE,
+    HAS_ATTITUDE,
+    MOTION_CAPTURE,
+    POSITION_VARIANCE,
+    READING,
+)
+from sitl.storage import column
+from tests.support.flights.ideal_sensors import NOMINAL, SHIPPED, aboard
+
+CRUISE = Belief(
+    position=Vector(10.0, -20.0, 30.0),
+    velocity=Vector(13.0, 3.0, -0.5),
+    attitude=from_euler(0.2, -0.2, 0.3),
+    gyro_bias=Vector(0.01, -0.02, 0.03),
+    accel_bias=Vector(0.1, 0.2, -0.15),
+    wind=Vector(-1.0, 2.0, 0.3),
+    misalignment=Vector(0.01, -0.005, 0.02),
+    magnetic_bias=Vector(1e-6, -2e-6, 1.5e-6),
+    gnss_drift=Vector(0.4, -0.3, 0.6),
+    barometer_drift=0.2,
+)
+RATES = Vector(0.2, -0.3, 0.1)
+EARTH = Vector(SHIPPED.magnetometer.field_north, SHIPPED.magnetometer.field_west, SHIPPED.magnetometer.field_up)
+AIRSPEED = rotate_inverse(CRUISE.attitude, subtract(CRUISE.velocity, CRUISE.wind))
+ACTUATORS = Actuators(520.0, 540.0, 0.05, -0.02)
+PERIODS = 100
+
+
+def reading_of(*parts):
+    reading = np.zeros(READING)
+    for first, part in parts:
+        reading[first : first + np.size(part)] = part
+    return reading
+
+
+def pose_reading():
+    q = multiply(CRUISE.attitude, small_rotation(CRUISE.misalignment))
+    return reading_of(
+        (0, CRUISE.position), (3, multiply(q, small_rotation(Vector(0.002, 0.001, -0.001)))),
+        (POSITION_VARIANCE, 1e-4), (ATTITUDE_VARIANCE, 1e-4), (HAS_ATTITUDE, 1.0),
+    )  # fmt: skip
+
+
+def wing_step():
+    v_b = AIRSPEED
+    F, _ = wrench(v_b, RATES, ACTUATORS, NOMINAL)
+    zero = Vector(0.0, 0.0, 0.0)
+    force = Vector(0.0, 0.0, F.z / NOMINAL.m + CRUISE.accel_bias.z + 0.1)
+    return Step(no_increment(), zero, zero, force, add(RATES, CRUISE.gyro_bias), ACTUATORS)
+
+
+FIX = reading_of((0, add(CRUISE.position, CRUISE.gnss_drift)), (3, CRUISE.velocity))
+FIELD = reading_of((0, add(rotate_inverse(CRUISE.attitude, EARTH), CRUISE.magnetic_bias)))
+OBSERVED = {
+    "satellites": lambda f, i: observations.observe_satellites(f, i, FIX, 0.0, PERIODS),
+    "field": lambda f, i: observations.observe_field(f, i, FIELD, 0.0, RATES, PERIODS),
+    "height": lambda f, i: observations.observe_height(f, i, reading_of((0, 30.3)), 0.0, PERIODS),
+    "pose": lambda f, _: observations.observe_pose(f, MOTION_CAPTURE - FIRST_LINE, pose_reading(), 0.0, RATES, PERIODS),
+    "airspeed": lambda f, i: observations.observe_airspeed(f, i, reading_of((0, AIRSPEED.x + 0.2)), PERIODS),
+    "wing": lambda f, _: observations.observe_wing(f, wing_step(), True),
+}
+BY = {  # what each reading tells of
+    "satellites": (POSITION_ERROR, GNSS_DRIFT_ERROR, VELOCITY_ERROR),
+    "field": (ATTITUDE_ERROR, MAGNETIC_BIAS_ERROR),
+    "height": (POSITION_ERROR, BAROMETER_DRIFT_ERROR),
+    "pose": (POSITION_ERROR, ATTITUDE_ERROR, MISALIGNMENT_ERROR),
+    "airspeed": (VELOCITY_ERROR, WIND_ERROR, ATTITUDE_ERROR),
+    "wing": (VELOCITY_ERROR, WIND_ERROR, ATTITUDE_ERROR, ACCEL_BIAS_ERROR),
+}
+# A turn of milliradians is taken for small; a wing's force by more than the speed that its slope is made for.
+TOLERANCE = {"pose": 0.02, "wing": 0.03}
+
+
+@pytest.fixture
+def looked(monkeypatch):
+    """A function that observes under a belief, and gives derivative and innovation of every scalar it would fuse."""
+    i, f, _ = aboard(SHIPPED)
+    f["covariance"][:] = 1e3 * np.eye(ERRORS)  # nothing is refused
+    seen = []
+
+    def note(P, H, PH, errors, n, first, innovation, variance, gate):
+        seen.append((H.copy(), innovation, first, variance))
+        H[:] = 0.0
+        return 0.0
+
+    monkeypatch.setattr(observations, "correct", note)
+
+    def look(observe, belief=CRUISE):
+        seen.clear()
+        put_belief(f, 0, belief)
+        observe(f, i)
+        return list(seen)
+
+    return look
+
+
+def step_of(k):
+    return 1e-9 if MAGNETIC_BIAS_ERROR <= k < MAGNETIC_BIAS_ERROR + 3 else 1e-4
+
+
+@pytest.mark.parametrize("name", OBSERVED)
+def test_the_derivative_by_every_error_is_the_innovation_s_change(name, looked):
+    rows = looked(OBSERVED[name])
+    assert len(rows) == {"satellites": 6, "field": 3, "height": 1, "pose": 6, "airspeed": 1, "wing": 1}[name]
+    H = np.array([row[0] for row in rows])
+    found = np.zeros_like(H)
+    for k in range(ERRORS):
+        errors, size = np.zeros(ERRORS), step_of(k)
+        errors[k] = size
+        more = looked(OBSERVED[name], corrected(CRUISE, errors))
+        errors[k] = -size
+        less = looked(OBSERVED[name], corrected(CRUISE, errors))
+        found[:, k] = [-(high[1] - low[1]) / (2.0 * size) for high, low in zip(more, less, strict=True)]
+    scale = np.abs(H).max(axis=1, keepdims=True)
+    assert ((np.abs(found - H) / scale) < TOLERANCE.get(name, 1e-5)).all()
+    told = {3 * (int(k) // 3) for k in np.flatnonzero(np.abs(H).max(axis=0))}
+    assert told == set(BY[name])
+
+
+def fused(name, belief, variances=None):
+    """The errors' change of a belief by a reading, with the covariance before and after."""
+    i, f, _ = aboard(SHIPPED)
+    P = f["covariance"]
+    P[:] = np.diag(np.full(ERRORS, 1e-2) if variances is None else variances)
+    P[MAGNETIC_BIAS_ERROR:GNSS_DRIFT_ERROR, MAGNETIC_BIAS_ERROR:GNSS_DRIFT_ERROR] *= 1e-10
+    before = P.copy()
+    put_belief(f, 0, belief)
+    OBSERVED[name](f, i)
+    return get_belief(f, 0), before, P, f
+
+
+@pytest.mark.parametrize("name", ["airspeed", "wing"])
+def test_the_air_s_readings_tell_of_the_wind_alone(name):
+    after, before, P, _ = fused(name, CRUISE)
+    assert after.wind != CRUISE.wind
+    assert column(after._replace(wind=CRUISE.wind)) == pytest.approx(column(CRUISE))
+    others = np.delete(np.arange(ERRORS), np.arange(WIND_ERROR, WIND_ERROR + 3))
+    assert (P[np.ix_(others, others)] == before[np.ix_(others, others)]).all()
+    assert np.trace(P[WIND_ERROR : WIND_ERROR + 3, WIND_ERROR : WIND_ERROR + 3]) < 3e-2
+
+
+@pytest.mark.parametrize(
+    ("name", "wrong", "part"),
+    [
+        ("satellites", CRUISE._replace(position=Vector(10.2, -20.1, 30.1)), "position"),
+        ("satellites", CRUISE._replace(velocity=Vector(13.1, 3.1, -0.4)), "velocity"),
+        ("pose", CRUISE._replace(position=Vector(10.2, -20.1, 30.1)), "position"),
+        ("height", CRUISE._replace(position=Vector(10.0, -20.0, 30.5)), "position"),
+    ],
+)
+def test_a_reading_brings_the_belief_nearer(name, wrong, part):
+    after, _, _, _ = fused(name, wrong)
+
+    def off(belief):
+        return float(np.linalg.norm(np.subtract(getattr(belief, part), getattr(CRUISE, part))))
+
+    assert off(after) < 0.95 * off(wrong)
+
+
+@pytest.mark.parametrize("name", ["field", "pose"])
+def test_a_turned_belief_is_turned_back(name):
+    turned = CRUISE._replace(attitude=multiply(CRUISE.attitude, small_rotation(Vector(0.05, 0.03, -0.04))))
+    after, _, _, _ = fused(name, turned)
+    assert abs(np.dot(after.attitude, CRUISE.attitude)) > abs(np.dot(turned.attitude, CRUISE.attitude))
+
+
+def test_a_reading_of_the_past_is_compared_with_where_the_vehicle_was(looked):
+    """Over an age of 8 ms, for all that readings wait between two slow steps."""
+    age = 0.008
+    there = subtract(add(CRUISE.position, CRUISE.gnss_drift), scaled(CRUISE.velocity, age))
+    fix = reading_of((0, there), (3, CRUISE.velocity))
+    past = multiply(CRUISE.attitude, small_rotation(scaled(RATES, -age)))
+    field = reading_of((0, add(rotate_inverse(past, EARTH), CRUISE.magnetic_bias)))
+    height = reading_of((0, 30.0 + 0.2 + 0.5 * age))
+    rows = looked(lambda f, i: observations.observe_satellites(f, i, fix, age, PERIODS))
+    rows += looked(lambda f, i: observations.observe_field(f, i, field, age, RATES, PERIODS))
+    rows += looked(lambda f, i: observations.observe_height(f, i, height, age, PERIODS))
+    assert [row[1] for row in rows] == pytest.approx(10 * [0.0], abs=1e-9)
+
+
+def test_a_tube_below_its_threshold_tells_nothing(looked):
+    assert looked(lambda f, i: observations.observe_airspeed(f, i, reading_of((0, 0.0)), PERIODS)) == []
+
+
+def test_without_a_tube_the_wing_tells_nothing_of_the_speed(looked):
+    def along_nose(rows):
+        ((H, *_),) = rows
+        return rotate_inverse(CRUISE.attitude, Vector(*H[WIND_ERROR : WIND_ERROR + 3])).x
+
+    alone = looked(lambda f, _: observations.observe_wing(f, wing_step(), False))
+    assert along_nose(alone) == pytest.approx(0.0, abs=1e-12)
+    assert abs(along_nose(looked(OBSERVED["wing"]))) > 1e-3
+
+
+def test_without_a_tube_the_wind_along_the_nose_fades_to_calm_and_only_that():
+    before = CRUISE
+    after = observations.nose_wind_fading(before, 5.0)
+    gone = rotate_inverse(before.attitude, subtract(after.wind, before.wind))
+    along = rotate_inverse(before.attitude, before.wind).x
+    assert gone == pytest.approx((-along * 0.01 / 5.0, 0.0, 0.0), abs=1e-9)
+    assert after._replace(wind=before.wind) == before
+
+
+def test_a_pose_without_attitude_tells_of_the_place_alone(looked):
+    reading, line = pose_reading(), EXTERNAL_POSE - FIRST_LINE
+    reading[HAS_ATTITUDE] = 0.0
+    rows = looked(lambda f, _: observations.observe_pose(f, line, reading, 0.0, RATES, PERIODS))
+    assert [np.flatnonzero(row[0]).tolist() for row in rows] == [[0], [1], [2]]
+    assert [row[3] for row in rows] == [1e-4] * 3
+
+
+def test_how_well_a_reading_agreed_is_noted():
+    wrong = CRUISE._replace(position=Vector(10.0, -20.0, 130.0))
+    _, _, _, f = fused("pose", wrong)
+    line = MOTION_CAPTURE - FIRST_LINE
+    assert f["ratio"][line] > 0.0
+    assert f["refused_since"][line] == PERIODS or f["fused_at"][line] == PERIODS
+    _, _, _, f = fused("pose", CRUISE)
+    assert f["fused_at"][line] == PERIODS
+    assert f["refused_since"][line] == -1.0
+    assert f["scalars"][line] == 6.0

@@ -1,0 +1,100 @@
+"""Consistency of the filter: its errors, the verdict by chi-squared, the summary, and one flight of each phase."""
+
+import numpy as np
+import pytest
+
+from sitl.estimation.belief import ATTITUDE_ERROR, Belief
+from sitl.model.quaternions import conjugate, multiply, small_rotation
+from sitl.model.vectors import Vector
+from sitl.storage import named_from
+from sitl.studies import consistency
+from sitl.studies.consistency import (
+    LINE_NAMES,
+    NAVIGATION_ERRORS,
+    ConsistencyDraw,
+    ConsistencyFlight,
+    Phase,
+    errors_of,
+    fly,
+    summary,
+    verdict,
+)
+from sitl.studies.craft import DEFAULT_CRAFT
+from tests.support.flights.sensed_flights import hovering
+
+
+@pytest.fixture
+def short(monkeypatch):
+    monkeypatch.setattr(consistency, "SECONDS", 8.0)
+    monkeypatch.setattr(consistency, "STOP_AFTER", 6.0)
+
+
+def test_the_errors_are_true_less_believed_and_the_attitude_s_in_the_body_frame():
+    made = hovering()
+    made.step(1.0)
+    truth, belief = made.truth, named_from(Belief, made.avionics.filter["belief"].item())
+    hidden = made.avionics.instruments["errors"]
+    e = errors_of(made, truth, Vector(4.0, 5.0, 6.0))
+    assert e[:3] == pytest.approx(np.subtract(truth.body.position, belief.position))
+    assert e[3:6] == pytest.approx(np.subtract(truth.body.velocity, belief.velocity))
+    back = multiply(belief.attitude, small_rotation(Vector(*e[ATTITUDE_ERROR : ATTITUDE_ERROR + 3])))
+    off = multiply(conjugate(truth.body.attitude), back)
+    assert np.array(off[1:]) == pytest.approx(np.zeros(3), abs=1e-6)
+    gyro = np.add(hidden["gyro_bias"].item(), hidden["gyro_drift"].item())
+    assert e[9:12] == pytest.approx(gyro - np.array(belief.gyro_bias))
+    assert e[15:18] == pytest.approx(np.subtract((4.0, 5.0, 6.0), belief.wind))
+
+
+@pytest.mark.parametrize(
+    ("phase", "wrong"), [(Phase.HOVER, False), (Phase.HOVER, True), (Phase.TRANSITION, False), (Phase.CRUISE, False)]
+)
+def test_a_flight_of_each_phase_is_looked_at_every_second(phase, wrong, short):
+    draw = ConsistencyDraw(1, phase, wrong)
+    flown = fly(draw, DEFAULT_CRAFT)
+    assert flown.draw == draw
+    assert len(flown.navigation) == len(flown.wind) == 3
+    assert (flown.navigation > 0.0).all()
+    assert (flown.navigation < 20.0 * NAVIGATION_ERRORS).all()  # wrong by far less than a gross mistake
+    assert (flown.said > 0.0).all()
+    assert np.isnan(flown.nis[LINE_NAMES.index("motion capture")])
+    assert 0.2 < flown.nis[LINE_NAMES.index("magnetometer")] < 3.0
+    again = fly(draw, DEFAULT_CRAFT)
+    assert again.navigation.tolist() == flown.navigation.tolist()
+
+
+def flights(scale=1.0, number=200, phase=Phase.HOVER, wrong=False):
+    """Flights of a filter whose errors are wrong by a factor squared."""
+    random, nis = np.random.default_rng(1), np.array([1.0, 1.1, 0.9, np.nan, np.nan, np.nan])
+    return [
+        ConsistencyFlight(
+            ConsistencyDraw(seed, phase, wrong), scale * random.chisquare(NAVIGATION_ERRORS, 20),
+            random.chisquare(3, 20), np.full(9, 0.04), np.full(9, 0.01), nis,
+        )
+        for seed in range(number)
+    ]  # fmt: skip
+
+
+def test_the_verdict_tells_a_filter_that_is_right_from_one_that_is_too_sure():
+    right, sure, shy = verdict(flights()), verdict(flights(1.3)), verdict(flights(0.7))
+    assert right.low < right.mean < right.high
+    assert right.low < NAVIGATION_ERRORS < right.high
+    assert right.inside > 0.7  # of twenty looks, nineteen by chance
+    assert right.wind < right.wind_high
+    assert sure.mean > sure.high
+    assert sure.inside == 0.0
+    assert shy.mean < shy.low
+
+
+def test_more_flights_make_the_bounds_narrower():
+    few, many = verdict(flights(number=20)), verdict(flights(number=200))
+    assert many.high - many.low < 0.4 * (few.high - few.low)
+
+
+def test_the_summary_has_phases_by_model_and_only_the_instruments_that_read():
+    lines = summary([*flights(number=2), *flights(number=2, phase=Phase.CRUISE, wrong=True)])
+    assert lines[0].startswith("model right, 15 errors")
+    assert lines[1].split()[0] == "hover"
+    assert "error 0.346 (said 0.173) m" in lines[2]
+    assert lines[3].split("NIS: ")[1] == "magnetometer 1.00, barometer 1.10, GNSS 0.90"
+    assert lines[4].startswith("model 10 % wrong")
+    assert lines[5].split()[0] == "cruise"
