@@ -30,6 +30,7 @@ class HeartbeatStatus(NamedTuple):
     landed: bool
     critical: bool  # the cause of an alarm lasts
     crashed: bool = False
+    terminated: bool = False  # the motors were cut in flight
 
 
 class Control(NamedTuple):
@@ -84,6 +85,7 @@ class VehicleSnapshot(NamedTuple):
     taking_off: bool
     ready: bool  # pre-arm checks pass
     critical: bool  # the cause of an alarm lasts
+    terminated: bool  # the motors were cut in flight
     thrust: tuple[float, float]  # [N]
     motor_min: float
     motor_max: float
@@ -103,7 +105,8 @@ class VehicleSnapshot(NamedTuple):
     @property
     def status(self) -> HeartbeatStatus:
         """What HEARTBEAT reports."""
-        return HeartbeatStatus(self.mode, self.armed, self.landed, self.critical, self.law is Law.CRASHED)
+        crashed = self.law is Law.CRASHED
+        return HeartbeatStatus(self.mode, self.armed, self.landed, self.critical, crashed, self.terminated)
 
     @property
     def ms(self) -> int:
@@ -135,6 +138,7 @@ def heartbeat_status(aircraft: Aircraft) -> HeartbeatStatus:
         landed=aircraft.vehicle.law.regime is Regime.GROUND,
         critical=autopilot.failsafes.is_critical,
         crashed=aircraft.vehicle.law is Law.CRASHED,
+        terminated=bool(autopilot.terminated),
     )
 
 
@@ -199,6 +203,7 @@ def take_snapshot(
         taking_off=autopilot.mode is Mode.TAKEOFF,
         ready=not autopilot.arming.failed_checks(),
         critical=autopilot.failsafes.is_critical,
+        terminated=bool(autopilot.terminated),
         thrust=thrusts_now(vehicle),
         motor_min=a.omega_min,
         motor_max=a.omega_max,

@@ -38,7 +38,8 @@ def heartbeat(s: HeartbeatStatus, autopilot: int = mavlink.MAV_AUTOPILOT_PX4) ->
     base |= mavlink.MAV_MODE_FLAG_AUTO_ENABLED if s.mode.is_auto else mavlink.MAV_MODE_FLAG_GUIDED_ENABLED
     base |= mavlink.MAV_MODE_FLAG_SAFETY_ARMED if s.armed else 0
     flying = mavlink.MAV_STATE_CRITICAL if s.critical else mavlink.MAV_STATE_ACTIVE
-    standing = mavlink.MAV_STATE_EMERGENCY if s.crashed else mavlink.MAV_STATE_STANDBY
+    fallen = mavlink.MAV_STATE_EMERGENCY if s.crashed else mavlink.MAV_STATE_FLIGHT_TERMINATION
+    standing = fallen if s.crashed or s.terminated else mavlink.MAV_STATE_STANDBY
     state = standing if s.landed else flying
     return mavlink.MAVLink_heartbeat_message(
         type=mavlink.MAV_TYPE_VTOL_DUOROTOR,
