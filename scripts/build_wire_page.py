@@ -20,8 +20,8 @@ from sitl.autopilot.safety import fence_items, rally
 from sitl.mavlink import commands
 from sitl.mavlink.handlers import answered_by
 from sitl.mavlink.services.command_service import CommandService
-from sitl.mavlink.services.home_service import HomeService
 from sitl.mavlink.services.failure_service import FailureService
+from sitl.mavlink.services.home_service import HomeService
 from sitl.mavlink.services.maintenance_commands import MaintenanceCommands
 from sitl.mavlink.services.steering_service import SteeringService
 from sitl.mavlink.telemetry.streams import STREAMS

@@ -49,7 +49,7 @@ class Arming:
         return refuse_arming(flight.view, flight.settings) + links + ([] if outside is None else [outside.text])
 
     def arm(self, *, force: bool = False) -> Answer:
-        """Start the motors at idle. Refused with the failed checks unless forced, and by force after the flight's end."""
+        """Start the motors at idle. Refused with the failed checks unless forced; always so once the flight is over."""
         flight = self._flight
         if flight.armed:
             return Answer(ACCEPTED)

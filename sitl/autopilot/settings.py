@@ -80,7 +80,7 @@ class Settings(NamedTuple):
     ] = 360.0
     tumble_time: Annotated[
         float, ParameterMetadata("DRK_FD_TIME", (0.1, 10.0), "s", "Tumbling for so long cannot be controlled")
-    ] = 1.0
+    ] = 2.0
     failure_injection: Annotated[
         int, ParameterMetadata("SYS_FAILURE_EN", (0, 1), "", "Failures may be injected: 0 no, 1 yes")
     ] = 0

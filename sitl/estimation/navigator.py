@@ -60,6 +60,7 @@ from sitl.estimation.notch import notched
 from sitl.estimation.observations import (
     POSE_ATTITUDE,
     SATELLITE_VELOCITY,
+    TUBE_DOUBTED,
     nose_wind_fading,
     observe_airspeed,
     observe_field,
@@ -101,10 +102,9 @@ ACCELERATION_TIME = 0.03  # of the acceleration [s]
 REFUSED_TIME = 1.0  # readings refused for so long are right, and the filter is wrong [s]
 MAX_LEAP = 5.0  # from a place to the next one that is told: what leaps farther is no place [m]
 REPEATED = 4.0  # readings that repeat the one before so often in a row are those of a stuck instrument
-# What the model's force lacks where it stands in for a failed accelerometer's: at first, by density, and how it changes.
+# What the model's force lacks where it stands in for a failed accelerometer: at first, as noise, and how it changes.
 MODEL_LACKS, MODEL_FORCE, MODEL_CHANGE = 1.0, 0.3, 0.3  # [m/s2], [m/s2/sqrt(Hz)], [m/s2/sqrt(s)]
-TUBE_DOUBTED = 3.0  # after a reading that was refused, the tube checks nothing for so long [s]
-NUMB_SHARE = 0.5  # of the ground's support, where it is not felt
+NUMB_SHARE = 0.7  # of the ground's support, where it is not felt
 DOUBTED_TURN, DOUBTED_RATE, DOUBTED_FORCE = (
     0.3,
     0.2,
@@ -147,7 +147,7 @@ def navigate(f: Kept, i: Kept, steps: Kept, period: int, wanted: Actuators, has_
 
 @subroutine
 def _judge(f: Kept, i: Kept) -> None:
-    """Look whether gyroscope and accelerometer fail, of which nothing can be told where their readings have no noise."""
+    """Look whether gyroscope and accelerometer fail; readings without noise tell nothing of that."""
     now, before, spec = get_inertial(i, 0), get_last(f, 0), get_specification(i, 0)
     oddity, failed = f["oddity"], f["failed"]
     felt = failed[1] == 0.0

@@ -55,6 +55,8 @@ NO_OTHER = -1
 SATELLITE_VELOCITY, POSE_ATTITUDE = LINES, LINES + 1  # slots beside the lines: they are refused by themselves
 MISTRUSTED_TIME = 0.5  # after a reading that was refused, none is fused for so long: garbage fits now and then [s]
 POSITION_ERROR_TIME = 20.0  # how long an airspeed, and what it does to the static pressure, lasts [s]
+TUBE_LEAP = 3.0  # more than an airspeed changes from one reading to the next [m/s]
+TUBE_DOUBTED = 3.0  # after a reading that was refused, the tube checks nothing for so long [s]
 # A belief goes astray little by little: where a reading that was right just before is far off, the instrument is wrong.
 LATELY = 0.3  # since the last refusal: what comes sooner is not the first [s]
 LEAPT = 16.0  # far off, in gates, squared
@@ -282,12 +284,27 @@ def observe_airspeed(f: Kept, i: Kept, reading: Array, period: int) -> None:
     innovation, variance = reading[0] - v_b.x, gains.pitot_noise * gains.pitot_noise * rate
     _speed_along(H, nose, v_b)
     ratio = _surprise(f, innovation, variance)
-    fits = _fits(f, PITOT - FIRST_LINE, period, ratio)
+    fits = _follows(f, reading[0], innovation, period) and _fits(f, PITOT - FIRST_LINE, period, ratio)
     if fits:
         _speed_along(H, nose, v_b)
         ratio = _fuse(f, WIND_ERROR, innovation, variance)
         _correct_belief(f)
     _note(f, PITOT - FIRST_LINE, period, ratio, ratio, 1, fits)
+
+
+@subroutine
+def _follows(f: Kept, speed: float, innovation: float, period: int) -> bool:
+    """Whether the tube may be believed: the air in it is slow, and what has leapt is doubted until it is near again.
+
+    The wind may be anything, so the gate alone would let a wrong tube through.
+    """
+    at, line = f["refused_at"], PITOT - FIRST_LINE
+    before = f["before"][line, 0]
+    leaps = before > 0.0 and abs(speed - before) > TUBE_LEAP
+    if leaps or (abs(innovation) > TUBE_LEAP and (period - at[line]) * PERIOD <= TUBE_DOUBTED):
+        at[line] = period
+        return False
+    return True
 
 
 @subroutine

@@ -1,7 +1,7 @@
 """Readings that no gyroscope or accelerometer makes that works: repeated to the last bit, or leaping.
 
-A number of noise in it never comes again, and no vehicle starts to turn or is pushed within one control period as what is
-random does. What is odd is counted, and forgotten again by readings that are not.
+A number with noise in it never comes again, and no vehicle starts to turn, or is pushed, within one control period as
+random numbers say. What is odd is counted, and forgotten again by readings that are not.
 """
 
 from __future__ import annotations

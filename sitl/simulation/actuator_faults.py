@@ -1,4 +1,4 @@
-"""Motors and elevons that fail on purpose: what becomes of a command on its way to the plant; the vehicle is not told."""
+"""Motors and elevons that fail on purpose: what becomes of commands on their way to the plant."""
 
 from __future__ import annotations
 

@@ -396,7 +396,5 @@ class Simulation:
             return unknown_law(self._law_number(), self.register.laws)
         return zeno(self.jumps, self.time) if end == loop.ZENO else diverged(self.law.name, self.time, self.truth, kept)
 
-    # Inside
-
     def _law_number(self) -> int:
         return int(self._arrays.law[0])

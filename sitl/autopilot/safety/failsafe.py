@@ -175,7 +175,7 @@ class Failsafes:
 
     @property
     def is_critical(self) -> bool:
-        """Whether something fails, a link is lost, the fence is being left, or the battery is needed for the way home."""
+        """Whether something fails, a link is lost, the fence is being left, or the battery is needed to get home."""
         return (
             self.failures.is_critical
             or self.links.lost

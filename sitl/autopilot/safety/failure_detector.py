@@ -11,6 +11,7 @@ from sitl.autopilot.settings import Settings
 from sitl.guidance.view import VehicleView
 
 RESET_MEMORY = 30.0  # a navigation that is reset twice within this time goes astray for a reason [s]
+MAX_TICK = 0.1  # a longer time since the last look was not looked at [s]
 CRITICAL, EMERGENCY = mavlink.MAV_SEVERITY_CRITICAL, mavlink.MAV_SEVERITY_EMERGENCY
 
 
@@ -40,7 +41,7 @@ class FailureDetector:
 
     def _tumble(self, view: VehicleView, settings: Settings, cut: SafetyAction) -> list[Alarm]:
         """Tumbling that no law has caught in its time."""
-        rate, passed = math.degrees(math.hypot(*view.rates)), max(view.time - self.looked_at, 0.0)
+        rate, passed = math.degrees(math.hypot(*view.rates)), min(max(view.time - self.looked_at, 0.0), MAX_TICK)
         self.looked_at = view.time
         self.tumbled_for = max(self.tumbled_for + (passed if rate > settings.tumble_rate else -passed), 0.0)
         begins = self.tumbled_for >= settings.tumble_time and not self.tumbled

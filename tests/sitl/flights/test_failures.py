@@ -30,9 +30,7 @@ BEFORE = 2000  # control periods of hover
 
 def flown(unit, failure, seconds, *, up=20.0, navigation=Navigation.SENSORS, instance=0):
     """A hover in a light wind in which something fails; with how far it then goes."""
-    vehicle = Simulation(
-        load("physical").parameters, seed=1, start=Start(up=up, airborne=True), navigation=navigation
-    )
+    vehicle = Simulation(load("physical").parameters, seed=1, start=Start(up=up, airborne=True), navigation=navigation)
     gusts = 0.5 if navigation is Navigation.SENSORS else 0.0
     air = WorldSettings(wind_speed=4.0 * gusts, wind_direction=90.0, gusts=gusts, battery=1e6)
     aircraft = Aircraft(vehicle, STUDY_WORLD, Configuration(Settings(), vehicle.tuning, air), airborne=True)
@@ -90,7 +88,7 @@ def test_a_capture_that_leaps_is_not_followed():
 
 
 def test_a_motor_that_is_off_ends_in_a_tumble_and_the_other_is_cut():
-    aircraft, _, texts = flown(MOTOR, OFF, 2.5, up=60.0, instance=1)
+    aircraft, _, texts = flown(MOTOR, OFF, 3.5, up=80.0, instance=1)
     assert texts[0].startswith("Motors cut: tumbling at")
     assert aircraft.vehicle.truth.actuators.right_motor < 300.0
 

@@ -39,8 +39,10 @@ def test_tumbling_for_its_time_cuts_the_motors_once():
 def test_what_is_caught_in_time_is_no_failure():
     detector = FailureDetector()
     for thrown in range(10):
-        assert not watch(detector, 0.8 * SETTINGS.tumble_time, begin=4.0 * thrown, rates=rates(600.0))
-        assert not watch(detector, 1.2 * SETTINGS.tumble_time, begin=4.0 * thrown + 1.0, rates=rates(50.0))
+        tumbles, turns = 0.8 * SETTINGS.tumble_time, 1.2 * SETTINGS.tumble_time
+        begin = (tumbles + turns) * thrown
+        assert not watch(detector, tumbles, begin=begin, rates=rates(600.0))
+        assert not watch(detector, turns, begin=begin + tumbles, rates=rates(50.0))
 
 
 def test_a_tumble_with_short_breaks_adds_up():

@@ -47,7 +47,7 @@ def station(folder, navigation=Navigation.TRUTH, *, enabled=True, up=10.0):
 def test_nothing_fails_unless_the_parameter_allows_it(tmp_path):
     ground = station(tmp_path, enabled=False)
     assert ground.command(INJECT, MOTOR, OFF, 1) == DENIED
-    assert "set SYS_FAILURE_EN to 1" in ground.texts()[-1]
+    assert "set SYS_FAILURE_EN to 1" in ground.texts()
     ground.set_parameter("SYS_FAILURE_EN", 1)
     assert ground.command(INJECT, MOTOR, STUCK, 1) == ACCEPTED
 
@@ -74,7 +74,7 @@ def test_nothing_fails_unless_the_parameter_allows_it(tmp_path):
 def test_what_cannot_fail_is_refused_with_the_reason(tmp_path, params, result, text):
     ground = station(tmp_path)
     assert ground.command(INJECT, *params) == result
-    assert any(text in said for said in ground.texts())
+    assert text in ground.texts()
     assert ground.vehicle.faults == type(ground.vehicle.faults)()
 
 
@@ -86,7 +86,8 @@ def test_instances_are_left_and_right_and_none_is_both(tmp_path):
     assert ground.command(INJECT, MOTOR, STUCK) == ACCEPTED
     assert ground.vehicle.faults[:4] == (STUCK, STUCK, 0, 0)
     ground.advance(0.1)
-    assert ["Healed: elevons", "Failure injected: motors stuck"] == ground.texts()[-2:]
+    assert "Healed: elevons" in ground.texts()
+    assert "Failure injected: motors stuck" in ground.texts()
 
 
 def test_an_instrument_fails_where_it_is_read(tmp_path):
@@ -135,8 +136,8 @@ def test_a_vehicle_that_tumbles_says_so_and_is_not_armed_again(tmp_path):
     assert ground.command(INJECT, MOTOR, OFF, 1) == ACCEPTED
     ground.bench.advance_until(lambda: ground.autopilot.terminated, 5.0)
     ground.advance(0.1)
-    assert any(text.startswith("Motors cut: tumbling at") for text in ground.texts())
+    assert "Motors cut: tumbling at" in ground.texts()
     assert ground.last("HEARTBEAT").system_status == mavlink.MAV_STATE_FLIGHT_TERMINATION
     assert not ground.last("HEARTBEAT").base_mode & mavlink.MAV_MODE_FLAG_SAFETY_ARMED
     assert ground.command(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 1, 21196) == 1
-    assert "flight terminated (Tumbling at" in ground.texts()[-1]
+    assert "flight terminated (Tumbling at" in ground.texts()
