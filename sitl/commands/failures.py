@@ -22,10 +22,10 @@ def run(args: argparse.Namespace) -> int:
     from sitl.studies import failure_flights as study  # noqa: PLC0415 - --help must not load the compiler
 
     for unit in args.units:
-        if unit not in study.UNITS:
-            raise SitlError(f"--units {unit}: there are {', '.join(study.UNITS)}")
+        if unit not in study.FAILING_UNITS:
+            raise SitlError(f"--units {unit}: there are {', '.join(study.FAILING_UNITS)}")
     seeds = range(args.first, args.first + args.flights)
-    draws = study.draws(seeds, args.units or list(study.UNITS))
+    draws = study.draws(seeds, args.units or list(study.FAILING_UNITS))
     flown = study.run_failures(
         draws, args.airframe, args.jobs, on_progress=lambda done: print_progress(done, len(draws))
     )

@@ -23,13 +23,13 @@ from sitl.simulation.avionics import Navigation
 from sitl.studies.mission_flight import STUDY_WORLD
 from sitl.studies.seeded_flights import fly_draws, ignore_progress
 
-HEIGHT = 40.0  # [m]
-GOAL = (1000.0, 0.0, HEIGHT)  # of the leg, world NWU [m]
-HOLD_TIME, CRUISE_TIME, FAILED_TIME = 5.0, 12.0, 60.0  # before the leg, on it, and with the failure [s]
+FAILURE_HEIGHT = 40.0  # [m]
+GOAL = (1000.0, 0.0, FAILURE_HEIGHT)  # of the leg, world NWU [m]
+TIME_BEFORE, CRUISE_TIME, FAILED_TIME = 5.0, 12.0, 60.0  # before the leg, on it, and with the failure [s]
 LOOK_PERIODS = 50  # control periods between looks at the flight
 MAX_WIND, GUSTS = 5.0, 0.5  # [m/s]
 
-UNITS = {
+FAILING_UNITS = {
     "gyroscope": mavlink.FAILURE_UNIT_SENSOR_GYRO,
     "accelerometer": mavlink.FAILURE_UNIT_SENSOR_ACCEL,
     "magnetometer": mavlink.FAILURE_UNIT_SENSOR_MAG,
@@ -63,7 +63,7 @@ class FailureEnd(StrEnum):
 class FailureDraw(NamedTuple):
     """One flight to be flown."""
 
-    unit: str  # of UNITS
+    unit: str  # of FAILING_UNITS
     failure: int  # FAILURE_TYPE
     phase: Phase
     seed: int
@@ -91,7 +91,7 @@ def fly_failure(draw: FailureDraw, airframe: str = AIRFRAME) -> FailedFlight:
     vehicle = aircraft.vehicle
     aircraft.autopilot.notices()
     instance = 1 + draw.seed % 2 if draw.unit in PAIRED else 0
-    aircraft.failures.inject(UNITS[draw.unit], draw.failure, instance)
+    aircraft.failures.inject(FAILING_UNITS[draw.unit], draw.failure, instance)
     began, here = vehicle.time, vehicle.truth.body.position
     noticed, said, away, astray = math.inf, "", 0.0, 0.0
     while vehicle.time - began < FAILED_TIME:
@@ -126,11 +126,11 @@ def _begun(draw: FailureDraw, airframe: str) -> Aircraft:
     vehicle = Simulation(
         load_airframe(airframe).parameters,
         seed=draw.seed,
-        start=Start(up=HEIGHT, airborne=True),
+        start=Start(up=FAILURE_HEIGHT, airborne=True),
         navigation=Navigation.SENSORS,
     )
     aircraft = Aircraft(vehicle, STUDY_WORLD, Configuration(Settings(), vehicle.tuning, air), airborne=True)
-    _advance_until(aircraft, HOLD_TIME)
+    _advance_until(aircraft, TIME_BEFORE)
     if draw.phase is Phase.HOVER:
         return aircraft
     aircraft.autopilot.guided.go_to(GOAL)
@@ -170,7 +170,7 @@ def draws(seeds: Sequence[int], units: Sequence[str]) -> list[FailureDraw]:
 
 def failures_of(unit: str) -> Iterator[int]:
     """The failures that a unit can have."""
-    number = UNITS[unit]
+    number = FAILING_UNITS[unit]
     known = BATTERY_FAILURES
     if number in INSTRUMENT_UNITS:
         known = INSTRUMENT_UNITS[number].failures

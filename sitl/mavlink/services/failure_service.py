@@ -14,7 +14,8 @@ from sitl.aircraft import Aircraft
 from sitl.autopilot.answers import DENIED, Answer
 from sitl.injected_failures import ALL, FLICKER_TIME
 from sitl.mavlink.handlers import on_command
-from sitl.sensors.instruments import HEALTHY, INTERMITTENT, OFF
+
+_HEALTHY, _INTERMITTENT = mavlink.FAILURE_TYPE_OK, mavlink.FAILURE_TYPE_INTERMITTENT
 
 
 class FailureService:
@@ -50,18 +51,18 @@ class FailureService:
             now: The link's time [s].
         """
         failure = self._aircraft.failures.link
-        if failure == HEALTHY or self._failed_at is None:
+        if failure == _HEALTHY or self._failed_at is None:
             return True
         since = now - self._failed_at
-        if failure == INTERMITTENT:
+        if failure == _INTERMITTENT:
             return int(since / FLICKER_TIME) % 2 == 1
         if since >= self._aircraft.configuration.world.link_off_time:
-            self._aircraft.failures.link, self._failed_at = HEALTHY, None
+            self._aircraft.failures.link, self._failed_at = _HEALTHY, None
             self._aircraft.autopilot.say(mavlink.MAV_SEVERITY_INFO, "Link is back")
             return True
         return False
 
     def sent(self, now: float) -> None:
         """Everything was sent up to a link's time [s], the answer to the command as well: a failure begins."""
-        is_failing = self._aircraft.failures.link in (OFF, INTERMITTENT)
+        is_failing = self._aircraft.failures.link != _HEALTHY
         self._failed_at = (now if self._failed_at is None else self._failed_at) if is_failing else None
