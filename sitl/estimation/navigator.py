@@ -104,7 +104,7 @@ MAX_LEAP = 5.0  # from a place to the next one that is told: what leaps farther 
 REPEATED = 4.0  # readings that repeat the one before so often in a row are those of a stuck instrument
 # What the model's force lacks where it stands in for a failed accelerometer: at first, as noise, and how it changes.
 MODEL_LACKS, MODEL_FORCE, MODEL_CHANGE = 1.0, 0.3, 0.3  # [m/s2], [m/s2/sqrt(Hz)], [m/s2/sqrt(s)]
-NUMB_SHARE = 0.7  # of the ground's support, where it is not felt
+NUMB_SHARE, NUMB_HASTE = 0.85, 0.3  # of the ground's support, where it is not felt, and of how fast it is smoothed
 DOUBTED_TURN, DOUBTED_RATE, DOUBTED_FORCE = (
     0.3,
     0.2,
@@ -375,7 +375,7 @@ def _estimate(f: Kept, inertial: Inertial, period: int) -> Estimate:
         if numb:  # nothing is felt: what holds a vehicle up that does not sink, of which it has to be more sure
             force = rotate_inverse(attitude, Vector(0.0, 0.0, a.g))
         support = contact.support_of(force, moves, rates, attitude, actuators, a) * (NUMB_SHARE if numb else 1.0)
-        f["support"] = contact.smoothed(support, f["support"], SLOW_STEP * (NUMB_SHARE if numb else 1.0))
+        f["support"] = contact.smoothed(support, f["support"], SLOW_STEP * (NUMB_HASTE if numb else 1.0))
         f["on_ground"] = contact.stands(f["support"], f["on_ground"], velocity, f["model"]["g"])
     return Estimate(
         position,
