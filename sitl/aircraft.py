@@ -8,11 +8,13 @@ from protocol.dialect.vocabulary import Law, Reason, Regime
 from sitl.autopilot.autopilot import Autopilot
 from sitl.autopilot.safety.world import World
 from sitl.guidance.view import VehicleView
+from sitl.injected_failures import InjectedFailures
 from sitl.model.airframe import BATTERY
 from sitl.model.battery import Battery
 from sitl.model.quaternions import x_axis, z_axis
 from sitl.parameters import Configuration
 from sitl.prediction.chooser import Chooser
+from sitl.sensors.instruments import ACCELEROMETER, GYROSCOPE
 from sitl.simulation.recording import JumpRecord
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.situation import hovers_again, stopping_distance
@@ -42,6 +44,7 @@ class Aircraft:
         self, vehicle: Simulation, world: World, configuration: Configuration, *, airborne: bool = False
     ) -> None:
         self.vehicle = vehicle
+        self.failures = InjectedFailures(vehicle)
         self._chooser = Chooser(vehicle.design_model, configuration.tuning, can_fly_forward=vehicle.can_fly_forward)
         self.autopilot = Autopilot(world, configuration.settings, vehicle.reference.heading, self._chooser)
         self.configure(configuration)
@@ -87,7 +90,7 @@ class Aircraft:
 
     def view(self) -> VehicleView:
         """The vehicle as the autopilot sees it."""
-        estimate, law = self.vehicle.estimate, self.vehicle.law
+        estimate, law, avionics = self.vehicle.estimate, self.vehicle.law, self.vehicle.avionics
         nose, back = x_axis(estimate.attitude), z_axis(estimate.attitude)
         forward = is_forward(law) and not hovers_again(self.vehicle)
         flat = (-back.x, -back.y) if abs(nose.z) > math.hypot(nose.x, nose.y) else (nose.x, nose.y)
@@ -105,6 +108,10 @@ class Aircraft:
             battery_energy=self.battery.capacity - self.battery.used,
             law=law,
             crash=self.vehicle.crash,
+            rates=estimate.rates,
+            gyroscope_failed=avionics.has_failed(GYROSCOPE),
+            accelerometer_failed=avionics.has_failed(ACCELEROMETER),
+            resets=avionics.resets,
         )
 
     @property
@@ -112,7 +119,7 @@ class Aircraft:
         """The battery as it is now."""
         a = self.vehicle.airframe
         resistance = a.battery_resistance if a.energy_account == BATTERY else 0.0
-        return Battery(self.configuration.world.battery, self.vehicle.energy, resistance)
+        return self.failures.read(Battery(self.configuration.world.battery, self.vehicle.energy, resistance))
 
     def _decide(self) -> None:
         fresh = self.vehicle.jumps[self._seen :]

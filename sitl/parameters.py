@@ -35,6 +35,9 @@ class WorldSettings(NamedTuple):
     battery: Annotated[float, ParameterMetadata("SIM_BAT_ENERGY", (100.0, 1e7), "J", "Energy of a full battery")] = (
         100e3
     )
+    link_off_time: Annotated[
+        float, ParameterMetadata("SIM_LINK_OFF_T", (1.0, 3600.0), "s", "A link that was made to fail is back after it")
+    ] = 15.0
 
 
 class Configuration(NamedTuple):

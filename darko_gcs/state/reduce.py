@@ -62,6 +62,9 @@ CHECKED_FIELDS = {
 }  # fmt: skip
 MAX_LATITUDE_E7, MAX_LONGITUDE_E7 = 89_0000000, 180_0000000  # of a place that a map can show [1e-7 deg]
 MAX_OFFSET_ERROR = 0.01  # of a repr_offset_q, which some vehicles send with four digits
+ALARMED_STATES = frozenset(
+    {mavlink.MAV_STATE_CRITICAL, mavlink.MAV_STATE_EMERGENCY, mavlink.MAV_STATE_FLIGHT_TERMINATION}
+)
 UNKNOWN_VOLTAGE = 0xFFFF  # of SYS_STATUS and of a cell of BATTERY_STATUS [mV]
 
 HANDLERS = HandlerTable()
@@ -122,7 +125,7 @@ def _heartbeat(s: Snapshot, m: Message, now: float) -> Snapshot:
         kind=m.type,
         armed=bool(m.base_mode & mavlink.MAV_MODE_FLAG_SAFETY_ARMED),
         mode=mode_name(m.autopilot, m.type, m.custom_mode) or f"MODE {m.custom_mode}",
-        critical=m.system_status in {mavlink.MAV_STATE_CRITICAL, mavlink.MAV_STATE_EMERGENCY},
+        critical=m.system_status in ALARMED_STATES,
         heartbeat_at=now,
         lost=False,
     )

@@ -159,6 +159,10 @@ class Station:
         """Land here."""
         self._command(now, mavlink.MAV_CMD_NAV_LAND)
 
+    def inject_failure(self, now: float, unit: int, failure: int, instance: int) -> None:
+        """Have something fail on the vehicle: FAILURE_UNIT, FAILURE_TYPE, and which of several; 0: all."""
+        self._command(now, mavlink.MAV_CMD_INJECT_FAILURE, float(unit), float(failure), float(instance))
+
     def return_home(self, now: float) -> None:
         """Fly home and land."""
         self._command(now, mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH)

@@ -43,15 +43,18 @@ class Arming:
         """Why the vehicle may not be armed now; empty if it may."""
         flight = self._flight
         outside = flight.world.fence.breach([flight.view.p])
+        if flight.terminated:
+            return [f"flight terminated ({flight.terminated}): a reboot ends that"]
         links = missing_links(self._failsafes.silence, flight.settings)
         return refuse_arming(flight.view, flight.settings) + links + ([] if outside is None else [outside.text])
 
     def arm(self, *, force: bool = False) -> Answer:
-        """Start the motors at idle. Refused with the failed checks unless forced; after a crash by force neither."""
+        """Start the motors at idle. Refused with the failed checks unless forced; always so once the flight is over."""
         flight = self._flight
         if flight.armed:
             return Answer(ACCEPTED)
-        reasons = self.failed_checks() if not force or flight.view.crash is not None else []
+        is_over = flight.view.crash is not None or flight.terminated
+        reasons = self.failed_checks() if not force or is_over else []
         if reasons:
             return flight.refuse(REJECTED, f"Arming refused: {'; '.join(reasons)}")
         flight.armed = True

@@ -87,6 +87,11 @@ class Autopilot:
         return self._flight.landing
 
     @property
+    def terminated(self) -> str:
+        """Why the motors were cut in flight; empty if they were not."""
+        return self._flight.terminated
+
+    @property
     def view(self) -> VehicleView:
         """The vehicle at the last tick."""
         return self._flight.view

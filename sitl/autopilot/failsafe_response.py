@@ -1,4 +1,4 @@
-"""What the vehicle does by itself about alarms: hold, return or land, unless something graver is under way."""
+"""What the vehicle does by itself about alarms: hold, return, land or cut the motors; the graver action wins."""
 
 from __future__ import annotations
 
@@ -32,6 +32,9 @@ class FailsafeResponse:
         if not alarms:
             return
         gravest = max(alarms, key=lambda alarm: alarm.action or SafetyAction.NONE)
+        if gravest.action is SafetyAction.TERMINATE:
+            flight.terminate(gravest.reason)
+            return
         for alarm in alarms:
             flight.say(alarm.severity, alarm.text(gravest.action or SafetyAction.NONE, under_way))
         self._act(gravest.action or SafetyAction.NONE, stop=gravest.stop)

@@ -37,6 +37,7 @@ class FlightState:
         manoeuvre: Under way outside of missions; None on the ground and in missions.
         view: The vehicle at the last tick.
         reference: Of the control laws, from the last tick.
+        terminated: Why the motors were cut in flight, for good until a reboot; empty if they were not.
     """
 
     def __init__(self, world: World, settings: Settings, heading: float = 0.0, chooser: Chooser | None = None) -> None:
@@ -48,6 +49,7 @@ class FlightState:
         self.flying = False
         self.mission: MissionRunner | None = None
         self.manoeuvre: Manoeuvre | None = None
+        self.terminated = ""
         nowhere = (0.0, 0.0, 0.0)
         self.view = VehicleView(
             time=0.0, p=nowhere, v=nowhere, heading=heading, tilt=0.0, landed=True, battery_left=1.0
@@ -108,6 +110,13 @@ class FlightState:
         for call in self._before_change:
             call(mode)
         self.mode, self.manoeuvre = mode, manoeuvre
+
+    def terminate(self, reason: str) -> None:
+        """Cut the motors in flight, for a reason the pilot reads: the vehicle comes down, and is not armed again."""
+        self.terminated = reason
+        self.armed = self.flying = False
+        self.say(mavlink.MAV_SEVERITY_EMERGENCY, f"Motors cut: {reason[0].lower()}{reason[1:]}")
+        self.enter(Mode.HOLD, None)
 
     def hold_here(self) -> None:
         """Hold where the vehicle can stop; on the ground, just change the mode."""

@@ -72,6 +72,18 @@ class Settings(NamedTuple):
     battery_action: Annotated[
         int, ParameterMetadata("COM_LOW_BAT_ACT", (0, 3), "", "Battery: 0 warn, 2 land when critical, 3 return in time")
     ] = 3
+    detector_action: Annotated[
+        int, ParameterMetadata("DRK_FD_ACT", (0, 1), "", "Flight cannot be controlled: 0 warn, 1 cut the motors")
+    ] = 1
+    tumble_rate: Annotated[
+        float, ParameterMetadata("DRK_FD_RATE", (90.0, 2000.0), "deg/s", "Turning faster than this is tumbling")
+    ] = 360.0
+    tumble_time: Annotated[
+        float, ParameterMetadata("DRK_FD_TIME", (0.1, 10.0), "s", "Tumbling for so long cannot be controlled")
+    ] = 2.0
+    failure_injection: Annotated[
+        int, ParameterMetadata("SYS_FAILURE_EN", (0, 1), "", "Failures may be injected: 0 no, 1 yes")
+    ] = 0
     # Beyond it the hover laws lose the axis normal to the wing.
     hover_speed: Annotated[
         float, ParameterMetadata("DRK_HOV_VMAX", (0.2, 6.0), "m/s", "Horizontal speed limit of the hover laws")

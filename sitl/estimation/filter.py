@@ -30,7 +30,7 @@ from sitl.model.quaternions import hover
 from sitl.model.state import Actuators
 from sitl.model.vectors import Vector
 from sitl.sensors.draws import SLOW_PERIODS
-from sitl.sensors.instruments import LINES
+from sitl.sensors.instruments import LINES, READING, Inertial
 from sitl.sensors.specification import SensorSet
 from sitl.storage import access
 from sitl.timing import PERIOD
@@ -45,6 +45,7 @@ SHAKEN, SHAKEN_IN_ARENA = 0.002, 0.01
 SHAKEN_TURN = 1e-4  # likewise to the gyroscope's [rad/s/sqrt(Hz)]
 MODEL_SHARE = 0.1  # of the force across the wing that its model may be wrong by
 MODEL_TIME = 1.0  # how long such an error lasts [s]
+SLOTS = LINES + 2  # lines, velocity of the satellite receiver, attitude of a pose
 POSE_HORIZON = 0.06  # what a pose from outside may be late [s]
 
 
@@ -89,6 +90,7 @@ class Filter(NamedTuple):
     velocity: Vector  # now, smoothed, world NWU [m/s]
     acceleration: Vector  # now, smoothed, world NWU [m/s2]
     support: float  # upward force on the vehicle that neither air nor propellers make, smoothed [m/s2]
+    last: Inertial  # the reading before
     filled: int  # slow steps between the horizon and now
     oldest: int  # place of the oldest of them
     aligned_for: int  # periods that the present alignment has lasted
@@ -103,6 +105,12 @@ class Filter(NamedTuple):
     ratio: Array  # squared innovation over its variance of the last reading, worst axis, (LINES,)
     fused_at: Array  # control period of the last reading that was fused, -1 before, (LINES,)
     refused_since: Array  # control period since which all readings are refused, -1 while not, (LINES,)
+    refused_at: Array  # control period of the last refusal, by line; beyond: of what else a reading tells, (SLOTS,)
+    leapt: Array  # 1 where the first refusal for a while was by far, (SLOTS,)
+    before: Array  # the reading before, (LINES, READING)
+    oddity: Array  # odd readings of late of gyroscope and accelerometer, (2,)
+    failed: Array  # 1 where those have failed, (2,)
+    repeated: Array  # how often in a row it has come again to the last bit, (LINES,)
     squares: Array  # sum of squared innovations over their variances, (LINES,)
     scalars: Array  # how many were summed, (LINES,)
     late: Array  # readings that came after the horizon, (LINES,)
@@ -123,6 +131,7 @@ get_smooth_velocity, put_smooth_velocity = access(Filter, "velocity")
 get_smooth_acceleration, put_smooth_acceleration = access(Filter, "acceleration")
 get_mean_rates, put_mean_rates = access(Filter, "mean_rates")
 get_mean_force, put_mean_force = access(Filter, "mean_force")
+get_last, put_last = access(Filter, "last")
 get_step, put_step = access(Step)
 
 
@@ -214,6 +223,7 @@ def new_filter(settings: FilterSettings, model: Airframe) -> Filter:
         velocity=zero,
         acceleration=zero,
         support=model.g,
+        last=Inertial(zero, zero),
         filled=0,
         oldest=0,
         aligned_for=0,
@@ -228,6 +238,12 @@ def new_filter(settings: FilterSettings, model: Airframe) -> Filter:
         ratio=np.zeros(LINES),
         fused_at=np.full(LINES, -1.0),
         refused_since=np.full(LINES, -1.0),
+        refused_at=np.full(SLOTS, -1e9),
+        leapt=np.zeros(SLOTS),
+        before=np.zeros((LINES, READING)),
+        oddity=np.zeros(2),
+        failed=np.zeros(2),
+        repeated=np.zeros(LINES),
         squares=np.zeros(LINES),
         scalars=np.zeros(LINES),
         late=np.zeros(LINES),

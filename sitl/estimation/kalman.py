@@ -113,6 +113,18 @@ def predict(P: Array, work: Array, n: int, q: Quaternion, i: Increment, fade: Ar
         P[k, k] += spread[k]
 
 
+@kernel
+def surprise(P: Array, H: Array, n: int, innovation: float, variance: float) -> float:
+    """The squared innovation over its variance, of a reading that is not used yet; arguments as of :func:`correct`."""
+    total = variance
+    for j in range(n):
+        if H[j] != 0.0:
+            for k in range(n):
+                if H[k] != 0.0:
+                    total += H[j] * P[j, k] * H[k]
+    return innovation * innovation / total
+
+
 @subroutine
 def correct(
     P: Array, H: Array, PH: Array, errors: Array, n: int, first: int, innovation: float, variance: float, gate: float

@@ -30,7 +30,7 @@ from sitl.estimation.filter import (
     get_wind_settings,
     put_belief,
 )
-from sitl.estimation.kalman import correct
+from sitl.estimation.kalman import correct, surprise
 from sitl.model.aerodynamics import wrench
 from sitl.model.airframe import Array
 from sitl.model.quaternions import Quaternion, conjugate, multiply, rotate, rotate_inverse, small_rotation
@@ -42,15 +42,24 @@ from sitl.sensors.instruments import (
     FIRST_LINE,
     GNSS,
     HAS_ATTITUDE,
+    LINES,
     MAGNETOMETER,
     PITOT,
     POSITION_VARIANCE,
     get_specification,
 )
 from sitl.storage import Kept
+from sitl.timing import PERIOD
 
 NO_OTHER = -1
+SATELLITE_VELOCITY, POSE_ATTITUDE = LINES, LINES + 1  # slots beside the lines: they are refused by themselves
+MISTRUSTED_TIME = 0.5  # after a reading that was refused, none is fused for so long: garbage fits now and then [s]
 POSITION_ERROR_TIME = 5.0  # how long an airspeed, and what it does to the static pressure, lasts [s]
+TUBE_LEAP = 3.0  # more than an airspeed changes from one reading to the next [m/s]
+TUBE_DOUBTED = 3.0  # after a reading that was refused, the tube checks nothing for so long [s]
+# A belief goes astray little by little: where a reading that was right just before is far off, the instrument is wrong.
+LATELY = 0.3  # since the last refusal: what comes sooner is not the first [s]
+LEAPT = 16.0  # far off, in gates, squared
 
 
 @kernel
@@ -66,16 +75,38 @@ def _fuse(f: Kept, first: int, innovation: float, variance: float) -> float:
 
 
 @subroutine
-def _note(f: Kept, line: int, period: int, worst: float, total: float, scalars: int) -> bool:
-    """Note how well a reading agreed; whether all of it was fused."""
+def _surprise(f: Kept, innovation: float, variance: float) -> float:
+    """The squared innovation over its variance of a scalar whose derivative stands in H, which is set to zero."""
+    ratio = surprise(f["covariance"], f["H"], f["settings"]["states"], innovation, variance)
+    f["H"][:] = 0.0
+    return ratio
+
+
+@subroutine
+def _fits(f: Kept, slot: int, period: int, worst: float) -> bool:
+    """Whether a reading agrees with the belief and may be fused; ``slot`` is its line, or one beside the lines."""
+    at, gate = f["refused_at"], f["settings"]["gate"]
+    if worst > gate * gate:
+        if (period - at[slot]) * PERIOD > LATELY:
+            f["leapt"][slot] = 1.0 if worst > LEAPT * gate * gate else 0.0
+        at[slot] = period
+        return False
+    if (period - at[slot]) * PERIOD > LATELY:
+        f["leapt"][slot] = 0.0
+    return bool((period - at[slot]) * PERIOD > MISTRUSTED_TIME)
+
+
+@subroutine
+def _note(f: Kept, line: int, period: int, worst: float, total: float, scalars: int, fused: bool) -> bool:
+    """Note how well a reading agreed; whether it was fused."""
     f["ratio"][line] = worst
     f["squares"][line] += total
     f["scalars"][line] += scalars
     gate = f["settings"]["gate"]
     if worst <= gate * gate:
-        f["fused_at"][line] = period
         f["refused_since"][line] = -1.0
-        return True
+        f["fused_at"][line] = period if fused else f["fused_at"][line]
+        return fused
     if f["refused_since"][line] < 0.0:
         f["refused_since"][line] = period
     return False
@@ -87,31 +118,48 @@ def _correct_belief(f: Kept) -> None:
 
 
 @subroutine
-def _fuse_vector(f: Kept, line: int, first: int, other: int, innovation: Vector, level: float, up: float) -> float:
-    """Correct by three scalars, each the sum of two errors; the greatest squared innovation over its variance.
+def _fuse_vector(
+    f: Kept, line: int, slot: int, period: int, first: int, other: int, innovation: Vector, level: float, up: float
+) -> bool:
+    """Correct by three scalars, each the sum of two errors; by none if one of them does not fit.
 
     Args:
         f: The filter.
         line: Of the instrument.
+        slot: Where it is noted that it was refused: the line, or SATELLITE_VELOCITY.
+        period: Of the reading.
         first: First of the three errors that the reading shows.
         other: First of three more, or NO_OTHER.
         innovation: Of the three.
         level: Variance of the first two.
         up: Variance of the third.
     """
-    H = f["H"]
     worst = total = 0.0
     for axis in range(3):
-        H[first + axis] = 1.0
-        if other != NO_OTHER:
-            H[other + axis] = 1.0
-        value = innovation.x if axis == 0 else (innovation.y if axis == 1 else innovation.z)
-        ratio = _fuse(f, 0, value, up if axis == 2 else level)
+        _sum_of_errors(f["H"], first + axis, other + axis if other != NO_OTHER else NO_OTHER)
+        ratio = _surprise(f, _part(innovation, axis), up if axis == 2 else level)
         worst, total = max(worst, ratio), total + ratio
-    _correct_belief(f)
-    f["squares"][line] += total
-    f["scalars"][line] += 3
-    return worst
+    fits = _fits(f, slot, period, worst)
+    if fits:
+        worst = total = 0.0
+        for axis in range(3):
+            _sum_of_errors(f["H"], first + axis, other + axis if other != NO_OTHER else NO_OTHER)
+            ratio = _fuse(f, 0, _part(innovation, axis), up if axis == 2 else level)
+            worst, total = max(worst, ratio), total + ratio
+        _correct_belief(f)
+    return _note(f, line, period, worst, total, 3, fits)
+
+
+@kernel
+def _part(value: Vector, axis: int) -> float:
+    return value.x if axis == 0 else (value.y if axis == 1 else value.z)
+
+
+@kernel
+def _sum_of_errors(H: Array, first: int, other: int) -> None:
+    H[first] = 1.0
+    if other != NO_OTHER:
+        H[other] = 1.0
 
 
 @subroutine
@@ -122,12 +170,30 @@ def observe_satellites(f: Kept, i: Kept, reading: Array, age: float, period: int
     moved = subtract(vector_at(reading, 0), there)
     level, up = spec.noise_level * spec.noise_level, spec.noise_up * spec.noise_up
     line = GNSS - FIRST_LINE
-    worst = _fuse_vector(f, line, POSITION_ERROR, GNSS_DRIFT_ERROR, moved, level, up)
+    since = f["refused_since"][line]
+    fits = _fuse_vector(f, line, line, period, POSITION_ERROR, GNSS_DRIFT_ERROR, moved, level, up)
+    refused = f["refused_since"][line] >= 0.0
     b = get_belief(f, 0)
     faster = subtract(vector_at(reading, 3), b.velocity)
     level, up = spec.velocity_noise_level * spec.velocity_noise_level, spec.velocity_noise_up * spec.velocity_noise_up
-    worst = max(worst, _fuse_vector(f, line, VELOCITY_ERROR, NO_OTHER, faster, level, up))
-    return _note(f, line, period, worst, 0.0, 0)
+    fits = _fuse_vector(f, line, SATELLITE_VELOCITY, period, VELOCITY_ERROR, NO_OTHER, faster, level, up) and fits
+    _refuse_as_one(f, line, refused, since, period)
+    return fits
+
+
+@subroutine
+def _refuse_as_one(f: Kept, line: int, refused: bool, since: float, period: int) -> None:
+    """Count a reading as refused of which the first part was, or the second.
+
+    Args:
+        f: The filter.
+        line: Of the instrument.
+        refused: Whether the first part was.
+        since: Since when its readings were refused before this one.
+        period: Of the reading.
+    """
+    if refused or f["refused_since"][line] >= 0.0:
+        f["refused_since"][line] = since if since >= 0.0 else period
 
 
 @subroutine
@@ -140,11 +206,16 @@ def observe_height(f: Kept, i: Kept, reading: Array, age: float, period: int) ->
     f["covariance"][BAROMETER_DRIFT_ERROR, BAROMETER_DRIFT_ERROR] += (
         2.0 * wrong * wrong / (POSITION_ERROR_TIME * spec.timing.rate)
     )
-    H[POSITION_ERROR + 2], H[BAROMETER_DRIFT_ERROR] = 1.0, 1.0
     innovation = reading[0] - (b.position.z - age * b.velocity.z + b.barometer_drift)
-    ratio = _fuse(f, 0, innovation, spec.noise * spec.noise + spec.step * spec.step / 12.0)
-    _correct_belief(f)
-    _note(f, BAROMETER - FIRST_LINE, period, ratio, ratio, 1)
+    variance = spec.noise * spec.noise + spec.step * spec.step / 12.0
+    _sum_of_errors(H, POSITION_ERROR + 2, BAROMETER_DRIFT_ERROR)
+    ratio = _surprise(f, innovation, variance)
+    fits = _fits(f, BAROMETER - FIRST_LINE, period, ratio)
+    if fits:
+        _sum_of_errors(H, POSITION_ERROR + 2, BAROMETER_DRIFT_ERROR)
+        ratio = _fuse(f, 0, innovation, variance)
+        _correct_belief(f)
+    _note(f, BAROMETER - FIRST_LINE, period, ratio, ratio, 1, fits)
 
 
 @subroutine
@@ -156,23 +227,28 @@ def observe_field(f: Kept, i: Kept, reading: Array, age: float, rates: Vector, p
     field = rotate_inverse(q, earth)
     innovation = subtract(vector_at(reading, 0), add(field, b.magnetic_bias))
     variance = spec.noise * spec.noise + spec.step * spec.step / 12.0
-    x, y, z = Vector(1.0, 0.0, 0.0), Vector(0.0, 1.0, 0.0), Vector(0.0, 0.0, 1.0)
-    worst, total = _fuse_turned(f, x, innovation.x, cross(x, field), MAGNETIC_BIAS_ERROR, variance), 0.0
-    total += worst
-    ratio = _fuse_turned(f, y, innovation.y, cross(y, field), MAGNETIC_BIAS_ERROR, variance)
-    worst, total = max(worst, ratio), total + ratio
-    ratio = _fuse_turned(f, z, innovation.z, cross(z, field), MAGNETIC_BIAS_ERROR, variance)
-    worst, total = max(worst, ratio), total + ratio
-    _correct_belief(f)
-    _note(f, MAGNETOMETER - FIRST_LINE, period, worst, total, 3)
+    worst = total = 0.0
+    for k in range(3):
+        _field_along(f["H"], k, field)
+        ratio = _surprise(f, _part(innovation, k), variance)
+        worst, total = max(worst, ratio), total + ratio
+    fits = _fits(f, MAGNETOMETER - FIRST_LINE, period, worst)
+    if fits:
+        worst = total = 0.0
+        for k in range(3):
+            _field_along(f["H"], k, field)
+            ratio = _fuse(f, 0, _part(innovation, k), variance)
+            worst, total = max(worst, ratio), total + ratio
+        _correct_belief(f)
+    _note(f, MAGNETOMETER - FIRST_LINE, period, worst, total, 3, fits)
 
 
 @subroutine
-def _fuse_turned(f: Kept, axis: Vector, innovation: float, by_attitude: Vector, bias: int, variance: float) -> float:
-    """Correct by one axis of a vector in the body frame that has a bias of its own."""
-    _set(f["H"], ATTITUDE_ERROR, by_attitude)
-    _set(f["H"], bias, axis)
-    return _fuse(f, 0, innovation, variance)
+def _field_along(H: Array, k: int, field: Vector) -> None:
+    """The derivative of the field along the body's axis ``k``, which has a bias of its own."""
+    axis = Vector(1.0 if k == 0 else 0.0, 1.0 if k == 1 else 0.0, 1.0 if k == 2 else 0.0)
+    _set(H, ATTITUDE_ERROR, cross(axis, field))
+    _set(H, MAGNETIC_BIAS_ERROR, axis)
 
 
 @subroutine
@@ -181,16 +257,22 @@ def observe_pose(f: Kept, line: int, reading: Array, age: float, rates: Vector, 
     b = get_belief(f, 0)
     there = add_scaled(b.position, b.velocity, -age)
     moved, variance = subtract(vector_at(reading, 0), there), reading[POSITION_VARIANCE]
-    worst = _fuse_vector(f, line, POSITION_ERROR, NO_OTHER, moved, variance, variance)
+    since = f["refused_since"][line]
+    fits = _fuse_vector(f, line, line, period, POSITION_ERROR, NO_OTHER, moved, variance, variance)
+    refused = f["refused_since"][line] >= 0.0
     if reading[HAS_ATTITUDE] == 0.0:
-        return _note(f, line, period, worst, 0.0, 0)
+        return fits
     b = get_belief(f, 0)
     q = multiply(multiply(b.attitude, small_rotation(scaled(rates, -age))), small_rotation(b.misalignment))
     off = multiply(conjugate(q), Quaternion(reading[3], reading[4], reading[5], reading[6]))
     twice = 2.0 if off.w >= 0.0 else -2.0
     turn, variance = Vector(twice * off.x, twice * off.y, twice * off.z), reading[ATTITUDE_VARIANCE]
-    worst = max(worst, _fuse_vector(f, line, ATTITUDE_ERROR, MISALIGNMENT_ERROR, turn, variance, variance))
-    return _note(f, line, period, worst, 0.0, 0)
+    fits = (
+        _fuse_vector(f, line, POSE_ATTITUDE, period, ATTITUDE_ERROR, MISALIGNMENT_ERROR, turn, variance, variance)
+        and fits
+    )
+    _refuse_as_one(f, line, refused, since, period)
+    return fits
 
 
 @subroutine
@@ -199,16 +281,41 @@ def observe_airspeed(f: Kept, i: Kept, reading: Array, period: int) -> None:
     b, gains, H = get_belief(f, 0), get_wind_settings(f, 0), f["H"]
     if reading[0] <= gains.min_pitot:
         return
-    ahead = Vector(1.0, 0.0, 0.0)
-    nose = rotate(b.attitude, ahead)
+    nose = rotate(b.attitude, Vector(1.0, 0.0, 0.0))
     v_b = rotate_inverse(b.attitude, subtract(b.velocity, b.wind))
+    rate = get_specification(i, 0).pitot.timing.rate
+    innovation, variance = reading[0] - v_b.x, gains.pitot_noise * gains.pitot_noise * rate
+    _speed_along(H, nose, v_b)
+    ratio = _surprise(f, innovation, variance)
+    fits = _follows(f, reading[0], innovation, period) and _fits(f, PITOT - FIRST_LINE, period, ratio)
+    if fits:
+        _speed_along(H, nose, v_b)
+        ratio = _fuse(f, WIND_ERROR, innovation, variance)
+        _correct_belief(f)
+    _note(f, PITOT - FIRST_LINE, period, ratio, ratio, 1, fits)
+
+
+@subroutine
+def _follows(f: Kept, speed: float, innovation: float, period: int) -> bool:
+    """Whether the tube may be believed: the air in it is slow, and what has leapt is doubted until it is near again.
+
+    The wind may be anything, so the gate alone would let a wrong tube through.
+    """
+    at, line = f["refused_at"], PITOT - FIRST_LINE
+    before = f["before"][line, 0]
+    leaps = before > 0.0 and abs(speed - before) > TUBE_LEAP
+    if leaps or (abs(innovation) > TUBE_LEAP and (period - at[line]) * PERIOD <= TUBE_DOUBTED):
+        at[line] = period
+        return False
+    return True
+
+
+@subroutine
+def _speed_along(H: Array, nose: Vector, v_b: Vector) -> None:
+    """The derivative of the airspeed along the nose."""
     _set(H, VELOCITY_ERROR, nose)
     _set(H, WIND_ERROR, scaled(nose, -1.0))
-    _set(H, ATTITUDE_ERROR, cross(ahead, v_b))
-    rate = get_specification(i, 0).pitot.timing.rate
-    ratio = _fuse(f, WIND_ERROR, reading[0] - v_b.x, gains.pitot_noise * gains.pitot_noise * rate)
-    _correct_belief(f)
-    _note(f, PITOT - FIRST_LINE, period, ratio, ratio, 1)
+    _set(H, ATTITUDE_ERROR, cross(Vector(1.0, 0.0, 0.0), v_b))
 
 
 @subroutine

@@ -29,3 +29,7 @@ class VehicleView(NamedTuple):
     battery_energy: float = math.inf  # left in the battery [J]
     law: Law = Law.LANDED  # in force
     crash: Crash | None = None  # what broke it
+    rates: Point = (0.0, 0.0, 0.0)  # body rates [rad/s]
+    gyroscope_failed: bool = False  # it repeats itself, or leaps
+    accelerometer_failed: bool = False  # likewise
+    resets: int = 0  # of the navigation filter, which had gone astray

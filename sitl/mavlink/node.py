@@ -25,6 +25,7 @@ from sitl.mavlink.flight_recorder import FlightRecorder
 from sitl.mavlink.flight_report import FlightReporter
 from sitl.mavlink.handlers import answered_by, handlers_of, on_event
 from sitl.mavlink.services.command_service import CommandService
+from sitl.mavlink.services.failure_service import FailureService
 from sitl.mavlink.services.home_service import HomeService, StoredHome
 from sitl.mavlink.services.maintenance_commands import ExitRequest, MaintenanceCommands
 from sitl.mavlink.services.operator_service import OperatorService
@@ -39,6 +40,7 @@ from sitl.mavlink.telemetry.vehicle_snapshot import VehicleSnapshot
 from sitl.persistence import StateFolder
 
 SYSTEM, COMPONENT = 1, 1
+OWN_COMMANDS = answered_by(MaintenanceCommands, int) | answered_by(FailureService, int)
 MIN_PERIODS = 5  # control periods: whatever peers ask for, the link is looked at a hundred times a second at most
 
 
@@ -91,12 +93,13 @@ class Node:
         self._operators = OperatorService(autopilot, endpoint, broadcast)
         self._signing = SigningService(keyring, broadcast)
         self._maintenance = MaintenanceCommands(autopilot, self._parameters, exit_refusal)
+        self._failures = FailureService(aircraft)
         home_service = HomeService(
             autopilot=autopilot, stored=home, plans=self._plans, telemetry=telemetry, broadcast=broadcast
         )
         self._commands = CommandService(
             autopilot=autopilot,
-            maintenance=self._maintenance,
+            own=(self._maintenance, self._failures),
             endpoint=endpoint,
             broadcast=broadcast,
             telemetry=telemetry,
@@ -131,7 +134,7 @@ class Node:
         return VehicleEndpoint(
             system=SYSTEM,
             component=COMPONENT,
-            commands=frozenset({*commands.HANDLERS, *answered_by(MaintenanceCommands, int)}),
+            commands=frozenset({*commands.HANDLERS, *OWN_COMMANDS}),
             parameters=self.aircraft.configuration.wire_table(),
             mission=plans.mission,
             validate=plans.validate,
@@ -174,6 +177,8 @@ class Node:
             peer: Where it came from.
             now: The link's time [s].
         """
+        if not self._failures.carries(now):
+            return
         self.endpoint.receive_datagram(data, peer, now)
         self._handle_events(now)
 
@@ -191,7 +196,9 @@ class Node:
         self._telemetry.announce_control()
         self._signing.handle_timer(now)
         self._broadcast.handle_timer(now)
-        return self.endpoint.datagrams_to_send()
+        datagrams, carried = self.endpoint.datagrams_to_send(), self._failures.carries(now)
+        self._failures.sent(now)
+        return datagrams if carried else []
 
     def _handle_events(self, now: float) -> None:
         events = self.endpoint.events()

@@ -17,6 +17,7 @@ class Battery(NamedTuple):
     capacity: float  # energy when full [J]
     used: float  # energy drawn since then [J]
     resistance: float = 0.0  # of the cells [ohm]
+    lost: float = 0.0  # voltage of cells that have failed [V]
 
     @property
     def left(self) -> float:
@@ -26,7 +27,7 @@ class Battery(NamedTuple):
     @property
     def open_voltage(self) -> float:
         """Voltage without load [V]."""
-        return EMPTY_VOLTAGE + (FULL_VOLTAGE - EMPTY_VOLTAGE) * self.left
+        return EMPTY_VOLTAGE + (FULL_VOLTAGE - EMPTY_VOLTAGE) * self.left - self.lost
 
     def current(self, power: float) -> float:
         """Current [A] when its cells give up a power, losses in them included [W]."""

@@ -90,6 +90,15 @@ class Avionics:
         """How many control periods the filter stands in the past."""
         return int(self.filter["filled"]) * SLOW_PERIODS
 
+    def has_failed(self, instrument: int) -> bool:
+        """Whether the vehicle has found out that its gyroscope or accelerometer fails."""
+        return self.is_sensed and bool(self.filter["failed"][instrument] > 0.0)
+
+    @property
+    def resets(self) -> int:
+        """How often the filter has gone astray, and was set anew."""
+        return int(self.filter["resets"]) if self.is_sensed else 0
+
     def deviation(self, first: int) -> Vector:
         """Standard deviations of three errors, the first of which is numbered so."""
         variances = np.diagonal(self.filter["covariance"])[first : first + 3]
@@ -129,6 +138,7 @@ class Avionics:
         f["ahead"], f["step"]["increment"] = no_increment(), no_increment()
         f["mean_rates"] = f["mean_force"] = _NONE
         f["filled"] = f["aligned_for"] = f["moved"] = 0
+        f["repeated"] = f["oddity"] = f["failed"] = 0.0
         f["phase"] = REALIGNING if carries_on and f["phase"] != ALIGNING else ALIGNING
 
     def converge(self, plant: Plant, period: int) -> None:
@@ -169,6 +179,8 @@ class Avionics:
         f["ahead"], f["step"] = no_increment(), Step(no_increment(), _NONE, _NONE, _NONE, _NONE, plant.actuators)
         f["filled"], f["phase"] = 0, RUNNING
         f["refused_since"], f["fused_at"] = -1.0, float(period)
+        f["refused_at"] = -1e9
+        f["repeated"] = f["oddity"] = f["failed"] = 0.0
         f["speed_notch"], f["velocity"] = quiet(body.velocity), body.velocity
         f["notch"], f["rates"], f["acceleration"] = quiet(body.rates), body.rates, _NONE
         i["waiting"], i["pending"] = 0.0, np.array(plant.actuators)

@@ -11,6 +11,7 @@ import numpy as np
 from sitl.errors import SitlError
 from sitl.model.airframe import Array
 from sitl.model.plant import is_finite
+from sitl.simulation.actuator_faults import NO_FAULTS
 from sitl.simulation.block import fly_block
 from sitl.simulation.dispatch import REGISTER
 from sitl.simulation.flight import Flight, JumpEntry, Sample
@@ -43,8 +44,8 @@ def fly_batch(
 
     Raises:
         UnknownLawError: If a flight is under no law of the core; nothing was flown.
-        SitlError: If a flight has laws of its own or navigates by sensors, which is flown alone; nothing was flown. Or
-            if one diverged, jumped without end or more than MAX_JUMPS times; all others were flown.
+        SitlError: If a flight has laws of its own, sensors or failures, and is flown alone; nothing was flown. Or if
+            one diverged, jumped without end or more than MAX_JUMPS times; all others were flown.
     """
     flown = list(simulations)
     if len({id(simulation) for simulation in flown}) < len(flown):
@@ -53,8 +54,8 @@ def fly_batch(
         simulation.register.law(simulation.flight.controller.law)
         if simulation.register is not REGISTER:
             raise SitlError("a simulation with laws of its own is flown alone, not in a batch")
-        if simulation.avionics.is_sensed:
-            raise SitlError("a simulation that navigates by sensors is flown alone, not in a batch")
+        if simulation.faults != NO_FAULTS or simulation.avionics.is_sensed:
+            raise SitlError("a simulation with failed actuators or sensors aboard is flown alone, not in a batch")
     periods = whole_periods(seconds)
     order = sorted(range(len(flown)), key=lambda i: (flown[i].design_key, i))
     groups = [list(group) for _, group in groupby(order, key=lambda i: flown[i].design_key)]

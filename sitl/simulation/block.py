@@ -31,6 +31,7 @@ from sitl.simulation.flight import (
     sense,
     update_gust,
     update_wind_estimate,
+    within_limits,
 )
 from sitl.simulation.loop import JUMPS_FULL, MAX_CHAIN, ZENO, due_now, take_jump, write_sample
 from sitl.storage import WIDTH, Kept, access, column_rows
@@ -109,15 +110,18 @@ def move_all(alike: bool, block: Array, air: Array, a: Array, in_force: Array) -
     """The plants of all flights."""
     if are_clear(block) and alike:
         for column in range(WIDTH):
-            glide(block, column, air, as_reported(get_airframe(a, column)), get_actuators(in_force, column))
+            airframe, command = as_reported(get_airframe(a, column)), get_actuators(in_force, column)
+            glide(block, column, air, airframe, command, within_limits(block, column, command, airframe))
     elif are_clear(block):
         for column in range(WIDTH):
             command = get_actuators(in_force, column)
-            move_in_air(block, column, air, a, command)
+            wanted = within_limits(block, column, command, get_airframe(a, column))
+            move_in_air(block, column, air, a, command, wanted)
     else:
         for column in range(WIDTH):
             command = get_actuators(in_force, column)
-            move_plant(block, column, air, a, command)
+            wanted = within_limits(block, column, command, get_airframe(a, column))
+            move_plant(block, column, air, a, command, wanted)
     for column in range(WIDTH):
         run_timers(block, column)
 

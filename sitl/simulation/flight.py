@@ -28,6 +28,7 @@ from sitl.model.propeller import drawn_power
 from sitl.model.quaternions import x_axis
 from sitl.model.state import Actuators, Body, Plant
 from sitl.model.vectors import Vector, add, norm, scaled, subtract
+from sitl.simulation.actuator_faults import ActuatorFaults, failing
 from sitl.storage import Kept, access, replacing
 from sitl.supervisor.controller import Controller
 from sitl.supervisor.guards import LYING, REST_SPEED, Thresholds
@@ -39,12 +40,13 @@ _FINE, _COARSE = 67108864.0, 1.0 / 67108864.0  # 2**26
 
 
 class Environment(NamedTuple):
-    """The air, and how well it is measured."""
+    """The air, how well it is measured, and what fails on board."""
 
     wind: Vector  # steady, world NWU [m/s]
     gust_rms: float  # per axis [m/s]
     gust_length: float  # [m]
     sensors: SensorNoise
+    faults: ActuatorFaults
 
 
 class Design(NamedTuple):
@@ -206,7 +208,20 @@ def may_turn(flight: Kept, column: int) -> bool:
 
 
 @kernel
-def move_plant(flight: Kept, column: int, air: Kept, a: Kept, command: Actuators) -> None:
+def within_limits(flight: Kept, column: int, command: Actuators, airframe: Airframe) -> Actuators:
+    """Where a command sends actuators that work."""
+    return limited(command, may_turn(flight, column), airframe)
+
+
+@kernel
+def as_they_fail(flight: Kept, column: int, faults: ActuatorFaults, airframe: Airframe, wanted: Actuators) -> Actuators:
+    """Where the same command sends actuators of which some fail."""
+    now, period = get_plant(flight, column).actuators, get_periods(flight, column)
+    return failing(wanted, now, faults, may_turn(flight, column), period, airframe)
+
+
+@kernel
+def move_plant(flight: Kept, column: int, air: Kept, a: Kept, command: Actuators, wanted: Actuators) -> None:
     """The plant one control period later, its energy and limits, and the estimate of it.
 
     Args:
@@ -215,13 +230,13 @@ def move_plant(flight: Kept, column: int, air: Kept, a: Kept, command: Actuators
         air: The environment.
         a: The airframe as it is.
         command: In force during this period.
+        wanted: Where that sends the actuators.
     """
     plant, airframe = get_plant(flight, column), get_airframe(a, column)
     if is_clear(plant.body):
-        move_in_air(flight, column, air, a, command)
+        move_in_air(flight, column, air, a, command, wanted)
         return
     wind = add(get_air(air, column).wind, get_gust(flight, column))
-    wanted = limited(command, may_turn(flight, column), airframe)
     hit = 0.0
     for _ in range(SUBSTEPS):
         before = plant.body
@@ -235,17 +250,16 @@ def move_plant(flight: Kept, column: int, air: Kept, a: Kept, command: Actuators
 
 
 @kernel
-def move_in_air(flight: Kept, column: int, air: Kept, a: Kept, command: Actuators) -> None:
+def move_in_air(flight: Kept, column: int, air: Kept, a: Kept, command: Actuators, wanted: Actuators) -> None:
     """The same, out of the ground's reach."""
-    glide(flight, column, air, get_airframe(a, column), command)
+    glide(flight, column, air, get_airframe(a, column), command, wanted)
 
 
 @kernel
-def glide(flight: Kept, column: int, air: Kept, airframe: Airframe, command: Actuators) -> None:
+def glide(flight: Kept, column: int, air: Kept, airframe: Airframe, command: Actuators, wanted: Actuators) -> None:
     """The same with the airframe at hand."""
     plant = get_plant(flight, column)
     wind = add(get_air(air, column).wind, get_gust(flight, column))
-    wanted = limited(command, may_turn(flight, column), airframe)
     plant = step_in_air(plant, wanted, wind, airframe, PERIOD / SUBSTEPS)
     plant = step_in_air(plant, wanted, wind, airframe, PERIOD / SUBSTEPS)
     store_motion(flight, column, plant, command, wind, airframe, False)

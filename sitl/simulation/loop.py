@@ -19,13 +19,16 @@ from sitl.control.reference import Reference
 from sitl.model.airframe import Array
 from sitl.model.plant import is_finite
 from sitl.model.vectors import add, subtract
+from sitl.simulation.actuator_faults import is_whole
 from sitl.simulation.dispatch import COMPILED, Register
 from sitl.simulation.flight import (
     Design,
     Flight,
     JumpEntry,
     Sample,
+    as_they_fail,
     get_air,
+    get_airframe,
     get_gust,
     may_turn,
     move_plant,
@@ -34,6 +37,7 @@ from sitl.simulation.flight import (
     sample_of,
     update_gust,
     update_wind_estimate,
+    within_limits,
 )
 from sitl.simulation.sensed import delayed, sensed
 from sitl.storage import Kept, access
@@ -92,7 +96,11 @@ def advance(
     sent, before = get_command(flight, column), get_plant(flight, column)
     in_force = delayed(aboard["instruments"], sent, get_periods(flight, column)) if is_sensed else sent
     _tick(get_law(flight, column), flight, column, reference, design)
-    move_plant(flight, column, air, a, in_force)
+    airframe, faults = get_airframe(a, column), get_air(air, column).faults
+    wanted = within_limits(flight, column, in_force, airframe)
+    if not is_whole(faults):
+        wanted = as_they_fail(flight, column, faults, airframe, wanted)
+    move_plant(flight, column, air, a, in_force, wanted)
     if is_sensed:
         around = get_air(air, column)
         wind = add(around.wind, get_gust(flight, column))

@@ -32,6 +32,7 @@ from sitl.model.vectors import Vector
 from sitl.sensors.sensor_files import load_sensors
 from sitl.sensors.specification import SensorSet
 from sitl.simulation import loop
+from sitl.simulation.actuator_faults import NO_FAULTS
 from sitl.simulation.arrays import ENDED_WELL, FlightArrays, Switch
 from sitl.simulation.avionics import Avionics, Navigation, equipped
 from sitl.simulation.dispatch import REGISTER, Register
@@ -89,6 +90,7 @@ class Simulation:
         avionics = equipped(navigation, sensors or load_sensors(), self.design_model, seed)
         self._arrays = FlightArrays(register, airframe, seed, avionics)
         self._is_aligned = aligned
+        self.faults = NO_FAULTS  # of the actuators; may be changed at any time
         self._wind, self._gust_rms = Vector(0.0, 0.0, 0.0), 0.0
         self.retune(tuning or Tuning())
         self.begin(start or Start())
@@ -183,7 +185,7 @@ class Simulation:
     @property
     def environment(self) -> Environment:
         """Air and sensors."""
-        return Environment(self._wind, self._gust_rms, GUST_LENGTH, self._sensors)
+        return Environment(self._wind, self._gust_rms, GUST_LENGTH, self._sensors, self.faults)
 
     @property
     def design_record(self) -> npt.NDArray[Any]:
@@ -392,8 +394,6 @@ class Simulation:
         if end == loop.UNKNOWN_LAW:
             return unknown_law(self._law_number(), self.register.laws)
         return zeno(self.jumps, self.time) if end == loop.ZENO else diverged(self.law.name, self.time, self.truth, kept)
-
-    # Inside
 
     def _law_number(self) -> int:
         return int(self._arrays.law[0])

@@ -13,6 +13,7 @@ class SafetyAction(IntEnum):
     HOLD = 1
     RETURN = 2
     LAND = 3
+    TERMINATE = 4
 
 
 DOING = {
@@ -20,6 +21,7 @@ DOING = {
     SafetyAction.HOLD: "holding",
     SafetyAction.RETURN: "returning",
     SafetyAction.LAND: "landing",
+    SafetyAction.TERMINATE: "motors cut",
 }
 CONTINUING = {SafetyAction.RETURN: "return continues", SafetyAction.LAND: "landing continues"}
 

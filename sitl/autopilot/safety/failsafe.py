@@ -14,6 +14,7 @@ from typing import NamedTuple
 from protocol.dialect import mavlink
 from protocol.modes import Mode
 from sitl.autopilot.safety.alarm import Alarm, SafetyAction
+from sitl.autopilot.safety.failure_detector import FailureDetector
 from sitl.autopilot.safety.fence import FenceWatch
 from sitl.autopilot.safety.link_watch import LinkSilence, LinkWatches
 from sitl.autopilot.safety.world import World
@@ -143,6 +144,7 @@ class Failsafes:
     links: LinkWatches = field(default_factory=LinkWatches)
     fence: FenceWatch = field(default_factory=FenceWatch)
     battery: BatteryWatch = field(default_factory=BatteryWatch)
+    failures: FailureDetector = field(default_factory=FailureDetector)
     _fence_checked: float = -math.inf  # [s]
     _battery_checked: float = -math.inf  # [s]
     _return_energy: ReturnEnergy = field(default_factory=ReturnEnergy)
@@ -158,7 +160,7 @@ class Failsafes:
         landing: bool,
     ) -> list[Alarm]:
         """Alarms that begin at this tick of a flight."""
-        alarms = self.links.check(self.silence, settings)
+        alarms = self.failures.check(view, settings) + self.links.check(self.silence, settings)
         if settings.fence_action and view.time - self._fence_checked >= FENCE_PERIOD:
             self._fence_checked = view.time
             if breach := self.fence.check(view, world.fence):
@@ -173,12 +175,19 @@ class Failsafes:
 
     @property
     def is_critical(self) -> bool:
-        """Whether a link is lost, the fence is being left, or the battery is needed for the way home."""
-        return self.links.lost or self.fence.breached or self.battery.returned or self.battery.critical
+        """Whether something fails, a link is lost, the fence is being left, or the battery is needed to get home."""
+        return (
+            self.failures.is_critical
+            or self.links.lost
+            or self.fence.breached
+            or self.battery.returned
+            or self.battery.critical
+        )
 
     def rest(self) -> None:
-        """Forget link losses on the ground; the next flight reports them anew."""
+        """Forget link losses and failures on the ground; the next flight reports them anew."""
         self.links = LinkWatches()
+        self.failures = FailureDetector(resets=self.failures.resets)
 
 
 def energy_home(

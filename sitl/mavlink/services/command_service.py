@@ -5,6 +5,8 @@ https://mavlink.io/en/services/command.html
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from protocol.dialect import mavlink
 from protocol.endpoint_vehicle import VehicleEndpoint
 from protocol.events import CommandCancelRequested, CommandRefused, CommandRequested
@@ -18,7 +20,6 @@ from sitl.mavlink.handlers import handlers_of, on_event, on_message
 from sitl.mavlink.home_requests import HOME_COMMANDS
 from sitl.mavlink.services.command_progress import CommandProgressReporter
 from sitl.mavlink.services.home_service import HomeService
-from sitl.mavlink.services.maintenance_commands import MaintenanceCommands
 from sitl.mavlink.services.operator_service import OperatorService
 from sitl.mavlink.standard_modes import MODE_COMMANDS, take_mode
 from sitl.mavlink.telemetry.telemetry_service import TelemetryService
@@ -29,7 +30,7 @@ class CommandService:
 
     Args:
         autopilot: Carries out most of them.
-        maintenance: Carries out those about the vehicle itself.
+        own: Carry out those about the vehicle itself.
         endpoint: Sends the answers.
         broadcast: Tells everyone a text.
         telemetry: Reports the mode that a peer wants.
@@ -42,7 +43,7 @@ class CommandService:
         self,
         *,
         autopilot: Autopilot,
-        maintenance: MaintenanceCommands,
+        own: Iterable[object],
         endpoint: VehicleEndpoint,
         broadcast: Broadcast,
         telemetry: TelemetryService,
@@ -52,7 +53,7 @@ class CommandService:
     ) -> None:
         self._autopilot, self._endpoint, self._broadcast = autopilot, endpoint, broadcast
         self._telemetry, self._reporter, self._operators, self._home = telemetry, reporter, operators, home
-        self._own = handlers_of([maintenance], int)
+        self._own = handlers_of(own, int)
         self._progress = CommandProgressReporter(endpoint)
 
     def handle_timer(self, now: float) -> None:

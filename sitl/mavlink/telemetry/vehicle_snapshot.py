@@ -34,6 +34,7 @@ class HeartbeatStatus(NamedTuple):
     armed: bool
     critical: bool  # the cause of an alarm lasts
     crashed: bool = False
+    terminated: bool = False  # the motors were cut in flight
 
 
 class Control(NamedTuple):
@@ -91,6 +92,7 @@ class VehicleSnapshot(NamedTuple):
     taking_off: bool
     ready: bool  # pre-arm checks pass
     critical: bool  # the cause of an alarm lasts
+    terminated: bool  # the motors were cut in flight
     thrust: tuple[float, float]  # [N]
     motor_min: float
     motor_max: float
@@ -111,7 +113,7 @@ class VehicleSnapshot(NamedTuple):
     @property
     def status(self) -> HeartbeatStatus:
         """What HEARTBEAT reports."""
-        return HeartbeatStatus(self.mode, self.armed, self.critical, self.law is Law.CRASHED)
+        return HeartbeatStatus(self.mode, self.armed, self.critical, self.law is Law.CRASHED, self.terminated)
 
     @property
     def ms(self) -> int:
@@ -142,6 +144,7 @@ def heartbeat_status(aircraft: Aircraft) -> HeartbeatStatus:
         armed=autopilot.armed,
         critical=autopilot.failsafes.is_critical,
         crashed=aircraft.vehicle.law is Law.CRASHED,
+        terminated=bool(autopilot.terminated),
     )
 
 
@@ -211,6 +214,7 @@ def take_snapshot(
         taking_off=autopilot.mode is Mode.TAKEOFF,
         ready=not autopilot.arming.failed_checks(),
         critical=autopilot.failsafes.is_critical,
+        terminated=bool(autopilot.terminated),
         thrust=thrusts_now(vehicle),
         motor_min=a.omega_min,
         motor_max=a.omega_max,

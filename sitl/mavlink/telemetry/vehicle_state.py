@@ -51,6 +51,8 @@ def _system_status(s: HeartbeatStatus) -> int:
     """MAV_STATE by PX4's rule: armed or not decides, on the ground as in the air."""
     if s.crashed:
         return int(mavlink.MAV_STATE_EMERGENCY)
+    if s.terminated:
+        return int(mavlink.MAV_STATE_FLIGHT_TERMINATION)
     if not s.armed:
         return int(mavlink.MAV_STATE_STANDBY)
     return int(mavlink.MAV_STATE_CRITICAL if s.critical else mavlink.MAV_STATE_ACTIVE)

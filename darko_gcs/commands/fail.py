@@ -1,0 +1,52 @@
+"""``darko-gcs fail``: have something fail on the vehicle, to see what it does."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping
+
+from darko_gcs.commands.options import add_listen_options
+
+__all__ = ["parser", "run"]
+
+_EXAMPLES = """\
+examples:
+  darko-gcs fail gps off
+  darko-gcs fail motor stuck --instance 1    the left one
+  darko-gcs fail gps ok                      heals it
+
+The vehicle's parameter SYS_FAILURE_EN must be 1. No other ground station may listen on the same port meanwhile.
+
+exit codes: 0 accepted; 2 an argument, or refused by the vehicle; 3 no vehicle.
+"""
+
+
+def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
+    """The command line of ``darko-gcs fail``."""
+    from darko_gcs.tasks.failure_request import FAILURE_TYPES, FAILURE_UNITS  # noqa: PLC0415 - the others need no wire
+
+    parser = argparse.ArgumentParser(
+        prog="darko-gcs fail",
+        description=commands["fail"] + ".",
+        epilog=_EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("unit", choices=list(FAILURE_UNITS), help="what fails")
+    parser.add_argument("failure", choices=list(FAILURE_TYPES), help="how; ok heals")
+    parser.add_argument("--instance", type=int, default=0, metavar="N", help="1 left, 2 right; 0: all [0]")
+    add_listen_options(parser.add_argument_group("link"))
+    return parser
+
+
+def run(args: argparse.Namespace) -> int:
+    """Ask for the failure, and print the answer.
+
+    Raises:
+        GroundError: The vehicle refused or did not answer; the message says why.
+    """
+    import asyncio  # noqa: PLC0415 - --help must be quick
+
+    from darko_gcs.tasks.failure_request import request_failure  # noqa: PLC0415
+
+    print(asyncio.run(request_failure(args)))
+    return 0

@@ -1,0 +1,31 @@
+"""Readings that no gyroscope or accelerometer makes that works: repeated to the last bit, or leaping.
+
+A number with noise in it never comes again, and no vehicle starts to turn, or is pushed, within one control period as
+random numbers say. What is odd is counted, and forgotten again by readings that are not.
+"""
+
+from __future__ import annotations
+
+from sitl.compiled import kernel
+from sitl.model.vectors import Vector, norm, subtract
+
+RATES_LEAP = 3.0  # in a control period [rad/s]
+FORCE_LEAP = 30.0  # likewise [m/s2]
+TOO_ODD = 15.0  # odd readings of late, from which on the instrument has failed
+MOST_ODD = 50.0
+FORGOTTEN = 0.2  # of an odd reading, by one that is not
+
+
+@kernel
+def oddity_after(oddity: float, reading: Vector, before: Vector, leap: float) -> float:
+    """Odd readings of late, after one more."""
+    change = norm(subtract(reading, before))
+    if change == 0.0 or change > leap:
+        return min(oddity + 1.0, MOST_ODD)
+    return max(oddity - FORGOTTEN, 0.0)
+
+
+@kernel
+def has_failed(oddity: float, failed: float) -> float:
+    """1 while an instrument has failed; it is believed again when nothing odd is left."""
+    return 1.0 if oddity >= TOO_ODD or (failed > 0.0 and oddity > 0.0) else 0.0
