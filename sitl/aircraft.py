@@ -13,6 +13,7 @@ from sitl.model.battery import Battery
 from sitl.model.quaternions import x_axis, z_axis
 from sitl.parameters import Configuration
 from sitl.prediction.chooser import Chooser
+from sitl.simulation.navigation_status import NavigationStatus, navigation_status
 from sitl.simulation.recording import JumpRecord
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.situation import hovers_again, stopping_distance
@@ -65,6 +66,7 @@ class Aircraft:
         speed, azimuth = world.wind_speed, math.radians(world.wind_direction)
         # A wind *from* the north blows south: along -x of the world NWU; azimuth turns clockwise.
         self.vehicle.set_wind((-speed * math.cos(azimuth), speed * math.sin(azimuth), 0.0), world.gusts)
+        self.vehicle.avionics.switch_motion_capture(on=bool(world.motion_capture))
 
     def advance(self, periods: int) -> None:
         """Fly for control periods; the autopilot ticks every ``AUTOPILOT_PERIODS`` whatever the calls are.
@@ -85,9 +87,14 @@ class Aircraft:
         self._reported = len(self.vehicle.jumps)
         return fresh
 
+    @property
+    def navigation(self) -> NavigationStatus:
+        """What the vehicle knows about its own navigation."""
+        return navigation_status(self.vehicle.avionics, self.vehicle.periods)
+
     def view(self) -> VehicleView:
         """The vehicle as the autopilot sees it."""
-        estimate, law = self.vehicle.estimate, self.vehicle.law
+        estimate, law, navigation = self.vehicle.estimate, self.vehicle.law, self.navigation
         nose, back = x_axis(estimate.attitude), z_axis(estimate.attitude)
         forward = is_forward(law) and not hovers_again(self.vehicle)
         flat = (-back.x, -back.y) if abs(nose.z) > math.hypot(nose.x, nose.y) else (nose.x, nose.y)
@@ -105,6 +112,11 @@ class Aircraft:
             battery_energy=self.battery.capacity - self.battery.used,
             law=law,
             crash=self.vehicle.crash,
+            aligned=navigation.is_aligned,
+            awaited=navigation.awaited,
+            position_age=navigation.position_age,
+            unfused=navigation.unfused,
+            resets=navigation.resets,
         )
 
     @property

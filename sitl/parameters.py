@@ -35,6 +35,9 @@ class WorldSettings(NamedTuple):
     battery: Annotated[float, ParameterMetadata("SIM_BAT_ENERGY", (100.0, 1e7), "J", "Energy of a full battery")] = (
         100e3
     )
+    motion_capture: Annotated[
+        int, ParameterMetadata("SIM_MOCAP", (0, 1), "", "Simulated motion capture: 0 off, only poses from peers; 1 on")
+    ] = 1
 
 
 class Configuration(NamedTuple):

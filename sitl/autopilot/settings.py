@@ -42,6 +42,9 @@ class Settings(NamedTuple):
     link_action: Annotated[
         int, ParameterMetadata("NAV_DLL_ACT", (0, 3), "", "Ground station lost: 0 go on, 1 hold, 2 return, 3 land")
     ] = 0
+    position_timeout: Annotated[
+        float, ParameterMetadata("COM_POS_FS_DELAY", (1.0, 100.0), "s", "The position is lost after so long unaided")
+    ] = 2.0
     companion_timeout: Annotated[
         float, ParameterMetadata("COM_OBC_LOSS_T", (1.0, 60.0), "s", "The companion is lost after this silence")
     ] = 5.0

@@ -86,6 +86,19 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     )
     flight.add_argument("--arena", default="open", choices=("open", "voliere"), help="area in which it may fly [open]")
     flight.add_argument(
+        "--nav",
+        choices=("sensors", "mocap", "truth"),
+        default=None,
+        help="what the vehicle navigates by: satellites, compass, barometer and inertial sensors; motion capture and "
+        "inertial sensors; or the exact state [sensors; mocap in the voliere; truth in scenarios]",
+    )
+    flight.add_argument(
+        "--sensors",
+        metavar="FILE",
+        default=None,
+        help="TOML file that states values of the sensors anew",
+    )
+    flight.add_argument(
         "--param",
         type=_assignment,
         action="append",

@@ -29,3 +29,8 @@ class VehicleView(NamedTuple):
     battery_energy: float = math.inf  # left in the battery [J]
     law: Law = Law.LANDED  # in force
     crash: Crash | None = None  # what broke it
+    aligned: bool = True  # the navigation filter runs
+    awaited: tuple[str, ...] = ()  # what navigation waits for before a flight, in plain words
+    position_age: float = 0.0  # since the last aid of the position [s]; infinite before the first
+    unfused: tuple[str, ...] = ()  # instruments that navigation goes on without
+    resets: int = 0  # of the estimate to readings that it had refused

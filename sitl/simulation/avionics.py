@@ -21,7 +21,7 @@ from sitl.model.state import Plant
 from sitl.model.vectors import Vector, add, scaled, subtract
 from sitl.sensors.draws import DROPOUT, FAST_COLUMNS, POSE_DROPOUT, SLOW_COLUMNS, SLOW_PERIODS
 from sitl.sensors.hidden_errors import drawn_errors
-from sitl.sensors.instruments import HiddenErrors, Instruments, instruments
+from sitl.sensors.instruments import HEALTHY, MOTION_CAPTURE, OFF, HiddenErrors, Instruments, instruments
 from sitl.sensors.sensor_files import load_sensors
 from sitl.sensors.specification import SensorSet
 from sitl.simulation.noise import BLOCK
@@ -62,6 +62,7 @@ class Avionics:
         self.sensors = sensors
         self.fast, self.slow = NO_FAST, NO_SLOW
         self._block = -1
+        self._has_cameras = True
         self._seed, self._converged = seed, 0
         self._random = np.random.default_rng((seed, 2))
         errors = drawn_errors(sensors, _quantised(self._random.standard_normal(15)))
@@ -88,6 +89,12 @@ class Avionics:
         """Standard deviations of three errors, the first of which is numbered so."""
         variances = np.diagonal(self.filter["covariance"])[first : first + 3]
         return Vector(*(math.sqrt(max(float(x), 0.0)) for x in variances))
+
+    def switch_motion_capture(self, *, on: bool) -> None:
+        """Whether the arena's cameras, which are simulated, give poses; a failure that they have is kept."""
+        if self.is_sensed and on != self._has_cameras:
+            self.instruments["failures"][MOTION_CAPTURE] = HEALTHY if on else OFF
+            self._has_cameras = on
 
     def draw(self, period: int) -> None:
         """Make the draws for the block of periods that this one is in."""

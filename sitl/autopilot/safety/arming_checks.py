@@ -16,7 +16,9 @@ def refuse_arming(view: VehicleView, settings: Settings) -> list[str]:
     """Why a vehicle in this state may not be armed; empty if it may."""
     if view.crash is not None:
         return [f"crashed at {view.crash.speed:.1f} m/s: a reboot stands it up again"]
-    reasons = []
+    if not view.aligned:  # nothing else is known yet
+        return list(view.awaited)
+    reasons = list(view.awaited)
     if not view.landed:
         reasons.append("not on the ground")
     if view.tilt > MAX_STANDING_TILT:

@@ -16,6 +16,7 @@ from protocol.modes import Mode
 from sitl.autopilot.safety.alarm import Alarm, SafetyAction
 from sitl.autopilot.safety.fence import FenceWatch
 from sitl.autopilot.safety.link_watch import LinkSilence, LinkWatches
+from sitl.autopilot.safety.navigation_watch import NavigationWatch
 from sitl.autopilot.safety.world import World
 from sitl.autopilot.settings import Settings
 from sitl.control.reference import Point
@@ -141,6 +142,7 @@ class Failsafes:
 
     silence: LinkSilence = field(default_factory=LinkSilence)
     links: LinkWatches = field(default_factory=LinkWatches)
+    navigation: NavigationWatch = field(default_factory=NavigationWatch)
     fence: FenceWatch = field(default_factory=FenceWatch)
     battery: BatteryWatch = field(default_factory=BatteryWatch)
     _fence_checked: float = -math.inf  # [s]
@@ -158,7 +160,7 @@ class Failsafes:
         landing: bool,
     ) -> list[Alarm]:
         """Alarms that begin at this tick of a flight."""
-        alarms = self.links.check(self.silence, settings)
+        alarms = self.links.check(self.silence, settings) + self.navigation.check(view, settings.position_timeout)
         if settings.fence_action and view.time - self._fence_checked >= FENCE_PERIOD:
             self._fence_checked = view.time
             if breach := self.fence.check(view, world.fence):
@@ -173,12 +175,13 @@ class Failsafes:
 
     @property
     def is_critical(self) -> bool:
-        """Whether a link is lost, the fence is being left, or the battery is needed for the way home."""
-        return self.links.lost or self.fence.breached or self.battery.returned or self.battery.critical
+        """Whether a link or the position is lost, the fence is being left, or the battery is needed to come home."""
+        lost = self.links.lost or self.navigation.lost
+        return lost or self.fence.breached or self.battery.returned or self.battery.critical
 
     def rest(self) -> None:
-        """Forget link losses on the ground; the next flight reports them anew."""
-        self.links = LinkWatches()
+        """Forget losses on the ground; the next flight reports them anew."""
+        self.links, self.navigation = LinkWatches(), NavigationWatch()
 
 
 def energy_home(
