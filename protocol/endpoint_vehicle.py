@@ -5,13 +5,14 @@ It composes the server engines, the links and the router. The autopilot decides;
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable, Mapping, Sequence
+from collections.abc import Collection, Hashable, Iterable, Mapping, Sequence
 from types import MappingProxyType
 
 from protocol.codec import Statistics
+from protocol.dialect import mavlink
 from protocol.engines.base import Outgoing, Server
 from protocol.engines.file_store import FileTree, LogStore, NoFiles
-from protocol.engines.heartbeat import HeartbeatSource
+from protocol.engines.heartbeat import HEARTBEAT_PERIOD, HeartbeatSource
 from protocol.engines.parameter_values import Parameter
 from protocol.engines.server.command_server import UNKNOWN_PROGRESS, CommandServer
 from protocol.engines.server.ftp_server import FtpServer
@@ -56,6 +57,7 @@ class VehicleEndpoint:
         streams: Interval [us] per id of the messages the vehicle streams, -1 for off.
         on_request: Ids of further messages it sends on request.
         numbered: Number of instances per id, for messages that are requested by number.
+        families: Groups of ids that a peer gets only once it has asked for one of the group.
         peers: Destinations that get all messages from the start; each sender of a valid frame is added. None leaves
             that to the transport.
         keyring: Signs and judges frames; without it no frame is signed and all are accepted.
@@ -76,6 +78,7 @@ class VehicleEndpoint:
         streams: Mapping[int, int] = MappingProxyType({}),
         on_request: Iterable[int] = (),
         numbered: Mapping[int, int] = MappingProxyType({}),
+        families: Iterable[Collection[int]] = (),
         peers: Iterable[Hashable] | None = None,
         keyring: Keyring | None = None,
         files: FileTree | None = None,
@@ -93,7 +96,10 @@ class VehicleEndpoint:
         self._files = FtpServer(*self._ids, files or NoFiles())
         self._logs = LogServer(*self._ids, logs or NoFiles())
         links = None if peers is None else self._links.codecs.keys()
-        self._streams = StreamServer(*self._ids, streams, on_request, numbered=numbered, links=links)
+        fixed = {mavlink.MAVLINK_MSG_ID_HEARTBEAT: round(1e6 * HEARTBEAT_PERIOD)}
+        self._streams = StreamServer(
+            *self._ids, streams, on_request, numbered=numbered, families=families, fixed=fixed, links=links
+        )
         self.operator = OperatorControl(*self._ids)
         self._servers: tuple[Server, ...] = (
             self.operator,
@@ -180,20 +186,27 @@ class VehicleEndpoint:
         self._collect(now)
 
     def publish(self, message: Message, to: Audience = None) -> None:
-        """Send a message to some links; None means everyone.
+        """Send a message to some links; None means all that get messages of its family.
 
         Raises:
             LocalProtocolError: A field does not fit the wire.
         """
+        to = self._streams.audience(message.get_msgId()) if to is None else to
         for peer in (None,) if to is None else (Peer(0, 0, key) for key in to):  # 0: every system on that link
-            self.send(message, peer)
+            self._send(message, peer)
 
     def send(self, message: Message, peer: Peer | None) -> None:
-        """Send a message to one peer; None means everyone.
+        """Send a message to one peer; None means all that get messages of its family.
 
         Raises:
             LocalProtocolError: A field does not fit the wire.
         """
+        if peer is None:
+            self.publish(message)
+        else:
+            self._send(message, peer)
+
+    def _send(self, message: Message, peer: Peer | None) -> None:
         if message.get_type() == "MISSION_CURRENT":
             self._mission.mark(message)
         self._put(Outgoing(peer, message))
@@ -237,6 +250,8 @@ class VehicleEndpoint:
     def _receive(self, message: Message, now: float, peer: Peer) -> None:
         kind = message.get_type()
         server = self._server_of.get(kind)
+        if self.operator.is_asked(message):  # whoever asks for control knows its status, and wants it
+            self._streams.ask_for(mavlink.MAVLINK_MSG_ID_CONTROL_STATUS, peer)
         if not self.operator.admits(message, now, peer):
             return
         if server is not None:

@@ -4,10 +4,12 @@
   the nose, y left, z up), FRD on the wire. Each pair differs by half a turn about x, so one function converts in
   both directions.
 - Quaternions are (w, x, y, z), of unit length, and rotate body vectors into the world: v_W = R(q) v_B.
-- Tail-sitter: the body frame is always that of forward flight. Level flight has pitch 0; a nose-up hover has pitch
-  +90 deg.
+- Tail-sitter: two body frames. In that of forward flight, which everything inside uses, x is along the nose: level
+  flight has pitch 0, a nose-up hover pitch +90 deg. The hover frame, which goes over the wire as PX4's does, is pitched
+  down from it by 90 deg: x is along the belly, the nose is at -z, a nose-up hover is level.
 - ``repr_offset_q`` of ATTITUDE_QUATERNION only tells how to *show* the attitude: shown = q * repr_offset_q.
-  With FLYING_DISPLAY a display shows the frame of forward flight; with HOVER_DISPLAY a nose-up hover is shown level.
+  With SHOW_AS_TOLD a display shows q itself, with SHOW_PITCHED_UP the frame of forward flight instead of the hover
+  frame, with SHOW_PITCHED_DOWN the hover frame instead of that of forward flight.
 - Geodetic: WGS84, latitude and longitude in degrees, altitude in metres above mean sea level.
 
 Which MAV_FRAME means what is in ``protocol.mav_frames``.
@@ -23,8 +25,9 @@ from numpy.typing import NDArray
 from protocol.errors import LocalProtocolError
 
 __all__ = [
-    "FLYING_DISPLAY",
-    "HOVER_DISPLAY",
+    "SHOW_AS_TOLD",
+    "SHOW_PITCHED_DOWN",
+    "SHOW_PITCHED_UP",
     "Array",
     "Geodetic",
     "LocalFrame",
@@ -34,7 +37,11 @@ __all__ = [
     "euler_from_quaternion",
     "flip",
     "flip_quaternion",
+    "flying_attitude",
+    "flying_axes",
     "heading",
+    "hover_attitude",
+    "hover_axes",
     "multiply",
     "quaternion_from_euler",
     "rotate",
@@ -45,8 +52,9 @@ Quaternion = tuple[float, float, float, float]
 Array = Sequence[float] | NDArray[np.float64]
 
 _HALF = math.sqrt(0.5)
-FLYING_DISPLAY: Quaternion = (1.0, 0.0, 0.0, 0.0)
-HOVER_DISPLAY: Quaternion = (_HALF, 0.0, -_HALF, 0.0)
+SHOW_AS_TOLD: Quaternion = (1.0, 0.0, 0.0, 0.0)
+SHOW_PITCHED_UP: Quaternion = (_HALF, 0.0, _HALF, 0.0)
+SHOW_PITCHED_DOWN: Quaternion = (_HALF, 0.0, -_HALF, 0.0)
 
 _A = 6378137.0  # WGS84 semi-major axis [m]
 _E2 = 6.69437999014e-3  # WGS84 first eccentricity squared [-]
@@ -82,6 +90,26 @@ def rotate(q: Array, v: Array) -> Vector:
     return x, y, z
 
 
+def hover_attitude(q: Array) -> Quaternion:
+    """The attitude of the hover frame, from that of the frame of forward flight; both FRD -> NED."""
+    return multiply(q, SHOW_PITCHED_DOWN)
+
+
+def flying_attitude(q: Array) -> Quaternion:
+    """The attitude of the frame of forward flight, from that of the hover frame; both FRD -> NED."""
+    return multiply(q, SHOW_PITCHED_UP)
+
+
+def hover_axes(v: Array) -> Vector:
+    """A body vector in the hover frame, from the frame of forward flight; both FRD."""
+    return float(v[2]), float(v[1]), -float(v[0])
+
+
+def flying_axes(v: Array) -> Vector:
+    """A body vector in the frame of forward flight, from the hover frame; both FRD."""
+    return -float(v[2]), float(v[1]), float(v[0])
+
+
 def euler_from_quaternion(q: Array) -> Vector:
     """Roll, pitch, yaw [rad] (ZYX) of an attitude FRD -> NED; yaw in (-pi, pi].
 
@@ -107,7 +135,7 @@ def quaternion_from_euler(roll: float, pitch: float, yaw: float) -> Quaternion:
 
 def displayed(q: Array, repr_offset_q: Array) -> Quaternion:
     """The attitude to show: q * repr_offset_q; an offset of zeros means no offset."""
-    return multiply(q, repr_offset_q if any(repr_offset_q) else FLYING_DISPLAY)
+    return multiply(q, repr_offset_q if any(repr_offset_q) else SHOW_AS_TOLD)
 
 
 def heading(q: Array) -> float:

@@ -23,7 +23,7 @@ from sitl.mavlink.services.command_service import CommandService
 from sitl.mavlink.services.home_service import HomeService
 from sitl.mavlink.services.maintenance_commands import MaintenanceCommands
 from sitl.mavlink.services.steering_service import SteeringService
-from sitl.mavlink.telemetry.streams import STREAMS
+from sitl.mavlink.telemetry.streams import FAMILIES, STREAMS
 from sitl.parameters import INT, Configuration
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -56,7 +56,7 @@ def page() -> str:
 
 def _streamed() -> str:
     rows = [
-        (name, s.message_id, f"{s.rate:g}" if s.rate else "on request", _group(s.message_id), _test(name))
+        (name, s.message_id, f"{s.rate:g}" if s.rate else "on request", *_group_and_family(s.message_id), _test(name))
         for s in STREAMS
         for name in (_message(s.message_id),)
     ]
@@ -64,8 +64,10 @@ def _streamed() -> str:
         "Messages the vehicle streams",
         "Rates are the defaults [Hz of simulated time]. SET_MESSAGE_INTERVAL and REQUEST_DATA_STREAM change them\n"
         "only for the link on which they arrive; REQUEST_MESSAGE asks for one message. Groups are those of\n"
-        "REQUEST_DATA_STREAM (MAV_DATA_STREAM); a message without a group keeps its rate if all groups are requested.",
-        ("Message", "Id", "Rate", "Group", "Test"),
+        "REQUEST_DATA_STREAM (MAV_DATA_STREAM); a message without a group keeps its rate if all groups are requested.\n"
+        "A link gets no message of a family until it asks for one of it with SET_MESSAGE_INTERVAL or REQUEST_MESSAGE;\n"
+        "then it gets the whole family, events too, until it stops all of it or the vehicle forgets the link.",
+        ("Message", "Id", "Rate", "Group", "Family", "Test"),
         rows,
     )
 
@@ -76,8 +78,8 @@ def _sent_on_events() -> str:
         name.upper() for text in _vehicle_sources() for name in re.findall(r"mavlink\.MAVLink_(\w+)_message\(", text)
     }
     ids = {known.msgname: number for number, known in mavlink.mavlink_map.items()}
-    rows = [(name, ids[name], _test(name)) for name in sorted(built - streamed)]
-    return _section("Messages the vehicle sends on events", "", ("Message", "Id", "Test"), rows)
+    rows = [(name, ids[name], _family(ids[name]), _test(name)) for name in sorted(built - streamed)]
+    return _section("Messages the vehicle sends on events", "", ("Message", "Id", "Family", "Test"), rows)
 
 
 def _accepted() -> str:
@@ -146,6 +148,15 @@ def _group(number: int) -> str:
         if group != mavlink.MAV_DATA_STREAM_ALL and number in members
     )
     return next((str(groups[group].name).removeprefix("MAV_DATA_STREAM_") for group in held), "")
+
+
+def _family(number: int) -> str:
+    """The family a message belongs to, if any."""
+    return next((name for name, members in FAMILIES.items() if number in members), "")
+
+
+def _group_and_family(number: int) -> tuple[str, str]:
+    return _group(number), _family(number)
 
 
 def _command(number: int) -> str:

@@ -16,7 +16,14 @@ from darko_gcs.state.values import NO_ITEM, Navigation, PlanIds
 from protocol import units
 from protocol.dialect import mavlink
 from protocol.engines.parameter_values import decode_value
-from protocol.frames import FLYING_DISPLAY, Geodetic, quaternion_from_euler
+from protocol.frames import (
+    SHOW_AS_TOLD,
+    SHOW_PITCHED_DOWN,
+    Geodetic,
+    flying_attitude,
+    multiply,
+    quaternion_from_euler,
+)
 from protocol.frames import heading as heading_of
 from protocol.message import Message, Source, source_of
 from protocol.plans import MissionItem
@@ -54,6 +61,7 @@ CHECKED_FIELDS = {
     "WIND_COV": ("wind_x", "wind_y", "wind_z"),
 }  # fmt: skip
 MAX_LATITUDE_E7, MAX_LONGITUDE_E7 = 89_0000000, 180_0000000  # of a place that a map can show [1e-7 deg]
+MAX_OFFSET_ERROR = 0.01  # of a repr_offset_q, which some vehicles send with four digits
 UNKNOWN_VOLTAGE = 0xFFFF  # of SYS_STATUS and of a cell of BATTERY_STATUS [mV]
 
 HANDLERS = HandlerTable()
@@ -136,15 +144,26 @@ def _at_boot_time(s: Snapshot, boot: float, now: float) -> Snapshot:
 @HANDLERS.handles("ATTITUDE_QUATERNION")
 def _attitude_quaternion(s: Snapshot, m: Message, _now: float) -> Snapshot:
     q = (m.q1, m.q2, m.q3, m.q4)
-    offset = tuple(m.repr_offset_q)
-    return replace(s, q=q, repr_offset=offset if any(offset) else FLYING_DISPLAY, heading=heading_of(q))
+    offset = tuple(m.repr_offset_q) if any(m.repr_offset_q) else SHOW_AS_TOLD
+    if s.tells_hover_frame and not _tells_flying_frame(offset):
+        q, offset = flying_attitude(q), multiply(SHOW_PITCHED_DOWN, offset)
+    return replace(s, q=q, repr_offset=offset, heading=heading_of(q))
+
+
+def _tells_flying_frame(offset: tuple[float, ...]) -> bool:
+    """True of DarkO's logs up to 0.1: they have the nose along x also in the hover, and have it shown pitched down."""
+    return math.dist(offset, SHOW_PITCHED_DOWN) < MAX_OFFSET_ERROR
 
 
 @HANDLERS.handles("ATTITUDE")
 def _attitude(s: Snapshot, m: Message, _now: float) -> Snapshot:
     if s.repr_offset is not None:  # the vehicle sends quaternions too, which have no singularity
         return s
-    return replace(s, q=quaternion_from_euler(m.roll, m.pitch, m.yaw), heading=m.yaw % (2.0 * math.pi))
+    q = quaternion_from_euler(m.roll, m.pitch, m.yaw)
+    if s.tells_hover_frame:
+        q = flying_attitude(q)
+        return replace(s, q=q, heading=heading_of(q))
+    return replace(s, q=q, heading=m.yaw % (2.0 * math.pi))
 
 
 @HANDLERS.handles("LOCAL_POSITION_NED")

@@ -31,6 +31,13 @@ from protocol.plans import MissionItem
 
 __all__ = ["EMPTY_SNAPSHOT", "Snapshot"]
 
+TAIL_SITTERS = frozenset(
+    {
+        mavlink.MAV_TYPE_VTOL_DUOROTOR,
+        mavlink.MAV_TYPE_VTOL_QUADROTOR,
+        mavlink.MAV_TYPE_VTOL_RESERVED3,  # MAV_TYPE_VTOL_TAILSITTER since 2021
+    }
+)
 NOSE_FORWARD_STATES = frozenset({mavlink.MAV_VTOL_STATE_TRANSITION_TO_MC, mavlink.MAV_VTOL_STATE_FW})
 
 
@@ -52,8 +59,8 @@ class Snapshot:
     late_messages: int = 0  # messages in a row whose time since boot was long before ``boot``
     restarts: int = 0  # restarts of the vehicle seen so far
 
-    q: Quaternion | None = None  # flying body frame FRD -> NED
-    repr_offset: Quaternion | None = None
+    q: Quaternion | None = None  # FRD -> NED, x along the nose
+    repr_offset: Quaternion | None = None  # what the vehicle wants shown: q * repr_offset
     p: Vector | None = None  # NED [m]
     v: Vector | None = None  # NED [m/s]
     target: Vector | None = None  # NED [m]
@@ -133,6 +140,11 @@ class Snapshot:
     def is_forward(self) -> bool:
         """True in forward flight, until the back transition ends: it switches once per transition, at its end."""
         return self.vtol_state in NOSE_FORWARD_STATES
+
+    @property
+    def tells_hover_frame(self) -> bool:
+        """True if attitudes on the wire are of the hover frame: of a tail-sitter that is not an ArduPilot."""
+        return self.kind in TAIL_SITTERS and self.autopilot != mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA
 
     @property
     def crashed(self) -> bool:

@@ -10,21 +10,18 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from darko_gcs.station.family_requests import APPEARANCES
 from darko_gcs.station.station import Station
 from protocol.events import (
     Event,
     MissionCleared,
     MissionDownloaded,
     MissionUploaded,
-    VehicleFound,
-    VehicleRestarted,
-    VehicleReturned,
 )
 
 __all__ = ["InitialSync"]
 
 TRANSFERS = (MissionUploaded, MissionDownloaded, MissionCleared)
-APPEARANCES = (VehicleFound, VehicleReturned, VehicleRestarted)
 
 
 class InitialSync:

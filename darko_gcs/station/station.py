@@ -11,6 +11,7 @@ from darko_gcs.state.plan_parts import FENCE, MISSION, RALLY, with_plan
 from darko_gcs.state.reduce import reduce
 from darko_gcs.state.reduce_events import reduce_event
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
+from darko_gcs.station.family_requests import FamilyRequests
 from darko_gcs.station.parameter_metadata_client import ParameterMetadataClient
 from darko_gcs.station.plan_transfer import PlanTransfer
 from darko_gcs.station.signing_client import SigningClient
@@ -68,6 +69,7 @@ class Station:
         self.signing = SigningClient(self.endpoint, give_key=give_key)
         self.plans = PlanTransfer(self.endpoint)
         self.parameter_metadata = ParameterMetadataClient(self.endpoint)
+        self._families = FamilyRequests(self.endpoint)
         self.snapshot: Snapshot = EMPTY_SNAPSHOT
         self.recording_fault = ""  # why the recording ended
         self._recorder = recorder
@@ -94,6 +96,7 @@ class Station:
             if self._is_selected(message, now):
                 self.snapshot = reduce(self.snapshot, message, now)
                 self.parameter_metadata.receive(message, now)
+                self._families.receive(message, now)
             self.signing.receive(message)
             from_vehicle = from_vehicle or source_of(message) == self.endpoint.vehicle
         if self.snapshot.restarts != restarts:
@@ -104,6 +107,7 @@ class Station:
     def tick(self, now: float) -> None:
         """Let time pass: resends, loss of the vehicle, link statistics."""
         self.endpoint.handle_timer(now)
+        self._families.handle_timer(now)
         self._update_signing(now)
         self._collect(now)
         self._update_rate(now)
@@ -284,6 +288,8 @@ class Station:
 
     def _collect(self, now: float) -> None:
         for event in self.endpoint.events():
+            if self._families.follow(event, now):
+                continue
             self.snapshot = reduce_event(self.snapshot, event, now)
             if isinstance(event, MissionUploaded):
                 self.snapshot = with_plan(self.snapshot, event.kind, self.plans.sent.get(event.kind, ()))
@@ -331,7 +337,9 @@ class Station:
         self.plans.cancel()
         self.parameter_metadata.forget()
         self.endpoint.give_up_requests("the vehicle restarted")
-        self._events.append(VehicleRestarted())
+        restarted = VehicleRestarted()
+        self._families.follow(restarted, now)
+        self._events.append(restarted)
         self._collect(now)
 
     def _keep_safely(self, keep: Callable[[KeyRecord], None]) -> Callable[[KeyRecord], None]:

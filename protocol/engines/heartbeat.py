@@ -7,7 +7,7 @@ import math
 from protocol.engines.base import Engine
 from protocol.message import Message
 
-__all__ = ["HeartbeatSource"]
+__all__ = ["HEARTBEAT_PERIOD", "HeartbeatSource"]
 
 HEARTBEAT_PERIOD = 1.0  # [s]
 

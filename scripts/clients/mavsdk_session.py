@@ -35,6 +35,7 @@ from mavsdk_watch import FLIGHT_TIMEOUT, SessionError, Watch
 
 LOG_TIMEOUT = 60.0  # [s]
 NO_VEHICLE = 5  # exit code
+G = 9.81  # [m/s2]
 HOVER_THRUST = 0.505  # share of what both motors give at rest that carries the vehicle
 
 
@@ -96,12 +97,15 @@ class Session:
         self.say(f"{len(back)} raw items and {len(got)} items up and down")
 
     def telemetry_topics(self) -> None:
-        """The less common topics, and a rate for one."""
-        self.telemetry.set_rate_odometry(10.0)
-        wanted = {"altitude", "flight", "ground_truth", "odometry"}
+        """The less common topics, and rates for some."""
+        for topic in ("odometry", "imu", "raw_imu", "scaled_imu"):
+            getattr(self.telemetry, f"set_rate_{topic}")(10.0)
+        wanted = {"altitude", "flight", "ground_truth", "imu", "odometry", "raw_imu", "scaled_imu"}
         self.watch.until("receiving all topics", lambda now: wanted <= now.keys(), 10.0)
         here, truth = self.watch.newest["position"], self.watch.newest["ground_truth"]
         _ensure(abs(here.latitude_deg - truth.latitude_deg) < METRE, "position and ground truth agree")
+        felt = self.watch.newest["imu"].acceleration_frd
+        _ensure(abs(felt.down_m_s2 + G) < 0.2, f"the accelerometer of a vehicle that stands reads {felt}")
         self.say(", ".join(sorted(wanted)))
 
     def fence(self) -> None:
@@ -155,11 +159,13 @@ class Session:
         self.say("off-board by position and velocity, then hold")
 
     def attitudes(self) -> None:
-        """Off-board by attitude, whose pitch is 90 deg in the hover, then ahead and turning, then back to hold."""
-        self.offboard.set_attitude(Attitude(0.0, 90.0, 0.0, HOVER_THRUST))
+        """Off-board by attitude as MAVSDK's example begins, then ahead and turning, then back to hold."""
+        self.offboard.set_attitude(Attitude(0.0, 0.0, 0.0, 0.0))
         self.offboard.start()
+        self.offboard.set_attitude(Attitude(0.0, 0.0, 0.0, HOVER_THRUST))
         self.watch.until_is("flight_mode", FlightMode.OFFBOARD)
-        self.offboard.set_attitude(Attitude(0.0, 80.0, 0.0, 1.02 * HOVER_THRUST))
+        self.watch.until("level and facing north", lambda now: _largest(now["attitude_euler"]) < 2.0, 10.0)
+        self.offboard.set_attitude(Attitude(0.0, -10.0, 0.0, 1.02 * HOVER_THRUST))
         self.watch.until("moving north by its tilt", lambda now: _velocity(now).north_m_s > 1.0)
         self.offboard.set_velocity_body(VelocityBodyYawspeed(1.0, 0.0, 0.0, 15.0))
         self.watch.until("moving east, having turned", lambda now: _velocity(now).east_m_s > 0.7)
@@ -325,6 +331,10 @@ def _position(now: dict[str, Any]) -> Any:  # noqa: ANN401
 
 def _velocity(now: dict[str, Any]) -> Any:  # noqa: ANN401
     return now["position_velocity_ned"].velocity
+
+
+def _largest(euler: Any) -> float:  # noqa: ANN401
+    return float(max(abs(euler.roll_deg), abs(euler.pitch_deg), abs(euler.yaw_deg)))
 
 
 def _range(now: dict[str, Any]) -> float:

@@ -10,8 +10,9 @@ from typing import Any
 
 FLIGHT_TIMEOUT = 90.0  # for anything that is flown [s]
 TOPICS = (
-    "altitude", "armed", "flight_mode", "ground_truth", "health_all_ok", "home", "in_air", "landed_state", "odometry",
-    "position", "position_velocity_ned", "status_text", "vtol_state",
+    "altitude", "armed", "attitude_euler", "flight_mode", "ground_truth", "health_all_ok", "home", "imu", "in_air",
+    "landed_state", "odometry", "position", "position_velocity_ned", "raw_imu", "scaled_imu", "status_text",
+    "vtol_state",
 )  # fmt: skip
 
 

@@ -62,13 +62,13 @@ def refuse_attitude(attitude: AttitudeReference, view: VehicleView) -> str | Non
         return f"thrust {attitude.thrust:.2f} is not within {MIN_THRUST:g} and 1"
     if math.hypot(*attitude.rates) > MAX_RATE:
         return f"body rates of {math.hypot(*attitude.rates):.1f} rad/s exceed the limit of {MAX_RATE:g} rad/s"
-    tilt, limit = math.degrees(_tilt(attitude.attitude)), math.degrees(MAX_TILT)
-    if tilt > limit + 0.01:
-        return f"nose {tilt:.0f} deg from the vertical exceeds the limit of {limit:.0f} deg (hover is pitch 90 deg)"
     if view.landed:
         return "attitudes are flown in the air only: take off first"
     if view.forward:
         return "attitudes are flown in hover only: make a transition to hover first"
+    tilt, limit = math.degrees(_tilt(attitude.attitude)), math.degrees(MAX_TILT)
+    if tilt > limit + 0.01:
+        return f"nose {tilt:.0f} deg from the vertical exceeds the limit of {limit:.0f} deg"
     return refuse_to_go_on(view, view.law)
 
 

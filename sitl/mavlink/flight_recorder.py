@@ -1,8 +1,8 @@
 """The vehicle's own record of its flights: each from arming to a second after disarming, as a telemetry log.
 
-A log holds the telemetry at its default rates, whatever peers ask for, and the events. Files are numbered; the oldest
-are deleted if there are too many or they are too large. A disk that fails ends the log, not the flight, and recording
-begins again once the disk can be written.
+A log holds the telemetry at its default rates, whatever peers ask for or not, and the events. Files are numbered; the
+oldest are deleted if there are too many or they are too large. A disk that fails ends the log, not the flight, and
+recording begins again once the disk can be written.
 """
 
 from __future__ import annotations
@@ -248,7 +248,9 @@ class _DiskFile:
 
 
 def _intervals() -> dict[int, int]:
-    return {s.message_id: round(1e6 / s.rate) for s in STREAMS if s.rate > 0.0} | {HEARTBEAT: 1_000_000}
+    intervals = {s.message_id: round(1e6 / s.rate) for s in STREAMS if s.rate > 0.0} | {HEARTBEAT: 1_000_000}
+    del intervals[mavlink.MAVLINK_MSG_ID_NAMED_VALUE_FLOAT]  # the DARKO_* messages hold the same numbers
+    return intervals
 
 
 def _began(name: str) -> int:

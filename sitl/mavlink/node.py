@@ -33,7 +33,7 @@ from sitl.mavlink.services.plan_service import PlanService, StoredPlans
 from sitl.mavlink.services.signing_service import SigningService
 from sitl.mavlink.services.steering_service import SteeringService
 from sitl.mavlink.standard_modes import AVAILABLE_MODES
-from sitl.mavlink.telemetry.streams import STREAMS
+from sitl.mavlink.telemetry.streams import FAMILIES, STREAMS
 from sitl.mavlink.telemetry.telemetry_service import PERIOD_US, TelemetryService
 from sitl.mavlink.telemetry.vehicle_snapshot import VehicleSnapshot
 from sitl.persistence import StateFolder
@@ -139,6 +139,7 @@ class Node:
             streams={s.message_id: round(1e6 / s.rate) if s.rate else STREAM_OFF for s in STREAMS},
             on_request=(mavlink.MAVLINK_MSG_ID_AVAILABLE_MODES,),
             numbered={mavlink.MAVLINK_MSG_ID_AVAILABLE_MODES: len(AVAILABLE_MODES)},
+            families=FAMILIES.values(),
             peers=peers,
             keyring=keyring,
             files=files,
@@ -229,7 +230,7 @@ class Node:
         self.aircraft.advance(periods)
         messages = self._telemetry.messages()
         self._reporter.report(messages)
-        self._telemetry.publish_due(messages, periods)
+        self._telemetry.publish_due(messages)
         self._parameters.show_changes()
 
     def snapshot(self) -> VehicleSnapshot:

@@ -11,12 +11,13 @@ import math
 
 from protocol import units
 from protocol.dialect import mavlink
-from protocol.frames import flip, flip_quaternion
+from protocol.frames import flip, flip_quaternion, flying_attitude, flying_axes
 from protocol.mav_frames import ABSOLUTE_ALTITUDE_FRAMES, BODY_FRAMES, OFFSET_FRAMES
 from protocol.message import Message
 from sitl.autopilot.autopilot import Autopilot
 from sitl.autopilot.safety.world import POSITION_FRAMES
 from sitl.control.reference import AttitudeReference, Point
+from sitl.guidance.attitude_setpoints import MIN_THRUST
 from sitl.guidance.moving_reference import KEEP_HEADING, HeadingSetpoint
 from sitl.model.quaternions import Quaternion
 from sitl.model.vectors import Vector
@@ -112,16 +113,19 @@ def _direction(autopilot: Autopilot, message: Message, wire: tuple[float, float,
 
 
 def _take_attitude(autopilot: Autopilot, message: Message) -> str | None:
+    """An attitude in the hover frame, as ATTITUDE has it: attitudes are flown in hover only."""
     mask = message.type_mask
     if mask & IGNORE_ATTITUDE:
         return "body rates alone are not flown: send the attitude with them"
     if mask & IGNORE_THRUST or mask & THRUST_BODY:
         return "an attitude needs a thrust along the nose"
     wire = (message.body_roll_rate, message.body_pitch_rate, message.body_yaw_rate)
-    rates = flip([0.0 if mask & ignored else rate for ignored, rate in zip(IGNORE_RATES, wire, strict=True)])
-    return autopilot.offboard.set_attitude(
-        AttitudeReference(Quaternion(*flip_quaternion(message.q)), Vector(*rates), message.thrust)
-    )
+    wanted = [0.0 if mask & ignored else rate for ignored, rate in zip(IGNORE_RATES, wire, strict=True)]
+    attitude = Quaternion(*flip_quaternion(flying_attitude(message.q)))
+    rates = Vector(*flip(flying_axes(wanted)))
+    # Programs begin with no thrust, and drop the vehicle with none: that much keeps the elevons in a slipstream.
+    thrust = max(message.thrust, MIN_THRUST) if message.thrust >= 0.0 else message.thrust
+    return autopilot.offboard.set_attitude(AttitudeReference(attitude, rates, thrust))
 
 
 def _unsupported(frame: int) -> str:

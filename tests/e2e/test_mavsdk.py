@@ -25,7 +25,7 @@ def test_health_parameters_missions_and_logs_answer(session):
 
 
 def test_every_telemetry_topic_arrives_and_a_fence_comes_back(session):
-    assert session["telemetry_topics"] == "altitude, flight, ground_truth, odometry"
+    assert session["telemetry_topics"] == "altitude, flight, ground_truth, imu, odometry, raw_imu, scaled_imu"
     assert session["fence"] == "a fence of a polygon and a circle up, down and cleared"
 
 

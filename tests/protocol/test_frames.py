@@ -58,16 +58,25 @@ def test_hover_turned_about_the_vertical_shows_that_heading(heading_deg):
 
 def test_a_hover_is_shown_level_in_the_hover_frame_and_upright_in_the_flying_one():
     q = frames.flip_quaternion((SQRT_HALF, 0.0, -SQRT_HALF, 0.0))
-    assert frames.displayed(q, frames.HOVER_DISPLAY) == pytest.approx((1.0, 0.0, 0.0, 0.0))
-    assert frames.displayed(q, frames.FLYING_DISPLAY) == pytest.approx(q)
+    assert frames.displayed(q, frames.SHOW_PITCHED_DOWN) == pytest.approx((1.0, 0.0, 0.0, 0.0))
+    assert frames.displayed(q, frames.SHOW_AS_TOLD) == pytest.approx(q)
     assert frames.displayed(q, (0.0, 0.0, 0.0, 0.0)) == pytest.approx(q)
 
 
 def test_flying_frame_is_what_a_hover_frame_attitude_shows_with_the_field_s_offset():
     """The specification's example: attitude in the hover frame, offset (0.7071, 0, 0.7071, 0) in forward flight."""
     flying = frames.quaternion_from_euler(0.1, 0.2, 0.3)
-    hover = frames.displayed(flying, frames.HOVER_DISPLAY)
+    hover = frames.displayed(flying, frames.SHOW_PITCHED_DOWN)
     assert frames.displayed(hover, (SQRT_HALF, 0.0, SQRT_HALF, 0.0)) == pytest.approx(flying)
+
+
+@given(angles, pitches, angles)
+def test_the_two_body_frames_lead_to_each_other(roll, pitch, yaw):
+    q, v = frames.quaternion_from_euler(roll, pitch, yaw), (roll, pitch, yaw)
+    assert frames.flying_attitude(frames.hover_attitude(q)) == pytest.approx(q, abs=1e-12)
+    assert frames.flying_axes(frames.hover_axes(v)) == v
+    in_hover = frames.rotate(frames.hover_attitude(q), frames.hover_axes(v))
+    assert in_hover == pytest.approx(frames.rotate(q, v), abs=1e-9)
 
 
 @given(angles, pitches, angles)

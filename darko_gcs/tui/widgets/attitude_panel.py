@@ -8,21 +8,33 @@ from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.tui.render.canvas import StyledLine
 from darko_gcs.tui.render.horizon import heading_tape, horizon
 from darko_gcs.tui.widgets.panel import Panel, styled_line
-from protocol.frames import FLYING_DISPLAY, Quaternion, displayed, euler_from_quaternion, rotate
+from protocol.frames import (
+    SHOW_AS_TOLD,
+    SHOW_PITCHED_DOWN,
+    Quaternion,
+    displayed,
+    euler_from_quaternion,
+    rotate,
+)
 
 __all__ = ["AttitudePanel", "display_offset"]
 
 NOSE = (1.0, 0.0, 0.0)  # in the body frame
+HALF_PITCHED = math.sin(math.pi / 4.0)  # how far down the nose of a display points that is pitched by half of 90 deg
 MAX_BANK_ELEVATION = 75.0  # nose elevation above which a bank angle means nothing [deg]
 
 
 def display_offset(s: Snapshot) -> Quaternion:
     """Rotation of the attitude for display: the vehicle's offset in hover, none in forward flight.
 
-    It changes once per transition, at its end, when the nose is where the new view has its level. A vehicle that sends
-    no offset is shown as it flies.
+    It changes once per transition, at its end, when the nose is where the new view has its level. A tail-sitter that
+    sends no offset is shown pitched down in hover, any other vehicle as it flies.
     """
-    return FLYING_DISPLAY if s.is_forward or s.repr_offset is None else s.repr_offset
+    if s.is_forward:
+        return SHOW_AS_TOLD
+    if s.repr_offset is not None:
+        return s.repr_offset
+    return SHOW_PITCHED_DOWN if s.tells_hover_frame else SHOW_AS_TOLD
 
 
 class AttitudePanel(Panel):
@@ -47,7 +59,7 @@ class AttitudePanel(Panel):
 
 
 def _is_hover_view(s: Snapshot) -> bool:
-    return display_offset(s) != FLYING_DISPLAY
+    return rotate(display_offset(s), NOSE)[2] > HALF_PITCHED
 
 
 def _angles(q: Quaternion, *, hover: bool) -> StyledLine:

@@ -13,7 +13,11 @@ from protocol.dialect import mavlink
 __all__ = ["DATA_STREAM_GROUPS"]
 
 _GROUPS: dict[int, tuple[int, ...]] = {
-    mavlink.MAV_DATA_STREAM_RAW_SENSORS: (),
+    mavlink.MAV_DATA_STREAM_RAW_SENSORS: (
+        mavlink.MAVLINK_MSG_ID_RAW_IMU,
+        mavlink.MAVLINK_MSG_ID_SCALED_IMU,
+        mavlink.MAVLINK_MSG_ID_HIGHRES_IMU,
+    ),
     mavlink.MAV_DATA_STREAM_EXTENDED_STATUS: (
         mavlink.MAVLINK_MSG_ID_SYS_STATUS,
         mavlink.MAVLINK_MSG_ID_GPS_RAW_INT,

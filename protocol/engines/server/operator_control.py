@@ -96,7 +96,7 @@ class OperatorControl(Server):
             self._fell_silent = None
         if not addressed_to(message, self._system, self._component):
             return True
-        if message.get_type() in _COMMANDS and message.command == mavlink.MAV_CMD_REQUEST_OPERATOR_CONTROL:
+        if self.is_asked(message):
             self._answer(message, now, peer)
             return False
         if holder is None or peer.system in {holder.system, self._system} or not self._controls(message):
@@ -104,6 +104,11 @@ class OperatorControl(Server):
         self._refuse(message, peer)
         self._events.append(OperatorRefused(peer, holder.system))
         return False
+
+    def is_asked(self, message: Message) -> bool:
+        """Whether a message asks for control of this vehicle, or gives it back."""
+        is_command = message.get_type() in _COMMANDS and addressed_to(message, self._system, self._component)
+        return is_command and message.command == mavlink.MAV_CMD_REQUEST_OPERATOR_CONTROL
 
     def armed(self, peer: Peer, now: float) -> None:
         """This peer armed the vehicle: it gets control if no station has it."""

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import copy
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Iterable, Mapping
 from types import MappingProxyType
 
 from protocol.dialect import mavlink
@@ -25,25 +25,27 @@ class StreamScheduler:
 
     Args:
         defaults: Interval [us] per message id, -1 for off.
+        asleep: Ids that are off until an interval is asked for, if only the default one.
 
     Raises:
         LocalProtocolError: A default interval is neither positive nor -1.
     """
 
-    def __init__(self, defaults: Mapping[int, int]) -> None:
+    def __init__(self, defaults: Mapping[int, int], asleep: Iterable[int] = ()) -> None:
         for number, interval in defaults.items():
             if interval != STREAM_OFF and not 0 < interval <= _MAX_INTERVAL:
                 raise LocalProtocolError(f"interval {interval} us of message {number} is not positive")
         self._defaults = dict(defaults)
-        self._intervals = dict(sorted(defaults.items()))
+        self._intervals = dict(sorted(defaults.items())) | {n: STREAM_OFF for n in asleep if n in defaults}
+        self._first = dict(self._intervals)
         self._now_us = 0
         self._due = {number: 0 for number, interval in self._intervals.items() if interval != STREAM_OFF}
         self._soonest = self._find_soonest()
 
     @property
     def is_default(self) -> bool:
-        """True while every interval is the default one."""
-        return self._intervals == self._defaults
+        """True while every interval is that of the beginning."""
+        return self._intervals == self._first
 
     @property
     def intervals(self) -> dict[int, int]:
@@ -53,6 +55,10 @@ class StreamScheduler:
     def copy(self) -> StreamScheduler:
         """A second schedule with the same intervals and the same phase."""
         return copy.deepcopy(self)
+
+    def has_any(self, message_ids: Collection[int]) -> bool:
+        """Whether any of these is sent."""
+        return not self._due.keys().isdisjoint(message_ids)
 
     def interval(self, message_id: int) -> int:
         """Interval [us] in force; -1: off, 0: no such stream."""
@@ -86,6 +92,15 @@ class StreamScheduler:
                 del self._due[message_id]
             self._soonest = self._find_soonest()
         return int(mavlink.MAV_RESULT_ACCEPTED)
+
+    def wake(self, message_ids: Iterable[int]) -> None:
+        """Send these at their default rates, in step with the messages that are sent from the beginning."""
+        for number in message_ids:
+            interval = self._defaults.get(number, STREAM_OFF)
+            if interval != STREAM_OFF:
+                self._intervals[number] = interval
+                self._due[number] = -(-self._now_us // interval) * interval
+        self._soonest = self._find_soonest()
 
     def due(self, now_us: int) -> list[int]:
         """Ids due at ``now_us``, ascending, each at most once: missed messages are not sent later."""

@@ -3,6 +3,11 @@
 Rates belong to a link, as on PX4 and ArduPilot: a request of one peer does not change the rates of the others. All
 peers with the default rates share one schedule.
 
+Some messages are not for everyone: pymavlink, and so MAVProxy, counts a message without a definition as lost. They
+come in families. A link gets none of a family, neither streams nor events, until it asks for one of its messages with
+SET_MESSAGE_INTERVAL or REQUEST_MESSAGE; then it gets all of them, at their default rates, until it sets every one of
+its streams to -1 or is forgotten.
+
 Requests are limited, so that no peer can use up the vehicle's time. A request beyond ``MAX_RATE_PER_LINK``,
 ``MAX_RATE_TOTAL``, ``REQUEST_RATE_PER_LINK`` or ``REQUEST_RATE_TOTAL`` is answered with TEMPORARILY_REJECTED and
 changes nothing.
@@ -66,6 +71,8 @@ class StreamServer(Server):
         on_request: Ids of further messages, sent only on request.
         numbered: Number of instances per id, for messages with several; param2 of MAV_CMD_REQUEST_MESSAGE selects one
             of them, counted from 1, or all with 0.
+        families: Groups of ids that a link gets only once it has asked for one of the group.
+        fixed: Interval [us] per id of the messages that others send, at a rate that nobody can change.
         links: A live view of the existing links; None: they cannot be distinguished and share one schedule.
     """
 
@@ -79,12 +86,15 @@ class StreamServer(Server):
         on_request: Iterable[int] = (),
         *,
         numbered: Mapping[int, int] = MappingProxyType({}),
+        families: Iterable[Collection[int]] = (),
+        fixed: Mapping[int, int] = MappingProxyType({}),
         links: Collection[Hashable] | None = None,
     ) -> None:
         super().__init__()
-        self._ids, self._links, self._numbered = (system, component), links, dict(numbered)
-        self._available = {*defaults, *on_request}
-        self._shared = StreamScheduler(defaults)
+        self._ids, self._links, self._numbered, self._fixed = (system, component), links, dict(numbered), dict(fixed)
+        self._available = {*defaults, *on_request, *fixed}
+        self._family = {number: frozenset(family) for family in families for number in family}
+        self._shared = StreamScheduler(defaults, asleep=self._family)
         self._own: dict[Hashable, StreamScheduler] = {}
         self._buckets: dict[Hashable, TokenBucket] = {}
         self._total_bucket = TokenBucket(capacity=REQUEST_RATE_TOTAL, rate=REQUEST_RATE_TOTAL)
@@ -146,22 +156,55 @@ class StreamServer(Server):
                 audience.setdefault(number, []).append(key)
         return {number: tuple(audience[number]) for number in sorted(audience)}
 
+    def ask_for(self, number: int, peer: Peer) -> bool:
+        """Let a link get the family of a message from now on; False if that is too much for it."""
+        woken = self._asleep(number, peer)
+        if not woken:
+            return True
+        schedule = self._begin(peer)
+        if not self._is_affordable(peer, schedule, dict.fromkeys(woken, 0.0)):
+            return False
+        schedule.wake(woken)
+        self._settle(peer, schedule)
+        return True
+
+    def audience(self, number: int) -> Audience:
+        """The links that get a message which nobody in particular has asked for."""
+        family = self._family.get(number)
+        if family is None:
+            return None
+        if self._links is None:
+            return None if self._shared.has_any(family) else ()
+        self._forget()
+        return tuple(key for key, own in self._own.items() if own.has_any(family))
+
     def next_due(self) -> float:
         """Time [us] of the next message for any link; infinity if all are off."""
         return min(schedule.next_due() for schedule in (self._shared, *self._own.values()))
 
     def _set(self, number: int, interval: float, peer: Peer) -> int:
+        if number in self._fixed:
+            is_kept = math.isnan(interval) or interval in {0.0, self._fixed[number]}
+            return int(mavlink.MAV_RESULT_ACCEPTED if is_kept else mavlink.MAV_RESULT_DENIED)
         schedule = self._begin(peer)
-        if not self._is_affordable(peer, schedule, {number: interval}):
+        woken = frozenset[int]() if interval == STREAM_OFF else self._asleep(number, peer)
+        if not self._is_affordable(peer, schedule, {**dict.fromkeys(woken, 0.0), number: interval}):
             return int(mavlink.MAV_RESULT_TEMPORARILY_REJECTED)
         result = schedule.set_interval(number, interval)
-        self._settle(peer, schedule)
+        if result == mavlink.MAV_RESULT_ACCEPTED:
+            schedule.wake(woken - {number})
+            self._settle(peer, schedule)
         return result
+
+    def _asleep(self, number: int, peer: Peer) -> frozenset[int]:
+        """The family of a message, if the link has not asked for it yet."""
+        family = self._family.get(number, frozenset())
+        return frozenset() if self._own.get(peer.key, self._shared).has_any(family) else family
 
     def _send_interval(self, number: int, peer: Peer) -> int:
         if not 0 <= number <= 0xFFFF:  # does not fit MESSAGE_INTERVAL
             return int(mavlink.MAV_RESULT_DENIED)
-        interval = self._own.get(peer.key, self._shared).interval(number)
+        interval = self._fixed.get(number) or self._own.get(peer.key, self._shared).interval(number)
         self._reply(peer, mavlink.MAVLink_message_interval_message(number, interval))
         return int(mavlink.MAV_RESULT_ACCEPTED)
 
@@ -179,7 +222,7 @@ class StreamServer(Server):
             return int(mavlink.MAV_RESULT_DENIED)
         copies = self._numbered.get(number, 1) if index == 0.0 else 1
         copies *= len(self._links) if everyone and self._links else 1
-        if not self._may_ask(peer, copies, now):
+        if not self._may_ask(peer, copies, now) or not self.ask_for(number, peer):
             return int(mavlink.MAV_RESULT_TEMPORARILY_REJECTED)
         self._events.append(MessageRequested(number, index, None if everyone else peer))
         return int(mavlink.MAV_RESULT_ACCEPTED)

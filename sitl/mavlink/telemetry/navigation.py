@@ -1,7 +1,7 @@
 """Messages about where the vehicle is and where it goes, one function each.
 
-The flight controller's frames (NWU, FLU) become those of MAVLink (NED, FRD) here. The body frame of every message is
-the forward-flight one: a nose-up hover has pitch +90 deg.
+The flight controller's frames (NWU, FLU) become those of MAVLink here: NED, and the hover frame
+(:mod:`~sitl.mavlink.telemetry.body_frame`).
 
 https://mavlink.io/en/messages/common.html#ATTITUDE and the other messages named below
 """
@@ -12,7 +12,9 @@ import math
 
 from protocol import frames, units
 from protocol.dialect import mavlink
+from protocol.dialect.vocabulary import Regime
 from protocol.message import Message
+from sitl.mavlink.telemetry.body_frame import attitude_on_wire, axes_on_wire
 from sitl.mavlink.telemetry.vehicle_snapshot import VehicleSnapshot
 
 POSITION_AND_YAW = 0b0000_1001_1111_1000  # POSITION_TARGET_TYPEMASK: velocity, acceleration and yaw rate are ignored
@@ -21,9 +23,9 @@ GOOD_QUALITY = 100  # of an estimate [%]
 
 
 def attitude(s: VehicleSnapshot) -> Message:
-    """ATTITUDE of the forward-flight body frame."""
-    roll, pitch, yaw = frames.euler_from_quaternion(frames.flip_quaternion(s.q))
-    rollspeed, pitchspeed, yawspeed = frames.flip(s.rates)
+    """ATTITUDE of the hover frame."""
+    roll, pitch, yaw = frames.euler_from_quaternion(attitude_on_wire(s.q))
+    rollspeed, pitchspeed, yawspeed = axes_on_wire(s.rates)
     return mavlink.MAVLink_attitude_message(
         time_boot_ms=s.ms,
         roll=roll,
@@ -36,9 +38,10 @@ def attitude(s: VehicleSnapshot) -> Message:
 
 
 def attitude_quaternion(s: VehicleSnapshot) -> Message:
-    """ATTITUDE_QUATERNION of the forward-flight body frame; repr_offset_q lets a display show hover as level."""
-    q1, q2, q3, q4 = frames.flip_quaternion(s.q)
-    rollspeed, pitchspeed, yawspeed = frames.flip(s.rates)
+    """ATTITUDE_QUATERNION of the hover frame; repr_offset_q lets a display show level forward flight as level."""
+    q1, q2, q3, q4 = attitude_on_wire(s.q)
+    rollspeed, pitchspeed, yawspeed = axes_on_wire(s.rates)
+    forward = s.law.regime is Regime.FORWARD
     return mavlink.MAVLink_attitude_quaternion_message(
         time_boot_ms=s.ms,
         q1=q1,
@@ -48,7 +51,7 @@ def attitude_quaternion(s: VehicleSnapshot) -> Message:
         rollspeed=rollspeed,
         pitchspeed=pitchspeed,
         yawspeed=yawspeed,
-        repr_offset_q=list(frames.HOVER_DISPLAY),
+        repr_offset_q=list(frames.SHOW_PITCHED_UP if forward else frames.SHOW_AS_TOLD),
     )
 
 
@@ -91,10 +94,10 @@ def altitude(s: VehicleSnapshot) -> Message:
 
 
 def odometry(s: VehicleSnapshot) -> Message:
-    """ODOMETRY: pose in the local frame, velocity [m/s] and rates [rad/s] in the forward-flight body frame."""
+    """ODOMETRY: pose in the local frame, velocity [m/s] and rates [rad/s] in the hover frame."""
     x, y, z = frames.flip(s.p)
-    vx, vy, vz = frames.flip(frames.rotate(_conjugate(s.q), s.v))
-    rollspeed, pitchspeed, yawspeed = frames.flip(s.rates)
+    vx, vy, vz = axes_on_wire(frames.rotate(_conjugate(s.q), s.v))
+    rollspeed, pitchspeed, yawspeed = axes_on_wire(s.rates)
     return mavlink.MAVLink_odometry_message(
         time_usec=units.microseconds(s.time),
         frame_id=mavlink.MAV_FRAME_LOCAL_NED,
@@ -102,7 +105,7 @@ def odometry(s: VehicleSnapshot) -> Message:
         x=x,
         y=y,
         z=z,
-        q=frames.flip_quaternion(s.q),
+        q=attitude_on_wire(s.q),
         vx=vx,
         vy=vy,
         vz=vz,
@@ -140,11 +143,11 @@ def ground_truth(s: VehicleSnapshot) -> Message:
     """HIL_STATE_QUATERNION: the simulated state itself. It carries no acceleration: those are 0."""
     here = s.frame.to_geodetic(frames.flip(s.p))
     airspeed = units.centimetres_per_second(s.airspeed)
-    p, q, r = frames.flip(s.rates)
+    p, q, r = axes_on_wire(s.rates)
     north, east, down = (units.centimetres_per_second(speed) for speed in frames.flip(s.v))
     return mavlink.MAVLink_hil_state_quaternion_message(
         time_usec=units.microseconds(s.time),
-        attitude_quaternion=frames.flip_quaternion(s.q),
+        attitude_quaternion=attitude_on_wire(s.q),
         rollspeed=p,
         pitchspeed=q,
         yawspeed=r,
@@ -201,7 +204,7 @@ def controller_output(s: VehicleSnapshot) -> Message:
     """NAV_CONTROLLER_OUTPUT: where the vehicle is beside its path; the cross-track error is positive to its right."""
     there, here = frames.flip(s.reference.position), frames.flip(s.p)
     north, east, down = (to - at for to, at in zip(there, here, strict=True))
-    roll, pitch, _ = frames.euler_from_quaternion(frames.flip_quaternion(s.q))
+    roll, pitch, _ = frames.euler_from_quaternion(attitude_on_wire(s.q))
     bearing = round(math.degrees(math.atan2(east, north)))
     course = round(math.degrees(math.atan2(-s.v[1], s.v[0])))
     return mavlink.MAVLink_nav_controller_output_message(

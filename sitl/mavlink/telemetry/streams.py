@@ -9,7 +9,7 @@ from typing import NamedTuple
 from protocol.dialect import mavlink
 from protocol.message import Message
 from sitl.mavlink.standard_modes import available_modes_monitor, current_mode
-from sitl.mavlink.telemetry import hybrid_state, identification, navigation, vehicle_state
+from sitl.mavlink.telemetry import hybrid_state, identification, imu_messages, navigation, vehicle_state
 from sitl.mavlink.telemetry.vehicle_snapshot import VehicleSnapshot
 
 
@@ -17,7 +17,7 @@ class Stream(NamedTuple):
     """A message of the telemetry."""
 
     message_id: int
-    build: Callable[[VehicleSnapshot], Message]
+    build: Callable[[VehicleSnapshot], Message | list[Message]]
     rate: float  # of simulated time, unless a peer asks for another [Hz]; 0: on request only
 
 
@@ -27,6 +27,9 @@ STREAMS = (
     Stream(mavlink.MAVLINK_MSG_ID_ATTITUDE_QUATERNION, navigation.attitude_quaternion, 20.0),
     Stream(mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED, navigation.local_position, 20.0),
     Stream(mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT, navigation.global_position, 5.0),
+    Stream(mavlink.MAVLINK_MSG_ID_HIGHRES_IMU, imu_messages.highres_imu, 10.0),
+    Stream(mavlink.MAVLINK_MSG_ID_SCALED_IMU, imu_messages.scaled_imu, 1.0),
+    Stream(mavlink.MAVLINK_MSG_ID_RAW_IMU, imu_messages.raw_imu, 1.0),
     Stream(mavlink.MAVLINK_MSG_ID_GPS_RAW_INT, navigation.gps_raw, 1.0),
     Stream(mavlink.MAVLINK_MSG_ID_ALTITUDE, navigation.altitude, 1.0),
     Stream(mavlink.MAVLINK_MSG_ID_ODOMETRY, navigation.odometry, 5.0),
@@ -52,13 +55,28 @@ STREAMS = (
     Stream(mavlink.MAVLINK_MSG_ID_CONTROL_STATUS, vehicle_state.control_status, 0.5),
     Stream(mavlink.MAVLINK_MSG_ID_PROTOCOL_VERSION, identification.protocol_version, 0.0),
     Stream(mavlink.MAVLINK_MSG_ID_COMPONENT_METADATA, identification.component_metadata, 0.0),
+    Stream(mavlink.MAVLINK_MSG_ID_NAMED_VALUE_FLOAT, hybrid_state.named_values, 5.0),
     Stream(mavlink.MAVLINK_MSG_ID_DARKO_HYBRID_STATE, hybrid_state.hybrid_state, 10.0),
     Stream(mavlink.MAVLINK_MSG_ID_DARKO_ACTUATORS, hybrid_state.actuators, 20.0),
     Stream(mavlink.MAVLINK_MSG_ID_DARKO_ENERGY, hybrid_state.energy, 2.0),
 )
 BUILDERS = {s.message_id: s.build for s in STREAMS} | {
-    mavlink.MAVLINK_MSG_ID_HEARTBEAT: lambda s: vehicle_state.heartbeat(s.status)
+    mavlink.MAVLINK_MSG_ID_HEARTBEAT: lambda s: vehicle_state.heartbeat(s.status, s.autopilot_type)
 }
+FAMILIES = {
+    # Our own dialect, which only a peer that has its definitions can read.
+    "DARKO": frozenset(number for number, known in mavlink.mavlink_map.items() if known.msgname.startswith("DARKO_")),
+    # Newer than the definitions that MAVProxy comes with.
+    "modes": frozenset(
+        {
+            mavlink.MAVLINK_MSG_ID_AVAILABLE_MODES,
+            mavlink.MAVLINK_MSG_ID_CURRENT_MODE,
+            mavlink.MAVLINK_MSG_ID_AVAILABLE_MODES_MONITOR,
+        }
+    ),
+    "control": frozenset({mavlink.MAVLINK_MSG_ID_CONTROL_STATUS}),
+}
+"""Messages that a peer gets once it has asked for one of the family."""
 
 
 class SnapshotMessages:
@@ -70,7 +88,7 @@ class SnapshotMessages:
 
     def __init__(self, take: Callable[[], VehicleSnapshot]) -> None:
         self._take = take
-        self._messages: dict[int, Message] = {}
+        self._messages: dict[int, list[Message]] = {}
 
     @cached_property
     def snapshot(self) -> VehicleSnapshot:
@@ -78,7 +96,12 @@ class SnapshotMessages:
         return self._take()
 
     def message(self, message_id: int) -> Message:
-        """A message of :data:`BUILDERS`."""
+        """A message of :data:`BUILDERS`; the first, if there are several of its kind."""
+        return self.messages(message_id)[0]
+
+    def messages(self, message_id: int) -> list[Message]:
+        """All messages of a kind of :data:`BUILDERS`: NAMED_VALUE_FLOAT has several."""
         if message_id not in self._messages:
-            self._messages[message_id] = BUILDERS[message_id](self.snapshot)
+            built = BUILDERS[message_id](self.snapshot)
+            self._messages[message_id] = built if isinstance(built, list) else [built]
         return self._messages[message_id]

@@ -10,7 +10,6 @@ from protocol.modes import Mode
 from sitl.aircraft import Aircraft
 from sitl.mavlink.handlers import on_event
 from sitl.mavlink.standard_modes import available_modes, current_mode
-from sitl.mavlink.telemetry import hybrid_state
 from sitl.mavlink.telemetry.flight_times import FlightTimes
 from sitl.mavlink.telemetry.streams import SnapshotMessages
 from sitl.mavlink.telemetry.vehicle_snapshot import (
@@ -24,7 +23,6 @@ from sitl.mavlink.telemetry.vehicle_state import heartbeat
 from sitl.timing import PERIOD
 
 PERIOD_US = round(PERIOD * 1e6)
-NAMED_VALUE_PERIODS = 100  # control periods between NAMED_VALUE_FLOATs, for tools without the DARKO dialect
 
 
 class TelemetryService:
@@ -49,7 +47,11 @@ class TelemetryService:
     def snapshot(self) -> VehicleSnapshot:
         """The vehicle as it is now."""
         return take_snapshot(
-            self._aircraft, intended=self.intended_mode, flight=self._flight_times, control=self._control()
+            self._aircraft,
+            intended=self.intended_mode,
+            flight=self._flight_times,
+            control=self._control(),
+            autopilot_type=self._autopilot_type,
         )
 
     def messages(self) -> SnapshotMessages:
@@ -67,19 +69,16 @@ class TelemetryService:
         """Send a message of the telemetry to everyone."""
         self._endpoint.publish(self.messages().message(message_id))
 
-    def publish_due(self, messages: SnapshotMessages, periods: int) -> None:
+    def publish_due(self, messages: SnapshotMessages) -> None:
         """Send the streams that are due.
 
         Args:
             messages: Of this instant.
-            periods: Control periods since the last call.
         """
-        flown = self._aircraft.vehicle.periods
-        for message_id, audience in self._endpoint.streams_due(flown * PERIOD_US).items():
-            self._endpoint.publish(messages.message(message_id), audience)
-        if flown % NAMED_VALUE_PERIODS < periods:
-            for message in hybrid_state.named_values(messages.snapshot):
-                self._endpoint.publish(message)
+        time_us = self._aircraft.vehicle.periods * PERIOD_US
+        for message_id, audience in self._endpoint.streams_due(time_us).items():
+            for message in messages.messages(message_id):
+                self._endpoint.publish(message, audience)
 
     def announce_status(self, now: float) -> None:
         """Send HEARTBEAT and CURRENT_MODE at once if they have changed.
@@ -106,10 +105,11 @@ class TelemetryService:
     def send_requested(self, event: MessageRequested, _now: float) -> None:
         """A peer asked for a message."""
         if event.message_id == mavlink.MAVLINK_MSG_ID_AVAILABLE_MODES:
-            for message in available_modes(int(event.index)):
-                self._endpoint.send(message, event.peer)
+            requested = available_modes(int(event.index))
         else:
-            self._endpoint.send(self.messages().message(event.message_id), event.peer)
+            requested = self.messages().messages(event.message_id)
+        for message in requested:
+            self._endpoint.send(message, event.peer)
 
     def _control(self) -> Control:
         operator = self._endpoint.operator

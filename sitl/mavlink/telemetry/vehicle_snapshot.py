@@ -16,8 +16,13 @@ from sitl.aircraft import Aircraft
 from sitl.autopilot.safety.fence import Fence, FenceWatch
 from sitl.control.reference import Reference
 from sitl.mavlink.telemetry.flight_times import FlightTimes
+from sitl.model.airframe import Airframe
 from sitl.model.battery import Battery
+from sitl.model.state import Plant
+from sitl.sensors.instruments import Inertial
+from sitl.simulation.simulation import Simulation
 from sitl.simulation.situation import cross_track, thrusts_now
+from sitl.storage import named_from
 
 NO_FLIGHT = FlightTimes()
 
@@ -27,7 +32,6 @@ class HeartbeatStatus(NamedTuple):
 
     mode: Mode
     armed: bool
-    landed: bool
     critical: bool  # the cause of an alarm lasts
     crashed: bool = False
 
@@ -50,6 +54,9 @@ class VehicleSnapshot(NamedTuple):
     v: Vector
     q: Quaternion
     rates: Vector  # p, q, r [rad/s]
+    plant: Plant
+    airframe: Airframe
+    inertial: Inertial | None  # what gyroscope and accelerometer read; None: the vehicle flies on the truth
     wind: Vector  # velocity of the air [m/s]
     wind_estimate: Vector  # as the laws see it [m/s]
     wind_deviation: Vector  # standard deviations of the estimate [m/s]
@@ -99,11 +106,12 @@ class VehicleSnapshot(NamedTuple):
     intended: Mode | None  # the mode a peer asked for last
     flight: FlightTimes  # of the present flight, or of the last one
     control: Control
+    autopilot_type: int  # MAV_AUTOPILOT
 
     @property
     def status(self) -> HeartbeatStatus:
         """What HEARTBEAT reports."""
-        return HeartbeatStatus(self.mode, self.armed, self.landed, self.critical, self.law is Law.CRASHED)
+        return HeartbeatStatus(self.mode, self.armed, self.critical, self.law is Law.CRASHED)
 
     @property
     def ms(self) -> int:
@@ -132,7 +140,6 @@ def heartbeat_status(aircraft: Aircraft) -> HeartbeatStatus:
     return HeartbeatStatus(
         mode=autopilot.mode,
         armed=autopilot.armed,
-        landed=aircraft.vehicle.law.regime is Regime.GROUND,
         critical=autopilot.failsafes.is_critical,
         crashed=aircraft.vehicle.law is Law.CRASHED,
     )
@@ -144,6 +151,7 @@ def take_snapshot(
     intended: Mode | None = None,
     flight: FlightTimes = NO_FLIGHT,
     control: Control = NOBODY_IN_CONTROL,
+    autopilot_type: int = mavlink.MAV_AUTOPILOT_PX4,
 ) -> VehicleSnapshot:
     """The vehicle as it is now.
 
@@ -152,6 +160,7 @@ def take_snapshot(
         intended: The mode a peer asked for last.
         flight: When the present flight, or the last one, began and ended.
         control: Who is in control.
+        autopilot_type: MAV_AUTOPILOT that it reports.
     """
     vehicle, autopilot, a = aircraft.vehicle, aircraft.autopilot, aircraft.vehicle.airframe
     state, law = vehicle.flight, vehicle.law
@@ -165,6 +174,9 @@ def take_snapshot(
         v=body.velocity,
         q=body.attitude,
         rates=body.rates,
+        plant=state.plant,
+        airframe=a,
+        inertial=_inertial(vehicle),
         wind=vehicle.wind,
         wind_estimate=state.controller.wind.wind,
         wind_deviation=vehicle.wind_deviation,
@@ -214,7 +226,14 @@ def take_snapshot(
         intended=intended,
         flight=flight,
         control=control,
+        autopilot_type=autopilot_type,
     )
+
+
+def _inertial(vehicle: Simulation) -> Inertial | None:
+    if not vehicle.avionics.is_sensed:
+        return None
+    return named_from(Inertial, vehicle.avionics.instruments["inertial"].item())
 
 
 def _mission_state(aircraft: Aircraft) -> int:

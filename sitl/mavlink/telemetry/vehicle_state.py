@@ -37,17 +37,23 @@ def heartbeat(s: HeartbeatStatus, autopilot: int = mavlink.MAV_AUTOPILOT_PX4) ->
     base = mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED | mavlink.MAV_MODE_FLAG_STABILIZE_ENABLED
     base |= mavlink.MAV_MODE_FLAG_AUTO_ENABLED if s.mode.is_auto else mavlink.MAV_MODE_FLAG_GUIDED_ENABLED
     base |= mavlink.MAV_MODE_FLAG_SAFETY_ARMED if s.armed else 0
-    flying = mavlink.MAV_STATE_CRITICAL if s.critical else mavlink.MAV_STATE_ACTIVE
-    standing = mavlink.MAV_STATE_EMERGENCY if s.crashed else mavlink.MAV_STATE_STANDBY
-    state = standing if s.landed else flying
     return mavlink.MAVLink_heartbeat_message(
         type=mavlink.MAV_TYPE_VTOL_DUOROTOR,
         autopilot=autopilot,
         base_mode=base,
         custom_mode=custom_mode(s.mode),
-        system_status=state,
+        system_status=_system_status(s),
         mavlink_version=MAVLINK_VERSION,
     )
+
+
+def _system_status(s: HeartbeatStatus) -> int:
+    """MAV_STATE by PX4's rule: armed or not decides, on the ground as in the air."""
+    if s.crashed:
+        return int(mavlink.MAV_STATE_EMERGENCY)
+    if not s.armed:
+        return int(mavlink.MAV_STATE_STANDBY)
+    return int(mavlink.MAV_STATE_CRITICAL if s.critical else mavlink.MAV_STATE_ACTIVE)
 
 
 def sys_status(s: VehicleSnapshot) -> Message:

@@ -15,6 +15,7 @@ from tests.support.vehicle.fake_station import FakeStation
 def crashed(tmp_path):
     """A station that saw the vehicle hit the ground at 12 m/s."""
     station = FakeStation.with_vehicle(tmp_path, up=3.0)
+    station.ask_for("DARKO_HYBRID_STATE")
     vehicle = station.bench.aircraft.vehicle
     vehicle.place(
         Body(Vector(9.0, 4.0, 2.0), Vector(0.0, 0.0, -12.0), from_euler(0.3, 1.0, 0.0), Vector(0.0, 0.0, 0.0))

@@ -39,17 +39,6 @@ def test_a_whole_mission_from_upload_to_disarming(ground):
     assert math.hypot(position.x, position.y) < 0.3
 
 
-def test_hovering_reads_as_pitch_90_and_is_shown_level(airborne):
-    airborne.advance(1.0)
-    assert airborne.last("ATTITUDE").pitch == pytest.approx(math.pi / 2, abs=0.05)
-    message = airborne.last("ATTITUDE_QUATERNION")
-    from protocol.frames import displayed, euler_from_quaternion
-
-    shown = displayed((message.q1, message.q2, message.q3, message.q4), message.repr_offset_q)
-    roll, pitch, _ = euler_from_quaternion(shown)
-    assert (roll, pitch) == pytest.approx((0.0, 0.0), abs=0.05)
-
-
 def test_an_unknown_command_is_unsupported(ground):
     assert ground.command(31010) == mavlink.MAV_RESULT_UNSUPPORTED
 

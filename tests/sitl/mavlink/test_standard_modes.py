@@ -66,6 +66,8 @@ def test_one_mode_is_sent_by_its_number_and_a_wrong_number_is_denied(standing):
 
 
 def test_the_current_mode_is_sent_at_once_with_the_requested_one(hovering):
+    assert hovering.last("CURRENT_MODE") is None
+    hovering.ask_for("AVAILABLE_MODES")  # as QGroundControl does when it connects
     assert command(hovering, 262, mavlink.MAV_STANDARD_MODE_LAND) == mavlink.MAV_RESULT_ACCEPTED
     sent = hovering.last("CURRENT_MODE")
     assert sent.custom_mode == sent.intended_custom_mode == custom_mode(Mode.LAND)

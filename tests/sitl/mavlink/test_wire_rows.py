@@ -36,6 +36,9 @@ MESSAGES = {
     "GPS_GLOBAL_ORIGIN": lambda m: (m.latitude, m.altitude) == (round(HOME.lat_deg * 1e7), 150_000),
     "WIND_COV": lambda m: math.hypot(m.wind_x, m.wind_y) < 1.0,
     "ACTUATOR_OUTPUT_STATUS": lambda m: m.active == 4 and 0.0 < m.actuator[0] < 1.0,
+    "HEARTBEAT": lambda m: m.type == mavlink.MAV_TYPE_VTOL_DUOROTOR and m.autopilot == mavlink.MAV_AUTOPILOT_PX4,
+    "NAV_CONTROLLER_OUTPUT": lambda m: (m.nav_roll, m.nav_pitch) == pytest.approx((0.0, 0.0), abs=1.0),
+    "NAMED_VALUE_FLOAT": lambda m: m.name == "power" and m.value > 10.0,
     "COMPONENT_METADATA": lambda m: m.uri.startswith("mftp"),
 }
 
@@ -71,8 +74,8 @@ def test_an_interval_is_set_reported_and_kept(bench, station):
 
 def test_an_attitude_setpoint_is_refused_with_a_reason(bench, station):
     bench.advance(5.1)  # since the last complaint
-    station.send(mavlink.MAVLink_set_attitude_target_message(0, 1, 1, 0, [1, 0, 0, 0], 0, 0, 0, 0.5))
-    refusal = "Set-point refused: nose 90 deg from the vertical exceeds the limit of 45 deg (hover is pitch 90 deg)"
+    station.send(mavlink.MAVLink_set_attitude_target_message(0, 1, 1, 0, [0.7071, 0, 0.7071, 0], 0, 0, 0, 0.5))
+    refusal = "Set-point refused: nose 90 deg from the vertical exceeds the limit of 45 deg"
     assert station.texts() == refusal
 
 

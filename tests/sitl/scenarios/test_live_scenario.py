@@ -71,6 +71,7 @@ def test_the_live_flight_is_the_fast_one_sample_for_sample(name, duration, tmp_p
 def test_a_listener_hears_the_laws_and_the_jumps_of_the_fast_run(tmp_path):
     scenario = named("forward-to-hover")
     watched = Watched(tmp_path, scenario)
+    watched.ask_for("DARKO_HYBRID_STATE")
     watched.advance(12.0)
     fast = [jump for jump in fly(scenario).jumps if jump.time < 12.0]
     assert [(m.law_from, m.law_to) for m in watched.all("DARKO_JUMP")] == [(j.source, j.target) for j in fast]

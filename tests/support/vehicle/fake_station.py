@@ -134,6 +134,12 @@ class FakeStation:
         acks = (m for m in reversed(self.heard) if m.get_type() == "COMMAND_ACK" and m.command == command)
         return next(acks).result
 
+    def ask_for(self, *names):
+        """Get the messages that only those get who ask for one of their family."""
+        for name in names:
+            number = getattr(mavlink, f"MAVLINK_MSG_ID_{name}")
+            assert self.command(mavlink.MAV_CMD_REQUEST_MESSAGE, number) == mavlink.MAV_RESULT_ACCEPTED
+
     def mode(self, mode):
         """The result of asking for a mode."""
         return self.command(mavlink.MAV_CMD_DO_SET_MODE, 1, *mode.value)

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from darko_gcs.tui.render.horizon import heading_tape, horizon
-from protocol.frames import HOVER_DISPLAY, displayed, quaternion_from_euler
+from protocol.frames import SHOW_PITCHED_DOWN, displayed, quaternion_from_euler
 from tests.support.gcs.screens import line_text, lines_text, styled_text
 
 SETTINGS = settings(deadline=None, max_examples=60)
@@ -66,7 +66,7 @@ def test_the_view_changes_little_where_euler_angles_jump():
     """A hover that wobbles about nose-up: roll and yaw swing by half a turn, the view hardly moves."""
     for tilt in ((0.0, 0.002), (0.002, 0.0), (-0.002, 0.0), (0.0, -0.002)):
         up = quaternion_from_euler(tilt[0], math.pi / 2 + tilt[1], 0.0)
-        share, in_view = ground_share(displayed(up, HOVER_DISPLAY))
+        share, in_view = ground_share(displayed(up, SHOW_PITCHED_DOWN))
         assert share == pytest.approx(0.47, abs=0.06)
         assert in_view
 

@@ -5,7 +5,8 @@ import math
 import pytest
 
 from protocol.dialect import mavlink
-from protocol.frames import flip, flip_quaternion, rotate
+from protocol.frames import flip, rotate
+from sitl.mavlink.telemetry.body_frame import attitude_on_wire
 from sitl.mavlink.telemetry.flight_times import FlightTimes
 from tests.support.vehicle.fake_station import HOME, Bench
 
@@ -58,7 +59,7 @@ def test_altitude_is_given_above_the_sea_home_and_ground(moving):
 
 def test_ground_truth_is_the_simulated_state(moving):
     truth, body = ask(moving, "HIL_STATE_QUATERNION"), moving.bench.aircraft.vehicle.truth.body
-    assert truth.attitude_quaternion == pytest.approx(flip_quaternion(body.attitude), abs=1e-6)
+    assert truth.attitude_quaternion == pytest.approx(attitude_on_wire(body.attitude), abs=1e-6)
     assert 1e-3 * truth.alt == pytest.approx(HOME.alt + body.position.z, abs=2e-3)
     assert (truth.vx, truth.vy, truth.vz) == pytest.approx([100.0 * v for v in flip(body.velocity)], abs=1.0)
 

@@ -9,13 +9,15 @@ from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.links import MAX_LEARNED_PEERS
 from sitl.autopilot.settings import Settings
-from sitl.mavlink.telemetry.streams import BUILDERS, STREAMS
+from sitl.mavlink.telemetry.streams import BUILDERS, STREAMS, Stream
+from sitl.mavlink.telemetry.vehicle_state import heartbeat
 from tests.support.vehicle.fake_station import PEER, Bench
 from tests.support.vehicle.signed_station import KEY, SignedStation
 
 ACCEPTED, DENIED, UNSUPPORTED = mavlink.MAV_RESULT_ACCEPTED, mavlink.MAV_RESULT_DENIED, mavlink.MAV_RESULT_UNSUPPORTED
 SET, REQUEST = mavlink.MAV_CMD_SET_MESSAGE_INTERVAL, mavlink.MAV_CMD_REQUEST_MESSAGE
 ARM = mavlink.MAV_CMD_COMPONENT_ARM_DISARM
+HEARTBEAT = Stream(mavlink.MAVLINK_MSG_ID_HEARTBEAT, heartbeat, 1.0)  # of real time
 PRIVATE = ("DARKO_HYBRID_STATE", "DARKO_ACTUATORS", "DARKO_ENERGY", "DARKO_AIR")
 
 
@@ -36,16 +38,18 @@ def ask_for_all(station, rate, start=1):
 
 @pytest.fixture
 def pair(tmp_path):
-    """The DarkO ground station's link and another client's."""
+    """The DarkO ground station's link, which asks for all that there is, and another client's."""
     bench = Bench(tmp_path)
     main, other = bench.station(255, PEER), bench.station(245, "other")
     other.beat()
+    main.ask_for("DARKO_HYBRID_STATE", "CURRENT_MODE", "CONTROL_STATUS")
     bench.advance(1.0)
     return bench, main, other
 
 
 def test_a_client_that_asks_for_everything_at_4_hz_gets_it_and_slows_nobody_else(pair):
     _, main, other = pair
+    other.ask_for("DARKO_HYBRID_STATE", "CURRENT_MODE")
     before = rates(main)
     ask_for_all(other, 4)
     assert rates(main) == before
@@ -133,9 +137,6 @@ def test_an_unsigned_interval_request_is_ignored_once_signing_is_on(tmp_path):
     assert attitudes() == 0
 
 
-# What MAVProxy calls lost: pymavlink counts every frame it has no definition for
-
-
 def looks(bench, seconds):
     """The control periods after which the vehicle looks at the link."""
     vehicle = bench.aircraft.vehicle
@@ -154,54 +155,6 @@ def test_the_vehicle_flies_until_the_autopilot_ticks_or_a_message_is_due(tmp_pat
     assert {b - a for a, b in pairwise(looks(bench, 1.0))} == {5}  # a hundred times a second, whatever is asked for
 
 
-class Counter:
-    """pymavlink's own account of a link, as MAVProxy's ``link`` prints it."""
-
-    def __init__(self):
-        from pymavlink import mavutil
-        from pymavlink.dialects.v20 import ardupilotmega
-
-        class Wire(mavutil.mavfile):
-            def recv(self, n=None):
-                end = len(self.inbox) if n is None else n
-                data, self.inbox = self.inbox[:end], self.inbox[end:]
-                return data
-
-        self.wire = Wire(None, "memory")
-        self.wire.inbox, self.wire.first_byte = b"", False
-        self.wire.mav = ardupilotmega.MAVLink(None)
-        self.wire.mav.robust_parsing = True
-        self.unknown = 0
-
-    def take(self, data):
-        self.wire.inbox += data
-        while (message := self.wire.recv_msg()) is not None:
-            self.unknown += message.get_type().startswith("UNKNOWN")
-
-
-def test_pymavlink_counts_only_unknown_messages_as_lost(tmp_path):
-    bench, counter = Bench(tmp_path), Counter()
-    other = bench.station(255, "other")
-    other.beat()
-
-    def deliver():
-        for key, data in bench.node.datagrams(bench.now):
-            if key == "other":
-                counter.take(data)
-
-    bench.deliver = deliver
-    bench.advance(5.0)
-    assert counter.unknown > 100
-    assert counter.wire.mav_loss == pytest.approx(counter.unknown, abs=5)  # those since its last known frame come later
-    unknown = (*PRIVATE, "CURRENT_MODE", "CONTROL_STATUS")
-    for number in (getattr(mavlink, f"MAVLINK_MSG_ID_{name}") for name in unknown):
-        other.send(mavlink.MAVLink_command_long_message(1, 1, SET, 0, number, -1, 0, 0, 0, 0, 0))
-    bench.advance(0.5)
-    before = counter.wire.mav_loss
-    bench.advance(5.0)
-    assert counter.wire.mav_loss == before
-
-
 # Who is in control
 
 
@@ -212,6 +165,7 @@ def status(station):
 
 def test_the_station_in_control_is_announced_at_once_and_every_two_seconds(pair):
     _, main, other = pair
+    other.ask_for("CONTROL_STATUS")
     assert rates(other, 10.0)["CONTROL_STATUS"] == pytest.approx(0.5, abs=0.1)
     told = other.last("CONTROL_STATUS")
     assert told.flags & mavlink.GCS_CONTROL_STATUS_FLAGS_SYSTEM_MANAGER
@@ -223,12 +177,21 @@ def test_the_station_in_control_is_announced_at_once_and_every_two_seconds(pair)
 
 def test_it_is_announced_whether_control_may_be_taken(pair):
     bench, main, other = pair
+    other.ask_for("CONTROL_STATUS")
     assert main.command(mavlink.MAV_CMD_REQUEST_OPERATOR_CONTROL, 1, 1, 10) == ACCEPTED
     assert status(other) == (255, True)
     assert other.command(mavlink.MAV_CMD_REQUEST_OPERATOR_CONTROL, 1, 0, 10) == ACCEPTED
     assert status(main) == (245, False)
     bench.advance(12.0)  # silence
     assert status(main) == (0, True)
+
+
+def test_whoever_asks_for_control_hears_who_has_it(tmp_path):
+    bench = Bench(tmp_path)
+    station = bench.station()
+    assert station.last("CONTROL_STATUS") is None
+    assert station.command(mavlink.MAV_CMD_REQUEST_OPERATOR_CONTROL, 1, 0, 10) == ACCEPTED
+    assert status(station) == (255, False)
 
 
 def test_where_everyone_may_command_nobody_is_in_control_and_requests_are_refused(tmp_path):
@@ -343,7 +306,7 @@ def test_a_command_for_an_absent_camera_is_not_answered(standing):
 
 
 def test_every_streamed_message_can_be_requested(standing):
-    for stream in STREAMS:
+    for stream in (*STREAMS, HEARTBEAT):
         standing.heard.clear()
         assert standing.command(REQUEST, stream.message_id) == ACCEPTED
         assert standing.last(mavlink.mavlink_map[stream.message_id].msgname) is not None

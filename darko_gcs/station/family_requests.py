@@ -1,0 +1,61 @@
+"""Asks the vehicle for the messages that it sends only to stations that ask: DARKO_* and CONTROL_STATUS.
+
+One message is requested of each family; the vehicle then sends the whole family. It forgets the request when it
+restarts, and when other stations displace this one: a family that falls silent is requested again.
+"""
+
+from __future__ import annotations
+
+import math
+
+from protocol.dialect import mavlink
+from protocol.endpoint_ground import GroundEndpoint
+from protocol.events import CommandDone, Event, VehicleFound, VehicleRestarted, VehicleReturned
+from protocol.message import Message
+
+__all__ = ["APPEARANCES", "FamilyRequests"]
+
+REQUESTED = (mavlink.MAVLINK_MSG_ID_DARKO_HYBRID_STATE, mavlink.MAVLINK_MSG_ID_CONTROL_STATUS)
+SILENCE = 10.0  # after which a message is requested again [s]
+APPEARANCES = (VehicleFound, VehicleReturned, VehicleRestarted)  # of a vehicle that remembers no request
+FOR_NOW = frozenset({None, mavlink.MAV_RESULT_ACCEPTED, mavlink.MAV_RESULT_TEMPORARILY_REJECTED})
+"""Results after which it makes sense to ask again; None: no answer. A vehicle that has no such message says so."""
+
+
+class FamilyRequests:
+    """Keeps the families coming.
+
+    Args:
+        endpoint: Sends the requests.
+    """
+
+    def __init__(self, endpoint: GroundEndpoint) -> None:
+        self._endpoint = endpoint
+        self._due = dict.fromkeys(REQUESTED, math.inf)  # when each message is requested next [s]
+        self._sent: dict[int, int] = {}  # message by number of the request
+
+    def follow(self, event: Event, now: float) -> bool:
+        """Take an event of the station; true if it answers a request from here, which nobody else waits for."""
+        if isinstance(event, APPEARANCES):
+            self._due = dict.fromkeys(REQUESTED, now)
+        if not isinstance(event, CommandDone) or event.request not in self._sent:
+            return False
+        message_id = self._sent.pop(event.request)
+        if self._due[message_id] == math.inf:  # else the vehicle has appeared anew since
+            self._due[message_id] = now + SILENCE if event.result in FOR_NOW else math.inf
+        return True
+
+    def receive(self, message: Message, now: float) -> None:
+        """Take a message of the vehicle."""
+        message_id = message.get_msgId()
+        if message_id in self._due and message_id not in self._sent.values():
+            self._due[message_id] = now + SILENCE
+
+    def handle_timer(self, now: float) -> None:
+        """Send the requests that are due."""
+        if not self._endpoint.is_present:
+            return
+        for message_id in [number for number, due in self._due.items() if now >= due]:
+            self._due[message_id] = math.inf
+            request = self._endpoint.command(mavlink.MAV_CMD_REQUEST_MESSAGE, float(message_id), 0.0, now=now)
+            self._sent[request] = message_id

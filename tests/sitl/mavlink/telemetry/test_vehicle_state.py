@@ -1,0 +1,63 @@
+"""HEARTBEAT's state of the system, by PX4's rule, and HEARTBEAT on request."""
+
+import pytest
+
+from protocol.dialect import mavlink
+from protocol.modes import Mode
+from sitl.mavlink.telemetry.vehicle_snapshot import HeartbeatStatus
+from sitl.mavlink.telemetry.vehicle_state import heartbeat
+from tests.support.vehicle.fake_station import FakeStation
+
+ACTIVE, STANDBY = mavlink.MAV_STATE_ACTIVE, mavlink.MAV_STATE_STANDBY
+CRITICAL, EMERGENCY = mavlink.MAV_STATE_CRITICAL, mavlink.MAV_STATE_EMERGENCY
+ARM, REQUEST = mavlink.MAV_CMD_COMPONENT_ARM_DISARM, mavlink.MAV_CMD_REQUEST_MESSAGE
+GET, SET = mavlink.MAV_CMD_GET_MESSAGE_INTERVAL, mavlink.MAV_CMD_SET_MESSAGE_INTERVAL
+
+
+@pytest.mark.parametrize(
+    ("armed", "critical", "crashed", "state"),
+    [
+        (False, False, False, STANDBY),
+        (False, True, False, STANDBY),
+        (True, False, False, ACTIVE),
+        (True, True, False, CRITICAL),
+        (False, False, True, EMERGENCY),
+    ],
+)
+def test_armed_or_not_decides_the_state(armed, critical, crashed, state):
+    status = HeartbeatStatus(Mode.HOLD, armed=armed, critical=critical, crashed=crashed)
+    assert heartbeat(status).system_status == state
+
+
+def test_arming_and_disarming_on_the_ground_are_told_at_once(tmp_path):
+    station = FakeStation.with_vehicle(tmp_path)
+    states = [station.last("HEARTBEAT").system_status]
+    for armed in (1, 0):
+        assert station.command(ARM, armed) == mavlink.MAV_RESULT_ACCEPTED
+        states.append(station.last("HEARTBEAT").system_status)
+    assert states == [STANDBY, ACTIVE, STANDBY]
+
+
+def test_motors_stopped_in_the_air_stand_by(tmp_path):
+    station = FakeStation.with_vehicle(tmp_path, up=3.0)
+    assert station.last("HEARTBEAT").system_status == ACTIVE
+    assert station.command(ARM, 0, 21196) == mavlink.MAV_RESULT_ACCEPTED
+    assert station.last("HEARTBEAT").system_status == STANDBY
+
+
+@pytest.mark.parametrize("autopilot", [mavlink.MAV_AUTOPILOT_PX4, mavlink.MAV_AUTOPILOT_GENERIC])
+def test_heartbeat_is_sent_on_request_and_is_the_streamed_one(tmp_path, autopilot):
+    station = FakeStation.with_vehicle(tmp_path, node_options={"autopilot_type": autopilot})
+    streamed = station.last("HEARTBEAT").to_dict()
+    station.heard.clear()
+    assert station.command(REQUEST, mavlink.MAVLINK_MSG_ID_HEARTBEAT) == mavlink.MAV_RESULT_ACCEPTED
+    assert [m.to_dict() for m in station.all("HEARTBEAT")] == [streamed]
+    assert streamed["autopilot"] == autopilot
+
+
+def test_its_interval_is_told_and_cannot_be_changed(tmp_path):
+    station = FakeStation.with_vehicle(tmp_path)
+    assert station.command(GET, mavlink.MAVLINK_MSG_ID_HEARTBEAT) == mavlink.MAV_RESULT_ACCEPTED
+    assert station.last("MESSAGE_INTERVAL").interval_us == 1_000_000
+    for interval, result in ((0.0, 0), (1e6, 0), (1e5, mavlink.MAV_RESULT_DENIED), (-1.0, mavlink.MAV_RESULT_DENIED)):
+        assert station.command(SET, mavlink.MAVLINK_MSG_ID_HEARTBEAT, interval) == result
