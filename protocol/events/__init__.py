@@ -30,6 +30,7 @@ from protocol.events.file_events import (
 from protocol.events.link_events import (
     MessageReceived,
     MessageRequested,
+    PoseReceived,
     SetpointReceived,
     SigningChanged,
     VehicleFound,
@@ -94,6 +95,7 @@ __all__ = [
     "ParameterRefused",
     "ParametersComplete",
     "RemoteLog",
+    "PoseReceived",
     "SetpointReceived",
     "SigningChanged",
     "VehicleFound",

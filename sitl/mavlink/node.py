@@ -30,6 +30,7 @@ from sitl.mavlink.services.maintenance_commands import ExitRequest, MaintenanceC
 from sitl.mavlink.services.operator_service import OperatorService
 from sitl.mavlink.services.parameter_service import ParameterService
 from sitl.mavlink.services.plan_service import PlanService, StoredPlans
+from sitl.mavlink.services.pose_service import PoseService
 from sitl.mavlink.services.signing_service import SigningService
 from sitl.mavlink.services.steering_service import SteeringService
 from sitl.mavlink.standard_modes import AVAILABLE_MODES
@@ -115,6 +116,7 @@ class Node:
             telemetry,
             home_service,
             SteeringService(autopilot, broadcast, SYSTEM),
+            PoseService(aircraft, broadcast),
         )
         self._event_handlers = handlers_of(services, type)
         self._message_handlers = handlers_of(services, str)
