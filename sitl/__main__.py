@@ -16,6 +16,8 @@ COMMANDS = {
     "falls": "throw the vehicle into any attitude: height lost, how the falls end, and a map of the height needed",
     "landings": "land from many seeds in wind and gusts: upright, tipped over or crashed, and how long it bounces",
     "holds": "hold a point in wind and gusts from many seeds, and print how far off the vehicle was",
+    "margins": "fly with delays and noise added: which laws converge, how exactly, and how busy the elevons are",
+    "consistency": "compare the navigation filter's errors with what it says of them, over many seeds",
     "hybrid": "solve a textbook hybrid system, or print the diagram of the vehicle's supervisor",
     "region": "prove and fly the region of attraction of the linear hover law, and compare gains",
     "breakeven": "hover or fly: the distance from which forward flight costs less, predicted and flown",

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from sitl.commands.seeded_options import check_seeded, print_progress, seeded_parser, write_json
+from sitl.commands.seeded_options import check_seeded, craft_of, print_progress, seeded_parser, write_json
 from sitl.plotting import check_plot_path
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ def run(args: argparse.Namespace) -> int:
         spread,
         args.jobs,
         on_progress=lambda done: print_progress(done, args.flights),
-        airframe=args.airframe,
+        craft=craft_of(args),
     )
     print("\n".join(campaign.summary(results)), flush=True)
     if args.json is not None:

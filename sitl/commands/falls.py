@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from sitl.commands.seeded_options import check_seeded, seeded_parser, write_json
+from sitl.commands.seeded_options import check_seeded, craft_of, seeded_parser, write_json
 from sitl.plotting import check_plot_path
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ def run(args: argparse.Namespace) -> int:
     print("\n".join(falls.map_lines(cells)), flush=True)
     ends = []
     for windy in (False, True):
-        ends.append(falls_of_aircraft.run(args.flights, args.first, args.airframe, windy=windy, jobs=args.jobs))
+        ends.append(falls_of_aircraft.run(args.flights, args.first, craft_of(args), windy=windy, jobs=args.jobs))
         air = (
             f"wind {falls_of_aircraft.FALL_WIND:g} m/s, gusts {falls_of_aircraft.FALL_GUSTS:g} m/s"
             if windy

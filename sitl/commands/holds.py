@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from sitl.commands.seeded_options import check_seeded, print_progress, seeded_parser, write_json
+from sitl.commands.seeded_options import check_seeded, craft_of, print_progress, seeded_parser, write_json
 
 if TYPE_CHECKING:
     from sitl.studies.holds import FlownHold
@@ -32,7 +32,7 @@ def run(args: argparse.Namespace) -> int:
     seeds = range(args.first, args.first + args.flights)
     conditions = [holds.HoldConditions(s, wind, args.gusts, args.parameters) for wind in args.wind for s in seeds]
     flown = holds.run_holds(
-        conditions, args.airframe, args.jobs, on_progress=lambda done: print_progress(done, len(conditions))
+        conditions, craft_of(args), args.jobs, on_progress=lambda done: print_progress(done, len(conditions))
     )
     print("\n".join(holds.summary(flown)), flush=True)
     if args.json is not None:

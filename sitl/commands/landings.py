@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from sitl.commands.seeded_options import check_seeded, seeded_parser, write_json
+from sitl.commands.seeded_options import check_seeded, craft_of, seeded_parser, write_json
 
 if TYPE_CHECKING:
     from sitl.studies.landings import Landing
@@ -27,7 +27,7 @@ def run(args: argparse.Namespace) -> int:
     check_seeded(args, {"wind": 30.0, "gusts": 10.0})
     from sitl.studies import landings  # noqa: PLC0415 - --help must not load the compiler
 
-    results = landings.run(args.flights, args.first, args.airframe, args.wind, args.gusts, args.jobs)
+    results = landings.run(args.flights, args.first, craft_of(args), args.wind, args.gusts, args.jobs)
     print("\n".join(landings.summary(results)), flush=True)
     if args.json is not None:
         write_json(args.json, [landing._asdict() for landing in results])

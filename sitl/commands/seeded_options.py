@@ -7,9 +7,13 @@ import json
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from sitl.defaults import AIRFRAME
 from sitl.errors import SitlError
+
+if TYPE_CHECKING:
+    from sitl.studies.craft import Craft
 
 PROGRESS_INTERVAL = 10  # flights between two progress lines
 
@@ -28,8 +32,26 @@ def seeded_parser(name: str, description: str, flights: int, flown: str) -> argp
     options.add_argument("--first", type=int, default=1, metavar="SEED", help="seed of the first [1]")
     options.add_argument("--jobs", type=int, default=2, metavar="N", help="processes at once [2]")
     options.add_argument("--airframe", default=AIRFRAME, metavar="SET", help=f"parameter set or TOML file [{AIRFRAME}]")
+    options.add_argument(
+        "--nav", default="sensors", choices=("sensors", "mocap", "truth"), help="what it navigates by [sensors]"
+    )
+    options.add_argument("--sensors", metavar="FILE", help="TOML file that states specifications of instruments anew")
     options.add_argument("--json", type=Path, metavar="FILE", help="also write every flight as JSON")
     return options
+
+
+def craft_of(args: argparse.Namespace) -> Craft:
+    """What the arguments of a :func:`seeded_parser` fly.
+
+    Raises:
+        SitlError: If there is no such airframe, or a file is not valid.
+    """
+    from sitl.sensors.sensor_files import load_sensors  # noqa: PLC0415 - --help must not load the compiler
+    from sitl.simulation.avionics import Navigation  # noqa: PLC0415
+    from sitl.studies.craft import Craft  # noqa: PLC0415
+
+    load_sensors(args.sensors)
+    return Craft(args.airframe, Navigation(args.nav), args.sensors)
 
 
 def check_seeded(args: argparse.Namespace, limits: Mapping[str, float], counts: Sequence[str] = ()) -> None:

@@ -22,10 +22,12 @@ from sitl.design.closed_loop import (
     tilt_matrices,
 )
 from sitl.design.delay import Lift
+from sitl.design.surfaces import normal_motion
 from sitl.model.airframe import Array
 
 if TYPE_CHECKING:
     from sitl.design.proof import Proof
+    from sitl.design.stalled import Main
 
 
 class Bend(NamedTuple):
@@ -81,7 +83,8 @@ class Cover:
             terms = [*self.stalled.terms(at, *motion), *((Interval(low, high), M) for low, high, M in turns)]
             for bend in self._bends(terms):
                 middle = bend.off(middle)
-            least = self._least_stalled(middle, self.stalled.main_terms(*motion))
+            along = self._normal(centre, half, budget)
+            least = self._least_stalled(middle, self.stalled.main_terms(*motion, along, at))
             return np.where(at.upright, least, -math.inf)
         winds = self._winds(at, self._airspeed(centre, half, budget))
         smallest = np.full(len(centre), math.inf)
@@ -91,10 +94,16 @@ class Cover:
                 smallest = np.minimum(smallest, np.linalg.eigvalsh(turning + wind)[:, 0])
         return np.where(at.upright, smallest, -math.inf)
 
-    def _least_stalled(self, middle: Array, terms: Terms) -> Array:
+    def _least_stalled(self, middle: Array, terms: list[Main]) -> Array:
         """The smallest eigenvalue at the corners of what the wing that stalls does mainly, (n,)."""
-        smallest = np.full(len(middle), math.inf)
-        parts = [(share, self._taken(M)[0]) for share, M in terms]
+        smallest, parts = np.full(len(middle), math.inf), []
+        for main in terms:
+            takes = np.broadcast_to(self._taken(main.M)[0], middle.shape)
+            for bend in self._bends(main.turned):
+                takes = takes + 0.5 * (bend.share.low + bend.share.high)[:, None, None] * bend.takes
+                loose = 0.5 * (bend.share.high - bend.share.low) * most(main.share)
+                middle = middle - loose[:, None, None] * bend.width
+            parts.append((main.share, takes))
         for corner in product((False, True), repeat=len(parts)):
             whole = middle
             for upper, (share, takes) in zip(corner, parts, strict=True):
@@ -110,6 +119,13 @@ class Cover:
             far = np.linalg.norm(centre @ mean.T, axis=1) + half @ np.linalg.norm(mean, axis=0)
             bounds.append(far + np.sqrt(budget * np.linalg.eigvalsh(spread)[-1]))
         return bounds[0], bounds[1]
+
+    def _normal(self, centre: Array, half: Array, budget: Array) -> Interval:
+        """Speed along the hovering wing's normal on each box [m/s]."""
+        row = normal_motion(self.proof.a)
+        mean = row @ self.proof.mean
+        off = half @ np.abs(mean) + np.sqrt(budget * (row @ self.proof.spread @ row))
+        return Interval(centre @ mean - off, centre @ mean + off)
 
     def _winds(self, at: AttitudeBoxes, h: Array) -> list[Array]:
         """Corners of what the airspeed adds, (boxes, N, N).

@@ -36,7 +36,16 @@ from sitl.design.closed_loop import (
 )
 from sitl.design.cover import Cover, most, split
 from sitl.design.delay import DELAY, Channels, Lift, channels, lift, plain_lift
-from sitl.design.stalled import MAX_DRIFT, Stalled, thrust_slope
+from sitl.design.stalled import (
+    MAX_ACCELERATION,
+    MAX_DRIFT,
+    MAX_THRUST_RATE,
+    MAX_UNEVEN_RATE,
+    Commands,
+    Stalled,
+    thrust_slope,
+)
+from sitl.design.surfaces import MOVING, normal_motion
 from sitl.errors import SitlError
 from sitl.model.airframe import Airframe, Array
 
@@ -64,6 +73,20 @@ def thrust_swing(gains: LinearGains, level: float) -> float:
     """The largest change of a thrust that the law asks for on {V <= level}, over that of the hover."""
     K, P = feedback(gains)[:2], lyapunov_matrix(gains)
     return float(np.sqrt(level * np.diag(K @ np.linalg.solve(P, K.T))).max()) / min(gains.u_bar[:2])
+
+
+def commands(gains: LinearGains, level: float) -> Commands:
+    """Bounds of what the law asks for on {V <= level}."""
+    K, P, T = feedback(gains), lyapunov_matrix(gains), min(gains.u_bar[:2])
+    rows = 0.5 * np.vstack([K[0] + K[1], K[0] - K[1], K[2] + K[3], K[2] - K[3]])
+    together, apart, mean, half = np.sqrt(level * np.diag(rows @ np.linalg.solve(P, rows.T)))
+    swing, deflection = thrust_swing(gains, level), greatest_deflection(gains, level)
+    # With thrusts t +- s and deflections d +- e those of the products are t d + s e +- (t e + s d).
+    room = T - together
+    if not (room > 0.0 and deflection < math.inf):
+        return Commands(swing, together / T, apart / T, deflection, deflection, deflection)
+    mean, half = (mean + apart * deflection) / room, (half + apart * deflection) / room
+    return Commands(swing, together / T, apart / T, deflection, float(mean), float(half))
 
 
 @dataclass(frozen=True)
@@ -111,7 +134,8 @@ class Proof:
         turn = 2.0 * math.sin(0.5 * min(self.greatest_turn(level), math.pi))
         if (stalled := self.stalled(level)) is None:
             return lift(self.F, self.L, at, turn)
-        return lift(self.F, self.L, at, turn, stalled.extremes(*self.greatest_motion(level)))
+        extremes = stalled.extremes(*self.greatest_motion(level), self.greatest_normal(level))
+        return lift(self.F, self.L, at, turn, extremes)
 
     def channels(self, level: float) -> Channels | None:
         """How late the commands are on {V <= level}; None where a thrust may vanish."""
@@ -128,13 +152,18 @@ class Proof:
 
     def stalled(self, level: float) -> Stalled | None:
         """The air on {V <= level} where its wing stalls; None for another level of aerodynamics."""
-        return Stalled.on(self.a, self.gains, thrust_swing(self.gains, level), greatest_deflection(self.gains, level))
+        return Stalled.on(self.a, self.gains, commands(self.gains, level))
 
     def greatest_motion(self, level: float) -> tuple[float, float]:
         """The largest speed [m/s] and rate [rad/s] on {V <= level}."""
         C = np.linalg.inv(self.L @ self.L.T)
         speed, spin = (math.sqrt(level * np.linalg.eigvalsh(C[part, part])[-1]) for part in (VELOCITY_ROWS, RATE_ROWS))
         return speed, spin
+
+    def greatest_normal(self, level: float) -> float:
+        """The largest speed along the hovering wing's normal on {V <= level} [m/s]."""
+        row = normal_motion(self.a)
+        return math.sqrt(level * row @ np.linalg.inv(self.L @ self.L.T)[np.ix_(MOVING, MOVING)] @ row)
 
     def is_mirrored(self) -> bool:
         """Whether law and V are their own mirror images about the vehicle's plane of symmetry, as the plant is."""
@@ -167,7 +196,8 @@ class Proof:
         crossed = np.vstack([sign * deflection * at.rows[:2] for sign in (-1.0, 1.0)])
         first = 4 if len(self.L) == 12 else 7
         inflow = at.rows[first:]
-        rows, own = np.vstack([at.rows[:4], inflow, crossed + np.tile(at.rows[2:4], (2, 1))]), 4 + len(inflow)
+        uneven = 0.5 * (at.rows[0] - at.rows[1])[None]
+        rows, own = np.vstack([at.rows[:4], inflow, uneven, crossed + np.tile(at.rows[2:4], (2, 1))]), 4 + len(inflow)
         rates = self.greatest_changes(level, rows)
         # Each error is at most its factor and delay times its rate, and adds to all rates.
         count = int((at.row < 4).sum() + (at.row >= first).sum())
@@ -183,11 +213,18 @@ class Proof:
         if np.abs(np.linalg.eigvals(by_rate[:own])).max() >= 1.0:
             return None
         rates += by_rate @ np.linalg.solve(np.eye(own) - by_rate[:own], rates[:own])
+        if len(inflow) and not self._as_taken(rates[:2].max(), rates[own], rates[4:own]):
+            return None
         slope = thrust_slope(self.a)
         motor = rates[:2].max() + slope * rates[4:own].sum()
         blown = max(self.a.k_f * (thrust - slope * MAX_DRIFT), 0.0)
         per_speed = max(2.0 * math.sqrt(blown) - abs(self.a.k_fv) * MAX_DRIFT, 1e-9)
-        return float(motor / per_speed), float(rates[own:].max() / thrust)
+        return float(motor / per_speed), float(rates[own + 1 :].max() / thrust)
+
+    def _as_taken(self, thrust: float, uneven: float, inflow: Array) -> bool:
+        """Whether the rates of thrusts and inflow are within what the air was bounded with."""
+        by_inflow = float(np.linalg.norm(inflow)) <= MAX_ACCELERATION * self.a.g
+        return by_inflow and thrust <= MAX_THRUST_RATE and uneven <= MAX_UNEVEN_RATE
 
     def greatest_changes(self, level: float, rows: Array) -> Array:
         """Bounds of |row x'| on {V <= level}, for linear functions of the state's rate, without errors, (c,)."""
@@ -212,8 +249,13 @@ class Proof:
         rest = [(most(value)[0], M) for value, M in self.remainder(at)]
         rest += [(kappa * most(at.axes[2][i])[0], row_matrix(3 + i, force)) for i in range(3) for _, force in elevons]
         if stalled is not None:
-            motion = np.array(self.greatest_motion(level))[:, None]
-            rest += [(most(share)[0], M) for share, M in stalled.terms(at, *motion) + stalled.main_terms(*motion)]
+            speed, spin, along = (
+                np.array([bound]) for bound in (*self.greatest_motion(level), self.greatest_normal(level))
+            )
+            mains = stalled.main_terms(speed, spin, Interval(-along, along), at)
+            rest += [(most(share)[0], M) for share, M in stalled.terms(at, speed, spin)]
+            rest += [(most(main.share)[0], main.M) for main in mains]
+            rest += [(most(main.share * change)[0], M) for main in mains for change, M in main.turned]
         greatest += sum(bound * np.linalg.norm(rows @ M @ to_x, axis=1) for bound, M in rest)
         return np.asarray(math.sqrt(level) * greatest + h * self._blown(level, rows, to_x @ to_x.T))
 

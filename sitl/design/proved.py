@@ -24,7 +24,7 @@ from sitl.model.airframe import FIRST_ORDER, STALL, Airframe, Array
 
 PROVED_LEVEL = 1.0  # of V: it is scaled to that
 HOVER_WEIGHTS = (10.0, 0.4, 20.0)  # of the LQI: R = 10 I, of the integral, of eps - eps_bar
-STALL_WEIGHTS = (10.0, 3.0, 20.0)  # the same where the wing stalls: a stiffer integral holds it in a wind
+STALL_WEIGHTS = (20.0, 6.0, 80.0)  # the same where the wing stalls: a stiffer integral holds it in a wind
 MAX_GROWTH = 2.5  # bound of what is integrated [m]: it must not be met in the proved set
 CERTIFICATES = "certificates.toml"
 NOISE = 6  # decimals of the hover's matrix, below which lies what differences make of a zero

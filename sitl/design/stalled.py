@@ -2,44 +2,60 @@ r"""What the wing of :mod:`sitl.model.stall` leaves in M besides the linear loop
 
 A surface of a half wing at y with its centre of pressure at l behind the centre of mass feels c (v_b, w), with
 c = (0, 0, 1, y, l, 0), and pushes back along the same c; its drag and the thrust's axis have b = (1, 0, 0, 0, 0, -y).
-So the air is a sum of fixed matrices of rank one, each times a share that the speeds and thrusts of the set bound. The
-linear loop has the push at the hover, p_0 = rho S_ratio S_p u_0 C_l / 2 per half wing; what is left are
+So the air is a sum of fixed matrices of rank one (:mod:`sitl.design.surfaces`), each times a share that the speeds and
+thrusts of the set bound. The linear loop has the push at the hover, p_0 = rho S_ratio S_p u_0 C_l / 2 per half wing;
+what is left are
 
-- the push of both parts less p_0, and what a deflected elevon's normal takes off it;
+- the pushes of both half wings less p_0. Their mean is bounded apart from half of their difference, which only uneven
+  thrusts, turning and unequal incidences make, and which rolls the vehicle by the motion along the wing's normal. Both
+  factors of that product are linear in the state, so that each may count as the share of the other's matrix: half of
+  it is counted this way, half that way, as the extreme of one factor seldom meets the other's;
+- what deflected elevons make along x_b, a part of their push and a drag: again by mean and half difference;
 - shift of the centre of pressure, drag, damping, the rotors' gyroscopic moment, the torque's change by inflow;
-- elevons in the stream: u_s |u| in place of 2 T / (rho S_p), sin cos of the deflection, the drag of a deflected one.
+- elevons in the stream: u_s |u| in place of 2 T / (rho S_p), sin cos of the deflection.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 
 from sitl.control.hover_linear import LinearGains
 from sitl.design.closed_loop import (
     ATTITUDE_ROWS,
-    RATE_ROWS,
     VELOCITY_ROWS,
     AttitudeBoxes,
     Interval,
     Terms,
     elevon_effect,
-    entry_matrix,
-    feedback,
     row_matrix,
     size,
 )
-from sitl.design.delay import DELAY, Channels, channels
+from sitl.design.delay import DELAY, SAMPLING, Channels, channels
+from sitl.design.surfaces import (
+    drags,
+    elevon_drag,
+    hover_push,
+    in_world,
+    main_parts,
+    per_mass,
+    surface_drag,
+    surfaces,
+    turned,
+)
 from sitl.model.airframe import STALL, Airframe, Array
-from sitl.model.hover_model import inertia
 
 MAX_DRIFT = 2.0  # that the bounds of the thrust by inflow are of [m/s]
-MAX_ACCELERATION = 4.0  # of the vehicle near the hover: weight, less than twice as much thrust, wing [g]
+# What `Proof.greatest_rates` allows on a set, so that it may be taken for granted here:
+MAX_ACCELERATION = 1.5  # rate of the inflow [g]
+MAX_THRUST_RATE = 9.0  # of either thrust that is asked for [N/s]
+MAX_UNEVEN_RATE = 7.5  # of half their difference [N/s]
+UNEVEN = 0.5  # of the product of uneven thrusts and motion, what counts as the motion's share of the thrusts
 SLIGHT = 0.5  # of squares: (a + b)^2 <= (1 + SLIGHT) a^2 + (1 + 1 / SLIGHT) b^2
-MOVING = [3, 4, 5, 9, 10, 11]  # (v, w) in the state
-AXES = np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])  # R(q_bar)
 
 
 def thrust_slope(a: Airframe) -> float:
@@ -47,38 +63,23 @@ def thrust_slope(a: Airframe) -> float:
     return abs(a.k_fv) * a.omega_max + 2.0 * abs(a.k_fvv) * MAX_DRIFT
 
 
-def surfaces(a: Airframe, y: float) -> tuple[Array, Array]:
-    """Rows c of the fixed surface and of the elevon of a half wing, attached, (6,) each."""
-    elevon = a.Delta_r * a.xi_m / a.xi_f
-    wing = (a.Delta_r - a.xi_f * elevon) / (1.0 - a.xi_f)
-    return np.array((0.0, 0.0, 1.0, y, wing, 0.0)), np.array((0.0, 0.0, 1.0, y, elevon, 0.0))
+class Commands(NamedTuple):
+    """Bounds of what a law asks for on a set; of a pair also of its mean and of half its difference."""
+
+    swing: float  # of either thrust, over that of the hover
+    swing_together: float
+    swing_apart: float
+    deflection: float  # of either elevon [rad]
+    deflection_together: float
+    deflection_apart: float
 
 
-def in_world(G: Array, n: int) -> Array:
-    """M of G (v_b, w) at the hover attitude, (n, n)."""
-    turned = np.eye(6)
-    turned[:3, :3] = AXES
-    M = np.zeros((n, n))
-    M[np.ix_(MOVING, MOVING)] = turned @ G @ turned.T
-    return M
+class Main(NamedTuple):
+    """A large part of M that the air makes beyond the linear loop: a share of a matrix, and how that turns."""
 
-
-def hover_push(a: Airframe, T: float) -> float:
-    """p_0 of a half wing at a thrust [kg/s]."""
-    return 0.5 * a.rho * a.S_ratio * a.S_p * a.C_l * math.sqrt(2.0 * T / (a.rho * a.S_p))
-
-
-def per_mass(a: Airframe, G: Array) -> Array:
-    """Of forces and moments (6, 6) the accelerations."""
-    return np.asarray(G / np.concatenate((np.full(3, a.m), inertia(a)))[:, None])
-
-
-def elevon_drag(a: Airframe) -> Array:
-    """What one of delta^2 T of either elevon does to the state's rate, (12, 2)."""
-    lift, made = a.S_ratio * a.C_l * a.xi_f, np.zeros((12, 2))
-    made[5] = -lift / a.m
-    made[11] = lift * a.a_y / a.J3 * np.array((1.0, -1.0))
-    return made
+    share: Interval
+    M: Array  # at the hover attitude
+    turned: Terms  # what an attitude changes of it
 
 
 @dataclass(frozen=True)
@@ -89,11 +90,17 @@ class Stalled:
     gains: LinearGains
     least: float  # thrust of either propeller [N]
     most: float
+    mean: tuple[float, float]  # of both: the least and the most
+    apart: float  # half of their difference at most
+    asked: float  # of it what the law asks for now, and what they may be off that
+    off: float
     deflection: float  # at most [rad]
+    together: float  # mean of both deflections at most
+    opposed: float  # half of their difference at most
 
     @classmethod
-    def on(cls, a: Airframe, gains: LinearGains, swing: float, deflection: float) -> Stalled | None:
-        """Bounds where the law's thrusts swing by a share and its deflections stay within [rad].
+    def on(cls, a: Airframe, gains: LinearGains, asked: Commands) -> Stalled | None:
+        """Bounds where the law's commands are within theirs.
 
         Returns:
             None for a set with another level of aerodynamics.
@@ -101,85 +108,166 @@ class Stalled:
         if a.aerodynamics != STALL:
             return None
         T, late = gains.u_bar.T1, thrust_slope(a) * DELAY * MAX_ACCELERATION * a.g
-        return cls(a, gains, (1.0 - swing) * T - late, (1.0 + swing) * T + late, min(deflection, a.delta_max))
+        # Two actuators are on their ways between the same two commands, but one may be there before the other.
+        ahead, turning = 0.5 * SAMPLING * MAX_THRUST_RATE, 0.5 * SAMPLING * a.delta_rate
+        d, apart = min(asked.deflection, a.delta_max), asked.swing_apart * T
+        return cls(
+            a,
+            gains,
+            least=(1.0 - asked.swing) * T - late,
+            most=(1.0 + asked.swing) * T + late,
+            mean=((1.0 - asked.swing_together) * T - late - ahead, (1.0 + asked.swing_together) * T + late + ahead),
+            apart=apart + late + ahead,
+            asked=apart,
+            off=DELAY * MAX_UNEVEN_RATE + late + ahead,
+            deflection=d,
+            together=min(asked.deflection_together + turning, d),
+            opposed=min(asked.deflection_apart + turning, d),
+        )
 
     def is_within(self, speed: float) -> bool:
         """Whether the bounds are of this speed: no propeller unloads [m/s]."""
-        return self.least > 0.0 and speed < min(MAX_DRIFT, self.a.advance_knot * self._speeds()[0])
+        return self.least > 0.0 and speed < min(MAX_DRIFT, self.a.advance_knot * self._slowest())
 
-    def _speeds(self) -> tuple[float, float]:
-        """The slowest and the fastest propeller [rad/s]."""
-        a, by_inflow = self.a, thrust_slope(self.a) * MAX_DRIFT
-        low, high = (max(T, 0.0) / a.k_f for T in (self.least - by_inflow, self.most + by_inflow))
-        return math.sqrt(low), min(math.sqrt(high), a.omega_max)
+    def _slowest(self) -> float:
+        """The slowest propeller [rad/s]."""
+        return math.sqrt(max(self.least - thrust_slope(self.a) * MAX_DRIFT, 0.0) / self.a.k_f)
 
     def _streams(self, local: Array) -> tuple[Interval, Interval, Interval]:
         """Push of the slipstream's part [kg/s], of the free one, and the elevons' effectiveness, by the local speed."""
         a, per_thrust = self.a, 2.0 / (self.a.rho * self.a.S_p)
         low = np.sqrt(np.maximum(per_thrust * self.least - local**2, 1e-6))
         high = np.sqrt(per_thrust * self.most + local**2)
+        slope = self._slope(local)
+        wet = 0.5 * a.rho * a.S_ratio * a.S_p * a.C_l
+        free = self._free_area() * local * max(a.C_l, a.C_90)
+        off, d = local**2 / (per_thrust * self.least), self.deflection
+        least_turned = (1.0 - d * d / 6.0) * (1.0 - 0.5 * d * d)
+        grip = Interval((1.0 - off) * slope.low * least_turned, (1.0 + off) * slope.high)
+        return (
+            Interval(wet * low * slope.low, wet * high * slope.high),
+            Interval(np.zeros_like(free), free),
+            grip,
+        )
+
+    def _slope(self, local: Array) -> Interval:
+        """Of the lift in the slipstream, over that of attached flow."""
+        a, per_thrust = self.a, 2.0 / (self.a.rho * self.a.S_p)
+        low = np.sqrt(np.maximum(per_thrust * self.least - local**2, 1e-6))
         beyond = np.minimum(local / low, 1.0) ** 2 * a.per_stall
         attached = 1.0 / (1.0 + beyond**2)
         slope = attached + (1.0 - attached) * a.C_90 / a.C_l
-        wet = 0.5 * a.rho * a.S_ratio * a.S_p * a.C_l
-        free = 0.5 * a.rho * (0.5 * a.S - a.S_ratio * a.S_p) * local * max(a.C_l, a.C_90)
-        off, d = local**2 / (per_thrust * self.least), self.deflection
-        turned = (1.0 - d * d / 6.0) * (1.0 - 0.5 * d * d)
-        grip = Interval((1.0 - off) * np.minimum(slope, 1.0) * turned, (1.0 + off) * np.maximum(slope, 1.0))
-        wetted = Interval(wet * low * np.minimum(slope, 1.0), wet * high * np.maximum(slope, 1.0))
-        return wetted, Interval(np.zeros_like(free), free), grip
+        return Interval(np.minimum(slope, 1.0), np.maximum(slope, 1.0))
+
+    def _free_area(self) -> float:
+        """Half of density times the area of a half wing outside the slipstream [kg/m]."""
+        a = self.a
+        return 0.5 * a.rho * (0.5 * a.S - a.S_ratio * a.S_p)
+
+    def _pushes(self, speed: Array, spin: Array) -> tuple[Interval, Interval]:
+        """Mean of both half wings' pushes, and half of their difference less what ``_shared`` is of [kg/s]."""
+        a, per_thrust = self.a, 2.0 / (self.a.rho * self.a.S_p)
+        arm = a.a_y * spin
+        local = speed + arm
+        slope, wet = self._slope(local), 0.5 * a.rho * a.S_ratio * a.S_p * a.C_l
+        # Squares of both streams are mean +- uneven; a sum of roots is concave.
+        least, most = per_thrust * self.mean[0] - local**2, per_thrust * self.mean[1] + local**2
+        uneven = per_thrust * self.apart + 2.0 * local * arm
+        slowest = np.sqrt(np.maximum(least + uneven, 1e-6)) + np.sqrt(np.maximum(least - uneven, 1e-6))
+        fastest = 2.0 * np.sqrt(most)
+        steep, flat = wet * slope.high / slowest, wet * slope.low / fastest
+        shared = self._shared()
+        left = np.maximum(np.abs(steep * per_thrust - shared), np.abs(flat * per_thrust - shared))
+        half = left * self.asked + steep * (per_thrust * self.off + 2.0 * local * arm)
+        half = half + 0.25 * wet * (slope.high - slope.low) * fastest
+        area, greatest = self._free_area(), max(a.C_l, a.C_90)
+        # Slope by the flow's direction: the derivative of the attached share is at most 1.0653 per_stall^0.5.
+        steepest = math.hypot(greatest, 1.0653 * math.sqrt(a.per_stall) * abs(a.C_l - a.C_90))
+        half = half + area * np.minimum(steepest * arm, 0.5 * greatest * local)
+        low = wet * slope.low * 0.5 * slowest
+        high = wet * slope.high * 0.5 * fastest + area * greatest * np.hypot(speed, arm)
+        return Interval(low, high), Interval(-half, half)
+
+    def _shared(self) -> float:
+        """Half of the pushes' difference, by half of that of the thrusts, that is taken for the motion's [kg/(N s)]."""
+        T = self.gains.u_bar.T1
+        return UNEVEN * 0.5 * hover_push(self.a, T) / T
 
     def effectiveness(self, speed: float, spin: float) -> float:
         """Of an elevon at most, over that at rest."""
         return float(self._streams(np.array([speed + self.a.a_y * spin]))[2].high[0])
 
-    def main_terms(self, speed: Array, spin: Array) -> Terms:
-        """Of what M has of the air beyond the linear loop the largest, as in ``terms``.
+    def main_terms(self, speed: Array, spin: Array, normal: Interval, at: AttitudeBoxes | None = None) -> list[Main]:
+        """The largest, and how they turn with the attitude.
 
-        They are the push of the left and the right half wing, and what a deflected elevon makes of its own along x_b.
+        They are the mean and half the difference of the pushes, uneven thrusts by the motion along the wing's normal,
+        then the mean and half the difference of the deflections for what they make along x_b: a deflected elevon has a
+        part of its push there, at the push of the hover, and a drag.
+
+        Args:
+            speed: At most on each box [m/s].
+            spin: Likewise [rad/s].
+            normal: Of ``normal_motion`` [m/s].
+            at: The boxes, if it is asked how they turn.
         """
-        a, n = self.a, size(self.gains)
-        wetted, free, _ = self._streams(speed + a.a_y * spin)
-        push, bend = wetted + free + -hover_push(a, self.gains.u_bar.T1), self._bend(wetted + free)
-        sides = (a.a_y, -a.a_y)
-        terms = [(push, in_world(per_mass(a, surfaces_push(a, y, -1.0)), n)) for y in sides]
-        return terms + [(bend, in_world(per_mass(a, surface_drag(a, y)), n)) for y in sides]
+        ones = np.ones_like(speed)
+        mean, half = self._pushes(speed, spin)
+        shares = [mean + -hover_push(self.a, self.gains.u_bar.T1), half, self._shared() * normal]
+        shares += [Interval(-most_of_it * ones, most_of_it * ones) for most_of_it in (self.together, self.opposed)]
+        return [
+            Main(share, part.upright(), [] if at is None else part.turned(at))
+            for share, part in zip(shares, main_parts(self.a, self.gains), strict=True)
+        ]
 
-    def _bend(self, push: Interval) -> Interval:
-        """Share of an elevon's normal force that is along x_b where it is deflected."""
-        most = self.a.xi_f * self.deflection * push.high
-        return Interval(-most, most)
+    def _uneven(self, at: AttitudeBoxes) -> Terms:
+        """What is left of the part of uneven thrusts that counts as the motion's: its force, and how it turns."""
+        whole = main_parts(self.a, self.gains)[1].by_motion
+        most_of_it = np.full_like(at.kappa.low, self._shared() * self.asked)
+        share, force, n = Interval(-most_of_it, most_of_it), whole.copy(), size(self.gains)
+        force[3] = 0.0
+        return [(share, in_world(force, n)), *((share * change, part) for change, part in turned(at, whole, n))]
 
-    def extremes(self, speed: float, spin: float) -> list[Array]:
-        """M of both pushes at their greatest, and of one there, the other at its least, elevons up or down."""
-        terms = self.main_terms(np.array([speed]), np.array([spin]))
-        (push, left), (_, right), (bend, up), (_, down) = terms
-        sides = [push.high[0] * left + end[0] * right for end in (push.high, push.low)]
-        return [sides[0], *(sides[1] + bend.high[0] * (s * up + r * down) for s in (-1.0, 1.0) for r in (-1.0, 1.0))]
+    def extremes(self, speed: float, spin: float, normal: float) -> list[Array]:
+        """M at corners of the main terms, one of each pair of mirror images."""
+        along = Interval(np.array([-normal]), np.array([normal]))
+        terms = self.main_terms(np.array([speed]), np.array([spin]), along)
+        ends = [[t.share.low[0] * t.M, t.share.high[0] * t.M] for t in terms]
+        ends[1] = ends[1][1:]
+        return [np.asarray(sum(corner)) for corner in product(*ends)]
 
     def terms(self, at: AttitudeBoxes, speed: Array, spin: Array) -> Terms:
-        """The rest of it, and what a turned body changes; speeds [m/s] and rates [rad/s] are bounded, per box."""
-        n = size(self.gains)
-        wetted, free, grip = self._streams(speed + self.a.a_y * spin)
-        shares = [(share, per_mass(self.a, G)) for share, G in self._shares(wetted, free, speed, spin)]
-        terms: Terms = [(share, in_world(G, n)) for share, G in shares]
-        sides = [per_mass(self.a, surfaces_push(self.a, y, -1.0)) for y in (self.a.a_y, -self.a.a_y)]
-        bent = [per_mass(self.a, surface_drag(self.a, y)) for y in (self.a.a_y, -self.a.a_y)]
-        pushed, bend = wetted + free, self._bend(wetted + free)
-        terms += _turned(at, [*((pushed, G) for G in sides), *((bend, G) for G in bent), *shares], n)
-        return terms + self._elevons(at, grip + -1.0, grip)
+        """The rest of it, and what a turned body changes of the push at the hover; bounds per box.
+
+        Args:
+            at: The boxes.
+            speed: At most on each [m/s].
+            spin: Likewise [rad/s].
+        """
+        n, a = size(self.gains), self.a
+        wetted, free, grip = self._streams(speed + a.a_y * spin)
+        terms: Terms = []
+        for share, G in self._shares(wetted, free, speed, spin):
+            M = per_mass(a, G)
+            terms.append((share, in_world(M, n)))
+            terms += [(share * change, part) for change, part in turned(at, M, n)]
+        whole = hover_push(a, self.gains.u_bar.T1) * main_parts(a, self.gains)[0].by_motion
+        terms += self._uneven(at)
+        return [*_merged(terms), *turned(at, whole, n), *self._elevons(at, grip + -1.0)]
 
     def _shares(self, wetted: Interval, free: Interval, speed: Array, spin: Array) -> list[tuple[Interval, Array]]:
         """Forces and moments by (v_b, w): shares, and the matrices that they are of."""
         a, d = self.a, self.deflection
         local, both = speed + a.a_y * spin, wetted + free
-        zero = np.zeros_like(local)
+        zero, base = np.zeros_like(local), hover_push(a, self.gains.u_bar.T1)
         sine, cosine = d, 1.0 - 0.5 * d * d
         # Of a centre of pressure that is shifted: the slipstream's is as far as its flow is detached.
         beyond = np.minimum(local**2 / np.maximum(2.0 * self.least / (a.rho * a.S_p) - local**2, 1e-6), 1.0)
         detached = (a.per_stall * beyond) ** 2 * np.sqrt(beyond)
-        shifted = (1.0 - a.xi_f) * a.cp_shift * (free.high + wetted.high * np.minimum(detached, 1.0))
+        pushed = self._free_area() * local * _detached_slope(a)
+        shifted = (1.0 - a.xi_f) * a.cp_shift * (pushed + wetted.high * np.minimum(detached, 1.0))
         drag = 0.25 * a.rho * a.S * a.C_d0 * local
+        least_turned = (1.0 - d * d / 6.0) * (1.0 - 0.5 * d * d)
+        bend = a.xi_f * d * np.maximum(np.abs(both.high - base), np.abs(both.low * least_turned - base))
         made = []
         e = np.eye(6)
         for y in (a.a_y, -a.a_y):
@@ -193,34 +281,34 @@ class Stalled:
                 (Interval(-a.xi_f * sine * free.high, a.xi_f * sine * free.high), np.outer(flap, b)),
                 (Interval(-drag, drag), np.outer(b, e[2] + y * e[3])),
                 (Interval(-drag, drag), np.outer(b, e[1])),
+                (Interval(-bend, bend), surface_drag(a, y)),
             ]
-        slow, fast = self._speeds()
-        rotors = np.full_like(local, a.J_p * (fast - slow))
-        torque = np.full_like(local, abs(a.k_mv - a.k_m / a.k_f * a.k_fv) * (fast - slow))
+        by_speed = 2.0 * a.k_f * self._slowest() - abs(a.k_fv) * MAX_DRIFT
+        differ = 2.0 * self.apart / by_speed if by_speed > 0.0 else a.omega_max
+        rotors = np.full_like(local, a.J_p * differ)
+        torque = np.full_like(local, abs(a.k_mv - a.k_m / a.k_f * a.k_fv) * differ)
         h = 0.25 * a.rho * a.S * speed
         return [
             *made,
-            ((2.0 / a.C_l * a.C_y0) * (both + -hover_push(a, self.gains.u_bar.T1)), -np.outer(e[1], e[1])),
+            ((2.0 / a.C_l * a.C_y0) * (both + -base), -np.outer(e[1], e[1])),
             (Interval(zero, h * a.c**2 * a.C_mq), -np.outer(e[4], e[4])),
             (Interval(zero, h * a.b**2 * a.C_nr), -np.outer(e[5], e[5])),
             (Interval(-rotors, rotors), np.outer(e[4], e[5]) - np.outer(e[5], e[4])),
             (Interval(-torque, torque), np.outer(e[3], e[0])),
         ]
 
-    def _elevons(self, at: AttitudeBoxes, more: Interval, grip: Interval) -> Terms:
-        """Elevons that are more or less effective than at rest, and their drag."""
-        n, terms, d = size(self.gains), [], self.deflection
-        dragged = Interval(-d * grip.high, d * grip.high)
+    def _elevons(self, at: AttitudeBoxes, more: Interval) -> Terms:
+        """Elevons that are more or less effective than at rest, and that share of their drag."""
+        terms: Terms = []
+        most = self.deflection * np.maximum(np.abs(more.low), np.abs(more.high))
+        dragged = Interval(-most, most)
         for elevon in (0, 1):
-            M, force = elevon_effect(self.a, self.gains, elevon)
-            asked, drags = -feedback(self.gains)[2 + elevon], elevon_drag(self.a)[:, elevon]
-            turn = np.zeros((n, n))
-            turn[RATE_ROWS] = np.outer(drags[RATE_ROWS], asked)
+            (turn, drag), (M, force) = drags(self.a, self.gains, elevon), elevon_effect(self.a, self.gains, elevon)
             terms += [(more, M), (dragged, turn)]
             for i in range(3):
                 terms += [
                     (more * at.axes[2][i], row_matrix(3 + i, force)),
-                    (dragged * at.axes[0][i], row_matrix(3 + i, drags[5] * asked)),
+                    (dragged * at.axes[0][i], row_matrix(3 + i, drag)),
                 ]
         return terms
 
@@ -261,45 +349,18 @@ class Stalled:
         return Channels(columns, force, np.vstack([at.rows, rows]), row, delays, factors, also)
 
 
-def surfaces_push(a: Airframe, y: float, sign: float = 1.0) -> Array:
-    """Forces and moments by (v_b, w) of one of push on a half wing, (6, 6)."""
-    wing, flap = surfaces(a, y)
-    return sign * ((1.0 - a.xi_f) * np.outer(wing, wing) + a.xi_f * np.outer(flap, flap))
+def _detached_slope(a: Airframe) -> float:
+    """The most that a slope and the detached share of the same flow multiply to [1/rad]."""
+    # (C_90 + s (C_l - C_90)) (1 - s) over the attached share s.
+    rise = a.C_l - a.C_90
+    share = max(0.0, 0.5 * (rise - a.C_90) / rise) if rise > 0.0 else 0.0
+    return (a.C_90 + share * rise) * (1.0 - share)
 
 
-def surface_drag(a: Airframe, y: float) -> Array:
-    """Forces and moments by (v_b, w), along x_b, of one of an elevon's normal force on a half wing, (6, 6)."""
-    return np.outer((1.0, 0.0, 0.0, 0.0, 0.0, -y), surfaces(a, y)[1])
-
-
-def _turned(at: AttitudeBoxes, shares: list[tuple[Interval, Array]], n: int) -> Terms:
-    """What a turned body changes of matrices of (v_b, w), each times its share."""
-    nothing = Interval(np.zeros_like(at.kappa.low), np.zeros_like(at.kappa.low))
-    places: dict[tuple[int, int], Interval] = {}
-    for share, G in shares:
-        whole = in_world(G, n)
-        changes = [((3 + i, 3 + j), _both(at, G, i, j)) for i in range(3) for j in range(3)]
-        changes += [((3 + i, 9 + j), _one(at, G[:3, 3 + j], i)) for i in range(3) for j in range(3)]
-        changes += [((9 + i, 3 + j), _one(at, G[3 + i, :3], j)) for i in range(3) for j in range(3)]
-        for place, value in changes:
-            if value is not None:
-                places[place] = places.get(place, nothing) + share * (value + -whole[place])
-    return [(value, entry_matrix(*place, n)) for place, value in places.items()]
-
-
-def _both(at: AttitudeBoxes, G: Array, i: int, j: int) -> Interval | None:
-    parts = [G[k, m] * (at.axes[k][i] * at.axes[m][j]) for k in range(3) for m in range(3) if G[k, m]]
-    return _total(parts)
-
-
-def _one(at: AttitudeBoxes, g: Array, i: int) -> Interval | None:
-    return _total([g[k] * at.axes[k][i] for k in range(3) if g[k]])
-
-
-def _total(parts: list[Interval]) -> Interval | None:
-    if not parts:
-        return None
-    whole = parts[0]
-    for part in parts[1:]:
-        whole = whole + part
-    return whole
+def _merged(terms: Terms) -> Terms:
+    """The same terms, those of one matrix as one."""
+    found: dict[bytes, tuple[Interval, Array]] = {}
+    for share, M in terms:
+        key = M.tobytes()
+        found[key] = (found[key][0] + share, M) if key in found else (share, M)
+    return list(found.values())

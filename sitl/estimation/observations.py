@@ -50,7 +50,7 @@ from sitl.sensors.instruments import (
 from sitl.storage import Kept
 
 NO_OTHER = -1
-POSITION_ERROR_TIME = 20.0  # how long an airspeed, and what it does to the static pressure, lasts [s]
+POSITION_ERROR_TIME = 5.0  # how long an airspeed, and what it does to the static pressure, lasts [s]
 
 
 @kernel
@@ -135,10 +135,13 @@ def observe_height(f: Kept, i: Kept, reading: Array, age: float, period: int) ->
     b, spec, H = get_belief(f, 0), get_specification(i, 0).barometer, f["H"]
     through = subtract(b.velocity, b.wind)
     wrong = spec.position_error * dot(through, through) / (2.0 * get_model(f, 0).g)
-    readings = POSITION_ERROR_TIME * spec.timing.rate  # that share one such error
+    # What the air does to the static pressure lasts as long as the airspeed: it wanders like a drift.
+    f["covariance"][BAROMETER_DRIFT_ERROR, BAROMETER_DRIFT_ERROR] += (
+        2.0 * wrong * wrong / (POSITION_ERROR_TIME * spec.timing.rate)
+    )
     H[POSITION_ERROR + 2], H[BAROMETER_DRIFT_ERROR] = 1.0, 1.0
     innovation = reading[0] - (b.position.z - age * b.velocity.z + b.barometer_drift)
-    ratio = _fuse(f, 0, innovation, spec.noise * spec.noise + spec.step * spec.step / 12.0 + wrong * wrong * readings)
+    ratio = _fuse(f, 0, innovation, spec.noise * spec.noise + spec.step * spec.step / 12.0)
     _correct_belief(f)
     _note(f, BAROMETER - FIRST_LINE, period, ratio, ratio, 1)
 

@@ -96,6 +96,11 @@ class Avionics:
         """The instruments' record."""
         return self.records[0]["instruments"]
 
+    @property
+    def horizon_periods(self) -> int:
+        """How many control periods the filter stands in the past."""
+        return int(self.filter["filled"]) * SLOW_PERIODS
+
     def deviation(self, first: int) -> Vector:
         """Standard deviations of three errors, the first of which is numbered so."""
         variances = np.diagonal(self.filter["covariance"])[first : first + 3]

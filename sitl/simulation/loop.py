@@ -100,7 +100,7 @@ def advance(
             flight,
             column,
             sensed(
-                aboard["instruments"], aboard["filter"], steps, a, before, get_plant(flight, column), wind, sent,
+                aboard["instruments"], aboard["filter"], steps, a, before, get_plant(flight, column), wind, in_force,
                 may_turn(flight, column), get_periods(flight, column), fast, slow, around.sensors.has_pitot,
             ),
         )  # fmt: skip

@@ -34,8 +34,8 @@ SAMPLED_ENTER, SAMPLED_LEAVE = 20.0, 50.0  # of designs whose V proves little: f
 PROVED_LEAVE = 50.0  # of the proved design: from flights as well
 PROVED_WAITED = 20.0  # likewise
 PROVED_SETTLED = 4.0  # likewise: a transition ends while the reference already sinks or goes on
-STALL_LEAVE, STALL_WAITED = 300.0, 120.0  # the same where the wing stalls: its V is 1 at a smaller deviation
-STALL_SETTLED = 24.0
+STALL_LEAVE, STALL_WAITED = 120.0, 50.0  # the same where the wing stalls: its V is 1 at a smaller deviation
+STALL_SETTLED = 10.0
 SETTLED_SHARE = 0.5  # of v_enter, where that is sampled
 
 

@@ -13,12 +13,12 @@ import numpy.typing as npt
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Way
 from protocol.plans.mission_item import MissionItem
-from sitl import Airframe, DivergedError, Law, Simulation, Start, load_airframe
+from sitl import Airframe, DivergedError, Law, Simulation, Start
 from sitl.aircraft import Aircraft, is_forward
 from sitl.autopilot.settings import Settings
-from sitl.defaults import AIRFRAME
 from sitl.model.airframe import Array
 from sitl.parameters import Configuration, WorldSettings
+from sitl.studies.craft import DEFAULT_CRAFT, Craft
 from sitl.studies.mission_flight import PERIODS_PER_LOOK, STUDY_WORLD, has_finished_mission, waypoint
 from sitl.studies.seeded_flights import fly_draws, ignore_progress, seeds
 
@@ -123,15 +123,15 @@ def perturbed(a: Airframe, scale: dict[str, float]) -> Airframe:
     return a._replace(**{name: getattr(a, name) * factor for name, factor in names.items()})
 
 
-def fly(conditions: FlightConditions, airframe: str = AIRFRAME) -> CampaignFlight:
-    """Fly one draw; the airframe of that name is the design model."""
-    return fly_and_track(conditions, airframe)[0]
+def fly(conditions: FlightConditions, craft: Craft = DEFAULT_CRAFT) -> CampaignFlight:
+    """Fly one draw."""
+    return fly_and_track(conditions, craft)[0]
 
 
-def fly_and_track(conditions: FlightConditions, airframe: str = AIRFRAME) -> tuple[CampaignFlight, GroundTrack]:
+def fly_and_track(conditions: FlightConditions, craft: Craft = DEFAULT_CRAFT) -> tuple[CampaignFlight, GroundTrack]:
     """Fly one draw and record where it went; arguments as for :func:`fly`."""
-    model, start = load_airframe(airframe).parameters, Start(up=MISSION_HEIGHT, airborne=True)
-    vehicle = Simulation(perturbed(model, conditions.scale), seed=conditions.seed, design_model=model, start=start)
+    airframe, start = perturbed(craft.model, conditions.scale), Start(up=MISSION_HEIGHT, airborne=True)
+    vehicle = craft.fly(conditions.seed, start, airframe)
     air = WorldSettings(conditions.wind_speed, math.degrees(conditions.wind_from), conditions.gusts, battery=1e6)
     settings = Configuration(Settings(way=int(Way.FORWARD)), vehicle.tuning, air)
     aircraft = Aircraft(vehicle, STUDY_WORLD, settings, airborne=True)
@@ -196,7 +196,7 @@ def run(
     spread: Spread | None = None,
     jobs: int = 2,
     on_progress: Callable[[int], None] = ignore_progress,
-    airframe: str = AIRFRAME,
+    craft: Craft = DEFAULT_CRAFT,
 ) -> list[CampaignFlight]:
     """Fly seeds ``first`` to ``first + flights - 1``; their order and results do not depend on the jobs.
 
@@ -206,13 +206,13 @@ def run(
         spread: Limits of the draws.
         jobs: Processes at once.
         on_progress: Called with the number of flights done, after each.
-        airframe: Name or path of the set that the laws are designed for.
+        craft: What is flown.
 
     Raises:
         SitlError: If there is nothing to fly, or no such seed.
     """
     draws = [draw(seed, spread or Spread()) for seed in seeds(flights, first)]
-    return fly_draws(partial(fly, airframe=airframe), draws, jobs, FLIGHTS_PER_TASK, on_progress)
+    return fly_draws(partial(fly, craft=craft), draws, jobs, FLIGHTS_PER_TASK, on_progress)
 
 
 def summary(results: Sequence[CampaignFlight]) -> list[str]:

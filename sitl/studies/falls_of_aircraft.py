@@ -10,11 +10,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sitl import Airframe, Body, Regime, Simulation, Start, Vector, load_airframe
+from sitl import Body, Regime, Start, Vector
 from sitl.aircraft import Aircraft
 from sitl.autopilot.settings import Settings
 from sitl.parameters import Configuration, WorldSettings
 from sitl.studies.campaign import UNCERTAIN, perturbed
+from sitl.studies.craft import Craft
 from sitl.studies.falls import Throw, thrown
 from sitl.studies.mission_flight import PERIODS_PER_LOOK, STUDY_WORLD
 from sitl.studies.seeded_flights import fly_draws, seeds
@@ -62,28 +63,28 @@ def drawn_velocity(random: np.random.Generator) -> Vector:
     return Vector(0.0, 0.0, -float(sink))
 
 
-def fly(seed: int, airframe: str, *, windy: bool) -> AircraftFall:
+def fly(seed: int, craft: Craft, *, windy: bool) -> AircraftFall:
     """Fly one draw.
 
     Args:
         seed: Of everything.
-        airframe: Set of the design model; in wind the vehicle itself differs from it.
+        craft: What falls; in wind it differs from its design model.
         windy: In wind and gusts, the constants of the vehicle off by up to FALL_SPREAD.
     """
     random = np.random.default_rng(seed)
     throw, velocity = thrown(random), drawn_velocity(random)
-    aircraft = _hovering(seed, load_airframe(airframe).parameters, random, windy=windy)
+    aircraft = _hovering(seed, craft, random, windy=windy)
     aircraft.advance(HOLD_PERIODS)
     return _followed(aircraft, seed, throw, velocity, WINDY_RADIUS if windy else CALM_RADIUS)
 
 
-def _hovering(seed: int, model: Airframe, random: np.random.Generator, *, windy: bool) -> Aircraft:
-    airframe, air = model, WorldSettings(battery=1e6)
+def _hovering(seed: int, craft: Craft, random: np.random.Generator, *, windy: bool) -> Aircraft:
+    airframe, air = craft.model, WorldSettings(battery=1e6)
     if windy:
         scale = {name: 1.0 + FALL_SPREAD * float(random.uniform(-1.0, 1.0)) for name in UNCERTAIN}
-        airframe = perturbed(model, scale)
+        airframe = perturbed(airframe, scale)
         air = WorldSettings(FALL_WIND, float(random.uniform(-180.0, 180.0)), FALL_GUSTS, battery=1e6)
-    vehicle = Simulation(airframe, seed=seed, start=Start(up=THROW_HEIGHT, airborne=True), design_model=model)
+    vehicle = craft.fly(seed, Start(up=THROW_HEIGHT, airborne=True), airframe)
     return Aircraft(vehicle, STUDY_WORLD, Configuration(Settings(), vehicle.tuning, air), airborne=True)
 
 
@@ -113,13 +114,13 @@ def _followed(aircraft: Aircraft, seed: int, throw: Throw, velocity: Vector, rad
     )
 
 
-def run(flights: int, first: int, airframe: str, *, windy: bool, jobs: int = 1) -> list[AircraftFall]:
+def run(flights: int, first: int, craft: Craft, *, windy: bool, jobs: int = 1) -> list[AircraftFall]:
     """Fly seeds ``first`` to ``first + flights - 1``; their order and results do not depend on the jobs.
 
     Raises:
         SitlError: If there is nothing to fly, or no such seed.
     """
-    return fly_draws(partial(fly, airframe=airframe, windy=windy), seeds(flights, first), jobs, FALLS_PER_TASK)
+    return fly_draws(partial(fly, craft=craft, windy=windy), seeds(flights, first), jobs, FALLS_PER_TASK)
 
 
 def count(results: Sequence[AircraftFall], end: FallEnd) -> int:

@@ -9,12 +9,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sitl import Airframe, DivergedError, Simulation, Start, load_airframe
+from sitl import Airframe, DivergedError, Start
 from sitl.aircraft import Aircraft
 from sitl.autopilot.settings import Settings
-from sitl.defaults import AIRFRAME
 from sitl.parameters import Configuration, WorldSettings
 from sitl.studies.campaign import UNCERTAIN, perturbed
+from sitl.studies.craft import DEFAULT_CRAFT, Craft
 from sitl.studies.mission_flight import PERIODS_PER_LOOK, STUDY_WORLD
 from sitl.studies.seeded_flights import fly_draws, ignore_progress
 
@@ -46,17 +46,12 @@ class HoldConditions(NamedTuple):
     parameters: float  # greatest relative error of the design model
 
 
-def fly_hold(conditions: HoldConditions, airframe: str = AIRFRAME) -> FlownHold:
-    """Fly one hold; the airframe of that name is the design model."""
+def fly_hold(conditions: HoldConditions, craft: Craft = DEFAULT_CRAFT) -> FlownHold:
+    """Fly one hold."""
     random = np.random.default_rng(conditions.seed)
     wind_from = math.degrees(float(random.uniform(0.0, math.tau)))
-    model = load_airframe(airframe).parameters
-    vehicle = Simulation(
-        _drawn(model, conditions, random),
-        seed=conditions.seed,
-        design_model=model,
-        start=Start(up=HOLD_HEIGHT, airborne=True),
-    )
+    airframe = _drawn(craft.model, conditions, random)
+    vehicle = craft.fly(conditions.seed, Start(up=HOLD_HEIGHT, airborne=True), airframe)
     air = WorldSettings(conditions.wind, wind_from, conditions.gusts, battery=1e6)
     aircraft = Aircraft(vehicle, STUDY_WORLD, Configuration(Settings(), vehicle.tuning, air), airborne=True)
     positions, laws, fault = [], set(), ""
@@ -91,7 +86,7 @@ def _drawn(model: Airframe, conditions: HoldConditions, random: np.random.Genera
 
 def run_holds(
     conditions: Sequence[HoldConditions],
-    airframe: str = AIRFRAME,
+    craft: Craft = DEFAULT_CRAFT,
     jobs: int = 2,
     on_progress: Callable[[int], None] = ignore_progress,
 ) -> list[FlownHold]:
@@ -100,7 +95,7 @@ def run_holds(
     Raises:
         SitlError: There is nothing to fly.
     """
-    return fly_draws(partial(fly_hold, airframe=airframe), conditions, jobs, on_progress=on_progress)
+    return fly_draws(partial(fly_hold, craft=craft), conditions, jobs, on_progress=on_progress)
 
 
 def summary(holds: Sequence[FlownHold]) -> list[str]:

@@ -10,11 +10,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sitl import Regime, Simulation, Start, Vector, load_airframe
+from sitl import Regime, Start, Vector
 from sitl.aircraft import Aircraft
 from sitl.autopilot.safety.arming_checks import MAX_STANDING_TILT
 from sitl.autopilot.settings import Settings
 from sitl.parameters import Configuration, WorldSettings
+from sitl.studies.craft import Craft
 from sitl.studies.mission_flight import PERIODS_PER_LOOK, STUDY_WORLD
 from sitl.studies.seeded_flights import fly_draws, seeds
 
@@ -49,12 +50,12 @@ class Landing(NamedTuple):
     time: float  # [s]
 
 
-def fly(seed: int, airframe: str, wind: float, gusts: float) -> Landing:
+def fly(seed: int, craft: Craft, wind: float, gusts: float) -> Landing:
     """Fly one landing.
 
     Args:
         seed: Of wind, heading, gusts and sensors.
-        airframe: Parameter set or TOML file.
+        craft: What is flown.
         wind: Greatest steady wind [m/s].
         gusts: Rms per axis [m/s].
     """
@@ -63,7 +64,7 @@ def fly(seed: int, airframe: str, wind: float, gusts: float) -> Landing:
         float(random.uniform(*limits)) for limits in ((0.0, wind), (-180.0, 180.0), (-math.pi, math.pi))
     )
     start = Start(up=LANDING_HEIGHT, heading=heading, airborne=True)
-    vehicle = Simulation(load_airframe(airframe).parameters, seed=seed, start=start)
+    vehicle = craft.fly(seed, start)
     air = WorldSettings(speed, wind_from, gusts, battery=1e6)
     aircraft = Aircraft(vehicle, STUDY_WORLD, Configuration(Settings(), vehicle.tuning, air), airborne=True)
     aircraft.advance(HOLD_BEFORE)
@@ -99,13 +100,13 @@ def _end(aircraft: Aircraft) -> LandingEnd:
     return LandingEnd.TIPPED if view.tilt > MAX_STANDING_TILT else LandingEnd.UPRIGHT
 
 
-def run(flights: int, first: int, airframe: str, wind: float, gusts: float, jobs: int = 1) -> list[Landing]:
+def run(flights: int, first: int, craft: Craft, wind: float, gusts: float, jobs: int = 1) -> list[Landing]:
     """Fly seeds ``first`` to ``first + flights - 1``; their order and results do not depend on the jobs.
 
     Raises:
         SitlError: If there is nothing to fly, or no such seed.
     """
-    landing = partial(fly, airframe=airframe, wind=wind, gusts=gusts)
+    landing = partial(fly, craft=craft, wind=wind, gusts=gusts)
     return fly_draws(landing, seeds(flights, first), jobs, LANDINGS_PER_TASK)
 
 

@@ -5,7 +5,9 @@ import pytest
 
 from sitl import Law, SitlError, Vector, load_airframe
 from sitl.model.quaternions import x_axis
+from sitl.simulation.avionics import Navigation
 from sitl.studies import falls, falls_of_aircraft
+from sitl.studies.craft import Craft
 from sitl.studies.falls import FALL_HEIGHT, MAX_TUMBLE, SAME_HEIGHT, HeightLost, MapCell, fall, falling, thrown
 from sitl.studies.falls_of_aircraft import SINKS, AircraftFall, FallEnd, drawn_velocity
 
@@ -91,9 +93,9 @@ def test_velocities_are_of_the_three_kinds():
 
 @pytest.mark.parametrize("windy", [False, True])
 def test_the_whole_vehicle_comes_home_and_one_seed_is_one_fall(windy):
-    flown = falls_of_aircraft.fly(2, "nominal", windy=windy)
+    flown = falls_of_aircraft.fly(2, Craft("nominal", Navigation.TRUTH), windy=windy)
     assert flown.end is FallEnd.HOME
-    assert flown == falls_of_aircraft.run(1, 2, "nominal", windy=windy)[0]
+    assert flown == falls_of_aircraft.run(1, 2, Craft("nominal", Navigation.TRUTH), windy=windy)[0]
 
 
 def test_the_summary_names_what_did_not_come_home():

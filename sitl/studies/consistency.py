@@ -1,0 +1,189 @@
+"""Whether the navigation filter is as wrong as it says: NEES and NIS over many seeds.
+
+The *normalised estimation error squared* of n errors is chi-squared with n degrees of freedom if the covariance is
+right; its mean over N flights then lies within the chi-squared bounds of n N degrees, divided by N (Bar-Shalom, Li
+and Kirubarajan, *Estimation with Applications to Tracking and Navigation*, 5.4). Errors are judged where the filter
+stands, at its horizon.
+"""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+from scipy.stats import chi2
+
+from protocol.dialect.vocabulary import Law
+from sitl.control.reference import along, hover_at, leg
+from sitl.estimation.belief import WIND_ERROR, Belief
+from sitl.model.airframe import Array
+from sitl.model.quaternions import conjugate, multiply
+from sitl.model.state import Plant
+from sitl.model.vectors import Vector, add, subtract
+from sitl.sensors.instruments import HiddenErrors
+from sitl.simulation.simulation import Simulation
+from sitl.simulation.start import Start
+from sitl.storage import named_from
+from sitl.studies.campaign import UNCERTAIN, perturbed
+from sitl.studies.craft import Craft
+from sitl.studies.seeded_flights import fly_draws, ignore_progress
+
+FLIGHT_HEIGHT = 60.0  # [m]
+WIND, GUSTS = Vector(3.0, 1.0, 0.0), 0.5  # [m/s]
+LEG_LENGTH, LEG_AIRSPEED = 900.0, 15.0  # [m], [m/s]
+STOP_AT, STOP_AFTER = 150.0, 10.0  # of the flight with transitions [m], [s]
+SETTLED, SECONDS, EVERY_PERIODS = 5.0, 30.0, 500  # first look and end [s], control periods between two looks
+WRONG = 0.1  # how far a wrong model's constants are off, either way by turns
+NAVIGATION_ERRORS = 15  # position, velocity, attitude and both inertial biases
+LINE_NAMES = ("magnetometer", "barometer", "GNSS", "pitot", "motion capture", "external pose")
+
+
+class Phase(enum.Enum):
+    """What is flown."""
+
+    HOVER = "hover"
+    TRANSITION = "transitions"
+    CRUISE = "cruise"
+
+
+class ConsistencyDraw(NamedTuple):
+    """One flight."""
+
+    seed: int
+    phase: Phase
+    wrong: bool  # whether the design model is 10 % off
+
+
+class ConsistencyFlight(NamedTuple):
+    """What it told."""
+
+    draw: ConsistencyDraw
+    navigation: Array  # NEES of the NAVIGATION_ERRORS at each look, (k,)
+    wind: Array  # NEES of the wind at each look, (k,)
+    squared: Array  # errors of position, velocity and attitude squared, mean of the looks, (9,)
+    said: Array  # what the filter said of them, (9,)
+    nis: Array  # mean squared innovation over its variance, per line; NaN where nothing was read, (6,)
+
+
+def fly(draw: ConsistencyDraw, craft: Craft) -> ConsistencyFlight:
+    """Fly one draw and look at the filter."""
+    model = craft.model
+    scale = {name: 1.0 + WRONG * (1 if k % 2 == draw.seed % 2 else -1) for k, name in enumerate(UNCERTAIN)}
+    airframe = perturbed(model, scale) if draw.wrong else model
+    vehicle = craft.fly(draw.seed, Start(up=FLIGHT_HEIGHT, airborne=True), airframe)
+    vehicle.set_wind(WIND, GUSTS)
+    vehicle.begin_flight(Law.HOVER_ZERO_MOMENT)
+    hold = hover_at((0.0, 0.0, FLIGHT_HEIGHT), 0.0)
+    path = leg((0.0, 0.0, FLIGHT_HEIGHT), (LEG_LENGTH, 0.0, FLIGHT_HEIGHT), LEG_AIRSPEED)
+    vehicle.reference = hold if draw.phase is Phase.HOVER else along(hold, path, 0.0)
+    return _watched(vehicle, draw)
+
+
+def _watched(vehicle: Simulation, draw: ConsistencyDraw) -> ConsistencyFlight:
+    looks = []
+    while vehicle.time < SECONDS:
+        if draw.phase is Phase.TRANSITION and vehicle.time >= STOP_AFTER and vehicle.reference.forward:
+            vehicle.reference = hover_at((STOP_AT, 0.0, FLIGHT_HEIGHT), 0.0)
+        if vehicle.time >= SETTLED:
+            looks.append(_look(vehicle))
+        vehicle.advance(EVERY_PERIODS - vehicle.periods % EVERY_PERIODS)
+    f = vehicle.avionics.filter
+    count = np.array(f["scalars"])
+    nis = np.where(count > 0, np.array(f["squares"]) / np.maximum(count, 1.0), np.nan)
+    errors, variances = (np.array([look[k] for look in looks]) for k in (2, 3))
+    navigation, wind = (np.array([look[k] for look in looks]) for k in (0, 1))
+    return ConsistencyFlight(draw, navigation, wind, (errors**2).mean(axis=0), variances.mean(axis=0), nis)
+
+
+def _look(vehicle: Simulation) -> tuple[float, float, Array, Array]:
+    """NEES of the navigation and of the wind, and errors of the first nine with what was said of them."""
+    truth, air = vehicle.truth, vehicle.wind
+    vehicle.advance(vehicle.avionics.horizon_periods)
+    e = errors_of(vehicle, truth, air)
+    P = np.array(vehicle.avionics.filter["covariance"])
+    n, w = slice(0, NAVIGATION_ERRORS), slice(WIND_ERROR, WIND_ERROR + 3)
+    squares = [float(e[part] @ np.linalg.solve(P[part, part], e[part])) for part in (n, w)]
+    return squares[0], squares[1], e[:9], np.diag(P)[:9]
+
+
+def errors_of(vehicle: Simulation, truth: Plant, air: Vector) -> Array:
+    """Errors of the filter, (18,): of position, velocity, attitude, both inertial biases and wind.
+
+    Args:
+        vehicle: Whose filter stands where the truth was taken.
+        truth: The plant there.
+        air: Velocity of the air there, world NWU [m/s].
+    """
+    b = named_from(Belief, vehicle.avionics.filter["belief"].item())
+    hidden = named_from(HiddenErrors, vehicle.avionics.instruments["errors"].item())
+    off = multiply(conjugate(b.attitude), truth.body.attitude)
+    twice = 2.0 if off.w >= 0.0 else -2.0
+    parts = (
+        subtract(truth.body.position, b.position),
+        subtract(truth.body.velocity, b.velocity),
+        (twice * off.x, twice * off.y, twice * off.z),
+        subtract(add(hidden.gyro_bias, hidden.gyro_drift), b.gyro_bias),
+        subtract(add(hidden.accel_bias, hidden.accel_drift), b.accel_bias),
+        subtract(air, b.wind),
+    )
+    return np.concatenate([np.array(part) for part in parts])
+
+
+def run(
+    seeds: Sequence[int], craft: Craft, jobs: int = 2, on_progress: Callable[[int], None] = ignore_progress
+) -> list[ConsistencyFlight]:
+    """Fly every phase with a right and a wrong model by all seeds; order and results do not depend on the jobs."""
+    draws = [ConsistencyDraw(seed, phase, wrong) for wrong in (False, True) for phase in Phase for seed in seeds]
+    return fly_draws(partial(fly, craft=craft), draws, jobs, on_progress=on_progress)
+
+
+class Verdict(NamedTuple):
+    """The flights of one phase together."""
+
+    mean: float  # of the navigation's NEES
+    low: float  # 95 % bounds of the mean over the flights at one look
+    high: float
+    inside: float  # share of the looks whose mean lies between them
+    wind: float  # mean of the wind's NEES
+    wind_high: float  # its upper bound
+
+
+def verdict(flights: Sequence[ConsistencyFlight]) -> Verdict:
+    """Judge flights of one phase."""
+    n, N = NAVIGATION_ERRORS, len(flights)
+    low, high = (float(chi2.ppf(p, n * N) / N) for p in (0.025, 0.975))
+    means = np.mean([flight.navigation for flight in flights], axis=0)
+    inside = float(np.mean((means >= low) & (means <= high)))
+    wind = float(np.mean([flight.wind for flight in flights]))
+    return Verdict(float(means.mean()), low, high, inside, wind, float(chi2.ppf(0.975, 3 * N) / N))
+
+
+def summary(flown: Sequence[ConsistencyFlight]) -> list[str]:
+    """NEES, NIS and errors by phase and model, as lines of text."""
+    lines = []
+    for wrong in (False, True):
+        lines.append(f"model {'10 % wrong' if wrong else 'right'}, {NAVIGATION_ERRORS} errors of the navigation")
+        for phase in Phase:
+            own = [flight for flight in flown if flight.draw.phase is phase and flight.draw.wrong is wrong]
+            if own:
+                lines += _phase_lines(phase, own)
+    return lines
+
+
+def _phase_lines(phase: Phase, own: Sequence[ConsistencyFlight]) -> list[str]:
+    v = verdict(own)
+    rms = np.sqrt(np.mean([flight.squared for flight in own], axis=0))
+    said = np.sqrt(np.mean([flight.said for flight in own], axis=0))
+    nis = np.nanmean([np.where(np.isnan(f.nis), 0.0, f.nis) for f in own], axis=0)
+    read = [f"{name} {nis[k]:.2f}" for k, name in enumerate(LINE_NAMES) if not np.isnan(own[0].nis[k])]
+    scaled = [np.linalg.norm(part[k : k + 3]) for part in (rms, said) for k in (0, 3, 6)]
+    bounds = f"95 % bounds {v.low:.2f} to {v.high:.2f}, {100 * v.inside:.0f} % of looks inside"
+    place, speed, turn = (f"{scaled[k]:.3f} (said {scaled[k + 3]:.3f})" for k in range(3))
+    return [
+        f"  {phase.value:<12} NEES {v.mean:.2f} ({bounds}), wind {v.wind:.2f} (at most {v.wind_high:.2f})",
+        f"  {'':<12} error {place} m, {speed} m/s, {turn} rad",
+        f"  {'':<12} NIS: {', '.join(read)}",
+    ]

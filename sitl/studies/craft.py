@@ -1,0 +1,47 @@
+"""The vehicle that a study flies: an airframe, what it navigates by, and its instruments."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from sitl.defaults import AIRFRAME
+from sitl.model.airframe import Airframe
+from sitl.model.airframe_files import load
+from sitl.sensors.sensor_files import load_sensors
+from sitl.simulation.avionics import Navigation
+from sitl.simulation.simulation import Simulation
+from sitl.simulation.start import Start
+
+
+class Craft(NamedTuple):
+    """Names and files, which other processes read again."""
+
+    airframe: str = AIRFRAME  # parameter set or TOML file; the design model
+    navigation: Navigation = Navigation.SENSORS
+    sensors: str | None = None  # TOML file; None: as shipped
+
+    @property
+    def model(self) -> Airframe:
+        """The airframe as it is designed for."""
+        return load(self.airframe).parameters
+
+    def fly(self, seed: int, start: Start, airframe: Airframe | None = None) -> Simulation:
+        """A vehicle of this kind.
+
+        Args:
+            seed: Of gusts and instruments.
+            start: Where it begins.
+            airframe: As it is; the design model by default.
+        """
+        model = self.model
+        return Simulation(
+            airframe or model,
+            seed=seed,
+            start=start,
+            design_model=model,
+            navigation=self.navigation,
+            sensors=load_sensors(self.sensors),
+        )
+
+
+DEFAULT_CRAFT = Craft()
