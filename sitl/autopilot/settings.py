@@ -46,13 +46,15 @@ class Settings(NamedTuple):
         float, ParameterMetadata("COM_POS_FS_DELAY", (1.0, 100.0), "s", "The position is lost after so long unaided")
     ] = 2.0
     pose_delay: Annotated[
-        float, ParameterMetadata("EKF2_EV_DELAY", (0.0, 300.0), "ms", "Age of poses from peers that tell no usable time")
+        float,
+        ParameterMetadata("EKF2_EV_DELAY", (0.0, 300.0), "ms", "Age of poses from peers that tell no usable time"),
     ] = 20.0
     pose_position_noise: Annotated[
-        float, ParameterMetadata("EKF2_EVP_NOISE", (0.001, 1.0), "m", "Deviation of positions from peers, if not told")
+        float, ParameterMetadata("EKF2_EVP_NOISE", (0.001, 1.0), "m", "Deviation of a peer's positions, if not told")
     ] = 0.01
     pose_attitude_noise: Annotated[
-        float, ParameterMetadata("EKF2_EVA_NOISE", (0.001, 1.0), "rad", "Deviation of attitudes from peers, if not told")
+        float,
+        ParameterMetadata("EKF2_EVA_NOISE", (0.001, 1.0), "rad", "Deviation of a peer's attitudes, if not told"),
     ] = 0.01
     companion_timeout: Annotated[
         float, ParameterMetadata("COM_OBC_LOSS_T", (1.0, 60.0), "s", "The companion is lost after this silence")

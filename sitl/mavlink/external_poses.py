@@ -21,7 +21,7 @@ from sitl.model.vectors import Vector
 
 NORM_TOLERANCE = 0.1  # a quaternion's norm differs from one by no more
 POSITION_DIAGONAL, ATTITUDE_DIAGONAL = (0, 6, 11), (15, 18, 20)  # of a covariance sent as its upper right triangle
-FAILED = -1  # ODOMETRY.quality
+LOST_TRACK = -1  # ODOMETRY.quality
 
 
 class ExternalPose(NamedTuple):
@@ -62,7 +62,7 @@ def _refuse_odometry(message: Message) -> str:
     """Why an ODOMETRY is not used, or nothing."""
     if message.frame_id != mavlink.MAV_FRAME_LOCAL_NED:
         return f"frame {message.frame_id} is not LOCAL_NED"
-    return "its sender has lost track" if message.quality == FAILED else ""
+    return "its sender has lost track" if message.quality == LOST_TRACK else ""
 
 
 def _variance(triangle: Sequence[float], diagonal: Sequence[int]) -> float | None:

@@ -138,7 +138,11 @@ class Node:
             mission=plans.mission,
             validate=plans.validate,
             plans=plans.others,
-            streams={s.message_id: round(1e6 / s.rate) if s.rate else STREAM_OFF for s in STREAMS},
+            streams={
+                s.message_id: round(1e6 / s.rate) if s.rate else STREAM_OFF
+                for s in STREAMS
+                if self.aircraft.vehicle.avionics.navigation in s.needs
+            },
             on_request=(mavlink.MAVLINK_MSG_ID_AVAILABLE_MODES,),
             numbered={mavlink.MAVLINK_MSG_ID_AVAILABLE_MODES: len(AVAILABLE_MODES)},
             families=FAMILIES.values(),

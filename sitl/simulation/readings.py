@@ -22,7 +22,7 @@ class Fix(NamedTuple):
     accuracy: Gnss  # as specified
 
 
-class Readings(NamedTuple):
+class LatestReadings(NamedTuple):
     """The newest readings; None of an instrument that is not there or has been silent for a while."""
 
     has_receiver: bool = False
@@ -32,7 +32,7 @@ class Readings(NamedTuple):
     airspeed: float | None = None  # of the pitot tube [m/s]
 
 
-def readings_of(avionics: Avionics, period: int) -> Readings:
+def readings_of(avionics: Avionics, period: int) -> LatestReadings:
     """The newest readings; none of a vehicle that sees the truth.
 
     Args:
@@ -40,13 +40,13 @@ def readings_of(avionics: Avionics, period: int) -> Readings:
         period: Control periods flown.
     """
     if not avionics.is_sensed:
-        return Readings()
+        return LatestReadings()
     tube = _newest(avionics, PITOT, period)
     airspeed = None if tube is None else float(tube[0])
     if avionics.navigation is Navigation.MOCAP:
-        return Readings(airspeed=airspeed)
+        return LatestReadings(airspeed=airspeed)
     fix, field, height = (_newest(avionics, instrument, period) for instrument in (GNSS, MAGNETOMETER, BAROMETER))
-    return Readings(
+    return LatestReadings(
         has_receiver=True,
         fix=None if fix is None else Fix(Vector(*fix[:3]), Vector(*fix[3:6]), avionics.sensors.gnss),
         field=None if field is None else Vector(*field[:3]),

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from protocol.dialect import mavlink
 from sitl.autopilot.safety.alarm import Alarm, SafetyAction
 from sitl.guidance.view import VehicleView
 
+LASTING = 10.0  # two corrections of the estimate within such a time contradict each other [s]
+STEADY = 5.0  # an instrument is back that has helped for so long [s]
 CRITICAL, WARNING, INFO = mavlink.MAV_SEVERITY_CRITICAL, mavlink.MAV_SEVERITY_WARNING, mavlink.MAV_SEVERITY_INFO
 
 
@@ -16,13 +18,16 @@ CRITICAL, WARNING, INFO = mavlink.MAV_SEVERITY_CRITICAL, mavlink.MAV_SEVERITY_WA
 class NavigationWatch:
     """A lost position asks for a landing, by inertial readings and height; other losses are said.
 
-    Readings that are all refused are none: either way nothing tells the vehicle where it is.
+    Attributes:
+        lost: Nothing tells the position, or nothing that could be believed.
     """
 
     lost: bool = False
-    unfused: tuple[str, ...] = ()
-    _resets: int | None = None
     _began: float | None = None  # [s]
+    _without: dict[str, float] = field(default_factory=dict)  # instruments, and when each was last of no help [s]
+    _resets: int | None = None
+    _corrected: float = -math.inf  # when the estimate last was, by readings that it had refused [s]
+    _doubted: float = -math.inf  # when that was for the second time [s]
 
     def check(self, view: VehicleView, timeout: float) -> list[Alarm]:
         """Alarms that begin now, and what is right again.
@@ -31,25 +36,36 @@ class NavigationWatch:
             view: The vehicle.
             timeout: The position is lost after so long without an aid [s].
         """
-        self._began = view.time if self._began is None else self._began
-        return [*self._position(view, timeout), *self._others(view), *self._jumped(view)]
+        if self._began is None:
+            self._began, self._resets = view.time, view.resets
+        return [*self._corrections(view), *self._position(view, timeout), *self._instruments(view)]
 
-    def _position(self, view: VehicleView, timeout: float) -> list[Alarm]:
-        age = min(view.position_age, view.time - (self._began or 0.0)) if math.isinf(view.position_age) else None
-        was, self.lost = self.lost, (view.position_age if age is None else age) > timeout
-        if self.lost and not was:
-            return [Alarm(SafetyAction.LAND, CRITICAL, f"No position for {timeout:g} s", stop=True)]
-        return [Alarm(None, INFO, "Position is back")] if was and not self.lost else []
-
-    def _others(self, view: VehicleView) -> list[Alarm]:
-        before, self.unfused = self.unfused, view.unfused
-        return [
-            *(Alarm(None, WARNING, f"Flying without {name}") for name in view.unfused if name not in before),
-            *(Alarm(None, INFO, f"{name.capitalize()} is back") for name in before if name not in view.unfused),
-        ]
-
-    def _jumped(self, view: VehicleView) -> list[Alarm]:
-        before, self._resets = self._resets, view.resets
-        if before is None or view.resets == before:
+    def _corrections(self, view: VehicleView) -> list[Alarm]:
+        if view.resets == self._resets:
+            return []
+        self._resets, before, self._corrected = view.resets, self._corrected, view.time
+        if view.time - before < LASTING:
+            self._doubted = view.time
             return []
         return [Alarm(None, WARNING, "Position estimate was wrong: taken from the readings")]
+
+    def _position(self, view: VehicleView, timeout: float) -> list[Alarm]:
+        flown = view.time - (self._began or 0.0)
+        age = flown if math.isinf(view.position_age) else view.position_age
+        is_doubtful = view.time - self._doubted < LASTING
+        was, self.lost = self.lost, is_doubtful or age > timeout
+        if self.lost and not was:
+            reason = "Position readings contradict each other" if is_doubtful else f"No position for {timeout:g} s"
+            return [Alarm(SafetyAction.LAND, CRITICAL, reason)]
+        return [Alarm(None, INFO, "Position is back")] if was and not self.lost else []
+
+    def _instruments(self, view: VehicleView) -> list[Alarm]:
+        lost = [name for name in view.unfused if name not in self._without]
+        self._without |= dict.fromkeys(view.unfused, view.time)
+        back = [name for name, last in self._without.items() if view.time - last >= STEADY]
+        for name in back:
+            del self._without[name]
+        return [
+            *(Alarm(None, WARNING, f"Flying without {name}") for name in lost),
+            *(Alarm(None, INFO, f"{name.capitalize()} is back") for name in back),
+        ]

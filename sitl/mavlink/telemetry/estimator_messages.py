@@ -17,7 +17,7 @@ from sitl.simulation.avionics import Navigation
 
 UNKNOWN_COVARIANCE = [math.nan] * 21
 DIAGONAL = (0, 6, 11, 15, 18, 20)  # of a 6 x 6 matrix sent as its upper right triangle
-GOOD, POOR, FAILED = 100, 1, -1  # quality of an odometry [%]
+GOOD, POOR = 100, 1  # quality of an odometry [%]
 COUNTER = 256  # where the counter of resets begins anew
 WHILE_ALIGNED = (
     mavlink.ESTIMATOR_ATTITUDE
@@ -31,7 +31,7 @@ WHILE_AIDED = mavlink.ESTIMATOR_POS_HORIZ_ABS | mavlink.ESTIMATOR_PRED_POS_HORIZ
 
 
 def estimator_status(s: VehicleSnapshot) -> list[Message]:
-    """ESTIMATOR_STATUS: a ratio above 1 is that of a refused reading; without a position only the relative one holds."""
+    """ESTIMATOR_STATUS: ratios above 1 are of refused readings; a position that nothing aids is a relative one."""
     n = s.navigation
     if not n.is_sensed:
         return []
@@ -98,7 +98,7 @@ def _velocity_covariance(s: VehicleSnapshot) -> list[float]:
     if not s.navigation.is_sensed:
         return UNKNOWN_COVARIANCE
     worst = max(s.navigation.velocity_deviation)
-    return _diagonal((worst, worst, worst, 0.0, 0.0, 0.0))
+    return _diagonal((worst, worst, worst, math.nan, math.nan, math.nan))
 
 
 def _diagonal(deviations: tuple[float, ...]) -> list[float]:
