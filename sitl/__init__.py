@@ -34,6 +34,9 @@ if TYPE_CHECKING:
     from sitl.model.quaternions import Quaternion
     from sitl.model.state import Actuators, Body, Plant
     from sitl.model.vectors import Vector
+    from sitl.sensors.sensor_files import load_sensors
+    from sitl.sensors.specification import SensorSet
+    from sitl.simulation.avionics import Navigation
     from sitl.simulation.batch import fly_batch
     from sitl.simulation.dispatch import Register
     from sitl.simulation.failures import DivergedError
@@ -68,15 +71,18 @@ _PLACES = {
     "sitl.model.quaternions": ("Quaternion",),
     "sitl.model.state": ("Actuators", "Body", "Plant"),
     "sitl.model.vectors": ("Vector",),
+    "sitl.sensors.sensor_files": ("load_sensors",),
+    "sitl.sensors.specification": ("SensorSet",),
+    "sitl.simulation.avionics": ("Navigation",),
     "sitl.simulation.batch": ("fly_batch",),
     "sitl.simulation.dispatch": ("Register",),
-    "sitl.simulation.flight": ("PERIOD",),
     "sitl.simulation.recording": ("JumpRecord", "Recording"),
     "sitl.simulation.simulation": ("DivergedError", "Simulation", "Start"),
     "sitl.simulation.tuning": ("Tuning",),
     "sitl.supervisor.guards": ("Guard", "guard"),
     "sitl.supervisor.resets": ("Reset", "reset"),
     "sitl.supervisor.table": ("TABLE", "Jump"),
+    "sitl.timing": ("PERIOD",),
 }
 _NAMES = {name: module for module, names in _PLACES.items() for name in names}
 
@@ -97,6 +103,7 @@ __all__ = [
     "Law",
     "LawRow",
     "Limit",
+    "Navigation",
     "Path",
     "Plant",
     "Quaternion",
@@ -107,6 +114,7 @@ __all__ = [
     "Register",
     "Reset",
     "Saturation",
+    "SensorSet",
     "Simulation",
     "SitlError",
     "Start",
@@ -124,6 +132,7 @@ __all__ = [
     "kernel",
     "leg",
     "load_airframe",
+    "load_sensors",
     "reset",
     "steer",
 ]

@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from protocol.dialect.vocabulary import Law
-from sitl import Simulation, Start, along, fly_batch, hover_at, leg, load_airframe
+from sitl import Navigation, Simulation, Start, along, fly_batch, hover_at, leg, load_airframe
 from sitl.compiled import entry
 from sitl.control.reference import Reference
 from sitl.model.airframe import Airframe
@@ -53,9 +53,11 @@ def plant_only(plants: Any, airframes: Any, command: Actuators, wind: Vector, st
     put_plant(plants[0], 0, plant)
 
 
-def hovering(law: Law, seed: int = 1, north: float = 0.0) -> Simulation:
+def hovering(
+    law: Law, seed: int = 1, north: float = 0.0, navigation: Navigation = Navigation.TRUTH
+) -> Simulation:
     """A simulation in the air under a law."""
-    made = Simulation(NOMINAL, seed=seed, start=Start(up=200.0, airborne=True))
+    made = Simulation(NOMINAL, seed=seed, start=Start(up=200.0, airborne=True), navigation=navigation)
     made.begin_flight(law)
     made.reference = hover_at((north, 0.0, 200.0), 0.0)
     return made
@@ -76,11 +78,18 @@ def bare_plant(steps: int) -> Row:
     return Row("plant alone", lambda: rate(lambda: plant_only(plants, airframes, command, wind, steps), steps))
 
 
-def single(name: str, law: Law, reference: Reference | None, seconds: float, wind: float = 0.0) -> Row:
+def single(
+    name: str,
+    law: Law,
+    reference: Reference | None,
+    seconds: float,
+    wind: float = 0.0,
+    navigation: Navigation = Navigation.TRUTH,
+) -> Row:
     """One flight under one law, recorded at 50 Hz."""
 
     def measure() -> float:
-        made = hovering(law)
+        made = hovering(law, navigation=navigation)
         made.set_wind((-wind, 0.0, 0.0), 0.0)
         if reference is not None:
             made.reference = reference
@@ -194,6 +203,11 @@ def main() -> None:
         single("cruise on a leg (line of sight, then linear)", Law.FORWARD_LINE_OF_SIGHT, forward, seconds),
         single("hover in 6 m/s of wind (TO_HOVER)", Law.TO_HOVER, None, seconds, wind=6.0),
         mission(),
+        single("linear hover on satellites", Law.HOVER_LINEAR, None, seconds, navigation=Navigation.SENSORS),
+        single("linear hover on motion capture", Law.HOVER_LINEAR, None, seconds, navigation=Navigation.MOCAP),
+        single(
+            "cruise on satellites", Law.FORWARD_LINE_OF_SIGHT, forward, seconds, navigation=Navigation.SENSORS
+        ),
         batch(f"batch of {flights}, one core", flights, 10.0, 1),
         batch(f"batch of {flights}, two cores", flights, 10.0, 2),
     ]

@@ -43,8 +43,8 @@ def fly_batch(
 
     Raises:
         UnknownLawError: If a flight is under no law of the core; nothing was flown.
-        SitlError: If a flight has laws of its own, which are flown alone; nothing was flown. Or if one diverged, jumped
-            without end or more than MAX_JUMPS times; all others were flown.
+        SitlError: If a flight has laws of its own or navigates by sensors, which is flown alone; nothing was flown. Or
+            if one diverged, jumped without end or more than MAX_JUMPS times; all others were flown.
     """
     flown = list(simulations)
     if len({id(simulation) for simulation in flown}) < len(flown):
@@ -53,6 +53,8 @@ def fly_batch(
         simulation.register.law(simulation.flight.controller.law)
         if simulation.register is not REGISTER:
             raise SitlError("a simulation with laws of its own is flown alone, not in a batch")
+        if simulation.avionics.is_sensed:
+            raise SitlError("a simulation that navigates by sensors is flown alone, not in a batch")
     periods = whole_periods(seconds)
     order = sorted(range(len(flown)), key=lambda i: (flown[i].design_key, i))
     groups = [list(group) for _, group in groupby(order, key=lambda i: flown[i].design_key)]

@@ -22,6 +22,8 @@ HOLD_HEIGHT = 30.0  # [m]
 LEAD_IN, HOLD_TIME = 20.0, 60.0  # [s]
 TIME_SHARE = 0.95  # of the time within a distance that counts
 LOOK_TIME = 0.02  # [s]
+MODERATE_WIND, MODERATE_ACROSS, MODERATE_ABOVE = 5.0, 1.0, 0.7  # [m/s]; it shall keep so near in no more wind [m], [m]
+STRONG_WIND, STRONG_ACROSS = 8.0, 3.0  # [m/s], [m]
 
 
 class FlownHold(NamedTuple):
@@ -33,6 +35,7 @@ class FlownHold(NamedTuple):
     above: float  # vertical distance likewise [m]
     farthest: float  # horizontally [m]
     highest: float  # vertical distance, greatest [m]
+    near: float  # share of the time within the distances that its wind allows
     laws: int  # that flew it
     fault: str  # why it ended; empty if it did not
 
@@ -64,9 +67,10 @@ def fly_hold(conditions: HoldConditions, craft: Craft = DEFAULT_CRAFT) -> FlownH
     except DivergedError as error:
         fault = str(error).split(":")[0]
     if not positions:
-        return FlownHold(conditions.seed, conditions.wind, math.inf, math.inf, math.inf, math.inf, len(laws), fault)
+        return FlownHold(conditions.seed, conditions.wind, *(math.inf,) * 4, 0.0, len(laws), fault)
     p = np.array(positions)
     across, above = np.hypot(p[:, 0], p[:, 1]), np.abs(p[:, 2] - HOLD_HEIGHT)
+    most_across, most_above = allowed(conditions.wind)
     return FlownHold(
         seed=conditions.seed,
         wind=conditions.wind,
@@ -74,9 +78,17 @@ def fly_hold(conditions: HoldConditions, craft: Craft = DEFAULT_CRAFT) -> FlownH
         above=float(np.quantile(above, TIME_SHARE)),
         farthest=float(across.max()),
         highest=float(above.max()),
+        near=float(np.mean((across <= most_across) & (above <= most_above))),
         laws=len(laws),
         fault=fault,
     )
+
+
+def allowed(wind: float) -> tuple[float, float]:
+    """How far off it may be in a wind [m/s], horizontally and vertically [m]."""
+    if wind <= MODERATE_WIND:
+        return MODERATE_ACROSS, MODERATE_ABOVE
+    return (STRONG_ACROSS if wind <= STRONG_WIND else math.inf), math.inf
 
 
 def _drawn(model: Airframe, conditions: HoldConditions, random: np.random.Generator) -> Airframe:
@@ -100,8 +112,11 @@ def run_holds(
 
 def summary(holds: Sequence[FlownHold]) -> list[str]:
     """The holds by wind, as lines of text."""
-    lines = [f"{'wind':>6}{'holds':>7}{'within 95 % of the time':>28}{'vertically':>20}{'farthest':>12}{'higher':>9}"]
-    lines += [f"{'m/s':>6}{'':>7}{'median / greatest [m]':>28}{'[m]':>20}{'[m]':>12}{'[m]':>9}"]
+    lines = [
+        f"{'wind':>6}{'holds':>7}{'within 95 % of the time':>28}{'vertically':>20}{'farthest':>12}{'higher':>9}"
+        f"{'near':>9}"
+    ]
+    lines += [f"{'m/s':>6}{'':>7}{'median / greatest [m]':>28}{'[m]':>20}{'[m]':>12}{'[m]':>9}{'of time':>9}"]
     for wind in sorted({hold.wind for hold in holds}):
         group = [hold for hold in holds if hold.wind == wind]
         across, above = [hold.across for hold in group], [hold.above for hold in group]
@@ -109,6 +124,7 @@ def summary(holds: Sequence[FlownHold]) -> list[str]:
             f"{wind:>6g}{len(group):>7}{f'{np.median(across):.2f} / {max(across):.2f}':>28}"
             f"{f'{np.median(above):.2f} / {max(above):.2f}':>20}"
             f"{max(hold.farthest for hold in group):>12.2f}{max(hold.highest for hold in group):>9.2f}"
+            f"{f'{100 * np.mean([hold.near for hold in group]):.1f} %':>9}"
         )
     lines += [f"ended: seed {hold.seed} in {hold.wind:g} m/s: {hold.fault}" for hold in holds if hold.fault]
     return lines

@@ -5,12 +5,14 @@ import math
 import pytest
 
 from sitl import SitlError
+from sitl.simulation.avionics import Navigation
 from sitl.studies import holds
+from sitl.studies.craft import Craft
 from sitl.studies.holds import FlownHold, HoldConditions, fly_hold, run_holds
 
 
-def test_in_still_air_it_stays_where_it_is():
-    flown = fly_hold(HoldConditions(seed=1, wind=0.0, gusts=0.0, parameters=0.0))
+def test_in_still_air_and_by_the_truth_it_stays_where_it_is():
+    flown = fly_hold(HoldConditions(seed=1, wind=0.0, gusts=0.0, parameters=0.0), Craft(navigation=Navigation.TRUTH))
     assert flown.fault == ""
     assert flown.farthest < 0.01
     assert flown.highest < 0.01
@@ -30,6 +32,10 @@ def test_a_seed_is_one_flight_and_a_wrong_model_another():
     assert fly_hold(conditions._replace(parameters=0.1)) != fly_hold(conditions)
 
 
+def test_what_is_allowed_goes_by_the_wind():
+    assert [holds.allowed(wind) for wind in (5.0, 8.0, 9.0)] == [(1.0, 0.7), (3.0, math.inf), (math.inf, math.inf)]
+
+
 def test_no_holds_are_refused():
     with pytest.raises(SitlError, match="0 flights by 2 processes: both must be at least 1"):
         run_holds([])
@@ -37,7 +43,8 @@ def test_no_holds_are_refused():
 
 def hold(**changed):
     values = {
-        "seed": 1, "wind": 5.0, "across": 0.4, "above": 0.2, "farthest": 0.8, "highest": 0.3, "laws": 1, "fault": "",
+        "seed": 1, "wind": 5.0, "across": 0.4, "above": 0.2, "farthest": 0.8, "highest": 0.3, "near": 1.0, "laws": 1,
+        "fault": "",
     }  # fmt: skip
     return FlownHold(**values | changed)
 

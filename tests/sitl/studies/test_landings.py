@@ -3,8 +3,11 @@
 import pytest
 
 from sitl.errors import SitlError
+from sitl.simulation.avionics import Navigation
+from sitl.studies.craft import Craft
 from sitl.studies.landings import MAX_BOUNCE, Landing, LandingEnd, count, run, summary
 
+NOMINAL = Craft("nominal", Navigation.TRUTH)
 WELL = Landing(
     seed=1, wind=2.0, heading=0.5, end=LandingEnd.UPRIGHT, bounce=0.1, sink=0.5, slide=0.1, away=0.2, time=13.0
 )
@@ -12,7 +15,7 @@ WELL = Landing(
 
 @pytest.fixture(scope="module")
 def landed():
-    return run(6, 1, "nominal", 5.0, 0.5)
+    return run(6, 1, NOMINAL, 5.0, 0.5)
 
 
 def test_landings_in_wind_end_upright_and_soon_at_rest(landed):
@@ -22,7 +25,7 @@ def test_landings_in_wind_end_upright_and_soon_at_rest(landed):
 
 
 def test_one_seed_is_one_landing(landed):
-    assert run(1, 3, "nominal", 5.0, 0.5) == [landed[2]]
+    assert run(1, 3, NOMINAL, 5.0, 0.5) == [landed[2]]
 
 
 def test_the_summary_counts_the_ends_and_names_the_bad_ones():
@@ -37,4 +40,4 @@ def test_the_summary_counts_the_ends_and_names_the_bad_ones():
 @pytest.mark.parametrize(("flights", "jobs"), [(0, 1), (1, 0)])
 def test_no_landings_are_refused(flights, jobs):
     with pytest.raises(SitlError, match="at least 1"):
-        run(flights, 1, "nominal", 5.0, 0.5, jobs)
+        run(flights, 1, NOMINAL, 5.0, 0.5, jobs)
