@@ -34,7 +34,7 @@ MAX_RATIO = 100.0  # what is said of a reading that is farther off
 class Aid(NamedTuple):
     """What one instrument does for the filter."""
 
-    read_age: float = NEVER  # since its last reading was made, of those that have arrived [s]
+    read_age: float = NEVER  # since its last reading was made [s]
     fused_age: float = NEVER  # since one was fused [s]
     ratio: float = 0.0  # innovation of the last one over what the filter allows, worst axis
 
@@ -110,7 +110,7 @@ def navigation_status(avionics: Avionics, period: int) -> NavigationStatus:
 
 def _aids(avionics: Avionics, period: int) -> tuple[Aid, ...]:
     f, i = avionics.filter, avionics.instruments
-    read = np.where(i["arrives"] <= period, i["sampled"], 0.0).max(axis=1).tolist()
+    read = i["sampled"].max(axis=1).tolist()
     fused, gate = f["fused_at"].tolist(), float(f["settings"]["gate"])
     ratios = np.minimum(np.sqrt(f["ratio"]) / gate, MAX_RATIO).tolist()
     return tuple(
