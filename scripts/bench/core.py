@@ -53,9 +53,7 @@ def plant_only(plants: Any, airframes: Any, command: Actuators, wind: Vector, st
     put_plant(plants[0], 0, plant)
 
 
-def hovering(
-    law: Law, seed: int = 1, north: float = 0.0, navigation: Navigation = Navigation.TRUTH
-) -> Simulation:
+def hovering(law: Law, seed: int = 1, north: float = 0.0, navigation: Navigation = Navigation.TRUTH) -> Simulation:
     """A simulation in the air under a law."""
     made = Simulation(NOMINAL, seed=seed, start=Start(up=200.0, airborne=True), navigation=navigation)
     made.begin_flight(law)
@@ -205,9 +203,7 @@ def main() -> None:
         mission(),
         single("linear hover on satellites", Law.HOVER_LINEAR, None, seconds, navigation=Navigation.SENSORS),
         single("linear hover on motion capture", Law.HOVER_LINEAR, None, seconds, navigation=Navigation.MOCAP),
-        single(
-            "cruise on satellites", Law.FORWARD_LINE_OF_SIGHT, forward, seconds, navigation=Navigation.SENSORS
-        ),
+        single("cruise on satellites", Law.FORWARD_LINE_OF_SIGHT, forward, seconds, navigation=Navigation.SENSORS),
         batch(f"batch of {flights}, one core", flights, 10.0, 1),
         batch(f"batch of {flights}, two cores", flights, 10.0, 2),
     ]

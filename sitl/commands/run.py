@@ -24,6 +24,7 @@ examples:
   darko-sitl --speed 10 --seed 7      ten times real time, another seed
   darko-sitl --speed 0                as fast as possible
   darko-sitl --wind 5@270 --gusts 1   5 m/s from the west, gusts of 1 m/s rms
+  darko-sitl --arena voliere          indoors, by motion capture
   darko-sitl --airframe published     the constants that ENAC published (see: darko-sitl airframe)
   darko-sitl --scenario far-target    an experiment of the report, for a ground station to watch
 

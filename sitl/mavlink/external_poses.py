@@ -19,8 +19,9 @@ from protocol.message import Message
 from sitl.model.quaternions import Quaternion
 from sitl.model.vectors import Vector
 
-NORM_TOLERANCE = 0.1  # a quaternion's norm differs from one by no more
+MAX_NORM_ERROR = 0.1  # a quaternion's norm differs from one by no more
 POSITION_DIAGONAL, ATTITUDE_DIAGONAL = (0, 6, 11), (15, 18, 20)  # of a covariance sent as its upper right triangle
+NED_FRAMES = frozenset({mavlink.MAV_FRAME_LOCAL_NED, mavlink.MAV_FRAME_RESERVED_14})  # once MOCAP_NED, as of MAVSDK
 LOST_TRACK = -1  # ODOMETRY.quality
 
 
@@ -45,7 +46,7 @@ def pose_of(message: Message) -> ExternalPose | str:
         return "not a number"
     q = quaternion_from_euler(*angles) if angles else tuple(message.q)
     norm = math.hypot(*q)
-    if abs(norm - 1.0) > NORM_TOLERANCE:
+    if abs(norm - 1.0) > MAX_NORM_ERROR:
         return f"quaternion has norm {norm:.2f}, not 1"
     w, x, y, z = (part / norm for part in q)
     covariance = message.pose_covariance if kind == "ODOMETRY" else message.covariance
@@ -60,7 +61,7 @@ def pose_of(message: Message) -> ExternalPose | str:
 
 def _refuse_odometry(message: Message) -> str:
     """Why an ODOMETRY is not used, or nothing."""
-    if message.frame_id != mavlink.MAV_FRAME_LOCAL_NED:
+    if message.frame_id not in NED_FRAMES:
         return f"frame {message.frame_id} is not LOCAL_NED"
     return "its sender has lost track" if message.quality == LOST_TRACK else ""
 

@@ -25,7 +25,7 @@ from sitl.timing import PERIOD
 
 SILENT_TIME = 1.0  # an instrument that has read nothing for so long does not work [s]
 PLACES = (GNSS, MOTION_CAPTURE, EXTERNAL_POSE)  # instruments that tell the position
-NAMES = {MAGNETOMETER: "magnetometer", BAROMETER: "barometer"}  # what only degrades navigation, to the pilot
+OTHER_AIDS = {MAGNETOMETER: "magnetometer", BAROMETER: "barometer"}  # what only degrades navigation, to the pilot
 EXACT = Vector(0.0, 0.0, 0.0)
 NEVER = math.inf
 MAX_RATIO = 100.0  # what is said of a reading that is farther off
@@ -77,7 +77,7 @@ class NavigationStatus(NamedTuple):
         """Instruments that the filter goes on without, though the vehicle has them."""
         if self.source is not Navigation.SENSORS or not self.is_aligned:
             return ()
-        return tuple(name for instrument, name in NAMES.items() if not self.aid(instrument).helps)
+        return tuple(name for instrument, name in OTHER_AIDS.items() if not self.aid(instrument).helps)
 
 
 def navigation_status(avionics: Avionics, period: int) -> NavigationStatus:
@@ -131,7 +131,7 @@ def _awaited(s: NavigationStatus) -> tuple[str, ...]:
     """What a flight has to wait for, in plain words."""
     missing = [_place_text(s.source)] if not any(s.aid(instrument).reads for instrument in PLACES) else []
     if s.source is Navigation.SENSORS:
-        missing += [f"no {name}" for instrument, name in NAMES.items() if not s.aid(instrument).reads]
+        missing += [f"no {name}" for instrument, name in OTHER_AIDS.items() if not s.aid(instrument).reads]
     if not s.is_aligned and not missing:
         return ("aligning: keep still",)
     if s.is_aligned and not missing and s.position_age >= SILENT_TIME:

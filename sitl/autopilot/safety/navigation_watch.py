@@ -10,8 +10,8 @@ from sitl.autopilot.safety.alarm import Alarm, SafetyAction
 from sitl.guidance.view import VehicleView
 
 LASTING = 10.0  # two corrections of the estimate within such a time contradict each other [s]
-PATIENCE = 1.0  # with instruments that have not helped yet, at the beginning of a flight [s]
-STEADY = 5.0  # an instrument is back that has helped for so long [s]
+FIRST_HELP_TIME = 1.0  # with instruments that have not helped yet, at the beginning of a flight [s]
+BACK_TIME = 5.0  # an instrument is back that has helped for so long [s]
 CRITICAL, WARNING, INFO = mavlink.MAV_SEVERITY_CRITICAL, mavlink.MAV_SEVERITY_WARNING, mavlink.MAV_SEVERITY_INFO
 
 
@@ -61,11 +61,11 @@ class NavigationWatch:
         return [Alarm(None, INFO, "Position is back")] if was and not self.lost else []
 
     def _instruments(self, view: VehicleView) -> list[Alarm]:
-        if view.time - (self._began or 0.0) < PATIENCE:
+        if view.time - (self._began or 0.0) < FIRST_HELP_TIME:
             return []
         lost = [name for name in view.unfused if name not in self._without]
         self._without |= dict.fromkeys(view.unfused, view.time)
-        back = [name for name, last in self._without.items() if view.time - last >= STEADY]
+        back = [name for name, last in self._without.items() if view.time - last >= BACK_TIME]
         for name in back:
             del self._without[name]
         return [

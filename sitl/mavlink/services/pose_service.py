@@ -14,7 +14,7 @@ from sitl.mavlink.handlers import on_event
 from sitl.timing import PERIOD
 
 MAX_AGE = 1.0  # a time stamp that is older by a clock is not of that clock [s]
-MAX_LEAD = 0.02  # a stamp may be ahead of the clock by so much: the link is looked at now and then [s]
+STAMP_LEAD = 0.02  # a stamp may be ahead of the clock by so much: the link is looked at now and then [s]
 TAKE_OVER_TIME = 1.0  # a source that is silent for so long is replaced by another [s]
 SMALLEST_DEVIATION = 0.001  # nobody measures better than that [m], [rad]
 
@@ -68,7 +68,7 @@ class PoseService:
         That is the vehicle's time since boot, or the link's, which TIMESYNC tells. A stamp of neither tells nothing.
         """
         for clock in (self._aircraft.vehicle.time, now):
-            if -MAX_LEAD <= clock - stamp < MAX_AGE:
+            if -STAMP_LEAD <= clock - stamp < MAX_AGE:
                 return max(clock - stamp, 0.0)
         return 1e-3 * self._aircraft.configuration.settings.pose_delay
 

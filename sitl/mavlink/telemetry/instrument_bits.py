@@ -14,7 +14,7 @@ INERTIAL = mavlink.MAV_SYS_STATUS_SENSOR_3D_GYRO | mavlink.MAV_SYS_STATUS_SENSOR
 POSE = mavlink.MAV_SYS_STATUS_SENSOR_VISION_POSITION
 # What stock clients need before they arm, though a vehicle on the exact state has no instrument at all.
 ON_TRUTH = INERTIAL | mavlink.MAV_SYS_STATUS_SENSOR_3D_MAG | mavlink.MAV_SYS_STATUS_SENSOR_GPS
-OUTDOORS = {
+OUTDOOR_BITS = {
     MAGNETOMETER: mavlink.MAV_SYS_STATUS_SENSOR_3D_MAG,
     BAROMETER: mavlink.MAV_SYS_STATUS_SENSOR_ABSOLUTE_PRESSURE,
     GNSS: mavlink.MAV_SYS_STATUS_SENSOR_GPS,
@@ -36,7 +36,7 @@ def instrument_bits(n: NavigationStatus, *, has_position: bool, has_tube: bool) 
     present = health = INERTIAL
     present |= mavlink.MAV_SYS_STATUS_AHRS
     health |= mavlink.MAV_SYS_STATUS_AHRS if has_position else 0
-    bits = OUTDOORS if n.source is Navigation.SENSORS else {MOTION_CAPTURE: POSE}
+    bits = OUTDOOR_BITS if n.source is Navigation.SENSORS else {MOTION_CAPTURE: POSE}
     for instrument, bit in bits.items():
         present |= bit
         health |= bit if _works(n, instrument) else 0

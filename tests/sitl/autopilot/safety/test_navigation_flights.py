@@ -19,9 +19,10 @@ LOST = "No position for 2 s: landing"
 class Flight:
     """A flight on sensors, in light wind; ``texts`` are those to the pilot."""
 
-    def __init__(self, up, *, navigation=Navigation.SENSORS, way=Way.HOVER):
+    def __init__(self, up, *, navigation=Navigation.SENSORS, way=Way.HOVER, seed=1):
+        wind = WorldSettings(wind_speed=2.0)
         self.aircraft = make_aircraft(
-            up=up, settings=Settings(way=way), world_settings=WorldSettings(wind_speed=2.0), navigation=navigation
+            up=up, settings=Settings(way=way), world_settings=wind, navigation=navigation, seed=seed
         )
         self.texts = []
 
@@ -68,6 +69,17 @@ def test_a_cruise_without_position_comes_to_rest_and_lands():
     flight.lose(GNSS)
     assert has_landed(flight.land(60.0))
     assert LOST in flight.texts
+
+
+@pytest.mark.parametrize("seed", [1, 3])
+def test_a_hover_in_wind_that_loses_its_position_lands_near_without_turning(seed):
+    flight = Flight(5.0, seed=seed)
+    flight.fly(6.0)
+    heading = flight.aircraft.view().heading
+    flight.lose(GNSS)
+    assert has_landed(flight.land(30.0))
+    assert math.hypot(*flight.aircraft.vehicle.truth.body.position[:2]) < 4.0
+    assert abs(math.remainder(flight.aircraft.view().heading - heading, math.tau)) < 0.2
 
 
 def test_a_position_that_comes_back_is_said_and_does_not_stop_the_landing():

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from sitl.autopilot.safety.alarm import SafetyAction
-from sitl.autopilot.safety.navigation_watch import LASTING, PATIENCE, STEADY, NavigationWatch
+from sitl.autopilot.safety.navigation_watch import LASTING, FIRST_HELP_TIME, BACK_TIME, NavigationWatch
 from sitl.guidance.view import VehicleView
 
 FLYING = VehicleView(0.0, (0.0, 0.0, 9.0), (0.0, 0.0, 0.0), heading=0.0, tilt=0.0, landed=False, battery_left=1.0)
@@ -47,8 +47,10 @@ def test_a_flight_that_begins_in_the_air_waits_for_the_first_aid(watch):
 
 
 def test_instruments_have_a_second_to_help_before_the_flight_is_without_them(watch):
-    assert look(watch, PATIENCE - 0.1, unfused=("barometer",)) == []
-    assert [alarm.reason for alarm in look(watch, PATIENCE, unfused=("barometer",))] == ["Flying without barometer"]
+    assert look(watch, FIRST_HELP_TIME - 0.1, unfused=("barometer",)) == []
+    assert [alarm.reason for alarm in look(watch, FIRST_HELP_TIME, unfused=("barometer",))] == [
+        "Flying without barometer"
+    ]
 
 
 def test_other_instruments_are_only_said():
@@ -60,7 +62,7 @@ def test_an_instrument_that_comes_and_goes_is_said_once(watch):
     look(watch, 1.0, unfused=("barometer",))
     for time in (1.5, 2.0, 2.5):
         assert look(watch, time) == look(watch, time + 0.2, unfused=("barometer",)) == []
-    (alarm,) = look(watch, 2.7 + STEADY)
+    (alarm,) = look(watch, 2.7 + BACK_TIME)
     assert (alarm.action, alarm.reason) == (None, "Barometer is back")
 
 
