@@ -19,6 +19,7 @@ from sitl.simulation.simulation import Simulation
 from sitl.simulation.situation import hovers_again, stopping_distance
 
 AUTOPILOT_PERIODS = 10  # control periods per autopilot tick: 20 ms
+NAVIGATION_PERIODS = 50  # control periods after which the autopilot looks at navigation again: that costs time
 HOVERING = frozenset({Regime.GROUND, Regime.UPRIGHT})
 
 
@@ -43,6 +44,7 @@ class Aircraft:
         self, vehicle: Simulation, world: World, configuration: Configuration, *, airborne: bool = False
     ) -> None:
         self.vehicle = vehicle
+        self._seen_navigation, self._seen_at = self.navigation, vehicle.periods
         self._chooser = Chooser(vehicle.design_model, configuration.tuning, can_fly_forward=vehicle.can_fly_forward)
         self.autopilot = Autopilot(world, configuration.settings, vehicle.reference.heading, self._chooser)
         self.configure(configuration)
@@ -92,9 +94,15 @@ class Aircraft:
         """What the vehicle knows about its own navigation."""
         return navigation_status(self.vehicle.avionics, self.vehicle.periods)
 
+    def _recent_navigation(self) -> NavigationStatus:
+        """Navigation as it was at most NAVIGATION_PERIODS ago."""
+        if self.vehicle.periods - self._seen_at >= NAVIGATION_PERIODS:
+            self._seen_navigation, self._seen_at = self.navigation, self.vehicle.periods
+        return self._seen_navigation
+
     def view(self) -> VehicleView:
         """The vehicle as the autopilot sees it."""
-        estimate, law, navigation = self.vehicle.estimate, self.vehicle.law, self.navigation
+        estimate, law, navigation = self.vehicle.estimate, self.vehicle.law, self._recent_navigation()
         nose, back = x_axis(estimate.attitude), z_axis(estimate.attitude)
         forward = is_forward(law) and not hovers_again(self.vehicle)
         flat = (-back.x, -back.y) if abs(nose.z) > math.hypot(nose.x, nose.y) else (nose.x, nose.y)
