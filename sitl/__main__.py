@@ -21,6 +21,7 @@ COMMANDS = {
     "hybrid": "solve a textbook hybrid system, or print the diagram of the vehicle's supervisor",
     "region": "prove and fly the region of attraction of the linear hover law, and compare gains",
     "breakeven": "hover or fly: the distance from which forward flight costs less, predicted and flown",
+    "identify": "estimate an airframe's parameters from a recorded flight, with intervals, or fly one that tells them",
     "airframe": "list the parameter sets, or show one with units and sources",
 }
 

@@ -26,6 +26,7 @@ COMPILED_FILES = (
     "prediction/*.py",
     "studies/hover_region_flights.py",
     "reproduction/equations/*.py",
+    "system_identification/replay.py",
     "../protocol/dialect/darko.xml",
 )
 

@@ -120,7 +120,7 @@ def navigate(f: Kept, i: Kept, steps: Kept, period: int, wanted: Actuators, has_
         align(f, i, inertial)
         for line in range(LINES):
             i["waiting"][line] = min(i["waiting"][line], 1.0)
-    return _estimate(f, inertial, period)
+    return _estimate(f, i, period)
 
 
 @subroutine
@@ -263,41 +263,52 @@ def _set_attitude(f: Kept, q: Quaternion) -> None:
 
 
 @subroutine
-def _estimate(f: Kept, inertial: Inertial, period: int) -> Estimate:
-    """Where the increments since the horizon have brought the belief."""
-    b, ahead = get_belief(f, 0), get_ahead(f, 0)
+def _estimate(f: Kept, i: Kept, period: int) -> Estimate:
+    """Where the increments since the horizon have brought the belief, as the laws are given it."""
+    b, ahead, inertial = get_belief(f, 0), get_ahead(f, 0), get_inertial(i, 0)
     position, velocity, attitude = moved_by(ahead, b.position, b.velocity, b.attitude, f["model"]["g"])
-    actuators, a = get_believed_actuators(f, 0), get_model(f, 0)
-    speed = 0.5 * (actuators.left_motor + actuators.right_motor)
-    notch = notched(inertial.rates, get_notch(f, 0), speed, PERIOD)
-    smooth = notched(velocity, get_speed_notch(f, 0), speed, PERIOD)
-    put_notch(f, 0, notch)
-    put_speed_notch(f, 0, smooth)
-    smooth_velocity = _smoothed(smooth.made, get_smooth_velocity(f, 0), SMOOTHING_TIME)
-    put_smooth_velocity(f, 0, smooth_velocity)
-    rates = _smoothed(subtract(notch.made, b.gyro_bias), get_smooth_rates(f, 0), SMOOTHING_TIME)
+    _smooth(f, velocity, subtract(inertial.rates, b.gyro_bias))
     force = subtract(inertial.force, b.accel_bias)
     felt = rotate(attitude, force)
     pulled = Vector(felt.x, felt.y, felt.z - f["model"]["g"])
     acceleration = _smoothed(pulled, get_smooth_acceleration(f, 0), ACCELERATION_TIME)
-    put_smooth_rates(f, 0, rates)
     put_smooth_acceleration(f, 0, acceleration)
     if period % SLOW_PERIODS == 0:
-        moves = subtract(velocity, b.wind)
-        support = contact.support_of(force, moves, rates, attitude, actuators, a)
-        f["support"] = contact.smoothed(support, f["support"], SLOW_STEP)
-        f["on_ground"] = contact.stands(f["support"], f["on_ground"], velocity, f["model"]["g"])
+        _feel_ground(f, force, velocity, attitude)
     return Estimate(
         position,
-        smooth_velocity,
+        get_smooth_velocity(f, 0),
         acceleration,
         attitude,
-        rates,
+        get_smooth_rates(f, 0),
         b.wind,
-        actuators,
+        get_believed_actuators(f, 0),
         f["on_ground"],
         _ages(f, period, ahead.time),
     )
+
+
+@kernel
+def _smooth(f: Kept, velocity: Vector, rates: Vector) -> None:
+    """Take the propellers' vibration and the noise off velocity and body rates."""
+    actuators = get_believed_actuators(f, 0)
+    speed = 0.5 * (actuators.left_motor + actuators.right_motor)
+    turning = notched(rates, get_notch(f, 0), speed, PERIOD)
+    moving = notched(velocity, get_speed_notch(f, 0), speed, PERIOD)
+    put_notch(f, 0, turning)
+    put_speed_notch(f, 0, moving)
+    put_smooth_rates(f, 0, _smoothed(turning.made, get_smooth_rates(f, 0), SMOOTHING_TIME))
+    put_smooth_velocity(f, 0, _smoothed(moving.made, get_smooth_velocity(f, 0), SMOOTHING_TIME))
+
+
+@kernel
+def _feel_ground(f: Kept, force: Vector, velocity: Vector, attitude: Quaternion) -> None:
+    """Judge whether the vehicle stands on something."""
+    through = subtract(velocity, get_belief(f, 0).wind)
+    actuators, rates = get_believed_actuators(f, 0), get_smooth_rates(f, 0)
+    support = contact.support_of(force, through, rates, attitude, actuators, get_model(f, 0))
+    f["support"] = contact.smoothed(support, f["support"], SLOW_STEP)
+    f["on_ground"] = contact.stands(f["support"], f["on_ground"], velocity, f["model"]["g"])
 
 
 @kernel

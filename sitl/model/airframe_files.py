@@ -26,7 +26,7 @@ from sitl.model.airframe import (
     STALL,
     Airframe,
 )
-from sitl.model.propeller_files import load_propeller
+from sitl.model.propeller_files import PropellerFactors, load_propeller
 
 CHOICES: dict[str, dict[str, int]] = {
     "actuator_model": {"saturated": SATURATED, "first-order": FIRST_ORDER},
@@ -49,7 +49,8 @@ BATTERY_UNITS = {  # where the battery's energy is counted
     "avionics_power": "W", "battery_voltage": "V", "battery_resistance": "ohm",
 }  # fmt: skip
 PROPELLER_KEYS = ("k_f", "k_m", "S_ratio")  # what a propeller of ours states, and a set without one states itself
-ALL_UNITS = UNITS | STALL_UNITS | BATTERY_UNITS | {"propeller": "name"}
+FACTOR_UNITS = dict.fromkeys(PropellerFactors._fields, "-")  # a set with a propeller may state these besides
+ALL_UNITS = UNITS | STALL_UNITS | BATTERY_UNITS | FACTOR_UNITS | {"propeller": "name"}
 SIGNED = frozenset({"C_y0", "C_lp", "C_lq", "C_lr", "C_mp", "C_mq", "C_mr", "C_np", "C_nq", "C_nr"})
 NOT_NEGATIVE = frozenset({"C_d0", "mu", "cp_shift", "J_p", "idle_current", "avionics_power"})
 
@@ -134,14 +135,16 @@ def _read(path: Path) -> tuple[bytes, dict[str, Any]]:
 
 
 def _required(values: dict[str, SourcedValue]) -> list[str]:
-    """Keys that a set must have; without its names, those of the report's sets."""
+    """Keys of numbers that a set must have, and those that it may; without its names, those of the report's sets."""
 
     def chosen(key: str, name: str) -> bool:
         return key in values and values[key].value == name
 
     units = UNITS | (STALL_UNITS if chosen("aerodynamics", "stall") else {})
     units |= BATTERY_UNITS if chosen("energy_account", "battery") else {}
-    return [key for key in units if key not in PROPELLER_KEYS or "propeller" not in values]
+    return [key for key in units if key not in PROPELLER_KEYS or "propeller" not in values] + [
+        key for key in FACTOR_UNITS if key in values
+    ]
 
 
 def _check_propeller(path: Path, own: dict[str, SourcedValue], base: ParameterSet | None) -> None:
@@ -151,6 +154,9 @@ def _check_propeller(path: Path, own: dict[str, SourcedValue], base: ParameterSe
         raise AirframeError(f"{path}: {', '.join(told)} beside propeller: they are the propeller's")
     if told and base is not None and "propeller" in base.values:
         raise AirframeError(f"{path}: {', '.join(told)} would not count: base {base.name!r} has a propeller")
+    factors = [key for key in FACTOR_UNITS if key in own]
+    if factors and "propeller" not in own.keys() | (base.values.keys() if base else set()):
+        raise AirframeError(f"{path}: {', '.join(factors)} without a propeller to which they belong")
     if len({"k_f", "k_m"} & own.keys()) == 1:
         raise AirframeError(f"{path}: {told[0]} without the other of k_f and k_m: they are one propeller's")
 
@@ -159,10 +165,12 @@ def _airframe(numbers: dict[str, Any], values: dict[str, SourcedValue]) -> Airfr
     """The kernels' constants of what the set states."""
     if "stall_angle" in numbers:
         numbers["per_stall"] = 1.0 / math.sin(numbers.pop("stall_angle")) ** 2
+    factors = PropellerFactors(**{key: numbers.pop(key) for key in FACTOR_UNITS if key in numbers})
     if "propeller" in values:
-        propeller = load_propeller(str(values["propeller"].value))
+        propeller = load_propeller(str(values["propeller"].value)).corrected(factors)
+        disc = factors.disc_factor * propeller.disc
         numbers |= propeller.constants(numbers["rho"])
-        numbers |= {"S_p": propeller.disc, "S_ratio": numbers["S"] / (4.0 * propeller.disc)}
+        numbers |= {"S_p": disc, "S_ratio": numbers["S"] / (4.0 * disc)}
     return Airframe(**numbers)
 
 

@@ -12,9 +12,9 @@ from __future__ import annotations
 
 import math
 import tomllib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.resources import files
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -28,6 +28,15 @@ ADVANCE_RATIOS = np.linspace(-20.0, 20.0, 8001)  # where the energy is looked at
 
 class PropellerError(SitlError):
     """A propeller cannot be used; the message names file and value."""
+
+
+class PropellerFactors(NamedTuple):
+    """What a flight told of a propeller, against its table."""
+
+    thrust_factor: float = 1.0  # of all thrust
+    torque_factor: float = 1.0  # of all torque
+    advance_factor: float = 1.0  # of the advance ratio that its blades feel
+    disc_factor: float = 1.0  # of the disc that its slipstream comes from
 
 
 @dataclass(frozen=True)
@@ -47,6 +56,22 @@ class Propeller:
     def disc(self) -> float:
         """Area of its disc [m2]."""
         return 0.25 * math.pi * self.diameter**2
+
+    def corrected(self, factors: PropellerFactors) -> Propeller:
+        """The propeller with other coefficients and the disc as it is.
+
+        Raises:
+            PropellerError: It would give more thrust power than shaft power at some advance ratio.
+        """
+        by_advance = factors.advance_factor ** np.array([0.0, 1.0, 2.0, 2.0])
+        after = replace(
+            self,
+            thrust_fit=factors.thrust_factor * by_advance[:3] * self.thrust_fit,
+            power_fit=factors.torque_factor * by_advance * self.power_fit,
+            bend=self.bend / factors.advance_factor,
+        )
+        _check_energy(after)
+        return after
 
     def coefficients(self, J: Array) -> tuple[Array, Array]:
         """C_T and C_P of the fits at advance ratios, of any shape."""
@@ -134,6 +159,10 @@ def _check(propeller: Propeller) -> None:
     )
     if misfit > MAX_MISFIT:
         raise PropellerError(f"propeller {propeller.name}: the fit misses the table by {misfit:.4f}")
+    _check_energy(propeller)
+
+
+def _check_energy(propeller: Propeller) -> None:
     C_T, C_P = propeller.coefficients(ADVANCE_RATIOS)
     gained = ADVANCE_RATIOS * C_T - C_P
     if gained.max() > 0.0 or not propeller.thrust_fit[2] < 0.0:

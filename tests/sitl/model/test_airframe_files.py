@@ -6,6 +6,7 @@ import pytest
 
 from sitl.model.airframe import FIRST_ORDER
 from sitl.model.airframe_files import ALL_UNITS, UNITS, AirframeError, available, load
+from sitl.model.propeller_files import PropellerError
 
 
 def test_every_shipped_set_loads_with_a_unit_and_a_source_for_every_value():
@@ -142,3 +143,33 @@ def test_a_propellers_parts_beside_it_are_refused(tmp_path):
     text = entry("propeller", '"apc-8x8e"', "name") + PROPELLER["k_f"] + PROPELLER["k_m"]
     with pytest.raises(AirframeError, match="k_f, k_m beside propeller"):
         load(write(tmp_path, text))
+
+
+def of_propeller(tmp_path, text):
+    path = tmp_path / "mine.toml"
+    path.write_text('[set]\nname = "mine"\ndescription = "x"\nbase = "physical"\n' + text)
+    return str(path)
+
+
+def test_a_set_may_correct_its_propeller(tmp_path):
+    base = load("physical").parameters
+    factors = {"thrust_factor": 0.9, "torque_factor": 1.1, "advance_factor": 1.2, "disc_factor": 1.25}
+    text = "".join(entry(key, value, "-") for key, value in factors.items())
+    mine = load(of_propeller(tmp_path, text)).parameters
+    assert mine.k_f == pytest.approx(0.9 * base.k_f)
+    assert mine.k_fvv == pytest.approx(0.9 * 1.44 * base.k_fvv)
+    assert mine.k_m == pytest.approx(1.1 * base.k_m)
+    assert mine.k_mk == pytest.approx(1.1 * 1.44 * base.k_mk)
+    assert mine.advance_knot == pytest.approx(base.advance_knot / 1.2)
+    assert mine.S_p == pytest.approx(1.25 * base.S_p)
+    assert mine.S_ratio * mine.S_p == pytest.approx(base.S_ratio * base.S_p)
+
+
+def test_a_correction_needs_a_propeller(tmp_path):
+    with pytest.raises(AirframeError, match="thrust_factor without a propeller to which they belong"):
+        load(write(tmp_path, entry("thrust_factor", 1.1, "-")))
+
+
+def test_a_correction_that_gives_energy_is_refused(tmp_path):
+    with pytest.raises(PropellerError, match="more thrust power than shaft power"):
+        load(of_propeller(tmp_path, entry("thrust_factor", 1.8, "-")))
