@@ -19,6 +19,7 @@ from protocol.message import Message
 from sitl.model.quaternions import Quaternion
 from sitl.model.vectors import Vector
 
+MAX_COORDINATE = 1e4  # from the origin, along each axis [m]
 MAX_NORM_ERROR = 0.1  # a quaternion's norm differs from one by no more
 POSITION_DIAGONAL, ATTITUDE_DIAGONAL = (0, 6, 11), (15, 18, 20)  # of a covariance sent as its upper right triangle
 NED_FRAMES = frozenset({mavlink.MAV_FRAME_LOCAL_NED, mavlink.MAV_FRAME_RESERVED_14})  # once MOCAP_NED, as of MAVSDK
@@ -44,6 +45,8 @@ def pose_of(message: Message) -> ExternalPose | str:
     place = (message.x, message.y, message.z)
     if not all(map(math.isfinite, (*place, *(angles or message.q)))):
         return "not a number"
+    if max(map(abs, place)) > MAX_COORDINATE:
+        return f"more than {MAX_COORDINATE:g} m away"
     q = quaternion_from_euler(*angles) if angles else tuple(message.q)
     norm = math.hypot(*q)
     if abs(norm - 1.0) > MAX_NORM_ERROR:

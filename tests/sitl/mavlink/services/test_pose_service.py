@@ -81,6 +81,7 @@ def test_the_arena_s_cameras_are_back_when_the_parameter_says_so(station):
     [
         ({"x": math.nan}, "not a number"),
         ({"z": math.inf}, "not a number"),
+        ({"y": -1e38}, "more than 10000 m away"),
         ({"q": [math.nan, 0.0, 0.0, 0.0]}, "not a number"),
         ({"q": [0.0, 0.0, 0.0, 0.0]}, "quaternion has norm 0.00, not 1"),
         ({"frame_id": mavlink.MAV_FRAME_LOCAL_FRD}, "frame 20 is not LOCAL_NED"),
