@@ -28,6 +28,7 @@ from protocol.events import (
     CommandRequested,
     Event,
     MessageReceived,
+    PoseReceived,
     SetpointReceived,
     SigningChanged,
 )
@@ -38,7 +39,11 @@ from protocol.plans.mission_item import MissionItem
 from protocol.plans.validation import Validate
 from protocol.router import Router, RoutingStatistics
 
-__all__ = ["VehicleEndpoint"]
+__all__ = ["POSE_MESSAGES", "VehicleEndpoint"]
+
+POSE_MESSAGES = frozenset({"ODOMETRY", "VISION_POSITION_ESTIMATE", "ATT_POS_MOCAP"})
+"""Messages in which a peer tells where it has measured the vehicle to be."""
+_EVENTS = {**dict.fromkeys(SETPOINT_MESSAGES, SetpointReceived), **dict.fromkeys(POSE_MESSAGES, PoseReceived)}
 
 
 class VehicleEndpoint:
@@ -263,8 +268,7 @@ class VehicleEndpoint:
                 key, initial = bytes(message.secret_key), message.initial_timestamp
                 self._keyring.propose(peer.key, key, initial, signed=message.get_signed())
         elif addressed_to(message, *self._ids):
-            event = SetpointReceived if kind in SETPOINT_MESSAGES else MessageReceived
-            self._events.append(event(message, peer))
+            self._events.append(_EVENTS.get(kind, MessageReceived)(message, peer))
 
     def _collect(self, now: float) -> None:
         self._events += [SigningChanged(*change) for change in self._keyring.changes()]

@@ -11,7 +11,7 @@ from functools import cache
 from pathlib import Path
 
 from protocol.dialect import mavlink
-from protocol.endpoint_vehicle import VehicleEndpoint
+from protocol.endpoint_vehicle import POSE_MESSAGES, VehicleEndpoint
 from protocol.engines.server.data_stream_groups import DATA_STREAM_GROUPS
 from protocol.engines.server.operator_control import SETPOINT_MESSAGES
 from protocol.engines.server.stream_server import STREAM_COMMANDS
@@ -86,7 +86,7 @@ def _sent_on_events() -> str:
 def _accepted() -> str:
     endpoint = VehicleEndpoint(validate=lambda _items: None)
     served = {name: type(server).__name__ for name, server in endpoint._server_of.items()}  # noqa: SLF001
-    served |= dict.fromkeys(SETPOINT_MESSAGES, "set-points")
+    served |= dict.fromkeys(SETPOINT_MESSAGES, "set-points") | dict.fromkeys(POSE_MESSAGES, "poses")
     served |= {"HEARTBEAT": "Presence", "SETUP_SIGNING": "Keyring"}
     for service in (CommandService, HomeService, SteeringService):
         served |= dict.fromkeys(answered_by(service, str), service.__name__)

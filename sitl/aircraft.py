@@ -15,11 +15,13 @@ from sitl.model.quaternions import x_axis, z_axis
 from sitl.parameters import Configuration
 from sitl.prediction.chooser import Chooser
 from sitl.sensors.instruments import ACCELEROMETER, GYROSCOPE
+from sitl.simulation.navigation_status import NavigationStatus, navigation_status
 from sitl.simulation.recording import JumpRecord
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.situation import hovers_again, stopping_distance
 
 AUTOPILOT_PERIODS = 10  # control periods per autopilot tick: 20 ms
+NAVIGATION_PERIODS = 50  # control periods after which the autopilot looks at navigation again: that costs time
 HOVERING = frozenset({Regime.GROUND, Regime.UPRIGHT})
 
 
@@ -45,6 +47,7 @@ class Aircraft:
     ) -> None:
         self.vehicle = vehicle
         self.failures = InjectedFailures(vehicle)
+        self._seen_navigation, self._seen_at = self.navigation, vehicle.periods
         self._chooser = Chooser(vehicle.design_model, configuration.tuning, can_fly_forward=vehicle.can_fly_forward)
         self.autopilot = Autopilot(world, configuration.settings, vehicle.reference.heading, self._chooser)
         self.configure(configuration)
@@ -68,6 +71,7 @@ class Aircraft:
         speed, azimuth = world.wind_speed, math.radians(world.wind_direction)
         # A wind *from* the north blows south: along -x of the world NWU; azimuth turns clockwise.
         self.vehicle.set_wind((-speed * math.cos(azimuth), speed * math.sin(azimuth), 0.0), world.gusts)
+        self.vehicle.avionics.switch_motion_capture(on=bool(world.motion_capture))
 
     def advance(self, periods: int) -> None:
         """Fly for control periods; the autopilot ticks every ``AUTOPILOT_PERIODS`` whatever the calls are.
@@ -88,9 +92,21 @@ class Aircraft:
         self._reported = len(self.vehicle.jumps)
         return fresh
 
+    @property
+    def navigation(self) -> NavigationStatus:
+        """What the vehicle knows about its own navigation."""
+        return navigation_status(self.vehicle.avionics, self.vehicle.periods)
+
+    def _recent_navigation(self) -> NavigationStatus:
+        """Navigation as it was at most NAVIGATION_PERIODS ago."""
+        if self.vehicle.periods - self._seen_at >= NAVIGATION_PERIODS:
+            self._seen_navigation, self._seen_at = self.navigation, self.vehicle.periods
+        return self._seen_navigation
+
     def view(self) -> VehicleView:
         """The vehicle as the autopilot sees it."""
         estimate, law, avionics = self.vehicle.estimate, self.vehicle.law, self.vehicle.avionics
+        navigation = self._recent_navigation()
         nose, back = x_axis(estimate.attitude), z_axis(estimate.attitude)
         forward = is_forward(law) and not hovers_again(self.vehicle)
         flat = (-back.x, -back.y) if abs(nose.z) > math.hypot(nose.x, nose.y) else (nose.x, nose.y)
@@ -111,7 +127,11 @@ class Aircraft:
             rates=estimate.rates,
             gyroscope_failed=avionics.has_failed(GYROSCOPE),
             accelerometer_failed=avionics.has_failed(ACCELEROMETER),
-            resets=avionics.resets,
+            aligned=navigation.is_aligned,
+            awaited=navigation.awaited,
+            position_age=navigation.position_age,
+            unfused=navigation.unfused,
+            resets=navigation.resets,
         )
 
     @property

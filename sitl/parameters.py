@@ -38,6 +38,9 @@ class WorldSettings(NamedTuple):
     link_off_time: Annotated[
         float, ParameterMetadata("SIM_LINK_OFF_T", (1.0, 3600.0), "s", "A link that was made to fail is back after it")
     ] = 15.0
+    motion_capture: Annotated[
+        int, ParameterMetadata("SIM_MOCAP", (0, 1), "", "Simulated motion capture: 0 off, only poses from peers; 1 on")
+    ] = 1
 
 
 class Configuration(NamedTuple):

@@ -33,6 +33,9 @@ from sitl.pacer import Pacer
 from sitl.parameters import Configuration, WorldSettings
 from sitl.persistence import StateFolder
 from sitl.scenarios.live_scenario import LiveScenario, ScenarioAircraft, named
+from sitl.sensors.sensor_files import load_sensors
+from sitl.sensors.specification import SensorSet
+from sitl.simulation.avionics import Navigation
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start
 from sitl.timing import PERIOD
@@ -40,6 +43,7 @@ from sitl.warm_up import make_ready
 
 MAX_LISTENING = 0.002  # to peers, before the vehicle flies on: a flood must not stop it [s]
 AUTOPILOT_TYPES = {"px4": mavlink.MAV_AUTOPILOT_PX4, "generic": mavlink.MAV_AUTOPILOT_GENERIC}
+NAVIGATION_BY_ARENA = {"open": Navigation.SENSORS, "voliere": Navigation.MOCAP}
 SCENARIO_EXIT_REFUSAL = "Start and stop a scenario from its terminal"
 
 
@@ -125,15 +129,35 @@ def build_aircraft(args: argparse.Namespace) -> Aircraft:
     if outside := world.arena.refuse((north, -east, up)):
         raise SitlError(f"--start: {outside}")
     start = Start(north, -east, up, -math.radians(yaw), airborne=up > 0.0)
-    vehicle = Simulation(load(args.airframe or AIRFRAME).parameters, seed=args.seed, start=start)
+    vehicle = Simulation(
+        load(args.airframe or AIRFRAME).parameters,
+        seed=args.seed,
+        start=start,
+        navigation=_navigation(args),
+        sensors=_sensors(args),
+        aligned=start.airborne,
+    )
     stored = StateFolder(_state_dir(args)).parameters()
     configuration = Configuration(Settings(), vehicle.tuning, WorldSettings()).replaced(stored | _overrides(args))
     return Aircraft(vehicle, world, configuration, airborne=start.airborne)
 
 
+def _navigation(args: argparse.Namespace) -> Navigation:
+    return Navigation(args.nav or NAVIGATION_BY_ARENA[args.arena])
+
+
+def _sensors(args: argparse.Namespace) -> SensorSet:
+    if args.sensors is not None and _navigation(args) is Navigation.TRUTH:
+        raise SitlError("--sensors: with --nav truth no sensor is read")
+    return load_sensors(args.sensors)
+
+
 def _scenario_aircraft(args: argparse.Namespace, world: World) -> ScenarioAircraft:
     if args.start is not None:
         raise SitlError(f"--start: scenario {args.scenario} has its own start")
+    if args.sensors is not None or args.nav not in {None, Navigation.TRUTH.value}:
+        option = "--nav" if args.nav not in {None, Navigation.TRUTH.value} else "--sensors"
+        raise SitlError(f"{option}: scenarios fly on the exact state, as the report's experiments do")
     # Stored parameters are not used: a scenario is the same flight for everyone.
     return ScenarioAircraft(
         named(args.scenario), world, seed=args.seed, airframe=args.airframe, parameters=_overrides(args)

@@ -30,6 +30,7 @@ from protocol.events.file_events import (
 from protocol.events.link_events import (
     MessageReceived,
     MessageRequested,
+    PoseReceived,
     SetpointReceived,
     SigningChanged,
     VehicleFound,
@@ -93,6 +94,7 @@ __all__ = [
     "ParameterReceived",
     "ParameterRefused",
     "ParametersComplete",
+    "PoseReceived",
     "RemoteLog",
     "SetpointReceived",
     "SigningChanged",

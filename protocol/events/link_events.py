@@ -11,6 +11,7 @@ from protocol.message import Message, Peer
 __all__ = [
     "MessageReceived",
     "MessageRequested",
+    "PoseReceived",
     "SetpointReceived",
     "SigningChanged",
     "VehicleFound",
@@ -50,6 +51,14 @@ class VehicleRestarted(Event):
 @dataclass(frozen=True, slots=True)
 class MessageReceived(Event):
     """A message for this vehicle that no engine handles: the owner may answer it."""
+
+    message: Message
+    peer: Peer
+
+
+@dataclass(frozen=True, slots=True)
+class PoseReceived(Event):
+    """A pose of the vehicle as somebody else measured it."""
 
     message: Message
     peer: Peer

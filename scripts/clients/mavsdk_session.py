@@ -54,7 +54,7 @@ class Session:
     def health(self) -> None:
         """All health checks pass, and the vehicle reports its version."""
         self.watch.until("health_all_ok", lambda now: now["health_all_ok"] and "home" in now, 30.0)
-        _ensure(self.telemetry.health().is_armable, "armable")
+        self.watch.until("armable", lambda _: self.telemetry.health().is_armable, 30.0)
         version = self.info.get_version()
         self.say(f"health all ok, armable; version {version.flight_sw_major}.{version.flight_sw_minor}")
 

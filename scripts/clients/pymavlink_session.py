@@ -123,7 +123,9 @@ class Pilot:
         return f"{count} items uploaded and downloaded"
 
     def fly(self) -> str:
-        """Arm, fly the mission, and see every item reached."""
+        """Arm once the vehicle is ready, fly the mission, and see every item reached."""
+        ready = mav.MAV_SYS_STATUS_PREARM_CHECK
+        self.hear("SYS_STATUS", lambda status: status.onboard_control_sensors_health & ready)
         self.link.arducopter_arm()
         self.link.motors_armed_wait()
         self.link.set_mode_px4("MISSION", None, None)

@@ -19,6 +19,7 @@ MODE_NAMES = {Mode.TAKEOFF: "Take-off", Mode.MISSION: "Mission"}  # modes that c
 
 
 ROCKING_TIME = 1.5  # after the touch: what falls over on landing does so within it [s]
+ALIGNMENT_TEXTS = {False: "Navigation: aligning, keep still", True: "Navigation: aligned"}
 LYING_TILT = math.radians(60.0)  # a vehicle that leans so far does not stand up again
 
 
@@ -37,6 +38,7 @@ class Arming:
         self._waiting: _Waiting | None = None
         self._landed_at: float | None = None
         self._touched_at: float | None = None  # None: how the last landing ended has been said
+        self._was_aligned = True
         flight.before_change(self._forget_waiting)
 
     def failed_checks(self) -> list[str]:
@@ -49,12 +51,16 @@ class Arming:
         return refuse_arming(flight.view, flight.settings) + links + ([] if outside is None else [outside.text])
 
     def arm(self, *, force: bool = False) -> Answer:
-        """Start the motors at idle. Refused with the failed checks unless forced; always so once the flight is over."""
+        """Start the motors at idle. Refused with the failed checks unless forced.
+
+        A vehicle whose flight is over or that is not aligned is not armed by force either.
+        """
         flight = self._flight
         if flight.armed:
             return Answer(ACCEPTED)
         is_over = flight.view.crash is not None or flight.terminated
-        reasons = self.failed_checks() if not force or is_over else []
+        must_pass = not force or is_over or not flight.view.aligned
+        reasons = self.failed_checks() if must_pass else []
         if reasons:
             return flight.refuse(REJECTED, f"Arming refused: {'; '.join(reasons)}")
         flight.armed = True
@@ -95,12 +101,20 @@ class Arming:
     def update(self) -> None:
         """One tick on the ground: see how a landing ended, end a wait that took too long, disarm after a landing."""
         flight, now = self._flight, self._flight.view.time
+        self._report_alignment()
         self._judge_landing()
         if self._waiting is not None and now > self._waiting.until:
             flight.say(mavlink.MAV_SEVERITY_WARNING, f"{MODE_NAMES[flight.mode]} cancelled: not armed in time")
             flight.enter(Mode.HOLD, None)
         if flight.armed and self._landed_at is not None and now - self._landed_at >= flight.settings.disarm_after:
             self._stop_motors("Disarmed after landing")
+
+    def _report_alignment(self) -> None:
+        """Say when navigation begins to align, and when it is done."""
+        flight = self._flight
+        if flight.view.aligned != self._was_aligned:
+            self._was_aligned = flight.view.aligned
+            flight.say(mavlink.MAV_SEVERITY_INFO, ALIGNMENT_TEXTS[flight.view.aligned])
 
     def _judge_landing(self) -> None:
         """Say whether the vehicle stands, or has tipped over."""

@@ -168,7 +168,8 @@ class Autopilot:
         if flight.manoeuvre is not None and flight.manoeuvre is self._foreign:
             return flight.reference
         steered = flight.mode in STEERED_MODES
-        return self._heading.applied(flight.reference, view, steered=steered, landing=flight.landing)
+        unaided = self.failsafes.navigation.lost
+        return self._heading.applied(flight.reference, view, steered=steered, landing=flight.landing, unaided=unaided)
 
     def _stand(self) -> None:
         flight, view = self._flight, self._flight.view

@@ -42,6 +42,20 @@ class Settings(NamedTuple):
     link_action: Annotated[
         int, ParameterMetadata("NAV_DLL_ACT", (0, 3), "", "Ground station lost: 0 go on, 1 hold, 2 return, 3 land")
     ] = 0
+    position_timeout: Annotated[
+        float, ParameterMetadata("COM_POS_FS_DELAY", (1.0, 100.0), "s", "The position is lost after so long unaided")
+    ] = 2.0
+    pose_delay: Annotated[
+        float,
+        ParameterMetadata("EKF2_EV_DELAY", (0.0, 300.0), "ms", "Age of poses from peers that tell no usable time"),
+    ] = 20.0
+    pose_position_noise: Annotated[
+        float, ParameterMetadata("EKF2_EVP_NOISE", (0.001, 1.0), "m", "Deviation of a peer's positions, if not told")
+    ] = 0.01
+    pose_attitude_noise: Annotated[
+        float,
+        ParameterMetadata("EKF2_EVA_NOISE", (0.001, 1.0), "rad", "Deviation of a peer's attitudes, if not told"),
+    ] = 0.01
     companion_timeout: Annotated[
         float, ParameterMetadata("COM_OBC_LOSS_T", (1.0, 60.0), "s", "The companion is lost after this silence")
     ] = 5.0

@@ -24,6 +24,7 @@ examples:
   darko-sitl --speed 10 --seed 7      ten times real time, another seed
   darko-sitl --speed 0                as fast as possible
   darko-sitl --wind 5@270 --gusts 1   5 m/s from the west, gusts of 1 m/s rms
+  darko-sitl --arena voliere          indoors, by motion capture
   darko-sitl --airframe published     the constants that ENAC published (see: darko-sitl airframe)
   darko-sitl --scenario far-target    an experiment of the report, for a ground station to watch
 
@@ -85,6 +86,19 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
         help="where the flight begins, in metres and degrees; UP > 0: hovering [0,0,0,0]",
     )
     flight.add_argument("--arena", default="open", choices=("open", "voliere"), help="area in which it may fly [open]")
+    flight.add_argument(
+        "--nav",
+        choices=("sensors", "mocap", "truth"),
+        default=None,
+        help="what the vehicle navigates by: satellites, compass, barometer and inertial sensors; motion capture and "
+        "inertial sensors; or the exact state [sensors; mocap in the voliere; truth in scenarios]",
+    )
+    flight.add_argument(
+        "--sensors",
+        metavar="FILE",
+        default=None,
+        help="TOML file that states values of the sensors anew",
+    )
     flight.add_argument(
         "--param",
         type=_assignment,

@@ -18,6 +18,7 @@ from sitl.guidance.view import VehicleView
 
 HELD_SPEED = 5.0  # slower than this, TO_HOVER holds in a wind rather than brakes [m/s]
 LANDING_WIND = 1.5  # a landing turns the span into a wind from this on [m/s]
+MAX_UNAIDED_WIND = 3.0  # in which a vehicle whose position nothing tells turns no more [m/s]
 TURN_HEIGHT = 2.5  # lower than this, a landing turns no more [m]
 
 
@@ -30,7 +31,13 @@ class SafeHeading:
     _time: float = 0.0  # of the last tick [s]
 
     def applied(
-        self, reference: Reference, view: VehicleView, *, steered: bool = False, landing: bool = False
+        self,
+        reference: Reference,
+        view: VehicleView,
+        *,
+        steered: bool = False,
+        landing: bool = False,
+        unaided: bool = False,
     ) -> Reference:
         """The reference with the heading of this tick.
 
@@ -42,10 +49,14 @@ class SafeHeading:
             view: The vehicle as it is now.
             steered: Somebody steers the heading: it is not turned into the wind, and small steps of it are handed on.
             landing: Whether it is going to stand on the ground.
+            unaided: Nothing tells the position: in a turn, wrong accelerations turn along and no longer cancel.
         """
         step = MAX_HEADING_RATE * max(view.time - self._time, 0.0)
         self._time = view.time
-        self._choose(reference, view, steered=steered, landing=landing)
+        if unaided and not reference.forward and math.hypot(view.wind[0], view.wind[1]) < MAX_UNAIDED_WIND:
+            self._edge_on = view.heading if self._last is None else self._last
+        else:
+            self._choose(reference, view, steered=steered, landing=landing)
         wanted = math.remainder(reference.heading if self._edge_on is None else self._edge_on, math.tau)
         if view.landed or view.forward or reference.forward or reference.steered:
             self._last = None

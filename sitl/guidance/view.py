@@ -32,4 +32,8 @@ class VehicleView(NamedTuple):
     rates: Point = (0.0, 0.0, 0.0)  # body rates [rad/s]
     gyroscope_failed: bool = False  # it repeats itself, or leaps
     accelerometer_failed: bool = False  # likewise
-    resets: int = 0  # of the navigation filter, which had gone astray
+    aligned: bool = True  # the navigation filter runs
+    awaited: tuple[str, ...] = ()  # what navigation waits for before a flight, in plain words
+    position_age: float = 0.0  # since the last aid of the position [s]; infinite before the first
+    unfused: tuple[str, ...] = ()  # instruments that navigation goes on without
+    resets: int = 0  # of the estimate to readings that it had refused

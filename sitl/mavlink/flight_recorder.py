@@ -7,6 +7,7 @@ recording begins again once the disk can be written.
 
 from __future__ import annotations
 
+import itertools
 import math
 import re
 from collections.abc import Callable
@@ -71,12 +72,12 @@ class FlightRecorder:
         """True while a flight is being recorded."""
         return self._writer is not None
 
-    def follow(self, time: float, message: Callable[[int], Message], *, armed: bool) -> None:
+    def follow(self, time: float, messages: Callable[[int], list[Message]], *, armed: bool) -> None:
         """Record the telemetry that is due; call it as often as telemetry is sent.
 
         Args:
             time: The vehicle's own [s].
-            message: Makes the message of an id, of this instant.
+            messages: Makes the messages of an id, of this instant.
             armed: Whether the vehicle is armed.
         """
         time_us = round(time * 1e6)
@@ -91,8 +92,8 @@ class FlightRecorder:
         elif self._armed and not armed:
             self._ends = time + AFTER_DISARMING
         due = self._streams.due(time_us) if self.is_recording else ()
-        for message_id in due:
-            self._write(message(message_id), time_us)
+        for message in itertools.chain.from_iterable(map(messages, due)):
+            self._write(message, time_us)
         if time >= self._ends:
             self._end()
         self._armed = armed

@@ -64,6 +64,6 @@ class FlightReporter:
     def _record(self, messages: SnapshotMessages) -> None:
         if self._recorder is None:
             return
-        self._recorder.follow(self._aircraft.vehicle.time, messages.message, armed=self._aircraft.autopilot.armed)
+        self._recorder.follow(self._aircraft.vehicle.time, messages.messages, armed=self._aircraft.autopilot.armed)
         for text in self._recorder.complaints():
             self._broadcast.warn(text)

@@ -31,6 +31,7 @@ from sitl.mavlink.services.maintenance_commands import ExitRequest, MaintenanceC
 from sitl.mavlink.services.operator_service import OperatorService
 from sitl.mavlink.services.parameter_service import ParameterService
 from sitl.mavlink.services.plan_service import PlanService, StoredPlans
+from sitl.mavlink.services.pose_service import PoseService
 from sitl.mavlink.services.signing_service import SigningService
 from sitl.mavlink.services.steering_service import SteeringService
 from sitl.mavlink.standard_modes import AVAILABLE_MODES
@@ -118,6 +119,7 @@ class Node:
             telemetry,
             home_service,
             SteeringService(autopilot, broadcast, SYSTEM),
+            PoseService(aircraft, broadcast),
         )
         self._event_handlers = handlers_of(services, type)
         self._message_handlers = handlers_of(services, str)
@@ -139,7 +141,11 @@ class Node:
             mission=plans.mission,
             validate=plans.validate,
             plans=plans.others,
-            streams={s.message_id: round(1e6 / s.rate) if s.rate else STREAM_OFF for s in STREAMS},
+            streams={
+                s.message_id: round(1e6 / s.rate) if s.rate else STREAM_OFF
+                for s in STREAMS
+                if self.aircraft.vehicle.avionics.navigation in s.needs
+            },
             on_request=(mavlink.MAVLINK_MSG_ID_AVAILABLE_MODES,),
             numbered={mavlink.MAVLINK_MSG_ID_AVAILABLE_MODES: len(AVAILABLE_MODES)},
             families=FAMILIES.values(),

@@ -17,16 +17,27 @@ from sitl.estimation.notch import quiet
 from sitl.estimation.strapdown import Increment, moved_by, no_increment
 from sitl.model.airframe import Airframe, Array
 from sitl.model.ground import is_touching
-from sitl.model.quaternions import hover, multiply, normalised, small_rotation
+from sitl.model.quaternions import Quaternion, hover, multiply, normalised, small_rotation
 from sitl.model.state import Plant
 from sitl.model.vectors import Vector, add, scaled, subtract
 from sitl.sensors.draws import DROPOUT, FAST_COLUMNS, POSE_DROPOUT, SLOW_COLUMNS, SLOW_PERIODS
 from sitl.sensors.hidden_errors import drawn_errors
-from sitl.sensors.instruments import HiddenErrors, Instruments, instruments
+from sitl.sensors.instruments import (
+    EXTERNAL_POSE,
+    FIRST_LINE,
+    HEALTHY,
+    MOTION_CAPTURE,
+    OFF,
+    HiddenErrors,
+    Instruments,
+    instruments,
+    send,
+)
 from sitl.sensors.sensor_files import load_sensors
 from sitl.sensors.specification import SensorSet
 from sitl.simulation.noise import BLOCK
 from sitl.storage import named_from, record_of, record_type
+from sitl.timing import PERIOD
 
 AIDS = 4  # slow instruments that may lose a reading
 NO_FAST, NO_SLOW = np.zeros((0, FAST_COLUMNS)), np.zeros((0, SLOW_COLUMNS))
@@ -63,6 +74,7 @@ class Avionics:
         self.sensors = sensors
         self.fast, self.slow = NO_FAST, NO_SLOW
         self._block = -1
+        self._has_cameras = True
         self._seed, self._converged = seed, 0
         self._random = np.random.default_rng((seed, 2))
         errors = drawn_errors(sensors, _quantised(self._random.standard_normal(15)))
@@ -103,6 +115,37 @@ class Avionics:
         """Standard deviations of three errors, the first of which is numbered so."""
         variances = np.diagonal(self.filter["covariance"])[first : first + 3]
         return Vector(*(math.sqrt(max(float(x), 0.0)) for x in variances))
+
+    def switch_motion_capture(self, *, on: bool) -> None:
+        """Whether the arena's cameras, which are simulated, give poses; a failure that they have is kept."""
+        if self.is_sensed and on != self._has_cameras:
+            self.instruments["failures"][MOTION_CAPTURE] = HEALTHY if on else OFF
+            self._has_cameras = on
+
+    def receive_pose(
+        self, position: Vector, attitude: Quaternion, place: float, turn: float, *, age: int, period: int
+    ) -> str:
+        """Take a pose that somebody else measured; gives why it is of no use, or nothing.
+
+        Args:
+            position: World NWU [m].
+            attitude: Body FLU to world NWU.
+            place: Variance of each axis of the position [m2].
+            turn: Variance of the attitude about each axis [rad2].
+            age: Control periods since it was measured.
+            period: Control periods flown.
+        """
+        i, line = self.instruments, EXTERNAL_POSE - FIRST_LINE
+        back = int(self.filter["settings"]["horizon"]) * SLOW_PERIODS
+        if age > back:
+            return f"{1e3 * age * PERIOD:.0f} ms late, the filter looks back {1e3 * back * PERIOD:.0f} ms"
+        sampled = period - age
+        if sampled < i["sampled"][line].max():
+            return "older than the one before"
+        if i["failures"][EXTERNAL_POSE] != OFF:
+            i["last"][line] = (*position, *attitude, place, turn, 1.0)
+            send(line, i, sampled, period)
+        return ""
 
     def draw(self, period: int) -> None:
         """Make the draws for the block of periods that this one is in."""

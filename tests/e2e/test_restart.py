@@ -140,6 +140,7 @@ def test_a_mission_goes_on_after_either_side_is_killed(start, tmp_path):
     first.until(is_synchronised)
     first.ask(f"upload {plan}")
     first.until(has(items))
+    first.until(lambda s: s["ready"])
     first.ask("arm")
     first.until(lambda s: s["armed"])
     first.ask("start_mission")

@@ -29,7 +29,7 @@ def digest(s, log, mission):
     """The part of the state that the tests look at."""
     return {
         "log": log, "boot": s.boot and int(s.boot), "source": s.source, "lost": s.lost, "restarts": s.restarts,
-        "mode": s.mode, "armed": s.armed, "mission": mission, "current": s.mission_current,
+        "mode": s.mode, "armed": s.armed, "ready": s.prearm_ok, "mission": mission, "current": s.mission_current,
         "reached": sorted(s.reached), "home": s.home is not None,
         "has_parameters": s.parameter_count is not None and len(s.parameters) == s.parameter_count,
         "transfer": s.transfer, "signing": s.signing.name, "texts": [line.text for line in s.messages[-20:]],

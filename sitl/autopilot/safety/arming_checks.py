@@ -9,14 +9,16 @@ from sitl.control.reference import Point
 from sitl.guidance.view import VehicleView
 
 MAX_STANDING_TILT = math.radians(15.0)  # the tail stands flat; more means it has tipped over
-MAX_STANDING_SPEED = 0.2  # [m/s]
+MAX_STANDING_SPEED = 0.4  # satellites alone make it look like 0.25 [m/s]
 
 
 def refuse_arming(view: VehicleView, settings: Settings) -> list[str]:
     """Why a vehicle in this state may not be armed; empty if it may."""
     if view.crash is not None:
         return [f"crashed at {view.crash.speed:.1f} m/s: a reboot stands it up again"]
-    reasons = []
+    if not view.aligned:  # nothing else is known yet
+        return list(view.awaited)
+    reasons = list(view.awaited)
     if not view.landed:
         reasons.append("not on the ground")
     if view.tilt > MAX_STANDING_TILT:

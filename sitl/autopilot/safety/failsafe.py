@@ -17,6 +17,7 @@ from sitl.autopilot.safety.alarm import Alarm, SafetyAction
 from sitl.autopilot.safety.failure_detector import FailureDetector
 from sitl.autopilot.safety.fence import FenceWatch
 from sitl.autopilot.safety.link_watch import LinkSilence, LinkWatches
+from sitl.autopilot.safety.navigation_watch import NavigationWatch
 from sitl.autopilot.safety.world import World
 from sitl.autopilot.settings import Settings
 from sitl.control.reference import Point
@@ -142,6 +143,7 @@ class Failsafes:
 
     silence: LinkSilence = field(default_factory=LinkSilence)
     links: LinkWatches = field(default_factory=LinkWatches)
+    navigation: NavigationWatch = field(default_factory=NavigationWatch)
     fence: FenceWatch = field(default_factory=FenceWatch)
     battery: BatteryWatch = field(default_factory=BatteryWatch)
     failures: FailureDetector = field(default_factory=FailureDetector)
@@ -161,6 +163,7 @@ class Failsafes:
     ) -> list[Alarm]:
         """Alarms that begin at this tick of a flight."""
         alarms = self.failures.check(view, settings) + self.links.check(self.silence, settings)
+        alarms += self.navigation.check(view, settings.position_timeout)
         if settings.fence_action and view.time - self._fence_checked >= FENCE_PERIOD:
             self._fence_checked = view.time
             if breach := self.fence.check(view, world.fence):
@@ -175,19 +178,14 @@ class Failsafes:
 
     @property
     def is_critical(self) -> bool:
-        """Whether something fails, a link is lost, the fence is being left, or the battery is needed to get home."""
-        return (
-            self.failures.is_critical
-            or self.links.lost
-            or self.fence.breached
-            or self.battery.returned
-            or self.battery.critical
-        )
+        """Whether something fails or is lost, the fence is being left, or the battery is needed to come home."""
+        lost = self.failures.is_critical or self.links.lost or self.navigation.lost
+        return lost or self.fence.breached or self.battery.returned or self.battery.critical
 
     def rest(self) -> None:
-        """Forget link losses and failures on the ground; the next flight reports them anew."""
-        self.links = LinkWatches()
-        self.failures = FailureDetector(resets=self.failures.resets)
+        """Forget losses and failures on the ground; the next flight reports them anew."""
+        self.links, self.navigation = LinkWatches(), NavigationWatch()
+        self.failures = FailureDetector()
 
 
 def energy_home(

@@ -1,4 +1,4 @@
-"""What fails on board, as far as the vehicle can tell: an inertial instrument, the navigation, or control itself."""
+"""What fails on board, as far as the vehicle can tell: an inertial instrument, or control itself."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from sitl.autopilot.safety.alarm import Alarm, SafetyAction
 from sitl.autopilot.settings import Settings
 from sitl.guidance.view import VehicleView
 
-RESET_MEMORY = 30.0  # a navigation that is reset twice within this time goes astray for a reason [s]
 MAX_TICK = 0.1  # a longer time since the last look was not looked at [s]
 CRITICAL, EMERGENCY = mavlink.MAV_SEVERITY_CRITICAL, mavlink.MAV_SEVERITY_EMERGENCY
 
@@ -24,9 +23,6 @@ class FailureDetector:
     tumbled: bool = False
     blind: bool = False  # the gyroscope has failed
     numb: bool = False  # the accelerometer has failed
-    resets: int = 0  # of the navigation, as of the last look
-    reset_at: float = -math.inf  # the last one [s]
-    astray: bool = False
 
     def check(self, view: VehicleView, settings: Settings) -> list[Alarm]:
         """Alarms that begin at this tick of a flight."""
@@ -37,7 +33,7 @@ class FailureDetector:
         if view.accelerometer_failed and not self.numb:
             alarms.append(Alarm(SafetyAction.LAND, CRITICAL, "Accelerometer failed"))
         self.blind, self.numb = view.gyroscope_failed, view.accelerometer_failed
-        return alarms + self._tumble(view, settings, cut) + self._stray(view)
+        return alarms + self._tumble(view, settings, cut)
 
     def _tumble(self, view: VehicleView, settings: Settings, cut: SafetyAction) -> list[Alarm]:
         """Tumbling that no law has caught in its time."""
@@ -48,16 +44,7 @@ class FailureDetector:
         self.tumbled = begins or (self.tumbled and self.tumbled_for > 0.0)
         return [Alarm(cut, EMERGENCY, f"Tumbling at {rate:.0f} deg/s")] if begins else []
 
-    def _stray(self, view: VehicleView) -> list[Alarm]:
-        """A navigation that is reset again and again."""
-        again = view.resets > self.resets and view.time - self.reset_at < RESET_MEMORY
-        if view.resets > self.resets:
-            self.resets, self.reset_at = view.resets, view.time
-        begins = again and not self.astray
-        self.astray = again or (self.astray and view.time - self.reset_at < RESET_MEMORY)
-        return [Alarm(SafetyAction.LAND, CRITICAL, "Navigation goes astray")] if begins else []
-
     @property
     def is_critical(self) -> bool:
         """Whether something fails now."""
-        return self.blind or self.numb or self.tumbled or self.astray
+        return self.blind or self.numb or self.tumbled

@@ -12,6 +12,7 @@ from protocol import frames, units
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law
 from protocol.message import Message
+from sitl.mavlink.telemetry.body_frame import attitude_on_wire, axes_on_wire
 from sitl.mavlink.telemetry.vehicle_snapshot import VehicleSnapshot
 from sitl.prediction.mode_choice import Decision
 from sitl.simulation.recording import JumpRecord
@@ -83,6 +84,19 @@ def air(s: VehicleSnapshot) -> Message:
         wind_true=list(frames.flip(s.wind)),
         airspeed_estimate=s.airspeed_estimate,
         airspeed_true=s.airspeed,
+    )
+
+
+def truth(s: VehicleSnapshot) -> Message:
+    """DARKO_TRUTH: the state as it is, to hold the estimate against."""
+    body = s.plant.body
+    return mavlink.MAVLink_darko_truth_message(
+        time_usec=units.microseconds(s.time),
+        position=list(frames.flip(body.position)),
+        velocity=list(frames.flip(body.velocity)),
+        q=list(attitude_on_wire(body.attitude)),
+        rates=list(axes_on_wire(body.rates)),
+        wind=list(frames.flip(s.wind)),
     )
 
 

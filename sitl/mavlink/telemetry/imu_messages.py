@@ -12,6 +12,7 @@ from protocol.dialect import mavlink
 from protocol.message import Message
 from sitl.estimation.sensing import specific_force
 from sitl.mavlink.telemetry.body_frame import axes_on_wire
+from sitl.mavlink.telemetry.sensor_messages import dynamic_pressure, magnetic_field, static_pressure
 from sitl.mavlink.telemetry.vehicle_snapshot import VehicleSnapshot
 from sitl.model.quaternions import rotate_inverse
 from sitl.model.vectors import Vector
@@ -28,6 +29,9 @@ ACCELERATION_AND_RATES = (
     | mavlink.HIGHRES_IMU_UPDATED_YGYRO
     | mavlink.HIGHRES_IMU_UPDATED_ZGYRO
 )
+MAGNETIC_FIELD = mavlink.HIGHRES_IMU_UPDATED_XMAG | mavlink.HIGHRES_IMU_UPDATED_YMAG | mavlink.HIGHRES_IMU_UPDATED_ZMAG
+STATIC_PRESSURE = mavlink.HIGHRES_IMU_UPDATED_ABS_PRESSURE | mavlink.HIGHRES_IMU_UPDATED_PRESSURE_ALT
+DYNAMIC_PRESSURE = mavlink.HIGHRES_IMU_UPDATED_DIFF_PRESSURE
 
 
 def inertial_reading(s: VehicleSnapshot) -> Inertial:
@@ -42,8 +46,11 @@ def inertial_reading(s: VehicleSnapshot) -> Inertial:
 
 
 def highres_imu(s: VehicleSnapshot) -> Message:
-    """HIGHRES_IMU: acceleration and rates; ``fields_updated`` says that there is no more."""
-    reading = inertial_reading(s)
+    """HIGHRES_IMU: ``fields_updated`` says what is there; on the exact state, acceleration and rates alone."""
+    reading, field, height, airspeed = inertial_reading(s), magnetic_field(s), s.readings.height, s.readings.airspeed
+    xmag, ymag, zmag = (NOT_MEASURED,) * 3 if field is None else axes_on_wire(field)
+    updated = ACCELERATION_AND_RATES | (0 if field is None else MAGNETIC_FIELD)
+    updated |= (0 if height is None else STATIC_PRESSURE) | (0 if airspeed is None else DYNAMIC_PRESSURE)
     xacc, yacc, zacc = axes_on_wire(reading.force)
     xgyro, ygyro, zgyro = axes_on_wire(reading.rates)
     return mavlink.MAVLink_highres_imu_message(
@@ -54,14 +61,14 @@ def highres_imu(s: VehicleSnapshot) -> Message:
         xgyro=xgyro,
         ygyro=ygyro,
         zgyro=zgyro,
-        xmag=NOT_MEASURED,
-        ymag=NOT_MEASURED,
-        zmag=NOT_MEASURED,
-        abs_pressure=NOT_MEASURED,
-        diff_pressure=NOT_MEASURED,
-        pressure_alt=NOT_MEASURED,
+        xmag=xmag,
+        ymag=ymag,
+        zmag=zmag,
+        abs_pressure=NOT_MEASURED if height is None else static_pressure(s, height),
+        diff_pressure=NOT_MEASURED if airspeed is None else dynamic_pressure(s, airspeed),
+        pressure_alt=NOT_MEASURED if height is None else s.frame.origin.alt + height,
         temperature=NOT_MEASURED,
-        fields_updated=ACCELERATION_AND_RATES,
+        fields_updated=updated,
     )
 
 

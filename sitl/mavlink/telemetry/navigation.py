@@ -18,8 +18,6 @@ from sitl.mavlink.telemetry.body_frame import attitude_on_wire, axes_on_wire
 from sitl.mavlink.telemetry.vehicle_snapshot import VehicleSnapshot
 
 POSITION_AND_YAW = 0b0000_1001_1111_1000  # POSITION_TARGET_TYPEMASK: velocity, acceleration and yaw rate are ignored
-UNKNOWN_COVARIANCE = [math.nan] * 21
-GOOD_QUALITY = 100  # of an estimate [%]
 
 
 def attitude(s: VehicleSnapshot) -> Message:
@@ -93,61 +91,16 @@ def altitude(s: VehicleSnapshot) -> Message:
     )
 
 
-def odometry(s: VehicleSnapshot) -> Message:
-    """ODOMETRY: pose in the local frame, velocity [m/s] and rates [rad/s] in the hover frame."""
-    x, y, z = frames.flip(s.p)
-    vx, vy, vz = axes_on_wire(frames.rotate(_conjugate(s.q), s.v))
-    rollspeed, pitchspeed, yawspeed = axes_on_wire(s.rates)
-    return mavlink.MAVLink_odometry_message(
-        time_usec=units.microseconds(s.time),
-        frame_id=mavlink.MAV_FRAME_LOCAL_NED,
-        child_frame_id=mavlink.MAV_FRAME_BODY_FRD,
-        x=x,
-        y=y,
-        z=z,
-        q=attitude_on_wire(s.q),
-        vx=vx,
-        vy=vy,
-        vz=vz,
-        rollspeed=rollspeed,
-        pitchspeed=pitchspeed,
-        yawspeed=yawspeed,
-        pose_covariance=UNKNOWN_COVARIANCE,
-        velocity_covariance=UNKNOWN_COVARIANCE,
-        reset_counter=0,
-        estimator_type=mavlink.MAV_ESTIMATOR_TYPE_AUTOPILOT,
-        quality=GOOD_QUALITY,
-    )
-
-
-def gps_raw(s: VehicleSnapshot) -> Message:
-    """GPS_RAW_INT of an ideal receiver."""
-    here = s.frame.to_geodetic(frames.flip(s.p))
-    ground_speed = math.hypot(s.v[0], s.v[1])
-    course = math.atan2(-s.v[1], s.v[0]) if ground_speed > 0.1 else math.nan
-    return mavlink.MAVLink_gps_raw_int_message(
-        time_usec=units.microseconds(s.time),
-        fix_type=mavlink.GPS_FIX_TYPE_RTK_FIXED,
-        lat=units.to_e7(here.lat_deg),
-        lon=units.to_e7(here.lon_deg),
-        alt=units.millimetres(here.alt),
-        eph=50,
-        epv=50,
-        vel=units.centimetres_per_second(ground_speed),
-        cog=units.centidegrees(course),
-        satellites_visible=20,
-    )
-
-
 def ground_truth(s: VehicleSnapshot) -> Message:
     """HIL_STATE_QUATERNION: the simulated state itself. It carries no acceleration: those are 0."""
-    here = s.frame.to_geodetic(frames.flip(s.p))
+    body = s.plant.body
+    here = s.frame.to_geodetic(frames.flip(body.position))
     airspeed = units.centimetres_per_second(s.airspeed)
-    p, q, r = axes_on_wire(s.rates)
-    north, east, down = (units.centimetres_per_second(speed) for speed in frames.flip(s.v))
+    p, q, r = axes_on_wire(body.rates)
+    north, east, down = (units.centimetres_per_second(speed) for speed in frames.flip(body.velocity))
     return mavlink.MAVLink_hil_state_quaternion_message(
         time_usec=units.microseconds(s.time),
-        attitude_quaternion=attitude_on_wire(s.q),
+        attitude_quaternion=attitude_on_wire(body.attitude),
         rollspeed=p,
         pitchspeed=q,
         yawspeed=r,
@@ -247,7 +200,3 @@ def global_origin(s: VehicleSnapshot) -> Message:
         altitude=units.millimetres(origin.alt),
         time_usec=units.microseconds(s.time),
     )
-
-
-def _conjugate(q: frames.Quaternion) -> frames.Quaternion:
-    return q[0], -q[1], -q[2], -q[3]

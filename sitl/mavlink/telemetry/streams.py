@@ -9,8 +9,17 @@ from typing import NamedTuple
 from protocol.dialect import mavlink
 from protocol.message import Message
 from sitl.mavlink.standard_modes import available_modes_monitor, current_mode
-from sitl.mavlink.telemetry import hybrid_state, identification, imu_messages, navigation, vehicle_state
+from sitl.mavlink.telemetry import (
+    estimator_messages,
+    hybrid_state,
+    identification,
+    imu_messages,
+    navigation,
+    sensor_messages,
+    vehicle_state,
+)
 from sitl.mavlink.telemetry.vehicle_snapshot import VehicleSnapshot
+from sitl.simulation.avionics import Navigation
 
 
 class Stream(NamedTuple):
@@ -19,20 +28,31 @@ class Stream(NamedTuple):
     message_id: int
     build: Callable[[VehicleSnapshot], Message | list[Message]]
     rate: float  # of simulated time, unless a peer asks for another [Hz]; 0: on request only
+    needs: frozenset[Navigation] = frozenset(Navigation)  # only a vehicle that navigates by one of these has it
+
+
+SENSED, OUTDOORS = frozenset(Navigation) - {Navigation.TRUTH}, frozenset({Navigation.SENSORS})
+
+
+def _once_aligned(build: Callable[[VehicleSnapshot], Message]) -> Callable[[VehicleSnapshot], list[Message]]:
+    """The message of a vehicle that knows its attitude and place; before it is aligned, none."""
+    return lambda s: [build(s)] if s.navigation.is_aligned else []
 
 
 STREAMS = (
     Stream(mavlink.MAVLINK_MSG_ID_SYS_STATUS, vehicle_state.sys_status, 1.0),
-    Stream(mavlink.MAVLINK_MSG_ID_ATTITUDE, navigation.attitude, 20.0),
-    Stream(mavlink.MAVLINK_MSG_ID_ATTITUDE_QUATERNION, navigation.attitude_quaternion, 20.0),
-    Stream(mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED, navigation.local_position, 20.0),
-    Stream(mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT, navigation.global_position, 5.0),
+    Stream(mavlink.MAVLINK_MSG_ID_ATTITUDE, _once_aligned(navigation.attitude), 20.0),
+    Stream(mavlink.MAVLINK_MSG_ID_ATTITUDE_QUATERNION, _once_aligned(navigation.attitude_quaternion), 20.0),
+    Stream(mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED, _once_aligned(navigation.local_position), 20.0),
+    Stream(mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT, _once_aligned(navigation.global_position), 5.0),
     Stream(mavlink.MAVLINK_MSG_ID_HIGHRES_IMU, imu_messages.highres_imu, 10.0),
     Stream(mavlink.MAVLINK_MSG_ID_SCALED_IMU, imu_messages.scaled_imu, 1.0),
     Stream(mavlink.MAVLINK_MSG_ID_RAW_IMU, imu_messages.raw_imu, 1.0),
-    Stream(mavlink.MAVLINK_MSG_ID_GPS_RAW_INT, navigation.gps_raw, 1.0),
-    Stream(mavlink.MAVLINK_MSG_ID_ALTITUDE, navigation.altitude, 1.0),
-    Stream(mavlink.MAVLINK_MSG_ID_ODOMETRY, navigation.odometry, 5.0),
+    Stream(mavlink.MAVLINK_MSG_ID_GPS_RAW_INT, sensor_messages.gps_raw, 1.0),
+    Stream(mavlink.MAVLINK_MSG_ID_SCALED_PRESSURE, sensor_messages.scaled_pressure, 1.0, OUTDOORS),
+    Stream(mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS, estimator_messages.estimator_status, 1.0, SENSED),
+    Stream(mavlink.MAVLINK_MSG_ID_ALTITUDE, _once_aligned(navigation.altitude), 1.0),
+    Stream(mavlink.MAVLINK_MSG_ID_ODOMETRY, _once_aligned(estimator_messages.odometry), 5.0),
     Stream(mavlink.MAVLINK_MSG_ID_HIL_STATE_QUATERNION, navigation.ground_truth, 1.0),
     Stream(mavlink.MAVLINK_MSG_ID_POSITION_TARGET_LOCAL_NED, navigation.position_target, 5.0),
     Stream(mavlink.MAVLINK_MSG_ID_VFR_HUD, navigation.vfr_hud, 5.0),
@@ -59,6 +79,7 @@ STREAMS = (
     Stream(mavlink.MAVLINK_MSG_ID_DARKO_HYBRID_STATE, hybrid_state.hybrid_state, 10.0),
     Stream(mavlink.MAVLINK_MSG_ID_DARKO_ACTUATORS, hybrid_state.actuators, 20.0),
     Stream(mavlink.MAVLINK_MSG_ID_DARKO_ENERGY, hybrid_state.energy, 2.0),
+    Stream(mavlink.MAVLINK_MSG_ID_DARKO_TRUTH, hybrid_state.truth, 0.0),
 )
 BUILDERS = {s.message_id: s.build for s in STREAMS} | {
     mavlink.MAVLINK_MSG_ID_HEARTBEAT: lambda s: vehicle_state.heartbeat(s.status, s.autopilot_type)

@@ -20,6 +20,8 @@ from sitl.model.airframe import Airframe
 from sitl.model.battery import Battery
 from sitl.model.state import Plant
 from sitl.sensors.instruments import Inertial
+from sitl.simulation.navigation_status import NavigationStatus
+from sitl.simulation.readings import LatestReadings, readings_of
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.situation import cross_track, thrusts_now
 from sitl.storage import named_from
@@ -51,11 +53,15 @@ class VehicleSnapshot(NamedTuple):
     """The vehicle at one instant, as telemetry sees it; frames NWU and FLU, SI units."""
 
     time: float  # since boot [s]
-    p: Vector
+    p: Vector  # as the vehicle believes, like the three below
     v: Vector
     q: Quaternion
     rates: Vector  # p, q, r [rad/s]
-    plant: Plant
+    plant: Plant  # as it is
+    navigation: NavigationStatus
+    readings: LatestReadings
+    has_position: bool  # something has told the position lately
+    has_tube: bool  # there is a pitot tube
     airframe: Airframe
     inertial: Inertial | None  # what gyroscope and accelerometer read; None: the vehicle flies on the truth
     wind: Vector  # velocity of the air [m/s]
@@ -122,8 +128,8 @@ class VehicleSnapshot(NamedTuple):
 
     @property
     def airspeed(self) -> float:
-        """Speed through the air [m/s]."""
-        return math.dist(self.v, self.wind)
+        """Speed through the air as it is [m/s]."""
+        return math.dist(self.plant.body.velocity, self.wind)
 
     @property
     def airspeed_estimate(self) -> float:
@@ -167,21 +173,26 @@ def take_snapshot(
     """
     vehicle, autopilot, a = aircraft.vehicle, aircraft.autopilot, aircraft.vehicle.airframe
     state, law = vehicle.flight, vehicle.law
-    body, actuators, command = state.plant.body, state.plant.actuators, state.controller.command
+    believed, actuators, command = state.estimate, state.plant.actuators, state.controller.command
+    navigation = aircraft.navigation
     landed = law.regime is Regime.GROUND
     last = vehicle.jumps[-1] if vehicle.jumps else None
     mission = autopilot.mission
     return VehicleSnapshot(
         time=vehicle.time,
-        p=body.position,
-        v=body.velocity,
-        q=body.attitude,
-        rates=body.rates,
+        p=believed.position,
+        v=believed.velocity,
+        q=believed.attitude,
+        rates=believed.rates,
         plant=state.plant,
+        navigation=navigation,
+        readings=readings_of(vehicle.avionics, vehicle.periods),
+        has_position=navigation.is_aligned and navigation.position_age <= autopilot.settings.position_timeout,
+        has_tube=bool(vehicle.tuning.pitot),
         airframe=a,
         inertial=_inertial(vehicle),
         wind=vehicle.wind,
-        wind_estimate=state.controller.wind.wind,
+        wind_estimate=believed.wind,
         wind_deviation=vehicle.wind_deviation,
         cross_track=cross_track(vehicle),
         motor=(actuators.left_motor, actuators.right_motor),

@@ -10,18 +10,13 @@ from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Regime
 from protocol.message import Message
 from protocol.modes import Mode, custom_mode
+from sitl.mavlink.telemetry.instrument_bits import instrument_bits
 from sitl.mavlink.telemetry.vehicle_snapshot import HeartbeatStatus, VehicleSnapshot
 
 NO_BATTERY_CELL = 65535
 MAVLINK_VERSION = 3  # of HEARTBEAT
-SYS_STATUS_SENSORS = (
-    mavlink.MAV_SYS_STATUS_SENSOR_3D_GYRO
-    | mavlink.MAV_SYS_STATUS_SENSOR_3D_ACCEL
-    | mavlink.MAV_SYS_STATUS_SENSOR_3D_MAG
-    | mavlink.MAV_SYS_STATUS_SENSOR_GPS
-    | mavlink.MAV_SYS_STATUS_SENSOR_VISION_POSITION
-    | mavlink.MAV_SYS_STATUS_SENSOR_BATTERY
-    | mavlink.MAV_SYS_STATUS_GEOFENCE
+ALWAYS_PRESENT = (
+    mavlink.MAV_SYS_STATUS_SENSOR_BATTERY | mavlink.MAV_SYS_STATUS_GEOFENCE | mavlink.MAV_SYS_STATUS_PREARM_CHECK
 )
 VTOL_STATES: dict[Regime, int] = {
     Regime.GROUND: mavlink.MAV_VTOL_STATE_MC,
@@ -59,10 +54,11 @@ def _system_status(s: HeartbeatStatus) -> int:
 
 
 def sys_status(s: VehicleSnapshot) -> Message:
-    """SYS_STATUS: every simulated sensor is healthy; the pre-arm bit is the arming checks' verdict."""
-    present = SYS_STATUS_SENSORS | mavlink.MAV_SYS_STATUS_PREARM_CHECK
+    """SYS_STATUS: which instruments there are and which help; the pre-arm bit is the arming checks' verdict."""
+    present, health = instrument_bits(s.navigation, has_position=s.has_position, has_tube=s.has_tube)
+    present |= ALWAYS_PRESENT
     enabled = present if s.fenced else present & ~mavlink.MAV_SYS_STATUS_GEOFENCE
-    health = SYS_STATUS_SENSORS & ~(mavlink.MAV_SYS_STATUS_GEOFENCE if s.fence.breached else 0)
+    health |= mavlink.MAV_SYS_STATUS_SENSOR_BATTERY | (0 if s.fence.breached else mavlink.MAV_SYS_STATUS_GEOFENCE)
     health |= mavlink.MAV_SYS_STATUS_PREARM_CHECK if s.ready or s.armed else 0
     return mavlink.MAVLink_sys_status_message(
         onboard_control_sensors_present=present,

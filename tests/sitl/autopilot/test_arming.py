@@ -8,7 +8,7 @@ from protocol.dialect import mavlink
 from protocol.frames import LocalFrame
 from protocol.modes import Mode
 from sitl.autopilot.answers import ACCEPTED
-from sitl.autopilot.arming import LYING_TILT, ROCKING_TIME
+from sitl.autopilot.arming import ALIGNMENT_TEXTS, LYING_TILT, ROCKING_TIME
 from sitl.autopilot.autopilot import Autopilot
 from sitl.autopilot.safety.arena import ARENAS
 from sitl.autopilot.safety.arming_checks import MAX_STANDING_TILT
@@ -30,6 +30,7 @@ def view(**changed):
     return standing._replace(**changed)
 
 
+UNALIGNED = view(aligned=False, awaited=("aligning: keep still",), tilt=1.0)
 HIT = Crash(7.26, Vector(12.4, -2.6, 0.1))
 
 
@@ -47,6 +48,7 @@ def autopilot():
         (view(tilt=math.radians(80.0)), "not upright"),
         (view(v=(0.0, 1.0, 0.0)), "moving"),
         (view(battery_left=0.05), "battery"),
+        (view(awaited=("waiting for satellites",)), "waiting for satellites"),
     ],
 )
 def test_each_failed_check_refuses_arming_with_its_reason(autopilot, seen, word):
@@ -56,6 +58,22 @@ def test_each_failed_check_refuses_arming_with_its_reason(autopilot, seen, word)
     assert word in answer.text
     assert not autopilot.armed
     assert autopilot.arming.arm(force=True).result == ACCEPTED
+
+
+@pytest.mark.parametrize("force", [False, True])
+def test_a_vehicle_that_is_not_aligned_is_not_armed_by_force_either(autopilot, force):
+    autopilot.update(UNALIGNED)
+    answer = autopilot.arming.arm(force=force)
+    assert answer == (REJECTED, "Arming refused: aligning: keep still")  # of a tilt nothing is known yet
+    autopilot.update(view())
+    assert autopilot.arming.arm(force=force).accepted
+
+
+def test_alignment_is_reported_once_each_way(autopilot):
+    autopilot.notices()
+    for seen in (UNALIGNED, UNALIGNED, view(), view()):
+        autopilot.update(seen)
+    assert [notice.text for notice in autopilot.notices()] == list(ALIGNMENT_TEXTS.values())
 
 
 def test_take_off_waits_for_arming(autopilot):

@@ -6,7 +6,8 @@ from sitl.__main__ import COMMANDS, main
 from sitl.autopilot.safety.arena import ARENAS
 from sitl.commands.run import parser
 from sitl.defaults import HOME
-from sitl.process import AUTOPILOT_TYPES
+from sitl.process import AUTOPILOT_TYPES, build_aircraft
+from sitl.simulation.avionics import Navigation
 
 PARSER = parser(COMMANDS)
 
@@ -73,3 +74,47 @@ def test_an_impossible_start_is_one_line(tmp_path, capsys, option, value, reason
     error = capsys.readouterr().err
     assert (code, error.count("\n")) == (2, 1)
     assert reason in error
+
+
+@pytest.mark.parametrize(
+    ("arguments", "reason"),
+    [
+        (["--sensors", "no-such.toml"], "no-such.toml: No such file or directory"),
+        (["--nav", "truth", "--sensors", "any.toml"], "--sensors: with --nav truth no sensor is read"),
+        (["--scenario", "far-target", "--nav", "sensors"], "--nav: scenarios fly on the exact state"),
+        (["--scenario", "far-target", "--sensors", "any.toml"], "--sensors: scenarios fly on the exact state"),
+    ],
+)
+def test_sensors_that_cannot_be_flown_on_are_one_line(tmp_path, capsys, arguments, reason):
+    code = main(["run", "--port", "0", "--state-dir", str(tmp_path), "--quiet", *arguments])
+    error = capsys.readouterr().err
+    assert (code, error.count("\n")) == (2, 1)
+    assert reason in error
+
+
+@pytest.mark.parametrize(
+    ("arguments", "navigation", "is_aligned"),
+    [
+        ([], Navigation.SENSORS, False),
+        (["--arena", "voliere"], Navigation.MOCAP, False),
+        (["--arena", "voliere", "--nav", "sensors"], Navigation.SENSORS, False),
+        (["--start", "0,0,5,0"], Navigation.SENSORS, True),
+        (["--nav", "truth"], Navigation.TRUTH, True),
+        (["--scenario", "far-target"], Navigation.TRUTH, True),
+    ],
+)
+def test_the_vehicle_navigates_by_what_its_arena_has(tmp_path, arguments, navigation, is_aligned):
+    aircraft = build_aircraft(PARSER.parse_args(["--state-dir", str(tmp_path), *arguments]))
+    assert aircraft.vehicle.avionics.navigation is navigation
+    assert aircraft.navigation.is_aligned == is_aligned
+
+
+def test_a_file_states_sensors_anew(tmp_path):
+    file = tmp_path / "slow.toml"
+    file.write_text('[gnss.rate]\nvalue = 5.0\nunit = "Hz"\nsource = "an older receiver"\n')
+    aircraft = build_aircraft(PARSER.parse_args(["--state-dir", str(tmp_path), "--sensors", str(file)]))
+    assert aircraft.vehicle.avionics.sensors.gnss.timing.rate == 5.0
+
+
+def test_every_navigation_can_be_chosen():
+    assert set(choices("--nav")) == {navigation.value for navigation in Navigation}

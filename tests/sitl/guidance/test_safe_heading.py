@@ -8,7 +8,7 @@ from protocol.dialect.vocabulary import Law
 from sitl.control.reference import AttitudeReference, along, hover_at, leg, steer
 from sitl.guidance.legs import LIGHT_WIND
 from sitl.guidance.limits import MAX_HEADING_RATE, MAX_HEADING_STEP
-from sitl.guidance.safe_heading import HELD_SPEED, LANDING_WIND, TURN_HEIGHT, SafeHeading
+from sitl.guidance.safe_heading import HELD_SPEED, LANDING_WIND, MAX_UNAIDED_WIND, TURN_HEIGHT, SafeHeading
 from sitl.guidance.view import VehicleView
 from sitl.model.quaternions import hover
 from sitl.model.vectors import Vector
@@ -120,3 +120,18 @@ def test_a_landing_turns_the_span_into_a_light_wind_too_but_not_near_the_ground(
     assert 0.0 < turning < 0.4
     for time in (1.0, 2.0):
         assert safe.applied(wanted(0.4), view(time, 0.4, p=low, wind=light), landing=True).heading == turning
+
+
+@pytest.mark.parametrize(("wind", "turns"), [(MAX_UNAIDED_WIND - 0.1, False), (MAX_UNAIDED_WIND + 0.1, True)])
+def test_a_landing_without_position_turns_into_a_strong_wind_only(wind, turns):
+    safe = held(0.0)
+    seen = [
+        safe.applied(wanted(0.0), view(k * TICK, wind=(wind, 0.0, 0.0)), landing=True, unaided=True).heading
+        for k in range(1, 50)
+    ]
+    assert (max(map(abs, seen)) > 0.3) == turns
+
+
+def test_without_position_it_keeps_the_heading_that_it_comes_out_of_forward_flight_with():
+    safe = SafeHeading()
+    assert safe.applied(wanted(2.0), view(0.02, 1.0), landing=True, unaided=True).heading == pytest.approx(1.0)

@@ -67,9 +67,9 @@ def flights(recorder, count, seconds=1.0, snapshot=None):
     """Arm and disarm; the recorder sees a vehicle that stands still."""
     for number in range(count):
         for step in range(round(seconds * 10)):
-            recorder.follow(1000.0 * number + step / 10, SnapshotMessages(lambda: snapshot).message, armed=True)
+            recorder.follow(1000.0 * number + step / 10, SnapshotMessages(lambda: snapshot).messages, armed=True)
         for later in (0.0, flight_recorder.AFTER_DISARMING):
-            recorder.follow(1000.0 * number + seconds + later, SnapshotMessages(lambda: snapshot).message, armed=False)
+            recorder.follow(1000.0 * number + seconds + later, SnapshotMessages(lambda: snapshot).messages, armed=False)
 
 
 def test_logs_are_bounded_in_number_and_size(session, tmp_path, monkeypatch):

@@ -15,6 +15,7 @@ from sitl.mavlink.node import Node
 from sitl.model.airframe_files import load
 from sitl.parameters import Configuration, WorldSettings
 from sitl.persistence import StateFolder
+from sitl.simulation.avionics import Navigation
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start
 from sitl.simulation.tuning import Tuning
@@ -25,9 +26,12 @@ STEP = 0.02  # between looks at the link [s]
 NAN = math.nan
 
 
-def make_aircraft(*, up=0.0, settings=None, world_settings=None, seed=1, origin=HOME):
+def make_aircraft(
+    *, up=0.0, settings=None, world_settings=None, seed=1, origin=HOME, navigation=Navigation.TRUTH, aligned=True
+):
     """The nominal aircraft, hovering ``up`` metres above the origin, or on the ground at 0."""
-    vehicle = Simulation(load("nominal").parameters, seed=seed, start=Start(up=up, airborne=up > 0.0))
+    start = Start(up=up, airborne=up > 0.0)
+    vehicle = Simulation(load("nominal").parameters, seed=seed, start=start, navigation=navigation, aligned=aligned)
     configuration = Configuration(settings or Settings(), Tuning(), world_settings or WorldSettings())
     return Aircraft(vehicle, World(LocalFrame(origin), ARENAS["open"]), configuration, airborne=up > 0.0)
 

@@ -1,0 +1,61 @@
+"""Hovers whose satellites are lost: how far away the vehicle lands, and whether it stands.
+
+Run by hand: ``python scripts/bench/lost_position.py``; it prints the table of docs/failsafes.md.
+"""
+
+from __future__ import annotations
+
+import math
+from statistics import median
+
+from protocol.frames import LocalFrame
+from sitl.aircraft import Aircraft
+from sitl.autopilot.safety.arena import ARENAS
+from sitl.autopilot.safety.world import World
+from sitl.autopilot.settings import Settings
+from sitl.defaults import AIRFRAME, HOME
+from sitl.model.airframe_files import load
+from sitl.parameters import Configuration, WorldSettings
+from sitl.sensors.instruments import GNSS, OFF
+from sitl.simulation.avionics import Navigation
+from sitl.simulation.simulation import Simulation
+from sitl.simulation.start import Start
+from sitl.simulation.tuning import Tuning
+
+SEEDS = range(1, 7)
+WINDS = ((0.0, 0.0), (2.0, 0.0), (4.0, 0.7), (7.0, 1.0))  # and gusts, rms [m/s]
+HOVERS = ((5.0, 6.0), (10.0, 15.0))  # height [m], and how long it hovers before [s]
+WIND_FROM = 40.0  # [deg]
+LIMIT = 60.0  # for the landing [s]
+
+
+def land(seed: int, wind: float, gusts: float, height: float, hover: float) -> tuple[float, bool]:
+    """How far from where it lost its satellites a vehicle lands [m], and whether it stands."""
+    start = Start(up=height, airborne=True)
+    vehicle = Simulation(load(AIRFRAME).parameters, seed=seed, start=start, navigation=Navigation.SENSORS)
+    air = WorldSettings(wind_speed=wind, wind_direction=WIND_FROM, gusts=gusts)
+    world = World(LocalFrame(HOME), ARENAS["open"])
+    aircraft = Aircraft(vehicle, world, Configuration(Settings(), Tuning(), air), airborne=True)
+    aircraft.advance(round(500 * hover))
+    vehicle.avionics.instruments["failures"][GNSS] = OFF
+    lost, end = vehicle.truth.body.position, vehicle.time + LIMIT
+    while aircraft.autopilot.armed and vehicle.time < end:
+        aircraft.advance(50)
+    place = vehicle.truth.body.position
+    stands = aircraft.autopilot.notices()[-1].text == "Disarmed after landing"
+    return math.hypot(place.x - lost.x, place.y - lost.y), stands
+
+
+def main() -> None:
+    """Print the table."""
+    print("| Wind, gusts (rms) | " + " | ".join(f"from {h:g} m, after {t:g} s" for h, t in HOVERS) + " |")
+    for wind, gusts in WINDS:
+        cells = []
+        for height, hover in HOVERS:
+            distances, stand = zip(*(land(seed, wind, gusts, height, hover) for seed in SEEDS), strict=True)
+            cells.append(f"{max(distances):.1f} m, {median(distances):.1f} m, {sum(stand)}")
+        print(f"| {wind:g} m/s, {gusts:g} | " + " | ".join(cells) + " |", flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,78 @@
+"""Poses that peers measured: handed to the navigation filter with the time at which they were measured."""
+
+from __future__ import annotations
+
+import math
+
+from protocol.dialect import mavlink
+from protocol.events import PoseReceived
+from protocol.message import Peer
+from sitl.aircraft import Aircraft
+from sitl.mavlink.broadcast import Broadcast
+from sitl.mavlink.external_poses import ExternalPose, pose_of
+from sitl.mavlink.handlers import on_event
+from sitl.timing import PERIOD
+
+MAX_AGE = 1.0  # a time stamp that is older by a clock is not of that clock [s]
+STAMP_LEAD = 0.02  # a stamp may be ahead of the clock by so much: the link is looked at now and then [s]
+TAKE_OVER_TIME = 1.0  # a source that is silent for so long is replaced by another [s]
+SMALLEST_DEVIATION = 0.001  # nobody measures better than that [m], [rad]
+
+
+class PoseService:
+    """Takes poses from one source at a time.
+
+    Args:
+        aircraft: Flies on them.
+        broadcast: Tells everyone why poses are refused.
+    """
+
+    def __init__(self, aircraft: Aircraft, broadcast: Broadcast) -> None:
+        self._aircraft, self._broadcast = aircraft, broadcast
+        self._source: Peer | None = None
+        self._heard = -math.inf  # the source, on the link's time [s]
+
+    @on_event(PoseReceived)
+    def take_pose(self, event: PoseReceived, now: float) -> None:
+        """A peer sends where the vehicle is."""
+        pose = self._refuse_source(event.peer, now) or pose_of(event.message)
+        refusal = pose if isinstance(pose, str) else self._hand_over(pose, now)
+        if refusal:
+            self._broadcast.complain(f"{event.message.get_type()} refused: {refusal}")
+
+    def _refuse_source(self, peer: Peer, now: float) -> str:
+        if not self._aircraft.vehicle.avionics.is_sensed:
+            return "the vehicle flies on the exact state"
+        if peer.component == mavlink.MAV_COMP_ID_AUTOPILOT1:
+            return "it is of another vehicle"
+        if self._source not in {None, peer} and now - self._heard < TAKE_OVER_TIME:
+            return "poses come from another source"
+        self._source, self._heard = peer, now
+        return ""
+
+    def _hand_over(self, pose: ExternalPose, now: float) -> str:
+        """Give a pose to the filter; why not, if it cannot use it."""
+        settings = self._aircraft.configuration.settings
+        return self._aircraft.vehicle.avionics.receive_pose(
+            pose.position,
+            pose.attitude,
+            _variance(pose.position_variance, settings.pose_position_noise),
+            _variance(pose.attitude_variance, settings.pose_attitude_noise),
+            age=round(self._age(pose.time_stamp, now) / PERIOD),
+            period=self._aircraft.vehicle.periods,
+        )
+
+    def _age(self, stamp: float, now: float) -> float:
+        """How long ago a pose was measured, by the clock that its stamp is of.
+
+        That is the vehicle's time since boot, or the link's, which TIMESYNC tells. A stamp of neither tells nothing.
+        """
+        for clock in (self._aircraft.vehicle.time, now):
+            if -STAMP_LEAD <= clock - stamp < MAX_AGE:
+                return max(clock - stamp, 0.0)
+        return 1e-3 * self._aircraft.configuration.settings.pose_delay
+
+
+def _variance(told: float | None, assumed: float) -> float:
+    """What the sender tells, or what the settings assume."""
+    return max(assumed**2 if told is None else told, SMALLEST_DEVIATION**2)
