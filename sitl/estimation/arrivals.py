@@ -1,0 +1,149 @@
+"""Readings as they arrive: each fused when the filter comes to its time, refused, or believed against the filter."""
+
+from __future__ import annotations
+
+from sitl.compiled import kernel, subroutine
+from sitl.estimation.belief import (
+    ACCEL_BIAS_ERROR,
+    ATTITUDE_ERROR,
+    ERRORS,
+    GYRO_BIAS_ERROR,
+    POSITION_ERROR,
+    VELOCITY_ERROR,
+    with_attitude,
+    with_position,
+    with_velocity,
+)
+from sitl.estimation.filter import (
+    Step,
+    get_belief,
+    put_belief,
+)
+from sitl.estimation.kalman import restart
+from sitl.estimation.observations import (
+    POSE_ATTITUDE,
+    SATELLITE_VELOCITY,
+    observe_airspeed,
+    observe_field,
+    observe_height,
+    observe_pose,
+    observe_satellites,
+)
+from sitl.model.quaternions import Quaternion
+from sitl.model.vectors import Vector, norm, subtract
+from sitl.sensors.draws import SLOW_PERIODS, vector_at
+from sitl.sensors.instruments import (
+    BAROMETER,
+    EXTERNAL_POSE,
+    FIRST_LINE,
+    GNSS,
+    HAS_ATTITUDE,
+    LINES,
+    MAGNETOMETER,
+    MOTION_CAPTURE,
+    PITOT,
+    READING,
+    drop,
+)
+from sitl.storage import Kept
+from sitl.timing import PERIOD
+
+REFUSED_TIME = 1.0  # readings refused for so long are right, and the filter is wrong [s]
+MAX_LEAP = 5.0  # from a place to the next one that is told: what leaps farther is no place [m]
+REPEATED = 4.0  # readings that repeat the one before so often in a row are those of a stuck instrument
+DOUBTED_TURN, DOUBTED_RATE, DOUBTED_FORCE = 0.3, 0.2, 2.0  # then of attitude and biases [rad], [rad/s], [m/s2]
+SMALLEST_TURN = 0.05  # variance floor of an attitude that is set anew, as a deviation [rad]
+
+
+@subroutine
+def fuse_arrived(f: Kept, i: Kept, horizon: int, period: int, step: Step) -> None:
+    """Fuse all readings up to the horizon, each line in its order; what has not arrived by now is too late."""
+    outdoors = f["settings"]["states"] == ERRORS
+    for line in range(LINES):
+        while i["waiting"][line] > 0.0:
+            at = int(i["first"][line])
+            sampled = i["sampled"][line, at]
+            if sampled > horizon:
+                break
+            if i["arrives"][line, at] > period or sampled <= horizon - SLOW_PERIODS:
+                f["late"][line] += 1.0
+            elif outdoors or line == PITOT - FIRST_LINE or line >= MOTION_CAPTURE - FIRST_LINE:
+                if not _is_repeated(f, line, i["readings"][line, at]):
+                    _fuse(f, i, line, at, (horizon - sampled) * PERIOD, period, step)
+                for k in range(READING):
+                    f["before"][line, k] = i["readings"][line, at, k]
+            drop(line, i)
+
+
+@subroutine
+def _is_repeated(f: Kept, line: int, reading: Kept) -> bool:
+    """Whether an instrument tells the same number over and over, which none does whose numbers are noisy."""
+    same = line != EXTERNAL_POSE - FIRST_LINE
+    for k in range(READING):
+        same = same and reading[k] == f["before"][line, k]
+    f["repeated"][line] = f["repeated"][line] + 1.0 if same else 0.0
+    return bool(f["repeated"][line] >= REPEATED)
+
+
+@subroutine
+def _fuse(f: Kept, i: Kept, line: int, at: int, age: float, period: int, step: Step) -> None:
+    """Fuse one reading."""
+    reading = i["readings"][line, at]
+    instrument = line + FIRST_LINE
+    rates = subtract(step.rates, get_belief(f, 0).gyro_bias)
+    if instrument == MAGNETOMETER:
+        observe_field(f, i, reading, age, rates, period)
+    elif instrument == BAROMETER:
+        observe_height(f, i, reading, age, period)
+    elif instrument == PITOT:
+        observe_airspeed(f, i, reading, period)
+    elif instrument == GNSS:
+        if not observe_satellites(f, i, reading, age, period) and _is_wrong(f, line, reading, period):
+            _set_place(f, reading, vector_at(reading, 3), 1.0)
+            _has_been_reset(f, line, period)
+    elif not observe_pose(f, line, reading, age, rates, period) and _is_wrong(f, line, reading, period):
+        _set_place(f, reading, get_belief(f, 0).velocity, 0.25)
+        _has_been_reset(f, line, period)
+        if reading[HAS_ATTITUDE] > 0.0:
+            _set_attitude(f, Quaternion(reading[3], reading[4], reading[5], reading[6]))
+
+
+@subroutine
+def _is_wrong(f: Kept, line: int, reading: Kept, period: int) -> bool:
+    """Whether readings that agree among themselves were all refused for so long that they must be right."""
+    since = f["refused_since"][line]
+    beside = SATELLITE_VELOCITY if line == GNSS - FIRST_LINE else POSE_ATTITUDE
+    if since < 0.0 or f["leapt"][line] > 0.0 or f["leapt"][beside] > 0.0:
+        return False
+    leap = norm(subtract(vector_at(reading, 0), vector_at(f["before"][line], 0)))
+    if leap > MAX_LEAP:
+        f["refused_since"][line] = period
+        return False
+    return bool((period - since) * PERIOD > REFUSED_TIME)
+
+
+@kernel
+def _has_been_reset(f: Kept, line: int, period: int) -> None:
+    """Note it, and doubt what has led the belief astray: attitude and inertial biases."""
+    f["resets"] += 1
+    restart(f["covariance"], ATTITUDE_ERROR, DOUBTED_TURN * DOUBTED_TURN)
+    restart(f["covariance"], GYRO_BIAS_ERROR, DOUBTED_RATE * DOUBTED_RATE)
+    restart(f["covariance"], ACCEL_BIAS_ERROR, DOUBTED_FORCE * DOUBTED_FORCE)
+    f["refused_since"][line] = -1.0
+    f["fused_at"][line] = period
+
+
+@subroutine
+def _set_place(f: Kept, reading: Kept, velocity: Vector, variance: float) -> None:
+    """Take position and velocity from a reading."""
+    b = get_belief(f, 0)
+    restart(f["covariance"], POSITION_ERROR, variance)
+    restart(f["covariance"], VELOCITY_ERROR, variance)
+    put_belief(f, 0, with_velocity(with_position(b, vector_at(reading, 0)), velocity))
+
+
+@subroutine
+def _set_attitude(f: Kept, q: Quaternion) -> None:
+    """Take the attitude from a reading."""
+    restart(f["covariance"], ATTITUDE_ERROR, SMALLEST_TURN * SMALLEST_TURN)
+    put_belief(f, 0, with_attitude(get_belief(f, 0), q))

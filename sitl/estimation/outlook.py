@@ -1,0 +1,111 @@
+"""From the horizon to now: what the laws are given, without the propellers' vibration, and whether it stands."""
+
+from __future__ import annotations
+
+from sitl.compiled import kernel, subroutine
+from sitl.control.estimate import Ages, Estimate
+from sitl.estimation import contact
+from sitl.estimation.filter import (
+    SLOW_STEP,
+    get_ahead,
+    get_belief,
+    get_believed_actuators,
+    get_model,
+    get_notch,
+    get_smooth_acceleration,
+    get_smooth_rates,
+    get_smooth_velocity,
+    get_speed_notch,
+    put_notch,
+    put_smooth_acceleration,
+    put_smooth_rates,
+    put_smooth_velocity,
+    put_speed_notch,
+)
+from sitl.estimation.notch import notched
+from sitl.estimation.strapdown import moved_by
+from sitl.model.arithmetic import decay
+from sitl.model.quaternions import Quaternion, rotate, rotate_inverse
+from sitl.model.vectors import Vector, add_scaled, subtract
+from sitl.sensors.draws import SLOW_PERIODS
+from sitl.sensors.instruments import (
+    EXTERNAL_POSE,
+    FIRST_LINE,
+    GNSS,
+    MOTION_CAPTURE,
+    Inertial,
+)
+from sitl.storage import Kept
+from sitl.timing import PERIOD
+
+SMOOTHING_TIME = 0.004  # of the body rates and the velocity given to the laws [s]
+ACCELERATION_TIME = 0.03  # of the acceleration [s]
+NUMB_SHARE, NUMB_HASTE = 0.85, 0.3  # of the ground's support, where it is not felt, and of how fast it is smoothed
+
+
+@kernel
+def _smoothed(value: Vector, before: Vector, time: float) -> Vector:
+    return add_scaled(before, subtract(value, before), 1.0 - decay(PERIOD / time))
+
+
+@subroutine
+def estimate_now(f: Kept, inertial: Inertial, period: int) -> Estimate:
+    """Where the increments since the horizon have brought the belief, as the laws are given it."""
+    b, ahead = get_belief(f, 0), get_ahead(f, 0)
+    position, velocity, attitude = moved_by(ahead, b.position, b.velocity, b.attitude, f["model"]["g"])
+    _smooth(f, velocity, subtract(inertial.rates, b.gyro_bias))
+    force = subtract(inertial.force, b.accel_bias)
+    felt = rotate(attitude, force)
+    pulled = Vector(felt.x, felt.y, felt.z - f["model"]["g"])
+    acceleration = _smoothed(pulled, get_smooth_acceleration(f, 0), ACCELERATION_TIME)
+    put_smooth_acceleration(f, 0, acceleration)
+    if period % SLOW_PERIODS == 0:
+        _feel_ground(f, force, velocity, attitude)
+    return Estimate(
+        position,
+        get_smooth_velocity(f, 0),
+        acceleration,
+        attitude,
+        get_smooth_rates(f, 0),
+        b.wind,
+        get_believed_actuators(f, 0),
+        f["on_ground"],
+        _ages(f, period, ahead.time),
+    )
+
+
+@kernel
+def _smooth(f: Kept, velocity: Vector, rates: Vector) -> None:
+    """Take the propellers' vibration and the noise off velocity and body rates."""
+    actuators = get_believed_actuators(f, 0)
+    speed = 0.5 * (actuators.left_motor + actuators.right_motor)
+    turning = notched(rates, get_notch(f, 0), speed, PERIOD)
+    moving = notched(velocity, get_speed_notch(f, 0), speed, PERIOD)
+    put_notch(f, 0, turning)
+    put_speed_notch(f, 0, moving)
+    put_smooth_rates(f, 0, _smoothed(turning.made, get_smooth_rates(f, 0), SMOOTHING_TIME))
+    put_smooth_velocity(f, 0, _smoothed(moving.made, get_smooth_velocity(f, 0), SMOOTHING_TIME))
+
+
+@kernel
+def _feel_ground(f: Kept, force: Vector, velocity: Vector, attitude: Quaternion) -> None:
+    """Judge whether the vehicle stands on something."""
+    through = subtract(velocity, get_belief(f, 0).wind)
+    actuators, rates = get_believed_actuators(f, 0), get_smooth_rates(f, 0)
+    share, haste = 1.0, 1.0
+    if (
+        f["failed"][1] > 0.0
+    ):  # nothing is felt: what holds a vehicle up that does not sink, of which it has to be more sure
+        force, share, haste = rotate_inverse(attitude, Vector(0.0, 0.0, f["model"]["g"])), NUMB_SHARE, NUMB_HASTE
+    support = share * contact.support_of(force, through, rates, attitude, actuators, get_model(f, 0))
+    f["support"] = contact.smoothed(support, f["support"], SLOW_STEP * haste)
+    f["on_ground"] = contact.stands(f["support"], f["on_ground"], velocity, f["model"]["g"])
+
+
+@kernel
+def _ages(f: Kept, period: int, horizon: float) -> Ages:
+    """How old the newest aid of each part is [s]."""
+    at = f["fused_at"]
+    place = max(at[GNSS - FIRST_LINE], at[MOTION_CAPTURE - FIRST_LINE], at[EXTERNAL_POSE - FIRST_LINE])
+    since = (period - place) * PERIOD + horizon
+    return Ages(since, since, PERIOD, since, PERIOD, horizon, 0.0, SLOW_STEP)
