@@ -37,8 +37,8 @@ GARBAGE_SEED = 1  # of actuators at random
 INERTIAL_FAILURES = frozenset({HEALTHY, OFF, STUCK, GARBAGE, WRONG})
 READING_FAILURES = frozenset(range(INTERMITTENT + 1))
 FAILURE_NAMES = ("healthy", "off", "stuck", "garbage", "wrong", "slow", "delayed", "intermittent")
-OUTDOORS, ARENA = frozenset({Navigation.SENSORS}), frozenset({Navigation.MOCAP})
-EVERYWHERE = OUTDOORS | ARENA
+ON_SATELLITES, ON_CAPTURE = frozenset({Navigation.SENSORS}), frozenset({Navigation.MOCAP})
+EVERYWHERE = ON_SATELLITES | ON_CAPTURE
 
 
 class _Instrument(NamedTuple):
@@ -60,10 +60,10 @@ class _Actuator(NamedTuple):
 INSTRUMENT_UNITS = {
     mavlink.FAILURE_UNIT_SENSOR_GYRO: _Instrument("gyroscope", GYROSCOPE, INERTIAL_FAILURES, EVERYWHERE),
     mavlink.FAILURE_UNIT_SENSOR_ACCEL: _Instrument("accelerometer", ACCELEROMETER, INERTIAL_FAILURES, EVERYWHERE),
-    mavlink.FAILURE_UNIT_SENSOR_MAG: _Instrument("magnetometer", MAGNETOMETER, READING_FAILURES, OUTDOORS),
-    mavlink.FAILURE_UNIT_SENSOR_BARO: _Instrument("barometer", BAROMETER, READING_FAILURES, OUTDOORS),
-    mavlink.FAILURE_UNIT_SENSOR_GPS: _Instrument("GNSS", GNSS, READING_FAILURES, OUTDOORS),
-    mavlink.FAILURE_UNIT_SENSOR_VIO: _Instrument("motion capture", MOTION_CAPTURE, READING_FAILURES, ARENA),
+    mavlink.FAILURE_UNIT_SENSOR_MAG: _Instrument("magnetometer", MAGNETOMETER, READING_FAILURES, ON_SATELLITES),
+    mavlink.FAILURE_UNIT_SENSOR_BARO: _Instrument("barometer", BAROMETER, READING_FAILURES, ON_SATELLITES),
+    mavlink.FAILURE_UNIT_SENSOR_GPS: _Instrument("GNSS", GNSS, READING_FAILURES, ON_SATELLITES),
+    mavlink.FAILURE_UNIT_SENSOR_VIO: _Instrument("motion capture", MOTION_CAPTURE, READING_FAILURES, ON_CAPTURE),
     mavlink.FAILURE_UNIT_SENSOR_AIRSPEED: _Instrument("pitot tube", PITOT, READING_FAILURES, EVERYWHERE),
 }
 ACTUATOR_UNITS = {

@@ -27,7 +27,7 @@ FAILURE_HEIGHT = 40.0  # [m]
 GOAL = (1000.0, 0.0, FAILURE_HEIGHT)  # of the leg, world NWU [m]
 TIME_BEFORE, CRUISE_TIME, FAILED_TIME = 5.0, 12.0, 60.0  # before the leg, on it, and with the failure [s]
 LOOK_PERIODS = 50  # control periods between looks at the flight
-MAX_WIND, GUSTS = 5.0, 0.5  # [m/s]
+MAX_WIND, FAILURE_GUSTS = 5.0, 0.5  # [m/s]
 
 FAILING_UNITS = {
     "gyroscope": mavlink.FAILURE_UNIT_SENSOR_GYRO,
@@ -43,7 +43,7 @@ FAILING_UNITS = {
 PAIRED = frozenset({"motor", "elevon"})  # of which one fails, the seed says which
 
 
-class Phase(StrEnum):
+class FailurePhase(StrEnum):
     """When it fails."""
 
     HOVER = "hover"
@@ -65,7 +65,7 @@ class FailureDraw(NamedTuple):
 
     unit: str  # of FAILING_UNITS
     failure: int  # FAILURE_TYPE
-    phase: Phase
+    phase: FailurePhase
     seed: int
 
 
@@ -74,7 +74,7 @@ class FailedFlight(NamedTuple):
 
     unit: str
     failure: str
-    phase: Phase
+    phase: FailurePhase
     seed: int
     end: FailureEnd
     noticed: float  # after so long; infinite if nothing was said [s]
@@ -112,7 +112,7 @@ def fly_failure(draw: FailureDraw, airframe: str = AIRFRAME) -> FailedFlight:
         end=_end_of(aircraft),
         noticed=noticed,
         said=said,
-        away=away if draw.phase is Phase.HOVER else 0.0,
+        away=away if draw.phase is FailurePhase.HOVER else 0.0,
         astray=astray,
         impact=vehicle.crash.speed if vehicle.crash is not None else 0.0,
         time=vehicle.time - began,
@@ -122,7 +122,9 @@ def fly_failure(draw: FailureDraw, airframe: str = AIRFRAME) -> FailedFlight:
 def _begun(draw: FailureDraw, airframe: str) -> Aircraft:
     """A vehicle in the phase in which it will fail."""
     random = np.random.default_rng(draw.seed)
-    air = WorldSettings(float(random.uniform(0.0, MAX_WIND)), float(random.uniform(-180.0, 180.0)), GUSTS, battery=1e6)
+    air = WorldSettings(
+        float(random.uniform(0.0, MAX_WIND)), float(random.uniform(-180.0, 180.0)), FAILURE_GUSTS, battery=1e6
+    )
     vehicle = Simulation(
         load_airframe(airframe).parameters,
         seed=draw.seed,
@@ -131,10 +133,10 @@ def _begun(draw: FailureDraw, airframe: str) -> Aircraft:
     )
     aircraft = Aircraft(vehicle, STUDY_WORLD, Configuration(Settings(), vehicle.tuning, air), airborne=True)
     _advance_until(aircraft, TIME_BEFORE)
-    if draw.phase is Phase.HOVER:
+    if draw.phase is FailurePhase.HOVER:
         return aircraft
     aircraft.autopilot.guided.go_to(GOAL)
-    in_transition = draw.phase is Phase.TRANSITION
+    in_transition = draw.phase is FailurePhase.TRANSITION
     _advance_until(aircraft, CRUISE_TIME, lambda: in_transition and vehicle.law.regime is Regime.FRONT_TRANSITION)
     return aircraft
 
@@ -163,7 +165,7 @@ def draws(seeds: Sequence[int], units: Sequence[str]) -> list[FailureDraw]:
         FailureDraw(unit, failure, phase, seed)
         for unit in units
         for failure in failures_of(unit)
-        for phase in Phase
+        for phase in FailurePhase
         for seed in seeds
     ]
 
@@ -204,7 +206,7 @@ def summary(flown: Sequence[FailedFlight]) -> list[str]:
         impact = max(f.impact for f in group)
         lines.append(
             f"| {unit} {failure} | {phase} | {ends} | {f'{noticed:.1f} s' if math.isfinite(noticed) else '-'} "
-            f"| {f'{max(f.away for f in group):.1f} m' if phase is Phase.HOVER else ''} "
+            f"| {f'{max(f.away for f in group):.1f} m' if phase is FailurePhase.HOVER else ''} "
             f"| {max(f.astray for f in group):.1f} m | {f'{impact:.0f} m/s' if impact else '-'} |"
         )
     return lines

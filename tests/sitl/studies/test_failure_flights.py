@@ -11,7 +11,7 @@ from sitl.studies.failure_flights import (
     FailedFlight,
     FailureDraw,
     FailureEnd,
-    Phase,
+    FailurePhase,
     draws,
     failures_of,
     fly_failure,
@@ -20,7 +20,7 @@ from sitl.studies.failure_flights import (
 )
 
 FLOWN = FailedFlight(
-    unit="motor", failure="off", phase=Phase.HOVER, seed=1, end=FailureEnd.CUT, noticed=2.1, said="Motors cut",
+    unit="motor", failure="off", phase=FailurePhase.HOVER, seed=1, end=FailureEnd.CUT, noticed=2.1, said="Motors cut",
     away=40.0, astray=0.2, impact=17.6, time=4.4,
 )  # fmt: skip
 
@@ -38,7 +38,7 @@ def test_nothing_to_fly_is_refused():
 
 
 def test_a_motor_that_is_off_is_noticed_and_the_vehicle_comes_down_with_motors_off():
-    flight = fly_failure(FailureDraw("motor", OFF, Phase.HOVER, 1))
+    flight = fly_failure(FailureDraw("motor", OFF, FailurePhase.HOVER, 1))
     assert (flight.end, flight.failure) == (FailureEnd.CUT, "off")
     assert flight.said.startswith("Motors cut: tumbling")
     assert flight.noticed < flight.time < 10.0
@@ -46,7 +46,7 @@ def test_a_motor_that_is_off_is_noticed_and_the_vehicle_comes_down_with_motors_o
 
 
 def test_in_cruise_a_magnetometer_that_is_stuck_changes_nothing():
-    flight = fly_failure(FailureDraw("magnetometer", STUCK, Phase.CRUISE, 1))
+    flight = fly_failure(FailureDraw("magnetometer", STUCK, FailurePhase.CRUISE, 1))
     assert flight.end is FailureEnd.FLIES
     assert math.isinf(flight.noticed)
     assert flight.astray < 2.0
