@@ -17,8 +17,11 @@ from platformdirs import user_cache_path
 
 COMPILED_FILES = (
     "compiled.py",
+    "storage.py",
+    "timing.py",
     "model/*.py",
     "control/*.py",
+    "sensors/*.py",
     "design/*.py",
     "estimation/*.py",
     "supervisor/*.py",

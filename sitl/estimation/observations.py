@@ -44,6 +44,7 @@ from sitl.sensors.instruments import (
     HAS_ATTITUDE,
     LINES,
     MAGNETOMETER,
+    MOTION_CAPTURE,
     PITOT,
     POSITION_VARIANCE,
     get_specification,
@@ -60,6 +61,7 @@ TUBE_DOUBTED = 3.0  # after a reading that was refused, the tube checks nothing 
 # A belief goes astray little by little: where a reading that was right just before is far off, the instrument is wrong.
 LATELY = 0.3  # since the last refusal: what comes sooner is not the first [s]
 LEAPT = 16.0  # far off, in gates, squared
+JUST_BEFORE = 1.0  # since an instrument last helped: after a longer silence the belief may be what went astray [s]
 
 
 @kernel
@@ -88,12 +90,20 @@ def _fits(f: Kept, slot: int, period: int, worst: float) -> bool:
     at, gate = f["refused_at"], f["settings"]["gate"]
     if worst > gate * gate:
         if (period - at[slot]) * PERIOD > LATELY:
-            f["leapt"][slot] = 1.0 if worst > LEAPT * gate * gate else 0.0
+            f["leapt"][slot] = 1.0 if worst > LEAPT * gate * gate and _helped_lately(f, slot, period) else 0.0
         at[slot] = period
         return False
     if (period - at[slot]) * PERIOD > LATELY:
         f["leapt"][slot] = 0.0
     return bool((period - at[slot]) * PERIOD > MISTRUSTED_TIME)
+
+
+@kernel
+def _helped_lately(f: Kept, slot: int, period: int) -> bool:
+    """Whether the instrument of a slot was right just before."""
+    beside = GNSS if slot == SATELLITE_VELOCITY else MOTION_CAPTURE
+    line = slot if slot < LINES else beside - FIRST_LINE
+    return bool((period - f["fused_at"][line]) * PERIOD < JUST_BEFORE)
 
 
 @subroutine

@@ -11,7 +11,7 @@ from sitl.guidance.limits import MIN_HOLD_HEIGHT
 from sitl.guidance.view import VehicleView
 
 MAX_LEAD = 5.0  # of the reference over the vehicle; at 3 m/s the hover law trails by 4 m [m]
-HEADING_LAG = 0.52  # the linear hover law trails a turning heading by this much of its turn (nominal: 0.56) [s]
+HEADING_LAG = 0.45  # by which the linear hover law trails a turning heading (physical: 0.33, nominal: 0.56) [s]
 MAX_HEADING_LEAD = math.radians(30.0)  # of a turning heading over that of the vehicle
 
 

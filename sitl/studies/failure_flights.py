@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from protocol.dialect import mavlink
-from sitl import Regime, Simulation, Start, load_airframe
+from sitl import Navigation, Regime, Simulation, Start, load_airframe
 from sitl.aircraft import Aircraft
 from sitl.autopilot.settings import Settings
 from sitl.defaults import AIRFRAME
@@ -19,7 +19,6 @@ from sitl.injected_failures import ACTUATOR_UNITS, BATTERY_FAILURES, FAILURE_NAM
 from sitl.parameters import Configuration, WorldSettings
 from sitl.sensors.instruments import HEALTHY
 from sitl.simulation.actuator_faults import ACTUATOR_FAILURES
-from sitl.simulation.avionics import Navigation
 from sitl.studies.mission_flight import STUDY_WORLD
 from sitl.studies.seeded_flights import fly_draws, ignore_progress
 
