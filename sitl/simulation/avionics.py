@@ -16,10 +16,12 @@ from sitl.estimation.filter import ALIGNING, MAX_HORIZON, REALIGNING, RUNNING, F
 from sitl.estimation.notch import quiet
 from sitl.estimation.strapdown import Increment, moved_by, no_increment
 from sitl.model.airframe import Airframe, Array
+from sitl.model.battery import Battery
 from sitl.model.ground import is_touching
 from sitl.model.quaternions import Quaternion, hover, multiply, normalised, small_rotation
 from sitl.model.state import Plant
 from sitl.model.vectors import Vector, add, scaled, subtract
+from sitl.sensors.battery_monitor import BatteryReading, monitored
 from sitl.sensors.draws import DROPOUT, FAST_COLUMNS, POSE_DROPOUT, SLOW_COLUMNS, SLOW_PERIODS
 from sitl.sensors.hidden_errors import drawn_errors
 from sitl.sensors.instruments import (
@@ -110,6 +112,13 @@ class Avionics:
     def resets(self) -> int:
         """How often the filter has gone astray, and was set anew."""
         return int(self.filter["resets"]) if self.is_sensed else 0
+
+    def battery_reading(self, battery: Battery, power: float, period: int) -> BatteryReading:
+        """What the battery monitor tells at a power [W]; exact where the vehicle sees the truth."""
+        voltage, current = battery.voltage(power), battery.current(power)
+        if not self.is_sensed:
+            return BatteryReading(voltage, current)
+        return monitored(voltage, current, self.sensors.battery, period, self._seed)
 
     def deviation(self, first: int) -> Vector:
         """Standard deviations of three errors, the first of which is numbered so."""

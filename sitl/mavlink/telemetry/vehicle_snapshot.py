@@ -19,6 +19,7 @@ from sitl.mavlink.telemetry.flight_times import FlightTimes
 from sitl.model.airframe import Airframe
 from sitl.model.battery import Battery
 from sitl.model.state import Plant
+from sitl.sensors.battery_monitor import BatteryReading
 from sitl.sensors.instruments import Inertial
 from sitl.simulation.navigation_status import NavigationStatus
 from sitl.simulation.readings import LatestReadings, readings_of
@@ -90,6 +91,7 @@ class VehicleSnapshot(NamedTuple):
     energy: float  # [J]
     energy_by_law: Mapping[Law, float]  # [J]
     battery: Battery
+    battery_reading: BatteryReading
     reference: Reference
     mode: Mode
     armed: bool
@@ -217,6 +219,7 @@ def take_snapshot(
         energy=state.energy,
         energy_by_law=dict(vehicle.energy_by_law),
         battery=aircraft.battery,
+        battery_reading=vehicle.avionics.battery_reading(aircraft.battery, vehicle.power, vehicle.periods),
         reference=autopilot.reference,
         mode=autopilot.mode,
         armed=autopilot.armed,

@@ -1,0 +1,41 @@
+"""The battery monitor: voltage and current at the battery, as often as it reads and as well as it can."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from sitl.sensors.specification import BatteryMonitor
+from sitl.timing import PERIOD
+
+_FINE = 67108864.0  # 2**26; draws may differ in their last bits by machine
+
+
+class BatteryReading(NamedTuple):
+    """What the monitor tells."""
+
+    voltage: float  # [V]
+    current: float  # [A]
+
+
+def monitored(voltage: float, current: float, spec: BatteryMonitor, period: int, seed: int) -> BatteryReading:
+    """The reading of a control period, whose noise lasts until the next one.
+
+    Args:
+        voltage: At the terminals [V].
+        current: Through them [A].
+        spec: Of the monitor.
+        period: Control periods flown.
+        seed: Of the flight.
+    """
+    number = int(period * PERIOD * spec.timing.rate + 1e-9)
+    noise = np.rint(np.random.default_rng((seed, 4, number)).standard_normal(2) * _FINE) / _FINE
+    return BatteryReading(
+        _in_steps(voltage + spec.voltage_noise * float(noise[0]), spec.voltage_step),
+        _in_steps(max(current + spec.current_noise * float(noise[1]), 0.0), spec.current_step),
+    )
+
+
+def _in_steps(value: float, step: float) -> float:
+    return step * round(value / step)
