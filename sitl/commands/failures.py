@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Mapping
 
-from sitl.commands.seeded_options import check_seeded, print_progress, seeded_parser, write_json
+from sitl.commands.seeded_options import check_seeded, craft_of, print_progress, seeded_parser, write_json
 from sitl.errors import SitlError
 
 
@@ -19,6 +19,8 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
 def run(args: argparse.Namespace) -> int:
     """Fly them and print how they ended."""
     check_seeded(args, {})
+    if args.nav != "sensors":
+        raise SitlError(f"--nav {args.nav}: failures are flown on satellites, where all instruments are aboard")
     from sitl.studies import failure_flights as study  # noqa: PLC0415 - --help must not load the compiler
 
     for unit in args.units:
@@ -27,7 +29,7 @@ def run(args: argparse.Namespace) -> int:
     seeds = range(args.first, args.first + args.flights)
     draws = study.draws(seeds, args.units or list(study.FAILING_UNITS))
     flown = study.run_failures(
-        draws, args.airframe, args.jobs, on_progress=lambda done: print_progress(done, len(draws))
+        draws, craft_of(args), args.jobs, on_progress=lambda done: print_progress(done, len(draws))
     )
     print("\n".join(study.summary(flown)), flush=True)
     if args.json is not None:

@@ -11,14 +11,14 @@ from typing import NamedTuple
 import numpy as np
 
 from protocol.dialect import mavlink
-from sitl import Navigation, Regime, Simulation, Start, load_airframe
+from sitl import Regime, Simulation, Start
 from sitl.aircraft import Aircraft
 from sitl.autopilot.settings import Settings
-from sitl.defaults import AIRFRAME
 from sitl.injected_failures import ACTUATOR_UNITS, BATTERY_FAILURES, FAILURE_NAMES, INSTRUMENT_UNITS
 from sitl.parameters import Configuration, WorldSettings
 from sitl.sensors.instruments import HEALTHY
 from sitl.simulation.actuator_faults import ACTUATOR_FAILURES
+from sitl.studies.craft import DEFAULT_CRAFT, Craft
 from sitl.studies.mission_flight import STUDY_WORLD
 from sitl.studies.seeded_flights import fly_draws, ignore_progress
 
@@ -84,9 +84,9 @@ class FailedFlight(NamedTuple):
     time: float  # from the failure to its end [s]
 
 
-def fly_failure(draw: FailureDraw, airframe: str = AIRFRAME) -> FailedFlight:
+def fly_failure(draw: FailureDraw, craft: Craft = DEFAULT_CRAFT) -> FailedFlight:
     """Fly one flight until it is on the ground, or for FAILED_TIME."""
-    aircraft = _begun(draw, airframe)
+    aircraft = _begun(draw, craft)
     vehicle = aircraft.vehicle
     aircraft.autopilot.notices()
     instance = 1 + draw.seed % 2 if draw.unit in PAIRED else 0
@@ -118,18 +118,13 @@ def fly_failure(draw: FailureDraw, airframe: str = AIRFRAME) -> FailedFlight:
     )
 
 
-def _begun(draw: FailureDraw, airframe: str) -> Aircraft:
+def _begun(draw: FailureDraw, craft: Craft) -> Aircraft:
     """A vehicle in the phase in which it will fail."""
     random = np.random.default_rng(draw.seed)
     air = WorldSettings(
         float(random.uniform(0.0, MAX_WIND)), float(random.uniform(-180.0, 180.0)), FAILURE_GUSTS, battery=1e6
     )
-    vehicle = Simulation(
-        load_airframe(airframe).parameters,
-        seed=draw.seed,
-        start=Start(up=FAILURE_HEIGHT, airborne=True),
-        navigation=Navigation.SENSORS,
-    )
+    vehicle = craft.fly(draw.seed, Start(up=FAILURE_HEIGHT, airborne=True))
     aircraft = Aircraft(vehicle, STUDY_WORLD, Configuration(Settings(), vehicle.tuning, air), airborne=True)
     _advance_until(aircraft, TIME_BEFORE)
     if draw.phase is FailurePhase.HOVER:
@@ -182,7 +177,7 @@ def failures_of(unit: str) -> Iterator[int]:
 
 def run_failures(
     flights: Sequence[FailureDraw],
-    airframe: str = AIRFRAME,
+    craft: Craft = DEFAULT_CRAFT,
     jobs: int = 2,
     on_progress: Callable[[int], None] = ignore_progress,
 ) -> list[FailedFlight]:
@@ -191,7 +186,7 @@ def run_failures(
     Raises:
         SitlError: There is nothing to fly.
     """
-    return fly_draws(partial(fly_failure, airframe=airframe), flights, jobs, at_once=4, on_progress=on_progress)
+    return fly_draws(partial(fly_failure, craft=craft), flights, jobs, at_once=4, on_progress=on_progress)
 
 
 def summary(flown: Sequence[FailedFlight]) -> list[str]:

@@ -12,6 +12,7 @@ from sitl.__main__ import main
     [
         (["--units", "wing"], "--units wing: there are gyroscope, accelerometer"),
         (["--flights", "0"], "--flights 0: there must be at least 1"),
+        (["--nav", "mocap"], "--nav mocap: failures are flown on satellites"),
         (["--json", "/nowhere/f.json"], "/nowhere/f.json: there is no folder /nowhere"),
     ],
 )
