@@ -25,7 +25,6 @@ from sitl.simulation.flight import (
     get_model,
     glide,
     is_as_reported,
-    move_in_air,
     move_plant,
     run_timers,
     sense,
@@ -110,13 +109,10 @@ def move_all(alike: bool, block: Array, air: Array, a: Array, in_force: Array) -
     """The plants of all flights."""
     if are_clear(block) and alike:
         for column in range(WIDTH):
-            airframe, command = as_reported(get_airframe(a, column)), get_actuators(in_force, column)
-            glide(block, column, air, airframe, command, within_limits(block, column, command, airframe))
+            glide(block, column, air, as_reported(get_airframe(a, column)), get_actuators(in_force, column))
     elif are_clear(block):
         for column in range(WIDTH):
-            command = get_actuators(in_force, column)
-            wanted = within_limits(block, column, command, get_airframe(a, column))
-            move_in_air(block, column, air, a, command, wanted)
+            glide(block, column, air, get_airframe(a, column), get_actuators(in_force, column))
     else:
         for column in range(WIDTH):
             command = get_actuators(in_force, column)

@@ -97,6 +97,7 @@ class JumpEntry(NamedTuple):
 
 
 get_air = access(Environment).get
+get_steady_wind, get_sensor_noise = access(Environment, "wind").get, access(Environment, "sensors").get
 get_airframe = access(Airframe).get
 with_aerodynamics = replacing(Airframe, "aerodynamics")
 with_energy_account = replacing(Airframe, "energy_account")
@@ -186,9 +187,8 @@ def sense(
         quantised(draws[row, 3, column]),
         quantised(draws[row, 4, column]),
     )
-    around = get_air(air, column)
-    wind = add(around.wind, get_gust(flight, column))
-    readings = read(get_plant(flight, column), wind, noise, around.sensors, airframe)
+    wind = add(get_steady_wind(air, column), get_gust(flight, column))
+    readings = read(get_plant(flight, column), wind, noise, get_sensor_noise(air, column), airframe)
     known = wind_estimator.update(
         get_estimate(flight, column),
         readings,
@@ -236,7 +236,7 @@ def move_plant(flight: Kept, column: int, air: Kept, a: Kept, command: Actuators
     if is_clear(plant.body):
         move_in_air(flight, column, air, a, command, wanted)
         return
-    wind = add(get_air(air, column).wind, get_gust(flight, column))
+    wind = add(get_steady_wind(air, column), get_gust(flight, column))
     hit = 0.0
     for _ in range(SUBSTEPS):
         before = plant.body
@@ -252,14 +252,19 @@ def move_plant(flight: Kept, column: int, air: Kept, a: Kept, command: Actuators
 @kernel
 def move_in_air(flight: Kept, column: int, air: Kept, a: Kept, command: Actuators, wanted: Actuators) -> None:
     """The same, out of the ground's reach."""
-    glide(flight, column, air, get_airframe(a, column), command, wanted)
+    plant, airframe = get_plant(flight, column), get_airframe(a, column)
+    wind = add(get_steady_wind(air, column), get_gust(flight, column))
+    plant = step_in_air(plant, wanted, wind, airframe, PERIOD / SUBSTEPS)
+    plant = step_in_air(plant, wanted, wind, airframe, PERIOD / SUBSTEPS)
+    store_motion(flight, column, plant, command, wind, airframe, False)
 
 
 @kernel
-def glide(flight: Kept, column: int, air: Kept, airframe: Airframe, command: Actuators, wanted: Actuators) -> None:
-    """The same with the airframe at hand."""
+def glide(flight: Kept, column: int, air: Kept, airframe: Airframe, command: Actuators) -> None:
+    """The same with the airframe at hand, whose actuators work: written out, since so it becomes vector code."""
     plant = get_plant(flight, column)
-    wind = add(get_air(air, column).wind, get_gust(flight, column))
+    wind = add(get_steady_wind(air, column), get_gust(flight, column))
+    wanted = limited(command, may_turn(flight, column), airframe)
     plant = step_in_air(plant, wanted, wind, airframe, PERIOD / SUBSTEPS)
     plant = step_in_air(plant, wanted, wind, airframe, PERIOD / SUBSTEPS)
     store_motion(flight, column, plant, command, wind, airframe, False)
