@@ -41,7 +41,7 @@ ALIGNING, RUNNING, REALIGNING = range(3)  # the last carries an estimate of befo
 GATE = 5.0  # innovations beyond so many of their standard deviations are refused
 # Density that vibration adds to the accelerometer's noise, over its amplitude [1/sqrt(Hz)]: it does not add up as
 # noise does, and counts for more the more exact the velocity is otherwise.
-SHAKEN, SHAKEN_IN_ARENA = 0.002, 0.007
+SHAKEN, SHAKEN_IN_ARENA = 0.002, 0.008
 SHAKEN_TURN = 1e-4  # likewise to the gyroscope's [rad/s/sqrt(Hz)]
 MODEL_SHARE = 0.1  # of the force across the wing that its model may be wrong by
 MODEL_TIME = 1.0  # how long such an error lasts [s]
