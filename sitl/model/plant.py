@@ -64,7 +64,7 @@ def derivative(body: Body, actuators: Actuators, wind: Vector, force: Vector, mo
 
 
 @kernel
-def _advanced(body: Body, rate: Body, dt: float) -> Body:
+def advanced(body: Body, rate: Body, dt: float) -> Body:
     """``body + dt rate``."""
     q, k = body.attitude, rate.attitude
     return Body(
@@ -79,7 +79,7 @@ def _advanced(body: Body, rate: Body, dt: float) -> Body:
 def _combined(body: Body, k1: Body, k2: Body, k3: Body, k4: Body, dt: float) -> Body:
     """Runge-Kutta's ``body + dt (k1 + 2 k2 + 2 k3 + k4) / 6``, the quaternion of unit norm."""
     third, sixth = dt * (1.0 / 3.0), dt * (1.0 / 6.0)
-    after = _advanced(_advanced(_advanced(_advanced(body, k1, sixth), k2, third), k3, third), k4, sixth)
+    after = advanced(advanced(advanced(advanced(body, k1, sixth), k2, third), k3, third), k4, sixth)
     return Body(after.position, after.velocity, normalised(after.attitude), after.rates)
 
 
@@ -89,9 +89,9 @@ def step_in_air(plant: Plant, wanted: Actuators, wind: Vector, a: Airframe, dt: 
     body, free = plant.body, Vector(0.0, 0.0, 0.0)
     beginning, middle, end = nodes(plant.actuators, wanted, dt, a)
     k1 = derivative(body, beginning, wind, free, free, a)
-    k2 = derivative(_advanced(body, k1, 0.5 * dt), middle, wind, free, free, a)
-    k3 = derivative(_advanced(body, k2, 0.5 * dt), middle, wind, free, free, a)
-    k4 = derivative(_advanced(body, k3, dt), end, wind, free, free, a)
+    k2 = derivative(advanced(body, k1, 0.5 * dt), middle, wind, free, free, a)
+    k3 = derivative(advanced(body, k2, 0.5 * dt), middle, wind, free, free, a)
+    k4 = derivative(advanced(body, k3, dt), end, wind, free, free, a)
     return Plant(_combined(body, k1, k2, k3, k4, dt), moved(plant.actuators, wanted, dt, a), feet_aloft())
 
 
@@ -107,9 +107,9 @@ def step_near_ground(plant: Plant, wanted: Actuators, wind: Vector, a: Airframe,
     body, feet = plant.body, plant.feet
     beginning, middle, end = nodes(plant.actuators, wanted, dt, a)
     k1 = _pressed(body, beginning, feet, wind, a)
-    k2 = _pressed(_advanced(body, k1, 0.5 * dt), middle, feet, wind, a)
-    k3 = _pressed(_advanced(body, k2, 0.5 * dt), middle, feet, wind, a)
-    k4 = _pressed(_advanced(body, k3, dt), end, feet, wind, a)
+    k2 = _pressed(advanced(body, k1, 0.5 * dt), middle, feet, wind, a)
+    k3 = _pressed(advanced(body, k2, 0.5 * dt), middle, feet, wind, a)
+    k4 = _pressed(advanced(body, k3, dt), end, feet, wind, a)
     after = _combined(body, k1, k2, k3, k4, dt)
     return Plant(after, moved(plant.actuators, wanted, dt, a), feet_after(after, feet, a))
 

@@ -6,10 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from sitl.sensors.draws import in_fine_steps
 from sitl.sensors.specification import BatteryMonitor
 from sitl.timing import PERIOD
-
-_FINE = 67108864.0  # 2**26; draws may differ in their last bits by machine
 
 
 class BatteryReading(NamedTuple):
@@ -30,7 +29,7 @@ def monitored(voltage: float, current: float, spec: BatteryMonitor, period: int,
         seed: Of the flight.
     """
     number = int(period * PERIOD * spec.timing.rate + 1e-9)
-    noise = np.rint(np.random.default_rng((seed, 4, number)).standard_normal(2) * _FINE) / _FINE
+    noise = in_fine_steps(np.random.default_rng((seed, 4, number)).standard_normal(2))
     return BatteryReading(
         _in_steps(voltage + spec.voltage_noise * float(noise[0]), spec.voltage_step),
         _in_steps(max(current + spec.current_noise * float(noise[1]), 0.0), spec.current_step),

@@ -6,6 +6,8 @@ dropouts, which are uniform from 0 to 1.
 
 from __future__ import annotations
 
+import numpy as np
+
 from sitl.compiled import kernel
 from sitl.model.airframe import Array
 from sitl.model.vectors import Vector
@@ -27,6 +29,12 @@ GYRO_DRIFT_NOISE, ACCEL_DRIFT_NOISE, MAGNETIC_NOISE, GNSS_POSITION_NOISE, GNSS_V
 BAROMETER_NOISE, BAROMETER_DRIFT_NOISE, PITOT_NOISE = 18, 19, 20
 JITTER, DROPOUT = 21, 25  # of magnetometer, barometer, satellite receiver, pitot
 SLOW_COLUMNS = 29
+_FINE = 67108864.0  # 2**26
+
+
+def in_fine_steps(draws: Array) -> Array:
+    """Draws in steps of 2**-26: the library that makes them may differ in their last bits by machine."""
+    return np.rint(draws * _FINE) / _FINE
 
 
 @kernel

@@ -22,7 +22,7 @@ from sitl.model.quaternions import Quaternion, hover, multiply, normalised, smal
 from sitl.model.state import Plant
 from sitl.model.vectors import Vector, add, scaled, subtract
 from sitl.sensors.battery_monitor import BatteryReading, monitored
-from sitl.sensors.draws import DROPOUT, FAST_COLUMNS, POSE_DROPOUT, SLOW_COLUMNS, SLOW_PERIODS
+from sitl.sensors.draws import DROPOUT, FAST_COLUMNS, POSE_DROPOUT, SLOW_COLUMNS, SLOW_PERIODS, in_fine_steps
 from sitl.sensors.hidden_errors import drawn_errors
 from sitl.sensors.instruments import (
     EXTERNAL_POSE,
@@ -43,7 +43,6 @@ from sitl.timing import PERIOD
 
 AIDS = 4  # slow instruments that may lose a reading
 NO_FAST, NO_SLOW = np.zeros((0, FAST_COLUMNS)), np.zeros((0, SLOW_COLUMNS))
-_FINE = 67108864.0  # 2**26; see sitl.simulation.flight.quantised
 
 
 class Navigation(enum.Enum):
@@ -79,7 +78,7 @@ class Avionics:
         self._has_cameras = True
         self._seed, self._converged = seed, 0
         self._random = np.random.default_rng((seed, 2))
-        errors = drawn_errors(sensors, _quantised(self._random.standard_normal(15)))
+        errors = drawn_errors(sensors, in_fine_steps(self._random.standard_normal(15)))
         settings = filter_settings(sensors, wind_gains(), arena=navigation is Navigation.MOCAP)
         self.records = record_of(Aboard, Aboard(instruments(sensors, errors), new_filter(settings, model)))
         self.steps = np.zeros(MAX_HORIZON, record_type(Step))
@@ -160,9 +159,9 @@ class Avionics:
         """Make the draws for the block of periods that this one is in."""
         while self.is_sensed and self._block < period // BLOCK:
             self._block += 1
-            self.fast = _quantised(self._random.standard_normal((BLOCK, FAST_COLUMNS)))
+            self.fast = in_fine_steps(self._random.standard_normal((BLOCK, FAST_COLUMNS)))
             self.fast[:, POSE_DROPOUT] = self._random.random(BLOCK)
-            self.slow = _quantised(self._random.standard_normal((BLOCK // SLOW_PERIODS, SLOW_COLUMNS)))
+            self.slow = in_fine_steps(self._random.standard_normal((BLOCK // SLOW_PERIODS, SLOW_COLUMNS)))
             self.slow[:, DROPOUT : DROPOUT + AIDS] = self._random.random((BLOCK // SLOW_PERIODS, AIDS))
 
     def redesign(self, model: Airframe, wind: WindGains) -> None:
@@ -210,7 +209,7 @@ class Avionics:
         initial = np.array(f["settings"]["initial"])
         self._converged += 1
         draws = np.random.default_rng((self._seed, 3, self._converged)).standard_normal(ERRORS)
-        wrong = np.sqrt(initial) * _quantised(draws)
+        wrong = np.sqrt(initial) * in_fine_steps(draws)
         turn = small_rotation(scaled(_vector(wrong, ATTITUDE_ERROR), -1.0))
         f["belief"] = Belief(
             position=subtract(body.position, _vector(wrong, POSITION_ERROR)),
@@ -243,11 +242,6 @@ _NONE = Vector(0.0, 0.0, 0.0)
 
 def _vector(numbers: Array, first: int) -> Vector:
     return Vector(*(float(x) for x in numbers[first : first + 3]))
-
-
-def _quantised(draws: Array) -> Array:
-    """Draws in steps of 2**-26: the library that makes them may differ in their last bits by machine."""
-    return np.rint(draws * _FINE) / _FINE
 
 
 @cache

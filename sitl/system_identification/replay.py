@@ -5,15 +5,15 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from sitl.compiled import entry, kernel, subroutine
+from sitl.compiled import entry, subroutine
 from sitl.model.actuators import limited, moved, nodes
 from sitl.model.aerodynamics import wrench
 from sitl.model.airframe import Airframe, Array
 from sitl.model.ground import feet_aloft
-from sitl.model.plant import derivative, step_in_air
+from sitl.model.plant import advanced, derivative, step_in_air
 from sitl.model.quaternions import Quaternion, normalised
 from sitl.model.state import Actuators, Body, Plant
-from sitl.model.vectors import Vector, add_scaled
+from sitl.model.vectors import Vector
 
 
 @entry
@@ -61,17 +61,6 @@ def _rate(body: Body, actuators: Actuators, wind: Vector, a: Airframe) -> Body:
     return derivative(body, actuators, wind, free, free, a)
 
 
-@kernel
-def _moved(body: Body, rate: Body, dt: float) -> Body:
-    q, k = body.attitude, rate.attitude
-    return Body(
-        add_scaled(body.position, rate.position, dt),
-        add_scaled(body.velocity, rate.velocity, dt),
-        Quaternion(q.w + dt * k.w, q.x + dt * k.x, q.y + dt * k.y, q.z + dt * k.z),
-        add_scaled(body.rates, rate.rates, dt),
-    )
-
-
 @entry
 def courses(
     states: Array, begins: npt.NDArray[np.int64], dt: Array, actuators: Array, winds: Array, a: Airframe
@@ -107,10 +96,10 @@ def courses(
         course[i, 10], course[i, 11], course[i, 12] = w.x, w.y, w.z
         mean, h = Actuators(actuators[i, 0], actuators[i, 1], actuators[i, 2], actuators[i, 3]), dt[i]
         k1 = _rate(body, mean, air, a)
-        k2 = _rate(_moved(body, k1, 0.5 * h), mean, air, a)
-        k3 = _rate(_moved(body, k2, 0.5 * h), mean, air, a)
-        k4 = _rate(_moved(body, k3, h), mean, air, a)
-        after = _moved(_moved(_moved(_moved(body, k1, h / 6.0), k2, h / 3.0), k3, h / 3.0), k4, h / 6.0)
+        k2 = _rate(advanced(body, k1, 0.5 * h), mean, air, a)
+        k3 = _rate(advanced(body, k2, 0.5 * h), mean, air, a)
+        k4 = _rate(advanced(body, k3, h), mean, air, a)
+        after = advanced(advanced(advanced(advanced(body, k1, h / 6.0), k2, h / 3.0), k3, h / 3.0), k4, h / 6.0)
         body = Body(after.position, after.velocity, normalised(after.attitude), after.rates)
     return course
 

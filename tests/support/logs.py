@@ -52,10 +52,15 @@ def flight(count):
     return frames
 
 
-def quadplane_log():
-    """Bytes of another autopilot's log: ``DARKO_TLOG``, or a file beside the repository; skips the test without one."""
+def quadplane_path():
+    """Another autopilot's log: ``DARKO_TLOG``, or a file beside the repository; skips the test without one."""
     beside = Path(__file__).parents[3] / "shared" / "data" / "quadplane-vtol.tlog"
     path = Path(os.environ.get("DARKO_TLOG", beside))
     if not path.is_file():
         pytest.skip(f"no log at {path}")
-    return path.read_bytes()
+    return path
+
+
+def quadplane_log():
+    """Its bytes."""
+    return quadplane_path().read_bytes()

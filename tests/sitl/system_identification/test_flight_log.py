@@ -1,7 +1,6 @@
 """Sensors out of logs: every standard message says the same, and what is missing is said."""
 
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,10 +13,10 @@ from sitl.errors import SitlError
 from sitl.model.airframe_files import load
 from sitl.system_identification import rotations
 from sitl.system_identification.flight_log import LogConventions, read_flight
+from tests.support.logs import quadplane_path
 from tests.support.paths import DATA
 
 PHYSICAL = load("physical").parameters
-REAL_LOG = Path("/work/shared/data/quadplane-vtol.tlog")
 BEGIN = 1_760_000_000_000_000
 Q = (0.8, 0.0, 0.6, 0.0)
 ORIGIN = Geodetic(43.5, 1.5, 150.0)
@@ -170,8 +169,7 @@ def test_what_is_no_log_is_refused(name):
         read_flight(DATA / name, LogConventions(None, PHYSICAL))
 
 
-@pytest.mark.skipif(not REAL_LOG.exists(), reason="a flight of another autopilot is not at hand")
 @pytest.mark.parametrize("channels", [None, (1, 2, 3, 4)])
 def test_a_log_of_another_autopilot_says_what_it_lacks(channels):
     with pytest.raises(SitlError, match=r"IMU at 4.2 Hz \(SCALED_IMU2\), must be 45 Hz; .*actuator outputs"):
-        read_flight(REAL_LOG, LogConventions(channels, PHYSICAL))
+        read_flight(quadplane_path(), LogConventions(channels, PHYSICAL))
