@@ -48,7 +48,7 @@ class Session:
         self.action, self.info, self.param = Action(system), Info(system), Param(system)
         self.mission, self.raw, self.offboard = Mission(system), MissionRaw(system), Offboard(system)
         self.logs, self.telemetry, self.geofence = LogFiles(system), Telemetry(system), Geofence(system)
-        self.failure = Failure(system)
+        self.failures_of = lambda: Failure(system)  # the plugin reads whether failures are allowed when it is made
         self.watch = Watch(self.telemetry)
         self.info.subscribe_flight_information(lambda flight, _data: self.watch.hear("flight", flight.flight_uid))
         self.mission.subscribe_mission_progress(lambda progress, _data: self.watch.hear("progress", progress.current))
@@ -162,13 +162,14 @@ class Session:
 
     def failures(self) -> None:
         """The magnetometer fails and is healed once failures are allowed; what is not there is unsupported."""
-        refusal = _refused(FailureError, self.failure.inject, FailureUnit.SENSOR_MAG, FailureType.OFF, 0)
+        refusal = _refused(FailureError, self.failures_of().inject, FailureUnit.SENSOR_MAG, FailureType.OFF, 0)
         self.param.set_param_int("SYS_FAILURE_EN", 1)
-        self.failure.inject(FailureUnit.SENSOR_MAG, FailureType.OFF, 0)
+        failure = self.failures_of()
+        failure.inject(FailureUnit.SENSOR_MAG, FailureType.OFF, 0)
         self.watch.until("missing its magnetometer", lambda _: not self.telemetry.health().is_magnetometer_calibration_ok)
-        self.failure.inject(FailureUnit.SENSOR_MAG, FailureType.OK, 0)
+        failure.inject(FailureUnit.SENSOR_MAG, FailureType.OK, 0)
         self.watch.until("healed", lambda _: self.telemetry.health().is_magnetometer_calibration_ok)
-        absent = _refused(FailureError, self.failure.inject, FailureUnit.SENSOR_OPTICAL_FLOW, FailureType.OFF, 0)
+        absent = _refused(FailureError, failure.inject, FailureUnit.SENSOR_OPTICAL_FLOW, FailureType.OFF, 0)
         self.param.set_param_int("SYS_FAILURE_EN", 0)
         self.say(f"failures not allowed: {refusal}; a magnetometer lost and healed; optical flow: {absent}")
 
