@@ -48,7 +48,7 @@ class Session:
         self.action, self.info, self.param = Action(system), Info(system), Param(system)
         self.mission, self.raw, self.offboard = Mission(system), MissionRaw(system), Offboard(system)
         self.logs, self.telemetry, self.geofence = LogFiles(system), Telemetry(system), Geofence(system)
-        self.failures_of = lambda: Failure(system)  # the plugin reads whether failures are allowed when it is made
+        self.system = system
         self.watch = Watch(self.telemetry)
         self.info.subscribe_flight_information(lambda flight, _data: self.watch.hear("flight", flight.flight_uid))
         self.mission.subscribe_mission_progress(lambda progress, _data: self.watch.hear("progress", progress.current))
@@ -161,17 +161,23 @@ class Session:
         self.say("off-board by position and velocity, then hold")
 
     def failures(self) -> None:
-        """The magnetometer fails and is healed once failures are allowed; what is not there is unsupported."""
-        refusal = _refused(FailureError, self.failures_of().inject, FailureUnit.SENSOR_MAG, FailureType.OFF, 0)
+        """The magnetometer fails and is healed once failures are allowed; what is not there is unsupported.
+
+        The plugin reads whether failures are allowed when it is made.
+        """
+        refusal = _refused(FailureError, Failure(self.system).inject, FailureUnit.SENSOR_MAG, FailureType.OFF, 0)
         self.param.set_param_int("SYS_FAILURE_EN", 1)
-        failure = self.failures_of()
+        failure = Failure(self.system)
         failure.inject(FailureUnit.SENSOR_MAG, FailureType.OFF, 0)
-        self.watch.until("missing its magnetometer", lambda _: not self.telemetry.health().is_magnetometer_calibration_ok)
+        self.watch.until("missing its magnetometer", lambda _: not self._has_magnetometer())
         failure.inject(FailureUnit.SENSOR_MAG, FailureType.OK, 0)
-        self.watch.until("healed", lambda _: self.telemetry.health().is_magnetometer_calibration_ok)
+        self.watch.until("healed", lambda _: self._has_magnetometer())
         absent = _refused(FailureError, failure.inject, FailureUnit.SENSOR_OPTICAL_FLOW, FailureType.OFF, 0)
         self.param.set_param_int("SYS_FAILURE_EN", 0)
         self.say(f"failures not allowed: {refusal}; a magnetometer lost and healed; optical flow: {absent}")
+
+    def _has_magnetometer(self) -> bool:
+        return bool(self.telemetry.health().is_magnetometer_calibration_ok)
 
     def lift_off(self) -> None:
         """From the ground by attitude, as MAVSDK's example flies; then back to hold."""
@@ -315,8 +321,9 @@ class Session:
 
 STEPS = (
     Session.health, Session.parameters, Session.missions, Session.telemetry_topics, Session.fence, Session.failures,
-    Session.lift_off, Session.land, Session.take_off, Session.go_to, Session.set_points, Session.attitudes, Session.land,
-    Session.fly_mission, Session.wings, Session.move_home, Session.come_home, Session.log_files, Session.restart,
+    Session.lift_off, Session.land, Session.take_off, Session.go_to, Session.set_points, Session.attitudes,
+    Session.land, Session.fly_mission, Session.wings, Session.move_home, Session.come_home, Session.log_files,
+    Session.restart,
 )  # fmt: skip
 
 
