@@ -19,6 +19,7 @@ from sitl.model.state import Actuators
 from sitl.model.vectors import Vector, add, add_scaled, cross, scaled, subtract
 
 BANDWIDTH = 5.0  # of the observer [rad/s]
+YAW_SHARE = 0.9  # of a motor's thrust: with it a slow elevon, which can be flown, is told from one that fails
 MAX_STEP = 0.1  # a longer time between two looks was not watched [s]
 
 
@@ -26,7 +27,7 @@ class UnexplainedMoment(NamedTuple):
     """Moments that the believed actuators do not explain, as shares of what a hover has of them."""
 
     roll: float = 0.0  # of elevons deflected fully against each other, in the slipstream
-    yaw: float = 0.0  # of one motor's thrust
+    yaw: float = 0.0  # of 90 % of one motor's thrust
 
 
 class ActuatorWatch:
@@ -70,7 +71,7 @@ class ActuatorWatch:
 
 
 def _hover_authority(a: Airframe) -> UnexplainedMoment:
-    """Rolling moment of full elevons and yawing moment of one motor in a still hover [N m]."""
+    """Rolling moment of full elevons and yawing moment of 90 % of a motor's thrust in a still hover [N m]."""
     still = Vector(0.0, 0.0, 0.0)
 
     def lack(speed: float) -> float:
@@ -80,4 +81,4 @@ def _hover_authority(a: Airframe) -> UnexplainedMoment:
     hovering = float(brentq(lack, 0.0, a.omega_max))
     _, rolled = wrench(still, still, Actuators(hovering, hovering, a.delta_max, -a.delta_max), a)
     _, yawed = wrench(still, still, Actuators(hovering, 0.0, 0.0, 0.0), a)
-    return UnexplainedMoment(abs(rolled.x), abs(yawed.z))
+    return UnexplainedMoment(abs(rolled.x), YAW_SHARE * abs(yawed.z))

@@ -10,7 +10,7 @@ from sitl.autopilot.safety.alarm import Alarm, SafetyAction
 from sitl.autopilot.settings import Settings
 from sitl.guidance.view import VehicleView
 
-MIN_HEIGHT = 1.0  # below it the ground may turn the vehicle [m]
+MIN_WATCH_HEIGHT = 1.0  # below it the ground may turn the vehicle [m]
 MAX_TICK = 0.1  # a longer time since the last look was not looked at [s]
 CRITICAL, EMERGENCY = mavlink.MAV_SEVERITY_CRITICAL, mavlink.MAV_SEVERITY_EMERGENCY
 
@@ -42,12 +42,11 @@ class FailureDetector:
 
     def _disobedience(self, view: VehicleView, settings: Settings, cut: SafetyAction, passed: float) -> list[Alarm]:
         """A motor or an elevon that does not do as it is commanded: no law flies without it."""
-        roll, yaw = view.unexplained
-        odd = max(roll, yaw) > settings.unexplained_share and view.p[2] > MIN_HEIGHT
+        odd = max(view.unexplained) > settings.unexplained_share and view.p[2] > MIN_WATCH_HEIGHT
         self.disobeyed_for = max(self.disobeyed_for + (passed if odd else -passed), 0.0)
         begins = self.disobeyed_for >= settings.unexplained_time and not self.disobeyed
         self.disobeyed = begins or (self.disobeyed and self.disobeyed_for > 0.0)
-        return [Alarm(cut, EMERGENCY, f"{'Elevon' if roll > yaw else 'Motor'} failed")] if begins else []
+        return [Alarm(cut, EMERGENCY, "A motor or an elevon failed")] if begins else []
 
     def _tumble(self, view: VehicleView, settings: Settings, cut: SafetyAction, passed: float) -> list[Alarm]:
         """Tumbling that no law has caught in its time."""
