@@ -72,7 +72,7 @@ def attribute(  # a field of any type: mypy sees only what its annotation says
     *,
     name: str = "",
     default: Any = None,
-    choices: tuple[str, ...] = (),  # noqa: ANN401
+    choices: tuple[str, ...] = (),
 ) -> Any:  # noqa: ANN401
     """A field that may be left out of the file."""
     return dataclasses.field(default=default, metadata={_KEY: Attribute(kind, name, choices=choices)})

@@ -20,7 +20,7 @@ from protocol.flight_plans.flight_plan import (
 )
 from protocol.flight_plans.place import FlightPlanError
 from protocol.flight_plans.plan_limits import check_plan
-from protocol.flight_plans.stages import STAGE_CLASSES, ForStage, PlanException, Stage, WhileStage
+from protocol.flight_plans.stages import STAGE_CLASSES, ForStage, PlanElement, PlanException, Stage, WhileStage
 from protocol.flight_plans.xml_elements import XmlElement
 
 __all__ = ["SECTIONS", "plan_from_elements"]
@@ -28,7 +28,7 @@ __all__ = ["SECTIONS", "plan_from_elements"]
 SECTIONS = ("header", "waypoints", "sectors", "variables", "modules", "includes", "exceptions", "blocks")
 _NEEDED = ("waypoints", "blocks")
 _UTM = ("utm_x0", "utm_y0")
-Element = TypeVar("Element")
+Element = TypeVar("Element", bound=PlanElement)
 
 
 def plan_from_elements(root: XmlElement) -> FlightPlan:
