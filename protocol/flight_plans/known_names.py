@@ -117,7 +117,6 @@ VARIABLES: Final = SETTABLE | frozenset(
         *("autopilot.motors_on", "autopilot.mode", "radio_control.status", "guidance_v.delta_t", "ground_alt"),
         *("GROUND_ALT", "SECURITY_HEIGHT", "SECURITY_ALT", "HOME_MODE_HEIGHT", "MAX_DIST_FROM_HOME"),
         *("NAV_DEFAULT_ALT", "max_dist_from_home", "dist2_to_home", "dist2_to_wp", "baseleg_out_qdr", "QFU"),
-        *("nav.leg_progress", "nav.leg_length"),
     }
 )
 
