@@ -1,8 +1,8 @@
 """The autopilot: one tick of its parts after the other, on simulated time.
 
 Requests are made of the parts: ``arming``, ``guided``, ``missions``, ``flight_plan``, ``offboard``, ``manual`` and
-``transitions``. Each answers with an :class:`~sitl.autopilot.answers.Answer` (a MAV_RESULT and words for the pilot) and changes nothing when
-it refuses. The parts share one :class:`~sitl.autopilot.flight_state.FlightState`.
+``transitions``. Each answers with an :class:`~sitl.autopilot.answers.Answer` (a MAV_RESULT and words for the pilot) and
+changes nothing when it refuses. The parts share one :class:`~sitl.autopilot.flight_state.FlightState`.
 """
 
 from __future__ import annotations

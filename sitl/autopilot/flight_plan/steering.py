@@ -18,7 +18,8 @@ from sitl.control.reference import Point, Reference, hover_at
 from sitl.guidance.circles import FlyCircle, circle_about
 from sitl.guidance.leg_speeds import corner_lead, leg_airspeeds, speed_along
 from sitl.guidance.legs import FlyLeg, leg_reference
-from sitl.guidance.limits import MIN_AIRSPEED, MIN_HOLD_HEIGHT
+from sitl.guidance.limits import MAX_HOVER_CLIMB, MIN_AIRSPEED, MIN_HOLD_HEIGHT
+from sitl.guidance.manoeuvres import FAST_DESCENT_RATE
 from sitl.guidance.moving_reference import HeadingSetpoint, MovingReference
 from sitl.prediction.chooser import LEGS_AHEAD, LegEnd
 
@@ -177,8 +178,9 @@ class Steering:
             self.up = max(up, LOWEST)
             return self.up
         wanted = max(self._wanted_altitude(aim, view.p), MIN_HOLD_HEIGHT)
-        step = settings.climb_rate * elapsed
-        self.up = up + min(max(wanted - up, -step), step)
+        rises = view.p[2] < MIN_HOLD_HEIGHT  # a step near the ground would push the law to its limits
+        climb, sink = (settings.climb_rate if rises else MAX_HOVER_CLIMB), FAST_DESCENT_RATE
+        self.up = up + min(max(wanted - up, -sink * elapsed), climb * elapsed)
         return self.up
 
     def _wanted_altitude(self, aim: Aim, p: Point) -> float:
