@@ -18,6 +18,7 @@ class Mode(Enum):
     MISSION = (4, 4)
     RTL = (4, 5)
     LAND = (4, 6)
+    FLIGHT_PLAN = (4, 11)  # the first of those that PX4 leaves to others
     ACRO = (5, 0)
     OFFBOARD = (6, 0)
     STABILIZED = (7, 0)
@@ -37,7 +38,7 @@ def custom_mode(mode: Mode) -> int:
     return main << 16 | sub << 24
 
 
-_AUTO = frozenset({Mode.READY, Mode.TAKEOFF, Mode.HOLD, Mode.MISSION, Mode.RTL, Mode.LAND})
+_AUTO = frozenset({Mode.READY, Mode.TAKEOFF, Mode.HOLD, Mode.MISSION, Mode.RTL, Mode.LAND, Mode.FLIGHT_PLAN})
 _BY_NUMBER = {custom_mode(mode): mode for mode in Mode}
 
 

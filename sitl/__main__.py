@@ -23,6 +23,7 @@ COMMANDS = {
     "region": "prove and fly the region of attraction of the linear hover law, and compare gains",
     "breakeven": "hover or fly: the distance from which forward flight costs less, predicted and flown",
     "identify": "estimate an airframe's parameters from a recorded flight, with intervals, or fly one that tells them",
+    "plan": "check a flight plan: what is flown, what is refused, and the nearest mission",
     "airframe": "list the parameter sets, or show one with units and sources",
 }
 

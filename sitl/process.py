@@ -16,13 +16,15 @@ from protocol.dialect import mavlink
 from protocol.frames import LocalFrame
 from protocol.keyring import Keyring
 from protocol.loopback import open_port_warning
+from protocol.modes import Mode
 from protocol.signing import timestamp_at
 from sitl.aircraft import Aircraft
 from sitl.autopilot.safety.arena import ARENAS
 from sitl.autopilot.safety.world import World
 from sitl.autopilot.settings import Settings
-from sitl.defaults import AIRFRAME
+from sitl.defaults import AIRFRAME, HOME
 from sitl.errors import SitlError
+from sitl.flight_plan_files import CheckedPlan, load_checked_plan
 from sitl.mavlink.flight_recorder import FlightRecorder
 from sitl.mavlink.node import Node
 from sitl.mavlink.services.maintenance_commands import ExitRequest
@@ -122,7 +124,9 @@ def _run(
 
 def build_aircraft(args: argparse.Namespace) -> Aircraft:
     """The vehicle that the arguments describe: at the start of a scenario, on the ground, or hovering."""
-    world = World(LocalFrame(args.home), ARENAS[args.arena])
+    planned = _planned(args)
+    origin = args.home or (HOME if planned is None else planned.origin)
+    world = World(LocalFrame(origin), ARENAS[args.arena])
     if args.scenario is not None:
         return _scenario_aircraft(args, world)
     north, east, up, yaw = args.start or (0.0, 0.0, 0.0, 0.0)
@@ -139,7 +143,24 @@ def build_aircraft(args: argparse.Namespace) -> Aircraft:
     )
     stored = StateFolder(_state_dir(args)).parameters()
     configuration = Configuration(Settings(), vehicle.tuning, WorldSettings()).replaced(stored | _overrides(args))
-    return Aircraft(vehicle, world, configuration, airborne=start.airborne)
+    aircraft = Aircraft(vehicle, world, configuration, airborne=start.airborne)
+    if planned is not None:
+        aircraft.autopilot.flight_plan.load(planned.check, planned.mapping)
+        aircraft.autopilot.set_mode(Mode.FLIGHT_PLAN)
+    return aircraft
+
+
+def _planned(args: argparse.Namespace) -> CheckedPlan | None:
+    """The flight plan to fly, which can be; blocks of it may be locked."""
+    if args.flight_plan is None:
+        return None
+    if args.scenario is not None:
+        raise SitlError(f"--flight-plan: scenario {args.scenario} flies by itself")
+    planned = load_checked_plan(args.flight_plan, args.flight_plan_names)
+    planned.require_flown()
+    for name, finding in planned.check.locked_blocks.items():
+        print(f"darko-sitl: block {name} is locked: {finding}", file=sys.stderr, flush=True)
+    return planned
 
 
 def _navigation(args: argparse.Namespace) -> Navigation:

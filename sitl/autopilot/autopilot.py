@@ -1,8 +1,8 @@
 """The autopilot: one tick of its parts after the other, on simulated time.
 
-Requests are made of the parts: ``arming``, ``guided``, ``missions``, ``offboard``, ``manual`` and ``transitions``. Each
-answers with an :class:`~sitl.autopilot.answers.Answer` (a MAV_RESULT and words for the pilot) and changes nothing when
-it refuses. The parts share one :class:`~sitl.autopilot.flight_state.FlightState`.
+Requests are made of the parts: ``arming``, ``guided``, ``missions``, ``flight_plan``, ``offboard``, ``manual`` and
+``transitions``. Each answers with an :class:`~sitl.autopilot.answers.Answer` (a MAV_RESULT and words for the pilot) and
+changes nothing when it refuses. The parts share one :class:`~sitl.autopilot.flight_state.FlightState`.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from protocol.modes import Mode
 from sitl.autopilot.answers import DENIED, Answer, Notice
 from sitl.autopilot.arming import Arming
 from sitl.autopilot.failsafe_response import FailsafeResponse
+from sitl.autopilot.flight_plans import FlightPlanRequests
 from sitl.autopilot.flight_state import FlightState
 from sitl.autopilot.guided import GuidedRequests
 from sitl.autopilot.manual import ManualRequests
@@ -58,6 +59,8 @@ class Autopilot:
         self.transitions = TransitionRequests(flight)
         self.guided = GuidedRequests(flight, self.arming)
         self.missions = MissionRequests(flight, self.arming)
+        self.flight_plan = FlightPlanRequests(flight, self.arming, self.failsafes)
+        flight.plan_lands = lambda: self.flight_plan.landing
         self.offboard = OffboardRequests(flight, moving)
         self.manual = ManualRequests(flight, moving)
         self._response = FailsafeResponse(flight, self.failsafes)
@@ -158,7 +161,9 @@ class Autopilot:
             self._response.check()
         if flight.mode is Mode.OFFBOARD and (problem := self.offboard.attitude_problem(last)):
             self._response.lose_setpoints(problem.capitalize())
-        if not flight.flying:
+        if flight.mode is Mode.FLIGHT_PLAN:
+            self._follow_plan()
+        elif not flight.flying:
             self._stand()
         elif flight.mode is Mode.MISSION and flight.mission is not None:
             self.missions.update(flight.mission)
@@ -170,6 +175,13 @@ class Autopilot:
         steered = flight.mode in STEERED_MODES
         unaided = self.failsafes.navigation.lost
         return self._heading.applied(flight.reference, view, steered=steered, landing=flight.landing, unaided=unaided)
+
+    def _follow_plan(self) -> None:
+        """Fly the plan; on the ground it goes on as well, and may start the motors."""
+        if not self._flight.flying:
+            self._stand()
+        if self._flight.mode is Mode.FLIGHT_PLAN:
+            self.flight_plan.update()
 
     def _stand(self) -> None:
         flight, view = self._flight, self._flight.view
@@ -206,7 +218,10 @@ class Autopilot:
             return
         self.arming.touched_down()
         self.missions.touched_down()
-        flight.enter(Mode.HOLD, None)
+        if flight.mode is Mode.FLIGHT_PLAN:
+            self.flight_plan.touched_down()
+        else:
+            flight.enter(Mode.HOLD, None)
 
     def crashed(self, view: VehicleView) -> None:
         """The supervisor jumped to CRASHED: the flight is over until a reboot.
@@ -230,6 +245,7 @@ class Autopilot:
             Mode.RTL: self.guided.return_to_launch,
             Mode.OFFBOARD: self.offboard.start,
             Mode.POSCTL: self.manual.start,
+            Mode.FLIGHT_PLAN: self.flight_plan.start,
         }
         request = requests.get(mode)
         if request is None:

@@ -37,6 +37,7 @@ class FlightState:
         manoeuvre: Under way outside of missions; None on the ground and in missions.
         view: The vehicle at the last tick.
         reference: Of the control laws, from the last tick.
+        plan_lands: Whether a flight plan is to end on the ground now.
         terminated: Why the motors were cut in flight, for good until a reboot; empty if they were not.
     """
 
@@ -49,6 +50,7 @@ class FlightState:
         self.flying = False
         self.mission: MissionRunner | None = None
         self.manoeuvre: Manoeuvre | None = None
+        self.plan_lands: Callable[[], bool] = lambda: False
         self.terminated = ""
         nowhere = (0.0, 0.0, 0.0)
         self.view = VehicleView(
@@ -86,6 +88,8 @@ class FlightState:
         """Whether contact with the ground shall end the flight."""
         if self.mode is Mode.MISSION and self.mission is not None:
             return self.mission.landing
+        if self.mode is Mode.FLIGHT_PLAN:
+            return self.plan_lands()
         return self.manoeuvre is not None and self.manoeuvre.landing
 
     def refuse_point(self, p: Point) -> str | None:

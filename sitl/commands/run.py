@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from protocol.frames import Geodetic
 from sitl.autopilot.safety.origin_limits import MAX_ORIGIN_ALTITUDE, MAX_ORIGIN_LATITUDE
 from sitl.commands.scenario import as_text
-from sitl.defaults import AIRFRAME, HOME
+from sitl.defaults import AIRFRAME
 from sitl.errors import SitlError
 
 if TYPE_CHECKING:
@@ -26,6 +26,7 @@ examples:
   darko-sitl --wind 5@270 --gusts 1   5 m/s from the west, gusts of 1 m/s rms
   darko-sitl --arena voliere          indoors, by motion capture
   darko-sitl --airframe published     the constants that ENAC published (see: darko-sitl airframe)
+  darko-sitl --arena voliere --flight-plan room.xml   fly the blocks of a plan
   darko-sitl --scenario far-target    an experiment of the report, for a ground station to watch
 
 The vehicle is system 1, component 1. It answers everyone who speaks to it. QGroundControl finds it on port 14550,
@@ -74,9 +75,10 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     flight.add_argument(
         "--home",
         type=_home,
-        default=HOME,
+        default=None,
         metavar="LAT,LON,ALT",
-        help="origin of the local frame, and home until it is moved; degrees and metres [ENAC's arena, Toulouse]",
+        help="origin of the local frame, and home until it is moved; degrees and metres [that of the flight plan, else "
+        "ENAC's arena, Toulouse]",
     )
     flight.add_argument(
         "--start",
@@ -106,6 +108,21 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
         default=[],
         metavar="NAME=VALUE",
         help="set a parameter for this run; may be repeated",
+    )
+    plan = parser.add_argument_group("flight plan (see: darko-sitl plan)")
+    plan.add_argument(
+        "--flight-plan",
+        type=Path,
+        default=None,
+        metavar="FILE",
+        help="fly this Paparazzi flight plan: mode FLIGHT_PLAN from the start, at the plan's origin",
+    )
+    plan.add_argument(
+        "--flight-plan-names",
+        type=Path,
+        default=None,
+        metavar="FILE",
+        help="TOML file: what functions and variables of the plan's build mean",
     )
     scenario = parser.add_argument_group("scenario (see: darko-sitl scenario)")
     scenario.add_argument(
@@ -163,6 +180,8 @@ def run(args: argparse.Namespace) -> int:
     """Fly until interrupted, or until the scenario has ended."""
     if args.stay and args.scenario is None:
         raise SitlError("--stay needs --scenario: without one the vehicle stays anyway")
+    if args.flight_plan_names is not None and args.flight_plan is None:
+        raise SitlError("--flight-plan-names needs --flight-plan")
     from sitl.process import fly  # noqa: PLC0415 - --help must not load the compiler
 
     return fly(args, _silently if args.quiet else _aloud)

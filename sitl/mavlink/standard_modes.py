@@ -59,6 +59,7 @@ class AvailableMode(NamedTuple):
 AVAILABLE_MODES: tuple[AvailableMode, ...] = (
     *(AvailableMode("", standard, custom_mode(mode)) for mode, standard in STANDARD_MODES.items()),
     AvailableMode("Hold", NON_STANDARD, custom_mode(Mode.HOLD)),
+    AvailableMode("Flight plan", NON_STANDARD, custom_mode(Mode.FLIGHT_PLAN)),
     AvailableMode("Offboard", NON_STANDARD, custom_mode(Mode.OFFBOARD), ADVANCED),
     *(
         AvailableMode(

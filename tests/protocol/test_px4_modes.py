@@ -15,6 +15,7 @@ PX4 = {
     "MISSION": (4, 4),
     "RTL": (4, 5),
     "LAND": (4, 6),
+    "FLIGHT_PLAN": (4, 11),  # EXTERNAL1
     "ACRO": (5, 0),
     "OFFBOARD": (6, 0),
     "STABILIZED": (7, 0),

@@ -1,0 +1,128 @@
+"""The functions and variables of an autopilot that a plan may name, with how many arguments each takes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Final, NamedTuple
+
+__all__ = ["CONSTANTS", "FUNCTIONS", "SETTABLE", "STRUCTURES", "VARIABLES", "FunctionShape", "shape_of"]
+
+
+class FunctionShape(NamedTuple):
+    """How a function is called."""
+
+    least: int
+    most: int
+    waypoints: tuple[int, ...] = ()  # which arguments are waypoints
+    changes: tuple[int, ...] = ()  # which are variables to change
+
+
+def _shapes(count: int, *names: str) -> dict[str, FunctionShape]:
+    return {name: FunctionShape(count, count) for name in names}
+
+
+FUNCTIONS: Final[Mapping[str, FunctionShape]] = {
+    **_shapes(
+        0,
+        *("GpsFixValid", "GpsIsLost", "RadioControlIsLost", "NavKillThrottle", "NavResurrect", "NavBlockTime"),
+        *("GetPosAlt", "GetPosHeight", "GetPosX", "GetPosY", "GetAltRef", "nav_is_in_flight", "autopilot_in_flight"),
+        *("NavStartDetectGround", "NavDetectGround", "NavSetGroundReferenceHere", "NavSetAltitudeReferenceHere"),
+        *("ins_reset_altitude_ref", "NavCircleCount", "NavCircleCountNoRewind", "nav_set_heading_current"),
+        *("PowerVoltage", "autopilot_get_motors_on", "stateGetHorizontalSpeedNorm_f", "stateGetAirspeed_f"),
+        *("stateGetHorizontalSpeedDir_f", "stateGetPositionEnu_f", "stateGetPositionNed_f", "stateGetSpeedEnu_f"),
+        *("stateGetSpeedNed_f", "stateGetNedToBodyEulers_f"),
+    ),
+    **_shapes(
+        1,
+        *("IndexOfBlock", "NavQdrCloseTo", "NavCourseCloseTo", "DegOfRad", "RadOfDeg", "fabs", "fabsf", "abs", "Not"),
+        *("sin", "sinf", "cos", "cosf", "tan", "tanf", "sqrt", "sqrtf", "floor", "ceil", "nav_set_heading_deg"),
+        *("nav_set_heading_rad", "guidance_h_SetMaxSpeed", "autopilot_set_mode", "autopilot_set_motors_on"),
+    ),
+    **_shapes(
+        2,
+        *("LessThan", "MoreThan", "And", "Or", "Min", "Max", "fmin", "fmax", "atan2", "atan2f", "CloseDegAngles"),
+        *("CloseRadAngles", "nav_set_heading_towards"),
+    ),
+    **{
+        name: FunctionShape(1, 1, (0,))
+        for name in (
+            *("NavSetWaypointHere", "NavSetWaypointPosAndAltHere", "WaypointX", "WaypointY", "WaypointAlt"),
+            *("nav_set_heading_towards_waypoint", "waypoint_get_x", "waypoint_get_y", "waypoint_get_alt"),
+            "GetDistanceToWaypoint",
+        )
+    },
+    "NavCopyWaypoint": FunctionShape(2, 2, (0, 1)),
+    "NavCopyWaypointPositionOnly": FunctionShape(2, 2, (0, 1)),
+    "NavApproachingFrom": FunctionShape(3, 3, (0, 1)),
+    "NavApproaching": FunctionShape(2, 2, (0,)),
+    "nav_compute_baseleg": FunctionShape(4, 4, (0, 1, 2)),
+    "increase_nav_heading": FunctionShape(2, 2, (), (0,)),
+}
+
+STRUCTURES: Final[Mapping[str, tuple[str, ...]]] = {
+    "stateGetPositionEnu_f": ("x", "y", "z"),
+    "stateGetPositionNed_f": ("x", "y", "z"),
+    "stateGetSpeedEnu_f": ("x", "y", "z"),
+    "stateGetSpeedNed_f": ("x", "y", "z"),
+    "stateGetNedToBodyEulers_f": ("phi", "theta", "psi"),
+}
+
+CONSTANTS: Final[Mapping[str, int | float]] = {
+    "TRUE": 1,
+    "FALSE": 0,
+    "true": 1,
+    "false": 0,
+    "M_PI": 3.141592653589793,
+    "M_PI_2": 1.5707963267948966,
+    "CARROT": 0,
+    "AP_MODE_NAV": 13,
+    "AP_MODE_AUTO2": 13,
+    "RC_OK": 0,
+    "RC_LOST": 1,
+    "RC_REALLY_LOST": 2,
+    "MAX_PPRZ": 9600,
+    "DEFAULT_CIRCLE_RADIUS": 80.0,
+    "NAV_DEFAULT_RADIUS": 80.0,
+    "NS": 0,
+    "WE": 1,
+    "GUIDED_FLAG_XY_OFFSET": 1,
+    "GUIDED_FLAG_XY_BODY": 2,
+    "GUIDED_FLAG_Z_OFFSET": 4,
+    "GUIDED_FLAG_YAW_OFFSET": 8,
+    "GUIDED_FLAG_XY_VEL": 32,
+    "GUIDED_FLAG_Z_VEL": 64,
+    "GUIDED_FLAG_YAW_RATE": 128,
+}
+
+SETTABLE: Final = frozenset(
+    {
+        *("autopilot.kill_throttle", "kill_throttle", "autopilot.flight_time", "autopilot.launch", "launch"),
+        *("nav.radius", "nav_radius", "nav.heading", "nav.climb_vspeed", "nav.descend_vspeed", "nav_climb_vspeed"),
+        *("nav_descend_vspeed", "force_forward"),
+    }
+)
+
+VARIABLES: Final = SETTABLE | frozenset(
+    {
+        *(
+            "datalink_time",
+            "stage_time",
+            "block_time",
+            "nav_block",
+            "nav_stage",
+            "flight_time",
+            "autopilot_flight_time",
+        ),
+        *("electrical.bat_low", "electrical.bat_critical", "electrical.vsupply", "autopilot.in_flight"),
+        *("autopilot.motors_on", "autopilot.mode", "radio_control.status", "guidance_v.delta_t", "ground_alt"),
+        *("GROUND_ALT", "SECURITY_HEIGHT", "SECURITY_ALT", "HOME_MODE_HEIGHT", "MAX_DIST_FROM_HOME"),
+        *("NAV_DEFAULT_ALT", "max_dist_from_home", "dist2_to_home", "dist2_to_wp", "baseleg_out_qdr", "QFU"),
+    }
+)
+
+
+def shape_of(name: str, sectors: frozenset[str] | set[str]) -> FunctionShape | None:
+    """How a function is called, None if there is none; ``InsideNAME`` exists for every sector."""
+    if name.startswith("Inside") and name.removeprefix("Inside") in sectors:
+        return FunctionShape(2, 2)
+    return FUNCTIONS.get(name)

@@ -1,0 +1,180 @@
+"""What a plan has to hold beyond its grammar: names that exist once, and numbers within their ranges."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from protocol.flight_plans.attributes import NameUse
+from protocol.flight_plans.flight_plan import HOME_WAYPOINT, AbiBinding, FlightPlan, PlanVariable, PlanWaypoint
+from protocol.flight_plans.place import FlightPlanError, Place
+from protocol.flight_plans.stages import (
+    CircleStage,
+    DerouteStage,
+    EightStage,
+    ForStage,
+    GoStage,
+    OvalStage,
+    PathStage,
+    PlanException,
+    Stage,
+    StayStage,
+    SurveyStage,
+    WhileStage,
+)
+
+__all__ = ["all_exceptions", "all_stages", "check_plan", "is_loop_waypoint", "waypoint_uses"]
+
+MAX_COORDINATE = 100_000.0  # of a waypoint from the origin [m]
+MAX_ALTITUDE = 100_000.0  # [m]
+MAX_LATITUDE = 89.9  # nearer to a pole there is no local frame [deg]
+
+
+def check_plan(plan: FlightPlan) -> None:
+    """Check names and ranges.
+
+    Raises:
+        FlightPlanError: The first that is not valid.
+    """
+    _check_origin(plan)
+    _once("waypoint", ((point.name, point.place) for point in plan.waypoints))
+    _once("block", ((block.name, block.place) for block in plan.blocks))
+    _once("variable", ((v.var, v.place) for v in plan.variables if isinstance(v, PlanVariable)))
+    for point in plan.waypoints:
+        _check_waypoint(point)
+    if not plan.blocks:
+        raise FlightPlanError(plan.place, "<blocks> holds no block")
+    if plan.waypoint(HOME_WAYPOINT) is None:
+        raise FlightPlanError(plan.place, f"no waypoint is called {HOME_WAYPOINT}")
+    _check_sectors(plan)
+    for variable in plan.variables:
+        _check_variable(variable)
+    _check_references(plan)
+
+
+def all_stages(stages: Iterable[Stage]) -> Iterator[Stage]:
+    """All stages of a body, those of its loops as well."""
+    for stage in stages:
+        yield stage
+        if isinstance(stage, WhileStage | ForStage):
+            yield from all_stages(stage.stages)
+
+
+def all_exceptions(plan: FlightPlan) -> Iterator[PlanException]:
+    """The exceptions of a plan, its blocks and their loops."""
+    yield from plan.exceptions
+    for block in plan.blocks:
+        yield from block.exceptions
+        for stage in all_stages(block.stages):
+            if isinstance(stage, WhileStage | ForStage):
+                yield from stage.exceptions
+
+
+def waypoint_uses(stage: Stage) -> list[NameUse]:
+    """The waypoints that a stage names."""
+    match stage:
+        case GoStage():
+            return [stage.wp] + ([stage.from_wp] if stage.from_wp is not None else [])
+        case StayStage() | CircleStage():
+            return [stage.wp]
+        case PathStage():
+            return list(stage.wpts)
+        case OvalStage():
+            return [stage.p1, stage.p2]
+        case EightStage():
+            return [stage.center, stage.turn_around]
+        case SurveyStage():
+            return [stage.wp1, stage.wp2]
+        case _:
+            return []
+
+
+def is_loop_waypoint(use: NameUse) -> bool:
+    """Whether a waypoint is named by the counter of a loop: ``$i``."""
+    return use.name.startswith("$")
+
+
+def _once(what: str, names: Iterable[tuple[str, Place]]) -> None:
+    seen: dict[str, Place] = {}
+    for name, place in names:
+        if name in seen:
+            raise FlightPlanError(place, f"a second {what} is called {name!r}; the first is in line {seen[name].line}")
+        seen[name] = place
+
+
+def _check_origin(plan: FlightPlan) -> None:
+    if abs(plan.lat0) > MAX_LATITUDE or abs(plan.lon0) > 180.0:
+        raise FlightPlanError(
+            plan.place, f"lat0, lon0 {plan.lat0:g}, {plan.lon0:g} are not on the globe, or too near a pole"
+        )
+    if not plan.max_dist_from_home > 0.0:
+        raise FlightPlanError(plan.place, f"max_dist_from_home {plan.max_dist_from_home:g} is not positive")
+    if plan.security_height < 0.0:
+        raise FlightPlanError(plan.place, f"security_height {plan.security_height:g} is negative")
+    for name in ("ground_alt", "alt", "home_mode_height", "geofence_max_alt", "geofence_max_height"):
+        value = getattr(plan, name)
+        if value is not None and abs(value) > MAX_ALTITUDE:
+            raise FlightPlanError(plan.place, f"{name} {value:g} is not within {MAX_ALTITUDE:g} m")
+    if plan.geofence_sector is not None and plan.sector(plan.geofence_sector.name) is None:
+        raise FlightPlanError(plan.geofence_sector.place, f"there is no sector {plan.geofence_sector.name!r}")
+
+
+def _check_waypoint(point: PlanWaypoint) -> None:
+    local, globe = (point.x, point.y), (point.lat, point.lon)
+    if (None in local) == (None in globe) or any((a is None) != (b is None) for a, b in (local, globe)):
+        raise FlightPlanError(point.place, f"waypoint {point.name!r} needs either x and y or lat and lon")
+    if point.alt is not None and point.height is not None:
+        raise FlightPlanError(point.place, f"waypoint {point.name!r} has both alt and height")
+    if abs(point.lat or 0.0) > 90.0 or abs(point.lon or 0.0) > 180.0:
+        raise FlightPlanError(point.place, f"waypoint {point.name!r} is not on the globe")
+    if max(abs(point.x or 0.0), abs(point.y or 0.0)) > MAX_COORDINATE:
+        raise FlightPlanError(point.place, f"waypoint {point.name!r} is farther than {MAX_COORDINATE:g} m away")
+    if max(abs(point.alt or 0.0), abs(point.height or 0.0)) > MAX_ALTITUDE:
+        raise FlightPlanError(point.place, f"waypoint {point.name!r} is higher than {MAX_ALTITUDE:g} m")
+
+
+def _check_sectors(plan: FlightPlan) -> None:
+    polygons = [sector for sector in plan.sectors if sector.tag == "sector"]
+    _once("sector", ((sector.name, sector.place) for sector in polygons if hasattr(sector, "name")))
+    for sector in polygons:
+        corners = getattr(sector, "corners", ())
+        if len(corners) < 3:
+            raise FlightPlanError(sector.place, f"{len(corners)} corners are too few for a sector")
+        for corner in corners:
+            _check_waypoint_use(plan, corner)
+
+
+def _check_variable(variable: PlanVariable | AbiBinding) -> None:
+    if isinstance(variable, AbiBinding):
+        if (variable.vars is None) == (variable.handler is None):
+            raise FlightPlanError(variable.place, "<abi_binding> needs either vars or handler")
+        return
+    if not variable.var.replace("_", "a").isidentifier():
+        raise FlightPlanError(variable.place, f"{variable.var!r} is not the name of a variable")
+    low, high = variable.min, variable.max
+    if low is not None and high is not None and low > high:
+        raise FlightPlanError(variable.place, f"min {low:g} is above max {high:g}")
+    if variable.step is not None and variable.step <= 0.0:
+        raise FlightPlanError(variable.place, f"step {variable.step:g} is not positive")
+
+
+def _check_references(plan: FlightPlan) -> None:
+    for exception in all_exceptions(plan):
+        _check_block_use(plan, exception.deroute)
+    for block in plan.blocks:
+        for stage in all_stages(block.stages):
+            for use in waypoint_uses(stage):
+                _check_waypoint_use(plan, use)
+            if isinstance(stage, DerouteStage):
+                _check_block_use(plan, stage.block)
+            if isinstance(stage, PathStage) and len(stage.wpts) < 2:
+                raise FlightPlanError(stage.place, "<path> needs two waypoints or more")
+
+
+def _check_waypoint_use(plan: FlightPlan, use: NameUse) -> None:
+    if not is_loop_waypoint(use) and plan.waypoint(use.name) is None:
+        raise FlightPlanError(use.place, f"there is no waypoint {use.name!r}")
+
+
+def _check_block_use(plan: FlightPlan, use: NameUse) -> None:
+    if use.name != "HOME" and plan.block_index(use.name) is None:
+        raise FlightPlanError(use.place, f"there is no block {use.name!r}")

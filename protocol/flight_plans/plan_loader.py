@@ -1,0 +1,69 @@
+"""Opens flight plans and the procedures they include, and nothing outside the plan's folder."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from protocol.flight_plans.flight_plan import FlightPlan
+from protocol.flight_plans.place import FlightPlanError, Place, SourceText
+from protocol.flight_plans.plan_reader import plan_from_elements
+from protocol.flight_plans.procedures import with_procedures
+from protocol.flight_plans.xml_elements import MAX_SIZE, XmlElement, parse_xml
+
+__all__ = ["load_flight_plan", "read_flight_plan"]
+
+
+def load_flight_plan(path: Path | str) -> FlightPlan:
+    """Read a plan and its procedures, which lie in the plan's folder or below it.
+
+    Raises:
+        FlightPlanError: A file cannot be read or is not valid: file, line, column and reason.
+    """
+    path = Path(path)
+    folder = path.parent
+
+    def fetch(procedure: SourceText) -> XmlElement:
+        found = _inside(folder, procedure)
+        return parse_xml(
+            _content(found, Place(str(procedure.place.file), procedure.place.line, procedure.place.column)), str(found)
+        )
+
+    root = parse_xml(_content(path, Place(str(path), 0, 0)), str(path))
+    return plan_from_elements(with_procedures(root, fetch))
+
+
+def read_flight_plan(data: bytes, name: str) -> FlightPlan:
+    """A plan from the content of a file called ``name``; it must include nothing.
+
+    Raises:
+        FlightPlanError: It is not valid.
+    """
+
+    def refuse(procedure: SourceText) -> XmlElement:
+        raise FlightPlanError(procedure.place, f"procedure {procedure.text!r} is not available here")
+
+    return plan_from_elements(with_procedures(parse_xml(data, name), refuse))
+
+
+def _inside(folder: Path, procedure: SourceText) -> Path:
+    """The file of a procedure, after all links, inside the plan's folder."""
+    try:
+        root = folder.resolve(strict=True)
+        found = (folder / procedure.text).resolve(strict=True)
+    except (OSError, ValueError, RuntimeError):
+        raise FlightPlanError(procedure.place, f"procedure {procedure.text[:80]!r} cannot be found") from None
+    if not found.is_relative_to(root):
+        raise FlightPlanError(procedure.place, f"procedure {procedure.text[:80]!r} is outside the plan's folder")
+    return found
+
+
+def _content(path: Path, place: Place) -> bytes:
+    try:
+        if path.exists() and not path.is_file():
+            raise FlightPlanError(place, f"{path.name} is not a file")
+        with path.open("rb") as file:
+            return file.read(MAX_SIZE + 1)
+    except OSError as error:
+        raise FlightPlanError(place, f"{path.name} cannot be read: {error.strerror}") from None
+    except ValueError:
+        raise FlightPlanError(place, "cannot be read: not the name of a file") from None

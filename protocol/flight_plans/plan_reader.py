@@ -1,0 +1,215 @@
+"""Makes a flight plan of its elements, and checks that what it names exists."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, TypeVar
+
+from protocol.flight_plans.attributes import NameUse, read_attributes
+from protocol.flight_plans.flight_plan import (
+    AbiBinding,
+    FlightPlan,
+    KmlSector,
+    ModuleOption,
+    PlanBlock,
+    PlanHeader,
+    PlanModule,
+    PlanSector,
+    PlanVariable,
+    PlanWaypoint,
+)
+from protocol.flight_plans.place import FlightPlanError
+from protocol.flight_plans.plan_limits import check_plan
+from protocol.flight_plans.stages import STAGE_CLASSES, ForStage, PlanElement, PlanException, Stage, WhileStage
+from protocol.flight_plans.xml_elements import XmlElement
+
+__all__ = ["SECTIONS", "plan_from_elements"]
+
+SECTIONS = ("header", "waypoints", "sectors", "variables", "modules", "includes", "exceptions", "blocks")
+_NEEDED = ("waypoints", "blocks")
+_UTM = ("utm_x0", "utm_y0")
+Element = TypeVar("Element", bound=PlanElement)
+
+
+def plan_from_elements(root: XmlElement) -> FlightPlan:
+    """The plan of a root element without includes.
+
+    Raises:
+        FlightPlanError: It is not a flight plan.
+    """
+    if root.tag != "flight_plan":
+        hint = ": a procedure is flown by a plan that includes it" if root.tag == "procedure" else ""
+        raise FlightPlanError(root.place, f"<{root.tag}> where <flight_plan> was expected{hint}")
+    sections = sections_of(root)
+    for tag in _NEEDED:
+        if tag not in sections:
+            raise FlightPlanError(root.place, f"<flight_plan> has no <{tag}>")
+    values = read_attributes(FlightPlan, root)
+    for tag, field, read in (
+        ("waypoints", "waypoints", _waypoint),
+        ("sectors", "sectors", _sector),
+        ("variables", "variables", _variable),
+        ("modules", "modules", _module),
+        ("exceptions", "exceptions", _exception),
+        ("blocks", "blocks", _block),
+    ):
+        values[field] = _all(sections.get(tag), read)
+    if "header" in sections:
+        values["header"] = PlanHeader(**_shared(sections["header"]), text=sections["header"].text)
+    values.update(_utm(sections["waypoints"]))
+    remarks = [(s.tag, s.comments, s.last_comments) for s in sections.values() if s.tag != "header"]
+    kept = tuple(remark for remark in remarks if remark[1] or remark[2])
+    plan = FlightPlan(**_shared(root), **values, section_comments=kept)
+    check_plan(plan)
+    return plan
+
+
+def sections_of(root: XmlElement) -> dict[str, XmlElement]:
+    """The sections of a plan or procedure by tag.
+
+    Raises:
+        FlightPlanError: One is unknown, or there twice.
+    """
+    known = SECTIONS if root.tag == "flight_plan" else (*SECTIONS, "param")
+    sections: dict[str, XmlElement] = {}
+    _no_text(root)
+    for child in root.children:
+        if child.tag not in known:
+            raise FlightPlanError(child.place, f"<{root.tag}> holds no <{child.tag}>")
+        if child.tag == "param":
+            continue
+        if child.tag in sections:
+            raise FlightPlanError(child.place, f"a second <{child.tag}>")
+        if child.tag == "header":
+            _no_children(child)
+        elif child.tag != "waypoints":
+            _no_attributes(child)
+        sections[child.tag] = child
+    return sections
+
+
+def _shared(element: XmlElement) -> dict[str, Any]:
+    """The fields that every part of a plan has."""
+    return {"place": element.place, "comments": element.comments, "last_comments": element.last_comments}
+
+
+def _all(section: XmlElement | None, read: Callable[[XmlElement], Element]) -> tuple[Element, ...]:
+    if section is None:
+        return ()
+    _no_text(section)
+    return tuple(map(read, section.children))
+
+
+def _leaf(record: type[Element], element: XmlElement, tag: str) -> Element:
+    """An element without children."""
+    _expect(element, tag)
+    _no_children(element)
+    _no_text(element)
+    return record(**_shared(element), **read_attributes(record, element))
+
+
+def _expect(element: XmlElement, *tags: str) -> None:
+    if element.tag not in tags:
+        raise FlightPlanError(element.place, f"<{element.tag}> where <{'> or <'.join(tags)}> was expected")
+
+
+def _no_children(element: XmlElement) -> None:
+    if element.children:
+        child = element.children[0]
+        raise FlightPlanError(child.place, f"<{element.tag}> holds no <{child.tag}>")
+
+
+def _no_attributes(element: XmlElement) -> None:
+    for name, source in element.attributes.items():
+        raise FlightPlanError(source.place, f"<{element.tag}> has no attribute {name!r}")
+
+
+def _no_text(element: XmlElement) -> None:
+    if text := element.text.strip():
+        raise FlightPlanError(element.place, f"<{element.tag}> holds the text {text[:30]!r}")
+
+
+def _utm(waypoints: XmlElement) -> dict[str, float]:
+    values: dict[str, float] = {}
+    for name, source in waypoints.attributes.items():
+        if name not in _UTM:
+            raise FlightPlanError(source.place, f"<waypoints> has no attribute {name!r}")
+        try:
+            values[name] = float(source.text)
+        except ValueError:
+            raise FlightPlanError(source.place, f"{name} {source.text[:40]!r} is not a number") from None
+    return values
+
+
+def _waypoint(element: XmlElement) -> PlanWaypoint:
+    return _leaf(PlanWaypoint, element, "waypoint")
+
+
+def _exception(element: XmlElement) -> PlanException:
+    return _leaf(PlanException, element, "exception")
+
+
+def _sector(element: XmlElement) -> PlanSector | KmlSector:
+    if element.tag == "kml":
+        return _leaf(KmlSector, element, "kml")
+    _expect(element, "sector", "kml")
+    _no_text(element)
+    corners = []
+    for corner in element.children:
+        _expect(corner, "corner")
+        _no_children(corner)
+        corners.append(_corner(corner))
+    return PlanSector(**_shared(element), **read_attributes(PlanSector, element), corners=tuple(corners))
+
+
+def _corner(element: XmlElement) -> NameUse:
+    for name, source in element.attributes.items():
+        if name != "name":
+            raise FlightPlanError(source.place, f"<corner> has no attribute {name!r}")
+    if "name" not in element.attributes:
+        raise FlightPlanError(element.place, "<corner> needs the attribute 'name'")
+    return NameUse(element.attributes["name"].text, element.attributes["name"].place)
+
+
+def _variable(element: XmlElement) -> PlanVariable | AbiBinding:
+    if element.tag == "abi_binding":
+        return _leaf(AbiBinding, element, "abi_binding")
+    return _leaf(PlanVariable, element, "variable")
+
+
+def _module(element: XmlElement) -> PlanModule:
+    _expect(element, "module")
+    _no_text(element)
+    options = tuple(map(_module_option, element.children))
+    return PlanModule(**_shared(element), **read_attributes(PlanModule, element), options=options)
+
+
+def _module_option(element: XmlElement) -> ModuleOption:
+    _expect(element, "define", "configure")
+    _no_children(element)
+    return ModuleOption(**_shared(element), option=element.tag, **read_attributes(ModuleOption, element))
+
+
+def _block(element: XmlElement) -> PlanBlock:
+    _expect(element, "block")
+    return PlanBlock(**_shared(element), **read_attributes(PlanBlock, element), **_body(element))
+
+
+def _body(element: XmlElement) -> Mapping[str, Any]:
+    """Stages and exceptions of a block or a loop."""
+    _no_text(element)
+    exceptions = tuple(_exception(child) for child in element.children if child.tag == "exception")
+    stages = tuple(_stage(child) for child in element.children if child.tag != "exception")
+    return {"exceptions": exceptions, "stages": stages}
+
+
+def _stage(element: XmlElement) -> Stage:
+    stage = STAGE_CLASSES.get(element.tag)
+    if stage is None:
+        raise FlightPlanError(element.place, f"<{element.tag}> is not a stage: {', '.join(STAGE_CLASSES)}")
+    values = read_attributes(stage, element)
+    if stage in {WhileStage, ForStage}:
+        return stage(**_shared(element), **values, **_body(element))
+    _no_children(element)
+    _no_text(element)
+    return stage(**_shared(element), **values)

@@ -1,0 +1,192 @@
+"""XML as elements with their places. Plans come from strangers: no entity is expanded, nothing else is opened.
+
+Depth, size and number of elements are bounded.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from xml.etree.ElementTree import ParseError
+
+from defusedxml.common import DefusedXmlException
+from defusedxml.ElementTree import DefusedXMLParser
+
+from protocol.flight_plans.place import FlightPlanError, Place, SourceText
+
+__all__ = ["MAX_ELEMENTS", "MAX_SIZE", "XmlElement", "parse_xml"]
+
+MAX_SIZE = 1_000_000  # of a file [bytes]
+MAX_ELEMENTS = 10_000  # of a file
+MAX_DEPTH = 32  # of elements in each other
+_ENCODINGS = {"utf-8": "utf-8", "us-ascii": "utf-8", "ascii": "utf-8", "iso-8859-1": "iso-8859-1"}
+_DECLARED = re.compile(rb"\A<\?xml[^>]*?\sencoding\s*=\s*[\"']([A-Za-z0-9._-]+)[\"']")
+_ATTRIBUTE = re.compile(r"([^\s=<>\"'/]+)\s*=\s*(?:\"([^\"]*)\"|'([^']*)')")
+_REFERENCE = re.compile(r"&(?!(?:amp|lt|gt|quot|apos|#[0-9]+|#x[0-9A-Fa-f]+);)([^;\s]*);?")
+_POSITION = re.compile(r": line \d+, column \d+$")
+
+
+@dataclass(frozen=True, slots=True)
+class XmlElement:
+    """One element.
+
+    Attributes:
+        tag: Its name.
+        attributes: By name, in the order of the file.
+        children: Elements in it.
+        text: Characters in it, without those of its children.
+        comments: In front of it.
+        last_comments: In it, behind the last child.
+        place: Of its first character.
+    """
+
+    tag: str
+    attributes: Mapping[str, SourceText]
+    children: tuple[XmlElement, ...]
+    text: str
+    comments: tuple[str, ...]
+    last_comments: tuple[str, ...]
+    place: Place
+
+
+def parse_xml(data: bytes, name: str) -> XmlElement:
+    """The root element of a file called ``name``.
+
+    Raises:
+        FlightPlanError: It is not well-formed, declares an entity, or exceeds a limit.
+    """
+    text = _decoded(data, name)
+    builder = _Builder(name, text)
+    parser = DefusedXMLParser(target=builder, encoding="utf-8")
+    builder.parser = parser.parser
+    try:
+        parser.feed(builder.bytes)
+        parser.close()
+    except ParseError as error:
+        line, column = error.position
+        raise FlightPlanError(Place(name, line, column + 1), f"not XML: {_POSITION.sub('', str(error))}") from None
+    except DefusedXmlException:
+        raise FlightPlanError(builder.here(), "entities and references to other files are not allowed") from None
+    except (ValueError, LookupError) as error:
+        raise FlightPlanError(builder.here(), f"not XML: {error}") from None
+    return builder.root()
+
+
+def _decoded(data: bytes, name: str) -> str:
+    start = Place(name, 1, 1)
+    if len(data) > MAX_SIZE:
+        raise FlightPlanError(start, f"longer than {MAX_SIZE} bytes")
+    data = data.removeprefix(b"\xef\xbb\xbf")
+    declared = _DECLARED.match(data)
+    encoding = declared.group(1).decode("ascii").lower() if declared else "utf-8"
+    if encoding not in _ENCODINGS or b"\0" in data:
+        raise FlightPlanError(start, "not a text in UTF-8 or ISO-8859-1")
+    try:
+        return data.decode(_ENCODINGS[encoding]).replace("\r\n", "\n").replace("\r", "\n")
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        raise FlightPlanError(Place(name, line, 1), f"not {encoding}: {error.reason}") from None
+
+
+@dataclass(slots=True)
+class _Open:
+    """An element that is not closed yet."""
+
+    tag: str
+    attributes: dict[str, SourceText]
+    comments: tuple[str, ...]
+    place: Place
+    children: list[XmlElement] = field(default_factory=list)
+    text: list[str] = field(default_factory=list)
+    waiting: list[str] = field(default_factory=list)  # comments in front of the next child
+
+    def closed(self) -> XmlElement:
+        text = "".join(self.text)
+        children, last = tuple(self.children), tuple(self.waiting)
+        return XmlElement(self.tag, self.attributes, children, text, self.comments, last, self.place)
+
+
+class _Builder:
+    """Target of the parser: collects elements, and knows where each one stands."""
+
+    def __init__(self, name: str, text: str) -> None:
+        self.bytes = text.encode("utf-8")
+        self.parser: object = None
+        self._name = name
+        self._bottom = _Open("", {}, (), Place(name, 1, 1))
+        self._open = [self._bottom]
+        self._count = 0
+
+    def here(self) -> Place:
+        """Where the parser is."""
+        line = getattr(self.parser, "CurrentLineNumber", 1)
+        return Place(self._name, line, self._column() + 1)
+
+    def root(self) -> XmlElement:
+        """The complete tree."""
+        return self._bottom.children[0]
+
+    def _column(self) -> int:
+        index = max(getattr(self.parser, "CurrentByteIndex", 0), 0)
+        begins = self.bytes.rfind(b"\n", 0, index) + 1
+        return len(self.bytes[begins:index].decode("utf-8", errors="replace"))
+
+    # What the parser calls
+
+    def start(self, tag: str, attributes: dict[str, str]) -> None:
+        place = self.here()
+        self._count += 1
+        if self._count > MAX_ELEMENTS:
+            raise FlightPlanError(place, f"more than {MAX_ELEMENTS} elements")
+        if len(self._open) > MAX_DEPTH:
+            raise FlightPlanError(place, f"elements deeper in each other than {MAX_DEPTH}")
+        above = self._open[-1]
+        self._open.append(_Open(tag, self._sources(attributes, place), tuple(above.waiting), place))
+        above.waiting.clear()
+
+    def end(self, _tag: str) -> None:
+        element = self._open.pop().closed()
+        self._open[-1].children.append(element)
+
+    def data(self, text: str) -> None:
+        self._open[-1].text.append(text)
+
+    def comment(self, text: str) -> None:
+        self._open[-1].waiting.append(text)
+
+    def close(self) -> None:
+        """Nothing is left to do."""
+
+    def _sources(self, attributes: dict[str, str], place: Place) -> dict[str, SourceText]:
+        """The attributes of the tag that begins here, each with its place."""
+        if not attributes:
+            return {}
+        begins = getattr(self.parser, "CurrentByteIndex", 0)
+        tag = self._tag_text(begins)
+        found = {match.group(1): match for match in _ATTRIBUTE.finditer(tag)}
+        sources = {}
+        for name, value in attributes.items():
+            match = found.get(name)
+            if match is None:
+                raise FlightPlanError(place, "namespaces are not allowed")
+            group = 2 if match.group(2) is not None else 3
+            source = SourceText(value, place.after(tag[: match.start(group)]), match.group(group))
+            if unknown := _REFERENCE.search(source.raw):
+                raise FlightPlanError(source.place, f"not XML: undefined entity &{unknown.group(1)[:40]};")
+            sources[name] = source
+        return sources
+
+    def _tag_text(self, begins: int) -> str:
+        """The text of a start tag: up to the first > that no quotes enclose."""
+        quote, index = 0, begins
+        while index < len(self.bytes):
+            byte = self.bytes[index]
+            if quote:
+                quote = 0 if byte == quote else quote
+            elif byte in b"\"'":
+                quote = byte
+            elif byte == ord(">"):
+                break
+            index += 1
+        return self.bytes[begins:index].decode("utf-8")

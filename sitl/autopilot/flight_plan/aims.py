@@ -1,0 +1,47 @@
+"""What a stage wants: a point, a leg, an arc, a course or a velocity, each with its altitude."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from protocol.flight_plans.plan_geometry import EnuPoint
+from sitl.autopilot.flight_plan.operator_view import AimKind
+
+__all__ = ["ORIGIN", "Aim", "away", "bearing_between", "qdr_point"]
+
+ORIGIN = EnuPoint(0.0, 0.0, 0.0)
+
+
+class Aim(NamedTuple):
+    """Where the plan wants the vehicle now, east, north and up of its origin.
+
+    An aim with the ``key`` of the last is the same one, a little later.
+    """
+
+    kind: AimKind
+    key: int = 0
+    start: EnuPoint = ORIGIN  # of a leg or a course
+    end: EnuPoint = ORIGIN  # of a leg; the point; the centre of an arc; the velocity [m/s]
+    radius: float = 0.0  # of an arc [m], positive: clockwise
+    climb: float | None = None  # vertical speed [m/s]; None: the altitude of the aim
+    course: float = 0.0  # clockwise from north [rad]
+    followers: tuple[EnuPoint, ...] = ()  # ends of the legs that follow without a stop
+    name: str = ""  # of the waypoint
+    turn_rate: float = 0.0  # of the heading, clockwise [rad/s]
+
+
+def away(a: EnuPoint, b: EnuPoint) -> float:
+    """Level distance [m]."""
+    return math.hypot(a.x - b.x, a.y - b.y)
+
+
+def bearing_between(a: EnuPoint, b: EnuPoint) -> float:
+    """Bearing of a point from another, clockwise from north [rad]."""
+    return math.atan2(b.x - a.x, b.y - a.y)
+
+
+def qdr_point(point: EnuPoint, qdr: float, distance: float) -> EnuPoint:
+    """The point at a bearing [deg] and distance [m] of another."""
+    turn = math.radians(qdr)
+    return EnuPoint(point.x + distance * math.sin(turn), point.y + distance * math.cos(turn), point.z)

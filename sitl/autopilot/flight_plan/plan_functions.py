@@ -1,0 +1,279 @@
+"""The functions that a plan may call: what each gives, and what it changes in the plan's memory."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Final, TypeAlias
+
+from protocol.flight_plans.evaluation import Argument, Scalar, UnknownNameError
+from protocol.flight_plans.plan_geometry import EnuPoint, inside_polygon
+from protocol.flight_plans.plan_names import block_number
+from sitl.autopilot.flight_plan.aims import away, bearing_between
+from sitl.autopilot.flight_plan.plan_inputs import MotorRequest
+
+if TYPE_CHECKING:
+    from sitl.autopilot.flight_plan.name_values import NameValues
+
+__all__ = ["FUNCTION_VALUES", "PlanFunction", "approaches"]
+
+PlanFunction: TypeAlias = Callable[["NameValues", Sequence[Argument]], Scalar | Mapping[str, float]]
+CLOSE_DEGREES = 10.0  # angles nearer than this are close
+CLOSE_RADIANS = 0.0177
+NAV_MODE = 13  # the only mode that a plan may ask for: it is in force while the plan flies
+
+
+def _number(argument: Argument) -> Scalar:
+    if isinstance(argument, str):
+        raise UnknownNameError(f"{argument!r} is not a number")
+    return argument
+
+
+def _name(names: NameValues, argument: Argument) -> str:
+    name = names.waypoints.name_of(_number(argument))
+    if name is None:
+        raise UnknownNameError(f"there is no waypoint {argument}")
+    return name
+
+
+def _point(names: NameValues, argument: Argument) -> EnuPoint:
+    return names.waypoints.at(_name(names, argument))
+
+
+def _here(names: NameValues, arguments: Sequence[Argument]) -> Scalar:
+    """A waypoint comes to where the vehicle is; its altitude stays."""
+    name = _name(names, arguments[0])
+    names.waypoints.move(name, EnuPoint(names.p.x, names.p.y, names.waypoints.at(name).z))
+    return 0
+
+
+def _here_and_high(names: NameValues, arguments: Sequence[Argument]) -> Scalar:
+    names.waypoints.move(_name(names, arguments[0]), names.p)
+    return 0
+
+
+def _copy(names: NameValues, arguments: Sequence[Argument]) -> Scalar:
+    names.waypoints.move(_name(names, arguments[0]), _point(names, arguments[1]))
+    return 0
+
+
+def _copy_level(names: NameValues, arguments: Sequence[Argument]) -> Scalar:
+    name, other = _name(names, arguments[0]), _point(names, arguments[1])
+    names.waypoints.move(name, EnuPoint(other.x, other.y, names.waypoints.at(name).z))
+    return 0
+
+
+def _motors(names: NameValues, *, on: bool) -> Scalar:
+    names.memory.motors.append(MotorRequest.START if on else MotorRequest.STOP)
+    return 0
+
+
+def _set_mode(names: NameValues, arguments: Sequence[Argument]) -> Scalar:  # noqa: ARG001
+    if _number(arguments[0]) != NAV_MODE:
+        raise UnknownNameError(f"mode {arguments[0]} is not flown by a plan")
+    return 0
+
+
+def _detect_ground(names: NameValues, *, begin: bool) -> Scalar:
+    if begin:
+        names.memory.detects_ground = True
+        return 0
+    return int(names.memory.detects_ground and names.inputs.view.landed)
+
+
+def _ground_reference(names: NameValues, arguments: Sequence[Argument]) -> Scalar:  # noqa: ARG001
+    names.memory.ground_height = names.p.z
+    return 0
+
+
+def _heading_to(names: NameValues, x: float, y: float) -> Scalar:
+    names.memory.heading = bearing_between(names.p, EnuPoint(x, y, 0.0))
+    return 0
+
+
+def _turn_heading(names: NameValues, arguments: Sequence[Argument]) -> Scalar:
+    target = str(arguments[0])
+    names.store(target, math.remainder(names.value(target) + _number(arguments[1]), math.tau))
+    return 0
+
+
+def _set_heading(names: NameValues, heading: float) -> Scalar:
+    names.memory.heading = math.remainder(heading, math.tau)
+    return 0
+
+
+def _max_speed(names: NameValues, arguments: Sequence[Argument]) -> Scalar:
+    names.memory.max_speed = max(float(_number(arguments[0])), 0.0)
+    return 0
+
+
+def _baseleg(names: NameValues, arguments: Sequence[Argument]) -> Scalar:
+    """Put the centre of the last turn beside the approach fix, so that the turn ends on the way to the touchdown."""
+    af, td = _point(names, arguments[0]), _point(names, arguments[1])
+    radius, length = float(_number(arguments[3])), max(away(af, td), 1e-6)
+    x, y = (td.x - af.x) / length, (td.y - af.y) / length
+    names.waypoints.move(_name(names, arguments[2]), EnuPoint(af.x + y * radius, af.y - x * radius, af.z))
+    names.memory.baseleg_qdr = math.pi - math.atan2(-y, -x) + (math.pi if radius < 0.0 else 0.0)
+    return 0
+
+
+def _inside(names: NameValues, arguments: Sequence[Argument]) -> Scalar:
+    corners = names.waypoints.corners(str(arguments[0]))
+    return int(inside_polygon(corners, _number(arguments[1]), _number(arguments[2])))
+
+
+def _block_index(names: NameValues, arguments: Sequence[Argument]) -> Scalar:
+    number = block_number(names.plan, str(arguments[0]))
+    if number is None:
+        raise UnknownNameError(f"there is no block {arguments[0]!r}")
+    return number
+
+
+def _close(a: Scalar, b: Scalar) -> Scalar:
+    return int(abs(math.remainder(a - b, 360.0)) < CLOSE_DEGREES)
+
+
+def approaches(p: EnuPoint, v: EnuPoint, to: EnuPoint, start: EnuPoint | None, seconds: float, radius: float) -> bool:
+    """Whether a vehicle arrives at a point.
+
+    Args:
+        p: Where it is.
+        v: Its velocity [m/s].
+        to: Where it goes.
+        start: Where the leg began: the line normal to it at its end counts as well; None: not.
+        seconds: The place that counts is that of so many seconds ahead, negative: behind.
+        radius: Nearer than this is there [m].
+    """
+    there = EnuPoint(p.x + seconds * v.x, p.y + seconds * v.y, p.z)
+    if away(there, to) < radius:
+        return True
+    if start is None:
+        return False
+    dx, dy = to.x - start.x, to.y - start.y
+    return dx * dx + dy * dy > 0.0 and (to.x - there.x) * dx + (to.y - there.y) * dy < 0.0
+
+
+def _approaching(names: NameValues, arguments: Sequence[Argument]) -> Scalar:
+    to, radius = _point(names, arguments[0]), names.inputs.settings.acceptance
+    start = _point(names, arguments[1]) if len(arguments) == 3 else None
+    return int(approaches(names.p, names.v, to, start, float(_number(arguments[-1])), radius))
+
+
+def _pure(function: Callable[..., Scalar]) -> PlanFunction:
+    """A function of numbers alone."""
+    return lambda _, arguments: function(*map(_number, arguments))
+
+
+def _told(function: Callable[[NameValues], Scalar | Mapping[str, float]]) -> PlanFunction:
+    """A function without arguments."""
+    return lambda names, _: function(names)
+
+
+def _euler(names: NameValues) -> Mapping[str, float]:
+    view = names.inputs.view
+    return {"phi": 0.0, "theta": view.tilt if view.forward else 0.0, "psi": math.remainder(-view.heading, math.tau)}
+
+
+def _ned(point: EnuPoint) -> Mapping[str, float]:
+    return {"x": point.y, "y": point.x, "z": -point.z}
+
+
+_POSITION_LOST = 5.0  # a position without an aid for so long is lost [s]
+
+
+def _fix(names: NameValues) -> Scalar:
+    view = names.inputs.view
+    return int(view.aligned and view.position_age < _POSITION_LOST)
+
+
+def _square_root(x: Scalar) -> Scalar:
+    return math.sqrt(x)
+
+
+FUNCTION_VALUES: Final[Mapping[str, PlanFunction]] = {
+    "GpsFixValid": _told(_fix),
+    "GpsIsLost": _told(lambda n: int(not _fix(n))),
+    "RadioControlIsLost": _told(lambda n: int(n.inputs.radio_lost)),
+    "NavKillThrottle": _told(lambda n: _motors(n, on=False)),
+    "NavResurrect": _told(lambda n: _motors(n, on=True)),
+    "autopilot_set_motors_on": lambda n, a: _motors(n, on=bool(_number(a[0]))),
+    "autopilot_get_motors_on": _told(lambda n: int(n.inputs.armed)),
+    "autopilot_set_mode": _set_mode,
+    "NavBlockTime": _told(lambda n: int(n.position.block_time)),
+    "GetPosAlt": _told(lambda n: n.altitude),
+    "GetPosHeight": _told(lambda n: n.height),
+    "GetPosX": _told(lambda n: n.p.x),
+    "GetPosY": _told(lambda n: n.p.y),
+    "GetAltRef": _told(lambda n: n.plan.ground_alt + n.memory.ground_height + n.memory.altitude_shift),
+    "nav_is_in_flight": _told(lambda n: int(not n.inputs.view.landed)),
+    "autopilot_in_flight": _told(lambda n: int(not n.inputs.view.landed)),
+    "NavStartDetectGround": _told(lambda n: _detect_ground(n, begin=True)),
+    "NavDetectGround": _told(lambda n: _detect_ground(n, begin=False)),
+    "NavSetGroundReferenceHere": _ground_reference,
+    "NavSetAltitudeReferenceHere": _ground_reference,
+    "ins_reset_altitude_ref": _ground_reference,
+    "NavCircleCount": _told(lambda n: abs(n.memory.circle.turned) / math.tau),
+    "NavCircleCountNoRewind": _told(lambda n: abs(n.memory.circle.turned) / math.tau),
+    "NavQdrCloseTo": lambda n, a: _close(math.degrees(n.memory.circle.qdr), _number(a[0])),
+    "NavCourseCloseTo": lambda n, a: _close(math.degrees(math.atan2(n.v.x, n.v.y)), _number(a[0])),
+    "nav_set_heading_current": _told(lambda n: _set_heading(n, -n.inputs.view.heading)),
+    "nav_set_heading_deg": lambda n, a: _set_heading(n, math.radians(_number(a[0]))),
+    "nav_set_heading_rad": lambda n, a: _set_heading(n, _number(a[0])),
+    "nav_set_heading_towards": lambda n, a: _heading_to(n, _number(a[0]), _number(a[1])),
+    "nav_set_heading_towards_waypoint": lambda n, a: _heading_to(n, *_point(n, a[0])[:2]),
+    "increase_nav_heading": _turn_heading,
+    "guidance_h_SetMaxSpeed": _max_speed,
+    "PowerVoltage": _told(lambda n: n.value("electrical.vsupply")),
+    "stateGetPositionEnu_f": _told(lambda n: n.p._asdict()),
+    "stateGetPositionNed_f": _told(lambda n: _ned(n.p)),
+    "stateGetSpeedEnu_f": _told(lambda n: n.v._asdict()),
+    "stateGetSpeedNed_f": _told(lambda n: _ned(n.v)),
+    "stateGetNedToBodyEulers_f": _told(_euler),
+    "stateGetHorizontalSpeedNorm_f": _told(lambda n: math.hypot(n.v.x, n.v.y)),
+    "stateGetHorizontalSpeedDir_f": _told(lambda n: math.atan2(n.v.x, n.v.y)),
+    "stateGetAirspeed_f": _told(lambda n: math.dist(n.inputs.view.v, n.inputs.view.wind)),
+    "IndexOfBlock": _block_index,
+    "Inside": _inside,
+    "NavSetWaypointHere": _here,
+    "NavSetWaypointPosAndAltHere": _here_and_high,
+    "NavCopyWaypoint": _copy,
+    "NavCopyWaypointPositionOnly": _copy_level,
+    "WaypointX": lambda n, a: _point(n, a[0]).x,
+    "WaypointY": lambda n, a: _point(n, a[0]).y,
+    "WaypointAlt": lambda n, a: _point(n, a[0]).z + n.plan.ground_alt,
+    "waypoint_get_x": lambda n, a: _point(n, a[0]).x,
+    "waypoint_get_y": lambda n, a: _point(n, a[0]).y,
+    "waypoint_get_alt": lambda n, a: _point(n, a[0]).z + n.plan.ground_alt,
+    "GetDistanceToWaypoint": lambda n, a: away(n.p, _point(n, a[0])),
+    "NavApproaching": _approaching,
+    "NavApproachingFrom": _approaching,
+    "nav_compute_baseleg": _baseleg,
+    "LessThan": _pure(lambda a, b: int(a < b)),
+    "MoreThan": _pure(lambda a, b: int(a > b)),
+    "And": _pure(lambda a, b: int(a != 0 and b != 0)),
+    "Or": _pure(lambda a, b: int(a != 0 or b != 0)),
+    "Not": _pure(lambda a: int(a == 0)),
+    "Min": _pure(min),
+    "Max": _pure(max),
+    "fmin": _pure(lambda a, b: float(min(a, b))),
+    "fmax": _pure(lambda a, b: float(max(a, b))),
+    "CloseDegAngles": _pure(_close),
+    "CloseRadAngles": _pure(lambda a, b: int(abs(math.remainder(a - b, math.tau)) < CLOSE_RADIANS)),
+    "DegOfRad": _pure(math.degrees),
+    "RadOfDeg": _pure(math.radians),
+    "fabs": _pure(lambda a: float(abs(a))),
+    "fabsf": _pure(lambda a: float(abs(a))),
+    "abs": _pure(lambda a: abs(int(a))),
+    "sin": _pure(math.sin),
+    "sinf": _pure(math.sin),
+    "cos": _pure(math.cos),
+    "cosf": _pure(math.cos),
+    "tan": _pure(math.tan),
+    "tanf": _pure(math.tan),
+    "atan2": _pure(math.atan2),
+    "atan2f": _pure(math.atan2),
+    "sqrt": _pure(_square_root),
+    "sqrtf": _pure(_square_root),
+    "floor": _pure(lambda a: float(math.floor(a))),
+    "ceil": _pure(lambda a: float(math.ceil(a))),
+}

@@ -1,0 +1,33 @@
+"""What a flight plan sees of the vehicle at one tick, and what it asks the autopilot for."""
+
+from __future__ import annotations
+
+from enum import Enum, auto
+from typing import NamedTuple
+
+from sitl.autopilot.safety.world import World
+from sitl.autopilot.settings import Settings
+from sitl.guidance.view import VehicleView
+from sitl.prediction.chooser import Chooser
+
+__all__ = ["MotorRequest", "PlanInputs"]
+
+
+class MotorRequest(Enum):
+    """What a plan wants of the motors."""
+
+    START = auto()
+    STOP = auto()
+
+
+class PlanInputs(NamedTuple):
+    """The vehicle and its autopilot, as they are at one tick."""
+
+    view: VehicleView
+    world: World
+    settings: Settings
+    chooser: Chooser | None = None  # None: every leg is hovered
+    armed: bool = False
+    flying: bool = False  # whether it is to be in the air
+    datalink_time: float = 0.0  # since the ground station was heard [s]
+    radio_lost: bool = False  # sticks were heard, and stopped

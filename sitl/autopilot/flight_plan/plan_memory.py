@@ -1,0 +1,56 @@
+"""What a plan remembers between ticks, apart from where it is in its blocks."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+from protocol.flight_plans.evaluation import Scalar
+from protocol.flight_plans.plan_geometry import EnuPoint
+from protocol.flight_plans.plan_names import NAV_CLIMB, NAV_DESCENT
+from sitl.autopilot.flight_plan.aims import ORIGIN, bearing_between
+from sitl.autopilot.flight_plan.plan_inputs import MotorRequest
+
+__all__ = ["HOVER_THROTTLE", "THROTTLE_CLIMB", "CircleCount", "PlanMemory"]
+
+HOVER_THROTTLE = 0.5  # share of full throttle that neither climbs nor sinks
+THROTTLE_CLIMB = 4.0  # vertical speed by throttle beyond that [m/s]
+
+
+@dataclass(slots=True)
+class CircleCount:
+    """Turns about a centre since the stage began."""
+
+    turned: float = 0.0  # clockwise [rad]
+    qdr: float = 0.0  # bearing from the centre [rad]
+    _is_begun: bool = False
+
+    def update(self, centre: EnuPoint, p: EnuPoint) -> None:
+        """One tick about a centre."""
+        qdr = bearing_between(centre, p)
+        if self._is_begun:
+            self.turned += math.remainder(qdr - self.qdr, math.tau)
+        self.qdr, self._is_begun = qdr, True
+
+
+@dataclass(slots=True)
+class PlanMemory:
+    """Variables of the plan and of the autopilot that a plan can change."""
+
+    variables: dict[str, Scalar] = field(default_factory=dict)  # of the plan
+    whole: frozenset[str] = frozenset()  # those of them that hold whole numbers
+    radius: float | None = None  # nav.radius [m]; None: that of the settings
+    climb_speed: float = NAV_CLIMB  # [m/s]
+    descent_speed: float = NAV_DESCENT  # [m/s]
+    heading: float | None = None  # clockwise from north [rad]; None: the vehicle's own
+    max_speed: float | None = None  # of the hover [m/s]; None: that of the settings
+    forces_forward: bool = False  # legs are flown forward where possible
+    throttle: float = 0.0  # that of the last aim, 0..1
+    baseleg_qdr: float = 0.0  # [rad]
+    ground_height: float = 0.0  # of the ground reference above the plan's ground [m]
+    altitude_shift: float = 0.0  # of the altitude reference [m]
+    detects_ground: bool = False
+    circle: CircleCount = field(default_factory=CircleCount)
+    last_point: EnuPoint = ORIGIN  # where the last leg ended
+    flight_time: float = 0.0  # [s]
+    motors: list[MotorRequest] = field(default_factory=list)  # asked for since the last look

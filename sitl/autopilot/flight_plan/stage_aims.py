@@ -1,0 +1,239 @@
+"""The aim of a stage: where it sends the vehicle, and whether it has arrived."""
+
+from __future__ import annotations
+
+import math
+
+from protocol.flight_plans.attributes import NameUse
+from protocol.flight_plans.evaluation import Scalar, UnknownNameError, evaluate
+from protocol.flight_plans.expressions import Expression
+from protocol.flight_plans.plan_geometry import EnuPoint
+from protocol.flight_plans.plan_limits import is_loop_waypoint
+from protocol.flight_plans.plan_names import plan_constants
+from protocol.flight_plans.stages import (
+    AttitudeStage,
+    CircleStage,
+    EightStage,
+    GoStage,
+    GuidedStage,
+    HeadingStage,
+    HomeStage,
+    OvalStage,
+    Stage,
+    StayStage,
+    SurveyStage,
+)
+from sitl.autopilot.flight_plan.aims import Aim, qdr_point
+from sitl.autopilot.flight_plan.name_values import NameValues
+from sitl.autopilot.flight_plan.operator_view import AimKind
+from sitl.autopilot.flight_plan.patterns import PieceTracker, eight_pieces, oval_pieces, survey_pieces
+from sitl.autopilot.flight_plan.plan_functions import approaches
+from sitl.autopilot.flight_plan.plan_memory import HOVER_THROTTLE, THROTTLE_CLIMB
+
+__all__ = ["StageAims"]
+
+MAX_CLIMB = 2.0  # vertical speed that a throttle is taken for [m/s]
+XY_OFFSET, XY_BODY, Z_OFFSET, YAW_OFFSET, XY_SPEED, Z_SPEED, YAW_RATE = 1, 2, 4, 8, 32, 64, 128
+MovingStage = (
+    GoStage | StayStage | CircleStage | OvalStage | EightStage | SurveyStage | HeadingStage | AttitudeStage | HomeStage
+)
+
+
+class StageAims:
+    """Makes the aims of one plan; the stage in force keeps its pattern here.
+
+    Args:
+        names: Of the plan in flight.
+    """
+
+    def __init__(self, names: NameValues) -> None:
+        self._names = names
+        self._key = 0
+        self._begun = EnuPoint(0.0, 0.0, 0.0)  # where the vehicle was when the stage began
+        self._from = EnuPoint(0.0, 0.0, 0.0)  # where the last leg ended when the stage began
+        self._tracker: PieceTracker | None = None
+        self._shape: object = None
+        self._guided: Aim | None = None
+
+    def begin(self, key: int) -> None:
+        """Another stage is in force; its number tells it from all before."""
+        if key != self._key:
+            memory = self._names.memory
+            self._key, self._begun, self._from = key, self._names.p, memory.last_point
+            self._tracker, self._shape, self._guided = None, None, None
+            memory.circle = type(memory.circle)()
+
+    def aim(self, stage: Stage) -> Aim | None:
+        """What a stage wants now; None: it has arrived, or there is nothing to fly."""
+        match stage:
+            case GoStage():
+                return self._go(stage)
+            case StayStage():
+                return self._stay(stage)
+            case CircleStage() | OvalStage() | EightStage() | SurveyStage():
+                return self._pattern(stage)
+            case HeadingStage():
+                return self._heading(stage)
+            case AttitudeStage():
+                return self._with_vertical(stage, Aim(AimKind.POINT, self._key, end=self._begun))
+            case GuidedStage():
+                return self._guided_aim(stage)
+            case _:
+                return self._home()
+
+    # Kinds of stages
+
+    def _stay(self, stage: StayStage) -> Aim:
+        aim = Aim(AimKind.POINT, self._key, end=self._place(stage.wp), name=self._waypoint(stage.wp))
+        return self._with_vertical(stage, aim)
+
+    def _pattern(self, stage: CircleStage | OvalStage | EightStage | SurveyStage) -> Aim:
+        match stage:
+            case CircleStage():
+                return self._circle(stage)
+            case OvalStage():
+                return self._oval(stage)
+            case EightStage():
+                return self._eight(stage)
+            case _:
+                return self._survey(stage)
+
+    def _go(self, stage: GoStage) -> Aim | None:
+        names, to = self._names, self._place(stage.wp, stage.wp_qdr, stage.wp_dist)
+        routed = stage.hmode == "route" or stage.from_wp is not None
+        start = self._from if stage.from_wp is None else self._place(stage.from_wp, stage.from_qdr, stage.from_dist)
+        seconds = self._value(stage.approaching_time, 0.0)
+        if stage.exceeding_time is not None:
+            seconds = -self._value(stage.exceeding_time, 0.0)
+        if approaches(names.p, names.v, to, start if routed else None, seconds, names.inputs.settings.acceptance):
+            names.memory.last_point = to._replace(z=self._altitude(stage, to))
+            return None
+        kind = AimKind.LEG if stage.hmode == "route" else AimKind.POINT
+        name = "" if stage.wp_qdr is not None else self._waypoint(stage.wp)
+        return self._with_vertical(stage, Aim(kind, self._key, start=start, end=to, name=name))
+
+    def _circle(self, stage: CircleStage) -> Aim:
+        centre = self._place(stage.wp, stage.wp_qdr, stage.wp_dist)
+        self._names.memory.circle.update(centre, self._names.p)
+        aim = Aim(AimKind.ARC, self._key, end=centre, radius=self._value(stage.radius, 0.0))
+        return self._with_vertical(stage, aim._replace(name=self._waypoint(stage.wp)))
+
+    def _oval(self, stage: OvalStage) -> Aim:
+        one, two, radius = self._place(stage.p1), self._place(stage.p2), self._value(stage.radius, 0.0)
+        if self._shape != (one, two, radius):
+            self._shape, index = (one, two, radius), 0 if self._tracker is None else self._tracker.index
+            self._tracker = PieceTracker(oval_pieces(one, two, radius), index)
+        return self._with_vertical(stage, self._piece(one))
+
+    def _eight(self, stage: EightStage) -> Aim:
+        one, two, radius = self._place(stage.center), self._place(stage.turn_around), self._value(stage.radius, 0.0)
+        if self._shape != (one, two, radius):
+            self._shape, index = (one, two, radius), 0 if self._tracker is None else self._tracker.index
+            self._tracker = PieceTracker(eight_pieces(one, two, radius), index)
+        return self._with_vertical(stage, self._piece(one))
+
+    def _survey(self, stage: SurveyStage) -> Aim:
+        one, two, grid = self._place(stage.wp1), self._place(stage.wp2), self._value(stage.grid, 0.0)
+        if self._shape != (one, two, grid):
+            self._shape = (one, two, grid)
+            pieces = survey_pieces(one, two, grid, north_south=stage.orientation != "WE")
+            self._tracker = PieceTracker(pieces, 0 if self._tracker is None else self._tracker.index)
+        return self._piece(one)
+
+    def _piece(self, centre: EnuPoint) -> Aim:
+        """The piece of a pattern that is flown now."""
+        tracker = self._tracker
+        if tracker is None or not tracker.pieces:
+            return Aim(AimKind.POINT, self._key, end=centre)
+        piece = tracker.at(self._names.p)
+        key = self._key + tracker.index * 1_000_000  # every piece is an aim of its own
+        if piece.radius == 0.0:
+            return Aim(AimKind.LEG, key, start=piece.start, end=piece.end)
+        self._names.memory.circle.update(piece.end, self._names.p)
+        return Aim(AimKind.ARC, key, end=piece.end, radius=piece.radius)
+
+    def _heading(self, stage: HeadingStage) -> Aim:
+        course = math.radians(self._value(stage.course, 0.0))
+        aim = Aim(AimKind.COURSE, self._key, start=self._begun, end=self._begun, course=course)
+        return self._with_vertical(stage, aim)
+
+    def _home(self) -> Aim:
+        names = self._names
+        high = float(plan_constants(names.plan)["HOME_MODE_HEIGHT"])
+        return Aim(AimKind.POINT, self._key, end=names.waypoints.home._replace(z=high), name="HOME")
+
+    def _guided_aim(self, stage: GuidedStage) -> Aim:
+        """A set-point of the guided mode: north, east, down and yaw, each as its flag says; offsets count once."""
+        if self._guided is not None:
+            return self._guided
+        names = self._names
+        flags = int(self._value(stage.flags, 0.0))
+        values = [self._value(command, 0.0) for command in stage.commands[:4]]
+        north, east, down, yaw = (*values, *[0.0] * (4 - len(values)))
+        if flags & XY_BODY:
+            psi = -names.inputs.view.heading
+            north, east = (
+                north * math.cos(psi) - east * math.sin(psi),
+                north * math.sin(psi) + east * math.cos(psi),
+            )
+        turn_rate = yaw if flags & YAW_RATE else 0.0
+        if not flags & YAW_RATE:
+            names.memory.heading = (-names.inputs.view.heading if flags & YAW_OFFSET else 0.0) + yaw
+        z = names.p.z - down if flags & Z_OFFSET else -down
+        climb = -down if flags & Z_SPEED else None
+        moved = bool(flags & (XY_OFFSET | XY_BODY))
+        to = EnuPoint(east + (names.p.x if moved else 0.0), north + (names.p.y if moved else 0.0), z)
+        if flags & XY_SPEED:
+            aim = Aim(AimKind.VELOCITY, self._key, start=EnuPoint(0.0, 0.0, z), end=EnuPoint(east, north, z))
+        else:
+            aim = Aim(AimKind.POINT, self._key, end=to)
+        self._guided = aim._replace(climb=climb, turn_rate=turn_rate)
+        return self._guided
+
+    # What they share
+
+    def _with_vertical(self, stage: MovingStage, aim: Aim) -> Aim:
+        """The aim with the altitude or vertical speed of a stage's vertical mode."""
+        memory, mode = self._names.memory, getattr(stage, "vmode", None)
+        memory.throttle = HOVER_THROTTLE
+        if mode == "climb":
+            climb = self._value(getattr(stage, "climb", None), 0.0)
+            memory.throttle = min(max(HOVER_THROTTLE + climb / THROTTLE_CLIMB, 0.0), 1.0)
+            return aim._replace(climb=climb)
+        if mode == "throttle":
+            memory.throttle = min(max(self._value(getattr(stage, "throttle", None), 0.0), 0.0), 1.0)
+            climb = (memory.throttle - HOVER_THROTTLE) * THROTTLE_CLIMB
+            return aim._replace(climb=min(max(climb, -MAX_CLIMB), MAX_CLIMB))
+        high = self._altitude(stage, aim.end)
+        low = aim.start.z if mode == "glide" else high
+        return aim._replace(start=aim.start._replace(z=low), end=aim.end._replace(z=high))
+
+    def _altitude(self, stage: object, point: EnuPoint) -> float:
+        """Above the plan's ground [m]: that of the stage, or of its waypoint."""
+        names = self._names
+        alt, height = getattr(stage, "alt", None), getattr(stage, "height", None)
+        if height is not None:
+            return self._value(height, 0.0) + names.memory.ground_height
+        if alt is not None:
+            return self._value(alt, 0.0) - names.plan.ground_alt - names.memory.altitude_shift
+        return point.z
+
+    def _place(self, use: NameUse, qdr: Expression | None = None, distance: Expression | None = None) -> EnuPoint:
+        point = self._names.waypoints.at(self._waypoint(use))
+        if qdr is None and distance is None:
+            return point
+        return qdr_point(point, self._value(qdr, 0.0), self._value(distance, 0.0))
+
+    def _waypoint(self, use: NameUse) -> str:
+        """The waypoint that a stage names, or that the counter of a loop numbers."""
+        names = self._names
+        name = names.waypoints.known(use.name)
+        if is_loop_waypoint(use):
+            name = names.waypoints.name_of(names.loop_value(use.name[1:]))
+        if name is None:
+            raise UnknownNameError(f"there is no waypoint {use.name}")
+        return name
+
+    def _value(self, expression: Expression | None, default: float) -> float:
+        value: Scalar = default if expression is None else evaluate(expression.tree, self._names)
+        return float(value)

@@ -1,0 +1,110 @@
+"""A block as a list of steps: its stages one after the other, with loops as jumps."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum, auto
+
+from protocol.flight_plans.attributes import attribute_texts
+from protocol.flight_plans.flight_plan import FlightPlan, PlanBlock
+from protocol.flight_plans.stages import (
+    ForStage,
+    GoStage,
+    HomeStage,
+    PathStage,
+    PlanException,
+    Stage,
+    WhileStage,
+)
+
+__all__ = ["BlockSteps", "Step", "StepKind", "compiled_blocks", "stage_text"]
+
+
+class StepKind(Enum):
+    """What a step does."""
+
+    STAGE = auto()
+    WHILE = auto()  # goes on, or jumps behind its loop
+    BEGIN_FOR = auto()  # sets the counter before its first value
+    NEXT_FOR = auto()  # counts, and goes on or jumps behind its loop
+    AGAIN = auto()  # jumps to the head of its loop
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """One step."""
+
+    kind: StepKind
+    stage: Stage
+    jump: int = 0  # number of another step
+    exceptions: tuple[PlanException, ...] = ()  # of the loops around
+
+
+@dataclass(frozen=True, slots=True)
+class BlockSteps:
+    """A block that can be flown step by step."""
+
+    name: str
+    steps: tuple[Step, ...]
+    block: PlanBlock | None = None  # None: the block HOME that every plan has
+
+
+def compiled_blocks(plan: FlightPlan) -> tuple[BlockSteps, ...]:
+    """The blocks of a plan, HOME behind them."""
+    blocks = [BlockSteps(block.name, tuple(_steps(block.stages)), block) for block in plan.blocks]
+    return (*blocks, BlockSteps("HOME", (Step(StepKind.STAGE, HomeStage()),)))
+
+
+def stage_text(stage: Stage) -> str:
+    """A stage in one line, for an operator."""
+    return " ".join((stage.tag, *(f"{name}={text}" for name, text in attribute_texts(stage).items())))
+
+
+def _steps(stages: Sequence[Stage]) -> list[Step]:
+    steps: list[Step] = []
+    _add(steps, stages, ())
+    return steps
+
+
+def _add(steps: list[Step], stages: Sequence[Stage], exceptions: tuple[PlanException, ...]) -> None:
+    for stage in stages:
+        match stage:
+            case WhileStage():
+                _add_loop(steps, stage, StepKind.WHILE, exceptions)
+            case ForStage():
+                steps.append(Step(StepKind.BEGIN_FOR, stage, exceptions=exceptions))
+                _add_loop(steps, stage, StepKind.NEXT_FOR, exceptions)
+            case PathStage():
+                steps += [Step(StepKind.STAGE, leg, exceptions=exceptions) for leg in _legs(stage)]
+            case _:
+                steps.append(Step(StepKind.STAGE, stage, exceptions=exceptions))
+
+
+def _add_loop(
+    steps: list[Step], stage: WhileStage | ForStage, kind: StepKind, exceptions: tuple[PlanException, ...]
+) -> None:
+    head, inner = len(steps), (*exceptions, *stage.exceptions)
+    steps.append(Step(kind, stage, exceptions=exceptions))
+    _add(steps, stage.stages, inner)
+    steps.append(Step(StepKind.AGAIN, stage, head, inner))
+    steps[head] = Step(kind, stage, len(steps), exceptions)
+
+
+def _legs(path: PathStage) -> list[GoStage]:
+    """The legs of a path: each from one of its waypoints to the next."""
+    return [
+        GoStage(
+            place=path.place,
+            wp=there,
+            from_wp=here,
+            hmode="route",
+            vmode=path.vmode,
+            alt=path.alt,
+            climb=path.climb,
+            throttle=path.throttle,
+            approaching_time=path.approaching_time,
+            exceeding_time=path.exceeding_time,
+        )
+        for here, there in zip(path.wpts[:-1], path.wpts[1:], strict=True)
+    ]

@@ -1,0 +1,94 @@
+"""Expressions: what is read, how it groups, and where faults are said to be."""
+
+import pytest
+
+from protocol.flight_plans import FlightPlanError
+from protocol.flight_plans.expression_syntax import MAX_EXPRESSION_DEPTH, parse_expression, parse_script
+from protocol.flight_plans.expression_text import expression_text, script_text
+from protocol.flight_plans.expressions import BlockTitle, Call, LoopVariable, Member, Number, VariableName
+from tests.support.plans import source
+
+
+def tree(text):
+    return parse_expression(source(text)).tree
+
+
+@pytest.mark.parametrize(
+    ("text", "same"),
+    [
+        ("1+2*3", "1+(2*3)"),
+        ("1-2-3", "(1-2)-3"),
+        ("2**3**2", "2**(3**2)"),
+        ("-2**2", "-(2**2)"),
+        ("2**-1", "2**(-1)"),
+        ("!a == b", "(!a) == b"),
+        ("a @AND b @OR c @AND d", "(a && b) || (c && d)"),
+        ("a @GT b + 1", "a > (b + 1)"),
+        ("a @GEQ 1 @AND b @LEQ 2 @AND c @LT 3", "(a >= 1 && b <= 2) && c < 3"),
+        ("a | b & c", "a | (b & c)"),
+        ("stateGetPositionEnu_f() @DEREF z", "stateGetPositionEnu_f()->z"),
+        ("nav->radius", "nav.radius"),
+        ("0x10", "16"),
+        (" TRUE ", "TRUE"),
+        ("+5", "5"),
+    ],
+)
+def test_groups_and_spellings(text, same):
+    assert tree(text) == tree(same)
+
+
+def test_what_parts_are():
+    assert tree("9600.") == Number(9600.0)
+    assert tree("0.0f") == Number(0.0)
+    assert tree("7") == Number(7) != Number(7.0)
+    assert tree("$i") == LoopVariable("i")
+    assert tree("guidance_v.delta_t") == VariableName("guidance_v.delta_t")
+    assert tree("f()->x") == Member(Call("f", ()), "x")
+    assert tree("IndexOfBlock('Wait GPS')") == Call("IndexOfBlock", (BlockTitle("Wait GPS"),))
+
+
+@pytest.mark.parametrize(
+    ("text", "column", "words"),
+    [
+        ("", 1, "ends too early"),
+        ("1 +", 4, "ends too early"),
+        ("f(1, ", 6, "ends too early"),
+        ("a b", 3, "'b'"),
+        ("12abc", 1, "'12abc'"),
+        ("f(,)", 3, "',)'"),
+        ("a = 2", 3, "'= 2'"),
+        ("#", 1, "'#'"),
+        ("99999999999999999999", 1, "too large"),
+        ("1e999", 1, "too large"),
+    ],
+)
+def test_faults_have_a_column(text, column, words):
+    with pytest.raises(FlightPlanError, match="^t:1:") as caught:
+        tree(text)
+    assert caught.value.place.column == column
+    assert words in caught.value.reason
+    assert "\n" not in str(caught.value)
+
+
+def test_depth_and_length_are_bounded():
+    for text in ("!" * (MAX_EXPRESSION_DEPTH + 1) + "a", "+".join("a" * 200), "f(" * 200 + ")" * 200, "a" * 5000):
+        with pytest.raises(FlightPlanError, match="more than|longer"):
+            tree(text)
+    tree("(" * 500 + "a" + ")" * 500)  # parentheses alone are no depth
+
+
+def test_statements():
+    script = parse_script(source("if(!InsideKill(GetPosX(), 1)) NavKillThrottle(); nav.heading = 2;"))
+    first, second = script.instructions
+    assert first.condition is not None
+    assert first.expression == Call("NavKillThrottle", ())
+    assert (second.target, second.expression) == ("nav.heading", Number(2))
+    assert parse_script(source(script_text(script))) == script
+    with pytest.raises(FlightPlanError, match="not expected"):
+        parse_script(source("while(1) f()"))
+
+
+def test_written_expressions_need_no_references_in_xml():
+    text = expression_text(tree("a < 1 && b <= 2 || c > 3"))
+    assert not set(text) & set("<&")
+    assert tree(text) == tree("a < 1 && b <= 2 || c > 3")

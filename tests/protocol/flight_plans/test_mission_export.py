@@ -1,0 +1,63 @@
+"""A plan as a mission, and the list of what it lost."""
+
+import pytest
+
+from protocol import units
+from protocol.dialect import mavlink
+from protocol.flight_plans import load_flight_plan
+from protocol.flight_plans.mission_export import to_mission
+from protocol.plans import load, save
+from tests.support.plans import VOLIERE, plan_of
+
+
+def commands(export):
+    return [item.command for item in export.mission.items]
+
+
+def test_stages_become_items_in_their_order():
+    plan = plan_of(
+        '<block name="a"><stay wp="A" vmode="climb" climb="nav.climb_vspeed"/><go wp="A"/><go from="A" wp="B" hmode="route"/>'
+        '<stay wp="B" until="stage_time @GT 10"/><circle wp="C" radius="-30" until="NavCircleCount() > 2"/>'
+        '<path wpts="A B"/><stay wp="C"/><stay wp="A" vmode="climb" climb="-0.5"/></block>'
+    )
+    export = to_mission(plan)
+    nav = {name: getattr(mavlink, f"MAV_CMD_NAV_{name}") for name in
+           ("TAKEOFF", "WAYPOINT", "LOITER_TIME", "LOITER_TURNS", "LOITER_UNLIM", "LAND")}  # fmt: skip
+    names = "TAKEOFF WAYPOINT WAYPOINT WAYPOINT LOITER_TIME LOITER_TURNS WAYPOINT WAYPOINT LOITER_UNLIM LAND"
+    assert commands(export) == [nav[name] for name in names.split()]
+    timed, turned = export.mission.items[4:6]
+    assert timed.params[0] == 10.0
+    assert (turned.params[0], turned.params[2]) == (2.0, -30.0)
+    assert [item.z for item in export.mission.items[1:4]] == [102.0, 102.0, 103.0]
+    assert export.losses == ()
+    lat, lon = (units.from_e7(value) for value in (export.mission.items[1].x, export.mission.items[1].y))
+    assert (lat - 43.5641) * 111_120 == pytest.approx(4.0, abs=0.02)
+    assert lon > 1.4829
+
+
+def test_what_is_lost_is_named_with_its_place():
+    plan = plan_of(
+        '<block name="a" pre_call="NavKillThrottle()"><exception cond="1" deroute="HOME"/><while cond="1"><go wp="A"/></while>'
+        '<call_once fun="NavResurrect()"/><circle wp="A" radius="nav.radius"/><stay wp="A" until="GetPosX() > 1"/></block>'
+    )
+    texts = [str(loss) for loss in to_mission(plan).losses]
+    assert all(text.startswith("t.xml:3:") for text in texts)
+    told = " ".join(texts)
+    for word in (
+        "exception from block a to HOME",
+        "<while>",
+        "<call_once>",
+        "<circle>",
+        "until GetPosX",
+        "NavKillThrottle",
+    ):
+        assert word in told
+
+
+@pytest.mark.parametrize("name", ["m.plan", "m.waypoints"])
+def test_exports_are_saved_and_loaded(tmp_path, name):
+    export = to_mission(load_flight_plan(VOLIERE), with_fence_of_sector=name.endswith(".plan"))
+    save(export.mission, tmp_path / name)
+    assert load(tmp_path / name).items == export.mission.items
+    assert any("fence Room" in loss.text for loss in export.losses) == name.endswith(".waypoints")
+    assert len(export.mission.geo_fence["polygons"]) == int(name.endswith(".plan"))

@@ -1,0 +1,211 @@
+"""Plans as files: what is read, how it is written again, and what is refused where."""
+
+import os
+
+import pytest
+
+from protocol.errors import FileError
+from protocol.flight_plans import FlightPlanError, load_flight_plan, read_flight_plan, render_flight_plan
+from protocol.flight_plans.plan_geometry import inside_polygon, waypoint_position
+from protocol.flight_plans.stages import GoStage, PathStage, StayStage
+from protocol.flight_plans.xml_elements import MAX_ELEMENTS, MAX_SIZE
+from tests.support.plans import HEAD, OUR_PLANS, VOLIERE, WAYPOINTS, plan_of, plan_text, public_plans
+
+
+def refusal(text, name="t.xml"):
+    with pytest.raises(FlightPlanError) as caught:
+        read_flight_plan(text if isinstance(text, bytes) else text.encode(), name)
+    assert "\n" not in str(caught.value)
+    assert str(caught.value).startswith(f"{name}:")
+    return caught.value
+
+
+@pytest.mark.parametrize("path", sorted(OUR_PLANS.glob("*.xml")), ids=lambda path: path.name)
+def test_what_is_written_loads_to_the_same_plan(path):
+    plan = load_flight_plan(path)
+    text = render_flight_plan(plan)
+    again = read_flight_plan(text.encode(), "again")
+    assert again == plan
+    assert render_flight_plan(again) == text
+
+
+def test_the_room():
+    plan = load_flight_plan(VOLIERE)
+    assert plan.lat0 == pytest.approx(43 + 33 / 60 + 50.73 / 3600)
+    assert plan.comments == (" A plan for a flying room of 8 x 8 x 6 m: everything hovered, nobody inside. ",)
+    assert plan.blocks[1].strip_button == "Take off"
+    assert [e.deroute.name for e in plan.exceptions] == ["Safe landing", "Safe landing", "Standby"]
+    heights = {p.name: waypoint_position(plan, p).z for p in plan.waypoints}
+    assert (heights["HOME"], heights["p2"], heights["CENTRE"]) == (2.0, 3.0, 2.5)
+    route = plan.blocks[plan.block_index("Route")]
+    first, second, third = route.stages[0].stages
+    assert isinstance(first, GoStage)
+    assert second.from_wp.name == "p1"
+    assert isinstance(third, PathStage)
+    assert [use.name for use in third.wpts] == ["p2", "p3", "p4"]
+
+
+def test_comments_keep_their_places():
+    blocks = '<!-- one --><block name="b"><!-- two --><stay wp="A"/><!-- three --></block><!-- four -->'
+    plan = plan_of(blocks, "<!-- zero -->")
+    written = render_flight_plan(plan)
+    order = [written.index(f"<!-- {word} -->") for word in ("zero", "one", "two", "three", "four")]
+    assert order == sorted(order)
+
+
+def test_attributes_are_written_as_they_were():
+    plan = plan_of('<block name="a &amp; &lt;b&gt; &quot;c&quot;"><stay wp="A" until="1 &lt; stage_time"/></block>')
+    assert plan.blocks[0].name == 'a & <b> "c"'
+    assert read_flight_plan(render_flight_plan(plan).encode(), "x") == plan
+    assert isinstance(plan.blocks[0].stages[0], StayStage)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("<a>", "t.xml:1:4: not XML: no element found"),
+        ('<a b="1"\n b="2"/>', "t.xml:2:2: not XML: duplicate attribute"),
+        ('<a b="x & y"/>', "t.xml:1:10: not XML"),
+        ("", "t.xml:1:1: not XML"),
+        ('<!DOCTYPE a [<!ENTITY e "x">]><a b="&e;"/>', "entities"),
+        ('<!DOCTYPE a [<!ENTITY % e SYSTEM "file:///etc/passwd"> %e;]><a/>', "entities"),
+        ('<!DOCTYPE a SYSTEM "no.dtd"><a b="&e;"/>', "undefined entity &e;"),
+        ('<!DOCTYPE a SYSTEM "no.dtd"><a>&e;</a>', "undefined entity &e;"),
+        ("<a>" * 40 + "</a>" * 40, "deeper in each other"),
+        ('<a xmlns:x="y" x:b="1"/>', "namespaces"),
+        (b'<?xml version="1.0" encoding="utf-16"?><a/>', "UTF-8"),
+        (b"<a b='\xff'/>", "not utf-8"),
+        ("<a/>" + " " * MAX_SIZE, "longer than"),
+        ("<a>" + "<b/>" * (MAX_ELEMENTS + 1) + "</a>", "elements"),
+        ("<procedure/>", "a procedure is flown by a plan that includes it"),
+    ],
+)
+def test_what_is_not_a_plan_is_refused(text, words):
+    assert words in str(refusal(text))
+
+
+@pytest.mark.parametrize(
+    ("blocks", "words"),
+    [
+        ('<block name="b"><fly wp="A"/></block>', "t.xml:3:25: <fly> is not a stage"),
+        ('<block name="b"><go wp="A" whp="B"/></block>', "t.xml:3:41: <go> has no attribute 'whp'"),
+        ('<block name="b"><path wpts="A B" until="1"/></block>', "<path> has no attribute 'until'"),
+        ('<block name="b"><go/></block>', "t.xml:3:25: <go> needs the attribute 'wp'"),
+        ('<block name="b"><heading course="1"/></block>', "needs the attribute 'until'"),
+        ('<block name="b"><go wp="Z"/></block>', "t.xml:3:33: there is no waypoint 'Z'"),
+        ('<block name="b"><deroute block="c"/></block>', "there is no block 'c'"),
+        ('<block name="b"><exception cond="1" deroute="c"/></block>', "there is no block 'c'"),
+        ('<block name="b"><go wp="A" hmode="fast"/></block>', "is not one of direct, route"),
+        ('<block name="b"><call fun="f()" loop="maybe"/></block>', "neither TRUE nor FALSE"),
+        ('<block name="b"><set var="1a" value="1"/></block>', "not the name of a variable"),
+        ('<block name="b"><go wp="A"><go wp="B"/></go></block>', "<go> holds no <go>"),
+        ('<block name="b">words</block>', "holds the text 'words'"),
+        ('<block name="b"/><block name="b"/>', "a second block is called 'b'; the first is in line 3"),
+        ('<block name=""/>', "is not a name"),
+        ("", "<blocks> holds no block"),
+        ('<block name="b"><stay wp="A" until="1 +&#10; )"/></block>', "t.xml:3:"),
+        ('<block name="b"><path wpts="A"/></block>', "two waypoints"),
+    ],
+)
+def test_blocks_that_are_refused(blocks, words):
+    assert words in str(refusal(plan_text(blocks)))
+
+
+@pytest.mark.parametrize(
+    ("section", "words"),
+    [
+        ('<sectors><sector name="S"><corner name="A"/></sector></sectors>', "too few for a sector"),
+        ('<sectors><sector name="S">' + '<corner name="Q"/>' * 3 + "</sector></sectors>", "no waypoint 'Q'"),
+        ('<variables><variable var="v" min="2" max="1"/></variables>', "min 2 is above max 1"),
+        ('<variables><variable var="v" step="0"/></variables>', "step 0 is not positive"),
+        ('<variables><variable var="v v"/></variables>', "not the name of a variable"),
+        ('<variables><abi_binding name="X"/></variables>', "needs either vars or handler"),
+        ("<modules/><modules/>", "a second <modules>"),
+        ("<extras/>", "<flight_plan> holds no <extras>"),
+        ('<sectors colour="red"/>', "has no attribute 'colour'"),
+    ],
+)
+def test_sections_that_are_refused(section, words):
+    assert words in str(refusal(plan_text('<block name="b"/>', section)))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ('lat0="43.5641"', 'lat0="91"', "not on the globe"),
+        ('lat0="43.5641"', 'lat0="43 61 2"', "from 0 to 60"),
+        ('lat0="43.5641"', 'lat0="north"', "not a number"),
+        ('lat0="43.5641"', "", "needs the attribute 'lat0'"),
+        ('max_dist_from_home="100"', 'max_dist_from_home="0"', "not positive"),
+        ('name="HOME"', 'name="HOUSE"', "no waypoint is called HOME"),
+        ('x="3" y="4"', 'x="3"', "either x and y or lat and lon"),
+        ('x="3" y="4"', 'x="3" y="4" lat="1" lon="2"', "either x and y or lat and lon"),
+        ('x="3" y="4"', 'x="3" y="4" alt="1" height="2"', "both alt and height"),
+        ('x="3" y="4"', 'x="nan" y="4"', "not a number"),
+        ('x="3" y="4"', 'x="1e9" y="4"', "farther than"),
+    ],
+)
+def test_values_that_are_refused(old, new, words):
+    text = plan_text('<block name="b"/>')
+    assert old in text
+    assert words in str(refusal(text.replace(old, new)))
+
+
+def test_an_expression_is_refused_at_its_character():
+    text = plan_text('<block name="b">\n <stay wp="A"\n  until="1 &lt; (2 +"/>\n</block>')
+    error = refusal(text)
+    assert (error.place.line, error.place.column) == (5, 21)
+    error = refusal(text.replace("(2 +", "@ 2"))
+    assert (error.place.line, error.place.column) == (5, 17)
+
+
+def test_every_line_ending_and_latin_1_are_read():
+    text = plan_text('<block name="é"/>')
+    plan = read_flight_plan(text.encode(), "t")
+    assert read_flight_plan(text.replace("\n", "\r\n").encode("utf-8-sig"), "t") == plan
+    latin = '<?xml version="1.0" encoding="ISO-8859-1"?>' + text
+    assert read_flight_plan(latin.encode("latin-1"), "t").blocks[0].name == "é"
+
+
+def test_a_file_that_cannot_be_read(tmp_path):
+    for path in (tmp_path / "none.xml", tmp_path):
+        with pytest.raises(FileError, match=str(path)):
+            load_flight_plan(path)
+
+
+def test_a_device_is_not_opened(tmp_path):
+    pipe = tmp_path / "pipe.xml"
+    os.mkfifo(pipe)
+    with pytest.raises(FlightPlanError, match="not a file"):
+        load_flight_plan(pipe)
+
+
+def test_waypoints_on_the_globe_and_inside():
+    text = plan_text('<block name="b"/>').replace('x="3" y="4"', 'lat="43.5642" lon="1.4829"')
+    plan = read_flight_plan(text.encode(), "t")
+    at = waypoint_position(plan, plan.waypoint("A"))
+    assert at.x == pytest.approx(0.0, abs=1e-6)
+    assert at.y == pytest.approx(11.11, abs=0.01)
+    corners = [(0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (0.0, 2.0)]
+    assert inside_polygon(corners, 1.0, 1.0)
+    assert not inside_polygon(corners, 3.0, 1.0)
+    assert not inside_polygon(corners, -1.0, 1.0)
+
+
+def test_a_header_is_kept():
+    text = f"{HEAD}<header><![CDATA[#define A(x) (x && 1 < 2)]]></header><waypoints>{WAYPOINTS}</waypoints>"
+    text += '<blocks><block name="b"/></blocks></flight_plan>'
+    plan = read_flight_plan(text.encode(), "t")
+    assert plan.header.text == "#define A(x) (x && 1 < 2)"
+    assert read_flight_plan(render_flight_plan(plan).encode(), "t") == plan
+
+
+@pytest.mark.skipif(not public_plans(), reason="the public plans are not here")
+@pytest.mark.parametrize("path", public_plans(), ids=lambda path: path.name)
+def test_public_plans_load_or_are_refused_with_their_place(path):
+    try:
+        plan = load_flight_plan(path)
+    except FlightPlanError as error:
+        assert "not XML" in error.reason or "procedure" in error.reason  # noqa: PT017
+        return
+    assert read_flight_plan(render_flight_plan(plan).encode(), "again") == plan

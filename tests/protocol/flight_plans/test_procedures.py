@@ -1,0 +1,79 @@
+"""Included procedures: their names, arguments and reroutes, and files that are not opened."""
+
+import pytest
+
+from protocol.flight_plans import FlightPlanError, load_flight_plan, read_flight_plan
+from protocol.flight_plans.expression_text import expression_text
+from tests.support.plans import OUR_PLANS, plan_text
+
+PROCEDURE = "<procedure><param name='far'/><blocks><block name='b'><go wp='A'/></block></blocks></procedure>"
+
+
+def plan_with(include):
+    return plan_text('<block name="main"/>', f"<includes>{include}</includes>")
+
+
+def written(folder, include, procedure=PROCEDURE):
+    (folder / "p.xml").write_text(procedure)
+    path = folder / "plan.xml"
+    path.write_text(plan_with(include))
+    return path
+
+
+def test_a_procedure_is_put_in_place():
+    plan = load_flight_plan(OUR_PLANS / "with_procedure.xml")
+    assert [block.name for block in plan.blocks] == ["Wait", "Bring down", "down.begin", "down.end"]
+    assert (plan.waypoint("TD").x, plan.waypoint("AF").x) == (3.0, 10.0)  # the plan's own place comes first
+    assert plan.waypoint("down.AF") == plan.waypoint("AF")
+    begin, end = plan.blocks[2:]
+    assert expression_text(begin.stages[1].climb.tree) == "2 * (-0.4 - 0.1)"
+    assert expression_text(begin.stages[2].stages[0].until.tree) == "stage_time @GT $i"
+    assert (begin.stages[3].block.name, end.stages[0].block.name) == ("down.end", "Wait")
+    exception = plan.exceptions[1]
+    assert exception.deroute.name == "Wait"
+    assert "IndexOfBlock('down.begin')" in exception.cond.text
+    assert "30" in exception.cond.text
+
+
+@pytest.mark.parametrize(
+    ("include", "words"),
+    [
+        ('<include name="i" procedure="p.xml"/>', "needs <arg name='far'>"),
+        (
+            '<include name="i" procedure="p.xml"><arg name="far" value="1"/><arg name="n" value="1"/></include>',
+            "parameter 'n'",
+        ),
+        ('<include name="i" procedure="q.xml"/>', "cannot be found"),
+        ('<include name="i" procedure="../p.xml"/>', "outside the plan's folder"),
+        ('<include name="i" procedure="/etc/passwd"/>', "outside the plan's folder"),
+        ('<include name="i" procedure="link.xml"/>', "outside the plan's folder"),
+        ('<include name="i" procedure="."/>', "is not a file"),
+        ('<include name="i" procedure="http://x/p.xml"/>', "cannot be found"),
+        ('<include name="i" procedure="plan.xml"/>', "<flight_plan> where <procedure> was expected"),
+        ('<include name="i" procedure="p.xml" extra="1"/>', "no attribute 'extra'"),
+        ('<include name="i"/>', "needs the attribute 'procedure'"),
+        ('<other name="i"/>', "<other> where <include> was expected"),
+        ('<include name="i" procedure="p.xml"/>' * 33, "more than 32 includes"),
+    ],
+)
+def test_includes_that_are_refused(tmp_path, include, words):
+    folder = tmp_path / "plans"
+    folder.mkdir()
+    (tmp_path / "p.xml").write_text(PROCEDURE)
+    (folder / "link.xml").symlink_to(tmp_path / "p.xml")
+    with pytest.raises(FlightPlanError) as caught:
+        load_flight_plan(written(folder, include))
+    assert words in str(caught.value)
+
+
+def test_a_fault_in_a_procedure_names_its_file(tmp_path):
+    path = written(
+        tmp_path, '<include name="i" procedure="p.xml"/>', "<procedure>\n<blocks><bock/></blocks></procedure>"
+    )
+    with pytest.raises(FlightPlanError, match=r"p\.xml:2:9: <bock>"):
+        load_flight_plan(path)
+
+
+def test_without_files_nothing_is_included():
+    with pytest.raises(FlightPlanError, match="not available here"):
+        read_flight_plan(plan_with('<include name="i" procedure="p.xml"/>').encode(), "t")
