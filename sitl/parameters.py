@@ -43,7 +43,9 @@ class WorldSettings(NamedTuple):
     ] = 1
     wall_speed: Annotated[
         float,
-        ParameterMetadata("SIM_WALL_SPD", (-1.0, 30.0), "m/s", "Wind wall of the arena: its speed; -1: by its schedule"),
+        ParameterMetadata(
+            "SIM_WALL_SPD", (-1.0, 30.0), "m/s", "Wind wall of the arena: its speed; -1: by its schedule"
+        ),
     ] = -1.0
     wall_turbulence: Annotated[
         float,

@@ -182,7 +182,7 @@ def _arena(file: str, raw: Table) -> Arena:
     _refuse_twins(top, obstacles)
     wall = _wall(file, top.table("wind_wall"), frame) if top.has("wind_wall") else None
     return Arena(
-        name, 0.5 * length, 0.5 * width, height, *frame, top.flag("net"), margin, tuple(obstacles), wall, origin
+        name, 0.5 * length, 0.5 * width, height, *frame, top.flag("net"), margin, 0.0, tuple(obstacles), wall, origin
     )
 
 

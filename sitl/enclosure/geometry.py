@@ -41,6 +41,16 @@ class Obstacle(NamedTuple):
         """Whether a flight between two heights comes nearer than a clearance from above or below [m]."""
         return high > self.bottom - clearance and low < self.top + clearance
 
+    def gap(self, p: Place) -> float:
+        """Distance of a point from it [m]; 0 inside."""
+        x, y = p[0] - self.north, p[1] - self.west
+        above = max(self.bottom - p[2], p[2] - self.top, 0.0)
+        if self.is_round:
+            return math.hypot(max(math.hypot(x, y) - self.half_length, 0.0), above)
+        c, s = math.cos(self.course), math.sin(self.course)
+        ahead, left = abs(x * c + y * s) - self.half_length, abs(y * c - x * s) - self.half_width
+        return math.hypot(max(ahead, 0.0), max(left, 0.0), above)
+
 
 class Arena(NamedTuple):
     """A box that stands on the ground; touching its sides, where they are a net, is a crash."""
@@ -54,6 +64,7 @@ class Arena(NamedTuple):
     course: float = 0.0  # of its length, from north towards west [rad]
     has_net: bool = False
     margin: float = 0.0  # how far inside of it requests must stay [m]
+    clearance: float = 0.0  # how far from obstacles requests and ways must stay [m]
     obstacles: tuple[Obstacle, ...] = ()
     wall: WindWall | None = None
     origin: tuple[float, float, float] | None = None  # of the world frame: latitude, longitude [deg], altitude [m]
@@ -64,10 +75,33 @@ class Arena(NamedTuple):
         c, s = math.cos(self.course), math.sin(self.course)
         return x * c + y * s, y * c - x * s
 
-    def room(self, p: Place) -> float:
-        """Distance of a point to the nearest side or the ceiling [m]; negative outside."""
+    def outside(self, ahead: float, left: float) -> Place:
+        """The point of the ground, world NWU [m], at a place along the length and to the left of it [m]."""
+        c, s = math.cos(self.course), math.sin(self.course)
+        return (self.north + ahead * c - left * s, self.west + ahead * s + left * c, 0.0)
+
+    def room(self, p: Place) -> tuple[float, str]:
+        """Distance of a point to the nearest thing to touch [m], negative beyond the net, and what that is."""
         ahead, left = self.inside(p)
-        return min(self.half_length - abs(ahead), self.half_width - abs(left), self.height - p[2])
+        nearest = (math.inf, "")
+        if self.has_net:
+            away = min(self.half_length - abs(ahead), self.half_width - abs(left), self.height - p[2])
+            nearest = (away, "the net")
+        return min([nearest, *((obstacle.gap(p), obstacle.name) for obstacle in self.obstacles)])
+
+    def keeps(self, at: tuple[float, float]) -> bool:
+        """Whether a place, north and west [m], is inside by the margin."""
+        ahead, left = self.inside((at[0], at[1], 0.0))
+        return abs(ahead) <= self.half_length - self.margin and abs(left) <= self.half_width - self.margin
+
+    def clamped(self, p: Place) -> Place:
+        """The nearest point to ``p`` that is inside by the margin, where the sides are a net; else ``p``."""
+        if not self.has_net:
+            return p
+        ahead, left = self.inside(p)
+        long, wide = self.half_length - self.margin, self.half_width - self.margin
+        at = self.outside(min(max(ahead, -long), long), min(max(left, -wide), wide))
+        return (at[0], at[1], min(p[2], self.height - self.margin))
 
     def refuse(self, p: Place) -> str | None:
         """Why the vehicle may not be sent to a point, world NWU [m], or None if it may."""
@@ -78,6 +112,9 @@ class Arena(NamedTuple):
                 return f"{value:.1f} m {word} is outside the arena '{self.name}' ({half - self.margin:g} m each way)"
         if not 0.0 <= p[2] <= self.height - self.margin:
             return f"altitude {p[2]:.1f} m is outside the arena '{self.name}' (0 to {self.height - self.margin:g} m)"
+        for obstacle in self.obstacles:
+            if obstacle.gap(p) < self.clearance:
+                return f"it is {obstacle.gap(p):.1f} m from '{obstacle.name}', less than {self.clearance:g} m"
         return None
 
 
