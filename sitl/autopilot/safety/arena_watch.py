@@ -7,15 +7,30 @@ from dataclasses import dataclass
 
 from protocol.dialect import mavlink
 from sitl.autopilot.safety.alarm import Alarm, SafetyAction
-from sitl.autopilot.safety.fence import path_to_stop
+from sitl.autopilot.safety.fence import REACTION_TIME
 from sitl.autopilot.settings import Settings
+from sitl.control.reference import Point
 from sitl.enclosure.geometry import Arena
 from sitl.guidance.view import VehicleView
 
 HOLD, LAND, CUT = 2, 3, 4  # of DRK_NET_ACT
+# A hovering vehicle that is told to hold stands after this time at its speed, and in a tail wind after longer.
+STOP_TIME, STOP_TIME_BY_WIND = 0.6, 0.25  # [s], [s per m/s]
+PIECES = 4  # of the way to a stop, whose ends are looked at
 CALM_TIME = 2.0  # of room again after which an alarm is over [s]
 WARNING, CRITICAL = mavlink.MAV_SEVERITY_WARNING, mavlink.MAV_SEVERITY_CRITICAL
 EMERGENCY = mavlink.MAV_SEVERITY_EMERGENCY
+
+
+def way_to_stop(view: VehicleView) -> list[Point]:
+    """Points from where the vehicle is to where the law in force can stop it, world NWU [m]."""
+    speed = math.hypot(view.v[0], view.v[1])
+    tail_wind = (view.wind[0] * view.v[0] + view.wind[1] * view.v[1]) / max(speed, 0.1)
+    seconds = STOP_TIME + STOP_TIME_BY_WIND * max(tail_wind, 0.0)
+    if view.forward and speed > 1.0:
+        seconds = REACTION_TIME + view.stopping_distance / speed
+    times = [seconds * k / PIECES for k in range(PIECES + 1)]
+    return [(view.p[0] + t * view.v[0], view.p[1] + t * view.v[1], view.p[2] + t * view.v[2]) for t in times]
 
 
 @dataclass(slots=True)
@@ -38,7 +53,7 @@ class ArenaWatch:
             landing: Whether it lands already: then only the last stage is left.
         """
         room, what = arena.room(view.p)
-        ahead, before = min(arena.room(p) for p in path_to_stop(view))
+        ahead, before = min(arena.room(p) for p in way_to_stop(view))
         if ahead >= settings.net_room:
             if view.time - self._last > CALM_TIME:
                 self.near = self.lands = False
