@@ -127,9 +127,10 @@ class FlightState:
         self.say(mavlink.MAV_SEVERITY_EMERGENCY, f"Motors cut: {reason[0].lower()}{reason[1:]}")
         self.enter(Mode.HOLD, None)
 
-    def hold_here(self) -> None:
-        """Hold where the vehicle can stop; on the ground, just change the mode."""
-        self.enter(Mode.HOLD, Hold(self.hover_reference(self.stop_point())) if self.flying else None)
+    def hold_here(self, retreat: float = 0.0) -> None:
+        """Hold where the vehicle can stop, or so much farther inside the arena's net [m]; on the ground, just the mode."""
+        place = self.world.arena.clamped(self.stop_point(), retreat)
+        self.enter(Mode.HOLD, Hold(self.hover_reference(place)) if self.flying else None)
 
     def land_here(self) -> None:
         """Land where the vehicle can stop."""

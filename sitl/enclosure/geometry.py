@@ -94,14 +94,15 @@ class Arena(NamedTuple):
         ahead, left = self.inside((at[0], at[1], 0.0))
         return abs(ahead) <= self.half_length - self.margin and abs(left) <= self.half_width - self.margin
 
-    def clamped(self, p: Place) -> Place:
-        """The nearest point to ``p`` that is inside by the margin, where the sides are a net; else ``p``."""
+    def clamped(self, p: Place, further: float = 0.0) -> Place:
+        """The nearest point to ``p`` that is inside by the margin and something more [m], where there is a net."""
         if not self.has_net:
             return p
         ahead, left = self.inside(p)
-        long, wide = self.half_length - self.margin, self.half_width - self.margin
+        inset = self.margin + further
+        long, wide = max(self.half_length - inset, 0.0), max(self.half_width - inset, 0.0)
         at = self.outside(min(max(ahead, -long), long), min(max(left, -wide), wide))
-        return (at[0], at[1], min(p[2], self.height - self.margin))
+        return (at[0], at[1], min(p[2], max(self.height - inset, 0.5 * self.height)))
 
     def refuse(self, p: Place) -> str | None:
         """Why the vehicle may not be sent to a point, world NWU [m], or None if it may."""

@@ -16,6 +16,7 @@ from sitl.guidance.view import VehicleView
 HOLD, LAND, CUT = 2, 3, 4  # of DRK_NET_ACT
 # A hovering vehicle that is told to hold stands after this time at its speed, and in a tail wind after longer.
 STOP_TIME, STOP_TIME_BY_WIND = 0.6, 0.25  # [s], [s per m/s]
+RETREAT = 1.2  # since a law that does not know the wind stands downwind of where it should hold [m]
 PIECES = 4  # of the way to a stop, whose ends are looked at
 CALM_TIME = 2.0  # of room again after which an alarm is over [s]
 WARNING, CRITICAL = mavlink.MAV_SEVERITY_WARNING, mavlink.MAV_SEVERITY_CRITICAL
@@ -79,7 +80,7 @@ class ArenaWatch:
             return []
         self.near = True
         action = SafetyAction.HOLD if settings.net_action >= HOLD else SafetyAction.NONE
-        return [Alarm(action, WARNING, f"{max(room, 0.0):.1f} m from {before}", stop=True)]
+        return [Alarm(action, WARNING, f"{max(room, 0.0):.1f} m from {before}", stop=True, retreat=RETREAT)]
 
     def _nears(self, view: VehicleView, arena: Arena, room: float) -> bool:
         """Whether the vehicle comes nearer still."""
