@@ -16,6 +16,8 @@ COMMANDS = {
     "falls": "throw the vehicle into any attitude: height lost, how the falls end, and a map of the height needed",
     "landings": "land from many seeds in wind and gusts: upright, tipped over or crashed, and how long it bounces",
     "holds": "hold a point in wind and gusts from many seeds, and print how far off the vehicle was",
+    "containment": "fly at random under a net, in calm and before a wind wall, and print how near it the vehicle came",
+    "jet": "hold a point in a wind wall's jet over wind and gust, and print and draw a map of how far off it was",
     "margins": "fly with delays and noise added: which laws converge, how exactly, and how busy the elevons are",
     "consistency": "compare the navigation filter's errors with what it says of them, over many seeds",
     "failures": "let instruments, actuators and battery fail in hover, transition and cruise, and print how it ends",

@@ -13,7 +13,7 @@ from sitl.injected_failures import InjectedFailures
 from sitl.model.airframe import BATTERY
 from sitl.model.battery import Battery
 from sitl.model.quaternions import x_axis, z_axis
-from sitl.parameters import Configuration
+from sitl.parameters import Configuration, WorldSettings
 from sitl.prediction.chooser import Chooser
 from sitl.sensors.instruments import ACCELEROMETER, GYROSCOPE
 from sitl.simulation.navigation_status import NavigationStatus, navigation_status
@@ -47,6 +47,8 @@ class Aircraft:
         self, vehicle: Simulation, world: World, configuration: Configuration, *, airborne: bool = False
     ) -> None:
         self.vehicle = vehicle
+        self.configuration = Configuration()
+        vehicle.surroundings.enclose(world.arena)
         self.failures = InjectedFailures(vehicle)
         self._actuator_watch = ActuatorWatch(vehicle.design_model)
         self._seen_navigation, self._seen_at = self.navigation, vehicle.periods
@@ -66,14 +68,27 @@ class Aircraft:
         """
         if configuration.tuning != self.vehicle.tuning:
             self.vehicle.retune(configuration.tuning)
-        self.configuration = configuration
+        before, self.configuration = self.configuration.world, configuration
         self.autopilot.configure(configuration.settings)
         self._chooser.tuning = configuration.tuning
         world = configuration.world
         speed, azimuth = world.wind_speed, math.radians(world.wind_direction)
         # A wind *from* the north blows south: along -x of the world NWU; azimuth turns clockwise.
         self.vehicle.set_wind((-speed * math.cos(azimuth), speed * math.sin(azimuth), 0.0), world.gusts)
+        self._blow(before, world)
         self.vehicle.avionics.switch_motion_capture(on=bool(world.motion_capture))
+
+    def _blow(self, before: WorldSettings, now: WorldSettings) -> None:
+        """Have the wind wall blow as changed settings say."""
+        around, wall = self.vehicle.surroundings, self.autopilot.world.arena.wall
+        around.set_open_air(now.turbulence_wind)
+        if wall is None:
+            return
+        if now.wall_speed != before.wall_speed:
+            around.put_wall(wall) if now.wall_speed < 0.0 else around.set_speed(now.wall_speed)
+        around.set_intensity(wall.intensity if now.wall_turbulence < 0.0 else now.wall_turbulence)
+        if now.wall_gust > 0.0 and now.wall_gust != before.wall_gust:
+            around.begin_burst(self.vehicle.time, now.wall_gust_time, now.wall_gust)
 
     def advance(self, periods: int) -> None:
         """Fly for control periods; the autopilot ticks every ``AUTOPILOT_PERIODS`` whatever the calls are.
@@ -126,6 +141,7 @@ class Aircraft:
             battery_energy=self.battery.capacity - self.battery.used,
             law=law,
             crash=self.vehicle.crash,
+            touched=self.vehicle.surroundings.touched,
             rates=estimate.rates,
             gyroscope_failed=avionics.has_failed(GYROSCOPE),
             accelerometer_failed=avionics.has_failed(ACCELEROMETER),

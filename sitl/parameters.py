@@ -24,7 +24,7 @@ Group = TypeVar("Group", Settings, Tuning, "WorldSettings")
 
 
 class WorldSettings(NamedTuple):
-    """The simulated world: its wind, and the battery on board."""
+    """The simulated world: its wind, the arena's wind wall, and the battery on board."""
 
     wind_speed: Annotated[float, ParameterMetadata("SIM_WIND_SPD", (0.0, 30.0), "m/s", "Steady wind")] = 0.0
     wind_direction: Annotated[
@@ -41,6 +41,26 @@ class WorldSettings(NamedTuple):
     motion_capture: Annotated[
         int, ParameterMetadata("SIM_MOCAP", (0, 1), "", "Simulated motion capture: 0 off, only poses from peers; 1 on")
     ] = 1
+    wall_speed: Annotated[
+        float,
+        ParameterMetadata(
+            "SIM_WALL_SPD", (-1.0, 30.0), "m/s", "Wind wall of the arena: its speed; -1: by its schedule"
+        ),
+    ] = -1.0
+    wall_turbulence: Annotated[
+        float,
+        ParameterMetadata("SIM_WALL_TURB", (-1.0, 1.0), "", "Wind wall: intensity of its turbulence; -1: the arena's"),
+    ] = -1.0
+    wall_gust: Annotated[
+        float, ParameterMetadata("SIM_WALL_GUST", (0.0, 30.0), "m/s", "Wind wall: a 1-cos gust begins when this is set")
+    ] = 0.0
+    wall_gust_time: Annotated[
+        float, ParameterMetadata("SIM_WALL_GTIME", (0.1, 60.0), "s", "Wind wall: how long such a gust lasts")
+    ] = 2.0
+    turbulence_wind: Annotated[
+        float,
+        ParameterMetadata("SIM_TURB_W20", (0.0, 30.0), "m/s", "Dryden turbulence, by the wind at 20 ft; 0: none"),
+    ] = 0.0
 
 
 class Configuration(NamedTuple):

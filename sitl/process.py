@@ -13,16 +13,17 @@ from pathlib import Path
 from platformdirs import user_data_path
 
 from protocol.dialect import mavlink
-from protocol.frames import LocalFrame
+from protocol.frames import Geodetic, LocalFrame
 from protocol.keyring import Keyring
 from protocol.loopback import open_port_warning
 from protocol.modes import Mode
 from protocol.signing import timestamp_at
 from sitl.aircraft import Aircraft
-from sitl.autopilot.safety.arena import ARENAS
 from sitl.autopilot.safety.world import World
 from sitl.autopilot.settings import Settings
 from sitl.defaults import AIRFRAME, HOME
+from sitl.enclosure.arena_files import load_arena
+from sitl.enclosure.geometry import Arena
 from sitl.errors import SitlError
 from sitl.flight_plan_files import CheckedPlan, load_checked_plan
 from sitl.mavlink.flight_recorder import FlightRecorder
@@ -45,7 +46,6 @@ from sitl.warm_up import make_ready
 
 MAX_LISTENING = 0.002  # to peers, before the vehicle flies on: a flood must not stop it [s]
 AUTOPILOT_TYPES = {"px4": mavlink.MAV_AUTOPILOT_PX4, "generic": mavlink.MAV_AUTOPILOT_GENERIC}
-NAVIGATION_BY_ARENA = {"open": Navigation.SENSORS, "voliere": Navigation.MOCAP}
 SCENARIO_EXIT_REFUSAL = "Start and stop a scenario from its terminal"
 
 
@@ -124,9 +124,9 @@ def _run(
 
 def build_aircraft(args: argparse.Namespace) -> Aircraft:
     """The vehicle that the arguments describe: at the start of a scenario, on the ground, or hovering."""
-    planned = _planned(args)
-    origin = args.home or (HOME if planned is None else planned.origin)
-    world = World(LocalFrame(origin), ARENAS[args.arena])
+    planned, arena = _planned(args), load_arena(args.arena)
+    origin = args.home or (_home_of(arena) if planned is None else planned.origin)
+    world = World(LocalFrame(origin), arena)
     if args.scenario is not None:
         return _scenario_aircraft(args, world)
     north, east, up, yaw = args.start or (0.0, 0.0, 0.0, 0.0)
@@ -163,8 +163,15 @@ def _planned(args: argparse.Namespace) -> CheckedPlan | None:
     return planned
 
 
+def _home_of(arena: Arena) -> Geodetic:
+    return HOME if arena.origin is None else Geodetic(*arena.origin)
+
+
 def _navigation(args: argparse.Namespace) -> Navigation:
-    return Navigation(args.nav or NAVIGATION_BY_ARENA[args.arena])
+    """What is navigated by: satellites, or under a net motion capture, unless the arguments say otherwise."""
+    if args.nav is not None:
+        return Navigation(args.nav)
+    return Navigation.MOCAP if load_arena(args.arena).has_net else Navigation.SENSORS
 
 
 def _sensors(args: argparse.Namespace) -> SensorSet:
@@ -174,6 +181,8 @@ def _sensors(args: argparse.Namespace) -> SensorSet:
 
 
 def _scenario_aircraft(args: argparse.Namespace, world: World) -> ScenarioAircraft:
+    if world.arena.has_net:
+        raise SitlError(f"--arena: scenario {args.scenario} does not fly under a net")
     if args.start is not None:
         raise SitlError(f"--start: scenario {args.scenario} has its own start")
     if args.sensors is not None or args.nav not in {None, Navigation.TRUTH.value}:

@@ -303,6 +303,7 @@ class Autopilot:
         """Put fence, rally points and home in force, for a mission under way as well."""
         flight, s = self._flight, self._flight.settings
         fence = self._fence._replace(max_distance=s.fence_distance, max_height=s.fence_height, home=flight.world.home)
-        flight.world = flight.world._replace(fence=fence if s.fence_action else Fence())
+        arena = flight.world.arena._replace(clearance=s.clearance)
+        flight.world = flight.world._replace(fence=fence if s.fence_action else Fence(), arena=arena)
         if flight.mission is not None:
             flight.mission.world = flight.world

@@ -37,7 +37,7 @@ class FailsafeResponse:
             return
         for alarm in alarms:
             flight.say(alarm.severity, alarm.text(gravest.action or SafetyAction.NONE, under_way))
-        self._act(gravest.action or SafetyAction.NONE, stop=gravest.stop)
+        self._act(gravest.action or SafetyAction.NONE, stop=gravest.stop, retreat=gravest.retreat)
 
     def lose_setpoints(self, reason: str) -> None:
         """Set-points can no longer be flown, for a reason the pilot reads: do what the settings say."""
@@ -51,17 +51,18 @@ class FailsafeResponse:
             return SafetyAction.LAND
         return SafetyAction.RETURN if self._flight.mode is Mode.RTL else SafetyAction.NONE
 
-    def _act(self, action: SafetyAction, *, stop: bool) -> None:
+    def _act(self, action: SafetyAction, *, stop: bool, retreat: float = 0.0) -> None:
         """Do what an alarm asks for, unless something as grave is under way.
 
         Args:
             action: What it asks for.
             stop: Whether a vehicle in forward flight stops before it turns elsewhere.
+            retreat: How much farther inside the arena's net a hold is flown [m].
         """
         if action <= self._under_way():
             return
         if action is SafetyAction.HOLD:
-            self._flight.hold_here()
+            self._flight.hold_here(retreat)
         elif action is SafetyAction.LAND:
             self._flight.land_here()
         else:

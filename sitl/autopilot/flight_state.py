@@ -13,6 +13,7 @@ from sitl.autopilot.routes import return_route, route_to
 from sitl.autopilot.safety.world import World
 from sitl.autopilot.settings import Settings
 from sitl.control.reference import Point, Reference, hover_at
+from sitl.enclosure.detours import crossed, crosses_area
 from sitl.guidance.legs import FlyLeg
 from sitl.guidance.limits import MIN_HOLD_HEIGHT
 from sitl.guidance.manoeuvres import ComeToRest, FlyTo, Hold, Manoeuvre, ManoeuvreSequence, land_at
@@ -98,10 +99,18 @@ class FlightState:
             return f"position {p} is not a number"
         return self.world.refuse(p)
 
+    def refuse_climb(self, p: Point) -> str | None:
+        """Why the vehicle may not climb straight up to a point, world NWU [m], or None."""
+        above = crossed(self.world.arena, (p[0], p[1], self.view.p[2]), p, self.settings.clearance)
+        return f"'{above[0].name}' is in the way" if above else None
+
     def refuse_circle(self, centre: Point, radius: float) -> str | None:
         """Why the vehicle may not be sent round a centre, world NWU, at a radius [m], or None."""
         rim = [(centre[0] + radius * x, centre[1] + radius * y, centre[2]) for x, y in COMPASS]
-        return next(filter(None, map(self.refuse_point, rim)), None)
+        outside = next(filter(None, map(self.refuse_point, rim)), None)
+        if outside is None and crosses_area(self.world.arena, [*rim, self.view.p], self.settings.clearance):
+            return "an obstacle is in its way"
+        return outside
 
     # What is flown
 
@@ -122,9 +131,10 @@ class FlightState:
         self.say(mavlink.MAV_SEVERITY_EMERGENCY, f"Motors cut: {reason[0].lower()}{reason[1:]}")
         self.enter(Mode.HOLD, None)
 
-    def hold_here(self) -> None:
-        """Hold where the vehicle can stop; on the ground, just change the mode."""
-        self.enter(Mode.HOLD, Hold(self.hover_reference(self.stop_point())) if self.flying else None)
+    def hold_here(self, retreat: float = 0.0) -> None:
+        """Hold where the vehicle can stop, or so much farther inside the arena's net [m]; on the ground, just the mode."""
+        place = self.world.arena.clamped(self.stop_point(), retreat)
+        self.enter(Mode.HOLD, Hold(self.hover_reference(place)) if self.flying else None)
 
     def land_here(self) -> None:
         """Land where the vehicle can stop."""
@@ -141,13 +151,24 @@ class FlightState:
         p, v = self.view.p, self.view.v
         speed = math.hypot(v[0], v[1])
         ahead = self.view.stopping_distance / speed if self.view.forward and speed > 1.0 else HOVER_STOP_TIME
-        return (p[0] + ahead * v[0], p[1] + ahead * v[1], max(p[2] + HOVER_STOP_TIME * v[2], MIN_HOLD_HEIGHT))
+        stop = (p[0] + ahead * v[0], p[1] + ahead * v[1], max(p[2] + HOVER_STOP_TIME * v[2], MIN_HOLD_HEIGHT))
+        return self.world.arena.clamped(stop)
 
-    def leg_to(self, reference: Reference) -> FlyTo | FlyLeg:
-        """One leg from here to a reference, in forward flight if that is better."""
-        return route_to(self.view, reference, self.settings, self.chooser)
+    def leg_to(self, reference: Reference) -> FlyTo | FlyLeg | ManoeuvreSequence | str:
+        """The way from here to a reference, in forward flight if that is better; or why there is none."""
+        return route_to(self.view, reference, self.settings, self.chooser, self.world.arena)
+
+    def way_home(self, view: VehicleView) -> ManoeuvreSequence | str:
+        """The return from where a vehicle is, to home or the nearest rally point; or why there is none."""
+        to = self.world.safe_point(view.p, self.settings.return_altitude)
+        to = self.world.arena.clamped(to)
+        return return_route(view, self.reference, self.settings, to, self.world.arena, self.chooser)
 
     def route_home(self, view: VehicleView) -> ManoeuvreSequence:
-        """The return from where a vehicle is, to home or the nearest rally point."""
-        to = self.world.safe_point(view.p, self.settings.return_altitude)
-        return return_route(view, self.reference, self.settings, to, self.chooser)
+        """The same for a vehicle that must return; where there is no way it lands."""
+        way = self.way_home(view)
+        if not isinstance(way, str):
+            return way
+        self.say(mavlink.MAV_SEVERITY_WARNING, f"No way home, {way}: landing here")
+        here = self.hover_reference(self.stop_point())
+        return ManoeuvreSequence((ComeToRest(here), land_at(here, self.settings.descent_rate)))

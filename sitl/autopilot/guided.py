@@ -30,7 +30,7 @@ class GuidedRequests:
         if not flight.view.landed:
             return flight.refuse(REJECTED, "Take-off refused: already in the air")
         point = (here[0], here[1], target)
-        reason = flight.world.refuse(point)
+        reason = flight.world.refuse(point) or flight.refuse_climb(point)
         if reason is None and target < here[2] + MIN_CLIMB:
             reason = f"{target:.1f} m is not above the ground"
         if reason is not None:
@@ -58,7 +58,10 @@ class GuidedRequests:
         flight = self._flight
         if not flight.flying:
             return flight.refuse(REJECTED, "Return refused: not in the air")
-        flight.enter(Mode.RTL, flight.route_home(flight.view))
+        way = flight.way_home(flight.view)
+        if isinstance(way, str):
+            return flight.refuse(DENIED, f"Return denied: {way}")
+        flight.enter(Mode.RTL, way)
         return Answer(ACCEPTED)
 
     def go_to(self, p: Point, heading: float | None = None, speed: float | None = None) -> Answer:
@@ -80,7 +83,10 @@ class GuidedRequests:
             flight.reference.heading if heading is None else heading,
             flight.settings.hover_speed if speed is None else speed,
         )
-        flight.enter(Mode.HOLD, flight.leg_to(reference))
+        leg = flight.leg_to(reference)
+        if isinstance(leg, str):
+            return flight.refuse(DENIED, f"Go-to denied: {leg}")
+        flight.enter(Mode.HOLD, leg)
         return Answer(ACCEPTED)
 
     def circle(self, centre: Point, radius: float, airspeed: float | None = None) -> Answer:

@@ -12,7 +12,7 @@ from protocol.dialect import mavlink
 from protocol.modes import Mode
 from sitl.autopilot.answers import ACCEPTED, REJECTED, Answer
 from sitl.autopilot.flight_state import FlightState
-from sitl.control.reference import Point
+from sitl.control.reference import Point, at
 from sitl.guidance.limits import MAX_HOVER_CLIMB, MAX_HOVER_DESCENT
 from sitl.guidance.manoeuvres import Hold
 from sitl.guidance.moving_reference import HeadingSetpoint, MovingReference
@@ -85,7 +85,8 @@ class ManualRequests:
         v = sticks.velocity(last.heading, settings.hover_speed, MAX_HOVER_CLIMB, MAX_HOVER_DESCENT)
         turn = STICK_TURN_RATE * sticks.clockwise * self._moving.elapsed(flight.view.time)
         heading = HeadingSetpoint(last.heading - turn)
-        flight.manoeuvre = Hold(self._moving.move(v, heading, last, flight.view, settings.setpoint_timeout))
+        moved = self._moving.move(v, heading, last, flight.view, settings.setpoint_timeout)
+        flight.manoeuvre = Hold(at(moved, flight.world.arena.clamped(moved.position)))
 
     def _sticks(self) -> Sticks | None:
         """The pilot's sticks, None when they have stopped or never came."""

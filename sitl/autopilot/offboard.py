@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from protocol.dialect.vocabulary import Law
 from protocol.modes import Mode
-from sitl.autopilot.answers import ACCEPTED, REJECTED, Answer
+from sitl.autopilot.answers import ACCEPTED, DENIED, REJECTED, Answer
 from sitl.autopilot.flight_state import FlightState
 from sitl.control.reference import AttitudeReference, Point, Reference, hover_at
 from sitl.guidance.attitude_setpoints import (
@@ -26,10 +26,11 @@ from sitl.guidance.limits import (
     MAX_HOVER_TURN_RATE,
     MIN_AIRSPEED,
 )
-from sitl.guidance.manoeuvres import FlyTo, Hold, Manoeuvre
+from sitl.guidance.manoeuvres import FlyTo, Hold, Manoeuvre, ManoeuvreSequence
 from sitl.guidance.moving_reference import KEEP_HEADING, HeadingSetpoint, MovingReference, from_heading_axes
 from sitl.prediction.mode_choice import MAX_CLIMB_SLOPE, MAX_DESCENT_SLOPE
 
+SAME_PLACE = 0.05  # where there are obstacles, whose ways depend on their end [m]
 SAME_LEG = 5.0  # a streamed position that moved less than this is the same leg [m]
 LIFT_MARGIN = 0.5  # a lift-off aims this much above the height where it ends, to get there at speed [m]
 TURN_RATE_TOLERANCE = 1e-6  # for rates that were rounded on the wire [rad/s]
@@ -67,8 +68,10 @@ class OffboardRequests:
             return flight.refuse(REJECTED, "OFFBOARD refused: not armed")
         waiting = self._lifted_from is not None
         moving = self._first.forward or self._first.steered or waiting
-        leg = flight.leg_to(self._first)
-        flight.enter(Mode.OFFBOARD, Hold(self._first) if moving else leg)
+        leg = Hold(self._first) if moving else flight.leg_to(self._first)
+        if isinstance(leg, str):
+            return flight.refuse(DENIED, f"OFFBOARD denied: {leg}")
+        flight.enter(Mode.OFFBOARD, leg)
         flight.flying = flight.flying or not waiting
         return Answer(ACCEPTED)
 
@@ -125,6 +128,8 @@ class OffboardRequests:
             return reason
         self._received, self._lifted_from = flight.view.time, None
         reference = self._velocity_reference(v, heading)
+        if flight.world.arena.has_net and (outside := flight.refuse_point(reference.position)):
+            return outside
         if flight.mode is Mode.OFFBOARD:
             flight.manoeuvre = Hold(reference)
         else:
@@ -143,8 +148,11 @@ class OffboardRequests:
             target = target._replace(heading=heading.heading)
         if flight.mode is not Mode.OFFBOARD:
             self._first = target
-        elif not _is_same_leg(flight.manoeuvre, target):
-            flight.manoeuvre = flight.leg_to(target)
+        elif not _is_same_leg(flight.manoeuvre, target, SAME_PLACE if flight.world.arena.obstacles else SAME_LEG):
+            leg = flight.leg_to(target)
+            if isinstance(leg, str):
+                return leg
+            flight.manoeuvre = leg
         return None
 
     def from_body(self, v: Point) -> Point:
@@ -219,9 +227,11 @@ def _is_hovered(v: Point, hover_speed: float) -> bool:
     return math.hypot(v[0], v[1]) <= hover_speed and -MAX_HOVER_DESCENT <= v[2] <= MAX_HOVER_CLIMB
 
 
-def _is_same_leg(manoeuvre: Manoeuvre | None, target: Reference) -> bool:
-    """Whether the manoeuvre under way already leads to a reference; a small step moves its end there."""
-    if not isinstance(manoeuvre, FlyTo | FlyLeg) or math.dist(manoeuvre.reference.position, target.position) > SAME_LEG:
+def _is_same_leg(manoeuvre: Manoeuvre | None, target: Reference, far: float) -> bool:
+    """Whether the manoeuvre under way already leads to a reference, or not ``far`` from it: that moves its end there."""
+    if isinstance(manoeuvre, ManoeuvreSequence):
+        return _is_same_leg(manoeuvre.steps[-1], target, far)
+    if not isinstance(manoeuvre, FlyTo | FlyLeg) or math.dist(manoeuvre.reference.position, target.position) > far:
         return False
     if isinstance(manoeuvre, FlyTo):
         manoeuvre.reference = target

@@ -77,6 +77,28 @@ class Settings(NamedTuple):
     fence_height: Annotated[
         float, ParameterMetadata("GF_MAX_VER_DIST", (0.0, 1e4), "m", "Fence: height above home; 0: unlimited")
     ] = 0.0
+    net_action: Annotated[
+        int,
+        ParameterMetadata(
+            "DRK_NET_ACT", (0, 4), "", "Net or obstacle near: 0 off, 1 warn, 2 hold, 3 then land, 4 then cut"
+        ),
+    ] = 4
+    net_room: Annotated[
+        float, ParameterMetadata("DRK_NET_ROOM", (0.3, 50.0), "m", "Room to net and obstacles that a stop must leave")
+    ] = 0.5
+    net_land_time: Annotated[
+        float, ParameterMetadata("DRK_NET_TIME", (0.5, 60.0), "s", "Too near net or obstacle for so long, it lands")
+    ] = 3.0
+    net_cut: Annotated[
+        float, ParameterMetadata("DRK_NET_CUT", (0.0, 5.0), "m", "Nearer to the net and nearing, the motors are cut")
+    ] = 0.3
+    clearance: Annotated[
+        float, ParameterMetadata("DRK_OBS_DIST", (0.3, 100.0), "m", "Clearance of ways and points from obstacles")
+    ] = 1.0
+    collision_distance: Annotated[
+        float,
+        ParameterMetadata("CP_DIST", (-1.0, 15.0), "m", "Distance kept from live obstacles; -1: they are ignored"),
+    ] = -1.0
     battery_low: Annotated[
         float, ParameterMetadata("BAT_LOW_THR", (0.0, 0.9), "", "No arming below this battery share")
     ] = 0.15

@@ -77,8 +77,8 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
         type=_home,
         default=None,
         metavar="LAT,LON,ALT",
-        help="origin of the local frame, and home until it is moved; degrees and metres [that of the flight plan, else "
-        "ENAC's arena, Toulouse]",
+        help="origin of the local frame, and home until it is moved; degrees and metres [the flight plan's, else the "
+        "arena's own, else ENAC's, Toulouse]",
     )
     flight.add_argument(
         "--start",
@@ -87,13 +87,18 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
         metavar="N,E,UP,YAW",
         help="where the flight begins, in metres and degrees; UP > 0: hovering [0,0,0,0]",
     )
-    flight.add_argument("--arena", default="open", choices=("open", "voliere"), help="area in which it may fly [open]")
+    flight.add_argument(
+        "--arena",
+        default="open",
+        metavar="FILE",
+        help="where it flies, with net, obstacles and wind wall: 'open', 'voliere' or a TOML file (docs/arena.md) [open]",
+    )
     flight.add_argument(
         "--nav",
         choices=("sensors", "mocap", "truth"),
         default=None,
         help="what the vehicle navigates by: satellites, compass, barometer and inertial sensors; motion capture and "
-        "inertial sensors; or the exact state [sensors; mocap in the voliere; truth in scenarios]",
+        "inertial sensors; or the exact state [sensors; mocap under a net; truth in scenarios]",
     )
     flight.add_argument(
         "--sensors",

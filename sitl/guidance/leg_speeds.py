@@ -25,12 +25,16 @@ def corner_lead(start: Point, corner: Point, after: Point, speed: float) -> floa
         after: Where the leg after the corner ends, world NWU [m].
         speed: Over the ground [m/s].
     """
+    shorter = min(math.dist(start[:2], corner[:2]), math.dist(corner[:2], after[:2]))
+    return min(_lead(start, corner, after, speed), MAX_CORNER_SHARE * shorter)
+
+
+def _lead(start: Point, corner: Point, after: Point, speed: float) -> float:
+    """The same where the legs are long enough."""
     inbound = math.atan2(corner[1] - start[1], corner[0] - start[0])
     outbound = math.atan2(after[1] - corner[1], after[0] - corner[0])
     turn = abs(math.remainder(outbound - inbound, math.tau))
-    lead = speed**2 / CORNER_ACCELERATION * math.tan(0.5 * min(turn, 2.6))
-    shorter = min(math.dist(start[:2], corner[:2]), math.dist(corner[:2], after[:2]))
-    return min(lead, MAX_CORNER_SHARE * shorter)
+    return speed**2 / CORNER_ACCELERATION * math.tan(0.5 * min(turn, 2.6))
 
 
 def leg_airspeeds(points: Sequence[Point], airspeed: float, wind: Point) -> list[float]:
@@ -55,6 +59,26 @@ def leg_airspeeds(points: Sequence[Point], airspeed: float, wind: Point) -> list
         if i > 0:
             speeds[i - 1] = min(speeds[i - 1], slower)
     return speeds
+
+
+def leaves_room(points: Sequence[Point], airspeeds: Sequence[float], wind: Point) -> bool:
+    """Whether legs flown at some airspeeds leave room for every turn and for the stop.
+
+    Args:
+        points: Where the first leg begins, then the end of each leg.
+        airspeeds: Of the legs [m/s].
+        wind: As it is estimated [m/s].
+    """
+    for i, fast in enumerate(airspeeds):
+        slow = airspeeds[i + 1] if i + 1 < len(airspeeds) else 0.0
+        if not _fits(fast, slow, points[max(i - 1, 0) : i + 2], wind):
+            return False
+        if i + 1 < len(airspeeds):
+            start, corner, after = points[i : i + 3]
+            shorter = min(math.dist(start[:2], corner[:2]), math.dist(corner[:2], after[:2]))
+            if _lead(start, corner, after, speed_along(start, corner, fast, wind)) > MAX_CORNER_SHARE * shorter:
+                return False
+    return True
 
 
 def _fits(fast: float, slow: float, points: Sequence[Point], wind: Point) -> bool:

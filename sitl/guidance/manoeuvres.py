@@ -15,6 +15,7 @@ from sitl.guidance.view import VehicleView
 
 SLOW_DESCENT_HEIGHT = 5.0  # below this, a landing descends at the set rate [m]
 FAST_DESCENT_RATE = 1.5  # above it, at this one [m/s]
+PASSING_DISTANCE, PASSING_SPEED = 0.4, 0.6  # at which a corner counts as passed [m], [m/s]
 STOPPED_SPEED = 1.0  # slower than this counts as being at rest [m/s]
 
 
@@ -91,6 +92,22 @@ class FlyTo:
     def done(self, view: VehicleView) -> bool:
         """Arrived, and held long enough since."""
         return self.arrived is not None and view.time - self.arrived >= self.hold
+
+
+@dataclass(slots=True)
+class PassBy:
+    """Come near a point, slowly enough to turn there: a corner of a way that is hovered."""
+
+    reference: Reference
+    landing: bool = False
+
+    def update(self, view: VehicleView) -> Reference:  # noqa: ARG002 - the reference never moves
+        """The point."""
+        return self.reference
+
+    def done(self, view: VehicleView) -> bool:
+        """Near, and slow."""
+        return distance(view.p, self.reference.position) < PASSING_DISTANCE and math.hypot(*view.v) < PASSING_SPEED
 
 
 @dataclass(slots=True)

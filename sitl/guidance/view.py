@@ -29,6 +29,7 @@ class VehicleView(NamedTuple):
     battery_energy: float = math.inf  # left in the battery [J]
     law: Law = Law.LANDED  # in force
     crash: Crash | None = None  # what broke it
+    touched: str = ""  # what it touched then; empty: the ground
     rates: Point = (0.0, 0.0, 0.0)  # body rates [rad/s]
     gyroscope_failed: bool = False  # it repeats itself, or leaps
     accelerometer_failed: bool = False  # likewise

@@ -12,7 +12,7 @@ from sitl.model.actuators import limited, moved, nodes
 from sitl.model.aerodynamics import wrench
 from sitl.model.airframe import Airframe
 from sitl.model.ground import contact, feet_after, feet_aloft, is_clear
-from sitl.model.quaternions import Quaternion, normalised, x_axis
+from sitl.model.quaternions import Quaternion, normalised, rotate, rotate_inverse, x_axis
 from sitl.model.state import Actuators, Body, Feet, Plant
 from sitl.model.vectors import Vector, add_scaled, dot, subtract
 
@@ -92,6 +92,23 @@ def step_in_air(plant: Plant, wanted: Actuators, wind: Vector, a: Airframe, dt: 
     k2 = derivative(advanced(body, k1, 0.5 * dt), middle, wind, free, free, a)
     k3 = derivative(advanced(body, k2, 0.5 * dt), middle, wind, free, free, a)
     k4 = derivative(advanced(body, k3, dt), end, wind, free, free, a)
+    return Plant(_combined(body, k1, k2, k3, k4, dt), moved(plant.actuators, wanted, dt, a), feet_aloft())
+
+
+@subroutine
+def step_in_swirl(plant: Plant, wanted: Actuators, wind: Vector, rotation: Vector, a: Airframe, dt: float) -> Plant:
+    """The same where the air also turns, by ``rotation``, world [rad/s]: what that adds is held over the step."""
+    body = plant.body
+    through = rotate_inverse(body.attitude, subtract(body.velocity, wind))
+    slower = subtract(body.rates, rotate_inverse(body.attitude, rotation))
+    F, M = wrench(through, body.rates, plant.actuators, a)
+    turned, tilted = wrench(through, slower, plant.actuators, a)
+    force, moment = rotate(body.attitude, subtract(turned, F)), subtract(tilted, M)
+    beginning, middle, end = nodes(plant.actuators, wanted, dt, a)
+    k1 = derivative(body, beginning, wind, force, moment, a)
+    k2 = derivative(advanced(body, k1, 0.5 * dt), middle, wind, force, moment, a)
+    k3 = derivative(advanced(body, k2, 0.5 * dt), middle, wind, force, moment, a)
+    k4 = derivative(advanced(body, k3, dt), end, wind, force, moment, a)
     return Plant(_combined(body, k1, k2, k3, k4, dt), moved(plant.actuators, wanted, dt, a), feet_aloft())
 
 

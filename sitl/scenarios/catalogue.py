@@ -6,12 +6,14 @@ import math
 
 import numpy as np
 
-from sitl import Law, Regime, Start
+from sitl import Law, Regime, Start, Tuning
 from sitl.control.governor import LINEAR
+from sitl.enclosure.geometry import WindWall, outlet_of
 from sitl.model.airframe import Array
 from sitl.scenarios.scenario import AS_REPORTED, Finding, Scenario, ScenarioEvent, Track
 
 WIND_START = 10.0  # of the LQI experiment [s]
+JET_GUSTS = (25.0, 35.0)  # of the experiment before a wind wall [s]
 SECOND_TARGET_TIME = 40.0  # of the transition experiment [s]
 
 
@@ -85,6 +87,18 @@ def _wind(track: Track) -> list[Finding]:
     ]
 
 
+def _jet(track: Track) -> list[Finding]:
+    error = position_error(track)
+    steady = error[(track.time >= JET_GUSTS[0] - 5.0) & (track.time < JET_GUSTS[0])]
+    worst = [float(error[(track.time >= at) & (track.time < at + 8.0)].max()) for at in JET_GUSTS]
+    return [
+        Finding("error in the steady jet", float(steady.max()), "m", "small", steady.max() < 0.15),
+        Finding("greatest error in the first gust", worst[0], "m", "bounded", worst[0] < 0.6),
+        Finding("greatest error in the second gust", worst[1], "m", "bounded", worst[1] < 0.6),
+        Finding("error at the end", float(error[-1]), "m", "small", error[-1] < 0.15),
+    ]
+
+
 def _transition(track: Track) -> list[Finding]:
     first = settling_time(track, 0.5, until=SECOND_TARGET_TIME)
     second = settling_time(track, 0.5, since=SECOND_TARGET_TIME)
@@ -142,6 +156,25 @@ SCENARIOS = {
             duration=60.0,
             findings=_wind,
             law=Law.HOVER_LINEAR,
+        ),
+        Scenario(
+            name="jet-gust",
+            title="Gusts of 1.5 m/s in the 3 m/s jet of a wind wall",
+            claim="as section 3.1.4 in a flight cage: a wall 4.5 m before it blows with turbulence, and in two gusts",
+            start=Start(),
+            events=(ScenarioEvent(0.0, target=(0.0, 0.0, 0.0)),),
+            duration=50.0,
+            findings=_jet,
+            law=Law.HOVER_LINEAR,
+            airframe="physical",
+            tuning=Tuning(),
+            wall=WindWall(
+                outlet_of(4.5, 0.0, 0.0, math.pi, 3.0, 3.0),
+                intensity=0.05,
+                length=0.25,
+                schedule=((0.0, 0.0), (WIND_START, 0.0), (WIND_START + 1.0, 3.0)),
+                bursts=tuple((at, 2.0, 1.5) for at in JET_GUSTS),
+            ),
         ),
         Scenario(
             name="forward-to-hover",

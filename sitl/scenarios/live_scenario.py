@@ -182,6 +182,7 @@ class ScenarioAircraft(Aircraft):
         super().__init__(vehicle, world, asked, airborne=True)
         self.configuration = asked._replace(tuning=within_bounds(asked.tuning))
         vehicle.begin_flight(scenario.law)
+        scenario.put_wall(vehicle)
         self.live = LiveScenario(scenario, self)
         self.autopilot.fly(Mode.HOLD, self.live)
 

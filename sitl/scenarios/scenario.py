@@ -31,7 +31,9 @@ from sitl import (
     load_airframe,
 )
 from sitl.control.reference import Point
+from sitl.enclosure.geometry import WindWall
 from sitl.model.airframe import Array
+from sitl.model.vectors import Vector
 from sitl.simulation.tuning import REPORT_GAIN
 
 ORIGIN_HEIGHT = 100.0  # the report has no ground: its origin is flown this high above ours [m]
@@ -100,10 +102,18 @@ class Scenario:
     airframe: str = "nominal"
     speed: float = 3.0  # horizontal speed limit [m/s]
     tuning: Tuning = AS_REPORTED
+    wall: WindWall | None = None  # relative to the report's origin
 
     def start_in_air(self) -> Start:
         """The start above our ground."""
         return self.start._replace(up=self.start.up + ORIGIN_HEIGHT, airborne=True)
+
+    def put_wall(self, vehicle: Simulation) -> None:
+        """Have the scenario's wind wall blow, if it has one."""
+        if self.wall is not None:
+            outlet = self.wall.outlet
+            raised = Vector(outlet.centre.x, outlet.centre.y, outlet.centre.z + ORIGIN_HEIGHT)
+            vehicle.surroundings.put_wall(self.wall._replace(outlet=outlet._replace(centre=raised)))
 
     def first_reference(self) -> Reference:
         """A hover at the origin, in force until the first target."""
@@ -128,6 +138,7 @@ def fly(
     parameters = airframe if isinstance(airframe, Airframe) else load_airframe(airframe or scenario.airframe).parameters
     vehicle = Simulation(parameters, seed=seed, start=scenario.start_in_air(), tuning=scenario.tuning)
     vehicle.begin_flight(scenario.law)
+    scenario.put_wall(vehicle)
     vehicle.warm_up()
     began = time.perf_counter()
     parts: list[Recording] = []

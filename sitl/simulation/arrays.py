@@ -16,12 +16,13 @@ from sitl.simulation.avionics import Avionics
 from sitl.simulation.dispatch import REGISTER, Register
 from sitl.simulation.flight import Environment, Flight, JumpEntry, Sample
 from sitl.simulation.loop import Look, Records, fly, fly_with
-from sitl.simulation.noise import Draws
+from sitl.simulation.noise import SWIRLS, Draws
+from sitl.simulation.surroundings import Surroundings
 from sitl.storage import named_from, record_of, record_type
 
 JUMPS_PER_CALL = 64
 MAX_PERIODS = 5000  # flown in one call of the loop
-NO_GUSTS, NO_DRAWS = np.zeros((0, 3, 1)), np.zeros((0, 5, 1))
+NO_GUSTS, NO_DRAWS, NO_SWIRLS = np.zeros((0, 3, 1)), np.zeros((0, 5, 1)), np.zeros((0, SWIRLS))
 
 
 class Stretch(NamedTuple):
@@ -71,9 +72,11 @@ class FlightArrays:
         self.designs: Records = np.zeros(1)
         self.airframes = record_of(Airframe, airframe)
         self.no_samples = np.zeros(0, record_type(Sample))
+        self.surroundings = Surroundings(airframe.b)
         self._looks = np.zeros(1, record_type(Look))
         self._jumps = np.zeros(JUMPS_PER_CALL, record_type(JumpEntry))
         self._look: Look | None = None
+        self._swirls = NO_SWIRLS
 
     @property
     def flight(self) -> Flight:
@@ -103,8 +106,19 @@ class FlightArrays:
         gusts, draws = self.draws.rows(int(self.flights["periods"][0]), gusts=bool(self.airs["gust_rms"][0] > 0.0))
         self.avionics.draw(int(self.flights["periods"][0]))
         now = min(periods, len(draws), MAX_PERIODS)
+        self._blow()
         flown, sampled, noted, end = self._call(gusts, draws, now, every, samples)
         return Stretch(flown, sampled, self._jumps[:noted], end)
+
+    def _blow(self) -> None:
+        """Draw for the wind field; where it has ended, the gust is without its part again."""
+        if self.surroundings.blows:
+            self._swirls = self.draws.swirl_rows(int(self.flights["periods"][0]))
+        elif len(self._swirls):
+            self._swirls = NO_SWIRLS
+            part = self.surroundings.end()
+            for axis in part.dtype.names:
+                self.flights["gust"][axis] -= part[axis]
 
     def warm_up(self, parts: Iterable[Callable[..., Any]]) -> None:
         """Compile parts of the loop, or read them from disk; nothing moves."""
@@ -124,6 +138,11 @@ class FlightArrays:
             "steps": self.avionics.steps,
             "fast": self.avionics.fast,
             "slow": self.avionics.slow,
+            "field": self.surroundings.fields[0],
+            "swirls": self._swirls,
+            "schedule": self.surroundings.schedule,
+            "bursts": self.surroundings.bursts,
+            "solids": self.surroundings.solids,
         }
         with compiling():
             for part in parts:
@@ -135,7 +154,8 @@ class FlightArrays:
         return self._fly(
             self.flights, self.references, self.airs, self.designs, self.airframes, gusts, draws, periods, every,
             samples, self._jumps, self._looks, self.avionics.records, self.avionics.steps, self.avionics.fast,
-            self.avionics.slow,
+            self.avionics.slow, self.surroundings.fields, self._swirls, self.surroundings.schedule,
+            self.surroundings.bursts, self.surroundings.solids,
         )  # fmt: skip
 
 

@@ -44,8 +44,8 @@ def fly_batch(
 
     Raises:
         UnknownLawError: If a flight is under no law of the core; nothing was flown.
-        SitlError: If a flight has laws of its own, sensors or failures, and is flown alone; nothing was flown. Or if
-            one diverged, jumped without end or more than MAX_JUMPS times; all others were flown.
+        SitlError: If a flight has laws of its own, sensors, failures or an arena, and is flown alone; nothing was
+            flown. Or if one diverged, jumped without end or more than MAX_JUMPS times; all others were flown.
     """
     flown = list(simulations)
     if len({id(simulation) for simulation in flown}) < len(flown):
@@ -56,6 +56,8 @@ def fly_batch(
             raise SitlError("a simulation with laws of its own is flown alone, not in a batch")
         if simulation.faults != NO_FAULTS or simulation.avionics.is_sensed:
             raise SitlError("a simulation with failed actuators or sensors aboard is flown alone, not in a batch")
+        if not simulation.surroundings.is_open:
+            raise SitlError("a simulation in an arena or a wind field is flown alone, not in a batch")
     periods = whole_periods(seconds)
     order = sorted(range(len(flown)), key=lambda i: (flown[i].design_key, i))
     groups = [list(group) for _, group in groupby(order, key=lambda i: flown[i].design_key)]

@@ -10,7 +10,9 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from sitl.compiled import kernel
+from sitl.enclosure.solids import touched
+from sitl.enclosure.wind_field import WindField, blow, get_part, get_rotation
+from sitl.compiled import kernel, subroutine
 from sitl.control import wind_estimator
 from sitl.control.estimate import Estimate
 from sitl.control.hover_zero_moment import Guide
@@ -21,9 +23,9 @@ from sitl.estimation.truth import observe
 from sitl.model.actuators import limited, limits
 from sitl.model.airframe import REPORT, SHAFT, Airframe, Array
 from sitl.model.arithmetic import rounded
-from sitl.model.ground import Crash, crashed, impact_speed, is_clear, is_touching
+from sitl.model.ground import SPIN_LEFT, Crash, crashed, impact_speed, is_clear, is_touching
 from sitl.model.gusts import gust_after
-from sitl.model.plant import inflow, step_in_air, step_near_ground
+from sitl.model.plant import inflow, step_in_air, step_in_swirl, step_near_ground
 from sitl.model.propeller import drawn_power
 from sitl.model.quaternions import x_axis
 from sitl.model.state import Actuators, Body, Plant
@@ -36,6 +38,7 @@ from sitl.timing import PERIOD
 
 SUBSTEPS = 2  # plant steps per control period
 LANDED = 0
+LEAST_TOUCH = 0.01  # a touch slower than this counts as one of this speed [m/s]
 _FINE, _COARSE = 67108864.0, 1.0 / 67108864.0  # 2**26
 
 
@@ -122,6 +125,7 @@ get_at_rest, put_at_rest = access(Flight, "controller.at_rest")
 get_inhibited, put_inhibited = access(Flight, "controller.inhibited")
 get_position = access(Reference, "position").get
 get_guide = access(Flight, "controller.states.guide").get
+put_touched = access(WindField, "touched").put
 
 
 @kernel
@@ -159,6 +163,17 @@ def update_gust(flight: Kept, column: int, air: Kept, gusts: Array, row: int) ->
         draws = Vector(gusts[row, 0, column], gusts[row, 1, column], gusts[row, 2, column])
         gust = gust_now(get_plant(flight, column), get_gust(flight, column), draws, get_air(air, column))
         put_gust(flight, column, gust)
+
+
+@subroutine
+def update_field(
+    flight: Kept, column: int, air: Kept, field: Kept, schedule: Array, bursts: Array, swirls: Array, row: int
+) -> None:
+    """The wind field's part of the gust of this period, by draws (n, 4), in place of that of the period before."""
+    rest = subtract(get_gust(flight, column), get_part(field, 0))
+    body, time = get_plant(flight, column).body, get_periods(flight, column) * PERIOD
+    blow(field, body, get_steady_wind(air, column), time, swirls[row], schedule, bursts, PERIOD)
+    put_gust(flight, column, add(rest, get_part(field, 0)))
 
 
 @kernel
@@ -257,6 +272,36 @@ def move_in_air(flight: Kept, column: int, air: Kept, a: Kept, command: Actuator
     plant = step_in_air(plant, wanted, wind, airframe, PERIOD / SUBSTEPS)
     plant = step_in_air(plant, wanted, wind, airframe, PERIOD / SUBSTEPS)
     store_motion(flight, column, plant, command, wind, airframe, False)
+
+
+@subroutine
+def move_in_swirl(
+    flight: Kept, column: int, air: Kept, a: Kept, field: Kept, command: Actuators, wanted: Actuators
+) -> None:
+    """The same in a wind field, whose air turns; near the ground it does not."""
+    plant, airframe = get_plant(flight, column), get_airframe(a, column)
+    if not is_clear(plant.body):
+        move_plant(flight, column, air, a, command, wanted)
+        return
+    wind, rotation = add(get_steady_wind(air, column), get_gust(flight, column)), get_rotation(field, 0)
+    for _ in range(SUBSTEPS):
+        plant = step_in_swirl(plant, wanted, wind, rotation, airframe, PERIOD / SUBSTEPS)
+    store_motion(flight, column, plant, command, wind, airframe, False)
+
+
+@subroutine
+def touch_solids(flight: Kept, column: int, a: Kept, field: Kept, solids: Array) -> None:
+    """A vehicle that touches net or obstacle is broken: it stops there, and falls."""
+    plant = get_plant(flight, column)
+    number = 0 if get_has_crashed(flight, column) else touched(plant.body, get_airframe(a, column), solids)
+    if number > 0:
+        body = plant.body
+        put_touched(field, 0, number)
+        put_crash(flight, column, Crash(max(norm(body.velocity), LEAST_TOUCH), body.position))
+        put_has_crashed(flight, column, True)
+        sinking = Vector(0.0, 0.0, min(body.velocity.z, 0.0))
+        stopped = Body(body.position, sinking, body.attitude, scaled(body.rates, SPIN_LEFT))
+        put_plant(flight, column, Plant(stopped, plant.actuators, plant.feet))
 
 
 @kernel

@@ -31,10 +31,13 @@ from sitl.simulation.flight import (
     get_airframe,
     get_gust,
     may_turn,
+    move_in_swirl,
     move_plant,
     put_estimate,
     run_timers,
     sample_of,
+    touch_solids,
+    update_field,
     update_gust,
     update_wind_estimate,
     within_limits,
@@ -87,9 +90,17 @@ def advance(
     steps: Kept,
     fast: Array,
     slow: Array,
+    field: Kept,
+    swirls: Array,
+    schedule: Array,
+    bursts: Array,
+    solids: Array,
 ) -> None:
     """One control period, before any jump."""
     update_gust(flight, column, air, gusts, row)
+    swirls_here = swirls.shape[0] > 0
+    if swirls_here:
+        update_field(flight, column, air, field, schedule, bursts, swirls, row)
     is_sensed = fast.shape[0] > 0
     if not is_sensed:
         update_wind_estimate(flight, column, air, design, a, draws, row)
@@ -100,7 +111,12 @@ def advance(
     wanted = within_limits(flight, column, in_force, airframe)
     if not is_whole(faults):
         wanted = as_they_fail(flight, column, faults, airframe, wanted)
-    move_plant(flight, column, air, a, in_force, wanted)
+    if swirls_here:
+        move_in_swirl(flight, column, air, a, field, in_force, wanted)
+    else:
+        move_plant(flight, column, air, a, in_force, wanted)
+    if solids.shape[0] > 0:
+        touch_solids(flight, column, a, field, solids)
     if is_sensed:
         around = get_air(air, column)
         wind = add(around.wind, get_gust(flight, column))
@@ -165,6 +181,11 @@ def fly(
     steps: Records,
     fast: Array,
     slow: Array,
+    fields: Records,
+    swirls: Array,
+    schedule: Array,
+    bursts: Array,
+    solids: Array,
 ) -> tuple[int, int, int, int]:
     """Fly one flight for some control periods, taking every jump that falls due.
 
@@ -185,6 +206,11 @@ def fly(
         steps: What the filter has yet to come to, records of Step, (MAX_HORIZON,).
         fast: Draws of the instruments for a block of periods, (n, FAST_COLUMNS); n is 0 where laws see the truth.
         slow: Draws of its slow steps, (n / SLOW, SLOW_COLUMNS).
+        fields: The arena's air, a record of :class:`~sitl.enclosure.wind_field.WindField`, (1,).
+        swirls: Unit normals of its turbulence, a row per period; none where only the uniform wind blows, (n, 4).
+        schedule: Of the wind wall: time and speed, (n, 2).
+        bursts: Its 1-cos gusts: begin, duration and rise, (n, 3).
+        solids: What may be touched besides the ground, (n, 9).
 
     Returns:
         Periods flown, samples and jumps written, and how it ended (FLOWN ... JUMPS_FULL).
@@ -211,7 +237,10 @@ def fly(
                 break
             write_sample(flight, column, reference, design, samples[kept])
             kept += 1
-        advance(flight, column, reference, air, design, a, gusts, draws, done, aboard[0], steps, fast, slow)
+        advance(
+            flight, column, reference, air, design, a, gusts, draws, done, aboard[0], steps, fast, slow, fields[0],
+            swirls, schedule, bursts, solids,
+        )  # fmt: skip
         done += 1
     if end == FLOWN and not is_finite(get_plant(flight, column)):
         end = DIVERGED

@@ -90,6 +90,7 @@ class Simulation:
         avionics = equipped(navigation, sensors or load_sensors(), self.design_model, seed)
         self._arrays = FlightArrays(register, airframe, seed, avionics)
         self._is_aligned = aligned
+        self.surroundings = self._arrays.surroundings  # net, obstacles and wind wall: none, until it is put in an arena
         self.faults = NO_FAULTS  # of the actuators; may be changed at any time
         self._wind, self._gust_rms = Vector(0.0, 0.0, 0.0), 0.0
         self.retune(tuning or Tuning())
@@ -100,6 +101,7 @@ class Simulation:
     def begin(self, start: Start) -> None:
         """Put the vehicle somewhere, at rest; its energy, jumps and time go on, a crash is mended."""
         plant = start.plant(self.airframe)
+        self.surroundings.mend()
         estimate, course = perfect_estimate(plant, self.airframe), float(start.heading)
         self._arrays.flight = grounded(self.register.flight_type, self.design, plant, estimate, course, self.flight)
         if self._is_aligned or start.airborne:

@@ -16,7 +16,9 @@ from protocol.plans.mission_item import MissionItem
 from protocol.plans.validation import MAX_PLAN_ITEMS, Refusal
 from protocol.units import UNKNOWN_INT32, from_e7, from_local_e4
 from sitl.autopilot.safety.world import POSITION_FRAMES, World
+from sitl.autopilot.routes import no_descent
 from sitl.control.reference import Point
+from sitl.enclosure.detours import detour
 from sitl.guidance.limits import MAX_AIRSPEED
 
 TAKEOFF_COMMANDS = frozenset({mavlink.MAV_CMD_NAV_TAKEOFF, mavlink.MAV_CMD_NAV_VTOL_TAKEOFF})
@@ -80,6 +82,29 @@ def validate(items: Sequence[MissionItem], world: World) -> Refusal | None:
         refusal = _validate_item(seq, item, len(items), world)
         if refusal is not None:
             return refusal
+    blocked = refuse_ways(items, world)
+    return None if blocked is None else Refusal(mavlink.MAV_MISSION_INVALID, blocked)
+
+
+def refuse_ways(items: Sequence[MissionItem], world: World) -> str | None:
+    """Why there is no way from item to item past the obstacles, or None; from where it begins nobody knows yet."""
+    before: Point | None = None
+    for seq, item in enumerate(items if world.arena.obstacles else ()):
+        if item.command == mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH:
+            before = None
+        if item.command not in POSITION_COMMANDS | LAND_COMMANDS | TAKEOFF_COMMANDS:
+            continue
+        end = _end(item, world)
+        lands = item.command in LAND_COMMANDS
+        if lands:
+            end = (end[0], end[1], end[2] if before is None else max(end[2], before[2]))
+        reason = no_descent(world.arena, end, world.arena.clearance) if lands else ""
+        if not reason and before is not None:
+            way = detour(world.arena, before, end, world.arena.clearance)
+            reason = way if isinstance(way, str) else ""
+        if reason:
+            return f"item {seq}: {reason}"
+        before = None if position_of(item, world) is None else end
     return None
 
 
@@ -95,7 +120,7 @@ def refuse_items(items: Sequence[MissionItem], world: World) -> str | None:
         breach = None if point is None else world.fence.breach([point])
         if breach is not None:
             return f"item {seq} is {breach.text}"
-    return None
+    return refuse_ways(items, world)
 
 
 def _end(item: MissionItem, world: World) -> Point:

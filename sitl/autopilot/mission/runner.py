@@ -21,7 +21,7 @@ from sitl.autopilot.mission.items import (
     height_of,
     position_of,
 )
-from sitl.autopilot.routes import land_after, return_route
+from sitl.autopilot.routes import land_after, no_descent, return_route, route_to
 from sitl.autopilot.safety.world import World
 from sitl.autopilot.settings import Settings
 from sitl.control.reference import Point, Reference, at, hover_at, upright
@@ -29,7 +29,7 @@ from sitl.guidance.circles import circle_about
 from sitl.guidance.leg_speeds import corner_lead, leg_airspeeds, speed_along
 from sitl.guidance.legs import FlyLeg, leg_reference
 from sitl.guidance.limits import MIN_AIRSPEED
-from sitl.guidance.manoeuvres import FlyTo, Manoeuvre, ManoeuvreSequence, Ramp, distance, land_at
+from sitl.guidance.manoeuvres import FlyTo, Hold, Manoeuvre, ManoeuvreSequence, Ramp, distance, land_at
 from sitl.guidance.view import VehicleView
 from sitl.prediction.chooser import LEGS_AHEAD, Chooser, LegEnd
 
@@ -171,7 +171,9 @@ class MissionRunner:
             return FlyTo(last, math.inf, item.params[0])
         if item.command == mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH:
             to = self.world.safe_point(view.p, self.settings.return_altitude)
-            return return_route(view, last, self.settings, to, self.chooser, self._requested)
+            to, arena = self.world.arena.clamped(to), self.world.arena
+            way = return_route(view, last, self.settings, to, arena, self.chooser, self._requested)
+            return self._stopped(way, last) if isinstance(way, str) else way
         return self._go_to(item, view, last)
 
     def _take_off(self, item: MissionItem, view: VehicleView, last: Reference) -> Manoeuvre:
@@ -188,7 +190,11 @@ class MissionRunner:
         if point is None or math.dist(point[:2], view.p[:2]) < SAME_PLACE:
             return land_at(reference if point is None else at(reference, point), self.settings.descent_rate)
         above = at(reference, (point[0], point[1], max(last.position[2], point[2])))
+        if reason := no_descent(self.world.arena, above.position, self.settings.clearance):
+            return self._stopped(reason, last)
         approach = self._approach(item, above, view, self.settings.acceptance)
+        if self.finished:
+            return approach
         return ManoeuvreSequence((approach, land_after(approach, above, self.settings)))
 
     def _go_to(self, item: MissionItem, view: VehicleView, last: Reference) -> Manoeuvre:
@@ -225,7 +231,17 @@ class MissionRunner:
     def _approach(
         self, item: MissionItem, reference: Reference, view: VehicleView, acceptance: float, hold: float = 0.0
     ) -> Manoeuvre:
-        """The leg to the current item's point, in forward flight if that is better."""
+        """The way to the current item's point, in forward flight if that is better.
+
+        Where there are obstacles every leg is routed on its own, and stops at its end.
+        """
+        if self.world.arena.obstacles:
+            settings = self.settings._replace(airspeed=self.airspeed)
+            way = route_to(
+                view, reference, settings, self.chooser, self.world.arena, self._requested, acceptance=acceptance,
+                hold=hold,
+            )  # fmt: skip
+            return self._stopped(way, reference) if isinstance(way, str) else way
         if self.chooser is None:
             return FlyTo(reference, acceptance, hold)
         point = reference.position
@@ -249,6 +265,12 @@ class MissionRunner:
         leg = leg_reference(start, point, reference, airspeed, stop=stop)
         keep_heading = math.isfinite(item.params[3])
         return FlyLeg(leg._replace(heading=_heading(item, leg)), acceptance, hold, lead, keep_heading=keep_heading)
+
+    def _stopped(self, reason: str, last: Reference) -> Manoeuvre:
+        """End the mission where there is no way on."""
+        self.notices.append(f"Mission stopped at item {self.current}: {reason}")
+        self.finished = True
+        return Hold(last)
 
     def _chain(self, point: Point) -> list[LegEnd]:
         """The current item's point, and those that follow it without a stop between."""

@@ -15,7 +15,7 @@ MAX_STANDING_SPEED = 0.4  # satellites alone make it look like 0.25 [m/s]
 def refuse_arming(view: VehicleView, settings: Settings) -> list[str]:
     """Why a vehicle in this state may not be armed; empty if it may."""
     if view.crash is not None:
-        return [f"crashed at {view.crash.speed:.1f} m/s: a reboot stands it up again"]
+        return [f"crashed {_into(view)}at {view.crash.speed:.1f} m/s: a reboot stands it up again"]
     if not view.aligned:  # nothing else is known yet
         return list(view.awaited)
     reasons = list(view.awaited)
@@ -31,10 +31,15 @@ def refuse_arming(view: VehicleView, settings: Settings) -> list[str]:
 
 
 def crash_text(view: VehicleView, home: Point) -> str:
-    """How fast the vehicle hit the ground, and where; ``home`` is in world NWU [m]."""
+    """How fast the vehicle hit the ground or what it touched, and where; ``home`` is in world NWU [m]."""
     if view.crash is None:
         return ""
     place = view.crash.place
     north, west = place.x - home[0], place.y - home[1]
     along, across = "north" if north >= 0.0 else "south", "west" if west >= 0.0 else "east"
-    return f"Crashed at {view.crash.speed:.1f} m/s, {abs(north):.0f} m {along} {abs(west):.0f} m {across} of home"
+    hit = f"Crashed {_into(view)}at {view.crash.speed:.1f} m/s"
+    return f"{hit}, {abs(north):.0f} m {along} {abs(west):.0f} m {across} of home"
+
+
+def _into(view: VehicleView) -> str:
+    return f"into {view.touched} " if view.touched else ""

@@ -14,6 +14,7 @@ from typing import NamedTuple
 from protocol.dialect import mavlink
 from protocol.modes import Mode
 from sitl.autopilot.safety.alarm import Alarm, SafetyAction
+from sitl.autopilot.safety.arena_watch import ArenaWatch
 from sitl.autopilot.safety.failure_detector import FailureDetector
 from sitl.autopilot.safety.fence import FenceWatch
 from sitl.autopilot.safety.link_watch import LinkSilence, LinkWatches
@@ -145,6 +146,7 @@ class Failsafes:
     links: LinkWatches = field(default_factory=LinkWatches)
     navigation: NavigationWatch = field(default_factory=NavigationWatch)
     fence: FenceWatch = field(default_factory=FenceWatch)
+    arena: ArenaWatch = field(default_factory=ArenaWatch)
     battery: BatteryWatch = field(default_factory=BatteryWatch)
     failures: FailureDetector = field(default_factory=FailureDetector)
     _fence_checked: float = -math.inf  # [s]
@@ -169,6 +171,8 @@ class Failsafes:
             if breach := self.fence.check(view, world.fence):
                 action = FENCE_ACTIONS[settings.fence_action]
                 alarms.append(Alarm(action, WARNING, f"Fence: {breach.text}", stop=True))
+        if settings.net_action and (world.arena.has_net or world.arena.obstacles):
+            alarms += self.arena.check(view, world.arena, settings, landing=landing)
         if chooser is not None and view.time - self._battery_checked >= BATTERY_PERIOD:
             self._battery_checked = view.time
             home = world.safe_point(view.p, settings.return_altitude)
@@ -180,12 +184,12 @@ class Failsafes:
     def is_critical(self) -> bool:
         """Whether something fails or is lost, the fence is being left, or the battery is needed to come home."""
         lost = self.failures.is_critical or self.links.lost or self.navigation.lost
-        return lost or self.fence.breached or self.battery.returned or self.battery.critical
+        return lost or self.fence.breached or self.arena.near or self.battery.returned or self.battery.critical
 
     def rest(self) -> None:
         """Forget losses and failures on the ground; the next flight reports them anew."""
         self.links, self.navigation = LinkWatches(), NavigationWatch()
-        self.failures = FailureDetector()
+        self.failures, self.arena = FailureDetector(), ArenaWatch()
 
 
 def energy_home(

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from protocol.frames import Geodetic, LocalFrame
 from protocol.mav_frames import ABSOLUTE_ALTITUDE_FRAMES, RELATIVE_ALTITUDE_FRAMES
-from sitl.autopilot.safety.arena import Arena
+from sitl.enclosure.geometry import Arena
 from sitl.autopilot.safety.fence import Fence
 from sitl.control.reference import Point
 

@@ -2,6 +2,7 @@
 
 import pytest
 
+from protocol.frames import Geodetic
 from sitl.__main__ import COMMANDS, main
 from sitl.autopilot.safety.arena import ARENAS
 from sitl.commands.run import parser
@@ -16,8 +17,21 @@ def choices(option):
     return next(action.choices for action in PARSER._actions if option in action.option_strings)
 
 
-def test_every_arena_can_be_chosen():
-    assert set(choices("--arena")) == set(ARENAS)
+@pytest.mark.parametrize("name", sorted(ARENAS))
+def test_every_arena_that_is_shipped_can_be_chosen(tmp_path, name):
+    arguments = ["--state-dir", str(tmp_path), "--arena", name]
+    assert build_aircraft(PARSER.parse_args(arguments)).autopilot.world.arena == ARENAS[name]
+
+
+def test_an_arena_is_read_from_a_file_with_its_home(tmp_path):
+    file = tmp_path / "hall.toml"
+    place = "latitude = 43.0\nlongitude = 1.0\naltitude = 100.0\n"
+    file.write_text(f'name = "hall"\nsize = [20, 10, 5]\nnet = true\n[origin]\n{place}')
+    arguments = ["--state-dir", str(tmp_path), "--arena", str(file)]
+    world = build_aircraft(PARSER.parse_args(arguments)).autopilot.world
+    assert (world.arena.name, world.frame.origin) == ("hall", Geodetic(43.0, 1.0, 100.0))
+    given = build_aircraft(PARSER.parse_args([*arguments, "--home", "1,2,3"])).autopilot.world
+    assert given.frame.origin == Geodetic(1.0, 2.0, 3.0)
 
 
 def test_every_autopilot_type_can_be_chosen():
@@ -25,7 +39,7 @@ def test_every_autopilot_type_can_be_chosen():
 
 
 def test_home_is_the_default_home_unless_it_is_given():
-    assert PARSER.parse_args([]).home == HOME
+    assert build_aircraft(PARSER.parse_args([])).autopilot.world.frame.origin == HOME
     assert PARSER.parse_args(["--home", "1,2,3"]).home.alt == 3.0
 
 
@@ -83,6 +97,8 @@ def test_an_impossible_start_is_one_line(tmp_path, capsys, option, value, reason
         (["--nav", "truth", "--sensors", "any.toml"], "--sensors: with --nav truth no sensor is read"),
         (["--scenario", "far-target", "--nav", "sensors"], "--nav: scenarios fly on the exact state"),
         (["--scenario", "far-target", "--sensors", "any.toml"], "--sensors: scenarios fly on the exact state"),
+        (["--scenario", "far-target", "--arena", "voliere"], "--arena: scenario far-target does not fly under a net"),
+        (["--arena", "nowhere"], "arena nowhere: No such file or directory; shipped are open, voliere"),
     ],
 )
 def test_sensors_that_cannot_be_flown_on_are_one_line(tmp_path, capsys, arguments, reason):

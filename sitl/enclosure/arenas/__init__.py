@@ -1,0 +1,1 @@
+"""The arenas that are shipped."""
