@@ -26,6 +26,7 @@ COMMANDS = {
     "breakeven": "hover or fly: the distance from which forward flight costs less, predicted and flown",
     "identify": "estimate an airframe's parameters from a recorded flight, with intervals, or fly one that tells them",
     "plan": "check a flight plan: what is flown, what is refused, and the nearest mission",
+    "day": "fly a day under the net from one file, headless: plan, wind, failures, operator; and write a page about it",
     "airframe": "list the parameter sets, or show one with units and sources",
 }
 

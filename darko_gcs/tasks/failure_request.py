@@ -11,25 +11,10 @@ from darko_gcs.station.keyring_setup import open_keyring
 from darko_gcs.station.station import Station
 from darko_gcs.tasks.link_session import POLL_PERIOD, VEHICLE_TIMEOUT, open_link
 from protocol.dialect import mavlink
+from protocol.failure_names import FAILURE_TYPES, FAILURE_UNITS
 from protocol.events import CommandDone
 
-__all__ = ["FAILURE_TYPES", "FAILURE_UNITS", "request_failure"]
-
-
-def _named(enum: str) -> dict[str, int]:
-    """The values of an enumeration by their short names, such as gyro or motor."""
-    skipped = (f"{enum}_", "SENSOR_", "SYSTEM_")
-    values = {}
-    for number, entry in mavlink.enums[enum].items():
-        name = str(entry.name)
-        for prefix in skipped:
-            name = name.removeprefix(prefix)
-        if name != "ENUM_END":
-            values[name.lower()] = number
-    return values
-
-
-FAILURE_UNITS, FAILURE_TYPES = _named("FAILURE_UNIT"), _named("FAILURE_TYPE")
+__all__ = ["request_failure"]
 
 
 async def request_failure(args: argparse.Namespace) -> str:

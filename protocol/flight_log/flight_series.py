@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -65,6 +66,10 @@ class FlightSeries:
     air: Series  # DARKO_AIR
     attitude: Series  # ATTITUDE
     events: tuple[FlightEvent, ...] = field(default=())
+
+    def with_events(self, events: Sequence[FlightEvent]) -> FlightSeries:
+        """The same flight with other events."""
+        return replace(self, events=tuple(events))
 
     def laws(self) -> NDArray[np.str_]:
         """The law in force at each sample of ``position``; empty names without DARKO_HYBRID_STATE."""

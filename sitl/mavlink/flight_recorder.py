@@ -10,7 +10,7 @@ from __future__ import annotations
 import itertools
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
@@ -47,9 +47,16 @@ class FlightRecorder:
             the clock may be set while a flight is recorded.
         system: System id in the recorded frames.
         component: Component id in them.
+        whole: Record from the beginning to the end, armed or not, in one file however long.
+        also: Rates of messages that are sent on request only [Hz], by their ids.
     """
 
-    def __init__(self, folder: Path, wall_clock: Callable[[], float], *, system: int = 1, component: int = 1) -> None:
+    def __init__(
+        self, folder: Path, wall_clock: Callable[[], float], *, system: int = 1, component: int = 1,
+        whole: bool = False, also: Mapping[int, float] | None = None,
+    ) -> None:  # fmt: skip
+        self._whole = whole
+        self._also = {number: round(1e6 / rate) for number, rate in (also or {}).items()}
         self._folder, self._wall_clock = folder, wall_clock
         self._codec = Codec(system, component)
         self._streams = StreamScheduler({})
@@ -80,9 +87,9 @@ class FlightRecorder:
             messages: Makes the messages of an id, of this instant.
             armed: Whether the vehicle is armed.
         """
-        time_us = round(time * 1e6)
+        time_us, armed = round(time * 1e6), armed or self._whole
         if armed and not self._armed:
-            self._streams = StreamScheduler(_intervals())
+            self._streams = StreamScheduler(_intervals() | self._also)
             self._failed = False
             self._begin(time_us)
             self._ends, self._next_check = math.inf, time + RETRY_INTERVAL
@@ -185,7 +192,7 @@ class FlightRecorder:
         if self._failed and self._writer.written:
             self._failed = False
             self._complaints.append(f"Flight recorded again: {self._current}")
-        if self._written >= MAX_FILE_SIZE:
+        if self._written >= MAX_FILE_SIZE and not self._whole:
             self._begin(time_us)
 
     def _end(self) -> None:
