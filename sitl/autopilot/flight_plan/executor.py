@@ -6,6 +6,7 @@ is said once and counts as false.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 
 from protocol.flight_plans.evaluation import Scalar, UnknownNameError, evaluate
@@ -43,6 +44,7 @@ __all__ = ["TICK", "FlightPlanExecutor"]
 TICK = 0.05  # [s]
 MAX_STEPS = 500  # in one tick; a plan that jumps on without flying is stopped there
 LEGS_AHEAD = 7  # that follow the present one
+FARTHEST = 1e7  # what is farther is no place to fly to [m]
 WHOLE_TYPES = frozenset(
     {"int", "bool", "bool_t", *(f"{sign}int{bits}_t" for sign in ("", "u") for bits in (8, 16, 32))}
 )
@@ -291,6 +293,9 @@ class FlightPlanExecutor:
             return True
         if aim is None:
             self._next()
+        elif not _is_finite(aim):
+            self.remark(f"<{stage.tag}> is not flown: it leads beyond all numbers", stage.place)
+            self._hold("unknown")
         else:
             self.aim = aim._replace(followers=tuple(self._followers())) if aim.kind is AimKind.LEG else aim
         self._run(getattr(stage, "post_call", None))
@@ -361,3 +366,8 @@ class FlightPlanExecutor:
             else:
                 value = self._number(instruction.expression)
         return value != 0
+
+
+def _is_finite(aim: Aim) -> bool:
+    values = (*aim.start, *aim.end, aim.radius, aim.course, aim.turn_rate, aim.climb or 0.0)
+    return all(math.isfinite(value) and abs(value) < FARTHEST for value in values)
