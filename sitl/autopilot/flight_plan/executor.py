@@ -73,6 +73,7 @@ class FlightPlanExecutor:
         self._events: list[PlanEvent] = []
         self._told: set[object] = set()
         self._ticked: float | None = None
+        self._is_outside = False  # of the plan's area
         self._home_number = len(self.flow.blocks) - 1
         self._set_variables(self.plan)
 
@@ -139,7 +140,11 @@ class FlightPlanExecutor:
         return number != self._home_number and self.flow.blocks[number].name in self._locked
 
     def _tick(self) -> None:
-        if self._leaves_its_area() or self._fires(self.plan.exceptions):
+        leaves = self._leaves_its_area()
+        if self._fires(self.plan.exceptions):
+            return  # what the plan itself does about a vehicle that leaves comes first
+        if leaves:
+            self._jump_by(leaves, self.plan.place.line, self._home_number)
             return
         if self.is_locked(self.flow.block):
             self._hold("locked")
@@ -163,25 +168,26 @@ class FlightPlanExecutor:
             self.flow.entries += 1
             self.aim = Aim(AimKind.POINT, self.flow.entries, end=self.names.p, name=why)
 
-    def _leaves_its_area(self) -> bool:
-        """Jump to HOME from beyond the greatest distance or height, or from outside the plan's fence."""
-        inputs, plan, p = self.names.inputs, self.plan, self.names.p
-        if inputs.view.landed or self.flow.block == self._home_number:
-            return False
-        reason = ""
+    def _leaves_its_area(self) -> str:
+        """Why the vehicle leaves the area of the plan at this tick; empty if it does not, or has left before."""
+        reason = "" if self.names.inputs.view.landed else self._outside()
+        leaves = reason if not self._is_outside and self.flow.block != self._home_number else ""
+        self._is_outside = bool(reason)
+        return leaves
+
+    def _outside(self) -> str:
+        """Beyond which of the plan's limits the vehicle is; empty: within all."""
+        plan, p = self.plan, self.names.p
         if away(p, self.waypoints.home) > plan.max_dist_from_home:
-            reason = f"farther than {plan.max_dist_from_home:g} m from HOME"
-        elif plan.geofence_max_height is not None and self.names.height > plan.geofence_max_height:
-            reason = f"higher than {plan.geofence_max_height:g} m"
-        elif plan.geofence_max_alt is not None and self.names.altitude > plan.geofence_max_alt:
-            reason = f"above {plan.geofence_max_alt:g} m"
-        elif plan.geofence_sector is not None:
-            corners = self.waypoints.corners(plan.geofence_sector.name)
-            if not inside_polygon(corners, p.x, p.y):
-                reason = f"outside {plan.geofence_sector.name}"
-        if reason:
-            self._jump_by(reason, plan.place.line, self._home_number)
-        return bool(reason)
+            return f"farther than {plan.max_dist_from_home:g} m from HOME"
+        if plan.geofence_max_height is not None and self.names.height > plan.geofence_max_height:
+            return f"higher than {plan.geofence_max_height:g} m"
+        if plan.geofence_max_alt is not None and self.names.altitude > plan.geofence_max_alt:
+            return f"above {plan.geofence_max_alt:g} m"
+        sector = plan.geofence_sector
+        if sector is not None and not inside_polygon(self.waypoints.corners(sector.name), p.x, p.y):
+            return f"outside {sector.name}"
+        return ""
 
     def _fires(self, exceptions: Sequence[PlanException]) -> bool:
         """Jump if the condition of an exception holds, unless its block is in force."""

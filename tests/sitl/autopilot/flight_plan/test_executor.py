@@ -219,7 +219,18 @@ def test_a_vehicle_that_leaves_its_area_goes_home():
     assert ticks.block == "HOME"
     assert "farther than 100 m" in ticks.fired[0].text
     ticks.executor.jump(0)
-    ticks.told["landed"] = True
+    ticks.tick(3)
+    assert ticks.block == "a"  # who is sent away again is not fetched twice
+    ticks.p = (0.0, 0.0, 2.0)
+    ticks.tick(2)
+    ticks.p = (90.0, 50.0, 2.0)
+    ticks.tick(2)
+    assert ticks.block == "HOME"
+
+
+def test_on_the_ground_nobody_leaves_the_area():
+    ticks = PlanTicks('<block name="a"><stay wp="A"/></block>')
+    ticks.p, ticks.told["landed"] = (90.0, 50.0, 0.1), True
     ticks.tick(3)
     assert ticks.block == "a"
 
