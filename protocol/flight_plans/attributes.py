@@ -71,7 +71,7 @@ def attribute(  # a field of any type: mypy sees only what its annotation says
     kind: Kind,
     *,
     name: str = "",
-    default: Any = None,
+    default: object = None,
     choices: tuple[str, ...] = (),
 ) -> Any:  # noqa: ANN401
     """A field that may be left out of the file."""

@@ -16,6 +16,7 @@ from protocol.flight_plans.expressions import (
     Expression,
     LoopVariable,
     Member,
+    Number,
     Reference,
     Script,
     Tree,
@@ -27,9 +28,11 @@ from protocol.flight_plans.known_names import CONSTANTS, SETTABLE, STRUCTURES, V
 from protocol.flight_plans.name_mapping import NameMapping
 from protocol.flight_plans.place import FlightPlanError, Place
 from protocol.flight_plans.stages import (
+    AttitudeStage,
     FollowStage,
     ForStage,
     GoStage,
+    GuidedStage,
     ManualStage,
     PathStage,
     PlanElement,
@@ -175,6 +178,10 @@ class _Checker:
         for kind, reason in NOT_FLOWN.items():
             if isinstance(stage, kind):
                 yield Finding(stage.place, f"<{stage.tag}>", reason, block)
+        if isinstance(stage, AttitudeStage):
+            yield from self._attitude(stage, block)
+        if isinstance(stage, GuidedStage) and len(stage.commands) != 4:
+            yield Finding(stage.place, "<guided> commands", f"{len(stage.commands)} values, not 4", block)
         nav_type = getattr(stage, "nav_type", None)
         if nav_type not in NAV_TYPES:
             yield Finding(stage.place, f"nav_type {nav_type!r}", "a pattern of a build", block)
@@ -186,6 +193,13 @@ class _Checker:
         routed = isinstance(stage, PathStage) or (isinstance(stage, GoStage) and (stage.hmode == "route"))
         if mode == "glide" and not routed:
             yield Finding(stage.place, "vmode 'glide'", "needs hmode 'route'", block)
+
+    def _attitude(self, stage: AttitudeStage, block: str) -> Iterator[Finding]:
+        """Only the level attitude is flown: the vehicle stays where it is."""
+        for name, angle in (("roll", stage.roll), ("pitch", stage.pitch)):
+            level = angle is None or (isinstance(angle.tree, Number) and angle.tree.value == 0)
+            if angle is not None and not level and angle.tree != VariableName("auto"):
+                yield Finding(angle.place, f"<attitude> {name} {angle.text!r}", "only the level attitude is flown", block)
 
     def _target(self, name: str, place: Place, block: str) -> Iterator[Finding]:
         meaning = self._mapping.variables.get(name, name)

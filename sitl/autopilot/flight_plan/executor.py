@@ -6,6 +6,7 @@ is said once and counts as false.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 
 from protocol.flight_plans.evaluation import Scalar, UnknownNameError, evaluate
@@ -43,6 +44,7 @@ __all__ = ["TICK", "FlightPlanExecutor"]
 TICK = 0.05  # [s]
 MAX_STEPS = 500  # in one tick; a plan that jumps on without flying is stopped there
 LEGS_AHEAD = 7  # that follow the present one
+FARTHEST = 1e7  # what is farther is no place to fly to [m]
 WHOLE_TYPES = frozenset(
     {"int", "bool", "bool_t", *(f"{sign}int{bits}_t" for sign in ("", "u") for bits in (8, 16, 32))}
 )
@@ -71,6 +73,7 @@ class FlightPlanExecutor:
         self._events: list[PlanEvent] = []
         self._told: set[object] = set()
         self._ticked: float | None = None
+        self._is_outside = False  # of the plan's area
         self._home_number = len(self.flow.blocks) - 1
         self._set_variables(self.plan)
 
@@ -137,7 +140,11 @@ class FlightPlanExecutor:
         return number != self._home_number and self.flow.blocks[number].name in self._locked
 
     def _tick(self) -> None:
-        if self._leaves_its_area() or self._fires(self.plan.exceptions):
+        leaves = self._leaves_its_area()
+        if self._fires(self.plan.exceptions):
+            return  # what the plan itself does about a vehicle that leaves comes first
+        if leaves:
+            self._jump_by(leaves, self.plan.place.line, self._home_number)
             return
         if self.is_locked(self.flow.block):
             self._hold("locked")
@@ -161,25 +168,26 @@ class FlightPlanExecutor:
             self.flow.entries += 1
             self.aim = Aim(AimKind.POINT, self.flow.entries, end=self.names.p, name=why)
 
-    def _leaves_its_area(self) -> bool:
-        """Jump to HOME from beyond the greatest distance or height, or from outside the plan's fence."""
-        inputs, plan, p = self.names.inputs, self.plan, self.names.p
-        if inputs.view.landed or self.flow.block == self._home_number:
-            return False
-        reason = ""
+    def _leaves_its_area(self) -> str:
+        """Why the vehicle leaves the area of the plan at this tick; empty if it does not, or has left before."""
+        reason = "" if self.names.inputs.view.landed else self._outside()
+        leaves = reason if not self._is_outside and self.flow.block != self._home_number else ""
+        self._is_outside = bool(reason)
+        return leaves
+
+    def _outside(self) -> str:
+        """Beyond which of the plan's limits the vehicle is; empty: within all."""
+        plan, p = self.plan, self.names.p
         if away(p, self.waypoints.home) > plan.max_dist_from_home:
-            reason = f"farther than {plan.max_dist_from_home:g} m from HOME"
-        elif plan.geofence_max_height is not None and self.names.height > plan.geofence_max_height:
-            reason = f"higher than {plan.geofence_max_height:g} m"
-        elif plan.geofence_max_alt is not None and self.names.altitude > plan.geofence_max_alt:
-            reason = f"above {plan.geofence_max_alt:g} m"
-        elif plan.geofence_sector is not None:
-            corners = self.waypoints.corners(plan.geofence_sector.name)
-            if not inside_polygon(corners, p.x, p.y):
-                reason = f"outside {plan.geofence_sector.name}"
-        if reason:
-            self._jump_by(reason, plan.place.line, self._home_number)
-        return bool(reason)
+            return f"farther than {plan.max_dist_from_home:g} m from HOME"
+        if plan.geofence_max_height is not None and self.names.height > plan.geofence_max_height:
+            return f"higher than {plan.geofence_max_height:g} m"
+        if plan.geofence_max_alt is not None and self.names.altitude > plan.geofence_max_alt:
+            return f"above {plan.geofence_max_alt:g} m"
+        sector = plan.geofence_sector
+        if sector is not None and not inside_polygon(self.waypoints.corners(sector.name), p.x, p.y):
+            return f"outside {sector.name}"
+        return ""
 
     def _fires(self, exceptions: Sequence[PlanException]) -> bool:
         """Jump if the condition of an exception holds, unless its block is in force."""
@@ -291,6 +299,9 @@ class FlightPlanExecutor:
             return True
         if aim is None:
             self._next()
+        elif not _is_finite(aim):
+            self.remark(f"<{stage.tag}> is not flown: it leads beyond all numbers", stage.place)
+            self._hold("unknown")
         else:
             self.aim = aim._replace(followers=tuple(self._followers())) if aim.kind is AimKind.LEG else aim
         self._run(getattr(stage, "post_call", None))
@@ -361,3 +372,8 @@ class FlightPlanExecutor:
             else:
                 value = self._number(instruction.expression)
         return value != 0
+
+
+def _is_finite(aim: Aim) -> bool:
+    values = (*aim.start, *aim.end, aim.radius, aim.course, aim.turn_rate, aim.climb or 0.0)
+    return all(math.isfinite(value) and abs(value) < FARTHEST for value in values)

@@ -105,7 +105,10 @@ class Steering:
         self.refused = ""
         up = self._altitude(aim, inputs, elapsed)
         if self.manoeuvre is not None:
-            self.up = view.p[2]
+            if aim.climb is None:
+                self.up = view.p[2]
+            elif isinstance(self.manoeuvre, FlyCircle):
+                self.manoeuvre.reference = _at_height(self.manoeuvre.reference, up)
             return self._checked(self.manoeuvre.update(view), last, inputs)
         if aim.kind is AimKind.VELOCITY or aim.turn_rate != 0.0:
             return self._checked(self._moved(aim, inputs, last, heading, up), last, inputs)
@@ -127,14 +130,17 @@ class Steering:
     def _begun(self, aim: Aim, inputs: PlanInputs, last: Reference, way: Way) -> FlyLeg | FlyCircle | None:
         """What flies an aim forward, or None."""
         chooser, settings = inputs.chooser, inputs.settings
-        if chooser is None or aim.climb is not None or not inputs.flying or inputs.view.landed:
+        if chooser is None or not inputs.flying or inputs.view.landed:
             return None
         end = self.frame.to_world(aim.end)
         if aim.kind is AimKind.ARC:
+            end = end if aim.climb is None else (end[0], end[1], inputs.view.p[2])
             if not chooser.orbits(end[2], way, settings):
                 return None
             circle = circle_about(end, aim.radius, last, settings.airspeed) if aim.radius else None
             return circle if circle is not None and circle.reference.path.airspeed >= MIN_AIRSPEED else None
+        if aim.climb is not None:
+            return None
         if aim.kind is AimKind.COURSE and (way or Way(settings.way)) is Way.FORWARD:
             far = EnuPoint(
                 aim.start.x + 1000.0 * math.sin(aim.course), aim.start.y + 1000.0 * math.cos(aim.course), aim.end.z
@@ -240,7 +246,8 @@ class Steering:
         """The reference, unless it leads where the vehicle may not be sent: then it stays."""
         p = reference.position
         inside = (p[0], p[1], max(p[2], 0.0))
-        refusal = inputs.world.refuse(inside)
+        is_known = all(map(math.isfinite, inside))
+        refusal = inputs.world.refuse(inside) if is_known else "the target is no place"
         if refusal is None:
             return reference
         self.refused, self.manoeuvre = refusal, None
@@ -255,6 +262,13 @@ def _progress(aim: Aim, p: EnuPoint) -> tuple[float, float]:
     dx, dy = aim.end.x - aim.start.x, aim.end.y - aim.start.y
     length = math.hypot(dx, dy)
     return ((p.x - aim.start.x) * dx + (p.y - aim.start.y) * dy) / max(length, 1e-9), length
+
+
+def _at_height(reference: Reference, up: float) -> Reference:
+    """A circle at another altitude [m]."""
+    path = reference.path
+    centre = path.start._replace(z=up)
+    return reference._replace(position=centre, path=path._replace(start=centre, end=centre))
 
 
 def _on_arc(aim: Aim, p: EnuPoint) -> EnuPoint:

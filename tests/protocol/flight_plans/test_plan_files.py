@@ -38,7 +38,7 @@ def test_the_room():
     heights = {p.name: waypoint_position(plan, p).z for p in plan.waypoints}
     assert (heights["HOME"], heights["p2"], heights["CENTRE"]) == (2.0, 3.0, 2.5)
     route = plan.blocks[plan.block_index("Route")]
-    first, second, third = route.stages[0].stages
+    first, second, _, third = route.stages[0].stages
     assert isinstance(first, GoStage)
     assert second.from_wp.name == "p1"
     assert isinstance(third, PathStage)

@@ -1,0 +1,169 @@
+"""The functions and variables of the table give what a plan expects of them."""
+
+import math
+
+import pytest
+
+from protocol.flight_plans.evaluation import evaluate
+from protocol.flight_plans.expression_syntax import parse_expression
+from protocol.flight_plans.known_names import CONSTANTS, FUNCTIONS, SETTABLE, STRUCTURES, VARIABLES
+from protocol.flight_plans.plan_names import plan_constants
+from sitl.autopilot.flight_plan.name_values import VARIABLE_VALUES
+from sitl.autopilot.flight_plan.plan_functions import FUNCTION_VALUES
+from tests.support.plans import source
+from tests.support.vehicle.plan_ticks import PlanTicks
+
+SECTOR = '<sectors><sector name="S"><corner name="HOME"/><corner name="A"/><corner name="B"/></sector></sectors>'
+VARIABLE = '<variables><variable var="v" init="2"/></variables>'
+
+
+def ticks():
+    return PlanTicks('<block name="a"><stay wp="A"/></block><block name="b b"/>', SECTOR + VARIABLE).tick()
+
+
+def value(text, flight):
+    return evaluate(parse_expression(source(text)).tree, flight.executor.names)
+
+
+def test_what_is_known_is_there_and_the_other_way_round():
+    assert set(FUNCTION_VALUES) == set(FUNCTIONS) | {"Inside"}
+    constants = plan_constants(ticks().executor.plan)
+    assert VARIABLES <= set(VARIABLE_VALUES) | set(constants)
+    assert set(VARIABLE_VALUES) <= VARIABLES | set(CONSTANTS)
+    assert SETTABLE <= set(VARIABLE_VALUES)
+
+
+@pytest.mark.parametrize("name", sorted(FUNCTIONS))
+def test_every_function_gives_a_number_or_its_fields(name):
+    flight, shape = ticks(), FUNCTIONS[name]
+    arguments = [1] * shape.least
+    if name == "IndexOfBlock":
+        arguments = ["b b"]
+    elif name == "autopilot_set_mode":
+        arguments = [CONSTANTS["AP_MODE_NAV"]]
+    for index in shape.changes:
+        arguments[index] = "nav.heading"
+    given = flight.executor.names.call(name, arguments)
+    if name in STRUCTURES:
+        assert tuple(given) == STRUCTURES[name]
+    else:
+        assert math.isfinite(given)
+
+
+@pytest.mark.parametrize("name", sorted(VARIABLES))
+def test_every_variable_has_a_value(name):
+    assert math.isfinite(ticks().executor.names.value(name))
+
+
+@pytest.mark.parametrize(
+    ("text", "wanted"),
+    [
+        ("GetPosX()", 1.0),
+        ("GetPosY()", 2.0),
+        ("GetPosHeight()", 3.0),
+        ("GetPosAlt()", 103.0),
+        ("GetAltRef()", 100.0),
+        ("stateGetPositionEnu_f()->z", 3.0),
+        ("stateGetPositionNed_f()->z", -3.0),
+        ("stateGetSpeedEnu_f()->x", 0.5),
+        ("DegOfRad(stateGetNedToBodyEulers_f()->psi)", 0.0),
+        ("WaypointX(WP_A) + WaypointY(WP_A)", 7.0),
+        ("WaypointAlt(WP_B)", 103.0),
+        ("IndexOfBlock('b b')", 1),
+        ("IndexOfBlock('HOME')", 2),
+        ("nav_block", 0),
+        ("InsideS(1, 2)", 1),
+        ("InsideS(9, 9)", 0),
+        ("GpsFixValid() && !GpsIsLost()", 1),
+        ("nav_is_in_flight()", 1),
+        ("Min(2, 1) + Max(2, 1)", 3),
+        ("And(1, Or(0, 1))", 1),
+        ("LessThan(1, 2) + MoreThan(1, 2)", 1),
+        ("CloseDegAngles(355, 2)", 1),
+        ("fabs(-1.5)", 1.5),
+        ("electrical.bat_low", 0),
+        ("DEFAULT_CIRCLE_RADIUS", 40.0),
+        ("NAV_DEFAULT_ALT - GROUND_ALT", 2.0),
+        ("WP_A", 2),
+        ("v", 2.0),
+        ("guidance_v.delta_t", 4800.0),
+        ("autopilot.kill_throttle", 0),
+    ],
+)
+def test_values(text, wanted):
+    flight = ticks()
+    flight.p, flight.v = (1.0, 2.0, 3.0), (0.5, 0.0, 0.0)
+    flight.tick()
+    assert value(text, flight) == pytest.approx(wanted)
+
+
+def test_waypoints_are_moved():
+    flight = ticks()
+    flight.p = (7.0, 8.0, 9.0)
+    flight.tick()
+    table = flight.executor.waypoints
+    value("NavSetWaypointHere(WP_A)", flight)
+    assert table.at("A") == (7.0, 8.0, 2.0)
+    value("NavSetWaypointPosAndAltHere(WP_B)", flight)
+    assert table.at("B") == (7.0, 8.0, 9.0)
+    value("NavCopyWaypoint(WP_C, WP_B)", flight)
+    assert table.at("C") == (7.0, 8.0, 9.0)
+
+
+def test_references_are_set_here():
+    flight = ticks()
+    value("NavSetGroundReferenceHere()", flight)
+    assert value("GetPosHeight()", flight) == 0.0
+    assert value("GetAltRef()", flight) == 102.0
+    assert value("GetPosAlt()", flight) == 102.0
+
+
+def test_headings():
+    flight = ticks()
+    memory = flight.executor.memory
+    for text, degrees in (
+        ("nav_set_heading_deg(90)", 90.0),
+        ("increase_nav_heading(&nav.heading, RadOfDeg(10))", 100.0),
+        ("nav_set_heading_towards(0, -5)", 180.0),
+        ("nav_set_heading_towards_waypoint(WP_A)", math.degrees(math.atan2(3.0, 4.0))),
+        ("nav_set_heading_current()", 0.0),
+    ):
+        value(text, flight)
+        assert abs(math.degrees(memory.heading)) == pytest.approx(degrees), text
+
+
+def test_ground_is_detected_after_it_is_asked_for():
+    flight = ticks()
+    flight.told["landed"] = True
+    flight.tick()
+    assert value("NavDetectGround()", flight) == 0
+    value("NavStartDetectGround()", flight)
+    assert value("NavDetectGround()", flight) == 1
+
+
+def test_the_circle_is_counted_from_the_stage_on():
+    flight = PlanTicks('<block name="a"><circle wp="HOME" radius="5" until="NavCircleCount() @GT 1.5"/></block>')
+    for step in range(200):
+        turn = 0.05 * step
+        flight.p = (5.0 * math.sin(turn), 5.0 * math.cos(turn), 2.0)
+        flight.tick()
+        if flight.block == "HOME":
+            break
+    assert turn == pytest.approx(1.5 * math.tau, abs=0.15)
+
+
+def test_the_bearing_on_a_circle():
+    flight = PlanTicks('<block name="a"><circle wp="HOME" radius="5"/></block>')
+    flight.p = (5.0, 0.0, 2.0)
+    flight.tick()
+    assert value("NavQdrCloseTo(92)", flight) == 1
+    assert value("NavQdrCloseTo(270)", flight) == 0
+
+
+def test_the_base_leg_ends_on_the_way_to_the_touchdown():
+    flight = ticks()
+    flight.executor.waypoints.move("A", flight.executor.waypoints.home._replace(x=100.0, y=0.0))
+    value("nav_compute_baseleg(WP_A, WP_HOME, WP_B, 20)", flight)
+    at = flight.executor.waypoints.at("B")
+    assert math.hypot(at.x - 100.0, at.y) == pytest.approx(20.0)
+    assert at.x == pytest.approx(100.0)
