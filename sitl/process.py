@@ -21,6 +21,8 @@ from protocol.signing import timestamp_at
 from sitl.aircraft import Aircraft
 from sitl.autopilot.safety.world import World
 from sitl.autopilot.settings import Settings
+from sitl.day.day_aircraft import DayAircraft
+from sitl.day.day_file import load_day
 from sitl.defaults import AIRFRAME, HOME
 from sitl.enclosure.arena_files import load_arena
 from sitl.enclosure.geometry import Arena
@@ -124,6 +126,8 @@ def _run(
 
 def build_aircraft(args: argparse.Namespace) -> Aircraft:
     """The vehicle that the arguments describe: at the start of a scenario, on the ground, or hovering."""
+    if args.day is not None:
+        return _day_aircraft(args)
     planned, arena = _planned(args), load_arena(args.arena)
     origin = args.home or (_home_of(arena) if planned is None else planned.origin)
     world = World(LocalFrame(origin), arena)
@@ -178,6 +182,19 @@ def _sensors(args: argparse.Namespace) -> SensorSet:
     if args.sensors is not None and _navigation(args) is Navigation.TRUTH:
         raise SitlError("--sensors: with --nav truth no sensor is read")
     return load_sensors(args.sensors)
+
+
+def _day_aircraft(args: argparse.Namespace) -> DayAircraft:
+    """A day states everything itself, so that it is the same day fast and live."""
+    given = {
+        "--scenario": args.scenario, "--flight-plan": args.flight_plan, "--start": args.start, "--nav": args.nav,
+        "--sensors": args.sensors, "--airframe": args.airframe, "--home": args.home, "--wind": args.wind,
+        "--gusts": args.gusts, "--param": args.param or None,
+    }  # fmt: skip
+    for option, value in given.items():
+        if value is not None:
+            raise SitlError(f"{option}: a day states that itself, in its file")
+    return DayAircraft(load_day(args.day))
 
 
 def _scenario_aircraft(args: argparse.Namespace, world: World) -> ScenarioAircraft:

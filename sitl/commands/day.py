@@ -12,7 +12,8 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     options = argparse.ArgumentParser(
         prog="darko-sitl day",
         description=commands["day"] + ".",
-        epilog="The same day live, for a ground station: darko-sitl --day FILE. Exit code 1 if it did not go as written.",
+        epilog="The same day live, for a ground station: darko-sitl --day FILE. Exit codes: 0 flown as written; "
+        "1 crashed, or the operator was refused; 2 a file or an argument.",
     )
     options.add_argument("file", type=Path, metavar="FILE", help="the day, a TOML file (docs/day.md)")
     options.add_argument("--seed", type=int, metavar="N", help="another seed [the file's]")
@@ -51,5 +52,7 @@ def run(args: argparse.Namespace) -> int:
         raise SitlError(str(error)) from error
     for event in flown.aircraft.happened:
         print(f"{event.time:8.2f} s  {event.text}")
-    print(f"{flown.verdict}: {flown.seconds:.1f} s in {flown.took:.1f} s, {flown.seconds / flown.took:.0f}x; page {page}")
+    print(
+        f"{flown.verdict}: {flown.seconds:.1f} s in {flown.took:.1f} s, {flown.seconds / flown.took:.0f}x; page {page}"
+    )
     return int(flown.aircraft.vehicle.crash is not None or bool(flown.refused))

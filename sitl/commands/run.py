@@ -129,12 +129,18 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
         metavar="FILE",
         help="TOML file: what functions and variables of the plan's build mean",
     )
-    scenario = parser.add_argument_group("scenario (see: darko-sitl scenario)")
+    scenario = parser.add_argument_group("scenario or day (see: darko-sitl scenario, darko-sitl day)")
     scenario.add_argument(
         "--scenario",
         metavar="NAME",
         help="fly this experiment, print its figures and exit; exit code 1 if a figure is not as expected. "
         "A command that moves the vehicle ends the experiment, and the vehicle goes on flying",
+    )
+    scenario.add_argument(
+        "--day",
+        type=Path,
+        metavar="FILE",
+        help="fly a day live, as 'darko-sitl day' flies it headless (docs/day.md)",
     )
     scenario.add_argument("--stay", action="store_true", help="hold after the experiment instead of exiting")
     link = parser.add_argument_group("link")

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
+from protocol.dialect import mavlink
 from protocol.failure_names import FAILURE_TYPES, FAILURE_UNITS
 from protocol.flight_plans.plan_geometry import EnuPoint
 from protocol.frames import LocalFrame
@@ -79,7 +81,7 @@ class DayAircraft(Aircraft):
             planned.require_flown()
             self.autopilot.flight_plan.load(planned.check, planned.mapping)
             self.autopilot.set_mode(Mode.FLIGHT_PLAN)
-        due = [_Due(a.at, "operator", _words(a), lambda a=a: self._act(a)) for a in day.actions]
+        due = [_Due(a.at, "operator", _words(a), partial(self._act, a)) for a in day.actions]
         for failure in day.failures:
             due += self._failing(failure)
         self._due = sorted(due, key=lambda event: event.at)
@@ -96,6 +98,7 @@ class DayAircraft(Aircraft):
             refused = answer.result != ACCEPTED
             text = f"{event.text}: {answer.text or 'refused'}" if refused else event.text
             self.happened.append(DayEvent(self.vehicle.time, event.kind, text, refused))
+            self.autopilot.say(mavlink.MAV_SEVERITY_WARNING if refused else mavlink.MAV_SEVERITY_INFO, text)
         super()._decide()
         self._note_block()
 
@@ -129,20 +132,14 @@ class DayAircraft(Aircraft):
         return Answer(ACCEPTED)
 
     def _failing(self, failure: PlannedFailure) -> list[_Due]:
-        unit, kind = FAILURE_UNITS[failure.unit], FAILURE_TYPES[failure.failure]
         words = failure.unit if failure.instance == 0 else f"{failure.unit} {failure.instance}"
-        due = [
-            _Due(
-                failure.at,
-                "failure",
-                f"{words} {failure.failure}",
-                lambda: self.failures.inject(unit, kind, failure.instance),
-            )
-        ]
-        if failure.lasts != float("inf"):
-            over = failure.at + failure.lasts
-            due.append(_Due(over, "failure", f"{words} healed", lambda: self.failures.inject(unit, FAILURE_TYPES["ok"], failure.instance)))
-        return due
+
+        def inject(kind: str) -> Callable[[], Answer]:
+            return lambda: self.failures.inject(FAILURE_UNITS[failure.unit], FAILURE_TYPES[kind], failure.instance)
+
+        begins = _Due(failure.at, "failure", f"{words} {failure.failure}", inject(failure.failure))
+        heals = _Due(failure.at + failure.lasts, "failure", f"{words} healed", inject("ok"))
+        return [begins, heals]
 
 
 def _words(action: OperatorAction) -> str:

@@ -60,9 +60,7 @@ def fly_day(day: Day, folder: Path) -> FlownDay:
         SitlError: A file that the day names cannot be used.
     """
     aircraft = DayAircraft(day)
-    recorder = FlightRecorder(
-        folder, lambda: EPOCH, whole=True, also={mavlink.MAVLINK_MSG_ID_DARKO_TRUTH: TRUTH_RATE}
-    )
+    recorder = FlightRecorder(folder, lambda: EPOCH, whole=True, also={mavlink.MAVLINK_MSG_ID_DARKO_TRUTH: TRUTH_RATE})
     node = Node(aircraft, StateFolder(folder), recorder=recorder)
     began = time.monotonic()
     while not aircraft.is_over:

@@ -1,0 +1,114 @@
+"""A day flown headless: what happens in it, its record and its page."""
+
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+
+from protocol.dialect.vocabulary import Law
+from protocol.flight_log.flight_series import flight_series
+from protocol.tlog import read_tlog
+from sitl.commands import day as day_command
+from sitl.day.day_aircraft import DayAircraft
+from sitl.day.day_file import DayError, load_day
+from sitl.day.day_flight import day_page, fly_day, scenery_of
+from sitl.enclosure.arena_files import load_arena
+from tests.support.paths import DATA
+
+EXAMPLE = DATA / "voliere-day.toml"
+CHROMIUM = (
+    "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
+    "--disable-background-networking", "--disable-component-update", "--disable-sync", "--virtual-time-budget=8000", "--dump-dom",
+)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def flown(tmp_path_factory):
+    return fly_day(load_day(EXAMPLE), tmp_path_factory.mktemp("day"))
+
+
+def texts(flown):
+    return [event.text for event in flown.aircraft.happened]
+
+
+def test_the_example_is_flown_as_it_is_written(flown):
+    assert flown.verdict == "flown as written"
+    assert flown.seconds == pytest.approx(205.0, abs=0.1)
+    assert flown.aircraft.vehicle.law is Law.LANDED
+    for block in ("Takeoff", "Standby", "Route", "Ring", "Figures", "Land", "Landed"):
+        assert f"block {block}" in texts(flown)
+
+
+def test_the_vehicle_goes_where_the_waypoint_was_moved(flown):
+    series = flight_series(read_tlog(flown.log), "day")
+    at = np.searchsorted(series.position.times, 70.0)
+    place = [series.position.fields[axis][at] for axis in "xyz"]
+    assert place == pytest.approx([-1.0, 0.5, -2.5], abs=0.5)
+
+
+def test_the_record_has_the_truth_beside_the_estimate(flown):
+    series = flight_series(read_tlog(flown.log), "day")
+    assert len(series.truth) > 2000
+    true = np.interp(series.position.times, series.truth.times, series.truth.fields["position"][:, 0])
+    assert np.abs(series.position.fields["x"] - true).max() < 0.3
+
+
+def test_the_same_seed_is_the_same_day(tmp_path):
+    short = load_day(EXAMPLE)._replace(duration=12.0)
+    first, second = (fly_day(short, tmp_path / name).log.read_bytes() for name in "ab")
+    assert first == second
+    assert fly_day(short._replace(seed=2), tmp_path / "c").log.read_bytes() != first
+
+
+def test_a_refusal_is_reported_and_the_day_goes_on(tmp_path):
+    day = load_day(EXAMPLE)._replace(duration=7.0)
+    wrong = day.actions[0]._replace(at=1.0, name="Nowhere")
+    flown = fly_day(day._replace(actions=(wrong, *day.actions)), tmp_path)
+    assert flown.verdict == "flown to its end; refused of the operator: 1"
+    assert "the plan has no block 'Nowhere'" in flown.refused[0].text
+    assert "block Takeoff" in texts(flown)
+
+
+def test_wind_without_a_wall_is_refused():
+    day = load_day(EXAMPLE)._replace(arena="open")
+    with pytest.raises(DayError, match="the arena 'open' has no wind wall"):
+        DayAircraft(day)
+
+
+def test_the_scenery_has_net_and_wall():
+    names = {prism.name: prism for prism in scenery_of(load_arena("voliere"))}
+    assert names["net"].hollow
+    assert max(north for north, _ in names["wind wall"].corners) > 4.5
+
+
+def test_the_page_has_all_that_was_asked_for(flown):
+    pytest.importorskip("plotly")
+    page = day_page(flown)
+    for heading in ("Path", "Lyapunov values and jumps", "Actuators", "Energy by law", "Tracking", "Wind", "Events"):
+        assert f"<h2>{heading}" in page
+    assert "operator moves STDBY" in page
+
+
+@pytest.mark.skipif(shutil.which("chromium") is None, reason="no chromium")
+def test_a_browser_draws_every_chart(flown, tmp_path):
+    pytest.importorskip("plotly")
+    page = tmp_path / "day.html"
+    page.write_text(day_page(flown))
+    command = ["chromium", *CHROMIUM, f"--user-data-dir={tmp_path / 'profile'}", page.as_uri()]
+    dom = subprocess.run(command, capture_output=True, text=True, timeout=120, check=True).stdout
+    assert dom.count('class="main-svg"') >= 12
+    assert dom.count("js-plotly-plot") >= 6
+    assert "operator moves STDBY" in dom
+
+
+def test_the_command_writes_page_and_log_and_says_how_it_went(tmp_path, capsys):
+    pytest.importorskip("plotly")
+    short = tmp_path / "short.toml"
+    short.write_text('name = "short"\nduration = 3.0\narena = "voliere"\n')
+    page, log = tmp_path / "page.html", tmp_path / "short.tlog"
+    args = day_command.parser({"day": "d"}).parse_args([str(short), "--out", str(page), "--log", str(log)])
+    assert day_command.run(args) == 0
+    assert "flown as written: 3.0 s" in capsys.readouterr().out
+    assert page.exists()
+    assert len(read_tlog(log)) > 100
