@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import argparse
+import math
 from pathlib import Path
 
-__all__ = ["add_link_options", "add_listen_options", "sitl_arguments"]
+__all__ = ["add_link_options", "add_listen_options", "add_span_options", "sitl_arguments"]
 
 MAX_PORT, MAX_SYSTEM_ID = 65535, 255
 
@@ -41,6 +42,27 @@ def add_listen_options(link: argparse._ArgumentGroup) -> None:
         metavar="KEY",
         help="sign, and accept only signed messages: 64 hexadecimal digits or a file with them (passed on to --sitl)",
     )
+
+
+def add_span_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options of a span of a flight."""
+    for name, where, default in (("--from", "begin", -math.inf), ("--to", "end", math.inf)):
+        parser.add_argument(
+            name,
+            dest=where,
+            type=_moment,
+            default=default,
+            metavar="TIME",
+            help=f"{where} of the flight's part, since the vehicle was switched on: seconds or M:SS [the log's]",
+        )
+
+
+def _moment(text: str) -> float:
+    minutes, colon, seconds = text.rpartition(":")
+    value = float(seconds) + 60.0 * (int(minutes) if colon else 0)
+    if not math.isfinite(value):
+        raise argparse.ArgumentTypeError(f"{text} is not a time")
+    return value
 
 
 def sitl_arguments(args: argparse.Namespace) -> list[str]:

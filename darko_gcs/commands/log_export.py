@@ -1,0 +1,58 @@
+"""``darko-gcs log export``: a log for other programs."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from darko_gcs.commands.options import add_span_options
+
+__all__ = ["configure", "run"]
+
+TABLES, PATHS, MESSAGES = (".csv", ".parquet"), (".kml",), (".mcap",)
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``darko-gcs log export``."""
+    parser.add_argument("file", type=Path, metavar="FILE", help="telemetry log (.tlog)")
+    parser.add_argument("out", type=Path, metavar="OUT", help=".csv, .parquet, .kml or .mcap")
+    parser.add_argument(
+        "fields",
+        nargs="*",
+        metavar="FIELD",
+        help="columns of a table, as of 'log plot'; or messages of an .mcap by name [all]",
+    )
+    add_span_options(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Write the file.
+
+    Raises:
+        FileError: The log cannot be read, a field is not in it, or the file cannot be written.
+        GroundError: The format is not known or its package is not installed.
+    """
+    from darko_gcs.errors import GroundError  # noqa: PLC0415 - --help must be quick: so all of these
+    from darko_gcs.logs import log_export  # noqa: PLC0415
+    from darko_gcs.logs.log_selection import Span, selected  # noqa: PLC0415
+    from protocol.atomic_write import write_atomically  # noqa: PLC0415
+    from protocol.tlog import read_tlog  # noqa: PLC0415
+
+    kind, name, span = args.out.suffix, str(args.file), Span(args.begin, args.end)
+    if kind not in {*TABLES, *PATHS, *MESSAGES}:
+        raise GroundError(f"{args.out}: the name must end in {', '.join((*TABLES, *PATHS, *MESSAGES))}")
+    if kind in TABLES and not args.fields:
+        raise GroundError(f"{args.out}: a table needs the fields that are its columns, such as ATTITUDE.roll")
+    if kind in PATHS and args.fields:
+        raise GroundError(f"{args.out}: a path has no fields")
+    reader = read_tlog(args.file)
+    if kind in TABLES:
+        selection = selected(reader, name, args.fields, span)
+        data = log_export.as_csv(selection) if kind == ".csv" else log_export.as_parquet(selection)
+    elif kind in PATHS:
+        data = log_export.as_kml(reader, name, span)
+    else:
+        data = log_export.as_mcap(reader, name, args.fields, span)
+    write_atomically(args.out, data)
+    print(f"{args.out}: {len(data)} bytes")
+    return 0

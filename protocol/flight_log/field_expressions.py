@@ -1,0 +1,143 @@
+"""Quantities of a log by name: ``ATTITUDE.roll``, ``deg(DARKO_ACTUATORS.elevon[0])``, ``LOCAL_POSITION_NED.z * -1``.
+
+Numbers, fields of messages, with an index where they are arrays, + - * / ** and brackets, the constants ``pi`` and
+``g`` and the functions of FIELD_FUNCTIONS. Where messages meet, all are taken at the times of the one that comes first
+in the text.
+"""
+
+from __future__ import annotations
+
+import ast
+import operator
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from protocol.errors import FileError, LocalProtocolError
+from protocol.message import Source
+from protocol.tlog import TlogReader
+
+__all__ = ["FIELD_FUNCTIONS", "Quantity", "quantity"]
+
+Floats = NDArray[np.float64]
+MAX_LENGTH = 400  # of an expression [characters]
+FIELD_CONSTANTS = {"pi": np.pi, "g": 9.80665}
+_OPERATORS: dict[type[ast.AST], Callable[..., Any]] = {
+    ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
+    ast.Pow: operator.pow, ast.USub: operator.neg, ast.UAdd: operator.pos,
+}  # fmt: skip
+FIELD_FUNCTIONS: dict[str, Callable[..., Any]] = {
+    "abs": np.abs, "sqrt": np.sqrt, "exp": np.exp, "log10": np.log10, "sin": np.sin, "cos": np.cos, "deg": np.degrees,
+    "rad": np.radians, "hypot": np.hypot, "atan2": np.arctan2, "min": np.minimum, "max": np.maximum,
+}  # fmt: skip
+
+
+class Quantity(NamedTuple):
+    """An expression's values."""
+
+    name: str
+    rows: NDArray[np.int64]  # records that its times are of, shape (n,)
+    values: Floats  # shape (n,)
+
+
+def quantity(reader: TlogReader, text: str, source: Source | None = None) -> Quantity:
+    """The values of an expression.
+
+    Args:
+        reader: The log.
+        text: The expression.
+        source: Only messages of this (system, component).
+
+    Raises:
+        FileError: It is no expression, or names what the log or the dialect does not have; the message says which.
+    """
+    if len(text) > MAX_LENGTH:
+        raise FileError(f"{text[:40]}...: longer than {MAX_LENGTH} characters")
+    try:
+        tree = ast.parse(text.strip(), mode="eval").body
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        raise FileError(f"{text}: is not an expression of fields, such as ATTITUDE.roll * 57.3") from None
+    walker = _Walker(reader, text, source)
+    with np.errstate(all="ignore"):  # what has no value is NaN, and is not drawn
+        values = walker.value(tree)
+    if walker.rows is None:
+        raise FileError(f"{text}: names no field of a message")
+    return Quantity(text.strip(), walker.rows, np.broadcast_to(np.asarray(values, float), walker.rows.shape))
+
+
+class _Walker:
+    """Evaluates one expression's tree.
+
+    Attributes:
+        rows: Records of the message that came first.
+    """
+
+    def __init__(self, reader: TlogReader, text: str, source: Source | None) -> None:
+        self._reader, self._text, self._source = reader, text, source
+        self.rows: NDArray[np.int64] | None = None
+
+    def value(self, node: ast.expr) -> Floats | float:
+        """Of a node."""
+        match node:
+            case ast.Constant(value=int() | float() as number) if not isinstance(number, bool):
+                return float(number)
+            case ast.Name(id=name) if name in FIELD_CONSTANTS:
+                return FIELD_CONSTANTS[name]
+            case ast.UnaryOp(op=op, operand=operand) if type(op) in _OPERATORS:
+                return _float(_OPERATORS[type(op)](self.value(operand)))
+            case ast.BinOp(left=left, op=op, right=right) if type(op) in _OPERATORS:
+                return _float(_OPERATORS[type(op)](np.asarray(self.value(left)), self.value(right)))
+            case ast.Call(func=ast.Name(id=name), args=arguments, keywords=[]) if name in FIELD_FUNCTIONS:
+                return self._called(name, arguments)
+            case ast.Attribute(value=ast.Name(id=message), attr=field):
+                return self._field(message, field, None)
+            case ast.Subscript(
+                value=ast.Attribute(value=ast.Name(id=message), attr=field), slice=ast.Constant(value=int() as index)
+            ):
+                return self._field(message, field, index)
+        raise FileError(f"{self._text}: {ast.unparse(node)} is not a field, a number or a known function")
+
+    def _called(self, name: str, arguments: list[ast.expr]) -> Floats | float:
+        given = [self.value(argument) for argument in arguments]
+        wanted = FIELD_FUNCTIONS[name].nin  # type: ignore[attr-defined] # all are numpy's
+        if len(given) != wanted:
+            raise FileError(f"{self._text}: {name} takes {wanted} value{'s' * (wanted != 1)}, not {len(given)}")
+        return _float(FIELD_FUNCTIONS[name](*given))
+
+    def _field(self, message: str, field: str, index: int | None) -> Floats:
+        try:
+            rows = self._reader.rows(message, self._source)
+            column = self._reader.columns(message, self._source).get(field)
+        except LocalProtocolError:
+            raise FileError(f"{self._text}: the dialect has no message {message}") from None
+        if column is None:
+            raise FileError(f"{self._text}: {message} has no field {field}")
+        if not len(rows):
+            raise FileError(f"{self._text}: the log has no {message}")
+        return self._at_first_times(rows, self._one_column(message, field, column, index))
+
+    def _one_column(self, message: str, field: str, column: NDArray[Any], index: int | None) -> Floats:
+        if column.dtype.kind not in "iuf":
+            raise FileError(f"{self._text}: {message}.{field} is text")
+        if column.ndim == 1:
+            if index is not None:
+                raise FileError(f"{self._text}: {message}.{field} is a single number, without [{index}]")
+            return column.astype(float)
+        if index is None or not 0 <= index < column.shape[1]:
+            raise FileError(f"{self._text}: {message}.{field} has the numbers [0] to [{column.shape[1] - 1}]")
+        return np.asarray(column[:, index], float)
+
+    def _at_first_times(self, rows: NDArray[np.int64], values: Floats) -> Floats:
+        """Values at the times of the message that came first, in between in proportion."""
+        if self.rows is None:
+            self.rows = rows
+        if self.rows is rows or np.array_equal(self.rows, rows):
+            return values
+        times = self._reader.times
+        return np.interp(times[self.rows], times[rows], values)
+
+
+def _float(value: Any) -> Floats | float:  # noqa: ANN401 - of numpy's functions
+    return value if isinstance(value, np.ndarray) else float(value)
