@@ -18,11 +18,11 @@ from protocol.keyring import Keyring
 from protocol.loopback import open_port_warning
 from protocol.signing import timestamp_at
 from sitl.aircraft import Aircraft
-from sitl.enclosure.arena_files import load_arena
-from sitl.enclosure.geometry import Arena
 from sitl.autopilot.safety.world import World
 from sitl.autopilot.settings import Settings
 from sitl.defaults import AIRFRAME, HOME
+from sitl.enclosure.arena_files import load_arena
+from sitl.enclosure.geometry import Arena
 from sitl.errors import SitlError
 from sitl.mavlink.flight_recorder import FlightRecorder
 from sitl.mavlink.node import Node

@@ -128,7 +128,7 @@ class FlightState:
         self.enter(Mode.HOLD, None)
 
     def hold_here(self, retreat: float = 0.0) -> None:
-        """Hold where the vehicle can stop, or so much farther inside the arena's net [m]; on the ground, just the mode."""
+        """Hold where the vehicle can stop, or so much farther inside the net [m]; on the ground, change the mode."""
         place = self.world.arena.clamped(self.stop_point(), retreat)
         self.enter(Mode.HOLD, Hold(self.hover_reference(place)) if self.flying else None)
 

@@ -195,7 +195,7 @@ def _is_hovered(v: Point, hover_speed: float) -> bool:
 
 
 def _is_same_leg(manoeuvre: Manoeuvre | None, target: Reference, far: float) -> bool:
-    """Whether the manoeuvre under way already leads to a reference, or not ``far`` from it: that moves its end there."""
+    """Whether the manoeuvre under way already leads not ``far`` from a reference [m]; then its end moves there."""
     if isinstance(manoeuvre, ManoeuvreSequence):
         return _is_same_leg(manoeuvre.steps[-1], target, far)
     if not isinstance(manoeuvre, FlyTo | FlyLeg) or math.dist(manoeuvre.reference.position, target.position) > far:

@@ -31,6 +31,7 @@ REQUESTS, REQUEST_TIME = 8, 6.0  # of a flight, and for how long each is flown [
 STICK_TIME = 2.5  # for which sticks are held, in every second request [s]
 LOWEST_TARGET = 1.2  # [m]
 LOOK_TIME = 0.02  # [s]
+HOLD_WORDS = "m from the net: holding"  # of the alarm
 BURST_TIME = 1.5  # of the 1-cos gusts, one a request [s]
 
 
@@ -90,7 +91,9 @@ def fly_containment(
                 aircraft.autopilot.manual.take_sticks(sticks)
             aircraft.advance(PERIODS_PER_LOOK)
             least = min(least, room.room(aircraft.vehicle.truth.body.position)[0])
-            holds += sum(": holding" in notice.text and " m from " in notice.text for notice in aircraft.autopilot.notices())
+            holds += sum(
+                ": holding" in notice.text and " m from " in notice.text for notice in aircraft.autopilot.notices()
+            )
             if _is_over(aircraft):
                 break
     except DivergedError as error:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sitl import DivergedError, Start
+from sitl import DivergedError
 from sitl.aircraft import Aircraft
 from sitl.enclosure.arena_files import load_arena
 from sitl.errors import SitlError

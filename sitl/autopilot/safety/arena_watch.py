@@ -18,6 +18,7 @@ HOLD, LAND, CUT = 2, 3, 4  # of DRK_NET_ACT
 STOP_TIME, STOP_TIME_BY_WIND = 0.6, 0.25  # [s], [s per m/s]
 RETREAT = 1.2  # since a law that does not know the wind stands downwind of where it should hold [m]
 PIECES = 4  # of the way to a stop, whose ends are looked at
+RAISED_AGAIN = 1.0  # after so long, if something is neared still [s]
 CALM_TIME = 2.0  # of room again after which an alarm is over [s]
 WARNING, CRITICAL = mavlink.MAV_SEVERITY_WARNING, mavlink.MAV_SEVERITY_CRITICAL
 EMERGENCY = mavlink.MAV_SEVERITY_EMERGENCY
@@ -42,6 +43,7 @@ class ArenaWatch:
     lands: bool = False
     is_cut: bool = False
     _since: float = 0.0  # when the vehicle itself came too near [s]
+    _raised: float = -math.inf  # the first stage, last time [s]
     _last: float = -math.inf  # when there last was too little room [s]
 
     def check(self, view: VehicleView, arena: Arena, settings: Settings, *, landing: bool) -> list[Alarm]:
@@ -76,11 +78,13 @@ class ArenaWatch:
         if settings.net_action >= LAND and not self.lands and view.time - self._since > settings.net_land_time:
             self.lands = True
             return [Alarm(SafetyAction.LAND, CRITICAL, f"Still {room:.1f} m from {what}")]
-        if self.near:
+        if self.near and (view.time - self._raised < RAISED_AGAIN or not self._nears(view, arena, room)):
             return []
-        self.near = True
+        self.near, self._raised = True, view.time
         action = SafetyAction.HOLD if settings.net_action >= HOLD else SafetyAction.NONE
-        return [Alarm(action, WARNING, f"{max(room, 0.0):.1f} m from {before}", stop=True, retreat=RETREAT)]
+        return [
+            Alarm(action, WARNING, f"{max(room, 0.0):.1f} m from {before}", stop=True, always=True, retreat=RETREAT)
+        ]
 
     def _nears(self, view: VehicleView, arena: Arena, room: float) -> bool:
         """Whether the vehicle comes nearer still."""
