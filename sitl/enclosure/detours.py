@@ -65,6 +65,16 @@ def crosses_area(arena: Arena, corners: Iterable[Place], clearance: float) -> bo
     return any(o.blocks(low, high, clearance) and _grown(o, clearance).intersects(area) for o in arena.obstacles)
 
 
+def crosses_circle(arena: Arena, p: Place, centre: Place, radius: float, clearance: float) -> bool:
+    """Whether a circle, or the straight way to its nearest point, comes nearer to an obstacle than a clearance [m]."""
+    away = max(math.dist(p[:2], centre[:2]), TOUCH)
+    share = radius / away
+    rim = (centre[0] + share * (p[0] - centre[0]), centre[1] + share * (p[1] - centre[1]), centre[2])
+    ring = Point(centre[:2]).buffer(radius).exterior
+    on_it = [o for o in arena.obstacles if o.blocks(centre[2], centre[2], clearance)]
+    return bool(crossed(arena, p, rim, clearance)) or any(_grown(o, clearance).intersects(ring) for o in on_it)
+
+
 def outline(obstacle: Obstacle) -> BaseGeometry:
     """An obstacle from above, north and west [m]."""
     if obstacle.is_round:

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 from protocol.dialect import mavlink
 from sitl.autopilot.safety.alarm import Alarm, SafetyAction
-from sitl.autopilot.safety.fence import REACTION_TIME
 from sitl.autopilot.settings import Settings
 from sitl.control.reference import Point
 from sitl.enclosure.geometry import Arena
@@ -17,6 +16,7 @@ HOLD, LAND, CUT = 2, 3, 4  # of DRK_NET_ACT
 # A hovering vehicle that is told to hold stands after this time at its speed, and in a tail wind after longer.
 STOP_TIME, STOP_TIME_BY_WIND = 0.6, 0.25  # [s], [s per m/s]
 RETREAT = 1.2  # since a law that does not know the wind stands downwind of where it should hold [m]
+SPEEDING_UP_TIME = 0.6  # for which a transition to forward flight still gains speed after such an order [s]
 PIECES = 4  # of the way to a stop, whose ends are looked at
 RAISED_AGAIN = 1.0  # after so long, if something is neared still [s]
 CALM_TIME = 2.0  # of room again after which an alarm is over [s]
@@ -30,7 +30,7 @@ def way_to_stop(view: VehicleView) -> list[Point]:
     tail_wind = (view.wind[0] * view.v[0] + view.wind[1] * view.v[1]) / max(speed, 0.1)
     seconds = STOP_TIME + STOP_TIME_BY_WIND * max(tail_wind, 0.0)
     if view.forward and speed > 1.0:
-        seconds = REACTION_TIME + view.stopping_distance / speed
+        seconds = SPEEDING_UP_TIME + view.stopping_distance / speed
     times = [seconds * k / PIECES for k in range(PIECES + 1)]
     return [(view.p[0] + t * view.v[0], view.p[1] + t * view.v[1], view.p[2] + t * view.v[2]) for t in times]
 
