@@ -23,7 +23,7 @@ from sitl.guidance.manoeuvres import FlyTo, Hold, Manoeuvre, ManoeuvreSequence
 from sitl.guidance.moving_reference import KEEP_HEADING, HeadingSetpoint, MovingReference, from_heading_axes
 from sitl.prediction.mode_choice import MAX_CLIMB_SLOPE, MAX_DESCENT_SLOPE
 
-SAME_PLACE = 0.05  # where there are obstacles, whose ways depend on their end [m]
+SAME_END = 0.05  # where there are obstacles, whose ways depend on their end [m]
 SAME_LEG = 5.0  # a streamed position that moved less than this is the same leg [m]
 TURN_RATE_TOLERANCE = 1e-6  # for rates that were rounded on the wire [rad/s]
 
@@ -134,7 +134,7 @@ class OffboardRequests:
             target = target._replace(heading=heading.heading)
         if flight.mode is not Mode.OFFBOARD:
             self._first = target
-        elif not _is_same_leg(flight.manoeuvre, target, SAME_PLACE if flight.world.arena.obstacles else SAME_LEG):
+        elif not _is_same_leg(flight.manoeuvre, target, SAME_END if flight.world.arena.obstacles else SAME_LEG):
             leg = flight.leg_to(target)
             if isinstance(leg, str):
                 return leg

@@ -14,7 +14,7 @@ from sitl.autopilot.settings import Settings
 from sitl.control.reference import Point
 from sitl.guidance.view import VehicleView
 
-MAX_AGE = 0.5  # of a scan that is still believed [s]
+MAX_SCAN_AGE = 0.5  # of a scan that is still believed [s]
 MAX_SOURCES = 8  # whose scans are kept
 NEARING_SPEED = 0.15  # towards an obstacle, above which it is approached [m/s]
 
@@ -54,7 +54,7 @@ class LiveObstacles:
 
     def take(self, source: Hashable, scan: Scan) -> bool:
         """Keep the newest scan of a source; False if there are too many sources."""
-        self.scans = {name: old for name, old in self.scans.items() if scan.time - old.time <= MAX_AGE}
+        self.scans = {name: old for name, old in self.scans.items() if scan.time - old.time <= MAX_SCAN_AGE}
         if source not in self.scans and len(self.scans) >= MAX_SOURCES:
             return False
         self.scans[source] = scan
@@ -81,7 +81,7 @@ class LiveObstacles:
 
     def _places(self, now: float) -> Iterator[tuple[float, float]]:
         for scan in self.scans.values():
-            if now - scan.time <= MAX_AGE:
+            if now - scan.time <= MAX_SCAN_AGE:
                 yield from scan.places
 
 

@@ -8,7 +8,7 @@ from protocol.modes import Mode
 from sitl import Regime
 from sitl.autopilot.manual import Sticks
 from sitl.autopilot.safety.alarm import SafetyAction
-from sitl.autopilot.safety.arena_watch import STOP_TIME, ArenaWatch, way_to_stop
+from sitl.autopilot.safety.arena_watch import HOVER_STANDS_AFTER, ArenaWatch, way_to_stop
 from sitl.autopilot.settings import Settings
 from sitl.guidance.moving_reference import HeadingSetpoint
 from sitl.guidance.view import VehicleView
@@ -38,8 +38,8 @@ def test_it_holds_where_the_way_to_a_stop_leaves_too_little_room():
 
 
 def test_a_tail_wind_and_forward_flight_make_the_way_longer():
-    assert way_to_stop(view(1.0, 0.0, 2.0))[-1][0] == pytest.approx(2.0 * STOP_TIME)
-    assert way_to_stop(view(1.0, 0.0, 2.0, wind=(4.0, 0.0, 0.0)))[-1][0] > 2.0 * STOP_TIME + 1.0
+    assert way_to_stop(view(1.0, 0.0, 2.0))[-1][0] == pytest.approx(2.0 * HOVER_STANDS_AFTER)
+    assert way_to_stop(view(1.0, 0.0, 2.0, wind=(4.0, 0.0, 0.0)))[-1][0] > 2.0 * HOVER_STANDS_AFTER + 1.0
     assert way_to_stop(view(1.0, 0.0, 10.0, forward=True, stopping_distance=25.0))[-1][0] > 25.0
 
 
