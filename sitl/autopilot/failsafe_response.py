@@ -35,15 +35,19 @@ class FailsafeResponse:
         if gravest.action is SafetyAction.TERMINATE:
             flight.terminate(gravest.reason)
             return
+        if gravest.always and under_way is SafetyAction.RETURN:
+            under_way = SafetyAction.NONE
         for alarm in alarms:
             flight.say(alarm.severity, alarm.text(gravest.action or SafetyAction.NONE, under_way))
-        self._act(gravest.action or SafetyAction.NONE, stop=gravest.stop, retreat=gravest.retreat)
+        if (gravest.action or SafetyAction.NONE) > under_way:
+            self._act(gravest.action or SafetyAction.NONE, stop=gravest.stop, retreat=gravest.retreat)
 
     def lose_setpoints(self, reason: str) -> None:
         """Set-points can no longer be flown, for a reason the pilot reads: do what the settings say."""
         action = OFFBOARD_ACTIONS[self._flight.settings.setpoint_action]
         self._flight.say(mavlink.MAV_SEVERITY_WARNING, f"{reason}: {DOING[action]}")
-        self._act(action, stop=False)
+        if action > self._under_way():
+            self._act(action, stop=False)
 
     def _under_way(self) -> SafetyAction:
         """What no lesser alarm may stop; a landing also while the vehicle still comes to rest before it."""
@@ -52,15 +56,13 @@ class FailsafeResponse:
         return SafetyAction.RETURN if self._flight.mode is Mode.RTL else SafetyAction.NONE
 
     def _act(self, action: SafetyAction, *, stop: bool, retreat: float = 0.0) -> None:
-        """Do what an alarm asks for, unless something as grave is under way.
+        """Do what an alarm asks for.
 
         Args:
             action: What it asks for.
             stop: Whether a vehicle in forward flight stops before it turns elsewhere.
             retreat: How much farther inside the arena's net a hold is flown [m].
         """
-        if action <= self._under_way():
-            return
         if action is SafetyAction.HOLD:
             self._flight.hold_here(retreat)
         elif action is SafetyAction.LAND:

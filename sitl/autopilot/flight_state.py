@@ -9,11 +9,11 @@ from protocol.dialect import mavlink
 from protocol.modes import Mode
 from sitl.autopilot.answers import Answer, Notice
 from sitl.autopilot.mission.runner import MissionRunner
-from sitl.autopilot.routes import return_route, route_to
+from sitl.autopilot.routes import FORWARD_DRIFT, return_route, route_to
 from sitl.autopilot.safety.world import World
 from sitl.autopilot.settings import Settings
 from sitl.control.reference import Point, Reference, hover_at
-from sitl.enclosure.detours import crossed, crosses_area
+from sitl.enclosure.detours import crossed, crosses_circle
 from sitl.guidance.legs import FlyLeg
 from sitl.guidance.limits import MIN_HOLD_HEIGHT
 from sitl.guidance.manoeuvres import ComeToRest, FlyTo, Hold, Manoeuvre, ManoeuvreSequence, land_at
@@ -108,7 +108,8 @@ class FlightState:
         """Why the vehicle may not be sent round a centre, world NWU, at a radius [m], or None."""
         rim = [(centre[0] + radius * x, centre[1] + radius * y, centre[2]) for x, y in COMPASS]
         outside = next(filter(None, map(self.refuse_point, rim)), None)
-        if outside is None and crosses_area(self.world.arena, [*rim, self.view.p], self.settings.clearance):
+        wide = self.settings.clearance + FORWARD_DRIFT
+        if outside is None and crosses_circle(self.world.arena, self.view.p, centre, radius, wide):
             return "an obstacle is in its way"
         return outside
 
@@ -132,7 +133,7 @@ class FlightState:
         self.enter(Mode.HOLD, None)
 
     def hold_here(self, retreat: float = 0.0) -> None:
-        """Hold where the vehicle can stop, or so much farther inside the arena's net [m]; on the ground, just the mode."""
+        """Hold where the vehicle can stop, or so much farther inside the net [m]; on the ground, change the mode."""
         place = self.world.arena.clamped(self.stop_point(), retreat)
         self.enter(Mode.HOLD, Hold(self.hover_reference(place)) if self.flying else None)
 

@@ -30,7 +30,7 @@ from sitl.guidance.manoeuvres import FlyTo, Hold, Manoeuvre, ManoeuvreSequence
 from sitl.guidance.moving_reference import KEEP_HEADING, HeadingSetpoint, MovingReference, from_heading_axes
 from sitl.prediction.mode_choice import MAX_CLIMB_SLOPE, MAX_DESCENT_SLOPE
 
-SAME_PLACE = 0.05  # where there are obstacles, whose ways depend on their end [m]
+SAME_END = 0.05  # where there are obstacles, whose ways depend on their end [m]
 SAME_LEG = 5.0  # a streamed position that moved less than this is the same leg [m]
 LIFT_MARGIN = 0.5  # a lift-off aims this much above the height where it ends, to get there at speed [m]
 TURN_RATE_TOLERANCE = 1e-6  # for rates that were rounded on the wire [rad/s]
@@ -148,7 +148,7 @@ class OffboardRequests:
             target = target._replace(heading=heading.heading)
         if flight.mode is not Mode.OFFBOARD:
             self._first = target
-        elif not _is_same_leg(flight.manoeuvre, target, SAME_PLACE if flight.world.arena.obstacles else SAME_LEG):
+        elif not _is_same_leg(flight.manoeuvre, target, SAME_END if flight.world.arena.obstacles else SAME_LEG):
             leg = flight.leg_to(target)
             if isinstance(leg, str):
                 return leg
@@ -228,7 +228,7 @@ def _is_hovered(v: Point, hover_speed: float) -> bool:
 
 
 def _is_same_leg(manoeuvre: Manoeuvre | None, target: Reference, far: float) -> bool:
-    """Whether the manoeuvre under way already leads to a reference, or not ``far`` from it: that moves its end there."""
+    """Whether the manoeuvre under way already leads not ``far`` from a reference [m]; then its end moves there."""
     if isinstance(manoeuvre, ManoeuvreSequence):
         return _is_same_leg(manoeuvre.steps[-1], target, far)
     if not isinstance(manoeuvre, FlyTo | FlyLeg) or math.dist(manoeuvre.reference.position, target.position) > far:

@@ -7,6 +7,7 @@ in the hover from corner to corner. Where there is no way the answer is why, and
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 
@@ -15,7 +16,7 @@ from sitl.autopilot.settings import Settings
 from sitl.control.reference import Point, Reference, at, hover_at
 from sitl.enclosure.detours import crossed, crosses_area, detour
 from sitl.enclosure.geometry import Arena
-from sitl.guidance.leg_speeds import corner_lead, leg_airspeeds, leaves_room, speed_along
+from sitl.guidance.leg_speeds import corner_lead, leaves_room, leg_airspeeds, speed_along
 from sitl.guidance.legs import FlyLeg, LandAfter, leg_reference
 from sitl.guidance.limits import MIN_AIRSPEED
 from sitl.guidance.manoeuvres import ComeToRest, FlyTo, Manoeuvre, ManoeuvreSequence, PassBy, Ramp, land_at
@@ -129,7 +130,7 @@ def flies_clear(
     if not leaves_room(points, speeds, view.wind):
         return False
     wide = clearance + FORWARD_DRIFT
-    if any(crossed(arena, a, b, wide) for a, b in zip(points, points[1:], strict=False)):
+    if any(crossed(arena, a, b, wide) for a, b in itertools.pairwise(points)):
         return False
     radius = 2.0 * max(speeds[0], MIN_AIRSPEED) ** 2 / 6.0 if view.forward else OVERSHOOT
     if crosses_area(arena, _about(points[0], radius), clearance):

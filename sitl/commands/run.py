@@ -91,7 +91,7 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
         "--arena",
         default="open",
         metavar="FILE",
-        help="where it flies, with net, obstacles and wind wall: 'open', 'voliere' or a TOML file (docs/arena.md) [open]",
+        help="where it flies, with net, obstacles and wind wall: 'open', 'voliere' or a TOML file [open]",
     )
     flight.add_argument(
         "--nav",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import tomllib
 from collections.abc import Mapping
@@ -237,7 +238,7 @@ def _wall(file: str, raw: object, frame: _Frame) -> WindWall:
     course = frame.course - math.radians(table.number("heading", -360.0, 360.0))
     outlet = outlet_of(north, west, table.number("height", 0.5 * height, MAX_SIZE), course, width, height)
     schedule = [(time, speed) for time, speed in table.lines("schedule", 2)]
-    if any(later[0] <= earlier[0] for earlier, later in zip(schedule, schedule[1:], strict=False)):
+    if any(later[0] <= earlier[0] for earlier, later in itertools.pairwise(schedule)):
         raise table.error("schedule", "has times that do not increase")
     gusts = [(begin, duration, rise) for begin, duration, rise in table.lines("gusts", 3)]
     if any(duration <= 0.0 for _, duration, _ in gusts):

@@ -14,10 +14,10 @@ from shapely.geometry.base import BaseGeometry
 from sitl.enclosure.geometry import Arena, Obstacle, Place
 
 LOWEST_WAY = 1.0  # no detour leads nearer to the ground [m]
-SLACK = 0.02  # corners of a way keep so much more than the clearance [m]
+SPARE = 0.02  # corners of a way keep so much more than the clearance [m]
 TOUCH = 1e-6  # what is less far inside is not crossed [m]
 QUARTER = 4  # chords of a quarter circle about a corner
-ROUNDING = 1.0 / math.cos(math.pi / (4 * QUARTER))  # puts those chords outside of the circle
+CHORD_GROWTH = 1.0 / math.cos(math.pi / (4 * QUARTER))  # puts those chords outside of the circle
 Ways = tuple[Place, ...]
 
 
@@ -65,6 +65,16 @@ def crosses_area(arena: Arena, corners: Iterable[Place], clearance: float) -> bo
     return any(o.blocks(low, high, clearance) and _grown(o, clearance).intersects(area) for o in arena.obstacles)
 
 
+def crosses_circle(arena: Arena, p: Place, centre: Place, radius: float, clearance: float) -> bool:
+    """Whether a circle, or the straight way to its nearest point, comes nearer to an obstacle than a clearance [m]."""
+    away = max(math.dist(p[:2], centre[:2]), TOUCH)
+    share = radius / away
+    rim = (centre[0] + share * (p[0] - centre[0]), centre[1] + share * (p[1] - centre[1]), centre[2])
+    ring = Point(centre[:2]).buffer(radius).exterior
+    on_it = [o for o in arena.obstacles if o.blocks(centre[2], centre[2], clearance)]
+    return bool(crossed(arena, p, rim, clearance)) or any(_grown(o, clearance).intersects(ring) for o in on_it)
+
+
 def outline(obstacle: Obstacle) -> BaseGeometry:
     """An obstacle from above, north and west [m]."""
     if obstacle.is_round:
@@ -77,7 +87,7 @@ def outline(obstacle: Obstacle) -> BaseGeometry:
 
 def _grown(obstacle: Obstacle, clearance: float) -> BaseGeometry:
     radius = obstacle.half_length if obstacle.is_round else 0.0
-    return outline(obstacle).buffer((radius + clearance) * ROUNDING, quad_segs=QUARTER)
+    return outline(obstacle).buffer((radius + clearance) * CHORD_GROWTH, quad_segs=QUARTER)
 
 
 def _comes_near(obstacle: Obstacle, start: Place, end: Place, clearance: float) -> bool:
@@ -99,7 +109,7 @@ def _heights(arena: Arena, start: Place, end: Place, clearance: float) -> list[f
     """Heights to fly a way at: those of its ends, and just over and under every obstacle [m]."""
     tried = {start[2], end[2]}
     for obstacle in arena.obstacles:
-        tried |= {obstacle.top + clearance + SLACK, obstacle.bottom - clearance - SLACK}
+        tried |= {obstacle.top + clearance + SPARE, obstacle.bottom - clearance - SPARE}
     ends = {start[2], end[2]}
     return sorted(h for h in tried if h in ends or LOWEST_WAY <= h <= arena.height - arena.margin)
 
@@ -135,7 +145,7 @@ def _round(
     """The shortest level way round shapes, within the arena's margin."""
     blocked = shapely.union_all(shapes)
     core = blocked.buffer(-TOUCH)
-    outer = shapely.union_all([shape.buffer(SLACK, join_style="mitre") for shape in shapes])
+    outer = shapely.union_all([shape.buffer(SPARE, join_style="mitre") for shape in shapes])
     corners = [(float(x), float(y)) for x, y in shapely.get_coordinates(outer)]
     nodes = [start, end, *(c for c in corners if arena.keeps(c) and not core.contains(Point(c)))]
     graph = nx.Graph()

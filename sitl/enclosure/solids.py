@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from sitl.enclosure.geometry import PILLAR, NET
 from sitl.compiled import kernel, subroutine
+from sitl.enclosure.geometry import NET, PILLAR
 from sitl.model.airframe import Airframe, Array
 from sitl.model.ground import foot, nose, wing_tip
 from sitl.model.quaternions import rotate
@@ -19,13 +19,13 @@ def _is_in(p: Vector, row: Array) -> bool:
     x, y = p.x - row[1], p.y - row[2]
     ahead, left = x * row[3] + y * row[4], y * row[3] - x * row[4]
     if row[0] == NET:
-        return abs(ahead) > row[5] or abs(left) > row[6] or p.z > row[8]
+        return bool(abs(ahead) > row[5] or abs(left) > row[6] or p.z > row[8])
     if p.z < row[7] - SKIN or p.z > row[8] + SKIN:
         return False
     if row[0] == PILLAR:
         reach = row[5] + SKIN
-        return ahead * ahead + left * left < reach * reach
-    return abs(ahead) < row[5] + SKIN and abs(left) < row[6] + SKIN
+        return bool(ahead * ahead + left * left < reach * reach)
+    return bool(abs(ahead) < row[5] + SKIN and abs(left) < row[6] + SKIN)
 
 
 @subroutine

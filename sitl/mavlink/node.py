@@ -28,6 +28,7 @@ from sitl.mavlink.services.command_service import CommandService
 from sitl.mavlink.services.failure_service import FailureService
 from sitl.mavlink.services.home_service import HomeService, StoredHome
 from sitl.mavlink.services.maintenance_commands import ExitRequest, MaintenanceCommands
+from sitl.mavlink.services.obstacle_service import ObstacleService
 from sitl.mavlink.services.operator_service import OperatorService
 from sitl.mavlink.services.parameter_service import ParameterService
 from sitl.mavlink.services.plan_service import PlanService, StoredPlans
@@ -120,6 +121,7 @@ class Node:
             home_service,
             SteeringService(autopilot, broadcast, SYSTEM),
             PoseService(aircraft, broadcast),
+            ObstacleService(autopilot, broadcast),
         )
         self._event_handlers = handlers_of(services, type)
         self._message_handlers = handlers_of(services, str)

@@ -117,7 +117,7 @@ class FlightArrays:
         elif len(self._swirls):
             self._swirls = NO_SWIRLS
             part = self.surroundings.end()
-            for axis in part.dtype.names:
+            for axis in part.dtype.names or ():
                 self.flights["gust"][axis] -= part[axis]
 
     def warm_up(self, parts: Iterable[Callable[..., Any]]) -> None:

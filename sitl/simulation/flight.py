@@ -10,14 +10,14 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from sitl.enclosure.solids import touched
-from sitl.enclosure.wind_field import WindField, blow, get_part, get_rotation
 from sitl.compiled import kernel, subroutine
 from sitl.control import wind_estimator
 from sitl.control.estimate import Estimate
 from sitl.control.hover_zero_moment import Guide
 from sitl.control.laws import Gains
 from sitl.control.reference import Reference
+from sitl.enclosure.solids import touched
+from sitl.enclosure.wind_field import WindField, blow, get_part, get_rotation
 from sitl.estimation.sensing import Normals, SensorNoise, read
 from sitl.estimation.truth import observe
 from sitl.model.actuators import limited, limits

@@ -89,10 +89,9 @@ class Simulation:
         self.energy_by_law = EnergyByLaw(register.laws)
         avionics = equipped(navigation, sensors or load_sensors(), self.design_model, seed)
         self._arrays = FlightArrays(register, airframe, seed, avionics)
-        self._is_aligned = aligned
-        self.surroundings = self._arrays.surroundings  # net, obstacles and wind wall: none, until it is put in an arena
+        self.surroundings = self._arrays.surroundings  # net, obstacles and wind wall: none until it is in an arena
         self.faults = NO_FAULTS  # of the actuators; may be changed at any time
-        self._wind, self._gust_rms = Vector(0.0, 0.0, 0.0), 0.0
+        self._wind, self._gust_rms, self._is_aligned = Vector(0.0, 0.0, 0.0), 0.0, aligned
         self.retune(tuning or Tuning())
         self.begin(start or Start())
 

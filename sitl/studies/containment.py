@@ -23,14 +23,15 @@ from sitl.enclosure.geometry import Arena
 from sitl.errors import SitlError
 from sitl.parameters import Configuration, WorldSettings
 from sitl.studies.craft import DEFAULT_CRAFT, Craft
+from sitl.studies.holds import LOOK_TIME
 from sitl.studies.mission_flight import PERIODS_PER_LOOK
 from sitl.studies.seeded_flights import fly_draws, ignore_progress
 
-LEAD_IN = 3.0  # before the first request [s]
+SETTLING_FIRST = 3.0  # before the first request [s]
 REQUESTS, REQUEST_TIME = 8, 6.0  # of a flight, and for how long each is flown [s]
 STICK_TIME = 2.5  # for which sticks are held, in every second request [s]
 LOWEST_TARGET = 1.2  # [m]
-LOOK_TIME = 0.02  # [s]
+HOLD_WORDS = "m from the net: holding"  # of the alarm
 BURST_TIME = 1.5  # of the 1-cos gusts, one a request [s]
 
 
@@ -78,8 +79,8 @@ def fly_containment(
     least, holds, refused, accepted, flaw = math.inf, 0, 0, 0, ""
     sticks = Sticks()
     try:
-        for step in range(round((LEAD_IN + REQUESTS * REQUEST_TIME) / LOOK_TIME)):
-            since = step * LOOK_TIME - LEAD_IN
+        for step in range(round((SETTLING_FIRST + REQUESTS * REQUEST_TIME) / LOOK_TIME)):
+            since = step * LOOK_TIME - SETTLING_FIRST
             if since >= 0.0 and abs(since % REQUEST_TIME) < 0.5 * LOOK_TIME:
                 denied, let_in = _request_outside(aircraft, room, random)
                 refused, accepted = refused + denied, accepted + let_in
@@ -90,7 +91,7 @@ def fly_containment(
                 aircraft.autopilot.manual.take_sticks(sticks)
             aircraft.advance(PERIODS_PER_LOOK)
             least = min(least, room.room(aircraft.vehicle.truth.body.position)[0])
-            holds += sum(": holding" in notice.text and " m from " in notice.text for notice in aircraft.autopilot.notices())
+            holds += sum(HOLD_WORDS in notice.text for notice in aircraft.autopilot.notices())
             if _is_over(aircraft):
                 break
     except DivergedError as error:

@@ -9,19 +9,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sitl import DivergedError, Start
+from sitl import DivergedError
 from sitl.aircraft import Aircraft
 from sitl.enclosure.arena_files import load_arena
 from sitl.errors import SitlError
 from sitl.studies.containment import ContainmentConditions, enclosed
 from sitl.studies.craft import DEFAULT_CRAFT, Craft
+from sitl.studies.holds import LOOK_TIME
 from sitl.studies.mission_flight import PERIODS_PER_LOOK
 from sitl.studies.seeded_flights import fly_draws, ignore_progress
 
-HOLD_HEIGHT = 2.0  # in the middle of the arena [m]
-LEAD_IN = 15.0  # the wall blows from the start [s]
-BURSTS, BURST_EVERY, BURST_TIME = 4, 6.0, 2.0  # of a hold, one each so long, each so long [s]
-LOOK_TIME = 0.02  # [s]
+JET_HOLD_HEIGHT = 2.0  # in the middle of the arena [m]
+JET_LEAD_IN = 15.0  # the wall blows from the start [s]
+BURSTS, BURST_EVERY, JET_BURST_TIME = 4, 6.0, 2.0  # of a hold, one each so long, each so long [s]
 
 
 class FlownJetHold(NamedTuple):
@@ -42,14 +42,14 @@ def fly_jet_hold(
     room = load_arena(arena)
     if room.wall is None:
         raise SitlError(f"--arena {arena}: there is no wind wall")
-    aircraft, target = enclosed(conditions, room, craft), (room.north, room.west, HOLD_HEIGHT)
+    aircraft, target = enclosed(conditions, room, craft), (room.north, room.west, JET_HOLD_HEIGHT)
     aircraft.autopilot.guided.go_to(target)
     errors, fault = [], ""
     try:
-        for step in range(round((LEAD_IN + BURSTS * BURST_EVERY) / LOOK_TIME)):
-            since = step * LOOK_TIME - LEAD_IN
+        for step in range(round((JET_LEAD_IN + BURSTS * BURST_EVERY) / LOOK_TIME)):
+            since = step * LOOK_TIME - JET_LEAD_IN
             if conditions.burst > 0.0 and since >= 0.0 and abs(since % BURST_EVERY) < 0.5 * LOOK_TIME:
-                aircraft.vehicle.surroundings.begin_burst(aircraft.vehicle.time, BURST_TIME, conditions.burst)
+                aircraft.vehicle.surroundings.begin_burst(aircraft.vehicle.time, JET_BURST_TIME, conditions.burst)
             aircraft.advance(PERIODS_PER_LOOK)
             if since >= 0.0:
                 errors.append(math.dist(aircraft.vehicle.truth.body.position, target))

@@ -30,9 +30,7 @@ def save_jet_map(holds: Sequence[FlownJetHold], path: Path) -> None:
     save_page(page, path, dpi=90)
 
 
-def _map(
-    axis: Axes, holds: Sequence[FlownJetHold], figure: Callable[[list[FlownJetHold]], float], title: str
-) -> None:
+def _map(axis: Axes, holds: Sequence[FlownJetHold], figure: Callable[[list[FlownJetHold]], float], title: str) -> None:
     walls, bursts = sorted({hold.wall for hold in holds}), sorted({hold.burst for hold in holds})
     cells = np.full((len(bursts), len(walls)), np.nan)
     for row, column in np.ndindex(*cells.shape):

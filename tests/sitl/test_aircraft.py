@@ -5,7 +5,16 @@ import math
 import pytest
 
 from protocol.dialect.vocabulary import Way
+from protocol.frames import LocalFrame
+from sitl.aircraft import Aircraft
+from sitl.autopilot.safety.arena import ARENAS
+from sitl.autopilot.safety.world import World
 from sitl.autopilot.settings import Settings
+from sitl.defaults import HOME
+from sitl.model.airframe_files import load
+from sitl.parameters import Configuration
+from sitl.simulation.simulation import Simulation
+from sitl.simulation.start import Start
 from sitl.simulation.tuning import GENTLE_GAIN
 from tests.support.flights.recorded_flight import HIGH, Flight
 
@@ -70,3 +79,35 @@ def test_no_step_of_the_heading_costs_height(degrees):
     assert math.remainder(flight.aircraft.view().heading - math.radians(degrees), math.tau) == pytest.approx(
         0.0, abs=0.2
     )
+
+
+def in_the_cage(**parameters):
+    """At the middle of the shipped flight cage."""
+    start = Start(up=2.0, airborne=True)
+    vehicle = Simulation(load("nominal").parameters, start=start)
+    configuration = Configuration(Settings(), vehicle.tuning).replaced(parameters)
+    return Aircraft(vehicle, World(LocalFrame(HOME), ARENAS["voliere"]), configuration, airborne=True)
+
+
+def test_the_wind_wall_is_turned_on_and_gusts_by_parameters_in_flight():
+    made = in_the_cage(SIM_WALL_TURB=0.0)
+    made.advance(10)
+    assert made.vehicle.wind == (0.0, 0.0, 0.0)
+    made.configure(made.configuration.replaced({"SIM_WALL_SPD": 3.0}))
+    made.advance(500)
+    assert made.vehicle.wind.x == pytest.approx(-3.0, abs=0.05)
+    made.configure(made.configuration.replaced({"SIM_WALL_GUST": 2.0, "SIM_WALL_GTIME": 2.0}))
+    made.advance(500)
+    assert made.vehicle.wind.x == pytest.approx(-5.0, abs=0.1)
+    made.configure(made.configuration.replaced({"SIM_WALL_SPD": -1.0}))  # by the schedule, which says nothing
+    made.advance(1000)
+    assert made.vehicle.wind == pytest.approx((0.0, 0.0, 0.0))
+
+
+def test_turbulence_of_the_wall_and_of_the_open_air_are_parameters():
+    swirls = []
+    for parameters in ({"SIM_WALL_SPD": 3.0, "SIM_WALL_TURB": 0.2}, {"SIM_TURB_W20": 8.0}):
+        made = in_the_cage(**parameters)
+        made.advance(500)
+        swirls.append(abs(made.vehicle.wind.y))
+    assert min(swirls) > 1e-3

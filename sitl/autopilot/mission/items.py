@@ -15,8 +15,8 @@ from protocol.mav_frames import ABSOLUTE_ALTITUDE_FRAMES
 from protocol.plans.mission_item import MissionItem
 from protocol.plans.validation import MAX_PLAN_ITEMS, Refusal
 from protocol.units import UNKNOWN_INT32, from_e7, from_local_e4
-from sitl.autopilot.safety.world import POSITION_FRAMES, World
 from sitl.autopilot.routes import no_descent
+from sitl.autopilot.safety.world import POSITION_FRAMES, World
 from sitl.control.reference import Point
 from sitl.enclosure.detours import detour
 from sitl.guidance.limits import MAX_AIRSPEED

@@ -33,6 +33,7 @@ class Alarm(NamedTuple):
     severity: int  # MAV_SEVERITY
     reason: str
     stop: bool = False  # whether a vehicle in forward flight stops before it turns elsewhere
+    always: bool = False  # whether it stops even a return
     retreat: float = 0.0  # how much farther inside the arena's net than elsewhere a hold is flown [m]
 
     def text(self, gravest: SafetyAction, under_way: SafetyAction) -> str:

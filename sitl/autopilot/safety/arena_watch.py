@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 from protocol.dialect import mavlink
 from sitl.autopilot.safety.alarm import Alarm, SafetyAction
-from sitl.autopilot.safety.fence import REACTION_TIME
 from sitl.autopilot.settings import Settings
 from sitl.control.reference import Point
 from sitl.enclosure.geometry import Arena
@@ -15,9 +14,11 @@ from sitl.guidance.view import VehicleView
 
 HOLD, LAND, CUT = 2, 3, 4  # of DRK_NET_ACT
 # A hovering vehicle that is told to hold stands after this time at its speed, and in a tail wind after longer.
-STOP_TIME, STOP_TIME_BY_WIND = 0.6, 0.25  # [s], [s per m/s]
+HOVER_STANDS_AFTER, LATER_BY_WIND = 0.6, 0.25  # [s], [s per m/s]
 RETREAT = 1.2  # since a law that does not know the wind stands downwind of where it should hold [m]
+SPEEDING_UP_TIME = 0.6  # for which a transition to forward flight still gains speed after such an order [s]
 PIECES = 4  # of the way to a stop, whose ends are looked at
+RAISED_AGAIN = 1.0  # after so long, if something is neared still [s]
 CALM_TIME = 2.0  # of room again after which an alarm is over [s]
 WARNING, CRITICAL = mavlink.MAV_SEVERITY_WARNING, mavlink.MAV_SEVERITY_CRITICAL
 EMERGENCY = mavlink.MAV_SEVERITY_EMERGENCY
@@ -27,9 +28,9 @@ def way_to_stop(view: VehicleView) -> list[Point]:
     """Points from where the vehicle is to where the law in force can stop it, world NWU [m]."""
     speed = math.hypot(view.v[0], view.v[1])
     tail_wind = (view.wind[0] * view.v[0] + view.wind[1] * view.v[1]) / max(speed, 0.1)
-    seconds = STOP_TIME + STOP_TIME_BY_WIND * max(tail_wind, 0.0)
+    seconds = HOVER_STANDS_AFTER + LATER_BY_WIND * max(tail_wind, 0.0)
     if view.forward and speed > 1.0:
-        seconds = REACTION_TIME + view.stopping_distance / speed
+        seconds = SPEEDING_UP_TIME + view.stopping_distance / speed
     times = [seconds * k / PIECES for k in range(PIECES + 1)]
     return [(view.p[0] + t * view.v[0], view.p[1] + t * view.v[1], view.p[2] + t * view.v[2]) for t in times]
 
@@ -42,6 +43,7 @@ class ArenaWatch:
     lands: bool = False
     is_cut: bool = False
     _since: float = 0.0  # when the vehicle itself came too near [s]
+    _raised: float = -math.inf  # the first stage, last time [s]
     _last: float = -math.inf  # when there last was too little room [s]
 
     def check(self, view: VehicleView, arena: Arena, settings: Settings, *, landing: bool) -> list[Alarm]:
@@ -76,11 +78,13 @@ class ArenaWatch:
         if settings.net_action >= LAND and not self.lands and view.time - self._since > settings.net_land_time:
             self.lands = True
             return [Alarm(SafetyAction.LAND, CRITICAL, f"Still {room:.1f} m from {what}")]
-        if self.near:
+        if self.near and (view.time - self._raised < RAISED_AGAIN or not self._nears(view, arena, room)):
             return []
-        self.near = True
+        self.near, self._raised = True, view.time
         action = SafetyAction.HOLD if settings.net_action >= HOLD else SafetyAction.NONE
-        return [Alarm(action, WARNING, f"{max(room, 0.0):.1f} m from {before}", stop=True, retreat=RETREAT)]
+        return [
+            Alarm(action, WARNING, f"{max(room, 0.0):.1f} m from {before}", stop=True, always=True, retreat=RETREAT)
+        ]
 
     def _nears(self, view: VehicleView, arena: Arena, room: float) -> bool:
         """Whether the vehicle comes nearer still."""

@@ -18,6 +18,7 @@ from sitl.autopilot.safety.arena_watch import ArenaWatch
 from sitl.autopilot.safety.failure_detector import FailureDetector
 from sitl.autopilot.safety.fence import FenceWatch
 from sitl.autopilot.safety.link_watch import LinkSilence, LinkWatches
+from sitl.autopilot.safety.live_obstacles import LiveObstacles
 from sitl.autopilot.safety.navigation_watch import NavigationWatch
 from sitl.autopilot.safety.world import World
 from sitl.autopilot.settings import Settings
@@ -147,6 +148,7 @@ class Failsafes:
     navigation: NavigationWatch = field(default_factory=NavigationWatch)
     fence: FenceWatch = field(default_factory=FenceWatch)
     arena: ArenaWatch = field(default_factory=ArenaWatch)
+    obstacles: LiveObstacles = field(default_factory=LiveObstacles)
     battery: BatteryWatch = field(default_factory=BatteryWatch)
     failures: FailureDetector = field(default_factory=FailureDetector)
     _fence_checked: float = -math.inf  # [s]
@@ -173,6 +175,7 @@ class Failsafes:
                 alarms.append(Alarm(action, WARNING, f"Fence: {breach.text}", stop=True))
         if settings.net_action and (world.arena.has_net or world.arena.obstacles):
             alarms += self.arena.check(view, world.arena, settings, landing=landing)
+        alarms += self.obstacles.check(view, settings)
         if chooser is not None and view.time - self._battery_checked >= BATTERY_PERIOD:
             self._battery_checked = view.time
             home = world.safe_point(view.p, settings.return_altitude)

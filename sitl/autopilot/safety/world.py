@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 from protocol.frames import Geodetic, LocalFrame
 from protocol.mav_frames import ABSOLUTE_ALTITUDE_FRAMES, RELATIVE_ALTITUDE_FRAMES
-from sitl.enclosure.geometry import Arena
 from sitl.autopilot.safety.fence import Fence
 from sitl.control.reference import Point
+from sitl.enclosure.geometry import Arena
 
 POSITION_FRAMES = ABSOLUTE_ALTITUDE_FRAMES | RELATIVE_ALTITUDE_FRAMES  # no terrain altitudes: the ground is level
 

@@ -20,7 +20,7 @@ def choices(option):
 @pytest.mark.parametrize("name", sorted(ARENAS))
 def test_every_arena_that_is_shipped_can_be_chosen(tmp_path, name):
     arguments = ["--state-dir", str(tmp_path), "--arena", name]
-    assert build_aircraft(PARSER.parse_args(arguments)).autopilot.world.arena == ARENAS[name]
+    assert build_aircraft(PARSER.parse_args(arguments)).autopilot.world.arena.name == name
 
 
 def test_an_arena_is_read_from_a_file_with_its_home(tmp_path):

@@ -39,9 +39,7 @@ def test_far_away_it_is_as_wide_as_round_jets_are():
 
 
 def test_near_it_there_is_a_core_and_a_mixing_layer():
-    """A plane mixing layer's speeds of 0.1 and 0.9 are 0.15 x (Liepmann and Laufer 1947) to 0.20 x apart (Wygnanski
-
-    and Fiedler 1970)."""
+    """Speeds of 0.1 and 0.9 are 0.15 x (Liepmann, Laufer 1947) to 0.20 x apart (Wygnanski, Fiedler 1970)."""
     assert share(3.0, size=3.0) == pytest.approx(1.0, abs=1e-3)
 
     def edge(wanted):

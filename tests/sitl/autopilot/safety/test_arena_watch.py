@@ -1,0 +1,163 @@
+"""The net's failsafe, stage by stage and in flight; requests that leave are refused."""
+
+import math
+
+import pytest
+
+from protocol.modes import Mode
+from sitl import Regime
+from sitl.autopilot.manual import Sticks
+from sitl.autopilot.safety.alarm import SafetyAction
+from sitl.autopilot.safety.arena_watch import HOVER_STANDS_AFTER, ArenaWatch, way_to_stop
+from sitl.autopilot.settings import Settings
+from sitl.guidance.moving_reference import HeadingSetpoint
+from sitl.guidance.view import VehicleView
+from tests.support.flights.enclosed import CAGE, PILLAR, EnclosedFlight
+
+HOLD, LAND, CUT, NONE = SafetyAction.HOLD, SafetyAction.LAND, SafetyAction.TERMINATE, SafetyAction.NONE
+
+
+def view(time, north, speed=0.0, **changed):
+    still = VehicleView(
+        time=time, p=(north, 0.0, 3.0), v=(speed, 0.0, 0.0), heading=0.0, tilt=0.0, landed=False, battery_left=1.0
+    )
+    return still._replace(**changed)
+
+
+def actions(watch, seen, *, landing=False, **settings):
+    alarms = watch.check(seen, CAGE, Settings(**settings), landing=landing)
+    return [alarm.action for alarm in alarms]
+
+
+def test_it_holds_where_the_way_to_a_stop_leaves_too_little_room():
+    """At 3 m/s it stands after 1.8 m: 0.5 m of room is reached from 2.7 m on."""
+    assert actions(ArenaWatch(), view(1.0, 2.6, 3.0)) == []
+    assert actions(ArenaWatch(), view(1.0, 2.8, 3.0)) == [HOLD]
+    assert actions(ArenaWatch(), view(1.0, 2.8, 3.0), net_action=1) == [NONE]
+    assert actions(ArenaWatch(), view(1.0, 2.8, -3.0)) == []
+
+
+def test_a_tail_wind_and_forward_flight_make_the_way_longer():
+    assert way_to_stop(view(1.0, 0.0, 2.0))[-1][0] == pytest.approx(2.0 * HOVER_STANDS_AFTER)
+    assert way_to_stop(view(1.0, 0.0, 2.0, wind=(4.0, 0.0, 0.0)))[-1][0] > 2.0 * HOVER_STANDS_AFTER + 1.0
+    assert way_to_stop(view(1.0, 0.0, 10.0, forward=True, stopping_distance=25.0))[-1][0] > 25.0
+
+
+def test_the_chain_is_hold_then_land_then_cut():
+    watch = ArenaWatch()
+    assert actions(watch, view(1.0, 4.6)) == [HOLD]
+    assert actions(watch, view(3.0, 4.6)) == []
+    assert actions(watch, view(4.5, 4.6)) == [LAND]
+    assert actions(watch, view(4.6, 4.75, 0.2)) == [CUT]
+    assert actions(watch, view(4.7, 4.8, 0.2), landing=True) == []  # once
+
+
+@pytest.mark.parametrize(("action", "expected"), [(2, [HOLD]), (3, [HOLD, LAND]), (4, [HOLD, LAND, CUT])])
+def test_the_parameter_says_how_far_the_chain_goes(action, expected):
+    watch, seen = ArenaWatch(), []
+    for time, north, speed in ((1.0, 4.6, 0.0), (4.5, 4.6, 0.0), (4.6, 4.75, 0.2)):
+        seen += actions(watch, view(time, north, speed), net_action=action)
+    assert list(dict.fromkeys(seen)) == expected
+
+
+def test_a_landing_is_left_alone_but_for_the_last_stage():
+    watch = ArenaWatch()
+    assert actions(watch, view(1.0, 4.6), landing=True) == []
+    assert actions(watch, view(1.1, 4.75, 0.2), landing=True) == [CUT]
+
+
+def test_away_from_the_net_nothing_is_cut_and_it_begins_anew():
+    watch = ArenaWatch()
+    assert actions(watch, view(1.0, 4.75, -0.2)) == [HOLD]
+    assert actions(watch, view(2.0, 3.0)) == []
+    assert actions(watch, view(6.0, 3.0)) == []
+    assert not watch.near
+    assert actions(watch, view(7.0, 4.6)) == [HOLD]
+
+
+def test_an_obstacle_counts_as_the_net_does():
+    arena = CAGE._replace(obstacles=(PILLAR,))
+    alarm = ArenaWatch().check(view(1.0, -1.9, 2.0), arena, Settings(), landing=False)[0]
+    assert (alarm.action, alarm.reason) == (HOLD, "1.6 m from pillar")
+
+
+# In flight
+
+
+def test_points_outside_are_refused_with_the_reason():
+    flight = EnclosedFlight()
+    answer = flight.autopilot.guided.go_to((3.9, 0.0, 2.0))
+    assert answer.result != 0
+    assert answer.text == "Go-to denied: 3.9 m north is outside the arena 'cage' (3.8 m each way)"
+    assert flight.autopilot.guided.go_to((0.0, 0.0, 6.0)).result != 0
+    assert flight.autopilot.offboard.set_position((0.0, -4.0, 2.0)) is not None
+    assert flight.autopilot.guided.take_off(50.0).result != 0
+
+
+def test_from_corner_to_corner_in_calm_it_keeps_its_margin():
+    flight = EnclosedFlight(at=(-3.8, -3.8, 1.5))
+    assert flight.autopilot.guided.go_to((3.8, 3.8, 5.8)).result == 0
+    flight.fly(12.0)
+    assert math.dist(flight.place, (3.8, 3.8, 5.8)) < 0.1
+    assert flight.room > 0.9  # 1.2 m are asked for
+    assert not any("holding" in text for text in flight.texts)
+
+
+def test_sticks_held_to_the_net_end_inside():
+    flight = EnclosedFlight()
+    flight.autopilot.manual.take_sticks(Sticks(1.0, 1.0, 1.0))
+    assert flight.autopilot.manual.start().result == 0
+    flight.fly(10.0, each=lambda: flight.autopilot.manual.take_sticks(Sticks(1.0, 1.0, 1.0)))
+    assert flight.vehicle.crash is None
+    assert flight.room > 0.7
+
+
+def test_a_streamed_velocity_is_refused_at_the_margin():
+    flight, said = EnclosedFlight(), []
+
+    def stream():
+        said.append(flight.autopilot.offboard.set_velocity((2.0, 0.0, 0.0), HeadingSetpoint()))
+
+    stream()
+    assert flight.autopilot.offboard.start().result == 0
+    flight.fly(10.0, each=stream)
+    assert any(said)
+    assert flight.vehicle.crash is None
+    assert flight.room > 0.5
+
+
+def test_blown_to_the_net_it_holds_lands_or_is_cut_before_it_touches():
+    """A wind that no hover can stand against: first it holds, and at the last the motors are cut."""
+    flight = EnclosedFlight(SIM_WIND_SPD=16.0, SIM_WIND_DIR=180.0)
+    flight.fly(20.0, until=lambda: bool(flight.autopilot.terminated))
+    assert any("m from the net: holding" in text for text in flight.texts)
+    assert flight.autopilot.terminated.endswith("m from the net")
+    assert any(text.startswith("Motors cut: 0.") for text in flight.texts)
+
+
+def test_a_vehicle_that_stays_too_near_lands():
+    """A room that only the middle has: told to go elsewhere it holds where it is, and after a while lands there."""
+    flight = EnclosedFlight(DRK_NET_ROOM=4.5, DRK_NET_TIME=2.0)
+    assert flight.autopilot.guided.go_to((2.0, 0.0, 2.0)).result == 0
+    flight.fly(30.0, until=lambda: flight.vehicle.law.regime is Regime.GROUND)
+    words = [text.split(": ")[-1] for text in flight.texts]
+    assert words.index("holding") < words.index("landing")
+    assert flight.vehicle.law.regime is Regime.GROUND
+    assert flight.vehicle.crash is None
+
+
+def test_touching_has_its_own_words():
+    flight = EnclosedFlight(DRK_NET_ACT=0, SIM_WIND_SPD=16.0, SIM_WIND_DIR=180.0)
+    flight.fly(20.0)
+    flight.aircraft.advance(20)
+    texts = flight.texts + [notice.text for notice in flight.autopilot.notices()]
+    assert any(text.startswith("Crashed into the net of cage at ") for text in texts)
+    assert flight.autopilot.mode is Mode.HOLD
+    assert "into the net of cage" in flight.autopilot.arming.failed_checks()[0]
+
+
+def test_a_failsafes_hold_is_flown_farther_inside_than_a_request():
+    flight = EnclosedFlight()
+    flight.vehicle.place(flight.vehicle.truth.body._replace(position=flight.place._replace(x=4.6)))
+    flight.fly(0.1)
+    assert flight.autopilot.reference.position.x == pytest.approx(5.0 - 1.2 - 1.2)
