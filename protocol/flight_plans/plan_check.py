@@ -199,7 +199,9 @@ class _Checker:
         for name, angle in (("roll", stage.roll), ("pitch", stage.pitch)):
             level = angle is None or (isinstance(angle.tree, Number) and angle.tree.value == 0)
             if angle is not None and not level and angle.tree != VariableName("auto"):
-                yield Finding(angle.place, f"<attitude> {name} {angle.text!r}", "only the level attitude is flown", block)
+                yield Finding(
+                    angle.place, f"<attitude> {name} {angle.text!r}", "only the level attitude is flown", block
+                )
 
     def _target(self, name: str, place: Place, block: str) -> Iterator[Finding]:
         meaning = self._mapping.variables.get(name, name)

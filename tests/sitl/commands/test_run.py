@@ -24,8 +24,12 @@ def test_every_autopilot_type_can_be_chosen():
     assert set(choices("--autopilot")) == set(AUTOPILOT_TYPES)
 
 
-def test_home_is_the_default_home_unless_it_is_given():
-    assert PARSER.parse_args([]).home == HOME
+def test_home_is_the_default_home_unless_it_is_given(tmp_path):
+    assert PARSER.parse_args([]).home is None
+    assert (
+        build_aircraft(PARSER.parse_args(["--nav", "truth", "--state-dir", str(tmp_path)])).autopilot.world.frame.origin
+        == HOME
+    )
     assert PARSER.parse_args(["--home", "1,2,3"]).home.alt == 3.0
 
 
