@@ -124,6 +124,13 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
         metavar="FILE",
         help="TOML file: what functions and variables of the plan's build mean",
     )
+    plan.add_argument(
+        "--flight-plan-procedures",
+        type=Path,
+        default=None,
+        metavar="DIR",
+        help="another folder than the plan's that the procedures it includes may lie in",
+    )
     scenario = parser.add_argument_group("scenario (see: darko-sitl scenario)")
     scenario.add_argument(
         "--scenario",

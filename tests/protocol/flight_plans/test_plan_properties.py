@@ -12,6 +12,7 @@ from protocol.flight_plans.evaluation import UnknownNameError, evaluate
 from protocol.flight_plans.expression_syntax import PRECEDENCE, parse_expression
 from protocol.flight_plans.expression_text import expression_text
 from protocol.flight_plans.expressions import (
+    ArrayItem,
     BlockTitle,
     Call,
     LoopVariable,
@@ -40,6 +41,7 @@ def grown(parts):
         st.builds(Operation, st.sampled_from(sorted(PRECEDENCE)), parts, parts),
         st.builds(Negation, st.sampled_from("-!"), parts),
         calls,
+        st.builds(ArrayItem, NAMES, parts),
         st.builds(Member, calls, NAMES),
     )
 
