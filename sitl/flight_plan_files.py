@@ -39,14 +39,19 @@ class CheckedPlan(NamedTuple):
             raise SitlError(str(error)) from None
 
 
-def load_checked_plan(path: Path, names: Path | None = None) -> CheckedPlan:
+def load_checked_plan(path: Path, names: Path | None = None, procedures: Path | None = None) -> CheckedPlan:
     """Read a plan, and what its names mean.
+
+    Args:
+        path: Of the plan.
+        names: TOML file of what the names of its build mean.
+        procedures: A folder beside its own that the procedures it includes may lie in.
 
     Raises:
         SitlError: A file cannot be read or is not valid; the message says where.
     """
     try:
         mapping = NameMapping() if names is None else load_name_mapping(names)
-        return CheckedPlan(check_flown(load_flight_plan(path), mapping), mapping)
+        return CheckedPlan(check_flown(load_flight_plan(path, procedures), mapping), mapping)
     except ProtocolError as error:
         raise SitlError(str(error)) from None

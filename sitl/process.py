@@ -160,7 +160,7 @@ def _planned(args: argparse.Namespace) -> CheckedPlan | None:
         return None
     if args.scenario is not None:
         raise SitlError(f"--flight-plan: scenario {args.scenario} flies by itself")
-    planned = load_checked_plan(args.flight_plan, args.flight_plan_names)
+    planned = load_checked_plan(args.flight_plan, args.flight_plan_names, args.flight_plan_procedures)
     planned.require_flown()
     for name, finding in planned.check.locked_blocks.items():
         print(f"darko-sitl: block {name} is locked: {finding}", file=sys.stderr, flush=True)

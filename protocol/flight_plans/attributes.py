@@ -160,8 +160,8 @@ def _name_use(name: str, source: SourceText) -> NameUse:
 
 
 def _variable_use(name: str, source: SourceText) -> NameUse:
-    text = re.sub(r"\s*(->|@DEREF|\.)\s*", ".", source.text.strip())
-    if not re.fullmatch(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*", text, re.ASCII):
+    text = re.sub(r"\s*(->|@DEREF|\.)\s*", ".", _name(name, source))
+    if not re.fullmatch(r"[A-Za-z_]\w*([.\[\]]*\w*)*", text, re.ASCII):
         raise FlightPlanError(source.place, f"{name} {source.text[:40]!r} is not the name of a variable")
     return NameUse(text, source.place)
 

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Final, Protocol, TypeAlias
 
 from protocol.flight_plans.expressions import (
+    ArrayItem,
     BlockTitle,
     Call,
     LoopVariable,
@@ -99,8 +100,8 @@ def _value(tree: Tree, names: NameTable) -> Scalar:
             return _field(tree, names)
         case BlockTitle():
             raise FlightPlanError(tree.place, f"'{tree.text}' is a text, not a number")
-        case Reference():
-            raise FlightPlanError(tree.place, f"&{tree.name} is no number")
+        case Reference() | ArrayItem():
+            raise FlightPlanError(tree.place, f"{tree.name} has no value here")
 
 
 def _result(tree: Call, names: NameTable) -> Scalar:

@@ -10,6 +10,7 @@ from lark import Lark, ParseTree, Token, Transformer, UnexpectedInput, Unexpecte
 from lark.exceptions import VisitError
 
 from protocol.flight_plans.expressions import (
+    ArrayItem,
     BlockTitle,
     Call,
     Expression,
@@ -72,6 +73,7 @@ script: instruction (";" instruction)* ";"*
      | QUOTED -> quoted
      | "$" NAME -> loop_variable
      | path -> variable
+     | path "[" disjunction "]" -> array_item
      | call
      | call (_ARROW | ".") NAME -> member
      | "(" disjunction ")"
@@ -91,7 +93,7 @@ OVER: "/" | "%"
 NOT: "!"
 POWER: "**"
 _ARROW: "->" | "@DEREF"
-QUOTED: /'[^']*'/
+QUOTED: /'[^']*'|"[^"]*"/
 NUMBER.2: /0[xX][0-9A-Fa-f]+[uUlL]*|([0-9]+\.[0-9]*|\.[0-9]+|[0-9]+)([eE][+-]?[0-9]+)?[fFuUlL]*(?![A-Za-z_0-9])/
 NAME: /[A-Za-z_][A-Za-z0-9_]*/
 %import common.WS
@@ -190,6 +192,9 @@ class _TreeMaker(Transformer[Token, Any]):
 
     def loop_variable(self, name: Token) -> LoopVariable:
         return LoopVariable(str(name), self._source.at((name.start_pos or 1) - 1))
+
+    def array_item(self, name: VariableName, index: Tree) -> ArrayItem:
+        return ArrayItem(name.name, index, name.place)
 
     def call(self, name: Token, *arguments: Tree | None) -> Call:
         given = tuple(argument for argument in arguments if argument is not None)

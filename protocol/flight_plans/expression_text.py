@@ -6,6 +6,7 @@ from typing import Final
 
 from protocol.flight_plans.expression_syntax import PRECEDENCE
 from protocol.flight_plans.expressions import (
+    ArrayItem,
     BlockTitle,
     Call,
     Instruction,
@@ -50,6 +51,8 @@ def _text(tree: Tree) -> tuple[str, int]:
             return _atom(tree), _ATOM
         case Reference():
             return f"&{tree.name}", _UNARY
+        case ArrayItem():
+            return f"{tree.name}[{expression_text(tree.index)}]", _ATOM
         case Call():
             return f"{tree.name}({', '.join(map(expression_text, tree.arguments))})", _ATOM
         case Member():
@@ -65,7 +68,7 @@ def _atom(tree: Number | BlockTitle | VariableName | LoopVariable) -> str:
         case Number():
             return repr(tree.value)
         case BlockTitle():
-            return f"'{tree.text}'"
+            return f"'{tree.text}'" if "'" not in tree.text else f'"{tree.text}"'
         case LoopVariable():
             return f"${tree.name}"
         case _:

@@ -12,6 +12,7 @@ from typing import TypeAlias
 from protocol.flight_plans.place import NOWHERE, Place
 
 __all__ = [
+    "ArrayItem",
     "BlockTitle",
     "Call",
     "Expression",
@@ -96,6 +97,15 @@ class Operation:
 
 
 @dataclass(frozen=True, slots=True)
+class ArrayItem:
+    """``name[index]``: an item of an array of a build, of which there is none here."""
+
+    name: str
+    index: Tree
+    place: Place = field(default=NOWHERE, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
 class Call:
     """A function called with arguments."""
 
@@ -113,7 +123,9 @@ class Member:
     place: Place = field(default=NOWHERE, compare=False)
 
 
-Tree: TypeAlias = Number | BlockTitle | VariableName | Reference | LoopVariable | Negation | Operation | Call | Member
+Tree: TypeAlias = (
+    Number | BlockTitle | VariableName | Reference | LoopVariable | Negation | Operation | ArrayItem | Call | Member
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,6 +167,8 @@ def walk(tree: Tree) -> Iterator[Tree]:
                 waiting.append(part.operand)
             case Operation():
                 waiting += [part.right, part.left]
+            case ArrayItem():
+                waiting.append(part.index)
             case Call():
                 waiting += reversed(part.arguments)
             case Member():

@@ -40,7 +40,7 @@ class PlanHeader(PlanElement):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlanWaypoint(PlanElement):
-    """A named place: east and north of the origin, or latitude and longitude."""
+    """A named place: east and north of the origin, or latitude and longitude, which count where both are given."""
 
     tag: ClassVar[str] = "waypoint"
     name: str = required(Kind.NAME)

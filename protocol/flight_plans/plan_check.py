@@ -11,6 +11,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from protocol.flight_plans.expressions import (
+    ArrayItem,
     BlockTitle,
     Call,
     Expression,
@@ -199,7 +200,9 @@ class _Checker:
         for name, angle in (("roll", stage.roll), ("pitch", stage.pitch)):
             level = angle is None or (isinstance(angle.tree, Number) and angle.tree.value == 0)
             if angle is not None and not level and angle.tree != VariableName("auto"):
-                yield Finding(angle.place, f"<attitude> {name} {angle.text!r}", "only the level attitude is flown", block)
+                yield Finding(
+                    angle.place, f"<attitude> {name} {angle.text!r}", "only the level attitude is flown", block
+                )
 
     def _target(self, name: str, place: Place, block: str) -> Iterator[Finding]:
         meaning = self._mapping.variables.get(name, name)
@@ -241,14 +244,19 @@ class _Checker:
                 fields = STRUCTURES.get(part.call.name, ())
                 return None if part.name in fields else (f"{part.call.name}()->{part.name}", "no such field")
             case BlockTitle():
-                if not is_title:
-                    return f"'{part.text}'", "a text where a number was expected"
-                is_block = part.text == "HOME" or self._plan.block_index(part.text) is not None
-                return None if is_block else (f"'{part.text}'", "no such block")
+                return self._title(part, is_title=is_title)
+            case ArrayItem():
+                return f"{part.name}[]", "no such array"
             case Reference():
                 return None if self._is_variable(part.name) else (f"&{part.name}", "no such variable")
             case _:
                 return None
+
+    def _title(self, part: BlockTitle, *, is_title: bool) -> tuple[str, str] | None:
+        if not is_title:
+            return f"'{part.text}'", "a text where a number was expected"
+        is_block = part.text == "HOME" or self._plan.block_index(part.text) is not None
+        return None if is_block else (f"'{part.text}'", "no such block")
 
     def _is_variable(self, name: str) -> bool:
         known = name in self._own or name in VARIABLES or name in CONSTANTS or name in self._mapping.variables

@@ -120,8 +120,8 @@ def _check_origin(plan: FlightPlan) -> None:
 
 def _check_waypoint(point: PlanWaypoint) -> None:
     local, globe = (point.x, point.y), (point.lat, point.lon)
-    if (None in local) == (None in globe) or any((a is None) != (b is None) for a, b in (local, globe)):
-        raise FlightPlanError(point.place, f"waypoint {point.name!r} needs either x and y or lat and lon")
+    if (None in local and None in globe) or any((a is None) != (b is None) for a, b in (local, globe)):
+        raise FlightPlanError(point.place, f"waypoint {point.name!r} needs x and y, or lat and lon")
     if point.alt is not None and point.height is not None:
         raise FlightPlanError(point.place, f"waypoint {point.name!r} has both alt and height")
     if abs(point.lat or 0.0) > 90.0 or abs(point.lon or 0.0) > 180.0:
@@ -145,8 +145,8 @@ def _check_sectors(plan: FlightPlan) -> None:
 
 def _check_variable(variable: PlanVariable | AbiBinding) -> None:
     if isinstance(variable, AbiBinding):
-        if (variable.vars is None) == (variable.handler is None):
-            raise FlightPlanError(variable.place, "<abi_binding> needs either vars or handler")
+        if variable.vars is None and variable.handler is None:
+            raise FlightPlanError(variable.place, "<abi_binding> needs vars or handler")
         return
     if not variable.var.replace("_", "a").isidentifier():
         raise FlightPlanError(variable.place, f"{variable.var!r} is not the name of a variable")

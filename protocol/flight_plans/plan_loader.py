@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from protocol.flight_plans.flight_plan import FlightPlan
@@ -13,20 +14,22 @@ from protocol.flight_plans.xml_elements import MAX_SIZE, XmlElement, parse_xml
 __all__ = ["load_flight_plan", "read_flight_plan"]
 
 
-def load_flight_plan(path: Path | str) -> FlightPlan:
+def load_flight_plan(path: Path | str, procedures: Path | str | None = None) -> FlightPlan:
     """Read a plan and its procedures, which lie in the plan's folder or below it.
+
+    Args:
+        path: Of the plan.
+        procedures: Another folder that they may lie in.
 
     Raises:
         FlightPlanError: A file cannot be read or is not valid: file, line, column and reason.
     """
     path = Path(path)
-    folder = path.parent
+    folders = [path.parent] if procedures is None else [path.parent, Path(procedures)]
 
     def fetch(procedure: SourceText) -> XmlElement:
-        found = _inside(folder, procedure)
-        return parse_xml(
-            _content(found, Place(str(procedure.place.file), procedure.place.line, procedure.place.column)), str(found)
-        )
+        found = _inside(folders, procedure)
+        return parse_xml(_content(found, procedure.place), str(found))
 
     root = parse_xml(_content(path, Place(str(path), 0, 0)), str(path))
     return plan_from_elements(with_procedures(root, fetch))
@@ -45,16 +48,22 @@ def read_flight_plan(data: bytes, name: str) -> FlightPlan:
     return plan_from_elements(with_procedures(parse_xml(data, name), refuse))
 
 
-def _inside(folder: Path, procedure: SourceText) -> Path:
-    """The file of a procedure, after all links, inside the plan's folder."""
-    try:
-        root = folder.resolve(strict=True)
-        found = (folder / procedure.text).resolve(strict=True)
-    except (OSError, ValueError, RuntimeError):
-        raise FlightPlanError(procedure.place, f"procedure {procedure.text[:80]!r} cannot be found") from None
-    if not found.is_relative_to(root):
-        raise FlightPlanError(procedure.place, f"procedure {procedure.text[:80]!r} is outside the plan's folder")
-    return found
+def _inside(folders: Sequence[Path], procedure: SourceText) -> Path:
+    """The file of a procedure, after all links, inside one of the folders."""
+    what, is_there = f"procedure {procedure.text[:80]!r}", False
+    for folder in folders:
+        try:
+            root = folder.resolve(strict=True)
+            found = (folder / procedure.text).resolve(strict=True)
+        except (OSError, ValueError, RuntimeError):
+            continue
+        is_there = True
+        if found.is_relative_to(root):
+            return found
+    where = " or ".join(map(str, folders))
+    raise FlightPlanError(
+        procedure.place, f"{what} is outside {where}" if is_there else f"{what} cannot be found in {where}"
+    )
 
 
 def _content(path: Path, place: Place) -> bytes:

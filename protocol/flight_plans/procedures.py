@@ -126,15 +126,12 @@ class _Renaming:
         elif (tag, name) in {("exception", "deroute"), ("deroute", "block")}:
             text = self._block(text)
         else:
-            text = _QUOTED.sub(lambda match: f"'{self._quoted(match.group(1))}'", text)
+            text = _QUOTED.sub(lambda match: f"'{self._block(match.group(1))}'", text)
         return source if text == source.text else SourceText(text, source.place, text)
 
     def _block(self, name: str) -> str:
-        """A block that the procedure jumps to: rerouted, or its own."""
-        return self._reroutes.get(name, self._prefix + name)
-
-    def _quoted(self, name: str) -> str:
-        return self._block(name) if name in self._own_blocks or name in self._reroutes else name
+        """A block that the procedure jumps to: rerouted, its own, or one of the plan."""
+        return self._reroutes.get(name, self._prefix + name if name in self._own_blocks else name)
 
     def _with_values(self, text: str) -> str:
         whole = _PARAMETER.fullmatch(text.strip())

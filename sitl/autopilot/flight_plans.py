@@ -33,7 +33,7 @@ from sitl.autopilot.flight_plan.operator_view import (
     WaypointMoved,
 )
 from sitl.autopilot.flight_plan.plan_inputs import MotorRequest, PlanInputs
-from sitl.autopilot.flight_plan.steering import LANDING_HEIGHT, PlanFrame, Steering
+from sitl.autopilot.flight_plan.steering import TOUCHDOWN_HEIGHT, PlanFrame, PlanSteering
 from sitl.autopilot.flight_plan.steps import stage_text
 from sitl.autopilot.flight_state import FlightState
 from sitl.autopilot.safety.failsafe import Failsafes
@@ -53,7 +53,7 @@ class FlightPlanRequests:
     def __init__(self, flight: FlightState, arming: Arming, failsafes: Failsafes) -> None:
         self._flight, self._arming, self._failsafes = flight, arming, failsafes
         self.executor: FlightPlanExecutor | None = None
-        self._steering = Steering()
+        self._steering = PlanSteering()
         self._heading = 0.0  # of the hover [rad]
         self._stops_on_ground = False  # the plan has stopped the motors just above the ground
         self._said = ""
@@ -71,7 +71,7 @@ class FlightPlanRequests:
         if self._flight.mode is Mode.FLIGHT_PLAN:
             self._flight.hold_here()
         self.executor = FlightPlanExecutor(check, self._inputs(), mapping)
-        self._steering = Steering()
+        self._steering = PlanSteering()
 
     def start(self) -> Answer:
         """Fly the plan: from its first block, or from where it was left."""
@@ -89,7 +89,7 @@ class FlightPlanRequests:
     @property
     def landing(self) -> bool:
         """Whether contact with the ground shall end the flight."""
-        low = self._flight.view.p[2] < LANDING_HEIGHT
+        low = self._flight.view.p[2] < TOUCHDOWN_HEIGHT
         return self._stops_on_ground or (low and self._steering.sinks_to_ground)
 
     def update(self) -> None:

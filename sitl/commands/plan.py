@@ -30,6 +30,9 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     options.add_argument(
         "--names", type=Path, metavar="FILE", help="TOML file: what functions and variables of a build mean"
     )
+    options.add_argument(
+        "--procedures", type=Path, metavar="DIR", help="another folder that the procedures it includes may lie in"
+    )
     options.add_argument("--json", action="store_true", help="print the findings as JSON")
     options.add_argument(
         "--to", type=Path, metavar="FILE", help="also save the nearest mission: .plan or .waypoints; lists what is lost"
@@ -41,7 +44,7 @@ def run(args: argparse.Namespace) -> int:
     """Check a plan, and export it."""
     if args.to is not None and args.to.suffix not in MISSION_SUFFIXES:
         raise SitlError(f"--to {args.to}: the suffix of a mission is {' or '.join(MISSION_SUFFIXES)}")
-    check = load_checked_plan(args.file, args.names).check
+    check = load_checked_plan(args.file, args.names, args.procedures).check
     losses = _export(check, args.to) if args.to is not None else ()
     if args.json:
         print(json.dumps(_as_table(check, losses), indent=2))

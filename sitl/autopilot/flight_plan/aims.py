@@ -8,9 +8,9 @@ from typing import NamedTuple
 from protocol.flight_plans.plan_geometry import EnuPoint
 from sitl.autopilot.flight_plan.operator_view import AimKind
 
-__all__ = ["ORIGIN", "Aim", "away", "bearing_between", "qdr_point"]
+__all__ = ["PLAN_ORIGIN", "Aim", "away", "bearing_between", "qdr_point"]
 
-ORIGIN = EnuPoint(0.0, 0.0, 0.0)
+PLAN_ORIGIN = EnuPoint(0.0, 0.0, 0.0)
 
 
 class Aim(NamedTuple):
@@ -21,8 +21,8 @@ class Aim(NamedTuple):
 
     kind: AimKind
     key: int = 0
-    start: EnuPoint = ORIGIN  # of a leg or a course
-    end: EnuPoint = ORIGIN  # of a leg; the point; the centre of an arc; the velocity [m/s]
+    start: EnuPoint = PLAN_ORIGIN  # of a leg or a course
+    end: EnuPoint = PLAN_ORIGIN  # of a leg; the point; the centre of an arc; the velocity [m/s]
     radius: float = 0.0  # of an arc [m], positive: clockwise
     climb: float | None = None  # vertical speed [m/s]; None: the altitude of the aim
     course: float = 0.0  # clockwise from north [rad]

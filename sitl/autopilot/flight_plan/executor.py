@@ -36,15 +36,15 @@ from sitl.autopilot.flight_plan.plan_flow import PlanFlow
 from sitl.autopilot.flight_plan.plan_inputs import MotorRequest, PlanInputs
 from sitl.autopilot.flight_plan.plan_memory import PlanMemory
 from sitl.autopilot.flight_plan.stage_aims import StageAims
-from sitl.autopilot.flight_plan.steps import Step, StepKind, compiled_blocks
+from sitl.autopilot.flight_plan.steps import BlockStep, StepKind, compiled_blocks
 from sitl.autopilot.flight_plan.waypoint_table import WaypointTable
 
-__all__ = ["TICK", "FlightPlanExecutor"]
+__all__ = ["PLAN_TICK", "FlightPlanExecutor"]
 
-TICK = 0.05  # [s]
+PLAN_TICK = 0.05  # [s]
 MAX_STEPS = 500  # in one tick; a plan that jumps on without flying is stopped there
-LEGS_AHEAD = 7  # that follow the present one
-FARTHEST = 1e7  # what is farther is no place to fly to [m]
+FOLLOWERS_AHEAD = 7  # that follow the present one
+FARTHEST_AIM = 1e7  # what is farther is no place to fly to [m]
 WHOLE_TYPES = frozenset(
     {"int", "bool", "bool_t", *(f"{sign}int{bits}_t" for sign in ("", "u") for bits in (8, 16, 32))}
 )
@@ -100,7 +100,7 @@ class FlightPlanExecutor:
             v: Its velocity [m/s].
         """
         now = inputs.view.time
-        if self._ticked is not None and now - self._ticked < TICK - 1e-6:
+        if self._ticked is not None and now - self._ticked < PLAN_TICK - 1e-6:
             return
         elapsed = 0.0 if self._ticked is None else now - self._ticked
         if self._ticked is None:
@@ -219,7 +219,7 @@ class FlightPlanExecutor:
                 return
         self.remark(f"Block {self.flow.present.name} goes on without flying: stopped there", "endless")
 
-    def _is_over(self, step: Step) -> bool:
+    def _is_over(self, step: BlockStep) -> bool:
         """Do one step; whether the tick ends with it."""
         stage = step.stage
         match step.kind:
@@ -310,7 +310,7 @@ class FlightPlanExecutor:
     def _followers(self) -> Iterator[EnuPoint]:
         """Ends of the legs that follow the present one without a stop."""
         steps, number = self.flow.present.steps, self.flow.stage + 1
-        for _ in range(3 * LEGS_AHEAD):
+        for _ in range(3 * FOLLOWERS_AHEAD):
             if number >= len(steps):
                 return
             step = steps[number]
@@ -376,4 +376,4 @@ class FlightPlanExecutor:
 
 def _is_finite(aim: Aim) -> bool:
     values = (*aim.start, *aim.end, aim.radius, aim.course, aim.turn_rate, aim.climb or 0.0)
-    return all(math.isfinite(value) and abs(value) < FARTHEST for value in values)
+    return all(math.isfinite(value) and abs(value) < FARTHEST_AIM for value in values)

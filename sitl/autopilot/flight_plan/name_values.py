@@ -14,10 +14,10 @@ from sitl.autopilot.flight_plan.plan_functions import FUNCTION_VALUES
 from sitl.autopilot.flight_plan.plan_inputs import MotorRequest, PlanInputs
 from sitl.autopilot.flight_plan.plan_memory import PlanMemory
 from sitl.autopilot.flight_plan.waypoint_table import WaypointTable
+from sitl.model.battery import EMPTY_VOLTAGE, FULL_VOLTAGE
 
 __all__ = ["VARIABLE_VALUES", "NameValues", "PlanPosition"]
 
-FULL_VOLTAGE, EMPTY_VOLTAGE = 12.6, 10.2  # of a pack of three cells, by the share that is left [V]
 MAX_PPRZ = 9600  # full throttle
 
 

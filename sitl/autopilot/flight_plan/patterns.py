@@ -11,8 +11,8 @@ from sitl.autopilot.flight_plan.aims import away, bearing_between
 __all__ = ["Piece", "PieceTracker", "eight_pieces", "oval_pieces", "survey_pieces"]
 
 MAX_SWEEPS = 400  # lines of a survey
-MAX_STEP = 2.0  # on an arc in one tick; more is the other side of the circle [rad]
-SHORTEST = 1e-3  # what is shorter is no leg [m]
+MAX_TURN = 2.0  # on an arc in one tick; more is the other side of the circle [rad]
+SHORTEST_PIECE = 1e-3  # what is shorter is no leg [m]
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +49,7 @@ class PieceTracker:
         sense = math.copysign(1.0, piece.radius)
         left = sense * math.remainder(piece.until - bearing_between(piece.end, p), math.tau)
         before, self._left = self._left, left
-        return before is not None and before > 0.0 >= left > before - MAX_STEP
+        return before is not None and before > 0.0 >= left > before - MAX_TURN
 
 
 def oval_pieces(p1: EnuPoint, p2: EnuPoint, radius: float) -> tuple[Piece, ...]:
@@ -58,7 +58,7 @@ def oval_pieces(p1: EnuPoint, p2: EnuPoint, radius: float) -> tuple[Piece, ...]:
     It begins with the turn about the second point.
     """
     length = away(p1, p2)
-    if length < SHORTEST:
+    if length < SHORTEST_PIECE:
         return ()
     x, y = (p2.x - p1.x) / length, (p2.y - p1.y) / length
     left = EnuPoint(-y * radius, x * radius, 0.0)  # of the way from p1 to p2, where a clockwise oval leads along
@@ -82,7 +82,7 @@ def eight_pieces(center: EnuPoint, turn_around: EnuPoint, radius: float) -> tupl
     """
     size = abs(radius)
     gap = away(center, turn_around)
-    if gap < SHORTEST or size < SHORTEST:
+    if gap < SHORTEST_PIECE or size < SHORTEST_PIECE:
         return ()
     x, y = (turn_around.x - center.x) / gap, (turn_around.y - center.y) / gap
     z = center.z
@@ -126,4 +126,4 @@ def survey_pieces(wp1: EnuPoint, wp2: EnuPoint, grid: float, *, north_south: boo
         points += ends if line % 2 == 0 else ends[::-1]
     there_and_back = points + points[-2:0:-1]
     legs = zip(there_and_back, (*there_and_back[1:], there_and_back[0]), strict=True)
-    return tuple(Piece(a, b) for a, b in legs if away(a, b) > SHORTEST)
+    return tuple(Piece(a, b) for a, b in legs if away(a, b) > SHORTEST_PIECE)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from sitl.autopilot.flight_plan.steps import BlockSteps, Step
+from sitl.autopilot.flight_plan.steps import BlockStep, BlockSteps
 
 __all__ = ["PlanFlow"]
 
@@ -47,7 +47,7 @@ class PlanFlow:
         return self.blocks[self.block]
 
     @property
-    def step(self) -> Step | None:
+    def step(self) -> BlockStep | None:
         """The step in force; None behind the last."""
         steps = self.present.steps
         return steps[self.stage] if self.stage < len(steps) else None

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from protocol.flight_plans.evaluation import Scalar
 from protocol.flight_plans.plan_geometry import EnuPoint
 from protocol.flight_plans.plan_names import NAV_CLIMB, NAV_DESCENT
-from sitl.autopilot.flight_plan.aims import ORIGIN, bearing_between
+from sitl.autopilot.flight_plan.aims import PLAN_ORIGIN, bearing_between
 from sitl.autopilot.flight_plan.plan_inputs import MotorRequest
 
 __all__ = ["HOVER_THROTTLE", "THROTTLE_CLIMB", "CircleCount", "PlanMemory"]
@@ -51,6 +51,6 @@ class PlanMemory:
     altitude_shift: float = 0.0  # of the altitude reference [m]
     detects_ground: bool = False
     circle: CircleCount = field(default_factory=CircleCount)
-    last_point: EnuPoint = ORIGIN  # where the last leg ended
+    last_point: EnuPoint = PLAN_ORIGIN  # where the last leg ended
     flight_time: float = 0.0  # [s]
     motors: list[MotorRequest] = field(default_factory=list)  # asked for since the last look

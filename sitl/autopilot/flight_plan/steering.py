@@ -23,19 +23,19 @@ from sitl.guidance.manoeuvres import FAST_DESCENT_RATE
 from sitl.guidance.moving_reference import HeadingSetpoint, MovingReference
 from sitl.prediction.chooser import LEGS_AHEAD, LegEnd
 
-__all__ = ["LANDING_HEIGHT", "PlanFrame", "Steering"]
+__all__ = ["TOUCHDOWN_HEIGHT", "PlanFrame", "PlanSteering"]
 
 LEG_LEAD = 3.0  # of the hover's target along a leg [m]
 ARC_LEAD = 0.25 * math.pi  # of the hover's target along an arc, at most [rad]
 ARC_ACCELERATION = 0.8  # towards the centre of a hovered arc [m/s2]
 COURSE_LEAD = 5.0  # of the hover's target along a course [m]
 MAX_CLIMB_LEAD = 1.0  # of the reference's altitude over the vehicle, where a plan asks for a vertical speed [m]
-LANDING_HEIGHT = 3.0  # a descent below this may end on the ground [m]
+TOUCHDOWN_HEIGHT = 3.0  # a descent below this may end on the ground [m]
 SLOW_HEIGHT = 1.5  # below this a descent is no faster than a landing [m]
 LOWEST = -1.0  # where a descent to the ground leads [m]
-MAX_STEP = 0.1  # longest time that a reference moves at once [s]
-SAME_PLACE = 0.3  # a target that moves by less does not begin its leg anew [m]
-MIN_SPEED = 0.2  # of the hover [m/s]
+LONGEST_STEP = 0.1  # longest time that a reference moves at once [s]
+SAME_TARGET = 0.3  # a target that moves by less does not begin its leg anew [m]
+SLOWEST_HOVER = 0.2  # of the hover [m/s]
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +60,7 @@ class PlanFrame:
 
 
 @dataclass(slots=True)
-class Steering:
+class PlanSteering:
     """Flies the aims of one plan, one after the other."""
 
     frame: PlanFrame = field(default_factory=PlanFrame)
@@ -96,7 +96,7 @@ class Steering:
             way: How legs are asked to be flown.
         """
         view = inputs.view
-        elapsed = min(max(view.time - self._at, 0.0), MAX_STEP)
+        elapsed = min(max(view.time - self._at, 0.0), LONGEST_STEP)
         self._at = view.time
         if self._is_new(aim):
             self.manoeuvre = self._begun(aim, inputs, hover_at(view.p, heading, speed), way)
@@ -124,8 +124,8 @@ class Steering:
         if flown is None or (aim.key, aim.kind) != (flown.key, flown.kind):
             return True
         moved = max(math.dist(aim.end, flown.end), math.dist(aim.start, flown.start))
-        is_turned = abs(aim.radius - flown.radius) > SAME_PLACE
-        return self.manoeuvre is not None and (moved > SAME_PLACE or is_turned)
+        is_turned = abs(aim.radius - flown.radius) > SAME_TARGET
+        return self.manoeuvre is not None and (moved > SAME_TARGET or is_turned)
 
     def _begun(self, aim: Aim, inputs: PlanInputs, last: Reference, way: Way) -> FlyLeg | FlyCircle | None:
         """What flies an aim forward, or None."""
@@ -227,7 +227,7 @@ class Steering:
     def _hover_speed(self, aim: Aim, speed: float) -> float:
         if aim.kind is AimKind.ARC:
             speed = min(speed, math.sqrt(ARC_ACCELERATION * abs(aim.radius)))
-        return max(speed, MIN_SPEED)
+        return max(speed, SLOWEST_HOVER)
 
     def _moved(self, aim: Aim, inputs: PlanInputs, last: Reference, heading: float, up: float) -> Reference:
         """The reference that moves with a velocity, or turns."""
@@ -236,7 +236,7 @@ class Steering:
             self._velocity = hover_at(inputs.view.p, heading, last.speed)
         turning = HeadingSetpoint(None, -aim.turn_rate) if aim.turn_rate else HeadingSetpoint(heading)
         v = (aim.end.y, -aim.end.x, 0.0) if aim.kind is AimKind.VELOCITY else (0.0, 0.0, 0.0)
-        self._velocity = self._moving.move(v, turning, self._velocity, inputs.view, MAX_STEP)
+        self._velocity = self._moving.move(v, turning, self._velocity, inputs.view, LONGEST_STEP)
         x, y, _ = self._velocity.position
         if aim.kind is not AimKind.VELOCITY:
             x, y, _ = self.frame.to_world(aim.end)

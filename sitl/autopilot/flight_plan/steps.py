@@ -18,7 +18,7 @@ from protocol.flight_plans.stages import (
     WhileStage,
 )
 
-__all__ = ["BlockSteps", "Step", "StepKind", "compiled_blocks", "stage_text"]
+__all__ = ["BlockStep", "BlockSteps", "StepKind", "compiled_blocks", "stage_text"]
 
 
 class StepKind(Enum):
@@ -32,7 +32,7 @@ class StepKind(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
+class BlockStep:
     """One step."""
 
     kind: StepKind
@@ -46,14 +46,14 @@ class BlockSteps:
     """A block that can be flown step by step."""
 
     name: str
-    steps: tuple[Step, ...]
+    steps: tuple[BlockStep, ...]
     block: PlanBlock | None = None  # None: the block HOME that every plan has
 
 
 def compiled_blocks(plan: FlightPlan) -> tuple[BlockSteps, ...]:
     """The blocks of a plan, HOME behind them."""
     blocks = [BlockSteps(block.name, tuple(_steps(block.stages)), block) for block in plan.blocks]
-    return (*blocks, BlockSteps("HOME", (Step(StepKind.STAGE, HomeStage()),)))
+    return (*blocks, BlockSteps("HOME", (BlockStep(StepKind.STAGE, HomeStage()),)))
 
 
 def stage_text(stage: Stage) -> str:
@@ -61,34 +61,34 @@ def stage_text(stage: Stage) -> str:
     return " ".join((stage.tag, *(f"{name}={text}" for name, text in attribute_texts(stage).items())))
 
 
-def _steps(stages: Sequence[Stage]) -> list[Step]:
-    steps: list[Step] = []
+def _steps(stages: Sequence[Stage]) -> list[BlockStep]:
+    steps: list[BlockStep] = []
     _add(steps, stages, ())
     return steps
 
 
-def _add(steps: list[Step], stages: Sequence[Stage], exceptions: tuple[PlanException, ...]) -> None:
+def _add(steps: list[BlockStep], stages: Sequence[Stage], exceptions: tuple[PlanException, ...]) -> None:
     for stage in stages:
         match stage:
             case WhileStage():
                 _add_loop(steps, stage, StepKind.WHILE, exceptions)
             case ForStage():
-                steps.append(Step(StepKind.BEGIN_FOR, stage, exceptions=exceptions))
+                steps.append(BlockStep(StepKind.BEGIN_FOR, stage, exceptions=exceptions))
                 _add_loop(steps, stage, StepKind.NEXT_FOR, exceptions)
             case PathStage():
-                steps += [Step(StepKind.STAGE, leg, exceptions=exceptions) for leg in _legs(stage)]
+                steps += [BlockStep(StepKind.STAGE, leg, exceptions=exceptions) for leg in _legs(stage)]
             case _:
-                steps.append(Step(StepKind.STAGE, stage, exceptions=exceptions))
+                steps.append(BlockStep(StepKind.STAGE, stage, exceptions=exceptions))
 
 
 def _add_loop(
-    steps: list[Step], stage: WhileStage | ForStage, kind: StepKind, exceptions: tuple[PlanException, ...]
+    steps: list[BlockStep], stage: WhileStage | ForStage, kind: StepKind, exceptions: tuple[PlanException, ...]
 ) -> None:
     head, inner = len(steps), (*exceptions, *stage.exceptions)
-    steps.append(Step(kind, stage, exceptions=exceptions))
+    steps.append(BlockStep(kind, stage, exceptions=exceptions))
     _add(steps, stage.stages, inner)
-    steps.append(Step(StepKind.AGAIN, stage, head, inner))
-    steps[head] = Step(kind, stage, len(steps), exceptions)
+    steps.append(BlockStep(StepKind.AGAIN, stage, head, inner))
+    steps[head] = BlockStep(kind, stage, len(steps), exceptions)
 
 
 def _legs(path: PathStage) -> list[GoStage]:

@@ -20,7 +20,7 @@ class Names:
         except KeyError:
             raise UnknownNameError(f"{name}: no such variable") from None
 
-    def loop_value(self, name):
+    def loop_value(self, _name):
         return 4
 
     def call(self, name, arguments):
@@ -85,7 +85,7 @@ def test_texts_and_references_are_handed_to_functions():
     ],
 )
 def test_what_has_no_value_is_refused_with_its_place(text, words):
-    with pytest.raises(FlightPlanError, match="^t:1:") as caught:
+    with pytest.raises(FlightPlanError, match=r"^t:1:") as caught:
         value(text)
     assert words in str(caught.value)
 

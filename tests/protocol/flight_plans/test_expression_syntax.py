@@ -63,7 +63,7 @@ def test_what_parts_are():
     ],
 )
 def test_faults_have_a_column(text, column, words):
-    with pytest.raises(FlightPlanError, match="^t:1:") as caught:
+    with pytest.raises(FlightPlanError, match=r"^t:1:") as caught:
         tree(text)
     assert caught.value.place.column == column
     assert words in caught.value.reason
@@ -72,7 +72,7 @@ def test_faults_have_a_column(text, column, words):
 
 def test_depth_and_length_are_bounded():
     for text in ("!" * (MAX_EXPRESSION_DEPTH + 1) + "a", "+".join("a" * 200), "f(" * 200 + ")" * 200, "a" * 5000):
-        with pytest.raises(FlightPlanError, match="more than|longer"):
+        with pytest.raises(FlightPlanError, match=r"more than|longer"):
             tree(text)
     tree("(" * 500 + "a" + ")" * 500)  # parentheses alone are no depth
 

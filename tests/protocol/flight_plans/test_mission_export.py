@@ -16,7 +16,8 @@ def commands(export):
 
 def test_stages_become_items_in_their_order():
     plan = plan_of(
-        '<block name="a"><stay wp="A" vmode="climb" climb="nav.climb_vspeed"/><go wp="A"/><go from="A" wp="B" hmode="route"/>'
+        '<block name="a"><stay wp="A" vmode="climb" climb="nav.climb_vspeed"/><go wp="A"/>'
+        '<go from="A" wp="B" hmode="route"/>'
         '<stay wp="B" until="stage_time @GT 10"/><circle wp="C" radius="-30" until="NavCircleCount() > 2"/>'
         '<path wpts="A B"/><stay wp="C"/><stay wp="A" vmode="climb" climb="-0.5"/></block>'
     )
@@ -37,8 +38,10 @@ def test_stages_become_items_in_their_order():
 
 def test_what_is_lost_is_named_with_its_place():
     plan = plan_of(
-        '<block name="a" pre_call="NavKillThrottle()"><exception cond="1" deroute="HOME"/><while cond="1"><go wp="A"/></while>'
-        '<call_once fun="NavResurrect()"/><circle wp="A" radius="nav.radius"/><stay wp="A" until="GetPosX() > 1"/></block>'
+        '<block name="a" pre_call="NavKillThrottle()"><exception cond="1" deroute="HOME"/>'
+        '<while cond="1"><go wp="A"/></while>'
+        '<call_once fun="NavResurrect()"/><circle wp="A" radius="nav.radius"/>'
+        '<stay wp="A" until="GetPosX() > 1"/></block>'
     )
     texts = [str(loss) for loss in to_mission(plan).losses]
     assert all(text.startswith("t.xml:3:") for text in texts)

@@ -44,9 +44,9 @@ def test_a_procedure_is_put_in_place():
             "parameter 'n'",
         ),
         ('<include name="i" procedure="q.xml"/>', "cannot be found"),
-        ('<include name="i" procedure="../p.xml"/>', "outside the plan's folder"),
-        ('<include name="i" procedure="/etc/passwd"/>', "outside the plan's folder"),
-        ('<include name="i" procedure="link.xml"/>', "outside the plan's folder"),
+        ('<include name="i" procedure="../p.xml"/>', " is outside "),
+        ('<include name="i" procedure="/etc/passwd"/>', " is outside "),
+        ('<include name="i" procedure="link.xml"/>', " is outside "),
         ('<include name="i" procedure="."/>', "is not a file"),
         ('<include name="i" procedure="http://x/p.xml"/>', "cannot be found"),
         ('<include name="i" procedure="plan.xml"/>', "<flight_plan> where <procedure> was expected"),
@@ -77,3 +77,15 @@ def test_a_fault_in_a_procedure_names_its_file(tmp_path):
 def test_without_files_nothing_is_included():
     with pytest.raises(FlightPlanError, match="not available here"):
         read_flight_plan(plan_with('<include name="i" procedure="p.xml"/>').encode(), "t")
+
+
+def test_a_folder_that_is_named_may_hold_procedures(tmp_path):
+    for name in ("plans", "shared"):
+        (tmp_path / name).mkdir()
+    path = written(tmp_path / "plans", '<include name="i" procedure="q.xml"><arg name="far" value="1"/></include>')
+    (tmp_path / "shared" / "q.xml").write_text(PROCEDURE)
+    assert load_flight_plan(path, tmp_path / "shared").blocks[-1].name == "i.b"
+    (tmp_path / "shared" / "q.xml").unlink()
+    (tmp_path / "shared" / "q.xml").symlink_to(tmp_path / "plans" / "p.xml")
+    with pytest.raises(FlightPlanError, match="is outside"):
+        load_flight_plan(path, tmp_path / "shared")

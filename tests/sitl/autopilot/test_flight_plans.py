@@ -144,7 +144,12 @@ def test_what_the_operator_sees(hovering):
 
 
 def test_blocks_that_cannot_be_entered(hovering):
-    for block, words in (("fish", "fish() is not flown"), ("nowhere", "no block 'nowhere'"), (99, "no block 99"), (-1, "no block")):
+    for block, words in (
+        ("fish", "fish() is not flown"),
+        ("nowhere", "no block 'nowhere'"),
+        (99, "no block 99"),
+        (-1, "no block"),
+    ):
         answer = hovering.plan.jump_to_block(block)
         assert not answer.accepted
         assert words in answer.text

@@ -38,8 +38,9 @@ def test_every_autopilot_type_can_be_chosen():
     assert set(choices("--autopilot")) == set(AUTOPILOT_TYPES)
 
 
-def test_home_is_the_default_home_unless_it_is_given():
-    assert build_aircraft(PARSER.parse_args([])).autopilot.world.frame.origin == HOME
+def test_home_is_the_default_home_unless_it_is_given(tmp_path):
+    standing = build_aircraft(PARSER.parse_args(["--nav", "truth", "--state-dir", str(tmp_path)]))
+    assert standing.autopilot.world.frame.origin == HOME
     assert PARSER.parse_args(["--home", "1,2,3"]).home.alt == 3.0
 
 

@@ -4,7 +4,7 @@ from protocol.flight_plans.name_mapping import NameMapping
 from protocol.flight_plans.plan_check import check_flown
 from protocol.flight_plans.plan_geometry import EnuPoint
 from protocol.frames import Geodetic, LocalFrame
-from sitl.autopilot.flight_plan.executor import TICK, FlightPlanExecutor
+from sitl.autopilot.flight_plan.executor import PLAN_TICK, FlightPlanExecutor
 from sitl.autopilot.flight_plan.operator_view import BlockEntered, ExceptionFired, PlanRemark
 from sitl.autopilot.flight_plan.plan_inputs import PlanInputs
 from sitl.autopilot.safety.arena import ARENAS
@@ -48,11 +48,11 @@ class PlanTicks:
         for _ in range(count):
             self.executor.update(self._inputs(), EnuPoint(*self.p), EnuPoint(*self.v))
             self.events += self.executor.take_events()
-            self.time += TICK
+            self.time += PLAN_TICK
         return self
 
     def seconds(self, count):
-        return self.tick(round(count / TICK))
+        return self.tick(round(count / PLAN_TICK))
 
     @property
     def aim(self):

@@ -69,8 +69,8 @@ STAGES = st.recursive(
     max_leaves=5,
 )
 BODIES = st.lists(STAGES, max_size=5).map("".join)
-PLANS = st.tuples(BODIES, BODIES, BODIES, st.lists(element('<exception cond="{}" deroute="{}"/>', CONDITIONS, BLOCKS), max_size=2))  # fmt: skip
-
+EXCEPTIONS = st.lists(element('<exception cond="{}" deroute="{}"/>', CONDITIONS, BLOCKS), max_size=2)
+PLANS = st.tuples(BODIES, BODIES, BODIES, EXCEPTIONS)
 
 
 def flown(bodies, exceptions):

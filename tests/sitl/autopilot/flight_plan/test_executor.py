@@ -19,7 +19,8 @@ REST = '<block name="rest"><stay wp="A"/></block>'
 
 def test_what_takes_no_time_is_done_in_one_tick_up_to_the_first_movement():
     ticks = PlanTicks(
-        '<block name="a"><set var="n" value="n+1"/><call_once fun="NavSetWaypointHere(WP_A)"/><set var="n" value="n+1"/>'
+        '<block name="a"><set var="n" value="n+1"/><call_once fun="NavSetWaypointHere(WP_A)"/>'
+        '<set var="n" value="n+1"/>'
         '<stay wp="A"/><set var="n" value="9"/></block>',
         COUNTERS,
     ).tick()
@@ -115,7 +116,8 @@ def test_exceptions_global_first_in_their_order_and_never_to_the_present_block()
     ticks = PlanTicks(
         '<block name="a" pre_call="n = n + 1"><exception cond="1" deroute="c"/><stay wp="A"/></block>'
         '<block name="b"><stay wp="B"/></block><block name="c"><stay wp="C"/></block>',
-        COUNTERS + '<exceptions><exception cond="n == 2" deroute="b"/><exception cond="n == 1" deroute="c"/></exceptions>',
+        COUNTERS
+        + '<exceptions><exception cond="n == 2" deroute="b"/><exception cond="n == 1" deroute="c"/></exceptions>',
     ).tick()
     (fired,) = ticks.fired
     assert (fired.from_block, fired.to_block, fired.line) == ("a", "c", 3)
@@ -237,8 +239,8 @@ def test_on_the_ground_nobody_leaves_the_area():
 
 def test_a_locked_block_holds_where_the_vehicle_is_and_global_exceptions_still_count():
     ticks = PlanTicks(
-        '<block name="a"><set var="n" value="1"/></block><block name="b"><call_once fun="nav_fish()"/><stay wp="B"/></block>'
-        + REST,
+        '<block name="a"><set var="n" value="1"/></block>'
+        '<block name="b"><call_once fun="nav_fish()"/><stay wp="B"/></block>' + REST,
         COUNTERS + '<exceptions><exception cond="n == 2" deroute="rest"/></exceptions>',
     )
     ticks.p = (1.0, 1.0, 2.5)
@@ -263,7 +265,9 @@ def test_a_place_beyond_all_numbers_is_not_flown():
 
 
 def test_a_waypoint_by_the_number_of_a_loop():
-    blocks = '<block name="a"><for var="i" from="2" to="5"><stay wp="$i" until="stage_time @GEQ 1"/></for></block>' + REST
+    blocks = (
+        '<block name="a"><for var="i" from="2" to="5"><stay wp="$i" until="stage_time @GEQ 1"/></for></block>' + REST
+    )
     ticks = PlanTicks(blocks)
     names = []
     for _ in range(90):

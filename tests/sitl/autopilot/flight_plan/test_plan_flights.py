@@ -106,10 +106,12 @@ def test_in_wind_and_gusts_the_room_is_still_flown():
 
 OUTDOORS = (
     HEAD.replace('alt="102"', 'alt="130"').replace('"100">', '"600">')
-    + """<waypoints><waypoint name="HOME" x="0" y="0"/><waypoint name="p1" x="150" y="0"/><waypoint name="p2" x="150" y="150"/>
-  <waypoint name="p3" x="0" y="150"/></waypoints>
+    + """<waypoints><waypoint name="HOME" x="0" y="0"/><waypoint name="p1" x="150" y="0"/>
+  <waypoint name="p2" x="150" y="150"/><waypoint name="p3" x="0" y="150"/></waypoints>
   <blocks>
-    <block name="Square"><go wp="p1" from="HOME" hmode="route"/><path wpts="p1,p2,p3"/><go wp="HOME" hmode="route"/></block>
+    <block name="Square">
+      <go wp="p1" from="HOME" hmode="route"/><path wpts="p1,p2,p3"/><go wp="HOME" hmode="route"/>
+    </block>
     <block name="Hold"><stay wp="HOME"/></block>
     <block name="Circle"><circle wp="p1" radius="-40" until="NavCircleCount() > 1.2"/></block>
     <block name="Stay"><stay wp="p1"/></block>

@@ -9,7 +9,7 @@ from protocol.flight_plans.plan_geometry import EnuPoint
 from sitl.autopilot.flight_plan.aims import Aim
 from sitl.autopilot.flight_plan.operator_view import AimKind
 from sitl.autopilot.flight_plan.plan_inputs import PlanInputs
-from sitl.autopilot.flight_plan.steering import PlanFrame, Steering
+from sitl.autopilot.flight_plan.steering import PlanFrame, PlanSteering
 from sitl.autopilot.safety.arena import ARENAS
 from sitl.autopilot.settings import Settings
 from sitl.control.reference import hover_at
@@ -20,7 +20,7 @@ START = hover_at((0.0, 0.0, 2.0), 0.0)
 
 def steered(aim, p=(0.0, 0.0, 2.0), *, steering=None, seconds=0.02, world=WORLD, landed=False, settings=None):
     """The reference for an aim, of a vehicle that stays at a point east, north and up, after some time."""
-    steering = steering or Steering()
+    steering = steering or PlanSteering()
     reference = START
     for step in range(round(seconds / 0.02)):
         inputs = PlanInputs(view_at(0.02 * (step + 1), p, landed=landed), world, settings or Settings(), flying=True)
@@ -44,7 +44,7 @@ def test_a_point_is_flown_to_as_it_is_with_the_altitude_at_a_rate():
 
 def test_the_plan_may_have_another_origin_than_the_world():
     frame = PlanFrame(east=10.0, north=-20.0)
-    reference, _ = steered(Aim(AimKind.POINT, 1, end=EnuPoint(3.0, 4.0, 2.0)), steering=Steering(frame))
+    reference, _ = steered(Aim(AimKind.POINT, 1, end=EnuPoint(3.0, 4.0, 2.0)), steering=PlanSteering(frame))
     assert level(reference) == (13.0, -16.0)
     assert frame.to_plan(frame.to_world(EnuPoint(1.0, 2.0, 3.0))) == (1.0, 2.0, 3.0)
 
@@ -68,7 +68,9 @@ def test_an_arc_leads_round_in_its_sense_on_the_circle_and_slowly(radius):
 
 
 def test_a_course_leads_straight_on():
-    course = Aim(AimKind.COURSE, 1, start=EnuPoint(0.0, 0.0, 2.0), end=EnuPoint(0.0, 0.0, 2.0), course=math.radians(90.0))
+    course = Aim(
+        AimKind.COURSE, 1, start=EnuPoint(0.0, 0.0, 2.0), end=EnuPoint(0.0, 0.0, 2.0), course=math.radians(90.0)
+    )
     assert level(steered(course, (7.0, 1.0, 2.0))[0]) == pytest.approx((12.0, 0.0))
 
 
@@ -94,7 +96,7 @@ def test_no_altitude_is_held_below_that_of_a_hold():
 
 
 def test_a_take_off_rises_straight_up_first():
-    steering = Steering()
+    steering = PlanSteering()
     aim = Aim(AimKind.POINT, 1, end=EnuPoint(3.0, 4.0, 2.0))
     steered(aim, (0.5, 0.0, 0.12), steering=steering, landed=True)
     assert level(steered(aim, (0.6, 0.1, 0.6), steering=steering)[0]) == pytest.approx((0.5, 0.0))
