@@ -129,9 +129,6 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
         metavar="FILE",
         help="TOML file: what functions and variables of the plan's build mean",
     )
-<<<<<<< HEAD
-    scenario = parser.add_argument_group("scenario or day (see: darko-sitl scenario, darko-sitl day)")
-=======
     plan.add_argument(
         "--flight-plan-procedures",
         type=Path,
@@ -139,8 +136,7 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
         metavar="DIR",
         help="another folder than the plan's that the procedures it includes may lie in",
     )
-    scenario = parser.add_argument_group("scenario (see: darko-sitl scenario)")
->>>>>>> 47d9985c92ceefd9c21a9f3c70663cef9f9944b0
+    scenario = parser.add_argument_group("scenario or day (see: darko-sitl scenario, darko-sitl day)")
     scenario.add_argument(
         "--scenario",
         metavar="NAME",
