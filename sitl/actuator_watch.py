@@ -20,7 +20,7 @@ from sitl.model.vectors import Vector, add, add_scaled, cross, scaled, subtract
 
 BANDWIDTH = 5.0  # of the observer [rad/s]
 YAW_SHARE = 0.9  # of a motor's thrust: with it a slow elevon, which can be flown, is told from one that fails
-MAX_STEP = 0.1  # a longer time between two looks was not watched [s]
+MAX_WATCH_STEP = 0.1  # a longer time between two looks was not watched [s]
 
 
 class UnexplainedMoment(NamedTuple):
@@ -53,9 +53,9 @@ class ActuatorWatch:
         a, H = self._airframe, momentum(estimate.rates, self._airframe)
         through = rotate_inverse(estimate.attitude, subtract(estimate.velocity, estimate.wind))
         _, moment = wrench(through, estimate.rates, estimate.actuators, a)
-        step = MAX_STEP + 1.0 if self._seen_at is None else time - self._seen_at
+        step = MAX_WATCH_STEP + 1.0 if self._seen_at is None else time - self._seen_at
         self._seen_at, before, self._moment = time, self._moment, moment
-        if step > MAX_STEP:
+        if step > MAX_WATCH_STEP:
             self._state = H
             return UnexplainedMoment()
         unexplained = scaled(subtract(H, self._state), BANDWIDTH)
