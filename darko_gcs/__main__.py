@@ -11,6 +11,10 @@ from protocol.command_line import run_cli
 COMMANDS = {
     "connect": "open the ground station (the default command)",
     "fly": "fly a mission from a file, without a screen if --headless, and print the result",
+    "watch": "print what the vehicle reports, a line at a time",
+    "cmd": "send the vehicle a command: arm, takeoff, goto, land, mode...",
+    "param": "list, read, change, save and load the vehicle's parameters",
+    "mission": "upload, download and clear the vehicle's mission",
     "replay": "replay a recorded flight on the same screens",
     "signing": "change the vehicle's signing key",
     "fail": "have an instrument, an actuator, the battery or the link of the vehicle fail, or heal it",

@@ -21,7 +21,7 @@ from darko_gcs.state.text import label_of, reason_text
 from darko_gcs.station.keyring_setup import open_keyring
 from darko_gcs.station.recording import default_folder, start_recording
 from darko_gcs.station.station import Station
-from darko_gcs.tasks.link_session import POLL_PERIOD, open_link
+from darko_gcs.tasks.link_session import ANSWER_TIMEOUT, POLL_PERIOD, open_link
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law
 from protocol.errors import FileError
@@ -37,7 +37,6 @@ __all__ = ["FlightResult", "fly_headless"]
 
 READY_TIMEOUT = 1800.0  # for our own vehicle process to compile, also on a busy machine, while it runs [s]
 HEARD_TIMEOUT = 120.0  # for the first telemetry [s]
-ANSWER_TIMEOUT = 30.0  # for an upload or a command [s]
 HOVER_TIME_BEFORE_LANDING = 3.0  # after a mission that ends in the air [s]
 
 

@@ -1,0 +1,122 @@
+"""``darko-gcs cmd``: one command to the vehicle, from a script."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from darko_gcs.commands.script_options import EXIT_CODES, add_script_options, run_script
+
+if TYPE_CHECKING:
+    from darko_gcs.scripting import Vehicle
+
+__all__ = ["parser", "run"]
+
+_EXAMPLES = f"""\
+examples:
+  darko-gcs cmd arm --wait            wait until it can be armed, then arm
+  darko-gcs cmd takeoff 5 --wait      and wait until it is there
+  darko-gcs cmd goto 10 0 8           north, east of home, height above it [m]
+  darko-gcs cmd mode LAND --json
+
+{EXIT_CODES}"""
+
+COMMAND_WORDS = {  # number of values
+    "arm": 0, "disarm": 0, "kill": 0, "takeoff": 1, "goto": 3, "land": 0, "rtl": 0, "hold": 0, "mode": 1, "start": 0,
+    "forward": 0, "hover": 0, "speed": 1,
+}  # fmt: skip
+AT_HEIGHT, AT_PLACE = 0.5, 1.0  # near enough to a height and a place [m]
+
+
+def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
+    """The command line of ``darko-gcs cmd``."""
+    parser = argparse.ArgumentParser(
+        prog="darko-gcs cmd",
+        description=commands["cmd"] + ".",
+        epilog=_EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("action", choices=list(COMMAND_WORDS), help="what to do; kill stops the motors in flight")
+    parser.add_argument("values", nargs="*", help="height of takeoff, north east height of goto, a mode, a speed")
+    parser.add_argument("--wait", action="store_true", help="wait until it is done, not only accepted")
+    add_script_options(parser)
+    return parser
+
+
+def run(args: argparse.Namespace) -> int:
+    """Send the command and print the answer.
+
+    Raises:
+        GroundError: It was refused or not answered, or an argument is wrong.
+    """
+    from darko_gcs.errors import GroundError  # noqa: PLC0415 - --help must be quick
+
+    wanted = COMMAND_WORDS[args.action]
+    if len(args.values) != wanted:
+        raise GroundError(f"{args.action} takes {wanted} value{'s' * (wanted != 1)}, not {len(args.values)}")
+    values: list[Any] = list(args.values)
+    if args.action != "mode":
+        try:
+            values = [float(text) for text in args.values]
+        except ValueError:
+            raise GroundError(f"{args.action}: {' '.join(args.values)} are not numbers") from None
+    return run_script(args, lambda vehicle: _do(vehicle, args.action, values, wait=args.wait), _words)
+
+
+async def _do(vehicle: Vehicle, action: str, values: list[Any], *, wait: bool) -> dict[str, Any]:
+    if action == "mode":
+        await vehicle.set_mode(_mode(values[0]))
+    elif action == "arm":
+        if wait:
+            await vehicle.ready()
+        await vehicle.arm()
+    elif action in {"takeoff", "goto", "speed"}:
+        calls = {"takeoff": vehicle.take_off, "goto": vehicle.go_to, "speed": vehicle.change_speed}
+        await calls[action](*values)  # type: ignore[operator] # each takes its own number of values
+    elif action in {"forward", "hover"}:
+        await vehicle.transition(forward=action == "forward")
+    elif action == "kill":
+        await vehicle.disarm(force=True)
+    else:
+        calls_alone = {
+            "disarm": vehicle.disarm, "land": vehicle.land, "rtl": vehicle.return_home, "hold": vehicle.hold,
+            "start": vehicle.start_mission,
+        }  # fmt: skip
+        await calls_alone[action]()
+    if wait:
+        await _until_done(vehicle, action, values)
+    s = vehicle.now
+    return {"action": action, "values": values, "mode": s.mode, "armed": s.armed}
+
+
+async def _until_done(vehicle: Vehicle, action: str, values: list[Any]) -> None:
+    forever = 1e9  # the command's own time-out ends it
+    if action == "takeoff":
+        await vehicle.wait_until(lambda s: (s.relative_altitude or 0.0) > values[0] - AT_HEIGHT, forever)
+    elif action == "goto":
+        north, east, height = values
+        await vehicle.wait_until(
+            lambda s: (
+                s.p is not None
+                and (s.p[0] - s.home_p[0] - north) ** 2 + (s.p[1] - s.home_p[1] - east) ** 2 < AT_PLACE**2
+                and abs((s.relative_altitude or 0.0) - height) < AT_PLACE
+            ),
+            forever,
+        )
+    elif action in {"land", "rtl", "disarm", "kill"}:
+        await vehicle.wait_until(lambda s: s.armed is False, forever)
+
+
+def _mode(name: str) -> Any:  # noqa: ANN401 - a Mode, whose module --help must not load
+    from darko_gcs.errors import GroundError  # noqa: PLC0415
+    from darko_gcs.scripting import Mode  # noqa: PLC0415
+
+    if name.upper() not in Mode.__members__:
+        raise GroundError(f"mode {name} is not one of {', '.join(Mode.__members__)}")
+    return Mode[name.upper()]
+
+
+def _words(result: dict[str, Any]) -> str:
+    given = " ".join(str(value) for value in result["values"])
+    return f"{result['action']}{' ' * bool(given)}{given}: accepted"

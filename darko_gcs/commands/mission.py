@@ -1,0 +1,81 @@
+"""``darko-gcs mission``: the vehicle's mission, from a script."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from darko_gcs.commands.script_options import EXIT_CODES, add_script_options, run_script
+
+if TYPE_CHECKING:
+    from darko_gcs.scripting import Vehicle
+
+__all__ = ["parser", "run"]
+
+_EXAMPLES = f"""\
+examples:
+  darko-gcs mission upload square.plan
+  darko-gcs mission download back.plan       .plan, or .waypoints (QGC WPL 110)
+  darko-gcs mission clear
+  darko-gcs mission status --json
+
+{EXIT_CODES}"""
+MISSION_WORDS = {"upload": 1, "download": 1, "clear": 0, "status": 0}
+
+
+def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
+    """The command line of ``darko-gcs mission``."""
+    parser = argparse.ArgumentParser(
+        prog="darko-gcs mission",
+        description=commands["mission"] + ".",
+        epilog=_EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("action", choices=list(MISSION_WORDS), help="what to do")
+    parser.add_argument("values", nargs="*", help="a file")
+    add_script_options(parser)
+    return parser
+
+
+def run(args: argparse.Namespace) -> int:
+    """Move the mission and print the result.
+
+    Raises:
+        GroundError: The vehicle refused or did not answer, or an argument is wrong.
+    """
+    from darko_gcs.errors import GroundError  # noqa: PLC0415 - --help must be quick
+    from protocol.errors import FileError  # noqa: PLC0415
+    from protocol.plans import load  # noqa: PLC0415
+
+    wanted = MISSION_WORDS[args.action]
+    if len(args.values) != wanted:
+        raise GroundError(f"mission {args.action} takes {wanted} file{'s' * (wanted != 1)}, not {len(args.values)}")
+    if args.action == "upload":
+        try:
+            load(Path(args.values[0]))  # a wrong file needs no vehicle
+        except FileError as error:
+            raise GroundError(str(error)) from error
+    return run_script(args, lambda vehicle: _do(vehicle, args.action, args.values), _words)
+
+
+async def _do(vehicle: Vehicle, action: str, values: list[str]) -> dict[str, Any]:
+    from protocol.plans import Plan, save  # noqa: PLC0415 - --help must be quick
+
+    if action == "upload":
+        return {"items": await vehicle.upload(values[0]), "file": values[0]}
+    if action == "clear":
+        await vehicle.clear_mission()
+        return {"items": 0}
+    items = await vehicle.download()
+    if action == "download":
+        save(Plan(items=items), Path(values[0]))
+        return {"items": len(items), "file": values[0]}
+    s = vehicle.now
+    return {"items": len(items), "current": s.mission_current, "reached": sorted(s.reached)}
+
+
+def _words(result: dict[str, Any]) -> str:
+    rest = f", at item {result['current']}, reached {result['reached']}" if "current" in result else ""
+    return f"{result['items']} items" + (f": {result['file']}" if "file" in result else "") + rest

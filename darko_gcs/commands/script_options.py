@@ -1,0 +1,97 @@
+"""What the commands for scripts share: the link, one time-out, and output for people or as JSON."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import sys
+from collections.abc import Awaitable, Callable
+from typing import TYPE_CHECKING, Any
+
+from darko_gcs.commands.options import add_listen_options
+
+if TYPE_CHECKING:
+    from darko_gcs.scripting import Vehicle
+
+__all__ = ["EXIT_CODES", "add_script_options", "run_script"]
+
+Result = dict[str, Any]
+Job = Callable[["Vehicle"], Awaitable[Result]]
+
+EXIT_CODES = """\
+exit codes: 0 done; 2 an argument or a file; 3 no link or no vehicle; 4 refused, or not done in time.
+With --json the answer is one JSON object on stdout, also on failure: {"ok": false, "error": "...", "exit_code": 3}.
+"""
+
+
+def add_script_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options of every command for scripts."""
+    parser.add_argument("--json", action="store_true", help="print JSON, also on failure")
+    parser.add_argument(
+        "--timeout",
+        type=_seconds,
+        default=60.0,
+        metavar="S",
+        help="longest wait: for a vehicle, and for what is asked [60]",
+    )
+    add_listen_options(parser.add_argument_group("link"))
+
+
+def run_script(args: argparse.Namespace, job: Job, words: Callable[[Result], str]) -> int:
+    """Connect, do a job and print its result; the exit code.
+
+    Args:
+        args: With the options of ``add_script_options``.
+        job: Gives what is printed as JSON.
+        words: The same for a person.
+
+    Raises:
+        GroundError: It failed, and the output is for a person.
+    """
+    import asyncio  # noqa: PLC0415 - --help must be quick
+
+    from darko_gcs.errors import GroundError  # noqa: PLC0415
+    from protocol.errors import ProtocolError  # noqa: PLC0415
+
+    try:
+        result = asyncio.run(_connected(args, job))
+    except (GroundError, ProtocolError) as error:
+        code = int(getattr(error, "exit_code", GroundError.exit_code))
+        if not args.json:
+            raise GroundError(str(error)) if isinstance(error, ProtocolError) else error from None
+        print(json.dumps({"ok": False, "error": str(error), "exit_code": code}))
+        return code
+    print(json.dumps({"ok": True, **_plain(result)}) if args.json else words(result))
+    return 0
+
+
+async def _connected(args: argparse.Namespace, job: Job) -> Result:
+    import asyncio  # noqa: PLC0415 - --help must be quick
+
+    from darko_gcs.errors import FlightError  # noqa: PLC0415
+    from darko_gcs.scripting import connect  # noqa: PLC0415
+
+    print(f"darko-gcs: waiting for a vehicle on {args.host}:{args.port}", file=sys.stderr, flush=True)
+    where = {"vehicle": args.vehicle, "signing_key": args.signing_key, "timeout": args.timeout}
+    async with connect(args.host, args.port, **where) as vehicle:
+        try:
+            return await asyncio.wait_for(job(vehicle), args.timeout)
+        except TimeoutError:
+            raise FlightError(f"not done within {args.timeout:g} s") from None
+
+
+def _plain(value: Any) -> Any:  # noqa: ANN401 - whatever a job gives
+    """Values as JSON has them: what is no number is null."""
+    if isinstance(value, dict):
+        return {key: _plain(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(entry) for entry in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _seconds(text: str) -> float:
+    value = float(text)
+    if not 0.0 < value < math.inf:
+        raise argparse.ArgumentTypeError(f"{text} is not a positive number of seconds")
+    return value

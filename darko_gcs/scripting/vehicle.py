@@ -1,0 +1,277 @@
+"""One vehicle over its link: requests that are awaited, and what it reports."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator, Callable, Sequence
+from contextlib import asynccontextmanager
+from pathlib import Path
+
+from darko_gcs.errors import FlightError, LinkError
+from darko_gcs.feed.udp_link import UdpLink
+from darko_gcs.state.snapshot import Snapshot
+from darko_gcs.state.text import reason_text
+from darko_gcs.station.keyring_setup import open_keyring
+from darko_gcs.station.station import Station
+from darko_gcs.tasks.link_session import ANSWER_TIMEOUT, POLL_PERIOD, open_link
+from protocol.dialect import mavlink
+from protocol.events import (
+    CommandDone,
+    Event,
+    MissionCleared,
+    MissionDownloaded,
+    MissionFailed,
+    MissionUploaded,
+    ParameterConfirmed,
+    ParameterFailed,
+    ParameterReceived,
+    ParametersComplete,
+)
+from protocol.message import Source
+from protocol.modes import Mode
+from protocol.plans import MissionItem, load
+from protocol.plans.fence_rally import fence_items, rally_items
+
+__all__ = ["Vehicle", "connect"]
+
+WORDS_TIME = 0.3  # the vehicle's text about a refusal follows its answer [s]
+IN_FLIGHT_RATE = 10.0  # of reports [Hz]
+
+
+@asynccontextmanager
+async def connect(
+    host: str = "127.0.0.1",
+    port: int = 14550,
+    *,
+    vehicle: int | None = None,
+    signing_key: str | None = None,
+    timeout: float = 30.0,
+) -> AsyncIterator[Vehicle]:
+    """A vehicle that is heard on a UDP port; the port is released at the end.
+
+    Args:
+        host: Local address to listen on.
+        port: Local UDP port; 0: any.
+        vehicle: Its system id; None: the first that is heard.
+        signing_key: 64 hexadecimal digits, or a file with them.
+        timeout: For the vehicle to be heard and to have told where home is [s].
+
+    Raises:
+        LinkError: The port is taken, or no vehicle is heard in time.
+    """
+    station = Station(keyring=open_keyring(signing_key), vehicle=vehicle)
+    async with open_link(station, host, port) as link:
+        found = Vehicle(link)
+        await found.wait_until(lambda s: s.source is not None and s.boot is not None, timeout, "a vehicle")
+        yield found
+
+
+class Vehicle:
+    """A vehicle; made by :func:`connect`. One request at a time: they wait for each other."""
+
+    def __init__(self, link: UdpLink) -> None:
+        self._link, self._station = link, link.station
+        self._events: list[Event] = []
+        self._types: dict[str, int] = {}
+        self._busy = asyncio.Lock()
+
+    # What it reports
+
+    @property
+    def now(self) -> Snapshot:
+        """Everything that is known of it at this moment: NED and metres, angles in radians, SI units."""
+        return self._station.snapshot
+
+    @property
+    def source(self) -> Source:
+        """Its system and component id."""
+        source = self.now.source
+        return source if source is not None else (0, 0)
+
+    async def reports(self, rate: float = IN_FLIGHT_RATE) -> AsyncIterator[Snapshot]:
+        """What is known, again and again, so many times a second."""
+        while True:
+            yield self.now
+            await asyncio.sleep(1.0 / rate)
+
+    async def wait_until(
+        self, holds: Callable[[Snapshot], bool], timeout: float = 120.0, what: str = "the condition"
+    ) -> Snapshot:
+        """Wait until something holds of the vehicle; gives the snapshot of which it does.
+
+        Args:
+            holds: Whether it does.
+            timeout: [s].
+            what: What is waited for, in the error's words.
+
+        Raises:
+            LinkError: No vehicle was heard in this time.
+            FlightError: It did not hold in this time.
+        """
+        deadline = self._link.now + timeout
+        while not holds(self.now):
+            if self._link.now > deadline:
+                if self.now.source is None:
+                    raise LinkError(f"no vehicle heard for {timeout:g} s")
+                raise FlightError(f"{what}: not within {timeout:g} s")
+            await asyncio.sleep(POLL_PERIOD)
+        return self.now
+
+    # Requests
+
+    async def ready(self, timeout: float = 60.0) -> None:
+        """Wait until it can be armed and home is known."""
+        await self.wait_until(lambda s: s.prearm_ok is True and s.home is not None, timeout, "ready to arm")
+
+    async def arm(self) -> None:
+        """Start the motors at idle."""
+        await self._command(self._station.arm, mavlink.MAV_CMD_COMPONENT_ARM_DISARM, "arming")
+
+    async def disarm(self, *, force: bool = False) -> None:
+        """Stop the motors; with ``force`` also in flight."""
+        await self._command(
+            lambda now: self._station.disarm(now, force=force), mavlink.MAV_CMD_COMPONENT_ARM_DISARM, "disarming"
+        )
+
+    async def take_off(self, height: float) -> None:
+        """Begin to climb to a height above home [m]."""
+        await self._command(lambda now: self._station.take_off(height, now), mavlink.MAV_CMD_NAV_TAKEOFF, "take-off")
+
+    async def go_to(self, north: float, east: float, height: float) -> None:
+        """Begin to fly to a point, relative to home [m]."""
+        await self.wait_until(lambda s: s.home is not None, ANSWER_TIMEOUT, "home is known")
+        await self._command(
+            lambda now: self._station.go_to(north, east, height, now), mavlink.MAV_CMD_DO_REPOSITION, "go-to"
+        )
+
+    async def land(self) -> None:
+        """Begin to land here."""
+        await self._command(self._station.land, mavlink.MAV_CMD_NAV_LAND, "landing")
+
+    async def return_home(self) -> None:
+        """Begin to fly home and land."""
+        await self._command(self._station.return_home, mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH, "return")
+
+    async def hold(self) -> None:
+        """Stop and hover."""
+        await self.set_mode(Mode.HOLD)
+
+    async def set_mode(self, mode: Mode) -> None:
+        """Change the flight mode."""
+        await self._command(
+            lambda now: self._station.set_mode(mode, now), mavlink.MAV_CMD_DO_SET_MODE, f"mode {mode.name}"
+        )
+
+    async def start_mission(self) -> None:
+        """Begin to fly the mission, from its current item."""
+        await self._command(self._station.start_mission, mavlink.MAV_CMD_MISSION_START, "mission start")
+
+    async def transition(self, *, forward: bool) -> None:
+        """Fly a front or a back transition, to its end."""
+        await self._command(
+            lambda now: self._station.transition(now, forward=forward), mavlink.MAV_CMD_DO_VTOL_TRANSITION, "transition"
+        )
+
+    async def change_speed(self, speed: float) -> None:
+        """Fly forward at another airspeed [m/s]."""
+        await self._command(
+            lambda now: self._station.change_speed(speed, now), mavlink.MAV_CMD_DO_CHANGE_SPEED, "speed"
+        )
+
+    async def upload(self, plan: Path | str | Sequence[MissionItem]) -> int:
+        """Replace its mission, and by a file with fence or rally points these too; gives how many items.
+
+        Raises:
+            FileError: The file is no plan; the message says where.
+            FlightError: The vehicle refused.
+        """
+        if isinstance(plan, Path | str):
+            read = load(Path(plan))
+            items, fence, rally = tuple(read.items), fence_items(read), rally_items(read)
+        else:
+            items, fence, rally = tuple(plan), (), ()
+        async with self._busy:
+            self._forget()
+            self._station.upload(items, self._link.now, fence=fence, rally=rally)
+            for _ in filter(None, (items, fence, rally)):
+                await self._answer(MissionUploaded, MissionFailed, "upload")
+        return len(items)
+
+    async def download(self) -> tuple[MissionItem, ...]:
+        """Its mission."""
+        async with self._busy:
+            self._forget()
+            self._station.download(self._link.now)
+            await self._answer(MissionDownloaded, MissionFailed, "download")
+        return self.now.mission
+
+    async def clear_mission(self) -> None:
+        """Delete its mission."""
+        async with self._busy:
+            self._forget()
+            self._station.clear_plan(mavlink.MAV_MISSION_TYPE_MISSION, self._link.now)
+            await self._answer(MissionCleared, MissionFailed, "clearing")
+
+    async def parameters(self) -> dict[str, float]:
+        """All its parameters."""
+        async with self._busy:
+            self._forget()
+            self._types.clear()
+            self._station.fetch_parameters(self._link.now)
+            await self._answer(ParametersComplete, ParameterFailed, "parameters")
+        return dict(self.now.parameters)
+
+    def parameter_types(self) -> dict[str, int]:
+        """MAV_PARAM_TYPE of the parameters that ``parameters`` fetched last."""
+        return dict(self._types)
+
+    async def set_parameter(self, name: str, value: float) -> float:
+        """Change a parameter; gives its value as the vehicle has it then."""
+        async with self._busy:
+            self._forget()
+            self._station.set_parameter(name, value, self._link.now)
+            await self._answer(ParameterConfirmed, ParameterFailed, f"parameter {name}")
+        return self.now.parameters[name]
+
+    # Inside
+
+    async def _command(self, request: Callable[[float], None], command: int, what: str) -> None:
+        async with self._busy:
+            self._forget()
+            request(self._link.now)
+            while True:
+                done = await self._answer(CommandDone, MissionFailed, what)
+                if isinstance(done, CommandDone) and done.command == command:
+                    break
+            if done.result != mavlink.MAV_RESULT_ACCEPTED:
+                await asyncio.sleep(WORDS_TIME)
+                raise FlightError(f"{what} refused: {self._last_words() or reason_text(done.reason)}")
+
+    async def _answer(self, kind: type[Event], failure: type[Event], what: str) -> Event:
+        deadline = self._link.now + ANSWER_TIMEOUT
+        while self._link.now < deadline:
+            self._take_events()
+            for event in self._events:
+                if isinstance(event, kind | failure):
+                    self._events.remove(event)
+                    if isinstance(event, failure) and failure is not kind:
+                        raise FlightError(f"{what} failed: {reason_text(getattr(event, 'reason', ''))}")
+                    return event
+            await asyncio.sleep(POLL_PERIOD)
+        raise FlightError(f"{what}: no answer for {ANSWER_TIMEOUT:g} s")
+
+    def _take_events(self) -> None:
+        for event in self._station.events():
+            if isinstance(event, ParameterReceived):
+                self._types[event.name] = event.type
+            else:
+                self._events.append(event)
+
+    def _forget(self) -> None:
+        """Answers to earlier requests are not those to the next."""
+        self._station.events()
+        self._events.clear()
+
+    def _last_words(self) -> str:
+        lines = [line.text for line in self.now.messages if line.severity <= mavlink.MAV_SEVERITY_WARNING]
+        return lines[-1] if lines else ""

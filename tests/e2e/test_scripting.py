@@ -1,0 +1,111 @@
+"""Commands and programs that fly the real process: docs/scripting.md's examples, and every command for scripts."""
+
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.e2e.support import free_ports, vehicle
+
+ROOT = Path(__file__).parents[2]
+EXAMPLES = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "scripting.md").read_text("utf-8"), re.DOTALL)
+
+
+@pytest.fixture(scope="module")
+def port(tmp_path_factory):
+    (number,) = free_ports(1)
+    with vehicle(number, tmp_path_factory.mktemp("scripting"), "--speed", "10"):
+        yield number
+
+
+def run(*arguments):
+    done = subprocess.run(arguments, cwd=ROOT, capture_output=True, text=True, timeout=120, check=False)
+    return done.returncode, done.stdout, done.stderr
+
+
+def command(port, *words):
+    return run(sys.executable, "-m", "darko_gcs", *words, "--port", str(port))
+
+
+def answer(port, *words):
+    code, out, _ = command(port, *words, "--json")
+    return code, json.loads(out.splitlines()[-1])
+
+
+@pytest.mark.parametrize(
+    ("number", "said"),
+    [
+        (0, r"landed \[(9|10)\.\d, -?0\.\d, -?0\.\d\]"),
+        (1, r"6 items flown, V at most \d+, \d+ jumps"),
+        (2, r"now 2\.0\nlanding refused: .*not in the air"),
+    ],
+)
+def test_the_examples_fly(port, number, said):
+    program = EXAMPLES[number].replace("connect()", f"connect(port={port})")
+    code, out, err = run(sys.executable, "-c", program)
+    assert code == 0, err
+    assert re.search(said, out), out
+
+
+def test_watch_prints_an_object_a_line(port):
+    code, out, err = command(port, "watch", "--count", "3", "--every", "0.1", "--json")
+    lines = [json.loads(line) for line in out.splitlines()]
+    assert (code, len(lines), lines[-1]) == (0, 4, {"ok": True, "lines": 3})
+    assert {"time", "mode", "law", "position", "battery"} <= lines[0].keys()
+    assert "waiting for a vehicle on 127.0.0.1" in err
+
+
+def test_a_command_that_is_refused_says_why_and_exits_with_4(port):
+    code, said = answer(port, "cmd", "land")
+    assert (code, said["ok"], said["exit_code"]) == (4, False, 4)
+    assert "not in the air" in said["error"]
+
+
+def test_a_flight_by_commands(port):
+    assert answer(port, "cmd", "arm", "--wait")[1]["armed"] is True
+    assert answer(port, "cmd", "takeoff", "4", "--wait")[0] == 0
+    assert answer(port, "cmd", "goto", "3", "-2", "5", "--wait")[0] == 0
+    assert answer(port, "cmd", "rtl", "--wait")[1]["armed"] is False
+
+
+def test_parameters_are_saved_and_loaded_in_both_formats(port, tmp_path):
+    for name in ("mine.params", "mine.parm"):
+        assert answer(port, "param", "save", str(tmp_path / name))[1]["saved"] > 50
+    assert answer(port, "param", "set", "RTL_RETURN_ALT", "31")[1]["parameters"] == {"RTL_RETURN_ALT": 31.0}
+    code, differs = answer(port, "param", "diff", str(tmp_path / "mine.parm"))
+    assert (code, list(differs["differ"])) == (0, ["RTL_RETURN_ALT"])
+    loaded = answer(port, "param", "load", str(tmp_path / "mine.params"))[1]
+    assert list(loaded["parameters"]) == ["RTL_RETURN_ALT"]
+    assert answer(port, "param", "get", "NO_SUCH")[1]["error"] == "the vehicle has no parameter NO_SUCH"
+
+
+def test_a_mission_goes_up_and_down(port, tmp_path):
+    back = tmp_path / "back.plan"
+    assert answer(port, "mission", "upload", "tests/data/square.plan")[1]["items"] == 6
+    assert answer(port, "mission", "download", str(back))[1]["items"] == 6
+    assert json.loads(back.read_text())["mission"]["items"]
+    assert answer(port, "mission", "clear")[1]["items"] == 0
+    assert answer(port, "mission", "status")[1]["items"] == 0
+
+
+def test_without_a_vehicle_it_says_so_in_its_time():
+    (silent,) = free_ports(1)
+    code, said = answer(silent, "cmd", "arm", "--timeout", "0.5")
+    assert (code, said) == (3, {"ok": False, "error": "no vehicle heard for 0.5 s", "exit_code": 3})
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("cmd", "goto", "1"), "goto takes 3 values, not 1"),
+        (("cmd", "takeoff", "high"), "high are not numbers"),
+        (("param", "set", "A", "b"), "b is not a number"),
+        (("mission", "upload", "none.plan"), "cannot be read"),
+    ],
+)
+def test_a_wrong_argument_needs_no_vehicle(words, said):
+    code, _, err = run(sys.executable, "-m", "darko_gcs", *words)
+    assert (code, said in err) == (2, True), err
