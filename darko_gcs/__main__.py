@@ -13,6 +13,7 @@ COMMANDS = {
     "fly": "fly a mission from a file, without a screen if --headless, and print the result",
     "replay": "replay a recorded flight on the same screens",
     "signing": "change the vehicle's signing key",
+    "bridge": "send the poses of a motion-capture hall (NatNet) to an autopilot, as MAVLink",
     "fail": "have an instrument, an actuator, the battery or the link of the vehicle fail, or heal it",
     "log": "summarise a recorded flight, or download the vehicle's own logs",
 }

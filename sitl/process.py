@@ -143,7 +143,10 @@ def build_aircraft(args: argparse.Namespace) -> Aircraft:
 
 
 def _navigation(args: argparse.Namespace) -> Navigation:
-    return Navigation(args.nav or NAVIGATION_BY_ARENA[args.arena])
+    navigation = Navigation(args.nav or NAVIGATION_BY_ARENA[args.arena])
+    if args.mocap is not None and navigation is not Navigation.MOCAP:
+        raise SitlError(f"--mocap {args.mocap}: only with --nav mocap, or in the voliere, is motion capture used")
+    return navigation
 
 
 def _sensors(args: argparse.Namespace) -> SensorSet:
@@ -155,8 +158,10 @@ def _sensors(args: argparse.Namespace) -> SensorSet:
 def _scenario_aircraft(args: argparse.Namespace, world: World) -> ScenarioAircraft:
     if args.start is not None:
         raise SitlError(f"--start: scenario {args.scenario} has its own start")
-    if args.sensors is not None or args.nav not in {None, Navigation.TRUTH.value}:
-        option = "--nav" if args.nav not in {None, Navigation.TRUTH.value} else "--sensors"
+    if args.sensors is not None or args.mocap is not None or args.nav not in {None, Navigation.TRUTH.value}:
+        option = (
+            "--nav" if args.nav not in {None, Navigation.TRUTH.value} else "--sensors" if args.sensors else "--mocap"
+        )
         raise SitlError(f"{option}: scenarios fly on the exact state, as the report's experiments do")
     # Stored parameters are not used: a scenario is the same flight for everyone.
     return ScenarioAircraft(
@@ -185,6 +190,8 @@ def _overrides(args: argparse.Namespace) -> dict[str, float]:
         overrides["SIM_WIND_SPD"], overrides["SIM_WIND_DIR"] = args.wind
     if args.gusts is not None:
         overrides["SIM_GUST_RMS"] = args.gusts
+    if args.mocap is not None:
+        overrides["SIM_MOCAP"] = float(args.mocap == "internal")
     return overrides
 
 

@@ -11,6 +11,7 @@ from sitl.aircraft import Aircraft
 from sitl.mavlink.broadcast import Broadcast
 from sitl.mavlink.external_poses import ExternalPose, pose_of
 from sitl.mavlink.handlers import on_event
+from sitl.simulation.avionics import Navigation
 from sitl.timing import PERIOD
 
 MAX_AGE = 1.0  # a time stamp that is older by a clock is not of that clock [s]
@@ -35,7 +36,8 @@ class PoseService:
     @on_event(PoseReceived)
     def take_pose(self, event: PoseReceived, now: float) -> None:
         """A peer sends where the vehicle is."""
-        pose = self._refuse_source(event.peer, now) or pose_of(event.message)
+        in_arena = self._aircraft.vehicle.avionics.navigation is Navigation.MOCAP
+        pose = self._refuse_source(event.peer, now) or pose_of(event.message, in_arena=in_arena)
         refusal = pose if isinstance(pose, str) else self._hand_over(pose, now)
         if refusal:
             self._broadcast.complain(f"{event.message.get_type()} refused: {refusal}")
