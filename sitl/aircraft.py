@@ -72,6 +72,7 @@ class Aircraft:
         # A wind *from* the north blows south: along -x of the world NWU; azimuth turns clockwise.
         self.vehicle.set_wind((-speed * math.cos(azimuth), speed * math.sin(azimuth), 0.0), world.gusts)
         self.vehicle.avionics.switch_motion_capture(on=bool(world.motion_capture))
+        self._seen_navigation, self._seen_at = self.navigation, self.vehicle.periods
 
     def advance(self, periods: int) -> None:
         """Fly for control periods; the autopilot ticks every ``AUTOPILOT_PERIODS`` whatever the calls are.

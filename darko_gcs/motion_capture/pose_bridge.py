@@ -8,11 +8,11 @@ from typing import NamedTuple
 
 from darko_gcs.motion_capture.arena_axes import ArenaAxes, AxesSettings
 from darko_gcs.motion_capture.autopilot_link import AutopilotLink
-from darko_gcs.motion_capture.clock_match import ClockMatch
 from darko_gcs.motion_capture.natnet_link import NatnetLink
 from darko_gcs.motion_capture.natnet_reader import BodyReading, FrameReading, is_readable
 from darko_gcs.motion_capture.pose_messages import MESSAGE_MAKERS, PoseAccuracy
 from darko_gcs.motion_capture.pose_track import PoseTrack
+from protocol.clock_match import ClockMatch
 
 __all__ = ["BridgeSettings", "PoseBridge"]
 

@@ -28,7 +28,7 @@ from sitl.sensors.specification import SensorSet
 
 MAX_GAP = 0.1  # between two true states; a longer one is not bridged [s]
 CAMERA_SHARE = 0.5  # of the delay: exposure to Motive; the rest is Motive's
-TICK = 1.0 / CLOCK  # [s]
+CLOCK_TICK = 1.0 / CLOCK  # [s]
 
 
 class TrueMotion(NamedTuple):
@@ -124,7 +124,7 @@ class Cameras:
         is_dropped = not reads(self._number, timing, HEALTHY, float(self._draws.random()), 1.0 / timing.rate)
         body, seen = self._seen(position, attitude, draws, troubles)
         exposed = round(time * CLOCK)
-        sent = arrival(exposed, timing, HEALTHY, float(draws[0, 0]), TICK)
+        sent = arrival(exposed, timing, HEALTHY, float(draws[0, 0]), CLOCK_TICK)
         if self._on_their_way:  # they keep their order
             sent = max(sent, self._on_their_way[-1].transmitted)
         if is_dropped or Trouble.DROPPED in troubles:

@@ -16,7 +16,7 @@ from sitl.model.airframe import Array
 
 SIDES = {"right": 0.0, "far": 90.0, "left": 180.0, "near": 270.0}  # azimuth from the right, towards far [deg]
 UP_AXES = ("y", "z")
-UP = np.array((0.0, 0.0, 1.0))
+UPWARDS = np.array((0.0, 0.0, 1.0))
 
 
 class HallAxes(NamedTuple):
@@ -31,10 +31,12 @@ class HallAxes(NamedTuple):
         """From the world NWU to the axes of the stream."""
         edge = _towards(SIDES[self.long_edge])
         if self.up_axis == "y":
-            axes = np.array((np.cross(UP, edge), UP, edge))
+            axes = np.array((np.cross(UPWARDS, edge), UPWARDS, edge))
         else:
-            axes = np.array((np.cross(-edge, UP), -edge, UP))
-        world = np.column_stack((_towards(self.east + 90.0), _towards(self.east + 180.0), UP))  # NWU axes in the hall
+            axes = np.array((np.cross(-edge, UPWARDS), -edge, UPWARDS))
+        world = np.column_stack(
+            (_towards(self.east + 90.0), _towards(self.east + 180.0), UPWARDS)
+        )  # NWU axes in the hall
         return Rotation.from_matrix(axes @ world)
 
     def attitude_when_made(self) -> Rotation:
@@ -44,7 +46,7 @@ class HallAxes(NamedTuple):
         """
         towards = math.radians(SIDES[self.front] - self.east - 90.0)  # azimuth from north, towards west
         belly = np.array((math.cos(towards), math.sin(towards), 0.0))
-        return Rotation.from_matrix(np.column_stack((UP, np.cross(-belly, UP), -belly)))
+        return Rotation.from_matrix(np.column_stack((UPWARDS, np.cross(-belly, UPWARDS), -belly)))
 
 
 def _towards(degrees: float) -> Array:

@@ -17,7 +17,7 @@ from sitl.model.airframe import Array
 
 LEAST_MARKERS, MOST_MARKERS = 3, 8
 LEAST_AREA = 1e-4  # that three markers span at least, so that they tell an attitude [m2]
-MAX_DISTANCE = 5.0  # of a marker [m]
+MAX_MARKER_DISTANCE = 5.0  # of a marker [m]
 MAX_NAME = 63  # bytes
 MAX_NUMBER = 0x7FFF
 
@@ -119,12 +119,12 @@ def _place(where: str, entry: object) -> tuple[float, ...]:
     if not isinstance(entry["source"], str) or not entry["source"]:
         raise RigidBodyError(f"{where} names no source")
     if not isinstance(value, list) or len(value) != 3 or not all(map(_is_length, value)):
-        raise RigidBodyError(f"{where} = {value!r} is not three numbers within {MAX_DISTANCE:g} m")
+        raise RigidBodyError(f"{where} = {value!r} is not three numbers within {MAX_MARKER_DISTANCE:g} m")
     return tuple(map(float, value))
 
 
 def _is_length(number: object) -> bool:
-    return isinstance(number, int | float) and not isinstance(number, bool) and abs(number) <= MAX_DISTANCE
+    return isinstance(number, int | float) and not isinstance(number, bool) and abs(number) <= MAX_MARKER_DISTANCE
 
 
 def _greatest_area(places: Sequence[Array] | Array) -> float:

@@ -6,14 +6,18 @@ import math
 
 __all__ = ["ClockMatch"]
 
-WINDOW = 5.0  # of which the quickest packet counts; clocks drift apart [s]
 MAX_STEP = 0.5  # a packet that differs by more comes of a clock that was set or restarted [s]
 
 
 class ClockMatch:
-    """Our time of what another clock has stamped."""
+    """Our time of what another clock has stamped.
 
-    def __init__(self) -> None:
+    Args:
+        window: Of which the quickest packet counts: clocks drift apart [s].
+    """
+
+    def __init__(self, window: float = 5.0) -> None:
+        self._window = window
         self._before = self._least = math.inf  # least of (our time - theirs): in the last window, and in this one [s]
         self._began = -math.inf
 
@@ -28,7 +32,7 @@ class ClockMatch:
         steady = not math.isfinite(self._least) or abs(apart - min(self._before, self._least)) < MAX_STEP
         if not steady:
             self._before = self._least = math.inf
-        if now - self._began >= WINDOW:
+        if now - self._began >= self._window:
             self._before, self._least, self._began = self._least, apart, now
         self._least = min(self._least, apart)
         return steady
@@ -36,3 +40,7 @@ class ClockMatch:
     def ours(self, stamp: float) -> float:
         """Our time of a stamp of theirs [s]."""
         return stamp + min(self._before, self._least)
+
+    def theirs(self, time: float) -> float:
+        """Their time of a time of ours [s]."""
+        return time - min(self._before, self._least)
