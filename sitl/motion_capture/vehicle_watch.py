@@ -17,6 +17,8 @@ from sitl.motion_capture.cameras import TrueMotion
 OWN_IDS = (254, mavlink.MAV_COMP_ID_USER1)
 TRUTH_INTERVAL = 10_000  # between two true states: the vehicle looks at its link so often [us]
 ASKING_PERIOD = 1.0  # while none come [s]
+MAX_NUMBER_TOLD = 1e5  # in any unit: nothing flies so far or so fast
+MAX_UPTIME = 30 * 86400.0  # of a vehicle [s]
 VEHICLE_SILENT_TIME = 2.0  # without a true state the vehicle is gone [s]
 
 
@@ -70,9 +72,11 @@ class VehicleWatch:
 
 
 def motion_of(message: Message) -> TrueMotion | None:
-    """The true motion that DARKO_TRUTH tells; None if it is not of numbers."""
+    """The true motion that DARKO_TRUTH tells; None if it can be of no vehicle."""
     told = (*message.position, *message.velocity, *message.q, *message.rates)
-    if not all(map(math.isfinite, told)) or math.hypot(*message.q) < 0.5:
+    if not all(abs(number) < MAX_NUMBER_TOLD for number in told) or math.hypot(*message.q) < 0.5:
+        return None
+    if message.time_usec > MAX_UPTIME * 1e6:
         return None
     w, x, y, z = flip_quaternion(flying_attitude(message.q))
     return TrueMotion(

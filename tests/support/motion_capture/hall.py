@@ -17,6 +17,7 @@ from sitl.motion_capture.rigid_body import load_rigid_body
 from sitl.motion_capture.vehicle_watch import VehicleWatch
 from sitl.sensors.sensor_files import load_sensors
 
+ENAC = HallAxes()
 IDEAL = {"noise": 0.0, "attitude_noise": 0.0, "misalignment": 0.0, "step": 1e-6}
 PROMPT = {"delay": 0.0, "jitter": 0.0, "dropout": 0.0}
 UNICAST = Address(1511)
@@ -35,7 +36,7 @@ def sensors(*, ideal=False, **changed):
     return shipped._replace(motion_capture=spec._replace(timing=timing, **own))
 
 
-def cameras(axes=HallAxes(), seed=1, events=(), **changed):
+def cameras(axes=ENAC, seed=1, events=(), **changed):
     """Cameras with values of their specification changed."""
     disturbances = Disturbances(tuple(map(read_disturbance, events)))
     return Cameras(sensors(**changed), load_rigid_body(), axes, seed, disturbances)
@@ -87,7 +88,7 @@ class Hall:
         options: Of ``cameras``.
     """
 
-    def __init__(self, station, *, axes=HallAxes(), version=(3, 1), group="", settings=None, **options):
+    def __init__(self, station, *, axes=ENAC, version=(3, 1), group="", settings=None, **options):
         self.station, self.bench = station, station.bench
         self.bench.now += UPTIME
         self.cameras = cameras(axes, **options)
