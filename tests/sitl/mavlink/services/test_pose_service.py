@@ -123,6 +123,17 @@ def test_another_vehicle_s_odometry_is_not_taken(source, truth):
     assert "it is of another vehicle" in source.station.texts()
 
 
+def test_a_pose_whose_forward_is_not_told_to_be_north_is_taken_where_no_compass_tells_north(source, truth, tmp_path):
+    before = taken(source.station)
+    source.send(odometry(truth, epoch=EPOCH_US, frame_id=mavlink.MAV_FRAME_LOCAL_FRD))
+    assert taken(source.station) >= before
+    assert "refused" not in source.station.texts()
+    outdoors = PoseSource(boot(tmp_path / "outdoors", navigation=Navigation.SENSORS))
+    outdoors.fly(0.1)
+    outdoors.send(odometry(truth, epoch=EPOCH_US, frame_id=mavlink.MAV_FRAME_LOCAL_FRD))
+    assert "ODOMETRY refused: frame 20 is not LOCAL_NED" in outdoors.station.texts()
+
+
 def test_a_vehicle_on_the_exact_state_takes_none(tmp_path):
     station = FakeStation.with_vehicle(tmp_path)
     PoseSource(station).fly(0.1)
