@@ -105,13 +105,17 @@ class BridgeSockets:
         server = self._natnet.server
         if server is None or not server.group or (server.group, server.data_port) == self._group:
             return
-        self._group = (server.group, server.data_port)
-        opened = self._opened(self._group)
+        if self._data is not None:
+            self._data.close()
+        self._data, self._group = None, (server.group, server.data_port)
         try:
+            opened = self._opened(self._group)
             member = socket.inet_aton(server.group) + socket.inet_aton(self._addresses.interface)
             opened.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, member)
-        except OSError as error:
-            raise LinkError(f"cannot join {server.group} on {self._addresses.interface}: {error.strerror}") from error
+        except (LinkError, OSError) as error:  # the server may be set right
+            reason = getattr(error, "strerror", None) or str(error)
+            self._bridge.said.append(f"cannot join {server.group} on {self._addresses.interface}: {reason}")
+            return
         self._data = opened
 
     def _opened(self, address: Address) -> socket.socket:

@@ -39,7 +39,7 @@ class NatnetLink:
         self.names: dict[str, int] | None = None
         self.damaged = 0  # packets that could not be read
         self._asked = self._kept = self._heard = -math.inf
-        self.is_streaming = False
+        self.is_streaming = self._has_all_names = False
 
     def receive(self, data: bytes, now: float) -> FrameReading | None:
         """Take a packet of either socket; gives the frame if it is one.
@@ -58,7 +58,7 @@ class NatnetLink:
             return self._take_frame(data, now)
         names = read_body_names(data, self.server.version)
         if names is not None:
-            self.names = names
+            self.names, self._has_all_names = names, True
         return None
 
     def requests(self, now: float) -> list[bytes]:
@@ -66,7 +66,7 @@ class NatnetLink:
         if now - self._heard > STREAM_SILENT_TIME:
             self.is_streaming = False
         wanted = []
-        if now - self._asked >= ASKING_PERIOD and not (self.is_streaming and self.names is not None):
+        if now - self._asked >= ASKING_PERIOD and not (self.is_streaming and self._has_all_names):
             self._asked = now
             wanted.append(request(CONNECT, "Ping"))
             if self.server is not None:
@@ -98,6 +98,5 @@ class NatnetLink:
             self.damaged += 1
             return None
         self._heard, self.is_streaming = now, True
-        if frame.models_changed:
-            self.names = None
+        self._has_all_names &= not frame.models_changed
         return frame

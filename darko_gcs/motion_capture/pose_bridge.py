@@ -12,6 +12,7 @@ from darko_gcs.motion_capture.natnet_link import NatnetLink
 from darko_gcs.motion_capture.natnet_reader import BodyReading, FrameReading, is_readable
 from darko_gcs.motion_capture.pose_messages import MESSAGE_MAKERS, PoseAccuracy
 from darko_gcs.motion_capture.pose_track import PoseTrack
+from darko_gcs.state.text import printable
 from protocol.clock_match import ClockMatch
 
 __all__ = ["BridgeSettings", "PoseBridge"]
@@ -44,6 +45,7 @@ class _Count:
     missing: int = 0  # frames whose number was left out
     lost: int = 0  # frames without the body
     held: int = 0  # poses after a jump
+    clocks: int = 0  # times that the server's clock was set
     damaged: int = 0  # packets that could not be read, at the beginning
     age: float = 0.0  # sum of what was sent [s]
     oldest: float = 0.0  # [s]
@@ -82,21 +84,22 @@ class PoseBridge:
 
     def from_vehicle(self, data: bytes, now: float) -> None:
         """Take a datagram of the vehicle."""
-        self.said += [f"the vehicle says: {text}" for text in self._autopilot.receive(data, now)]
+        for text in self._autopilot.receive(data, now):
+            self._say(f"the vehicle says: {text}")
 
     def handle_timer(self, now: float) -> None:
         """Let time pass: notice who is gone, and count."""
         self._tell_streaming(streaming=self._natnet.is_streaming)
         if self._autopilot.is_heard(now) != self._was_heard:
             self._was_heard = not self._was_heard
-            self.said.append(f"vehicle ({self._autopilot.autopilot}) heard" if self._was_heard else "vehicle is silent")
+            self._say(f"vehicle ({self._autopilot.autopilot}) heard" if self._was_heard else "vehicle is silent")
         if self._natnet.server is None and not self._has_told_server:
             self._has_told_server = "waiting for the server"
-            self.said.append(self._has_told_server)
+            self._say(self._has_told_server)
         if self._count is None:
             self._count = _Count(now, damaged=self._natnet.damaged)
         elif now - self._count.began >= STATISTICS_PERIOD:
-            self.said.append(self._statistics(self._count, now))
+            self._say(self._statistics(self._count, now))
             self._count = _Count(now, damaged=self._natnet.damaged)
 
     def _take(self, frame: FrameReading, now: float) -> list[bytes]:
@@ -105,14 +108,12 @@ class PoseBridge:
         if not self._is_next(frame.number, count):
             return []
         count.frames += 1
-        time = self._exposure(frame, now)
+        time = self._exposure(frame, now, count)
         body = self._body(frame)
-        if body is None:
-            return []
-        if not body.is_tracked:
+        if body is None or not body.is_tracked:
             count.lost += 1
             self._tell_tracked(tracked=False)
-            self._track.lose()
+            self._lose()
             return []
         self._tell_tracked(tracked=True)
         pose = self._axes.pose(body.position, body.attitude)
@@ -139,13 +140,15 @@ class PoseBridge:
         self._number = number
         return True
 
-    def _exposure(self, frame: FrameReading, now: float) -> float:
+    def _exposure(self, frame: FrameReading, now: float, count: _Count) -> float:
         """When a frame was exposed, on our clock [s]."""
         if frame.exposed is None or frame.transmitted is None:
             return now - self._settings.latency
         if not self._clocks.hear(frame.transmitted, now):
-            self._track.lose()
-            self.said.append("the server's clock has been set: a new track")
+            self._lose()
+            count.clocks += 1
+            if count.clocks == 1:
+                self._say("the server's clock was set, or does not run as ours: a new track")
         time = self._clocks.ours(frame.exposed) - self._settings.latency
         return time if now - time < MAX_AGE else now - self._settings.latency
 
@@ -165,7 +168,7 @@ class PoseBridge:
             self._tell_body(found.number)
         elif missing and missing != self._has_told_body:
             self._has_told_body = missing
-            self.said.append(missing)
+            self._say(missing)
         return found
 
     def _is_due(self, time: float) -> bool:
@@ -175,7 +178,15 @@ class PoseBridge:
         self._due = max(self._due + period, time)
         return True
 
+    def _lose(self) -> None:
+        """What comes next is a new track."""
+        self._track.lose()
+        self._was_held = False
+
     # What is told
+
+    def _say(self, text: str) -> None:
+        self.said.append(printable(text))
 
     def _tell_server(self) -> None:
         server = self._natnet.server
@@ -187,33 +198,33 @@ class PoseBridge:
             line += ": this bit-stream cannot be read, 3.0 to 4.x can"
         if line != self._has_told_server:
             self._has_told_server = line
-            self.said.append(line)
+            self._say(line)
 
     def _tell_body(self, number: int) -> None:
         names = {number: name for name, number in (self._natnet.names or {}).items()}
         line = f"rigid body {names.get(number, '')} ({number})".replace("  ", " ")
         if self._natnet.names is not None and line != self._has_told_body:
             self._has_told_body = line
-            self.said.append(line)
+            self._say(line)
 
     def _tell_streaming(self, *, streaming: bool) -> None:
         if streaming == self._was_streaming:
             return
         self._was_streaming = streaming
         if not streaming:
-            self._track.lose()
+            self._lose()
             self._number = None
-        self.said.append("frames arrive" if streaming else "no frames: nothing is sent")
+        self._say("frames arrive" if streaming else "no frames: nothing is sent")
 
     def _tell_tracked(self, *, tracked: bool) -> None:
         if tracked != self._was_tracked:
             self._was_tracked = tracked
-            self.said.append("tracking" if tracked else "tracking lost: nothing is sent")
+            self._say("tracking" if tracked else "tracking lost: nothing is sent")
 
     def _tell_held(self) -> None:
         if self._track.is_held != self._was_held:
             self._was_held = self._track.is_held
-            self.said.append(JUMPED if self._was_held else "the body has jumped back")
+            self._say(JUMPED if self._was_held else "the body has jumped back")
 
     def _statistics(self, count: _Count, now: float) -> str:
         elapsed = now - count.began

@@ -57,7 +57,8 @@ class VehicleWatch:
                     self._heard, self._time, self.refusal = now, motion.time, ""
                     motions.append(motion)
             elif message.get_type() == "COMMAND_ACK" and message.result != mavlink.MAV_RESULT_ACCEPTED:
-                self.refusal = mavlink.enums["MAV_RESULT"][message.result].name if message.result < 10 else "refused"
+                known = mavlink.enums["MAV_RESULT"].get(message.result)
+                self.refusal = str(known.name).removeprefix("MAV_RESULT_").lower() if known else "refused"
         return motions
 
     def requests(self, now: float) -> list[bytes]:

@@ -14,7 +14,7 @@ from darko_gcs.motion_capture.pose_bridge import BridgeSettings, PoseBridge
 from protocol.codec import Codec
 from protocol.keyring import Keyring
 from sitl.motion_capture.motive_process import _group_socket
-from sitl.motion_capture.natnet_packets import Address, frame_packet
+from sitl.motion_capture.natnet_packets import Address, frame_packet, server_info
 from sitl.motion_capture.natnet_server import NatnetServer
 from tests.support.motion_capture.hall import cameras, frames_of
 
@@ -86,6 +86,16 @@ def test_frames_of_another_address_are_not_heard(stack):
     bridge.step(time.monotonic())
     assert natnet.damaged == 0
     assert not natnet.is_streaming
+
+
+@pytest.mark.parametrize("group", ["10.0.0.1", "255.255.255.255", "127.0.0.1"])
+def test_a_group_that_cannot_be_joined_is_said_and_does_not_end_the_bridge(stack, group):
+    command, command_port = udp(stack)
+    bridge = bridge_to(stack, command_port, 9)
+    command.sendto(server_info((3, 1), Address(1, group)), bridge._command.getsockname())
+    bridge.step(time.monotonic())
+    bridge.step(time.monotonic())
+    assert [line for line in bridge.take_lines() if f"cannot join {group} on 127.0.0.1" in line]
 
 
 def test_an_interface_that_is_not_there_is_one_clear_error(stack):

@@ -5,6 +5,7 @@ import math
 import pytest
 
 from protocol.dialect import mavlink
+from protocol.keyring import Keyring
 from sitl.motion_capture.hall_axes import HallAxes
 from sitl.parameters import WorldSettings
 from sitl.sensors.instruments import EXTERNAL_POSE, FIRST_LINE
@@ -12,6 +13,7 @@ from sitl.simulation.avionics import Navigation
 from sitl.timing import PERIOD
 from tests.support.motion_capture.hall import Hall
 from tests.support.vehicle.fake_station import FakeStation
+from tests.support.vehicle.signed_station import KEY, T
 
 TAKE_OFF, ARM = mavlink.MAV_CMD_NAV_TAKEOFF, mavlink.MAV_CMD_COMPONENT_ARM_DISARM
 EXTERNAL = {"navigation": Navigation.MOCAP, "world_settings": WorldSettings(motion_capture=0)}
@@ -76,3 +78,13 @@ def test_the_vehicle_takes_poses_as_of_their_exposure_however_late_they_come(hov
     sampled = hovering.vehicle.avionics.instruments["sampled"][EXTERNAL_POSE - FIRST_LINE] * PERIOD
     assert len(sampled) > 3
     assert max(abs(time - round(time * 50.0) / 50.0) for time in sampled) < 0.005
+
+
+@pytest.mark.parametrize(("key", "is_taken"), [(KEY, True), (None, False)])
+def test_a_vehicle_with_a_key_takes_signed_poses_alone(tmp_path, key, is_taken):
+    keyring = Keyring({None: KEY}, timestamp=T)
+    station = FakeStation.with_vehicle(tmp_path, up=3.0, node_options={"keyring": keyring}, **EXTERNAL)
+    hall = Hall(station, key=key, rate=50.0)
+    hall.fly(1.0)
+    assert hall.watch.is_seen(station.bench.now) == is_taken
+    assert (station.vehicle.avionics.instruments["sampled"][EXTERNAL_POSE - FIRST_LINE].max() > 0) == is_taken

@@ -78,4 +78,4 @@ def test_it_keeps_why_the_vehicle_refuses():
     watch = VehicleWatch(Keyring())
     ack = mavlink.MAVLink_command_ack_message(mavlink.MAV_CMD_SET_MESSAGE_INTERVAL, mavlink.MAV_RESULT_DENIED)
     assert heard(watch, ack) == []
-    assert watch.refusal == "MAV_RESULT_DENIED"
+    assert watch.refusal == "denied"

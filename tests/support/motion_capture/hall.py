@@ -8,6 +8,7 @@ from darko_gcs.motion_capture.autopilot_link import AutopilotLink
 from darko_gcs.motion_capture.natnet_link import NatnetLink
 from darko_gcs.motion_capture.pose_bridge import BridgeSettings, PoseBridge
 from protocol.keyring import Keyring
+from protocol.signing import TICKS_PER_SECOND
 from sitl.motion_capture.cameras import Cameras, TrueMotion
 from sitl.motion_capture.disturbances import Disturbances, read_disturbance
 from sitl.motion_capture.hall_axes import HallAxes
@@ -16,6 +17,7 @@ from sitl.motion_capture.natnet_server import NatnetServer
 from sitl.motion_capture.rigid_body import load_rigid_body
 from sitl.motion_capture.vehicle_watch import VehicleWatch
 from sitl.sensors.sensor_files import load_sensors
+from tests.support.vehicle.signed_station import T
 
 ENAC = HallAxes()
 IDEAL = {"noise": 0.0, "attitude_noise": 0.0, "misalignment": 0.0, "step": 1e-6}
@@ -85,17 +87,21 @@ class Hall:
         version: Bit-stream.
         group: Multicast group; empty: unicast.
         settings: Of the bridge, but for the axes.
+        key: That the hall and the bridge sign with.
         options: Of ``cameras``.
     """
 
-    def __init__(self, station, *, axes=ENAC, version=(3, 1), group="", settings=None, **options):
+    def __init__(self, station, *, axes=ENAC, version=(3, 1), group="", settings=None, key=None, **options):
         self.station, self.bench = station, station.bench
         self.bench.now += UPTIME
         self.cameras = cameras(axes, **options)
         rate = self.cameras._spec.timing.rate
         self.server = NatnetServer(self.cameras.body, version, rate, Address(1511, group))
-        self.watch = VehicleWatch(Keyring())
-        self.natnet, self.autopilot = NatnetLink(), AutopilotLink(1, Keyring())
+        keyring = Keyring(
+            {} if key is None else {None: key}, timestamp=T + round(UPTIME * TICKS_PER_SECOND), now=self.bench.now
+        )
+        self.watch = VehicleWatch(keyring)
+        self.natnet, self.autopilot = NatnetLink(), AutopilotLink(1, keyring)
         self.bridge = PoseBridge(
             (settings or BridgeSettings())._replace(axes=bridge_axes(axes)), self.natnet, self.autopilot
         )
