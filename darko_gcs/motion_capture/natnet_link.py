@@ -7,8 +7,10 @@ import math
 from darko_gcs.motion_capture.natnet_reader import (
     CONNECT,
     DISCONNECT,
+    FRAME,
     KEEP_ALIVE,
     REQUEST_DESCRIPTIONS,
+    SERVER_INFO,
     FrameReading,
     ServerReading,
     is_readable,
@@ -18,8 +20,6 @@ from darko_gcs.motion_capture.natnet_reader import (
     read_server,
     request,
 )
-from darko_gcs.motion_capture.natnet_reader import FRAME as FRAME_KIND
-from darko_gcs.motion_capture.natnet_reader import SERVER_INFO as SERVER_KIND
 
 __all__ = ["NatnetLink"]
 
@@ -49,12 +49,12 @@ class NatnetLink:
             now: Monotonic time [s].
         """
         kind = packet_kind(data)
-        if kind == SERVER_KIND:
+        if kind == SERVER_INFO:
             self._meet(data)
             return None
         if self.server is None or not is_readable(self.server.version):
             return None
-        if kind == FRAME_KIND:
+        if kind == FRAME:
             return self._take_frame(data, now)
         names = read_body_names(data, self.server.version)
         if names is not None:

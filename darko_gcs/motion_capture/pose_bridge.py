@@ -18,6 +18,7 @@ from protocol.clock_match import ClockMatch
 __all__ = ["BridgeSettings", "PoseBridge"]
 
 STATISTICS_PERIOD = 10.0  # [s]
+RATED_FRAMES = 20  # that tell how many come in a second
 EARLY = 0.002  # a frame may be sent so much before the rate limit says [s]
 MAX_FRAMES_BACK = 100  # a frame number that is lower by more is of a new stream
 JUMPED = "the body has jumped, as if markers were taken for one another: nothing is sent until it jumps back or is lost"
@@ -66,6 +67,8 @@ class PoseBridge:
         self.said: list[str] = []
         self._count: _Count | None = None
         self._number: int | None = None  # of the last frame
+        self._first_frame: tuple[int, float] | None = None  # of the stream: number and stamp [s]
+        self._stamp = 0.0  # of the last frame, on the server's clock if it tells it [s]
         self._due = -math.inf  # the next pose, by the rate limit [s]
         self._was_streaming = self._was_heard = self._was_tracked = self._was_held = False
         self._has_told_body = ""
@@ -109,6 +112,8 @@ class PoseBridge:
             return []
         count.frames += 1
         time = self._exposure(frame, now, count)
+        self._stamp = time if frame.exposed is None else frame.exposed
+        self._first_frame = self._first_frame or (frame.number, self._stamp)
         body = self._body(frame)
         if body is None or not body.is_tracked:
             count.lost += 1
@@ -165,7 +170,7 @@ class PoseBridge:
             known = ", ".join(f"{name} ({number})" for name, number in (names or {}).items())
             missing = "" if names is None else f"no rigid body {wanted!r} is streamed; there are: {known or 'none'}"
         if found is not None:
-            self._tell_body(found.number)
+            self._tell_body(found.number, frame.number)
         elif missing and missing != self._has_told_body:
             self._has_told_body = missing
             self._say(missing)
@@ -200,12 +205,15 @@ class PoseBridge:
             self._has_told_server = line
             self._say(line)
 
-    def _tell_body(self, number: int) -> None:
-        names = {number: name for name, number in (self._natnet.names or {}).items()}
-        line = f"rigid body {names.get(number, '')} ({number})".replace("  ", " ")
-        if self._natnet.names is not None and line != self._has_told_body:
-            self._has_told_body = line
-            self._say(line)
+    def _tell_body(self, number: int, frame: int) -> None:
+        """Name the body and the rate of its frames, once both are known."""
+        if self._natnet.names is None or self._first_frame is None or frame - self._first_frame[0] < RATED_FRAMES:
+            return
+        if self._has_told_body != str(number):
+            self._has_told_body = str(number)
+            names = {number: name for name, number in self._natnet.names.items()}
+            rate = (frame - self._first_frame[0]) / max(self._stamp - self._first_frame[1], 1e-6)
+            self._say(f"rigid body {names.get(number, 'without a name')} ({number}), {rate:.0f} Hz")
 
     def _tell_streaming(self, *, streaming: bool) -> None:
         if streaming == self._was_streaming:
@@ -213,7 +221,7 @@ class PoseBridge:
         self._was_streaming = streaming
         if not streaming:
             self._lose()
-            self._number = None
+            self._number = self._first_frame = None
         self._say("frames arrive" if streaming else "no frames: nothing is sent")
 
     def _tell_tracked(self, *, tracked: bool) -> None:

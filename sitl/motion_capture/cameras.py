@@ -85,15 +85,14 @@ class Cameras:
         self._wobble = np.sqrt(np.maximum(self._spec.attitude_noise**2 - by_markers**2, 0.0))
         self._draws = np.random.default_rng((seed, 5))
         self._last: TrueMotion | None = None
-        self._first_number: int | None = None
-        self._number = 0
+        self._number = self._first_number = 0  # of the next frame, and where the time of disturbances begins
         self._shown = BodyPose((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), 0.0, is_tracked=False)
         self._on_their_way: deque[CaptureFrame] = deque()
 
     @property
     def time(self) -> float:
         """Of the last exposure, since the first [s]."""
-        return 0.0 if self._first_number is None else (self._number - self._first_number) / self._spec.timing.rate
+        return (self._number - self._first_number) / self._spec.timing.rate
 
     @property
     def next_sent(self) -> int | None:
@@ -104,10 +103,11 @@ class Cameras:
         """Expose frames up to an instant. After a gap or a restart of the vehicle they begin anew."""
         last, self._last = self._last, motion
         if last is None or not 0.0 < motion.time - last.time <= MAX_GAP:
-            if last is not None and motion.time < last.time:
+            number = int(motion.time * self._spec.timing.rate) + 1
+            if last is None or motion.time < last.time:  # the vehicle's clock has begun anew: ours goes on
                 self._on_their_way.clear()
-            self._number = int(motion.time * self._spec.timing.rate) + 1
-            self._first_number = self._number if self._first_number is None else self._first_number
+                self._first_number += number - self._number
+            self._number = number
             return
         while (time := self._number / self._spec.timing.rate) <= motion.time:
             self._expose(time, *between(last, motion, time))

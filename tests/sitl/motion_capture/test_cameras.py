@@ -121,4 +121,6 @@ def test_a_gap_in_the_truth_is_not_bridged_and_a_reboot_begins_anew():
     assert list(made.frames(3.0)) == []
     made.look(motion(3.05))
     assert [frame.exposed / CLOCK > 3.0 for frame in made.frames(3.05)] == [True] * 10
+    time = made.time
     assert [frame.number for frame in frames_of(made, 0.1)] == list(range(1, 21))
+    assert made.time == pytest.approx(time + 0.1)

@@ -51,6 +51,15 @@ def test_it_takes_off_and_hovers_on_nothing_but_the_stream(standing, version, gr
     assert "ODOMETRY refused" not in standing.texts()
 
 
+def test_hovering_on_the_stream_it_knows_its_place_to_a_millimetre(hovering):
+    hall, off = Hall(hovering), []
+    hall.fly(1.0)
+    hall.fly(
+        2.0, lambda: off.append(math.dist(hovering.vehicle.estimate.position, hovering.vehicle.truth.body.position))
+    )
+    assert math.sqrt(sum(each**2 for each in off) / len(off)) < 1e-3
+
+
 def test_when_tracking_is_lost_in_flight_it_lands_and_both_sides_say_so(hovering):
     hall = Hall(hovering, events=["lost@1"], rate=100.0)
     hall.fly(4.0)

@@ -34,12 +34,12 @@ def test_the_marker_error_is_the_mean_distance_that_no_pose_explains():
     assert pose_by_markers(stretched, BODY.markers).marker_error == pytest.approx(expected, rel=1e-3)
 
 
-def test_markers_in_the_order_most_easily_confused_turn_the_shipped_body_by_a_right_angle_or_more():
+def test_markers_in_the_order_most_easily_confused_turn_the_shipped_body_half_round_and_hardly_tell():
     order = list(BODY.swapped())
     pose = pose_by_markers(BODY.markers[order], BODY.markers)
     assert order != sorted(order)
-    assert pose.attitude.magnitude() > math.radians(89.0)
-    assert 1e-3 < pose.marker_error < 0.02
+    assert pose.attitude.magnitude() > math.radians(175.0)
+    assert 1e-3 < pose.marker_error < 2e-3
 
 
 def test_the_attitude_s_spread_is_that_of_many_poses():
