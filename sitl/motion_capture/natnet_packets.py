@@ -1,7 +1,8 @@
 """NatNet packets as Motive sends them: bit-streams 3.0 to 4.1, little-endian.
 
 Each packet is uint16 message, uint16 size of what follows, payload. Since 4.0 a description names its markers; since
-4.1 every section is preceded by its size in bytes, and a section of assets follows the skeletons.
+4.1 every section is preceded by its size in bytes, a section of assets follows the skeletons, and the time of a network
+clock the other times.
 https://docs.optitrack.com/developer-tools/natnet-sdk
 """
 
@@ -112,7 +113,11 @@ def frame_packet(frame: CaptureFrame, body: RigidBody, version: BitStream) -> by
     sections += [_section([], version)] if version >= SIZED else []  # assets
     sections += [_section(labelled, version), _section([], version), _section([], version)]  # force plates, devices
     suffix = struct.pack("<IId", 0, 0, frame.exposed / CLOCK)
-    suffix += struct.pack("<QQQhi", frame.exposed, frame.received, frame.transmitted, 0, 0)  # parameters, end tag
+    suffix += struct.pack("<QQQ", frame.exposed, frame.received, frame.transmitted)
+    suffix += (
+        struct.pack("<II", 0, 0) if version >= SIZED else b""
+    )  # the time of a network clock, of which there is none
+    suffix += struct.pack("<hi", 0, 0)  # parameters, end tag
     return packet(Packet.FRAME, struct.pack("<i", frame.number) + b"".join(sections) + suffix)
 
 

@@ -60,9 +60,9 @@ def test_the_server_is_known_with_and_without_its_later_fields():
 
 
 @given(VERSIONS, st.data())
-def test_a_frame_that_is_cut_off_is_none_unless_only_its_end_tag_is_missing(version, data):
+def test_a_frame_that_is_cut_off_is_none_unless_only_its_end_is_missing(version, data):
     whole = WHOLE[version]
-    cut = data.draw(st.integers(0, len(whole) - 5))
+    cut = data.draw(st.integers(0, len(whole) - (13 if version >= (4, 1) else 5)))
     assert read_frame(whole[:cut], Version(*version), CLOCK) is None
 
 
