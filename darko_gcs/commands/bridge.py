@@ -90,9 +90,10 @@ def _add_pose_options(poses: argparse._ArgumentGroup) -> None:
     )
     poses.add_argument(
         "--clock",
-        choices=("auto", "local", "vehicle"),
+        choices=("auto", "local", "vehicle", "server"),
         default="auto",
-        help="of the stamps; auto: ours if the vehicle asks by TIMESYNC, as PX4 does, else the vehicle's [auto]",
+        help="of the stamps; auto: ours if the vehicle asks by TIMESYNC, as PX4 does, else the server's if that is the "
+        "vehicle's time since boot, as of 'darko-sitl mocap', else the vehicle's by TIMESYNC [auto]",
     )
 
 

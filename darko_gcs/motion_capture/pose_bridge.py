@@ -22,6 +22,7 @@ RATED_FRAMES = 20  # that tell how many come in a second
 EARLY = 0.002  # a frame may be sent so much before the rate limit says [s]
 MAX_FRAMES_BACK = 100  # a frame number that is lower by more is of a new stream
 JUMPED = "the body has jumped, as if markers were taken for one another: nothing is sent until it jumps back or is lost"
+MAX_LATE = 0.1  # a stamp that is earlier than the last one by more is of a clock that was set [s]
 MAX_AGE = 1.0  # of a frame; what seems older is of a clock that cannot be matched [s]
 
 
@@ -46,7 +47,6 @@ class _Count:
     missing: int = 0  # frames whose number was left out
     lost: int = 0  # frames without the body
     held: int = 0  # poses after a jump
-    clocks: int = 0  # times that the server's clock was set
     damaged: int = 0  # packets that could not be read, at the beginning
     age: float = 0.0  # sum of what was sent [s]
     oldest: float = 0.0  # [s]
@@ -68,7 +68,7 @@ class PoseBridge:
         self._count: _Count | None = None
         self._number: int | None = None  # of the last frame
         self._first_frame: tuple[int, float] | None = None  # of the stream: number and stamp [s]
-        self._stamp = 0.0  # of the last frame, on the server's clock if it tells it [s]
+        self._stamp = -math.inf  # of the last frame, on the server's clock if it tells it [s]
         self._due = -math.inf  # the next pose, by the rate limit [s]
         self._was_streaming = self._was_heard = self._was_tracked = self._was_held = False
         self._has_told_body = ""
@@ -111,9 +111,14 @@ class PoseBridge:
         if not self._is_next(frame.number, count):
             return []
         count.frames += 1
-        time = self._exposure(frame, now, count)
-        self._stamp = time if frame.exposed is None else frame.exposed
-        self._first_frame = self._first_frame or (frame.number, self._stamp)
+        time = self._exposure(frame, now)
+        stamp = time if frame.exposed is None else frame.exposed
+        if stamp < self._stamp - MAX_LATE:
+            self._say("the server's clock was set: a new track")
+            self._lose()
+            self._due = -math.inf
+        self._stamp = stamp
+        self._first_frame = self._first_frame or (frame.number, stamp)
         body = self._body(frame)
         if body is None or not body.is_tracked:
             count.lost += 1
@@ -122,15 +127,15 @@ class PoseBridge:
             return []
         self._tell_tracked(tracked=True)
         pose = self._axes.pose(body.position, body.attitude)
-        tracked = self._track.follow(time, pose, body.marker_error)
+        tracked = self._track.follow(stamp, pose, body.marker_error)
         self._tell_held()
         if tracked is None:
             count.held += self._track.is_held
             return []
-        if not self._is_due(time):
+        if not self._is_due(stamp):
             return []
-        stamp = self._autopilot.stamp(time)
-        message = MESSAGE_MAKERS[self._settings.message](tracked, stamp, self._settings.accuracy)
+        told = self._autopilot.stamp(time, None if frame.exposed is None else stamp - self._settings.latency)
+        message = MESSAGE_MAKERS[self._settings.message](tracked, told, self._settings.accuracy)
         count.sent, count.age = count.sent + 1, count.age + now - time
         count.oldest = max(count.oldest, now - time)
         return [self._autopilot.encode(message, now)]
@@ -145,15 +150,12 @@ class PoseBridge:
         self._number = number
         return True
 
-    def _exposure(self, frame: FrameReading, now: float, count: _Count) -> float:
+    def _exposure(self, frame: FrameReading, now: float) -> float:
         """When a frame was exposed, on our clock [s]."""
         if frame.exposed is None or frame.transmitted is None:
             return now - self._settings.latency
-        if not self._clocks.hear(frame.transmitted, now):
-            self._lose()
-            count.clocks += 1
-            if count.clocks == 1:
-                self._say("the server's clock was set, or does not run as ours: a new track")
+        self._clocks.hear(frame.transmitted, now)
+        self._autopilot.compare(frame.transmitted)
         time = self._clocks.ours(frame.exposed) - self._settings.latency
         return time if now - time < MAX_AGE else now - self._settings.latency
 

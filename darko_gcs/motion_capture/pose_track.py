@@ -21,7 +21,7 @@ MAX_GAP = 0.2  # after a longer one no jump can be told from a motion [s]
 class TrackedPose(NamedTuple):
     """A pose with what its track tells."""
 
-    time: float  # of the exposure, on our clock [s]
+    time: float  # of the exposure, on the clock that the track is told of [s]
     pose: Pose
     velocity: Vector | None  # NED [m/s]
     marker_error: float  # [m]

@@ -100,6 +100,8 @@ def test_refusals_are_passed_on_once_until_the_vehicle_is_gone():
     assert vehicle.say(mavlink.MAVLink_statustext_message(6, b"Armed"), 0.0) == []
     assert vehicle.say(refusal, 0.0) == ["ODOMETRY refused: not a number"]
     assert vehicle.say(refusal, 1.0) == []
+    late = [mavlink.MAVLink_statustext_message(4, b"ODOMETRY refused: %d ms late" % ms) for ms in (80, 96)]
+    assert [len(vehicle.say(each, 1.0)) for each in late] == [1, 0]
     vehicle.beat(10.0)
     assert vehicle.say(refusal, 10.0) == ["ODOMETRY refused: not a number"]
 
@@ -113,3 +115,29 @@ def test_it_hears_its_own_vehicle_alone_and_with_a_key_only_what_is_signed():
     Vehicle(link, keyring=Keyring({None: KEY}, timestamp=2000)).beat(0.0)
     assert (link.is_heard(0.0), link.is_heard(3.0), link.autopilot) == (True, False, "PX4")
     assert all(data[2] & 1 for data in link.outgoing(1.0))  # signed
+
+
+def flying(link, first, last, ahead=0.0, asks=False):
+    """A vehicle that tells its time since boot, and a server that stamps by it."""
+    vehicle = Vehicle(link, asks=asks)
+    for k in range(first, last):
+        vehicle.say(mavlink.MAVLink_system_time_message(0, 10 * k), 0.01 * k)
+        link.compare(0.01 * k + ahead)
+    return vehicle
+
+
+def test_stamps_of_a_server_whose_clock_is_the_vehicle_s_time_since_boot_are_kept():
+    link = AutopilotLink(1, Keyring())
+    flying(link, 0, 20)
+    assert link.clock == "local"
+    flying(link, 20, 60)
+    assert (link.clock, link.stamp(100.0, 0.5), link.stamp(100.0)) == ("server", 500_000, 100_000_000)
+    flying(link, 60, 61, ahead=2.0)
+    assert link.clock == "local"
+
+
+def test_stamps_of_a_server_with_a_clock_of_its_own_and_for_a_vehicle_that_asks_are_not():
+    other, asking = AutopilotLink(1, Keyring()), AutopilotLink(1, Keyring())
+    flying(other, 0, 200, ahead=30.0)
+    flying(asking, 0, 200, asks=True).run(0.0, 1.0)
+    assert (other.clock, asking.clock) == ("local", "local")

@@ -88,10 +88,13 @@ class Hall:
         group: Multicast group; empty: unicast.
         settings: Of the bridge, but for the axes.
         key: That the hall and the bridge sign with.
+        clock: Of the stamps.
         options: Of ``cameras``.
     """
 
-    def __init__(self, station, *, axes=ENAC, version=(3, 1), group="", settings=None, key=None, **options):
+    def __init__(
+        self, station, *, axes=ENAC, version=(3, 1), group="", settings=None, key=None, clock="auto", **options
+    ):
         self.station, self.bench = station, station.bench
         self.bench.now += UPTIME
         self.cameras = cameras(axes, **options)
@@ -101,7 +104,7 @@ class Hall:
             {} if key is None else {None: key}, timestamp=T + round(UPTIME * TICKS_PER_SECOND), now=self.bench.now
         )
         self.watch = VehicleWatch(keyring)
-        self.natnet, self.autopilot = NatnetLink(), AutopilotLink(1, keyring)
+        self.natnet, self.autopilot = NatnetLink(), AutopilotLink(1, keyring, clock)
         self.bridge = PoseBridge(
             (settings or BridgeSettings())._replace(axes=bridge_axes(axes)), self.natnet, self.autopilot
         )
