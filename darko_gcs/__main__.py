@@ -17,6 +17,7 @@ COMMANDS = {
     "mission": "upload, download and clear the vehicle's mission",
     "replay": "replay a recorded flight on the same screens",
     "signing": "change the vehicle's signing key",
+    "bridge": "send the poses of a motion-capture hall (NatNet) to an autopilot, as MAVLink",
     "fail": "have an instrument, an actuator, the battery or the link of the vehicle fail, or heal it",
     "log": "summarise a recorded flight, or download the vehicle's own logs",
 }

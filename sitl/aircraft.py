@@ -77,6 +77,7 @@ class Aircraft:
         self.vehicle.set_wind((-speed * math.cos(azimuth), speed * math.sin(azimuth), 0.0), world.gusts)
         self._blow(before, world)
         self.vehicle.avionics.switch_motion_capture(on=bool(world.motion_capture))
+        self._seen_navigation, self._seen_at = self.navigation, self.vehicle.periods
 
     def _blow(self, before: WorldSettings, now: WorldSettings) -> None:
         """Have the wind wall blow as changed settings say."""

@@ -173,9 +173,11 @@ def _home_of(arena: Arena) -> Geodetic:
 
 def _navigation(args: argparse.Namespace) -> Navigation:
     """What is navigated by: satellites, or under a net motion capture, unless the arguments say otherwise."""
-    if args.nav is not None:
-        return Navigation(args.nav)
-    return Navigation.MOCAP if load_arena(args.arena).has_net else Navigation.SENSORS
+    usual = Navigation.MOCAP if load_arena(args.arena).has_net else Navigation.SENSORS
+    navigation = usual if args.nav is None else Navigation(args.nav)
+    if args.mocap is not None and navigation is not Navigation.MOCAP:
+        raise SitlError(f"--mocap {args.mocap}: only with --nav mocap, or in the voliere, is motion capture used")
+    return navigation
 
 
 def _sensors(args: argparse.Namespace) -> SensorSet:
@@ -194,7 +196,8 @@ def _day_aircraft(args: argparse.Namespace) -> DayAircraft:
     for option, value in given.items():
         if value is not None:
             raise SitlError(f"{option}: a day states that itself, in its file")
-    return DayAircraft(load_day(args.day))
+    day = load_day(args.day)
+    return DayAircraft(day._replace(parameters=day.parameters | _overrides(args)))
 
 
 def _scenario_aircraft(args: argparse.Namespace, world: World) -> ScenarioAircraft:
@@ -202,8 +205,10 @@ def _scenario_aircraft(args: argparse.Namespace, world: World) -> ScenarioAircra
         raise SitlError(f"--arena: scenario {args.scenario} does not fly under a net")
     if args.start is not None:
         raise SitlError(f"--start: scenario {args.scenario} has its own start")
-    if args.sensors is not None or args.nav not in {None, Navigation.TRUTH.value}:
-        option = "--nav" if args.nav not in {None, Navigation.TRUTH.value} else "--sensors"
+    if args.sensors is not None or args.mocap is not None or args.nav not in {None, Navigation.TRUTH.value}:
+        option = (
+            "--nav" if args.nav not in {None, Navigation.TRUTH.value} else "--sensors" if args.sensors else "--mocap"
+        )
         raise SitlError(f"{option}: scenarios fly on the exact state, as the report's experiments do")
     # Stored parameters are not used: a scenario is the same flight for everyone.
     return ScenarioAircraft(
@@ -232,6 +237,8 @@ def _overrides(args: argparse.Namespace) -> dict[str, float]:
         overrides["SIM_WIND_SPD"], overrides["SIM_WIND_DIR"] = args.wind
     if args.gusts is not None:
         overrides["SIM_GUST_RMS"] = args.gusts
+    if args.mocap is not None:
+        overrides["SIM_MOCAP"] = float(args.mocap == "internal")
     return overrides
 
 

@@ -40,6 +40,7 @@ SLOW = (
     "sitl/mavlink/test_offboard_setpoints.py",
     "sitl/mavlink/test_wire_page.py",
     "sitl/model/test_ground.py",
+    "sitl/motion_capture/test_flying_on_the_stream.py",
     "sitl/reproduction/",
     "sitl/scenarios/",
     "sitl/simulation/test_accuracy.py",

@@ -101,6 +101,13 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
         "inertial sensors; or the exact state [sensors; mocap under a net; truth in scenarios]",
     )
     flight.add_argument(
+        "--mocap",
+        choices=("internal", "external"),
+        default=None,
+        help="with --nav mocap: poses of the simulated cameras, or only those that peers send, as "
+        "'darko-gcs bridge' does [as SIM_MOCAP says: internal]",
+    )
+    flight.add_argument(
         "--sensors",
         metavar="FILE",
         default=None,

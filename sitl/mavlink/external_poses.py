@@ -23,6 +23,7 @@ MAX_COORDINATE = 1e4  # from the origin, along each axis [m]
 MAX_NORM_ERROR = 0.1  # a quaternion's norm differs from one by no more
 POSITION_DIAGONAL, ATTITUDE_DIAGONAL = (0, 6, 11), (15, 18, 20)  # of a covariance sent as its upper right triangle
 NED_FRAMES = frozenset({mavlink.MAV_FRAME_LOCAL_NED, mavlink.MAV_FRAME_RESERVED_14})  # once MOCAP_NED, as of MAVSDK
+ARENA_FRAMES = NED_FRAMES | {mavlink.MAV_FRAME_LOCAL_FRD}  # where no compass tells north, its forward is north
 LOST_TRACK = -1  # ODOMETRY.quality
 
 
@@ -36,10 +37,15 @@ class ExternalPose(NamedTuple):
     time_stamp: float  # on the sender's clock [s]
 
 
-def pose_of(message: Message) -> ExternalPose | str:
-    """The pose of a message, or why it is refused."""
+def pose_of(message: Message, *, in_arena: bool = False) -> ExternalPose | str:
+    """The pose of a message, or why it is refused.
+
+    Args:
+        message: ODOMETRY, VISION_POSITION_ESTIMATE or ATT_POS_MOCAP.
+        in_arena: Whether the vehicle flies by motion capture alone.
+    """
     kind = message.get_type()
-    if kind == "ODOMETRY" and (refusal := _refuse_odometry(message)):
+    if kind == "ODOMETRY" and (refusal := _refuse_odometry(message, ARENA_FRAMES if in_arena else NED_FRAMES)):
         return refusal
     angles = (message.roll, message.pitch, message.yaw) if kind == "VISION_POSITION_ESTIMATE" else ()
     place = (message.x, message.y, message.z)
@@ -62,9 +68,9 @@ def pose_of(message: Message) -> ExternalPose | str:
     )
 
 
-def _refuse_odometry(message: Message) -> str:
+def _refuse_odometry(message: Message, frames: frozenset[int]) -> str:
     """Why an ODOMETRY is not used, or nothing."""
-    if message.frame_id not in NED_FRAMES:
+    if message.frame_id not in frames:
         return f"frame {message.frame_id} is not LOCAL_NED"
     return "its sender has lost track" if message.quality == LOST_TRACK else ""
 

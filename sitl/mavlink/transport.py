@@ -43,6 +43,10 @@ class UdpTransport:
         """The local port."""
         return int(self._socket.getsockname()[1])
 
+    def fileno(self) -> int:
+        """The socket's descriptor, to wait for several at once."""
+        return self._socket.fileno()
+
     def wait(self, timeout: float) -> None:
         """Sleep until a datagram arrives or ``timeout`` seconds have passed."""
         select.select([self._socket], [], [], timeout)

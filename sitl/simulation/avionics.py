@@ -68,6 +68,8 @@ class Avionics:
         sensors: Specifications of the instruments.
         model: The airframe as the vehicle knows it.
         seed: Of the instruments' errors and noise; one seed is one flight, to the bit.
+
+    ``has_cameras`` tells whether the arena's cameras, which are simulated, give poses.
     """
 
     def __init__(self, navigation: Navigation, sensors: SensorSet, model: Airframe, seed: int) -> None:
@@ -75,7 +77,7 @@ class Avionics:
         self.sensors = sensors
         self.fast, self.slow = NO_FAST, NO_SLOW
         self._block = -1
-        self._has_cameras = True
+        self.has_cameras = True
         self._seed, self._converged = seed, 0
         self._random = np.random.default_rng((seed, 2))
         errors = drawn_errors(sensors, in_fine_steps(self._random.standard_normal(15)))
@@ -126,9 +128,9 @@ class Avionics:
 
     def switch_motion_capture(self, *, on: bool) -> None:
         """Whether the arena's cameras, which are simulated, give poses; a failure that they have is kept."""
-        if self.is_sensed and on != self._has_cameras:
+        if self.is_sensed and on != self.has_cameras:
             self.instruments["failures"][MOTION_CAPTURE] = HEALTHY if on else OFF
-            self._has_cameras = on
+            self.has_cameras = on
 
     def receive_pose(
         self, position: Vector, attitude: Quaternion, place: float, turn: float, *, age: int, period: int

@@ -56,6 +56,7 @@ class NavigationStatus(NamedTuple):
     is_aligned: bool = True  # the filter runs
     awaited: tuple[str, ...] = ()  # why it is not ready for a flight, in plain words
     position_age: float = 0.0  # since the last aid of the position [s]
+    has_cameras: bool = True  # the arena's own are simulated; else poses come from peers
     aids: tuple[Aid, ...] = (Aid(),) * LINES  # by instrument less FIRST_LINE
     position_deviation: Vector = EXACT  # [m]
     velocity_deviation: Vector = EXACT  # [m/s]
@@ -98,6 +99,7 @@ def navigation_status(avionics: Avionics, period: int) -> NavigationStatus:
         source=avionics.navigation,
         is_aligned=is_aligned,
         position_age=age,
+        has_cameras=avionics.has_cameras,
         aids=aids,
         position_deviation=_part(deviations, POSITION_ERROR),
         velocity_deviation=_part(deviations, VELOCITY_ERROR),
@@ -129,7 +131,7 @@ def _part(numbers: Sequence[float], first: int) -> Vector:
 
 def _awaited(s: NavigationStatus) -> tuple[str, ...]:
     """What a flight has to wait for, in plain words."""
-    missing = [_place_text(s.source)] if not any(s.aid(instrument).reads for instrument in PLACES) else []
+    missing = [_place_text(s)] if not any(s.aid(instrument).reads for instrument in PLACES) else []
     if s.source is Navigation.SENSORS:
         missing += [f"no {name}" for instrument, name in OTHER_AIDS.items() if not s.aid(instrument).reads]
     if not s.is_aligned and not missing:
@@ -139,5 +141,7 @@ def _awaited(s: NavigationStatus) -> tuple[str, ...]:
     return tuple(missing)
 
 
-def _place_text(source: Navigation) -> str:
-    return "no motion capture" if source is Navigation.MOCAP else "waiting for satellites"
+def _place_text(s: NavigationStatus) -> str:
+    if s.source is not Navigation.MOCAP:
+        return "waiting for satellites"
+    return "no motion capture" if s.has_cameras else "waiting for poses of motion capture"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from protocol.clock_match import ClockMatch
 from protocol.dialect import mavlink
 from protocol.events import PoseReceived
 from protocol.message import Peer
@@ -11,11 +12,13 @@ from sitl.aircraft import Aircraft
 from sitl.mavlink.broadcast import Broadcast
 from sitl.mavlink.external_poses import ExternalPose, pose_of
 from sitl.mavlink.handlers import on_event
+from sitl.simulation.avionics import Navigation
 from sitl.timing import PERIOD
 
 MAX_AGE = 1.0  # a time stamp that is older by a clock is not of that clock [s]
 STAMP_LEAD = 0.02  # a stamp may be ahead of the clock by so much: the link is looked at now and then [s]
 TAKE_OVER_TIME = 1.0  # a source that is silent for so long is replaced by another [s]
+CLOCK_WINDOW = 1.0  # in which the flight is at least once where it should be by the link's time [s]
 SMALLEST_DEVIATION = 0.001  # nobody measures better than that [m], [rad]
 
 
@@ -31,11 +34,13 @@ class PoseService:
         self._aircraft, self._broadcast = aircraft, broadcast
         self._source: Peer | None = None
         self._heard = -math.inf  # the source, on the link's time [s]
+        self._clocks = ClockMatch(CLOCK_WINDOW)  # of the flight, as the link's time sees it
 
     @on_event(PoseReceived)
     def take_pose(self, event: PoseReceived, now: float) -> None:
         """A peer sends where the vehicle is."""
-        pose = self._refuse_source(event.peer, now) or pose_of(event.message)
+        in_arena = self._aircraft.vehicle.avionics.navigation is Navigation.MOCAP
+        pose = self._refuse_source(event.peer, now) or pose_of(event.message, in_arena=in_arena)
         refusal = pose if isinstance(pose, str) else self._hand_over(pose, now)
         if refusal:
             self._broadcast.complain(f"{event.message.get_type()} refused: {refusal}")
@@ -66,10 +71,12 @@ class PoseService:
         """How long ago a pose was measured, by the clock that its stamp is of.
 
         That is the vehicle's time since boot, or the link's, which TIMESYNC tells. A stamp of neither tells nothing.
+        The vehicle flies in steps, the link's time passes between them: what counts is when a step has just ended.
         """
-        for clock in (self._aircraft.vehicle.time, now):
-            if -STAMP_LEAD <= clock - stamp < MAX_AGE:
-                return max(clock - stamp, 0.0)
+        self._clocks.hear(time := self._aircraft.vehicle.time, now)
+        for flown in (stamp, self._clocks.theirs(stamp)):
+            if -STAMP_LEAD <= time - flown < MAX_AGE:
+                return max(time - flown, 0.0)
         return 1e-3 * self._aircraft.configuration.settings.pose_delay
 
 

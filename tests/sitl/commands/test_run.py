@@ -7,6 +7,7 @@ from sitl.__main__ import COMMANDS, main
 from sitl.autopilot.safety.arena import ARENAS
 from sitl.commands.run import parser
 from sitl.defaults import HOME
+from sitl.errors import SitlError
 from sitl.process import AUTOPILOT_TYPES, build_aircraft
 from sitl.simulation.avionics import Navigation
 
@@ -135,3 +136,27 @@ def test_a_file_states_sensors_anew(tmp_path):
 
 def test_every_navigation_can_be_chosen():
     assert set(choices("--nav")) == {navigation.value for navigation in Navigation}
+
+
+@pytest.mark.parametrize("arguments", [["--nav", "sensors"], ["--nav", "truth"], []])
+def test_the_source_of_poses_is_for_motion_capture_alone(arguments, tmp_path):
+    args = PARSER.parse_args(["--mocap", "external", "--state-dir", str(tmp_path), *arguments])
+    with pytest.raises(SitlError, match="--mocap external: only with --nav mocap, or in the voliere"):
+        build_aircraft(args)
+
+
+@pytest.mark.parametrize(
+    ("source", "awaited"), [("internal", ()), ("external", ("waiting for poses of motion capture",))]
+)
+def test_with_external_motion_capture_the_arena_s_cameras_are_off(source, awaited, tmp_path):
+    args = PARSER.parse_args(["--arena", "voliere", "--mocap", source, "--state-dir", str(tmp_path)])
+    aircraft = build_aircraft(args)
+    aircraft.advance(1000)
+    assert aircraft.navigation.awaited == awaited
+
+
+def test_a_scenario_has_no_motion_capture(tmp_path):
+    with pytest.raises(SitlError, match="--mocap: scenarios fly on the exact state"):
+        build_aircraft(
+            PARSER.parse_args(["--scenario", "far-target", "--mocap", "external", "--state-dir", str(tmp_path)])
+        )

@@ -53,7 +53,7 @@ def test_it_boots_takes_off_and_hovers_on_poses_alone_that_come_20_ms_late(stati
         off.append(math.dist(station.vehicle.estimate.position, station.vehicle.truth.body.position))
 
     assert station.command(ARM, 1) == mavlink.MAV_RESULT_TEMPORARILY_REJECTED
-    assert "no motion capture" in station.texts()
+    assert "waiting for poses of motion capture" in station.texts()
     source.fly(3.0)
     assert station.command(ARM, 1) == mavlink.MAV_RESULT_ACCEPTED
     assert station.command(TAKE_OFF) == mavlink.MAV_RESULT_ACCEPTED
@@ -84,7 +84,7 @@ def test_the_arena_s_cameras_are_back_when_the_parameter_says_so(station):
         ({"y": -1e38}, "more than 10000 m away"),
         ({"q": [math.nan, 0.0, 0.0, 0.0]}, "not a number"),
         ({"q": [0.0, 0.0, 0.0, 0.0]}, "quaternion has norm 0.00, not 1"),
-        ({"frame_id": mavlink.MAV_FRAME_LOCAL_FRD}, "frame 20 is not LOCAL_NED"),
+        ({"frame_id": mavlink.MAV_FRAME_LOCAL_FLU}, "frame 21 is not LOCAL_NED"),
         ({"quality": -1}, "its sender has lost track"),
     ],
 )
@@ -121,6 +121,17 @@ def test_another_vehicle_s_odometry_is_not_taken(source, truth):
     source.station.advance(1.1)
     source.send(odometry(truth, epoch=EPOCH_US))
     assert "it is of another vehicle" in source.station.texts()
+
+
+def test_a_pose_whose_forward_is_not_told_to_be_north_is_taken_where_no_compass_tells_north(source, truth, tmp_path):
+    before = taken(source.station)
+    source.send(odometry(truth, epoch=EPOCH_US, frame_id=mavlink.MAV_FRAME_LOCAL_FRD))
+    assert taken(source.station) >= before
+    assert "refused" not in source.station.texts()
+    outdoors = PoseSource(boot(tmp_path / "outdoors", navigation=Navigation.SENSORS))
+    outdoors.fly(0.1)
+    outdoors.send(odometry(truth, epoch=EPOCH_US, frame_id=mavlink.MAV_FRAME_LOCAL_FRD))
+    assert "ODOMETRY refused: frame 20 is not LOCAL_NED" in outdoors.station.texts()
 
 
 def test_a_vehicle_on_the_exact_state_takes_none(tmp_path):

@@ -1,0 +1,178 @@
+"""``darko-gcs bridge``: poses from motion capture to an autopilot."""
+
+from __future__ import annotations
+
+import argparse
+import ipaddress
+import math
+import sys
+from collections.abc import Mapping
+
+__all__ = ["parser", "run"]
+
+_SIDES = ("left", "far", "right", "near")
+
+_EXAMPLES = """\
+examples:
+  darko-gcs bridge                                   from 'darko-sitl mocap' to darko-sitl, both here
+  darko-gcs bridge --server 192.168.1.10 --interface 192.168.1.20 --to 192.168.1.30:14550 --body DarkO
+  darko-gcs bridge --estimator vision                to PX4, whose EKF2 does not fuse what says it is motion capture
+  darko-gcs bridge --lab delft                       y up, long edge right, x right, nose far
+
+The hall is seen by its observers: left, far, right, near. Ctrl-C ends it.
+
+exit codes: 2 an argument; 3 a port; 130 interrupted.
+"""
+
+
+def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
+    """The command line of ``darko-gcs bridge``."""
+    parser = argparse.ArgumentParser(
+        prog="darko-gcs bridge",
+        description=commands["bridge"] + ".",
+        epilog=_EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    _add_server_options(parser.add_argument_group("motion capture (NatNet)"))
+    _add_axes_options(parser.add_argument_group("axes"))
+    _add_pose_options(parser.add_argument_group("poses"))
+    vehicle = parser.add_argument_group("vehicle")
+    vehicle.add_argument(
+        "--to", type=_socket_address, default=("127.0.0.1", 14580), metavar="ADDRESS:PORT", help="[127.0.0.1:14580]"
+    )
+    vehicle.add_argument("--system", type=_system, default=1, metavar="ID", help="system id of the vehicle [1]")
+    vehicle.add_argument(
+        "--signing-key", metavar="KEY", help="sign, and hear only what is signed: 64 hexadecimal digits or their file"
+    )
+    return parser
+
+
+def _add_server_options(server: argparse._ArgumentGroup) -> None:
+    server.add_argument("--server", type=_ipv4, default="127.0.0.1", metavar="ADDRESS", help="of Motive [127.0.0.1]")
+    server.add_argument("--command-port", type=_port, default=1510, metavar="P", help="of Motive [1510]")
+    server.add_argument(
+        "--interface", type=_ipv4, default="127.0.0.1", metavar="ADDRESS", help="own address towards Motive [127.0.0.1]"
+    )
+    server.add_argument("--body", type=_body, default="", help="name or number of the rigid body [the only one]")
+    server.add_argument(
+        "--latency", type=_milliseconds, default=0.0, metavar="MS", help="of the network, which no stamp tells [0]"
+    )
+
+
+def _add_axes_options(axes: argparse._ArgumentGroup) -> None:
+    axes.add_argument("--lab", choices=("enac", "delft"), default="enac", help="what the others default to [enac]")
+    axes.add_argument("--up-axis", choices=("y", "z"), help="up in the stream; y is Motive's own")
+    axes.add_argument("--long-edge", choices=_SIDES, help="side the calibration triangle's long edge pointed to")
+    east = axes.add_mutually_exclusive_group()
+    east.add_argument("--x-side", choices=_SIDES, help="side where x, east, shall point")
+    east.add_argument(
+        "--x-angle", type=_degrees, metavar="DEG", help="angle of east from the right, anticlockwise from above"
+    )
+    axes.add_argument(
+        "--nose", choices=_SIDES, help="side the front (of a tail-sitter: its belly) pointed to when the body was made"
+    )
+
+
+def _add_pose_options(poses: argparse._ArgumentGroup) -> None:
+    poses.add_argument(
+        "--message",
+        choices=("odometry", "vision", "mocap"),
+        default="odometry",
+        help="ODOMETRY, VISION_POSITION_ESTIMATE or ATT_POS_MOCAP [odometry]",
+    )
+    poses.add_argument(
+        "--estimator", choices=("mocap", "vision", "vio"), default="mocap", help="what ODOMETRY says it is [mocap]"
+    )
+    poses.add_argument("--rate", type=_rate, default=math.inf, metavar="HZ", help="at most so many poses [all]")
+    poses.add_argument("--deviation", type=_positive, default=0.001, metavar="M", help="of positions, at least [0.001]")
+    poses.add_argument(
+        "--attitude-deviation", type=_degrees_deviation, default=0.01, metavar="DEG", help="of attitudes [0.57]"
+    )
+    poses.add_argument(
+        "--clock",
+        choices=("auto", "local", "vehicle", "server"),
+        default="auto",
+        help="of the stamps; auto: ours if the vehicle asks by TIMESYNC, as PX4 does, else the server's if that is the "
+        "vehicle's time since boot, as of 'darko-sitl mocap', else the vehicle's by TIMESYNC [auto]",
+    )
+
+
+def run(args: argparse.Namespace) -> int:
+    """Bridge until it is interrupted.
+
+    Raises:
+        GroundError: The key or a port is not usable.
+    """
+    from darko_gcs.motion_capture.run_bridge import run_bridge  # noqa: PLC0415 - --help must be quick
+
+    run_bridge(args, _say)
+    return 0
+
+
+def _say(text: str) -> None:
+    print(f"darko-gcs bridge: {text}", file=sys.stderr, flush=True)
+
+
+def _number(text: str) -> float:
+    value = float(text)
+    if not math.isfinite(value):
+        raise argparse.ArgumentTypeError(f"{text} is not a finite number")
+    return value
+
+
+def _degrees(text: str) -> float:
+    return _number(text)
+
+
+def _positive(text: str) -> float:
+    value = _number(text)
+    if value <= 0.0:
+        raise argparse.ArgumentTypeError(f"{text} is not positive")
+    return value
+
+
+def _rate(text: str) -> float:
+    return _positive(text)
+
+
+def _degrees_deviation(text: str) -> float:
+    return math.radians(_positive(text))
+
+
+def _milliseconds(text: str) -> float:
+    value = _number(text)
+    if not 0.0 <= value <= 500.0:
+        raise argparse.ArgumentTypeError(f"{text} is not from 0 to 500 ms")
+    return 1e-3 * value
+
+
+def _body(text: str) -> str | int:
+    return int(text) if text.isdecimal() else text
+
+
+def _system(text: str) -> int:
+    value = int(text)
+    if not 1 <= value <= 255:
+        raise argparse.ArgumentTypeError(f"{text} is not a system id")
+    return value
+
+
+def _port(text: str) -> int:
+    value = int(text)
+    if not 0 < value <= 65535:
+        raise argparse.ArgumentTypeError(f"{text} is not a UDP port")
+    return value
+
+
+def _ipv4(text: str) -> str:
+    try:
+        return str(ipaddress.IPv4Address(text))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not an IPv4 address") from None
+
+
+def _socket_address(text: str) -> tuple[str, int]:
+    host, separator, port = text.rpartition(":")
+    if not separator:
+        raise argparse.ArgumentTypeError(f"{text!r} is not ADDRESS:PORT")
+    return _ipv4(host), _port(port)

@@ -1,0 +1,238 @@
+"""The process of the simulated Motive: sockets and clock around the vehicle watch, the cameras and the server."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import select
+import socket
+import sys
+import time
+from collections.abc import Callable, Hashable
+from contextlib import ExitStack, closing
+from typing import cast
+
+from protocol.errors import FileError
+from protocol.keyring import Keyring
+from protocol.loopback import is_loopback
+from protocol.signing import load_key, timestamp_at
+from sitl.errors import SitlError
+from sitl.mavlink.transport import UdpTransport
+from sitl.motion_capture.cameras import Cameras
+from sitl.motion_capture.capture_frame import CLOCK
+from sitl.motion_capture.disturbances import Disturbances, read_disturbance
+from sitl.motion_capture.hall_axes import SIDES, HallAxes
+from sitl.motion_capture.natnet_packets import APPLICATION_VERSIONS, BIT_STREAMS, Address
+from sitl.motion_capture.natnet_server import NatnetServer
+from sitl.motion_capture.rigid_body import load_rigid_body
+from sitl.motion_capture.vehicle_watch import VehicleWatch
+from sitl.sensors.sensor_files import load_sensors
+from sitl.sensors.specification import SensorSet
+
+LEAST_FRAMES, MOST_FRAMES = 10.0, 250.0  # of frames [Hz]
+LONGEST_WAIT = 0.05  # [s]
+SHORTEST_WAIT = 2e-4  # [s]
+MAX_LINE = 200  # bytes of what a person types
+
+Say = Callable[[str], None]
+
+
+def serve_motion_capture(args: argparse.Namespace, say: Say) -> None:
+    """Serve NatNet until it is interrupted.
+
+    Args:
+        args: Options of ``darko-sitl mocap``.
+        say: Tells a person what happens.
+
+    Raises:
+        SitlError: An option, a file or a port is not usable.
+    """
+    with ExitStack() as stack:
+        motive = build_motive(args, say, stack)
+        while True:
+            motive.step(time.monotonic())
+            motive.wait(time.monotonic())
+
+
+def build_motive(args: argparse.Namespace, say: Say, stack: ExitStack) -> Motive:
+    """The simulated Motive of these options, with its sockets open; ``stack`` closes them."""
+    version = _version(args.natnet)
+    sensors = sensors_of(args)
+    disturbances = Disturbances(tuple(map(read_disturbance, args.event)))
+    axes = HallAxes(
+        args.up_axis, args.long_edge, args.x_angle if args.x_side is None else SIDES[args.x_side], args.nose
+    )
+    cameras = Cameras(sensors, load_rigid_body(args.body), axes, args.seed, disturbances)
+    command = stack.enter_context(closing(UdpTransport((args.bind, args.command_port))))
+    vehicle = stack.enter_context(closing(UdpTransport(("127.0.0.1" if is_loopback(args.vehicle) else "", 0))))
+    group = "" if args.unicast else args.multicast
+    address = Address(args.data_port, group)
+    server = NatnetServer(cameras.body, version, sensors.motion_capture.timing.rate, address)
+    link = Motive(
+        cameras=cameras,
+        server=server,
+        watch=VehicleWatch(_keyring(args), args.system),
+        disturbances=disturbances,
+        command=command,
+        vehicle=(vehicle, args.vehicle),
+        group=(stack.enter_context(closing(_group_socket(args.bind))), (group, args.data_port)) if group else None,
+        say=say,
+    )
+    application = ".".join(map(str, APPLICATION_VERSIONS[version[0]][:2]))
+    where = f"to {group}:{args.data_port}" if group else "to each client"
+    rate = sensors.motion_capture.timing.rate
+    say(
+        f"Motive {application}, NatNet {version[0]}.{version[1]}, at {args.bind}:{command.port}: rigid body "
+        f"{cameras.body.name} ({cameras.body.number}), {rate:g} Hz {where}, {args.up_axis} up"
+    )
+    if not is_loopback(args.bind):
+        say(f"WARNING: listening on {args.bind}: anyone who reaches this port can ask for the stream")
+    return link
+
+
+class Motive:
+    """Moves datagrams between the vehicle, the cameras, the server and its clients.
+
+    Args:
+        cameras: Make frames.
+        server: Answers clients.
+        watch: Sees the vehicle.
+        disturbances: Take what a person types.
+        command: The command socket, which clients of their own stream are served from, too.
+        vehicle: The socket to the vehicle, and the vehicle's address.
+        group: The socket to the multicast group, and the group's address; None: each client is served.
+        say: Tells a person what happens.
+    """
+
+    def __init__(
+        self,
+        *,
+        cameras: Cameras,
+        server: NatnetServer,
+        watch: VehicleWatch,
+        disturbances: Disturbances,
+        command: UdpTransport,
+        vehicle: tuple[UdpTransport, Hashable],
+        group: tuple[socket.socket, tuple[str, int]] | None,
+        say: Say,
+    ) -> None:
+        self._cameras, self._server, self._watch, self._disturbances = cameras, server, watch, disturbances
+        self.command, (self._vehicle, self._vehicle_address) = command, vehicle
+        self._group, self._say = group, say
+        self._was_seen: bool | None = None
+        self._clients: tuple[Hashable, ...] = ()
+        self._stdin = _terminal()
+
+    def step(self, now: float) -> None:
+        """Take and send what there is.
+
+        Args:
+            now: Monotonic time [s].
+        """
+        for data, sender in self._vehicle.receive():
+            if sender == self._vehicle_address:
+                for motion in self._watch.receive(data, now):
+                    self._cameras.look(motion)
+        for data, client in self.command.receive():
+            for answer in self._server.receive(data, client, now):
+                self.command.send(answer, client)
+        for frame in self._cameras.frames(self._watch.time(now)):
+            for to, data in self._server.send(frame, now):
+                self._send(to, data)
+        for data in self._watch.requests(now):
+            self._vehicle.send(data, self._vehicle_address)
+        self._report(now)
+
+    def wait(self, now: float) -> None:
+        """Sleep until something arrives or the next frame is to be sent."""
+        due = self._cameras.next_sent
+        remaining = LONGEST_WAIT if due is None else due / CLOCK - self._watch.time(now)
+        sockets: list[UdpTransport | int] = [self._vehicle, self.command]
+        sockets += [] if self._stdin is None else [self._stdin]
+        ready, _, _ = select.select(sockets, [], [], min(max(remaining, SHORTEST_WAIT), LONGEST_WAIT))
+        if self._stdin in ready:
+            self._take_line()
+
+    def _send(self, to: Hashable | None, data: bytes) -> None:
+        if to is not None:
+            self.command.send(data, to)
+        elif self._group is not None:
+            group, address = self._group
+            try:
+                group.sendto(data, address)
+            except OSError:  # a full buffer, or a network that is gone: the frame is lost
+                return
+
+    def _take_line(self) -> None:
+        line = os.read(cast("int", self._stdin), MAX_LINE)
+        if not line:
+            self._stdin = None
+        elif words := line.decode("utf-8", "replace").strip():
+            self._say(self._disturbances.order(words, self._cameras.time))
+
+    def _report(self, now: float) -> None:
+        """Say who came and went."""
+        seen = self._watch.is_seen(now)
+        if seen != self._was_seen:
+            refusal = f" ({self._watch.refusal})" if self._watch.refusal else ""
+            host, port = cast("tuple[str, int]", self._vehicle_address)
+            missing = "waiting for" if self._was_seen is None else "lost"
+            self._say(
+                f"sees the vehicle at {host}:{port}" if seen else f"{missing} the vehicle at {host}:{port}{refusal}"
+            )
+            self._was_seen = seen
+        if (clients := self._server.clients) != self._clients:
+            for host, port in set(clients) - set(self._clients):  # type: ignore[misc]
+                self._say(f"client {host}:{port}")
+            for host, port in set(self._clients) - set(clients):  # type: ignore[misc]
+                self._say(f"client {host}:{port} is gone")
+            self._clients = clients
+
+
+def sensors_of(args: argparse.Namespace) -> SensorSet:
+    """The instruments of the file, with the motion capture's values that the command line names."""
+    sensors = load_sensors(args.sensors)
+    spec = sensors.motion_capture
+    timing = spec.timing
+    given = {key: value for key in timing._fields if (value := getattr(args, key)) is not None}
+    if args.noise is not None:
+        spec = spec._replace(noise=args.noise)
+    spec = spec._replace(timing=timing._replace(**given))
+    if not LEAST_FRAMES <= spec.timing.rate <= MOST_FRAMES:
+        raise SitlError(f"--rate {spec.timing.rate:g} Hz is not from {LEAST_FRAMES:g} to {MOST_FRAMES:g} Hz")
+    return sensors._replace(motion_capture=spec)
+
+
+def _version(text: str) -> tuple[int, int]:
+    return next(version for version in BIT_STREAMS if f"{version[0]}.{version[1]}" == text)
+
+
+def _keyring(args: argparse.Namespace) -> Keyring:
+    if args.signing_key is None:
+        return Keyring()
+    try:
+        key = load_key(args.signing_key)
+    except FileError as error:
+        raise SitlError(str(error)) from error
+    return Keyring({None: key}, timestamp=timestamp_at(time.time()), now=time.monotonic())
+
+
+def _group_socket(interface: str) -> socket.socket:
+    """Sends to the group over one interface; over loopback nothing leaves the machine."""
+    made = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    try:
+        if interface != "0.0.0.0":  # noqa: S104 - compared, not bound
+            made.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton(interface))
+        made.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, 0 if is_loopback(interface) else 1)
+    except OSError as error:
+        made.close()
+        raise SitlError(f"--bind {interface}: cannot send to a multicast group: {error.strerror}") from error
+    return made
+
+
+def _terminal() -> int | None:
+    """Where a person or a program types, or nothing."""
+    try:
+        return sys.stdin.fileno()
+    except (AttributeError, ValueError, OSError):  # closed, or not a file
+        return None

@@ -1,0 +1,1 @@
+"""The rigid body that is shipped: TOML with a unit and a source for every value."""

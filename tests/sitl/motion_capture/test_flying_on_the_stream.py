@@ -1,0 +1,102 @@
+"""Motive, bridge and vehicle: it waits for poses, takes off and hovers on nothing else, and lands without them."""
+
+import math
+
+import pytest
+
+from protocol.dialect import mavlink
+from protocol.keyring import Keyring
+from sitl.motion_capture.hall_axes import HallAxes
+from sitl.parameters import WorldSettings
+from sitl.sensors.instruments import EXTERNAL_POSE, FIRST_LINE
+from sitl.simulation.avionics import Navigation
+from sitl.timing import PERIOD
+from tests.support.motion_capture.hall import Hall
+from tests.support.vehicle.fake_station import FakeStation
+from tests.support.vehicle.signed_station import KEY, T
+
+TAKE_OFF, ARM = mavlink.MAV_CMD_NAV_TAKEOFF, mavlink.MAV_CMD_COMPONENT_ARM_DISARM
+EXTERNAL = {"navigation": Navigation.MOCAP, "world_settings": WorldSettings(motion_capture=0)}
+
+
+@pytest.fixture
+def standing(tmp_path):
+    return FakeStation.with_vehicle(tmp_path, aligned=False, **EXTERNAL)
+
+
+@pytest.fixture
+def hovering(tmp_path):
+    return FakeStation.with_vehicle(tmp_path, up=3.0, **EXTERNAL)
+
+
+@pytest.mark.parametrize(
+    ("version", "group", "axes"),
+    [((3, 1), "239.255.42.99", HallAxes()), ((4, 1), "", HallAxes("y", "right", -23.0, "left"))],
+    ids=["3.1 multicast, ENAC", "4.1 unicast, y up and turned"],
+)
+def test_it_takes_off_and_hovers_on_nothing_but_the_stream(standing, version, group, axes):
+    hall, off = Hall(standing, version=version, group=group, axes=axes, rate=100.0), []
+
+    def compare():
+        off.append(math.dist(standing.vehicle.estimate.position, standing.vehicle.truth.body.position))
+
+    assert standing.command(ARM, 1) == mavlink.MAV_RESULT_TEMPORARILY_REJECTED
+    assert "waiting for poses of motion capture" in standing.texts()
+    hall.fly(2.5)
+    assert standing.command(ARM, 1) == mavlink.MAV_RESULT_ACCEPTED
+    assert standing.command(TAKE_OFF) == mavlink.MAV_RESULT_ACCEPTED
+    hall.fly(6.5, compare)
+    assert math.dist(standing.vehicle.truth.body.position, (0.0, 0.0, 2.5)) < 0.3
+    assert max(off) < 0.06
+    assert "ODOMETRY refused" not in standing.texts()
+
+
+def test_hovering_on_the_stream_it_knows_its_place_to_a_millimetre(hovering):
+    hall, off = Hall(hovering), []
+    hall.fly(1.0)
+    hall.fly(
+        2.0, lambda: off.append(math.dist(hovering.vehicle.estimate.position, hovering.vehicle.truth.body.position))
+    )
+    assert math.sqrt(sum(each**2 for each in off) / len(off)) < 1e-3
+
+
+def test_when_tracking_is_lost_in_flight_it_lands_and_both_sides_say_so(hovering):
+    hall = Hall(hovering, events=["lost@1"], rate=100.0)
+    hall.fly(4.0)
+    assert "tracking lost: nothing is sent" in hall.bridge.said
+    assert "No position for 2 s: landing" in hovering.texts()
+
+
+def test_it_hovers_through_a_swap_of_markers_that_turns_the_body_half_round(hovering):
+    hall, tilted = Hall(hovering, events=["swap@1+1"], rate=100.0), []
+    hall.fly(3.5, lambda: tilted.append(hovering.bench.aircraft.view().tilt))
+    assert any("the body has jumped" in line for line in hall.bridge.said)
+    assert "the body has jumped back" in hall.bridge.said
+    assert max(tilted) < math.radians(15.0)
+    assert math.dist(hovering.vehicle.truth.body.position, (0.0, 0.0, 3.0)) < 0.5
+
+
+def test_it_hovers_through_frames_that_do_not_arrive(hovering):
+    hall = Hall(hovering, events=["dropped@1+0.5"], dropout=0.2, rate=100.0)
+    hall.fly(3.0)
+    assert math.dist(hovering.vehicle.truth.body.position, (0.0, 0.0, 3.0)) < 0.5
+
+
+@pytest.mark.parametrize(("clock", "used", "off"), [("auto", "server", 0.0025), ("vehicle", "vehicle", 0.005)])
+def test_the_vehicle_takes_poses_as_of_their_exposure_however_late_they_come(hovering, clock, used, off):
+    hall = Hall(hovering, rate=50.0, delay=0.03, jitter=0.004, clock=clock)
+    hall.fly(2.5)
+    assert hall.autopilot.clock == used
+    sampled = hovering.vehicle.avionics.instruments["sampled"][EXTERNAL_POSE - FIRST_LINE] * PERIOD
+    assert len(sampled) > 3
+    assert max(abs(time - round(time * 50.0) / 50.0) for time in sampled) < off
+
+
+@pytest.mark.parametrize(("key", "is_taken"), [(KEY, True), (None, False)])
+def test_a_vehicle_with_a_key_takes_signed_poses_alone(tmp_path, key, is_taken):
+    keyring = Keyring({None: KEY}, timestamp=T)
+    station = FakeStation.with_vehicle(tmp_path, up=3.0, node_options={"keyring": keyring}, **EXTERNAL)
+    hall = Hall(station, key=key, rate=50.0)
+    hall.fly(1.0)
+    assert hall.watch.is_seen(station.bench.now) == is_taken
+    assert (station.vehicle.avionics.instruments["sampled"][EXTERNAL_POSE - FIRST_LINE].max() > 0) == is_taken
