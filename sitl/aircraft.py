@@ -7,6 +7,7 @@ import math
 from protocol.dialect.vocabulary import Law, Reason, Regime
 from sitl.autopilot.autopilot import Autopilot
 from sitl.autopilot.safety.world import World
+from sitl.enclosure.ways import prepare_ways
 from sitl.guidance.view import VehicleView
 from sitl.injected_failures import InjectedFailures
 from sitl.model.airframe import BATTERY
@@ -48,6 +49,7 @@ class Aircraft:
         self.vehicle = vehicle
         self.configuration = Configuration()
         vehicle.surroundings.enclose(world.arena)
+        prepare_ways(world.arena)
         self.failures = InjectedFailures(vehicle)
         self._seen_navigation, self._seen_at = self.navigation, vehicle.periods
         self._chooser = Chooser(vehicle.design_model, configuration.tuning, can_fly_forward=vehicle.can_fly_forward)

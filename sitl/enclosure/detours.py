@@ -31,7 +31,7 @@ def detour(arena: Arena, start: Place, end: Place, clearance: float, *, level: b
         clearance: From obstacles [m].
         level: Whether the height changes evenly along the way, as in forward flight, and nowhere else.
     """
-    if not arena.obstacles or not crossed(arena, start, end, clearance):
+    if not crossed(arena, start, end, clearance):
         return (end,)
     for obstacle in arena.obstacles:
         if obstacle.gap(end) < clearance - TOUCH:
