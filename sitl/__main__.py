@@ -10,8 +10,8 @@ from sitl.errors import SitlError
 
 COMMANDS = {
     "run": "fly the vehicle over MAVLink (what darko-sitl does when no command is named)",
-    "scenario": "fly an experiment of the report, print its figures and save its plot",
     "mocap": "serve the running vehicle's pose by NatNet, as the Motive of a motion-capture hall does",
+    "scenario": "fly an experiment of the report or before a wind wall, print its figures and save its plot",
     "report": "run every experiment of the report and write one HTML page with verdicts",
     "campaign": "fly a square forward from many seeds, in wind and gusts with a wrong model, and print statistics",
     "falls": "throw the vehicle into any attitude: height lost, how the falls end, and a map of the height needed",

@@ -8,6 +8,7 @@ from protocol.dialect.vocabulary import Law, Reason, Regime
 from sitl.actuator_watch import ActuatorWatch, UnexplainedMoment
 from sitl.autopilot.autopilot import Autopilot
 from sitl.autopilot.safety.world import World
+from sitl.enclosure.ways import prepare_ways
 from sitl.guidance.view import VehicleView
 from sitl.injected_failures import InjectedFailures
 from sitl.model.airframe import BATTERY
@@ -49,6 +50,7 @@ class Aircraft:
         self.vehicle = vehicle
         self.configuration = Configuration()
         vehicle.surroundings.enclose(world.arena)
+        prepare_ways(world.arena)
         self.failures = InjectedFailures(vehicle)
         self._actuator_watch = ActuatorWatch(vehicle.design_model)
         self._seen_navigation, self._seen_at = self.navigation, vehicle.periods

@@ -13,7 +13,7 @@ from sitl.autopilot.routes import FORWARD_DRIFT, return_route, route_to
 from sitl.autopilot.safety.world import World
 from sitl.autopilot.settings import Settings
 from sitl.control.reference import Point, Reference, hover_at
-from sitl.enclosure.detours import crossed, crosses_circle
+from sitl.enclosure.ways import crossed, crosses_circle
 from sitl.guidance.legs import FlyLeg
 from sitl.guidance.limits import MIN_HOLD_HEIGHT
 from sitl.guidance.manoeuvres import ComeToRest, FlyTo, Hold, Manoeuvre, ManoeuvreSequence, land_at

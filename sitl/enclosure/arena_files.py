@@ -16,6 +16,7 @@ from sitl.enclosure.geometry import Arena, Obstacle, WindWall, outlet_of
 from sitl.errors import SitlError
 
 MAX_SIZE = 1e5  # of an arena [m]
+MAX_OBSTACLES = 30
 MAX_WALL_SPEED = 30.0  # of a wind wall [m/s]
 NET_THICKNESS = 0.04  # [m]
 MIN_OPENING = 0.2  # of a wind wall; and of an arena, of which as much must be left inside the margin [m]
@@ -180,6 +181,8 @@ def _arena(file: str, raw: Table) -> Arena:
     obstacles = [_box(file, table, i, frame, height) for i, table in enumerate(top.tables("box"), 1)]
     obstacles += [_pillar(file, table, i, frame, height) for i, table in enumerate(top.tables("pillar"), 1)]
     obstacles += [_net(file, table, i, frame, height) for i, table in enumerate(top.tables("hanging_net"), 1)]
+    if len(obstacles) > MAX_OBSTACLES:
+        raise ArenaError(f"{file}: there are {len(obstacles)} obstacles, at most {MAX_OBSTACLES} are ways found past")
     _refuse_twins(top, obstacles)
     wall = _wall(file, top.table("wind_wall"), frame) if top.has("wind_wall") else None
     return Arena(

@@ -7,6 +7,7 @@ import math
 from collections.abc import Iterable, Sequence
 
 import networkx as nx
+import numpy as np
 import shapely
 from shapely.geometry import LineString, Point, Polygon
 from shapely.geometry.base import BaseGeometry
@@ -16,7 +17,8 @@ from sitl.enclosure.geometry import Arena, Obstacle, Place
 LOWEST_WAY = 1.0  # no detour leads nearer to the ground [m]
 SPARE = 0.02  # corners of a way keep so much more than the clearance [m]
 TOUCH = 1e-6  # what is less far inside is not crossed [m]
-QUARTER = 4  # chords of a quarter circle about a corner
+INSIDE_COST = 10.0  # of a metre within the clearance, in metres outside
+QUARTER = 2  # chords of a quarter circle about a corner
 CHORD_GROWTH = 1.0 / math.cos(math.pi / (4 * QUARTER))  # puts those chords outside of the circle
 Ways = tuple[Place, ...]
 
@@ -31,20 +33,28 @@ def detour(arena: Arena, start: Place, end: Place, clearance: float, *, level: b
         clearance: From obstacles [m].
         level: Whether the height changes evenly along the way, as in forward flight, and nowhere else.
     """
-    if not arena.obstacles or not crossed(arena, start, end, clearance):
+    if not crossed(arena, start, end, clearance):
         return (end,)
     for obstacle in arena.obstacles:
         if obstacle.gap(end) < clearance - TOUCH:
             return f"its end is within {clearance:g} m of {obstacle.name!r}"
-    ways = []
-    for height in _level_heights(start, end) if level else _heights(arena, start, end, clearance):
+    best, shortest = None, math.inf
+    heights = _level_heights(start, end) if level else _heights(arena, start, end, clearance)
+    for height in sorted(heights, key=lambda height: _least_length(start, end, height)):
+        if _least_length(start, end, height) >= shortest:
+            break
         way = _way_at(arena, start, end, clearance, height, level=level)
-        if way is not None:
-            ways.append(way)
-    if not ways:
+        if way is not None and length_of((start, *way)) < shortest:
+            best, shortest = way, length_of((start, *way))
+    if best is None:
         names = ", ".join(repr(obstacle.name) for obstacle in crossed(arena, start, end, clearance))
         return f"no way past {names} keeps {clearance:g} m from everything"
-    return min(ways, key=lambda way: length_of((start, *way)))
+    return best
+
+
+def _least_length(start: Place, end: Place, height: float) -> float:
+    """What a way at a height takes at least [m]."""
+    return abs(height - start[2]) + math.dist(start[:2], end[:2]) + abs(height - end[2])
 
 
 def length_of(points: Sequence[Place]) -> float:
@@ -97,6 +107,8 @@ def _comes_near(obstacle: Obstacle, start: Place, end: Place, clearance: float) 
     if math.dist(start[:2], end[:2]) < TOUCH:
         return bool(shape.contains(Point(start[:2])))
     line = LineString([start[:2], end[:2]])
+    if outline(obstacle).distance(line) - (obstacle.half_length if obstacle.is_round else 0.0) >= clearance - TOUCH:
+        return False
     piece = shape.intersection(line)
     if piece.is_empty:
         return False
@@ -143,22 +155,27 @@ def _round(
     arena: Arena, shapes: list[BaseGeometry], start: tuple[float, float], end: tuple[float, float]
 ) -> list[tuple[float, float]] | None:
     """The shortest level way round shapes, within the arena's margin."""
-    blocked = shapely.union_all(shapes)
-    core = blocked.buffer(-TOUCH)
+    if math.dist(start, end) < TOUCH:
+        return [start]
+    core = shapely.union_all(shapes).buffer(-TOUCH)
     outer = shapely.union_all([shape.buffer(SPARE, join_style="mitre") for shape in shapes])
     corners = [(float(x), float(y)) for x, y in shapely.get_coordinates(outer)]
-    nodes = [start, end, *(c for c in corners if arena.keeps(c) and not core.contains(Point(c)))]
+    shapely.prepare(core)
+    free = [c for c in corners if arena.keeps(c) and not core.contains(Point(c))]
+    nodes = np.array(list(dict.fromkeys([start, end, *free])))
+    first, second = np.triu_indices(len(nodes), 1)
+    lines = shapely.linestrings(np.stack([nodes[first], nodes[second]], axis=1))
+    is_free = ~shapely.intersects(core, lines)
+    lengths = shapely.length(lines)
+    if core.contains(Point(start)):  # too near already, it may leave: by the way that is least far inside
+        within = shapely.length(shapely.intersection(lines, core))
+        leaves = (first == 0) & (second != 1) & (within < lengths)
+        is_free, lengths = is_free | leaves, np.where(leaves, lengths + INSIDE_COST * within, lengths)
     graph = nx.Graph()
-    leaves = core.contains(Point(start))
-    for a, b in itertools.combinations(dict.fromkeys(nodes), 2):
-        line = LineString([a, b])
-        within = line.intersection(core)
-        # A start that is too near may leave, by the way that is least far inside.
-        free = within.is_empty or (leaves and a == start and within.length < line.length and b != end)
-        if free:
-            graph.add_edge(a, b, weight=line.length + 10.0 * within.length)
+    pairs = zip(first[is_free].tolist(), second[is_free].tolist(), lengths[is_free].tolist(), strict=True)
+    graph.add_weighted_edges_from(pairs)
     try:
-        way: list[tuple[float, float]] = nx.shortest_path(graph, start, end, weight="weight")
+        way = nx.shortest_path(graph, 0, 1, weight="weight")
     except (nx.NetworkXNoPath, nx.NodeNotFound):
         return None
-    return way
+    return [(float(x), float(y)) for x, y in nodes[way]]

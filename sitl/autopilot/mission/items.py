@@ -18,7 +18,7 @@ from protocol.units import UNKNOWN_INT32, from_e7, from_local_e4
 from sitl.autopilot.routes import no_descent
 from sitl.autopilot.safety.world import POSITION_FRAMES, World
 from sitl.control.reference import Point
-from sitl.enclosure.detours import detour
+from sitl.enclosure.ways import detour
 from sitl.guidance.limits import MAX_AIRSPEED
 
 TAKEOFF_COMMANDS = frozenset({mavlink.MAV_CMD_NAV_TAKEOFF, mavlink.MAV_CMD_NAV_VTOL_TAKEOFF})

@@ -21,10 +21,11 @@ from sitl.autopilot.mission.items import (
     height_of,
     position_of,
 )
-from sitl.autopilot.routes import land_after, no_descent, return_route, route_to
+from sitl.autopilot.routes import FORWARD_DRIFT, land_after, no_descent, return_route, route_to
 from sitl.autopilot.safety.world import World
 from sitl.autopilot.settings import Settings
 from sitl.control.reference import Point, Reference, at, hover_at, upright
+from sitl.enclosure.ways import crossed, crosses_circle
 from sitl.guidance.circles import circle_about
 from sitl.guidance.leg_speeds import corner_lead, leg_airspeeds, speed_along
 from sitl.guidance.legs import FlyLeg, leg_reference
@@ -179,14 +180,20 @@ class MissionRunner:
     def _take_off(self, item: MissionItem, view: VehicleView, last: Reference) -> Manoeuvre:
         here = (view.p[0], view.p[1], height_of(item, self.world))
         climb = Ramp(hover_at(here, _heading(item, last), self.speed), self.settings.climb_rate)
+        if above := crossed(self.world.arena, view.p, here, self.settings.clearance):
+            return self._stopped(f"'{above[0].name}' is above", last)
         point = position_of(item, self.world)
         if point is None or distance(point, here) < SAME_PLACE:
             return climb
-        return ManoeuvreSequence((climb, FlyTo(at(climb.reference, point), self.settings.acceptance)))
+        # It goes on hovering, whatever the way.
+        leg = route_to(view._replace(p=here), at(climb.reference, point), self.settings, None, self.world.arena)
+        return self._stopped(leg, last) if isinstance(leg, str) else ManoeuvreSequence((climb, leg))
 
     def _land(self, item: MissionItem, view: VehicleView, last: Reference) -> Manoeuvre:
         point = position_of(item, self.world)
         reference = last._replace(heading=_heading(item, last), speed=self.speed)
+        if reason := no_descent(self.world.arena, point or last.position, self.settings.clearance):
+            return self._stopped(reason, last)
         if point is None or math.dist(point[:2], view.p[:2]) < SAME_PLACE:
             return land_at(reference if point is None else at(reference, point), self.settings.descent_rate)
         above = at(reference, (point[0], point[1], max(last.position[2], point[2])))
@@ -222,9 +229,13 @@ class MissionRunner:
             seconds = math.inf if for_ever or turning else amount
             turns = amount if turning else math.inf
             circle = circle_about(reference.position, radius, reference, self.airspeed, seconds, turns)
-            if circle.reference.path.airspeed >= MIN_AIRSPEED:
+            wide = self.settings.clearance + FORWARD_DRIFT
+            if crosses_circle(self.world.arena, view.p, reference.position, abs(radius), wide):
+                self.notices.append(f"Circle of {abs(radius):g} m meets an obstacle: hovering at its centre")
+            elif circle.reference.path.airspeed >= MIN_AIRSPEED:
                 return circle
-            self.notices.append(f"Circle of {abs(radius):g} m too tight: hovering at its centre")
+            else:
+                self.notices.append(f"Circle of {abs(radius):g} m too tight: hovering at its centre")
         hold = math.inf if for_ever else 0.0 if turning else amount
         return self._approach(item, reference, view, self.settings.acceptance, hold)
 

@@ -8,6 +8,7 @@ import pytest
 from protocol.dialect import mavlink
 from protocol.modes import Mode
 from sitl import Regime
+from sitl.autopilot.mission.items import validate
 from sitl.enclosure.geometry import Obstacle
 from sitl.studies.mission_flight import waypoint
 from tests.support.flights.enclosed import CAGE, FIELD, PILLAR, EnclosedFlight
@@ -74,6 +75,33 @@ def test_a_mission_is_led_round_and_refused_where_it_cannot_be():
     closed.autopilot.missions.load([waypoint(-2.0, 1.0, 2.0), waypoint(3.0, 0.0, 2.0)])
     answer = closed.autopilot.missions.start()
     assert answer.text == "Mission denied: item 1: no way past 'screen' keeps 1 m from everything"
+
+
+def test_a_take_off_and_a_circle_of_a_mission_meet_no_obstacle():
+    arena = CAGE._replace(obstacles=(PILLAR,))
+    flight = EnclosedFlight(arena, (-3.0, 0.0, 1.5))
+    away = dataclasses.replace(waypoint(3.0, 0.0, 2.5), command=mavlink.MAV_CMD_NAV_TAKEOFF)
+    flight.autopilot.missions.load([away])
+    assert flight.autopilot.missions.start().result == 0
+    flight.fly(30.0, until=lambda: flight.autopilot.mode is not Mode.MISSION)
+    assert "Mission complete: holding" in flight.texts
+    assert flight.gap > 0.8
+    loiter = dataclasses.replace(
+        waypoint(94.6, 23.0, 50.0), command=mavlink.MAV_CMD_NAV_LOITER_UNLIM, params=(0.0, 0.0, 60.0, math.nan)
+    )
+    outdoors = EnclosedFlight(FIELD._replace(obstacles=(TOWER,)), (0.0, 0.0, 50.0))
+    outdoors.autopilot.missions.load([loiter])
+    outdoors.autopilot.missions.start()
+    outdoors.fly(1.0)
+    assert "Circle of 60 m meets an obstacle: hovering at its centre" in outdoors.texts
+
+
+def test_a_mission_is_refused_when_it_is_uploaded():
+    world = EnclosedFlight(CAGE._replace(obstacles=(SCREEN,)), (-3.0, 0.0, 2.0)).autopilot.world
+    apart = [waypoint(-2.0, 1.0, 2.0), waypoint(3.0, 0.0, 2.0)]
+    refusal = validate(apart, world)
+    assert refusal.text == "item 1: no way past 'screen' keeps 1 m from everything"
+    assert validate(apart[:1], world) is None
 
 
 def test_a_mission_whose_first_leg_has_no_way_stops_there():

@@ -55,7 +55,9 @@ class Watched(FakeStation):
         return list(lines.values())
 
 
-@pytest.mark.parametrize(("name", "duration"), [("hover", 10.0), ("lqi-wind", 20.0), ("forward-to-hover", 52.0)])
+@pytest.mark.parametrize(
+    ("name", "duration"), [("hover", 10.0), ("lqi-wind", 20.0), ("jet-gust", 36.0), ("forward-to-hover", 52.0)]
+)
 def test_the_live_flight_is_the_fast_one_sample_for_sample(name, duration, tmp_path):
     """Until after the last event and the jumps that follow it."""
     scenario = replace(named(name), duration=duration)

@@ -7,6 +7,7 @@ import numpy as np
 
 from protocol.dialect.vocabulary import Law
 from sitl.control.reference import AttitudeReference, along, circle, hover_at, leg, steer
+from sitl.enclosure.geometry import Arena, Obstacle, WindWall, outlet_of
 from sitl.model.airframe_files import load
 from sitl.model.quaternions import from_euler, hover
 from sitl.model.state import Body
@@ -64,6 +65,24 @@ def fallen():
     return made
 
 
+def in_a_jet():
+    """At the edge of a wind wall's jet, in a gust of it and in turbulence of the open air."""
+    made = begun(Law.HOVER_ZERO_MOMENT, hover_at((0.0, 1.2, UP), 0.2))
+    outlet = outlet_of(4.0, 0.0, UP, 3.0, 3.0, 2.5)
+    made.surroundings.put_wall(WindWall(outlet, 0.1, 0.3, ((0.0, 2.0), (0.1, 4.0)), ((0.02, 0.3, 2.0),)))
+    made.surroundings.set_open_air(6.0)
+    return made
+
+
+def into_a_net():
+    """On its way into a net that hangs in the wind wall's jet."""
+    made = in_a_jet()
+    net = Obstacle("net", False, 0.4, 0.0, 0.3, 0.02, 3.0, 0.0, 2.0 * UP)
+    made.surroundings.enclose(Arena("room", 20.0, 20.0, 2.0 * UP, has_net=True, obstacles=(net,)))
+    made.place(made.truth.body._replace(velocity=Vector(4.0, 0.2, 0.1)))
+    return made
+
+
 def flights():
     """What is flown, by name."""
     fast = Vector(12.5, 0.3, 0.2)
@@ -82,6 +101,8 @@ def flights():
         "crash": fallen(),
         "take-off": standing(),
         "touch-down": touching_down(),
+        "jet": in_a_jet(),
+        "net": into_a_net(),
     }
 
 
