@@ -57,6 +57,8 @@ class FlightPlanRequests:
         self._heading = 0.0  # of the hover [rad]
         self._stops_on_ground = False  # the plan has stopped the motors just above the ground
         self._said = ""
+        self._left_on_ground = True  # the plan was last flown on the ground, or not at all
+        self._waits = False  # in the air, for the operator to choose a block
         self._events: list[PlanEvent] = []
 
     # Loading and starting
@@ -72,14 +74,23 @@ class FlightPlanRequests:
             self._flight.hold_here()
         self.executor = FlightPlanExecutor(check, self._inputs(), mapping)
         self._steering = PlanSteering()
+        self._left_on_ground = True
 
     def start(self) -> Answer:
-        """Fly the plan: from its first block, or from where it was left."""
+        """Fly the plan: from its first block, or from where it was left.
+
+        A plan that was left on the ground waits in the air for a block: where it stands it may stop the motors.
+        """
         flight, executor = self._flight, self.executor
         if executor is None:
             return flight.refuse(REJECTED, "Flight plan refused: none is loaded")
         self._steering.rest()
+        held = flight.stop_point()
         flight.enter(Mode.FLIGHT_PLAN, None)
+        self._waits = flight.flying and self._left_on_ground
+        if self._waits:
+            flight.reference = flight.hover_reference(held)
+            self._say("Flight plan waits in the air: choose a block")
         self._heading = flight.reference.heading if flight.flying else flight.view.heading
         self._place_frame(executor.plan)
         return Answer(ACCEPTED)
@@ -97,7 +108,10 @@ class FlightPlanRequests:
         flight, executor = self._flight, self.executor
         if executor is None:
             return
+        if self._waits and flight.flying:
+            return
         inputs = self._inputs()
+        self._left_on_ground = not flight.flying
         self._place_frame(executor.plan)
         frame = self._steering.frame
         executor.update(inputs, frame.to_plan(flight.view.p), frame.turned(flight.view.v))
@@ -291,6 +305,7 @@ class FlightPlanRequests:
             finding = executor.check.locked_blocks[names[number]]
             return flight.refuse(DENIED, f"Block {names[number]} denied: {finding.construct} is not flown")
         executor.jump(number)
+        self._waits = self._left_on_ground = False
         return Answer(ACCEPTED)
 
     def move_waypoint(self, name: str, position: EnuPoint) -> Answer:
