@@ -37,6 +37,7 @@ from sitl.autopilot.flight_plan.steering import TOUCHDOWN_HEIGHT, PlanFrame, Pla
 from sitl.autopilot.flight_plan.steps import stage_text
 from sitl.autopilot.flight_state import FlightState
 from sitl.autopilot.safety.failsafe import Failsafes
+from sitl.guidance.legs import crosswind_heading
 
 MIN_RISE = 0.3  # an altitude that is wanted by so much higher takes off [m]
 TOUCH_HEIGHT = 0.5  # lower than this, stopping the motors is the end of a landing [m]
@@ -138,6 +139,8 @@ class FlightPlanRequests:
             self._heading = -memory.heading
         elif flight.view.forward:
             self._heading = flight.reference.heading
+        elif not self.landing:  # the span along the wind, before it lands there
+            self._heading = crosswind_heading(self._heading, flight.view.wind)
         speed = flight.settings.hover_speed
         if memory.max_speed is not None:
             speed = min(speed, memory.max_speed)
