@@ -294,5 +294,10 @@ def test_ticks_are_twenty_a_second_however_often_it_is_asked():
     ticks = PlanTicks('<block name="a" pre_call="n = n + 1"><stay wp="A"/></block>', COUNTERS)
     for _ in range(100):
         ticks.executor.update(ticks._inputs(), EnuPoint(*ticks.p), EnuPoint(*ticks.v))
-        ticks.time += 0.01
-    assert 19 <= ticks.variable("n") <= 21
+        ticks.time += 0.02  # as the autopilot asks
+    assert 39 <= ticks.variable("n") <= 41
+    ticks.time += 60.0  # another mode was flown meanwhile
+    for _ in range(50):
+        ticks.executor.update(ticks._inputs(), EnuPoint(*ticks.p), EnuPoint(*ticks.v))
+        ticks.time += 0.02
+    assert 59 <= ticks.variable("n") <= 62
