@@ -50,7 +50,7 @@ NOT_FLOWN = {
     XyzStage: "a plan is not handed the sticks",
 }
 NAV_TYPES = {None, "", "nav", "Nav", "NAV"}  # the patterns that every build has
-_NEEDED = {"climb": "climb", "throttle": "throttle"}  # attribute that a vertical mode needs
+_NEEDED = {"climb", "throttle"}  # vertical modes that need the attribute of their name
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,6 +7,7 @@ navigation stay in force, and a failsafe that acts leaves the mode.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Way
@@ -47,12 +48,25 @@ MAX_EVENTS = 100  # that wait to be taken
 class FlightPlanRequests:
     """Loads and flies the flight plan of a flight, and answers its operator.
 
+    Args:
+        flight: The flight.
+        arming: Starts and stops its motors.
+        failsafes: Know how long the links are silent.
+        radio_silence: Gives the time since the last sticks [s]; None: none ever came.
+
     Attributes:
         executor: Of the plan that is loaded; None without one.
     """
 
-    def __init__(self, flight: FlightState, arming: Arming, failsafes: Failsafes) -> None:
+    def __init__(
+        self,
+        flight: FlightState,
+        arming: Arming,
+        failsafes: Failsafes,
+        radio_silence: Callable[[], float | None] = lambda: None,
+    ) -> None:
         self._flight, self._arming, self._failsafes = flight, arming, failsafes
+        self._radio_silence = radio_silence
         self.executor: FlightPlanExecutor | None = None
         self._steering = PlanSteering()
         self._heading = 0.0  # of the hover [rad]
@@ -192,6 +206,7 @@ class FlightPlanRequests:
             armed=flight.armed,
             flying=flight.flying,
             datalink_time=0.0 if heard is None else heard,
+            radio_lost=(self._radio_silence() or 0.0) > flight.settings.stick_timeout,
         )
 
     def _place_frame(self, plan: FlightPlan) -> None:

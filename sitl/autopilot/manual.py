@@ -56,6 +56,11 @@ class ManualRequests:
         self._flight, self._moving = flight, moving
         self._last: tuple[float, Sticks] | None = None  # when they arrived [s]
 
+    @property
+    def silence(self) -> float | None:
+        """Since the last sticks arrived [s]; None: none ever did."""
+        return None if self._last is None else self._flight.view.time - self._last[0]
+
     def take_sticks(self, sticks: Sticks) -> None:
         """Take a pilot's sticks."""
         self._last = (self._flight.view.time, sticks)

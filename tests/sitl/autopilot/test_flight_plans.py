@@ -10,6 +10,7 @@ from protocol.flight_plans.plan_geometry import EnuPoint
 from protocol.frames import Geodetic
 from protocol.modes import Mode
 from sitl.autopilot.flight_plan.operator_view import AimKind, WaypointMoved
+from sitl.autopilot.manual import Sticks
 from sitl.autopilot.settings import Settings
 from tests.support.plans import VOLIERE, plan_of
 from tests.support.vehicle.fake_station import make_aircraft
@@ -130,6 +131,20 @@ def test_a_plan_that_was_not_begun_waits_in_the_air_for_a_block(plan):
 def test_motors_stopped_by_force_in_the_air_end_the_mode(hovering):
     assert hovering.autopilot.arming.disarm(force=True).accepted
     assert hovering.autopilot.mode is Mode.HOLD
+
+
+def test_a_radio_is_lost_after_it_was_there():
+    plan = plan_of(
+        '<block name="a"><exception cond="RadioControlIsLost()" deroute="b"/><stay wp="A"/></block><block name="b"/>'
+    )
+    flown = flight(plan)
+    flown.advance(2.0)
+    assert flown.block == "a"
+    flown.autopilot.manual.take_sticks(Sticks())
+    flown.advance(0.3)
+    assert flown.block == "a"
+    flown.advance(0.5)
+    assert flown.fired == [("a", "b")]
 
 
 def test_another_mode_takes_over_at_once(hovering):
