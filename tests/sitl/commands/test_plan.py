@@ -107,8 +107,8 @@ def test_what_cannot_be_flown_is_refused_before_anything_is_built(fish, tmp_path
     fish.write_text(FISH.replace('<stay wp="A"/>', "<xyz/>"))
     with pytest.raises(SitlError, match="<xyz>: a plan is not handed the sticks"):
         built(tmp_path, "--flight-plan", str(fish))
-    fish.write_text(FISH.replace('lat0="43.5641"', 'lat0="89"'))
-    with pytest.raises(SitlError, match="no flight at lat0 89"):
+    fish.write_text(FISH.replace('lat0="43.5641"', 'lat0="89.5"'))
+    with pytest.raises(SitlError, match="no flight at lat0 89.5"):
         built(tmp_path, "--flight-plan", str(fish))
     fish.write_text(FISH)
     assert built(tmp_path, "--flight-plan", str(fish), "--nav", "truth").autopilot.mode is Mode.FLIGHT_PLAN
