@@ -61,7 +61,7 @@ class Autopilot:
         self.missions = MissionRequests(flight, self.arming)
         self.offboard = OffboardRequests(flight, moving)
         self.manual = ManualRequests(flight, moving)
-        self.flight_plan = FlightPlanRequests(flight, self.arming, self.failsafes, lambda: self.manual.silence)
+        self.flight_plan = FlightPlanRequests(flight, self.arming, self.failsafes, self.manual)
         flight.plan_lands = lambda: self.flight_plan.landing
         self._response = FailsafeResponse(flight, self.failsafes)
         self._fence = Fence()  # as it was loaded, in force or not

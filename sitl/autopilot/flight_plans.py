@@ -7,7 +7,7 @@ navigation stay in force, and a failsafe that acts leaves the mode.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from typing import Protocol
 
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Way
@@ -38,11 +38,24 @@ from sitl.autopilot.flight_plan.steering import TOUCHDOWN_HEIGHT, PlanFrame, Pla
 from sitl.autopilot.flight_plan.steps import stage_text
 from sitl.autopilot.flight_state import FlightState
 from sitl.autopilot.safety.failsafe import Failsafes
+from sitl.control.reference import Point
 from sitl.guidance.legs import crosswind_heading
 
 MIN_RISE = 0.3  # an altitude that is wanted by so much higher takes off [m]
 TOUCH_HEIGHT = 0.5  # lower than this, stopping the motors is the end of a landing [m]
 MAX_EVENTS = 100  # that wait to be taken
+
+
+class PilotSticks(Protocol):
+    """What a plan asks of a pilot's sticks."""
+
+    @property
+    def silence(self) -> float | None:
+        """Since the last ones arrived [s]; None: none ever did."""
+
+    @property
+    def velocity(self) -> Point:
+        """What fresh ones ask for, world NWU [m/s]; zero without any."""
 
 
 class FlightPlanRequests:
@@ -52,7 +65,7 @@ class FlightPlanRequests:
         flight: The flight.
         arming: Starts and stops its motors.
         failsafes: Know how long the links are silent.
-        radio_silence: Gives the time since the last sticks [s]; None: none ever came.
+        sticks: Those of a pilot, if there are any.
 
     Attributes:
         executor: Of the plan that is loaded; None without one.
@@ -63,10 +76,10 @@ class FlightPlanRequests:
         flight: FlightState,
         arming: Arming,
         failsafes: Failsafes,
-        radio_silence: Callable[[], float | None] = lambda: None,
+        sticks: PilotSticks | None = None,
     ) -> None:
         self._flight, self._arming, self._failsafes = flight, arming, failsafes
-        self._radio_silence = radio_silence
+        self._sticks = sticks
         self.executor: FlightPlanExecutor | None = None
         self._steering = PlanSteering()
         self._heading = 0.0  # of the hover [rad]
@@ -196,7 +209,7 @@ class FlightPlanRequests:
                 flight.terminate("The flight plan stopped them")
 
     def _inputs(self) -> PlanInputs:
-        flight, silence = self._flight, self._failsafes.silence
+        flight, silence, sticks = self._flight, self._failsafes.silence, self._sticks
         heard = silence.in_control if silence.in_control is not None else silence.ground
         return PlanInputs(
             view=flight.view,
@@ -206,7 +219,8 @@ class FlightPlanRequests:
             armed=flight.armed,
             flying=flight.flying,
             datalink_time=0.0 if heard is None else heard,
-            radio_lost=(self._radio_silence() or 0.0) > flight.settings.stick_timeout,
+            stick_velocity=sticks.velocity if sticks is not None else (0.0, 0.0, 0.0),
+            radio_lost=((sticks.silence if sticks else None) or 0.0) > flight.settings.stick_timeout,
         )
 
     def _place_frame(self, plan: FlightPlan) -> None:
@@ -302,7 +316,8 @@ class FlightPlanRequests:
             return None
         aim = executor.aim
         start = aim.start if aim.kind is AimKind.LEG else self._steering.frame.to_plan(self._flight.view.p)
-        return PresentLeg(aim.kind, self._geodetic(start), self._geodetic(aim.end), aim.radius, aim.name)
+        name = aim.name if aim.name in executor.waypoints.names else ""
+        return PresentLeg(aim.kind, self._geodetic(start), self._geodetic(aim.end), aim.radius, name)
 
     def _geodetic(self, p: EnuPoint) -> Geodetic:
         north, west, up = self._steering.frame.to_world(p)

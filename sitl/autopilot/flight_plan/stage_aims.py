@@ -22,6 +22,7 @@ from protocol.flight_plans.stages import (
     Stage,
     StayStage,
     SurveyStage,
+    XyzStage,
 )
 from sitl.autopilot.flight_plan.aims import Aim, qdr_point
 from sitl.autopilot.flight_plan.name_values import NameValues
@@ -78,6 +79,8 @@ class StageAims:
                 return self._with_vertical(stage, Aim(AimKind.POINT, self._key, end=self._begun))
             case GuidedStage():
                 return self._guided_aim(stage)
+            case XyzStage():
+                return self._by_sticks()
             case _:
                 return self._home()
 
@@ -161,6 +164,10 @@ class StageAims:
         names = self._names
         high = float(plan_constants(names.plan)["HOME_MODE_HEIGHT"])
         return Aim(AimKind.POINT, self._key, end=names.waypoints.home._replace(z=high), name="HOME")
+
+    def _by_sticks(self) -> Aim:
+        north, west, up = self._names.inputs.stick_velocity
+        return Aim(AimKind.VELOCITY, self._key, end=EnuPoint(-west, north, self._begun.z), climb=up)
 
     def _guided_aim(self, stage: GuidedStage) -> Aim:
         """A set-point of the guided mode: north, east, down and yaw, each as its flag says; offsets count once."""

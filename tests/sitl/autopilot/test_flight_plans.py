@@ -147,6 +147,20 @@ def test_a_radio_is_lost_after_it_was_there():
     assert flown.fired == [("a", "b")]
 
 
+def test_sticks_move_the_vehicle_in_a_stage_xyz():
+    flown = flight(plan_of('<block name="a"><xyz radius="5"/></block>'), up=2.0)
+    for _ in range(20):
+        flown.autopilot.manual.take_sticks(Sticks(right=0.5, up=0.2))
+        flown.advance(0.1)
+    x, y, z = flown.p
+    assert 1.0 < x < 4.0  # the heading is north
+    assert abs(y) < 0.5
+    assert z > 2.2
+    flown.advance(4.0)
+    assert flown.p[0] < 5.0
+    assert math.dist(flown.positions[-1], flown.positions[-50]) < 0.5
+
+
 def test_another_mode_takes_over_at_once(hovering):
     assert hovering.autopilot.guided.land().accepted
     hovering.advance_until(lambda: not hovering.autopilot.armed, 20)
