@@ -305,7 +305,7 @@ class FlightPlanExecutor:
             self.remark(f"<{stage.tag}> is not flown: it leads beyond all numbers", stage.place)
             self._hold("unknown")
         else:
-            self.aim = aim._replace(followers=tuple(self._followers())) if aim.kind is AimKind.LEG else aim
+            self.aim = aim._replace(followers=tuple(self._followers())) if isinstance(stage, GoStage) else aim
         self._run(getattr(stage, "post_call", None))
         return True
 
