@@ -19,6 +19,7 @@ from protocol.loopback import open_port_warning
 from protocol.modes import Mode
 from protocol.signing import timestamp_at
 from sitl.aircraft import Aircraft
+from sitl.autopilot.safety.origin_limits import MAX_ORIGIN_ALTITUDE, MAX_ORIGIN_LATITUDE
 from sitl.autopilot.safety.world import World
 from sitl.autopilot.settings import Settings
 from sitl.day.day_aircraft import DayAircraft
@@ -162,6 +163,9 @@ def _planned(args: argparse.Namespace) -> CheckedPlan | None:
         raise SitlError(f"--flight-plan: scenario {args.scenario} flies by itself")
     planned = load_checked_plan(args.flight_plan, args.flight_plan_names, args.flight_plan_procedures)
     planned.require_flown()
+    here = planned.origin
+    if args.home is None and (abs(here.lat_deg) > MAX_ORIGIN_LATITUDE or abs(here.alt) > MAX_ORIGIN_ALTITUDE):
+        raise SitlError(f"{args.flight_plan}: no flight at lat0 {here.lat_deg:g}, ground_alt {here.alt:g}: give --home")
     for name, finding in planned.check.locked_blocks.items():
         print(f"darko-sitl: block {name} is locked: {finding}", file=sys.stderr, flush=True)
     return planned

@@ -39,7 +39,6 @@ from protocol.flight_plans.stages import (
     PlanElement,
     SetStage,
     Stage,
-    XyzStage,
 )
 
 __all__ = ["Finding", "PlanCheck", "check_flown", "waypoint_constant"]
@@ -47,10 +46,9 @@ __all__ = ["Finding", "PlanCheck", "check_flown", "waypoint_constant"]
 NOT_FLOWN = {
     FollowStage: "there is no other aircraft to follow",
     ManualStage: "a plan is not handed the sticks",
-    XyzStage: "a plan is not handed the sticks",
 }
 NAV_TYPES = {None, "", "nav", "Nav", "NAV"}  # the patterns that every build has
-_NEEDED = {"climb": "climb", "throttle": "throttle"}  # attribute that a vertical mode needs
+_NEEDED = {"climb", "throttle"}  # vertical modes that need the attribute of their name
 
 
 @dataclass(frozen=True, slots=True)

@@ -88,9 +88,7 @@ def _parameters(procedure: XmlElement, given: Mapping[str, SourceText], include:
         if child.tag != "param":
             continue
         default = child.attributes.get("default_value")
-        (name,) = _attributes(
-            replace(child, attributes={k: v for k, v in child.attributes.items() if v is not default}), "name"
-        )
+        (name, *_) = _attributes(child, *(("name",) if default is None else ("name", "default_value")))
         value = given.get(name.text, default)
         if value is None:
             raise FlightPlanError(include.place, f"the procedure needs <arg name={name.text!r}>")

@@ -134,7 +134,8 @@ class Arming:
         flight.armed = flight.flying = False
         self._landed_at = None
         flight.say(severity, text)
-        goes_on = flight.mode is Mode.FLIGHT_PLAN and severity == mavlink.MAV_SEVERITY_INFO
+        stands = flight.view.landed and severity == mavlink.MAV_SEVERITY_INFO
+        goes_on = flight.mode is Mode.FLIGHT_PLAN and stands
         flight.enter(Mode.FLIGHT_PLAN if goes_on else Mode.HOLD, None)
 
     def _forget_waiting(self, mode: Mode) -> None:  # noqa: ARG002 - every change ends the wait

@@ -59,10 +59,10 @@ class Autopilot:
         self.transitions = TransitionRequests(flight)
         self.guided = GuidedRequests(flight, self.arming)
         self.missions = MissionRequests(flight, self.arming)
-        self.flight_plan = FlightPlanRequests(flight, self.arming, self.failsafes)
-        flight.plan_lands = lambda: self.flight_plan.landing
         self.offboard = OffboardRequests(flight, moving)
         self.manual = ManualRequests(flight, moving)
+        self.flight_plan = FlightPlanRequests(flight, self.arming, self.failsafes, self.manual)
+        flight.plan_lands = lambda: self.flight_plan.landing
         self._response = FailsafeResponse(flight, self.failsafes)
         self._fence = Fence()  # as it was loaded, in force or not
         self._apply_fence()

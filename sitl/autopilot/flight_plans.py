@@ -7,6 +7,7 @@ navigation stay in force, and a failsafe that acts leaves the mode.
 from __future__ import annotations
 
 import math
+from typing import Protocol
 
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Way
@@ -37,26 +38,55 @@ from sitl.autopilot.flight_plan.steering import TOUCHDOWN_HEIGHT, PlanFrame, Pla
 from sitl.autopilot.flight_plan.steps import stage_text
 from sitl.autopilot.flight_state import FlightState
 from sitl.autopilot.safety.failsafe import Failsafes
+from sitl.control.reference import Point
+from sitl.guidance.legs import crosswind_heading
 
 MIN_RISE = 0.3  # an altitude that is wanted by so much higher takes off [m]
 TOUCH_HEIGHT = 0.5  # lower than this, stopping the motors is the end of a landing [m]
 MAX_EVENTS = 100  # that wait to be taken
 
 
+class PilotSticks(Protocol):
+    """What a plan asks of a pilot's sticks."""
+
+    @property
+    def silence(self) -> float | None:
+        """Since the last ones arrived [s]; None: none ever did."""
+
+    @property
+    def velocity(self) -> Point:
+        """What fresh ones ask for, world NWU [m/s]; zero without any."""
+
+
 class FlightPlanRequests:
     """Loads and flies the flight plan of a flight, and answers its operator.
+
+    Args:
+        flight: The flight.
+        arming: Starts and stops its motors.
+        failsafes: Know how long the links are silent.
+        sticks: Those of a pilot, if there are any.
 
     Attributes:
         executor: Of the plan that is loaded; None without one.
     """
 
-    def __init__(self, flight: FlightState, arming: Arming, failsafes: Failsafes) -> None:
+    def __init__(
+        self,
+        flight: FlightState,
+        arming: Arming,
+        failsafes: Failsafes,
+        sticks: PilotSticks | None = None,
+    ) -> None:
         self._flight, self._arming, self._failsafes = flight, arming, failsafes
+        self._sticks = sticks
         self.executor: FlightPlanExecutor | None = None
         self._steering = PlanSteering()
         self._heading = 0.0  # of the hover [rad]
         self._stops_on_ground = False  # the plan has stopped the motors just above the ground
         self._said = ""
+        self._left_on_ground = True  # the plan was last flown on the ground, or not at all
+        self._waits = False  # in the air, for the operator to choose a block
         self._events: list[PlanEvent] = []
 
     # Loading and starting
@@ -72,14 +102,23 @@ class FlightPlanRequests:
             self._flight.hold_here()
         self.executor = FlightPlanExecutor(check, self._inputs(), mapping)
         self._steering = PlanSteering()
+        self._left_on_ground = True
 
     def start(self) -> Answer:
-        """Fly the plan: from its first block, or from where it was left."""
+        """Fly the plan: from its first block, or from where it was left.
+
+        A plan that was left on the ground waits in the air for a block: where it stands it may stop the motors.
+        """
         flight, executor = self._flight, self.executor
         if executor is None:
             return flight.refuse(REJECTED, "Flight plan refused: none is loaded")
         self._steering.rest()
+        held = flight.stop_point()
         flight.enter(Mode.FLIGHT_PLAN, None)
+        self._waits = flight.flying and self._left_on_ground
+        if self._waits:
+            flight.reference = flight.hover_reference(held)
+            self._say("Flight plan waits in the air: choose a block")
         self._heading = flight.reference.heading if flight.flying else flight.view.heading
         self._place_frame(executor.plan)
         return Answer(ACCEPTED)
@@ -97,7 +136,10 @@ class FlightPlanRequests:
         flight, executor = self._flight, self.executor
         if executor is None:
             return
+        if self._waits and flight.flying:
+            return
         inputs = self._inputs()
+        self._left_on_ground = not flight.flying
         self._place_frame(executor.plan)
         frame = self._steering.frame
         executor.update(inputs, frame.to_plan(flight.view.p), frame.turned(flight.view.v))
@@ -124,6 +166,8 @@ class FlightPlanRequests:
             self._heading = -memory.heading
         elif flight.view.forward:
             self._heading = flight.reference.heading
+        elif not self.landing:  # the span along the wind, before it lands there
+            self._heading = crosswind_heading(self._heading, flight.view.wind)
         speed = flight.settings.hover_speed
         if memory.max_speed is not None:
             speed = min(speed, memory.max_speed)
@@ -165,7 +209,7 @@ class FlightPlanRequests:
                 flight.terminate("The flight plan stopped them")
 
     def _inputs(self) -> PlanInputs:
-        flight, silence = self._flight, self._failsafes.silence
+        flight, silence, sticks = self._flight, self._failsafes.silence, self._sticks
         heard = silence.in_control if silence.in_control is not None else silence.ground
         return PlanInputs(
             view=flight.view,
@@ -175,6 +219,8 @@ class FlightPlanRequests:
             armed=flight.armed,
             flying=flight.flying,
             datalink_time=0.0 if heard is None else heard,
+            stick_velocity=sticks.velocity if sticks is not None else (0.0, 0.0, 0.0),
+            radio_lost=((sticks.silence if sticks else None) or 0.0) > flight.settings.stick_timeout,
         )
 
     def _place_frame(self, plan: FlightPlan) -> None:
@@ -270,7 +316,8 @@ class FlightPlanRequests:
             return None
         aim = executor.aim
         start = aim.start if aim.kind is AimKind.LEG else self._steering.frame.to_plan(self._flight.view.p)
-        return PresentLeg(aim.kind, self._geodetic(start), self._geodetic(aim.end), aim.radius, aim.name)
+        name = aim.name if aim.name in executor.waypoints.names else ""
+        return PresentLeg(aim.kind, self._geodetic(start), self._geodetic(aim.end), aim.radius, name)
 
     def _geodetic(self, p: EnuPoint) -> Geodetic:
         north, west, up = self._steering.frame.to_world(p)
@@ -291,6 +338,7 @@ class FlightPlanRequests:
             finding = executor.check.locked_blocks[names[number]]
             return flight.refuse(DENIED, f"Block {names[number]} denied: {finding.construct} is not flown")
         executor.jump(number)
+        self._waits = self._left_on_ground = False
         return Answer(ACCEPTED)
 
     def move_waypoint(self, name: str, position: EnuPoint) -> Answer:

@@ -56,6 +56,17 @@ class ManualRequests:
         self._flight, self._moving = flight, moving
         self._last: tuple[float, Sticks] | None = None  # when they arrived [s]
 
+    @property
+    def silence(self) -> float | None:
+        """Since the last sticks arrived [s]; None: none ever did."""
+        return None if self._last is None else self._flight.view.time - self._last[0]
+
+    @property
+    def velocity(self) -> Point:
+        """What sticks that are fresh ask for, world NWU [m/s]; zero without any."""
+        sticks, view = self._sticks() or Sticks(), self._flight.view
+        return sticks.velocity(view.heading, self._flight.settings.hover_speed, MAX_HOVER_CLIMB, MAX_HOVER_DESCENT)
+
     def take_sticks(self, sticks: Sticks) -> None:
         """Take a pilot's sticks."""
         self._last = (self._flight.view.time, sticks)

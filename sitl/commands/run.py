@@ -205,8 +205,9 @@ def run(args: argparse.Namespace) -> int:
     """Fly until interrupted, or until the scenario has ended."""
     if args.stay and args.scenario is None:
         raise SitlError("--stay needs --scenario: without one the vehicle stays anyway")
-    if args.flight_plan_names is not None and args.flight_plan is None:
-        raise SitlError("--flight-plan-names needs --flight-plan")
+    for option in ("names", "procedures"):
+        if getattr(args, f"flight_plan_{option}") is not None and args.flight_plan is None:
+            raise SitlError(f"--flight-plan-{option} needs --flight-plan")
     from sitl.process import fly  # noqa: PLC0415 - --help must not load the compiler
 
     return fly(args, _silently if args.quiet else _aloud)

@@ -73,6 +73,7 @@ class FlightPlanExecutor:
         self._events: list[PlanEvent] = []
         self._told: set[object] = set()
         self._ticked: float | None = None
+        self._due = -math.inf  # time of the next tick [s]
         self._is_outside = False  # of the plan's area
         self._home_number = len(self.flow.blocks) - 1
         self._set_variables(self.plan)
@@ -100,8 +101,9 @@ class FlightPlanExecutor:
             v: Its velocity [m/s].
         """
         now = inputs.view.time
-        if self._ticked is not None and now - self._ticked < PLAN_TICK - 1e-6:
+        if now < self._due - 1e-6:
             return
+        self._due = (now if now - self._due > PLAN_TICK else self._due) + PLAN_TICK
         elapsed = 0.0 if self._ticked is None else now - self._ticked
         if self._ticked is None:
             self._begin(now)
@@ -303,7 +305,7 @@ class FlightPlanExecutor:
             self.remark(f"<{stage.tag}> is not flown: it leads beyond all numbers", stage.place)
             self._hold("unknown")
         else:
-            self.aim = aim._replace(followers=tuple(self._followers())) if aim.kind is AimKind.LEG else aim
+            self.aim = aim._replace(followers=tuple(self._followers())) if isinstance(stage, GoStage) else aim
         self._run(getattr(stage, "post_call", None))
         return True
 

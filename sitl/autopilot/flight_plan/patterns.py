@@ -12,6 +12,9 @@ __all__ = ["Piece", "PieceTracker", "eight_pieces", "oval_pieces", "survey_piece
 
 MAX_SWEEPS = 400  # lines of a survey
 MAX_TURN = 2.0  # on an arc in one tick; more is the other side of the circle [rad]
+LEGS_FORESEEN = 7
+WIDE = 10.0  # radius of an arc that may be flown forward [m]
+STRAIGHT_ON = 60.0  # [m]
 SHORTEST_PIECE = 1e-3  # what is shorter is no leg [m]
 
 
@@ -41,6 +44,19 @@ class PieceTracker:
             self._left = None
             piece = self.pieces[self.index % len(self.pieces)]
         return piece
+
+    def followers(self) -> tuple[EnuPoint, ...]:
+        """Ends of the legs behind the present one; before a wide arc it leads straight on, so as not to stop."""
+        following: list[EnuPoint] = []
+        for ahead in range(1, LEGS_FORESEEN + 1):
+            piece = self.pieces[(self.index + ahead) % len(self.pieces)]
+            if piece.radius == 0.0:
+                following.append(piece.end)
+                continue
+            if not following and abs(piece.radius) >= WIDE:
+                following.append(_straight_on(self.pieces[self.index % len(self.pieces)]))
+            break
+        return tuple(following)
 
     def _is_over(self, piece: Piece, p: EnuPoint) -> bool:
         if piece.radius == 0.0:
@@ -98,6 +114,13 @@ def eight_pieces(center: EnuPoint, turn_around: EnuPoint, radius: float) -> tupl
         Piece(two_right, one_left),
         Piece(one_left, one, -radius, bearing_between(one, one_right)),
     )
+
+
+def _straight_on(leg: Piece) -> EnuPoint:
+    length = max(away(leg.start, leg.end), SHORTEST_PIECE)
+    share = STRAIGHT_ON / length
+    dx, dy = leg.end.x - leg.start.x, leg.end.y - leg.start.y
+    return EnuPoint(leg.end.x + share * dx, leg.end.y + share * dy, leg.end.z)
 
 
 def _shifted(point: EnuPoint, by: EnuPoint, share: float) -> EnuPoint:

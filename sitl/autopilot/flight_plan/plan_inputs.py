@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from sitl.autopilot.safety.world import World
 from sitl.autopilot.settings import Settings
+from sitl.control.reference import Point
 from sitl.guidance.view import VehicleView
 from sitl.prediction.chooser import Chooser
 
@@ -30,4 +31,5 @@ class PlanInputs(NamedTuple):
     armed: bool = False
     flying: bool = False  # whether it is to be in the air
     datalink_time: float = 0.0  # since the ground station was heard [s]
+    stick_velocity: Point = (0.0, 0.0, 0.0)  # that the sticks ask for, world NWU [m/s]; zero without any
     radio_lost: bool = False  # sticks were heard, and stopped

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from functools import partial
+from typing import TypeAlias
 
 from protocol.flight_plans.attributes import NameUse
 from protocol.flight_plans.evaluation import Scalar, UnknownNameError, evaluate
@@ -22,11 +25,12 @@ from protocol.flight_plans.stages import (
     Stage,
     StayStage,
     SurveyStage,
+    XyzStage,
 )
 from sitl.autopilot.flight_plan.aims import Aim, qdr_point
 from sitl.autopilot.flight_plan.name_values import NameValues
 from sitl.autopilot.flight_plan.operator_view import AimKind
-from sitl.autopilot.flight_plan.patterns import PieceTracker, eight_pieces, oval_pieces, survey_pieces
+from sitl.autopilot.flight_plan.patterns import Piece, PieceTracker, eight_pieces, oval_pieces, survey_pieces
 from sitl.autopilot.flight_plan.plan_functions import approaches
 from sitl.autopilot.flight_plan.plan_memory import HOVER_THROTTLE, THROTTLE_CLIMB
 
@@ -34,6 +38,7 @@ __all__ = ["StageAims"]
 
 MAX_CLIMB = 2.0  # vertical speed that a throttle is taken for [m/s]
 XY_OFFSET, XY_BODY, Z_OFFSET, YAW_OFFSET, XY_SPEED, Z_SPEED, YAW_RATE = 1, 2, 4, 8, 32, 64, 128
+Shape: TypeAlias = tuple[EnuPoint, EnuPoint, float]
 MovingStage = (
     GoStage | StayStage | CircleStage | OvalStage | EightStage | SurveyStage | HeadingStage | AttitudeStage | HomeStage
 )
@@ -52,7 +57,7 @@ class StageAims:
         self._begun = EnuPoint(0.0, 0.0, 0.0)  # where the vehicle was when the stage began
         self._from = EnuPoint(0.0, 0.0, 0.0)  # where the last leg ended when the stage began
         self._tracker: PieceTracker | None = None
-        self._shape: object = None
+        self._shape: Shape | None = None  # of the pattern
         self._guided: Aim | None = None
 
     def begin(self, key: int) -> None:
@@ -78,6 +83,8 @@ class StageAims:
                 return self._with_vertical(stage, Aim(AimKind.POINT, self._key, end=self._begun))
             case GuidedStage():
                 return self._guided_aim(stage)
+            case XyzStage():
+                return self._by_sticks()
             case _:
                 return self._home()
 
@@ -120,25 +127,24 @@ class StageAims:
 
     def _oval(self, stage: OvalStage) -> Aim:
         one, two, radius = self._place(stage.p1), self._place(stage.p2), self._value(stage.radius, 0.0)
-        if self._shape != (one, two, radius):
-            self._shape, index = (one, two, radius), 0 if self._tracker is None else self._tracker.index
-            self._tracker = PieceTracker(oval_pieces(one, two, radius), index)
+        self._track((one, two, radius), oval_pieces)
         return self._with_vertical(stage, self._piece(one))
 
     def _eight(self, stage: EightStage) -> Aim:
         one, two, radius = self._place(stage.center), self._place(stage.turn_around), self._value(stage.radius, 0.0)
-        if self._shape != (one, two, radius):
-            self._shape, index = (one, two, radius), 0 if self._tracker is None else self._tracker.index
-            self._tracker = PieceTracker(eight_pieces(one, two, radius), index)
+        self._track((one, two, radius), eight_pieces)
         return self._with_vertical(stage, self._piece(one))
 
     def _survey(self, stage: SurveyStage) -> Aim:
         one, two, grid = self._place(stage.wp1), self._place(stage.wp2), self._value(stage.grid, 0.0)
-        if self._shape != (one, two, grid):
-            self._shape = (one, two, grid)
-            pieces = survey_pieces(one, two, grid, north_south=stage.orientation != "WE")
-            self._tracker = PieceTracker(pieces, 0 if self._tracker is None else self._tracker.index)
+        self._track((one, two, grid), partial(survey_pieces, north_south=stage.orientation != "WE"))
         return self._piece(one)
+
+    def _track(self, shape: Shape, make: Callable[[EnuPoint, EnuPoint, float], tuple[Piece, ...]]) -> None:
+        """Go on in a pattern; one whose points or size have changed goes on in the same piece."""
+        if self._shape != shape:
+            self._shape, index = shape, 0 if self._tracker is None else self._tracker.index
+            self._tracker = PieceTracker(make(*shape), index)
 
     def _piece(self, centre: EnuPoint) -> Aim:
         """The piece of a pattern that is flown now."""
@@ -148,7 +154,7 @@ class StageAims:
         piece = tracker.at(self._names.p)
         key = self._key + tracker.index * 1_000_000  # every piece is an aim of its own
         if piece.radius == 0.0:
-            return Aim(AimKind.LEG, key, start=piece.start, end=piece.end)
+            return Aim(AimKind.LEG, key, start=piece.start, end=piece.end, followers=tracker.followers())
         self._names.memory.circle.update(piece.end, self._names.p)
         return Aim(AimKind.ARC, key, end=piece.end, radius=piece.radius)
 
@@ -161,6 +167,10 @@ class StageAims:
         names = self._names
         high = float(plan_constants(names.plan)["HOME_MODE_HEIGHT"])
         return Aim(AimKind.POINT, self._key, end=names.waypoints.home._replace(z=high), name="HOME")
+
+    def _by_sticks(self) -> Aim:
+        north, west, up = self._names.inputs.stick_velocity
+        return Aim(AimKind.VELOCITY, self._key, end=EnuPoint(-west, north, self._begun.z), climb=up)
 
     def _guided_aim(self, stage: GuidedStage) -> Aim:
         """A set-point of the guided mode: north, east, down and yaw, each as its flag says; offsets count once."""

@@ -98,7 +98,7 @@ class PlanSteering:
         view = inputs.view
         elapsed = min(max(view.time - self._at, 0.0), LONGEST_STEP)
         self._at = view.time
-        if self._is_new(aim):
+        if self._is_new(aim, inputs.settings.min_leg):
             self.manoeuvre = self._begun(aim, inputs, hover_at(view.p, heading, speed), way)
             self._velocity = None
         self.flown = aim
@@ -119,13 +119,21 @@ class PlanSteering:
         speed = self._hover_speed(aim, speed)
         return self._checked(hover_at((north, west, up), heading, speed), last, inputs)
 
-    def _is_new(self, aim: Aim) -> bool:
+    def _is_new(self, aim: Aim, far: float) -> bool:
+        """Whether it is decided anew how an aim is flown: another one, or the same one elsewhere.
+
+        Args:
+            aim: What the plan wants.
+            far: A target that is hovered to may move by so much at once [m].
+        """
         flown = self.flown
         if flown is None or (aim.key, aim.kind) != (flown.key, flown.kind):
             return True
         moved = max(math.dist(aim.end, flown.end), math.dist(aim.start, flown.start))
         is_turned = abs(aim.radius - flown.radius) > SAME_TARGET
-        return self.manoeuvre is not None and (moved > SAME_TARGET or is_turned)
+        if self.manoeuvre is None:
+            return moved > far and self._velocity is None
+        return moved > SAME_TARGET or is_turned
 
     def _begun(self, aim: Aim, inputs: PlanInputs, last: Reference, way: Way) -> FlyLeg | FlyCircle | None:
         """What flies an aim forward, or None."""

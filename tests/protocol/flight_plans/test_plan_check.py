@@ -45,7 +45,6 @@ def test_the_room_is_flown_without_a_rest():
         ('<stay wp="A" vmode="xyz"/>', "vmode 'xyz'"),
         ('<go wp="A" vmode="glide"/>', "vmode 'glide'"),
         ('<follow ac_id="1" distance="1" height="1"/>', "<follow>"),
-        ("<xyz/>", "<xyz>"),
         ('<manual roll="0" yaw="0" pitch="0"/>', "<manual>"),
         ('<go wp="A" nav_type="spiral"/>', "nav_type 'spiral'"),
         ('<call_once fun="increase_nav_heading(1, 2)"/>', "increase_nav_heading()"),
@@ -77,8 +76,8 @@ def test_a_refusal_outside_of_blocks_refuses_the_plan():
 
 
 def test_a_plan_without_a_block_to_fly_is_refused():
-    with pytest.raises(FlightPlanError, match="<xyz>"):
-        check_flown(plan_of('<block name="a"><xyz/></block>')).require_flown()
+    with pytest.raises(FlightPlanError, match="<follow>"):
+        check_flown(plan_of('<block name="a"><follow ac_id="1" distance="1" height="1"/></block>')).require_flown()
 
 
 def test_what_belongs_to_a_build_is_a_notice():

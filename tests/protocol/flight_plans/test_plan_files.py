@@ -79,6 +79,7 @@ def test_attributes_are_written_as_they_were():
         ("<a>" + "<b/>" * (MAX_ELEMENTS + 1) + "</a>", "elements"),
         ("<procedure/>", "a procedure is flown by a plan that includes it"),
     ],
+    ids=lambda value: repr(value[:30]),
 )
 def test_what_is_not_a_plan_is_refused(text, words):
     assert words in str(refusal(text))

@@ -88,11 +88,13 @@ def in_python(tree):
     return float(PYTHON[tree.operator](in_python(tree.left), in_python(tree.right)))
 
 
+@settings(max_examples=60)
 @given(TREES)
 def test_what_is_written_is_read_again(tree):
     assert parse_expression(source(expression_text(tree))).tree == tree
 
 
+@settings(max_examples=60)
 @given(NUMBERS)
 def test_values_agree_with_python(tree):
     try:
@@ -129,6 +131,7 @@ def is_whole(tree):
     return PRECEDENCE[tree.operator] in {5, 6} or (is_whole(tree.left) and is_whole(tree.right))
 
 
+@settings(max_examples=60)
 @given(TREES)
 def test_evaluation_raises_its_own_error_only(tree):
     with suppress(FlightPlanError):
@@ -151,7 +154,7 @@ PIECES = st.sampled_from(
 )
 
 
-@settings(max_examples=150)
+@settings(max_examples=80)
 @given(st.lists(st.tuples(st.integers(0, len(ROOM)), st.integers(0, 40), PIECES), min_size=1, max_size=3))
 def test_a_damaged_file_is_read_or_refused(damages):
     data = ROOM

@@ -7,8 +7,10 @@ import pytest
 from protocol.flight_plans import FlightPlanError, load_flight_plan
 from protocol.flight_plans.plan_check import check_flown
 from protocol.flight_plans.plan_geometry import EnuPoint
+from protocol.frames import Geodetic
 from protocol.modes import Mode
 from sitl.autopilot.flight_plan.operator_view import AimKind, WaypointMoved
+from sitl.autopilot.manual import Sticks
 from sitl.autopilot.settings import Settings
 from tests.support.plans import VOLIERE, plan_of
 from tests.support.vehicle.fake_station import make_aircraft
@@ -109,6 +111,54 @@ def test_a_failsafe_ends_the_mode_and_the_plan_goes_on_where_it_was_left(plan):
     assert flown.autopilot.set_mode(Mode.FLIGHT_PLAN).accepted
     flown.advance(2.0)
     assert flown.block == "hold"
+
+
+def test_a_plan_that_was_not_begun_waits_in_the_air_for_a_block(plan):
+    kills = plan_of('<block name="off"><call_once fun="NavKillThrottle()"/><while cond="1"/></block>' + FOUR)
+    aircraft = make_aircraft(up=10.0, origin=Geodetic(43.5641, 1.4829, 100.0))
+    requests = aircraft.autopilot.flight_plan
+    requests.load(check_flown(kills))
+    assert aircraft.autopilot.set_mode(Mode.FLIGHT_PLAN).accepted
+    aircraft.advance(1000)
+    assert aircraft.autopilot.armed
+    assert aircraft.autopilot.view.p[2] == pytest.approx(10.0, abs=0.3)
+    assert any("choose a block" in notice.text for notice in aircraft.autopilot.notices())
+    assert requests.jump_to_block("hold").accepted
+    aircraft.advance(4000)
+    assert aircraft.autopilot.view.p == pytest.approx((1.0, 2.0, 3.0), abs=0.5)  # B, north and west
+
+
+def test_motors_stopped_by_force_in_the_air_end_the_mode(hovering):
+    assert hovering.autopilot.arming.disarm(force=True).accepted
+    assert hovering.autopilot.mode is Mode.HOLD
+
+
+def test_a_radio_is_lost_after_it_was_there():
+    plan = plan_of(
+        '<block name="a"><exception cond="RadioControlIsLost()" deroute="b"/><stay wp="A"/></block><block name="b"/>'
+    )
+    flown = flight(plan)
+    flown.advance(2.0)
+    assert flown.block == "a"
+    flown.autopilot.manual.take_sticks(Sticks())
+    flown.advance(0.3)
+    assert flown.block == "a"
+    flown.advance(0.5)
+    assert flown.fired == [("a", "b")]
+
+
+def test_sticks_move_the_vehicle_in_a_stage_xyz():
+    flown = flight(plan_of('<block name="a"><xyz radius="5"/></block>'), up=2.0)
+    for _ in range(20):
+        flown.autopilot.manual.take_sticks(Sticks(right=0.5, up=0.2))
+        flown.advance(0.1)
+    x, y, z = flown.p
+    assert 1.0 < x < 4.0  # the heading is north
+    assert abs(y) < 0.5
+    assert z > 2.2
+    flown.advance(4.0)
+    assert flown.p[0] < 5.0
+    assert math.dist(flown.positions[-1], flown.positions[-50]) < 0.5
 
 
 def test_another_mode_takes_over_at_once(hovering):

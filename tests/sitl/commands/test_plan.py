@@ -104,8 +104,11 @@ def test_a_home_that_is_given_is_the_origin_and_the_plan_lies_beside_it(tmp_path
 def test_what_cannot_be_flown_is_refused_before_anything_is_built(fish, tmp_path, capsys):
     with pytest.raises(SitlError, match="flies by itself"):
         built(tmp_path, "--flight-plan", str(VOLIERE), "--scenario", "far-target")
-    fish.write_text(FISH.replace('<stay wp="A"/>', "<xyz/>"))
-    with pytest.raises(SitlError, match="<xyz>: a plan is not handed the sticks"):
+    fish.write_text(FISH.replace('<stay wp="A"/>', '<stay wp="A" vmode="xyz"/>'))
+    with pytest.raises(SitlError, match="vmode 'xyz': a plan is not handed the sticks"):
+        built(tmp_path, "--flight-plan", str(fish))
+    fish.write_text(FISH.replace('lat0="43.5641"', 'lat0="89.5"'))
+    with pytest.raises(SitlError, match=r"no flight at lat0 89\.5"):
         built(tmp_path, "--flight-plan", str(fish))
     fish.write_text(FISH)
     assert built(tmp_path, "--flight-plan", str(fish), "--nav", "truth").autopilot.mode is Mode.FLIGHT_PLAN

@@ -41,6 +41,8 @@ class PlannedFlight:
         self.autopilot = self.aircraft.autopilot
         self.plan = self.autopilot.flight_plan
         self.plan.load(check_flown(plan, mapping), mapping)
+        if up > 0.0:
+            self.plan.jump_to_block(0)
         assert self.autopilot.set_mode(Mode.FLIGHT_PLAN).accepted
         self.positions, self.blocks, self.events, self.notices, self.forward = [], [], [], [], []
 

@@ -91,7 +91,7 @@ def flown(bodies, exceptions):
     return seen, ticks.events, ticks.executor.take_motor_requests()
 
 
-@settings(max_examples=120)
+@settings(max_examples=50)
 @given(PLANS)
 def test_any_plan_is_flown_and_the_same_twice(plan):
     *bodies, exceptions = plan

@@ -1,5 +1,7 @@
 """Blocks, stages, loops and exceptions go on as Paparazzi's do."""
 
+import math
+
 import pytest
 
 from protocol.flight_plans import load_flight_plan
@@ -294,5 +296,46 @@ def test_ticks_are_twenty_a_second_however_often_it_is_asked():
     ticks = PlanTicks('<block name="a" pre_call="n = n + 1"><stay wp="A"/></block>', COUNTERS)
     for _ in range(100):
         ticks.executor.update(ticks._inputs(), EnuPoint(*ticks.p), EnuPoint(*ticks.v))
-        ticks.time += 0.01
-    assert 19 <= ticks.variable("n") <= 21
+        ticks.time += 0.02  # as the autopilot asks
+    assert 39 <= ticks.variable("n") <= 41
+    ticks.time += 60.0  # another mode was flown meanwhile
+    for _ in range(50):
+        ticks.executor.update(ticks._inputs(), EnuPoint(*ticks.p), EnuPoint(*ticks.v))
+        ticks.time += 0.02
+    assert 59 <= ticks.variable("n") <= 62
+
+
+@pytest.mark.parametrize(
+    ("flags", "commands", "kind", "end", "climb", "heading"),
+    [
+        ("0", "5,6,-3,0.5", AimKind.POINT, (6.0, 5.0, 3.0), None, 0.5),
+        ("GUIDED_FLAG_XY_OFFSET | GUIDED_FLAG_Z_OFFSET", "1,2,-1,0", AimKind.POINT, (3.0, 2.0, 3.0), None, 0.0),
+        ("GUIDED_FLAG_XY_BODY | GUIDED_FLAG_YAW_OFFSET", "2,1,-3,0.1", AimKind.POINT, (3.0, 0.0, 3.0), None, 1.6708),
+        ("GUIDED_FLAG_XY_VEL | GUIDED_FLAG_Z_VEL", "1,2,0.5,0", AimKind.VELOCITY, (2.0, 1.0, -0.5), -0.5, 0.0),
+        ("0x80", "0,0,-2,0.2", AimKind.POINT, (0.0, 0.0, 2.0), None, None),
+    ],
+)
+def test_guided_set_points(flags, commands, kind, end, climb, heading):
+    ticks = PlanTicks(f'<block name="a"><guided flags="{flags}" commands="{commands}"/></block>')
+    ticks.p, ticks.told["heading"] = (1.0, 1.0, 2.0), -0.5 * math.pi  # the belly looks east
+    aim = ticks.tick().aim
+    assert (aim.kind, aim.climb) == (kind, climb)
+    assert aim.end == pytest.approx(end)
+    assert ticks.executor.memory.heading == (None if heading is None else pytest.approx(heading, abs=1e-4))
+    assert aim.turn_rate == (0.2 if flags == "0x80" else 0.0)
+    ticks.p = (9.0, 9.0, 2.0)
+    assert ticks.tick().aim == aim  # an offset counts from where it was asked for
+
+
+def test_a_heading_and_a_level_attitude():
+    ticks = PlanTicks(
+        '<block name="a"><heading course="90" alt="104" until="n == 1"/><attitude roll="0" vmode="alt"/></block>',
+        COUNTERS,
+    )
+    ticks.p = (1.0, 2.0, 2.0)
+    aim = ticks.tick().aim
+    assert (aim.kind, aim.course, aim.start[:2], aim.end.z) == (AimKind.COURSE, pytest.approx(math.pi / 2), (1, 2), 4.0)
+    ticks.executor.names.store("n", 1)
+    ticks.p = (5.0, 2.0, 4.0)
+    aim = ticks.tick(2).aim
+    assert (aim.kind, aim.end) == (AimKind.POINT, (5.0, 2.0, 4.0))

@@ -75,6 +75,17 @@ def test_a_survey_sweeps_the_rectangle_and_comes_back(north_south, length):
     assert {p.end.z for p in pieces} == {5.0}
 
 
+def test_what_follows_a_leg_without_a_stop():
+    survey = PieceTracker(survey_pieces(ONE, TWO, 10.0, north_south=True))
+    assert survey.followers()[:2] == (survey.pieces[1].end, survey.pieces[2].end)
+    for radius, count in ((15.0, 1), (2.0, 0)):
+        oval = PieceTracker(oval_pieces(ONE, TWO, radius), index=1)
+        assert len(oval.followers()) == count
+    leg, (beyond,) = oval_pieces(ONE, TWO, 15.0)[1], PieceTracker(oval_pieces(ONE, TWO, 15.0), index=1).followers()
+    assert math.dist(beyond[:2], leg.end[:2]) == pytest.approx(60.0)
+    assert bearing_between(leg.end, beyond) == pytest.approx(bearing_between(leg.start, leg.end))
+
+
 def test_a_survey_has_a_limit():
     far = EnuPoint(1e5, 1e5, 0.0)
     assert len(survey_pieces(ONE, far, 1e-9, north_south=True)) < 2000

@@ -139,6 +139,17 @@ def test_long_legs_are_flown_forward_one_after_the_other_without_a_stop(outdoors
     assert flight.p == pytest.approx((0.0, 0.0, 30.0), abs=1.5)
 
 
+def test_a_waypoint_that_is_dragged_far_is_flown_to_forward(outdoors):
+    flight = PlannedFlight(outdoors, arena="open", up=30.0)
+    flight.go_to_block("Hold")
+    flight.advance(2.0)
+    home = flight.plan.executor.waypoints.home
+    assert flight.plan.move_waypoint("HOME", home._replace(x=-150.0)).accepted
+    flight.advance(25.0)
+    assert any(flight.forward)
+    assert flight.p == pytest.approx((-150.0, 0.0, 30.0), abs=3.0)
+
+
 def test_a_wide_circle_is_flown_forward_and_a_narrow_one_hovered(outdoors):
     flight = PlannedFlight(outdoors, arena="open", up=30.0)
     flight.go_to_block("Circle")
