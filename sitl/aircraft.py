@@ -18,16 +18,16 @@ from sitl.sensors.instruments import ACCELEROMETER, GYROSCOPE
 from sitl.simulation.navigation_status import NavigationStatus, navigation_status
 from sitl.simulation.recording import JumpRecord
 from sitl.simulation.simulation import Simulation
-from sitl.simulation.situation import hovers_again, stopping_distance
+from sitl.simulation.situation import hovers_again, regime, stopping_distance
 
 AUTOPILOT_PERIODS = 10  # control periods per autopilot tick: 20 ms
 NAVIGATION_PERIODS = 50  # control periods after which the autopilot looks at navigation again: that costs time
 HOVERING = frozenset({Regime.GROUND, Regime.UPRIGHT})
 
 
-def is_forward(law: Law) -> bool:
-    """Whether a law is one of forward flight or of a transition."""
-    return law.regime not in HOVERING
+def is_forward(regime: Regime) -> bool:
+    """Whether a regime is forward flight or a transition."""
+    return regime not in HOVERING
 
 
 class Aircraft:
@@ -108,7 +108,8 @@ class Aircraft:
         estimate, law, avionics = self.vehicle.estimate, self.vehicle.law, self.vehicle.avionics
         navigation = self._recent_navigation()
         nose, back = x_axis(estimate.attitude), z_axis(estimate.attitude)
-        forward = is_forward(law) and not hovers_again(self.vehicle)
+        flown = regime(self.vehicle)
+        forward = is_forward(flown) and not hovers_again(self.vehicle)
         flat = (-back.x, -back.y) if abs(nose.z) > math.hypot(nose.x, nose.y) else (nose.x, nose.y)
         return VehicleView(
             time=self.vehicle.time,
@@ -123,6 +124,7 @@ class Aircraft:
             stopping_distance=stopping_distance(self.vehicle) if forward else 0.0,
             battery_energy=self.battery.capacity - self.battery.used,
             law=law,
+            regime=flown,
             crash=self.vehicle.crash,
             rates=estimate.rates,
             gyroscope_failed=avionics.has_failed(GYROSCOPE),

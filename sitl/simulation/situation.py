@@ -16,9 +16,19 @@ from sitl.supervisor.guards import Guard
 REGIMES_ON_PATH = frozenset({Regime.FRONT_TRANSITION, Regime.FORWARD, Regime.BACK_TRANSITION})
 
 
+def regime(simulation: Simulation) -> Regime:
+    """The regime of flight: that of the law in force or, under INDI, which flies in all, what the vehicle does."""
+    if simulation.law is not Law.INDI:
+        return simulation.law.regime
+    e, r, guidance = simulation.estimate, simulation.reference, simulation.design.gains.line_of_sight.guidance
+    if guards.wanted.test(r) and not guards.stop_due.test(e, r, guidance):
+        return Regime.FORWARD if guards.wing_borne.test(e, r) else Regime.FRONT_TRANSITION
+    return Regime.UPRIGHT if guards.calm.test(e) else Regime.BACK_TRANSITION
+
+
 def cross_track(simulation: Simulation) -> float:
     """Distance to the left of the path flown forward [m]; 0 in the hover."""
-    if simulation.law.regime not in REGIMES_ON_PATH:
+    if regime(simulation) not in REGIMES_ON_PATH:
         return 0.0
     return reference.cross_track(simulation.reference.path, simulation.estimate.position)
 
