@@ -25,8 +25,8 @@ from sitl.model.vectors import Vector, add_scaled, cross, dot, norm, scaled
 
 LEAST_FORCE = 0.05  # of the weight: a smaller one across the view leaves the span where it was [-]
 PASSES = 2  # of the lift slope in one tick; the next tick goes on from there
-# Air that comes from behind, against the force, carries nothing: a wing flown so would be a dive without an end.
-CARRIES_NOT, CARRIES = -0.7, -0.2  # cosines between air velocity and force
+# A wing that falls is not leant on: nose and air velocity agree in a dive, which would have no end.
+CARRIES, CARRIES_NOT = 5.0, 9.0  # sink rates through the air [m/s]
 
 
 class Flat(NamedTuple):
@@ -52,8 +52,7 @@ def transform(
         a: The airframe as the law knows it.
     """
     y = span(force, v_a, heading, last, blend[0], blend[1], a.m * a.g)
-    against = dot(v_a, force) / max(norm(v_a) * norm(force), 1e-6)
-    share = clipped((against - CARRIES_NOT) / (CARRIES - CARRIES_NOT), 0.0, 1.0)
+    share = carrying(v_a)
     q = last
     for _ in range(PASSES):
         stream = slopes(rotate_inverse(q, v_a), 0.5 * thrust, 0.5 * thrust, a)
@@ -61,6 +60,12 @@ def transform(
         q = from_axes(x, y, last)
         thrust = max(dot(force, x) + stream.drag * dot(v_a, x), 0.0) / (1.0 - a.S_ratio * a.C_d0)
     return Flat(q, thrust)
+
+
+@kernel
+def carrying(v_a: Vector) -> float:
+    """Share of the wing's force that is counted on at a velocity through the air, world [m/s]."""
+    return clipped((CARRIES_NOT + v_a.z) / (CARRIES_NOT - CARRIES), 0.0, 1.0)
 
 
 @kernel
