@@ -25,9 +25,9 @@ NAVIGATION_PERIODS = 50  # control periods after which the autopilot looks at na
 HOVERING = frozenset({Regime.GROUND, Regime.UPRIGHT})
 
 
-def is_forward(regime: Regime) -> bool:
-    """Whether a regime is forward flight or a transition."""
-    return regime not in HOVERING
+def is_forward(vehicle: Simulation) -> bool:
+    """Whether a vehicle is in forward flight or in a transition."""
+    return regime(vehicle) not in HOVERING
 
 
 class Aircraft:
@@ -109,7 +109,7 @@ class Aircraft:
         navigation = self._recent_navigation()
         nose, back = x_axis(estimate.attitude), z_axis(estimate.attitude)
         flown = regime(self.vehicle)
-        forward = is_forward(flown) and not hovers_again(self.vehicle)
+        forward = flown not in HOVERING and not hovers_again(self.vehicle)
         flat = (-back.x, -back.y) if abs(nose.z) > math.hypot(nose.x, nose.y) else (nose.x, nose.y)
         return VehicleView(
             time=self.vehicle.time,

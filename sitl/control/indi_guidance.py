@@ -23,6 +23,7 @@ SIDEWAYS = 1.5  # speed of a way that the belly does not face [m/s]
 FACES_NOT, FACES = 0.5, 0.9  # cosines between belly and way
 FOLLOWS = 0.7  # of the speed wanted, above which the braking is fed forward [-]
 HARDEST = 1.4  # of the planned deceleration, asked for at most [-]
+BRAKES = 4.0  # times this share of the planned deceleration, all of the climb is flown [-]
 NO_COURSE = 0.5  # slower than this, the way to the point ahead is the course [m/s]
 
 
@@ -34,6 +35,7 @@ class GuideGains(NamedTuple):
     k_z: float  # altitude error to vertical speed [1/s]
     k_vz: float  # vertical speed error to acceleration [1/s]
     brake: float  # deceleration planned [m/s2]
+    brake_fast: float  # the same above 12 m/s, where idling motors give no more [m/s2]
     max_forward: float  # acceleration along the course [m/s2]
     min_turn: float  # across it, when slow [m/s2]
     max_turn: float  # and from 12 m/s of airspeed on [m/s2]
@@ -65,7 +67,9 @@ def stopping_speed(distance: float, gains: GuideGains) -> float:
     """Speed from which the planned deceleration stops within a distance, and k_p times it near the end [m/s]."""
     near = gains.brake / (gains.k_p * gains.k_p)
     far = math.sqrt(2.0 * gains.brake * max(distance - 0.5 * near, 0.0))
-    return gains.k_p * distance if distance <= near else far
+    fast = 0.5 * (near + FAST * FAST / gains.brake)  # from where it is FAST
+    farther = math.sqrt(FAST * FAST + 2.0 * gains.brake_fast * max(distance - fast, 0.0))
+    return gains.k_p * distance if distance <= near else min(far, farther)
 
 
 @kernel
@@ -107,7 +111,8 @@ def aim(p: Vector, v: Vector, wind: Vector, reference: Reference, course: float,
 def _fed(wanted: float, stop: float, closing: float, gains: GuideGains) -> float:
     """The deceleration to feed forward, once the way to the end is what limits the speed [m/s2]."""
     brakes = wanted >= stop and closing > FOLLOWS * wanted
-    return min(gains.brake, gains.k_p * max(closing, 0.0)) if brakes else 0.0
+    planned = gains.brake if stop < FAST else gains.brake_fast
+    return min(planned, gains.k_p * max(closing, 0.0)) if brakes else 0.0
 
 
 @subroutine
@@ -134,15 +139,25 @@ def wanted_acceleration(
     along = clipped(x * ux + y * uy, -HARDEST * gains.brake, gains.max_forward)
     turn = clipped(y * ux - x * uy + to.curvature * speed * speed, -most, most)
     rise = clipped(to.slope * speed + gains.k_z * (to.altitude - p.z), -gains.max_sink, gains.max_rise)
-    rise = _relieved(rise, p.z - to.altitude, estimate, gains, a)
+    rise = _relieved(rise, p.z - to.altitude, -along / gains.brake, estimate, gains, a)
     vertical = clipped(gains.k_vz * (rise - v.z), -gains.max_down, gains.max_up)
     return Vector(along * ux - turn * uy, along * uy + turn * ux, vertical)
 
 
 @kernel
-def _relieved(rise: float, above: float, estimate: Estimate, gains: GuideGains, a: Airframe) -> float:
-    """A vertical speed [m/s], raised where pitch has used up the elevons: climbing lowers the incidence."""
+def _relieved(rise: float, above: float, braking: float, estimate: Estimate, gains: GuideGains, a: Airframe) -> float:
+    """A vertical speed [m/s], raised where braking uses up the elevons: climbing lowers the incidence.
+
+    Args:
+        rise: Wanted otherwise [m/s].
+        above: The altitude wanted [m].
+        braking: Deceleration, as a share of the planned one.
+        estimate: Of the elevons.
+        gains: How fast it climbs, and where.
+        a: The airframe as the law knows it.
+    """
     used = 0.5 * abs(estimate.actuators.left_elevon + estimate.actuators.right_elevon) / a.delta_max
     need = clipped((used - gains.climb_from) / (gains.climb_full - gains.climb_from), 0.0, 1.0)
+    need *= clipped(BRAKES * braking, 0.0, 1.0)
     climb = gains.climb * need * clipped(0.5 * (gains.max_climb - above), 0.0, 1.0)
     return rise + need * max(climb - rise, 0.0)

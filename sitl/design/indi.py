@@ -19,6 +19,7 @@ def indi_gains() -> IndiGains:
             k_z=1.0,
             k_vz=2.0,
             brake=2.0,
+            brake_fast=1.3,
             max_forward=3.0,
             min_turn=3.0,
             max_turn=8.0,

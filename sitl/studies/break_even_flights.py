@@ -24,7 +24,6 @@ from sitl.parameters import Configuration, WorldSettings
 from sitl.prediction.mode_choice import Decision, forbidden
 from sitl.prediction.point_mass import Prediction
 from sitl.prediction.predictor import Abilities, Leg
-from sitl.simulation.situation import regime
 from sitl.studies.mission_flight import PERIODS_PER_LOOK, STUDY_WORLD, has_finished_mission, waypoint
 from sitl.supervisor.guards import WORTH_DISTANCE
 
@@ -118,7 +117,7 @@ def fly_leg(leg: Leg, way: Way, airspeed: float = 15.0, airframe: str = AIRFRAME
     try:
         while not arrived and vehicle.time - time < MAX_LEG_TIME:
             aircraft.advance(PERIODS_PER_LOOK)
-            flew_forward |= is_forward(regime(vehicle))
+            flew_forward |= is_forward(vehicle)
             heights.append(vehicle.truth.body.position.z)
             arrived = has_finished_mission(aircraft)
     except DivergedError:

@@ -18,7 +18,6 @@ from sitl.aircraft import Aircraft, is_forward
 from sitl.autopilot.settings import Settings
 from sitl.model.airframe import Array
 from sitl.parameters import Configuration, WorldSettings
-from sitl.simulation.situation import regime
 from sitl.studies.craft import DEFAULT_CRAFT, Craft
 from sitl.studies.mission_flight import PERIODS_PER_LOOK, STUDY_WORLD, has_finished_mission, waypoint
 from sitl.studies.seeded_flights import fly_draws, ignore_progress, seeds
@@ -145,7 +144,7 @@ def fly_and_track(conditions: FlightConditions, craft: Craft = DEFAULT_CRAFT) ->
         while not has_finished_mission(aircraft) and vehicle.time < MAX_MISSION_TIME and vehicle.crash is None:
             aircraft.advance(PERIODS_PER_LOOK)
             positions.append(vehicle.truth.body.position)
-            forward.append(is_forward(regime(vehicle)))
+            forward.append(is_forward(vehicle))
     except DivergedError as error:
         fault = str(error).split(":")[0]
     if vehicle.crash is not None:
