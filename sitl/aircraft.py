@@ -20,16 +20,16 @@ from sitl.sensors.instruments import ACCELEROMETER, GYROSCOPE
 from sitl.simulation.navigation_status import NavigationStatus, navigation_status
 from sitl.simulation.recording import JumpRecord
 from sitl.simulation.simulation import Simulation
-from sitl.simulation.situation import hovers_again, stopping_distance
+from sitl.simulation.situation import hovers_again, regime, stopping_distance
 
 AUTOPILOT_PERIODS = 10  # control periods per autopilot tick: 20 ms
 NAVIGATION_PERIODS = 50  # control periods after which the autopilot looks at navigation again: that costs time
 HOVERING = frozenset({Regime.GROUND, Regime.UPRIGHT})
 
 
-def is_forward(law: Law) -> bool:
-    """Whether a law is one of forward flight or of a transition."""
-    return law.regime not in HOVERING
+def is_forward(vehicle: Simulation) -> bool:
+    """Whether a vehicle is in forward flight or in a transition."""
+    return regime(vehicle) not in HOVERING
 
 
 class Aircraft:
@@ -128,7 +128,8 @@ class Aircraft:
         estimate, law, avionics = self.vehicle.estimate, self.vehicle.law, self.vehicle.avionics
         navigation = self._recent_navigation()
         nose, back = x_axis(estimate.attitude), z_axis(estimate.attitude)
-        forward = is_forward(law) and not hovers_again(self.vehicle)
+        flown = regime(self.vehicle)
+        forward = flown not in HOVERING and not hovers_again(self.vehicle)
         flat = (-back.x, -back.y) if abs(nose.z) > math.hypot(nose.x, nose.y) else (nose.x, nose.y)
         return VehicleView(
             time=self.vehicle.time,
@@ -143,6 +144,7 @@ class Aircraft:
             stopping_distance=stopping_distance(self.vehicle) if forward else 0.0,
             battery_energy=self.battery.capacity - self.battery.used,
             law=law,
+            regime=flown,
             crash=self.vehicle.crash,
             touched=self.vehicle.surroundings.touched,
             rates=estimate.rates,

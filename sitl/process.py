@@ -44,6 +44,7 @@ from sitl.sensors.specification import SensorSet
 from sitl.simulation.avionics import Navigation
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start
+from sitl.simulation.tuning import CONTROLLERS
 from sitl.timing import PERIOD
 from sitl.warm_up import make_ready
 
@@ -237,6 +238,8 @@ def _keyring(args: argparse.Namespace) -> Keyring:
 def _overrides(args: argparse.Namespace) -> dict[str, float]:
     """Parameters that the command line sets for this run only."""
     overrides: dict[str, float] = dict(args.param)
+    if args.controller is not None:
+        overrides["DRK_CONTROLLER"] = CONTROLLERS[args.controller]
     if args.wind is not None:
         overrides["SIM_WIND_SPD"], overrides["SIM_WIND_DIR"] = args.wind
     if args.gusts is not None:

@@ -11,7 +11,7 @@ import math
 from dataclasses import dataclass
 
 from protocol.dialect import mavlink
-from protocol.dialect.vocabulary import Law, Way
+from protocol.dialect.vocabulary import Law, Regime, Way
 from protocol.modes import Mode
 from sitl.autopilot.answers import ACCEPTED, CANCELLED, DENIED, FAILED, IN_PROGRESS, REJECTED, Answer
 from sitl.autopilot.flight_state import FlightState
@@ -20,7 +20,6 @@ from sitl.guidance.circles import circle_ahead
 from sitl.guidance.view import VehicleView
 from sitl.prediction.mode_choice import MIN_HEIGHT
 
-CRUISE_LAWS = frozenset({Law.FORWARD_LINE_OF_SIGHT, Law.FORWARD_LINEAR})
 NAMES = {Way.HOVER: "Back transition", Way.FORWARD: "Front transition"}
 CRUISE_TILT = math.radians(70.0)  # of a vehicle in forward flight, or a little more
 LIFT_SPEED = 9.0  # about the airspeed at which the wing carries the vehicle [m/s]
@@ -30,7 +29,7 @@ TIME_LIMIT = 60.0  # a strong wind can keep a vehicle from its transition for ev
 def is_reached(wanted: Way, view: VehicleView, reference: Reference) -> bool:
     """Whether a flying vehicle hovers or flies forward as wanted, and is not about to change that."""
     if wanted is Way.FORWARD:
-        return view.law in CRUISE_LAWS
+        return view.regime is Regime.FORWARD
     return not view.forward and not reference.forward and view.law is not Law.FAILSAFE
 
 

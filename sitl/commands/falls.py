@@ -32,19 +32,19 @@ def run(args: argparse.Namespace) -> int:
     check_seeded(args, {}, ["draws"])
     if args.plot is not None:
         check_plot_path(args.plot)
-    from sitl.model.airframe_files import load  # noqa: PLC0415 - --help must not load the compiler
-    from sitl.studies import falls, falls_of_aircraft  # noqa: PLC0415
+    from sitl.studies import falls, falls_of_aircraft  # noqa: PLC0415 - --help must not load the compiler
 
-    model = load(args.airframe).parameters
-    heights = falls.heights(model, args.draws, args.first)
+    craft = craft_of(args)
+    model = craft.model
+    heights = falls.heights(model, args.draws, args.first, craft.tuning)
     print(f"{args.draws} draws, seeds {args.first} to {args.first + args.draws - 1}; median, 95 %, worst")
     print("\n".join(falls.summary(heights)), flush=True)
-    cells = falls.height_map(model, args.draws, args.first)
+    cells = falls.height_map(model, args.draws, args.first, craft.tuning)
     print("\nmedian / 95 % / worst")
     print("\n".join(falls.map_lines(cells)), flush=True)
     ends = []
     for windy in (False, True):
-        ends.append(falls_of_aircraft.run(args.flights, args.first, craft_of(args), windy=windy, jobs=args.jobs))
+        ends.append(falls_of_aircraft.run(args.flights, args.first, craft, windy=windy, jobs=args.jobs))
         air = (
             f"wind {falls_of_aircraft.FALL_WIND:g} m/s, gusts {falls_of_aircraft.FALL_GUSTS:g} m/s"
             if windy

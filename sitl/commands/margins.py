@@ -29,7 +29,7 @@ def run(args: argparse.Namespace) -> int:
     from sitl.studies import margins  # noqa: PLC0415 - --help must not load the compiler
 
     seeds = range(args.first, args.first + args.flights)
-    draws = margins.grid(seeds, args.delay or margins.DELAYS, args.noise or margins.NOISE_FACTORS)
+    draws = margins.grid(seeds, args.delay or margins.DELAYS, args.noise or margins.NOISE_FACTORS, args.controller)
     flown = margins.run(draws, craft_of(args), args.jobs, lambda done: print_progress(done, len(draws)))
     print("\n".join(margins.summary(flown)), flush=True)
     if args.json is not None:

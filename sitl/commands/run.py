@@ -25,6 +25,7 @@ examples:
   darko-sitl --speed 0                as fast as possible
   darko-sitl --wind 5@270 --gusts 1   5 m/s from the west, gusts of 1 m/s rms
   darko-sitl --arena voliere          indoors, by motion capture
+  darko-sitl --controller indi        one incremental law instead of the hybrid controller
   darko-sitl --airframe published     the constants that ENAC published (see: darko-sitl airframe)
   darko-sitl --arena voliere --flight-plan room.xml   fly the blocks of a plan
   darko-sitl --scenario far-target    an experiment of the report, for a ground station to watch
@@ -63,6 +64,12 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     )
     flight.add_argument(
         "--airframe", metavar="SET", help=f"parameter set or TOML file [{AIRFRAME}, or the scenario's own]"
+    )
+    flight.add_argument(
+        "--controller",
+        choices=("hybrid", "indi"),
+        default=None,
+        help="the hybrid controller or INDI, one law without jumps [as DRK_CONTROLLER is set: hybrid]",
     )
     flight.add_argument(
         "--wind",

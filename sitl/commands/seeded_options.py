@@ -35,6 +35,7 @@ def seeded_parser(name: str, description: str, flights: int, flown: str) -> argp
     options.add_argument(
         "--nav", default="sensors", choices=("sensors", "mocap", "truth"), help="what it navigates by [sensors]"
     )
+    options.add_argument("--controller", default="hybrid", choices=("hybrid", "indi"), help="what flies it [hybrid]")
     options.add_argument("--sensors", metavar="FILE", help="TOML file that states specifications of instruments anew")
     options.add_argument("--json", type=Path, metavar="FILE", help="also write every flight as JSON")
     return options
@@ -51,7 +52,7 @@ def craft_of(args: argparse.Namespace) -> Craft:
     from sitl.studies.craft import Craft  # noqa: PLC0415
 
     load_sensors(args.sensors)
-    return Craft(args.airframe, Navigation(args.nav), args.sensors)
+    return Craft(args.airframe, Navigation(args.nav), args.sensors, args.controller)
 
 
 def check_seeded(args: argparse.Namespace, limits: Mapping[str, float], counts: Sequence[str] = ()) -> None:

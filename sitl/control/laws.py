@@ -19,6 +19,7 @@ from sitl.control import (
     hover_attitude,
     hover_linear,
     hover_zero_moment,
+    indi,
     landed,
     line_of_sight,
 )
@@ -27,6 +28,7 @@ from sitl.control.handover import Handover
 from sitl.control.hover_attitude import AttitudeGains, Steering
 from sitl.control.hover_linear import LinearGains
 from sitl.control.hover_zero_moment import Guide, ZeroMomentGains
+from sitl.control.indi import Increment, IndiGains
 from sitl.control.line_of_sight import LineOfSight, LineOfSightGains
 from sitl.control.wind_estimator import WindGains
 from sitl.model.vectors import Vector
@@ -43,6 +45,7 @@ class LawStates(NamedTuple):
     hold: Vector  # where the alignment stays, world NWU [m]
     course: float  # azimuth the belly or the nose is to point to [rad]
     sight: LineOfSight  # of the line-of-sight law and the transitions
+    increment: Increment  # of INDI
 
 
 class Gains(NamedTuple):
@@ -53,6 +56,7 @@ class Gains(NamedTuple):
     hover_attitude: AttitudeGains
     line_of_sight: LineOfSightGains
     forward_linear: ForwardGains
+    indi: IndiGains
     wind: WindGains
 
 
@@ -86,6 +90,7 @@ LAWS = (
     LawRow(Law.FAILSAFE, hover_zero_moment.step, "zero_moment"),
     LawRow(Law.HOVER_ATTITUDE, hover_attitude.step, "hover_attitude"),
     LawRow(Law.CRASHED, landed.step),
+    LawRow(Law.INDI, indi.step, "indi"),
 )
 
 VALUES = (

@@ -14,13 +14,13 @@ allocation inverts the model in closed form.
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 from sitl.compiled import kernel
 from sitl.control import moment_observer
 from sitl.control.braking import brake
 from sitl.control.estimate import Estimate
+from sitl.control.flatness import from_axes, nose, span
 from sitl.control.forward_allocation import invert
 from sitl.control.forward_guidance import GuidanceGains, air_course, cruise
 from sitl.control.moment_observer import momentum
@@ -28,10 +28,10 @@ from sitl.control.reference import Reference
 from sitl.control.side import NOT_CHOSEN, kept
 from sitl.model.aerodynamics import slopes, thrusts, trimmed_slope, wrench
 from sitl.model.airframe import Airframe
-from sitl.model.arithmetic import clipped, decay, sine_cosine, wrapped
+from sitl.model.arithmetic import clipped, decay, wrapped
 from sitl.model.quaternions import Quaternion, conjugate, multiply, rotate_inverse, x_axis
 from sitl.model.state import Actuators
-from sitl.model.vectors import Vector, add, add_scaled, cross, dot, level_norm, norm, scaled, shortened, subtract
+from sitl.model.vectors import Vector, add, add_scaled, cross, dot, level_norm, scaled, shortened, subtract
 
 TURN_BELOW = 3.0  # over the ground, in the transition to the hover [m/s]
 TURN_RATE = 1.0  # there [rad/s]
@@ -167,23 +167,8 @@ def attitude(
         gains: The blend between heading and air stream.
         a: The airframe as the law knows it.
     """
-    speed = norm(v_a)
-    sine, cosine = sine_cosine(heading)
-    # Only air that comes from ahead may take the heading over: a tail wind at the stop would turn it round.
-    meeting = v_a.x * cosine + v_a.y * sine
-    share = clipped((meeting - gains.blend_from) / (gains.blend_to - gains.blend_from), 0.0, 1.0)
-    share = share * share * (3.0 - 2.0 * share)
-    ahead = add_scaled(Vector(cosine * (1.0 - share), sine * (1.0 - share), 0.0), v_a, share / max(speed, 1e-6))
-    y = cross(force, ahead)
-    size = norm(y)
-    y = scaled(y, 1.0 / size) if size >= 0.05 * a.m * a.g else _y_axis(last)
-    slip = dot(v_a, y)
-    x = add_scaled(force, add_scaled(v_a, y, -slip), carried)
-    x = add_scaled(x, y, -dot(x, y))
-    x = scaled(x, 1.0 / max(norm(x), 1e-6))
-    q = _from_axes(x, y, cross(x, y))
-    same = q.w * last.w + q.x * last.x + q.y * last.y + q.z * last.z >= 0.0
-    return q if same else Quaternion(-q.w, -q.x, -q.y, -q.z)
+    y = span(force, v_a, heading, last, gains.blend_from, gains.blend_to, a.m * a.g)
+    return from_axes(nose(force, v_a, y, carried), y, last)
 
 
 @kernel
@@ -210,25 +195,3 @@ def _moment(
     rate = subtract(add(turn, rotate_inverse(off, turning)), w)
     wanted = momentum(Vector(gains.rate.x * rate.x, gains.rate.y * rate.y, gains.rate.z * rate.z), a)
     return add(wanted, cross(w, momentum(w, a)))
-
-
-@kernel
-def _y_axis(q: Quaternion) -> Vector:
-    """y_b in the world frame: the left wing."""
-    return Vector(2.0 * (q.x * q.y - q.w * q.z), 1.0 - 2.0 * (q.x * q.x + q.z * q.z), 2.0 * (q.y * q.z + q.w * q.x))
-
-
-@kernel
-def _from_axes(x: Vector, y: Vector, z: Vector) -> Quaternion:
-    """The quaternion of the frame with these unit axes; its largest component is the one under the root."""
-    trace = x.x + y.y + z.z
-    largest = max(x.x, y.y, z.z)
-    root = math.sqrt(1.0 + (trace if trace > 0.0 else 2.0 * largest - trace))
-    half, k = 0.5 * root, 0.5 / root
-    if trace > 0.0:
-        return Quaternion(half, k * (y.z - z.y), k * (z.x - x.z), k * (x.y - y.x))
-    if x.x >= largest:
-        return Quaternion(k * (y.z - z.y), half, k * (y.x + x.y), k * (z.x + x.z))
-    if y.y >= largest:
-        return Quaternion(k * (z.x - x.z), k * (y.x + x.y), half, k * (z.y + y.z))
-    return Quaternion(k * (x.y - y.x), k * (z.x + x.z), k * (z.y + y.z), half)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from protocol.dialect.vocabulary import Law
+from protocol.dialect.vocabulary import Law, Regime
 from sitl.control.reference import Point
 from sitl.model.ground import Crash
 
@@ -28,6 +28,7 @@ class VehicleView(NamedTuple):
     stopping_distance: float = 0.0  # from the present speed in forward flight [m]
     battery_energy: float = math.inf  # left in the battery [J]
     law: Law = Law.LANDED  # in force
+    regime: Regime = Regime.GROUND
     crash: Crash | None = None  # what broke it
     touched: str = ""  # what it touched then; empty: the ground
     rates: Point = (0.0, 0.0, 0.0)  # body rates [rad/s]

@@ -7,6 +7,8 @@ import math
 
 from protocol.dialect.vocabulary import Law, Regime
 from sitl.control import forward_guidance, reference
+from sitl.control.indi_guidance import stopping_speed
+from sitl.control.reference import LEG
 from sitl.model.aerodynamics import thrusts
 from sitl.model.plant import inflow
 from sitl.simulation.simulation import Simulation
@@ -16,9 +18,27 @@ from sitl.supervisor.guards import Guard
 REGIMES_ON_PATH = frozenset({Regime.FRONT_TRANSITION, Regime.FORWARD, Regime.BACK_TRANSITION})
 
 
+def regime(simulation: Simulation) -> Regime:
+    """The regime of flight: that of the law in force or, under INDI, which flies in all, what the vehicle does."""
+    if simulation.law is not Law.INDI:
+        return simulation.law.regime
+    e, r = simulation.estimate, simulation.reference
+    if r.forward and not _stops(simulation):
+        return Regime.FORWARD if guards.wing_borne.test(e, r) else Regime.FRONT_TRANSITION
+    return Regime.UPRIGHT if guards.calm.test(e) else Regime.BACK_TRANSITION
+
+
+def _stops(simulation: Simulation) -> bool:
+    """Whether the end of the path is what limits INDI's speed."""
+    p, path = simulation.estimate.position, simulation.reference.path
+    left = math.hypot(path.end.x - p.x, path.end.y - p.y)
+    stops = path.kind == LEG and path.stop
+    return stops and stopping_speed(left, simulation.design.gains.indi.guide) < path.airspeed
+
+
 def cross_track(simulation: Simulation) -> float:
     """Distance to the left of the path flown forward [m]; 0 in the hover."""
-    if simulation.law.regime not in REGIMES_ON_PATH:
+    if regime(simulation) not in REGIMES_ON_PATH:
         return 0.0
     return reference.cross_track(simulation.reference.path, simulation.estimate.position)
 

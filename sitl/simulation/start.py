@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple, get_type_hints
 
 from protocol.dialect.vocabulary import Law
-from sitl.control import align, handover, hover_attitude, hover_zero_moment, line_of_sight, wind_estimator
+from sitl.control import align, handover, hover_attitude, hover_zero_moment, indi, line_of_sight, wind_estimator
 from sitl.control.estimate import Estimate
 from sitl.errors import SitlError
 from sitl.estimation.truth import observe
@@ -81,6 +81,7 @@ def entered(flight: Flight, law: int, design: Design) -> Flight:
         steering=hover_attitude.start(estimate, gains.hover_attitude, model),
         hold=align.start_hold(estimate),
         sight=line_of_sight.start(estimate, model),
+        increment=indi.start(estimate, model),
     )
     return flight._replace(controller=c._replace(law=law, since=0.0, states=states))
 

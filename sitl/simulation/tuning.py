@@ -16,6 +16,7 @@ from sitl.control.laws import Gains
 from sitl.design.attitude import attitude_gains
 from sitl.design.forward import line_of_sight_gains
 from sitl.design.forward_schedule import forward_gains
+from sitl.design.indi import indi_gains
 from sitl.design.lmi import lmi_gains
 from sitl.design.lqr import gentle_hover_gains, hover_gains
 from sitl.design.proved import PROVED_LEVEL, is_proved, proved_gains
@@ -29,6 +30,8 @@ from sitl.storage import record_of
 from sitl.supervisor.guards import Thresholds
 
 REPORT_GAIN, LMI_GAIN, GENTLE_GAIN, PROVED_GAIN = range(4)  # designs of the linear hover law
+HYBRID, INDI = range(2)
+CONTROLLERS = {"hybrid": HYBRID, "indi": INDI}  # by the name that commands take
 OWN = -1.0  # a threshold that the design of the linear hover law has itself
 SAMPLED_ENTER, SAMPLED_LEAVE = 20.0, 50.0  # of designs whose V proves little: from flights (docs/region.md)
 PROVED_LEAVE = 50.0  # of the proved design: from flights as well
@@ -90,6 +93,9 @@ class Tuning(NamedTuple):
     v_forward_leave: Annotated[
         float, ParameterMetadata("DRK_VF_LEAVE", (0.0, 1e5), "", "V above which the linear forward law hands back")
     ] = 20.0
+    controller: Annotated[
+        int, ParameterMetadata("DRK_CONTROLLER", (0, 1), "", "What flies: 0 the hybrid controller, 1 INDI")
+    ] = HYBRID
     pitot: Annotated[int, ParameterMetadata("DRK_PITOT", (0, 1), "", "The wind estimator has a pitot tube")] = 1
 
 
@@ -118,6 +124,7 @@ def designed(a: Airframe, tuning: Tuning) -> Design:
         hover_attitude=attitude_gains(loop),
         line_of_sight=line_of_sight_gains(),
         forward_linear=_forward_gains(a),
+        indi=indi_gains(),
         wind=wind_gains(),
     )
     return Design(a, gains, thresholds(a, tuning))
@@ -152,6 +159,7 @@ def thresholds(a: Airframe, tuning: Tuning) -> Thresholds:
         v_forward_enter=float(tuning.v_forward_enter) if tuning.forward_linear else 0.0,
         v_forward_leave=float(tuning.v_forward_leave),
         alone=math.isinf(tuning.v_leave),
+        incremental=tuning.controller == INDI,
     )
 
 

@@ -117,7 +117,7 @@ def fly_leg(leg: Leg, way: Way, airspeed: float = 15.0, airframe: str = AIRFRAME
     try:
         while not arrived and vehicle.time - time < MAX_LEG_TIME:
             aircraft.advance(PERIODS_PER_LOOK)
-            flew_forward |= is_forward(vehicle.law)
+            flew_forward |= is_forward(vehicle)
             heights.append(vehicle.truth.body.position.z)
             arrived = has_finished_mission(aircraft)
     except DivergedError:

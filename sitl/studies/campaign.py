@@ -144,7 +144,7 @@ def fly_and_track(conditions: FlightConditions, craft: Craft = DEFAULT_CRAFT) ->
         while not has_finished_mission(aircraft) and vehicle.time < MAX_MISSION_TIME and vehicle.crash is None:
             aircraft.advance(PERIODS_PER_LOOK)
             positions.append(vehicle.truth.body.position)
-            forward.append(is_forward(vehicle.law))
+            forward.append(is_forward(vehicle))
     except DivergedError as error:
         fault = str(error).split(":")[0]
     if vehicle.crash is not None:

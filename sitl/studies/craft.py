@@ -7,6 +7,7 @@ from typing import NamedTuple
 from sitl import Airframe, Navigation, Simulation, load_airframe, load_sensors
 from sitl.defaults import AIRFRAME
 from sitl.simulation.start import Start
+from sitl.simulation.tuning import CONTROLLERS, Tuning
 
 
 class Craft(NamedTuple):
@@ -15,11 +16,17 @@ class Craft(NamedTuple):
     airframe: str = AIRFRAME  # parameter set or TOML file; the design model
     navigation: Navigation = Navigation.SENSORS
     sensors: str | None = None  # TOML file; None: as shipped
+    controller: str = "hybrid"  # of CONTROLLERS
 
     @property
     def model(self) -> Airframe:
         """The airframe as it is designed for."""
         return load_airframe(self.airframe).parameters
+
+    @property
+    def tuning(self) -> Tuning:
+        """Of its controller."""
+        return Tuning(controller=CONTROLLERS[self.controller])
 
     def fly(self, seed: int, start: Start, airframe: Airframe | None = None) -> Simulation:
         """A vehicle of this kind.
@@ -34,6 +41,7 @@ class Craft(NamedTuple):
             airframe or model,
             seed=seed,
             start=start,
+            tuning=self.tuning,
             design_model=model,
             navigation=self.navigation,
             sensors=load_sensors(self.sensors),

@@ -18,6 +18,7 @@ from sitl.injected_failures import ACTUATOR_UNITS, BATTERY_FAILURES, FAILURE_NAM
 from sitl.parameters import Configuration, WorldSettings
 from sitl.sensors.instruments import HEALTHY
 from sitl.simulation.actuator_faults import ACTUATOR_FAILURES
+from sitl.simulation.situation import regime
 from sitl.studies.craft import DEFAULT_CRAFT, Craft
 from sitl.studies.mission_flight import STUDY_WORLD
 from sitl.studies.seeded_flights import fly_draws, ignore_progress
@@ -131,7 +132,7 @@ def _begun(draw: FailureDraw, craft: Craft) -> Aircraft:
         return aircraft
     aircraft.autopilot.guided.go_to(GOAL)
     in_transition = draw.phase is FailurePhase.TRANSITION
-    _advance_until(aircraft, CRUISE_TIME, lambda: in_transition and vehicle.law.regime is Regime.FRONT_TRANSITION)
+    _advance_until(aircraft, CRUISE_TIME, lambda: in_transition and regime(vehicle) is Regime.FRONT_TRANSITION)
     return aircraft
 
 

@@ -118,8 +118,14 @@ def fall(flights: Sequence[Simulation], seconds: float = RETURN_SECONDS) -> tupl
     return np.array(lost), np.array(away)
 
 
-def heights(airframe: Airframe, flights: int, first: int = 1) -> list[HeightLost]:
+def heights(airframe: Airframe, flights: int, first: int = 1, tuning: Tuning | None = None) -> list[HeightLost]:
     """Every kind of fall from the same draws, seeds ``first`` on: under the supervisor, and under the law alone.
+
+    Args:
+        airframe: What falls.
+        flights: Draws of each kind.
+        first: Seed of the first.
+        tuning: Of the controller under the supervisor.
 
     Raises:
         SitlError: If there is nothing to fly, or no such seed.
@@ -127,18 +133,18 @@ def heights(airframe: Airframe, flights: int, first: int = 1) -> list[HeightLost
     drawn = seeds(flights, first)
     results = []
     for kind, velocity in FALL_KINDS.items():
-        supervisor, away = fall([falling(airframe, seed, velocity) for seed in drawn])
+        supervisor, away = fall([falling(airframe, seed, velocity, tuning=tuning) for seed in drawn])
         alone, _ = fall([falling(airframe, seed, velocity, tuning=ALONE) for seed in drawn], FALL_SECONDS)
         results.append(HeightLost(kind, supervisor, alone, away))
     return results
 
 
-def height_map(airframe: Airframe, flights: int, first: int = 1) -> list[MapCell]:
+def height_map(airframe: Airframe, flights: int, first: int = 1, tuning: Tuning | None = None) -> list[MapCell]:
     """Height lost over sink rate and tumble; arguments as for :func:`heights`."""
     drawn, cells = seeds(flights, first), []
     for sink in MAP_SINKS:
         for tumble in MAP_TUMBLES:
-            flown = [falling(airframe, seed, (0.0, 0.0, -sink), tumble=tumble) for seed in drawn]
+            flown = [falling(airframe, seed, (0.0, 0.0, -sink), tumble=tumble, tuning=tuning) for seed in drawn]
             lost, _ = fall(flown, FALL_SECONDS)
             cells.append(MapCell(sink, tumble, lost))
     return cells

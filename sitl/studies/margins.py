@@ -18,6 +18,7 @@ from sitl import PERIOD, Law, Recording, SensorSet, Simulation, Tuning, along, h
 from sitl.model.airframe import Array
 from sitl.simulation.failures import DivergedError
 from sitl.simulation.start import Start
+from sitl.simulation.tuning import CONTROLLERS, INDI
 from sitl.studies.craft import Craft
 from sitl.studies.seeded_flights import fly_draws, ignore_progress
 
@@ -42,6 +43,11 @@ class MarginManoeuvre(enum.Enum):
     HOVER_LINEAR = "hover, linear law"
     HOVER_ZERO_MOMENT = "hover, zero-moment law"
     FORWARD = "transitions and cruise"
+    HOVER_INDI = "hover, INDI"
+
+
+HYBRID_MANOEUVRES = (MarginManoeuvre.HOVER_LINEAR, MarginManoeuvre.HOVER_ZERO_MOMENT, MarginManoeuvre.FORWARD)
+INDI_MANOEUVRES = (MarginManoeuvre.HOVER_INDI, MarginManoeuvre.FORWARD)
 
 
 class MarginDraw(NamedTuple):
@@ -87,7 +93,7 @@ def fly(draw: MarginDraw, craft: Craft) -> MarginFlight:
         craft.model,
         seed=draw.seed,
         start=Start(up=MARGIN_HEIGHT, airborne=True),
-        tuning=_alone(draw.manoeuvre),
+        tuning=craft.tuning if craft.tuning.controller == INDI else _alone(draw.manoeuvre),
         navigation=craft.navigation,
         sensors=sensors,
     )
@@ -148,11 +154,16 @@ def run(
     return fly_draws(partial(fly, craft=craft), draws, jobs, on_progress=on_progress)
 
 
-def grid(seeds: range, delays: Sequence[float] = DELAYS, factors: Sequence[float] = NOISE_FACTORS) -> list[MarginDraw]:
-    """Every manoeuvre with every delay and factor, by all seeds."""
+def grid(
+    seeds: range,
+    delays: Sequence[float] = DELAYS,
+    factors: Sequence[float] = NOISE_FACTORS,
+    controller: str = "hybrid",
+) -> list[MarginDraw]:
+    """Every manoeuvre of a controller with every delay and factor, by all seeds."""
     return [
         MarginDraw(seed, manoeuvre, delay, factor)
-        for manoeuvre in MarginManoeuvre
+        for manoeuvre in (INDI_MANOEUVRES if CONTROLLERS[controller] == INDI else HYBRID_MANOEUVRES)
         for factor in factors
         for delay in delays
         for seed in seeds

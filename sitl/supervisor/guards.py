@@ -54,6 +54,7 @@ class Thresholds(NamedTuple):
     v_forward_enter: float  # the linear forward law likewise
     v_forward_leave: float
     alone: bool  # a hover law is flown alone, whatever comes of it: no wind, slide or fall ends it
+    incremental: bool  # INDI is to fly, and no other law
 
 
 @dataclass(frozen=True)
@@ -246,3 +247,9 @@ def lost(v_attitude: float) -> bool:
 def crashed(has_crashed: bool) -> bool:
     """The ground was hit too fast."""
     return has_crashed
+
+
+@guard
+def incremental(thresholds: Thresholds) -> bool:
+    """INDI is chosen to fly."""
+    return thresholds.incremental

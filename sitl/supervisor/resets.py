@@ -10,11 +10,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from sitl.compiled import kernel
-from sitl.control import align, handover, hover_attitude, hover_zero_moment, line_of_sight
+from sitl.control import align, handover, hover_attitude, hover_zero_moment, indi, line_of_sight
 from sitl.control.estimate import Estimate
 from sitl.control.handover import Handover
 from sitl.control.hover_attitude import AttitudeGains, Steering
 from sitl.control.hover_zero_moment import Guide, ZeroMomentGains
+from sitl.control.indi import Increment
 from sitl.control.line_of_sight import LineOfSight
 from sitl.control.side import NOT_CHOSEN
 from sitl.model.airframe import Airframe
@@ -69,6 +70,12 @@ def hold_here(estimate: Estimate) -> Vector:
 def sight_from_here(estimate: Estimate, a: Airframe) -> LineOfSight:
     """The line-of-sight law begins from the attitude as it is, with nothing accumulated."""
     return line_of_sight.start(estimate, a)
+
+
+@reset("increment", "course")
+def increment_from_here(estimate: Estimate, a: Airframe) -> tuple[Increment, float]:
+    """INDI begins from the attitude as it is, with nothing unmodelled, and looks where the vehicle does."""
+    return indi.start(estimate, a), indi.facing(estimate)
 
 
 @reset("is_flying", "integral", clears=(flying,))

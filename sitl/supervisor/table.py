@@ -63,6 +63,7 @@ _LAND = (
 _CATCH = Jump("catch_fall", Law.FAILSAFE, Reason.FAILSAFE, when=(g.falling,), resets=(r.guide_from_here,))
 # Between laws that share the guide, it goes on.
 _CATCH_GUIDED = Jump("catch_fall", Law.FAILSAFE, Reason.FAILSAFE, when=(g.falling,))
+_INDI = Jump("choose_indi", Law.INDI, Reason.COMMAND, when=(g.incremental,), resets=(r.increment_from_here,))
 _GO = (g.wanted, g.worth)
 
 
@@ -86,6 +87,14 @@ TABLE: dict[Law, tuple[Jump, ...]] = {
     Law.LANDED: (
         _CRASH,
         Jump(
+            "take_off_indi",
+            Law.INDI,
+            Reason.TAKEOFF,
+            when=(g.incremental, g.armed, g.flying),
+            unless=(g.resting,),
+            resets=(r.increment_from_here,),
+        ),
+        Jump(
             "take_off",
             Law.HOVER_ZERO_MOMENT,
             Reason.TAKEOFF,
@@ -96,6 +105,7 @@ TABLE: dict[Law, tuple[Jump, ...]] = {
     ),
     Law.HOVER_LINEAR: (
         *_LAND,
+        _INDI,
         _CATCH,
         _steer(g.calm),
         _align(g.calm, resets=(r.guide_from_here, r.hold_here)),
@@ -118,6 +128,7 @@ TABLE: dict[Law, tuple[Jump, ...]] = {
     ),
     Law.HOVER_ZERO_MOMENT: (
         *_LAND,
+        _INDI,
         _CATCH_GUIDED,
         _steer(g.calm),
         _align(g.calm, resets=(r.hold_here,)),
@@ -133,18 +144,21 @@ TABLE: dict[Law, tuple[Jump, ...]] = {
     ),
     Law.ALIGN: (
         *_LAND,
+        _INDI,
         _CATCH_GUIDED,
         Jump("stay", Law.HOVER_ZERO_MOMENT, Reason.COMMAND, unless=(g.wanted,)),
         Jump("tip_over", Law.TO_FORWARD, Reason.SPEED, when=(g.aligned, g.dwelt), resets=(r.sight_from_here,)),
     ),
     Law.TO_FORWARD: (
         *_LAND,
+        _INDI,
         _CATCH,
         *_stop(),
         Jump("fly", Law.FORWARD_LINE_OF_SIGHT, Reason.SPEED, when=(g.wing_borne, g.dwelt)),
     ),
     Law.FORWARD_LINE_OF_SIGHT: (
         *_LAND,
+        _INDI,
         _CATCH,
         *_stop(),
         Jump(
@@ -157,6 +171,7 @@ TABLE: dict[Law, tuple[Jump, ...]] = {
     ),
     Law.FORWARD_LINEAR: (
         *_LAND,
+        _INDI,
         _CATCH,
         *_stop(r.sight_from_here),
         Jump(
@@ -170,6 +185,7 @@ TABLE: dict[Law, tuple[Jump, ...]] = {
     ),
     Law.TO_HOVER: (
         *_LAND,
+        _INDI,
         _CATCH,
         _steer(g.standing, g.dwelt),
         Jump(
@@ -190,6 +206,7 @@ TABLE: dict[Law, tuple[Jump, ...]] = {
     ),
     Law.FAILSAFE: (
         *_LAND,
+        _INDI,
         Jump(
             "recover",
             Law.HOVER_ZERO_MOMENT,
@@ -208,6 +225,7 @@ TABLE: dict[Law, tuple[Jump, ...]] = {
     ),
     Law.HOVER_ATTITUDE: (
         *_LAND,
+        _INDI,
         _CATCH,
         Jump(
             "let_go",
@@ -222,6 +240,33 @@ TABLE: dict[Law, tuple[Jump, ...]] = {
             Reason.FAILSAFE,
             when=(g.lost,),
             resets=(r.guide_from_here, r.level_first),
+        ),
+    ),
+    # No jump leads from hover to cruise or back, and none catches a fall: the law is the same.
+    Law.INDI: (
+        *_LAND,
+        Jump(
+            "choose_hybrid",
+            Law.HOVER_ZERO_MOMENT,
+            Reason.COMMAND,
+            when=(g.calm,),
+            unless=(g.incremental,),
+            resets=(r.guide_from_here,),
+        ),
+        Jump(
+            "choose_hybrid_in_cruise",
+            Law.FORWARD_LINE_OF_SIGHT,
+            Reason.COMMAND,
+            when=(g.wanted, g.wing_borne),
+            unless=(g.incremental, g.stop_due),
+            resets=(r.sight_from_here,),
+        ),
+        Jump(
+            "choose_hybrid_on_the_way",
+            Law.TO_HOVER,
+            Reason.COMMAND,
+            unless=(g.incremental,),
+            resets=(r.sight_from_here,),
         ),
     ),
     Law.CRASHED: (),  # for good: only a new start stands it up again

@@ -39,7 +39,7 @@ def attitude_quaternion(s: VehicleSnapshot) -> Message:
     """ATTITUDE_QUATERNION of the hover frame; repr_offset_q lets a display show level forward flight as level."""
     q1, q2, q3, q4 = attitude_on_wire(s.q)
     rollspeed, pitchspeed, yawspeed = axes_on_wire(s.rates)
-    forward = s.law.regime is Regime.FORWARD
+    forward = s.regime is Regime.FORWARD
     return mavlink.MAVLink_attitude_quaternion_message(
         time_boot_ms=s.ms,
         q1=q1,

@@ -24,7 +24,7 @@ from sitl.sensors.instruments import Inertial
 from sitl.simulation.navigation_status import NavigationStatus
 from sitl.simulation.readings import LatestReadings, readings_of
 from sitl.simulation.simulation import Simulation
-from sitl.simulation.situation import cross_track, thrusts_now
+from sitl.simulation.situation import cross_track, regime, thrusts_now
 from sitl.storage import named_from
 
 NO_FLIGHT = FlightTimes()
@@ -76,6 +76,7 @@ class VehicleSnapshot(NamedTuple):
     limits: Limit
     saturation: Saturation
     law: Law
+    regime: Regime
     last_law: Law
     last_reason: Reason
     jumps: int
@@ -204,6 +205,7 @@ def take_snapshot(
         limits=Limit(0 if landed else state.limits),
         saturation=Saturation(state.controller.saturation),
         law=law,
+        regime=regime(vehicle),
         last_law=last.source if last else Law.LANDED,
         last_reason=last.reason if last else Reason.NONE,
         jumps=len(vehicle.jumps),

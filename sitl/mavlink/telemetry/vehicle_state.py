@@ -87,7 +87,7 @@ def extended_state(s: VehicleSnapshot) -> Message:
         landed = mavlink.MAV_LANDED_STATE_TAKEOFF
     else:
         landed = mavlink.MAV_LANDED_STATE_IN_AIR
-    return mavlink.MAVLink_extended_sys_state_message(VTOL_STATES[s.law.regime], landed)
+    return mavlink.MAVLink_extended_sys_state_message(VTOL_STATES[s.regime], landed)
 
 
 def battery_status(s: VehicleSnapshot) -> Message:

@@ -16,7 +16,7 @@ def test_a_return_in_forward_flight_turns_to_the_new_home():
     flight.fly(12.0)
     flight.autopilot.guided.return_to_launch()
     flight.fly(8.0)
-    assert is_forward(flight.vehicle.law)
+    assert is_forward(flight.vehicle)
     assert move_home(flight.autopilot, (50.0, 80.0, 0.0)).accepted
     flight.fly_until(lambda: not flight.autopilot.flying, 90.0)
     assert math.dist(flight.p[-1][:2], (50.0, 80.0)) < 0.5

@@ -69,7 +69,7 @@ def test_random_states_under_random_laws_in_gusts_settle_down():
         vehicle.advance(30_000)
         assert len(vehicle.jumps) <= MAX_JUMPS, [jump.name for jump in vehicle.jumps]
         assert norm(vehicle.truth.body.rates) < 2.0
-        assert is_forward(vehicle.law)
+        assert is_forward(vehicle)
 
 
 def test_a_landing_ends_at_rest_with_the_motors_let_go_and_the_next_take_off_begins_afresh():

@@ -88,6 +88,6 @@ def test_an_airframe_twenty_per_cent_off_either_flies_and_stops_or_hovers(seed):
     if can_fly_forward(plant):
         assert "tip_over" in track.names
         assert track.beyond((DISTANCE, 0.0), 0.0) < 25.0
-        assert not is_forward(track.vehicle.law)
+        assert not is_forward(track.vehicle)
     else:
         assert not track.flown_forward.any()

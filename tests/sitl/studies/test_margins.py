@@ -10,6 +10,8 @@ from sitl.studies import margins
 from sitl.studies.craft import Craft
 from sitl.studies.margins import (
     DELAYS,
+    HYBRID_MANOEUVRES,
+    INDI_MANOEUVRES,
     NOISE_FACTORS,
     NOISES,
     MarginDraw,
@@ -35,9 +37,11 @@ def test_only_the_noise_grows_and_the_pipeline_is_slowed():
     assert changed == set(NOISES)
 
 
-def test_the_map_has_every_manoeuvre_delay_and_factor_by_every_seed():
-    draws = grid(range(4, 6))
-    assert len(draws) == len(set(draws)) == len(MarginManoeuvre) * len(DELAYS) * len(NOISE_FACTORS) * 2
+@pytest.mark.parametrize(("controller", "manoeuvres"), [("hybrid", HYBRID_MANOEUVRES), ("indi", INDI_MANOEUVRES)])
+def test_the_map_has_every_manoeuvre_delay_and_factor_by_every_seed(controller, manoeuvres):
+    draws = grid(range(4, 6), controller=controller)
+    assert len(draws) == len(set(draws)) == len(manoeuvres) * len(DELAYS) * len(NOISE_FACTORS) * 2
+    assert {draw.manoeuvre for draw in draws} == set(manoeuvres)
     assert {draw.seed for draw in draws} == {4, 5}
 
 

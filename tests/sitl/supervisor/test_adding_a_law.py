@@ -40,7 +40,7 @@ EDITS = {
     "protocol/dialect/darko.xml": [
         (
             '      <entry value="9" name="DARKO_LAW_HOVER_ATTITUDE">',
-            '      <entry value="11" name="DARKO_LAW_TOY"><?darko regime="UPRIGHT"?>'
+            '      <entry value="15" name="DARKO_LAW_TOY"><?darko regime="UPRIGHT"?>'
             "<description>A toy.</description></entry>\n",
         )
     ],

@@ -15,7 +15,14 @@ from tests.support.flights.estimates import estimate, turned
 
 GUIDANCE = line_of_sight_gains().guidance
 USUAL = g.Thresholds(
-    v_enter=20.0, v_leave=50.0, v_waited=20.0, v_settled=10.0, v_forward_enter=5.0, v_forward_leave=20.0, alone=False
+    v_enter=20.0,
+    v_leave=50.0,
+    v_waited=20.0,
+    v_settled=10.0,
+    v_forward_enter=5.0,
+    v_forward_leave=20.0,
+    alone=False,
+    incremental=False,
 )
 NEAR = {"thresholds": USUAL, "v_integral": 0.0, "inhibited": 0.0, "since": 0.0}
 SETTLED = {"thresholds": USUAL}

@@ -111,8 +111,10 @@ def test_no_situation_whatever_makes_it_jump_without_end(law):
 
 
 def test_what_a_jump_leaves_open_is_only_what_it_takes_back_from_the_linear_law():
-    """Its inhibition, and an integral that V counted."""
-    assert {guard for jumps in TABLE.values() for jump in jumps for guard in released(jump)} <= {g.near, g.settled}
+    """Its inhibition, and an integral that V counted; INDI's course, which no law of the others looks at there."""
+    left = {guard for jumps in TABLE.values() for jump in jumps for guard in released(jump)}
+    assert left <= {g.near, g.settled, g.aligned}
+    assert all(jump.target is Law.INDI for jumps in TABLE.values() for jump in jumps if g.aligned in released(jump))
 
 
 @pytest.fixture(scope="module")
@@ -186,8 +188,22 @@ def test_a_crash_ends_everything_at_once_and_for_good(law):
 
 @in_the_air
 def test_a_fall_is_always_caught_and_until_it_ends_nothing_else_is_tried(law):
-    falling = every(g.resting, g.crashed, hold=(g.armed, g.falling))
-    assert ends(law, falling) == {(Law.FAILSAFE, 0 if law is Law.FAILSAFE else 1)}
+    falling = every(g.resting, g.crashed, g.incremental, hold=(g.armed, g.falling))
+    jumps = 0 if law is Law.FAILSAFE else 1 + (law is Law.INDI)
+    assert {end for end, _ in ends(law, falling)} == {Law.FAILSAFE}
+    assert max(count for _, count in ends(law, falling)) == jumps
+
+
+@in_the_air
+def test_where_indi_is_chosen_it_flies_whatever_happens_and_catches_its_own_falls(law):
+    """From every law within one jump; out of it leads the ground alone."""
+    flying = every(g.resting, g.crashed, hold=(g.armed, g.incremental))
+    assert ends(law, flying) == {(Law.INDI, 0 if law is Law.INDI else 1)}
+
+
+def test_indi_does_not_change_between_hover_and_cruise():
+    within = {jump.name for jump in TABLE[Law.INDI] if g.incremental not in (*jump.when, *jump.unless)}
+    assert within == {"crash", "disarm", "touch_down"}
 
 
 # The table as an automaton

@@ -9,7 +9,7 @@ from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law
 from protocol.frames import LocalFrame
 from protocol.plans import load as load_plan
-from sitl.aircraft import Aircraft, is_forward
+from sitl.aircraft import HOVERING, Aircraft
 from sitl.autopilot.safety.arena import ARENAS
 from sitl.autopilot.safety.world import World
 from sitl.autopilot.settings import Settings
@@ -26,7 +26,7 @@ NOMINAL = load("nominal").parameters
 WORLD = World(LocalFrame(HOME), ARENAS["open"])
 HIGH = 25.0  # where flights in the air begin [m]
 SAMPLE = 10  # control periods between samples: one autopilot tick
-FORWARD = [int(law) for law in Law if is_forward(law)]
+FORWARD = [int(law) for law in Law if law.regime not in HOVERING]
 
 
 class Track:

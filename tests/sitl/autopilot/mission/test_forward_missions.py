@@ -205,7 +205,7 @@ def test_a_point_just_ahead_is_hovered_to():
     assert flight.names[-1] == "recall"
     flight.fly(40.0)
     assert np.linalg.norm(flight.p[-1] - point) < 0.5
-    assert not is_forward(flight.vehicle.law)
+    assert not is_forward(flight.vehicle)
 
 
 def test_a_return_from_forward_flight_turns_round_and_lands_at_home():

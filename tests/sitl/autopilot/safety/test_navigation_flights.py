@@ -65,7 +65,7 @@ def test_a_cruise_without_position_comes_to_rest_and_lands():
     flight.fly(5.0)
     assert flight.aircraft.autopilot.guided.go_to((500.0, 0.0, 15.0)).accepted
     flight.fly(8.0)
-    assert is_forward(flight.aircraft.vehicle.law)
+    assert is_forward(flight.aircraft.vehicle)
     flight.lose(GNSS)
     assert has_landed(flight.land(60.0))
     assert LOST in flight.texts

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from protocol.dialect import mavlink
-from protocol.dialect.vocabulary import Law, Regime
+from protocol.dialect.vocabulary import Regime
 from protocol.frames import (
     displayed,
     euler_from_quaternion,
@@ -76,11 +76,11 @@ def test_a_whole_turn_of_an_upright_hover_is_a_whole_turn_of_its_yaw_alone(hover
     np.testing.assert_allclose(np.unwrap(angles[:, 2]), turn, atol=1e-9)
 
 
-@pytest.mark.parametrize("law", Law)
-def test_only_in_forward_flight_are_displays_to_pitch_up(hovering, law):
+@pytest.mark.parametrize("regime", Regime)
+def test_only_in_forward_flight_are_displays_to_pitch_up(hovering, regime):
     level = flip_quaternion(quaternion_from_euler(0.1, 0.05, 2.0))  # of the nose
-    message = navigation.attitude_quaternion(hovering._replace(q=level, law=law))
-    if law.regime is Regime.FORWARD:
+    message = navigation.attitude_quaternion(hovering._replace(q=level, regime=regime))
+    if regime is Regime.FORWARD:
         q = (message.q1, message.q2, message.q3, message.q4)
         assert message.repr_offset_q == pytest.approx([0.7071, 0.0, 0.7071, 0.0], abs=1e-4)
         assert euler_from_quaternion(displayed(q, message.repr_offset_q)) == pytest.approx((0.1, 0.05, 2.0))

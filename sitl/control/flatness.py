@@ -1,0 +1,134 @@
+r"""Flatness transform of phi-theory: attitude and thrust of a force, in closed form at a lift slope.
+
+Of the wing, its elevons in trim, with the normal force k by the velocity along z_b, and without sideslip,
+
+.. math::
+    f = T x_b - D (v_a \cdot x_b) x_b - k (v_a \cdot z_b) z_b
+    \quad\Rightarrow\quad x_b \parallel f + k (v_a - (v_a \cdot y_b) y_b)
+
+whatever the incidence: z_b is square to x_b and y_b, so that f and k v_a cancel along it. Where the wing stalls, k is
+that of the incidence it leads to, and is found by repetition. The span y_b is square to f and to where the vehicle
+looks: a heading while it hovers, the air velocity in flight (a turn without sideslip).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from sitl.compiled import kernel, subroutine
+from sitl.model.aerodynamics import slopes, trimmed_slope
+from sitl.model.airframe import Airframe
+from sitl.model.arithmetic import clipped, sine_cosine
+from sitl.model.quaternions import Quaternion, rotate_inverse
+from sitl.model.vectors import Vector, add_scaled, cross, dot, norm, scaled
+
+LEAST_FORCE = 0.05  # of the weight: a smaller one across the view leaves the span where it was [-]
+PASSES = 2  # of the lift slope in one tick; the next tick goes on from there
+# A wing that falls is not leant on: nose and air velocity agree in a dive, which would have no end.
+CARRIES, CARRIES_NOT = 5.0, 9.0  # sink rates through the air [m/s]
+
+
+class Flat(NamedTuple):
+    """What gives a force."""
+
+    attitude: Quaternion
+    thrust: float  # of both propellers [N]
+
+
+@subroutine
+def transform(
+    force: Vector, v_a: Vector, heading: float, last: Quaternion, blend: tuple[float, float], thrust: float, a: Airframe
+) -> Flat:
+    """The attitude and the thrust of a force in quasi-steady flight.
+
+    Args:
+        force: Of air and propellers, wanted, world [N].
+        v_a: Velocity through the air, world [m/s].
+        heading: Of the belly without airspeed [rad].
+        last: The attitude before, near which the incidence is sought.
+        blend: Airspeeds between which the heading gives way to the air stream [m/s].
+        thrust: Of both propellers before [N].
+        a: The airframe as the law knows it.
+    """
+    y = span(force, v_a, heading, last, blend[0], blend[1], a.m * a.g)
+    share = carrying(v_a)
+    q = last
+    for _ in range(PASSES):
+        stream = slopes(rotate_inverse(q, v_a), 0.5 * thrust, 0.5 * thrust, a)
+        x = nose(force, v_a, y, share * trimmed_slope(stream, a))
+        q = from_axes(x, y, last)
+        thrust = max(dot(force, x) + stream.drag * dot(v_a, x), 0.0) / (1.0 - a.S_ratio * a.C_d0)
+    return Flat(q, thrust)
+
+
+@kernel
+def carrying(v_a: Vector) -> float:
+    """Share of the wing's force that is counted on at a velocity through the air, world [m/s]."""
+    return clipped((CARRIES_NOT + v_a.z) / (CARRIES_NOT - CARRIES), 0.0, 1.0)
+
+
+@kernel
+def span(
+    force: Vector, v_a: Vector, heading: float, last: Quaternion, blend_from: float, blend_to: float, weight: float
+) -> Vector:
+    """y_b, world: square to the force and to the heading or, with air from ahead, to the air velocity.
+
+    Args:
+        force: Wanted, world [N].
+        v_a: Velocity through the air, world [m/s].
+        heading: Of the belly without airspeed [rad].
+        last: The attitude before, whose span is kept where nothing else decides.
+        blend_from: Airspeed from which the heading gives way [m/s].
+        blend_to: And where it has [m/s].
+        weight: Of the vehicle [N].
+    """
+    speed = norm(v_a)
+    sine, cosine = sine_cosine(heading)
+    # Only air that comes from ahead may take the heading over: a tail wind at the stop would turn it round.
+    meeting = v_a.x * cosine + v_a.y * sine
+    share = clipped((meeting - blend_from) / (blend_to - blend_from), 0.0, 1.0)
+    share = share * share * (3.0 - 2.0 * share)
+    ahead = add_scaled(Vector(cosine * (1.0 - share), sine * (1.0 - share), 0.0), v_a, share / max(speed, 1e-6))
+    y = cross(force, ahead)
+    size = norm(y)
+    return scaled(y, 1.0 / size) if size >= LEAST_FORCE * weight else _y_axis(last)
+
+
+@kernel
+def nose(force: Vector, v_a: Vector, y: Vector, carried: float) -> Vector:
+    """x_b, world, of a force [N] and a span at a normal force by the velocity along z_b [N s/m]."""
+    slip = dot(v_a, y)
+    x = add_scaled(force, add_scaled(v_a, y, -slip), carried)
+    x = add_scaled(x, y, -dot(x, y))
+    return scaled(x, 1.0 / max(norm(x), 1e-6))
+
+
+@kernel
+def from_axes(x: Vector, y: Vector, last: Quaternion) -> Quaternion:
+    """The attitude with these unit axes, of the sign of the one before."""
+    q = _from_axes(x, y, cross(x, y))
+    same = q.w * last.w + q.x * last.x + q.y * last.y + q.z * last.z >= 0.0
+    return q if same else Quaternion(-q.w, -q.x, -q.y, -q.z)
+
+
+@kernel
+def _y_axis(q: Quaternion) -> Vector:
+    """y_b in the world frame: the left wing."""
+    return Vector(2.0 * (q.x * q.y - q.w * q.z), 1.0 - 2.0 * (q.x * q.x + q.z * q.z), 2.0 * (q.y * q.z + q.w * q.x))
+
+
+@kernel
+def _from_axes(x: Vector, y: Vector, z: Vector) -> Quaternion:
+    """The quaternion of the frame with these unit axes; its largest component is the one under the root."""
+    trace = x.x + y.y + z.z
+    largest = max(x.x, y.y, z.z)
+    root = math.sqrt(1.0 + (trace if trace > 0.0 else 2.0 * largest - trace))
+    half, k = 0.5 * root, 0.5 / root
+    if trace > 0.0:
+        return Quaternion(half, k * (y.z - z.y), k * (z.x - x.z), k * (x.y - y.x))
+    if x.x >= largest:
+        return Quaternion(k * (y.z - z.y), half, k * (y.x + x.y), k * (z.x + x.z))
+    if y.y >= largest:
+        return Quaternion(k * (z.x - x.z), k * (y.x + x.y), half, k * (z.y + y.z))
+    return Quaternion(k * (x.y - y.x), k * (z.x + x.z), k * (z.y + y.z), half)

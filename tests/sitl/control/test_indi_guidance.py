@@ -1,0 +1,88 @@
+"""INDI's guidance: one formula for hover, cruise and stop, within its limits."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from sitl.control import indi_guidance as guidance
+from sitl.control.reference import along, circle, hover_at, leg
+from sitl.design.indi import indi_gains
+from sitl.model.airframe_files import load
+from sitl.model.vectors import Vector, level_norm
+from tests.support.flights.estimates import estimate
+
+A = load("physical").parameters
+GAINS = indi_gains().guide
+HERE = hover_at((0.0, 0.0, 50.0), 0.0)
+far = st.floats(-300.0, 300.0)
+fast = st.floats(-20.0, 20.0)
+
+
+def asked(p, v, reference, course=0.0, elevon=0.0):
+    seen = estimate(p, v, actuators=(600.0, 600.0, elevon, elevon))
+    return guidance.wanted_acceleration(seen, seen.velocity, reference, course, GAINS, A)
+
+
+def flying(length=400.0, airspeed=15.0):
+    return along(HERE, leg((0.0, 0.0, 50.0), (length, 0.0, 50.0), airspeed), 0.0)._replace(
+        position=Vector(length, 0.0, 50.0)
+    )
+
+
+def test_at_rest_at_the_reference_it_asks_for_nothing():
+    assert asked((0.0, 0.0, 50.0), (0.0, 0.0, 0.0), HERE) == pytest.approx((0.0, 0.0, 0.0), abs=1e-9)
+
+
+@given(distance=st.floats(0.0, 300.0))
+def test_the_stopping_speed_is_continuous_and_its_way_takes_the_planned_deceleration(distance):
+    step = 1e-4
+    v, nearer = (guidance.stopping_speed(d, GAINS) for d in (distance + step, distance))
+    assert 0.0 <= v - nearer <= 1.01 * GAINS.k_p * step
+    assert v * (v - nearer) / step <= 1.01 * GAINS.brake
+
+
+@given(x=far, y=far, z=st.floats(-100.0, 100.0), vx=fast, vy=fast, vz=st.floats(-10.0, 10.0), forward=st.booleans())
+def test_no_acceleration_leaves_its_limits(x, y, z, vx, vy, vz, forward):
+    wanted = asked((x, y, z), (vx, vy, vz), flying() if forward else HERE)
+    most = math.hypot(max(guidance.HARDEST * GAINS.brake, GAINS.max_forward), GAINS.max_turn)
+    assert level_norm(wanted.x, wanted.y) <= most + 1e-9
+    assert -GAINS.max_down <= wanted.z <= GAINS.max_up
+
+
+def test_on_the_stopping_curve_it_brakes_as_planned():
+    for distance, planned in ((5.0, GAINS.brake), (30.0, GAINS.brake), (60.0, GAINS.brake_fast)):
+        v = guidance.stopping_speed(distance, GAINS)
+        wanted = asked((-distance, 0.0, 50.0), (v, 0.0, 0.0), HERE)
+        assert wanted.x == pytest.approx(-planned, abs=0.01)
+
+
+def test_a_leg_is_flown_at_its_speed_and_its_end_is_stopped_at():
+    assert asked((100.0, 0.0, 50.0), (15.0, 0.0, 0.0), flying()) == pytest.approx((0.0, 0.0, 0.0), abs=1e-6)
+    assert asked((390.0, 0.0, 50.0), (15.0, 0.0, 0.0), flying()).x < -GAINS.brake
+    onto = asked((100.0, 10.0, 50.0), (15.0, 0.0, 0.0), flying())  # 10 m to its left
+    assert onto.y < -1.0
+
+
+def test_a_circle_takes_its_centripetal_acceleration():
+    reference = along(HERE, circle((0.0, 0.0, 50.0), 60.0, 15.0), 0.0)
+    wanted = asked((60.0, 0.0, 50.0), (0.0, 15.0, 0.0), reference, course=0.5 * math.pi)
+    assert wanted.x == pytest.approx(-(15.0**2) / 60.0, rel=0.05)
+
+
+def test_a_way_that_the_belly_does_not_face_is_begun_slowly():
+    ahead, aside = (asked((0.0, 0.0, 50.0), (1.5, 0.0, 0.0), flying(), course).x for course in (0.0, 2.0))
+    assert ahead == GAINS.max_forward
+    assert aside == pytest.approx(0.0, abs=1e-9)
+
+
+def test_braking_that_leaves_the_elevons_no_travel_climbs():
+    level = asked((0.0, 0.0, 50.0), (6.0, 0.0, 0.0), HERE)
+    used = asked((0.0, 0.0, 50.0), (6.0, 0.0, 0.0), HERE, elevon=A.delta_max)
+    above = asked((0.0, 0.0, 50.0 + GAINS.max_climb), (6.0, 0.0, 0.0), HERE, elevon=A.delta_max)
+    cruise = asked((100.0, 0.0, 50.0), (15.0, 0.0, 0.0), flying(), elevon=A.delta_max)
+    assert cruise.z == pytest.approx(0.0, abs=1e-9)
+    assert level.z == pytest.approx(0.0, abs=1e-9)
+    assert used.z == pytest.approx(GAINS.k_vz * GAINS.climb)
+    assert above.z <= 0.0
