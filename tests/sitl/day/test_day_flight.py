@@ -19,7 +19,8 @@ from tests.support.paths import DATA
 EXAMPLE = DATA / "voliere-day.toml"
 CHROMIUM = (
     "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
-    "--disable-background-networking", "--disable-component-update", "--disable-sync", "--virtual-time-budget=8000", "--dump-dom",
+    "--disable-background-networking", "--disable-component-update", "--disable-sync", "--virtual-time-budget=8000",
+    "--dump-dom",
 )  # fmt: skip
 
 
