@@ -2,9 +2,28 @@
 
 from __future__ import annotations
 
-from protocol.dialect import mavlink
+from typing import TypeVar
 
-__all__ = ["enum_name"]
+from protocol.dialect import mavlink
+from protocol.dialect.vocabulary import LabelledEnum
+
+__all__ = ["as_member", "enum_name", "name_of"]
+
+Member = TypeVar("Member", bound=LabelledEnum)
+
+
+def as_member(enum: type[Member], number: int) -> Member | None:
+    """A number of the dialect as a member of its enum; None if only a newer vehicle knows it."""
+    try:
+        return enum(number)
+    except ValueError:
+        return None
+
+
+def name_of(enum: type[LabelledEnum], number: int) -> str:
+    """A number of the dialect as programs name it; an unknown number as its digits."""
+    member = as_member(enum, number)
+    return str(number) if member is None else member.name
 
 
 def enum_name(enum: str, value: int, prefix: str | None = None) -> str:

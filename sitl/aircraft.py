@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from protocol.dialect.vocabulary import Law, Reason, Regime
+from sitl.actuator_watch import ActuatorWatch, UnexplainedMoment
 from sitl.autopilot.autopilot import Autopilot
 from sitl.autopilot.safety.world import World
 from sitl.guidance.view import VehicleView
@@ -47,6 +48,7 @@ class Aircraft:
     ) -> None:
         self.vehicle = vehicle
         self.failures = InjectedFailures(vehicle)
+        self._actuator_watch = ActuatorWatch(vehicle.design_model)
         self._seen_navigation, self._seen_at = self.navigation, vehicle.periods
         self._chooser = Chooser(vehicle.design_model, configuration.tuning, can_fly_forward=vehicle.can_fly_forward)
         self.autopilot = Autopilot(world, configuration.settings, vehicle.reference.heading, self._chooser)
@@ -131,8 +133,14 @@ class Aircraft:
             awaited=navigation.awaited,
             position_age=navigation.position_age,
             unfused=navigation.unfused,
+            unexplained=self._unexplained_moment(),
             resets=navigation.resets,
         )
+
+    def _unexplained_moment(self) -> UnexplainedMoment:
+        if self.vehicle.law.regime is Regime.GROUND:
+            return self._actuator_watch.stand()
+        return self._actuator_watch.look(self.vehicle.estimate, self.vehicle.time)
 
     @property
     def battery(self) -> Battery:

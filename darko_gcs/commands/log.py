@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Mapping
 
-from darko_gcs.commands import log_fetch, log_info
+from darko_gcs.commands import log_fetch, log_info, log_page
 
 __all__ = ["parser", "run"]
 
@@ -13,9 +13,14 @@ __all__ = ["parser", "run"]
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     """The command line of ``darko-gcs log``."""
     parser = argparse.ArgumentParser(prog="darko-gcs log", description=commands["log"] + ".")
-    subcommands = parser.add_subparsers(required=True, metavar="info|fetch")
+    subcommands = parser.add_subparsers(required=True, metavar="info|report|fetch")
     for name, module, text in (
         ("info", log_info, "summarise one log: vehicles, flight, messages, damage"),
+        (
+            "report",
+            log_page,
+            "write a page about a flight: path, V and jumps, actuators, energy, errors, events",
+        ),
         ("fetch", log_fetch, "download the logs that a vehicle has recorded itself"),
     ):
         subcommand = subcommands.add_parser(name, help=text)
@@ -31,9 +36,9 @@ def run(args: argparse.Namespace) -> int:
         GroundError: If it fails.
     """
     from darko_gcs.errors import GroundError  # noqa: PLC0415
-    from protocol.errors import FileError  # noqa: PLC0415 - --help must not load the wire
+    from protocol.errors import ProtocolError  # noqa: PLC0415 - --help must not load the wire
 
     try:
         return int(args.module.run(args))
-    except FileError as error:
+    except ProtocolError as error:
         raise GroundError(str(error)) from error

@@ -22,8 +22,8 @@ def run(args: argparse.Namespace) -> int:
         FileError: The file cannot be read, or is not a log.
     """
     # --help must be quick: the dialect and numpy are loaded only here.
-    from darko_gcs.logs.flight_summary import summarise  # noqa: PLC0415
     from darko_gcs.logs.log_report import summary_as_json, summary_as_text  # noqa: PLC0415
+    from protocol.flight_log.flight_summary import summarise  # noqa: PLC0415
     from protocol.tlog import read_tlog  # noqa: PLC0415
 
     summary, name = summarise(read_tlog(args.file)), str(args.file)

@@ -1,5 +1,6 @@
-"""Recorded flights as numbers and text.
+"""Recorded flights as text and files.
 
-Belongs here: what ``darko-gcs log info`` computes and prints; pure functions, no link and no screen.
+Belongs here: what ``darko-gcs log`` prints and writes; pure functions, no link and no screen. The numbers come from
+``protocol.flight_log``.
 May import: ``darko_gcs.state``, ``darko_gcs.errors`` and ``protocol``.
 """

@@ -9,8 +9,8 @@ from dataclasses import asdict
 from datetime import UTC, datetime
 from typing import Any
 
-from darko_gcs.logs.flight_summary import LoggedDecision, LoggedFlight, LogSummary, Period
 from darko_gcs.state.text import format_time, printable
+from protocol.flight_log.flight_summary import LoggedDecision, LoggedFlight, LogSummary, Period
 
 __all__ = ["summary_as_json", "summary_as_text"]
 

@@ -7,7 +7,6 @@ from dataclasses import replace
 
 from darko_gcs.state.message_handlers import HandlerTable
 from darko_gcs.state.message_log import add_line, add_status_text
-from darko_gcs.state.mode_names import mode_name
 from darko_gcs.state.parameter_metadata import MAX_PARAMETERS
 from darko_gcs.state.plan_parts import plan_of, with_plan
 from darko_gcs.state.reduce_darko import DARKO_HANDLERS
@@ -26,6 +25,7 @@ from protocol.frames import (
 )
 from protocol.frames import heading as heading_of
 from protocol.message import Message, Source, source_of
+from protocol.mode_names import mode_name
 from protocol.plans import MissionItem
 
 __all__ = ["MAX_TRACK_POINTS", "RESTART_MESSAGES", "reduce"]

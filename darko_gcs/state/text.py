@@ -3,22 +3,12 @@
 from __future__ import annotations
 
 import re
-from typing import TypeVar
 
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import LabelledEnum
+from protocol.enum_names import as_member
 
-__all__ = ["as_member", "command_name", "format_time", "label_of", "name_of", "printable", "reason_text"]
-
-Member = TypeVar("Member", bound=LabelledEnum)
-
-
-def as_member(enum: type[Member], number: int) -> Member | None:
-    """A number of the dialect as a member of its enum; None if only a newer vehicle knows it."""
-    try:
-        return enum(number)
-    except ValueError:
-        return None
+__all__ = ["command_name", "format_time", "label_of", "printable", "reason_text"]
 
 
 def label_of(enum: type[LabelledEnum], number: int) -> str:
@@ -28,12 +18,6 @@ def label_of(enum: type[LabelledEnum], number: int) -> str:
         return member.label
     enum_words = re.sub(r"(?<!^)(?=[A-Z])", " ", enum.__name__).lower()
     return f"{enum_words} {number}"
-
-
-def name_of(enum: type[LabelledEnum], number: int) -> str:
-    """A number of the dialect as programs name it; an unknown number as its digits."""
-    member = as_member(enum, number)
-    return str(number) if member is None else member.name
 
 
 def command_name(command: int) -> str:

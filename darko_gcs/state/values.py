@@ -6,9 +6,9 @@ import math
 from enum import Enum
 from typing import NamedTuple
 
-from darko_gcs.state.text import as_member
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law, Limit, Regime, Saturation, Way
+from protocol.enum_names import as_member
 from protocol.frames import Vector
 
 __all__ = [

@@ -22,6 +22,7 @@ from typing import Any
 
 from mavsdk import ComponentType, Configuration, Mavsdk, MavsdkError
 from mavsdk.plugins.action import Action, ActionError, OrbitYawBehavior
+from mavsdk.plugins.failure import Failure, FailureError, FailureType, FailureUnit
 from mavsdk.plugins.geofence import Circle, FenceType, Geofence, GeofenceData, Point, Polygon
 from mavsdk.plugins.info import Info
 from mavsdk.plugins.log_files import Entry, LogFiles, LogFilesError, LogFilesResult
@@ -47,6 +48,7 @@ class Session:
         self.action, self.info, self.param = Action(system), Info(system), Param(system)
         self.mission, self.raw, self.offboard = Mission(system), MissionRaw(system), Offboard(system)
         self.logs, self.telemetry, self.geofence = LogFiles(system), Telemetry(system), Geofence(system)
+        self.system = system
         self.watch = Watch(self.telemetry)
         self.info.subscribe_flight_information(lambda flight, _data: self.watch.hear("flight", flight.flight_uid))
         self.mission.subscribe_mission_progress(lambda progress, _data: self.watch.hear("progress", progress.current))
@@ -158,11 +160,43 @@ class Session:
         self.watch.until_is("flight_mode", FlightMode.HOLD)
         self.say("off-board by position and velocity, then hold")
 
-    def attitudes(self) -> None:
-        """Off-board by attitude as MAVSDK's example begins, then ahead and turning, then back to hold."""
+    def failures(self) -> None:
+        """The magnetometer fails and is healed once failures are allowed; what is not there is unsupported.
+
+        The plugin reads whether failures are allowed when it is made.
+        """
+        refusal = _refused(FailureError, Failure(self.system).inject, FailureUnit.SENSOR_MAG, FailureType.OFF, 0)
+        self.param.set_param_int("SYS_FAILURE_EN", 1)
+        failure = Failure(self.system)
+        failure.inject(FailureUnit.SENSOR_MAG, FailureType.OFF, 0)
+        self.watch.until("missing its magnetometer", lambda _: not self._has_magnetometer())
+        failure.inject(FailureUnit.SENSOR_MAG, FailureType.OK, 0)
+        self.watch.until("healed", lambda _: self._has_magnetometer())
+        absent = _refused(FailureError, failure.inject, FailureUnit.SENSOR_OPTICAL_FLOW, FailureType.OFF, 0)
+        self.param.set_param_int("SYS_FAILURE_EN", 0)
+        self.say(f"failures not allowed: {refusal}; a magnetometer lost and healed; optical flow: {absent}")
+
+    def _has_magnetometer(self) -> bool:
+        return bool(self.telemetry.health().is_magnetometer_calibration_ok)
+
+    def lift_off(self) -> None:
+        """From the ground by attitude, as MAVSDK's example flies; then back to hold."""
+        self.action.arm()
+        self.watch.until_is("armed", value=True)
         self.offboard.set_attitude(Attitude(0.0, 0.0, 0.0, 0.0))
         self.offboard.start()
+        self.watch.until_is("flight_mode", FlightMode.OFFBOARD)
+        self.offboard.set_attitude(Attitude(0.0, 0.0, 0.0, 0.6))
+        self.watch.until("5 m high", lambda now: now["position"].relative_altitude_m > 5.0)
+        _ensure(self.watch.newest["flight_mode"] == FlightMode.OFFBOARD, "off-board all the time")
+        self.offboard.stop()
+        self.watch.until_is("flight_mode", FlightMode.HOLD)
+        self.say("lifted off by attitude and thrust, then hold")
+
+    def attitudes(self) -> None:
+        """Off-board by attitude, level, then ahead and turning, then back to hold."""
         self.offboard.set_attitude(Attitude(0.0, 0.0, 0.0, HOVER_THRUST))
+        self.offboard.start()
         self.watch.until_is("flight_mode", FlightMode.OFFBOARD)
         self.watch.until("level and facing north", lambda now: _largest(now["attitude_euler"]) < 2.0, 10.0)
         self.offboard.set_attitude(Attitude(0.0, -10.0, 0.0, 1.02 * HOVER_THRUST))
@@ -286,9 +320,10 @@ class Session:
 
 
 STEPS = (
-    Session.health, Session.parameters, Session.missions, Session.telemetry_topics, Session.fence, Session.take_off,
-    Session.go_to, Session.set_points, Session.attitudes, Session.land, Session.fly_mission, Session.wings,
-    Session.move_home, Session.come_home, Session.log_files, Session.restart,
+    Session.health, Session.parameters, Session.missions, Session.telemetry_topics, Session.fence, Session.failures,
+    Session.lift_off, Session.land, Session.take_off, Session.go_to, Session.set_points, Session.attitudes,
+    Session.land, Session.fly_mission, Session.wings, Session.move_home, Session.come_home, Session.log_files,
+    Session.restart,
 )  # fmt: skip
 
 

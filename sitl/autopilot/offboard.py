@@ -9,8 +9,15 @@ from protocol.dialect.vocabulary import Law
 from protocol.modes import Mode
 from sitl.autopilot.answers import ACCEPTED, REJECTED, Answer
 from sitl.autopilot.flight_state import FlightState
-from sitl.control.reference import AttitudeReference, Point, Reference
-from sitl.guidance.attitude_setpoints import FlyAttitude, attitude_for, refuse_attitude, refuse_to_go_on
+from sitl.control.reference import AttitudeReference, Point, Reference, hover_at
+from sitl.guidance.attitude_setpoints import (
+    LIFT_HEIGHT,
+    FlyAttitude,
+    attitude_for,
+    lifts,
+    refuse_attitude,
+    refuse_to_go_on,
+)
 from sitl.guidance.legs import FlyLeg, course_reference
 from sitl.guidance.limits import (
     MAX_AIRSPEED,
@@ -24,6 +31,7 @@ from sitl.guidance.moving_reference import KEEP_HEADING, HeadingSetpoint, Moving
 from sitl.prediction.mode_choice import MAX_CLIMB_SLOPE, MAX_DESCENT_SLOPE
 
 SAME_LEG = 5.0  # a streamed position that moved less than this is the same leg [m]
+LIFT_MARGIN = 0.5  # a lift-off aims this much above the height where it ends, to get there at speed [m]
 TURN_RATE_TOLERANCE = 1e-6  # for rates that were rounded on the wire [rad/s]
 
 
@@ -48,6 +56,7 @@ class OffboardRequests:
         self._first = flight.reference  # what OFFBOARD starts with
         self._received: float | None = None  # when the last set-point arrived [s]
         self._offset: _Offset | None = None
+        self._lifted_from: Point | None = None  # while attitudes wait for their height
 
     def start(self) -> Answer:
         """Enter OFFBOARD; refused unless set-points arrive."""
@@ -56,10 +65,11 @@ class OffboardRequests:
             return flight.refuse(REJECTED, "OFFBOARD refused: no set-points are arriving")
         if not flight.armed:
             return flight.refuse(REJECTED, "OFFBOARD refused: not armed")
-        moving = self._first.forward or self._first.steered
+        waiting = self._lifted_from is not None
+        moving = self._first.forward or self._first.steered or waiting
         leg = flight.leg_to(self._first)
         flight.enter(Mode.OFFBOARD, Hold(self._first) if moving else leg)
-        flight.flying = True
+        flight.flying = flight.flying or not waiting
         return Answer(ACCEPTED)
 
     def is_stale(self) -> bool:
@@ -74,17 +84,21 @@ class OffboardRequests:
         return None
 
     def set_attitude(self, attitude: AttitudeReference) -> str | None:
-        """Take an attitude with its rates and thrust."""
-        flight = self._flight
-        reason = refuse_attitude(attitude, flight.view)
+        """Take an attitude with its rates and thrust; from the ground the vehicle first climbs to their height."""
+        flight, view = self._flight, self._flight.view
+        reason = refuse_attitude(attitude, view)
+        self._watch_lift_off()
+        if reason is None and self._lifted_from is None:
+            reason = refuse_to_go_on(view, view.law)
         if reason is not None:
             return reason
-        self._received = flight.view.time
-        manoeuvre = FlyAttitude(attitude, flight.view.time, flight.settings.hover_speed)
+        self._received = view.time
+        manoeuvre = self._attitude_manoeuvre(attitude)
         if flight.mode is Mode.OFFBOARD:
             flight.manoeuvre = manoeuvre
+            flight.flying = flight.flying or self._lifts_off(attitude)
         else:
-            self._first = manoeuvre.update(flight.view)
+            self._first = manoeuvre.update(view)
         return None
 
     def set_acceleration(self, a: Point, heading: HeadingSetpoint) -> str | None:
@@ -109,7 +123,7 @@ class OffboardRequests:
         reason = self._refuse_velocity(v) or _refuse_turn_rate(heading)
         if reason is not None:
             return reason
-        self._received = flight.view.time
+        self._received, self._lifted_from = flight.view.time, None
         reference = self._velocity_reference(v, heading)
         if flight.mode is Mode.OFFBOARD:
             flight.manoeuvre = Hold(reference)
@@ -123,7 +137,7 @@ class OffboardRequests:
         reason = flight.refuse_point(p)
         if reason is not None:
             return reason
-        self._received = flight.view.time
+        self._received, self._lifted_from = flight.view.time, None
         target = flight.hover_reference(p)
         if heading.heading is not None:
             target = target._replace(heading=heading.heading)
@@ -136,6 +150,25 @@ class OffboardRequests:
     def from_body(self, v: Point) -> Point:
         """A vector forward, to the left and up of the vehicle, in world NWU; only its heading counts."""
         return from_heading_axes(v, self._flight.view.heading)
+
+    def _watch_lift_off(self) -> None:
+        view = self._flight.view
+        if view.landed:
+            self._lifted_from = view.p
+        elif self._lifted_from is not None and view.p[2] - self._lifted_from[2] >= LIFT_HEIGHT:
+            self._lifted_from = None
+
+    def _attitude_manoeuvre(self, attitude: AttitudeReference) -> Manoeuvre:
+        """The attitude itself, or the climb from the ground to where it is flown."""
+        view, speed = self._flight.view, self._flight.settings.hover_speed
+        if self._lifted_from is None:
+            return FlyAttitude(attitude, view.time, speed)
+        north, west, ground = self._lifted_from
+        return Hold(hover_at((north, west, ground + LIFT_HEIGHT + LIFT_MARGIN), self._flight.reference.heading, speed))
+
+    def _lifts_off(self, attitude: AttitudeReference) -> bool:
+        flight = self._flight
+        return flight.armed and flight.chooser is not None and lifts(attitude, flight.chooser.airframe)
 
     def _place_of(self, offset: Point, *, body: bool) -> Point:
         """The place that an offset leads to, world NWU [m].

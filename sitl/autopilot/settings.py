@@ -95,6 +95,12 @@ class Settings(NamedTuple):
     tumble_time: Annotated[
         float, ParameterMetadata("DRK_FD_TIME", (0.1, 10.0), "s", "Tumbling for so long cannot be controlled")
     ] = 2.0
+    unexplained_share: Annotated[
+        float, ParameterMetadata("DRK_FD_MOM", (0.2, 10.0), "", "Unexplained moment of a failed actuator, hover = 1")
+    ] = 0.7
+    unexplained_time: Annotated[
+        float, ParameterMetadata("DRK_FD_MOM_T", (0.1, 10.0), "s", "So long tells a failed motor or elevon")
+    ] = 1.7
     failure_injection: Annotated[
         int, ParameterMetadata("SYS_FAILURE_EN", (0, 1), "", "Failures may be injected: 0 no, 1 yes")
     ] = 0

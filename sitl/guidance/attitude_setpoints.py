@@ -27,6 +27,7 @@ MAX_CLIMB_RATE = 4.0  # stopping a faster climb takes less thrust than the elevo
 MAX_SINK_RATE = 3.0  # tail first the elevons lose their effect, and reverse [m/s]
 ARREST_TIME = 0.8  # arresting a sink takes the height of this many seconds of it [s]
 MIN_ARREST_HEIGHT = 1.0  # an arrested sink ends above this height [m]
+LIFT_HEIGHT = 2.0  # from the ground up to here the position laws climb, then attitudes are flown [m]
 NOSE, BELLY, UP = (1.0, 0.0, 0.0), (0.0, 0.0, -1.0), (0.0, 0.0, 1.0)
 
 
@@ -52,7 +53,7 @@ class FlyAttitude:
 
 
 def refuse_attitude(attitude: AttitudeReference, view: VehicleView) -> str | None:
-    """Why an attitude cannot be flown now, or None."""
+    """Why an attitude cannot be flown in hover, or None; on the ground it waits for a thrust that lifts off."""
     if not all(map(math.isfinite, (*attitude.attitude, *attitude.rates, attitude.thrust))):
         return "attitude set-point is not a number"
     norm = math.hypot(*attitude.attitude)
@@ -62,14 +63,12 @@ def refuse_attitude(attitude: AttitudeReference, view: VehicleView) -> str | Non
         return f"thrust {attitude.thrust:.2f} is not within {MIN_THRUST:g} and 1"
     if math.hypot(*attitude.rates) > MAX_RATE:
         return f"body rates of {math.hypot(*attitude.rates):.1f} rad/s exceed the limit of {MAX_RATE:g} rad/s"
-    if view.landed:
-        return "attitudes are flown in the air only: take off first"
     if view.forward:
         return "attitudes are flown in hover only: make a transition to hover first"
     tilt, limit = math.degrees(_tilt(attitude.attitude)), math.degrees(MAX_TILT)
     if tilt > limit + 0.01:
         return f"nose {tilt:.0f} deg from the vertical exceeds the limit of {limit:.0f} deg"
-    return refuse_to_go_on(view, view.law)
+    return None
 
 
 def refuse_to_go_on(view: VehicleView, last: Law) -> str | None:
@@ -105,6 +104,11 @@ def attitude_for(acceleration: Point, heading: float, turn_rate: float, airframe
     q = upright if lift == 0.0 else multiply(_between(UP, (x / lift, y / lift, z / lift)), upright)
     rates = rotate((q[0], -q[1], -q[2], -q[3]), (0.0, 0.0, turn_rate))
     return AttitudeReference(quaternions.Quaternion(*q), Vector(*rates), airframe.m * lift / full_force(airframe))
+
+
+def lifts(attitude: AttitudeReference, airframe: Airframe) -> bool:
+    """Whether a set-point's thrust exceeds the weight."""
+    return attitude.thrust * full_force(airframe) > airframe.m * airframe.g
 
 
 def belly_heading(q: Quaternion) -> float:

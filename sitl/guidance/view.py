@@ -36,4 +36,5 @@ class VehicleView(NamedTuple):
     awaited: tuple[str, ...] = ()  # what navigation waits for before a flight, in plain words
     position_age: float = 0.0  # since the last aid of the position [s]; infinite before the first
     unfused: tuple[str, ...] = ()  # instruments that navigation goes on without
+    unexplained: tuple[float, float] = (0.0, 0.0)  # rolling and yawing moment, as shares of what a hover has of them
     resets: int = 0  # of the estimate to readings that it had refused

@@ -29,6 +29,14 @@ def test_every_telemetry_topic_arrives_and_a_fence_comes_back(session):
     assert session["fence"] == "a fence of a polygon and a circle up, down and cleared"
 
 
+def test_failures_are_injected_once_they_are_allowed(session):
+    assert session["failures"].endswith("a magnetometer lost and healed; optical flow: UNSUPPORTED")
+
+
+def test_the_vehicle_lifts_off_by_attitudes(session):
+    assert session["lift_off"] == "lifted off by attitude and thrust, then hold"
+
+
 def test_the_vehicle_takes_off_follows_set_points_and_lands(session):
     assert session["take_off"].endswith("disarm in the air: COMMAND_DENIED")
     assert {"go_to", "set_points", "attitudes", "land"} <= set(session)

@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 
 from darko_gcs.state.snapshot import Snapshot
-from darko_gcs.state.text import as_member, label_of
+from darko_gcs.state.text import label_of
 from darko_gcs.state.values import HybridState, Thresholds
 from darko_gcs.tui.render.canvas import StyledLine
 from darko_gcs.tui.render.chart import log_chart
 from darko_gcs.tui.widgets.panel import Panel, styled_line
 from protocol.dialect.vocabulary import Law, Reason
+from protocol.enum_names import as_member
 
 __all__ = ["LAW_STYLES", "HybridPanel"]
 

@@ -1,4 +1,4 @@
-"""What fails on board, as far as the vehicle can tell: an inertial instrument, or control itself."""
+"""What fails on board, as far as the vehicle can tell: an inertial instrument, an actuator, or control itself."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from sitl.autopilot.safety.alarm import Alarm, SafetyAction
 from sitl.autopilot.settings import Settings
 from sitl.guidance.view import VehicleView
 
+MIN_WATCH_HEIGHT = 1.0  # below it the ground may turn the vehicle [m]
 MAX_TICK = 0.1  # a longer time since the last look was not looked at [s]
 CRITICAL, EMERGENCY = mavlink.MAV_SEVERITY_CRITICAL, mavlink.MAV_SEVERITY_EMERGENCY
 
@@ -23,6 +24,8 @@ class FailureDetector:
     tumbled: bool = False
     blind: bool = False  # the gyroscope has failed
     numb: bool = False  # the accelerometer has failed
+    disobeyed_for: float = 0.0  # of late a moment was not explained so long: what is explained again counts off [s]
+    disobeyed: bool = False
 
     def check(self, view: VehicleView, settings: Settings) -> list[Alarm]:
         """Alarms that begin at this tick of a flight."""
@@ -33,12 +36,21 @@ class FailureDetector:
         if view.accelerometer_failed and not self.numb:
             alarms.append(Alarm(SafetyAction.LAND, CRITICAL, "Accelerometer failed"))
         self.blind, self.numb = view.gyroscope_failed, view.accelerometer_failed
-        return alarms + self._tumble(view, settings, cut)
-
-    def _tumble(self, view: VehicleView, settings: Settings, cut: SafetyAction) -> list[Alarm]:
-        """Tumbling that no law has caught in its time."""
-        rate, passed = math.degrees(math.hypot(*view.rates)), min(max(view.time - self.looked_at, 0.0), MAX_TICK)
+        passed = min(max(view.time - self.looked_at, 0.0), MAX_TICK)
         self.looked_at = view.time
+        return alarms + self._disobedience(view, settings, cut, passed) + self._tumble(view, settings, cut, passed)
+
+    def _disobedience(self, view: VehicleView, settings: Settings, cut: SafetyAction, passed: float) -> list[Alarm]:
+        """A motor or an elevon that does not do as it is commanded: no law flies without it."""
+        odd = max(view.unexplained) > settings.unexplained_share and view.p[2] > MIN_WATCH_HEIGHT
+        self.disobeyed_for = max(self.disobeyed_for + (passed if odd else -passed), 0.0)
+        begins = self.disobeyed_for >= settings.unexplained_time and not self.disobeyed
+        self.disobeyed = begins or (self.disobeyed and self.disobeyed_for > 0.0)
+        return [Alarm(cut, EMERGENCY, "A motor or an elevon failed")] if begins else []
+
+    def _tumble(self, view: VehicleView, settings: Settings, cut: SafetyAction, passed: float) -> list[Alarm]:
+        """Tumbling that no law has caught in its time."""
+        rate = math.degrees(math.hypot(*view.rates))
         self.tumbled_for = max(self.tumbled_for + (passed if rate > settings.tumble_rate else -passed), 0.0)
         begins = self.tumbled_for >= settings.tumble_time and not self.tumbled
         self.tumbled = begins or (self.tumbled and self.tumbled_for > 0.0)
@@ -47,4 +59,4 @@ class FailureDetector:
     @property
     def is_critical(self) -> bool:
         """Whether something fails now."""
-        return self.blind or self.numb or self.tumbled
+        return self.blind or self.numb or self.tumbled or self.disobeyed

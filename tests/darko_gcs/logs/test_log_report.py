@@ -4,8 +4,8 @@ import json
 
 import pytest
 
-from darko_gcs.logs.flight_summary import summarise
 from darko_gcs.logs.log_report import summary_as_json, summary_as_text
+from protocol.flight_log.flight_summary import summarise
 from protocol.modes import Mode
 from protocol.tlog import TlogReader
 from tests.support.gcs.messages import text

@@ -2,9 +2,10 @@
 
 import pytest
 
-from darko_gcs.state.text import as_member, command_name, format_time, label_of, name_of, printable, reason_text
+from darko_gcs.state.text import command_name, format_time, label_of, printable, reason_text
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import DecisionReason, Law, Reason
+from protocol.enum_names import as_member, name_of
 
 
 @pytest.mark.parametrize(

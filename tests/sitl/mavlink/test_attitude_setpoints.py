@@ -11,7 +11,7 @@ from protocol.frames import quaternion_from_euler
 from protocol.modes import Mode
 from sitl.autopilot.settings import Settings
 from sitl.control.hover_attitude import full_force
-from sitl.guidance.attitude_setpoints import MIN_THRUST
+from sitl.guidance.attitude_setpoints import LIFT_HEIGHT, MIN_THRUST
 from sitl.model.vectors import norm
 from tests.support.flights.recorded_flight import NOMINAL
 from tests.support.vehicle.fake_station import FakeStation
@@ -185,7 +185,30 @@ def test_masked_rates_are_ignored(streaming):
     assert streaming.mode is Mode.OFFBOARD
 
 
-def test_on_the_ground_it_asks_for_a_take_off(tmp_path):
-    ground = Streaming.with_vehicle(tmp_path)
-    assert ground.start() == mavlink.MAV_RESULT_TEMPORARILY_REJECTED
-    assert "take off first" in ground.texts()
+@pytest.fixture
+def standing(tmp_path):
+    station = Streaming.with_vehicle(tmp_path)
+    assert station.command(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 1.0) == mavlink.MAV_RESULT_ACCEPTED
+    assert station.start(thrust=0.0) == mavlink.MAV_RESULT_ACCEPTED
+    return station
+
+
+def test_on_the_ground_it_stands_while_the_thrust_is_less_than_its_weight(standing):
+    standing.stream(2.0, thrust=0.95 * HOVER)
+    assert standing.node.aircraft.vehicle.law is Law.LANDED
+    assert standing.mode is Mode.OFFBOARD
+
+
+def test_more_thrust_than_its_weight_lifts_it_off_and_attitudes_take_over_at_their_height(standing):
+    standing.stream(4.0, thrust=1.05 * HOVER)
+    vehicle = standing.node.aircraft.vehicle
+    assert vehicle.law is Law.HOVER_ATTITUDE
+    assert vehicle.truth.body.position.z > LIFT_HEIGHT
+    assert standing.mode is Mode.OFFBOARD
+
+
+def test_a_lift_off_whose_stream_stops_ends_in_a_hold(standing):
+    standing.stream(1.0, thrust=1.05 * HOVER)
+    standing.advance(3.0)
+    assert standing.mode is Mode.HOLD
+    assert standing.node.aircraft.vehicle.truth.body.position.z > 0.9

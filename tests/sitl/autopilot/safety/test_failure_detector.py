@@ -72,3 +72,21 @@ def test_a_failure_is_reported_again_after_it_was_gone():
     watch(detector, 1.0, accelerometer_failed=True)
     watch(detector, 1.0, begin=1.0)
     assert len(watch(detector, 1.0, begin=2.0, accelerometer_failed=True)) == 1
+
+
+@pytest.mark.parametrize("unexplained", [(0.9, 0.1), (0.1, 0.9)])
+def test_a_moment_that_nothing_explains_for_its_time_is_a_failed_actuator(unexplained):
+    ((after, alarm),) = watch(FailureDetector(), 5.0, unexplained=unexplained)
+    assert after == pytest.approx(SETTINGS.unexplained_time + TICK)
+    assert (alarm.action, alarm.reason) == (SafetyAction.TERMINATE, "A motor or an elevon failed")
+
+
+def test_a_gust_is_no_failed_actuator():
+    detector = FailureDetector()
+    for gust in range(10):
+        assert not watch(detector, 0.9, begin=2.0 * gust, unexplained=(0.9, 0.9))
+        assert not watch(detector, 1.1, begin=2.0 * gust + 0.9, unexplained=(0.1, 0.1))
+
+
+def test_near_the_ground_a_moment_is_the_grounds():
+    assert not watch(FailureDetector(), 5.0, unexplained=(2.0, 2.0), p=(0.0, 0.0, 0.5))

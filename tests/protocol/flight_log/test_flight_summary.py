@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from darko_gcs.logs.flight_summary import enum_name, summarise
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law
+from protocol.flight_log.flight_summary import enum_name, summarise
 from protocol.modes import Mode
 from protocol.tlog import TlogReader
 from tests.support.gcs.messages import text
@@ -130,7 +130,7 @@ def test_a_vehicle_without_vtol_states_has_no_transitions(summary):
 
 
 def test_a_value_outside_its_enum_is_its_number():
-    assert enum_name("MAV_TYPE", 222) == "222"
+    assert enum_name("MAV_TYPE", 222) == "MAV_TYPE 222"
 
 
 def test_a_real_flight_of_another_autopilot_is_summarised():

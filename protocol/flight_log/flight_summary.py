@@ -9,12 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from darko_gcs.state.mode_names import mode_name
-from darko_gcs.state.text import name_of
-from darko_gcs.state.values import NO_ITEM
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import DecisionReason, Law, Reason, Way
+from protocol.enum_names import enum_name, name_of
 from protocol.message import Source, source_of
+from protocol.mode_names import mode_name
 from protocol.tlog import Damage, TlogReader, message_name
 from protocol.tlog.replay import playing_times
 
@@ -26,7 +25,6 @@ __all__ = [
     "LoggedText",
     "MessageCount",
     "Period",
-    "enum_name",
     "summarise",
 ]
 
@@ -34,6 +32,7 @@ Floats = NDArray[np.float64]
 Columns = dict[str, NDArray[Any]]
 
 _MAX_GAP = 5.0  # between messages of a flight; nothing is assumed about a longer gap [s]
+_NO_ITEM = 0xFFFF  # of DARKO_DECISION.seq
 _EARTH_RADIUS = 6_371_000.0  # [m]
 
 
@@ -164,12 +163,6 @@ def summarise(reader: TlogReader) -> LogSummary:
         texts=_texts(reader, times),
         damage=reader.damage,
     )
-
-
-def enum_name(enum: str, value: int) -> str:
-    """Name of an entry of a MAVLink enum, without the name of the enum; an unknown value as its digits."""
-    entry = mavlink.enums[enum].get(value)
-    return str(value) if entry is None else str(entry.name).removeprefix(f"{enum}_")
 
 
 def _sources(reader: TlogReader, rows: NDArray[np.int64]) -> list[Source]:
@@ -352,7 +345,7 @@ def _decisions(reader: TlogReader, times: Floats, source: Source) -> tuple[Logge
     return tuple(
         LoggedDecision(
             time=float(times[row]),
-            seq=None if fields["seq"][k] == NO_ITEM else int(fields["seq"][k]),
+            seq=None if fields["seq"][k] == _NO_ITEM else int(fields["seq"][k]),
             way=name_of(Way, int(fields["way"][k])),
             reason=name_of(DecisionReason, int(fields["reason"][k])),
             **{name: float(fields[name][k]) for name in numbers},

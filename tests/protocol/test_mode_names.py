@@ -2,8 +2,8 @@
 
 import pytest
 
-from darko_gcs.state.mode_names import COPTER_MODES, PLANE_MODES, mode_name
 from protocol.dialect import mavlink
+from protocol.mode_names import COPTER_MODES, PLANE_MODES, mode_name
 
 ARDUPILOT, PX4 = mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA, mavlink.MAV_AUTOPILOT_PX4
 

@@ -1,0 +1,258 @@
+"""Charts of one recorded flight, drawn by plotly; each function gives a figure, or None where its messages lack."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from protocol.dialect.vocabulary import Law
+from protocol.flight_log.flight_series import FlightSeries, Series
+from protocol.flight_log.scenery import Prism
+
+if TYPE_CHECKING:
+    from plotly.graph_objects import Figure
+
+__all__ = ["actuator_chart", "energy_chart", "error_chart", "law_colour", "lyapunov_chart", "path_chart", "wind_chart"]
+
+Floats = NDArray[np.float64]
+HEIGHT = 340  # of a chart [px]
+MAX_POINTS = 4000  # of a line: more are not told apart on a screen
+# Okabe and Ito's colours, told apart by colour-blind readers too.
+COLOURS = ("#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#56B4E9", "#F0E442", "#000000")
+GREY, RED = "#888888", "#D55E00"
+
+
+def law_colour(law: str) -> str:
+    """The colour that stands for a control law in every chart."""
+    names = [member.name for member in Law]
+    return COLOURS[names.index(law) % len(COLOURS)] if law in names else GREY
+
+
+def path_chart(flight: FlightSeries, scenery: Sequence[Prism]) -> Figure | None:
+    """The path in space, by law; where the truth is known, it too."""
+    if not len(flight.position):
+        return None
+    figure = _figure(height=560)
+    north, east, up = _place(flight.position)
+    laws = flight.laws()
+    for first, last in _runs(laws):
+        part, law = slice(first, min(last + 1, len(laws))), str(laws[first])
+        _add_line(figure, east[part], north[part], up[part], law or "path", law_colour(law), shown=law)
+    if len(flight.truth):
+        position = flight.truth.fields["position"]
+        _add_line(figure, position[:, 1], position[:, 0], -position[:, 2], "truth", GREY, dash="dot")
+    for prism in scenery:
+        _add_prism(figure, prism)
+    axes = {"xaxis_title": "east [m]", "yaxis_title": "north [m]", "zaxis_title": "up [m]", "aspectmode": "data"}
+    figure.update_layout(scene=axes)
+    return figure
+
+
+def lyapunov_chart(flight: FlightSeries) -> Figure | None:
+    """The Lyapunov value of each law with its two thresholds, and the jumps."""
+    if not len(flight.hybrid):
+        return None
+    figure, fields, times = _figure("V"), flight.hybrid.fields, flight.hybrid.times
+    for k, (name, value) in enumerate((("hover", "v_hover"), ("forward", "v_forward"), ("attitude", "v_attitude"))):
+        positive = np.where(fields[value] > 0.0, fields[value], np.nan)
+        if np.isfinite(positive).any():
+            _add(figure, times, positive, f"V {name}", COLOURS[k])
+    for k, law in enumerate(("hover", "forward")):
+        for edge, dash in (("enter", "dash"), ("leave", "dot")):
+            _add(figure, times, fields[f"v_{law}_{edge}"], f"{law} law: {edge}", COLOURS[k], dash=dash, width=1)
+    figure.update_yaxes(type="log", exponentformat="power")
+    _mark_jumps(figure, flight)
+    return figure
+
+
+def actuator_chart(flight: FlightSeries) -> Figure | None:
+    """Propeller speeds and elevons with their limits; of other autopilots the servo outputs."""
+    if not len(flight.actuators):
+        return _servo_chart(flight.servos)
+    from plotly.subplots import make_subplots  # noqa: PLC0415 - an optional dependency
+
+    fields, times = flight.actuators.fields, flight.actuators.times
+    figure = make_subplots(rows=2, cols=1, shared_xaxes=True, vertical_spacing=0.06)
+    for k, side in enumerate(("left", "right")):
+        for row, name, unit, values in (
+            (1, "motor", "rad/s", fields["motor_speed"][:, k]),
+            (2, "elevon", "deg", np.degrees(fields["elevon"][:, k])),
+        ):
+            _add(figure, times, values, f"{name} {side} [{unit}]", COLOURS[k], row=row)
+    limits = (
+        (1, "motor limits", fields["motor_min"], fields["motor_max"]),
+        (2, "elevon limits", -np.degrees(fields["elevon_max"]), np.degrees(fields["elevon_max"])),
+    )
+    for row, name, low, high in limits:
+        for values in (low, high):
+            _add(figure, times, values, name, RED, dash="dash", width=1, row=row, legend=values is low)
+    for row, bits in ((1, 0b11), (2, 0b1100)):
+        _shade(figure, times, (fields["limits"].astype(int) & bits) != 0, row)
+    figure.update_yaxes(title_text="propellers [rad/s]", row=1)
+    figure.update_yaxes(title_text="elevons [deg]", row=2)
+    return _laid_out(figure, height=480)
+
+
+def energy_chart(flight: FlightSeries) -> Figure | None:
+    """Energy used in each law, as it grows."""
+    if not len(flight.energy):
+        return None
+    figure, totals = _figure("energy [J]"), flight.energy.fields["energy_by_law"]
+    used = totals - totals[0]
+    for law in Law:
+        if law < used.shape[1] and used[-1, law] > 0.0:
+            thinned = _thinned(flight.energy.times, used[:, law])
+            figure.add_scatter(
+                x=thinned[0], y=thinned[1], name=law.label, stackgroup="law", mode="lines",
+                line={"width": 0.5, "color": law_colour(law.name)},
+            )  # fmt: skip
+    return figure
+
+
+def error_chart(flight: FlightSeries) -> Figure | None:
+    """How far the vehicle is from where it shall be, and from where it believes to be."""
+    figure, empty = _figure("distance [m]"), True
+    if len(flight.position) and len(flight.target):
+        off = _place(flight.position) - _at(flight.target.times, _place(flight.target), flight.position.times)
+        _add(figure, flight.position.times, np.linalg.norm(off, axis=0), "from the set-point", COLOURS[0])
+        empty = False
+    if len(flight.position) and len(flight.truth):
+        true = flight.truth.fields["position"].T * np.array([[1.0], [1.0], [-1.0]])
+        off = _place(flight.position) - _at(flight.truth.times, true, flight.position.times)
+        _add(figure, flight.position.times, np.linalg.norm(off, axis=0), "estimate from truth", COLOURS[1])
+        empty = False
+    return None if empty else figure
+
+
+def wind_chart(flight: FlightSeries) -> Figure | None:
+    """The wind as estimated and as it is, north and east."""
+    if not len(flight.air):
+        return None
+    figure, fields = _figure("wind [m/s]"), flight.air.fields
+    for k, axis in enumerate(("north", "east")):
+        _add(figure, flight.air.times, fields["wind_estimate"][:, k], f"estimate {axis}", COLOURS[k])
+        _add(figure, flight.air.times, fields["wind_true"][:, k], f"truth {axis}", COLOURS[k], dash="dot", width=1)
+    return figure
+
+
+def _servo_chart(servos: Series) -> Figure | None:
+    if not len(servos):
+        return None
+    figure = _figure("output [us]")
+    for k in range(1, 17):
+        values = servos.fields.get(f"servo{k}_raw")
+        if values is not None and np.ptp(values) > 0.0:
+            _add(figure, servos.times, values, f"servo {k}", COLOURS[k % len(COLOURS)])
+    return figure if figure.data else None
+
+
+def _figure(y: str = "", height: int = HEIGHT) -> Figure:
+    from plotly.graph_objects import Figure  # noqa: PLC0415 - an optional dependency
+
+    figure = Figure()
+    figure.update_yaxes(title_text=y)
+    return _laid_out(figure, height)
+
+
+def _laid_out(figure: Figure, height: int) -> Figure:
+    figure.update_layout(
+        height=height, margin={"l": 60, "r": 20, "t": 20, "b": 40}, template="plotly_white", hovermode="x unified",
+        legend={"orientation": "h", "y": -0.22},
+    )  # fmt: skip
+    figure.update_xaxes(title_text="time [s]") if height == HEIGHT else None
+    return figure
+
+
+def _add(
+    figure: Figure, times: Floats, values: Floats, name: str, colour: str, *, dash: str = "solid", width: float = 1.5,
+    row: int | None = None, legend: bool = True,
+) -> None:  # fmt: skip
+    x, y = _thinned(times, values)
+    where: dict[str, Any] = {} if row is None else {"row": row, "col": 1}
+    line = {"color": colour, "dash": dash, "width": width}
+    figure.add_scatter(x=x, y=y, name=name, mode="lines", line=line, showlegend=legend, **where)
+
+
+def _add_line(
+    figure: Figure, east: Floats, north: Floats, up: Floats, name: str, colour: str, *, dash: str = "solid",
+    shown: str = "",
+) -> None:  # fmt: skip
+    step = max(1, len(east) // MAX_POINTS)
+    group = shown or name
+    seen = any(trace.legendgroup == group for trace in figure.data)
+    figure.add_scatter3d(
+        x=east[::step], y=north[::step], z=up[::step], mode="lines", name=name.replace("_", " ").lower(),
+        legendgroup=group, showlegend=not seen, line={"color": colour, "dash": dash, "width": 4},
+    )  # fmt: skip
+
+
+def _add_prism(figure: Figure, prism: Prism) -> None:
+    corners = np.array([*prism.corners, prism.corners[0]])
+    for height in (prism.bottom, prism.top):
+        edge = np.full(len(corners), height)
+        _add_line(figure, corners[:, 1], corners[:, 0], edge, prism.name, GREY, shown=f"prism {prism.name}")
+    for north, east in prism.corners:
+        post = np.array([prism.bottom, prism.top])
+        sides = np.full(2, east), np.full(2, north)
+        _add_line(figure, *sides, post, prism.name, GREY, shown=f"prism {prism.name}")
+    if not prism.hollow:
+        n = len(prism.corners)
+        figure.add_mesh3d(
+            x=np.tile(corners[:n, 1], 2), y=np.tile(corners[:n, 0], 2),
+            z=np.repeat([prism.bottom, prism.top], n), alphahull=0, opacity=0.25, color=GREY, hoverinfo="skip",
+        )  # fmt: skip
+
+
+def _mark_jumps(figure: Figure, flight: FlightSeries) -> None:
+    for event in flight.events:
+        if event.kind == "jump":
+            figure.add_vline(
+                x=event.time, line={"color": GREY, "width": 1, "dash": "dot"}, annotation_text=event.label,
+                annotation_textangle=-90, annotation_font_size=9,
+            )  # fmt: skip
+
+
+def _shade(figure: Figure, times: Floats, at_limit: NDArray[np.bool_], row: int) -> None:
+    """Shade the times at a limit; what lies closer together than is told apart is one."""
+    spans: list[list[float]] = []
+    for first, last in _runs(at_limit):
+        if at_limit[first]:
+            begin, end = float(times[first]), float(times[min(last, len(times) - 1)])
+            if spans and begin - spans[-1][1] < 0.2:
+                spans[-1][1] = end
+            else:
+                spans.append([begin, end])
+    for begin, end in spans:
+        figure.add_vrect(x0=begin, x1=end, fillcolor=RED, opacity=0.15, line_width=0, row=row, col=1)
+
+
+def _runs(values: NDArray[Any]) -> Iterable[tuple[int, int]]:
+    """Begin and end (exclusive) of each run of equal values."""
+    edges = np.flatnonzero(values[1:] != values[:-1]) + 1
+    return pairwise([0, *edges.tolist(), len(values)])
+
+
+def _place(series: Series) -> Floats:
+    """North, east and up, shape (3, n) [m]."""
+    return np.stack((series.fields["x"], series.fields["y"], -series.fields["z"]))
+
+
+def _at(times: Floats, values: Floats, wanted: Floats) -> Floats:
+    """Values of shape (k, n) at other times."""
+    return np.stack([np.interp(wanted, times, row) for row in values])
+
+
+def _thinned(times: Floats, values: Floats) -> tuple[Floats, Floats]:
+    """At most about MAX_POINTS samples: of each group of neighbours the least and the greatest."""
+    if len(times) <= MAX_POINTS:
+        return times, values
+    size = -(-len(times) // (MAX_POINTS // 2))
+    whole = len(times) // size * size
+    groups = np.nan_to_num(values[:whole].reshape(-1, size), nan=0.0)
+    rows = np.arange(len(groups)) * size
+    kept = np.unique(np.concatenate((rows + groups.argmin(axis=1), rows + groups.argmax(axis=1), [len(times) - 1])))
+    return times[kept], values[kept]

@@ -1,0 +1,125 @@
+"""One self-contained HTML page about a recorded flight."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Sequence
+from importlib.util import find_spec
+from typing import TYPE_CHECKING
+
+from protocol.errors import ProtocolError
+from protocol.flight_log import flight_charts as charts
+from protocol.flight_log.flight_series import FlightSeries
+from protocol.flight_log.scenery import Prism
+
+if TYPE_CHECKING:
+    from plotly.graph_objects import Figure
+
+__all__ = ["MissingPlotlyError", "flight_page", "require_plotly"]
+
+_STYLE = """
+body{font:15px/1.45 system-ui,sans-serif;max-width:1100px;margin:2em auto;padding:0 1em;color:#222}
+h1{font-size:1.5em} h2{font-size:1.15em;margin:1.6em 0 .3em} p{margin:.3em 0 .6em;color:#444}
+table{border-collapse:collapse;margin:.6em 0} td,th{padding:.2em .8em .2em 0;text-align:left;vertical-align:top}
+td.n{text-align:right;font-variant-numeric:tabular-nums} .jump{color:#0072B2} .armed,.mode{color:#009E73}
+"""
+
+
+class MissingPlotlyError(ProtocolError):
+    """Plotly is not installed."""
+
+    def __init__(self) -> None:
+        super().__init__("the page needs plotly: pip install 'darko[plots]'")
+
+
+def require_plotly() -> None:
+    """Check that a page can be drawn, before the work for it is done.
+
+    Raises:
+        MissingPlotlyError: Plotly is not installed.
+    """
+    if find_spec("plotly") is None:
+        raise MissingPlotlyError
+
+
+def flight_page(
+    flight: FlightSeries, *, title: str, scenery: Sequence[Prism] = (), preamble: Sequence[tuple[str, str]] = ()
+) -> str:
+    """The page: charts that can be turned and zoomed, everything they need within the file.
+
+    Args:
+        flight: What was recorded.
+        title: Its heading.
+        scenery: What stands around the path.
+        preamble: Rows of words that come first: what was flown, and how.
+
+    Raises:
+        MissingPlotlyError: Plotly is not installed.
+    """
+    require_plotly()
+    from plotly.offline import get_plotlyjs  # noqa: PLC0415 - an optional dependency
+
+    parts = [f"<h1>{html.escape(title)}</h1>", _table([*preamble, *_facts(flight)])]
+    for heading, text, figure in _sections(flight, scenery):
+        parts += [f"<h2>{heading}</h2><p>{text}</p>", _drawn(figure)]
+    parts.append(_event_table(flight))
+    head = f'<meta charset="utf-8"><title>{html.escape(title)}</title><style>{_STYLE}</style>'
+    head += f"<script>{get_plotlyjs()}</script>"
+    return f"<!doctype html><html><head>{head}</head><body>{''.join(parts)}</body></html>\n"
+
+
+def _sections(flight: FlightSeries, scenery: Sequence[Prism]) -> list[tuple[str, str, Figure]]:
+    """Heading, explanation and figure of each chart that the flight has messages for."""
+    made = (
+        ("Path", "The estimated path, coloured by the control law in force.", charts.path_chart(flight, scenery)),
+        (
+            "Lyapunov values and jumps",
+            "Dashed: a linear law is entered below this value; dotted: it is left above it. "
+            "Vertical lines are jumps, each with the law it enters.",
+            charts.lyapunov_chart(flight),
+        ),
+        ("Actuators", "Shaded: an actuator is at a limit.", charts.actuator_chart(flight)),
+        ("Energy by law", "Since the beginning of the log.", charts.energy_chart(flight)),
+        (
+            "Tracking and estimation",
+            "The distance from the set-point, and of the estimate from the truth that a simulation knows.",
+            charts.error_chart(flight),
+        ),
+        ("Wind", "Lines: as the vehicle estimates it; dotted: as it is.", charts.wind_chart(flight)),
+    )
+    return [(heading, text, figure) for heading, text, figure in made if figure is not None]
+
+
+def _facts(flight: FlightSeries) -> list[tuple[str, str]]:
+    summary = flight.summary
+    rows = [("Flight time on the vehicle's clock", f"{flight.duration:.1f} s")]
+    if summary.distance is not None:
+        rows.append(("Distance flown while armed", f"{summary.distance:.1f} m"))
+    if summary.height is not None:
+        rows.append(("Greatest height", f"{summary.height:.1f} m"))
+    if summary.jumps:
+        rows.append(("Jumps", str(len(summary.jumps))))
+    rows += [(f"Under {law.replace('_', ' ').lower()}", _time_and_energy(flight, law)) for law in summary.laws]
+    return rows
+
+
+def _time_and_energy(flight: FlightSeries, law: str) -> str:
+    energy = flight.summary.energy.get(law)
+    return f"{flight.summary.laws[law]:.1f} s" + (f", {energy:.0f} J" if energy is not None else "")
+
+
+def _table(rows: Sequence[tuple[str, str]]) -> str:
+    cells = "".join(f"<tr><th>{html.escape(name)}</th><td>{html.escape(value)}</td></tr>" for name, value in rows)
+    return f"<table>{cells}</table>"
+
+
+def _event_table(flight: FlightSeries) -> str:
+    cells = "".join(
+        f'<tr class="{event.kind}"><td class="n">{event.time:.2f} s</td><td>{html.escape(event.text)}</td></tr>'
+        for event in flight.events
+    )
+    return f"<h2>Events</h2><table>{cells}</table>"
+
+
+def _drawn(figure: Figure) -> str:
+    return str(figure.to_html(full_html=False, include_plotlyjs=False, config={"displaylogo": False}))

@@ -1,0 +1,139 @@
+"""One recorded flight as time series, from whatever messages its vehicle sends."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from protocol.dialect.vocabulary import Law
+from protocol.enum_names import name_of
+from protocol.errors import FileError
+from protocol.flight_log.flight_clock import flight_times
+from protocol.flight_log.flight_summary import LoggedFlight, LogSummary, summarise
+from protocol.message import Source
+from protocol.tlog import TlogReader
+from protocol.tlog.replay import playing_times
+
+__all__ = ["FlightEvent", "FlightSeries", "Series", "flight_series"]
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Series:
+    """Samples of one message.
+
+    Attributes:
+        times: On the vehicle's clock [s], shape (n,).
+        fields: By the message's field names, in wire units, each of shape (n,) or (n, count).
+    """
+
+    times: Floats
+    fields: dict[str, Floats]
+
+    def __len__(self) -> int:
+        return len(self.times)
+
+
+@dataclass(frozen=True, slots=True)
+class FlightEvent:
+    """Something that happened once."""
+
+    time: float  # on the vehicle's clock [s]
+    kind: str  # jump, mode, armed or text
+    text: str
+    label: str = ""  # a word or two that stand beside its mark in a chart
+
+
+@dataclass(frozen=True, slots=True)
+class FlightSeries:
+    """What a page shows of one vehicle's flight; an empty series where the vehicle sent no such message."""
+
+    name: str
+    summary: LoggedFlight
+    duration: float  # on the vehicle's clock [s]
+    position: Series  # LOCAL_POSITION_NED
+    truth: Series  # DARKO_TRUTH
+    target: Series  # POSITION_TARGET_LOCAL_NED
+    hybrid: Series  # DARKO_HYBRID_STATE
+    actuators: Series  # DARKO_ACTUATORS
+    servos: Series  # SERVO_OUTPUT_RAW
+    energy: Series  # DARKO_ENERGY
+    battery: Series  # SYS_STATUS
+    air: Series  # DARKO_AIR
+    attitude: Series  # ATTITUDE
+    events: tuple[FlightEvent, ...] = field(default=())
+
+    def laws(self) -> NDArray[np.str_]:
+        """The law in force at each sample of ``position``; empty names without DARKO_HYBRID_STATE."""
+        if not len(self.hybrid):
+            return np.full(len(self.position), "")
+        at = np.clip(np.searchsorted(self.hybrid.times, self.position.times, side="right") - 1, 0, None)
+        numbers = self.hybrid.fields["law"][at].astype(int)
+        return np.array([name_of(Law, number) for number in numbers.tolist()])
+
+
+def flight_series(reader: TlogReader, name: str) -> FlightSeries:
+    """The first vehicle's flight in a log.
+
+    Args:
+        reader: The log.
+        name: What to call it.
+
+    Raises:
+        FileError: The log has no vehicle.
+    """
+    summary = summarise(reader)
+    if not summary.flights:
+        raise FileError(f"{name}: no vehicle sent a HEARTBEAT in this log")
+    flight = summary.flights[0]
+    source = (flight.system, flight.component)
+    times = flight_times(reader, source)
+
+    def series(message: str) -> Series:
+        return _series(reader, message, source, times)
+
+    return FlightSeries(
+        name=name,
+        summary=flight,
+        duration=float(times[-1] - times[0]),
+        position=series("LOCAL_POSITION_NED"),
+        truth=series("DARKO_TRUTH"),
+        target=series("POSITION_TARGET_LOCAL_NED"),
+        hybrid=series("DARKO_HYBRID_STATE"),
+        actuators=series("DARKO_ACTUATORS"),
+        servos=series("SERVO_OUTPUT_RAW"),
+        energy=series("DARKO_ENERGY"),
+        battery=series("SYS_STATUS"),
+        air=series("DARKO_AIR"),
+        attitude=series("ATTITUDE"),
+        events=_events(summary, flight, playing_times(reader.times), times),
+    )
+
+
+def _series(reader: TlogReader, message: str, source: Source, times: Floats) -> Series:
+    rows, columns = reader.rows(message, source), reader.columns(message, source)
+    numbers = {name: column.astype(np.float64) for name, column in columns.items() if column.dtype.kind in "fiu"}
+    return Series(times[rows], numbers)
+
+
+def _events(summary: LogSummary, flight: LoggedFlight, playing: Floats, times: Floats) -> tuple[FlightEvent, ...]:
+    """Jumps, changes of mode, arming and texts, by time."""
+    source = (flight.system, flight.component)
+    found = []
+    for jump in flight.jumps:
+        left, entered = _words(jump.law_from), _words(jump.law_to)
+        found.append((jump.time, "jump", f"{left} to {entered} ({_words(jump.name)})", entered))
+    found += [(mode.start, "mode", f"mode {mode.name}", mode.name) for mode in flight.modes]
+    for period in flight.armed:
+        found.append((period.start, "armed", "motors armed", "armed"))
+        found.append((period.end, "armed", "motors disarmed", "disarmed"))
+    found += [(text.time, "text", text.text, "") for text in summary.texts if (text.system, text.component) == source]
+    events = [FlightEvent(float(np.interp(at, playing, times)), kind, text, label) for at, kind, text, label in found]
+    return tuple(sorted(events, key=lambda event: event.time))
+
+
+def _words(name: str) -> str:
+    return name.replace("_", " ").lower()

@@ -1,0 +1,67 @@
+"""A recorded flight as time series on the vehicle's own clock."""
+
+import numpy as np
+import pytest
+
+from protocol.dialect import mavlink
+from protocol.errors import FileError
+from protocol.flight_log.flight_clock import flight_times
+from protocol.flight_log.flight_series import flight_series
+from protocol.tlog import TlogReader, read_tlog
+from tests.support.logs import quadplane_log
+from tests.support.paths import DATA
+
+SQUARE = DATA / "square-flight.tlog"
+VEHICLE = (1, 1)
+
+
+def recorded(*messages, rate=100.0):
+    """A log of messages that were recorded 1 / rate seconds apart."""
+    mav = mavlink.MAVLink(None, srcSystem=1, srcComponent=1)
+    records = [round(1e6 + k * 1e6 / rate).to_bytes(8, "big") + m.pack(mav) for k, m in enumerate(messages)]
+    return TlogReader(b"".join(records))
+
+
+def attitude(boot):
+    return mavlink.MAVLink_attitude_message(boot, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+def test_a_simulation_that_ran_ten_times_as_fast_has_its_own_time():
+    reader = recorded(*(attitude(5000 + 100 * k) for k in range(50)))
+    assert flight_times(reader, VEHICLE) == pytest.approx(0.1 * np.arange(50))
+
+
+def test_time_goes_on_over_a_restart():
+    reader = recorded(*(attitude(boot) for boot in (90_000, 90_010, 90_020, 50, 60, 70)))
+    times = flight_times(reader, VEHICLE)
+    assert times == pytest.approx(0.01 * np.arange(6), abs=1e-6)
+
+
+def test_messages_between_two_timed_ones_stand_between_them():
+    beat = mavlink.MAVLink_heartbeat_message(20, 12, 0, 0, 4, 3)
+    reader = recorded(beat, attitude(1000), beat, attitude(3000), beat)
+    assert flight_times(reader, VEHICLE) == pytest.approx([-0.01, 0.0, 1.0, 2.0, 2.01])
+
+
+def test_a_flight_has_every_series_and_its_events_in_order():
+    flight = flight_series(read_tlog(SQUARE), "square")
+    assert flight.duration == pytest.approx(34.4, abs=0.2)
+    assert min(map(len, (flight.position, flight.hybrid, flight.actuators, flight.energy, flight.target))) > 50
+    times = [event.time for event in flight.events]
+    assert times == sorted(times)
+    assert [event.label for event in flight.events if event.kind == "jump"] == [
+        "hover zero moment", "hover linear", "landed",
+    ]  # fmt: skip
+    assert set(flight.laws()) == {"LANDED", "HOVER_LINEAR"}
+
+
+def test_another_autopilot_has_its_path_and_outputs():
+    flight = flight_series(TlogReader(quadplane_log()), "quadplane")
+    assert len(flight.servos) > 100
+    assert not len(flight.hybrid)
+
+
+def test_a_log_of_stations_alone_has_no_flight():
+    station = mavlink.MAVLink_heartbeat_message(mavlink.MAV_TYPE_GCS, mavlink.MAV_AUTOPILOT_INVALID, 0, 0, 4, 3)
+    with pytest.raises(FileError, match="here: no vehicle"):
+        flight_series(recorded(station), "here")
