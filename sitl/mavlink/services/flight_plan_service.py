@@ -81,7 +81,7 @@ class FlightPlanService:
 
     def _has_another_leg(self, now: float) -> bool:
         is_flown = self._aircraft.autopilot.mode is Mode.FLIGHT_PLAN
-        if is_flown and now - self._leg_told < LEG_PERIOD:
+        if is_flown and self._instead is not None and now - self._leg_told < LEG_PERIOD:
             return False
         shown = self._leg() if is_flown else None
         if shown == self._instead:
