@@ -12,6 +12,7 @@ from darko_gcs.state.reduce import reduce
 from darko_gcs.state.reduce_events import reduce_event
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
 from darko_gcs.station.family_requests import FamilyRequests
+from darko_gcs.station.flight_plan_requests import FlightPlanRequests
 from darko_gcs.station.parameter_metadata_client import ParameterMetadataClient
 from darko_gcs.station.plan_transfer import PlanTransfer
 from darko_gcs.station.signing_client import SigningClient
@@ -20,10 +21,9 @@ from protocol.codec import SourceStatistics
 from protocol.command_values import FORCE_ARM_DISARM
 from protocol.dialect import mavlink
 from protocol.endpoint_ground import GROUND_SYSTEM, GroundEndpoint
-from protocol.engines.flight_plan_table import plan_key
 from protocol.errors import FileError, LocalProtocolError
 from protocol.events import Event, MissionUploaded, VehicleRestarted
-from protocol.frames import LocalFrame, Vector
+from protocol.frames import LocalFrame
 from protocol.keyring import KeyRecord, Keyring
 from protocol.message import Message, Source, source_of
 from protocol.modes import Mode, custom_mode
@@ -39,7 +39,7 @@ MAX_OTHER_VEHICLES = 4  # beside the selected one that are reported
 _NAN = math.nan
 
 
-class Station:
+class Station(FlightPlanRequests):
     """One operator's side of one vehicle.
 
     The owner moves bytes and time: ``receive`` each datagram, ``tick`` often, send what ``outgoing`` returns. The
@@ -247,33 +247,6 @@ class Station:
     def clear_plan(self, kind: int, now: float) -> None:
         """Delete the vehicle's plan of a MAV_MISSION_TYPE; 255: mission, fence and rally points."""
         self._try(now, lambda: self.plans.clear(kind, now))
-
-    def start_flight_plan(self, now: float) -> None:
-        """Fly the flight plan, from where it is."""
-        self.set_mode(Mode.FLIGHT_PLAN, now)
-
-    def jump_to_block(self, number: int, now: float) -> None:
-        """Enter a block of the flight plan."""
-        self._command(now, mavlink.MAV_CMD_DARKO_JUMP_TO_BLOCK, float(number), self._plan_key)
-
-    def set_variable(self, number: int, value: float, now: float) -> None:
-        """Set a variable of the flight plan."""
-        self._command(now, mavlink.MAV_CMD_DARKO_SET_VARIABLE, float(number), self._plan_key, value)
-
-    def move_waypoint(self, number: int, place: Vector, now: float) -> None:
-        """Put a waypoint of the flight plan to a place: east, north and up of the plan's origin [m]."""
-        frame, command = mavlink.MAV_FRAME_LOCAL_ENU, mavlink.MAV_CMD_DARKO_MOVE_WAYPOINT
-        params = (float(number), self._plan_key, _NAN, _NAN)
-
-        def request() -> None:
-            x, y = units.local_e4(place[0]), units.local_e4(place[1])
-            self.endpoint.command_int(command, frame, *params, x, y, place[2], now=now)
-
-        self._try(now, request)
-
-    @property
-    def _plan_key(self) -> float:
-        return _NAN if self.snapshot.flight_plan is None else plan_key(self.snapshot.flight_plan.plan_id)
 
     def set_current(self, seq: int, now: float) -> None:
         """Continue or begin the mission at one of its items."""
