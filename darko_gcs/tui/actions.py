@@ -178,7 +178,7 @@ ACTIONS = (
         run=lambda app: app.show_mission(), needs_vehicle=False,
     ),
     Action(
-        key="b", name="flight_plan", label="Blocks", help="Flight plan: its blocks, waypoints and variables",
+        key="b", name="flight_plan", label="", help="Flight plan: its blocks, waypoints and variables",
         run=lambda app: app.show_flight_plan(), needs_vehicle=False,
     ),
     Action(

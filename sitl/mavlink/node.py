@@ -201,6 +201,7 @@ class Node:
             now: The link's time [s].
         """
         self._operators.update(now)
+        self._flight_plan.follow_mode(self.endpoint, self._telemetry)
         self._telemetry.announce_status(now)
         self.endpoint.handle_timer(now)
         self._handle_events(now)

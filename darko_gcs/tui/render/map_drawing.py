@@ -91,7 +91,7 @@ def draw_map(
 def fitting_view(places: Sequence[NorthEast], width: int, height: int) -> tuple[float, NorthEast]:
     """Scale [m per cell height] and middle of a map that shows all places."""
     drawable = [place for place in places if _is_drawable(place)] or [(0.0, 0.0)]
-    return _fit(drawable, width, height), _middle(drawable)
+    return _wanted_scale(drawable, width, height), _middle(drawable)
 
 
 def place_at(cell: tuple[int, int], width: int, height: int, scale: float, middle: NorthEast) -> NorthEast:
@@ -148,10 +148,13 @@ def _is_drawable(point: NorthEast) -> bool:
 
 
 def _fit(places: Sequence[NorthEast], width: int, height: int) -> float:
+    return _round_up(_wanted_scale(places, width, height))
+
+
+def _wanted_scale(places: Sequence[NorthEast], width: int, height: int) -> float:
     north = max(p[0] for p in places) - min(p[0] for p in places)
     east = max(p[1] for p in places) - min(p[1] for p in places)
-    wanted = max(MARGIN * north / height, MARGIN * east / (width / 2), MIN_EXTENT / height)
-    return _round_up(wanted)
+    return max(MARGIN * north / height, MARGIN * east / (width / 2), MIN_EXTENT / height)
 
 
 def _round_up(value: float) -> float:

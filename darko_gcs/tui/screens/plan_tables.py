@@ -42,7 +42,7 @@ class PlanPointTable(DataTable[str]):
         """Show the waypoints that the plan shows, where they are now."""
         points = () if plan is None else plan.points.values()
         rows = {p.number: (p.name, *(f"{part:.1f}" for part in p.position)) for p in points if p.is_shown}
-        _update(self, ("waypoint", "east", "north", "up"), self._shown, rows)
+        _update(self, ("waypoint", "E", "N", "up"), self._shown, rows)
         self._shown = rows
 
     def action_move(self, east: int, north: int, up: int) -> None:

@@ -55,7 +55,7 @@ class FlightPlanService:
     def update(self, endpoint: VehicleEndpoint, broadcast: Broadcast, telemetry: TelemetryService) -> None:
         """Tell what has changed since the last look."""
         now, executor = self._aircraft.vehicle.time, self._plans.executor
-        if executor is None or now - self._looked < LOOK_PERIOD:
+        if executor is None or (executor is self._loaded and now - self._looked < LOOK_PERIOD):
             return
         self._looked = now
         if executor is not self._loaded:
@@ -65,9 +65,13 @@ class FlightPlanService:
         for entry in endpoint.flight_plan.update(changing_entries(self._plans)):
             broadcast.event(entry)
         self._tell_events(endpoint, broadcast, telemetry)
-        if self._has_another_leg(now):
-            endpoint.show_instead_of_mission(self._instead)
-            telemetry.publish_now(mavlink.MAVLINK_MSG_ID_MISSION_CURRENT)
+        if self._instead is not None and now - self._leg_told >= LEG_PERIOD:
+            self._show_leg(endpoint, telemetry)
+
+    def follow_mode(self, endpoint: VehicleEndpoint, telemetry: TelemetryService) -> None:
+        """Show the present leg, or the mission again, before anybody is told of the new mode."""
+        if (self._aircraft.autopilot.mode is Mode.FLIGHT_PLAN) != (self._instead is not None):
+            self._show_leg(endpoint, telemetry)
 
     def _tell_events(self, endpoint: VehicleEndpoint, broadcast: Broadcast, telemetry: TelemetryService) -> None:
         blocks = {block.name: block.number for block in self._plans.blocks()}
@@ -79,15 +83,12 @@ class FlightPlanService:
         if any(isinstance(event, BlockEntered) for event in events):
             telemetry.publish_now(mavlink.MAVLINK_MSG_ID_DARKO_PLAN_STATUS)
 
-    def _has_another_leg(self, now: float) -> bool:
-        is_flown = self._aircraft.autopilot.mode is Mode.FLIGHT_PLAN
-        if is_flown and self._instead is not None and now - self._leg_told < LEG_PERIOD:
-            return False
-        shown = self._leg() if is_flown else None
-        if shown == self._instead:
-            return False
-        self._instead, self._leg_told = shown, now
-        return True
+    def _show_leg(self, endpoint: VehicleEndpoint, telemetry: TelemetryService) -> None:
+        shown = self._leg() if self._aircraft.autopilot.mode is Mode.FLIGHT_PLAN else None
+        if shown != self._instead:
+            self._instead, self._leg_told = shown, self._aircraft.vehicle.time
+            endpoint.show_instead_of_mission(shown)
+            telemetry.publish_now(mavlink.MAVLINK_MSG_ID_MISSION_CURRENT)
 
     def _leg(self) -> MissionInstead:
         items: tuple[MissionItem, ...]
@@ -139,7 +140,7 @@ class FlightPlanService:
         number, key = request.params[:2]
         if self._plans.executor is None:
             return Answer(REJECTED, "Refused: no flight plan is loaded")
-        if not math.isnan(key) and key != plan_key(self._plan_id):
+        if self._plans.executor is not self._loaded or (not math.isnan(key) and key != plan_key(self._plan_id)):
             return Answer(DENIED, "Denied: another flight plan is loaded than the one meant")
         if not math.isfinite(number) or number != int(number):
             return Answer(DENIED, f"Denied: {number:g} is not a whole number")

@@ -95,7 +95,11 @@ def test_the_table_names_blocks_waypoints_variables_and_sectors(tmp_path):
     station = session(tmp_path, load_flight_plan(VOLIERE), arena="voliere")
     station.ask_for("DARKO_PLAN_STATUS")
     blocks, sectors = named(station, "BLOCK"), named(station, "SECTOR")
-    assert (blocks["Takeoff"].strip_button, blocks["Takeoff"].key, blocks["Takeoff"].group) == ("Take off", "t", "flight")
+    assert (blocks["Takeoff"].strip_button, blocks["Takeoff"].key, blocks["Takeoff"].group) == (
+        "Take off",
+        "t",
+        "flight",
+    )
     points, variables = named(station, "WAYPOINT"), named(station, "VARIABLE")
     assert (points["p1"].x, points["p1"].y, points["p1"].z, points["p1"].shown) == (1.5, 1.5, 2.0, 1)
     assert points["_R1"].shown == 0
