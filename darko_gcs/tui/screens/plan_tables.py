@@ -41,7 +41,9 @@ class PlanPointTable(DataTable[str]):
     def show(self, plan: FlightPlanState | None) -> None:
         """Show the waypoints that the plan shows, where they are now."""
         points = () if plan is None else plan.points.values()
-        rows = {p.number: (p.name, *(f"{part:.1f}" for part in p.position)) for p in points if p.is_shown}
+        rows = {
+            p.number: (p.name, *(f"{round(part, 1) + 0.0:.1f}" for part in p.position)) for p in points if p.is_shown
+        }
         _update(self, ("waypoint", "E", "N", "up"), self._shown, rows)
         self._shown = rows
 
