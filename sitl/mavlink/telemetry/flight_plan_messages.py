@@ -154,7 +154,8 @@ def plan_event(event: PlanEvent, blocks: Mapping[str, int]) -> Message | None:
     """
     told: tuple[PlanEventKind, str, int, int, int]
     match event:
-        case ExceptionFired(_, text, line, source, target):
+        case ExceptionFired(_, text, line, source, target, values):
+            text = f"{text} [{values}]" if values else text
             told = PlanEventKind.EXCEPTION, text, line, blocks.get(source, 0), blocks.get(target, 0)
         case BlockEntered(_, number, name):
             told = PlanEventKind.BLOCK, name, 0, number, number
