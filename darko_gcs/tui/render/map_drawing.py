@@ -78,11 +78,11 @@ def draw_map(
         canvas.line(at((north, east)), at((end[0], end[1])), LINE_STYLES.get(state, "plan"))
     for north, east, radius, state in circles:
         _circle(canvas, at((north, east)), radius * dots, LINE_STYLES.get(state, "plan"))
+    _labels(canvas, at, labels)
     for a, b in pairwise(track):
         canvas.line(at(a), at(b), "track")
     if course is not None and vehicle is not None:
         canvas.line(at(vehicle[:2]), at(course), "bad")
-    _labels(canvas, at, labels)
     _symbols(canvas, at, home, rally, waypoints, vehicle, target)
     _scale_bar(canvas, scale)
     return canvas.lines(), scale

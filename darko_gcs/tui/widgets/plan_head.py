@@ -8,13 +8,13 @@ from darko_gcs.state.flight_plan_state import FlightPlanState, PlanHappening
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.text import format_time
 from darko_gcs.tui.render.canvas import StyledLine
+from darko_gcs.tui.widgets.message_panel import MIN_WRAP_WIDTH
 from darko_gcs.tui.widgets.panel import Panel, styled_line
 from protocol.dialect.vocabulary import PlanEventKind
 
 __all__ = ["PlanEventPanel", "PlanHeadPanel", "happening_text"]
 
 HAPPENING_STYLES = {PlanEventKind.EXCEPTION: "warn", PlanEventKind.REMARK: "accent"}
-MIN_WRAP_WIDTH = 8  # [cells]
 
 
 class PlanHeadPanel(Panel):

@@ -5,10 +5,9 @@ from __future__ import annotations
 from darko_gcs.state.flight_plan_state import PlanPoint
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.tui.render.map_drawing import MapLabel, NorthEast
+from darko_gcs.tui.widgets.fence_overlay import MIN_CORNERS
 
 __all__ = ["plan_labels", "plan_polygons", "point_position"]
-
-MIN_CORNERS = 3
 
 
 def point_position(s: Snapshot, point: PlanPoint) -> NorthEast | None:
