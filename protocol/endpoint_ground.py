@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.engines.client.command_client import CommandClient
+from protocol.engines.client.flight_plan_client import FlightPlanClient
 from protocol.engines.client.ftp_client import FtpClient
 from protocol.engines.client.log_client import LogClient
 from protocol.engines.client.mission_client import MissionClient
@@ -71,7 +72,15 @@ class GroundEndpoint:
         self._times = TimeResponder(system, component)
         self._commands_from_vehicle = CommandServer(system, component, {mavlink.MAV_CMD_REQUEST_OPERATOR_CONTROL})
         self._files, self._logs = FtpClient(system, component, self._remote), LogClient(self._remote)
-        self._waiting = (self._commands, self._parameters, self._mission, self._files, self._logs)
+        self._flight_plan = FlightPlanClient(self._remote)
+        self._waiting = (
+            self._commands,
+            self._parameters,
+            self._mission,
+            self._files,
+            self._logs,
+            self._flight_plan,
+        )
         self._datagrams: list[bytes] = []
         self._events: list[Event] = []
 
@@ -244,6 +253,10 @@ class GroundEndpoint:
         """Set one parameter; ends in ``ParameterConfirmed`` or ``ParameterFailed``."""
         self._parameters.set(self._target(), name, value, now)
         self._collect()
+
+    def request_flight_plan(self) -> None:
+        """Download the vehicle's flight plan anew; it is downloaded by itself whenever it has changed."""
+        self._flight_plan.request_again()
 
     def send_key(self, key: bytes, timestamp: int, target: Source) -> None:
         """Send a signing key to a vehicle once (SETUP_SIGNING); the vehicle confirms it by signing with it.

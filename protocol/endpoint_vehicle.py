@@ -15,11 +15,13 @@ from protocol.engines.file_store import FileTree, LogStore, NoFiles
 from protocol.engines.heartbeat import HEARTBEAT_PERIOD, HeartbeatSource
 from protocol.engines.parameter_values import Parameter
 from protocol.engines.server.command_server import UNKNOWN_PROGRESS, CommandServer
+from protocol.engines.server.flight_plan_server import FlightPlanServer
 from protocol.engines.server.ftp_server import FtpServer
 from protocol.engines.server.log_server import LogServer
 from protocol.engines.server.mission_server import MissionServer
 from protocol.engines.server.operator_control import SETPOINT_MESSAGES, OperatorControl
 from protocol.engines.server.parameter_server import ParameterServer
+from protocol.engines.server.plan_store import MissionInstead
 from protocol.engines.server.presence import Presence
 from protocol.engines.server.stream_server import STREAM_COMMANDS, Audience, StreamServer
 from protocol.engines.server.time_responder import TimeResponder
@@ -100,6 +102,7 @@ class VehicleEndpoint:
         self._mission = MissionServer(*self._ids, mission, validate=validate, others=plans)
         self._files = FtpServer(*self._ids, files or NoFiles())
         self._logs = LogServer(*self._ids, logs or NoFiles())
+        self.flight_plan = FlightPlanServer(*self._ids)
         links = None if peers is None else self._links.codecs.keys()
         fixed = {mavlink.MAVLINK_MSG_ID_HEARTBEAT: round(1e6 * HEARTBEAT_PERIOD)}
         self._streams = StreamServer(
@@ -114,6 +117,7 @@ class VehicleEndpoint:
             TimeResponder(*self._ids),
             self._files,
             self._logs,
+            self.flight_plan,
             self._streams,
         )
         self._timed = (self._heartbeat, self.operator, self._parameters, self._mission, self._files, self._logs)
@@ -136,6 +140,11 @@ class VehicleEndpoint:
     def mission(self) -> tuple[MissionItem, ...]:
         """The plan in force."""
         return self._mission.items
+
+    def show_instead_of_mission(self, shown: MissionInstead | None) -> None:
+        """Let peers see something else than the mission, which they cannot change meanwhile; None: the mission."""
+        self._mission.show_instead(shown)
+        self._drain(self._mission)
 
     def plan(self, kind: int) -> tuple[MissionItem, ...]:
         """The plan, fence or rally points (MAV_MISSION_TYPE) in force."""
@@ -214,6 +223,8 @@ class VehicleEndpoint:
     def _send(self, message: Message, peer: Peer | None) -> None:
         if message.get_type() == "MISSION_CURRENT":
             self._mission.mark(message)
+        elif message.get_type() == "DARKO_PLAN_STATUS":
+            self.flight_plan.mark(message)
         self._put(Outgoing(peer, message))
 
     def status_text(self, severity: int, text: str) -> None:

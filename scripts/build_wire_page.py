@@ -21,6 +21,7 @@ from sitl.mavlink import commands
 from sitl.mavlink.handlers import answered_by
 from sitl.mavlink.services.command_service import CommandService
 from sitl.mavlink.services.failure_service import FailureService
+from sitl.mavlink.services.flight_plan_service import FlightPlanService
 from sitl.mavlink.services.home_service import HomeService
 from sitl.mavlink.services.maintenance_commands import MaintenanceCommands
 from sitl.mavlink.services.obstacle_service import ObstacleService
@@ -98,6 +99,7 @@ def _accepted() -> str:
 def _commands() -> str:
     known = dict.fromkeys(commands.HANDLERS, "autopilot") | dict.fromkeys(STREAM_COMMANDS, "link")
     known |= dict.fromkeys(answered_by(FailureService, int), "failures")
+    known |= dict.fromkeys(answered_by(FlightPlanService, int), "flight plan")
     known |= dict.fromkeys(answered_by(MaintenanceCommands, int), "maintenance") | {
         mavlink.MAV_CMD_REQUEST_OPERATOR_CONTROL: "operator control"
     }

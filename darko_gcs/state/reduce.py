@@ -10,6 +10,7 @@ from darko_gcs.state.message_log import add_line, add_status_text
 from darko_gcs.state.parameter_metadata import MAX_PARAMETERS
 from darko_gcs.state.plan_parts import plan_of, with_plan
 from darko_gcs.state.reduce_darko import DARKO_HANDLERS
+from darko_gcs.state.reduce_flight_plan import FLIGHT_PLAN_HANDLERS
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
 from darko_gcs.state.values import NO_ITEM, Navigation, PlanIds
 from protocol import units
@@ -54,6 +55,8 @@ CHECKED_FIELDS = {
     "DARKO_DECISION": ("distance", "climb", "tail_wind", "cross_wind"),
     "DARKO_ENERGY": ("power", "energy", "energy_by_law"),
     "DARKO_HYBRID_STATE": ("governor",),  # a threshold may be infinite: the law is never left
+    "DARKO_PLAN_STATUS": ("block_time", "stage_time", "flight_time"),
+    "DARKO_PLAN_WAYPOINT": ("alt", "x", "y", "z"),
     "LOCAL_POSITION_NED": ("x", "y", "z", "vx", "vy", "vz"),
     "NAV_CONTROLLER_OUTPUT": ("xtrack_error", "alt_error"),
     "POSITION_TARGET_LOCAL_NED": ("x", "y", "z"),
@@ -69,6 +72,7 @@ UNKNOWN_VOLTAGE = 0xFFFF  # of SYS_STATUS and of a cell of BATTERY_STATUS [mV]
 
 HANDLERS = HandlerTable()
 HANDLERS.add(DARKO_HANDLERS)
+HANDLERS.add(FLIGHT_PLAN_HANDLERS)
 
 
 def reduce(s: Snapshot, message: Message, now: float) -> Snapshot:

@@ -15,6 +15,8 @@ from protocol.events import (
     CommandProgress,
     ControlRequested,
     Event,
+    FlightPlanFailed,
+    FlightPlanReceived,
     MissionCleared,
     MissionDownloaded,
     MissionFailed,
@@ -53,6 +55,8 @@ def _command_done(e: CommandDone, s: Snapshot, now: float) -> Snapshot:
     if e.command == mavlink.MAV_CMD_REQUEST_MESSAGE:  # sent automatically, not by the operator: not logged
         return s
     accepted = e.result == mavlink.MAV_RESULT_ACCEPTED
+    if accepted and e.command == mavlink.MAV_CMD_DARKO_MOVE_WAYPOINT:  # every step of a move is one
+        return s
     if s.in_progress is not None and s.in_progress.request == e.request:
         s = replace(s, in_progress=None)
     text = f"{command_name(e.command)}: {reason_text(e.reason)}"
@@ -115,6 +119,17 @@ def _parameter_confirmed(e: ParameterConfirmed, s: Snapshot, now: float) -> Snap
 @_after.register
 def _parameter_failed(e: ParameterFailed, s: Snapshot, now: float) -> Snapshot:
     return add_line(s, now, WARNING, f"Parameter {e.name or 'list'}: {reason_text(e.reason)}")
+
+
+@_after.register
+def _flight_plan_received(_e: FlightPlanReceived, s: Snapshot, now: float) -> Snapshot:
+    name = "" if s.flight_plan is None else f" {s.flight_plan.name}"
+    return add_line(s, now, INFO, f"Flight plan{name} received")
+
+
+@_after.register
+def _flight_plan_failed(e: FlightPlanFailed, s: Snapshot, now: float) -> Snapshot:
+    return add_line(s, now, WARNING, f"Flight plan not received: {e.reason}")
 
 
 @_after.register

@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from darko_gcs.state.flight_plan_state import FlightPlanState
 from darko_gcs.state.parameter_metadata import ParameterMetadata
 from darko_gcs.state.text import label_of
 from darko_gcs.state.values import (
@@ -27,6 +28,7 @@ from protocol.dialect.vocabulary import Law, Saturation
 from protocol.events import CommandProgress
 from protocol.frames import Geodetic, LocalFrame, Quaternion, Vector
 from protocol.message import Source
+from protocol.modes import Mode
 from protocol.plans import MissionItem
 
 __all__ = ["EMPTY_SNAPSHOT", "Snapshot"]
@@ -106,6 +108,8 @@ class Snapshot:
     reached: frozenset[int] = frozenset()  # mission items
     transfer: tuple[str, int, int] | None = None  # direction, items done, items in total
 
+    flight_plan: FlightPlanState | None = None  # that the vehicle has loaded
+
     in_progress: CommandProgress | None = None  # the command that the vehicle is executing
 
     messages: tuple[LogLine, ...] = ()
@@ -145,6 +149,11 @@ class Snapshot:
     def tells_hover_frame(self) -> bool:
         """True if attitudes on the wire are of the hover frame: of a tail-sitter that is not an ArduPilot."""
         return self.kind in TAIL_SITTERS and self.autopilot != mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA
+
+    @property
+    def flies_plan(self) -> bool:
+        """True while the vehicle flies its flight plan."""
+        return self.flight_plan is not None and self.mode == Mode.FLIGHT_PLAN.name
 
     @property
     def crashed(self) -> bool:

@@ -21,6 +21,7 @@ from protocol.events import (
 
 __all__ = ["InitialSync"]
 
+NOT_A_MISSION = -1  # id of what was downloaded as a mission while a flight plan was flown
 TRANSFERS = (MissionUploaded, MissionDownloaded, MissionCleared)
 
 
@@ -67,4 +68,6 @@ class InitialSync:
         if ids is None or ids.time <= self._last_transfer:
             return False
         before, self._plan_ids = self._plan_ids, ids[1:]
+        if self._station.snapshot.flies_plan:  # its present leg is shown as a mission, which changes all the time
+            self._plan_ids = (NOT_A_MISSION if before is None else before[0], *ids[2:])
         return before not in {None, self._plan_ids}

@@ -12,6 +12,7 @@ from darko_gcs.state.reduce import reduce
 from darko_gcs.state.reduce_events import reduce_event
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
 from darko_gcs.station.family_requests import FamilyRequests
+from darko_gcs.station.flight_plan_requests import FlightPlanRequests
 from darko_gcs.station.parameter_metadata_client import ParameterMetadataClient
 from darko_gcs.station.plan_transfer import PlanTransfer
 from darko_gcs.station.signing_client import SigningClient
@@ -38,7 +39,7 @@ MAX_OTHER_VEHICLES = 4  # beside the selected one that are reported
 _NAN = math.nan
 
 
-class Station:
+class Station(FlightPlanRequests):
     """One operator's side of one vehicle.
 
     The owner moves bytes and time: ``receive`` each datagram, ``tick`` often, send what ``outgoing`` returns. The

@@ -40,6 +40,9 @@ class ActionHandler(Protocol):
     def show_mission(self) -> None:
         """Open the mission screen."""
 
+    def show_flight_plan(self) -> None:
+        """Open the flight plan screen."""
+
     def show_parameters(self) -> None:
         """Open the parameter screen."""
 
@@ -173,6 +176,10 @@ ACTIONS = (
     Action(
         key="m", name="mission", label="Plan", help="Mission: load, edit, upload, download",
         run=lambda app: app.show_mission(), needs_vehicle=False,
+    ),
+    Action(
+        key="b", name="flight_plan", label="", help="Flight plan: its blocks, waypoints and variables",
+        run=lambda app: app.show_flight_plan(), needs_vehicle=False,
     ),
     Action(
         key="p", name="parameters", label="", help="Parameters: find and change them",

@@ -17,12 +17,14 @@ from darko_gcs.state.text import format_time
 from darko_gcs.tui.actions import ACTIONS, Action, Request, control_question
 from darko_gcs.tui.plan_draft import PlanDraft
 from darko_gcs.tui.screens.dialogs import AskScreen, ConfirmScreen, HelpScreen, parse_number
+from darko_gcs.tui.screens.flight_plan_screen import FlightPlanScreen
 from darko_gcs.tui.screens.flight_screen import FlightScreen
 from darko_gcs.tui.screens.messages_screen import MessagesScreen
 from darko_gcs.tui.screens.mission_screen import MissionScreen
 from darko_gcs.tui.screens.parameters_screen import ParametersScreen
 from darko_gcs.tui.widgets.flight_panel import FlightPanel
 from darko_gcs.tui.widgets.map_panel import MapPanel
+from darko_gcs.tui.widgets.plan_map import PlanMapPanel
 from protocol.dialect import mavlink
 
 __all__ = ["GroundStationApp"]
@@ -76,7 +78,7 @@ class GroundStationApp(App[int]):
         self.feed.advance(now - self._last_pull)
         self._last_pull = now
         for screen in self.screen_stack:
-            if isinstance(screen, FlightScreen | MissionScreen | ParametersScreen | MessagesScreen):
+            if isinstance(screen, FlightScreen | FlightPlanScreen | MissionScreen | ParametersScreen | MessagesScreen):
                 screen.now = self.feed.now
                 screen.snapshot = self.feed.snapshot
 
@@ -179,6 +181,11 @@ class GroundStationApp(App[int]):
         if not isinstance(self.screen, MissionScreen):
             self.push_screen(MissionScreen(self.feed.station, lambda: self.feed.now, self.draft))
 
+    def show_flight_plan(self) -> None:
+        """Open the flight plan screen, once."""
+        if not isinstance(self.screen, FlightPlanScreen):
+            self.push_screen(FlightPlanScreen(self.feed.station, lambda: self.feed.now))
+
     def show_parameters(self) -> None:
         """Open the parameter screen, once."""
         if not isinstance(self.screen, ParametersScreen):
@@ -207,6 +214,8 @@ class GroundStationApp(App[int]):
         """Zoom the map in, out, or to fit."""
         for panel in self.screen.query(MapPanel):
             panel.zoom(step)
+        for plan_map in self.screen.query(PlanMapPanel):
+            plan_map.zoom(step)
 
     def show_next_page(self) -> None:
         """Turn the page of the flight panel."""

@@ -27,6 +27,7 @@ from protocol.events.file_events import (
     LogsListed,
     RemoteLog,
 )
+from protocol.events.flight_plan_events import FlightPlanFailed, FlightPlanReceived
 from protocol.events.link_events import (
     MessageReceived,
     MessageRequested,
@@ -71,6 +72,8 @@ __all__ = [
     "FileFailed",
     "FileProgress",
     "FileReceived",
+    "FlightPlanFailed",
+    "FlightPlanReceived",
     "LogEraseRequested",
     "LogFailed",
     "LogProgress",

@@ -26,6 +26,7 @@ from sitl.mavlink.flight_report import FlightReporter
 from sitl.mavlink.handlers import answered_by, handlers_of, on_event
 from sitl.mavlink.services.command_service import CommandService
 from sitl.mavlink.services.failure_service import FailureService
+from sitl.mavlink.services.flight_plan_service import FlightPlanService
 from sitl.mavlink.services.home_service import HomeService, StoredHome
 from sitl.mavlink.services.maintenance_commands import ExitRequest, MaintenanceCommands
 from sitl.mavlink.services.obstacle_service import ObstacleService
@@ -42,7 +43,11 @@ from sitl.mavlink.telemetry.vehicle_snapshot import VehicleSnapshot
 from sitl.persistence import StateFolder
 
 SYSTEM, COMPONENT = 1, 1
-OWN_COMMANDS = answered_by(MaintenanceCommands, int) | answered_by(FailureService, int)
+OWN_COMMANDS = {
+    *answered_by(MaintenanceCommands, int),
+    *answered_by(FailureService, int),
+    *answered_by(FlightPlanService, int),
+}
 MIN_PERIODS = 5  # control periods: whatever peers ask for, the link is looked at a hundred times a second at most
 
 
@@ -96,12 +101,13 @@ class Node:
         self._signing = SigningService(keyring, broadcast)
         self._maintenance = MaintenanceCommands(autopilot, self._parameters, exit_refusal)
         self._failures = FailureService(aircraft)
+        self._flight_plan = FlightPlanService(aircraft)
         home_service = HomeService(
             autopilot=autopilot, stored=home, plans=self._plans, telemetry=telemetry, broadcast=broadcast
         )
         self._commands = CommandService(
             autopilot=autopilot,
-            own=(self._maintenance, self._failures),
+            own=(self._maintenance, self._failures, self._flight_plan),
             endpoint=endpoint,
             broadcast=broadcast,
             telemetry=telemetry,
@@ -197,6 +203,7 @@ class Node:
             now: The link's time [s].
         """
         self._operators.update(now)
+        self._flight_plan.follow_mode(self.endpoint, self._telemetry)
         self._telemetry.announce_status(now)
         self.endpoint.handle_timer(now)
         self._handle_events(now)
@@ -245,6 +252,7 @@ class Node:
         self.aircraft.advance(periods)
         messages = self._telemetry.messages()
         self._reporter.report(messages)
+        self._flight_plan.update(self.endpoint, self._broadcast, self._telemetry)
         self._telemetry.publish_due(messages)
         self._parameters.show_changes()
 

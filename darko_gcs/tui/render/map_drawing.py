@@ -8,9 +8,10 @@ from itertools import pairwise
 
 from darko_gcs.tui.render.canvas import BrailleCanvas, StyledLine
 
-__all__ = ["NorthEast", "draw_map"]
+__all__ = ["MapLabel", "NorthEast", "draw_map", "fitting_view", "place_at"]
 
 NorthEast = tuple[float, float]  # [m]
+MapLabel = tuple[str, NorthEast, str]  # text, its first character at a place, and style
 Dot = tuple[float, float]  # x, y on the canvas
 MIN_EXTENT = 6.0  # of the whole map [m]
 MARGIN = 1.25
@@ -37,6 +38,7 @@ def draw_map(
     course: NorthEast | None = None,
     areas: Sequence[tuple[Sequence[NorthEast], str]] = (),
     rally: Sequence[NorthEast] = (),
+    labels: Sequence[MapLabel] = (),
 ) -> tuple[list[StyledLine], float]:
     """The rows of the map, and its scale [m per cell height].
 
@@ -54,10 +56,11 @@ def draw_map(
         course: Position of the vehicle in a few seconds; a line leads there.
         areas: Corners and state ("fence", "keep-out") of each polygon of the fence.
         rally: Rally points, where the vehicle may return to instead of home.
+        labels: Texts at places, such as the names of a flight plan's waypoints.
     """
     places = [*track, *((n, e) for _, n, e, _ in waypoints)]
     places += [(n + side * r, e + side * r) for n, e, r, _ in circles for side in (-1.0, 1.0)]
-    places += [*rally, *(corner for corners, _ in areas for corner in corners)]
+    places += [*rally, *(corner for corners, _ in areas for corner in corners), *(place for _, place, _ in labels)]
     places += [place for place in (home, target, None if vehicle is None else vehicle[:2]) if place is not None]
     places = [place for place in places if _is_drawable(place)] or [(0.0, 0.0)]
     scale = scale or _fit(places, width, height)
@@ -75,6 +78,7 @@ def draw_map(
         canvas.line(at((north, east)), at((end[0], end[1])), LINE_STYLES.get(state, "plan"))
     for north, east, radius, state in circles:
         _circle(canvas, at((north, east)), radius * dots, LINE_STYLES.get(state, "plan"))
+    _labels(canvas, at, labels)
     for a, b in pairwise(track):
         canvas.line(at(a), at(b), "track")
     if course is not None and vehicle is not None:
@@ -82,6 +86,26 @@ def draw_map(
     _symbols(canvas, at, home, rally, waypoints, vehicle, target)
     _scale_bar(canvas, scale)
     return canvas.lines(), scale
+
+
+def fitting_view(places: Sequence[NorthEast], width: int, height: int) -> tuple[float, NorthEast]:
+    """Scale [m per cell height] and middle of a map that shows all places."""
+    drawable = [place for place in places if _is_drawable(place)] or [(0.0, 0.0)]
+    return _wanted_scale(drawable, width, height), _middle(drawable)
+
+
+def place_at(cell: tuple[int, int], width: int, height: int, scale: float, middle: NorthEast) -> NorthEast:
+    """North and east [m] of the middle of a cell (column, row) of a map."""
+    column, row = cell
+    north = middle[0] + (height / 2 - row - 0.5) * scale
+    return north, middle[1] + (column + 0.5 - width / 2) * scale / 2
+
+
+def _labels(canvas: BrailleCanvas, at: Callable[[NorthEast], Dot], labels: Sequence[MapLabel]) -> None:
+    for text, place, style in labels:
+        x, y = at(place)
+        if _is_drawable((x, y)):
+            canvas.put(math.floor(x / 2), math.floor(y / 4), text, style)
 
 
 def _circle(canvas: BrailleCanvas, centre: Dot, radius: float, style: str) -> None:
@@ -124,10 +148,13 @@ def _is_drawable(point: NorthEast) -> bool:
 
 
 def _fit(places: Sequence[NorthEast], width: int, height: int) -> float:
+    return _round_up(_wanted_scale(places, width, height))
+
+
+def _wanted_scale(places: Sequence[NorthEast], width: int, height: int) -> float:
     north = max(p[0] for p in places) - min(p[0] for p in places)
     east = max(p[1] for p in places) - min(p[1] for p in places)
-    wanted = max(MARGIN * north / height, MARGIN * east / (width / 2), MIN_EXTENT / height)
-    return _round_up(wanted)
+    return max(MARGIN * north / height, MARGIN * east / (width / 2), MIN_EXTENT / height)
 
 
 def _round_up(value: float) -> float:

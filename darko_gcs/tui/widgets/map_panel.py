@@ -11,6 +11,7 @@ from darko_gcs.tui.widgets.decision_panel import decision_summary
 from darko_gcs.tui.widgets.fence_overlay import fence_circles, fence_polygons, rally_points
 from darko_gcs.tui.widgets.item_position import item_position
 from darko_gcs.tui.widgets.panel import Panel
+from darko_gcs.tui.widgets.plan_overlay import plan_labels, plan_polygons
 from protocol.dialect import mavlink
 from protocol.plans import MissionItem
 
@@ -50,9 +51,10 @@ class MapPanel(Panel):
             centre=None if self.scale is None or s.p is None else (s.p[0], s.p[1]),
             home=s.home_p[:2],
             track=s.track,
-            waypoints=waypoints(s),
-            circles=[*loiter_circles(s), *fence_circles(s)],
-            areas=fence_polygons(s),
+            waypoints=[] if s.flies_plan else waypoints(s),
+            circles=fence_circles(s) if s.flies_plan else [*loiter_circles(s), *fence_circles(s)],
+            areas=[*fence_polygons(s), *plan_polygons(s)],
+            labels=plan_labels(s),
             rally=rally_points(s),
             vehicle=None if s.p is None else (s.p[0], s.p[1], s.heading or 0.0),
             course=position_ahead(s),

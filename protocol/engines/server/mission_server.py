@@ -10,7 +10,7 @@ from types import MappingProxyType
 from protocol.dialect import mavlink
 from protocol.engines.base import Server, drop_oldest
 from protocol.engines.retransmission import REORDER_WINDOW, precedes
-from protocol.engines.server.plan_store import PlanStore
+from protocol.engines.server.plan_store import MissionInstead, PlanStore
 from protocol.engines.server.replies import mission_ack
 from protocol.events import CurrentItemRequested, Event
 from protocol.message import Message, Peer, addressed_to
@@ -96,8 +96,16 @@ class MissionServer(Server):
     def mark(self, message: Message) -> None:
         """Complete an outgoing MISSION_CURRENT with the ids of the plans in force."""
         self.current = message.seq
+        if (shown := self._plan.instead) is not None:
+            message.seq, message.total = shown.current, len(shown.items)
+            message.mission_state = mavlink.MISSION_STATE_ACTIVE if shown.items else mavlink.MISSION_STATE_NO_MISSION
+            message.mission_mode = 1
         ids = [self._stores[kind].opaque_id for kind in (_PLAN, *_OTHERS)]
         message.mission_id, message.fence_id, message.rally_points_id = ids
+
+    def show_instead(self, shown: MissionInstead | None) -> None:
+        """Let peers see something else than the flight plan's items; None: those."""
+        self._plan.show_instead(shown)
 
     @property
     def is_receiving(self) -> bool:
@@ -138,7 +146,7 @@ class MissionServer(Server):
     def _is_harmful_late(self, message: Message) -> bool:
         if message.get_type() in _ASKING:
             store = self._stores.get(message.mission_type)
-            return store is None or message.seq >= len(store.items)
+            return store is None or message.seq >= len(store.shown)
         return message.get_type() in _OPENING
 
     def _handle_count(self, message: Message, now: float, peer: Peer) -> None:
@@ -173,7 +181,7 @@ class MissionServer(Server):
             self._ack(peer, mavlink.MAV_MISSION_UNSUPPORTED, kind)
         elif any(store.is_busy_with_another(peer) for store in stores):
             self._ack(peer, mavlink.MAV_MISSION_DENIED, kind)
-        else:
+        elif not any(store.refuses_change(peer, kind) for store in stores):
             for store in stores:
                 store.clear()
             self._ack(peer, _ACCEPTED, kind)
@@ -193,6 +201,8 @@ class MissionServer(Server):
             store.handle_request(message.seq, peer)
 
     def _handle_set_current(self, message: Message, _now: float, peer: Peer) -> None:
+        if self._plan.refuses_change(peer):
+            return
         if message.seq < len(self.items):
             self._events.append(CurrentItemRequested(message.seq))
         else:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import zlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 from protocol.dialect import mavlink
 from protocol.engines.base import TransitionTable, fire
@@ -21,7 +21,7 @@ from protocol.message import Message, Peer, target_fields
 from protocol.plans.mission_item import MissionItem
 from protocol.plans.validation import MAX_PLAN_ITEMS, Validate
 
-__all__ = ["PLAN_UPLOAD_TRANSITIONS", "PlanStore", "plan_id"]
+__all__ = ["PLAN_UPLOAD_TRANSITIONS", "MissionInstead", "PlanStore", "plan_id"]
 
 MAX_STEPS_BACK = 2  # items before a missing one that are requested again together with it
 
@@ -37,6 +37,14 @@ PLAN_UPLOAD_TRANSITIONS: TransitionTable = {
 
 
 _Reply = Callable[[Peer, Message], None]
+
+
+class MissionInstead(NamedTuple):
+    """What peers see in place of the mission."""
+
+    items: tuple[MissionItem, ...]
+    current: int  # the item that is flown
+    reason: str  # why the mission cannot be changed meanwhile
 
 
 @dataclass(slots=True, kw_only=True)
@@ -80,6 +88,7 @@ class PlanStore:
     ) -> None:
         self.current = 0  # the item of the last MISSION_CURRENT
         self.items = tuple(items)  # the plan in force
+        self._instead: MissionInstead | None = None  # what peers see meanwhile
         self._kind, self._validate, self._reply, self._report = kind, validate, reply, report
         self._state = "idle"
         self._resend = Retransmission(Remote())
@@ -87,8 +96,33 @@ class PlanStore:
 
     @property
     def opaque_id(self) -> int:
-        """Identifies the plan: the same on any vehicle and after a restart; 0 without a plan."""
-        return plan_id(self.items)
+        """Identifies the plan that peers see: the same on any vehicle and after a restart; 0 without a plan."""
+        return plan_id(self.shown)
+
+    @property
+    def shown(self) -> tuple[MissionItem, ...]:
+        """The plan that peers see."""
+        return self.items if self._instead is None else self._instead.items
+
+    @property
+    def instead(self) -> MissionInstead | None:
+        """What peers see in place of the plan; None: the plan."""
+        return self._instead
+
+    def show_instead(self, shown: MissionInstead | None) -> None:
+        """Let peers see something else, which they cannot change; None: the plan. An upload under way ends."""
+        self._instead = shown
+        if shown is not None and self.is_receiving:
+            self._end("cancel", mavlink.MAV_MISSION_DENIED, shown.reason)
+
+    def refuses_change(self, peer: Peer, kind: int | None = None) -> bool:
+        """Refuse a change with its reason while something else is shown; the answer is about a MAV_MISSION_TYPE."""
+        if self._instead is None:
+            return False
+        denied = mavlink.MAV_MISSION_DENIED
+        self._reply(peer, mission_ack(peer, denied, self._kind if kind is None else kind))
+        self._report(MissionRefused(mavlink.MAV_MISSION_DENIED, self._instead.reason, self._kind))
+        return True
 
     @property
     def is_receiving(self) -> bool:
@@ -116,6 +150,8 @@ class PlanStore:
 
     def handle_count(self, message: Message, now: float, peer: Peer) -> None:
         """MISSION_COUNT: an upload begins, or (0 items) the plan is cleared."""
+        if self.refuses_change(peer):
+            return
         if self.is_busy_with_another(peer):
             self.acknowledge(peer, mavlink.MAV_MISSION_DENIED)
         elif message.count == 0:
@@ -133,6 +169,8 @@ class PlanStore:
 
         An end index one behind the last item means the last item, as MAVProxy counts.
         """
+        if self.refuses_change(peer):
+            return
         first, present = message.start_index, len(self.items)
         if self.is_busy_with_another(peer):
             self.acknowledge(peer, mavlink.MAV_MISSION_DENIED)
@@ -250,21 +288,22 @@ class PlanStore:
     def handle_list(self, peer: Peer) -> None:
         """MISSION_REQUEST_LIST: a download begins."""
         count = mavlink.MAVLink_mission_count_message(
-            **target_fields(peer), count=len(self.items), mission_type=self._kind, opaque_id=self.opaque_id
+            **target_fields(peer), count=len(self.shown), mission_type=self._kind, opaque_id=self.opaque_id
         )
         self._reply(peer, count)
 
     def handle_request(self, seq: int, peer: Peer) -> None:
         """MISSION_REQUEST_INT or MISSION_REQUEST: one item."""
-        if seq >= len(self.items):
+        if seq >= len(self.shown):
             self.acknowledge(peer, mavlink.MAV_MISSION_INVALID_SEQUENCE)
             return
-        current = self._kind == mavlink.MAV_MISSION_TYPE_MISSION and seq == self.current
-        self._reply(peer, self.items[seq].to_message(seq, *peer[:2], current=current, kind=self._kind))
+        present = self.current if self._instead is None else self._instead.current
+        current = self._kind == mavlink.MAV_MISSION_TYPE_MISSION and seq == present
+        self._reply(peer, self.shown[seq].to_message(seq, *peer[:2], current=current, kind=self._kind))
 
     def acknowledge(self, peer: Peer, result: int) -> None:
         """Send a MISSION_ACK; an acceptance contains the id of the plan in force."""
-        opaque_id = self.opaque_id if result == _ACCEPTED else 0
+        opaque_id = plan_id(self.items) if result == _ACCEPTED else 0
         self._reply(peer, mission_ack(peer, result, self._kind, opaque_id=opaque_id))
 
 

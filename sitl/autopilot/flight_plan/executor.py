@@ -30,6 +30,7 @@ from protocol.flight_plans.stages import (
     WhileStage,
 )
 from sitl.autopilot.flight_plan.aims import Aim, away
+from sitl.autopilot.flight_plan.condition_values import condition_values
 from sitl.autopilot.flight_plan.name_values import NameValues
 from sitl.autopilot.flight_plan.operator_view import AimKind, BlockEntered, ExceptionFired, PlanEvent, PlanRemark
 from sitl.autopilot.flight_plan.plan_flow import PlanFlow
@@ -197,14 +198,15 @@ class FlightPlanExecutor:
             target = block_number(self.plan, exception.deroute.name)
             if target is None or target == self.flow.block or not self._holds(exception.cond.tree):
                 continue
-            self._jump_by(exception.cond.text.strip(), exception.place.line, target)
+            values = condition_values(exception.cond.tree, self.names)
+            self._jump_by(exception.cond.text.strip(), exception.place.line, target, values)
             return True
         return False
 
-    def _jump_by(self, text: str, line: int, target: int) -> None:
+    def _jump_by(self, text: str, line: int, target: int, values: str = "") -> None:
         left = self.flow.present.name
         self.flow.enter_block(target)
-        self._events.append(ExceptionFired(self.flow.time, text, line, left, self.flow.present.name))
+        self._events.append(ExceptionFired(self.flow.time, text, line, left, self.flow.present.name, values))
         self._entered()
 
     # Steps

@@ -101,6 +101,7 @@ class ExceptionFired(NamedTuple):
     line: int
     from_block: str
     to_block: str
+    values: str = ""  # that the condition saw
 
 
 class BlockEntered(NamedTuple):

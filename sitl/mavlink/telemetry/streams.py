@@ -11,6 +11,7 @@ from protocol.message import Message
 from sitl.mavlink.standard_modes import available_modes_monitor, current_mode
 from sitl.mavlink.telemetry import (
     estimator_messages,
+    flight_plan_messages,
     hybrid_state,
     identification,
     imu_messages,
@@ -79,6 +80,7 @@ STREAMS = (
     Stream(mavlink.MAVLINK_MSG_ID_DARKO_HYBRID_STATE, hybrid_state.hybrid_state, 10.0),
     Stream(mavlink.MAVLINK_MSG_ID_DARKO_ACTUATORS, hybrid_state.actuators, 20.0),
     Stream(mavlink.MAVLINK_MSG_ID_DARKO_ENERGY, hybrid_state.energy, 2.0),
+    Stream(mavlink.MAVLINK_MSG_ID_DARKO_PLAN_STATUS, flight_plan_messages.plan_status, 4.0),
     Stream(mavlink.MAVLINK_MSG_ID_DARKO_TRUTH, hybrid_state.truth, 0.0),
 )
 BUILDERS = {s.message_id: s.build for s in STREAMS} | {

@@ -67,7 +67,8 @@ class TelemetryService:
 
     def publish_now(self, message_id: int) -> None:
         """Send a message of the telemetry to everyone."""
-        self._endpoint.publish(self.messages().message(message_id))
+        for message in self.messages().messages(message_id):
+            self._endpoint.publish(message)
 
     def publish_due(self, messages: SnapshotMessages) -> None:
         """Send the streams that are due.

@@ -13,6 +13,8 @@ from protocol.dialect.vocabulary import Law, Limit, Reason, Regime, Saturation
 from protocol.frames import LocalFrame, Quaternion, Vector
 from protocol.modes import Mode
 from sitl.aircraft import Aircraft
+from sitl.autopilot.autopilot import Autopilot
+from sitl.autopilot.flight_plan.operator_view import PlanStatus
 from sitl.autopilot.safety.fence import Fence, FenceWatch
 from sitl.control.reference import Reference
 from sitl.mavlink.telemetry.flight_times import FlightTimes
@@ -118,6 +120,8 @@ class VehicleSnapshot(NamedTuple):
     flight: FlightTimes  # of the present flight, or of the last one
     control: Control
     autopilot_type: int  # MAV_AUTOPILOT
+    flight_plan: PlanStatus | None  # where the flight plan is; None: none is loaded
+    plan_name: str  # of the flight plan
 
     @property
     def status(self) -> HeartbeatStatus:
@@ -247,6 +251,8 @@ def take_snapshot(
         flight=flight,
         control=control,
         autopilot_type=autopilot_type,
+        flight_plan=autopilot.flight_plan.status(),
+        plan_name=_plan_name(autopilot),
     )
 
 
@@ -254,6 +260,11 @@ def _inertial(vehicle: Simulation) -> Inertial | None:
     if not vehicle.avionics.is_sensed:
         return None
     return named_from(Inertial, vehicle.avionics.instruments["inertial"].item())
+
+
+def _plan_name(autopilot: Autopilot) -> str:
+    executor = autopilot.flight_plan.executor
+    return "" if executor is None else executor.plan.name
 
 
 def _mission_state(aircraft: Aircraft) -> int:

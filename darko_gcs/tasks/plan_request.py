@@ -1,0 +1,169 @@
+"""One request to the vehicle's flight plan, without a screen."""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import json
+import math
+from collections.abc import Callable
+from typing import Any
+
+from darko_gcs.errors import GroundError, LinkError
+from darko_gcs.feed.udp_link import UdpLink
+from darko_gcs.state.flight_plan_state import FlightPlanState
+from darko_gcs.state.snapshot import Snapshot
+from darko_gcs.station.keyring_setup import open_keyring
+from darko_gcs.station.station import Station
+from darko_gcs.tasks.link_session import POLL_PERIOD, VEHICLE_TIMEOUT, open_link
+from protocol.dialect import mavlink
+from protocol.dialect.vocabulary import PlanEventKind
+from protocol.events import CommandDone
+
+__all__ = ["blocks_table", "request_of_plan", "send_request", "status_table"]
+
+PLAN_TIMEOUT = 15.0  # for the plan to arrive from a vehicle that is heard [s]
+TEXT_TIME = 0.5  # in which the words of a refusal follow its number [s]
+
+
+async def request_of_plan(args: argparse.Namespace) -> str:
+    """Wait for the plan, then tell of it, or send the request and wait for its answer.
+
+    Args:
+        args: Options of ``darko-gcs plan``.
+
+    Returns:
+        What there is or what was done, for a person or as JSON.
+
+    Raises:
+        GroundError: The plan has no such thing, or the vehicle refused or did not answer; the message says which.
+    """
+    station = Station(keyring=open_keyring(args.signing_key), vehicle=args.vehicle)
+    async with open_link(station, args.host, args.port) as link:
+        await _wait(link, lambda: station.endpoint.vehicle is not None, VEHICLE_TIMEOUT, "no vehicle heard")
+        await _wait(link, lambda: _has_plan(station.snapshot), PLAN_TIMEOUT, "the vehicle told of no flight plan")
+        plan = station.snapshot.flight_plan
+        assert plan is not None  # noqa: S101 - it was waited for
+        if args.act in {"status", "blocks"}:
+            table = status_table(station.snapshot, plan) if args.act == "status" else blocks_table(plan)
+            return json.dumps(table, indent=1) if args.json else _as_text(table)
+        command = send_request(station, plan, args, link.now)
+        said = f"plan {args.act}: " + await _answer(link, command)
+    return json.dumps({"act": args.act, "result": "accepted"}) if args.json else said
+
+
+async def _wait(link: UdpLink, condition: Callable[[], bool], limit: float, failure: str) -> None:
+    deadline = link.now + limit
+    while not condition():
+        if link.now > deadline:
+            raise LinkError(f"{failure} within {limit:g} s")
+        await asyncio.sleep(POLL_PERIOD)
+
+
+def _has_plan(s: Snapshot) -> bool:
+    return s.flight_plan is not None and s.flight_plan.is_complete
+
+
+def send_request(station: Station, plan: FlightPlanState, args: argparse.Namespace, now: float) -> int:
+    """Send what is asked for; gives its MAV_CMD.
+
+    Raises:
+        GroundError: The plan has no such block, waypoint or variable.
+    """
+    if args.act == "fly":
+        station.start_flight_plan(now)
+        return int(mavlink.MAV_CMD_DO_SET_MODE)
+    if args.act == "jump":
+        names = {block.name: block.number for block in plan.blocks.values()}
+        names |= {str(number): number for number in plan.blocks if str(number) not in names}
+        station.jump_to_block(_named(names, args.block, "block"), now)
+        return int(mavlink.MAV_CMD_DARKO_JUMP_TO_BLOCK)
+    if args.act == "move":
+        number = _named({point.name: point.number for point in plan.points.values()}, args.waypoint, "waypoint")
+        up = plan.points[number].position[2] if args.up is None else args.up
+        if not all(map(math.isfinite, (args.east, args.north, up))):
+            raise GroundError(f"waypoint {args.waypoint}: the place is not a number")
+        station.move_waypoint(number, (args.east, args.north, up), now)
+        return int(mavlink.MAV_CMD_DARKO_MOVE_WAYPOINT)
+    number = _named({setting.name: setting.number for setting in plan.settings.values()}, args.variable, "variable")
+    station.set_variable(number, args.value, now)
+    return int(mavlink.MAV_CMD_DARKO_SET_VARIABLE)
+
+
+def _named(numbers: dict[str, int], name: str, what: str) -> int:
+    if name not in numbers:
+        raise GroundError(f"the plan has no {what} {name!r}: it has {', '.join(numbers) or 'none'}")
+    return numbers[name]
+
+
+async def _answer(link: UdpLink, command: int) -> str:
+    while True:
+        lines = len(link.station.snapshot.messages)
+        for event in link.station.events():
+            if isinstance(event, CommandDone) and event.command == command:
+                if event.result == mavlink.MAV_RESULT_ACCEPTED:
+                    return "accepted"
+                await asyncio.sleep(TEXT_TIME)
+                texts = [line.text for line in link.station.snapshot.messages[max(lines - 1, 0) :]]
+                reason = next((text for text in texts if "denied:" in text or "refused:" in text.lower()), "")
+                raise GroundError(reason or f"refused: {event.reason.lower()}")
+        await asyncio.sleep(POLL_PERIOD)
+
+
+def status_table(s: Snapshot, plan: FlightPlanState) -> dict[str, Any]:
+    """Where the plan is, with its waypoints, its variables and what happened, for a program."""
+    return {
+        "plan": plan.name,
+        "flown": s.flies_plan,
+        "block": plan.block_name(plan.block),
+        "block_time": plan.block_time,
+        "stage": plan.stage_text,
+        "line": plan.line,
+        "stage_time": plan.stage_time,
+        "flight_time": plan.flight_time,
+        "waypoints": {point.name: [round(part, 3) for part in point.position] for point in plan.points.values()},
+        "variables": {setting.name: setting.value for setting in plan.settings.values()},
+        "exceptions": [
+            {"time": h.time, "text": h.text, "from": plan.block_name(h.from_block), "to": plan.block_name(h.to_block)}
+            for h in plan.happenings
+            if h.kind == PlanEventKind.EXCEPTION
+        ],
+        "remarks": [h.text for h in plan.happenings if h.kind == PlanEventKind.REMARK],
+    }
+
+
+def blocks_table(plan: FlightPlanState) -> list[dict[str, Any]]:
+    """The blocks, for a program."""
+    return [
+        {
+            "number": block.number,
+            "name": block.name,
+            "button": block.label if block.has_button else None,
+            "key": block.key or None,
+            "group": block.group or None,
+            "locked": block.locked or None,
+            "present": block.number == plan.block,
+        }
+        for block in plan.blocks.values()
+    ]
+
+
+def _as_text(table: dict[str, Any] | list[dict[str, Any]]) -> str:
+    if isinstance(table, dict):
+        return "\n".join(f"{key:<12} {_words(value)}" for key, value in table.items())
+    return "\n".join(
+        f"{'>' if row['present'] else ' '}{row['number']:3d} {row['key'] or '':<8} {row['name']:<28} "
+        f"{'locked: ' + row['locked'] if row['locked'] else row['button'] or ''}".rstrip()
+        for row in table
+    )
+
+
+def _words(value: object) -> str:
+    if isinstance(value, float):
+        return f"{value:.1f}"
+    if isinstance(value, dict):
+        return ", ".join(f"{key} {_words(part)}" for key, part in value.items()) or "none"
+    if isinstance(value, list):
+        separator = " " if all(isinstance(part, float) for part in value) else "; "
+        return separator.join(map(_words, value)) or "none"
+    return str(value)

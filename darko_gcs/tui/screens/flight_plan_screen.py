@@ -1,0 +1,275 @@
+"""The flight plan: its blocks as buttons, where it is, its waypoints and variables, and what happened in it.
+
+One rule for what moves, stops or drops the vehicle: it asks first. A key that the plan itself gives a block does not
+ask, but has to be pressed twice: the same key does something else on other screens.
+"""
+
+from __future__ import annotations
+
+import math
+import string
+from collections.abc import Callable
+from typing import ClassVar
+
+from textual import on
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import Container, Horizontal, Vertical
+from textual.reactive import reactive
+from textual.screen import Screen
+from textual.widgets import DataTable, Footer, Static
+
+from darko_gcs.state.flight_plan_state import PlanButton
+from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
+from darko_gcs.station.station import Station
+from darko_gcs.tui.actions import ACTIONS
+from darko_gcs.tui.screens.dialogs import AskScreen, ConfirmScreen, parse_number
+from darko_gcs.tui.screens.plan_tables import PlanPointTable, PlanSettingTable, limits_text
+from darko_gcs.tui.widgets.plan_blocks import PlanBlockList, key_name
+from darko_gcs.tui.widgets.plan_head import PlanEventPanel, PlanHeadPanel
+from darko_gcs.tui.widgets.plan_map import PlanMapPanel
+from darko_gcs.tui.widgets.status_bar import StatusBar
+from protocol.frames import Vector
+
+__all__ = ["FlightPlanScreen"]
+
+SECOND_PRESS = 2.0  # within which a plan's key is pressed again to act [s]
+PLAN_KEYS = (  # that a plan may give its blocks; ctrl with c, i, j, m, p, q and z mean something else to terminals
+    *string.ascii_letters, *string.digits, *(f"f{n}" for n in range(1, 13)), *(f"ctrl+{c}" for c in "bdeghklnorstuvwxy")
+)  # fmt: skip
+FALLBACKS = {action.key: action.name for action in ACTIONS if not action.needs_vehicle}  # of keys no block has
+
+
+class FlightPlanScreen(Screen[None]):
+    """One flight plan, flown or not."""
+
+    HORIZONTAL_BREAKPOINTS = [(0, "-narrow"), (120, "-wide")]  # noqa: RUF012 - declared so by Textual
+    VERTICAL_BREAKPOINTS = [(0, "-short"), (36, "-tall")]  # noqa: RUF012
+    BINDINGS: ClassVar[list[BindingType]] = [
+        *(Binding(key, f"plan_key('{key}')", show=False) for key in PLAN_KEYS),
+        Binding("escape", "close", "Back"),
+        Binding("tab", "app.focus_next", "Next part", tooltip="Blocks, map, waypoints, variables"),
+        Binding("ctrl+f", "fly", "Fly", tooltip="Fly the plan from the block it is in"),
+        Binding("space", "hold", "Hold", tooltip="Leave the plan: stop and hover here"),
+        Binding("f5", "fetch", "Fetch", show=False, tooltip="Fetch the plan from the vehicle again"),
+    ]
+    snapshot: reactive[Snapshot] = reactive(EMPTY_SNAPSHOT, repaint=False)  # else every panel is painted again
+    now: reactive[float] = reactive(0.0, repaint=False)
+
+    def __init__(self, station: Station | None, clock: Callable[[], float]) -> None:
+        super().__init__()
+        self._station, self._clock = station, clock
+        self._is_ready = False  # the app hands out snapshots as soon as a screen is pushed, before it is mounted
+        self._first_press: tuple[str, float] = ("", -math.inf)  # of a plan's key, and when
+        self._movable = 0  # the waypoint that may be moved without another question
+
+    def compose(self) -> ComposeResult:
+        """Status bar, head, blocks, map, tables, events, notice, footer."""
+        yield StatusBar().data_bind(FlightPlanScreen.snapshot, FlightPlanScreen.now)
+        yield PlanHeadPanel("", id="plan-head").data_bind(FlightPlanScreen.snapshot)
+        with Container(id="plan-panels"):
+            yield PlanBlockList(id="plan-blocks")
+            with Vertical(id="plan-right"):
+                map_panel = PlanMapPanel("Waypoints", id="plan-map")
+                yield map_panel.data_bind(FlightPlanScreen.snapshot, FlightPlanScreen.now)
+                with Horizontal(id="plan-tables"):
+                    yield PlanPointTable(id="plan-points")
+                    yield PlanSettingTable(id="plan-settings")
+                yield PlanEventPanel("What happened", id="plan-events").data_bind(FlightPlanScreen.snapshot)
+        yield Static("", id="plan-notice", markup=False)
+        yield Footer(compact=True, show_command_palette=False)
+
+    def on_mount(self) -> None:
+        """Begin with the blocks."""
+        self._is_ready = True
+        self.blocks.focus()
+        self._show()
+
+    @property
+    def blocks(self) -> PlanBlockList:
+        """The buttons."""
+        return self.query_one("#plan-blocks", PlanBlockList)
+
+    @property
+    def map(self) -> PlanMapPanel:
+        """The map."""
+        return self.query_one("#plan-map", PlanMapPanel)
+
+    @property
+    def points(self) -> PlanPointTable:
+        """The table of waypoints."""
+        return self.query_one("#plan-points", PlanPointTable)
+
+    def watch_snapshot(self, old: Snapshot, s: Snapshot) -> None:
+        """Follow the vehicle."""
+        if self._is_ready and (s.flight_plan is not old.flight_plan or s.messages is not old.messages):
+            self._show()
+            if s.messages and s.messages is not old.messages:
+                self.show_notice(s.messages[-1].text)
+
+    def _show(self) -> None:
+        plan = self.snapshot.flight_plan
+        self.blocks.show(plan)
+        self.points.show(plan)
+        self.query_one("#plan-settings", PlanSettingTable).show(plan)
+        self.map.chosen = self.points.chosen
+
+    def show_notice(self, text: str) -> None:
+        """Show a text above the footer."""
+        self.query_one("#plan-notice", Static).update(text)
+
+    # Keys
+
+    def action_close(self) -> None:
+        """Back to the flight."""
+        self.dismiss(None)
+
+    def action_fetch(self) -> None:
+        """Fetch the plan again."""
+        if (station := self._vehicle()) is not None:
+            station.fetch_flight_plan(self._clock())
+
+    def action_fly(self) -> None:
+        """Fly the plan, after asking."""
+        plan, station = self.snapshot.flight_plan, self._vehicle()
+        if station is None:
+            return
+        if plan is None:
+            self.show_notice("The vehicle has no flight plan")
+            return
+        question = f"Fly the flight plan? It goes on in block {plan.block_name(plan.block)}."
+        self._confirm(question, lambda: station.start_flight_plan(self._clock()))
+
+    def action_hold(self) -> None:
+        """Leave the plan and hover, after asking."""
+        if (station := self._vehicle()) is not None:
+            self._confirm("Stop and hover here? The flight plan is left.", lambda: station.hold(self._clock()))
+
+    def action_plan_key(self, key: str) -> None:
+        """Enter the block of a key that is pressed twice; one of no block works as elsewhere if it commands nothing."""
+        plan = self.snapshot.flight_plan
+        buttons = () if plan is None else plan.blocks.values()
+        button = next((button for button in buttons if key_name(button.key) == key), None)
+        if button is not None:
+            self._press(key, button)
+        elif key == "f5":
+            self.action_fetch()
+        elif key in FALLBACKS:
+            self.app.call_later(self.app.run_action, f"act('{FALLBACKS[key]}')")
+        else:
+            self.show_notice(f"{key}: no block has this key")
+
+    def _press(self, key: str, button: PlanButton) -> None:
+        before, self._first_press = self._first_press, (key, self.now)
+        if button.locked:
+            self.show_notice(f"Block {button.name} is not flown: {button.locked}")
+        elif before[0] == key and self.now - before[1] <= SECOND_PRESS:
+            self._first_press = ("", -math.inf)
+            self._enter(button.number)
+        else:
+            self.show_notice(f"{key} again: {button.label} (block {button.name})")
+
+    def _enter(self, number: int) -> None:
+        if (station := self._vehicle()) is not None:
+            station.jump_to_block(number, self._clock())
+
+    # Blocks, waypoints, variables
+
+    @on(PlanBlockList.Chosen)
+    def _block_chosen(self, event: PlanBlockList.Chosen) -> None:
+        plan = self.snapshot.flight_plan
+        button = None if plan is None else plan.blocks.get(event.number)
+        if plan is None or button is None or self._vehicle() is None:
+            return
+        if button.locked:
+            self.show_notice(f"Block {button.name} is not flown: {button.locked}")
+            return
+        left = f" The vehicle leaves {plan.block_name(plan.block)}." if self.snapshot.flies_plan else ""
+        self._confirm(f"Enter block {button.name}?{left}", lambda: self._enter(button.number))
+
+    @on(PlanPointTable.RowHighlighted, "#plan-points")
+    def _point_highlighted(self) -> None:
+        self.map.chosen = self.points.chosen
+
+    @on(PlanMapPanel.PointChosen)
+    def _point_chosen(self, event: PlanMapPanel.PointChosen) -> None:
+        self.points.choose(event.number)
+        self.map.chosen = event.number
+
+    @on(PlanMapPanel.PointMoved)
+    def _point_moved(self, event: PlanMapPanel.PointMoved) -> None:
+        """Move it: the first time it is asked, then it follows the keys until another one is moved."""
+        plan = self.snapshot.flight_plan
+        if plan is None or self._vehicle() is None:
+            return
+        if event.number == self._movable:
+            self._move(event.number, event.place)
+            return
+
+        def go() -> None:
+            self._movable = event.number
+            self._move(event.number, event.place)
+
+        name = plan.points[event.number].name
+        self._confirm(f"Move {name}? The vehicle follows if it flies there. Further moves of it do not ask.", go)
+
+    def _move(self, number: int, place: Vector) -> None:
+        if (station := self._vehicle()) is not None:
+            station.move_waypoint(number, place, self._clock())
+
+    @on(DataTable.RowSelected, "#plan-points")
+    def _edit_point(self) -> None:
+        plan = self.snapshot.flight_plan
+        point = None if plan is None else plan.points.get(self.points.chosen)
+        if point is None or self._vehicle() is None:
+            return
+        labels = ("East of the plan's origin [m]", "North of the plan's origin [m]", "Up [m]")
+        fields = [(label, f"{value:.2f}") for label, value in zip(labels, point.position, strict=True)]
+
+        def answered(values: tuple[str, ...] | None) -> None:
+            if values is not None:
+                x, y, z = (float(value) for value in values)
+                self._move(point.number, (x, y, z))
+
+        self.app.push_screen(AskScreen(f"Move waypoint {point.name}", fields), answered)
+
+    @on(DataTable.RowSelected, "#plan-settings")
+    def _edit_setting(self, event: DataTable.RowSelected) -> None:
+        plan, station = self.snapshot.flight_plan, self._vehicle()
+        number = int(event.row_key.value or 0)
+        if plan is None or station is None or number not in plan.settings:
+            return
+        setting = plan.settings[number]
+        limits = limits_text(setting)
+
+        def check(values: tuple[str, ...]) -> str | None:
+            value = parse_number(values[0])
+            if value is None:
+                return f"{setting.name}: {values[0]!r} is not a number"
+            if value < setting.low or value > setting.high:  # neither holds of a limit that there is not
+                return f"{setting.name}: {value:g} is not within {limits}"
+            station.set_variable(number, value, self._clock())
+            return None
+
+        label = f"Value [{setting.unit}]" if setting.unit else "Value"
+        self.app.push_screen(
+            AskScreen(f"{setting.label}: {setting.name}", [(f"{label} {limits}", f"{setting.value:.6g}")], check)
+        )
+
+    # Inside
+
+    def _vehicle(self) -> Station | None:
+        if self._station is None:
+            self.show_notice("This is a recording: there is no vehicle to command")
+        elif self.snapshot.source is None or self.snapshot.lost:
+            self.show_notice("No vehicle is heard: nothing was sent")
+        else:
+            return self._station
+        return None
+
+    def _confirm(self, question: str, then: Callable[[], None]) -> None:
+        def answered(yes: bool | None) -> None:
+            if yes:
+                then()
+
+        self.app.push_screen(ConfirmScreen(question), answered)

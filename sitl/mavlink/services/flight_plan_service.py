@@ -1,0 +1,163 @@
+"""The flight plan on the link: its table, what happens in it, what its operator asks, and the present leg as a mission.
+
+Stations that know missions only see what is flown now as a mission of one or two items; it cannot be changed.
+"""
+
+from __future__ import annotations
+
+import math
+
+from protocol.dialect import mavlink
+from protocol.endpoint_vehicle import VehicleEndpoint
+from protocol.engines.flight_plan_table import plan_key
+from protocol.engines.server.plan_store import MissionInstead
+from protocol.errors import LocalProtocolError
+from protocol.events import CommandRequested
+from protocol.flight_plans.plan_geometry import EnuPoint
+from protocol.mav_frames import ABSOLUTE_ALTITUDE_FRAMES
+from protocol.modes import Mode
+from protocol.plans.mission_item import MissionItem
+from sitl.aircraft import Aircraft
+from sitl.autopilot.answers import DENIED, REJECTED, Answer
+from sitl.autopilot.flight_plan.executor import FlightPlanExecutor
+from sitl.autopilot.flight_plan.operator_view import BlockEntered, NamedWaypoint
+from sitl.autopilot.safety.world import POSITION_FRAMES
+from sitl.mavlink.broadcast import Broadcast
+from sitl.mavlink.handlers import on_command
+from sitl.mavlink.home_requests import UNSUPPORTED_FRAME
+from sitl.mavlink.telemetry.flight_plan_messages import (
+    changing_entries,
+    leg_items,
+    plan_event,
+    table_entries,
+)
+from sitl.mavlink.telemetry.telemetry_service import TelemetryService
+
+LOOK_PERIOD = 0.1  # between looks at what has changed [s]
+LEG_PERIOD = 1.0  # between two legs told as missions: stations download each [s]
+FLOWN = "a flight plan is flown, and the mission is its present leg"
+
+
+class FlightPlanService:
+    """Tells everyone about the plan, and carries out what its operator asks.
+
+    Args:
+        aircraft: Flies the plan.
+    """
+
+    def __init__(self, aircraft: Aircraft) -> None:
+        self._aircraft, self._plans = aircraft, aircraft.autopilot.flight_plan
+        self._loaded: FlightPlanExecutor | None = None  # whose table was told
+        self._looked = self._leg_told = -math.inf  # on the vehicle's clock [s]
+        self._instead: MissionInstead | None = None
+        self._plan_id = 0
+
+    def update(self, endpoint: VehicleEndpoint, broadcast: Broadcast, telemetry: TelemetryService) -> None:
+        """Tell what has changed since the last look."""
+        now, executor = self._aircraft.vehicle.time, self._plans.executor
+        if executor is None or (executor is self._loaded and now - self._looked < LOOK_PERIOD):
+            return
+        self._looked = now
+        if executor is not self._loaded:
+            self._loaded = executor
+            endpoint.flight_plan.load(table_entries(self._plans))
+            self._plan_id = endpoint.flight_plan.plan_id
+        for entry in endpoint.flight_plan.update(changing_entries(self._plans)):
+            broadcast.event(entry)
+        self._tell_events(endpoint, broadcast, telemetry)
+        if self._instead is not None and now - self._leg_told >= LEG_PERIOD:
+            self._show_leg(endpoint, telemetry)
+
+    def follow_mode(self, endpoint: VehicleEndpoint, telemetry: TelemetryService) -> None:
+        """Show the present leg, or the mission again, before anybody is told of the new mode."""
+        if (self._aircraft.autopilot.mode is Mode.FLIGHT_PLAN) != (self._instead is not None):
+            self._show_leg(endpoint, telemetry)
+
+    def _tell_events(self, endpoint: VehicleEndpoint, broadcast: Broadcast, telemetry: TelemetryService) -> None:
+        blocks = {block.name: block.number for block in self._plans.blocks()}
+        events = self._plans.take_events()
+        for event in events:
+            message = plan_event(event, blocks)
+            if message is not None:
+                broadcast.event(endpoint.flight_plan.tell(message))
+        if any(isinstance(event, BlockEntered) for event in events):
+            telemetry.publish_now(mavlink.MAVLINK_MSG_ID_DARKO_PLAN_STATUS)
+
+    def _show_leg(self, endpoint: VehicleEndpoint, telemetry: TelemetryService) -> None:
+        shown = self._leg() if self._aircraft.autopilot.mode is Mode.FLIGHT_PLAN else None
+        if shown != self._instead:
+            self._instead, self._leg_told = shown, self._aircraft.vehicle.time
+            endpoint.show_instead_of_mission(shown)
+            telemetry.publish_now(mavlink.MAVLINK_MSG_ID_MISSION_CURRENT)
+
+    def _leg(self) -> MissionInstead:
+        items: tuple[MissionItem, ...]
+        try:
+            items = leg_items(self._plans.present_leg())
+        except LocalProtocolError:  # it lies beyond what the wire can tell
+            items = ()
+        return MissionInstead(items, max(len(items) - 1, 0), FLOWN)
+
+    # What the operator asks
+
+    @on_command(mavlink.MAV_CMD_DARKO_JUMP_TO_BLOCK)
+    def jump(self, request: CommandRequested) -> Answer:
+        """param1 number of the block, param2 of the plan."""
+        number = self._number(request)
+        return number if isinstance(number, Answer) else self._plans.jump_to_block(number)
+
+    @on_command(mavlink.MAV_CMD_DARKO_MOVE_WAYPOINT)
+    def move(self, request: CommandRequested) -> Answer:
+        """param1 number of the waypoint, param2 of the plan, param5 to param7 the place."""
+        number = self._number(request)
+        if isinstance(number, Answer):
+            return number
+        point = next((point for point in self._plans.waypoints() if point.number == number), None)
+        if point is None:
+            return Answer(DENIED, f"Waypoint denied: the plan has no waypoint {number}")
+        if request.frame is None:
+            return Answer(mavlink.MAV_RESULT_COMMAND_INT_ONLY, "A waypoint is moved with COMMAND_INT")
+        if request.frame != mavlink.MAV_FRAME_LOCAL_ENU and request.frame not in POSITION_FRAMES:
+            return Answer(UNSUPPORTED_FRAME, f"Waypoint denied: frame {request.frame} is not supported")
+        place = self._place(request, point)
+        if place is None:
+            return Answer(DENIED, f"Waypoint {point.name} denied: the position is not valid")
+        return self._plans.move_waypoint(point.name, place)
+
+    @on_command(mavlink.MAV_CMD_DARKO_SET_VARIABLE)
+    def set_variable(self, request: CommandRequested) -> Answer:
+        """param1 number of the variable, param2 of the plan, param3 the value."""
+        number = self._number(request)
+        if isinstance(number, Answer):
+            return number
+        variables = self._plans.variables()
+        if not 1 <= number <= len(variables):
+            return Answer(DENIED, f"Variable denied: the plan has no variable {number}")
+        return self._plans.set_variable(variables[number - 1].name, request.params[2])
+
+    def _number(self, request: CommandRequested) -> int | Answer:
+        """param1, if it is a number of the plan that the sender knows."""
+        number, key = request.params[:2]
+        if self._plans.executor is None:
+            return Answer(REJECTED, "Refused: no flight plan is loaded")
+        if self._plans.executor is not self._loaded or (not math.isnan(key) and key != plan_key(self._plan_id)):
+            return Answer(DENIED, "Denied: another flight plan is loaded than the one meant")
+        if not math.isfinite(number) or number != int(number):
+            return Answer(DENIED, f"Denied: {number:g} is not a whole number")
+        return int(number)
+
+    def _place(self, request: CommandRequested, point: NamedWaypoint) -> EnuPoint | None:
+        """Where a waypoint is to be, of the plan's origin [m]; an altitude that is left open stays as it is."""
+        first, second, up = request.params[4:7]
+        if math.isinf(up) or not (math.isfinite(first) and math.isfinite(second)):
+            return None
+        if request.frame == mavlink.MAV_FRAME_LOCAL_ENU:
+            return EnuPoint(first, second, point.position.z if math.isnan(up) else up)
+        if abs(first) > 90.0 or abs(second) > 180.0:
+            return None
+        world = self._aircraft.autopilot.world
+        north, west, _ = world.local(first, second, 0.0)
+        here_north, here_west, _ = world.local(point.place.lat_deg, point.place.lon_deg, 0.0)
+        x, y = point.position.x - (west - here_west), point.position.y + (north - here_north)
+        above_sea = request.frame in ABSOLUTE_ALTITUDE_FRAMES
+        return EnuPoint(x, y, point.position.z if math.isnan(up) else world.up(up, above_sea=above_sea))
