@@ -84,9 +84,9 @@ class ArenaWatch:
             return []
         self.near, self._raised = True, view.time
         action = SafetyAction.HOLD if settings.net_action >= HOLD else SafetyAction.NONE
-        return [
-            Alarm(action, WARNING, f"{max(room, 0.0):.1f} m from {before}", stop=True, always=True, retreat=RETREAT)
-        ]
+        reason = f"{max(room, 0.0):.1f} m from {before}"
+        retreat = RETREAT + RETREAT_BY_WIND * math.hypot(view.wind[0], view.wind[1])
+        return [Alarm(action, WARNING, reason, stop=True, always=True, retreat=retreat)]
 
     def _nears(self, view: VehicleView, arena: Arena, room: float) -> bool:
         """Whether the vehicle comes nearer still."""
