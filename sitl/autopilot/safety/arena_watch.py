@@ -1,4 +1,4 @@
-"""The arena's net and obstacles in flight: hold before they are reached, land, and cut the motors at the last."""
+"""The arena in flight: hold before net and obstacles; at the net land, and at the last cut the motors."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from protocol.dialect import mavlink
 from sitl.autopilot.safety.alarm import Alarm, SafetyAction
 from sitl.autopilot.settings import Settings
 from sitl.control.reference import Point
-from sitl.enclosure.geometry import Arena
+from sitl.enclosure.geometry import THE_NET, Arena
 from sitl.guidance.view import VehicleView
 
 HOLD, LAND, CUT = 2, 3, 4  # of DRK_NET_ACT
@@ -65,10 +65,12 @@ class ArenaWatch:
             self._since = view.time
             return []
         self._last = view.time
-        if room >= settings.net_room:
+        at_net = what == THE_NET  # before an obstacle it holds: it may stand under the vehicle
+        if room >= settings.net_room or not at_net:
             self._since = view.time
         if (
-            room < settings.net_cut
+            at_net
+            and room < settings.net_cut
             and settings.net_action >= CUT
             and not self.is_cut
             and self._nears(view, arena, room)

@@ -81,6 +81,14 @@ def test_an_obstacle_counts_as_the_net_does():
     assert (alarm.action, alarm.reason) == (HOLD, "1.6 m from pillar")
 
 
+def test_before_an_obstacle_it_holds_and_no_more():
+    """It may stand under the vehicle."""
+    arena, watch, seen = CAGE._replace(obstacles=(PILLAR,)), ArenaWatch(), []
+    for time, north in ((1.0, -0.7), (6.0, -0.7), (9.0, -0.5)):
+        seen += watch.check(view(time, north, 0.2), arena, Settings(), landing=False)
+    assert {alarm.action for alarm in seen} == {HOLD}
+
+
 # In flight
 
 
