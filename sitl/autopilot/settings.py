@@ -80,14 +80,14 @@ class Settings(NamedTuple):
     net_action: Annotated[
         int,
         ParameterMetadata(
-            "DRK_NET_ACT", (0, 4), "", "Net or obstacle near: 0 off, 1 warn, 2 hold, 3 then land, 4 then cut"
+            "DRK_NET_ACT", (0, 4), "", "Net or obstacle near: 0 off, 1 warn, 2 hold; net: 3 then land, 4 then cut"
         ),
     ] = 4
     net_room: Annotated[
         float, ParameterMetadata("DRK_NET_ROOM", (0.3, 50.0), "m", "Room to net and obstacles that a stop must leave")
     ] = 0.5
     net_land_time: Annotated[
-        float, ParameterMetadata("DRK_NET_TIME", (0.5, 60.0), "s", "Too near net or obstacle for so long, it lands")
+        float, ParameterMetadata("DRK_NET_TIME", (0.5, 60.0), "s", "Too near the net for so long, it lands")
     ] = 3.0
     net_cut: Annotated[
         float, ParameterMetadata("DRK_NET_CUT", (0.0, 5.0), "m", "Nearer to the net and nearing, the motors are cut")

@@ -98,7 +98,7 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
         "--arena",
         default="open",
         metavar="FILE",
-        help="where it flies, with net, obstacles and wind wall: 'open', 'voliere' or a TOML file [open]",
+        help="where it flies: open, voliere (net and wind wall), obstacle-course, or a TOML file [open]",
     )
     flight.add_argument(
         "--nav",

@@ -12,6 +12,7 @@ from sitl.model.airframe import Array
 from sitl.model.vectors import Vector
 
 Place = tuple[float, float, float]  # world NWU [m]
+THE_NET = "the net"  # what it is called
 
 
 class WindWall(NamedTuple):
@@ -86,7 +87,7 @@ class Arena(NamedTuple):
         nearest = (math.inf, "")
         if self.has_net:
             away = min(self.half_length - abs(ahead), self.half_width - abs(left), self.height - p[2])
-            nearest = (away, "the net")
+            nearest = (away, THE_NET)
         return min([nearest, *((obstacle.gap(p), obstacle.name) for obstacle in self.obstacles)])
 
     def keeps(self, at: tuple[float, float]) -> bool:

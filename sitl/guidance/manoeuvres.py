@@ -15,7 +15,7 @@ from sitl.guidance.view import VehicleView
 
 SLOW_DESCENT_HEIGHT = 5.0  # below this, a landing descends at the set rate [m]
 FAST_DESCENT_RATE = 1.5  # above it, at this one [m/s]
-PASSING_DISTANCE, PASSING_SPEED = 0.4, 0.6  # at which a corner counts as passed [m], [m/s]
+PASSING_DISTANCE, PASSING_SPEED = 0.2, 0.5  # at which a corner counts as passed [m], [m/s]
 STOPPED_SPEED = 1.0  # slower than this counts as being at rest [m/s]
 
 

@@ -1,4 +1,4 @@
-"""The arena's net and obstacles in flight: hold before they are reached, land, and cut the motors at the last."""
+"""The arena in flight: hold before net and obstacles; at the net land, and at the last cut the motors."""
 
 from __future__ import annotations
 
@@ -9,13 +9,15 @@ from protocol.dialect import mavlink
 from sitl.autopilot.safety.alarm import Alarm, SafetyAction
 from sitl.autopilot.settings import Settings
 from sitl.control.reference import Point
-from sitl.enclosure.geometry import Arena
+from sitl.enclosure.geometry import THE_NET, Arena
 from sitl.guidance.view import VehicleView
 
 HOLD, LAND, CUT = 2, 3, 4  # of DRK_NET_ACT
-# A hovering vehicle that is told to hold stands after this time at its speed, and in a tail wind after longer.
+# A hovering vehicle that is told to hold stands after this time at its speed, and later in a wind: a tail wind drives
+# it on, and out of a head wind's jet it flies on leaning.
 HOVER_STANDS_AFTER, LATER_BY_WIND = 0.6, 0.25  # [s], [s per m/s]
-RETREAT = 1.2  # since a law that does not know the wind stands downwind of where it should hold [m]
+# Farther inside than requests lead, since a law that does not know the wind stands downwind of its point.
+RETREAT, RETREAT_BY_WIND = 1.2, 0.25  # [m], [m per m/s]
 SPEEDING_UP_TIME = 0.6  # for which a transition to forward flight still gains speed after such an order [s]
 PIECES = 4  # of the way to a stop, whose ends are looked at
 RAISED_AGAIN = 1.0  # after so long, if something is neared still [s]
@@ -27,8 +29,8 @@ EMERGENCY = mavlink.MAV_SEVERITY_EMERGENCY
 def way_to_stop(view: VehicleView) -> list[Point]:
     """Points from where the vehicle is to where the law in force can stop it, world NWU [m]."""
     speed = math.hypot(view.v[0], view.v[1])
-    tail_wind = (view.wind[0] * view.v[0] + view.wind[1] * view.v[1]) / max(speed, 0.1)
-    seconds = HOVER_STANDS_AFTER + LATER_BY_WIND * max(tail_wind, 0.0)
+    along = (view.wind[0] * view.v[0] + view.wind[1] * view.v[1]) / max(speed, 0.1)
+    seconds = HOVER_STANDS_AFTER + LATER_BY_WIND * abs(along)
     if view.forward and speed > 1.0:
         seconds = SPEEDING_UP_TIME + view.stopping_distance / speed
     times = [seconds * k / PIECES for k in range(PIECES + 1)]
@@ -63,10 +65,12 @@ class ArenaWatch:
             self._since = view.time
             return []
         self._last = view.time
-        if room >= settings.net_room:
+        at_net = what == THE_NET  # before an obstacle it holds: it may stand under the vehicle
+        if room >= settings.net_room or not at_net:
             self._since = view.time
         if (
-            room < settings.net_cut
+            at_net
+            and room < settings.net_cut
             and settings.net_action >= CUT
             and not self.is_cut
             and self._nears(view, arena, room)
@@ -82,9 +86,9 @@ class ArenaWatch:
             return []
         self.near, self._raised = True, view.time
         action = SafetyAction.HOLD if settings.net_action >= HOLD else SafetyAction.NONE
-        return [
-            Alarm(action, WARNING, f"{max(room, 0.0):.1f} m from {before}", stop=True, always=True, retreat=RETREAT)
-        ]
+        reason = f"{max(room, 0.0):.1f} m from {before}"
+        retreat = RETREAT + RETREAT_BY_WIND * math.hypot(view.wind[0], view.wind[1])
+        return [Alarm(action, WARNING, reason, stop=True, always=True, retreat=retreat)]
 
     def _nears(self, view: VehicleView, arena: Arena, room: float) -> bool:
         """Whether the vehicle comes nearer still."""

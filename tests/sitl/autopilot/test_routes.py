@@ -9,6 +9,7 @@ from protocol.dialect import mavlink
 from protocol.modes import Mode
 from sitl import Regime
 from sitl.autopilot.mission.items import validate
+from sitl.enclosure.arena_files import load_arena
 from sitl.enclosure.geometry import Obstacle
 from sitl.studies.mission_flight import waypoint
 from tests.support.flights.enclosed import CAGE, FIELD, PILLAR, EnclosedFlight
@@ -31,6 +32,16 @@ def test_a_go_to_is_flown_over_a_fence():
     assert flight.autopilot.guided.go_to((3.0, 0.0, 2.0)).result == 0
     flight.fly(30.0, until=lambda: math.dist(flight.place, (3.0, 0.0, 2.0)) < 0.2)
     assert math.dist(flight.place, (3.0, 0.0, 2.0)) < 0.3
+    assert flight.gap > 0.8
+
+
+def test_through_the_shipped_obstacle_course_and_back():
+    """Round the pillar, and between the crates and the curtain, 3.2 m apart."""
+    flight = EnclosedFlight(load_arena("obstacle-course"), (-3.5, 0.5, 2.0))
+    for end in ((3.5, 0.5, 2.0), (-3.5, 0.5, 5.5)):
+        assert flight.autopilot.guided.go_to(end).result == 0
+        flight.fly(40.0, until=lambda end=end: math.dist(flight.place, end) < 0.2)
+        assert math.dist(flight.place, end) < 0.3
     assert flight.gap > 0.8
 
 

@@ -48,7 +48,10 @@ def test_one_hold_from_the_command_line(tmp_path, capsys):
         (["--flights", "0"], "--flights 0: there must be at least 1"),
         (["--wall", "-1"], "--wall -1 is not within 0 and 30"),
         (["--turbulence", "2"], "--turbulence 2 is not within 0 and 1"),
-        (["--arena", "nowhere"], "arena nowhere: No such file or directory; shipped are open, voliere"),
+        (
+            ["--arena", "nowhere"],
+            "arena nowhere: No such file or directory; shipped are obstacle-course, open",
+        ),
     ],
 )
 def test_bad_arguments_are_one_line(capsys, command, options, reason):

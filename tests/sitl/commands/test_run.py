@@ -100,7 +100,10 @@ def test_an_impossible_start_is_one_line(tmp_path, capsys, option, value, reason
         (["--scenario", "far-target", "--nav", "sensors"], "--nav: scenarios fly on the exact state"),
         (["--scenario", "far-target", "--sensors", "any.toml"], "--sensors: scenarios fly on the exact state"),
         (["--scenario", "far-target", "--arena", "voliere"], "--arena: scenario far-target does not fly under a net"),
-        (["--arena", "nowhere"], "arena nowhere: No such file or directory; shipped are open, voliere"),
+        (
+            ["--arena", "nowhere"],
+            "arena nowhere: No such file or directory; shipped are obstacle-course, open",
+        ),
     ],
 )
 def test_sensors_that_cannot_be_flown_on_are_one_line(tmp_path, capsys, arguments, reason):

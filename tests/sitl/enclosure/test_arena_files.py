@@ -85,7 +85,7 @@ def test_what_is_touched_has_a_name(hall):
 
 
 def test_shipped_arenas():
-    assert shipped_arenas() == ["open", "voliere"]
+    assert shipped_arenas() == ["obstacle-course", "open", "voliere"]
     voliere = load_arena("voliere")
     assert (2 * voliere.half_length, 2 * voliere.half_width, voliere.height) == (10.0, 10.0, 7.0)
     assert voliere.has_net
