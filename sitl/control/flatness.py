@@ -24,7 +24,7 @@ from sitl.model.quaternions import Quaternion, rotate_inverse
 from sitl.model.vectors import Vector, add_scaled, cross, dot, norm, scaled
 
 LEAST_FORCE = 0.05  # of the weight: a smaller one across the view leaves the span where it was [-]
-PASSES = 2  # of the lift slope in one tick; the next tick goes on from there
+SLOPE_PASSES = 2  # of the lift slope in one tick; the next tick goes on from there
 # A wing that falls is not leant on: nose and air velocity agree in a dive, which would have no end.
 CARRIES, CARRIES_NOT = 5.0, 9.0  # sink rates through the air [m/s]
 
@@ -54,7 +54,7 @@ def transform(
     y = span(force, v_a, heading, last, blend[0], blend[1], a.m * a.g)
     share = carrying(v_a)
     q = last
-    for _ in range(PASSES):
+    for _ in range(SLOPE_PASSES):
         stream = slopes(rotate_inverse(q, v_a), 0.5 * thrust, 0.5 * thrust, a)
         x = nose(force, v_a, y, share * trimmed_slope(stream, a))
         q = from_axes(x, y, last)

@@ -41,7 +41,7 @@ from sitl.model.quaternions import Quaternion, conjugate, multiply, rotate, rota
 from sitl.model.state import Actuators
 from sitl.model.vectors import Vector, add, add_scaled, cross, dot, level_norm, scaled, shortened, subtract
 
-TURN_BELOW = 3.0  # over the ground: faster, a hover that is flown to leaves the heading alone [m/s]
+HEADING_BELOW = 3.0  # over the ground: faster, a hover that is flown to leaves the heading alone [m/s]
 DAMPED = math.sqrt(2.0)  # twice the damping ratio of the low-pass filters: Butterworth's
 
 
@@ -67,7 +67,7 @@ class LowPass(NamedTuple):
     rate: Vector
 
 
-class Increment(NamedTuple):
+class IndiState(NamedTuple):
     """The law's state."""
 
     acceleration: Vector  # wanted in the last tick, world [m/s2]
@@ -76,10 +76,11 @@ class Increment(NamedTuple):
     force: LowPass  # that the model does not know of, world [N]
     moment: LowPass  # that the model knows of, body [N m]
     rates: LowPass  # body rates; its derivative is the angular acceleration [rad/s]
+    course: float  # where the belly points while there is no airspeed to point it [rad]
     side: float = NOT_CHOSEN  # of the attitude about q_d
 
 
-class Stream(NamedTuple):
+class Modelled(NamedTuple):
     """What the model makes of air and actuators as they are."""
 
     v: Vector  # velocity through the air, body [m/s]
@@ -90,12 +91,14 @@ class Stream(NamedTuple):
 
 
 @kernel
-def start(estimate: Estimate, a: Airframe) -> Increment:
+def start(estimate: Estimate, a: Airframe) -> IndiState:
     """Jump map on entering the law: from attitude and acceleration as they are, with nothing unmodelled."""
     none = Vector(0.0, 0.0, 0.0)
-    known = LowPass(met(estimate, a).moment, none)
+    known = LowPass(modelled(estimate, a).moment, none)
     unknown, turned = LowPass(none, none), LowPass(estimate.rates, none)
-    return Increment(estimate.acceleration, estimate.attitude, none, unknown, known, turned, NOT_CHOSEN)
+    return IndiState(
+        estimate.acceleration, estimate.attitude, none, unknown, known, turned, facing(estimate), NOT_CHOSEN
+    )
 
 
 @kernel
@@ -108,10 +111,9 @@ def facing(estimate: Estimate) -> float:
 
 @subroutine
 def step(
-    estimate: Estimate, reference: Reference, gains: IndiGains, a: Airframe, increment: Increment, course: float,
-    dt: float,
-) -> tuple[Actuators, int, Increment, float]:  # fmt: skip
-    """One tick: actuator commands, DARKO_SATURATION bits, the state and the course after it.
+    estimate: Estimate, reference: Reference, gains: IndiGains, a: Airframe, increment: IndiState, dt: float
+) -> tuple[Actuators, int, IndiState]:
+    """One tick: actuator commands, DARKO_SATURATION bits, and the state after it.
 
     Args:
         estimate: What the vehicle believes of itself.
@@ -119,20 +121,19 @@ def step(
         gains: Gains of the law.
         a: The airframe as the law knows it.
         increment: The law's state.
-        course: Where the belly points while there is no airspeed to point it, the tick before [rad].
         dt: Tick [s].
     """
     q, w, now, guide = estimate.attitude, estimate.rates, estimate.actuators, gains.guide
-    air = met(estimate, a)
+    by_model = modelled(estimate, a)
     rates = passed(increment.rates, w, gains.moment_filter, dt)
-    known = passed(increment.moment, air.moment, gains.moment_filter, dt)
-    unmodelled = passed(increment.force, unmodelled_force(estimate, air, rates.rate, a), gains.force_filter, dt)
-    course = _turned(course, estimate, reference, gains.course_rate * dt)
+    known = passed(increment.moment, by_model.moment, gains.moment_filter, dt)
+    unmodelled = passed(increment.force, unmodelled_force(estimate, by_model, rates.rate, a), gains.force_filter, dt)
+    course = _turned(increment.course, estimate, reference, gains.course_rate * dt)
     asked = wanted_acceleration(estimate, at_percussion(estimate, a), reference, course, guide, a)
     asked = add(increment.acceleration, shortened(subtract(asked, increment.acceleration), guide.max_jerk * dt))
     force = subtract(Vector(a.m * asked.x, a.m * asked.y, a.m * (asked.z + a.g)), unmodelled.value)
     v_a, blend = subtract(estimate.velocity, estimate.wind), (gains.blend_from, gains.blend_to)
-    q_d = flatness.transform(force, v_a, course, increment.attitude, blend, air.T1 + air.T2, a).attitude
+    q_d = flatness.transform(force, v_a, course, increment.attitude, blend, by_model.T1 + by_model.T2, a).attitude
     axial = dot(force, x_axis(q))
     turning = _turning(increment, q_d, gains, dt)
     if reference.steered:
@@ -142,13 +143,13 @@ def step(
     turned = subtract(_angular_acceleration(q, w, q_d, turning, side, gains), rates.rate)
     moment = add(known.value, momentum(turned, a))
     moment = add(moment, subtract(cross(w, momentum(w, a)), cross(rates.value, momentum(rates.value, a))))
-    along = Vector(axial_force(air, a), 0.0, 0.0)
-    command, saturation = invert(axial, moment, along, air.moment, air.slopes, air.v.x, now, a)
-    return command, saturation, Increment(asked, q_d, turning, unmodelled, known, rates, side), course
+    along = Vector(axial_force(by_model, a), 0.0, 0.0)
+    command, saturation = invert(axial, moment, along, by_model.moment, by_model.slopes, by_model.v.x, now, a)
+    return command, saturation, IndiState(asked, q_d, turning, unmodelled, known, rates, course, side)
 
 
 @kernel
-def met(estimate: Estimate, a: Airframe) -> Stream:
+def modelled(estimate: Estimate, a: Airframe) -> Modelled:
     """What the model makes of air and actuators as they are."""
     v, now = rotate_inverse(estimate.attitude, subtract(estimate.velocity, estimate.wind)), estimate.actuators
     T1, T2 = thrusts(now, v.x, a)
@@ -159,13 +160,13 @@ def met(estimate: Estimate, a: Airframe) -> Stream:
         -elevon_arm(a) * (E1 + E2) - s.moment * v.z,
         -(a.p_y - a.S_ratio * a.a_y * a.C_d0) * (T1 - T2),
     )
-    return Stream(v, T1, T2, s, moment)
+    return Modelled(v, T1, T2, s, moment)
 
 
 @kernel
-def axial_force(air: Stream, a: Airframe) -> float:
+def axial_force(by_model: Modelled, a: Airframe) -> float:
     """Of propellers and free stream along the nose [N]."""
-    return (1.0 - a.S_ratio * a.C_d0) * (air.T1 + air.T2) - air.slopes.drag * air.v.x
+    return (1.0 - a.S_ratio * a.C_d0) * (by_model.T1 + by_model.T2) - by_model.slopes.drag * by_model.v.x
 
 
 @kernel
@@ -180,24 +181,22 @@ def passed(filtered: LowPass, value: Vector, bandwidth: float, dt: float) -> Low
 
 
 @kernel
-def unmodelled_force(estimate: Estimate, air: Stream, turned: Vector, a: Airframe) -> Vector:
+def unmodelled_force(estimate: Estimate, by_model: Modelled, turned: Vector, a: Airframe) -> Vector:
     """The force that the model does not know of, world [N]; on the ground, whose force it is, none.
 
     Args:
         estimate: With the acceleration.
-        air: What the model makes of it.
+        by_model: What the model makes of it.
         turned: Angular acceleration, body [rad/s2].
         a: The airframe as the law knows it.
     """
     # Elevons in trim balance the wing's moment; what they push besides is seen in what turns.
     turning = -momentum(turned, a).y / elevon_arm(a)
-    across = -trimmed_slope(air.slopes, a) * air.v.z - turning
-    modelled = rotate(estimate.attitude, Vector(axial_force(air, a), 0.0, across))
+    across = -trimmed_slope(by_model.slopes, a) * by_model.v.z - turning
+    force = rotate(estimate.attitude, Vector(axial_force(by_model, a), 0.0, across))
     felt = estimate.acceleration
     flies = 0.0 if estimate.on_ground else 1.0
-    return scaled(
-        Vector(a.m * felt.x - modelled.x, a.m * felt.y - modelled.y, a.m * (felt.z + a.g) - modelled.z), flies
-    )
+    return scaled(Vector(a.m * felt.x - force.x, a.m * felt.y - force.y, a.m * (felt.z + a.g) - force.z), flies)
 
 
 @kernel
@@ -210,14 +209,14 @@ def at_percussion(estimate: Estimate, a: Airframe) -> Vector:
 @kernel
 def _turned(course: float, estimate: Estimate, reference: Reference, most: float) -> float:
     """The course a tick later, at most so far from what it was [rad]."""
-    slow = level_norm(estimate.velocity.x, estimate.velocity.y) < TURN_BELOW
+    slow = level_norm(estimate.velocity.x, estimate.velocity.y) < HEADING_BELOW
     wanted = reference.heading if slow else course
     wanted = air_course(estimate, reference, course) if reference.forward else wanted
     return course + clipped(wrapped(wanted - course), -most, most)
 
 
 @kernel
-def _turning(increment: Increment, q_d: Quaternion, gains: IndiGains, dt: float) -> Vector:
+def _turning(increment: IndiState, q_d: Quaternion, gains: IndiGains, dt: float) -> Vector:
     """Filtered rate of q_d, in its own frame [rad/s]."""
     moved = multiply(conjugate(increment.attitude), q_d)
     k = (2.0 if moved.w >= 0.0 else -2.0) / dt

@@ -28,7 +28,7 @@ from sitl.control.handover import Handover
 from sitl.control.hover_attitude import AttitudeGains, Steering
 from sitl.control.hover_linear import LinearGains
 from sitl.control.hover_zero_moment import Guide, ZeroMomentGains
-from sitl.control.indi import Increment, IndiGains
+from sitl.control.indi import IndiGains, IndiState
 from sitl.control.line_of_sight import LineOfSight, LineOfSightGains
 from sitl.control.wind_estimator import WindGains
 from sitl.model.vectors import Vector
@@ -45,7 +45,7 @@ class LawStates(NamedTuple):
     hold: Vector  # where the alignment stays, world NWU [m]
     course: float  # azimuth the belly or the nose is to point to [rad]
     sight: LineOfSight  # of the line-of-sight law and the transitions
-    increment: Increment  # of INDI
+    increment: IndiState  # of INDI
 
 
 class Gains(NamedTuple):

@@ -15,7 +15,7 @@ from sitl.control.estimate import Estimate
 from sitl.control.handover import Handover
 from sitl.control.hover_attitude import AttitudeGains, Steering
 from sitl.control.hover_zero_moment import Guide, ZeroMomentGains
-from sitl.control.indi import Increment
+from sitl.control.indi import IndiState
 from sitl.control.line_of_sight import LineOfSight
 from sitl.control.side import NOT_CHOSEN
 from sitl.model.airframe import Airframe
@@ -72,10 +72,10 @@ def sight_from_here(estimate: Estimate, a: Airframe) -> LineOfSight:
     return line_of_sight.start(estimate, a)
 
 
-@reset("increment", "course")
-def increment_from_here(estimate: Estimate, a: Airframe) -> tuple[Increment, float]:
-    """INDI begins from the attitude as it is, with nothing unmodelled, and looks where the vehicle does."""
-    return indi.start(estimate, a), indi.facing(estimate)
+@reset("increment")
+def increment_from_here(estimate: Estimate, a: Airframe) -> IndiState:
+    """INDI begins from the attitude as it is, with nothing unmodelled."""
+    return indi.start(estimate, a)
 
 
 @reset("is_flying", "integral", clears=(flying,))

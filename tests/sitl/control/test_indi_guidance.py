@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from sitl.control import indi_guidance as guidance
 from sitl.control.reference import along, circle, hover_at, leg
-from sitl.design.indi import indi_gains
+from sitl.design.indi_gains import indi_gains
 from sitl.model.airframe_files import load
 from sitl.model.vectors import Vector, level_norm
 from tests.support.flights.estimates import estimate
@@ -46,7 +46,7 @@ def test_the_stopping_speed_is_continuous_and_its_way_takes_the_planned_decelera
 @given(x=far, y=far, z=st.floats(-100.0, 100.0), vx=fast, vy=fast, vz=st.floats(-10.0, 10.0), forward=st.booleans())
 def test_no_acceleration_leaves_its_limits(x, y, z, vx, vy, vz, forward):
     wanted = asked((x, y, z), (vx, vy, vz), flying() if forward else HERE)
-    most = math.hypot(max(guidance.HARDEST * GAINS.brake, GAINS.max_forward), GAINS.max_turn)
+    most = math.hypot(max(guidance.HARDEST_BRAKING * GAINS.brake, GAINS.max_forward), GAINS.max_turn)
     assert level_norm(wanted.x, wanted.y) <= most + 1e-9
     assert -GAINS.max_down <= wanted.z <= GAINS.max_up
 

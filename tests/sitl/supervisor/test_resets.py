@@ -19,8 +19,9 @@ from sitl.simulation.dispatch import COMPILED
 from sitl.simulation.flight import Flight
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start
+from sitl.simulation.tuning import CONTROLLERS, Tuning, thresholds
 from sitl.storage import leaves, named_from, record_of
-from sitl.supervisor.guards import GUARDS
+from sitl.supervisor.guards import GUARDS, incremental
 from sitl.supervisor.resets import LET_GO_TIME, begin_anew
 from sitl.supervisor.table import TABLE
 from tests.support.flights.estimates import rotation, vector
@@ -144,8 +145,14 @@ def test_the_loop_gives_each_guard_what_it_asks_for():
         expected = [by_hand(guard, flight, reference) for guard in GUARDS]
         assert [bool(bits & guard.bit) for guard in GUARDS] == expected
         held += expected
+    held[GUARDS.index(incremental)] += 1  # by the tuning alone: see below
     assert (held > 0).all(), "each guard holds in some of these flights"
     assert (held < len(cases())).all(), "and does not in others"
+
+
+def test_which_school_flies_is_a_matter_of_the_tuning():
+    chosen = [incremental.test(thresholds(NOMINAL, Tuning(controller=number))) for number in CONTROLLERS.values()]
+    assert dict(zip(CONTROLLERS, chosen, strict=True)) == {"hybrid": False, "indi": True}
 
 
 @pytest.mark.parametrize("law", list(Law), ids=lambda law: law.name)
