@@ -263,6 +263,12 @@ class Station:
         """Fetch the descriptions of the vehicle's parameters, once."""
         self._try(now, lambda: self.parameter_metadata.request(now))
 
+    def record_note(self, text: str, now: float, time_usec: int) -> None:
+        """Put a text of this ground station into the recording; nothing is sent."""
+        line = mavlink.MAVLink_statustext_message(mavlink.MAV_SEVERITY_NOTICE, text.encode()[:50])
+        own = mavlink.MAVLink(None, srcSystem=GROUND_SYSTEM, srcComponent=self.endpoint.codec.component)
+        self._record(bytes(line.pack(own)), time_usec, now)
+
     def add_line(self, now: float, text: str, severity: int = mavlink.MAV_SEVERITY_WARNING) -> None:
         """Add a line to the operator's message log."""
         self.snapshot = add_line(self.snapshot, now, severity, text)

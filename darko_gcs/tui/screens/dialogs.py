@@ -15,7 +15,7 @@ from textual.widgets import Button, Input, Label, OptionList, Static
 
 from darko_gcs.tui.actions import ACTIONS
 
-__all__ = ["AskScreen", "ChooseScreen", "ConfirmScreen", "HelpScreen", "parse_number"]
+__all__ = ["AskScreen", "ChooseScreen", "ConfirmScreen", "HelpScreen", "QuitScreen", "parse_number"]
 
 KEY_SYMBOLS = {"question_mark": "?", "plus": "+", "minus": "-"}
 
@@ -51,6 +51,10 @@ class ConfirmScreen(ModalScreen[bool]):
     @on(Button.Pressed)
     def _pressed(self, event: Button.Pressed) -> None:
         self.dismiss(event.button.id == "yes")
+
+
+class QuitScreen(ConfirmScreen):
+    """The question before the end; there is never more than one of it."""
 
 
 Check = Callable[[tuple[str, ...]], str | None]  # what is wrong with the texts, or None
