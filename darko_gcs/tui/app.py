@@ -16,6 +16,7 @@ from darko_gcs.errors import GroundError
 from darko_gcs.feed.feed import Feed
 from darko_gcs.state.text import format_time
 from darko_gcs.tui.actions import ACTIONS, Action, Request, control_question
+from darko_gcs.tui.help_texts import COLOUR_MEANINGS, KEY_SYMBOLS, QUESTION_RULES
 from darko_gcs.tui.plan_draft import PlanDraft
 from darko_gcs.tui.screens.dialogs import AskScreen, ConfirmScreen, HelpScreen, QuitScreen, parse_number
 from darko_gcs.tui.screens.flight_screen import FlightScreen
@@ -235,7 +236,18 @@ class GroundStationApp(App[int]):
 
     def show_help(self) -> None:
         """Open the list of keys."""
-        self.push_screen(HelpScreen(self.extra_keys(), _screen_keys(self.screen)))
+        here = _screen_keys(self.screen)
+        taken = {key for key, _ in here}
+        actions = [
+            (KEY_SYMBOLS.get(action.key, action.key), action.help)
+            for action in ACTIONS
+            if self.check_action("act", (action.name,)) and action.key not in taken
+        ]
+        sections = [("Keys of this screen", here), ("Recording", self.extra_keys()), ("Keys", actions)]
+        if self.feed.station is not None:
+            sections.append(("Questions and ways out", QUESTION_RULES))
+        sections.append(("Colours", COLOUR_MEANINGS))
+        self.push_screen(HelpScreen([(title, rows) for title, rows in sections if rows]))
 
     def extra_keys(self) -> list[tuple[str, str]]:
         """Keys beside those of the table, with their texts."""

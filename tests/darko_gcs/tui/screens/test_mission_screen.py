@@ -251,7 +251,7 @@ async def test_a_fence_is_opened_sent_and_deleted(tmp_path, monkeypatch):
         await until(pilot, lambda: feed.requests == [sent])
         feed.snapshot = replace(feed.snapshot, mission=plan.items, **limits(plan))
         await until(pilot, lambda: "2, as on the vehicle" in screen_text(app))
-        await pilot.press("down", "down", "j")
+        await pilot.press("down", "down", "j", "y")
         await until(pilot, lambda: feed.requests[-1] == ("set_current", 2))
         await pilot.press("c")
         await until(pilot, lambda: isinstance(app.focused, OptionList))
