@@ -38,9 +38,7 @@ def add_listen_options(
 ) -> None:
     """Add the options of the port to listen on, with its default and how that is told, and of the vehicle."""
     link.add_argument("--host", default="127.0.0.1", help="local address to listen on [127.0.0.1]")
-    link.add_argument(
-        "--port", type=_port, default=port, metavar="P", help=f"local UDP port; 0: any [{told}]"
-    )
+    link.add_argument("--port", type=_port, default=port, metavar="P", help=f"local UDP port; 0: any [{told}]")
     link.add_argument(
         "--vehicle", type=_system_id, metavar="ID", help="system id of the vehicle, 1 to 255 [the first one heard]"
     )

@@ -71,8 +71,8 @@ class RecordedStates:
         s = self._kept[count // KEPT_EVERY]
         for step in self._steps[count // KEPT_EVERY * KEPT_EVERY : count]:
             s = step.change(s)
-        s = self._with_measurements(s, played)
-        return replace(s, law_since=self._measured.law_since(played, self._jump_row(played), s.law_since))
+        law_since = self._measured.law_since(played, self._jump_row(played), s.law_since)
+        return replace(self._with_measurements(s, played), law_since=law_since)
 
     def has_remark(self, rows: range) -> bool:
         """Whether there is a remark about the recording behind one of these records."""

@@ -42,9 +42,7 @@ class ReplayFeed:
 
     def __init__(self, reader: TlogReader, name: str, *, begin: float = 0.0, speed: float = 1.0) -> None:
         self.timeline, self.name = Timeline(reader), name
-        first = add_line(
-            replace(EMPTY_SNAPSHOT, is_replay=True), 0.0, mavlink.MAV_SEVERITY_NOTICE, f"Replay of {name}"
-        )
+        first = add_line(replace(EMPTY_SNAPSHOT, is_replay=True), 0.0, mavlink.MAV_SEVERITY_NOTICE, f"Replay of {name}")
         self._states = RecordedStates(reader, self.timeline, first)
         source = self._states.last.source
         self._flight_times = self.timeline.times if source is None else flight_times(reader, source)

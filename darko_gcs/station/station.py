@@ -21,7 +21,7 @@ from protocol.command_values import FORCE_ARM_DISARM
 from protocol.dialect import mavlink
 from protocol.endpoint_ground import GROUND_SYSTEM, GroundEndpoint
 from protocol.errors import FileError, LocalProtocolError
-from protocol.events import Event, MissionUploaded, VehicleRestarted
+from protocol.events import Event, MissionUploaded, ParameterConfirmed, VehicleRestarted
 from protocol.frames import LocalFrame
 from protocol.keyring import KeyRecord, Keyring
 from protocol.message import Message, Source, source_of
@@ -33,6 +33,7 @@ from protocol.tlog import TlogWriter
 __all__ = ["MAX_OTHER_VEHICLES", "Station"]
 
 RATE_WINDOW = 2.0  # between updates of message rate and loss [s]
+REFUSAL_TIME = 0.5  # after a confirmed parameter, in which it may still be refused [s]
 CONTROL_TIMEOUT = 10.0  # for another station to answer a request for control [s]
 MAX_OTHER_VEHICLES = 4  # beside the selected one that are reported
 _NAN = math.nan
@@ -75,6 +76,7 @@ class Station:
         self._recorder = recorder
         self._others: set[Source] = set()
         self._events: list[Event] = []
+        self._confirmed: dict[str, tuple[ParameterConfirmed, float]] = {}  # and when [s]
         self._last_rate = (0.0, 0)  # time [s] and message count of the last update of the rate
 
     # Bytes and time
@@ -110,6 +112,7 @@ class Station:
         self._families.handle_timer(now)
         self._update_signing(now)
         self._collect(now)
+        self._judge_parameters(now)
         self._update_rate(now)
 
     def outgoing(self, now: float, time_usec: int) -> list[bytes]:
@@ -300,7 +303,10 @@ class Station:
         for event in self.endpoint.events():
             if self._families.follow(event, now):
                 continue
-            self.snapshot = reduce_event(self.snapshot, event, now)
+            if isinstance(event, ParameterConfirmed):  # the vehicle may think better of it: see _judge_parameters
+                self._confirmed[event.name] = (event, now)
+            else:
+                self.snapshot = reduce_event(self.snapshot, event, now)
             if isinstance(event, MissionUploaded):
                 self.snapshot = with_plan(self.snapshot, event.kind, self.plans.sent.get(event.kind, ()))
             self._events.append(event)
@@ -310,6 +316,19 @@ class Station:
         metadata = self.parameter_metadata.known
         if metadata and metadata is not self.snapshot.parameter_metadata:
             self.snapshot = replace(self.snapshot, parameter_metadata=metadata)
+
+    def _judge_parameters(self, now: float) -> None:
+        """Say that a parameter is set once it has stayed so; a vehicle may echo a value first and refuse it then."""
+        for name, (event, since) in tuple(self._confirmed.items()):
+            value = self.snapshot.parameters.get(name, event.value)
+            if not math.isclose(value, event.value, rel_tol=1e-6):
+                text = f"Parameter {name} stays {value:.7g}: the vehicle refused {event.value:.7g}"
+                self.add_line(now, text)
+            elif now - since >= REFUSAL_TIME:
+                self.snapshot = reduce_event(self.snapshot, event, now)
+            else:
+                continue
+            del self._confirmed[name]
 
     def _update_rate(self, now: float) -> None:
         since, count = self._last_rate

@@ -22,6 +22,7 @@ MARK_KEYS = {
     "i": MarkKind.WAYPOINT,
     "g": MarkKind.GAP,
 }
+FOOTER_MARKS = frozenset("jw")  # the help has the other keys, too
 
 
 class ReplayApp(GroundStationApp):
@@ -39,11 +40,14 @@ class ReplayApp(GroundStationApp):
         Binding("right_square_bracket", "speed(1)", "Faster"),
         Binding("full_stop", "step(1)", "", show=False),
         Binding("comma", "step(-1)", "", show=False),
-        Binding("b", "backwards", "Back"),
-        Binding("l", "loop", "Loop"),
+        Binding("b", "backwards", "", show=False),
+        Binding("l", "loop", "", show=False),
         Binding("tab", "mark('', 1)", "Mark", priority=True),
         Binding("shift+tab", "mark('', -1)", "", show=False, priority=True),
-        *(Binding(key, f"mark('{kind.value}', 1)", kind.value.title()) for key, kind in MARK_KEYS.items()),
+        *(
+            Binding(key, f"mark('{kind.value}', 1)", kind.value.title(), show=key in FOOTER_MARKS)
+            for key, kind in MARK_KEYS.items()
+        ),
         *(Binding(key.upper(), f"mark('{kind.value}', -1)", "", show=False) for key, kind in MARK_KEYS.items()),
         *(Binding(str(n), f"go({n / 10})", "", show=False) for n in range(1, 10)),
     ]

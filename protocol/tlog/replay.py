@@ -17,6 +17,7 @@ from protocol.tlog import TlogReader
 
 __all__ = ["Marker", "Timeline", "playing_times"]
 
+
 @dataclass(frozen=True, slots=True)
 class Marker:
     """A remark about the recording itself: damage, or a step of its clock."""

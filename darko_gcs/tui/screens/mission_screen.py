@@ -215,7 +215,7 @@ class MissionScreen(Screen[None]):
     def _edit(self, row: int, values: tuple[str, ...]) -> str | None:
         items = self.draft.plan.items
         try:
-            item = edited_item(items[row], values)
+            item = edited_item(items[row], values, self.snapshot.home, self.snapshot.home_p)
         except (ValueError, LocalProtocolError) as error:
             return str(error)
         self._change((*items[:row], item, *items[row + 1 :]), row)

@@ -98,7 +98,7 @@ def _no_vehicle(s: Snapshot, width: int) -> StyledLine:
         hint = "  the vehicle does not use our key" + (" (--give-key)" if width >= KEY_HINT_WIDTH else "")
         return styled_line((" DarkO ", ""), SIGNING_SEGMENTS[s.signing], (hint, "dim"))
     hint = "  (start one with darko-sitl, or use --sitl)" if width >= HINT_WIDTH else ""
-    return styled_line((" DarkO  waiting for a vehicle", "warn"), (hint, "dim"))
+    return styled_line((" DarkO  waiting for a vehicle", "accent"), (hint, "dim"))
 
 
 def _mode(s: Snapshot) -> tuple[str, str]:
@@ -124,7 +124,7 @@ def _flight_state(s: Snapshot) -> str:
 def _mission(s: Snapshot) -> tuple[str, str]:
     if s.transfer is not None:
         direction, done, total = s.transfer
-        return (f" {direction} {done}/{total} ", "warn")
+        return (f" {direction} {done}/{total} ", "accent")
     if not s.mission_count or s.mission_state not in MISSION_LABELS:
         return ("", "")
     at = f" {s.mission_current}/{s.mission_count - 1}" if s.mission_state != mavlink.MISSION_STATE_COMPLETE else ""
@@ -143,7 +143,7 @@ def _progress(s: Snapshot) -> tuple[str, str]:
     if command is None:
         return ("", "")
     done = f" {command.progress} %" if command.progress <= MAX_PERCENT else ""
-    return (f" {command_name(command.command)}{done} ", "warn")
+    return (f" {command_name(command.command)}{done} ", "accent")
 
 
 def _control(s: Snapshot) -> tuple[str, str]:

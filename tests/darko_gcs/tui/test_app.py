@@ -223,7 +223,7 @@ async def test_the_important_values_are_on_the_screen_at_every_size(feed, size):
             "V 0.8",
             "687 rad/s",
             "nose +90°",
-            "leave 100",
+            "hover leave 100",
             "motor R",
             "172 W",
         ):
@@ -241,7 +241,7 @@ async def test_forward_flight_is_on_the_screen_at_every_size(feed, size):
             "FORWARD LINEAR",
             "V 12",
             "hover -- (50/100)  fwd 12 (20/60)",
-            "leave 60",
+            "forward leave 60",
             "nose +8°  bank +11°",
             "track  -1.7",
             "saturated: yaw, pitch",
