@@ -55,7 +55,9 @@ def decision_summary(s: Snapshot) -> str:
 
 def _is_past(s: Snapshot, d: Decision) -> bool:
     """True if the vehicle does not fly the leg any more."""
-    return d.seq is not None and (s.mission_state != mavlink.MISSION_STATE_ACTIVE or d.seq != s.mission_current)
+    if d.seq is None:
+        return False
+    return s.mission_state != mavlink.MISSION_STATE_ACTIVE or (s.mission_current or 0) > d.seq
 
 
 def _age(s: Snapshot, d: Decision) -> str:

@@ -57,7 +57,7 @@ class StatusBar(Panel):
         age = s.age(self.now) or 0.0
         if s.lost or age > MAX_HEARTBEAT_AGE:
             lost = (f" LINK LOST  vehicle silent for {age:.0f} s ", "bad")
-            ended = " darko-sitl has ended: Ctrl+R restarts it " if s.simulator is Simulator.ENDED else ""
+            ended = " Ctrl+R restarts darko-sitl " if s.simulator is Simulator.ENDED else ""
             segments = [(0, lost), (2, _mode(s)), (1, (ended, "warn")), (0, _recording(s)), (3, _signing(s))]
             return [_fitting(segments, width)]
         armed = (" ARMED ", "bad") if s.armed else (" disarmed ", "good" if s.prearm_ok is not False else "warn")

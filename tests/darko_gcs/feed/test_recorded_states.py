@@ -26,8 +26,9 @@ def two_flights():
     late = bare(position(100, 77.0))
     return [
         bare(position(500, 5.0), system=9), status(b"before"), bare(heartbeat()), *first[:20], late, *first[20:],
-        late, late, status(b"x" * 50), bare(heartbeat(armed=True)), unknown_frame(77_000, b"ab"), status(b"other", system=9),
-        *again, bare(position(200_000, float("nan"))), bare(heartbeat(), system=9), *first[:5], status(b"end", 3),
+        late, late, status(b"x" * 50), bare(heartbeat(armed=True)), unknown_frame(77_000, b"ab"),
+        status(b"other", system=9), *again, bare(position(200_000, float("nan"))),
+        bare(heartbeat(), system=9), *first[:5], status(b"end", 3),
     ]  # fmt: skip
 
 

@@ -355,12 +355,24 @@ async def test_zooming_the_map_changes_its_scale_and_fits_again(feed):
         assert panel.scale is None
 
 
+async def test_the_whole_help_is_reached_by_key_on_the_smallest_screen(feed):
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("question_mark")
+        await until(pilot, lambda: "Arm: start the motors" in screen_text(app) and "Esc: close" in screen_text(app))
+        assert "danger" not in screen_text(app)
+        await pilot.press("end")
+        await until(pilot, lambda: "danger: armed" in screen_text(app))
+        await pilot.press("home", "pagedown")
+        await until(pilot, lambda: "Ctrl+Q" in screen_text(app))
+
+
 async def test_help_lists_every_key(feed):
     app = GroundStationApp(feed)
     async with app.run_test(size=(100, 40)) as pilot:
         await pilot.press("question_mark")
         assert isinstance(app.screen, HelpScreen)
-        for words in ("Arm", "Take off", "Go to", "Transition", "speed", "Mission", "zoom"):
+        for words in ("Arm", "Take off", "Go to", "Transition", "speed", "Mission", "Questions and ways out"):
             await until(pilot, lambda wanted=words: wanted in screen_text(app))
         await pilot.press("escape")
         assert isinstance(app.screen, FlightScreen)
