@@ -10,6 +10,7 @@ FOR_NAMES_AND_STAMPS = {
     "darko_gcs/station/keyring_setup.py",
     "darko_gcs/station/recording.py",
     "darko_gcs/tui/app.py",
+    "darko_gcs/tui/screenshot.py",
     "sitl/process.py",
 }
 

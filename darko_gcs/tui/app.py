@@ -115,6 +115,8 @@ class GroundStationApp(App[int]):
         """Flight commands exist on the flight screen of a vehicle only: elsewhere their keys mean something else."""
         if action == "act" and parameters and parameters[0] in FLIGHT_ACTIONS:
             return self.feed.station is not None and isinstance(self.screen, FlightScreen)
+        if action == "act" and parameters == ("restart",):
+            return self.feed.station is not None
         return super().check_action(action, parameters)
 
     def action_act(self, name: str) -> None:

@@ -44,8 +44,9 @@ def horizon(q_displayed: Quaternion, *, width: int, height: int) -> list[StyledL
         return down[0] + across * (x - width + 0.5) + below * (y - 2 * height + 0.5) > 0.0
 
     cells = [[_cell(is_ground, column, row) for column in range(width)] for row in range(height)]
+    is_one = len({style for line in cells for _, style in line}) == 1  # all sky, or all ground
     _draw_wings(cells)
-    if len({style for line in cells for _, style in line if style in {"sky", "ground"}}) < 2:
+    if is_one:
         _draw_arrow(cells, down)
     return [_joined(line) for line in cells]
 

@@ -19,7 +19,7 @@ __all__ = ["LAW_STYLES", "HybridPanel"]
 CHART_WINDOW = 60.0  # [s]
 MIN_V_SHOWN = 1e-4  # smaller values of V are shown as "<0.0001"
 MIN_GOVERNOR_SHOWN = 0.01
-MIN_WRAP_WIDTH = 8  # [cells]
+MIN_JUMP_WIDTH = 8  # [cells]
 LAW_STYLES = dict.fromkeys(Law, "accent") | {
     Law.HOVER_LINEAR: "good",
     Law.FORWARD_LINEAR: "good",
@@ -53,16 +53,20 @@ class HybridPanel(Panel):
             "  ",
             *_v_with_thresholds("fwd", h.v_forward, h.forward, "forward"),
         )
-        return [_law(h, s.law_since), values, *jump, *chart]
+        return [_law(h, s.law_since, width), values, *jump, *chart]
 
 
-def _law(h: HybridState, law_since: float | None) -> StyledLine:
+def _law(h: HybridState, law_since: float | None, width: int) -> StyledLine:
+    """The law in force, for how long, its V, and what the governor does; V is also in the next line."""
     since = f" {h.time - law_since:.0f} s" if law_since is not None else ""
     law = as_member(Law, h.law)
     style = "warn" if law is None else LAW_STYLES[law]
     governor = (f"  governor {100 * h.governor:.0f} %", "accent") if h.governor > MIN_GOVERNOR_SHOWN else ("", "")
     name = label_of(Law, h.law).upper()
-    return styled_line((name, style), (since, "dim"), ("  V ", "label"), _v_text(h.v), governor)
+    v = [("  V ", "label"), (_v_text(h.v), "")]
+    if len(name) + len(since) + len(governor[0]) + sum(len(text) for text, _ in v) > width:
+        v = []
+    return styled_line((name, style), (since, "dim"), *v, governor)
 
 
 def _last_jump(h: HybridState, width: int) -> list[StyledLine]:
@@ -70,7 +74,7 @@ def _last_jump(h: HybridState, width: int) -> list[StyledLine]:
     if h.jumps == 0:
         return [styled_line(("no jump yet", "dim"))]
     text = f"jump {h.jumps}: from {label_of(Law, h.last_law)}: {label_of(Reason, h.last_reason)}"
-    return [styled_line((line, "dim")) for line in wrap(text, max(width, MIN_WRAP_WIDTH))[:2]]
+    return [styled_line((line, "dim")) for line in wrap(text, max(width, MIN_JUMP_WIDTH))[:2]]
 
 
 def _v_text(v: float) -> str:

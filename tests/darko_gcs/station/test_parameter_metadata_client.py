@@ -65,9 +65,7 @@ def test_a_vehicle_that_takes_an_echoed_value_back_is_reported():
     codec = Codec(1, 1)
 
     def told(value):
-        return codec.encode(
-            mavlink.MAVLink_param_value_message(b"A", value, mavlink.MAV_PARAM_TYPE_REAL32, 1, 0)
-        )
+        return codec.encode(mavlink.MAVLink_param_value_message(b"A", value, mavlink.MAV_PARAM_TYPE_REAL32, 1, 0))
 
     station = Station()
     station.receive(codec.encode(heartbeat()), 0.0, 0)

@@ -8,8 +8,9 @@ from darko_gcs.tui.replay_app import ReplayApp
 from darko_gcs.tui.screens.dialogs import HelpScreen
 from darko_gcs.tui.screens.flight_screen import FlightScreen
 from darko_gcs.tui.widgets.time_bar import TimeBar
-from protocol.tlog import read_tlog
+from protocol.tlog import TlogReader, read_tlog
 from tests.support.gcs.screens import screen_text, until
+from tests.support.logs import quadplane_log
 from tests.support.paths import DATA
 
 
@@ -41,7 +42,7 @@ async def test_it_says_replay_and_shows_its_own_keys(feed):
         await pilot.press("space", "1")
         await until(pilot, lambda: "REPLAY" in screen_text(app).splitlines()[0])
         footer = screen_text(app).splitlines()[-1]
-        assert all(words in footer for words in ("Pause", "-5 s", "Slower", "Jump", "Warning")), footer
+        assert all(words in footer for words in ("Pause", "-5 s", "Slow", "Jump", "Warning")), footer
         assert not any(words in footer for words in ("Arm", "Takeoff", "Land", "Goto"))
         await pilot.press("question_mark")
         await until(pilot, lambda: isinstance(app.screen, HelpScreen) and "One message on" in screen_text(app))
@@ -107,3 +108,12 @@ def test_a_beginning_that_is_no_time_is_refused_in_words(text, capsys):
     with pytest.raises(SystemExit):
         replay.parser({"replay": ""}).parse_args(["x.tlog", f"--at={text}"])
     assert "_time" not in capsys.readouterr().err
+
+
+async def test_another_autopilot_leaves_no_empty_panel_of_the_hybrid_controller():
+    app = ReplayApp(ReplayFeed(TlogReader(quadplane_log()), "x", begin=90.0))
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("space")
+        await until(pilot, lambda: "S1" in screen_text(app) and "us S5" in screen_text(app))
+        assert app.screen.query_one("#hybrid").size.height == 1
+        assert "GUIDED" in screen_text(app)

@@ -100,6 +100,17 @@ def test_without_a_horizon_in_view_an_arrow_points_to_it(roll, pitch, arrow, wor
     assert lines_text(lines).count(arrow) == 1
 
 
+def test_a_sliver_of_the_other_side_is_a_horizon_in_view():
+    slivers = 0
+    for pitch in range(40):
+        lines = horizon(quaternion_from_euler(0.0, math.radians(-pitch), 0.0), width=40, height=4)
+        text = lines_text(lines)
+        sky = bool(styled_text(lines, "sky") or styled_text(lines, "ground-on-sky"))
+        assert ("GROUND" in text) == (not sky)
+        slivers += not styled_text(lines, "sky") and sky
+    assert slivers  # some of them have no whole cell of sky
+
+
 @given(*[st.floats(-1, 1)] * 4)
 def test_the_view_does_not_depend_on_sign_or_length_of_the_quaternion(w, x, y, z):
     q = (w, x, y, z)

@@ -51,3 +51,13 @@ def test_each_curve_and_threshold_names_its_law():
     assert "hover enter" in text
     assert {"hover ", "h"} <= {part for line in lines for part, style in line if style == "hover"}
     assert "fwd " in {part for line in lines for part, style in line if style == "forward"}
+
+
+def test_the_governor_is_never_cut():
+    for width in (38, 80):
+        s = reduce(
+            EMPTY_SNAPSHOT, arrived(hybrid_state(100, Law.HOVER_ZERO_MOMENT, governor=0.95, v_hover=2457.0)), 1.0
+        )
+        first = panel_text(HybridPanel("", id="x"), s, width=width).splitlines()[0]
+        assert first.endswith("governor 95 %")
+        assert len(first) <= width
