@@ -4,6 +4,8 @@ from dataclasses import fields
 
 import pytest
 
+from darko_gcs.feed.recorded_measurements import MEASUREMENTS
+from darko_gcs.feed.recorded_states import KEPT_EVERY
 from darko_gcs.feed.replay_feed import ReplayFeed
 from protocol.dialect import mavlink
 from protocol.tlog import TlogReader
@@ -96,3 +98,15 @@ def test_messages_have_their_own_times():
     times = {line.text: line.time for line in feed.snapshot.messages}
     assert times["before"] == pytest.approx(0.1)
     assert times["end"] == pytest.approx(feed.timeline.duration)
+
+
+def test_a_seek_reads_as_few_messages_in_a_long_log_as_in_a_short_one(monkeypatch):
+    frames = [bare(heartbeat())] + [frame for k in range(1500) for frame in (bare(position(k, 0.1 * k)), status(b"x"))]
+    feed = ReplayFeed(TlogReader(log_of(frames)), "x")
+    decoded = []
+    message = feed.timeline.message
+    monkeypatch.setattr(feed.timeline, "message", lambda row: decoded.append(row) or message(row))
+    for share in (0.1, 0.5, 0.999, 0.3):
+        decoded.clear()
+        feed.seek(share * feed.timeline.duration)
+        assert 0 < len(decoded) <= KEPT_EVERY + len(MEASUREMENTS)
