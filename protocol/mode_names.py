@@ -1,7 +1,7 @@
 """Names of flight modes, also of other autopilots, whose recordings can be replayed too.
 
-ArduPilot's numbers are PLANE_MODE and COPTER_MODE of MAVLink's ardupilotmega dialect. PX4's custom mode has the main
-mode in the third byte and the sub-mode of AUTO in the fourth.
+ArduPilot's numbers are PLANE_MODE, COPTER_MODE, ROVER_MODE and SUB_MODE of MAVLink's ardupilotmega dialect. PX4's
+custom mode has the main mode in the third byte and the sub-mode of AUTO in the fourth.
 """
 
 from __future__ import annotations
@@ -23,6 +23,14 @@ COPTER_MODES = {
     17: "BRAKE", 18: "THROW", 19: "AVOID_ADSB", 20: "GUIDED_NOGPS", 21: "SMART_RTL", 22: "FLOWHOLD", 23: "FOLLOW",
     24: "ZIGZAG", 25: "SYSTEMID", 26: "AUTOROTATE", 27: "AUTO_RTL", 28: "TURTLE", 29: "RATE_ACRO",
 }  # fmt: skip
+ROVER_MODES = {
+    0: "MANUAL", 1: "ACRO", 3: "STEERING", 4: "HOLD", 5: "LOITER", 6: "FOLLOW", 7: "SIMPLE", 8: "DOCK", 9: "CIRCLE",
+    10: "AUTO", 11: "RTL", 12: "SMART_RTL", 15: "GUIDED", 16: "INITIALISING",
+}  # fmt: skip
+SUB_MODES = {
+    0: "STABILIZE", 1: "ACRO", 2: "ALT_HOLD", 3: "AUTO", 4: "GUIDED", 7: "CIRCLE", 9: "SURFACE", 16: "POSHOLD",
+    19: "MANUAL", 20: "MOTOR_DETECT", 21: "SURFTRAK",
+}  # fmt: skip
 PX4_MAIN_MODES = {
     1: "MANUAL", 2: "ALTCTL", 3: "POSCTL", 4: "AUTO", 5: "ACRO", 6: "OFFBOARD", 7: "STABILIZED", 8: "RATTITUDE",
 }  # fmt: skip
@@ -34,11 +42,18 @@ PX4_AUTO = 4  # main mode with sub-modes
 PLANE_TYPES = frozenset(
     {mavlink.MAV_TYPE_FIXED_WING, *range(mavlink.MAV_TYPE_VTOL_DUOROTOR, mavlink.MAV_TYPE_VTOL_RESERVED5 + 1)}
 )
+ROVER_TYPES = frozenset({mavlink.MAV_TYPE_GROUND_ROVER, mavlink.MAV_TYPE_SURFACE_BOAT})
+SUB_TYPES = frozenset({mavlink.MAV_TYPE_SUBMARINE})
 COPTER_TYPES = frozenset(
     {
         mavlink.MAV_TYPE_QUADROTOR, mavlink.MAV_TYPE_COAXIAL, mavlink.MAV_TYPE_HELICOPTER, mavlink.MAV_TYPE_HEXAROTOR,
         mavlink.MAV_TYPE_OCTOROTOR, mavlink.MAV_TYPE_TRICOPTER, mavlink.MAV_TYPE_DODECAROTOR,
     }
+)  # fmt: skip
+
+
+ARDUPILOT_MODES = (
+    (PLANE_TYPES, PLANE_MODES), (COPTER_TYPES, COPTER_MODES), (ROVER_TYPES, ROVER_MODES), (SUB_TYPES, SUB_MODES),
 )  # fmt: skip
 
 
@@ -53,8 +68,7 @@ def mode_name(autopilot: int, kind: int, number: int) -> str | None:
     if autopilot == mavlink.MAV_AUTOPILOT_PX4:
         return _px4(number)
     if autopilot == mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA:
-        table = PLANE_MODES if kind in PLANE_TYPES else COPTER_MODES if kind in COPTER_TYPES else {}
-        return table.get(number)
+        return next((modes.get(number) for types, modes in ARDUPILOT_MODES if kind in types), None)
     return None
 
 

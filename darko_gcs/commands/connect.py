@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from darko_gcs.commands.options import add_link_options, sitl_arguments
+from darko_gcs.commands.options import add_link_options, checked_sitl_arguments, listening_port
 from darko_gcs.errors import GroundError
 
 if TYPE_CHECKING:
@@ -65,6 +65,7 @@ def run(args: argparse.Namespace) -> int:
             draft.take(load(args.mission), str(args.mission))
     except FileError as error:
         raise GroundError(str(error)) from error
+    sitl = checked_sitl_arguments(args) if args.sitl else None
     keyring = open_keyring(args.signing_key, give_key=args.give_key)
     recorder: TlogWriter | None
     try:
@@ -72,11 +73,11 @@ def run(args: argparse.Namespace) -> int:
         greeting, fault = f"Recording to {path}", ""
     except GroundError as error:  # the flight matters more than its log
         recorder, greeting, fault = None, "", str(error)
-    sitl = sitl_arguments(args) if args.sitl else None
     station = Station(recorder, keyring, give_key=args.give_key, vehicle=args.vehicle)
     if fault:
         station.report_recording_fault(fault, time.monotonic())
-    app = GroundStationApp(LiveFeed(station, args.host, args.port, sitl, greeting=greeting))
+    feed = LiveFeed(station, args.host, listening_port(args), sitl, greeting=greeting, api_port=args.api_port)
+    app = GroundStationApp(feed)
     app.draft = draft
     code = app.run()
     if app.failure is not None:

@@ -7,7 +7,7 @@ import math
 from collections.abc import Mapping
 from pathlib import Path
 
-from darko_gcs.commands.options import add_link_options, sitl_arguments
+from darko_gcs.commands.options import add_link_options, checked_sitl_arguments, listening_port
 
 __all__ = ["parser", "run"]
 
@@ -59,6 +59,7 @@ def run(args: argparse.Namespace) -> int:
 
     from darko_gcs.tasks.headless_flight import fly_headless  # noqa: PLC0415
 
-    result = asyncio.run(fly_headless(args, sitl_arguments(args)))
+    args.port = listening_port(args)
+    result = asyncio.run(fly_headless(args, checked_sitl_arguments(args)))
     print(result.as_json() if args.json else result.as_text())
     return 0

@@ -6,15 +6,16 @@ import argparse
 import math
 from pathlib import Path
 
-__all__ = ["add_link_options", "add_listen_options", "add_span_options", "sitl_arguments"]
+__all__ = ["add_link_options", "add_listen_options", "add_span_options", "checked_sitl_arguments", "listening_port"]
 
 MAX_PORT, MAX_SYSTEM_ID = 65535, 255
+DEFAULT_PORT = 14550
 
 
 def add_link_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of the link, the recording and the vehicle process."""
     link = parser.add_argument_group("link")
-    add_listen_options(link)
+    add_listen_options(link, f"{DEFAULT_PORT}; with --sitl any free one", None)
     link.add_argument("--record", type=Path, metavar="DIR", help="folder for recorded flights [the user's data folder]")
     link.add_argument(
         "--give-key", action="store_true", help="give the key to a vehicle that has none; only over loopback"
@@ -27,13 +28,18 @@ def add_link_options(parser: argparse.ArgumentParser) -> None:
     sitl.add_argument("--gusts", metavar="RMS", help="gusts, rms speed in m/s [0]")
     sitl.add_argument("--start", metavar="N,E,UP,YAW", help="start position; UP > 0 starts in hover [0,0,0,0]")
     sitl.add_argument("--airframe", metavar="SET", help="parameter set of the airframe [nominal]")
+    sitl.add_argument(
+        "--api-port", type=_port, default=0, metavar="P", help="port here of another program that it sends to [none]"
+    )
     sitl.add_argument("--state-dir", metavar="DIR", help="folder of its saved parameters and mission")
 
 
-def add_listen_options(link: argparse._ArgumentGroup) -> None:
-    """Add the options of the port to listen on and of the vehicle to accept."""
+def add_listen_options(
+    link: argparse._ArgumentGroup, told: str = str(DEFAULT_PORT), port: int | None = DEFAULT_PORT
+) -> None:
+    """Add the options of the port to listen on, with its default and how that is told, and of the vehicle."""
     link.add_argument("--host", default="127.0.0.1", help="local address to listen on [127.0.0.1]")
-    link.add_argument("--port", type=_port, default=14550, metavar="P", help="local UDP port; 0: any [14550]")
+    link.add_argument("--port", type=_port, default=port, metavar="P", help=f"local UDP port; 0: any [{told}]")
     link.add_argument(
         "--vehicle", type=_system_id, metavar="ID", help="system id of the vehicle, 1 to 255 [the first one heard]"
     )
@@ -65,22 +71,49 @@ def _moment(text: str) -> float:
     return value
 
 
-def sitl_arguments(args: argparse.Namespace) -> list[str]:
-    """The options that are passed on to darko-sitl."""
+def listening_port(args: argparse.Namespace) -> int:
+    """The port to listen on: with --sitl a free one, so that no other session's vehicle is heard; 0: any."""
+    if args.port is not None:
+        return int(args.port)
+    return 0 if getattr(args, "sitl", False) else DEFAULT_PORT
+
+
+def checked_sitl_arguments(args: argparse.Namespace) -> list[str]:
+    """The options that are passed on to darko-sitl, which has read them.
+
+    Raises:
+        GroundError: darko-sitl refuses them.
+    """
+    arguments = _sitl_arguments(args)
+    if args.sitl and arguments:
+        from darko_gcs.feed.sitl_process import check_arguments  # noqa: PLC0415 - --help must be quick
+
+        check_arguments(arguments, args.airframe)
+    return arguments
+
+
+def _sitl_arguments(args: argparse.Namespace) -> list[str]:
     names = ("signing_key", "speed", "seed", "wind", "gusts", "start", "airframe", "state_dir")
     given = [(name, getattr(args, name)) for name in names if getattr(args, name) is not None]
     return [part for name, value in given for part in (f"--{name.replace('_', '-')}", str(value))]
 
 
 def _system_id(text: str) -> int:
-    value = int(text)
+    value = _whole_number(text)
     if not 1 <= value <= MAX_SYSTEM_ID:
         raise argparse.ArgumentTypeError(f"{text} is not a system id")
     return value
 
 
+def _whole_number(text: str) -> int:
+    try:
+        return int(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number") from None
+
+
 def _port(text: str) -> int:
-    value = int(text)
+    value = _whole_number(text)
     if not 0 <= value <= MAX_PORT:
         raise argparse.ArgumentTypeError(f"{text} is not a UDP port")
     return value

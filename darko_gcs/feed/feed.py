@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Awaitable, Callable
 from typing import Protocol
 
 from darko_gcs.state.snapshot import Snapshot
@@ -25,11 +26,18 @@ class Feed(Protocol):
     def station(self) -> Station | None:
         """The station that talks to the vehicle; None for a recording."""
 
+    @property
+    def restart(self) -> Callable[[], Awaitable[None]] | None:
+        """Starts our own vehicle process again; None if there is none."""
+
     async def open(self) -> None:
         """Begin."""
 
     async def close(self) -> None:
         """End, and release everything."""
+
+    def note(self, text: str) -> None:
+        """Put a text into the recording that is being made, if one is."""
 
     def advance(self, elapsed: float) -> None:
         """Let time pass for the feed [s]."""

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Awaitable, Callable, Sequence
+from dataclasses import replace
 
+from darko_gcs.errors import LinkError
 from darko_gcs.feed.sitl_process import SitlProcess
 from darko_gcs.feed.udp_link import UdpLink
 from darko_gcs.state.snapshot import Snapshot
+from darko_gcs.state.values import Simulator
 from darko_gcs.station.initial_sync import InitialSync
 from darko_gcs.station.station import Station
 from protocol.dialect import mavlink
@@ -24,18 +27,25 @@ class LiveFeed:
         port: Local UDP port; 0: any.
         sitl: Arguments of the vehicle process to start; None starts none.
         greeting: First line of the message log.
+        api_port: Where the vehicle process also sends to, for other programs; 0: nowhere.
     """
 
     def __init__(
-        self, station: Station, host: str, port: int, sitl: Sequence[str] | None, *, greeting: str = ""
+        self,
+        station: Station,
+        host: str,
+        port: int,
+        sitl: Sequence[str] | None,
+        *,
+        greeting: str = "",
+        api_port: int = 0,
     ) -> None:
         self.station: Station = station
         self._link = UdpLink(station)
         self._host, self._port, self._sitl = host, port, sitl
-        self._greeting = greeting
+        self._greeting, self._api_port = greeting, api_port
         self._process: SitlProcess | None = None
         self._sync = InitialSync(station)
-        self._exit_reported = False
 
     @property
     def snapshot(self) -> Snapshot:
@@ -60,7 +70,34 @@ class LiveFeed:
         if self._greeting:
             self._log(self._greeting)
         if self._sitl is not None:
-            self._process = await SitlProcess.start(self._link.port, self._sitl, self._log)
+            await self._start(self._sitl)
+
+    @property
+    def restart(self) -> Callable[[], Awaitable[None]] | None:
+        """Stops our vehicle process if it still runs, and starts it again; None if we started none."""
+        return None if self._sitl is None else self._restart
+
+    async def _restart(self) -> None:
+        process, self._process = self._process, None
+        if process is not None:
+            await process.stop()
+        try:
+            await self._start(self._sitl or ())
+        except LinkError as error:
+            self._set_simulator(Simulator.ENDED)
+            self._log(str(error))
+
+    async def _start(self, arguments: Sequence[str]) -> None:
+        self._set_simulator(Simulator.STARTING)
+        self._process = await SitlProcess.start(self._link.port, arguments, self._log, self._api_port)
+
+    def _set_simulator(self, state: Simulator) -> None:
+        if state is not self.snapshot.simulator:
+            self.station.snapshot = replace(self.snapshot, simulator=state)
+
+    def note(self, text: str) -> None:
+        """Put a text into the recording."""
+        self.station.record_note(text, self._link.now, self._link.time_usec())
 
     async def close(self) -> None:
         """Stop our vehicle process, release the port, close the recording."""
@@ -71,9 +108,13 @@ class LiveFeed:
     def advance(self, elapsed: float) -> None:  # noqa: ARG002 - the link has its own clock
         """Sync with a new vehicle; report when our vehicle process ends by itself."""
         self._sync.follow(self.station.events(), self._link.now)
-        if self._process is not None and self._process.exit_code is not None and not self._exit_reported:
-            self._exit_reported = True
-            self._log(f"darko-sitl ended with exit code {self._process.exit_code}")
+        if self._process is None:
+            return
+        if self._process.ending and self.snapshot.simulator is not Simulator.ENDED:
+            self._set_simulator(Simulator.ENDED)
+            self._log(f"{self._process.ending} (Ctrl+R restarts it)")
+        elif self._process.is_ready and self.snapshot.simulator is Simulator.STARTING:
+            self._set_simulator(Simulator.RUNNING)
 
     def _log(self, text: str) -> None:
         self.station.add_line(self._link.now, text, mavlink.MAV_SEVERITY_NOTICE)

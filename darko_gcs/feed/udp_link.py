@@ -61,7 +61,7 @@ class UdpLink(asyncio.DatagramProtocol):
 
     def datagram_received(self, data: bytes, addr: Address) -> None:
         """Take a datagram. Answers go to the address that the vehicle sends from, never to other senders."""
-        if self.station.receive(data, self.now, self._time_usec()):
+        if self.station.receive(data, self.now, self.time_usec()):
             self._peer = addr
             self.station.signing.is_private = is_loopback(addr)
         self._send()
@@ -78,10 +78,10 @@ class UdpLink(asyncio.DatagramProtocol):
     def _send(self) -> None:
         if self._peer is None or self._transport is None:
             return
-        for data in self.station.outgoing(self.now, self._time_usec()):
+        for data in self.station.outgoing(self.now, self.time_usec()):
             if not is_secret(data) or is_loopback(self._peer):  # the vehicle's address may have changed meanwhile
                 self._transport.sendto(data, self._peer)
 
-    def _time_usec(self) -> int:
+    def time_usec(self) -> int:
         """Time for the log: since 1970, from the wall clock at the start, which may be set during a recording."""
         return max(0, self._epoch + time.monotonic_ns() // 1000)

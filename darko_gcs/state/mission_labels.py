@@ -6,9 +6,11 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from darko_gcs.state.mission_frames import in_frame
 from darko_gcs.state.text import command_name
 from darko_gcs.state.values import VTOL_LABELS
 from protocol.dialect import mavlink
+from protocol.frames import Geodetic, Vector
 from protocol.mav_frames import is_global_frame
 from protocol.plans import MissionItem
 from protocol.units import UNKNOWN_INT32, from_e7, from_local_e4, local_e4, to_e7
@@ -179,14 +181,19 @@ def item_fields(item: MissionItem) -> list[tuple[str, str]]:
     return shown
 
 
-def edited_item(item: MissionItem, texts: Sequence[str]) -> MissionItem:
+def edited_item(
+    item: MissionItem, texts: Sequence[str], home: Geodetic | None = None, home_p: Vector = (0.0, 0.0, 0.0)
+) -> MissionItem:
     """The item after its fields were edited. A new command starts with that command's default parameters.
 
-    Fields that were not edited keep their value on the wire, to the last bit.
+    Fields that were not edited keep their value on the wire, to the last bit. The numbers are of the frame before; in a
+    new frame they become those of the same place.
 
     Args:
         item: The item before.
         texts: Texts of the fields that ``item_fields`` gave, in that order.
+        home: None while it is not known.
+        home_p: Home in the local frame, NED [m].
 
     Raises:
         ValueError: A field cannot be read; the message names it.
@@ -201,10 +208,13 @@ def edited_item(item: MissionItem, texts: Sequence[str]) -> MissionItem:
         _read_number(*next(rest), value) if name else value
         for name, value in zip(_parameter_names(item), item.params, strict=True)
     ]
-    new = replace(item, command=command, frame=frame, params=(params[0], params[1], params[2], params[3]))
+    new = replace(item, command=command, params=(params[0], params[1], params[2], params[3]))
     if mission_command_of(item).has_place:
-        x, y = (_read_coordinate(*next(rest), old, item.frame, frame) for old in (item.x, item.y))
+        x, y = (_read_coordinate(*next(rest), old, item.frame) for old in (item.x, item.y))
         new = replace(new, x=x, y=y, z=_read_number(*next(rest), item.z))
+        new = in_frame(new, frame, home, home_p)
+    else:
+        new = replace(new, frame=frame)
     return new if command == item.command else with_default_parameters(new)
 
 
@@ -262,12 +272,11 @@ def _read_number(name: str, text: str | None, old: float) -> float:
     return value
 
 
-def _read_coordinate(name: str, text: str | None, old: int, old_frame: int, frame: int) -> int:
-    """The wire integer of a coordinate; after a change to a frame in another unit, the number stays the same."""
-    if text is None and is_global_frame(old_frame) == is_global_frame(frame):
+def _read_coordinate(name: str, text: str | None, old: int, frame: int) -> int:
+    """The wire integer of a coordinate."""
+    if text is None:
         return old
-    before = (from_e7 if is_global_frame(old_frame) else from_local_e4)(old)
-    value = _read_number(name, text, _NAN if old == UNKNOWN_INT32 else before)
+    value = _read_number(name, text, _NAN)
     if math.isnan(value):
         return UNKNOWN_INT32
     return to_e7(value) if is_global_frame(frame) else local_e4(value)

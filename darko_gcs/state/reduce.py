@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import TypeVar
 
 from darko_gcs.state.message_handlers import HandlerTable
 from darko_gcs.state.message_log import add_line, add_status_text
@@ -29,7 +30,19 @@ from protocol.message import Message, Source, source_of
 from protocol.mode_names import mode_name
 from protocol.plans import MissionItem
 
-__all__ = ["MAX_TRACK_POINTS", "RESTART_MESSAGES", "reduce"]
+__all__ = [
+    "CHECKED_FIELDS",
+    "HANDLERS",
+    "MAX_NUMBER",
+    "MAX_TRACK_POINTS",
+    "MIN_TRACK_STEP",
+    "RESTART_MESSAGES",
+    "RESTART_STEP",
+    "after_restart",
+    "is_on_map",
+    "reduce",
+    "thinned",
+]
 
 MAX_TRACK_POINTS = 1500
 MIN_TRACK_STEP = 0.15  # between points of the track [m]
@@ -40,7 +53,7 @@ FIELDS_KEPT_AT_RESTART = (
     "source", "autopilot", "kind", "armed", "mode", "critical", "heartbeat_at", "lost", "restarts", "parameters",
     "parameter_count", "parameter_metadata",
     "mission", "fence", "rally", "transfer", "messages", "open_text", "received", "rate", "loss", "unrecorded",
-    "signing", "refused",
+    "signing", "refused", "is_replay", "simulator",
 )  # fmt: skip
 MAX_NUMBER = 1e9  # of the fields below, in their units
 # Fields that must be finite and below MAX_NUMBER, or the message is ignored: an unsigned message may come from anyone.
@@ -68,8 +81,10 @@ MAX_OFFSET_ERROR = 0.01  # of a repr_offset_q, which some vehicles send with fou
 ALARMED_STATES = frozenset(
     {mavlink.MAV_STATE_CRITICAL, mavlink.MAV_STATE_EMERGENCY, mavlink.MAV_STATE_FLIGHT_TERMINATION}
 )
+SERVOS = 16  # of SERVO_OUTPUT_RAW
 UNKNOWN_VOLTAGE = 0xFFFF  # of SYS_STATUS and of a cell of BATTERY_STATUS [mV]
 
+T = TypeVar("T")
 HANDLERS = HandlerTable()
 HANDLERS.add(DARKO_HANDLERS)
 HANDLERS.add(FLIGHT_PLAN_HANDLERS)
@@ -106,7 +121,8 @@ def _is_sane(kind: str, m: Message) -> bool:
     return all(abs(number) < MAX_NUMBER for number in numbers)  # false for NaN
 
 
-def _is_on_map(latitude: int, longitude: int) -> bool:
+def is_on_map(latitude: int, longitude: int) -> bool:
+    """True for a place that a map can show [1e-7 deg]."""
     return abs(latitude) <= MAX_LATITUDE_E7 and abs(longitude) <= MAX_LONGITUDE_E7
 
 
@@ -140,9 +156,13 @@ def _at_boot_time(s: Snapshot, boot: float, now: float) -> Snapshot:
         return replace(s, boot=boot, late_messages=0)
     if s.late_messages + 1 < RESTART_MESSAGES:
         return replace(s, late_messages=s.late_messages + 1)
+    return replace(after_restart(s, now), boot=boot)
+
+
+def after_restart(s: Snapshot, now: float) -> Snapshot:
+    """The snapshot of a vehicle that has restarted: without the flight before."""
     s = replace(EMPTY_SNAPSHOT, **{name: getattr(s, name) for name in FIELDS_KEPT_AT_RESTART})
-    s = replace(s, boot=boot, restarts=s.restarts + 1)
-    return add_line(s, now, mavlink.MAV_SEVERITY_NOTICE, "The vehicle restarted")
+    return add_line(replace(s, restarts=s.restarts + 1), now, mavlink.MAV_SEVERITY_NOTICE, "The vehicle restarted")
 
 
 # Attitude, position, air
@@ -181,14 +201,19 @@ def _local_position(s: Snapshot, m: Message, _now: float) -> Snapshot:
 def _extended(track: tuple[tuple[float, float], ...], at: tuple[float, float]) -> tuple[tuple[float, float], ...]:
     if track and math.dist(track[-1], at) < MIN_TRACK_STEP:
         return track
-    if len(track) >= MAX_TRACK_POINTS:  # drop every other point of the older half: the whole flight stays in view
-        track = track[: MAX_TRACK_POINTS // 2 : 2] + track[MAX_TRACK_POINTS // 2 :]
-    return (*track, at)
+    return (*thinned(track), at)
+
+
+def thinned(track: tuple[T, ...]) -> tuple[T, ...]:
+    """A full track without every other point of its older half, so that the whole flight stays in view."""
+    if len(track) < MAX_TRACK_POINTS:
+        return track
+    return track[: MAX_TRACK_POINTS // 2 : 2] + track[MAX_TRACK_POINTS // 2 :]
 
 
 @HANDLERS.handles("GLOBAL_POSITION_INT")
 def _global_position(s: Snapshot, m: Message, _now: float) -> Snapshot:
-    if not _is_on_map(m.lat, m.lon):
+    if not is_on_map(m.lat, m.lon):
         return s
     here = Geodetic(units.from_e7(m.lat), units.from_e7(m.lon), units.from_millimetres(m.alt))
     return replace(s, geodetic=here, relative_altitude=units.from_millimetres(m.relative_alt))
@@ -201,7 +226,7 @@ def _position_target(s: Snapshot, m: Message, _now: float) -> Snapshot:
 
 @HANDLERS.handles("HOME_POSITION")
 def _home(s: Snapshot, m: Message, _now: float) -> Snapshot:
-    if not _is_on_map(m.latitude, m.longitude):
+    if not is_on_map(m.latitude, m.longitude):
         return s
     home = Geodetic(units.from_e7(m.latitude), units.from_e7(m.longitude), units.from_millimetres(m.altitude))
     p = (m.x, m.y, m.z)
@@ -236,12 +261,12 @@ def _extended_state(s: Snapshot, m: Message, _now: float) -> Snapshot:
 def _sys_status(s: Snapshot, m: Message, _now: float) -> Snapshot:
     bit = mavlink.MAV_SYS_STATUS_PREARM_CHECK
     ready = bool(m.onboard_control_sensors_health & bit) if m.onboard_control_sensors_present & bit else None
-    s = replace(s, prearm_ok=ready)
-    if m.voltage_battery != UNKNOWN_VOLTAGE and s.voltage is None:
-        s = replace(s, voltage=m.voltage_battery / 1e3)
-    if m.battery_remaining >= 0 and s.battery is None:
-        s = replace(s, battery=m.battery_remaining / 100.0)
-    return s
+    return replace(
+        s,
+        prearm_ok=ready,
+        system_voltage=m.voltage_battery / 1e3 if 0 < m.voltage_battery < UNKNOWN_VOLTAGE else None,
+        system_battery=m.battery_remaining / 100.0 if m.battery_remaining >= 0 else None,
+    )
 
 
 @HANDLERS.handles("BATTERY_STATUS")
@@ -249,10 +274,15 @@ def _battery(s: Snapshot, m: Message, _now: float) -> Snapshot:
     cells = [cell / 1e3 for cell in m.voltages if cell != UNKNOWN_VOLTAGE]
     return replace(
         s,
-        voltage=sum(cells) if cells else s.voltage,
+        voltage=sum(cells) if cells else None,
         current=m.current_battery / 100.0 if m.current_battery >= 0 else None,
-        battery=m.battery_remaining / 100.0 if m.battery_remaining >= 0 else s.battery,
+        battery=m.battery_remaining / 100.0 if m.battery_remaining >= 0 else None,
     )
+
+
+@HANDLERS.handles("SERVO_OUTPUT_RAW")
+def _servo_outputs(s: Snapshot, m: Message, _now: float) -> Snapshot:
+    return replace(s, servos=tuple(getattr(m, f"servo{number}_raw") for number in range(1, SERVOS + 1)))
 
 
 @HANDLERS.handles("CONTROL_STATUS")

@@ -22,6 +22,7 @@ from darko_gcs.state.values import (
     OpenText,
     PlanIds,
     SigningState,
+    Simulator,
 )
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law, Saturation
@@ -89,9 +90,12 @@ class Snapshot:
     actuators: Actuators | None = None
     saturated_at: Mapping[Saturation, float] = field(default_factory=dict)  # last time of each axis, vehicle's time [s]
     energy: Energy | None = None
-    voltage: float | None = None  # [V]
+    servos: tuple[int, ...] = ()  # pulses of the outputs [us]; 0: not driven
+    system_voltage: float | None = None  # of SYS_STATUS, for vehicles without BATTERY_STATUS [V]
+    system_battery: float | None = None  # of SYS_STATUS: charge left, 0..1
+    voltage: float | None = None  # of BATTERY_STATUS [V]
     current: float | None = None  # [A]
-    battery: float | None = None  # charge left, 0..1
+    battery: float | None = None  # of BATTERY_STATUS: charge left, 0..1
     prearm_ok: bool | None = None
     in_control: int = 0  # system id of the ground station in control; 0: every station may command
     takeover_allowed: bool = False  # the station in control lets others take over
@@ -118,6 +122,8 @@ class Snapshot:
     rate: float = math.nan  # messages per second
     loss: float = 0.0  # share of frames lost, 0..1
     unrecorded: bool = False  # the recording failed, or could not begin
+    is_replay: bool = False  # of a recorded flight
+    simulator: Simulator = Simulator.NONE  # the vehicle process that we started
     signing: SigningState = SigningState.PRIVATE
     refused: int = 0  # frames dropped because their signature was missing or wrong
 
@@ -125,6 +131,16 @@ class Snapshot:
     def is_airborne(self) -> bool:
         """True in flight, also during take-off and landing."""
         return self.landed_state in AIRBORNE_STATES
+
+    @property
+    def charge_left(self) -> float | None:
+        """Charge of the battery left, 0..1."""
+        return self.system_battery if self.battery is None else self.battery
+
+    @property
+    def battery_voltage(self) -> float | None:
+        """Voltage of the battery [V]."""
+        return self.system_voltage if self.voltage is None else self.voltage
 
     @property
     def from_home(self) -> Vector | None:

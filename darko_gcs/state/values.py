@@ -26,6 +26,7 @@ __all__ = [
     "OpenText",
     "PlanIds",
     "SigningState",
+    "Simulator",
     "Thresholds",
     "uses_forward_v",
 ]
@@ -50,6 +51,15 @@ class SigningState(Enum):
     SIGNED = "signed"
     NO_KEY = "signed by the vehicle, no key here"
     UNSIGNED_VEHICLE = "the vehicle does not sign with our key"
+
+
+class Simulator(Enum):
+    """The vehicle process that this ground station started."""
+
+    NONE = "none"
+    STARTING = "starting"
+    RUNNING = "running"
+    ENDED = "ended"
 
 
 class LogLine(NamedTuple):

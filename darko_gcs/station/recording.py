@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -11,7 +12,24 @@ from darko_gcs.errors import GroundError
 from protocol.errors import FileError
 from protocol.tlog import TlogWriter
 
-__all__ = ["default_folder", "start_recording"]
+__all__ = ["Recording", "default_folder", "start_recording"]
+
+
+class Recording(TlogWriter):
+    """A log in a file that is removed at the end if nothing was heard or sent."""
+
+    path: Path | None = None
+
+    def close(self) -> None:
+        """Flush and close the file; remove it if it is empty.
+
+        Raises:
+            FileError: The file has just failed.
+        """
+        super().close()
+        if self.path is not None and not self.written and not self.failed:
+            with suppress(OSError):
+                self.path.unlink()
 
 
 def default_folder() -> Path:
@@ -19,7 +37,7 @@ def default_folder() -> Path:
     return user_data_path("darko") / "logs"
 
 
-def start_recording(folder: Path) -> tuple[TlogWriter, Path]:
+def start_recording(folder: Path) -> tuple[Recording, Path]:
     """A new log in a folder, named by its start time (UTC), and its path.
 
     Raises:
@@ -35,11 +53,13 @@ def start_recording(folder: Path) -> tuple[TlogWriter, Path]:
         while not _created(path):
             count += 1
             path = folder / f"{stamp}-{count}.tlog"
-        return TlogWriter.open(path), path
+        recording = Recording.open(path)
     except OSError as error:
         raise GroundError(f"{path}: cannot be written: {error.strerror}") from error
     except FileError as error:
         raise GroundError(str(error)) from error
+    recording.path = path
+    return recording, path
 
 
 def _created(path: Path) -> bool:

@@ -22,7 +22,7 @@ from protocol.command_values import FORCE_ARM_DISARM
 from protocol.dialect import mavlink
 from protocol.endpoint_ground import GROUND_SYSTEM, GroundEndpoint
 from protocol.errors import FileError, LocalProtocolError
-from protocol.events import Event, MissionUploaded, VehicleRestarted
+from protocol.events import Event, MissionUploaded, ParameterConfirmed, VehicleRestarted
 from protocol.frames import LocalFrame
 from protocol.keyring import KeyRecord, Keyring
 from protocol.message import Message, Source, source_of
@@ -34,6 +34,7 @@ from protocol.tlog import TlogWriter
 __all__ = ["MAX_OTHER_VEHICLES", "Station"]
 
 RATE_WINDOW = 2.0  # between updates of message rate and loss [s]
+REFUSAL_TIME = 0.5  # after a confirmed parameter, in which it may still be refused [s]
 CONTROL_TIMEOUT = 10.0  # for another station to answer a request for control [s]
 MAX_OTHER_VEHICLES = 4  # beside the selected one that are reported
 _NAN = math.nan
@@ -76,6 +77,7 @@ class Station(FlightPlanRequests):
         self._recorder = recorder
         self._others: set[Source] = set()
         self._events: list[Event] = []
+        self._confirmed: dict[str, tuple[ParameterConfirmed, float]] = {}  # and when [s]
         self._last_rate = (0.0, 0)  # time [s] and message count of the last update of the rate
 
     # Bytes and time
@@ -111,6 +113,7 @@ class Station(FlightPlanRequests):
         self._families.handle_timer(now)
         self._update_signing(now)
         self._collect(now)
+        self._judge_parameters(now)
         self._update_rate(now)
 
     def outgoing(self, now: float, time_usec: int) -> list[bytes]:
@@ -264,6 +267,12 @@ class Station(FlightPlanRequests):
         """Fetch the descriptions of the vehicle's parameters, once."""
         self._try(now, lambda: self.parameter_metadata.request(now))
 
+    def record_note(self, text: str, now: float, time_usec: int) -> None:
+        """Put a text of this ground station into the recording; nothing is sent."""
+        line = mavlink.MAVLink_statustext_message(mavlink.MAV_SEVERITY_NOTICE, text.encode()[:50])
+        own = mavlink.MAVLink(None, srcSystem=GROUND_SYSTEM, srcComponent=self.endpoint.codec.component)
+        self._record(bytes(line.pack(own)), time_usec, now)
+
     def add_line(self, now: float, text: str, severity: int = mavlink.MAV_SEVERITY_WARNING) -> None:
         """Add a line to the operator's message log."""
         self.snapshot = add_line(self.snapshot, now, severity, text)
@@ -295,7 +304,10 @@ class Station(FlightPlanRequests):
         for event in self.endpoint.events():
             if self._families.follow(event, now):
                 continue
-            self.snapshot = reduce_event(self.snapshot, event, now)
+            if isinstance(event, ParameterConfirmed):  # the vehicle may think better of it: see _judge_parameters
+                self._confirmed[event.name] = (event, now)
+            else:
+                self.snapshot = reduce_event(self.snapshot, event, now)
             if isinstance(event, MissionUploaded):
                 self.snapshot = with_plan(self.snapshot, event.kind, self.plans.sent.get(event.kind, ()))
             self._events.append(event)
@@ -305,6 +317,19 @@ class Station(FlightPlanRequests):
         metadata = self.parameter_metadata.known
         if metadata and metadata is not self.snapshot.parameter_metadata:
             self.snapshot = replace(self.snapshot, parameter_metadata=metadata)
+
+    def _judge_parameters(self, now: float) -> None:
+        """Say that a parameter is set once it has stayed so; a vehicle may echo a value first and refuse it then."""
+        for name, (event, since) in tuple(self._confirmed.items()):
+            value = self.snapshot.parameters.get(name, event.value)
+            if not math.isclose(value, event.value, rel_tol=1e-6):
+                text = f"Parameter {name} stays {value:.7g}: the vehicle refused {event.value:.7g}"
+                self.add_line(now, text)
+            elif now - since >= REFUSAL_TIME:
+                self.snapshot = reduce_event(self.snapshot, event, now)
+            else:
+                continue
+            del self._confirmed[name]
 
     def _update_rate(self, now: float) -> None:
         since, count = self._last_rate

@@ -109,7 +109,7 @@ async def fly_headless(args: argparse.Namespace, sitl: Sequence[str]) -> FlightR
         if args.sitl:
             if args.state_dir is None:  # a scripted flight starts with a vehicle in its factory state
                 sitl = [*sitl, "--state-dir", stack.enter_context(tempfile.TemporaryDirectory())]
-            process = await SitlProcess.start(link.port, sitl, _print)
+            process = await SitlProcess.start(link.port, sitl, _print, args.api_port)
             stack.push_async_callback(process.stop)
         result = FlightResult(mission=str(args.mission), log=None if path is None else str(path), items=len(plan.items))
         await _Pilot(link, process, result, args.timeout).fly(plan.items, fence, rally)

@@ -58,6 +58,9 @@ class ActionHandler(Protocol):
     def show_next_page(self) -> None:
         """Turn the page of the flight panel."""
 
+    def ask_restart(self) -> None:
+        """Restart our simulated vehicle, after asking if it flies."""
+
     def ask_quit(self) -> None:
         """Quit, after asking if something would be lost."""
 
@@ -76,7 +79,11 @@ class Action:
     help: str
     run: Callable[[ActionHandler], None]
     question: Callable[[Snapshot], str | None] = _no_question  # to confirm first; None: nothing to confirm
-    needs_vehicle: bool = True
+    needs_vehicle: bool = True  # commands it: only from the flight screen, never in a recording
+    refusal: Callable[[Snapshot], str | None] = _no_question  # why it makes no sense now: nothing is asked or sent
+
+
+# One rule: a command that moves, stops or drops the vehicle asks first, by a question or by a form.
 
 
 def _question_arm(s: Snapshot) -> str | None:
@@ -84,15 +91,31 @@ def _question_arm(s: Snapshot) -> str | None:
 
 
 def _question_disarm(s: Snapshot) -> str | None:
-    return "Disarm IN THE AIR? The vehicle will fall." if s.is_airborne else None
+    if s.is_airborne:
+        return "Disarm IN THE AIR? The vehicle will fall."
+    return "Disarm? The propellers will stop." if s.armed is not False else None
 
 
-def _question_leave_mission(instead: str) -> Callable[[Snapshot], str | None]:
-    def question(s: Snapshot) -> str | None:
+def _question_move(what: str) -> Callable[[Snapshot], str]:
+    def question(s: Snapshot) -> str:
         is_active = s.mission_state == mavlink.MISSION_STATE_ACTIVE
-        return f"A mission is being flown. {instead} instead?" if is_active else None
+        return f"{what}? The mission that is being flown is left." if is_active else f"{what}?"
 
     return question
+
+
+def _question_start(s: Snapshot) -> str:
+    first = f" at item {s.mission_current}" if s.mission_current and s.mission_count else ""
+    return f"Fly the mission{first}?"
+
+
+def _question_cancel(s: Snapshot) -> str | None:
+    return "Cancel the transition? The vehicle goes back." if s.in_progress is not None else None
+
+
+def _on_ground(s: Snapshot) -> str | None:
+    on_ground = s.landed_state == mavlink.MAV_LANDED_STATE_ON_GROUND
+    return "The vehicle is on the ground: nothing was sent" if on_ground else None
 
 
 def _question_home(s: Snapshot) -> str:
@@ -136,17 +159,17 @@ ACTIONS = (
     Action(
         key="h", name="hold", label="Hold", help="Hold: stop and hover here",
         run=lambda app: app.request(lambda station, now: station.hold(now)),
-        question=_question_leave_mission("Hold"),
+        question=_question_move("Stop and hover here"), refusal=_on_ground,
     ),
     Action(
         key="l", name="land", label="Land", help="Land here",
         run=lambda app: app.request(lambda station, now: station.land(now)),
-        question=_question_leave_mission("Land here"),
+        question=_question_move("Land here"), refusal=_on_ground,
     ),
     Action(
         key="r", name="return", label="Home", help="Return home and land",
         run=lambda app: app.request(lambda station, now: station.return_home(now)),
-        question=_question_leave_mission("Return home"),
+        question=_question_move("Return home and land"), refusal=_on_ground,
     ),
     Action(
         key="H", name="set_home", label="", help="Move home to the vehicle's position",
@@ -158,11 +181,11 @@ ACTIONS = (
     ),
     Action(
         key="v", name="transition", label="Vtol", help="Transition to forward flight, or back to hover",
-        run=lambda app: app.ask_transition(),
+        run=lambda app: app.ask_transition(), refusal=_on_ground,
     ),
     Action(
         key="x", name="cancel", label="", help="Cancel the transition in progress",
-        run=lambda app: app.request(lambda station, now: station.cancel(now)),
+        run=lambda app: app.request(lambda station, now: station.cancel(now)), question=_question_cancel,
     ),
     Action(key="c", name="speed", label="", help="Change the speed", run=lambda app: app.ask_speed()),
     Action(
@@ -171,7 +194,7 @@ ACTIONS = (
     ),
     Action(
         key="s", name="start", label="Run", help="Start or resume the mission",
-        run=lambda app: app.request(lambda station, now: station.start_mission(now)),
+        run=lambda app: app.request(lambda station, now: station.start_mission(now)), question=_question_start,
     ),
     Action(
         key="m", name="mission", label="Plan", help="Mission: load, edit, upload, download",
@@ -207,6 +230,10 @@ ACTIONS = (
     Action(
         key="question_mark", name="help", label="Help", help="All keys", run=lambda app: app.show_help(),
         needs_vehicle=False,
+    ),
+    Action(
+        key="ctrl+r", name="restart", label="", help="Restart the simulator of --sitl",
+        run=lambda app: app.ask_restart(), needs_vehicle=False,
     ),
     Action(
         key="q", name="quit", label="", help="Quit the ground station", run=lambda app: app.ask_quit(),

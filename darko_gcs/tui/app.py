@@ -7,21 +7,26 @@ from collections.abc import Callable, Iterable
 from datetime import datetime
 from typing import ClassVar
 
+from textual import events
 from textual.app import App, SystemCommand
 from textual.binding import Binding, BindingType
-from textual.screen import Screen
+from textual.screen import ModalScreen, Screen
 
 from darko_gcs.errors import GroundError
 from darko_gcs.feed.feed import Feed
 from darko_gcs.state.text import format_time
 from darko_gcs.tui.actions import ACTIONS, Action, Request, control_question
+from darko_gcs.tui.help_texts import COLOUR_MEANINGS, KEY_SYMBOLS, QUESTION_RULES
 from darko_gcs.tui.plan_draft import PlanDraft
-from darko_gcs.tui.screens.dialogs import AskScreen, ConfirmScreen, HelpScreen, parse_number
+from darko_gcs.tui.screens.dialogs import AskScreen, ConfirmScreen, HelpScreen, QuitScreen, parse_number
 from darko_gcs.tui.screens.flight_plan_screen import FlightPlanScreen
 from darko_gcs.tui.screens.flight_screen import FlightScreen
 from darko_gcs.tui.screens.messages_screen import MessagesScreen
 from darko_gcs.tui.screens.mission_screen import MissionScreen
 from darko_gcs.tui.screens.parameters_screen import ParametersScreen
+from darko_gcs.tui.screenshot import save_screenshot
+from darko_gcs.tui.typed_keys import TypedKeys
+from darko_gcs.tui.ways_out import watch_signals
 from darko_gcs.tui.widgets.flight_panel import FlightPanel
 from darko_gcs.tui.widgets.map_panel import MapPanel
 from darko_gcs.tui.widgets.plan_map import PlanMapPanel
@@ -31,6 +36,7 @@ __all__ = ["GroundStationApp"]
 
 REFRESH_PERIOD = 0.1  # [s]
 ACTION_BY_NAME = {action.name: action for action in ACTIONS}
+FLIGHT_ACTIONS = {action.name: action.key for action in ACTIONS if action.needs_vehicle}
 FORWARD_STATES = frozenset({mavlink.MAV_VTOL_STATE_FW, mavlink.MAV_VTOL_STATE_TRANSITION_TO_FW})
 
 
@@ -50,9 +56,12 @@ class GroundStationApp(App[int]):
         self.feed = feed
         self.draft = PlanDraft()
         self._last_pull = time.monotonic()
+        self._keys = TypedKeys(self, self._tell_ignored_keys, is_guarded=feed.station is not None)
 
     async def on_mount(self) -> None:
         """Open the feed and begin to show it."""
+        self._keys.start()
+        watch_signals(self.end_at_once)
         try:
             await self.feed.open()
         except GroundError as error:
@@ -66,7 +75,27 @@ class GroundStationApp(App[int]):
 
     async def on_unmount(self) -> None:
         """Close the feed, also after an error."""
+        self._keys.stop()
         await self.feed.close()
+
+    async def on_event(self, event: events.Event) -> None:
+        """Take keys one at a time; everything else at once."""
+        if isinstance(event, events.Key | events.Paste) and not event.is_forwarded and not self._keys.has_turn(event):
+            self._keys.add(event)
+        else:
+            await super().on_event(event)
+
+    def on_key(self, event: events.Key) -> None:
+        """Say why a flight key does nothing where it does nothing."""
+        if event.key not in FLIGHT_ACTIONS.values() or event.key in self.screen.active_bindings:
+            return
+        if self.feed.station is None:
+            self._can_command()
+        elif not isinstance(self.screen, ModalScreen):
+            self.notify(f"{event.key}: flight keys work on the flight screen; Esc goes back", severity="warning")
+
+    def _tell_ignored_keys(self) -> None:
+        self.notify("Keys that came all at once, as from a paste, are no commands: not taken", severity="warning")
 
     def first_screen(self) -> FlightScreen:
         """The screen that is always at the bottom."""
@@ -84,10 +113,22 @@ class GroundStationApp(App[int]):
 
     # Actions
 
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
+        """Flight commands exist on the flight screen of a vehicle only: elsewhere their keys mean something else."""
+        if action == "act" and parameters and parameters[0] in FLIGHT_ACTIONS:
+            return self.feed.station is not None and isinstance(self.screen, FlightScreen)
+        if action == "act" and parameters == ("restart",):
+            return self.feed.station is not None
+        return super().check_action(action, parameters)
+
     def action_act(self, name: str) -> None:
         """Run one of the table's actions, after asking if it must be confirmed."""
         action = ACTION_BY_NAME[name]
         if action.needs_vehicle and not self._can_command():
+            return
+        refusal = action.refusal(self.feed.snapshot)
+        if refusal is not None:
+            self.notify(refusal, severity="warning")
             return
         question = action.question(self.feed.snapshot)
         if question is None:
@@ -204,7 +245,18 @@ class GroundStationApp(App[int]):
 
     def show_help(self) -> None:
         """Open the list of keys."""
-        self.push_screen(HelpScreen(self.extra_keys(), _screen_keys(self.screen)))
+        here = _screen_keys(self.screen)
+        taken = {key for key, _ in here}
+        actions = [
+            (KEY_SYMBOLS.get(action.key, action.key), action.help)
+            for action in ACTIONS
+            if self.check_action("act", (action.name,)) and action.key not in taken
+        ]
+        sections = [("Keys of this screen", here), ("Recording", self.extra_keys()), ("Keys", actions)]
+        if self.feed.station is not None:
+            sections.append(("Questions and ways out", QUESTION_RULES))
+        sections.append(("Colours", COLOUR_MEANINGS))
+        self.push_screen(HelpScreen([(title, rows) for title, rows in sections if rows]))
 
     def extra_keys(self) -> list[tuple[str, str]]:
         """Keys beside those of the table, with their texts."""
@@ -222,23 +274,71 @@ class GroundStationApp(App[int]):
         for panel in self.screen.query(FlightPanel):
             panel.next_page()
 
+    def ask_restart(self) -> None:
+        """Restart the simulator that ``--sitl`` started; ask first if its vehicle is armed."""
+        if self.feed.restart is None:
+            self.notify("There is no simulator of ours to restart (see --sitl)", severity="warning")
+        elif self.feed.snapshot.armed and not self.feed.snapshot.lost:
+            self._confirm("The vehicle is armed. Restart the simulator?", self._restart)
+        else:
+            self._restart()
+
+    def _restart(self) -> None:
+        if self.feed.restart is not None:
+            self.run_worker(self.feed.restart())
+
     def ask_quit(self) -> None:
         """Quit; ask first if the vehicle is armed or the plan would be lost."""
+        if isinstance(self.screen, QuitScreen):
+            return
         reasons = []
         if self.feed.snapshot.armed and self.feed.station is not None:
             reasons.append("The vehicle is armed.")
         if self.draft.is_at_risk:
             reasons.append("The plan is neither saved nor on the vehicle.")
         if reasons:
-            self._confirm(" ".join([*reasons, "Quit anyway?"]), lambda: self.exit(0))
+            self.push_screen(QuitScreen(" ".join([*reasons, "Quit anyway?"])), self._quit_if)
         else:
+            self._quit_if(True)
+
+    def _quit_if(self, yes: bool | None) -> None:
+        if yes:
+            self._record_end("The operator quit")
             self.exit(0)
 
+    async def action_quit(self) -> None:
+        """Ctrl+Q and the palette's Quit: the same question as q."""
+        self.ask_quit()
+
+    def action_help_quit(self) -> None:
+        """Ctrl+C, which Textual only explains: the same question as q."""
+        self.ask_quit()
+
+    def end_at_once(self, reason: str) -> None:
+        """End without a question, because nobody can answer one; the recording says why."""
+        self._record_end(reason)
+        self.exit(0)
+
+    def _record_end(self, reason: str) -> None:
+        self.feed.note(f"{reason}, vehicle armed" if self.feed.snapshot.armed else reason)
+
+    def action_screenshot(self, filename: str | None = None, path: str | None = None) -> None:
+        """Save the screen as a picture, and say where or why not."""
+        text, failed = save_screenshot(self.export_screenshot(), filename, path)
+        self.notify(text, severity="error" if failed else "information")
+
     def get_system_commands(self, screen: Screen[object]) -> Iterable[SystemCommand]:
-        """The command palette: the table's actions, then Textual's own."""
+        """The command palette: the actions that can be done now, then what Textual adds."""
         for action in ACTIONS:
-            yield SystemCommand(action.label or action.name.replace("_", " "), action.help, self._runner(action))
-        yield from super().get_system_commands(screen)
+            if self.check_action("act", (action.name,)):
+                yield SystemCommand(action.help.split(":")[0], action.help, self._runner(action))
+        yield SystemCommand("Screenshot", "Save the screen as a picture (SVG)", self._screenshot_soon)
+        for command in super().get_system_commands(screen):
+            if command.title not in {"Quit", "Screenshot"}:
+                yield command
+
+    def _screenshot_soon(self) -> None:
+        self.set_timer(0.1, self.action_screenshot)  # when the palette has gone
 
     def _runner(self, action: Action) -> Callable[[], None]:
         return lambda: self.action_act(action.name)

@@ -12,6 +12,9 @@ from protocol.plans.fence_rally import fence_items, rally_items, with_fence, wit
 __all__ = ["PlanDraft"]
 
 
+MAX_UNDONE = 100  # edits that can be taken back
+
+
 @dataclass(kw_only=True)
 class PlanDraft:
     """The plan being edited. The app owns it, so leaving the mission screen loses nothing."""
@@ -22,6 +25,7 @@ class PlanDraft:
     saved: bool = True  # in a file, as it is
     fence: Items = ()  # of the plan
     rally: Items = ()  # of the plan
+    undone: list[Plan] = field(default_factory=list)  # plans before each edit, newest last
     vehicle_plans: tuple[Items, ...] = ()  # the vehicle's mission, fence and rally points, as last seen
 
     def take(self, plan: Plan, path: str) -> None:
@@ -32,7 +36,24 @@ class PlanDraft:
         """
         fence, rally = fence_items(plan), rally_items(plan)
         self.plan, self.path, self.fence, self.rally = plan, path, fence, rally
+        self.undone.clear()
         self.changed = self.saved = True
+
+    def edit(self, items: Items) -> None:
+        """Replace the mission's items; ``undo`` takes it back."""
+        self.undone = [*self.undone[-MAX_UNDONE + 1 :], self.plan]
+        # ``item_keys`` are a file's extra fields of the old items: they do not fit the new ones.
+        self._become(replace(self.plan, items=items, item_keys=()))
+
+    def undo(self) -> bool:
+        """Take the last edit back; False if there is none."""
+        if not self.undone:
+            return False
+        self._become(self.undone.pop())
+        return True
+
+    def _become(self, plan: Plan) -> None:
+        self.plan, self.changed, self.saved = plan, True, False
 
     def is_on_vehicle(self, s: Snapshot) -> bool:
         """True if the vehicle has all of the plan. A fence or rally points that only the vehicle has do not count."""
@@ -46,6 +67,7 @@ class PlanDraft:
             LocalProtocolError: The vehicle's fence cannot be written to a file; the draft follows it nevertheless.
         """
         plan = replace(self.plan, items=s.mission, item_keys=())
+        self.undone.clear()
         old, self.fence, self.rally = (self.fence, self.rally), s.fence, s.rally
         self.plan = plan
         if old != (s.fence, s.rally):

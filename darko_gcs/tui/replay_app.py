@@ -1,4 +1,4 @@
-"""The same screens on a recording, with a time bar."""
+"""The same screens on a recording, with a time bar and the keys of a player."""
 
 from __future__ import annotations
 
@@ -7,16 +7,22 @@ from typing import ClassVar
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 
+from darko_gcs.feed.recorded_marks import MarkKind
 from darko_gcs.feed.replay_feed import ReplayFeed
-from darko_gcs.state.snapshot import Snapshot
-from darko_gcs.state.text import format_time
 from darko_gcs.tui.app import GroundStationApp
-from darko_gcs.tui.render.canvas import StyledLine
 from darko_gcs.tui.screens.flight_screen import FlightScreen
-from darko_gcs.tui.widgets.panel import styled_line
-from darko_gcs.tui.widgets.status_bar import StatusBar
+from darko_gcs.tui.widgets.time_bar import TimeBar
 
-__all__ = ["ReplayApp", "ReplayScreen", "TimeBar"]
+__all__ = ["ReplayApp", "ReplayScreen"]
+
+MARK_KEYS = {
+    "j": MarkKind.JUMP,
+    "f": MarkKind.MODE,
+    "w": MarkKind.WARNING,
+    "i": MarkKind.WAYPOINT,
+    "g": MarkKind.GAP,
+}
+FOOTER_MARKS = frozenset("jw")  # the help has the other keys, too
 
 
 class ReplayApp(GroundStationApp):
@@ -30,8 +36,19 @@ class ReplayApp(GroundStationApp):
         Binding("shift+right", "seek(30)", "", show=False),
         Binding("home", "go(0)", "", show=False),
         Binding("end", "go(1)", "", show=False),
-        Binding("left_square_bracket", "speed(-1)", "Slower"),
-        Binding("right_square_bracket", "speed(1)", "Faster"),
+        Binding("left_square_bracket", "speed(-1)", "Slow"),
+        Binding("right_square_bracket", "speed(1)", "Fast"),
+        Binding("full_stop", "step(1)", "", show=False),
+        Binding("comma", "step(-1)", "", show=False),
+        Binding("b", "backwards", "", show=False),
+        Binding("l", "loop", "", show=False),
+        Binding("tab", "mark('', 1)", "Mark", priority=True),
+        Binding("shift+tab", "mark('', -1)", "", show=False, priority=True),
+        *(
+            Binding(key, f"mark('{kind.value}', 1)", kind.value.title(), show=key in FOOTER_MARKS)
+            for key, kind in MARK_KEYS.items()
+        ),
+        *(Binding(key.upper(), f"mark('{kind.value}', -1)", "", show=False) for key, kind in MARK_KEYS.items()),
         *(Binding(str(n), f"go({n / 10})", "", show=False) for n in range(1, 10)),
     ]
 
@@ -47,26 +64,70 @@ class ReplayApp(GroundStationApp):
         """The player's keys."""
         return [
             ("space", "Pause or play"),
-            ("left right", "Seek 5 s; with shift 30 s"),
-            ("home end 1-9", "Go to the beginning, the end, tenths of the flight"),
+            ("left right", "Seek 5 s; with shift 30 s; a click on the time bar seeks there"),
+            ("home end 1-9", "Go to the beginning, the end, tenths of the recording"),
             ("[ ]", "Slower, faster"),
+            (". ,", "One message on, one message back"),
+            ("b", "Play backwards, or forwards again"),
+            ("l", "Begin anew at the end, or stop there"),
+            ("tab", "Next mark of any kind; shift+tab: the one before"),
+            *((f"{key} {key.upper()}", f"Next {kind.value}, the one before") for key, kind in MARK_KEYS.items()),
         ]
+
+    def pull(self) -> None:
+        """Show the newest snapshot, and where it is."""
+        super().pull()
+        for screen in self.screen_stack:
+            for bar in screen.query(TimeBar):
+                bar.redraw()
+
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
+        """The player's keys work wherever no dialog waits for an answer."""
+        if action in {"pause", "mark"} and self.screen.is_modal:
+            return False
+        return super().check_action(action, parameters)
 
     def action_pause(self) -> None:
         """Pause or play."""
         self.replay.toggle()
+        self.pull()
 
     def action_seek(self, step: float) -> None:
         """Move by some seconds."""
-        self.replay.seek(self.replay.timeline.position + step)
+        self.replay.seek(self.replay.now + step)
+        self.pull()
 
     def action_go(self, share: float) -> None:
-        """Go to a share (0..1) of the flight."""
+        """Go to a share (0..1) of the recording."""
         self.replay.seek(share * self.replay.timeline.duration)
+        self.pull()
+
+    def action_step(self, messages: int) -> None:
+        """Go on or back by some messages."""
+        self.replay.step(messages)
+        self.pull()
+
+    def action_mark(self, kind: str, direction: int) -> None:
+        """Go to the next or previous mark of a kind, or of any kind."""
+        if self.replay.seek_mark(MarkKind(kind) if kind else None, direction) is None:
+            order = "later" if direction > 0 else "earlier"
+            self.notify(f"No {order} {kind or 'mark'} in this recording")
+        self.pull()
+
+    def action_backwards(self) -> None:
+        """Play in the other direction."""
+        self.replay.backwards = not self.replay.backwards
+        self.pull()
+
+    def action_loop(self) -> None:
+        """Begin anew at the end, or stop there."""
+        self.replay.looping = not self.replay.looping
+        self.pull()
 
     def action_speed(self, steps: int) -> None:
         """Play slower or faster."""
         self.replay.change_speed(steps)
+        self.pull()
 
 
 class ReplayScreen(FlightScreen):
@@ -80,28 +141,3 @@ class ReplayScreen(FlightScreen):
         """The flight screen's widgets, then the bar."""
         yield from super().compose()
         yield TimeBar(self._feed).data_bind(ReplayScreen.snapshot, ReplayScreen.now)
-
-
-class TimeBar(StatusBar):
-    """Position in the flight, playing speed, damaged places of the log."""
-
-    def __init__(self, feed: ReplayFeed) -> None:
-        super().__init__("replay-bar")
-        self._feed = feed
-
-    def draw(self, s: Snapshot, width: int, height: int) -> list[StyledLine]:  # noqa: ARG002 - from the feed
-        """State, bar, times."""
-        timeline = self._feed.timeline
-        state = "▶" if self._feed.playing else "⏸"
-        times = f" {format_time(timeline.position)} / {format_time(timeline.duration)}  {self._feed.speed:g}x "
-        room = max(1, width - len(times) - 3)
-        cells = ["─"] * room
-        for marker in timeline.markers:
-            cells[_cell(marker.time, timeline.duration, room)] = "!"
-        at = _cell(timeline.position, timeline.duration, room)
-        line: StyledLine = [(f" {state} ", "accent"), ("".join(cells[:at]), "plan"), ("●", "accent")]
-        return [[*line, ("".join(cells[at + 1 :]), "dim"), *styled_line(times)]]
-
-
-def _cell(time: float, duration: float, room: int) -> int:
-    return min(room - 1, int(room * time / duration)) if duration > 0.0 else 0

@@ -1,4 +1,4 @@
-"""A recorded flight as a timeline: its position, the next messages, and the state at any moment.
+"""A recorded flight as a timeline: its position, and the records that come next.
 
 The caller has the clock: it decides on pauses and speed. Playing time starts at 0 with the first record and never runs
 backwards, also if the recording clock did: where that clock was set back, playing continues from there, and a single
@@ -12,21 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from protocol.dialect import mavlink
 from protocol.message import Message
-from protocol.tlog import TlogReader, message_name
+from protocol.tlog import TlogReader
 
 __all__ = ["Marker", "Timeline", "playing_times"]
-
-_MAX_HISTORY = 100  # messages of each cumulative type that are returned to rebuild a state
-_CUMULATIVE = ("STATUSTEXT", "DARKO_JUMP")  # each message adds to those before
-_INSTANCES = {  # fields that distinguish instances of a message, where the dialect does not define them
-    "COMMAND_ACK": "command",
-    "MISSION_ITEM": "seq",
-    "MISSION_ITEM_INT": "seq",
-    "MISSION_ITEM_REACHED": "seq",
-    "PARAM_VALUE": "param_id",
-}
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,12 +44,13 @@ def playing_times(times: NDArray[np.int64]) -> NDArray[np.float64]:
 
 
 class Timeline:
-    """Plays a log. Messages outside the dialect are left out, as on a link.
+    """Plays a log: a position in time, and the number of records played, which tells records of one time apart.
 
     Attributes:
         times: Playing time of each record [s], shape (n,).
         duration: Playing time of the last record [s].
         position: Playing time reached [s].
+        played: Records played: the next one has this index.
         markers: Damage and steps of the recording clock, by time.
     """
 
@@ -69,74 +59,42 @@ class Timeline:
         self.times = playing_times(reader.times)
         self.duration = float(self.times[-1]) if len(self.times) else 0.0
         self.position = 0.0
+        self.played = 0
         self.markers = _markers(reader, self.times)
-        self._next = 0  # first record not played yet
-        self._keys = _keys(reader)
 
     @property
     def finished(self) -> bool:
         """Whether every record has been played."""
-        return self._next == len(self._reader)
+        return self.played == len(self._reader)
 
     @property
     def time_usec(self) -> int:
         """Recorded time of the last record played [us]; of the first record before the start."""
-        return int(self._reader.times[max(self._next - 1, 0)]) if len(self._reader) else 0
+        return int(self._reader.times[max(self.played - 1, 0)]) if len(self._reader) else 0
 
-    def seek(self, time: float) -> list[Message]:
-        """Move to a playing time [s], clamped to the log; returns ``messages_until`` it, to rebuild the state."""
+    def seek(self, time: float) -> None:
+        """Move to a playing time [s], clamped to the log: after the records up to and at it."""
         self.position = min(max(time, 0.0), self.duration)
-        self._next = self._count(self.position)
-        return self.messages_until(self.position)
+        self.played = self._count(self.position)
 
-    def advance(self, dt: float) -> list[Message]:
-        """Play ``dt`` seconds (>= 0): the messages in (position, position + dt], the very first one included."""
+    def go_to(self, played: int) -> None:
+        """Move to where so many records have been played."""
+        self.played = min(max(played, min(1, len(self._reader))), len(self._reader))
+        self.position = float(self.times[self.played - 1]) if self.played else 0.0
+
+    def advance(self, dt: float) -> range:
+        """Play ``dt`` seconds (>= 0): the records in (position, position + dt], the very first one included."""
         self.position = min(self.position + dt, self.duration)
-        begin, self._next = self._next, max(self._next, self._count(self.position))
-        return self._decode(range(begin, self._next))
+        begin, self.played = self.played, max(self.played, self._count(self.position))
+        return range(begin, self.played)
 
-    def between(self, after: float, until: float) -> list[Message]:
-        """Messages in (after, until], playing times [s]; the position stays."""
-        return self._decode(range(self._count(after), self._count(until)))
-
-    def messages_until(self, time: float) -> list[Message]:
-        """The last message of each kind up to a playing time [s], in the order of the log; the position stays.
-
-        A kind is one message type of one source and, for messages with instances (parameters, mission items,
-        batteries, named values), of one instance. Of texts and jumps the last hundred messages are returned.
-        """
-        keys = self._keys[: self._count(time)]
-        single, cumulative = np.flatnonzero(keys >= 0), np.flatnonzero(keys < 0)
-        last = np.full(int(keys.max(initial=-1)) + 1, -1)
-        last[keys[single]] = single  # the last of several assignments counts
-        rows = [last[last >= 0]]
-        rows += [cumulative[self._reader.ids[cumulative] == number][-_MAX_HISTORY:] for number in _cumulative_ids()]
-        return self._decode(np.sort(np.concatenate(rows)).tolist())
+    def message(self, record: int) -> Message | None:
+        """The message of a record; None outside the dialect, as on a link."""
+        return self._reader.decode(record)
 
     def _count(self, time: float) -> int:
         """Records up to and at a playing time."""
         return int(np.searchsorted(self.times, time, side="right"))
-
-    def _decode(self, rows: range | list[int]) -> list[Message]:
-        return [message for row in rows if (message := self._reader.decode(row)) is not None]
-
-
-def _cumulative_ids() -> list[int]:
-    return [number for number, known in mavlink.mavlink_map.items() if known.msgname in _CUMULATIVE]
-
-
-def _keys(reader: TlogReader) -> NDArray[np.int64]:
-    """A small number for each record's kind; -1 for cumulative messages."""
-    sources = reader.ids << 16 | reader.systems.astype(np.int64) << 8 | reader.components
-    instances = np.zeros(len(reader), dtype=np.int64)
-    for number in np.unique(reader.ids[reader.known]).tolist():
-        name = message_name(number)
-        if (field := _INSTANCES.get(name, mavlink.mavlink_map[number].instance_field)) is not None:
-            _, instances[reader.rows(name)] = np.unique(reader.columns(name)[field], return_inverse=True)
-    kinds = np.unique(sources, return_inverse=True)[1] * (instances.max(initial=0) + 1) + instances
-    keys: NDArray[np.int64] = np.unique(kinds, return_inverse=True)[1]
-    keys[np.isin(reader.ids, _cumulative_ids())] = -1
-    return keys
 
 
 def _markers(reader: TlogReader, times: NDArray[np.float64]) -> tuple[Marker, ...]:

@@ -230,7 +230,10 @@ def _aloud(live: LiveScenario) -> int:
 
 
 def _number(text: str) -> float:
-    value = float(text)
+    try:
+        value = float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number") from None
     if not math.isfinite(value):
         raise argparse.ArgumentTypeError(f"{text} is not a finite number")
     return value
@@ -243,8 +246,15 @@ def _not_negative(text: str) -> float:
     return value
 
 
+def _whole_number(text: str) -> int:
+    try:
+        return int(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number") from None
+
+
 def _seed(text: str) -> int:
-    value = int(text)
+    value = _whole_number(text)
     if value < 0:
         raise argparse.ArgumentTypeError(f"{text} is negative")
     return value
@@ -255,7 +265,7 @@ def _speed(text: str) -> float:
 
 
 def _port(text: str) -> int:
-    value = int(text)
+    value = _whole_number(text)
     if not 0 <= value <= 65535:
         raise argparse.ArgumentTypeError(f"{text} is not a UDP port")
     return value
@@ -269,8 +279,11 @@ def _address(text: str) -> str:
 
 
 def _wind(text: str) -> tuple[float, float]:
-    speed, _, direction = text.partition("@")
-    return _not_negative(speed), _number(direction or "0")
+    speed, at, direction = text.partition("@")
+    try:
+        return _not_negative(speed), _number(direction) if at else 0.0
+    except argparse.ArgumentTypeError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not M/S@DEG, as 5@270: 5 m/s from the west") from None
 
 
 def _numbers(text: str, names: tuple[str, ...]) -> tuple[float, ...]:

@@ -19,11 +19,11 @@ MIN_VALUE = 1e-6  # smaller values are drawn as this
 
 def log_chart(
     times: Sequence[float],
-    *traces: tuple[Sequence[float], str],
+    *traces: tuple[Sequence[float], str, str],
     width: int,
     height: int,
     window: float,
-    thresholds: Sequence[tuple[float, str]] = (),
+    thresholds: Sequence[tuple[float, str, str]] = (),
     jumps: Sequence[tuple[float, str]] = (),
     now: float,
 ) -> list[StyledLine]:
@@ -31,23 +31,24 @@ def log_chart(
 
     Args:
         times: Time of each value, ascending [s].
-        traces: Values at these times, and their style; NaN leaves a gap. Later traces cover earlier ones.
+        traces: Values at these times, their style, and a letter that marks the newest of them; NaN leaves a gap. Later
+            traces cover earlier ones.
         width: Cells.
         height: Cells.
         window: Time shown [s].
-        thresholds: Values drawn as dashed lines, with their labels.
-        jumps: Times marked by a vertical line.
+        thresholds: Values drawn as dashed lines, with their labels and styles.
+        jumps: Times marked by a vertical line, and their names, which stand above where there is room.
         now: Time at the right edge [s].
     """
-    thresholds = [(value, label) for value, label in thresholds if math.isfinite(value)]
+    thresholds = [threshold for threshold in thresholds if math.isfinite(threshold[0])]
     plot_width, plot_height = max(1, width - LABEL_WIDTH), max(1, height - 1)
     seen = [
         v
-        for values, _ in traces
+        for values, _, _ in traces
         for t, v in zip(times, values, strict=True)
         if now - window <= t <= now and math.isfinite(v)
     ]
-    low, high = _decades([*seen, *(v for v, _ in thresholds)])
+    low, high = _decades([*seen, *(v for v, _, _ in thresholds)])
     canvas = BrailleCanvas(plot_width, plot_height)
 
     def x(t: float) -> float:
@@ -56,15 +57,18 @@ def log_chart(
     def y(v: float) -> float:
         return (high - math.log10(max(v, MIN_VALUE))) / (high - low) * (4 * plot_height - 1)
 
-    for value, _ in thresholds:
+    for value, _, style in thresholds:
         for dot in range(0, 2 * plot_width, 4):
-            canvas.plot(dot, y(value), "warn")
-    for time, _ in jumps:
-        if now - window <= time <= now:
-            canvas.line((x(time), 0), (x(time), 4 * plot_height - 1), "mark")
-    for values, style in traces:
-        _trace(canvas, [(t, v) for t, v in zip(times, values, strict=True) if t >= now - window], x, y, style)
-    _put_threshold_labels(canvas, [(int(y(value)) // 4, label) for value, label in thresholds])
+            canvas.plot(dot, y(value), style)
+    shown = [(x(time), name) for time, name in jumps if now - window <= time <= now]
+    for at, _ in shown:
+        canvas.line((at, 0), (at, 4 * plot_height - 1), "jump")
+    for values, style, letter in traces:
+        points = [(t, v) for t, v in zip(times, values, strict=True) if t >= now - window]
+        _trace(canvas, points, x, y, style)
+        _put_letter(canvas, points, x, y, (letter, style))
+    _put_threshold_labels(canvas, [(int(y(value)) // 4, label, style) for value, label, style in thresholds])
+    _put_jump_names(canvas, shown)
     if not seen:
         canvas.put(max(0, plot_width // 2 - 6), plot_height // 2, "no data yet", "dim")
     lines = [
@@ -111,13 +115,30 @@ def _time_axis(width: int, window: float) -> StyledLine:
     return [(" " * LABEL_WIDTH + left + right.rjust(max(0, width - LABEL_WIDTH - len(left))), "dim")]
 
 
-def _put_threshold_labels(canvas: BrailleCanvas, rows: Sequence[tuple[int, str]]) -> None:
+def _put_letter(
+    canvas: BrailleCanvas, points: Sequence[tuple[float, float]], x: Axis, y: Axis, letter: tuple[str, str]
+) -> None:
+    """A letter at the newest point, which tells the trace without its colour."""
+    last = next(((t, v) for t, v in reversed(points) if math.isfinite(v)), None)
+    if last is not None:
+        canvas.put(min(canvas.width - 1, int(x(last[0])) // 2), int(y(last[1])) // 4, *letter)
+
+
+def _put_jump_names(canvas: BrailleCanvas, jumps: Sequence[tuple[float, str]]) -> None:
+    """Names at the top, right of their lines, if they end before the next one."""
+    columns = [int(at) // 2 for at, _ in jumps]
+    for (_, name), begin, end in zip(jumps, columns, [*columns[1:], canvas.width], strict=False):
+        if begin + 1 + len(name) <= end:
+            canvas.put(begin + 1, 0, name, "jump")
+
+
+def _put_threshold_labels(canvas: BrailleCanvas, rows: Sequence[tuple[int, str, str]]) -> None:
     """Labels at the right end of their lines; labels in one row stand side by side."""
     free: dict[int, int] = {}  # columns up to which a row is free
-    for row, label in rows:
+    for row, label, style in rows:
         end = free.get(row, canvas.width)
         free[row] = end - len(label) - 1
-        canvas.put(max(0, end - len(label)), row, label, "warn")
+        canvas.put(max(0, end - len(label)), row, label, style)
 
 
 def _cut(line: StyledLine, width: int) -> StyledLine:

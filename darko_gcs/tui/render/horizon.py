@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
+from itertools import groupby
 
 from darko_gcs.tui.render.canvas import BrailleCanvas, StyledLine
 from protocol.frames import Quaternion, Vector, rotate
@@ -13,6 +15,7 @@ FIELD_OF_VIEW = math.radians(50.0)  # from top to bottom
 DIRECTION_NAMES = {0: "N", 45: "NE", 90: "E", 135: "SE", 180: "S", 225: "SW", 270: "W", 315: "NW"}
 DEGREES_PER_CELL = 5
 MAX_HEADING = 1e6  # a larger heading is nonsense [rad]
+LOWER_BLOCKS = "▁▂▃▄▅▆▇"  # eighths of a cell
 ARROWS_FROM_RIGHT = "→↘↓↙←↖↑↗"  # clockwise, 45 deg apart
 MIN_TILT = 0.02  # of the vertical against the line of sight, for the arrow to have a direction [-]
 
@@ -20,36 +23,59 @@ MIN_TILT = 0.02  # of the vertical against the line of sight, for the arrow to h
 def horizon(q_displayed: Quaternion, *, width: int, height: int) -> list[StyledLine]:
     """The horizon as a camera along the displayed x axis sees it: rolling right tilts it to the left.
 
-    A dot shows ground where its ray points below the horizontal, d . (1, y, z) > 0 with d "down" in the displayed
-    axes. That is linear in the dot's place and has no singular attitude, where Euler angles have two. Without a
-    horizon in view, an arrow points to the nearest one.
+    Sky and ground fill the view. A dot shows ground where its ray points below the horizontal, d . (1, y, z) > 0 with
+    d "down" in the displayed axes. That is linear in the dot's place and has no singular attitude, where Euler angles
+    have two. Without a horizon in view, an arrow points to the nearest one.
 
     Args:
         q_displayed: Attitude FRD -> NED as it is to be shown, level in an upright hover.
         width: Cells.
         height: Cells.
     """
-    canvas = BrailleCanvas(width, height)
     down = _down(q_displayed)
     if down is None:
+        canvas = BrailleCanvas(width, height)
         canvas.put(0, height // 2, "--", "dim")
         return canvas.lines()
     per_dot = math.tan(FIELD_OF_VIEW / 2.0) / (2 * height)  # dots are square
     across, below = down[1] * per_dot, down[2] * per_dot
-    slope = math.hypot(across, below)
-    in_view = False
-    for y in range(4 * height):
-        for x in range(2 * width):
-            depth = down[0] + across * (x - width + 0.5) + below * (y - 2 * height + 0.5)
-            if abs(depth) <= 0.5 * slope:
-                canvas.plot(x, y, "accent")
-                in_view = True
-            elif depth > 0.0 and (x + y) % 4 == 0 and x % 2 == 0:
-                canvas.plot(x, y, "plan")
-    _draw_wings(canvas)
-    if not in_view:
-        _draw_arrow(canvas, down)
-    return canvas.lines()
+
+    def is_ground(x: int, y: int) -> bool:
+        return down[0] + across * (x - width + 0.5) + below * (y - 2 * height + 0.5) > 0.0
+
+    cells = [[_cell(is_ground, column, row) for column in range(width)] for row in range(height)]
+    is_one = len({style for line in cells for _, style in line}) == 1  # all sky, or all ground
+    _draw_wings(cells)
+    if is_one:
+        _draw_arrow(cells, down)
+    return [_joined(line) for line in cells]
+
+
+def _cell(is_ground: Callable[[int, int], bool], column: int, row: int) -> tuple[str, str]:
+    """Sky, ground, or the share of both in a cell; ground also has dots, to be told without colours."""
+    dots = [[is_ground(2 * column + x, 4 * row + y) for x in range(2)] for y in range(4)]
+    ground = sum(map(sum, dots))
+    if ground in {0, 8}:
+        return (" ", "sky") if ground == 0 else ("·" if (column + 2 * row) % 4 == 0 else " ", "ground")
+    low = sum(map(sum, dots[2:]))
+    if low > ground - low:
+        return LOWER_BLOCKS[ground - 1], "ground-on-sky"
+    if low < ground - low:
+        return LOWER_BLOCKS[7 - ground], "sky-on-ground"
+    return "▌", "ground-on-sky" if sum(line[0] for line in dots) > sum(line[1] for line in dots) else "sky-on-ground"
+
+
+def _joined(cells: Sequence[tuple[str, str]]) -> StyledLine:
+    """The cells of a row with neighbours of one style in one segment."""
+    return [("".join(text for text, _ in group), style) for style, group in groupby(cells, key=lambda cell: cell[1])]
+
+
+def _put(cells: list[list[tuple[str, str]]], column: int, row: int, text: str) -> None:
+    """Text in the colours of symbols, on the sky or ground that is there."""
+    for offset, character in enumerate(text):
+        if 0 <= row < len(cells) and 0 <= column + offset < len(cells[row]):
+            on = "ground" if cells[row][column + offset][1] in {"ground", "sky-on-ground"} else "sky"
+            cells[row][column + offset] = (character, f"symbol-on-{on}")
 
 
 def _down(q: Quaternion) -> Vector | None:
@@ -61,26 +87,26 @@ def _down(q: Quaternion) -> Vector | None:
     return rotate((w, -x, -y, -z), (0.0, 0.0, 1.0))
 
 
-def _draw_wings(canvas: BrailleCanvas) -> None:
-    centre = canvas.height // 2
-    wing = min(5, max(1, canvas.width // 6))
-    canvas.put(canvas.width // 2 - wing - 1, centre, "━" * wing, "warn")
-    canvas.put(canvas.width // 2, centre, "◆", "warn")
-    canvas.put(canvas.width // 2 + 2, centre, "━" * wing, "warn")
+def _draw_wings(cells: list[list[tuple[str, str]]]) -> None:
+    width, centre = len(cells[0]), len(cells) // 2
+    wing = min(5, max(1, width // 6))
+    _put(cells, width // 2 - wing - 1, centre, "━" * wing)
+    _put(cells, width // 2, centre, "◆")
+    _put(cells, width // 2 + 2, centre, "━" * wing)
 
 
-def _draw_arrow(canvas: BrailleCanvas, down: Vector) -> None:
+def _draw_arrow(cells: list[list[tuple[str, str]]], down: Vector) -> None:
     """SKY or GROUND, which fills the view, and an arrow at the edge towards the nearest horizon."""
     ground = down[0] > 0.0
-    canvas.put(0, 0, "GROUND" if ground else "SKY", "warn")
+    _put(cells, 0, 0, "GROUND" if ground else "SKY")
     tilt = math.hypot(down[1], down[2])
     if tilt < MIN_TILT:
         return
     sign = -1.0 if ground else 1.0  # the horizon is up from the ground, down from the sky
     right, low = sign * down[1] / tilt, sign * down[2] / tilt
-    column = round((canvas.width - 1) / 2 * (1.0 + right))
-    row = round((canvas.height - 1) / 2 * (1.0 + low))
-    canvas.put(column, row, ARROWS_FROM_RIGHT[round(math.atan2(low, right) / (math.pi / 4)) % 8], "accent")
+    column = round((len(cells[0]) - 1) / 2 * (1.0 + right))
+    row = round((len(cells) - 1) / 2 * (1.0 + low))
+    _put(cells, column, row, ARROWS_FROM_RIGHT[round(math.atan2(low, right) / (math.pi / 4)) % 8])
 
 
 def heading_tape(heading: float, width: int) -> StyledLine:

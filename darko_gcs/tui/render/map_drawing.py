@@ -17,8 +17,8 @@ MIN_EXTENT = 6.0  # of the whole map [m]
 MARGIN = 1.25
 MAX_COORDINATE = 1e7  # larger ones are nonsense and not drawn [m]
 ARROWS_FROM_NORTH = "↑↗→↘↓↙←↖"  # clockwise, 45 deg apart
-WAYPOINT_STYLES = {"done": "good", "current": "warn", "todo": "plan"}
-LINE_STYLES = {"current": "warn", "fence": "fence", "keep-out": "mark"}
+WAYPOINT_STYLES = {"done": "good", "current": "now", "todo": "plan"}
+LINE_STYLES = {"current": "now", "fence": "fence", "keep-out": "mark"}
 CIRCLE_SPACING = 1.5  # of the dots on a circle [dots]
 MAX_CIRCLE_DOTS = 2000  # on larger circles the spacing grows
 
@@ -82,7 +82,7 @@ def draw_map(
     for a, b in pairwise(track):
         canvas.line(at(a), at(b), "track")
     if course is not None and vehicle is not None:
-        canvas.line(at(vehicle[:2]), at(course), "bad")
+        canvas.line(at(vehicle[:2]), at(course), "accent")
     _symbols(canvas, at, home, rally, waypoints, vehicle, target)
     _scale_bar(canvas, scale)
     return canvas.lines(), scale
@@ -138,9 +138,9 @@ def _symbols(
     for number, north, east, state in waypoints:
         put((north, east), str(number), WAYPOINT_STYLES.get(state, ""))
     if target is not None:
-        put(target, "+", "warn")
+        put(target, "+", "now")
     if vehicle is not None and _is_drawable((vehicle[2], 0.0)):
-        put(vehicle[:2], ARROWS_FROM_NORTH[round(vehicle[2] / (math.pi / 4)) % 8], "bad")
+        put(vehicle[:2], ARROWS_FROM_NORTH[round(vehicle[2] / (math.pi / 4)) % 8], "accent")
 
 
 def _is_drawable(point: NorthEast) -> bool:

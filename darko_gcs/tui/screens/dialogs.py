@@ -9,15 +9,13 @@ from typing import ClassVar
 from textual import on
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
-from textual.containers import Horizontal, Vertical
+from textual.containers import Horizontal, Vertical, VerticalScroll
 from textual.screen import ModalScreen
 from textual.widgets import Button, Input, Label, OptionList, Static
 
-from darko_gcs.tui.actions import ACTIONS
+__all__ = ["AskScreen", "ChooseScreen", "ConfirmScreen", "HelpScreen", "QuitScreen", "parse_number"]
 
-__all__ = ["AskScreen", "ChooseScreen", "ConfirmScreen", "HelpScreen", "parse_number"]
-
-KEY_SYMBOLS = {"question_mark": "?", "plus": "+", "minus": "-"}
+KEY_WIDTH = 12  # [cells]
 
 
 class ConfirmScreen(ModalScreen[bool]):
@@ -51,6 +49,10 @@ class ConfirmScreen(ModalScreen[bool]):
     @on(Button.Pressed)
     def _pressed(self, event: Button.Pressed) -> None:
         self.dismiss(event.button.id == "yes")
+
+
+class QuitScreen(ConfirmScreen):
+    """The question before the end; there is never more than one of it."""
 
 
 Check = Callable[[tuple[str, ...]], str | None]  # what is wrong with the texts, or None
@@ -123,29 +125,31 @@ class ChooseScreen(ModalScreen["int | None"]):
 
 
 class HelpScreen(ModalScreen[None]):
-    """All keys.
+    """Keys and colours, in sections; the arrows and page keys scroll.
 
     Args:
-        extra: Keys and texts of the app beside the table of actions.
-        here: Those of the screen beneath; they come first and replace actions with the same key.
+        sections: Title and rows (key, text) of each.
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [Binding("escape,question_mark,q", "dismiss", "Close")]
 
-    def __init__(self, extra: Sequence[tuple[str, str]] = (), here: Sequence[tuple[str, str]] = ()) -> None:
+    def __init__(self, sections: Sequence[tuple[str, Sequence[tuple[str, str]]]]) -> None:
         super().__init__()
-        self._extra, self._here = extra, here
+        self._sections = sections
 
     def compose(self) -> ComposeResult:
-        """A line per action."""
-        rows = [(KEY_SYMBOLS.get(action.key, action.key), action.help) for action in ACTIONS]
-        taken = {key for key, _ in self._here}
-        rest = [(key, text) for key, text in (*rows, *self._extra) if key not in taken]
-        lines = "\n".join(f"  {key:<12} {text}" for key, text in (*self._here, *rest))
+        """A line per row."""
+        lines = []
+        for title, rows in self._sections:
+            lines += [title, *(f"  {key:<{KEY_WIDTH}} {text}" for key, text in rows), ""]
         with Vertical(classes="dialog help"):
-            yield Label("Keys", id="question")
-            yield Static(lines, markup=False)
-            yield Static("Ctrl+P: command palette    Esc: close", classes="hint")
+            with VerticalScroll():
+                yield Static("\n".join(lines), markup=False)
+            yield Static("Up/Down/PgUp/PgDn: scroll    Ctrl+P: command palette    Esc: close", classes="hint")
+
+    def on_mount(self) -> None:
+        """Let the keys scroll."""
+        self.query_one(VerticalScroll).focus()
 
 
 def parse_number(text: str) -> float | None:

@@ -30,8 +30,9 @@ class FlightScreen(Screen[None]):
     now: reactive[float] = reactive(0.0, repaint=False)
 
     def watch_snapshot(self, s: Snapshot) -> None:
-        """Mark the values of a lost vehicle as old."""
+        """Mark the values of a lost vehicle as old; leave no room for what another autopilot does not send."""
         self.set_class(s.lost, "-stale")
+        self.set_class(s.source is not None and s.hybrid is None and bool(s.servos), "-foreign")
 
     def compose(self) -> ComposeResult:
         """Status bar, panels, messages, footer."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import ClassVar
 
@@ -55,6 +54,7 @@ class MissionScreen(Screen[None]):
         Binding("e,enter", "edit", "Edit", priority=True, tooltip="Edit the item"),
         Binding("i", "insert", "Insert", tooltip="Insert an item below"),
         Binding("x,delete", "remove", "Remove", tooltip="Remove the item"),
+        Binding("z,ctrl+z", "undo", "Undo", tooltip="Take the last edit of the plan back"),
         Binding("shift+up", "move(-1)", "Move the item up", show=False),
         Binding("shift+down", "move(1)", "Move the item down", show=False),
         Binding("c", "clear", "Clear", tooltip="Delete a plan on the vehicle"),
@@ -156,10 +156,17 @@ class MissionScreen(Screen[None]):
     def action_upload(self) -> None:
         """Send the plan to the vehicle."""
         station = self._vehicle()
-        if station is not None:
-            draft = self.draft
-            draft.changed, draft.vehicle_plans = True, ()  # until the vehicle has accepted it
-            station.upload(draft.plan.items, self._clock(), fence=draft.fence, rally=draft.rally)
+        if station is None:
+            return
+        if self.snapshot.mission_state == mavlink.MISSION_STATE_ACTIVE:
+            self._confirm("A mission is being flown. Replace it?", lambda: self._upload(station))
+        else:
+            self._upload(station)
+
+    def _upload(self, station: Station) -> None:
+        draft = self.draft
+        draft.changed, draft.vehicle_plans = True, ()  # until the vehicle has accepted it
+        station.upload(draft.plan.items, self._clock(), fence=draft.fence, rally=draft.rally)
 
     def action_fetch(self) -> None:
         """Replace the plan by the vehicle's."""
@@ -194,7 +201,8 @@ class MissionScreen(Screen[None]):
             self.show_notice("The vehicle does not have this plan: press u to upload it")
         elif self.draft.plan.items:
             self.show_notice("")
-            station.set_current(self.table.cursor_row, self._clock())
+            row = self.table.cursor_row
+            self._confirm(f"Continue the mission at item {row}?", lambda: station.set_current(row, self._clock()))
 
     def action_edit(self) -> None:
         """Edit the item under the cursor, with a field for each parameter of its command."""
@@ -207,7 +215,7 @@ class MissionScreen(Screen[None]):
     def _edit(self, row: int, values: tuple[str, ...]) -> str | None:
         items = self.draft.plan.items
         try:
-            item = edited_item(items[row], values)
+            item = edited_item(items[row], values, self.snapshot.home, self.snapshot.home_p)
         except (ValueError, LocalProtocolError) as error:
             return str(error)
         self._change((*items[:row], item, *items[row + 1 :]), row)
@@ -244,6 +252,14 @@ class MissionScreen(Screen[None]):
             row = self.table.cursor_row
             self._change((*self.draft.plan.items[:row], *self.draft.plan.items[row + 1 :]), row)
 
+    def action_undo(self) -> None:
+        """Take the last edit of the plan back."""
+        row = self.table.cursor_row
+        if self.draft.undo():
+            self._show(row)
+        else:
+            self.show_notice("There is no edit to take back")
+
     def action_move(self, step: int) -> None:
         """Move the item under the cursor up or down."""
         row, items = self.table.cursor_row, list(self.draft.plan.items)
@@ -264,15 +280,19 @@ class MissionScreen(Screen[None]):
 
     def _confirm_loss(self, then: Callable[[], None]) -> None:
         """Do something that replaces the plan, after asking if the plan would be lost."""
-        if not self.draft.is_at_risk:
+        if self.draft.is_at_risk:
+            self._confirm("The plan is neither saved nor on the vehicle. Discard it?", then)
+        else:
             then()
-            return
+
+    def _confirm(self, question: str, then: Callable[[], None]) -> None:
+        """Do something after a yes."""
 
         def answered(yes: bool | None) -> None:
             if yes:
                 then()
 
-        self.app.push_screen(ConfirmScreen("The plan is neither saved nor on the vehicle. Discard it?"), answered)
+        self.app.push_screen(ConfirmScreen(question), answered)
 
     def _vehicle(self) -> Station | None:
         if self._station is None:
@@ -284,9 +304,7 @@ class MissionScreen(Screen[None]):
         return None
 
     def _change(self, items: tuple[MissionItem, ...], row: int) -> None:
-        # ``item_keys`` are a file's extra fields of the old items: they do not fit the new ones.
-        self.draft.plan = replace(self.draft.plan, items=items, item_keys=())
-        self.draft.changed, self.draft.saved = True, False
+        self.draft.edit(items)
         self._show(row)
 
     def _show(self, row: int = 0) -> None:

@@ -17,6 +17,8 @@ SATURATION_SHOWN = 1.0  # for which a saturated axis stays in view [s]
 MOTOR_LIMITS = (("L", Limit.MOTOR_LEFT), ("R", Limit.MOTOR_RIGHT))
 ELEVON_LIMITS = (("L", Limit.ELEVON_LEFT), ("R", Limit.ELEVON_RIGHT))
 POSITION_LIMITS = Limit.MOTOR_LEFT | Limit.MOTOR_RIGHT | Limit.ELEVON_LEFT | Limit.ELEVON_RIGHT
+PULSES = (1000.0, 2000.0)  # of a servo from end to end [us]
+SERVO_TEXT_WIDTH = 13  # number and pulse beside a bar [cells]
 TEXT_WIDTH = 17  # name and value beside a bar [cells]
 
 
@@ -27,13 +29,29 @@ class ActuatorPanel(Panel):
         """A line per actuator, then limits and saturated axes, in one line if there is no room for two."""
         a = s.actuators
         if a is None:
-            return [styled_line(("no actuator state", "dim"))]
+            return _servos(s.servos, width, height)
         room = max(4, width - TEXT_WIDTH)
         lines = [_motor(a, side, room) for side in range(2)] + [_elevon(a, side, room) for side in range(2)]
         limits, saturated = _limits(a.limits), _saturated(s)
         if height > len(lines) + 1:
             return [*lines, limits, saturated]
         return [*lines, saturated or limits]
+
+
+def _servos(pulses: tuple[int, ...], width: int, height: int) -> list[StyledLine]:
+    """The driven outputs of a vehicle that tells their pulses only, in two columns if one has no room."""
+    driven = [(number, pulse) for number, pulse in enumerate(pulses, 1) if pulse]
+    if not driven:
+        return [styled_line(("no actuator state", "dim"))]
+    columns = 1 if len(driven) <= height else 2
+    rows = -(-len(driven) // columns)
+    cells = [_servo(number, pulse, width // columns) for number, pulse in driven]
+    return [[part for cell in cells[row::rows] for part in cell] for row in range(rows)]
+
+
+def _servo(number: int, pulse: int, width: int) -> StyledLine:
+    cells = bar(pulse, *PULSES, width=max(2, width - SERVO_TEXT_WIDTH))
+    return [(f"S{number:<3}", "label"), *cells, (f"{pulse:5d} us ", "")]
 
 
 def _motor(a: Actuators, side: int, width: int) -> StyledLine:

@@ -78,11 +78,11 @@ class FlightPanel(Panel):
         return styled_line(("pow ", "label"), f"{e.power:7.0f} W", ("   used ", "label"), f"{e.total / 1e3:.2f} kJ")
 
     def _battery(self, s: Snapshot) -> StyledLine:
-        if s.battery is None:
+        if s.charge_left is None:
             return styled_line(("bat ", "label"), ("--", "dim"))
-        style = "bad" if s.battery < BATTERY_BAD else "warn" if s.battery < BATTERY_WARN else ""
-        voltage = "" if s.voltage is None else f"   {s.voltage:.1f} V"
-        return styled_line(("bat ", "label"), (f"{100 * s.battery:7.0f} %", style), voltage)
+        style = "bad" if s.charge_left < BATTERY_BAD else "warn" if s.charge_left < BATTERY_WARN else ""
+        voltage = "" if s.battery_voltage is None else f"   {s.battery_voltage:.1f} V"
+        return styled_line(("bat ", "label"), (f"{100 * s.charge_left:7.0f} %", style), voltage)
 
     def _air(self, s: Snapshot) -> list[StyledLine]:
         """The wind; with DARKO_AIR, true and estimated wind and airspeed."""

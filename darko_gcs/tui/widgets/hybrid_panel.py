@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from textwrap import wrap
 
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.text import label_of
@@ -18,6 +19,7 @@ __all__ = ["LAW_STYLES", "HybridPanel"]
 CHART_WINDOW = 60.0  # [s]
 MIN_V_SHOWN = 1e-4  # smaller values of V are shown as "<0.0001"
 MIN_GOVERNOR_SHOWN = 0.01
+MIN_JUMP_WIDTH = 8  # [cells]
 LAW_STYLES = dict.fromkeys(Law, "accent") | {
     Law.HOVER_LINEAR: "good",
     Law.FORWARD_LINEAR: "good",
@@ -34,39 +36,45 @@ class HybridPanel(Panel):
         h = s.hybrid
         if h is None:
             return [styled_line(("no hybrid state from this vehicle", "dim"))]
+        jump = _last_jump(h, width)
         chart = log_chart(
             [t for t, _, _ in s.v_history],
-            ([v for _, v, _ in s.v_history], "track"),
-            ([v for _, _, v in s.v_history], "plan"),
+            ([v for _, v, _ in s.v_history], "hover", "h"),
+            ([v for _, _, v in s.v_history], "forward", "f"),
             width=width,
-            height=max(1, height - 3),
+            height=max(1, height - 2 - len(jump)),
             window=CHART_WINDOW,
-            thresholds=_labelled(h.forward if h.is_forward else h.hover),
+            thresholds=_labelled("forward", h.forward) if h.is_forward else _labelled("hover", h.hover),
             jumps=tuple((jump.time, jump.name) for jump in s.jumps),
             now=h.time,
         )
         values = styled_line(
-            *_v_with_thresholds("hover", h.v_hover, h.hover, "dim" if h.is_forward else ""),
+            *_v_with_thresholds("hover", h.v_hover, h.hover, "hover"),
             "  ",
-            *_v_with_thresholds("fwd", h.v_forward, h.forward, "" if h.is_forward else "dim"),
+            *_v_with_thresholds("fwd", h.v_forward, h.forward, "forward"),
         )
-        return [_law(h, s.law_since), values, _last_jump(h), *chart]
+        return [_law(h, s.law_since, width), values, *jump, *chart]
 
 
-def _law(h: HybridState, law_since: float | None) -> StyledLine:
+def _law(h: HybridState, law_since: float | None, width: int) -> StyledLine:
+    """The law in force, for how long, its V, and what the governor does; V is also in the next line."""
     since = f" {h.time - law_since:.0f} s" if law_since is not None else ""
     law = as_member(Law, h.law)
     style = "warn" if law is None else LAW_STYLES[law]
-    governor = (f"  gov {100 * h.governor:.0f} %", "warn") if h.governor > MIN_GOVERNOR_SHOWN else ("", "")
+    governor = (f"  governor {100 * h.governor:.0f} %", "accent") if h.governor > MIN_GOVERNOR_SHOWN else ("", "")
     name = label_of(Law, h.law).upper()
-    return styled_line((name, style), (since, "dim"), ("  V ", "label"), _v_text(h.v), governor)
+    v = [("  V ", "label"), (_v_text(h.v), "")]
+    if len(name) + len(since) + len(governor[0]) + sum(len(text) for text, _ in v) > width:
+        v = []
+    return styled_line((name, style), (since, "dim"), *v, governor)
 
 
-def _last_jump(h: HybridState) -> StyledLine:
+def _last_jump(h: HybridState, width: int) -> list[StyledLine]:
+    """The number of jumps and the last one with its cause, in two lines if one has no room."""
     if h.jumps == 0:
-        return styled_line(("j 0  no jump yet", "dim"))
-    jump = f"from {label_of(Law, h.last_law)}: {label_of(Reason, h.last_reason)}"
-    return styled_line((f"j {h.jumps}  ", "label"), (jump, "dim"))
+        return [styled_line(("no jump yet", "dim"))]
+    text = f"jump {h.jumps}: from {label_of(Law, h.last_law)}: {label_of(Reason, h.last_reason)}"
+    return [styled_line((line, "dim")) for line in wrap(text, max(width, MIN_JUMP_WIDTH))[:2]]
 
 
 def _v_text(v: float) -> str:
@@ -78,10 +86,14 @@ def _v_text(v: float) -> str:
     return f"{v:.2g}" if v < 10 else f"{v:.0f}"
 
 
-def _labelled(thresholds: Thresholds) -> tuple[tuple[float, str], ...]:
-    return (thresholds.leave, f"leave {thresholds.leave:g}"), (thresholds.enter, f"enter {thresholds.enter:g}")
+def _labelled(law: str, thresholds: Thresholds) -> tuple[tuple[float, str, str], ...]:
+    """Both thresholds of a linear law, with its name and style."""
+    return (
+        (thresholds.leave, f"{law} leave {thresholds.leave:g}", law),
+        (thresholds.enter, f"{law} enter {thresholds.enter:g}", law),
+    )
 
 
 def _v_with_thresholds(name: str, v: float, thresholds: Thresholds, style: str) -> StyledLine:
     text = f" ({thresholds.enter:g}/{thresholds.leave:g})"
-    return styled_line((f"{name} ", "label"), (_v_text(v), style), (text, "dim"))
+    return styled_line((f"{name} ", style), _v_text(v), (text, "dim"))

@@ -34,12 +34,9 @@ class MapPanel(Panel):
     scale: float | None = None  # metres per cell height; None: fit everything
     _shown_scale: float = 1.0
 
-    def watch_snapshot(self) -> None:
-        """Show a new snapshot, with the decision in the border."""
-        summary = decision_summary(self.snapshot)
-        if self.border_subtitle != summary:
-            self.border_subtitle = summary
-        super().watch_snapshot()
+    def subtitle(self, s: Snapshot) -> str:
+        """The decision, unless the values are old."""
+        return super().subtitle(s) or decision_summary(s)
 
     def draw(self, s: Snapshot, width: int, height: int) -> list[StyledLine]:
         """The map fills the panel."""

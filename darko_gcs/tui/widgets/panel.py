@@ -16,7 +16,10 @@ from darko_gcs.tui.render.canvas import StyledLine
 
 __all__ = ["Panel", "styled_line"]
 
-PANEL_STYLES = ("dim", "good", "warn", "bad", "accent", "mark", "track", "plan", "fence", "label")
+PANEL_STYLES = (
+    "dim", "label", "good", "warn", "bad", "accent", "mark", "track", "plan", "now", "fence", "hover", "forward",
+    "jump", "sky", "ground", "ground-on-sky", "sky-on-ground", "symbol-on-sky", "symbol-on-ground",
+)  # fmt: skip
 
 
 def styled_line(*segments: tuple[str, str] | str) -> StyledLine:
@@ -48,8 +51,15 @@ class Panel(Widget):
         raise NotImplementedError
 
     def watch_snapshot(self) -> None:
-        """Show a new snapshot."""
+        """Show a new snapshot; say so if it is old."""
+        told = self.subtitle(self.snapshot)
+        if self.border_subtitle != told:
+            self.border_subtitle = told
         self.redraw()
+
+    def subtitle(self, s: Snapshot) -> str:
+        """What the lower border says: that the values are old, because the vehicle is silent."""
+        return "old: link lost" if s.lost else ""
 
     def on_resize(self) -> None:
         """Redraw in the new size, also without a new snapshot: a title may count pages."""

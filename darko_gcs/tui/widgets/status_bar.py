@@ -6,7 +6,7 @@ import math
 
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.text import command_name
-from darko_gcs.state.values import VTOL_LABELS, SigningState
+from darko_gcs.state.values import VTOL_LABELS, SigningState, Simulator
 from darko_gcs.tui.render.canvas import StyledLine
 from darko_gcs.tui.widgets.panel import Panel, styled_line
 from protocol.dialect import mavlink
@@ -36,7 +36,7 @@ SIGNING_SEGMENTS = {
 MAX_HEARTBEAT_AGE = 2.0  # before the link counts as lost [s]
 LOW_BATTERY, EMPTY_BATTERY = 0.25, 0.1  # shares left
 MAX_NORMAL_LOSS = 0.02  # share of frames
-HINT_WIDTH, KEY_HINT_WIDTH, BATTERY_WIDTH = 71, 81, 110  # of the screen that leaves room for these [cells]
+HINT_WIDTH, KEY_HINT_WIDTH = 71, 81  # of the screen that leaves room for these [cells]
 MAX_PERCENT = 100  # a larger progress is unknown
 
 
@@ -57,24 +57,48 @@ class StatusBar(Panel):
         age = s.age(self.now) or 0.0
         if s.lost or age > MAX_HEARTBEAT_AGE:
             lost = (f" LINK LOST  vehicle silent for {age:.0f} s ", "bad")
-            return [styled_line(lost, _mode(s), _signing(s))]
+            ended = " Ctrl+R restarts darko-sitl " if s.simulator is Simulator.ENDED else ""
+            segments = [(0, lost), (2, _mode(s)), (1, (ended, "warn")), (0, _recording(s)), (3, _signing(s))]
+            return [_fitting(segments, width)]
         armed = (" ARMED ", "bad") if s.armed else (" disarmed ", "good" if s.prearm_ok is not False else "warn")
-        return [
-            styled_line(
-                (f" {s.source[0]}/{s.source[1]} ", "label"), armed, _mode(s),
-                (" NOT RECORDING " if s.unrecorded else "", "bad"), (_alarm(s), "bad"),
-                (f" {_flight_state(s)} ", ""),
-                _battery(s, width), _progress(s), _mission(s), _control(s), _link(s), _signing(s),
-            )
+        segments = [
+            (8, (f" {s.source[0]}/{s.source[1]} ", "label")), (0, armed), (0, _mode(s)), (0, (_alarm(s), "bad")),
+            (1, (f" {_flight_state(s)} ", "")), (0, _battery(s)), (3, _progress(s)), (2, _mission(s)), (4, _control(s)),
+            (0, _link(s)), (7, _loss(s)), (5, _signing(s)), (0, _recording(s)),
         ]  # fmt: skip
+        return [_fitting(segments, width)]
+
+
+def _fitting(segments: list[tuple[int, tuple[str, str]]], width: int) -> StyledLine:
+    """The segments, each behind its rank, without those of the highest rank if there is no room; 0 always stays."""
+    kept = list(segments)
+    while sum(len(text) for _, (text, _) in kept) > width:
+        rank = max((rank for rank, (text, _) in kept if text), default=0)
+        if not rank:
+            break
+        kept = [(other, segment) for other, segment in kept if other != rank]
+    return styled_line(*(segment for _, segment in kept))
+
+
+def _recording(s: Snapshot) -> tuple[str, str]:
+    if s.is_replay:
+        return (" REPLAY ", "accent")
+    return (" NOT RECORDING ", "bad") if s.unrecorded else (" REC ", "dim")
 
 
 def _no_vehicle(s: Snapshot, width: int) -> StyledLine:
+    if s.is_replay:
+        return styled_line((" DarkO  no vehicle in the recording so far", "dim"), _recording(s))
+    if s.simulator is Simulator.STARTING:
+        hint = "  (the first start compiles for a minute)" if width >= HINT_WIDTH else ""
+        return styled_line((" DarkO  starting darko-sitl", "accent"), (hint, "dim"))
+    if s.simulator is Simulator.ENDED:
+        return styled_line((" DarkO  darko-sitl has ended", "bad"), ("  Ctrl+R restarts it", "accent"))
     if s.signing is SigningState.UNSIGNED_VEHICLE:
         hint = "  the vehicle does not use our key" + (" (--give-key)" if width >= KEY_HINT_WIDTH else "")
         return styled_line((" DarkO ", ""), SIGNING_SEGMENTS[s.signing], (hint, "dim"))
     hint = "  (start one with darko-sitl, or use --sitl)" if width >= HINT_WIDTH else ""
-    return styled_line((" DarkO  waiting for a vehicle", "warn"), (hint, "dim"))
+    return styled_line((" DarkO  waiting for a vehicle", "accent"), (hint, "dim"))
 
 
 def _mode(s: Snapshot) -> tuple[str, str]:
@@ -100,19 +124,18 @@ def _flight_state(s: Snapshot) -> str:
 def _mission(s: Snapshot) -> tuple[str, str]:
     if s.transfer is not None:
         direction, done, total = s.transfer
-        return (f" {direction} {done}/{total} ", "warn")
+        return (f" {direction} {done}/{total} ", "accent")
     if not s.mission_count or s.mission_state not in MISSION_LABELS:
         return ("", "")
     at = f" {s.mission_current}/{s.mission_count - 1}" if s.mission_state != mavlink.MISSION_STATE_COMPLETE else ""
     return (f" {MISSION_LABELS[s.mission_state]}{at} ", "")
 
 
-def _battery(s: Snapshot, width: int) -> tuple[str, str]:
-    """Charge left: always if it is low, else if there is room."""
-    if s.battery is None or (s.battery > LOW_BATTERY and width < BATTERY_WIDTH):
-        return ("", "")
-    style = "bad" if s.battery <= EMPTY_BATTERY else "warn" if s.battery <= LOW_BATTERY else "dim"
-    return (f" battery {100 * s.battery:.0f} % ", style)
+def _battery(s: Snapshot) -> tuple[str, str]:
+    if s.charge_left is None:
+        return (" battery -- " if s.battery_voltage is None else f" battery {s.battery_voltage:.1f} V ", "dim")
+    style = "bad" if s.charge_left <= EMPTY_BATTERY else "warn" if s.charge_left <= LOW_BATTERY else "dim"
+    return (f" battery {100 * s.charge_left:.0f} % ", style)
 
 
 def _progress(s: Snapshot) -> tuple[str, str]:
@@ -120,7 +143,7 @@ def _progress(s: Snapshot) -> tuple[str, str]:
     if command is None:
         return ("", "")
     done = f" {command.progress} %" if command.progress <= MAX_PERCENT else ""
-    return (f" {command_name(command.command)}{done} ", "warn")
+    return (f" {command_name(command.command)}{done} ", "accent")
 
 
 def _control(s: Snapshot) -> tuple[str, str]:
@@ -136,5 +159,14 @@ def _signing(s: Snapshot) -> tuple[str, str]:
 
 
 def _link(s: Snapshot) -> tuple[str, str]:
-    rate = "" if math.isnan(s.rate) else f"{s.rate:.0f}/s"
-    return (f" {rate} loss {100 * s.loss:.1f} % ", "warn" if s.loss > MAX_NORMAL_LOSS else "dim")
+    """Messages per second, and the loss instead if it is not normal."""
+    if s.is_replay:
+        return ("", "")
+    if s.loss > MAX_NORMAL_LOSS:
+        return (f" loss {100 * s.loss:.1f} % ", "warn")
+    return (" link --/s " if math.isnan(s.rate) else f" link {s.rate:.0f}/s ", "dim")
+
+
+def _loss(s: Snapshot) -> tuple[str, str]:
+    is_shown = not s.is_replay and s.loss <= MAX_NORMAL_LOSS
+    return (f" loss {100 * s.loss:.1f} % ", "dim") if is_shown else ("", "")

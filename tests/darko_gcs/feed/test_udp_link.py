@@ -37,7 +37,7 @@ async def test_a_wall_clock_that_is_set_in_flight_does_not_change_the_log_times(
 
 def test_a_clock_before_1970_is_recorded_as_1970(monkeypatch):
     monkeypatch.setattr(time, "time_ns", lambda: -HOUR)
-    assert UdpLink(Station())._time_usec() == 0
+    assert UdpLink(Station()).time_usec() == 0
 
 
 class FakeTransport:

@@ -9,9 +9,12 @@ from darko_gcs.state.parameter_metadata import ParameterMetadata
 from darko_gcs.station.parameter_metadata_client import parameter_file_path, parse_parameter_file
 from darko_gcs.station.station import Station
 from darko_gcs.tui.screens.parameters_screen import is_changed
+from protocol.codec import Codec
+from protocol.dialect import mavlink
 from protocol.errors import FileError
 from protocol.events import FileReceived
 from tests.support.gcs.linked_station import LinkedStation
+from tests.support.gcs.messages import heartbeat
 
 
 @pytest.fixture
@@ -43,6 +46,37 @@ def test_a_changed_parameter_is_confirmed_and_marked(link):
     assert link.snapshot.parameters["DRK_KPP"] == 1.25
     assert [name for name in link.snapshot.parameters if is_changed(link.snapshot, name)] == ["DRK_KPP"]
     assert "Parameter DRK_KPP is 1.25" in link.lines
+
+
+def test_a_value_that_is_echoed_and_refused_then_is_never_shown_as_set(link):
+    link.station.fetch_parameters(link.now)
+    link.run(4.0)
+    for name, value in (("DRK_V_ENTER", 20.0), ("DRK_V_LEAVE", 50.0), ("DRK_V_ENTER", 60.0)):
+        link.station.set_parameter(name, value, link.now)
+        link.run(2.0)
+    assert link.snapshot.parameters["DRK_V_ENTER"] == 20.0
+    assert "must stay below DRK_V_LEAVE" in link.text
+    assert "Parameter DRK_V_LEAVE is 50" in link.lines
+    assert "Parameter DRK_V_ENTER is 60" not in link.lines
+    assert "Parameter DRK_V_ENTER stays 20: the vehicle refused 60" in link.lines
+
+
+def test_a_vehicle_that_takes_an_echoed_value_back_is_reported():
+    codec = Codec(1, 1)
+
+    def told(value):
+        return codec.encode(mavlink.MAVLink_param_value_message(b"A", value, mavlink.MAV_PARAM_TYPE_REAL32, 1, 0))
+
+    station = Station()
+    station.receive(codec.encode(heartbeat()), 0.0, 0)
+    station.set_parameter("A", 60.0, 0.0)
+    for now, value in ((0.1, 20.0), (0.2, 60.0), (0.3, 20.0)):
+        station.receive(told(value), now, 0)
+        station.tick(now)
+    texts = [line.text for line in station.snapshot.messages]
+    assert "Parameter A stays 20: the vehicle refused 60" in texts
+    station.tick(2.0)
+    assert not [text for text in texts if text.startswith("Parameter A is")]
 
 
 def test_a_refused_value_is_reported_with_the_vehicles_reason(link):

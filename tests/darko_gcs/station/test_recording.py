@@ -69,6 +69,25 @@ def test_a_disk_that_is_full_at_the_end_does_not_prevent_closing(tmp_path):
     assert station.recording_fault.startswith(f"{path}: recording stopped after 0 records")
 
 
+def test_a_recording_in_which_nothing_was_heard_leaves_no_file(tmp_path):
+    recorder, path = start_recording(tmp_path)
+    assert path.exists()
+    Station(recorder).close()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_end_is_noted_in_the_recording(tmp_path):
+    recorder, path = start_recording(tmp_path)
+    station = Station(recorder)
+    station.receive(Codec(1, 1).encode(heartbeat(armed=True)), 0.0, 0)
+    station.record_note("The terminal was closed, vehicle armed", 1.0, 1_000_000)
+    station.close()
+    reader = read_tlog(path)
+    (text,) = reader.columns("STATUSTEXT")["text"].tolist()
+    assert text == b"The terminal was closed, vehicle armed"
+    assert reader.systems.tolist() == [1, 255]
+
+
 def test_a_folder_that_cannot_be_written_is_named(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(GroundError, match=r"cannot record in .*file/logs: Not a directory"):
@@ -98,6 +117,7 @@ def test_a_recording_never_continues_an_existing_file(tmp_path, monkeypatch):
     names = []
     for _ in range(3):
         recorder, path = start_recording(tmp_path)
+        recorder.write(0, Codec(1, 1).encode(heartbeat(armed=True)))
         recorder.close()
         names.append(path.name)
     assert names == ["20260301-120000.tlog", "20260301-120000-2.tlog", "20260301-120000-3.tlog"]

@@ -23,12 +23,12 @@ def fly(tmp_path, monkeypatch):
         script = tmp_path / "darko-sitl"
         script.write_text(f"#!{sys.executable}\nimport sys, time; {program}\n")
         script.chmod(0o755)
-        monkeypatch.setattr(sitl_process, "SITL_PROGRAM", script)
+        monkeypatch.setattr(sitl_process, "SITL_PROGRAM", (str(script),))
         for name, seconds in timeouts.items():
             monkeypatch.setattr(headless_flight, name, seconds)
         args = argparse.Namespace(
             mission=DATA / "square.plan", signing_key=None, give_key=False, record=tmp_path / "flight.tlog",
-            vehicle=None, host="127.0.0.1", port=0, sitl=True, state_dir=None, timeout=60.0,
+            vehicle=None, host="127.0.0.1", port=0, sitl=True, api_port=0, state_dir=None, timeout=60.0,
         )  # fmt: skip
         with pytest.raises(LinkError) as caught:
             asyncio.run(headless_flight.fly_headless(args, []))

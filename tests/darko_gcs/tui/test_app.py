@@ -11,13 +11,15 @@ from darko_gcs.errors import LinkError
 from darko_gcs.feed.live_feed import LiveFeed
 from darko_gcs.state.message_log import add_line
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT
+from darko_gcs.state.values import SigningState
 from darko_gcs.station.station import Station
 from darko_gcs.tui.app import GroundStationApp
-from darko_gcs.tui.screens.dialogs import ConfirmScreen, HelpScreen
+from darko_gcs.tui.screens.dialogs import ConfirmScreen, HelpScreen, QuitScreen
 from darko_gcs.tui.screens.flight_screen import FlightScreen
 from darko_gcs.tui.widgets.map_panel import MapPanel
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import DecisionReason, Way
+from protocol.events import CommandProgress
 from tests.support.gcs.screens import FakeFeed, screen_text, settled, until
 from tests.support.gcs.snapshots import FORWARD, HOVERING
 
@@ -60,6 +62,8 @@ async def test_disarming_on_the_ground_is_not_forced(feed):
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:
         await pilot.press("d")
+        await until(pilot, lambda: "The propellers will stop" in screen_text(app))
+        await pilot.press("y")
         await until(pilot, lambda: feed.requests == [("disarm", ("force", False))])
 
 
@@ -154,17 +158,38 @@ async def test_a_speed_is_asked_for_with_its_kind(feed):
         await until(pilot, lambda: feed.requests == [("change_speed", 15.0, ("over_ground", True))])
 
 
-async def test_leaving_a_running_mission_is_confirmed_first(feed):
+@pytest.mark.parametrize(
+    ("key", "request_name"),
+    [("h", "hold"), ("l", "land"), ("r", "return_home"), ("s", "start_mission"), ("x", "cancel")],
+)
+async def test_what_moves_or_stops_the_vehicle_asks_first(feed, key, request_name):
+    transition = CommandProgress(request=1, command=mavlink.MAV_CMD_DO_VTOL_TRANSITION, progress=50)
+    feed.snapshot = replace(HOVERING, in_progress=transition, mission_state=mavlink.MISSION_STATE_PAUSED)
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:
-        for key in ("h", "l", "r"):
-            await pilot.press(key)
-            assert isinstance(app.screen, ConfirmScreen)
-            await pilot.press("escape")
+        await pilot.press(key)
+        await until(pilot, lambda: isinstance(app.screen, ConfirmScreen))
+        assert "mission that is being flown" not in screen_text(app)
+        await pilot.press("escape", key)
         assert feed.requests == []
-        feed.snapshot = replace(HOVERING, mission_state=mavlink.MISSION_STATE_PAUSED)
+        await pilot.press("y")
+        await until(pilot, lambda: feed.requests == [(request_name,)])
+
+
+async def test_the_question_says_that_a_mission_is_left(feed):
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
         await pilot.press("h")
-        assert feed.requests == [("hold",)]
+        await until(pilot, lambda: "mission that is being flown is left" in screen_text(app))
+
+
+async def test_a_request_without_sense_is_not_even_asked(feed):
+    feed.snapshot = replace(HOVERING, landed_state=ON_GROUND)
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24), notifications=True) as pilot:
+        await pilot.press("v")
+        await until(pilot, lambda: "The vehicle is on the" in screen_text(app))
+        assert isinstance(app.screen, FlightScreen)
 
 
 async def test_without_a_vehicle_nothing_is_sent(feed):
@@ -198,7 +223,7 @@ async def test_the_important_values_are_on_the_screen_at_every_size(feed, size):
             "V 0.8",
             "687 rad/s",
             "nose +90°",
-            "leave 100",
+            "hover leave 100",
             "motor R",
             "172 W",
         ):
@@ -216,7 +241,7 @@ async def test_forward_flight_is_on_the_screen_at_every_size(feed, size):
             "FORWARD LINEAR",
             "V 12",
             "hover -- (50/100)  fwd 12 (20/60)",
-            "leave 60",
+            "forward leave 60",
             "nose +8°  bank +11°",
             "track  -1.7",
             "saturated: yaw, pitch",
@@ -297,13 +322,16 @@ async def test_impossible_forward_flight_is_shown_as_such(feed):
         assert "to 3: hover, no trim in transition ─" in screen_text(app)
 
 
-@pytest.mark.parametrize(("left", "shown"), [(0.94, False), (0.25, True), (0.05, True)])
-async def test_a_low_battery_is_shown_on_the_smallest_screen(feed, left, shown):
-    feed.snapshot = replace(HOVERING, battery=left)
+@pytest.mark.parametrize("unrecorded", [False, True])
+async def test_battery_mode_link_and_recording_are_always_in_sight(feed, unrecorded):
+    busy = {"in_control": 255, "critical": True, "signing": SigningState.OPEN, "rate": 165.0}
+    feed.snapshot = replace(HOVERING, mode="MISSION", unrecorded=unrecorded, **busy)
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:
         await until(pilot, lambda: "ARMED" in screen_text(app))
-        assert (f"battery {100 * left:.0f} %" in screen_text(app)) == shown
+        top = screen_text(app).splitlines()[0]
+        for words in ("MISSION", "FAILSAFE", "battery 94 %", "165/s", "NOT RECORDING" if unrecorded else " REC"):
+            assert words in top, words
 
 
 async def test_a_silent_vehicle_is_shown_with_its_age(feed):
@@ -327,24 +355,69 @@ async def test_zooming_the_map_changes_its_scale_and_fits_again(feed):
         assert panel.scale is None
 
 
+async def test_the_whole_help_is_reached_by_key_on_the_smallest_screen(feed):
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("question_mark")
+        await until(pilot, lambda: "Arm: start the motors" in screen_text(app) and "Esc: close" in screen_text(app))
+        assert "danger" not in screen_text(app)
+        await pilot.press("end")
+        await until(pilot, lambda: "danger: armed" in screen_text(app))
+        await pilot.press("home", "pagedown")
+        await until(pilot, lambda: "Ctrl+Q" in screen_text(app))
+
+
 async def test_help_lists_every_key(feed):
     app = GroundStationApp(feed)
     async with app.run_test(size=(100, 40)) as pilot:
         await pilot.press("question_mark")
         assert isinstance(app.screen, HelpScreen)
-        for words in ("Arm", "Take off", "Go to", "Transition", "speed", "Mission", "zoom"):
+        for words in ("Arm", "Take off", "Go to", "Transition", "speed", "Mission", "Questions and ways out"):
             await until(pilot, lambda wanted=words: wanted in screen_text(app))
         await pilot.press("escape")
         assert isinstance(app.screen, FlightScreen)
 
 
-async def test_quitting_with_an_armed_vehicle_is_confirmed_first(feed):
+@pytest.mark.parametrize("key", ["q", "ctrl+q", "ctrl+c"])
+async def test_every_way_out_asks_while_the_vehicle_is_armed(feed, key):
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:
-        await pilot.press("q")
-        assert isinstance(app.screen, ConfirmScreen)
-        await pilot.press("y")
+        await pilot.press(key)
+        await until(pilot, lambda: isinstance(app.screen, QuitScreen))
+        await pilot.press(key)  # does not pile up questions, and is no answer
+        await pilot.press("n")
+        await until(pilot, lambda: isinstance(app.screen, FlightScreen))
+        assert app.is_running
+        await pilot.press(key, "y")
     assert app.return_value == 0
+    assert feed.notes == ["The operator quit, vehicle armed"]
+
+
+async def test_the_palettes_quit_asks_too_and_there_is_one(feed):
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        titles = {command.title: command.callback for command in app.get_system_commands(app.screen)}
+        (quit_,) = [callback for title, callback in titles.items() if "quit" in title.lower()]
+        quit_()
+        await until(pilot, lambda: "Quit anyway?" in screen_text(app))
+
+
+async def test_a_closed_terminal_ends_it_at_once_and_is_recorded(feed):
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)):
+        app.end_at_once("The terminal was closed")
+    assert feed.notes == ["The terminal was closed, vehicle armed"]
+    assert feed.closed
+
+
+async def test_a_screenshot_says_where_it_is_or_why_not(feed, tmp_path):
+    (tmp_path / "file").write_text("")
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24), notifications=True) as pilot:
+        app.action_screenshot("a.svg", str(tmp_path / "new"))
+        assert (tmp_path / "new" / "a.svg").read_text(encoding="utf-8").startswith("<svg")
+        app.action_screenshot("a.svg", str(tmp_path / "file"))
+        await until(pilot, lambda: "cannot be written" in " ".join(screen_text(app).split()))
 
 
 async def test_a_taken_port_ends_the_app_with_its_reason():

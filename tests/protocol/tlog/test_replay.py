@@ -5,10 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from protocol.dialect import mavlink
 from protocol.tlog import TlogReader
 from protocol.tlog.replay import Timeline, playing_times
-from tests.support.logs import T0, bare, flight, log_of, quadplane_log, record, unknown_frame
+from tests.support.logs import T0, flight, log_of, record, unknown_frame
 
 
 def timeline(frames, **others):
@@ -19,13 +18,9 @@ def buffers(messages):
     return [bytes(message.get_msgbuf()) for message in messages]
 
 
-def kind(message):
-    """The kind of a message, of which ``messages_until`` returns the last one."""
-    field = {"PARAM_VALUE": "param_id", "NAMED_VALUE_FLOAT": "name", "MISSION_ITEM": "seq", "COMMAND_ACK": "command"}
-    field["MISSION_ITEM_INT"] = "seq"
-    name = message.get_type()
-    instance = getattr(message, field.get(name) or type(message).instance_field or "_none", None)
-    return message.get_srcSystem(), message.get_srcComponent(), name, instance
+def advanced(line, dt):
+    """The frames of the next ``dt`` seconds [s]."""
+    return buffers(message for row in line.advance(dt) if (message := line.message(row)) is not None)
 
 
 @given(steps=st.lists(st.floats(0, 0.05), max_size=30))
@@ -33,80 +28,60 @@ def kind(message):
 def test_playing_in_any_steps_plays_every_message_once_and_in_order(steps):
     frames = flight(25)
     line = timeline(frames)
-    played = [message for dt in steps for message in line.advance(dt)]
+    played = [frame for dt in steps for frame in advanced(line, dt)]
     assert line.position <= line.duration
-    played += line.advance(line.duration)
-    assert buffers(played) == frames
+    played += advanced(line, line.duration)
+    assert played == frames
     assert line.finished
-    assert line.advance(1.0) == []
+    assert advanced(line, 1.0) == []
 
 
 def test_a_step_plays_the_messages_after_the_position_up_to_its_end():
     frames = flight(5)  # at 0, 10, 20, 30, 40 ms
     line = timeline(frames)
     assert line.duration == pytest.approx(0.04)
-    assert buffers(line.advance(0.0)) == frames[:1]
-    assert buffers(line.advance(0.02)) == frames[1:3]
-    assert buffers(line.between(0.0, 0.02)) == frames[1:3]
+    assert advanced(line, 0.0) == frames[:1]
+    assert advanced(line, 0.02) == frames[1:3]
     assert line.position == pytest.approx(0.02)
     assert line.time_usec == T0 + 20_000
-    assert buffers(line.advance(5.0)) == frames[3:]
+    assert advanced(line, 5.0) == frames[3:]
 
 
 def test_after_a_seek_playing_continues_there():
     frames = flight(5)
     line = timeline(frames)
     line.advance(1.0)
-    assert buffers(line.seek(0.02)) == frames[:3]
-    assert buffers(line.advance(0.01)) == frames[3:4]
-    assert line.seek(-3.0) == line.messages_until(0.0)
+    line.seek(0.02)
+    assert line.played == 3
+    assert advanced(line, 0.01) == frames[3:4]
+    line.seek(-3.0)
     assert line.position == 0.0
     line.seek(99.0)
     assert line.finished
 
 
-def test_a_state_is_rebuilt_from_the_last_message_of_each_kind():
-    def value(name, number):
-        return bare(mavlink.MAVLink_named_value_float_message(0, name, number))
-
-    def text(words):
-        return bare(mavlink.MAVLink_statustext_message(6, words))
-
-    def beat(system):
-        return bare(mavlink.MAVLink_heartbeat_message(19, 12, 129, 0, 4, 3), system=system)
-
-    frames = [value(b"a", 1), value(b"b", 2), beat(1), text(b"x"), value(b"a", 3), beat(255), text(b"y"), beat(1)]
-    assert buffers(timeline(frames).seek(1.0)) == [frames[k] for k in (1, 3, 4, 5, 6, 7)]
-
-
-def test_the_last_hundred_texts_are_returned():
-    texts = [bare(mavlink.MAVLink_statustext_message(6, f"text {k}".encode())) for k in range(150)]
-    assert buffers(timeline(texts).seek(9.0)) == texts[50:]
-
-
-@given(share=st.floats(0, 1))
-@settings(max_examples=5, deadline=None)
-def test_a_rebuilt_state_equals_playing_from_the_start(share):
-    line = Timeline(TlogReader(quadplane_log()))
-    time = share * line.duration
-    last = {kind(message): message for message in line.advance(time) if message.get_type() != "STATUSTEXT"}
-    rebuilt = [message for message in line.messages_until(time) if message.get_type() != "STATUSTEXT"]
-    assert {kind(message): bytes(message.get_msgbuf()) for message in rebuilt} == {
-        key: bytes(message.get_msgbuf()) for key, message in last.items()
-    }
-    assert len(rebuilt) == len(last)
+def test_records_of_one_time_are_told_apart_by_their_number():
+    line = timeline(flight(4), step=0)
+    line.go_to(2)
+    assert (line.position, line.played) == (0.0, 2)
+    assert list(line.advance(1.0)) == [2, 3]
+    line.go_to(-5)
+    assert line.played == 1
+    line.go_to(99)
+    assert line.finished
 
 
 def test_messages_outside_the_dialect_are_left_out():
     frames = flight(3)
     line = timeline([frames[0], unknown_frame(77_000, b"ab"), *frames[1:]])
-    assert buffers(line.advance(1.0)) == frames
-    assert buffers(line.seek(1.0)) == frames
+    assert advanced(line, 1.0) == frames
 
 
 def test_an_empty_log_is_a_timeline_without_length():
     line = Timeline(TlogReader(b""))
-    assert (line.duration, line.seek(3.0), line.advance(1.0), line.markers) == (0.0, [], [], ())
+    line.seek(3.0)
+    line.go_to(3)
+    assert (line.duration, list(line.advance(1.0)), line.markers) == (0.0, [], ())
     assert line.finished
     assert line.time_usec == 0
 

@@ -17,7 +17,7 @@ class FakeFeed:
     def __init__(self, snapshot):
         self.snapshot, self.now = snapshot, 100.5
         self.station = RequestRecorder(snapshot)
-        self.closed = False
+        self.closed, self.notes, self.restart = False, [], None
 
     @property
     def requests(self):
@@ -28,6 +28,9 @@ class FakeFeed:
 
     async def close(self):
         self.closed = True
+
+    def note(self, text):
+        self.notes.append(text)
 
     def advance(self, elapsed):
         pass

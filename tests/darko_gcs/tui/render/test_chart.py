@@ -18,8 +18,8 @@ any_number = st.floats(allow_nan=True, allow_infinity=True)
 def test_a_chart_has_the_size_asked_for_whatever_its_values(width, height, points, thresholds):
     points.sort(key=lambda point: point[0])
     lines = log_chart(
-        [t for t, _ in points], ([v for _, v in points], "track"), width=width, height=height, window=60.0,
-        thresholds=[(v, "x") for v in thresholds if v > 0.0], jumps=[(50.0, "j")], now=100.0,
+        [t for t, _ in points], ([v for _, v in points], "track", "v"), width=width, height=height, window=60.0,
+        thresholds=[(v, "x", "hover") for v in thresholds if v > 0.0], jumps=[(50.0, "j")], now=100.0,
     )  # fmt: skip
     assert len(lines) <= max(height, 1)
     assert all(len(line_text(line)) <= width for line in lines)
@@ -28,20 +28,21 @@ def test_a_chart_has_the_size_asked_for_whatever_its_values(width, height, point
 def test_a_chart_shows_its_decades_thresholds_and_jumps():
     times = [t / 10 for t in range(600)]
     lines = log_chart(
-        times, ([10.0 ** (2 - t / 20) for t in times], "track"), width=60, height=16, window=60.0,
-        thresholds=((100.0, "leave 100"), (50.0, "enter 50")), jumps=((30.0, "enter"),), now=60.0,
+        times, ([10.0 ** (2 - t / 20) for t in times], "track", "v"), width=60, height=16, window=60.0,
+        thresholds=((100.0, "hover leave 100", "hover"), (50.0, "hover enter 50", "hover")), jumps=((30.0, "calm"),),
+        now=60.0,
     )  # fmt: skip
-    for words in ("100", "0.1", "leave 100", "enter 50", "-60 s", "now"):
+    for words in ("100", "0.1", "hover leave 100", "hover enter 50", "-60 s", "now", "calm", "v"):
         assert words in lines_text(lines)
-    assert len(styled_text(lines, "mark")) >= 10
+    assert len(styled_text(lines, "jump")) >= 10
 
 
 def test_an_empty_chart_is_labelled():
-    assert "no data yet" in lines_text(log_chart([], ([], "track"), width=60, height=10, window=60.0, now=0.0))
+    assert "no data yet" in lines_text(log_chart([], ([], "track", "v"), width=60, height=10, window=60.0, now=0.0))
 
 
 def test_a_chart_falls_where_the_value_falls():
-    lines = log_chart([0.0, 60.0], ([1000.0, 1.0], "track"), width=45, height=10, window=60.0, now=60.0)
+    lines = log_chart([0.0, 60.0], ([1000.0, 1.0], "track", "v"), width=45, height=10, window=60.0, now=60.0)
     rows = [line_text(line)[LABELS:] for line in lines[:-1]]
     first_dots = [min(row.find(c) for c in row if c > "⠀") for row in rows if any(c > "⠀" for c in row)]
     assert first_dots == sorted(first_dots)

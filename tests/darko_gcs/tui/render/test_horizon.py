@@ -25,12 +25,12 @@ def test_a_horizon_has_the_size_asked_for_whatever_the_quaternion(width, height,
 
 
 def horizon_rows(q, width=41, height=21):
-    """Row of the horizon line at the left and right edge."""
+    """Row of the uppermost ground at the left and right edge."""
     rows = {}
     for row, line in enumerate(horizon(q, width=width, height=height)):
         styles = [style for part, style in line for _ in part]
         for edge in (0, width - 1):
-            if styles[edge] == "accent":
+            if styles[edge] != "sky":
                 rows.setdefault(edge, row)
     return rows[0], rows[width - 1]
 
@@ -48,10 +48,17 @@ def test_pitching_up_lowers_the_horizon():
 
 
 def ground_share(q, width=40, height=20):
-    """Share of the view that is ground, and True if the horizon is in view."""
+    """Share of the view that is ground, and True if sky is in view, too."""
     lines = horizon(q, width=width, height=height)
-    ground = len(styled_text(lines, "plan").replace(" ", ""))
-    return ground / (width * height), bool(styled_text(lines, "accent"))
+    return len(styled_text(lines, "ground")) / (width * height), bool(styled_text(lines, "sky"))
+
+
+def test_the_view_is_filled_and_ground_is_told_from_sky_without_colours():
+    lines = horizon(LEVEL, width=40, height=20)
+    assert styled_text(lines[:8], "sky") == " " * 320
+    assert "·" in styled_text(lines[12:], "ground")
+    assert not styled_text(lines[:8], "ground")
+    assert not styled_text(lines[12:], "sky")
 
 
 @pytest.mark.parametrize("yaw", [0.0, 1.0, 3.0, -2.0])
@@ -67,14 +74,14 @@ def test_the_view_changes_little_where_euler_angles_jump():
     for tilt in ((0.0, 0.002), (0.002, 0.0), (-0.002, 0.0), (0.0, -0.002)):
         up = quaternion_from_euler(tilt[0], math.pi / 2 + tilt[1], 0.0)
         share, in_view = ground_share(displayed(up, SHOW_PITCHED_DOWN))
-        assert share == pytest.approx(0.47, abs=0.06)
+        assert share == pytest.approx(0.49, abs=0.06)
         assert in_view
 
 
 def test_upside_down_has_the_ground_above():
     lines = horizon(quaternion_from_euler(math.pi, 0.0, 0.0), width=40, height=20)
-    assert styled_text(lines[:8], "plan").strip()
-    assert not styled_text(lines[12:], "plan").strip()
+    assert styled_text(lines[:8], "ground").strip()
+    assert not styled_text(lines[12:], "ground").strip()
 
 
 @pytest.mark.parametrize(
@@ -90,7 +97,18 @@ def test_upside_down_has_the_ground_above():
 def test_without_a_horizon_in_view_an_arrow_points_to_it(roll, pitch, arrow, words):
     lines = horizon(quaternion_from_euler(math.radians(roll), math.radians(pitch), 0.3), width=40, height=20)
     assert words in line_text(lines[0])
-    assert styled_text(lines, "accent") == arrow
+    assert lines_text(lines).count(arrow) == 1
+
+
+def test_a_sliver_of_the_other_side_is_a_horizon_in_view():
+    slivers = 0
+    for pitch in range(40):
+        lines = horizon(quaternion_from_euler(0.0, math.radians(-pitch), 0.0), width=40, height=4)
+        text = lines_text(lines)
+        sky = bool(styled_text(lines, "sky") or styled_text(lines, "ground-on-sky"))
+        assert ("GROUND" in text) == (not sky)
+        slivers += not styled_text(lines, "sky") and sky
+    assert slivers  # some of them have no whole cell of sky
 
 
 @given(*[st.floats(-1, 1)] * 4)

@@ -53,7 +53,7 @@ def test_a_map_fits_everything_and_points_the_vehicle():
 
 def test_a_circle_is_as_wide_as_its_radius_and_fits():
     lines, scale = draw_map(width=60, height=30, circles=[(0.0, 0.0, 25.0, "current")], **NOTHING)
-    rows = [row for row, line in enumerate(lines) if styled_text([line], "warn")]
+    rows = [row for row, line in enumerate(lines) if styled_text([line], "now")]
     assert (rows[-1] - rows[0] + 1) * scale == pytest.approx(50.0, abs=2 * scale)
     assert len(rows) < 30
 
@@ -70,6 +70,6 @@ def test_the_leg_being_flown_and_the_course_stand_out():
     waypoints = [(1, 0.0, 0.0, "done"), (2, 40.0, 0.0, "current"), (3, 40.0, 40.0, "todo")]
     drawn = NOTHING | {"scale": 4.0, "centre": (20.0, 20.0), "waypoints": waypoints, "vehicle": (10.0, 0.0, 0.0)}
     lines, _ = draw_map(width=40, height=20, course=(10.0, 30.0), **drawn)
-    assert len(styled_text(lines, "warn")) > 5
+    assert len(styled_text(lines, "now")) > 5
     assert len(styled_text(lines, "plan")) > 5
-    assert len(styled_text(lines, "bad")) > 5
+    assert len(styled_text(lines, "accent")) > 5

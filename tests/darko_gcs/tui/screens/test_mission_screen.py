@@ -43,6 +43,8 @@ async def test_a_mission_is_opened_edited_saved_and_uploaded(feed, tmp_path, mon
         await pilot.press("enter")
         await until(pilot, lambda: len(screen.draft.plan.items) == 6 and app.screen is screen)
         await pilot.press("shift+down", "u")
+        await until(pilot, lambda: "A mission is being flown. Replace it?" in screen_text(app))
+        await pilot.press("y")
         sent = ("upload", screen.draft.plan.items, ("fence", ()), ("rally", ()))
         await until(pilot, lambda: feed.requests == [sent])
         await pilot.press("w")
@@ -66,6 +68,45 @@ async def test_a_bad_edit_is_refused_with_the_name_of_the_field(feed):
         await pilot.press("escape")
         await until(pilot, lambda: app.screen is screen)
         assert screen.draft.plan.items == before
+
+
+async def test_an_edit_is_taken_back(feed):
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("m")
+        screen = app.screen
+        await until(pilot, lambda: len(screen.draft.plan.items) == 6)
+        before = screen.draft.plan.items
+        await pilot.press("down", "x", "x")
+        await until(pilot, lambda: len(screen.draft.plan.items) == 4)
+        await pilot.press("z", "z")
+        await until(pilot, lambda: screen.draft.plan.items == before)
+        await pilot.press("z")
+        await until(pilot, lambda: "There is no edit to take back" in screen_text(app))
+
+
+async def test_jumping_to_an_item_asks_first(feed):
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("m")
+        await until(pilot, lambda: len(app.screen.draft.plan.items) == 6)
+        await pilot.press("down", "j")
+        await until(pilot, lambda: "Continue the mission at item 1?" in screen_text(app))
+        assert feed.requests == []
+        await pilot.press("y")
+        await until(pilot, lambda: feed.requests == [("set_current", 1)])
+
+
+@pytest.mark.parametrize("key", ["a", "d", "t", "h", "l", "r", "s", "v", "g"])
+async def test_flight_keys_do_nothing_here_and_say_so(feed, key):
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24), notifications=True) as pilot:
+        await pilot.press("m")
+        await until(pilot, lambda: isinstance(app.screen, MissionScreen) and app.screen.draft.plan.items)
+        await pilot.press(key)
+        await until(pilot, lambda: f"{key}: flight keys work on the flight" in screen_text(app))
+        assert isinstance(app.screen, MissionScreen)
+        assert feed.requests == []
 
 
 async def test_the_help_lists_the_keys_of_this_screen_first(feed):
@@ -198,7 +239,7 @@ def limits(plan):
 async def test_a_fence_is_opened_sent_and_deleted(tmp_path, monkeypatch):
     plan = load(write_limited_plan(tmp_path))
     monkeypatch.chdir(tmp_path)
-    feed = FakeFeed(replace(HOVERING, mission=()))
+    feed = FakeFeed(replace(HOVERING, mission=(), mission_state=mavlink.MISSION_STATE_PAUSED))
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:
         await pilot.press("m", "o")
@@ -210,7 +251,7 @@ async def test_a_fence_is_opened_sent_and_deleted(tmp_path, monkeypatch):
         await until(pilot, lambda: feed.requests == [sent])
         feed.snapshot = replace(feed.snapshot, mission=plan.items, **limits(plan))
         await until(pilot, lambda: "2, as on the vehicle" in screen_text(app))
-        await pilot.press("down", "down", "j")
+        await pilot.press("down", "down", "j", "y")
         await until(pilot, lambda: feed.requests[-1] == ("set_current", 2))
         await pilot.press("c")
         await until(pilot, lambda: isinstance(app.focused, OptionList))

@@ -33,3 +33,31 @@ def test_an_unknown_law_is_shown_by_its_number():
 
 def test_a_vehicle_without_a_hybrid_state_is_reported():
     assert "no hybrid state" in panel_text(HybridPanel("", id="x"), EMPTY_SNAPSHOT)
+
+
+def test_the_cause_of_the_last_jump_is_whole_on_a_narrow_panel():
+    s = reduce(EMPTY_SNAPSHOT, arrived(hybrid_state(100, jumps=12, last_law=Law.HOVER_ZERO_MOMENT, last_reason=1)), 1.0)
+    narrow = " ".join(panel_text(HybridPanel("", id="x"), s, width=38).split())
+    wide = panel_text(HybridPanel("", id="x"), s, width=100).splitlines()[2].strip()
+    assert wide.startswith("jump 12: from hover zero-moment")
+    assert wide in narrow
+
+
+def test_each_curve_and_threshold_names_its_law():
+    s = reduce(EMPTY_SNAPSHOT, arrived(hybrid_state(100, Law.HOVER_LINEAR)), 1.0)
+    lines = HybridPanel("", id="x").draw(s, 80, 14)
+    text = panel_text(HybridPanel("", id="x"), s, height=14)
+    assert "hover leave" in text
+    assert "hover enter" in text
+    assert {"hover ", "h"} <= {part for line in lines for part, style in line if style == "hover"}
+    assert "fwd " in {part for line in lines for part, style in line if style == "forward"}
+
+
+def test_the_governor_is_never_cut():
+    for width in (38, 80):
+        s = reduce(
+            EMPTY_SNAPSHOT, arrived(hybrid_state(100, Law.HOVER_ZERO_MOMENT, governor=0.95, v_hover=2457.0)), 1.0
+        )
+        first = panel_text(HybridPanel("", id="x"), s, width=width).splitlines()[0]
+        assert first.endswith("governor 95 %")
+        assert len(first) <= width

@@ -6,8 +6,9 @@ import pytest
 
 from darko_gcs.state.reduce import reduce
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT
-from darko_gcs.state.values import SigningState
+from darko_gcs.state.values import SigningState, Simulator
 from darko_gcs.tui.widgets.status_bar import StatusBar
+from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law
 from tests.support.gcs.messages import arrived
 from tests.support.gcs.screens import panel_text
@@ -18,6 +19,31 @@ HEARD = replace(EMPTY_SNAPSHOT, source=(1, 1), heartbeat_at=0.0)
 
 def shown(s):
     return panel_text(StatusBar(), s, width=120, height=1)
+
+
+@pytest.mark.parametrize(
+    ("simulator", "words"),
+    [
+        (Simulator.NONE, "waiting for a vehicle"),
+        (Simulator.STARTING, "starting darko-sitl"),
+        (Simulator.ENDED, "darko-sitl has ended  Ctrl+R"),
+    ],
+)
+def test_before_a_vehicle_is_heard_it_says_what_is_waited_for(simulator, words):
+    assert words in shown(replace(EMPTY_SNAPSHOT, simulator=simulator))
+
+
+def test_a_dead_simulator_is_named_beside_the_lost_link_on_the_smallest_screen():
+    s = replace(HEARD, lost=True, simulator=Simulator.ENDED, mode="MISSION")
+    assert "Ctrl+R restarts darko-sitl" in panel_text(StatusBar(), s, width=80, height=1)
+
+
+def test_the_battery_of_another_autopilot_is_shown():
+    told = mavlink.MAVLink_sys_status_message(0, 0, 0, 0, 11_100, -1, 64, 0, 0, 0, 0, 0, 0)
+    s = reduce(HEARD, arrived(told), 1.0)
+    assert "battery 64 %" in shown(s)
+    unknown = mavlink.MAVLink_sys_status_message(0, 0, 0, 0, 11_100, -1, -1, 0, 0, 0, 0, 0, 0)
+    assert "battery 11.1 V" in shown(reduce(s, arrived(unknown), 2.0))
 
 
 def test_a_critical_vehicle_is_shown_in_failsafe():

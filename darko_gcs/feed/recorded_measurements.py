@@ -1,0 +1,207 @@
+"""Measurements of a log as arrays: which one is the last at any record, and what the screens collect from them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from darko_gcs.state.reduce import (
+    CHECKED_FIELDS,
+    MAX_NUMBER,
+    MAX_TRACK_POINTS,
+    MIN_TRACK_STEP,
+    RESTART_MESSAGES,
+    RESTART_STEP,
+    is_on_map,
+    thinned,
+)
+from darko_gcs.state.reduce_darko import MAX_V_POINTS, v_point
+from protocol.dialect.vocabulary import Saturation
+from protocol.tlog import TlogReader
+
+__all__ = ["MEASUREMENTS", "RecordedMeasurements"]
+
+# Messages that replace the one of their kind before, whatever was before: their handlers read nothing of the snapshot
+# but the kind of vehicle.
+MEASUREMENTS = (
+    "ATTITUDE", "ATTITUDE_QUATERNION", "BATTERY_STATUS", "DARKO_ACTUATORS", "DARKO_AIR", "DARKO_DECISION",
+    "DARKO_ENERGY", "DARKO_HYBRID_STATE", "EXTENDED_SYS_STATE", "GLOBAL_POSITION_INT", "LOCAL_POSITION_NED",
+    "NAV_CONTROLLER_OUTPUT", "POSITION_TARGET_LOCAL_NED", "SERVO_OUTPUT_RAW", "SYS_STATUS", "VFR_HUD", "WIND_COV",
+)  # fmt: skip
+Rows = NDArray[np.int64]  # indices of records, ascending
+Columns = Mapping[str, NDArray[np.generic]]
+
+
+class RecordedMeasurements:
+    """The measurements that a player of the log would take.
+
+    Args:
+        reader: The log.
+        vehicle_row: Record from which on only its vehicle counts.
+
+    Attributes:
+        restarts: Records at which the vehicle is known to have restarted.
+    """
+
+    def __init__(self, reader: TlogReader, vehicle_row: int) -> None:
+        kinds = {name: _sane(reader, name, vehicle_row) for name in MEASUREMENTS}
+        rows = np.concatenate([rows for rows, columns in kinds.values() if "time_boot_ms" in columns])
+        boot = np.concatenate([c["time_boot_ms"].astype(float) for _, c in kinds.values() if "time_boot_ms" in c])
+        order = np.argsort(rows)
+        self._timed_rows, self._boot = rows[order], boot[order] / 1e3
+        self._lateness = _lateness(self._boot)
+        self.restarts = self._timed_rows[self._lateness == RESTART_MESSAGES]
+        late_rows = self._timed_rows[(self._lateness > 0) & (self._lateness < RESTART_MESSAGES)]
+        taken = {name: _without(rows, columns, late_rows) for name, (rows, columns) in kinds.items()}
+        self._rows = {name: rows for name, (rows, _) in taken.items()}
+        self._rows["GLOBAL_POSITION_INT"] = _on_map(*taken["GLOBAL_POSITION_INT"])
+        self._track_rows, self._track_points = self._track(*taken["LOCAL_POSITION_NED"])
+        self._thinnings = _thinnings(max((len(rows) for rows in self._by_restart(self._track_rows)), default=0))
+        self._hybrid_rows, hybrid = taken["DARKO_HYBRID_STATE"]
+        self._hybrid_time = hybrid["time_boot_ms"].astype(float) / 1e3
+        self._v_rows, self._v_points = self._v(hybrid)
+        law = hybrid["law"]
+        is_first = np.searchsorted(self._hybrid_rows, self.restarts)
+        changed = np.ones(len(law), dtype=bool)
+        changed[1:] = law[1:] != law[:-1]
+        changed[is_first[is_first < len(law)]] = True
+        self._law_rows = self._hybrid_rows[changed]
+        self._law_times = self._hybrid_time[changed]
+        rows, actuators = taken["DARKO_ACTUATORS"]
+        saturation = actuators["saturation"].astype(np.int64)
+        self._saturated = {
+            axis: (rows[on], actuators["time_boot_ms"][on].astype(float) / 1e3)
+            for axis in Saturation
+            if len(on := np.flatnonzero(saturation & int(axis)))
+        }
+
+    def segment(self, played: int) -> int:
+        """The first record of the flight since the last restart, as known after so many records."""
+        past = self.restarts[: np.searchsorted(self.restarts, played)]
+        return int(past[-1]) if len(past) else 0
+
+    def last_rows(self, played: int) -> list[int]:
+        """The last record of each kind since the last restart, ascending."""
+        first = self.segment(played)
+        last = (rows[at - 1] for rows in self._rows.values() if (at := np.searchsorted(rows, played)))
+        return sorted(int(row) for row in last if row >= first)
+
+    def collected(self, played: int) -> dict[str, Any]:
+        """The fields of the snapshot that come from more than the last measurements."""
+        first = self.segment(played)
+        begin, end = np.searchsorted(self._track_rows, (first, played)).tolist()
+        v_begin, v_end = np.searchsorted(self._v_rows, (first, played)).tolist()
+        saturated = {
+            axis: float(times[at - 1])
+            for axis, (rows, times) in self._saturated.items()
+            if (at := np.searchsorted(rows, played)) and rows[at - 1] >= first
+        }
+        timed = int(np.searchsorted(self._timed_rows, played))
+        lateness = int(self._lateness[timed - 1]) if timed else 0
+        late = lateness if lateness < RESTART_MESSAGES else 0
+        return {
+            "track": tuple(map(tuple, self._track_points[begin + _kept(self._thinnings, end - begin)].tolist())),
+            "v_history": tuple(
+                v_point(time, int(law), hover, forward)
+                for time, law, hover, forward in self._v_points[max(v_begin, v_end - MAX_V_POINTS) : v_end].tolist()
+            ),
+            "saturated_at": saturated,
+            "late_messages": late,
+            "boot": float(self._boot[timed - 1 - late]) if timed else None,
+        }
+
+    def law_since(self, played: int, jump_row: int, of_jump: float | None) -> float | None:
+        """The vehicle's time of the last change of law [s], told by a jump or by the state of the controller."""
+        at = int(np.searchsorted(self._law_rows, played))
+        if not at or self._law_rows[at - 1] < max(jump_row, self.segment(played)):
+            return of_jump
+        return float(self._law_times[at - 1])
+
+    def _by_restart(self, rows: Rows) -> list[Rows]:
+        return np.split(rows, np.searchsorted(rows, self.restarts))
+
+    def _track(self, rows: Rows, columns: Columns) -> tuple[Rows, NDArray[np.float64]]:
+        """Records and points of the track: those far enough from the one before."""
+        points = np.column_stack([columns["x"].astype(float), columns["y"].astype(float)])
+        starts = set(np.searchsorted(rows, self.restarts).tolist())
+        kept, last = [], None
+        for index, point in enumerate(points.tolist()):
+            if last is None or index in starts or math.dist(last, point) >= MIN_TRACK_STEP:
+                kept.append(index)
+                last = point
+        return rows[kept], points[kept]
+
+    def _v(self, hybrid: Columns) -> tuple[Rows, NDArray[np.float64]]:
+        """Records and values of the chart of V: those with a later time than all before."""
+        chosen = [np.zeros(0, dtype=bool)]
+        for times in np.split(self._hybrid_time, np.searchsorted(self._hybrid_rows, self.restarts)):
+            newest = np.maximum.accumulate(np.concatenate(([-np.inf], times)))
+            chosen.append(times > newest[:-1])
+        mask = np.concatenate(chosen)
+        fields = (self._hybrid_time, *(hybrid[name].astype(float) for name in ("law", "v_hover", "v_forward")))
+        return self._hybrid_rows[mask], np.column_stack(fields)[mask]
+
+
+def _sane(reader: TlogReader, name: str, vehicle_row: int) -> tuple[Rows, Columns]:
+    """Records of a kind that a player takes, and their fields: of the vehicle, and with possible numbers."""
+    rows, columns = reader.rows(name), reader.columns(name)
+    is_vehicle = rows < vehicle_row
+    if vehicle_row < len(reader):
+        same = reader.systems[rows] == reader.systems[vehicle_row]
+        is_vehicle |= same & (reader.components[rows] == reader.components[vehicle_row])
+    with np.errstate(invalid="ignore"):
+        for field in CHECKED_FIELDS.get(name, ()):
+            possible = np.abs(columns[field].astype(float)) < MAX_NUMBER
+            is_vehicle &= possible.reshape(len(rows), -1).all(axis=1) if len(rows) else possible.reshape(0)
+    return rows[is_vehicle], {field: values[is_vehicle] for field, values in columns.items()}
+
+
+def _lateness(boot: NDArray[np.float64]) -> NDArray[np.int64]:
+    """For each time since boot how many in a row, with it, were long before the newest; 3: a restart."""
+    lateness = np.zeros(len(boot), dtype=np.int64)
+    if not len(boot) or (boot >= np.maximum.accumulate(boot) - RESTART_STEP).all():
+        return lateness
+    newest, late = -math.inf, 0
+    for index, time in enumerate(boot.tolist()):
+        late = late + 1 if time < newest - RESTART_STEP else 0
+        lateness[index] = late
+        if late in {0, RESTART_MESSAGES}:
+            newest, late = time, 0
+    return lateness
+
+
+def _without(rows: Rows, columns: Columns, late: Rows) -> tuple[Rows, Columns]:
+    if not len(late):
+        return rows, columns
+    keep = ~np.isin(rows, late)
+    return rows[keep], {field: values[keep] for field, values in columns.items()}
+
+
+def _on_map(rows: Rows, columns: Columns) -> Rows:
+    places = zip(columns["lat"].tolist(), columns["lon"].tolist(), strict=True)
+    on_map: Rows = rows[np.array([is_on_map(*place) for place in places], dtype=bool)]
+    return on_map
+
+
+def _thinnings(points: int) -> list[tuple[int, Rows]]:
+    """When a growing track is thinned: the points before, and which of them are left."""
+    thinnings: list[tuple[int, Rows]] = []
+    track, before = tuple(range(min(points, MAX_TRACK_POINTS))), MAX_TRACK_POINTS
+    while before < points:
+        left = thinned(track)
+        thinnings.append((before, np.array(left)))
+        after = before + MAX_TRACK_POINTS - len(left)
+        track, before = (*left, *range(before, after)), after
+    return thinnings
+
+
+def _kept(thinnings: list[tuple[int, Rows]], points: int) -> Rows:
+    """Which of so many points a track has."""
+    before, left = next(
+        ((before, left) for before, left in reversed(thinnings) if before < points), (0, np.zeros(0, dtype=np.int64))
+    )
+    return np.concatenate((left, np.arange(before, points)))

@@ -1,0 +1,25 @@
+"""What the help says beside the keys."""
+
+from __future__ import annotations
+
+__all__ = ["COLOUR_MEANINGS", "KEY_SYMBOLS", "QUESTION_RULES"]
+
+KEY_SYMBOLS = {"question_mark": "?", "plus": "+", "minus": "-"}
+QUESTION_RULES = [
+    ("asks", "everything that moves, stops or drops the vehicle, and quitting"),
+    ("", "while it is armed or the plan would be lost (q, Ctrl+Q, Ctrl+C)"),
+    ("does not ask", "edits of the plan: z takes them back"),
+    ("typed ahead", "keys reach the form that they were typed for, never a"),
+    ("", "question: it is answered after it is on the screen"),
+    ("closed", "terminal: the ground station ends at once and notes it in the"),
+    ("", "recording, and stops the simulator of --sitl. A vehicle of its"),
+    ("", "own flies on, and acts on the lost link (NAV_DLL_ACT)"),
+]
+COLOUR_MEANINGS = [
+    ("bold", "what holds now: mode, law, choice"),
+    ("green", "good, and what was flown"),
+    ("blue", "planned"),
+    ("magenta", "where it flies to now"),
+    ("amber", "warning"),
+    ("red", "danger: armed, failed, lost"),
+]

@@ -1,0 +1,78 @@
+"""Where a replay is: a bar with marks, its clocks, and what the marks mean."""
+
+from __future__ import annotations
+
+from textual import events
+
+from darko_gcs.feed.recorded_marks import MarkKind
+from darko_gcs.feed.replay_feed import ReplayFeed
+from darko_gcs.state.snapshot import Snapshot
+from darko_gcs.state.text import format_time
+from darko_gcs.tui.render.canvas import StyledLine
+from darko_gcs.tui.widgets.panel import styled_line
+from darko_gcs.tui.widgets.status_bar import StatusBar
+
+__all__ = ["TimeBar"]
+
+SYMBOLS = {
+    MarkKind.WAYPOINT: ("◆", "plan"),
+    MarkKind.MODE: ("M", "accent"),
+    MarkKind.JUMP: ("J", "jump"),
+    MarkKind.WARNING: ("!", "warn"),
+    MarkKind.GAP: ("░", "dim"),
+}
+STATE_WIDTH = 3  # of the symbol before the bar [cells]
+LAST_MARK_WIDTH = 100  # of the screen that has room for the last mark's text [cells]
+
+
+class TimeBar(StatusBar):
+    """Position in the recording, playing speed, marks and their legend. A click on the bar seeks."""
+
+    def __init__(self, feed: ReplayFeed) -> None:
+        super().__init__("replay-bar")
+        self._feed = feed
+
+    def draw(self, s: Snapshot, width: int, height: int) -> list[StyledLine]:  # noqa: ARG002 - from the feed
+        """State, bar and times; then the vehicle's own time and the legend."""
+        return [self._bar(width), self._legend(width)]
+
+    def on_click(self, event: events.Click) -> None:
+        """Go to the place of the bar that was clicked."""
+        room = self._room(self.size.width)
+        if event.y == 0 and STATE_WIDTH <= event.x < STATE_WIDTH + room:
+            self._feed.seek((event.x - STATE_WIDTH) / max(1, room - 1) * self._feed.timeline.duration)
+            self.redraw()
+
+    def _times(self) -> str:
+        feed = self._feed
+        looping = " loop" if feed.looping else ""
+        return f" {format_time(feed.now)} / {format_time(feed.timeline.duration)}  {feed.speed:g}x{looping} "
+
+    def _room(self, width: int) -> int:
+        return max(1, width - len(self._times()) - STATE_WIDTH)
+
+    def _bar(self, width: int) -> StyledLine:
+        feed, room = self._feed, self._room(width)
+        state = ("◀" if feed.backwards else "▶") if feed.playing else "⏸"
+        at = _cell(feed.now, feed.timeline.duration, room)
+        cells = [("─", "plan" if cell < at else "dim") for cell in range(room)]
+        for kind, symbol in SYMBOLS.items():
+            for mark in feed.marks:
+                if mark.kind is kind:
+                    cells[_cell(mark.time, feed.timeline.duration, room)] = symbol
+        cells[at] = ("●", "accent")
+        return [(f" {state} ", "accent"), *cells, *styled_line(self._times())]
+
+    def _legend(self, width: int) -> StyledLine:
+        feed = self._feed
+        flight = f" flight {format_time(feed.flight_time)} "
+        symbols: StyledLine = []
+        for kind, (symbol, style) in SYMBOLS.items():
+            symbols += [(f"  {symbol}", style), (f" {kind.value}", "")]
+        past = [mark for mark in feed.marks if mark.time <= feed.now]
+        last = f"   last: {past[-1].text}" if past and width >= LAST_MARK_WIDTH else ""
+        return styled_line((flight, "accent"), *symbols, (last, "dim"))
+
+
+def _cell(time: float, duration: float, room: int) -> int:
+    return min(room - 1, int(room * time / duration)) if duration > 0.0 else 0

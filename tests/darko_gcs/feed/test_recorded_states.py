@@ -1,0 +1,112 @@
+"""The state at any record of a log equals the one after playing there."""
+
+from dataclasses import fields
+
+import pytest
+
+from darko_gcs.feed.recorded_measurements import MEASUREMENTS
+from darko_gcs.feed.recorded_states import KEPT_EVERY
+from darko_gcs.feed.replay_feed import ReplayFeed
+from protocol.dialect import mavlink
+from protocol.tlog import TlogReader
+from tests.support.gcs.messages import heartbeat, position
+from tests.support.gcs.sample_logs import FORWARD_FLIGHT, hover_log, log_of_messages
+from tests.support.logs import bare, log_of, quadplane_log, unknown_frame
+from tests.support.paths import DATA
+
+STOPS = 25  # places of each log
+
+
+def status(words, severity=6, **sent_by):
+    return bare(mavlink.MAVLink_statustext_message(severity, words), **sent_by)
+
+
+def two_flights():
+    """A restart of the vehicle, late messages, another vehicle, and messages with impossible numbers."""
+    first = [bare(position(1000 * k, float(k), vx=1.0)) for k in range(1, 30)]
+    again = [bare(position(100 * k, float(k), vx=2.0)) for k in range(1, 30)]
+    late = bare(position(100, 77.0))
+    return [
+        bare(position(500, 5.0), system=9), status(b"before"), bare(heartbeat()), *first[:20], late, *first[20:],
+        late, late, status(b"x" * 50), bare(heartbeat(armed=True)), unknown_frame(77_000, b"ab"),
+        status(b"other", system=9), *again, bare(position(200_000, float("nan"))),
+        bare(heartbeat(), system=9), *first[:5], status(b"end", 3),
+    ]  # fmt: skip
+
+
+LOGS = {
+    "square": (DATA / "square-flight.tlog").read_bytes,
+    "quadplane": quadplane_log,
+    "hover": hover_log,
+    "forward": lambda: log_of_messages(FORWARD_FLIGHT),
+    "restart": lambda: log_of(two_flights(), step=100_000),
+    "damaged": lambda: _damaged((DATA / "square-flight.tlog").read_bytes()),
+    "without a vehicle": lambda: log_of([status(b"a"), status(b"b")]),
+}
+
+
+def _damaged(whole):
+    return whole[:100_000] + b"?" * 500 + whole[150_000:]
+
+
+def differences(one, other):
+    """Names of the fields of two snapshots that differ."""
+    pairs = ((field.name, getattr(one, field.name), getattr(other, field.name)) for field in fields(one))
+    return [name for name, a, b in pairs if repr(a) != repr(b) and not (isinstance(a, dict) and a == b)]
+
+
+@pytest.mark.parametrize("name", LOGS)
+def test_a_sought_state_equals_a_played_one(name, monkeypatch):
+    monkeypatch.setattr("darko_gcs.feed.replay_feed.MAX_PLAYED", 10**9)
+    reader = TlogReader(LOGS[name]())
+    played, sought = ReplayFeed(reader, "x"), ReplayFeed(reader, "x")
+    for stop in range(STOPS + 1):
+        time = played.timeline.duration * stop / STOPS
+        played.advance(time - played.now) if stop else played.seek(0.0)
+        sought.seek(played.now)
+        assert sought.timeline.played == played.timeline.played
+        assert differences(played.snapshot, sought.snapshot) == []
+
+
+def test_the_log_with_a_restart_has_one():
+    feed = ReplayFeed(TlogReader(LOGS["restart"]()), "x")
+    feed.seek(feed.timeline.duration)
+    assert feed.snapshot.restarts >= 1
+    assert "The vehicle restarted" in [line.text for line in feed.snapshot.messages]
+
+
+def test_a_long_track_and_a_long_log_of_texts_are_thinned_as_in_play():
+    frames = [bare(heartbeat())]
+    for k in range(2500):
+        frames.append(bare(position(10 * k, 0.2 * k)))
+        if k % 5 == 0:
+            frames.append(status(b"text %d" % k))
+    reader = TlogReader(log_of(frames, step=1000))
+    played, sought = ReplayFeed(reader, "x"), ReplayFeed(reader, "x")
+    played.seek(0.0)
+    while played.playing:
+        played.advance(0.2)
+        sought.seek(played.now)
+        assert differences(played.snapshot, sought.snapshot) == []
+    assert len(played.snapshot.messages) == 300
+    assert 1000 < len(played.snapshot.track) <= 1500
+
+
+def test_messages_have_their_own_times():
+    feed = ReplayFeed(TlogReader(LOGS["restart"]()), "x")
+    feed.seek(feed.timeline.duration)
+    times = {line.text: line.time for line in feed.snapshot.messages}
+    assert times["before"] == pytest.approx(0.1)
+    assert times["end"] == pytest.approx(feed.timeline.duration)
+
+
+def test_a_seek_reads_as_few_messages_in_a_long_log_as_in_a_short_one(monkeypatch):
+    frames = [bare(heartbeat())] + [frame for k in range(1500) for frame in (bare(position(k, 0.1 * k)), status(b"x"))]
+    feed = ReplayFeed(TlogReader(log_of(frames)), "x")
+    decoded = []
+    message = feed.timeline.message
+    monkeypatch.setattr(feed.timeline, "message", lambda row: decoded.append(row) or message(row))
+    for share in (0.1, 0.5, 0.999, 0.3):
+        decoded.clear()
+        feed.seek(share * feed.timeline.duration)
+        assert 0 < len(decoded) <= KEPT_EVERY + len(MEASUREMENTS)
