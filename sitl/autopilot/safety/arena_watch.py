@@ -13,11 +13,9 @@ from sitl.enclosure.geometry import THE_NET, Arena
 from sitl.guidance.view import VehicleView
 
 HOLD, LAND, CUT = 2, 3, 4  # of DRK_NET_ACT
-# A hovering vehicle that is told to hold stands after this time at its speed, and later in a wind: a tail wind drives
-# it on, and out of a head wind's jet it flies on leaning.
+# A hovering vehicle that is told to hold stands after this time at its speed, and in a tail wind after longer.
 HOVER_STANDS_AFTER, LATER_BY_WIND = 0.6, 0.25  # [s], [s per m/s]
-# Farther inside than requests lead, since a law that does not know the wind stands downwind of its point.
-RETREAT, RETREAT_BY_WIND = 1.2, 0.25  # [m], [m per m/s]
+RETREAT = 1.2  # since a law that does not know the wind stands downwind of where it should hold [m]
 SPEEDING_UP_TIME = 0.6  # for which a transition to forward flight still gains speed after such an order [s]
 PIECES = 4  # of the way to a stop, whose ends are looked at
 RAISED_AGAIN = 1.0  # after so long, if something is neared still [s]
@@ -29,8 +27,8 @@ EMERGENCY = mavlink.MAV_SEVERITY_EMERGENCY
 def way_to_stop(view: VehicleView) -> list[Point]:
     """Points from where the vehicle is to where the law in force can stop it, world NWU [m]."""
     speed = math.hypot(view.v[0], view.v[1])
-    along = (view.wind[0] * view.v[0] + view.wind[1] * view.v[1]) / max(speed, 0.1)
-    seconds = HOVER_STANDS_AFTER + LATER_BY_WIND * abs(along)
+    tail_wind = (view.wind[0] * view.v[0] + view.wind[1] * view.v[1]) / max(speed, 0.1)
+    seconds = HOVER_STANDS_AFTER + LATER_BY_WIND * max(tail_wind, 0.0)
     if view.forward and speed > 1.0:
         seconds = SPEEDING_UP_TIME + view.stopping_distance / speed
     times = [seconds * k / PIECES for k in range(PIECES + 1)]
@@ -87,8 +85,7 @@ class ArenaWatch:
         self.near, self._raised = True, view.time
         action = SafetyAction.HOLD if settings.net_action >= HOLD else SafetyAction.NONE
         reason = f"{max(room, 0.0):.1f} m from {before}"
-        retreat = RETREAT + RETREAT_BY_WIND * math.hypot(view.wind[0], view.wind[1])
-        return [Alarm(action, WARNING, reason, stop=True, always=True, retreat=retreat)]
+        return [Alarm(action, WARNING, reason, stop=True, always=True, retreat=RETREAT)]
 
     def _nears(self, view: VehicleView, arena: Arena, room: float) -> bool:
         """Whether the vehicle comes nearer still."""
