@@ -12,6 +12,7 @@ from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.engines.client.command_client import CommandClient
 from protocol.engines.client.flight_plan_client import FlightPlanClient
+from protocol.engines.client.flight_plan_upload import FlightPlanUpload
 from protocol.engines.client.ftp_client import FtpClient
 from protocol.engines.client.log_client import LogClient
 from protocol.engines.client.mission_client import MissionClient
@@ -73,6 +74,7 @@ class GroundEndpoint:
         self._commands_from_vehicle = CommandServer(system, component, {mavlink.MAV_CMD_REQUEST_OPERATOR_CONTROL})
         self._files, self._logs = FtpClient(system, component, self._remote), LogClient(self._remote)
         self._flight_plan = FlightPlanClient(self._remote)
+        self._flight_plan_upload = FlightPlanUpload(system, component, self._remote)
         self._waiting = (
             self._commands,
             self._parameters,
@@ -80,6 +82,7 @@ class GroundEndpoint:
             self._files,
             self._logs,
             self._flight_plan,
+            self._flight_plan_upload,
         )
         self._datagrams: list[bytes] = []
         self._events: list[Event] = []
@@ -257,6 +260,11 @@ class GroundEndpoint:
     def request_flight_plan(self) -> None:
         """Download the vehicle's flight plan anew; it is downloaded by itself whenever it has changed."""
         self._flight_plan.request_again()
+
+    def send_flight_plan(self, data: bytes, now: float) -> None:
+        """Have the vehicle load a flight plan; ends in ``FlightPlanAnswered``."""
+        self._flight_plan_upload.send(self._target(), data, now)
+        self._collect()
 
     def send_key(self, key: bytes, timestamp: int, target: Source) -> None:
         """Send a signing key to a vehicle once (SETUP_SIGNING); the vehicle confirms it by signing with it.

@@ -15,6 +15,7 @@ from protocol.engines.file_store import FileTree, LogStore, NoFiles
 from protocol.engines.heartbeat import HEARTBEAT_PERIOD, HeartbeatSource
 from protocol.engines.parameter_values import Parameter
 from protocol.engines.server.command_server import UNKNOWN_PROGRESS, CommandServer
+from protocol.engines.server.flight_plan_file_server import FlightPlanFileServer
 from protocol.engines.server.flight_plan_server import FlightPlanServer
 from protocol.engines.server.ftp_server import FtpServer
 from protocol.engines.server.log_server import LogServer
@@ -102,7 +103,7 @@ class VehicleEndpoint:
         self._mission = MissionServer(*self._ids, mission, validate=validate, others=plans)
         self._files = FtpServer(*self._ids, files or NoFiles())
         self._logs = LogServer(*self._ids, logs or NoFiles())
-        self.flight_plan = FlightPlanServer(*self._ids)
+        self.flight_plan, self.flight_plan_files = FlightPlanServer(*self._ids), FlightPlanFileServer(*self._ids)
         links = None if peers is None else self._links.codecs.keys()
         fixed = {mavlink.MAVLINK_MSG_ID_HEARTBEAT: round(1e6 * HEARTBEAT_PERIOD)}
         self._streams = StreamServer(
@@ -118,6 +119,7 @@ class VehicleEndpoint:
             self._files,
             self._logs,
             self.flight_plan,
+            self.flight_plan_files,
             self._streams,
         )
         self._timed = (self._heartbeat, self.operator, self._parameters, self._mission, self._files, self._logs)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Mapping
+from pathlib import Path
 
 from darko_gcs.commands.options import add_listen_options
 
@@ -15,6 +16,7 @@ examples:
   darko-gcs plan jump Takeoff
   darko-gcs plan move STDBY 1.0 -0.5        east and north of the plan's origin; its height stays
   darko-gcs plan set laps 3
+  darko-gcs plan load room.xml               then: darko-gcs plan fly
 
 Nothing asks: what is written is sent. No other ground station may listen on the same port meanwhile.
 
@@ -44,6 +46,8 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     move.add_argument("east", type=float, help="of the plan's origin [m]")
     move.add_argument("north", type=float, help="of the plan's origin [m]")
     move.add_argument("up", type=float, nargs="?", help="[m]; without it, the height stays")
+    load = acts.add_parser("load", parents=[common], help="have the vehicle load a plan; it stands disarmed")
+    load.add_argument("file", type=Path, help="Paparazzi flight plan; procedures lie beside or below it")
     change = acts.add_parser("set", parents=[common], help="set a variable")
     change.add_argument("variable", help="its name")
     change.add_argument("value", type=float)

@@ -8,13 +8,14 @@ from functools import singledispatch
 from darko_gcs.state.message_log import add_line
 from darko_gcs.state.plan_parts import ALL_PLANS, MISSION, PLAN_TITLES, with_plan
 from darko_gcs.state.snapshot import Snapshot
-from darko_gcs.state.text import command_name, reason_text
+from darko_gcs.state.text import command_name, printable, reason_text
 from protocol.dialect import mavlink
 from protocol.events import (
     CommandDone,
     CommandProgress,
     ControlRequested,
     Event,
+    FlightPlanAnswered,
     FlightPlanFailed,
     FlightPlanReceived,
     MissionCleared,
@@ -125,6 +126,12 @@ def _parameter_failed(e: ParameterFailed, s: Snapshot, now: float) -> Snapshot:
 def _flight_plan_received(_e: FlightPlanReceived, s: Snapshot, now: float) -> Snapshot:
     name = "" if s.flight_plan is None else f" {s.flight_plan.name}"
     return add_line(s, now, INFO, f"Flight plan{name} received")
+
+
+@_after.register
+def _flight_plan_answered(e: FlightPlanAnswered, s: Snapshot, now: float) -> Snapshot:
+    text = f"Flight plan refused: {printable(e.text)}" if e.text else "Flight plan loaded"
+    return add_line(s, now, WARNING if e.text else INFO, text)
 
 
 @_after.register

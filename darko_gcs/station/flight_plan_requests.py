@@ -61,6 +61,10 @@ class FlightPlanRequests(ABC):
 
         self._try(now, request)
 
+    def load_flight_plan(self, data: bytes, now: float) -> None:
+        """Have the vehicle load a plan from the content of its file, which includes nothing."""
+        self._try(now, lambda: self.endpoint.send_flight_plan(data, now))
+
     def fetch_flight_plan(self, _now: float) -> None:
         """Download the flight plan anew."""
         self.endpoint.request_flight_plan()

@@ -7,6 +7,7 @@ import asyncio
 import json
 import math
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 from darko_gcs.errors import GroundError, LinkError
@@ -18,9 +19,12 @@ from darko_gcs.station.station import Station
 from darko_gcs.tasks.link_session import POLL_PERIOD, VEHICLE_TIMEOUT, open_link
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import PlanEventKind
-from protocol.events import CommandDone
+from protocol.errors import ProtocolError
+from protocol.events import CommandDone, FlightPlanAnswered
+from protocol.flight_plans import load_flight_plan, render_flight_plan
+from protocol.flight_plans.plan_check import check_flown
 
-__all__ = ["blocks_table", "request_of_plan", "send_request", "status_table"]
+__all__ = ["blocks_table", "file_to_send", "request_of_plan", "send_request", "status_table"]
 
 PLAN_TIMEOUT = 15.0  # for the plan to arrive from a vehicle that is heard [s]
 TEXT_TIME = 0.5  # in which the words of a refusal follow its number [s]
@@ -38,9 +42,14 @@ async def request_of_plan(args: argparse.Namespace) -> str:
     Raises:
         GroundError: The plan has no such thing, or the vehicle refused or did not answer; the message says which.
     """
+    if args.act == "load":
+        file_to_send(args.file)  # what is wrong with it is said before a vehicle is waited for
     station = Station(keyring=open_keyring(args.signing_key), vehicle=args.vehicle)
     async with open_link(station, args.host, args.port) as link:
         await _wait(link, lambda: station.endpoint.vehicle is not None, VEHICLE_TIMEOUT, "no vehicle heard")
+        if args.act == "load":
+            station.load_flight_plan(file_to_send(args.file), link.now)
+            return await _judgement(link)
         await _wait(link, lambda: _has_plan(station.snapshot), PLAN_TIMEOUT, "the vehicle told of no flight plan")
         plan = station.snapshot.flight_plan
         assert plan is not None  # noqa: S101 - it was waited for
@@ -50,6 +59,30 @@ async def request_of_plan(args: argparse.Namespace) -> str:
         command = send_request(station, plan, args, link.now)
         said = f"plan {args.act}: " + await _answer(link, command)
     return json.dumps({"act": args.act, "result": "accepted"}) if args.json else said
+
+
+def file_to_send(path: Path) -> bytes:
+    """The plan of a file with its procedures in place, as it is sent.
+
+    Raises:
+        GroundError: It cannot be read, or not be flown; the message says where.
+    """
+    try:
+        plan = load_flight_plan(path)
+        check_flown(plan).require_flown()
+    except ProtocolError as error:
+        raise GroundError(str(error)) from None
+    return render_flight_plan(plan).encode()
+
+
+async def _judgement(link: UdpLink) -> str:
+    while True:
+        for event in link.station.events():
+            if isinstance(event, FlightPlanAnswered):
+                if event.text:
+                    raise GroundError(f"the vehicle refuses the plan: {event.text}")
+                return "plan load: accepted"
+        await asyncio.sleep(POLL_PERIOD)
 
 
 async def _wait(link: UdpLink, condition: Callable[[], bool], limit: float, failure: str) -> None:

@@ -27,7 +27,12 @@ from protocol.events.file_events import (
     LogsListed,
     RemoteLog,
 )
-from protocol.events.flight_plan_events import FlightPlanFailed, FlightPlanReceived
+from protocol.events.flight_plan_events import (
+    FlightPlanAnswered,
+    FlightPlanFailed,
+    FlightPlanReceived,
+    FlightPlanUploaded,
+)
 from protocol.events.link_events import (
     MessageReceived,
     MessageRequested,
@@ -72,8 +77,10 @@ __all__ = [
     "FileFailed",
     "FileProgress",
     "FileReceived",
+    "FlightPlanAnswered",
     "FlightPlanFailed",
     "FlightPlanReceived",
+    "FlightPlanUploaded",
     "LogEraseRequested",
     "LogFailed",
     "LogProgress",

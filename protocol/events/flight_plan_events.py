@@ -1,12 +1,13 @@
-"""Events of flight plans, on the ground."""
+"""Events of flight plans, on both sides."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 from protocol.events.event import Event
+from protocol.message import Peer
 
-__all__ = ["FlightPlanFailed", "FlightPlanReceived"]
+__all__ = ["FlightPlanAnswered", "FlightPlanFailed", "FlightPlanReceived", "FlightPlanUploaded"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,3 +23,18 @@ class FlightPlanFailed(Event):
     """The flight plan could not be downloaded."""
 
     reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class FlightPlanUploaded(Event):
+    """A ground station sent the vehicle the file of a flight plan: answer with ``FlightPlanFileServer.answer``."""
+
+    data: bytes
+    peer: Peer
+
+
+@dataclass(frozen=True, slots=True)
+class FlightPlanAnswered(Event):
+    """The vehicle has loaded the plan that it was sent (empty text), or says why not."""
+
+    text: str

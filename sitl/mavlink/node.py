@@ -101,7 +101,7 @@ class Node:
         self._signing = SigningService(keyring, broadcast)
         self._maintenance = MaintenanceCommands(autopilot, self._parameters, exit_refusal)
         self._failures = FailureService(aircraft)
-        self._flight_plan = FlightPlanService(aircraft)
+        self._flight_plan = FlightPlanService(aircraft, endpoint, broadcast, telemetry)
         home_service = HomeService(
             autopilot=autopilot, stored=home, plans=self._plans, telemetry=telemetry, broadcast=broadcast
         )
@@ -122,6 +122,7 @@ class Node:
             self._plans,
             self._operators,
             self._signing,
+            self._flight_plan,
             self._reporter,
             telemetry,
             home_service,
@@ -203,7 +204,7 @@ class Node:
             now: The link's time [s].
         """
         self._operators.update(now)
-        self._flight_plan.follow_mode(self.endpoint, self._telemetry)
+        self._flight_plan.follow_mode()
         self._telemetry.announce_status(now)
         self.endpoint.handle_timer(now)
         self._handle_events(now)
@@ -252,7 +253,7 @@ class Node:
         self.aircraft.advance(periods)
         messages = self._telemetry.messages()
         self._reporter.report(messages)
-        self._flight_plan.update(self.endpoint, self._broadcast, self._telemetry)
+        self._flight_plan.update()
         self._telemetry.publish_due(messages)
         self._parameters.show_changes()
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import string
 from collections.abc import Callable
+from pathlib import Path
 from typing import ClassVar
 
 from textual import on
@@ -29,13 +30,16 @@ from darko_gcs.tui.widgets.plan_blocks import PlanBlockList, key_name
 from darko_gcs.tui.widgets.plan_head import PlanEventPanel, PlanHeadPanel
 from darko_gcs.tui.widgets.plan_map import PlanMapPanel
 from darko_gcs.tui.widgets.status_bar import StatusBar
+from protocol.errors import ProtocolError
+from protocol.flight_plans import load_flight_plan, render_flight_plan
+from protocol.flight_plans.plan_check import check_flown
 from protocol.frames import Vector
 
 __all__ = ["FlightPlanScreen"]
 
 SECOND_PRESS = 2.0  # within which a plan's key is pressed again to act [s]
 PLAN_KEYS = (  # that a plan may give its blocks; ctrl with c, i, j, m, p, q and z mean something else to terminals
-    *string.ascii_letters, *string.digits, *(f"f{n}" for n in range(1, 13)), *(f"ctrl+{c}" for c in "bdeghklnorstuvwxy")
+    *string.ascii_letters, *string.digits, *(f"f{n}" for n in range(1, 13)), *(f"ctrl+{c}" for c in "bdeghklnrstuvwxy")
 )  # fmt: skip
 FALLBACKS = {action.key: action.name for action in ACTIONS if not action.needs_vehicle}  # of keys no block has
 
@@ -51,6 +55,7 @@ class FlightPlanScreen(Screen[None]):
         Binding("tab", "app.focus_next", "Next part", tooltip="Blocks, map, waypoints, variables"),
         Binding("ctrl+f", "fly", "Fly", tooltip="Fly the plan from the block it is in"),
         Binding("space", "hold", "Hold", tooltip="Leave the plan: stop and hover here"),
+        Binding("ctrl+o", "load", "Load", tooltip="Have the vehicle load a plan from a file, on the ground"),
         Binding("f5", "fetch", "Fetch", show=False, tooltip="Fetch the plan from the vehicle again"),
     ]
     snapshot: reactive[Snapshot] = reactive(EMPTY_SNAPSHOT, repaint=False)  # else every panel is painted again
@@ -139,6 +144,25 @@ class FlightPlanScreen(Screen[None]):
             return
         question = f"Fly the flight plan? It goes on in block {plan.block_name(plan.block)}."
         self._confirm(question, lambda: station.start_flight_plan(self._clock()))
+
+    def action_load(self) -> None:
+        """Ask for a file, and send its plan."""
+        station = self._vehicle()
+        if station is None:
+            return
+        found = sorted(str(path) for path in Path().glob("*.xml"))
+
+        def check(values: tuple[str, ...]) -> str | None:
+            try:
+                plan = load_flight_plan(Path(values[0]).expanduser())
+                check_flown(plan).require_flown()
+            except ProtocolError as error:
+                return str(error)
+            station.load_flight_plan(render_flight_plan(plan).encode(), self._clock())
+            return None
+
+        fields = [("Flight plan (.xml)", found[0] if found else "")]
+        self.app.push_screen(AskScreen("Load a flight plan on the vehicle", fields, check))
 
     def action_hold(self) -> None:
         """Leave the plan and hover, after asking."""

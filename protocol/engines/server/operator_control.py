@@ -32,7 +32,15 @@ NOTIFY_INTERVAL = 3.0  # [s] between two notifications that another station asks
 _COMMANDS = frozenset({"COMMAND_LONG", "COMMAND_INT"})
 _PLANS = frozenset({"MISSION_COUNT", "MISSION_WRITE_PARTIAL_LIST", "MISSION_CLEAR_ALL", "MISSION_SET_CURRENT"})
 _OTHER_CONTROLS = frozenset(
-    {"MANUAL_CONTROL", "SET_HOME_POSITION", "SET_GPS_GLOBAL_ORIGIN", "PARAM_SET", "SET_MODE", "LOG_ERASE"}
+    {
+        "MANUAL_CONTROL",
+        "SET_HOME_POSITION",
+        "SET_GPS_GLOBAL_ORIGIN",
+        "PARAM_SET",
+        "SET_MODE",
+        "LOG_ERASE",
+        "DARKO_PLAN_FILE",
+    }
 )
 SETPOINT_MESSAGES = frozenset(
     {

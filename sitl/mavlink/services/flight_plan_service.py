@@ -11,21 +11,24 @@ from protocol.dialect import mavlink
 from protocol.endpoint_vehicle import VehicleEndpoint
 from protocol.engines.flight_plan_table import plan_key
 from protocol.engines.server.plan_store import MissionInstead
-from protocol.errors import LocalProtocolError
-from protocol.events import CommandRequested
+from protocol.errors import LocalProtocolError, ProtocolError
+from protocol.events import CommandRequested, FlightPlanUploaded
+from protocol.flight_plans import read_flight_plan
+from protocol.flight_plans.plan_check import check_flown
 from protocol.flight_plans.plan_geometry import EnuPoint
 from protocol.mav_frames import ABSOLUTE_ALTITUDE_FRAMES
 from protocol.modes import Mode
 from protocol.plans.mission_item import MissionItem
 from sitl.aircraft import Aircraft
-from sitl.autopilot.answers import DENIED, REJECTED, Answer
+from sitl.autopilot.answers import ACCEPTED, DENIED, REJECTED, Answer
 from sitl.autopilot.flight_plan.executor import FlightPlanExecutor
 from sitl.autopilot.flight_plan.operator_view import BlockEntered, NamedWaypoint
 from sitl.autopilot.safety.world import POSITION_FRAMES
 from sitl.mavlink.broadcast import Broadcast
-from sitl.mavlink.handlers import on_command
+from sitl.mavlink.handlers import on_command, on_event
 from sitl.mavlink.home_requests import UNSUPPORTED_FRAME
 from sitl.mavlink.telemetry.flight_plan_messages import (
+    ascii_text,
     changing_entries,
     leg_items,
     plan_event,
@@ -33,9 +36,11 @@ from sitl.mavlink.telemetry.flight_plan_messages import (
 )
 from sitl.mavlink.telemetry.telemetry_service import TelemetryService
 
+PLAN_FILE = "plan"  # what refusals call a file that was sent
+MAX_REASON = 200  # characters of DARKO_PLAN_FILE_ACK.text
 LOOK_PERIOD = 0.1  # between looks at what has changed [s]
 LEG_PERIOD = 1.0  # between two legs told as missions: stations download each [s]
-FLOWN = "a flight plan is flown, and the mission is its present leg"
+NO_CHANGE_REASON = "a flight plan is flown, and the mission is its present leg"
 
 
 class FlightPlanService:
@@ -43,16 +48,22 @@ class FlightPlanService:
 
     Args:
         aircraft: Flies the plan.
+        endpoint: Holds the table.
+        broadcast: Tells everyone.
+        telemetry: Makes messages of the plan's status.
     """
 
-    def __init__(self, aircraft: Aircraft) -> None:
+    def __init__(
+        self, aircraft: Aircraft, endpoint: VehicleEndpoint, broadcast: Broadcast, telemetry: TelemetryService
+    ) -> None:
         self._aircraft, self._plans = aircraft, aircraft.autopilot.flight_plan
+        self._endpoint, self._broadcast, self._telemetry = endpoint, broadcast, telemetry
         self._loaded: FlightPlanExecutor | None = None  # whose table was told
         self._looked = self._leg_told = -math.inf  # on the vehicle's clock [s]
         self._instead: MissionInstead | None = None
         self._plan_id = 0
 
-    def update(self, endpoint: VehicleEndpoint, broadcast: Broadcast, telemetry: TelemetryService) -> None:
+    def update(self) -> None:
         """Tell what has changed since the last look."""
         now, executor = self._aircraft.vehicle.time, self._plans.executor
         if executor is None or (executor is self._loaded and now - self._looked < LOOK_PERIOD):
@@ -60,35 +71,35 @@ class FlightPlanService:
         self._looked = now
         if executor is not self._loaded:
             self._loaded = executor
-            endpoint.flight_plan.load(table_entries(self._plans))
-            self._plan_id = endpoint.flight_plan.plan_id
-        for entry in endpoint.flight_plan.update(changing_entries(self._plans)):
-            broadcast.event(entry)
-        self._tell_events(endpoint, broadcast, telemetry)
+            self._endpoint.flight_plan.load(table_entries(self._plans))
+            self._plan_id = self._endpoint.flight_plan.plan_id
+        for entry in self._endpoint.flight_plan.update(changing_entries(self._plans)):
+            self._broadcast.event(entry)
+        self._tell_events()
         if self._instead is not None and now - self._leg_told >= LEG_PERIOD:
-            self._show_leg(endpoint, telemetry)
+            self._show_leg()
 
-    def follow_mode(self, endpoint: VehicleEndpoint, telemetry: TelemetryService) -> None:
+    def follow_mode(self) -> None:
         """Show the present leg, or the mission again, before anybody is told of the new mode."""
         if (self._aircraft.autopilot.mode is Mode.FLIGHT_PLAN) != (self._instead is not None):
-            self._show_leg(endpoint, telemetry)
+            self._show_leg()
 
-    def _tell_events(self, endpoint: VehicleEndpoint, broadcast: Broadcast, telemetry: TelemetryService) -> None:
+    def _tell_events(self) -> None:
         blocks = {block.name: block.number for block in self._plans.blocks()}
         events = self._plans.take_events()
         for event in events:
             message = plan_event(event, blocks)
             if message is not None:
-                broadcast.event(endpoint.flight_plan.tell(message))
+                self._broadcast.event(self._endpoint.flight_plan.tell(message))
         if any(isinstance(event, BlockEntered) for event in events):
-            telemetry.publish_now(mavlink.MAVLINK_MSG_ID_DARKO_PLAN_STATUS)
+            self._telemetry.publish_now(mavlink.MAVLINK_MSG_ID_DARKO_PLAN_STATUS)
 
-    def _show_leg(self, endpoint: VehicleEndpoint, telemetry: TelemetryService) -> None:
+    def _show_leg(self) -> None:
         shown = self._leg() if self._aircraft.autopilot.mode is Mode.FLIGHT_PLAN else None
         if shown != self._instead:
             self._instead, self._leg_told = shown, self._aircraft.vehicle.time
-            endpoint.show_instead_of_mission(shown)
-            telemetry.publish_now(mavlink.MAVLINK_MSG_ID_MISSION_CURRENT)
+            self._endpoint.show_instead_of_mission(shown)
+            self._telemetry.publish_now(mavlink.MAVLINK_MSG_ID_MISSION_CURRENT)
 
     def _leg(self) -> MissionInstead:
         items: tuple[MissionItem, ...]
@@ -96,9 +107,37 @@ class FlightPlanService:
             items = leg_items(self._plans.present_leg())
         except LocalProtocolError:  # it lies beyond what the wire can tell
             items = ()
-        return MissionInstead(items, max(len(items) - 1, 0), FLOWN)
+        return MissionInstead(items, max(len(items) - 1, 0), NO_CHANGE_REASON)
 
     # What the operator asks
+
+    @on_event(FlightPlanUploaded)
+    def load(self, event: FlightPlanUploaded, _now: float) -> None:
+        """A peer sent the file of a plan: it is loaded on the ground, and flown when that is asked for."""
+        reason = self._refusal_of(event.data)
+        result = REJECTED if reason else ACCEPTED
+        self._endpoint.flight_plan_files.answer(event.peer, result, ascii_text(reason, MAX_REASON))
+        if reason:
+            self._broadcast.warn(f"Flight plan refused: {reason}")
+        else:
+            self._broadcast.info("Flight plan loaded; it is not flown yet")
+
+    def _refusal_of(self, data: bytes) -> str:
+        """Load a plan, or say why not."""
+        autopilot = self._aircraft.autopilot
+        if autopilot.armed or autopilot.flying:
+            return "a plan is loaded on the ground, disarmed"
+        try:
+            check = check_flown(read_flight_plan(data, PLAN_FILE))
+            check.require_flown()
+        except ProtocolError as error:
+            return str(error)
+        world, plan = autopilot.world, check.plan
+        north, west, _ = world.local(plan.lat0, plan.lon0, 0.0)
+        if outside := world.refuse((north, west, 0.0)):
+            return f"its origin is out of reach: {outside}"
+        self._plans.load(check)
+        return ""
 
     @on_command(mavlink.MAV_CMD_DARKO_JUMP_TO_BLOCK)
     def jump(self, request: CommandRequested) -> Answer:

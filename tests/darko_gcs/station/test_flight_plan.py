@@ -5,10 +5,11 @@ import pytest
 from darko_gcs.state.reduce import reduce
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT
 from protocol.dialect.vocabulary import PlanEventKind
-from protocol.events import FlightPlanReceived, MissionDownloaded
-from protocol.flight_plans import load_flight_plan
+from protocol.events import FlightPlanAnswered, FlightPlanReceived, MissionDownloaded
+from protocol.flight_plans import load_flight_plan, render_flight_plan
 from protocol.modes import Mode
 from protocol.tlog.reader import TlogReader
+from sitl.defaults import HOME
 from tests.support.gcs.linked_station import LinkedStation
 from tests.support.plans import VOLIERE, plan_of
 from tests.support.vehicle.planned_flight import PlannedFlight
@@ -101,3 +102,63 @@ def test_the_recording_shows_the_plan_again(link):
         s = reduce(s, log.decode(index), 0.0)
     assert (s.flight_plan.blocks, s.flight_plan.points) == (link.plan.blocks, link.plan.points)
     assert s.flight_plan.block == TAKEOFF
+
+
+# Loading a plan
+
+OTHER = render_flight_plan(plan_of('<block name="Other"><stay wp="A"/></block>'))
+
+
+@pytest.fixture
+def grounded(tmp_path):
+    """The link of a vehicle on the ground, without a plan."""
+    link = LinkedStation(tmp_path)
+    assert link.run(10.0, lambda: link.snapshot.prearm_ok is not None)
+    return link
+
+
+def load(link, text):
+    link.station.load_flight_plan(text.encode(), link.now)
+    assert link.run(20.0, lambda: link.events_of(FlightPlanAnswered))
+    return link.events_of(FlightPlanAnswered)[-1].text
+
+
+def near(text):
+    """A plan whose origin is the vehicle's."""
+    return text.replace("43.5641", f"{HOME.lat_deg:.7f}").replace("1.4829", f"{HOME.lon_deg:.7f}")
+
+
+def test_a_plan_is_loaded_on_the_ground(grounded):
+    assert load(grounded, near(OTHER)) == ""
+    assert grounded.run(
+        5.0, lambda: grounded.snapshot.flight_plan is not None and grounded.snapshot.flight_plan.is_complete
+    )
+    assert [b.name for b in grounded.snapshot.flight_plan.blocks.values()] == ["Other", "HOME"]
+    assert not grounded.snapshot.flies_plan
+    grounded.station.start_flight_plan(grounded.now)
+    assert grounded.run(2.0, lambda: grounded.snapshot.flies_plan)
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        (lambda text: text.replace("</blocks>", ""), "plan:"),
+        (lambda text: text.replace('wp="A"', 'wp="NOWHERE"'), "NOWHERE"),
+        (lambda text: text.replace("<stay", '<stay wind="1"'), "wind"),
+        (lambda text: text.replace(f"{HOME.lat_deg:.7f}", "10"), "its origin is out of reach"),
+        (lambda _: "\x00 nonsense", "plan:"),
+    ],
+)
+def test_a_plan_that_cannot_be_flown_is_refused_with_the_reason(grounded, change, reason):
+    assert reason in load(grounded, change(near(OTHER)))
+    assert grounded.snapshot.flight_plan is None
+    assert "Flight plan refused" in grounded.text
+
+
+def test_no_plan_is_loaded_while_the_vehicle_is_armed(link):
+    link.station.arm(link.now)
+    link.run(1.0)
+    link.station.load_flight_plan(OTHER.encode(), link.now)
+    assert link.run(20.0, lambda: link.events_of(FlightPlanAnswered))
+    assert "on the ground, disarmed" in link.text
+    assert link.plan.name == "Flying room"

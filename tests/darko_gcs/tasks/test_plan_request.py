@@ -7,11 +7,12 @@ import pytest
 from darko_gcs.__main__ import COMMANDS, main
 from darko_gcs.commands import plan as plan_command
 from darko_gcs.errors import GroundError
-from darko_gcs.tasks.plan_request import blocks_table, send_request, status_table
+from darko_gcs.tasks.plan_request import blocks_table, file_to_send, send_request, status_table
 from protocol.events import CommandDone, FlightPlanReceived
+from protocol.flight_plans import read_flight_plan
 from tests.support.gcs.linked_station import LinkedStation
 from tests.support.gcs.planned_snapshots import planned
-from tests.support.plans import plan_of
+from tests.support.plans import OUR_PLANS, VOLIERE, plan_of
 from tests.support.vehicle.planned_flight import PlannedFlight
 
 PLAN = plan_of(
@@ -94,3 +95,16 @@ def test_tables_are_json():
     blocks = blocks_table(s.flight_plan)
     assert [block["name"] for block in blocks if block["present"]] == ["Standby"]
     assert [block["name"] for block in blocks if block["locked"]] == ["Camera"]
+
+
+def test_a_file_is_sent_with_its_procedures_in_place():
+    data = file_to_send(OUR_PLANS / "with_procedure.xml")
+    assert b"include" not in data
+    assert read_flight_plan(data, "sent").blocks
+
+
+def test_a_file_that_cannot_be_flown_is_refused_with_its_place(tmp_path):
+    path = tmp_path / "broken.xml"
+    path.write_text(VOLIERE.read_text().replace('<stay wp="STDBY"/>', '<stay wp="STDBY" windy="1"/>'))
+    with pytest.raises(GroundError, match=r"broken\.xml:\d+:\d+"):
+        file_to_send(path)

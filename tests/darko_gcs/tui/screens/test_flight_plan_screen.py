@@ -14,6 +14,7 @@ from protocol.dialect import mavlink
 from tests.support.gcs.planned_snapshots import LAPS, P1, STDBY, after, planned
 from tests.support.gcs.screens import FakeFeed, screen_text, settled, until
 from tests.support.gcs.snapshots import HOVERING
+from tests.support.plans import VOLIERE
 
 SIZES = ((80, 24), (120, 40), (200, 60))
 
@@ -297,3 +298,20 @@ async def test_a_recording_is_sent_nothing():
         await pilot.press("t", "t", "right")
         await until(pilot, lambda: "This is a recording" in session.text)
         assert not isinstance(session.app.screen, ConfirmScreen)
+
+
+async def test_a_plan_is_loaded_from_a_file_after_it_was_checked(tmp_path):
+    broken = tmp_path / "broken.xml"
+    broken.write_text("<flight_plan>")
+    session = Session(snapshot=HOVERING)
+    async with session.app.run_test(size=(120, 40)) as pilot:
+        await opened(pilot, session.app)
+        await pilot.press("ctrl+o")
+        await until(pilot, lambda: isinstance(session.app.focused, Input))
+        session.app.focused.value = str(broken)
+        await pilot.press("enter")
+        await until(pilot, lambda: "broken.xml:1:" in session.text)
+        assert session.feed.requests == []
+        session.app.focused.value = str(VOLIERE)
+        await pilot.press("enter")
+        await until(pilot, lambda: [name for name, *_ in session.feed.requests] == ["load_flight_plan"])

@@ -8,20 +8,21 @@ from sitl.autopilot.flight_plan.condition_values import condition_values
 from tests.support.plans import source
 
 
+VALUES = {"laps": 2, "electrical.bat": 11.123456, "WP_A": 1}
+
+
 class Names:
     """A few names; a function that changes something fails the test."""
 
-    values = {"laps": 2, "electrical.bat": 11.123456, "WP_A": 1}
-
     def value(self, name):
-        if name not in self.values:
+        if name not in VALUES:
             raise UnknownNameError(name)
-        return self.values[name]
+        return VALUES[name]
 
-    def loop_value(self, name):
+    def loop_value(self, _name):
         return 3
 
-    def call(self, name, arguments):
+    def call(self, name, _arguments):
         if name == "stateGetPositionEnu_f":
             return {"z": 7.5}
         assert name.startswith("Get"), name

@@ -308,6 +308,8 @@ def test_a_command_for_an_absent_camera_is_not_answered(standing):
 
 def test_every_streamed_message_can_be_requested(standing):
     for stream in (*(s for s in STREAMS if Navigation.TRUTH in s.needs), HEARTBEAT):
+        if stream.message_id == mavlink.MAVLINK_MSG_ID_DARKO_PLAN_STATUS:
+            continue  # only of a vehicle with a flight plan
         standing.heard.clear()
         assert standing.command(REQUEST, stream.message_id) == ACCEPTED
         assert standing.last(mavlink.mavlink_map[stream.message_id].msgname) is not None
