@@ -11,7 +11,7 @@ from darko_gcs.station.station import Station
 from protocol.dialect import mavlink
 from protocol.endpoint_ground import GROUND_SYSTEM
 
-__all__ = ["ACTIONS", "Action", "ActionHandler", "Request", "control_question"]
+__all__ = ["ACTIONS", "Action", "ActionHandler", "Request", "control_question", "disarm_question"]
 
 Request = Callable[[Station, float], None]  # sends one request of the station, at a time [s]
 
@@ -21,6 +21,9 @@ class ActionHandler(Protocol):
 
     def request(self, request: Request) -> None:
         """Send a request to the vehicle."""
+
+    def ask_disarm(self) -> None:
+        """Ask for confirmation, then disarm; by force if that was asked."""
 
     def ask_take_off(self) -> None:
         """Ask for a height, then take off."""
@@ -90,7 +93,8 @@ def _question_arm(s: Snapshot) -> str | None:
     return "Arm? The propellers will turn." if not s.armed else None
 
 
-def _question_disarm(s: Snapshot) -> str | None:
+def disarm_question(s: Snapshot) -> str | None:
+    """The question to ask before disarming; None if there is nothing to stop."""
     if s.is_airborne:
         return "Disarm IN THE AIR? The vehicle will fall."
     return "Disarm? The propellers will stop." if s.armed is not False else None
@@ -138,11 +142,6 @@ def control_question(s: Snapshot) -> tuple[str, Request]:
     return question, lambda station, now: station.take_control(now)
 
 
-def _disarm(station: Station, now: float) -> None:
-    """Disarm; in flight by force, which the operator has confirmed."""
-    station.disarm(now, force=station.snapshot.is_airborne)
-
-
 ACTIONS = (
     Action(
         key="a", name="arm", label="Arm", help="Arm: start the motors at idle",
@@ -150,7 +149,7 @@ ACTIONS = (
     ),
     Action(
         key="d", name="disarm", label="Disarm", help="Disarm: stop the motors; in the air, by force",
-        run=lambda app: app.request(_disarm), question=_question_disarm,
+        run=lambda app: app.ask_disarm(),
     ),
     Action(
         key="t", name="take_off", label="Takeoff", help="Take off to a height above home",

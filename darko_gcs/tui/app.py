@@ -15,7 +15,7 @@ from textual.screen import ModalScreen, Screen
 from darko_gcs.errors import GroundError
 from darko_gcs.feed.feed import Feed
 from darko_gcs.state.text import format_time
-from darko_gcs.tui.actions import ACTIONS, Action, Request, control_question
+from darko_gcs.tui.actions import ACTIONS, Action, Request, control_question, disarm_question
 from darko_gcs.tui.help_texts import COLOUR_MEANINGS, KEY_SYMBOLS, QUESTION_RULES
 from darko_gcs.tui.plan_draft import PlanDraft
 from darko_gcs.tui.screens.dialogs import AskScreen, ConfirmScreen, HelpScreen, QuitScreen, parse_number
@@ -160,6 +160,19 @@ class GroundStationApp(App[int]):
         """Send a request to the vehicle; none on a recording."""
         if self.feed.station is not None:
             request(self.feed.station, self.feed.now)
+
+    def ask_disarm(self) -> None:
+        """Ask, then disarm; by force only if the question was about the air, wherever the vehicle is by then."""
+        s = self.feed.snapshot
+        question, force = disarm_question(s), s.is_airborne
+
+        def disarm() -> None:
+            self.request(lambda station, now: station.disarm(now, force=force))
+
+        if question is None:
+            disarm()
+        else:
+            self._confirm(question, disarm)
 
     def ask_take_off(self) -> None:
         """Ask for the height, then take off."""

@@ -6,6 +6,7 @@ from typing import ClassVar
 
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
+from textual.widgets import Input
 
 from darko_gcs.feed.recorded_marks import MarkKind
 from darko_gcs.feed.replay_feed import ReplayFeed
@@ -82,8 +83,8 @@ class ReplayApp(GroundStationApp):
                 bar.redraw()
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
-        """The player's keys work wherever no dialog waits for an answer."""
-        if action in {"pause", "mark"} and self.screen.is_modal:
+        """The player's keys work wherever no dialog or text field waits for them."""
+        if action in {"pause", "mark"} and (self.screen.is_modal or isinstance(self.focused, Input)):
             return False
         return super().check_action(action, parameters)
 

@@ -7,10 +7,12 @@ or from a paste, would all reach the widget of the first one.
 from __future__ import annotations
 
 import asyncio
+import contextlib
+import math
 from collections.abc import Callable
 
 from textual import events
-from textual.app import App
+from textual.app import App, ScreenStackError
 from textual.message_pump import MessagePump
 from textual.widgets import Input
 
@@ -51,8 +53,8 @@ class TypedKeys:
             self._task.cancel()
 
     def has_turn(self, event: events.Event) -> bool:
-        """True for the key that is being handed out."""
-        return event is self._turn
+        """True for the key that is being handed out; for every key if nobody hands them out."""
+        return event is self._turn or self._task is None or self._task.done()
 
     def add(self, event: events.Key | events.Paste) -> None:
         """Take a key or a paste from the terminal."""
@@ -61,22 +63,26 @@ class TypedKeys:
     async def _hand_out(self) -> None:
         while True:
             event = await self._waiting.get()
-            if isinstance(event, events.Key) and not self._is_wanted(event):
-                continue
-            self._turn = event
-            self._app.post_message(event)
-            try:
+            with contextlib.suppress(TimeoutError, ScreenStackError):  # no screen: the app is closing
+                if isinstance(event, events.Key) and not self._is_wanted(event):
+                    continue
+                self._turn = event
+                self._app.post_message(event)
                 async with asyncio.timeout(HANDLING_LIMIT):
                     await self._until_quiet()
-            except TimeoutError:
-                continue
 
     def _is_wanted(self, key: events.Key) -> bool:
-        """False for a key of a burst, beside its first one, that no text field waits for."""
+        """False for a key that no text field waits for, if it came together with another or before the question."""
         is_alone = key.time - self._last_time > BURST_GAP
         self._last_time = key.time
         self._has_told = self._has_told and not is_alone
-        if is_alone or not self._is_guarded or key.key in NAVIGATION or isinstance(self._app.focused, Input):
+        is_late_enough = key.time >= getattr(self._app.screen, "shown_at", -math.inf)  # of a question
+        if (
+            (is_alone and is_late_enough)
+            or not self._is_guarded
+            or key.key in NAVIGATION
+            or isinstance(self._app.focused, Input)
+        ):
             return True
         if not self._has_told:
             self._has_told = True

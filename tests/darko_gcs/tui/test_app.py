@@ -20,7 +20,7 @@ from darko_gcs.tui.widgets.map_panel import MapPanel
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import DecisionReason, Way
 from protocol.events import CommandProgress
-from tests.support.gcs.screens import FakeFeed, screen_text, settled, until
+from tests.support.gcs.screens import FakeFeed, confirm, screen_text, settled, until
 from tests.support.gcs.snapshots import FORWARD, HOVERING
 
 ON_GROUND = mavlink.MAV_LANDED_STATE_ON_GROUND
@@ -41,7 +41,7 @@ async def test_arming_is_confirmed_first(feed):
         assert isinstance(app.screen, ConfirmScreen)
         await pilot.press("n")
         assert feed.requests == []
-        await pilot.press("a", "y")
+        await confirm(pilot, "a")
         assert feed.requests == [("arm",)]
     assert feed.closed
 
@@ -53,8 +53,19 @@ async def test_disarming_in_flight_is_confirmed_and_then_forced(feed):
         assert isinstance(app.screen, ConfirmScreen)
         await pilot.press("enter")  # "no" has the focus
         assert feed.requests == []
-        await pilot.press("d", "y")
+        await confirm(pilot, "d")
         assert feed.requests == [("disarm", ("force", True))]
+
+
+async def test_a_yes_to_the_ground_never_drops_a_vehicle_that_has_taken_off_meanwhile(feed):
+    feed.snapshot = feed.station.snapshot = replace(HOVERING, landed_state=ON_GROUND)
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("d")
+        await until(pilot, lambda: "The propellers will stop" in screen_text(app))
+        feed.snapshot = feed.station.snapshot = HOVERING
+        await pilot.press("y")
+        await until(pilot, lambda: feed.requests == [("disarm", ("force", False))])
 
 
 async def test_disarming_on_the_ground_is_not_forced(feed):
@@ -104,7 +115,7 @@ async def test_moving_home_is_confirmed_with_the_height(feed):
         await until(pilot, lambda: isinstance(app.screen, ConfirmScreen) and "3.0 m above the" in screen_text(app))
         await pilot.press("n")
         assert feed.requests == []
-        await pilot.press("H", "y")
+        await confirm(pilot, "H")
         await until(pilot, lambda: feed.requests == [("set_home",)])
 
 
@@ -141,7 +152,7 @@ async def test_control_is_taken_requested_shared_or_given_back(feed, holder, ask
         await until(pilot, lambda: words in screen_text(app))
         await pilot.press("n")
         assert feed.requests == []
-        await pilot.press("k", "y")
+        await confirm(pilot, "k")
         await until(pilot, lambda: feed.requests == [(request_name,)])
 
 
@@ -388,7 +399,7 @@ async def test_every_way_out_asks_while_the_vehicle_is_armed(feed, key):
         await pilot.press("n")
         await until(pilot, lambda: isinstance(app.screen, FlightScreen))
         assert app.is_running
-        await pilot.press(key, "y")
+        await confirm(pilot, key)
     assert app.return_value == 0
     assert feed.notes == ["The operator quit, vehicle armed"]
 

@@ -1,6 +1,7 @@
 """The player of recorded flights, driven by keys."""
 
 import pytest
+from textual.widgets import Input
 
 from darko_gcs.commands import replay
 from darko_gcs.feed.replay_feed import ReplayFeed
@@ -117,3 +118,13 @@ async def test_another_autopilot_leaves_no_empty_panel_of_the_hybrid_controller(
         await until(pilot, lambda: "S1" in screen_text(app) and "us S5" in screen_text(app))
         assert app.screen.query_one("#hybrid").size.height == 1
         assert "GUIDED" in screen_text(app)
+
+
+async def test_the_parameter_filter_gets_its_spaces(feed):
+    app = ReplayApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("space", "p")
+        await until(pilot, lambda: isinstance(app.focused, Input))
+        await pilot.press("a", "space", "b")
+        await until(pilot, lambda: app.focused.value == "a b")
+        assert not feed.playing

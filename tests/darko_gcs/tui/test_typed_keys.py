@@ -71,3 +71,24 @@ async def test_a_question_is_answered_only_after_it_was_asked(feed):
         assert feed.requests == []
         await pilot.press("y")
         await until(pilot, lambda: feed.requests == [("land",)])
+
+
+async def test_keys_work_even_if_nobody_hands_them_out(feed):
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        app._keys.stop()
+        await pilot.press("l")
+        await until(pilot, lambda: "Land here?" in screen_text(app))
+
+
+async def test_an_answer_typed_before_its_question_was_there_does_not_count(feed):
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        early = events.Key("y", "y")  # as from a machine that is too busy to show the question
+        await pilot.press("l")
+        await until(pilot, lambda: "Land here?" in screen_text(app))
+        app._driver.send_message(early)
+        await pilot.pause(0.1)
+        assert feed.requests == []
+        await pilot.press("y")
+        await until(pilot, lambda: feed.requests == [("land",)])

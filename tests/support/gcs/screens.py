@@ -45,6 +45,13 @@ async def until(pilot, condition):
     assert condition()
 
 
+async def confirm(pilot, key):
+    """Press a key and answer its question with yes, once it is there."""
+    await pilot.press(key)
+    await until(pilot, lambda: hasattr(pilot.app.screen, "shown_at") and pilot.app.screen.is_mounted)
+    await pilot.press("y")
+
+
 async def settled(pilot):
     """Wait until the screen has stayed the same for ten turns."""
     shown, turns = None, 0

@@ -13,7 +13,7 @@ from protocol.dialect import mavlink
 from protocol.plans import load
 from protocol.plans.fence_rally import fence_items, rally_items
 from tests.support.gcs.limited_plan import write_limited_plan
-from tests.support.gcs.screens import FakeFeed, screen_text, until
+from tests.support.gcs.screens import FakeFeed, confirm, screen_text, until
 from tests.support.gcs.snapshots import HOVERING
 from tests.support.paths import DATA
 
@@ -174,7 +174,7 @@ async def test_replacing_an_unsent_plan_is_confirmed_first(feed):
         await until(pilot, lambda: isinstance(app.screen, MissionScreen))
         assert feed.requests == []
         assert len(app.draft.plan.items) == 5
-        await pilot.press("f", "y")
+        await confirm(pilot, "f")
         await until(pilot, lambda: feed.requests == [("download",)])
 
 
@@ -251,7 +251,8 @@ async def test_a_fence_is_opened_sent_and_deleted(tmp_path, monkeypatch):
         await until(pilot, lambda: feed.requests == [sent])
         feed.snapshot = replace(feed.snapshot, mission=plan.items, **limits(plan))
         await until(pilot, lambda: "2, as on the vehicle" in screen_text(app))
-        await pilot.press("down", "down", "j", "y")
+        await pilot.press("down", "down")
+        await confirm(pilot, "j")
         await until(pilot, lambda: feed.requests[-1] == ("set_current", 2))
         await pilot.press("c")
         await until(pilot, lambda: isinstance(app.focused, OptionList))
