@@ -50,7 +50,7 @@ class GuideGains(NamedTuple):
     max_climb: float  # higher than this above the altitude wanted, it does not [m]
 
 
-class Aim(NamedTuple):
+class FlownAim(NamedTuple):
     """Where to, and how fast."""
 
     north: float  # level unit vector
@@ -73,7 +73,7 @@ def stopping_speed(distance: float, gains: GuideGains) -> float:
 
 
 @kernel
-def aim(p: Vector, v: Vector, wind: Vector, reference: Reference, course: float, gains: GuideGains) -> Aim:
+def aim(p: Vector, v: Vector, wind: Vector, reference: Reference, course: float, gains: GuideGains) -> FlownAim:
     """Where the reference leads from a position at a velocity; ``course`` is the azimuth of the belly [rad]."""
     path, speed = reference.path, level_norm(v.x, v.y)
     x, y = reference.position.x - p.x, reference.position.y - p.y
@@ -82,7 +82,7 @@ def aim(p: Vector, v: Vector, wind: Vector, reference: Reference, course: float,
     if not reference.forward:
         stop, closing = stopping_speed(distance, gains), v.x * ux + v.y * uy
         wanted = min(stop, max(reference.speed, closing))  # what is left of a flight is braked, not thrown away
-        return Aim(ux, uy, wanted, _fed(wanted, stop, closing, gains), reference.position.z, 0.0, 0.0)
+        return FlownAim(ux, uy, wanted, _fed(wanted, stop, closing, gains), reference.position.z, 0.0, 0.0)
     north, west = line_of_sight(path, p, speed)
     along, length, _ = progress(path, p)
     stops = path.kind == LEG and path.stop
@@ -96,7 +96,7 @@ def aim(p: Vector, v: Vector, wind: Vector, reference: Reference, course: float,
     cruise = cruise if speed >= STANDING_TURN else SIDEWAYS + (cruise - SIDEWAYS) * faces
     wanted = min(cruise, stop)
     curvature = 1.0 / path.radius if path.kind == CIRCLE else 0.0
-    return Aim(
+    return FlownAim(
         ux,
         uy,
         wanted,
