@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Find a V for the linear hover law that flies, prove its level, and store it (``sitl/design/certificates.toml``).
+"""Find a V for the linear hover law that flies, prove its level, and store it in ``sitl/design/hover_proof/``.
 
 Over all tilts, airspeeds and delayed commands of a set, V = x' P x and the weights of the delay satisfy linear matrix
 inequalities; of all such V the one whose unit set holds the most in its worst direction is sought (CLARABEL, a
 development dependency). The set is a box about the ellipsoid, so this is a guess at what can be proved; the proof is
-:func:`sitl.design.region.certify`. V is scaled so that the proved level is 1.
+:func:`sitl.design.hover_proof.region.certify`. V is scaled so that the proved level is 1.
 
     python scripts/prove_hover.py nominal physical
 """
@@ -20,11 +20,11 @@ import cvxpy as cp
 import numpy as np
 
 from sitl.control.hover_linear import LinearGains
-from sitl.design import closed_loop as loop
-from sitl.design import proved
-from sitl.design.delay import channels
-from sitl.design.lmi import HALVES
-from sitl.design.region import certify, radii
+from sitl.design.hover_proof import closed_loop as loop
+from sitl.design.hover_proof import proved
+from sitl.design.hover_proof.delay import channels
+from sitl.design.hover_proof.lmi import HALVES
+from sitl.design.hover_proof.region import certify, radii
 from sitl.design.surfaces import main_parts
 from sitl.model.airframe import STALL, Airframe
 from sitl.model.airframe_files import load

@@ -13,8 +13,8 @@ from sitl.defaults import AIRFRAME
 from sitl.plotting import check_plot_path
 
 if TYPE_CHECKING:
-    from sitl.studies.break_even import BreakEven
-    from sitl.studies.break_even_flights import ErrorSizes, PredictionError
+    from sitl.studies.break_even.break_even import BreakEven
+    from sitl.studies.break_even.break_even_flights import ErrorSizes, PredictionError
 
 CHECKED_LEGS = {"forward": 150, "hover": 75}  # legs flown to check the prediction of each way
 WIND_CLASSES = (("calm", 0.0, 1e-9), ("wind below 3 m/s", 1e-9, 3.0), ("wind of 3 to 5.7 m/s", 3.0, math.inf))
@@ -39,9 +39,9 @@ def run(args: argparse.Namespace) -> int:
     """Predict, fly if asked, print the tables and draw the plot."""
     if args.plot is not None:
         check_plot_path(args.plot)
-    from sitl.studies.break_even import table  # noqa: PLC0415 - --help must not load the compiler
-    from sitl.studies.break_even_flights import abilities  # noqa: PLC0415
-    from sitl.studies.break_even_plot import save_plot  # noqa: PLC0415
+    from sitl.studies.break_even.break_even import table  # noqa: PLC0415 - --help must not load the compiler
+    from sitl.studies.break_even.break_even_flights import abilities  # noqa: PLC0415
+    from sitl.studies.break_even.break_even_plot import save_plot  # noqa: PLC0415
 
     able = abilities(args.airframe, args.airspeed)
     cells = table(able)
@@ -59,8 +59,8 @@ def run(args: argparse.Namespace) -> int:
 
 def _fly(args: argparse.Namespace) -> tuple[list[BreakEven], dict[str, PredictionError]]:
     from protocol.dialect.vocabulary import Way  # noqa: PLC0415
-    from sitl.studies.break_even import LEG_TURNS, flown  # noqa: PLC0415
-    from sitl.studies.break_even_flights import abilities, draw, fly_all, prediction_error  # noqa: PLC0415
+    from sitl.studies.break_even.break_even import LEG_TURNS, flown  # noqa: PLC0415
+    from sitl.studies.break_even.break_even_flights import abilities, draw, fly_all, prediction_error  # noqa: PLC0415
 
     able = abilities(args.airframe, args.airspeed)
     found = [flown(able, args.airframe, climb, turn=turn) for turn in LEG_TURNS for climb in (0.0, 10.0, -10.0)]

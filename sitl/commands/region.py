@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 from sitl.plotting import check_plot_path
 
 if TYPE_CHECKING:
-    from sitl.studies.hover_region import LawRegion
-    from sitl.studies.hover_region_flights import RegionFlights
+    from sitl.studies.hover_region.hover_region import LawRegion
+    from sitl.studies.hover_region.hover_region_flights import RegionFlights
 
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
@@ -31,8 +31,8 @@ def run(args: argparse.Namespace) -> int:
     if args.plot is not None:
         check_plot_path(args.plot)
     from sitl.model.airframe_files import load  # noqa: PLC0415 - --help must not load the compiler
-    from sitl.studies.hover_region import study  # noqa: PLC0415
-    from sitl.studies.hover_region_plot import save_plot  # noqa: PLC0415
+    from sitl.studies.hover_region.hover_region import study  # noqa: PLC0415
+    from sitl.studies.hover_region.hover_region_plot import save_plot  # noqa: PLC0415
 
     results = study(load(args.airframe).parameters, args.samples, args.seed)
     print("\n".join(_lines(results)))
@@ -56,7 +56,7 @@ def _lines(results: list[LawRegion]) -> Iterator[str]:
 
 
 def _proved(results: list[LawRegion]) -> Iterator[str]:
-    from sitl.design.region import radii  # noqa: PLC0415
+    from sitl.design.hover_proof.region import radii  # noqa: PLC0415
 
     yield f"{'':20}{'proved':>9}{'V rises':>9}{'saturates':>11}{'rate':>9}{'eta = 0':>9}   alone, any direction"
     for result in results:
@@ -73,7 +73,7 @@ def _proved(results: list[LawRegion]) -> Iterator[str]:
 
 
 def _linear(results: list[LawRegion]) -> Iterator[str]:
-    from sitl.studies.hover_region_flights import STEP_SIZES  # noqa: PLC0415
+    from sitl.studies.hover_region.hover_region_flights import STEP_SIZES  # noqa: PLC0415
 
     yield f"{'':20}{'guaranteed':>11}{'flown':>7}" + "".join(f"{step:7.1f} m" for step in STEP_SIZES)
     for result in results:
@@ -83,7 +83,7 @@ def _linear(results: list[LawRegion]) -> Iterator[str]:
 
 
 def _bands(results: list[LawRegion], drawn: list[RegionFlights]) -> Iterator[str]:
-    from sitl.studies.hover_region_flights import V_BANDS  # noqa: PLC0415
+    from sitl.studies.hover_region.hover_region_flights import V_BANDS  # noqa: PLC0415
 
     edges = [f"{low:.0f}-{high:.0f}" for low, high in pairwise(V_BANDS)]
     yield f"{'':20}" + "".join(f"{edge:>13}" for edge in edges) + "  lost from  saturated"
@@ -98,7 +98,7 @@ def _bands(results: list[LawRegion], drawn: list[RegionFlights]) -> Iterator[str
 
 
 def _thresholds(results: list[LawRegion]) -> Iterator[str]:
-    from sitl.studies import hover_region as study  # noqa: PLC0415
+    from sitl.studies.hover_region import hover_region as study  # noqa: PLC0415
 
     pairs = [f"{enter:.0f}/{leave:.0f}" for enter, leave in (study.DEFAULT_THRESHOLDS, study.REPORT_THRESHOLDS)]
     yield f"{'':20}{'99 %':>7}{'95 %':>7}  enter/leave" + "".join(f"{pair:>24}" for pair in pairs)

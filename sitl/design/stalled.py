@@ -25,7 +25,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sitl.control.hover_linear import LinearGains
-from sitl.design.closed_loop import (
+from sitl.design.hover_proof.closed_loop import (
     ATTITUDE_ROWS,
     VELOCITY_ROWS,
     AttitudeBoxes,
@@ -35,7 +35,7 @@ from sitl.design.closed_loop import (
     row_matrix,
     size,
 )
-from sitl.design.delay import DELAY, SAMPLING, Channels, channels
+from sitl.design.hover_proof.delay import DELAY, SAMPLING, Channels, channels
 from sitl.design.surfaces import (
     drags,
     elevon_drag,

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sitl.control.hover_linear import LinearGains
-from sitl.design.closed_loop import (
+from sitl.design.hover_proof.closed_loop import (
     RATE_ROWS,
     AttitudeBoxes,
     Interval,

@@ -9,9 +9,9 @@ from sitl.__main__ import main
 from sitl.commands import falls as falls_command
 from sitl.commands import landings as landings_command
 from sitl.model.vectors import Vector
-from sitl.studies import falls
-from sitl.studies.falls import HeightLost
-from sitl.studies.falls_of_aircraft import AircraftFall, FallEnd
+from sitl.studies.falls import falls
+from sitl.studies.falls.falls import HeightLost
+from sitl.studies.falls.falls_of_aircraft import AircraftFall, FallEnd
 from sitl.studies.landings import Landing, LandingEnd
 
 SAME = HeightLost("", np.array([5.0]), np.array([5.0]), np.zeros(1))

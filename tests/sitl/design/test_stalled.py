@@ -8,7 +8,7 @@ import pytest
 from sitl.control.allocation import allocate
 from sitl.control.hover_linear import SQRT_HALF, HoverError, control
 from sitl.design import linearise
-from sitl.design.closed_loop import (
+from sitl.design.hover_proof.closed_loop import (
     AttitudeBoxes,
     Interval,
     coordinates,
@@ -17,8 +17,8 @@ from sitl.design.closed_loop import (
     lyapunov_matrix,
     tilt_matrices,
 )
-from sitl.design.proof import Proof, commands
-from sitl.design.proved import proved_gains
+from sitl.design.hover_proof.proof import Proof, commands
+from sitl.design.hover_proof.proved import proved_gains
 from sitl.design.surfaces import MOVING, hover_push, in_world, main_parts, normal_motion, per_mass, surfaces_push
 from sitl.model.airframe_files import load
 from sitl.model.plant import derivative, inflow

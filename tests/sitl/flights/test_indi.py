@@ -13,7 +13,7 @@ from sitl.simulation.simulation import Simulation
 from sitl.simulation.situation import regime
 from sitl.simulation.start import Start
 from sitl.simulation.tuning import CONTROLLERS, Tuning
-from sitl.studies.falls import falling
+from sitl.studies.falls.falls import falling
 
 PHYSICAL = load("physical").parameters
 INDI = Tuning(controller=CONTROLLERS["indi"])

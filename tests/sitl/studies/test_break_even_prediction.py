@@ -8,9 +8,16 @@ from protocol.dialect.vocabulary import DecisionReason, Way
 from sitl.errors import SitlError
 from sitl.prediction.point_mass import Prediction
 from sitl.prediction.predictor import Leg, predict_forward, predict_hover
-from sitl.studies.break_even import predicted
-from sitl.studies.break_even_flights import FlownLeg, abilities, draw, fly_leg, prediction_error, why_not_forward
-from sitl.studies.break_even_plot import save_plot
+from sitl.studies.break_even.break_even import predicted
+from sitl.studies.break_even.break_even_flights import (
+    FlownLeg,
+    abilities,
+    draw,
+    fly_leg,
+    prediction_error,
+    why_not_forward,
+)
+from sitl.studies.break_even.break_even_plot import save_plot
 
 
 @pytest.fixture(scope="module")

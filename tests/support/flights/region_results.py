@@ -2,11 +2,11 @@
 
 import numpy as np
 
+from sitl.design.hover_proof.region import Certificate
 from sitl.design.lqr import hover_gains
-from sitl.design.region import Certificate
 from sitl.model.airframe_files import load
-from sitl.studies.hover_region import LawRegion
-from sitl.studies.hover_region_flights import V_BANDS, RegionFlights
+from sitl.studies.hover_region.hover_region import LawRegion
+from sitl.studies.hover_region.hover_region_flights import V_BANDS, RegionFlights
 
 NOMINAL = load("nominal").parameters
 

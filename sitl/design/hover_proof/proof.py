@@ -1,6 +1,7 @@
 """Whether V falls everywhere on a sublevel set of itself: boxes of attitudes, split until each is proved.
 
-See :mod:`sitl.design.region` for what is proved, and :mod:`sitl.design.closed_loop` for the matrices.
+See :mod:`sitl.design.hover_proof.region` for what is proved, and
+:mod:`sitl.design.hover_proof.closed_loop` for the matrices.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sitl.control.hover_linear import SQRT_HALF, LinearGains
-from sitl.design.closed_loop import (
+from sitl.design.hover_proof.closed_loop import (
     RATE_ROWS,
     ROOT,
     VELOCITY_ROWS,
@@ -34,8 +35,8 @@ from sitl.design.closed_loop import (
     tilt_matrices,
     turning,
 )
-from sitl.design.cover import Cover, most, split
-from sitl.design.delay import DELAY, Channels, Lift, channels, lift, plain_lift
+from sitl.design.hover_proof.cover import Cover, most, split
+from sitl.design.hover_proof.delay import DELAY, Channels, Lift, channels, lift, plain_lift
 from sitl.design.stalled import (
     MAX_ACCELERATION,
     MAX_DRIFT,

@@ -25,7 +25,7 @@ import numpy.typing as npt
 
 from sitl.control.hover_linear import LinearGains
 from sitl.design import linearise
-from sitl.design.closed_loop import INTEGRAL_ROWS, POSITION_ROWS, VELOCITY_ROWS, feedback, scaled, size
+from sitl.design.hover_proof.closed_loop import INTEGRAL_ROWS, POSITION_ROWS, VELOCITY_ROWS, feedback, scaled, size
 from sitl.model.airframe import Airframe, Array
 
 SAMPLING = 0.002  # period of the control [s]: that of sitl.simulation.flight

@@ -16,7 +16,7 @@ import numpy as np
 
 from sitl.control.hover_linear import LinearGains
 from sitl.design import linearise
-from sitl.design.closed_loop import aerodynamics
+from sitl.design.hover_proof.closed_loop import aerodynamics
 from sitl.design.lqr import hover_gains
 from sitl.design.rounding import rounded_matrix
 from sitl.errors import SitlError

@@ -9,7 +9,7 @@ import numpy as np
 from sitl.compiled import entry, subroutine
 from sitl.control.allocation import allocate
 from sitl.control.hover_linear import SQRT_HALF, HoverError, LinearGains, control
-from sitl.design.closed_loop import lyapunov_matrix
+from sitl.design.hover_proof.closed_loop import lyapunov_matrix
 from sitl.model.airframe import Airframe, Array
 from sitl.model.plant import derivative, inflow
 from sitl.model.quaternions import Quaternion

@@ -10,12 +10,12 @@ from sitl.control import hover_linear
 from sitl.control.estimate import Estimate
 from sitl.control.reference import hover_at
 from sitl.control.side import NOT_CHOSEN
-from sitl.design import delay
-from sitl.design.closed_loop import feedback, lyapunov_matrix
-from sitl.design.proof import Proof, greatest_deflection, thrust_swing
-from sitl.design.proved import PROVED_LEVEL, base_gains, is_proved, premises, proved_gains, with_lyapunov
-from sitl.design.region import certify, chart_level, radii, rate_level, reach_level, saturation_level
-from sitl.design.rise import lyapunov_rate
+from sitl.design.hover_proof import delay
+from sitl.design.hover_proof.closed_loop import feedback, lyapunov_matrix
+from sitl.design.hover_proof.proof import Proof, greatest_deflection, thrust_swing
+from sitl.design.hover_proof.proved import PROVED_LEVEL, base_gains, is_proved, premises, proved_gains, with_lyapunov
+from sitl.design.hover_proof.region import certify, chart_level, radii, rate_level, reach_level, saturation_level
+from sitl.design.hover_proof.rise import lyapunov_rate
 from sitl.errors import SitlError
 from sitl.model.actuators import limited, limits
 from sitl.model.airframe_files import load

@@ -8,8 +8,8 @@ from protocol.dialect.vocabulary import DecisionReason, Way
 from protocol.plans import plan_files as files
 from sitl.defaults import AIRFRAME
 from sitl.prediction.predictor import Leg
-from sitl.studies.break_even import flown, predicted
-from sitl.studies.break_even_flights import (
+from sitl.studies.break_even.break_even import flown, predicted
+from sitl.studies.break_even.break_even_flights import (
     MIN_DISTANCE,
     abilities,
     draw,

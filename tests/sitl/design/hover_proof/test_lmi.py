@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from sitl.design import linearise
-from sitl.design.inequalities import least_cost
-from sitl.design.lmi import DECAY, LMI_EFFORT, SPREAD, effectiveness, guaranteed_decay, lmi_gains
+from sitl.design.hover_proof.inequalities import least_cost
+from sitl.design.hover_proof.lmi import DECAY, LMI_EFFORT, SPREAD, effectiveness, guaranteed_decay, lmi_gains
 from sitl.design.lqr import hover_gains, lqr
 from sitl.errors import SitlError
 from sitl.model.airframe_files import load

@@ -16,7 +16,7 @@ from sitl.autopilot.settings import Settings
 from sitl.parameters import Configuration, WorldSettings
 from sitl.studies.campaign import UNCERTAIN, perturbed
 from sitl.studies.craft import Craft
-from sitl.studies.falls import Throw, thrown
+from sitl.studies.falls.falls import Throw, thrown
 from sitl.studies.mission_flight import PERIODS_PER_LOOK, STUDY_WORLD
 from sitl.studies.seeded_flights import fly_draws, seeds
 

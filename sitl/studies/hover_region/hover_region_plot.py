@@ -8,8 +8,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sitl.plotting import blank_page, save_page
-from sitl.studies.hover_region import DEFAULT_THRESHOLDS, MIN_CONVERGED_SHARE, REPORT_THRESHOLDS, LawRegion, threshold
-from sitl.studies.hover_region_flights import RegionFlights
+from sitl.studies.hover_region.hover_region import (
+    DEFAULT_THRESHOLDS,
+    MIN_CONVERGED_SHARE,
+    REPORT_THRESHOLDS,
+    LawRegion,
+    threshold,
+)
+from sitl.studies.hover_region.hover_region_flights import RegionFlights
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

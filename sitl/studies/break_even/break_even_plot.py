@@ -13,8 +13,8 @@ from protocol.dialect.vocabulary import DecisionReason
 from sitl.model.airframe import Array
 from sitl.plotting import blank_page, check_plot_path, save_page
 from sitl.prediction.predictor import Abilities, Leg, predict_forward, predict_hover
-from sitl.studies.break_even import LEG_TURNS, BreakEven
-from sitl.studies.break_even_flights import MAX_DISTANCE, MIN_DISTANCE, why_not_forward
+from sitl.studies.break_even.break_even import LEG_TURNS, BreakEven
+from sitl.studies.break_even.break_even_flights import MAX_DISTANCE, MIN_DISTANCE, why_not_forward
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -9,14 +9,14 @@ from protocol.dialect.vocabulary import Law
 from sitl.control import hover_linear
 from sitl.control.reference import hover_at
 from sitl.design import linearise
-from sitl.design.lmi import DECAY, lmi_gains
+from sitl.design.hover_proof.lmi import DECAY, lmi_gains
+from sitl.design.hover_proof.region import certify
 from sitl.design.lqr import hover_gains, lqr
-from sitl.design.region import certify
 from sitl.model.airframe_files import load
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start
 from sitl.simulation.tuning import REPORT_GAIN, Tuning
-from sitl.studies.hover_region_flights import (
+from sitl.studies.hover_region.hover_region_flights import (
     SETTLED_RADIUS,
     START_ENVELOPE,
     STEP_SIZES,

@@ -8,8 +8,8 @@ import pytest
 
 from sitl.control.allocation import allocate
 from sitl.control.hover_linear import SQRT_HALF, HoverError, control, error, quadratic
-from sitl.design import proof, region
-from sitl.design.closed_loop import (
+from sitl.design.hover_proof import proof, region
+from sitl.design.hover_proof.closed_loop import (
     AttitudeBoxes,
     coordinates,
     elevon_effect,
@@ -18,10 +18,10 @@ from sitl.design.closed_loop import (
     size,
     tilt_matrices,
 )
+from sitl.design.hover_proof.proved import proved_gains
+from sitl.design.hover_proof.region import certify, chart_level, saturation_level
+from sitl.design.hover_proof.rise import first_rise, lyapunov_rate
 from sitl.design.lqr import hover_gains
-from sitl.design.proved import proved_gains
-from sitl.design.region import certify, chart_level, saturation_level
-from sitl.design.rise import first_rise, lyapunov_rate
 from sitl.errors import SitlError
 from sitl.model.airframe_files import load
 from sitl.model.quaternions import Quaternion

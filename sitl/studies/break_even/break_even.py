@@ -2,7 +2,7 @@
 
 It is the distance at which a leg costs the same energy in the hover and in forward flight: shorter legs are hovered,
 longer ones flown. It is predicted by :mod:`sitl.prediction.predictor`, and flown by
-:mod:`sitl.studies.break_even_flights`.
+:mod:`sitl.studies.break_even.break_even_flights`.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import numpy as np
 from protocol.dialect.vocabulary import DecisionReason, Way
 from sitl.model.airframe import Array
 from sitl.prediction.predictor import Abilities, Leg, predict_forward, predict_hover
-from sitl.studies.break_even_flights import MAX_DISTANCE, MIN_DISTANCE, fly_leg, why_not_forward
+from sitl.studies.break_even.break_even_flights import MAX_DISTANCE, MIN_DISTANCE, fly_leg, why_not_forward
 
 TRIED_DISTANCES = np.geomspace(MIN_DISTANCE, MAX_DISTANCE, 24)
 FINE_DISTANCES = np.geomspace(MIN_DISTANCE, MAX_DISTANCE, 400)

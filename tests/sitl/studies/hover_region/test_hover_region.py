@@ -6,12 +6,12 @@ from functools import partial
 import numpy as np
 import pytest
 
+from sitl.design.hover_proof.region import certify
 from sitl.design.lqr import hover_gains
-from sitl.design.region import certify
 from sitl.errors import SitlError
-from sitl.studies import hover_region
-from sitl.studies.hover_region import share_at, study, threshold
-from sitl.studies.hover_region_plot import save_plot
+from sitl.studies.hover_region import hover_region
+from sitl.studies.hover_region.hover_region import share_at, study, threshold
+from sitl.studies.hover_region.hover_region_plot import save_plot
 from tests.support.flights.region_results import NOMINAL, flights_of, made_up_results
 
 

@@ -25,7 +25,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sitl.control.hover_linear import SQRT_HALF, LinearGains
-from sitl.design.closed_loop import (
+from sitl.design.hover_proof.closed_loop import (
     ATTITUDE_ROWS,
     INTEGRAL_ROWS,
     POSITION_ROWS,
@@ -34,7 +34,7 @@ from sitl.design.closed_loop import (
     feedback,
     lyapunov_matrix,
 )
-from sitl.design.proof import MAX_BOXES, Proof
+from sitl.design.hover_proof.proof import MAX_BOXES, Proof
 from sitl.design.stalled import MAX_DRIFT, thrust_slope
 from sitl.errors import SitlError
 from sitl.model.airframe import Airframe, Array

@@ -9,7 +9,7 @@ With X = S^-1 and Y = K X this is linear in X and Y, and affine in B, so that th
 S bounds the LQR's cost: V keeps its meaning, and without spread and decay it is the LQR's.
 
 The vehicle is its own mirror image. So what happens in its plane of symmetry and what happens across it are two
-problems, of six states each; :mod:`sitl.design.inequalities` solves them.
+problems, of six states each; :mod:`sitl.design.hover_proof.inequalities` solves them.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ import numpy as np
 
 from sitl.control.hover_linear import LinearGains
 from sitl.design import linearise
-from sitl.design.inequalities import least_cost
+from sitl.design.hover_proof.inequalities import least_cost
 from sitl.design.lqr import law
 from sitl.design.matrices import product
 from sitl.errors import SitlError

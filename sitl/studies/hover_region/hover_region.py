@@ -1,8 +1,8 @@
 """Region of attraction of the linear hover law: flights from random states, and a proof (report, section 5.1).
 
 The report takes its thresholds 250 and 400 from sampled trajectories. Here states are drawn on level sets of V and
-flown by the linear law alone on the whole plant (:mod:`sitl.studies.hover_region_flights`). A flight has converged once
-it is in the set that :mod:`sitl.design.region` proves; V is the LQR's, whichever law flies.
+flown by the linear law alone on the whole plant (:mod:`sitl.studies.hover_region.hover_region_flights`). A flight has
+converged once it is in the set that :mod:`sitl.design.hover_proof.region` proves; V is the LQR's, whichever law flies.
 """
 
 from __future__ import annotations
@@ -15,15 +15,22 @@ import numpy as np
 from sitl import Airframe, SitlError
 from sitl.control.hover_linear import LinearGains
 from sitl.design import linearise
-from sitl.design.lmi import SPREAD, effectiveness, guaranteed_decay, lmi_gains
+from sitl.design.hover_proof.lmi import SPREAD, effectiveness, guaranteed_decay, lmi_gains
+from sitl.design.hover_proof.proof import Proof
+from sitl.design.hover_proof.proved import PROVED_LEVEL, is_proved, proved_gains
+from sitl.design.hover_proof.region import Certificate, certify, chart_level, rate_level, reach_level, saturation_level
+from sitl.design.hover_proof.rise import first_rise
 from sitl.design.lqr import gentle_hover_gains, hover_gains
 from sitl.design.lqr import lqr as design_lqr
-from sitl.design.proof import Proof
-from sitl.design.proved import PROVED_LEVEL, is_proved, proved_gains
-from sitl.design.region import Certificate, certify, chart_level, rate_level, reach_level, saturation_level
-from sitl.design.rise import first_rise
 from sitl.model.airframe import Array
-from sitl.studies.hover_region_flights import V_BANDS, RegionFlights, decay_seen, draw, fly, steps
+from sitl.studies.hover_region.hover_region_flights import (
+    V_BANDS,
+    RegionFlights,
+    decay_seen,
+    draw,
+    fly,
+    steps,
+)
 
 CONVERGED_V = 0.02  # V at which a law without a certificate counts as converged
 GENTLE_WEIGHT = 10.0  # of u, for a gentler LQR

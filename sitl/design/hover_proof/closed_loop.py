@@ -1,6 +1,6 @@
 """The closed loop about the hover as x' = (A - B K + M) x: the parts of M, and what a box of attitudes makes of them.
 
-See :mod:`sitl.design.region` for the coordinates (d1, e2, d3) of the attitude.
+See :mod:`sitl.design.hover_proof.region` for the coordinates (d1, e2, d3) of the attitude.
 """
 
 from __future__ import annotations

@@ -1,6 +1,7 @@
 """What holds of V on boxes of attitudes: the smallest eigenvalue of the matrix that has to be positive.
 
-See :mod:`sitl.design.region` for what is proved, and :mod:`sitl.design.closed_loop` for the matrices.
+See :mod:`sitl.design.hover_proof.region` for what is proved, and
+:mod:`sitl.design.hover_proof.closed_loop` for the matrices.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from sitl.design.closed_loop import (
+from sitl.design.hover_proof.closed_loop import (
     AttitudeBoxes,
     Interval,
     Terms,
@@ -21,12 +22,12 @@ from sitl.design.closed_loop import (
     row_matrix,
     tilt_matrices,
 )
-from sitl.design.delay import Lift
+from sitl.design.hover_proof.delay import Lift
 from sitl.design.surfaces import normal_motion
 from sitl.model.airframe import Array
 
 if TYPE_CHECKING:
-    from sitl.design.proof import Proof
+    from sitl.design.hover_proof.proof import Proof
     from sitl.design.stalled import Main
 
 

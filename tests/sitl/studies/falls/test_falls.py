@@ -6,10 +6,20 @@ import pytest
 from sitl import Law, SitlError, Vector, load_airframe
 from sitl.model.quaternions import x_axis
 from sitl.simulation.avionics import Navigation
-from sitl.studies import falls, falls_of_aircraft
 from sitl.studies.craft import Craft
-from sitl.studies.falls import FALL_HEIGHT, MAX_TUMBLE, SAME_HEIGHT, HeightLost, MapCell, fall, falling, thrown
-from sitl.studies.falls_of_aircraft import SINKS, AircraftFall, FallEnd, drawn_velocity
+from sitl.studies.falls import falls
+from sitl.studies.falls.falls import (
+    FALL_HEIGHT,
+    MAX_TUMBLE,
+    SAME_HEIGHT,
+    HeightLost,
+    MapCell,
+    fall,
+    falling,
+    falls_of_aircraft,
+    thrown,
+)
+from sitl.studies.falls.falls_of_aircraft import SINKS, AircraftFall, FallEnd, drawn_velocity
 
 NOMINAL = load_airframe("nominal").parameters
 DOWN = (0.0, 0.0, -15.0)

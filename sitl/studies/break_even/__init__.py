@@ -1,0 +1,1 @@
+"""Hover or fly: the distance from which forward flight costs less, predicted and flown."""

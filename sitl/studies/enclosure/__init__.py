@@ -1,0 +1,1 @@
+"""Flights under a net and before a wind wall."""

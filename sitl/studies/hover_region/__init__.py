@@ -1,0 +1,1 @@
+"""The region where the linear hover law holds: proved, flown and drawn."""
