@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from sitl.commands.seeded_options import check_seeded, craft_of, print_progress, seeded_parser, write_json
 
 if TYPE_CHECKING:
-    from sitl.studies.enclosure.containment import FlownContainment
+    from sitl.studies.arena_flights.containment import FlownContainment
 
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
@@ -27,7 +27,7 @@ def run(args: argparse.Namespace) -> int:
     """Fly and print; exit code 1 if a point outside was accepted, or the net was touched in calm."""
     check_seeded(args, {"wall": 30.0, "bursts": 30.0, "turbulence": 1.0})
     from sitl.enclosure.arena_files import load_arena  # noqa: PLC0415 - --help must not load the compiler
-    from sitl.studies.enclosure import containment  # noqa: PLC0415
+    from sitl.studies.arena_flights import containment  # noqa: PLC0415
 
     load_arena(args.arena)
     seeds = range(args.first, args.first + args.flights)

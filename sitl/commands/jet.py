@@ -32,8 +32,8 @@ def run(args: argparse.Namespace) -> int:
     if args.plot is not None:
         check_plot_path(args.plot)
     from sitl.enclosure.arena_files import load_arena  # noqa: PLC0415 - --help must not load the compiler
-    from sitl.studies.enclosure import jet_holds  # noqa: PLC0415
-    from sitl.studies.enclosure.containment import ContainmentConditions  # noqa: PLC0415
+    from sitl.studies.arena_flights import jet_holds  # noqa: PLC0415
+    from sitl.studies.arena_flights.containment import ContainmentConditions  # noqa: PLC0415
 
     load_arena(args.arena)
     conditions = [
@@ -49,7 +49,7 @@ def run(args: argparse.Namespace) -> int:
     if args.json is not None:
         write_json(args.json, [hold._asdict() for hold in flown])
     if args.plot is not None:
-        from sitl.studies.enclosure.jet_holds_plot import save_jet_map  # noqa: PLC0415
+        from sitl.studies.arena_flights.jet_holds_plot import save_jet_map  # noqa: PLC0415
 
         save_jet_map(flown, args.plot)
     return 0

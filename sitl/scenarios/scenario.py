@@ -24,6 +24,7 @@ from sitl import (
     SitlError,
     Start,
     Tuning,
+    Vector,
     along,
     at,
     hover_at,
@@ -33,7 +34,6 @@ from sitl import (
 from sitl.control.reference import Point
 from sitl.enclosure.geometry import WindWall
 from sitl.model.airframe import Array
-from sitl.model.vectors import Vector
 from sitl.simulation.tuning import REPORT_GAIN
 
 ORIGIN_HEIGHT = 100.0  # the report has no ground: its origin is flown this high above ours [m]

@@ -108,5 +108,5 @@ def _stored(a: Airframe) -> Array | None:
 
 @lru_cache(maxsize=1)
 def _certificates() -> list[dict[str, Any]]:
-    text = (files("sitl.design") / CERTIFICATES).read_text(encoding="utf-8")
+    text = (files("sitl.design.hover_proof") / CERTIFICATES).read_text(encoding="utf-8")
     return list(tomllib.loads(text).get("certificate", []))

@@ -6,7 +6,7 @@ import pytest
 
 from sitl.__main__ import main
 from sitl.commands.containment import stayed_inside
-from sitl.studies.enclosure.containment import ContainmentEnd, FlownContainment
+from sitl.studies.arena_flights.containment import ContainmentEnd, FlownContainment
 
 INSIDE = FlownContainment(1, 0.0, 0.0, ContainmentEnd.FLEW_ON, 1.0, 0, 8, 0)
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sitl.plotting import blank_page, save_page
-from sitl.studies.enclosure.jet_holds import FlownJetHold
+from sitl.studies.arena_flights.jet_holds import FlownJetHold
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -6,11 +6,11 @@ import pytest
 
 from sitl import SitlError
 from sitl.simulation.avionics import Navigation
+from sitl.studies.arena_flights import jet_holds
+from sitl.studies.arena_flights.containment import ContainmentConditions
+from sitl.studies.arena_flights.jet_holds import FlownJetHold, fly_jet_hold
+from sitl.studies.arena_flights.jet_holds_plot import save_jet_map
 from sitl.studies.craft import Craft
-from sitl.studies.enclosure import jet_holds
-from sitl.studies.enclosure.containment import ContainmentConditions
-from sitl.studies.enclosure.jet_holds import FlownJetHold, fly_jet_hold
-from sitl.studies.enclosure.jet_holds_plot import save_jet_map
 
 TRUTH = Craft(navigation=Navigation.TRUTH)
 

@@ -9,12 +9,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sitl import DivergedError
+from sitl import DivergedError, SitlError
 from sitl.aircraft import Aircraft
 from sitl.enclosure.arena_files import load_arena
-from sitl.errors import SitlError
+from sitl.studies.arena_flights.containment import ContainmentConditions, enclosed
 from sitl.studies.craft import DEFAULT_CRAFT, Craft
-from sitl.studies.enclosure.containment import ContainmentConditions, enclosed
 from sitl.studies.holds import LOOK_TIME
 from sitl.studies.mission_flight import PERIODS_PER_LOOK
 from sitl.studies.seeded_flights import fly_draws, ignore_progress

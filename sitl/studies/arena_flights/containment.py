@@ -10,9 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from protocol.dialect.vocabulary import Regime
 from protocol.frames import LocalFrame
-from sitl import DivergedError, Start
+from sitl import DivergedError, Regime, SitlError, Start
 from sitl.aircraft import Aircraft
 from sitl.autopilot.manual import Sticks
 from sitl.autopilot.safety.world import World
@@ -20,7 +19,6 @@ from sitl.autopilot.settings import Settings
 from sitl.defaults import HOME
 from sitl.enclosure.arena_files import load_arena
 from sitl.enclosure.geometry import Arena
-from sitl.errors import SitlError
 from sitl.parameters import Configuration, WorldSettings
 from sitl.studies.craft import DEFAULT_CRAFT, Craft
 from sitl.studies.holds import LOOK_TIME

@@ -4,9 +4,14 @@ import pytest
 
 from sitl import SitlError
 from sitl.simulation.avionics import Navigation
+from sitl.studies.arena_flights import containment
+from sitl.studies.arena_flights.containment import (
+    ContainmentConditions,
+    ContainmentEnd,
+    FlownContainment,
+    fly_containment,
+)
 from sitl.studies.craft import Craft
-from sitl.studies.enclosure import containment
-from sitl.studies.enclosure.containment import ContainmentConditions, ContainmentEnd, FlownContainment, fly_containment
 
 MOCAP = Craft(navigation=Navigation.MOCAP)
 CALM = ContainmentConditions(seed=1, wall=0.0, burst=0.0, turbulence=0.0)
