@@ -29,7 +29,7 @@ COMPILED_FILES = (
     "supervisor/*.py",
     "simulation/*.py",
     "prediction/*.py",
-    "studies/hover_region_flights.py",
+    "studies/hover_region/*.py",
     "reproduction/equations/*.py",
     "system_identification/replay.py",
     "../protocol/dialect/darko.xml",

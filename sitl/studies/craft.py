@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from sitl import Airframe, Navigation, Simulation, load_airframe, load_sensors
+from sitl import Airframe, Navigation, Simulation, Tuning, load_airframe, load_sensors
 from sitl.defaults import AIRFRAME
 from sitl.simulation.start import Start
-from sitl.simulation.tuning import CONTROLLERS, Tuning
+from sitl.simulation.tuning import CONTROLLERS
 
 
 class Craft(NamedTuple):
