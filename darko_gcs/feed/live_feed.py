@@ -79,11 +79,13 @@ class LiveFeed:
 
     async def _restart(self) -> None:
         process, self._process = self._process, None
-        if process is not None:
-            await process.stop()
+        if process is None:  # another restart is under way
+            return
+        await process.stop()
         try:
             await self._start(self._sitl or ())
         except LinkError as error:
+            self._process = process
             self._set_simulator(Simulator.ENDED)
             self._log(str(error))
 

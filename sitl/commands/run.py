@@ -280,10 +280,9 @@ def _address(text: str) -> str:
 
 def _wind(text: str) -> tuple[float, float]:
     speed, at, direction = text.partition("@")
-    try:
-        return _not_negative(speed), _number(direction) if at else 0.0
-    except argparse.ArgumentTypeError:
-        raise argparse.ArgumentTypeError(f"{text!r} is not M/S@DEG, as 5@270: 5 m/s from the west") from None
+    if at and not direction:
+        raise argparse.ArgumentTypeError(f"{text!r} has no direction after the @; 5@270 is 5 m/s from the west")
+    return _not_negative(speed), _number(direction) if at else 0.0
 
 
 def _numbers(text: str, names: tuple[str, ...]) -> tuple[float, ...]:

@@ -40,10 +40,11 @@ def horizon(q_displayed: Quaternion, *, width: int, height: int) -> list[StyledL
     per_dot = math.tan(FIELD_OF_VIEW / 2.0) / (2 * height)  # dots are square
     across, below = down[1] * per_dot, down[2] * per_dot
 
-    def is_ground(x: int, y: int) -> bool:
-        return down[0] + across * (x - width + 0.5) + below * (y - 2 * height + 0.5) > 0.0
+    def depth(x: float, y: float) -> float:
+        return down[0] + across * (x - width + 0.5) + below * (y - 2 * height + 0.5)
 
-    cells = [[_cell(is_ground, column, row) for column in range(width)] for row in range(height)]
+    reach = 0.5 * abs(across) + 1.5 * abs(below)  # how much the depth differs within a cell
+    cells = [[_cell(depth, reach, column, row) for column in range(width)] for row in range(height)]
     is_one = len({style for line in cells for _, style in line}) == 1  # all sky, or all ground
     _draw_wings(cells)
     if is_one:
@@ -51,12 +52,17 @@ def horizon(q_displayed: Quaternion, *, width: int, height: int) -> list[StyledL
     return [_joined(line) for line in cells]
 
 
-def _cell(is_ground: Callable[[int, int], bool], column: int, row: int) -> tuple[str, str]:
+def _cell(depth: Callable[[float, float], float], reach: float, column: int, row: int) -> tuple[str, str]:
     """Sky, ground, or the share of both in a cell; ground also has dots, to be told without colours."""
-    dots = [[is_ground(2 * column + x, 4 * row + y) for x in range(2)] for y in range(4)]
+    middle = depth(2 * column + 0.5, 4 * row + 1.5)
+    if middle < -reach:
+        return " ", "sky"
+    if middle > reach:
+        return "·" if (column + 2 * row) % 4 == 0 else " ", "ground"
+    dots = [[depth(2 * column + x, 4 * row + y) > 0.0 for x in range(2)] for y in range(4)]
     ground = sum(map(sum, dots))
     if ground in {0, 8}:
-        return (" ", "sky") if ground == 0 else ("·" if (column + 2 * row) % 4 == 0 else " ", "ground")
+        return (" ", "sky") if ground == 0 else (" ", "ground")
     low = sum(map(sum, dots[2:]))
     if low > ground - low:
         return LOWER_BLOCKS[ground - 1], "ground-on-sky"

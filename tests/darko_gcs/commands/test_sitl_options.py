@@ -12,8 +12,8 @@ from darko_gcs.feed.sitl_process import check_arguments
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["--wind", "x"], "argument --wind: 'x' is not M/S@DEG, as 5@270"),
-        (["--wind", "5@"], "argument --wind: '5@' is not M/S@DEG"),
+        (["--wind", "x"], "argument --wind: 'x' is not a number"),
+        (["--wind", "5@"], "argument --wind: '5@' has no direction"),
         (["--seed", "a"], "argument --seed: 'a' is not a whole number"),
     ],
 )

@@ -62,7 +62,8 @@ async def test_a_dead_simulator_is_named_and_started_again(tmp_path, monkeypatch
         feed._process._process.kill()
         await reaches(Simulator.ENDED)
         assert "darko-sitl was killed (Ctrl+R restarts it)" in [entry.text for entry in feed.snapshot.messages]
-        await feed.restart()
+        await asyncio.gather(feed.restart(), feed.restart())
         await reaches(Simulator.RUNNING)
+        assert [entry.text for entry in feed.snapshot.messages].count("ready after 0.1 s") == 2
     finally:
         await feed.close()
