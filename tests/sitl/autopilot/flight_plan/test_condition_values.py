@@ -7,7 +7,6 @@ from protocol.flight_plans.expression_syntax import parse_expression
 from sitl.autopilot.flight_plan.condition_values import condition_values
 from tests.support.plans import source
 
-
 VALUES = {"laps": 2, "electrical.bat": 11.123456, "WP_A": 1}
 
 
