@@ -62,7 +62,7 @@ def _block(s: Snapshot, m: Message, _now: float) -> Snapshot:
         number=m.number,
         name=name,
         label=label or name,
-        key=printable(m.key),
+        key=printable(m.shortcut),
         group=printable(m.group),
         locked=printable(m.locked),
         has_button=bool(label),

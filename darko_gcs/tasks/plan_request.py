@@ -125,7 +125,8 @@ def send_request(station: Station, plan: FlightPlanState, args: argparse.Namespa
 
 def _named(numbers: dict[str, int], name: str, what: str) -> int:
     if name not in numbers:
-        raise GroundError(f"the plan has no {what} {name!r}: it has {', '.join(numbers) or 'none'}")
+        known = ", ".join(text for text in numbers if not text.isdigit())
+        raise GroundError(f"the plan has no {what} {name!r}: it has {known or 'none'}")
     return numbers[name]
 
 

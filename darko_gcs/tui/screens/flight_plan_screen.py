@@ -54,6 +54,14 @@ class FlightPlanScreen(Screen[None]):
         Binding("escape", "close", "Back"),
         Binding("tab", "app.focus_next", "Next part", tooltip="Blocks, map, waypoints, variables"),
         Binding("ctrl+f", "fly", "Fly", tooltip="Fly the plan from the block it is in"),
+        Binding(
+            "shift+up", "move(0, 1, 0)", "Move", show=False, tooltip="Move the chosen waypoint (< > change the step)"
+        ),
+        Binding("shift+down", "move(0, -1, 0)", show=False),
+        Binding("shift+right", "move(1, 0, 0)", show=False),
+        Binding("shift+left", "move(-1, 0, 0)", show=False),
+        Binding("less_than_sign", "step(-1)", show=False),
+        Binding("greater_than_sign", "step(1)", show=False),
         Binding("space", "hold", "Hold", tooltip="Leave the plan: stop and hover here"),
         Binding("ctrl+o", "load", "Load", tooltip="Have the vehicle load a plan from a file, on the ground"),
         Binding("f5", "fetch", "Fetch", show=False, tooltip="Fetch the plan from the vehicle again"),
@@ -163,6 +171,14 @@ class FlightPlanScreen(Screen[None]):
 
         fields = [("Flight plan (.xml)", found[0] if found else "")]
         self.app.push_screen(AskScreen("Load a flight plan on the vehicle", fields, check))
+
+    def action_move(self, east: int, north: int, up: int) -> None:
+        """Move the chosen waypoint by a step."""
+        self.map.action_move(east, north, up)
+
+    def action_step(self, by: int) -> None:
+        """Move by smaller or larger steps."""
+        self.map.change_step(by)
 
     def action_hold(self) -> None:
         """Leave the plan and hover, after asking."""

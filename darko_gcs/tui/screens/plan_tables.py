@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import ClassVar
 
-from textual.binding import Binding, BindingType
 from textual.widgets import DataTable
 
 from darko_gcs.state.flight_plan_state import FlightPlanState, PlanSetting
@@ -15,13 +13,6 @@ __all__ = ["PlanPointTable", "PlanSettingTable", "limits_text"]
 
 class PlanPointTable(DataTable[str]):
     """Waypoints in metres of the plan's origin; the one under the cursor is the chosen one."""
-
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("shift+up", "move(0, 1, 0)", "North", show=False),
-        Binding("shift+down", "move(0, -1, 0)", "South", show=False),
-        Binding("shift+right", "move(1, 0, 0)", "East", show=False),
-        Binding("shift+left", "move(-1, 0, 0)", "West", show=False),
-    ]
 
     def __init__(self, *, id: str) -> None:  # noqa: A002 - textual's own name for it
         super().__init__(id=id, cursor_type="row", zebra_stripes=True)
@@ -46,10 +37,6 @@ class PlanPointTable(DataTable[str]):
         }
         _update(self, ("waypoint", "E", "N", "up"), self._shown, rows)
         self._shown = rows
-
-    def action_move(self, east: int, north: int, up: int) -> None:
-        """Move the waypoint under the cursor by the map's step."""
-        self.screen.query_one("#plan-map").action_move(east, north, up)  # type: ignore[attr-defined]
 
 
 class PlanSettingTable(DataTable[str]):

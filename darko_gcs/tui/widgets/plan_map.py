@@ -52,8 +52,6 @@ class PlanMapPanel(Panel, can_focus=True):
         Binding("left", "move(-1, 0, 0)", "West", show=False),
         Binding("pageup", "move(0, 0, 1)", "Higher", show=False),
         Binding("pagedown", "move(0, 0, -1)", "Lower", show=False),
-        Binding("less_than_sign", "step(-1)", "Smaller steps", show=False),
-        Binding("greater_than_sign", "step(1)", "Larger steps", show=False),
     ]
     chosen: reactive[int] = reactive(0, repaint=False)  # number of a waypoint
 
@@ -103,7 +101,7 @@ class PlanMapPanel(Panel, can_focus=True):
         self._zoom = 1.0 if step == 0 else self._zoom * ZOOM_FACTOR**step
         self.redraw()
 
-    def action_step(self, by: int) -> None:
+    def change_step(self, by: int) -> None:
         """Move by smaller or larger steps."""
         self._step = min(max(self._step + by, 0), len(MOVE_STEPS) - 1)
         self._show_step()

@@ -11,7 +11,7 @@ import zlib
 from protocol.dialect import mavlink
 from protocol.engines.base import Server
 from protocol.engines.flight_plan_table import MAX_FILE_BYTES, PIECE_BYTES
-from protocol.engines.retransmission import SILENCE_LIMIT
+from protocol.engines.retransmission import REORDER_WINDOW, SILENCE_LIMIT
 from protocol.events import FlightPlanUploaded
 from protocol.message import Message, Peer, addressed_to, target_fields
 
@@ -38,8 +38,9 @@ class FlightPlanFileServer(Server):
         if not addressed_to(message, self._system, self._component) or not _is_piece(message):
             return
         key = (*peer[:2], message.size, message.crc)
-        if key != self._key:
-            if self._answer[0] == _IN_PROGRESS and now - self._heard < SILENCE_LIMIT and self._is_of_another(peer):
+        is_judged = self._answer[0] != _IN_PROGRESS
+        if key != self._key or (is_judged and now - self._heard > REORDER_WINDOW):  # later, it is sent once more
+            if not is_judged and now - self._heard < SILENCE_LIMIT and self._is_of_another(peer):
                 text = b"another ground station is loading a flight plan"
                 self._acknowledge(message, peer, int(mavlink.MAV_RESULT_TEMPORARILY_REJECTED), text)
                 return

@@ -89,7 +89,7 @@ def _block(block: BlockButton) -> Message:
         number=block.number,
         name=ascii_text(block.name, 50),
         strip_button=ascii_text(block.strip_button, 40),
-        key=ascii_text(block.key, 16),
+        shortcut=ascii_text(block.key, 16),
         group=ascii_text(block.group, 30),
         locked=ascii_text(block.locked, 100),
     )

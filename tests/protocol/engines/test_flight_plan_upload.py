@@ -126,3 +126,13 @@ def test_a_sender_may_begin_another_file():
     data = bytes(100)
     server.receive(piece(crc=zlib.crc32(data)), 1.0, GROUND)
     assert server.events() == [FlightPlanUploaded(data, GROUND)]
+
+
+def test_a_file_that_is_sent_once_more_is_judged_once_more():
+    server, data = FlightPlanFileServer(1, 1), bytes(100)
+    for now, judged in ((0.0, 1), (0.5, 0), (10.0, 1)):  # a repetition, and a second request of the operator
+        server.receive(piece(crc=zlib.crc32(data)), now, GROUND)
+        events = server.events()
+        assert len(events) == judged
+        for event in events:
+            server.answer(event.peer, ACCEPTED)

@@ -14,12 +14,12 @@ from tests.support.links.flight_plan_table import block, event, sector, status, 
 CORNERS = {"_R1": (4.0, 4.0), "_R2": (4.0, -4.0), "_R3": (-4.0, -4.0), "_R4": (-4.0, 4.0)}
 POINTS = {"HOME": (0.0, 0.0), "STDBY": (0.5, 0.0), "p1": (1.5, 1.5), "p2": (1.5, -1.5), "TD": (0.0, -0.5), **CORNERS}
 BLOCKS = (
-    block(0, "Engine off", key=b"k"),
-    block(1, "Takeoff", strip_button=b"Take off", key=b"t", group=b"flight"),
-    block(2, "Standby", strip_button=b"Stand by", key=b"s", group=b"flight"),
+    block(0, "Engine off", shortcut=b"k"),
+    block(1, "Takeoff", strip_button=b"Take off", shortcut=b"t", group=b"flight"),
+    block(2, "Standby", strip_button=b"Stand by", shortcut=b"s", group=b"flight"),
     block(3, "Route", strip_button=b"Route", group=b"figures"),
-    block(4, "Camera", strip_button=b"Camera", key=b"F5", group=b"figures", locked=b"call CameraOn() is not flown"),
-    block(5, "Land", strip_button=b"Land", key=b"Ctrl+l", group=b"flight"),
+    block(4, "Camera", strip_button=b"Camera", shortcut=b"F5", group=b"figures", locked=b"call CameraOn() is not flown"),
+    block(5, "Land", strip_button=b"Land", shortcut=b"Ctrl+l", group=b"flight"),
     block(6, "HOME"),
 )
 STDBY, P1, TD, LAPS = 2, 3, 5, 1

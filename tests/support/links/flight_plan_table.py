@@ -6,7 +6,7 @@ NAN = float("nan")
 
 
 def block(number, name="", **told):
-    texts = {"strip_button": b"", "key": b"", "group": b"", "locked": b""} | told
+    texts = {"strip_button": b"", "shortcut": b"", "group": b"", "locked": b""} | told
     return mavlink.MAVLink_darko_plan_block_message(0, 0, number, (name or f"B{number}").encode(), **texts)
 
 

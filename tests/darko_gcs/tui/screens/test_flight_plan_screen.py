@@ -9,6 +9,7 @@ from darko_gcs.tui.app import GroundStationApp
 from darko_gcs.tui.screens.dialogs import ConfirmScreen
 from darko_gcs.tui.screens.flight_plan_screen import FlightPlanScreen
 from darko_gcs.tui.screens.flight_screen import FlightScreen
+from darko_gcs.tui.screens.messages_screen import MessagesScreen
 from darko_gcs.tui.widgets.plan_map import PlanMapPanel
 from protocol.dialect import mavlink
 from tests.support.gcs.planned_snapshots import LAPS, P1, STDBY, after, planned
@@ -72,22 +73,14 @@ async def test_a_plans_key_acts_when_it_is_pressed_twice():
         assert session.feed.requests == [("jump_to_block", 1)]
 
 
-async def test_a_second_press_that_comes_late_is_a_first_one():
-    session = Session()
-    async with session.app.run_test(size=(80, 24)) as pilot:
-        await opened(pilot, session.app)
-        await pilot.press("t")
-        session.feed.now += 5.0
-        await until(pilot, lambda: session.app.screen.now == session.feed.now)
-        await pilot.press("t")
-        assert session.feed.requests == []
-
-
-async def test_another_key_between_begins_anew():
+async def test_a_second_press_that_comes_late_or_after_another_key_is_a_first_one():
     session = Session()
     async with session.app.run_test(size=(80, 24)) as pilot:
         await opened(pilot, session.app)
         await pilot.press("t", "s", "t")
+        session.feed.now += 5.0
+        await until(pilot, lambda: session.app.screen.now == session.feed.now)
+        await pilot.press("t")
         assert session.feed.requests == []
 
 
@@ -102,7 +95,7 @@ async def test_control_and_function_keys_of_a_plan_work():
         assert len(session.feed.requests) == 1
 
 
-async def test_flight_keys_do_nothing_here():
+async def test_flight_keys_do_nothing_here_and_others_open_their_screens():
     session = Session()
     async with session.app.run_test(size=(80, 24)) as pilot:
         await opened(pilot, session.app)
@@ -110,14 +103,8 @@ async def test_flight_keys_do_nothing_here():
         await until(pilot, lambda: "g: no block has this key" in session.text)
         assert session.feed.requests == []
         assert isinstance(session.app.screen, FlightPlanScreen)
-
-
-async def test_a_key_without_a_block_opens_the_screen_that_it_always_opens():
-    session = Session()
-    async with session.app.run_test(size=(80, 24)) as pilot:
-        await opened(pilot, session.app)
         await pilot.press("e")
-        await until(pilot, lambda: not isinstance(session.app.screen, FlightPlanScreen))
+        await until(pilot, lambda: isinstance(session.app.screen, MessagesScreen))
 
 
 async def test_plans_keys_act_on_this_screen_only():
@@ -190,14 +177,15 @@ async def test_arrows_on_the_map_move_the_chosen_waypoint_and_ask_once():
         await until(pilot, lambda: "Move p1?" in session.text)
 
 
-async def test_the_step_of_a_move_is_chosen():
+async def test_shift_and_arrows_move_from_anywhere_by_the_chosen_step():
     session = Session()
     async with session.app.run_test(size=(80, 24)) as pilot:
         await opened(pilot, session.app)
         await choose_on_map(pilot, session, STDBY)
+        session.app.screen.blocks.focus()
         await pilot.press("less_than_sign", "less_than_sign")
         await until(pilot, lambda: "step 0.1 m" in session.text)
-        await pilot.press("down", "y")
+        await pilot.press("shift+down", "y")
         await until(pilot, lambda: session.feed.requests == [("move_waypoint", STDBY, (0.5, -0.1, 2.0))])
 
 

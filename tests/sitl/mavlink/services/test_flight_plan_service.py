@@ -95,7 +95,7 @@ def test_the_table_names_blocks_waypoints_variables_and_sectors(tmp_path):
     station = session(tmp_path, load_flight_plan(VOLIERE), arena="voliere")
     station.ask_for("DARKO_PLAN_STATUS")
     blocks, sectors = named(station, "BLOCK"), named(station, "SECTOR")
-    assert (blocks["Takeoff"].strip_button, blocks["Takeoff"].key, blocks["Takeoff"].group) == (
+    assert (blocks["Takeoff"].strip_button, blocks["Takeoff"].shortcut, blocks["Takeoff"].group) == (
         "Take off",
         "t",
         "flight",
