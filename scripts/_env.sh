@@ -20,3 +20,15 @@ ensure_env() {
     "$venv/bin/pip" install --quiet --editable "$root${extras:+[$extras]}"
   touch "$stamp"
 }
+
+# ensure_browser: Chromium, in which the tests look at pages; without the right to install it those tests are skipped.
+ensure_browser() {
+  command -v chromium >/dev/null && return
+  if [ "$(id -u)" -ne 0 ] || ! command -v apt-get >/dev/null; then
+    echo "No Chromium: the tests of pages in a browser are skipped (on Debian: apt-get install chromium)" >&2
+    return
+  fi
+  echo "Installing Chromium ..." >&2
+  { apt-get update -qq && apt-get install -qq -y --no-install-recommends chromium; } >/dev/null 2>&1 ||
+    echo "Chromium could not be installed: the tests of pages in a browser are skipped" >&2
+}
