@@ -17,6 +17,7 @@ __all__ = [
     "OVERHEAD_V2",
     "SIGNATURE_SIZE",
     "SIGNED_FLAG",
+    "FrameBuffer",
     "frame_length",
     "message_id",
     "split_frames",
@@ -45,6 +46,28 @@ def frame_length(data: bytes | bytearray, at: int = 0) -> int:
 def message_id(frame: bytes | bytearray, at: int = 0) -> int:
     """Message id of the whole frame that starts at index ``at``."""
     return frame[at + 5] if frame[at] == MAGIC_V1 else int.from_bytes(frame[at + 7 : at + 10], "little")
+
+
+class FrameBuffer:
+    """Whole frames out of a stream of bytes; what is no frame is dropped."""
+
+    def __init__(self) -> None:
+        self._data = bytearray()
+
+    def feed(self, data: bytes) -> list[bytes]:
+        """Frames that are complete with these bytes."""
+        self._data += data
+        frames, at = [], 0
+        while at < len(self._data):
+            if self._data[at] not in {MAGIC_V1, MAGIC_V2}:
+                at += 1
+            elif length := frame_length(self._data, at):
+                frames.append(bytes(self._data[at : at + length]))
+                at += length
+            else:
+                break
+        del self._data[:at]
+        return frames
 
 
 def split_frames(datagram: bytes) -> list[bytes]:

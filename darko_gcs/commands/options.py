@@ -41,6 +41,13 @@ def add_listen_options(
     link.add_argument("--host", default="127.0.0.1", help="local address to listen on [127.0.0.1]")
     link.add_argument("--port", type=_port, default=port, metavar="P", help=f"local UDP port; 0: any [{told}]")
     link.add_argument(
+        "--connect",
+        dest="host",
+        metavar="URL",
+        help="connect out instead of listening: udpout:HOST:PORT (darko-sitl: udpout:127.0.0.1:14580), tcp:HOST:PORT, "
+        "serial:DEVICE[:BAUD]",
+    )
+    link.add_argument(
         "--vehicle", type=_system_id, metavar="ID", help="system id of the vehicle, 1 to 255 [the first one heard]"
     )
     link.add_argument(

@@ -70,9 +70,11 @@ async def _connected(args: argparse.Namespace, job: Job) -> Result:
     import asyncio  # noqa: PLC0415 - --help must be quick
 
     from darko_gcs.errors import FlightError  # noqa: PLC0415
+    from darko_gcs.feed.outward_link import outward_address  # noqa: PLC0415
     from darko_gcs.scripting import connect  # noqa: PLC0415
 
-    print(f"darko-gcs: waiting for a vehicle on {args.host}:{args.port}", file=sys.stderr, flush=True)
+    place = f"{args.host}:{args.port}" if outward_address(args.host) is None else args.host
+    print(f"darko-gcs: waiting for a vehicle on {place}", file=sys.stderr, flush=True)
     where = {"vehicle": args.vehicle, "signing_key": args.signing_key, "timeout": args.timeout}
     async with connect(args.host, args.port, **where) as vehicle:
         try:

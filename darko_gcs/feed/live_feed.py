@@ -6,8 +6,8 @@ from collections.abc import Awaitable, Callable, Sequence
 from dataclasses import replace
 
 from darko_gcs.errors import LinkError
+from darko_gcs.feed.outward_link import link_to, outward_address
 from darko_gcs.feed.sitl_process import SitlProcess
-from darko_gcs.feed.udp_link import UdpLink
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.values import Simulator
 from darko_gcs.station.initial_sync import InitialSync
@@ -23,7 +23,7 @@ class LiveFeed:
 
     Args:
         station: Talks to the vehicle.
-        host: Local address to listen on.
+        host: Local address to listen on, or an address to connect to (``udpout:``, ``tcp:``, ``serial:``).
         port: Local UDP port; 0: any.
         sitl: Arguments of the vehicle process to start; None starts none.
         greeting: First line of the message log.
@@ -41,7 +41,7 @@ class LiveFeed:
         api_port: int = 0,
     ) -> None:
         self.station: Station = station
-        self._link = UdpLink(station)
+        self._link = link_to(station, host)
         self._host, self._port, self._sitl = host, port, sitl
         self._greeting, self._api_port = greeting, api_port
         self._process: SitlProcess | None = None
@@ -64,8 +64,9 @@ class LiveFeed:
             LinkError: If the port is not available or the process cannot be started.
         """
         await self._link.open(self._host, self._port)
-        self._log(f"Listening on {self._host}:{self._link.port}")
-        if warning := open_port_warning(self._host, signed=self.station.endpoint.keyring.is_on):
+        self._log(self._link.words)
+        is_listening = outward_address(self._host) is None
+        if is_listening and (warning := open_port_warning(self._host, signed=self.station.endpoint.keyring.is_on)):
             self._log(warning)
         if self._greeting:
             self._log(self._greeting)

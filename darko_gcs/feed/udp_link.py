@@ -55,6 +55,12 @@ class UdpLink(asyncio.DatagramProtocol):
         self.station.close()
 
     @property
+    def words(self) -> str:
+        """What the link does."""
+        host, port = self._transport.get_extra_info("sockname")[:2] if self._transport is not None else ("", self.port)
+        return f"Listening on {host}:{port}"
+
+    @property
     def now(self) -> float:
         """The station's clock [s]."""
         return time.monotonic()

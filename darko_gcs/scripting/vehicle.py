@@ -50,14 +50,15 @@ async def connect(
     """A vehicle that is heard on a UDP port; the port is released at the end.
 
     Args:
-        host: Local address to listen on.
+        host: Local address to listen on, or an address to connect to: ``udpout:HOST:PORT``, ``tcp:HOST:PORT`` or
+            ``serial:DEVICE:BAUD``.
         port: Local UDP port; 0: any.
         vehicle: Its system id; None: the first that is heard.
         signing_key: 64 hexadecimal digits, or a file with them.
         timeout: For the vehicle to be heard and to have told where home is [s].
 
     Raises:
-        LinkError: The port is taken, or no vehicle is heard in time.
+        LinkError: The port is taken, nothing answers, or no vehicle is heard in time.
     """
     station = Station(keyring=open_keyring(signing_key), vehicle=vehicle)
     async with open_link(station, host, port) as link:

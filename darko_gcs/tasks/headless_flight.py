@@ -13,6 +13,7 @@ from contextlib import AsyncExitStack
 from dataclasses import dataclass, field
 
 from darko_gcs.errors import FlightError, GroundError, LinkError
+from darko_gcs.feed.outward_link import outward_address
 from darko_gcs.feed.sitl_process import SitlProcess
 from darko_gcs.feed.udp_link import UdpLink
 from darko_gcs.state.plan_parts import Items
@@ -103,7 +104,7 @@ async def fly_headless(args: argparse.Namespace, sitl: Sequence[str]) -> FlightR
     async with AsyncExitStack() as stack:
         stack.callback(_print_recording_fault, station)
         link = await stack.enter_async_context(open_link(station, args.host, args.port))
-        if warning := open_port_warning(args.host, signed=keyring.is_on):
+        if outward_address(args.host) is None and (warning := open_port_warning(args.host, signed=keyring.is_on)):
             _print(warning)
         process = None
         if args.sitl:

@@ -1,0 +1,182 @@
+"""Links that reach out to a vehicle instead of waiting for it: ``udpout:``, ``tcp:`` and ``serial:``."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import NamedTuple
+
+from darko_gcs.errors import LinkError
+from darko_gcs.feed.udp_link import UdpLink
+from darko_gcs.station.station import Station
+from protocol.framing import FrameBuffer
+from protocol.loopback import is_loopback
+from protocol.signing import is_secret
+
+__all__ = ["OutwardAddress", "OutwardLink", "link_to", "outward_address"]
+
+DEFAULT_BAUD = 57600
+HIGHEST_PORT = 65535
+RETRY_INTERVAL = 1.0  # between attempts to connect again [s]
+
+
+class OutwardAddress(NamedTuple):
+    """Where to connect to."""
+
+    kind: str  # udpout, tcp or serial
+    place: str  # host, or device
+    number: int  # port, or baud rate
+
+    @property
+    def words(self) -> str:
+        """As the user writes it."""
+        return f"{self.kind}:{self.place}:{self.number}"
+
+
+def outward_address(text: str) -> OutwardAddress | None:
+    """An address to connect to; None for a local address to listen on.
+
+    Raises:
+        LinkError: It begins as one and is none.
+    """
+    kind, colon, rest = text.partition(":")
+    if kind not in {"udpout", "tcp", "serial"} or not colon:
+        return None
+    place, _, number = rest.rpartition(":")
+    if kind == "serial" and not place:
+        place, number = rest, str(DEFAULT_BAUD)
+    form = "serial:DEVICE[:BAUD]" if kind == "serial" else f"{kind}:HOST:PORT"
+    if not place or not number.isdecimal() or (kind != "serial" and not 0 < int(number) <= HIGHEST_PORT):
+        raise LinkError(f"{text}: an address is {form}")
+    return OutwardAddress(kind, place, int(number))
+
+
+def link_to(station: Station, host: str) -> UdpLink:
+    """The link for an address: one that listens, or one that reaches out.
+
+    Raises:
+        LinkError: The address makes no sense.
+    """
+    address = outward_address(host)
+    return UdpLink(station) if address is None else OutwardLink(station, address)
+
+
+class OutwardLink(UdpLink):
+    """Connects a station to one place. A stream that ends is opened again, once a second.
+
+    Args:
+        station: Talks to the vehicle.
+        address: Where the vehicle is.
+    """
+
+    def __init__(self, station: Station, address: OutwardAddress) -> None:
+        super().__init__(station)
+        self._address = address
+        self._stream: asyncio.WriteTransport | None = None
+        self._frames = FrameBuffer()
+        self._closed = False
+        self._retry: asyncio.Task[None] | None = None
+
+    @property
+    def words(self) -> str:
+        """What the link does."""
+        return f"Connecting to {self._address.words}"
+
+    async def open(self, host: str, port: int) -> None:  # noqa: ARG002 - the address says where
+        """Connect.
+
+        Raises:
+            LinkError: Nothing answers there, or the device cannot be opened.
+        """
+        await self._connect()
+        self._timer = asyncio.create_task(self._run_timer())
+
+    async def close(self) -> None:
+        """End the connection and close the recording."""
+        self._closed = True
+        if self._retry is not None:
+            self._retry.cancel()
+        if self._stream is not None:
+            self._stream.close()
+        await super().close()
+
+    async def _connect(self) -> None:
+        loop, (kind, place, number) = asyncio.get_running_loop(), self._address
+        try:
+            if kind == "udpout":
+                self._peer = await self._resolved(place, number)
+                local = "127.0.0.1" if is_loopback(self._peer) else "0.0.0.0"  # noqa: S104 - the vehicle is elsewhere
+                self._transport, _ = await loop.create_datagram_endpoint(lambda: self, local_addr=(local, 0))
+                self.port = int(self._transport.get_extra_info("sockname")[1])
+            elif kind == "tcp":
+                self._stream, _ = await loop.create_connection(lambda: _Stream(self), place, number)
+            else:
+                self._stream = await _open_serial(self, place, number)
+        except (OSError, UnicodeError) as error:
+            reason = getattr(error, "strerror", None) or str(error)
+            raise LinkError(f"cannot connect to {self._address.words}: {reason}") from error
+
+    async def _resolved(self, host: str, port: int) -> tuple[str, int]:
+        found = await asyncio.get_running_loop().getaddrinfo(host, port, family=2)  # IPv4, as darko-sitl
+        return str(found[0][4][0]), port
+
+    def take(self, data: bytes) -> None:
+        """Bytes of a stream arrived."""
+        for frame in self._frames.feed(data):
+            if self.station.receive(frame, self.now, self.time_usec()):
+                self.station.signing.is_private = False
+        self._send()
+
+    def ended(self) -> None:
+        """The stream ended: open it again."""
+        self._stream = None
+        if not self._closed:
+            self._retry = asyncio.create_task(self._connect_again())
+
+    async def _connect_again(self) -> None:
+        while self._stream is None and not self._closed:
+            await asyncio.sleep(RETRY_INTERVAL)
+            try:
+                await self._connect()
+            except LinkError:
+                continue
+
+    def _send(self) -> None:
+        if self._address.kind == "udpout":
+            super()._send()
+        elif self._stream is not None:
+            for data in self.station.outgoing(self.now, self.time_usec()):
+                if not is_secret(data):
+                    self._stream.write(data)
+
+
+class _Stream(asyncio.Protocol):
+    """Bytes of a stream, for its link."""
+
+    def __init__(self, link: OutwardLink) -> None:
+        self._link = link
+
+    def data_received(self, data: bytes) -> None:
+        self._link.take(data)
+
+    def connection_lost(self, exc: Exception | None) -> None:  # noqa: ARG002 - asyncio's signature
+        self._link.ended()
+
+
+async def _open_serial(link: OutwardLink, device: str, baud: int) -> asyncio.WriteTransport:
+    """A serial device as a stream.
+
+    Raises:
+        LinkError: Pyserial is not installed.
+        OSError: The device cannot be opened.
+    """
+    try:
+        from serial_asyncio_fast import create_serial_connection  # noqa: PLC0415 - an optional dependency
+    except ImportError:
+        raise LinkError("serial links need pyserial-asyncio-fast: pip install 'darko[serial]'") from None
+    loop = asyncio.get_running_loop()
+    try:
+        transport, _ = await create_serial_connection(loop, lambda: _Stream(link), device, baudrate=baud)
+    except ValueError as error:  # a baud rate that no device has
+        raise OSError(str(error)) from error
+    stream: asyncio.WriteTransport = transport
+    return stream
