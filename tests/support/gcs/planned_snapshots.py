@@ -18,7 +18,9 @@ BLOCKS = (
     block(1, "Takeoff", strip_button=b"Take off", shortcut=b"t", group=b"flight"),
     block(2, "Standby", strip_button=b"Stand by", shortcut=b"s", group=b"flight"),
     block(3, "Route", strip_button=b"Route", group=b"figures"),
-    block(4, "Camera", strip_button=b"Camera", shortcut=b"F5", group=b"figures", locked=b"call CameraOn() is not flown"),
+    block(
+        4, "Camera", strip_button=b"Camera", shortcut=b"F5", group=b"figures", locked=b"call CameraOn() is not flown"
+    ),
     block(5, "Land", strip_button=b"Land", shortcut=b"Ctrl+l", group=b"flight"),
     block(6, "HOME"),
 )
