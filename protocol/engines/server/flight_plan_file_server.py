@@ -12,8 +12,9 @@ from protocol.dialect import mavlink
 from protocol.engines.base import Server
 from protocol.engines.flight_plan_table import MAX_FILE_BYTES, PIECE_BYTES
 from protocol.engines.retransmission import REORDER_WINDOW, SILENCE_LIMIT
+from protocol.engines.server.replies import plan_file_ack
 from protocol.events import FlightPlanUploaded
-from protocol.message import Message, Peer, addressed_to, target_fields
+from protocol.message import Message, Peer, addressed_to
 
 __all__ = ["FlightPlanFileServer"]
 
@@ -54,11 +55,8 @@ class FlightPlanFileServer(Server):
         """Say what became of a ``FlightPlanUploaded``: a MAV_RESULT, and why it is refused."""
         if self._key is None or self._key[:2] != peer[:2]:
             return
-        self._answer = (result, text[:200])
-        answer = mavlink.MAVLink_darko_plan_file_ack_message(
-            **target_fields(peer), crc=self._key[3], offset=0, result=result, text=text[:200]
-        )
-        self._reply(peer, answer)
+        self._answer = (result, text)
+        self._reply(peer, plan_file_ack(peer, self._key[3], 0, result, text))
 
     def _is_of_another(self, peer: Peer) -> bool:
         return self._key is not None and self._key[:2] != peer[:2]
@@ -76,10 +74,7 @@ class FlightPlanFileServer(Server):
         return True
 
     def _acknowledge(self, message: Message, peer: Peer, result: int, text: bytes) -> None:
-        answer = mavlink.MAVLink_darko_plan_file_ack_message(
-            **target_fields(peer), crc=message.crc, offset=message.offset, result=result, text=text
-        )
-        self._reply(peer, answer)
+        self._reply(peer, plan_file_ack(peer, message.crc, message.offset, result, text))
 
 
 def _is_piece(message: Message) -> bool:

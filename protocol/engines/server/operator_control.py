@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 from protocol.dialect import mavlink
 from protocol.engines.base import Server
-from protocol.engines.server.replies import command_ack, mission_ack, param_error
+from protocol.engines.server.replies import command_ack, mission_ack, param_error, plan_file_ack
 from protocol.engines.server.stream_server import STREAM_COMMANDS
 from protocol.events import OperatorChanged, OperatorRefused, OperatorRequested
 from protocol.message import Message, Peer, addressed_to, target_fields
@@ -206,6 +206,9 @@ class OperatorControl(Server):
             self._reply(peer, mission_ack(peer, mavlink.MAV_MISSION_DENIED, mission_type))
         elif kind == "PARAM_SET":
             self._reply(peer, param_error(peer, message.param_id, -1, mavlink.MAV_PARAM_ERROR_PERMISSION_DENIED))
+        elif kind == "DARKO_PLAN_FILE":
+            result, text = mavlink.MAV_RESULT_NOT_IN_CONTROL, b"another ground station is in control"
+            self._reply(peer, plan_file_ack(peer, message.crc, message.offset, result, text))
 
 
 def _read(message: Message) -> _Wish | None:

@@ -1,4 +1,4 @@
-"""Answers that several servers send: COMMAND_ACK, MISSION_ACK and PARAM_ERROR."""
+"""Answers that several servers send: COMMAND_ACK, MISSION_ACK, PARAM_ERROR and DARKO_PLAN_FILE_ACK."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from protocol.dialect import mavlink
 from protocol.engines.parameter_values import MAX_NAME_LENGTH
 from protocol.message import Message, Peer, target_fields
 
-__all__ = ["command_ack", "mission_ack", "param_error", "raw_name"]
+__all__ = ["command_ack", "mission_ack", "param_error", "plan_file_ack", "raw_name"]
 
 
 def command_ack(peer: Peer, command: int, result: int, *, progress: int = 0, detail: int = 0) -> Message:
@@ -33,3 +33,10 @@ def param_error(peer: Peer, name: str, index: int, error: int) -> Message:
 def raw_name(name: str) -> bytes:
     """A received name as it is sent back."""
     return name.encode("ascii", errors="replace")[:MAX_NAME_LENGTH]
+
+
+def plan_file_ack(peer: Peer, crc: int, offset: int, result: int, text: bytes = b"") -> Message:
+    """A DARKO_PLAN_FILE_ACK with a MAV_RESULT, about a piece of the file with this checksum."""
+    return mavlink.MAVLink_darko_plan_file_ack_message(
+        **target_fields(peer), crc=crc, offset=offset, result=result, text=text[:200]
+    )

@@ -303,3 +303,12 @@ async def test_a_plan_is_loaded_from_a_file_after_it_was_checked(tmp_path):
         session.app.focused.value = str(VOLIERE)
         await pilot.press("enter")
         await until(pilot, lambda: [name for name, *_ in session.feed.requests] == ["load_flight_plan"])
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_the_screen_matches_its_snapshot(snap_compare, size):
+    async def settle(pilot):
+        await opened(pilot, pilot.app)
+        await settled(pilot)
+
+    assert snap_compare(Session().app, terminal_size=size, run_before=settle)

@@ -78,6 +78,7 @@ CONTROLS = {
     "PARAM_SET": mavlink.MAVLink_param_set_message(1, 1, b"K_1", 2.0, 9),
     "SET_MODE": mavlink.MAVLink_set_mode_message(1, 1, 5),
     "LOG_ERASE": mavlink.MAVLink_log_erase_message(1, 1),
+    "DARKO_PLAN_FILE": mavlink.MAVLink_darko_plan_file_message(180, 7, 0, 1, 1, 180, [0] * 180),
     "SET_ATTITUDE_TARGET": mavlink.MAVLink_set_attitude_target_message(0, 1, 1, 0, [1, 0, 0, 0], 0, 0, 0, 0.5),
     "MANUAL_CONTROL": mavlink.MAVLink_manual_control_message(1, 0, 0, 500, 0, 0),
 }
@@ -92,6 +93,7 @@ ANSWERS = {
         "PARAM_ERROR",
         {"param_id": "K_1", "param_index": -1, "error": mavlink.MAV_PARAM_ERROR_PERMISSION_DENIED},
     ),
+    "DARKO_PLAN_FILE": ("DARKO_PLAN_FILE_ACK", {"crc": 7, "result": NOT_IN_CONTROL}),
 }  # the others have no answer of their own
 
 
