@@ -13,7 +13,8 @@ ARDUPILOT, PX4 = mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA, mavlink.MAV_AUTOPILOT_PX4
     [
         (ARDUPILOT, mavlink.MAV_TYPE_FIXED_WING, 19, "QLOITER"),
         (ARDUPILOT, mavlink.MAV_TYPE_QUADROTOR, 16, "POSHOLD"),
-        (ARDUPILOT, mavlink.MAV_TYPE_SUBMARINE, 16, None),
+        (ARDUPILOT, mavlink.MAV_TYPE_SUBMARINE, 16, "POSHOLD"),
+        (ARDUPILOT, mavlink.MAV_TYPE_ANTENNA_TRACKER, 16, None),
         (PX4, mavlink.MAV_TYPE_QUADROTOR, 4 << 16 | 8 << 24, "FOLLOW_TARGET"),
         (PX4, mavlink.MAV_TYPE_QUADROTOR, 3 << 16 | 1 << 24, "POSCTL"),
         (PX4, mavlink.MAV_TYPE_QUADROTOR, 99 << 16, None),

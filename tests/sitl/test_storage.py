@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from numba import njit
 
@@ -100,7 +100,7 @@ def test_a_record_gives_back_what_it_was_given(kind):
 
 @pytest.mark.parametrize("kind", [*KEPT, Outer], ids=lambda kind: kind.__name__)
 def test_a_block_gives_back_each_of_its_columns(kind):
-    @settings(max_examples=8)
+    @settings(max_examples=8, suppress_health_check=[HealthCheck.large_base_example])
     @given(some=st.lists(values(kind), min_size=3, max_size=3))
     def check(some):
         kept = [some[i % 3] for i in range(WIDTH)]

@@ -250,7 +250,7 @@ def test_a_target_outside_the_arena_is_said_once_and_held_at():
     flown = flight(plan, up=2.0)
     flown.advance(3.0)
     assert [text for text in flown.notices if "outside the arena" in text] == [
-        "Flight plan holds: 54.0 m north is outside the arena 'voliere' (5 m each way)"
+        "Flight plan holds: 54.0 m north is outside the arena 'voliere' (3.8 m each way)"
     ]
     assert flown.p == pytest.approx((0.0, 0.0, 2.0), abs=0.5)
 

@@ -31,7 +31,8 @@ def test_every_law_is_flown_by_somebody():
         Law.FAILSAFE,
         Law.CRASHED,
         Law.HOVER_ATTITUDE,
-    }  # what it falls into, and what is streamed
+        Law.INDI,
+    }  # what it falls into, what is streamed, and the other school
 
 
 @pytest.mark.parametrize("beyond", [1.0, 4.0])

@@ -40,7 +40,7 @@ def test_nothing_to_fly_is_refused():
 def test_a_motor_that_is_off_is_noticed_and_the_vehicle_comes_down_with_motors_off():
     flight = fly_failure(FailureDraw("motor", OFF, FailurePhase.HOVER, 1))
     assert (flight.end, flight.failure) == (FailureEnd.CUT, "off")
-    assert flight.said.startswith("Motors cut: tumbling")
+    assert flight.said.startswith("Motors cut: a motor or an elevon failed")
     assert flight.noticed < flight.time < 10.0
     assert flight.impact > 5.0
 

@@ -14,6 +14,7 @@ from sitl.model.state import Body
 from sitl.model.vectors import Vector
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start
+from sitl.simulation.tuning import CONTROLLERS, Tuning
 from tests.support.flights.tunings import EVERY_LAW
 
 NOMINAL = load("nominal").parameters
@@ -22,15 +23,16 @@ TO_REST = 0.32  # until the ground is felt for long enough
 DWELT = 0.45  # nearly as long as the laws must dwell [s]
 UP = 60.0  # [m]
 STILL = Vector(0.0, 0.0, 0.0)
+BY_INCREMENTS = Tuning(controller=CONTROLLERS["indi"])
 FORWARD = from_euler(0.02, -0.25, 0.03)
 ON_A_LEG = along(hover_at((0.0, 0.0, UP), 0.3), leg((0.0, 1.0, UP), (90.0, 0.0, UP + 5.0), 13.0, low=1.0), 0.1)
 ROUND = along(hover_at((0.0, 0.0, UP), 0.3), circle((0.0, 40.0, UP), 40.0, 12.0), 0.0)
 TILTED = AttitudeReference(from_euler(0.1, -1.2, 0.2), Vector(0.1, 0.0, 0.2), 0.5)
 
 
-def begun(law, reference, *, v=STILL, q=None, w=STILL, wind=(1.0, -0.5, 0.2), gusts=0.7, since=0.0):
+def begun(law, reference, *, v=STILL, q=None, w=STILL, wind=(1.0, -0.5, 0.2), gusts=0.7, since=0.0, tuning=EVERY_LAW):
     """A simulation in the air, for some time under a law."""
-    made = Simulation(NOMINAL, seed=3, start=Start(up=UP, airborne=True), tuning=EVERY_LAW)
+    made = Simulation(NOMINAL, seed=3, start=Start(up=UP, airborne=True), tuning=tuning)
     made.place(Body(Vector(0.0, 0.0, UP), v, hover(0.2) if q is None else q, w))
     made.begin_flight(law)
     made._arrays.flights["controller"]["since"] = since
@@ -98,6 +100,7 @@ def flights():
         "braking": begun(Law.TO_HOVER, ON_A_LEG._replace(forward=False), v=Vector(7.0, 0.1, 1.0), q=FORWARD),
         "failsafe": begun(Law.FAILSAFE, ON_A_LEG, v=Vector(2.0, 1.0, -16.0), q=from_euler(1.0, -0.5, 0.0)),
         "attitude": begun(Law.HOVER_ATTITUDE, steer(hover_at((0.0, 0.0, UP), 0.0), TILTED)),
+        "by increments": begun(Law.INDI, ON_A_LEG, v=fast, q=FORWARD, tuning=BY_INCREMENTS),
         "crash": fallen(),
         "take-off": standing(),
         "touch-down": touching_down(),

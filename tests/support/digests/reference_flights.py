@@ -1,4 +1,4 @@
-"""Sixteen flights under all eleven laws: ground and air, calm and gusts, right and wrong airframes; as data."""
+"""Seventeen flights under all twelve laws: ground and air, calm and gusts, right and wrong airframes; as data."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -12,6 +12,7 @@ from sitl.model.state import Actuators, Body
 from sitl.model.vectors import Vector
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start
+from sitl.simulation.tuning import CONTROLLERS, Tuning
 
 NOMINAL = load("nominal").parameters  # as the controllers of all of them believe it to be
 LAGGING = NOMINAL._replace(actuator_model=FIRST_ORDER)
@@ -19,6 +20,7 @@ HEAVY = NOMINAL._replace(m=1.06 * NOMINAL.m, J2=0.93 * NOMINAL.J2, C_l=0.95 * NO
 HIGH = 60.0  # where flights begin that begin in the air [m]
 SHORT = 0.12  # [s]; every law is in force in the first of it
 STILL = Vector(0.0, 0.0, 0.0)
+BY_INCREMENTS = Tuning(controller=CONTROLLERS["indi"])
 
 Deed = Callable[[Simulation], None]
 
@@ -42,9 +44,10 @@ class ReferenceFlight(NamedTuple):
 # How flights begin
 
 
-def hovering(law, *, wind=(0.0, 0.0, 0.0), gusts=0.0, airframe=NOMINAL, seed=1):
+def hovering(law, *, wind=(0.0, 0.0, 0.0), gusts=0.0, airframe=NOMINAL, seed=1, tuning=None):
     """In the hover, upright and at rest."""
-    made = Simulation(airframe, seed=seed, start=Start(up=HIGH, heading=0.4, airborne=True), design_model=NOMINAL)
+    start = Start(up=HIGH, heading=0.4, airborne=True)
+    made = Simulation(airframe, seed=seed, start=start, design_model=NOMINAL, tuning=tuning)
     made.set_wind(wind, gusts)
     made.begin_flight(law)
     return made
@@ -233,6 +236,12 @@ FLIGHTS = (
         "a vehicle that is not as it was designed for",
         lambda: hovering(LINEAR, airframe=HEAVY, wind=(1.0, 1.0, 0.0), gusts=0.6, seed=8),
         (Ask(1.0, fly_leg((90.0, 0.0, HIGH), 13.0)),),
+        16.0,
+    ),
+    ReferenceFlight(
+        "by increments from the hover over a leg to a hover",
+        lambda: hovering(Law.INDI, wind=(1.0, 2.0, 0.0), gusts=0.5, seed=9, tuning=BY_INCREMENTS),
+        (Ask(0.0, fly_leg((70.0, 10.0, HIGH + 5.0), 12.0)),),
         16.0,
     ),
 )

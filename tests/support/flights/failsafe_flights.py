@@ -108,7 +108,7 @@ def in_cruise(settings, **begun):
     flight = hovering(settings, **begun)
     assert flight.autopilot.guided.go_to(FAR).accepted
     flight.fly(7.0)
-    assert is_forward(flight.vehicle.law)
+    assert is_forward(flight.vehicle)
     return flight
 
 
@@ -123,7 +123,7 @@ def on_forward_mission(settings, **begun):
     """On the first leg of a mission, in forward flight."""
     flight = _on_mission(settings, **begun)
     flight.fly(7.0)
-    assert is_forward(flight.vehicle.law)
+    assert is_forward(flight.vehicle)
     return flight
 
 

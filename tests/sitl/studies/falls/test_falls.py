@@ -7,7 +7,7 @@ from sitl import Law, SitlError, Vector, load_airframe
 from sitl.model.quaternions import x_axis
 from sitl.simulation.avionics import Navigation
 from sitl.studies.craft import Craft
-from sitl.studies.falls import falls
+from sitl.studies.falls import falls, falls_of_aircraft
 from sitl.studies.falls.falls import (
     FALL_HEIGHT,
     MAX_TUMBLE,
@@ -16,7 +16,6 @@ from sitl.studies.falls.falls import (
     MapCell,
     fall,
     falling,
-    falls_of_aircraft,
     thrown,
 )
 from sitl.studies.falls.falls_of_aircraft import SINKS, AircraftFall, FallEnd, drawn_velocity
