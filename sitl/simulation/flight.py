@@ -278,11 +278,8 @@ def move_in_air(flight: Kept, column: int, air: Kept, a: Kept, command: Actuator
 def move_in_swirl(
     flight: Kept, column: int, air: Kept, a: Kept, field: Kept, command: Actuators, wanted: Actuators
 ) -> None:
-    """The same in a wind field, whose air turns; near the ground it does not."""
+    """The same in a wind field, whose air turns, above the ground."""
     plant, airframe = get_plant(flight, column), get_airframe(a, column)
-    if not is_clear(plant.body):
-        move_plant(flight, column, air, a, command, wanted)
-        return
     wind, rotation = add(get_steady_wind(air, column), get_gust(flight, column)), get_rotation(field, 0)
     for _ in range(SUBSTEPS):
         plant = step_in_swirl(plant, wanted, wind, rotation, airframe, PERIOD / SUBSTEPS)

@@ -17,6 +17,7 @@ from sitl.compiled import entry, subroutine
 from sitl.control.governor import activity
 from sitl.control.reference import Reference
 from sitl.model.airframe import Array
+from sitl.model.ground import is_clear
 from sitl.model.plant import is_finite
 from sitl.model.vectors import add, subtract
 from sitl.simulation.actuator_faults import is_whole
@@ -111,7 +112,7 @@ def advance(
     wanted = within_limits(flight, column, in_force, airframe)
     if not is_whole(faults):
         wanted = as_they_fail(flight, column, faults, airframe, wanted)
-    if swirls_here:
+    if swirls_here and is_clear(before.body):  # near the ground the air does not turn
         move_in_swirl(flight, column, air, a, field, in_force, wanted)
     else:
         move_plant(flight, column, air, a, in_force, wanted)
