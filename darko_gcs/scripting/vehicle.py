@@ -10,7 +10,7 @@ from pathlib import Path
 from darko_gcs.errors import FlightError, LinkError
 from darko_gcs.feed.udp_link import UdpLink
 from darko_gcs.state.snapshot import Snapshot
-from darko_gcs.state.text import reason_text
+from darko_gcs.state.text import command_name, reason_text
 from darko_gcs.station.keyring_setup import open_keyring
 from darko_gcs.station.station import Station
 from darko_gcs.tasks.link_session import ANSWER_TIMEOUT, POLL_PERIOD, open_link
@@ -34,7 +34,7 @@ from protocol.plans.fence_rally import fence_items, rally_items
 
 __all__ = ["Vehicle", "connect"]
 
-WORDS_TIME = 0.3  # the vehicle's text about a refusal follows its answer [s]
+WORDS_TIME = 1.0  # the vehicle's text about a refusal follows its answer [s]
 IN_FLIGHT_RATE = 10.0  # of reports [Hz]
 
 
@@ -245,8 +245,8 @@ class Vehicle:
                 if isinstance(done, CommandDone) and done.command == command:
                     break
             if done.result != mavlink.MAV_RESULT_ACCEPTED:
-                await asyncio.sleep(WORDS_TIME)
-                raise FlightError(f"{what} refused: {self._last_words() or reason_text(done.reason)}")
+                words = await self._words_about(command)
+                raise FlightError(f"{what} refused: {words or reason_text(done.reason)}")
 
     async def _answer(self, kind: type[Event], failure: type[Event], what: str) -> Event:
         deadline = self._link.now + ANSWER_TIMEOUT
@@ -273,6 +273,12 @@ class Vehicle:
         self._station.events()
         self._events.clear()
 
-    def _last_words(self) -> str:
-        lines = [line.text for line in self.now.messages if line.severity <= mavlink.MAV_SEVERITY_WARNING]
-        return lines[-1] if lines else ""
+    async def _words_about(self, command: int) -> str:
+        """What the vehicle says of what is wrong, before or after its bare answer, which says less; empty if nothing."""
+        answer, deadline = f"{command_name(command)}:", self._link.now + WORDS_TIME
+        while True:
+            lines = [line.text for line in self.now.messages if line.severity <= mavlink.MAV_SEVERITY_WARNING]
+            words = next((text for text in reversed(lines) if not text.startswith(answer)), "")
+            if words or self._link.now > deadline:
+                return words
+            await asyncio.sleep(POLL_PERIOD)
