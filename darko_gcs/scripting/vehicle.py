@@ -274,7 +274,7 @@ class Vehicle:
         self._events.clear()
 
     async def _words_about(self, command: int) -> str:
-        """What the vehicle says of what is wrong, before or after its bare answer, which says less; empty if nothing."""
+        """What the vehicle says of what is wrong, beside its bare answer, which says less; empty if nothing."""
         answer, deadline = f"{command_name(command)}:", self._link.now + WORDS_TIME
         while True:
             lines = [line.text for line in self.now.messages if line.severity <= mavlink.MAV_SEVERITY_WARNING]
