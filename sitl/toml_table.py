@@ -91,8 +91,12 @@ class TomlTable:
         """A list of tables; none where the key is missing."""
         given = self._table.get(key, [])
         if not isinstance(given, list) or any(not isinstance(entry, dict) for entry in given):
-            raise self.error(key, f"must be tables, each headed [[{key}]]")
+            raise self.error(key, f"must be written [[{key}]]")
         return given
+
+    def table(self, key: str) -> object:
+        """What is under a key."""
+        return self._given(key)
 
     def _given(self, key: str) -> Any:  # noqa: ANN401 - whatever the file has
         if key not in self._table:
@@ -101,7 +105,7 @@ class TomlTable:
 
     def _checked(self, key: str, value: object, low: float, high: float) -> float:
         if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-            raise self.error(key, f"= {value!r} is not a number")
+            raise self.error(key, f"= {value!r} is not a finite number")
         if not low <= value <= high:
             raise self.error(key, f"= {value:g} is not within {low:g} and {high:g}")
         return float(value)

@@ -6,7 +6,6 @@ import itertools
 import math
 import tomllib
 from collections.abc import Mapping
-from difflib import get_close_matches
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
@@ -14,6 +13,7 @@ from typing import Any, NamedTuple
 
 from sitl.enclosure.geometry import Arena, Obstacle, WindWall, outlet_of
 from sitl.errors import SitlError
+from sitl.toml_table import TomlTable
 
 MAX_SIZE = 1e5  # of an arena [m]
 MAX_OBSTACLES = 30
@@ -54,87 +54,6 @@ class _Frame(NamedTuple):
         return self.north + ahead * c + right * s, self.west + ahead * s - right * c
 
 
-class _Reader:
-    """Values of one table of a file, with one-line errors that say where."""
-
-    def __init__(self, file: str, table: object, where: str, known: set[str]) -> None:
-        self._file, self._where = file, where
-        if not isinstance(table, dict):
-            raise ArenaError(f"{file}: {where} must be a table")
-        self._table = table
-        for key in table:
-            if key not in known:
-                near = get_close_matches(key, known, n=1)
-                raise self.error(key, "is not known" + (f"; did you mean {near[0]!r}?" if near else ""))
-
-    def error(self, key: str, what: str) -> ArenaError:
-        """What is wrong with a key."""
-        return ArenaError(f"{self._file}: {self._where + '.' if self._where else ''}{key} {what}")
-
-    def has(self, key: str) -> bool:
-        """Whether a key is there."""
-        return key in self._table
-
-    def number(self, key: str, low: float, high: float, default: float | None = None) -> float:
-        """A number within bounds."""
-        if key not in self._table and default is not None:
-            return default
-        return self._checked(key, self._given(key), low, high)
-
-    def numbers(self, key: str, count: int, low: float, high: float, default: tuple[float, ...] = ()) -> list[float]:
-        """Several numbers within the same bounds."""
-        if key not in self._table and default:
-            return list(default)
-        given = self._given(key)
-        if not isinstance(given, list) or len(given) != count:
-            raise self.error(key, f"= {given!r} must be {count} numbers in brackets")
-        return [self._checked(key, value, low, high) for value in given]
-
-    def lines(self, key: str, count: int) -> list[list[float]]:
-        """Lines of so many numbers; none where the key is missing."""
-        given = self._table.get(key, [])
-        if not isinstance(given, list) or any(not isinstance(line, list) or len(line) != count for line in given):
-            raise self.error(key, f"must be lines of {count} numbers in brackets")
-        return [[self._checked(key, value, 0.0, 1e6) for value in line] for line in given]
-
-    def text(self, key: str) -> str:
-        """A text that is not empty."""
-        given = self._given(key)
-        if not isinstance(given, str) or not given.strip() or not given.isprintable():
-            raise self.error(key, f"= {given!r} is not a name")
-        return given
-
-    def flag(self, key: str) -> bool:
-        """True or false; false where the key is missing."""
-        given = self._table.get(key, False)
-        if not isinstance(given, bool):
-            raise self.error(key, f"= {given!r} is neither true nor false")
-        return given
-
-    def tables(self, key: str) -> list[object]:
-        """The tables of an array of tables."""
-        given = self._table.get(key, [])
-        if not isinstance(given, list):
-            raise self.error(key, f"must be written [[{key}]]")
-        return given
-
-    def table(self, key: str) -> object:
-        """What is under a key."""
-        return self._table[key]
-
-    def _given(self, key: str) -> object:
-        if key not in self._table:
-            raise self.error(key, "is missing")
-        return self._table[key]
-
-    def _checked(self, key: str, value: object, low: float, high: float) -> float:
-        if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-            raise self.error(key, f"= {value!r} is not a finite number")
-        if not low <= value <= high:
-            raise self.error(key, f"= {value:g} is not within {low:g} and {high:g}")
-        return float(value)
-
-
 def shipped_arenas() -> list[str]:
     """Names of the arenas that are shipped."""
     names = [entry.name for entry in files("sitl.enclosure.arenas").iterdir()]
@@ -162,7 +81,7 @@ def load_arena(name_or_path: str) -> Arena:
 
 
 def _arena(file: str, raw: Table) -> Arena:
-    top = _Reader(file, raw, "", ARENA_KEYS)
+    top = TomlTable(file, raw, "", ARENA_KEYS, ArenaError)
     name = top.text("name")
     length, width, height = top.numbers("size", 3, MIN_OPENING, MAX_SIZE)
     north, east = top.numbers("centre", 2, -MAX_SIZE, MAX_SIZE, (0.0, 0.0))
@@ -172,7 +91,7 @@ def _arena(file: str, raw: Table) -> Arena:
         raise top.error("margin", f"= {margin:g} leaves no room in {length:g} x {width:g} x {height:g} m")
     origin = None
     if top.has("origin"):
-        place = _Reader(file, top.table("origin"), "origin", {"latitude", "longitude", "altitude"})
+        place = TomlTable(file, top.table("origin"), "origin", {"latitude", "longitude", "altitude"}, ArenaError)
         origin = (
             place.number("latitude", -85.0, 85.0),
             place.number("longitude", -180.0, 180.0),
@@ -190,14 +109,14 @@ def _arena(file: str, raw: Table) -> Arena:
     )
 
 
-def _refuse_twins(top: _Reader, obstacles: list[Obstacle]) -> None:
+def _refuse_twins(top: TomlTable, obstacles: list[Obstacle]) -> None:
     names = [obstacle.name for obstacle in obstacles]
     for name in names:
         if names.count(name) > 1:
             raise top.error("name", f"{name!r} is given to two obstacles")
 
 
-def _band(table: _Reader, height: float) -> tuple[float, float]:
+def _band(table: TomlTable, height: float) -> tuple[float, float]:
     """Bottom and top of an obstacle [m]: from the ground to the ceiling unless it says otherwise."""
     bottom = table.number("bottom", 0.0, MAX_SIZE, 0.0)
     top = table.number("top", 0.0, MAX_SIZE, max(height, bottom + NET_THICKNESS))
@@ -207,7 +126,7 @@ def _band(table: _Reader, height: float) -> tuple[float, float]:
 
 
 def _box(file: str, raw: object, number: int, frame: _Frame, height: float) -> Obstacle:
-    table = _Reader(file, raw, f"box {number}", {"name", "place", "size", "heading", "bottom", "top"})
+    table = TomlTable(file, raw, f"box {number}", {"name", "place", "size", "heading", "bottom", "top"}, ArenaError)
     north, west = frame.place(*table.numbers("place", 2, -MAX_SIZE, MAX_SIZE))
     length, width = table.numbers("size", 2, NET_THICKNESS, MAX_SIZE)
     course = frame.course - math.radians(table.number("heading", -360.0, 360.0, 0.0))
@@ -215,14 +134,14 @@ def _box(file: str, raw: object, number: int, frame: _Frame, height: float) -> O
 
 
 def _pillar(file: str, raw: object, number: int, frame: _Frame, height: float) -> Obstacle:
-    table = _Reader(file, raw, f"pillar {number}", {"name", "place", "radius", "bottom", "top"})
+    table = TomlTable(file, raw, f"pillar {number}", {"name", "place", "radius", "bottom", "top"}, ArenaError)
     north, west = frame.place(*table.numbers("place", 2, -MAX_SIZE, MAX_SIZE))
     radius = table.number("radius", 0.5 * NET_THICKNESS, MAX_SIZE)
     return Obstacle(table.text("name"), True, north, west, 0.0, radius, radius, *_band(table, height))
 
 
 def _net(file: str, raw: object, number: int, frame: _Frame, height: float) -> Obstacle:
-    table = _Reader(file, raw, f"hanging_net {number}", {"name", "from", "to", "bottom", "top"})
+    table = TomlTable(file, raw, f"hanging_net {number}", {"name", "from", "to", "bottom", "top"}, ArenaError)
     start = frame.place(*table.numbers("from", 2, -MAX_SIZE, MAX_SIZE))
     end = frame.place(*table.numbers("to", 2, -MAX_SIZE, MAX_SIZE))
     length = math.dist(start, end)
@@ -235,7 +154,7 @@ def _net(file: str, raw: object, number: int, frame: _Frame, height: float) -> O
 
 
 def _wall(file: str, raw: object, frame: _Frame) -> WindWall:
-    table = _Reader(file, raw, "wind_wall", WALL_KEYS)
+    table = TomlTable(file, raw, "wind_wall", WALL_KEYS, ArenaError)
     north, west = frame.place(*table.numbers("place", 2, -MAX_SIZE, MAX_SIZE))
     width, height = table.numbers("size", 2, MIN_OPENING, MAX_SIZE)
     course = frame.course - math.radians(table.number("heading", -360.0, 360.0))
