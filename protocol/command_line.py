@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Mapping, Sequence
+from difflib import get_close_matches
 from importlib import import_module
 from importlib.metadata import version
 
@@ -37,6 +38,11 @@ def run_cli(
     if arguments == ["--version"]:
         print(f"{prog} {version('darko')}")
         return 0
+    if arguments and not arguments[0].startswith("-") and arguments[0] not in commands:
+        near = get_close_matches(arguments[0], commands, n=1)
+        hint = f" Did you mean {near[0]}?" if near else ""
+        print(f"{prog}: there is no command {arguments[0]!r}.{hint} Commands: {', '.join(commands)}", file=sys.stderr)
+        return EXIT_ERROR
     name = arguments.pop(0) if arguments and arguments[0] in commands else next(iter(commands))
     command = import_module(f"{package}.commands.{name}")
     try:

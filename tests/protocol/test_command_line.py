@@ -96,3 +96,8 @@ def test_an_unexpected_error_is_raised(program):
 
 def test_the_exit_codes_are_those_that_shells_and_argparse_use():
     assert (EXIT_ERROR, EXIT_INTERRUPTED, EXIT_BROKEN_PIPE) == (2, 128 + 2, 128 + 13)
+
+
+def test_an_unknown_command_is_answered_with_those_that_there_are(program, capsys):
+    assert run("fliy") == EXIT_ERROR
+    assert capsys.readouterr().err == "program: there is no command 'fliy'. Did you mean fly? Commands: fly, land\n"
