@@ -1,0 +1,203 @@
+"""What the operator asks of the vehicle by key, and which of it asks back first."""
+
+from dataclasses import replace
+
+import pytest
+from textual.widgets import Input
+
+from darko_gcs.state.snapshot import EMPTY_SNAPSHOT
+from darko_gcs.tui.app import GroundStationApp
+from darko_gcs.tui.screens.dialogs import ConfirmScreen
+from darko_gcs.tui.screens.flight_screen import FlightScreen
+from protocol.dialect import mavlink
+from protocol.events import CommandProgress
+from tests.support.gcs.screens import FakeFeed, confirm, screen_text, until
+from tests.support.gcs.snapshots import HOVERING
+
+ON_GROUND = mavlink.MAV_LANDED_STATE_ON_GROUND
+TO_FORWARD, TO_HOVER = mavlink.MAV_VTOL_STATE_TRANSITION_TO_FW, mavlink.MAV_VTOL_STATE_TRANSITION_TO_MC
+IN_HOVER, IN_FORWARD = mavlink.MAV_VTOL_STATE_MC, mavlink.MAV_VTOL_STATE_FW
+
+
+@pytest.fixture
+def feed():
+    return FakeFeed(HOVERING)
+
+
+async def test_arming_is_confirmed_first(feed):
+    feed.snapshot = replace(HOVERING, armed=False, landed_state=ON_GROUND)
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("a")
+        assert isinstance(app.screen, ConfirmScreen)
+        await pilot.press("n")
+        assert feed.requests == []
+        await confirm(pilot, "a")
+        assert feed.requests == [("arm",)]
+    assert feed.closed
+
+
+async def test_disarming_in_flight_is_confirmed_and_then_forced(feed):
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("d")
+        assert isinstance(app.screen, ConfirmScreen)
+        await pilot.press("enter")  # "no" has the focus
+        assert feed.requests == []
+        await confirm(pilot, "d")
+        assert feed.requests == [("disarm", ("force", True))]
+
+
+async def test_a_yes_to_the_ground_never_drops_a_vehicle_that_has_taken_off_meanwhile(feed):
+    feed.snapshot = feed.station.snapshot = replace(HOVERING, landed_state=ON_GROUND)
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("d")
+        await until(pilot, lambda: "The propellers will stop" in screen_text(app))
+        feed.snapshot = feed.station.snapshot = HOVERING
+        await pilot.press("y")
+        await until(pilot, lambda: feed.requests == [("disarm", ("force", False))])
+
+
+async def test_disarming_on_the_ground_is_not_forced(feed):
+    feed.snapshot = feed.station.snapshot = replace(HOVERING, landed_state=ON_GROUND)
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("d")
+        await until(pilot, lambda: "The propellers will stop" in screen_text(app))
+        await pilot.press("y")
+        await until(pilot, lambda: feed.requests == [("disarm", ("force", False))])
+
+
+async def test_take_off_asks_for_a_height_and_accepts_only_a_number(feed):
+    feed.snapshot = replace(HOVERING, landed_state=ON_GROUND)
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("t")
+        await until(pilot, lambda: isinstance(app.focused, Input))
+        await pilot.press("x", "enter")
+        await until(pilot, lambda: "is not a number" in screen_text(app))
+        await pilot.press("backspace", "backspace", "5", "enter")
+        await until(pilot, lambda: feed.requests == [("take_off", 5.0)])
+
+
+async def test_go_to_asks_for_metres_from_home(feed):
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("g")
+        await until(pilot, lambda: isinstance(app.focused, Input))
+        await pilot.press("enter")
+        await until(pilot, lambda: feed.requests == [("go_to", 2.0, 1.0, 3.0)])
+
+
+async def test_go_to_asks_for_metres_from_the_moved_home(feed):
+    feed.snapshot = replace(HOVERING, home_p=(1.0, -1.0, -1.0))
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("g")
+        await pilot.press("enter")
+        await until(pilot, lambda: feed.requests == [("go_to", 1.0, 2.0, 2.0)])
+
+
+async def test_moving_home_is_confirmed_with_the_height(feed):
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("H")
+        await until(pilot, lambda: isinstance(app.screen, ConfirmScreen) and "3.0 m above the" in screen_text(app))
+        await pilot.press("n")
+        assert feed.requests == []
+        await confirm(pilot, "H")
+        await until(pilot, lambda: feed.requests == [("set_home",)])
+
+
+@pytest.mark.parametrize(
+    ("vtol", "words", "forward"), [(TO_HOVER, "to forward flight?", True), (TO_FORWARD, "back to hover?", False)]
+)
+async def test_a_transition_goes_in_the_direction_that_was_confirmed(feed, vtol, words, forward):
+    feed.snapshot = replace(HOVERING, vtol_state=vtol)
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("v")
+        await until(pilot, lambda: words in screen_text(app) and "A mission is being flown" in screen_text(app))
+        await pilot.press("n", "v")
+        assert feed.requests == []
+        feed.snapshot = replace(HOVERING, vtol_state=IN_FORWARD if forward else IN_HOVER)  # it changes meanwhile
+        await pilot.press("y")
+        await until(pilot, lambda: feed.requests == [("transition", ("forward", forward))])
+
+
+@pytest.mark.parametrize(
+    ("holder", "asked_by", "words", "request_name"),
+    [
+        (0, 0, "Take control?", "take_control"),
+        (245, 0, "Ask ground station 245", "take_control"),
+        (255, 0, "Give control back?", "give_control_back"),
+        (255, 245, "Let ground station 245", "share_control"),
+    ],
+)
+async def test_control_is_taken_requested_shared_or_given_back(feed, holder, asked_by, words, request_name):
+    feed.snapshot = replace(HOVERING, in_control=holder, control_asked_by=asked_by)
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("k")
+        await until(pilot, lambda: words in screen_text(app))
+        await pilot.press("n")
+        assert feed.requests == []
+        await confirm(pilot, "k")
+        await until(pilot, lambda: feed.requests == [(request_name,)])
+
+
+async def test_a_speed_is_asked_for_with_its_kind(feed):
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("c")
+        await until(pilot, lambda: isinstance(app.focused, Input))
+        await pilot.press("enter")
+        await until(pilot, lambda: "Speed: '' is not a number" in screen_text(app))
+        await pilot.press("1", "5", "tab", "2", "enter")
+        await until(pilot, lambda: "1 for a ground speed" in screen_text(app))
+        await pilot.press("backspace", "1", "enter")
+        await until(pilot, lambda: feed.requests == [("change_speed", 15.0, ("over_ground", True))])
+
+
+@pytest.mark.parametrize(
+    ("key", "request_name"),
+    [("h", "hold"), ("l", "land"), ("r", "return_home"), ("s", "start_mission"), ("x", "cancel")],
+)
+async def test_what_moves_or_stops_the_vehicle_asks_first(feed, key, request_name):
+    transition = CommandProgress(request=1, command=mavlink.MAV_CMD_DO_VTOL_TRANSITION, progress=50)
+    feed.snapshot = replace(HOVERING, in_progress=transition, mission_state=mavlink.MISSION_STATE_PAUSED)
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press(key)
+        await until(pilot, lambda: isinstance(app.screen, ConfirmScreen))
+        assert "mission that is being flown" not in screen_text(app)
+        await pilot.press("escape", key)
+        assert feed.requests == []
+        await pilot.press("y")
+        await until(pilot, lambda: feed.requests == [(request_name,)])
+
+
+async def test_the_question_says_that_a_mission_is_left(feed):
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("h")
+        await until(pilot, lambda: "mission that is being flown is left" in screen_text(app))
+
+
+async def test_a_request_without_sense_is_not_even_asked(feed):
+    feed.snapshot = replace(HOVERING, landed_state=ON_GROUND)
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24), notifications=True) as pilot:
+        await pilot.press("v")
+        await until(pilot, lambda: "The vehicle is on the" in screen_text(app))
+        assert isinstance(app.screen, FlightScreen)
+
+
+async def test_without_a_vehicle_nothing_is_sent(feed):
+    feed.snapshot = EMPTY_SNAPSHOT
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await until(pilot, lambda: "waiting for a vehicle" in screen_text(app))
+        await pilot.press("a", "t", "h", "l", "s")
+        assert feed.requests == []
