@@ -42,7 +42,7 @@ async def until(pilot, condition):
         if condition():
             return
         await pilot.pause(0.02)
-    assert condition()
+    assert condition(), screen_text(pilot.app)
 
 
 async def confirm(pilot, key):

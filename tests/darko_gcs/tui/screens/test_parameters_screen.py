@@ -46,7 +46,8 @@ async def test_a_parameter_is_found_by_typing_and_changed(feed):
         await pilot.press("p")
         await until(pilot, lambda: isinstance(app.screen, ParametersScreen) and "3 of 3 parameters" in screen_text(app))
         await until(pilot, lambda: feed.requests == [("fetch_parameter_metadata",)])
-        await until(pilot, lambda: "SIM_[red]" in screen_text(app))
+        await until(pilot, lambda: app.screen.table.row_count == 3)
+        assert str(app.screen.table.get_row("SIM_[red]")[1]) == "SIM_[red]"
         await pilot.press(*"position")
         await until(pilot, lambda: "1 of 3 parameters shown, 1 changed from default (*)" in screen_text(app))
         assert "DRK_KPP: Position gain, 0.1..3 N/m, default 1.2" in screen_text(app)
