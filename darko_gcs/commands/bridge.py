@@ -66,7 +66,7 @@ def _add_axes_options(axes: argparse._ArgumentGroup) -> None:
     east = axes.add_mutually_exclusive_group()
     east.add_argument("--x-side", choices=_SIDES, help="side where x, east, shall point")
     east.add_argument(
-        "--x-angle", type=_degrees, metavar="DEG", help="angle of east from the right, anticlockwise from above"
+        "--x-angle", type=_number, metavar="DEG", help="angle of east from the right, anticlockwise from above"
     )
     axes.add_argument(
         "--nose", choices=_SIDES, help="side the front (of a tail-sitter: its belly) pointed to when the body was made"
@@ -118,10 +118,6 @@ def _number(text: str) -> float:
     if not math.isfinite(value):
         raise argparse.ArgumentTypeError(f"{text} is not a finite number")
     return value
-
-
-def _degrees(text: str) -> float:
-    return _number(text)
 
 
 def _positive(text: str) -> float:

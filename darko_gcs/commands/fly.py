@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import argparse
-import math
 from collections.abc import Mapping
 from pathlib import Path
 
-from darko_gcs.commands.options import add_link_options, checked_sitl_arguments, listening_port
+from darko_gcs.commands.options import add_link_options, checked_sitl_arguments, listening_port, positive_seconds
 
 __all__ = ["parser", "run"]
 
@@ -32,17 +31,14 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     parser.add_argument("--headless", action="store_true", help="fly without a screen; else the ground station opens")
     parser.add_argument("--json", action="store_true", help="print the result as JSON")
     parser.add_argument(
-        "--timeout", type=_seconds, default=3600.0, metavar="S", help="maximum flight time, vehicle's time in s [3600]"
+        "--timeout",
+        type=positive_seconds,
+        default=3600.0,
+        metavar="S",
+        help="maximum flight time, vehicle's time in s [3600]",
     )
     add_link_options(parser)
     return parser
-
-
-def _seconds(text: str) -> float:
-    value = float(text)
-    if not 0.0 < value < math.inf:
-        raise argparse.ArgumentTypeError(f"{text} is not a positive number of seconds")
-    return value
 
 
 def run(args: argparse.Namespace) -> int:

@@ -6,7 +6,14 @@ import argparse
 import math
 from pathlib import Path
 
-__all__ = ["add_link_options", "add_listen_options", "add_span_options", "checked_sitl_arguments", "listening_port"]
+__all__ = [
+    "add_link_options",
+    "add_listen_options",
+    "add_span_options",
+    "checked_sitl_arguments",
+    "listening_port",
+    "positive_seconds",
+]
 
 MAX_PORT, MAX_SYSTEM_ID = 65535, 255
 DEFAULT_PORT = 14550
@@ -68,6 +75,14 @@ def add_span_options(parser: argparse.ArgumentParser) -> None:
             metavar="TIME",
             help=f"{where} of the flight's part, since the vehicle was switched on: seconds or M:SS [the log's]",
         )
+
+
+def positive_seconds(text: str) -> float:
+    """A time of more than nothing [s]."""
+    value = float(text)
+    if not 0.0 < value < math.inf:
+        raise argparse.ArgumentTypeError(f"{text} is not a positive number of seconds")
+    return value
 
 
 def _moment(text: str) -> float:

@@ -9,7 +9,7 @@ import sys
 from collections.abc import Awaitable, Callable
 from typing import TYPE_CHECKING, Any
 
-from darko_gcs.commands.options import add_listen_options
+from darko_gcs.commands.options import add_listen_options, positive_seconds
 
 if TYPE_CHECKING:
     from darko_gcs.scripting import Vehicle
@@ -30,7 +30,7 @@ def add_script_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="print JSON, also on failure")
     parser.add_argument(
         "--timeout",
-        type=_seconds,
+        type=positive_seconds,
         default=60.0,
         metavar="S",
         help="longest wait: for a vehicle, and for what is asked [60]",
@@ -90,10 +90,3 @@ def _plain(value: Any) -> Any:  # noqa: ANN401 - whatever a job gives
     if isinstance(value, list | tuple):
         return [_plain(entry) for entry in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
-
-
-def _seconds(text: str) -> float:
-    value = float(text)
-    if not 0.0 < value < math.inf:
-        raise argparse.ArgumentTypeError(f"{text} is not a positive number of seconds")
-    return value

@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from darko_gcs.errors import GroundError
-from darko_gcs.logs.log_selection import Selection, Span, log_times, vehicle_of
+from darko_gcs.logs.log_selection import Selection, Span, vehicle_of
 from protocol.errors import FileError
+from protocol.flight_log.flight_clock import times_since_boot
 from protocol.message import Source
 from protocol.tlog import TlogReader, message_name
 
@@ -64,7 +65,9 @@ def as_kml(reader: TlogReader, name: str, span: Span) -> bytes:
     source = vehicle_of(reader, name)
     rows, fields = reader.rows("GLOBAL_POSITION_INT", source), reader.columns("GLOBAL_POSITION_INT", source)
     lat, lon, alt = (fields[key].astype(float) * scale for key, scale in (("lat", 1e-7), ("lon", 1e-7), ("alt", 1e-3)))
-    kept = span.of(log_times(reader, source)[rows]) & ((lat != 0.0) | (lon != 0.0)) & (abs(alt) < _UNKNOWN_ALTITUDE)
+    kept = (
+        span.of(times_since_boot(reader, source)[rows]) & ((lat != 0.0) | (lon != 0.0)) & (abs(alt) < _UNKNOWN_ALTITUDE)
+    )
     if not kept.any():
         raise FileError(f"{name}: no GLOBAL_POSITION_INT in this log, or none in the time that was asked for")
     document = simplekml.Kml(name=name)
@@ -116,7 +119,7 @@ def _channels(
     reader: TlogReader, name: str, messages: Sequence[str], span: Span
 ) -> list[tuple[str, Source, NDArray[np.int64]]]:
     """Message, source and records of each channel."""
-    within = span.of(log_times(reader, vehicle_of(reader, name))) & reader.known
+    within = span.of(times_since_boot(reader, vehicle_of(reader, name))) & reader.known
     kinds = np.unique(np.stack((reader.ids, reader.systems, reader.components), axis=1)[within], axis=0)
     found = []
     for number, system, component in kinds.tolist():

@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from protocol.errors import FileError
 from protocol.flight_log.field_expressions import quantity
-from protocol.flight_log.flight_clock import boot_time, flight_times
-from protocol.flight_log.flight_summary import summarise
+from protocol.flight_log.flight_clock import times_since_boot
+from protocol.flight_log.flight_summary import vehicles
 from protocol.message import Source
 from protocol.tlog import TlogReader
 
-__all__ = ["Selection", "Span", "log_times", "selected", "vehicle_of"]
+__all__ = ["Selection", "Span", "selected", "vehicle_of"]
 
 Floats = NDArray[np.float64]
 
@@ -57,15 +57,10 @@ def vehicle_of(reader: TlogReader, name: str) -> Source:
     Raises:
         FileError: It has none.
     """
-    flights = summarise(reader).flights
-    if not flights:
+    found = vehicles(reader)
+    if not found:
         raise FileError(f"{name}: no vehicle sent a HEARTBEAT in this log")
-    return flights[0].system, flights[0].component
-
-
-def log_times(reader: TlogReader, source: Source) -> Floats:
-    """Time of each record since the vehicle was switched on [s], shape (n,)."""
-    return boot_time(reader, source) + flight_times(reader, source)
+    return found[0]
 
 
 def selected(reader: TlogReader, name: str, expressions: Sequence[str], span: Span) -> Selection:
@@ -75,7 +70,7 @@ def selected(reader: TlogReader, name: str, expressions: Sequence[str], span: Sp
         FileError: The log has no vehicle, an expression cannot be used, or nothing lies within the span.
     """
     source = vehicle_of(reader, name)
-    clock = log_times(reader, source)
+    clock = times_since_boot(reader, source)
     times, values, names = [], [], []
     for text in expressions:
         found = quantity(reader, text, source)

@@ -163,7 +163,8 @@ def _laid_out(figure: Figure, height: int) -> Figure:
         height=height, margin={"l": 60, "r": 20, "t": 20, "b": 40}, template="plotly_white", hovermode="x unified",
         legend={"orientation": "h", "y": -0.22},
     )  # fmt: skip
-    figure.update_xaxes(title_text="time [s]") if height == HEIGHT else None
+    if height == HEIGHT:
+        figure.update_xaxes(title_text="time [s]")
     return figure
 
 

@@ -9,7 +9,7 @@ from protocol.message import Source
 from protocol.tlog import TlogReader
 from protocol.tlog.replay import playing_times
 
-__all__ = ["boot_time", "flight_times"]
+__all__ = ["flight_times", "times_since_boot"]
 
 _TIMED = ("ATTITUDE", "LOCAL_POSITION_NED", "GLOBAL_POSITION_INT", "SYSTEM_TIME")  # messages with a time since boot
 
@@ -37,10 +37,10 @@ def flight_times(reader: TlogReader, source: Source) -> NDArray[np.float64]:
     return times
 
 
-def boot_time(reader: TlogReader, source: Source) -> float:
-    """How long the vehicle had been on at flight time 0 [s]; 0 without any timed message."""
+def times_since_boot(reader: TlogReader, source: Source) -> NDArray[np.float64]:
+    """Time of each record since the vehicle was switched on [s], shape (n,); arguments as of :func:`flight_times`."""
     _, boot = _timed(reader, source)
-    return float(boot[0]) if len(boot) > 1 else 0.0
+    return flight_times(reader, source) + (float(boot[0]) if len(boot) > 1 else 0.0)
 
 
 def _timed(reader: TlogReader, source: Source) -> tuple[NDArray[np.int64], NDArray[np.float64]]:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from protocol.dialect.vocabulary import Law
 from protocol.enum_names import name_of
 from protocol.errors import FileError
-from protocol.flight_log.flight_clock import boot_time, flight_times
+from protocol.flight_log.flight_clock import times_since_boot
 from protocol.flight_log.flight_summary import LoggedFlight, LogSummary, summarise
 from protocol.message import Source
 from protocol.tlog import TlogReader
@@ -95,7 +95,7 @@ def flight_series(reader: TlogReader, name: str) -> FlightSeries:
         raise FileError(f"{name}: no vehicle sent a HEARTBEAT in this log")
     flight = summary.flights[0]
     source = (flight.system, flight.component)
-    times = boot_time(reader, source) + flight_times(reader, source)
+    times = times_since_boot(reader, source)
 
     def series(message: str) -> Series:
         return _series(reader, message, source, times)

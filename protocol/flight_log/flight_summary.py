@@ -26,6 +26,7 @@ __all__ = [
     "MessageCount",
     "Period",
     "summarise",
+    "vehicles",
 ]
 
 Floats = NDArray[np.float64]
@@ -144,8 +145,8 @@ def summarise(reader: TlogReader) -> LogSummary:
     """The summary of a log with at least one record."""
     times = playing_times(reader.times)
     sources = _sources(reader, reader.rows("HEARTBEAT"))
-    flights = tuple(_flight(reader, times, source) for source in sources if _is_vehicle(reader, source))
-    vehicles = {(flight.system, flight.component) for flight in flights}
+    flying = vehicles(reader)
+    flights = tuple(_flight(reader, times, source) for source in flying)
     return LogSummary(
         size=reader.size,
         records=len(reader),
@@ -158,11 +159,16 @@ def summarise(reader: TlogReader) -> LogSummary:
         clock_steps=len(reader.backward),
         clock_back=float(-np.diff(reader.times).min(initial=0)) / 1e6,
         flights=flights,
-        stations=tuple(source for source in sources if source not in vehicles),
+        stations=tuple(source for source in sources if source not in flying),
         messages=_counts(reader, float(times[-1])),
         texts=_texts(reader, times),
         damage=reader.damage,
     )
+
+
+def vehicles(reader: TlogReader) -> list[Source]:
+    """(system, component) of each vehicle that sent a HEARTBEAT."""
+    return [source for source in _sources(reader, reader.rows("HEARTBEAT")) if _is_vehicle(reader, source)]
 
 
 def _sources(reader: TlogReader, rows: NDArray[np.int64]) -> list[Source]:

@@ -78,10 +78,10 @@ def _add_hall_options(hall: argparse._ArgumentGroup) -> None:
 def _add_error_options(errors: argparse._ArgumentGroup) -> None:
     errors.add_argument("--sensors", metavar="FILE", help="TOML file that states values of motion_capture anew")
     errors.add_argument("--rate", type=_number, metavar="HZ", help="frames a second, 10 to 250 [200]")
-    errors.add_argument("--delay", type=_not_negative, metavar="S", help="from exposure to sending [0.02]")
-    errors.add_argument("--jitter", type=_not_negative, metavar="S", help="standard deviation of more delay [0.001]")
-    errors.add_argument("--dropout", type=_share, metavar="SHARE", help="of frames that never arrive [0.001]")
-    errors.add_argument("--noise", type=_not_negative, metavar="M", help="of the position, per axis [0.0005]")
+    errors.add_argument("--delay", type=_up_to_one, metavar="S", help="from exposure to sending [0.02]")
+    errors.add_argument("--jitter", type=_up_to_one, metavar="S", help="standard deviation of more delay [0.001]")
+    errors.add_argument("--dropout", type=_up_to_one, metavar="SHARE", help="of frames that never arrive [0.001]")
+    errors.add_argument("--noise", type=_up_to_one, metavar="M", help="of the position, per axis [0.0005]")
     errors.add_argument(
         "--event",
         action="append",
@@ -111,14 +111,11 @@ def _number(text: str) -> float:
     return value
 
 
-def _not_negative(text: str) -> float:
+def _up_to_one(text: str) -> float:
     value = _number(text)
     if not 0.0 <= value <= 1.0:
         raise argparse.ArgumentTypeError(f"{text} is not from 0 to 1")
     return value
-
-
-_share = _not_negative
 
 
 def _seed(text: str) -> int:
