@@ -52,7 +52,7 @@ class Aircraft:
         vehicle.surroundings.enclose(world.arena)
         prepare_ways(world.arena)
         self.failures = InjectedFailures(vehicle)
-        self._actuator_watch = ActuatorWatch(vehicle.design_model)
+        self._actuator_watch, self._unexplained = ActuatorWatch(vehicle.design_model), UnexplainedMoment()
         self._seen_navigation, self._seen_at = self.navigation, vehicle.periods
         self._chooser = Chooser(vehicle.design_model, configuration.tuning, can_fly_forward=vehicle.can_fly_forward)
         self.autopilot = Autopilot(world, configuration.settings, vehicle.reference.heading, self._chooser)
@@ -154,14 +154,9 @@ class Aircraft:
             awaited=navigation.awaited,
             position_age=navigation.position_age,
             unfused=navigation.unfused,
-            unexplained=self._unexplained_moment(),
+            unexplained=self._unexplained,
             resets=navigation.resets,
         )
-
-    def _unexplained_moment(self) -> UnexplainedMoment:
-        if self.vehicle.law.regime is Regime.GROUND:
-            return self._actuator_watch.stand()
-        return self._actuator_watch.look(self.vehicle.estimate, self.vehicle.time)
 
     @property
     def battery(self) -> Battery:
@@ -171,6 +166,7 @@ class Aircraft:
         return self.failures.read(Battery(self.configuration.world.battery, self.vehicle.energy, resistance))
 
     def _decide(self) -> None:
+        self._watch_actuators()
         fresh = self.vehicle.jumps[self._seen :]
         self._seen += len(fresh)
         view = self.view()
@@ -182,6 +178,10 @@ class Aircraft:
         self.vehicle.armed = self.autopilot.armed
         self.vehicle.flying = self.autopilot.flying
         self.vehicle.landing = self.autopilot.landing
+
+    def _watch_actuators(self) -> None:
+        on_ground, watch = self.vehicle.law.regime is Regime.GROUND, self._actuator_watch
+        self._unexplained = watch.stand() if on_ground else watch.look(self.vehicle.estimate, self.vehicle.time)
 
     def _begin_hovering(self) -> None:
         self.vehicle.begin_flight(Law.HOVER_LINEAR)
