@@ -115,17 +115,15 @@ def energy_chart(flight: FlightSeries) -> Figure | None:
 
 def error_chart(flight: FlightSeries) -> Figure | None:
     """How far the vehicle is from where it shall be, and from where it believes to be."""
-    figure, empty = _figure("distance [m]"), True
+    figure = _figure("distance [m]")
     if len(flight.position) and len(flight.target):
         off = _place(flight.position) - _at(flight.target.times, _place(flight.target), flight.position.times)
         _add(figure, flight.position.times, np.linalg.norm(off, axis=0), "from the set-point", COLOURS[0])
-        empty = False
     if len(flight.position) and len(flight.truth):
         true = flight.truth.fields["position"].T * np.array([[1.0], [1.0], [-1.0]])
         off = _place(flight.position) - _at(flight.truth.times, true, flight.position.times)
         _add(figure, flight.position.times, np.linalg.norm(off, axis=0), "estimate from truth", COLOURS[1])
-        empty = False
-    return None if empty else figure
+    return figure if figure.data else None
 
 
 def wind_chart(flight: FlightSeries) -> Figure | None:

@@ -24,8 +24,8 @@ class FailureDetector:
     tumbled: bool = False
     blind: bool = False  # the gyroscope has failed
     numb: bool = False  # the accelerometer has failed
-    disobeyed_for: float = 0.0  # of late a moment was not explained so long: what is explained again counts off [s]
-    disobeyed: bool = False
+    unexplained_for: float = 0.0  # of late a moment was not explained so long: what is explained again counts off [s]
+    actuator_failed: bool = False
 
     def check(self, view: VehicleView, settings: Settings) -> list[Alarm]:
         """Alarms that begin at this tick of a flight."""
@@ -38,14 +38,14 @@ class FailureDetector:
         self.blind, self.numb = view.gyroscope_failed, view.accelerometer_failed
         passed = min(max(view.time - self.looked_at, 0.0), MAX_TICK)
         self.looked_at = view.time
-        return alarms + self._disobedience(view, settings, cut, passed) + self._tumble(view, settings, cut, passed)
+        return alarms + self._failed_actuator(view, settings, cut, passed) + self._tumble(view, settings, cut, passed)
 
-    def _disobedience(self, view: VehicleView, settings: Settings, cut: SafetyAction, passed: float) -> list[Alarm]:
+    def _failed_actuator(self, view: VehicleView, settings: Settings, cut: SafetyAction, passed: float) -> list[Alarm]:
         """A motor or an elevon that does not do as it is commanded: no law flies without it."""
         odd = max(view.unexplained) > settings.unexplained_share and view.p[2] > MIN_WATCH_HEIGHT
-        self.disobeyed_for = max(self.disobeyed_for + (passed if odd else -passed), 0.0)
-        begins = self.disobeyed_for >= settings.unexplained_time and not self.disobeyed
-        self.disobeyed = begins or (self.disobeyed and self.disobeyed_for > 0.0)
+        self.unexplained_for = max(self.unexplained_for + (passed if odd else -passed), 0.0)
+        begins = self.unexplained_for >= settings.unexplained_time and not self.actuator_failed
+        self.actuator_failed = begins or (self.actuator_failed and self.unexplained_for > 0.0)
         return [Alarm(cut, EMERGENCY, "A motor or an elevon failed")] if begins else []
 
     def _tumble(self, view: VehicleView, settings: Settings, cut: SafetyAction, passed: float) -> list[Alarm]:
@@ -59,4 +59,4 @@ class FailureDetector:
     @property
     def is_critical(self) -> bool:
         """Whether something fails now."""
-        return self.blind or self.numb or self.tumbled or self.disobeyed
+        return self.blind or self.numb or self.tumbled or self.actuator_failed
