@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import argparse
+import os
+import shlex
 import sys
 import time
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from darko_gcs.commands.options import add_link_options, checked_sitl_arguments, listening_port
+from darko_gcs.commands.options import add_link_options, checked_sitl_arguments, listening_port, port_number
 from darko_gcs.errors import GroundError
 
 if TYPE_CHECKING:
@@ -17,11 +19,14 @@ if TYPE_CHECKING:
 
 __all__ = ["parser", "run"]
 
+WEB_PORT = 8000
+
 _EXAMPLES = """\
 examples:
   darko-gcs                       wait for a vehicle on 127.0.0.1:14550
   darko-gcs --sitl                also start a simulated vehicle, and stop it at the end
   darko-gcs --sitl --wind 4@270   with wind from the west
+  darko-gcs --sitl --web          the same screens in a browser, on http://127.0.0.1:8000
 
 other commands (darko-gcs COMMAND --help):
 """
@@ -39,6 +44,14 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     parser.add_argument("--version", action="store_true", help="print the version and exit (only without options)")
     parser.add_argument(
         "--mission", type=Path, metavar="FILE", help="open this .plan or QGC WPL 110 file (press m to see it)"
+    )
+    parser.add_argument(
+        "--web",
+        type=port_number,
+        nargs="?",
+        const=WEB_PORT,
+        metavar="PORT",
+        help=f"show the screens in a browser on this machine, not in the terminal [port {WEB_PORT}]",
     )
     add_link_options(parser)
     return parser
@@ -59,6 +72,8 @@ def run(args: argparse.Namespace) -> int:
     from protocol.errors import FileError  # noqa: PLC0415
     from protocol.plans import load  # noqa: PLC0415
 
+    if args.web is not None and "TEXTUAL_DRIVER" not in os.environ:  # which the page's own station is started with
+        return _serve_page(args)
     try:
         draft = PlanDraft()
         if args.mission is not None:
@@ -85,3 +100,24 @@ def run(args: argparse.Namespace) -> int:
     if station.recording_fault:
         print(f"darko-gcs: {station.recording_fault}", file=sys.stderr)
     return code or 0
+
+
+def _serve_page(args: argparse.Namespace) -> int:
+    """Serve the screens until Ctrl+C.
+
+    Raises:
+        GroundError: An option is refused, textual-serve is missing, or the port is taken.
+    """
+    try:
+        from darko_gcs.web.page_server import PageServer  # noqa: PLC0415
+    except ImportError as error:
+        raise GroundError(f"--web needs {error.name}: pip install 'darko[web]'") from error
+    if args.web == 0:
+        raise GroundError("--web 0: a page needs a port of its own")
+    checked_sitl_arguments(args)
+    command = shlex.join([sys.executable, "-m", "darko_gcs", *sys.argv[1:]])
+    try:
+        PageServer(command, args.web).serve()
+    except OSError as error:
+        raise GroundError(f"--web {args.web}: {error.strerror}") from error
+    return 0

@@ -12,6 +12,7 @@ __all__ = [
     "add_span_options",
     "checked_sitl_arguments",
     "listening_port",
+    "port_number",
     "positive_seconds",
 ]
 
@@ -36,7 +37,11 @@ def add_link_options(parser: argparse.ArgumentParser) -> None:
     sitl.add_argument("--start", metavar="N,E,UP,YAW", help="start position; UP > 0 starts in hover [0,0,0,0]")
     sitl.add_argument("--airframe", metavar="SET", help="parameter set of the airframe [nominal]")
     sitl.add_argument(
-        "--api-port", type=_port, default=0, metavar="P", help="port here of another program that it sends to [none]"
+        "--api-port",
+        type=port_number,
+        default=0,
+        metavar="P",
+        help="port here of another program that it sends to [none]",
     )
     sitl.add_argument("--state-dir", metavar="DIR", help="folder of its saved parameters and mission")
 
@@ -46,7 +51,7 @@ def add_listen_options(
 ) -> None:
     """Add the options of the port to listen on, with its default and how that is told, and of the vehicle."""
     link.add_argument("--host", default="127.0.0.1", help="local address to listen on [127.0.0.1]")
-    link.add_argument("--port", type=_port, default=port, metavar="P", help=f"local UDP port; 0: any [{told}]")
+    link.add_argument("--port", type=port_number, default=port, metavar="P", help=f"local UDP port; 0: any [{told}]")
     link.add_argument(
         "--connect",
         dest="host",
@@ -134,8 +139,9 @@ def _whole_number(text: str) -> int:
         raise argparse.ArgumentTypeError(f"{text!r} is not a whole number") from None
 
 
-def _port(text: str) -> int:
+def port_number(text: str) -> int:
+    """A UDP or TCP port; 0: any."""
     value = _whole_number(text)
     if not 0 <= value <= MAX_PORT:
-        raise argparse.ArgumentTypeError(f"{text} is not a UDP port")
+        raise argparse.ArgumentTypeError(f"{text} is not a port")
     return value
