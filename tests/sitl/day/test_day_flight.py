@@ -66,7 +66,7 @@ def test_a_refusal_is_reported_and_the_day_goes_on(tmp_path):
     day = load_day(EXAMPLE)._replace(duration=7.0)
     wrong = day.actions[0]._replace(at=1.0, name="Nowhere")
     flown = fly_day(day._replace(actions=(wrong, *day.actions)), tmp_path)
-    assert flown.verdict == "flown to its end; refused of the operator: 1"
+    assert flown.verdict == "flown to its end; the vehicle refused 1 request"
     assert "the plan has no block 'Nowhere'" in flown.refused[0].text
     assert "block Takeoff" in texts(flown)
 
