@@ -36,6 +36,7 @@ from sitl.mavlink.services.plan_service import PlanService, StoredPlans
 from sitl.mavlink.services.pose_service import PoseService
 from sitl.mavlink.services.signing_service import SigningService
 from sitl.mavlink.services.steering_service import SteeringService
+from sitl.mavlink.services.traffic_service import TrafficService
 from sitl.mavlink.standard_modes import AVAILABLE_MODES
 from sitl.mavlink.telemetry.streams import FAMILIES, STREAMS
 from sitl.mavlink.telemetry.telemetry_service import PERIOD_US, TelemetryService
@@ -129,6 +130,7 @@ class Node:
             SteeringService(autopilot, broadcast, SYSTEM),
             PoseService(aircraft, broadcast),
             ObstacleService(autopilot, broadcast),
+            TrafficService(autopilot),
         )
         self._event_handlers = handlers_of(services, type)
         self._message_handlers = handlers_of(services, str)
