@@ -143,7 +143,7 @@ class _Checker:
             yield Finding(module.place, f"module {module.name}", "belongs to a build", is_refusal=False)
         for sector in self._plan.sectors:
             if isinstance(sector, KmlSector):
-                yield Finding(sector.place, f"kml {sector.file}", "the file is not read", is_refusal=False)
+                yield Finding(sector.place, f"kml {sector.file}", "the file is not there", is_refusal=False)
 
     def _element(self, element: PlanElement, loops: Sequence[str], block: str) -> Iterator[Finding]:
         """A block, stage or exception, and all in it."""
