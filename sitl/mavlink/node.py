@@ -65,6 +65,7 @@ class Node:
         recorder: Records flights; None: they are not recorded.
         autopilot_type: MAV_AUTOPILOT that it reports.
         exit_refusal: Why no peer may reboot or shut it down; empty if they may.
+        stored_plan_first: Load the stored flight plan even if the aircraft has one.
 
     Raises:
         SitlError: A stored file cannot be read.
@@ -80,6 +81,7 @@ class Node:
         *,
         autopilot_type: int = mavlink.MAV_AUTOPILOT_PX4,
         exit_refusal: str = "",
+        stored_plan_first: bool = False,
     ) -> None:
         self.aircraft, self.state_folder = aircraft, state_folder
         autopilot, keyring = aircraft.autopilot, keyring or Keyring()
@@ -102,7 +104,13 @@ class Node:
         self._signing = SigningService(keyring, broadcast)
         self._maintenance = MaintenanceCommands(autopilot, self._parameters, exit_refusal)
         self._failures = FailureService(aircraft)
-        self._flight_plan = FlightPlanService(aircraft, endpoint, broadcast, telemetry)
+        self._flight_plan = FlightPlanService(
+            aircraft=aircraft,
+            endpoint=endpoint,
+            broadcast=broadcast,
+            telemetry=telemetry,
+            state_folder=state_folder,
+        )
         home_service = HomeService(
             autopilot=autopilot, stored=home, plans=self._plans, telemetry=telemetry, broadcast=broadcast
         )
@@ -138,6 +146,8 @@ class Node:
             broadcast.text(notice.severity, notice.text)
         for text in plans.flaws:
             broadcast.warn(text)
+        if stored_plan_first or autopilot.flight_plan.executor is None:
+            self._flight_plan.load_stored()
 
     def _make_endpoint(
         self, plans: StoredPlans, peers: Sequence[Hashable], keyring: Keyring, recorder: FlightRecorder | None
@@ -180,6 +190,11 @@ class Node:
     def exit_request(self) -> ExitRequest | None:
         """Whether a peer wants the process to reboot the vehicle or to end; its answer is among ``datagrams``."""
         return self._maintenance.exit_request
+
+    @property
+    def flight_plan_was_sent(self) -> bool:
+        """Whether the flight plan that is loaded was sent by a peer."""
+        return self._flight_plan.was_sent
 
     def know(self, peers: Iterable[Hashable]) -> None:
         """Speak to the peers of before a restart as if they had spoken."""

@@ -125,6 +125,9 @@ def _mission(s: Snapshot) -> tuple[str, str]:
     if s.transfer is not None:
         direction, done, total = s.transfer
         return (f" {direction} {done}/{total} ", "accent")
+    plan = s.flight_plan
+    if s.flies_plan:  # the mission is then its present leg
+        return (f" block {plan.block_name(plan.block)}, stage {plan.stage} " if plan is not None else "", "")
     if not s.mission_count or s.mission_state not in MISSION_LABELS:
         return ("", "")
     at = f" {s.mission_current}/{s.mission_count - 1}" if s.mission_state != mavlink.MISSION_STATE_COMPLETE else ""
