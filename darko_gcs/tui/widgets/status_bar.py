@@ -11,6 +11,7 @@ from darko_gcs.tui.render.canvas import StyledLine
 from darko_gcs.tui.widgets.panel import Panel, styled_line
 from protocol.dialect import mavlink
 from protocol.endpoint_ground import GROUND_SYSTEM
+from protocol.modes import Mode
 
 __all__ = ["StatusBar"]
 
@@ -37,6 +38,7 @@ MAX_HEARTBEAT_AGE = 2.0  # before the link counts as lost [s]
 LOW_BATTERY, EMPTY_BATTERY = 0.25, 0.1  # shares left
 MAX_NORMAL_LOSS = 0.02  # share of frames
 HINT_WIDTH, KEY_HINT_WIDTH = 71, 81  # of the screen that leaves room for these [cells]
+MAX_BLOCK_NAME = 20  # of a flight plan that fits [cells]
 MAX_PERCENT = 100  # a larger progress is unknown
 
 
@@ -125,9 +127,9 @@ def _mission(s: Snapshot) -> tuple[str, str]:
     if s.transfer is not None:
         direction, done, total = s.transfer
         return (f" {direction} {done}/{total} ", "accent")
-    plan = s.flight_plan
-    if s.flies_plan:  # the mission is then its present leg
-        return (f" block {plan.block_name(plan.block)}, stage {plan.stage} " if plan is not None else "", "")
+    if s.mode == Mode.FLIGHT_PLAN.name:  # the mission is then its present leg
+        plan = s.flight_plan
+        return (f" {plan.block_name(plan.block)[:MAX_BLOCK_NAME]}, stage {plan.stage} " if plan is not None else "", "")
     if not s.mission_count or s.mission_state not in MISSION_LABELS:
         return ("", "")
     at = f" {s.mission_current}/{s.mission_count - 1}" if s.mission_state != mavlink.MISSION_STATE_COMPLETE else ""
