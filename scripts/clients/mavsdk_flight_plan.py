@@ -27,9 +27,7 @@ ANY_PLAN = None  # NaN in MAVSDK's JSON
 def flight_plan(session: Any) -> None:  # noqa: ANN401 - a Session of mavsdk_session.py
     """Fly a flight plan: its leg and its circle are seen as missions that cannot be changed; then our own is back."""
     direct = MavlinkDirect(session.system)
-    session.raw.subscribe_mission_progress(
-        lambda progress, _data: session.watch.hear("current", progress.current)
-    )
+    session.raw.subscribe_mission_progress(lambda progress, _data: session.watch.hear("current", progress.current))
     own = [item.command for item in session.raw.download_mission()]
     _command(direct, DO_SET_MODE, CUSTOM, MAIN_MODE, FLIGHT_PLAN)
     session.watch.until_is("landed_state", LandedState.IN_AIR)

@@ -172,7 +172,7 @@ class FlightPlanScreen(Screen[None]):
             station.load_flight_plan(pack_plan(plan, mapping), self._clock())
             return None
 
-        fields = [("Flight plan (.xml)", found[0] if found else ""), ("What its names mean (.toml), or nothing", "")]
+        fields = [("Flight plan (.xml)", found[0] if found else ""), ("Names (.toml), if any", "")]
         self.app.push_screen(AskScreen("Load a flight plan on the vehicle", fields, check))
 
     def action_move(self, east: int, north: int, up: int) -> None:
@@ -294,10 +294,9 @@ class FlightPlanScreen(Screen[None]):
             station.set_variable(number, value, self._clock())
             return None
 
+        title = setting.name if setting.label == setting.name else f"{setting.label}: {setting.name}"
         label = f"Value [{setting.unit}]" if setting.unit else "Value"
-        self.app.push_screen(
-            AskScreen(f"{setting.label}: {setting.name}", [(f"{label} {limits}", f"{setting.value:.6g}")], check)
-        )
+        self.app.push_screen(AskScreen(title, [(f"{label} {limits}", f"{setting.value:.6g}")], check))
 
     # Inside
 

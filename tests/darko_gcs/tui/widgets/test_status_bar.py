@@ -78,13 +78,13 @@ def test_a_vehicle_that_does_not_use_our_key_is_shown():
     assert "VEHICLE NOT SIGNED" in shown(replace(EMPTY_SNAPSHOT, signing=SigningState.UNSIGNED_VEHICLE))
 
 
-@pytest.mark.parametrize("width", [80, 120])
-def test_a_flight_plan_is_told_by_block_and_stage_and_not_as_a_mission(width):
+@pytest.mark.parametrize(("width", "between"), [(80, "/"), (120, ", stage ")])
+def test_a_flight_plan_is_told_by_block_and_stage_and_not_as_a_mission(width, between):
     leg = {"mission_count": 2, "mission_current": 1, "mission_state": mavlink.MISSION_STATE_ACTIVE}
     flown = replace(planned()[1], **leg)
     plan = flown.flight_plan
     text = panel_text(StatusBar(), flown, width=width, height=1)
-    assert f" {plan.block_name(plan.block)}, stage {plan.stage} " in text
+    assert f" {plan.block_name(plan.block)}{between}{plan.stage} " in text
     assert "mission" not in text
     assert "mission 1/1" in shown(replace(planned("MISSION")[1], **leg))
     assert "mission" not in shown(replace(flown, flight_plan=None))
