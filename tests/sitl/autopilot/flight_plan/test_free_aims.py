@@ -30,8 +30,8 @@ def test_an_aircraft_is_followed_behind_and_above():
         flight.plan.others.take(7, flight.time, (5.0 + 0.2 * step, 1.0, 3.0), (2.0, 0.0, 0.0))
         flight.advance(0.1)
     north_of_it = 5.0 + 0.2 * 150 - flight.autopilot.view.p[0]
-    assert north_of_it == pytest.approx(3.0, abs=0.4)
-    assert flight.p[[0, 2]] == pytest.approx((-1.0, 5.0), abs=0.3)
+    assert north_of_it == pytest.approx(3.0, abs=0.1)
+    assert flight.p[[0, 2]] == pytest.approx((-1.0, 5.0), abs=0.1)
 
 
 def test_while_the_aircraft_is_silent_the_vehicle_stays():
