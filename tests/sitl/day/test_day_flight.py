@@ -71,6 +71,14 @@ def test_a_refusal_is_reported_and_the_day_goes_on(tmp_path):
     assert "block Takeoff" in texts(flown)
 
 
+def test_a_live_day_says_when_it_is_over_and_a_fast_one_stops_there(tmp_path):
+    day = load_day(EXAMPLE)._replace(duration=1.0)
+    live = DayAircraft(day)
+    live.advance(600)
+    assert "The day is over; the vehicle flies on" in [notice.text for notice in live.autopilot.notices()]
+    assert texts(fly_day(day, tmp_path)) == ["block Engine off"]
+
+
 def test_wind_without_a_wall_is_refused():
     day = load_day(EXAMPLE)._replace(arena="open")
     with pytest.raises(DayError, match="the arena 'open' has no wind wall"):
