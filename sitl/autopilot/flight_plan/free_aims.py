@@ -21,7 +21,7 @@ FULL_COMMAND = 9600.0  # of a manual stage: MAX_PPRZ
 FULL_TURN = math.radians(30.0)  # of the heading by a full yaw command, as by a full stick [rad/s]
 MAX_LEAN = math.radians(60.0)  # of an attitude; larger angles count as this [rad]
 SAME_LEAN = math.radians(1.0)  # a bank that changes by less goes on with its turn [rad]
-FOLLOW_LAG = 1.34  # by which the hover law trails a moving point [s]
+FOLLOW_LAG = 1.34  # by which the linear hover law trails a moving point [s]
 XY_OFFSET, XY_BODY, Z_OFFSET, YAW_OFFSET, XY_SPEED, Z_SPEED, YAW_RATE = 1, 2, 4, 8, 32, 64, 128
 
 
@@ -37,12 +37,11 @@ class FreeAims:
 
     def __init__(self, names: NameValues) -> None:
         self._names = names
-        self.hindrance = ""
         self.begin(0, names.p)
 
     def begin(self, key: int, begun: EnuPoint) -> None:
         """Another stage is in force, which began there."""
-        self._key, self._begun = key, begun
+        self._key, self._begun, self.hindrance = key, begun, ""
         self._guided: Aim | None = None
         self._turn: tuple[float, Aim] | None = None  # bank [rad], and the turn that it makes
         self._lost_at: EnuPoint | None = None  # where the vehicle was when the aircraft it follows was lost

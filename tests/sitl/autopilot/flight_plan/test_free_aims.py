@@ -51,6 +51,14 @@ def test_while_the_aircraft_is_silent_the_vehicle_stays():
     assert ticks.aim.end.y > 20.0
 
 
+def test_the_stage_after_a_lost_aircraft_says_nothing_of_it():
+    ticks = PlanTicks(f'{FOLLOW}<block name="S"><stay wp="A"/></block>').tick()
+    ticks.executor.jump(1)
+    ticks.tick(2)
+    assert ticks.aim.end[:2] == (3.0, 4.0)
+    assert ticks.remarks == ["<follow> holds: aircraft 7 is not heard"]
+
+
 def test_behind_an_aircraft_that_stands_is_on_its_last_course_or_on_our_side():
     others = OtherAircraft()
     others.take(7, 0.0, (20.0, 0.0, 3.0), (0.0, 0.0, 0.0))
