@@ -138,7 +138,9 @@ class FlightPlanService:
     @on_event(FlightPlanUploaded)
     def load(self, event: FlightPlanUploaded, _now: float) -> None:
         """A peer sent the file of a plan: it is loaded on the ground, and flown when that is asked for."""
-        reason = self._refusal_of(event.data, PLAN_FILE)
+        autopilot = self._aircraft.autopilot
+        is_up = autopilot.armed or autopilot.flying
+        reason = "a plan is loaded on the ground, disarmed" if is_up else self._refusal_of(event.data, PLAN_FILE)
         result = REJECTED if reason else ACCEPTED
         self._endpoint.flight_plan_files.answer(event.peer, result, ascii_text(reason, MAX_REASON))
         if reason:
@@ -150,16 +152,13 @@ class FlightPlanService:
 
     def _refusal_of(self, data: bytes, name: str) -> str:
         """Load a plan, or say why not."""
-        autopilot = self._aircraft.autopilot
-        if autopilot.armed or autopilot.flying:
-            return "a plan is loaded on the ground, disarmed"
         try:
             packed = unpack_plan(data, name)
             check = check_flown(*packed)
             check.require_flown()
         except ProtocolError as error:
             return str(error)
-        world, plan = autopilot.world, check.plan
+        world, plan = self._aircraft.autopilot.world, check.plan
         north, west, _ = world.local(plan.lat0, plan.lon0, 0.0)
         if outside := world.refuse((north, west, 0.0)):
             return f"its origin is out of reach: {outside}"

@@ -336,6 +336,15 @@ def test_a_plan_that_was_sent_outlives_a_restart(tmp_path):
     assert "Stored flight plan loaded; it is not flown yet" in again.texts()
 
 
+def test_a_vehicle_that_starts_in_the_air_has_its_stored_plan_and_takes_no_other(tmp_path):
+    load(standing(tmp_path), pack_plan(SENT, NAMES))
+    flying = FakeStation.with_vehicle(tmp_path, up=3.0)
+    assert blocks(flying) == ["Fish", "Stay", "HOME"]
+    assert load(flying, pack_plan(plan_of(BLOCKS))).result == mavlink.MAV_RESULT_TEMPORARILY_REJECTED
+    assert "a plan is loaded on the ground, disarmed" in flying.texts()
+    assert blocks(flying) == ["Fish", "Stay", "HOME"]
+
+
 def test_the_command_line_comes_before_what_is_stored_unless_that_was_sent_since(tmp_path):
     station = standing(tmp_path, plan_of(BLOCKS))
     assert not station.node.flight_plan_was_sent
