@@ -1,4 +1,4 @@
-"""What the vehicle stores between runs: mission, fence, rally points, home, origin and changed parameters.
+"""What the vehicle stores between runs: mission, fence, rally points, flight plan, home, origin and changed parameters.
 
 Files are replaced atomically, so that a crash leaves the old or the new one. If several are to be cleared together,
 that is written down first, and the next start finishes it after a crash.
@@ -23,6 +23,7 @@ from protocol.plans.mission_item import MissionItem
 from sitl.errors import SitlError
 
 LEFT_OVER = "*.new"  # files of writes that a crash cut short
+MAX_FLIGHT_PLAN_SIZE = 1 << 20  # beyond what can be sent [bytes]
 MAX_TABLE_SIZE = 1 << 20  # far beyond what the vehicle writes [bytes]
 
 
@@ -59,6 +60,7 @@ class StateFolder:
         self._mission = folder / "mission.plan"
         self._fence = folder / "fence.plan"
         self._rally = folder / "rally.plan"
+        self._flight_plan = folder / "flight_plan.xml"
         self._parameters = folder / "parameters.json"
         self._home = folder / "home.json"
         self._plans = (self._mission, self._fence, self._rally)  # by MAV_MISSION_TYPE
@@ -89,13 +91,29 @@ class StateFolder:
         """Replace the stored rally points."""
         _save(self._rally, lambda: with_rally(Plan(), items))
 
+    def flight_plan(self) -> bytes | None:
+        """The file of the flight plan that was sent last; None if none ever was."""
+        if not self._flight_plan.exists():
+            return None
+        try:
+            with self._flight_plan.open("rb") as file:
+                return file.read(MAX_FLIGHT_PLAN_SIZE + 1)
+        except OSError as error:
+            raise StateFolderError(
+                f"{self._flight_plan}: {error.strerror} (delete the file to start without a flight plan)"
+            ) from error
+
+    def save_flight_plan(self, data: bytes) -> None:
+        """Replace the stored flight plan."""
+        _write(self._flight_plan, data, "flight plan not saved")
+
     def clear_plans(self, kinds: Iterable[int]) -> None:
         """Clear the plans of these MAV_MISSION_TYPEs, all of them or, after a crash, none.
 
         Raises:
             StateFolderError: The folder cannot be written.
         """
-        _write(self._clearing, " ".join(self._plans[kind].name for kind in kinds), "plans not cleared")
+        _write(self._clearing, " ".join(self._plans[kind].name for kind in kinds).encode(), "plans not cleared")
         try:
             self._finish_clearing()
         except OSError as error:
@@ -111,7 +129,7 @@ class StateFolder:
 
     def save_parameters(self, values: Mapping[str, float]) -> None:
         """Replace the stored parameters."""
-        _write(self._parameters, json.dumps(dict(sorted(values.items())), indent=1), "parameters not saved")
+        _write(self._parameters, json.dumps(dict(sorted(values.items())), indent=1).encode(), "parameters not saved")
 
     def home_and_origin(self) -> HomeAndOrigin | None:
         """The stored home and origin; None if neither was ever moved."""
@@ -124,7 +142,7 @@ class StateFolder:
     def save_home_and_origin(self, places: HomeAndOrigin) -> None:
         """Replace the stored home and origin, both or neither."""
         table = {name: asdict(place) for name, place in places._asdict().items()}
-        _write(self._home, json.dumps(table, indent=1), "home not saved")
+        _write(self._home, json.dumps(table, indent=1).encode(), "home not saved")
 
     def _tidy(self) -> None:
         """Finish what a crash has cut short."""
@@ -173,9 +191,9 @@ def _is_number(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= sys.float_info.max
 
 
-def _write(path: Path, text: str, what: str) -> None:
+def _write(path: Path, data: bytes, what: str) -> None:
     try:
-        write_atomically(path, text.encode("utf-8"))
+        write_atomically(path, data)
     except FileError as error:
         raise StateFolderError(f"{what}: {error}") from error
 

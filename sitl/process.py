@@ -76,7 +76,7 @@ def fly(args: argparse.Namespace, finish: Callable[[LiveScenario], int]) -> int:
         code, node = _run(args, finish, transport, say)
         while node.exit_request is ExitRequest.REBOOT:
             say("rebooting")
-            code, node = _run(args, finish, transport, say, known=node.peers)
+            code, node = _run(args, finish, transport, say, known=node.peers, plan_was_sent=node.flight_plan_was_sent)
         return code
     finally:
         transport.close()
@@ -88,6 +88,8 @@ def _run(
     transport: UdpTransport,
     say: _Narrator,
     known: Iterable[Hashable] = (),
+    *,
+    plan_was_sent: bool = False,
 ) -> tuple[int, Node]:
     """One run from boot to its end; gives the exit code and the node, which knows whether it is to be rebooted."""
     keyring = _keyring(args)
@@ -103,6 +105,7 @@ def _run(
             keyring=keyring,
             recorder=recorder,
             autopilot_type=AUTOPILOT_TYPES[args.autopilot],
+            stored_plan_first=plan_was_sent,  # it is newer than that of the arguments
             exit_refusal=SCENARIO_EXIT_REFUSAL if isinstance(aircraft, ScenarioAircraft) else "",
         )
         node.know(known)

@@ -8,6 +8,8 @@ import math
 import sys
 from collections.abc import Mapping
 
+from protocol.option_values import finite_number, system_id
+
 __all__ = ["parser", "run"]
 
 _SIDES = ("left", "far", "right", "near")
@@ -40,7 +42,7 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     vehicle.add_argument(
         "--to", type=_socket_address, default=("127.0.0.1", 14580), metavar="ADDRESS:PORT", help="[127.0.0.1:14580]"
     )
-    vehicle.add_argument("--system", type=_system, default=1, metavar="ID", help="system id of the vehicle [1]")
+    vehicle.add_argument("--system", type=system_id, default=1, metavar="ID", help="system id of the vehicle [1]")
     vehicle.add_argument(
         "--signing-key", metavar="KEY", help="sign, and hear only what is signed: 64 hexadecimal digits or their file"
     )
@@ -66,7 +68,7 @@ def _add_axes_options(axes: argparse._ArgumentGroup) -> None:
     east = axes.add_mutually_exclusive_group()
     east.add_argument("--x-side", choices=_SIDES, help="side where x, east, shall point")
     east.add_argument(
-        "--x-angle", type=_number, metavar="DEG", help="angle of east from the right, anticlockwise from above"
+        "--x-angle", type=finite_number, metavar="DEG", help="angle of east from the right, anticlockwise from above"
     )
     axes.add_argument(
         "--nose", choices=_SIDES, help="side the front (of a tail-sitter: its belly) pointed to when the body was made"
@@ -113,15 +115,8 @@ def _say(text: str) -> None:
     print(f"darko-gcs bridge: {text}", file=sys.stderr, flush=True)
 
 
-def _number(text: str) -> float:
-    value = float(text)
-    if not math.isfinite(value):
-        raise argparse.ArgumentTypeError(f"{text} is not a finite number")
-    return value
-
-
 def _positive(text: str) -> float:
-    value = _number(text)
+    value = finite_number(text)
     if value <= 0.0:
         raise argparse.ArgumentTypeError(f"{text} is not positive")
     return value
@@ -136,7 +131,7 @@ def _degrees_deviation(text: str) -> float:
 
 
 def _milliseconds(text: str) -> float:
-    value = _number(text)
+    value = finite_number(text)
     if not 0.0 <= value <= 500.0:
         raise argparse.ArgumentTypeError(f"{text} is not from 0 to 500 ms")
     return 1e-3 * value
@@ -144,13 +139,6 @@ def _milliseconds(text: str) -> float:
 
 def _body(text: str) -> str | int:
     return int(text) if text.isdecimal() else text
-
-
-def _system(text: str) -> int:
-    value = int(text)
-    if not 1 <= value <= 255:
-        raise argparse.ArgumentTypeError(f"{text} is not a system id")
-    return value
 
 
 def _port(text: str) -> int:

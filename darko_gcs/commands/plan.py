@@ -48,6 +48,10 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     move.add_argument("up", type=float, nargs="?", help="[m]; without it, the height stays")
     load = acts.add_parser("load", parents=[common], help="have the vehicle load a plan; it stands disarmed")
     load.add_argument("file", type=Path, help="Paparazzi flight plan; procedures lie beside or below it")
+    load.add_argument("--names", type=Path, metavar="FILE", help="TOML file: what names of the plan's build mean")
+    load.add_argument(
+        "--procedures", type=Path, metavar="DIR", help="another folder that procedures it includes may lie in"
+    )
     change = acts.add_parser("set", parents=[common], help="set a variable")
     change.add_argument("variable", help="its name")
     change.add_argument("value", type=float)

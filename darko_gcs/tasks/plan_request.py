@@ -21,8 +21,10 @@ from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import PlanEventKind
 from protocol.errors import ProtocolError
 from protocol.events import CommandDone, FlightPlanAnswered
-from protocol.flight_plans import load_flight_plan, render_flight_plan
+from protocol.flight_plans import load_flight_plan
+from protocol.flight_plans.name_mapping import NameMapping, load_name_mapping
 from protocol.flight_plans.plan_check import check_flown
+from protocol.flight_plans.plan_package import pack_plan
 
 __all__ = ["blocks_table", "file_to_send", "request_of_plan", "send_request", "status_table"]
 
@@ -42,13 +44,13 @@ async def request_of_plan(args: argparse.Namespace) -> str:
     Raises:
         GroundError: The plan has no such thing, or the vehicle refused or did not answer; the message says which.
     """
-    if args.act == "load":
-        file_to_send(args.file)  # what is wrong with it is said before a vehicle is waited for
+    # What is wrong with a file is said before a vehicle is waited for.
+    file = file_to_send(args.file, args.names, args.procedures) if args.act == "load" else b""
     station = Station(keyring=open_keyring(args.signing_key), vehicle=args.vehicle)
     async with open_link(station, args.host, args.port) as link:
         await _wait(link, lambda: station.endpoint.vehicle is not None, VEHICLE_TIMEOUT, "no vehicle heard")
         if args.act == "load":
-            station.load_flight_plan(file_to_send(args.file), link.now)
+            station.load_flight_plan(file, link.now)
             return await _judgement(link)
         await _wait(link, lambda: _has_plan(station.snapshot), PLAN_TIMEOUT, "the vehicle told of no flight plan")
         plan = station.snapshot.flight_plan
@@ -61,18 +63,24 @@ async def request_of_plan(args: argparse.Namespace) -> str:
     return json.dumps({"act": args.act, "result": "accepted"}) if args.json else said
 
 
-def file_to_send(path: Path) -> bytes:
-    """The plan of a file with its procedures in place, as it is sent.
+def file_to_send(path: Path, names: Path | None = None, procedures: Path | None = None) -> bytes:
+    """The plan of a file with its procedures and its names, as it is sent.
+
+    Args:
+        path: Of the plan.
+        names: TOML file of what the names of its build mean.
+        procedures: A folder beside its own that the procedures it includes may lie in.
 
     Raises:
         GroundError: It cannot be read, or not be flown; the message says where.
     """
     try:
-        plan = load_flight_plan(path)
-        check_flown(plan).require_flown()
+        plan = load_flight_plan(path, procedures)
+        mapping = NameMapping() if names is None else load_name_mapping(names)
+        check_flown(plan, mapping).require_flown()
     except ProtocolError as error:
         raise GroundError(str(error)) from None
-    return render_flight_plan(plan).encode()
+    return pack_plan(plan, mapping)
 
 
 async def _judgement(link: UdpLink) -> str:

@@ -70,7 +70,7 @@ class PlanSector(PlanElement):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class KmlSector(PlanElement):
-    """Sectors in a file of their own, which is not read."""
+    """Sectors in a file that is not there."""
 
     tag: ClassVar[str] = "kml"
     file: str = required(Kind.TEXT)

@@ -142,8 +142,8 @@ class _Export:
             command = mavlink.MAV_CMD_NAV_TAKEOFF if climb > 0.0 else mavlink.MAV_CMD_NAV_LAND
             yield self._item(command, at if climb > 0.0 else at._replace(z=0.0))
             return
-        if stage.vmode == "throttle":
-            self._lose(stage.place, "<stay> with a throttle")
+        if stage.vmode in {"throttle", "xyz"}:
+            self._lose(stage.place, "<stay> with a throttle" if stage.vmode == "throttle" else "<stay> by the sticks")
             return
         seconds = _limit(stage.until, "stage_time")
         if stage.until is not None and seconds is None:

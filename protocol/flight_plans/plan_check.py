@@ -17,7 +17,6 @@ from protocol.flight_plans.expressions import (
     Expression,
     LoopVariable,
     Member,
-    Number,
     Reference,
     Script,
     Tree,
@@ -29,12 +28,9 @@ from protocol.flight_plans.known_names import CONSTANTS, SETTABLE, STRUCTURES, V
 from protocol.flight_plans.name_mapping import NameMapping
 from protocol.flight_plans.place import FlightPlanError, Place
 from protocol.flight_plans.stages import (
-    AttitudeStage,
-    FollowStage,
     ForStage,
     GoStage,
     GuidedStage,
-    ManualStage,
     PathStage,
     PlanElement,
     SetStage,
@@ -43,10 +39,6 @@ from protocol.flight_plans.stages import (
 
 __all__ = ["Finding", "PlanCheck", "check_flown", "waypoint_constant"]
 
-NOT_FLOWN = {
-    FollowStage: "there is no other aircraft to follow",
-    ManualStage: "a plan is not handed the sticks",
-}
 NAV_TYPES = {None, "", "nav", "Nav", "NAV"}  # the patterns that every build has
 _NEEDED = {"climb", "throttle"}  # vertical modes that need the attribute of their name
 
@@ -151,7 +143,7 @@ class _Checker:
             yield Finding(module.place, f"module {module.name}", "belongs to a build", is_refusal=False)
         for sector in self._plan.sectors:
             if isinstance(sector, KmlSector):
-                yield Finding(sector.place, f"kml {sector.file}", "the file is not read", is_refusal=False)
+                yield Finding(sector.place, f"kml {sector.file}", "the file is not there", is_refusal=False)
 
     def _element(self, element: PlanElement, loops: Sequence[str], block: str) -> Iterator[Finding]:
         """A block, stage or exception, and all in it."""
@@ -174,33 +166,17 @@ class _Checker:
                         pass
 
     def _stage(self, stage: Stage, block: str) -> Iterator[Finding]:
-        for kind, reason in NOT_FLOWN.items():
-            if isinstance(stage, kind):
-                yield Finding(stage.place, f"<{stage.tag}>", reason, block)
-        if isinstance(stage, AttitudeStage):
-            yield from self._attitude(stage, block)
         if isinstance(stage, GuidedStage) and len(stage.commands) != 4:
             yield Finding(stage.place, "<guided> commands", f"{len(stage.commands)} values, not 4", block)
         nav_type = getattr(stage, "nav_type", None)
         if nav_type not in NAV_TYPES:
             yield Finding(stage.place, f"nav_type {nav_type!r}", "a pattern of a build", block)
         mode = getattr(stage, "vmode", None)
-        if mode == "xyz":
-            yield Finding(stage.place, "vmode 'xyz'", "a plan is not handed the sticks", block)
         if mode in _NEEDED and getattr(stage, mode) is None:
             yield Finding(stage.place, f"vmode {mode!r}", f"needs the attribute {mode!r}", block)
         routed = isinstance(stage, PathStage) or (isinstance(stage, GoStage) and (stage.hmode == "route"))
         if mode == "glide" and not routed:
             yield Finding(stage.place, "vmode 'glide'", "needs hmode 'route'", block)
-
-    def _attitude(self, stage: AttitudeStage, block: str) -> Iterator[Finding]:
-        """Only the level attitude is flown: the vehicle stays where it is."""
-        for name, angle in (("roll", stage.roll), ("pitch", stage.pitch)):
-            level = angle is None or (isinstance(angle.tree, Number) and angle.tree.value == 0)
-            if angle is not None and not level and angle.tree != VariableName("auto"):
-                yield Finding(
-                    angle.place, f"<attitude> {name} {angle.text!r}", "only the level attitude is flown", block
-                )
 
     def _target(self, name: str, place: Place, block: str) -> Iterator[Finding]:
         meaning = self._mapping.variables.get(name, name)

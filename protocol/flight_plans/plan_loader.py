@@ -1,4 +1,4 @@
-"""Opens flight plans and the procedures they include, and nothing outside the plan's folder."""
+"""Opens flight plans with the procedures and KML files they name, and nothing outside the plan's folder."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from protocol.flight_plans.flight_plan import FlightPlan
+from protocol.flight_plans.kml_sectors import with_kml_sectors
 from protocol.flight_plans.place import FlightPlanError, Place, SourceText
 from protocol.flight_plans.plan_reader import plan_from_elements
 from protocol.flight_plans.procedures import with_procedures
@@ -15,7 +16,7 @@ __all__ = ["load_flight_plan", "read_flight_plan"]
 
 
 def load_flight_plan(path: Path | str, procedures: Path | str | None = None) -> FlightPlan:
-    """Read a plan and its procedures, which lie in the plan's folder or below it.
+    """Read a plan, its procedures and its KML files, which lie in the plan's folder or below it.
 
     Args:
         path: Of the plan.
@@ -28,11 +29,19 @@ def load_flight_plan(path: Path | str, procedures: Path | str | None = None) -> 
     folders = [path.parent] if procedures is None else [path.parent, Path(procedures)]
 
     def fetch(procedure: SourceText) -> XmlElement:
-        found = _inside(folders, procedure)
+        found = _inside(folders, "procedure", procedure)
+        if found is None:
+            raise FlightPlanError(
+                procedure.place, f"procedure {procedure.text[:80]!r} cannot be found in {_listed(folders)}"
+            )
         return parse_xml(_content(found, procedure.place), str(found))
 
+    def fetch_kml(file: SourceText) -> XmlElement | None:
+        found = _inside(folders, "kml", file)
+        return None if found is None else parse_xml(_content(found, file.place), str(found))
+
     root = parse_xml(_content(path, Place(str(path), 0, 0)), str(path))
-    return plan_from_elements(with_procedures(root, fetch))
+    return plan_from_elements(with_kml_sectors(with_procedures(root, fetch), fetch_kml))
 
 
 def read_flight_plan(data: bytes, name: str) -> FlightPlan:
@@ -48,22 +57,29 @@ def read_flight_plan(data: bytes, name: str) -> FlightPlan:
     return plan_from_elements(with_procedures(parse_xml(data, name), refuse))
 
 
-def _inside(folders: Sequence[Path], procedure: SourceText) -> Path:
-    """The file of a procedure, after all links, inside one of the folders."""
-    what, is_there = f"procedure {procedure.text[:80]!r}", False
+def _inside(folders: Sequence[Path], what: str, file: SourceText) -> Path | None:
+    """A file that a plan names, after all links, inside one of the folders; None: it is not there.
+
+    Raises:
+        FlightPlanError: It is there, but outside of them.
+    """
+    is_there = False
     for folder in folders:
         try:
             root = folder.resolve(strict=True)
-            found = (folder / procedure.text).resolve(strict=True)
+            found = (folder / file.text).resolve(strict=True)
         except (OSError, ValueError, RuntimeError):
             continue
         is_there = True
         if found.is_relative_to(root):
             return found
-    where = " or ".join(map(str, folders))
-    raise FlightPlanError(
-        procedure.place, f"{what} is outside {where}" if is_there else f"{what} cannot be found in {where}"
-    )
+    if is_there:
+        raise FlightPlanError(file.place, f"{what} {file.text[:80]!r} is outside {_listed(folders)}")
+    return None
+
+
+def _listed(folders: Sequence[Path]) -> str:
+    return " or ".join(map(str, folders))
 
 
 def _content(path: Path, place: Place) -> bytes:

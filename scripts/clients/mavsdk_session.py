@@ -31,6 +31,7 @@ from mavsdk.plugins.mission_raw import MissionRaw
 from mavsdk.plugins.offboard import Attitude, Offboard, PositionNedYaw, VelocityBodyYawspeed, VelocityNedYaw
 from mavsdk.plugins.param import Param, ParamError
 from mavsdk.plugins.telemetry import FlightMode, LandedState, Telemetry, VtolState
+from mavsdk_flight_plan import flight_plan
 from mavsdk_plans import METRE, bits, forward_plan, raw_plan
 from mavsdk_watch import FLIGHT_TIMEOUT, SessionError, Watch
 
@@ -323,7 +324,7 @@ STEPS = (
     Session.health, Session.parameters, Session.missions, Session.telemetry_topics, Session.fence, Session.failures,
     Session.lift_off, Session.land, Session.take_off, Session.go_to, Session.set_points, Session.attitudes,
     Session.land, Session.fly_mission, Session.wings, Session.move_home, Session.come_home, Session.log_files,
-    Session.restart,
+    flight_plan, Session.restart,
 )  # fmt: skip
 
 

@@ -33,8 +33,10 @@ from sitl.autopilot.flight_plan.operator_view import (
     VariableSetting,
     WaypointMoved,
 )
+from sitl.autopilot.flight_plan.other_aircraft import OtherAircraft
+from sitl.autopilot.flight_plan.plan_frame import PlanFrame
 from sitl.autopilot.flight_plan.plan_inputs import MotorRequest, PlanInputs
-from sitl.autopilot.flight_plan.steering import TOUCHDOWN_HEIGHT, PlanFrame, PlanSteering
+from sitl.autopilot.flight_plan.steering import TOUCHDOWN_HEIGHT, PlanSteering
 from sitl.autopilot.flight_plan.steps import stage_text
 from sitl.autopilot.flight_state import FlightState
 from sitl.autopilot.safety.failsafe import Failsafes
@@ -69,6 +71,7 @@ class FlightPlanRequests:
 
     Attributes:
         executor: Of the plan that is loaded; None without one.
+        others: Aircraft that a plan may follow.
     """
 
     def __init__(
@@ -81,6 +84,7 @@ class FlightPlanRequests:
         self._flight, self._arming, self._failsafes = flight, arming, failsafes
         self._sticks = sticks
         self.executor: FlightPlanExecutor | None = None
+        self.others = OtherAircraft()
         self._steering = PlanSteering()
         self._heading = 0.0  # of the hover [rad]
         self._stops_on_ground = False  # the plan has stopped the motors just above the ground
@@ -138,9 +142,9 @@ class FlightPlanRequests:
             return
         if self._waits and flight.flying:
             return
+        self._place_frame(executor.plan)
         inputs = self._inputs()
         self._left_on_ground = not flight.flying
-        self._place_frame(executor.plan)
         frame = self._steering.frame
         executor.update(inputs, frame.to_plan(flight.view.p), frame.turned(flight.view.v))
         self._obey_motor_requests(executor)
@@ -220,6 +224,8 @@ class FlightPlanRequests:
             flying=flight.flying,
             datalink_time=0.0 if heard is None else heard,
             stick_velocity=sticks.velocity if sticks is not None else (0.0, 0.0, 0.0),
+            others=self.others,
+            frame=self._steering.frame,
             radio_lost=((sticks.silence if sticks else None) or 0.0) > flight.settings.stick_timeout,
         )
 

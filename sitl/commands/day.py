@@ -13,7 +13,7 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
         prog="darko-sitl day",
         description=commands["day"] + ".",
         epilog="The same day live, for a ground station: darko-sitl --day FILE. Exit codes: 0 flown as written; "
-        "1 crashed, or the operator was refused; 2 a file or an argument.",
+        "1 crashed, or a request was refused; 2 a file or an argument.",
     )
     options.add_argument("file", type=Path, metavar="FILE", help="the day, a TOML file (docs/day.md)")
     options.add_argument("--seed", type=int, metavar="N", help="another seed [the file's]")
@@ -23,7 +23,7 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Fly the day and write its page; exit code 1 if it crashed or the operator was refused.
+    """Fly the day and write its page; exit code 1 if it crashed or refused a request.
 
     Raises:
         SitlError: A file cannot be used or written.

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import argparse
 import ipaddress
-import math
 import sys
 from collections.abc import Mapping
+
+from protocol.option_values import finite_number, system_id
 
 SIDE_NAMES = ("left", "far", "right", "near")
 
@@ -42,7 +43,7 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
         metavar="ADDRESS:PORT",
         help="[127.0.0.1:14580]",
     )
-    vehicle.add_argument("--system", type=_system, default=1, metavar="ID", help="system id of the vehicle [1]")
+    vehicle.add_argument("--system", type=system_id, default=1, metavar="ID", help="system id of the vehicle [1]")
     vehicle.add_argument("--signing-key", metavar="KEY", help="of the vehicle: 64 hexadecimal digits or their file")
     parser.add_argument("--quiet", action="store_true", help="print errors only")
     return parser
@@ -68,7 +69,11 @@ def _add_hall_options(hall: argparse._ArgumentGroup) -> None:
     east = hall.add_mutually_exclusive_group()
     east.add_argument("--x-side", choices=SIDE_NAMES, help="side of the vehicle's east [right]")
     east.add_argument(
-        "--x-angle", type=_number, default=0.0, metavar="DEG", help="east from the right, anticlockwise from above"
+        "--x-angle",
+        type=finite_number,
+        default=0.0,
+        metavar="DEG",
+        help="east from the right, anticlockwise from above",
     )
     hall.add_argument(
         "--nose", choices=SIDE_NAMES, default="far", help="side the front (on the tail: the belly) pointed to [far]"
@@ -77,7 +82,7 @@ def _add_hall_options(hall: argparse._ArgumentGroup) -> None:
 
 def _add_error_options(errors: argparse._ArgumentGroup) -> None:
     errors.add_argument("--sensors", metavar="FILE", help="TOML file that states values of motion_capture anew")
-    errors.add_argument("--rate", type=_number, metavar="HZ", help="frames a second, 10 to 250 [200]")
+    errors.add_argument("--rate", type=finite_number, metavar="HZ", help="frames a second, 10 to 250 [200]")
     errors.add_argument("--delay", type=_up_to_one, metavar="S", help="from exposure to sending [0.02]")
     errors.add_argument("--jitter", type=_up_to_one, metavar="S", help="standard deviation of more delay [0.001]")
     errors.add_argument("--dropout", type=_up_to_one, metavar="SHARE", help="of frames that never arrive [0.001]")
@@ -104,15 +109,8 @@ def _say(text: str) -> None:
     print(f"darko-sitl mocap: {text}", file=sys.stderr, flush=True)
 
 
-def _number(text: str) -> float:
-    value = float(text)
-    if not math.isfinite(value):
-        raise argparse.ArgumentTypeError(f"{text} is not a finite number")
-    return value
-
-
 def _up_to_one(text: str) -> float:
-    value = _number(text)
+    value = finite_number(text)
     if not 0.0 <= value <= 1.0:
         raise argparse.ArgumentTypeError(f"{text} is not from 0 to 1")
     return value
@@ -122,13 +120,6 @@ def _seed(text: str) -> int:
     value = int(text)
     if value < 0:
         raise argparse.ArgumentTypeError(f"{text} is negative")
-    return value
-
-
-def _system(text: str) -> int:
-    value = int(text)
-    if not 1 <= value <= 255:
-        raise argparse.ArgumentTypeError(f"{text} is not a system id")
     return value
 
 

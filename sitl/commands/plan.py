@@ -76,7 +76,7 @@ def _as_lines(check: PlanCheck, losses: Sequence[Loss], path: Path | None) -> It
     if any(finding.block is None for finding in check.refusals):
         yield "The plan is refused."
     elif locked:
-        yield f"The plan is flown; {len(locked)} of its blocks are locked."
+        yield f"The plan is flown; {len(locked)} of its blocks {'is' if len(locked) == 1 else 'are'} locked."
     else:
         yield "All of it is flown."
 

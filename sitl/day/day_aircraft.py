@@ -31,7 +31,7 @@ class DayEvent(NamedTuple):
     """Something that happened in the day."""
 
     time: float  # [s]
-    kind: str  # operator, failure, block or exception
+    kind: str  # operator, failure, block or end
     text: str
     is_refused: bool = False
 
@@ -84,6 +84,7 @@ class DayAircraft(Aircraft):
         due = [_Due(a.at, "operator", _words(a), partial(self._act, a)) for a in day.actions]
         for failure in day.failures:
             due += self._failing(failure)
+        due.append(_Due(day.duration, "end", "The day is over; the vehicle flies on", lambda: Answer(ACCEPTED)))
         self._due = sorted(due, key=lambda event: event.at)
 
     @property
@@ -137,8 +138,8 @@ class DayAircraft(Aircraft):
         def inject(kind: str) -> Callable[[], Answer]:
             return lambda: self.failures.inject(FAILURE_UNITS[failure.unit], FAILURE_TYPES[kind], failure.instance)
 
-        begins = _Due(failure.at, "failure", f"{words} {failure.failure}", inject(failure.failure))
-        heals = _Due(failure.at + failure.lasts, "failure", f"{words} healed", inject("ok"))
+        begins = _Due(failure.at, "failure", f"failure: {words} {failure.failure}", inject(failure.failure))
+        heals = _Due(failure.at + failure.lasts, "failure", f"failure over: {words}", inject("ok"))
         return [begins, heals]
 
 

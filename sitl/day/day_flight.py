@@ -35,7 +35,7 @@ class FlownDay(NamedTuple):
 
     @property
     def refused(self) -> list[DayEvent]:
-        """What the operator asked for and was refused."""
+        """What the day asked for and the vehicle refused."""
         return [event for event in self.aircraft.happened if event.is_refused]
 
     @property
@@ -45,7 +45,8 @@ class FlownDay(NamedTuple):
         if crash is not None:
             return f"crashed at {crash.speed:.1f} m/s after {self.seconds:.1f} s"
         if self.refused:
-            return f"flown to its end; refused of the operator: {len(self.refused)}"
+            count = len(self.refused)
+            return f"flown to its end; the vehicle refused {count} request{'s' * (count != 1)}"
         return "flown as written"
 
 

@@ -36,6 +36,7 @@ from sitl.mavlink.services.plan_service import PlanService, StoredPlans
 from sitl.mavlink.services.pose_service import PoseService
 from sitl.mavlink.services.signing_service import SigningService
 from sitl.mavlink.services.steering_service import SteeringService
+from sitl.mavlink.services.traffic_service import TrafficService
 from sitl.mavlink.standard_modes import AVAILABLE_MODES
 from sitl.mavlink.telemetry.streams import FAMILIES, STREAMS
 from sitl.mavlink.telemetry.telemetry_service import PERIOD_US, TelemetryService
@@ -64,6 +65,7 @@ class Node:
         recorder: Records flights; None: they are not recorded.
         autopilot_type: MAV_AUTOPILOT that it reports.
         exit_refusal: Why no peer may reboot or shut it down; empty if they may.
+        stored_plan_first: Load the stored flight plan even if the aircraft has one.
 
     Raises:
         SitlError: A stored file cannot be read.
@@ -79,6 +81,7 @@ class Node:
         *,
         autopilot_type: int = mavlink.MAV_AUTOPILOT_PX4,
         exit_refusal: str = "",
+        stored_plan_first: bool = False,
     ) -> None:
         self.aircraft, self.state_folder = aircraft, state_folder
         autopilot, keyring = aircraft.autopilot, keyring or Keyring()
@@ -101,7 +104,13 @@ class Node:
         self._signing = SigningService(keyring, broadcast)
         self._maintenance = MaintenanceCommands(autopilot, self._parameters, exit_refusal)
         self._failures = FailureService(aircraft)
-        self._flight_plan = FlightPlanService(aircraft, endpoint, broadcast, telemetry)
+        self._flight_plan = FlightPlanService(
+            aircraft=aircraft,
+            endpoint=endpoint,
+            broadcast=broadcast,
+            telemetry=telemetry,
+            state_folder=state_folder,
+        )
         home_service = HomeService(
             autopilot=autopilot, stored=home, plans=self._plans, telemetry=telemetry, broadcast=broadcast
         )
@@ -129,6 +138,7 @@ class Node:
             SteeringService(autopilot, broadcast, SYSTEM),
             PoseService(aircraft, broadcast),
             ObstacleService(autopilot, broadcast),
+            TrafficService(autopilot),
         )
         self._event_handlers = handlers_of(services, type)
         self._message_handlers = handlers_of(services, str)
@@ -136,6 +146,8 @@ class Node:
             broadcast.text(notice.severity, notice.text)
         for text in plans.flaws:
             broadcast.warn(text)
+        if stored_plan_first or autopilot.flight_plan.executor is None:
+            self._flight_plan.load_stored()
 
     def _make_endpoint(
         self, plans: StoredPlans, peers: Sequence[Hashable], keyring: Keyring, recorder: FlightRecorder | None
@@ -178,6 +190,11 @@ class Node:
     def exit_request(self) -> ExitRequest | None:
         """Whether a peer wants the process to reboot the vehicle or to end; its answer is among ``datagrams``."""
         return self._maintenance.exit_request
+
+    @property
+    def flight_plan_was_sent(self) -> bool:
+        """Whether the flight plan that is loaded was sent by a peer."""
+        return self._flight_plan.was_sent
 
     def know(self, peers: Iterable[Hashable]) -> None:
         """Speak to the peers of before a restart as if they had spoken."""

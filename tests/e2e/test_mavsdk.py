@@ -1,17 +1,30 @@
 """MAVSDK flies the real process through everything its users ask of an autopilot, step by step."""
 
 import re
+from dataclasses import replace
 
 import pytest
 
+from protocol.flight_plans.plan_package import pack_plan
+from sitl.defaults import HOME
 from tests.e2e.support import fly, free_ports, need, vehicle
+from tests.support.plans import plan_of
+
+BLOCKS = (
+    '<block name="Up"><call_once fun="NavResurrect()"/><stay wp="HOME" vmode="climb" climb="1"/></block>'
+    '<block name="Leg"><go from="A" wp="B" hmode="route" /><deroute block="Leg"/></block>'
+    '<block name="Ring"><circle wp="HOME" radius="-2.5"/></block>'
+)
+PLAN = replace(plan_of(BLOCKS), lat0=HOME.lat_deg, lon0=HOME.lon_deg)
 
 
 @pytest.fixture(scope="module")
 def session(tmp_path_factory):
     need("mavsdk")
     (port,) = free_ports(1)
-    with vehicle(port, tmp_path_factory.mktemp("mavsdk"), "--speed", "10"):
+    folder = tmp_path_factory.mktemp("mavsdk")
+    (folder / "flight_plan.xml").write_bytes(pack_plan(PLAN))
+    with vehicle(port, folder, "--speed", "10"):
         code, output = fly("mavsdk_session.py", "--url", f"udpin://127.0.0.1:{port}")
     assert code == 0, output
     return {step: line for line, step in re.findall(r"^  (.*)\nok (\w+) at", output, re.MULTILINE)}
@@ -55,3 +68,7 @@ def test_the_vehicle_reboots_healthy_with_its_parameters(session):
 def test_the_vehicle_returns_to_a_home_that_was_moved(session):
     assert session["move_home"] == "home moved 15 m north, 1 m up; to the antipodes: COMMAND_DENIED"
     assert float(re.search(r"landed ([\d.]+) m from home", session["come_home"])[1]) < 1.0
+
+
+def test_the_present_leg_of_a_flight_plan_is_a_mission_that_cannot_be_changed(session):
+    assert session["flight_plan"] == "a leg of 2 ends, a circle of -2.5 m; upload: DENIED; own mission back"

@@ -193,6 +193,23 @@ def test_killed_at_any_moment_the_state_is_old_or_new_with_all_that_was_acknowle
     assert min(found[answered] for answered in range(len(ORDERS))) > 0  # the deaths are spread over all orders
 
 
+def test_a_flight_plan_that_is_stored_is_the_old_or_the_new_one_whenever_it_is_killed(folder):
+    """Plans are taken on the ground only, so the flying vehicle of the other orders has none."""
+    old, new = b"<old/>", b"<new>" + bytes(100_000) + b"</new>"
+    state, found = StateFolder(folder), []
+    for moment in range(1, 2 * len(CALLS) + 1):
+        state.save_flight_plan(old)
+        child = os.fork()
+        if child == 0:
+            die_at(moment)
+            state.save_flight_plan(new)
+            os._exit(0)
+        os.waitpid(child, 0)
+        found.append(StateFolder(folder).flight_plan())
+    assert set(found) == {old, new}
+    assert found == sorted(found, key=lambda data: data == new)  # new from one moment on
+
+
 def test_leftovers_of_a_killed_write_are_ignored_and_deleted(folder):
     for name in (
         ".parameters.json.new",

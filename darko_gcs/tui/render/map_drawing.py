@@ -102,10 +102,18 @@ def place_at(cell: tuple[int, int], width: int, height: int, scale: float, middl
 
 
 def _labels(canvas: BrailleCanvas, at: Callable[[NorthEast], Dot], labels: Sequence[MapLabel]) -> None:
-    for text, place, style in labels:
+    """The last ones matter most: a text that one of them lies on shows its first character, or nothing."""
+    taken: set[tuple[int, int]] = set()
+    for text, place, style in reversed(labels):
         x, y = at(place)
-        if _is_drawable((x, y)):
-            canvas.put(math.floor(x / 2), math.floor(y / 4), text, style)
+        if not _is_drawable((x, y)):
+            continue
+        column, row = math.floor(x / 2), math.floor(y / 4)
+        cells = [(column + k, row) for k in range(len(text))]
+        shown = text if taken.isdisjoint(cells) else text[:1]
+        if cells and cells[0] not in taken:
+            canvas.put(column, row, shown, style)
+            taken.update(cells[: len(shown)])
 
 
 def _circle(canvas: BrailleCanvas, centre: Dot, radius: float, style: str) -> None:

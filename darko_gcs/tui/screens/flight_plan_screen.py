@@ -31,8 +31,10 @@ from darko_gcs.tui.widgets.plan_head import PlanEventPanel, PlanHeadPanel
 from darko_gcs.tui.widgets.plan_map import PlanMapPanel
 from darko_gcs.tui.widgets.status_bar import StatusBar
 from protocol.errors import ProtocolError
-from protocol.flight_plans import load_flight_plan, render_flight_plan
+from protocol.flight_plans import load_flight_plan
+from protocol.flight_plans.name_mapping import NameMapping, load_name_mapping
 from protocol.flight_plans.plan_check import check_flown
+from protocol.flight_plans.plan_package import pack_plan
 from protocol.frames import Vector
 
 __all__ = ["FlightPlanScreen"]
@@ -163,13 +165,14 @@ class FlightPlanScreen(Screen[None]):
         def check(values: tuple[str, ...]) -> str | None:
             try:
                 plan = load_flight_plan(Path(values[0]).expanduser())
-                check_flown(plan).require_flown()
+                mapping = load_name_mapping(Path(values[1]).expanduser()) if values[1] else NameMapping()
+                check_flown(plan, mapping).require_flown()
             except ProtocolError as error:
                 return str(error)
-            station.load_flight_plan(render_flight_plan(plan).encode(), self._clock())
+            station.load_flight_plan(pack_plan(plan, mapping), self._clock())
             return None
 
-        fields = [("Flight plan (.xml)", found[0] if found else "")]
+        fields = [("Flight plan (.xml)", found[0] if found else ""), ("Names (.toml), if any", "")]
         self.app.push_screen(AskScreen("Load a flight plan on the vehicle", fields, check))
 
     def action_move(self, east: int, north: int, up: int) -> None:
@@ -291,10 +294,9 @@ class FlightPlanScreen(Screen[None]):
             station.set_variable(number, value, self._clock())
             return None
 
+        title = setting.name if setting.label == setting.name else f"{setting.label}: {setting.name}"
         label = f"Value [{setting.unit}]" if setting.unit else "Value"
-        self.app.push_screen(
-            AskScreen(f"{setting.label}: {setting.name}", [(f"{label} {limits}", f"{setting.value:.6g}")], check)
-        )
+        self.app.push_screen(AskScreen(title, [(f"{label} {limits}", f"{setting.value:.6g}")], check))
 
     # Inside
 

@@ -11,6 +11,7 @@ from darko_gcs.tui.render.canvas import StyledLine
 from darko_gcs.tui.widgets.panel import Panel, styled_line
 from protocol.dialect import mavlink
 from protocol.endpoint_ground import GROUND_SYSTEM
+from protocol.modes import Mode
 
 __all__ = ["StatusBar"]
 
@@ -37,6 +38,8 @@ MAX_HEARTBEAT_AGE = 2.0  # before the link counts as lost [s]
 LOW_BATTERY, EMPTY_BATTERY = 0.25, 0.1  # shares left
 MAX_NORMAL_LOSS = 0.02  # share of frames
 HINT_WIDTH, KEY_HINT_WIDTH = 71, 81  # of the screen that leaves room for these [cells]
+STAGE_WIDTH = 100  # of the screen that leaves room for the word [cells]
+MAX_BLOCK_NAME = 14  # of a flight plan that fits [cells]
 MAX_PERCENT = 100  # a larger progress is unknown
 
 
@@ -63,8 +66,8 @@ class StatusBar(Panel):
         armed = (" ARMED ", "bad") if s.armed else (" disarmed ", "good" if s.prearm_ok is not False else "warn")
         segments = [
             (8, (f" {s.source[0]}/{s.source[1]} ", "label")), (0, armed), (0, _mode(s)), (0, (_alarm(s), "bad")),
-            (1, (f" {_flight_state(s)} ", "")), (0, _battery(s)), (3, _progress(s)), (2, _mission(s)), (4, _control(s)),
-            (0, _link(s)), (7, _loss(s)), (5, _signing(s)), (0, _recording(s)),
+            (1, (f" {_flight_state(s)} ", "")), (0, _battery(s)), (3, _progress(s)), (2, _mission(s, width)),
+            (4, _control(s)), (0, _link(s)), (7, _loss(s)), (5, _signing(s)), (0, _recording(s)),
         ]  # fmt: skip
         return [_fitting(segments, width)]
 
@@ -121,10 +124,16 @@ def _flight_state(s: Snapshot) -> str:
     return f"{landed}, {vtol}" if vtol else landed
 
 
-def _mission(s: Snapshot) -> tuple[str, str]:
+def _mission(s: Snapshot, width: int) -> tuple[str, str]:
     if s.transfer is not None:
         direction, done, total = s.transfer
         return (f" {direction} {done}/{total} ", "accent")
+    if s.mode == Mode.FLIGHT_PLAN.name:  # the mission is then its present leg
+        plan = s.flight_plan
+        if plan is None:
+            return ("", "")
+        between = ", stage " if width >= STAGE_WIDTH else "/"
+        return (f" {plan.block_name(plan.block)[:MAX_BLOCK_NAME]}{between}{plan.stage} ", "")
     if not s.mission_count or s.mission_state not in MISSION_LABELS:
         return ("", "")
     at = f" {s.mission_current}/{s.mission_count - 1}" if s.mission_state != mavlink.MISSION_STATE_COMPLETE else ""

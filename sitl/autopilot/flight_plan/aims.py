@@ -29,6 +29,7 @@ class Aim(NamedTuple):
     followers: tuple[EnuPoint, ...] = ()  # ends of the legs that follow without a stop
     name: str = ""  # of the waypoint
     turn_rate: float = 0.0  # of the heading, clockwise [rad/s]
+    is_hovered: bool = False  # never flown forward
 
 
 def away(a: EnuPoint, b: EnuPoint) -> float:

@@ -307,6 +307,8 @@ class FlightPlanExecutor:
             self.remark(f"<{stage.tag}> is not flown: it leads beyond all numbers", stage.place)
             self._hold("unknown")
         else:
+            if hindrance := self._aims.hindrance:
+                self.remark(f"<{stage.tag}> holds: {hindrance}", (stage.place, hindrance))
             self.aim = aim._replace(followers=tuple(self._followers())) if isinstance(stage, GoStage) else aim
         self._run(getattr(stage, "post_call", None))
         return True

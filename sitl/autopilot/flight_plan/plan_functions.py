@@ -4,20 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import Final, TypeAlias
 
 from protocol.flight_plans.evaluation import Argument, Scalar, UnknownNameError
 from protocol.flight_plans.plan_geometry import EnuPoint, inside_polygon
 from protocol.flight_plans.plan_names import block_number
 from sitl.autopilot.flight_plan.aims import away, bearing_between
 from sitl.autopilot.flight_plan.plan_inputs import MotorRequest
-
-if TYPE_CHECKING:
-    from sitl.autopilot.flight_plan.name_values import NameValues
+from sitl.autopilot.flight_plan.plan_state import PlanState
+from sitl.autopilot.flight_plan.variable_values import battery_voltage, read_variable, store_variable
 
 __all__ = ["FUNCTION_VALUES", "PlanFunction", "approaches"]
 
-PlanFunction: TypeAlias = Callable[["NameValues", Sequence[Argument]], Scalar | Mapping[str, float]]
+PlanFunction: TypeAlias = Callable[[PlanState, Sequence[Argument]], Scalar | Mapping[str, float]]
 CLOSE_DEGREES = 10.0  # angles nearer than this are close
 CLOSE_RADIANS = 0.0177
 NAV_MODE = 13  # the only mode that a plan may ask for: it is in force while the plan flies
@@ -29,101 +28,102 @@ def _number(argument: Argument) -> Scalar:
     return argument
 
 
-def _name(names: NameValues, argument: Argument) -> str:
-    name = names.waypoints.name_of(_number(argument))
+def _name(state: PlanState, argument: Argument) -> str:
+    name = state.waypoints.name_of(_number(argument))
     if name is None:
         raise UnknownNameError(f"there is no waypoint {argument}")
     return name
 
 
-def _point(names: NameValues, argument: Argument) -> EnuPoint:
-    return names.waypoints.at(_name(names, argument))
+def _point(state: PlanState, argument: Argument) -> EnuPoint:
+    return state.waypoints.at(_name(state, argument))
 
 
-def _here(names: NameValues, arguments: Sequence[Argument]) -> Scalar:
+def _here(state: PlanState, arguments: Sequence[Argument]) -> Scalar:
     """A waypoint comes to where the vehicle is; its altitude stays."""
-    name = _name(names, arguments[0])
-    names.waypoints.move(name, EnuPoint(names.p.x, names.p.y, names.waypoints.at(name).z))
+    name = _name(state, arguments[0])
+    state.waypoints.move(name, EnuPoint(state.p.x, state.p.y, state.waypoints.at(name).z))
     return 0
 
 
-def _here_and_high(names: NameValues, arguments: Sequence[Argument]) -> Scalar:
-    names.waypoints.move(_name(names, arguments[0]), names.p)
+def _here_and_high(state: PlanState, arguments: Sequence[Argument]) -> Scalar:
+    state.waypoints.move(_name(state, arguments[0]), state.p)
     return 0
 
 
-def _copy(names: NameValues, arguments: Sequence[Argument]) -> Scalar:
-    names.waypoints.move(_name(names, arguments[0]), _point(names, arguments[1]))
+def _copy(state: PlanState, arguments: Sequence[Argument]) -> Scalar:
+    state.waypoints.move(_name(state, arguments[0]), _point(state, arguments[1]))
     return 0
 
 
-def _copy_level(names: NameValues, arguments: Sequence[Argument]) -> Scalar:
-    name, other = _name(names, arguments[0]), _point(names, arguments[1])
-    names.waypoints.move(name, EnuPoint(other.x, other.y, names.waypoints.at(name).z))
+def _copy_level(state: PlanState, arguments: Sequence[Argument]) -> Scalar:
+    name, other = _name(state, arguments[0]), _point(state, arguments[1])
+    state.waypoints.move(name, EnuPoint(other.x, other.y, state.waypoints.at(name).z))
     return 0
 
 
-def _motors(names: NameValues, *, on: bool) -> Scalar:
-    names.memory.motors.append(MotorRequest.START if on else MotorRequest.STOP)
+def _motors(state: PlanState, *, on: bool) -> Scalar:
+    state.memory.motors.append(MotorRequest.START if on else MotorRequest.STOP)
     return 0
 
 
-def _set_mode(names: NameValues, arguments: Sequence[Argument]) -> Scalar:  # noqa: ARG001
+def _set_mode(state: PlanState, arguments: Sequence[Argument]) -> Scalar:  # noqa: ARG001
     if _number(arguments[0]) != NAV_MODE:
         raise UnknownNameError(f"mode {arguments[0]} is not flown by a plan")
     return 0
 
 
-def _detect_ground(names: NameValues, *, begin: bool) -> Scalar:
+def _detect_ground(state: PlanState, *, begin: bool) -> Scalar:
     if begin:
-        names.memory.detects_ground = True
+        state.memory.detects_ground = True
         return 0
-    return int(names.memory.detects_ground and names.inputs.view.landed)
+    return int(state.memory.detects_ground and state.inputs.view.landed)
 
 
-def _ground_reference(names: NameValues, arguments: Sequence[Argument]) -> Scalar:  # noqa: ARG001
-    names.memory.ground_height = names.p.z
+def _ground_reference(state: PlanState, arguments: Sequence[Argument]) -> Scalar:  # noqa: ARG001
+    state.memory.ground_height = state.p.z
     return 0
 
 
-def _heading_to(names: NameValues, x: float, y: float) -> Scalar:
-    names.memory.heading = bearing_between(names.p, EnuPoint(x, y, 0.0))
+def _heading_to(state: PlanState, x: float, y: float) -> Scalar:
+    state.memory.heading = bearing_between(state.p, EnuPoint(x, y, 0.0))
     return 0
 
 
-def _turn_heading(names: NameValues, arguments: Sequence[Argument]) -> Scalar:
+def _turn_heading(state: PlanState, arguments: Sequence[Argument]) -> Scalar:
     target = str(arguments[0])
-    names.store(target, math.remainder(names.value(target) + _number(arguments[1]), math.tau))
+    turned = read_variable(state, target) + _number(arguments[1])
+    store_variable(state, target, math.remainder(turned, math.tau))
     return 0
 
 
-def _set_heading(names: NameValues, heading: float) -> Scalar:
-    names.memory.heading = math.remainder(heading, math.tau)
+def _set_heading(state: PlanState, heading: float) -> Scalar:
+    state.memory.heading = math.remainder(heading, math.tau)
     return 0
 
 
-def _max_speed(names: NameValues, arguments: Sequence[Argument]) -> Scalar:
-    names.memory.max_speed = max(float(_number(arguments[0])), 0.0)
+def _max_speed(state: PlanState, arguments: Sequence[Argument]) -> Scalar:
+    state.memory.max_speed = max(float(_number(arguments[0])), 0.0)
     return 0
 
 
-def _baseleg(names: NameValues, arguments: Sequence[Argument]) -> Scalar:
+def _baseleg(state: PlanState, arguments: Sequence[Argument]) -> Scalar:
     """Put the centre of the last turn beside the approach fix, so that the turn ends on the way to the touchdown."""
-    af, td = _point(names, arguments[0]), _point(names, arguments[1])
+    af, td = _point(state, arguments[0]), _point(state, arguments[1])
     radius, length = float(_number(arguments[3])), max(away(af, td), 1e-6)
     x, y = (td.x - af.x) / length, (td.y - af.y) / length
-    names.waypoints.move(_name(names, arguments[2]), EnuPoint(af.x + y * radius, af.y - x * radius, af.z))
-    names.memory.baseleg_qdr = math.pi - math.atan2(-y, -x) + (math.pi if radius < 0.0 else 0.0)
+    state.waypoints.move(_name(state, arguments[2]), EnuPoint(af.x + y * radius, af.y - x * radius, af.z))
+    state.memory.baseleg_qdr = math.pi - math.atan2(-y, -x) + (math.pi if radius < 0.0 else 0.0)
     return 0
 
 
-def _inside(names: NameValues, arguments: Sequence[Argument]) -> Scalar:
-    corners = names.waypoints.corners(str(arguments[0]))
+def _inside(state: PlanState, arguments: Sequence[Argument]) -> Scalar:
+    corners = state.waypoints.corners(str(arguments[0]))
     return int(inside_polygon(corners, _number(arguments[1]), _number(arguments[2])))
 
 
-def _block_index(names: NameValues, arguments: Sequence[Argument]) -> Scalar:
-    number = block_number(names.plan, str(arguments[0]))
+def _block_index(state: PlanState, arguments: Sequence[Argument]) -> Scalar:
+    number = block_number(state.plan, str(arguments[0]))
     if number is None:
         raise UnknownNameError(f"there is no block {arguments[0]!r}")
     return number
@@ -153,10 +153,10 @@ def approaches(p: EnuPoint, v: EnuPoint, to: EnuPoint, start: EnuPoint | None, s
     return dx * dx + dy * dy > 0.0 and (to.x - there.x) * dx + (to.y - there.y) * dy < 0.0
 
 
-def _approaching(names: NameValues, arguments: Sequence[Argument]) -> Scalar:
-    to, radius = _point(names, arguments[0]), names.inputs.settings.acceptance
-    start = _point(names, arguments[1]) if len(arguments) == 3 else None
-    return int(approaches(names.p, names.v, to, start, float(_number(arguments[-1])), radius))
+def _approaching(state: PlanState, arguments: Sequence[Argument]) -> Scalar:
+    to, radius = _point(state, arguments[0]), state.inputs.settings.acceptance
+    start = _point(state, arguments[1]) if len(arguments) == 3 else None
+    return int(approaches(state.p, state.v, to, start, float(_number(arguments[-1])), radius))
 
 
 def _pure(function: Callable[..., Scalar]) -> PlanFunction:
@@ -164,13 +164,13 @@ def _pure(function: Callable[..., Scalar]) -> PlanFunction:
     return lambda _, arguments: function(*map(_number, arguments))
 
 
-def _told(function: Callable[[NameValues], Scalar | Mapping[str, float]]) -> PlanFunction:
+def _told(function: Callable[[PlanState], Scalar | Mapping[str, float]]) -> PlanFunction:
     """A function without arguments."""
-    return lambda names, _: function(names)
+    return lambda state, _: function(state)
 
 
-def _euler(names: NameValues) -> Mapping[str, float]:
-    view = names.inputs.view
+def _euler(state: PlanState) -> Mapping[str, float]:
+    view = state.inputs.view
     return {"phi": 0.0, "theta": view.tilt if view.forward else 0.0, "psi": math.remainder(-view.heading, math.tau)}
 
 
@@ -181,8 +181,8 @@ def _ned(point: EnuPoint) -> Mapping[str, float]:
 _POSITION_LOST = 5.0  # a position without an aid for so long is lost [s]
 
 
-def _fix(names: NameValues) -> Scalar:
-    view = names.inputs.view
+def _fix(state: PlanState) -> Scalar:
+    view = state.inputs.view
     return int(view.aligned and view.position_age < _POSITION_LOST)
 
 
@@ -223,7 +223,7 @@ FUNCTION_VALUES: Final[Mapping[str, PlanFunction]] = {
     "nav_set_heading_towards_waypoint": lambda n, a: _heading_to(n, *_point(n, a[0])[:2]),
     "increase_nav_heading": _turn_heading,
     "guidance_h_SetMaxSpeed": _max_speed,
-    "PowerVoltage": _told(lambda n: n.value("electrical.vsupply")),
+    "PowerVoltage": _told(battery_voltage),
     "stateGetPositionEnu_f": _told(lambda n: n.p._asdict()),
     "stateGetPositionNed_f": _told(lambda n: _ned(n.p)),
     "stateGetSpeedEnu_f": _told(lambda n: n.v._asdict()),

@@ -5,6 +5,8 @@ from __future__ import annotations
 from enum import Enum, auto
 from typing import NamedTuple
 
+from sitl.autopilot.flight_plan.other_aircraft import OtherAircraft
+from sitl.autopilot.flight_plan.plan_frame import PlanFrame
 from sitl.autopilot.safety.world import World
 from sitl.autopilot.settings import Settings
 from sitl.control.reference import Point
@@ -12,6 +14,8 @@ from sitl.guidance.view import VehicleView
 from sitl.prediction.chooser import Chooser
 
 __all__ = ["MotorRequest", "PlanInputs"]
+
+NOBODY = OtherAircraft()
 
 
 class MotorRequest(Enum):
@@ -33,3 +37,5 @@ class PlanInputs(NamedTuple):
     datalink_time: float = 0.0  # since the ground station was heard [s]
     stick_velocity: Point = (0.0, 0.0, 0.0)  # that the sticks ask for, world NWU [m/s]; zero without any
     radio_lost: bool = False  # sticks were heard, and stopped
+    others: OtherAircraft = NOBODY  # that may be followed
+    frame: PlanFrame = PlanFrame()  # where the plan lies

@@ -17,10 +17,12 @@ from protocol.flight_plans.stages import (
     AttitudeStage,
     CircleStage,
     EightStage,
+    FollowStage,
     GoStage,
     GuidedStage,
     HeadingStage,
     HomeStage,
+    ManualStage,
     OvalStage,
     Stage,
     StayStage,
@@ -28,6 +30,7 @@ from protocol.flight_plans.stages import (
     XyzStage,
 )
 from sitl.autopilot.flight_plan.aims import Aim, qdr_point
+from sitl.autopilot.flight_plan.free_aims import FreeAims
 from sitl.autopilot.flight_plan.name_values import NameValues
 from sitl.autopilot.flight_plan.operator_view import AimKind
 from sitl.autopilot.flight_plan.patterns import Piece, PieceTracker, eight_pieces, oval_pieces, survey_pieces
@@ -37,10 +40,18 @@ from sitl.autopilot.flight_plan.plan_memory import HOVER_THROTTLE, THROTTLE_CLIM
 __all__ = ["StageAims"]
 
 MAX_CLIMB = 2.0  # vertical speed that a throttle is taken for [m/s]
-XY_OFFSET, XY_BODY, Z_OFFSET, YAW_OFFSET, XY_SPEED, Z_SPEED, YAW_RATE = 1, 2, 4, 8, 32, 64, 128
 Shape: TypeAlias = tuple[EnuPoint, EnuPoint, float]
 MovingStage = (
-    GoStage | StayStage | CircleStage | OvalStage | EightStage | SurveyStage | HeadingStage | AttitudeStage | HomeStage
+    GoStage
+    | StayStage
+    | CircleStage
+    | OvalStage
+    | EightStage
+    | SurveyStage
+    | HeadingStage
+    | AttitudeStage
+    | ManualStage
+    | HomeStage
 )
 
 
@@ -58,15 +69,21 @@ class StageAims:
         self._from = EnuPoint(0.0, 0.0, 0.0)  # where the last leg ended when the stage began
         self._tracker: PieceTracker | None = None
         self._shape: Shape | None = None  # of the pattern
-        self._guided: Aim | None = None
+        self._free = FreeAims(names)
 
     def begin(self, key: int) -> None:
         """Another stage is in force; its number tells it from all before."""
         if key != self._key:
             memory = self._names.memory
             self._key, self._begun, self._from = key, self._names.p, memory.last_point
-            self._tracker, self._shape, self._guided = None, None, None
+            self._tracker, self._shape = None, None
+            self._free.begin(key, self._begun)
             memory.circle = type(memory.circle)()
+
+    @property
+    def hindrance(self) -> str:
+        """Why the last aim only holds; empty if it does what its stage says."""
+        return self._free.hindrance
 
     def aim(self, stage: Stage) -> Aim | None:
         """What a stage wants now; None: it has arrived, or there is nothing to fly."""
@@ -79,12 +96,10 @@ class StageAims:
                 return self._pattern(stage)
             case HeadingStage():
                 return self._heading(stage)
-            case AttitudeStage():
-                return self._with_vertical(stage, Aim(AimKind.POINT, self._key, end=self._begun))
-            case GuidedStage():
-                return self._guided_aim(stage)
-            case XyzStage():
-                return self._by_sticks()
+            case AttitudeStage() | ManualStage():
+                return self._with_vertical(stage, self._free.aim(stage))
+            case GuidedStage() | XyzStage() | FollowStage():
+                return self._free.aim(stage)
             case _:
                 return self._home()
 
@@ -168,38 +183,6 @@ class StageAims:
         high = float(plan_constants(names.plan)["HOME_MODE_HEIGHT"])
         return Aim(AimKind.POINT, self._key, end=names.waypoints.home._replace(z=high), name="HOME")
 
-    def _by_sticks(self) -> Aim:
-        north, west, up = self._names.inputs.stick_velocity
-        return Aim(AimKind.VELOCITY, self._key, end=EnuPoint(-west, north, self._begun.z), climb=up)
-
-    def _guided_aim(self, stage: GuidedStage) -> Aim:
-        """A set-point of the guided mode: north, east, down and yaw, each as its flag says; offsets count once."""
-        if self._guided is not None:
-            return self._guided
-        names = self._names
-        flags = int(self._value(stage.flags, 0.0))
-        values = [self._value(command, 0.0) for command in stage.commands[:4]]
-        north, east, down, yaw = (*values, *[0.0] * (4 - len(values)))
-        if flags & XY_BODY:
-            psi = -names.inputs.view.heading
-            north, east = (
-                north * math.cos(psi) - east * math.sin(psi),
-                north * math.sin(psi) + east * math.cos(psi),
-            )
-        turn_rate = yaw if flags & YAW_RATE else 0.0
-        if not flags & YAW_RATE:
-            names.memory.heading = (-names.inputs.view.heading if flags & YAW_OFFSET else 0.0) + yaw
-        z = names.p.z - down if flags & Z_OFFSET else -down
-        climb = -down if flags & Z_SPEED else None
-        moved = bool(flags & (XY_OFFSET | XY_BODY))
-        to = EnuPoint(east + (names.p.x if moved else 0.0), north + (names.p.y if moved else 0.0), z)
-        if flags & XY_SPEED:
-            aim = Aim(AimKind.VELOCITY, self._key, start=EnuPoint(0.0, 0.0, z), end=EnuPoint(east, north, z))
-        else:
-            aim = Aim(AimKind.POINT, self._key, end=to)
-        self._guided = aim._replace(climb=climb, turn_rate=turn_rate)
-        return self._guided
-
     # What they share
 
     def _with_vertical(self, stage: MovingStage, aim: Aim) -> Aim:
@@ -214,6 +197,8 @@ class StageAims:
             memory.throttle = min(max(self._value(getattr(stage, "throttle", None), 0.0), 0.0), 1.0)
             climb = (memory.throttle - HOVER_THROTTLE) * THROTTLE_CLIMB
             return aim._replace(climb=min(max(climb, -MAX_CLIMB), MAX_CLIMB))
+        if mode == "xyz":
+            return aim._replace(climb=self._names.inputs.stick_velocity[2])
         high = self._altitude(stage, aim.end)
         low = aim.start.z if mode == "glide" else high
         return aim._replace(start=aim.start._replace(z=low), end=aim.end._replace(z=high))

@@ -13,6 +13,7 @@ from protocol.dialect.vocabulary import Way
 from protocol.flight_plans.plan_geometry import EnuPoint
 from sitl.autopilot.flight_plan.aims import Aim
 from sitl.autopilot.flight_plan.operator_view import AimKind
+from sitl.autopilot.flight_plan.plan_frame import PlanFrame
 from sitl.autopilot.flight_plan.plan_inputs import PlanInputs
 from sitl.control.reference import Point, Reference, hover_at
 from sitl.guidance.circles import FlyCircle, circle_about
@@ -23,7 +24,7 @@ from sitl.guidance.manoeuvres import FAST_DESCENT_RATE
 from sitl.guidance.moving_reference import HeadingSetpoint, MovingReference
 from sitl.prediction.chooser import LEGS_AHEAD, LegEnd
 
-__all__ = ["TOUCHDOWN_HEIGHT", "PlanFrame", "PlanSteering"]
+__all__ = ["TOUCHDOWN_HEIGHT", "PlanSteering"]
 
 LEG_LEAD = 3.0  # of the hover's target along a leg [m]
 ARC_LEAD = 0.25 * math.pi  # of the hover's target along an arc, at most [rad]
@@ -36,27 +37,6 @@ LOWEST = -1.0  # where a descent to the ground leads [m]
 LONGEST_STEP = 0.1  # longest time that a reference moves at once [s]
 SAME_TARGET = 0.3  # a target that moves by less does not begin its leg anew [m]
 SLOWEST_HOVER = 0.2  # of the hover [m/s]
-
-
-@dataclass(frozen=True, slots=True)
-class PlanFrame:
-    """Where the plan's origin is in the world frame NWU."""
-
-    east: float = 0.0
-    north: float = 0.0
-
-    def to_world(self, p: EnuPoint) -> Point:
-        """World NWU [m]."""
-        return (p.y + self.north, -(p.x + self.east), p.z)
-
-    def to_plan(self, p: Point) -> EnuPoint:
-        """East, north and up of the plan's origin [m]."""
-        return EnuPoint(-p[1] - self.east, p[0] - self.north, p[2])
-
-    @staticmethod
-    def turned(v: Point) -> EnuPoint:
-        """A velocity east, north and up [m/s]."""
-        return EnuPoint(-v[1], v[0], v[2])
 
 
 @dataclass(slots=True)
@@ -138,7 +118,7 @@ class PlanSteering:
     def _begun(self, aim: Aim, inputs: PlanInputs, last: Reference, way: Way) -> FlyLeg | FlyCircle | None:
         """What flies an aim forward, or None."""
         chooser, settings = inputs.chooser, inputs.settings
-        if chooser is None or not inputs.flying or inputs.view.landed:
+        if chooser is None or aim.is_hovered or not inputs.flying or inputs.view.landed:
             return None
         end = self.frame.to_world(aim.end)
         if aim.kind is AimKind.ARC:

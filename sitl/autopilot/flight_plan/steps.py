@@ -21,6 +21,12 @@ from protocol.flight_plans.stages import (
 __all__ = ["BlockStep", "BlockSteps", "StepKind", "compiled_blocks", "stage_text"]
 
 
+SHARED = {
+    *("vmode", "alt", "height", "climb", "throttle", "pitch", "until"),
+    *("pre_call", "post_call", "nav_type", "nav_params"),
+}
+
+
 class StepKind(Enum):
     """What a step does."""
 
@@ -57,8 +63,9 @@ def compiled_blocks(plan: FlightPlan) -> tuple[BlockSteps, ...]:
 
 
 def stage_text(stage: Stage) -> str:
-    """A stage in one line, for an operator."""
-    return " ".join((stage.tag, *(f"{name}={text}" for name, text in attribute_texts(stage).items())))
+    """A stage in one line, for an operator: what it alone has before what all stages of movement have."""
+    texts = sorted(attribute_texts(stage).items(), key=lambda item: item[0] in SHARED)
+    return " ".join((stage.tag, *(f"{name}={text}" for name, text in texts)))
 
 
 def _steps(stages: Sequence[Stage]) -> list[BlockStep]:

@@ -13,9 +13,9 @@ from protocol.engines.flight_plan_table import plan_key
 from protocol.engines.server.plan_store import MissionInstead
 from protocol.errors import LocalProtocolError, ProtocolError
 from protocol.events import CommandRequested, FlightPlanUploaded
-from protocol.flight_plans import read_flight_plan
 from protocol.flight_plans.plan_check import check_flown
 from protocol.flight_plans.plan_geometry import EnuPoint
+from protocol.flight_plans.plan_package import unpack_plan
 from protocol.mav_frames import ABSOLUTE_ALTITUDE_FRAMES
 from protocol.modes import Mode
 from protocol.plans.mission_item import MissionItem
@@ -35,6 +35,7 @@ from sitl.mavlink.telemetry.flight_plan_messages import (
     table_entries,
 )
 from sitl.mavlink.telemetry.telemetry_service import TelemetryService
+from sitl.persistence import StateFolder
 
 PLAN_FILE = "plan"  # what refusals call a file that was sent
 MAX_REASON = 200  # characters of DARKO_PLAN_FILE_ACK.text
@@ -51,11 +52,23 @@ class FlightPlanService:
         endpoint: Holds the table.
         broadcast: Tells everyone.
         telemetry: Makes messages of the plan's status.
+        state_folder: Stores plans that were sent.
+
+    Attributes:
+        was_sent: Whether the plan that is loaded was sent by a peer, and not given at the start.
     """
 
     def __init__(
-        self, aircraft: Aircraft, endpoint: VehicleEndpoint, broadcast: Broadcast, telemetry: TelemetryService
+        self,
+        *,
+        aircraft: Aircraft,
+        endpoint: VehicleEndpoint,
+        broadcast: Broadcast,
+        telemetry: TelemetryService,
+        state_folder: StateFolder,
     ) -> None:
+        self.was_sent = False
+        self._state_folder = state_folder
         self._aircraft, self._plans = aircraft, aircraft.autopilot.flight_plan
         self._endpoint, self._broadcast, self._telemetry = endpoint, broadcast, telemetry
         self._loaded: FlightPlanExecutor | None = None  # whose table was told
@@ -111,32 +124,45 @@ class FlightPlanService:
 
     # What the operator asks
 
+    def load_stored(self) -> None:
+        """Load the plan that was sent before the vehicle was started, or tell why not."""
+        data = self._state_folder.flight_plan()
+        if data is None:
+            return
+        if reason := self._refusal_of(data, "stored"):
+            self._broadcast.warn(f"Stored flight plan not loaded: {reason}")
+        else:
+            self.was_sent = True
+            self._broadcast.info("Stored flight plan loaded; it is not flown yet")
+
     @on_event(FlightPlanUploaded)
     def load(self, event: FlightPlanUploaded, _now: float) -> None:
         """A peer sent the file of a plan: it is loaded on the ground, and flown when that is asked for."""
-        reason = self._refusal_of(event.data)
+        autopilot = self._aircraft.autopilot
+        is_up = autopilot.armed or autopilot.flying
+        reason = "a plan is loaded on the ground, disarmed" if is_up else self._refusal_of(event.data, PLAN_FILE)
         result = REJECTED if reason else ACCEPTED
         self._endpoint.flight_plan_files.answer(event.peer, result, ascii_text(reason, MAX_REASON))
         if reason:
             self._broadcast.warn(f"Flight plan refused: {reason}")
         else:
+            self.was_sent = True
+            self._broadcast.save(lambda: self._state_folder.save_flight_plan(event.data))
             self._broadcast.info("Flight plan loaded; it is not flown yet")
 
-    def _refusal_of(self, data: bytes) -> str:
+    def _refusal_of(self, data: bytes, name: str) -> str:
         """Load a plan, or say why not."""
-        autopilot = self._aircraft.autopilot
-        if autopilot.armed or autopilot.flying:
-            return "a plan is loaded on the ground, disarmed"
         try:
-            check = check_flown(read_flight_plan(data, PLAN_FILE))
+            packed = unpack_plan(data, name)
+            check = check_flown(*packed)
             check.require_flown()
         except ProtocolError as error:
             return str(error)
-        world, plan = autopilot.world, check.plan
+        world, plan = self._aircraft.autopilot.world, check.plan
         north, west, _ = world.local(plan.lat0, plan.lon0, 0.0)
         if outside := world.refuse((north, west, 0.0)):
             return f"its origin is out of reach: {outside}"
-        self._plans.load(check)
+        self._plans.load(check, packed.mapping)
         return ""
 
     @on_command(mavlink.MAV_CMD_DARKO_JUMP_TO_BLOCK)

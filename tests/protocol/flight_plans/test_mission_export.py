@@ -57,6 +57,17 @@ def test_what_is_lost_is_named_with_its_place():
         assert word in told
 
 
+def test_stages_that_no_mission_has_are_lost():
+    stages = (
+        '<follow ac_id="7" distance="3" height="2"/><manual roll="0" yaw="0"/><attitude roll="10"/>'
+        '<stay wp="A" vmode="xyz"/><stay wp="A" vmode="throttle" throttle="1"/>'
+    )
+    export = to_mission(plan_of(f'<block name="a"><go wp="A"/>{stages}</block>'))
+    lost = ["<follow>", "<manual>", "<attitude>", "<stay> by the sticks", "<stay> with a throttle"]
+    assert [str(loss).split(": ", 1)[1] for loss in export.losses] == lost
+    assert len(export.mission.items) == 1
+
+
 @pytest.mark.parametrize("name", ["m.plan", "m.waypoints"])
 def test_exports_are_saved_and_loaded(tmp_path, name):
     export = to_mission(load_flight_plan(VOLIERE), with_fence_of_sector=name.endswith(".plan"))

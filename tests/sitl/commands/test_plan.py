@@ -34,7 +34,7 @@ def test_a_refusal_names_its_construct_and_place(fish, capsys):
     out = capsys.readouterr().out
     assert "locked: fish()" in out
     assert f"refused: {fish}:3:74: fish(): no such function of this autopilot (block b)" in out
-    assert "1 of its blocks are locked" in out
+    assert "1 of its blocks is locked" in out
 
 
 def test_a_mapping_makes_it_flown(fish, tmp_path, capsys):
@@ -104,8 +104,8 @@ def test_a_home_that_is_given_is_the_origin_and_the_plan_lies_beside_it(tmp_path
 def test_what_cannot_be_flown_is_refused_before_anything_is_built(fish, tmp_path, capsys):
     with pytest.raises(SitlError, match="flies by itself"):
         built(tmp_path, "--flight-plan", str(VOLIERE), "--scenario", "far-target")
-    fish.write_text(FISH.replace('<stay wp="A"/>', '<stay wp="A" vmode="xyz"/>'))
-    with pytest.raises(SitlError, match="vmode 'xyz': a plan is not handed the sticks"):
+    fish.write_text(FISH.replace('<stay wp="A"/>', '<stay wp="A" vmode="climb"/>'))
+    with pytest.raises(SitlError, match="vmode 'climb': needs the attribute"):
         built(tmp_path, "--flight-plan", str(fish))
     fish.write_text(FISH.replace('lat0="43.5641"', 'lat0="89.5"'))
     with pytest.raises(SitlError, match=r"no flight at lat0 89\.5"):

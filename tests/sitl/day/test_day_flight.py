@@ -66,9 +66,17 @@ def test_a_refusal_is_reported_and_the_day_goes_on(tmp_path):
     day = load_day(EXAMPLE)._replace(duration=7.0)
     wrong = day.actions[0]._replace(at=1.0, name="Nowhere")
     flown = fly_day(day._replace(actions=(wrong, *day.actions)), tmp_path)
-    assert flown.verdict == "flown to its end; refused of the operator: 1"
+    assert flown.verdict == "flown to its end; the vehicle refused 1 request"
     assert "the plan has no block 'Nowhere'" in flown.refused[0].text
     assert "block Takeoff" in texts(flown)
+
+
+def test_a_live_day_says_when_it_is_over_and_a_fast_one_stops_there(tmp_path):
+    day = load_day(EXAMPLE)._replace(duration=1.0)
+    live = DayAircraft(day)
+    live.advance(600)
+    assert "The day is over; the vehicle flies on" in [notice.text for notice in live.autopilot.notices()]
+    assert texts(fly_day(day, tmp_path)) == ["block Engine off"]
 
 
 def test_wind_without_a_wall_is_refused():

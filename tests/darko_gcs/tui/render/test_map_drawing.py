@@ -73,3 +73,11 @@ def test_the_leg_being_flown_and_the_course_stand_out():
     assert len(styled_text(lines, "now")) > 5
     assert len(styled_text(lines, "plan")) > 5
     assert len(styled_text(lines, "accent")) > 5
+
+
+def test_a_label_does_not_write_over_another_one():
+    """The last one is whole; of one that it would lie on the mark is left, and of one in its very place nothing."""
+    labels = [("·under", (0.0, 0.0), "plan"), ("·before", (0.0, -2.0), "plan"), ("◆here", (0.0, 0.0), "warn")]
+    drawn = NOTHING | {"scale": 1.0, "centre": (0.0, 0.0)}
+    text = lines_text(draw_map(width=60, height=10, labels=labels, **drawn)[0])
+    assert "·   ◆here" in text

@@ -12,6 +12,7 @@ from darko_gcs.tui.screens.flight_screen import FlightScreen
 from darko_gcs.tui.screens.messages_screen import MessagesScreen
 from darko_gcs.tui.widgets.plan_map import PlanMapPanel
 from protocol.dialect import mavlink
+from protocol.flight_plans.plan_package import unpack_plan
 from tests.support.gcs.planned_snapshots import LAPS, P1, STDBY, after, planned
 from tests.support.gcs.screens import FakeFeed, screen_text, settled, until
 from tests.support.gcs.snapshots import HOVERING
@@ -303,6 +304,25 @@ async def test_a_plan_is_loaded_from_a_file_after_it_was_checked(tmp_path):
         session.app.focused.value = str(VOLIERE)
         await pilot.press("enter")
         await until(pilot, lambda: [name for name, *_ in session.feed.requests] == ["load_flight_plan"])
+
+
+async def test_a_plan_is_loaded_with_what_its_names_mean(tmp_path):
+    names = tmp_path / "names.toml"
+    names.write_text("[functions]\ncamera = 0\n")
+    session = Session(snapshot=HOVERING)
+    async with session.app.run_test(size=(120, 40)) as pilot:
+        await opened(pilot, session.app)
+        await pilot.press("ctrl+o")
+        await until(pilot, lambda: isinstance(session.app.focused, Input))
+        plan, meanings = session.app.screen.query(Input)
+        plan.value, meanings.value = str(VOLIERE), str(tmp_path / "nowhere.toml")
+        await pilot.press("enter")
+        await until(pilot, lambda: "nowhere.toml: cannot be read" in session.text)
+        meanings.value = str(names)
+        await pilot.press("enter")
+        await until(pilot, lambda: session.feed.requests)
+        ((name, data, *_),) = session.feed.requests
+        assert (name, dict(unpack_plan(data, "sent").mapping.functions)) == ("load_flight_plan", {"camera": 0})
 
 
 @pytest.mark.parametrize("size", SIZES)

@@ -11,6 +11,7 @@ from darko_gcs.tui.widgets.status_bar import StatusBar
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law
 from tests.support.gcs.messages import arrived
+from tests.support.gcs.planned_snapshots import planned
 from tests.support.gcs.screens import panel_text
 from tests.support.vehicle.darko_messages import hybrid_state
 
@@ -75,3 +76,15 @@ def test_the_state_of_signing_is_shown(state, refused, words):
 
 def test_a_vehicle_that_does_not_use_our_key_is_shown():
     assert "VEHICLE NOT SIGNED" in shown(replace(EMPTY_SNAPSHOT, signing=SigningState.UNSIGNED_VEHICLE))
+
+
+@pytest.mark.parametrize(("width", "between"), [(80, "/"), (120, ", stage ")])
+def test_a_flight_plan_is_told_by_block_and_stage_and_not_as_a_mission(width, between):
+    leg = {"mission_count": 2, "mission_current": 1, "mission_state": mavlink.MISSION_STATE_ACTIVE}
+    flown = replace(planned()[1], **leg)
+    plan = flown.flight_plan
+    text = panel_text(StatusBar(), flown, width=width, height=1)
+    assert f" {plan.block_name(plan.block)}{between}{plan.stage} " in text
+    assert "mission" not in text
+    assert "mission 1/1" in shown(replace(planned("MISSION")[1], **leg))
+    assert "mission" not in shown(replace(flown, flight_plan=None))

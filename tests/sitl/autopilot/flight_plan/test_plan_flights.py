@@ -209,3 +209,27 @@ def test_the_plan_of_the_flying_room_of_delft():
     assert ("flare", "Holding point") in flight.fired
     assert not flight.autopilot.armed
     assert flight.autopilot.view.crash is None
+
+
+BANK = (
+    HEAD.replace('alt="102"', 'alt="130"').replace('"100">', '"600">')
+    + """<waypoints><waypoint name="HOME" x="0" y="0"/><waypoint name="p1" x="0" y="300"/></waypoints>
+  <blocks>
+    <block name="Out"><go wp="p1" hmode="route" until="GetPosY() > 120"/></block>
+    <block name="Turn"><attitude roll="-30" vmode="alt" alt="138"/></block>
+  </blocks></flight_plan>"""
+)
+
+
+def test_a_bank_is_turned_on_the_circle_of_its_angle():
+    flight = PlannedFlight(read_flight_plan(BANK.encode(), "bank.xml"), arena="open", up=30.0)
+    flight.wait_for_block("Turn", 60)
+    flight.advance(6.0)
+    circle, begun = flight.plan.present_leg(), len(flight.positions)
+    assert circle.radius == pytest.approx(-(15.0**2) / (9.81 * np.tan(np.radians(30.0))), rel=0.01)
+    flight.advance(18.0)
+    centre = flight.plan.executor.aim.end[:2]
+    flown = np.array(flight.positions[begun:])
+    assert np.abs(np.linalg.norm(flown[:, :2] - centre, axis=1) + circle.radius).max() < 0.5
+    assert flown[-1, 2] == pytest.approx(38.0, abs=0.5)
+    assert all(flight.forward[begun:])

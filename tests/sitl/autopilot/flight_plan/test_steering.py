@@ -8,8 +8,9 @@ from protocol.dialect.vocabulary import Way
 from protocol.flight_plans.plan_geometry import EnuPoint
 from sitl.autopilot.flight_plan.aims import Aim
 from sitl.autopilot.flight_plan.operator_view import AimKind
+from sitl.autopilot.flight_plan.plan_frame import PlanFrame
 from sitl.autopilot.flight_plan.plan_inputs import PlanInputs
-from sitl.autopilot.flight_plan.steering import PlanFrame, PlanSteering
+from sitl.autopilot.flight_plan.steering import PlanSteering
 from sitl.autopilot.safety.arena import ARENAS
 from sitl.autopilot.settings import Settings
 from sitl.control.reference import hover_at

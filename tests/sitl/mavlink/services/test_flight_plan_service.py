@@ -1,14 +1,18 @@
 """A flight plan on the link: what stations are told, what they may ask, and the present leg as a mission."""
 
 import math
+import zlib
 
 import pytest
 
 from protocol.dialect import mavlink
-from protocol.engines.flight_plan_table import plan_key
+from protocol.engines.flight_plan_table import PIECE_BYTES, plan_key
 from protocol.flight_plans import load_flight_plan
+from protocol.flight_plans.name_mapping import parse_name_mapping
+from protocol.flight_plans.plan_package import pack_plan
 from protocol.modes import Mode
 from protocol.plans.mission_item import MissionItem
+from tests.support.disk import full_disk
 from tests.support.plans import VOLIERE, plan_of
 from tests.support.vehicle.fake_station import Bench, FakeStation
 from tests.support.vehicle.planned_flight import PlannedFlight
@@ -274,3 +278,102 @@ def test_an_upload_under_way_ends_when_the_plan_takes_over(station):
 def test_the_fence_is_changed_while_a_plan_is_flown(station):
     station.send(mavlink.MAVLink_mission_clear_all_message(1, 1, mavlink.MAV_MISSION_TYPE_FENCE))
     assert station.last("MISSION_ACK").type == mavlink.MAV_MISSION_ACCEPTED
+
+
+# Loading
+
+
+SENT = plan_of('<block name="Fish"><call fun="nav_fish_run(1)"/></block><block name="Stay"><stay wp="A"/></block>')
+NAMES = parse_name_mapping("[functions]\nnav_fish_run = 0\n", "names.toml")
+
+
+def load(station, data):
+    """What the vehicle says about a file."""
+    for offset in range(0, len(data), PIECE_BYTES):
+        piece = data[offset : offset + PIECE_BYTES]
+        padded = list(piece.ljust(PIECE_BYTES, b"\0"))
+        station.send(
+            mavlink.MAVLink_darko_plan_file_message(len(data), zlib.crc32(data), offset, 1, 1, len(piece), padded)
+        )
+    return station.last("DARKO_PLAN_FILE_ACK")
+
+
+def standing(folder, plan=None, **node_options):
+    """A station whose vehicle stands on the ground, with a plan of its command line or none."""
+    aircraft = None if plan is None else PlannedFlight(plan, arena="open").aircraft
+    station = FakeStation(Bench(folder, aircraft=aircraft, settle=0.0, node_options=node_options))
+    station.advance(0.2)
+    station.ask_for("DARKO_PLAN_STATUS")
+    station.advance(0.5)
+    return station
+
+
+def blocks(station):
+    return [block.name for block in station.autopilot.flight_plan.blocks()]
+
+
+def test_a_plan_is_loaded_with_what_its_names_mean(tmp_path):
+    station = standing(tmp_path)
+    assert load(station, pack_plan(SENT, NAMES)).result == ACCEPTED
+    assert [block.locked for block in station.autopilot.flight_plan.blocks()] == ["", "", ""]
+    assert station.autopilot.mode is not Mode.FLIGHT_PLAN
+
+
+def test_names_that_are_not_valid_refuse_the_plan(tmp_path):
+    station = standing(tmp_path)
+    data = pack_plan(SENT, NAMES).replace(b"= 0", b"= x")
+    assert load(station, data).result == mavlink.MAV_RESULT_TEMPORARILY_REJECTED
+    assert "names of plan: not TOML" in station.texts()
+    assert station.node.state_folder.flight_plan() is None
+
+
+def test_a_plan_that_was_sent_outlives_a_restart(tmp_path):
+    load(standing(tmp_path), pack_plan(SENT, NAMES))
+    again = standing(tmp_path)
+    assert blocks(again) == ["Fish", "Stay", "HOME"]
+    assert not again.autopilot.flight_plan.blocks()[0].locked
+    assert again.autopilot.mode is not Mode.FLIGHT_PLAN
+    assert "Stored flight plan loaded; it is not flown yet" in again.texts()
+
+
+def test_a_vehicle_that_starts_in_the_air_has_its_stored_plan_and_takes_no_other(tmp_path):
+    load(standing(tmp_path), pack_plan(SENT, NAMES))
+    flying = FakeStation.with_vehicle(tmp_path, up=3.0)
+    assert blocks(flying) == ["Fish", "Stay", "HOME"]
+    assert load(flying, pack_plan(plan_of(BLOCKS))).result == mavlink.MAV_RESULT_TEMPORARILY_REJECTED
+    assert "a plan is loaded on the ground, disarmed" in flying.texts()
+    assert blocks(flying) == ["Fish", "Stay", "HOME"]
+
+
+def test_the_command_line_comes_before_what_is_stored_unless_that_was_sent_since(tmp_path):
+    station = standing(tmp_path, plan_of(BLOCKS))
+    assert not station.node.flight_plan_was_sent
+    load(station, pack_plan(SENT, NAMES))
+    assert station.node.flight_plan_was_sent
+    rebooted = standing(tmp_path, plan_of(BLOCKS), stored_plan_first=True)
+    assert blocks(rebooted) == ["Fish", "Stay", "HOME"]
+    assert rebooted.node.flight_plan_was_sent
+    assert blocks(standing(tmp_path, plan_of(BLOCKS))) == ["Stay", "Leg", "Ring", "Locked", "HOME"]
+
+
+@pytest.mark.parametrize(
+    ("data", "words"),
+    [
+        (b"<flight_plan", "stored:1:"),
+        (pack_plan(SENT).replace(b'lat0="43.5641"', b'lat0="10.0"'), "its origin is out of reach"),
+    ],
+)
+def test_a_stored_plan_that_cannot_be_flown_is_left_out(tmp_path, data, words):
+    (tmp_path / "flight_plan.xml").write_bytes(data)
+    station = standing(tmp_path)
+    assert blocks(station) == []
+    assert f"Stored flight plan not loaded: {words}" in station.texts()
+
+
+def test_on_a_full_disk_the_plan_is_flown_and_the_pilot_is_told(tmp_path):
+    station = standing(tmp_path)
+    with full_disk():
+        assert load(station, pack_plan(SENT, NAMES)).result == ACCEPTED
+    assert "flight plan not saved" in station.texts()
+    assert blocks(station)[0] == "Fish"
+    assert blocks(standing(tmp_path)) == []

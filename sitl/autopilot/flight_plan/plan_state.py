@@ -1,0 +1,77 @@
+"""A plan in flight, as its variables and functions see it."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from protocol.flight_plans.evaluation import Scalar
+from protocol.flight_plans.flight_plan import FlightPlan
+from protocol.flight_plans.name_mapping import NameMapping
+from protocol.flight_plans.plan_geometry import EnuPoint
+from protocol.flight_plans.plan_names import plan_constants
+from sitl.autopilot.flight_plan.plan_inputs import PlanInputs
+from sitl.autopilot.flight_plan.plan_memory import PlanMemory
+from sitl.autopilot.flight_plan.waypoint_table import WaypointTable
+
+__all__ = ["PlanPosition", "PlanState"]
+
+
+class PlanPosition(Protocol):
+    """Where a plan is in its blocks."""
+
+    @property
+    def block(self) -> int:
+        """Number of the block in force."""
+
+    @property
+    def stage(self) -> int:
+        """Number of the step in force."""
+
+    @property
+    def block_time(self) -> float:
+        """In the block [s]."""
+
+    @property
+    def stage_time(self) -> float:
+        """In the stage [s]."""
+
+
+class PlanState:
+    """One plan in flight, and its vehicle.
+
+    Attributes:
+        plan: The plan.
+        mapping: What names of its build mean.
+        constants: Its names with a value that stays.
+        inputs: The vehicle at this tick.
+        memory: What the plan has set.
+        waypoints: Where they are.
+        position: Where the plan is.
+        p: Where the vehicle is, of the plan's origin.
+        v: Its velocity, east, north and up [m/s].
+        loops: The counters of loops.
+    """
+
+    def __init__(
+        self,
+        plan: FlightPlan,
+        mapping: NameMapping,
+        memory: PlanMemory,
+        waypoints: WaypointTable,
+        position: PlanPosition,
+        inputs: PlanInputs,
+    ) -> None:
+        self.plan, self.mapping, self.constants = plan, mapping, plan_constants(plan)
+        self.memory, self.waypoints, self.position, self.inputs = memory, waypoints, position, inputs
+        self.loops: dict[str, Scalar] = {}
+        self.p = self.v = EnuPoint(0.0, 0.0, 0.0)
+
+    @property
+    def height(self) -> float:
+        """Of the vehicle above the ground reference [m]."""
+        return self.p.z - self.memory.ground_height
+
+    @property
+    def altitude(self) -> float:
+        """Of the vehicle above the sea, as the plan counts it [m]."""
+        return self.plan.ground_alt + self.p.z + self.memory.altitude_shift

@@ -1,0 +1,61 @@
+"""A plan and what its names mean in one file."""
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from protocol.flight_plans import FlightPlanError, read_flight_plan, render_flight_plan
+from protocol.flight_plans.known_names import FUNCTIONS, VARIABLES
+from protocol.flight_plans.name_mapping import NameMapping, parse_name_mapping
+from protocol.flight_plans.plan_package import pack_plan, unpack_plan
+from tests.support.plans import plan_of
+
+PLAN = plan_of('<!-- <?darko-names --><block name="a"><call fun="nav_fish_run(1)"/></block>')
+NAMES = """
+[functions]
+nav_fish_run = 0
+TakePosition = "NavSetWaypointHere"
+[variables]
+AP_MODE_GUIDED = 13
+"electrical.current" = -1e-5
+speed_limit = "nav.radius"
+"""
+KEYS = st.from_regex(r"x_[A-Za-z0-9]{1,5}(\.[a-z]{1,4})?", fullmatch=True)
+NUMBERS = st.integers(-(10**9), 10**9) | st.floats(allow_nan=False, allow_infinity=False)
+
+
+def test_plan_and_names_come_back():
+    mapping = parse_name_mapping(NAMES, "names.toml")
+    assert unpack_plan(pack_plan(PLAN, mapping), "sent") == (PLAN, mapping)
+
+
+@settings(max_examples=25)
+@given(
+    st.dictionaries(KEYS, NUMBERS | st.sampled_from(sorted(FUNCTIONS))),
+    st.dictionaries(KEYS, NUMBERS | st.sampled_from(sorted(VARIABLES))),
+)
+def test_any_names_come_back(functions, variables):
+    unpacked = unpack_plan(pack_plan(PLAN, NameMapping(functions, variables)), "sent").mapping
+    assert (dict(unpacked.functions), dict(unpacked.variables)) == (functions, variables)
+
+
+def test_without_names_it_is_the_plan_alone():
+    assert pack_plan(PLAN) == pack_plan(PLAN, NameMapping()) == render_flight_plan(PLAN).encode()
+    assert unpack_plan(pack_plan(PLAN), "sent") == (PLAN, NameMapping())
+
+
+def test_other_readers_pass_over_the_names():
+    assert read_flight_plan(pack_plan(PLAN, parse_name_mapping(NAMES, "n")), "sent") == PLAN
+
+
+@pytest.mark.parametrize(
+    ("names", "words"),
+    [
+        (b"[functions]\nf = nowhere\n", "names of sent: not TOML"),
+        (b"[functions]\nf = 'Nowhere'\n", "is not a known function"),
+        (b"[functions]\nf = '\xff'\n", "not"),
+    ],
+)
+def test_names_that_are_refused(names, words):
+    with pytest.raises(FlightPlanError, match=words):
+        unpack_plan(pack_plan(PLAN) + b"<?darko-names\n" + names + b"?>\n", "sent")
