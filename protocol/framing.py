@@ -11,6 +11,7 @@ n is byte 1 of either header. The codec, the telemetry logs and the signatures s
 from __future__ import annotations
 
 __all__ = [
+    "CHECKSUM_SIZE",
     "HEADER_V1",
     "HEADER_V2",
     "MAGIC_V1",

@@ -58,7 +58,7 @@ class Columns(Mapping[str, NDArray[Any]]):
         self._names = tuple(message_class.fieldnames)
         self._type = payload_type(message_class)
         self._places = {name: place[1] for name, place in (self._type.fields or {}).items()}
-        self._shortest = int(lengths.min()) if len(lengths) else 0
+        self._shortest, self._longest = (int(lengths.min()), int(lengths.max())) if len(lengths) else (0, 0)
         self._decoded: dict[str, NDArray[Any]] = {}
 
     def __getitem__(self, name: str) -> NDArray[Any]:
@@ -98,10 +98,11 @@ class Columns(Mapping[str, NDArray[Any]]):
 
     def _clear_missing(self, found: NDArray[np.void], at: int) -> None:
         """Zeros where a payload has ended, in pieces of it from ``at``: MAVLink 2 leaves out zeros at the end."""
-        size = found.itemsize
-        if self._shortest >= at + size:
+        size, whole = found.itemsize, max(self._shortest - at, 0)
+        if whole >= size:
             return
-        short = np.flatnonzero(self._lengths < at + size)
-        left = self._lengths[short].astype(np.int64) - at
-        rows = found.view(np.uint8).reshape(-1, size)
-        rows[short] *= np.arange(size) < left[:, np.newaxis]
+        tails = found.view(np.uint8).reshape(-1, size)[:, whole:]
+        if self._longest == self._shortest:
+            tails[:] = 0
+        else:
+            tails *= np.arange(at + whole, at + size) < self._lengths[:, np.newaxis]

@@ -10,30 +10,24 @@ __all__ = ["accumulate", "checksums"]
 _BLOCK = 16384  # spans per pass: their bytes stay in the cache
 
 
-def _table() -> NDArray[np.uint16]:
-    low = [(byte ^ byte << 4) & 0xFF for byte in range(256)]
-    return np.array([(byte << 8) ^ (byte << 3) ^ (byte >> 4) for byte in low], dtype=np.uint16)
-
-
-_TABLE = _table()
-
-
-def accumulate(crc: NDArray[np.uint16], byte: NDArray[np.uint8]) -> NDArray[np.uint16]:
+def accumulate(crc: NDArray[np.uint16], byte: NDArray[np.uint8] | NDArray[np.uint16]) -> NDArray[np.uint16]:
     """Checksums after one more byte each; both arrays have shape (n,)."""
-    after: NDArray[np.uint16] = (crc >> 8) ^ _TABLE[crc.astype(np.uint8) ^ byte]
+    low = (crc ^ byte) & np.uint16(0xFF)
+    low ^= (low << np.uint16(4)) & np.uint16(0xFF)
+    after: NDArray[np.uint16] = (crc >> 8) ^ (low << 8) ^ (low << 3) ^ (low >> 4)
     return after
 
 
-def checksums(data: NDArray[np.uint8], offsets: NDArray[np.int64], lengths: NDArray[np.int64]) -> NDArray[np.uint16]:
+def checksums(data: NDArray[np.uint8], offsets: NDArray[np.int64], lengths: NDArray[np.uint16]) -> NDArray[np.uint16]:
     """Checksum of each ``data[offset : offset + length]``, before the message's CRC_EXTRA.
 
     Args:
         data: Bytes, shape (m,).
         offsets: Starts of the spans, shape (n,).
-        lengths: Lengths of the spans, 1 to 65535, shape (n,); every span lies inside ``data``.
+        lengths: Lengths of the spans, >= 1, shape (n,); every span lies inside ``data``.
     """
     crcs = np.empty(len(offsets), dtype=np.uint16)
-    order = np.argsort(lengths.astype(np.uint16), kind="stable")  # of 16 bits: by radix
+    order = np.argsort(lengths, kind="stable")  # of 16 bits: by radix
     for at in range(0, len(order), _BLOCK):
         block = order[at : at + _BLOCK]
         crcs[block] = _checksums_by_length(data, offsets[block], lengths[block])
@@ -41,20 +35,19 @@ def checksums(data: NDArray[np.uint8], offsets: NDArray[np.int64], lengths: NDAr
 
 
 def _checksums_by_length(
-    data: NDArray[np.uint8], starts: NDArray[np.int64], lengths: NDArray[np.int64]
+    data: NDArray[np.uint8], starts: NDArray[np.int64], lengths: NDArray[np.uint16]
 ) -> NDArray[np.uint16]:
     """Checksums of spans whose lengths ascend: the longer ones go on while the shorter ones are ready."""
     crc = np.full(len(starts), 0xFFFF, dtype=np.uint16)
-    pairs = lengths // 2
-    longest = int(pairs[-1])
-    words = spans(data, starts, 2 * longest).view("<u2").reshape(-1, longest) if longest else np.zeros((0, 0), "<u2")
+    longest = (int(lengths[-1]) + 1) // 2
+    words = spans(data, starts, 2 * longest).view("<u2").reshape(-1, longest)
     scratch = np.empty_like(crc)
-    for k, ready in enumerate(np.searchsorted(pairs, np.arange(longest), side="right").tolist()):
-        left = crc[ready:]
-        left ^= words[ready:, k]
-        _shift_in_two_bytes(left, scratch[ready:])
-    odd = np.flatnonzero(lengths % 2)
-    crc[odd] = accumulate(crc[odd], data[starts[odd] + lengths[odd] - 1])
+    at_end = np.searchsorted(lengths, np.arange(2 * longest, dtype=np.uint16), side="right").reshape(-1, 2)
+    for k, (ready, odd) in enumerate(at_end.tolist()):  # one byte is left of those between
+        if odd > ready:
+            crc[ready:odd] = accumulate(crc[ready:odd], words[ready:odd, k] & np.uint16(0xFF))
+        crc[odd:] ^= words[odd:, k]
+        _shift_in_two_bytes(crc[odd:], scratch[odd:])
     return crc
 
 

@@ -12,7 +12,7 @@ from protocol.errors import FileError
 from protocol.framing import HEADER_V1, HEADER_V2, SIGNED_FLAG, split_frames
 from protocol.message import Message, Source
 from protocol.tlog.columns import Columns
-from protocol.tlog.message_set import decode, message_named
+from protocol.tlog.message_set import decode, message_name, message_named
 from protocol.tlog.scan import Damage, scan
 from protocol.tlog.time_stamp import STAMP_SIZE
 
@@ -44,7 +44,8 @@ class TlogReader:
         self.ids, self.known = records.ids, records.known
         self.systems, self.components = records.systems, records.components
         self._v2 = records.v2
-        self._payload_lengths = records.headers["length"].copy()
+        self._payload_lengths = records.payload_lengths
+        self._payload_places = np.where(records.v2, np.uint8(STAMP_SIZE + HEADER_V2), np.uint8(STAMP_SIZE + HEADER_V1))
 
     def __len__(self) -> int:
         return len(self.offsets)
@@ -70,6 +71,13 @@ class TlogReader:
         """Indices of the records with an earlier time than the record before."""
         return np.flatnonzero(np.diff(self.times) < 0) + 1
 
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Names of the known messages that the log holds, by id."""
+        return tuple(
+            message_name(number) for number, (first, _) in self._groups.items() if self.known[self._by_id[first]]
+        )
+
     def frame(self, index: int) -> bytes:
         """Raw frame of one record, without its time."""
         start = self.offsets[index]
@@ -93,7 +101,7 @@ class TlogReader:
         first, last = self._groups.get(message_named(name).id, (0, 0))
         rows = self._by_id[first:last]
         if source is None:
-            return rows.copy()
+            return rows
         chosen: NDArray[np.int64] = rows[(self.systems[rows] == source[0]) & (self.components[rows] == source[1])]
         return chosen
 
@@ -107,14 +115,20 @@ class TlogReader:
             LocalProtocolError: There is no such message.
         """
         rows = self.rows(name, source)
-        starts = self.offsets[rows] + STAMP_SIZE + np.where(self._v2[rows], HEADER_V2, HEADER_V1)
-        return Columns(self._bytes, starts, self._payload_lengths[rows], message_named(name))
+        return Columns(
+            self._bytes,
+            self.offsets[rows] + self._payload_places[rows],
+            self._payload_lengths[rows],
+            message_named(name),
+        )
 
     @cached_property
     def _by_id(self) -> NDArray[np.int64]:
         """Indices of the records, grouped by message id, ascending in each group."""
         narrow = bool((self.ids < 1 << 16).all())  # 16 bits are sorted by radix
-        return np.argsort(self.ids.astype(np.uint16) if narrow else self.ids, kind="stable")
+        order = np.argsort(self.ids.astype(np.uint16) if narrow else self.ids, kind="stable")
+        order.flags.writeable = False
+        return order
 
     @cached_property
     def _groups(self) -> dict[int, tuple[int, int]]:

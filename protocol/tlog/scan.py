@@ -17,7 +17,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from protocol.framing import MAGIC_V1, MAGIC_V2, OVERHEAD_V1, OVERHEAD_V2, SIGNATURE_SIZE, SIGNED_FLAG, message_id
+from protocol.framing import (
+    CHECKSUM_SIZE,
+    HEADER_V1,
+    HEADER_V2,
+    MAGIC_V1,
+    MAGIC_V2,
+    OVERHEAD_V1,
+    OVERHEAD_V2,
+    SIGNATURE_SIZE,
+    SIGNED_FLAG,
+    message_id,
+)
 from protocol.tlog.crc import accumulate, checksums
 from protocol.tlog.message_set import MessageTable, dialect_table, message_class, other_table
 from protocol.tlog.spans import spans
@@ -30,6 +41,7 @@ Ints = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
 _MIN_FRAME = OVERHEAD_V1  # [bytes] a version 1 frame without payload
+MOST = 0.9  # of the candidates: if fewer are of the dialect, the log is one of another autopilot
 _BLOCK = 1 << 18  # bytes that are searched for markers at once: they stay in the cache
 # A time stamp and the header that follows it. Names of one version lie over those of the other.
 _HEADER = np.dtype(
@@ -68,25 +80,13 @@ class Records:
 
     offsets: Ints  # of the time stamp
     ends: Ints
-    headers: NDArray[np.void]  # of type _HEADER
+    times: Ints  # [us] as written
     ids: NDArray[np.int32]  # message ids
-    v2: Flags
+    v2: Flags  # a frame of version 2
+    payload_lengths: Bytes
+    systems: Bytes
+    components: Bytes
     known: Flags  # the message is known and the checksum is right
-
-    @property
-    def times(self) -> Ints:
-        """Times as written [us]."""
-        return self.headers["time"].astype(np.int64)
-
-    @property
-    def systems(self) -> Bytes:
-        """Sending systems."""
-        return np.where(self.v2, self.headers["system"], self.headers["system_v1"])
-
-    @property
-    def components(self) -> Bytes:
-        """Sending components."""
-        return np.where(self.v2, self.headers["component"], self.headers["component_v1"])
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,16 +95,15 @@ class _Candidates:
 
     markers: Ints
     ends: Ints  # may lie outside the file
-    headers: NDArray[np.void]
+    checked: NDArray[np.uint16]  # bytes that the checksum covers: header without its marker, and payload
     ids: NDArray[np.int32]
-    v2: Flags
 
     def only(self, chosen: Flags) -> "_Candidates":
         """The chosen candidates, without a copy if all are chosen."""
         if chosen.all():
             return self
-        headers = self.headers.view(f"V{_HEADER.itemsize}")[chosen].view(_HEADER)  # as whole: field by field is slow
-        return _Candidates(self.markers[chosen], self.ends[chosen], headers, self.ids[chosen], self.v2[chosen])
+        rows = np.flatnonzero(chosen)
+        return _Candidates(self.markers[rows], self.ends[rows], self.checked[rows], self.ids[rows])
 
 
 def scan(data: Bytes) -> tuple[Records, list[Damage]]:
@@ -117,57 +116,65 @@ def scan(data: Bytes) -> tuple[Records, list[Damage]]:
         fresh = table().knows(found.ids) & ~known
         accepted[fresh] = _checksum_holds(data, found.only(fresh), table())
         known |= fresh
+        if table is dialect_table and np.count_nonzero(known) < MOST * len(known):
+            continue  # a log of another autopilot
         proven = found.markers[known & accepted] - STAMP_SIZE
         accepted[~known] = _fits_its_neighbours(len(data), found.only(~known), headers, proven)
         if known[accepted].all():
             break  # no message of another autopilot: the second table is not needed
     found, known = found.only(accepted), known[accepted]
     disjoint = _disjoint(found.markers - STAMP_SIZE, found.ends)
-    found, known = found.only(disjoint), known[disjoint]
-    records = Records(
-        offsets=found.markers - STAMP_SIZE,
-        ends=found.ends,
-        headers=found.headers,
-        ids=found.ids,
-        v2=found.v2,
-        known=known,
-    )
+    records = _records(data, found.only(disjoint), known[disjoint])
     return records, _damage(data, records)
 
 
 def _candidates(data: Bytes) -> _Candidates:
     """Marker bytes with a possible time before them and known flags after them."""
     markers = _markers(data)
-    headers = spans(data, markers - STAMP_SIZE, _HEADER.itemsize).view(_HEADER)
-    v2 = headers["marker"] == MAGIC_V2
-    possible = ~v2 | (headers["flags"] <= SIGNED_FLAG)
-    if not possible.all():
-        markers, v2 = markers[possible], v2[possible]
-        headers = spans(data, markers - STAMP_SIZE, _HEADER.itemsize).view(_HEADER)
-    signed = v2 & (headers["flags"] == SIGNED_FLAG)
-    overhead = np.where(v2, np.uint16(OVERHEAD_V2), np.uint16(OVERHEAD_V1)) + SIGNATURE_SIZE * signed.astype(np.uint16)
-    ids = np.where(v2, headers["id"] >> 8, headers["id_v1"]).astype(np.int32)
-    return _Candidates(markers, markers + (overhead + headers["length"]), headers, ids, v2)
+    header = spans(data, markers - STAMP_SIZE, _HEADER.itemsize).view(_HEADER)
+    v2 = header["marker"] == MAGIC_V2
+    signature = np.uint16(SIGNATURE_SIZE) * (v2 & (header["flags"] == SIGNED_FLAG))
+    checked = header["length"] + np.where(v2, np.uint16(HEADER_V2 - 1), np.uint16(HEADER_V1 - 1))
+    ids = np.where(v2, header["id"] >> 8, header["id_v1"]).astype(np.int32)
+    return _Candidates(markers, markers + (checked + np.uint16(1 + CHECKSUM_SIZE) + signature), checked, ids)
 
 
 def _markers(data: Bytes) -> Ints:
-    """Where a byte that may begin a frame follows a possible time, and the shortest frame would fit."""
-    found = [np.zeros(0, dtype=np.int64)]
-    for begin in range(0, len(data) - STAMP_SIZE - _MIN_FRAME + 1, _BLOCK):
-        end = min(begin + _BLOCK, len(data) - STAMP_SIZE - _MIN_FRAME + 1)
-        marks = data[begin + STAMP_SIZE : end + STAMP_SIZE] - np.uint8(MAGIC_V2) < 2
-        marks &= data[begin:end] == 0
-        marks &= data[begin + 1 : end + 1] < TIME_LIMIT >> 48
-        found.append(np.flatnonzero(marks) + (begin + STAMP_SIZE))
+    """Where a byte that may begin a frame follows a possible time and precedes known flags; the shortest would fit."""
+    found, stop = [np.zeros(0, dtype=np.int64)], len(data) - STAMP_SIZE - _MIN_FRAME + 1
+    for begin in range(0, stop, _BLOCK):
+        end = min(begin + _BLOCK, stop)
+        marker = data[begin + STAMP_SIZE : end + STAMP_SIZE]
+        likely = marker - np.uint8(MAGIC_V2) < 2
+        likely &= data[begin:end] == 0
+        likely &= data[begin + 1 : end + 1] < TIME_LIMIT >> 48
+        likely &= (marker == MAGIC_V1) | (data[begin + STAMP_SIZE + 2 : end + STAMP_SIZE + 2] <= SIGNED_FLAG)
+        found.append(np.flatnonzero(likely) + (begin + STAMP_SIZE))
     return np.concatenate(found)
+
+
+def _records(data: Bytes, found: _Candidates, known: Flags) -> Records:
+    offsets = found.markers - STAMP_SIZE
+    header = spans(data, offsets, _HEADER.itemsize).view(_HEADER)
+    v2 = header["marker"] == MAGIC_V2
+    return Records(
+        offsets=offsets,
+        ends=found.ends,
+        times=header["time"].astype(np.int64),
+        ids=found.ids,
+        v2=v2,
+        payload_lengths=header["length"].copy(),
+        systems=np.where(v2, header["system"], header["system_v1"]),
+        components=np.where(v2, header["component"], header["component_v1"]),
+        known=known,
+    )
 
 
 def _checksum_holds(data: Bytes, found: _Candidates, table: MessageTable) -> Flags:
     """Whether the checksums of messages that are in the table are right."""
     starts = found.markers + 1
-    lengths = found.headers["length"].astype(np.int64) + np.where(found.v2, 9, 5)  # header without marker, and payload
-    crc = accumulate(checksums(data, starts, lengths), table.crc_extra(found.ids))
-    holds: Flags = np.equal(spans(data, starts + lengths, 2).view("<u2"), crc)
+    crc = accumulate(checksums(data, starts, found.checked), table.crc_extra(found.ids))
+    holds: Flags = np.equal(spans(data, starts + found.checked, CHECKSUM_SIZE).view("<u2"), crc)
     return holds
 
 

@@ -74,7 +74,7 @@ def framed(number, payload, version):
 )
 @settings(max_examples=60, deadline=None)
 def test_checksums_of_many_spans_are_those_of_each(spans, data):
-    offsets, lengths = (np.array([span[k] for span in spans], dtype=np.int64) for k in (0, 1))
+    offsets, lengths = (np.array([span[k] for span in spans], dtype=(np.int64, np.uint16)[k]) for k in (0, 1))
     crcs = checksums(np.frombuffer(data, dtype=np.uint8), offsets, lengths)
     assert crcs.tolist() == [mavlink.x25crc(data[at : at + length]).crc for at, length in spans]
 
