@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import math
 from collections.abc import Mapping
 from pathlib import Path
 
-__all__ = ["parser", "run"]
+from darko_gcs.commands.options import playing_speed, playing_time
 
-MAX_PARTS = 3  # of a time: hours, minutes, seconds
+__all__ = ["parser", "run"]
 
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
@@ -20,39 +19,11 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
         epilog="keys: space pauses, left/right seek 5 s, tab goes to the next mark, ? shows all of them",
     )
     parser.add_argument("file", type=Path, metavar="FILE", help="a .tlog of this or another ground station")
-    parser.add_argument("--speed", type=_speed, default=1.0, metavar="X", help="initial playing speed [1]")
+    parser.add_argument("--speed", type=playing_speed, default=1.0, metavar="X", help="initial playing speed [1]")
     parser.add_argument(
-        "--at", type=_time, default=0.0, metavar="TIME", help="where to begin: seconds, M:SS or H:MM:SS [0]"
+        "--at", type=playing_time, default=0.0, metavar="TIME", help="where to begin: seconds, M:SS or H:MM:SS [0]"
     )
     return parser
-
-
-def _speed(text: str) -> float:
-    value = _number(text)
-    if not value > 0.0:
-        raise argparse.ArgumentTypeError(f"{text} is not a positive number")
-    return value
-
-
-def _time(text: str) -> float:
-    """Seconds, as a number or as the clock on the screen shows them."""
-    parts = text.split(":")
-    if len(parts) > MAX_PARTS or not all(part.isdigit() for part in parts[:-1]):
-        raise argparse.ArgumentTypeError(f"{text!r} is not a time: seconds, M:SS or H:MM:SS")
-    total = sum(60.0**power * _number(part) for power, part in enumerate(reversed(parts)))
-    if total < 0.0:
-        raise argparse.ArgumentTypeError(f"{text} is before the beginning")
-    return total
-
-
-def _number(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise argparse.ArgumentTypeError(f"{text!r} is not a number")
-    return value
 
 
 def run(args: argparse.Namespace) -> int:

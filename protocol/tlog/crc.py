@@ -12,10 +12,9 @@ _BLOCK = 16384  # spans per pass: their bytes stay in the cache
 
 def accumulate(crc: NDArray[np.uint16], byte: NDArray[np.uint8] | NDArray[np.uint16]) -> NDArray[np.uint16]:
     """Checksums after one more byte each; both arrays have shape (n,)."""
-    low = (crc ^ byte) & np.uint16(0xFF)
+    low: NDArray[np.uint16] = np.bitwise_xor(crc, byte) & np.uint16(0xFF)
     low ^= (low << np.uint16(4)) & np.uint16(0xFF)
-    after: NDArray[np.uint16] = (crc >> 8) ^ (low << 8) ^ (low << 3) ^ (low >> 4)
-    return after
+    return np.asarray((crc >> 8) ^ (low << 8) ^ (low << 3) ^ (low >> 4), dtype=np.uint16)
 
 
 def checksums(data: NDArray[np.uint8], offsets: NDArray[np.int64], lengths: NDArray[np.uint16]) -> NDArray[np.uint16]:
