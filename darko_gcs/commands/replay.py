@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -19,11 +20,26 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
         epilog="keys: space pauses, left/right seek 5 s, tab goes to the next mark, ? shows all of them",
     )
     parser.add_argument("file", type=Path, metavar="FILE", help="a .tlog of this or another ground station")
+    parser.add_argument("other", type=Path, nargs="?", metavar="OTHER", help="a second one, beside the first")
     parser.add_argument("--speed", type=playing_speed, default=1.0, metavar="X", help="initial playing speed [1]")
     parser.add_argument(
         "--at", type=playing_time, default=0.0, metavar="TIME", help="where to begin: seconds, M:SS or H:MM:SS [0]"
     )
+    pair = parser.add_argument_group("two flights")
+    pair.add_argument(
+        "--align",
+        choices=("takeoff", "start", "clock"),
+        help="what is at the same time: take-off (on the vehicles' clocks), the beginnings, the date [takeoff]",
+    )
+    pair.add_argument("--offset", type=_offset, metavar="S", help="the second flight is S seconds later [0]")
     return parser
+
+
+def _offset(text: str) -> float:
+    value = float(text)
+    if not math.isfinite(value):
+        raise argparse.ArgumentTypeError(f"{text} is not a number of seconds")
+    return value
 
 
 def run(args: argparse.Namespace) -> int:
@@ -33,13 +49,25 @@ def run(args: argparse.Namespace) -> int:
         GroundError: The file cannot be read.
     """
     from darko_gcs.errors import GroundError  # noqa: PLC0415
+    from darko_gcs.feed.pair_feed import Alignment, PairFeed  # noqa: PLC0415
     from darko_gcs.feed.replay_feed import ReplayFeed  # noqa: PLC0415
+    from darko_gcs.tui.pair_app import PairApp  # noqa: PLC0415
     from darko_gcs.tui.replay_app import ReplayApp  # noqa: PLC0415
     from protocol.errors import FileError  # noqa: PLC0415 - --help must not load the wire
     from protocol.tlog import read_tlog  # noqa: PLC0415
 
+    if args.other is None and (args.align is not None or args.offset is not None):
+        raise GroundError("--align and --offset need a second log")
     try:
-        feed = ReplayFeed(read_tlog(args.file), args.file.name, begin=args.at, speed=args.speed)
+        feeds = [
+            ReplayFeed(read_tlog(path), path.name, begin=args.at, speed=args.speed)
+            for path in (args.file, args.other)
+            if path is not None
+        ]
     except FileError as error:
         raise GroundError(str(error)) from error
-    return ReplayApp(feed).run() or 0
+    if args.other is None:
+        return ReplayApp(feeds[0]).run() or 0
+    alignment = Alignment(args.align or Alignment.TAKE_OFF.value)
+    pair = PairFeed(*feeds, alignment=alignment, shift=args.offset or 0.0, begin=args.at, speed=args.speed)
+    return PairApp(pair).run() or 0
