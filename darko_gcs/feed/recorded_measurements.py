@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from darko_gcs.state.places import is_on_map
 from darko_gcs.state.reduce import (
     CHECKED_FIELDS,
     MAX_NUMBER,
@@ -16,7 +17,6 @@ from darko_gcs.state.reduce import (
     MIN_TRACK_STEP,
     RESTART_MESSAGES,
     RESTART_STEP,
-    is_on_map,
     thinned,
 )
 from darko_gcs.state.reduce_darko import MAX_V_POINTS, v_point

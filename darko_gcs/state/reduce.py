@@ -9,6 +9,7 @@ from typing import TypeVar
 from darko_gcs.state.message_handlers import HandlerTable
 from darko_gcs.state.message_log import add_line, add_status_text
 from darko_gcs.state.parameter_metadata import MAX_PARAMETERS
+from darko_gcs.state.places import is_on_map
 from darko_gcs.state.reduce_darko import DARKO_HANDLERS
 from darko_gcs.state.reduce_flight_plan import FLIGHT_PLAN_HANDLERS
 from darko_gcs.state.reduce_others import OTHER_HANDLERS, mission_item
@@ -38,7 +39,6 @@ __all__ = [
     "RESTART_MESSAGES",
     "RESTART_STEP",
     "after_restart",
-    "is_on_map",
     "reduce",
     "thinned",
 ]
@@ -77,7 +77,6 @@ CHECKED_FIELDS = {
     "WIND": ("direction", "speed", "speed_z"),
     "WIND_COV": ("wind_x", "wind_y", "wind_z"),
 }  # fmt: skip
-MAX_LATITUDE_E7, MAX_LONGITUDE_E7 = 89_0000000, 180_0000000  # of a place that a map can show [1e-7 deg]
 MAX_OFFSET_ERROR = 0.01  # of a repr_offset_q, which some vehicles send with four digits
 ALARMED_STATES = frozenset(
     {mavlink.MAV_STATE_CRITICAL, mavlink.MAV_STATE_EMERGENCY, mavlink.MAV_STATE_FLIGHT_TERMINATION}
@@ -121,11 +120,6 @@ def _is_sane(kind: str, m: Message) -> bool:
     values = (getattr(m, name) for name in CHECKED_FIELDS.get(kind, ()))
     numbers = (number for value in values for number in (value if isinstance(value, list) else (value,)))
     return all(abs(number) < MAX_NUMBER for number in numbers)  # false for NaN
-
-
-def is_on_map(latitude: int, longitude: int) -> bool:
-    """True for a place that a map can show [1e-7 deg]."""
-    return abs(latitude) <= MAX_LATITUDE_E7 and abs(longitude) <= MAX_LONGITUDE_E7
 
 
 def _is_relevant(kind: str, source: Source, vehicle: Source) -> bool:

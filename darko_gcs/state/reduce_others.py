@@ -6,6 +6,7 @@ import math
 from dataclasses import replace
 
 from darko_gcs.state.message_handlers import HandlerTable
+from darko_gcs.state.places import is_on_map
 from darko_gcs.state.plan_parts import plan_of, with_plan
 from darko_gcs.state.snapshot import Snapshot
 from protocol import units
@@ -18,7 +19,6 @@ from protocol.plans import MissionItem
 
 __all__ = ["OTHER_HANDLERS", "mission_item"]
 
-MAX_LATITUDE_E7, MAX_LONGITUDE_E7 = 90_0000000, 180_0000000
 NO_POSITION = (
     mavlink.POSITION_TARGET_TYPEMASK_X_IGNORE
     | mavlink.POSITION_TARGET_TYPEMASK_Y_IGNORE
@@ -39,7 +39,7 @@ def _wind(s: Snapshot, m: Message, _now: float) -> Snapshot:
 def _global_target(s: Snapshot, m: Message, _now: float) -> Snapshot:
     """ArduPilot's target; without a place above mean sea level there is none to show."""
     is_place = m.coordinate_frame in ABSOLUTE_ALTITUDE_FRAMES and not m.type_mask & NO_POSITION
-    if not is_place or abs(m.lat_int) > MAX_LATITUDE_E7 or abs(m.lon_int) > MAX_LONGITUDE_E7:
+    if not is_place or not is_on_map(m.lat_int, m.lon_int):
         return replace(s, target_place=None)
     return replace(s, target_place=Geodetic(units.from_e7(m.lat_int), units.from_e7(m.lon_int), m.alt))
 

@@ -9,7 +9,7 @@ from darko_gcs.tui.render.canvas import BrailleCanvas, StyledLine
 
 __all__ = ["line_chart"]
 
-LABEL_WIDTH = 6  # of the vertical axis [cells]
+NUMBER_WIDTH = 6  # of the vertical axis [cells]
 MIN_RANGE = 1.0  # of the vertical axis
 
 
@@ -26,15 +26,15 @@ def line_chart(*traces: tuple[Sequence[float], str, str], width: int, height: in
     low, high = (min(seen), max(seen)) if seen else (0.0, 0.0)
     middle, half = (low + high) / 2, max(high - low, MIN_RANGE) / 2
     low, high = middle - half, middle + half
-    plot_width = max(1, width - LABEL_WIDTH)
+    plot_width = max(1, width - NUMBER_WIDTH)
     canvas = BrailleCanvas(plot_width, max(1, height))
     for values, style, letter in traces:
         _trace(canvas, values, (low, high), style, letter)
     if not seen:
         canvas.put(max(0, plot_width // 2 - 6), height // 2, "no data here", "dim")
-    labels = [" " * LABEL_WIDTH] * canvas.height
+    labels = [" " * NUMBER_WIDTH] * canvas.height
     if seen:
-        labels[0], labels[-1] = (f"{value:.1f} ".rjust(LABEL_WIDTH)[:LABEL_WIDTH] for value in (high, low))
+        labels[0], labels[-1] = (f"{value:.1f} ".rjust(NUMBER_WIDTH)[:NUMBER_WIDTH] for value in (high, low))
     return [[(label, "dim"), *line] for label, line in zip(labels, canvas.lines(), strict=True)]
 
 

@@ -24,9 +24,9 @@ __all__ = ["HeightPanel", "PairMapPanel", "PairPanel", "PairStatus", "PairTable"
 Floats = NDArray[np.float64]
 STYLES = ("hover", "forward")  # of A and of B, in every panel
 WINDOW = 60.0  # of the charts [s]
-MAX_AGE = 2.0  # of a value that a chart still shows [s]
+FRESH_FOR = 2.0  # of a value that a chart still shows [s]
 MAX_DISTANCE = 5000.0  # between homes that one map shows where they are [m]
-LABEL_WIDTH, MIN_COLUMN = 9, 8  # [cells]
+NAME_WIDTH, MIN_COLUMN = 9, 8  # [cells]
 
 
 class PairPanel(Panel):
@@ -107,10 +107,10 @@ class PairTable(PairPanel):
 
     def draw(self, s: Snapshot, width: int, height: int) -> list[StyledLine]:  # noqa: ARG002 - of the feed
         """One line a value, the most important ones first."""
-        column = max(MIN_COLUMN, (width - LABEL_WIDTH) // 3)
+        column = max(MIN_COLUMN, (width - NAME_WIDTH) // 3)
         names = [f"{flight.letter} {flight.feed.name}" for flight in self.feed.flights]
         heads = [(_fitted(name, column), style) for name, style in zip(names, STYLES, strict=True)]
-        head = styled_line((" " * LABEL_WIDTH, ""), *heads, (_fitted("B - A", column), "label"))
+        head = styled_line((" " * NAME_WIDTH, ""), *heads, (_fitted("B - A", column), "label"))
         first, second = (flight.feed.snapshot for flight in self.feed.flights)
         return [head, *(_table_line(row, first, second, column) for row in ROWS)][:height]
 
@@ -123,7 +123,7 @@ def _table_line(row: _Row, first: Snapshot, second: Snapshot, column: int) -> St
     elif None not in values and isinstance(values[0], str) and values[0] != values[1]:
         difference, style = "differs", "warn"
     texts = [(_fitted(_text(value, row.digits), column), "") for value in values]
-    return styled_line((row.label.ljust(LABEL_WIDTH), "label"), *texts, (_fitted(difference, column), style))
+    return styled_line((row.label.ljust(NAME_WIDTH), "label"), *texts, (_fitted(difference, column), style))
 
 
 def _text(value: str | float | None, digits: int) -> str:
@@ -204,5 +204,5 @@ def _sampled(flight: RecordedFlight, series: Series, times: Floats) -> Floats:
     before = np.searchsorted(clock, times, side="right") - 1
     if not len(clock):
         return np.full(len(times), math.nan)
-    is_fresh = (before >= 0) & (times - clock[before] <= MAX_AGE)
+    is_fresh = (before >= 0) & (times - clock[before] <= FRESH_FOR)
     return np.where(is_fresh, series.values[before], math.nan)

@@ -2,7 +2,7 @@
 
 import math
 
-from darko_gcs.tui.render.line_chart import LABEL_WIDTH, line_chart
+from darko_gcs.tui.render.line_chart import NUMBER_WIDTH, line_chart
 
 
 def text(lines):
@@ -19,9 +19,9 @@ def test_traces_fill_the_chart_from_edge_to_edge_with_their_letters():
 
 
 def test_a_gap_is_left_where_there_is_no_number():
-    rows = text(line_chart(([1.0, math.nan, math.nan, 1.0], "hover", "A"), width=LABEL_WIDTH + 12, height=1))
-    assert rows[0][LABEL_WIDTH] != " "
-    assert rows[0][LABEL_WIDTH + 2 : -1].strip() == ""
+    rows = text(line_chart(([1.0, math.nan, math.nan, 1.0], "hover", "A"), width=NUMBER_WIDTH + 12, height=1))
+    assert rows[0][NUMBER_WIDTH] != " "
+    assert rows[0][NUMBER_WIDTH + 2 : -1].strip() == ""
 
 
 def test_without_numbers_it_says_so():
