@@ -12,7 +12,7 @@ from protocol.dialect import mavlink
 from protocol.errors import LocalProtocolError
 from protocol.message import Message
 
-__all__ = ["MessageTable", "decode", "dialect_table", "message_class", "message_name", "message_named", "other_table"]
+__all__ = ["MessageTable", "decode", "dialect_table", "message_class", "message_name", "message_named", "whole_table"]
 
 
 class MessageTable:
@@ -50,9 +50,9 @@ def dialect_table() -> MessageTable:
 
 
 @cache
-def other_table() -> MessageTable:
-    """The messages of other autopilots that the dialect has not."""
-    return MessageTable(_other_messages())
+def whole_table() -> MessageTable:
+    """The messages of the dialect, and those of other autopilots that it has not."""
+    return MessageTable(_other_messages() | mavlink.mavlink_map)
 
 
 def message_class(number: int) -> Message | None:

@@ -30,7 +30,7 @@ from protocol.framing import (
     message_id,
 )
 from protocol.tlog.crc import accumulate, checksums
-from protocol.tlog.message_set import MessageTable, dialect_table, message_class, other_table
+from protocol.tlog.message_set import MessageTable, dialect_table, message_class, whole_table
 from protocol.tlog.spans import spans
 from protocol.tlog.time_stamp import STAMP_SIZE, TIME_LIMIT
 
@@ -112,12 +112,11 @@ def scan(data: Bytes) -> tuple[Records, list[Damage]]:
     headers = found.markers - STAMP_SIZE  # likely starts of records, whole or truncated
     found = found.only(found.ends <= len(data))
     known, accepted = np.zeros((2, len(found.ids)), dtype=np.bool_)
-    for table in (dialect_table, other_table):
+    is_foreign = np.count_nonzero(dialect_table().knows(found.ids)) < MOST * len(known)
+    for table in (whole_table,) if is_foreign else (dialect_table, whole_table):
         fresh = table().knows(found.ids) & ~known
         accepted[fresh] = _checksum_holds(data, found.only(fresh), table())
         known |= fresh
-        if table is dialect_table and np.count_nonzero(known) < MOST * len(known):
-            continue  # a log of another autopilot
         proven = found.markers[known & accepted] - STAMP_SIZE
         accepted[~known] = _fits_its_neighbours(len(data), found.only(~known), headers, proven)
         if known[accepted].all():
