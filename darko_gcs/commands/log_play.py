@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
 __all__ = ["configure", "run"]
 
+PAUSE = 0.1  # before it begins anew [s]
+
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``darko-gcs log play``."""
@@ -70,6 +72,7 @@ async def _play(player: LogPlayer, address: OutwardAddress, begin: float, *, is_
     try:
         await player.play(begin)
         while is_looping:
+            await asyncio.sleep(PAUSE)
             await player.play()
     finally:
         player.close()

@@ -11,6 +11,7 @@ __all__ = [
     "add_listen_options",
     "add_span_options",
     "checked_sitl_arguments",
+    "finite_number",
     "listening_port",
     "playing_speed",
     "playing_time",
@@ -90,7 +91,7 @@ def positive_seconds(text: str) -> float:
 
 def playing_speed(text: str) -> float:
     """A speed of more than nothing, times real time."""
-    value = _number(text)
+    value = finite_number(text)
     if not value > 0.0:
         raise argparse.ArgumentTypeError(f"{text} is not a positive number")
     return value
@@ -101,13 +102,14 @@ def playing_time(text: str) -> float:
     parts = text.split(":")
     if len(parts) > MAX_TIME_PARTS or not all(part.isdigit() for part in parts[:-1]):
         raise argparse.ArgumentTypeError(f"{text!r} is not a time: seconds, M:SS or H:MM:SS")
-    total = sum(60.0**power * _number(part) for power, part in enumerate(reversed(parts)))
+    total = sum(60.0**power * finite_number(part) for power, part in enumerate(reversed(parts)))
     if total < 0.0:
         raise argparse.ArgumentTypeError(f"{text} is before the beginning")
     return total
 
 
-def _number(text: str) -> float:
+def finite_number(text: str) -> float:
+    """A number that is not infinite."""
     try:
         value = float(text)
     except ValueError:

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import argparse
-import math
 from collections.abc import Mapping
 from pathlib import Path
 
-from darko_gcs.commands.options import playing_speed, playing_time
+from darko_gcs.commands.options import finite_number, playing_speed, playing_time
 
 __all__ = ["parser", "run"]
 
@@ -31,15 +30,8 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
         choices=("takeoff", "start", "clock"),
         help="what is at the same time: take-off (on the vehicles' clocks), the beginnings, the date [takeoff]",
     )
-    pair.add_argument("--offset", type=_offset, metavar="S", help="the second flight is S seconds later [0]")
+    pair.add_argument("--offset", type=finite_number, metavar="S", help="the second flight is S seconds later [0]")
     return parser
-
-
-def _offset(text: str) -> float:
-    value = float(text)
-    if not math.isfinite(value):
-        raise argparse.ArgumentTypeError(f"{text} is not a number of seconds")
-    return value
 
 
 def run(args: argparse.Namespace) -> int:

@@ -46,23 +46,13 @@ _BLOCK = 1 << 18  # bytes that are searched for markers at once: they stay in th
 # A time stamp and the header that follows it. Names of one version lie over those of the other.
 _HEADER = np.dtype(
     {
-        "names": [
-            "time",
-            "marker",
-            "length",
-            "flags",
-            "system_v1",
-            "component_v1",
-            "id_v1",
-            "system",
-            "component",
-            "id",
-        ],
+        "names": ["time", "marker", "length", "flags", "system_v1", "component_v1", "id_v1", "system", "component",
+                  "id"],
         "formats": [">u8", "u1", "u1", "u1", "u1", "u1", "u1", "u1", "u1", "<u4"],
         "offsets": [0, 8, 9, 10, 11, 12, 13, 13, 14, 14],  # the id of version 2 has three bytes behind the component
         "itemsize": 18,
     }
-)
+)  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)

@@ -173,10 +173,7 @@ class PairVPanel(PairPanel):
     def draw(self, s: Snapshot, width: int, height: int) -> list[StyledLine]:  # noqa: ARG002 - of the feed
         """The chart fills the panel."""
         times = _times(self.feed, width)
-        traces = [
-            (_sampled(flight, flight.v, times).tolist(), style, flight.letter)
-            for flight, style in zip(self.feed.flights, STYLES, strict=True)
-        ]
+        traces = _traces(self.feed, times, lambda flight: flight.v)
         return log_chart(times.tolist(), *traces, width=width, height=height, window=WINDOW, now=self.feed.common)
 
 
@@ -185,12 +182,18 @@ class HeightPanel(PairPanel):
 
     def draw(self, s: Snapshot, width: int, height: int) -> list[StyledLine]:  # noqa: ARG002 - of the feed
         """The chart fills the panel."""
-        times = _times(self.feed, width)
-        traces = [
-            (_sampled(flight, flight.height, times).tolist(), style, flight.letter)
-            for flight, style in zip(self.feed.flights, STYLES, strict=True)
-        ]
+        traces = _traces(self.feed, _times(self.feed, width), lambda flight: flight.height)
         return line_chart(*traces, width=width, height=height)
+
+
+def _traces(
+    feed: PairFeed, times: Floats, series: Callable[[RecordedFlight], Series]
+) -> list[tuple[list[float], str, str]]:
+    """A quantity of both flights for a chart: values, style and letter."""
+    return [
+        (_sampled(flight, series(flight), times).tolist(), style, flight.letter)
+        for flight, style in zip(feed.flights, STYLES, strict=True)
+    ]
 
 
 def _times(feed: PairFeed, width: int) -> Floats:

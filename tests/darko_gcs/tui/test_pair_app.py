@@ -2,7 +2,6 @@
 
 import pytest
 
-from darko_gcs.__main__ import main
 from darko_gcs.feed.pair_feed import Alignment, PairFeed
 from darko_gcs.feed.replay_feed import ReplayFeed
 from darko_gcs.tui.pair_app import PairApp
@@ -90,8 +89,3 @@ def test_the_screen_matches_its_snapshot(snap_compare, size):
         await settled(pilot)
 
     assert snap_compare(PairApp(feed), terminal_size=size, run_before=settle)
-
-
-def test_an_alignment_of_one_log_is_an_error(capsys):
-    assert main(["replay", str(DATA / "square-flight.tlog"), "--offset", "3"]) == 2
-    assert "need a second log" in capsys.readouterr().err
