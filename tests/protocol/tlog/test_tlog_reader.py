@@ -50,6 +50,7 @@ def test_columns_hold_what_the_codec_decodes(payloads, version):
     for name in {decoded(frame).get_type() for frame in frames}:
         columns, messages = reader.columns(name), [reader.decode(row) for row in reader.rows(name)]
         for field, column in columns.items():
+            assert reader.columns(name)[field].tobytes() == column.tobytes()  # alone as with all others
             for ours, message in zip(column, messages, strict=True):
                 if column.dtype.kind == "S":
                     raw = message.__dict__.get(f"_{field}_raw", getattr(message, field))
