@@ -16,7 +16,6 @@ from protocol.tlog.crc import checksums
 from tests.support.logs import T0, bare, flight, log_of, quadplane_log, unknown_frame
 from tests.support.vehicle.darko_messages import actuators
 
-
 FRAMES = flight(12)
 
 
