@@ -8,8 +8,8 @@ or of two messages alone. Figures are medians of processor time. The peers:
 - pymavlink's ``mavlink_connection(FILE)`` and ``recv_match`` until nothing comes, as its users have it, with the
   dialect ``all`` and with fastcrc; a message's fields are its attributes then;
 - fasttlogparser, if it is installed (pip install scikit-build-core 'pybind11<3' cmake, then with --no-build-isolation
-  fasttlogparser): compiled, fields as arrays. It knows no DARKO_* and prints a line for each, which costs it time: a log
-  of another autopilot is the fair one.
+  fasttlogparser): compiled, fields as arrays. It knows no DARKO_* and prints a line for each, which costs it time: a
+  log of another autopilot is the fair one.
 
 For two messages alone, pymavlink skips the others by their headers and verifies none of them.
 
