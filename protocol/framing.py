@@ -11,6 +11,9 @@ n is byte 1 of either header. The codec, the telemetry logs and the signatures s
 from __future__ import annotations
 
 __all__ = [
+    "CHECKSUM_SIZE",
+    "HEADER_V1",
+    "HEADER_V2",
     "MAGIC_V1",
     "MAGIC_V2",
     "OVERHEAD_V1",
@@ -24,9 +27,10 @@ __all__ = [
 ]
 
 MAGIC_V1, MAGIC_V2 = 0xFE, 0xFD  # first byte of a frame, by version
+HEADER_V1, HEADER_V2 = 6, 10  # [bytes]
 CHECKSUM_SIZE = 2  # [bytes]
-OVERHEAD_V1 = 6 + CHECKSUM_SIZE  # header and checksum [bytes]
-OVERHEAD_V2 = 10 + CHECKSUM_SIZE
+OVERHEAD_V1 = HEADER_V1 + CHECKSUM_SIZE  # header and checksum [bytes]
+OVERHEAD_V2 = HEADER_V2 + CHECKSUM_SIZE
 SIGNED_FLAG = 0x01  # the only incompatibility flag that is understood
 SIGNATURE_SIZE = 13  # [bytes]
 

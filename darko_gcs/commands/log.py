@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Mapping
 
-from darko_gcs.commands import log_export, log_fetch, log_info, log_page, log_plot
+from darko_gcs.commands import log_export, log_fetch, log_info, log_page, log_play, log_plot
 
 __all__ = ["parser", "run"]
 
@@ -13,7 +13,7 @@ __all__ = ["parser", "run"]
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     """The command line of ``darko-gcs log``."""
     parser = argparse.ArgumentParser(prog="darko-gcs log", description=commands["log"] + ".")
-    subcommands = parser.add_subparsers(required=True, metavar="info|report|plot|export|fetch")
+    subcommands = parser.add_subparsers(required=True, metavar="info|report|plot|export|play|fetch")
     for name, module, text in (
         ("info", log_info, "summarise one log: vehicles, flight, messages, damage"),
         (
@@ -23,6 +23,7 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
         ),
         ("plot", log_plot, "plot quantities of a log, in the terminal or as a picture"),
         ("export", log_export, "write a log as CSV, Parquet, KML or MCAP"),
+        ("play", log_play, "send a log to another ground station, as if the vehicle flew now"),
         ("fetch", log_fetch, "download the logs that a vehicle has recorded itself"),
     ):
         subcommand = subcommands.add_parser(name, help=text)

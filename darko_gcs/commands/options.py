@@ -11,12 +11,16 @@ __all__ = [
     "add_listen_options",
     "add_span_options",
     "checked_sitl_arguments",
+    "finite_number",
     "listening_port",
     "port_number",
+    "playing_speed",
+    "playing_time",
     "positive_seconds",
 ]
 
 MAX_PORT, MAX_SYSTEM_ID = 65535, 255
+MAX_TIME_PARTS = 3  # hours, minutes, seconds
 DEFAULT_PORT = 14550
 
 
@@ -87,6 +91,36 @@ def positive_seconds(text: str) -> float:
     value = float(text)
     if not 0.0 < value < math.inf:
         raise argparse.ArgumentTypeError(f"{text} is not a positive number of seconds")
+    return value
+
+
+def playing_speed(text: str) -> float:
+    """A speed of more than nothing, times real time."""
+    value = finite_number(text)
+    if not value > 0.0:
+        raise argparse.ArgumentTypeError(f"{text} is not a positive number")
+    return value
+
+
+def playing_time(text: str) -> float:
+    """Seconds, as a number or as the clock on the screen shows them."""
+    parts = text.split(":")
+    if len(parts) > MAX_TIME_PARTS or not all(part.isdigit() for part in parts[:-1]):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a time: seconds, M:SS or H:MM:SS")
+    total = sum(60.0**power * finite_number(part) for power, part in enumerate(reversed(parts)))
+    if total < 0.0:
+        raise argparse.ArgumentTypeError(f"{text} is before the beginning")
+    return total
+
+
+def finite_number(text: str) -> float:
+    """A number that is not infinite."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number")
     return value
 
 

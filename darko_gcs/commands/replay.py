@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import math
 from collections.abc import Mapping
 from pathlib import Path
 
-__all__ = ["parser", "run"]
+from darko_gcs.commands.options import finite_number, playing_speed, playing_time
 
-MAX_PARTS = 3  # of a time: hours, minutes, seconds
+__all__ = ["parser", "run"]
 
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
@@ -20,39 +19,19 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
         epilog="keys: space pauses, left/right seek 5 s, tab goes to the next mark, ? shows all of them",
     )
     parser.add_argument("file", type=Path, metavar="FILE", help="a .tlog of this or another ground station")
-    parser.add_argument("--speed", type=_speed, default=1.0, metavar="X", help="initial playing speed [1]")
+    parser.add_argument("other", type=Path, nargs="?", metavar="OTHER", help="a second one, beside the first")
+    parser.add_argument("--speed", type=playing_speed, default=1.0, metavar="X", help="initial playing speed [1]")
     parser.add_argument(
-        "--at", type=_time, default=0.0, metavar="TIME", help="where to begin: seconds, M:SS or H:MM:SS [0]"
+        "--at", type=playing_time, default=0.0, metavar="TIME", help="where to begin: seconds, M:SS or H:MM:SS [0]"
     )
+    pair = parser.add_argument_group("two flights")
+    pair.add_argument(
+        "--align",
+        choices=("takeoff", "start", "clock"),
+        help="what is at the same time: take-off (on the vehicles' clocks), the beginnings, the date [takeoff]",
+    )
+    pair.add_argument("--offset", type=finite_number, metavar="S", help="the second flight is S seconds later [0]")
     return parser
-
-
-def _speed(text: str) -> float:
-    value = _number(text)
-    if not value > 0.0:
-        raise argparse.ArgumentTypeError(f"{text} is not a positive number")
-    return value
-
-
-def _time(text: str) -> float:
-    """Seconds, as a number or as the clock on the screen shows them."""
-    parts = text.split(":")
-    if len(parts) > MAX_PARTS or not all(part.isdigit() for part in parts[:-1]):
-        raise argparse.ArgumentTypeError(f"{text!r} is not a time: seconds, M:SS or H:MM:SS")
-    total = sum(60.0**power * _number(part) for power, part in enumerate(reversed(parts)))
-    if total < 0.0:
-        raise argparse.ArgumentTypeError(f"{text} is before the beginning")
-    return total
-
-
-def _number(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise argparse.ArgumentTypeError(f"{text!r} is not a number")
-    return value
 
 
 def run(args: argparse.Namespace) -> int:
@@ -62,13 +41,25 @@ def run(args: argparse.Namespace) -> int:
         GroundError: The file cannot be read.
     """
     from darko_gcs.errors import GroundError  # noqa: PLC0415
+    from darko_gcs.feed.pair_feed import Alignment, PairFeed  # noqa: PLC0415
     from darko_gcs.feed.replay_feed import ReplayFeed  # noqa: PLC0415
+    from darko_gcs.tui.pair_app import PairApp  # noqa: PLC0415
     from darko_gcs.tui.replay_app import ReplayApp  # noqa: PLC0415
     from protocol.errors import FileError  # noqa: PLC0415 - --help must not load the wire
     from protocol.tlog import read_tlog  # noqa: PLC0415
 
+    if args.other is None and (args.align is not None or args.offset is not None):
+        raise GroundError("--align and --offset need a second log")
     try:
-        feed = ReplayFeed(read_tlog(args.file), args.file.name, begin=args.at, speed=args.speed)
+        feeds = [
+            ReplayFeed(read_tlog(path), path.name, begin=args.at, speed=args.speed)
+            for path in (args.file, args.other)
+            if path is not None
+        ]
     except FileError as error:
         raise GroundError(str(error)) from error
-    return ReplayApp(feed).run() or 0
+    if args.other is None:
+        return ReplayApp(feeds[0]).run() or 0
+    alignment = Alignment(args.align or Alignment.TAKE_OFF.value)
+    pair = PairFeed(*feeds, alignment=alignment, shift=args.offset or 0.0, begin=args.at, speed=args.speed)
+    return PairApp(pair).run() or 0

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from darko_gcs.state.places import is_on_map
 from darko_gcs.state.reduce import (
     CHECKED_FIELDS,
     MAX_NUMBER,
@@ -16,7 +17,6 @@ from darko_gcs.state.reduce import (
     MIN_TRACK_STEP,
     RESTART_MESSAGES,
     RESTART_STEP,
-    is_on_map,
     thinned,
 )
 from darko_gcs.state.reduce_darko import MAX_V_POINTS, v_point
@@ -30,8 +30,10 @@ __all__ = ["MEASUREMENTS", "RecordedMeasurements"]
 MEASUREMENTS = (
     "ATTITUDE", "ATTITUDE_QUATERNION", "BATTERY_STATUS", "DARKO_ACTUATORS", "DARKO_AIR", "DARKO_DECISION",
     "DARKO_ENERGY", "DARKO_HYBRID_STATE", "EXTENDED_SYS_STATE", "GLOBAL_POSITION_INT", "LOCAL_POSITION_NED",
-    "NAV_CONTROLLER_OUTPUT", "POSITION_TARGET_LOCAL_NED", "SERVO_OUTPUT_RAW", "SYS_STATUS", "VFR_HUD", "WIND_COV",
+    "NAV_CONTROLLER_OUTPUT", "POSITION_TARGET_GLOBAL_INT", "POSITION_TARGET_LOCAL_NED", "SERVO_OUTPUT_RAW",
+    "SYS_STATUS", "VFR_HUD", "WIND", "WIND_COV",
 )  # fmt: skip
+FOREIGN = frozenset({"WIND"})  # messages that our dialect has not: asking for them loads the dialects that have them
 Rows = NDArray[np.int64]  # indices of records, ascending
 Columns = Mapping[str, NDArray[np.generic]]
 
@@ -48,7 +50,8 @@ class RecordedMeasurements:
     """
 
     def __init__(self, reader: TlogReader, vehicle_row: int) -> None:
-        kinds = {name: _sane(reader, name, vehicle_row) for name in MEASUREMENTS}
+        names = [name for name in MEASUREMENTS if name not in FOREIGN or name in reader.names]
+        kinds = {name: _sane(reader, name, vehicle_row) for name in names}
         rows = np.concatenate([rows for rows, columns in kinds.values() if "time_boot_ms" in columns])
         boot = np.concatenate([c["time_boot_ms"].astype(float) for _, c in kinds.values() if "time_boot_ms" in c])
         order = np.argsort(rows)

@@ -9,9 +9,10 @@ from typing import TypeVar
 from darko_gcs.state.message_handlers import HandlerTable
 from darko_gcs.state.message_log import add_line, add_status_text
 from darko_gcs.state.parameter_metadata import MAX_PARAMETERS
-from darko_gcs.state.plan_parts import plan_of, with_plan
+from darko_gcs.state.places import is_on_map
 from darko_gcs.state.reduce_darko import DARKO_HANDLERS
 from darko_gcs.state.reduce_flight_plan import FLIGHT_PLAN_HANDLERS
+from darko_gcs.state.reduce_others import OTHER_HANDLERS, mission_item
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
 from darko_gcs.state.values import NO_ITEM, Navigation, PlanIds
 from protocol import units
@@ -28,7 +29,6 @@ from protocol.frames import (
 from protocol.frames import heading as heading_of
 from protocol.message import Message, Source, source_of
 from protocol.mode_names import mode_name
-from protocol.plans import MissionItem
 
 __all__ = [
     "CHECKED_FIELDS",
@@ -39,7 +39,6 @@ __all__ = [
     "RESTART_MESSAGES",
     "RESTART_STEP",
     "after_restart",
-    "is_on_map",
     "reduce",
     "thinned",
 ]
@@ -72,11 +71,12 @@ CHECKED_FIELDS = {
     "DARKO_PLAN_WAYPOINT": ("alt", "x", "y", "z"),
     "LOCAL_POSITION_NED": ("x", "y", "z", "vx", "vy", "vz"),
     "NAV_CONTROLLER_OUTPUT": ("xtrack_error", "alt_error"),
+    "POSITION_TARGET_GLOBAL_INT": ("alt",),
     "POSITION_TARGET_LOCAL_NED": ("x", "y", "z"),
     "VFR_HUD": ("airspeed", "groundspeed"),
+    "WIND": ("direction", "speed", "speed_z"),
     "WIND_COV": ("wind_x", "wind_y", "wind_z"),
 }  # fmt: skip
-MAX_LATITUDE_E7, MAX_LONGITUDE_E7 = 89_0000000, 180_0000000  # of a place that a map can show [1e-7 deg]
 MAX_OFFSET_ERROR = 0.01  # of a repr_offset_q, which some vehicles send with four digits
 ALARMED_STATES = frozenset(
     {mavlink.MAV_STATE_CRITICAL, mavlink.MAV_STATE_EMERGENCY, mavlink.MAV_STATE_FLIGHT_TERMINATION}
@@ -88,6 +88,7 @@ T = TypeVar("T")
 HANDLERS = HandlerTable()
 HANDLERS.add(DARKO_HANDLERS)
 HANDLERS.add(FLIGHT_PLAN_HANDLERS)
+HANDLERS.add(OTHER_HANDLERS)
 
 
 def reduce(s: Snapshot, message: Message, now: float) -> Snapshot:
@@ -121,13 +122,8 @@ def _is_sane(kind: str, m: Message) -> bool:
     return all(abs(number) < MAX_NUMBER for number in numbers)  # false for NaN
 
 
-def is_on_map(latitude: int, longitude: int) -> bool:
-    """True for a place that a map can show [1e-7 deg]."""
-    return abs(latitude) <= MAX_LATITUDE_E7 and abs(longitude) <= MAX_LONGITUDE_E7
-
-
 def _is_relevant(kind: str, source: Source, vehicle: Source) -> bool:
-    if kind == "MISSION_ITEM_INT":  # in a log, the mission comes from the station that uploaded it
+    if kind in {"MISSION_ITEM_INT", "MISSION_ITEM"}:  # in a log, the mission comes from the station that uploaded it
         return True
     return source == vehicle or (kind == "STATUSTEXT" and source[0] == vehicle[0])
 
@@ -265,6 +261,7 @@ def _sys_status(s: Snapshot, m: Message, _now: float) -> Snapshot:
         s,
         prearm_ok=ready,
         system_voltage=m.voltage_battery / 1e3 if 0 < m.voltage_battery < UNKNOWN_VOLTAGE else None,
+        system_current=m.current_battery / 100.0 if m.current_battery >= 0 else None,
         system_battery=m.battery_remaining / 100.0 if m.battery_remaining >= 0 else None,
     )
 
@@ -325,9 +322,4 @@ def _item_reached(s: Snapshot, m: Message, _now: float) -> Snapshot:
     return replace(s, reached=s.reached | {m.seq})
 
 
-@HANDLERS.handles("MISSION_ITEM_INT")
-def _mission_item(s: Snapshot, m: Message, _now: float) -> Snapshot:
-    items = plan_of(s, m.mission_type)
-    if items is None or m.seq > len(items):
-        return s
-    return with_plan(s, m.mission_type, (*items[: m.seq], MissionItem.from_message(m), *items[m.seq + 1 :]))
+HANDLERS.handles("MISSION_ITEM_INT")(mission_item)

@@ -67,6 +67,7 @@ class Snapshot:
     p: Vector | None = None  # NED [m]
     v: Vector | None = None  # NED [m/s]
     target: Vector | None = None  # NED [m]
+    target_place: Geodetic | None = None  # of vehicles that tell it so
     geodetic: Geodetic | None = None
     relative_altitude: float | None = None  # [m]
     home: Geodetic | None = None
@@ -92,6 +93,7 @@ class Snapshot:
     energy: Energy | None = None
     servos: tuple[int, ...] = ()  # pulses of the outputs [us]; 0: not driven
     system_voltage: float | None = None  # of SYS_STATUS, for vehicles without BATTERY_STATUS [V]
+    system_current: float | None = None  # of SYS_STATUS [A]
     system_battery: float | None = None  # of SYS_STATUS: charge left, 0..1
     voltage: float | None = None  # of BATTERY_STATUS [V]
     current: float | None = None  # [A]
@@ -141,6 +143,26 @@ class Snapshot:
     def battery_voltage(self) -> float | None:
         """Voltage of the battery [V]."""
         return self.system_voltage if self.voltage is None else self.voltage
+
+    @property
+    def battery_power(self) -> float | None:
+        """Power drawn from the battery [W]."""
+        current = self.system_current if self.current is None else self.current
+        return None if current is None or self.battery_voltage is None else current * self.battery_voltage
+
+    @property
+    def goal(self) -> Vector | None:
+        """Where the vehicle is going, NED [m], in whichever way it tells so."""
+        if self.target is not None or self.target_place is None:
+            return self.target
+        return self._local_by_own_place(self.target_place)
+
+    def _local_by_own_place(self, place: Geodetic) -> Vector | None:
+        """A place in the local frame [m], from where the vehicle is in both: ArduPilot's origin need not be home."""
+        if self.p is None or self.geodetic is None:
+            return self.local(place)
+        north, east, down = LocalFrame(self.geodetic).to_ned(place)
+        return north + self.p[0], east + self.p[1], down + self.p[2]
 
     @property
     def from_home(self) -> Vector | None:

@@ -8,8 +8,8 @@ from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.widgets import Input
 
+from darko_gcs.feed.player import Player
 from darko_gcs.feed.recorded_marks import MarkKind
-from darko_gcs.feed.replay_feed import ReplayFeed
 from darko_gcs.tui.app import GroundStationApp
 from darko_gcs.tui.screens.flight_screen import FlightScreen
 from darko_gcs.tui.widgets.time_bar import TimeBar
@@ -53,7 +53,7 @@ class ReplayApp(GroundStationApp):
         *(Binding(str(n), f"go({n / 10})", "", show=False) for n in range(1, 10)),
     ]
 
-    def __init__(self, feed: ReplayFeed) -> None:
+    def __init__(self, feed: Player) -> None:
         super().__init__(feed)
         self.replay = feed
 
@@ -100,7 +100,7 @@ class ReplayApp(GroundStationApp):
 
     def action_go(self, share: float) -> None:
         """Go to a share (0..1) of the recording."""
-        self.replay.seek(share * self.replay.timeline.duration)
+        self.replay.seek(share * self.replay.duration)
         self.pull()
 
     def action_step(self, messages: int) -> None:
@@ -134,7 +134,7 @@ class ReplayApp(GroundStationApp):
 class ReplayScreen(FlightScreen):
     """The flight screen with a time bar above the footer."""
 
-    def __init__(self, feed: ReplayFeed) -> None:
+    def __init__(self, feed: Player) -> None:
         super().__init__()
         self._feed = feed
 

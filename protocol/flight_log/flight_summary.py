@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
@@ -30,7 +31,7 @@ __all__ = [
 ]
 
 Floats = NDArray[np.float64]
-Columns = dict[str, NDArray[Any]]
+Columns = Mapping[str, NDArray[Any]]
 
 _MAX_GAP = 5.0  # between messages of a flight; nothing is assumed about a longer gap [s]
 _NO_ITEM = 0xFFFF  # of DARKO_DECISION.seq

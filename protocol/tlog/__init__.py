@@ -5,7 +5,8 @@ big-endian) and one raw frame of either version.
 May import: ``protocol.message``, ``framing``, ``errors``, ``dialect``; no engine, no plan.
 """
 
-from protocol.tlog.reader import TlogReader, message_name, read_tlog
+from protocol.tlog.message_set import message_name
+from protocol.tlog.reader import TlogReader, read_tlog
 from protocol.tlog.scan import Damage
 from protocol.tlog.writer import TlogWriter
 

@@ -1,29 +1,24 @@
 """Reads a telemetry log: an index of every record, messages one by one, fields as arrays."""
 
 from collections.abc import Iterator
-from functools import cache, cached_property
+from functools import cached_property
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from protocol.dialect import mavlink
-from protocol.errors import FileError, LocalProtocolError
-from protocol.framing import MAGIC_V2, split_frames
+from protocol.errors import FileError
+from protocol.framing import HEADER_V1, HEADER_V2, SIGNED_FLAG, split_frames
 from protocol.message import Message, Source
-from protocol.tlog.columns import payload_type, payloads
+from protocol.tlog.columns import Columns
+from protocol.tlog.message_set import decode, message_name, message_named
 from protocol.tlog.scan import Damage, scan
 from protocol.tlog.time_stamp import STAMP_SIZE
 
-__all__ = ["TlogReader", "message_name", "read_tlog"]
+__all__ = ["TlogReader", "read_tlog"]
 
 _MAGIC = {b"ULog\x01\x12\x35": "a PX4 ULog file", b"\xa3\x95\x80": "an ArduPilot dataflash log"}
-
-
-def message_name(number: int) -> str:
-    """Name of a message id; ids outside the dialect are called ``UNKNOWN_n``, as in pymavlink."""
-    known = mavlink.mavlink_map.get(number)
-    return str(known.msgname) if known is not None else f"UNKNOWN_{number}"
 
 
 class TlogReader:
@@ -36,7 +31,7 @@ class TlogReader:
         ids: Message ids, shape (n,).
         systems: Sending systems, shape (n,).
         components: Sending components, shape (n,).
-        known: Whether the id is in the dialect, shape (n,); checksums of the others cannot be verified.
+        known: Whether the message is known (``message_set``), shape (n,); checksums of the others cannot be verified.
         damage: Bytes between the records.
     """
 
@@ -47,11 +42,10 @@ class TlogReader:
         self.offsets, self.times = records.offsets, records.times
         self.lengths = records.ends - records.offsets
         self.ids, self.known = records.ids, records.known
-        self._mav = mavlink.MAVLink(None)
-        self._markers = self.offsets + STAMP_SIZE
-        self._v2 = self._bytes[self._markers] == MAGIC_V2
-        self.systems = self._bytes[self._markers + np.where(self._v2, 5, 3)]
-        self.components = self._bytes[self._markers + np.where(self._v2, 6, 4)]
+        self.systems, self.components = records.systems, records.components
+        self._v2 = records.v2
+        self._payload_lengths = records.payload_lengths
+        self._payload_places = np.where(records.v2, np.uint8(STAMP_SIZE + HEADER_V2), np.uint8(STAMP_SIZE + HEADER_V1))
 
     def __len__(self) -> int:
         return len(self.offsets)
@@ -64,7 +58,7 @@ class TlogReader:
     @property
     def signed(self) -> NDArray[np.bool_]:
         """Which frames carry a signature (not verified here), shape (n,)."""
-        signed: NDArray[np.bool_] = self._v2 & (self._bytes[self._markers + 2] == 1)
+        signed: NDArray[np.bool_] = self._v2 & (self._bytes[self.offsets + STAMP_SIZE + 2] == SIGNED_FLAG)
         return signed
 
     @property
@@ -77,9 +71,17 @@ class TlogReader:
         """Indices of the records with an earlier time than the record before."""
         return np.flatnonzero(np.diff(self.times) < 0) + 1
 
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Names of the known messages that the log holds, by id."""
+        return tuple(
+            message_name(number) for number, (first, _) in self._groups.items() if self.known[self._by_id[first]]
+        )
+
     def frame(self, index: int) -> bytes:
         """Raw frame of one record, without its time."""
-        return self._bytes[self._markers[index] : self.offsets[index] + self.lengths[index]].tobytes()
+        start = self.offsets[index]
+        return self._bytes[start + STAMP_SIZE : start + self.lengths[index]].tobytes()
 
     def records(self) -> Iterator[tuple[int, bytes]]:
         """(time [us], raw frame) of every record, as ``TlogWriter.write`` takes them."""
@@ -87,36 +89,53 @@ class TlogReader:
             yield int(self.times[index]), self.frame(index)
 
     def decode(self, index: int) -> Message | None:
-        """Message of one record; None if its id is not in the dialect."""
-        if not self.known[index]:
-            return None
-        return self._mav.decode(bytearray(self.frame(index)))
+        """Message of one record; None if its id is not known."""
+        return decode(self.frame(index), int(self.ids[index])) if self.known[index] else None
 
     def rows(self, name: str, source: Source | None = None) -> NDArray[np.int64]:
         """Indices of the records that hold message ``name``, of one (system, component) or of all.
 
         Raises:
-            LocalProtocolError: The dialect has no such message.
+            LocalProtocolError: There is no such message.
         """
-        chosen = self.ids == _message_class(name).id
-        if source is not None:
-            chosen &= (self.systems == source[0]) & (self.components == source[1])
-        return np.flatnonzero(chosen)
+        first, last = self._groups.get(message_named(name).id, (0, 0))
+        rows = self._by_id[first:last]
+        if source is None:
+            return rows
+        chosen: NDArray[np.int64] = rows[(self.systems[rows] == source[0]) & (self.components[rows] == source[1])]
+        return chosen
 
-    def columns(self, name: str, source: Source | None = None) -> dict[str, NDArray[np.generic]]:
+    def columns(self, name: str, source: Source | None = None) -> Columns:
         """Fields of all messages ``name`` by field name, in wire units, one row for each of ``rows``.
 
-        Array fields have shape (n, count); text fields are bytes without their trailing zeros.
+        Each field is decoded when it is asked for. Array fields have shape (n, count); text fields are bytes without
+        their trailing zeros.
 
         Raises:
-            LocalProtocolError: The dialect has no such message.
+            LocalProtocolError: There is no such message.
         """
         rows = self.rows(name, source)
-        message_class = _message_class(name)
-        starts = self._markers[rows] + np.where(self._v2[rows], 10, 6)
-        lengths = self._bytes[self._markers[rows] + 1].astype(np.int64)
-        table = payloads(self._bytes, starts, lengths, payload_type(message_class))
-        return {field: table[field] for field in message_class.fieldnames}
+        return Columns(
+            self._bytes,
+            self.offsets[rows] + self._payload_places[rows],
+            self._payload_lengths[rows],
+            message_named(name),
+        )
+
+    @cached_property
+    def _by_id(self) -> NDArray[np.int64]:
+        """Indices of the records, grouped by message id, ascending in each group."""
+        narrow = bool((self.ids < 1 << 16).all())  # 16 bits are sorted by radix
+        order = np.argsort(self.ids.astype(np.uint16) if narrow else self.ids, kind="stable")
+        order.flags.writeable = False
+        return order
+
+    @cached_property
+    def _groups(self) -> dict[int, tuple[int, int]]:
+        """For each message id where its records begin and end in ``_by_id``."""
+        ids = self.ids[self._by_id]
+        cuts = [0, *(np.flatnonzero(np.diff(ids)) + 1).tolist(), len(ids)]
+        return {int(ids[begin]): (begin, end) for begin, end in pairwise(cuts) if end > begin}
 
 
 def read_tlog(path: Path | str) -> TlogReader:
@@ -136,18 +155,6 @@ def read_tlog(path: Path | str) -> TlogReader:
     if bare or not (reader.known.any() or 2 * int(reader.lengths.sum()) > len(data)):
         raise FileError(f"{path}: not a telemetry log: {_guess_type(data)}")
     return reader
-
-
-def _message_class(name: str) -> Message:
-    try:
-        return _by_name()[name]
-    except KeyError:
-        raise LocalProtocolError(f"the dialect has no message {name!r}") from None
-
-
-@cache
-def _by_name() -> dict[str, Message]:
-    return {known.msgname: known for known in mavlink.mavlink_map.values()}
 
 
 def _guess_type(data: bytes) -> str:

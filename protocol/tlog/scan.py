@@ -4,7 +4,7 @@ A record is a time stamp (eight bytes, microseconds, big-endian) and one frame. 
 that may begin a frame is a candidate. A candidate must pass these tests:
 
 - its time is before the year 2255, its flags are known and the whole frame is in the file;
-- a message of the dialect has the right checksum;
+- a known message, of the dialect or of another autopilot (``message_set``), has the right checksum;
 - any other message, whose checksum cannot be verified, is followed by the likely start of another record or by the
   end of the file, and contains no verified record.
 
@@ -13,15 +13,25 @@ damage: every byte of the file belongs to one record or to one piece of damage. 
 """
 
 from dataclasses import dataclass
-from functools import cache
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from protocol.dialect import mavlink
-from protocol.framing import MAGIC_V1, MAGIC_V2, OVERHEAD_V1, OVERHEAD_V2, SIGNATURE_SIZE, SIGNED_FLAG, message_id
+from protocol.framing import (
+    CHECKSUM_SIZE,
+    HEADER_V1,
+    HEADER_V2,
+    MAGIC_V1,
+    MAGIC_V2,
+    OVERHEAD_V1,
+    OVERHEAD_V2,
+    SIGNATURE_SIZE,
+    SIGNED_FLAG,
+    message_id,
+)
 from protocol.tlog.crc import accumulate, checksums
+from protocol.tlog.message_set import MessageTable, dialect_table, message_class, whole_table
+from protocol.tlog.spans import spans
 from protocol.tlog.time_stamp import STAMP_SIZE, TIME_LIMIT
 
 __all__ = ["Damage", "Records", "scan"]
@@ -31,6 +41,18 @@ Ints = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
 _MIN_FRAME = OVERHEAD_V1  # [bytes] a version 1 frame without payload
+MOST = 0.9  # of the candidates: if fewer are of the dialect, the log is one of another autopilot
+_BLOCK = 1 << 18  # bytes that are searched for markers at once: they stay in the cache
+# A time stamp and the header that follows it. Names of one version lie over those of the other.
+_HEADER = np.dtype(
+    {
+        "names": ["time", "marker", "length", "flags", "system_v1", "component_v1", "id_v1", "system", "component",
+                  "id"],
+        "formats": [">u8", "u1", "u1", "u1", "u1", "u1", "u1", "u1", "u1", "<u4"],
+        "offsets": [0, 8, 9, 10, 11, 12, 13, 13, 14, 14],  # the id of version 2 has three bytes behind the component
+        "itemsize": 18,
+    }
+)  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,8 +71,12 @@ class Records:
     offsets: Ints  # of the time stamp
     ends: Ints
     times: Ints  # [us] as written
-    ids: Ints  # message ids
-    known: Flags  # the id is in the dialect and the checksum is right
+    ids: NDArray[np.int32]  # message ids
+    v2: Flags  # a frame of version 2
+    payload_lengths: Bytes
+    systems: Bytes
+    components: Bytes
+    known: Flags  # the message is known and the checksum is right
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,14 +85,15 @@ class _Candidates:
 
     markers: Ints
     ends: Ints  # may lie outside the file
-    ids: Ints
-    v2: Flags
+    checked: NDArray[np.uint16]  # bytes that the checksum covers: header without its marker, and payload
+    ids: NDArray[np.int32]
 
     def only(self, chosen: Flags) -> "_Candidates":
         """The chosen candidates, without a copy if all are chosen."""
         if chosen.all():
             return self
-        return _Candidates(self.markers[chosen], self.ends[chosen], self.ids[chosen], self.v2[chosen])
+        rows = np.flatnonzero(chosen)
+        return _Candidates(self.markers[rows], self.ends[rows], self.checked[rows], self.ids[rows])
 
 
 def scan(data: Bytes) -> tuple[Records, list[Damage]]:
@@ -74,57 +101,70 @@ def scan(data: Bytes) -> tuple[Records, list[Damage]]:
     found = _candidates(data)
     headers = found.markers - STAMP_SIZE  # likely starts of records, whole or truncated
     found = found.only(found.ends <= len(data))
-    known = np.isin(found.ids, _dialect()[0])
-    accepted = np.zeros(len(known), dtype=np.bool_)
-    accepted[known] = _checksum_holds(data, found.only(known))
-    proven = found.markers[accepted] - STAMP_SIZE
-    accepted[~known] = _fits_its_neighbours(len(data), found.only(~known), headers, proven)
+    known, accepted = np.zeros((2, len(found.ids)), dtype=np.bool_)
+    is_foreign = np.count_nonzero(dialect_table().knows(found.ids)) < MOST * len(known)
+    for table in (whole_table,) if is_foreign else (dialect_table, whole_table):
+        fresh = table().knows(found.ids) & ~known
+        accepted[fresh] = _checksum_holds(data, found.only(fresh), table())
+        known |= fresh
+        proven = found.markers[known & accepted] - STAMP_SIZE
+        accepted[~known] = _fits_its_neighbours(len(data), found.only(~known), headers, proven)
+        if known[accepted].all():
+            break  # no message of another autopilot: the second table is not needed
     found, known = found.only(accepted), known[accepted]
     disjoint = _disjoint(found.markers - STAMP_SIZE, found.ends)
-    found, known = found.only(disjoint), known[disjoint]
-    offsets = found.markers - STAMP_SIZE
-    records = Records(offsets=offsets, ends=found.ends, times=_times(data, offsets), ids=found.ids, known=known)
+    records = _records(data, found.only(disjoint), known[disjoint])
     return records, _damage(data, records)
 
 
 def _candidates(data: Bytes) -> _Candidates:
     """Marker bytes with a possible time before them and known flags after them."""
-    size = len(data)
-    markers = np.flatnonzero((data - np.uint8(MAGIC_V2)) < 2).astype(np.int64)
-    markers = markers[(markers >= STAMP_SIZE) & (markers + _MIN_FRAME <= size)]
-    possible = (data[markers - 8] == 0) & (data[markers - 7] < TIME_LIMIT >> 48)
-    v2 = data[markers] == MAGIC_V2
-    possible &= ~v2 | (data[markers + 2] <= SIGNED_FLAG)
-    markers, v2 = markers[possible], v2[possible]
-    signed = np.where(v2, data[markers + 2], 0).astype(np.int64)
-    ends = markers + data[markers + 1] + np.where(v2, OVERHEAD_V2, OVERHEAD_V1) + SIGNATURE_SIZE * signed
-    ids = np.where(v2, _little_endian(data, markers + 7, 3), data[markers + 5])
-    return _Candidates(markers, ends, ids, v2)
+    markers = _markers(data)
+    header = spans(data, markers - STAMP_SIZE, _HEADER.itemsize).view(_HEADER)
+    v2 = header["marker"] == MAGIC_V2
+    signature = np.uint16(SIGNATURE_SIZE) * (v2 & (header["flags"] == SIGNED_FLAG))
+    checked = header["length"] + np.where(v2, np.uint16(HEADER_V2 - 1), np.uint16(HEADER_V1 - 1))
+    ids = np.where(v2, header["id"] >> 8, header["id_v1"]).astype(np.int32)
+    return _Candidates(markers, markers + (checked + np.uint16(1 + CHECKSUM_SIZE) + signature), checked, ids)
 
 
-def _little_endian(data: Bytes, offsets: Ints, count: int) -> Ints:
-    """Unsigned integers of ``count`` bytes; bytes outside the file are read as its last one."""
-    number = np.zeros(len(offsets), dtype=np.int64)
-    for k in range(count):
-        number |= data.take(offsets + k, mode="clip").astype(np.int64) << 8 * k
-    return number
+def _markers(data: Bytes) -> Ints:
+    """Where a byte that may begin a frame follows a possible time and precedes known flags; the shortest would fit."""
+    found, stop = [np.zeros(0, dtype=np.int64)], len(data) - STAMP_SIZE - _MIN_FRAME + 1
+    for begin in range(0, stop, _BLOCK):
+        end = min(begin + _BLOCK, stop)
+        marker = data[begin + STAMP_SIZE : end + STAMP_SIZE]
+        likely = marker - np.uint8(MAGIC_V2) < 2
+        likely &= data[begin:end] == 0
+        likely &= data[begin + 1 : end + 1] < TIME_LIMIT >> 48
+        likely &= (marker == MAGIC_V1) | (data[begin + STAMP_SIZE + 2 : end + STAMP_SIZE + 2] <= SIGNED_FLAG)
+        found.append(np.flatnonzero(likely) + (begin + STAMP_SIZE))
+    return np.concatenate(found)
 
 
-@cache
-def _dialect() -> tuple[Ints, Bytes]:
-    """Message ids of the dialect, ascending, and the CRC_EXTRA of each."""
-    ids = sorted(mavlink.mavlink_map)
-    extra = [mavlink.mavlink_map[number].crc_extra for number in ids]
-    return np.array(ids, dtype=np.int64), np.array(extra, dtype=np.uint8)
+def _records(data: Bytes, found: _Candidates, known: Flags) -> Records:
+    offsets = found.markers - STAMP_SIZE
+    header = spans(data, offsets, _HEADER.itemsize).view(_HEADER)
+    v2 = header["marker"] == MAGIC_V2
+    return Records(
+        offsets=offsets,
+        ends=found.ends,
+        times=header["time"].astype(np.int64),
+        ids=found.ids,
+        v2=v2,
+        payload_lengths=header["length"].copy(),
+        systems=np.where(v2, header["system"], header["system_v1"]),
+        components=np.where(v2, header["component"], header["component_v1"]),
+        known=known,
+    )
 
 
-def _checksum_holds(data: Bytes, found: _Candidates) -> Flags:
-    """Whether the checksums of messages of the dialect are right."""
+def _checksum_holds(data: Bytes, found: _Candidates, table: MessageTable) -> Flags:
+    """Whether the checksums of messages that are in the table are right."""
     starts = found.markers + 1
-    lengths = data[starts].astype(np.int64) + np.where(found.v2, 9, 5)  # header without its marker, and payload
-    ids, extra = _dialect()
-    crc = accumulate(checksums(data, starts, lengths), extra[np.searchsorted(ids, found.ids)])
-    return np.equal(_little_endian(data, starts + lengths, 2), crc)
+    crc = accumulate(checksums(data, starts, found.checked), table.crc_extra(found.ids))
+    holds: Flags = np.equal(spans(data, starts + found.checked, CHECKSUM_SIZE).view("<u2"), crc)
+    return holds
 
 
 def _fits_its_neighbours(size: int, found: _Candidates, headers: Ints, proven: Ints) -> Flags:
@@ -132,7 +172,7 @@ def _fits_its_neighbours(size: int, found: _Candidates, headers: Ints, proven: I
 
     Args:
         size: Bytes of the log.
-        found: Frames outside the dialect.
+        found: Frames of unknown messages.
         headers: Likely starts of records, ascending.
         proven: Starts of the verified records, ascending.
     """
@@ -153,13 +193,6 @@ def _disjoint(starts: Ints, ends: Ints) -> Flags:
         keep[k] = start >= free
         free = end if keep[k] else free
     return keep
-
-
-def _times(data: Bytes, offsets: Ints) -> Ints:
-    if not len(offsets):
-        return np.zeros(0, dtype=np.int64)
-    stamps = np.ascontiguousarray(sliding_window_view(data, STAMP_SIZE)[offsets])
-    return stamps.view(">u8")[:, 0].astype(np.int64)
 
 
 def _damage(data: Bytes, records: Records) -> list[Damage]:
@@ -191,9 +224,10 @@ def _diagnose_frame(header: bytes) -> str:
     if v2 and header[2] > SIGNED_FLAG:
         return f"unknown incompatibility flags {header[2]:#04x}"
     number = message_id(header)
-    if number not in mavlink.mavlink_map:
+    known = message_class(number)
+    if known is None:
         return f"message {number} is not in the dialect and no record follows it"
-    return f"wrong checksum or length of {mavlink.mavlink_map[number].msgname}"
+    return f"wrong checksum or length of {known.msgname}"
 
 
 def _cut_short(header: bytes, left: int) -> bool:

@@ -8,7 +8,15 @@ from itertools import pairwise
 
 from darko_gcs.tui.render.canvas import BrailleCanvas, StyledLine
 
-__all__ = ["MapLabel", "NorthEast", "draw_map", "fitting_view", "place_at"]
+__all__ = [
+    "ARROWS_FROM_NORTH",
+    "MAX_COORDINATE",
+    "MapLabel",
+    "NorthEast",
+    "draw_map",
+    "fitting_view",
+    "place_at",
+]
 
 NorthEast = tuple[float, float]  # [m]
 MapLabel = tuple[str, NorthEast, str]  # text, its first character at a place, and style

@@ -67,19 +67,21 @@ class FlightPanel(Panel):
         return self.is_mounted and self.screen.has_class("-tall")
 
     def _target(self, s: Snapshot) -> StyledLine:
-        distance = math.dist(s.p, s.target) if s.target is not None and s.p is not None else None
+        distance = math.dist(s.p, s.goal) if s.goal is not None and s.p is not None else None
         cross_track = None if s.navigation is None else s.navigation.cross_track
         return _pair("to  ", distance, "   track ", cross_track)
 
     def _power(self, s: Snapshot) -> StyledLine:
         if s.energy is None:
-            return styled_line(("pow ", "label"), ("--", "dim"))
+            power = s.battery_power
+            return styled_line(("pow ", "label"), ("--", "dim") if power is None else f"{power:7.0f} W")
         e = s.energy
         return styled_line(("pow ", "label"), f"{e.power:7.0f} W", ("   used ", "label"), f"{e.total / 1e3:.2f} kJ")
 
     def _battery(self, s: Snapshot) -> StyledLine:
         if s.charge_left is None:
-            return styled_line(("bat ", "label"), ("--", "dim"))
+            volts = s.battery_voltage
+            return styled_line(("bat ", "label"), ("--", "dim") if volts is None else f"{volts:7.1f} V")
         style = "bad" if s.charge_left < BATTERY_BAD else "warn" if s.charge_left < BATTERY_WARN else ""
         voltage = "" if s.battery_voltage is None else f"   {s.battery_voltage:.1f} V"
         return styled_line(("bat ", "label"), (f"{100 * s.charge_left:7.0f} %", style), voltage)

@@ -55,7 +55,7 @@ class MapPanel(Panel):
             rally=rally_points(s),
             vehicle=None if s.p is None else (s.p[0], s.p[1], s.heading or 0.0),
             course=position_ahead(s),
-            target=None if s.target is None or on_ground else s.target[:2],
+            target=None if s.goal is None or on_ground else s.goal[:2],
         )
         return lines
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from textual import events
 
+from darko_gcs.feed.player import Player
 from darko_gcs.feed.recorded_marks import MarkKind
-from darko_gcs.feed.replay_feed import ReplayFeed
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.text import format_time
 from darko_gcs.tui.render.canvas import StyledLine
@@ -28,7 +28,7 @@ LAST_MARK_WIDTH = 100  # of the screen that has room for the last mark's text [c
 class TimeBar(StatusBar):
     """Position in the recording, playing speed, marks and their legend. A click on the bar seeks."""
 
-    def __init__(self, feed: ReplayFeed) -> None:
+    def __init__(self, feed: Player) -> None:
         super().__init__("replay-bar")
         self._feed = feed
 
@@ -40,13 +40,13 @@ class TimeBar(StatusBar):
         """Go to the place of the bar that was clicked."""
         room = self._room(self.size.width)
         if event.y == 0 and STATE_WIDTH <= event.x < STATE_WIDTH + room:
-            self._feed.seek((event.x - STATE_WIDTH) / max(1, room - 1) * self._feed.timeline.duration)
+            self._feed.seek((event.x - STATE_WIDTH) / max(1, room - 1) * self._feed.duration)
             self.redraw()
 
     def _times(self) -> str:
         feed = self._feed
         looping = " loop" if feed.looping else ""
-        return f" {format_time(feed.now)} / {format_time(feed.timeline.duration)}  {feed.speed:g}x{looping} "
+        return f" {format_time(feed.now)} / {format_time(feed.duration)}  {feed.speed:g}x{looping} "
 
     def _room(self, width: int) -> int:
         return max(1, width - len(self._times()) - STATE_WIDTH)
@@ -54,12 +54,12 @@ class TimeBar(StatusBar):
     def _bar(self, width: int) -> StyledLine:
         feed, room = self._feed, self._room(width)
         state = ("◀" if feed.backwards else "▶") if feed.playing else "⏸"
-        at = _cell(feed.now, feed.timeline.duration, room)
+        at = _cell(feed.now, feed.duration, room)
         cells = [("─", "plan" if cell < at else "dim") for cell in range(room)]
         for kind, symbol in SYMBOLS.items():
             for mark in feed.marks:
                 if mark.kind is kind:
-                    cells[_cell(mark.time, feed.timeline.duration, room)] = symbol
+                    cells[_cell(mark.time, feed.duration, room)] = symbol
         cells[at] = ("●", "accent")
         return [(f" {state} ", "accent"), *cells, *styled_line(self._times())]
 

@@ -1,0 +1,78 @@
+"""``darko-gcs log play``: send a recorded flight to another ground station."""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from darko_gcs.commands.options import playing_speed, playing_time
+
+if TYPE_CHECKING:
+    from darko_gcs.feed.outward_link import OutwardAddress
+    from darko_gcs.tasks.log_player import LogPlayer
+
+__all__ = ["configure", "run"]
+
+PAUSE = 0.1  # before it begins anew [s]
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``darko-gcs log play``."""
+    parser.epilog = (
+        "QGroundControl and darko-gcs listen on 14550. Frames are sent byte for byte at their times. Not sent: signed "
+        "frames, those of ground stations, damage."
+    )
+    parser.add_argument("file", type=Path, metavar="FILE", help="telemetry log (.tlog)")
+    parser.add_argument(
+        "--to",
+        default="udpout:127.0.0.1:14550",
+        metavar="URL",
+        help="where the station listens, udpout:HOST:PORT [udpout:127.0.0.1:14550]",
+    )
+    parser.add_argument("--network", action="store_true", help="allow an address of another machine")
+    parser.add_argument("--speed", type=playing_speed, default=1.0, metavar="X", help="playing speed [1]")
+    parser.add_argument(
+        "--at", type=playing_time, default=0.0, metavar="TIME", help="where to begin: seconds, M:SS or H:MM:SS [0]"
+    )
+    parser.add_argument("--loop", action="store_true", help="begin anew at the end, until Ctrl+C")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Play the log.
+
+    Raises:
+        FileError: The log cannot be read.
+        GroundError: There is nothing to send, or no way to the address.
+    """
+    # --help must be quick: the dialect and numpy are loaded only here.
+    from darko_gcs.errors import GroundError  # noqa: PLC0415
+    from darko_gcs.tasks.log_player import LogPlayer, loopback_or_asked  # noqa: PLC0415
+    from protocol.tlog import read_tlog  # noqa: PLC0415
+
+    address = loopback_or_asked(args.to, is_network_allowed=args.network)
+    player = LogPlayer(read_tlog(args.file), speed=args.speed)
+    if not len(player.frames.rows):
+        raise GroundError(f"{args.file}: nothing to send: {player.frames.words}")
+    if args.at >= player.frames.duration > 0.0:
+        raise GroundError(f"--at {args.at:g}: the log ends after {player.frames.duration:.1f} s")
+    print(f"{args.file} to {address.words}: {player.frames.words}", flush=True)
+    try:
+        asyncio.run(_play(player, address, args.at, is_looping=args.loop))
+    except KeyboardInterrupt:
+        print()
+    nobody = "; nobody listened there at times" if player.refused else ""
+    print(f"{player.sent} frames sent{nobody}; {player.answers} datagrams came back, none answered")
+    return 0
+
+
+async def _play(player: LogPlayer, address: OutwardAddress, begin: float, *, is_looping: bool) -> None:
+    await player.open(address)
+    try:
+        await player.play(begin)
+        while is_looping:
+            await asyncio.sleep(PAUSE)
+            await player.play()
+    finally:
+        player.close()

@@ -1,0 +1,168 @@
+"""Sends a recorded flight to a ground station, frame by frame at its times, as if the vehicle flew now."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from darko_gcs.errors import GroundError, LinkError
+from darko_gcs.feed.outward_link import OutwardAddress, outward_address
+from protocol.dialect import mavlink
+from protocol.loopback import is_loopback
+from protocol.tlog import TlogReader
+from protocol.tlog.replay import playing_times
+
+__all__ = ["LogPlayer", "PlayedFrames", "loopback_or_asked", "played_frames"]
+
+LONGEST_NAP = 0.05  # between two looks at the clock [s]
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlayedFrames:
+    """The frames of a log that are sent, and how many are not.
+
+    Attributes:
+        rows: Their records, ascending, shape (n,).
+        times: Playing time of each [s], shape (n,).
+        duration: Of the whole log [s].
+        left_out: Frames that are not sent, by reason.
+    """
+
+    rows: NDArray[np.int64]
+    times: NDArray[np.float64]
+    duration: float
+    left_out: dict[str, int] = field(default_factory=dict)
+
+    @property
+    def words(self) -> str:
+        """What is sent, and what is not."""
+        parts = [f"{count} {reason}" for reason, count in self.left_out.items() if count]
+        return f"{len(self.rows)} frames in {self.duration:.1f} s" + (
+            f"; left out: {', '.join(parts)}" if parts else ""
+        )
+
+
+def played_frames(reader: TlogReader) -> PlayedFrames:
+    """The frames that a station may take for a vehicle's.
+
+    Signed ones are left out: their signatures are old, and a station that checks them would refuse them. Frames of
+    ground stations are left out: they are no telemetry, and their commands must not come out of a recording.
+    """
+    times = playing_times(reader.times)
+    secret = reader.ids == mavlink.MAVLINK_MSG_ID_SETUP_SIGNING
+    of_stations = np.isin(_sources(reader), _stations(reader)) & ~secret
+    signed = reader.signed & ~of_stations & ~secret
+    rows = np.flatnonzero(~(secret | signed | of_stations))
+    return PlayedFrames(
+        rows=rows,
+        times=times[rows],
+        duration=float(times[-1]) if len(times) else 0.0,
+        left_out={
+            "signed": int(signed.sum()),
+            "of ground stations": int(of_stations.sum()),
+            "with a signing key": int(secret.sum()),
+            "bytes of damage": sum(piece.length for piece in reader.damage),
+        },
+    )
+
+
+def _sources(reader: TlogReader) -> NDArray[np.int64]:
+    """Sender of each record, as one number."""
+    return reader.systems.astype(np.int64) << 8 | reader.components
+
+
+def _stations(reader: TlogReader) -> NDArray[np.int64]:
+    """Senders that said in a heartbeat that they are ground stations, or have a ground station's component id."""
+    rows = reader.rows("HEARTBEAT")
+    told = rows[reader.columns("HEARTBEAT")["type"] == mavlink.MAV_TYPE_GCS]
+    own = reader.components == mavlink.MAV_COMP_ID_MISSIONPLANNER
+    return np.unique(_sources(reader)[np.concatenate((told, np.flatnonzero(own)))])
+
+
+def loopback_or_asked(text: str, *, is_network_allowed: bool) -> OutwardAddress:
+    """Where to send to.
+
+    Raises:
+        LinkError: It is no ``udpout:HOST:PORT``.
+        GroundError: It is another machine's, and that was not asked for.
+    """
+    address = outward_address(text)
+    if address is None or address.kind != "udpout":
+        raise LinkError(f"{text}: an address to play to is udpout:HOST:PORT")
+    if not is_network_allowed and not is_loopback(address.place):
+        raise GroundError(
+            f"{text}: not this machine: a station there would take the recording for a flight (--network)"
+        )
+    return address
+
+
+class LogPlayer(asyncio.DatagramProtocol):
+    """Sends the frames, one a datagram, and takes no answers.
+
+    Args:
+        reader: The log.
+        speed: Playing speed, times real time.
+        clock: Seconds that never go back.
+
+    Attributes:
+        sent: Frames sent.
+        answers: Datagrams that came back; nothing heeds them.
+        refused: Whether the machine said that nobody listens there.
+    """
+
+    def __init__(self, reader: TlogReader, *, speed: float = 1.0, clock: Callable[[], float] = time.monotonic) -> None:
+        self.frames = played_frames(reader)
+        self._reader, self._speed, self._clock = reader, speed, clock
+        self._transport: asyncio.DatagramTransport | None = None
+        self.sent, self.answers, self.refused = 0, 0, False
+
+    async def open(self, address: OutwardAddress) -> None:
+        """Open a socket to the station.
+
+        Raises:
+            LinkError: There is no way to the address.
+        """
+        loop = asyncio.get_running_loop()
+        try:
+            self._transport, _ = await loop.create_datagram_endpoint(
+                lambda: self, remote_addr=(address.place, address.number)
+            )
+        except (OSError, UnicodeError) as error:
+            raise LinkError(f"cannot send to {address.words}: {getattr(error, 'strerror', None) or error}") from error
+
+    def close(self) -> None:
+        """Release the socket."""
+        if self._transport is not None:
+            self._transport.close()
+
+    def datagram_received(self, data: bytes, addr: tuple[str, int]) -> None:  # noqa: ARG002 - only counted
+        """Count what a station asks: a recording answers nothing."""
+        self.answers += 1
+
+    def error_received(self, exc: Exception) -> None:
+        """Nobody listens there, or not any more: the flight goes on, as a vehicle's would."""
+        self.refused = self.refused or isinstance(exc, ConnectionRefusedError)
+
+    async def play(self, begin: float = 0.0) -> None:
+        """Send everything from a playing time [s] on, once."""
+        first = int(np.searchsorted(self.frames.times, begin))
+        started = self._clock()
+        while first < len(self.frames.rows):
+            reached = begin + (self._clock() - started) * self._speed
+            due = int(np.searchsorted(self.frames.times, reached, side="right"))
+            for row in self.frames.rows[first:due].tolist():
+                self._send(self._reader.frame(row))
+            first = max(first, due)
+            if first < len(self.frames.rows):
+                wait = (float(self.frames.times[first]) - reached) / self._speed
+                await asyncio.sleep(min(max(wait, 0.0), LONGEST_NAP))
+
+    def _send(self, frame: bytes) -> None:
+        if self._transport is not None:
+            self._transport.sendto(frame)
+            self.sent += 1

@@ -1,0 +1,211 @@
+"""Panels of two flights side by side: values in two columns, one map, charts of V and height."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from darko_gcs.feed.pair_feed import PairFeed, Place, RecordedFlight
+from darko_gcs.feed.recorded_series import Series
+from darko_gcs.state.snapshot import Snapshot
+from darko_gcs.tui.render.canvas import StyledLine
+from darko_gcs.tui.render.chart import log_chart
+from darko_gcs.tui.render.line_chart import line_chart
+from darko_gcs.tui.render.map_drawing import NorthEast
+from darko_gcs.tui.render.pair_map import MapFlight, draw_pair_map
+from darko_gcs.tui.widgets.panel import Panel, styled_line
+
+__all__ = ["HeightPanel", "PairMapPanel", "PairPanel", "PairStatus", "PairTable", "PairVPanel"]
+
+Floats = NDArray[np.float64]
+STYLES = ("hover", "forward")  # of A and of B, in every panel
+WINDOW = 60.0  # of the charts [s]
+FRESH_FOR = 2.0  # of a value that a chart still shows [s]
+MAX_DISTANCE = 5000.0  # between homes that one map shows where they are [m]
+NAME_WIDTH, MIN_COLUMN = 9, 8  # [cells]
+
+
+class PairPanel(Panel):
+    """Redrawn as time passes: it shows the feed, not one snapshot."""
+
+    def __init__(self, title: str, feed: PairFeed, *, id: str) -> None:  # noqa: A002 - textual's own name for it
+        super().__init__(title, id=id)
+        self.feed = feed
+
+    def watch_now(self) -> None:
+        """Show the new place, or the new alignment."""
+        self.watch_snapshot()
+
+
+@dataclass(frozen=True)
+class _Row:
+    """A value of the table: text, or a number that has a difference."""
+
+    label: str
+    value: Callable[[Snapshot], str | float | None]
+    digits: int = 1
+
+
+ROWS = (
+    _Row("mode", lambda s: s.mode),
+    _Row("law", lambda s: s.law),
+    _Row("height m", lambda s: None if s.from_home is None else -s.from_home[2]),
+    _Row("speed m/s", lambda s: None if s.v is None else math.hypot(s.v[0], s.v[1])),
+    _Row("air m/s", lambda s: s.airspeed),
+    _Row("V", lambda s: None if s.hybrid is None else s.hybrid.v, 3),
+    _Row("north m", lambda s: None if s.from_home is None else s.from_home[0]),
+    _Row("east m", lambda s: None if s.from_home is None else s.from_home[1]),
+    _Row("climb m/s", lambda s: None if s.v is None else -s.v[2]),
+    _Row("to go m", lambda s: None if s.goal is None or s.p is None else math.dist(s.p, s.goal)),
+    _Row("track m", lambda s: None if s.navigation is None else s.navigation.cross_track),
+    _Row("power W", lambda s: s.battery_power if s.energy is None else s.energy.power, 0),
+    _Row("used kJ", lambda s: None if s.energy is None else s.energy.total / 1e3, 2),
+    _Row("battery %", lambda s: None if s.charge_left is None else 100.0 * s.charge_left, 0),
+    _Row("wind m/s", lambda s: None if s.wind is None else math.hypot(s.wind[0], s.wind[1])),
+    _Row("jumps", lambda s: None if s.hybrid is None else float(s.hybrid.jumps), 0),
+    _Row("item", lambda s: None if s.mission_current is None else float(s.mission_current), 0),
+    _Row("armed", lambda s: None if s.armed is None else ("yes" if s.armed else "no")),
+)
+
+
+class PairStatus(PairPanel):
+    """The top line: both vehicles, their modes, whether they are armed, and which recording has not begun or ended."""
+
+    def __init__(self, feed: PairFeed) -> None:
+        super().__init__("", feed, id="pair-status")
+
+    def draw(self, s: Snapshot, width: int, height: int) -> list[StyledLine]:  # noqa: ARG002 - of the feed
+        """One line."""
+        halves = [_state(flight, style) for flight, style in zip(self.feed.flights, STYLES, strict=True)]
+        return [[*halves[0], *halves[1], (" REPLAY ", "accent")]]
+
+    def subtitle(self, s: Snapshot) -> str:  # noqa: ARG002 - it has no border
+        """None."""
+        return ""
+
+
+def _state(flight: RecordedFlight, style: str) -> StyledLine:
+    s = flight.feed.snapshot
+    armed = (" ARMED", "bad") if s.armed else (" disarmed", "dim")
+    when = ("", "")
+    if flight.place is not Place.INSIDE:
+        when = (f" {flight.place.value}", "warn")
+    return styled_line((f" {flight.letter} ", style), (s.mode or "no vehicle", "accent"), armed, when, " ")
+
+
+class PairTable(PairPanel):
+    """Values of both flights, and B less A. The lower border tells how they are aligned."""
+
+    def subtitle(self, s: Snapshot) -> str:  # noqa: ARG002 - of the feed
+        """What is at the same time in both flights."""
+        shift = f" {self.feed.shift:+g} s" if self.feed.shift else ""
+        return f"aligned by {self.feed.alignment.value}{shift}, t = {self.feed.common:.1f} s"
+
+    def draw(self, s: Snapshot, width: int, height: int) -> list[StyledLine]:  # noqa: ARG002 - of the feed
+        """One line a value, the most important ones first."""
+        column = max(MIN_COLUMN, (width - NAME_WIDTH) // 3)
+        names = [f"{flight.letter} {flight.feed.name}" for flight in self.feed.flights]
+        heads = [(_fitted(name, column), style) for name, style in zip(names, STYLES, strict=True)]
+        head = styled_line((" " * NAME_WIDTH, ""), *heads, (_fitted("B - A", column), "label"))
+        first, second = (flight.feed.snapshot for flight in self.feed.flights)
+        return [head, *(_table_line(row, first, second, column) for row in ROWS)][:height]
+
+
+def _table_line(row: _Row, first: Snapshot, second: Snapshot, column: int) -> StyledLine:
+    values = row.value(first), row.value(second)
+    difference, style = "", ""
+    if all(isinstance(value, float | int) and math.isfinite(value) for value in values):
+        difference = f"{float(values[1] or 0.0) - float(values[0] or 0.0):+.{row.digits}f}"
+    elif None not in values and isinstance(values[0], str) and values[0] != values[1]:
+        difference, style = "differs", "warn"
+    texts = [(_fitted(_text(value, row.digits), column), "") for value in values]
+    return styled_line((row.label.ljust(NAME_WIDTH), "label"), *texts, (_fitted(difference, column), style))
+
+
+def _text(value: str | float | None, digits: int) -> str:
+    if value is None or (isinstance(value, float) and not math.isfinite(value)):
+        return "--"
+    return value if isinstance(value, str) else f"{value:.{digits}f}"
+
+
+def _fitted(text: str, width: int) -> str:
+    """The text at the right of a column, with a space before it."""
+    return f" {text[: width - 1]:>{width - 1}}"
+
+
+class PairMapPanel(PairPanel):
+    """Both tracks and vehicles; in one place if their homes are near each other, else both around their homes."""
+
+    def subtitle(self, s: Snapshot) -> str:  # noqa: ARG002 - of the feed
+        """Says if the places are not the true ones."""
+        return "" if self._between() is not None else "each around its own home"
+
+    def draw(self, s: Snapshot, width: int, height: int) -> list[StyledLine]:  # noqa: ARG002 - of the feed
+        """The map fills the panel."""
+        first, second = (flight.feed.snapshot for flight in self.feed.flights)
+        shift = self._between()
+        if shift is None:
+            shift = first.home_p[0] - second.home_p[0], first.home_p[1] - second.home_p[1]
+        return draw_pair_map([_map_flight(first, 0, (0.0, 0.0)), _map_flight(second, 1, shift)], width, height)
+
+    def _between(self) -> NorthEast | None:
+        """From the second flight's local frame to the first one's [m]; None if they are far apart or not known."""
+        first, second = (flight.feed.snapshot for flight in self.feed.flights)
+        place = None if second.home is None else first.local(second.home)
+        if place is None or math.hypot(place[0], place[1]) > MAX_DISTANCE:
+            return None
+        return place[0] - second.home_p[0], place[1] - second.home_p[1]
+
+
+def _map_flight(s: Snapshot, number: int, shift: NorthEast) -> MapFlight:
+    north, east = shift
+    vehicle = None if s.p is None else (s.p[0] + north, s.p[1] + east, s.heading or 0.0)
+    return MapFlight("AB"[number], STYLES[number], [(n + north, e + east) for n, e in s.track], vehicle)
+
+
+class PairVPanel(PairPanel):
+    """V of the law in force in both flights, over the last minute."""
+
+    def draw(self, s: Snapshot, width: int, height: int) -> list[StyledLine]:  # noqa: ARG002 - of the feed
+        """The chart fills the panel."""
+        times = _times(self.feed, width)
+        traces = _traces(self.feed, times, lambda flight: flight.v)
+        return log_chart(times.tolist(), *traces, width=width, height=height, window=WINDOW, now=self.feed.common)
+
+
+class HeightPanel(PairPanel):
+    """Height of both flights, over the last minute."""
+
+    def draw(self, s: Snapshot, width: int, height: int) -> list[StyledLine]:  # noqa: ARG002 - of the feed
+        """The chart fills the panel."""
+        traces = _traces(self.feed, _times(self.feed, width), lambda flight: flight.height)
+        return line_chart(*traces, width=width, height=height)
+
+
+def _traces(
+    feed: PairFeed, times: Floats, series: Callable[[RecordedFlight], Series]
+) -> list[tuple[list[float], str, str]]:
+    """A quantity of both flights for a chart: values, style and letter."""
+    return [
+        (_sampled(flight, series(flight), times).tolist(), style, flight.letter)
+        for flight, style in zip(feed.flights, STYLES, strict=True)
+    ]
+
+
+def _times(feed: PairFeed, width: int) -> Floats:
+    """Two common times for each cell of a chart, the last one now."""
+    return np.linspace(feed.common - WINDOW, feed.common, max(2, 2 * width))
+
+
+def _sampled(flight: RecordedFlight, series: Series, times: Floats) -> Floats:
+    """The last value before each time; NaN where there is none or it is old."""
+    clock = flight.clock[series.rows]
+    before = np.searchsorted(clock, times, side="right") - 1
+    if not len(clock):
+        return np.full(len(times), math.nan)
+    is_fresh = (before >= 0) & (times - clock[before] <= FRESH_FOR)
+    return np.where(is_fresh, series.values[before], math.nan)

@@ -1,0 +1,28 @@
+"""``darko-gcs replay`` from the command line: what is refused before a screen opens."""
+
+import pytest
+
+from darko_gcs.__main__ import main
+from tests.support.paths import DATA
+
+LOG = str(DATA / "square-flight.tlog")
+
+
+@pytest.mark.parametrize("words", [["--offset", "3"], ["--align", "start"]])
+def test_an_alignment_of_one_log_is_an_error(words, capsys):
+    assert main(["replay", LOG, *words]) == 2
+    assert "need a second log" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("words", [["--offset", "x"], ["--offset", "inf"], ["--align", "north"], ["--speed", "0"]])
+def test_what_makes_no_sense_is_refused_in_words(words, capsys):
+    with pytest.raises(SystemExit):
+        main(["replay", LOG, LOG, *words])
+    assert words[0] in capsys.readouterr().err
+
+
+def test_a_second_log_that_is_none_is_an_error(tmp_path, capsys):
+    path = tmp_path / "notes.tlog"
+    path.write_text("no log\n")
+    assert main(["replay", LOG, str(path)]) == 2
+    assert "not a telemetry log" in capsys.readouterr().err
