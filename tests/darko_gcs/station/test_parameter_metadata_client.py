@@ -6,9 +6,9 @@ import math
 import pytest
 
 from darko_gcs.state.parameter_metadata import ParameterMetadata
+from darko_gcs.state.parameter_table import is_changed
 from darko_gcs.station.parameter_metadata_client import parameter_file_path, parse_parameter_file
 from darko_gcs.station.station import Station
-from darko_gcs.tui.screens.parameters_screen import is_changed
 from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.errors import FileError
@@ -73,6 +73,7 @@ def test_a_vehicle_that_takes_an_echoed_value_back_is_reported():
     for now, value in ((0.1, 20.0), (0.2, 60.0), (0.3, 20.0)):
         station.receive(told(value), now, 0)
         station.tick(now)
+    station.tick(0.8)
     texts = [line.text for line in station.snapshot.messages]
     assert "Parameter A stays 20: the vehicle refused 60" in texts
     station.tick(2.0)
