@@ -22,12 +22,13 @@ class ParameterChange(NamedTuple):
 
     value: float  # that was asked for
     state: ChangeState = ChangeState.WAITING
-    reason: str = ""  # of a refusal
+    reason: str = ""  # of a refusal, also of one that is tried again
 
     @property
     def words(self) -> str:
         """Its state for people: "set", "refused: is not within 0..3"."""
-        return f"{self.state.value}: {self.reason}" if self.reason else self.state.value
+        is_explained = self.state is ChangeState.REFUSED and self.reason
+        return f"{self.state.value}: {self.reason}" if is_explained else self.state.value
 
 
 def refused_changes(changes: Mapping[str, ParameterChange]) -> dict[str, ParameterChange]:

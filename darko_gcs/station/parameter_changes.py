@@ -78,14 +78,15 @@ class ParameterChanges:
             kept = s.parameters.get(name, answer.value)
             if same_value(kept, answer.value):
                 self._has_set = True
-                return reduce_event(_with_change(s, name, change._replace(state=ChangeState.SET)), answer, now)
+                return reduce_event(_with_change(s, name, ParameterChange(change.value, ChangeState.SET)), answer, now)
             line = f"Parameter {name} stays {number_text(kept)}: the vehicle refused {number_text(answer.value)}"
         else:
             line = f"Parameter {name}: {reason_text(answer.reason)}"
+        reason = _words_about(s, name, since) or change.reason
         if self._may_repeat(name):
             self._refused[name] = change.value
-            return s
-        reason = _words_about(s, name, since) or line.partition(": ")[2]
+            return _with_change(s, name, change._replace(reason=reason))  # vehicles say the same only once in a while
+        reason = reason or line.partition(": ")[2]
         s = _with_change(s, name, change._replace(state=ChangeState.REFUSED, reason=reason))
         return add_line(s, now, mavlink.MAV_SEVERITY_WARNING, line)
 

@@ -44,13 +44,13 @@ class Vehicle:
         if value > 100 or (name in {"LOW", "HIGH"} and self.values["LOW"] >= self.values["HIGH"]):
             self.values[name] = before
             self._tell(name)
-            self._send(mavlink.MAVLink_statustext_message(4, f"{name} = {value:g} does not fit".encode()))
+            if name not in self.told:  # nobody repeats the same text all the time
+                self._send(mavlink.MAVLink_statustext_message(4, f"{name} = {value:g} does not fit".encode()))
+            self.told.append(name)
 
     def _tell(self, name):
         index = list(self.values).index(name)
-        self._send(
-            mavlink.MAVLink_param_value_message(name.encode(), self.values[name], REAL, len(self.values), index)
-        )
+        self._send(mavlink.MAVLink_param_value_message(name.encode(), self.values[name], REAL, len(self.values), index))
 
     def _send(self, message):
         self.station.receive(self.codec.encode(message), self.now, 0)
@@ -91,6 +91,15 @@ def test_a_value_that_fits_only_with_the_others_is_tried_again_after_them(statio
     assert states(station) == {"HIGH": ChangeState.SET, "LOW": ChangeState.SET}
     assert vehicle.values == {"HIGH": 40.0, "LOW": 30.0}
     assert vehicle.sent.count(("LOW", 30.0)) == 2
+
+
+def test_the_reason_of_the_first_refusal_is_told_after_the_second(station):
+    vehicle = Vehicle(station, A=1.0, B=2.0)
+    vehicle.run(0.3)
+    station.set_parameters({"B": 500.0, "A": 5.0}, vehicle.now)
+    vehicle.run(3.0)
+    assert vehicle.told == ["B", "B"]
+    assert station.snapshot.parameter_changes["B"].words == "refused: B = 500 does not fit"
 
 
 def test_a_single_refused_value_is_not_tried_again(station):
