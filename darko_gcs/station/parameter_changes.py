@@ -6,6 +6,7 @@ set. So what is refused is tried once more after the others.
 
 from __future__ import annotations
 
+import re
 from collections import deque
 from collections.abc import Mapping
 from dataclasses import replace
@@ -123,4 +124,6 @@ def _with_change(s: Snapshot, name: str, change: ParameterChange) -> Snapshot:
 def _words_about(s: Snapshot, name: str, since: float) -> str:
     """What the vehicle has said of a parameter since about a time; empty if nothing."""
     recent = (line.text for line in reversed(s.messages) if line.time >= since - REFUSAL_TIME)
-    return next((text for text in recent if name in text and not text.startswith(f"Parameter {name}")), "")
+    return next(
+        (text for text in recent if name in re.findall(r"\w+", text) and not text.startswith(f"Parameter {name}")), ""
+    )
