@@ -60,7 +60,7 @@ class ParametersScreen(Screen[None]):
         Binding("f2", "changed", "Changed", priority=True, tooltip="Only what differs from its default, or all again"),
         Binding("f3", "favourites", "Favour.", priority=True, tooltip="Only favourites, or all again"),
         Binding("f4", "favourite", "★", priority=True, tooltip="Make it a favourite, or no longer"),
-        Binding("f5", "fetch", "Fetch", priority=True, tooltip="Fetch all from the vehicle again"),
+        Binding("f5", "fetch", "Fetch all from the vehicle again", priority=True, show=False),
         Binding("f6", "reset", "Default", priority=True, tooltip="Set it back to its default"),
         Binding("f7", "compare", "File", priority=True, tooltip="Compare with a file and set what is chosen"),
         Binding("f8", "save", "Save", priority=True, tooltip="Save all to a file"),
