@@ -114,7 +114,7 @@ def test_a_single_refused_value_is_not_tried_again(station):
 def test_a_long_file_is_sent_a_few_at_a_time(station):
     vehicle = Vehicle(station, **{f"P{number}": 0.0 for number in range(40)})
     vehicle.run(0.3)
-    station.set_parameters({name: 1.0 for name in vehicle.values}, vehicle.now)
+    station.set_parameters(dict.fromkeys(vehicle.values, 1.0), vehicle.now)
     vehicle.run(3.0)
     assert set(states(station).values()) == {ChangeState.SET}
     assert 1 < vehicle.most_at_once <= MAX_OPEN_CHANGES
