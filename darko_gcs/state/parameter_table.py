@@ -6,6 +6,7 @@ import math
 from collections.abc import Collection, Mapping
 from typing import NamedTuple
 
+from darko_gcs.state.parameter_changes import ChangeState
 from darko_gcs.state.parameter_metadata import NO_METADATA, ParameterMetadata, number_text, same_value
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.text import printable
@@ -95,7 +96,8 @@ def parameter_details(s: Snapshot, name: str) -> list[str]:
     if metadata.needs_reboot:
         facts.append("takes effect after a reboot")
     lines = [title, ", ".join(facts)]
-    if change := s.parameter_changes.get(name):
+    change = s.parameter_changes.get(name)
+    if change is not None and change.state is not ChangeState.SET:
         lines.append(f"{number_text(change.value)}: {change.words}")
     named = [f"{number_text(number)} {label}" for number, label in metadata.values]
     named += [f"bit {bit} {label}" for bit, label in metadata.bits]

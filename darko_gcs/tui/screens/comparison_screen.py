@@ -21,7 +21,7 @@ from darko_gcs.tui.widgets.row_list import RowList
 
 __all__ = ["ComparisonScreen"]
 
-KEYS = "Space: choose   a: all or none   Enter: set the chosen ones on the vehicle   Esc: close"
+KEYS = "Space: choose   a: all or none   Enter: set on the vehicle   Esc: close"
 
 
 class ComparisonScreen(ModalScreen[None]):

@@ -15,8 +15,9 @@ from darko_gcs.tui.widgets.row_list import padded
 
 __all__ = ["difference_heading", "difference_row", "parameter_heading", "parameter_row"]
 
-MARKS, NAME, UNIT = 3, 16, 6  # widths [cells]
-DEFAULT_FROM = 110  # narrower lists have no column for the default [cells]
+MARKS, NAME, UNIT, DEFAULT = 3, 16, 6, 18  # widths [cells]
+NARROW_VALUE, VALUE = 20, 28
+WIDE_FROM = 110  # narrower lists have no column for the default [cells]
 CHANGE_MARKS = {ChangeState.WAITING: "…", ChangeState.REFUSED: "!", ChangeState.SET: " "}
 CHANGE_STYLES = {ChangeState.WAITING: "dim", ChangeState.REFUSED: "warn", ChangeState.SET: "good"}
 
@@ -41,17 +42,18 @@ def parameter_row(s: Snapshot, name: str, favourites: Collection[str], width: in
 
 
 def _cells(width: int, marks: str, name: str, value: str, unit: str, default: str, text: str) -> str:
-    value_width = max(12, width // 4)
-    cells = [padded(marks, MARKS), padded(name, NAME), padded(value, value_width), padded(unit, UNIT)]
-    if width >= DEFAULT_FROM:
-        cells.append(padded(default, value_width))
+    is_wide = width >= WIDE_FROM
+    cells = [padded(marks, MARKS), padded(name, NAME), padded(value, VALUE if is_wide else NARROW_VALUE)]
+    cells.append(padded(unit, UNIT))
+    if is_wide:
+        cells.append(padded(default, DEFAULT))
     used = sum(map(len, cells)) + len(cells)
     return " ".join([*cells, padded(text, max(0, width - used))])
 
 
 def difference_heading(width: int, other: str) -> StyledLine:
     """Names of the columns of a comparison."""
-    return [(_compared(width, "", "name", other, "vehicle", "", ""), "label")]
+    return [(_compared(width, "", "name", other, "vehicle", ""), "label")]
 
 
 def difference_row(s: Snapshot, each: Difference, width: int, *, is_chosen: bool) -> StyledLine:
@@ -63,13 +65,11 @@ def difference_row(s: Snapshot, each: Difference, width: int, *, is_chosen: bool
     state = change.words if change is not None and is_ours else ""
     style = CHANGE_STYLES[change.state] if change is not None and is_ours else "dim" if vehicle is None else ""
     box = "   " if vehicle is None else "[x]" if is_chosen else "[ ]"
-    return styled_line(
-        (_compared(width, box, printable(each.name), metadata.shown(each.other), here, state, ""), style)
-    )
+    return styled_line((_compared(width, box, printable(each.name), metadata.shown(each.other), here, state), style))
 
 
-def _compared(width: int, box: str, name: str, other: str, vehicle: str, state: str, rest: str) -> str:
+def _compared(width: int, box: str, name: str, other: str, vehicle: str, state: str) -> str:
     value_width = max(10, (width - MARKS - NAME - 5) * 3 // 10)
     cells = [padded(box, MARKS), padded(name, NAME), padded(other, value_width), padded(vehicle, value_width)]
     used = sum(map(len, cells)) + len(cells)
-    return " ".join([*cells, padded(state or rest, max(0, width - used))])
+    return " ".join([*cells, padded(state, max(0, width - used))])

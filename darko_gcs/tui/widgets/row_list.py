@@ -39,6 +39,7 @@ class RowList(Panel):
         self.keys: tuple[str, ...] = ()
         self.cursor = 0
         self._first = 0  # row that is seen first
+        self._is_moved = False  # by the operator; until then the cursor stays on the first row
 
     @property
     def key(self) -> str | None:
@@ -46,8 +47,8 @@ class RowList(Panel):
         return self.keys[self.cursor] if self.keys else None
 
     def show(self, keys: Sequence[str]) -> None:
-        """Show these rows; the cursor stays with its row if that is still there."""
-        before = self.key
+        """Show these rows; the cursor stays with the row that it was moved to, if that is still there."""
+        before = self.key if self._is_moved else None
         self.keys = tuple(keys)
         if before in self.keys:
             self.cursor = self.keys.index(before)
@@ -62,6 +63,7 @@ class RowList(Panel):
 
     def move_to(self, row: int) -> None:
         """Put the cursor on a row, or the nearest there is."""
+        self._is_moved = True
         wanted = max(0, min(row, len(self.keys) - 1))
         if wanted != self.cursor:
             self.cursor = wanted
