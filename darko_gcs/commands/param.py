@@ -137,7 +137,7 @@ async def _compare(vehicle: Vehicle, wanted: Mapping[str, float], *, change: boo
 
 async def _load(vehicle: Vehicle, result: Result, wanted: Mapping[str, float]) -> None:
     """Set what differs; adds to the result what is set and what is refused, with the reason."""
-    from darko_gcs.state.parameter_changes import refused_changes  # noqa: PLC0415 - --help must be quick
+    from darko_gcs.state.parameter_change import refused_changes  # noqa: PLC0415 - --help must be quick
 
     changes = await vehicle.set_parameters({name: value for name, value in wanted.items() if name in _known(vehicle)})
     refused = {

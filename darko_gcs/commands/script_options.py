@@ -62,13 +62,13 @@ def run_script(args: argparse.Namespace, job: Job, words: Callable[[Result], str
             raise GroundError(str(error)) if isinstance(error, ProtocolError) else error from None
         print(json.dumps({"ok": False, "error": str(error), "exit_code": code}))
         return code
-    if error := result.get("error"):  # a part of the job failed
+    if failed := result.get("error"):  # a part of the job
         code = FlightError.exit_code
         if args.json:
             print(json.dumps({"ok": False, **_plain(result), "exit_code": code}))
             return code
         print(words(result))
-        raise FlightError(error)
+        raise FlightError(failed)
     print(json.dumps({"ok": True, **_plain(result)}) if args.json else words(result))
     return 0
 

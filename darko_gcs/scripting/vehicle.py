@@ -9,7 +9,7 @@ from pathlib import Path
 
 from darko_gcs.errors import FlightError, LinkError
 from darko_gcs.feed.udp_link import UdpLink
-from darko_gcs.state.parameter_changes import ChangeState, ParameterChange
+from darko_gcs.state.parameter_change import ChangeState, ParameterChange
 from darko_gcs.state.parameter_metadata import ParameterMetadata
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.text import command_name, reason_text

@@ -10,7 +10,7 @@ __all__ = ["MAX_PARAMETERS", "NO_METADATA", "ParameterMetadata", "number_text", 
 MAX_PARAMETERS = 5000  # of one vehicle; more are ignored
 RELATIVE_TOLERANCE = 1e-6  # values are float32 on the wire, defaults are decimals in a file
 ABSOLUTE_TOLERANCE = 1e-12
-WORD_BITS = 0xFFFFFFFF  # of an integer on the wire, whatever its sign
+WORD_MASK = 0xFFFFFFFF  # of an integer on the wire, whatever its sign
 NO_BIT = "none"  # a mask without a bit
 
 
@@ -53,7 +53,7 @@ class ParameterMetadata(NamedTuple):
     def name_of(self, value: float) -> str:
         """A value in words: the name of an enumeration's value, those of a mask's bits; empty if there are none."""
         if self.bits:
-            word = int(value) & WORD_BITS
+            word = int(value) & WORD_MASK
             known = dict(self.bits)
             return " + ".join(known.get(bit, f"bit {bit}") for bit in range(32) if word >> bit & 1) or NO_BIT
         return next((name for number, name in self.values if same_value(number, value)), "")

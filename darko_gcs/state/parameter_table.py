@@ -6,7 +6,7 @@ import math
 from collections.abc import Collection, Mapping
 from typing import NamedTuple
 
-from darko_gcs.state.parameter_changes import ChangeState
+from darko_gcs.state.parameter_change import ChangeState
 from darko_gcs.state.parameter_metadata import NO_METADATA, ParameterMetadata, number_text, same_value
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.text import printable

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from darko_gcs.state.flight_plan_state import FlightPlanState
-from darko_gcs.state.parameter_changes import ParameterChange
+from darko_gcs.state.parameter_change import ParameterChange
 from darko_gcs.state.parameter_metadata import ParameterMetadata
 from darko_gcs.state.text import label_of
 from darko_gcs.state.values import (

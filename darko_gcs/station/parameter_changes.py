@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from darko_gcs.state.message_log import add_line
-from darko_gcs.state.parameter_changes import ChangeState, ParameterChange
+from darko_gcs.state.parameter_change import ChangeState, ParameterChange
 from darko_gcs.state.parameter_metadata import number_text, same_value
 from darko_gcs.state.reduce_events import reduce_event
 from darko_gcs.state.snapshot import Snapshot

@@ -11,7 +11,7 @@ from textual.containers import Vertical
 from textual.screen import ModalScreen
 from textual.widgets import Label, Static
 
-from darko_gcs.state.parameter_changes import ChangeState
+from darko_gcs.state.parameter_change import ChangeState
 from darko_gcs.state.parameter_table import Difference
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.station.station import Station

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection
 
-from darko_gcs.state.parameter_changes import ChangeState
+from darko_gcs.state.parameter_change import ChangeState
 from darko_gcs.state.parameter_table import Difference, is_changed, metadata_of
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.text import printable

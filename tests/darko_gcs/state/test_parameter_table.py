@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from darko_gcs.state.parameter_changes import ChangeState, ParameterChange, refused_changes
+from darko_gcs.state.parameter_change import ChangeState, ParameterChange, refused_changes
 from darko_gcs.state.parameter_metadata import ParameterMetadata
 from darko_gcs.state.parameter_table import (
     Difference,

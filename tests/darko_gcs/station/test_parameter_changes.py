@@ -2,7 +2,7 @@
 
 import pytest
 
-from darko_gcs.state.parameter_changes import ChangeState, refused_changes
+from darko_gcs.state.parameter_change import ChangeState, refused_changes
 from darko_gcs.station.parameter_changes import MAX_OPEN_CHANGES
 from darko_gcs.station.station import Station
 from protocol.codec import Codec

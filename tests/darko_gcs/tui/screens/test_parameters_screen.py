@@ -6,7 +6,7 @@ import pytest
 from textual.widgets import Input, OptionList, SelectionList
 
 from darko_gcs.preferences import Preferences, PreferencesFile
-from darko_gcs.state.parameter_changes import ChangeState, ParameterChange
+from darko_gcs.state.parameter_change import ChangeState, ParameterChange
 from darko_gcs.state.parameter_metadata import ParameterMetadata
 from darko_gcs.state.parameter_table import is_changed
 from darko_gcs.tui.app import GroundStationApp
