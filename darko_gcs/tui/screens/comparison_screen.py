@@ -55,24 +55,21 @@ class ComparisonScreen(ModalScreen[None]):
         self._known = frozenset(row.name for row in rows if row.vehicle is not None)
         self.chosen = self._known
         self._sent: frozenset[str] = frozenset()
+        self.table = RowList(lambda width: difference_heading(width, "file"), self._draw_row, id="differences")
+        self._status = Static(id="difference-status", markup=False)
 
     def compose(self) -> ComposeResult:
         """Title, rows, the chosen row's state, keys."""
         with Vertical(classes="dialog comparison"):
             yield Label(self._title, id="question", markup=False)
-            yield RowList(lambda width: difference_heading(width, "file"), self._draw_row, id="differences")
-            yield Static(id="difference-status", markup=False)
+            yield self.table
+            yield self._status
             yield Static(KEYS, classes="hint", markup=False)
 
     def on_mount(self) -> None:
         """Fill the list."""
         self.table.show(tuple(self._rows))
         self._tell()
-
-    @property
-    def table(self) -> RowList:
-        """The list of differences."""
-        return self.query_one(RowList)
 
     def follow(self, s: Snapshot) -> None:
         """Show the vehicle as it is now."""
@@ -128,4 +125,4 @@ class ComparisonScreen(ModalScreen[None]):
         parts = [f"{len(self.chosen)} of {len(self._rows)} chosen", *(f"{n} {word}" for n, word in counts if n)]
         under = self._s.parameter_changes.get(self.table.key or "") if self.table.key in self._sent else None
         about = "" if under is None else f"\n{self.table.key}: {under.words}"
-        self.query_one("#difference-status", Static).update(", ".join(parts) + about)
+        self._status.update(", ".join(parts) + about)

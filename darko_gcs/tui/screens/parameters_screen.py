@@ -78,17 +78,21 @@ class ParametersScreen(Screen[None]):
         self._requested_of = -1  # the vehicle's restarts when its parameters were asked for
         self._file = "vehicle.params"
         self._comparison: ComparisonScreen | None = None
-        self._is_ready = False  # the app hands out snapshots as soon as a screen is pushed, before it is mounted
+        # Kept, not looked up: the app hands out snapshots before the screen is mounted and while it is taken down.
+        self.table = RowList(parameter_heading, self._draw_row, id="parameters")
+        self._description = Static("", id="parameter-description", markup=False)
+        self._status = Static("", id="parameter-status", markup=False)
+        self._is_ready = False
 
     def compose(self) -> ComposeResult:
         """Status bar, filter, list with details below or beside it, status, footer."""
         yield StatusBar().data_bind(ParametersScreen.snapshot, ParametersScreen.now)
         yield Input(placeholder="type part of a name or description", id="filter", compact=True)
         with Container(id="parameter-panes"):
-            yield RowList(parameter_heading, self._draw_row, id="parameters")
+            yield self.table
             with VerticalScroll(id="parameter-details", can_focus=False):
-                yield Static("", id="parameter-description", markup=False)
-        yield Static("", id="parameter-status", markup=False)
+                yield self._description
+        yield self._status
         yield Footer(compact=True, show_command_palette=False)
 
     def on_mount(self) -> None:
@@ -102,11 +106,6 @@ class ParametersScreen(Screen[None]):
         self._is_ready = True
         self._request()
         self._show()
-
-    @property
-    def table(self) -> RowList:
-        """The list of parameters."""
-        return self.query_one("#parameters", RowList)
 
     def watch_snapshot(self, old: Snapshot, s: Snapshot) -> None:
         """Follow the vehicle's values, whoever changes them."""
@@ -320,8 +319,8 @@ class ParametersScreen(Screen[None]):
     def _tell(self) -> None:
         s, name = self.snapshot, self.table.key
         details = "" if name is None or name not in s.parameters else "\n".join(parameter_details(s, name))
-        self.query_one("#parameter-description", Static).update(details)
+        self._description.update(details)
         only = ", only changed" * self._filter.only_changed + ", only favourites" * self._filter.only_favourites
         last = s.messages[-1].text if s.messages else ""
         counts = parameter_counts(s, len(self.table.keys))
-        self.query_one("#parameter-status", Static).update(f"{counts}{only}\n{last}")
+        self._status.update(f"{counts}{only}\n{last}")
