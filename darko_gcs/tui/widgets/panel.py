@@ -18,7 +18,7 @@ __all__ = ["Panel", "styled_line"]
 
 PANEL_STYLES = (
     "dim", "label", "good", "warn", "bad", "accent", "mark", "track", "plan", "now", "fence", "hover", "forward",
-    "jump", "sky", "ground", "ground-on-sky", "sky-on-ground", "symbol-on-sky", "symbol-on-ground",
+    "cursor", "jump", "sky", "ground", "ground-on-sky", "sky-on-ground", "symbol-on-sky", "symbol-on-ground",
 )  # fmt: skip
 
 
