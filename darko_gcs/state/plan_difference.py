@@ -12,7 +12,7 @@ from darko_gcs.state.plan_parts import Items
 from protocol.mav_frames import is_global_frame
 from protocol.plans import MissionItem
 
-__all__ = ["ItemChange", "Kind", "change_text", "changed_range", "field_differences", "plan_changes"]
+__all__ = ["ItemChange", "Kind", "change_text", "changed_range", "field_differences", "item_now", "plan_changes"]
 
 
 class Kind(Enum):
@@ -43,10 +43,14 @@ def plan_changes(old: Items, new: Items) -> tuple[ItemChange, ...]:
         for k in range(paired):
             fields = field_differences(old[i + k], new[j + k])
             changes.append(ItemChange(kind=Kind.CHANGED, old_seq=i + k, new_seq=j + k, fields=fields))
-        for seq in range(i + paired, i_end):
-            changes.append(ItemChange(kind=Kind.REMOVED, old_seq=seq, new_seq=None, fields=(_item_text(old[seq]),)))
-        for seq in range(j + paired, j_end):
-            changes.append(ItemChange(kind=Kind.ADDED, old_seq=None, new_seq=seq, fields=(_item_text(new[seq]),)))
+        changes += [
+            ItemChange(kind=Kind.REMOVED, old_seq=seq, new_seq=None, fields=(_item_text(old[seq]),))
+            for seq in range(i + paired, i_end)
+        ]
+        changes += [
+            ItemChange(kind=Kind.ADDED, old_seq=None, new_seq=seq, fields=(_item_text(new[seq]),))
+            for seq in range(j + paired, j_end)
+        ]
     return tuple(changes)
 
 
@@ -54,6 +58,14 @@ def changed_range(old: Items, new: Items) -> range | None:
     """Numbers from the first to the last changed item; None if the plans differ in length or not at all."""
     differing = [seq for seq, (before, after) in enumerate(zip(old, new, strict=False)) if before != after]
     return range(differing[0], differing[-1] + 1) if differing and len(old) == len(new) else None
+
+
+def item_now(old: Items, new: Items, seq: int) -> int | None:
+    """Number of an old plan's item in a new plan, also if it was changed; None if it is not there any more."""
+    for tag, i, i_end, j, j_end in SequenceMatcher(None, old, new, autojunk=False).get_opcodes():
+        if i <= seq < i_end:
+            return j + seq - i if tag in {"equal", "replace"} and j + seq - i < j_end else None
+    return None
 
 
 def field_differences(old: MissionItem, new: MissionItem) -> tuple[str, ...]:

@@ -7,6 +7,7 @@ import pytest
 from darko_gcs.state.leg_predictions import LegChain
 from protocol.dialect.vocabulary import DecisionReason, Way
 from tests.support.gcs.linked_station import LinkedStation
+from tests.support.gcs.messages import VEHICLE
 
 FAR = LegChain(points=((0.0, 0.0, -10.0), (150.0, 0.0, -10.0)), asked=(Way.NONE,), heading=0.0)
 NEAR = LegChain(points=((0.0, 0.0, -10.0), (3.0, 0.0, -10.0)), asked=(Way.NONE,), heading=0.0)
@@ -76,7 +77,12 @@ def test_a_request_without_sense_is_not_answered(link):
 
 
 def test_only_so_many_requests_are_answered_in_a_second(link):
-    request = [frame for frame in link.sent if b"" is not None][-1]
-    for _ in range(100):
+    chain = FAR._replace(heading=3.0)
+    (before,) = predicted(link, chain)
+    request, frames = link.sent[-1], 0
+    link.station.predict_legs([chain], link.now)
+    for _ in range(200):
         link.vehicle.receive(request, link.peer, link.now)
-    assert len(link.vehicle.datagrams(link.now)) < 40
+    frames = [VEHICLE.decode(data)[0].get_type() for _, data in link.vehicle.datagrams(link.now)]
+    assert frames.count("DARKO_LEGS_PREDICTION") <= 20
+    assert before
