@@ -18,7 +18,7 @@ from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Way
 from protocol.frames import Vector
 
-__all__ = ["MissionLeg", "leg_chains", "mission_legs"]
+__all__ = ["FLOWN_MISSION", "MissionLeg", "leg_chains", "mission_legs"]
 
 MIN_AIRSPEED = 7.0  # speeds from here on are those of the cruise, slower ones those of the hover [m/s]
 STEP = 1.0  # to which the place of a vehicle that hovers is rounded: it is never quite still [m]
@@ -36,7 +36,8 @@ class MissionLeg:
     end: Vector  # of a landing above its place, at the height of before: the descent is no leg
     asked: Way
     stops: bool  # whether the vehicle waits or lands at its end
-    can_choose: bool = True  # False: a take-off, which is hovered
+    is_take_off: bool = False  # always hovered, and no leg that the vehicle predicts
+    is_return: bool = False  # planned by itself, from a stop
     hover_speed: float | None = None  # [m/s]; None: the vehicle's own
     airspeed: float | None = None  # [m/s]; None: the vehicle's own
 
@@ -74,7 +75,8 @@ def mission_legs(items: Items, s: Snapshot) -> tuple[MissionLeg, ...]:
             hold = item.command != mavlink.MAV_CMD_NAV_WAYPOINT or item.params[0] > 0.0
             legs.append(
                 MissionLeg(
-                    seq=seq, start=here, end=end, asked=way, stops=hold, can_choose=item.command not in TAKE_OFFS,
+                    seq=seq, start=here, end=end, asked=way, stops=hold, is_take_off=item.command in TAKE_OFFS,
+                    is_return=item.command == mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH,
                     hover_speed=hover_speed, airspeed=airspeed,
                 )
             )  # fmt: skip
@@ -83,27 +85,24 @@ def mission_legs(items: Items, s: Snapshot) -> tuple[MissionLeg, ...]:
 
 
 def leg_chains(legs: Sequence[MissionLeg]) -> list[tuple[tuple[int, ...], LegChain]]:
-    """The legs in chains without a stop within, as a vehicle plans them: numbers of items, and the question."""
+    """The legs in chains without a stop within, as a vehicle plans them: numbers of items, and the question.
+
+    A take-off is no leg that is predicted.
+    """
     chains: list[list[MissionLeg]] = []
     for leg in legs:
-        before = chains[-1][-1] if chains else None
-        if (
-            before is None
-            or before.stops
-            or not leg.can_choose
-            or len(chains[-1]) == MAX_LEGS
-            or _is_slowed(before, leg)
-        ):
+        before = chains[-1][-1] if chains and not leg.is_return else None
+        if before is None or before.stops or _is_slowed(before, leg) or len(chains[-1]) == MAX_LEGS:
             chains.append([])
         chains[-1].append(leg)
     heading: float | None = None
     asked = []
     for chain in chains:
         points = (_rounded(chain[0].start), *(_rounded(leg.end) for leg in chain))
-        ways = tuple(leg.asked if leg.can_choose else Way.HOVER for leg in chain)
-        first = chain[0]
-        question = LegChain(points, ways, heading, first.hover_speed, first.airspeed)
-        asked.append((tuple(leg.seq for leg in chain), question))
+        first, ways = chain[0], tuple(leg.asked for leg in chain)
+        if not first.is_take_off:
+            question = LegChain(points, ways, heading, first.hover_speed, first.airspeed)
+            asked.append((tuple(leg.seq for leg in chain), question))
         heading = next((_course(leg) for leg in reversed(chain) if leg.distance > STEP), heading)
     return asked
 

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 from textual import on
-from textual.binding import Binding, BindingType
 from textual.reactive import reactive
 from textual.screen import Screen
 from textual.widgets import DataTable, Static
@@ -42,22 +39,6 @@ OTHER_WAYS = (Way.HOVER, Way.FORWARD)
 class MissionEditing(Screen[None]):
     """Edits of the draft by keys, form and map."""
 
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("e,enter", "edit", "Edit", priority=True, tooltip="Edit the item"),
-        Binding("i", "insert(1)", "Insert", tooltip="Insert an item below"),
-        Binding("I", "insert(0)", "Insert above", show=False, tooltip="Insert an item above"),
-        Binding("y", "duplicate", "Duplicate", show=False, tooltip="Duplicate the item"),
-        Binding("x,delete", "remove", "Remove", tooltip="Remove the item"),
-        Binding(
-            "space", "way", "Way", tooltip="The leg to the item: in the hover, in the cruise, or as the vehicle finds"
-        ),
-        Binding("z,ctrl+z", "undo", "Undo", tooltip="Take the last edit of the plan back"),
-        Binding("Z,ctrl+y", "redo", "Redo", show=False, tooltip="Make the edit again that was taken back"),
-        Binding("shift+up", "move(-1)", "Move up", show=False, tooltip="Move the item up"),
-        Binding("shift+down", "move(1)", "Move down", show=False, tooltip="Move the item down"),
-        Binding("less_than_sign", "step(-1)", show=False, tooltip="On the map: move items by smaller steps"),
-        Binding("greater_than_sign", "step(1)", show=False, tooltip="On the map: move items by larger steps"),
-    ]
     snapshot: reactive[Snapshot] = reactive(EMPTY_SNAPSHOT, repaint=False)  # else every panel is painted again
 
     def __init__(self, draft: PlanDraft) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import ClassVar
 
@@ -14,7 +15,7 @@ from textual.widgets import Footer, Static
 
 from darko_gcs.state.leg_predictions import LegPrediction
 from darko_gcs.state.mission_labels import coordinate_texts, item_summary, mission_command_of
-from darko_gcs.state.mission_legs import MissionLeg, leg_chains, mission_legs
+from darko_gcs.state.mission_legs import FLOWN_MISSION, MissionLeg, leg_chains, mission_legs
 from darko_gcs.state.plan_difference import changed_range, item_now
 from darko_gcs.state.plan_parts import ALL_PLANS, FENCE, MISSION, RALLY, Items
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
@@ -48,16 +49,28 @@ class MissionScreen(MissionEditing):
     HORIZONTAL_BREAKPOINTS = [(0, "-single"), (110, "-beside")]  # noqa: RUF012 - declared so by Textual
     VERTICAL_BREAKPOINTS = [(0, "-short"), (36, "-tall")]  # noqa: RUF012
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("escape,m", "close", "Back"),
         Binding("tab", "other_part", "Map", tooltip="From the table to the map, and back"),
-        Binding("o", "open", "Open", tooltip="Open a plan file"),
-        Binding("w", "save", "Write", tooltip="Write the plan to a file"),
+        Binding("e,enter", "edit", "Edit", priority=True, key_display="e", tooltip="Edit the item"),
+        Binding("i", "insert(1)", "Ins", tooltip="Insert an item below"),
+        Binding("x,delete", "remove", "Del", key_display="x", tooltip="Remove the item"),
+        Binding("space", "way", "Way", tooltip="Fly the leg in the hover, in the cruise, or as the vehicle finds best"),
+        Binding("z,ctrl+z", "undo", "Undo", key_display="z", tooltip="Take the last edit of the plan back"),
         Binding("u", "upload", "Upload", tooltip="Send the plan, its fence and rally points, and read them back"),
-        Binding("f", "fetch", "Fetch", tooltip="Fetch the vehicle's plans"),
-        Binding("equals_sign", "compare", "Differ", key_display="=", tooltip="What differs from vehicle and file"),
         Binding("s", "fly_from", "Run", tooltip="Fly the mission from the item"),
-        Binding("j", "set_current", "Jump to", tooltip="Continue the mission at the item"),
-        Binding("c", "clear", "Clear", tooltip="Delete a plan on the vehicle"),
+        Binding("o", "open", "Open", tooltip="Open a plan file"),
+        Binding("equals_sign", "compare", "Differ", key_display="=", tooltip="What differs from vehicle and file"),
+        Binding("w", "save", "Write", tooltip="Write the plan to a file"),
+        Binding("f", "fetch", "Fetch", tooltip="Fetch the vehicle's plans"),
+        Binding("j", "set_current", "Jump", tooltip="Continue the mission at the item"),
+        Binding("escape,m", "close", "Back", show=False),
+        Binding("c", "clear", "Clear", show=False, tooltip="Delete a plan on the vehicle"),
+        Binding("I", "insert(0)", "Insert above", show=False, tooltip="Insert an item above"),
+        Binding("y", "duplicate", "Duplicate", show=False, tooltip="Duplicate the item"),
+        Binding("Z,ctrl+y", "redo", "Redo", show=False, tooltip="Make the edit again that was taken back"),
+        Binding("shift+up", "move(-1)", "Move up", show=False, tooltip="Move the item up"),
+        Binding("shift+down", "move(1)", "Move down", show=False, tooltip="Move the item down"),
+        Binding("less_than_sign", "step(-1)", show=False, key_display="<", tooltip="On the map: smaller steps"),
+        Binding("greater_than_sign", "step(1)", show=False, key_display=">", tooltip="On the map: larger steps"),
     ]
     now: reactive[float] = reactive(0.0, repaint=False)
 
@@ -271,19 +284,24 @@ class MissionScreen(MissionEditing):
         station, s = self._vehicle(), self.snapshot
         if station is None:
             return
-        if s.mission_state != mavlink.MISSION_STATE_ACTIVE:
-            self._upload(station, None)
+        items, current, is_flown = self.draft.plan.items, None, s.mission_state == mavlink.MISSION_STATE_ACTIVE
+        if is_flown and not self.draft.changed:
+            self.show_notice("The vehicle has this plan already: nothing was sent")
             return
-        items = self.draft.plan.items
-        changed = changed_range(s.mission, items) if self._takes_single_items(s) else None
-        if changed is None:
-            current = None if s.mission_current is None else item_now(s.mission, items, s.mission_current)
-            self._confirm("A mission is being flown. Replace it?", lambda: self._upload(station, current))
-            return
-        which = f"item {changed.start}" if len(changed) == 1 else f"items {changed.start} to {changed.stop - 1}"
-        turn = " The vehicle turns there at once." if s.mission_current in changed else ""
-        question = f"Change {which} of the mission that is being flown?{turn}"
-        self._confirm(question, lambda: self._replace_items(station, changed))
+        changed = None
+        if s.mission_state in FLOWN_MISSION and s.mission_current is not None:
+            current = item_now(s.mission, items, s.mission_current)
+            changed = changed_range(s.mission, items) if self._takes_single_items(s) else None
+        question, send = "A mission is being flown. Replace it?", partial(self._upload, station, current)
+        if changed is not None:
+            which = f"item {changed.start}" if len(changed) == 1 else f"items {changed.start} to {changed.stop - 1}"
+            turn = " The vehicle turns there at once." if s.mission_current in changed else ""
+            question = f"Change {which} of the mission that is being flown?{turn}"
+            send = partial(self._replace_items, station, changed)
+        if is_flown:
+            self._confirm(question, send)
+        else:
+            send()
 
     def _takes_single_items(self, s: Snapshot) -> bool:
         limits = ((self.draft.fence, s.fence), (self.draft.rally, s.rally))

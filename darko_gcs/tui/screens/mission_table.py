@@ -107,7 +107,8 @@ def item_label(item: MissionItem) -> str:
 
 
 def leg_totals(legs: Sequence[MissionLeg], predictions: Mapping[int, LegPrediction]) -> str:
-    """All legs together: "legs 412 m, as predicted 96 s, 9.1 kJ"; what a leg is not predicted for is said."""
+    """All legs together: "legs 412 m, predicted 96 s, 9.1kJ"; without take-off, descent of a landing, and waiting."""
+    legs = [leg for leg in legs if not leg.is_take_off]
     if not legs:
         return ""
     text = f"legs {sum(leg.distance for leg in legs):.0f} m"
@@ -142,7 +143,7 @@ def _item_cells(seq: int, item: MissionItem, s: Snapshot) -> tuple[str, ...]:
 def _leg_cells(leg: MissionLeg | None, p: LegPrediction | None) -> tuple[str, ...]:
     if leg is None:
         return ("",) * 5
-    way = WAY_LABELS[leg.asked] if leg.can_choose else ""
+    way = "" if leg.is_take_off else WAY_LABELS[leg.asked]
     lengths = f"{leg.distance:>4.0f} ", f"{round(leg.climb, 1) + 0.0:>+5.1f} "
     if p is None:
         return *lengths, f"{way:<6} ", "", ""

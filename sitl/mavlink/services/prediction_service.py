@@ -66,17 +66,20 @@ def _points(message: Message) -> list[Point] | None:
 
 
 def _answer(event: PredictionRequested, made: Sequence[Decision]) -> Message:
-    def filled(values: Sequence[float], rest: float) -> list[float]:
-        return [*values, *[rest] * (LEGS_AHEAD - len(values))]
+    def numbers(values: Sequence[float]) -> list[float]:
+        return [*values, *[math.nan] * (LEGS_AHEAD - len(values))]
+
+    def entries(values: Sequence[int]) -> list[int]:
+        return [*map(int, values), *[0] * (LEGS_AHEAD - len(values))]
 
     return mavlink.MAVLink_darko_legs_prediction_message(
         **target_fields(event.peer),
         request=event.message.request,
         count=len(made),
-        hover_time=filled([d.hover.time for d in made], math.nan),
-        hover_energy=filled([d.hover.energy for d in made], math.nan),
-        forward_time=filled([d.forward.time for d in made], math.nan),
-        forward_energy=filled([d.forward.energy for d in made], math.nan),
-        way=filled([int(d.way) for d in made], 0),
-        reason=filled([int(d.reason) for d in made], 0),
+        hover_time=numbers([d.hover.time for d in made]),
+        hover_energy=numbers([d.hover.energy for d in made]),
+        forward_time=numbers([d.forward.time for d in made]),
+        forward_energy=numbers([d.forward.energy for d in made]),
+        way=entries([d.way for d in made]),
+        reason=entries([d.reason for d in made]),
     )
