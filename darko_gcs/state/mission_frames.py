@@ -11,7 +11,7 @@ from protocol.mav_frames import ABSOLUTE_ALTITUDE_FRAMES, RELATIVE_ALTITUDE_FRAM
 from protocol.plans import MissionItem
 from protocol.units import UNKNOWN_INT32, from_e7, from_local_e4, local_e4, to_e7
 
-__all__ = ["height_above_home", "in_frame", "place_of", "shifted"]
+__all__ = ["in_frame", "place_of", "shifted"]
 
 LOCAL_FRAMES = frozenset({mavlink.MAV_FRAME_LOCAL_NED, mavlink.MAV_FRAME_LOCAL_ENU})
 FAMILIES = (ABSOLUTE_ALTITUDE_FRAMES, RELATIVE_ALTITUDE_FRAMES)  # frames in one of them have the same numbers
@@ -56,15 +56,6 @@ def place_of(item: MissionItem, home: Geodetic, home_p: Vector = (0.0, 0.0, 0.0)
         return None
     north, east, down = LocalFrame(home).to_ned(_place(item, home, home_p))
     return north + home_p[0], east + home_p[1], down + home_p[2]
-
-
-def height_above_home(item: MissionItem, home: Geodetic | None, home_p: Vector = (0.0, 0.0, 0.0)) -> float | None:
-    """Height of an item above home [m], also of one without a place; None if it is not known."""
-    if item.frame in RELATIVE_ALTITUDE_FRAMES:
-        return item.z
-    if item.frame in LOCAL_FRAMES:
-        return (-item.z if item.frame == mavlink.MAV_FRAME_LOCAL_NED else item.z) + home_p[2]
-    return item.z - home.alt if item.frame in ABSOLUTE_ALTITUDE_FRAMES and home is not None else None
 
 
 def shifted(item: MissionItem, by: Vector, home: Geodetic, home_p: Vector = (0.0, 0.0, 0.0)) -> MissionItem:
