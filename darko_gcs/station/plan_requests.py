@@ -84,7 +84,7 @@ class PlanRequests(ABC):
         """Continue or begin the mission at one of its items."""
         self._try(now, lambda: self.plans.set_current(seq, now))
 
-    def start_mission(self, now: float, first: int | None = None) -> None:
+    def start_mission(self, now: float, *, first: int | None = None) -> None:
         """Fly the mission from an item; None: from its current one."""
         seq = math.nan if first is None else float(first)
         self._try(now, lambda: self.endpoint.command(mavlink.MAV_CMD_MISSION_START, seq, math.nan, now=now))

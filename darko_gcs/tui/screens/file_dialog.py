@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
+from pathlib import Path
 from typing import ClassVar
 
 from textual import on
@@ -46,7 +47,7 @@ class FileDialog(ModalScreen["str | None"]):
     ) -> None:
         super().__init__()
         self._title, self._first, self._suffixes, self._check = title, value, suffixes, check
-        self._known = tuple(dict.fromkeys(known))
+        self._known = tuple(dict.fromkeys(map(_shortened, known)))
 
     def compose(self) -> ComposeResult:
         """Field, list, what is wrong."""
@@ -98,7 +99,17 @@ class FileDialog(ModalScreen["str | None"]):
         """From the field to the list."""
         if self.paths.option_count:
             self.paths.focus()
+            self.paths.highlighted = 0
 
     def action_cancel(self) -> None:
         """Close without a path."""
         self.dismiss(None)
+
+
+def _shortened(path: str) -> str:
+    """A path as short as it can be typed: below the working folder, or below the user's."""
+    full = Path(path).expanduser().resolve()
+    for folder, sign in ((Path.cwd(), ""), (Path.home(), "~/")):
+        if full.is_relative_to(folder.resolve()):
+            return f"{sign}{full.relative_to(folder.resolve())}"
+    return str(full)

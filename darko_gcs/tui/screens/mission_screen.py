@@ -65,7 +65,7 @@ class MissionScreen(MissionEditing):
         Binding("escape,m", "close", "Back", show=False),
         Binding("c", "clear", "Clear", show=False, tooltip="Delete a plan on the vehicle"),
         Binding("I", "insert(0)", "Insert above", show=False, tooltip="Insert an item above"),
-        Binding("y", "duplicate", "Duplicate", show=False, tooltip="Duplicate the item"),
+        Binding("D", "duplicate", "Duplicate", show=False, tooltip="Duplicate the item"),
         Binding("Z,ctrl+y", "redo", "Redo", show=False, tooltip="Make the edit again that was taken back"),
         Binding("shift+up", "move(-1)", "Move up", show=False, tooltip="Move the item up"),
         Binding("shift+down", "move(1)", "Move down", show=False, tooltip="Move the item down"),
@@ -354,7 +354,7 @@ class MissionScreen(MissionEditing):
         if station is not None:
             left = f" It leaves item {s.mission_current}." if s.mission_state == mavlink.MISSION_STATE_ACTIVE else ""
             question = f"Fly the mission from item {row}?{left}"
-            self._confirm(question, lambda: station.start_mission(self._clock(), row))
+            self._confirm(question, lambda: station.start_mission(self._clock(), first=row))
 
     # Inside
 

@@ -81,7 +81,7 @@ class MissionRunner:
         is_changed = items[self.current :] != self.items[self.current :]  # the legs ahead are planned together
         self.items = items
         if is_changed:
-            self._manoeuvre = None
+            self.interrupt()
 
     @property
     def landing(self) -> bool:
