@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from difflib import SequenceMatcher
 from enum import Enum
 
-from darko_gcs.state.mission_labels import FRAME_LABELS, coordinate_texts, field_text, mission_command_of
+from darko_gcs.state.mission_labels import FRAME_LABELS, coordinate_texts, field_text, item_summary, mission_command_of
 from darko_gcs.state.plan_parts import Items
 from protocol.mav_frames import is_global_frame
 from protocol.plans import MissionItem
@@ -112,4 +112,4 @@ def _is_same(a: float, b: float) -> bool:
 def _item_text(item: MissionItem) -> str:
     shown = _fields(item)
     place = [f"{name} {shown[name]}" for name in ("lat", "lon", "alt", "x", "y", "z") if name in shown]
-    return " ".join([shown["command"], *place])
+    return " ".join(part for part in (shown["command"], item_summary(item), *place) if part)

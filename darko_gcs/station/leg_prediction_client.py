@@ -15,7 +15,7 @@ from protocol.message import Message, Source, target_fields
 
 __all__ = ["LegPredictionClient"]
 
-ANSWER_TIME = 0.5  # after which a request is repeated [s]
+PREDICTION_TIMEOUT = 0.5  # after which a request is repeated [s]
 MAX_REPETITIONS = 3
 REST = 10.0  # after a vehicle did not answer [s]
 FRESH_TIME = 10.0  # of an answer: the wind changes [s]
@@ -87,7 +87,7 @@ class LegPredictionClient:
         x, y, z = ([*(point[axis] for point in chain.points), *[math.nan] * rest] for axis in range(3))
         optional = (chain.hover_speed, chain.airspeed, chain.heading)
         hover_speed, airspeed, heading = (math.nan if value is None else value for value in optional)
-        self._deadline = now + ANSWER_TIME
+        self._deadline = now + PREDICTION_TIMEOUT
         self._endpoint.send(
             mavlink.MAVLink_darko_legs_request_message(
                 **target_fields(vehicle),

@@ -20,7 +20,7 @@ from protocol.plans import MissionItem
 
 __all__ = ["MissionTable", "item_label", "leg_totals"]
 
-COLUMNS = ("", "#", "item", "north", "east", "alt", "leg", "climb", "way", "hover", "cruise")
+COLUMNS = ("", "#", "item", "north", "east", "alt", "leg", "climb", "way", "hover s J", "cruise s J")
 WAY_LABELS = {Way.NONE: "auto", Way.HOVER: "hover", Way.FORWARD: "cruise"}
 NEXT_WAYS = {0.0: "then auto", 3.0: "then hover", 4.0: "then cruise"}  # by the MAV_VTOL_STATE of a transition
 SHORT_NAMES = {
@@ -107,7 +107,7 @@ def item_label(item: MissionItem) -> str:
 
 
 def leg_totals(legs: Sequence[MissionLeg], predictions: Mapping[int, LegPrediction]) -> str:
-    """All legs together: "legs 412 m, predicted 96 s, 9.1kJ"; without take-off, descent of a landing, and waiting."""
+    """All legs together: "legs 412 m, predicted 96 s, 9.1 kJ"; without take-off, descent of a landing, and waiting."""
     legs = [leg for leg in legs if not leg.is_take_off]
     if not legs:
         return ""
@@ -119,7 +119,7 @@ def leg_totals(legs: Sequence[MissionLeg], predictions: Mapping[int, LegPredicti
     if not math.isfinite(time):
         return f"{text}, NOT POSSIBLE as asked"
     part = "" if len(known) == len(legs) else f" for {len(known)} of {len(legs)}"
-    return f"{text}, predicted {time:.0f} s, {_joules(energy)}J{part}"
+    return f"{text}, predicted {time:.0f} s, {energy / 1000.0:.1f} kJ{part}"
 
 
 def _mark(s: Snapshot, seq: int) -> str:
@@ -153,12 +153,12 @@ def _leg_cells(leg: MissionLeg | None, p: LegPrediction | None) -> tuple[str, ..
 
 def _prediction(time: float, energy: float, *, chosen: bool) -> str:
     if not (math.isfinite(time) and math.isfinite(energy)):
-        return "   --      "
-    return f"{time:>3.0f}s {_joules(energy):>5}J{'*' if chosen else ' '}"
+        return "  --"
+    return f"{time:>3.0f} {_joules(energy):>4}{'*' if chosen else ' '}"
 
 
 def _joules(energy: float) -> str:
-    """Number and prefix: "950 ", "9.1k", "12k"."""
-    if energy < 1000.0:
-        return f"{energy:.0f} "
-    return f"{energy / 1000.0:.1f}k" if energy < 10_000.0 else f"{energy / 1000.0:.0f}k"
+    """Number and prefix: "950", "9.1k", "12k"."""
+    if energy < 999.5:
+        return f"{energy:.0f}"
+    return f"{energy / 1000.0:.1f}k" if energy < 9950.0 else f"{energy / 1000.0:.0f}k"

@@ -19,8 +19,8 @@ from sitl.mavlink.handlers import on_event
 from sitl.prediction.chooser import LEGS_AHEAD, LegEnd
 from sitl.prediction.mode_choice import Decision
 
-ANSWER_RATE = 20.0  # answers a second at most, to all peers: a prediction takes time that the flight needs
-MAX_COORDINATE = 1e5  # of a leg's end [m]
+PREDICTION_RATE = 20.0  # answers a second at most, to all peers: a prediction takes time that the flight needs
+MAX_LEG_COORDINATE = 1e5  # of a leg's end [m]
 
 
 class PredictionService:
@@ -33,7 +33,7 @@ class PredictionService:
 
     def __init__(self, autopilot: Autopilot, endpoint: VehicleEndpoint) -> None:
         self._autopilot, self._endpoint = autopilot, endpoint
-        self._bucket = TokenBucket(capacity=ANSWER_RATE, rate=ANSWER_RATE)
+        self._bucket = TokenBucket(capacity=PREDICTION_RATE, rate=PREDICTION_RATE)
 
     @on_event(PredictionRequested)
     def predict(self, event: PredictionRequested, now: float) -> None:
@@ -60,7 +60,7 @@ def _points(message: Message) -> list[Point] | None:
     if not 1 <= message.count <= LEGS_AHEAD:
         return None
     points = list(zip(message.x, message.y, message.z, strict=True))[: message.count + 1]
-    if not all(abs(part) <= MAX_COORDINATE for point in points for part in point):  # false for NaN too
+    if not all(abs(part) <= MAX_LEG_COORDINATE for point in points for part in point):  # false for NaN too
         return None
     return [flip(point) for point in points]
 

@@ -27,7 +27,9 @@ def test_a_changed_item_is_told_with_its_fields():
 
 
 def test_added_and_removed_items_are_told_with_what_they_are():
-    assert texts(PLAN, (*PLAN[:3], *PLAN[4:])) == ["- 3  Waypoint lat 43.5648000 lon 1.4811495 alt 3"]
+    assert texts(PLAN, (*PLAN[:3], *PLAN[4:])) == [
+        "- 3  Waypoint hold 2, acceptance 0.3 lat 43.5648000 lon 1.4811495 alt 3"
+    ]
     assert texts(PLAN[:5], PLAN) == ["+ 5  Land lat 43.5648000 lon 1.4811000 alt 0"]
     assert changed_range(PLAN[:5], PLAN) is None
 

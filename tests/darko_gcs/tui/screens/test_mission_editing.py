@@ -134,9 +134,9 @@ async def test_another_autopilot_is_asked_for_hover_or_cruise_only(feed, app):
 async def test_legs_show_what_they_take_either_way_and_which_way_is_flown(app):
     async with app.run_test(size=(80, 24)) as pilot:
         screen = await opened(pilot, app)
-        assert [screen.table.get_cell_at((row, 9)).strip() for row in (0, 1)] == ["", "29s  5.0kJ"]
+        assert [screen.table.get_cell_at((row, 9)).strip() for row in (0, 1)] == ["", "29 5.0k"]
         assert [screen.table.get_cell_at((1, column)).strip() for column in (6, 7, 8, 10)] == [
-            "4", "+0.0", "auto", "12s  1.8kJ*",
+            "4", "+0.0", "auto", "12 1.8k*",
         ]  # fmt: skip
         await pilot.press("down")
         await until(pilot, lambda: "leg: less energy" in screen_text(app))

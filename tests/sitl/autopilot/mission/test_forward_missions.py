@@ -103,6 +103,7 @@ def test_a_waypoint_that_is_moved_on_the_way_to_it_is_reached_without_a_stop():
     flight = airborne()
     flight.autopilot.missions.load([waypoint(200.0, 0.0, HIGH), waypoint(200.0, 150.0, HIGH)])
     assert flight.autopilot.missions.start().accepted
+    flight.fly(0.1)
     flight.fly_until(lambda: flight.p[-1][0] > 60.0, 60.0)
     flight.autopilot.missions.revise([waypoint(200.0, 60.0, HIGH, radius=3.0), waypoint(200.0, 150.0, HIGH)])
     flight.fly_until(lambda: 0 in flight.reached, 60.0)
