@@ -117,11 +117,11 @@ class PlanTransfer:
         """Take an event of the endpoint; the end of one transfer starts the next."""
         if not isinstance(event, TRANSFER_ENDS):
             return
-        if isinstance(event, MissionFailed) and not self._has_waiting_request and not _is_unsupported(event):
-            has_other_way = event.operation == "upload" and bool(self._instead)
-            self._steps = deque(self._instead if has_other_way else ())
-            self._verified = set()
-        self._instead = []
+        if not self._has_waiting_request:
+            if isinstance(event, MissionFailed) and not _is_unsupported(event):
+                self._steps = deque(self._instead if event.operation == "upload" else ())
+                self._verified = set()
+            self._instead = []
         self._is_downloading = self._is_downloading and not self._has_waiting_request and bool(self._steps)
         self._has_waiting_request = False
         if self._steps:

@@ -363,6 +363,7 @@ def _screen_keys(screen: Screen[object]) -> list[tuple[str, str]]:
         return []
     bindings = (binding for binding in screen.BINDINGS if isinstance(binding, Binding) and binding.description)
     return [
-        (binding.key.split(",")[0].replace("escape", "esc"), binding.tooltip or binding.description)
+        (KEY_SYMBOLS.get(key, key.replace("escape", "esc")), binding.tooltip or binding.description)
         for binding in bindings
+        for key in (binding.key.split(",")[0],)
     ]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import ClassVar
 
 from textual.app import ComposeResult
@@ -13,8 +14,10 @@ from textual.widgets import Label, Static
 
 from darko_gcs.state.plan_difference import change_text, plan_changes
 from darko_gcs.state.plan_parts import Items
+from protocol.plans import load
+from protocol.plans.fence_rally import fence_items, rally_items
 
-__all__ = ["DifferenceScreen", "PlanPair"]
+__all__ = ["DifferenceScreen", "PlanPair", "file_pairs"]
 
 PlanPair = tuple[str, Items, Items]  # what is compared, in words; the old plan, the new one
 
@@ -49,3 +52,18 @@ class DifferenceScreen(ModalScreen[None]):
     def on_mount(self) -> None:
         """Let the keys scroll."""
         self.query_one(VerticalScroll).focus()
+
+
+def file_pairs(path: str, own: tuple[Items, Items, Items]) -> list[PlanPair]:
+    """What to compare of a file's mission, fence and rally points and those of the plan that is edited.
+
+    Raises:
+        FileError: The file cannot be read; the message names it.
+    """
+    plan = load(Path(path).expanduser())
+    held, names = (plan.items, fence_items(plan), rally_items(plan)), ("", ", fence", ", rally points")
+    return [
+        (f"From the file {path}{name} to this plan", old, new)
+        for name, old, new in zip(names, held, own, strict=True)
+        if old or new
+    ]

@@ -173,7 +173,12 @@ class MissionEditing(Screen[None]):
         self.show_item()
 
     def show_item(self) -> None:
-        """Tell of the item under the cursor; the screen knows how."""
+        """Tell of the item under the cursor.
+
+        Raises:
+            NotImplementedError: Always, here: the screen does it.
+        """
+        raise NotImplementedError
 
     @on(MissionMapPanel.ItemShifted)
     def _shift_item(self, event: MissionMapPanel.ItemShifted) -> None:

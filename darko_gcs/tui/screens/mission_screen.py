@@ -17,13 +17,13 @@ from darko_gcs.state.leg_predictions import LegPrediction
 from darko_gcs.state.mission_labels import coordinate_texts, item_summary, mission_command_of
 from darko_gcs.state.mission_legs import FLOWN_MISSION, MissionLeg, leg_chains, mission_legs
 from darko_gcs.state.plan_difference import changed_range, item_now
-from darko_gcs.state.plan_parts import ALL_PLANS, FENCE, MISSION, RALLY, Items
+from darko_gcs.state.plan_parts import ALL_PLANS, FENCE, MISSION, RALLY
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
 from darko_gcs.state.text import label_of
 from darko_gcs.station.station import Station
 from darko_gcs.tui.plan_draft import PlanDraft
 from darko_gcs.tui.screens.dialogs import ChooseScreen, ConfirmScreen
-from darko_gcs.tui.screens.difference_screen import DifferenceScreen, PlanPair
+from darko_gcs.tui.screens.difference_screen import DifferenceScreen, PlanPair, file_pairs
 from darko_gcs.tui.screens.file_dialog import FileDialog
 from darko_gcs.tui.screens.mission_editing import MissionEditing
 from darko_gcs.tui.screens.mission_table import MissionTable, leg_totals
@@ -33,7 +33,6 @@ from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import DecisionReason
 from protocol.errors import FileError, LocalProtocolError
 from protocol.plans import load, save
-from protocol.plans.fence_rally import fence_items, rally_items
 
 __all__ = ["MissionScreen"]
 
@@ -53,9 +52,9 @@ class MissionScreen(MissionEditing):
         Binding("e,enter", "edit", "Edit", priority=True, key_display="e", tooltip="Edit the item"),
         Binding("i", "insert(1)", "Ins", tooltip="Insert an item below"),
         Binding("x,delete", "remove", "Del", key_display="x", tooltip="Remove the item"),
-        Binding("space", "way", "Way", tooltip="Fly the leg in the hover, in the cruise, or as the vehicle finds best"),
+        Binding("space", "way", "Way", tooltip="Fly the leg in hover, in cruise, or as the vehicle finds"),
         Binding("z,ctrl+z", "undo", "Undo", key_display="z", tooltip="Take the last edit of the plan back"),
-        Binding("u", "upload", "Upload", tooltip="Send the plan, its fence and rally points, and read them back"),
+        Binding("u", "upload", "Upload", tooltip="Send the plan to the vehicle, and read it back"),
         Binding("s", "fly_from", "Run", tooltip="Fly the mission from the item"),
         Binding("o", "open", "Open", tooltip="Open a plan file"),
         Binding("equals_sign", "compare", "Differ", key_display="=", tooltip="What differs from vehicle and file"),
@@ -125,7 +124,7 @@ class MissionScreen(MissionEditing):
     def watch_now(self) -> None:
         """Ask about the legs from time to time: the wind changes, and the vehicle is elsewhere."""
         if self._is_ready and self.now - self._asked_at >= ASK_PERIOD:
-            self._ask_about_legs()
+            self._show_items()
 
     def _show_vehicle_plan(self, s: Snapshot) -> None:
         row = self.table.cursor_row
@@ -260,24 +259,14 @@ class MissionScreen(MissionEditing):
             pairs += [
                 (f"From the vehicle's {name} to this plan's", old, new) for name, old, new in limits if old or new
             ]
-        pairs += self._file_pairs(draft.path) if draft.path else []
-        if pairs:
-            self.app.push_screen(DifferenceScreen(pairs))
-        else:
-            self.show_notice("There is nothing to compare with: no vehicle, no file")
-
-    def _file_pairs(self, path: str) -> list[PlanPair]:
         try:
-            plan = load(Path(path).expanduser())
-            parts: tuple[tuple[str, Items, Items], ...] = (
-                ("", plan.items, self.draft.plan.items),
-                (", fence", fence_items(plan), self.draft.fence),
-                (", rally points", rally_items(plan), self.draft.rally),
-            )
+            pairs += file_pairs(draft.path, (draft.plan.items, draft.fence, draft.rally)) if draft.path else []
         except FileError as error:
             self.show_notice(str(error))
-            return []
-        return [(f"From the file {path}{name} to this plan", old, new) for name, old, new in parts if old or new]
+        if pairs:
+            self.app.push_screen(DifferenceScreen(pairs))
+        elif not draft.path:
+            self.show_notice("There is nothing to compare with: no vehicle, no file")
 
     def action_upload(self) -> None:
         """Send the plan to the vehicle, and read it back; of a mission that is being flown, only what is changed."""
