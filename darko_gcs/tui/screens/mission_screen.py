@@ -61,7 +61,7 @@ class MissionScreen(MissionEditing):
         Binding("w", "save", "Write", tooltip="Write the plan to a file"),
         Binding("f", "fetch", "Fetch", tooltip="Fetch the vehicle's plans"),
         Binding("j", "set_current", "Jump", tooltip="Continue the mission at the item"),
-        Binding("escape,m", "close", "Back", show=False),
+        Binding("escape,m", "close", "Back", tooltip="Back to the flight"),
         Binding("c", "clear", "Clear", show=False, tooltip="Delete a plan on the vehicle"),
         Binding("I", "insert(0)", "Insert above", show=False, tooltip="Insert an item above"),
         Binding("D", "duplicate", "Duplicate", show=False, tooltip="Duplicate the item"),
