@@ -232,6 +232,11 @@ class GroundEndpoint:
         self._mission.upload(self._target(), items, now, kind)
         self._collect()
 
+    def write_mission_items(self, items: Sequence[MissionItem], changed: range, now: float) -> None:
+        """Replace some items of the mission; ends in ``MissionUploaded`` or ``MissionFailed``."""
+        self._mission.write_items(self._target(), items, changed, now)
+        self._collect()
+
     def download_mission(self, now: float, kind: int = 0) -> None:
         """Download the vehicle's plan of a MAV_MISSION_TYPE; ends in ``MissionDownloaded`` or ``MissionFailed``."""
         self._mission.download(self._target(), now, kind)

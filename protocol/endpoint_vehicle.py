@@ -32,6 +32,7 @@ from protocol.events import (
     Event,
     MessageReceived,
     PoseReceived,
+    PredictionRequested,
     SetpointReceived,
     SigningChanged,
 )
@@ -46,7 +47,11 @@ __all__ = ["POSE_MESSAGES", "VehicleEndpoint"]
 
 POSE_MESSAGES = frozenset({"ODOMETRY", "VISION_POSITION_ESTIMATE", "ATT_POS_MOCAP"})
 """Messages in which a peer tells where it has measured the vehicle to be."""
-_EVENTS = {**dict.fromkeys(SETPOINT_MESSAGES, SetpointReceived), **dict.fromkeys(POSE_MESSAGES, PoseReceived)}
+_EVENTS = {
+    **dict.fromkeys(SETPOINT_MESSAGES, SetpointReceived),
+    **dict.fromkeys(POSE_MESSAGES, PoseReceived),
+    "DARKO_LEGS_REQUEST": PredictionRequested,
+}
 
 
 class VehicleEndpoint:

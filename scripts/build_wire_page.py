@@ -25,6 +25,7 @@ from sitl.mavlink.services.flight_plan_service import FlightPlanService
 from sitl.mavlink.services.home_service import HomeService
 from sitl.mavlink.services.maintenance_commands import MaintenanceCommands
 from sitl.mavlink.services.obstacle_service import ObstacleService
+from sitl.mavlink.services.prediction_service import PredictionService
 from sitl.mavlink.services.steering_service import SteeringService
 from sitl.mavlink.telemetry.streams import FAMILIES, STREAMS
 from sitl.parameters import INT, Configuration
@@ -89,7 +90,7 @@ def _accepted() -> str:
     endpoint = VehicleEndpoint(validate=lambda _items: None)
     served = {name: type(server).__name__ for name, server in endpoint._server_of.items()}  # noqa: SLF001
     served |= dict.fromkeys(SETPOINT_MESSAGES, "set-points") | dict.fromkeys(POSE_MESSAGES, "poses")
-    served |= {"HEARTBEAT": "Presence", "SETUP_SIGNING": "Keyring"}
+    served |= {"HEARTBEAT": "Presence", "SETUP_SIGNING": "Keyring", "DARKO_LEGS_REQUEST": PredictionService.__name__}
     for service in (CommandService, HomeService, ObstacleService, SteeringService):
         served |= dict.fromkeys(answered_by(service, str), service.__name__)
     rows = [(name, served[name], _test(name)) for name in sorted(served)]

@@ -63,21 +63,25 @@ def run(args: argparse.Namespace) -> int:
     Raises:
         GroundError: If a file, a key, the link or the vehicle process fails.
     """
+    from platformdirs import user_state_path  # noqa: PLC0415
+
     from darko_gcs.feed.live_feed import LiveFeed  # noqa: PLC0415 - --help must not load the screens
     from darko_gcs.station.keyring_setup import open_keyring  # noqa: PLC0415
     from darko_gcs.station.recording import default_folder, start_recording  # noqa: PLC0415
     from darko_gcs.station.station import Station  # noqa: PLC0415
     from darko_gcs.tui.app import GroundStationApp  # noqa: PLC0415
     from darko_gcs.tui.plan_draft import PlanDraft  # noqa: PLC0415
+    from darko_gcs.tui.recent_files import RecentFiles  # noqa: PLC0415
     from protocol.errors import FileError  # noqa: PLC0415
     from protocol.plans import load  # noqa: PLC0415
 
     if args.web is not None and "TEXTUAL_DRIVER" not in os.environ:  # which the page's own station is started with
         return _serve_page(args)
     try:
-        draft = PlanDraft()
+        draft = PlanDraft(recent=RecentFiles(user_state_path("darko") / "recent-plans"))
         if args.mission is not None:
             draft.take(load(args.mission), str(args.mission))
+            draft.recent.add(args.mission)
     except FileError as error:
         raise GroundError(str(error)) from error
     sitl = checked_sitl_arguments(args) if args.sitl else None

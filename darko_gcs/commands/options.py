@@ -13,9 +13,9 @@ __all__ = [
     "checked_sitl_arguments",
     "finite_number",
     "listening_port",
-    "port_number",
     "playing_speed",
     "playing_time",
+    "port_number",
     "positive_seconds",
 ]
 

@@ -11,7 +11,7 @@ from protocol.mav_frames import ABSOLUTE_ALTITUDE_FRAMES, RELATIVE_ALTITUDE_FRAM
 from protocol.plans import MissionItem
 from protocol.units import UNKNOWN_INT32, from_e7, from_local_e4, local_e4, to_e7
 
-__all__ = ["in_frame"]
+__all__ = ["in_frame", "place_of", "shifted"]
 
 LOCAL_FRAMES = frozenset({mavlink.MAV_FRAME_LOCAL_NED, mavlink.MAV_FRAME_LOCAL_ENU})
 FAMILIES = (ABSOLUTE_ALTITUDE_FRAMES, RELATIVE_ALTITUDE_FRAMES)  # frames in one of them have the same numbers
@@ -39,6 +39,44 @@ def in_frame(item: MissionItem, frame: int, home: Geodetic | None, home_p: Vecto
     if UNKNOWN_INT32 in {item.x, item.y} or math.isnan(item.z):
         raise ValueError("Frame: the item leaves its place to the vehicle: there is nothing to convert")
     return _placed(item, frame, _place(item, home, home_p), home, home_p)
+
+
+def place_of(item: MissionItem, home: Geodetic, home_p: Vector = (0.0, 0.0, 0.0)) -> Vector | None:
+    """Where an item is, NED in the vehicle's local frame [m]; None if it has no place of its own.
+
+    Args:
+        item: The item.
+        home: The vehicle's home.
+        home_p: Home in the local frame, NED [m].
+    """
+    is_open = UNKNOWN_INT32 in {item.x, item.y} or math.isnan(item.z)
+    is_unset = is_global_frame(item.frame) and item.x == item.y == 0
+    known = ABSOLUTE_ALTITUDE_FRAMES | RELATIVE_ALTITUDE_FRAMES | LOCAL_FRAMES
+    if item.frame not in known or is_open or is_unset:
+        return None
+    north, east, down = LocalFrame(home).to_ned(_place(item, home, home_p))
+    return north + home_p[0], east + home_p[1], down + home_p[2]
+
+
+def shifted(item: MissionItem, by: Vector, home: Geodetic, home_p: Vector = (0.0, 0.0, 0.0)) -> MissionItem:
+    """The item so far away from where it was, in its own frame.
+
+    Args:
+        item: The item.
+        by: North, east and up [m].
+        home: The vehicle's home.
+        home_p: Home in the local frame, NED [m].
+
+    Raises:
+        ValueError: The item has no place of its own.
+        LocalProtocolError: The new place does not fit the wire.
+    """
+    if place_of(item, home, home_p) is None:
+        raise ValueError("The item has no place of its own to be moved from")
+    north, east, down = LocalFrame(home).to_ned(_place(item, home, home_p))
+    place = LocalFrame(home).to_geodetic((north + by[0], east + by[1], down - by[2]))
+    new = _placed(item, item.frame, place, home, home_p)
+    return new if by[2] else replace(new, z=item.z)
 
 
 def _place(item: MissionItem, home: Geodetic, home_p: Vector) -> Geodetic:

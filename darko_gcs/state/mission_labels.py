@@ -88,7 +88,7 @@ MISSION_COMMANDS = (
     ),
     MissionCommand(
         command=mavlink.MAV_CMD_DO_VTOL_TRANSITION, label="Transition",
-        params=("State (3 hover, 4 forward)", "", "", ""),
+        params=("State (0 auto, 3 hover, 4 forward)", "", "", ""),
         defaults=(float(mavlink.MAV_VTOL_STATE_FW), 0.0, 0.0, 0.0), has_place=False,
     ),
     MissionCommand(
@@ -158,6 +158,8 @@ def item_summary(item: MissionItem) -> str:
     first, second = item.params[:2]
     if item.command == mavlink.MAV_CMD_DO_VTOL_TRANSITION and first in VTOL_LABELS:
         return f"to {VTOL_LABELS[int(first)]}"
+    if item.command == mavlink.MAV_CMD_DO_VTOL_TRANSITION and first == mavlink.MAV_VTOL_STATE_UNDEFINED:
+        return "as the vehicle finds best"
     if item.command == mavlink.MAV_CMD_DO_CHANGE_SPEED and first in {0.0, 1.0} and second > 0.0:
         return f"{field_text(second)} m/s {('airspeed', 'over ground')[int(first)]}"
     named = zip(_parameter_names(item), item.params, strict=True)

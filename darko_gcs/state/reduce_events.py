@@ -84,6 +84,8 @@ def _mission_progress(e: MissionProgress, s: Snapshot, _now: float) -> Snapshot:
 
 @_after.register
 def _mission_uploaded(e: MissionUploaded, s: Snapshot, now: float) -> Snapshot:
+    if e.is_partial:
+        return add_line(replace(s, transfer=None), now, INFO, f"{e.count} item{'s' * (e.count != 1)} replaced")
     s = replace(s, transfer=None, reached=frozenset() if e.kind == MISSION else s.reached)
     return add_line(s, now, INFO, f"{PLAN_TITLES[e.kind]} of {e.count} items uploaded")
 

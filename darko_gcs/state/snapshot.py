@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from darko_gcs.state.flight_plan_state import FlightPlanState
+from darko_gcs.state.leg_predictions import LegChain, LegPrediction
 from darko_gcs.state.parameter_change import ParameterChange
 from darko_gcs.state.parameter_metadata import ParameterMetadata
 from darko_gcs.state.text import label_of
@@ -111,6 +112,7 @@ class Snapshot:
     fence: tuple[MissionItem, ...] = ()
     rally: tuple[MissionItem, ...] = ()
     plan_ids: PlanIds | None = None
+    leg_predictions: Mapping[LegChain, tuple[LegPrediction, ...]] = field(default_factory=dict)  # that were asked for
     mission_count: int | None = None
     mission_current: int | None = None
     mission_state: int = 0  # MISSION_STATE

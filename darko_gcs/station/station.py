@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 from darko_gcs.state.message_log import add_line
-from darko_gcs.state.plan_parts import FENCE, MISSION, RALLY, with_plan
 from darko_gcs.state.reduce import reduce
 from darko_gcs.state.reduce_events import reduce_event
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
 from darko_gcs.station.family_requests import FamilyRequests
 from darko_gcs.station.flight_plan_requests import FlightPlanRequests
+from darko_gcs.station.leg_prediction_client import LegPredictionClient
 from darko_gcs.station.parameter_changes import ParameterChanges
 from darko_gcs.station.parameter_metadata_client import ParameterMetadataClient
+from darko_gcs.station.plan_requests import PlanRequests
 from darko_gcs.station.plan_transfer import PlanTransfer
 from darko_gcs.station.signing_client import SigningClient
 from protocol import units
@@ -23,12 +24,11 @@ from protocol.command_values import FORCE_ARM_DISARM
 from protocol.dialect import mavlink
 from protocol.endpoint_ground import GROUND_SYSTEM, GroundEndpoint
 from protocol.errors import FileError, LocalProtocolError
-from protocol.events import Event, MissionUploaded, VehicleRestarted
+from protocol.events import Event, VehicleRestarted
 from protocol.frames import LocalFrame
 from protocol.keyring import KeyRecord, Keyring
 from protocol.message import Message, Source, source_of
 from protocol.modes import Mode, custom_mode
-from protocol.plans import MissionItem
 from protocol.signing import is_secret
 from protocol.tlog import TlogWriter
 
@@ -40,7 +40,7 @@ MAX_OTHER_VEHICLES = 4  # beside the selected one that are reported
 _NAN = math.nan
 
 
-class Station(FlightPlanRequests):
+class Station(FlightPlanRequests, PlanRequests):
     """One operator's side of one vehicle.
 
     The owner moves bytes and time: ``receive`` each datagram, ``tick`` often, send what ``outgoing`` returns. The
@@ -70,6 +70,7 @@ class Station(FlightPlanRequests):
         self.endpoint = GroundEndpoint(keyring=keyring, vehicle=vehicle)
         self.signing = SigningClient(self.endpoint, give_key=give_key)
         self.plans = PlanTransfer(self.endpoint)
+        self.leg_predictions = LegPredictionClient(self.endpoint)
         self.parameter_metadata = ParameterMetadataClient(self.endpoint)
         self._parameter_changes = ParameterChanges(self.endpoint)
         self._families = FamilyRequests(self.endpoint)
@@ -99,6 +100,7 @@ class Station(FlightPlanRequests):
             if self._is_selected(message, now):
                 self.snapshot = reduce(self.snapshot, message, now)
                 self.parameter_metadata.receive(message, now)
+                self.leg_predictions.receive(message, now)
                 self._families.receive(message, now)
             self.signing.receive(message)
             from_vehicle = from_vehicle or source_of(message) == self.endpoint.vehicle
@@ -111,6 +113,7 @@ class Station(FlightPlanRequests):
         """Let time pass: resends, loss of the vehicle, link statistics."""
         self.endpoint.handle_timer(now)
         self._families.handle_timer(now)
+        self.leg_predictions.handle_timer(now)
         self._update_signing(now)
         self._collect(now)
         self.snapshot = self._parameter_changes.handle_timer(self.snapshot, now)
@@ -179,10 +182,6 @@ class Station(FlightPlanRequests):
         """Stop and hover."""
         self.set_mode(Mode.HOLD, now)
 
-    def start_mission(self, now: float) -> None:
-        """Fly the mission, from its current item."""
-        self._command(now, mavlink.MAV_CMD_MISSION_START, _NAN, _NAN)
-
     def set_mode(self, mode: Mode, now: float) -> None:
         """Change the flight mode."""
         custom, number = float(mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED), custom_mode(mode)
@@ -230,30 +229,6 @@ class Station(FlightPlanRequests):
         """Fly at an airspeed or a ground speed [m/s]; the vehicle refuses a speed that it cannot fly."""
         kind = mavlink.SPEED_TYPE_GROUNDSPEED if over_ground else mavlink.SPEED_TYPE_AIRSPEED
         self._command(now, mavlink.MAV_CMD_DO_CHANGE_SPEED, float(kind), speed, -1.0)
-
-    def upload(
-        self,
-        items: Sequence[MissionItem],
-        now: float,
-        *,
-        fence: Sequence[MissionItem] = (),
-        rally: Sequence[MissionItem] = (),
-    ) -> None:
-        """Replace the vehicle's mission, and its fence and rally points if new ones are given."""
-        limits = {kind: part for kind, part in ((FENCE, fence), (RALLY, rally)) if part}
-        self._try(now, lambda: self.plans.upload({MISSION: items, **limits}, now))
-
-    def download(self, now: float) -> None:
-        """Fetch the vehicle's mission, fence and rally points."""
-        self._try(now, lambda: self.plans.download(now))
-
-    def clear_plan(self, kind: int, now: float) -> None:
-        """Delete the vehicle's plan of a MAV_MISSION_TYPE; 255: mission, fence and rally points."""
-        self._try(now, lambda: self.plans.clear(kind, now))
-
-    def set_current(self, seq: int, now: float) -> None:
-        """Continue or begin the mission at one of its items."""
-        self._try(now, lambda: self.plans.set_current(seq, now))
 
     def fetch_parameters(self, now: float) -> None:
         """Fetch all parameters of the vehicle."""
@@ -311,8 +286,7 @@ class Station(FlightPlanRequests):
                 continue
             if not self._parameter_changes.take(event, now):
                 self.snapshot = reduce_event(self.snapshot, event, now)
-            if isinstance(event, MissionUploaded):
-                self.snapshot = with_plan(self.snapshot, event.kind, self.plans.sent.get(event.kind, ()))
+            self._follow_plans(event, now)
             self._events.append(event)
             self.plans.follow(event, now)
             if text := self.parameter_metadata.follow(event, now):
@@ -320,6 +294,8 @@ class Station(FlightPlanRequests):
         metadata = self.parameter_metadata.known
         if metadata and metadata is not self.snapshot.parameter_metadata:
             self.snapshot = replace(self.snapshot, parameter_metadata=metadata)
+        if self.leg_predictions.known is not self.snapshot.leg_predictions:
+            self.snapshot = replace(self.snapshot, leg_predictions=self.leg_predictions.known)
 
     def _update_rate(self, now: float) -> None:
         since, count = self._last_rate
@@ -358,6 +334,7 @@ class Station(FlightPlanRequests):
         self._parameter_changes = ParameterChanges(self.endpoint)
         self.plans.cancel()
         self.parameter_metadata.forget()
+        self.leg_predictions.forget()
         self.endpoint.give_up_requests("the vehicle restarted")
         restarted = VehicleRestarted()
         self._families.follow(restarted, now)

@@ -29,7 +29,7 @@ from darko_gcs.tui.typed_keys import TypedKeys
 from darko_gcs.tui.ways_out import watch_signals
 from darko_gcs.tui.widgets.flight_panel import FlightPanel
 from darko_gcs.tui.widgets.map_panel import MapPanel
-from darko_gcs.tui.widgets.plan_map import PlanMapPanel
+from darko_gcs.tui.widgets.movable_map import MovableMap
 from protocol.dialect import mavlink
 
 __all__ = ["GroundStationApp"]
@@ -279,8 +279,8 @@ class GroundStationApp(App[int]):
         """Zoom the map in, out, or to fit."""
         for panel in self.screen.query(MapPanel):
             panel.zoom(step)
-        for plan_map in self.screen.query(PlanMapPanel):
-            plan_map.zoom(step)
+        for movable in self.screen.query(MovableMap):
+            movable.zoom(step)
 
     def show_next_page(self) -> None:
         """Turn the page of the flight panel."""
@@ -363,6 +363,7 @@ def _screen_keys(screen: Screen[object]) -> list[tuple[str, str]]:
         return []
     bindings = (binding for binding in screen.BINDINGS if isinstance(binding, Binding) and binding.description)
     return [
-        (binding.key.split(",")[0].replace("escape", "esc"), binding.tooltip or binding.description)
+        (KEY_SYMBOLS.get(key, key.replace("escape", "esc")), binding.tooltip or binding.description)
         for binding in bindings
+        for key in (binding.key.split(",")[0],)
     ]

@@ -4,11 +4,18 @@ from __future__ import annotations
 
 __all__ = ["COLOUR_MEANINGS", "KEY_SYMBOLS", "QUESTION_RULES"]
 
-KEY_SYMBOLS = {"question_mark": "?", "plus": "+", "minus": "-"}
+KEY_SYMBOLS = {
+    "question_mark": "?",
+    "plus": "+",
+    "minus": "-",
+    "equals_sign": "=",
+    "less_than_sign": "<",
+    "greater_than_sign": ">",
+}
 QUESTION_RULES = [
     ("asks", "everything that moves, stops or drops the vehicle, and quitting"),
     ("", "while it is armed or the plan would be lost (q, Ctrl+Q, Ctrl+C)"),
-    ("does not ask", "edits of the plan: z takes them back"),
+    ("does not ask", "edits of the plan: z takes them back, Z makes them again"),
     ("typed ahead", "keys reach the form that they were typed for, never a"),
     ("", "question: it is answered after it is on the screen"),
     ("closed", "terminal: the ground station ends at once and notes it in the"),

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 
 from darko_gcs.state.plan_parts import Items
 from darko_gcs.state.snapshot import Snapshot
+from darko_gcs.tui.recent_files import RecentFiles
 from protocol.plans import Plan
 from protocol.plans.fence_rally import fence_items, rally_items, with_fence, with_rally
 
@@ -25,7 +26,9 @@ class PlanDraft:
     saved: bool = True  # in a file, as it is
     fence: Items = ()  # of the plan
     rally: Items = ()  # of the plan
-    undone: list[Plan] = field(default_factory=list)  # plans before each edit, newest last
+    before: list[Plan] = field(default_factory=list)  # plans before each edit, newest last
+    taken_back: list[Plan] = field(default_factory=list)  # plans that ``undo`` left, newest last
+    recent: RecentFiles = field(default_factory=RecentFiles, compare=False)  # opened and saved ones
     vehicle_plans: tuple[Items, ...] = ()  # the vehicle's mission, fence and rally points, as last seen
 
     def take(self, plan: Plan, path: str) -> None:
@@ -36,20 +39,31 @@ class PlanDraft:
         """
         fence, rally = fence_items(plan), rally_items(plan)
         self.plan, self.path, self.fence, self.rally = plan, path, fence, rally
-        self.undone.clear()
+        self.before.clear()
+        self.taken_back.clear()
         self.changed = self.saved = True
 
     def edit(self, items: Items) -> None:
         """Replace the mission's items; ``undo`` takes it back."""
-        self.undone = [*self.undone[-MAX_UNDONE + 1 :], self.plan]
+        self.before = [*self.before[-MAX_UNDONE + 1 :], self.plan]
+        self.taken_back.clear()
         # ``item_keys`` are a file's extra fields of the old items: they do not fit the new ones.
         self._become(replace(self.plan, items=items, item_keys=()))
 
     def undo(self) -> bool:
         """Take the last edit back; False if there is none."""
-        if not self.undone:
+        if not self.before:
             return False
-        self._become(self.undone.pop())
+        self.taken_back.append(self.plan)
+        self._become(self.before.pop())
+        return True
+
+    def redo(self) -> bool:
+        """Make the edit again that ``undo`` took back last; False if there is none."""
+        if not self.taken_back:
+            return False
+        self.before.append(self.plan)
+        self._become(self.taken_back.pop())
         return True
 
     def _become(self, plan: Plan) -> None:
@@ -61,13 +75,16 @@ class PlanDraft:
         return self.plan.items == s.mission and all(not own or own == held for own, held in limits)
 
     def follow_vehicle(self, s: Snapshot) -> None:
-        """Become the vehicle's plan.
+        """Become the vehicle's plan. If it is the draft already, as after an upload, its edits can still be taken back.
 
         Raises:
             LocalProtocolError: The vehicle's fence cannot be written to a file; the draft follows it nevertheless.
         """
+        if (self.plan.items, self.fence, self.rally) == (s.mission, s.fence, s.rally):
+            return
         plan = replace(self.plan, items=s.mission, item_keys=())
-        self.undone.clear()
+        self.before.clear()
+        self.taken_back.clear()
         old, self.fence, self.rally = (self.fence, self.rally), s.fence, s.rally
         self.plan = plan
         if old != (s.fence, s.rally):

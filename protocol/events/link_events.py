@@ -12,6 +12,7 @@ __all__ = [
     "MessageReceived",
     "MessageRequested",
     "PoseReceived",
+    "PredictionRequested",
     "SetpointReceived",
     "SigningChanged",
     "VehicleFound",
@@ -51,6 +52,14 @@ class VehicleRestarted(Event):
 @dataclass(frozen=True, slots=True)
 class MessageReceived(Event):
     """A message for this vehicle that no engine handles: the owner may answer it."""
+
+    message: Message
+    peer: Peer
+
+
+@dataclass(frozen=True, slots=True)
+class PredictionRequested(Event):
+    """A peer asks with DARKO_LEGS_REQUEST what legs would take: answer with DARKO_LEGS_PREDICTION."""
 
     message: Message
     peer: Peer

@@ -31,10 +31,11 @@ class MissionProgress(Event):
 
 @dataclass(frozen=True, slots=True)
 class MissionUploaded(Event):
-    """The vehicle accepted a plan of ``count`` items."""
+    """The vehicle accepted a plan of ``count`` items, or (``is_partial``) so many new items in its mission."""
 
     count: int
     kind: int = 0  # MAV_MISSION_TYPE: flight plan, fence or rally points
+    is_partial: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,6 +52,7 @@ class MissionReceived(Event):
 
     items: tuple[MissionItem, ...]
     kind: int = 0  # MAV_MISSION_TYPE: flight plan, fence or rally points
+    is_partial: bool = False  # only some items were written; the others and the length stayed
 
 
 @dataclass(frozen=True, slots=True)

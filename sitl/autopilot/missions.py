@@ -33,6 +33,20 @@ class MissionRequests:
             flight.hold_here()
         flight.mission = MissionRunner(tuple(items), flight.world, flight.settings, flight.chooser) if items else None
 
+    def revise(self, items: Sequence[MissionItem]) -> None:
+        """Put other items in the place of the mission's own; it goes on, to where the current item is now.
+
+        Where fence or home forbid the new items, a vehicle that flies the mission holds.
+        """
+        flight, mission = self._flight, self._flight.mission
+        if mission is None or len(items) != len(mission.items):
+            self.load(items)
+            return
+        mission.revise(tuple(items))
+        if flight.mode is Mode.MISSION and (outside := refuse_items(items, flight.world)):
+            flight.say(mavlink.MAV_SEVERITY_WARNING, f"Mission left: {outside}")
+            flight.hold_here()
+
     def choose(self) -> Answer:
         """Choose the mission mode before arming; arming then starts the mission."""
         flight = self._flight

@@ -34,6 +34,7 @@ from sitl.mavlink.services.operator_service import OperatorService
 from sitl.mavlink.services.parameter_service import ParameterService
 from sitl.mavlink.services.plan_service import PlanService, StoredPlans
 from sitl.mavlink.services.pose_service import PoseService
+from sitl.mavlink.services.prediction_service import PredictionService
 from sitl.mavlink.services.signing_service import SigningService
 from sitl.mavlink.services.steering_service import SteeringService
 from sitl.mavlink.services.traffic_service import TrafficService
@@ -138,6 +139,7 @@ class Node:
             SteeringService(autopilot, broadcast, SYSTEM),
             PoseService(aircraft, broadcast),
             ObstacleService(autopilot, broadcast),
+            PredictionService(autopilot, endpoint),
             TrafficService(autopilot),
         )
         self._event_handlers = handlers_of(services, type)

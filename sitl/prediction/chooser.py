@@ -63,17 +63,44 @@ class Chooser:
         self, view: VehicleView, start: Point, stops: Sequence[LegEnd], settings: LegSettings, airspeed: float
     ) -> list[Decision]:
         """Decisions for the legs from ``start`` through ``stops``; the first is reported."""
+        decisions = self._plan(view.wind, view.heading, start, stops, settings, airspeed, flying=view.forward)
+        self._made.append((stops[0].seq, decisions[0]))
+        return decisions
+
+    def predict(
+        self, wind: Point, heading: float, start: Point, stops: Sequence[LegEnd], settings: LegSettings
+    ) -> list[Decision]:
+        """What legs that begin and end in the hover would take, and how they would be flown; nobody is told.
+
+        Args:
+            wind: World NWU [m/s].
+            heading: Before the first leg [rad].
+            start: Where it begins, world NWU [m].
+            stops: Where each ends; at most ``LEGS_AHEAD`` are looked at.
+            settings: Of the pilot.
+        """
+        return self._plan(wind, heading, start, stops, settings, settings.airspeed, flying=False)
+
+    def _plan(
+        self,
+        wind: Point,
+        heading: float,
+        start: Point,
+        stops: Sequence[LegEnd],
+        settings: LegSettings,
+        airspeed: float,
+        *,
+        flying: bool,
+    ) -> list[Decision]:
         abilities = self._abilities(settings, airspeed)
         default = Way(settings.way)
-        legs, asked, here, heading = [], [], start, view.heading
+        legs, asked, here = [], [], start
         for stop in stops[:LEGS_AHEAD]:
-            leg, heading = _leg(here, stop.p, heading, view.wind)
+            leg, heading = _leg(here, stop.p, heading, wind)
             legs.append(leg)
             asked.append(stop.asked or default)
             here = stop.p
-        decisions = plan(legs, abilities, settings.min_leg, asked, flying=view.forward)
-        self._made.append((stops[0].seq, decisions[0]))
-        return decisions
+        return plan(legs, abilities, settings.min_leg, asked, flying=flying)
 
     def orbits(self, height: float, asked: Way, settings: LegSettings) -> bool:
         """Whether a circle with a radius is flown on the wing."""

@@ -1,96 +1,108 @@
-"""The mission: load, edit in a table, save, upload, follow."""
+"""The mission: a table and a map of its items, edited, compared with vehicle and file, sent, and followed."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import ClassVar
 
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
-from textual.coordinate import Coordinate
+from textual.containers import Container
 from textual.reactive import reactive
-from textual.screen import Screen
-from textual.widgets import DataTable, Footer, Static
+from textual.widgets import Footer, Static
 
-from darko_gcs.state.mission_labels import (
-    FRAME_LABELS,
-    MISSION_COMMANDS,
-    coordinate_texts,
-    edited_item,
-    field_text,
-    item_fields,
-    item_summary,
-    mission_command_of,
-    new_item,
-)
+from darko_gcs.state.leg_predictions import LegPrediction
+from darko_gcs.state.mission_labels import coordinate_texts, item_summary, mission_command_of
+from darko_gcs.state.mission_legs import FLOWN_MISSION, MissionLeg, leg_chains, mission_legs
+from darko_gcs.state.plan_difference import changed_range, item_now
 from darko_gcs.state.plan_parts import ALL_PLANS, FENCE, MISSION, RALLY
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
-from darko_gcs.state.text import command_name
+from darko_gcs.state.text import label_of
 from darko_gcs.station.station import Station
 from darko_gcs.tui.plan_draft import PlanDraft
-from darko_gcs.tui.screens.dialogs import AskScreen, Check, ChooseScreen, ConfirmScreen
+from darko_gcs.tui.screens.dialogs import ChooseScreen, ConfirmScreen
+from darko_gcs.tui.screens.difference_screen import DifferenceScreen, PlanPair, file_pairs
+from darko_gcs.tui.screens.file_dialog import FileDialog
+from darko_gcs.tui.screens.mission_editing import MissionEditing
+from darko_gcs.tui.screens.mission_table import MissionTable, leg_totals
+from darko_gcs.tui.widgets.mission_map import MissionMapPanel
 from darko_gcs.tui.widgets.status_bar import StatusBar
 from protocol.dialect import mavlink
+from protocol.dialect.vocabulary import DecisionReason
 from protocol.errors import FileError, LocalProtocolError
-from protocol.plans import MissionItem, load, save
+from protocol.plans import load, save
 
 __all__ = ["MissionScreen"]
 
 CLEAR_CHOICES = {MISSION: "Mission", FENCE: "Fence", RALLY: "Rally points", ALL_PLANS: "All three"}
-ITEM_COLUMNS = ("", "#", "command", "parameters", "lat/north", "lon/east", "alt", "frame")
-MAX_FILES_LISTED = 8  # in the dialog that opens a file
+PLAN_SUFFIXES = (".plan", ".waypoints", ".txt")
+MAX_FILES_LISTED = 50  # of the working folder, in the dialog that opens a file
+ASK_PERIOD = 1.0  # between looks at which legs the vehicle is to predict [s]
 
 
-class MissionScreen(Screen[None]):
+class MissionScreen(MissionEditing):
     """One plan, edited here and sent as a whole."""
 
+    HORIZONTAL_BREAKPOINTS = [(0, "-single"), (110, "-beside")]  # noqa: RUF012 - declared so by Textual
+    VERTICAL_BREAKPOINTS = [(0, "-short"), (36, "-tall")]  # noqa: RUF012
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("escape,m", "close", "Back"),
+        Binding("tab", "other_part", "Map", tooltip="From the table to the map, and back"),
+        Binding("e,enter", "edit", "Edit", priority=True, key_display="e", tooltip="Edit the item"),
+        Binding("i", "insert(1)", "Ins", tooltip="Insert an item below"),
+        Binding("x,delete", "remove", "Del", key_display="x", tooltip="Remove the item"),
+        Binding("space", "way", "Way", tooltip="Fly the leg in hover, in cruise, or as the vehicle finds"),
+        Binding("z,ctrl+z", "undo", "Undo", key_display="z", tooltip="Take the last edit of the plan back"),
+        Binding("u", "upload", "Upload", tooltip="Send the plan to the vehicle, and read it back"),
+        Binding("s", "fly_from", "Run", tooltip="Fly the mission from the item"),
         Binding("o", "open", "Open", tooltip="Open a plan file"),
+        Binding("equals_sign", "compare", "Differ", key_display="=", tooltip="What differs from vehicle and file"),
         Binding("w", "save", "Write", tooltip="Write the plan to a file"),
-        Binding("u", "upload", "Upload", tooltip="Send the plan, its fence and rally points"),
         Binding("f", "fetch", "Fetch", tooltip="Fetch the vehicle's plans"),
-        Binding("e,enter", "edit", "Edit", priority=True, tooltip="Edit the item"),
-        Binding("i", "insert", "Insert", tooltip="Insert an item below"),
-        Binding("x,delete", "remove", "Remove", tooltip="Remove the item"),
-        Binding("z,ctrl+z", "undo", "Undo", tooltip="Take the last edit of the plan back"),
-        Binding("shift+up", "move(-1)", "Move the item up", show=False),
-        Binding("shift+down", "move(1)", "Move the item down", show=False),
-        Binding("c", "clear", "Clear", tooltip="Delete a plan on the vehicle"),
-        Binding("j", "set_current", "Jump to", tooltip="Continue the mission at the item"),
+        Binding("j", "set_current", "Jump", tooltip="Continue the mission at the item"),
+        Binding("escape,m", "close", "Back", tooltip="Back to the flight"),
+        Binding("c", "clear", "Clear", show=False, tooltip="Delete a plan on the vehicle"),
+        Binding("I", "insert(0)", "Insert above", show=False, tooltip="Insert an item above"),
+        Binding("D", "duplicate", "Duplicate", show=False, tooltip="Duplicate the item"),
+        Binding("Z,ctrl+y", "redo", "Redo", show=False, tooltip="Make the edit again that was taken back"),
+        Binding("shift+up", "move(-1)", "Move up", show=False, tooltip="Move the item up"),
+        Binding("shift+down", "move(1)", "Move down", show=False, tooltip="Move the item down"),
+        Binding("less_than_sign", "step(-1)", show=False, key_display="<", tooltip="On the map: smaller steps"),
+        Binding("greater_than_sign", "step(1)", show=False, key_display=">", tooltip="On the map: larger steps"),
     ]
-    snapshot: reactive[Snapshot] = reactive(EMPTY_SNAPSHOT, repaint=False)  # else every panel is painted again
     now: reactive[float] = reactive(0.0, repaint=False)
 
     def __init__(self, station: Station | None, clock: Callable[[], float], draft: PlanDraft) -> None:
-        super().__init__()
+        super().__init__(draft)
         self._station, self._clock = station, clock
-        self.draft = draft
         self._is_ready = False  # the app hands out snapshots as soon as a screen is pushed, before it is mounted
+        self._legs: tuple[MissionLeg, ...] = ()
+        self._predictions: dict[int, LegPrediction] = {}
+        self._asked_at = -ASK_PERIOD
 
     def compose(self) -> ComposeResult:
-        """Status bar, table, messages, footer."""
+        """Status bar, table and map, the item, notice, status, footer."""
         yield StatusBar().data_bind(MissionScreen.snapshot, MissionScreen.now)
-        yield DataTable(id="items", cursor_type="row", zebra_stripes=True)
+        with Container(id="mission-parts"):
+            yield MissionTable(id="items")
+            yield MissionMapPanel("Mission", id="mission-map").data_bind(MissionScreen.snapshot, MissionScreen.now)
+        yield Static("", id="mission-item", markup=False)
         yield Static("", id="mission-notice", markup=False)
         yield Static("", id="mission-status", markup=False)
         yield Footer(compact=True, show_command_palette=False)
 
     def on_mount(self) -> None:
-        """Fill the table."""
-        self.table.add_columns(*ITEM_COLUMNS)
+        """Fill table and map."""
         self._is_ready = True
-        self._show()
+        self.table.focus()
+        self.show_draft()
         self._follow(EMPTY_SNAPSHOT, self.snapshot)
 
-    @property
-    def table(self) -> DataTable[str]:
-        """The table of items."""
-        return self.query_one("#items", DataTable)
+    # The vehicle
 
     def watch_snapshot(self, old: Snapshot, s: Snapshot) -> None:
-        """Follow the vehicle: its plans, its progress, transfers."""
+        """Follow the vehicle: its plans, its progress, transfers, predictions."""
         if self._is_ready:
             self._follow(old, s)
 
@@ -102,19 +114,85 @@ class MissionScreen(Screen[None]):
             draft.changed = draft.changed and not draft.is_on_vehicle(s)  # false after an accepted upload
             if not draft.changed:
                 self._show_vehicle_plan(s)
-                return
-        progress = (s.mission_current, s.reached, s.mission_state)
-        if progress != (old.mission_current, old.reached, old.mission_state):
-            self._show_progress(s)
+        progress = (s.mission_current, s.reached, s.mission_state, s.home, s.home_p)
+        before = (old.mission_current, old.reached, old.mission_state, old.home, old.home_p)
+        if progress != before or s.leg_predictions is not old.leg_predictions:
+            self._show_items()
         if s.messages and s.messages is not old.messages:
-            self.query_one("#mission-status", Static).update(self._status() + "\n" + s.messages[-1].text)
+            self._show_status()
+
+    def watch_now(self) -> None:
+        """Ask about the legs from time to time: the wind changes, and the vehicle is elsewhere."""
+        if self._is_ready and self.now - self._asked_at >= ASK_PERIOD:
+            self._show_items()
 
     def _show_vehicle_plan(self, s: Snapshot) -> None:
+        row = self.table.cursor_row
         try:
             self.draft.follow_vehicle(s)
         except LocalProtocolError as error:
             self.show_notice(f"The vehicle's fence or rally points cannot be saved: {error}")
-        self._show()
+        self.show_draft(row)
+
+    def _ask_about_legs(self) -> None:
+        self._asked_at = self.now
+        self._legs = mission_legs(self.draft.plan.items, self.snapshot)
+        chains = leg_chains(self._legs)
+        if self._station is not None and self.snapshot.hybrid is not None and not self.snapshot.lost:
+            self._station.predict_legs([chain for _, chain in chains], self._clock())
+        known = self.snapshot.leg_predictions
+        answered = [(seqs, known[chain]) for seqs, chain in chains if chain in known]
+        self._predictions = {seq: leg for seqs, legs in answered for seq, leg in zip(seqs, legs, strict=True)}
+
+    # What is shown
+
+    def show_draft(self, row: int = 0) -> None:
+        """Show the draft after a change, with the cursor on a row."""
+        self._show_items()
+        self.table.choose(row)
+        self.map.chosen = self.table.cursor_row
+        self._show_status()
+
+    def _show_items(self) -> None:
+        self._ask_about_legs()
+        draft, s = self.draft, self.snapshot
+        legs = {leg.seq: leg for leg in self._legs}
+        held = not draft.changed
+        self.table.show(draft.plan.items, s, legs, self._predictions, is_on_vehicle=held)
+        self.map.show((draft.plan.items, draft.fence, draft.rally), is_on_vehicle=held)
+        self.show_item()
+        self._show_status()
+
+    def show_item(self) -> None:
+        """The item under the cursor: parameters, place, and why its leg is flown as it is."""
+        items, row = self.draft.plan.items, self.table.cursor_row
+        if row >= len(items):
+            self.query_one("#mission-item", Static).update("")
+            return
+        item, prediction = items[row], self._predictions.get(row)
+        kind = mission_command_of(item)
+        place = " ".join(coordinate_texts(item)) if kind.has_place else ""
+        why = "" if prediction is None else f"leg: {label_of(DecisionReason, prediction.reason)}"
+        parts = (f"{row} {kind.label}", item_summary(item), place, why)
+        self.query_one("#mission-item", Static).update("  ".join(part for part in parts if part))
+
+    def _show_status(self) -> None:
+        lines = [self._status()]
+        if self.snapshot.messages:
+            lines.append(self.snapshot.messages[-1].text)
+        self.query_one("#mission-status", Static).update("\n".join(lines))
+
+    def _status(self) -> str:
+        draft = self.draft
+        if not draft.plan.items and not draft.vehicle_plans:
+            return "no plan: o opens a file, f fetches the vehicle's, i or a click on the map inserts an item"
+        state = "not on the vehicle" if draft.changed else "as on the vehicle"
+        unsaved = "" if draft.saved or not draft.changed else ", not saved"
+        limits = (("fence", draft.fence), ("rally points", draft.rally))
+        parts = [f"{len(draft.plan.items)} items", *(f"{name} of {len(items)}" for name, items in limits if items)]
+        totals = leg_totals(self._legs, self._predictions)
+        name = Path(draft.path).name or "unsaved plan"
+        return f"{name}: {', '.join(parts)}, {state}{unsaved}{'; ' + totals if totals else ''}"
 
     # Keys
 
@@ -124,49 +202,110 @@ class MissionScreen(Screen[None]):
             self.app.notify("The plan is not on the vehicle. Press m to see it again", severity="warning")
         self.dismiss(None)
 
+    def action_other_part(self) -> None:
+        """From the table to the map, and back; a small terminal shows one of them at a time."""
+        to_map = not self.map.has_focus
+        self.set_class(to_map, "-map")
+        (self.map if to_map else self.table).focus()
+
     def action_open(self) -> None:
         """Ask for a file and load it."""
         found = sorted(str(path) for suffix in ("*.plan", "*.waypoints") for path in Path().rglob(suffix))
-        found = found[:MAX_FILES_LISTED]
-        title = "Open a plan" + (": " + ", ".join(found) if found else "")
-        suggested = self.draft.path or (found[0] if found else "")
-        self._confirm_loss(lambda: self._ask(title, [("File (.plan or QGC WPL 110)", suggested)], self._open))
+        recent = self.draft.recent.paths
+        first = self.draft.path or next(iter((*found, *recent)), "")
+        known = (*recent, *found[:MAX_FILES_LISTED])
 
-    def _open(self, values: tuple[str, ...]) -> str | None:
+        def ask() -> None:
+            self.show_notice("")
+            title = "Open a plan (.plan or QGC WPL 110)"
+            self.app.push_screen(FileDialog(title, first, known=known, suffixes=PLAN_SUFFIXES, check=self._open))
+
+        self._confirm_loss(ask)
+
+    def _open(self, path: str) -> str | None:
         try:
-            self.draft.take(load(Path(values[0]).expanduser()), values[0])
+            self.draft.take(load(Path(path).expanduser()), path)
         except FileError as error:
             return str(error)
-        self._show()
+        self.draft.recent.add(path)
+        self.show_draft()
         return None
 
     def action_save(self) -> None:
         """Ask for a file and save the plan."""
-        self._ask("Save the plan", [("File (.plan or .waypoints)", self.draft.path or "mission.plan")], self._save)
+        self.show_notice("")
+        first, known = self.draft.path or "mission.plan", self.draft.recent.paths
+        title = "Save the plan (.plan or .waypoints)"
+        self.app.push_screen(FileDialog(title, first, known=known, suffixes=PLAN_SUFFIXES, check=self._save))
 
-    def _save(self, values: tuple[str, ...]) -> str | None:
+    def _save(self, path: str) -> str | None:
         try:
-            save(self.draft.plan, Path(values[0]).expanduser())
+            save(self.draft.plan, Path(path).expanduser())
         except FileError as error:
             return str(error)
-        self.draft.path, self.draft.saved = values[0], True
-        self.show_notice(f"Saved {values[0]}")
+        self.draft.path, self.draft.saved = path, True
+        self.draft.recent.add(path)
+        self.show_notice(f"Saved {path}")
+        self._show_status()
         return None
 
+    def action_compare(self) -> None:
+        """Show what differs between this plan and the vehicle's, and between this plan and its file."""
+        draft, s = self.draft, self.snapshot
+        pairs: list[PlanPair] = []
+        if s.source is not None:
+            pairs.append(("From the vehicle's mission to this plan", s.mission, draft.plan.items))
+            limits = (("fence", s.fence, draft.fence), ("rally points", s.rally, draft.rally))
+            pairs += [
+                (f"From the vehicle's {name} to this plan's", old, new) for name, old, new in limits if old or new
+            ]
+        try:
+            pairs += file_pairs(draft.path, (draft.plan.items, draft.fence, draft.rally)) if draft.path else []
+        except FileError as error:
+            self.show_notice(str(error))
+        if pairs:
+            self.app.push_screen(DifferenceScreen(pairs))
+        elif not draft.path:
+            self.show_notice("There is nothing to compare with: no vehicle, no file")
+
     def action_upload(self) -> None:
-        """Send the plan to the vehicle."""
-        station = self._vehicle()
+        """Send the plan to the vehicle, and read it back; of a mission that is being flown, only what is changed."""
+        station, s = self._vehicle(), self.snapshot
         if station is None:
             return
-        if self.snapshot.mission_state == mavlink.MISSION_STATE_ACTIVE:
-            self._confirm("A mission is being flown. Replace it?", lambda: self._upload(station))
+        items, current, is_flown = self.draft.plan.items, None, s.mission_state == mavlink.MISSION_STATE_ACTIVE
+        if is_flown and not self.draft.changed:
+            self.show_notice("The vehicle has this plan already: nothing was sent")
+            return
+        changed = None
+        if s.mission_state in FLOWN_MISSION and s.mission_current is not None:
+            current = item_now(s.mission, items, s.mission_current)
+            changed = changed_range(s.mission, items) if self._takes_single_items(s) else None
+        question, send = "A mission is being flown. Replace it?", partial(self._upload, station, current)
+        if changed is not None:
+            which = f"item {changed.start}" if len(changed) == 1 else f"items {changed.start} to {changed.stop - 1}"
+            turn = " The vehicle turns there at once." if s.mission_current in changed else ""
+            question = f"Change {which} of the mission that is being flown?{turn}"
+            send = partial(self._replace_items, station, changed)
+        if is_flown:
+            self._confirm(question, send)
         else:
-            self._upload(station)
+            send()
 
-    def _upload(self, station: Station) -> None:
+    def _takes_single_items(self, s: Snapshot) -> bool:
+        limits = ((self.draft.fence, s.fence), (self.draft.rally, s.rally))
+        is_known = s.hybrid is not None or s.autopilot == mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA
+        return is_known and all(not own or own == held for own, held in limits)
+
+    def _upload(self, station: Station, current: int | None) -> None:
         draft = self.draft
-        draft.changed, draft.vehicle_plans = True, ()  # until the vehicle has accepted it
-        station.upload(draft.plan.items, self._clock(), fence=draft.fence, rally=draft.rally)
+        draft.changed, draft.vehicle_plans = True, ()  # until the vehicle has it
+        limits = {"fence": draft.fence, "rally": draft.rally}
+        station.upload(draft.plan.items, self._clock(), **limits, verify=True, current=current)
+
+    def _replace_items(self, station: Station, changed: range) -> None:
+        self.draft.changed, self.draft.vehicle_plans = True, ()
+        station.replace_items(self.draft.plan.items, changed, self._clock())
 
     def action_fetch(self) -> None:
         """Replace the plan by the vehicle's."""
@@ -194,89 +333,28 @@ class MissionScreen(Screen[None]):
 
     def action_set_current(self) -> None:
         """Continue the mission at the item under the cursor."""
-        station = self._vehicle()
-        if station is None:
-            return
-        if self.draft.changed:
-            self.show_notice("The vehicle does not have this plan: press u to upload it")
-        elif self.draft.plan.items:
-            self.show_notice("")
-            row = self.table.cursor_row
+        station, row = self._flown_from(), self.table.cursor_row
+        if station is not None:
             self._confirm(f"Continue the mission at item {row}?", lambda: station.set_current(row, self._clock()))
 
-    def action_edit(self) -> None:
-        """Edit the item under the cursor, with a field for each parameter of its command."""
-        if self.draft.plan.items:
-            row = self.table.cursor_row
-            item = self.draft.plan.items[row]
-            title = f"Item {row}: {mission_command_of(item).label}"
-            self._ask(title, item_fields(item), lambda values: self._edit(row, values))
-
-    def _edit(self, row: int, values: tuple[str, ...]) -> str | None:
-        items = self.draft.plan.items
-        try:
-            item = edited_item(items[row], values, self.snapshot.home, self.snapshot.home_p)
-        except (ValueError, LocalProtocolError) as error:
-            return str(error)
-        self._change((*items[:row], item, *items[row + 1 :]), row)
-        if item.command != items[row].command:  # the new command has other parameters: show them
-            self.call_after_refresh(self.action_edit)
-        return None
-
-    def action_insert(self) -> None:
-        """Insert an item below the cursor, at the place of the nearest item before it, or above home."""
-
-        def chosen(number: int | None) -> None:
-            if number is not None:
-                self._insert(number)
-
-        self.show_notice("")
-        self.app.push_screen(ChooseScreen("Insert", [command.label for command in MISSION_COMMANDS]), chosen)
-
-    def _insert(self, number: int) -> None:
-        items = self.draft.plan.items
-        row = self.table.cursor_row if items else -1
-        near = next(
-            (item for item in reversed(items[: row + 1]) if mission_command_of(item).has_place and item.x), None
-        )
-        home = self.snapshot.home
-        item = new_item(MISSION_COMMANDS[number], near, None if home is None else (home.lat_deg, home.lon_deg))
-        if item is None:
-            self.show_notice("Insert: home is not known yet; open a plan instead")
-            return
-        self._change((*items[: row + 1], item, *items[row + 1 :]), row + 1)
-
-    def action_remove(self) -> None:
-        """Remove the item under the cursor."""
-        if self.draft.plan.items:
-            row = self.table.cursor_row
-            self._change((*self.draft.plan.items[:row], *self.draft.plan.items[row + 1 :]), row)
-
-    def action_undo(self) -> None:
-        """Take the last edit of the plan back."""
-        row = self.table.cursor_row
-        if self.draft.undo():
-            self._show(row)
-        else:
-            self.show_notice("There is no edit to take back")
-
-    def action_move(self, step: int) -> None:
-        """Move the item under the cursor up or down."""
-        row, items = self.table.cursor_row, list(self.draft.plan.items)
-        if 0 <= row + step < len(items):
-            items[row], items[row + step] = items[row + step], items[row]
-            self._change(tuple(items), row + step)
-
-    def show_notice(self, text: str) -> None:
-        """Show a text below the table; "" clears it."""
-        self.query_one("#mission-notice", Static).update(text)
+    def action_fly_from(self) -> None:
+        """Fly the mission from the item under the cursor, also if it is not flown now."""
+        station, row, s = self._flown_from(), self.table.cursor_row, self.snapshot
+        if station is not None:
+            left = f" It leaves item {s.mission_current}." if s.mission_state == mavlink.MISSION_STATE_ACTIVE else ""
+            question = f"Fly the mission from item {row}?{left}"
+            self._confirm(question, lambda: station.start_mission(self._clock(), first=row))
 
     # Inside
 
-    def _ask(self, title: str, fields: list[tuple[str, str]], check: Check) -> None:
-        """Ask until ``check`` finds nothing wrong."""
-        self.show_notice("")
-        self.app.push_screen(AskScreen(title, fields, check))
+    def _flown_from(self) -> Station | None:
+        """The vehicle, if it has the items of the table."""
+        station = self._vehicle()
+        if station is not None and self.draft.changed:
+            self.show_notice("The vehicle does not have this plan: press u to upload it")
+            return None
+        self.show_notice("" if station is not None else self._no_vehicle())
+        return station if self.draft.plan.items else None
 
     def _confirm_loss(self, then: Callable[[], None]) -> None:
         """Do something that replaces the plan, after asking if the plan would be lost."""
@@ -295,46 +373,15 @@ class MissionScreen(Screen[None]):
         self.app.push_screen(ConfirmScreen(question), answered)
 
     def _vehicle(self) -> Station | None:
+        reason = self._no_vehicle()
+        if reason:
+            self.show_notice(reason)
+            return None
+        return self._station
+
+    def _no_vehicle(self) -> str:
         if self._station is None:
-            self.show_notice("This is a recording: there is no vehicle")
-        elif self._station.snapshot.source is None:
-            self.show_notice("No vehicle has been heard yet")
-        else:
-            return self._station
-        return None
-
-    def _change(self, items: tuple[MissionItem, ...], row: int) -> None:
-        self.draft.edit(items)
-        self._show(row)
-
-    def _show(self, row: int = 0) -> None:
-        self.table.clear()
-        for seq, item in enumerate(self.draft.plan.items):
-            self.table.add_row(*_item_cells(seq, item), key=str(seq))
-        if self.draft.plan.items:
-            self.table.move_cursor(row=min(row, len(self.draft.plan.items) - 1))
-        self._show_progress(self.snapshot)
-        self.query_one("#mission-status", Static).update(self._status())
-
-    def _show_progress(self, s: Snapshot) -> None:
-        active = s.mission_state in {mavlink.MISSION_STATE_ACTIVE, mavlink.MISSION_STATE_PAUSED}
-        for seq in range(self.table.row_count):
-            mark = "▶" if active and seq == s.mission_current else "✓" if seq in s.reached else " "
-            self.table.update_cell_at(Coordinate(seq, 0), mark)
-
-    def _status(self) -> str:
-        draft = self.draft
-        if not draft.plan.items and not draft.vehicle_plans:
-            return "no plan: o opens a file, f fetches the vehicle's, i inserts an item"
-        state = "not on the vehicle" if draft.changed else "as on the vehicle"
-        unsaved = "" if draft.saved or not draft.changed else ", not saved"
-        limits = (("fence", draft.fence), ("rally points", draft.rally))
-        parts = [f"{len(draft.plan.items)} items", *(f"{name} of {len(items)}" for name, items in limits if items)]
-        return f"{draft.path or 'unsaved plan'}: {', '.join(parts)}, {state}{unsaved}"
-
-
-def _item_cells(seq: int, item: MissionItem) -> tuple[str, ...]:
-    has_place = mission_command_of(item).has_place
-    place = (*coordinate_texts(item), field_text(item.z)) if has_place else ("", "", "")
-    command = command_name(item.command).removeprefix("nav ").removeprefix("do ")
-    return " ", str(seq), command, item_summary(item), *place, FRAME_LABELS.get(item.frame, str(item.frame))
+            return "This is a recording: there is no vehicle"
+        if self._station.snapshot.source is None:
+            return "No vehicle has been heard yet"
+        return "The vehicle is silent: nothing was sent" if self.snapshot.lost else ""

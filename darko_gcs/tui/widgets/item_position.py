@@ -18,6 +18,7 @@ def item_position(s: Snapshot, item: MissionItem) -> NorthEast | None:
     if (item.x == 0 and item.y == 0 and is_global_frame(item.frame)) or item.frame == mavlink.MAV_FRAME_MISSION:
         return None
     if not is_global_frame(item.frame):
-        return from_local_e4(item.x), from_local_e4(item.y)
+        x, y = from_local_e4(item.x), from_local_e4(item.y)
+        return (y, x) if item.frame == mavlink.MAV_FRAME_LOCAL_ENU else (x, y)
     local = s.local(Geodetic(from_e7(item.x), from_e7(item.y), 0.0))
     return None if local is None else local[:2]

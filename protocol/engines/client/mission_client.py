@@ -86,6 +86,8 @@ class MissionClient(Engine[Message]):
         self._last: Message | None = None  # repeated if there is no answer
         self._items: Sequence[MissionItem] = ()
         self._total, self._highest, self._wanted = 0, -1, 0
+        self._first = 0  # item of an upload
+        self._is_partial = False  # the upload
         self._found: dict[int, MissionItem] = {}
         self._plan_id = 0  # of the plan being downloaded
         self._window: RequestWindow | None = None  # missing items of a download, None before its count
@@ -129,7 +131,29 @@ class MissionClient(Engine[Message]):
             raise LocalProtocolError(f"{len(items)} mission items: MISSION_COUNT allows 65535")
         self._begin("upload", vehicle, kind, now)
         self._items, self._total, self._highest = tuple(items), len(items), -1
+        self._first, self._is_partial = 0, False
         self._send(mavlink.MAVLink_mission_count_message(*vehicle, len(items), kind), now)
+
+    def write_items(self, vehicle: Source, items: Sequence[MissionItem], changed: range, now: float) -> None:
+        """Replace some items of the vehicle's mission, which stays as long as it is.
+
+        Args:
+            vehicle: The vehicle.
+            items: All items of the mission, as they are to be.
+            changed: Numbers of those to be written.
+            now: Now [s].
+
+        Raises:
+            LocalProtocolError: Another operation is not over, or the range does not fit the mission.
+        """
+        if not (changed and changed.start >= 0 and changed.stop <= len(items) <= 0xFFFF):
+            raise LocalProtocolError(f"items {changed.start} to {changed.stop - 1} of {len(items)} cannot be written")
+        self._begin("upload", vehicle, _PLAN, now)
+        self._items, self._total, self._highest = tuple(items), changed.stop, changed.start - 1
+        self._first, self._is_partial = changed.start, True
+        self._send(
+            mavlink.MAVLink_mission_write_partial_list_message(*vehicle, changed.start, changed.stop - 1, _PLAN), now
+        )
 
     def download(self, vehicle: Source, now: float, kind: int = _PLAN) -> None:
         """Download the vehicle's plan of a MAV_MISSION_TYPE.
@@ -198,7 +222,7 @@ class MissionClient(Engine[Message]):
 
     def _serve(self, message: Message, now: float) -> None:
         seq = message.seq
-        if seq >= self._total or seq > self._highest + 1:
+        if not self._first <= seq < self._total or seq > self._highest + 1:
             return  # out of turn: late from an earlier upload, or invalid
         self._state = fire(MISSION_CLIENT_TRANSITIONS, self._state, "request")
         item = self._items[seq].to_message(seq, *self._vehicle, current=seq == 0, kind=self._kind)
@@ -217,7 +241,7 @@ class MissionClient(Engine[Message]):
         elif self._highest == self._total - 1:
             if not self._names_earlier_plan(message, now):
                 self._confirmed[self._kind] = (message.opaque_id, self._items)
-                self._finish(MissionUploaded(self._total, self._kind))
+                self._finish(MissionUploaded(self._total - self._first, self._kind, self._is_partial))
         elif self._state == "serving" and not self._has_just_begun(now):  # otherwise it may be late
             self._fail(None, f"accepted before item {self._highest + 1} was requested")
 

@@ -55,6 +55,7 @@ class _Upload:
     at: float  # when that message came [s]
     first: int = 0  # the item requested first
     rest: tuple[MissionItem, ...] = ()  # items of the plan in force behind the replaced ones
+    is_partial: bool = False
     remote: Remote = field(default_factory=lambda: Remote(MIN_TIMEOUT))  # knows only messages of the upload
     items: list[MissionItem] = field(default_factory=list)
     newest: int = 0  # sequence number of its last message before it ended
@@ -183,6 +184,7 @@ class PlanStore:
             before, rest = list(self.items[:first]), self.items[count:]
             sequence = message.get_seq()
             upload = _Upload(peer=peer, count=count, opened=sequence, at=now, first=first, rest=rest, items=before)
+            upload.is_partial = True
             self._begin(upload)
 
     def handle_item(self, message: Message, now: float, peer: Peer) -> None:
@@ -267,7 +269,9 @@ class PlanStore:
             self.acknowledge(self._upload.peer, result)
         accepted = result == _ACCEPTED
         self._report(
-            MissionReceived(self.items, self._kind) if accepted else MissionRefused(result, reason, self._kind)
+            MissionReceived(self.items, self._kind, self._upload.is_partial)
+            if accepted
+            else MissionRefused(result, reason, self._kind)
         )
 
     def _is_ours(self, peer: Peer) -> bool:

@@ -72,6 +72,17 @@ class MissionRunner:
         """Forget how far the current item was flown: when resumed it starts anew, from wherever the vehicle is."""
         self._manoeuvre = self._from = None
 
+    def revise(self, items: tuple[MissionItem, ...]) -> None:
+        """Fly other items from now on, as many; what is over stays so, and the current item starts anew if it is.
+
+        Args:
+            items: All of the mission's.
+        """
+        is_changed = items[self.current :] != self.items[self.current :]  # the legs ahead are planned together
+        self.items = items
+        if is_changed:
+            self.interrupt()
+
     @property
     def landing(self) -> bool:
         """Whether the current item ends on the ground."""

@@ -77,6 +77,11 @@ class PlanService:
         if event.kind:
             self._load_fence_or_rally(event.kind, event.items)
             return
+        if event.is_partial:
+            self._autopilot.missions.revise(event.items)
+            self._broadcast.save(lambda: self._state_folder.save_mission(event.items))
+            self._broadcast.info("Mission items replaced")
+            return
         self._load_mission(event.items)
         self._broadcast.info(f"Mission of {len(event.items)} item{'s' * (len(event.items) != 1)} received")
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from darko_gcs.state.mission_frames import in_frame
+from darko_gcs.state.mission_frames import in_frame, place_of, shifted
 from darko_gcs.state.mission_labels import edited_item, item_fields
 from protocol.dialect import mavlink
 from protocol.frames import Geodetic
@@ -73,3 +73,33 @@ def test_an_edit_of_the_frame_and_a_number_reads_the_number_in_the_old_frame():
     texts[1], texts[-1] = str(NED), "20"
     item = edited_item(ITEM, texts, HOME)
     assert (item.frame, item.z) == (NED, pytest.approx(-20.0))
+
+
+@pytest.mark.parametrize("frame", [AMSL, NED, RELATIVE, ENU])
+def test_an_item_is_moved_in_its_own_frame(frame):
+    item = in_frame(ITEM, frame, HOME)
+    north, east, down = place_of(item, HOME)
+    there = shifted(item, (3.0, -4.0, 2.0), HOME)
+    assert there.frame == frame
+    assert place_of(there, HOME) == pytest.approx((north + 3.0, east - 4.0, down - 2.0), abs=0.02)
+
+
+def test_a_level_move_leaves_the_height_as_it_is_to_the_last_bit():
+    item = replace(ITEM, z=0.1)
+    assert shifted(item, (1.0, 0.0, 0.0), HOME).z == item.z
+
+
+@pytest.mark.parametrize(
+    "item",
+    [
+        replace(ITEM, frame=mavlink.MAV_FRAME_MISSION),
+        replace(ITEM, x=UNKNOWN_INT32),
+        replace(ITEM, x=0, y=0),
+        replace(ITEM, z=math.nan),
+        replace(ITEM, frame=BODY),
+    ],
+)
+def test_an_item_without_a_place_of_its_own_cannot_be_moved(item):
+    assert place_of(item, HOME) is None
+    with pytest.raises(ValueError, match="no place of its own"):
+        shifted(item, (1.0, 0.0, 0.0), HOME)

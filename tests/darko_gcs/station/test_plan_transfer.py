@@ -16,6 +16,8 @@ from tests.support.gcs.limited_plan import write_limited_plan
 from tests.support.gcs.linked_station import LinkedStation
 from tests.support.gcs.snapshots import HOVERING
 
+VEHICLE_SIDE = Codec(1, 1)
+
 
 @pytest.fixture
 def plan(tmp_path):
@@ -115,3 +117,72 @@ def test_a_recorded_upload_shows_its_fence(plan):
         s = reduce(s, message, 1.0)
     assert s.fence == fence_items(plan)
     assert s.mission == HOVERING.mission
+
+
+def items_written(link):
+    """Numbers of the mission items that reached the vehicle since the beginning."""
+    messages = [message for data in link.sent for message in VEHICLE_SIDE.decode(data)]
+    return [message.seq for message in messages if message.get_type() == "MISSION_ITEM_INT"]
+
+
+def test_an_upload_is_read_back_before_it_is_shown(link, plan):
+    link.station.upload(plan.items, link.now, **limits(plan), verify=True)
+    assert link.run(3.0, lambda: bool(link.events_of(MissionUploaded)))
+    assert link.snapshot.fence == ()
+    link.run(3.0)
+    assert link.snapshot.mission == plan.items
+    assert [line for line in link.lines if "read back" in line] == [
+        "Fence read back: as it was sent",
+        "Rally plan read back: as it was sent",
+        "Mission read back: as it was sent",
+    ]
+
+
+def test_a_vehicle_that_holds_something_else_is_told_by_item_and_field(link, plan):
+    link.station.upload(plan.items, link.now, verify=True)
+    store = link.vehicle.endpoint._mission._plan
+
+    def alter():
+        if store.items == plan.items:
+            store.items = (replace(plan.items[0], z=7.0), *plan.items[1:])
+        return bool(link.events_of(MissionDownloaded))
+
+    assert link.run(3.0, alter)
+    assert link.lines[-1] == "Mission read back: NOT as it was sent: ~ 0  alt 3 -> 7"
+    assert link.snapshot.mission[0].z == 7.0
+
+
+def test_single_items_are_replaced(link, plan):
+    link.station.upload(plan.items, link.now)
+    link.run(2.0)
+    link.sent.clear()
+    new = (*plan.items[:2], *(replace(item, z=6.0) for item in plan.items[2:4]), *plan.items[4:])
+    link.station.replace_items(new, range(2, 4), link.now)
+    link.run(2.0)
+    assert items_written(link) == [2, 3]
+    assert link.snapshot.mission == link.vehicle.endpoint.mission == new
+    assert "2 items replaced" in link.lines
+    assert link.lines[-1] == "Mission read back: as it was sent"
+
+
+def test_a_vehicle_that_takes_no_single_items_gets_all_of_them_and_keeps_its_current_one(link, plan):
+    link.station.upload(plan.items, link.now)
+    link.run(2.0)
+    link.station.set_current(3, link.now)
+    link.run(2.0)
+    link.sent.clear()
+    server = link.vehicle.endpoint._mission
+    server._handlers["MISSION_WRITE_PARTIAL_LIST"] = server._refuse_partial
+    new = (*plan.items[:2], replace(plan.items[2], z=6.0), *plan.items[3:])
+    link.station.replace_items(new, range(2, 3), link.now)
+    link.run(4.0)
+    assert items_written(link) == [0, 1, 2, 3, 4, 5]
+    assert link.snapshot.mission == new
+    assert link.snapshot.mission_current == 3
+
+
+def test_an_upload_may_name_the_item_to_go_on_with(link, plan):
+    link.station.upload(plan.items, link.now, verify=True, current=2)
+    link.run(3.0)
+    assert link.snapshot.mission_current == 2
+    assert link.snapshot.mission == plan.items

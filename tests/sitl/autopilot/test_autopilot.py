@@ -110,6 +110,41 @@ def test_a_new_mission_does_not_keep_flying_the_old_one(airborne):
     assert airborne.mode is Mode.HOLD
 
 
+def test_the_vehicle_turns_to_where_the_current_item_was_moved_and_flies_on(airborne):
+    airborne.missions.load([TAKE_OFF, waypoint(40, 0, 3), waypoint(40, -40, 3)])
+    airborne.missions.start(1)
+    airborne.update(view(1.0, (0.0, 0.0, 3.0), landed=False))
+    airborne.missions.revise([TAKE_OFF, waypoint(0, -40, 3), waypoint(40, -40, 3)])
+    assert (airborne.mode, airborne.mission.current) == (Mode.MISSION, 1)
+    airborne.update(view(1.02, (0.0, 0.0, 3.0), landed=False))
+    assert airborne.reference.position == pytest.approx((0.0, -40.0, 3.0))
+
+
+def test_items_behind_the_vehicle_change_nothing_of_its_way(airborne):
+    airborne.missions.load([TAKE_OFF, waypoint(4, 0, 3), waypoint(40, 0, 3, hold=9.0)])
+    airborne.missions.start(2)
+    airborne.update(view(1.0, (40.0, 0.0, 3.0), landed=False))
+    airborne.missions.revise([TAKE_OFF, waypoint(8, 0, 3), waypoint(40, 0, 3, hold=9.0)])
+    airborne.update(view(9.5, (40.0, 0.0, 3.0), landed=False))
+    assert airborne.mode is Mode.MISSION
+    airborne.update(view(10.5, (40.0, 0.0, 3.0), landed=False))  # the hold was not begun anew
+    assert airborne.mode is Mode.HOLD
+
+
+def test_a_mission_of_another_length_replaces_the_old_one(airborne):
+    airborne.missions.load([TAKE_OFF, waypoint(40, 0, 3)])
+    airborne.missions.start(1)
+    airborne.missions.revise([TAKE_OFF])
+    assert airborne.mode is Mode.HOLD
+
+
+def test_a_vehicle_holds_where_an_item_was_moved_out_of_bounds(airborne):
+    airborne.missions.load([TAKE_OFF, waypoint(40, 0, 3)])
+    airborne.missions.start(1)
+    airborne.missions.revise([TAKE_OFF, waypoint(40_000, 0, 3)])
+    assert airborne.mode is Mode.HOLD
+
+
 @pytest.mark.parametrize("point", [(2e3, 0.0, 3.0), (0.0, 0.0, -1.0), (math.nan, 0.0, 3.0)])
 def test_going_out_of_the_arena_is_denied_and_changes_nothing(airborne, point):
     before = state(airborne)

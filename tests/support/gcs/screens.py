@@ -2,10 +2,13 @@
 
 
 class RequestRecorder:
-    """In place of a station: remembers the requests, without their time."""
+    """In place of a station: remembers the requests, without their time; what only asks is no request."""
 
     def __init__(self, snapshot):
-        self.snapshot, self.requests = snapshot, []
+        self.snapshot, self.requests, self.wanted_legs = snapshot, [], ()
+
+    def predict_legs(self, chains, _now):
+        self.wanted_legs = tuple(chains)
 
     def __getattr__(self, name):
         return lambda *args, **kwargs: self.requests.append((name, *args[:-1], *kwargs.items()))

@@ -17,6 +17,8 @@ from tests.support.gcs.screens import FakeFeed, confirm, screen_text, until
 from tests.support.gcs.snapshots import HOVERING
 from tests.support.paths import DATA
 
+READ_BACK = (("verify", True), ("current", None))
+
 
 @pytest.fixture
 def feed():
@@ -45,7 +47,7 @@ async def test_a_mission_is_opened_edited_saved_and_uploaded(feed, tmp_path, mon
         await pilot.press("shift+down", "u")
         await until(pilot, lambda: "A mission is being flown. Replace it?" in screen_text(app))
         await pilot.press("y")
-        sent = ("upload", screen.draft.plan.items, ("fence", ()), ("rally", ()))
+        sent = ("upload", screen.draft.plan.items, ("fence", ()), ("rally", ()), *READ_BACK)
         await until(pilot, lambda: feed.requests == [sent])
         await pilot.press("w")
         await until(pilot, lambda: isinstance(app.focused, Input))
@@ -102,7 +104,7 @@ async def test_flight_keys_do_nothing_here_and_say_so(feed):
     async with app.run_test(size=(80, 24), notifications=True) as pilot:
         await pilot.press("m")
         await until(pilot, lambda: isinstance(app.screen, MissionScreen) and app.screen.draft.plan.items)
-        for key in ("a", "d", "t", "h", "l", "r", "s", "v", "g"):
+        for key in ("a", "d", "t", "h", "l", "r", "v", "g"):
             await pilot.press(key)
             await until(pilot, lambda wanted=key: f"{wanted}: flight keys work on the flight" in screen_text(app))
             assert isinstance(app.screen, MissionScreen)
@@ -247,7 +249,7 @@ async def test_a_fence_is_opened_sent_and_deleted(tmp_path, monkeypatch):
         await pilot.press("enter")
         await until(pilot, lambda: "6 items, fence of 5, rally points of 2, not on the vehicle" in screen_text(app))
         await pilot.press("u")
-        sent = ("upload", plan.items, *limits(plan).items())
+        sent = ("upload", plan.items, *limits(plan).items(), *READ_BACK)
         await until(pilot, lambda: feed.requests == [sent])
         feed.snapshot = replace(feed.snapshot, mission=plan.items, **limits(plan))
         await until(pilot, lambda: "2, as on the vehicle" in screen_text(app))

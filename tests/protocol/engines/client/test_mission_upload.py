@@ -5,6 +5,7 @@ import pytest
 from protocol.dialect import mavlink
 from protocol.engines.client.mission_client import MissionClient
 from protocol.engines.retransmission import REORDER_WINDOW, SILENCE_LIMIT, STALL_LIMIT, Remote
+from protocol.errors import LocalProtocolError
 from protocol.events import MissionCleared, MissionDownloaded, MissionFailed, MissionProgress, MissionUploaded
 from tests.support.links.link import plan
 from tests.support.links.mission_client import (
@@ -274,3 +275,26 @@ def test_the_same_plan_uploaded_again_has_the_same_id():
         feed(client, ask(0), ask(1), ask(2), ack(opaque_id=5), now=now)
         assert ends(client) == [MissionUploaded(3)]
         client.upload(VEHICLE, ITEMS, now)
+
+
+def test_single_items_are_written_and_no_others_served():
+    client = MissionClient(255, 190)
+    client.write_items(VEHICLE, ITEMS, range(1, 2), 0.0)
+    feed(client, ask(0), ask(2), ask(1), ack())
+    assert sent(client) == [("MISSION_WRITE_PARTIAL_LIST", None), ("MISSION_ITEM_INT", 1)]
+    assert ends(client) == [MissionUploaded(1, is_partial=True)]
+
+
+def test_a_refused_write_of_single_items_fails():
+    client = MissionClient(255, 190)
+    client.write_items(VEHICLE, ITEMS, range(1, 2), 0.0)
+    feed(client, ack(ERROR))
+    assert ends(client) == [MissionFailed("upload", ERROR, "ERROR")]
+
+
+@pytest.mark.parametrize("changed", [range(0), range(2, 4), range(-1, 1)])
+def test_items_that_there_are_not_cannot_be_written(changed):
+    client = MissionClient(255, 190)
+    with pytest.raises(LocalProtocolError, match="cannot be written"):
+        client.write_items(VEHICLE, ITEMS, changed, 0.0)
+    assert not client.is_busy

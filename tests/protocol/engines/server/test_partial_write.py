@@ -29,7 +29,7 @@ def test_a_partial_write_replaces_only_its_items(first, last):
         feed(engine, new[seq].to_message(seq, 1, 1))
     assert received(engine) == [("ACK", ACCEPTED)]
     assert engine.items == (*old[:first], *new[first : last + 1], *old[last + 1 :])
-    assert engine.events() == [MissionReceived(engine.items)]
+    assert engine.events() == [MissionReceived(engine.items, is_partial=True)]
 
 
 def test_an_end_index_one_behind_the_last_item_means_the_last():

@@ -99,6 +99,20 @@ def test_a_fly_by_corner_is_cut_a_little_and_a_fly_over_corner_is_met():
     assert 5.0 < min(flown[0.0]) <= max(flown[0.0]) < 17.0
 
 
+def test_a_waypoint_that_is_moved_on_the_way_to_it_is_reached_without_a_stop():
+    flight = airborne()
+    flight.autopilot.missions.load([waypoint(200.0, 0.0, HIGH), waypoint(200.0, 150.0, HIGH)])
+    assert flight.autopilot.missions.start().accepted
+    flight.fly(0.1)
+    flight.fly_until(lambda: flight.p[-1][0] > 60.0, 60.0)
+    flight.autopilot.missions.revise([waypoint(200.0, 60.0, HIGH, radius=3.0), waypoint(200.0, 150.0, HIGH)])
+    flight.fly_until(lambda: 0 in flight.reached, 60.0)
+    since = flight.p[:, 0] > 60.0
+    assert flight.flown_forward[since].all()
+    assert np.linalg.norm(flight.p[-1][:2] - (200.0, 60.0)) < 5.0
+    assert flight.autopilot.mode is Mode.MISSION
+
+
 @pytest.mark.parametrize("radius", [40.0, -40.0, 25.0])
 def test_a_loiter_makes_its_turns_at_its_radius_and_in_its_direction(radius):
     flight = airborne()

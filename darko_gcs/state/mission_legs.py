@@ -1,0 +1,142 @@
+"""The legs of a mission: where each begins and ends, how it is asked to be flown, and which follow without a stop.
+
+Jumps are not followed: every item is flown once, in its order.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from darko_gcs.state.leg_predictions import MAX_LEGS, LegChain
+from darko_gcs.state.mission_frames import place_of
+from darko_gcs.state.plan_edits import LEG_ENDS, asked_ways
+from darko_gcs.state.plan_parts import Items
+from darko_gcs.state.snapshot import Snapshot
+from protocol.dialect import mavlink
+from protocol.dialect.vocabulary import Way
+from protocol.frames import Vector
+
+__all__ = ["FLOWN_MISSION", "MissionLeg", "leg_chains", "mission_legs"]
+
+MIN_AIRSPEED = 7.0  # speeds from here on are those of the cruise, slower ones those of the hover [m/s]
+STEP = 1.0  # to which the place of a vehicle that hovers is rounded: it is never quite still [m]
+TAKE_OFFS = frozenset({mavlink.MAV_CMD_NAV_TAKEOFF, mavlink.MAV_CMD_NAV_VTOL_TAKEOFF})
+LANDINGS = frozenset({mavlink.MAV_CMD_NAV_LAND, mavlink.MAV_CMD_NAV_VTOL_LAND})
+FLOWN_MISSION = frozenset({mavlink.MISSION_STATE_ACTIVE, mavlink.MISSION_STATE_PAUSED})
+
+
+@dataclass(frozen=True, kw_only=True)
+class MissionLeg:
+    """The way to one item."""
+
+    seq: int
+    start: Vector  # NED in the vehicle's local frame [m]
+    end: Vector  # of a landing above its place, at the height of before: the descent is no leg
+    asked: Way
+    stops: bool  # whether the vehicle waits or lands at its end
+    is_take_off: bool = False  # always hovered, and no leg that the vehicle predicts
+    is_return: bool = False  # planned by itself, from a stop
+    hover_speed: float | None = None  # [m/s]; None: the vehicle's own
+    airspeed: float | None = None  # [m/s]; None: the vehicle's own
+
+    @property
+    def distance(self) -> float:
+        """Level length [m]."""
+        return math.hypot(self.end[0] - self.start[0], self.end[1] - self.start[1])
+
+    @property
+    def climb(self) -> float:
+        """Height gained [m]."""
+        return self.start[2] - self.end[2]
+
+
+def mission_legs(items: Items, s: Snapshot) -> tuple[MissionLeg, ...]:
+    """The legs of a mission; empty until home is known.
+
+    The first one begins where the vehicle is in the air, unless it flies a mission already; else over home.
+    """
+    if s.home is None:
+        return ()
+    here = _beginning(s)
+    legs: list[MissionLeg] = []
+    hover_speed, airspeed = None, None
+    for seq, (item, way) in enumerate(zip(items, asked_ways(items), strict=True)):
+        if item.command == mavlink.MAV_CMD_DO_CHANGE_SPEED:
+            hover_speed, airspeed = _changed(item.params[1], hover_speed, airspeed)
+        elif item.command in TAKE_OFFS | LEG_ENDS:
+            place = (
+                s.home_p if item.command == mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH else place_of(item, s.home, s.home_p)
+            )
+            if place is None and item.command not in TAKE_OFFS | LANDINGS:
+                continue
+            end = _end(item.command, here, place, item.z)
+            hold = item.command != mavlink.MAV_CMD_NAV_WAYPOINT or item.params[0] > 0.0
+            legs.append(
+                MissionLeg(
+                    seq=seq, start=here, end=end, asked=way, stops=hold, is_take_off=item.command in TAKE_OFFS,
+                    is_return=item.command == mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH,
+                    hover_speed=hover_speed, airspeed=airspeed,
+                )
+            )  # fmt: skip
+            here = end
+    return tuple(legs)
+
+
+def leg_chains(legs: Sequence[MissionLeg]) -> list[tuple[tuple[int, ...], LegChain]]:
+    """The legs in chains without a stop within, as a vehicle plans them: numbers of items, and the question.
+
+    A take-off is no leg that is predicted.
+    """
+    chains: list[list[MissionLeg]] = []
+    for leg in legs:
+        before = chains[-1][-1] if chains and not leg.is_return else None
+        if before is None or before.stops or _is_slowed(before, leg) or len(chains[-1]) == MAX_LEGS:
+            chains.append([])
+        chains[-1].append(leg)
+    heading: float | None = None
+    asked = []
+    for chain in chains:
+        points = (_rounded(chain[0].start), *(_rounded(leg.end) for leg in chain))
+        first, ways = chain[0], tuple(leg.asked for leg in chain)
+        if not first.is_take_off:
+            question = LegChain(points, ways, heading, first.hover_speed, first.airspeed)
+            asked.append((tuple(leg.seq for leg in chain), question))
+        heading = next((_course(leg) for leg in reversed(chain) if leg.distance > STEP), heading)
+    return asked
+
+
+def _beginning(s: Snapshot) -> Vector:
+    if s.p is None or not s.is_airborne or s.mission_state in FLOWN_MISSION:
+        return s.home_p
+    north, east, down = (round(part / STEP) * STEP for part in s.p)
+    return north, east, down
+
+
+def _end(command: int, here: Vector, place: Vector | None, height: float) -> Vector:
+    if command in TAKE_OFFS and place is None:
+        return here[0], here[1], -height
+    if place is None:
+        return here
+    lands = command in LANDINGS or command == mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH
+    return (place[0], place[1], min(here[2], place[2])) if lands else place
+
+
+def _changed(speed: float, hover: float | None, air: float | None) -> tuple[float | None, float | None]:
+    if not speed > 0.0:
+        return None, None
+    return (hover, speed) if speed >= MIN_AIRSPEED else (speed, air)
+
+
+def _is_slowed(before: MissionLeg, leg: MissionLeg) -> bool:
+    return (before.hover_speed, before.airspeed) != (leg.hover_speed, leg.airspeed)
+
+
+def _course(leg: MissionLeg) -> float:
+    return round(math.atan2(leg.end[1] - leg.start[1], leg.end[0] - leg.start[0]), 3)
+
+
+def _rounded(point: Vector) -> Vector:
+    north, east, down = (round(part, 2) + 0.0 for part in point)
+    return north, east, down

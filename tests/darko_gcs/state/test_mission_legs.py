@@ -1,0 +1,79 @@
+"""The legs of a mission, and how the vehicle is asked about them."""
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from darko_gcs.state.mission_legs import leg_chains, mission_legs
+from darko_gcs.state.snapshot import EMPTY_SNAPSHOT
+from protocol.dialect import mavlink
+from protocol.dialect.vocabulary import Way
+from protocol.plans import load
+from sitl.defaults import HOME
+from tests.support.gcs.snapshots import HOVERING
+from tests.support.paths import DATA
+from tests.support.vehicle.mission_items import LAND, TAKE_OFF, item, waypoint
+
+ON_GROUND = replace(EMPTY_SNAPSHOT, home=HOME)
+RETURN = item(mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH, frame=mavlink.MAV_FRAME_MISSION)
+
+
+def speed(value):
+    return item(mavlink.MAV_CMD_DO_CHANGE_SPEED, params=(0.0, value, -1.0, 0.0), frame=2)
+
+
+def way(state):
+    return item(mavlink.MAV_CMD_DO_VTOL_TRANSITION, params=(float(state), 0.0, 0.0, 0.0), frame=2)
+
+
+def test_each_leg_has_its_length_and_its_climb():
+    legs = mission_legs((TAKE_OFF, waypoint(30.0, -40.0, 10.0), LAND), ON_GROUND)
+    assert [leg.seq for leg in legs] == [0, 1, 2]
+    assert [leg.distance for leg in legs] == pytest.approx([0.0, 50.0, 0.0], abs=0.01)
+    assert [leg.climb for leg in legs] == pytest.approx([3.0, 7.0, 0.0], abs=0.01)  # the descent is no leg
+
+
+def test_degrees_and_metres_give_the_same_leg():
+    items = load(DATA / "square100.plan").items
+    legs = mission_legs(items, ON_GROUND)
+    assert [round(leg.distance) for leg in legs] == [0, 100, 100, 100, 100, 0]
+
+
+def test_legs_are_unknown_without_home():
+    assert mission_legs((TAKE_OFF,), EMPTY_SNAPSHOT) == ()
+
+
+def test_the_first_leg_begins_at_a_vehicle_in_the_air_but_not_on_its_way_through_a_mission():
+    items = (waypoint(30.0, 0.0, 3.0),)
+    hovering = replace(HOVERING, p=(10.2, 0.3, -3.1), mission_state=mavlink.MISSION_STATE_NOT_STARTED)
+    assert mission_legs(items, hovering)[0].start == (10.0, 0.0, -3.0)
+    assert mission_legs(items, replace(hovering, mission_state=mavlink.MISSION_STATE_ACTIVE))[0].start[0] == 0.0
+
+
+def test_waypoints_without_a_stop_are_asked_about_together_and_a_take_off_not_at_all():
+    items = (
+        TAKE_OFF,
+        waypoint(10.0, 0.0, 5.0),
+        way(4),
+        waypoint(20.0, 0.0, 5.0, hold=2.0),
+        waypoint(20.0, -9.0, 5.0),
+        RETURN,
+    )
+    chains = leg_chains(mission_legs(items, ON_GROUND))
+    assert [seqs for seqs, _ in chains] == [(1, 3), (4,), (5,)]
+    (_, first), (_, second), (_, home) = chains
+    assert first.asked == (Way.NONE, Way.FORWARD)
+    assert (first.heading, second.heading, home.heading) == pytest.approx((None, 0.0, math.pi / 2), abs=0.01)
+    assert home.points[-1] == (0.0, 0.0, -5.0)
+
+
+def test_a_chain_is_as_long_as_the_vehicle_looks_ahead():
+    items = tuple(waypoint(10.0 * k, 0.0, 5.0) for k in range(1, 11))
+    assert [len(seqs) for seqs, _ in leg_chains(mission_legs(items, ON_GROUND))] == [8, 2]
+
+
+def test_a_speed_is_of_the_hover_or_of_the_cruise_and_ends_a_chain():
+    items = tuple(part for value in (2.0, 15.0, -1.0) for part in (speed(value), waypoint(value, 0.0, 5.0)))
+    chains = leg_chains(mission_legs(items, ON_GROUND))
+    assert [(chain.hover_speed, chain.airspeed) for _, chain in chains] == [(2.0, None), (2.0, 15.0), (None, None)]

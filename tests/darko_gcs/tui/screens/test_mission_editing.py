@@ -1,0 +1,218 @@
+"""Edits of the plan on the mission screen, by keys and by the mouse: nothing of it reaches the vehicle."""
+
+from dataclasses import replace
+
+import pytest
+from textual.widgets import OptionList
+
+from darko_gcs.state.leg_predictions import LegPrediction
+from darko_gcs.state.mission_frames import place_of
+from darko_gcs.state.plan_edits import asked_ways
+from darko_gcs.tui.app import GroundStationApp
+from darko_gcs.tui.screens.mission_screen import MissionScreen
+from darko_gcs.tui.widgets.mission_map import MissionMapPanel
+from protocol.dialect import mavlink
+from protocol.dialect.vocabulary import DecisionReason, Way
+from sitl.defaults import HOME
+from tests.support.gcs.screens import FakeFeed, screen_text, settled, until
+from tests.support.gcs.snapshots import HOVERING
+
+SIZES = ((80, 24), (120, 40), (200, 60))
+HOVER_LEG = LegPrediction(29.2, 4983.0, 12.1, 1757.0, Way.FORWARD, DecisionReason.ENERGY)
+NO_CRUISE = LegPrediction(9.4, 940.0, float("inf"), float("inf"), Way.HOVER, DecisionReason.TOO_LOW)
+
+
+class PredictingFeed(FakeFeed):
+    """A feed whose vehicle says at once what legs would take."""
+
+    def advance(self, _elapsed):
+        wanted = self.station.wanted_legs
+        known = self.snapshot.leg_predictions
+        if set(wanted) != set(known):
+            legs = {chain: tuple([HOVER_LEG, NO_CRUISE][k % 2] for k in range(len(chain.asked))) for chain in wanted}
+            self.snapshot = replace(self.snapshot, leg_predictions=legs)
+
+
+@pytest.fixture
+def feed():
+    return PredictingFeed(HOVERING)
+
+
+@pytest.fixture
+def app(feed):
+    return GroundStationApp(feed)
+
+
+async def opened(pilot, app):
+    await pilot.press("m")
+    await until(pilot, lambda: isinstance(app.screen, MissionScreen) and app.screen.table.row_count == 6)
+    await until(pilot, lambda: "predicted" in screen_text(app))
+    return app.screen
+
+
+def items(app):
+    return app.draft.plan.items
+
+
+async def test_an_item_is_duplicated_and_the_edit_is_taken_back_and_made_again(feed, app):
+    async with app.run_test(size=(120, 40)) as pilot:
+        screen = await opened(pilot, app)
+        before = items(app)
+        await pilot.press("down", "D")
+        after = items(app)
+        assert after == (*before[:2], before[1], *before[2:])
+        assert screen.table.cursor_row == 2
+        await pilot.press("z")
+        assert items(app) == before
+        await pilot.press("Z")
+        assert items(app) == after
+        await pilot.press("Z")
+        await until(pilot, lambda: "There is no edit to make again" in screen_text(app))
+        assert feed.requests == []
+
+
+async def test_an_edit_after_one_was_taken_back_leaves_nothing_to_make_again(app):
+    async with app.run_test(size=(80, 24)) as pilot:
+        await opened(pilot, app)
+        await pilot.press("D", "z", "x", "Z")
+        assert len(items(app)) == 5
+
+
+async def test_an_item_is_inserted_above_the_first(app):
+    async with app.run_test(size=(80, 24)) as pilot:
+        screen = await opened(pilot, app)
+        await pilot.press("I")
+        await until(pilot, lambda: isinstance(app.focused, OptionList))
+        await pilot.press("enter")
+        await until(pilot, lambda: app.screen is screen)
+        assert [item.command for item in items(app)[:2]] == [16, 22]
+
+
+async def test_an_item_is_moved_up_and_down(app):
+    async with app.run_test(size=(80, 24)) as pilot:
+        screen = await opened(pilot, app)
+        before = items(app)
+        await pilot.press("shift+down")
+        assert items(app)[:2] == (before[1], before[0])
+        assert screen.table.cursor_row == 1
+        await pilot.press("shift+up")
+        assert items(app) == before
+        await pilot.press("shift+up")  # it is the first already
+        assert items(app) == before
+
+
+async def test_the_way_of_a_leg_goes_from_auto_to_hover_to_cruise_and_back(feed, app):
+    async with app.run_test(size=(120, 40)) as pilot:
+        screen = await opened(pilot, app)
+        before = items(app)
+        await pilot.press("down")
+        chosen = []
+        for _ in range(3):
+            await pilot.press("space")
+            chosen.append(asked_ways(items(app))[screen.table.cursor_row])
+            await until(pilot, lambda: ("then hover" in screen_text(app)) == (chosen[-1] is Way.HOVER))
+        assert chosen == [Way.HOVER, Way.FORWARD, Way.NONE]
+        assert items(app) == before
+        await pilot.press("up", "space")
+        await until(pilot, lambda: "No leg to choose a way for" in screen_text(app))
+        assert feed.requests == []
+
+
+async def test_another_autopilot_is_asked_for_hover_or_cruise_only(feed, app):
+    feed.snapshot = replace(HOVERING, hybrid=None)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("m")
+        await until(pilot, lambda: isinstance(app.screen, MissionScreen) and app.screen.table.row_count == 6)
+        await pilot.press("down", "space", "space", "space")
+        states = [item.params[0] for item in items(app) if item.command == mavlink.MAV_CMD_DO_VTOL_TRANSITION]
+        assert mavlink.MAV_VTOL_STATE_MC in states
+        assert feed.station.wanted_legs == ()
+        assert "predicted" not in screen_text(app)
+        assert "legs 16 m" in screen_text(app)
+
+
+async def test_legs_show_what_they_take_either_way_and_which_way_is_flown(app):
+    async with app.run_test(size=(80, 24)) as pilot:
+        screen = await opened(pilot, app)
+        assert [screen.table.get_cell_at((row, 9)).strip() for row in (0, 1)] == ["", "29 5.0k"]
+        assert [screen.table.get_cell_at((1, column)).strip() for column in (6, 7, 8, 10)] == [
+            "4", "+0.0", "auto", "12 1.8k*",
+        ]  # fmt: skip
+        await pilot.press("down")
+        await until(pilot, lambda: "leg: less energy" in screen_text(app))
+        assert "hold 2, acceptance 0.3" in screen_text(app)
+
+
+async def test_arrows_move_the_chosen_item_on_the_map(feed, app):
+    async with app.run_test(size=(80, 24)) as pilot:
+        screen = await opened(pilot, app)
+        before = place_of(items(app)[1], HOME)
+        await pilot.press("down", "tab")
+        await until(pilot, lambda: isinstance(app.focused, MissionMapPanel) and "step 0.5 m" in screen_text(app))
+        await pilot.press(">", "up", "right", "right", "pageup")
+        assert place_of(items(app)[1], HOME) == pytest.approx((before[0] + 1, before[1] + 2, before[2] - 1), abs=0.02)
+        await pilot.press("tab")
+        await until(pilot, lambda: app.focused is screen.table and "takeoff" in screen_text(app))
+        assert feed.requests == []
+
+
+async def test_a_click_on_an_item_chooses_it_and_a_click_beside_adds_one(app):
+    async with app.run_test(size=(120, 40)) as pilot:
+        screen = await opened(pilot, app)
+        await settled(pilot)
+        column, row = screen.map._cell_of(screen.map.places()[2])
+        await pilot.mouse_down(screen.map, offset=(column + 1, row + 1))
+        await pilot.mouse_up(screen.map, offset=(column + 1, row + 1))
+        await until(pilot, lambda: screen.table.cursor_row == 2)
+        assert len(items(app)) == 6
+        middle, view = (screen.map.size.width // 2, screen.map.size.height // 2), screen.map._view
+        await pilot.mouse_down(screen.map, offset=(middle[0] + 1, middle[1] + 1))
+        await until(pilot, lambda: len(items(app)) == 7)
+        assert screen.table.cursor_row == 3
+        north, east, down = place_of(items(app)[3], HOME)
+        assert (north, east) == pytest.approx(view[1], abs=view[0])
+        assert down == pytest.approx(-3.0, abs=0.01)
+
+
+async def test_the_mouse_drags_an_item(app):
+    async with app.run_test(size=(120, 40)) as pilot:
+        screen = await opened(pilot, app)
+        await settled(pilot)
+        north, east, _ = place_of(items(app)[2], HOME)
+        (column, row), scale = screen.map._cell_of((north, east)), screen.map._view[0]
+        await pilot.mouse_down(screen.map, offset=(column + 1, row + 1))
+        await pilot.hover(screen.map, offset=(column - 5, row + 4))
+        await pilot.mouse_up(screen.map, offset=(column - 5, row + 4))
+        await until(pilot, lambda: place_of(items(app)[2], HOME)[0] < north - scale)
+        there = place_of(items(app)[2], HOME)
+        assert there[:2] == pytest.approx((north - 3 * scale, east - 3 * scale), abs=scale)
+        assert screen.table.cursor_row == 2
+
+
+async def test_without_home_nothing_is_put_on_the_map(feed, app):
+    feed.snapshot = feed.station.snapshot = replace(HOVERING, home=None, mission=())
+    async with app.run_test(size=(120, 40)) as pilot:
+        await pilot.press("m")
+        await until(pilot, lambda: isinstance(app.screen, MissionScreen) and app.screen.map.size.width > 0)
+        await pilot.mouse_down(app.screen.map, offset=(5, 5))
+        await until(pilot, lambda: "Home is not known yet" in screen_text(app))
+        assert items(app) == ()
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_the_screen_matches_its_snapshot(snap_compare, app, size):
+    async def settle(pilot):
+        await opened(pilot, app)
+        await pilot.press("down", "down")
+        await settled(pilot)
+
+    assert snap_compare(app, terminal_size=size, run_before=settle)
+
+
+def test_the_map_of_a_small_terminal_matches_its_snapshot(snap_compare, app):
+    async def settle(pilot):
+        await opened(pilot, app)
+        await pilot.press("down", "down", "tab")
+        await settled(pilot)
+
+    assert snap_compare(app, terminal_size=(80, 24), run_before=settle)
