@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import time
+
+from sitl.aircraft import AUTOPILOT_PERIODS
+from sitl.timing import PERIOD
 
 MAX_LATENESS = 0.5  # a longer pause (a suspended laptop) is forgotten, not caught up with [s]
 
@@ -10,14 +14,19 @@ MAX_LATENESS = 0.5  # a longer pause (a suspended laptop) is forgotten, not caug
 class Pacer:
     """Paces simulated time at ``speed`` times real time; 0 means as fast as possible.
 
-    ``missed`` counts the steps that ended so late that the time of a further step had passed as well;
-    ``longest_delay`` is the longest time by which one ended late [s].
+    ``longest_delay`` is the longest time by which a step ended late [s].
     """
 
     def __init__(self, speed: float) -> None:
         self._speed = speed
         self._due = time.monotonic()
-        self.missed, self.longest_delay = 0, 0.0
+        self._tick = math.inf if speed == 0.0 else AUTOPILOT_PERIODS * PERIOD / speed
+        self._flown_late, self.longest_delay = 0.0, 0.0
+
+    @property
+    def missed(self) -> int:
+        """Autopilot ticks that were flown more than a tick late."""
+        return math.ceil(self._flown_late / self._tick)
 
     def wait_time(self, simulated: float) -> float:
         """How long to wait after flying for ``simulated`` seconds [s], never negative."""
@@ -27,7 +36,7 @@ class Pacer:
         step = simulated / self._speed
         self._due += step
         delay = now - self._due
-        self.missed += delay > step
+        self._flown_late += step if delay > self._tick else 0.0
         self.longest_delay = max(delay, self.longest_delay)
         if delay > MAX_LATENESS:
             self._due = now

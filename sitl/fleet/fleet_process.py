@@ -48,7 +48,7 @@ class Flown(NamedTuple):
 
     elapsed: float  # [s]
     busy: float  # time of a core [s]
-    missed: int  # steps that ended so late that the time of a further one had passed
+    missed: int  # autopilot ticks that were flown more than a tick late
     longest_delay: float  # of the end of a step [s]
 
 
