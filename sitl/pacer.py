@@ -5,9 +5,6 @@ from __future__ import annotations
 import math
 import time
 
-from sitl.aircraft import AUTOPILOT_PERIODS
-from sitl.timing import PERIOD
-
 MAX_LATENESS = 0.5  # a longer pause (a suspended laptop) is forgotten, not caught up with [s]
 
 
@@ -15,12 +12,16 @@ class Pacer:
     """Paces simulated time at ``speed`` times real time; 0 means as fast as possible.
 
     ``longest_delay`` is the longest time by which a step ended late [s].
+
+    Args:
+        speed: Multiple of real time.
+        tick: Simulated time between ticks of the autopilot, for ``missed`` [s].
     """
 
-    def __init__(self, speed: float) -> None:
+    def __init__(self, speed: float, tick: float = math.inf) -> None:
         self._speed = speed
         self._due = time.monotonic()
-        self._tick = math.inf if speed == 0.0 else AUTOPILOT_PERIODS * PERIOD / speed
+        self._tick = math.inf if speed == 0.0 else tick / speed
         self._flown_late, self.longest_delay = 0.0, 0.0
 
     @property

@@ -19,8 +19,9 @@ from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from typing import NamedTuple
 
+from sitl.aircraft import AUTOPILOT_PERIODS
 from sitl.errors import SitlError
-from sitl.fleet.inbox import Inbox, Outlet
+from sitl.fleet.inbox import Inbox, InboxOutlet
 from sitl.fleet.members import member_arguments
 from sitl.fleet.squadron import Squadron
 from sitl.mavlink.flight_recorder import FlightRecorder
@@ -37,6 +38,7 @@ from sitl.process import (
     state_folder,
     warn_of_open_port,
 )
+from sitl.timing import PERIOD
 from sitl.warm_up import make_ready
 
 END_TIME = 5.0  # for a process to end once it is asked to [s]
@@ -137,7 +139,7 @@ class _Crews:
         self, nodes: dict[int, Node], members: dict[int, Member], transport: UdpTransport, speed: float
     ) -> None:
         self.count = min(len(nodes), len(os.sched_getaffinity(0)))
-        self._outlets: list[Outlet] = []
+        self._outlets: list[InboxOutlet] = []
         self._reports: list[Connection] = []
         self._processes: list[BaseProcess] = []
         context = get_context("fork")
@@ -190,14 +192,14 @@ class _Crews:
 
 
 def _work(
-    crew: Squadron, inbox: Inbox, outlets: Sequence[Outlet], report: Connection, speed: float, members: list[Member]
+    crew: Squadron, inbox: Inbox, outlets: Sequence[InboxOutlet], report: Connection, speed: float, members: list[Member]
 ) -> None:
     """Fly some of the vehicles until the listening process ends the inbox."""
     for number in (signal.SIGINT, signal.SIGTERM):  # Ctrl-C reaches every process; the listening one ends the others
         signal.signal(number, signal.SIG_IGN)
     for outlet in outlets:
         outlet.close()
-    pacer, began, busy = Pacer(speed), time.monotonic(), time.process_time()
+    pacer, began, busy = Pacer(speed, AUTOPILOT_PERIODS * PERIOD), time.monotonic(), time.process_time()
     try:
         serve(crew, inbox, pacer, until=lambda: inbox.is_closed or crew.is_over())
     except SitlError as error:

@@ -14,7 +14,7 @@ from sitl.mavlink.transport import MAX_DATAGRAM, MAX_DATAGRAMS_PER_POLL, Address
 PEER = struct.Struct("!4sH")  # before each datagram: IPv4 address and port that it came from
 
 
-class Outlet:
+class InboxOutlet:
     """The listening process's end."""
 
     def __init__(self, link: socket.socket) -> None:
@@ -45,10 +45,10 @@ class Inbox:
         link.setblocking(False)
 
     @classmethod
-    def pair(cls, port: UdpTransport) -> tuple[Outlet, Self]:
+    def pair(cls, port: UdpTransport) -> tuple[InboxOutlet, Self]:
         """Both ends of a new link: whole datagrams in order, and an end that is noticed."""
         one, other = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-        return Outlet(one), cls(other, port)
+        return InboxOutlet(one), cls(other, port)
 
     def wait(self, timeout: float) -> None:
         """Sleep until a datagram arrives or ``timeout`` seconds have passed."""
