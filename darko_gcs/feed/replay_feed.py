@@ -12,6 +12,7 @@ from darko_gcs.feed.recorded_states import RecordedStates
 from darko_gcs.state.message_log import add_line
 from darko_gcs.state.reduce import reduce
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
+from darko_gcs.station.fleet import Fleet
 from darko_gcs.station.station import Station
 from protocol.dialect import mavlink
 from protocol.flight_log.flight_clock import flight_times
@@ -64,6 +65,11 @@ class ReplayFeed:
         if not len(self._flight_times):
             return 0.0
         return float(np.interp(self.now, self.timeline.times, self._flight_times))
+
+    @property
+    def fleet(self) -> Fleet | None:
+        """A recording is shown of one vehicle."""
+        return None
 
     @property
     def restart(self) -> Callable[[], Awaitable[None]] | None:

@@ -25,21 +25,21 @@ class Fleet:
     """
 
     def __init__(self, lead: Station) -> None:
-        self._lead = self.active = lead
+        self.lead = self.active = lead
         self._beside: dict[int, Station] = {}
         lead.others = self
 
     @property
     def stations(self) -> Mapping[int, Station]:
         """The stations of all vehicles heard so far, by ascending system id."""
-        lead = self._lead.endpoint.vehicle
-        own = {} if lead is None else {lead[0]: self._lead}
+        lead = self.lead.endpoint.vehicle
+        own = {} if lead is None else {lead[0]: self.lead}
         return dict(sorted((own | self._beside).items()))
 
     @property
     def every(self) -> Sequence[Station]:
         """All stations, also while no vehicle has been heard."""
-        return (self._lead, *self._beside.values())
+        return (self.lead, *self._beside.values())
 
     def choose(self, system: int) -> None:
         """Make a vehicle the active one; one that was never heard changes nothing."""
@@ -59,10 +59,10 @@ class Fleet:
         if system not in self._beside:
             if not is_vehicle_heartbeat(message) or len(self._beside) >= MAX_VEHICLES - 1:
                 return
-            self._beside[system] = Station(vehicle=system, beside=self._lead.endpoint)
+            self._beside[system] = Station(vehicle=system, beside=self.lead.endpoint)
             if len(self._beside) == 1:
                 text = f"Vehicle {system} is on the link, too: o shows the next one, f commands all"
-                self._lead.add_line(now, text, mavlink.MAV_SEVERITY_NOTICE)
+                self.lead.add_line(now, text, mavlink.MAV_SEVERITY_NOTICE)
         station = self._beside[system]
         station.endpoint.take([message], now)
         station.take([message], now)
@@ -70,7 +70,7 @@ class Fleet:
     def tick(self, now: float) -> None:
         """Let time pass for the stations beside the lead's."""
         for station in self._beside.values():
-            station.signing.is_private = self._lead.signing.is_private
+            station.signing.is_private = self.lead.signing.is_private
             station.tick(now)
 
     def outgoing(self) -> list[bytes]:
