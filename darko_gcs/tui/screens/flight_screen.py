@@ -79,6 +79,7 @@ class FlightScreen(Screen[None]):
         strip, panels = self.query_one(FleetStrip), self.query_one("#panels")
         strip.display = self._strip_size() is not StripSize.NONE
         strip.styles.height = height
+        self.set_class(strip.display, "-fleet")
         panels.display = not strip.display or rows - height >= MIN_PANELS
 
     def compose(self) -> ComposeResult:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 from textual import events
 from textual.message import Message
@@ -18,10 +19,27 @@ from protocol.dialect import mavlink
 __all__ = ["FleetStrip", "fleet_lines"]
 
 NEWS_TIME = 15.0  # in which a vehicle's newest message is shown; later, its last warning [s]
-WIDE = 120  # screens with room for the names of all laws [cells]
-LAW_WIDTHS = {False: 14, True: 24}  # by whether the screen is wide [cells]
-HEAD = ("  id ", f"{'mode':<13}", f"{'':<10}", "law", "  height", "     speed", " battery", "   age")
-KEYS = "  o next, f to all, w lines"
+MAX_AGE = 999.0  # that is told [s]
+ARMED = 9  # width of the word [cells]
+
+
+class _Columns(NamedTuple):
+    """Widths of the columns [cells], and what separates a number from its unit."""
+
+    mode: int
+    law: int
+    height: int
+    speed: int
+    charge: int
+    age: int
+    gap: str
+
+
+COLUMNS = (  # by the least width of the screen [cells]
+    (130, _Columns(mode=13, law=24, height=9, speed=10, charge=7, age=9, gap=" ")),
+    (100, _Columns(mode=13, law=14, height=9, speed=10, charge=7, age=9, gap=" ")),
+    (0, _Columns(mode=9, law=13, height=7, speed=9, charge=5, age=7, gap="")),
+)
 
 
 class FleetStrip(Panel):
@@ -95,34 +113,46 @@ def _system(s: Snapshot) -> int:
 
 
 def _head(width: int) -> StyledLine:
-    texts = [f"{text:<{LAW_WIDTHS[width >= WIDE]}}" if text == "law" else text for text in HEAD]
-    return styled_line(("".join(texts) + KEYS, "dim"))
+    c = _columns(width)
+    names = f"  id {'mode':<{c.mode}}{'':<{ARMED}}{'law':<{c.law}}"
+    return styled_line(
+        (f"{names}{'height':>{c.height}}{'speed':>{c.speed}}{'batt':>{c.charge}}{'age':>{c.age}}", "dim"),
+        ("  o next, f to all, w lines", "dim"),
+    )
 
 
 def _vehicle(s: Snapshot, is_active: bool, now: float, width: int) -> StyledLine:
-    age, law_width = s.age(now) or 0.0, LAW_WIDTHS[width >= WIDE]
+    c, age = _columns(width), s.age(now) or 0.0
     is_old = s.lost or age > MAX_HEARTBEAT_AGE
     plain = "dim" if is_old else "accent" if is_active else ""
-    armed = (f"{'ARMED':<10}", "bad") if s.armed else (f"{'disarmed':<10}", "good" if s.prearm_ok else "warn")
+    armed, style = ("ARMED", "bad") if s.armed else ("disarmed", "good" if s.prearm_ok else "warn")
+    height = None if s.from_home is None else -s.from_home[2] + 0.0
     news = _news(s, now)
     return styled_line(
         (f"{'>' if is_active else ' '}{_system(s):>3} ", "accent" if is_active else "label"),
-        (f"{(s.mode or '?')[:12]:<13}", plain),
-        (armed[0], "dim" if is_old else armed[1]),
-        (f"{(s.law or '')[: law_width - 1]:<{law_width}}", plain),
-        (f"{'--' if s.from_home is None else f'{-s.from_home[2] + 0.0:.1f} m':>8}", plain),
-        (f"{'--' if s.ground_speed is None else f'{s.ground_speed:.1f} m/s':>10}", plain),
-        _charge(s),
-        (f"{age:6.1f} s"[-8:] if age < 1e3 else " > 999 s", "bad" if is_old else "dim"),
+        (f"{(s.mode or '?')[: c.mode - 1]:<{c.mode}}", plain),
+        (f"{armed:<{ARMED}}", "dim" if is_old else style),
+        (f"{(s.law or '')[: c.law - 1]:<{c.law}}", plain),
+        (_number(height, f"{c.gap}m", c.height), plain),
+        (_number(s.ground_speed, f"{c.gap}m/s", c.speed), plain),
+        (f"{'--' if s.charge_left is None else f'{100.0 * s.charge_left:.0f}{c.gap}%':>{c.charge}}", _charge_style(s)),
+        (_number(min(age, MAX_AGE), f"{c.gap}s", c.age), "bad" if is_old else "dim"),
         (f"  {news.text}", _news_style(news)) if news is not None else "",
     )
 
 
-def _charge(s: Snapshot) -> tuple[str, str]:
+def _columns(width: int) -> _Columns:
+    return next(columns for least, columns in COLUMNS if width >= least)
+
+
+def _number(value: float | None, unit: str, width: int) -> str:
+    return f"{'--' if value is None else f'{value:.1f}{unit}':>{width}}"
+
+
+def _charge_style(s: Snapshot) -> str:
     if s.charge_left is None:
-        return ("      --", "dim")
-    style = "bad" if s.charge_left <= EMPTY_BATTERY else "warn" if s.charge_left <= LOW_BATTERY else "dim"
-    return (f"{100.0 * s.charge_left:6.0f} %", style)
+        return "dim"
+    return "bad" if s.charge_left <= EMPTY_BATTERY else "warn" if s.charge_left <= LOW_BATTERY else "dim"
 
 
 def _news(s: Snapshot, now: float) -> LogLine | None:
