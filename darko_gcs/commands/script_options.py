@@ -14,7 +14,7 @@ from darko_gcs.commands.options import add_listen_options, positive_seconds
 if TYPE_CHECKING:
     from darko_gcs.scripting import Vehicle
 
-__all__ = ["EXIT_CODES", "add_script_options", "run_script"]
+__all__ = ["EXIT_CODES", "Job", "Result", "add_script_options", "plain", "run_script", "tell_where"]
 
 Result = dict[str, Any]
 Job = Callable[["Vehicle"], Awaitable[Result]]
@@ -62,7 +62,7 @@ def run_script(args: argparse.Namespace, job: Job, words: Callable[[Result], str
             raise GroundError(str(error)) if isinstance(error, ProtocolError) else error from None
         print(json.dumps({"ok": False, "error": str(error), "exit_code": code}))
         return code
-    print(json.dumps({"ok": True, **_plain(result)}) if args.json else words(result))
+    print(json.dumps({"ok": True, **plain(result)}) if args.json else words(result))
     return 0
 
 
@@ -70,11 +70,9 @@ async def _connected(args: argparse.Namespace, job: Job) -> Result:
     import asyncio  # noqa: PLC0415 - --help must be quick
 
     from darko_gcs.errors import FlightError  # noqa: PLC0415
-    from darko_gcs.feed.outward_link import outward_address  # noqa: PLC0415
     from darko_gcs.scripting import connect  # noqa: PLC0415
 
-    place = f"{args.host}:{args.port}" if outward_address(args.host) is None else args.host
-    print(f"darko-gcs: waiting for a vehicle on {place}", file=sys.stderr, flush=True)
+    tell_where(args)
     where = {"vehicle": args.vehicle, "signing_key": args.signing_key, "timeout": args.timeout}
     async with connect(args.host, args.port, **where) as vehicle:
         try:
@@ -83,10 +81,18 @@ async def _connected(args: argparse.Namespace, job: Job) -> Result:
             raise FlightError(f"not done within {args.timeout:g} s") from None
 
 
-def _plain(value: Any) -> Any:  # noqa: ANN401 - whatever a job gives
+def tell_where(args: argparse.Namespace) -> None:
+    """Say on stderr where a vehicle is waited for."""
+    from darko_gcs.feed.outward_link import outward_address  # noqa: PLC0415 - --help must be quick
+
+    place = f"{args.host}:{args.port}" if outward_address(args.host) is None else args.host
+    print(f"darko-gcs: waiting for a vehicle on {place}", file=sys.stderr, flush=True)
+
+
+def plain(value: Any) -> Any:  # noqa: ANN401 - whatever a job gives
     """Values as JSON has them: what is no number is null."""
     if isinstance(value, dict):
-        return {key: _plain(entry) for key, entry in value.items()}
+        return {key: plain(entry) for key, entry in value.items()}
     if isinstance(value, list | tuple):
-        return [_plain(entry) for entry in value]
+        return [plain(entry) for entry in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value

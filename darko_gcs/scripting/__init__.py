@@ -5,7 +5,8 @@ May import: every other room of the ground station but the screens, and ``protoc
 """
 
 from darko_gcs.errors import FlightError, GroundError, LinkError
+from darko_gcs.scripting.fleet import connect_all
 from darko_gcs.scripting.vehicle import Vehicle, connect
 from protocol.modes import Mode
 
-__all__ = ["FlightError", "GroundError", "LinkError", "Mode", "Vehicle", "connect"]
+__all__ = ["FlightError", "GroundError", "LinkError", "Mode", "Vehicle", "connect", "connect_all"]
