@@ -72,8 +72,8 @@ class GroundEndpoint:
         # The last datagram was of an autopilot that does not sign, or signs with an old time.
         self.heard_refused = False
         self.unsigned_vehicle: Source | None = None  # an autopilot whose last HEARTBEAT was not correctly signed
-        self.keyring = beside.keyring if beside else keyring or Keyring()
-        self.codec = beside.codec if beside else Codec(system, component, self.keyring.link(None))
+        self.keyring: Keyring = beside.keyring if beside else keyring or Keyring()
+        self.codec: Codec = beside.codec if beside else Codec(system, component, self.keyring.link(None))
         self._speaks = beside is None
         self._source, self._monitor = HeartbeatSource(), VehicleMonitor(system=vehicle)
         self._commands = CommandClient(system, component)

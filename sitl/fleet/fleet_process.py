@@ -192,7 +192,12 @@ class _Crews:
 
 
 def _work(
-    crew: Squadron, inbox: Inbox, outlets: Sequence[InboxOutlet], report: Connection, speed: float, members: list[Member]
+    crew: Squadron,
+    inbox: Inbox,
+    outlets: Sequence[InboxOutlet],
+    report: Connection,
+    speed: float,
+    members: list[Member],
 ) -> None:
     """Fly some of the vehicles until the listening process ends the inbox."""
     for number in (signal.SIGINT, signal.SIGTERM):  # Ctrl-C reaches every process; the listening one ends the others
