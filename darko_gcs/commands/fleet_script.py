@@ -58,7 +58,7 @@ async def _of_all(args: argparse.Namespace, job: Job) -> dict[int, Result | Exce
     import asyncio  # noqa: PLC0415 - --help must be quick
 
     from darko_gcs.errors import FlightError, GroundError  # noqa: PLC0415
-    from darko_gcs.scripting.fleet import connect_all  # noqa: PLC0415
+    from darko_gcs.scripting.vehicles import connect_all  # noqa: PLC0415
     from protocol.errors import ProtocolError  # noqa: PLC0415
 
     async def answer(vehicle: Vehicle) -> Result | Exception:

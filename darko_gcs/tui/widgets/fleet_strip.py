@@ -19,7 +19,7 @@ from protocol.dialect import mavlink
 __all__ = ["FleetStrip", "fleet_lines"]
 
 NEWS_TIME = 15.0  # in which a vehicle's newest message is shown; later, its last warning [s]
-MAX_AGE = 999.0  # that is told [s]
+MAX_SHOWN_AGE = 999.0  # that is told [s]
 ARMED = 9  # width of the word [cells]
 
 
@@ -136,7 +136,7 @@ def _vehicle(s: Snapshot, is_active: bool, now: float, width: int) -> StyledLine
         (_number(height, f"{c.gap}m", c.height), plain),
         (_number(s.ground_speed, f"{c.gap}m/s", c.speed), plain),
         (f"{'--' if s.charge_left is None else f'{100.0 * s.charge_left:.0f}{c.gap}%':>{c.charge}}", _charge_style(s)),
-        (_number(min(age, MAX_AGE), f"{c.gap}s", c.age), "bad" if is_old else "dim"),
+        (_number(min(age, MAX_SHOWN_AGE), f"{c.gap}s", c.age), "bad" if is_old else "dim"),
         (f"  {news.text}", _news_style(news)) if news is not None else "",
     )
 
