@@ -26,8 +26,8 @@ class Pacer:
 
     @property
     def missed(self) -> int:
-        """Autopilot ticks that were flown more than a tick late."""
-        return math.ceil(self._flown_late / self._tick)
+        """Autopilot ticks that were flown more than a tick late, or for which a longer pause left no time."""
+        return round(self._flown_late / self._tick + 0.49)  # a begun one counts; rounding errors of the sum do not
 
     def wait_time(self, simulated: float) -> float:
         """How long to wait after flying for ``simulated`` seconds [s], never negative."""
@@ -40,5 +40,6 @@ class Pacer:
         self._flown_late += step if delay > self._tick else 0.0
         self.longest_delay = max(delay, self.longest_delay)
         if delay > MAX_LATENESS:
+            self._flown_late += delay
             self._due = now
         return max(0.0, -delay)

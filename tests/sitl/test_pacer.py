@@ -35,6 +35,15 @@ def test_ticks_flown_more_than_a_tick_late_are_missed(clock):
     assert paced.longest_delay == pytest.approx(0.035)
 
 
+def test_a_pause_that_is_not_caught_up_with_is_missed_whole(clock):
+    paced = Pacer(1.0, tick=0.02)
+    clock.now += 2.0
+    paced.wait_time(0.02)
+    assert paced.missed == 100
+    clock.now += paced.wait_time(0.02)
+    assert paced.missed == 100
+
+
 def test_a_vehicle_as_fast_as_possible_is_never_late():
     paced = Pacer(0.0, tick=0.02)
     assert (paced.wait_time(1.0), paced.missed) == (0.0, 0)
