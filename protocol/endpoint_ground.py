@@ -50,6 +50,14 @@ class GroundEndpoint:
 
     With a key in the keyring, only messages signed with it are accepted: an unsigned HEARTBEAT does not make a vehicle,
     it only appears in ``unsigned_vehicle``.
+
+    Args:
+        system: Own system id.
+        component: Own component id.
+        keyring: Signs, and decides which frames are accepted.
+        vehicle: System id of the vehicle.
+        beside: An endpoint of the same ground station for another vehicle: it shares that one's link, whose frames are
+            decoded and whose heartbeats are sent there. Call ``take`` instead of ``receive_datagram``.
     """
 
     def __init__(
@@ -59,12 +67,14 @@ class GroundEndpoint:
         component: int = 190,
         keyring: Keyring | None = None,
         vehicle: int | None = None,
+        beside: GroundEndpoint | None = None,
     ) -> None:
         # The last datagram was of an autopilot that does not sign, or signs with an old time.
         self.heard_refused = False
         self.unsigned_vehicle: Source | None = None  # an autopilot whose last HEARTBEAT was not correctly signed
-        self.keyring = keyring or Keyring()
-        self.codec = Codec(system, component, self.keyring.link(None))
+        self.keyring: Keyring = beside.keyring if beside else keyring or Keyring()
+        self.codec: Codec = beside.codec if beside else Codec(system, component, self.keyring.link(None))
+        self._speaks = beside is None
         self._source, self._monitor = HeartbeatSource(), VehicleMonitor(system=vehicle)
         self._commands = CommandClient(system, component)
         self._remote = Remote()
@@ -110,6 +120,11 @@ class GroundEndpoint:
         self.heard_refused, replayed = False, self.keyring.counts.get(Verdict.REPLAYED, 0)
         messages = [message for message in self.codec.decode(data) if self._accepts(message)]
         self.heard_refused |= self.keyring.counts.get(Verdict.REPLAYED, 0) > replayed
+        self.take(messages, now)
+        return messages
+
+    def take(self, messages: Sequence[Message], now: float) -> None:
+        """Take messages that were accepted."""
         for message in messages:
             self._monitor.receive(message, now)
             if source_of(message) == self.vehicle:
@@ -120,13 +135,13 @@ class GroundEndpoint:
                 self._commands_from_vehicle.receive(message, now, Peer.of(message))
         self._answer_commands(now)
         self._collect()
-        return messages
 
     def handle_timer(self, now: float) -> None:
         """Let time pass: heartbeats, repetitions, loss of the vehicle."""
         self.keyring.advance_time(now)
-        self._source.announce(_HEARTBEAT, now)
-        self._source.handle_timer(now)
+        if self._speaks:
+            self._source.announce(_HEARTBEAT, now)
+            self._source.handle_timer(now)
         self._monitor.handle_timer(now)
         self._collect()
         for engine in self._waiting:

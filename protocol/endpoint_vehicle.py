@@ -76,6 +76,7 @@ class VehicleEndpoint:
         keyring: Signs and judges frames; without it no frame is signed and all are accepted.
         files: The files that peers may list and read over MAVLink FTP.
         logs: Recorded flights they may list and download.
+        forwards: Forward frames from peer to peer; of several vehicles on one port, one does.
     """
 
     def __init__(
@@ -96,7 +97,9 @@ class VehicleEndpoint:
         keyring: Keyring | None = None,
         files: FileTree | None = None,
         logs: LogStore | None = None,
+        forwards: bool = True,
     ) -> None:
+        self.forwards = forwards
         self.presence = Presence(system)
         self._ids = (system, component)
         self._keyring = keyring or Keyring()
@@ -174,7 +177,8 @@ class VehicleEndpoint:
         for message in self._links.decode(data, key, now):
             peer = Peer.of(message, key)
             if peer[:2] != self._ids and self._links.accepts(message):
-                self._datagrams += self._router.forward(message, key, now)
+                if self.forwards:
+                    self._datagrams += self._router.forward(message, key, now)
                 self._receive(message, now, peer)
                 self._collect(now)
 

@@ -7,8 +7,9 @@ import math
 import signal
 import sys
 import time
-from collections.abc import Callable, Hashable, Iterable
+from collections.abc import Callable, Hashable, Iterable, Iterator
 from pathlib import Path
+from typing import Protocol
 
 from platformdirs import user_data_path
 
@@ -33,7 +34,7 @@ from sitl.mavlink.flight_recorder import FlightRecorder
 from sitl.mavlink.node import Node
 from sitl.mavlink.services.maintenance_commands import ExitRequest
 from sitl.mavlink.signing_keys import LOOPBACK, KeyFile, open_keyring, read_key_option
-from sitl.mavlink.transport import UdpTransport
+from sitl.mavlink.transport import Address, UdpTransport
 from sitl.model.airframe_files import load
 from sitl.pacer import Pacer
 from sitl.parameters import Configuration, WorldSettings
@@ -69,9 +70,9 @@ def fly(args: argparse.Namespace, finish: Callable[[LiveScenario], int]) -> int:
     Raises:
         SitlError: If an argument, a file or the port is not usable.
     """
-    say = _Narrator(quiet=args.quiet)
+    say = Narrator(quiet=args.quiet)
     transport = UdpTransport((args.bind, args.port))
-    signal.signal(signal.SIGTERM, _interrupt)
+    signal.signal(signal.SIGTERM, interrupt)
     try:
         code, node = _run(args, finish, transport, say)
         while node.exit_request is ExitRequest.REBOOT:
@@ -86,28 +87,17 @@ def _run(
     args: argparse.Namespace,
     finish: Callable[[LiveScenario], int],
     transport: UdpTransport,
-    say: _Narrator,
+    say: Narrator,
     known: Iterable[Hashable] = (),
     *,
     plan_was_sent: bool = False,
 ) -> tuple[int, Node]:
     """One run from boot to its end; gives the exit code and the node, which knows whether it is to be rebooted."""
-    keyring = _keyring(args)
-    recorder = FlightRecorder(_state_dir(args) / "logs", time.time)
-    if warning := open_port_warning(args.bind, signed=keyring.is_on):
-        print(f"darko-sitl: {warning}", file=sys.stderr, flush=True)  # --quiet or not
+    keyring, recorder = open_keys(args), open_recorder(args)
+    warn_of_open_port(args, signed=keyring.is_on)
     try:
-        aircraft = build_aircraft(args)
-        node = Node(
-            aircraft,
-            StateFolder(_state_dir(args)),
-            peers=_peers(args),
-            keyring=keyring,
-            recorder=recorder,
-            autopilot_type=AUTOPILOT_TYPES[args.autopilot],
-            stored_plan_first=plan_was_sent,  # it is newer than that of the arguments
-            exit_refusal=SCENARIO_EXIT_REFUSAL if isinstance(aircraft, ScenarioAircraft) else "",
-        )
+        node = build_node(args, keyring, recorder, stored_plan_first=plan_was_sent)
+        aircraft = node.aircraft
         node.know(known)
         began = time.monotonic()
         make_ready(aircraft, say)
@@ -127,6 +117,41 @@ def _run(
         return code, node
     finally:
         recorder.close()
+
+
+def build_node(
+    args: argparse.Namespace,
+    keyring: Keyring,
+    recorder: FlightRecorder,
+    *,
+    forwards: bool = True,
+    stored_plan_first: bool = False,
+) -> Node:
+    """The vehicle that the arguments describe, on the link; see ``Node``."""
+    aircraft = build_aircraft(args)
+    return Node(
+        aircraft,
+        StateFolder(state_folder(args)),
+        peers=_peers(args),
+        keyring=keyring,
+        recorder=recorder,
+        autopilot_type=AUTOPILOT_TYPES[args.autopilot],
+        stored_plan_first=stored_plan_first,
+        exit_refusal=SCENARIO_EXIT_REFUSAL if isinstance(aircraft, ScenarioAircraft) else "",
+        system=args.sysid,
+        forwards=forwards,
+    )
+
+
+def open_recorder(args: argparse.Namespace) -> FlightRecorder:
+    """The recorder of the vehicle's flights."""
+    return FlightRecorder(state_folder(args) / "logs", time.time, system=args.sysid)
+
+
+def warn_of_open_port(args: argparse.Namespace, *, signed: bool) -> None:
+    """Say, quiet or not, that anybody may command the vehicle if that is so."""
+    if warning := open_port_warning(args.bind, signed=signed):
+        print(f"darko-sitl: {warning}", file=sys.stderr, flush=True)
 
 
 def build_aircraft(args: argparse.Namespace) -> Aircraft:
@@ -150,9 +175,11 @@ def build_aircraft(args: argparse.Namespace) -> Aircraft:
         sensors=_sensors(args),
         aligned=start.airborne,
     )
-    stored = StateFolder(_state_dir(args)).parameters()
+    stored = StateFolder(state_folder(args)).parameters()
     configuration = Configuration(Settings(), vehicle.tuning, WorldSettings()).replaced(stored | _overrides(args))
     aircraft = Aircraft(vehicle, world, configuration, airborne=start.airborne)
+    if args.vehicles > 1:  # each returns to its own place
+        aircraft.autopilot.relocate(world.frame, (north, -east, 0.0))
     if planned is not None:
         aircraft.autopilot.flight_plan.load(planned.check, planned.mapping)
         aircraft.autopilot.set_mode(Mode.FLIGHT_PLAN)
@@ -224,7 +251,8 @@ def _scenario_aircraft(args: argparse.Namespace, world: World) -> ScenarioAircra
     )
 
 
-def _state_dir(args: argparse.Namespace) -> Path:
+def state_folder(args: argparse.Namespace) -> Path:
+    """Where the vehicle keeps parameters, plans, home and logs."""
     return Path(args.state_dir or user_data_path("darko") / "sitl")
 
 
@@ -232,9 +260,10 @@ def _peers(args: argparse.Namespace) -> list[tuple[str, int]]:
     return [(LOOPBACK, port) for port in dict.fromkeys((args.gcs_port, args.api_port)) if port]
 
 
-def _keyring(args: argparse.Namespace) -> Keyring:
+def open_keys(args: argparse.Namespace) -> Keyring:
+    """The keys of the command line, or those stored."""
     given = dict(read_key_option(text) for text in args.signing_key)
-    file = KeyFile(StateFolder(_state_dir(args)).folder)
+    file = KeyFile(StateFolder(state_folder(args)).folder)
     return open_keyring(file, given, timestamp=timestamp_at(time.time()), now=time.monotonic())
 
 
@@ -252,7 +281,7 @@ def _overrides(args: argparse.Namespace) -> dict[str, float]:
     return overrides
 
 
-def serve(node: Node, transport: UdpTransport, pacer: Pacer, *, until: Callable[[], bool] = lambda: False) -> None:
+def serve(node: Served, transport: Transport, pacer: Pacer, *, until: Callable[[], bool] = lambda: False) -> None:
     """Fly and exchange messages, for ever or until a condition holds."""
     while not until():
         _receive(node, transport)
@@ -262,7 +291,7 @@ def serve(node: Node, transport: UdpTransport, pacer: Pacer, *, until: Callable[
         _wait(node, transport, pacer.wait_time(periods * PERIOD))
 
 
-def _receive(node: Node, transport: UdpTransport) -> None:
+def _receive(node: Served, transport: Transport) -> None:
     now, has_heard = time.monotonic(), False
     for data, peer in transport.receive():
         node.receive(data, peer, now)
@@ -273,12 +302,12 @@ def _receive(node: Node, transport: UdpTransport) -> None:
         _send(node, transport, now)
 
 
-def _send(node: Node, transport: UdpTransport, now: float) -> None:
+def _send(node: Served, transport: Transport, now: float) -> None:
     for destination, data in node.datagrams(now):
         transport.send(data, destination)
 
 
-def _wait(node: Node, transport: UdpTransport, remaining: float) -> None:
+def _wait(node: Served, transport: Transport, remaining: float) -> None:
     """Wait for simulated time [s], and answer peers meanwhile; a vehicle that is late does not wait."""
     end = time.monotonic() + remaining
     while remaining > 0.0:
@@ -288,16 +317,51 @@ def _wait(node: Node, transport: UdpTransport, remaining: float) -> None:
             _receive(node, transport)
 
 
-def _interrupt(number: int, frame: object) -> None:  # noqa: ARG001 - the signature of a signal handler
+def interrupt(number: int, frame: object) -> None:  # noqa: ARG001 - the signature of a signal handler
+    """End the process as Ctrl-C does.
+
+    Raises:
+        KeyboardInterrupt: Always.
+    """
     raise KeyboardInterrupt
 
 
-class _Narrator:
+class Served(Protocol):
+    """What ``serve`` flies: a vehicle, or several as one."""
+
+    def receive(self, data: bytes, peer: Hashable, now: float) -> None:
+        """Take one datagram."""
+
+    def periods_to_fly(self) -> int:
+        """Control periods until the link is looked at again."""
+
+    def advance(self, periods: int) -> None:
+        """Fly."""
+
+    def datagrams(self, now: float) -> list[tuple[Hashable | None, bytes]]:
+        """What is to be sent."""
+
+
+class Transport(Protocol):
+    """How datagrams come and go; see ``UdpTransport``."""
+
+    def wait(self, timeout: float) -> None:
+        """Sleep until a datagram arrives or ``timeout`` seconds have passed."""
+
+    def receive(self) -> Iterator[tuple[bytes, Address]]:
+        """The datagrams that have arrived."""
+
+    def send(self, data: bytes, to: Hashable) -> None:
+        """Send to one peer."""
+
+
+class Narrator:
     """Tells a person on stderr what the process does."""
 
     def __init__(self, *, quiet: bool) -> None:
         self._quiet = quiet
 
     def __call__(self, text: str) -> None:
+        """Tell a line."""
         if not self._quiet:
             print(f"darko-sitl: {text}", file=sys.stderr, flush=True)

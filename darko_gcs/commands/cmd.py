@@ -6,6 +6,7 @@ import argparse
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from darko_gcs.commands.fleet_script import run_script_for_all
 from darko_gcs.commands.script_options import EXIT_CODES, add_script_options, run_script
 
 if TYPE_CHECKING:
@@ -19,6 +20,8 @@ examples:
   darko-gcs cmd takeoff 5 --wait      and wait until it is there
   darko-gcs cmd goto 10 0 8           north, east of home, height above it [m]
   darko-gcs cmd mode LAND --json
+  darko-gcs cmd hold --vehicle 3      of several vehicles on the link, the one with system id 3
+  darko-gcs cmd land --all            all of them
 
 {EXIT_CODES}"""
 
@@ -41,6 +44,9 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     parser.add_argument("values", nargs="*", help="height of takeoff, north east height of goto, a mode, a speed")
     parser.add_argument("--wait", action="store_true", help="wait until it is done, not only accepted")
     add_script_options(parser)
+    parser.add_argument(
+        "--all", action="store_true", help="command every vehicle that is heard within 2.5 s; each answers for itself"
+    )
     return parser
 
 
@@ -52,6 +58,8 @@ def run(args: argparse.Namespace) -> int:
     """
     from darko_gcs.errors import GroundError  # noqa: PLC0415 - --help must be quick
 
+    if args.all and args.vehicle is not None:
+        raise GroundError("--all and --vehicle: one of them")
     wanted = COMMAND_WORDS[args.action]
     if len(args.values) != wanted:
         raise GroundError(f"{args.action} takes {wanted} value{'s' * (wanted != 1)}, not {len(args.values)}")
@@ -61,7 +69,8 @@ def run(args: argparse.Namespace) -> int:
             values = [float(text) for text in args.values]
         except ValueError:
             raise GroundError(f"{args.action}: {' '.join(args.values)} are not numbers") from None
-    return run_script(args, lambda vehicle: _do(vehicle, args.action, values, wait=args.wait), _words)
+    run_job = run_script_for_all if args.all else run_script
+    return run_job(args, lambda vehicle: _do(vehicle, args.action, values, wait=args.wait), _words)
 
 
 async def _do(vehicle: Vehicle, action: str, values: list[Any], *, wait: bool) -> dict[str, Any]:

@@ -34,6 +34,7 @@ def add_link_options(parser: argparse.ArgumentParser) -> None:
     )
     sitl = parser.add_argument_group("vehicle process")
     sitl.add_argument("--sitl", action="store_true", help="start darko-sitl, and stop it at the end")
+    sitl.add_argument("--vehicles", metavar="N", help="number of vehicles, on one port [1]")
     sitl.add_argument("--speed", metavar="X", help="simulation speed, times real time [1]")
     sitl.add_argument("--seed", metavar="N", help="random seed [1]")
     sitl.add_argument("--wind", metavar="M/S@DEG", help="steady wind and where it comes from [0]")
@@ -154,7 +155,7 @@ def checked_sitl_arguments(args: argparse.Namespace) -> list[str]:
 
 
 def _sitl_arguments(args: argparse.Namespace) -> list[str]:
-    names = ("signing_key", "speed", "seed", "wind", "gusts", "start", "airframe", "state_dir")
+    names = ("signing_key", "vehicles", "speed", "seed", "wind", "gusts", "start", "airframe", "state_dir")
     given = [(name, getattr(args, name)) for name in names if getattr(args, name) is not None]
     return [part for name, value in given for part in (f"--{name.replace('_', '-')}", str(value))]
 

@@ -14,7 +14,7 @@ from darko_gcs.commands.options import add_listen_options, positive_seconds
 if TYPE_CHECKING:
     from darko_gcs.scripting import Vehicle
 
-__all__ = ["EXIT_CODES", "add_script_options", "run_script"]
+__all__ = ["EXIT_CODES", "Job", "Result", "add_script_options", "plain", "run_script", "tell_where"]
 
 Result = dict[str, Any]
 Job = Callable[["Vehicle"], Awaitable[Result]]
@@ -65,11 +65,11 @@ def run_script(args: argparse.Namespace, job: Job, words: Callable[[Result], str
     if failed := result.get("error"):  # a part of the job
         code = FlightError.exit_code
         if args.json:
-            print(json.dumps({"ok": False, **_plain(result), "exit_code": code}))
+            print(json.dumps({"ok": False, **plain(result), "exit_code": code}))
             return code
         print(words(result))
         raise FlightError(failed)
-    print(json.dumps({"ok": True, **_plain(result)}) if args.json else words(result))
+    print(json.dumps({"ok": True, **plain(result)}) if args.json else words(result))
     return 0
 
 
@@ -77,11 +77,9 @@ async def _connected(args: argparse.Namespace, job: Job) -> Result:
     import asyncio  # noqa: PLC0415 - --help must be quick
 
     from darko_gcs.errors import FlightError  # noqa: PLC0415
-    from darko_gcs.feed.outward_link import outward_address  # noqa: PLC0415
     from darko_gcs.scripting import connect  # noqa: PLC0415
 
-    place = f"{args.host}:{args.port}" if outward_address(args.host) is None else args.host
-    print(f"darko-gcs: waiting for a vehicle on {place}", file=sys.stderr, flush=True)
+    tell_where(args)
     where = {"vehicle": args.vehicle, "signing_key": args.signing_key, "timeout": args.timeout}
     async with connect(args.host, args.port, **where) as vehicle:
         try:
@@ -90,10 +88,18 @@ async def _connected(args: argparse.Namespace, job: Job) -> Result:
             raise FlightError(f"not done within {args.timeout:g} s") from None
 
 
-def _plain(value: Any) -> Any:  # noqa: ANN401 - whatever a job gives
+def tell_where(args: argparse.Namespace) -> None:
+    """Say on stderr where a vehicle is waited for."""
+    from darko_gcs.feed.outward_link import outward_address  # noqa: PLC0415 - --help must be quick
+
+    place = f"{args.host}:{args.port}" if outward_address(args.host) is None else args.host
+    print(f"darko-gcs: waiting for a vehicle on {place}", file=sys.stderr, flush=True)
+
+
+def plain(value: Any) -> Any:  # noqa: ANN401 - whatever a job gives
     """Values as JSON has them: what is no number is null."""
     if isinstance(value, dict):
-        return {key: _plain(entry) for key, entry in value.items()}
+        return {key: plain(entry) for key, entry in value.items()}
     if isinstance(value, list | tuple):
-        return [_plain(entry) for entry in value]
+        return [plain(entry) for entry in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -67,6 +67,7 @@ def report(s: Snapshot) -> dict[str, Any]:
 
     v = s.v
     return {
+        "vehicle": None if s.source is None else s.source[0],
         "time": s.boot,
         "mode": s.mode,
         "armed": s.armed,

@@ -6,6 +6,7 @@ from collections.abc import Awaitable, Callable
 from typing import Protocol
 
 from darko_gcs.state.snapshot import Snapshot
+from darko_gcs.station.fleet import Fleet
 from darko_gcs.station.station import Station
 
 __all__ = ["Feed"]
@@ -25,6 +26,10 @@ class Feed(Protocol):
     @property
     def station(self) -> Station | None:
         """The station that talks to the vehicle; None for a recording."""
+
+    @property
+    def fleet(self) -> Fleet | None:
+        """All vehicles on the link; None for a recording."""
 
     @property
     def restart(self) -> Callable[[], Awaitable[None]] | None:

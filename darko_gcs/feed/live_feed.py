@@ -10,9 +10,11 @@ from darko_gcs.feed.outward_link import link_to, outward_address
 from darko_gcs.feed.sitl_process import SitlProcess
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.values import Simulator
+from darko_gcs.station.fleet import Fleet
 from darko_gcs.station.initial_sync import InitialSync
 from darko_gcs.station.station import Station
 from protocol.dialect import mavlink
+from protocol.events import VehicleFound
 from protocol.loopback import open_port_warning
 
 __all__ = ["LiveFeed"]
@@ -22,7 +24,7 @@ class LiveFeed:
     """A vehicle on the link, and the vehicle process if we start it.
 
     Args:
-        station: Talks to the vehicle.
+        station: Has the link, and talks to the first vehicle on it.
         host: Local address to listen on, or an address to connect to (``udpout:``, ``tcp:``, ``serial:``).
         port: Local UDP port; 0: any.
         sitl: Arguments of the vehicle process to start; None starts none.
@@ -40,12 +42,17 @@ class LiveFeed:
         greeting: str = "",
         api_port: int = 0,
     ) -> None:
-        self.station: Station = station
+        self.fleet = Fleet(station)
         self._link = link_to(station, host)
         self._host, self._port, self._sitl = host, port, sitl
         self._greeting, self._api_port = greeting, api_port
         self._process: SitlProcess | None = None
-        self._sync = InitialSync(station)
+        self._syncs: dict[Station, InitialSync] = {}  # of the vehicles that were shown so far
+
+    @property
+    def station(self) -> Station:
+        """The station of the active vehicle."""
+        return self.fleet.active
 
     @property
     def snapshot(self) -> Snapshot:
@@ -66,7 +73,7 @@ class LiveFeed:
         await self._link.open(self._host, self._port)
         self._log(self._link.words)
         is_listening = outward_address(self._host) is None
-        if is_listening and (warning := open_port_warning(self._host, signed=self.station.endpoint.keyring.is_on)):
+        if is_listening and (warning := open_port_warning(self._host, signed=self.fleet.lead.endpoint.keyring.is_on)):
             self._log(warning)
         if self._greeting:
             self._log(self._greeting)
@@ -95,12 +102,13 @@ class LiveFeed:
         self._process = await SitlProcess.start(self._link.port, arguments, self._log, self._api_port)
 
     def _set_simulator(self, state: Simulator) -> None:
-        if state is not self.snapshot.simulator:
-            self.station.snapshot = replace(self.snapshot, simulator=state)
+        for station in self.fleet.every:
+            if state is not station.snapshot.simulator:
+                station.snapshot = replace(station.snapshot, simulator=state)
 
     def note(self, text: str) -> None:
         """Put a text into the recording."""
-        self.station.record_note(text, self._link.now, self._link.time_usec())
+        self.fleet.lead.record_note(text, self._link.now, self._link.time_usec())
 
     async def close(self) -> None:
         """Stop our vehicle process, release the port, close the recording."""
@@ -109,8 +117,9 @@ class LiveFeed:
         await self._link.close()
 
     def advance(self, elapsed: float) -> None:  # noqa: ARG002 - the link has its own clock
-        """Sync with a new vehicle; report when our vehicle process ends by itself."""
-        self._sync.follow(self.station.events(), self._link.now)
+        """Sync with a vehicle that is new or shown for the first time; report when our process ends by itself."""
+        for station in self.fleet.every:
+            self._follow(station)
         if self._process is None:
             return
         if self._process.ending and self.snapshot.simulator is not Simulator.ENDED:
@@ -118,6 +127,16 @@ class LiveFeed:
             self._log(f"{self._process.ending} (Ctrl+R restarts it)")
         elif self._process.is_ready and self.snapshot.simulator is Simulator.STARTING:
             self._set_simulator(Simulator.RUNNING)
+
+    def _follow(self, station: Station) -> None:
+        """Sync with a vehicle once it is shown: of twenty vehicles, nineteen need not send their plans."""
+        events = station.events()
+        if station is self.station and station not in self._syncs:
+            self._syncs[station] = InitialSync(station)
+            vehicle = station.endpoint.vehicle
+            events = events if vehicle is None else [VehicleFound(*vehicle), *events]
+        if station in self._syncs:
+            self._syncs[station].follow(events, self._link.now)
 
     def _log(self, text: str) -> None:
         self.station.add_line(self._link.now, text, mavlink.MAV_SEVERITY_NOTICE)

@@ -7,6 +7,7 @@ from collections.abc import Awaitable, Callable
 
 from darko_gcs.feed.recorded_marks import Mark, MarkKind
 from darko_gcs.state.snapshot import Snapshot
+from darko_gcs.station.fleet import Fleet
 from darko_gcs.station.station import Station
 
 __all__ = ["Player"]
@@ -64,6 +65,11 @@ class Player(ABC):
     def play(self, elapsed: float) -> None:
         """Play on by some playing time [s]."""
         self.seek(self.now + elapsed)
+
+    @property
+    def fleet(self) -> Fleet | None:
+        """A recording is shown of one vehicle."""
+        return None
 
     @property
     def restart(self) -> Callable[[], Awaitable[None]] | None:

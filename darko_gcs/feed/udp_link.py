@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import socket
 import time
 
 from darko_gcs.errors import LinkError
@@ -15,6 +16,7 @@ __all__ = ["UdpLink"]
 
 Address = tuple[str, int]
 TIMER_PERIOD = 0.02  # [s]
+RECEIVE_BUFFER = 1 << 22  # for what twenty vehicles send while screens are drawn; the system may allow less [bytes]
 
 
 class UdpLink(asyncio.DatagramProtocol):
@@ -40,6 +42,7 @@ class UdpLink(asyncio.DatagramProtocol):
         except (OSError, UnicodeError) as error:  # UnicodeError: the text cannot be a host name
             reason = getattr(error, "strerror", None) or "not a host name"
             raise LinkError(f"cannot listen on {host[:64]}:{port}: {reason}") from error
+        transport.get_extra_info("socket").setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVE_BUFFER)
         self._transport = transport
         self._timer = asyncio.create_task(self._run_timer())
         self.port = int(transport.get_extra_info("sockname")[1])

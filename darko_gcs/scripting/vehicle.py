@@ -71,10 +71,15 @@ async def connect(
 
 
 class Vehicle:
-    """A vehicle; made by :func:`connect`. One request at a time: they wait for each other."""
+    """A vehicle; made by :func:`connect`. One request at a time: they wait for each other.
 
-    def __init__(self, link: UdpLink) -> None:
-        self._link, self._station = link, link.station
+    Args:
+        link: How it is reached.
+        station: Its own, if the link's is another vehicle's.
+    """
+
+    def __init__(self, link: UdpLink, station: Station | None = None) -> None:
+        self._link, self._station = link, station or link.station
         self._events: list[Event] = []
         self._types: dict[str, int] = {}
         self._busy = asyncio.Lock()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 from darko_gcs.state.message_log import add_line
@@ -13,6 +13,7 @@ from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
 from darko_gcs.station.family_requests import FamilyRequests
 from darko_gcs.station.flight_plan_requests import FlightPlanRequests
 from darko_gcs.station.leg_prediction_client import LegPredictionClient
+from darko_gcs.station.other_vehicles import OtherVehicles, UnshownVehicles
 from darko_gcs.station.parameter_changes import ParameterChanges
 from darko_gcs.station.parameter_metadata_client import ParameterMetadataClient
 from darko_gcs.station.plan_requests import PlanRequests
@@ -27,16 +28,15 @@ from protocol.errors import FileError, LocalProtocolError
 from protocol.events import Event, VehicleRestarted
 from protocol.frames import LocalFrame
 from protocol.keyring import KeyRecord, Keyring
-from protocol.message import Message, Source, source_of
+from protocol.message import Message, source_of
 from protocol.modes import Mode, custom_mode
 from protocol.signing import is_secret
 from protocol.tlog import TlogWriter
 
-__all__ = ["MAX_OTHER_VEHICLES", "Station"]
+__all__ = ["Station"]
 
 RATE_WINDOW = 2.0  # between updates of message rate and loss [s]
 CONTROL_TIMEOUT = 10.0  # for another station to answer a request for control [s]
-MAX_OTHER_VEHICLES = 4  # beside the selected one that are reported
 _NAN = math.nan
 
 
@@ -47,13 +47,14 @@ class Station(FlightPlanRequests, PlanRequests):
     vehicle's answers to requests are in the snapshot's message log and in ``events``.
 
     One vehicle is selected for good: the first that is heard, or the one asked for. Messages of other vehicles are
-    recorded but not shown.
+    recorded, and left to ``others``.
 
     Args:
         recorder: Records accepted and sent frames. A disk that fails ends the recording, not the flight.
         keyring: Signs, and decides which frames are accepted.
         give_key: Give our key to a vehicle that has none.
         vehicle: System id of the vehicle; None selects the first that is heard.
+        beside: The endpoint that has the link, if this station is for another vehicle on it; see ``Fleet``.
     """
 
     def __init__(
@@ -63,11 +64,13 @@ class Station(FlightPlanRequests, PlanRequests):
         *,
         give_key: bool = False,
         vehicle: int | None = None,
+        beside: GroundEndpoint | None = None,
     ) -> None:
         self._save_failed = False  # of the signing time: reported once
         if keyring is not None:
             keyring.keep = self._keep_safely(keyring.keep)
-        self.endpoint = GroundEndpoint(keyring=keyring, vehicle=vehicle)
+        self.endpoint = GroundEndpoint(keyring=keyring, vehicle=vehicle, beside=beside)
+        self.others: OtherVehicles = UnshownVehicles(self.add_line)
         self.signing = SigningClient(self.endpoint, give_key=give_key)
         self.plans = PlanTransfer(self.endpoint)
         self.leg_predictions = LegPredictionClient(self.endpoint)
@@ -77,7 +80,6 @@ class Station(FlightPlanRequests, PlanRequests):
         self.snapshot: Snapshot = EMPTY_SNAPSHOT
         self.recording_fault = ""  # why the recording ended
         self._recorder = recorder
-        self._others: set[Source] = set()
         self._events: list[Event] = []
         self._last_rate = (0.0, 0)  # time [s] and message count of the last update of the rate
 
@@ -94,9 +96,14 @@ class Station(FlightPlanRequests, PlanRequests):
             now: On the caller's monotonic clock [s].
             time_usec: Since 1970, for the log [us].
         """
-        from_vehicle, restarts = False, self.snapshot.restarts
-        for message in self.endpoint.receive_datagram(data, now):
+        for message in (messages := self.endpoint.receive_datagram(data, now)):
             self._record(bytes(message.get_msgbuf()), time_usec, now)
+        return self.take(messages, now) or (self.endpoint.heard_refused and not self.endpoint.is_present)
+
+    def take(self, messages: Sequence[Message], now: float) -> bool:
+        """Take messages that the endpoint has taken. Returns True if the vehicle sent one."""
+        from_vehicle, restarts = False, self.snapshot.restarts
+        for message in messages:
             if self._is_selected(message, now):
                 self.snapshot = reduce(self.snapshot, message, now)
                 self.parameter_metadata.receive(message, now)
@@ -107,7 +114,7 @@ class Station(FlightPlanRequests, PlanRequests):
         if self.snapshot.restarts != restarts:
             self._handle_restart(now)
         self._collect(now)
-        return from_vehicle or (self.endpoint.heard_refused and not self.endpoint.is_present)
+        return from_vehicle
 
     def tick(self, now: float) -> None:
         """Let time pass: resends, loss of the vehicle, link statistics."""
@@ -118,10 +125,11 @@ class Station(FlightPlanRequests, PlanRequests):
         self._collect(now)
         self.snapshot = self._parameter_changes.handle_timer(self.snapshot, now)
         self._update_rate(now)
+        self.others.tick(now)
 
     def outgoing(self, now: float, time_usec: int) -> list[bytes]:
         """Datagrams to send now; they are recorded as sent."""
-        datagrams = self.endpoint.datagrams_to_send()
+        datagrams = self.endpoint.datagrams_to_send() + self.others.outgoing()
         for data in datagrams:
             self._record(data, time_usec, now)
         return datagrams
@@ -317,14 +325,11 @@ class Station(FlightPlanRequests, PlanRequests):
             self.snapshot = replace(self.snapshot, signing=state, refused=refused)
 
     def _is_selected(self, message: Message, now: float) -> bool:
-        """True if the selected vehicle sent the message; another vehicle is reported once."""
-        source, vehicle = source_of(message), self.endpoint.vehicle
-        if vehicle is not None and source[0] == vehicle[0]:
+        """True if the selected vehicle sent the message."""
+        vehicle = self.endpoint.vehicle
+        if vehicle is not None and source_of(message)[0] == vehicle[0]:
             return True
-        is_vehicle = message.get_type() == "HEARTBEAT" and message.autopilot != mavlink.MAV_AUTOPILOT_INVALID
-        if is_vehicle and source not in self._others and len(self._others) < MAX_OTHER_VEHICLES:
-            self._others.add(source)
-            self.add_line(now, f"Another vehicle, {source[0]}/{source[1]}, is on the link: it is not shown")
+        self.others.take(message, now)
         return False
 
     def _handle_restart(self, now: float) -> None:

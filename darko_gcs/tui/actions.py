@@ -61,6 +61,15 @@ class ActionHandler(Protocol):
     def show_next_page(self) -> None:
         """Turn the page of the flight panel."""
 
+    def ask_fleet(self) -> None:
+        """Ask for a command to all vehicles, then send it."""
+
+    def choose_next_vehicle(self, step: int) -> None:
+        """Make another vehicle the active one."""
+
+    def change_strip(self) -> None:
+        """Show more or fewer lines of the vehicles' strip."""
+
     def ask_restart(self) -> None:
         """Restart our simulated vehicle, after asking if it flies."""
 
@@ -224,6 +233,22 @@ ACTIONS = (
     ),
     Action(
         key="n", name="more", label="", help="Flight panel: next page", run=lambda app: app.show_next_page(),
+        needs_vehicle=False,
+    ),
+    Action(
+        key="f", name="fleet", label="", help="Fleet: command all vehicles", run=lambda app: app.ask_fleet(),
+        needs_vehicle=False,
+    ),
+    Action(
+        key="o", name="next_vehicle", label="", help="Other vehicle: show and command the next one on the link",
+        run=lambda app: app.choose_next_vehicle(1), needs_vehicle=False,
+    ),
+    Action(
+        key="O", name="previous_vehicle", label="", help="Other vehicle: the one before",
+        run=lambda app: app.choose_next_vehicle(-1), needs_vehicle=False,
+    ),
+    Action(
+        key="w", name="strip", label="", help="Vehicles: a few lines, all, none", run=lambda app: app.change_strip(),
         needs_vehicle=False,
     ),
     Action(

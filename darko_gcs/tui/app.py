@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 from datetime import datetime
 from typing import ClassVar
 
-from textual import events
+from textual import events, on
 from textual.app import App, SystemCommand
 from textual.binding import Binding, BindingType
 from textual.screen import ModalScreen, Screen
@@ -16,6 +16,7 @@ from darko_gcs.errors import GroundError
 from darko_gcs.feed.feed import Feed
 from darko_gcs.state.text import format_time
 from darko_gcs.tui.actions import ACTIONS, Action, Request, control_question, disarm_question
+from darko_gcs.tui.fleet_dialogs import armed_words, ask_fleet, fleet_snapshots, named
 from darko_gcs.tui.help_texts import COLOUR_MEANINGS, KEY_SYMBOLS, QUESTION_RULES
 from darko_gcs.tui.plan_draft import PlanDraft
 from darko_gcs.tui.screens.dialogs import AskScreen, ConfirmScreen, HelpScreen, QuitScreen, parse_number
@@ -27,6 +28,7 @@ from darko_gcs.tui.screens.parameters_screen import ParametersScreen
 from darko_gcs.tui.screenshot import save_screenshot
 from darko_gcs.tui.typed_keys import TypedKeys
 from darko_gcs.tui.ways_out import watch_signals
+from darko_gcs.tui.widgets.fleet_strip import FleetStrip
 from darko_gcs.tui.widgets.flight_panel import FlightPanel
 from darko_gcs.tui.widgets.map_panel import MapPanel
 from darko_gcs.tui.widgets.movable_map import MovableMap
@@ -37,6 +39,7 @@ __all__ = ["GroundStationApp"]
 REFRESH_PERIOD = 0.1  # [s]
 ACTION_BY_NAME = {action.name: action for action in ACTIONS}
 FLIGHT_ACTIONS = {action.name: action.key for action in ACTIONS if action.needs_vehicle}
+FLEET_ACTIONS = frozenset({"fleet", "next_vehicle", "previous_vehicle", "strip"})
 FORWARD_STATES = frozenset({mavlink.MAV_VTOL_STATE_FW, mavlink.MAV_VTOL_STATE_TRANSITION_TO_FW})
 
 
@@ -110,6 +113,8 @@ class GroundStationApp(App[int]):
             if isinstance(screen, FlightScreen | FlightPlanScreen | MissionScreen | ParametersScreen | MessagesScreen):
                 screen.now = self.feed.now
                 screen.snapshot = self.feed.snapshot
+            if isinstance(screen, FlightScreen):
+                screen.fleet = fleet_snapshots(self.feed)
 
     # Actions
 
@@ -117,6 +122,8 @@ class GroundStationApp(App[int]):
         """Flight commands exist on the flight screen of a vehicle only: elsewhere their keys mean something else."""
         if action == "act" and parameters and parameters[0] in FLIGHT_ACTIONS:
             return self.feed.station is not None and isinstance(self.screen, FlightScreen)
+        if action == "act" and parameters and parameters[0] in FLEET_ACTIONS:
+            return self.feed.fleet is not None and isinstance(self.screen, FlightScreen)
         if action == "act" and parameters == ("restart",):
             return self.feed.station is not None
         return super().check_action(action, parameters)
@@ -154,7 +161,7 @@ class GroundStationApp(App[int]):
             if yes:
                 then()
 
-        self.push_screen(ConfirmScreen(question), answered)
+        self.push_screen(ConfirmScreen(named(self.feed, question)), answered)
 
     def request(self, request: Request) -> None:
         """Send a request to the vehicle; none on a recording."""
@@ -182,7 +189,7 @@ class GroundStationApp(App[int]):
                 height = float(values[0])
                 self.request(lambda station, now: station.take_off(height, now))
 
-        self.push_screen(AskScreen("Take off", [("Height above home [m]", "3")]), answered)
+        self.push_screen(AskScreen(named(self.feed, "Take off"), [("Height above home [m]", "3")]), answered)
 
     def ask_go_to(self) -> None:
         """Ask for the point, then go there."""
@@ -198,7 +205,7 @@ class GroundStationApp(App[int]):
                 north, east, height = (float(value) for value in values)
                 self.request(lambda station, now: station.go_to(north, east, height, now))
 
-        self.push_screen(AskScreen("Go to", fields), answered)
+        self.push_screen(AskScreen(named(self.feed, "Go to"), fields), answered)
 
     def ask_transition(self) -> None:
         """Ask, then transition in the direction of the question, whatever the state is by then."""
@@ -228,7 +235,28 @@ class GroundStationApp(App[int]):
                 speed, over_ground = float(values[0]), values[1] == "1"
                 self.request(lambda station, now: station.change_speed(speed, now, over_ground=over_ground))
 
-        self.push_screen(AskScreen("Change speed", fields, check), answered)
+        self.push_screen(AskScreen(named(self.feed, "Change speed"), fields, check), answered)
+
+    def ask_fleet(self) -> None:
+        """Ask for a command to all vehicles, then send it."""
+        ask_fleet(self, self.feed)
+
+    def choose_next_vehicle(self, step: int) -> None:
+        """Make another vehicle the active one."""
+        if self.feed.fleet is not None:
+            self.feed.fleet.choose_next(step)
+            self.pull()
+
+    @on(FleetStrip.Chosen)
+    def _choose_vehicle(self, event: FleetStrip.Chosen) -> None:
+        if self.feed.fleet is not None:
+            self.feed.fleet.choose(event.system)
+            self.pull()
+
+    def change_strip(self) -> None:
+        """Show more or fewer lines of the vehicles' strip."""
+        if isinstance(self.screen, FlightScreen):
+            self.screen.change_strip()
 
     def show_mission(self) -> None:
         """Open the mission screen, once."""
@@ -291,8 +319,8 @@ class GroundStationApp(App[int]):
         """Restart the simulator that ``--sitl`` started; ask first if its vehicle is armed."""
         if self.feed.restart is None:
             self.notify("There is no simulator of ours to restart (see --sitl)", severity="warning")
-        elif self.feed.snapshot.armed and not self.feed.snapshot.lost:
-            self._confirm("The vehicle is armed. Restart the simulator?", self._restart)
+        elif (armed := armed_words(self.feed)) and not self.feed.snapshot.lost:
+            self._confirm(f"{armed} Restart the simulator?", self._restart)
         else:
             self._restart()
 
@@ -304,9 +332,9 @@ class GroundStationApp(App[int]):
         """Quit; ask first if the vehicle is armed or the plan would be lost."""
         if isinstance(self.screen, QuitScreen):
             return
-        reasons = []
-        if self.feed.snapshot.armed and self.feed.station is not None:
-            reasons.append("The vehicle is armed.")
+        reasons: list[str] = []
+        if self.feed.station is not None:
+            reasons += filter(None, [armed_words(self.feed)])
         if self.draft.is_at_risk:
             reasons.append("The plan is neither saved nor on the vehicle.")
         if reasons:

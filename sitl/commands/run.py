@@ -28,7 +28,10 @@ examples:
   darko-sitl --controller indi        one incremental law instead of the hybrid controller
   darko-sitl --airframe published     the constants that ENAC published (see: darko-sitl airframe)
   darko-sitl --arena voliere --flight-plan room.xml   fly the blocks of a plan
+  darko-sitl --vehicles 5             five of them, system ids 1 to 5, on the same port
   darko-sitl --scenario far-target    an experiment of the report, for a ground station to watch
+
+Of several vehicles none sees another: collisions between them are not simulated.
 
 The vehicle is system 1, component 1. It answers everyone who speaks to it. QGroundControl finds it on port 14550,
 MAVSDK on udpin://127.0.0.1:14540. Stop it with Ctrl-C.
@@ -128,6 +131,23 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
         metavar="NAME=VALUE",
         help="set a parameter for this run; may be repeated",
     )
+    fleet = parser.add_argument_group("several vehicles")
+    fleet.add_argument(
+        "--vehicles",
+        type=_count,
+        default=1,
+        metavar="N",
+        help="fly N vehicles on one port; each has its own seed (--seed and up), home, and state folder (vehicle-ID in "
+        "the folder of --state-dir). They do not see one another and cannot collide [1]",
+    )
+    fleet.add_argument("--sysid", type=_system, default=1, metavar="FIRST", help="system id, or the first of them [1]")
+    fleet.add_argument(
+        "--spacing",
+        type=_spacing,
+        default=5.0,
+        metavar="M",
+        help="they start on a square grid, east and north of --start, so far apart [5]",
+    )
     plan = parser.add_argument_group("flight plan (see: darko-sitl plan)")
     plan.add_argument(
         "--flight-plan",
@@ -215,7 +235,11 @@ def run(args: argparse.Namespace) -> int:
     for option in ("names", "procedures"):
         if getattr(args, f"flight_plan_{option}") is not None and args.flight_plan is None:
             raise SitlError(f"--flight-plan-{option} needs --flight-plan")
-    from sitl.process import fly  # noqa: PLC0415 - --help must not load the compiler
+    if args.vehicles > 1:
+        from sitl.fleet.fleet_process import fly_fleet  # noqa: PLC0415 - --help must not load the compiler
+
+        return fly_fleet(args)
+    from sitl.process import fly  # noqa: PLC0415
 
     return fly(args, _silently if args.quiet else _aloud)
 
@@ -257,6 +281,27 @@ def _seed(text: str) -> int:
     value = _whole_number(text)
     if value < 0:
         raise argparse.ArgumentTypeError(f"{text} is negative")
+    return value
+
+
+def _count(text: str) -> int:
+    value = _whole_number(text)
+    if value < 1:
+        raise argparse.ArgumentTypeError(f"{text} is not a number of vehicles")
+    return value
+
+
+def _system(text: str) -> int:
+    value = _whole_number(text)
+    if not 1 <= value <= 254:  # 255 is the ground station's usual id
+        raise argparse.ArgumentTypeError(f"{text} is not a vehicle's system id, 1 to 254")
+    return value
+
+
+def _spacing(text: str) -> float:
+    value = _number(text)
+    if value <= 0.0:
+        raise argparse.ArgumentTypeError(f"{text} is not a distance above 0")
     return value
 
 

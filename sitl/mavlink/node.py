@@ -44,7 +44,7 @@ from sitl.mavlink.telemetry.telemetry_service import PERIOD_US, TelemetryService
 from sitl.mavlink.telemetry.vehicle_snapshot import VehicleSnapshot
 from sitl.persistence import StateFolder
 
-SYSTEM, COMPONENT = 1, 1
+COMPONENT = 1
 OWN_COMMANDS = {
     *answered_by(MaintenanceCommands, int),
     *answered_by(FailureService, int),
@@ -67,6 +67,8 @@ class Node:
         autopilot_type: MAV_AUTOPILOT that it reports.
         exit_refusal: Why no peer may reboot or shut it down; empty if they may.
         stored_plan_first: Load the stored flight plan even if the aircraft has one.
+        system: Its system id.
+        forwards: Forward messages from peer to peer.
 
     Raises:
         SitlError: A stored file cannot be read.
@@ -83,12 +85,16 @@ class Node:
         autopilot_type: int = mavlink.MAV_AUTOPILOT_PX4,
         exit_refusal: str = "",
         stored_plan_first: bool = False,
+        system: int = 1,
+        forwards: bool = True,
     ) -> None:
         self.aircraft, self.state_folder = aircraft, state_folder
         autopilot, keyring = aircraft.autopilot, keyring or Keyring()
         home = StoredHome(autopilot, state_folder)  # before the plans, which are relative to it
         plans = StoredPlans(autopilot, state_folder)
-        self.endpoint = endpoint = self._make_endpoint(plans, peers, keyring, recorder)
+        self.endpoint = endpoint = self._make_endpoint(
+            plans, peers, keyring, recorder, system=system, forwards=forwards
+        )
         self._broadcast = broadcast = Broadcast(endpoint, aircraft, recorder)
         _save_keys_through(broadcast, keyring)
         self._telemetry = telemetry = TelemetryService(aircraft, endpoint, autopilot_type)
@@ -136,7 +142,7 @@ class Node:
             self._reporter,
             telemetry,
             home_service,
-            SteeringService(autopilot, broadcast, SYSTEM),
+            SteeringService(autopilot, broadcast, system),
             PoseService(aircraft, broadcast),
             ObstacleService(autopilot, broadcast),
             PredictionService(autopilot, endpoint),
@@ -152,12 +158,19 @@ class Node:
             self._flight_plan.load_stored()
 
     def _make_endpoint(
-        self, plans: StoredPlans, peers: Sequence[Hashable], keyring: Keyring, recorder: FlightRecorder | None
+        self,
+        plans: StoredPlans,
+        peers: Sequence[Hashable],
+        keyring: Keyring,
+        recorder: FlightRecorder | None,
+        *,
+        system: int,
+        forwards: bool,
     ) -> VehicleEndpoint:
         logs = recorder or NoFiles()
         files = VehicleFiles(parameters=lambda: self.endpoint.parameters, plan=self._plan, logs=logs)
         return VehicleEndpoint(
-            system=SYSTEM,
+            system=system,
             component=COMPONENT,
             commands=frozenset({*commands.HANDLERS, *OWN_COMMANDS}),
             parameters=self.aircraft.configuration.wire_table(),
@@ -176,12 +189,18 @@ class Node:
             keyring=keyring,
             files=files,
             logs=logs,
+            forwards=forwards,
         )
 
     def _plan(self, kind: int) -> tuple[MissionItem, ...]:
         return self.endpoint.plan(kind)
 
     # The link
+
+    @property
+    def forwards(self) -> bool:
+        """Whether it forwards messages from peer to peer."""
+        return self.endpoint.forwards
 
     @property
     def peers(self) -> tuple[Hashable, ...]:

@@ -7,7 +7,8 @@ import pytest
 
 from darko_gcs.state.message_log import MAX_LINES
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT
-from darko_gcs.station.station import MAX_OTHER_VEHICLES, Station
+from darko_gcs.station.other_vehicles import MAX_OTHER_VEHICLES
+from darko_gcs.station.station import Station
 from darko_gcs.tui.app import GroundStationApp
 from darko_gcs.tui.widgets.actuator_panel import ActuatorPanel
 from darko_gcs.tui.widgets.attitude_panel import AttitudePanel

@@ -20,7 +20,7 @@ class FakeFeed:
     def __init__(self, snapshot):
         self.snapshot, self.now = snapshot, 100.5
         self.station = RequestRecorder(snapshot)
-        self.closed, self.notes, self.restart = False, [], None
+        self.closed, self.notes, self.restart, self.fleet = False, [], None, None
 
     @property
     def requests(self):

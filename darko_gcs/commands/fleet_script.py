@@ -1,0 +1,75 @@
+"""A command for scripts to every vehicle on the link: all are asked at once, and each has its own answer."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from typing import TYPE_CHECKING
+
+from darko_gcs.commands.script_options import Job, Result, plain, tell_where
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from darko_gcs.scripting import Vehicle
+
+__all__ = ["run_script_for_all"]
+
+
+def run_script_for_all(args: argparse.Namespace, job: Job, words: Callable[[Result], str]) -> int:
+    """Connect, do a job with every vehicle and print the results; the exit code, 4 if it failed with one of them.
+
+    Args:
+        args: With the options of ``add_script_options``.
+        job: Gives what is printed of a vehicle as JSON.
+        words: The same for a person.
+
+    Raises:
+        GroundError: No vehicle is heard, and the output is for a person.
+    """
+    import asyncio  # noqa: PLC0415 - --help must be quick
+
+    from darko_gcs.errors import FlightError, GroundError  # noqa: PLC0415
+
+    try:
+        results = asyncio.run(_of_all(args, job))
+    except GroundError as error:
+        if not args.json:
+            raise
+        print(json.dumps({"ok": False, "error": str(error), "exit_code": error.exit_code}))
+        return error.exit_code
+    failed = [system for system, result in results.items() if isinstance(result, Exception)]
+    code = FlightError.exit_code if failed else 0
+    if args.json:
+        told = {
+            str(system): {"ok": False, "error": str(result)}
+            if isinstance(result, Exception)
+            else {"ok": True, **result}
+            for system, result in results.items()
+        }
+        print(json.dumps({"ok": not failed, "vehicles": plain(told)} | ({"exit_code": code} if failed else {})))
+        return code
+    for system, result in results.items():
+        print(f"vehicle {system}: {result if isinstance(result, Exception) else words(result)}")
+    return code
+
+
+async def _of_all(args: argparse.Namespace, job: Job) -> dict[int, Result | Exception]:
+    import asyncio  # noqa: PLC0415 - --help must be quick
+
+    from darko_gcs.errors import FlightError, GroundError  # noqa: PLC0415
+    from darko_gcs.scripting.vehicles import connect_all  # noqa: PLC0415
+    from protocol.errors import ProtocolError  # noqa: PLC0415
+
+    async def answer(vehicle: Vehicle) -> Result | Exception:
+        try:
+            return await asyncio.wait_for(job(vehicle), args.timeout)
+        except TimeoutError:
+            return FlightError(f"not done within {args.timeout:g} s")
+        except (GroundError, ProtocolError) as error:
+            return error
+
+    tell_where(args)
+    async with connect_all(args.host, args.port, signing_key=args.signing_key, timeout=args.timeout) as vehicles:
+        answers = await asyncio.gather(*map(answer, vehicles.values()))
+        return dict(zip(vehicles, answers, strict=True))
