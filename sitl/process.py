@@ -46,7 +46,7 @@ from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start
 from sitl.simulation.tuning import CONTROLLERS
 from sitl.timing import PERIOD
-from sitl.warm_up import make_ready
+from sitl.warm_up import first_start, make_ready
 
 MAX_LISTENING = 0.002  # to peers, before the vehicle flies on: a flood must not stop it [s]
 AUTOPILOT_TYPES = {"px4": mavlink.MAV_AUTOPILOT_PX4, "generic": mavlink.MAV_AUTOPILOT_GENERIC}
@@ -95,19 +95,20 @@ def _run(
     if warning := open_port_warning(args.bind, signed=keyring.is_on):
         print(f"darko-sitl: {warning}", file=sys.stderr, flush=True)  # --quiet or not
     try:
-        aircraft = build_aircraft(args)
-        node = Node(
-            aircraft,
-            StateFolder(_state_dir(args)),
-            peers=_peers(args),
-            keyring=keyring,
-            recorder=recorder,
-            autopilot_type=AUTOPILOT_TYPES[args.autopilot],
-            exit_refusal=SCENARIO_EXIT_REFUSAL if isinstance(aircraft, ScenarioAircraft) else "",
-        )
-        node.know(known)
         began = time.monotonic()
-        make_ready(aircraft, say)
+        with first_start(say) as helper:
+            aircraft = build_aircraft(args)
+            node = Node(
+                aircraft,
+                StateFolder(_state_dir(args)),
+                peers=_peers(args),
+                keyring=keyring,
+                recorder=recorder,
+                autopilot_type=AUTOPILOT_TYPES[args.autopilot],
+                exit_refusal=SCENARIO_EXIT_REFUSAL if isinstance(aircraft, ScenarioAircraft) else "",
+            )
+            node.know(known)
+            make_ready(aircraft, helper)
         took = time.monotonic() - began
         if keyring.is_on:
             say("signing is on: unsigned commands are refused")

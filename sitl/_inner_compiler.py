@@ -1,0 +1,76 @@
+"""How numba compiles what only lives on in its callers, and what only ties compiled parts together.
+
+By itself it optimises and translates each function anew in every function that calls it: a first start would take half
+as long again. The code that flies is the same.
+"""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import CompilerBase, DefaultPassBuilder
+
+
+class _NoMachineCode:
+    """Stands for the code generator where numba would write into machine code that is not there."""
+
+    def set_env(self, name: str, environment: Any) -> None:  # noqa: ANN401
+        """Nothing keeps it: only Python objects would need it, which compiled flight code has none of."""
+
+
+class _Inner(JITCodeLibrary):  # type: ignore[misc]
+    """Code that is linked into that of its callers and never called by itself: no machine code is made of it."""
+
+    @property
+    def codegen(self) -> _NoMachineCode:
+        """See :class:`_NoMachineCode`."""
+        return _NoMachineCode()
+
+    def get_pointer_to_function(self, name: str) -> int:  # noqa: ARG002
+        """There is none."""
+        return 0
+
+    def _finalize_final_module(self) -> None:
+        self._finalize_dynamic_globals()
+        self._finalized = True
+
+
+class _Whole(JITCodeLibrary):  # type: ignore[misc]
+    """Code around parts that are optimised already."""
+
+    def _optimize_final_module(self) -> None:
+        V = os.environ.get("DF", "c")
+        if V == "3":
+            super()._optimize_final_module()
+            return
+        if V == "1":
+            passes, builder = self._codegen._module_pass_manager(opt=1, loop_vectorize=False)
+        else:
+            passes, builder = self._codegen._module_pass_manager(
+                loop_vectorize=self._codegen._loopvect,
+                slp_vectorize=False,
+                opt=self._codegen._opt_level,
+                cost="cheap",
+            )
+        passes.run(self._final_module, builder)
+
+
+class InnerCompiler(CompilerBase):  # type: ignore[misc]
+    """Numba's own passes, to code of which no machine code is made."""
+
+    def define_pipelines(self) -> list[Any]:
+        """The passes."""
+        self.state.library = _Inner(self.state.targetctx.codegen(), self.state.func_id.func_qualname)
+        return [DefaultPassBuilder.define_nopython_pipeline(self.state)]
+
+
+class WholeCompiler(CompilerBase):  # type: ignore[misc]
+    """Numba's own passes, to code whose parts are not optimised once more."""
+
+    def define_pipelines(self) -> list[Any]:
+        """The passes."""
+        self.state.library = _Whole(self.state.targetctx.codegen(), self.state.func_id.func_qualname)
+        self.state.library.enable_object_caching()
+        return [DefaultPassBuilder.define_nopython_pipeline(self.state)]
