@@ -6,7 +6,6 @@ as long again. The code that flies is the same.
 
 from __future__ import annotations
 
-import os
 from typing import Any
 
 from numba.core.codegen import JITCodeLibrary
@@ -41,19 +40,8 @@ class _Whole(JITCodeLibrary):  # type: ignore[misc]
     """Code around parts that are optimised already."""
 
     def _optimize_final_module(self) -> None:
-        V = os.environ.get("DF", "c")
-        if V == "3":
-            super()._optimize_final_module()
-            return
-        if V == "1":
-            passes, builder = self._codegen._module_pass_manager(opt=1, loop_vectorize=False)
-        else:
-            passes, builder = self._codegen._module_pass_manager(
-                loop_vectorize=self._codegen._loopvect,
-                slp_vectorize=False,
-                opt=self._codegen._opt_level,
-                cost="cheap",
-            )
+        make = self._codegen._module_pass_manager  # noqa: SLF001 - as the code library that this one extends
+        passes, builder = make(opt=0, loop_vectorize=False, slp_vectorize=False, cost="cheap")
         passes.run(self._final_module, builder)
 
 

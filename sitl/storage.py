@@ -233,7 +233,8 @@ def _expression(kind: Any, path: str, scope: dict[str, Any], rows: dict[str, int
     if not _is_compound(kind):
         number = f"kept[{rows[path] * WIDTH} + column]"
         return f"{number} != 0.0" if kind is bool else f"int({number})" if kind is int else number
-    return _made_of(kind, [_expression(part, f"{path}.{name}", scope, rows) for name, part in fields(kind).items()], scope)
+    parts = [_expression(part, f"{path}.{name}", scope, rows) for name, part in fields(kind).items()]
+    return _made_of(kind, parts, scope)
 
 
 def _made_of(kind: Any, parts: list[str], scope: dict[str, Any]) -> str:  # noqa: ANN401

@@ -130,6 +130,7 @@ class FlightArrays:
             "a": self.airframes[0],
             "entry": self._jumps[0],
             "seen": self._looks[0],
+            "sample": np.zeros(1, self.no_samples.dtype)[0],
             "gusts": NO_GUSTS,
             "draws": NO_DRAWS,
             "column": 0,

@@ -176,7 +176,7 @@ class Register:
         return lines
 
     def _tick(self, compiled: Callable[..., Any]) -> tuple[list[str], dict[str, Any]]:
-        """A law's step each in a function of its own: in one for all of them, each would pay for the others' numbers."""
+        """Every law's step in a function of its own, so that none pays for the others' numbers."""
         lines = ["def tick(law, flight, column, reference, design):"]
         scope: dict[str, Any] = {}
         for law, row in self.laws.items():

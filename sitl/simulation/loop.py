@@ -185,7 +185,7 @@ def take_jump(flight: Kept, column: int, row: int, reference: Kept, design: Kept
     put_jump_entry(entry, 0, JumpEntry(periods, source, target, row, v_hover, v_forward, energy))
 
 
-@subroutine
+@part
 def write_sample(flight: Kept, column: int, reference: Kept, design: Kept, sample: Kept) -> None:
     """Write a sample."""
     put_sample(sample, 0, sample_of(flight, column, reference, _v_hover(flight, column, reference, design)))
@@ -285,8 +285,9 @@ def fly(
     return done, kept, noted, end
 
 
-# Parts that do not need one another: two processes compile some each.
-MOTION, SENSES, JUMPS = (tick, move, estimate_wind, move_in_field), (sensed,), (due_now, take_jump, write_look)
+# Parts that do not need one another: two processes compile some each, in about the same time.
+MOTION = (tick, move, estimate_wind, move_in_field, update_field, touch_solids, write_sample)
+SENSES, JUMPS = (sensed,), (due_now, take_jump, write_look)
 
 
 @cache

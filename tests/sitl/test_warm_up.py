@@ -9,6 +9,7 @@ from types import SimpleNamespace
 import pytest
 
 from sitl import warm_up
+from sitl.simulation import loop
 from sitl.warm_up import JUMPS_DONE, PREDICTION_DONE, Helper, first_start, make_ready
 
 ROOT = Path(__file__).parent.parent.parent
@@ -109,7 +110,7 @@ class FakeHelper:
 @pytest.mark.parametrize(
     ("kept", "writable", "compiled", "waited", "said"),
     [
-        (False, True, [["tick", "move", "estimate_wind", "move_in_field"], "all"], [JUMPS_DONE, PREDICTION_DONE], 1),
+        (False, True, [[part.__name__ for part in loop.MOTION], "all"], [JUMPS_DONE, PREDICTION_DONE], 1),
         (False, False, ["all"], [], 1),  # nothing could be handed over
         (True, True, ["all"], [], 0),
     ],
