@@ -19,7 +19,7 @@ class _NoMachineCode:
         """Nothing keeps it: only Python objects would need it, which compiled flight code has none of."""
 
 
-class _Inner(JITCodeLibrary):  # type: ignore[misc]
+class _Inner(JITCodeLibrary):
     """Code that is linked into that of its callers and never called by itself: no machine code is made of it."""
 
     @property
@@ -32,33 +32,33 @@ class _Inner(JITCodeLibrary):  # type: ignore[misc]
         return 0
 
     def _finalize_final_module(self) -> None:
-        self._finalize_dynamic_globals()
+        self._finalize_dynamic_globals()  # type: ignore[no-untyped-call]
         self._finalized = True
 
 
-class _Whole(JITCodeLibrary):  # type: ignore[misc]
+class _Whole(JITCodeLibrary):
     """Code around parts that are optimised already."""
 
     def _optimize_final_module(self) -> None:
         make = self._codegen._module_pass_manager  # noqa: SLF001 - as the code library that this one extends
-        passes, builder = make(opt=0, loop_vectorize=False, slp_vectorize=False, cost="cheap")
+        passes, builder = make(opt=0, loop_vectorize=False, slp_vectorize=False, cost="cheap")  # type: ignore[no-untyped-call]
         passes.run(self._final_module, builder)
 
 
-class InnerCompiler(CompilerBase):  # type: ignore[misc]
+class InnerCompiler(CompilerBase):
     """Numba's own passes, to code of which no machine code is made."""
 
     def define_pipelines(self) -> list[Any]:
         """The passes."""
-        self.state.library = _Inner(self.state.targetctx.codegen(), self.state.func_id.func_qualname)
-        return [DefaultPassBuilder.define_nopython_pipeline(self.state)]
+        self.state.library = _Inner(self.state.targetctx.codegen(), self.state.func_id.func_qualname)  # type: ignore[no-untyped-call]
+        return [DefaultPassBuilder.define_nopython_pipeline(self.state)]  # type: ignore[no-untyped-call]
 
 
-class WholeCompiler(CompilerBase):  # type: ignore[misc]
+class WholeCompiler(CompilerBase):
     """Numba's own passes, to code whose parts are not optimised once more."""
 
     def define_pipelines(self) -> list[Any]:
         """The passes."""
-        self.state.library = _Whole(self.state.targetctx.codegen(), self.state.func_id.func_qualname)
+        self.state.library = _Whole(self.state.targetctx.codegen(), self.state.func_id.func_qualname)  # type: ignore[no-untyped-call]
         self.state.library.enable_object_caching()
-        return [DefaultPassBuilder.define_nopython_pipeline(self.state)]
+        return [DefaultPassBuilder.define_nopython_pipeline(self.state)]  # type: ignore[no-untyped-call]

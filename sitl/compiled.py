@@ -64,10 +64,21 @@ def whole(function: Callable[Args, Result]) -> Callable[Args, Result]:
 
 
 def _kept(function: Callable[Args, Result], **options: Any) -> Callable[Args, Result]:  # noqa: ANN401 - numba's
+    compiled: Callable[Args, Result]
     try:
-        return njit(error_model="numpy", cache=True, nogil=True, no_cfunc_wrapper=True, **options)(function)
+        compiled = bare(cache=True, **options)(function)
     except RuntimeError:  # no folder can be written: neither the cache's, nor the package's, nor the user's
-        return njit(error_model="numpy", nogil=True, no_cfunc_wrapper=True, **options)(function)
+        compiled = bare(**options)(function)
+    return compiled
+
+
+def bare(**options: Any) -> Callable[[Callable[..., Any]], Any]:  # noqa: ANN401 - numba's
+    """What compiles a function with these options, and keeps it nowhere."""
+    make: Any = njit  # its annotations do not know all options
+    decorator: Callable[[Callable[..., Any]], Any] = make(
+        error_model="numpy", nogil=True, no_cfunc_wrapper=True, **options
+    )
+    return decorator
 
 
 def compile_part(function: Callable[..., Any], like: Mapping[str, Any]) -> None:

@@ -11,9 +11,8 @@ from functools import cache
 from typing import Any, NamedTuple
 
 import numpy.typing as npt
-from numba import njit
 
-from sitl.compiled import UNCOUNTED, kernel, part, subroutine, whole
+from sitl.compiled import UNCOUNTED, bare, kernel, part, subroutine, whole
 from sitl.control.governor import activity
 from sitl.control.reference import Reference
 from sitl.model.airframe import Array
@@ -303,4 +302,4 @@ def fly_with(register: Register) -> Callable[..., tuple[int, int, int, int]]:
     for function in (tick, due_now, take_jump, write_sample, write_look):
         scope[function.__name__] = subroutine(anew(function))
     scope["advance"] = kernel(anew(advance))
-    return njit(error_model="numpy", nogil=True, **UNCOUNTED)(anew(fly))
+    return bare(**UNCOUNTED)(anew(fly))  # type: ignore[no-any-return]
