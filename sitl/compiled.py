@@ -73,7 +73,7 @@ def _kept(function: Callable[Args, Result], **options: Any) -> Callable[Args, Re
 
 
 def bare(**options: Any) -> Callable[[Callable[..., Any]], Any]:  # noqa: ANN401 - numba's
-    """What compiles a function with these options, and keeps it nowhere."""
+    """What compiles a function that Python may call, with these options of numba besides."""
     make: Any = njit  # its annotations do not know all options
     decorator: Callable[[Callable[..., Any]], Any] = make(
         error_model="numpy", nogil=True, no_cfunc_wrapper=True, **options
