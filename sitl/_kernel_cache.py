@@ -16,6 +16,7 @@ from pathlib import Path
 from platformdirs import user_cache_path
 
 COMPILED_FILES = (
+    "_inner_compiler.py",
     "compiled.py",
     "storage.py",
     "timing.py",

@@ -16,8 +16,16 @@ from numba import njit, typeof
 from numba.core.dispatcher import Dispatcher
 from numba.extending import register_jitable
 
+from sitl._inner_compiler import InnerCompiler, WholeCompiler
+
 # What is only called from compiled code needs no door for Python or C: that saves a third of the compiling.
-INNER = {"error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+INNER = {
+    "error_model": "numpy",
+    "no_cpython_wrapper": True,
+    "no_cfunc_wrapper": True,
+    "pipeline_class": InnerCompiler,
+}
+COUNTED, UNCOUNTED = {"_nrt": True}, {"_nrt": False}  # references to arrays; what makes or returns one needs them
 INLINED = {**INNER, "forceinline": True}
 
 Args = ParamSpec("Args")
@@ -35,14 +43,42 @@ def subroutine(function: Callable[Args, Result]) -> Callable[Args, Result]:
 
 
 def entry(function: Callable[Args, Result]) -> Callable[Args, Result]:
-    """What Python calls compiled, or what is compiled on its own so that processes can share the work of a first start.
+    """What Python calls compiled. It is kept on disk after the first time, where there is a folder for it.
 
-    It is kept on disk after the first time, where there is a folder for it; other threads may run beside it.
+    Other threads may run beside it.
     """
+    return _kept(function, **COUNTED)
+
+
+def part(function: Callable[Args, Result]) -> Callable[Args, Result]:
+    """An entry that makes no array: the references to those it is given are not counted, which is dear.
+
+    It is compiled on its own, so that processes can share the work of a first start.
+    """
+    return _kept(function, **UNCOUNTED)
+
+
+def whole(function: Callable[Args, Result]) -> Callable[Args, Result]:
+    """A part that calls other parts, and leaves them as they are compiled."""
+    return _kept(function, **UNCOUNTED, pipeline_class=WholeCompiler)
+
+
+def _kept(function: Callable[Args, Result], **options: Any) -> Callable[Args, Result]:  # noqa: ANN401 - numba's
+    compiled: Callable[Args, Result]
     try:
-        return njit(error_model="numpy", cache=True, nogil=True)(function)
+        compiled = bare(cache=True, **options)(function)
     except RuntimeError:  # no folder can be written: neither the cache's, nor the package's, nor the user's
-        return njit(error_model="numpy", nogil=True)(function)
+        compiled = bare(**options)(function)
+    return compiled
+
+
+def bare(**options: Any) -> Callable[[Callable[..., Any]], Any]:  # noqa: ANN401 - numba's
+    """What compiles a function that Python may call, with these options of numba besides."""
+    make: Any = njit  # its annotations do not know all options
+    decorator: Callable[[Callable[..., Any]], Any] = make(
+        error_model="numpy", nogil=True, no_cfunc_wrapper=True, **options
+    )
+    return decorator
 
 
 def compile_part(function: Callable[..., Any], like: Mapping[str, Any]) -> None:

@@ -47,7 +47,7 @@ from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start
 from sitl.simulation.tuning import CONTROLLERS
 from sitl.timing import PERIOD
-from sitl.warm_up import make_ready
+from sitl.warm_up import first_start, make_ready
 
 MAX_LISTENING = 0.002  # to peers, before the vehicle flies on: a flood must not stop it [s]
 AUTOPILOT_TYPES = {"px4": mavlink.MAV_AUTOPILOT_PX4, "generic": mavlink.MAV_AUTOPILOT_GENERIC}
@@ -96,11 +96,12 @@ def _run(
     keyring, recorder = open_keys(args), open_recorder(args)
     warn_of_open_port(args, signed=keyring.is_on)
     try:
-        node = build_node(args, keyring, recorder, stored_plan_first=plan_was_sent)
-        aircraft = node.aircraft
-        node.know(known)
         began = time.monotonic()
-        make_ready(aircraft, say)
+        with first_start(say) as helper:
+            node = build_node(args, keyring, recorder, stored_plan_first=plan_was_sent)
+            aircraft = node.aircraft
+            node.know(known)
+            make_ready(aircraft, helper)
         took = time.monotonic() - began
         if keyring.is_on:
             say("signing is on: unsigned commands are refused")

@@ -177,16 +177,13 @@ def access(root: type, path: str = "") -> Access:
     rows = _rows(root)
     inside = [Leaf(leaf.path, leaf.kind, rows[where + leaf.path]) for leaf in leaves(kind)]
     scope: dict[str, Any] = {}
-    of_record = _expression(kind, f"kept{_keyed(where)}", "", scope, None)
-    of_block = _expression(kind, "", "", scope, {leaf.path: leaf.row for leaf in inside})
-    get = _chosen(f"return {of_record}", f"return {of_block}", "kept, column", scope)
-    put = _chosen(
-        "\n    ".join(f"kept{_keyed(where + leaf.path)} = value{_indexed(kind, leaf.path)}" for leaf in inside),
-        "\n    ".join(f"kept[{leaf.row * WIDTH} + column] = value{_indexed(kind, leaf.path)}" for leaf in inside),
-        "kept, column, value",
-        scope,
-    )
-    return Access(get, put)
+    place = f"kept{_keyed(where)}"
+    parts: list[str] = []
+    of_record = _read(kind, place, scope, parts)
+    of_block = _expression(kind, "", scope, {leaf.path: leaf.row for leaf in inside})
+    get = _chosen([*parts, f"return {of_record}"], [f"return {of_block}"], "kept, column", scope)
+    stored = [f"kept[{leaf.row * WIDTH} + column] = value{_indexed(kind, leaf.path)}" for leaf in inside]
+    return Access(get, _chosen(_written(kind, place, "value"), stored, "kept, column, value", scope))
 
 
 @cache
@@ -209,23 +206,49 @@ def _indexed(kind: Any, path: str) -> str:  # noqa: ANN401
     return said
 
 
-def _expression(kind: Any, prefix: str, path: str, scope: dict[str, Any], rows: dict[str, int] | None) -> str:  # noqa: ANN401
+def _read(kind: Any, place: str, scope: dict[str, Any], parts: list[str]) -> str:  # noqa: ANN401
+    """The value at a place in a record; adds a line to ``parts`` for every part of it, so that none is sought twice."""
     if not _is_compound(kind):
-        if rows is None:
-            return f"{prefix}{_keyed(path)}"
+        return place
+    part = f"part_{len(parts)}"
+    parts.append(f"{part} = {place}")
+    inside = [_read(inner, f'{part}["{name}"]', scope, parts) for name, inner in fields(kind).items()]
+    return _made_of(kind, inside, scope)
+
+
+def _written(kind: Any, place: str, value: str) -> list[str]:  # noqa: ANN401
+    """Lines that put a value at a place in a record."""
+    if not _is_compound(kind):
+        return [f"{place} = {value}"]
+    is_plain = get_origin(kind) is tuple
+    part = "part_" + "".join(letter if letter.isalnum() else "_" for letter in place)
+    lines = [f"{part} = {place}"]
+    for i, (name, inner) in enumerate(fields(kind).items()):
+        lines += _written(inner, f'{part}["{name}"]', f"{value}[{i}]" if is_plain else f"{value}.{name}")
+    return lines
+
+
+def _expression(kind: Any, path: str, scope: dict[str, Any], rows: dict[str, int]) -> str:  # noqa: ANN401
+    """The value in a block's column."""
+    if not _is_compound(kind):
         number = f"kept[{rows[path] * WIDTH} + column]"
         return f"{number} != 0.0" if kind is bool else f"int({number})" if kind is int else number
-    parts = [_expression(part, prefix, f"{path}.{name}", scope, rows) for name, part in fields(kind).items()]
+    parts = [_expression(part, f"{path}.{name}", scope, rows) for name, part in fields(kind).items()]
+    return _made_of(kind, parts, scope)
+
+
+def _made_of(kind: Any, parts: list[str], scope: dict[str, Any]) -> str:  # noqa: ANN401
     if get_origin(kind) is tuple:
         return f"({', '.join(parts)},)"
     return f"{_name_in(scope, kind)}({', '.join(parts)})"
 
 
-def _chosen(of_record: str, of_block: str, arguments: str, scope: dict[str, Any]) -> Callable[..., Any]:
-    """A function whose body depends on what it is given, in compiled code and in Python."""
+def _chosen(of_record: list[str], of_block: list[str], arguments: str, scope: dict[str, Any]) -> Callable[..., Any]:
+    """A function whose lines depend on what it is given, in compiled code and in Python."""
 
-    def made(body: str) -> Callable[..., Any]:
+    def made(lines: list[str]) -> Callable[..., Any]:
         names = dict(scope)
+        body = "\n    ".join(lines)
         exec(compile(f"def made({arguments}):\n    {body}\n", "<access>", "exec"), names)  # noqa: S102 - made above
         return names["made"]  # type: ignore[no-any-return]
 

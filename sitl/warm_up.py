@@ -7,8 +7,8 @@ import select
 import subprocess
 import sys
 import time
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from typing import Self
 
 from sitl._kernel_cache import can_keep, is_complete, mark_complete
@@ -18,7 +18,11 @@ from sitl.defaults import AIRFRAME
 from sitl.model.airframe_files import load
 from sitl.prediction.chooser import LegEnd
 from sitl.prediction.predictor import Abilities, Leg, predict_forward, predict_hover
+from sitl.sensors.sensor_files import load_sensors
 from sitl.simulation import loop
+from sitl.simulation.arrays import FlightArrays
+from sitl.simulation.avionics import Navigation, equipped
+from sitl.simulation.dispatch import REGISTER
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.tuning import Tuning
 
@@ -27,26 +31,40 @@ JUMPS_DONE, PREDICTION_DONE = b"j", b"p"  # what a helper writes when it has com
 PROGRAM = "import os; from sitl.warm_up import compile_share; compile_share(lambda text: os.write(1, text))"
 
 
-def make_ready(aircraft: Aircraft, say: Callable[[str], None]) -> None:
-    """Compile everything that flies and decides, or load what an earlier start has compiled. Nothing moves.
+@contextmanager
+def first_start(say: Callable[[str], None]) -> Iterator[Helper | None]:
+    """Begin to compile beside the making of the vehicle, if nothing is kept of an earlier start.
 
     Args:
-        aircraft: The vehicle.
         say: Takes a text for the user if something is to be compiled.
+
+    Yields:
+        The process that compiles, for :func:`make_ready`; None where there is no use for one.
     """
     is_cached = is_complete()
     if not is_cached:
         say("compiling the flight model, the laws and the prediction (kept for the next start)")
     if is_cached or not can_keep():
-        aircraft.vehicle.warm_up()
-        _plan_leg(aircraft)
+        yield None
     else:
         with Helper() as helper:
-            aircraft.vehicle.warm_up_parts(loop.MOTION)
-            helper.wait_for(JUMPS_DONE)
-            aircraft.vehicle.warm_up()
-            helper.wait_for(PREDICTION_DONE)
-            _plan_leg(aircraft)
+            yield helper
+
+
+def make_ready(aircraft: Aircraft, helper: Helper | None = None) -> None:
+    """Compile everything that flies and decides, or load what an earlier start has compiled. Nothing moves.
+
+    Args:
+        aircraft: The vehicle.
+        helper: Who compiles a share of it.
+    """
+    if helper is not None:
+        aircraft.vehicle.warm_up_parts(loop.MOTION)
+        helper.wait_for(JUMPS_DONE)
+    aircraft.vehicle.warm_up()
+    if helper is not None:
+        helper.wait_for(PREDICTION_DONE)
+    _plan_leg(aircraft)
     mark_complete()
 
 
@@ -99,12 +117,15 @@ class Helper:
 
 
 def compile_share(write: Callable[[bytes], object]) -> None:
-    """The helper's share: jumps of the vehicle's loop, and the prediction of a leg; it serves every airframe.
+    """The helper's share: what senses, jumps of the vehicle's loop, and the prediction of a leg; for every airframe.
 
     Args:
-        write: Takes ``JUMPS_DONE`` and ``PREDICTION_DONE`` when they are compiled.
+        write: Takes ``JUMPS_DONE`` and ``PREDICTION_DONE`` when all up to these is compiled.
     """
     airframe = load(AIRFRAME).parameters
+    avionics = equipped(Navigation.SENSORS, load_sensors(), airframe, seed=1)
+    # Whoever waits makes its vehicle meanwhile, of whose design the compiled functions are here then to be read.
+    FlightArrays(REGISTER, airframe, 1, avionics).warm_up(loop.SENSES)
     Simulation(airframe).warm_up_parts(loop.JUMPS)
     write(JUMPS_DONE)
     abilities = Abilities(airframe, Tuning(), can_fly_forward=True, hover_speed=3.0, airspeed=15.0)

@@ -39,7 +39,7 @@ from sitl.process import (
     warn_of_open_port,
 )
 from sitl.timing import PERIOD
-from sitl.warm_up import make_ready
+from sitl.warm_up import first_start, make_ready
 
 END_TIME = 5.0  # for a process to end once it is asked to [s]
 LISTENING_TIME = 1.0  # between looks at whether the processes are well, if nothing arrives [s]
@@ -100,9 +100,10 @@ def fly_fleet(args: argparse.Namespace) -> int:
     signal.signal(signal.SIGTERM, interrupt)
     try:
         began = time.monotonic()
-        nodes = {system: member.build() for system, member in members.items()}
-        warn_of_open_port(args, signed=bool(args.signing_key))
-        make_ready(next(iter(nodes.values())).aircraft, say)
+        with first_start(say) as helper:
+            nodes = {system: member.build() for system, member in members.items()}
+            warn_of_open_port(args, signed=bool(args.signing_key))
+            make_ready(next(iter(nodes.values())).aircraft, helper)
         crews = _Crews(nodes, members, transport, args.speed)
         took, ids = time.monotonic() - began, f"{every[0].sysid} to {every[-1].sysid}"
         say(

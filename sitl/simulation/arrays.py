@@ -130,6 +130,7 @@ class FlightArrays:
             "a": self.airframes[0],
             "entry": self._jumps[0],
             "seen": self._looks[0],
+            "sample": np.zeros(1, self.no_samples.dtype)[0],
             "gusts": NO_GUSTS,
             "draws": NO_DRAWS,
             "column": 0,
@@ -143,10 +144,28 @@ class FlightArrays:
             "schedule": self.surroundings.schedule,
             "bursts": self.surroundings.bursts,
             "solids": self.surroundings.solids,
+            **self._seen_by_instruments(),
         }
         with compiling():
             for part in parts:
                 compile_part(part, like)
+
+    def _seen_by_instruments(self) -> dict[str, Any]:
+        """Arguments of ``sensed`` and of what moves the plant, by their parameters' names."""
+        aboard = self.avionics.records[0]
+        flight = self.flight
+        return {
+            "i": aboard["instruments"],
+            "f": aboard["filter"],
+            "before": flight.plant,
+            "plant": flight.plant,
+            "wind": flight.gust,
+            "command": flight.controller.command,
+            "in_force": flight.controller.command,
+            "is_armed": False,
+            "period": 0,
+            "has_tube": False,
+        }
 
     def _call(
         self, gusts: Records, draws: Records, periods: int, every: int, samples: Records

@@ -23,6 +23,7 @@ from sitl.simulation.start import whole_periods
 from sitl.storage import WIDTH, block_of, from_block, record_type
 
 MAX_JUMPS = 256  # of a flight in one call
+FEW = 250  # rows of draws put side by side at once
 
 
 def fly_batch(
@@ -87,10 +88,11 @@ class _Block:
         self._references = block_of([simulation.reference for simulation in padded])
         self._airs = block_of([simulation.environment for simulation in padded])
         self._airframes = block_of([simulation.airframe for simulation in padded])
-        self._gusty = any(simulation.environment.gust_rms > 0.0 for simulation in padded)
+        self._gusty = any(self._is_gusty(simulation) for simulation in padded)
         self._samples = np.zeros((WIDTH, -(-periods // self._every) if rate else 0), record_type(Sample))
         self._jumps = np.zeros((WIDTH, MAX_JUMPS), record_type(JumpEntry))
         self._noted, self._ends = np.zeros(WIDTH, np.int64), np.zeros(WIDTH, np.int64)
+        self._rows, self._in_force = np.zeros(WIDTH, np.int64), np.zeros(4 * WIDTH)
 
     def fly(self) -> None:
         """Fly all periods."""
@@ -102,6 +104,7 @@ class _Block:
             kept += fly_block(
                 self._flights, self._references, self._airs, design, self._airframes, gusts, draws, now, self._every,
                 self._samples[:, kept:], self._jumps, self._noted, self._ends,
+                self._rows, self._in_force,
             )  # fmt: skip
             done += now
 
@@ -121,10 +124,15 @@ class _Block:
     def _draw(self, period: int, count: int) -> tuple[Array, Array]:
         """Draws of all columns from a period on, (n, 3, WIDTH) and (n, 5, WIDTH)."""
         gusts, draws = np.zeros((count if self._gusty else 0, 3, WIDTH)), np.zeros((count, 5, WIDTH))
-        for i, simulation in enumerate(self.simulations):
-            own = simulation.environment.gust_rms > 0.0
-            gust, sensed = simulation.draws.rows(period, gusts=own)
-            draws[:, :, i] = sensed[:count, :, 0]
-            if own:
-                gusts[:, :, i] = gust[:count, :, 0]
+        drawn = [simulation.draws.rows(period, gusts=self._is_gusty(simulation)) for simulation in self.simulations]
+        for first in range(0, count, FEW):  # at once they would not stay in the processor's cache
+            few = slice(first, min(first + FEW, count))
+            for i, (gust, sensed) in enumerate(drawn):
+                draws[few, :, i] = sensed[few, :, 0]
+                if len(gust):
+                    gusts[few, :, i] = gust[few, :, 0]
         return gusts, draws
+
+    @staticmethod
+    def _is_gusty(simulation: Simulation) -> bool:
+        return simulation.environment.gust_rms > 0.0

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from protocol.dialect.vocabulary import Law
-from sitl.compiled import entry, subroutine
+from sitl.compiled import part, subroutine
 from sitl.model.airframe import Array
 from sitl.model.ground import CLEAR
 from sitl.model.state import Actuators
@@ -35,7 +35,7 @@ from sitl.simulation.flight import (
 from sitl.simulation.loop import JUMPS_FULL, MAX_CHAIN, ZENO, due_now, take_jump, write_sample
 from sitl.storage import WIDTH, Kept, access, column_rows
 
-_tick, _needs, _watch, _due, _seek, _jump, _is_known, _values = COMPILED
+_tick, _needs, _watch, _due = COMPILED.tick_in_line, COMPILED.needs, COMPILED.watch, COMPILED.due
 get_law, get_command = access(Flight, "controller.law").get, access(Flight, "controller.command").get
 get_actuators, put_actuators = access(Actuators)
 get_periods = access(Flight, "periods").get
@@ -164,7 +164,7 @@ def take_all(
             row = due_now(block, column, reference, design)
 
 
-@entry
+@part
 def fly_block(
     block: Array,
     reference: Array,
@@ -179,6 +179,8 @@ def fly_block(
     jumps: npt.NDArray[Any],
     noted: npt.NDArray[np.int64],
     ends: npt.NDArray[np.int64],
+    rows: npt.NDArray[np.int64],
+    in_force: Array,
 ) -> int:
     """Fly a block of flights for some control periods, taking every jump that falls due.
 
@@ -196,12 +198,13 @@ def fly_block(
         jumps: Receives JumpEntry records, (WIDTH, n).
         noted: How many jumps each flight has noted, counted on, (WIDTH,).
         ends: Why a flight cannot go on, 0 while it can, (WIDTH,).
+        rows: Room for the jumps that are due, (WIDTH,).
+        in_force: Room for the commands in force, a block of Actuators.
 
     Returns:
         Samples written of each flight.
     """
     design = designs[0]
-    rows, in_force = np.empty(WIDTH, np.int64), np.empty(4 * WIDTH)
     kept = 0
     alike = are_as_reported(a) and is_as_reported(get_model(design, 0))
     for done in range(periods + 1):

@@ -36,7 +36,8 @@ SHOWN = ("v_hover", "v_forward", "v_attitude")  # Lyapunov values that are recor
 class Compiled(NamedTuple):
     """The generated functions; flights, references and designs are records or blocks, with a column."""
 
-    tick: Callable[..., None]  # (flight, column, reference, design): the law in force computes its commands
+    tick: Callable[..., None]  # (law, flight, column, reference, design): the law in force computes its commands
+    tick_in_line: Callable[..., None]  # the same for vector code: all laws in the caller's text
     needs: Callable[[int], int]  # (law) -> bits of the guards that its jumps look at
     watch: Callable[..., int]  # (needs, flight, column, reference, design) -> bits of those that hold
     due: Callable[[int, int], int]  # (law, guard bits) -> row of the jump that is due; -1: none
@@ -44,6 +45,7 @@ class Compiled(NamedTuple):
     jump: Callable[..., None]  # (row, flight, column, reference, design): the jump's reset map and new law
     is_known: Callable[[int], bool]
     values: Callable[..., tuple[float, ...]]  # (flight, column, reference, design) -> the values of SHOWN
+    v_hover: Callable[..., float]  # (flight, column, reference, design) -> the first of them
 
 
 class Register:
@@ -105,14 +107,16 @@ class Register:
     def compile(self) -> Compiled:
         """Generate the functions; they are compiled where they are first called."""
         return Compiled(
-            kernel(self._made("tick", self._tick())),
+            kernel(self._made("tick", self._tick(subroutine))),
+            kernel(self._made("tick", self._tick(kernel))),
             kernel(self._made("needs", self._needs())),
             kernel(self._made("watch", self._watch())),
             kernel(self._made("due", self._due())),
-            kernel(self._made("seek", self._seek())),
+            subroutine(self._made("seek", self._seek())),
             subroutine(self._made("jump", self._jump())),
             kernel(self._made("is_known", self._is_known())),
             subroutine(self._made("values", self._all_values())),
+            subroutine(self._made("v_hover", self._v_hover())),
         )
 
     def guards_of(self, law: Law) -> list[Guard]:
@@ -171,18 +175,23 @@ class Register:
             lines.append(f"{indent}{setter}(flight, column, {name})")
         return lines
 
-    def _tick(self) -> tuple[list[str], dict[str, Any]]:
+    def _tick(self, compiled: Callable[..., Any]) -> tuple[list[str], dict[str, Any]]:
+        """Every law's step in a function of its own, so that none pays for the others' numbers."""
         lines = ["def tick(law, flight, column, reference, design):"]
-        scope: dict[str, Any] = {"PERIOD": PERIOD}
+        scope: dict[str, Any] = {}
         for law, row in self.laws.items():
-            name = f"step_{law.name}"
-            scope[name] = row.step
-            slots = [slot for slot in inspect.signature(row.step).parameters if slot in self.slots]
-            arguments = self._call(row.step, scope, f"law {law.name}", row.gains)
-            results = ["command", "saturation", *slots]
-            lines += [f"    if law == {int(law)}:", f"        {', '.join(results)} = {name}({arguments})"]
-            lines += self._stores(results, scope, "        ")
+            name = f"tick_{int(law)}"
+            scope[name] = compiled(self._made(name, self._law_tick(name, row)))
+            lines += [f"    if law == {int(law)}:", f"        {name}(flight, column, reference, design)"]
         return [*lines, "    return"], scope
+
+    def _law_tick(self, name: str, row: LawRow) -> tuple[list[str], dict[str, Any]]:
+        scope: dict[str, Any] = {"PERIOD": PERIOD, "step": row.step}
+        slots = [slot for slot in inspect.signature(row.step).parameters if slot in self.slots]
+        arguments = self._call(row.step, scope, f"law {row.law.name}", row.gains)
+        results = ["command", "saturation", *slots]
+        lines = [f"def {name}(flight, column, reference, design):", f"    {', '.join(results)} = step({arguments})"]
+        return lines + self._stores(results, scope, "    "), scope
 
     def _needs(self) -> tuple[list[str], dict[str, Any]]:
         lines = ["def needs(law):"]
@@ -216,18 +225,24 @@ class Register:
         lines = ["def seek(law, flight, column, reference, design):"]
         scope: dict[str, Any] = {}
         for law, jumps in self.table.items():
-            lines.append(f"    if law == {int(law)}:")
-            known: set[str] = set()
-            for row, jump in enumerate(jumps):
-                for guard in (*jump.when, *jump.unless):
-                    for name in inspect.signature(guard.test).parameters:
-                        if name in self.values and name not in known:
-                            known.add(name)
-                            lines.append(f"        {name} = {self._value(name, scope)}")
-                terms = [self._test(guard, scope) for guard in jump.when]
-                terms += [f"not {self._test(guard, scope)}" for guard in jump.unless]
-                lines += [f"        if {' and '.join(terms) or True}:", f"            return {row}"]
-            lines.append("        return -1")
+            name = f"seek_{int(law)}"
+            scope[name] = subroutine(self._made(name, self._law_seek(name, jumps)))
+            lines += [f"    if law == {int(law)}:", f"        return {name}(flight, column, reference, design)"]
+        return [*lines, "    return -1"], scope
+
+    def _law_seek(self, function: str, jumps: tuple[Jump, ...]) -> tuple[list[str], dict[str, Any]]:
+        lines = [f"def {function}(flight, column, reference, design):"]
+        scope: dict[str, Any] = {}
+        known: set[str] = set()
+        for row, jump in enumerate(jumps):
+            for guard in (*jump.when, *jump.unless):
+                for name in inspect.signature(guard.test).parameters:
+                    if name in self.values and name not in known:
+                        known.add(name)
+                        lines.append(f"    {name} = {self._value(name, scope)}")
+            terms = [self._test(guard, scope) for guard in jump.when]
+            terms += [f"not {self._test(guard, scope)}" for guard in jump.unless]
+            lines += [f"    if {' and '.join(terms) or True}:", f"        return {row}"]
         return [*lines, "    return -1"], scope
 
     def _value(self, name: str, scope: dict[str, Any]) -> str:
@@ -261,6 +276,11 @@ class Register:
         scope: dict[str, Any] = {}
         calls = [self._value(name, scope) if name in self.values else "0.0" for name in SHOWN]
         return ["def values(flight, column, reference, design):", f"    return {', '.join(calls)}"], scope
+
+    def _v_hover(self) -> tuple[list[str], dict[str, Any]]:
+        scope: dict[str, Any] = {}
+        value = self._value("v_hover", scope) if "v_hover" in self.values else "0.0"
+        return ["def v_hover(flight, column, reference, design):", f"    return {value}"], scope
 
     def _is_known(self) -> tuple[list[str], dict[str, Any]]:
         test = " or ".join(f"law == {int(law)}" for law in self.laws)

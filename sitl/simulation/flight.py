@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from sitl.compiled import kernel, subroutine
+from sitl.compiled import kernel, part, subroutine
 from sitl.control import wind_estimator
 from sitl.control.estimate import Estimate
 from sitl.control.hover_zero_moment import Guide
@@ -165,7 +165,7 @@ def update_gust(flight: Kept, column: int, air: Kept, gusts: Array, row: int) ->
         put_gust(flight, column, gust)
 
 
-@subroutine
+@part
 def update_field(
     flight: Kept, column: int, air: Kept, field: Kept, schedule: Array, bursts: Array, swirls: Array, row: int
 ) -> None:
@@ -286,7 +286,7 @@ def move_in_swirl(
     store_motion(flight, column, plant, command, wind, airframe, False)
 
 
-@subroutine
+@part
 def touch_solids(flight: Kept, column: int, a: Kept, field: Kept, solids: Array) -> None:
     """A vehicle that touches net or obstacle is broken: it stops there, and falls."""
     plant = get_plant(flight, column)

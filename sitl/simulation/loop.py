@@ -11,26 +11,27 @@ from functools import cache
 from typing import Any, NamedTuple
 
 import numpy.typing as npt
-from numba import njit
 
-from sitl.compiled import entry, subroutine
+from sitl.compiled import UNCOUNTED, bare, kernel, part, subroutine, whole
 from sitl.control.governor import activity
 from sitl.control.reference import Reference
 from sitl.model.airframe import Array
 from sitl.model.ground import is_clear
 from sitl.model.plant import is_finite
+from sitl.model.state import Actuators
 from sitl.model.vectors import add, subtract
 from sitl.simulation.actuator_faults import is_whole
 from sitl.simulation.dispatch import COMPILED, Register
 from sitl.simulation.flight import (
     Design,
+    Environment,
     Flight,
     JumpEntry,
     Sample,
     as_they_fail,
-    get_air,
     get_airframe,
     get_gust,
+    get_steady_wind,
     may_turn,
     move_in_swirl,
     move_plant,
@@ -66,6 +67,8 @@ get_periods = access(Flight, "periods").get
 get_plant = access(Flight, "plant").get
 get_command = access(Flight, "controller.command").get
 get_energy = access(Flight, "energy").get
+get_faults = access(Environment, "faults").get
+get_has_pitot = access(Environment, "sensors.has_pitot").get
 get_estimate = access(Flight, "estimate").get
 get_reference = access(Reference).get
 get_governor = access(Design, "gains.zero_moment.governor").get
@@ -73,10 +76,46 @@ put_sample = access(Sample).put
 put_jump_entry = access(JumpEntry).put
 put_look = access(Look).put
 _tick, _seek, _jump = COMPILED.tick, COMPILED.seek, COMPILED.jump
-_is_known, _values = COMPILED.is_known, COMPILED.values
+_is_known, _values, _v_hover = COMPILED.is_known, COMPILED.values, COMPILED.v_hover
 
 
-@entry
+@part
+def estimate_wind(flight: Kept, column: int, air: Kept, design: Kept, a: Kept, draws: Array, row: int) -> None:
+    """The wind estimate of a flight that sees the truth."""
+    update_wind_estimate(flight, column, air, design, a, draws, row)
+
+
+@part
+def tick(flight: Kept, column: int, reference: Kept, design: Kept) -> None:
+    """The law in force computes its commands."""
+    _tick(get_law(flight, column), flight, column, reference, design)
+
+
+@part
+def move(flight: Kept, column: int, air: Kept, a: Kept, in_force: Actuators) -> None:
+    """The plant in air that does not turn."""
+    move_plant(flight, column, air, a, in_force, _wanted(flight, column, air, a, in_force))
+
+
+@part
+def move_in_field(flight: Kept, column: int, air: Kept, a: Kept, field: Kept, in_force: Actuators) -> None:
+    """The plant in the air of an arena."""
+    wanted = _wanted(flight, column, air, a, in_force)
+    if is_clear(get_plant(flight, column).body):  # near the ground the air does not turn
+        move_in_swirl(flight, column, air, a, field, in_force, wanted)
+    else:
+        move_plant(flight, column, air, a, in_force, wanted)
+
+
+@kernel
+def _wanted(flight: Kept, column: int, air: Kept, a: Kept, in_force: Actuators) -> Actuators:
+    """Where the actuators go."""
+    airframe, faults = get_airframe(a, column), get_faults(air, column)
+    wanted = within_limits(flight, column, in_force, airframe)
+    return wanted if is_whole(faults) else as_they_fail(flight, column, faults, airframe, wanted)
+
+
+@kernel
 def advance(
     flight: Kept,
     column: int,
@@ -102,43 +141,40 @@ def advance(
     swirls_here = swirls.shape[0] > 0
     if swirls_here:
         update_field(flight, column, air, field, schedule, bursts, swirls, row)
-    is_sensed = fast.shape[0] > 0
-    if not is_sensed:
-        update_wind_estimate(flight, column, air, design, a, draws, row)
-    sent, before = get_command(flight, column), get_plant(flight, column)
-    in_force = delayed(aboard["instruments"], sent, get_periods(flight, column)) if is_sensed else sent
-    _tick(get_law(flight, column), flight, column, reference, design)
-    airframe, faults = get_airframe(a, column), get_air(air, column).faults
-    wanted = within_limits(flight, column, in_force, airframe)
-    if not is_whole(faults):
-        wanted = as_they_fail(flight, column, faults, airframe, wanted)
-    if swirls_here and is_clear(before.body):  # near the ground the air does not turn
-        move_in_swirl(flight, column, air, a, field, in_force, wanted)
+    sent = get_command(flight, column)
+    if fast.shape[0] > 0:
+        before = get_plant(flight, column)
+        in_force = delayed(aboard["instruments"], sent, get_periods(flight, column))
     else:
-        move_plant(flight, column, air, a, in_force, wanted)
+        estimate_wind(flight, column, air, design, a, draws, row)
+        in_force = sent
+    tick(flight, column, reference, design)
+    if swirls_here:
+        move_in_field(flight, column, air, a, field, in_force)
+    else:
+        move(flight, column, air, a, in_force)
     if solids.shape[0] > 0:
         touch_solids(flight, column, a, field, solids)
-    if is_sensed:
-        around = get_air(air, column)
-        wind = add(around.wind, get_gust(flight, column))
+    if fast.shape[0] > 0:
+        wind = add(get_steady_wind(air, column), get_gust(flight, column))
         put_estimate(
             flight,
             column,
             sensed(
                 aboard["instruments"], aboard["filter"], steps, a, before, get_plant(flight, column), wind, in_force,
-                may_turn(flight, column), get_periods(flight, column), fast, slow, around.sensors.has_pitot,
+                may_turn(flight, column), get_periods(flight, column), fast, slow, get_has_pitot(air, column),
             ),
         )  # fmt: skip
     run_timers(flight, column)
 
 
-@entry
+@part
 def due_now(flight: Kept, column: int, reference: Kept, design: Kept) -> int:
     """The row of the jump that is due; -1 in the flow set."""
     return _seek(get_law(flight, column), flight, column, reference, design)
 
 
-@entry
+@part
 def take_jump(flight: Kept, column: int, row: int, reference: Kept, design: Kept, entry: Kept) -> None:
     """Take a jump and note it."""
     source = get_law(flight, column)
@@ -148,14 +184,13 @@ def take_jump(flight: Kept, column: int, row: int, reference: Kept, design: Kept
     put_jump_entry(entry, 0, JumpEntry(periods, source, target, row, v_hover, v_forward, energy))
 
 
-@subroutine
+@part
 def write_sample(flight: Kept, column: int, reference: Kept, design: Kept, sample: Kept) -> None:
     """Write a sample."""
-    v_hover, _, _ = _values(flight, column, reference, design)
-    put_sample(sample, 0, sample_of(flight, column, reference, v_hover))
+    put_sample(sample, 0, sample_of(flight, column, reference, _v_hover(flight, column, reference, design)))
 
 
-@entry
+@part
 def write_look(flight: Kept, column: int, reference: Kept, design: Kept, seen: Kept) -> None:
     """Write Lyapunov values and governor of a flight as it is."""
     v_hover, v_forward, v_attitude = _values(flight, column, reference, design)
@@ -164,7 +199,7 @@ def write_look(flight: Kept, column: int, reference: Kept, design: Kept, seen: K
     put_look(seen, 0, Look(v_hover, v_forward, v_attitude, governor))
 
 
-@entry
+@whole
 def fly(
     flights: Records,
     references: Records,
@@ -249,8 +284,9 @@ def fly(
     return done, kept, noted, end
 
 
-# Parts, of which two processes compile one each in about the same time.
-MOTION, JUMPS = (advance,), (due_now, take_jump, write_look)
+# Parts that do not need one another: two processes compile some each, in about the same time.
+MOTION = (tick, move, estimate_wind, move_in_field, update_field, touch_solids, write_sample)
+SENSES, JUMPS = (sensed,), (due_now, take_jump, write_look)
 
 
 @cache
@@ -263,6 +299,7 @@ def fly_with(register: Register) -> Callable[..., tuple[int, int, int, int]]:
         code = getattr(function, "py_func", function).__code__
         return types.FunctionType(code, scope, code.co_name)
 
-    for function in (advance, due_now, take_jump, write_sample, write_look):
+    for function in (tick, due_now, take_jump, write_sample, write_look):
         scope[function.__name__] = subroutine(anew(function))
-    return njit(error_model="numpy", nogil=True)(anew(fly))
+    scope["advance"] = kernel(anew(advance))
+    return bare(**UNCOUNTED)(anew(fly))  # type: ignore[no-any-return]

@@ -9,7 +9,8 @@ from types import SimpleNamespace
 import pytest
 
 from sitl import warm_up
-from sitl.warm_up import JUMPS_DONE, PREDICTION_DONE, Helper, make_ready
+from sitl.simulation import loop
+from sitl.warm_up import JUMPS_DONE, PREDICTION_DONE, Helper, first_start, make_ready
 
 ROOT = Path(__file__).parent.parent.parent
 SAY = f"import os, time; os.write(1, {JUMPS_DONE!r}); "
@@ -27,7 +28,7 @@ vehicle.warm_up_parts(loop.MOTION)
 vehicle.warm_up()
 (whole,) = loop.fly.signatures
 kept = dict(zip(("flight", "reference", "air", "design", "a"), (types.dtype for types in whole)))
-for part in (*loop.MOTION, *loop.JUMPS):
+for part in (*loop.MOTION, *loop.SENSES, *loop.JUMPS):
     (types,) = part.signatures
     for name, type_ in zip(part.py_func.__code__.co_varnames, types):
         assert kept.get(name, type_) == type_, (part, name)
@@ -109,17 +110,18 @@ class FakeHelper:
 @pytest.mark.parametrize(
     ("kept", "writable", "compiled", "waited", "said"),
     [
-        (False, True, [["advance"], "all"], [JUMPS_DONE, PREDICTION_DONE], 1),
+        (False, True, [[part.__name__ for part in loop.MOTION], "all"], [JUMPS_DONE, PREDICTION_DONE], 1),
         (False, False, ["all"], [], 1),  # nothing could be handed over
         (True, True, ["all"], [], 0),
     ],
 )
 def test_a_helper_is_used_only_where_it_helps(monkeypatch, kept, writable, compiled, waited, said):
-    helper, texts = FakeHelper(), []
+    fake, texts = FakeHelper(), []
     monkeypatch.setattr(warm_up, "is_complete", lambda: kept)
     monkeypatch.setattr(warm_up, "can_keep", lambda: writable)
     monkeypatch.setattr(warm_up, "mark_complete", lambda: None)
-    monkeypatch.setattr(warm_up, "Helper", lambda: helper)
+    monkeypatch.setattr(warm_up, "Helper", lambda: fake)
     aircraft = SimpleNamespace(vehicle=FakeVehicle(), autopilot=SimpleNamespace(chooser=None))
-    make_ready(aircraft, texts.append)
-    assert (aircraft.vehicle.done, helper.waited, len(texts)) == (compiled, waited, said)
+    with first_start(texts.append) as helper:
+        make_ready(aircraft, helper)
+    assert (aircraft.vehicle.done, fake.waited, len(texts)) == (compiled, waited, said)

@@ -1,0 +1,64 @@
+"""How numba compiles what only lives on in its callers, and what only ties compiled parts together.
+
+By itself it optimises and translates each function anew in every function that calls it: a first start would take half
+as long again. The code that flies is the same.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import CompilerBase, DefaultPassBuilder
+
+
+class _NoMachineCode:
+    """Stands for the code generator where numba would write into machine code that is not there."""
+
+    def set_env(self, name: str, environment: Any) -> None:  # noqa: ANN401
+        """Nothing keeps it: only Python objects would need it, which compiled flight code has none of."""
+
+
+class _Inner(JITCodeLibrary):
+    """Code that is linked into that of its callers and never called by itself: no machine code is made of it."""
+
+    @property
+    def codegen(self) -> _NoMachineCode:
+        """See :class:`_NoMachineCode`."""
+        return _NoMachineCode()
+
+    def get_pointer_to_function(self, name: str) -> int:  # noqa: ARG002
+        """There is none."""
+        return 0
+
+    def _finalize_final_module(self) -> None:
+        self._finalize_dynamic_globals()  # type: ignore[no-untyped-call]
+        self._finalized = True
+
+
+class _Whole(JITCodeLibrary):
+    """Code around parts that are optimised already."""
+
+    def _optimize_final_module(self) -> None:
+        make = self._codegen._module_pass_manager  # noqa: SLF001 - as the code library that this one extends
+        passes, builder = make(opt=0, loop_vectorize=False, slp_vectorize=False, cost="cheap")  # type: ignore[no-untyped-call]
+        passes.run(self._final_module, builder)
+
+
+class InnerCompiler(CompilerBase):
+    """Numba's own passes, to code of which no machine code is made."""
+
+    def define_pipelines(self) -> list[Any]:
+        """The passes."""
+        self.state.library = _Inner(self.state.targetctx.codegen(), self.state.func_id.func_qualname)  # type: ignore[no-untyped-call]
+        return [DefaultPassBuilder.define_nopython_pipeline(self.state)]  # type: ignore[no-untyped-call]
+
+
+class WholeCompiler(CompilerBase):
+    """Numba's own passes, to code whose parts are not optimised once more."""
+
+    def define_pipelines(self) -> list[Any]:
+        """The passes."""
+        self.state.library = _Whole(self.state.targetctx.codegen(), self.state.func_id.func_qualname)  # type: ignore[no-untyped-call]
+        self.state.library.enable_object_caching()
+        return [DefaultPassBuilder.define_nopython_pipeline(self.state)]  # type: ignore[no-untyped-call]

@@ -1,0 +1,52 @@
+"""Inner functions are linked into their callers; parts are linked into the whole as they are compiled."""
+
+import pytest
+
+from sitl import _inner_compiler
+from sitl.compiled import kernel, part, subroutine, whole
+
+
+@kernel
+def doubled(x):
+    return 2.0 * x
+
+
+@subroutine
+def raised(x, power):
+    product = 1.0
+    for _ in range(power):
+        product *= doubled(x)
+    return product
+
+
+@part
+def first(x, power):
+    return raised(x, power) + doubled(x)
+
+
+@whole
+def both(x, power):
+    return first(x, power) - doubled(x)
+
+
+@pytest.fixture
+def finished(monkeypatch):
+    """Names of the functions of which no machine code was made."""
+    seen = []
+    finish = _inner_compiler._Inner._finalize_final_module
+    monkeypatch.setattr(
+        _inner_compiler._Inner, "_finalize_final_module", lambda self: (seen.append(self.name), finish(self))
+    )
+    return seen
+
+
+def test_inner_functions_live_in_their_callers_alone(finished):
+    compiled = part(lambda x: raised(x, 3) + doubled(x))
+    assert compiled(1.5) == 30.0
+    assert {"raised", "doubled"} <= {name.split(".")[-1] for name in finished}
+    (made,) = compiled.overloads.values()
+    assert made.library.get_pointer_to_function(made.fndesc.llvm_cpython_wrapper_name) != 0
+
+
+def test_a_whole_gives_what_its_parts_give():
+    assert both(1.5, 3) == first.py_func(1.5, 3) - doubled(1.5) == 27.0
