@@ -165,7 +165,7 @@ class MissionEditing(Screen[None]):
 
     @on(MovableMap.PointChosen)
     def _item_chosen(self, event: MovableMap.PointChosen) -> None:
-        self.table.choose(event.number)
+        self.table.choose_row(event.number)
 
     @on(DataTable.RowHighlighted, "#items")
     def _row_chosen(self) -> None:

@@ -149,7 +149,7 @@ class MissionScreen(MissionEditing):
     def show_draft(self, row: int = 0) -> None:
         """Show the draft after a change, with the cursor on a row."""
         self._show_items()
-        self.table.choose(row)
+        self.table.choose_row(row)
         self.map.chosen = self.table.cursor_row
         self._show_status()
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
-from textual.widgets import DataTable
-
 from darko_gcs.state.leg_predictions import LegPrediction
 from darko_gcs.state.mission_frames import place_of
 from darko_gcs.state.mission_labels import FRAME_LABELS, field_text, mission_command_of
@@ -14,6 +12,7 @@ from darko_gcs.state.mission_legs import MissionLeg
 from darko_gcs.state.plan_parts import Items
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.text import command_name
+from darko_gcs.tui.widgets.row_table import RowTable
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Way
 from protocol.plans import MissionItem
@@ -32,12 +31,11 @@ SHORT_NAMES = {
 MAX_LABEL = 13  # cells
 
 
-class MissionTable(DataTable[str]):
+class MissionTable(RowTable):
     """One row for each item; the cursor's is the chosen one."""
 
     def __init__(self, *, id: str) -> None:  # noqa: A002 - textual's own name for it
-        super().__init__(id=id, cursor_type="row", zebra_stripes=True, cell_padding=0)
-        self._rows: list[tuple[str, ...]] = []
+        super().__init__([f"{name} " for name in COLUMNS], id=id, padding=0)
 
     def show(
         self,
@@ -57,34 +55,13 @@ class MissionTable(DataTable[str]):
             predictions: Of the legs that the vehicle has answered for.
             is_on_vehicle: Whether the vehicle has this mission, so that its progress is of these items.
         """
-        if not self.columns:
-            for name in COLUMNS:
-                self.add_column(f"{name} ", key=name)
         progress = [_mark(s, seq) if is_on_vehicle else " " for seq in range(len(items))]
-        rows = [
-            (progress[seq], *_item_cells(seq, item, s), *_leg_cells(legs.get(seq), predictions.get(seq)))
-            for seq, item in enumerate(items)
-        ]
-        if len(rows) != len(self._rows):
-            row = self.cursor_row
-            self.clear()
-            for seq, cells in enumerate(rows):
-                self.add_row(*cells, key=str(seq))
-            self.choose(row)
-        else:
-            self._update(rows)
-        self._rows = rows
-
-    def choose(self, row: int) -> None:
-        """Put the cursor on an item, or the last one if there are fewer."""
-        if self.row_count:
-            self.move_cursor(row=min(row, self.row_count - 1))
-
-    def _update(self, rows: Sequence[tuple[str, ...]]) -> None:
-        for seq, (old, new) in enumerate(zip(self._rows, rows, strict=True)):
-            for name, before, cell in zip(COLUMNS, old, new, strict=True):
-                if before != cell:
-                    self.update_cell(str(seq), name, cell, update_width=True)
+        self.show_rows(
+            {
+                str(seq): (progress[seq], *_item_cells(seq, item, s), *_leg_cells(legs.get(seq), predictions.get(seq)))
+                for seq, item in enumerate(items)
+            }
+        )
 
 
 def item_label(item: MissionItem) -> str:
