@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import ClassVar
 
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Vertical
 from textual.screen import ModalScreen
-from textual.suggester import Suggester
-from textual.widgets import Input, Label, OptionList, SelectionList, Static
+from textual.widgets import Label, OptionList, SelectionList, Static
 
 from darko_gcs.state.parameter_metadata import ParameterMetadata, number_text
-from darko_gcs.tui.screens.dialogs import AskScreen, Check, ChooseScreen
+from darko_gcs.tui.screens.dialogs import ChooseScreen
 
-__all__ = ["AskFileScreen", "ChooseBitsScreen", "ChooseValueScreen"]
+__all__ = ["ChooseBitsScreen", "ChooseValueScreen"]
 
 ANOTHER_NUMBER = "another number…"
 
@@ -98,38 +96,3 @@ class ChooseBitsScreen(ModalScreen["int | None"]):
     def action_cancel(self) -> None:
         """Close without a choice."""
         self.dismiss(None)
-
-
-class AskFileScreen(AskScreen):
-    """A file's name, which is completed from the folders: the right arrow takes what is offered.
-
-    Args:
-        title: Over the field.
-        name: To begin with.
-        check: What is wrong with it, or None.
-    """
-
-    def __init__(self, title: str, name: str, check: Check) -> None:
-        super().__init__(title, [("File (.params, .parm)", name)], check)
-
-    def on_mount(self) -> None:
-        """Offer names."""
-        self.query_one(Input).suggester = PathSuggester()
-
-
-class PathSuggester(Suggester):
-    """Completes the last part of a path to the first name that begins so."""
-
-    def __init__(self) -> None:
-        super().__init__(use_cache=False, case_sensitive=True)
-
-    async def get_suggestion(self, value: str) -> str | None:
-        """The completed path, folders with a slash at the end; None if nothing begins so."""
-        folder, slash, start = value.rpartition("/")
-        try:
-            entries = sorted(Path(folder + slash or ".").expanduser().iterdir())
-        except OSError:
-            return None
-        found = (entry for entry in entries if entry.name.startswith(start) and (start or entry.name[0] != "."))
-        first = next(found, None)
-        return None if first is None else f"{folder}{slash}{first.name}{'/' if first.is_dir() else ''}"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import ClassVar
 
@@ -32,7 +32,8 @@ from darko_gcs.station.station import Station
 from darko_gcs.tui.render.canvas import StyledLine
 from darko_gcs.tui.screens.comparison_screen import ComparisonScreen
 from darko_gcs.tui.screens.dialogs import AskScreen, ConfirmScreen
-from darko_gcs.tui.screens.parameter_dialogs import AskFileScreen, ChooseBitsScreen, ChooseValueScreen
+from darko_gcs.tui.screens.file_dialog import FileDialog
+from darko_gcs.tui.screens.parameter_dialogs import ChooseBitsScreen, ChooseValueScreen
 from darko_gcs.tui.widgets.parameter_rows import parameter_heading, parameter_row
 from darko_gcs.tui.widgets.row_list import RowList
 from darko_gcs.tui.widgets.status_bar import StatusBar
@@ -42,7 +43,7 @@ from protocol.plans.parameter_files import load_parameters, save_parameters
 __all__ = ["ParametersScreen"]
 
 RECORDING = "This is a recording: there is no vehicle to command"
-MAX_FILES_OFFERED = 6  # in the title of the dialog that opens a file
+SUFFIXES = (".params", ".parm", ".param")
 
 
 class ParametersScreen(Screen[None]):
@@ -213,10 +214,9 @@ class ParametersScreen(Screen[None]):
 
     def action_compare(self) -> None:
         """Ask for a file, and show where the vehicle differs from it."""
-        found = sorted(str(path) for suffix in ("*.params", "*.parm", "*.param") for path in Path().glob(suffix))
-        title = "Compare with a file" + (": " + ", ".join(found[:MAX_FILES_OFFERED]) if found else "")
+        found = sorted(str(path) for suffix in SUFFIXES for path in Path().glob(f"*{suffix}"))
         name = found[0] if found and not Path(self._file).exists() else self._file
-        self.app.push_screen(AskFileScreen(title, name, self._compare))
+        self._ask_file("Compare with a file of parameters", name, found, self._compare)
 
     def action_save(self) -> None:
         """Ask for a file, and save all parameters there."""
@@ -224,9 +224,12 @@ class ParametersScreen(Screen[None]):
         if s.source is None or len(s.parameters) < (s.parameter_count or 1):
             self.app.notify(f"Not saved: {parameter_counts(s, 0)}", severity="warning")
             return
-        self.app.push_screen(AskFileScreen("Save the parameters (.parm: MAVProxy's format)", self._file, self._save))
+        self._ask_file("Save the parameters (.parm: MAVProxy's format)", self._file, [], self._save)
 
     # Inside
+
+    def _ask_file(self, title: str, name: str, known: Sequence[str], check: Callable[[str], str | None]) -> None:
+        self.app.push_screen(FileDialog(title, name, known=known, suffixes=SUFFIXES, check=check))
 
     def _vehicle(self) -> Station | None:
         if self._station is None:
@@ -255,17 +258,17 @@ class ParametersScreen(Screen[None]):
         self._set(name, value)
         return None
 
-    def _compare(self, values: tuple[str, ...]) -> str | None:
+    def _compare(self, path: str) -> str | None:
         try:
-            wanted = load_parameters(Path(values[0]).expanduser())
+            wanted = load_parameters(Path(path).expanduser())
         except FileError as error:
             return str(error)
-        self._file = values[0]
+        self._file = path
         rows = differences(self.snapshot, wanted)
         if not rows:
-            self.app.notify(f"{values[0]}: all {len(wanted)} parameters are as on the vehicle")
+            self.app.notify(f"{path}: all {len(wanted)} parameters are as on the vehicle")
             return None
-        title = f"{values[0]}: {len(rows)} of {len(wanted)} parameters differ"
+        title = f"{path}: {len(rows)} of {len(wanted)} parameters differ"
         self._comparison = ComparisonScreen(title, rows, self.snapshot, self._station, self._clock)
         self.call_after_refresh(self._show_comparison)
         return None
@@ -277,16 +280,16 @@ class ParametersScreen(Screen[None]):
     def _forget_comparison(self) -> None:
         self._comparison = None
 
-    def _save(self, values: tuple[str, ...]) -> str | None:
+    def _save(self, path: str) -> str | None:
         s = self.snapshot
         if s.source is None:
             return "No vehicle has been heard yet"
         try:
-            save_parameters(Path(values[0]).expanduser(), s.parameters, s.parameter_types, s.source)
+            save_parameters(Path(path).expanduser(), s.parameters, s.parameter_types, s.source)
         except FileError as error:
             return str(error)
-        self._file = values[0]
-        self.app.notify(f"{values[0]}: {len(s.parameters)} parameters saved")
+        self._file = path
+        self.app.notify(f"{path}: {len(s.parameters)} parameters saved")
         return None
 
     def _request(self) -> None:
