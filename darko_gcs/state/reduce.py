@@ -11,6 +11,7 @@ from darko_gcs.state.message_log import add_line, add_status_text
 from darko_gcs.state.parameter_metadata import MAX_PARAMETERS
 from darko_gcs.state.plan_parts import plan_of, with_plan
 from darko_gcs.state.reduce_darko import DARKO_HANDLERS
+from darko_gcs.state.reduce_estimate import ESTIMATE_HANDLERS
 from darko_gcs.state.reduce_flight_plan import FLIGHT_PLAN_HANDLERS
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
 from darko_gcs.state.values import NO_ITEM, Navigation, PlanIds
@@ -70,6 +71,7 @@ CHECKED_FIELDS = {
     "DARKO_HYBRID_STATE": ("governor",),  # a threshold may be infinite: the law is never left
     "DARKO_PLAN_STATUS": ("block_time", "stage_time", "flight_time"),
     "DARKO_PLAN_WAYPOINT": ("alt", "x", "y", "z"),
+    "DARKO_TRUTH": ("position", "velocity", "q", "rates", "wind"),
     "LOCAL_POSITION_NED": ("x", "y", "z", "vx", "vy", "vz"),
     "NAV_CONTROLLER_OUTPUT": ("xtrack_error", "alt_error"),
     "POSITION_TARGET_LOCAL_NED": ("x", "y", "z"),
@@ -87,6 +89,7 @@ UNKNOWN_VOLTAGE = 0xFFFF  # of SYS_STATUS and of a cell of BATTERY_STATUS [mV]
 T = TypeVar("T")
 HANDLERS = HandlerTable()
 HANDLERS.add(DARKO_HANDLERS)
+HANDLERS.add(ESTIMATE_HANDLERS)
 HANDLERS.add(FLIGHT_PLAN_HANDLERS)
 
 
@@ -112,10 +115,12 @@ def reduce(s: Snapshot, message: Message, now: float) -> Snapshot:
         s = _at_boot_time(s, boot / 1e3, now)
         if s.late_messages:  # delayed, or one of the first after a restart: not shown
             return s
-    return handler(s, message, now)
+    return handler(replace(s, arrivals={**s.arrivals, kind: now}), message, now)
 
 
 def _is_sane(kind: str, m: Message) -> bool:
+    if kind == "GLOBAL_POSITION_INT" and not is_on_map(m.lat, m.lon):
+        return False
     values = (getattr(m, name) for name in CHECKED_FIELDS.get(kind, ()))
     numbers = (number for value in values for number in (value if isinstance(value, list) else (value,)))
     return all(abs(number) < MAX_NUMBER for number in numbers)  # false for NaN
@@ -174,7 +179,7 @@ def _attitude_quaternion(s: Snapshot, m: Message, _now: float) -> Snapshot:
     offset = tuple(m.repr_offset_q) if any(m.repr_offset_q) else SHOW_AS_TOLD
     if s.tells_hover_frame and not _tells_flying_frame(offset):
         q, offset = flying_attitude(q), multiply(SHOW_PITCHED_DOWN, offset)
-    return replace(s, q=q, repr_offset=offset, heading=heading_of(q))
+    return replace(s, q=q, q_time=m.time_boot_ms / 1e3, repr_offset=offset, heading=heading_of(q))
 
 
 def _tells_flying_frame(offset: tuple[float, ...]) -> bool:
@@ -195,7 +200,8 @@ def _attitude(s: Snapshot, m: Message, _now: float) -> Snapshot:
 
 @HANDLERS.handles("LOCAL_POSITION_NED")
 def _local_position(s: Snapshot, m: Message, _now: float) -> Snapshot:
-    return replace(s, p=(m.x, m.y, m.z), v=(m.vx, m.vy, m.vz), track=_extended(s.track, (m.x, m.y)))
+    p, v = (m.x, m.y, m.z), (m.vx, m.vy, m.vz)
+    return replace(s, p=p, p_time=m.time_boot_ms / 1e3, v=v, track=_extended(s.track, p[:2]))
 
 
 def _extended(track: tuple[tuple[float, float], ...], at: tuple[float, float]) -> tuple[tuple[float, float], ...]:
@@ -213,8 +219,6 @@ def thinned(track: tuple[T, ...]) -> tuple[T, ...]:
 
 @HANDLERS.handles("GLOBAL_POSITION_INT")
 def _global_position(s: Snapshot, m: Message, _now: float) -> Snapshot:
-    if not is_on_map(m.lat, m.lon):
-        return s
     here = Geodetic(units.from_e7(m.lat), units.from_e7(m.lon), units.from_millimetres(m.alt))
     return replace(s, geodetic=here, relative_altitude=units.from_millimetres(m.relative_alt))
 
