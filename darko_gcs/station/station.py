@@ -263,6 +263,10 @@ class Station(FlightPlanRequests):
         """Change a parameter of the vehicle."""
         self._try(now, lambda: self.endpoint.set_parameter(name, value, now))
 
+    def want_truth(self, now: float, *, wanted: bool) -> None:
+        """Have a simulation tell the truth, or stop telling it."""
+        self._families.truth.want(now, wanted=wanted)
+
     def fetch_parameter_metadata(self, now: float) -> None:
         """Fetch the descriptions of the vehicle's parameters, once."""
         self._try(now, lambda: self.parameter_metadata.request(now))

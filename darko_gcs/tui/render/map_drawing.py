@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from itertools import pairwise
+from typing import NamedTuple
 
 from darko_gcs.tui.render.canvas import BrailleCanvas, StyledLine
 
-__all__ = ["MapLabel", "NorthEast", "draw_map", "fitting_view", "place_at"]
+__all__ = ["MapLabel", "MapView", "NorthEast", "draw_map", "fitting_view", "place_at"]
 
 NorthEast = tuple[float, float]  # [m]
 MapLabel = tuple[str, NorthEast, str]  # text, its first character at a place, and style
@@ -21,6 +22,13 @@ WAYPOINT_STYLES = {"done": "good", "current": "now", "todo": "plan"}
 LINE_STYLES = {"current": "now", "fence": "fence", "keep-out": "mark"}
 CIRCLE_SPACING = 1.5  # of the dots on a circle [dots]
 MAX_CIRCLE_DOTS = 2000  # on larger circles the spacing grows
+
+
+class MapView(NamedTuple):
+    """What part of the world a map shows."""
+
+    scale: float  # [m] per cell height
+    middle: NorthEast
 
 
 def draw_map(
@@ -39,8 +47,8 @@ def draw_map(
     areas: Sequence[tuple[Sequence[NorthEast], str]] = (),
     rally: Sequence[NorthEast] = (),
     labels: Sequence[MapLabel] = (),
-) -> tuple[list[StyledLine], float]:
-    """The rows of the map, and its scale [m per cell height].
+) -> tuple[list[StyledLine], MapView]:
+    """The rows of the map, and what part of the world it shows.
 
     Args:
         width: Cells; a cell is twice as high as wide.
@@ -85,7 +93,7 @@ def draw_map(
         canvas.line(at(vehicle[:2]), at(course), "accent")
     _symbols(canvas, at, home, rally, waypoints, vehicle, target)
     _scale_bar(canvas, scale)
-    return canvas.lines(), scale
+    return canvas.lines(), MapView(scale, middle)
 
 
 def fitting_view(places: Sequence[NorthEast], width: int, height: int) -> tuple[float, NorthEast]:

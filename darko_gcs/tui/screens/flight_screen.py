@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
+from textual import on
 from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
 from textual.containers import Container, Vertical
 from textual.reactive import reactive
 from textual.screen import Screen
@@ -13,38 +17,98 @@ from darko_gcs.tui.widgets.actuator_panel import ActuatorPanel
 from darko_gcs.tui.widgets.attitude_panel import AttitudePanel
 from darko_gcs.tui.widgets.decision_panel import DecisionPanel
 from darko_gcs.tui.widgets.flight_panel import FlightPanel
+from darko_gcs.tui.widgets.flown_plan import FlownPlan
 from darko_gcs.tui.widgets.hybrid_panel import HybridPanel
 from darko_gcs.tui.widgets.map_panel import MapPanel
 from darko_gcs.tui.widgets.message_panel import MessagePanel
+from darko_gcs.tui.widgets.panel import Panel
+from darko_gcs.tui.widgets.plan_blocks import PlanBlockList
 from darko_gcs.tui.widgets.status_bar import StatusBar
+from darko_gcs.tui.widgets.truth_panel import TruthPanel
 
-__all__ = ["FlightScreen"]
+__all__ = ["OPTIONAL_PANELS", "FlightScreen"]
+
+OPTIONAL_PANELS = {  # that the operator may hide, and what they are called
+    "actuators": "actuators",
+    "decision": "decision on the leg",
+    "truth": "estimate against truth",
+    "flown-plan": "flight plan",
+}
 
 
 class FlightScreen(Screen[None]):
-    """Panels that show one snapshot."""
+    """Panels that show one snapshot.
 
-    HORIZONTAL_BREAKPOINTS = [(0, "-narrow"), (120, "-wide")]  # noqa: RUF012 - declared so by Textual
-    VERTICAL_BREAKPOINTS = [(0, "-short"), (36, "-tall")]  # noqa: RUF012
+    Args:
+        hidden: Optional panels that are not shown.
+    """
+
+    HORIZONTAL_BREAKPOINTS = [(0, "-narrow"), (120, "-wide"), (180, "-vast")]  # noqa: RUF012 - declared so by Textual
+    VERTICAL_BREAKPOINTS = [(0, "-short"), (36, "-tall"), (52, "-towering")]  # noqa: RUF012
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("shift+up", "pan(0, 1)", "Map: move it", show=False, key_display="shift+arrows"),
+        Binding("shift+down", "pan(0, -1)", show=False),
+        Binding("shift+right", "pan(1, 0)", show=False),
+        Binding("shift+left", "pan(-1, 0)", show=False),
+    ]
     snapshot: reactive[Snapshot] = reactive(EMPTY_SNAPSHOT, repaint=False)  # else every panel is painted again
     now: reactive[float] = reactive(0.0, repaint=False)
 
+    def __init__(self, hidden: frozenset[str] = frozenset()) -> None:
+        super().__init__()
+        self.hidden = hidden
+
     def watch_snapshot(self, s: Snapshot) -> None:
-        """Mark the values of a lost vehicle as old; leave no room for what another autopilot does not send."""
+        """Mark the values of a lost vehicle as old; leave no room for what this vehicle does not send."""
         self.set_class(s.lost, "-stale")
         self.set_class(s.source is not None and s.hybrid is None and bool(s.servos), "-foreign")
+        self.set_class(s.truth is not None or (s.hybrid is not None and not s.is_replay), "-truthful")
+        self.set_class(s.flight_plan is not None, "-planned")
+        for plan in self.query(FlownPlan):
+            plan.show(s, self.now)
+
+    @property
+    def shows_truth(self) -> bool:
+        """Whether the truth is compared on the screen, and has to be asked for."""
+        return any(panel.display for panel in self.query(TruthPanel))
+
+    def show_panels(self, hidden: frozenset[str]) -> None:
+        """Hide these optional panels, show the others where there is room."""
+        self.hidden = hidden
+        for name in OPTIONAL_PANELS:
+            self.set_class(name in hidden, f"-no-{name}")
+
+    def on_mount(self) -> None:
+        """Hide what is not wanted."""
+        self.show_panels(self.hidden)
+
+    def action_pan(self, east: int, north: int) -> None:
+        """Move the map."""
+        self.query_one(MapPanel).pan(east, north)
+
+    @on(PlanBlockList.Chosen)
+    def _open_plan(self) -> None:
+        """A click on the flight plan opens its screen, where its blocks are entered."""
+        self.app.call_later(self.app.run_action, "act('flight_plan')")
 
     def compose(self) -> ComposeResult:
         """Status bar, panels, messages, footer."""
         yield StatusBar().data_bind(FlightScreen.snapshot, FlightScreen.now)
         with Container(id="panels"):
             with Vertical(id="left"):
-                yield HybridPanel("Hybrid controller", id="hybrid").data_bind(FlightScreen.snapshot)
-                yield ActuatorPanel("Actuators", id="actuators").data_bind(FlightScreen.snapshot)
-                yield MessagePanel("Messages", id="messages").data_bind(FlightScreen.snapshot)
+                yield self._bound(HybridPanel("Hybrid controller", id="hybrid"))
+                yield self._bound(ActuatorPanel("Actuators", id="actuators"))
+                yield self._bound(MessagePanel("Messages", id="messages"))
             with Container(id="right"):
-                yield AttitudePanel("Attitude", id="attitude").data_bind(FlightScreen.snapshot)
-                yield MapPanel("Map", id="map").data_bind(FlightScreen.snapshot)
-                yield FlightPanel("Flight", id="flight").data_bind(FlightScreen.snapshot)
-                yield DecisionPanel("Decision", id="decision").data_bind(FlightScreen.snapshot)
+                with Vertical(id="numbers"):
+                    yield self._bound(AttitudePanel("Attitude", id="attitude"))
+                    yield self._bound(FlightPanel("Flight", id="flight"))
+                    yield self._bound(DecisionPanel("Decision", id="decision"))
+                    yield self._bound(TruthPanel("Estimate against truth", id="truth"))
+                with Vertical(id="places"):
+                    yield self._bound(MapPanel("Map", id="map"))
+                    yield FlownPlan(id="flown-plan")
         yield Footer(compact=True, show_command_palette=False)
+
+    def _bound(self, panel: Panel) -> Panel:
+        return panel.data_bind(FlightScreen.snapshot, FlightScreen.now)

@@ -31,6 +31,8 @@ LAW_STYLES = dict.fromkeys(Law, "accent") | {
 class HybridPanel(Panel):
     """Law in force, V of both linear laws with their thresholds, and a chart of V with the jumps."""
 
+    SOURCES = ("DARKO_HYBRID_STATE",)
+
     def draw(self, s: Snapshot, width: int, height: int) -> list[StyledLine]:
         """Three lines of text, the rest chart."""
         h = s.hybrid
