@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from textual import on
+from textual import events, on
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Container, Vertical
+from textual.geometry import Size
 from textual.reactive import reactive
 from textual.screen import Screen
 from textual.widgets import Footer
@@ -28,6 +29,7 @@ from darko_gcs.tui.widgets.truth_panel import TruthPanel
 
 __all__ = ["OPTIONAL_PANELS", "FlightScreen"]
 
+VAST = Size(180, 52)  # [cells]
 OPTIONAL_PANELS = {  # that the operator may hide, and what they are called
     "actuators": "actuators",
     "decision": "decision on the leg",
@@ -43,8 +45,8 @@ class FlightScreen(Screen[None]):
         hidden: Optional panels that are not shown.
     """
 
-    HORIZONTAL_BREAKPOINTS = [(0, "-narrow"), (120, "-wide"), (180, "-vast")]  # noqa: RUF012 - declared so by Textual
-    VERTICAL_BREAKPOINTS = [(0, "-short"), (36, "-tall"), (52, "-towering")]  # noqa: RUF012
+    HORIZONTAL_BREAKPOINTS = [(0, "-narrow"), (120, "-wide")]  # noqa: RUF012 - declared so by Textual
+    VERTICAL_BREAKPOINTS = [(0, "-short"), (36, "-tall")]  # noqa: RUF012
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("shift+up", "pan(0, 1)", "Map: move it", show=False, key_display="shift+arrows"),
         Binding("shift+down", "pan(0, -1)", show=False),
@@ -66,6 +68,11 @@ class FlightScreen(Screen[None]):
         self.set_class(s.flight_plan is not None, "-planned")
         for plan in self.query(FlownPlan):
             plan.show(s, self.now)
+
+    @on(events.Resize)
+    def _use_room(self) -> None:
+        """A vast screen has panels that no other has room for."""
+        self.set_class(self.size.width >= VAST.width and self.size.height >= VAST.height, "-vast")
 
     @property
     def shows_truth(self) -> bool:

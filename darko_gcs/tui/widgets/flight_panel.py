@@ -7,7 +7,7 @@ import math
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.text import label_of
 from darko_gcs.tui.render.canvas import StyledLine
-from darko_gcs.tui.widgets.decision_panel import decision_lines
+from darko_gcs.tui.widgets.decision_panel import DecisionPanel, decision_lines
 from darko_gcs.tui.widgets.panel import Panel, styled_line
 from darko_gcs.tui.widgets.table_number import table_number
 from protocol.dialect.vocabulary import Law
@@ -77,8 +77,8 @@ class FlightPanel(Panel):
         return f" ({old.removesuffix(' old')})" if old else ""
 
     def _has_decision_panel(self) -> bool:
-        """True on a tall screen, where the decision has a panel of its own."""
-        return self.is_mounted and self.screen.has_class("-tall")
+        """True on a screen with room for it, unless the operator has hidden it."""
+        return self.is_mounted and any(panel.display for panel in self.screen.query(DecisionPanel))
 
     def _target(self, s: Snapshot, *, words: bool) -> StyledLine:
         distance = math.dist(s.p, s.target) if s.target is not None and s.p is not None else None
