@@ -111,11 +111,10 @@ def reduce(s: Snapshot, message: Message, now: float) -> Snapshot:
     if handler is None or not _is_sane(kind, message):
         return s
     boot = getattr(message, "time_boot_ms", None)
-    if boot is not None:
-        s = _at_boot_time(s, boot / 1e3, now)
-        if s.late_messages:  # delayed, or one of the first after a restart: not shown
-            return s
-    return handler(replace(s, arrivals={**s.arrivals, kind: now}), message, now)
+    if boot is None:
+        return handler(replace(s, arrivals={**s.arrivals, kind: now}), message, now)
+    s = _at_boot_time(s, boot / 1e3, kind, now)
+    return s if s.late_messages else handler(s, message, now)  # a late one is of before a restart, or delayed
 
 
 def _is_sane(kind: str, m: Message) -> bool:
@@ -156,12 +155,12 @@ def _heartbeat(s: Snapshot, m: Message, now: float) -> Snapshot:
     )
 
 
-def _at_boot_time(s: Snapshot, boot: float, now: float) -> Snapshot:
+def _at_boot_time(s: Snapshot, boot: float, kind: str, now: float) -> Snapshot:
     if s.boot is None or boot >= s.boot - RESTART_STEP:
-        return replace(s, boot=boot, late_messages=0)
+        return replace(s, boot=boot, late_messages=0, arrivals={**s.arrivals, kind: now})
     if s.late_messages + 1 < RESTART_MESSAGES:
         return replace(s, late_messages=s.late_messages + 1)
-    return replace(after_restart(s, now), boot=boot)
+    return replace(after_restart(s, now), boot=boot, arrivals={kind: now})
 
 
 def after_restart(s: Snapshot, now: float) -> Snapshot:

@@ -50,9 +50,11 @@ def log_chart(
     ]
     low, high = _decades([*seen, *(v for v, _, _ in thresholds)])
     canvas = BrailleCanvas(plot_width, plot_height)
+    last = 2 * plot_width - 1
+    edge = math.ceil(now * last / window)  # the chart moves by whole dots, or every row would change every time
 
     def x(t: float) -> float:
-        return (t - now + window) / window * (2 * plot_width - 1)
+        return math.floor(t * last / window) - edge + last
 
     def y(v: float) -> float:
         return (high - math.log10(max(v, MIN_VALUE))) / (high - low) * (4 * plot_height - 1)

@@ -72,7 +72,7 @@ def draw_map(
     places += [place for place in (home, target, None if vehicle is None else vehicle[:2]) if place is not None]
     places = [place for place in places if _is_drawable(place)] or [(0.0, 0.0)]
     scale = scale or _fit(places, width, height)
-    middle = centre or _middle(places)
+    middle = centre or _in_whole_cells(_middle(places), scale)
     canvas = BrailleCanvas(width, height)
     dots = 4.0 / scale  # per metre, the same in both directions
 
@@ -174,6 +174,11 @@ def _round_up(value: float) -> float:
 def _middle(places: Sequence[NorthEast]) -> NorthEast:
     north, east = [p[0] for p in places], [p[1] for p in places]
     return (min(north) + max(north)) / 2, (min(east) + max(east)) / 2
+
+
+def _in_whole_cells(middle: NorthEast, scale: float) -> NorthEast:
+    """The middle of a map that grows moves by whole cells, or all of it would change every time."""
+    return round(middle[0] / scale) * scale, round(middle[1] / scale) * scale
 
 
 def _scale_bar(canvas: BrailleCanvas, scale: float) -> None:

@@ -59,15 +59,21 @@ class FlightScreen(Screen[None]):
     def __init__(self, hidden: frozenset[str] = frozenset()) -> None:
         super().__init__()
         self.hidden = hidden
+        self._truth, self._plan = TruthPanel("Estimate against truth", id="truth"), FlownPlan(id="flown-plan")
 
     def watch_snapshot(self, s: Snapshot) -> None:
         """Mark the values of a lost vehicle as old; leave no room for what this vehicle does not send."""
-        self.set_class(s.lost, "-stale")
-        self.set_class(s.source is not None and s.hybrid is None and bool(s.servos), "-foreign")
-        self.set_class(s.truth is not None or (s.hybrid is not None and not s.is_replay), "-truthful")
-        self.set_class(s.flight_plan is not None, "-planned")
-        for plan in self.query(FlownPlan):
-            plan.show(s, self.now)
+        is_darko = s.hybrid is not None
+        wanted = {
+            "-stale": s.lost,
+            "-foreign": s.source is not None and not is_darko and bool(s.servos),
+            "-truthful": s.truth is not None or (is_darko and not s.is_replay),
+            "-planned": s.flight_plan is not None,
+        }
+        for name, is_on in wanted.items():
+            if is_on is not self.has_class(name):
+                self.set_class(is_on, name)
+        self._plan.show(s, self.now)
 
     @on(events.Resize)
     def _use_room(self) -> None:
@@ -77,7 +83,7 @@ class FlightScreen(Screen[None]):
     @property
     def shows_truth(self) -> bool:
         """Whether the truth is compared on the screen, and has to be asked for."""
-        return any(panel.display for panel in self.query(TruthPanel))
+        return self._truth.is_mounted and self._truth.display
 
     def show_panels(self, hidden: frozenset[str]) -> None:
         """Hide these optional panels, show the others where there is room."""
@@ -111,10 +117,10 @@ class FlightScreen(Screen[None]):
                     yield self._bound(AttitudePanel("Attitude", id="attitude"))
                     yield self._bound(FlightPanel("Flight", id="flight"))
                     yield self._bound(DecisionPanel("Decision", id="decision"))
-                    yield self._bound(TruthPanel("Estimate against truth", id="truth"))
+                    yield self._bound(self._truth)
                 with Vertical(id="places"):
                     yield self._bound(MapPanel("Map", id="map"))
-                    yield FlownPlan(id="flown-plan")
+                    yield self._plan
         yield Footer(compact=True, show_command_palette=False)
 
     def _bound(self, panel: Panel) -> Panel:

@@ -31,10 +31,13 @@ class FlightPanel(Panel):
 
     SOURCES = (*POSITION, "VFR_HUD")
     page = 0
+    _decision: DecisionPanel | None = None
+    _count = 0  # of lines in all pages
 
     def draw(self, s: Snapshot, width: int, height: int) -> list[StyledLine]:
         """The lines of the current page, most important first."""
         lines = self._all(s, width)
+        self._count = len(lines)
         first = self.page % _pages(len(lines), height) * height
         return lines[first : first + height]
 
@@ -47,7 +50,7 @@ class FlightPanel(Panel):
         """Draw again, with the pages counted in the title."""
         super().redraw()
         height = self.size.height
-        pages = _pages(len(self._all(self.snapshot, self.size.width)), height)
+        pages = _pages(self._count, height)
         title = "Flight" if pages == 1 else f"Flight {self.page % pages + 1}/{pages}"
         if self.border_title != title:
             self.border_title = title
@@ -78,7 +81,9 @@ class FlightPanel(Panel):
 
     def _has_decision_panel(self) -> bool:
         """True on a screen with room for it, unless the operator has hidden it."""
-        return self.is_mounted and any(panel.display for panel in self.screen.query(DecisionPanel))
+        if self._decision is None and self.is_mounted:
+            self._decision = next(iter(self.screen.query(DecisionPanel)), None)
+        return self._decision is not None and self._decision.display
 
     def _target(self, s: Snapshot, *, words: bool) -> StyledLine:
         distance = math.dist(s.p, s.target) if s.target is not None and s.p is not None else None

@@ -104,11 +104,16 @@ class Panel(Widget):
         if regions:
             self.refresh(*regions)
 
+    def render_lines(self, crop: Region) -> list[Strip]:
+        """The lines of a region, drawn in the present size."""
+        size = self.size
+        if self._drawn_size != size:
+            self._lines, self._drawn_size = self.draw(self.snapshot, *size), size
+        return super().render_lines(crop)
+
     def render_line(self, y: int) -> Strip:
         """One line of the content (Textual's line API)."""
-        width, height = self.size
-        if self._drawn_size != self.size:
-            self._lines, self._drawn_size = self.draw(self.snapshot, width, height), self.size
+        width = self._drawn_size.width
         base = self._rich_style("")
         segments = [Segment(text, self._rich_style(name)) for text, name in _row(self._lines, y)]
         return Strip(segments).adjust_cell_length(width, base)

@@ -34,17 +34,32 @@ class TruthPanel(Panel):
     """Errors of position, velocity, attitude and wind; beside each, how large the filter believes it to be."""
 
     SOURCES = ("DARKO_TRUTH",)
+    _truth: Truth | None = None  # the newest
+    _acceleration: Vector = (0.0, 0.0, 0.0)  # between the last two [m/s2]
+
+    def watch_snapshot(self) -> None:
+        """Show a new snapshot; two true velocities tell the acceleration between them."""
+        before, t = self._truth, self.snapshot.truth
+        if t is not before:
+            self._acceleration = _acceleration(before, t)
+            self._truth = t
+        super().watch_snapshot()
 
     def draw(self, s: Snapshot, width: int, height: int) -> list[StyledLine]:  # noqa: ARG002 - cut by the panel
         """A heading, a line per error, and what the filter says of its readings."""
         if s.truth is None:
             return [styled_line(("the truth is asked for: only a simulation tells it", "dim"))]
         heading = f"{'':<{LABEL_WIDTH}}{'error':>8}     {'1 sigma':>7}  error/sigma"
-        return [styled_line((heading, "label")), *(_line(error) for error in _errors(s, s.truth)), _readings(s)]
+        return [
+            styled_line((heading, "label")),
+            *(_line(error) for error in _errors(s, s.truth, self._acceleration)),
+            _readings(s),
+        ]
 
 
-def _errors(s: Snapshot, t: Truth) -> list[_Error]:
-    p, v = _difference(_moved(s.p, s.v, s.p_time, t), t.p), _difference(s.v if _is_near(s.p_time, t) else None, t.v)
+def _errors(s: Snapshot, t: Truth, acceleration: Vector) -> list[_Error]:
+    true_p, true_v = _moved(t, acceleration, s.p_time)
+    p, v = _difference(s.p, true_p), _difference(s.v, true_v)
     nan = math.nan
     of_p, of_v, of_q = ((nan,) * 3, nan, nan) if s.doubt is None else s.doubt
     wind = _difference(None if s.air is None else s.air.wind_estimate, t.wind)
@@ -79,16 +94,21 @@ def _readings(s: Snapshot) -> StyledLine:
     return styled_line((f"{'worst reading':<{LABEL_WIDTH}}", "label"), table_number(s.test_ratio, 2, 8), "     ", told)
 
 
-def _is_near(time: float | None, t: Truth) -> bool:
-    return time is not None and abs(time - t.time) < MAX_APART
+def _acceleration(before: Truth | None, t: Truth | None) -> Vector:
+    """Between two truths [m/s2]; none if they do not follow each other."""
+    if before is None or t is None or not 0.0 < t.time - before.time < MAX_APART:
+        return 0.0, 0.0, 0.0
+    x, y, z = ((b - a) / (t.time - before.time) for a, b in zip(before.v, t.v, strict=True))
+    return x, y, z
 
 
-def _moved(p: Vector | None, v: Vector | None, time: float | None, t: Truth) -> Vector | None:
-    """The estimated position at the time of the truth: in forward flight a metre lies between two messages."""
-    if p is None or v is None or time is None or not _is_near(time, t):
-        return None
-    step = t.time - time
-    return p[0] + step * v[0], p[1] + step * v[1], p[2] + step * v[2]
+def _moved(t: Truth, acceleration: Vector, time: float | None) -> tuple[Sequence[float], Sequence[float]]:
+    """The true position and velocity at the time of the estimate: in a turn they change much between messages."""
+    if time is None or abs(time - t.time) > MAX_APART:
+        return (math.nan,) * 3, (math.nan,) * 3
+    step = time - t.time
+    p = [p + step * (v + step / 2.0 * a) for p, v, a in zip(t.p, t.v, acceleration, strict=True)]
+    return p, [v + step * a for v, a in zip(t.v, acceleration, strict=True)]
 
 
 def _difference(estimate: Sequence[float] | None, truth: Sequence[float]) -> tuple[float, ...]:
@@ -97,7 +117,7 @@ def _difference(estimate: Sequence[float] | None, truth: Sequence[float]) -> tup
 
 def _angle(s: Snapshot, t: Truth) -> float:
     """Angle between the estimated attitude and the true one, turned on to the time of the estimate [rad]."""
-    if s.q is None or s.q_time is None or not _is_near(s.q_time, t):
+    if s.q is None or s.q_time is None or abs(s.q_time - t.time) > MAX_APART:
         return math.nan
     turned = multiply(t.q, _turn(t.rates, s.q_time - t.time))
     norm = math.hypot(*s.q) * math.hypot(*turned)
