@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -87,8 +87,8 @@ def draw_map(
     for north, east, radius, state in circles:
         _circle(canvas, at((north, east)), radius * dots, LINE_STYLES.get(state, "plan"))
     _labels(canvas, at, labels)
-    for a, b in pairwise(track):
-        canvas.line(at(a), at(b), "track")
+    for a, b in pairwise(_distinct(at(point) for point in track)):
+        canvas.line(a, b, "track")
     if course is not None and vehicle is not None:
         canvas.line(at(vehicle[:2]), at(course), "accent")
     _symbols(canvas, at, home, rally, waypoints, vehicle, target)
@@ -174,6 +174,16 @@ def _round_up(value: float) -> float:
 def _middle(places: Sequence[NorthEast]) -> NorthEast:
     north, east = [p[0] for p in places], [p[1] for p in places]
     return (min(north) + max(north)) / 2, (min(east) + max(east)) / 2
+
+
+def _distinct(dots: Iterable[Dot]) -> list[Dot]:
+    """Of a track only dots away from the one before, and its end: it may have many more points than the map."""
+    kept: list[Dot] = []
+    last = None
+    for last in dots:
+        if not kept or not (abs(last[0] - kept[-1][0]) < 1.0 and abs(last[1] - kept[-1][1]) < 1.0):
+            kept.append(last)
+    return kept if last is None else [*kept, last]
 
 
 def _in_whole_cells(middle: NorthEast, scale: float) -> NorthEast:
