@@ -60,6 +60,9 @@ class BrailleCanvas:
         characters = [
             overlay or (chr(FIRST_BRAILLE + dot) if dot else " ") for overlay, dot in zip(text, dots, strict=True)
         ]
+        for column, character in enumerate(characters):
+            if character == " " and column:  # a blank has no colour: fewer segments
+                styles[column] = styles[column - 1]
         segments, begin = [], 0
         for style, group in groupby(styles):
             end = begin + len(list(group))
