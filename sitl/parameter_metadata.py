@@ -18,6 +18,12 @@ class ParameterMetadata(NamedTuple):
     bounds: tuple[float, float]  # smallest and largest value, both allowed
     unit: str
     text: str
+    values: tuple[tuple[int, str], ...] = ()  # of an enumeration: each allowed number and its name
+
+    @property
+    def meaning(self) -> str:
+        """The text, with the names of the values if there are any: "Legs: 0 hover, 1 forward flight"."""
+        return ": ".join(filter(None, (self.text, ", ".join(f"{number} {name}" for number, name in self.values))))
 
 
 class AnnotatedField(NamedTuple):

@@ -39,7 +39,10 @@ class WorldSettings(NamedTuple):
         float, ParameterMetadata("SIM_LINK_OFF_T", (1.0, 3600.0), "s", "A link that was made to fail is back after it")
     ] = 15.0
     motion_capture: Annotated[
-        int, ParameterMetadata("SIM_MOCAP", (0, 1), "", "Simulated motion capture: 0 off, only poses from peers; 1 on")
+        int,
+        ParameterMetadata(
+            "SIM_MOCAP", (0, 1), "", "Simulated motion capture", ((0, "off: only poses from peers"), (1, "on"))
+        ),
     ] = 1
     wall_speed: Annotated[
         float,
@@ -138,7 +141,7 @@ class BoundParameter(NamedTuple):
             minimum=minimum,
             maximum=maximum,
             unit=self.metadata.unit,
-            description=self.metadata.text,
+            description=self.metadata.meaning,
         )
 
 

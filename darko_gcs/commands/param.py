@@ -11,6 +11,7 @@ from darko_gcs.commands.script_options import EXIT_CODES, add_script_options, ru
 
 if TYPE_CHECKING:
     from darko_gcs.scripting import Vehicle
+    from darko_gcs.state.parameter_metadata import ParameterMetadata
 
 __all__ = ["parser", "run"]
 
@@ -19,12 +20,19 @@ examples:
   darko-gcs param list
   darko-gcs param get DRK_HOV_VMAX
   darko-gcs param set DRK_HOV_VMAX 2
+  darko-gcs param set NAV_DLL_ACT return  the name of a value; names of bits with commas between
   darko-gcs param save mine.params        QGroundControl's format; .parm: MAVProxy's
-  darko-gcs param load mine.params        sets what differs
-  darko-gcs param diff mine.params
+  darko-gcs param load mine.params        sets what differs, and tells what is refused
+  darko-gcs param diff mine.params        what differs from a file
+  darko-gcs param diff                    what differs from the vehicle's defaults
 
 {EXIT_CODES}"""
-PARAM_WORDS = {"list": 0, "get": 1, "set": 2, "save": 1, "load": 1, "diff": 1}
+PARAM_WORDS = {"list": (0,), "get": (1,), "set": (2,), "save": (1,), "load": (1,), "diff": (0, 1)}
+NOT_THERE = "the vehicle has no such parameter"
+
+Result = dict[str, Any]
+Metadata = dict[str, "ParameterMetadata"]
+Job = Callable[["Vehicle"], Awaitable[Result]]
 
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
@@ -51,84 +59,150 @@ def run(args: argparse.Namespace) -> int:
     from protocol.errors import FileError  # noqa: PLC0415
 
     wanted = PARAM_WORDS[args.action]
-    if len(args.values) != wanted:
-        raise GroundError(f"param {args.action} takes {wanted} value{'s' * (wanted != 1)}, not {len(args.values)}")
+    if len(args.values) not in wanted:
+        counts = " or ".join(map(str, wanted))
+        raise GroundError(f"param {args.action} takes {counts} value{'s' * (wanted != (1,))}, not {len(args.values)}")
     try:
         job = _job(args.action, args.values)
     except FileError as error:
         raise GroundError(str(error)) from error
-    return run_script(args, job, _words)
+    described: Metadata = {}
+    if not args.json and args.action != "save":
+        job = _with_names(job, described)
+    return run_script(args, job, lambda result: _words(result, described))
 
 
-def _job(action: str, values: list[str]) -> Callable[[Vehicle], Awaitable[dict[str, Any]]]:
+def _job(action: str, values: list[str]) -> Job:
     """The job of an action; what can be checked without a vehicle is checked first."""
-    from darko_gcs.errors import GroundError  # noqa: PLC0415 - --help must be quick
-    from protocol.plans.parameter_files import load_parameters  # noqa: PLC0415
+    from protocol.plans.parameter_files import load_parameters  # noqa: PLC0415 - --help must be quick
 
     if action == "set":
-        try:
-            number = float(values[1])
-        except ValueError:
-            raise GroundError(f"param set {values[0]}: {values[1]} is not a number") from None
-        return lambda vehicle: _set(vehicle, {values[0]: number})
-    if action in {"load", "diff"}:
+        return lambda vehicle: _set(vehicle, values[0], values[1])
+    if values and action in {"load", "diff"}:
         wanted = load_parameters(Path(values[0]))
         return lambda vehicle: _compare(vehicle, wanted, change=action == "load")
+    if action == "diff":
+        return _compare_with_defaults
     if action == "save":
         return lambda vehicle: _save(vehicle, Path(values[0]))
     return lambda vehicle: _read(vehicle, values[0] if values else None)
 
 
-async def _read(vehicle: Vehicle, name: str | None) -> dict[str, Any]:
+def _with_names(job: Job, described: Metadata) -> Job:
+    """The same job, which also asks what the values mean: for people."""
+
+    async def run(vehicle: Vehicle) -> Result:
+        result = await job(vehicle)
+        described.update(await vehicle.parameter_metadata())
+        return result
+
+    return run
+
+
+async def _read(vehicle: Vehicle, name: str | None) -> Result:
     known = await vehicle.parameters()
     if name is None:
         return {"parameters": known}
-    _require(known, [name])
+    _require(known, name)
     return {"parameters": {name: known[name]}}
 
 
-async def _set(vehicle: Vehicle, wanted: Mapping[str, float]) -> dict[str, Any]:
-    _require(await vehicle.parameters(), wanted)
-    return {"parameters": {name: await vehicle.set_parameter(name, value) for name, value in wanted.items()}}
+async def _set(vehicle: Vehicle, name: str, text: str) -> Result:
+    from darko_gcs.errors import GroundError  # noqa: PLC0415 - --help must be quick
+    from darko_gcs.state.parameter_metadata import NO_METADATA  # noqa: PLC0415
+
+    _require(await vehicle.parameters(), name)
+    metadata = NO_METADATA
+    try:
+        try:
+            value = metadata.value_of(text)
+        except ValueError:  # no number: the vehicle knows names
+            metadata = (await vehicle.parameter_metadata()).get(name, NO_METADATA)
+            value = metadata.value_of(text)
+    except ValueError as error:
+        raise GroundError(f"param set {name}: {error}") from None
+    return {"parameters": {name: await vehicle.set_parameter(name, value)}}
 
 
-async def _compare(vehicle: Vehicle, wanted: Mapping[str, float], *, change: bool) -> dict[str, Any]:
-    known = await vehicle.parameters()
-    _require(known, wanted)
-    differ = {name: value for name, value in wanted.items() if abs(known[name] - value) > 1e-6 * abs(value)}
-    result: dict[str, Any] = {"differ": {name: {"vehicle": known[name], "file": differ[name]} for name in differ}}
+async def _compare(vehicle: Vehicle, wanted: Mapping[str, float], *, change: bool) -> Result:
+    from darko_gcs.state.parameter_table import differences  # noqa: PLC0415 - --help must be quick
+
+    await vehicle.parameters()
+    differ = differences(vehicle.now, wanted)
+    result: Result = {"differ": {each.name: {"vehicle": each.vehicle, "file": each.other} for each in differ}}
     if change:
-        result["parameters"] = {name: await vehicle.set_parameter(name, value) for name, value in differ.items()}
+        await _load(vehicle, result, {each.name: each.other for each in differ})
     return result
 
 
-async def _save(vehicle: Vehicle, path: Path) -> dict[str, Any]:
-    from protocol.atomic_write import write_atomically  # noqa: PLC0415 - --help must be quick
-    from protocol.plans.parameter_files import render_parm, render_qgc_params  # noqa: PLC0415
+async def _load(vehicle: Vehicle, result: Result, wanted: Mapping[str, float]) -> None:
+    """Set what differs; adds to the result what is set and what is refused, with the reason."""
+    from darko_gcs.state.parameter_change import refused_changes  # noqa: PLC0415 - --help must be quick
+
+    changes = await vehicle.set_parameters({name: value for name, value in wanted.items() if name in _known(vehicle)})
+    refused = {
+        name: {"value": change.value, "reason": change.reason} for name, change in refused_changes(changes).items()
+    }
+    missing = {name: {"value": value, "reason": NOT_THERE} for name, value in wanted.items() if name not in changes}
+    result["parameters"] = {name: vehicle.now.parameters[name] for name in changes if name not in refused}
+    if refused := missing | refused:
+        result["refused"] = refused
+        result["error"] = f"{len(refused)} of {len(wanted)} parameters refused: {', '.join(sorted(refused)[:5])}"
+
+
+def _known(vehicle: Vehicle) -> Mapping[str, float]:
+    return vehicle.now.parameters
+
+
+async def _compare_with_defaults(vehicle: Vehicle) -> Result:
+    from darko_gcs.errors import FlightError  # noqa: PLC0415 - --help must be quick
+    from darko_gcs.state.parameter_table import default_differences  # noqa: PLC0415
+
+    await vehicle.parameters()
+    if not await vehicle.parameter_metadata():
+        raise FlightError("the vehicle does not tell the defaults of its parameters")
+    differ = default_differences(vehicle.now)
+    return {"differ": {each.name: {"vehicle": each.vehicle, "default": each.other} for each in differ}}
+
+
+async def _save(vehicle: Vehicle, path: Path) -> Result:
+    from protocol.plans.parameter_files import save_parameters  # noqa: PLC0415 - --help must be quick
 
     known = await vehicle.parameters()
-    if path.suffix == ".parm":
-        text = render_parm(known)
-    else:
-        system, component = vehicle.source
-        text = render_qgc_params(known, vehicle.parameter_types(), system, component)
-    write_atomically(path, text.encode())
+    save_parameters(path, known, vehicle.parameter_types(), vehicle.source)
     return {"file": str(path), "saved": len(known)}
 
 
-def _require(known: Mapping[str, float], names: Mapping[str, float] | list[str]) -> None:
+def _require(known: Mapping[str, float], name: str) -> None:
     from darko_gcs.errors import FlightError  # noqa: PLC0415 - --help must be quick
 
-    missing = [name for name in names if name not in known]
-    if missing:
-        raise FlightError(f"the vehicle has no parameter {', '.join(missing[:5])}")
+    if name not in known:
+        raise FlightError(f"the vehicle has no parameter {name}")
 
 
-def _words(result: dict[str, Any]) -> str:
+def _words(result: Result, described: Metadata) -> str:
+    from darko_gcs.state.parameter_metadata import NO_METADATA  # noqa: PLC0415 - --help must be quick
+
+    def shown(name: str, value: float) -> str:
+        metadata = described.get(name, NO_METADATA)
+        unit = f" {metadata.unit}" if metadata.unit else ""
+        return metadata.shown(value) + unit
+
     if "saved" in result:
         return f"{result['file']}: {result['saved']} parameters"
-    lines = [f"{name:<16} {value:g}" for name, value in result.get("parameters", {}).items()]
-    if "differ" in result and "parameters" not in result:
-        lines = [f"{name:<16} {both['vehicle']:g} on the vehicle, {both['file']:g} in the file"
-                 for name, both in result["differ"].items()]  # fmt: skip
+    if "parameters" in result:
+        lines = [f"{name:<16} {shown(name, value)}" for name, value in result["parameters"].items()]
+        refused = result.get("refused", {}).items()
+        lines += [f"{name:<16} {shown(name, row['value'])} refused: {row['reason']}" for name, row in refused]
+    else:
+        lines = [_difference(name, both, shown) for name, both in result["differ"].items()]
     return "\n".join(lines) or "nothing differs"
+
+
+def _difference(name: str, both: Mapping[str, float | None], shown: Callable[[str, float], str]) -> str:
+    here, other = both["vehicle"], "file" if "file" in both else "default"
+    on_vehicle = "not there" if here is None else shown(name, here)
+    value = both[other]
+    elsewhere = "" if value is None else shown(name, value)
+    where = "in the file" if other == "file" else "by default"
+    return f"{name:<16} {on_vehicle} on the vehicle, {elsewhere} {where}"

@@ -63,6 +63,7 @@ def run(args: argparse.Namespace) -> int:
     """
     from darko_gcs.errors import GroundError  # noqa: PLC0415
     from darko_gcs.feed.replay_feed import ReplayFeed  # noqa: PLC0415
+    from darko_gcs.preferences import PreferencesFile  # noqa: PLC0415
     from darko_gcs.tui.replay_app import ReplayApp  # noqa: PLC0415
     from protocol.errors import FileError  # noqa: PLC0415 - --help must not load the wire
     from protocol.tlog import read_tlog  # noqa: PLC0415
@@ -71,4 +72,4 @@ def run(args: argparse.Namespace) -> int:
         feed = ReplayFeed(read_tlog(args.file), args.file.name, begin=args.at, speed=args.speed)
     except FileError as error:
         raise GroundError(str(error)) from error
-    return ReplayApp(feed).run() or 0
+    return ReplayApp(feed, PreferencesFile()).run() or 0

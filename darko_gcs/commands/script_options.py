@@ -51,7 +51,7 @@ def run_script(args: argparse.Namespace, job: Job, words: Callable[[Result], str
     """
     import asyncio  # noqa: PLC0415 - --help must be quick
 
-    from darko_gcs.errors import GroundError  # noqa: PLC0415
+    from darko_gcs.errors import FlightError, GroundError  # noqa: PLC0415
     from protocol.errors import ProtocolError  # noqa: PLC0415
 
     try:
@@ -62,6 +62,13 @@ def run_script(args: argparse.Namespace, job: Job, words: Callable[[Result], str
             raise GroundError(str(error)) if isinstance(error, ProtocolError) else error from None
         print(json.dumps({"ok": False, "error": str(error), "exit_code": code}))
         return code
+    if failed := result.get("error"):  # a part of the job
+        code = FlightError.exit_code
+        if args.json:
+            print(json.dumps({"ok": False, **_plain(result), "exit_code": code}))
+            return code
+        print(words(result))
+        raise FlightError(failed)
     print(json.dumps({"ok": True, **_plain(result)}) if args.json else words(result))
     return 0
 

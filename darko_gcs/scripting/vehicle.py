@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator, Callable, Sequence
+from collections.abc import AsyncIterator, Callable, Mapping, Sequence
 from contextlib import asynccontextmanager
 from pathlib import Path
 
 from darko_gcs.errors import FlightError, LinkError
 from darko_gcs.feed.udp_link import UdpLink
+from darko_gcs.state.parameter_change import ChangeState, ParameterChange
+from darko_gcs.state.parameter_metadata import ParameterMetadata
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.text import command_name, reason_text
 from darko_gcs.station.keyring_setup import open_keyring
@@ -18,11 +20,11 @@ from protocol.dialect import mavlink
 from protocol.events import (
     CommandDone,
     Event,
+    FileFailed,
     MissionCleared,
     MissionDownloaded,
     MissionFailed,
     MissionUploaded,
-    ParameterConfirmed,
     ParameterFailed,
     ParameterReceived,
     ParametersComplete,
@@ -36,6 +38,7 @@ __all__ = ["Vehicle", "connect"]
 
 WORDS_TIME = 1.0  # the vehicle's text about a refusal follows its answer [s]
 IN_FLIGHT_RATE = 10.0  # of reports [Hz]
+METADATA_TIMEOUT = 5.0  # for the description of the parameters [s]
 
 
 @asynccontextmanager
@@ -226,13 +229,40 @@ class Vehicle:
         """MAV_PARAM_TYPE of the parameters that ``parameters`` fetched last."""
         return dict(self._types)
 
-    async def set_parameter(self, name: str, value: float) -> float:
-        """Change a parameter; gives its value as the vehicle has it then."""
+    async def parameter_metadata(self) -> Mapping[str, ParameterMetadata]:
+        """How it describes its parameters; empty if it does not."""
         async with self._busy:
             self._forget()
-            self._station.set_parameter(name, value, self._link.now)
-            await self._answer(ParameterConfirmed, ParameterFailed, f"parameter {name}")
-        return self.now.parameters[name]
+            self._station.fetch_parameter_metadata(self._link.now)
+            deadline = self._link.now + METADATA_TIMEOUT
+            while not self.now.parameter_metadata and self._link.now < deadline:
+                self._take_events()
+                if any(isinstance(event, FileFailed) or _is_refusal(event) for event in self._events):
+                    break
+                await asyncio.sleep(POLL_PERIOD)
+        return self.now.parameter_metadata
+
+    async def set_parameter(self, name: str, value: float) -> float:
+        """Change a parameter; gives its value as the vehicle has it then.
+
+        Raises:
+            FlightError: The vehicle refused the value, also if it had echoed it first.
+        """
+        change = (await self.set_parameters({name: value}))[name]
+        if change.state is ChangeState.REFUSED:
+            raise FlightError(f"parameter {name} stays as it was: {change.reason}")
+        return self.now.parameters.get(name, value)
+
+    async def set_parameters(self, wanted: Mapping[str, float]) -> dict[str, ParameterChange]:
+        """Change several parameters; gives what became of each, set or refused, by name."""
+        async with self._busy:
+            self._forget()
+            self._station.set_parameters(wanted, self._link.now)
+            while any(self.now.parameter_changes[name].state is ChangeState.WAITING for name in wanted):
+                await asyncio.sleep(POLL_PERIOD)
+                if not self.now.parameter_changes.keys() >= wanted.keys():
+                    raise FlightError("the vehicle restarted")
+        return {name: self.now.parameter_changes[name] for name in wanted}
 
     # Inside
 
@@ -282,3 +312,10 @@ class Vehicle:
             if words or self._link.now > deadline:
                 return words
             await asyncio.sleep(POLL_PERIOD)
+
+
+def _is_refusal(event: Event) -> bool:
+    """True if the vehicle does not send a message that was asked for."""
+    if not isinstance(event, CommandDone) or event.command != mavlink.MAV_CMD_REQUEST_MESSAGE:
+        return False
+    return event.result != mavlink.MAV_RESULT_ACCEPTED

@@ -52,7 +52,7 @@ RESTART_MESSAGES = 3  # messages in a row that must indicate it: a single one ma
 # Fields that stay true when the vehicle restarts; all others belong to the flight before.
 FIELDS_KEPT_AT_RESTART = (
     "source", "autopilot", "kind", "armed", "mode", "critical", "heartbeat_at", "lost", "restarts", "parameters",
-    "parameter_count", "parameter_metadata",
+    "parameter_count", "parameter_types", "parameter_changes", "parameter_metadata",
     "mission", "fence", "rally", "transfer", "messages", "open_text", "received", "rate", "loss", "unrecorded",
     "signing", "refused", "is_replay", "simulator",
 )  # fmt: skip
@@ -301,7 +301,11 @@ def _parameter(s: Snapshot, m: Message, _now: float) -> Snapshot:
         return s
     is_cast = s.autopilot == mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA  # integers as floats of the same value
     value = m.param_value if is_cast else decode_value(m.param_value, m.param_type)
-    return replace(s, parameters={**s.parameters, m.param_id: value}, parameter_count=m.param_count)
+    types = s.parameter_types
+    if types.get(m.param_id) != m.param_type:
+        types = {**types, m.param_id: m.param_type}
+    parameters = {**s.parameters, m.param_id: value}
+    return replace(s, parameters=parameters, parameter_count=m.param_count, parameter_types=types)
 
 
 HANDLERS.handles("STATUSTEXT")(add_status_text)

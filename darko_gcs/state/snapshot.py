@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 from darko_gcs.state.flight_plan_state import FlightPlanState
+from darko_gcs.state.parameter_change import ParameterChange
 from darko_gcs.state.parameter_metadata import ParameterMetadata
 from darko_gcs.state.text import label_of
 from darko_gcs.state.values import (
@@ -92,6 +93,8 @@ class Snapshot:
     law_since: float | None = None  # vehicle's time of the last change of law [s]
     parameters: Mapping[str, float] = field(default_factory=dict)
     parameter_count: int | None = None  # in the vehicle's table
+    parameter_types: Mapping[str, int] = field(default_factory=dict)  # MAV_PARAM_TYPE
+    parameter_changes: Mapping[str, ParameterChange] = field(default_factory=dict)  # that this operator asked for
     parameter_metadata: Mapping[str, ParameterMetadata] = field(default_factory=dict)
     v_history: tuple[tuple[float, float, float], ...] = ()  # (vehicle's time [s], V hover, V forward)
     jumps: tuple[Jump, ...] = ()

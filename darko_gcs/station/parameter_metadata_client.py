@@ -24,6 +24,8 @@ __all__ = ["ParameterMetadataClient", "parameter_file_path", "parse_parameter_fi
 
 METADATA_TYPE_PARAMETER = 1  # COMP_METADATA_TYPE_PARAMETER
 VEHICLE_FILE = "mftp://"
+WORD_BITS = 32  # of a mask
+MAX_NAMED_VALUES = 256  # of one parameter; more are ignored
 MAX_FILE_SIZE = 4_000_000  # of a file, unpacked [byte]
 MAX_UNPACKING_MEMORY = 64_000_000  # [byte]
 
@@ -120,7 +122,17 @@ def _metadata(entry: Mapping[str, Any]) -> ParameterMetadata:
         default=_number(entry.get("default")),
         is_integer=_text(entry.get("type")).lower().startswith(("int", "uint")),
         needs_reboot=entry.get("rebootRequired") is True,
+        long_text=_text(entry.get("longDesc")),
+        values=_named(entry.get("values"), "value"),
+        bits=tuple((int(bit), name) for bit, name in _named(entry.get("bitmask"), "index") if bit in range(WORD_BITS)),
     )
+
+
+def _named(rows: object, key: str) -> tuple[tuple[float, str], ...]:
+    """Numbers with their names, from rows of ``key`` and "description"."""
+    listed = [row for row in rows[:MAX_NAMED_VALUES] if isinstance(row, dict)] if isinstance(rows, list) else []
+    found = ((_number(row.get(key)), _text(row.get("description"))) for row in listed)
+    return tuple((number, name) for number, name in found if name and math.isfinite(number))
 
 
 def _json_object(data: bytes) -> dict[str, Any]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 from darko_gcs.state.message_log import add_line
@@ -13,6 +13,7 @@ from darko_gcs.state.reduce_events import reduce_event
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
 from darko_gcs.station.family_requests import FamilyRequests
 from darko_gcs.station.flight_plan_requests import FlightPlanRequests
+from darko_gcs.station.parameter_changes import ParameterChanges
 from darko_gcs.station.parameter_metadata_client import ParameterMetadataClient
 from darko_gcs.station.plan_transfer import PlanTransfer
 from darko_gcs.station.signing_client import SigningClient
@@ -22,7 +23,7 @@ from protocol.command_values import FORCE_ARM_DISARM
 from protocol.dialect import mavlink
 from protocol.endpoint_ground import GROUND_SYSTEM, GroundEndpoint
 from protocol.errors import FileError, LocalProtocolError
-from protocol.events import Event, MissionUploaded, ParameterConfirmed, VehicleRestarted
+from protocol.events import Event, MissionUploaded, VehicleRestarted
 from protocol.frames import LocalFrame
 from protocol.keyring import KeyRecord, Keyring
 from protocol.message import Message, Source, source_of
@@ -34,7 +35,6 @@ from protocol.tlog import TlogWriter
 __all__ = ["MAX_OTHER_VEHICLES", "Station"]
 
 RATE_WINDOW = 2.0  # between updates of message rate and loss [s]
-REFUSAL_TIME = 0.5  # after a confirmed parameter, in which it may still be refused [s]
 CONTROL_TIMEOUT = 10.0  # for another station to answer a request for control [s]
 MAX_OTHER_VEHICLES = 4  # beside the selected one that are reported
 _NAN = math.nan
@@ -71,13 +71,13 @@ class Station(FlightPlanRequests):
         self.signing = SigningClient(self.endpoint, give_key=give_key)
         self.plans = PlanTransfer(self.endpoint)
         self.parameter_metadata = ParameterMetadataClient(self.endpoint)
+        self._parameter_changes = ParameterChanges(self.endpoint)
         self._families = FamilyRequests(self.endpoint)
         self.snapshot: Snapshot = EMPTY_SNAPSHOT
         self.recording_fault = ""  # why the recording ended
         self._recorder = recorder
         self._others: set[Source] = set()
         self._events: list[Event] = []
-        self._confirmed: dict[str, tuple[ParameterConfirmed, float]] = {}  # and when [s]
         self._last_rate = (0.0, 0)  # time [s] and message count of the last update of the rate
 
     # Bytes and time
@@ -113,7 +113,7 @@ class Station(FlightPlanRequests):
         self._families.handle_timer(now)
         self._update_signing(now)
         self._collect(now)
-        self._judge_parameters(now)
+        self.snapshot = self._parameter_changes.handle_timer(self.snapshot, now)
         self._update_rate(now)
 
     def outgoing(self, now: float, time_usec: int) -> list[bytes]:
@@ -261,7 +261,12 @@ class Station(FlightPlanRequests):
 
     def set_parameter(self, name: str, value: float, now: float) -> None:
         """Change a parameter of the vehicle."""
-        self._try(now, lambda: self.endpoint.set_parameter(name, value, now))
+        self.set_parameters({name: value}, now)
+
+    def set_parameters(self, wanted: Mapping[str, float], now: float) -> None:
+        """Change several parameters; the snapshot's ``parameter_changes`` tell what became of each."""
+        self.snapshot = self._parameter_changes.request(self.snapshot, wanted, now)
+        self._collect(now)
 
     def want_truth(self, now: float, *, wanted: bool) -> None:
         """Have a simulation tell the truth, or stop telling it."""
@@ -308,9 +313,7 @@ class Station(FlightPlanRequests):
         for event in self.endpoint.events():
             if self._families.follow(event, now):
                 continue
-            if isinstance(event, ParameterConfirmed):  # the vehicle may think better of it: see _judge_parameters
-                self._confirmed[event.name] = (event, now)
-            else:
+            if not self._parameter_changes.take(event, now):
                 self.snapshot = reduce_event(self.snapshot, event, now)
             if isinstance(event, MissionUploaded):
                 self.snapshot = with_plan(self.snapshot, event.kind, self.plans.sent.get(event.kind, ()))
@@ -321,19 +324,6 @@ class Station(FlightPlanRequests):
         metadata = self.parameter_metadata.known
         if metadata and metadata is not self.snapshot.parameter_metadata:
             self.snapshot = replace(self.snapshot, parameter_metadata=metadata)
-
-    def _judge_parameters(self, now: float) -> None:
-        """Say that a parameter is set once it has stayed so; a vehicle may echo a value first and refuse it then."""
-        for name, (event, since) in tuple(self._confirmed.items()):
-            value = self.snapshot.parameters.get(name, event.value)
-            if not math.isclose(value, event.value, rel_tol=1e-6):
-                text = f"Parameter {name} stays {value:.7g}: the vehicle refused {event.value:.7g}"
-                self.add_line(now, text)
-            elif now - since >= REFUSAL_TIME:
-                self.snapshot = reduce_event(self.snapshot, event, now)
-            else:
-                continue
-            del self._confirmed[name]
 
     def _update_rate(self, now: float) -> None:
         since, count = self._last_rate
@@ -368,6 +358,8 @@ class Station(FlightPlanRequests):
     def _handle_restart(self, now: float) -> None:
         """The vehicle has forgotten all requests; its plans and parameters must be fetched again."""
         self.snapshot = replace(self.snapshot, mission=(), fence=(), rally=(), parameters={}, parameter_metadata={})
+        self.snapshot = replace(self.snapshot, parameter_changes={}, parameter_types={})
+        self._parameter_changes = ParameterChanges(self.endpoint)
         self.plans.cancel()
         self.parameter_metadata.forget()
         self.endpoint.give_up_requests("the vehicle restarted")

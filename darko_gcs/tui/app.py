@@ -14,10 +14,12 @@ from textual.screen import ModalScreen, Screen
 
 from darko_gcs.errors import GroundError
 from darko_gcs.feed.feed import Feed
+from darko_gcs.preferences import PreferencesFile
 from darko_gcs.state.text import format_time
 from darko_gcs.tui.actions import ACTIONS, Action, Request, control_question, disarm_question
 from darko_gcs.tui.flight_dialogs import ask_go_to_place, choose_panels
 from darko_gcs.tui.help_texts import COLOUR_MEANINGS, KEY_SYMBOLS, QUESTION_RULES, screen_keys
+from darko_gcs.tui.kept_look import KeptLook
 from darko_gcs.tui.plan_draft import PlanDraft
 from darko_gcs.tui.screens.dialogs import AskScreen, ConfirmScreen, HelpScreen, QuitScreen, parse_number
 from darko_gcs.tui.screens.flight_plan_screen import FlightPlanScreen
@@ -52,9 +54,10 @@ class GroundStationApp(App[int]):
     ]
     failure: GroundError | None = None  # why it could not start
 
-    def __init__(self, feed: Feed) -> None:
+    def __init__(self, feed: Feed, preferences: PreferencesFile | None = None) -> None:
         super().__init__()
         self.feed = feed
+        self.kept = KeptLook(self, preferences)
         self.draft = PlanDraft()
         self._wants_truth = False
         self._last_pull = time.monotonic()
@@ -71,6 +74,7 @@ class GroundStationApp(App[int]):
             self.exit(error.exit_code)
             return
         await self.push_screen(self.first_screen())
+        self.kept.restore()
         if self.draft.plan.items:
             self.notify(f"{self.draft.path} is open: press m to show it, then u to upload it")
         self.set_interval(REFRESH_PERIOD, self.pull)
@@ -253,7 +257,7 @@ class GroundStationApp(App[int]):
     def show_parameters(self) -> None:
         """Open the parameter screen, once."""
         if not isinstance(self.screen, ParametersScreen):
-            self.push_screen(ParametersScreen(self.feed.station, lambda: self.feed.now))
+            self.push_screen(ParametersScreen(self.feed.station, lambda: self.feed.now, self.kept.preferences))
 
     def show_messages(self) -> None:
         """Open the message log, once."""
@@ -285,6 +289,10 @@ class GroundStationApp(App[int]):
         """Keys beside those of the table, with their texts."""
         return []
 
+    def watch_theme(self) -> None:
+        """Keep the theme for the next time."""
+        self.kept.keep()
+
     def zoom(self, step: int) -> None:
         """Zoom the map in, out, or to fit."""
         for panel in self.screen.query(MapPanel):
@@ -301,7 +309,7 @@ class GroundStationApp(App[int]):
         """Ask which panels of the flight screen to show."""
         for screen in self.screen_stack:
             if isinstance(screen, FlightScreen):
-                choose_panels(self, screen, lambda: None)
+                choose_panels(self, screen, self.kept.keep)
 
     @on(MapPanel.PlaceClicked)
     def _ask_go_to_place(self, event: MapPanel.PlaceClicked) -> None:

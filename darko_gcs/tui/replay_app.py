@@ -10,6 +10,7 @@ from textual.widgets import Input
 
 from darko_gcs.feed.recorded_marks import MarkKind
 from darko_gcs.feed.replay_feed import ReplayFeed
+from darko_gcs.preferences import PreferencesFile
 from darko_gcs.tui.app import GroundStationApp
 from darko_gcs.tui.screens.flight_screen import FlightScreen
 from darko_gcs.tui.widgets.time_bar import TimeBar
@@ -53,8 +54,8 @@ class ReplayApp(GroundStationApp):
         *(Binding(str(n), f"go({n / 10})", "", show=False) for n in range(1, 10)),
     ]
 
-    def __init__(self, feed: ReplayFeed) -> None:
-        super().__init__(feed)
+    def __init__(self, feed: ReplayFeed, preferences: PreferencesFile | None = None) -> None:
+        super().__init__(feed, preferences)
         self.replay = feed
 
     def first_screen(self) -> FlightScreen:

@@ -10,10 +10,13 @@ import math
 from collections.abc import Mapping
 from pathlib import Path
 
+from protocol.atomic_write import write_atomically
 from protocol.errors import FileError
+from protocol.message import Source
 
-__all__ = ["load_parameters", "render_parm", "render_qgc_params"]
+__all__ = ["load_parameters", "render_parm", "render_qgc_params", "save_parameters"]
 
+MAVPROXY_SUFFIXES = {".parm", ".param"}
 MAX_PARAMETER_FILE = 1 << 20  # of a file [byte]
 QGC_COLUMNS = 5
 MAX_NAME = 16  # of a parameter [characters]
@@ -42,6 +45,24 @@ def load_parameters(path: Path) -> dict[str, float]:
     if not found:
         raise FileError(f"{path}: no parameters")
     return found
+
+
+def save_parameters(path: Path, values: Mapping[str, float], types: Mapping[str, int], vehicle: Source) -> None:
+    """Write a file: MAVProxy's for names that end in .parm or .param, QGroundControl's for all others.
+
+    Args:
+        path: Of the file.
+        values: By name.
+        types: MAV_PARAM_TYPE by name; QGroundControl's files have them.
+        vehicle: System and component id.
+
+    Raises:
+        FileError: The file cannot be written.
+    """
+    is_mavproxy = path.suffix in MAVPROXY_SUFFIXES
+    write_atomically(
+        path, (render_parm(values) if is_mavproxy else render_qgc_params(values, types, *vehicle)).encode()
+    )
 
 
 def render_qgc_params(values: Mapping[str, float], types: Mapping[str, int], system: int, component: int) -> str:

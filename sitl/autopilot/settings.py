@@ -31,7 +31,8 @@ class Settings(NamedTuple):
         float, ParameterMetadata("COM_DISARM_LAND", (0.0, 60.0), "s", "Motors stop this long after landing")
     ] = 2.0
     setpoint_action: Annotated[
-        int, ParameterMetadata("COM_OBL_RC_ACT", (3, 5), "", "Set-points stop: 3 return, 4 land, 5 hold")
+        int,
+        ParameterMetadata("COM_OBL_RC_ACT", (3, 5), "", "Set-points stop", ((3, "return"), (4, "land"), (5, "hold"))),
     ] = 5
     stick_timeout: Annotated[
         float, ParameterMetadata("COM_RC_LOSS_T", (0.1, 35.0), "s", "Sticks older than this end manual control")
@@ -40,7 +41,10 @@ class Settings(NamedTuple):
         float, ParameterMetadata("COM_DL_LOSS_T", (1.0, 300.0), "s", "The ground station is lost after this silence")
     ] = 10.0
     link_action: Annotated[
-        int, ParameterMetadata("NAV_DLL_ACT", (0, 3), "", "Ground station lost: 0 go on, 1 hold, 2 return, 3 land")
+        int,
+        ParameterMetadata(
+            "NAV_DLL_ACT", (0, 3), "", "Ground station lost", ((0, "go on"), (1, "hold"), (2, "return"), (3, "land"))
+        ),
     ] = 0
     position_timeout: Annotated[
         float, ParameterMetadata("COM_POS_FS_DELAY", (1.0, 100.0), "s", "The position is lost after so long unaided")
@@ -60,16 +64,26 @@ class Settings(NamedTuple):
         float, ParameterMetadata("COM_OBC_LOSS_T", (1.0, 60.0), "s", "The companion is lost after this silence")
     ] = 5.0
     companion_action: Annotated[
-        int, ParameterMetadata("DRK_OBC_ACT", (0, 3), "", "Companion lost: 0 go on, 1 hold, 2 return, 3 land")
+        int,
+        ParameterMetadata(
+            "DRK_OBC_ACT", (0, 3), "", "Companion lost", ((0, "go on"), (1, "hold"), (2, "return"), (3, "land"))
+        ),
     ] = 0
     control_policy: Annotated[
         int,
         ParameterMetadata(
-            "DRK_ONE_GCS", (0, 2), "", "Who may command: 0 anyone, 1 the station in control, 2 also the one that armed"
+            "DRK_ONE_GCS",
+            (0, 2),
+            "",
+            "Who may command",
+            ((0, "anyone"), (1, "the station in control"), (2, "also the one that armed")),
         ),
     ] = 1
     fence_action: Annotated[
-        int, ParameterMetadata("GF_ACTION", (0, 5), "", "Fence: 0 off, 1 warn, 2 hold, 3 return, 5 land")
+        int,
+        ParameterMetadata(
+            "GF_ACTION", (0, 5), "", "Fence", ((0, "off"), (1, "warn"), (2, "hold"), (3, "return"), (5, "land"))
+        ),
     ] = 2
     fence_distance: Annotated[
         float, ParameterMetadata("GF_MAX_HOR_DIST", (0.0, 1e4), "m", "Fence: distance from home; 0: unlimited")
@@ -80,7 +94,11 @@ class Settings(NamedTuple):
     net_action: Annotated[
         int,
         ParameterMetadata(
-            "DRK_NET_ACT", (0, 4), "", "Net or obstacle near: 0 off, 1 warn, 2 hold; net: 3 then land, 4 then cut"
+            "DRK_NET_ACT",
+            (0, 4),
+            "",
+            "Net or obstacle near",
+            ((0, "off"), (1, "warn"), (2, "hold"), (3, "hold and land at the net"), (4, "hold and cut at the net")),
         ),
     ] = 4
     net_room: Annotated[
@@ -106,10 +124,16 @@ class Settings(NamedTuple):
         float, ParameterMetadata("BAT_CRIT_THR", (0.0, 0.5), "", "Battery share to arrive home with")
     ] = 0.07
     battery_action: Annotated[
-        int, ParameterMetadata("COM_LOW_BAT_ACT", (0, 3), "", "Battery: 0 warn, 2 land when critical, 3 return in time")
+        int,
+        ParameterMetadata(
+            "COM_LOW_BAT_ACT", (0, 3), "", "Battery", ((0, "warn"), (2, "land when critical"), (3, "return in time"))
+        ),
     ] = 3
     detector_action: Annotated[
-        int, ParameterMetadata("DRK_FD_ACT", (0, 1), "", "Flight cannot be controlled: 0 warn, 1 cut the motors")
+        int,
+        ParameterMetadata(
+            "DRK_FD_ACT", (0, 1), "", "Flight cannot be controlled", ((0, "warn"), (1, "cut the motors"))
+        ),
     ] = 1
     tumble_rate: Annotated[
         float, ParameterMetadata("DRK_FD_RATE", (90.0, 2000.0), "deg/s", "Turning faster than this is tumbling")
@@ -124,7 +148,7 @@ class Settings(NamedTuple):
         float, ParameterMetadata("DRK_FD_MOM_T", (0.1, 10.0), "s", "So long tells a failed motor or elevon")
     ] = 1.7
     failure_injection: Annotated[
-        int, ParameterMetadata("SYS_FAILURE_EN", (0, 1), "", "Failures may be injected: 0 no, 1 yes")
+        int, ParameterMetadata("SYS_FAILURE_EN", (0, 1), "", "Failures may be injected", ((0, "no"), (1, "yes")))
     ] = 0
     # Beyond it the hover laws lose the axis normal to the wing.
     hover_speed: Annotated[
@@ -132,7 +156,9 @@ class Settings(NamedTuple):
     ] = 3.0
     way: Annotated[
         int,
-        ParameterMetadata("DRK_WAY", (0, 2), "", "Legs: 0 the cheaper way, 1 hover, 2 forward flight where possible"),
+        ParameterMetadata(
+            "DRK_WAY", (0, 2), "", "Legs", ((0, "the cheaper way"), (1, "hover"), (2, "forward flight where possible"))
+        ),
     ] = 0
     airspeed: Annotated[
         float,

@@ -59,7 +59,10 @@ class Tuning(NamedTuple):
         ),
     ] = OWN
     integral: Annotated[
-        int, ParameterMetadata("DRK_LQI", (0, 1), "", "Integral of the position error in the linear hover law")
+        int,
+        ParameterMetadata(
+            "DRK_LQI", (0, 1), "", "Integral of the position error in the linear hover law", ((0, "off"), (1, "on"))
+        ),
     ] = 1
     # What the report tries and no table found better: for its reproduction, not on the wire.
     governor: int = VELOCITY  # of :mod:`sitl.control.governor`
@@ -81,11 +84,18 @@ class Tuning(NamedTuple):
     design: Annotated[
         int,
         ParameterMetadata(
-            "DRK_LIN_DESIGN", (0, 3), "", "Linear hover gain: 0 the report's R = I, 1 LMI, 2 R = 5 I, 3 proved"
+            "DRK_LIN_DESIGN",
+            (0, 3),
+            "",
+            "Linear hover gain",
+            ((0, "the report's R = I"), (1, "LMI"), (2, "R = 5 I"), (3, "proved")),
         ),
     ] = PROVED_GAIN
     forward_linear: Annotated[
-        int, ParameterMetadata("DRK_FWD_LIN", (0, 1), "", "Hand straight legs to the linear forward law")
+        int,
+        ParameterMetadata(
+            "DRK_FWD_LIN", (0, 1), "", "Hand straight legs to the linear forward law", ((0, "no"), (1, "yes"))
+        ),
     ] = 0
     v_forward_enter: Annotated[
         float, ParameterMetadata("DRK_VF_ENTER", (0.0, 1e5), "", "V below which the linear forward law takes over")
@@ -94,9 +104,11 @@ class Tuning(NamedTuple):
         float, ParameterMetadata("DRK_VF_LEAVE", (0.0, 1e5), "", "V above which the linear forward law hands back")
     ] = 20.0
     controller: Annotated[
-        int, ParameterMetadata("DRK_CONTROLLER", (0, 1), "", "What flies: 0 the hybrid controller, 1 INDI")
+        int, ParameterMetadata("DRK_CONTROLLER", (0, 1), "", "What flies", ((0, "the hybrid controller"), (1, "INDI")))
     ] = HYBRID
-    pitot: Annotated[int, ParameterMetadata("DRK_PITOT", (0, 1), "", "The wind estimator has a pitot tube")] = 1
+    pitot: Annotated[
+        int, ParameterMetadata("DRK_PITOT", (0, 1), "", "The wind estimator has a pitot tube", ((0, "no"), (1, "yes")))
+    ] = 1
 
 
 @lru_cache(maxsize=64)

@@ -82,6 +82,31 @@ def test_parameters_are_saved_and_loaded_in_both_formats(port, tmp_path):
     assert answer(port, "param", "get", "NO_SUCH")[1]["error"] == "the vehicle has no parameter NO_SUCH"
 
 
+def test_values_are_set_by_name_and_compared_with_the_defaults(port):
+    assert answer(port, "param", "set", "NAV_DLL_ACT", "Return")[1]["parameters"] == {"NAV_DLL_ACT": 2}
+    differs = answer(port, "param", "diff")[1]["differ"]
+    assert differs["NAV_DLL_ACT"] == {"vehicle": 2, "default": 0}
+    code, said = answer(port, "param", "set", "NAV_DLL_ACT", "explode")
+    names = "go on, hold, return, land"
+    assert (code, said["error"]) == (
+        2, f"param set NAV_DLL_ACT: 'explode' is not a number, nor one of: {names}"
+    )  # fmt: skip
+    assert answer(port, "param", "set", "NAV_DLL_ACT", "0")[1]["parameters"] == {"NAV_DLL_ACT": 0}
+
+
+def test_of_a_file_what_is_refused_is_told_by_name_and_the_rest_is_set(port, tmp_path):
+    file = tmp_path / "some.parm"
+    file.write_text("DRK_KPP 1.25\nNOT_HERE 1\nRTL_RETURN_ALT 1e6\nGF_ACTION 4\n")
+    code, said = answer(port, "param", "load", str(file))
+    assert (code, said["ok"], said["parameters"]) == (4, False, {"DRK_KPP": 1.25})
+    assert said["error"] == "3 of 4 parameters refused: GF_ACTION, NOT_HERE, RTL_RETURN_ALT"
+    reasons = {name: (row["value"], row["reason"]) for name, row in said["refused"].items()}
+    assert reasons["NOT_HERE"] == (1.0, "the vehicle has no such parameter")
+    assert reasons["RTL_RETURN_ALT"] == (1e6, "RTL_RETURN_ALT = 1e+06 refused: 1e+06 is outside 1..500")
+    assert "4 (terminate) is not available" in reasons["GF_ACTION"][1]
+    assert answer(port, "param", "get", "GF_ACTION")[1]["parameters"] == {"GF_ACTION": 2}
+
+
 def test_a_mission_goes_up_and_down(port, tmp_path):
     back = tmp_path / "back.plan"
     assert answer(port, "mission", "upload", "tests/data/square.plan")[1]["items"] == 6
@@ -102,7 +127,7 @@ def test_without_a_vehicle_it_says_so_in_its_time():
     [
         (("cmd", "goto", "1"), "goto takes 3 values, not 1"),
         (("cmd", "takeoff", "high"), "high are not numbers"),
-        (("param", "set", "A", "b"), "b is not a number"),
+        (("param", "diff", "a.parm", "b.parm"), "param diff takes 0 or 1 values, not 2"),
         (("mission", "upload", "none.plan"), "cannot be read"),
     ],
 )

@@ -34,16 +34,12 @@ OPTIONAL_PANELS = {  # that the operator may hide, and what they are called
     "actuators": "actuators",
     "decision": "decision on the leg",
     "truth": "estimate against truth",
-    "flown-plan": "flight plan",
+    "flight-plan": "flight plan",
 }
 
 
 class FlightScreen(Screen[None]):
-    """Panels that show one snapshot.
-
-    Args:
-        hidden: Optional panels that are not shown.
-    """
+    """Panels that show one snapshot; ``hidden`` has the optional ones that the operator does not want."""
 
     HORIZONTAL_BREAKPOINTS = [(0, "-narrow"), (120, "-wide")]  # noqa: RUF012 - declared so by Textual
     VERTICAL_BREAKPOINTS = [(0, "-short"), (36, "-tall")]  # noqa: RUF012
@@ -56,10 +52,10 @@ class FlightScreen(Screen[None]):
     snapshot: reactive[Snapshot] = reactive(EMPTY_SNAPSHOT, repaint=False)  # else every panel is painted again
     now: reactive[float] = reactive(0.0, repaint=False)
 
-    def __init__(self, hidden: frozenset[str] = frozenset()) -> None:
+    def __init__(self) -> None:
         super().__init__()
-        self.hidden = hidden
-        self._truth, self._plan = TruthPanel("Estimate against truth", id="truth"), FlownPlan(id="flown-plan")
+        self.hidden: frozenset[str] = frozenset()
+        self._truth, self._plan = TruthPanel("Estimate against truth", id="truth"), FlownPlan(id="flight-plan")
 
     def watch_snapshot(self, s: Snapshot) -> None:
         """Mark the values of a lost vehicle as old; leave no room for what this vehicle does not send."""
@@ -90,10 +86,6 @@ class FlightScreen(Screen[None]):
         self.hidden = hidden
         for name in OPTIONAL_PANELS:
             self.set_class(name in hidden, f"-no-{name}")
-
-    def on_mount(self) -> None:
-        """Hide what is not wanted."""
-        self.show_panels(self.hidden)
 
     def action_pan(self, east: int, north: int) -> None:
         """Move the map."""

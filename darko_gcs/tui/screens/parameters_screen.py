@@ -1,93 +1,129 @@
-"""The vehicle's parameters: filtered by typing, described by the vehicle itself, changed one at a time."""
+"""The vehicle's parameters: filtered by typing, described by the vehicle itself, changed, compared, kept in files."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
+from pathlib import Path
 from typing import ClassVar
 
-from rich.text import Text
 from textual import on
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
+from textual.containers import Container, VerticalScroll
 from textual.reactive import reactive
 from textual.screen import Screen
-from textual.widgets import DataTable, Footer, Input, Static
+from textual.widgets import Footer, Input, Static
 
-from darko_gcs.state.parameter_metadata import NO_METADATA, ParameterMetadata
+from darko_gcs.preferences import PreferencesFile
+from darko_gcs.state.parameter_metadata import number_text
+from darko_gcs.state.parameter_table import (
+    ParameterFilter,
+    differences,
+    is_changed,
+    matching_names,
+    metadata_of,
+    parameter_counts,
+    parameter_details,
+)
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
 from darko_gcs.state.text import printable
 from darko_gcs.station.station import Station
-from darko_gcs.tui.screens.dialogs import AskScreen, parse_number
+from darko_gcs.tui.render.canvas import StyledLine
+from darko_gcs.tui.screens.comparison_screen import ComparisonScreen
+from darko_gcs.tui.screens.dialogs import AskScreen, ConfirmScreen
+from darko_gcs.tui.screens.parameter_dialogs import AskFileScreen, ChooseBitsScreen, ChooseValueScreen
+from darko_gcs.tui.widgets.parameter_rows import parameter_heading, parameter_row
+from darko_gcs.tui.widgets.row_list import RowList
 from darko_gcs.tui.widgets.status_bar import StatusBar
+from protocol.errors import FileError
+from protocol.plans.parameter_files import load_parameters, save_parameters
 
-__all__ = ["ParametersScreen", "is_changed", "matching_names", "parameter_cells"]
+__all__ = ["ParametersScreen"]
 
-PARAMETER_COLUMNS = ("", "name", "value", "unit", "range", "description")
-VALUE_COLUMN = PARAMETER_COLUMNS.index("value")
-RELATIVE_TOLERANCE = 1e-6  # values are float32 on the wire, defaults are decimals in a file
-ABSOLUTE_TOLERANCE = 1e-12
+RECORDING = "This is a recording: there is no vehicle to command"
+MAX_FILES_OFFERED = 6  # in the title of the dialog that opens a file
 
 
 class ParametersScreen(Screen[None]):
-    """A table of the vehicle's parameters; typed text filters it."""
+    """A list of the vehicle's parameters; typed text filters it."""
 
+    HORIZONTAL_BREAKPOINTS = [(0, "-narrow"), (160, "-wide")]  # noqa: RUF012 - declared so by Textual
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("escape", "close", "Back", priority=True),
-        Binding("enter", "edit", "Change", priority=True),
-        Binding("up", "cursor_up", show=False, priority=True),
-        Binding("down", "cursor_down", show=False, priority=True),
-        Binding("pageup", "page_up", show=False, priority=True),
-        Binding("pagedown", "page_down", show=False, priority=True),
-        Binding("f5", "fetch", "Fetch again", priority=True),
-        Binding("f2", "changed", "Only changed", priority=True),
+        Binding("enter", "edit", "Change", priority=True, tooltip="Change the parameter"),
+        Binding("up", "move(-1)", show=False, priority=True),
+        Binding("down", "move(1)", show=False, priority=True),
+        Binding("pageup", "page(-1)", show=False, priority=True),
+        Binding("pagedown", "page(1)", show=False, priority=True),
+        Binding("f1", "app.act('help')", "Help", priority=True, tooltip="These keys"),
+        Binding("f2", "changed", "Changed", priority=True, tooltip="Only what differs from its default, or all again"),
+        Binding("f3", "favourites", "Favour.", priority=True, tooltip="Only favourites, or all again"),
+        Binding("f4", "favourite", "★", priority=True, tooltip="Make it a favourite, or no longer"),
+        Binding("f5", "fetch", "Fetch all from the vehicle again", priority=True, show=False),
+        Binding("f6", "reset", "Default", priority=True, tooltip="Set it back to its default"),
+        Binding("f7", "compare", "File", priority=True, tooltip="Compare with a file and set what is chosen"),
+        Binding("f8", "save", "Save", priority=True, tooltip="Save all to a file"),
     ]
     snapshot: reactive[Snapshot] = reactive(EMPTY_SNAPSHOT, repaint=False)  # else every panel is painted again
     now: reactive[float] = reactive(0.0, repaint=False)
 
-    def __init__(self, station: Station | None, clock: Callable[[], float]) -> None:
+    def __init__(
+        self, station: Station | None, clock: Callable[[], float], preferences: PreferencesFile | None = None
+    ) -> None:
         super().__init__()
         self._station, self._clock = station, clock
-        self._shown_names: tuple[str, ...] = ()  # in the table's order
-        self._shown_metadata: Mapping[str, ParameterMetadata] = {}  # as in the table
-        self._is_requested = False
-        self._only_changed = False
-        self._is_ready = False  # the app hands out snapshots as soon as a screen is pushed, before it is mounted
+        self._preferences = preferences or PreferencesFile()
+        self._filter = ParameterFilter()
+        self._requested_of = -1  # the vehicle's restarts when its parameters were asked for
+        self._file = "vehicle.params"
+        self._comparison: ComparisonScreen | None = None
+        # Kept, not looked up: the app hands out snapshots before the screen is mounted and while it is taken down.
+        self.table = RowList(parameter_heading, self._draw_row, id="parameters")
+        self._description = Static("", id="parameter-description", markup=False)
+        self._status = Static("", id="parameter-status", markup=False)
+        self._is_ready = False
 
     def compose(self) -> ComposeResult:
-        """Status bar, filter, table, description, status, footer."""
+        """Status bar, filter, list with details below or beside it, status, footer."""
         yield StatusBar().data_bind(ParametersScreen.snapshot, ParametersScreen.now)
         yield Input(placeholder="type part of a name or description", id="filter", compact=True)
-        yield DataTable(id="parameters", cursor_type="row", zebra_stripes=True)
-        yield Static("", id="parameter-description", markup=False)
-        yield Static("", id="parameter-status", markup=False)
+        with Container(id="parameter-panes"):
+            yield self.table
+            with VerticalScroll(id="parameter-details", can_focus=False):
+                yield self._description
+        yield self._status
         yield Footer(compact=True, show_command_palette=False)
 
     def on_mount(self) -> None:
-        """Fill the table."""
-        for name in PARAMETER_COLUMNS:
-            self.table.add_column(name, key=name)
-        self.table.can_focus = False
+        """Fill the list."""
+        try:
+            favourites = self._preferences.load().favourite_parameters
+        except FileError as error:
+            self.app.notify(f"No favourites: {error}", severity="warning")
+        else:
+            self._filter = self._filter._replace(favourites=favourites)
         self._is_ready = True
         self._request()
         self._show()
-
-    @property
-    def table(self) -> DataTable[Text]:
-        """The table of parameters."""
-        return self.query_one("#parameters", DataTable)
 
     def watch_snapshot(self, old: Snapshot, s: Snapshot) -> None:
         """Follow the vehicle's values, whoever changes them."""
         if not self._is_ready:
             return
         self._request()
-        if s.parameters is not old.parameters or s.parameter_metadata is not old.parameter_metadata:
+        if self._comparison is not None:
+            self._comparison.follow(s)
+        if (
+            s.parameters is not old.parameters
+            or s.parameter_metadata is not old.parameter_metadata
+            or s.parameter_changes is not old.parameter_changes
+        ):
             self._show()
         elif s.messages is not old.messages:
-            self._show_status()
+            self._tell()
 
-    # Keys
+    # Keys. The filter has the focus: some of them move the list's cursor.
 
     def action_close(self) -> None:
         """Clear the filter; without a filter, go back to the flight."""
@@ -97,162 +133,194 @@ class ParametersScreen(Screen[None]):
         else:
             self.dismiss(None)
 
-    # The filter has the focus: these keys move the table's cursor.
+    def action_move(self, rows: int) -> None:
+        """Move the cursor."""
+        self.table.move(rows)
 
-    def action_cursor_up(self) -> None:
-        """One row up."""
-        self.table.action_cursor_up()
-
-    def action_cursor_down(self) -> None:
-        """One row down."""
-        self.table.action_cursor_down()
-
-    def action_page_up(self) -> None:
-        """One page up."""
-        self.table.action_page_up()
-
-    def action_page_down(self) -> None:
-        """One page down."""
-        self.table.action_page_down()
+    def action_page(self, pages: int) -> None:
+        """Move the cursor by pages."""
+        self.table.move_page(pages)
 
     def action_fetch(self) -> None:
         """Fetch all parameters again."""
-        if self._station is not None:
-            self._station.fetch_parameters(self._clock())
+        if (station := self._vehicle()) is not None:
+            station.fetch_parameters(self._clock())
 
     def action_changed(self) -> None:
         """Show only parameters that differ from their defaults, or all again."""
-        self._only_changed = not self._only_changed
+        self._filter = self._filter._replace(only_changed=not self._filter.only_changed)
+        self._show()
+
+    def action_favourites(self) -> None:
+        """Show only favourites, or all again."""
+        self._filter = self._filter._replace(only_favourites=not self._filter.only_favourites)
+        self._show()
+
+    def action_favourite(self) -> None:
+        """Make the parameter under the cursor a favourite, or no longer."""
+        if self.table.key is None:
+            return
+        favourites = frozenset(self._filter.favourites) ^ {self.table.key}
+        try:
+            self._preferences.save(self._preferences.load()._replace(favourite_parameters=favourites))
+        except FileError as error:
+            self.app.notify(f"Not kept: {error}", severity="warning")
+            return
+        self._filter = self._filter._replace(favourites=favourites)
         self._show()
 
     def action_edit(self) -> None:
-        """Change the parameter under the cursor."""
-        name = self._selected_name
-        if name is None:
+        """Change the parameter under the cursor: by a number, from a list, or bit by bit."""
+        name = self.table.key
+        if name is None or self._vehicle() is None:
             return
-        if self._station is None:
-            self.app.notify("This is a recording: there is no vehicle to command", severity="warning")
-            return
-        metadata = _metadata(self.snapshot, name)
+        metadata, value = metadata_of(self.snapshot, name), self.snapshot.parameters[name]
         title = f"{printable(name)}: {metadata.text}" if metadata.text else printable(name)
-        label = f"Value [{metadata.unit}]" if metadata.unit else "Value"
-        if metadata.bounds:
-            label += f" {metadata.bounds}"
-        value = _value_text(self.snapshot.parameters[name])
-        self.app.push_screen(AskScreen(title, [(label, value)], lambda texts: self._set(name, texts[0])))
 
-    def _set(self, name: str, text: str) -> str | None:
-        value = parse_number(text)
-        if value is None:
-            return f"{printable(name)}: {text!r} is not a number"
-        problem = _metadata(self.snapshot, name).problem_with(value)
-        if problem is not None:
-            return f"{printable(name)}: {problem}"
-        if self._station is not None:
-            self._station.set_parameter(name, value, self._clock())
-        return None
+        def chosen(place: int | None) -> None:
+            if place is not None and place < len(metadata.values):
+                self._set(name, metadata.values[place][0])
+            elif place is not None:
+                self._ask_number(title, name)
+
+        def switched(mask: int | None) -> None:
+            if mask is not None:
+                self._set(name, mask)
+
+        if metadata.bits:
+            self.app.push_screen(ChooseBitsScreen(title, metadata.bits, int(value)), switched)
+        elif metadata.values:
+            self.app.push_screen(ChooseValueScreen(title, metadata, value), chosen)
+        else:
+            self._ask_number(title, name)
+
+    def action_reset(self) -> None:
+        """Ask, then set the parameter under the cursor back to its default."""
+        name = self.table.key
+        if name is None or self._vehicle() is None:
+            return
+        metadata = metadata_of(self.snapshot, name)
+        if math.isnan(metadata.default):
+            self.app.notify(f"The vehicle does not tell the default of {printable(name)}", severity="warning")
+        elif not is_changed(self.snapshot, name):
+            self.app.notify(f"{printable(name)} has its default value")
+        else:
+            default, value = metadata.shown(metadata.default), metadata.shown(self.snapshot.parameters[name])
+            question = f"Set {printable(name)} back to its default, {default}? It is {value} now."
+            self.app.push_screen(
+                ConfirmScreen(question), lambda yes: self._set(name, metadata.default) if yes else None
+            )
+
+    def action_compare(self) -> None:
+        """Ask for a file, and show where the vehicle differs from it."""
+        found = sorted(str(path) for suffix in ("*.params", "*.parm", "*.param") for path in Path().glob(suffix))
+        title = "Compare with a file" + (": " + ", ".join(found[:MAX_FILES_OFFERED]) if found else "")
+        name = found[0] if found and not Path(self._file).exists() else self._file
+        self.app.push_screen(AskFileScreen(title, name, self._compare))
+
+    def action_save(self) -> None:
+        """Ask for a file, and save all parameters there."""
+        s = self.snapshot
+        if s.source is None or len(s.parameters) < (s.parameter_count or 1):
+            self.app.notify(f"Not saved: {parameter_counts(s, 0)}", severity="warning")
+            return
+        self.app.push_screen(AskFileScreen("Save the parameters (.parm: MAVProxy's format)", self._file, self._save))
 
     # Inside
 
-    def _request(self) -> None:
-        """Fetch missing parameters and metadata, once; the screen may be open before there is a vehicle."""
+    def _vehicle(self) -> Station | None:
+        if self._station is None:
+            self.app.notify(RECORDING, severity="warning")
+        return self._station
+
+    def _set(self, name: str, value: float) -> None:
+        if self._station is not None:
+            self._station.set_parameter(name, value, self._clock())
+
+    def _ask_number(self, title: str, name: str) -> None:
+        metadata = metadata_of(self.snapshot, name)
+        label = " ".join(filter(None, ("Value", f"[{metadata.unit}]" if metadata.unit else "", metadata.bounds)))
+        value = number_text(self.snapshot.parameters[name])
+        self.app.push_screen(AskScreen(title, [(label, value)], lambda texts: self._set_text(name, texts[0])))
+
+    def _set_text(self, name: str, text: str) -> str | None:
+        metadata = metadata_of(self.snapshot, name)
+        try:
+            value = metadata.value_of(text)
+        except ValueError as error:
+            return f"{printable(name)}: {error}"
+        problem = metadata.problem_with(value)
+        if problem is not None:
+            return f"{printable(name)}: {problem}"
+        self._set(name, value)
+        return None
+
+    def _compare(self, values: tuple[str, ...]) -> str | None:
+        try:
+            wanted = load_parameters(Path(values[0]).expanduser())
+        except FileError as error:
+            return str(error)
+        self._file = values[0]
+        rows = differences(self.snapshot, wanted)
+        if not rows:
+            self.app.notify(f"{values[0]}: all {len(wanted)} parameters are as on the vehicle")
+            return None
+        title = f"{values[0]}: {len(rows)} of {len(wanted)} parameters differ"
+        self._comparison = ComparisonScreen(title, rows, self.snapshot, self._station, self._clock)
+        self.call_after_refresh(self._show_comparison)
+        return None
+
+    def _show_comparison(self) -> None:
+        if self._comparison is not None:
+            self.app.push_screen(self._comparison, lambda _: self._forget_comparison())
+
+    def _forget_comparison(self) -> None:
+        self._comparison = None
+
+    def _save(self, values: tuple[str, ...]) -> str | None:
         s = self.snapshot
-        if self._is_requested or self._station is None or s.source is None:
+        if s.source is None:
+            return "No vehicle has been heard yet"
+        try:
+            save_parameters(Path(values[0]).expanduser(), s.parameters, s.parameter_types, s.source)
+        except FileError as error:
+            return str(error)
+        self._file = values[0]
+        self.app.notify(f"{values[0]}: {len(s.parameters)} parameters saved")
+        return None
+
+    def _request(self) -> None:
+        """Fetch missing parameters and metadata, once in a life of the vehicle; it may come after this screen."""
+        s = self.snapshot
+        if self._requested_of == s.restarts or self._station is None or s.source is None:
             return
-        self._is_requested = True
+        self._requested_of = s.restarts
         if not s.parameters or len(s.parameters) < (s.parameter_count or 0):
             self._station.fetch_parameters(self._clock())
         self._station.fetch_parameter_metadata(self._clock())
 
     @on(Input.Changed)
-    def _filter_changed(self) -> None:
+    def _filter_changed(self, event: Input.Changed) -> None:
+        self._filter = self._filter._replace(text=event.value)
         self._show()
 
-    @on(DataTable.RowHighlighted)
-    def _row_highlighted(self) -> None:
-        self._show_status()
+    @on(RowList.Moved)
+    def _moved(self) -> None:
+        self._tell()
 
-    @property
-    def _selected_name(self) -> str | None:
-        row = self.table.cursor_row
-        return self._shown_names[row] if 0 <= row < len(self._shown_names) else None
+    def _draw_row(self, name: str, width: int) -> StyledLine:
+        s = self.snapshot
+        return parameter_row(s, name, self._filter.favourites, width) if name in s.parameters else []
 
     def _show(self) -> None:
-        s, table = self.snapshot, self.table
-        names = matching_names(s, self.query_one("#filter", Input).value, only_changed=self._only_changed)
-        if names == self._shown_names and s.parameter_metadata is self._shown_metadata:
-            for name in names:
-                for column, cell in zip(PARAMETER_COLUMNS[: VALUE_COLUMN + 1], parameter_cells(s, name), strict=False):
-                    table.update_cell(name, column, cell)
-        else:
-            selected = self._selected_name
-            self._shown_names, self._shown_metadata = names, s.parameter_metadata
-            table.clear()
-            for name in names:
-                table.add_row(*parameter_cells(s, name), key=name)
-            if selected in names:
-                table.move_cursor(row=names.index(selected))
-        self._show_status()
+        self.table.show(matching_names(self.snapshot, self._filter))
+        self._tell()
 
-    def _show_status(self) -> None:
-        name = self._selected_name
-        description = "" if name is None else _description(self.snapshot, name)
-        self.query_one("#parameter-description", Static).update(description)
-        counts = _counts(self.snapshot, len(self._shown_names))
-        last = self.snapshot.messages[-1].text if self.snapshot.messages else ""
-        self.query_one("#parameter-status", Static).update(f"{counts}\n{last}")
-
-
-def matching_names(s: Snapshot, text: str, *, only_changed: bool = False) -> tuple[str, ...]:
-    """Names of the parameters with every word of the text in their name or description, in order."""
-    words = text.lower().split()
-    return tuple(
-        name
-        for name in sorted(s.parameters)
-        if all(word in f"{name} {_metadata(s, name).text}".lower() for word in words)
-        and (is_changed(s, name) or not only_changed)
-    )
-
-
-def is_changed(s: Snapshot, name: str) -> bool:
-    """True if a parameter differs from its default; false if the default is not known."""
-    default, value = _metadata(s, name).default, s.parameters[name]
-    if math.isnan(default):
-        return False
-    return not math.isclose(value, default, rel_tol=RELATIVE_TOLERANCE, abs_tol=ABSOLUTE_TOLERANCE)
-
-
-def parameter_cells(s: Snapshot, name: str) -> tuple[Text, ...]:
-    """A parameter's cells in the table; a star marks one that differs from its default."""
-    metadata = _metadata(s, name)
-    mark = "*" if is_changed(s, name) else " "
-    value = _value_text(s.parameters[name])
-    cells = (mark, printable(name), value, metadata.unit, metadata.bounds, metadata.text)
-    return tuple(Text(cell) for cell in cells)
-
-
-def _metadata(s: Snapshot, name: str) -> ParameterMetadata:
-    return s.parameter_metadata.get(name, NO_METADATA)
-
-
-def _value_text(value: float) -> str:
-    """A value as it is edited, in the digits of a float32."""
-    return str(value) if isinstance(value, int) else f"{value:.7g}"
-
-
-def _description(s: Snapshot, name: str) -> str:
-    metadata = _metadata(s, name)
-    default = "" if math.isnan(metadata.default) else f"default {metadata.default:g}"
-    reboot = "takes effect after a reboot" if metadata.needs_reboot else ""
-    parts = [metadata.text, f"{metadata.bounds} {metadata.unit}".strip(), default, reboot]
-    return f"{printable(name)}: " + (", ".join(filter(None, parts)) or "the vehicle has no description of it")
-
-
-def _counts(s: Snapshot, shown: int) -> str:
-    if not s.parameters:
-        return "no parameters received yet" if s.source is not None else "no vehicle has been heard yet"
-    received, count = len(s.parameters), s.parameter_count or 0
-    if received < count:
-        return f"{received} of {count} parameters received"
-    changed = sum(is_changed(s, name) for name in s.parameters)
-    return f"{shown} of {received} parameters shown, {changed} changed from default (*)"
+    def _tell(self) -> None:
+        s, name = self.snapshot, self.table.key
+        details = "" if name is None or name not in s.parameters else "\n".join(parameter_details(s, name))
+        self._description.update(details)
+        only = ", only changed" * self._filter.only_changed + ", only favourites" * self._filter.only_favourites
+        last = s.messages[-1].text if s.messages else ""
+        counts = parameter_counts(s, len(self.table.keys))
+        self._status.update(f"{counts}{only}\n{last}")

@@ -22,7 +22,7 @@ MAX_FRESH_AGE = 2.0  # of a value that needs no age beside it [s]
 
 PANEL_STYLES = (
     "dim", "label", "good", "warn", "bad", "accent", "mark", "track", "plan", "now", "fence", "hover", "forward",
-    "jump", "sky", "ground", "ground-on-sky", "sky-on-ground", "symbol-on-sky", "symbol-on-ground",
+    "cursor", "jump", "sky", "ground", "ground-on-sky", "sky-on-ground", "symbol-on-sky", "symbol-on-ground",
 )  # fmt: skip
 
 

@@ -71,11 +71,13 @@ def general_crc() -> int:
 def _described(parameter: BoundParameter) -> dict[str, Any]:
     metadata, page = parameter.metadata, PAGES[parameter.group]
     units = {"units": metadata.unit} if metadata.unit else {}
+    values = {"values": [{"value": number, "description": name} for number, name in metadata.values]}
     return {
         "name": metadata.name,
         "type": "Int32" if parameter.is_integer else "Float",
         "shortDesc": metadata.text,
         **units,
+        **(values if metadata.values else {}),
         "min": metadata.bounds[0],
         "max": metadata.bounds[1],
         "default": default_values()[metadata.name],

@@ -6,9 +6,9 @@ import math
 import pytest
 
 from darko_gcs.state.parameter_metadata import ParameterMetadata
+from darko_gcs.state.parameter_table import is_changed
 from darko_gcs.station.parameter_metadata_client import parameter_file_path, parse_parameter_file
 from darko_gcs.station.station import Station
-from darko_gcs.tui.screens.parameters_screen import is_changed
 from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.errors import FileError
@@ -34,6 +34,7 @@ def test_the_vehicle_describes_every_one_of_its_parameters(link):
     assert all(metadata.text and metadata.bounds for metadata in s.parameter_metadata.values())
     assert s.parameter_metadata["DRK_KPP"].unit == "N/m"
     assert not [name for name in s.parameters if is_changed(s, name)]
+    assert s.parameter_metadata["NAV_DLL_ACT"].shown(2.0) == "return (2)"
     assert "request message" not in link.text
 
 
@@ -73,6 +74,7 @@ def test_a_vehicle_that_takes_an_echoed_value_back_is_reported():
     for now, value in ((0.1, 20.0), (0.2, 60.0), (0.3, 20.0)):
         station.receive(told(value), now, 0)
         station.tick(now)
+    station.tick(0.8)
     texts = [line.text for line in station.snapshot.messages]
     assert "Parameter A stays 20: the vehicle refused 60" in texts
     station.tick(2.0)
@@ -85,6 +87,7 @@ def test_a_refused_value_is_reported_with_the_vehicles_reason(link):
     assert "Parameter DRK_KPP: value out of range" in link.text
     assert "99 is outside 0.1..3" in link.text
     assert link.snapshot.parameters["DRK_KPP"] != 99.0
+    assert link.snapshot.parameter_changes["DRK_KPP"].words == "refused: DRK_KPP = 99 refused: 99 is outside 0.1..3"
 
 
 def test_after_a_restart_the_metadata_is_fetched_again(link):
@@ -111,6 +114,15 @@ def file_with(**entry):
             ParameterMetadata(minimum=0.0, is_integer=True, needs_reboot=True),
         ),
         ({"max": 10**400}, ParameterMetadata()),
+        (
+            {"values": [{"value": 1, "description": "on"}, {"value": "x", "description": "y"}, {"value": 2}, 3]},
+            ParameterMetadata(values=((1.0, "on"),)),
+        ),
+        (
+            {"bitmask": [{"index": 0, "description": "GPS"}, {"index": 32, "description": "none"}], "longDesc": "z"},
+            ParameterMetadata(bits=((0, "GPS"),), long_text="z"),
+        ),
+        ({"values": 7, "bitmask": {"index": 1}}, ParameterMetadata()),
     ],
 )
 def test_fields_that_do_not_follow_the_schema_are_ignored(entry, metadata):

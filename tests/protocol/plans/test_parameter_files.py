@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from protocol.errors import FileError
-from protocol.plans.parameter_files import load_parameters, render_parm, render_qgc_params
+from protocol.plans.parameter_files import load_parameters, render_parm, render_qgc_params, save_parameters
 
 NAMES = st.from_regex(r"[A-Z][A-Z0-9_]{0,15}", fullmatch=True)
 VALUES = st.floats(width=32, allow_nan=False, allow_infinity=False)
@@ -23,6 +23,20 @@ def test_what_is_written_is_read_again(tmp_path_factory, values):
     types = dict.fromkeys(values, 9)
     assert loaded(folder, render_qgc_params(values, types, 1, 1)) == pytest.approx(values, rel=1e-7)
     assert loaded(folder, render_parm(values)) == pytest.approx(values, rel=1e-7)
+
+
+def test_the_name_of_the_file_decides_its_format(tmp_path):
+    for name, first in (
+        ("a.params", "1\t1\tA\t1.5\t9"),
+        ("a.txt", "1\t1\tA\t1.5\t9"),
+        ("a.parm", "A                1.5"),
+        ("a.param", "A                1.5"),
+    ):
+        save_parameters(tmp_path / name, {"A": 1.5}, {"A": 9}, (1, 1))
+        assert (tmp_path / name).read_text().splitlines()[-1] == first
+        assert load_parameters(tmp_path / name) == {"A": 1.5}
+    with pytest.raises(FileError, match="cannot be written"):
+        save_parameters(tmp_path / "none" / "a.parm", {"A": 1.5}, {"A": 9}, (1, 1))
 
 
 def test_files_of_others_are_read(tmp_path):

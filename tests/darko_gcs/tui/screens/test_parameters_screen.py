@@ -1,24 +1,48 @@
-"""The parameters screen: filter, description, change."""
+"""The parameters screen: filter, description, changes of every kind, favourites, files."""
 
 from dataclasses import replace
 
 import pytest
-from textual.widgets import Input
+from textual.widgets import Input, OptionList, SelectionList
 
+from darko_gcs.preferences import Preferences, PreferencesFile
+from darko_gcs.state.parameter_change import ChangeState, ParameterChange
 from darko_gcs.state.parameter_metadata import ParameterMetadata
+from darko_gcs.state.parameter_table import is_changed
 from darko_gcs.tui.app import GroundStationApp
-from darko_gcs.tui.screens.dialogs import AskScreen
-from darko_gcs.tui.screens.parameters_screen import ParametersScreen, matching_names, parameter_cells
-from tests.support.gcs.screens import FakeFeed, screen_text, until
+from darko_gcs.tui.screens.comparison_screen import ComparisonScreen
+from darko_gcs.tui.screens.dialogs import AskScreen, ConfirmScreen, HelpScreen
+from darko_gcs.tui.screens.parameter_dialogs import AskFileScreen, ChooseBitsScreen, ChooseValueScreen
+from darko_gcs.tui.screens.parameters_screen import ParametersScreen
+from protocol.dialect import mavlink
+from protocol.plans.parameter_files import load_parameters
+from tests.support.gcs.screens import FakeFeed, screen_text, settled, until
 from tests.support.gcs.snapshots import HOVERING
 
+SIZES = ((80, 24), (120, 40), (200, 60))
 GAIN = ParameterMetadata(text="Position gain", unit="N/m", minimum=0.1, maximum=3.0, default=1.2)
-SWITCH = ParameterMetadata(text="Integral in the linear law", minimum=0.0, maximum=1.0, default=1.0, is_integer=True)
+ACTION = ParameterMetadata(
+    text="Ground station lost", minimum=0.0, maximum=3.0, default=0.0, is_integer=True, needs_reboot=True,
+    values=((0.0, "go on"), (1.0, "hold"), (2.0, "return"), (3.0, "land")),
+)  # fmt: skip
+AIDS = ParameterMetadata(text="Aids in use", default=1.0, is_integer=True, bits=((0, "GPS"), (1, "baro"), (4, "flow")))
 TUNED = replace(
     HOVERING,
-    parameters={"DRK_KPP": 1.5, "DRK_LQI": 1, "SIM_[red]": 2.0}, parameter_count=3,
-    parameter_metadata={"DRK_KPP": GAIN, "DRK_LQI": SWITCH},
+    parameters={"DRK_KPP": 1.5, "NAV_DLL_ACT": 0, "EKF_AIDS": 17, "SIM_[red]": 2.0}, parameter_count=4,
+    parameter_types={
+        "DRK_KPP": mavlink.MAV_PARAM_TYPE_REAL32, "NAV_DLL_ACT": mavlink.MAV_PARAM_TYPE_INT32,
+        "EKF_AIDS": mavlink.MAV_PARAM_TYPE_INT32, "SIM_[red]": mavlink.MAV_PARAM_TYPE_REAL32,
+    },
+    parameter_metadata={"DRK_KPP": GAIN, "NAV_DLL_ACT": ACTION, "EKF_AIDS": AIDS},
 )  # fmt: skip
+
+
+@pytest.fixture(autouse=True)
+def home(tmp_path, monkeypatch):
+    """Preferences and files of this test alone."""
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
 
 
 @pytest.fixture
@@ -26,68 +50,377 @@ def feed():
     return FakeFeed(TUNED)
 
 
-def test_the_filter_searches_names_and_descriptions():
-    assert matching_names(TUNED, "") == ("DRK_KPP", "DRK_LQI", "SIM_[red]")
-    assert matching_names(TUNED, "gain drk") == ("DRK_KPP",)
-    assert matching_names(TUNED, "linear") == ("DRK_LQI",)
-    assert matching_names(TUNED, "nothing") == ()
-    assert matching_names(TUNED, "", only_changed=True) == ("DRK_KPP",)
+async def opened(pilot, app, row=""):
+    """The screen is open and filled, the cursor on a row."""
+    await pilot.press("p")
+    await until(pilot, lambda: isinstance(app.screen, ParametersScreen) and "SIM_[red]" in screen_text(app))
+    if row:
+        app.screen.table.move_to(app.screen.table.keys.index(row))
+        await until(pilot, lambda: f"{row}: " in screen_text(app))
 
 
-def test_a_row_has_value_unit_range_and_a_mark_if_changed():
-    gain = [str(cell) for cell in parameter_cells(TUNED, "DRK_KPP")]
-    assert gain == ["*", "DRK_KPP", "1.5", "N/m", "0.1..3", "Position gain"]
-    assert [str(cell) for cell in parameter_cells(TUNED, "SIM_[red]")] == [" ", "SIM_[red]", "2", "", "", ""]
+async def shown(pilot, screen):
+    """A dialog is open, and keys reach it."""
+    await until(pilot, lambda: isinstance(pilot.app.screen, screen) and pilot.app.focused is not None)
+
+
+def line_of(app, name):
+    """The row of a parameter, as it is seen; empty while it is not."""
+    return next((line for line in screen_text(app).splitlines() if f" {name} " in line), "")
 
 
 async def test_a_parameter_is_found_by_typing_and_changed(feed):
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:
-        await pilot.press("p")
-        await until(pilot, lambda: isinstance(app.screen, ParametersScreen) and "3 of 3 parameters" in screen_text(app))
+        await opened(pilot, app)
+        await until(pilot, lambda: "4 of 4 parameters shown, 2 changed from default (*)" in screen_text(app))
         await until(pilot, lambda: feed.requests == [("fetch_parameter_metadata",)])
-        await until(pilot, lambda: app.screen.table.row_count == 3)
-        assert str(app.screen.table.get_row("SIM_[red]")[1]) == "SIM_[red]"
         await pilot.press(*"position")
-        await until(pilot, lambda: "1 of 3 parameters shown, 1 changed from default (*)" in screen_text(app))
-        assert "DRK_KPP: Position gain, 0.1..3 N/m, default 1.2" in screen_text(app)
+        await until(pilot, lambda: "1 of 4 parameters shown" in screen_text(app))
+        await until(pilot, lambda: "DRK_KPP: Position gain" in screen_text(app))
+        await until(pilot, lambda: "value 1.5 N/m, default 1.2 N/m, range 0.1..3 N/m" in screen_text(app))
+        await until(pilot, lambda: line_of(app, "DRK_KPP").split()[:5] == ["*", "DRK_KPP", "1.5", "N/m", "Position"])
         await pilot.press("enter")
-        await until(pilot, lambda: isinstance(app.screen, AskScreen) and isinstance(app.focused, Input))
+        await shown(pilot, AskScreen)
         app.focused.value = "9"
         await pilot.press("enter")
         await until(pilot, lambda: "DRK_KPP: 9 is not within 0.1..3 N/m" in screen_text(app))
+        app.focused.value = "much"
+        await pilot.press("enter")
+        await until(pilot, lambda: "DRK_KPP: 'much' is not a number" in screen_text(app))
         app.focused.value = "2.5"
         await pilot.press("enter")
         await until(pilot, lambda: feed.requests[-1] == ("set_parameter", "DRK_KPP", 2.5))
         feed.snapshot = replace(TUNED, parameters={**TUNED.parameters, "DRK_KPP": 2.5})
-        await until(pilot, lambda: str(app.screen.table.get_row("DRK_KPP")[2]) == "2.5")
+        await until(pilot, lambda: isinstance(app.screen, ParametersScreen) and " 2.5 " in line_of(app, "DRK_KPP"))
         await pilot.press("escape")
-        await until(pilot, lambda: "3 of 3 parameters" in screen_text(app))
+        await until(pilot, lambda: "4 of 4 parameters" in screen_text(app))
         await pilot.press("escape")
         await until(pilot, lambda: not isinstance(app.screen, ParametersScreen))
 
 
-async def test_the_arrow_keys_move_the_cursor_of_the_table(feed):
+async def test_longer_names_and_values_are_seen_whole_as_soon_as_they_come(feed):
+    feed.snapshot = replace(TUNED, parameters={"A": 1.0}, parameter_count=1)
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:
         await pilot.press("p")
-        await until(pilot, lambda: isinstance(app.screen, ParametersScreen) and app.screen.table.row_count == 3)
-        await pilot.press("down", "down")
-        assert app.screen.table.cursor_row == 2
-        await pilot.press("up")
-        assert app.screen.table.cursor_row == 1
-        await pilot.press("pageup")
-        await until(pilot, lambda: app.screen.table.cursor_row == 0)
-        await pilot.press("pagedown")
-        await until(pilot, lambda: app.screen.table.cursor_row == 2)
+        await until(pilot, lambda: isinstance(app.screen, ParametersScreen) and "1 of 1" in screen_text(app))
+        app.screen.snapshot = replace(feed.snapshot, parameters={"A": 1.0, "SIXTEEN_LETTERS_": 1234567.0})
+        assert "SIXTEEN_LETTERS_ 1234567 " in screen_text(app)  # at once, however late the screens have their turn
 
 
-async def test_parameters_of_a_recording_are_shown_but_cannot_be_changed(feed):
-    feed.station, feed.snapshot = None, replace(TUNED, parameter_metadata={})
+async def test_a_refused_value_is_told_and_the_old_one_stays_in_view(feed):
+    reason = "60 is outside 0.1..3"
+    change = ParameterChange(60.0, ChangeState.REFUSED, reason)
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:
-        await pilot.press("p")
-        await until(pilot, lambda: "the vehicle has no description of it" in screen_text(app))
+        await opened(pilot, app, "DRK_KPP")
+        feed.snapshot = replace(TUNED, parameter_changes={"DRK_KPP": ParameterChange(60.0)})
+        await until(pilot, lambda: line_of(app, "DRK_KPP").split()[:3] == ["*…", "DRK_KPP", "1.5"])
+        await until(pilot, lambda: "60: waiting" in screen_text(app))
+        feed.snapshot = replace(TUNED, parameter_changes={"DRK_KPP": change})
+        await until(pilot, lambda: line_of(app, "DRK_KPP").split()[:3] == ["*!", "DRK_KPP", "1.5"])
+        await until(pilot, lambda: f"60: refused: {reason}" in screen_text(app))
+
+
+async def test_an_enumeration_is_shown_by_name_and_chosen_from_a_list(feed):
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await opened(pilot, app, "NAV_DLL_ACT")
+        await until(pilot, lambda: "go on (0)" in line_of(app, "NAV_DLL_ACT"))
+        await until(pilot, lambda: "takes effect after a reboot" in screen_text(app))
         await pilot.press("enter")
-        await pilot.pause()
-        assert isinstance(app.screen, ParametersScreen)
+        await shown(pilot, ChooseValueScreen)
+        await until(pilot, lambda: "go on (0)  ← now, default" in screen_text(app))
+        await until(pilot, lambda: "another number" not in screen_text(app))
+        await pilot.press("down", "down", "enter")
+        await until(pilot, lambda: feed.requests[-1] == ("set_parameter", "NAV_DLL_ACT", 2.0))
+
+
+async def test_a_value_without_a_name_can_be_typed_where_the_range_is_longer_than_the_list(feed):
+    channel = ACTION._replace(values=((0.0, "none"),), maximum=18.0)
+    feed.snapshot = replace(
+        TUNED, parameters={**TUNED.parameters, "NAV_DLL_ACT": 7}, parameter_metadata={"NAV_DLL_ACT": channel}
+    )
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await opened(pilot, app, "NAV_DLL_ACT")
+        await pilot.press("enter")
+        await shown(pilot, ChooseValueScreen)
+        assert app.screen.query_one(OptionList).highlighted == 1
+        await pilot.press("enter")
+        await shown(pilot, AskScreen)
+        await until(pilot, lambda: isinstance(app.focused, Input))
+        app.focused.value = "12"
+        await pilot.press("enter")
+        await until(pilot, lambda: feed.requests[-1] == ("set_parameter", "NAV_DLL_ACT", 12.0))
+
+
+async def test_a_mask_is_shown_by_its_bits_and_switched_bit_by_bit(feed):
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(120, 40)) as pilot:
+        await opened(pilot, app, "EKF_AIDS")
+        await until(pilot, lambda: "GPS + flow (17)" in line_of(app, "EKF_AIDS"))
+        await pilot.press("enter")
+        await shown(pilot, ChooseBitsScreen)
+        await until(pilot, lambda: "17 becomes 17" in screen_text(app))
+        await pilot.press("down", "space")
+        await until(pilot, lambda: "17 becomes 19" in screen_text(app))
+        assert set(app.screen.query_one(SelectionList).selected) == {0, 1, 4}
+        await pilot.press("enter")
+        await until(pilot, lambda: feed.requests[-1] == ("set_parameter", "EKF_AIDS", 19))
+
+
+async def test_bits_without_a_name_stay_as_they_are(feed):
+    feed.snapshot = replace(TUNED, parameters={**TUNED.parameters, "EKF_AIDS": 17 + 256})
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await opened(pilot, app, "EKF_AIDS")
+        await pilot.press("enter")
+        await shown(pilot, ChooseBitsScreen)
+        await pilot.press("space")
+        await until(pilot, lambda: app.screen.mask == 16 + 256)
+
+
+async def test_a_default_is_set_back_after_a_question(feed):
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(120, 40), notifications=True) as pilot:
+        await opened(pilot, app, "DRK_KPP")
+        await pilot.press("f6")
+        await shown(pilot, ConfirmScreen)
+        await until(pilot, lambda: "Set DRK_KPP back to its default, 1.2? It is 1.5 now." in screen_text(app))
+        await pilot.press("n")
+        await until(pilot, lambda: isinstance(app.screen, ParametersScreen))
+        assert feed.requests == [("fetch_parameter_metadata",)]
+        await pilot.press("f6")
+        await shown(pilot, ConfirmScreen)
+        await pilot.pause(0.05)
+        await pilot.press("y")
+        await until(pilot, lambda: feed.requests[-1] == ("set_parameter", "DRK_KPP", 1.2))
+        for row, words in (("NAV_DLL_ACT", "has its default value"), ("SIM_[red]", "does not tell the default of")):
+            await until(pilot, lambda: isinstance(app.screen, ParametersScreen))
+            app.screen.table.move_to(app.screen.table.keys.index(row))
+            await pilot.press("f6")
+            await until(pilot, lambda words=words: words in screen_text(app))
+        assert len(feed.requests) == 2
+
+
+async def test_only_what_differs_from_its_default_is_shown(feed):
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await opened(pilot, app)
+        await pilot.press("f2")
+        await until(pilot, lambda: app.screen.table.keys == ("DRK_KPP", "EKF_AIDS"))
+        await until(
+            pilot, lambda: "2 of 4 parameters shown, 2 changed from default (*), only changed" in screen_text(app)
+        )
+        assert all(is_changed(TUNED, name) for name in app.screen.table.keys)
+        await pilot.press("f2")
+        await until(pilot, lambda: len(app.screen.table.keys) == 4)
+
+
+async def test_favourites_come_first_and_are_kept(feed, home):
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await opened(pilot, app, "SIM_[red]")
+        await pilot.press("f4")
+        await until(pilot, lambda: app.screen.table.keys[0] == "SIM_[red]")
+        await until(pilot, lambda: line_of(app, "SIM_[red]").startswith("★"))
+        assert app.screen.table.key == "SIM_[red]"  # the cursor goes along
+        await pilot.press("f3")
+        await until(pilot, lambda: app.screen.table.keys == ("SIM_[red]",))
+        await until(pilot, lambda: "only favourites" in screen_text(app))
+        await pilot.press("escape")
+        await until(pilot, lambda: not isinstance(app.screen, ParametersScreen))
+        await opened(pilot, app)
+        assert app.screen.table.keys[0] == "SIM_[red]"
+    assert PreferencesFile(home / "darko" / "gcs.toml").load() == Preferences(frozenset({"SIM_[red]"}))
+
+
+async def test_a_damaged_file_of_preferences_is_named_and_left_alone(feed, home):
+    file = home / "darko" / "gcs.toml"
+    file.parent.mkdir()
+    file.write_text("favourites = 3")
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(120, 40), notifications=True) as pilot:
+        await opened(pilot, app)
+        await until(pilot, lambda: "favourites is not known" in screen_text(app))
+        await pilot.press("f4")
+        await until(pilot, lambda: "Not kept: " in screen_text(app))
+    assert file.read_text() == "favourites = 3"
+
+
+async def test_a_file_is_compared_and_what_is_chosen_is_set(feed, home):
+    (home / "mine.parm").write_text("DRK_KPP 2\nNAV_DLL_ACT 3\nEKF_AIDS 17\nNOT_HERE 1\n")
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(120, 40)) as pilot:
+        await opened(pilot, app)
+        await pilot.press("f7")
+        await shown(pilot, AskFileScreen)
+        assert app.focused.value == "mine.parm"
+        app.focused.value = "none.parm"
+        await pilot.press("enter")
+        await until(pilot, lambda: "none.parm: cannot be read" in screen_text(app))
+        app.focused.value = "mine.parm"
+        await pilot.press("enter")
+        await until(pilot, lambda: isinstance(app.screen, ComparisonScreen) and "2 of 3 chosen" in screen_text(app))
+        await until(pilot, lambda: "mine.parm: 3 of 4 parameters differ" in screen_text(app))
+        await until(
+            pilot, lambda: line_of(app, "NAV_DLL_ACT").strip("▎▌▐█▕ ").split("  ")[0].startswith("[x] NAV_DLL_ACT")
+        )
+        await until(pilot, lambda: "land (3)" in line_of(app, "NAV_DLL_ACT"))
+        await until(pilot, lambda: "go on (0)" in line_of(app, "NAV_DLL_ACT"))
+        await until(pilot, lambda: "not there" in line_of(app, "NOT_HERE"))
+        await pilot.press("down")
+        await pilot.press("space")
+        await until(pilot, lambda: app.screen.chosen == {"DRK_KPP"})
+        await pilot.press("enter")
+        await until(pilot, lambda: feed.requests[-1] == ("set_parameters", {"DRK_KPP": 2.0}))
+        await pilot.press("a")
+        await until(pilot, lambda: app.screen.chosen == {"DRK_KPP", "NAV_DLL_ACT"})
+        await pilot.press("enter")
+        await until(pilot, lambda: feed.requests[-1] == ("set_parameters", {"DRK_KPP": 2.0, "NAV_DLL_ACT": 3.0}))
+        feed.snapshot = replace(
+            TUNED,
+            parameters={**TUNED.parameters, "DRK_KPP": 2.0},
+            parameter_changes={
+                "DRK_KPP": ParameterChange(2.0, ChangeState.SET),
+                "NAV_DLL_ACT": ParameterChange(3.0, ChangeState.REFUSED, "not today"),
+            },
+        )
+        await until(pilot, lambda: "0 of 3 chosen, 1 set, 1 refused" in screen_text(app))
+        await until(pilot, lambda: "go on (0)" in line_of(app, "NAV_DLL_ACT"))  # the old value stays
+        await until(pilot, lambda: "refused: not today" in line_of(app, "NAV_DLL_ACT"))
+        await until(pilot, lambda: line_of(app, "DRK_KPP").split()[4:6] == ["2", "2"])
+        await pilot.press("escape")
+        await until(pilot, lambda: isinstance(app.screen, ParametersScreen))
+
+
+async def test_a_file_that_differs_in_nothing_opens_no_list(feed, home):
+    (home / "mine.parm").write_text("DRK_KPP 1.5\n")
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(120, 40), notifications=True) as pilot:
+        await opened(pilot, app)
+        await pilot.press("f7")
+        await shown(pilot, AskFileScreen)
+        await pilot.press("enter")
+        await until(pilot, lambda: "all 1 parameters are as on the vehicle" in screen_text(app))
+
+
+@pytest.mark.parametrize("name", ["some.params", "some.parm"])
+async def test_all_are_saved_in_the_format_of_the_files_name(feed, home, name):
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(120, 40), notifications=True) as pilot:
+        await opened(pilot, app)
+        feed.snapshot = replace(TUNED, parameters={"DRK_KPP": 1.5, "NAV_DLL_ACT": 2}, parameter_count=2)
+        await until(pilot, lambda: len(app.screen.table.keys) == 2)
+        await pilot.press("f8")
+        await shown(pilot, AskFileScreen)
+        app.focused.value = name
+        await pilot.press("enter")
+        await until(pilot, lambda: f"{name}: 2 parameters saved" in screen_text(app))
+    assert load_parameters(home / name) == {"DRK_KPP": 1.5, "NAV_DLL_ACT": 2.0}
+    assert ("\t6\n" in (home / name).read_text()) == name.endswith("params")
+
+
+async def test_an_incomplete_list_is_not_saved(feed):
+    feed.snapshot = replace(TUNED, parameter_count=9)
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(120, 40), notifications=True) as pilot:
+        await opened(pilot, app)
+        await pilot.press("f8")
+        await until(pilot, lambda: "Not saved: 4 of 9 parameters received" in screen_text(app))
+
+
+async def test_file_names_are_completed(feed, home):
+    (home / "folder").mkdir()
+    (home / "folder" / "mine.params").write_text("A 1\n")
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await opened(pilot, app)
+        await pilot.press("f8")
+        await shown(pilot, AskFileScreen)
+        for typed, whole in (("fo", "folder/"), ("folder/m", "folder/mine.params")):
+            app.focused.value = typed
+            await until(pilot, lambda whole=whole: app.focused._suggestion == whole)
+            app.focused.cursor_position = len(typed)
+            await pilot.press("right")
+            await until(pilot, lambda whole=whole: app.focused.value == whole)
+
+
+async def test_the_keys_move_the_cursor_of_the_list(feed):
+    feed.snapshot = replace(TUNED, parameters={f"P{n:03d}": n for n in range(100)}, parameter_count=100)
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("p")
+        await until(pilot, lambda: isinstance(app.screen, ParametersScreen) and " P002 " in screen_text(app))
+        table = app.screen.table
+        for key, row in (("down", 1), ("down", 2), ("up", 1), ("pageup", 0), ("up", 0)):
+            await pilot.press(key)
+            await until(pilot, lambda row=row: table.cursor == row)
+        for _ in range(12):
+            await pilot.press("pagedown")
+        await until(pilot, lambda: table.cursor == 99 and " P099 " in screen_text(app))
+        await until(pilot, lambda: " P002 " not in screen_text(app))
+        await pilot.click(table, offset=(5, 1))
+        await until(pilot, lambda: table.cursor < 99)
+        assert f" {table.key} " in screen_text(app).splitlines()[3]
+
+
+async def test_a_restarted_vehicle_is_asked_for_its_metadata_again(feed):
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await opened(pilot, app)
+        await until(pilot, lambda: feed.requests == [("fetch_parameter_metadata",)])
+        feed.snapshot = replace(TUNED, parameters={}, parameter_metadata={}, restarts=TUNED.restarts + 1)
+        await until(pilot, lambda: feed.requests[1:] == [("fetch_parameters",), ("fetch_parameter_metadata",)])
+
+
+async def test_the_help_lists_the_keys_of_this_screen(feed):
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await opened(pilot, app)
+        await pilot.press("f1")
+        await until(pilot, lambda: isinstance(app.screen, HelpScreen) and "back to its default" in screen_text(app))
+
+
+async def test_parameters_of_a_recording_are_shown_but_cannot_be_changed(feed, home):
+    feed.station, feed.snapshot = None, replace(TUNED, parameter_metadata={})
+    (home / "mine.parm").write_text("DRK_KPP 2\n")
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(120, 40), notifications=True) as pilot:
+        await opened(pilot, app)
+        await until(pilot, lambda: "the vehicle has no description of it" in screen_text(app))
+        for key in ("enter", "f6", "f5"):
+            await pilot.press(key)
+            await until(pilot, lambda: "This is a recording" in screen_text(app))
+            app.clear_notifications()
+            await until(pilot, lambda: "This is a recording" not in screen_text(app))
+        await pilot.press("f7")
+        await shown(pilot, AskFileScreen)
+        await pilot.press("enter")
+        await until(pilot, lambda: isinstance(app.screen, ComparisonScreen) and "1 of 1 chosen" in screen_text(app))
+        await pilot.press("enter")
+        await until(pilot, lambda: "This is a recording" in screen_text(app))
+
+
+@pytest.mark.parametrize("size", SIZES)
+async def test_it_fits_the_terminal(feed, size):
+    app = GroundStationApp(feed)
+    async with app.run_test(size=size) as pilot:
+        await opened(pilot, app, "NAV_DLL_ACT")
+        for part in (
+            "NAV_DLL_ACT", "go on (0)", "GPS + flow (17)", "2 changed from default", "Ground station lost",
+            "0 go on, 1 hold", "default go on (0)", "⏎ Change", "f2 Changed", "f6 Default", "f7 File", "f8 Save",
+        ):  # fmt: skip
+            await until(pilot, lambda part=part: part in screen_text(app))
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_the_screen_matches_its_snapshot(snap_compare, feed, size):
+    async def settle(pilot):
+        await opened(pilot, pilot.app, "NAV_DLL_ACT")
+        pilot.app.screen.query_one("#filter", Input).cursor_blink = False  # else the picture depends on the moment
+        await settled(pilot)
+
+    assert snap_compare(GroundStationApp(feed), terminal_size=size, run_before=settle)

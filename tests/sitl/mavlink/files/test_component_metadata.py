@@ -41,3 +41,16 @@ def test_metadata_keeps_to_the_schema():
     parameters = json.loads(metadata_files()["parameter.json"])
     assert parameters["version"] >= 3
     assert all(set(parameter) <= known for parameter in parameters["parameters"])
+
+
+def test_a_switch_tells_the_names_of_its_values():
+    described = {entry["name"]: entry for entry in json.loads(metadata_files()["parameter.json"])["parameters"]}
+    assert described["DRK_CONTROLLER"]["values"] == [
+        {"value": 0, "description": "the hybrid controller"}, {"value": 1, "description": "INDI"},
+    ]  # fmt: skip
+    assert "values" not in described["SIM_WIND_SPD"]
+    integers = {name: entry for name, entry in described.items() if entry["type"] == "Int32"}
+    for name, entry in integers.items():
+        numbers = [row["value"] for row in entry["values"]]
+        assert entry["min"] == numbers[0] < numbers[-1] == entry["max"], name
+        assert entry["default"] in numbers, name

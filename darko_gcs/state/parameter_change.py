@@ -1,0 +1,36 @@
+"""What became of the changes of parameters that the operator asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from enum import Enum
+from typing import NamedTuple
+
+__all__ = ["ChangeState", "ParameterChange", "refused_changes"]
+
+
+class ChangeState(Enum):
+    """Where one change stands."""
+
+    WAITING = "waiting"
+    SET = "set"
+    REFUSED = "refused"
+
+
+class ParameterChange(NamedTuple):
+    """One change; a later one of the same parameter replaces it."""
+
+    value: float  # that was asked for
+    state: ChangeState = ChangeState.WAITING
+    reason: str = ""  # of a refusal, also of one that is tried again
+
+    @property
+    def words(self) -> str:
+        """Its state for people: "set", "refused: is not within 0..3"."""
+        is_explained = self.state is ChangeState.REFUSED and self.reason
+        return f"{self.state.value}: {self.reason}" if is_explained else self.state.value
+
+
+def refused_changes(changes: Mapping[str, ParameterChange]) -> dict[str, ParameterChange]:
+    """Those that the vehicle refused, by name."""
+    return {name: change for name, change in changes.items() if change.state is ChangeState.REFUSED}
