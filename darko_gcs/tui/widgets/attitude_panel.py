@@ -22,7 +22,7 @@ __all__ = ["AttitudePanel", "display_offset"]
 
 NOSE = (1.0, 0.0, 0.0)  # in the body frame
 TAPE_WIDTH = 9  # [cells]
-TAPES_WIDTH = 34  # of a panel that has room for both tapes [cells]
+TAPES_WIDTH, TAPE_ROWS = 34, 7  # of a panel that has room for both tapes [cells]
 HALF_PITCHED = math.sin(math.pi / 4.0)  # how far down the nose of a display points that is pitched by half of 90 deg
 MAX_BANK_ELEVATION = 75.0  # nose elevation above which a bank angle means nothing [deg]
 
@@ -59,7 +59,8 @@ class AttitudePanel(Panel):
         """Heading tape, horizon, one line of angles."""
         if s.q is None:
             return [styled_line(("no attitude", "dim"))]
-        rows, tapes = max(1, height - 2), width >= TAPES_WIDTH
+        rows = max(1, height - 2)
+        tapes = width >= TAPES_WIDTH and rows >= TAPE_ROWS
         view = horizon(displayed(s.q, display_offset(s)), width=width - 2 * TAPE_WIDTH * tapes, height=rows)
         if tapes:
             left, right = self._speed(s, rows), self._height(s, rows)

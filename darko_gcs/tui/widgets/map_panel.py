@@ -109,7 +109,7 @@ class MapPanel(Panel):
         offset = event.get_content_offset(self)
         if offset is not None and event.button == 1:
             cell = (offset.x, offset.y)
-            self._held, self._has_moved = (self._place_at(cell), cell), False
+            self._held, self._has_moved = (self.place_at(cell), cell), False
             self.capture_mouse()
 
     def on_mouse_move(self, event: events.MouseMove) -> None:
@@ -145,16 +145,17 @@ class MapPanel(Panel):
         if offset is None:
             return
         cell = (offset.x, offset.y)
-        place = self._place_at(cell)
+        place = self.place_at(cell)
         self._view = self._view._replace(scale=self._view.scale / ZOOM_FACTOR**step)
         self._put_under(cell, place)
 
     def _put_under(self, cell: tuple[int, int], place: NorthEast) -> None:
         """Move the map so that a place lies in a cell."""
-        there, middle = self._place_at(cell), self._view.middle
+        there, middle = self.place_at(cell), self._view.middle
         self._show_around((middle[0] + place[0] - there[0], middle[1] + place[1] - there[1]))
 
-    def _place_at(self, cell: tuple[int, int]) -> NorthEast:
+    def place_at(self, cell: tuple[int, int]) -> NorthEast:
+        """North and east of the middle of a cell (column, row) [m]."""
         return place_at(cell, *self.size, *self._view)
 
 
