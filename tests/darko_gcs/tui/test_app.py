@@ -5,6 +5,7 @@ import socket
 from dataclasses import replace
 
 import pytest
+from textual.widgets import Input
 
 from darko_gcs.errors import LinkError
 from darko_gcs.feed.live_feed import LiveFeed
@@ -276,6 +277,26 @@ def test_the_flight_screen_matches_its_snapshot(snap_compare, size, flight, powe
         await settled(pilot)
 
     assert snap_compare(GroundStationApp(feed), terminal_size=size, run_before=settle)
+
+
+@pytest.mark.parametrize(
+    ("key", "words", "size"),
+    [
+        ("?", "Esc: close", (80, 24)), ("?", "Esc: close", (120, 40)), ("?", "Esc: close", (200, 60)),
+        ("g", "Height above home", (80, 24)), ("d", "will fall", (80, 24)),
+    ],
+    ids=["help-80x24", "help-120x40", "help-200x60", "form-80x24", "question-80x24"],
+)  # fmt: skip
+def test_help_form_and_question_match_their_snapshots(snap_compare, key, words, size):
+    async def settle(pilot):
+        await until(pilot, lambda: "172 W" in screen_text(pilot.app))
+        await pilot.press(key)
+        await until(pilot, lambda: words in screen_text(pilot.app))
+        for field in pilot.app.screen.query(Input):
+            field.cursor_blink = False  # else the picture depends on the moment
+        await settled(pilot)
+
+    assert snap_compare(GroundStationApp(FakeFeed(HOVERING)), terminal_size=size, run_before=settle)
 
 
 async def test_a_long_message_is_shown_whole(feed):
