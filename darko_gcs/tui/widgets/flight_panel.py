@@ -122,7 +122,8 @@ class FlightPanel(Panel):
         if s.energy is None:
             return []
         used = [(label_of(Law, law), j) for law, j in enumerate(s.energy.by_law) if j > MIN_ENERGY_SHOWN]
-        return [styled_line((f"{law:<21}", "dim"), f"{joules:7.0f} J") for law, joules in used]
+        lines = [styled_line((f"  {law:<21}", "dim"), f"{joules:7.0f} J") for law, joules in used]
+        return [styled_line(("used under", "label")), *lines] if lines else []
 
 
 _Value = tuple[str, float | None, str]  # label, number, age in brackets
