@@ -13,7 +13,7 @@ __all__ = ["TruthRequest"]
 
 INTERVAL = 100_000.0  # between two messages [us]
 DISABLED = -1.0  # as an interval
-SILENCE = 3.0  # after which it is asked for again [s]
+TRUTH_SILENCE = 3.0  # after which it is asked for again [s]
 
 
 class TruthRequest:
@@ -40,7 +40,7 @@ class TruthRequest:
         kind = message.get_type()
         self._speaks_darko = self._speaks_darko or kind == "DARKO_HYBRID_STATE"
         if kind == "DARKO_TRUTH":
-            self._due = now + SILENCE
+            self._due = now + TRUTH_SILENCE
 
     def follow(self, event: Event, now: float) -> bool:
         """Take an event of the station; true if it answers a request from here, which nobody else waits for."""
@@ -56,7 +56,7 @@ class TruthRequest:
     def handle_timer(self, now: float) -> None:
         """Send the request that is due; none to a vehicle that does not speak our dialect."""
         if self._wanted and self._speaks_darko and now >= self._due and self._endpoint.is_present:
-            self._due = now + SILENCE
+            self._due = now + TRUTH_SILENCE
             self._send(INTERVAL, now)
 
     def _send(self, interval: float, now: float) -> None:

@@ -9,7 +9,7 @@ from darko_gcs.tui.render.canvas import StyledLine
 __all__ = ["tape"]
 
 ROWS_PER_NUMBER = 4  # of the scale
-MAX_NUMBER = 1e5  # larger ones are not shown
+MAX_ON_TAPE = 1e5  # larger ones are not shown
 
 
 def tape(
@@ -29,7 +29,7 @@ def tape(
     at = math.nan if value is None else value
     values = [at + (middle - row) * per_row for row in range(height)]
     rows: list[StyledLine] = [[(_scale_text(v, per_row, width, least), "dim")] for v in values]
-    number = f"{at + 0.0:.1f}" if abs(at) < MAX_NUMBER else "--"
+    number = f"{at + 0.0:.1f}" if abs(at) < MAX_ON_TAPE else "--"
     rows[middle] = [(f"▶{number:>{width - 2}} "[:width], "accent")]
     rows[0] = [(f"{title:>{width - 1}} "[:width], "label")]
     return rows
@@ -37,7 +37,7 @@ def tape(
 
 def _scale_text(value: float, per_row: float, width: int, least: float) -> str:
     """A number where a round one lies in the row, else a mark; nothing below the scale."""
-    if not abs(value) < MAX_NUMBER or value < least - per_row / 2:
+    if not abs(value) < MAX_ON_TAPE or value < least - per_row / 2:
         return " " * width
     step = ROWS_PER_NUMBER * per_row
     nearest = round(value / step) * step

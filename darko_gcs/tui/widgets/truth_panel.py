@@ -17,7 +17,7 @@ __all__ = ["TruthPanel"]
 
 MAX_APART = 0.5  # between an estimate and the truth that it is compared with [s]
 MANY_DEVIATIONS = 3.0  # beyond which the filter is wrong about itself
-LABEL_WIDTH = 16  # [cells]
+QUANTITY_WIDTH = 16  # [cells]
 
 
 class _Error(NamedTuple):
@@ -49,7 +49,7 @@ class TruthPanel(Panel):
         """A heading, a line per error, and what the filter says of its readings."""
         if s.truth is None:
             return [styled_line(("the truth is asked for: only a simulation tells it", "dim"))]
-        heading = f"{'':<{LABEL_WIDTH}}{'error':>8}     {'1 sigma':>7}  error/sigma"
+        heading = f"{'':<{QUANTITY_WIDTH}}{'error':>8}     {'1 sigma':>7}  error/sigma"
         return [
             styled_line((heading, "label")),
             *(_line(error) for error in _errors(s, s.truth, self._acceleration)),
@@ -80,7 +80,7 @@ def _line(e: _Error) -> StyledLine:
     ratio = abs(e.value) / e.deviation if e.deviation > 0.0 else math.nan
     is_many = ratio > MANY_DEVIATIONS
     return styled_line(
-        (f"{e.label:<{LABEL_WIDTH}}", "label"),
+        (f"{e.label:<{QUANTITY_WIDTH}}", "label"),
         f"{table_number(e.value, e.digits, 8)} {e.unit:<4}{table_number(e.deviation, e.digits, 7)}",
         (f"{table_number(ratio, 1, 9)}{' !' if is_many else ''}", "warn" if is_many else "dim"),
     )
@@ -91,7 +91,9 @@ def _readings(s: Snapshot) -> StyledLine:
     if s.test_ratio is None:
         return styled_line(("the vehicle sees the truth itself" if s.doubt is None else "no test of readings", "dim"))
     told = ("refused", "warn") if s.test_ratio > 1.0 else ("taken", "dim")
-    return styled_line((f"{'worst reading':<{LABEL_WIDTH}}", "label"), table_number(s.test_ratio, 2, 8), "     ", told)
+    return styled_line(
+        (f"{'worst reading':<{QUANTITY_WIDTH}}", "label"), table_number(s.test_ratio, 2, 8), "     ", told
+    )
 
 
 def _acceleration(before: Truth | None, t: Truth | None) -> Vector:

@@ -2,7 +2,7 @@
 
 import pytest
 
-from darko_gcs.station.truth_request import SILENCE
+from darko_gcs.station.truth_request import TRUTH_SILENCE
 from protocol.codec import Codec
 from protocol.dialect import mavlink
 from tests.support.gcs.linked_station import LinkedStation
@@ -35,7 +35,7 @@ def test_it_comes_while_it_is_wanted_and_stops_after(link):
     link.station.want_truth(link.now, wanted=False)
     link.run(1.0)
     last = link.snapshot.truth
-    link.run(SILENCE + 1.0)
+    link.run(TRUTH_SILENCE + 1.0)
     assert link.snapshot.truth is last
     assert intervals(link) == [100_000.0, -1.0]
     assert not [line for line in link.lines if "interval" in line.lower()]
@@ -45,6 +45,6 @@ def test_a_vehicle_that_restarts_is_asked_again(link):
     link.station.want_truth(link.now, wanted=True)
     link.run(2.0)
     link.start_vehicle(up=3.0)
-    link.run(SILENCE + 3.0)
+    link.run(TRUTH_SILENCE + 3.0)
     assert intervals(link) == [100_000.0] * 2
     assert link.snapshot.truth is not None
