@@ -72,9 +72,9 @@ def station(folder, *arguments):
     try:
         yield Terminal(outside), process
     finally:
+        os.close(outside)  # or it would wait for somebody to read what it draws
         process.terminate()
         process.wait(timeout=DEADLINE)
-        os.close(outside)
 
 
 def test_a_mission_is_flown_from_an_empty_screen_to_the_landing_and_replayed(tmp_path):
@@ -82,8 +82,8 @@ def test_a_mission_is_flown_from_an_empty_screen_to_the_landing_and_replayed(tmp
     simulator = ("--sitl", "--speed", "5", "--state-dir", str(tmp_path / "sitl"))
     with station(tmp_path, *simulator, "--record", str(logs), "--mission", plan) as (terminal, process):
         terminal.until("Navigation: aligned", COMPILED)
-        terminal.press("m", "TAKEOFF")
-        terminal.press("u", "Mission of 6 items uploaded")
+        terminal.press("m", "square.plan: 6 items")
+        terminal.press("u", "mission ready")
         terminal.press("\x1b", "Messages")
         terminal.press("a", "propellers")
         terminal.press("y", "ARMED")
