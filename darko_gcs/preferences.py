@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import tomllib
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from platformdirs import user_config_path
 
@@ -21,6 +21,8 @@ class Preferences(NamedTuple):
     """The file's content; each field is one key of it."""
 
     favourite_parameters: frozenset[str] = frozenset()
+    hidden_panels: frozenset[str] = frozenset()  # of the flight screen
+    theme: str = ""  # of the colours; empty: the one it comes with
 
 
 class PreferencesFile:
@@ -51,13 +53,18 @@ class PreferencesFile:
             FileError: The file cannot be written, or has an error: it is not overwritten then.
         """
         self.load()
-        names = ", ".join(json.dumps(name) for name in sorted(preferences.favourite_parameters))
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise FileError(f"{self.path}: cannot be written: {error.strerror}") from error
-        write_atomically(self.path, f"favourite_parameters = [{names}]\n".encode())
+        lines = [f"{key} = {_toml(value)}\n" for key, value in preferences._asdict().items() if value]
+        write_atomically(self.path, "".join(lines).encode())
         self._known = preferences
+
+
+def _toml(value: frozenset[str] | str) -> str:
+    """A value as TOML: JSON writes texts and lists of texts the same way."""
+    return json.dumps(value if isinstance(value, str) else sorted(value), ensure_ascii=False)
 
 
 def _parsed(path: Path) -> Preferences:
@@ -77,7 +84,15 @@ def _parsed(path: Path) -> Preferences:
     for key in content:
         if key not in Preferences._fields:
             raise FileError(f"{path}: {key} is not known: there is {', '.join(Preferences._fields)}")
-    names = content.get("favourite_parameters", [])
+    theme = content.get("theme", "")
+    if not isinstance(theme, str):
+        raise FileError(f"{path}: theme is not a name")
+    favourites, hidden = (_names(path, content, key) for key in ("favourite_parameters", "hidden_panels"))
+    return Preferences(favourites, hidden, theme)
+
+
+def _names(path: Path, content: dict[str, Any], key: str) -> frozenset[str]:
+    names = content.get(key, [])
     if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
-        raise FileError(f"{path}: favourite_parameters is not a list of names")
-    return Preferences(frozenset(names))
+        raise FileError(f"{path}: {key} is not a list of names")
+    return frozenset(names)

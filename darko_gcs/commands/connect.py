@@ -66,6 +66,7 @@ def run(args: argparse.Namespace) -> int:
     from platformdirs import user_state_path  # noqa: PLC0415
 
     from darko_gcs.feed.live_feed import LiveFeed  # noqa: PLC0415 - --help must not load the screens
+    from darko_gcs.preferences import PreferencesFile  # noqa: PLC0415
     from darko_gcs.station.keyring_setup import open_keyring  # noqa: PLC0415
     from darko_gcs.station.recording import default_folder, start_recording  # noqa: PLC0415
     from darko_gcs.station.station import Station  # noqa: PLC0415
@@ -96,7 +97,7 @@ def run(args: argparse.Namespace) -> int:
     if fault:
         station.report_recording_fault(fault, time.monotonic())
     feed = LiveFeed(station, args.host, listening_port(args), sitl, greeting=greeting, api_port=args.api_port)
-    app = GroundStationApp(feed)
+    app = GroundStationApp(feed, PreferencesFile())
     app.draft = draft
     code = app.run()
     if app.failure is not None:

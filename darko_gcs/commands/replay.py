@@ -43,6 +43,7 @@ def run(args: argparse.Namespace) -> int:
     from darko_gcs.errors import GroundError  # noqa: PLC0415
     from darko_gcs.feed.pair_feed import Alignment, PairFeed  # noqa: PLC0415
     from darko_gcs.feed.replay_feed import ReplayFeed  # noqa: PLC0415
+    from darko_gcs.preferences import PreferencesFile  # noqa: PLC0415
     from darko_gcs.tui.pair_app import PairApp  # noqa: PLC0415
     from darko_gcs.tui.replay_app import ReplayApp  # noqa: PLC0415
     from protocol.errors import FileError  # noqa: PLC0415 - --help must not load the wire
@@ -59,7 +60,7 @@ def run(args: argparse.Namespace) -> int:
     except FileError as error:
         raise GroundError(str(error)) from error
     if args.other is None:
-        return ReplayApp(feeds[0]).run() or 0
+        return ReplayApp(feeds[0], PreferencesFile()).run() or 0
     alignment = Alignment(args.align or Alignment.TAKE_OFF.value)
     pair = PairFeed(*feeds, alignment=alignment, shift=args.offset or 0.0, begin=args.at, speed=args.speed)
     return PairApp(pair).run() or 0

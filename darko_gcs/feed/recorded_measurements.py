@@ -28,6 +28,7 @@ __all__ = ["MEASUREMENTS", "RecordedMeasurements"]
 # Messages that replace the one of their kind before, whatever was before: their handlers read nothing of the snapshot
 # but the kind of vehicle.
 MEASUREMENTS = (
+    "DARKO_TRUTH", "ESTIMATOR_STATUS", "ODOMETRY",
     "ATTITUDE", "ATTITUDE_QUATERNION", "BATTERY_STATUS", "DARKO_ACTUATORS", "DARKO_AIR", "DARKO_DECISION",
     "DARKO_ENERGY", "DARKO_HYBRID_STATE", "EXTENDED_SYS_STATE", "GLOBAL_POSITION_INT", "LOCAL_POSITION_NED",
     "NAV_CONTROLLER_OUTPUT", "POSITION_TARGET_GLOBAL_INT", "POSITION_TARGET_LOCAL_NED", "SERVO_OUTPUT_RAW",

@@ -11,6 +11,7 @@ from darko_gcs.state.message_log import add_line, add_status_text
 from darko_gcs.state.parameter_metadata import MAX_PARAMETERS
 from darko_gcs.state.places import is_on_map
 from darko_gcs.state.reduce_darko import DARKO_HANDLERS
+from darko_gcs.state.reduce_estimate import ESTIMATE_HANDLERS
 from darko_gcs.state.reduce_flight_plan import FLIGHT_PLAN_HANDLERS
 from darko_gcs.state.reduce_others import OTHER_HANDLERS, mission_item
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
@@ -69,6 +70,7 @@ CHECKED_FIELDS = {
     "DARKO_HYBRID_STATE": ("governor",),  # a threshold may be infinite: the law is never left
     "DARKO_PLAN_STATUS": ("block_time", "stage_time", "flight_time"),
     "DARKO_PLAN_WAYPOINT": ("alt", "x", "y", "z"),
+    "DARKO_TRUTH": ("position", "velocity", "q", "rates", "wind"),
     "LOCAL_POSITION_NED": ("x", "y", "z", "vx", "vy", "vz"),
     "NAV_CONTROLLER_OUTPUT": ("xtrack_error", "alt_error"),
     "POSITION_TARGET_GLOBAL_INT": ("alt",),
@@ -87,6 +89,7 @@ UNKNOWN_VOLTAGE = 0xFFFF  # of SYS_STATUS and of a cell of BATTERY_STATUS [mV]
 T = TypeVar("T")
 HANDLERS = HandlerTable()
 HANDLERS.add(DARKO_HANDLERS)
+HANDLERS.add(ESTIMATE_HANDLERS)
 HANDLERS.add(FLIGHT_PLAN_HANDLERS)
 HANDLERS.add(OTHER_HANDLERS)
 
@@ -109,14 +112,15 @@ def reduce(s: Snapshot, message: Message, now: float) -> Snapshot:
     if handler is None or not _is_sane(kind, message):
         return s
     boot = getattr(message, "time_boot_ms", None)
-    if boot is not None:
-        s = _at_boot_time(s, boot / 1e3, now)
-        if s.late_messages:  # delayed, or one of the first after a restart: not shown
-            return s
-    return handler(s, message, now)
+    if boot is None:
+        return handler(replace(s, arrivals={**s.arrivals, kind: now}), message, now)
+    s = _at_boot_time(s, boot / 1e3, kind, now)
+    return s if s.late_messages else handler(s, message, now)  # a late one is of before a restart, or delayed
 
 
 def _is_sane(kind: str, m: Message) -> bool:
+    if kind == "GLOBAL_POSITION_INT" and not is_on_map(m.lat, m.lon):
+        return False
     values = (getattr(m, name) for name in CHECKED_FIELDS.get(kind, ()))
     numbers = (number for value in values for number in (value if isinstance(value, list) else (value,)))
     return all(abs(number) < MAX_NUMBER for number in numbers)  # false for NaN
@@ -147,12 +151,12 @@ def _heartbeat(s: Snapshot, m: Message, now: float) -> Snapshot:
     )
 
 
-def _at_boot_time(s: Snapshot, boot: float, now: float) -> Snapshot:
+def _at_boot_time(s: Snapshot, boot: float, kind: str, now: float) -> Snapshot:
     if s.boot is None or boot >= s.boot - RESTART_STEP:
-        return replace(s, boot=boot, late_messages=0)
+        return replace(s, boot=boot, late_messages=0, arrivals={**s.arrivals, kind: now})
     if s.late_messages + 1 < RESTART_MESSAGES:
         return replace(s, late_messages=s.late_messages + 1)
-    return replace(after_restart(s, now), boot=boot)
+    return replace(after_restart(s, now), boot=boot, arrivals={kind: now})
 
 
 def after_restart(s: Snapshot, now: float) -> Snapshot:
@@ -170,7 +174,7 @@ def _attitude_quaternion(s: Snapshot, m: Message, _now: float) -> Snapshot:
     offset = tuple(m.repr_offset_q) if any(m.repr_offset_q) else SHOW_AS_TOLD
     if s.tells_hover_frame and not _tells_flying_frame(offset):
         q, offset = flying_attitude(q), multiply(SHOW_PITCHED_DOWN, offset)
-    return replace(s, q=q, repr_offset=offset, heading=heading_of(q))
+    return replace(s, q=q, q_time=m.time_boot_ms / 1e3, repr_offset=offset, heading=heading_of(q))
 
 
 def _tells_flying_frame(offset: tuple[float, ...]) -> bool:
@@ -191,7 +195,8 @@ def _attitude(s: Snapshot, m: Message, _now: float) -> Snapshot:
 
 @HANDLERS.handles("LOCAL_POSITION_NED")
 def _local_position(s: Snapshot, m: Message, _now: float) -> Snapshot:
-    return replace(s, p=(m.x, m.y, m.z), v=(m.vx, m.vy, m.vz), track=_extended(s.track, (m.x, m.y)))
+    p, v = (m.x, m.y, m.z), (m.vx, m.vy, m.vz)
+    return replace(s, p=p, p_time=m.time_boot_ms / 1e3, v=v, track=_extended(s.track, p[:2]))
 
 
 def _extended(track: tuple[tuple[float, float], ...], at: tuple[float, float]) -> tuple[tuple[float, float], ...]:
@@ -209,8 +214,6 @@ def thinned(track: tuple[T, ...]) -> tuple[T, ...]:
 
 @HANDLERS.handles("GLOBAL_POSITION_INT")
 def _global_position(s: Snapshot, m: Message, _now: float) -> Snapshot:
-    if not is_on_map(m.lat, m.lon):
-        return s
     here = Geodetic(units.from_e7(m.lat), units.from_e7(m.lon), units.from_millimetres(m.alt))
     return replace(s, geodetic=here, relative_altitude=units.from_millimetres(m.relative_alt))
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 from darko_gcs.state.flight_plan_state import FlightPlanState
@@ -16,6 +16,7 @@ from darko_gcs.state.values import (
     Actuators,
     Air,
     Decision,
+    Doubt,
     Energy,
     HybridState,
     Jump,
@@ -25,6 +26,7 @@ from darko_gcs.state.values import (
     PlanIds,
     SigningState,
     Simulator,
+    Truth,
 )
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law, Saturation
@@ -63,10 +65,13 @@ class Snapshot:
     boot: float | None = None  # vehicle's time since boot [s]
     late_messages: int = 0  # messages in a row whose time since boot was long before ``boot``
     restarts: int = 0  # restarts of the vehicle seen so far
+    arrivals: Mapping[str, float] = field(default_factory=dict)  # of the last message of each kind, caller's clock [s]
 
     q: Quaternion | None = None  # FRD -> NED, x along the nose
+    q_time: float | None = None  # vehicle's time of a quaternion on the wire [s]
     repr_offset: Quaternion | None = None  # what the vehicle wants shown: q * repr_offset
     p: Vector | None = None  # NED [m]
+    p_time: float | None = None  # vehicle's time of position and velocity [s]
     v: Vector | None = None  # NED [m/s]
     target: Vector | None = None  # NED [m]
     target_place: Geodetic | None = None  # of vehicles that tell it so
@@ -80,6 +85,9 @@ class Snapshot:
     wind: Vector | None = None  # velocity of the air, NED [m/s]
     heading: float | None = None  # [rad]
     air: Air | None = None
+    truth: Truth | None = None  # sent only while it is asked for
+    doubt: Doubt | None = None  # None of a vehicle that estimates nothing
+    test_ratio: float | None = None  # worst of the filter's readings; above 1 one is refused
     navigation: Navigation | None = None
     decision: Decision | None = None
 
@@ -211,6 +219,11 @@ class Snapshot:
     def age(self, now: float) -> float | None:
         """Time since the last HEARTBEAT [s]."""
         return None if self.heartbeat_at is None else max(0.0, now - self.heartbeat_at)
+
+    def silence(self, now: float, kinds: Iterable[str]) -> float | None:
+        """Time since the last message of some kinds [s]; None if there was none."""
+        heard = [self.arrivals[kind] for kind in kinds if kind in self.arrivals]
+        return max(0.0, now - max(heard)) if heard else None
 
 
 EMPTY_SNAPSHOT = Snapshot()

@@ -8,7 +8,9 @@ from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import LabelledEnum
 from protocol.enum_names import as_member
 
-__all__ = ["command_name", "format_time", "label_of", "printable", "reason_text"]
+__all__ = ["command_name", "format_age", "format_time", "label_of", "printable", "reason_text"]
+
+MINUTE, HOUR = 60.0, 3600.0  # [s]
 
 
 def label_of(enum: type[LabelledEnum], number: int) -> str:
@@ -36,6 +38,13 @@ def format_time(seconds: float) -> str:
     minutes, rest = divmod(round(seconds, 1), 60.0)
     hours, minutes = divmod(int(minutes), 60)
     return f"{hours}:{minutes:02d}:{rest:04.1f}" if hours else f"{minutes}:{rest:04.1f}"
+
+
+def format_age(seconds: float) -> str:
+    """A time in one unit, rounded down: "5 s", "3 min", "2 h"."""
+    if seconds < MINUTE:
+        return f"{int(seconds)} s"
+    return f"{int(seconds / MINUTE)} min" if seconds < HOUR else f"{int(seconds / HOUR)} h"
 
 
 def printable(text: str) -> str:

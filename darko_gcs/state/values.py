@@ -9,7 +9,7 @@ from typing import NamedTuple
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law, Limit, Regime, Saturation, Way
 from protocol.enum_names import as_member
-from protocol.frames import Vector
+from protocol.frames import Quaternion, Vector
 
 __all__ = [
     "AIRBORNE_STATES",
@@ -18,6 +18,7 @@ __all__ = [
     "Actuators",
     "Air",
     "Decision",
+    "Doubt",
     "Energy",
     "HybridState",
     "Jump",
@@ -28,6 +29,7 @@ __all__ = [
     "SigningState",
     "Simulator",
     "Thresholds",
+    "Truth",
     "uses_forward_v",
 ]
 
@@ -198,6 +200,25 @@ class Air(NamedTuple):
     wind_true: Vector
     airspeed_estimate: float
     airspeed_true: float
+
+
+class Truth(NamedTuple):
+    """DARKO_TRUTH: what only a simulation knows."""
+
+    time: float  # since boot [s]
+    p: Vector  # NED [m]
+    v: Vector  # NED [m/s]
+    q: Quaternion  # FRD -> NED, x along the nose
+    rates: Vector  # about the axes of ``q`` [rad/s]
+    wind: Vector  # velocity of the air, NED [m/s]
+
+
+class Doubt(NamedTuple):
+    """ODOMETRY: standard deviations that the navigation filter states of itself; NaN for one that it does not."""
+
+    p: Vector  # north, east, down [m]
+    v: float  # of the worst axis [m/s]
+    attitude: float  # of the worst axis [rad]
 
 
 class Navigation(NamedTuple):

@@ -1,4 +1,4 @@
-"""Asks the vehicle for the messages that it sends only to stations that ask: DARKO_* and CONTROL_STATUS.
+"""Asks the vehicle for the messages that it sends only to stations that ask: DARKO_*, CONTROL_STATUS, and the truth.
 
 One message is requested of each family; the vehicle then sends the whole family. It forgets the request when it
 restarts, and when other stations displace this one: a family that falls silent is requested again.
@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 
+from darko_gcs.station.truth_request import TruthRequest
 from protocol.dialect import mavlink
 from protocol.endpoint_ground import GroundEndpoint
 from protocol.events import CommandDone, Event, VehicleFound, VehicleRestarted, VehicleReturned
@@ -27,15 +28,21 @@ class FamilyRequests:
 
     Args:
         endpoint: Sends the requests.
+
+    Attributes:
+        truth: Keeps DARKO_TRUTH coming while it is wanted.
     """
 
     def __init__(self, endpoint: GroundEndpoint) -> None:
         self._endpoint = endpoint
+        self.truth = TruthRequest(endpoint)
         self._due = dict.fromkeys(REQUESTED, math.inf)  # when each message is requested next [s]
         self._sent: dict[int, int] = {}  # message by number of the request
 
     def follow(self, event: Event, now: float) -> bool:
         """Take an event of the station; true if it answers a request from here, which nobody else waits for."""
+        if self.truth.follow(event, now):
+            return True
         if isinstance(event, APPEARANCES):
             self._due = dict.fromkeys(REQUESTED, now)
         if not isinstance(event, CommandDone) or event.request not in self._sent:
@@ -47,12 +54,14 @@ class FamilyRequests:
 
     def receive(self, message: Message, now: float) -> None:
         """Take a message of the vehicle."""
+        self.truth.receive(message, now)
         message_id = message.get_msgId()
         if message_id in self._due and message_id not in self._sent.values():
             self._due[message_id] = now + SILENCE
 
     def handle_timer(self, now: float) -> None:
         """Send the requests that are due."""
+        self.truth.handle_timer(now)
         if not self._endpoint.is_present:
             return
         for message_id in [number for number, due in self._due.items() if now >= due]:

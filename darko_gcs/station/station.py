@@ -251,6 +251,10 @@ class Station(FlightPlanRequests, PlanRequests):
         self.snapshot = self._parameter_changes.request(self.snapshot, wanted, now)
         self._collect(now)
 
+    def want_truth(self, now: float, *, wanted: bool) -> None:
+        """Have a simulation tell the truth, or stop telling it."""
+        self._families.truth.want(now, wanted=wanted)
+
     def fetch_parameter_metadata(self, now: float) -> None:
         """Fetch the descriptions of the vehicle's parameters, once."""
         self._try(now, lambda: self.parameter_metadata.request(now))

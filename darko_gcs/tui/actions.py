@@ -58,6 +58,12 @@ class ActionHandler(Protocol):
     def zoom(self, step: int) -> None:
         """Zoom the map."""
 
+    def follow_vehicle(self) -> None:
+        """Centre the map on the vehicle, and keep it there."""
+
+    def choose_panels(self) -> None:
+        """Show or hide a panel of the flight screen."""
+
     def show_next_page(self) -> None:
         """Turn the page of the flight panel."""
 
@@ -93,6 +99,12 @@ class Action:
     question: Callable[[Snapshot], str | None] = _no_question  # to confirm first; None: nothing to confirm
     needs_vehicle: bool = True  # commands it: only from the flight screen, never in a recording
     refusal: Callable[[Snapshot], str | None] = _no_question  # why it makes no sense now: nothing is asked or sent
+    title: str = ""  # in the command palette; an empty one: what the help says up to its colon
+
+    @property
+    def palette_title(self) -> str:
+        """What the command palette calls it."""
+        return self.title or self.help.split(":")[0]
 
 
 # One rule: a command that moves, stops or drops the vehicle asks first, by a question or by a form.
@@ -154,10 +166,12 @@ def control_question(s: Snapshot) -> tuple[str, Request]:
 ACTIONS = (
     Action(
         key="a", name="arm", label="Arm", help="Arm: start the motors at idle",
+        title="Arm the vehicle",
         run=lambda app: app.request(lambda station, now: station.arm(now)), question=_question_arm,
     ),
     Action(
         key="d", name="disarm", label="Disarm", help="Disarm: stop the motors; in the air, by force",
+        title="Disarm the vehicle",
         run=lambda app: app.ask_disarm(),
     ),
     Action(
@@ -166,6 +180,7 @@ ACTIONS = (
     ),
     Action(
         key="h", name="hold", label="Hold", help="Hold: stop and hover here",
+        title="Stop and hover here",
         run=lambda app: app.request(lambda station, now: station.hold(now)),
         question=_question_move("Stop and hover here"), refusal=_on_ground,
     ),
@@ -198,6 +213,7 @@ ACTIONS = (
     Action(key="c", name="speed", label="", help="Change the speed", run=lambda app: app.ask_speed()),
     Action(
         key="k", name="control", label="", help="Control: take it, share it, give it back",
+        title="Take, share or give back control",
         run=lambda app: app.ask_control(),
     ),
     Action(
@@ -206,33 +222,49 @@ ACTIONS = (
     ),
     Action(
         key="m", name="mission", label="Plan", help="Mission: load, edit, upload, download",
+        title="Show the mission",
         run=lambda app: app.show_mission(), needs_vehicle=False,
     ),
     Action(
         key="b", name="flight_plan", label="", help="Flight plan: its blocks, waypoints and variables",
+        title="Show the flight plan",
         run=lambda app: app.show_flight_plan(), needs_vehicle=False,
     ),
     Action(
         key="p", name="parameters", label="", help="Parameters: find and change them",
+        title="Show the parameters",
         run=lambda app: app.show_parameters(), needs_vehicle=False,
     ),
     Action(
         key="e", name="messages", label="", help="Messages: the whole log, with times",
+        title="Show all messages",
         run=lambda app: app.show_messages(), needs_vehicle=False,
     ),
     Action(
-        key="plus", name="zoom_in", label="", help="Map: zoom in", run=lambda app: app.zoom(1), needs_vehicle=False
+        key="plus", name="zoom_in", label="", help="Map: zoom in",
+        title="Zoom the map in", run=lambda app: app.zoom(1), needs_vehicle=False
     ),
     Action(
-        key="minus", name="zoom_out", label="", help="Map: zoom out", run=lambda app: app.zoom(-1),
+        key="minus", name="zoom_out", label="", help="Map: zoom out",
+        title="Zoom the map out", run=lambda app: app.zoom(-1),
         needs_vehicle=False,
     ),
     Action(
-        key="0", name="zoom_fit", label="", help="Map: show everything", run=lambda app: app.zoom(0),
+        key="0", name="zoom_fit", label="", help="Map: show everything",
+        title="Show everything on the map", run=lambda app: app.zoom(0),
         needs_vehicle=False,
     ),
     Action(
-        key="n", name="more", label="", help="Flight panel: next page", run=lambda app: app.show_next_page(),
+        key="z", name="follow", label="", help="Map: centre on the vehicle and follow it",
+        run=lambda app: app.follow_vehicle(), needs_vehicle=False, title="Centre the map on the vehicle",
+    ),
+    Action(
+        key="P", name="panels", label="", help="Panels: show or hide one of the flight screen",
+        run=lambda app: app.choose_panels(), needs_vehicle=False, title="Show or hide panels of the flight screen",
+    ),
+    Action(
+        key="n", name="more", label="", help="Flight panel: next page",
+        title="Turn the page of the flight panel", run=lambda app: app.show_next_page(),
         needs_vehicle=False,
     ),
     Action(
@@ -252,7 +284,8 @@ ACTIONS = (
         needs_vehicle=False,
     ),
     Action(
-        key="question_mark", name="help", label="Help", help="All keys", run=lambda app: app.show_help(),
+        key="question_mark", name="help", label="Help", help="All keys",
+        title="Show all keys", run=lambda app: app.show_help(),
         needs_vehicle=False,
     ),
     Action(

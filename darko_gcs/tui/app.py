@@ -14,10 +14,13 @@ from textual.screen import ModalScreen, Screen
 
 from darko_gcs.errors import GroundError
 from darko_gcs.feed.feed import Feed
+from darko_gcs.preferences import PreferencesFile
 from darko_gcs.state.text import format_time
 from darko_gcs.tui.actions import ACTIONS, Action, Request, control_question, disarm_question
 from darko_gcs.tui.fleet_dialogs import armed_words, ask_fleet, fleet_snapshots, named
-from darko_gcs.tui.help_texts import COLOUR_MEANINGS, KEY_SYMBOLS, QUESTION_RULES
+from darko_gcs.tui.flight_dialogs import ask_go_to_place, choose_panels
+from darko_gcs.tui.help_texts import COLOUR_MEANINGS, KEY_SYMBOLS, QUESTION_RULES, screen_keys
+from darko_gcs.tui.kept_look import KeptLook
 from darko_gcs.tui.plan_draft import PlanDraft
 from darko_gcs.tui.screens.dialogs import AskScreen, ConfirmScreen, HelpScreen, QuitScreen, parse_number
 from darko_gcs.tui.screens.flight_plan_screen import FlightPlanScreen
@@ -54,10 +57,12 @@ class GroundStationApp(App[int]):
     ]
     failure: GroundError | None = None  # why it could not start
 
-    def __init__(self, feed: Feed) -> None:
+    def __init__(self, feed: Feed, preferences: PreferencesFile | None = None) -> None:
         super().__init__()
         self.feed = feed
+        self.kept = KeptLook(self, preferences)
         self.draft = PlanDraft()
+        self._wants_truth = False
         self._last_pull = time.monotonic()
         self._keys = TypedKeys(self, self._tell_ignored_keys, is_guarded=feed.station is not None)
 
@@ -72,6 +77,7 @@ class GroundStationApp(App[int]):
             self.exit(error.exit_code)
             return
         await self.push_screen(self.first_screen())
+        self.kept.restore()
         if self.draft.plan.items:
             self.notify(f"{self.draft.path} is open: press m to show it, then u to upload it")
         self.set_interval(REFRESH_PERIOD, self.pull)
@@ -115,6 +121,14 @@ class GroundStationApp(App[int]):
                 screen.snapshot = self.feed.snapshot
             if isinstance(screen, FlightScreen):
                 screen.fleet = fleet_snapshots(self.feed)
+        self._request_truth()
+
+    def _request_truth(self) -> None:
+        """Have a simulation tell the truth as long as it is compared on the screen."""
+        wanted = any(isinstance(screen, FlightScreen) and screen.shows_truth for screen in self.screen_stack)
+        if wanted is not self._wants_truth:
+            self._wants_truth = wanted
+            self.request(lambda station, now: station.want_truth(now, wanted=wanted))
 
     # Actions
 
@@ -271,7 +285,7 @@ class GroundStationApp(App[int]):
     def show_parameters(self) -> None:
         """Open the parameter screen, once."""
         if not isinstance(self.screen, ParametersScreen):
-            self.push_screen(ParametersScreen(self.feed.station, lambda: self.feed.now))
+            self.push_screen(ParametersScreen(self.feed.station, lambda: self.feed.now, self.kept.preferences))
 
     def show_messages(self) -> None:
         """Open the message log, once."""
@@ -286,7 +300,7 @@ class GroundStationApp(App[int]):
 
     def show_help(self) -> None:
         """Open the list of keys."""
-        here = _screen_keys(self.screen)
+        here = screen_keys(self.screen)
         taken = {key for key, _ in here}
         actions = [
             (KEY_SYMBOLS.get(action.key, action.key), action.help)
@@ -303,12 +317,32 @@ class GroundStationApp(App[int]):
         """Keys beside those of the table, with their texts."""
         return []
 
+    def watch_theme(self) -> None:
+        """Keep the theme for the next time."""
+        self.kept.keep()
+
     def zoom(self, step: int) -> None:
         """Zoom the map in, out, or to fit."""
         for panel in self.screen.query(MapPanel):
             panel.zoom(step)
         for movable in self.screen.query(MovableMap):
             movable.zoom(step)
+
+    def follow_vehicle(self) -> None:
+        """Centre the map on the vehicle, and keep it there."""
+        for panel in self.screen.query(MapPanel):
+            panel.follow()
+
+    def choose_panels(self) -> None:
+        """Ask which panels of the flight screen to show."""
+        for screen in self.screen_stack:
+            if isinstance(screen, FlightScreen):
+                choose_panels(self, screen, self.kept.keep)
+
+    @on(MapPanel.PlaceClicked)
+    def _ask_go_to_place(self, event: MapPanel.PlaceClicked) -> None:
+        if self._can_command():
+            ask_go_to_place(self, self.feed, event.place, self.request)
 
     def show_next_page(self) -> None:
         """Turn the page of the flight panel."""
@@ -368,30 +402,16 @@ class GroundStationApp(App[int]):
         text, failed = save_screenshot(self.export_screenshot(), filename, path)
         self.notify(text, severity="error" if failed else "information")
 
-    def get_system_commands(self, screen: Screen[object]) -> Iterable[SystemCommand]:
-        """The command palette: the actions that can be done now, then what Textual adds."""
+    def get_system_commands(self, screen: Screen[object]) -> Iterable[SystemCommand]:  # noqa: ARG002 - our own screens
+        """The command palette: the actions that can be done now."""
         for action in ACTIONS:
             if self.check_action("act", (action.name,)):
-                yield SystemCommand(action.help.split(":")[0], action.help, self._runner(action))
-        yield SystemCommand("Screenshot", "Save the screen as a picture (SVG)", self._screenshot_soon)
-        for command in super().get_system_commands(screen):
-            if command.title not in {"Quit", "Screenshot"}:
-                yield command
+                yield SystemCommand(action.palette_title, action.help, self._runner(action))
+        yield SystemCommand("Save a picture of the screen", "An SVG file", self._screenshot_soon)
+        yield SystemCommand("Change the colour theme", "It is kept for the next time", self.action_change_theme)
 
     def _screenshot_soon(self) -> None:
         self.set_timer(0.1, self.action_screenshot)  # when the palette has gone
 
     def _runner(self, action: Action) -> Callable[[], None]:
         return lambda: self.action_act(action.name)
-
-
-def _screen_keys(screen: Screen[object]) -> list[tuple[str, str]]:
-    """Keys and texts of a screen's own bindings; none for the flight screen."""
-    if isinstance(screen, FlightScreen):
-        return []
-    bindings = (binding for binding in screen.BINDINGS if isinstance(binding, Binding) and binding.description)
-    return [
-        (KEY_SYMBOLS.get(key, key.replace("escape", "esc")), binding.tooltip or binding.description)
-        for binding in bindings
-        for key in (binding.key.split(",")[0],)
-    ]

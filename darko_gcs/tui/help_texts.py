@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-__all__ = ["COLOUR_MEANINGS", "KEY_SYMBOLS", "QUESTION_RULES"]
+from textual.binding import Binding
+from textual.screen import Screen
+
+__all__ = ["COLOUR_MEANINGS", "KEY_SYMBOLS", "QUESTION_RULES", "screen_keys"]
 
 KEY_SYMBOLS = {
     "question_mark": "?",
@@ -30,3 +33,15 @@ COLOUR_MEANINGS = [
     ("amber", "warning"),
     ("red", "danger: armed, failed, lost"),
 ]
+
+
+def screen_keys(screen: Screen[object]) -> list[tuple[str, str]]:
+    """Keys and texts of a screen's own bindings."""
+    bindings = (binding for binding in screen.BINDINGS if isinstance(binding, Binding) and binding.description)
+    return [
+        (
+            binding.key_display or binding.key.split(",")[0].replace("escape", "esc"),
+            binding.tooltip or binding.description,
+        )
+        for binding in bindings
+    ]

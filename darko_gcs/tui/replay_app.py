@@ -10,6 +10,7 @@ from textual.widgets import Input
 
 from darko_gcs.feed.player import Player
 from darko_gcs.feed.recorded_marks import MarkKind
+from darko_gcs.preferences import PreferencesFile
 from darko_gcs.tui.app import GroundStationApp
 from darko_gcs.tui.screens.flight_screen import FlightScreen
 from darko_gcs.tui.widgets.time_bar import TimeBar
@@ -53,8 +54,8 @@ class ReplayApp(GroundStationApp):
         *(Binding(str(n), f"go({n / 10})", "", show=False) for n in range(1, 10)),
     ]
 
-    def __init__(self, feed: Player) -> None:
-        super().__init__(feed)
+    def __init__(self, feed: Player, preferences: PreferencesFile | None = None) -> None:
+        super().__init__(feed, preferences)
         self.replay = feed
 
     def first_screen(self) -> FlightScreen:
@@ -131,8 +132,15 @@ class ReplayApp(GroundStationApp):
         self.pull()
 
 
-class ReplayScreen(FlightScreen):
-    """The flight screen with a time bar above the footer."""
+class ReplayScreen(FlightScreen, inherit_bindings=False):
+    """The flight screen with a time bar above the footer; shift and an arrow seek here, and do not move the map."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("ctrl+up", "pan(0, 1)", "Map: move it", show=False, key_display="ctrl+arrows"),
+        Binding("ctrl+down", "pan(0, -1)", show=False),
+        Binding("ctrl+right", "pan(1, 0)", show=False),
+        Binding("ctrl+left", "pan(-1, 0)", show=False),
+    ]
 
     def __init__(self, feed: Player) -> None:
         super().__init__()

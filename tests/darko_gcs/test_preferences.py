@@ -5,7 +5,9 @@ import pytest
 from darko_gcs.preferences import Preferences, PreferencesFile
 from protocol.errors import FileError
 
-SOME = Preferences(favourite_parameters=frozenset({"DRK_KPP", 'odd "name"'}))
+SOME = Preferences(
+    favourite_parameters=frozenset({"DRK_KPP", 'odd "name"'}), hidden_panels=frozenset({"truth"}), theme="gruvbox"
+)
 
 
 def test_without_a_file_the_defaults_hold(tmp_path):
@@ -28,6 +30,8 @@ def test_what_is_saved_is_read_again_and_stands_in_the_users_folder(tmp_path, mo
         (b"\xff", "not TOML"),
         (b"favourite_parameters = 'A'", "favourite_parameters is not a list of names"),
         (b"favourite_parameters = ['A', 1]", "favourite_parameters is not a list of names"),
+        (b"hidden_panels = 'truth'", "hidden_panels is not a list of names"),
+        (b"theme = 3", "theme is not a name"),
         (b"colour = 'red'", "colour is not known: there is favourite_parameters"),
         (b"#" * 70_000, "longer than 65536 bytes"),
     ],

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import groupby
 
 __all__ = ["BrailleCanvas", "StyledLine"]
 
@@ -23,21 +24,20 @@ class BrailleCanvas:
 
     def plot(self, x: float, y: float, style: str = "") -> None:
         """Set one dot; a dot outside the canvas, or with NaN, is ignored."""
-        if not (math.isfinite(x) and math.isfinite(y)):
+        if not (0.0 <= x < 2 * self.width and 0.0 <= y < 4 * self.height):  # false for NaN too
             return
-        column, row = math.floor(x), math.floor(y)
-        if not (0 <= column < 2 * self.width and 0 <= row < 4 * self.height):
-            return
-        cell = (row // 4, column // 2)
-        self._dots[cell[0]][cell[1]] |= DOT_BITS[row % 4][column % 2]
+        column, row = int(x), int(y)
+        self._dots[row >> 2][column >> 1] |= DOT_BITS[row & 3][column & 1]
         if style:
-            self._styles[cell[0]][cell[1]] = style
+            self._styles[row >> 2][column >> 1] = style
 
     def line(self, start: tuple[float, float], end: tuple[float, float], style: str = "") -> None:
         """A straight line of dots."""
         (x0, y0), (x1, y1) = start, end
-        if not all(math.isfinite(v) and abs(v) < MAX_LINE_END for v in (x0, y0, x1, y1)):
-            return
+        if not (
+            abs(x0) < MAX_LINE_END and abs(y0) < MAX_LINE_END and abs(x1) < MAX_LINE_END and abs(y1) < MAX_LINE_END
+        ):
+            return  # NaN ends here, too
         steps = max(1, math.ceil(max(abs(x1 - x0), abs(y1 - y0))))
         for k in range(steps + 1):
             self.plot(x0 + (x1 - x0) * k / steps, y0 + (y1 - y0) * k / steps, style)
@@ -56,13 +56,16 @@ class BrailleCanvas:
         return [self._line(row) for row in range(self.height)]
 
     def _line(self, row: int) -> StyledLine:
-        segments: StyledLine = []
-        for column in range(self.width):
-            overlay, dots = self._text[row][column], self._dots[row][column]
-            character = overlay if overlay is not None else (chr(FIRST_BRAILLE + dots) if dots else " ")
-            style = self._styles[row][column]
-            if segments and segments[-1][1] == style:
-                segments[-1] = (segments[-1][0] + character, style)
-            else:
-                segments.append((character, style))
+        dots, text, styles = self._dots[row], self._text[row], self._styles[row]
+        characters = [
+            overlay or (chr(FIRST_BRAILLE + dot) if dot else " ") for overlay, dot in zip(text, dots, strict=True)
+        ]
+        for column, character in enumerate(characters):
+            if character == " " and column:  # a blank has no colour: fewer segments
+                styles[column] = styles[column - 1]
+        segments, begin = [], 0
+        for style, group in groupby(styles):
+            end = begin + len(list(group))
+            segments.append(("".join(characters[begin:end]), style))
+            begin = end
         return segments

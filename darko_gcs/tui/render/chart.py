@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect_left
 from collections.abc import Callable, Sequence
 
 from darko_gcs.tui.render.canvas import BrailleCanvas, StyledLine
 
-__all__ = ["log_chart"]
+__all__ = ["chart_edge", "log_chart"]
 
 Axis = Callable[[float], float]
 
@@ -41,18 +42,16 @@ def log_chart(
         now: Time at the right edge [s].
     """
     thresholds = [threshold for threshold in thresholds if math.isfinite(threshold[0])]
+    first = bisect_left(times, now - window)
+    times, traces = times[first:], tuple((values[first:], style, letter) for values, style, letter in traces)
     plot_width, plot_height = max(1, width - LABEL_WIDTH), max(1, height - 1)
-    seen = [
-        v
-        for values, _, _ in traces
-        for t, v in zip(times, values, strict=True)
-        if now - window <= t <= now and math.isfinite(v)
-    ]
+    seen = [v for values, _, _ in traces for t, v in zip(times, values, strict=True) if t <= now and math.isfinite(v)]
     low, high = _decades([*seen, *(v for v, _, _ in thresholds)])
     canvas = BrailleCanvas(plot_width, plot_height)
+    last, edge = 2 * plot_width - 1, chart_edge(now, width, window)
 
     def x(t: float) -> float:
-        return (t - now + window) / window * (2 * plot_width - 1)
+        return math.floor(t * last / window) - edge + last
 
     def y(v: float) -> float:
         return (high - math.log10(max(v, MIN_VALUE))) / (high - low) * (4 * plot_height - 1)
@@ -64,7 +63,7 @@ def log_chart(
     for at, _ in shown:
         canvas.line((at, 0), (at, 4 * plot_height - 1), "jump")
     for values, style, letter in traces:
-        points = [(t, v) for t, v in zip(times, values, strict=True) if t >= now - window]
+        points = list(zip(times, values, strict=True))
         _trace(canvas, points, x, y, style)
         _put_letter(canvas, points, x, y, (letter, style))
     _put_threshold_labels(canvas, [(int(y(value)) // 4, label, style) for value, label, style in thresholds])
@@ -75,6 +74,17 @@ def log_chart(
         [(label, "dim"), *line] for label, line in zip(_labels(low, high, plot_height), canvas.lines(), strict=True)
     ]
     return [_cut(line, width) for line in (*lines, _time_axis(width, window))][:height]
+
+
+def chart_edge(now: float, width: int, window: float) -> int:
+    """Number of the dot at the right edge: a chart moves by whole dots, or every row would change every time.
+
+    Args:
+        now: Time there [s].
+        width: Of the chart [cells].
+        window: Time shown [s].
+    """
+    return math.ceil(now * (2 * max(1, width - LABEL_WIDTH) - 1) / window) if math.isfinite(now) else 0
 
 
 def _decades(values: Sequence[float]) -> tuple[int, int]:

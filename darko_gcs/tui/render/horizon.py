@@ -17,6 +17,7 @@ DEGREES_PER_CELL = 5
 MAX_HEADING = 1e6  # a larger heading is nonsense [rad]
 LOWER_BLOCKS = "▁▂▃▄▅▆▇"  # eighths of a cell
 ARROWS_FROM_RIGHT = "→↘↓↙←↖↑↗"  # clockwise, 45 deg apart
+MIN_STEP = 1e-9  # between the depths of neighbours in a row that the horizon may cross
 MIN_TILT = 0.02  # of the vertical against the line of sight, for the arrow to have a direction [-]
 
 
@@ -44,7 +45,7 @@ def horizon(q_displayed: Quaternion, *, width: int, height: int) -> list[StyledL
         return down[0] + across * (x - width + 0.5) + below * (y - 2 * height + 0.5)
 
     reach = 0.5 * abs(across) + 1.5 * abs(below)  # how much the depth differs within a cell
-    cells = [[_cell(depth, reach, column, row) for column in range(width)] for row in range(height)]
+    cells = [_row(depth, reach, 2.0 * across, row, width) for row in range(height)]
     is_one = len({style for line in cells for _, style in line}) == 1  # all sky, or all ground
     _draw_wings(cells)
     if is_one:
@@ -52,13 +53,35 @@ def horizon(q_displayed: Quaternion, *, width: int, height: int) -> list[StyledL
     return [_joined(line) for line in cells]
 
 
+def _row(
+    depth: Callable[[float, float], float], reach: float, step: float, row: int, width: int
+) -> list[tuple[str, str]]:
+    """A row: only around the horizon its cells are looked at one by one; ``step`` is between their depths."""
+    first = depth(0.5, 4 * row + 1.5)
+    last = first + step * (width - 1)
+    if min(abs(first), abs(last)) > reach and (first > 0.0) is (last > 0.0):
+        return _plain("ground" if first > 0.0 else "sky", row, 0, width)
+    if abs(step) < MIN_STEP:
+        return [_cell(depth, reach, column, row) for column in range(width)]
+    ends = sorted(((-reach - first) / step, (reach - first) / step))
+    begin, end = (min(max(math.floor(ends[0]), 0), width), min(max(math.ceil(ends[1]) + 1, 0), width))
+    left, right = ("sky", "ground") if step > 0.0 else ("ground", "sky")
+    middle = [_cell(depth, reach, column, row) for column in range(begin, end)]
+    return [*_plain(left, row, 0, begin), *middle, *_plain(right, row, end, width)]
+
+
+def _plain(style: str, row: int, begin: int, end: int) -> list[tuple[str, str]]:
+    """Cells of sky or ground alone; the ground has dots, to be told without colours."""
+    if style == "sky":
+        return [(" ", style)] * (end - begin)
+    return [("·" if (column + 2 * row) % 4 == 0 else " ", style) for column in range(begin, end)]
+
+
 def _cell(depth: Callable[[float, float], float], reach: float, column: int, row: int) -> tuple[str, str]:
-    """Sky, ground, or the share of both in a cell; ground also has dots, to be told without colours."""
+    """Sky, ground, or the share of both in a cell."""
     middle = depth(2 * column + 0.5, 4 * row + 1.5)
-    if middle < -reach:
-        return " ", "sky"
-    if middle > reach:
-        return "·" if (column + 2 * row) % 4 == 0 else " ", "ground"
+    if abs(middle) > reach:
+        return _plain("ground" if middle > 0.0 else "sky", row, column, column + 1)[0]
     dots = [[depth(2 * column + x, 4 * row + y) > 0.0 for x in range(2)] for y in range(4)]
     ground = sum(map(sum, dots))
     if ground in {0, 8}:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from itertools import pairwise
+from typing import NamedTuple
 
 from darko_gcs.tui.render.canvas import BrailleCanvas, StyledLine
 
@@ -12,6 +13,7 @@ __all__ = [
     "ARROWS_FROM_NORTH",
     "MAX_COORDINATE",
     "MapLabel",
+    "MapView",
     "NorthEast",
     "draw_map",
     "fitting_view",
@@ -31,6 +33,13 @@ CIRCLE_SPACING = 1.5  # of the dots on a circle [dots]
 MAX_CIRCLE_DOTS = 2000  # on larger circles the spacing grows
 
 
+class MapView(NamedTuple):
+    """What part of the world a map shows."""
+
+    scale: float  # [m] per cell height
+    middle: NorthEast
+
+
 def draw_map(
     *,
     width: int,
@@ -47,8 +56,8 @@ def draw_map(
     areas: Sequence[tuple[Sequence[NorthEast], str]] = (),
     rally: Sequence[NorthEast] = (),
     labels: Sequence[MapLabel] = (),
-) -> tuple[list[StyledLine], float]:
-    """The rows of the map, and its scale [m per cell height].
+) -> tuple[list[StyledLine], MapView]:
+    """The rows of the map, and what part of the world it shows.
 
     Args:
         width: Cells; a cell is twice as high as wide.
@@ -72,7 +81,7 @@ def draw_map(
     places += [place for place in (home, target, None if vehicle is None else vehicle[:2]) if place is not None]
     places = [place for place in places if _is_drawable(place)] or [(0.0, 0.0)]
     scale = scale or _fit(places, width, height)
-    middle = centre or _middle(places)
+    middle = centre or _in_whole_cells(_middle(places), scale)
     canvas = BrailleCanvas(width, height)
     dots = 4.0 / scale  # per metre, the same in both directions
 
@@ -87,13 +96,13 @@ def draw_map(
     for north, east, radius, state in circles:
         _circle(canvas, at((north, east)), radius * dots, LINE_STYLES.get(state, "plan"))
     _labels(canvas, at, labels)
-    for a, b in pairwise(track):
-        canvas.line(at(a), at(b), "track")
+    for a, b in pairwise(_distinct(at(point) for point in track)):
+        canvas.line(a, b, "track")
     if course is not None and vehicle is not None:
         canvas.line(at(vehicle[:2]), at(course), "accent")
     _symbols(canvas, at, home, rally, waypoints, vehicle, target)
     _scale_bar(canvas, scale)
-    return canvas.lines(), scale
+    return canvas.lines(), MapView(scale, middle)
 
 
 def fitting_view(places: Sequence[NorthEast], width: int, height: int) -> tuple[float, NorthEast]:
@@ -182,6 +191,21 @@ def _round_up(value: float) -> float:
 def _middle(places: Sequence[NorthEast]) -> NorthEast:
     north, east = [p[0] for p in places], [p[1] for p in places]
     return (min(north) + max(north)) / 2, (min(east) + max(east)) / 2
+
+
+def _distinct(dots: Iterable[Dot]) -> list[Dot]:
+    """Of a track only dots away from the one before, and its end: it may have many more points than the map."""
+    kept: list[Dot] = []
+    last = None
+    for last in dots:
+        if not kept or not (abs(last[0] - kept[-1][0]) < 1.0 and abs(last[1] - kept[-1][1]) < 1.0):
+            kept.append(last)
+    return kept if last is None else [*kept, last]
+
+
+def _in_whole_cells(middle: NorthEast, scale: float) -> NorthEast:
+    """The middle of a map that grows moves by whole cells, or all of it would change every time."""
+    return round(middle[0] / scale) * scale, round(middle[1] / scale) * scale
 
 
 def _scale_bar(canvas: BrailleCanvas, scale: float) -> None:

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 from enum import Enum
+from typing import ClassVar
 
+from textual import events, on
 from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
 from textual.containers import Container, Vertical
+from textual.geometry import Size
 from textual.reactive import reactive
 from textual.screen import Screen
 from textual.widgets import Footer
@@ -16,13 +20,24 @@ from darko_gcs.tui.widgets.attitude_panel import AttitudePanel
 from darko_gcs.tui.widgets.decision_panel import DecisionPanel
 from darko_gcs.tui.widgets.fleet_strip import FleetStrip
 from darko_gcs.tui.widgets.flight_panel import FlightPanel
+from darko_gcs.tui.widgets.flown_plan import FlownPlan
 from darko_gcs.tui.widgets.hybrid_panel import HybridPanel
 from darko_gcs.tui.widgets.map_panel import MapPanel
 from darko_gcs.tui.widgets.message_panel import MessagePanel
+from darko_gcs.tui.widgets.panel import Panel
+from darko_gcs.tui.widgets.plan_blocks import PlanBlockList
 from darko_gcs.tui.widgets.status_bar import StatusBar
+from darko_gcs.tui.widgets.truth_panel import TruthPanel
 
-__all__ = ["FlightScreen", "StripSize"]
+__all__ = ["OPTIONAL_PANELS", "FlightScreen", "StripSize"]
 
+VAST = Size(180, 52)  # [cells]
+OPTIONAL_PANELS = {  # that the operator may hide, and what they are called
+    "actuators": "actuators",
+    "decision": "decision on the leg",
+    "truth": "estimate against truth",
+    "flight-plan": "flight plan",
+}
 TALL = 36  # screens with room for more lines of vehicles
 FEW_LINES = {False: 4, True: 9}  # of the strip, by whether the screen is tall
 MIN_PANELS = 14  # lines below which the panels give way to the strip
@@ -37,28 +52,70 @@ class StripSize(Enum):
 
 
 class FlightScreen(Screen[None]):
-    """Panels that show one snapshot."""
+    """Panels that show one snapshot; ``hidden`` has the optional ones that the operator does not want."""
 
     HORIZONTAL_BREAKPOINTS = [(0, "-narrow"), (120, "-wide")]  # noqa: RUF012 - declared so by Textual
     VERTICAL_BREAKPOINTS = [(0, "-short"), (36, "-tall")]  # noqa: RUF012
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("shift+up", "pan(0, 1)", "Map: move it", show=False, key_display="shift+arrows"),
+        Binding("shift+down", "pan(0, -1)", show=False),
+        Binding("shift+right", "pan(1, 0)", show=False),
+        Binding("shift+left", "pan(-1, 0)", show=False),
+    ]
     snapshot: reactive[Snapshot] = reactive(EMPTY_SNAPSHOT, repaint=False)  # else every panel is painted again
     now: reactive[float] = reactive(0.0, repaint=False)
     fleet: reactive[tuple[Snapshot, ...]] = reactive((), repaint=False)  # all vehicles on the link
     strip: StripSize | None = None  # as the operator chose it
 
+    def __init__(self) -> None:
+        super().__init__()
+        self.hidden: frozenset[str] = frozenset()
+        self._truth, self._plan = TruthPanel("Estimate against truth", id="truth"), FlownPlan(id="flight-plan")
+
     def watch_snapshot(self, s: Snapshot) -> None:
-        """Mark the values of a lost vehicle as old; leave no room for what another autopilot does not send."""
-        self.set_class(s.lost, "-stale")
-        self.set_class(s.source is not None and s.hybrid is None and bool(s.servos), "-foreign")
+        """Mark the values of a lost vehicle as old; leave no room for what this vehicle does not send."""
+        is_darko = s.hybrid is not None
+        wanted = {
+            "-stale": s.lost,
+            "-foreign": s.source is not None and not is_darko and bool(s.servos),
+            "-truthful": s.truth is not None or (is_darko and not s.is_replay),
+            "-planned": s.flight_plan is not None,
+        }
+        for name, is_on in wanted.items():
+            if is_on is not self.has_class(name):
+                self.set_class(is_on, name)
+        self._plan.show(s, self.now)
+
+    @on(events.Resize)
+    def _use_room(self) -> None:
+        """A vast screen has panels that no other has room for."""
+        self.set_class(self.size.width >= VAST.width and self.size.height >= VAST.height, "-vast")
+        self._size_strip()
+
+    @property
+    def shows_truth(self) -> bool:
+        """Whether the truth is compared on the screen, and has to be asked for."""
+        return self._truth.is_mounted and self._truth.display
+
+    def show_panels(self, hidden: frozenset[str]) -> None:
+        """Hide these optional panels, show the others where there is room."""
+        self.hidden = hidden
+        for name in OPTIONAL_PANELS:
+            self.set_class(name in hidden, f"-no-{name}")
+
+    def action_pan(self, east: int, north: int) -> None:
+        """Move the map."""
+        self.query_one(MapPanel).pan(east, north)
+
+    @on(PlanBlockList.Chosen)
+    def _open_plan(self) -> None:
+        """A click on the flight plan opens its screen, where its blocks are entered."""
+        self.app.call_later(self.app.run_action, "act('flight_plan')")
 
     def watch_fleet(self, before: tuple[Snapshot, ...], now: tuple[Snapshot, ...]) -> None:
         """Make room for a line per vehicle."""
         if len(before) != len(now):
             self._size_strip()
-
-    def on_resize(self) -> None:
-        """Make room anew."""
-        self._size_strip()
 
     def change_strip(self) -> None:
         """Show a few lines of the strip, then all, then none."""
@@ -88,12 +145,19 @@ class FlightScreen(Screen[None]):
         yield FleetStrip().data_bind(FlightScreen.snapshot, FlightScreen.now, FlightScreen.fleet)
         with Container(id="panels"):
             with Vertical(id="left"):
-                yield HybridPanel("Hybrid controller", id="hybrid").data_bind(FlightScreen.snapshot)
-                yield ActuatorPanel("Actuators", id="actuators").data_bind(FlightScreen.snapshot)
-                yield MessagePanel("Messages", id="messages").data_bind(FlightScreen.snapshot)
+                yield self._bound(HybridPanel("Hybrid controller", id="hybrid"))
+                yield self._bound(ActuatorPanel("Actuators", id="actuators"))
+                yield self._bound(MessagePanel("Messages", id="messages"))
             with Container(id="right"):
-                yield AttitudePanel("Attitude", id="attitude").data_bind(FlightScreen.snapshot)
-                yield MapPanel("Map", id="map").data_bind(FlightScreen.snapshot)
-                yield FlightPanel("Flight", id="flight").data_bind(FlightScreen.snapshot)
-                yield DecisionPanel("Decision", id="decision").data_bind(FlightScreen.snapshot)
+                with Vertical(id="numbers"):
+                    yield self._bound(AttitudePanel("Attitude", id="attitude"))
+                    yield self._bound(FlightPanel("Flight", id="flight"))
+                    yield self._bound(DecisionPanel("Decision", id="decision"))
+                    yield self._bound(self._truth)
+                with Vertical(id="places"):
+                    yield self._bound(MapPanel("Map", id="map"))
+                    yield self._plan
         yield Footer(compact=True, show_command_palette=False)
+
+    def _bound(self, panel: Panel) -> Panel:
+        return panel.data_bind(FlightScreen.snapshot, FlightScreen.now)

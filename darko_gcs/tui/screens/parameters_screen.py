@@ -15,7 +15,7 @@ from textual.reactive import reactive
 from textual.screen import Screen
 from textual.widgets import Footer, Input, Static
 
-from darko_gcs.preferences import Preferences, PreferencesFile
+from darko_gcs.preferences import PreferencesFile
 from darko_gcs.state.parameter_metadata import number_text
 from darko_gcs.state.parameter_table import (
     ParameterFilter,
@@ -163,7 +163,7 @@ class ParametersScreen(Screen[None]):
             return
         favourites = frozenset(self._filter.favourites) ^ {self.table.key}
         try:
-            self._preferences.save(Preferences(favourite_parameters=favourites))
+            self._preferences.save(self._preferences.load()._replace(favourite_parameters=favourites))
         except FileError as error:
             self.app.notify(f"Not kept: {error}", severity="warning")
             return

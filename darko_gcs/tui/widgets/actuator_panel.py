@@ -25,6 +25,8 @@ TEXT_WIDTH = 17  # name and value beside a bar [cells]
 class ActuatorPanel(Panel):
     """Motors and elevons between their limits."""
 
+    SOURCES = ("DARKO_ACTUATORS", "SERVO_OUTPUT_RAW")
+
     def draw(self, s: Snapshot, width: int, height: int) -> list[StyledLine]:
         """A line per actuator, then limits and saturated axes, in one line if there is no room for two."""
         a = s.actuators

@@ -9,7 +9,7 @@ from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.text import label_of
 from darko_gcs.state.values import HybridState, Thresholds
 from darko_gcs.tui.render.canvas import StyledLine
-from darko_gcs.tui.render.chart import log_chart
+from darko_gcs.tui.render.chart import chart_edge, log_chart
 from darko_gcs.tui.widgets.panel import Panel, styled_line
 from protocol.dialect.vocabulary import Law, Reason
 from protocol.enum_names import as_member
@@ -31,29 +31,40 @@ LAW_STYLES = dict.fromkeys(Law, "accent") | {
 class HybridPanel(Panel):
     """Law in force, V of both linear laws with their thresholds, and a chart of V with the jumps."""
 
+    SOURCES = ("DARKO_HYBRID_STATE",)
+    _chart_key: tuple[object, ...] = ()  # what the chart was drawn for
+    _chart: list[StyledLine]
+
     def draw(self, s: Snapshot, width: int, height: int) -> list[StyledLine]:
         """Three lines of text, the rest chart."""
         h = s.hybrid
         if h is None:
             return [styled_line(("no hybrid state from this vehicle", "dim"))]
         jump = _last_jump(h, width)
-        chart = log_chart(
-            [t for t, _, _ in s.v_history],
-            ([v for _, v, _ in s.v_history], "hover", "h"),
-            ([v for _, _, v in s.v_history], "forward", "f"),
-            width=width,
-            height=max(1, height - 2 - len(jump)),
-            window=CHART_WINDOW,
-            thresholds=_labelled("forward", h.forward) if h.is_forward else _labelled("hover", h.hover),
-            jumps=tuple((jump.time, jump.name) for jump in s.jumps),
-            now=h.time,
-        )
+        height = max(1, height - 2 - len(jump))
+        key = (chart_edge(h.time, width, CHART_WINDOW), width, height, h.law, h.hover, h.forward, s.jumps)
+        if key != self._chart_key:  # the chart is much work, and moves by a dot twice a second
+            self._chart_key, self._chart = key, _chart(s, h, width, height)
         values = styled_line(
             *_v_with_thresholds("hover", h.v_hover, h.hover, "hover"),
             "  ",
             *_v_with_thresholds("fwd", h.v_forward, h.forward, "forward"),
         )
-        return [_law(h, s.law_since, width), values, *jump, *chart]
+        return [_law(h, s.law_since, width), values, *jump, *self._chart]
+
+
+def _chart(s: Snapshot, h: HybridState, width: int, height: int) -> list[StyledLine]:
+    return log_chart(
+        [t for t, _, _ in s.v_history],
+        ([v for _, v, _ in s.v_history], "hover", "h"),
+        ([v for _, _, v in s.v_history], "forward", "f"),
+        width=width,
+        height=height,
+        window=CHART_WINDOW,
+        thresholds=_labelled("forward", h.forward) if h.is_forward else _labelled("hover", h.hover),
+        jumps=tuple((jump.time, jump.name) for jump in s.jumps),
+        now=h.time,
+    )
 
 
 def _law(h: HybridState, law_since: float | None, width: int) -> StyledLine:

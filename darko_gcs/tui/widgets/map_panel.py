@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import math
 
+from textual import events
+from textual.message import Message
+
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.tui.render.canvas import StyledLine
-from darko_gcs.tui.render.map_drawing import NorthEast, draw_map
+from darko_gcs.tui.render.map_drawing import MapView, NorthEast, draw_map, place_at
 from darko_gcs.tui.widgets.decision_panel import decision_summary
 from darko_gcs.tui.widgets.fence_overlay import fence_circles, fence_polygons, rally_points
 from darko_gcs.tui.widgets.item_position import item_position
@@ -18,6 +21,8 @@ from protocol.plans import MissionItem
 __all__ = ["MapPanel", "loiter_circles", "position_ahead", "waypoints"]
 
 ZOOM_FACTOR = 2.0
+WHEEL_STEP = 0.5  # of a zoom step
+PAN_SHARE = 0.25  # of the map, by a key
 COURSE_TIME = 3.0  # of flight that the course line shows [s]
 MIN_COURSE_SPEED = 0.5  # below which there is no course line [m/s]
 LOITER_COMMANDS = frozenset(
@@ -31,8 +36,22 @@ class MapPanel(Panel):
     The lower border shows the decision on the current leg.
     """
 
-    scale: float | None = None  # metres per cell height; None: fit everything
-    _shown_scale: float = 1.0
+    SOURCES = ("LOCAL_POSITION_NED", "GLOBAL_POSITION_INT")
+
+    class PlaceClicked(Message):
+        """A place was clicked: north and east in the vehicle's local frame [m]."""
+
+        def __init__(self, place: NorthEast) -> None:
+            super().__init__()
+            self.place = place
+
+    def __init__(self, title: str, *, id: str) -> None:  # noqa: A002 - textual's own name for it
+        super().__init__(title, id=id)
+        self.scale: float | None = None  # metres per cell height; None: fit everything
+        self.middle: NorthEast | None = None  # where the operator moved it; None: follow the vehicle
+        self._view = MapView(1.0, (0.0, 0.0))  # as shown
+        self._held: tuple[NorthEast, tuple[int, int]] | None = None  # the place that the mouse holds, and its cell
+        self._has_moved = False  # the mouse that holds it
 
     def subtitle(self, s: Snapshot) -> str:
         """The decision, unless the values are old."""
@@ -41,11 +60,12 @@ class MapPanel(Panel):
     def draw(self, s: Snapshot, width: int, height: int) -> list[StyledLine]:
         """The map fills the panel."""
         on_ground = s.landed_state == mavlink.MAV_LANDED_STATE_ON_GROUND
-        lines, self._shown_scale = draw_map(
+        following = None if self.scale is None or s.p is None else (s.p[0], s.p[1])
+        lines, self._view = draw_map(
             width=width,
             height=height,
             scale=self.scale,
-            centre=None if self.scale is None or s.p is None else (s.p[0], s.p[1]),
+            centre=self.middle or following,
             home=s.home_p[:2],
             track=s.track,
             waypoints=[] if s.flies_plan else waypoints(s),
@@ -61,8 +81,82 @@ class MapPanel(Panel):
 
     def zoom(self, step: int) -> None:
         """In (+1), out (-1), or fit everything again (0)."""
-        self.scale = None if step == 0 else (self.scale or self._shown_scale) / ZOOM_FACTOR**step
+        if step == 0:
+            self.scale = self.middle = None
+        else:
+            self.scale = (self.scale or self._view.scale) / ZOOM_FACTOR**step
         self.redraw()
+
+    def pan(self, east: int, north: int) -> None:
+        """Move the map by a share of it; it does not follow the vehicle any more."""
+        (scale, middle), (width, height) = self._view, self.size
+        step = PAN_SHARE * scale * min(height, width / 2)
+        self._show_around((middle[0] + north * step, middle[1] + east * step))
+
+    def follow(self) -> None:
+        """Have the vehicle in the middle, as large as the map is now."""
+        self.scale, self.middle = self._view.scale, None
+        self.redraw()
+
+    def _show_around(self, middle: NorthEast) -> None:
+        self.scale, self.middle = self._view.scale, middle
+        self.redraw()
+
+    # The mouse
+
+    def on_mouse_down(self, event: events.MouseDown) -> None:
+        """Take hold of the map."""
+        offset = event.get_content_offset(self)
+        if offset is not None and event.button == 1:
+            cell = (offset.x, offset.y)
+            self._held, self._has_moved = (self.place_at(cell), cell), False
+            self.capture_mouse()
+
+    def on_mouse_move(self, event: events.MouseMove) -> None:
+        """Move the map with the mouse that holds it."""
+        if self._held is None:
+            return
+        offset, (place, pressed) = event.get_content_offset_capture(self), self._held
+        cell = (offset.x, offset.y)
+        self._has_moved = self._has_moved or cell != pressed
+        if self._has_moved:
+            self._put_under(cell, place)
+
+    def on_mouse_up(self, event: events.MouseUp) -> None:  # noqa: ARG002 - where it was pressed counts
+        """Let go; a mouse that did not move has clicked a place."""
+        if self._held is None:
+            return
+        (place, _), self._held = self._held, None
+        self.release_mouse()
+        if not self._has_moved:
+            self.post_message(self.PlaceClicked(place))
+
+    def on_mouse_scroll_up(self, event: events.MouseScrollUp) -> None:
+        """Zoom in on the place under the mouse."""
+        self._zoom_at(event, WHEEL_STEP)
+
+    def on_mouse_scroll_down(self, event: events.MouseScrollDown) -> None:
+        """Zoom out from the place under the mouse."""
+        self._zoom_at(event, -WHEEL_STEP)
+
+    def _zoom_at(self, event: events.MouseEvent, step: float) -> None:
+        event.stop()
+        offset = event.get_content_offset(self)
+        if offset is None:
+            return
+        cell = (offset.x, offset.y)
+        place = self.place_at(cell)
+        self._view = self._view._replace(scale=self._view.scale / ZOOM_FACTOR**step)
+        self._put_under(cell, place)
+
+    def _put_under(self, cell: tuple[int, int], place: NorthEast) -> None:
+        """Move the map so that a place lies in a cell."""
+        there, middle = self.place_at(cell), self._view.middle
+        self._show_around((middle[0] + place[0] - there[0], middle[1] + place[1] - there[1]))
+
+    def place_at(self, cell: tuple[int, int]) -> NorthEast:
+        """North and east of the middle of a cell (column, row) [m]."""
+        return place_at(cell, *self.size, *self._view)
 
 
 def position_ahead(s: Snapshot) -> NorthEast | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import ClassVar
 
 from rich.segment import Segment
@@ -12,9 +13,12 @@ from textual.strip import Strip
 from textual.widget import Widget
 
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
+from darko_gcs.state.text import format_age
 from darko_gcs.tui.render.canvas import StyledLine
 
-__all__ = ["Panel", "styled_line"]
+__all__ = ["MAX_FRESH_AGE", "Panel", "styled_line"]
+
+MAX_FRESH_AGE = 2.0  # of a value that needs no age beside it [s]
 
 PANEL_STYLES = (
     "dim", "label", "good", "warn", "bad", "accent", "mark", "track", "plan", "now", "fence", "hover", "forward",
@@ -31,6 +35,7 @@ def styled_line(*segments: tuple[str, str] | str) -> StyledLine:
 class Panel(Widget):
     """A bordered panel. Subclasses define ``draw``, a pure function; rows that stay the same are not painted again."""
 
+    SOURCES: ClassVar[tuple[str, ...]] = ()  # messages that fill it; when all have stopped, the border says so
     COMPONENT_CLASSES: ClassVar[set[str]] = {f"panel--{name}" for name in PANEL_STYLES}
     snapshot: reactive[Snapshot] = reactive(EMPTY_SNAPSHOT, repaint=False)  # ``redraw`` repaints row by row
     now: reactive[float] = reactive(0.0, repaint=False)  # for ages, which change without a new snapshot
@@ -41,6 +46,7 @@ class Panel(Widget):
         self._lines: list[StyledLine] = []
         self._drawn_size = Size(0, 0)
         self._rich_styles: dict[str, Style] = {}
+        self._older_at = math.inf  # when an age in the panel changes [s]
 
     def draw(self, s: Snapshot, width: int, height: int) -> list[StyledLine]:
         """The panel's lines; missing cells and lines are filled, surplus ones cut.
@@ -52,14 +58,34 @@ class Panel(Widget):
 
     def watch_snapshot(self) -> None:
         """Show a new snapshot; say so if it is old."""
+        self._tell()
+        self.redraw()
+
+    def watch_now(self) -> None:
+        """Say how old the values are, also without a new snapshot."""
+        self._tell()
+        if self.now >= self._older_at:
+            self.redraw()
+
+    def _tell(self) -> None:
         told = self.subtitle(self.snapshot)
         if self.border_subtitle != told:
             self.border_subtitle = told
-        self.redraw()
 
     def subtitle(self, s: Snapshot) -> str:
-        """What the lower border says: that the values are old, because the vehicle is silent."""
-        return "old: link lost" if s.lost else ""
+        """What the lower border says: that the values are old, because the vehicle or this message of it is silent."""
+        if s.lost:
+            return "old: link lost"
+        old = self.age_text(s, *self.SOURCES)
+        return f"stopped: {old}" if old else ""
+
+    def age_text(self, s: Snapshot, *kinds: str) -> str:
+        """How old the newest message of some kinds is; empty while it is fresh, and if there never was one."""
+        age = s.silence(self.now, kinds)
+        if age is None:
+            return ""
+        self._older_at = min(self._older_at, self.now + (MAX_FRESH_AGE - age if age < MAX_FRESH_AGE else 1.0))
+        return "" if age < MAX_FRESH_AGE else f"{format_age(age)} old"
 
     def on_resize(self) -> None:
         """Redraw in the new size, also without a new snapshot: a title may count pages."""
@@ -71,17 +97,23 @@ class Panel(Widget):
         if not size or not self.is_mounted:
             return
         old = self._lines if size == self._drawn_size else []
+        self._older_at = math.inf
         self._lines, self._drawn_size = self.draw(self.snapshot, *size), size
         changed = [y for y in range(size.height) if _row(old, y) != _row(self._lines, y)] if old else range(size.height)
         regions = [Region(0, y, size.width, 1) for y in changed]
         if regions:
             self.refresh(*regions)
 
+    def render_lines(self, crop: Region) -> list[Strip]:
+        """The lines of a region, drawn in the present size."""
+        size = self.size
+        if self._drawn_size != size:
+            self._lines, self._drawn_size = self.draw(self.snapshot, *size), size
+        return super().render_lines(crop)
+
     def render_line(self, y: int) -> Strip:
         """One line of the content (Textual's line API)."""
-        width, height = self.size
-        if self._drawn_size != self.size:
-            self._lines, self._drawn_size = self.draw(self.snapshot, width, height), self.size
+        width = self._drawn_size.width
         base = self._rich_style("")
         segments = [Segment(text, self._rich_style(name)) for text, name in _row(self._lines, y)]
         return Strip(segments).adjust_cell_length(width, base)

@@ -124,3 +124,11 @@ def test_a_recorded_flight_ends_in_its_known_state():
     assert len(s.mission) == 6
     assert s.energy.total == pytest.approx(5513.0, abs=1.0)
     assert math.hypot(s.p[0], s.p[1]) < 0.2
+
+
+def test_a_snapshot_tells_how_long_messages_have_been_silent():
+    s = EMPTY_SNAPSHOT
+    assert s.silence(9.0, ["LOCAL_POSITION_NED"]) is None
+    s = reduce(reduce(s, arrived(heartbeat()), 1.0), arrived(position(1000, 1.0)), 2.0)
+    assert s.silence(9.0, ["VFR_HUD", "LOCAL_POSITION_NED"]) == 7.0
+    assert reduce(s, arrived(position(1100, math.nan)), 5.0).silence(9.0, ["LOCAL_POSITION_NED"]) == 7.0

@@ -24,7 +24,7 @@ NOTHING = {
 )  # fmt: skip
 def test_a_map_has_the_size_asked_for_whatever_is_on_it(width, height, track, vehicle):
     drawn = NOTHING | {"home": (0.0, 0.0), "track": track, "vehicle": vehicle}
-    lines, scale = draw_map(width=width, height=height, **drawn)
+    lines, (scale, _) = draw_map(width=width, height=height, **drawn)
     assert len(lines) == height
     assert all(len(line_text(line)) == width for line in lines)
     assert scale > 0.0
@@ -33,7 +33,7 @@ def test_a_map_has_the_size_asked_for_whatever_is_on_it(width, height, track, ve
 def test_a_map_has_one_scale_for_both_directions():
     waypoints = [(1, 0.0, 0.0, "todo"), (2, 20.0, 0.0, "current"), (3, 0.0, 20.0, "done")]
     drawn = NOTHING | {"scale": 2.0, "centre": (10.0, 10.0), "waypoints": waypoints}
-    lines, scale = draw_map(width=80, height=30, **drawn)
+    lines, (scale, _) = draw_map(width=80, height=30, **drawn)
     texts = [line_text(line) for line in lines]
     at = {c: (row, text.index(c)) for row, text in enumerate(texts) for c in "123" if c in text[:79]}
     assert scale == 2.0
@@ -52,7 +52,7 @@ def test_a_map_fits_everything_and_points_the_vehicle():
 
 
 def test_a_circle_is_as_wide_as_its_radius_and_fits():
-    lines, scale = draw_map(width=60, height=30, circles=[(0.0, 0.0, 25.0, "current")], **NOTHING)
+    lines, (scale, _) = draw_map(width=60, height=30, circles=[(0.0, 0.0, 25.0, "current")], **NOTHING)
     rows = [row for row, line in enumerate(lines) if styled_text([line], "now")]
     assert (rows[-1] - rows[0] + 1) * scale == pytest.approx(50.0, abs=2 * scale)
     assert len(rows) < 30

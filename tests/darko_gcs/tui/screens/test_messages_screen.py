@@ -8,7 +8,7 @@ from darko_gcs.state.message_log import add_line
 from darko_gcs.tui.app import GroundStationApp
 from darko_gcs.tui.screens.messages_screen import MessagesScreen
 from protocol.dialect import mavlink
-from tests.support.gcs.screens import FakeFeed, screen_text, until
+from tests.support.gcs.screens import FakeFeed, screen_text, settled, until
 from tests.support.gcs.snapshots import HOVERING
 
 WARNING = mavlink.MAV_SEVERITY_WARNING
@@ -48,3 +48,16 @@ async def test_messages_of_a_recording_have_its_playing_time(feed):
     async with app.run_test(size=(80, 24)) as pilot:
         await pilot.press("e")
         await until(pilot, lambda: "1:23.2  Landed" in screen_text(app))
+
+
+@pytest.mark.parametrize("size", [(80, 24), (120, 40), (200, 60)], ids=["80x24", "120x40", "200x60"])
+def test_the_screen_matches_its_snapshot(snap_compare, feed, size):
+    feed.station = None  # with the times of a recording, which are not of this day
+
+    async def settle(pilot):
+        await until(pilot, lambda: "172 W" in screen_text(pilot.app))
+        await pilot.press("e")
+        await until(pilot, lambda: "message 59 [bold]" in screen_text(pilot.app))
+        await settled(pilot)
+
+    assert snap_compare(GroundStationApp(feed), terminal_size=size, run_before=settle)

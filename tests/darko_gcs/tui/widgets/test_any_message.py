@@ -11,14 +11,15 @@ from darko_gcs.tui.widgets.flight_panel import FlightPanel
 from darko_gcs.tui.widgets.hybrid_panel import HybridPanel
 from darko_gcs.tui.widgets.map_panel import MapPanel
 from darko_gcs.tui.widgets.message_panel import MessagePanel
+from darko_gcs.tui.widgets.truth_panel import TruthPanel
 from protocol.codec import Codec
 from protocol.dialect import mavlink
 from tests.support.gcs.home import snapshot_after
 from tests.support.gcs.messages import position
 from tests.support.links.flood import framed
 
-PANELS = (HybridPanel, ActuatorPanel, AttitudePanel, FlightPanel, DecisionPanel, MapPanel, MessagePanel)
-DARKO_MESSAGES = st.integers(53000, 53005)  # ids
+PANELS = (HybridPanel, ActuatorPanel, AttitudePanel, FlightPanel, DecisionPanel, MapPanel, MessagePanel, TruthPanel)
+DARKO_MESSAGES = st.integers(53000, 53006)  # ids
 
 
 @settings(deadline=None, max_examples=60)

@@ -1,0 +1,103 @@
+"""The ground station in a terminal: a mission from an empty screen to the landing, then its replay."""
+
+import fcntl
+import os
+import pty
+import re
+import select
+import struct
+import subprocess
+import sys
+import termios
+import time
+from contextlib import contextmanager
+
+from protocol.dialect import mavlink
+from protocol.tlog import read_tlog
+from tests.support.paths import DATA
+
+DEADLINE = 90.0  # for a step of the flight on a machine that has much else to do [s]
+COMPILED = 600.0  # for the vehicle's first start there [s]
+ESCAPES = re.compile(rb"\x1b(\[[0-9;?<>=]*[ -/]*[@-~]|\][^\x07]*\x07|.)")
+ROWS, COLUMNS = 40, 120
+
+
+class Terminal:
+    """A program in a terminal, and what it has drawn since the last look."""
+
+    def __init__(self, fd):
+        self.fd, self.drawn = fd, b""
+
+    def until(self, words, deadline=DEADLINE):
+        """Wait until it has drawn these words."""
+        end = time.monotonic() + deadline
+        while words not in (text := ESCAPES.sub(b"", self.drawn).decode(errors="replace")):
+            assert time.monotonic() < end, f"{words} not in {text[-4000:]}"
+            self._read(0.1)
+        self.drawn = b""
+
+    def _read(self, wait):
+        if select.select([self.fd], [], [], wait)[0]:
+            try:
+                self.drawn += os.read(self.fd, 1 << 16)
+            except OSError:  # the program has ended
+                time.sleep(wait)
+
+    def press(self, keys, words):
+        """Press keys, and wait for what they make it draw."""
+        os.write(self.fd, keys.encode())
+        self.until(words)
+
+    def quits(self, process):
+        """Quit, and read until the program has ended; its exit code."""
+        os.write(self.fd, b"q")
+        end = time.monotonic() + DEADLINE
+        while process.poll() is None and time.monotonic() < end:
+            self._read(0.1)
+        return process.poll()
+
+
+@contextmanager
+def station(folder, *arguments):
+    """``darko-gcs`` in a terminal of its own."""
+    outside, inside = pty.openpty()
+    fcntl.ioctl(inside, termios.TIOCSWINSZ, struct.pack("HHHH", ROWS, COLUMNS, 0, 0))
+    own = {name: str(folder) for name in ("XDG_STATE_HOME", "XDG_DATA_HOME", "XDG_CONFIG_HOME")}
+    process = subprocess.Popen(
+        [sys.executable, "-m", "darko_gcs", *arguments],
+        stdin=inside, stdout=inside, stderr=inside, start_new_session=True,
+        env=os.environ | own | {"TERM": "xterm-256color"},
+    )  # fmt: skip
+    os.close(inside)
+    try:
+        yield Terminal(outside), process
+    finally:
+        os.close(outside)  # or it would wait for somebody to read what it draws
+        process.terminate()
+        process.wait(timeout=DEADLINE)
+
+
+def test_a_mission_is_flown_from_an_empty_screen_to_the_landing_and_replayed(tmp_path):
+    plan, logs = str(DATA / "square.plan"), tmp_path / "logs"
+    simulator = ("--sitl", "--speed", "5", "--state-dir", str(tmp_path / "sitl"))
+    with station(tmp_path, *simulator, "--record", str(logs), "--mission", plan) as (terminal, process):
+        terminal.until("Navigation: aligned", COMPILED)
+        terminal.press("m", "square.plan: 6 items")
+        terminal.press("u", "mission ready")
+        terminal.press("\x1b", "Messages")
+        terminal.press("a", "propellers")
+        terminal.press("y", "ARMED")
+        terminal.press("s", "Fly the mission")
+        terminal.press("y", "mission 2/5")
+        terminal.until("Landed")
+        terminal.until("disarmed")
+        assert terminal.quits(process) == 0
+    (log,) = logs.glob("*.tlog")
+    states = read_tlog(log).columns("EXTENDED_SYS_STATE")["landed_state"]
+    assert states[0] == states[-1] == mavlink.MAV_LANDED_STATE_ON_GROUND
+    assert mavlink.MAV_LANDED_STATE_IN_AIR in states
+    with station(tmp_path, "replay", str(log), "--speed", "16") as (terminal, process):
+        terminal.until("REPLAY")
+        terminal.until("HOVER LINEAR")
+        terminal.press("\x1b[F", "disarmed")  # End
+        assert terminal.quits(process) == 0
