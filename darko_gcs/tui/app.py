@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import time
 from collections.abc import Callable, Iterable
 from datetime import datetime
@@ -18,11 +19,11 @@ from darko_gcs.preferences import PreferencesFile
 from darko_gcs.state.text import format_time
 from darko_gcs.tui.actions import ACTIONS, Action, Request, control_question, disarm_question
 from darko_gcs.tui.fleet_dialogs import armed_words, ask_fleet, fleet_snapshots, named
-from darko_gcs.tui.flight_dialogs import ask_go_to_place, choose_panels
+from darko_gcs.tui.flight_dialogs import ask_go_to, ask_go_to_place, ask_speed, ask_take_off, choose_panels
 from darko_gcs.tui.help_texts import COLOUR_MEANINGS, KEY_SYMBOLS, QUESTION_RULES, screen_keys
 from darko_gcs.tui.kept_look import KeptLook
 from darko_gcs.tui.plan_draft import PlanDraft
-from darko_gcs.tui.screens.dialogs import AskScreen, ConfirmScreen, HelpScreen, QuitScreen, parse_number
+from darko_gcs.tui.screens.dialogs import ConfirmScreen, HelpScreen, QuitScreen
 from darko_gcs.tui.screens.flight_plan_screen import FlightPlanScreen
 from darko_gcs.tui.screens.flight_screen import FlightScreen
 from darko_gcs.tui.screens.messages_screen import MessagesScreen
@@ -30,7 +31,7 @@ from darko_gcs.tui.screens.mission_screen import MissionScreen
 from darko_gcs.tui.screens.parameters_screen import ParametersScreen
 from darko_gcs.tui.screenshot import save_screenshot
 from darko_gcs.tui.typed_keys import TypedKeys
-from darko_gcs.tui.ways_out import watch_signals
+from darko_gcs.tui.ways_out import is_hung_up, leave, watch_signals, watch_terminal
 from darko_gcs.tui.widgets.fleet_strip import FleetStrip
 from darko_gcs.tui.widgets.flight_panel import FlightPanel
 from darko_gcs.tui.widgets.map_panel import MapPanel
@@ -40,6 +41,7 @@ from protocol.dialect import mavlink
 __all__ = ["GroundStationApp"]
 
 REFRESH_PERIOD = 0.1  # [s]
+STDIN = 0  # the terminal, for Textual
 ACTION_BY_NAME = {action.name: action for action in ACTIONS}
 FLIGHT_ACTIONS = {action.name: action.key for action in ACTIONS if action.needs_vehicle}
 FLEET_ACTIONS = frozenset({"fleet", "next_vehicle", "previous_vehicle", "strip"})
@@ -63,6 +65,7 @@ class GroundStationApp(App[int]):
         self.kept = KeptLook(self, preferences)
         self.draft = PlanDraft()
         self._wants_truth = False
+        self._leaving: asyncio.Task[None] | None = None  # after the terminal was closed
         self._last_pull = time.monotonic()
         self._keys = TypedKeys(self, self._tell_ignored_keys, is_guarded=feed.station is not None)
 
@@ -70,6 +73,8 @@ class GroundStationApp(App[int]):
         """Open the feed and begin to show it."""
         self._keys.start()
         watch_signals(self.end_at_once)
+        if not self.is_headless:
+            watch_terminal(STDIN, self.end_at_once)
         try:
             await self.feed.open()
         except GroundError as error:
@@ -197,29 +202,11 @@ class GroundStationApp(App[int]):
 
     def ask_take_off(self) -> None:
         """Ask for the height, then take off."""
-
-        def answered(values: tuple[str, ...] | None) -> None:
-            if values is not None:
-                height = float(values[0])
-                self.request(lambda station, now: station.take_off(height, now))
-
-        self.push_screen(AskScreen(named(self.feed, "Take off"), [("Height above home [m]", "3")]), answered)
+        ask_take_off(self, self.feed, self.request)
 
     def ask_go_to(self) -> None:
         """Ask for the point, then go there."""
-        p = self.feed.snapshot.from_home or (0.0, 0.0, -3.0)
-        fields = [
-            ("North of home [m]", f"{round(p[0], 1) + 0.0:.1f}"),
-            ("East of home [m]", f"{round(p[1], 1) + 0.0:.1f}"),
-            ("Height above home [m]", f"{-p[2]:.1f}"),
-        ]
-
-        def answered(values: tuple[str, ...] | None) -> None:
-            if values is not None:
-                north, east, height = (float(value) for value in values)
-                self.request(lambda station, now: station.go_to(north, east, height, now))
-
-        self.push_screen(AskScreen(named(self.feed, "Go to"), fields), answered)
+        ask_go_to(self, self.feed, self.request)
 
     def ask_transition(self) -> None:
         """Ask, then transition in the direction of the question, whatever the state is by then."""
@@ -237,19 +224,7 @@ class GroundStationApp(App[int]):
 
     def ask_speed(self) -> None:
         """Ask for the speed, then fly at it; the vehicle answers if it can."""
-        fields = [("Speed [m/s]", ""), ("0 airspeed, 1 ground speed", "0")]
-
-        def check(values: tuple[str, ...]) -> str | None:
-            if parse_number(values[0]) is None:
-                return f"Speed: {values[0]!r} is not a number"
-            return None if values[1] in {"0", "1"} else "Type 0 for an airspeed or 1 for a ground speed"
-
-        def answered(values: tuple[str, ...] | None) -> None:
-            if values is not None:
-                speed, over_ground = float(values[0]), values[1] == "1"
-                self.request(lambda station, now: station.change_speed(speed, now, over_ground=over_ground))
-
-        self.push_screen(AskScreen(named(self.feed, "Change speed"), fields, check), answered)
+        ask_speed(self, self.feed, self.request)
 
     def ask_fleet(self) -> None:
         """Ask for a command to all vehicles, then send it."""
@@ -391,10 +366,17 @@ class GroundStationApp(App[int]):
 
     def end_at_once(self, reason: str) -> None:
         """End without a question, because nobody can answer one; the recording says why."""
+        if self._leaving is not None:
+            return
         self._record_end(reason)
-        self.exit(0)
+        if not self.is_headless and is_hung_up(STDIN):
+            self._leaving = asyncio.create_task(leave(self.feed.close))
+        else:
+            self.exit(0)
 
     def _record_end(self, reason: str) -> None:
+        if self.feed.snapshot.source is None:
+            return  # a recording of nothing is not kept
         self.feed.note(f"{reason}, vehicle armed" if self.feed.snapshot.armed else reason)
 
     def action_screenshot(self, filename: str | None = None, path: str | None = None) -> None:

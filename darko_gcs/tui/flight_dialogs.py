@@ -1,4 +1,4 @@
-"""What the flight screen asks: whether to go to a place of the map, and which panels to show."""
+"""What the flight screen asks: heights, points and speeds, a place of the map, and which panels to show."""
 
 from __future__ import annotations
 
@@ -11,14 +11,61 @@ from darko_gcs.station.station import Station
 from darko_gcs.tui.actions import Request
 from darko_gcs.tui.fleet_dialogs import named
 from darko_gcs.tui.render.map_drawing import NorthEast
-from darko_gcs.tui.screens.dialogs import ChooseScreen, ConfirmScreen
+from darko_gcs.tui.screens.dialogs import AskScreen, ChooseScreen, ConfirmScreen, parse_number
 from darko_gcs.tui.screens.flight_screen import OPTIONAL_PANELS, FlightScreen
 from protocol.dialect import mavlink
 
-__all__ = ["ask_go_to_place", "choose_panels"]
+__all__ = ["ask_go_to", "ask_go_to_place", "ask_speed", "ask_take_off", "choose_panels"]
+
+Send = Callable[[Request], None]  # sends a request to the vehicle
 
 
-def ask_go_to_place(app: App[int], feed: Feed, place: NorthEast, request: Callable[[Request], None]) -> None:
+def ask_take_off(app: App[int], feed: Feed, request: Send) -> None:
+    """Ask for the height, then take off."""
+
+    def answered(values: tuple[str, ...] | None) -> None:
+        if values is not None:
+            height = float(values[0])
+            request(lambda station, now: station.take_off(height, now))
+
+    app.push_screen(AskScreen(named(feed, "Take off"), [("Height above home [m]", "3")]), answered)
+
+
+def ask_go_to(app: App[int], feed: Feed, request: Send) -> None:
+    """Ask for the point, then go there."""
+    p = feed.snapshot.from_home or (0.0, 0.0, -3.0)
+    fields = [
+        ("North of home [m]", f"{round(p[0], 1) + 0.0:.1f}"),
+        ("East of home [m]", f"{round(p[1], 1) + 0.0:.1f}"),
+        ("Height above home [m]", f"{-p[2]:.1f}"),
+    ]
+
+    def answered(values: tuple[str, ...] | None) -> None:
+        if values is not None:
+            north, east, height = (float(value) for value in values)
+            request(lambda station, now: station.go_to(north, east, height, now))
+
+    app.push_screen(AskScreen(named(feed, "Go to"), fields), answered)
+
+
+def ask_speed(app: App[int], feed: Feed, request: Send) -> None:
+    """Ask for the speed, then fly at it; the vehicle answers if it can."""
+    fields = [("Speed [m/s]", ""), ("0 airspeed, 1 ground speed", "0")]
+
+    def check(values: tuple[str, ...]) -> str | None:
+        if parse_number(values[0]) is None:
+            return f"Speed: {values[0]!r} is not a number"
+        return None if values[1] in {"0", "1"} else "Type 0 for an airspeed or 1 for a ground speed"
+
+    def answered(values: tuple[str, ...] | None) -> None:
+        if values is not None:
+            speed, over_ground = float(values[0]), values[1] == "1"
+            request(lambda station, now: station.change_speed(speed, now, over_ground=over_ground))
+
+    app.push_screen(AskScreen(named(feed, "Change speed"), fields, check), answered)
+
+
+def ask_go_to_place(app: App[int], feed: Feed, place: NorthEast, request: Send) -> None:
     """Ask, then go to a place of the map at the present height.
 
     Args:

@@ -10,7 +10,7 @@ import subprocess
 import sys
 import termios
 import time
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 from protocol.dialect import mavlink
 from protocol.tlog import read_tlog
@@ -72,9 +72,18 @@ def station(folder, *arguments):
     try:
         yield Terminal(outside), process
     finally:
-        os.close(outside)  # or it would wait for somebody to read what it draws
+        with suppress(OSError):
+            os.close(outside)  # or it would wait for somebody to read what it draws
         process.terminate()
         process.wait(timeout=DEADLINE)
+
+
+def test_a_terminal_that_goes_without_a_signal_ends_the_ground_station(tmp_path):
+    with station(tmp_path, "--port", "0", "--record", str(tmp_path / "logs")) as (terminal, process):
+        terminal.until("Takeoff")
+        os.close(terminal.fd)
+        assert process.wait(timeout=DEADLINE) == 0
+    assert list((tmp_path / "logs").iterdir()) == []
 
 
 def test_a_mission_is_flown_from_an_empty_screen_to_the_landing_and_replayed(tmp_path):

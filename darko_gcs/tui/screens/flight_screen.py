@@ -130,6 +130,8 @@ class FlightScreen(Screen[None]):
         return StripSize.FEW if len(self.fleet) > 1 else StripSize.NONE
 
     def _size_strip(self) -> None:
+        if not self.query(FleetStrip):  # recordings have none
+            return
         rows, few = self.size.height - 2, FEW_LINES[self.size.height >= TALL]  # without status bar and footer
         lines = {StripSize.FEW: min(few, len(self.fleet) + 1), StripSize.ALL: min(len(self.fleet) + 1, rows)}
         height = max(1, lines.get(self._strip_size(), 0))

@@ -35,7 +35,7 @@ class _Columns(NamedTuple):
     gap: str
 
 
-COLUMNS = (  # by the least width of the screen [cells]
+STRIP_COLUMNS = (  # by the least width of the screen [cells]
     (130, _Columns(mode=13, law=24, height=9, speed=10, charge=7, age=9, gap=" ")),
     (100, _Columns(mode=13, law=14, height=9, speed=10, charge=7, age=9, gap=" ")),
     (0, _Columns(mode=9, law=13, height=7, speed=9, charge=5, age=7, gap="")),
@@ -142,7 +142,7 @@ def _vehicle(s: Snapshot, is_active: bool, now: float, width: int) -> StyledLine
 
 
 def _columns(width: int) -> _Columns:
-    return next(columns for least, columns in COLUMNS if width >= least)
+    return next(columns for least, columns in STRIP_COLUMNS if width >= least)
 
 
 def _number(value: float | None, unit: str, width: int) -> str:

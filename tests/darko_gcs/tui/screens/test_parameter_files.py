@@ -52,8 +52,9 @@ async def test_a_damaged_file_of_preferences_is_named_and_left_alone(feed, home)
     file.write_text("favourites = 3")
     app = GroundStationApp(feed)
     async with app.run_test(size=(120, 40), notifications=True) as pilot:
-        await opened(pilot, app)
-        await until(pilot, lambda: "favourites is not known" in screen_text(app))
+        await pilot.press("p")
+        await until(pilot, lambda: "favourites is not known" in screen_text(app))  # before it goes
+        await until(pilot, lambda: "SIM_[red]" in screen_text(app))
         await pilot.press("f4")
         await until(pilot, lambda: "Not kept: " in screen_text(app))
     assert file.read_text() == "favourites = 3"
