@@ -14,7 +14,7 @@ import numpy as np
 
 from protocol.dialect.vocabulary import Law
 from protocol.frames import LocalFrame
-from protocol.modes import Mode
+from protocol.names.modes import Mode
 from sitl.aircraft import AUTOPILOT_PERIODS, Aircraft
 from sitl.autopilot.safety.arena import ARENAS
 from sitl.autopilot.safety.world import World

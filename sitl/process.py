@@ -17,7 +17,7 @@ from protocol.dialect import mavlink
 from protocol.frames import Geodetic, LocalFrame
 from protocol.keyring import Keyring
 from protocol.loopback import open_port_warning
-from protocol.modes import Mode
+from protocol.names.modes import Mode
 from protocol.signing import timestamp_at
 from sitl.aircraft import Aircraft
 from sitl.autopilot.safety.origin_limits import MAX_ORIGIN_ALTITUDE, MAX_ORIGIN_LATITUDE

@@ -12,7 +12,7 @@ from darko_gcs.state.text import label_of, printable
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law
 from protocol.message import Source
-from protocol.mode_names import mode_name
+from protocol.names.mode_names import mode_name
 from protocol.tlog import TlogReader
 from protocol.tlog.replay import Timeline
 

@@ -30,7 +30,7 @@ from protocol.events import (
     ParametersComplete,
 )
 from protocol.message import Source
-from protocol.modes import Mode
+from protocol.names.modes import Mode
 from protocol.plans import MissionItem, load
 from protocol.plans.fence_rally import fence_items, rally_items
 

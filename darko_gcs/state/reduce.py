@@ -29,7 +29,7 @@ from protocol.frames import (
 )
 from protocol.frames import heading as heading_of
 from protocol.message import Message, Source, source_of
-from protocol.mode_names import mode_name
+from protocol.names.mode_names import mode_name
 
 __all__ = [
     "CHECKED_FIELDS",

@@ -33,7 +33,7 @@ from protocol.dialect.vocabulary import Law, Saturation
 from protocol.events import CommandProgress
 from protocol.frames import Geodetic, LocalFrame, Quaternion, Vector
 from protocol.message import Source
-from protocol.modes import Mode
+from protocol.names.modes import Mode
 from protocol.plans import MissionItem
 
 __all__ = ["EMPTY_SNAPSHOT", "Snapshot"]

@@ -6,7 +6,7 @@ import re
 
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import LabelledEnum
-from protocol.enum_names import as_member
+from protocol.names.enum_names import as_member
 
 __all__ = ["command_name", "format_age", "format_time", "label_of", "printable", "reason_text"]
 

@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law, Limit, Regime, Saturation, Way
-from protocol.enum_names import as_member
 from protocol.frames import Quaternion, Vector
+from protocol.names.enum_names import as_member
 
 __all__ = [
     "AIRBORNE_STATES",

@@ -12,7 +12,7 @@ from protocol.dialect import mavlink
 from protocol.endpoint_ground import GroundEndpoint
 from protocol.engines.flight_plan_table import plan_key
 from protocol.frames import Vector
-from protocol.modes import Mode
+from protocol.names.modes import Mode
 
 __all__ = ["FlightPlanRequests"]
 

@@ -21,7 +21,6 @@ from darko_gcs.station.plan_transfer import PlanTransfer
 from darko_gcs.station.signing_client import SigningClient
 from protocol import units
 from protocol.codec import SourceStatistics
-from protocol.command_values import FORCE_ARM_DISARM
 from protocol.dialect import mavlink
 from protocol.endpoint_ground import GROUND_SYSTEM, GroundEndpoint
 from protocol.errors import FileError, LocalProtocolError
@@ -29,7 +28,8 @@ from protocol.events import Event, VehicleRestarted
 from protocol.frames import LocalFrame
 from protocol.keyring import KeyRecord, Keyring
 from protocol.message import Message, source_of
-from protocol.modes import Mode, custom_mode
+from protocol.names.command_values import FORCE_ARM_DISARM
+from protocol.names.modes import Mode, custom_mode
 from protocol.signing import is_secret
 from protocol.tlog import TlogWriter
 

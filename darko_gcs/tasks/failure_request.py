@@ -12,7 +12,7 @@ from darko_gcs.station.station import Station
 from darko_gcs.tasks.link_session import POLL_PERIOD, VEHICLE_TIMEOUT, open_link
 from protocol.dialect import mavlink
 from protocol.events import CommandDone
-from protocol.failure_names import FAILURE_TYPES, FAILURE_UNITS
+from protocol.names.failure_names import FAILURE_TYPES, FAILURE_UNITS
 
 __all__ = ["request_failure"]
 

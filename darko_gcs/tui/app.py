@@ -22,6 +22,8 @@ from darko_gcs.tui.fleet_dialogs import armed_words, ask_fleet, fleet_snapshots,
 from darko_gcs.tui.flight_dialogs import ask_go_to, ask_go_to_place, ask_speed, ask_take_off, choose_panels
 from darko_gcs.tui.help_texts import COLOUR_MEANINGS, KEY_SYMBOLS, QUESTION_RULES, screen_keys
 from darko_gcs.tui.kept_look import KeptLook
+from darko_gcs.tui.maps.map_panel import MapPanel
+from darko_gcs.tui.maps.movable_map import MovableMap
 from darko_gcs.tui.plan_draft import PlanDraft
 from darko_gcs.tui.screens.dialogs import ConfirmScreen, HelpScreen, QuitScreen
 from darko_gcs.tui.screens.flight_plan_screen import FlightPlanScreen
@@ -34,8 +36,6 @@ from darko_gcs.tui.typed_keys import TypedKeys
 from darko_gcs.tui.ways_out import is_hung_up, leave, watch_signals, watch_terminal
 from darko_gcs.tui.widgets.fleet_strip import FleetStrip
 from darko_gcs.tui.widgets.flight_panel import FlightPanel
-from darko_gcs.tui.widgets.map_panel import MapPanel
-from darko_gcs.tui.widgets.movable_map import MovableMap
 from protocol.dialect import mavlink
 
 __all__ = ["GroundStationApp"]

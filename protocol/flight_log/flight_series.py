@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from protocol.dialect.vocabulary import Law
-from protocol.enum_names import name_of
 from protocol.errors import FileError
 from protocol.flight_log.flight_clock import times_since_boot
 from protocol.flight_log.flight_summary import LoggedFlight, LogSummary, summarise
 from protocol.message import Source
+from protocol.names.enum_names import name_of
 from protocol.tlog import TlogReader
 from protocol.tlog.replay import playing_times
 

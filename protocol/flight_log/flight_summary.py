@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import DecisionReason, Law, Reason, Way
-from protocol.enum_names import enum_name, name_of
 from protocol.message import Source, source_of
-from protocol.mode_names import mode_name
+from protocol.names.enum_names import enum_name, name_of
+from protocol.names.mode_names import mode_name
 from protocol.tlog import Damage, TlogReader, message_name
 from protocol.tlog.replay import playing_times
 

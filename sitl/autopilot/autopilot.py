@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from protocol.dialect import mavlink
 from protocol.frames import LocalFrame
-from protocol.modes import Mode
+from protocol.names.modes import Mode
 from sitl.autopilot.answers import DENIED, Answer, Notice
 from sitl.autopilot.arming import Arming
 from sitl.autopilot.failsafe_response import FailsafeResponse

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from protocol.dialect import mavlink
-from protocol.modes import Mode
+from protocol.names.modes import Mode
 from sitl.autopilot.flight_state import FlightState
 from sitl.autopilot.safety.alarm import DOING, SafetyAction
 from sitl.autopilot.safety.failsafe import Failsafes

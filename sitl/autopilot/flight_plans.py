@@ -16,7 +16,7 @@ from protocol.flight_plans.name_mapping import NameMapping
 from protocol.flight_plans.plan_check import PlanCheck
 from protocol.flight_plans.plan_geometry import EnuPoint
 from protocol.frames import Geodetic
-from protocol.modes import Mode
+from protocol.names.modes import Mode
 from sitl.autopilot.answers import ACCEPTED, DENIED, REJECTED, Answer
 from sitl.autopilot.arming import Arming
 from sitl.autopilot.flight_plan.aims import away

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 
 from protocol.dialect import mavlink
-from protocol.modes import Mode
+from protocol.names.modes import Mode
 from sitl.autopilot.answers import Answer, Notice
 from sitl.autopilot.mission.runner import MissionRunner
 from sitl.autopilot.routes import FORWARD_DRIFT, return_route, route_to

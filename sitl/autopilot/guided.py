@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from protocol.modes import Mode
+from protocol.names.modes import Mode
 from sitl.autopilot.answers import ACCEPTED, DENIED, REJECTED, Answer
 from sitl.autopilot.arming import Arming
 from sitl.autopilot.flight_state import FlightState

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 
 from protocol.frames import Geodetic, LocalFrame
-from protocol.modes import Mode
+from protocol.names.modes import Mode
 from sitl.autopilot.answers import ACCEPTED, DENIED, REJECTED, Answer
 from sitl.autopilot.autopilot import Autopilot
 from sitl.autopilot.mission.items import refuse_items

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from protocol.dialect import mavlink
-from protocol.modes import Mode
+from protocol.names.modes import Mode
 from protocol.plans.mission_item import MissionItem
 from sitl.autopilot.answers import ACCEPTED, DENIED, REJECTED, Answer
 from sitl.autopilot.arming import Arming

@@ -6,7 +6,7 @@ import math
 from typing import NamedTuple
 
 from protocol.dialect.vocabulary import Law
-from protocol.modes import Mode
+from protocol.names.modes import Mode
 from sitl.autopilot.answers import ACCEPTED, DENIED, REJECTED, Answer
 from sitl.autopilot.flight_state import FlightState
 from sitl.control.reference import AttitudeReference, Point, Reference, hover_at

@@ -7,10 +7,10 @@ from functools import partial
 from typing import NamedTuple
 
 from protocol.dialect import mavlink
-from protocol.failure_names import FAILURE_TYPES, FAILURE_UNITS
 from protocol.flight_plans.plan_geometry import EnuPoint
 from protocol.frames import LocalFrame
-from protocol.modes import Mode
+from protocol.names.failure_names import FAILURE_TYPES, FAILURE_UNITS
+from protocol.names.modes import Mode
 from sitl.aircraft import Aircraft
 from sitl.autopilot.answers import ACCEPTED, DENIED, Answer
 from sitl.autopilot.safety.world import World

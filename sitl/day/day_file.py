@@ -7,7 +7,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from protocol.failure_names import FAILURE_TYPES, FAILURE_UNITS
+from protocol.names.failure_names import FAILURE_TYPES, FAILURE_UNITS
 from sitl.errors import SitlError
 from sitl.simulation.avionics import Navigation
 from sitl.toml_table import TomlTable

@@ -9,13 +9,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from protocol.command_values import FORCE_ARM_DISARM
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Way
 from protocol.engines.server.stream_server import STREAM_COMMANDS
 from protocol.events import CommandRequested
 from protocol.mav_frames import ABSOLUTE_ALTITUDE_FRAMES
-from protocol.modes import UNSUPPORTED_PX4_MODES, mode_from_parts
+from protocol.names.command_values import FORCE_ARM_DISARM
+from protocol.names.modes import UNSUPPORTED_PX4_MODES, mode_from_parts
 from sitl.autopilot.answers import ACCEPTED, DENIED, REJECTED, UNSUPPORTED, Answer
 from sitl.autopilot.autopilot import Autopilot
 from sitl.autopilot.mission.items import WAY_OF_VTOL_STATE

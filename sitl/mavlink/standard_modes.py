@@ -12,7 +12,7 @@ from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law
 from protocol.events import CommandRequested
 from protocol.message import Message
-from protocol.modes import Mode, custom_mode, mode_from_custom
+from protocol.names.modes import Mode, custom_mode, mode_from_custom
 from sitl.autopilot.answers import DENIED, Answer
 from sitl.autopilot.autopilot import Autopilot
 

@@ -13,7 +13,7 @@ import time
 from collections.abc import Mapping
 
 from protocol.dialect import mavlink
-from protocol.modes import Mode
+from protocol.names.modes import Mode
 from sitl import Recording, Reference, Simulation, SitlError, load_airframe
 from sitl.aircraft import Aircraft
 from sitl.autopilot.safety.world import World

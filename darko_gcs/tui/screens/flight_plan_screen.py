@@ -24,11 +24,11 @@ from darko_gcs.state.flight_plan_state import PlanButton
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
 from darko_gcs.station.station import Station
 from darko_gcs.tui.actions import ACTIONS
+from darko_gcs.tui.maps.plan_map import PlanMapPanel
 from darko_gcs.tui.screens.dialogs import AskScreen, ConfirmScreen, parse_number
 from darko_gcs.tui.screens.plan_tables import PlanPointTable, PlanSettingTable, limits_text
 from darko_gcs.tui.widgets.plan_blocks import PlanBlockList, key_name
 from darko_gcs.tui.widgets.plan_head import PlanEventPanel, PlanHeadPanel
-from darko_gcs.tui.widgets.plan_map import PlanMapPanel
 from darko_gcs.tui.widgets.status_bar import StatusBar
 from protocol.errors import ProtocolError
 from protocol.flight_plans import load_flight_plan

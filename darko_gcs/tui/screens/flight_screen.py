@@ -15,6 +15,7 @@ from textual.screen import Screen
 from textual.widgets import Footer
 
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
+from darko_gcs.tui.maps.map_panel import MapPanel
 from darko_gcs.tui.widgets.actuator_panel import ActuatorPanel
 from darko_gcs.tui.widgets.attitude_panel import AttitudePanel
 from darko_gcs.tui.widgets.decision_panel import DecisionPanel
@@ -22,7 +23,6 @@ from darko_gcs.tui.widgets.fleet_strip import FleetStrip
 from darko_gcs.tui.widgets.flight_panel import FlightPanel
 from darko_gcs.tui.widgets.flown_plan import FlownPlan
 from darko_gcs.tui.widgets.hybrid_panel import HybridPanel
-from darko_gcs.tui.widgets.map_panel import MapPanel
 from darko_gcs.tui.widgets.message_panel import MessagePanel
 from darko_gcs.tui.widgets.panel import Panel
 from darko_gcs.tui.widgets.plan_blocks import PlanBlockList

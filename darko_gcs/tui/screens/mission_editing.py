@@ -19,11 +19,11 @@ from darko_gcs.state.mission_labels import (
 from darko_gcs.state.plan_edits import LEG_ENDS, asked_ways, inserted, moved, removed, replaced, with_way
 from darko_gcs.state.plan_parts import Items
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
+from darko_gcs.tui.maps.mission_map import MissionMapPanel
+from darko_gcs.tui.maps.movable_map import MovableMap
 from darko_gcs.tui.plan_draft import PlanDraft
 from darko_gcs.tui.screens.dialogs import AskScreen, Check, ChooseScreen
 from darko_gcs.tui.screens.mission_table import MissionTable
-from darko_gcs.tui.widgets.mission_map import MissionMapPanel
-from darko_gcs.tui.widgets.movable_map import MovableMap
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Way
 from protocol.errors import LocalProtocolError

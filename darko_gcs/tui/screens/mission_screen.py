@@ -21,13 +21,13 @@ from darko_gcs.state.plan_parts import ALL_PLANS, FENCE, MISSION, RALLY
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
 from darko_gcs.state.text import label_of
 from darko_gcs.station.station import Station
+from darko_gcs.tui.maps.mission_map import MissionMapPanel
 from darko_gcs.tui.plan_draft import PlanDraft
 from darko_gcs.tui.screens.dialogs import ChooseScreen, ConfirmScreen
 from darko_gcs.tui.screens.difference_screen import DifferenceScreen, PlanPair, file_pairs
 from darko_gcs.tui.screens.file_dialog import FileDialog
 from darko_gcs.tui.screens.mission_editing import MissionEditing
 from darko_gcs.tui.screens.mission_table import MissionTable, leg_totals
-from darko_gcs.tui.widgets.mission_map import MissionMapPanel
 from darko_gcs.tui.widgets.status_bar import StatusBar
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import DecisionReason

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from protocol.dialect import mavlink
 from protocol.engines.base import Engine, TransitionTable, fire
 from protocol.engines.retransmission import RetryPolicy
-from protocol.enum_names import enum_name
 from protocol.events import CommandDone, CommandProgress
 from protocol.message import Message, addressed_to
+from protocol.names.enum_names import enum_name
 
 __all__ = ["COMMAND_CLIENT_TRANSITIONS", "CommandClient"]
 

@@ -14,10 +14,10 @@ from protocol.dialect import mavlink
 from protocol.engines.base import Engine, TransitionTable, fire
 from protocol.engines.ftp_packet import MAX_DATA, FtpPacket
 from protocol.engines.retransmission import Remote, Retransmission
-from protocol.enum_names import enum_name
 from protocol.errors import LocalProtocolError
 from protocol.events import FileFailed, FileProgress, FileReceived
 from protocol.message import Message, Source, addressed_to
+from protocol.names.enum_names import enum_name
 
 __all__ = ["FTP_CLIENT_TRANSITIONS", "FtpClient"]
 

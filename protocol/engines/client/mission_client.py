@@ -11,7 +11,6 @@ from collections.abc import Sequence
 from protocol.dialect import mavlink
 from protocol.engines.base import Engine, TransitionTable, fire
 from protocol.engines.retransmission import Remote, RequestWindow, Retransmission
-from protocol.enum_names import enum_name
 from protocol.errors import LocalProtocolError
 from protocol.events import (
     CurrentItemSet,
@@ -23,6 +22,7 @@ from protocol.events import (
     MissionUploaded,
 )
 from protocol.message import Message, Source, addressed_to, source_of
+from protocol.names.enum_names import enum_name
 from protocol.plans.mission_item import MissionItem
 
 __all__ = ["MAX_OPEN_ITEM_REQUESTS", "MISSION_CLIENT_TRANSITIONS", "MissionClient"]

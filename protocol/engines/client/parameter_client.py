@@ -12,10 +12,10 @@ from protocol.dialect import mavlink
 from protocol.engines.base import Engine, TransitionTable, fire
 from protocol.engines.parameter_values import MAX_NAME_LENGTH, decode_value, encode_value
 from protocol.engines.retransmission import Mark, Remote, RequestWindow, Retransmission
-from protocol.enum_names import enum_name
 from protocol.errors import LocalProtocolError
 from protocol.events import ParameterConfirmed, ParameterFailed, ParameterReceived, ParametersComplete
 from protocol.message import Message, Source, addressed_to, target_fields
+from protocol.names.enum_names import enum_name
 
 __all__ = ["PARAMETER_LIST_TRANSITIONS", "PARAMETER_SET_TRANSITIONS", "ParameterClient"]
 

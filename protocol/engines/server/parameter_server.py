@@ -19,10 +19,10 @@ from protocol.engines.base import Server
 from protocol.engines.parameter_values import Parameter, decode_value, encode_value
 from protocol.engines.server.replies import param_error, raw_name
 from protocol.engines.transfer_limits import PARAMETERS_PER_INTERVAL, SEND_INTERVAL
-from protocol.enum_names import enum_name
 from protocol.errors import LocalProtocolError
 from protocol.events import ParameterChanged, ParameterRefused
 from protocol.message import Message, Peer, addressed_to
+from protocol.names.enum_names import enum_name
 
 __all__ = ["ParameterServer"]
 

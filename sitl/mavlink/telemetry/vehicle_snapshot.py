@@ -11,7 +11,7 @@ from protocol import frames, units
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law, Limit, Reason, Regime, Saturation
 from protocol.frames import LocalFrame, Quaternion, Vector
-from protocol.modes import Mode
+from protocol.names.modes import Mode
 from sitl.aircraft import Aircraft
 from sitl.autopilot.autopilot import Autopilot
 from sitl.autopilot.flight_plan.operator_view import PlanStatus

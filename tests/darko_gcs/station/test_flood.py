@@ -10,12 +10,12 @@ from darko_gcs.state.snapshot import EMPTY_SNAPSHOT
 from darko_gcs.station.other_vehicles import MAX_OTHER_VEHICLES
 from darko_gcs.station.station import Station
 from darko_gcs.tui.app import GroundStationApp
+from darko_gcs.tui.maps.map_panel import MapPanel
 from darko_gcs.tui.widgets.actuator_panel import ActuatorPanel
 from darko_gcs.tui.widgets.attitude_panel import AttitudePanel
 from darko_gcs.tui.widgets.decision_panel import DecisionPanel
 from darko_gcs.tui.widgets.flight_panel import FlightPanel
 from darko_gcs.tui.widgets.hybrid_panel import HybridPanel
-from darko_gcs.tui.widgets.map_panel import MapPanel
 from darko_gcs.tui.widgets.message_panel import MessagePanel
 from darko_gcs.tui.widgets.status_bar import StatusBar
 from protocol.codec import MAX_COUNTED_SOURCES, Codec

@@ -13,9 +13,9 @@ from darko_gcs.state.message_log import add_line
 from darko_gcs.state.values import SigningState
 from darko_gcs.station.station import Station
 from darko_gcs.tui.app import GroundStationApp
+from darko_gcs.tui.maps.map_panel import MapPanel
 from darko_gcs.tui.screens.dialogs import HelpScreen, QuitScreen
 from darko_gcs.tui.screens.flight_screen import FlightScreen
-from darko_gcs.tui.widgets.map_panel import MapPanel
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import DecisionReason, Way
 from tests.support.gcs.screens import FakeFeed, confirm, screen_text, settled, until

@@ -2,7 +2,7 @@
 
 import math
 
-from protocol.modes import Mode
+from protocol.names.modes import Mode
 from sitl.aircraft import is_forward
 from sitl.autopilot.home import move_home
 from sitl.autopilot.safety.alarm import SafetyAction

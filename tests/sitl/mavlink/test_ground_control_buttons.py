@@ -5,7 +5,7 @@ import math
 import pytest
 
 from protocol.dialect import mavlink
-from protocol.modes import Mode, custom_mode
+from protocol.names.modes import Mode, custom_mode
 from protocol.plans.mission_item import MissionItem
 from sitl.autopilot.arming import ARMING_TIMEOUT
 from tests.support.vehicle.fake_station import HOME, NAN, Bench

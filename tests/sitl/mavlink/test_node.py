@@ -7,7 +7,7 @@ import pytest
 
 from protocol.dialect import mavlink
 from protocol.frames import LocalFrame
-from protocol.modes import Mode, custom_mode
+from protocol.names.modes import Mode, custom_mode
 from protocol.plans import load
 from sitl.errors import SitlError
 from sitl.parameters import WorldSettings

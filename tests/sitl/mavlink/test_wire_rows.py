@@ -5,7 +5,7 @@ import math
 import pytest
 
 from protocol.dialect import mavlink
-from protocol.modes import Mode
+from protocol.names.modes import Mode
 from protocol.plans.mission_item import MissionItem
 from tests.support.vehicle.fake_station import HOME, PEER, Bench
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law, Way
-from protocol.modes import Mode
+from protocol.names.modes import Mode
 from sitl.aircraft import is_forward
 from sitl.autopilot.manual import Sticks
 from sitl.autopilot.safety.alarm import SafetyAction

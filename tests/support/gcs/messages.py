@@ -3,7 +3,7 @@
 from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import DecisionReason, Law, Reason, Way
-from protocol.modes import Mode, custom_mode
+from protocol.names.modes import Mode, custom_mode
 
 VEHICLE, OTHER_VEHICLE = Codec(1, 1), Codec(7, 1)
 

@@ -5,7 +5,7 @@ import math
 from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.frames import LocalFrame
-from protocol.modes import mode_from_custom
+from protocol.names.modes import mode_from_custom
 from sitl.aircraft import Aircraft
 from sitl.autopilot.safety.arena import ARENAS
 from sitl.autopilot.safety.world import World

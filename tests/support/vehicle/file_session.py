@@ -1,10 +1,10 @@
 """A vehicle that records its flights, and a ground endpoint that downloads files, on a perfect link."""
 
-from protocol.command_values import FORCE_ARM_DISARM
 from protocol.dialect import mavlink
 from protocol.endpoint_ground import GroundEndpoint
 from protocol.engines.ftp_packet import FtpPacket
 from protocol.events import FileFailed, FileReceived
+from protocol.names.command_values import FORCE_ARM_DISARM
 from sitl.mavlink.flight_recorder import FlightRecorder
 from sitl.mavlink.node import Node
 from sitl.persistence import StateFolder

@@ -6,11 +6,11 @@ import pytest
 from textual.widgets import Input
 
 from darko_gcs.tui.app import GroundStationApp
+from darko_gcs.tui.maps.plan_map import PlanMapPanel
 from darko_gcs.tui.screens.dialogs import ConfirmScreen
 from darko_gcs.tui.screens.flight_plan_screen import FlightPlanScreen
 from darko_gcs.tui.screens.flight_screen import FlightScreen
 from darko_gcs.tui.screens.messages_screen import MessagesScreen
-from darko_gcs.tui.widgets.plan_map import PlanMapPanel
 from protocol.dialect import mavlink
 from protocol.flight_plans.plan_package import unpack_plan
 from tests.support.gcs.planned_snapshots import LAPS, P1, STDBY, after, planned

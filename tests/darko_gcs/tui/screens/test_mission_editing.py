@@ -9,8 +9,8 @@ from darko_gcs.state.leg_predictions import LegPrediction
 from darko_gcs.state.mission_frames import place_of
 from darko_gcs.state.plan_edits import asked_ways
 from darko_gcs.tui.app import GroundStationApp
+from darko_gcs.tui.maps.mission_map import MissionMapPanel
 from darko_gcs.tui.screens.mission_screen import MissionScreen
-from darko_gcs.tui.widgets.mission_map import MissionMapPanel
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import DecisionReason, Way
 from sitl.defaults import HOME

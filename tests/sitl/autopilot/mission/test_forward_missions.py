@@ -9,7 +9,7 @@ from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law, Way
 from protocol.events import CommandRequested
 from protocol.message import Peer
-from protocol.modes import Mode
+from protocol.names.modes import Mode
 from sitl.aircraft import is_forward
 from sitl.autopilot.settings import Settings
 from sitl.mavlink import commands

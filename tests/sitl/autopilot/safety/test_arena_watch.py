@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from protocol.modes import Mode
+from protocol.names.modes import Mode
 from sitl import Regime
 from sitl.autopilot.manual import Sticks
 from sitl.autopilot.safety.alarm import SafetyAction

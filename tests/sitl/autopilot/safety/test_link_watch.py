@@ -5,7 +5,7 @@ import pytest
 from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.keyring import Keyring
-from protocol.modes import Mode
+from protocol.names.modes import Mode
 from protocol.signing import Signature, sign_frame
 from sitl.autopilot.safety.alarm import SafetyAction
 from sitl.autopilot.safety.link_watch import LinkSilence, LinkWatches

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from protocol.dialect.vocabulary import Way
-from protocol.modes import Mode
+from protocol.names.modes import Mode
 from sitl.aircraft import is_forward
 from sitl.autopilot.settings import Settings
 from sitl.parameters import WorldSettings

@@ -10,7 +10,7 @@ from protocol.engines.flight_plan_table import PIECE_BYTES, plan_key
 from protocol.flight_plans import load_flight_plan
 from protocol.flight_plans.name_mapping import parse_name_mapping
 from protocol.flight_plans.plan_package import pack_plan
-from protocol.modes import Mode
+from protocol.names.modes import Mode
 from protocol.plans.mission_item import MissionItem
 from tests.support.disk import full_disk
 from tests.support.plans import VOLIERE, plan_of

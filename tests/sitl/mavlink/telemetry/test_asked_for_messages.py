@@ -4,7 +4,7 @@ import pytest
 
 from protocol.dialect import mavlink
 from protocol.links import MAX_LEARNED_PEERS
-from protocol.modes import Mode
+from protocol.names.modes import Mode
 from tests.support.vehicle.fake_station import PEER, Bench
 
 ACCEPTED = mavlink.MAV_RESULT_ACCEPTED

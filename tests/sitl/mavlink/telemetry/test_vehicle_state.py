@@ -3,7 +3,7 @@
 import pytest
 
 from protocol.dialect import mavlink
-from protocol.modes import Mode
+from protocol.names.modes import Mode
 from sitl.mavlink.telemetry.vehicle_snapshot import HeartbeatStatus
 from sitl.mavlink.telemetry.vehicle_state import heartbeat
 from tests.support.vehicle.fake_station import FakeStation

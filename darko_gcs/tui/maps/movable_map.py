@@ -11,8 +11,8 @@ from textual.binding import Binding, BindingType
 from textual.message import Message
 from textual.reactive import reactive
 
+from darko_gcs.tui.maps.map_panel import ZOOM_FACTOR
 from darko_gcs.tui.render.map_drawing import NorthEast, fitting_view, place_at
-from darko_gcs.tui.widgets.map_panel import ZOOM_FACTOR
 from darko_gcs.tui.widgets.panel import Panel
 
 __all__ = ["MOVE_STEPS", "MovableMap"]

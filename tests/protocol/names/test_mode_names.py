@@ -3,7 +3,7 @@
 import pytest
 
 from protocol.dialect import mavlink
-from protocol.mode_names import COPTER_MODES, PLANE_MODES, mode_name
+from protocol.names.mode_names import COPTER_MODES, PLANE_MODES, mode_name
 
 ARDUPILOT, PX4 = mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA, mavlink.MAV_AUTOPILOT_PX4
 

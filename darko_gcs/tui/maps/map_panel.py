@@ -8,13 +8,13 @@ from textual import events
 from textual.message import Message
 
 from darko_gcs.state.snapshot import Snapshot
+from darko_gcs.tui.maps.fence_overlay import fence_circles, fence_polygons, rally_points
+from darko_gcs.tui.maps.item_position import item_position
+from darko_gcs.tui.maps.plan_overlay import plan_labels, plan_polygons
 from darko_gcs.tui.render.canvas import StyledLine
 from darko_gcs.tui.render.map_drawing import MapView, NorthEast, draw_map, place_at
 from darko_gcs.tui.widgets.decision_panel import decision_summary
-from darko_gcs.tui.widgets.fence_overlay import fence_circles, fence_polygons, rally_points
-from darko_gcs.tui.widgets.item_position import item_position
 from darko_gcs.tui.widgets.panel import Panel
-from darko_gcs.tui.widgets.plan_overlay import plan_labels, plan_polygons
 from protocol.dialect import mavlink
 from protocol.plans import MissionItem
 

@@ -8,12 +8,12 @@ from textual.message import Message
 
 from darko_gcs.state.plan_parts import Items
 from darko_gcs.state.snapshot import Snapshot
+from darko_gcs.tui.maps.fence_overlay import fence_circles, fence_polygons, rally_points
+from darko_gcs.tui.maps.item_position import item_position
+from darko_gcs.tui.maps.map_panel import loiter_circles, position_ahead, waypoints
+from darko_gcs.tui.maps.movable_map import MovableMap
 from darko_gcs.tui.render.canvas import StyledLine
 from darko_gcs.tui.render.map_drawing import NorthEast, draw_map
-from darko_gcs.tui.widgets.fence_overlay import fence_circles, fence_polygons, rally_points
-from darko_gcs.tui.widgets.item_position import item_position
-from darko_gcs.tui.widgets.map_panel import loiter_circles, position_ahead, waypoints
-from darko_gcs.tui.widgets.movable_map import MovableMap
 from protocol.dialect import mavlink
 from protocol.frames import Vector
 

@@ -7,7 +7,7 @@ custom mode has the main mode in the third byte and the sub-mode of AUTO in the 
 from __future__ import annotations
 
 from protocol.dialect import mavlink
-from protocol.modes import mode_from_custom
+from protocol.names.modes import mode_from_custom
 
 __all__ = ["mode_name"]
 

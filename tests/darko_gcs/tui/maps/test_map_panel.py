@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import pytest
 
+from darko_gcs.tui.maps.map_panel import MapPanel, waypoints
 from darko_gcs.tui.widgets.flight_panel import FlightPanel
-from darko_gcs.tui.widgets.map_panel import MapPanel, waypoints
 from protocol.dialect import mavlink
 from protocol.plans import MissionItem
 from tests.support.gcs.home import ORIGIN, home_position, snapshot_after

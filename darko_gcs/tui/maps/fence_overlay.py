@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from darko_gcs.state.snapshot import Snapshot
+from darko_gcs.tui.maps.item_position import item_position
 from darko_gcs.tui.render.map_drawing import NorthEast
-from darko_gcs.tui.widgets.item_position import item_position
 from protocol.dialect import mavlink
 from protocol.plans import MissionItem
 

@@ -6,12 +6,12 @@ from textual.message import Message
 
 from darko_gcs.state.flight_plan_state import PlanPoint
 from darko_gcs.state.snapshot import Snapshot
+from darko_gcs.tui.maps.fence_overlay import fence_circles, fence_polygons
+from darko_gcs.tui.maps.map_panel import position_ahead
+from darko_gcs.tui.maps.movable_map import MovableMap
+from darko_gcs.tui.maps.plan_overlay import plan_labels, plan_polygons, point_position
 from darko_gcs.tui.render.canvas import StyledLine
 from darko_gcs.tui.render.map_drawing import NorthEast, draw_map
-from darko_gcs.tui.widgets.fence_overlay import fence_circles, fence_polygons
-from darko_gcs.tui.widgets.map_panel import position_ahead
-from darko_gcs.tui.widgets.movable_map import MovableMap
-from darko_gcs.tui.widgets.plan_overlay import plan_labels, plan_polygons, point_position
 from protocol.dialect import mavlink
 from protocol.frames import Vector
 
