@@ -11,12 +11,14 @@ from sitl.errors import SitlError
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     """The command line of ``darko-sitl consistency``."""
-    return seeded_parser("consistency", commands["consistency"], 100, "flights in each phase with each model")
+    own = seeded_parser("consistency", commands["consistency"], 100, "flights in each phase with each model")
+    own.add_argument("--gusts", type=float, default=0.5, metavar="RMS", help="gusts per axis, m/s rms [0.5]")
+    return own
 
 
 def run(args: argparse.Namespace) -> int:
     """Fly and print NEES and NIS; exit code 1 if the filter is surer than it may be."""
-    check_seeded(args, {})
+    check_seeded(args, {"gusts": 10.0})
     from sitl.studies import consistency  # noqa: PLC0415 - --help must not load the compiler
 
     craft = craft_of(args)
@@ -24,7 +26,11 @@ def run(args: argparse.Namespace) -> int:
         raise SitlError("--nav truth: there is no filter to judge")
     of = 6 * args.flights
     flown = consistency.run(
-        range(args.first, args.first + args.flights), craft, args.jobs, lambda done: print_progress(done, of)
+        range(args.first, args.first + args.flights),
+        craft,
+        args.jobs,
+        lambda done: print_progress(done, of),
+        args.gusts,
     )
     print("\n".join(consistency.summary(flown)), flush=True)
     if args.json is not None:

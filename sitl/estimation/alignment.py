@@ -198,7 +198,7 @@ def _begin(f: Kept, i: Kept, stands: bool, period: int) -> None:
     put_belief(
         f,
         0,
-        Belief(place, zero if still else velocity, q, bias, b.accel_bias, b.wind, zero, zero, zero, 0.0),
+        Belief(place, zero if still else velocity, q, bias, b.accel_bias, b.wind, zero, zero, zero, 0.0, b.static_port),
     )
     put_ahead(f, 0, no_increment())
     put_filling(f, 0, Step(no_increment(), zero, zero, zero, zero, get_believed_actuators(f, 0)))

@@ -14,7 +14,7 @@ from sitl.model.quaternions import Quaternion, multiply, normalised, small_rotat
 from sitl.model.vectors import Vector, add
 from sitl.storage import replacing
 
-# Rows and columns of the covariance, three of each but the barometer's.
+# Rows and columns of the covariance, three of each but the barometer's two.
 (
     POSITION_ERROR,
     VELOCITY_ERROR,
@@ -26,8 +26,8 @@ from sitl.storage import replacing
     MAGNETIC_BIAS_ERROR,
     GNSS_DRIFT_ERROR,
 ) = range(0, 27, 3)
-BAROMETER_DRIFT_ERROR = 27
-ERRORS = 28  # outdoors
+BAROMETER_DRIFT_ERROR, STATIC_PORT_ERROR = 27, 28
+ERRORS = 29  # outdoors
 ARENA_ERRORS = 21  # those before the magnetic bias, where only motion capture aids
 
 
@@ -44,6 +44,7 @@ class Belief(NamedTuple):
     magnetic_bias: Vector  # body FLU [T]
     gnss_drift: Vector  # of the receiver's positions, world NWU [m]
     barometer_drift: float  # of the barometer's heights [m]
+    static_port: float  # share of the dynamic pressure that the barometer reads as static [-]
 
 
 @kernel
@@ -65,6 +66,7 @@ def corrected(belief: Belief, errors: Array) -> Belief:
         add(belief.magnetic_bias, _part(errors, MAGNETIC_BIAS_ERROR)),
         add(belief.gnss_drift, _part(errors, GNSS_DRIFT_ERROR)),
         belief.barometer_drift + errors[BAROMETER_DRIFT_ERROR],
+        belief.static_port + errors[STATIC_PORT_ERROR],
     )
     errors[:] = 0.0
     return b

@@ -19,6 +19,7 @@ from sitl.estimation.belief import (
     MAGNETIC_BIAS_ERROR,
     MISALIGNMENT_ERROR,
     POSITION_ERROR,
+    STATIC_PORT_ERROR,
     VELOCITY_ERROR,
     WIND_ERROR,
     Belief,
@@ -202,6 +203,7 @@ def _initial(s: SensorSet, wind: WindGains, *, arena: bool) -> Array:
     v[WIND_ERROR : WIND_ERROR + 3] = wind.max_deviation**2
     v[MISALIGNMENT_ERROR : MISALIGNMENT_ERROR + 3] = capture.misalignment**2
     v[MAGNETIC_BIAS_ERROR : MAGNETIC_BIAS_ERROR + 3] = s.magnetometer.bias**2
+    v[STATIC_PORT_ERROR] = s.barometer.position_error**2
     return v
 
 
@@ -213,7 +215,7 @@ def new_filter(settings: FilterSettings, model: Airframe) -> Filter:
         settings=settings,
         model=model,
         phase=ALIGNING,
-        belief=Belief(zero, zero, hover(0.0), zero, zero, zero, zero, zero, zero, 0.0),
+        belief=Belief(zero, zero, hover(0.0), zero, zero, zero, zero, zero, zero, 0.0, 0.0),
         ahead=none,
         step=Step(none, zero, zero, zero, zero, off),
         actuators=off,

@@ -200,5 +200,6 @@ def _move(f: Kept, step: Step) -> None:
             b.magnetic_bias,
             scaled(b.gnss_drift, fade[GNSS_DRIFT_ERROR]),
             b.barometer_drift * fade[BAROMETER_DRIFT_ERROR],
+            b.static_port,
         ),
     )

@@ -16,6 +16,7 @@ from sitl.estimation.belief import (
     MAGNETIC_BIAS_ERROR,
     MISALIGNMENT_ERROR,
     POSITION_ERROR,
+    STATIC_PORT_ERROR,
     VELOCITY_ERROR,
     WIND_ERROR,
     Belief,
@@ -55,7 +56,6 @@ from sitl.timing import PERIOD
 NO_OTHER = -1
 SATELLITE_VELOCITY, POSE_ATTITUDE = LINES, LINES + 1  # slots beside the lines: they are refused by themselves
 MISTRUSTED_TIME = 0.5  # after a reading that was refused, none is fused for so long: garbage fits now and then [s]
-POSITION_ERROR_TIME = 5.0  # how long an airspeed, and what it does to the static pressure, lasts [s]
 TUBE_LEAP = 3.0  # more than an airspeed changes from one reading to the next [m/s]
 TUBE_DOUBTED = 3.0  # after a reading that was refused, the tube checks nothing for so long [s]
 # A belief goes astray little by little: where a reading that was right just before is far off, the instrument is wrong.
@@ -211,18 +211,16 @@ def observe_height(f: Kept, i: Kept, reading: Array, age: float, period: int) ->
     """The barometer's height."""
     b, spec, H = get_belief(f, 0), get_specification(i, 0).barometer, f["H"]
     through = subtract(b.velocity, b.wind)
-    wrong = spec.position_error * dot(through, through) / (2.0 * get_model(f, 0).g)
-    # What the air does to the static pressure lasts as long as the airspeed: it wanders like a drift.
-    f["covariance"][BAROMETER_DRIFT_ERROR, BAROMETER_DRIFT_ERROR] += (
-        2.0 * wrong * wrong / (POSITION_ERROR_TIME * spec.timing.rate)
-    )
-    innovation = reading[0] - (b.position.z - age * b.velocity.z + b.barometer_drift)
+    head = dot(through, through) / (2.0 * get_model(f, 0).g)  # the dynamic pressure, as a height
+    innovation = reading[0] - (b.position.z - age * b.velocity.z + b.barometer_drift - b.static_port * head)
     variance = spec.noise * spec.noise + spec.step * spec.step / 12.0
     _sum_of_errors(H, POSITION_ERROR + 2, BAROMETER_DRIFT_ERROR)
+    H[STATIC_PORT_ERROR] = -head
     ratio = _surprise(f, innovation, variance)
     fits = _fits(f, BAROMETER - FIRST_LINE, period, ratio)
     if fits:
         _sum_of_errors(H, POSITION_ERROR + 2, BAROMETER_DRIFT_ERROR)
+        H[STATIC_PORT_ERROR] = -head
         ratio = _fuse(f, 0, innovation, variance)
         _correct_belief(f)
     _note(f, BAROMETER - FIRST_LINE, period, ratio, ratio, 1, fits)

@@ -185,7 +185,7 @@ class Avionics:
         fresh = named_from(Belief, f["belief"].item())
         ahead = named_from(Increment, f["ahead"].item())
         if not carries_on:
-            fresh, ahead = Belief(_NONE, _NONE, hover(0.0), *6 * (_NONE,), 0.0), no_increment()
+            fresh, ahead = Belief(_NONE, _NONE, hover(0.0), *6 * (_NONE,), 0.0, 0.0), no_increment()
         place, velocity, q = moved_by(ahead, fresh.position, fresh.velocity, fresh.attitude, float(f["model"]["g"]))
         f["belief"] = fresh._replace(position=place, velocity=velocity, attitude=q)
         f["ahead"], f["step"]["increment"] = no_increment(), no_increment()
@@ -224,6 +224,7 @@ class Avionics:
             magnetic_bias=_NONE,
             gnss_drift=_NONE,
             barometer_drift=0.0,
+            static_port=0.0,
         )
         f["covariance"] = np.diag(initial)
         f["actuators"] = plant.actuators

@@ -29,7 +29,7 @@ from sitl.studies.craft import Craft
 from sitl.studies.seeded_flights import fly_draws, ignore_progress
 
 JUDGED_HEIGHT = 60.0  # [m]
-WIND, GUSTS = Vector(3.0, 1.0, 0.0), 0.5  # [m/s]
+WIND, GUSTS = Vector(3.0, 1.0, 0.0), 0.5  # the latter rms per axis [m/s]
 JUDGED_LEG, JUDGED_AIRSPEED = 900.0, 15.0  # [m], [m/s]
 STOP_AT, STOP_AFTER = 150.0, 10.0  # of the flight with transitions [m], [s]
 FIRST_LOOK, SECONDS, EVERY_PERIODS = 5.0, 30.0, 500  # first look and end [s], control periods between two looks
@@ -52,6 +52,7 @@ class ConsistencyDraw(NamedTuple):
     seed: int
     phase: Phase
     wrong: bool  # whether the design model is 10 % off
+    gusts: float = GUSTS  # rms per axis [m/s]
 
 
 class ConsistencyFlight(NamedTuple):
@@ -71,7 +72,7 @@ def fly(draw: ConsistencyDraw, craft: Craft) -> ConsistencyFlight:
     scale = {name: 1.0 + MODEL_ERROR * (1 if k % 2 == draw.seed % 2 else -1) for k, name in enumerate(UNCERTAIN)}
     airframe = perturbed(model, scale) if draw.wrong else model
     vehicle = craft.fly(draw.seed, Start(up=JUDGED_HEIGHT, airborne=True), airframe)
-    vehicle.set_wind(WIND, GUSTS)
+    vehicle.set_wind(WIND, draw.gusts)
     vehicle.begin_flight(Law.HOVER_ZERO_MOMENT)
     hold = hover_at((0.0, 0.0, JUDGED_HEIGHT), 0.0)
     path = leg((0.0, 0.0, JUDGED_HEIGHT), (JUDGED_LEG, 0.0, JUDGED_HEIGHT), JUDGED_AIRSPEED)
@@ -130,10 +131,14 @@ def errors_of(vehicle: Simulation, truth: Plant, air: Vector) -> Array:
 
 
 def run(
-    seeds: Sequence[int], craft: Craft, jobs: int = 2, on_progress: Callable[[int], None] = ignore_progress
+    seeds: Sequence[int],
+    craft: Craft,
+    jobs: int = 2,
+    on_progress: Callable[[int], None] = ignore_progress,
+    gusts: float = GUSTS,
 ) -> list[ConsistencyFlight]:
     """Fly every phase with a right and a wrong model by all seeds; order and results do not depend on the jobs."""
-    draws = [ConsistencyDraw(seed, phase, wrong) for wrong in (False, True) for phase in Phase for seed in seeds]
+    draws = [ConsistencyDraw(seed, phase, wrong, gusts) for wrong in (False, True) for phase in Phase for seed in seeds]
     return fly_draws(partial(fly, craft=craft), draws, jobs, on_progress=on_progress)
 
 

@@ -16,6 +16,7 @@ from sitl.studies.consistency import NAVIGATION_ERRORS, ConsistencyDraw, Consist
         (["--nav", "truth"], "--nav truth: there is no filter to judge"),
         (["--flights", "0"], "--flights 0: there must be at least 1"),
         (["--jobs", "0"], "--jobs 0: there must be at least 1"),
+        (["--gusts", "-1"], "--gusts -1 is not within 0 and 10"),
         (["--sensors", "/nowhere/own.toml"], "/nowhere/own.toml: No such file"),
         (["--json", "/nowhere/c.json"], "/nowhere/c.json: there is no folder /nowhere"),
     ],
@@ -30,8 +31,10 @@ def test_bad_arguments_are_refused_before_any_flight(arguments, message, capsys)
 def judged(monkeypatch, nees, wind, *more):
     """The exit code for flights whose filters are all so wrong."""
 
-    def run(seeds, craft, jobs, on_progress):
-        draws = [ConsistencyDraw(seed, phase, wrong) for wrong in (False, True) for phase in Phase for seed in seeds]
+    def run(seeds, craft, jobs, on_progress, gusts):
+        draws = [
+            ConsistencyDraw(seed, phase, wrong, gusts) for wrong in (False, True) for phase in Phase for seed in seeds
+        ]
         nis = np.array([1.0, 1.0, 1.0, 1.0, np.nan, np.nan])
         looks = (np.full(5, nees), np.full(5, wind), np.ones(9), np.ones(9), nis)
         return [ConsistencyFlight(draw, *looks) for draw in draws]
@@ -50,7 +53,8 @@ def test_the_verdict_is_whether_it_is_surer_than_it_may_be(monkeypatch, capsys):
 
 def test_every_flight_is_written(monkeypatch, tmp_path):
     path = tmp_path / "consistency.json"
-    assert judged(monkeypatch, 15.0, 3.0, "--json", str(path)) == 0
+    assert judged(monkeypatch, 15.0, 3.0, "--gusts", "1.5", "--json", str(path)) == 0
     written = json.loads(path.read_text())
+    assert "gusts=1.5" in written[0]["draw"]
     assert len(written) == 4 * len(Phase) * 2
     assert written[0]["nees"] == [15.0] * 5

@@ -13,6 +13,7 @@ from sitl.estimation.belief import (
     MAGNETIC_BIAS_ERROR,
     MISALIGNMENT_ERROR,
     POSITION_ERROR,
+    STATIC_PORT_ERROR,
     VELOCITY_ERROR,
     WIND_ERROR,
     Belief,
@@ -47,6 +48,7 @@ CRUISE = Belief(
     magnetic_bias=Vector(1e-6, -2e-6, 1.5e-6),
     gnss_drift=Vector(0.4, -0.3, 0.6),
     barometer_drift=0.2,
+    static_port=0.0,
 )
 RATES = Vector(0.2, -0.3, 0.1)
 EARTH = Vector(SHIPPED.magnetometer.field_north, SHIPPED.magnetometer.field_west, SHIPPED.magnetometer.field_up)
@@ -91,7 +93,7 @@ OBSERVED = {
 BY = {  # what each reading tells of
     "satellites": (POSITION_ERROR, GNSS_DRIFT_ERROR, VELOCITY_ERROR),
     "field": (ATTITUDE_ERROR, MAGNETIC_BIAS_ERROR),
-    "height": (POSITION_ERROR, BAROMETER_DRIFT_ERROR),
+    "height": (POSITION_ERROR, BAROMETER_DRIFT_ERROR, STATIC_PORT_ERROR),
     "pose": (POSITION_ERROR, ATTITUDE_ERROR, MISALIGNMENT_ERROR),
     "airspeed": (VELOCITY_ERROR, WIND_ERROR, ATTITUDE_ERROR),
     "wing": (VELOCITY_ERROR, WIND_ERROR, ATTITUDE_ERROR, ACCEL_BIAS_ERROR),
@@ -142,7 +144,7 @@ def test_the_derivative_by_every_error_is_the_innovation_s_change(name, looked):
         found[:, k] = [-(high[1] - low[1]) / (2.0 * size) for high, low in zip(more, less, strict=True)]
     scale = np.abs(H).max(axis=1, keepdims=True)
     assert ((np.abs(found - H) / scale) < TOLERANCE.get(name, 1e-5)).all()
-    told = {3 * (int(k) // 3) for k in np.flatnonzero(np.abs(H).max(axis=0))}
+    told = {int(k) if k == STATIC_PORT_ERROR else 3 * (int(k) // 3) for k in np.flatnonzero(np.abs(H).max(axis=0))}
     assert told == set(BY[name])
 
 
@@ -152,6 +154,7 @@ def fused(name, belief, variances=None):
     P = f["covariance"]
     P[:] = np.diag(np.full(ERRORS, 1e-2) if variances is None else variances)
     P[MAGNETIC_BIAS_ERROR:GNSS_DRIFT_ERROR, MAGNETIC_BIAS_ERROR:GNSS_DRIFT_ERROR] *= 1e-10
+    P[STATIC_PORT_ERROR, STATIC_PORT_ERROR] *= 1e-2
     before = P.copy()
     put_belief(f, 0, belief)
     OBSERVED[name](f, i)
@@ -205,6 +208,23 @@ def test_a_reading_of_the_past_is_compared_with_where_the_vehicle_was(looked):
     rows += looked(lambda f, i: observations.observe_field(f, i, field, age, RATES, PERIODS))
     rows += looked(lambda f, i: observations.observe_height(f, i, height, age, PERIODS))
     assert [row[1] for row in rows] == pytest.approx(10 * [0.0], abs=1e-9)
+
+
+def test_the_static_port_is_learnt_where_air_flows_and_only_there():
+    calm = CRUISE._replace(velocity=CRUISE.wind)
+    flying, standing = fused("height", CRUISE)[0], fused("height", calm)[0]
+    assert flying.static_port < -1e-4  # the barometer reads too high, so the port sucks
+    assert standing.static_port == 0.0
+
+
+def test_a_barometer_whose_port_is_known_tells_the_height(looked):
+    share = 0.03
+    through = subtract(CRUISE.velocity, CRUISE.wind)
+    head = sum(part * part for part in through) / (2.0 * NOMINAL.g)
+    reading = reading_of((0, 30.0 + 0.2 - share * head))
+    known = CRUISE._replace(static_port=share)
+    ((_, innovation, *_),) = looked(lambda f, i: observations.observe_height(f, i, reading, 0.0, PERIODS), known)
+    assert innovation == pytest.approx(0.0, abs=1e-9)
 
 
 def test_a_tube_below_its_threshold_tells_nothing(looked):
