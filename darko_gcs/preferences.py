@@ -12,8 +12,9 @@ from platformdirs import user_config_path
 from protocol.atomic_write import write_atomically
 from protocol.errors import FileError
 
-__all__ = ["Preferences", "PreferencesFile"]
+__all__ = ["FAULT_SHOWN_TIME", "Preferences", "PreferencesFile"]
 
+FAULT_SHOWN_TIME = 20.0  # for which the screen tells what is wrong with the file [s]
 MAX_PREFERENCES = 1 << 16  # of the file [byte]
 
 

@@ -97,11 +97,11 @@ def _run(
     warn_of_open_port(args, signed=keyring.is_on)
     try:
         began = time.monotonic()
-        with first_start(say) as helper:
+        with first_start() as helper:
             node = build_node(args, keyring, recorder, stored_plan_first=plan_was_sent)
             aircraft = node.aircraft
             node.know(known)
-            make_ready(aircraft, helper)
+            make_ready(aircraft, say, helper)
         took = time.monotonic() - began
         if keyring.is_on:
             say("signing is on: unsigned commands are refused")

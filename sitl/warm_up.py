@@ -32,32 +32,29 @@ PROGRAM = "import os; from sitl.warm_up import compile_share; compile_share(lamb
 
 
 @contextmanager
-def first_start(say: Callable[[str], None]) -> Iterator[Helper | None]:
+def first_start() -> Iterator[Helper | None]:
     """Begin to compile beside the making of the vehicle, if nothing is kept of an earlier start.
-
-    Args:
-        say: Takes a text for the user if something is to be compiled.
 
     Yields:
         The process that compiles, for :func:`make_ready`; None where there is no use for one.
     """
-    is_cached = is_complete()
-    if not is_cached:
-        say("compiling the flight model, the laws and the prediction (kept for the next start)")
-    if is_cached or not can_keep():
+    if is_complete() or not can_keep():
         yield None
     else:
         with Helper() as helper:
             yield helper
 
 
-def make_ready(aircraft: Aircraft, helper: Helper | None = None) -> None:
+def make_ready(aircraft: Aircraft, say: Callable[[str], None], helper: Helper | None = None) -> None:
     """Compile everything that flies and decides, or load what an earlier start has compiled. Nothing moves.
 
     Args:
         aircraft: The vehicle.
+        say: Takes a text for the user if something is to be compiled.
         helper: Who compiles a share of it.
     """
+    if not is_complete():
+        say("compiling the flight model, the laws and the prediction (kept for the next start)")
     if helper is not None:
         aircraft.vehicle.warm_up_parts(loop.MOTION)
         helper.wait_for(JUMPS_DONE)

@@ -135,12 +135,14 @@ class Vehicle:
     async def arm(self) -> None:
         """Start the motors at idle."""
         await self._command(self._station.arm, mavlink.MAV_CMD_COMPONENT_ARM_DISARM, "arming")
+        await self.wait_until(lambda s: s.armed is True, ANSWER_TIMEOUT, "the vehicle is armed")
 
     async def disarm(self, *, force: bool = False) -> None:
         """Stop the motors; with ``force`` also in flight."""
         await self._command(
             lambda now: self._station.disarm(now, force=force), mavlink.MAV_CMD_COMPONENT_ARM_DISARM, "disarming"
         )
+        await self.wait_until(lambda s: s.armed is False, ANSWER_TIMEOUT, "the vehicle is disarmed")
 
     async def take_off(self, height: float) -> None:
         """Begin to climb to a height above home [m]."""

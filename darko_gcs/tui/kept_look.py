@@ -5,7 +5,7 @@ from __future__ import annotations
 from textual.app import App
 from textual.constants import DEFAULT_THEME
 
-from darko_gcs.preferences import PreferencesFile
+from darko_gcs.preferences import FAULT_SHOWN_TIME, PreferencesFile
 from darko_gcs.tui.screens.flight_screen import OPTIONAL_PANELS, FlightScreen
 from protocol.errors import FileError
 
@@ -31,12 +31,16 @@ class KeptLook:
         try:
             known = self.preferences.load()
         except FileError as error:
-            self._app.notify(str(error), severity="warning")
+            self._app.notify(str(error), severity="warning", timeout=FAULT_SHOWN_TIME)
             return
         wrong = [f"theme {known.theme!r}"] if known.theme and known.theme not in self._app.available_themes else []
         wrong += [f"panel {name!r}" for name in sorted(known.hidden_panels - OPTIONAL_PANELS.keys())]
         if wrong:
-            self._app.notify(f"{self.preferences.path}: there is no {', no '.join(wrong)}", severity="warning")
+            self._app.notify(
+                f"{self.preferences.path}: there is no {', no '.join(wrong)}",
+                severity="warning",
+                timeout=FAULT_SHOWN_TIME,
+            )
             return
         if known.theme:
             self._app.theme = known.theme
@@ -56,7 +60,7 @@ class KeptLook:
             if look != known:
                 self.preferences.save(look)
         except FileError as error:
-            self._app.notify(f"Not kept: {error}", severity="warning")
+            self._app.notify(f"Not kept: {error}", severity="warning", timeout=FAULT_SHOWN_TIME)
 
     def _screens(self) -> list[FlightScreen]:
         return [screen for screen in self._app.screen_stack if isinstance(screen, FlightScreen)]

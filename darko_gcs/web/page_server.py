@@ -30,18 +30,25 @@ class PageServer(Server):
         super().__init__(command, HOST, port, "DarkO ground station", templates_path=TEMPLATES)
         self._station = asyncio.Lock()
 
-    def initialize_logging(self) -> None:
-        """Print errors alone, not each request."""
-        logging.basicConfig(level=logging.ERROR, format="%(message)s")
+    def serve(self, debug: bool = False) -> None:  # noqa: ARG002 - as textual-serve has it
+        """Serve until Ctrl+C; say where once the page can be opened.
+
+        Raises:
+            OSError: The port is taken.
+        """
+        logging.basicConfig(level=logging.ERROR, format="%(message)s")  # not each request
+        web.run_app(self._make_app(), host=self.host, port=self.port, print=self._announce, access_log=None)
+
+    def _announce(self, *_texts: object) -> None:
+        print(f"The ground station is on {self.public_url}; Ctrl+C ends it", flush=True)
 
     async def _make_app(self) -> web.Application:
         app = await super()._make_app()
         app.middlewares.append(refuse_strangers)
         return app
 
-    async def on_startup(self, app: web.Application) -> None:  # noqa: ARG002 - textual-serve passes it
-        """Say where the page is."""
-        print(f"The ground station is on {self.public_url}; Ctrl+C ends it", flush=True)
+    async def on_startup(self, app: web.Application) -> None:
+        """Nothing: ``serve`` says where the page is."""
 
     async def handle_websocket(self, request: web.Request) -> web.WebSocketResponse:
         """Run the ground station for the page; a second page is closed, for two would fight for the vehicle."""

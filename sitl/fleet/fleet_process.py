@@ -100,10 +100,10 @@ def fly_fleet(args: argparse.Namespace) -> int:
     signal.signal(signal.SIGTERM, interrupt)
     try:
         began = time.monotonic()
-        with first_start(say) as helper:
+        with first_start() as helper:
             nodes = {system: member.build() for system, member in members.items()}
             warn_of_open_port(args, signed=bool(args.signing_key))
-            make_ready(next(iter(nodes.values())).aircraft, helper)
+            make_ready(next(iter(nodes.values())).aircraft, say, helper)
         crews = _Crews(nodes, members, transport, args.speed)
         took, ids = time.monotonic() - began, f"{every[0].sysid} to {every[-1].sysid}"
         say(

@@ -27,7 +27,7 @@ async def take_off_all(port):
 
 def test_three_vehicles_take_off_from_their_own_places_and_one_lands(tmp_path, capsys):
     (port,) = free_ports(1)
-    fleet = ("--vehicles", "3", "--sysid", "7", "--spacing", "4", "--speed", "5", "--nav", "truth")
+    fleet = ("--vehicles", "3", "--sysid", "7", "--spacing", "4", "--speed", "2", "--nav", "truth")
     with running(port, tmp_path, *fleet) as (process, _):
         flown, modes = asyncio.run(take_off_all(port))
         code = main(["cmd", "speed", "500", "--all", "--port", str(port), "--json"])

@@ -122,6 +122,6 @@ def test_a_helper_is_used_only_where_it_helps(monkeypatch, kept, writable, compi
     monkeypatch.setattr(warm_up, "mark_complete", lambda: None)
     monkeypatch.setattr(warm_up, "Helper", lambda: fake)
     aircraft = SimpleNamespace(vehicle=FakeVehicle(), autopilot=SimpleNamespace(chooser=None))
-    with first_start(texts.append) as helper:
-        make_ready(aircraft, helper)
+    with first_start() as helper:
+        make_ready(aircraft, texts.append, helper)
     assert (aircraft.vehicle.done, fake.waited, len(texts)) == (compiled, waited, said)

@@ -15,7 +15,7 @@ from textual.reactive import reactive
 from textual.screen import Screen
 from textual.widgets import Footer, Input, Static
 
-from darko_gcs.preferences import PreferencesFile
+from darko_gcs.preferences import FAULT_SHOWN_TIME, PreferencesFile
 from darko_gcs.state.parameter_metadata import number_text
 from darko_gcs.state.parameter_table import (
     ParameterFilter,
@@ -101,7 +101,7 @@ class ParametersScreen(Screen[None]):
         try:
             favourites = self._preferences.load().favourite_parameters
         except FileError as error:
-            self.app.notify(f"No favourites: {error}", severity="warning")
+            self.app.notify(f"No favourites: {error}", severity="warning", timeout=FAULT_SHOWN_TIME)
         else:
             self._filter = self._filter._replace(favourites=favourites)
         self._is_ready = True
@@ -165,7 +165,7 @@ class ParametersScreen(Screen[None]):
         try:
             self._preferences.save(self._preferences.load()._replace(favourite_parameters=favourites))
         except FileError as error:
-            self.app.notify(f"Not kept: {error}", severity="warning")
+            self.app.notify(f"Not kept: {error}", severity="warning", timeout=FAULT_SHOWN_TIME)
             return
         self._filter = self._filter._replace(favourites=favourites)
         self._show()
