@@ -18,7 +18,7 @@ from darko_gcs.tui.widgets.panel import Panel
 from protocol.dialect import mavlink
 from protocol.plans import MissionItem
 
-__all__ = ["MapPanel", "loiter_circles", "position_ahead", "waypoints"]
+__all__ = ["MapPanel", "loiter_circles", "position_ahead", "target_place", "waypoints"]
 
 ZOOM_FACTOR = 2.0
 WHEEL_STEP = 0.5  # of a zoom step
@@ -59,7 +59,6 @@ class MapPanel(Panel):
 
     def draw(self, s: Snapshot, width: int, height: int) -> list[StyledLine]:
         """The map fills the panel."""
-        on_ground = s.landed_state == mavlink.MAV_LANDED_STATE_ON_GROUND
         following = None if self.scale is None or s.p is None else (s.p[0], s.p[1])
         lines, self._view = draw_map(
             width=width,
@@ -75,7 +74,7 @@ class MapPanel(Panel):
             rally=rally_points(s),
             vehicle=None if s.p is None else (s.p[0], s.p[1], s.heading or 0.0),
             course=position_ahead(s),
-            target=None if s.goal is None or on_ground else s.goal[:2],
+            target=target_place(s),
         )
         return lines
 
@@ -157,6 +156,12 @@ class MapPanel(Panel):
     def place_at(self, cell: tuple[int, int]) -> NorthEast:
         """North and east of the middle of a cell (column, row) [m]."""
         return place_at(cell, *self.size, *self._view)
+
+
+def target_place(s: Snapshot) -> NorthEast | None:
+    """Where the vehicle is going, north and east [m]; None on the ground."""
+    on_ground = s.landed_state == mavlink.MAV_LANDED_STATE_ON_GROUND
+    return None if s.goal is None or on_ground else s.goal[:2]
 
 
 def position_ahead(s: Snapshot) -> NorthEast | None:

@@ -10,11 +10,10 @@ from darko_gcs.state.plan_parts import Items
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.tui.maps.fence_overlay import fence_circles, fence_polygons, rally_points
 from darko_gcs.tui.maps.item_position import item_position
-from darko_gcs.tui.maps.map_panel import loiter_circles, position_ahead, waypoints
+from darko_gcs.tui.maps.map_panel import loiter_circles, position_ahead, target_place, waypoints
 from darko_gcs.tui.maps.movable_map import MovableMap
 from darko_gcs.tui.render.canvas import StyledLine
 from darko_gcs.tui.render.map_drawing import NorthEast, draw_map
-from protocol.dialect import mavlink
 from protocol.frames import Vector
 
 __all__ = ["MissionMapPanel"]
@@ -68,7 +67,6 @@ class MissionMapPanel(MovableMap):
         labels = [] if chosen is None else [(f"{self.chosen}◆", chosen, "warn")]
         if self.held is not None:
             labels.append(("◇", self.held, "warn"))
-        on_ground = s.landed_state == mavlink.MAV_LANDED_STATE_ON_GROUND
         lines, _ = draw_map(
             width=width,
             height=height,
@@ -78,7 +76,7 @@ class MissionMapPanel(MovableMap):
             track=s.track,
             waypoints=placed,
             vehicle=None if s.p is None else (s.p[0], s.p[1], s.heading or 0.0),
-            target=None if s.target is None or on_ground else s.target[:2],
+            target=target_place(s),
             circles=[*loiter_circles(s), *circles],
             course=position_ahead(s),
             areas=areas,

@@ -7,12 +7,11 @@ from textual.message import Message
 from darko_gcs.state.flight_plan_state import PlanPoint
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.tui.maps.fence_overlay import fence_circles, fence_polygons
-from darko_gcs.tui.maps.map_panel import position_ahead
+from darko_gcs.tui.maps.map_panel import position_ahead, target_place
 from darko_gcs.tui.maps.movable_map import MovableMap
 from darko_gcs.tui.maps.plan_overlay import plan_labels, plan_polygons, point_position
 from darko_gcs.tui.render.canvas import StyledLine
 from darko_gcs.tui.render.map_drawing import NorthEast, draw_map
-from protocol.dialect import mavlink
 from protocol.frames import Vector
 
 __all__ = ["PlanMapPanel"]
@@ -42,7 +41,6 @@ class PlanMapPanel(MovableMap):
         scale, middle = self.fit([*places, *([here] if here else [])], width, height)
         if self.held is not None:
             labels.append(("◇", self.held, "warn"))
-        on_ground = s.landed_state == mavlink.MAV_LANDED_STATE_ON_GROUND
         lines, _ = draw_map(
             width=width,
             height=height,
@@ -52,7 +50,7 @@ class PlanMapPanel(MovableMap):
             track=s.track,
             waypoints=[],
             vehicle=None if s.p is None else (s.p[0], s.p[1], s.heading or 0.0),
-            target=None if s.goal is None or on_ground else s.goal[:2],
+            target=target_place(s),
             circles=fence_circles(s),
             course=position_ahead(s),
             areas=[*fence_polygons(s), *polygons],
