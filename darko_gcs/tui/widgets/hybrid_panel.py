@@ -69,7 +69,7 @@ def _chart(s: Snapshot, h: HybridState, width: int, height: int) -> list[StyledL
 
 def _law(h: HybridState, law_since: float | None, width: int) -> StyledLine:
     """The law in force, for how long, its V, and what the governor does; V is also in the next line."""
-    since = f" {h.time - law_since:.0f} s" if law_since is not None else ""
+    since = f" {max(h.time - law_since, 0.0):.0f} s" if law_since is not None else ""
     law = as_member(Law, h.law)
     style = "warn" if law is None else LAW_STYLES[law]
     governor = (f"  governor {100 * h.governor:.0f} %", "accent") if h.governor > MIN_GOVERNOR_SHOWN else ("", "")
