@@ -23,6 +23,7 @@ COMPILED_FILES = (
     "model/*.py",
     "enclosure/*.py",
     "control/*.py",
+    "control/forward_flight/*.py",
     "sensors/*.py",
     "design/*.py",
     "design/hover_proof/*.py",

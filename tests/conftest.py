@@ -34,7 +34,7 @@ SLOW = (
     "sitl/autopilot/test_manual.py",
     "sitl/autopilot/test_routes.py",
     "sitl/commands/",
-    "sitl/control/test_line_of_sight.py",
+    "sitl/control/forward_flight/test_line_of_sight.py",
     "sitl/control/test_zero_moment.py",
     "sitl/design/test_lmi.py",
     "sitl/design/test_processors.py",

@@ -6,7 +6,7 @@ from dataclasses import replace
 from functools import singledispatch
 
 from darko_gcs.state.message_log import add_line
-from darko_gcs.state.plan_parts import ALL_PLANS, MISSION, PLAN_TITLES, with_plan
+from darko_gcs.state.missions.plan_parts import ALL_PLANS, MISSION, PLAN_TITLES, with_plan
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.text import command_name, printable, reason_text
 from protocol.dialect import mavlink

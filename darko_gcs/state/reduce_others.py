@@ -6,8 +6,8 @@ import math
 from dataclasses import replace
 
 from darko_gcs.state.message_handlers import HandlerTable
+from darko_gcs.state.missions.plan_parts import plan_of, with_plan
 from darko_gcs.state.places import is_on_map
-from darko_gcs.state.plan_parts import plan_of, with_plan
 from darko_gcs.state.snapshot import Snapshot
 from protocol import units
 from protocol.dialect import mavlink

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 from darko_gcs.state.flight_plan_state import FlightPlanState
-from darko_gcs.state.leg_predictions import LegChain, LegPrediction
+from darko_gcs.state.missions.leg_predictions import LegChain, LegPrediction
 from darko_gcs.state.parameter_change import ParameterChange
 from darko_gcs.state.parameter_metadata import ParameterMetadata
 from darko_gcs.state.text import label_of

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
-from darko_gcs.state.leg_predictions import MAX_LEGS, LegChain, LegPrediction
+from darko_gcs.state.missions.leg_predictions import MAX_LEGS, LegChain, LegPrediction
 from protocol.dialect import mavlink
 from protocol.endpoint_ground import GroundEndpoint
 from protocol.message import Message, Source, target_fields

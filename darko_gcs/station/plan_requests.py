@@ -6,9 +6,9 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 
-from darko_gcs.state.leg_predictions import LegChain
-from darko_gcs.state.plan_difference import change_text, plan_changes
-from darko_gcs.state.plan_parts import FENCE, MISSION, PLAN_TITLES, RALLY, with_plan
+from darko_gcs.state.missions.leg_predictions import LegChain
+from darko_gcs.state.missions.plan_difference import change_text, plan_changes
+from darko_gcs.state.missions.plan_parts import FENCE, MISSION, PLAN_TITLES, RALLY, with_plan
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.station.leg_prediction_client import LegPredictionClient
 from darko_gcs.station.plan_transfer import PlanTransfer

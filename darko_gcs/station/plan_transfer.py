@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 
-from darko_gcs.state.plan_parts import FENCE, MISSION, PLAN_TYPES, RALLY, Items
+from darko_gcs.state.missions.plan_parts import FENCE, MISSION, PLAN_TYPES, RALLY, Items
 from protocol.endpoint_ground import GroundEndpoint
 from protocol.events import CurrentItemSet, Event, MissionCleared, MissionDownloaded, MissionFailed, MissionUploaded
 from protocol.plans import MissionItem

@@ -16,7 +16,7 @@ from darko_gcs.errors import FlightError, GroundError, LinkError
 from darko_gcs.feed.outward_link import outward_address
 from darko_gcs.feed.sitl_process import SitlProcess
 from darko_gcs.feed.udp_link import UdpLink
-from darko_gcs.state.plan_parts import Items
+from darko_gcs.state.missions.plan_parts import Items
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.text import label_of, reason_text
 from darko_gcs.station.keyring_setup import open_keyring

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
-from darko_gcs.state.plan_parts import Items
+from darko_gcs.state.missions.plan_parts import Items
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.tui.recent_files import RecentFiles
 from protocol.plans import Plan

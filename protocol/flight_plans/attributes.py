@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from enum import Enum, auto
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from protocol.flight_plans.expression_syntax import parse_expression, parse_script
-from protocol.flight_plans.expressions import Expression, Script
+from protocol.flight_plans.expressions.expression_syntax import parse_expression, parse_script
+from protocol.flight_plans.expressions.expression_tree import Expression, Script
 from protocol.flight_plans.place import FlightPlanError, Place, SourceText
 from protocol.flight_plans.xml_elements import XmlElement
 

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from protocol import units
 from protocol.dialect import mavlink
 from protocol.flight_plans.attributes import NameUse
-from protocol.flight_plans.evaluation import evaluate
-from protocol.flight_plans.expressions import Call, Expression, Number, Operation, Tree, VariableName
+from protocol.flight_plans.expressions.evaluation import evaluate
+from protocol.flight_plans.expressions.expression_tree import Call, Expression, Number, Operation, Tree, VariableName
 from protocol.flight_plans.flight_plan import HOME_WAYPOINT, FlightPlan, PlanVariable
 from protocol.flight_plans.place import FlightPlanError, Place
 from protocol.flight_plans.plan_geometry import EnuPoint, plan_frame, waypoint_position

@@ -10,7 +10,7 @@ import dataclasses
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from protocol.flight_plans.expressions import (
+from protocol.flight_plans.expressions.expression_tree import (
     ArrayItem,
     BlockTitle,
     Call,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from protocol.flight_plans.evaluation import Argument, Scalar, UnknownNameError
+from protocol.flight_plans.expressions.evaluation import Argument, Scalar, UnknownNameError
 from protocol.flight_plans.flight_plan import HOME_BLOCK, FlightPlan
 from protocol.flight_plans.known_names import CONSTANTS
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from typing import ClassVar
 
 from protocol.flight_plans.attributes import Kind, NameUse, attribute, required
-from protocol.flight_plans.expressions import Expression, Script
+from protocol.flight_plans.expressions.expression_tree import Expression, Script
 from protocol.flight_plans.place import NOWHERE, Place
 
 __all__ = [

@@ -3,7 +3,7 @@
 from sitl.compiled import kernel
 from sitl.control.allocation import allocate
 from sitl.control.estimate import Estimate, air_ahead
-from sitl.control.forward_guidance import air_course
+from sitl.control.forward_flight.forward_guidance import air_course
 from sitl.control.hover_zero_moment import Guide, ZeroMomentGains, fly_to
 from sitl.control.reference import Reference
 from sitl.model.airframe import Airframe

@@ -7,7 +7,7 @@ for fifty metres or dives. But *climbing* through that corridor lowers the incid
 """
 
 from sitl.compiled import kernel, subroutine
-from sitl.control.forward_guidance import SLOW, STEPS, GuidanceGains, at_airspeed
+from sitl.control.forward_flight.forward_guidance import SLOW, STEPS, GuidanceGains, at_airspeed
 from sitl.control.reference import Path
 from sitl.model.arithmetic import clipped
 from sitl.model.vectors import Vector, level_norm, norm, subtract

@@ -11,7 +11,7 @@ increments over what is measured:
 
 What is measured equal to what is commanded changes nothing; gusts, wrong coefficients and a bent wing are in what is
 measured. :mod:`sitl.control.flatness` makes an attitude of f_c, an attitude loop the angular acceleration wanted, and
-:func:`sitl.control.forward_allocation.invert` motors and elevons, as increments over where they are.
+:func:`sitl.control.forward_flight.forward_allocation.invert` motors and elevons, as increments over where they are.
 
 An elevon that raises the nose first pushes the vehicle down. So neither the velocity that is governed nor the force
 that counts as unmodelled is that of the centre of mass, but of the point :math:`J_2 / (m l)` ahead of it, l being the
@@ -26,8 +26,8 @@ from typing import NamedTuple
 from sitl.compiled import kernel, subroutine
 from sitl.control import flatness
 from sitl.control.estimate import Estimate
-from sitl.control.forward_allocation import invert
-from sitl.control.forward_guidance import air_course
+from sitl.control.forward_flight.forward_allocation import invert
+from sitl.control.forward_flight.forward_guidance import air_course
 from sitl.control.hover_attitude import full_force
 from sitl.control.indi_guidance import GuideGains, wanted_acceleration
 from sitl.control.moment_observer import momentum

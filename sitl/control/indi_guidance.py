@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from sitl.compiled import kernel, subroutine
 from sitl.control.estimate import Estimate
-from sitl.control.forward_guidance import FAST, ground_speed
+from sitl.control.forward_flight.forward_guidance import FAST, ground_speed
 from sitl.control.reference import CIRCLE, LEG, MIN_AHEAD, TIME_AHEAD, Reference, height, line_of_sight, progress
 from sitl.model.airframe import Airframe
 from sitl.model.arithmetic import clipped, sine_cosine

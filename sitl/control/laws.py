@@ -13,23 +13,15 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from protocol.dialect.vocabulary import Law
-from sitl.control import (
-    align,
-    forward_linear,
-    hover_attitude,
-    hover_linear,
-    hover_zero_moment,
-    indi,
-    landed,
-    line_of_sight,
-)
-from sitl.control.forward_linear import ForwardGains
+from sitl.control import align, hover_attitude, hover_linear, hover_zero_moment, indi, landed
+from sitl.control.forward_flight import forward_linear, line_of_sight
+from sitl.control.forward_flight.forward_linear import ForwardGains
+from sitl.control.forward_flight.line_of_sight import LineOfSight, LineOfSightGains
 from sitl.control.handover import Handover
 from sitl.control.hover_attitude import AttitudeGains, Steering
 from sitl.control.hover_linear import LinearGains
 from sitl.control.hover_zero_moment import Guide, ZeroMomentGains
 from sitl.control.indi import IndiGains, IndiState
-from sitl.control.line_of_sight import LineOfSight, LineOfSightGains
 from sitl.control.wind_estimator import WindGains
 from sitl.model.vectors import Vector
 

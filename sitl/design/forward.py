@@ -6,8 +6,8 @@ from functools import cache
 
 import numpy as np
 
-from sitl.control.forward_guidance import CELLS_PER_SPEED, GuidanceGains
-from sitl.control.line_of_sight import LineOfSightGains
+from sitl.control.forward_flight.forward_guidance import CELLS_PER_SPEED, GuidanceGains
+from sitl.control.forward_flight.line_of_sight import LineOfSightGains
 from sitl.design.trim import level_trim
 from sitl.model.airframe import Airframe, Array
 from sitl.model.vectors import Vector

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from sitl.control.forward_linear import ForwardError, ForwardGains
+from sitl.control.forward_flight.forward_linear import ForwardError, ForwardGains
 from sitl.design import linearise
 from sitl.design.lqr import lqr
 from sitl.design.matrices import product

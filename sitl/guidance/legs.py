@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from sitl.control.forward_guidance import stopping_distance
+from sitl.control.forward_flight.forward_guidance import stopping_distance
 from sitl.control.reference import Path, Point, Reference, along, hover_at, leg, upright
 from sitl.design.forward import line_of_sight_gains
 from sitl.guidance.manoeuvres import Ramp, distance, land_at

@@ -1,9 +1,9 @@
 """One leg in forward flight, flown by a point mass: front transition, cruise, climbing stop, what is left to settle.
 
-What the position loops ask for (:mod:`sitl.control.forward_guidance`, :mod:`sitl.control.braking`) is the acceleration,
-late by the attitude's lag; attitude, thrust and elevons are those of :mod:`sitl.prediction.equilibrium`. So the
-prediction climbs where the stop climbs and idles where the motors idle, and follows the laws when they change. A steady
-cruise is not stepped through but continued to where something changes.
+What the position loops ask for (:mod:`sitl.control.forward_flight.forward_guidance`, :mod:`sitl.control.braking`) is
+the acceleration, late by the attitude's lag; attitude, thrust and elevons are those of
+:mod:`sitl.prediction.equilibrium`. So the prediction climbs where the stop climbs and idles where the motors idle, and
+follows the laws when they change. A steady cruise is not stepped through but continued to where something changes.
 """
 
 import math
@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 from sitl.compiled import entry, kernel
 from sitl.control.braking import brake
-from sitl.control.forward_guidance import GuidanceGains, cruise, stop_within, stopping_distance
-from sitl.control.line_of_sight import TURN_BELOW, TURN_RATE
+from sitl.control.forward_flight.forward_guidance import GuidanceGains, cruise, stop_within, stopping_distance
+from sitl.control.forward_flight.line_of_sight import TURN_BELOW, TURN_RATE
 from sitl.control.reference import Path, progress
 from sitl.model.arithmetic import arctangent, clipped, exponential, wrapped
 from sitl.model.vectors import (

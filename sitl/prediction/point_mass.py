@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sitl.control.forward_guidance import GuidanceGains
+from sitl.control.forward_flight.forward_guidance import GuidanceGains
 from sitl.control.governor import GovernorParameters
 from sitl.control.hover_linear import LinearGains
 from sitl.model.airframe import Airframe, Array

@@ -6,7 +6,8 @@ import inspect
 import math
 
 from protocol.dialect.vocabulary import Law, Regime
-from sitl.control import forward_guidance, reference
+from sitl.control import reference
+from sitl.control.forward_flight import forward_guidance
 from sitl.control.indi_guidance import stopping_speed
 from sitl.control.reference import LEG
 from sitl.model.aerodynamics import thrusts

@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import Any, NamedTuple, get_type_hints
 
 from protocol.dialect.vocabulary import Law
-from sitl.control import align, handover, hover_attitude, hover_zero_moment, indi, line_of_sight, wind_estimator
+from sitl.control import align, handover, hover_attitude, hover_zero_moment, indi, wind_estimator
 from sitl.control.estimate import Estimate
+from sitl.control.forward_flight import line_of_sight
 from sitl.errors import SitlError
 from sitl.estimation.truth import observe
 from sitl.model.airframe import Airframe

@@ -9,7 +9,7 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from sitl.control.forward_linear import ForwardGains
+from sitl.control.forward_flight.forward_linear import ForwardGains
 from sitl.control.governor import VELOCITY
 from sitl.control.hover_linear import LinearGains
 from sitl.control.laws import Gains

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from sitl.compiled import kernel
 from sitl.control.estimate import Estimate
-from sitl.control.forward_guidance import GuidanceGains, due_to_stop
+from sitl.control.forward_flight.forward_guidance import GuidanceGains, due_to_stop
 from sitl.control.reference import LEG, Reference
 from sitl.model.arithmetic import sine_cosine
 from sitl.model.quaternions import x_axis, z_axis

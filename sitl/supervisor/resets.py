@@ -10,13 +10,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from sitl.compiled import kernel
-from sitl.control import align, handover, hover_attitude, hover_zero_moment, indi, line_of_sight
+from sitl.control import align, handover, hover_attitude, hover_zero_moment, indi
 from sitl.control.estimate import Estimate
+from sitl.control.forward_flight import line_of_sight
+from sitl.control.forward_flight.line_of_sight import LineOfSight
 from sitl.control.handover import Handover
 from sitl.control.hover_attitude import AttitudeGains, Steering
 from sitl.control.hover_zero_moment import Guide, ZeroMomentGains
 from sitl.control.indi import IndiState
-from sitl.control.line_of_sight import LineOfSight
 from sitl.control.side import NOT_CHOSEN
 from sitl.model.airframe import Airframe
 from sitl.model.vectors import Vector

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from textual.message import Message
 
-from darko_gcs.state.plan_parts import Items
+from darko_gcs.state.missions.plan_parts import Items
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.tui.maps.fence_overlay import fence_circles, fence_polygons, rally_points
 from darko_gcs.tui.maps.item_position import item_position

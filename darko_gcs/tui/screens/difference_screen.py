@@ -12,8 +12,8 @@ from textual.containers import Vertical, VerticalScroll
 from textual.screen import ModalScreen
 from textual.widgets import Label, Static
 
-from darko_gcs.state.plan_difference import change_text, plan_changes
-from darko_gcs.state.plan_parts import Items
+from darko_gcs.state.missions.plan_difference import change_text, plan_changes
+from darko_gcs.state.missions.plan_parts import Items
 from protocol.plans import load
 from protocol.plans.fence_rally import fence_items, rally_items
 

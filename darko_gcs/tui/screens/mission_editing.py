@@ -7,8 +7,8 @@ from textual.reactive import reactive
 from textual.screen import Screen
 from textual.widgets import DataTable, Static
 
-from darko_gcs.state.mission_frames import place_of, shifted
-from darko_gcs.state.mission_labels import (
+from darko_gcs.state.missions.mission_frames import place_of, shifted
+from darko_gcs.state.missions.mission_labels import (
     MISSION_COMMANDS,
     MissionCommand,
     edited_item,
@@ -16,8 +16,8 @@ from darko_gcs.state.mission_labels import (
     mission_command_of,
     new_item,
 )
-from darko_gcs.state.plan_edits import LEG_ENDS, asked_ways, inserted, moved, removed, replaced, with_way
-from darko_gcs.state.plan_parts import Items
+from darko_gcs.state.missions.plan_edits import LEG_ENDS, asked_ways, inserted, moved, removed, replaced, with_way
+from darko_gcs.state.missions.plan_parts import Items
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
 from darko_gcs.tui.maps.mission_map import MissionMapPanel
 from darko_gcs.tui.maps.movable_map import MovableMap

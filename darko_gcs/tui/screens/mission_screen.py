@@ -13,11 +13,11 @@ from textual.containers import Container
 from textual.reactive import reactive
 from textual.widgets import Footer, Static
 
-from darko_gcs.state.leg_predictions import LegPrediction
-from darko_gcs.state.mission_labels import coordinate_texts, item_summary, mission_command_of
-from darko_gcs.state.mission_legs import FLOWN_MISSION, MissionLeg, leg_chains, mission_legs
-from darko_gcs.state.plan_difference import changed_range, item_now
-from darko_gcs.state.plan_parts import ALL_PLANS, FENCE, MISSION, RALLY
+from darko_gcs.state.missions.leg_predictions import LegPrediction
+from darko_gcs.state.missions.mission_labels import coordinate_texts, item_summary, mission_command_of
+from darko_gcs.state.missions.mission_legs import FLOWN_MISSION, MissionLeg, leg_chains, mission_legs
+from darko_gcs.state.missions.plan_difference import changed_range, item_now
+from darko_gcs.state.missions.plan_parts import ALL_PLANS, FENCE, MISSION, RALLY
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
 from darko_gcs.state.text import label_of
 from darko_gcs.station.station import Station

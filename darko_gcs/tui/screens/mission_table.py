@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
-from darko_gcs.state.leg_predictions import LegPrediction
-from darko_gcs.state.mission_frames import place_of
-from darko_gcs.state.mission_labels import FRAME_LABELS, field_text, mission_command_of
-from darko_gcs.state.mission_legs import MissionLeg
-from darko_gcs.state.plan_parts import Items
+from darko_gcs.state.missions.leg_predictions import LegPrediction
+from darko_gcs.state.missions.mission_frames import place_of
+from darko_gcs.state.missions.mission_labels import FRAME_LABELS, field_text, mission_command_of
+from darko_gcs.state.missions.mission_legs import MissionLeg
+from darko_gcs.state.missions.plan_parts import Items
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.text import command_name
 from darko_gcs.tui.widgets.row_table import RowTable

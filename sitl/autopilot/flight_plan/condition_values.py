@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from protocol.flight_plans.evaluation import NameTable, UnknownNameError, evaluate
-from protocol.flight_plans.expression_text import expression_text
-from protocol.flight_plans.expressions import Call, LoopVariable, Member, Tree, VariableName, walk
+from protocol.flight_plans.expressions.evaluation import NameTable, UnknownNameError, evaluate
+from protocol.flight_plans.expressions.expression_text import expression_text
+from protocol.flight_plans.expressions.expression_tree import Call, LoopVariable, Member, Tree, VariableName, walk
 from protocol.flight_plans.place import FlightPlanError
 
 __all__ = ["condition_values"]

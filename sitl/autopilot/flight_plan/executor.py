@@ -9,8 +9,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
-from protocol.flight_plans.evaluation import Scalar, UnknownNameError, evaluate
-from protocol.flight_plans.expressions import Script, Tree
+from protocol.flight_plans.expressions.evaluation import Scalar, UnknownNameError, evaluate
+from protocol.flight_plans.expressions.expression_tree import Script, Tree
 from protocol.flight_plans.flight_plan import AbiBinding, FlightPlan
 from protocol.flight_plans.name_mapping import NameMapping
 from protocol.flight_plans.place import FlightPlanError

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from protocol.flight_plans.evaluation import evaluate
-from protocol.flight_plans.expressions import Expression, VariableName
+from protocol.flight_plans.expressions.evaluation import evaluate
+from protocol.flight_plans.expressions.expression_tree import Expression, VariableName
 from protocol.flight_plans.plan_geometry import EnuPoint
 from protocol.flight_plans.stages import AttitudeStage, FollowStage, GuidedStage, ManualStage, XyzStage
 from sitl.autopilot.flight_plan.aims import Aim, bearing_between, qdr_point

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from protocol.flight_plans.evaluation import Argument, Scalar, UnknownNameError
+from protocol.flight_plans.expressions.evaluation import Argument, Scalar, UnknownNameError
 from sitl.autopilot.flight_plan.plan_functions import FUNCTION_VALUES
 from sitl.autopilot.flight_plan.plan_state import PlanState
 from sitl.autopilot.flight_plan.variable_values import read_variable, store_variable

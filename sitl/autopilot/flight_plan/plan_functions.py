@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Final, TypeAlias
 
-from protocol.flight_plans.evaluation import Argument, Scalar, UnknownNameError
+from protocol.flight_plans.expressions.evaluation import Argument, Scalar, UnknownNameError
 from protocol.flight_plans.plan_geometry import EnuPoint, inside_polygon
 from protocol.flight_plans.plan_names import block_number
 from sitl.autopilot.flight_plan.aims import away, bearing_between

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
-from protocol.flight_plans.evaluation import Scalar
+from protocol.flight_plans.expressions.evaluation import Scalar
 from protocol.flight_plans.plan_geometry import EnuPoint
 from protocol.flight_plans.plan_names import NAV_CLIMB, NAV_DESCENT
 from sitl.autopilot.flight_plan.aims import PLAN_ORIGIN, bearing_between

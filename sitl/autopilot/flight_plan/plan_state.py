@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Protocol
 
-from protocol.flight_plans.evaluation import Scalar
+from protocol.flight_plans.expressions.evaluation import Scalar
 from protocol.flight_plans.flight_plan import FlightPlan
 from protocol.flight_plans.name_mapping import NameMapping
 from protocol.flight_plans.plan_geometry import EnuPoint

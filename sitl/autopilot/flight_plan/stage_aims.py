@@ -8,8 +8,8 @@ from functools import partial
 from typing import TypeAlias
 
 from protocol.flight_plans.attributes import NameUse
-from protocol.flight_plans.evaluation import Scalar, UnknownNameError, evaluate
-from protocol.flight_plans.expressions import Expression
+from protocol.flight_plans.expressions.evaluation import Scalar, UnknownNameError, evaluate
+from protocol.flight_plans.expressions.expression_tree import Expression
 from protocol.flight_plans.plan_geometry import EnuPoint
 from protocol.flight_plans.plan_limits import is_loop_waypoint
 from protocol.flight_plans.plan_names import plan_constants

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Final
 
-from protocol.flight_plans.evaluation import Scalar, UnknownNameError
+from protocol.flight_plans.expressions.evaluation import Scalar, UnknownNameError
 from protocol.flight_plans.known_names import CONSTANTS
 from sitl.autopilot.flight_plan.plan_inputs import MotorRequest
 from sitl.autopilot.flight_plan.plan_state import PlanState

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from darko_gcs.state.plan_parts import ALL_PLANS, FENCE, MISSION, RALLY
+from darko_gcs.state.missions.plan_parts import ALL_PLANS, FENCE, MISSION, RALLY
 from darko_gcs.state.reduce import reduce
 from protocol.codec import Codec
 from protocol.dialect import mavlink

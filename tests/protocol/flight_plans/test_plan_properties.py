@@ -8,10 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from protocol.flight_plans import FlightPlanError, read_flight_plan
-from protocol.flight_plans.evaluation import UnknownNameError, evaluate
-from protocol.flight_plans.expression_syntax import PRECEDENCE, parse_expression
-from protocol.flight_plans.expression_text import expression_text
-from protocol.flight_plans.expressions import (
+from protocol.flight_plans.expressions.evaluation import UnknownNameError, evaluate
+from protocol.flight_plans.expressions.expression_syntax import PRECEDENCE, parse_expression
+from protocol.flight_plans.expressions.expression_text import expression_text
+from protocol.flight_plans.expressions.expression_tree import (
     ArrayItem,
     BlockTitle,
     Call,

@@ -3,7 +3,7 @@
 import pytest
 
 from protocol.flight_plans import FlightPlanError, load_flight_plan, read_flight_plan
-from protocol.flight_plans.expression_text import expression_text
+from protocol.flight_plans.expressions.expression_text import expression_text
 from tests.support.plans import OUR_PLANS, plan_text
 
 PROCEDURE = "<procedure><param name='far'/><blocks><block name='b'><go wp='A'/></block></blocks></procedure>"

@@ -2,7 +2,7 @@
 
 from sitl.control import align, landed
 from sitl.control.allocation import allocate
-from sitl.control.forward_guidance import air_course
+from sitl.control.forward_flight.forward_guidance import air_course
 from sitl.control.hover_zero_moment import Guide, fly_to
 from sitl.control.reference import along, leg
 from sitl.design.zero_moment import zero_moment_gains

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from protocol.dialect.vocabulary import Law
-from sitl.control import forward_linear, handover, hover_attitude, hover_linear
+from sitl.control import handover, hover_attitude, hover_linear
+from sitl.control.forward_flight import forward_linear
 from sitl.control.reference import AttitudeReference, Reference, circle, hover_at, leg, steer
 from sitl.estimation.truth import observe
 from sitl.model.airframe_files import load

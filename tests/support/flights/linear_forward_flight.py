@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from sitl.compiled import entry
-from sitl.control import forward_linear as law
+from sitl.control.forward_flight import forward_linear as law
 from sitl.control.reference import LEG, Path
 from sitl.design.forward_schedule import forward_gains
 from sitl.estimation.truth import observe

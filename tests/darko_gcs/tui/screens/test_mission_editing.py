@@ -5,9 +5,9 @@ from dataclasses import replace
 import pytest
 from textual.widgets import OptionList
 
-from darko_gcs.state.leg_predictions import LegPrediction
-from darko_gcs.state.mission_frames import place_of
-from darko_gcs.state.plan_edits import asked_ways
+from darko_gcs.state.missions.leg_predictions import LegPrediction
+from darko_gcs.state.missions.mission_frames import place_of
+from darko_gcs.state.missions.plan_edits import asked_ways
 from darko_gcs.tui.app import GroundStationApp
 from darko_gcs.tui.maps.mission_map import MissionMapPanel
 from darko_gcs.tui.screens.mission_screen import MissionScreen

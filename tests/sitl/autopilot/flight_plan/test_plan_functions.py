@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from protocol.flight_plans.evaluation import evaluate
-from protocol.flight_plans.expression_syntax import parse_expression
+from protocol.flight_plans.expressions.evaluation import evaluate
+from protocol.flight_plans.expressions.expression_syntax import parse_expression
 from protocol.flight_plans.known_names import CONSTANTS, FUNCTIONS, SETTABLE, STRUCTURES, VARIABLES
 from protocol.flight_plans.plan_names import plan_constants
 from sitl.autopilot.flight_plan.plan_functions import FUNCTION_VALUES

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from darko_gcs.state.plan_parts import Items
+from darko_gcs.state.missions.plan_parts import Items
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Way
 from protocol.plans import MissionItem

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from darko_gcs.state.mission_frames import in_frame
+from darko_gcs.state.missions.mission_frames import in_frame
 from darko_gcs.state.text import command_name
 from darko_gcs.state.values import VTOL_LABELS
 from protocol.dialect import mavlink

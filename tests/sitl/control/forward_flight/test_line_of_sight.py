@@ -8,8 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sitl.compiled import entry
-from sitl.control import forward_linear, moment_observer
-from sitl.control.line_of_sight import (
+from sitl.control import moment_observer
+from sitl.control.forward_flight import forward_linear
+from sitl.control.forward_flight.line_of_sight import (
     TURN_RATE,
     attitude,
     brake_step,

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sitl.control import forward_linear as law
-from sitl.control.forward_linear import ForwardError, ForwardGains
+from sitl.control.forward_flight import forward_linear as law
+from sitl.control.forward_flight.forward_linear import ForwardError, ForwardGains
 
 RNG = np.random.default_rng(11)
 SPEEDS, CLIMBS = np.array((0.0, 5.0, 10.0, 15.0)), np.array((-0.4, 0.0, 0.4))

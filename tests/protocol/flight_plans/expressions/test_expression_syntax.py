@@ -3,9 +3,16 @@
 import pytest
 
 from protocol.flight_plans import FlightPlanError
-from protocol.flight_plans.expression_syntax import MAX_EXPRESSION_DEPTH, parse_expression, parse_script
-from protocol.flight_plans.expression_text import expression_text, script_text
-from protocol.flight_plans.expressions import BlockTitle, Call, LoopVariable, Member, Number, VariableName
+from protocol.flight_plans.expressions.expression_syntax import MAX_EXPRESSION_DEPTH, parse_expression, parse_script
+from protocol.flight_plans.expressions.expression_text import expression_text, script_text
+from protocol.flight_plans.expressions.expression_tree import (
+    BlockTitle,
+    Call,
+    LoopVariable,
+    Member,
+    Number,
+    VariableName,
+)
 from tests.support.plans import source
 
 

@@ -8,7 +8,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from sitl.control.braking import brake, braking_speed
-from sitl.control.forward_guidance import (
+from sitl.control.forward_flight.forward_guidance import (
     SLOW,
     air_course,
     at_airspeed,

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from darko_gcs.state.plan_edits import asked_ways, inserted, moved, removed, replaced, with_way
+from darko_gcs.state.missions.plan_edits import asked_ways, inserted, moved, removed, replaced, with_way
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Way
 from protocol.plans import MissionItem

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Final
 
-from protocol.flight_plans.expression_syntax import PRECEDENCE
-from protocol.flight_plans.expressions import (
+from protocol.flight_plans.expressions.expression_syntax import PRECEDENCE
+from protocol.flight_plans.expressions.expression_tree import (
     ArrayItem,
     BlockTitle,
     Call,

@@ -21,8 +21,8 @@ from sitl.control import moment_observer
 from sitl.control.braking import brake
 from sitl.control.estimate import Estimate
 from sitl.control.flatness import from_axes, nose, span
-from sitl.control.forward_allocation import invert
-from sitl.control.forward_guidance import GuidanceGains, air_course, cruise
+from sitl.control.forward_flight.forward_allocation import invert
+from sitl.control.forward_flight.forward_guidance import GuidanceGains, air_course, cruise
 from sitl.control.moment_observer import momentum
 from sitl.control.reference import Reference
 from sitl.control.side import NOT_CHOSEN, kept

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Final, Protocol, TypeAlias
 
-from protocol.flight_plans.expressions import (
+from protocol.flight_plans.expressions.expression_tree import (
     ArrayItem,
     BlockTitle,
     Call,

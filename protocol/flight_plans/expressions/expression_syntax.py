@@ -9,7 +9,7 @@ from typing import Any, Final
 from lark import Lark, ParseTree, Token, Transformer, UnexpectedInput, UnexpectedToken, v_args
 from lark.exceptions import VisitError
 
-from protocol.flight_plans.expressions import (
+from protocol.flight_plans.expressions.expression_tree import (
     ArrayItem,
     BlockTitle,
     Call,

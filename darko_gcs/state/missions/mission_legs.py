@@ -9,10 +9,10 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from darko_gcs.state.leg_predictions import MAX_LEGS, LegChain
-from darko_gcs.state.mission_frames import place_of
-from darko_gcs.state.plan_edits import LEG_ENDS, asked_ways
-from darko_gcs.state.plan_parts import Items
+from darko_gcs.state.missions.leg_predictions import MAX_LEGS, LegChain
+from darko_gcs.state.missions.mission_frames import place_of
+from darko_gcs.state.missions.plan_edits import LEG_ENDS, asked_ways
+from darko_gcs.state.missions.plan_parts import Items
 from darko_gcs.state.snapshot import Snapshot
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Way

@@ -7,8 +7,14 @@ from dataclasses import dataclass
 from difflib import SequenceMatcher
 from enum import Enum
 
-from darko_gcs.state.mission_labels import FRAME_LABELS, coordinate_texts, field_text, item_summary, mission_command_of
-from darko_gcs.state.plan_parts import Items
+from darko_gcs.state.missions.mission_labels import (
+    FRAME_LABELS,
+    coordinate_texts,
+    field_text,
+    item_summary,
+    mission_command_of,
+)
+from darko_gcs.state.missions.plan_parts import Items
 from protocol.mav_frames import is_global_frame
 from protocol.plans import MissionItem
 

@@ -8,7 +8,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from sitl.control.allocation import BOOST, PITCH, ROLL, THRUST, YAW
-from sitl.control.forward_allocation import ROLL_SHARE, invert
+from sitl.control.forward_flight.forward_allocation import ROLL_SHARE, invert
 from sitl.design.trim import level_trim
 from sitl.model.aerodynamics import slopes, thrusts, wrench
 from sitl.model.airframe_files import load

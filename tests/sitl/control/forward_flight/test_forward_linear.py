@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sitl.control import forward_linear as law
 from sitl.control.allocation import BOOST, Virtual, allocate
-from sitl.control.forward_linear import ForwardError
+from sitl.control.forward_flight import forward_linear as law
+from sitl.control.forward_flight.forward_linear import ForwardError
 from sitl.control.reference import circle, hover_at, leg
 from sitl.design.forward_schedule import forward_gains, model
 from sitl.design.trim import level_trim

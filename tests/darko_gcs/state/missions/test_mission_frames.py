@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import pytest
 
-from darko_gcs.state.mission_frames import in_frame, place_of, shifted
-from darko_gcs.state.mission_labels import edited_item, item_fields
+from darko_gcs.state.missions.mission_frames import in_frame, place_of, shifted
+from darko_gcs.state.missions.mission_labels import edited_item, item_fields
 from protocol.dialect import mavlink
 from protocol.frames import Geodetic
 from protocol.plans import MissionItem
