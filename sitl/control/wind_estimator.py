@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 from sitl.compiled import kernel
 from sitl.control.estimate import Estimate, Readings
-from sitl.model.aerodynamics import slopes, thrusts, wrench
+from sitl.model.aerodynamics import normal_force, slopes, thrusts
 from sitl.model.airframe import STALL, Airframe
 from sitl.model.arithmetic import decay
 from sitl.model.quaternions import rotate, rotate_inverse, x_axis
@@ -81,13 +81,13 @@ def update(
     q, tube = estimate.attitude, readings.has_airspeed
     state = _predicted(state, gains, dt)
     v_b = rotate_inverse(q, subtract(readings.velocity, state.wind))
-    F, _ = wrench(v_b, estimate.rates, estimate.actuators, a)
+    expected = normal_force(v_b, estimate.rates, estimate.actuators, a)
     lightness = 1.0 / a.m
     slope = normal_slope(v_b, estimate.actuators, a)
     # The wing tells the product of speed and incidence: unchecked by a tube, gusts would be taken for speed.
     slope = Vector(lightness * (slope.x if tube else 0.0), lightness * slope.y, lightness * slope.z)
     noise = gains.normal_noise * gains.normal_noise / dt
-    state = _corrected(state, rotate(q, slope), readings.normal_force - lightness * F.z, noise)
+    state = _corrected(state, rotate(q, slope), readings.normal_force - lightness * expected, noise)
     nose = x_axis(q)
     if not tube:
         lost = 1.0 - decay(dt / gains.axial_time)

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 from sitl.compiled import kernel
 from sitl.control.estimate import Readings
-from sitl.model.aerodynamics import wrench
+from sitl.model.aerodynamics import normal_force, wrench
 from sitl.model.airframe import Airframe
 from sitl.model.quaternions import rotate_inverse
 from sitl.model.state import Plant
@@ -51,10 +51,11 @@ def read(plant: Plant, wind: Vector, noise: Normals, sensors: SensorNoise, a: Ai
         a: The airframe as it is.
     """
     body = plant.body
-    along = rotate_inverse(body.attitude, subtract(body.velocity, wind)).x
+    v_b = rotate_inverse(body.attitude, subtract(body.velocity, wind))
+    force = normal_force(v_b, body.rates, plant.actuators, a) * (1.0 / a.m)
     return Readings(
         add_scaled(body.velocity, Vector(noise.north, noise.west, noise.up), sensors.velocity),
-        specific_force(plant, wind, a).z + sensors.accelerometer * noise.normal_force,
-        along + sensors.pitot * noise.airspeed,
+        force + sensors.accelerometer * noise.normal_force,
+        v_b.x + sensors.pitot * noise.airspeed,
         sensors.has_pitot,
     )

@@ -45,6 +45,16 @@ def wrench(v: Vector, w: Vector, actuators: Actuators, a: Airframe) -> tuple[Vec
 
 
 @kernel
+def normal_force(v: Vector, w: Vector, actuators: Actuators, a: Airframe) -> float:
+    """The force along z_b alone, to the bit that of :func:`wrench`, whose arguments it has [N]."""
+    if a.aerodynamics == REPORT:
+        return phi_theory.wrench(v, w, actuators, a)[0].z
+    if a.aerodynamics == PASSIVE:
+        return phi_theory.passive_wrench(v, w, actuators, a)[0].z
+    return stall.normal_force(v, w, actuators, a)
+
+
+@kernel
 def slopes(v: Vector, T1: float, T2: float, a: Airframe) -> Slopes:
     """What the laws and the trims invert: the slopes in a stream, at given thrusts [N].
 

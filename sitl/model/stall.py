@@ -119,6 +119,14 @@ def wrench(v: Vector, w: Vector, actuators: Actuators, a: Airframe) -> tuple[Vec
     )
 
 
+@subroutine
+def normal_force(v: Vector, w: Vector, actuators: Actuators, a: Airframe) -> float:
+    """The force along z_b of :func:`wrench`, to the bit, without the rest [N]."""
+    left, _ = _half_wing(v, w, thrust(actuators.left_motor, v.x, a), actuators.left_elevon, a.a_y, a)
+    right, _ = _half_wing(v, w, thrust(actuators.right_motor, v.x, a), actuators.right_elevon, -a.a_y, a)
+    return left.z + right.z
+
+
 @kernel
 def _half_wing(v: Vector, w: Vector, T: float, delta: float, y: float, a: Airframe) -> tuple[Vector, Vector]:
     """Force [N] and moment [N m] of the half wing at ``y`` [m], its elevon at ``delta`` [rad]."""

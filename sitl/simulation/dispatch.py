@@ -231,19 +231,39 @@ class Register:
         return [*lines, "    return -1"], scope
 
     def _law_seek(self, function: str, jumps: tuple[Jump, ...]) -> tuple[list[str], dict[str, Any]]:
+        """A Lyapunov value is worked out once, and where one row alone looks at it, only if its other guards hold."""
         lines = [f"def {function}(flight, column, reference, design):"]
         scope: dict[str, Any] = {}
         known: set[str] = set()
         for row, jump in enumerate(jumps):
-            for guard in (*jump.when, *jump.unless):
-                for name in inspect.signature(guard.test).parameters:
-                    if name in self.values and name not in known:
-                        known.add(name)
-                        lines.append(f"    {name} = {self._value(name, scope)}")
-            terms = [self._test(guard, scope) for guard in jump.when]
-            terms += [f"not {self._test(guard, scope)}" for guard in jump.unless]
-            lines += [f"    if {' and '.join(terms) or True}:", f"        return {row}"]
+            later = {name for other in jumps[row + 1 :] for name in self._values_of(other)}
+            fresh = [name for name in self._values_of(jump) if name not in known]
+            shared = [name for name in fresh if name in later]
+            own = [name for name in fresh if name not in later]
+            known.update(shared)
+            lines += [f"    {name} = {self._value(name, scope)}" for name in shared]
+            first, last = self._terms(jump, own, scope)
+            indent = "    "
+            if own:
+                lines.append(f"{indent}if {' and '.join(first) or True}:")
+                indent += "    "
+                lines += [f"{indent}{name} = {self._value(name, scope)}" for name in own]
+            lines += [f"{indent}if {' and '.join(last if own else first) or True}:", f"{indent}    return {row}"]
         return [*lines, "    return -1"], scope
+
+    def _values_of(self, jump: Jump) -> list[str]:
+        """The Lyapunov values that the guards of a row look at."""
+        wanted = [name for guard in (*jump.when, *jump.unless) for name in inspect.signature(guard.test).parameters]
+        return [name for name in dict.fromkeys(wanted) if name in self.values]
+
+    def _terms(self, jump: Jump, late: list[str], scope: dict[str, Any]) -> tuple[list[str], list[str]]:
+        """The comparisons of a row: those that look at none of the values ``late``, and those that do."""
+        first: list[str] = []
+        last: list[str] = []
+        for guard, sign in (*((guard, "") for guard in jump.when), *((guard, "not ") for guard in jump.unless)):
+            looks = any(name in late for name in inspect.signature(guard.test).parameters)
+            (last if looks else first).append(sign + self._test(guard, scope))
+        return first, last
 
     def _value(self, name: str, scope: dict[str, Any]) -> str:
         row = self.values[name]

@@ -220,6 +220,12 @@ def straight(reference: Reference) -> bool:
 
 
 @guard
+def scheduled(thresholds: Thresholds) -> bool:
+    """The linear forward law is in use."""
+    return thresholds.v_forward_enter > 0.0
+
+
+@guard
 def on_trim(v_forward: float, thresholds: Thresholds) -> bool:
     """V of the linear forward law is below its entry threshold."""
     return v_forward < thresholds.v_forward_enter

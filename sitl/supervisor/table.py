@@ -165,7 +165,7 @@ TABLE: dict[Law, tuple[Jump, ...]] = {
             "enter_forward_linear",
             Law.FORWARD_LINEAR,
             Reason.LYAPUNOV_BELOW,
-            when=(g.on_trim, g.straight, g.dwelt),
+            when=(g.scheduled, g.straight, g.dwelt, g.on_trim),
             unless=(g.off_trim,),
         ),
     ),

@@ -45,6 +45,13 @@ def test_the_reports_wing_gains_energy():
     assert most > 5.0
 
 
+@given(v=velocities, w=rates, left=elevons, right=elevons, speed=st.floats(0.0, 900.0))
+@pytest.mark.parametrize("name", list(SETS))
+def test_the_normal_force_alone_is_the_wrench_s_to_the_bit(name, v, w, left, right, speed):
+    asked = (v, w, Actuators(speed, 0.9 * speed, left, right), SETS[name])
+    assert aerodynamics.normal_force(*asked) == aerodynamics.wrench(*asked)[0].z
+
+
 def test_the_sets_name_their_level():
     assert [SETS[name].aerodynamics for name in ("nominal", "passive", "physical")] == [REPORT, PASSIVE, STALL]
 

@@ -1,15 +1,18 @@
 """From registers to code: a law of one's own flies, and no law is ever taken for another."""
 
+import dataclasses
 import math
 
 import pytest
 
 from protocol.dialect.vocabulary import Law
-from sitl.control.reference import hover_at
+from sitl.control.laws import VALUES
+from sitl.control.reference import Reference, along, hover_at, leg
 from sitl.errors import SitlError, UnknownLawError, ZenoError
 from sitl.model.airframe_files import load
 from sitl.simulation.batch import fly_batch
-from sitl.simulation.dispatch import COMPILED, REGISTER
+from sitl.simulation.dispatch import COMPILED, REGISTER, Register
+from sitl.simulation.flight import Design, Flight
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start
 from sitl.storage import access, record_of
@@ -39,6 +42,30 @@ def hovering():
     made = Simulation(NOMINAL, start=Start(up=50.0, airborne=True))
     made.begin_flight(Law.HOVER_LINEAR)
     return made
+
+
+# Values
+
+
+@pytest.mark.parametrize(("in_use", "asked"), [(0, 0), (1, 1)])
+def test_a_lyapunov_value_is_worked_out_only_where_the_other_guards_of_its_row_hold(in_use, asked):
+    """That of the linear forward law, which is off unless it is asked for."""
+    flown = Simulation(NOMINAL, start=Start(up=50.0, airborne=True))
+    flown.retune(flown.tuning._replace(forward_linear=in_use))
+    flown.begin_flight(Law.FORWARD_LINE_OF_SIGHT)
+    flown.reference = along(hover_at((500.0, 0.0, 50.0), 0.0), leg((0.0, 0.0, 50.0), (500.0, 0.0, 50.0), 15.0), 0.0)
+    flight, reference = record_of(Flight, flown.flight)[0], record_of(Reference, flown.reference)[0]
+    flight["controller"]["since"] = 1.0
+    seen = []
+
+    def spied(estimate, reference, gains):
+        seen.append(estimate)
+        return 0.1
+
+    values = [dataclasses.replace(row, value=spied) if row.name == "v_forward" else row for row in VALUES]
+    seek = Register(values=values).compile().seek
+    row = seek(flown.law, flight, 0, reference, record_of(Design, flown.design)[0])
+    assert (len(seen), row >= 0) == (asked, bool(in_use))
 
 
 # A law of one's own

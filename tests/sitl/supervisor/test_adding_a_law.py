@@ -46,7 +46,7 @@ EDITS = {
     ],
     "sitl/control/laws.py": [
         (
-            "from sitl.control import (",
+            "from sitl.control import align,",
             "from sitl.control import toy\nfrom sitl.control.toy import ToyGains, ToyState\n",
         ),
         ("    course: float  #", "    toy: ToyState\n"),

@@ -238,7 +238,10 @@ def test_the_linear_forward_law_is_entered_below_one_value_and_left_above_anothe
     assert not holds(g.off_trim, v_forward=USUAL.v_forward_leave, thresholds=USUAL)
     assert holds(g.off_trim, v_forward=math.inf, thresholds=USUAL)  # on a circle
     assert USUAL.v_forward_enter < USUAL.v_forward_leave
-    assert not holds(g.on_trim, v_forward=0.0, thresholds=thresholds(A, Tuning()))
+    unused = thresholds(A, Tuning())
+    assert holds(g.scheduled, thresholds=USUAL)
+    assert not holds(g.scheduled, thresholds=unused)
+    assert not holds(g.on_trim, v_forward=0.0, thresholds=unused)
 
 
 def test_set_points_of_attitude_are_seen_as_coming():
