@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from darko_gcs.commands.script_options import EXIT_CODES, add_script_options, run_script
+from protocol.command_line import command_parser
 
 if TYPE_CHECKING:
     from darko_gcs.scripting import Vehicle
@@ -27,12 +28,7 @@ MISSION_WORDS = {"upload": 1, "download": 1, "clear": 0, "status": 0}
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     """The command line of ``darko-gcs mission``."""
-    parser = argparse.ArgumentParser(
-        prog="darko-gcs mission",
-        description=commands["mission"] + ".",
-        epilog=_EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = command_parser("darko-gcs mission", commands, _EXAMPLES)
     parser.add_argument("action", choices=list(MISSION_WORDS), help="what to do")
     parser.add_argument("values", nargs="*", help="a file")
     add_script_options(parser)

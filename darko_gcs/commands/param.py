@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from darko_gcs.commands.script_options import EXIT_CODES, add_script_options, run_script
+from protocol.command_line import command_parser
 
 if TYPE_CHECKING:
     from darko_gcs.scripting import Vehicle
@@ -37,12 +38,7 @@ Job = Callable[["Vehicle"], Awaitable[Result]]
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     """The command line of ``darko-gcs param``."""
-    parser = argparse.ArgumentParser(
-        prog="darko-gcs param",
-        description=commands["param"] + ".",
-        epilog=_EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = command_parser("darko-gcs param", commands, _EXAMPLES)
     parser.add_argument("action", choices=list(PARAM_WORDS), help="what to do")
     parser.add_argument("values", nargs="*", help="a name, a name and a value, or a file")
     add_script_options(parser)

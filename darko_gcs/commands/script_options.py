@@ -9,7 +9,8 @@ import sys
 from collections.abc import Awaitable, Callable
 from typing import TYPE_CHECKING, Any
 
-from darko_gcs.commands.options import add_listen_options, positive_seconds
+from darko_gcs.commands.options import add_listen_options
+from protocol.option_values import positive_number
 
 if TYPE_CHECKING:
     from darko_gcs.scripting import Vehicle
@@ -30,7 +31,7 @@ def add_script_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="print JSON, also on failure")
     parser.add_argument(
         "--timeout",
-        type=positive_seconds,
+        type=positive_number,
         default=60.0,
         metavar="S",
         help="longest wait: for a vehicle, and for what is asked [60]",
