@@ -45,7 +45,7 @@ FLEET_COMMANDS = (
     FleetCommand("Hold", LEFT, "on the ground", _is_up, lambda to, _, now: to.hold(now)),
     FleetCommand("Land", LEFT, "on the ground", _is_up, lambda to, _, now: to.land(now)),
     FleetCommand("Return home and land", LEFT, "on the ground", _is_up, lambda to, _, now: to.return_home(now)),
-    FleetCommand("Start the mission", "", "", lambda _: True, lambda to, _, now: to.start_mission(now)),
+    FleetCommand("Start the mission", "", "", lambda _: True, lambda to, _, now: to.plans.start_mission(now)),
 )  # fmt: skip
 
 

@@ -142,7 +142,7 @@ class FlightPlanScreen(Screen[None]):
     def action_fetch(self) -> None:
         """Fetch the plan again."""
         if (station := self._vehicle()) is not None:
-            station.fetch_flight_plan(self._clock())
+            station.flight_plan.fetch()
 
     def action_fly(self) -> None:
         """Fly the plan, after asking."""
@@ -153,7 +153,7 @@ class FlightPlanScreen(Screen[None]):
             self.show_notice("The vehicle has no flight plan")
             return
         question = f"Fly the flight plan? It goes on in block {plan.block_name(plan.block)}."
-        self._confirm(question, lambda: station.start_flight_plan(self._clock()))
+        self._confirm(question, lambda: station.flight_plan.start(self._clock()))
 
     def action_load(self) -> None:
         """Ask for a file, and send its plan."""
@@ -169,7 +169,7 @@ class FlightPlanScreen(Screen[None]):
                 check_flown(plan, mapping).require_flown()
             except ProtocolError as error:
                 return str(error)
-            station.load_flight_plan(pack_plan(plan, mapping), self._clock())
+            station.flight_plan.load(pack_plan(plan, mapping), self._clock())
             return None
 
         fields = [("Flight plan (.xml)", found[0] if found else ""), ("Names (.toml), if any", "")]
@@ -214,7 +214,7 @@ class FlightPlanScreen(Screen[None]):
 
     def _enter(self, number: int) -> None:
         if (station := self._vehicle()) is not None:
-            station.jump_to_block(number, self._clock())
+            station.flight_plan.jump_to_block(number, self._clock())
 
     # Blocks, waypoints, variables
 
@@ -258,7 +258,7 @@ class FlightPlanScreen(Screen[None]):
 
     def _move(self, number: int, place: Vector) -> None:
         if (station := self._vehicle()) is not None:
-            station.move_waypoint(number, place, self._clock())
+            station.flight_plan.move_waypoint(number, place, self._clock())
 
     @on(DataTable.RowSelected, "#plan-points")
     def _edit_point(self) -> None:
@@ -291,7 +291,7 @@ class FlightPlanScreen(Screen[None]):
                 return f"{setting.name}: {values[0]!r} is not a number"
             if value < setting.low or value > setting.high:  # neither holds of a limit that there is not
                 return f"{setting.name}: {value:g} is not within {limits}"
-            station.set_variable(number, value, self._clock())
+            station.flight_plan.set_variable(number, value, self._clock())
             return None
 
         title = setting.name if setting.label == setting.name else f"{setting.label}: {setting.name}"

@@ -301,11 +301,11 @@ class MissionScreen(MissionEditing):
         draft = self.draft
         draft.changed, draft.vehicle_plans = True, ()  # until the vehicle has it
         limits = {"fence": draft.fence, "rally": draft.rally}
-        station.upload(draft.plan.items, self._clock(), **limits, verify=True, current=current)
+        station.plans.upload(draft.plan.items, self._clock(), **limits, verify=True, current=current)
 
     def _replace_items(self, station: Station, changed: range) -> None:
         self.draft.changed, self.draft.vehicle_plans = True, ()
-        station.replace_items(self.draft.plan.items, changed, self._clock())
+        station.plans.replace_items(self.draft.plan.items, changed, self._clock())
 
     def action_fetch(self) -> None:
         """Replace the plan by the vehicle's."""
@@ -315,7 +315,7 @@ class MissionScreen(MissionEditing):
 
     def _fetch(self, station: Station) -> None:
         self.draft.changed, self.draft.vehicle_plans = False, ()
-        station.download(self._clock())
+        station.plans.download(self._clock())
 
     def action_clear(self) -> None:
         """Delete the vehicle's mission, fence, rally points or all three; the table keeps its plan."""
@@ -326,7 +326,7 @@ class MissionScreen(MissionEditing):
         def chosen(number: int | None) -> None:
             if number is not None:
                 self.draft.changed, self.draft.saved = True, False
-                station.clear_plan(tuple(CLEAR_CHOICES)[number], self._clock())
+                station.plans.clear(tuple(CLEAR_CHOICES)[number], self._clock())
 
         self.show_notice("")
         self.app.push_screen(ChooseScreen("Delete on the vehicle", tuple(CLEAR_CHOICES.values())), chosen)
@@ -335,7 +335,7 @@ class MissionScreen(MissionEditing):
         """Continue the mission at the item under the cursor."""
         station, row = self._flown_from(), self.table.cursor_row
         if station is not None:
-            self._confirm(f"Continue the mission at item {row}?", lambda: station.set_current(row, self._clock()))
+            self._confirm(f"Continue the mission at item {row}?", lambda: station.plans.set_current(row, self._clock()))
 
     def action_fly_from(self) -> None:
         """Fly the mission from the item under the cursor, also if it is not flown now."""
@@ -343,7 +343,7 @@ class MissionScreen(MissionEditing):
         if station is not None:
             left = f" It leaves item {s.mission_current}." if s.mission_state == mavlink.MISSION_STATE_ACTIVE else ""
             question = f"Fly the mission from item {row}?{left}"
-            self._confirm(question, lambda: station.start_mission(self._clock(), first=row))
+            self._confirm(question, lambda: station.plans.start_mission(self._clock(), first=row))
 
     # Inside
 
