@@ -184,7 +184,7 @@ class MissionScreen(MissionEditing):
 
     def _status(self) -> str:
         draft = self.draft
-        if not draft.plan.items and not draft.vehicle_plans:
+        if not draft.plan.items and not any(draft.vehicle_plans):
             return "no plan: o opens a file, f fetches the vehicle's, i or a click on the map inserts an item"
         state = "not on the vehicle" if draft.changed else "as on the vehicle"
         unsaved = "" if draft.saved or not draft.changed else ", not saved"

@@ -154,7 +154,7 @@ def test_a_command_under_way_is_given_up_when_the_vehicle_restarts(link):
     link.run(0.1)
     link.start_vehicle()
     link.run(1.5)
-    assert "component arm disarm: the vehicle restarted" in link.lines
+    assert "arm disarm: the vehicle restarted" in link.lines
     assert link.snapshot.armed is False
 
 

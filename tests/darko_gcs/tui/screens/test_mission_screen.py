@@ -34,6 +34,7 @@ async def test_a_mission_is_opened_edited_saved_and_uploaded(feed, tmp_path, mon
         await pilot.press("m")
         screen = app.screen
         assert isinstance(screen, MissionScreen)
+        await until(pilot, lambda: "no plan: o opens a file" in screen_text(app))
         await pilot.press("o")
         await until(pilot, lambda: isinstance(app.focused, Input))
         await pilot.press("enter")
