@@ -274,7 +274,7 @@ async def test_a_silent_vehicle_is_sent_nothing():
     async with session.app.run_test(size=(80, 24)) as pilot:
         await opened(pilot, session.app)
         await pilot.press("t", "t")
-        await until(pilot, lambda: "No vehicle is heard" in session.text)
+        await until(pilot, lambda: "The vehicle is silent: nothing was sent" in session.text)
         assert session.feed.requests == []
 
 
