@@ -151,9 +151,10 @@ class GroundStationApp(App[int]):
     def action_act(self, name: str) -> None:
         """Run one of the table's actions, after asking if it must be confirmed."""
         action = ACTION_BY_NAME[name]
-        unreachable = why_unreachable(self.feed.station, self.feed.snapshot) if action.needs_vehicle else ""
-        refusal = unreachable or action.refusal(self.feed.snapshot)
-        if refusal:
+        if action.needs_vehicle and not self._can_command():
+            return
+        refusal = action.refusal(self.feed.snapshot)
+        if refusal is not None:
             self.notify(refusal, severity="warning")
             return
         question = action.question(self.feed.snapshot)
@@ -161,6 +162,13 @@ class GroundStationApp(App[int]):
             action.run(self)
         else:
             self._confirm(question, lambda: action.run(self))
+
+    def _can_command(self) -> bool:
+        """Whether a vehicle can be commanded; else a notice says why not."""
+        reason = why_unreachable(self.feed.station, self.feed.snapshot)
+        if reason:
+            self.notify(reason, severity="warning")
+        return not reason
 
     def _confirm(self, question: str, then: Callable[[], None]) -> None:
         """Ask a question about the active vehicle, and go on after a yes."""
