@@ -51,7 +51,7 @@ async def request_of_plan(args: argparse.Namespace) -> str:
         if args.act == "load":
             station.flight_plan.load(file, link.now)
             return await _judgement(link)
-        await _wait(link, lambda: _has_plan(station.snapshot), PLAN_TIMEOUT, "the vehicle told of no flight plan")
+        await _wait(link, lambda: _has_plan(station.snapshot), PLAN_TIMEOUT, "the vehicle sent no flight plan")
         plan = station.snapshot.flight_plan
         assert plan is not None  # noqa: S101 - it was waited for
         if args.act in {"status", "blocks"}:

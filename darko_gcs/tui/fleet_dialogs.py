@@ -92,7 +92,7 @@ def _ask(app: App[int], feed: Feed, command: FleetCommand) -> None:
 
 
 def fleet_snapshots(feed: Feed) -> tuple[Snapshot, ...]:
-    """All vehicles on the link, by ascending system id; none of a recording."""
+    """All vehicles on the link, by ascending system id; empty for a recording."""
     stations = {} if feed.fleet is None else feed.fleet.stations
     return tuple(station.snapshot for station in stations.values())
 

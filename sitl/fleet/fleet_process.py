@@ -124,7 +124,7 @@ def fly_fleet(args: argparse.Namespace) -> int:
 def closing_line(flown: Sequence[Flown]) -> str:
     """How the processes kept time, in words."""
     if not flown:
-        return "no process has told how it kept time"
+        return "no process reported how it kept time"
     missed, delay = sum(one.missed for one in flown), max(one.longest_delay for one in flown)
     shares = " + ".join(f"{100.0 * one.busy / max(one.elapsed, 1e-9):.0f}" for one in flown)
     return (
@@ -187,7 +187,7 @@ class _FlyingProcesses:
                 process.join()
             try:
                 flown.append(report.recv())
-            except EOFError:  # it was ended by force, or by an error that it has told
+            except EOFError:  # it was ended by force, or by an error that it has printed
                 continue
         return flown
 

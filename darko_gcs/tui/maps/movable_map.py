@@ -49,7 +49,7 @@ class MovableMap(Panel, can_focus=True):
         self._held: tuple[int, NorthEast] | None = None  # the point that the mouse holds, and where
         self._show_step()
 
-    # What a map of its own kind says
+    # What each kind of map does its own way
 
     def places(self) -> Mapping[int, NorthEast]:
         """Where the points are that can be taken hold of, by number [m].
@@ -76,7 +76,7 @@ class MovableMap(Panel, can_focus=True):
         raise NotImplementedError
 
     def click(self, place: NorthEast) -> None:
-        """The mouse was pressed where no point is: nothing, unless a map knows better."""
+        """The mouse was pressed where no point is: does nothing, unless a kind of map says what."""
 
     # The view
 

@@ -1,4 +1,4 @@
-"""A file of parameters beside the vehicle's: what differs is chosen and set, and each refusal is told."""
+"""A file of parameters beside the vehicle's: what differs is chosen and set, and each refusal is shown."""
 
 from __future__ import annotations
 
