@@ -55,6 +55,11 @@ class Station:
         give_key: Give our key to a vehicle that has none.
         vehicle: System id of the vehicle; None selects the first that is heard.
         beside: The endpoint that has the link, if this station is for another vehicle on it; see ``Fleet``.
+
+    Attributes:
+        plans: Requests about mission, fence and rally points.
+        flight_plan: Requests about the flight plan.
+        snapshot: What is known of the vehicle.
     """
 
     def __init__(
