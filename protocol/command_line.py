@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import os
 import sys
 from collections.abc import Mapping, Sequence
@@ -9,10 +10,26 @@ from difflib import get_close_matches
 from importlib import import_module
 from importlib.metadata import version
 
-__all__ = ["EXIT_BROKEN_PIPE", "EXIT_ERROR", "EXIT_INTERRUPTED", "run_cli"]
+__all__ = ["EXIT_BROKEN_PIPE", "EXIT_ERROR", "EXIT_INTERRUPTED", "command_parser", "run_cli"]
 
 EXIT_ERROR = 2  # of an expected error without an exit code of its own
 EXIT_INTERRUPTED, EXIT_BROKEN_PIPE = 130, 141  # as shells report SIGINT and SIGPIPE
+
+
+def command_parser(prog: str, commands: Mapping[str, str], epilog: str) -> argparse.ArgumentParser:
+    """A command line that ends its help with examples.
+
+    Args:
+        prog: Program and command, with a space between.
+        commands: Description of each command by its name.
+        epilog: The examples, printed as they are.
+    """
+    return argparse.ArgumentParser(
+        prog=prog,
+        description=commands[prog.rsplit(maxsplit=1)[-1]] + ".",
+        epilog=epilog,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
 
 
 def run_cli(

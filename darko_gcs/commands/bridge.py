@@ -3,12 +3,19 @@
 from __future__ import annotations
 
 import argparse
-import ipaddress
 import math
 import sys
 from collections.abc import Mapping
 
-from protocol.option_values import finite_number, system_id
+from protocol.command_line import command_parser
+from protocol.option_values import (
+    finite_number,
+    ipv4_address,
+    port_number,
+    positive_number,
+    socket_address,
+    system_id,
+)
 
 __all__ = ["parser", "run"]
 
@@ -29,18 +36,13 @@ exit codes: 2 an argument; 3 a port; 130 interrupted.
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     """The command line of ``darko-gcs bridge``."""
-    parser = argparse.ArgumentParser(
-        prog="darko-gcs bridge",
-        description=commands["bridge"] + ".",
-        epilog=_EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = command_parser("darko-gcs bridge", commands, _EXAMPLES)
     _add_server_options(parser.add_argument_group("motion capture (NatNet)"))
     _add_axes_options(parser.add_argument_group("axes"))
     _add_pose_options(parser.add_argument_group("poses"))
     vehicle = parser.add_argument_group("vehicle")
     vehicle.add_argument(
-        "--to", type=_socket_address, default=("127.0.0.1", 14580), metavar="ADDRESS:PORT", help="[127.0.0.1:14580]"
+        "--to", type=socket_address, default=("127.0.0.1", 14580), metavar="ADDRESS:PORT", help="[127.0.0.1:14580]"
     )
     vehicle.add_argument("--system", type=system_id, default=1, metavar="ID", help="system id of the vehicle [1]")
     vehicle.add_argument(
@@ -50,10 +52,16 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
 
 
 def _add_server_options(server: argparse._ArgumentGroup) -> None:
-    server.add_argument("--server", type=_ipv4, default="127.0.0.1", metavar="ADDRESS", help="of Motive [127.0.0.1]")
-    server.add_argument("--command-port", type=_port, default=1510, metavar="P", help="of Motive [1510]")
     server.add_argument(
-        "--interface", type=_ipv4, default="127.0.0.1", metavar="ADDRESS", help="own address towards Motive [127.0.0.1]"
+        "--server", type=ipv4_address, default="127.0.0.1", metavar="ADDRESS", help="of Motive [127.0.0.1]"
+    )
+    server.add_argument("--command-port", type=_sending_port, default=1510, metavar="P", help="of Motive [1510]")
+    server.add_argument(
+        "--interface",
+        type=ipv4_address,
+        default="127.0.0.1",
+        metavar="ADDRESS",
+        help="own address towards Motive [127.0.0.1]",
     )
     server.add_argument("--body", type=_body, default="", help="name or number of the rigid body [the only one]")
     server.add_argument(
@@ -85,8 +93,12 @@ def _add_pose_options(poses: argparse._ArgumentGroup) -> None:
     poses.add_argument(
         "--estimator", choices=("mocap", "vision", "vio"), default="mocap", help="what ODOMETRY says it is [mocap]"
     )
-    poses.add_argument("--rate", type=_rate, default=math.inf, metavar="HZ", help="at most so many poses [all]")
-    poses.add_argument("--deviation", type=_positive, default=0.001, metavar="M", help="of positions, at least [0.001]")
+    poses.add_argument(
+        "--rate", type=positive_number, default=math.inf, metavar="HZ", help="at most so many poses [all]"
+    )
+    poses.add_argument(
+        "--deviation", type=positive_number, default=0.001, metavar="M", help="of positions, at least [0.001]"
+    )
     poses.add_argument(
         "--attitude-deviation", type=_degrees_deviation, default=0.01, metavar="DEG", help="of attitudes [0.57]"
     )
@@ -115,19 +127,8 @@ def _say(text: str) -> None:
     print(f"darko-gcs bridge: {text}", file=sys.stderr, flush=True)
 
 
-def _positive(text: str) -> float:
-    value = finite_number(text)
-    if value <= 0.0:
-        raise argparse.ArgumentTypeError(f"{text} is not positive")
-    return value
-
-
-def _rate(text: str) -> float:
-    return _positive(text)
-
-
 def _degrees_deviation(text: str) -> float:
-    return math.radians(_positive(text))
+    return math.radians(positive_number(text))
 
 
 def _milliseconds(text: str) -> float:
@@ -141,22 +142,8 @@ def _body(text: str) -> str | int:
     return int(text) if text.isdecimal() else text
 
 
-def _port(text: str) -> int:
-    value = int(text)
-    if not 0 < value <= 65535:
-        raise argparse.ArgumentTypeError(f"{text} is not a UDP port")
+def _sending_port(text: str) -> int:
+    value = port_number(text)
+    if value == 0:
+        raise argparse.ArgumentTypeError("nothing can be sent to port 0")
     return value
-
-
-def _ipv4(text: str) -> str:
-    try:
-        return str(ipaddress.IPv4Address(text))
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} is not an IPv4 address") from None
-
-
-def _socket_address(text: str) -> tuple[str, int]:
-    host, separator, port = text.rpartition(":")
-    if not separator:
-        raise argparse.ArgumentTypeError(f"{text!r} is not ADDRESS:PORT")
-    return _ipv4(host), _port(port)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from darko_gcs.commands.fleet_script import run_script_for_all
 from darko_gcs.commands.script_options import EXIT_CODES, add_script_options, run_script
+from protocol.command_line import command_parser
 
 if TYPE_CHECKING:
     from darko_gcs.scripting import Vehicle
@@ -34,12 +35,7 @@ AT_HEIGHT, AT_PLACE = 0.5, 1.0  # near enough to a height and a place [m]
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     """The command line of ``darko-gcs cmd``."""
-    parser = argparse.ArgumentParser(
-        prog="darko-gcs cmd",
-        description=commands["cmd"] + ".",
-        epilog=_EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = command_parser("darko-gcs cmd", commands, _EXAMPLES)
     parser.add_argument("action", choices=list(COMMAND_WORDS), help="what to do; kill stops the motors in flight")
     parser.add_argument("values", nargs="*", help="height of takeoff, north east height of goto, a mode, a speed")
     parser.add_argument("--wait", action="store_true", help="wait until it is done, not only accepted")

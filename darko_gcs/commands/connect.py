@@ -11,8 +11,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from darko_gcs.commands.options import add_link_options, checked_sitl_arguments, listening_port, port_number
+from darko_gcs.commands.options import add_link_options, checked_sitl_arguments, listening_port
 from darko_gcs.errors import GroundError
+from protocol.option_values import port_number
 
 if TYPE_CHECKING:
     from protocol.tlog import TlogWriter

@@ -6,6 +6,8 @@ import argparse
 from collections.abc import Mapping
 
 from darko_gcs.commands.options import add_listen_options
+from protocol.command_line import command_parser
+from protocol.option_values import whole_number
 
 __all__ = ["parser", "run"]
 
@@ -25,15 +27,10 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     """The command line of ``darko-gcs fail``."""
     from protocol.names.failure_names import FAILURE_TYPES, FAILURE_UNITS  # noqa: PLC0415 - the others need no wire
 
-    parser = argparse.ArgumentParser(
-        prog="darko-gcs fail",
-        description=commands["fail"] + ".",
-        epilog=_EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = command_parser("darko-gcs fail", commands, _EXAMPLES)
     parser.add_argument("unit", choices=list(FAILURE_UNITS), help="what fails")
     parser.add_argument("failure", choices=list(FAILURE_TYPES), help="how; ok heals")
-    parser.add_argument("--instance", type=int, default=0, metavar="N", help="1 left, 2 right; 0: all [0]")
+    parser.add_argument("--instance", type=whole_number, default=0, metavar="N", help="1 left, 2 right; 0: all [0]")
     add_listen_options(parser.add_argument_group("link"))
     return parser
 

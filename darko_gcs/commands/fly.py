@@ -6,7 +6,9 @@ import argparse
 from collections.abc import Mapping
 from pathlib import Path
 
-from darko_gcs.commands.options import add_link_options, checked_sitl_arguments, listening_port, positive_seconds
+from darko_gcs.commands.options import add_link_options, checked_sitl_arguments, listening_port
+from protocol.command_line import command_parser
+from protocol.option_values import positive_number
 
 __all__ = ["parser", "run"]
 
@@ -21,18 +23,13 @@ exit codes: 0 flown and landed; 2 a file or an argument; 3 no link or no vehicle
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     """The command line of ``darko-gcs fly``."""
-    parser = argparse.ArgumentParser(
-        prog="darko-gcs fly",
-        description=commands["fly"] + ".",
-        epilog=_EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = command_parser("darko-gcs fly", commands, _EXAMPLES)
     parser.add_argument("--mission", type=Path, required=True, metavar="FILE", help=".plan or QGC WPL 110 file")
     parser.add_argument("--headless", action="store_true", help="fly without a screen; else the ground station opens")
     parser.add_argument("--json", action="store_true", help="print the result as JSON")
     parser.add_argument(
         "--timeout",
-        type=positive_seconds,
+        type=positive_number,
         default=3600.0,
         metavar="S",
         help="maximum flight time, vehicle's time in s [3600]",

@@ -5,6 +5,8 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from protocol.option_values import whole_number
+
 __all__ = ["configure", "run"]
 
 
@@ -12,7 +14,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``darko-gcs log info``."""
     parser.add_argument("file", type=Path, metavar="FILE", help="telemetry log (.tlog)")
     parser.add_argument("--json", action="store_true", help="print the whole summary as JSON")
-    parser.add_argument("--texts", type=int, default=10, metavar="N", help="show the last N status texts [10]")
+    parser.add_argument("--texts", type=whole_number, default=10, metavar="N", help="show the last N status texts [10]")
 
 
 def run(args: argparse.Namespace) -> int:

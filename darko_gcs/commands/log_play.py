@@ -7,7 +7,8 @@ import asyncio
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from darko_gcs.commands.options import playing_speed, playing_time
+from darko_gcs.commands.options import clock_time
+from protocol.option_values import positive_number
 
 if TYPE_CHECKING:
     from darko_gcs.feed.outward_link import OutwardAddress
@@ -32,9 +33,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="where the station listens, udpout:HOST:PORT [udpout:127.0.0.1:14550]",
     )
     parser.add_argument("--network", action="store_true", help="allow an address of another machine")
-    parser.add_argument("--speed", type=playing_speed, default=1.0, metavar="X", help="playing speed [1]")
+    parser.add_argument("--speed", type=positive_number, default=1.0, metavar="X", help="playing speed [1]")
     parser.add_argument(
-        "--at", type=playing_time, default=0.0, metavar="TIME", help="where to begin: seconds, M:SS or H:MM:SS [0]"
+        "--at", type=clock_time, default=0.0, metavar="TIME", help="where to begin: seconds, M:SS or H:MM:SS [0]"
     )
     parser.add_argument("--loop", action="store_true", help="begin anew at the end, until Ctrl+C")
 

@@ -5,9 +5,10 @@ from __future__ import annotations
 import argparse
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from darko_gcs.commands.script_options import EXIT_CODES, add_script_options, run_script
+from darko_gcs.commands.script_options import EXIT_CODES, Result, add_actions, check_values, run_script
+from protocol.command_line import command_parser
 
 if TYPE_CHECKING:
     from darko_gcs.scripting import Vehicle
@@ -22,20 +23,13 @@ examples:
   darko-gcs mission status --json
 
 {EXIT_CODES}"""
-MISSION_WORDS = {"upload": 1, "download": 1, "clear": 0, "status": 0}
+ACTIONS = {"upload": (1,), "download": (1,), "clear": (0,), "status": (0,)}
 
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     """The command line of ``darko-gcs mission``."""
-    parser = argparse.ArgumentParser(
-        prog="darko-gcs mission",
-        description=commands["mission"] + ".",
-        epilog=_EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
-    parser.add_argument("action", choices=list(MISSION_WORDS), help="what to do")
-    parser.add_argument("values", nargs="*", help="a file")
-    add_script_options(parser)
+    parser = command_parser("darko-gcs mission", commands, _EXAMPLES)
+    add_actions(parser, ACTIONS, "a file")
     return parser
 
 
@@ -49,9 +43,7 @@ def run(args: argparse.Namespace) -> int:
     from protocol.errors import FileError  # noqa: PLC0415
     from protocol.plans import load  # noqa: PLC0415
 
-    wanted = MISSION_WORDS[args.action]
-    if len(args.values) != wanted:
-        raise GroundError(f"mission {args.action} takes {wanted} file{'s' * (wanted != 1)}, not {len(args.values)}")
+    check_values(args, "mission", ACTIONS, "file")
     if args.action == "upload":
         try:
             load(Path(args.values[0]))  # a wrong file needs no vehicle
@@ -60,7 +52,7 @@ def run(args: argparse.Namespace) -> int:
     return run_script(args, lambda vehicle: _do(vehicle, args.action, args.values), _words)
 
 
-async def _do(vehicle: Vehicle, action: str, values: list[str]) -> dict[str, Any]:
+async def _do(vehicle: Vehicle, action: str, values: list[str]) -> Result:
     from protocol.plans import Plan, save  # noqa: PLC0415 - --help must be quick
 
     if action == "upload":
@@ -76,6 +68,6 @@ async def _do(vehicle: Vehicle, action: str, values: list[str]) -> dict[str, Any
     return {"items": len(items), "current": s.mission_current, "reached": sorted(s.reached)}
 
 
-def _words(result: dict[str, Any]) -> str:
+def _words(result: Result) -> str:
     rest = f", at item {result['current']}, reached {result['reached']}" if "current" in result else ""
     return f"{result['items']} items" + (f": {result['file']}" if "file" in result else "") + rest

@@ -6,20 +6,17 @@ import argparse
 import math
 from pathlib import Path
 
+from protocol.option_values import finite_number, port_number, system_id
+
 __all__ = [
     "add_link_options",
     "add_listen_options",
     "add_span_options",
     "checked_sitl_arguments",
-    "finite_number",
+    "clock_time",
     "listening_port",
-    "playing_speed",
-    "playing_time",
-    "port_number",
-    "positive_seconds",
 ]
 
-MAX_PORT, MAX_SYSTEM_ID = 65535, 255
 MAX_TIME_PARTS = 3  # hours, minutes, seconds
 DEFAULT_PORT = 14550
 
@@ -65,7 +62,7 @@ def add_listen_options(
         "serial:DEVICE[:BAUD]",
     )
     link.add_argument(
-        "--vehicle", type=_system_id, metavar="ID", help="system id of the vehicle, 1 to 255 [the first one heard]"
+        "--vehicle", type=system_id, metavar="ID", help="system id of the vehicle, 1 to 255 [the first one heard]"
     )
     link.add_argument(
         "--signing-key",
@@ -80,31 +77,15 @@ def add_span_options(parser: argparse.ArgumentParser) -> None:
         parser.add_argument(
             name,
             dest=where,
-            type=_moment,
+            type=clock_time,
             default=default,
             metavar="TIME",
-            help=f"{where} of the flight's part, since the vehicle was switched on: seconds or M:SS [the log's]",
+            help=f"{where} of the flight's part: seconds, M:SS or H:MM:SS since the vehicle's boot [the log's]",
         )
 
 
-def positive_seconds(text: str) -> float:
-    """A time of more than nothing [s]."""
-    value = float(text)
-    if not 0.0 < value < math.inf:
-        raise argparse.ArgumentTypeError(f"{text} is not a positive number of seconds")
-    return value
-
-
-def playing_speed(text: str) -> float:
-    """A speed of more than nothing, times real time."""
-    value = finite_number(text)
-    if not value > 0.0:
-        raise argparse.ArgumentTypeError(f"{text} is not a positive number")
-    return value
-
-
-def playing_time(text: str) -> float:
-    """Seconds, as a number or as the clock on the screen shows them."""
+def clock_time(text: str) -> float:
+    """A time [s], given in seconds or as the clock on the screen shows it."""
     parts = text.split(":")
     if len(parts) > MAX_TIME_PARTS or not all(part.isdigit() for part in parts[:-1]):
         raise argparse.ArgumentTypeError(f"{text!r} is not a time: seconds, M:SS or H:MM:SS")
@@ -112,25 +93,6 @@ def playing_time(text: str) -> float:
     if total < 0.0:
         raise argparse.ArgumentTypeError(f"{text} is before the beginning")
     return total
-
-
-def finite_number(text: str) -> float:
-    """A number that is not infinite."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise argparse.ArgumentTypeError(f"{text!r} is not a number")
-    return value
-
-
-def _moment(text: str) -> float:
-    minutes, colon, seconds = text.rpartition(":")
-    value = float(seconds) + 60.0 * (int(minutes) if colon else 0)
-    if not math.isfinite(value):
-        raise argparse.ArgumentTypeError(f"{text} is not a time")
-    return value
 
 
 def listening_port(args: argparse.Namespace) -> int:
@@ -158,25 +120,3 @@ def _sitl_arguments(args: argparse.Namespace) -> list[str]:
     names = ("signing_key", "vehicles", "speed", "seed", "wind", "gusts", "start", "airframe", "state_dir")
     given = [(name, getattr(args, name)) for name in names if getattr(args, name) is not None]
     return [part for name, value in given for part in (f"--{name.replace('_', '-')}", str(value))]
-
-
-def _system_id(text: str) -> int:
-    value = _whole_number(text)
-    if not 1 <= value <= MAX_SYSTEM_ID:
-        raise argparse.ArgumentTypeError(f"{text} is not a system id")
-    return value
-
-
-def _whole_number(text: str) -> int:
-    try:
-        return int(text)
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number") from None
-
-
-def port_number(text: str) -> int:
-    """A UDP or TCP port; 0: any."""
-    value = _whole_number(text)
-    if not 0 <= value <= MAX_PORT:
-        raise argparse.ArgumentTypeError(f"{text} is not a port")
-    return value

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Awaitable, Callable, Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from darko_gcs.commands.script_options import EXIT_CODES, add_script_options, run_script
+from darko_gcs.commands.script_options import EXIT_CODES, Job, Result, add_actions, check_values, run_script
+from protocol.command_line import command_parser
 
 if TYPE_CHECKING:
     from darko_gcs.scripting import Vehicle
@@ -27,25 +28,16 @@ examples:
   darko-gcs param diff                    what differs from the vehicle's defaults
 
 {EXIT_CODES}"""
-PARAM_WORDS = {"list": (0,), "get": (1,), "set": (2,), "save": (1,), "load": (1,), "diff": (0, 1)}
+ACTIONS = {"list": (0,), "get": (1,), "set": (2,), "save": (1,), "load": (1,), "diff": (0, 1)}
 NOT_THERE = "the vehicle has no such parameter"
 
-Result = dict[str, Any]
 Metadata = dict[str, "ParameterMetadata"]
-Job = Callable[["Vehicle"], Awaitable[Result]]
 
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     """The command line of ``darko-gcs param``."""
-    parser = argparse.ArgumentParser(
-        prog="darko-gcs param",
-        description=commands["param"] + ".",
-        epilog=_EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
-    parser.add_argument("action", choices=list(PARAM_WORDS), help="what to do")
-    parser.add_argument("values", nargs="*", help="a name, a name and a value, or a file")
-    add_script_options(parser)
+    parser = command_parser("darko-gcs param", commands, _EXAMPLES)
+    add_actions(parser, ACTIONS, "a name, a name and a value, or a file")
     return parser
 
 
@@ -58,10 +50,7 @@ def run(args: argparse.Namespace) -> int:
     from darko_gcs.errors import GroundError  # noqa: PLC0415 - --help must be quick
     from protocol.errors import FileError  # noqa: PLC0415
 
-    wanted = PARAM_WORDS[args.action]
-    if len(args.values) not in wanted:
-        counts = " or ".join(map(str, wanted))
-        raise GroundError(f"param {args.action} takes {counts} value{'s' * (wanted != (1,))}, not {len(args.values)}")
+    check_values(args, "param", ACTIONS, "value")
     try:
         job = _job(args.action, args.values)
     except FileError as error:

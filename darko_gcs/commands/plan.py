@@ -7,6 +7,8 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from darko_gcs.commands.options import add_listen_options
+from protocol.command_line import command_parser
+from protocol.option_values import finite_number
 
 __all__ = ["parser", "run"]
 
@@ -26,12 +28,7 @@ exit codes: 0 done; 2 an argument, or refused by the vehicle; 3 no vehicle.
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     """The command line of ``darko-gcs plan``."""
-    parser = argparse.ArgumentParser(
-        prog="darko-gcs plan",
-        description=commands["plan"] + ".",
-        epilog=_EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = command_parser("darko-gcs plan", commands, _EXAMPLES)
     common = argparse.ArgumentParser(add_help=False)
     common.add_argument("--json", action="store_true", help="print JSON")
     add_listen_options(common.add_argument_group("link"))
@@ -43,9 +40,9 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     jump.add_argument("block", help="its name or number")
     move = acts.add_parser("move", parents=[common], help="put a waypoint elsewhere")
     move.add_argument("waypoint", help="its name")
-    move.add_argument("east", type=float, help="of the plan's origin [m]")
-    move.add_argument("north", type=float, help="of the plan's origin [m]")
-    move.add_argument("up", type=float, nargs="?", help="[m]; without it, the height stays")
+    move.add_argument("east", type=finite_number, help="of the plan's origin [m]")
+    move.add_argument("north", type=finite_number, help="of the plan's origin [m]")
+    move.add_argument("up", type=finite_number, nargs="?", help="[m]; without it, the height stays")
     load = acts.add_parser("load", parents=[common], help="have the vehicle load a plan; it stands disarmed")
     load.add_argument("file", type=Path, help="Paparazzi flight plan; procedures lie beside or below it")
     load.add_argument("--names", type=Path, metavar="FILE", help="TOML file: what names of the plan's build mean")
@@ -54,7 +51,7 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     )
     change = acts.add_parser("set", parents=[common], help="set a variable")
     change.add_argument("variable", help="its name")
-    change.add_argument("value", type=float)
+    change.add_argument("value", type=finite_number)
     return parser
 
 

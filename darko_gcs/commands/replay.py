@@ -6,7 +6,8 @@ import argparse
 from collections.abc import Mapping
 from pathlib import Path
 
-from darko_gcs.commands.options import finite_number, playing_speed, playing_time
+from darko_gcs.commands.options import clock_time
+from protocol.option_values import finite_number, positive_number
 
 __all__ = ["parser", "run"]
 
@@ -20,9 +21,9 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     )
     parser.add_argument("file", type=Path, metavar="FILE", help="a .tlog of this or another ground station")
     parser.add_argument("other", type=Path, nargs="?", metavar="OTHER", help="a second one, beside the first")
-    parser.add_argument("--speed", type=playing_speed, default=1.0, metavar="X", help="initial playing speed [1]")
+    parser.add_argument("--speed", type=positive_number, default=1.0, metavar="X", help="initial playing speed [1]")
     parser.add_argument(
-        "--at", type=playing_time, default=0.0, metavar="TIME", help="where to begin: seconds, M:SS or H:MM:SS [0]"
+        "--at", type=clock_time, default=0.0, metavar="TIME", help="where to begin: seconds, M:SS or H:MM:SS [0]"
     )
     pair = parser.add_argument_group("two flights")
     pair.add_argument(

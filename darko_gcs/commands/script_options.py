@@ -6,18 +6,31 @@ import argparse
 import json
 import math
 import sys
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from darko_gcs.commands.options import add_listen_options, positive_seconds
+from darko_gcs.commands.options import add_listen_options
+from protocol.option_values import positive_number
 
 if TYPE_CHECKING:
     from darko_gcs.scripting import Vehicle
 
-__all__ = ["EXIT_CODES", "Job", "Result", "add_script_options", "plain", "run_script", "tell_where"]
+__all__ = [
+    "EXIT_CODES",
+    "Actions",
+    "Job",
+    "Result",
+    "add_actions",
+    "add_script_options",
+    "check_values",
+    "plain",
+    "run_script",
+    "tell_where",
+]
 
 Result = dict[str, Any]
 Job = Callable[["Vehicle"], Awaitable[Result]]
+Actions = Mapping[str, tuple[int, ...]]  # of a command, and how many values each takes
 
 EXIT_CODES = """\
 exit codes: 0 done; 2 an argument or a file; 3 no link or no vehicle; 4 refused, or not done in time.
@@ -30,12 +43,35 @@ def add_script_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="print JSON, also on failure")
     parser.add_argument(
         "--timeout",
-        type=positive_seconds,
+        type=positive_number,
         default=60.0,
         metavar="S",
         help="longest wait: for a vehicle, and for what is asked [60]",
     )
     add_listen_options(parser.add_argument_group("link"))
+
+
+def add_actions(parser: argparse.ArgumentParser, actions: Actions, values: str) -> None:
+    """Add what a command does, its values (in words), and the options of every command for scripts."""
+    parser.add_argument("action", choices=list(actions), help="what to do")
+    parser.add_argument("values", nargs="*", help=values)
+    add_script_options(parser)
+
+
+def check_values(args: argparse.Namespace, command: str, actions: Actions, noun: str) -> None:
+    """Refuse an action that was given another number of values than it takes.
+
+    Raises:
+        GroundError: Names the action and both numbers.
+    """
+    from darko_gcs.errors import GroundError  # noqa: PLC0415 - --help must be quick
+
+    counts = actions[args.action]
+    if len(args.values) not in counts:
+        nouns = noun + "s" * (counts != (1,))
+        raise GroundError(
+            f"{command} {args.action} takes {' or '.join(map(str, counts))} {nouns}, not {len(args.values)}"
+        )
 
 
 def run_script(args: argparse.Namespace, job: Job, words: Callable[[Result], str]) -> int:

@@ -6,6 +6,7 @@ import argparse
 from collections.abc import Mapping
 
 from darko_gcs.commands.options import add_listen_options
+from protocol.command_line import command_parser
 
 __all__ = ["parser", "run"]
 
@@ -22,12 +23,7 @@ exit codes: 0 changed; 2 a key, or a link that is not loopback; 3 no vehicle, or
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     """The command line of ``darko-gcs signing``."""
-    parser = argparse.ArgumentParser(
-        prog="darko-gcs signing",
-        description=commands["signing"] + ".",
-        epilog=_EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = command_parser("darko-gcs signing", commands, _EXAMPLES)
     parser.add_argument("--new-key", required=True, metavar="KEY", help="64 hexadecimal digits or a file with them")
     add_listen_options(parser.add_argument_group("link"))
     return parser

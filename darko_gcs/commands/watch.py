@@ -8,6 +8,8 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from darko_gcs.commands.script_options import EXIT_CODES, add_script_options, run_script
+from protocol.command_line import command_parser
+from protocol.option_values import natural_number, positive_number
 
 if TYPE_CHECKING:
     from darko_gcs.scripting import Vehicle
@@ -18,14 +20,15 @@ __all__ = ["parser", "run"]
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     """The command line of ``darko-gcs watch``."""
-    parser = argparse.ArgumentParser(
-        prog="darko-gcs watch",
-        description=commands["watch"] + ".",
-        epilog=f"With --json each line is a JSON object: positions NED in metres, angles in degrees.\n\n{EXIT_CODES}",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+    parser = command_parser(
+        "darko-gcs watch",
+        commands,
+        f"With --json each line is a JSON object: positions NED in metres, angles in degrees.\n\n{EXIT_CODES}",
     )
-    parser.add_argument("--count", type=int, default=0, metavar="N", help="lines to print; 0: until interrupted [0]")
-    parser.add_argument("--every", type=float, default=1.0, metavar="S", help="time between lines [1]")
+    parser.add_argument(
+        "--count", type=natural_number, default=0, metavar="N", help="lines to print; 0: until interrupted [0]"
+    )
+    parser.add_argument("--every", type=positive_number, default=1.0, metavar="S", help="time between lines [1]")
     add_script_options(parser)
     return parser
 

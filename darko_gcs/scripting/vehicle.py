@@ -175,7 +175,7 @@ class Vehicle:
 
     async def start_mission(self) -> None:
         """Begin to fly the mission, from its current item."""
-        await self._command(self._station.start_mission, mavlink.MAV_CMD_MISSION_START, "mission start")
+        await self._command(self._station.plans.start_mission, mavlink.MAV_CMD_MISSION_START, "mission start")
 
     async def transition(self, *, forward: bool) -> None:
         """Fly a front or a back transition, to its end."""
@@ -203,7 +203,7 @@ class Vehicle:
             items, fence, rally = tuple(plan), (), ()
         async with self._busy:
             self._forget()
-            self._station.upload(items, self._link.now, fence=fence, rally=rally)
+            self._station.plans.upload(items, self._link.now, fence=fence, rally=rally)
             for _ in filter(None, (items, fence, rally)):
                 await self._answer(MissionUploaded, MissionFailed, "upload")
         return len(items)
@@ -212,7 +212,7 @@ class Vehicle:
         """Its mission."""
         async with self._busy:
             self._forget()
-            self._station.download(self._link.now)
+            self._station.plans.download(self._link.now)
             await self._answer(MissionDownloaded, MissionFailed, "download")
         return self.now.mission
 
@@ -220,7 +220,7 @@ class Vehicle:
         """Delete its mission."""
         async with self._busy:
             self._forget()
-            self._station.clear_plan(mavlink.MAV_MISSION_TYPE_MISSION, self._link.now)
+            self._station.plans.clear(mavlink.MAV_MISSION_TYPE_MISSION, self._link.now)
             await self._answer(MissionCleared, MissionFailed, "clearing")
 
     async def parameters(self) -> dict[str, float]:

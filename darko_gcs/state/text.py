@@ -8,7 +8,7 @@ from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import LabelledEnum
 from protocol.names.enum_names import as_member
 
-__all__ = ["command_name", "format_age", "format_time", "label_of", "printable", "reason_text"]
+__all__ = ["command_name", "command_words", "format_age", "format_time", "label_of", "printable", "reason_text"]
 
 MINUTE, HOUR = 60.0, 3600.0  # [s]
 
@@ -23,9 +23,17 @@ def label_of(enum: type[LabelledEnum], number: int) -> str:
 
 
 def command_name(command: int) -> str:
-    """A MAV_CMD in lower case and without its prefix: "nav takeoff"; an unknown one as "command 7"."""
+    """A MAV_CMD in lower case and without its prefixes: "nav takeoff"; an unknown one as "command 7"."""
     entry = mavlink.enums["MAV_CMD"].get(command)
-    return entry.name.removeprefix("MAV_CMD_").replace("_", " ").lower() if entry else f"command {command}"
+    return command_words(entry.name) if entry else f"command {command}"
+
+
+def command_words(name: str) -> str:
+    """What an operator calls a command: "jump to block" of "MAV_CMD_DARKO_JUMP_TO_BLOCK"."""
+    words = name.replace("_", " ").lower()
+    for prefix in ("mav cmd ", "darko ", "component "):
+        words = words.removeprefix(prefix)
+    return words
 
 
 def reason_text(reason: str) -> str:

@@ -57,7 +57,7 @@ class InitialSync:
             return
         if self._needs_plans:
             self._needs_plans = False
-            self._station.download(now)
+            self._station.plans.download(now)
         elif self._needs_parameters:
             self._needs_parameters = False
             self._station.fetch_parameters(now)

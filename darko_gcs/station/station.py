@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 from darko_gcs.state.message_log import add_line
+from darko_gcs.state.missions.leg_predictions import LegChain
 from darko_gcs.state.reduce import reduce
 from darko_gcs.state.reduce_events import reduce_event
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
@@ -17,7 +18,6 @@ from darko_gcs.station.other_vehicles import OtherVehicles, UnshownVehicles
 from darko_gcs.station.parameter_changes import ParameterChanges
 from darko_gcs.station.parameter_metadata_client import ParameterMetadataClient
 from darko_gcs.station.plan_requests import PlanRequests
-from darko_gcs.station.plan_transfer import PlanTransfer
 from darko_gcs.station.signing_client import SigningClient
 from protocol import units
 from protocol.codec import SourceStatistics
@@ -40,7 +40,7 @@ CONTROL_TIMEOUT = 10.0  # for another station to answer a request for control [s
 _NAN = math.nan
 
 
-class Station(FlightPlanRequests, PlanRequests):
+class Station:
     """One operator's side of one vehicle.
 
     The owner moves bytes and time: ``receive`` each datagram, ``tick`` often, send what ``outgoing`` returns. The
@@ -55,6 +55,11 @@ class Station(FlightPlanRequests, PlanRequests):
         give_key: Give our key to a vehicle that has none.
         vehicle: System id of the vehicle; None selects the first that is heard.
         beside: The endpoint that has the link, if this station is for another vehicle on it; see ``Fleet``.
+
+    Attributes:
+        plans: Requests about mission, fence and rally points.
+        flight_plan: Requests about the flight plan.
+        snapshot: What is known of the vehicle.
     """
 
     def __init__(
@@ -72,7 +77,6 @@ class Station(FlightPlanRequests, PlanRequests):
         self.endpoint = GroundEndpoint(keyring=keyring, vehicle=vehicle, beside=beside)
         self.others: OtherVehicles = UnshownVehicles(self.add_line)
         self.signing = SigningClient(self.endpoint, give_key=give_key)
-        self.plans = PlanTransfer(self.endpoint)
         self.leg_predictions = LegPredictionClient(self.endpoint)
         self.parameter_metadata = ParameterMetadataClient(self.endpoint)
         self._parameter_changes = ParameterChanges(self.endpoint)
@@ -80,6 +84,8 @@ class Station(FlightPlanRequests, PlanRequests):
         self.snapshot: Snapshot = EMPTY_SNAPSHOT
         self.recording_fault = ""  # why the recording ended
         self._recorder = recorder
+        self.plans = PlanRequests(self)
+        self.flight_plan = FlightPlanRequests(self)
         self._events: list[Event] = []
         self._last_rate = (0.0, 0)  # time [s] and message count of the last update of the rate
 
@@ -219,7 +225,7 @@ class Station(FlightPlanRequests, PlanRequests):
         if current is None:
             self.add_line(now, "No command is in progress")
             return
-        self._try(now, lambda: self.endpoint.cancel_command(current.request, now))
+        self.attempt(now, lambda: self.endpoint.cancel_command(current.request, now))
 
     def take_control(self, now: float) -> None:
         """Let the vehicle obey this ground station only, until control is given back."""
@@ -240,7 +246,7 @@ class Station(FlightPlanRequests, PlanRequests):
 
     def fetch_parameters(self, now: float) -> None:
         """Fetch all parameters of the vehicle."""
-        self._try(now, lambda: self.endpoint.request_parameters(now))
+        self.attempt(now, lambda: self.endpoint.request_parameters(now))
 
     def set_parameter(self, name: str, value: float, now: float) -> None:
         """Change a parameter of the vehicle."""
@@ -257,7 +263,11 @@ class Station(FlightPlanRequests, PlanRequests):
 
     def fetch_parameter_metadata(self, now: float) -> None:
         """Fetch the descriptions of the vehicle's parameters, once."""
-        self._try(now, lambda: self.parameter_metadata.request(now))
+        self.attempt(now, lambda: self.parameter_metadata.request(now))
+
+    def predict_legs(self, chains: Sequence[LegChain], now: float) -> None:
+        """Have the vehicle say what these legs would take; ``leg_predictions`` of the snapshot has the answers."""
+        self.attempt(now, lambda: self.leg_predictions.want(chains, now))
 
     def record_note(self, text: str, now: float, time_usec: int) -> None:
         """Put a text of this ground station into the recording; nothing is sent."""
@@ -269,28 +279,29 @@ class Station(FlightPlanRequests, PlanRequests):
         """Add a line to the operator's message log."""
         self.snapshot = add_line(self.snapshot, now, severity, text)
 
-    # Inside
-
-    def _command(self, now: float, command: int, *params: float) -> None:
-        self._try(now, lambda: self.endpoint.command(command, *params, now=now))
-
-    def _command_int(
-        self, now: float, command: int, params: tuple[float, float, float, float], place: tuple[int, int, float]
-    ) -> None:
-        frame = mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT
-        self._try(now, lambda: self.endpoint.command_int(command, frame, *params, *place, now=now))
-
-    def _request_control(self, now: float, *, take: bool, takeover_allowed: bool) -> None:
-        timeout = CONTROL_TIMEOUT if take else 0.0
-        request = (float(take), float(takeover_allowed), timeout, GROUND_SYSTEM)
-        self._command(now, mavlink.MAV_CMD_REQUEST_OPERATOR_CONTROL, *request)
-
-    def _try(self, now: float, request: Callable[[], object]) -> None:
+    def attempt(self, now: float, request: Callable[[], object]) -> None:
+        """Send a request, and log why if it cannot be sent; ``now`` in seconds."""
         try:
             request()
         except LocalProtocolError as error:
             self.add_line(now, str(error))
         self._collect(now)
+
+    # Inside
+
+    def _command(self, now: float, command: int, *params: float) -> None:
+        self.attempt(now, lambda: self.endpoint.command(command, *params, now=now))
+
+    def _command_int(
+        self, now: float, command: int, params: tuple[float, float, float, float], place: tuple[int, int, float]
+    ) -> None:
+        frame = mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT
+        self.attempt(now, lambda: self.endpoint.command_int(command, frame, *params, *place, now=now))
+
+    def _request_control(self, now: float, *, take: bool, takeover_allowed: bool) -> None:
+        timeout = CONTROL_TIMEOUT if take else 0.0
+        request = (float(take), float(takeover_allowed), timeout, GROUND_SYSTEM)
+        self._command(now, mavlink.MAV_CMD_REQUEST_OPERATOR_CONTROL, *request)
 
     def _collect(self, now: float) -> None:
         for event in self.endpoint.events():
@@ -298,7 +309,6 @@ class Station(FlightPlanRequests, PlanRequests):
                 continue
             if not self._parameter_changes.take(event, now):
                 self.snapshot = reduce_event(self.snapshot, event, now)
-            self._follow_plans(event, now)
             self._events.append(event)
             self.plans.follow(event, now)
             if text := self.parameter_metadata.follow(event, now):

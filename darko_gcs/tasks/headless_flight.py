@@ -131,7 +131,7 @@ class _Pilot:
             lambda s: s.source is not None and s.home is not None and s.boot is not None, HEARD_TIMEOUT
         )
         _print("vehicle found")
-        self._station.upload(items, self._link.now, fence=fence, rally=rally)
+        self._station.plans.upload(items, self._link.now, fence=fence, rally=rally)
         for part in filter(None, (fence, rally, items)):
             await self._wait_for_answer(MissionUploaded, "upload")
             _print(f"{len(part)} items uploaded")
@@ -139,7 +139,7 @@ class _Pilot:
         began = self._snapshot.boot or 0.0
         self._station.arm(self._link.now)
         await self._wait_for_answer(CommandDone, "arming")
-        self._station.start_mission(self._link.now)
+        self._station.plans.start_mission(self._link.now)
         await self._wait_for_answer(CommandDone, "mission start")
         _print("flying")
         await self._follow_mission(items, began)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import asyncio
 import json
-import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -50,9 +49,9 @@ async def request_of_plan(args: argparse.Namespace) -> str:
     async with open_link(station, args.host, args.port) as link:
         await _wait(link, lambda: station.endpoint.vehicle is not None, VEHICLE_TIMEOUT, "no vehicle heard")
         if args.act == "load":
-            station.load_flight_plan(file, link.now)
+            station.flight_plan.load(file, link.now)
             return await _judgement(link)
-        await _wait(link, lambda: _has_plan(station.snapshot), PLAN_TIMEOUT, "the vehicle told of no flight plan")
+        await _wait(link, lambda: _has_plan(station.snapshot), PLAN_TIMEOUT, "the vehicle sent no flight plan")
         plan = station.snapshot.flight_plan
         assert plan is not None  # noqa: S101 - it was waited for
         if args.act in {"status", "blocks"}:
@@ -112,22 +111,20 @@ def send_request(station: Station, plan: FlightPlanState, args: argparse.Namespa
         GroundError: The plan has no such block, waypoint or variable.
     """
     if args.act == "fly":
-        station.start_flight_plan(now)
+        station.flight_plan.start(now)
         return int(mavlink.MAV_CMD_DO_SET_MODE)
     if args.act == "jump":
         names = {block.name: block.number for block in plan.blocks.values()}
         names |= {str(number): number for number in plan.blocks if str(number) not in names}
-        station.jump_to_block(_named(names, args.block, "block"), now)
+        station.flight_plan.jump_to_block(_named(names, args.block, "block"), now)
         return int(mavlink.MAV_CMD_DARKO_JUMP_TO_BLOCK)
     if args.act == "move":
         number = _named({point.name: point.number for point in plan.points.values()}, args.waypoint, "waypoint")
         up = plan.points[number].position[2] if args.up is None else args.up
-        if not all(map(math.isfinite, (args.east, args.north, up))):
-            raise GroundError(f"waypoint {args.waypoint}: the place is not a number")
-        station.move_waypoint(number, (args.east, args.north, up), now)
+        station.flight_plan.move_waypoint(number, (args.east, args.north, up), now)
         return int(mavlink.MAV_CMD_DARKO_MOVE_WAYPOINT)
     number = _named({setting.name: setting.number for setting in plan.settings.values()}, args.variable, "variable")
-    station.set_variable(number, args.value, now)
+    station.flight_plan.set_variable(number, args.value, now)
     return int(mavlink.MAV_CMD_DARKO_SET_VARIABLE)
 
 

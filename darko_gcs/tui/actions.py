@@ -218,7 +218,7 @@ ACTIONS = (
     ),
     Action(
         key="s", name="start", label="Run", help="Start or resume the mission",
-        run=lambda app: app.request(lambda station, now: station.start_mission(now)), question=_question_start,
+        run=lambda app: app.request(lambda station, now: station.plans.start_mission(now)), question=_question_start,
     ),
     Action(
         key="m", name="mission", label="Plan", help="Mission: load, edit, upload, download",

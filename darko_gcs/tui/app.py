@@ -25,7 +25,8 @@ from darko_gcs.tui.kept_look import KeptLook
 from darko_gcs.tui.maps.map_panel import MapPanel
 from darko_gcs.tui.maps.movable_map import MovableMap
 from darko_gcs.tui.plan_draft import PlanDraft
-from darko_gcs.tui.screens.dialogs import ConfirmScreen, HelpScreen, QuitScreen
+from darko_gcs.tui.reachability import why_unreachable
+from darko_gcs.tui.screens.dialogs import HelpScreen, QuitScreen, confirm
 from darko_gcs.tui.screens.flight_plan_screen import FlightPlanScreen
 from darko_gcs.tui.screens.flight_screen import FlightScreen
 from darko_gcs.tui.screens.messages_screen import MessagesScreen
@@ -163,24 +164,15 @@ class GroundStationApp(App[int]):
             self._confirm(question, lambda: action.run(self))
 
     def _can_command(self) -> bool:
-        if self.feed.station is None:
-            self.notify("This is a recording: there is no vehicle to command", severity="warning")
-        elif self.feed.snapshot.source is None:
-            self.notify("No vehicle has been heard yet", severity="warning")
-        elif self.feed.snapshot.lost:
-            self.notify("The vehicle is silent: nothing was sent", severity="warning")
-        else:
-            return True
-        return False
+        """Whether a vehicle can be commanded; else a notice says why not."""
+        reason = why_unreachable(self.feed.station, self.feed.snapshot)
+        if reason:
+            self.notify(reason, severity="warning")
+        return not reason
 
     def _confirm(self, question: str, then: Callable[[], None]) -> None:
-        """Ask a question, and go on after a yes."""
-
-        def answered(yes: bool | None) -> None:
-            if yes:
-                then()
-
-        self.push_screen(ConfirmScreen(named(self.feed, question)), answered)
+        """Ask a question about the active vehicle, and go on after a yes."""
+        confirm(self, named(self.feed, question), then)
 
     def request(self, request: Request) -> None:
         """Send a request to the vehicle; none on a recording."""

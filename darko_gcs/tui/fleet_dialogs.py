@@ -11,7 +11,7 @@ from textual.app import App
 from darko_gcs.feed.feed import Feed
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.station.station import Station
-from darko_gcs.tui.screens.dialogs import AskScreen, ChooseScreen, ConfirmScreen
+from darko_gcs.tui.screens.dialogs import AskScreen, ChooseScreen, confirm
 from protocol.dialect import mavlink
 
 __all__ = ["FLEET_COMMANDS", "FleetCommand", "armed_words", "ask_fleet", "fleet_snapshots", "id_words", "named"]
@@ -45,7 +45,7 @@ FLEET_COMMANDS = (
     FleetCommand("Hold", LEFT, "on the ground", _is_up, lambda to, _, now: to.hold(now)),
     FleetCommand("Land", LEFT, "on the ground", _is_up, lambda to, _, now: to.land(now)),
     FleetCommand("Return home and land", LEFT, "on the ground", _is_up, lambda to, _, now: to.return_home(now)),
-    FleetCommand("Start the mission", "", "", lambda _: True, lambda to, _, now: to.start_mission(now)),
+    FleetCommand("Start the mission", "", "", lambda _: True, lambda to, _, now: to.plans.start_mission(now)),
 )  # fmt: skip
 
 
@@ -58,13 +58,13 @@ def ask_fleet(app: App[int], feed: Feed) -> None:
 
     def chosen(index: int | None) -> None:
         if index is not None:
-            _confirm(app, feed, FLEET_COMMANDS[index])
+            _ask(app, feed, FLEET_COMMANDS[index])
 
     title = f"Command all vehicles that are heard: {len(present)} ({id_words(present)})"
     app.push_screen(ChooseScreen(title, [command.label for command in FLEET_COMMANDS]), chosen)
 
 
-def _confirm(app: App[int], feed: Feed, command: FleetCommand) -> None:
+def _ask(app: App[int], feed: Feed, command: FleetCommand) -> None:
     present = _present(feed)
     meant = {system: to for system, to in present.items() if command.makes_sense(to.snapshot)}
     if not meant:
@@ -80,10 +80,6 @@ def _confirm(app: App[int], feed: Feed, command: FleetCommand) -> None:
         if values is not None:
             send(float(values[0]))
 
-    def answered(yes: bool | None) -> None:
-        if yes:
-            send(0.0)
-
     left_out = len(present) - len(meant)
     who = f"{len(meant)} vehicle{'s' * (len(meant) > 1)} ({id_words(meant)})"
     rest = f"{left_out} {'is' if left_out == 1 else 'are'} {command.excuse}." if left_out else ""
@@ -92,11 +88,11 @@ def _confirm(app: App[int], feed: Feed, command: FleetCommand) -> None:
         app.push_screen(AskScreen(title, [("Height above home [m]", "3")]), typed)
     else:
         question = " ".join(filter(None, (f"{command.label}: {who}?", command.consequence, rest)))
-        app.push_screen(ConfirmScreen(question), answered)
+        confirm(app, question, lambda: send(0.0))
 
 
 def fleet_snapshots(feed: Feed) -> tuple[Snapshot, ...]:
-    """All vehicles on the link, by ascending system id; none of a recording."""
+    """All vehicles on the link, by ascending system id; empty for a recording."""
     stations = {} if feed.fleet is None else feed.fleet.stations
     return tuple(station.snapshot for station in stations.values())
 

@@ -11,7 +11,7 @@ from darko_gcs.station.station import Station
 from darko_gcs.tui.actions import Request
 from darko_gcs.tui.fleet_dialogs import named
 from darko_gcs.tui.render.map_drawing import NorthEast
-from darko_gcs.tui.screens.dialogs import AskScreen, ChooseScreen, ConfirmScreen, parse_number
+from darko_gcs.tui.screens.dialogs import AskScreen, ChooseScreen, confirm, parse_number
 from darko_gcs.tui.screens.flight_screen import OPTIONAL_PANELS, FlightScreen
 from protocol.dialect import mavlink
 
@@ -83,13 +83,9 @@ def ask_go_to_place(app: App[int], feed: Feed, place: NorthEast, request: Send) 
     def go(station: Station, now: float) -> None:
         station.go_to(north, east, height, now)
 
-    def answered(yes: bool | None) -> None:
-        if yes:
-            request(go)
-
     left = " The mission that is being flown is left." if s.mission_state == mavlink.MISSION_STATE_ACTIVE else ""
     question = f"Go to {north:.1f} m north, {east:.1f} m east of home at {height:.1f} m above it?{left}"
-    app.push_screen(ConfirmScreen(named(feed, question)), answered)
+    confirm(app, named(feed, question), lambda: request(go))
 
 
 def choose_panels(app: App[int], screen: FlightScreen, changed: Callable[[], None]) -> None:

@@ -25,7 +25,7 @@ class KeptLook:
         self._is_restored = False
 
     def restore(self) -> None:
-        """Look as the last time; what the file says wrongly is told, and not overwritten."""
+        """Show the kept theme and panels; an error of the file is shown instead, and the file stays as it is."""
         if self.preferences is None:
             return
         try:

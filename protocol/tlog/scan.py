@@ -41,7 +41,7 @@ Ints = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
 _MIN_FRAME = OVERHEAD_V1  # [bytes] a version 1 frame without payload
-MOST = 0.9  # of the candidates: if fewer are of the dialect, the log is one of another autopilot
+DIALECT_SHARE = 0.9  # of the candidates: if fewer are of the dialect, the log is one of another autopilot
 _BLOCK = 1 << 18  # bytes that are searched for markers at once: they stay in the cache
 # A time stamp and the header that follows it. Names of one version lie over those of the other.
 _HEADER = np.dtype(
@@ -102,7 +102,7 @@ def scan(data: Bytes) -> tuple[Records, list[Damage]]:
     headers = found.markers - STAMP_SIZE  # likely starts of records, whole or truncated
     found = found.only(found.ends <= len(data))
     known, accepted = np.zeros((2, len(found.ids)), dtype=np.bool_)
-    is_foreign = np.count_nonzero(dialect_table().knows(found.ids)) < MOST * len(known)
+    is_foreign = np.count_nonzero(dialect_table().knows(found.ids)) < DIALECT_SHARE * len(known)
     for table in (whole_table,) if is_foreign else (dialect_table, whole_table):
         fresh = table().knows(found.ids) & ~known
         accepted[fresh] = _checksum_holds(data, found.only(fresh), table())

@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from protocol.option_values import finite_number
 from sitl.errors import SitlError
 from sitl.plotting import check_plot_path
 
@@ -22,10 +23,12 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     options = argparse.ArgumentParser(prog="darko-sitl airframe", description=commands["airframe"] + ".")
     options.add_argument("name", nargs="?", help="a shipped set or a TOML file; without a name the sets are listed")
     options.add_argument("--trims", action="store_true", help="print trims from 0 to 25 m/s, with their margins")
-    options.add_argument("--climb", type=float, metavar="DEG", help="with --trims: climb angle (negative: descent) [0]")
+    options.add_argument(
+        "--climb", type=finite_number, metavar="DEG", help="with --trims: climb angle (negative: descent) [0]"
+    )
     turn = options.add_mutually_exclusive_group()
-    turn.add_argument("--turn", type=float, metavar="DEG/S", help="with --trims: turn rate to the left [0]")
-    turn.add_argument("--bank", type=float, metavar="DEG", help="with --trims: bank of a left turn")
+    turn.add_argument("--turn", type=finite_number, metavar="DEG/S", help="with --trims: turn rate to the left [0]")
+    turn.add_argument("--bank", type=finite_number, metavar="DEG", help="with --trims: bank of a left turn")
     options.add_argument(
         "--plot",
         type=Path,

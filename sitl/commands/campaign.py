@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from protocol.option_values import finite_number
 from sitl.commands.seeded_options import check_seeded, craft_of, print_progress, seeded_parser, write_json
 from sitl.plotting import check_plot_path
 
@@ -19,11 +20,13 @@ MIN_COMPLETE = 0.97  # share of the flights that must complete
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     """The command line of ``darko-sitl campaign``."""
     options = seeded_parser("campaign", commands["campaign"], 200, "how many flights")
-    options.add_argument("--wind", type=float, default=5.0, metavar="M/S", help="maximum steady wind [5]")
-    options.add_argument("--gusts", type=float, default=1.0, metavar="RMS", help="maximum gusts per axis, m/s rms [1]")
+    options.add_argument("--wind", type=finite_number, default=5.0, metavar="M/S", help="maximum steady wind [5]")
+    options.add_argument(
+        "--gusts", type=finite_number, default=1.0, metavar="RMS", help="maximum gusts per axis, m/s rms [1]"
+    )
     options.add_argument(
         "--parameters",
-        type=float,
+        type=finite_number,
         default=0.1,
         metavar="SHARE",
         help="maximum relative error of the design model [0.1]",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Mapping
 
+from protocol.option_values import finite_number
 from sitl.commands.seeded_options import check_seeded, craft_of, print_progress, seeded_parser, write_json
 from sitl.errors import SitlError
 
@@ -12,7 +13,7 @@ from sitl.errors import SitlError
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     """The command line of ``darko-sitl consistency``."""
     own = seeded_parser("consistency", commands["consistency"], 100, "flights in each phase with each model")
-    own.add_argument("--gusts", type=float, default=0.5, metavar="RMS", help="gusts per axis, m/s rms [0.5]")
+    own.add_argument("--gusts", type=finite_number, default=0.5, metavar="RMS", help="gusts per axis, m/s rms [0.5]")
     return own
 
 

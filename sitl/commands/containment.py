@@ -6,6 +6,7 @@ import argparse
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
+from protocol.option_values import finite_number
 from sitl.commands.seeded_options import check_seeded, craft_of, print_progress, seeded_parser, write_json
 
 if TYPE_CHECKING:
@@ -17,9 +18,13 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     options = seeded_parser("containment", commands["containment"], 20, "flights in each wind")
     options.set_defaults(nav="mocap")
     options.add_argument("--arena", default="voliere", metavar="FILE", help="shipped arena or TOML file [voliere]")
-    options.add_argument("--wall", type=float, nargs="+", default=[0.0, 2.0, 4.0], metavar="M/S", help="winds [0 2 4]")
-    options.add_argument("--bursts", type=float, nargs="+", default=[0.0, 2.0], metavar="M/S", help="1-cos gusts [0 2]")
-    options.add_argument("--turbulence", type=float, default=0.05, metavar="SHARE", help="intensity [0.05]")
+    options.add_argument(
+        "--wall", type=finite_number, nargs="+", default=[0.0, 2.0, 4.0], metavar="M/S", help="winds [0 2 4]"
+    )
+    options.add_argument(
+        "--bursts", type=finite_number, nargs="+", default=[0.0, 2.0], metavar="M/S", help="1-cos gusts [0 2]"
+    )
+    options.add_argument("--turbulence", type=finite_number, default=0.05, metavar="SHARE", help="intensity [0.05]")
     return options
 
 

@@ -6,6 +6,8 @@ import argparse
 from collections.abc import Mapping
 from pathlib import Path
 
+from protocol.option_values import whole_number
+
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     """The command line of ``darko-sitl day``."""
@@ -16,7 +18,7 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
         "1 crashed, or a request was refused; 2 a file or an argument.",
     )
     options.add_argument("file", type=Path, metavar="FILE", help="the day, a TOML file (docs/day.md)")
-    options.add_argument("--seed", type=int, metavar="N", help="another seed [the file's]")
+    options.add_argument("--seed", type=whole_number, metavar="N", help="another seed [the file's]")
     options.add_argument("--out", type=Path, metavar="PAGE", help="the page to write [NAME.html in this folder]")
     options.add_argument("--log", type=Path, metavar="FILE", help="also keep the flight's telemetry log (.tlog)")
     return options

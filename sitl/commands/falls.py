@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from protocol.option_values import whole_number
 from sitl.commands.seeded_options import check_seeded, craft_of, seeded_parser, write_json
 from sitl.plotting import check_plot_path
 
@@ -21,7 +22,7 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     """The command line of ``darko-sitl falls``."""
     options = seeded_parser("falls", commands["falls"], 500, "falls of the whole vehicle, calm and windy")
     options.add_argument(
-        "--draws", type=int, default=200, metavar="N", help="falls of each kind, for the heights [200]"
+        "--draws", type=whole_number, default=200, metavar="N", help="falls of each kind, for the heights [200]"
     )
     options.add_argument("--plot", type=Path, metavar="FILE", help="also draw the map: .png, .svg or .pdf")
     return options

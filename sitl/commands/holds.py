@@ -6,6 +6,7 @@ import argparse
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
+from protocol.option_values import finite_number
 from sitl.commands.seeded_options import check_seeded, craft_of, print_progress, seeded_parser, write_json
 
 if TYPE_CHECKING:
@@ -17,9 +18,13 @@ MIN_NEAR = 0.95  # of the time of all holds in a wind
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     """The command line of ``darko-sitl holds``."""
     options = seeded_parser("holds", commands["holds"], 20, "holds in each wind")
-    options.add_argument("--wind", type=float, nargs="+", default=[3.0, 5.0, 8.0], metavar="M/S", help="winds [3 5 8]")
-    options.add_argument("--gusts", type=float, default=1.0, metavar="RMS", help="gusts per axis, m/s rms [1]")
-    options.add_argument("--parameters", type=float, default=0.0, metavar="SHARE", help="error of the design model [0]")
+    options.add_argument(
+        "--wind", type=finite_number, nargs="+", default=[3.0, 5.0, 8.0], metavar="M/S", help="winds [3 5 8]"
+    )
+    options.add_argument("--gusts", type=finite_number, default=1.0, metavar="RMS", help="gusts per axis, m/s rms [1]")
+    options.add_argument(
+        "--parameters", type=finite_number, default=0.0, metavar="SHARE", help="error of the design model [0]"
+    )
     return options
 
 

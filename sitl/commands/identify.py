@@ -9,6 +9,7 @@ import sys
 from collections.abc import Mapping
 from pathlib import Path
 
+from protocol.option_values import finite_number, whole_number
 from sitl.defaults import AIRFRAME
 from sitl.errors import SitlError
 from sitl.plotting import check_plot_path
@@ -29,7 +30,7 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
         "--airframe", default=AIRFRAME, metavar="SET", help=f"set or TOML file to begin from [{AIRFRAME}]"
     )
     options.add_argument(
-        "--mass", type=float, metavar="KG", help="the vehicle's mass, which no flight tells [the set's]"
+        "--mass", type=finite_number, metavar="KG", help="the vehicle's mass, which no flight tells [the set's]"
     )
     options.add_argument(
         "--known", nargs="+", default=[], metavar="KEY=VALUE", help="constants of the airframe that are known, in SI"
@@ -50,10 +51,14 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     options.add_argument("--json", action="store_true", help="print JSON")
     flying = options.add_argument_group("fly instead")
     flying.add_argument("--fly", type=Path, metavar="LOG", help="simulate a flight that tells all and write its log")
-    flying.add_argument("--off", type=float, default=0.0, metavar="SHARE", help="how far off the set it flies [0]")
-    flying.add_argument("--seed", type=int, default=1, metavar="N", help="of gusts, noise and what is off [1]")
-    flying.add_argument("--wind", type=float, default=0.0, metavar="M/S", help="from an azimuth by the seed [0]")
-    flying.add_argument("--gusts", type=float, default=0.0, metavar="RMS", help="per axis, m/s rms [0]")
+    flying.add_argument(
+        "--off", type=finite_number, default=0.0, metavar="SHARE", help="how far off the set it flies [0]"
+    )
+    flying.add_argument("--seed", type=whole_number, default=1, metavar="N", help="of gusts, noise and what is off [1]")
+    flying.add_argument(
+        "--wind", type=finite_number, default=0.0, metavar="M/S", help="from an azimuth by the seed [0]"
+    )
+    flying.add_argument("--gusts", type=finite_number, default=0.0, metavar="RMS", help="per axis, m/s rms [0]")
     flying.add_argument("--hover", action="store_true", help="stay in the hover")
     return options
 

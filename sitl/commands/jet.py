@@ -6,6 +6,7 @@ import argparse
 from collections.abc import Mapping
 from pathlib import Path
 
+from protocol.option_values import finite_number
 from sitl.commands.seeded_options import check_seeded, craft_of, print_progress, seeded_parser, write_json
 from sitl.plotting import check_plot_path
 
@@ -16,12 +17,12 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     options.set_defaults(nav="mocap")
     options.add_argument("--arena", default="voliere", metavar="FILE", help="shipped arena or TOML file [voliere]")
     options.add_argument(
-        "--wall", type=float, nargs="+", default=[0.0, 2.0, 4.0, 6.0], metavar="M/S", help="winds [0 2 4 6]"
+        "--wall", type=finite_number, nargs="+", default=[0.0, 2.0, 4.0, 6.0], metavar="M/S", help="winds [0 2 4 6]"
     )
     options.add_argument(
-        "--bursts", type=float, nargs="+", default=[0.0, 1.0, 2.0, 3.0], metavar="M/S", help="gusts [0 1 2 3]"
+        "--bursts", type=finite_number, nargs="+", default=[0.0, 1.0, 2.0, 3.0], metavar="M/S", help="gusts [0 1 2 3]"
     )
-    options.add_argument("--turbulence", type=float, default=0.05, metavar="SHARE", help="intensity [0.05]")
+    options.add_argument("--turbulence", type=finite_number, default=0.05, metavar="SHARE", help="intensity [0.05]")
     options.add_argument("--plot", type=Path, metavar="FILE", help="also draw the map")
     return options
 

@@ -6,6 +6,7 @@ import argparse
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
+from protocol.option_values import finite_number
 from sitl.commands.seeded_options import check_seeded, craft_of, seeded_parser, write_json
 
 if TYPE_CHECKING:
@@ -17,8 +18,10 @@ MIN_UPRIGHT = 0.98  # share of the landings
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     """The command line of ``darko-sitl landings``."""
     options = seeded_parser("landings", commands["landings"], 100, "how many landings")
-    options.add_argument("--wind", type=float, default=5.0, metavar="M/S", help="maximum steady wind [5]")
-    options.add_argument("--gusts", type=float, default=0.5, metavar="RMS", help="gusts per axis, m/s rms [0.5]")
+    options.add_argument("--wind", type=finite_number, default=5.0, metavar="M/S", help="maximum steady wind [5]")
+    options.add_argument(
+        "--gusts", type=finite_number, default=0.5, metavar="RMS", help="gusts per axis, m/s rms [0.5]"
+    )
     return options
 
 

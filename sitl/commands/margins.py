@@ -6,6 +6,7 @@ import argparse
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+from protocol.option_values import finite_number
 from sitl.commands.seeded_options import check_seeded, craft_of, print_progress, seeded_parser, write_json
 
 if TYPE_CHECKING:
@@ -17,8 +18,10 @@ SURVIVED_DELAY = 0.04  # from sensor to actuator, that everything converges with
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     """The command line of ``darko-sitl margins``."""
     options = seeded_parser("margins", commands["margins"], 3, "flights in each cell")
-    options.add_argument("--delay", type=float, nargs="+", metavar="S", help="from sensor to actuator [0 to 0.08]")
-    options.add_argument("--noise", type=float, nargs="+", metavar="X", help="factors on all noise [1 2 4 8]")
+    options.add_argument(
+        "--delay", type=finite_number, nargs="+", metavar="S", help="from sensor to actuator [0 to 0.08]"
+    )
+    options.add_argument("--noise", type=finite_number, nargs="+", metavar="X", help="factors on all noise [1 2 4 8]")
     return options
 
 

@@ -7,7 +7,16 @@ import ipaddress
 import sys
 from collections.abc import Mapping
 
-from protocol.option_values import finite_number, system_id
+from protocol.command_line import command_parser
+from protocol.option_values import (
+    finite_number,
+    ipv4_address,
+    natural_number,
+    port_number,
+    share,
+    socket_address,
+    system_id,
+)
 
 SIDE_NAMES = ("left", "far", "right", "near")
 
@@ -26,19 +35,14 @@ While it runs, type lost, swap or dropped, with seconds or without, or ok. Times
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     """The command line of ``darko-sitl mocap``."""
-    parser = argparse.ArgumentParser(
-        prog="darko-sitl mocap",
-        description=commands["mocap"] + ".",
-        epilog=_EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = command_parser("darko-sitl mocap", commands, _EXAMPLES)
     _add_stream_options(parser.add_argument_group("stream"))
     _add_hall_options(parser.add_argument_group("hall (as for darko-gcs bridge)"))
     _add_error_options(parser.add_argument_group("errors"))
     vehicle = parser.add_argument_group("vehicle")
     vehicle.add_argument(
         "--vehicle",
-        type=_socket_address,
+        type=socket_address,
         default=("127.0.0.1", 14580),
         metavar="ADDRESS:PORT",
         help="[127.0.0.1:14580]",
@@ -54,9 +58,13 @@ def _add_stream_options(stream: argparse._ArgumentGroup) -> None:
         "--natnet", choices=("3.0", "3.1", "4.0", "4.1"), default="3.1", help="version of the bit-stream [3.1]"
     )
     stream.add_argument("--unicast", action="store_true", help="send to each client instead of a multicast group")
-    stream.add_argument("--bind", type=_ipv4, default="127.0.0.1", metavar="ADDRESS", help="local address [127.0.0.1]")
-    stream.add_argument("--command-port", type=_port, default=1510, metavar="P", help="0: any [1510]")
-    stream.add_argument("--data-port", type=_port, default=1511, metavar="P", help="of the multicast group [1511]")
+    stream.add_argument(
+        "--bind", type=ipv4_address, default="127.0.0.1", metavar="ADDRESS", help="local address [127.0.0.1]"
+    )
+    stream.add_argument("--command-port", type=port_number, default=1510, metavar="P", help="0: any [1510]")
+    stream.add_argument(
+        "--data-port", type=port_number, default=1511, metavar="P", help="of the multicast group [1511]"
+    )
     stream.add_argument("--multicast", type=_group, default="239.255.42.99", metavar="GROUP", help="[239.255.42.99]")
     stream.add_argument("--body", metavar="FILE", help="TOML file with name, number and markers of the rigid body")
 
@@ -83,10 +91,10 @@ def _add_hall_options(hall: argparse._ArgumentGroup) -> None:
 def _add_error_options(errors: argparse._ArgumentGroup) -> None:
     errors.add_argument("--sensors", metavar="FILE", help="TOML file that states values of motion_capture anew")
     errors.add_argument("--rate", type=finite_number, metavar="HZ", help="frames a second, 10 to 250 [200]")
-    errors.add_argument("--delay", type=_up_to_one, metavar="S", help="from exposure to sending [0.02]")
-    errors.add_argument("--jitter", type=_up_to_one, metavar="S", help="standard deviation of more delay [0.001]")
-    errors.add_argument("--dropout", type=_up_to_one, metavar="SHARE", help="of frames that never arrive [0.001]")
-    errors.add_argument("--noise", type=_up_to_one, metavar="M", help="of the position, per axis [0.0005]")
+    errors.add_argument("--delay", type=share, metavar="S", help="from exposure to sending [0.02]")
+    errors.add_argument("--jitter", type=share, metavar="S", help="standard deviation of more delay [0.001]")
+    errors.add_argument("--dropout", type=share, metavar="SHARE", help="of frames that never arrive [0.001]")
+    errors.add_argument("--noise", type=share, metavar="M", help="of the position, per axis [0.0005]")
     errors.add_argument(
         "--event",
         action="append",
@@ -94,7 +102,7 @@ def _add_error_options(errors: argparse._ArgumentGroup) -> None:
         metavar="KIND@START+SECONDS",
         help="lost: tracking lost; swap: markers taken for one another; dropped: no frames; may be repeated",
     )
-    errors.add_argument("--seed", type=_seed, default=1, metavar="N", help="of the errors [1]")
+    errors.add_argument("--seed", type=natural_number, default=1, metavar="N", help="of the errors [1]")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -109,42 +117,7 @@ def _say(text: str) -> None:
     print(f"darko-sitl mocap: {text}", file=sys.stderr, flush=True)
 
 
-def _up_to_one(text: str) -> float:
-    value = finite_number(text)
-    if not 0.0 <= value <= 1.0:
-        raise argparse.ArgumentTypeError(f"{text} is not from 0 to 1")
-    return value
-
-
-def _seed(text: str) -> int:
-    value = int(text)
-    if value < 0:
-        raise argparse.ArgumentTypeError(f"{text} is negative")
-    return value
-
-
-def _port(text: str) -> int:
-    value = int(text)
-    if not 0 <= value <= 65535:
-        raise argparse.ArgumentTypeError(f"{text} is not a UDP port")
-    return value
-
-
-def _ipv4(text: str) -> str:
-    try:
-        return str(ipaddress.IPv4Address(text))
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} is not an IPv4 address") from None
-
-
 def _group(text: str) -> str:
-    if not ipaddress.IPv4Address(_ipv4(text)).is_multicast:
+    if not ipaddress.IPv4Address(ipv4_address(text)).is_multicast:
         raise argparse.ArgumentTypeError(f"{text!r} is not a multicast address")
     return text
-
-
-def _socket_address(text: str) -> tuple[str, int]:
-    host, separator, port = text.rpartition(":")
-    if not separator:
-        raise argparse.ArgumentTypeError(f"{text!r} is not ADDRESS:PORT")
-    return _ipv4(host), _port(port)

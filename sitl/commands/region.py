@@ -9,6 +9,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from protocol.option_values import whole_number
 from sitl.plotting import check_plot_path
 
 if TYPE_CHECKING:
@@ -19,8 +20,10 @@ if TYPE_CHECKING:
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     """The command line of ``darko-sitl region``."""
     options = argparse.ArgumentParser(prog="darko-sitl region", description=commands["region"] + ".")
-    options.add_argument("--samples", type=int, default=600, metavar="N", help="flights per law and draw [600]")
-    options.add_argument("--seed", type=int, default=1, metavar="S", help="seed of the draws [1]")
+    options.add_argument(
+        "--samples", type=whole_number, default=600, metavar="N", help="flights per law and draw [600]"
+    )
+    options.add_argument("--seed", type=whole_number, default=1, metavar="S", help="seed of the draws [1]")
     options.add_argument("--airframe", default="nominal", metavar="SET", help="parameter set or TOML file [nominal]")
     options.add_argument("--plot", type=Path, metavar="FILE", help="also draw the results: .png, .svg or .pdf")
     return options

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from protocol.atomic_write import write_atomically
 from protocol.errors import FileError
+from protocol.option_values import whole_number
 from sitl.errors import SitlError
 from sitl.plotting import require_matplotlib
 
@@ -30,8 +31,8 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     options.add_argument(
         "--only", nargs="+", metavar="NAME", help="run only these experiments; 'darko-sitl scenario' lists them"
     )
-    options.add_argument("--jobs", type=int, default=2, metavar="N", help="processes at once [2]")
-    options.add_argument("--seed", type=int, default=1, metavar="N", help="seed of random draws [1]")
+    options.add_argument("--jobs", type=whole_number, default=2, metavar="N", help="processes at once [2]")
+    options.add_argument("--seed", type=whole_number, default=1, metavar="N", help="seed of random draws [1]")
     return options
 
 

@@ -3,13 +3,20 @@
 from __future__ import annotations
 
 import argparse
-import ipaddress
-import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from protocol.frames import Geodetic
+from protocol.option_values import (
+    finite_number,
+    ipv4_address,
+    natural_number,
+    nonnegative_number,
+    port_number,
+    positive_number,
+    whole_number,
+)
 from sitl.autopilot.safety.origin_limits import MAX_ORIGIN_ALTITUDE, MAX_ORIGIN_LATITUDE
 from sitl.commands.scenario import as_text
 from sitl.defaults import AIRFRAME
@@ -50,39 +57,59 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--version", action="store_true", help="print the version and exit (without other options)")
-    flight = parser.add_argument_group("simulation")
-    flight.add_argument(
+    simulation = parser.add_argument_group("simulation")
+    _add_simulation_options(simulation)
+    _add_navigation_options(simulation)
+    _add_fleet_options(parser.add_argument_group("several vehicles"))
+    _add_flight_plan_options(parser.add_argument_group("flight plan (see: darko-sitl plan)"))
+    _add_scenario_options(parser.add_argument_group("scenario or day (see: darko-sitl scenario, darko-sitl day)"))
+    _add_link_options(parser.add_argument_group("link"))
+    parser.add_argument(
+        "--state-dir",
+        type=Path,
+        default=None,
+        metavar="DIR",
+        help="stores parameters, plans, home and logs between runs [the user's data folder]",
+    )
+    parser.add_argument("--quiet", action="store_true", help="print errors and warnings only")
+    return parser
+
+
+def _add_simulation_options(simulation: argparse._ArgumentGroup) -> None:
+    simulation.add_argument(
         "--speed",
-        type=_speed,
+        type=nonnegative_number,
         default=1.0,
         metavar="X",
         help="multiple of real time; 0: as fast as possible [1]",
     )
-    flight.add_argument(
+    simulation.add_argument(
         "--seed",
-        type=_seed,
+        type=natural_number,
         default=1,
         metavar="N",
         help="equal seeds give equal flights, bit for bit [1]",
     )
-    flight.add_argument(
+    simulation.add_argument(
         "--airframe", metavar="SET", help=f"parameter set or TOML file [{AIRFRAME}, or the scenario's own]"
     )
-    flight.add_argument(
+    simulation.add_argument(
         "--controller",
         choices=("hybrid", "indi"),
         default=None,
         help="the hybrid controller or INDI, one law without jumps [as DRK_CONTROLLER is set: hybrid]",
     )
-    flight.add_argument(
+    simulation.add_argument(
         "--wind",
         type=_wind,
         default=None,
         metavar="M/S@DEG",
         help="steady wind and the direction it comes from [0]",
     )
-    flight.add_argument("--gusts", type=_not_negative, default=None, metavar="RMS", help="gusts per axis, m/s rms [0]")
-    flight.add_argument(
+    simulation.add_argument(
+        "--gusts", type=nonnegative_number, default=None, metavar="RMS", help="gusts per axis, m/s rms [0]"
+    )
+    simulation.add_argument(
         "--home",
         type=_home,
         default=None,
@@ -90,40 +117,20 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
         help="origin of the local frame, and home until it is moved; degrees and metres [the flight plan's, else the "
         "arena's own, else ENAC's, Toulouse]",
     )
-    flight.add_argument(
+    simulation.add_argument(
         "--start",
         type=_start,
         default=None,
         metavar="N,E,UP,YAW",
         help="where the flight begins, in metres and degrees; UP > 0: hovering [0,0,0,0]",
     )
-    flight.add_argument(
+    simulation.add_argument(
         "--arena",
         default="open",
         metavar="FILE",
         help="where it flies: open, voliere (net and wind wall), obstacle-course, or a TOML file [open]",
     )
-    flight.add_argument(
-        "--nav",
-        choices=("sensors", "mocap", "truth"),
-        default=None,
-        help="what the vehicle navigates by: satellites, compass, barometer and inertial sensors; motion capture and "
-        "inertial sensors; or the exact state [sensors; mocap under a net; truth in scenarios]",
-    )
-    flight.add_argument(
-        "--mocap",
-        choices=("internal", "external"),
-        default=None,
-        help="with --nav mocap: poses of the simulated cameras, or only those that peers send, as "
-        "'darko-gcs bridge' does [as SIM_MOCAP says: internal]",
-    )
-    flight.add_argument(
-        "--sensors",
-        metavar="FILE",
-        default=None,
-        help="TOML file that states values of the sensors anew",
-    )
-    flight.add_argument(
+    simulation.add_argument(
         "--param",
         type=_assignment,
         action="append",
@@ -131,7 +138,32 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
         metavar="NAME=VALUE",
         help="set a parameter for this run; may be repeated",
     )
-    fleet = parser.add_argument_group("several vehicles")
+
+
+def _add_navigation_options(simulation: argparse._ArgumentGroup) -> None:
+    simulation.add_argument(
+        "--nav",
+        choices=("sensors", "mocap", "truth"),
+        default=None,
+        help="what the vehicle navigates by: satellites, compass, barometer and inertial sensors; motion capture and "
+        "inertial sensors; or the exact state [sensors; mocap under a net; truth in scenarios]",
+    )
+    simulation.add_argument(
+        "--mocap",
+        choices=("internal", "external"),
+        default=None,
+        help="with --nav mocap: poses of the simulated cameras, or only those that peers send, as "
+        "'darko-gcs bridge' does [as SIM_MOCAP says: internal]",
+    )
+    simulation.add_argument(
+        "--sensors",
+        metavar="FILE",
+        default=None,
+        help="TOML file that states values of the sensors anew",
+    )
+
+
+def _add_fleet_options(fleet: argparse._ArgumentGroup) -> None:
     fleet.add_argument(
         "--vehicles",
         type=_count,
@@ -143,12 +175,14 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     fleet.add_argument("--sysid", type=_system, default=1, metavar="FIRST", help="system id, or the first of them [1]")
     fleet.add_argument(
         "--spacing",
-        type=_spacing,
+        type=positive_number,
         default=5.0,
         metavar="M",
         help="they start on a square grid, east and north of --start, so far apart [5]",
     )
-    plan = parser.add_argument_group("flight plan (see: darko-sitl plan)")
+
+
+def _add_flight_plan_options(plan: argparse._ArgumentGroup) -> None:
     plan.add_argument(
         "--flight-plan",
         type=Path,
@@ -170,7 +204,9 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
         metavar="DIR",
         help="another folder than the plan's that the procedures it includes may lie in",
     )
-    scenario = parser.add_argument_group("scenario or day (see: darko-sitl scenario, darko-sitl day)")
+
+
+def _add_scenario_options(scenario: argparse._ArgumentGroup) -> None:
     scenario.add_argument(
         "--scenario",
         metavar="NAME",
@@ -184,24 +220,26 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
         help="fly a day live, as 'darko-sitl day' flies it headless (docs/day.md)",
     )
     scenario.add_argument("--stay", action="store_true", help="hold after the experiment instead of exiting")
-    link = parser.add_argument_group("link")
-    link.add_argument("--port", type=_port, default=14580, metavar="P", help="local port; 0: any [14580]")
+
+
+def _add_link_options(link: argparse._ArgumentGroup) -> None:
+    link.add_argument("--port", type=port_number, default=14580, metavar="P", help="local port; 0: any [14580]")
     link.add_argument(
         "--bind",
-        type=_address,
+        type=ipv4_address,
         default="127.0.0.1",
         metavar="ADDRESS",
         help="local IPv4 address to listen on; 0.0.0.0: all networks, so set a signing key too [127.0.0.1]",
     )
     link.add_argument(
         "--gcs-port",
-        type=_port,
+        type=port_number,
         default=14550,
         metavar="P",
         help="port of ground stations here; 0: none [14550]",
     )
     link.add_argument(
-        "--api-port", type=_port, default=14540, metavar="P", help="port of programs here; 0: none [14540]"
+        "--api-port", type=port_number, default=14540, metavar="P", help="port of programs here; 0: none [14540]"
     )
     link.add_argument(
         "--signing-key",
@@ -217,15 +255,6 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
         default="px4",
         help="autopilot type to report; with 'generic' most ground stations hide their flight buttons [px4]",
     )
-    parser.add_argument(
-        "--state-dir",
-        type=Path,
-        default=None,
-        metavar="DIR",
-        help="stores parameters, plans, home and logs between runs [the user's data folder]",
-    )
-    parser.add_argument("--quiet", action="store_true", help="print errors and warnings only")
-    return parser
 
 
 def run(args: argparse.Namespace) -> int:
@@ -253,88 +282,32 @@ def _aloud(live: LiveScenario) -> int:
     return _silently(live)
 
 
-def _number(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a number") from None
-    if not math.isfinite(value):
-        raise argparse.ArgumentTypeError(f"{text} is not a finite number")
-    return value
-
-
-def _not_negative(text: str) -> float:
-    value = _number(text)
-    if value < 0.0:
-        raise argparse.ArgumentTypeError(f"{text} is negative")
-    return value
-
-
-def _whole_number(text: str) -> int:
-    try:
-        return int(text)
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number") from None
-
-
-def _seed(text: str) -> int:
-    value = _whole_number(text)
-    if value < 0:
-        raise argparse.ArgumentTypeError(f"{text} is negative")
-    return value
-
-
 def _count(text: str) -> int:
-    value = _whole_number(text)
+    value = whole_number(text)
     if value < 1:
         raise argparse.ArgumentTypeError(f"{text} is not a number of vehicles")
     return value
 
 
 def _system(text: str) -> int:
-    value = _whole_number(text)
+    value = whole_number(text)
     if not 1 <= value <= 254:  # 255 is the ground station's usual id
         raise argparse.ArgumentTypeError(f"{text} is not a vehicle's system id, 1 to 254")
     return value
-
-
-def _spacing(text: str) -> float:
-    value = _number(text)
-    if value <= 0.0:
-        raise argparse.ArgumentTypeError(f"{text} is not a distance above 0")
-    return value
-
-
-def _speed(text: str) -> float:
-    return _not_negative(text)
-
-
-def _port(text: str) -> int:
-    value = _whole_number(text)
-    if not 0 <= value <= 65535:
-        raise argparse.ArgumentTypeError(f"{text} is not a UDP port")
-    return value
-
-
-def _address(text: str) -> str:
-    try:
-        return str(ipaddress.IPv4Address(text))
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} is not an IPv4 address") from None
 
 
 def _wind(text: str) -> tuple[float, float]:
     speed, at, direction = text.partition("@")
     if at and not direction:
         raise argparse.ArgumentTypeError(f"{text!r} has no direction after the @; 5@270 is 5 m/s from the west")
-    return _not_negative(speed), _number(direction) if at else 0.0
+    return nonnegative_number(speed), finite_number(direction) if at else 0.0
 
 
 def _numbers(text: str, names: tuple[str, ...]) -> tuple[float, ...]:
     parts = text.split(",")
     if len(parts) != len(names):
         raise argparse.ArgumentTypeError(f"{text!r} is not {','.join(names)}")
-    return tuple(_number(part) for part in parts)
+    return tuple(finite_number(part) for part in parts)
 
 
 def _home(text: str) -> Geodetic:
@@ -359,4 +332,4 @@ def _assignment(text: str) -> tuple[str, float]:
     name, separator, value = text.partition("=")
     if not separator:
         raise argparse.ArgumentTypeError(f"{text!r} is not NAME=VALUE")
-    return name, _number(value)
+    return name, finite_number(value)

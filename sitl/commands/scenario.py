@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from protocol.option_values import whole_number
 from sitl.errors import SitlError
 from sitl.plotting import require_matplotlib
 
@@ -36,7 +37,7 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     options.add_argument(
         "--airframe", metavar="SET", help="parameter set or TOML file of a flight [the scenario's own]"
     )
-    options.add_argument("--seed", type=int, default=1, metavar="N", help="seed of the gusts [1]")
+    options.add_argument("--seed", type=whole_number, default=1, metavar="N", help="seed of the gusts [1]")
     return options
 
 

@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from protocol.option_values import whole_number
 from sitl.defaults import AIRFRAME
 from sitl.errors import SitlError
 
@@ -28,9 +29,9 @@ def seeded_parser(name: str, description: str, flights: int, flown: str) -> argp
         flown: What ``--flights`` counts.
     """
     options = argparse.ArgumentParser(prog=f"darko-sitl {name}", description=f"{description}.")
-    options.add_argument("--flights", type=int, default=flights, metavar="N", help=f"{flown} [{flights}]")
-    options.add_argument("--first", type=int, default=1, metavar="SEED", help="seed of the first [1]")
-    options.add_argument("--jobs", type=int, default=2, metavar="N", help="processes at once [2]")
+    options.add_argument("--flights", type=whole_number, default=flights, metavar="N", help=f"{flown} [{flights}]")
+    options.add_argument("--first", type=whole_number, default=1, metavar="SEED", help="seed of the first [1]")
+    options.add_argument("--jobs", type=whole_number, default=2, metavar="N", help="processes at once [2]")
     options.add_argument("--airframe", default=AIRFRAME, metavar="SET", help=f"parameter set or TOML file [{AIRFRAME}]")
     options.add_argument(
         "--nav", default="sensors", choices=("sensors", "mocap", "truth"), help="what it navigates by [sensors]"

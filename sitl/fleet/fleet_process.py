@@ -104,17 +104,17 @@ def fly_fleet(args: argparse.Namespace) -> int:
             nodes = {system: member.build() for system, member in members.items()}
             warn_of_open_port(args, signed=bool(args.signing_key))
             make_ready(next(iter(nodes.values())).aircraft, say, helper)
-        crews = _Crews(nodes, members, transport, args.speed)
+        processes = _FlyingProcesses(nodes, members, transport, args.speed)
         took, ids = time.monotonic() - began, f"{every[0].sysid} to {every[-1].sysid}"
         say(
-            f"ready after {took:.1f} s: vehicles {ids} in {crews.count} processes, "
+            f"ready after {took:.1f} s: vehicles {ids} in {processes.count} processes, "
             f"{args.bind}:{transport.port} -> {args.gcs_port}, {args.api_port}"
         )
         try:
-            crews.listen(transport)
+            processes.listen(transport)
         finally:
-            say(closing_line(crews.end()))
-        if crews.failed:
+            say(closing_line(processes.end()))
+        if processes.failed:
             raise SitlError("a process of the fleet has ended: its vehicles cannot fly on")
         return 0
     finally:
@@ -124,7 +124,7 @@ def fly_fleet(args: argparse.Namespace) -> int:
 def closing_line(flown: Sequence[Flown]) -> str:
     """How the processes kept time, in words."""
     if not flown:
-        return "no process has told how it kept time"
+        return "no process reported how it kept time"
     missed, delay = sum(one.missed for one in flown), max(one.longest_delay for one in flown)
     shares = " + ".join(f"{100.0 * one.busy / max(one.elapsed, 1e-9):.0f}" for one in flown)
     return (
@@ -133,7 +133,7 @@ def closing_line(flown: Sequence[Flown]) -> str:
     )
 
 
-class _Crews:
+class _FlyingProcesses:
     """The processes that fly, one for each core at most."""
 
     def __init__(
@@ -149,11 +149,11 @@ class _Crews:
             outlet, inbox = Inbox.pair(transport)
             theirs, ours = context.Pipe(duplex=False)
             systems = list(nodes)[number :: self.count]
-            crew = Squadron(
+            squadron = Squadron(
                 {system: nodes[system] for system in systems}, nodes.keys(), lambda system: members[system].build()
             )
             self._outlets.append(outlet)
-            work = (crew, inbox, self._outlets, ours, speed, [members[system] for system in systems])
+            work = (squadron, inbox, self._outlets, ours, speed, [members[system] for system in systems])
             process = context.Process(target=_work, args=work, daemon=True)
             process.start()
             ours.close()
@@ -187,13 +187,13 @@ class _Crews:
                 process.join()
             try:
                 flown.append(report.recv())
-            except EOFError:  # it was ended by force, or by an error that it has told
+            except EOFError:  # it was ended by force, or by an error that it has printed
                 continue
         return flown
 
 
 def _work(
-    crew: Squadron,
+    squadron: Squadron,
     inbox: Inbox,
     outlets: Sequence[InboxOutlet],
     report: Connection,
@@ -207,7 +207,7 @@ def _work(
         outlet.close()
     pacer, began, busy = Pacer(speed, AUTOPILOT_PERIODS * PERIOD), time.monotonic(), time.process_time()
     try:
-        serve(crew, inbox, pacer, until=lambda: inbox.is_closed or crew.is_over())
+        serve(squadron, inbox, pacer, until=lambda: inbox.is_closed or squadron.is_over())
     except SitlError as error:
         print(f"darko-sitl: {error}", file=sys.stderr, flush=True)
         sys.exit(1)

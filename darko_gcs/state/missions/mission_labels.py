@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from darko_gcs.state.missions.mission_frames import in_frame
-from darko_gcs.state.text import command_name
+from darko_gcs.state.text import command_name, command_words
 from darko_gcs.state.values import VTOL_LABELS
 from protocol.dialect import mavlink
 from protocol.frames import Geodetic, Vector
@@ -172,7 +172,10 @@ def item_summary(item: MissionItem) -> str:
 
 def item_fields(item: MissionItem) -> list[tuple[str, str]]:
     """Label and text of every field of an item: command, frame, its used parameters, its place."""
-    shown = [("Command (name or MAV_CMD)", command_name(item.command)), ("Frame (MAV_FRAME)", str(item.frame))]
+    shown = [
+        ("Command (name or MAV_CMD)", command_name(item.command)),
+        ("Frame (name or MAV_FRAME)", _frame_name(item.frame)),
+    ]
     shown += [
         (name, field_text(value)) for name, value in zip(_parameter_names(item), item.params, strict=True) if name
     ]
@@ -202,9 +205,7 @@ def edited_item(
         LocalProtocolError: A value does not fit the wire.
     """
     shown = item_fields(item)
-    command, frame = _read_command(texts[0]), _read_integer("Frame", texts[1])
-    if frame not in mavlink.enums["MAV_FRAME"]:
-        raise ValueError(f"Frame: there is no MAV_FRAME {frame}")
+    command, frame = _read_command(texts[0]), _read_frame(texts[1])
     rest = iter([(label, None if old == new else new) for (label, old), new in zip(shown, texts, strict=True)][2:])
     params = [
         _read_number(*next(rest), value) if name else value
@@ -246,17 +247,29 @@ def _read_command(text: str) -> int:
     """The number of a command, from the number, the name on the screen or MAVLink's name."""
     if text.isdigit():
         return int(text)
-    wanted = text.lower().replace("_", " ").removeprefix("mav cmd ")
+    wanted = command_words(text)
     found: int | None = next((number for number in mavlink.enums["MAV_CMD"] if command_name(number) == wanted), None)
     if found is None:
         raise ValueError(f"Command: {text!r} is neither a MAV_CMD nor its number")
     return found
 
 
-def _read_integer(name: str, text: str) -> int:
-    if not text.isdigit():
-        raise ValueError(f"{name}: {text!r} is not a whole number")
-    return int(text)
+def _frame_name(frame: int) -> str:
+    """A MAV_FRAME in lower case and without its prefix: "global relative alt"."""
+    return _words(mavlink.enums["MAV_FRAME"][frame].name) if frame in mavlink.enums["MAV_FRAME"] else str(frame)
+
+
+def _read_frame(text: str) -> int:
+    """The number of a frame, from the number, the name on the screen or MAVLink's name."""
+    frames = mavlink.enums["MAV_FRAME"]
+    found = int(text) if text.isdigit() else next((n for n in frames if _frame_name(n) == _words(text)), -1)
+    if found not in frames:
+        raise ValueError(f"Frame: {text!r} is neither a MAV_FRAME nor its number")
+    return found
+
+
+def _words(frame: str) -> str:
+    return frame.lower().replace("_", " ").removeprefix("mav frame ")
 
 
 def _read_number(name: str, text: str | None, old: float) -> float:

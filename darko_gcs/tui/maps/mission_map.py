@@ -52,7 +52,7 @@ class MissionMapPanel(MovableMap):
         return super().subtitle(s) or self.step_text
 
     def draw(self, s: Snapshot, width: int, height: int) -> list[StyledLine]:
-        """Everything fits; zoomed in, the chosen item is in the middle."""
+        """Everything fits unless the pilot zooms; zoomed in, the chosen item is in the middle."""
         s = self._edited(s)
         placed, areas, circles = waypoints(s), fence_polygons(s), fence_circles(s)
         here = None if s.p is None else (s.p[0], s.p[1])
@@ -60,10 +60,7 @@ class MissionMapPanel(MovableMap):
         all_places += [corner for corners, _ in areas for corner in corners] + ([here] if here else [])
         all_places += [(n + k * r, e + k * r) for n, e, r, _ in [*circles, *loiter_circles(s)] for k in (-1.0, 1.0)]
         chosen = self.places().get(self.chosen)
-        fitted = [chosen] if self.zoom_factor > 1.0 and chosen is not None else all_places
-        scale, middle = self.fit(all_places, width, height)
-        centre = middle if fitted is all_places or self.held is not None else fitted[0]
-        self._view = (scale, centre)
+        scale, centre = self.fit(all_places, width, height, about=chosen)
         labels = [] if chosen is None else [(f"{self.chosen}◆", chosen, "warn")]
         if self.held is not None:
             labels.append(("◇", self.held, "warn"))

@@ -18,6 +18,7 @@ from darko_gcs.tui.widgets.panel import Panel
 __all__ = ["MOVE_STEPS", "MovableMap"]
 
 MOVE_STEPS = (0.1, 0.25, 0.5, 1.0, 5.0, 25.0)  # of a point by a key [m]
+SCALES = (0.01, 10_000.0)  # nearest and farthest [m per cell height]
 REACH = 2  # cells from a point within which the mouse takes hold of it
 
 
@@ -43,13 +44,13 @@ class MovableMap(Panel, can_focus=True):
 
     def __init__(self, title: str, *, id: str) -> None:  # noqa: A002 - textual's own name for it
         super().__init__(title, id=id)
-        self.zoom_factor = 1.0
+        self._scale: float | None = None  # metres per cell height; None: fit everything
         self._step = MOVE_STEPS.index(0.5)
         self._view: tuple[float, NorthEast] = (1.0, (0.0, 0.0))  # scale, middle
         self._held: tuple[int, NorthEast] | None = None  # the point that the mouse holds, and where
         self._show_step()
 
-    # What a map of its own kind says
+    # What each kind of map does its own way
 
     def places(self) -> Mapping[int, NorthEast]:
         """Where the points are that can be taken hold of, by number [m].
@@ -76,7 +77,7 @@ class MovableMap(Panel, can_focus=True):
         raise NotImplementedError
 
     def click(self, place: NorthEast) -> None:
-        """The mouse was pressed where no point is: nothing, unless a map knows better."""
+        """The mouse was pressed where no point is: does nothing, unless a kind of map says what."""
 
     # The view
 
@@ -89,16 +90,40 @@ class MovableMap(Panel, can_focus=True):
         """Where the mouse holds a point; None: it holds none."""
         return None if self._held is None else self._held[1]
 
-    def fit(self, places: Sequence[NorthEast], width: int, height: int) -> tuple[float, NorthEast]:
-        """Scale [m per cell height] and middle of a map that shows all places, unless the mouse holds a point."""
-        if self._held is None:
-            scale, middle = fitting_view(places, width, height)
-            self._view = (scale / self.zoom_factor, middle)
+    def fit(
+        self, places: Sequence[NorthEast], width: int, height: int, about: NorthEast | None = None
+    ) -> tuple[float, NorthEast]:
+        """Scale [m per cell height] and middle of the map: it stands still while the mouse holds a point.
+
+        Zoomed out it stands still as well for as long as it shows all places: points are put there one after another.
+
+        Args:
+            places: What it shows, unless it is zoomed in.
+            width: Cells.
+            height: Cells.
+            about: Its middle while it is zoomed in; None: that of all places.
+        """
+        if self._held is not None:
+            return self._view
+        scale, middle = fitting_view(places, width, height)
+        if self._scale is not None and self._scale < scale:
+            middle = about or middle
+        elif self._scale is not None and self._shows(places, self._scale, width, height):
+            middle = self._view[1]
+        self._view = (self._scale or scale, middle)
         return self._view
+
+    def _shows(self, places: Sequence[NorthEast], scale: float, width: int, height: int) -> bool:
+        """Whether all places would be seen about the present middle."""
+        north, east = self._view[1]
+        return all(
+            abs(place[0] - north) < scale * height / 2 and abs(place[1] - east) < scale * width / 4 for place in places
+        )
 
     def zoom(self, step: int) -> None:
         """In (+1), out (-1), or fit everything again (0)."""
-        self.zoom_factor = 1.0 if step == 0 else self.zoom_factor * ZOOM_FACTOR**step
+        wanted = (self._scale or self._view[0]) / ZOOM_FACTOR**step
+        self._scale = None if step == 0 else min(max(wanted, SCALES[0]), SCALES[1])
         self.redraw()
 
     def change_step(self, by: int) -> None:

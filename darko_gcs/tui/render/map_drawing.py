@@ -29,6 +29,7 @@ MAX_COORDINATE = 1e7  # larger ones are nonsense and not drawn [m]
 ARROWS_FROM_NORTH = "↑↗→↘↓↙←↖"  # clockwise, 45 deg apart
 WAYPOINT_STYLES = {"done": "good", "current": "now", "todo": "plan"}
 LINE_STYLES = {"current": "now", "fence": "fence", "keep-out": "mark"}
+KILOMETRE = 1000.0  # [m]
 CIRCLE_SPACING = 1.5  # of the dots on a circle [dots]
 MAX_CIRCLE_DOTS = 2000  # on larger circles the spacing grows
 
@@ -211,5 +212,6 @@ def _in_whole_cells(middle: NorthEast, scale: float) -> NorthEast:
 def _scale_bar(canvas: BrailleCanvas, scale: float) -> None:
     length = _round_up(scale * 1.5)
     cells = max(1, round(2 * length / scale))
-    canvas.put(0, canvas.height - 1, f"├{'─' * max(0, cells - 2)}┤ {length:g} m", "dim")
+    text = f"{length / KILOMETRE:g} km" if length >= KILOMETRE else f"{length:g} m"
+    canvas.put(0, canvas.height - 1, f"├{'─' * max(0, cells - 2)}┤ {text}", "dim")
     canvas.put(canvas.width - 3, 0, "N↑", "dim")

@@ -1,4 +1,4 @@
-"""A file of parameters beside the vehicle's: what differs is chosen and set, and each refusal is told."""
+"""A file of parameters beside the vehicle's: what differs is chosen and set, and each refusal is shown."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from darko_gcs.state.parameter_change import ChangeState
 from darko_gcs.state.parameter_table import Difference
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.station.station import Station
+from darko_gcs.tui.reachability import why_unreachable
 from darko_gcs.tui.render.canvas import StyledLine
 from darko_gcs.tui.widgets.parameter_rows import difference_heading, difference_row
 from darko_gcs.tui.widgets.row_list import RowList
@@ -102,11 +103,10 @@ class ComparisonScreen(ModalScreen[None]):
 
     def action_load(self) -> None:
         """Set the chosen ones on the vehicle."""
-        if self._station is None:
-            self.app.notify("This is a recording: there is no vehicle to command", severity="warning")
-        elif not self.chosen:
-            self.app.notify("Nothing is chosen", severity="warning")
-        else:
+        reason = why_unreachable(self._station, self._s) or ("" if self.chosen else "Nothing is chosen")
+        if reason:
+            self.app.notify(reason, severity="warning")
+        elif self._station is not None:
             self._sent |= self.chosen
             self._station.set_parameters({name: self._rows[name].other for name in sorted(self.chosen)}, self._clock())
             self._choose(frozenset())

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from textual import events, on
-from textual.app import ComposeResult
+from textual.app import App, ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, Vertical, VerticalScroll
 from textual.screen import ModalScreen
 from textual.widgets import Button, Input, Label, OptionList, Static
 
-__all__ = ["AskScreen", "ChooseScreen", "ConfirmScreen", "HelpScreen", "QuitScreen", "parse_number"]
+__all__ = ["AskScreen", "ChooseScreen", "ConfirmScreen", "HelpScreen", "QuitScreen", "confirm", "parse_number"]
 
 KEY_WIDTH = 12  # [cells]
 
@@ -51,6 +51,16 @@ class ConfirmScreen(ModalScreen[bool]):
     @on(Button.Pressed)
     def _pressed(self, event: Button.Pressed) -> None:
         self.dismiss(event.button.id == "yes")
+
+
+def confirm(app: App[Any], question: str, then: Callable[[], object]) -> None:
+    """Ask a question, and do something after a yes."""
+
+    def answered(yes: bool | None) -> None:
+        if yes:
+            then()
+
+    app.push_screen(ConfirmScreen(question), answered)
 
 
 class QuitScreen(ConfirmScreen):

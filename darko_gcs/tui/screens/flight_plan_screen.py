@@ -25,7 +25,8 @@ from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
 from darko_gcs.station.station import Station
 from darko_gcs.tui.actions import ACTIONS
 from darko_gcs.tui.maps.plan_map import PlanMapPanel
-from darko_gcs.tui.screens.dialogs import AskScreen, ConfirmScreen, parse_number
+from darko_gcs.tui.reachability import why_unreachable
+from darko_gcs.tui.screens.dialogs import AskScreen, confirm, parse_number
 from darko_gcs.tui.screens.plan_tables import PlanPointTable, PlanSettingTable, limits_text
 from darko_gcs.tui.widgets.plan_blocks import PlanBlockList, key_name
 from darko_gcs.tui.widgets.plan_head import PlanEventPanel, PlanHeadPanel
@@ -142,7 +143,7 @@ class FlightPlanScreen(Screen[None]):
     def action_fetch(self) -> None:
         """Fetch the plan again."""
         if (station := self._vehicle()) is not None:
-            station.fetch_flight_plan(self._clock())
+            station.flight_plan.fetch()
 
     def action_fly(self) -> None:
         """Fly the plan, after asking."""
@@ -153,7 +154,7 @@ class FlightPlanScreen(Screen[None]):
             self.show_notice("The vehicle has no flight plan")
             return
         question = f"Fly the flight plan? It goes on in block {plan.block_name(plan.block)}."
-        self._confirm(question, lambda: station.start_flight_plan(self._clock()))
+        confirm(self.app, question, lambda: station.flight_plan.start(self._clock()))
 
     def action_load(self) -> None:
         """Ask for a file, and send its plan."""
@@ -169,7 +170,7 @@ class FlightPlanScreen(Screen[None]):
                 check_flown(plan, mapping).require_flown()
             except ProtocolError as error:
                 return str(error)
-            station.load_flight_plan(pack_plan(plan, mapping), self._clock())
+            station.flight_plan.load(pack_plan(plan, mapping), self._clock())
             return None
 
         fields = [("Flight plan (.xml)", found[0] if found else ""), ("Names (.toml), if any", "")]
@@ -186,7 +187,7 @@ class FlightPlanScreen(Screen[None]):
     def action_hold(self) -> None:
         """Leave the plan and hover, after asking."""
         if (station := self._vehicle()) is not None:
-            self._confirm("Stop and hover here? The flight plan is left.", lambda: station.hold(self._clock()))
+            confirm(self.app, "Stop and hover here? The flight plan is left.", lambda: station.hold(self._clock()))
 
     def action_plan_key(self, key: str) -> None:
         """Enter the block of a key that is pressed twice; one of no block works as elsewhere if it commands nothing."""
@@ -214,7 +215,7 @@ class FlightPlanScreen(Screen[None]):
 
     def _enter(self, number: int) -> None:
         if (station := self._vehicle()) is not None:
-            station.jump_to_block(number, self._clock())
+            station.flight_plan.jump_to_block(number, self._clock())
 
     # Blocks, waypoints, variables
 
@@ -228,7 +229,7 @@ class FlightPlanScreen(Screen[None]):
             self.show_notice(f"Block {button.name} is not flown: {button.locked}")
             return
         left = f" The vehicle leaves {plan.block_name(plan.block)}." if self.snapshot.flies_plan else ""
-        self._confirm(f"Enter block {button.name}?{left}", lambda: self._enter(button.number))
+        confirm(self.app, f"Enter block {button.name}?{left}", lambda: self._enter(button.number))
 
     @on(PlanPointTable.RowHighlighted, "#plan-points")
     def _point_highlighted(self) -> None:
@@ -254,11 +255,11 @@ class FlightPlanScreen(Screen[None]):
             self._move(event.number, event.place)
 
         name = plan.points[event.number].name
-        self._confirm(f"Move {name}? The vehicle follows if it flies there. Further moves of it do not ask.", go)
+        confirm(self.app, f"Move {name}? The vehicle follows if it flies there. Further moves of it do not ask.", go)
 
     def _move(self, number: int, place: Vector) -> None:
         if (station := self._vehicle()) is not None:
-            station.move_waypoint(number, place, self._clock())
+            station.flight_plan.move_waypoint(number, place, self._clock())
 
     @on(DataTable.RowSelected, "#plan-points")
     def _edit_point(self) -> None:
@@ -291,7 +292,7 @@ class FlightPlanScreen(Screen[None]):
                 return f"{setting.name}: {values[0]!r} is not a number"
             if value < setting.low or value > setting.high:  # neither holds of a limit that there is not
                 return f"{setting.name}: {value:g} is not within {limits}"
-            station.set_variable(number, value, self._clock())
+            station.flight_plan.set_variable(number, value, self._clock())
             return None
 
         title = setting.name if setting.label == setting.name else f"{setting.label}: {setting.name}"
@@ -301,17 +302,9 @@ class FlightPlanScreen(Screen[None]):
     # Inside
 
     def _vehicle(self) -> Station | None:
-        if self._station is None:
-            self.show_notice("This is a recording: there is no vehicle to command")
-        elif self.snapshot.source is None or self.snapshot.lost:
-            self.show_notice("No vehicle is heard: nothing was sent")
-        else:
-            return self._station
-        return None
-
-    def _confirm(self, question: str, then: Callable[[], None]) -> None:
-        def answered(yes: bool | None) -> None:
-            if yes:
-                then()
-
-        self.app.push_screen(ConfirmScreen(question), answered)
+        """The vehicle if it can be commanded; else the notice says why not."""
+        reason = why_unreachable(self._station, self.snapshot)
+        if reason:
+            self.show_notice(reason)
+            return None
+        return self._station

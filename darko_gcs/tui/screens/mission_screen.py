@@ -23,7 +23,8 @@ from darko_gcs.state.text import label_of
 from darko_gcs.station.station import Station
 from darko_gcs.tui.maps.mission_map import MissionMapPanel
 from darko_gcs.tui.plan_draft import PlanDraft
-from darko_gcs.tui.screens.dialogs import ChooseScreen, ConfirmScreen
+from darko_gcs.tui.reachability import why_unreachable
+from darko_gcs.tui.screens.dialogs import ChooseScreen, confirm
 from darko_gcs.tui.screens.difference_screen import DifferenceScreen, PlanPair, file_pairs
 from darko_gcs.tui.screens.file_dialog import FileDialog
 from darko_gcs.tui.screens.mission_editing import MissionEditing
@@ -184,7 +185,7 @@ class MissionScreen(MissionEditing):
 
     def _status(self) -> str:
         draft = self.draft
-        if not draft.plan.items and not draft.vehicle_plans:
+        if not draft.plan.items and not any(draft.vehicle_plans):
             return "no plan: o opens a file, f fetches the vehicle's, i or a click on the map inserts an item"
         state = "not on the vehicle" if draft.changed else "as on the vehicle"
         unsaved = "" if draft.saved or not draft.changed else ", not saved"
@@ -288,7 +289,7 @@ class MissionScreen(MissionEditing):
             question = f"Change {which} of the mission that is being flown?{turn}"
             send = partial(self._replace_items, station, changed)
         if is_flown:
-            self._confirm(question, send)
+            confirm(self.app, question, send)
         else:
             send()
 
@@ -301,11 +302,11 @@ class MissionScreen(MissionEditing):
         draft = self.draft
         draft.changed, draft.vehicle_plans = True, ()  # until the vehicle has it
         limits = {"fence": draft.fence, "rally": draft.rally}
-        station.upload(draft.plan.items, self._clock(), **limits, verify=True, current=current)
+        station.plans.upload(draft.plan.items, self._clock(), **limits, verify=True, current=current)
 
     def _replace_items(self, station: Station, changed: range) -> None:
         self.draft.changed, self.draft.vehicle_plans = True, ()
-        station.replace_items(self.draft.plan.items, changed, self._clock())
+        station.plans.replace_items(self.draft.plan.items, changed, self._clock())
 
     def action_fetch(self) -> None:
         """Replace the plan by the vehicle's."""
@@ -315,7 +316,7 @@ class MissionScreen(MissionEditing):
 
     def _fetch(self, station: Station) -> None:
         self.draft.changed, self.draft.vehicle_plans = False, ()
-        station.download(self._clock())
+        station.plans.download(self._clock())
 
     def action_clear(self) -> None:
         """Delete the vehicle's mission, fence, rally points or all three; the table keeps its plan."""
@@ -326,7 +327,7 @@ class MissionScreen(MissionEditing):
         def chosen(number: int | None) -> None:
             if number is not None:
                 self.draft.changed, self.draft.saved = True, False
-                station.clear_plan(tuple(CLEAR_CHOICES)[number], self._clock())
+                station.plans.clear(tuple(CLEAR_CHOICES)[number], self._clock())
 
         self.show_notice("")
         self.app.push_screen(ChooseScreen("Delete on the vehicle", tuple(CLEAR_CHOICES.values())), chosen)
@@ -335,7 +336,9 @@ class MissionScreen(MissionEditing):
         """Continue the mission at the item under the cursor."""
         station, row = self._flown_from(), self.table.cursor_row
         if station is not None:
-            self._confirm(f"Continue the mission at item {row}?", lambda: station.set_current(row, self._clock()))
+            confirm(
+                self.app, f"Continue the mission at item {row}?", lambda: station.plans.set_current(row, self._clock())
+            )
 
     def action_fly_from(self) -> None:
         """Fly the mission from the item under the cursor, also if it is not flown now."""
@@ -343,7 +346,7 @@ class MissionScreen(MissionEditing):
         if station is not None:
             left = f" It leaves item {s.mission_current}." if s.mission_state == mavlink.MISSION_STATE_ACTIVE else ""
             question = f"Fly the mission from item {row}?{left}"
-            self._confirm(question, lambda: station.start_mission(self._clock(), first=row))
+            confirm(self.app, question, lambda: station.plans.start_mission(self._clock(), first=row))
 
     # Inside
 
@@ -353,35 +356,17 @@ class MissionScreen(MissionEditing):
         if station is not None and self.draft.changed:
             self.show_notice("The vehicle does not have this plan: press u to upload it")
             return None
-        self.show_notice("" if station is not None else self._no_vehicle())
         return station if self.draft.plan.items else None
 
     def _confirm_loss(self, then: Callable[[], None]) -> None:
         """Do something that replaces the plan, after asking if the plan would be lost."""
         if self.draft.is_at_risk:
-            self._confirm("The plan is neither saved nor on the vehicle. Discard it?", then)
+            confirm(self.app, "The plan is neither saved nor on the vehicle. Discard it?", then)
         else:
             then()
 
-    def _confirm(self, question: str, then: Callable[[], None]) -> None:
-        """Do something after a yes."""
-
-        def answered(yes: bool | None) -> None:
-            if yes:
-                then()
-
-        self.app.push_screen(ConfirmScreen(question), answered)
-
     def _vehicle(self) -> Station | None:
-        reason = self._no_vehicle()
-        if reason:
-            self.show_notice(reason)
-            return None
-        return self._station
-
-    def _no_vehicle(self) -> str:
-        if self._station is None:
-            return "This is a recording: there is no vehicle"
-        if self._station.snapshot.source is None:
-            return "No vehicle has been heard yet"
-        return "The vehicle is silent: nothing was sent" if self.snapshot.lost else ""
+        """The vehicle if it can be commanded; else the notice says why not."""
+        reason = why_unreachable(self._station, self.snapshot)
+        self.show_notice(reason)
+        return None if reason else self._station

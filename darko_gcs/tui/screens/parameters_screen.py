@@ -29,9 +29,10 @@ from darko_gcs.state.parameter_table import (
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
 from darko_gcs.state.text import printable
 from darko_gcs.station.station import Station
+from darko_gcs.tui.reachability import why_unreachable
 from darko_gcs.tui.render.canvas import StyledLine
 from darko_gcs.tui.screens.comparison_screen import ComparisonScreen
-from darko_gcs.tui.screens.dialogs import AskScreen, ConfirmScreen
+from darko_gcs.tui.screens.dialogs import AskScreen, confirm
 from darko_gcs.tui.screens.file_dialog import FileDialog
 from darko_gcs.tui.screens.parameter_dialogs import ChooseBitsScreen, ChooseValueScreen
 from darko_gcs.tui.widgets.parameter_rows import parameter_heading, parameter_row
@@ -42,7 +43,6 @@ from protocol.plans.parameter_files import load_parameters, save_parameters
 
 __all__ = ["ParametersScreen"]
 
-RECORDING = "This is a recording: there is no vehicle to command"
 SUFFIXES = (".params", ".parm", ".param")
 
 
@@ -208,9 +208,7 @@ class ParametersScreen(Screen[None]):
         else:
             default, value = metadata.shown(metadata.default), metadata.shown(self.snapshot.parameters[name])
             question = f"Set {printable(name)} back to its default, {default}? It is {value} now."
-            self.app.push_screen(
-                ConfirmScreen(question), lambda yes: self._set(name, metadata.default) if yes else None
-            )
+            confirm(self.app, question, lambda: self._set(name, metadata.default))
 
     def action_compare(self) -> None:
         """Ask for a file, and show where the vehicle differs from it."""
@@ -232,8 +230,11 @@ class ParametersScreen(Screen[None]):
         self.app.push_screen(FileDialog(title, name, known=known, suffixes=SUFFIXES, check=check))
 
     def _vehicle(self) -> Station | None:
-        if self._station is None:
-            self.app.notify(RECORDING, severity="warning")
+        """The vehicle if it can be commanded; else a notice says why not."""
+        reason = why_unreachable(self._station, self.snapshot)
+        if reason:
+            self.app.notify(reason, severity="warning")
+            return None
         return self._station
 
     def _set(self, name: str, value: float) -> None:

@@ -85,7 +85,7 @@ def fleet_lines(
 ) -> list[tuple[StyledLine, int]]:
     """The lines, each with the system id that a click on it chooses; 0: none.
 
-    Where there is no room for all vehicles, those around the active one are shown, and the last line tells of the rest.
+    Where there is no room for all vehicles, those around the active one are shown, and the last line counts the rest.
 
     Args:
         fleet: Newest snapshots, by ascending system id.

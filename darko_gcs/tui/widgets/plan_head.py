@@ -24,7 +24,7 @@ class PlanHeadPanel(Panel):
         """The block with its time, then the stage with its own."""
         plan = s.flight_plan
         if plan is None:
-            return [styled_line(("The vehicle has no flight plan, or has not told of it yet", "dim"))]
+            return [styled_line(("The vehicle has no flight plan, or has not sent it yet", "dim"))]
         flown = ("flown", "good") if s.flies_plan else (f"not flown: {s.mode or 'mode unknown'}", "warn")
         block = styled_line(
             (f"{plan.block} {plan.block_name(plan.block)}", "accent"),

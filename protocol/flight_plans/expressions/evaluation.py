@@ -39,7 +39,7 @@ class NameTable(Protocol):
         """The value of a variable or constant.
 
         Raises:
-            UnknownNameError: There is none of this name.
+            UnknownNameError: There is no such variable.
         """
 
     def loop_value(self, name: str) -> Scalar:
@@ -53,7 +53,7 @@ class NameTable(Protocol):
         """What a function gives.
 
         Raises:
-            UnknownNameError: There is none of this name, or not with so many arguments.
+            UnknownNameError: There is no such function, or not with so many arguments.
         """
 
 

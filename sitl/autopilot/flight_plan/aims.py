@@ -8,9 +8,16 @@ from typing import NamedTuple
 from protocol.flight_plans.plan_geometry import EnuPoint
 from sitl.autopilot.flight_plan.operator_view import AimKind
 
-__all__ = ["PLAN_ORIGIN", "Aim", "away", "bearing_between", "qdr_point"]
+__all__ = ["PLAN_ORIGIN", "Aim", "AimKey", "away", "bearing_between", "qdr_point"]
 
 PLAN_ORIGIN = EnuPoint(0.0, 0.0, 0.0)
+
+
+class AimKey(NamedTuple):
+    """Tells an aim from the one before it."""
+
+    stage: int = 0  # stages entered so far
+    part: int = 0  # of the stage: piece of its pattern, or turn at a bank
 
 
 class Aim(NamedTuple):
@@ -20,7 +27,7 @@ class Aim(NamedTuple):
     """
 
     kind: AimKind
-    key: int = 0
+    key: AimKey = AimKey()
     start: EnuPoint = PLAN_ORIGIN  # of a leg or a course
     end: EnuPoint = PLAN_ORIGIN  # of a leg; the point; the centre of an arc; the velocity [m/s]
     radius: float = 0.0  # of an arc [m], positive: clockwise

@@ -29,7 +29,7 @@ from protocol.flight_plans.stages import (
     Stage,
     WhileStage,
 )
-from sitl.autopilot.flight_plan.aims import Aim, away
+from sitl.autopilot.flight_plan.aims import Aim, AimKey, away
 from sitl.autopilot.flight_plan.condition_values import condition_values
 from sitl.autopilot.flight_plan.name_values import NameValues
 from sitl.autopilot.flight_plan.operator_view import AimKind, BlockEntered, ExceptionFired, PlanEvent, PlanRemark
@@ -169,7 +169,7 @@ class FlightPlanExecutor:
         """Stay where the vehicle is."""
         if self.aim.name != why or self.aim.kind is not AimKind.POINT:
             self.flow.entries += 1
-            self.aim = Aim(AimKind.POINT, self.flow.entries, end=self.names.p, name=why)
+            self.aim = Aim(AimKind.POINT, AimKey(self.flow.entries), end=self.names.p, name=why)
 
     def _leaves_its_area(self) -> str:
         """Why the vehicle leaves the area of the plan at this tick; empty if it does not, or has left before."""

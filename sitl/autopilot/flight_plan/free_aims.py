@@ -8,7 +8,7 @@ from protocol.flight_plans.expressions.evaluation import evaluate
 from protocol.flight_plans.expressions.expression_tree import Expression, VariableName
 from protocol.flight_plans.plan_geometry import EnuPoint
 from protocol.flight_plans.stages import AttitudeStage, FollowStage, GuidedStage, ManualStage, XyzStage
-from sitl.autopilot.flight_plan.aims import Aim, bearing_between, qdr_point
+from sitl.autopilot.flight_plan.aims import Aim, AimKey, bearing_between, qdr_point
 from sitl.autopilot.flight_plan.name_values import NameValues
 from sitl.autopilot.flight_plan.operator_view import AimKind
 from sitl.guidance.moving_reference import from_heading_axes
@@ -37,9 +37,9 @@ class FreeAims:
 
     def __init__(self, names: NameValues) -> None:
         self._names = names
-        self.begin(0, names.p)
+        self.begin(AimKey(), names.p)
 
-    def begin(self, key: int, begun: EnuPoint) -> None:
+    def begin(self, key: AimKey, begun: EnuPoint) -> None:
         """Another stage is in force, which began there."""
         self._key, self._begun, self.hindrance = key, begun, ""
         self._guided: Aim | None = None
@@ -111,7 +111,8 @@ class FreeAims:
         airspeed, course = names.inputs.settings.airspeed, math.atan2(names.v.x, names.v.y)
         radius = airspeed**2 / (GRAVITY * math.tan(roll))
         centre = qdr_point(names.p, math.degrees(course) + 90.0, radius)
-        key = self._key if self._turn is None else self._turn[1].key + 1_000_000  # another bank is another turn
+        before = None if self._turn is None else self._turn[1].key
+        key = self._key if before is None else before._replace(part=before.part + 1)
         self._turn = roll, Aim(AimKind.ARC, key, end=centre._replace(z=self._begun.z), radius=radius)
         return self._turn[1]
 

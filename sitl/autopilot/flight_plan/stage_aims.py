@@ -29,7 +29,7 @@ from protocol.flight_plans.stages import (
     SurveyStage,
     XyzStage,
 )
-from sitl.autopilot.flight_plan.aims import Aim, qdr_point
+from sitl.autopilot.flight_plan.aims import Aim, AimKey, qdr_point
 from sitl.autopilot.flight_plan.free_aims import FreeAims
 from sitl.autopilot.flight_plan.name_values import NameValues
 from sitl.autopilot.flight_plan.operator_view import AimKind
@@ -64,20 +64,24 @@ class StageAims:
 
     def __init__(self, names: NameValues) -> None:
         self._names = names
-        self._key = 0
+        self._key = AimKey()
         self._begun = EnuPoint(0.0, 0.0, 0.0)  # where the vehicle was when the stage began
         self._from = EnuPoint(0.0, 0.0, 0.0)  # where the last leg ended when the stage began
         self._tracker: PieceTracker | None = None
         self._shape: Shape | None = None  # of the pattern
         self._free = FreeAims(names)
 
-    def begin(self, key: int) -> None:
-        """Another stage is in force; its number tells it from all before."""
-        if key != self._key:
+    def begin(self, entries: int) -> None:
+        """Have a stage in force.
+
+        Args:
+            entries: How many stages have been entered: another number is another stage.
+        """
+        if entries != self._key.stage:
             memory = self._names.memory
-            self._key, self._begun, self._from = key, self._names.p, memory.last_point
+            self._key, self._begun, self._from = AimKey(entries), self._names.p, memory.last_point
             self._tracker, self._shape = None, None
-            self._free.begin(key, self._begun)
+            self._free.begin(self._key, self._begun)
             memory.circle = type(memory.circle)()
 
     @property
@@ -167,7 +171,7 @@ class StageAims:
         if tracker is None or not tracker.pieces:
             return Aim(AimKind.POINT, self._key, end=centre)
         piece = tracker.at(self._names.p)
-        key = self._key + tracker.index * 1_000_000  # every piece is an aim of its own
+        key = self._key._replace(part=tracker.index)
         if piece.radius == 0.0:
             return Aim(AimKind.LEG, key, start=piece.start, end=piece.end, followers=tracker.followers())
         self._names.memory.circle.update(piece.end, self._names.p)

@@ -20,7 +20,7 @@ def read_variable(state: PlanState, name: str) -> Scalar:
     """The value of a variable or constant.
 
     Raises:
-        UnknownNameError: There is none of this name.
+        UnknownNameError: There is no such variable.
     """
     if name in state.memory.variables:
         return state.memory.variables[name]

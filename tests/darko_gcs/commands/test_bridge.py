@@ -42,8 +42,8 @@ def test_the_axes_are_a_lab_s_but_for_what_is_named(arguments, settings):
     [
         ("--server", "motive", "is not an IPv4 address"),
         ("--to", "127.0.0.1", "is not ADDRESS:PORT"),
-        ("--to", "127.0.0.1:0", "is not a UDP port"),
-        ("--rate", "0", "is not positive"),
+        ("--to", "127.0.0.1:0", "port 0"),
+        ("--rate", "0", "is not above 0"),
         ("--latency", "501", "is not from 0 to 500 ms"),
         ("--x-angle", "inf", "is not a finite number"),
         ("--system", "256", "is not a system id"),

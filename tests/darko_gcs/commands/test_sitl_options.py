@@ -12,7 +12,7 @@ from darko_gcs.feed.sitl_process import check_arguments
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["--wind", "x"], "argument --wind: 'x' is not a number"),
+        (["--wind", "x"], "argument --wind: 'x' is not a finite number"),
         (["--wind", "5@"], "argument --wind: '5@' has no direction"),
         (["--seed", "a"], "argument --seed: 'a' is not a whole number"),
     ],

@@ -28,6 +28,8 @@ def test_an_unknown_number_is_not_a_member():
 
 def test_commands_and_results_are_shown_in_lower_case():
     assert command_name(mavlink.MAV_CMD_NAV_TAKEOFF) == "nav takeoff"
+    assert command_name(mavlink.MAV_CMD_DARKO_JUMP_TO_BLOCK) == "jump to block"
+    assert command_name(mavlink.MAV_CMD_COMPONENT_ARM_DISARM) == "arm disarm"
     assert command_name(7) == "command 7"
     assert reason_text("TEMPORARILY_REJECTED") == "temporarily rejected"
     assert reason_text("DRK_KPP: value out of range") == "DRK_KPP: value out of range"

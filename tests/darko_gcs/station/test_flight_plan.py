@@ -44,20 +44,20 @@ def link(tmp_path):
 def test_a_plan_is_flown_from_the_ground_station(link):
     assert (link.plan.name, link.block, len(link.plan.blocks)) == ("Flying room", "Engine off", 11)
     assert link.snapshot.flies_plan
-    link.station.jump_to_block(TAKEOFF, link.now)
+    link.station.flight_plan.jump_to_block(TAKEOFF, link.now)
     assert link.run(15.0, lambda: link.block == "Standby")  # the exception of the block ends it
     fired = [h for h in link.plan.happenings if h.kind == PlanEventKind.EXCEPTION]
     assert [(link.plan.block_name(h.from_block), h.text[:22]) for h in fired] == [("Takeoff", "GetPosHeight() @GT 1.5")]
     assert "[GetPosHeight() 1.5" in fired[0].text  # the value that it saw
     assert link.snapshot.armed
 
-    link.station.move_waypoint(STDBY, (-1.0, 1.0, 2.5), link.now)
+    link.station.flight_plan.move_waypoint(STDBY, (-1.0, 1.0, 2.5), link.now)
     assert link.run(1.0, lambda: link.plan.points[STDBY].position == (-1.0, 1.0, 2.5))
     assert link.run(15.0, lambda: abs(link.snapshot.p[0] - 1.0) < 0.3 and abs(link.snapshot.p[1] + 1.0) < 0.3)
 
-    link.station.set_variable(RING, 2.0, link.now)
+    link.station.flight_plan.set_variable(RING, 2.0, link.now)
     assert link.run(1.0, lambda: link.plan.settings[RING].value == 2.0)
-    link.station.set_variable(RING, 9.0, link.now)
+    link.station.flight_plan.set_variable(RING, 9.0, link.now)
     link.run(0.5)
     assert "Variable ring denied: 9 is not within 1..2.5" in link.text
     assert link.plan.settings[RING].value == 2.0
@@ -67,16 +67,16 @@ def test_requests_name_the_plan_that_the_operator_sees(link):
     link.vehicle.aircraft.autopilot.flight_plan.load(
         PlannedFlight(plan_of('<block name="Other"><stay wp="A"/></block>')).plan.executor.check
     )
-    link.station.jump_to_block(0, link.now)  # before the station hears of it
+    link.station.flight_plan.jump_to_block(0, link.now)  # before the station hears of it
     link.run(0.3)
     assert "another flight plan is loaded" in link.text
     assert link.run(5.0, lambda: [b.name for b in link.plan.blocks.values()] == ["Other", "HOME"])
 
 
 def test_legs_of_a_plan_are_not_downloaded_as_missions_again_and_again(link):
-    link.station.jump_to_block(TAKEOFF, link.now)
+    link.station.flight_plan.jump_to_block(TAKEOFF, link.now)
     link.run(12.0)
-    link.station.jump_to_block(ROUTE, link.now)
+    link.station.flight_plan.jump_to_block(ROUTE, link.now)
     before = len(link.events_of(MissionDownloaded))
     link.run(12.0)
     assert len(link.events_of(MissionDownloaded)) == before
@@ -85,7 +85,7 @@ def test_legs_of_a_plan_are_not_downloaded_as_missions_again_and_again(link):
 
 
 def test_a_station_that_comes_again_knows_the_plan_and_what_happened(link):
-    link.station.jump_to_block(TAKEOFF, link.now)
+    link.station.flight_plan.jump_to_block(TAKEOFF, link.now)
     assert link.run(15.0, lambda: link.block == "Standby")
     link.start_station()
     link.run(5.0)
@@ -94,7 +94,7 @@ def test_a_station_that_comes_again_knows_the_plan_and_what_happened(link):
 
 
 def test_the_recording_shows_the_plan_again(link):
-    link.station.jump_to_block(TAKEOFF, link.now)
+    link.station.flight_plan.jump_to_block(TAKEOFF, link.now)
     link.run(1.0)
     s = EMPTY_SNAPSHOT
     log = TlogReader(link.recording())
@@ -118,7 +118,7 @@ def grounded(tmp_path):
 
 
 def load(link, text):
-    link.station.load_flight_plan(text.encode(), link.now)
+    link.station.flight_plan.load(text.encode(), link.now)
     assert link.run(20.0, lambda: link.events_of(FlightPlanAnswered))
     return link.events_of(FlightPlanAnswered)[-1].text
 
@@ -135,7 +135,7 @@ def test_a_plan_is_loaded_on_the_ground(grounded):
     )
     assert [b.name for b in grounded.snapshot.flight_plan.blocks.values()] == ["Other", "HOME"]
     assert not grounded.snapshot.flies_plan
-    grounded.station.start_flight_plan(grounded.now)
+    grounded.station.flight_plan.start(grounded.now)
     assert grounded.run(2.0, lambda: grounded.snapshot.flies_plan)
 
 
@@ -158,7 +158,7 @@ def test_a_plan_that_cannot_be_flown_is_refused_with_the_reason(grounded, change
 def test_no_plan_is_loaded_while_the_vehicle_is_armed(link):
     link.station.arm(link.now)
     link.run(1.0)
-    link.station.load_flight_plan(OTHER.encode(), link.now)
+    link.station.flight_plan.load(OTHER.encode(), link.now)
     assert link.run(20.0, lambda: link.events_of(FlightPlanAnswered))
     assert "on the ground, disarmed" in link.text
     assert link.plan.name == "Flying room"

@@ -52,9 +52,9 @@ def fly(folder, flood=None):
     link.run(0.1)  # our vehicle is the first that is heard
     link.flood = flood
     link.run(1.0)
-    link.station.upload(SQUARE, link.now)
+    link.station.plans.upload(SQUARE, link.now)
     link.run(1.0)
-    link.station.download(link.now)
+    link.station.plans.download(link.now)
     link.station.fetch_parameters(link.now)
     link.run(SECONDS - 2.0)
     return link

@@ -40,12 +40,12 @@ def kinds(link, event):
 
 
 def test_all_three_parts_of_a_plan_are_uploaded_and_downloaded(link, plan):
-    link.station.upload(plan.items, link.now, **limits(plan))
+    link.station.plans.upload(plan.items, link.now, **limits(plan))
     link.run(2.0)
     assert kinds(link, MissionUploaded) == [FENCE, RALLY, MISSION]
     assert (link.snapshot.fence, link.snapshot.rally) == (fence_items(plan), rally_items(plan))
     link.station.snapshot = replace(link.snapshot, mission=(), fence=(), rally=())
-    link.station.download(link.now)
+    link.station.plans.download(link.now)
     link.run(2.0)
     assert link.snapshot.mission == plan.items
     assert (link.snapshot.fence, link.snapshot.rally) == (fence_items(plan), rally_items(plan))
@@ -56,36 +56,36 @@ def test_after_a_refused_fence_no_mission_is_uploaded(link, plan):
     hole = (
         replace(circle, x=round(HOME.lat_deg * 1e7), y=round(HOME.lon_deg * 1e7), frame=mavlink.MAV_FRAME_LOCAL_NED),
     )
-    link.station.upload(plan.items, link.now, fence=hole)
+    link.station.plans.upload(plan.items, link.now, fence=hole)
     link.run(2.0)
     assert kinds(link, MissionFailed) == [FENCE]
     assert link.snapshot.mission == link.snapshot.fence == ()
     assert any(line.startswith("Fence upload failed") for line in link.lines)
-    link.station.upload(plan.items, link.now)  # nothing of the first upload is left
+    link.station.plans.upload(plan.items, link.now)  # nothing of the first upload is left
     link.run(2.0)
     assert (link.snapshot.mission, link.snapshot.rally) == (plan.items, ())
 
 
 def test_a_request_during_a_download_follows_the_plan_under_way(link, plan):
-    link.station.download(link.now)
-    link.station.upload(plan.items, link.now, **limits(plan))
+    link.station.plans.download(link.now)
+    link.station.plans.upload(plan.items, link.now, **limits(plan))
     link.run(2.0)
     assert (link.snapshot.mission, len(link.snapshot.fence), len(link.snapshot.rally)) == (plan.items, 5, 2)
     assert kinds(link, MissionDownloaded) == [MISSION]
 
 
 def test_a_request_during_an_upload_is_refused(link, plan):
-    link.station.upload(plan.items, link.now)
-    link.station.clear_plan(FENCE, link.now)
+    link.station.plans.upload(plan.items, link.now)
+    link.station.plans.clear(FENCE, link.now)
     assert "clear" in link.lines[-1]
     link.run(2.0)
     assert link.snapshot.mission == plan.items
 
 
 def test_a_plan_without_limits_leaves_the_vehicles_own(link, plan):
-    link.station.upload(plan.items, link.now, **limits(plan))
+    link.station.plans.upload(plan.items, link.now, **limits(plan))
     link.run(2.0)
-    link.station.upload(plan.items[:2], link.now)
+    link.station.plans.upload(plan.items[:2], link.now)
     link.run(2.0)
     assert link.snapshot.mission == plan.items[:2]
     assert link.snapshot.fence == fence_items(plan)
@@ -93,9 +93,9 @@ def test_a_plan_without_limits_leaves_the_vehicles_own(link, plan):
 
 @pytest.mark.parametrize(("kind", "left"), [(FENCE, (6, 0, 2)), (RALLY, (6, 5, 0)), (ALL_PLANS, (0, 0, 0))])
 def test_one_part_or_all_are_deleted(link, plan, kind, left):
-    link.station.upload(plan.items, link.now, **limits(plan))
+    link.station.plans.upload(plan.items, link.now, **limits(plan))
     link.run(2.0)
-    link.station.clear_plan(kind, link.now)
+    link.station.plans.clear(kind, link.now)
     link.run(1.0)
     s = link.snapshot
     assert (len(s.mission), len(s.fence), len(s.rally)) == left
@@ -103,9 +103,9 @@ def test_one_part_or_all_are_deleted(link, plan, kind, left):
 
 
 def test_the_mission_continues_at_another_item(link, plan):
-    link.station.upload(plan.items, link.now)
+    link.station.plans.upload(plan.items, link.now)
     link.run(1.0)
-    link.station.set_current(3, link.now)
+    link.station.plans.set_current(3, link.now)
     link.run(1.0)
     assert link.snapshot.mission_current == 3
 
@@ -126,7 +126,7 @@ def items_written(link):
 
 
 def test_an_upload_is_read_back_before_it_is_shown(link, plan):
-    link.station.upload(plan.items, link.now, **limits(plan), verify=True)
+    link.station.plans.upload(plan.items, link.now, **limits(plan), verify=True)
     assert link.run(3.0, lambda: bool(link.events_of(MissionUploaded)))
     assert link.snapshot.fence == ()
     link.run(3.0)
@@ -139,7 +139,7 @@ def test_an_upload_is_read_back_before_it_is_shown(link, plan):
 
 
 def test_a_vehicle_that_holds_something_else_is_told_by_item_and_field(link, plan):
-    link.station.upload(plan.items, link.now, verify=True)
+    link.station.plans.upload(plan.items, link.now, verify=True)
     store = link.vehicle.endpoint._mission._plan
 
     def alter():
@@ -153,11 +153,11 @@ def test_a_vehicle_that_holds_something_else_is_told_by_item_and_field(link, pla
 
 
 def test_single_items_are_replaced(link, plan):
-    link.station.upload(plan.items, link.now)
+    link.station.plans.upload(plan.items, link.now)
     link.run(2.0)
     link.sent.clear()
     new = (*plan.items[:2], *(replace(item, z=6.0) for item in plan.items[2:4]), *plan.items[4:])
-    link.station.replace_items(new, range(2, 4), link.now)
+    link.station.plans.replace_items(new, range(2, 4), link.now)
     link.run(2.0)
     assert items_written(link) == [2, 3]
     assert link.snapshot.mission == link.vehicle.endpoint.mission == new
@@ -166,15 +166,15 @@ def test_single_items_are_replaced(link, plan):
 
 
 def test_a_vehicle_that_takes_no_single_items_gets_all_of_them_and_keeps_its_current_one(link, plan):
-    link.station.upload(plan.items, link.now)
+    link.station.plans.upload(plan.items, link.now)
     link.run(2.0)
-    link.station.set_current(3, link.now)
+    link.station.plans.set_current(3, link.now)
     link.run(2.0)
     link.sent.clear()
     server = link.vehicle.endpoint._mission
     server._handlers["MISSION_WRITE_PARTIAL_LIST"] = server._refuse_partial
     new = (*plan.items[:2], replace(plan.items[2], z=6.0), *plan.items[3:])
-    link.station.replace_items(new, range(2, 3), link.now)
+    link.station.plans.replace_items(new, range(2, 3), link.now)
     link.run(4.0)
     assert items_written(link) == [0, 1, 2, 3, 4, 5]
     assert link.snapshot.mission == new
@@ -182,7 +182,7 @@ def test_a_vehicle_that_takes_no_single_items_gets_all_of_them_and_keeps_its_cur
 
 
 def test_an_upload_may_name_the_item_to_go_on_with(link, plan):
-    link.station.upload(plan.items, link.now, verify=True, current=2)
+    link.station.plans.upload(plan.items, link.now, verify=True, current=2)
     link.run(3.0)
     assert link.snapshot.mission_current == 2
     assert link.snapshot.mission == plan.items

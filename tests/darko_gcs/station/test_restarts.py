@@ -32,7 +32,7 @@ def link(tmp_path):
     linked = LinkedStation(tmp_path)
     linked.start_sync()
     linked.run(2.0)
-    linked.station.upload(SQUARE, linked.now)
+    linked.station.plans.upload(SQUARE, linked.now)
     assert linked.run(2.0, until=lambda: linked.events_of(MissionUploaded))
     return linked
 
@@ -83,7 +83,7 @@ def test_a_plan_from_another_ground_station_is_shown(link):
 
     link.vehicle.datagrams = datagrams
     link.run(3.0)
-    other.upload(SHORT, link.now)
+    other.plans.upload(SHORT, link.now)
     assert link.run(4.0, until=lambda: link.snapshot.mission == SHORT)
     downloads = len(link.events_of(MissionDownloaded))
     link.run(5.0)
@@ -93,9 +93,9 @@ def test_a_plan_from_another_ground_station_is_shown(link):
 def test_our_own_plans_are_not_fetched_back(link):
     link.run(3.0)
     downloads = len(link.events_of(MissionDownloaded))
-    link.station.upload(SHORT, link.now)
+    link.station.plans.upload(SHORT, link.now)
     link.run(5.0)
-    link.station.clear_plan(mavlink.MAV_MISSION_TYPE_MISSION, link.now)
+    link.station.plans.clear(mavlink.MAV_MISSION_TYPE_MISSION, link.now)
     link.run(5.0)
     assert len(link.events_of(MissionDownloaded)) == downloads
 
@@ -130,20 +130,20 @@ def test_both_lives_of_the_vehicle_are_in_one_log_without_damage(link):
 
 
 def test_an_upload_to_a_vehicle_that_restarts_fails_and_can_be_repeated(link):
-    link.station.upload(SHORT, link.now)
+    link.station.plans.upload(SHORT, link.now)
     link.run(STEP)  # under way
     link.start_vehicle()
     assert link.run(2.0, until=lambda: link.events_of(MissionFailed))
     assert "Mission upload failed: the vehicle restarted" in link.lines
     assert link.snapshot.transfer is None
     assert link.run(3.0, until=lambda: link.snapshot.mission == SQUARE)  # the vehicle has the old plan
-    link.station.upload(SHORT, link.now)
+    link.station.plans.upload(SHORT, link.now)
     assert link.run(2.0, until=lambda: link.snapshot.mission == SHORT)
 
 
 def test_a_second_upload_that_is_refused_is_not_taken_for_the_first(link):
-    link.station.upload(SHORT, link.now)
-    link.station.upload(SQUARE, link.now)
+    link.station.plans.upload(SHORT, link.now)
+    link.station.plans.upload(SQUARE, link.now)
     assert link.run(2.0, until=lambda: len(link.events_of(MissionUploaded)) == 2)
     assert link.snapshot.mission == SHORT
 
@@ -154,14 +154,14 @@ def test_a_command_under_way_is_given_up_when_the_vehicle_restarts(link):
     link.run(0.1)
     link.start_vehicle()
     link.run(1.5)
-    assert "component arm disarm: the vehicle restarted" in link.lines
+    assert "arm disarm: the vehicle restarted" in link.lines
     assert link.snapshot.armed is False
 
 
 def fly_the_square(link):
     link.station.arm(link.now)
     link.run(0.5)
-    link.station.start_mission(link.now)
+    link.station.plans.start_mission(link.now)
     assert link.run(20.0, until=lambda: link.snapshot.mission_current == 2)
 
 
@@ -187,11 +187,11 @@ def test_the_log_of_a_killed_ground_station_is_read_up_to_its_last_whole_record(
 
 
 def test_an_upload_whose_ground_station_dies_leaves_the_old_plan_and_the_next_one_works(link):
-    link.station.upload(SHORT, link.now)
+    link.station.plans.upload(SHORT, link.now)
     link.run(STEP)
     restart_station(link)
     assert link.run(4.0, until=lambda: link.snapshot.mission == SQUARE)
-    link.station.upload(SHORT, link.now)
+    link.station.plans.upload(SHORT, link.now)
     assert link.run(4.0, until=lambda: link.snapshot.mission == SHORT)
 
 

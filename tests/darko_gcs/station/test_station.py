@@ -51,10 +51,10 @@ def test_a_flight_by_hand_takes_off_goes_to_a_point_holds_and_lands(link):
 
 def test_a_mission_comes_back_as_it_was_sent(link):
     items = load(DATA / "square.plan").items
-    link.station.upload(items, link.now)
+    link.station.plans.upload(items, link.now)
     link.run(1.0)
     assert link.snapshot.mission == items
-    link.station.download(link.now)
+    link.station.plans.download(link.now)
     link.run(1.0)
     assert link.events_of(MissionUploaded)
     assert link.events_of(MissionDownloaded)[0].items == items

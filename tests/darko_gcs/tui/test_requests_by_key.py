@@ -162,7 +162,7 @@ async def test_a_speed_is_asked_for_with_its_kind(feed):
 
 @pytest.mark.parametrize(
     ("key", "request_name"),
-    [("h", "hold"), ("l", "land"), ("r", "return_home"), ("s", "start_mission"), ("x", "cancel")],
+    [("h", "hold"), ("l", "land"), ("r", "return_home"), ("s", "plans.start_mission"), ("x", "cancel")],
 )
 async def test_what_moves_or_stops_the_vehicle_asks_first(feed, key, request_name):
     transition = CommandProgress(request=1, command=mavlink.MAV_CMD_DO_VTOL_TRANSITION, progress=50)

@@ -60,7 +60,7 @@ def test_what_cannot_be_used_is_one_line(capsys, arguments, reason):
         ("--vehicle", "14580", "is not ADDRESS:PORT"),
         ("--dropout", "2", "is not from 0 to 1"),
         ("--x-angle", "nan", "is not a finite number"),
-        ("--command-port", "70000", "is not a UDP port"),
+        ("--command-port", "70000", "is not a port"),
         ("--system", "0", "is not a system id"),
         ("--seed", "-1", "is negative"),
     ],

@@ -6,12 +6,24 @@ class RequestRecorder:
 
     def __init__(self, snapshot):
         self.snapshot, self.requests, self.wanted_legs = snapshot, [], ()
+        self.plans = RequestGroup("plans", self.requests)
+        self.flight_plan = RequestGroup("flight_plan", self.requests)
 
     def predict_legs(self, chains, _now):
         self.wanted_legs = tuple(chains)
 
     def __getattr__(self, name):
         return lambda *args, **kwargs: self.requests.append((name, *args[:-1], *kwargs.items()))
+
+
+class RequestGroup:
+    """In place of a station's group of requests: remembers them by "group.request"."""
+
+    def __init__(self, name, requests):
+        self.name, self.requests = name, requests
+
+    def __getattr__(self, request):
+        return lambda *args, **kwargs: self.requests.append((f"{self.name}.{request}", *args[:-1], *kwargs.items()))
 
 
 class FakeFeed:

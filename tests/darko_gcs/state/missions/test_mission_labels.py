@@ -17,6 +17,7 @@ from darko_gcs.state.missions.mission_labels import (
 from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.errors import LocalProtocolError
+from protocol.frames import Geodetic
 from protocol.plans import MissionItem, load
 from protocol.units import UNKNOWN_INT32
 from tests.support.paths import DATA
@@ -40,13 +41,13 @@ def labels(item):
     return [label for label, _ in item_fields(item)]
 
 
-def with_texts(item, **texts):
+def with_texts(item, home=None, **texts):
     """The item after some of its fields were typed over, found by the beginning of their labels."""
     shown = item_fields(item)
     values = [text for _, text in shown]
     for name, text in texts.items():
         values[next(k for k, (label, _) in enumerate(shown) if label.lower().startswith(name))] = text
-    return edited_item(item, values)
+    return edited_item(item, values, home)
 
 
 def unedited(item):
@@ -131,14 +132,20 @@ def test_another_command_begins_with_its_own_defaults_at_the_same_place():
     assert with_texts(transition, command="16").frame == mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT
 
 
+@pytest.mark.parametrize("text", ["global", "Global", "0", "MAV_FRAME_GLOBAL"])
+def test_a_frame_is_given_by_name_or_number(text):
+    assert dict(item_fields(WAYPOINT))["Frame (name or MAV_FRAME)"] == "global relative alt"
+    assert with_texts(WAYPOINT, Geodetic(43.5, 1.4, 100.0), frame=text).frame == mavlink.MAV_FRAME_GLOBAL
+
+
 @pytest.mark.parametrize(
     ("field", "text", "problem"),
     [
         ("hold", "x", r"Hold \[s\]: 'x' is not a number"),
         ("altitude", "inf", r"Altitude \[m\]: 'inf' is not a number"),
         ("command", "fly away", "'fly away' is neither a MAV_CMD nor its number"),
-        ("frame", "rel", "Frame: 'rel' is not a whole number"),
-        ("frame", "99", "there is no MAV_FRAME 99"),
+        ("frame", "rel", "Frame: 'rel' is neither a MAV_FRAME nor its number"),
+        ("frame", "99", "Frame: '99' is neither a MAV_FRAME nor its number"),
     ],
 )
 def test_a_text_that_cannot_be_read_is_reported_with_the_name_of_its_field(field, text, problem):

@@ -81,3 +81,9 @@ def test_a_label_does_not_write_over_another_one():
     drawn = NOTHING | {"scale": 1.0, "centre": (0.0, 0.0)}
     text = lines_text(draw_map(width=60, height=10, labels=labels, **drawn)[0])
     assert "·   ◆here" in text
+
+
+@pytest.mark.parametrize(("scale", "bar"), [(1.0, " 2 m"), (600.0, " 1 km"), (10_000.0, " 20 km")])
+def test_long_scales_are_in_kilometres(scale, bar):
+    lines, _ = draw_map(width=40, height=10, **NOTHING | {"scale": scale, "centre": (0.0, 0.0)})
+    assert line_text(lines[-1]).rstrip().endswith(f"┤{bar}")

@@ -52,6 +52,7 @@ async def test_it_fits_the_terminal(size):
     session = Session()
     async with session.app.run_test(size=size) as pilot:
         await opened(pilot, session.app)
+        await until(pilot, lambda: "^f Fly" in session.text)  # the footer comes last
         text = session.text
         for part in (
             "2 Standby", "0:01.0", "flown", "stay wp=A", "── flight", "t Take off", "▶ s Stand by", "── figures",
@@ -71,7 +72,7 @@ async def test_a_plans_key_acts_when_it_is_pressed_twice():
         await until(pilot, lambda: "t again: Take off (block Takeoff)" in session.text)
         assert session.feed.requests == []
         await pilot.press("t")
-        assert session.feed.requests == [("jump_to_block", 1)]
+        assert session.feed.requests == [("flight_plan.jump_to_block", 1)]
 
 
 async def test_a_second_press_that_comes_late_or_after_another_key_is_a_first_one():
@@ -90,7 +91,7 @@ async def test_control_and_function_keys_of_a_plan_work():
     async with session.app.run_test(size=(80, 24)) as pilot:
         await opened(pilot, session.app)
         await pilot.press("ctrl+l", "ctrl+l")
-        assert session.feed.requests == [("jump_to_block", 5)]
+        assert session.feed.requests == [("flight_plan.jump_to_block", 5)]
         await pilot.press("f5", "f5")
         await until(pilot, lambda: "Block Camera is not flown: call CameraOn()" in session.text)
         assert len(session.feed.requests) == 1
@@ -129,7 +130,7 @@ async def test_a_block_of_the_list_is_entered_after_a_question():
         await pilot.press("n")
         assert session.feed.requests == []
         await pilot.press("enter", "y")
-        await until(pilot, lambda: session.feed.requests == [("jump_to_block", 1)])
+        await until(pilot, lambda: session.feed.requests == [("flight_plan.jump_to_block", 1)])
 
 
 async def test_flying_and_holding_ask():
@@ -140,7 +141,7 @@ async def test_flying_and_holding_ask():
         await pilot.press("ctrl+f")
         await until(pilot, lambda: "It goes on in block Standby" in session.text)
         await pilot.press("y")
-        await until(pilot, lambda: session.feed.requests == [("start_flight_plan",)])
+        await until(pilot, lambda: session.feed.requests == [("flight_plan.start",)])
         await pilot.press("space")
         await until(pilot, lambda: "Stop and hover here?" in session.text)
         await pilot.press("y")
@@ -162,7 +163,7 @@ async def test_arrows_on_the_map_move_the_chosen_waypoint_and_ask_once():
         await pilot.press("right")
         await until(pilot, lambda: "Move STDBY?" in session.text)
         await pilot.press("y")
-        await until(pilot, lambda: session.feed.requests == [("move_waypoint", STDBY, (1.0, 0.0, 2.0))])
+        await until(pilot, lambda: session.feed.requests == [("flight_plan.move_waypoint", STDBY, (1.0, 0.0, 2.0))])
         session.show(*session.vehicle.moved(STDBY, "STDBY", 1.0, 0.0))
         await until(pilot, lambda: session.map.snapshot.flight_plan.points[STDBY].position[0] == 1.0)
         session.feed.now += 2.0
@@ -170,8 +171,8 @@ async def test_arrows_on_the_map_move_the_chosen_waypoint_and_ask_once():
         await pilot.press("up", "pageup")
         await until(pilot, lambda: len(session.feed.requests) == 3)
         assert session.feed.requests[1:] == [
-            ("move_waypoint", STDBY, (1.0, 0.5, 2.0)),
-            ("move_waypoint", STDBY, (1.0, 0.5, 2.5)),  # on from where it is about to be
+            ("flight_plan.move_waypoint", STDBY, (1.0, 0.5, 2.0)),
+            ("flight_plan.move_waypoint", STDBY, (1.0, 0.5, 2.5)),  # on from where it is about to be
         ]
         await choose_on_map(pilot, session, P1)
         await pilot.press("left")
@@ -187,7 +188,7 @@ async def test_shift_and_arrows_move_from_anywhere_by_the_chosen_step():
         await pilot.press("less_than_sign", "less_than_sign")
         await until(pilot, lambda: "step 0.1 m" in session.text)
         await pilot.press("shift+down", "y")
-        await until(pilot, lambda: session.feed.requests == [("move_waypoint", STDBY, (0.5, -0.1, 2.0))])
+        await until(pilot, lambda: session.feed.requests == [("flight_plan.move_waypoint", STDBY, (0.5, -0.1, 2.0))])
 
 
 async def test_the_mouse_drags_a_waypoint():
@@ -204,7 +205,7 @@ async def test_the_mouse_drags_a_waypoint():
         await pilot.press("y")
         await until(pilot, lambda: len(session.feed.requests) == 1)
         name, number, (x, y, z) = session.feed.requests[0]
-        assert (name, number, z) == ("move_waypoint", P1, 2.0)
+        assert (name, number, z) == ("flight_plan.move_waypoint", P1, 2.0)
         assert (x - 1.5, y - 1.5) == (pytest.approx(2 * scale, abs=scale), pytest.approx(2 * scale, abs=scale))
 
 
@@ -229,7 +230,7 @@ async def test_a_waypoint_is_moved_by_numbers():
         await until(pilot, lambda: isinstance(session.app.focused, Input) and "Move waypoint p1" in session.text)
         session.app.focused.value = "2.25"
         await pilot.press("enter")
-        await until(pilot, lambda: session.feed.requests == [("move_waypoint", P1, (2.25, 1.5, 2.0))])
+        await until(pilot, lambda: session.feed.requests == [("flight_plan.move_waypoint", P1, (2.25, 1.5, 2.0))])
 
 
 async def test_a_variable_is_set_within_its_limits():
@@ -244,7 +245,7 @@ async def test_a_variable_is_set_within_its_limits():
         await until(pilot, lambda: "12 is not within 0..9" in session.text)
         session.app.focused.value = "4"
         await pilot.press("enter")
-        await until(pilot, lambda: session.feed.requests == [("set_variable", LAPS, 4.0)])
+        await until(pilot, lambda: session.feed.requests == [("flight_plan.set_variable", LAPS, 4.0)])
 
 
 async def test_it_follows_the_vehicle():
@@ -274,7 +275,7 @@ async def test_a_silent_vehicle_is_sent_nothing():
     async with session.app.run_test(size=(80, 24)) as pilot:
         await opened(pilot, session.app)
         await pilot.press("t", "t")
-        await until(pilot, lambda: "No vehicle is heard" in session.text)
+        await until(pilot, lambda: "The vehicle is silent: nothing was sent" in session.text)
         assert session.feed.requests == []
 
 
@@ -303,7 +304,7 @@ async def test_a_plan_is_loaded_from_a_file_after_it_was_checked(tmp_path):
         assert session.feed.requests == []
         session.app.focused.value = str(VOLIERE)
         await pilot.press("enter")
-        await until(pilot, lambda: [name for name, *_ in session.feed.requests] == ["load_flight_plan"])
+        await until(pilot, lambda: [name for name, *_ in session.feed.requests] == ["flight_plan.load"])
 
 
 async def test_a_plan_is_loaded_with_what_its_names_mean(tmp_path):
@@ -322,7 +323,7 @@ async def test_a_plan_is_loaded_with_what_its_names_mean(tmp_path):
         await pilot.press("enter")
         await until(pilot, lambda: session.feed.requests)
         ((name, data, *_),) = session.feed.requests
-        assert (name, dict(unpack_plan(data, "sent").mapping.functions)) == ("load_flight_plan", {"camera": 0})
+        assert (name, dict(unpack_plan(data, "sent").mapping.functions)) == ("flight_plan.load", {"camera": 0})
 
 
 @pytest.mark.parametrize("size", SIZES)

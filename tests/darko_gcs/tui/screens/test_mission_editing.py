@@ -216,3 +216,32 @@ def test_the_map_of_a_small_terminal_matches_its_snapshot(snap_compare, app):
         await settled(pilot)
 
     assert snap_compare(app, terminal_size=(80, 24), run_before=settle)
+
+
+async def test_zoomed_out_the_map_stands_still_while_points_are_put_on_it(feed, app):
+    feed.snapshot = feed.station.snapshot = replace(HOVERING, mission=())
+    async with app.run_test(size=(120, 40)) as pilot:
+        await pilot.press("m")
+        await until(pilot, lambda: isinstance(app.screen, MissionScreen) and app.screen.map.size.width > 0)
+        await settled(pilot)
+        fitting = app.screen.map._view
+        await pilot.press("tab", "minus", "minus", "minus")
+        await until(pilot, lambda: app.screen.map._view[0] == pytest.approx(8.0 * fitting[0]))
+        still = app.screen.map._view
+        for count, offset in ((1, (6, 4)), (2, (30, 4)), (3, (6, 9))):
+            await pilot.mouse_down(app.screen.map, offset=offset)
+            await until(pilot, lambda count=count: len(items(app)) == count)
+            await settled(pilot)
+            assert app.screen.map._view == still
+        await pilot.press("0")
+        await until(pilot, lambda: app.screen.map._view[0] < still[0])
+
+
+async def test_zoomed_in_the_chosen_item_is_in_the_middle(app):
+    async with app.run_test(size=(120, 40)) as pilot:
+        screen = await opened(pilot, app)
+        await settled(pilot)
+        fitting = screen.map._view
+        await pilot.press("down", "down", "tab", "plus")
+        await until(pilot, lambda: screen.map._view[0] == pytest.approx(fitting[0] / 2.0))
+        assert screen.map._view[1] == pytest.approx(screen.map.places()[2])

@@ -34,6 +34,7 @@ async def test_a_mission_is_opened_edited_saved_and_uploaded(feed, tmp_path, mon
         await pilot.press("m")
         screen = app.screen
         assert isinstance(screen, MissionScreen)
+        await until(pilot, lambda: "no plan: o opens a file" in screen_text(app))
         await pilot.press("o")
         await until(pilot, lambda: isinstance(app.focused, Input))
         await pilot.press("enter")
@@ -47,7 +48,7 @@ async def test_a_mission_is_opened_edited_saved_and_uploaded(feed, tmp_path, mon
         await pilot.press("shift+down", "u")
         await until(pilot, lambda: "A mission is being flown. Replace it?" in screen_text(app))
         await pilot.press("y")
-        sent = ("upload", screen.draft.plan.items, ("fence", ()), ("rally", ()), *READ_BACK)
+        sent = ("plans.upload", screen.draft.plan.items, ("fence", ()), ("rally", ()), *READ_BACK)
         await until(pilot, lambda: feed.requests == [sent])
         await pilot.press("w")
         await until(pilot, lambda: isinstance(app.focused, Input))
@@ -96,7 +97,7 @@ async def test_jumping_to_an_item_asks_first(feed):
         await until(pilot, lambda: "Continue the mission at item 1?" in screen_text(app))
         assert feed.requests == []
         await pilot.press("y")
-        await until(pilot, lambda: feed.requests == [("set_current", 1)])
+        await until(pilot, lambda: feed.requests == [("plans.set_current", 1)])
 
 
 async def test_flight_keys_do_nothing_here_and_say_so(feed):
@@ -177,7 +178,7 @@ async def test_replacing_an_unsent_plan_is_confirmed_first(feed):
         assert feed.requests == []
         assert len(app.draft.plan.items) == 5
         await confirm(pilot, "f")
-        await until(pilot, lambda: feed.requests == [("download",)])
+        await until(pilot, lambda: feed.requests == [("plans.download",)])
 
 
 async def test_a_plan_that_the_vehicle_accepted_is_not_at_risk(feed):
@@ -249,17 +250,17 @@ async def test_a_fence_is_opened_sent_and_deleted(tmp_path, monkeypatch):
         await pilot.press("enter")
         await until(pilot, lambda: "6 items, fence of 5, rally points of 2, not on the vehicle" in screen_text(app))
         await pilot.press("u")
-        sent = ("upload", plan.items, *limits(plan).items(), *READ_BACK)
+        sent = ("plans.upload", plan.items, *limits(plan).items(), *READ_BACK)
         await until(pilot, lambda: feed.requests == [sent])
         feed.snapshot = replace(feed.snapshot, mission=plan.items, **limits(plan))
         await until(pilot, lambda: "2, as on the vehicle" in screen_text(app))
         await pilot.press("down", "down")
         await confirm(pilot, "j")
-        await until(pilot, lambda: feed.requests[-1] == ("set_current", 2))
+        await until(pilot, lambda: feed.requests[-1] == ("plans.set_current", 2))
         await pilot.press("c")
         await until(pilot, lambda: isinstance(app.focused, OptionList))
         await pilot.press("down", "enter")
-        await until(pilot, lambda: feed.requests[-1] == ("clear_plan", mavlink.MAV_MISSION_TYPE_FENCE))
+        await until(pilot, lambda: feed.requests[-1] == ("plans.clear", mavlink.MAV_MISSION_TYPE_FENCE))
 
 
 async def test_the_vehicles_fence_is_saved_with_the_plan(tmp_path, monkeypatch):

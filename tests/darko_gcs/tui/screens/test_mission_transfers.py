@@ -36,7 +36,7 @@ async def test_flying_from_an_item_asks_first(feed):
         await pilot.press("n")
         assert feed.requests == []
         await confirm(pilot, "s")
-        await until(pilot, lambda: feed.requests == [("start_mission", ("first", 3))])
+        await until(pilot, lambda: feed.requests == [("plans.start_mission", ("first", 3))])
 
 
 async def test_a_plan_that_the_vehicle_does_not_have_is_not_flown(feed):
@@ -73,7 +73,7 @@ async def test_of_a_mission_that_is_flown_only_the_changed_items_are_sent_after_
         assert "turns there at once" in screen_text(app)
         assert feed.requests == []
         await pilot.press("y")
-        await until(pilot, lambda: feed.requests == [("replace_items", app.draft.plan.items, range(2, 3))])
+        await until(pilot, lambda: feed.requests == [("plans.replace_items", app.draft.plan.items, range(2, 3))])
 
 
 async def test_a_flown_mission_of_another_length_is_replaced_and_goes_on_where_it_was(feed):
@@ -82,7 +82,7 @@ async def test_a_flown_mission_of_another_length_is_replaced_and_goes_on_where_i
         await opened(pilot, app)
         await pilot.press("down", "x")
         await confirm(pilot, "u")
-        sent = ("upload", app.draft.plan.items, ("fence", ()), ("rally", ()), ("verify", True), ("current", 1))
+        sent = ("plans.upload", app.draft.plan.items, ("fence", ()), ("rally", ()), ("verify", True), ("current", 1))
         await until(pilot, lambda: feed.requests == [sent])
 
 

@@ -145,3 +145,12 @@ def test_a_bank_in_forward_flight_is_the_circle_of_that_turn(roll, side):
     assert ticks.aim.end == pytest.approx((side * radius, 0.0, 4.0))
     ticks.p = (3.0, 20.0, 4.0)
     assert ticks.tick().aim.end == pytest.approx((side * radius, 0.0, 4.0))  # the same turn
+
+
+def test_another_bank_is_another_turn_of_the_same_stage():
+    ticks = ticks_of('<attitude roll="block_time * 10.0" vmode="alt" alt="104"/>')
+    ticks.told, ticks.v = {"forward": True}, (0.0, 15.0, 0.0)
+    first, second = ticks.seconds(1.5).aim, ticks.seconds(1.0).aim
+    assert first.kind is second.kind is AimKind.ARC
+    assert (second.key.stage, second.key.part) == (first.key.stage, first.key.part + 1)
+    assert second.radius < first.radius

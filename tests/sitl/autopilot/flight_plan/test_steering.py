@@ -6,7 +6,7 @@ import pytest
 
 from protocol.dialect.vocabulary import Way
 from protocol.flight_plans.plan_geometry import EnuPoint
-from sitl.autopilot.flight_plan.aims import Aim
+from sitl.autopilot.flight_plan.aims import Aim, AimKey
 from sitl.autopilot.flight_plan.operator_view import AimKind
 from sitl.autopilot.flight_plan.plan_frame import PlanFrame
 from sitl.autopilot.flight_plan.plan_inputs import PlanInputs
@@ -35,7 +35,7 @@ def level(reference):
 
 
 def test_a_point_is_flown_to_as_it_is_with_the_altitude_at_a_rate():
-    aim = Aim(AimKind.POINT, 1, end=EnuPoint(3.0, 4.0, 6.0))
+    aim = Aim(AimKind.POINT, AimKey(1), end=EnuPoint(3.0, 4.0, 6.0))
     reference, _ = steered(aim)
     assert level(reference) == (3.0, 4.0)
     assert reference.position.z == pytest.approx(2.0 + 2.5 * 0.02)
@@ -45,13 +45,13 @@ def test_a_point_is_flown_to_as_it_is_with_the_altitude_at_a_rate():
 
 def test_the_plan_may_have_another_origin_than_the_world():
     frame = PlanFrame(east=10.0, north=-20.0)
-    reference, _ = steered(Aim(AimKind.POINT, 1, end=EnuPoint(3.0, 4.0, 2.0)), steering=PlanSteering(frame))
+    reference, _ = steered(Aim(AimKind.POINT, AimKey(1), end=EnuPoint(3.0, 4.0, 2.0)), steering=PlanSteering(frame))
     assert level(reference) == (13.0, -16.0)
     assert frame.to_plan(frame.to_world(EnuPoint(1.0, 2.0, 3.0))) == (1.0, 2.0, 3.0)
 
 
 def test_a_leg_leads_ahead_along_it_and_ends_at_its_end():
-    leg = Aim(AimKind.LEG, 1, start=EnuPoint(0.0, 0.0, 2.0), end=EnuPoint(0.0, 10.0, 4.0))
+    leg = Aim(AimKind.LEG, AimKey(1), start=EnuPoint(0.0, 0.0, 2.0), end=EnuPoint(0.0, 10.0, 4.0))
     assert level(steered(leg, (1.0, 2.0, 2.0))[0]) == pytest.approx((0.0, 5.0))
     assert level(steered(leg, (0.0, 9.0, 2.0))[0]) == pytest.approx((0.0, 10.0))
     assert level(steered(leg, (0.0, -9.0, 2.0))[0]) == pytest.approx((0.0, 0.0))
@@ -60,7 +60,7 @@ def test_a_leg_leads_ahead_along_it_and_ends_at_its_end():
 
 @pytest.mark.parametrize("radius", [2.0, -2.0])
 def test_an_arc_leads_round_in_its_sense_on_the_circle_and_slowly(radius):
-    arc = Aim(AimKind.ARC, 1, end=EnuPoint(1.0, 0.0, 2.0), radius=radius)
+    arc = Aim(AimKind.ARC, AimKey(1), end=EnuPoint(1.0, 0.0, 2.0), radius=radius)
     reference, _ = steered(arc, (1.0, 5.0, 2.0))
     x, y = level(reference)
     assert math.hypot(x - 1.0, y) == pytest.approx(2.0)
@@ -70,19 +70,19 @@ def test_an_arc_leads_round_in_its_sense_on_the_circle_and_slowly(radius):
 
 def test_a_course_leads_straight_on():
     course = Aim(
-        AimKind.COURSE, 1, start=EnuPoint(0.0, 0.0, 2.0), end=EnuPoint(0.0, 0.0, 2.0), course=math.radians(90.0)
+        AimKind.COURSE, AimKey(1), start=EnuPoint(0.0, 0.0, 2.0), end=EnuPoint(0.0, 0.0, 2.0), course=math.radians(90.0)
     )
     assert level(steered(course, (7.0, 1.0, 2.0))[0]) == pytest.approx((12.0, 0.0))
 
 
 def test_a_climb_leads_the_vehicle_by_a_metre_at_most():
-    climb = Aim(AimKind.POINT, 1, climb=0.5)
+    climb = Aim(AimKind.POINT, AimKey(1), climb=0.5)
     assert steered(climb, seconds=1.0)[0].position.z == pytest.approx(2.5)
     assert steered(climb, seconds=20.0)[0].position.z == pytest.approx(3.0)
 
 
 def test_a_descent_is_slower_near_the_ground_and_leads_into_it():
-    sink = Aim(AimKind.POINT, 1, climb=-2.0)
+    sink = Aim(AimKind.POINT, AimKey(1), climb=-2.0)
     high, low = (steered(sink, (0.0, 0.0, z), seconds=0.4)[0].position.z for z in (5.0, 1.0))
     assert 5.0 - high == pytest.approx(0.8)
     assert 1.0 - low == pytest.approx(0.2)
@@ -92,13 +92,13 @@ def test_a_descent_is_slower_near_the_ground_and_leads_into_it():
 
 
 def test_no_altitude_is_held_below_that_of_a_hold():
-    reference, _ = steered(Aim(AimKind.POINT, 1, end=EnuPoint(0.0, 0.0, 0.0)), seconds=5.0)
+    reference, _ = steered(Aim(AimKind.POINT, AimKey(1), end=EnuPoint(0.0, 0.0, 0.0)), seconds=5.0)
     assert reference.position.z == 1.0
 
 
 def test_a_take_off_rises_straight_up_first():
     steering = PlanSteering()
-    aim = Aim(AimKind.POINT, 1, end=EnuPoint(3.0, 4.0, 2.0))
+    aim = Aim(AimKind.POINT, AimKey(1), end=EnuPoint(3.0, 4.0, 2.0))
     steered(aim, (0.5, 0.0, 0.12), steering=steering, landed=True)
     assert level(steered(aim, (0.6, 0.1, 0.6), steering=steering)[0]) == pytest.approx((0.5, 0.0))
     assert level(steered(aim, (0.6, 0.1, 1.2), steering=steering)[0]) == pytest.approx((3.0, 4.0))
@@ -106,15 +106,17 @@ def test_a_take_off_rises_straight_up_first():
 
 def test_it_is_not_sent_out_of_the_arena():
     world = WORLD._replace(arena=ARENAS["voliere"])
-    reference, steering = steered(Aim(AimKind.POINT, 1, end=EnuPoint(9.0, 0.0, 2.0)), world=world, seconds=0.1)
+    reference, steering = steered(Aim(AimKind.POINT, AimKey(1), end=EnuPoint(9.0, 0.0, 2.0)), world=world, seconds=0.1)
     assert level(reference) == (0.0, 0.0)
     assert "outside the arena" in steering.refused
-    inside, steering = steered(Aim(AimKind.POINT, 1, end=EnuPoint(3.0, 0.0, 2.0)), world=world, steering=steering)
+    inside, steering = steered(
+        Aim(AimKind.POINT, AimKey(1), end=EnuPoint(3.0, 0.0, 2.0)), world=world, steering=steering
+    )
     assert level(inside) == (3.0, 0.0)
     assert steering.refused == ""
 
 
 def test_a_velocity_moves_the_reference():
-    aim = Aim(AimKind.VELOCITY, 1, start=EnuPoint(0.0, 0.0, 2.0), end=EnuPoint(0.5, -1.0, 2.0))
+    aim = Aim(AimKind.VELOCITY, AimKey(1), start=EnuPoint(0.0, 0.0, 2.0), end=EnuPoint(0.5, -1.0, 2.0))
     reference, _ = steered(aim, seconds=2.0)
     assert level(reference) == pytest.approx((1.0, -2.0), abs=0.05)
