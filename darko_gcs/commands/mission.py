@@ -23,13 +23,13 @@ examples:
   darko-gcs mission status --json
 
 {EXIT_CODES}"""
-ACTIONS = {"upload": (1,), "download": (1,), "clear": (0,), "status": (0,)}
+MISSION_ACTIONS = {"upload": (1,), "download": (1,), "clear": (0,), "status": (0,)}
 
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     """The command line of ``darko-gcs mission``."""
     parser = command_parser("darko-gcs mission", commands, _EXAMPLES)
-    add_actions(parser, ACTIONS, "a file")
+    add_actions(parser, MISSION_ACTIONS, "a file")
     return parser
 
 
@@ -43,7 +43,7 @@ def run(args: argparse.Namespace) -> int:
     from protocol.errors import FileError  # noqa: PLC0415
     from protocol.plans import load  # noqa: PLC0415
 
-    check_values(args, "mission", ACTIONS, "file")
+    check_values(args, "mission", MISSION_ACTIONS, "file")
     if args.action == "upload":
         try:
             load(Path(args.values[0]))  # a wrong file needs no vehicle

@@ -28,7 +28,7 @@ examples:
   darko-gcs param diff                    what differs from the vehicle's defaults
 
 {EXIT_CODES}"""
-ACTIONS = {"list": (0,), "get": (1,), "set": (2,), "save": (1,), "load": (1,), "diff": (0, 1)}
+PARAMETER_ACTIONS = {"list": (0,), "get": (1,), "set": (2,), "save": (1,), "load": (1,), "diff": (0, 1)}
 NOT_THERE = "the vehicle has no such parameter"
 
 Metadata = dict[str, "ParameterMetadata"]
@@ -37,7 +37,7 @@ Metadata = dict[str, "ParameterMetadata"]
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     """The command line of ``darko-gcs param``."""
     parser = command_parser("darko-gcs param", commands, _EXAMPLES)
-    add_actions(parser, ACTIONS, "a name, a name and a value, or a file")
+    add_actions(parser, PARAMETER_ACTIONS, "a name, a name and a value, or a file")
     return parser
 
 
@@ -50,7 +50,7 @@ def run(args: argparse.Namespace) -> int:
     from darko_gcs.errors import GroundError  # noqa: PLC0415 - --help must be quick
     from protocol.errors import FileError  # noqa: PLC0415
 
-    check_values(args, "param", ACTIONS, "value")
+    check_values(args, "param", PARAMETER_ACTIONS, "value")
     try:
         job = _job(args.action, args.values)
     except FileError as error:
