@@ -18,7 +18,7 @@ def seconds_used():
 class ProcessorTime:
     """Adds what each phase of a test used to its report, and prints the sums at the end.
 
-    What a fixture uses counts for the test that needs it first, what a compiled function costs for the first that calls it.
+    A fixture counts for the test that needs it first, the compiling of a function for the first that calls it.
     """
 
     def __init__(self):

@@ -12,8 +12,8 @@ from tests.support.flights.recorded_flight import HIGH, Flight
 from tests.support.flights.tunings import EVERY_LAW
 from tests.support.vehicle.mission_items import waypoint
 
-# A core type that the processor or the build of OpenBLAS does not have falls back to another. Designs under more of them
-# are in test_processors.py, what flies uncompiled is in test_loop_matches_python.py.
+# A core type that the processor or the build of OpenBLAS does not have falls back to another. Designs under more of
+# them are in test_processors.py, what flies uncompiled is in test_loop_matches_python.py.
 PROGRAM = "tests.support.digests.reference_digest"
 PROCESSORS = (
     {"OPENBLAS_CORETYPE": "Zen", **OLD},
