@@ -36,7 +36,7 @@ class ProcessorTime:
         self.mark = seconds_used()
 
     def pytest_runtest_logreport(self, report):
-        self.of_test[report.nodeid] += report.processor_seconds
+        self.of_test[report.nodeid] += getattr(report, "processor_seconds", 0.0)  # none where a worker has crashed
 
     def pytest_terminal_summary(self, terminalreporter):
         of_file = Counter()
