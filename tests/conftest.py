@@ -7,6 +7,8 @@ import pytest
 from hypothesis import settings
 from hypothesis.internal.conjecture import providers
 
+from tests.support.processor_time import ProcessorTime
+
 settings.register_profile("repeatable", derandomize=True, deadline=None)
 settings.register_profile("explore", deadline=None, print_blob=True)
 PROFILE = os.environ.get("HYPOTHESIS_PROFILE", "repeatable")
@@ -36,11 +38,14 @@ SLOW = (
     "sitl/commands/",
     "sitl/control/forward_flight/test_line_of_sight.py",
     "sitl/control/test_zero_moment.py",
-    "sitl/design/test_lmi.py",
+    "sitl/day/test_day_flight.py",
+    "sitl/design/hover_proof/test_lmi.py",
+    "sitl/design/hover_proof/test_proved.py",
+    "sitl/design/hover_proof/test_region.py",
     "sitl/design/test_processors.py",
-    "sitl/design/test_region.py",
     "sitl/flights/",
     "sitl/mavlink/services/test_obstacle_service.py",
+    "sitl/mavlink/services/test_pose_service.py",
     "sitl/mavlink/test_flood.py",
     "sitl/mavlink/test_offboard_setpoints.py",
     "sitl/mavlink/test_wire_page.py",
@@ -54,7 +59,6 @@ SLOW = (
     "sitl/simulation/test_loop_matches_python.py",
     "sitl/simulation/test_same_everywhere.py",
     "sitl/simulation/test_sensed_same_everywhere.py",
-    "sitl/simulation/test_storage.py",
     "sitl/studies/",
     "sitl/supervisor/test_adding_a_law.py",
     "sitl/supervisor/test_table.py",
@@ -63,6 +67,7 @@ SLOW = (
     "sitl/system_identification/test_output_error.py",
     "sitl/test_kernel_cache.py",
     "sitl/test_persistence.py",
+    "sitl/test_storage.py",
     "sitl/test_warm_up.py",
     "test_api_page.py",
 )
@@ -75,6 +80,7 @@ LONGEST = (
     "darko_gcs/tui/",
     "sitl/supervisor/test_table.py",
     "sitl/design/test_processors.py",
+    "sitl/design/hover_proof/test_proved.py",
     "sitl/simulation/",
     "sitl/scenarios/",
     "e2e/",
@@ -84,6 +90,12 @@ LONGEST = (
 
 def pytest_addoption(parser):
     parser.addoption("--quick", action="store_true", help="leave out the tests that take long")
+    parser.addoption("--processor-time", action="store_true", help="list the processor's seconds by file and by test")
+
+
+def pytest_configure(config):
+    if config.getoption("--processor-time"):
+        config.pluginmanager.register(ProcessorTime())
 
 
 def pytest_ignore_collect(collection_path, config):

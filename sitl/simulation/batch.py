@@ -101,9 +101,9 @@ class _Block:
         while done < self._periods:
             now = min(self._periods - done, BLOCK - (first + done) % BLOCK)
             gusts, draws = self._draw(first + done, now)
-            kept += fly_block(
+            kept = fly_block(
                 self._flights, self._references, self._airs, design, self._airframes, gusts, draws, now, self._every,
-                self._samples[:, kept:], self._jumps, self._noted, self._ends,
+                kept, self._samples, self._jumps, self._noted, self._ends,
                 self._rows, self._in_force,
             )  # fmt: skip
             done += now

@@ -175,6 +175,7 @@ def fly_block(
     draws: Array,
     periods: int,
     every: int,
+    kept: int,
     samples: npt.NDArray[Any],
     jumps: npt.NDArray[Any],
     noted: npt.NDArray[np.int64],
@@ -194,7 +195,8 @@ def fly_block(
         draws: Unit normals of the sensors, (n, 5, WIDTH).
         periods: How many control periods to fly.
         every: Periods between samples, which are taken after the jumps of their instant.
-        samples: Receives Sample records, (WIDTH, n).
+        kept: Samples of each flight that were written before.
+        samples: Receives Sample records, (WIDTH, n); the whole of them, since a part would be compiled for anew.
         jumps: Receives JumpEntry records, (WIDTH, n).
         noted: How many jumps each flight has noted, counted on, (WIDTH,).
         ends: Why a flight cannot go on, 0 while it can, (WIDTH,).
@@ -202,10 +204,9 @@ def fly_block(
         in_force: Room for the commands in force, a block of Actuators.
 
     Returns:
-        Samples written of each flight.
+        Samples of each flight that are written now, those before included.
     """
     design = designs[0]
-    kept = 0
     alike = are_as_reported(a) and is_as_reported(get_model(design, 0))
     for done in range(periods + 1):
         law = common_law(block)

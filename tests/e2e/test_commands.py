@@ -10,6 +10,8 @@ from pathlib import Path
 import pytest
 from pymavlink import mavutil
 
+import darko_gcs.__main__ as darko_gcs
+import sitl.__main__ as sitl
 from protocol.tlog import read_tlog
 from tests.support.paths import DATA
 
@@ -50,34 +52,45 @@ print([name for name in ("numba", "textual", "scipy", "matplotlib", "protocol.di
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (("darko-sitl", "--airframe", "nosuch"), "no parameter set 'nosuch'"),
-        (("darko-sitl", "--param", "NOPE=1"), "no parameter NOPE"),
-        (("darko-sitl", "--param", "DRK_KPP=99"), "DRK_KPP = 99 is not within"),
-        (("darko-sitl", "scenario", "nosuch"), "no scenario 'nosuch'"),
+        (("darko-sitl", "--airframe", "nosuch", "--port", "0"), "no parameter set 'nosuch'"),
         (("darko-gcs", "fly", "--mission", "nosuch.plan", "--headless"), "nosuch.plan"),
-        (("darko-gcs", "log", "info", str(DATA / "square.plan")), "square.plan"),
-        (("darko-gcs", "replay", "nosuch.tlog"), "nosuch.tlog"),
     ],
 )
-def test_bad_arguments_give_one_line_and_an_exit_code(arguments, words, tmp_path):
-    extra = (
-        ("--port", "0", "--state-dir", str(tmp_path)) if arguments[0] == "darko-sitl" and len(arguments) == 3 else ()
-    )
-    extra = extra if "scenario" not in arguments else ()
-    done = run(*arguments, *extra)
+def test_bad_arguments_end_the_process_with_one_line_and_an_exit_code(arguments, words):
+    done = run(*arguments)
     assert done.returncode not in {0, 1}
     assert words in done.stderr
     assert len(done.stderr.strip().splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    ("program", "arguments", "words"),
+    [
+        (sitl, ("--param", "NOPE=1", "--port", "0"), "no parameter NOPE"),
+        (sitl, ("--param", "DRK_KPP=99", "--port", "0"), "DRK_KPP = 99 is not within"),
+        (sitl, ("scenario", "nosuch"), "no scenario 'nosuch'"),
+        (darko_gcs, ("log", "info", str(DATA / "square.plan")), "square.plan"),
+        (darko_gcs, ("replay", "nosuch.tlog"), "nosuch.tlog"),
+    ],
+)
+def test_bad_arguments_give_one_line_and_an_exit_code(program, arguments, words, tmp_path, capsys):
+    """As processes do, of which each takes seconds to start."""
+    state = ("--state-dir", str(tmp_path)) if "--param" in arguments else ()
+    assert program.main([*arguments, *state]) not in {0, 1}
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    assert words in printed.err
+    assert len(printed.err.strip().splitlines()) == 1
 
 
 def test_a_port_in_use_is_an_error_with_its_address(tmp_path):
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
         taken.bind(("127.0.0.1", 0))
         port = str(taken.getsockname()[1])
-        sitl = run("darko-sitl", "--port", port, "--state-dir", str(tmp_path))
-        gcs = run("darko-gcs", "fly", "--mission", str(DATA / "square.plan"), "--headless", "--port", port,
+        vehicle = run("darko-sitl", "--port", port, "--state-dir", str(tmp_path))
+        station = run("darko-gcs", "fly", "--mission", str(DATA / "square.plan"), "--headless", "--port", port,
                   "--record", str(tmp_path))  # fmt: skip
-    for done in (sitl, gcs):
+    for done in (vehicle, station):
         assert done.returncode in {2, 3}
         assert f"127.0.0.1:{port}" in done.stderr
         assert "Traceback" not in done.stderr

@@ -9,7 +9,10 @@ import pytest
 from sitl import Body, Law, Simulation, SitlError, Start, along, fly_batch, hover_at, leg, load_airframe
 from sitl.model.quaternions import from_euler
 from sitl.model.vectors import Vector
+from sitl.simulation.block import fly_block
+from sitl.simulation.noise import BLOCK
 from sitl.storage import WIDTH
+from sitl.timing import PERIOD
 
 NOMINAL = load_airframe("nominal").parameters
 
@@ -65,6 +68,12 @@ def test_recordings_of_a_batch_are_those_of_single_flights() -> None:
         assert np.array_equal(recorded.law, expected.law)
         assert np.array_equal(recorded.v_hover, expected.v_hover)
         assert recorded.jumps == expected.jumps
+
+
+def test_a_batch_is_compiled_once_for_flights_of_any_length() -> None:
+    fly_batch([mixed(0)], 0.1)
+    fly_batch([mixed(0)], (BLOCK + 50) * PERIOD, rate=10.0)  # in two calls
+    (_,) = fly_block.signatures
 
 
 def test_the_number_of_threads_changes_nothing() -> None:

@@ -1,0 +1,43 @@
+"""How tests are run: the lists of conftest.py name what is there, and processor time is summed."""
+
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from tests.conftest import LONGEST, SLOW
+from tests.support.processor_time import ProcessorTime
+
+TESTS = Path(__file__).parent
+
+
+@pytest.mark.parametrize("path", sorted({*SLOW, *LONGEST}))
+def test_every_listed_file_or_folder_is_there(path):
+    """One that was moved would be run by ``--quick`` again, unnoticed."""
+    assert (TESTS / path).is_dir() if path.endswith("/") else (TESTS / path).is_file()
+
+
+def test_processor_time_is_summed_by_file_and_by_test_the_greatest_first():
+    counted, printed = ProcessorTime(), []
+    for test, seconds in (("a.py::one", 1.0), ("b.py::one", 3.5), ("a.py::one", 0.5), ("a.py::two", 1.0)):
+        counted.pytest_runtest_logreport(SimpleNamespace(nodeid=test, processor_seconds=seconds))
+    counted.pytest_runtest_logreport(SimpleNamespace(nodeid="c.py::crashed"))
+    counted.pytest_terminal_summary(
+        SimpleNamespace(section=printed.append, line=lambda line: printed.append(line.split()))
+    )
+    assert printed[0] == "processor time: 6 s without the collection"
+    files, tests = ["3.5", "s", "b.py"], ["3.5", "s", "b.py::one"]
+    assert printed[1:4] == [files, ["2.5", "s", "a.py"], ["0.0", "s", "c.py"]]
+    assert printed[5:8] == [tests, ["1.5", "s", "a.py::one"], ["1.0", "s", "a.py::two"]]
+
+
+def test_a_phase_of_a_test_counts_what_was_used_since_the_one_before():
+    counted, phases = ProcessorTime(), []
+    for work in (3_000_000, 0):
+        sum(range(work))
+        phase = counted.pytest_runtest_makereport()
+        next(phase)
+        with pytest.raises(StopIteration) as ended:
+            phase.send(SimpleNamespace())
+        phases.append(ended.value.value.processor_seconds)
+    assert phases[0] > phases[1] >= 0.0
