@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,7 +10,7 @@ from darko_gcs.feed.recorded_marks import recorded_marks
 from darko_gcs.feed.recorded_states import RecordedStates
 from darko_gcs.state.message_log import add_line
 from darko_gcs.state.reduce import reduce
-from darko_gcs.state.snapshot import EMPTY_SNAPSHOT
+from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, updated
 from protocol.dialect import mavlink
 from protocol.flight_log.flight_clock import flight_times
 from protocol.message import Source
@@ -42,7 +40,7 @@ class ReplayFeed(Player):
     def __init__(self, reader: TlogReader, name: str, *, begin: float = 0.0, speed: float = 1.0) -> None:
         super().__init__(speed)
         self.reader, self.timeline, self.name = reader, Timeline(reader), name
-        first = add_line(replace(EMPTY_SNAPSHOT, is_replay=True), 0.0, mavlink.MAV_SEVERITY_NOTICE, f"Replay of {name}")
+        first = add_line(updated(EMPTY_SNAPSHOT, is_replay=True), 0.0, mavlink.MAV_SEVERITY_NOTICE, f"Replay of {name}")
         self._states = RecordedStates(reader, self.timeline, first)
         self.source: Source | None = self._states.last.source
         self.flight_times: NDArray[np.float64] = (
