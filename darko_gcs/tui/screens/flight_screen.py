@@ -8,7 +8,7 @@ from typing import ClassVar
 from textual import events, on
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
-from textual.containers import Container, Vertical
+from textual.containers import Container
 from textual.geometry import Size
 from textual.reactive import reactive
 from textual.screen import Screen
@@ -49,6 +49,12 @@ class StripSize(Enum):
     FEW = "few lines"
     ALL = "all vehicles"
     NONE = "none"
+
+
+class Area(Container):
+    """Holds panels that cover it: what lies behind them need not be drawn."""
+
+    BLANK = True
 
 
 class FlightScreen(Screen[None]):
@@ -145,18 +151,18 @@ class FlightScreen(Screen[None]):
         """Status bar, panels, messages, footer."""
         yield StatusBar().data_bind(FlightScreen.snapshot, FlightScreen.now)
         yield FleetStrip().data_bind(FlightScreen.snapshot, FlightScreen.now, FlightScreen.fleet)
-        with Container(id="panels"):
-            with Vertical(id="left"):
+        with Area(id="panels"):
+            with Area(id="left"):
                 yield self._bound(HybridPanel("Hybrid controller", id="hybrid"))
                 yield self._bound(ActuatorPanel("Actuators", id="actuators"))
                 yield self._bound(MessagePanel("Messages", id="messages"))
-            with Container(id="right"):
-                with Vertical(id="numbers"):
+            with Area(id="right"):
+                with Area(id="numbers"):
                     yield self._bound(AttitudePanel("Attitude", id="attitude"))
                     yield self._bound(FlightPanel("Flight", id="flight"))
                     yield self._bound(DecisionPanel("Decision", id="decision"))
                     yield self._bound(self._truth)
-                with Vertical(id="places"):
+                with Area(id="places"):
                     yield self._bound(MapPanel("Map", id="map"))
                     yield self._plan
         yield Footer(compact=True, show_command_palette=False)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import ClassVar
+from typing import ClassVar, Self
 
 from rich.segment import Segment
 from rich.style import Style
@@ -46,6 +46,9 @@ class Panel(Widget):
         self._lines: list[StyledLine] = []
         self._drawn_size = Size(0, 0)
         self._rich_styles: dict[str, Style] = {}
+        self._strips: list[Strip] = []  # all rows as painted, with borders; empty: paint everything
+        self._edges: tuple[list[Segment], list[Segment]] = ([], [])  # what stands left and right of each row
+        self._changed: set[int] = set()  # rows whose strips are old
         self._older_at = math.inf  # when an age in the panel changes [s]
 
     def draw(self, s: Snapshot, width: int, height: int) -> list[StyledLine]:
@@ -100,16 +103,42 @@ class Panel(Widget):
         self._older_at = math.inf
         self._lines, self._drawn_size = self.draw(self.snapshot, *size), size
         changed = [y for y in range(size.height) if _row(old, y) != _row(self._lines, y)] if old else range(size.height)
-        regions = [Region(0, y, size.width, 1) for y in changed]
-        if regions:
-            self.refresh(*regions)
+        if changed:
+            self._changed.update(changed)
+            # With the borders: a strip that is sent in one piece need not be cut.
+            left, width = self.gutter.left, self.outer_size.width
+            self.refresh(*(Region(-left, y, width, 1) for y in changed))
+
+    def refresh(
+        self, *regions: Region, repaint: bool = True, layout: bool = False, recompose: bool = False
+    ) -> Self:
+        """Repaint some regions; without any, everything, because colours, borders or titles may have changed."""
+        if repaint and not regions:
+            self._forget()
+        return super().refresh(*regions, repaint=repaint, layout=layout, recompose=recompose)
 
     def render_lines(self, crop: Region) -> list[Strip]:
-        """The lines of a region, drawn in the present size."""
-        size = self.size
+        """The lines of a region, drawn in the present size.
+
+        Textual would look up borders, filters and colours for each of them; here rows that stay the same are kept, and
+        those that changed get the edges of the others.
+        """
+        size, whole = self.size, self.outer_size.region
         if self._drawn_size != size:
             self._lines, self._drawn_size = self.draw(self.snapshot, *size), size
-        return super().render_lines(crop)
+            self._forget()
+        gutter = self.gutter
+        if len(self._strips) != whole.height or self._strips[0].cell_length != whole.width:
+            self._strips, self._changed = super().render_lines(whole), set()
+            row = self._strips[min(gutter.top, whole.height - 1)]
+            self._edges = (list(row.crop(0, gutter.left)), list(row.crop(whole.width - gutter.right)))
+        for y in self._changed:
+            left, right = self._edges
+            self._strips[gutter.top + y] = Strip([*left, *self.render_line(y), *right], whole.width)
+        self._changed.clear()
+        if crop == whole:
+            return self._strips
+        return [strip.crop(crop.x, crop.right) for strip in self._strips[crop.y : crop.bottom]]
 
     def render_line(self, y: int) -> Strip:
         """One line of the content (Textual's line API)."""
@@ -120,8 +149,11 @@ class Panel(Widget):
 
     def notify_style_update(self) -> None:
         """Forget the styles that were looked up: colours changed."""
-        self._rich_styles = {}
+        self._forget()
         super().notify_style_update()
+
+    def _forget(self) -> None:
+        self._rich_styles, self._strips = {}, []
 
     def _rich_style(self, name: str) -> Style:
         # Cached: looking a style up costs more than drawing the line.
@@ -130,6 +162,8 @@ class Panel(Widget):
             style = self.rich_style
             if name in PANEL_STYLES:
                 style += self.get_component_rich_style(f"panel--{name}", partial=True)
+            for line_filter in self.get_line_filters():
+                style = line_filter.apply([Segment("", style)], self.background_colors[1])[0].style or style
             self._rich_styles[name] = style
         return style
 
