@@ -109,9 +109,7 @@ class Panel(Widget):
             left, width = self.gutter.left, self.outer_size.width
             self.refresh(*(Region(-left, y, width, 1) for y in changed))
 
-    def refresh(
-        self, *regions: Region, repaint: bool = True, layout: bool = False, recompose: bool = False
-    ) -> Self:
+    def refresh(self, *regions: Region, repaint: bool = True, layout: bool = False, recompose: bool = False) -> Self:
         """Repaint some regions; without any, everything, because colours, borders or titles may have changed."""
         if repaint and not regions:
             self._forget()
