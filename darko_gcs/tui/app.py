@@ -121,11 +121,11 @@ class GroundStationApp(App[int]):
         self.feed.advance(now - self._last_pull)
         self._last_pull = now
         for screen in self.screen_stack:
-            if isinstance(screen, FlightScreen | FlightPlanScreen | MissionScreen | ParametersScreen | MessagesScreen):
+            if isinstance(screen, FlightScreen):
+                screen.show(self.feed.snapshot, self.feed.now, fleet_snapshots(self.feed))
+            elif isinstance(screen, FlightPlanScreen | MissionScreen | ParametersScreen | MessagesScreen):
                 screen.now = self.feed.now
                 screen.snapshot = self.feed.snapshot
-            if isinstance(screen, FlightScreen):
-                screen.fleet = fleet_snapshots(self.feed)
         self._request_truth()
 
     def _request_truth(self) -> None:

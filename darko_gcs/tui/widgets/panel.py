@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import zip_longest
 from typing import ClassVar, Self
 
 from rich.segment import Segment
@@ -59,6 +60,16 @@ class Panel(Widget):
         """
         raise NotImplementedError
 
+    def show(self, s: Snapshot, now: float) -> None:
+        """Show a snapshot at a time [s], without the cost of two reactive values for each panel and frame."""
+        is_new = s is not self.snapshot
+        self.set_reactive(Panel.snapshot, s)
+        self.set_reactive(Panel.now, now)
+        if is_new:
+            self.watch_snapshot()
+        else:
+            self.watch_now()
+
     def watch_snapshot(self) -> None:
         """Show a new snapshot; say so if it is old."""
         self._tell()
@@ -102,7 +113,7 @@ class Panel(Widget):
         old = self._lines if size == self._drawn_size else []
         self._older_at = math.inf
         self._lines, self._drawn_size = self.draw(self.snapshot, *size), size
-        changed = [y for y in range(size.height) if _row(old, y) != _row(self._lines, y)] if old else range(size.height)
+        changed = _differing(old[: size.height], self._lines[: size.height]) if old else range(size.height)
         if changed:
             self._changed.update(changed)
             # With the borders: a strip that is sent in one piece need not be cut.
@@ -164,6 +175,12 @@ class Panel(Widget):
                 style = line_filter.apply([Segment("", style)], self.background_colors[1])[0].style or style
             self._rich_styles[name] = style
         return style
+
+
+def _differing(old: list[StyledLine], new: list[StyledLine]) -> list[int]:
+    """Rows that are not equal; those that one of them lacks are empty."""
+    pairs = enumerate(zip_longest(old, new, fillvalue=[]))
+    return [y for y, (before, after) in pairs if before is not after and before != after]
 
 
 def _row(lines: list[StyledLine], y: int) -> StyledLine:
