@@ -122,7 +122,7 @@ class GroundStationApp(App[int]):
         self._last_pull = now
         for screen in self.screen_stack:
             if isinstance(screen, FlightScreen):
-                screen.show(self.feed.snapshot, self.feed.now, fleet_snapshots(self.feed))
+                screen.show_snapshot(self.feed.snapshot, self.feed.now, fleet_snapshots(self.feed))
             elif isinstance(screen, FlightPlanScreen | MissionScreen | ParametersScreen | MessagesScreen):
                 screen.now = self.feed.now
                 screen.snapshot = self.feed.snapshot

@@ -8,7 +8,7 @@ from typing import ClassVar
 from textual import events, on
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
-from textual.containers import Container
+from textual.containers import Container, Vertical
 from textual.geometry import Size
 from textual.reactive import reactive
 from textual.screen import Screen
@@ -51,12 +51,6 @@ class StripSize(Enum):
     NONE = "none"
 
 
-class Area(Container):
-    """Holds panels that cover it: what lies behind them need not be drawn."""
-
-    BLANK = True
-
-
 class FlightScreen(Screen[None]):
     """Panels that show one snapshot; ``hidden`` has the optional ones that the operator does not want."""
 
@@ -79,11 +73,11 @@ class FlightScreen(Screen[None]):
         self._panels: list[Panel] = []
         self._truth, self._plan = TruthPanel("Estimate against truth", id="truth"), FlownPlan(id="flight-plan")
 
-    def show(self, s: Snapshot, now: float, fleet: tuple[Snapshot, ...]) -> None:
+    def show_snapshot(self, s: Snapshot, now: float, fleet: tuple[Snapshot, ...]) -> None:
         """Show a snapshot at a time [s], and all vehicles on the link."""
         self.now, self.snapshot, self.fleet = now, s, fleet
         for panel in self._panels:
-            panel.show(s, now)
+            panel.show_snapshot(s, now)
 
     def watch_snapshot(self, s: Snapshot) -> None:
         """Mark the values of a lost vehicle as old; leave no room for what this vehicle does not send."""
@@ -158,18 +152,18 @@ class FlightScreen(Screen[None]):
         """Status bar, panels, messages, footer."""
         yield self._shown(StatusBar())
         yield self._shown(FleetStrip().data_bind(FlightScreen.fleet))
-        with Area(id="panels"):
-            with Area(id="left"):
+        with Container(id="panels"):
+            with Vertical(id="left"):
                 yield self._shown(HybridPanel("Hybrid controller", id="hybrid"))
                 yield self._shown(ActuatorPanel("Actuators", id="actuators"))
                 yield self._shown(MessagePanel("Messages", id="messages"))
-            with Area(id="right"):
-                with Area(id="numbers"):
+            with Container(id="right"):
+                with Vertical(id="numbers"):
                     yield self._shown(AttitudePanel("Attitude", id="attitude"))
                     yield self._shown(FlightPanel("Flight", id="flight"))
                     yield self._shown(DecisionPanel("Decision", id="decision"))
                     yield self._shown(self._truth)
-                with Area(id="places"):
+                with Vertical(id="places"):
                     yield self._shown(MapPanel("Map", id="map"))
                     yield self._plan
         yield Footer(compact=True, show_command_palette=False)

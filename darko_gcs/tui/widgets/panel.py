@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from itertools import zip_longest
 from typing import ClassVar, Self
 
+from rich.cells import cell_len
 from rich.segment import Segment
 from rich.style import Style
-from textual.geometry import Region, Size
+from textual.geometry import Region, Size, Spacing
 from textual.reactive import reactive
 from textual.strip import Strip
 from textual.widget import Widget
@@ -49,6 +51,7 @@ class Panel(Widget):
         self._rich_styles: dict[str, Style] = {}
         self._strips: list[Strip] = []  # all rows as painted, with borders; empty: paint everything
         self._edges: tuple[list[Segment], list[Segment]] = ([], [])  # what stands left and right of each row
+        self._gutter: Spacing | None = None  # of borders and padding; None: look it up
         self._changed: set[int] = set()  # rows whose strips are old
         self._older_at = math.inf  # when an age in the panel changes [s]
 
@@ -60,7 +63,7 @@ class Panel(Widget):
         """
         raise NotImplementedError
 
-    def show(self, s: Snapshot, now: float) -> None:
+    def show_snapshot(self, s: Snapshot, now: float) -> None:
         """Show a snapshot at a time [s], without the cost of two reactive values for each panel and frame."""
         is_new = s is not self.snapshot
         self.set_reactive(Panel.snapshot, s)
@@ -117,7 +120,7 @@ class Panel(Widget):
         if changed:
             self._changed.update(changed)
             # With the borders: a strip that is sent in one piece need not be cut.
-            left, width = self.gutter.left, self.outer_size.width
+            left, width = self._known_gutter().left, self.outer_size.width
             self.refresh(*(Region(-left, y, width, 1) for y in changed))
 
     def refresh(self, *regions: Region, repaint: bool = True, layout: bool = False, recompose: bool = False) -> Self:
@@ -136,14 +139,14 @@ class Panel(Widget):
         if self._drawn_size != size:
             self._lines, self._drawn_size = self.draw(self.snapshot, *size), size
             self._forget()
-        gutter = self.gutter
+        gutter = self._known_gutter()
         if len(self._strips) != whole.height or self._strips[0].cell_length != whole.width:
             self._strips, self._changed = super().render_lines(whole), set()
             row = self._strips[min(gutter.top, whole.height - 1)]
             self._edges = (list(row.crop(0, gutter.left)), list(row.crop(whole.width - gutter.right)))
+        left, right = self._edges
         for y in self._changed:
-            left, right = self._edges
-            self._strips[gutter.top + y] = Strip([*left, *self.render_line(y), *right], whole.width)
+            self._strips[gutter.top + y] = Strip([*left, *self._segments(y), *right], whole.width)
         self._changed.clear()
         if crop == whole:
             return self._strips
@@ -151,10 +154,16 @@ class Panel(Widget):
 
     def render_line(self, y: int) -> Strip:
         """One line of the content (Textual's line API)."""
-        width = self._drawn_size.width
-        base = self._rich_style("")
-        segments = [Segment(text, self._rich_style(name)) for text, name in _row(self._lines, y)]
-        return Strip(segments).adjust_cell_length(width, base)
+        return Strip(self._segments(y), self._drawn_size.width)
+
+    def _segments(self, y: int) -> list[Segment]:
+        """A line of the content, filled or cut to its width."""
+        width, style = self._drawn_size.width, self._rich_style
+        segments = [Segment(text, style(name)) for text, name in _row(self._lines, y)]
+        surplus = sum(cell_len(text) for text, _, _ in segments) - width
+        if surplus < 0:
+            segments.append(Segment(" " * -surplus, style("")))
+        return segments if surplus <= 0 else list(Strip(segments).crop(0, width))
 
     def notify_style_update(self) -> None:
         """Forget the styles that were looked up: colours changed."""
@@ -162,7 +171,12 @@ class Panel(Widget):
         super().notify_style_update()
 
     def _forget(self) -> None:
-        self._rich_styles, self._strips = {}, []
+        self._rich_styles, self._strips, self._gutter = {}, [], None
+
+    def _known_gutter(self) -> Spacing:
+        if self._gutter is None:
+            self._gutter = self.gutter
+        return self._gutter
 
     def _rich_style(self, name: str) -> Style:
         # Cached: looking a style up costs more than drawing the line.
@@ -179,7 +193,7 @@ class Panel(Widget):
 
 def _differing(old: list[StyledLine], new: list[StyledLine]) -> list[int]:
     """Rows that are not equal; those that one of them lacks are empty."""
-    pairs = enumerate(zip_longest(old, new, fillvalue=[]))
+    pairs: Iterable[tuple[int, tuple[StyledLine, StyledLine]]] = enumerate(zip_longest(old, new, fillvalue=[]))
     return [y for y, (before, after) in pairs if before is not after and before != after]
 
 
