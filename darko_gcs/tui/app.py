@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import asyncio
+import gc
 import time
 from collections.abc import Callable, Iterable
 from datetime import datetime
+from functools import partial
 from typing import ClassVar
 
 from textual import events, on
@@ -17,7 +19,7 @@ from darko_gcs.errors import GroundError
 from darko_gcs.feed.feed import Feed
 from darko_gcs.preferences import PreferencesFile
 from darko_gcs.state.text import format_time
-from darko_gcs.tui.actions import ACTIONS, Action, Request, control_question, disarm_question
+from darko_gcs.tui.actions import ACTIONS, Request, control_question, disarm_question
 from darko_gcs.tui.fleet_dialogs import armed_words, ask_fleet, fleet_snapshots, named
 from darko_gcs.tui.flight_dialogs import ask_go_to, ask_go_to_place, ask_speed, ask_take_off, choose_panels
 from darko_gcs.tui.help_texts import COLOUR_MEANINGS, KEY_SYMBOLS, QUESTION_RULES, screen_keys
@@ -86,6 +88,8 @@ class GroundStationApp(App[int]):
         if self.draft.plan.items:
             self.notify(f"{self.draft.path} is open: press m to show it, then u to upload it")
         self.set_interval(REFRESH_PERIOD, self.pull)
+        if not self.is_headless:
+            gc.set_threshold(20_000)  # each frame makes many objects: the default searches all of them again and again
 
     async def on_unmount(self) -> None:
         """Close the feed, also after an error."""
@@ -388,12 +392,9 @@ class GroundStationApp(App[int]):
         """The command palette: the actions that can be done now."""
         for action in ACTIONS:
             if self.check_action("act", (action.name,)):
-                yield SystemCommand(action.palette_title, action.help, self._runner(action))
+                yield SystemCommand(action.palette_title, action.help, partial(self.action_act, action.name))
         yield SystemCommand("Save a picture of the screen", "An SVG file", self._screenshot_soon)
         yield SystemCommand("Change the colour theme", "It is kept for the next time", self.action_change_theme)
 
     def _screenshot_soon(self) -> None:
         self.set_timer(0.1, self.action_screenshot)  # when the palette has gone
-
-    def _runner(self, action: Action) -> Callable[[], None]:
-        return lambda: self.action_act(action.name)

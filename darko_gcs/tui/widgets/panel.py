@@ -119,9 +119,7 @@ class Panel(Widget):
         changed = _differing(old[: size.height], self._lines[: size.height]) if old else range(size.height)
         if changed:
             self._changed.update(changed)
-            # With the borders: a strip that is sent in one piece need not be cut.
-            left, width = self._known_gutter().left, self.outer_size.width
-            self.refresh(*(Region(-left, y, width, 1) for y in changed))
+            self.refresh(*(Region(0, y, size.width, 1) for y in changed))
 
     def refresh(self, *regions: Region, repaint: bool = True, layout: bool = False, recompose: bool = False) -> Self:
         """Repaint some regions; without any, everything, because colours, borders or titles may have changed."""
@@ -136,6 +134,8 @@ class Panel(Widget):
         those that changed get the edges of the others.
         """
         size, whole = self.size, self.outer_size.region
+        if not whole:
+            return []
         if self._drawn_size != size:
             self._lines, self._drawn_size = self.draw(self.snapshot, *size), size
             self._forget()
