@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import gc
 import time
 from collections.abc import Callable, Iterable
 from datetime import datetime
@@ -88,8 +87,6 @@ class GroundStationApp(App[int]):
         if self.draft.plan.items:
             self.notify(f"{self.draft.path} is open: press m to show it, then u to upload it")
         self.set_interval(REFRESH_PERIOD, self.pull)
-        if not self.is_headless:
-            gc.set_threshold(20_000)  # each frame makes many objects: the default searches all of them again and again
 
     async def on_unmount(self) -> None:
         """Close the feed, also after an error."""
