@@ -52,7 +52,7 @@ FIELDS_KEPT_AT_RESTART = (
     "source", "autopilot", "kind", "armed", "mode", "critical", "heartbeat_at", "lost", "restarts", "parameters",
     "parameter_count", "parameter_types", "parameter_changes", "parameter_metadata",
     "mission", "fence", "rally", "transfer", "messages", "open_text", "received", "rate", "loss", "unrecorded",
-    "signing", "refused", "is_replay", "simulator",
+    "signing", "refused", "is_replay", "sends_to", "simulator",
 )  # fmt: skip
 MAX_NUMBER = 1e9  # of the fields below, in their units
 # Fields that must be finite and below MAX_NUMBER, or the message is ignored: an unsigned message may come from anyone.

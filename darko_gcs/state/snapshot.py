@@ -139,6 +139,7 @@ class Snapshot:
     loss: float = 0.0  # share of frames lost, 0..1
     unrecorded: bool = False  # the recording failed, or could not begin
     is_replay: bool = False  # of a recorded flight
+    sends_to: str = ""  # where a replay sends its frames to; empty: nowhere
     simulator: Simulator = Simulator.NONE  # the vehicle process that we started
     signing: SigningState = SigningState.PRIVATE
     refused: int = 0  # frames dropped because their signature was missing or wrong
