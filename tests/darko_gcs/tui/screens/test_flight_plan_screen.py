@@ -52,6 +52,7 @@ async def test_it_fits_the_terminal(size):
     session = Session()
     async with session.app.run_test(size=size) as pilot:
         await opened(pilot, session.app)
+        await until(pilot, lambda: "^f Fly" in session.text)  # the footer comes last
         text = session.text
         for part in (
             "2 Standby", "0:01.0", "flown", "stay wp=A", "── flight", "t Take off", "▶ s Stand by", "── figures",
