@@ -11,6 +11,8 @@ from protocol.option_values import finite_number, positive_number
 
 __all__ = ["parser", "run"]
 
+DEFAULT_TO = "udpout:127.0.0.1:14550"  # where stations listen
+
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     """The command line of ``darko-gcs replay``."""
@@ -25,6 +27,12 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     parser.add_argument(
         "--at", type=clock_time, default=0.0, metavar="TIME", help="where to begin: seconds, M:SS or H:MM:SS [0]"
     )
+    parser.add_argument(
+        "--to",
+        metavar="URL",
+        help="where key u sends what is played to, udpout:HOST:PORT [udpout:127.0.0.1:14550]",
+    )
+    parser.add_argument("--network", action="store_true", help="allow an address of another machine")
     pair = parser.add_argument_group("two flights")
     pair.add_argument(
         "--align",
@@ -45,6 +53,7 @@ def run(args: argparse.Namespace) -> int:
     from darko_gcs.feed.pair_feed import Alignment, PairFeed  # noqa: PLC0415
     from darko_gcs.feed.replay_feed import ReplayFeed  # noqa: PLC0415
     from darko_gcs.preferences import PreferencesFile  # noqa: PLC0415
+    from darko_gcs.tasks.log_player import loopback_or_asked  # noqa: PLC0415
     from darko_gcs.tui.pair_app import PairApp  # noqa: PLC0415
     from darko_gcs.tui.replay_app import ReplayApp  # noqa: PLC0415
     from protocol.errors import FileError  # noqa: PLC0415 - --help must not load the wire
@@ -52,9 +61,12 @@ def run(args: argparse.Namespace) -> int:
 
     if args.other is None and (args.align is not None or args.offset is not None):
         raise GroundError("--align and --offset need a second log")
+    if args.other is not None and args.to is not None:
+        raise GroundError("--to needs one log alone")
+    send_to = loopback_or_asked(args.to or DEFAULT_TO, is_network_allowed=args.network)
     try:
         feeds = [
-            ReplayFeed(read_tlog(path), path.name, begin=args.at, speed=args.speed)
+            ReplayFeed(read_tlog(path), path.name, begin=args.at, speed=args.speed, send_to=send_to)
             for path in (args.file, args.other)
             if path is not None
         ]

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Awaitable, Callable, Sequence
-from dataclasses import replace
 
 from darko_gcs.errors import LinkError
 from darko_gcs.feed.outward_link import link_to, outward_address
 from darko_gcs.feed.sitl_process import SitlProcess
-from darko_gcs.state.snapshot import Snapshot
+from darko_gcs.state.snapshot import Snapshot, updated
 from darko_gcs.state.values import Simulator
 from darko_gcs.station.fleet import Fleet
 from darko_gcs.station.initial_sync import InitialSync
@@ -104,7 +103,7 @@ class LiveFeed:
     def _set_simulator(self, state: Simulator) -> None:
         for station in self.fleet.every:
             if state is not station.snapshot.simulator:
-                station.snapshot = replace(station.snapshot, simulator=state)
+                station.snapshot = updated(station.snapshot, simulator=state)
 
     def note(self, text: str) -> None:
         """Put a text into the recording."""

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from darko_gcs.errors import LinkError
 from darko_gcs.feed.udp_link import UdpLink
+from darko_gcs.feed.udp_socket import UdpSocket
 from darko_gcs.station.station import Station
 from protocol.framing import FrameBuffer
 from protocol.loopback import is_loopback
@@ -105,8 +106,8 @@ class OutwardLink(UdpLink):
             if kind == "udpout":
                 self._peer = await self._resolved(place, number)
                 local = "127.0.0.1" if is_loopback(self._peer) else "0.0.0.0"  # noqa: S104 - the vehicle is elsewhere
-                self._transport, _ = await loop.create_datagram_endpoint(lambda: self, local_addr=(local, 0))
-                self.port = int(self._transport.get_extra_info("sockname")[1])
+                self._socket = await UdpSocket.bind(local, 0, self.take_datagrams)
+                self.port = self._socket.address[1]
             elif kind == "tcp":
                 self._stream, _ = await loop.create_connection(lambda: _Stream(self), place, number)
             else:

@@ -107,6 +107,7 @@ class PairFeed(Player):
     ) -> None:
         super().__init__(speed)
         self.flights = (RecordedFlight("A", first), RecordedFlight("B", second))
+        self.owners = ("A", "B")
         self.alignment, self.shift = alignment, shift
         self._begin, self._now = begin, 0.0
         self.snapshot = first.snapshot
@@ -173,7 +174,9 @@ class PairFeed(Player):
             sorted(
                 (
                     mark._replace(
-                        time=flight.common_time(mark.time) - self._ends.begin, text=f"{flight.letter}: {mark.text}"
+                        time=flight.common_time(mark.time) - self._ends.begin,
+                        text=f"{flight.letter}: {mark.text}",
+                        owner=flight.letter,
                     )
                     for flight in self.flights
                     for mark in flight.feed.marks

@@ -21,6 +21,7 @@ class Player(ABC):
     Attributes:
         snapshot: What the screens show.
         marks: What happened, by time.
+        owners: Letters of the flights that the marks belong to.
         playing: False while it stands still.
         backwards: Whether it plays backwards.
         looping: Whether it begins anew at its end.
@@ -29,6 +30,7 @@ class Player(ABC):
 
     snapshot: Snapshot
     marks: tuple[Mark, ...]
+    owners: tuple[str, ...] = ("",)
 
     def __init__(self, speed: float) -> None:
         self.station: Station | None = None

@@ -37,6 +37,7 @@ class Mark(NamedTuple):
     time: float  # playing time [s]
     kind: MarkKind
     text: str
+    owner: str = ""  # letter of its flight, if there are several
 
 
 def recorded_marks(reader: TlogReader, timeline: Timeline, source: Source | None) -> tuple[Mark, ...]:

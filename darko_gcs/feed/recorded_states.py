@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,7 +16,7 @@ import numpy as np
 from darko_gcs.feed.recorded_measurements import MEASUREMENTS, RecordedMeasurements
 from darko_gcs.state.message_log import add_line
 from darko_gcs.state.reduce import HANDLERS, after_restart, reduce
-from darko_gcs.state.snapshot import Snapshot
+from darko_gcs.state.snapshot import Snapshot, updated
 from protocol.dialect import mavlink
 from protocol.tlog import TlogReader, message_name
 from protocol.tlog.replay import Timeline
@@ -72,7 +71,7 @@ class RecordedStates:
         for step in self._steps[count // KEPT_EVERY * KEPT_EVERY : count]:
             s = step.change(s)
         law_since = self._measured.law_since(played, self._jump_row(played), s.law_since)
-        return replace(self._with_measurements(s, played), law_since=law_since)
+        return updated(self._with_measurements(s, played), law_since=law_since)
 
     def has_remark(self, rows: range) -> bool:
         """Whether there is a remark about the recording behind one of these records."""
@@ -108,13 +107,13 @@ class RecordedStates:
         """The snapshot with the last measurement of each kind, in the order of the log."""
         rows = self._measured.last_rows(played)
         known: dict[str, Any] = {"source": s.source, "autopilot": s.autopilot, "kind": s.kind}
-        s = replace(s, source=None, autopilot=0, kind=0)  # as it was before the vehicle was known
+        s = updated(s, source=None, autopilot=0, kind=0)  # as it was before the vehicle was known
         is_known = False
         for row in rows:
             if row >= self._vehicle_row and not is_known:
-                s, is_known = replace(s, **known), True
+                s, is_known = updated(s, **known), True
             s = self._fold(row)(s)
-        return replace(s, **known, **self._measured.collected(played))
+        return updated(s, **known, **self._measured.collected(played))
 
     def _jump_row(self, played: int) -> int:
         """The record of the last jump; -1 if there was none since the last restart."""

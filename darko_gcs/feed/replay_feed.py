@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 from numpy.typing import NDArray
 
+from darko_gcs.errors import LinkError
+from darko_gcs.feed.outward_link import OutwardAddress
 from darko_gcs.feed.player import Player
 from darko_gcs.feed.recorded_marks import recorded_marks
 from darko_gcs.feed.recorded_states import RecordedStates
+from darko_gcs.feed.replay_output import ReplayOutput
 from darko_gcs.state.message_log import add_line
 from darko_gcs.state.reduce import reduce
-from darko_gcs.state.snapshot import EMPTY_SNAPSHOT
+from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, updated
 from protocol.dialect import mavlink
 from protocol.flight_log.flight_clock import flight_times
 from protocol.message import Source
@@ -32,6 +33,7 @@ class ReplayFeed(Player):
         name: Its name, for the message log.
         begin: Where to begin [s].
         speed: Playing speed, times real time.
+        send_to: Another station, which may be sent what is played.
 
     Attributes:
         timeline: Where it is.
@@ -39,10 +41,18 @@ class ReplayFeed(Player):
         flight_times: The vehicle's time of each record [s], shape (n,).
     """
 
-    def __init__(self, reader: TlogReader, name: str, *, begin: float = 0.0, speed: float = 1.0) -> None:
+    def __init__(
+        self,
+        reader: TlogReader,
+        name: str,
+        *,
+        begin: float = 0.0,
+        speed: float = 1.0,
+        send_to: OutwardAddress | None = None,
+    ) -> None:
         super().__init__(speed)
         self.reader, self.timeline, self.name = reader, Timeline(reader), name
-        first = add_line(replace(EMPTY_SNAPSHOT, is_replay=True), 0.0, mavlink.MAV_SEVERITY_NOTICE, f"Replay of {name}")
+        first = add_line(updated(EMPTY_SNAPSHOT, is_replay=True), 0.0, mavlink.MAV_SEVERITY_NOTICE, f"Replay of {name}")
         self._states = RecordedStates(reader, self.timeline, first)
         self.source: Source | None = self._states.last.source
         self.flight_times: NDArray[np.float64] = (
@@ -51,6 +61,7 @@ class ReplayFeed(Player):
         self.marks = recorded_marks(reader, self.timeline, self.source)
         self.snapshot = first
         self._begin = begin
+        self.output = None if send_to is None else ReplayOutput(reader, send_to)
 
     @property
     def now(self) -> float:
@@ -76,21 +87,46 @@ class ReplayFeed(Player):
     def seek(self, time: float) -> None:
         """Go to a playing time [s]."""
         self.timeline.seek(time)
-        self.snapshot = self._states.at(self.timeline.played)
+        self._look_up()
 
     def step(self, records: int) -> None:
         """Go on, or back, by some records, and stand still there."""
         self.playing = False
         self.timeline.go_to(self.timeline.played + records)
-        self.snapshot = self._states.at(self.timeline.played)
+        self._look_up()
 
     def play(self, elapsed: float) -> None:
         """Play on by some playing time [s], message by message if they are few."""
         rows = self.timeline.advance(elapsed)
+        if self.output is not None:
+            self.output.send(rows)
         if len(rows) > MAX_PLAYED or self._states.has_remark(rows):
-            self.snapshot = self._states.at(self.timeline.played)
+            self._look_up()
             return
         for row in rows:
             message = self.timeline.message(row)
             if message is not None:
                 self.snapshot = reduce(self.snapshot, message, float(self.timeline.times[row]))
+
+    def _look_up(self) -> None:
+        """The snapshot of the present place."""
+        self.snapshot = updated(self._states.at(self.timeline.played), sends_to=self.snapshot.sends_to)
+
+    async def toggle_output(self) -> None:
+        """Send what is played, or send it no more.
+
+        Raises:
+            LinkError: There is nothing to send, nowhere to send it to, or no way there.
+        """
+        if self.output is None:
+            raise LinkError("there is no address to send to")
+        if self.output.words:
+            self.output.stop()
+        else:
+            await self.output.start()
+        self.snapshot = updated(self.snapshot, sends_to=self.output.words)
+
+    async def close(self) -> None:
+        """Send no more."""
+        if self.output is not None:
+            self.output.stop()

@@ -4,29 +4,29 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import socket
 import time
+from collections.abc import Sequence
 
 from darko_gcs.errors import LinkError
+from darko_gcs.feed.udp_socket import Address, Datagram, UdpSocket
 from darko_gcs.station.station import Station
 from protocol.loopback import is_loopback
 from protocol.signing import is_secret
 
 __all__ = ["UdpLink"]
 
-Address = tuple[str, int]
 TIMER_PERIOD = 0.02  # [s]
-RECEIVE_BUFFER = 1 << 22  # for what twenty vehicles send while screens are drawn; the system may allow less [bytes]
 
 
-class UdpLink(asyncio.DatagramProtocol):
+class UdpLink:
     """Connects a station to the network until it is closed."""
 
     def __init__(self, station: Station) -> None:
         self.station = station
         self.port = 0  # local, once it is open
         self._peer: Address | None = None
-        self._transport: asyncio.DatagramTransport | None = None
+        self._judged: Address | None = None  # the address that is known to be private or not
+        self._socket: UdpSocket | None = None
         self._timer: asyncio.Task[None] | None = None
         self._epoch = time.time_ns() // 1000 - time.monotonic_ns() // 1000  # of the monotonic clock, since 1970 [us]
 
@@ -36,16 +36,13 @@ class UdpLink(asyncio.DatagramProtocol):
         Raises:
             LinkError: If the port is not available.
         """
-        loop = asyncio.get_running_loop()
         try:
-            transport, _ = await loop.create_datagram_endpoint(lambda: self, local_addr=(host, port))
+            self._socket = await UdpSocket.bind(host, port, self.take_datagrams)
         except (OSError, UnicodeError) as error:  # UnicodeError: the text cannot be a host name
             reason = getattr(error, "strerror", None) or "not a host name"
             raise LinkError(f"cannot listen on {host[:64]}:{port}: {reason}") from error
-        transport.get_extra_info("socket").setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVE_BUFFER)
-        self._transport = transport
         self._timer = asyncio.create_task(self._run_timer())
-        self.port = int(transport.get_extra_info("sockname")[1])
+        self.port = self._socket.address[1]
 
     async def close(self) -> None:
         """Release the port and close the recording."""
@@ -53,14 +50,15 @@ class UdpLink(asyncio.DatagramProtocol):
             self._timer.cancel()
             with contextlib.suppress(asyncio.CancelledError):
                 await self._timer
-        if self._transport is not None:
-            self._transport.close()
+        if self._socket is not None:
+            self._socket.close()
+            self._socket = None
         self.station.close()
 
     @property
     def words(self) -> str:
         """What the link does."""
-        host, port = self._transport.get_extra_info("sockname")[:2] if self._transport is not None else ("", self.port)
+        host, port = ("", self.port) if self._socket is None else self._socket.address
         return f"Listening on {host}:{port}"
 
     @property
@@ -68,15 +66,17 @@ class UdpLink(asyncio.DatagramProtocol):
         """The station's clock [s]."""
         return time.monotonic()
 
-    def datagram_received(self, data: bytes, addr: Address) -> None:
-        """Take a datagram. Answers go to the address that the vehicle sends from, never to other senders."""
-        if self.station.receive(data, self.now, self.time_usec()):
-            self._peer = addr
-            self.station.signing.is_private = is_loopback(addr)
+    def take_datagrams(self, datagrams: Sequence[Datagram]) -> None:
+        """Take datagrams. Answers go to the address that the vehicle sends from, never to other senders."""
+        for data, sender in datagrams:
+            if not self.station.receive(data, self.now, self.time_usec()):
+                continue
+            if sender != self._peer:
+                self._send()  # answers to the address before
+                self._peer = sender
+            if sender != self._judged:
+                self.station.signing.is_private, self._judged = is_loopback(sender), sender
         self._send()
-
-    def error_received(self, exc: Exception) -> None:
-        """The vehicle's port is closed at the moment: a loss, not an error."""
 
     async def _run_timer(self) -> None:
         while True:
@@ -85,11 +85,11 @@ class UdpLink(asyncio.DatagramProtocol):
             await asyncio.sleep(TIMER_PERIOD)
 
     def _send(self) -> None:
-        if self._peer is None or self._transport is None:
+        if self._peer is None or self._socket is None:
             return
         for data in self.station.outgoing(self.now, self.time_usec()):
             if not is_secret(data) or is_loopback(self._peer):  # the vehicle's address may have changed meanwhile
-                self._transport.sendto(data, self._peer)
+                self._socket.sendto(data, self._peer)
 
     def time_usec(self) -> int:
         """Time for the log: since 1970, from the wall clock at the start, which may be set during a recording."""

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
-from darko_gcs.state.snapshot import Snapshot
+from darko_gcs.state.snapshot import Snapshot, updated
 from darko_gcs.state.text import printable
 from darko_gcs.state.values import LogLine, OpenText
 from protocol.message import Message, source_of
@@ -23,7 +21,7 @@ def add_line(s: Snapshot, now: float, severity: int, text: str) -> Snapshot:
         severity: MAV_SEVERITY.
         text: The line.
     """
-    return replace(s, messages=(*s.messages[-MAX_LINES + 1 :], LogLine(now, severity, printable(text))))
+    return updated(s, messages=(*s.messages[-MAX_LINES + 1 :], LogLine(now, severity, printable(text))))
 
 
 def add_status_text(s: Snapshot, message: Message, now: float) -> Snapshot:
@@ -31,7 +29,7 @@ def add_status_text(s: Snapshot, message: Message, now: float) -> Snapshot:
     key, last = (source_of(message)[1], message.id, message.chunk_seq), s.open_text
     if message.id and last is not None and key == last[:3] and s.messages and s.messages[-1] is last.line:
         line = last.line._replace(text=last.line.text + printable(message.text))
-        s = replace(s, messages=(*s.messages[:-1], line))
+        s = updated(s, messages=(*s.messages[:-1], line))
     else:
         s = add_line(s, now, message.severity, message.text)
-    return replace(s, open_text=OpenText(key[0], message.id, message.chunk_seq + 1, s.messages[-1]))
+    return updated(s, open_text=OpenText(key[0], message.id, message.chunk_seq + 1, s.messages[-1]))

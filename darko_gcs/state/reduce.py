@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import TypeVar
 
 from darko_gcs.state.message_handlers import HandlerTable
@@ -14,7 +13,7 @@ from darko_gcs.state.reduce_darko import DARKO_HANDLERS
 from darko_gcs.state.reduce_estimate import ESTIMATE_HANDLERS
 from darko_gcs.state.reduce_flight_plan import FLIGHT_PLAN_HANDLERS
 from darko_gcs.state.reduce_others import OTHER_HANDLERS, mission_item
-from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
+from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot, updated
 from darko_gcs.state.values import NO_ITEM, Navigation, PlanIds
 from protocol import units
 from protocol.dialect import mavlink
@@ -53,7 +52,7 @@ FIELDS_KEPT_AT_RESTART = (
     "source", "autopilot", "kind", "armed", "mode", "critical", "heartbeat_at", "lost", "restarts", "parameters",
     "parameter_count", "parameter_types", "parameter_changes", "parameter_metadata",
     "mission", "fence", "rally", "transfer", "messages", "open_text", "received", "rate", "loss", "unrecorded",
-    "signing", "refused", "is_replay", "simulator",
+    "signing", "refused", "is_replay", "sends_to", "simulator",
 )  # fmt: skip
 MAX_NUMBER = 1e9  # of the fields below, in their units
 # Fields that must be finite and below MAX_NUMBER, or the message is ignored: an unsigned message may come from anyone.
@@ -113,7 +112,7 @@ def reduce(s: Snapshot, message: Message, now: float) -> Snapshot:
         return s
     boot = getattr(message, "time_boot_ms", None)
     if boot is None:
-        return handler(replace(s, arrivals={**s.arrivals, kind: now}), message, now)
+        return handler(updated(s, arrivals={**s.arrivals, kind: now}), message, now)
     s = _at_boot_time(s, boot / 1e3, kind, now)
     return s if s.late_messages else handler(s, message, now)  # a late one is of before a restart, or delayed
 
@@ -138,7 +137,7 @@ def _heartbeat(s: Snapshot, m: Message, now: float) -> Snapshot:
         return s
     if s.source is not None and s.source != source:
         return s
-    return replace(
+    return updated(
         s,
         source=source,
         autopilot=m.autopilot,
@@ -153,16 +152,16 @@ def _heartbeat(s: Snapshot, m: Message, now: float) -> Snapshot:
 
 def _at_boot_time(s: Snapshot, boot: float, kind: str, now: float) -> Snapshot:
     if s.boot is None or boot >= s.boot - RESTART_STEP:
-        return replace(s, boot=boot, late_messages=0, arrivals={**s.arrivals, kind: now})
+        return updated(s, boot=boot, late_messages=0, arrivals={**s.arrivals, kind: now})
     if s.late_messages + 1 < RESTART_MESSAGES:
-        return replace(s, late_messages=s.late_messages + 1)
-    return replace(after_restart(s, now), boot=boot, arrivals={kind: now})
+        return updated(s, late_messages=s.late_messages + 1)
+    return updated(after_restart(s, now), boot=boot, arrivals={kind: now})
 
 
 def after_restart(s: Snapshot, now: float) -> Snapshot:
     """The snapshot of a vehicle that has restarted: without the flight before."""
-    s = replace(EMPTY_SNAPSHOT, **{name: getattr(s, name) for name in FIELDS_KEPT_AT_RESTART})
-    return add_line(replace(s, restarts=s.restarts + 1), now, mavlink.MAV_SEVERITY_NOTICE, "The vehicle restarted")
+    s = updated(EMPTY_SNAPSHOT, **{name: getattr(s, name) for name in FIELDS_KEPT_AT_RESTART})
+    return add_line(updated(s, restarts=s.restarts + 1), now, mavlink.MAV_SEVERITY_NOTICE, "The vehicle restarted")
 
 
 # Attitude, position, air
@@ -174,7 +173,7 @@ def _attitude_quaternion(s: Snapshot, m: Message, _now: float) -> Snapshot:
     offset = tuple(m.repr_offset_q) if any(m.repr_offset_q) else SHOW_AS_TOLD
     if s.tells_hover_frame and not _tells_flying_frame(offset):
         q, offset = flying_attitude(q), multiply(SHOW_PITCHED_DOWN, offset)
-    return replace(s, q=q, q_time=m.time_boot_ms / 1e3, repr_offset=offset, heading=heading_of(q))
+    return updated(s, q=q, q_time=m.time_boot_ms / 1e3, repr_offset=offset, heading=heading_of(q))
 
 
 def _tells_flying_frame(offset: tuple[float, ...]) -> bool:
@@ -189,14 +188,14 @@ def _attitude(s: Snapshot, m: Message, _now: float) -> Snapshot:
     q = quaternion_from_euler(m.roll, m.pitch, m.yaw)
     if s.tells_hover_frame:
         q = flying_attitude(q)
-        return replace(s, q=q, heading=heading_of(q))
-    return replace(s, q=q, heading=m.yaw % (2.0 * math.pi))
+        return updated(s, q=q, heading=heading_of(q))
+    return updated(s, q=q, heading=m.yaw % (2.0 * math.pi))
 
 
 @HANDLERS.handles("LOCAL_POSITION_NED")
 def _local_position(s: Snapshot, m: Message, _now: float) -> Snapshot:
     p, v = (m.x, m.y, m.z), (m.vx, m.vy, m.vz)
-    return replace(s, p=p, p_time=m.time_boot_ms / 1e3, v=v, track=_extended(s.track, p[:2]))
+    return updated(s, p=p, p_time=m.time_boot_ms / 1e3, v=v, track=_extended(s.track, p[:2]))
 
 
 def _extended(track: tuple[tuple[float, float], ...], at: tuple[float, float]) -> tuple[tuple[float, float], ...]:
@@ -215,12 +214,12 @@ def thinned(track: tuple[T, ...]) -> tuple[T, ...]:
 @HANDLERS.handles("GLOBAL_POSITION_INT")
 def _global_position(s: Snapshot, m: Message, _now: float) -> Snapshot:
     here = Geodetic(units.from_e7(m.lat), units.from_e7(m.lon), units.from_millimetres(m.alt))
-    return replace(s, geodetic=here, relative_altitude=units.from_millimetres(m.relative_alt))
+    return updated(s, geodetic=here, relative_altitude=units.from_millimetres(m.relative_alt))
 
 
 @HANDLERS.handles("POSITION_TARGET_LOCAL_NED")
 def _position_target(s: Snapshot, m: Message, _now: float) -> Snapshot:
-    return replace(s, target=(m.x, m.y, m.z))
+    return updated(s, target=(m.x, m.y, m.z))
 
 
 @HANDLERS.handles("HOME_POSITION")
@@ -229,23 +228,23 @@ def _home(s: Snapshot, m: Message, _now: float) -> Snapshot:
         return s
     home = Geodetic(units.from_e7(m.latitude), units.from_e7(m.longitude), units.from_millimetres(m.altitude))
     p = (m.x, m.y, m.z)
-    return replace(s, home=home, home_p=p if all(map(math.isfinite, p)) else s.home_p)
+    return updated(s, home=home, home_p=p if all(map(math.isfinite, p)) else s.home_p)
 
 
 @HANDLERS.handles("VFR_HUD")
 def _vfr_hud(s: Snapshot, m: Message, _now: float) -> Snapshot:
-    return replace(s, airspeed=m.airspeed, ground_speed=m.groundspeed, throttle=m.throttle / 100.0)
+    return updated(s, airspeed=m.airspeed, ground_speed=m.groundspeed, throttle=m.throttle / 100.0)
 
 
 @HANDLERS.handles("WIND_COV")
 def _wind(s: Snapshot, m: Message, _now: float) -> Snapshot:
-    return replace(s, wind=(m.wind_x, m.wind_y, m.wind_z))
+    return updated(s, wind=(m.wind_x, m.wind_y, m.wind_z))
 
 
 @HANDLERS.handles("NAV_CONTROLLER_OUTPUT")
 def _navigation(s: Snapshot, m: Message, _now: float) -> Snapshot:
     bearing = math.radians(m.target_bearing)
-    return replace(s, navigation=Navigation(m.xtrack_error, m.alt_error, float(m.wp_dist), bearing))
+    return updated(s, navigation=Navigation(m.xtrack_error, m.alt_error, float(m.wp_dist), bearing))
 
 
 # State of the vehicle
@@ -253,14 +252,14 @@ def _navigation(s: Snapshot, m: Message, _now: float) -> Snapshot:
 
 @HANDLERS.handles("EXTENDED_SYS_STATE")
 def _extended_state(s: Snapshot, m: Message, _now: float) -> Snapshot:
-    return replace(s, landed_state=m.landed_state, vtol_state=m.vtol_state)
+    return updated(s, landed_state=m.landed_state, vtol_state=m.vtol_state)
 
 
 @HANDLERS.handles("SYS_STATUS")
 def _sys_status(s: Snapshot, m: Message, _now: float) -> Snapshot:
     bit = mavlink.MAV_SYS_STATUS_PREARM_CHECK
     ready = bool(m.onboard_control_sensors_health & bit) if m.onboard_control_sensors_present & bit else None
-    return replace(
+    return updated(
         s,
         prearm_ok=ready,
         system_voltage=m.voltage_battery / 1e3 if 0 < m.voltage_battery < UNKNOWN_VOLTAGE else None,
@@ -272,7 +271,7 @@ def _sys_status(s: Snapshot, m: Message, _now: float) -> Snapshot:
 @HANDLERS.handles("BATTERY_STATUS")
 def _battery(s: Snapshot, m: Message, _now: float) -> Snapshot:
     cells = [cell / 1e3 for cell in m.voltages if cell != UNKNOWN_VOLTAGE]
-    return replace(
+    return updated(
         s,
         voltage=sum(cells) if cells else None,
         current=m.current_battery / 100.0 if m.current_battery >= 0 else None,
@@ -282,14 +281,14 @@ def _battery(s: Snapshot, m: Message, _now: float) -> Snapshot:
 
 @HANDLERS.handles("SERVO_OUTPUT_RAW")
 def _servo_outputs(s: Snapshot, m: Message, _now: float) -> Snapshot:
-    return replace(s, servos=tuple(getattr(m, f"servo{number}_raw") for number in range(1, SERVOS + 1)))
+    return updated(s, servos=tuple(getattr(m, f"servo{number}_raw") for number in range(1, SERVOS + 1)))
 
 
 @HANDLERS.handles("CONTROL_STATUS")
 def _control_status(s: Snapshot, m: Message, _now: float) -> Snapshot:
     asked_by = s.control_asked_by if m.gcs_main == s.in_control else 0
     allowed = bool(m.flags & mavlink.GCS_CONTROL_STATUS_FLAGS_TAKEOVER_ALLOWED)
-    return replace(s, in_control=m.gcs_main, takeover_allowed=allowed, control_asked_by=asked_by)
+    return updated(s, in_control=m.gcs_main, takeover_allowed=allowed, control_asked_by=asked_by)
 
 
 @HANDLERS.handles("PARAM_VALUE")
@@ -302,7 +301,7 @@ def _parameter(s: Snapshot, m: Message, _now: float) -> Snapshot:
     if types.get(m.param_id) != m.param_type:
         types = {**types, m.param_id: m.param_type}
     parameters = {**s.parameters, m.param_id: value}
-    return replace(s, parameters=parameters, parameter_count=m.param_count, parameter_types=types)
+    return updated(s, parameters=parameters, parameter_count=m.param_count, parameter_types=types)
 
 
 HANDLERS.handles("STATUSTEXT")(add_status_text)
@@ -314,7 +313,7 @@ HANDLERS.handles("STATUSTEXT")(add_status_text)
 @HANDLERS.handles("MISSION_CURRENT")
 def _mission_current(s: Snapshot, m: Message, now: float) -> Snapshot:
     begins = m.mission_state == mavlink.MISSION_STATE_ACTIVE and s.mission_state != m.mission_state
-    return replace(
+    return updated(
         s,
         mission_current=m.seq,
         mission_count=None if m.total == NO_ITEM else m.total,
@@ -326,7 +325,7 @@ def _mission_current(s: Snapshot, m: Message, now: float) -> Snapshot:
 
 @HANDLERS.handles("MISSION_ITEM_REACHED")
 def _item_reached(s: Snapshot, m: Message, _now: float) -> Snapshot:
-    return replace(s, reached=s.reached | {m.seq})
+    return updated(s, reached=s.reached | {m.seq})
 
 
 HANDLERS.handles("MISSION_ITEM_INT")(mission_item)

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 from darko_gcs.state.message_handlers import HandlerTable
-from darko_gcs.state.snapshot import Snapshot
+from darko_gcs.state.snapshot import Snapshot, updated
 from darko_gcs.state.text import printable
 from darko_gcs.state.values import (
     NO_ITEM,
@@ -50,7 +49,7 @@ def _hybrid(s: Snapshot, m: Message, _now: float) -> Snapshot:
     history = s.v_history
     if not history or time > history[-1][0]:
         history = (*history[-MAX_V_POINTS + 1 :], v_point(time, m.law, m.v_hover, m.v_forward))
-    return replace(s, hybrid=hybrid, v_history=history, law_since=time if changed else s.law_since)
+    return updated(s, hybrid=hybrid, v_history=history, law_since=time if changed else s.law_since)
 
 
 def v_point(time: float, law: int, v_hover: float, v_forward: float) -> tuple[float, float, float]:
@@ -74,7 +73,7 @@ def _jump(s: Snapshot, m: Message, _now: float) -> Snapshot:
         name=printable(m.name),
         v=m.v,
     )
-    return replace(s, jumps=(*s.jumps[-MAX_JUMPS + 1 :], jump), law_since=jump.time)
+    return updated(s, jumps=(*s.jumps[-MAX_JUMPS + 1 :], jump), law_since=jump.time)
 
 
 @DARKO_HANDLERS.handles("DARKO_ACTUATORS")
@@ -92,12 +91,12 @@ def _actuators(s: Snapshot, m: Message, _now: float) -> Snapshot:
         saturation=Saturation(m.saturation),
     )
     saturated_now = dict.fromkeys(actuators.saturation, m.time_boot_ms / 1e3)
-    return replace(s, actuators=actuators, saturated_at={**s.saturated_at, **saturated_now})
+    return updated(s, actuators=actuators, saturated_at={**s.saturated_at, **saturated_now})
 
 
 @DARKO_HANDLERS.handles("DARKO_ENERGY")
 def _energy(s: Snapshot, m: Message, _now: float) -> Snapshot:
-    return replace(s, energy=Energy(m.power, m.energy, tuple(m.energy_by_law)))
+    return updated(s, energy=Energy(m.power, m.energy, tuple(m.energy_by_law)))
 
 
 @DARKO_HANDLERS.handles("DARKO_DECISION")
@@ -116,10 +115,10 @@ def _decision(s: Snapshot, m: Message, _now: float) -> Snapshot:
         forward_time=m.forward_time,
         forward_energy=m.forward_energy,
     )
-    return replace(s, decision=decision)
+    return updated(s, decision=decision)
 
 
 @DARKO_HANDLERS.handles("DARKO_AIR")
 def _air(s: Snapshot, m: Message, _now: float) -> Snapshot:
     estimate, true = (tuple(wind) for wind in (m.wind_estimate, m.wind_true))
-    return replace(s, air=Air(estimate, true, m.airspeed_estimate, m.airspeed_true))
+    return updated(s, air=Air(estimate, true, m.airspeed_estimate, m.airspeed_true))

@@ -6,10 +6,9 @@ https://mavlink.io/en/messages/common.html#ODOMETRY and #ESTIMATOR_STATUS
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 from darko_gcs.state.message_handlers import HandlerTable
-from darko_gcs.state.snapshot import Snapshot
+from darko_gcs.state.snapshot import Snapshot, updated
 from darko_gcs.state.values import Doubt, Truth
 from protocol.dialect import mavlink
 from protocol.frames import flying_attitude, flying_axes
@@ -34,27 +33,27 @@ def _truth(s: Snapshot, m: Message, _now: float) -> Snapshot:
         rates=flying_axes(m.rates),
         wind=tuple(m.wind),
     )
-    return replace(s, truth=truth)
+    return updated(s, truth=truth)
 
 
 @ESTIMATE_HANDLERS.handles("ODOMETRY")
 def _odometry(s: Snapshot, m: Message, _now: float) -> Snapshot:
     """Of ODOMETRY the deviations; pose and velocity come more often in other messages."""
     if m.estimator_type == mavlink.MAV_ESTIMATOR_TYPE_NAIVE:
-        return replace(s, doubt=None)
+        return updated(s, doubt=None)
     pose, velocity = ([_root(v) for v in variances] for variances in (m.pose_covariance, m.velocity_covariance))
     doubt = Doubt(
         p=(pose[NORTH], pose[EAST], pose[DOWN]),
         v=max(velocity[NORTH], velocity[EAST], velocity[DOWN]),
         attitude=max(pose[ROLL], pose[PITCH], pose[YAW]),
     )
-    return replace(s, doubt=doubt)
+    return updated(s, doubt=doubt)
 
 
 @ESTIMATE_HANDLERS.handles("ESTIMATOR_STATUS")
 def _status(s: Snapshot, m: Message, _now: float) -> Snapshot:
     told = [ratio for name in TEST_RATIOS if math.isfinite(ratio := getattr(m, name))]
-    return replace(s, test_ratio=max(told, default=None))
+    return updated(s, test_ratio=max(told, default=None))
 
 
 def _root(variance: float) -> float:

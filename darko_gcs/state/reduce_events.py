@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import singledispatch
 
 from darko_gcs.state.message_log import add_line
 from darko_gcs.state.missions.plan_parts import ALL_PLANS, MISSION, PLAN_TITLES, with_plan
-from darko_gcs.state.snapshot import Snapshot
+from darko_gcs.state.snapshot import Snapshot, updated
 from darko_gcs.state.text import command_name, printable, reason_text
 from protocol.dialect import mavlink
 from protocol.events import (
@@ -59,7 +58,7 @@ def _command_done(e: CommandDone, s: Snapshot, now: float) -> Snapshot:
     if accepted and e.command == mavlink.MAV_CMD_DARKO_MOVE_WAYPOINT:  # every step of a move is one
         return s
     if s.in_progress is not None and s.in_progress.request == e.request:
-        s = replace(s, in_progress=None)
+        s = updated(s, in_progress=None)
     text = f"{command_name(e.command)}: {reason_text(e.reason)}"
     return add_line(s, now, INFO if accepted else WARNING, text)
 
@@ -67,32 +66,32 @@ def _command_done(e: CommandDone, s: Snapshot, now: float) -> Snapshot:
 @_after.register
 def _command_progress(e: CommandProgress, s: Snapshot, now: float) -> Snapshot:
     is_new = s.in_progress is None or s.in_progress.request != e.request
-    s = replace(s, in_progress=e)
+    s = updated(s, in_progress=e)
     return add_line(s, now, INFO, f"{command_name(e.command)}: in progress (x cancels it)") if is_new else s
 
 
 @_after.register
 def _control_requested(e: ControlRequested, s: Snapshot, now: float) -> Snapshot:
-    s = replace(s, control_asked_by=e.system)
+    s = updated(s, control_asked_by=e.system)
     return add_line(s, now, NOTICE, f"Ground station {e.system} asks for control (press k to answer)")
 
 
 @_after.register
 def _mission_progress(e: MissionProgress, s: Snapshot, _now: float) -> Snapshot:
-    return replace(s, transfer=(e.direction, e.done, e.total))
+    return updated(s, transfer=(e.direction, e.done, e.total))
 
 
 @_after.register
 def _mission_uploaded(e: MissionUploaded, s: Snapshot, now: float) -> Snapshot:
     if e.is_partial:
-        return add_line(replace(s, transfer=None), now, INFO, f"{e.count} item{'s' * (e.count != 1)} replaced")
-    s = replace(s, transfer=None, reached=frozenset() if e.kind == MISSION else s.reached)
+        return add_line(updated(s, transfer=None), now, INFO, f"{e.count} item{'s' * (e.count != 1)} replaced")
+    s = updated(s, transfer=None, reached=frozenset() if e.kind == MISSION else s.reached)
     return add_line(s, now, INFO, f"{PLAN_TITLES[e.kind]} of {e.count} items uploaded")
 
 
 @_after.register
 def _mission_downloaded(e: MissionDownloaded, s: Snapshot, now: float) -> Snapshot:
-    s = with_plan(replace(s, transfer=None), e.kind, e.items)
+    s = with_plan(updated(s, transfer=None), e.kind, e.items)
     if e.items:
         return add_line(s, now, INFO, f"{PLAN_TITLES[e.kind]} of {len(e.items)} items downloaded")
     return add_line(s, now, INFO, "No mission on the vehicle") if e.kind == MISSION else s
@@ -101,13 +100,13 @@ def _mission_downloaded(e: MissionDownloaded, s: Snapshot, now: float) -> Snapsh
 @_after.register
 def _mission_cleared(e: MissionCleared, s: Snapshot, now: float) -> Snapshot:
     reached = frozenset() if e.kind in {MISSION, ALL_PLANS} else s.reached
-    s = with_plan(replace(s, transfer=None, reached=reached), e.kind, ())
+    s = with_plan(updated(s, transfer=None, reached=reached), e.kind, ())
     return add_line(s, now, INFO, f"{PLAN_TITLES[e.kind]} cleared")
 
 
 @_after.register
 def _mission_failed(e: MissionFailed, s: Snapshot, now: float) -> Snapshot:
-    s = replace(s, transfer=None)
+    s = updated(s, transfer=None)
     if e.kind != MISSION and e.operation == "download" and e.result == mavlink.MAV_MISSION_UNSUPPORTED:
         return s  # a vehicle that supports no fence has none: no failure
     text = f"{PLAN_TITLES[e.kind]} {e.operation.replace('_', ' ')} failed: {reason_text(e.reason)}"
@@ -148,9 +147,9 @@ def _vehicle_found(e: VehicleFound, s: Snapshot, now: float) -> Snapshot:
 
 @_after.register
 def _vehicle_lost(e: VehicleLost, s: Snapshot, now: float) -> Snapshot:
-    return add_line(replace(s, lost=True), now, WARNING, f"Vehicle lost: silent for {e.age:.0f} s")
+    return add_line(updated(s, lost=True), now, WARNING, f"Vehicle lost: silent for {e.age:.0f} s")
 
 
 @_after.register
 def _vehicle_returned(e: VehicleReturned, s: Snapshot, now: float) -> Snapshot:
-    return add_line(replace(s, lost=False), now, NOTICE, f"Vehicle is back after {e.gap:.0f} s")
+    return add_line(updated(s, lost=False), now, NOTICE, f"Vehicle is back after {e.gap:.0f} s")

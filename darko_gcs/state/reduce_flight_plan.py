@@ -17,7 +17,7 @@ from darko_gcs.state.flight_plan_state import (
     PlanSetting,
 )
 from darko_gcs.state.message_handlers import HandlerTable
-from darko_gcs.state.snapshot import Snapshot
+from darko_gcs.state.snapshot import Snapshot, updated
 from darko_gcs.state.text import printable
 from protocol import units
 from protocol.engines.flight_plan_table import MAX_ENTRIES
@@ -49,7 +49,7 @@ def _status(s: Snapshot, m: Message, _now: float) -> Snapshot:
         stage_time=m.stage_time,
         flight_time=m.flight_time,
     )
-    return replace(s, flight_plan=plan)
+    return updated(s, flight_plan=plan)
 
 
 @FLIGHT_PLAN_HANDLERS.handles("DARKO_PLAN_BLOCK")
@@ -124,4 +124,4 @@ def _sorted(table: dict[int, Row]) -> dict[int, Row]:
 
 
 def _with(s: Snapshot, plan: FlightPlanState) -> Snapshot:
-    return replace(s, flight_plan=plan)
+    return updated(s, flight_plan=plan)

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 from darko_gcs.state.message_handlers import HandlerTable
 from darko_gcs.state.missions.plan_parts import plan_of, with_plan
 from darko_gcs.state.places import is_on_map
-from darko_gcs.state.snapshot import Snapshot
+from darko_gcs.state.snapshot import Snapshot, updated
 from protocol import units
 from protocol.dialect import mavlink
 from protocol.errors import LocalProtocolError
@@ -32,7 +31,7 @@ def _wind(s: Snapshot, m: Message, _now: float) -> Snapshot:
     """ArduPilot's wind: where it comes from, its speed, and the share of it that blows down."""
     level = math.sqrt(max(m.speed**2 - m.speed_z**2, 0.0))
     course = math.radians(m.direction + 180.0)
-    return replace(s, wind=(level * math.cos(course), level * math.sin(course), m.speed_z))
+    return updated(s, wind=(level * math.cos(course), level * math.sin(course), m.speed_z))
 
 
 @OTHER_HANDLERS.handles("POSITION_TARGET_GLOBAL_INT")
@@ -40,8 +39,8 @@ def _global_target(s: Snapshot, m: Message, _now: float) -> Snapshot:
     """ArduPilot's target; without a place above mean sea level there is none to show."""
     is_place = m.coordinate_frame in ABSOLUTE_ALTITUDE_FRAMES and not m.type_mask & NO_POSITION
     if not is_place or not is_on_map(m.lat_int, m.lon_int):
-        return replace(s, target_place=None)
-    return replace(s, target_place=Geodetic(units.from_e7(m.lat_int), units.from_e7(m.lon_int), m.alt))
+        return updated(s, target_place=None)
+    return updated(s, target_place=Geodetic(units.from_e7(m.lat_int), units.from_e7(m.lon_int), m.alt))
 
 
 @OTHER_HANDLERS.handles("MISSION_ITEM")

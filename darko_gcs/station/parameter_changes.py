@@ -9,13 +9,12 @@ from __future__ import annotations
 import re
 from collections import deque
 from collections.abc import Mapping
-from dataclasses import replace
 
 from darko_gcs.state.message_log import add_line
 from darko_gcs.state.parameter_change import ChangeState, ParameterChange
 from darko_gcs.state.parameter_metadata import number_text, same_value
 from darko_gcs.state.reduce_events import reduce_event
-from darko_gcs.state.snapshot import Snapshot
+from darko_gcs.state.snapshot import Snapshot, updated
 from darko_gcs.state.text import reason_text
 from protocol.dialect import mavlink
 from protocol.endpoint_ground import GroundEndpoint
@@ -52,7 +51,7 @@ class ParameterChanges:
             self._forget(name)
             self._queue.append((name, value))
         waiting = {name: ParameterChange(value) for name, value in wanted.items()}
-        return self._send(replace(s, parameter_changes={**s.parameter_changes, **waiting}), now)
+        return self._send(updated(s, parameter_changes={**s.parameter_changes, **waiting}), now)
 
     def take(self, event: Event, now: float) -> bool:
         """Take an event of the endpoint. Returns True if it is an answer, which ``handle_timer`` reports."""
@@ -118,7 +117,7 @@ class ParameterChanges:
 
 
 def _with_change(s: Snapshot, name: str, change: ParameterChange) -> Snapshot:
-    return replace(s, parameter_changes={**s.parameter_changes, name: change})
+    return updated(s, parameter_changes={**s.parameter_changes, name: change})
 
 
 def _words_about(s: Snapshot, name: str, since: float) -> str:

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 
 from darko_gcs.state.message_log import add_line
 from darko_gcs.state.missions.leg_predictions import LegChain
 from darko_gcs.state.reduce import reduce
 from darko_gcs.state.reduce_events import reduce_event
-from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
+from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot, updated
 from darko_gcs.station.family_requests import FamilyRequests
 from darko_gcs.station.flight_plan_requests import FlightPlanRequests
 from darko_gcs.station.leg_prediction_client import LegPredictionClient
@@ -148,7 +147,7 @@ class Station:
     def report_recording_fault(self, reason: str, now: float) -> None:
         """Show the operator that the flight is not recorded."""
         self.recording_fault = reason
-        self.snapshot = replace(self.snapshot, unrecorded=True)
+        self.snapshot = updated(self.snapshot, unrecorded=True)
         self.add_line(now, f"NOT RECORDING: {reason}", mavlink.MAV_SEVERITY_ERROR)
 
     def close(self) -> None:
@@ -315,9 +314,9 @@ class Station:
                 self.add_line(now, text)
         metadata = self.parameter_metadata.known
         if metadata and metadata is not self.snapshot.parameter_metadata:
-            self.snapshot = replace(self.snapshot, parameter_metadata=metadata)
+            self.snapshot = updated(self.snapshot, parameter_metadata=metadata)
         if self.leg_predictions.known is not self.snapshot.leg_predictions:
-            self.snapshot = replace(self.snapshot, leg_predictions=self.leg_predictions.known)
+            self.snapshot = updated(self.snapshot, leg_predictions=self.leg_predictions.known)
 
     def _update_rate(self, now: float) -> None:
         since, count = self._last_rate
@@ -327,7 +326,7 @@ class Station:
         heard = self.endpoint.codec.statistics.sources.get(self.endpoint.vehicle, SourceStatistics())
         rate = (heard.received - count) / (now - since) if since else _NAN
         loss = heard.lost / (heard.received + heard.lost) if heard.received else 0.0
-        self.snapshot = replace(self.snapshot, received=heard.received, rate=rate, loss=loss)
+        self.snapshot = updated(self.snapshot, received=heard.received, rate=rate, loss=loss)
         self._last_rate = (now, heard.received)
 
     def _update_signing(self, now: float) -> None:
@@ -336,7 +335,7 @@ class Station:
             self.add_line(now, text)
         state, refused = self.signing.state, self.endpoint.keyring.refused
         if (state, refused) != (self.snapshot.signing, self.snapshot.refused):
-            self.snapshot = replace(self.snapshot, signing=state, refused=refused)
+            self.snapshot = updated(self.snapshot, signing=state, refused=refused)
 
     def _is_selected(self, message: Message, now: float) -> bool:
         """True if the selected vehicle sent the message."""
@@ -348,8 +347,8 @@ class Station:
 
     def _handle_restart(self, now: float) -> None:
         """The vehicle has forgotten all requests; its plans and parameters must be fetched again."""
-        self.snapshot = replace(self.snapshot, mission=(), fence=(), rally=(), parameters={}, parameter_metadata={})
-        self.snapshot = replace(self.snapshot, parameter_changes={}, parameter_types={})
+        self.snapshot = updated(self.snapshot, mission=(), fence=(), rally=(), parameters={}, parameter_metadata={})
+        self.snapshot = updated(self.snapshot, parameter_changes={}, parameter_types={})
         self._parameter_changes = ParameterChanges(self.endpoint)
         self.plans.cancel()
         self.parameter_metadata.forget()

@@ -6,6 +6,7 @@ import asyncio
 import time
 from collections.abc import Callable, Iterable
 from datetime import datetime
+from functools import partial
 from typing import ClassVar
 
 from textual import events, on
@@ -17,7 +18,7 @@ from darko_gcs.errors import GroundError
 from darko_gcs.feed.feed import Feed
 from darko_gcs.preferences import PreferencesFile
 from darko_gcs.state.text import format_time
-from darko_gcs.tui.actions import ACTIONS, Action, Request, control_question, disarm_question
+from darko_gcs.tui.actions import ACTIONS, Request, control_question, disarm_question
 from darko_gcs.tui.fleet_dialogs import armed_words, ask_fleet, fleet_snapshots, named
 from darko_gcs.tui.flight_dialogs import ask_go_to, ask_go_to_place, ask_speed, ask_take_off, choose_panels
 from darko_gcs.tui.help_texts import COLOUR_MEANINGS, KEY_SYMBOLS, QUESTION_RULES, screen_keys
@@ -122,11 +123,11 @@ class GroundStationApp(App[int]):
         self.feed.advance(now - self._last_pull)
         self._last_pull = now
         for screen in self.screen_stack:
-            if isinstance(screen, FlightScreen | FlightPlanScreen | MissionScreen | ParametersScreen | MessagesScreen):
+            if isinstance(screen, FlightScreen):
+                screen.show_snapshot(self.feed.snapshot, self.feed.now, fleet_snapshots(self.feed))
+            elif isinstance(screen, FlightPlanScreen | MissionScreen | ParametersScreen | MessagesScreen):
                 screen.now = self.feed.now
                 screen.snapshot = self.feed.snapshot
-            if isinstance(screen, FlightScreen):
-                screen.fleet = fleet_snapshots(self.feed)
         self._request_truth()
 
     def _request_truth(self) -> None:
@@ -380,12 +381,9 @@ class GroundStationApp(App[int]):
         """The command palette: the actions that can be done now."""
         for action in ACTIONS:
             if self.check_action("act", (action.name,)):
-                yield SystemCommand(action.palette_title, action.help, self._runner(action))
+                yield SystemCommand(action.palette_title, action.help, partial(self.action_act, action.name))
         yield SystemCommand("Save a picture of the screen", "An SVG file", self._screenshot_soon)
         yield SystemCommand("Change the colour theme", "It is kept for the next time", self.action_change_theme)
 
     def _screenshot_soon(self) -> None:
         self.set_timer(0.1, self.action_screenshot)  # when the palette has gone
-
-    def _runner(self, action: Action) -> Callable[[], None]:
-        return lambda: self.action_act(action.name)

@@ -8,8 +8,10 @@ from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.widgets import Input
 
+from darko_gcs.errors import GroundError
 from darko_gcs.feed.player import Player
 from darko_gcs.feed.recorded_marks import MarkKind
+from darko_gcs.feed.replay_feed import ReplayFeed
 from darko_gcs.preferences import PreferencesFile
 from darko_gcs.tui.app import GroundStationApp
 from darko_gcs.tui.screens.flight_screen import FlightScreen
@@ -44,6 +46,7 @@ class ReplayApp(GroundStationApp):
         Binding("comma", "step(-1)", "", show=False),
         Binding("b", "backwards", "", show=False),
         Binding("l", "loop", "", show=False),
+        Binding("u", "send", "", show=False),
         Binding("tab", "mark('', 1)", "Mark", priority=True),
         Binding("shift+tab", "mark('', -1)", "", show=False, priority=True),
         *(
@@ -72,6 +75,7 @@ class ReplayApp(GroundStationApp):
             (". ,", "One message on, one message back"),
             ("b", "Play backwards, or forwards again"),
             ("l", "Begin anew at the end, or stop there"),
+            ("u", "Send what is played to another station (--to), or stop that"),
             ("tab", "Next mark of any kind; shift+tab: the one before"),
             *((f"{key} {key.upper()}", f"Next {kind.value}, the one before") for key, kind in MARK_KEYS.items()),
         ]
@@ -124,6 +128,17 @@ class ReplayApp(GroundStationApp):
     def action_loop(self) -> None:
         """Begin anew at the end, or stop there."""
         self.replay.looping = not self.replay.looping
+        self.pull()
+
+    async def action_send(self) -> None:
+        """Send what is played to another station, or send it no more."""
+        if not isinstance(self.replay, ReplayFeed):
+            self.notify("One of two recordings cannot be sent: open it alone", severity="warning")
+            return
+        try:
+            await self.replay.toggle_output()
+        except GroundError as error:
+            self.notify(str(error), severity="warning")
         self.pull()
 
     def action_speed(self, steps: int) -> None:

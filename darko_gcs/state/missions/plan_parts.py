@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
-from darko_gcs.state.snapshot import Snapshot
+from darko_gcs.state.snapshot import Snapshot, updated
 from protocol.dialect import mavlink
 from protocol.plans import MissionItem
 
@@ -28,9 +26,9 @@ def plan_of(s: Snapshot, plan_type: int) -> Items | None:
 def with_plan(s: Snapshot, plan_type: int, items: Items) -> Snapshot:
     """The snapshot with another plan of a MAV_MISSION_TYPE; with ALL_PLANS, of all three types."""
     if plan_type in {MISSION, ALL_PLANS}:
-        s = replace(s, mission=items)
+        s = updated(s, mission=items)
     if plan_type in {FENCE, ALL_PLANS}:
-        s = replace(s, fence=items)
+        s = updated(s, fence=items)
     if plan_type in {RALLY, ALL_PLANS}:
-        s = replace(s, rally=items)
+        s = updated(s, rally=items)
     return s

@@ -12,6 +12,7 @@ from darko_gcs.tui.maps.fence_overlay import fence_circles, fence_polygons, rall
 from darko_gcs.tui.maps.item_position import item_position
 from darko_gcs.tui.maps.plan_overlay import plan_labels, plan_polygons
 from darko_gcs.tui.render.canvas import StyledLine
+from darko_gcs.tui.render.map_background import MapBackground
 from darko_gcs.tui.render.map_drawing import MapView, NorthEast, draw_map, place_at
 from darko_gcs.tui.widgets.decision_panel import decision_summary
 from darko_gcs.tui.widgets.panel import Panel
@@ -50,6 +51,7 @@ class MapPanel(Panel):
         self.scale: float | None = None  # metres per cell height; None: fit everything
         self.middle: NorthEast | None = None  # where the operator moved it; None: follow the vehicle
         self._view = MapView(1.0, (0.0, 0.0))  # as shown
+        self._background = MapBackground()
         self._held: tuple[NorthEast, tuple[int, int]] | None = None  # the place that the mouse holds, and its cell
         self._has_moved = False  # the mouse that holds it
 
@@ -75,6 +77,7 @@ class MapPanel(Panel):
             vehicle=None if s.p is None else (s.p[0], s.p[1], s.heading or 0.0),
             course=position_ahead(s),
             target=target_place(s),
+            background=self._background,
         )
         return lines
 

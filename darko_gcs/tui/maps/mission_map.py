@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from textual.message import Message
 
 from darko_gcs.state.missions.plan_parts import Items
-from darko_gcs.state.snapshot import Snapshot
+from darko_gcs.state.snapshot import Snapshot, updated
 from darko_gcs.tui.maps.fence_overlay import fence_circles, fence_polygons, rally_points
 from darko_gcs.tui.maps.item_position import item_position
 from darko_gcs.tui.maps.map_panel import loiter_circles, position_ahead, target_place, waypoints
@@ -105,5 +103,5 @@ class MissionMapPanel(MovableMap):
     def _edited(self, s: Snapshot) -> Snapshot:
         """The snapshot as if the vehicle had the plan that is edited; without progress if it has another one."""
         mission, fence, rally = self._plans
-        s = replace(s, mission=mission, fence=fence or s.fence, rally=rally or s.rally)
-        return s if self._is_flown else replace(s, reached=frozenset(), mission_current=None)
+        s = updated(s, mission=mission, fence=fence or s.fence, rally=rally or s.rally)
+        return s if self._is_flown else updated(s, reached=frozenset(), mission_current=None)

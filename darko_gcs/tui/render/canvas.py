@@ -21,12 +21,22 @@ class BrailleCanvas:
         self._dots = [[0] * width for _ in range(height)]
         self._styles = [[""] * width for _ in range(height)]
         self._text: list[list[str | None]] = [[None] * width for _ in range(height)]
+        self._lines: list[StyledLine | None] = [None] * height  # rows put together since they were last drawn on
+
+    def copy(self) -> BrailleCanvas:
+        """A canvas to draw on, which leaves this one as it is; rows without anything new are not put together again."""
+        new = BrailleCanvas(0, 0)
+        new.width, new.height = self.width, self.height
+        new._dots, new._styles = [row.copy() for row in self._dots], [row.copy() for row in self._styles]
+        new._text, new._lines = [row.copy() for row in self._text], list(self.lines())
+        return new
 
     def plot(self, x: float, y: float, style: str = "") -> None:
         """Set one dot; a dot outside the canvas, or with NaN, is ignored."""
         if not (0.0 <= x < 2 * self.width and 0.0 <= y < 4 * self.height):  # false for NaN too
             return
         column, row = int(x), int(y)
+        self._lines[row >> 2] = None
         self._dots[row >> 2][column >> 1] |= DOT_BITS[row & 3][column & 1]
         if style:
             self._styles[row >> 2][column >> 1] = style
@@ -46,6 +56,7 @@ class BrailleCanvas:
         """Text on top of the dots, cut at the edges."""
         if not 0 <= row < self.height:
             return
+        self._lines[row] = None
         for offset, character in enumerate(text):
             if 0 <= column + offset < self.width:
                 self._text[row][column + offset] = character
@@ -53,10 +64,14 @@ class BrailleCanvas:
 
     def lines(self) -> list[StyledLine]:
         """All rows, each exactly ``width`` cells wide."""
-        return [self._line(row) for row in range(self.height)]
+        lines = [line or self._line(row) for row, line in enumerate(self._lines)]
+        self._lines = [*lines]
+        return lines
 
     def _line(self, row: int) -> StyledLine:
-        dots, text, styles = self._dots[row], self._text[row], self._styles[row]
+        dots, text, styles = self._dots[row], self._text[row], self._styles[row].copy()
+        if not any(dots) and not any(text):
+            return [(" " * self.width, styles[0])] if self.width else []
         characters = [
             overlay or (chr(FIRST_BRAILLE + dot) if dot else " ") for overlay, dot in zip(text, dots, strict=True)
         ]

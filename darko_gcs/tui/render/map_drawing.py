@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
 from darko_gcs.tui.render.canvas import BrailleCanvas, StyledLine
+from darko_gcs.tui.render.map_background import MAX_COORDINATE, MapBackground, NorthEast, is_drawable
 
 __all__ = [
     "ARROWS_FROM_NORTH",
@@ -20,12 +21,10 @@ __all__ = [
     "place_at",
 ]
 
-NorthEast = tuple[float, float]  # [m]
 MapLabel = tuple[str, NorthEast, str]  # text, its first character at a place, and style
 Dot = tuple[float, float]  # x, y on the canvas
 MIN_EXTENT = 6.0  # of the whole map [m]
 MARGIN = 1.25
-MAX_COORDINATE = 1e7  # larger ones are nonsense and not drawn [m]
 ARROWS_FROM_NORTH = "↑↗→↘↓↙←↖"  # clockwise, 45 deg apart
 WAYPOINT_STYLES = {"done": "good", "current": "now", "todo": "plan"}
 LINE_STYLES = {"current": "now", "fence": "fence", "keep-out": "mark"}
@@ -57,6 +56,7 @@ def draw_map(
     areas: Sequence[tuple[Sequence[NorthEast], str]] = (),
     rally: Sequence[NorthEast] = (),
     labels: Sequence[MapLabel] = (),
+    background: MapBackground | None = None,
 ) -> tuple[list[StyledLine], MapView]:
     """The rows of the map, and what part of the world it shows.
 
@@ -75,30 +75,34 @@ def draw_map(
         areas: Corners and state ("fence", "keep-out") of each polygon of the fence.
         rally: Rally points, where the vehicle may return to instead of home.
         labels: Texts at places, such as the names of a flight plan's waypoints.
+        background: Of the drawing before, if this is one of many of the same map.
     """
-    places = [*track, *((n, e) for _, n, e, _ in waypoints)]
+    background = background or MapBackground()
+    background.follow(track)
+    places = [*background.ends, *((n, e) for _, n, e, _ in waypoints)]
     places += [(n + side * r, e + side * r) for n, e, r, _ in circles for side in (-1.0, 1.0)]
     places += [*rally, *(corner for corners, _ in areas for corner in corners), *(place for _, place, _ in labels)]
     places += [place for place in (home, target, None if vehicle is None else vehicle[:2]) if place is not None]
-    places = [place for place in places if _is_drawable(place)] or [(0.0, 0.0)]
+    places = [place for place in places if is_drawable(place)] or [(0.0, 0.0)]
     scale = scale or _fit(places, width, height)
     middle = centre or _in_whole_cells(_middle(places), scale)
-    canvas = BrailleCanvas(width, height)
     dots = 4.0 / scale  # per metre, the same in both directions
 
     def at(point: NorthEast) -> Dot:
         return width + (point[1] - middle[1]) * dots, 2 * height - (point[0] - middle[0]) * dots
 
-    for corners, state in areas:
-        for a, b in pairwise((*corners, corners[0])):
-            canvas.line(at(a), at(b), LINE_STYLES.get(state, "plan"))
-    for (_, north, east, _), (_, *end, state) in pairwise(waypoints):
-        canvas.line(at((north, east)), at((end[0], end[1])), LINE_STYLES.get(state, "plan"))
-    for north, east, radius, state in circles:
-        _circle(canvas, at((north, east)), radius * dots, LINE_STYLES.get(state, "plan"))
-    _labels(canvas, at, labels)
-    for a, b in pairwise(_distinct(at(point) for point in track)):
-        canvas.line(a, b, "track")
+    def draw_shapes(canvas: BrailleCanvas) -> None:
+        for corners, state in areas:
+            for a, b in pairwise((*corners, corners[0])):
+                canvas.line(at(a), at(b), LINE_STYLES.get(state, "plan"))
+        for (_, north, east, _), (_, *end, state) in pairwise(waypoints):
+            canvas.line(at((north, east)), at((end[0], end[1])), LINE_STYLES.get(state, "plan"))
+        for north, east, radius, state in circles:
+            _circle(canvas, at((north, east)), radius * dots, LINE_STYLES.get(state, "plan"))
+        _labels(canvas, at, labels)
+
+    key = (width, height, scale, middle, areas, waypoints, circles, labels)
+    canvas = background.canvas((width, height), key, draw_shapes, at)
     if course is not None and vehicle is not None:
         canvas.line(at(vehicle[:2]), at(course), "accent")
     _symbols(canvas, at, home, rally, waypoints, vehicle, target)
@@ -108,7 +112,7 @@ def draw_map(
 
 def fitting_view(places: Sequence[NorthEast], width: int, height: int) -> tuple[float, NorthEast]:
     """Scale [m per cell height] and middle of a map that shows all places."""
-    drawable = [place for place in places if _is_drawable(place)] or [(0.0, 0.0)]
+    drawable = [place for place in places if is_drawable(place)] or [(0.0, 0.0)]
     return _wanted_scale(drawable, width, height), _middle(drawable)
 
 
@@ -124,7 +128,7 @@ def _labels(canvas: BrailleCanvas, at: Callable[[NorthEast], Dot], labels: Seque
     taken: set[tuple[int, int]] = set()
     for text, place, style in reversed(labels):
         x, y = at(place)
-        if not _is_drawable((x, y)):
+        if not is_drawable((x, y)):
             continue
         column, row = math.floor(x / 2), math.floor(y / 4)
         cells = [(column + k, row) for k in range(len(text))]
@@ -135,7 +139,7 @@ def _labels(canvas: BrailleCanvas, at: Callable[[NorthEast], Dot], labels: Seque
 
 
 def _circle(canvas: BrailleCanvas, centre: Dot, radius: float, style: str) -> None:
-    if not (_is_drawable(centre) and 0.0 < radius < MAX_COORDINATE):
+    if not (is_drawable(centre) and 0.0 < radius < MAX_COORDINATE):
         return
     count = min(MAX_CIRCLE_DOTS, max(8, math.ceil(2.0 * math.pi * radius / CIRCLE_SPACING)))
     for k in range(count):
@@ -154,7 +158,7 @@ def _symbols(
 ) -> None:
     def put(point: NorthEast, text: str, style: str) -> None:
         x, y = at(point)
-        if _is_drawable((x, y)):
+        if is_drawable((x, y)):
             canvas.put(math.floor(x / 2), math.floor(y / 4), text, style)
 
     for point in rally:
@@ -165,12 +169,8 @@ def _symbols(
         put((north, east), str(number), WAYPOINT_STYLES.get(state, ""))
     if target is not None:
         put(target, "+", "now")
-    if vehicle is not None and _is_drawable((vehicle[2], 0.0)):
+    if vehicle is not None and is_drawable((vehicle[2], 0.0)):
         put(vehicle[:2], ARROWS_FROM_NORTH[round(vehicle[2] / (math.pi / 4)) % 8], "accent")
-
-
-def _is_drawable(point: NorthEast) -> bool:
-    return all(abs(part) < MAX_COORDINATE for part in point)  # false for NaN too
 
 
 def _fit(places: Sequence[NorthEast], width: int, height: int) -> float:
@@ -192,16 +192,6 @@ def _round_up(value: float) -> float:
 def _middle(places: Sequence[NorthEast]) -> NorthEast:
     north, east = [p[0] for p in places], [p[1] for p in places]
     return (min(north) + max(north)) / 2, (min(east) + max(east)) / 2
-
-
-def _distinct(dots: Iterable[Dot]) -> list[Dot]:
-    """Of a track only dots away from the one before, and its end: it may have many more points than the map."""
-    kept: list[Dot] = []
-    last = None
-    for last in dots:
-        if not kept or not (abs(last[0] - kept[-1][0]) < 1.0 and abs(last[1] - kept[-1][1]) < 1.0):
-            kept.append(last)
-    return kept if last is None else [*kept, last]
 
 
 def _in_whole_cells(middle: NorthEast, scale: float) -> NorthEast:

@@ -70,7 +70,14 @@ class FlightScreen(Screen[None]):
     def __init__(self) -> None:
         super().__init__()
         self.hidden: frozenset[str] = frozenset()
+        self._panels: list[Panel] = []
         self._truth, self._plan = TruthPanel("Estimate against truth", id="truth"), FlownPlan(id="flight-plan")
+
+    def show_snapshot(self, s: Snapshot, now: float, fleet: tuple[Snapshot, ...]) -> None:
+        """Show a snapshot at a time [s], and all vehicles on the link."""
+        self.now, self.snapshot, self.fleet = now, s, fleet
+        for panel in self._panels:
+            panel.show_snapshot(s, now)
 
     def watch_snapshot(self, s: Snapshot) -> None:
         """Mark the values of a lost vehicle as old; leave no room for what this vehicle does not send."""
@@ -143,23 +150,24 @@ class FlightScreen(Screen[None]):
 
     def compose(self) -> ComposeResult:
         """Status bar, panels, messages, footer."""
-        yield StatusBar().data_bind(FlightScreen.snapshot, FlightScreen.now)
-        yield FleetStrip().data_bind(FlightScreen.snapshot, FlightScreen.now, FlightScreen.fleet)
+        yield self._shown(StatusBar())
+        yield self._shown(FleetStrip().data_bind(FlightScreen.fleet))
         with Container(id="panels"):
             with Vertical(id="left"):
-                yield self._bound(HybridPanel("Hybrid controller", id="hybrid"))
-                yield self._bound(ActuatorPanel("Actuators", id="actuators"))
-                yield self._bound(MessagePanel("Messages", id="messages"))
+                yield self._shown(HybridPanel("Hybrid controller", id="hybrid"))
+                yield self._shown(ActuatorPanel("Actuators", id="actuators"))
+                yield self._shown(MessagePanel("Messages", id="messages"))
             with Container(id="right"):
                 with Vertical(id="numbers"):
-                    yield self._bound(AttitudePanel("Attitude", id="attitude"))
-                    yield self._bound(FlightPanel("Flight", id="flight"))
-                    yield self._bound(DecisionPanel("Decision", id="decision"))
-                    yield self._bound(self._truth)
+                    yield self._shown(AttitudePanel("Attitude", id="attitude"))
+                    yield self._shown(FlightPanel("Flight", id="flight"))
+                    yield self._shown(DecisionPanel("Decision", id="decision"))
+                    yield self._shown(self._truth)
                 with Vertical(id="places"):
-                    yield self._bound(MapPanel("Map", id="map"))
+                    yield self._shown(MapPanel("Map", id="map"))
                     yield self._plan
         yield Footer(compact=True, show_command_palette=False)
 
-    def _bound(self, panel: Panel) -> Panel:
-        return panel.data_bind(FlightScreen.snapshot, FlightScreen.now)
+    def _shown(self, panel: Panel) -> Panel:
+        self._panels.append(panel)
+        return panel

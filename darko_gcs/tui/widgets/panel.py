@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import ClassVar
+from collections.abc import Iterable
+from itertools import zip_longest
+from typing import ClassVar, Self
 
+from rich.cells import cell_len
 from rich.segment import Segment
 from rich.style import Style
-from textual.geometry import Region, Size
+from textual.geometry import Region, Size, Spacing
 from textual.reactive import reactive
 from textual.strip import Strip
 from textual.widget import Widget
@@ -46,6 +49,10 @@ class Panel(Widget):
         self._lines: list[StyledLine] = []
         self._drawn_size = Size(0, 0)
         self._rich_styles: dict[str, Style] = {}
+        self._strips: list[Strip] = []  # all rows as painted, with borders; empty: paint everything
+        self._edges: tuple[list[Segment], list[Segment]] = ([], [])  # what stands left and right of each row
+        self._gutter: Spacing | None = None  # of borders and padding; None: look it up
+        self._changed: set[int] = set()  # rows whose strips are old
         self._older_at = math.inf  # when an age in the panel changes [s]
 
     def draw(self, s: Snapshot, width: int, height: int) -> list[StyledLine]:
@@ -55,6 +62,16 @@ class Panel(Widget):
             NotImplementedError: Always, here: each panel draws its own.
         """
         raise NotImplementedError
+
+    def show_snapshot(self, s: Snapshot, now: float) -> None:
+        """Show a snapshot at a time [s], without the cost of two reactive values for each panel and frame."""
+        is_new = s is not self.snapshot
+        self.set_reactive(Panel.snapshot, s)
+        self.set_reactive(Panel.now, now)
+        if is_new:
+            self.watch_snapshot()
+        else:
+            self.watch_now()
 
     def watch_snapshot(self) -> None:
         """Show a new snapshot; say so if it is old."""
@@ -99,29 +116,67 @@ class Panel(Widget):
         old = self._lines if size == self._drawn_size else []
         self._older_at = math.inf
         self._lines, self._drawn_size = self.draw(self.snapshot, *size), size
-        changed = [y for y in range(size.height) if _row(old, y) != _row(self._lines, y)] if old else range(size.height)
-        regions = [Region(0, y, size.width, 1) for y in changed]
-        if regions:
-            self.refresh(*regions)
+        changed = _differing(old[: size.height], self._lines[: size.height]) if old else range(size.height)
+        if changed:
+            self._changed.update(changed)
+            self.refresh(*(Region(0, y, size.width, 1) for y in changed))
+
+    def refresh(self, *regions: Region, repaint: bool = True, layout: bool = False, recompose: bool = False) -> Self:
+        """Repaint some regions; without any, everything, because colours, borders or titles may have changed."""
+        if repaint and not regions:
+            self._forget()
+        return super().refresh(*regions, repaint=repaint, layout=layout, recompose=recompose)
 
     def render_lines(self, crop: Region) -> list[Strip]:
-        """The lines of a region, drawn in the present size."""
-        size = self.size
+        """The lines of a region, drawn in the present size.
+
+        Textual would look up borders, filters and colours for each of them; here rows that stay the same are kept, and
+        those that changed get the edges of the others.
+        """
+        size, whole = self.size, self.outer_size.region
+        if not whole:
+            return []
         if self._drawn_size != size:
             self._lines, self._drawn_size = self.draw(self.snapshot, *size), size
-        return super().render_lines(crop)
+            self._forget()
+        gutter = self._known_gutter()
+        if len(self._strips) != whole.height or self._strips[0].cell_length != whole.width:
+            self._strips, self._changed = super().render_lines(whole), set()
+            row = self._strips[min(gutter.top, whole.height - 1)]
+            self._edges = (list(row.crop(0, gutter.left)), list(row.crop(whole.width - gutter.right)))
+        left, right = self._edges
+        for y in self._changed:
+            self._strips[gutter.top + y] = Strip([*left, *self._segments(y), *right], whole.width)
+        self._changed.clear()
+        if crop == whole:
+            return self._strips
+        return [strip.crop(crop.x, crop.right) for strip in self._strips[crop.y : crop.bottom]]
 
     def render_line(self, y: int) -> Strip:
         """One line of the content (Textual's line API)."""
-        width = self._drawn_size.width
-        base = self._rich_style("")
-        segments = [Segment(text, self._rich_style(name)) for text, name in _row(self._lines, y)]
-        return Strip(segments).adjust_cell_length(width, base)
+        return Strip(self._segments(y), self._drawn_size.width)
+
+    def _segments(self, y: int) -> list[Segment]:
+        """A line of the content, filled or cut to its width."""
+        width, style = self._drawn_size.width, self._rich_style
+        segments = [Segment(text, style(name)) for text, name in _row(self._lines, y)]
+        surplus = sum(cell_len(text) for text, _, _ in segments) - width
+        if surplus < 0:
+            segments.append(Segment(" " * -surplus, style("")))
+        return segments if surplus <= 0 else list(Strip(segments).crop(0, width))
 
     def notify_style_update(self) -> None:
         """Forget the styles that were looked up: colours changed."""
-        self._rich_styles = {}
+        self._forget()
         super().notify_style_update()
+
+    def _forget(self) -> None:
+        self._rich_styles, self._strips, self._gutter = {}, [], None
+
+    def _known_gutter(self) -> Spacing:
+        if self._gutter is None:
+            self._gutter = self.gutter
+        return self._gutter
 
     def _rich_style(self, name: str) -> Style:
         # Cached: looking a style up costs more than drawing the line.
@@ -130,8 +185,16 @@ class Panel(Widget):
             style = self.rich_style
             if name in PANEL_STYLES:
                 style += self.get_component_rich_style(f"panel--{name}", partial=True)
+            for line_filter in self.get_line_filters():
+                style = line_filter.apply([Segment("", style)], self.background_colors[1])[0].style or style
             self._rich_styles[name] = style
         return style
+
+
+def _differing(old: list[StyledLine], new: list[StyledLine]) -> list[int]:
+    """Rows that are not equal; those that one of them lacks are empty."""
+    pairs: Iterable[tuple[int, tuple[StyledLine, StyledLine]]] = enumerate(zip_longest(old, new, fillvalue=[]))
+    return [y for y, (before, after) in pairs if before is not after and before != after]
 
 
 def _row(lines: list[StyledLine], y: int) -> StyledLine:

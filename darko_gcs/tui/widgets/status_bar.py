@@ -84,6 +84,8 @@ def _fitting(segments: list[tuple[int, tuple[str, str]]], width: int) -> StyledL
 
 
 def _recording(s: Snapshot) -> tuple[str, str]:
+    if s.sends_to:
+        return (f" REPLAY, SENT TO {s.sends_to} ", "warn")
     if s.is_replay:
         return (" REPLAY ", "accent")
     return (" NOT RECORDING ", "bad") if s.unrecorded else (" REC ", "dim")

@@ -33,13 +33,13 @@ class TimeBar(StatusBar):
         self._feed = feed
 
     def draw(self, s: Snapshot, width: int, height: int) -> list[StyledLine]:  # noqa: ARG002 - from the feed
-        """State, bar and times; then the vehicle's own time and the legend."""
-        return [self._bar(width), self._legend(width)]
+        """State, bar and times, a bar for each flight; then the vehicle's own time and the legend."""
+        return [*(self._bar(owner, width) for owner in self._feed.owners), self._legend(width)]
 
     def on_click(self, event: events.Click) -> None:
         """Go to the place of the bar that was clicked."""
         room = self._room(self.size.width)
-        if event.y == 0 and STATE_WIDTH <= event.x < STATE_WIDTH + room:
+        if event.y < len(self._feed.owners) and STATE_WIDTH <= event.x < STATE_WIDTH + room:
             self._feed.seek((event.x - STATE_WIDTH) / max(1, room - 1) * self._feed.duration)
             self.redraw()
 
@@ -51,17 +51,20 @@ class TimeBar(StatusBar):
     def _room(self, width: int) -> int:
         return max(1, width - len(self._times()) - STATE_WIDTH)
 
-    def _bar(self, width: int) -> StyledLine:
+    def _bar(self, owner: str, width: int) -> StyledLine:
+        """The bar with the marks of a flight; the first one has the player's state and the times."""
         feed, room = self._feed, self._room(width)
-        state = ("◀" if feed.backwards else "▶") if feed.playing else "⏸"
+        is_first = owner == feed.owners[0]
+        state = " " if not is_first else ("◀" if feed.backwards else "▶") if feed.playing else "⏸"
         at = _cell(feed.now, feed.duration, room)
         cells = [("─", "plan" if cell < at else "dim") for cell in range(room)]
         for kind, symbol in SYMBOLS.items():
             for mark in feed.marks:
-                if mark.kind is kind:
+                if mark.kind is kind and mark.owner == owner:
                     cells[_cell(mark.time, feed.duration, room)] = symbol
         cells[at] = ("●", "accent")
-        return [(f" {state} ", "accent"), *cells, *styled_line(self._times())]
+        head = f"{state} {owner}" if owner else f" {state} "
+        return [(head, "accent"), *cells, *styled_line(self._times() if is_first else "")]
 
     def _legend(self, width: int) -> StyledLine:
         feed = self._feed

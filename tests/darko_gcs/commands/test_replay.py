@@ -26,3 +26,12 @@ def test_a_second_log_that_is_none_is_an_error(tmp_path, capsys):
     path.write_text("no log\n")
     assert main(["replay", LOG, str(path)]) == 2
     assert "not a telemetry log" in capsys.readouterr().err
+
+
+def test_an_address_to_send_to_is_checked_before_a_screen_opens(capsys):
+    assert main(["replay", LOG, "--to", "tcp:127.0.0.1:14550"]) == 3
+    assert "udpout:HOST:PORT" in capsys.readouterr().err
+    assert main(["replay", LOG, "--to", "udpout:192.0.2.1:14550"]) == 2
+    assert "--network" in capsys.readouterr().err
+    assert main(["replay", LOG, LOG, "--to", "udpout:127.0.0.1:14550"]) == 2
+    assert "one log alone" in capsys.readouterr().err

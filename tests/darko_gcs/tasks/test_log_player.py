@@ -7,9 +7,10 @@ from pymavlink import mavutil
 
 from darko_gcs.errors import GroundError, LinkError
 from darko_gcs.feed.outward_link import OutwardAddress
+from darko_gcs.feed.played_frames import played_frames
 from darko_gcs.feed.udp_link import UdpLink
 from darko_gcs.station.station import Station
-from darko_gcs.tasks.log_player import LogPlayer, loopback_or_asked, played_frames
+from darko_gcs.tasks.log_player import LogPlayer, loopback_or_asked
 from protocol.dialect import mavlink
 from protocol.tlog import TlogReader, read_tlog
 from tests.support.logs import bare, flight, log_of, record

@@ -41,6 +41,20 @@ async def test_both_flights_are_in_every_panel(feed, size):
         assert f"{heights[1] - heights[0]:+.1f}" in shown
 
 
+async def test_each_flight_has_its_own_marks(feed):
+    app = PairApp(feed)
+    async with app.run_test(size=(120, 40)) as pilot:
+        await pilot.press("space")
+        first, second, legend = (
+            "".join(text for text, _ in line) for line in app.screen.query_one(TimeBar).draw(feed.snapshot, 120, 3)
+        )
+    assert (first[:3], second[:3]) == ("⏸ A", "  B")
+    assert "waypoint" in legend
+    assert "◆" in first
+    assert second[4:].count("◆") == first.count("◆")
+    assert second.index("◆") > first.index("◆")  # two seconds later
+
+
 async def test_the_alignment_is_changed_by_key(feed):
     app = PairApp(feed)
     async with app.run_test(size=(120, 40)) as pilot:

@@ -4,6 +4,7 @@ import pytest
 from textual.widgets import Input
 
 from darko_gcs.commands import replay
+from darko_gcs.feed.outward_link import OutwardAddress
 from darko_gcs.feed.replay_feed import ReplayFeed
 from darko_gcs.tui.replay_app import ReplayApp
 from darko_gcs.tui.screens.dialogs import HelpScreen
@@ -48,6 +49,23 @@ async def test_it_says_replay_and_shows_its_own_keys(feed):
         await pilot.press("question_mark")
         await until(pilot, lambda: isinstance(app.screen, HelpScreen) and "One message on" in screen_text(app))
         assert "Take off to a height" not in screen_text(app)
+
+
+async def test_a_key_sends_what_is_played_and_the_status_line_says_so():
+    address = OutwardAddress("udpout", "127.0.0.1", 9)
+    app = ReplayApp(ReplayFeed(read_tlog(DATA / "square-flight.tlog"), "square", send_to=address))
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("space", "5", "u")
+        await until(pilot, lambda: "REPLAY, SENT TO 127.0.0.1:9" in screen_text(app).splitlines()[0])
+        await pilot.press("u")
+        await until(pilot, lambda: "SENT" not in screen_text(app).splitlines()[0])
+
+
+async def test_without_an_address_the_key_says_so(feed):
+    app = ReplayApp(feed)
+    async with app.run_test(size=(80, 24), notifications=True) as pilot:
+        await pilot.press("space", "u")
+        await until(pilot, lambda: "no address to send to" in screen_text(app))
 
 
 async def test_a_pause_is_shown_at_once(feed):

@@ -2,6 +2,7 @@
 
 import pytest
 from textual.app import App
+from textual.geometry import Region
 from textual.pilot import Pilot
 
 from darko_gcs.state.message_log import add_line
@@ -76,3 +77,30 @@ async def test_a_class_on_an_ancestor_changes_the_colours(panel):
     before = next(iter(panel.render_line(0))).style.color
     panel.app.screen.add_class("-off")
     await until(Pilot(panel.app), lambda: next(iter(panel.render_line(0))).style.color != before)
+
+
+def painted(panel):
+    return [strip.simplify()._segments for strip in panel.render_lines(panel.outer_size.region)]
+
+
+@pytest.mark.parametrize("words", ["one 2 three", "one", "a b c d e f", "漢字 " + "x" * 50])
+async def test_kept_rows_look_like_rows_that_are_painted_anew(panel, words):
+    panel.styles.border = ("round", "green")
+    panel.snapshot = with_words("one two three")
+    before = painted(panel)
+    panel.show_snapshot(with_words(words), 2.0)
+    kept = painted(panel)
+    panel.refresh()
+    assert kept == painted(panel) != before
+
+
+async def test_a_part_of_a_panel_is_cut_out_of_its_rows(panel):
+    panel.snapshot = with_words("one two three")
+    assert [strip.text for strip in panel.render_lines(Region(1, 1, 4, 2))] == ["wo  ", "hree"]
+
+
+async def test_a_new_title_is_painted(panel):
+    panel.styles.border = ("round", "green")
+    painted(panel)
+    panel.border_title = "Words"
+    assert "Words" in panel.render_lines(panel.outer_size.region)[0].text

@@ -1,0 +1,76 @@
+"""Which frames of a recording are sent on to a ground station."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from protocol.dialect import mavlink
+from protocol.tlog import TlogReader
+from protocol.tlog.replay import playing_times
+
+__all__ = ["PlayedFrames", "played_frames"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlayedFrames:
+    """The frames of a log that are sent, and how many are not.
+
+    Attributes:
+        rows: Their records, ascending, shape (n,).
+        times: Playing time of each [s], shape (n,).
+        duration: Of the whole log [s].
+        left_out: Frames that are not sent, by reason.
+    """
+
+    rows: NDArray[np.int64]
+    times: NDArray[np.float64]
+    duration: float
+    left_out: dict[str, int] = field(default_factory=dict)
+
+    @property
+    def words(self) -> str:
+        """What is sent, and what is not."""
+        parts = [f"{count} {reason}" for reason, count in self.left_out.items() if count]
+        return f"{len(self.rows)} frames in {self.duration:.1f} s" + (
+            f"; left out: {', '.join(parts)}" if parts else ""
+        )
+
+
+def played_frames(reader: TlogReader) -> PlayedFrames:
+    """The frames that a station may take for a vehicle's.
+
+    Signed ones are left out: their signatures are old, and a station that checks them would refuse them. Frames of
+    ground stations are left out: they are no telemetry, and their commands must not come out of a recording.
+    """
+    times = playing_times(reader.times)
+    secret = reader.ids == mavlink.MAVLINK_MSG_ID_SETUP_SIGNING
+    of_stations = np.isin(_sources(reader), _stations(reader)) & ~secret
+    signed = reader.signed & ~of_stations & ~secret
+    rows = np.flatnonzero(~(secret | signed | of_stations))
+    return PlayedFrames(
+        rows=rows,
+        times=times[rows],
+        duration=float(times[-1]) if len(times) else 0.0,
+        left_out={
+            "signed": int(signed.sum()),
+            "of ground stations": int(of_stations.sum()),
+            "with a signing key": int(secret.sum()),
+            "bytes of damage": sum(piece.length for piece in reader.damage),
+        },
+    )
+
+
+def _sources(reader: TlogReader) -> NDArray[np.int64]:
+    """Sender of each record, as one number."""
+    return reader.systems.astype(np.int64) << 8 | reader.components
+
+
+def _stations(reader: TlogReader) -> NDArray[np.int64]:
+    """Senders that said in a heartbeat that they are ground stations, or have a ground station's component id."""
+    rows = reader.rows("HEARTBEAT")
+    told = rows[reader.columns("HEARTBEAT")["type"] == mavlink.MAV_TYPE_GCS]
+    own = reader.components == mavlink.MAV_COMP_ID_MISSIONPLANNER
+    return np.unique(_sources(reader)[np.concatenate((told, np.flatnonzero(own)))])
