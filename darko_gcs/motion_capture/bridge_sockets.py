@@ -21,7 +21,7 @@ __all__ = ["BridgeAddresses", "BridgeSockets"]
 Address = tuple[str, int]
 LONGEST_WAIT = 0.05  # [s]
 MOST_AT_ONCE = 64  # packets of one socket before the others are looked at: a flood stops nothing
-MAX_DATAGRAM = 2048  # of the vehicle [bytes]
+MAX_REPLY = 2048  # of the vehicle [bytes]
 
 
 class BridgeAddresses(NamedTuple):
@@ -81,7 +81,7 @@ class BridgeSockets:
                 if sender[0] == self._addresses.server:
                     for message in self._bridge.from_server(data, now):
                         self._send(self._vehicle, message, self._addresses.vehicle)
-        for data, sender in _received(self._vehicle, MAX_DATAGRAM):
+        for data, sender in _received(self._vehicle, MAX_REPLY):
             if sender == self._addresses.vehicle:
                 self._bridge.from_vehicle(data, now)
         self._join()
