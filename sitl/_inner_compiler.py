@@ -1,14 +1,14 @@
 """How numba compiles what only lives on in its callers, what is kept for others to link, and what only ties such parts.
 
-By itself it optimises and translates each function anew in every function that calls it: a first start would take twice
-as long. The code that flies is the same: what calls them is optimised as a whole.
+By itself it optimises and translates each function anew in every function that calls it: a first start would take half
+as long again. The code that flies is the same.
 """
 
 from __future__ import annotations
 
 from typing import Any
 
-from llvmlite import binding
+from llvmlite import binding  # type: ignore[import-untyped]
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
 
@@ -22,7 +22,7 @@ class _NoMachineCode:
         """Nothing keeps it: only Python objects would need it, which compiled flight code has none of."""
 
 
-class _Unfinished(JITCodeLibrary):
+class _Inner(JITCodeLibrary):
     """Code that is linked into that of its callers and never called by itself: no machine code is made of it."""
 
     @property
@@ -39,19 +39,7 @@ class _Unfinished(JITCodeLibrary):
         self._finalized = True
 
 
-class _Inner(_Unfinished):
-    """Code of an inner function: made smaller, so that its callers have less to do, and optimised in them only."""
-
-    def _optimize_functions(self, ll_module: Any) -> None:  # noqa: ANN401
-        ll_module.data_layout = self._codegen._data_layout  # noqa: SLF001 - as the code library that this one extends
-
-    def _optimize_final_module(self) -> None:
-        make = self._codegen._module_pass_manager  # noqa: SLF001 - likewise
-        passes, builder = make(opt=1, loop_vectorize=False, slp_vectorize=False)  # type: ignore[no-untyped-call]
-        passes.run(self._final_module, builder)
-
-
-class _Part(_Unfinished):
+class _Part(_Inner):
     """Code that is kept for the whole it is linked into, in this process or another, with all its optimisation."""
 
     def serialize_using_object_code(self) -> tuple[str, str, tuple[bytes, bytes]]:
@@ -59,7 +47,7 @@ class _Part(_Unfinished):
         module = self._get_module_for_linking()  # type: ignore[no-untyped-call]
         names = [variable.name for variable in module.global_variables if variable.name.startswith(ENVIRONMENT)]
         text = "\n".join(f'@"{name}" = common global ptr null' for name in names)
-        empty = binding.parse_assembly(f'target triple = "{module.triple}"\n{text}\n')  # type: ignore[no-untyped-call]
+        empty = binding.parse_assembly(f'target triple = "{module.triple}"\n{text}\n')
         return self.name, "object", (self._codegen._tm.emit_object(empty), module.as_bitcode())  # noqa: SLF001
 
 

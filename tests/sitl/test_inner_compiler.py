@@ -45,9 +45,9 @@ def both(x, power):
 def finished(monkeypatch):
     """Names of the functions of which no machine code was made."""
     seen = []
-    finish = _inner_compiler._Unfinished._finalize_final_module
+    finish = _inner_compiler._Inner._finalize_final_module
     monkeypatch.setattr(
-        _inner_compiler._Unfinished, "_finalize_final_module", lambda self: (seen.append(self.name), finish(self))
+        _inner_compiler._Inner, "_finalize_final_module", lambda self: (seen.append(self.name), finish(self))
     )
     return seen
 
