@@ -1,4 +1,4 @@
-"""How numba compiles what only lives on in its callers, and what only ties compiled parts together.
+"""How numba compiles what only lives on in its callers, what is kept for others to link, and what only ties such parts.
 
 By itself it optimises and translates each function anew in every function that calls it: a first start would take half
 as long again. The code that flies is the same.
@@ -8,8 +8,11 @@ from __future__ import annotations
 
 from typing import Any
 
+from llvmlite import binding  # type: ignore[import-untyped]
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
+
+ENVIRONMENT = "_ZN08NumbaEnv"  # how the names of numba's own variables in machine code begin
 
 
 class _NoMachineCode:
@@ -36,6 +39,18 @@ class _Inner(JITCodeLibrary):
         self._finalized = True
 
 
+class _Part(_Inner):
+    """Code that is kept for the whole it is linked into, in this process or another, with all its optimisation."""
+
+    def serialize_using_object_code(self) -> tuple[str, str, tuple[bytes, bytes]]:
+        """What is kept: the code to be linked, and machine code of nothing but the variables that numba looks for."""
+        module = self._get_module_for_linking()  # type: ignore[no-untyped-call]
+        names = [variable.name for variable in module.global_variables if variable.name.startswith(ENVIRONMENT)]
+        text = "\n".join(f'@"{name}" = common global ptr null' for name in names)
+        empty = binding.parse_assembly(f'target triple = "{module.triple}"\n{text}\n')
+        return self.name, "object", (self._codegen._tm.emit_object(empty), module.as_bitcode())  # noqa: SLF001
+
+
 class _Whole(JITCodeLibrary):
     """Code around parts that are optimised already."""
 
@@ -51,6 +66,15 @@ class InnerCompiler(CompilerBase):
     def define_pipelines(self) -> list[Any]:
         """The passes."""
         self.state.library = _Inner(self.state.targetctx.codegen(), self.state.func_id.func_qualname)  # type: ignore[no-untyped-call]
+        return [DefaultPassBuilder.define_nopython_pipeline(self.state)]  # type: ignore[no-untyped-call]
+
+
+class PartCompiler(CompilerBase):
+    """The same, to code that is kept to be linked."""
+
+    def define_pipelines(self) -> list[Any]:
+        """The passes."""
+        self.state.library = _Part(self.state.targetctx.codegen(), self.state.func_id.func_qualname)  # type: ignore[no-untyped-call]
         return [DefaultPassBuilder.define_nopython_pipeline(self.state)]  # type: ignore[no-untyped-call]
 
 

@@ -16,7 +16,7 @@ from numba import njit, typeof
 from numba.core.dispatcher import Dispatcher
 from numba.extending import register_jitable
 
-from sitl._inner_compiler import InnerCompiler, WholeCompiler
+from sitl._inner_compiler import InnerCompiler, PartCompiler, WholeCompiler
 
 # What is only called from compiled code needs no door for Python or C: that saves a third of the compiling.
 INNER = {
@@ -27,6 +27,7 @@ INNER = {
 }
 COUNTED, UNCOUNTED = {"_nrt": True}, {"_nrt": False}  # references to arrays; what makes or returns one needs them
 INLINED = {**INNER, "forceinline": True}
+LINKED = {"no_cpython_wrapper": True, "pipeline_class": PartCompiler}
 
 Args = ParamSpec("Args")
 Result = TypeVar("Result")
@@ -50,16 +51,26 @@ def entry(function: Callable[Args, Result]) -> Callable[Args, Result]:
     return _kept(function, **COUNTED)
 
 
-def part(function: Callable[Args, Result]) -> Callable[Args, Result]:
-    """An entry that makes no array: the references to those it is given are not counted, which is dear.
-
-    It is compiled on its own, so that processes can share the work of a first start.
-    """
+def uncounted_entry(function: Callable[Args, Result]) -> Callable[Args, Result]:
+    """An entry that makes no array: the references to those it is given are not counted, which is dear."""
     return _kept(function, **UNCOUNTED)
 
 
+def part(function: Callable[Args, Result]) -> Callable[Args, Result]:
+    """What only a whole calls, never Python: compiled on its own, so that processes can share a first start's work.
+
+    Like an uncounted entry it makes no array.
+    """
+    return _kept(function, **UNCOUNTED, **LINKED)
+
+
+def counted_part(function: Callable[Args, Result]) -> Callable[Args, Result]:
+    """A part that makes arrays."""
+    return _kept(function, **COUNTED, **LINKED)
+
+
 def whole(function: Callable[Args, Result]) -> Callable[Args, Result]:
-    """A part that calls other parts, and leaves them as they are compiled."""
+    """An uncounted entry that calls parts, and leaves them as they are compiled."""
     return _kept(function, **UNCOUNTED, pipeline_class=WholeCompiler)
 
 

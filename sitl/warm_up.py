@@ -41,7 +41,7 @@ def first_start() -> Iterator[Helper | None]:
     if is_complete() or not can_keep():
         yield None
     else:
-        with Helper() as helper:
+        with Helper() as helper, compiling():  # the vehicle's design is compiled as well
             yield helper
 
 
@@ -121,12 +121,12 @@ def compile_share(write: Callable[[bytes], object]) -> None:
     """
     airframe = load(AIRFRAME).parameters
     avionics = equipped(Navigation.SENSORS, load_sensors(), airframe, seed=1)
-    # Whoever waits makes its vehicle meanwhile, of whose design the compiled functions are here then to be read.
-    FlightArrays(REGISTER, airframe, 1, avionics).warm_up(loop.SENSES)
-    Simulation(airframe).warm_up_parts(loop.JUMPS)
-    write(JUMPS_DONE)
-    abilities = Abilities(airframe, Tuning(), can_fly_forward=True, hover_speed=3.0, airspeed=15.0)
     with compiling():
+        # Whoever waits makes its vehicle meanwhile, of whose design the compiled functions are here then to be read.
+        FlightArrays(REGISTER, airframe, 1, avionics).warm_up(loop.SENSES)
+        Simulation(airframe).warm_up_parts(loop.JUMPS)
+        write(JUMPS_DONE)
+        abilities = Abilities(airframe, Tuning(), can_fly_forward=True, hover_speed=3.0, airspeed=15.0)
         predict_hover(Leg(LEG_LENGTH, 0.0), abilities)
         predict_forward(Leg(LEG_LENGTH, 0.0), abilities)
     write(PREDICTION_DONE)

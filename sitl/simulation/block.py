@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from protocol.dialect.vocabulary import Law
-from sitl.compiled import part, subroutine
+from sitl.compiled import subroutine, uncounted_entry
 from sitl.model.airframe import Array
 from sitl.model.ground import CLEAR
 from sitl.model.state import Actuators
@@ -164,7 +164,7 @@ def take_all(
             row = due_now(block, column, reference, design)
 
 
-@part
+@uncounted_entry
 def fly_block(
     block: Array,
     reference: Array,

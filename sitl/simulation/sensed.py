@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from sitl.compiled import entry, kernel
+from sitl.compiled import counted_part, kernel
 from sitl.control.estimate import Estimate
 from sitl.estimation.belief import ARENA_ERRORS
 from sitl.estimation.filter import get_model
@@ -40,7 +40,7 @@ def delayed(i: Kept, command: Actuators, period: int) -> Actuators:
     return Actuators(pending[then, 0], pending[then, 1], pending[then, 2], pending[then, 3])
 
 
-@entry
+@counted_part
 def sensed(
     i: Kept,
     f: Kept,

@@ -1,9 +1,21 @@
 """Inner functions are linked into their callers; parts are linked into the whole as they are compiled."""
 
+import subprocess
+import sys
+from pathlib import Path
+
 import pytest
+from numba import types
 
 from sitl import _inner_compiler
-from sitl.compiled import kernel, part, subroutine, whole
+from sitl.compiled import kernel, part, subroutine, uncounted_entry, whole
+
+ROOT = Path(__file__).parent.parent.parent
+ANOTHER = """
+from sitl.compiled import whole
+from tests.sitl.test_inner_compiler import first
+print(whole(lambda x, power: first(x, power))(1.5, 3), *first.stats.cache_hits.values())
+"""
 
 
 @kernel
@@ -41,7 +53,7 @@ def finished(monkeypatch):
 
 
 def test_inner_functions_live_in_their_callers_alone(finished):
-    compiled = part(lambda x: raised(x, 3) + doubled(x))
+    compiled = uncounted_entry(lambda x: raised(x, 3) + doubled(x))
     assert compiled(1.5) == 30.0
     assert {"raised", "doubled"} <= {name.split(".")[-1] for name in finished}
     (made,) = compiled.overloads.values()
@@ -50,3 +62,10 @@ def test_inner_functions_live_in_their_callers_alone(finished):
 
 def test_a_whole_gives_what_its_parts_give():
     assert both(1.5, 3) == first.py_func(1.5, 3) - doubled(1.5) == 27.0
+
+
+def test_a_whole_takes_parts_from_disk():
+    """In another process each part is read: of it only code to be linked is kept."""
+    first.compile((types.float64, types.int64))
+    done = subprocess.run([sys.executable, "-c", ANOTHER], cwd=ROOT, capture_output=True, text=True, timeout=100)
+    assert done.stdout.split() == ["30.0", "1"], done.stderr

@@ -15,7 +15,7 @@ from sitl.compiled import entry
 
 ROOT = Path(__file__).parent.parent.parent
 SITL = ROOT / "sitl"
-DECORATORS = {"kernel", "subroutine", "entry", "part", "whole", "njit"}
+DECORATORS = {"kernel", "subroutine", "entry", "uncounted_entry", "part", "counted_part", "whole", "njit"}
 
 MARK = """
 import sitl
