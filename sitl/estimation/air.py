@@ -23,9 +23,9 @@ from sitl.model.vectors import Vector, norm, subtract
 from sitl.sensors.specification import REFERENCE_SPEED, Pitot
 from sitl.storage import Kept
 
-GUST_LENGTH = 30.0  # L, of turbulence some tens of metres above the ground [m]
+EXPECTED_LENGTH = 30.0  # L, of turbulence some tens of metres above the ground [m]
 MIN_TURNOVER = 1.0  # V of a vehicle that the air stands still about [m/s]
-GUSTS = 0.5  # sigma, rms per axis [m/s]
+EXPECTED_GUSTS = 0.5  # sigma, rms per axis [m/s]
 LEAST_DEVIATION = 0.1  # of the wind, where its effect is worked out [m/s]
 SPAN = 1.7320508075688772  # of divided differences, in deviations: the square root of 3
 
@@ -33,7 +33,7 @@ SPAN = 1.7320508075688772  # of divided differences, in deviations: the square r
 @kernel
 def turnover_time(b: Belief) -> float:
     """How long a gust lasts for a vehicle that flies through it [s]."""
-    return GUST_LENGTH / max(norm(subtract(b.velocity, b.wind)), MIN_TURNOVER)
+    return EXPECTED_LENGTH / max(norm(subtract(b.velocity, b.wind)), MIN_TURNOVER)
 
 
 @subroutine
@@ -47,7 +47,7 @@ def let_wander(f: Kept, b: Belief) -> None:
     fade, spread = f["fade"], f["spread"]
     keep = decay(SLOW_STEP / turnover_time(b))
     for k in range(WIND_ERROR, WIND_ERROR + 3):
-        fade[k], spread[k] = keep, GUSTS * GUSTS * (1.0 - keep * keep)
+        fade[k], spread[k] = keep, EXPECTED_GUSTS * EXPECTED_GUSTS * (1.0 - keep * keep)
 
 
 class ToldByWing(NamedTuple):

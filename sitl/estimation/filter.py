@@ -47,7 +47,10 @@ GATE = 5.0  # innovations beyond so many of their standard deviations are refuse
 # noise does, and counts for more the more exact the velocity is otherwise.
 SHAKEN, SHAKEN_IN_ARENA = 0.002, 0.008
 SHAKEN_TURN = 1e-4  # likewise to the gyroscope's [rad/s/sqrt(Hz)]
-WING_SHARE, WING_TIME = 0.1, 30.0  # deviation of the wing's force from its model's, as a share; how long it lasts [s]
+LACKED_SHARE, LACKED_TIME = (
+    0.1,
+    30.0,
+)  # deviation of the wing's force from its model's, as a share; how long it lasts [s]
 CALM_UP = 0.3  # deviation of the steady wind's upward part [m/s]
 WEATHER_TIME = 1800.0  # in which the steady wind becomes another [s]
 FIRST_GUSTS = 0.5  # deviation of the gust before anything is known of it [m/s]
@@ -148,7 +151,7 @@ def filter_settings(s: SensorSet, wind: WindGains, *, arena: bool) -> FilterSett
 
     Args:
         s: Their specifications.
-        wind: How the wind varies, and how far its instruments are trusted.
+        wind: Of it the greatest deviation, the threshold of the tube, and how the wind fades without one.
         arena: Whether motion capture aids it; else satellites, magnetic field and pressure.
     """
     aids = (s.motion_capture,) if arena else (s.gnss, s.magnetometer, s.barometer)
@@ -172,7 +175,7 @@ def _left_after_step(time: float) -> float:
 def _fade(s: SensorSet) -> Array:
     fade = np.ones(ERRORS)
     fade[STEADY_WIND_ERROR : STEADY_WIND_ERROR + 3] = _left_after_step(WEATHER_TIME)
-    fade[WING_ERROR] = _left_after_step(WING_TIME)
+    fade[WING_ERROR] = _left_after_step(LACKED_TIME)
     fade[GNSS_DRIFT_ERROR : GNSS_DRIFT_ERROR + 3] = _left_after_step(s.gnss.drift_time)
     fade[BAROMETER_DRIFT_ERROR] = _left_after_step(s.barometer.drift_time)
     return fade
@@ -185,7 +188,7 @@ def _spread(s: SensorSet, wind: WindGains, *, arena: bool) -> Array:
     spread[VELOCITY_ERROR : VELOCITY_ERROR + 3] = 0.5 * (s.accelerometer.noise**2 + shaken**2) * dt
     spread[GYRO_BIAS_ERROR : GYRO_BIAS_ERROR + 3] = 2.0 * s.gyroscope.drift**2 / s.gyroscope.drift_time * dt
     spread[ACCEL_BIAS_ERROR : ACCEL_BIAS_ERROR + 3] = 2.0 * s.accelerometer.drift**2 / s.accelerometer.drift_time * dt
-    spread[WING_ERROR] = 2.0 * WING_SHARE**2 / WING_TIME * dt
+    spread[WING_ERROR] = 2.0 * LACKED_SHARE**2 / LACKED_TIME * dt
     spread[STEADY_WIND_ERROR : STEADY_WIND_ERROR + 3] = 2.0 * _steady_wind(wind) ** 2 / WEATHER_TIME * dt
     drift = 2.0 / s.gnss.drift_time * dt
     spread[GNSS_DRIFT_ERROR : GNSS_DRIFT_ERROR + 3] = (
@@ -214,7 +217,7 @@ def _initial(s: SensorSet, wind: WindGains, *, arena: bool) -> Array:
     v[ACCEL_BIAS_ERROR : ACCEL_BIAS_ERROR + 3] = s.accelerometer.bias**2
     v[STEADY_WIND_ERROR : STEADY_WIND_ERROR + 3] = _steady_wind(wind) ** 2
     v[WIND_ERROR : WIND_ERROR + 3] = _steady_wind(wind) ** 2 + FIRST_GUSTS**2
-    v[WING_ERROR] = WING_SHARE**2
+    v[WING_ERROR] = LACKED_SHARE**2
     v[TUBE_ERROR], v[STATIC_PORT_ERROR] = s.pitot.bias**2, s.barometer.position_error**2
     v[MISALIGNMENT_ERROR : MISALIGNMENT_ERROR + 3] = capture.misalignment**2
     v[MAGNETIC_BIAS_ERROR : MAGNETIC_BIAS_ERROR + 3] = s.magnetometer.bias**2

@@ -25,12 +25,12 @@ def test_a_wind_left_alone_keeps_the_variance_of_steady_wind_and_gusts():
     _, f, _ = aboard(SHIPPED)
     air.let_wander(f, get_belief(f, 0))
     P = f["settings"]["initial"]
-    keep, gust = f["fade"][WIND_ERROR], air.GUSTS**2
+    keep, gust = f["fade"][WIND_ERROR], air.EXPECTED_GUSTS**2
     assert f["spread"][WIND_ERROR] == pytest.approx(gust * (1.0 - keep**2))
     steady = P[STEADY_WIND_ERROR, STEADY_WIND_ERROR]
     after = keep**2 * gust + f["spread"][WIND_ERROR] + steady
     assert after == pytest.approx(gust + steady)
-    assert keep == pytest.approx(math.exp(-SLOW_STEP * air.MIN_TURNOVER / air.GUST_LENGTH))
+    assert keep == pytest.approx(math.exp(-SLOW_STEP * air.MIN_TURNOVER / air.EXPECTED_LENGTH))
 
 
 def test_of_a_sure_wind_the_wing_tells_the_derivative_of_its_force():
