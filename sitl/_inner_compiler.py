@@ -11,8 +11,56 @@ from typing import Any
 from llvmlite import binding  # type: ignore[import-untyped]
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
+from numba.core.compiler_machinery import PassManager, _pass_registry
+from numba.core.errors import NumbaError
 
 ENVIRONMENT = "_ZN08NumbaEnv"  # how the names of numba's own variables in machine code begin
+
+
+# Passes that find nothing to do in code of scalars, named tuples and records.
+IDLE = frozenset(
+    {
+        "DumpParforDiagnostics",
+        "FindLiterallyCalls",
+        "InlineClosureLikes",
+        "InlineInlinables",
+        "InlineOverloads",
+        "LiteralPropagationSubPipelinePass",
+        "LiteralUnroll",
+        "MakeFunctionToJitFunction",
+        "NoPythonSupportedFeatureValidation",
+        "NopythonRewrites",
+        "RewriteDynamicRaises",
+        "WithLifting",
+    }
+)
+
+
+class _Passes(PassManager):
+    """Numba's own passes less the idle ones, and no clock about each: of a first start that is a seventh."""
+
+    def __init__(self, state: Any) -> None:  # noqa: ANN401
+        """Take those of numba's own pipeline."""
+        whole = DefaultPassBuilder.define_nopython_pipeline(state)  # type: ignore[no-untyped-call]
+        super().__init__(whole.pipeline_name)  # type: ignore[no-untyped-call]
+        self.passes = [(kind, step) for kind, step in whole.passes if kind.__name__ not in IDLE]
+        self.finalize()  # type: ignore[no-untyped-call]
+
+    def run(self, state: Any) -> None:  # noqa: ANN401
+        """Run them one after the other.
+
+        Raises:
+            NumbaError: What is to be compiled cannot be.
+        """
+        for kind, step in self.passes:
+            one = _pass_registry.get(kind).pass_inst  # type: ignore[no-untyped-call]
+            one.analysis = self._analysis
+            try:
+                one.run_initialization(state)
+                one.run_pass(state)
+                one.run_finalizer(state)
+            except NumbaError as error:
+                raise self._patch_error(f"Failed in {self.pipeline_name} mode pipeline (step: {step})", error)  # type: ignore[no-untyped-call] # noqa: B904 - it is the same error, with the step
 
 
 class _NoMachineCode:
@@ -61,21 +109,21 @@ class _Whole(JITCodeLibrary):
 
 
 class InnerCompiler(CompilerBase):
-    """Numba's own passes, to code of which no machine code is made."""
+    """For code of which no machine code is made."""
 
     def define_pipelines(self) -> list[Any]:
         """The passes."""
         self.state.library = _Inner(self.state.targetctx.codegen(), self.state.func_id.func_qualname)  # type: ignore[no-untyped-call]
-        return [DefaultPassBuilder.define_nopython_pipeline(self.state)]  # type: ignore[no-untyped-call]
+        return [_Passes(self.state)]
 
 
 class PartCompiler(CompilerBase):
-    """The same, to code that is kept to be linked."""
+    """For code that is kept to be linked."""
 
     def define_pipelines(self) -> list[Any]:
         """The passes."""
         self.state.library = _Part(self.state.targetctx.codegen(), self.state.func_id.func_qualname)  # type: ignore[no-untyped-call]
-        return [DefaultPassBuilder.define_nopython_pipeline(self.state)]  # type: ignore[no-untyped-call]
+        return [_Passes(self.state)]
 
 
 class WholeCompiler(CompilerBase):
@@ -85,4 +133,4 @@ class WholeCompiler(CompilerBase):
         """The passes."""
         self.state.library = _Whole(self.state.targetctx.codegen(), self.state.func_id.func_qualname)  # type: ignore[no-untyped-call]
         self.state.library.enable_object_caching()
-        return [DefaultPassBuilder.define_nopython_pipeline(self.state)]  # type: ignore[no-untyped-call]
+        return [_Passes(self.state)]

@@ -176,14 +176,21 @@ class Register:
         return lines
 
     def _tick(self, compiled: Callable[..., Any]) -> tuple[list[str], dict[str, Any]]:
-        """Every law's step in a function of its own, so that none pays for the others' numbers."""
+        """Each step in a function of its own, so that none pays for the others' numbers; laws share theirs."""
         lines = ["def tick(law, flight, column, reference, design):"]
         scope: dict[str, Any] = {}
-        for law, row in self.laws.items():
-            name = f"tick_{int(law)}"
-            scope[name] = compiled(self._made(name, self._law_tick(name, row)))
-            lines += [f"    if law == {int(law)}:", f"        {name}(flight, column, reference, design)"]
+        for (step, gains), laws in self._laws_by_step().items():
+            name = f"tick_{int(laws[0])}"
+            scope[name] = compiled(self._made(name, self._law_tick(name, LawRow(laws[0], step, gains))))
+            test = " or ".join(f"law == {int(law)}" for law in laws)
+            lines += [f"    if {test}:", f"        {name}(flight, column, reference, design)"]
         return [*lines, "    return"], scope
+
+    def _laws_by_step(self) -> dict[tuple[Callable[..., Any], str], list[Any]]:
+        shared: dict[tuple[Callable[..., Any], str], list[Any]] = {}
+        for law, row in self.laws.items():
+            shared.setdefault((row.step, row.gains), []).append(law)
+        return shared
 
     def _law_tick(self, name: str, row: LawRow) -> tuple[list[str], dict[str, Any]]:
         scope: dict[str, Any] = {"PERIOD": PERIOD, "step": row.step}

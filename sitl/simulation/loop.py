@@ -285,8 +285,8 @@ def fly(
 
 
 # Parts that do not need one another: two processes compile some each, in about the same time.
-MOTION = (tick, move, estimate_wind, move_in_field, update_field, touch_solids, write_sample)
-SENSES, JUMPS = (sensed,), (due_now, take_jump, write_look)
+MAIN_SHARE = (tick, move, estimate_wind, move_in_field, update_field, touch_solids, write_sample, take_jump, write_look)
+SENSES, GUARDS = (sensed,), (due_now,)
 
 
 @cache
