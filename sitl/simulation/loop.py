@@ -286,7 +286,7 @@ def fly(
 
 # Parts that do not need one another: two processes compile some each, in about the same time.
 MAIN_SHARE = (tick, move, estimate_wind, move_in_field, update_field, touch_solids, write_sample, take_jump, write_look)
-SENSES, GUARDS = (sensed,), (due_now,)
+SENSES, DECISIONS = (sensed,), (due_now,)
 
 
 @cache

@@ -354,7 +354,7 @@ class Simulation:
             self.look  # noqa: B018 - looking compiles
 
     def warm_up_parts(self, parts: Iterable[Callable[..., Any]]) -> None:
-        """Compile ``loop.MAIN_SHARE`` or ``loop.GUARDS``, or read them from disk: several processes can share the work."""
+        """Compile parts of the loop, or read them from disk: several processes can share the work."""
         self._arrays.warm_up(parts)
 
     def _fly(self, periods: int, every: int, samples: Records) -> int:

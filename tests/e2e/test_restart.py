@@ -138,12 +138,12 @@ def test_a_mission_goes_on_after_either_side_is_killed(start, tmp_path):
     items = items_of(plan)
     vehicle, first = start(Vehicle), start(Station)
     first.until(is_synchronised)
-    first.ask(f"upload {plan}")
+    first.ask(f"plans.upload {plan}")
     first.until(has(items))
     first.until(lambda s: s["ready"])
     first.ask("arm")
     first.until(lambda s: s["armed"])
-    first.ask("start_mission")
+    first.ask("plans.start_mission")
     first.until(lambda s: s["mode"] == "MISSION" and s["current"] == 2)
     first.kill()
 
@@ -172,22 +172,22 @@ def test_a_signed_upload_cut_short_on_either_side_leaves_one_whole_plan_and_the_
     plans = [items_of(SQUARE), items_of(long)]
     vehicle, station = start(Vehicle, "--signing-key", KEY), start(Station, KEY)
     assert station.until(is_synchronised)["signing"] == "SIGNED"
-    station.ask(f"upload {SQUARE}")
+    station.ask(f"plans.upload {SQUARE}")
     station.until(lambda s: "Mission of 6 items uploaded" in s["texts"])
-    station.ask(f"upload {long}")
+    station.ask(f"plans.upload {long}")
     station.until(lambda s: s["transfer"] is not None and s["transfer"][1] > 20)
     station.kill()
 
     station = start(Station, KEY)
     assert station.until(is_synchronised)["mission"] in plans
-    station.ask(f"upload {SQUARE}")
+    station.ask(f"plans.upload {SQUARE}")
     station.until(lambda s: "Mission of 6 items uploaded" in s["texts"])
-    station.ask(f"upload {long}")
+    station.ask(f"plans.upload {long}")
     station.until(lambda s: s["transfer"] is not None and s["transfer"][1] > 20)
     vehicle.kill()
 
     start(Vehicle, "--signing-key", KEY)
     assert station.until(lambda s: s["restarts"] == 1 and is_synchronised(s))["mission"] in plans
     assert any(text.startswith("Mission upload failed") for text in station.shown["texts"])
-    station.ask(f"upload {long}")
+    station.ask(f"plans.upload {long}")
     assert station.until(lambda s: "Mission of 400 items uploaded" in s["texts"])["mission"] == plans[1]

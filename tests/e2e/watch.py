@@ -1,11 +1,12 @@
 """A ground station without a screen, for tests to kill: prints its state as JSON lines, reads requests as lines.
 
-Usage: python watch.py PORT FOLDER [KEY]. Requests on stdin: ``upload FILE``, ``arm``, ``start_mission``.
+Usage: python watch.py PORT FOLDER [KEY]. Requests on stdin: ``plans.upload FILE``, ``arm``, ``plans.start_mission``.
 """
 
 import asyncio
 import json
 import sys
+from operator import attrgetter
 from pathlib import Path
 from zlib import crc32
 
@@ -48,7 +49,7 @@ async def main(port, folder, key=None):
     def obey():
         request, *rest = sys.stdin.readline().split()
         arguments = [load(name).items for name in rest]
-        getattr(feed.station, request)(*arguments, feed.now)
+        attrgetter(request)(feed.station)(*arguments, feed.now)
 
     asyncio.get_running_loop().add_reader(sys.stdin, obey)
     printed, has_asked = None, False

@@ -10,10 +10,10 @@ import pytest
 
 from sitl import warm_up
 from sitl.simulation import loop
-from sitl.warm_up import GUARDS_DONE, PREDICTION_DONE, Helper, first_start, make_ready
+from sitl.warm_up import DECISIONS_DONE, PREDICTION_DONE, Helper, first_start, make_ready
 
 ROOT = Path(__file__).parent.parent.parent
-SAY = f"import os, time; os.write(1, {GUARDS_DONE!r}); "
+SAY = f"import os, time; os.write(1, {DECISIONS_DONE!r}); "
 SHARE = """
 from sitl.model.airframe_files import load
 from sitl.prediction.forward_leg import fly_wing
@@ -28,7 +28,7 @@ vehicle.warm_up_parts(loop.MAIN_SHARE)
 vehicle.warm_up()
 (whole,) = loop.fly.signatures
 kept = dict(zip(("flight", "reference", "air", "design", "a"), (types.dtype for types in whole)))
-for part in (*loop.MAIN_SHARE, *loop.SENSES, *loop.GUARDS):
+for part in (*loop.MAIN_SHARE, *loop.SENSES, *loop.DECISIONS):
     (types,) = part.signatures
     for name, type_ in zip(part.py_func.__code__.co_varnames, types):
         assert kept.get(name, type_) == type_, (part, name)
@@ -38,14 +38,14 @@ print(*(text.decode() for text in said), len(fly_hover.signatures), len(fly_wing
 
 def test_a_helper_compiles_what_the_vehicle_asks_for():
     done = subprocess.run([sys.executable, "-c", SHARE], cwd=ROOT, capture_output=True, text=True, timeout=500)
-    assert done.stdout.split() == ["j", "p", "1", "1"], done.stderr
+    assert done.stdout.split() == ["d", "p", "1", "1"], done.stderr
 
 
 def test_the_helper_is_waited_for_until_it_reports():
     with Helper("import time; time.sleep(0.3); " + SAY + "time.sleep(100)") as helper:
         time.sleep(1.0)
         began = time.monotonic()
-        helper.wait_for(GUARDS_DONE)
+        helper.wait_for(DECISIONS_DONE)
         assert time.monotonic() - began < 0.9
         process = helper._process
     assert process.poll() is not None  # nothing is left behind
@@ -64,7 +64,7 @@ def test_a_hanging_helper_is_waited_for_as_long_as_the_rest_took():
     with Helper("import time; time.sleep(100)") as helper:
         time.sleep(0.2)
         began = time.monotonic()
-        helper.wait_for(GUARDS_DONE)
+        helper.wait_for(DECISIONS_DONE)
         assert 0.1 < time.monotonic() - began < 2.0
 
 
@@ -77,7 +77,7 @@ def test_the_helper_ends_with_the_block():
 def test_without_an_interpreter_to_run_there_is_no_helper(monkeypatch):
     monkeypatch.setattr(sys, "executable", "/nowhere/python")
     with Helper() as helper:
-        helper.wait_for(GUARDS_DONE)
+        helper.wait_for(DECISIONS_DONE)
 
 
 class FakeVehicle:
@@ -110,7 +110,7 @@ class FakeHelper:
 @pytest.mark.parametrize(
     ("kept", "writable", "compiled", "waited", "said"),
     [
-        (False, True, [[part.__name__ for part in loop.MAIN_SHARE], "all"], [GUARDS_DONE, PREDICTION_DONE], 1),
+        (False, True, [[part.__name__ for part in loop.MAIN_SHARE], "all"], [DECISIONS_DONE, PREDICTION_DONE], 1),
         (False, False, ["all"], [], 1),  # nothing could be handed over
         (True, True, ["all"], [], 0),
     ],

@@ -36,7 +36,7 @@ def test_the_plot_is_written_or_an_error_names_its_path(tmp_path, capsys):
     ("arguments", "words"),
     [
         (("nominal", "--trims", "--climb", "90"), "--climb 90 is not within"),
-        (("nominal", "--trims", "--bank", "nan"), "--bank nan is not within"),
+        (("nominal", "--trims", "--bank", "91"), "--bank 91 is not within"),
         (("nominal", "--turn", "10"), "--turn needs a parameter set"),
         (("--trims", "--climb", "10"), "--climb needs a parameter set"),
     ],

@@ -52,7 +52,7 @@ def test_the_command_writes_figures_plot_and_table(tmp_path, capsys):
     [
         (["--flights", "0"], "--flights 0: there must be at least 1"),
         (["--first", "-1"], "seeds are not negative"),
-        (["--wind", "nan"], "--wind nan is not within"),
+        (["--wind", "99"], "--wind 99 is not within"),
         (["--parameters", "0.9"], "--parameters 0.9 is not within"),
         (["--plot", "c.txt"], "the name must end in .png"),
         (["--json", "/nosuch/c.json"], "there is no folder /nosuch"),

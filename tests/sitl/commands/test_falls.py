@@ -87,7 +87,7 @@ def test_landings_are_printed_and_written(tmp_path, capsys):
         (["falls", "--json", "/nosuch/f.json"], "there is no folder /nosuch"),
         (["falls", "--airframe", "nosuch"], "no parameter set 'nosuch'"),
         (["landings", "--jobs", "0"], "--jobs 0: there must be at least 1"),
-        (["landings", "--gusts", "nan"], "--gusts nan is not within"),
+        (["landings", "--gusts", "99"], "--gusts 99 is not within"),
         (["landings", "--json", "/nosuch/f.json"], "there is no folder /nosuch"),
     ],
 )

@@ -18,7 +18,7 @@ FEW = ["margins", "--flights", "1", "--jobs", "1", "--nav", "mocap"]
         (["--delay", "0.2"], "--delay 0.2 is not within 0 and 0.1"),
         (["--delay", "0.01", "-0.01"], "--delay -0.01 is not within 0 and 0.1"),
         (["--noise", "101"], "--noise 101 is not within 0 and 100"),
-        (["--noise", "nan"], "--noise nan is not within 0 and 100"),
+        (["--noise", "-1"], "--noise -1 is not within 0 and 100"),
         (["--flights", "0"], "--flights 0: there must be at least 1"),
         (["--first", "-1"], "--first -1: seeds are not negative"),
         (["--sensors", "/nowhere/own.toml"], "/nowhere/own.toml: No such file"),
