@@ -119,6 +119,8 @@ class GroundStationApp(App[int]):
 
     def pull(self) -> None:
         """Hand the newest snapshot to every screen that shows it, also beneath dialogs."""
+        if not self.is_running:  # it ends: the screens lose their widgets one by one
+            return
         now = time.monotonic()
         self.feed.advance(now - self._last_pull)
         self._last_pull = now

@@ -8,7 +8,7 @@ import pytest
 from numba import types
 
 from sitl import _inner_compiler
-from sitl.compiled import kernel, part, subroutine, uncounted_entry, whole
+from sitl.compiled import UNCOUNTED, bare, kernel, part, subroutine, whole
 
 ROOT = Path(__file__).parent.parent.parent
 ANOTHER = """
@@ -53,7 +53,7 @@ def finished(monkeypatch):
 
 
 def test_inner_functions_live_in_their_callers_alone(finished):
-    compiled = uncounted_entry(lambda x: raised(x, 3) + doubled(x))
+    compiled = bare(**UNCOUNTED)(lambda x: raised(x, 3) + doubled(x))  # never read from disk
     assert compiled(1.5) == 30.0
     assert {"raised", "doubled"} <= {name.split(".")[-1] for name in finished}
     (made,) = compiled.overloads.values()

@@ -16,6 +16,7 @@ from darko_gcs.tui.app import GroundStationApp
 from darko_gcs.tui.maps.map_panel import MapPanel
 from darko_gcs.tui.screens.dialogs import HelpScreen, QuitScreen
 from darko_gcs.tui.screens.flight_screen import FlightScreen
+from darko_gcs.tui.screens.mission_screen import MissionScreen
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import DecisionReason, Way
 from tests.support.gcs.screens import FakeFeed, confirm, screen_text, settled, until
@@ -37,6 +38,20 @@ async def test_telemetry_continues_beneath_a_dialog(feed):
         feed.snapshot = replace(HOVERING, mode="LAND")
         below = next(screen for screen in app.screen_stack if isinstance(screen, FlightScreen))
         await until(pilot, lambda: below.snapshot.mode == "LAND")
+
+
+async def test_a_snapshot_that_comes_while_the_station_ends_meets_no_screen_without_widgets(feed):
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("m")
+        await until(pilot, lambda: isinstance(app.screen, MissionScreen))
+        screen = app.screen
+        app._running = False  # as its own shutdown begins
+        await screen.query("*").remove()
+        feed.snapshot = replace(HOVERING, mission=())
+        app.pull()
+        assert screen.snapshot.mission == HOVERING.mission
+        app._running = True
 
 
 @pytest.mark.parametrize("size", [(80, 24), (100, 30), (140, 45), (200, 60)])
