@@ -57,7 +57,7 @@ def run(args: argparse.Namespace) -> int:
     if args.plot is not None:
         from sitl.studies.campaign_plot import save_plot  # noqa: PLC0415
 
-        save_plot(results, args.plot)
+        save_plot(results, craft_of(args), args.plot)
     return 0 if passed(results, campaign.MIN_FLIGHT_HEIGHT) else 1
 
 

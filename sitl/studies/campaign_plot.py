@@ -15,12 +15,14 @@ from sitl.studies.campaign import MIN_FLIGHT_HEIGHT, CampaignFlight, corner, fly
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from sitl.studies.craft import Craft
+
 DRAWN_TRACKS = 8  # flights whose ground tracks are drawn
 WORST_TRACKS = 2  # of these, how many are chosen for their overshoot
 
 
-def save_plot(results: Sequence[CampaignFlight], path: Path) -> None:
-    """Draw overshoot, lowest altitude and time over the wind, and where some of the flights went.
+def save_plot(results: Sequence[CampaignFlight], craft: Craft, path: Path) -> None:
+    """Draw overshoot, lowest altitude and time over the wind, and where some of the flights went with that craft.
 
     Raises:
         SitlError: If matplotlib is missing or the file cannot be written.
@@ -31,7 +33,7 @@ def save_plot(results: Sequence[CampaignFlight], path: Path) -> None:
     _scatter(axes[0, 1], results, [r.lowest for r in results], "lowest altitude [m]")
     axes[0, 1].axhline(MIN_FLIGHT_HEIGHT, linestyle="--", linewidth=0.8, color="tab:red")
     _scatter(axes[1, 0], results, [r.time for r in results], "time [s]")
-    _tracks(axes[1, 1], _examples(results))
+    _tracks(axes[1, 1], _examples(results), craft)
     save_page(page, path, dpi=90)
 
 
@@ -59,10 +61,10 @@ def _examples(results: Sequence[CampaignFlight]) -> list[CampaignFlight]:
     return chosen + [rest[i] for i in np.linspace(0, len(rest) - 1, count).round().astype(int)]
 
 
-def _tracks(axis: Axes, examples: Sequence[CampaignFlight]) -> None:
+def _tracks(axis: Axes, examples: Sequence[CampaignFlight], craft: Craft) -> None:
     """Ground tracks, each turned so that its first leg points up the page."""
     for r in examples:
-        p = fly_and_track(r.draw)[1].position
+        p = fly_and_track(r.draw, craft)[1].position
         c, s = math.cos(r.draw.azimuth), math.sin(r.draw.azimuth)
         along, left = c * p[:, 0] + s * p[:, 1], c * p[:, 1] - s * p[:, 0]
         label = f"seed {r.draw.seed}: {r.draw.wind_speed:.1f} m/s" + ("" if r.complete else ", failed")

@@ -7,7 +7,7 @@ import pytest
 
 from sitl.__main__ import main
 from sitl.commands.campaign import passed
-from sitl.studies import campaign
+from sitl.studies import campaign, campaign_plot
 from sitl.studies.campaign import MIN_FLIGHT_HEIGHT, Spread, draw
 
 
@@ -45,6 +45,14 @@ def test_the_command_writes_figures_plot_and_table(tmp_path, capsys):
     row = json.loads(table.read_text())[0]
     assert row["draw"]["seed"] == 2
     assert row["complete"] is True
+
+
+def test_the_plot_has_tracks_of_the_airframe_that_was_asked_for(flight, tmp_path, monkeypatch):
+    flown = []
+    monkeypatch.setattr(campaign, "run", lambda *_, **__: [flight[0]])
+    monkeypatch.setattr(campaign_plot, "fly_and_track", lambda _, craft: flown.append(craft.airframe) or flight)
+    assert main(["campaign", "--flights", "1", "--airframe", "nominal", "--plot", str(tmp_path / "c.png")]) == 0
+    assert flown == ["nominal"]
 
 
 @pytest.mark.parametrize(
