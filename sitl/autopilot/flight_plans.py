@@ -210,7 +210,7 @@ class FlightPlanRequests:
             elif flight.view.p[2] < TOUCH_HEIGHT:
                 self._stops_on_ground = True
             else:
-                flight.terminate("The flight plan stopped them")
+                flight.terminate("Stopped by the flight plan")
 
     def _inputs(self) -> PlanInputs:
         flight, silence, sticks = self._flight, self._failsafes.silence, self._sticks

@@ -47,18 +47,18 @@ class Settings(NamedTuple):
         ),
     ] = 0
     position_timeout: Annotated[
-        float, ParameterMetadata("COM_POS_FS_DELAY", (1.0, 100.0), "s", "The position is lost after so long unaided")
+        float, ParameterMetadata("COM_POS_FS_DELAY", (1.0, 100.0), "s", "The position counts as lost after this time without a fix")
     ] = 2.0
     pose_delay: Annotated[
         float,
-        ParameterMetadata("EKF2_EV_DELAY", (0.0, 300.0), "ms", "Age of poses from peers that tell no usable time"),
+        ParameterMetadata("EKF2_EV_DELAY", (0.0, 300.0), "ms", "Delay of external poses without a usable timestamp"),
     ] = 20.0
     pose_position_noise: Annotated[
-        float, ParameterMetadata("EKF2_EVP_NOISE", (0.001, 1.0), "m", "Deviation of a peer's positions, if not told")
+        float, ParameterMetadata("EKF2_EVP_NOISE", (0.001, 1.0), "m", "Deviation of an external position, if the message gives none")
     ] = 0.01
     pose_attitude_noise: Annotated[
         float,
-        ParameterMetadata("EKF2_EVA_NOISE", (0.001, 1.0), "rad", "Deviation of a peer's attitudes, if not told"),
+        ParameterMetadata("EKF2_EVA_NOISE", (0.001, 1.0), "rad", "Deviation of an external attitude, if the message gives none"),
     ] = 0.01
     companion_timeout: Annotated[
         float, ParameterMetadata("COM_OBC_LOSS_T", (1.0, 60.0), "s", "The companion is lost after this silence")
@@ -102,16 +102,16 @@ class Settings(NamedTuple):
         ),
     ] = 4
     net_room: Annotated[
-        float, ParameterMetadata("DRK_NET_ROOM", (0.3, 50.0), "m", "Room to net and obstacles that a stop must leave")
+        float, ParameterMetadata("DRK_NET_ROOM", (0.3, 50.0), "m", "Distance to net and obstacles that a stop must leave")
     ] = 0.5
     net_land_time: Annotated[
-        float, ParameterMetadata("DRK_NET_TIME", (0.5, 60.0), "s", "Too near the net for so long, it lands")
+        float, ParameterMetadata("DRK_NET_TIME", (0.5, 60.0), "s", "It lands after this time too near the net")
     ] = 3.0
     net_cut: Annotated[
-        float, ParameterMetadata("DRK_NET_CUT", (0.0, 5.0), "m", "Nearer to the net and nearing, the motors are cut")
+        float, ParameterMetadata("DRK_NET_CUT", (0.0, 5.0), "m", "Nearer to the net and closing, the motors are cut")
     ] = 0.3
     clearance: Annotated[
-        float, ParameterMetadata("DRK_OBS_DIST", (0.3, 100.0), "m", "Clearance of ways and points from obstacles")
+        float, ParameterMetadata("DRK_OBS_DIST", (0.3, 100.0), "m", "Clearance of routes and waypoints from obstacles")
     ] = 1.0
     collision_distance: Annotated[
         float,
@@ -121,7 +121,7 @@ class Settings(NamedTuple):
         float, ParameterMetadata("BAT_LOW_THR", (0.0, 0.9), "", "No arming below this battery share")
     ] = 0.15
     battery_critical: Annotated[
-        float, ParameterMetadata("BAT_CRIT_THR", (0.0, 0.5), "", "Battery share to arrive home with")
+        float, ParameterMetadata("BAT_CRIT_THR", (0.0, 0.5), "", "Battery share that must be left on arrival at home")
     ] = 0.07
     battery_action: Annotated[
         int,
@@ -139,13 +139,13 @@ class Settings(NamedTuple):
         float, ParameterMetadata("DRK_FD_RATE", (90.0, 2000.0), "deg/s", "Turning faster than this is tumbling")
     ] = 360.0
     tumble_time: Annotated[
-        float, ParameterMetadata("DRK_FD_TIME", (0.1, 10.0), "s", "Tumbling for so long cannot be controlled")
+        float, ParameterMetadata("DRK_FD_TIME", (0.1, 10.0), "s", "Tumbling this long counts as uncontrollable")
     ] = 2.0
     unexplained_share: Annotated[
         float, ParameterMetadata("DRK_FD_MOM", (0.2, 10.0), "", "Unexplained moment of a failed actuator, hover = 1")
     ] = 0.7
     unexplained_time: Annotated[
-        float, ParameterMetadata("DRK_FD_MOM_T", (0.1, 10.0), "s", "So long tells a failed motor or elevon")
+        float, ParameterMetadata("DRK_FD_MOM_T", (0.1, 10.0), "s", "Unexplained moment this long means a failed actuator")
     ] = 1.7
     failure_injection: Annotated[
         int, ParameterMetadata("SYS_FAILURE_EN", (0, 1), "", "Failures may be injected", ((0, "no"), (1, "yes")))

@@ -221,7 +221,7 @@ class FlightPlanExecutor:
                 return
             if self._is_over(step):
                 return
-        self.remark(f"Block {self.flow.present.name} goes on without flying: stopped there", "endless")
+        self.remark(f"Block {self.flow.present.name} loops without flying: stopped there", "endless")
 
     def _is_over(self, step: BlockStep) -> bool:
         """Do one step; whether the tick ends with it."""
@@ -353,9 +353,9 @@ class FlightPlanExecutor:
         try:
             return evaluate(tree, self.names)
         except FlightPlanError as error:
-            self.remark(f"Not evaluated: {error}", error.place)
+            self.remark(f"Cannot evaluate: {error}", error.place)
         except UnknownNameError as error:
-            self.remark(f"Not evaluated: {error}", str(error))
+            self.remark(f"Cannot evaluate: {error}", str(error))
         return 0
 
     def _holds(self, tree: Tree) -> bool:

@@ -75,7 +75,7 @@ class LiveObstacles:
             now = math.dist(view.p[:2], place)
             if _closing_speed(view, place, now) > NEARING_SPEED and min(math.dist(p[:2], place) for p in way) < keep:
                 self._raised = view.time
-                text = f"Obstacle at {now:.1f} m, to be kept {keep:g} m away"
+                text = f"Obstacle at {now:.1f} m, keep {keep:g} m"
                 return [Alarm(SafetyAction.HOLD, mavlink.MAV_SEVERITY_WARNING, text, stop=True, always=True)]
         return []
 

@@ -48,7 +48,7 @@ class NavigationWatch:
         if view.time - before < LASTING:
             self._doubted = view.time
             return []
-        return [Alarm(None, WARNING, "Position estimate was wrong: taken from the readings")]
+        return [Alarm(None, WARNING, "Position estimate was wrong: reset to the sensors")]
 
     def _position(self, view: VehicleView, timeout: float) -> list[Alarm]:
         flown = view.time - (self._began or 0.0)

@@ -70,7 +70,7 @@ class MaintenanceCommands:
         if action == NOTHING:
             return Answer(ACCEPTED)
         if action not in {REBOOT, SHUTDOWN}:
-            return Answer(DENIED, f"Reboot or shutdown? param1 is {action:g}, not 1 or 2")
+            return Answer(DENIED, f"Reboot denied: param1 is {action:g}, not 1 or 2")
         name, doing = ("Reboot", "Rebooting") if action == REBOOT else ("Shutdown", "Shutting down")
         if self._autopilot.armed or not self._autopilot.view.landed:
             why = "disarm first" if self._autopilot.armed else "not on the ground"

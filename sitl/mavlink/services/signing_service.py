@@ -47,4 +47,4 @@ class SigningService:
         self._reported, self._next_report = refused, now + REPORT_INTERVAL
         counts = self._keyring.counts
         kinds = [verdict for verdict in Verdict if verdict.is_refused and verdict in counts]
-        self._broadcast.warn("Refused so far: " + ", ".join(f"{counts[kind]} {kind.value}" for kind in kinds))
+        self._broadcast.warn("Messages refused so far: " + ", ".join(f"{counts[kind]} {kind.value}" for kind in kinds))

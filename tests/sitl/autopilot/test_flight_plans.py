@@ -93,7 +93,7 @@ def test_arming_is_refused_as_ever(plan):
 def test_motors_stopped_by_the_plan_in_the_air_end_the_flight(hovering):
     hovering.go_to_block("cut")
     hovering.advance(0.2)
-    assert hovering.autopilot.terminated == "The flight plan stopped them"
+    assert hovering.autopilot.terminated == "Stopped by the flight plan"
     assert hovering.autopilot.mode is Mode.HOLD
 
 

@@ -40,9 +40,9 @@ def test_refusals_are_counted_and_a_flood_of_them_is_reported_once(tmp_path):
     station = SignedStation(tmp_path, given={None: KEY})
     for _ in range(500):
         station.arm()
-    assert station.texts() == "Refused so far: 1 unsigned"
+    assert station.texts() == "Messages refused so far: 1 unsigned"
     station.wait(31.0)
-    assert station.texts().endswith("Refused so far: 500 unsigned")
+    assert station.texts().endswith("Messages refused so far: 500 unsigned")
 
 
 def test_a_key_from_a_ground_station_is_confirmed_stored_and_in_force_after_a_restart(tmp_path):

@@ -257,7 +257,7 @@ def test_a_locked_block_holds_where_the_vehicle_is_and_global_exceptions_still_c
 def test_what_has_no_value_is_said_once_and_counts_as_false():
     ticks = PlanTicks('<block name="a"><stay wp="A" until="1 / n"/></block>' + REST, COUNTERS).seconds(2)
     assert ticks.block == "a"
-    assert ticks.remarks == ["Not evaluated: t.xml:3:47: division by zero"]
+    assert ticks.remarks == ["Cannot evaluate: t.xml:3:47: division by zero"]
 
 
 def test_a_place_beyond_all_numbers_is_not_flown():
