@@ -53,7 +53,7 @@ def test_a_go_to_is_stopped_before_a_wall_that_nobody_knew(tmp_path):
     assert ground.autopilot.guided.go_to((60.0, 0.0, 10.0)).result == 0
     assert 2.0 < fly_to_the_wall(ground) < 4.5
     assert ground.autopilot.mode is Mode.HOLD
-    assert "to be kept 3 m away: holding" in ground.texts()
+    assert "keep 3 m: holding" in ground.texts()
 
 
 def test_the_same_in_a_return_and_again_after_another_request(tmp_path):
