@@ -5,7 +5,8 @@ Prediction, with :math:`P` of the errors numbered in :mod:`sitl.estimation.belie
 .. math::
     P \leftarrow \Phi P \Phi^\top + Q,
 
-where :math:`\Phi` couples position, velocity, attitude and the two inertial biases and lets every other error decay.
+where :math:`\Phi` couples position, velocity, attitude and the two inertial biases, lets the wind decay to the steady
+wind and every other error to nothing.
 Correction by one scalar at a time, so that nothing is inverted. See J. Solà, *Quaternion kinematics for the
 error-state Kalman filter*, arXiv 1711.02508, whose local (body) attitude error this is.
 """
@@ -21,7 +22,9 @@ from sitl.estimation.belief import (
     ERRORS,
     GYRO_BIAS_ERROR,
     POSITION_ERROR,
+    STEADY_WIND_ERROR,
     VELOCITY_ERROR,
+    WIND_ERROR,
 )
 from sitl.estimation.strapdown import Increment
 from sitl.model.airframe import Array
@@ -88,6 +91,8 @@ def _half_predicted(P: Array, out: Array, n: int, q: Quaternion, i: Increment, f
         out[j, ATTITUDE_ERROR + 2] = turned.z - t * P[GYRO_BIAS_ERROR + 2, j]
         for k in range(GYRO_BIAS_ERROR, n):
             out[j, k] = fade[k] * P[k, j]
+        for k in range(WIND_ERROR, WIND_ERROR + 3):
+            out[j, k] += (1.0 - fade[k]) * P[k + STEADY_WIND_ERROR - WIND_ERROR, j]
 
 
 @subroutine
@@ -127,7 +132,16 @@ def surprise(P: Array, H: Array, n: int, innovation: float, variance: float) -> 
 
 @subroutine
 def correct(
-    P: Array, H: Array, PH: Array, errors: Array, n: int, first: int, innovation: float, variance: float, gate: float
+    P: Array,
+    H: Array,
+    PH: Array,
+    errors: Array,
+    n: int,
+    first: int,
+    count: int,
+    innovation: float,
+    variance: float,
+    gate: float,
 ) -> float:
     """Correction by one scalar reading, unless its innovation is beyond the gate.
 
@@ -137,7 +151,8 @@ def correct(
         PH: Room for P H, (ERRORS,).
         errors: Estimated errors so far, added to, (ERRORS,).
         n: How many of the states are used.
-        first: 0 to correct all errors; else only the three from here on, and the others are only considered.
+        first: 0 to correct all errors; else only some from here on, and the others are only considered.
+        count: How many those are.
         innovation: The reading less what the belief makes of it, before any of ``errors``.
         variance: Of the reading.
         gate: Largest innovation, in its standard deviations.
@@ -161,12 +176,12 @@ def correct(
     ratio = left * left / total
     if ratio > gate * gate:
         return ratio
-    _take_off(P, PH, errors, n, first, left, 1.0 / total)
+    _take_off(P, PH, errors, n, first, count, left, 1.0 / total)
     return ratio
 
 
 @kernel
-def _take_off(P: Array, PH: Array, errors: Array, n: int, first: int, left: float, share: float) -> None:
+def _take_off(P: Array, PH: Array, errors: Array, n: int, first: int, count: int, left: float, share: float) -> None:
     """What the reading tells, off the covariance and onto the errors."""
     if first == 0:
         for k in range(n):
@@ -175,12 +190,12 @@ def _take_off(P: Array, PH: Array, errors: Array, n: int, first: int, left: floa
                 P[k, j] -= (PH[k] * PH[j]) * share
             P[k, k] = max(P[k, k], MIN_VARIANCE)
         return
-    for k in range(first, first + 3):
+    for k in range(first, first + count):
         errors[k] += PH[k] * (left * share)
         for j in range(n):
             taken = (PH[k] * PH[j]) * share
             P[k, j] -= taken
-            if j < first or j >= first + 3:
+            if j < first or j >= first + count:
                 P[j, k] -= taken
         P[k, k] = max(P[k, k], MIN_VARIANCE)
 
