@@ -100,6 +100,11 @@ class Avionics:
         return self.navigation is not Navigation.TRUTH
 
     @property
+    def latency(self) -> float:
+        """From inertial reading to actuator, beyond the control period [s]."""
+        return self.sensors.pipeline.latency if self.is_sensed else 0.0
+
+    @property
     def filter(self) -> Any:  # noqa: ANN401 - a record
         """The filter's record."""
         return self.records[0]["filter"]
