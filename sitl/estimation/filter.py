@@ -48,7 +48,7 @@ GATE = 5.0  # innovations beyond so many of their standard deviations are refuse
 SHAKEN, SHAKEN_IN_ARENA = 0.002, 0.008
 SHAKEN_TURN = 1e-4  # likewise to the gyroscope's [rad/s/sqrt(Hz)]
 LACKED_SHARE, LACKED_TIME = (
-    0.1,
+    0.14,
     30.0,
 )  # deviation of the wing's force from its model's, as a share; how long it lasts [s]
 CALM_UP = 0.3  # deviation of the steady wind's upward part [m/s]

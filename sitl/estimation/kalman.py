@@ -201,6 +201,29 @@ def _take_off(P: Array, PH: Array, errors: Array, n: int, first: int, count: int
 
 
 @subroutine
+def turn_errors(P: Array, n: int, turn: Vector) -> None:
+    """The covariance once the attitude is corrected: its error is one from the corrected attitude (Solà, eq. 287).
+
+    Args:
+        P: Covariance, changed in place, (ERRORS, ERRORS).
+        n: How many of the states are used.
+        turn: What was taken off the attitude's error, body frame [rad].
+    """
+    half = scaled(turn, 0.5)
+    a = ATTITUDE_ERROR
+    for j in range(n):
+        x, y, z = P[a, j], P[a + 1, j], P[a + 2, j]
+        P[a, j] = x - (half.y * z - half.z * y)
+        P[a + 1, j] = y - (half.z * x - half.x * z)
+        P[a + 2, j] = z - (half.x * y - half.y * x)
+    for j in range(n):
+        x, y, z = P[j, a], P[j, a + 1], P[j, a + 2]
+        P[j, a] = x - (half.y * z - half.z * y)
+        P[j, a + 1] = y - (half.z * x - half.x * z)
+        P[j, a + 2] = z - (half.x * y - half.y * x)
+
+
+@subroutine
 def restart(P: Array, first: int, variance: float) -> None:
     """Forget three errors, which are then of this variance and of nothing else."""
     for k in range(first, first + 3):

@@ -36,7 +36,7 @@ from sitl.estimation.filter import (
     get_wind_settings,
     put_belief,
 )
-from sitl.estimation.kalman import correct, surprise
+from sitl.estimation.kalman import correct, surprise, turn_errors
 from sitl.model.airframe import Array
 from sitl.model.quaternions import Quaternion, conjugate, multiply, rotate, rotate_inverse, small_rotation
 from sitl.model.vectors import Vector, add, add_scaled, cross, dot, scaled, subtract
@@ -61,7 +61,7 @@ NO_OTHER = -1
 WING = LINES  # where the wing's innovations are counted, beside the lines
 WING_NOISE = 0.12  # of the force across the wing, mean of a slow step, unshaken [m/s2]
 WING_LACKS = 0.1  # what its model may lack whatever the force is [m/s2]
-WING_DOUBT = 0.5  # of one reading beside its noise: what the model lacks and keeps lacking [m/s2]
+WING_DOUBT = 1.2  # of one reading beside its noise: what the model lacks and keeps lacking [m/s2]
 UNKNOWN_TIME = 10.0  # how long the effect of a wind lasts that no reading tells [s]
 SATELLITE_VELOCITY, POSE_ATTITUDE = LINES, LINES + 1  # slots beside the lines: they are refused by themselves
 MISTRUSTED_TIME = 0.5  # after a reading that was refused, none is fused for so long: garbage fits now and then [s]
@@ -132,8 +132,13 @@ def _note(f: Kept, line: int, period: int, worst: float, total: float, scalars: 
     return False
 
 
-@kernel
+@subroutine
 def _correct_belief(f: Kept) -> None:
+    """Take the estimated errors out of the belief."""
+    errors = f["errors"]
+    turn = Vector(errors[ATTITUDE_ERROR], errors[ATTITUDE_ERROR + 1], errors[ATTITUDE_ERROR + 2])
+    if turn.x != 0.0 or turn.y != 0.0 or turn.z != 0.0:
+        turn_errors(f["covariance"], f["settings"]["states"], turn)
     put_belief(f, 0, corrected(get_belief(f, 0), f["errors"]))
 
 
