@@ -101,7 +101,8 @@ def _feel_ground(f: Kept, force: Vector, velocity: Vector, attitude: Quaternion)
     f["support"] = contact.smoothed(support, f["support"], SLOW_STEP * haste)
     # The air pushes across the wing; of that only what is upwards holds a vehicle up.
     doubt = abs(rotate(attitude, Vector(0.0, 0.0, 1.0)).z) * f["air_doubt"]
-    f["on_ground"] = contact.stands(f["support"], doubt, f["on_ground"], velocity, f["model"]["g"])
+    nose_up = rotate(attitude, Vector(1.0, 0.0, 0.0)).z
+    f["on_ground"] = contact.stands(f["support"], doubt, nose_up, f["on_ground"], velocity, f["model"]["g"])
 
 
 @kernel
