@@ -47,10 +47,8 @@ GATE = 5.0  # innovations beyond so many of their standard deviations are refuse
 # noise does, and counts for more the more exact the velocity is otherwise.
 SHAKEN, SHAKEN_IN_ARENA = 0.002, 0.008
 SHAKEN_TURN = 1e-4  # likewise to the gyroscope's [rad/s/sqrt(Hz)]
-LACKED_SHARE, LACKED_TIME = (
-    0.14,
-    30.0,
-)  # deviation of the wing's force from its model's, as a share; how long it lasts [s]
+# Deviation of the wing's force over mass from its model's, as a share: two constants that are a tenth off.
+LACKED_SHARE, LACKED_TIME = 0.14, 30.0  # [-], how long it lasts [s]
 CALM_UP = 0.3  # deviation of the steady wind's upward part [m/s]
 WEATHER_TIME = 1800.0  # in which the steady wind becomes another [s]
 FIRST_GUSTS = 0.5  # deviation of the gust before anything is known of it [m/s]

@@ -32,6 +32,7 @@ from sitl.model.quaternions import Quaternion, rotate, rotate_inverse
 from sitl.model.vectors import Vector, cross, scaled
 
 MIN_VARIANCE = 1e-18  # what rounding must not take a variance below
+HEADING_BENDS = 5e-4  # variance that accelerometer biases gain by that of the heading in a second [m2/s4/rad2]
 
 
 class Columns(NamedTuple):
@@ -221,6 +222,26 @@ def turn_errors(P: Array, n: int, turn: Vector) -> None:
         P[j, a] = x - (half.y * z - half.z * y)
         P[j, a + 1] = y - (half.z * x - half.x * z)
         P[j, a + 2] = z - (half.x * y - half.y * x)
+
+
+@subroutine
+def loosen_biases(P: Array, up: Vector, dt: float) -> None:
+    """Let the accelerometer's biases vary the more, the less the heading is known.
+
+    A hover tells tilt and biases together, along axes that the heading gives: in first order their difference would be
+    known as exactly as if the heading were right.
+
+    Args:
+        P: Covariance, changed in place, (ERRORS, ERRORS).
+        up: The world's vertical, body frame.
+        dt: Time gone by [s].
+    """
+    a = ATTITUDE_ERROR
+    squares = up.x * up.x * P[a, a] + up.y * up.y * P[a + 1, a + 1] + up.z * up.z * P[a + 2, a + 2]
+    crossed = up.x * up.y * P[a, a + 1] + up.x * up.z * P[a, a + 2] + up.y * up.z * P[a + 1, a + 2]
+    gained = HEADING_BENDS * dt * (squares + 2.0 * crossed)
+    for k in range(ACCEL_BIAS_ERROR, ACCEL_BIAS_ERROR + 3):
+        P[k, k] += gained
 
 
 @subroutine

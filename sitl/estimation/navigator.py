@@ -13,7 +13,6 @@ from sitl.estimation.alignment import align
 from sitl.estimation.arrivals import fuse_arrived
 from sitl.estimation.belief import (
     ACCEL_BIAS_ERROR,
-    ATTITUDE_ERROR,
     BAROMETER_DRIFT_ERROR,
     GNSS_DRIFT_ERROR,
     STEADY_WIND_ERROR,
@@ -43,7 +42,7 @@ from sitl.estimation.filter import (
     put_last,
     put_step,
 )
-from sitl.estimation.kalman import predict, restart
+from sitl.estimation.kalman import loosen_biases, predict, restart
 from sitl.estimation.observations import (
     TUBE_DOUBTED,
     nose_wind_fading,
@@ -54,7 +53,6 @@ from sitl.estimation.outlook import estimate_now
 from sitl.estimation.strapdown import increment_of, joined, moved_by, no_increment, rebiased, without
 from sitl.model.actuators import moved
 from sitl.model.aerodynamics import wrench
-from sitl.model.airframe import Array
 from sitl.model.quaternions import Quaternion, rotate_inverse
 from sitl.model.state import Actuators
 from sitl.model.vectors import Vector, add_scaled, scaled, subtract
@@ -71,8 +69,6 @@ from sitl.timing import PERIOD
 
 # What the model's force lacks where it stands in for a failed accelerometer: at first, as noise, and how it changes.
 MODEL_LACKS, MODEL_FORCE, MODEL_CHANGE = 1.0, 0.3, 0.3  # [m/s2], [m/s2/sqrt(Hz)], [m/s2/sqrt(s)]
-
-HEADING_BENDS = 5e-4  # variance of the accelerometer's biases by that of the heading, a second [m2/s4/rad2/s]
 
 
 @subroutine
@@ -182,21 +178,6 @@ def _slow_step(f: Kept, i: Kept, steps: Kept, period: int, has_tube: bool) -> No
 
 
 @subroutine
-def _loosen_biases(P: Array, q: Quaternion) -> None:
-    """Let a slow step's accelerometer biases vary the more, the less the heading is known.
-
-    Tilt and biases are told together, along the axes that the heading gives: in first order a hover would tell their
-    difference as exactly as if its heading were right.
-    """
-    up = rotate_inverse(q, Vector(0.0, 0.0, 1.0))
-    a = ATTITUDE_ERROR
-    squares = up.x * up.x * P[a, a] + up.y * up.y * P[a + 1, a + 1] + up.z * up.z * P[a + 2, a + 2]
-    crossed = up.x * up.y * P[a, a + 1] + up.x * up.z * P[a, a + 2] + up.y * up.z * P[a + 1, a + 2]
-    for k in range(ACCEL_BIAS_ERROR, ACCEL_BIAS_ERROR + 3):
-        P[k, k] += HEADING_BENDS * SLOW_STEP * (squares + 2.0 * crossed)
-
-
-@subroutine
 def _move(f: Kept, step: Step) -> None:
     """Belief and covariance a slow step later."""
     b, settings = get_belief(f, 0), f["settings"]
@@ -205,7 +186,7 @@ def _move(f: Kept, step: Step) -> None:
     let_wander(f, b)
     fade = f["fade"]
     predict(f["covariance"], f["work"], settings["states"], b.attitude, i, fade, f["spread"])
-    _loosen_biases(f["covariance"], b.attitude)
+    loosen_biases(f["covariance"], rotate_inverse(b.attitude, Vector(0.0, 0.0, 1.0)), SLOW_STEP)
     if f["failed"][1] > 0.0:
         for k in range(3):
             f["covariance"][VELOCITY_ERROR + k, VELOCITY_ERROR + k] += MODEL_FORCE * MODEL_FORCE * SLOW_STEP

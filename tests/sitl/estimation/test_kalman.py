@@ -15,7 +15,7 @@ from sitl.estimation.belief import (
     VELOCITY_ERROR,
     WIND_ERROR,
 )
-from sitl.estimation.kalman import correct, predict, restart
+from sitl.estimation.kalman import HEADING_BENDS, correct, loosen_biases, predict, restart, turn_errors
 from sitl.estimation.strapdown import Increment, increment_of, moved_by, rebiased
 from sitl.model.quaternions import conjugate, from_euler, multiply, rotate, small_rotation
 from sitl.model.vectors import Vector
@@ -191,3 +191,34 @@ def test_the_covariance_stays_symmetric_and_positive_over_many_random_steps(seed
             assert np.linalg.eigvalsh(0.5 * (correlation + correlation.T)).min() > -1e-7
             assert (scale > 0.0).all()
     assert np.isfinite(P).all()
+
+
+@pytest.mark.parametrize("n", [ERRORS, ARENA_ERRORS])
+def test_a_corrected_attitude_carries_its_errors_over(n):
+    """The same true attitude, as an error from the belief before and from the one after: equation 287 of Solà."""
+    random = np.random.default_rng(5)
+    turn, P = Vector(0.05, -0.03, 0.08), some_covariance(random, n)
+    J = np.eye(n)
+    J[part(ATTITUDE_ERROR), part(ATTITUDE_ERROR)] -= 0.5 * skew(turn)
+    wanted = J @ P[:n, :n] @ J.T
+    turn_errors(P, n, turn)
+    assert np.abs(P[:n, :n] - wanted).max() < 1e-12
+    small = Vector(0.05 + 1e-3, -0.03 + 2e-3, 0.08 - 1e-3)  # the error before; what is left of it is exact below
+    left = multiply(conjugate(small_rotation(turn)), small_rotation(small))
+    exact = 2.0 * np.array([left.x, left.y, left.z])
+    carried = J[part(ATTITUDE_ERROR), part(ATTITUDE_ERROR)] @ (np.array(small) - np.array(turn))
+    assert np.abs(carried - exact).max() < 1e-5
+    assert np.abs((np.array(small) - np.array(turn)) - exact).max() > 5e-5
+
+
+def test_biases_are_as_loose_as_the_heading_and_no_tilt_makes_them_so():
+    up = Vector(*(matrix(Q).T @ (0.0, 0.0, 1.0)))
+    heading, level = np.outer(up, up), np.eye(3) - np.outer(up, up)
+    for variance, gained in ((heading, HEADING_BENDS * 0.5), (level, 0.0)):
+        P = np.zeros((ERRORS, ERRORS))
+        P[part(ATTITUDE_ERROR), part(ATTITUDE_ERROR)] = variance
+        before = P.copy()
+        loosen_biases(P, up, 0.5)
+        assert np.abs(np.diag(P - before)[part(ACCEL_BIAS_ERROR)] - gained).max() < 1e-15
+        P[part(ACCEL_BIAS_ERROR), part(ACCEL_BIAS_ERROR)] = 0.0
+        assert not (P - before).any()
