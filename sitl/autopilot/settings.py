@@ -47,18 +47,26 @@ class Settings(NamedTuple):
         ),
     ] = 0
     position_timeout: Annotated[
-        float, ParameterMetadata("COM_POS_FS_DELAY", (1.0, 100.0), "s", "The position counts as lost after this time without a fix")
+        float,
+        ParameterMetadata(
+            "COM_POS_FS_DELAY", (1.0, 100.0), "s", "The position counts as lost after this time without a fix"
+        ),
     ] = 2.0
     pose_delay: Annotated[
         float,
         ParameterMetadata("EKF2_EV_DELAY", (0.0, 300.0), "ms", "Delay of external poses without a usable timestamp"),
     ] = 20.0
     pose_position_noise: Annotated[
-        float, ParameterMetadata("EKF2_EVP_NOISE", (0.001, 1.0), "m", "Deviation of an external position, if the message gives none")
+        float,
+        ParameterMetadata(
+            "EKF2_EVP_NOISE", (0.001, 1.0), "m", "Deviation of an external position, if the message gives none"
+        ),
     ] = 0.01
     pose_attitude_noise: Annotated[
         float,
-        ParameterMetadata("EKF2_EVA_NOISE", (0.001, 1.0), "rad", "Deviation of an external attitude, if the message gives none"),
+        ParameterMetadata(
+            "EKF2_EVA_NOISE", (0.001, 1.0), "rad", "Deviation of an external attitude, if the message gives none"
+        ),
     ] = 0.01
     companion_timeout: Annotated[
         float, ParameterMetadata("COM_OBC_LOSS_T", (1.0, 60.0), "s", "The companion is lost after this silence")
@@ -102,7 +110,8 @@ class Settings(NamedTuple):
         ),
     ] = 4
     net_room: Annotated[
-        float, ParameterMetadata("DRK_NET_ROOM", (0.3, 50.0), "m", "Distance to net and obstacles that a stop must leave")
+        float,
+        ParameterMetadata("DRK_NET_ROOM", (0.3, 50.0), "m", "Distance to net and obstacles that a stop must leave"),
     ] = 0.5
     net_land_time: Annotated[
         float, ParameterMetadata("DRK_NET_TIME", (0.5, 60.0), "s", "It lands after this time too near the net")
@@ -145,7 +154,8 @@ class Settings(NamedTuple):
         float, ParameterMetadata("DRK_FD_MOM", (0.2, 10.0), "", "Unexplained moment of a failed actuator, hover = 1")
     ] = 0.7
     unexplained_time: Annotated[
-        float, ParameterMetadata("DRK_FD_MOM_T", (0.1, 10.0), "s", "Unexplained moment this long means a failed actuator")
+        float,
+        ParameterMetadata("DRK_FD_MOM_T", (0.1, 10.0), "s", "Unexplained moment this long means a failed actuator"),
     ] = 1.7
     failure_injection: Annotated[
         int, ParameterMetadata("SYS_FAILURE_EN", (0, 1), "", "Failures may be injected", ((0, "no"), (1, "yes")))

@@ -99,7 +99,10 @@ def _feel_ground(f: Kept, force: Vector, velocity: Vector, attitude: Quaternion)
         force, share, haste = rotate_inverse(attitude, Vector(0.0, 0.0, f["model"]["g"])), NUMB_SHARE, NUMB_HASTE
     support = share * contact.support_of(force, through, rates, attitude, actuators, get_model(f, 0))
     f["support"] = contact.smoothed(support, f["support"], SLOW_STEP * haste)
-    f["on_ground"] = contact.stands(f["support"], f["on_ground"], velocity, f["model"]["g"])
+    # The air pushes across the wing; of that only what is upwards holds a vehicle up.
+    doubt = abs(rotate(attitude, Vector(0.0, 0.0, 1.0)).z) * f["air_doubt"]
+    nose_up = rotate(attitude, Vector(1.0, 0.0, 0.0)).z
+    f["on_ground"] = contact.stands(f["support"], doubt, nose_up, f["on_ground"], velocity, f["model"]["g"])
 
 
 @kernel

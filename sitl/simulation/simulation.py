@@ -128,9 +128,10 @@ class Simulation:
         """Take other gains and thresholds, in flight or not."""
         self.tuning = tuning
         self.can_fly_forward = can_fly_forward(self.design_model)
-        self.design = self.register.design(designed(self.design_model, tuning))
+        basis = (self.design_model, tuning, self.avionics.latency)
+        self.design = self.register.design(designed(*basis))
         own = self.register is REGISTER
-        known = design_record(self.design_model, tuning) if own else record_of(type(self.design), self.design)
+        known = design_record(*basis) if own else record_of(type(self.design), self.design)
         self._arrays.designs = known
         self._arrays.forget_look()
         self._sensors = SENSORS._replace(has_pitot=bool(tuning.pitot))
@@ -196,7 +197,7 @@ class Simulation:
     @property
     def design_key(self) -> tuple[Any, ...]:
         """Equal for simulations that can be flown in one block."""
-        return (self.periods, self.design_model, self.tuning)
+        return (self.periods, self.design_model, self.tuning, self.avionics.latency)
 
     @property
     def truth(self) -> Plant:

@@ -112,12 +112,13 @@ class Tuning(NamedTuple):
 
 
 @lru_cache(maxsize=64)
-def designed(a: Airframe, tuning: Tuning) -> Design:
+def designed(a: Airframe, tuning: Tuning, latency: float = 0.0) -> Design:
     """The controller for an airframe.
 
     Args:
         a: The airframe as the controller believes it to be.
         tuning: Its parameters.
+        latency: From inertial reading to actuator, beyond the control period [s].
     """
     loop = zero_moment_gains(
         a,
@@ -134,7 +135,7 @@ def designed(a: Airframe, tuning: Tuning) -> Design:
         hover_linear=_hover_gains(a, bool(tuning.integral), tuning.design),
         zero_moment=loop,
         hover_attitude=attitude_gains(loop),
-        line_of_sight=line_of_sight_gains(),
+        line_of_sight=line_of_sight_gains(latency),
         forward_linear=_forward_gains(a),
         indi=indi_gains(),
         wind=wind_gains(),
@@ -143,9 +144,9 @@ def designed(a: Airframe, tuning: Tuning) -> Design:
 
 
 @lru_cache(maxsize=64)
-def design_record(a: Airframe, tuning: Tuning) -> npt.NDArray[Any]:
+def design_record(a: Airframe, tuning: Tuning, latency: float = 0.0) -> npt.NDArray[Any]:
     """The same as the compiled loop takes it, a record, (1,); not to be changed."""
-    return record_of(Design, designed(a, tuning))
+    return record_of(Design, designed(a, tuning, latency))
 
 
 def thresholds(a: Airframe, tuning: Tuning) -> Thresholds:

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from sitl.design.forward import HALVING_LATENCY, line_of_sight_gains
 from sitl.design.wind import wind_gains
 from sitl.estimation.belief import (
     ACCEL_BIAS_ERROR,
@@ -151,11 +152,30 @@ def test_a_command_is_in_force_as_late_as_the_pipeline_makes_it():
     assert first[1] - first[0] == 10
 
 
+def test_the_later_the_actuators_act_the_more_slowly_the_attitude_is_followed():
+    def followed(navigation, latency):
+        late = {"pipeline": {"latency": latency}}
+        return hovering(navigation, sensors=changed(**late)).design.gains.line_of_sight
+
+    quick, slow = followed(SENSORS, 0.0), followed(SENSORS, HALVING_LATENCY)
+    assert quick == line_of_sight_gains()
+    for whole, half in ((quick.attitude, slow.attitude), (quick.rate, slow.rate)):
+        assert np.allclose(half, 0.5 * np.array(whole))
+    assert slow.observer == 0.5 * quick.observer
+    assert slow.max_rate == quick.max_rate
+    assert followed(Navigation.TRUTH, HALVING_LATENCY) == quick  # the truth is there at once
+
+
+def test_vehicles_of_different_latency_share_no_block():
+    late = hovering(SENSORS, sensors=changed(pipeline={"latency": 0.02}))
+    assert late.design_key != hovering(SENSORS).design_key
+
+
 def test_what_is_read_under_a_roof_and_outdoors():
     outdoors, arena = hovering(SENSORS), hovering(MOCAP)
     for vehicle in (outdoors, arena):
         vehicle.step(2.0)
     heard = [np.array(vehicle.avionics.filter["scalars"]) > 0.0 for vehicle in (outdoors, arena)]
-    assert heard[0].tolist() == [True, True, True, False, False, False]  # the tube reads nothing in a hover
-    assert heard[1].tolist() == [False, False, False, False, True, False]
+    assert heard[0].tolist() == [True, True, True, False, False, False, True]  # the tube reads nothing in a hover
+    assert heard[1].tolist() == [False, False, False, False, True, False, True]
     assert outdoors.avionics.filter["scalars"][GNSS - 2] == pytest.approx(6 * 19, abs=12)
