@@ -78,7 +78,6 @@ LONGEST = (
     "sitl/simulation/test_accuracy.py",
     "sitl/simulation/test_batch.py",
     "darko_gcs/tui/",
-    "sitl/supervisor/test_table.py",
     "sitl/design/test_processors.py",
     "sitl/design/hover_proof/test_proved.py",
     "sitl/simulation/",
