@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from sitl.compiled import entry
+from sitl.compiled import entry, subroutine
 from sitl.design.hover_proof.closed_loop import (
     AttitudeBoxes,
     Interval,
@@ -198,31 +198,37 @@ def _exceed(middle: Array, low: Array, high: Array, takes: Array, margin: float)
     Returns:
         One answer per box, (n,): whether there is a Cholesky factor of what is left above the margin.
     """
-    count, size = middle.shape[0], middle.shape[1]
-    found, factor = np.ones(count, dtype=np.bool_), np.empty((size, size))
-    for box in range(count):
-        matrices = box % takes.shape[1]
+    found = np.ones(middle.shape[0], dtype=np.bool_)
+    left, factor = np.empty(middle.shape[1:]), np.empty(middle.shape[1:])
+    for box in range(middle.shape[0]):
         for corner in range(1 << low.shape[0]):
-            for row in range(size):
-                for column in range(row + 1):
-                    left = middle[box, row, column] - (margin if row == column else 0.0)
-                    for part in range(low.shape[0]):
-                        share = high[part, box] if corner >> part & 1 else low[part, box]
-                        left -= share * takes[part, matrices, row, column]
-                    for k in range(column):
-                        left -= factor[row, k] * factor[column, k]
-                    if row > column:
-                        factor[row, column] = left / factor[column, column]
-                    elif left > 0.0:
-                        factor[row, row] = math.sqrt(left)
-                    else:
-                        found[box] = False
-                        break
-                if not found[box]:
-                    break
-            if not found[box]:
+            left[:] = middle[box]
+            for part in range(low.shape[0]):
+                share = high[part, box] if corner >> part & 1 else low[part, box]
+                left -= share * takes[part, box % takes.shape[1]]
+            for row in range(left.shape[0]):
+                left[row, row] -= margin
+            if not _is_positive(left, factor):
+                found[box] = False
                 break
     return found
+
+
+@subroutine
+def _is_positive(matrix: Array, factor: Array) -> bool:
+    """Whether a symmetric matrix has a Cholesky factor, which is written as far as it goes."""
+    for row in range(matrix.shape[0]):
+        for column in range(row + 1):
+            left = matrix[row, column]
+            for k in range(column):
+                left -= factor[row, k] * factor[column, k]
+            if row > column:
+                factor[row, column] = left / factor[column, column]
+            elif left > 0.0:
+                factor[row, row] = math.sqrt(left)
+            else:
+                return False
+    return True
 
 
 def most(value: Interval) -> Array:

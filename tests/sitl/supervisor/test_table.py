@@ -115,6 +115,15 @@ def test_what_a_jump_leaves_open_is_only_what_it_takes_back_from_the_linear_law(
     assert {guard for jumps in TABLE.values() for jump in jumps for guard in released(jump)} <= {g.near, g.settled}
 
 
+@njit
+def first_row(x, required, forbidden):
+    """The first row that is due in a situation; -1 without any."""
+    for row in range(required.size):
+        if x & (required[row] | forbidden[row]) == required[row]:
+            return row
+    return -1
+
+
 @pytest.fixture(scope="module")
 def wrong():
     """Finds a situation in which the compiled ``due`` or ``seek`` takes another row than the table; -1 without any.
@@ -147,11 +156,7 @@ def wrong():
         while True:
             for other in others:
                 x = held | other & ~looked_at
-                expected = -1
-                for row in range(required.size):
-                    if x & (required[row] | forbidden[row]) == required[row]:
-                        expected = row
-                        break
+                expected = first_row(x, required, forbidden)
                 put(flight, 0, float(x))
                 if due(law, x) != expected or seek(law, flight, 0, flight, flight) != expected:
                     return x
