@@ -6,6 +6,7 @@ import os
 import pytest
 from hypothesis import settings
 from hypothesis.internal.conjecture import providers
+from xdist.scheduler import LoadFileScheduling
 
 from tests.support.processor_time import ProcessorTime
 
@@ -81,10 +82,17 @@ LONGEST = (
     "sitl/design/test_processors.py",
     "sitl/design/hover_proof/test_proved.py",
     "sitl/simulation/",
-    "sitl/scenarios/",
     "e2e/",
+    "sitl/system_identification/",
+    "sitl/scenarios/",
+    "sitl/day/",
+    "sitl/studies/",
+    "sitl/test_storage.py",
     "test_api_page.py",
 )
+
+# Folders whose files share what is dear: one process takes all of them.
+TOGETHER = ("sitl/system_identification/",)
 
 
 def pytest_addoption(parser):
@@ -110,6 +118,19 @@ def pytest_collection_modifyitems(items):
         return next((place for place, long in enumerate(LONGEST) if path.startswith(long)), len(LONGEST))
 
     items.sort(key=turn)
+
+
+class FolderScheduling(LoadFileScheduling):
+    """A file, or a whole folder of ``TOGETHER``, to each process in turn."""
+
+    def _split_scope(self, nodeid):
+        path = nodeid.removeprefix("tests/")
+        return next((folder for folder in TOGETHER if path.startswith(folder)), super()._split_scope(nodeid))
+
+
+@pytest.hookimpl(optionalhook=True)  # mutants are tested without xdist
+def pytest_xdist_make_scheduler(config, log):
+    return FolderScheduling(config, log) if config.getoption("dist") == "loadfile" else None
 
 
 @pytest.hookimpl(wrapper=True)
