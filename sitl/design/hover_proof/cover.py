@@ -199,14 +199,15 @@ def _exceed(middle: Array, low: Array, high: Array, takes: Array, margin: float)
         One answer per box, (n,): whether there is a Cholesky factor of what is left above the margin.
     """
     found = np.ones(middle.shape[0], dtype=np.bool_)
-    left, factor = np.empty(middle.shape[1:]), np.empty(middle.shape[1:])
+    size = middle.shape[1]
+    left, factor = np.empty((size, size)), np.empty((size, size))
     for box in range(middle.shape[0]):
         for corner in range(1 << low.shape[0]):
             left[:] = middle[box]
             for part in range(low.shape[0]):
                 share = high[part, box] if corner >> part & 1 else low[part, box]
                 left -= share * takes[part, box % takes.shape[1]]
-            for row in range(left.shape[0]):
+            for row in range(size):
                 left[row, row] -= margin
             if not _is_positive(left, factor):
                 found[box] = False
