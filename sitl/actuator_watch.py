@@ -8,8 +8,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from scipy.optimize import brentq
-
 from sitl.control.estimate import Estimate
 from sitl.control.moment_observer import momentum
 from sitl.model.aerodynamics import wrench
@@ -74,11 +72,10 @@ def _hover_authority(a: Airframe) -> UnexplainedMoment:
     """Rolling moment of full elevons and yawing moment of 90 % of a motor's thrust in a still hover [N m]."""
     still = Vector(0.0, 0.0, 0.0)
 
-    def lack(speed: float) -> float:
-        force, _ = wrench(still, still, Actuators(speed, speed, 0.0, 0.0), a)
-        return float(force.x) - a.m * a.g
-
-    hovering = float(brentq(lack, 0.0, a.omega_max))
+    low, high = 0.0, float(a.omega_max)
+    while low < (hovering := 0.5 * (low + high)) < high:
+        force, _ = wrench(still, still, Actuators(hovering, hovering, 0.0, 0.0), a)
+        low, high = (low, hovering) if force.x > a.m * a.g else (hovering, high)
     _, rolled = wrench(still, still, Actuators(hovering, hovering, a.delta_max, -a.delta_max), a)
     _, yawed = wrench(still, still, Actuators(hovering, 0.0, 0.0, 0.0), a)
     return UnexplainedMoment(abs(rolled.x), YAW_SHARE * abs(yawed.z))

@@ -126,7 +126,7 @@ class Aircraft:
     def view(self) -> VehicleView:
         """The vehicle as the autopilot sees it."""
         estimate, law, avionics = self.vehicle.estimate, self.vehicle.law, self.vehicle.avionics
-        navigation = self._recent_navigation()
+        navigation, battery = self._recent_navigation(), self.battery
         nose, back = x_axis(estimate.attitude), z_axis(estimate.attitude)
         flown = regime(self.vehicle)
         forward = flown not in HOVERING and not hovers_again(self.vehicle)
@@ -138,11 +138,11 @@ class Aircraft:
             heading=math.atan2(flat[1], flat[0]),
             tilt=math.acos(max(-1.0, min(1.0, nose.z))),
             landed=law.regime is Regime.GROUND,
-            battery_left=self.battery.left,
+            battery_left=battery.left,
             forward=forward,
             wind=estimate.wind,
             stopping_distance=stopping_distance(self.vehicle) if forward else 0.0,
-            battery_energy=self.battery.capacity - self.battery.used,
+            battery_energy=battery.capacity - battery.used,
             law=law,
             regime=flown,
             crash=self.vehicle.crash,

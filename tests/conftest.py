@@ -6,6 +6,7 @@ import os
 import pytest
 from hypothesis import settings
 from hypothesis.internal.conjecture import providers
+from xdist.scheduler import LoadFileScheduling
 
 from tests.support.processor_time import ProcessorTime
 
@@ -20,8 +21,11 @@ if PROFILE == "repeatable":
 
 # What `--quick` leaves out: what compiles anew, starts processes, flies for minutes or drives whole screens.
 SLOW = (
+    "darko_gcs/station/test_flight_plan.py",
     "darko_gcs/station/test_flood.py",
+    "darko_gcs/station/test_plan_transfer.py",
     "darko_gcs/station/test_restarts.py",
+    "darko_gcs/station/test_station.py",
     "darko_gcs/tui/",
     "e2e/",
     "protocol/both_ends/",
@@ -31,12 +35,17 @@ SLOW = (
     "sitl/autopilot/safety/test_arena_watch.py",
     "sitl/autopilot/safety/test_failsafe.py",
     "sitl/autopilot/safety/test_failsafe_flights.py",
+    "sitl/autopilot/safety/test_fence.py",
     "sitl/autopilot/safety/test_link_watch.py",
+    "sitl/autopilot/safety/test_navigation_flights.py",
     "sitl/autopilot/test_flight_plans.py",
     "sitl/autopilot/test_manual.py",
     "sitl/autopilot/test_routes.py",
+    "sitl/autopilot/test_transitions.py",
     "sitl/commands/",
     "sitl/control/forward_flight/test_line_of_sight.py",
+    "sitl/control/test_hover_attitude.py",
+    "sitl/control/test_wind_estimator.py",
     "sitl/control/test_zero_moment.py",
     "sitl/day/test_day_flight.py",
     "sitl/design/hover_proof/test_lmi.py",
@@ -46,7 +55,11 @@ SLOW = (
     "sitl/flights/",
     "sitl/mavlink/services/test_obstacle_service.py",
     "sitl/mavlink/services/test_pose_service.py",
+    "sitl/mavlink/test_attitude_setpoints.py",
+    "sitl/mavlink/test_flight_recorder_disk.py",
     "sitl/mavlink/test_flood.py",
+    "sitl/mavlink/test_ground_control_buttons.py",
+    "sitl/mavlink/test_home.py",
     "sitl/mavlink/test_offboard_setpoints.py",
     "sitl/mavlink/test_wire_page.py",
     "sitl/model/test_ground.py",
@@ -65,6 +78,9 @@ SLOW = (
     "sitl/system_identification/test_airframe_writer.py",
     "sitl/system_identification/test_identify_flight.py",
     "sitl/system_identification/test_output_error.py",
+    "sitl/system_identification/test_result_text.py",
+    "sitl/test_actuator_watch.py",
+    "sitl/test_inner_compiler.py",
     "sitl/test_kernel_cache.py",
     "sitl/test_persistence.py",
     "sitl/test_storage.py",
@@ -78,14 +94,20 @@ LONGEST = (
     "sitl/simulation/test_accuracy.py",
     "sitl/simulation/test_batch.py",
     "darko_gcs/tui/",
-    "sitl/supervisor/test_table.py",
     "sitl/design/test_processors.py",
     "sitl/design/hover_proof/test_proved.py",
     "sitl/simulation/",
-    "sitl/scenarios/",
     "e2e/",
+    "sitl/system_identification/",
+    "sitl/scenarios/",
+    "sitl/day/",
+    "sitl/studies/",
+    "sitl/test_storage.py",
     "test_api_page.py",
 )
+
+# Folders whose files share what is dear: one process takes all of them.
+TOGETHER = ("sitl/system_identification/",)
 
 
 def pytest_addoption(parser):
@@ -111,6 +133,19 @@ def pytest_collection_modifyitems(items):
         return next((place for place, long in enumerate(LONGEST) if path.startswith(long)), len(LONGEST))
 
     items.sort(key=turn)
+
+
+class FolderScheduling(LoadFileScheduling):
+    """A file, or a whole folder of ``TOGETHER``, to each process in turn."""
+
+    def _split_scope(self, nodeid):
+        path = nodeid.removeprefix("tests/")
+        return next((folder for folder in TOGETHER if path.startswith(folder)), super()._split_scope(nodeid))
+
+
+@pytest.hookimpl(optionalhook=True)  # mutants are tested without xdist
+def pytest_xdist_make_scheduler(config, log):
+    return FolderScheduling(config, log) if config.getoption("dist") == "loadfile" else None
 
 
 @pytest.hookimpl(wrapper=True)

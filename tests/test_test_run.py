@@ -5,16 +5,26 @@ from types import SimpleNamespace
 
 import pytest
 
-from tests.conftest import LONGEST, SLOW
+from tests.conftest import LONGEST, SLOW, TOGETHER, FolderScheduling
 from tests.support.processor_time import ProcessorTime
 
 TESTS = Path(__file__).parent
 
 
-@pytest.mark.parametrize("path", sorted({*SLOW, *LONGEST}))
+@pytest.mark.parametrize("path", sorted({*SLOW, *LONGEST, *TOGETHER}))
 def test_every_listed_file_or_folder_is_there(path):
     """One that was moved would be run by ``--quick`` again, unnoticed."""
     assert (TESTS / path).is_dir() if path.endswith("/") else (TESTS / path).is_file()
+
+
+@pytest.mark.parametrize("folder", TOGETHER)
+def test_the_files_of_a_folder_that_share_go_to_one_process_and_others_each_by_itself(folder):
+    scope = FolderScheduling._split_scope
+    scheduling = object.__new__(FolderScheduling)
+    assert (
+        scope(scheduling, f"tests/{folder}test_a.py::b") == scope(scheduling, f"tests/{folder}test_c.py::d") == folder
+    )
+    assert scope(scheduling, "tests/sitl/test_a.py::b") == "tests/sitl/test_a.py"
 
 
 def test_processor_time_is_summed_by_file_and_by_test_the_greatest_first():

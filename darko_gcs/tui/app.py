@@ -38,6 +38,7 @@ from darko_gcs.tui.typed_keys import TypedKeys
 from darko_gcs.tui.ways_out import is_hung_up, leave, watch_signals, watch_terminal
 from darko_gcs.tui.widgets.fleet_strip import FleetStrip
 from darko_gcs.tui.widgets.flight_panel import FlightPanel
+from darko_gcs.tui.widgets.panel import PANEL_STYLES
 from protocol.dialect import mavlink
 
 __all__ = ["GroundStationApp"]
@@ -55,6 +56,7 @@ class GroundStationApp(App[int]):
 
     TITLE = "DarkO"
     CSS_PATH = "app.tcss"
+    COMPONENT_CLASSES: ClassVar[set[str]] = {f"panel--{name}" for name in PANEL_STYLES}
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding(action.key, f"act('{action.name}')", action.label or action.help, show=bool(action.label))
         for action in ACTIONS

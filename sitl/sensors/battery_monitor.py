@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -29,11 +30,17 @@ def monitored(voltage: float, current: float, spec: BatteryMonitor, period: int,
         seed: Of the flight.
     """
     number = int(period * PERIOD * spec.timing.rate + 1e-9)
-    noise = in_fine_steps(np.random.default_rng((seed, 4, number)).standard_normal(2))
+    of_voltage, of_current = _noise(seed, number)
     return BatteryReading(
-        _in_steps(voltage + spec.voltage_noise * float(noise[0]), spec.voltage_step),
-        _in_steps(max(current + spec.current_noise * float(noise[1]), 0.0), spec.current_step),
+        _in_steps(voltage + spec.voltage_noise * of_voltage, spec.voltage_step),
+        _in_steps(max(current + spec.current_noise * of_current, 0.0), spec.current_step),
     )
+
+
+@lru_cache(maxsize=16)  # it is read more often than it changes, and a generator is slow to make
+def _noise(seed: int, number: int) -> tuple[float, float]:
+    noise = in_fine_steps(np.random.default_rng((seed, 4, number)).standard_normal(2))
+    return float(noise[0]), float(noise[1])
 
 
 def _in_steps(value: float, step: float) -> float:

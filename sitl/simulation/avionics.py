@@ -78,7 +78,8 @@ class Avionics:
         model: The airframe as the vehicle knows it.
         seed: Of the instruments' errors and noise; one seed is one flight, to the bit.
 
-    ``has_cameras`` tells whether the arena's cameras, which are simulated, give poses.
+    ``has_cameras`` tells whether the arena's cameras, which are simulated, give poses; ``filter`` and ``instruments``
+    are views of ``records``, whose fields can be assigned.
     """
 
     def __init__(self, navigation: Navigation, sensors: SensorSet, model: Airframe, seed: int) -> None:
@@ -92,6 +93,8 @@ class Avionics:
         errors = drawn_errors(sensors, in_fine_steps(self._random.standard_normal(15)))
         settings = filter_settings(sensors, wind_gains(), arena=navigation is Navigation.MOCAP)
         self.records = record_of(Aboard, Aboard(instruments(sensors, errors), new_filter(settings, model)))
+        self.filter: Any = self.records[0]["filter"]
+        self.instruments: Any = self.records[0]["instruments"]
         self.steps = np.zeros(MAX_HORIZON, record_type(Step))
 
     @property
@@ -103,16 +106,6 @@ class Avionics:
     def latency(self) -> float:
         """From inertial reading to actuator, beyond the control period [s]."""
         return self.sensors.pipeline.latency if self.is_sensed else 0.0
-
-    @property
-    def filter(self) -> Any:  # noqa: ANN401 - a record
-        """The filter's record."""
-        return self.records[0]["filter"]
-
-    @property
-    def instruments(self) -> Any:  # noqa: ANN401 - a record
-        """The instruments' record."""
-        return self.records[0]["instruments"]
 
     @property
     def horizon_periods(self) -> int:

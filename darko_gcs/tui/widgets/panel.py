@@ -19,11 +19,11 @@ from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
 from darko_gcs.state.text import format_age
 from darko_gcs.tui.render.canvas import StyledLine
 
-__all__ = ["MAX_FRESH_AGE", "Panel", "styled_line"]
+__all__ = ["MAX_FRESH_AGE", "PANEL_STYLES", "Panel", "styled_line"]
 
 MAX_FRESH_AGE = 2.0  # of a value that needs no age beside it [s]
 
-PANEL_STYLES = (
+PANEL_STYLES = (  # component classes of the app, "panel--" before each
     "dim", "label", "good", "warn", "bad", "accent", "mark", "track", "plan", "now", "fence", "hover", "forward",
     "cursor", "jump", "sky", "ground", "ground-on-sky", "sky-on-ground", "symbol-on-sky", "symbol-on-ground",
 )  # fmt: skip
@@ -39,7 +39,6 @@ class Panel(Widget):
     """A bordered panel. Subclasses define ``draw``, a pure function; rows that stay the same are not painted again."""
 
     SOURCES: ClassVar[tuple[str, ...]] = ()  # messages that fill it; when all have stopped, the border says so
-    COMPONENT_CLASSES: ClassVar[set[str]] = {f"panel--{name}" for name in PANEL_STYLES}
     snapshot: reactive[Snapshot] = reactive(EMPTY_SNAPSHOT, repaint=False)  # ``redraw`` repaints row by row
     now: reactive[float] = reactive(0.0, repaint=False)  # for ages, which change without a new snapshot
 
@@ -184,7 +183,7 @@ class Panel(Widget):
         if style is None:
             style = self.rich_style
             if name in PANEL_STYLES:
-                style += self.get_component_rich_style(f"panel--{name}", partial=True)
+                style += self.app.get_component_styles(f"panel--{name}").partial_rich_style
             for line_filter in self.get_line_filters():
                 style = line_filter.apply([Segment("", style)], self.background_colors[1])[0].style or style
             self._rich_styles[name] = style

@@ -1,4 +1,4 @@
-"""What holds of V on boxes of attitudes: the smallest eigenvalue of the matrix that has to be positive.
+"""What holds of V on boxes of attitudes: whether the matrix that has to be positive is.
 
 See :mod:`sitl.design.hover_proof.region` for what is proved, and
 :mod:`sitl.design.hover_proof.closed_loop` for the matrices.
@@ -12,7 +12,9 @@ from itertools import product
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
+from sitl.compiled import entry, subroutine
 from sitl.design.hover_proof.closed_loop import (
     AttitudeBoxes,
     Interval,
@@ -29,6 +31,9 @@ from sitl.model.airframe import Array
 if TYPE_CHECKING:
     from sitl.design.hover_proof.proof import Proof
     from sitl.design.stalled import Main
+
+
+Booleans = npt.NDArray[np.bool_]
 
 
 class Bend(NamedTuple):
@@ -67,8 +72,8 @@ class Cover:
         least = np.einsum("ni,ij,nj->n", centre, S_f, centre) - 2.0 * np.abs(centre @ S_f * half).sum(1)
         return np.asarray(self.level - np.maximum(least, 0.0))
 
-    def least(self, centre: Array, half: Array) -> Array:
-        """A bound of the smallest eigenvalue on each box; minus infinity beyond eta = 0, (n,)."""
+    def holds(self, centre: Array, half: Array, margin: float) -> Booleans:
+        """Whether all eigenvalues exceed a margin everywhere on each box; nowhere beyond eta = 0, (n,)."""
         proof, budget = self.proof, np.maximum(self.budget(centre, half), 0.0)
         at = AttitudeBoxes(centre - half, centre + half)
         middle = np.broadcast_to(self.lift.base, (len(centre), *self.lift.base.shape))
@@ -85,19 +90,17 @@ class Cover:
             for bend in self._bends(terms):
                 middle = bend.off(middle)
             along = self._normal(centre, half, budget)
-            least = self._least_stalled(middle, self.stalled.main_terms(*motion, along, at))
-            return np.where(at.upright, least, -math.inf)
-        winds = self._winds(at, self._airspeed(centre, half, budget))
-        smallest = np.full(len(centre), math.inf)
-        for corner in product((-1.0, 1.0), repeat=3):
-            turning = middle - np.einsum("nj,jkl->nkl", rates + corner * rate_half, self.gyro)
-            for wind in winds:
-                smallest = np.minimum(smallest, np.linalg.eigvalsh(turning + wind)[:, 0])
-        return np.where(at.upright, smallest, -math.inf)
+            held = self._holds_stalled(middle, self.stalled.main_terms(*motion, along, at), margin)
+        else:
+            low, high = (np.ascontiguousarray((rates + sign * rate_half).T) for sign in (-1.0, 1.0))
+            held = np.ones(len(centre), dtype=np.bool_)
+            for wind in self._winds(at, self._airspeed(centre, half, budget)):
+                held &= _exceed(middle + wind, low, high, self.gyro[:, None], margin)
+        return np.asarray(at.upright & held)
 
-    def _least_stalled(self, middle: Array, terms: list[Main]) -> Array:
-        """The smallest eigenvalue at the corners of what the wing that stalls does mainly, (n,)."""
-        smallest, parts = np.full(len(middle), math.inf), []
+    def _holds_stalled(self, middle: Array, terms: list[Main], margin: float) -> Booleans:
+        """Whether they do at the corners of what the wing that stalls does mainly, (n,)."""
+        parts = []
         for main in terms:
             takes = np.broadcast_to(self._taken(main.M)[0], middle.shape)
             for bend in self._bends(main.turned):
@@ -105,12 +108,8 @@ class Cover:
                 loose = 0.5 * (bend.share.high - bend.share.low) * most(main.share)
                 middle = middle - loose[:, None, None] * bend.width
             parts.append((main.share, takes))
-        for corner in product((False, True), repeat=len(parts)):
-            whole = middle
-            for upper, (share, takes) in zip(corner, parts, strict=True):
-                whole = whole - (share.high if upper else share.low)[:, None, None] * takes
-            smallest = np.minimum(smallest, np.linalg.eigvalsh(whole)[:, 0])
-        return smallest
+        low, high = np.stack([share.low for share, _ in parts]), np.stack([share.high for share, _ in parts])
+        return _exceed(np.ascontiguousarray(middle), low, high, np.stack([takes for _, takes in parts]), margin)
 
     def _motion(self, centre: Array, half: Array, budget: Array) -> tuple[Array, Array]:
         """Bounds of speed [m/s] and rates [rad/s] on each box."""
@@ -183,6 +182,54 @@ class Cover:
             width = (vectors * np.abs(values)) @ vectors.T
             self._known[key] = takes, width if self.metric is None else self.metric @ width @ self.metric.T
         return self._known[key]
+
+
+@entry
+def _exceed(middle: Array, low: Array, high: Array, takes: Array, margin: float) -> Booleans:
+    """Whether all eigenvalues of symmetric matrices less some parts exceed a margin, at every corner of the shares.
+
+    Args:
+        middle: Each box's matrix, (n, N, N).
+        low: Least share of each part on each box, (k, n).
+        high: Greatest share, (k, n).
+        takes: What a part of share 1 takes off, (k, n, N, N), or the same of all boxes, (k, 1, N, N).
+        margin: What is to be exceeded.
+
+    Returns:
+        One answer per box, (n,): whether there is a Cholesky factor of what is left above the margin.
+    """
+    found = np.ones(middle.shape[0], dtype=np.bool_)
+    size = middle.shape[1]
+    left, factor = np.empty((size, size)), np.empty((size, size))
+    for box in range(middle.shape[0]):
+        for corner in range(1 << low.shape[0]):
+            left[:] = middle[box]
+            for part in range(low.shape[0]):
+                share = high[part, box] if corner >> part & 1 else low[part, box]
+                left -= share * takes[part, box % takes.shape[1]]
+            for row in range(size):
+                left[row, row] -= margin
+            if not _is_positive(left, factor):
+                found[box] = False
+                break
+    return found
+
+
+@subroutine
+def _is_positive(matrix: Array, factor: Array) -> bool:
+    """Whether a symmetric matrix has a Cholesky factor, which is written as far as it goes."""
+    for row in range(matrix.shape[0]):
+        for column in range(row + 1):
+            left = matrix[row, column]
+            for k in range(column):
+                left -= factor[row, k] * factor[column, k]
+            if row > column:
+                factor[row, column] = left / factor[column, column]
+            elif left > 0.0:
+                factor[row, row] = math.sqrt(left)
+            else:
+                return False
+    return True
 
 
 def most(value: Interval) -> Array:

@@ -299,8 +299,8 @@ class Proof:
                 return False
             if centre.shape[0] == 0:
                 return True
-            left = cover.least(centre, half) <= MARGIN
-            if left.any() and (cover.least(centre[left], np.zeros_like(half[left])) <= 0.0).any():
+            left = ~cover.holds(centre, half, MARGIN)
+            if left.any() and not cover.holds(centre[left], np.zeros_like(half[left]), 0.0).all():
                 return False  # not even at the middle: no splitting would help
             centre, half = split(centre[left], half[left], cover.effect)
         return False

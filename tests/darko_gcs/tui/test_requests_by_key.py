@@ -110,41 +110,45 @@ async def test_moving_home_is_confirmed_with_the_height(feed):
         await until(pilot, lambda: feed.requests == [("set_home",)])
 
 
-@pytest.mark.parametrize(
-    ("vtol", "words", "forward"), [(TO_HOVER, "to forward flight?", True), (TO_FORWARD, "back to hover?", False)]
-)
-async def test_a_transition_goes_in_the_direction_that_was_confirmed(feed, vtol, words, forward):
-    feed.snapshot = replace(HOVERING, vtol_state=vtol)
+async def test_a_transition_goes_in_the_direction_that_was_confirmed(feed):
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:
-        await pilot.press("v")
-        await until(pilot, lambda: words in screen_text(app) and "A mission is being flown" in screen_text(app))
-        await pilot.press("n", "v")
-        assert feed.requests == []
-        feed.snapshot = replace(HOVERING, vtol_state=IN_FORWARD if forward else IN_HOVER)  # it changes meanwhile
-        await pilot.press("y")
-        await until(pilot, lambda: feed.requests == [("transition", ("forward", forward))])
+        for vtol, words, forward in (
+            (TO_HOVER, "to forward flight?", True),
+            (TO_FORWARD, "back to hover?", False),
+        ):
+            feed.snapshot = replace(HOVERING, vtol_state=vtol)
+            await pilot.press("v")
+            asked = (words, "A mission is being flown")
+            await until(pilot, lambda asked=asked: all(part in screen_text(app) for part in asked))
+            await pilot.press("n", "v")
+            assert feed.requests == []
+            feed.snapshot = replace(HOVERING, vtol_state=IN_FORWARD if forward else IN_HOVER)  # it changes meanwhile
+            await pilot.press("y")
+            await until(pilot, lambda sent=("transition", ("forward", forward)): feed.requests == [sent])
+            feed.requests.clear()
 
 
-@pytest.mark.parametrize(
-    ("holder", "asked_by", "words", "request_name"),
-    [
-        (0, 0, "Take control?", "take_control"),
-        (245, 0, "Ask ground station 245", "take_control"),
-        (255, 0, "Give control back?", "give_control_back"),
-        (255, 245, "Let ground station 245", "share_control"),
-    ],
+CONTROL = (  # who has it, who asks for it, what the key asks, what is sent
+    (0, 0, "Take control?", "take_control"),
+    (245, 0, "Ask ground station 245", "take_control"),
+    (255, 0, "Give control back?", "give_control_back"),
+    (255, 245, "Let ground station 245", "share_control"),
 )
-async def test_control_is_taken_requested_shared_or_given_back(feed, holder, asked_by, words, request_name):
-    feed.snapshot = replace(HOVERING, in_control=holder, control_asked_by=asked_by)
+
+
+async def test_control_is_taken_requested_shared_or_given_back(feed):
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:
-        await pilot.press("k")
-        await until(pilot, lambda: words in screen_text(app))
-        await pilot.press("n")
-        assert feed.requests == []
-        await confirm(pilot, "k")
-        await until(pilot, lambda: feed.requests == [(request_name,)])
+        for holder, asked_by, words, request_name in CONTROL:
+            feed.snapshot = replace(HOVERING, in_control=holder, control_asked_by=asked_by)
+            await pilot.press("k")
+            await until(pilot, lambda words=words: words in screen_text(app))
+            await pilot.press("n")
+            assert feed.requests == []
+            await confirm(pilot, "k")
+            await until(pilot, lambda sent=(request_name,): feed.requests == [sent])
+            feed.requests.clear()
 
 
 async def test_a_speed_is_asked_for_with_its_kind(feed):
@@ -160,22 +164,21 @@ async def test_a_speed_is_asked_for_with_its_kind(feed):
         await until(pilot, lambda: feed.requests == [("change_speed", 15.0, ("over_ground", True))])
 
 
-@pytest.mark.parametrize(
-    ("key", "request_name"),
-    [("h", "hold"), ("l", "land"), ("r", "return_home"), ("s", "plans.start_mission"), ("x", "cancel")],
-)
-async def test_what_moves_or_stops_the_vehicle_asks_first(feed, key, request_name):
+async def test_what_moves_or_stops_the_vehicle_asks_first(feed):
     transition = CommandProgress(request=1, command=mavlink.MAV_CMD_DO_VTOL_TRANSITION, progress=50)
     feed.snapshot = replace(HOVERING, in_progress=transition, mission_state=mavlink.MISSION_STATE_PAUSED)
+    requests = {"h": "hold", "l": "land", "r": "return_home", "s": "plans.start_mission", "x": "cancel"}
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:
-        await pilot.press(key)
-        await until(pilot, lambda: isinstance(app.screen, ConfirmScreen))
-        assert "mission that is being flown" not in screen_text(app)
-        await pilot.press("escape", key)
-        assert feed.requests == []
-        await pilot.press("y")
-        await until(pilot, lambda: feed.requests == [(request_name,)])
+        for key, request_name in requests.items():
+            await pilot.press(key)
+            await until(pilot, lambda: isinstance(app.screen, ConfirmScreen))
+            assert "mission that is being flown" not in screen_text(app)
+            await pilot.press("escape", key)
+            assert feed.requests == []
+            await pilot.press("y")
+            await until(pilot, lambda sent=(request_name,): feed.requests == [sent])
+            feed.requests.clear()
 
 
 async def test_the_question_says_that_a_mission_is_left(feed):

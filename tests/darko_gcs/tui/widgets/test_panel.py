@@ -7,7 +7,7 @@ from textual.pilot import Pilot
 
 from darko_gcs.state.message_log import add_line
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT
-from darko_gcs.tui.widgets.panel import Panel, styled_line
+from darko_gcs.tui.widgets.panel import PANEL_STYLES, Panel, styled_line
 from protocol.dialect import mavlink
 from tests.support.gcs.screens import until
 
@@ -28,7 +28,8 @@ class WordPanel(Panel):
 
 
 class OnePanelApp(App[None]):
-    CSS = "Panel { height: 4; & > .panel--good { color: red; } } .-off Panel > .panel--good { color: blue; }"
+    CSS = "Panel { height: 4; } App > .panel--good { color: $foreground; }"
+    COMPONENT_CLASSES = {f"panel--{name}" for name in PANEL_STYLES}  # noqa: RUF012 - declared so by Textual
 
     def compose(self):
         yield WordPanel()
@@ -72,10 +73,10 @@ async def test_rows_are_as_wide_as_the_panel(panel):
     assert [panel.render_line(y).cell_length for y in range(4)] == [20] * 4
 
 
-async def test_a_class_on_an_ancestor_changes_the_colours(panel):
+async def test_the_colours_of_another_theme_are_painted(panel):
     panel.snapshot = with_words("one")
     before = next(iter(panel.render_line(0))).style.color
-    panel.app.screen.add_class("-off")
+    panel.app.theme = "textual-light"
     await until(Pilot(panel.app), lambda: next(iter(panel.render_line(0))).style.color != before)
 
 

@@ -8,6 +8,7 @@ from textual.app import App
 
 from darko_gcs.state.reduce import reduce
 from darko_gcs.state.values import Doubt, Truth
+from darko_gcs.tui.widgets.panel import PANEL_STYLES
 from darko_gcs.tui.widgets.truth_panel import TruthPanel
 from protocol.dialect import mavlink
 from protocol.frames import multiply, quaternion_from_euler
@@ -47,6 +48,8 @@ def test_errors_have_signs_and_many_deviations_a_mark():
 
 
 class PanelApp(App[None]):
+    COMPONENT_CLASSES = {f"panel--{name}" for name in PANEL_STYLES}  # noqa: RUF012 - declared so by Textual
+
     def compose(self):
         yield panel()
 
