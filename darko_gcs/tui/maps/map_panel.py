@@ -67,7 +67,7 @@ class MapPanel(Panel):
             height=height,
             scale=self.scale,
             centre=self.middle or following,
-            home=s.home_p[:2],
+            home=home_place(s),
             track=s.track,
             waypoints=[] if s.flies_plan else waypoints(s),
             circles=fence_circles(s) if s.flies_plan else [*loiter_circles(s), *fence_circles(s)],
@@ -159,6 +159,11 @@ class MapPanel(Panel):
     def place_at(self, cell: tuple[int, int]) -> NorthEast:
         """North and east of the middle of a cell (column, row) [m]."""
         return place_at(cell, *self.size, *self._view)
+
+
+def home_place(s: Snapshot) -> NorthEast | None:
+    """Home, north and east [m]; None if only the globe tells where things are, and home is not known."""
+    return None if s.start is not None and s.home is None else s.home_p[:2]
 
 
 def target_place(s: Snapshot) -> NorthEast | None:

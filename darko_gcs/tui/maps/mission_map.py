@@ -8,7 +8,7 @@ from darko_gcs.state.missions.plan_parts import Items
 from darko_gcs.state.snapshot import Snapshot, updated
 from darko_gcs.tui.maps.fence_overlay import fence_circles, fence_polygons, rally_points
 from darko_gcs.tui.maps.item_position import item_position
-from darko_gcs.tui.maps.map_panel import loiter_circles, position_ahead, target_place, waypoints
+from darko_gcs.tui.maps.map_panel import home_place, loiter_circles, position_ahead, target_place, waypoints
 from darko_gcs.tui.maps.movable_map import MovableMap
 from darko_gcs.tui.render.canvas import StyledLine
 from darko_gcs.tui.render.map_drawing import NorthEast, draw_map
@@ -54,8 +54,8 @@ class MissionMapPanel(MovableMap):
         s = self._edited(s)
         placed, areas, circles = waypoints(s), fence_polygons(s), fence_circles(s)
         here = None if s.p is None else (s.p[0], s.p[1])
-        all_places = [(north, east) for _, north, east, _ in placed] + [(s.home_p[0], s.home_p[1])]
-        all_places += [corner for corners, _ in areas for corner in corners] + ([here] if here else [])
+        all_places = [(north, east) for _, north, east, _ in placed] + [p for p in (home_place(s), here) if p]
+        all_places += [corner for corners, _ in areas for corner in corners]
         all_places += [(n + k * r, e + k * r) for n, e, r, _ in [*circles, *loiter_circles(s)] for k in (-1.0, 1.0)]
         chosen = self.places().get(self.chosen)
         scale, centre = self.fit(all_places, width, height, about=chosen)
@@ -67,7 +67,7 @@ class MissionMapPanel(MovableMap):
             height=height,
             scale=scale,
             centre=centre,
-            home=s.home_p[:2],
+            home=home_place(s),
             track=s.track,
             waypoints=placed,
             vehicle=None if s.p is None else (s.p[0], s.p[1], s.heading or 0.0),
