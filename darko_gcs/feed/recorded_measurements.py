@@ -28,7 +28,6 @@ MEASUREMENTS = (
     "NAV_CONTROLLER_OUTPUT", "POSITION_TARGET_GLOBAL_INT", "POSITION_TARGET_LOCAL_NED", "SERVO_OUTPUT_RAW",
     "SYS_STATUS", "VFR_HUD", "WIND", "WIND_COV",
 )  # fmt: skip
-FOREIGN = frozenset({"WIND"})  # messages that our dialect has not: asking for them loads the dialects that have them
 Rows = NDArray[np.int64]  # indices of records, ascending
 Columns = Mapping[str, NDArray[np.generic]]
 
@@ -45,8 +44,7 @@ class RecordedMeasurements:
     """
 
     def __init__(self, reader: TlogReader, vehicle_row: int) -> None:
-        names = [name for name in MEASUREMENTS if name not in FOREIGN or name in reader.names]
-        kinds = {name: _sane(reader, name, vehicle_row) for name in names}
+        kinds = {name: _sane(reader, name, vehicle_row) for name in MEASUREMENTS}
         rows = np.concatenate([rows for rows, columns in kinds.values() if "time_boot_ms" in columns])
         boot = np.concatenate([c["time_boot_ms"].astype(float) for _, c in kinds.values() if "time_boot_ms" in c])
         order = np.argsort(rows)
