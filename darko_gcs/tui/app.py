@@ -173,9 +173,13 @@ class GroundStationApp(App[int]):
             self.notify(reason, severity="warning")
         return not reason
 
+    def named(self, question: str) -> str:
+        """A question about the active vehicle, with its id if there are several."""
+        return named(self.feed, question)
+
     def _confirm(self, question: str, then: Callable[[], None]) -> None:
         """Ask a question about the active vehicle, and go on after a yes."""
-        confirm(self, named(self.feed, question), then)
+        confirm(self, self.named(question), then)
 
     def request(self, request: Request) -> None:
         """Send a request to the vehicle; none on a recording."""
@@ -245,17 +249,18 @@ class GroundStationApp(App[int]):
     def show_mission(self) -> None:
         """Open the mission screen, once."""
         if not isinstance(self.screen, MissionScreen):
-            self.push_screen(MissionScreen(self.feed.station, lambda: self.feed.now, self.draft))
+            self.push_screen(MissionScreen(self.feed.station, lambda: self.feed.now, self.draft, self.named))
 
     def show_flight_plan(self) -> None:
         """Open the flight plan screen, once."""
         if not isinstance(self.screen, FlightPlanScreen):
-            self.push_screen(FlightPlanScreen(self.feed.station, lambda: self.feed.now))
+            self.push_screen(FlightPlanScreen(self.feed.station, lambda: self.feed.now, self.named))
 
     def show_parameters(self) -> None:
         """Open the parameter screen, once."""
         if not isinstance(self.screen, ParametersScreen):
-            self.push_screen(ParametersScreen(self.feed.station, lambda: self.feed.now, self.kept.preferences))
+            clock, preferences = (lambda: self.feed.now), self.kept.preferences
+            self.push_screen(ParametersScreen(self.feed.station, clock, preferences, self.named))
 
     def show_messages(self) -> None:
         """Open the message log, once."""

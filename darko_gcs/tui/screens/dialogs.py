@@ -13,9 +13,10 @@ from textual.containers import Horizontal, Vertical, VerticalScroll
 from textual.screen import ModalScreen
 from textual.widgets import Button, Input, Label, OptionList, Static
 
-__all__ = ["AskScreen", "ChooseScreen", "ConfirmScreen", "HelpScreen", "QuitScreen", "confirm", "parse_number"]
+__all__ = ["AskScreen", "ChooseScreen", "ConfirmScreen", "HelpScreen", "Named", "QuitScreen", "confirm", "parse_number"]
 
 KEY_WIDTH = 12  # [cells]
+Named = Callable[[str], str]  # a question, with the vehicle that it is about if there are several
 
 
 class ConfirmScreen(ModalScreen[bool]):

@@ -26,7 +26,7 @@ from darko_gcs.station.station import Station
 from darko_gcs.tui.actions import ACTIONS
 from darko_gcs.tui.maps.plan_map import PlanMapPanel
 from darko_gcs.tui.reachability import why_unreachable
-from darko_gcs.tui.screens.dialogs import AskScreen, confirm, parse_number
+from darko_gcs.tui.screens.dialogs import AskScreen, Named, confirm, parse_number
 from darko_gcs.tui.screens.plan_tables import PlanPointTable, PlanSettingTable, limits_text
 from darko_gcs.tui.widgets.plan_blocks import PlanBlockList, key_name
 from darko_gcs.tui.widgets.plan_head import PlanEventPanel, PlanHeadPanel
@@ -72,9 +72,9 @@ class FlightPlanScreen(Screen[None]):
     snapshot: reactive[Snapshot] = reactive(EMPTY_SNAPSHOT, repaint=False)  # else every panel is painted again
     now: reactive[float] = reactive(0.0, repaint=False)
 
-    def __init__(self, station: Station | None, clock: Callable[[], float]) -> None:
+    def __init__(self, station: Station | None, clock: Callable[[], float], named: Named = str) -> None:
         super().__init__()
-        self._station, self._clock = station, clock
+        self._station, self._clock, self._named = station, clock, named
         self._is_ready = False  # the app hands out snapshots as soon as a screen is pushed, before it is mounted
         self._first_press: tuple[str, float] = ("", -math.inf)  # of a plan's key, and when
         self._movable = 0  # the waypoint that may be moved without another question
@@ -154,7 +154,7 @@ class FlightPlanScreen(Screen[None]):
             self.show_notice("The vehicle has no flight plan")
             return
         question = f"Fly the flight plan? It goes on in block {plan.block_name(plan.block)}."
-        confirm(self.app, question, lambda: station.flight_plan.start(self._clock()))
+        confirm(self.app, self._named(question), lambda: station.flight_plan.start(self._clock()))
 
     def action_load(self) -> None:
         """Ask for a file, and send its plan."""
@@ -174,7 +174,7 @@ class FlightPlanScreen(Screen[None]):
             return None
 
         fields = [("Flight plan (.xml)", found[0] if found else ""), ("Names (.toml), if any", "")]
-        self.app.push_screen(AskScreen("Load a flight plan on the vehicle", fields, check))
+        self.app.push_screen(AskScreen(self._named("Load a flight plan on the vehicle"), fields, check))
 
     def action_move(self, east: int, north: int, up: int) -> None:
         """Move the chosen waypoint by a step."""
@@ -187,7 +187,8 @@ class FlightPlanScreen(Screen[None]):
     def action_hold(self) -> None:
         """Leave the plan and hover, after asking."""
         if (station := self._vehicle()) is not None:
-            confirm(self.app, "Stop and hover here? The flight plan is left.", lambda: station.hold(self._clock()))
+            question = self._named("Stop and hover here? The flight plan is left.")
+            confirm(self.app, question, lambda: station.hold(self._clock()))
 
     def action_plan_key(self, key: str) -> None:
         """Enter the block of a key that is pressed twice; one of no block works as elsewhere if it commands nothing."""
@@ -229,7 +230,7 @@ class FlightPlanScreen(Screen[None]):
             self.show_notice(f"Block {button.name} is not flown: {button.locked}")
             return
         left = f" The vehicle leaves {plan.block_name(plan.block)}." if self.snapshot.flies_plan else ""
-        confirm(self.app, f"Enter block {button.name}?{left}", lambda: self._enter(button.number))
+        confirm(self.app, self._named(f"Enter block {button.name}?{left}"), lambda: self._enter(button.number))
 
     @on(PlanPointTable.RowHighlighted, "#plan-points")
     def _point_highlighted(self) -> None:
@@ -255,7 +256,8 @@ class FlightPlanScreen(Screen[None]):
             self._move(event.number, event.place)
 
         name = plan.points[event.number].name
-        confirm(self.app, f"Move {name}? The vehicle follows if it flies there. Further moves of it do not ask.", go)
+        question = f"Move {name}? The vehicle follows if it flies there. Further moves of it do not ask."
+        confirm(self.app, self._named(question), go)
 
     def _move(self, number: int, place: Vector) -> None:
         if (station := self._vehicle()) is not None:
@@ -275,7 +277,7 @@ class FlightPlanScreen(Screen[None]):
                 x, y, z = (float(value) for value in values)
                 self._move(point.number, (x, y, z))
 
-        self.app.push_screen(AskScreen(f"Move waypoint {point.name}", fields), answered)
+        self.app.push_screen(AskScreen(self._named(f"Move waypoint {point.name}"), fields), answered)
 
     @on(DataTable.RowSelected, "#plan-settings")
     def _edit_setting(self, event: DataTable.RowSelected) -> None:
@@ -297,7 +299,7 @@ class FlightPlanScreen(Screen[None]):
 
         title = setting.name if setting.label == setting.name else f"{setting.label}: {setting.name}"
         label = f"Value [{setting.unit}]" if setting.unit else "Value"
-        self.app.push_screen(AskScreen(title, [(f"{label} {limits}", f"{setting.value:.6g}")], check))
+        self.app.push_screen(AskScreen(self._named(title), [(f"{label} {limits}", f"{setting.value:.6g}")], check))
 
     # Inside
 

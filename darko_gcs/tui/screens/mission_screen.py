@@ -24,7 +24,7 @@ from darko_gcs.station.station import Station
 from darko_gcs.tui.maps.mission_map import MissionMapPanel
 from darko_gcs.tui.plan_draft import PlanDraft
 from darko_gcs.tui.reachability import why_unreachable
-from darko_gcs.tui.screens.dialogs import ChooseScreen, confirm
+from darko_gcs.tui.screens.dialogs import ChooseScreen, Named, confirm
 from darko_gcs.tui.screens.difference_screen import DifferenceScreen, PlanPair, file_pairs
 from darko_gcs.tui.screens.file_dialog import FileDialog
 from darko_gcs.tui.screens.mission_editing import MissionEditing
@@ -74,9 +74,11 @@ class MissionScreen(MissionEditing):
     ]
     now: reactive[float] = reactive(0.0, repaint=False)
 
-    def __init__(self, station: Station | None, clock: Callable[[], float], draft: PlanDraft) -> None:
+    def __init__(
+        self, station: Station | None, clock: Callable[[], float], draft: PlanDraft, named: Named = str
+    ) -> None:
         super().__init__(draft)
-        self._station, self._clock = station, clock
+        self._station, self._clock, self._named = station, clock, named
         self._is_ready = False  # the app hands out snapshots as soon as a screen is pushed, before it is mounted
         self._legs: tuple[MissionLeg, ...] = ()
         self._predictions: dict[int, LegPrediction] = {}
@@ -289,7 +291,7 @@ class MissionScreen(MissionEditing):
             question = f"Change {which} of the mission that is being flown?{turn}"
             send = partial(self._replace_items, station, changed)
         if is_flown:
-            confirm(self.app, question, send)
+            confirm(self.app, self._named(question), send)
         else:
             send()
 
@@ -330,22 +332,21 @@ class MissionScreen(MissionEditing):
                 station.plans.clear(tuple(CLEAR_CHOICES)[number], self._clock())
 
         self.show_notice("")
-        self.app.push_screen(ChooseScreen("Delete on the vehicle", tuple(CLEAR_CHOICES.values())), chosen)
+        self.app.push_screen(ChooseScreen(self._named("Delete on the vehicle"), tuple(CLEAR_CHOICES.values())), chosen)
 
     def action_set_current(self) -> None:
         """Continue the mission at the item under the cursor."""
         station, row = self._flown_from(), self.table.cursor_row
         if station is not None:
-            confirm(
-                self.app, f"Continue the mission at item {row}?", lambda: station.plans.set_current(row, self._clock())
-            )
+            question = self._named(f"Continue the mission at item {row}?")
+            confirm(self.app, question, lambda: station.plans.set_current(row, self._clock()))
 
     def action_fly_from(self) -> None:
         """Fly the mission from the item under the cursor, also if it is not flown now."""
         station, row, s = self._flown_from(), self.table.cursor_row, self.snapshot
         if station is not None:
             left = f" It leaves item {s.mission_current}." if s.mission_state == mavlink.MISSION_STATE_ACTIVE else ""
-            question = f"Fly the mission from item {row}?{left}"
+            question = self._named(f"Fly the mission from item {row}?{left}")
             confirm(self.app, question, lambda: station.plans.start_mission(self._clock(), first=row))
 
     # Inside
