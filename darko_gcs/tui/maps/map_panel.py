@@ -24,6 +24,7 @@ __all__ = ["MapPanel", "loiter_circles", "position_ahead", "target_place", "wayp
 ZOOM_FACTOR = 2.0
 WHEEL_STEP = 0.5  # of a zoom step
 PAN_SHARE = 0.25  # of the map, by a key
+FOLLOW_SHARE = 0.25  # of the map that the vehicle may go from its middle before a map that follows moves
 COURSE_TIME = 3.0  # of flight that the course line shows [s]
 MIN_COURSE_SPEED = 0.5  # below which there is no course line [m/s]
 LOITER_COMMANDS = frozenset(
@@ -51,6 +52,8 @@ class MapPanel(Panel):
         self.scale: float | None = None  # metres per cell height; None: fit everything
         self.middle: NorthEast | None = None  # where the operator moved it; None: follow the vehicle
         self._view = MapView(1.0, (0.0, 0.0))  # as shown
+        self._followed: NorthEast | None = None  # the middle while it follows
+        self._is_due = False  # it was moved, and is about to be drawn
         self._background = MapBackground()
         self._held: tuple[NorthEast, tuple[int, int]] | None = None  # the place that the mouse holds, and its cell
         self._has_moved = False  # the mouse that holds it
@@ -61,12 +64,11 @@ class MapPanel(Panel):
 
     def draw(self, s: Snapshot, width: int, height: int) -> list[StyledLine]:
         """The map fills the panel."""
-        following = None if self.scale is None or s.p is None else (s.p[0], s.p[1])
         lines, self._view = draw_map(
             width=width,
             height=height,
             scale=self.scale,
-            centre=self.middle or following,
+            centre=self.middle or self._following(s, width, height),
             home=home_place(s),
             track=s.track,
             waypoints=[] if s.flies_plan else waypoints(s),
@@ -87,6 +89,7 @@ class MapPanel(Panel):
             self.scale = self.middle = None
         else:
             self.scale = (self.scale or self._view.scale) / ZOOM_FACTOR**step
+        self._followed = None
         self.redraw()
 
     def pan(self, east: int, north: int) -> None:
@@ -97,11 +100,29 @@ class MapPanel(Panel):
 
     def follow(self) -> None:
         """Have the vehicle in the middle, as large as the map is now."""
-        self.scale, self.middle = self._view.scale, None
+        self.scale, self.middle, self._followed = self._view.scale, None, None
         self.redraw()
 
+    def _following(self, s: Snapshot, width: int, height: int) -> NorthEast | None:
+        """The middle of a map that follows: it stands still for a while, or all of it would be drawn every time."""
+        if self.scale is None or s.p is None:
+            return None
+        here, near = (s.p[0], s.p[1]), self._followed
+        reach = FOLLOW_SHARE * self.scale * height, FOLLOW_SHARE * self.scale * width / 2
+        if near is None or abs(here[0] - near[0]) > reach[0] or abs(here[1] - near[1]) > reach[1]:
+            self._followed = here
+        return self._followed
+
     def _show_around(self, middle: NorthEast) -> None:
+        """Stand there; events that have come already are heeded before it is drawn."""
+        self._view = self._view._replace(middle=middle)
         self.scale, self.middle = self._view.scale, middle
+        if not self._is_due:
+            self._is_due = True
+            self.call_later(self._draw_moved)
+
+    def _draw_moved(self) -> None:
+        self._is_due = False
         self.redraw()
 
     # The mouse

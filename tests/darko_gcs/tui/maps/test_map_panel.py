@@ -90,3 +90,14 @@ def test_a_target_in_the_vehicles_own_frame_is_on_the_map_once_that_frame_is_kno
 def test_a_local_position_ends_the_map_from_the_first_place():
     s = snapshot_after(on_globe(1000, 10.0), on_globe(1100, 12.0), position(1200, 1.0), on_globe(1300, 80.0))
     assert (s.start, s.p, s.track) == (None, (1.0, 0.0, -3.0), ((1.0, 0.0),))
+
+
+def test_a_map_that_follows_stands_still_until_the_vehicle_is_well_off_its_middle():
+    panel = MapPanel("Map", id="map")
+    panel.scale = 1.0  # 40 m high
+    s = snapshot_after(home_position(0.0, -10.0, 0.0), position(1000, 0.0))
+    rows = []
+    for k, north in enumerate((0.0, 4.0, 9.0, 11.0, 15.0, 20.0)):
+        s = reduced(s, position(1100 + 100 * k, north))
+        rows.append(find(panel.draw(s, 80, 40), "H")[0])
+    assert rows == [20, 20, 20, 31, 31, 31]
