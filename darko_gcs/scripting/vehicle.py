@@ -39,7 +39,7 @@ from protocol.plans.fence_rally import fence_items, rally_items
 
 __all__ = ["Vehicle", "connect"]
 
-E = TypeVar("E", bound=Event)
+Expected = TypeVar("Expected", bound=Event)
 WORDS_TIME = 1.0  # the vehicle's text about a refusal follows its answer [s]
 IN_FLIGHT_RATE = 10.0  # of reports [Hz]
 METADATA_TIMEOUT = 5.0  # for the description of the parameters [s]
@@ -298,7 +298,7 @@ class Vehicle:
                 words = await self._words_about(command)
                 raise FlightError(f"{what} refused: {words or reason_text(done.reason)}")
 
-    async def _answer(self, kind: type[E], failure: type[Event], what: str) -> E:
+    async def _answer(self, kind: type[Expected], failure: type[Event], what: str) -> Expected:
         deadline = self._link.now + ANSWER_TIMEOUT
         while self._link.now < deadline:
             self._take_events()

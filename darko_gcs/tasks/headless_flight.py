@@ -46,7 +46,7 @@ from protocol.units import from_e7, from_local_e4
 
 __all__ = ["FlightResult", "Pilot", "fly_headless"]
 
-E = TypeVar("E", bound=Event)
+Expected = TypeVar("Expected", bound=Event)
 READY_TIMEOUT = 1800.0  # for our own vehicle process to compile, also on a busy machine, while it runs [s]
 HEARD_TIMEOUT = 120.0  # for the first telemetry [s]
 HOVER_TIME_BEFORE_LANDING = 3.0  # after a mission that ends in the air [s]
@@ -232,7 +232,7 @@ class Pilot:
             if place is not None:
                 self._result.miss[seq] = math.dist(place, s.p)
 
-    async def _wait_for_answer(self, kind: type[E], what: str) -> E:
+    async def _wait_for_answer(self, kind: type[Expected], what: str) -> Expected:
         def has_answer(_: Snapshot) -> bool:
             return any(isinstance(event, kind | MissionFailed) for event in self._events)
 
