@@ -339,4 +339,4 @@ def _is_refusal(event: Event) -> bool:
     """True if the vehicle does not send a message that was asked for."""
     if not isinstance(event, CommandDone) or event.command != mavlink.MAV_CMD_REQUEST_MESSAGE:
         return False
-    return event.result != mavlink.MAV_RESULT_ACCEPTED
+    return bool(event.result != mavlink.MAV_RESULT_ACCEPTED)

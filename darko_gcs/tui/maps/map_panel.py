@@ -2,34 +2,25 @@
 
 from __future__ import annotations
 
-import math
-
 from textual import events
 from textual.message import Message
 
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.tui.maps.fence_overlay import fence_circles, fence_polygons, rally_points
-from darko_gcs.tui.maps.item_position import item_position
+from darko_gcs.tui.maps.flight_content import flight_content, home_place, loiter_circles, waypoints
 from darko_gcs.tui.maps.plan_overlay import plan_labels, plan_polygons
 from darko_gcs.tui.render.canvas import StyledLine
 from darko_gcs.tui.render.map_background import MapBackground
-from darko_gcs.tui.render.map_drawing import MapView, NorthEast, draw_map, place_at
+from darko_gcs.tui.render.map_drawing import MapView, MapWindow, NorthEast, draw_map, place_at
 from darko_gcs.tui.widgets.decision_panel import decision_summary
 from darko_gcs.tui.widgets.panel import Panel
-from protocol.dialect import mavlink
-from protocol.plans import MissionItem
 
-__all__ = ["MapPanel", "loiter_circles", "position_ahead", "target_place", "waypoints"]
+__all__ = ["MapPanel"]
 
 ZOOM_FACTOR = 2.0
 WHEEL_STEP = 0.5  # of a zoom step
 PAN_SHARE = 0.25  # of the map, by a key
 FOLLOW_SHARE = 0.25  # of the map that the vehicle may go from its middle before a map that follows moves
-COURSE_TIME = 3.0  # of flight that the course line shows [s]
-MIN_COURSE_SPEED = 0.5  # below which there is no course line [m/s]
-LOITER_COMMANDS = frozenset(
-    {mavlink.MAV_CMD_NAV_LOITER_UNLIM, mavlink.MAV_CMD_NAV_LOITER_TURNS, mavlink.MAV_CMD_NAV_LOITER_TIME}
-)
 
 
 class MapPanel(Panel):
@@ -64,23 +55,17 @@ class MapPanel(Panel):
 
     def draw(self, s: Snapshot, width: int, height: int) -> list[StyledLine]:
         """The map fills the panel."""
-        lines, self._view = draw_map(
-            width=width,
-            height=height,
-            scale=self.scale,
-            centre=self.middle or self._following(s, width, height),
+        content = flight_content(
+            s,
             home=home_place(s),
-            track=s.track,
             waypoints=[] if s.flies_plan else waypoints(s),
             circles=fence_circles(s) if s.flies_plan else [*loiter_circles(s), *fence_circles(s)],
             areas=[*fence_polygons(s), *plan_polygons(s)],
             labels=plan_labels(s),
             rally=rally_points(s),
-            vehicle=None if s.p is None else (s.p[0], s.p[1], s.heading or 0.0),
-            course=position_ahead(s),
-            target=target_place(s),
-            background=self._background,
         )
+        window = MapWindow(width, height, self.scale, self.middle or self._following(s, width, height))
+        lines, self._view = draw_map(window, content, self._background)
         return lines
 
     def zoom(self, step: int) -> None:
@@ -180,46 +165,3 @@ class MapPanel(Panel):
     def place_at(self, cell: tuple[int, int]) -> NorthEast:
         """North and east of the middle of a cell (column, row) [m]."""
         return place_at(cell, *self.size, *self._view)
-
-
-def home_place(s: Snapshot) -> NorthEast | None:
-    """Home, north and east [m]; None if only the globe tells where things are, and home is not known."""
-    return None if s.start is not None and s.home is None else s.home_p[:2]
-
-
-def target_place(s: Snapshot) -> NorthEast | None:
-    """Where the vehicle is going, north and east [m]; None on the ground."""
-    on_ground = s.landed_state == mavlink.MAV_LANDED_STATE_ON_GROUND
-    return None if s.goal is None or on_ground else s.goal[:2]
-
-
-def position_ahead(s: Snapshot) -> NorthEast | None:
-    """Position of the vehicle in a few seconds, north and east [m]; None while it stands still."""
-    if s.p is None or s.v is None or math.hypot(s.v[0], s.v[1]) < MIN_COURSE_SPEED:
-        return None
-    return s.p[0] + COURSE_TIME * s.v[0], s.p[1] + COURSE_TIME * s.v[1]
-
-
-def waypoints(s: Snapshot) -> list[tuple[int, float, float, str]]:
-    """Number, north, east [m] and state of every mission item with a place."""
-    return [(seq, *place, _state(s, seq)) for seq, _, place in _placed_items(s)]
-
-
-def loiter_circles(s: Snapshot) -> list[tuple[float, float, float, str]]:
-    """North, east, radius [m] and state of every circle that the mission loiters on."""
-    loiters = [(seq, place, abs(item.params[2])) for seq, item, place in _placed_items(s) if _is_loiter(item)]
-    return [(*place, radius, _state(s, seq)) for seq, place, radius in loiters if radius > 0.0]
-
-
-def _is_loiter(item: MissionItem) -> bool:
-    return item.command in LOITER_COMMANDS
-
-
-def _state(s: Snapshot, seq: int) -> str:
-    is_current = s.mission_current == seq and s.mission_state != mavlink.MISSION_STATE_COMPLETE
-    return "done" if seq in s.reached else "current" if is_current else "todo"
-
-
-def _placed_items(s: Snapshot) -> list[tuple[int, MissionItem, NorthEast]]:
-    places = ((seq, item, item_position(s, item)) for seq, item in enumerate(s.mission))
-    return [(seq, item, place) for seq, item, place in places if place is not None]

@@ -19,7 +19,6 @@ from darko_gcs.state.missions.mission_labels import (
 from darko_gcs.state.missions.plan_edits import LEG_ENDS, asked_ways, inserted, moved, removed, replaced, with_way
 from darko_gcs.state.missions.plan_parts import Items
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
-from darko_gcs.tui.maps.mission_map import MissionMapPanel
 from darko_gcs.tui.maps.movable_map import MovableMap
 from darko_gcs.tui.plan_draft import PlanDraft
 from darko_gcs.tui.screens.dialogs import AskScreen, Check, ChooseScreen
@@ -51,9 +50,9 @@ class MissionEditing(Screen[None]):
         return self.query_one("#items", MissionTable)
 
     @property
-    def map(self) -> MissionMapPanel:
+    def map(self) -> MovableMap:
         """The map of items."""
-        return self.query_one("#mission-map", MissionMapPanel)
+        return self.query_one("#mission-map", MovableMap)
 
     def show_draft(self, row: int = 0) -> None:
         """Show the draft after a change, with the cursor on a row.
@@ -180,21 +179,21 @@ class MissionEditing(Screen[None]):
         """
         raise NotImplementedError
 
-    @on(MissionMapPanel.ItemShifted)
-    def _shift_item(self, event: MissionMapPanel.ItemShifted) -> None:
-        home, items = self.snapshot.home, self.draft.plan.items
-        if home is None or event.seq >= len(items):
+    @on(MovableMap.PointMoved)
+    def _shift_item(self, event: MovableMap.PointMoved) -> None:
+        home, items, seq = self.snapshot.home, self.draft.plan.items, event.number
+        if home is None or seq >= len(items):
             self.show_notice("Home is not known yet: no item can be moved on the map")
             return
         try:
-            item = shifted(items[event.seq], event.by, home, self.snapshot.home_p)
+            item = shifted(items[seq], event.by, home, self.snapshot.home_p)
         except (ValueError, LocalProtocolError) as error:
             self.show_notice(str(error))
             return
-        self._change(replaced(items, event.seq, item), event.seq)
+        self._change(replaced(items, seq, item), seq)
 
-    @on(MissionMapPanel.PlaceClicked)
-    def _add_waypoint(self, event: MissionMapPanel.PlaceClicked) -> None:
+    @on(MovableMap.PlacePressed)
+    def _add_waypoint(self, event: MovableMap.PlacePressed) -> None:
         """A new waypoint below the cursor, as high as the item before it."""
         items, home, home_p = self.draft.plan.items, self.snapshot.home, self.snapshot.home_p
         row = self.table.cursor_row + 1 if items else 0

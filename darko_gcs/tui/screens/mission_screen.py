@@ -21,7 +21,8 @@ from darko_gcs.state.missions.plan_parts import ALL_PLANS, FENCE, MISSION, RALLY
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
 from darko_gcs.state.text import label_of
 from darko_gcs.station.station import Station
-from darko_gcs.tui.maps.mission_map import MissionMapPanel
+from darko_gcs.tui.maps.mission_map import EditedMission
+from darko_gcs.tui.maps.movable_map import MovableMap
 from darko_gcs.tui.plan_draft import PlanDraft
 from darko_gcs.tui.reachability import why_unreachable
 from darko_gcs.tui.screens.dialogs import ChooseScreen, Named, confirm
@@ -80,6 +81,7 @@ class MissionScreen(MissionEditing):
         super().__init__(draft)
         self._station, self._clock, self._named = station, clock, named
         self._is_ready = False  # the app hands out snapshots as soon as a screen is pushed, before it is mounted
+        self._on_map = EditedMission()
         self._legs: tuple[MissionLeg, ...] = ()
         self._predictions: dict[int, LegPrediction] = {}
         self._asked_at = -ASK_PERIOD
@@ -89,7 +91,8 @@ class MissionScreen(MissionEditing):
         yield StatusBar().data_bind(MissionScreen.snapshot, MissionScreen.now)
         with Container(id="mission-parts"):
             yield MissionTable(id="items")
-            yield MissionMapPanel("Mission", id="mission-map").data_bind(MissionScreen.snapshot, MissionScreen.now)
+            mission_map = MovableMap("Mission", self._on_map, id="mission-map")
+            yield mission_map.data_bind(MissionScreen.snapshot, MissionScreen.now)
         yield Static("", id="mission-item", markup=False)
         yield Static("", id="mission-notice", markup=False)
         yield Static("", id="mission-status", markup=False)
@@ -162,7 +165,8 @@ class MissionScreen(MissionEditing):
         legs = {leg.seq: leg for leg in self._legs}
         held = not draft.changed
         self.table.show(draft.plan.items, s, legs, self._predictions, is_on_vehicle=held)
-        self.map.show((draft.plan.items, draft.fence, draft.rally), is_on_vehicle=held)
+        if self._on_map.show((draft.plan.items, draft.fence, draft.rally), is_on_vehicle=held):
+            self.map.redraw()
         self.show_item()
         self._show_status()
 
