@@ -77,7 +77,9 @@ async def _do(vehicle: Vehicle, action: str, values: list[str], *, verify: bool)
 
 
 def _words(result: Result) -> str:
+    from darko_gcs.state.text import counted  # noqa: PLC0415 - --help must be quick
+
     rest = f", at item {result['current']}, reached {result['reached']}" if "current" in result else ""
     if "verified" in result:
         rest = ", read back: as it was sent" if result["verified"] else ", not read back"
-    return f"{result['items']} items" + (f": {result['file']}" if "file" in result else "") + rest
+    return counted(result["items"], "item") + (f": {result['file']}" if "file" in result else "") + rest

@@ -27,8 +27,8 @@ def flight_content(s: Snapshot, **shown: Any) -> MapContent:  # noqa: ANN401 - t
 
 
 def home_place(s: Snapshot) -> NorthEast | None:
-    """Home, north and east [m]; None if only the globe tells where things are, and home is not known."""
-    return None if s.start is not None and s.home is None else s.home_p[:2]
+    """Home, north and east [m]; None until it is known."""
+    return None if s.home is None else s.home_p[:2]
 
 
 def _target_place(s: Snapshot) -> NorthEast | None:

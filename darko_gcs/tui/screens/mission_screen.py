@@ -19,7 +19,7 @@ from darko_gcs.state.missions.mission_legs import FLOWN_MISSION, MissionLeg, leg
 from darko_gcs.state.missions.plan_difference import changed_range, item_now
 from darko_gcs.state.missions.plan_parts import ALL_PLANS, FENCE, MISSION, RALLY
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
-from darko_gcs.state.text import label_of
+from darko_gcs.state.text import counted, label_of
 from darko_gcs.station.station import Station
 from darko_gcs.tui.maps.mission_map import EditedMission
 from darko_gcs.tui.maps.movable_map import MovableMap
@@ -59,11 +59,11 @@ class MissionScreen(MissionEditing):
         Binding("u", "upload", "Upload", tooltip="Send the plan to the vehicle, and read it back"),
         Binding("s", "fly_from", "Run", tooltip="Fly the mission from the item"),
         Binding("o", "open", "Open", tooltip="Open a plan file"),
+        Binding("w", "save", "Save", tooltip="Write the plan to a file"),
+        Binding("m,escape", "close", "Back", tooltip="Back to the flight; Esc, too"),
         Binding("equals_sign", "compare", "Differ", key_display="=", tooltip="What differs from vehicle and file"),
-        Binding("w", "save", "Write", tooltip="Write the plan to a file"),
         Binding("f", "fetch", "Fetch", tooltip="Fetch the vehicle's plans"),
         Binding("j", "set_current", "Jump", tooltip="Continue the mission at the item"),
-        Binding("escape,m", "close", "Back", tooltip="Back to the flight"),
         Binding("c", "clear", "Clear", show=False, tooltip="Delete a plan on the vehicle"),
         Binding("I", "insert(0)", "Insert above", show=False, tooltip="Insert an item above"),
         Binding("D", "duplicate", "Duplicate", show=False, tooltip="Duplicate the item"),
@@ -196,7 +196,8 @@ class MissionScreen(MissionEditing):
         state = "not on the vehicle" if draft.changed else "as on the vehicle"
         unsaved = "" if draft.saved or not draft.changed else ", not saved"
         limits = (("fence", draft.fence), ("rally points", draft.rally))
-        parts = [f"{len(draft.plan.items)} items", *(f"{name} of {len(items)}" for name, items in limits if items)]
+        parts = [counted(len(draft.plan.items), "item")]
+        parts += [f"{name} of {len(items)}" for name, items in limits if items]
         totals = leg_totals(self._legs, self._predictions)
         name = Path(draft.path).name or "unsaved plan"
         return f"{name}: {', '.join(parts)}, {state}{unsaved}{'; ' + totals if totals else ''}"
@@ -350,7 +351,8 @@ class MissionScreen(MissionEditing):
         station, row, s = self._flown_from(), self.table.cursor_row, self.snapshot
         if station is not None:
             left = f" It leaves item {s.mission_current}." if s.mission_state == mavlink.MISSION_STATE_ACTIVE else ""
-            question = self._named(f"Fly the mission from item {row}?{left}")
+            skipped = {0: "", 1: " Item 0 is left out."}.get(row, f" Items 0 to {row - 1} are left out.")
+            question = self._named(f"Fly the mission from item {row}?{skipped}{left}")
             confirm(self.app, question, lambda: station.plans.start_mission(self._clock(), first=row))
 
     # Inside

@@ -102,3 +102,9 @@ def test_a_map_that_follows_stands_still_until_the_vehicle_is_well_off_its_middl
         s = reduced(s, position(1100 + 100 * k, north))
         rows.append(find(panel.draw(s, 80, 40), "H")[0])
     assert rows == [20, 20, 20, 31, 31, 31]
+
+
+def test_home_is_on_the_map_once_it_is_known():
+    s = snapshot_after(position(1000, 5.0))
+    assert "H" not in "".join(on_screen(s))
+    assert "H" in "".join(on_screen(reduced(s, home_position(0.0, -3.0, 0.0))))
