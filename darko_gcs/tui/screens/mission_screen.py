@@ -7,11 +7,13 @@ from functools import partial
 from pathlib import Path
 from typing import ClassVar
 
+from textual import on
 from textual.app import ComposeResult
-from textual.binding import Binding, BindingType
+from textual.binding import BindingType
 from textual.containers import Container
 from textual.reactive import reactive
-from textual.widgets import Footer, Static
+from textual.screen import Screen
+from textual.widgets import DataTable, Footer, Static
 
 from darko_gcs.state.missions.leg_predictions import LegPrediction
 from darko_gcs.state.missions.mission_labels import coordinate_texts, item_summary, mission_command_of
@@ -29,6 +31,7 @@ from darko_gcs.tui.screens.dialogs import ChooseScreen, Named, confirm
 from darko_gcs.tui.screens.difference_screen import DifferenceScreen, PlanPair, file_pairs
 from darko_gcs.tui.screens.file_dialog import FileDialog
 from darko_gcs.tui.screens.mission_editing import MissionEditing
+from darko_gcs.tui.screens.mission_keys import MISSION_KEYS
 from darko_gcs.tui.screens.mission_table import MissionTable, leg_totals
 from darko_gcs.tui.widgets.status_bar import StatusBar
 from protocol.dialect import mavlink
@@ -44,41 +47,21 @@ MAX_FILES_LISTED = 50  # of the working folder, in the dialog that opens a file
 ASK_PERIOD = 1.0  # between looks at which legs the vehicle is to predict [s]
 
 
-class MissionScreen(MissionEditing):
+class MissionScreen(Screen[None]):
     """One plan, edited here and sent as a whole."""
 
     HORIZONTAL_BREAKPOINTS = [(0, "-single"), (110, "-beside")]  # noqa: RUF012 - declared so by Textual
     VERTICAL_BREAKPOINTS = [(0, "-short"), (36, "-tall")]  # noqa: RUF012
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("tab", "other_part", "Map", tooltip="From the table to the map, and back"),
-        Binding("e,enter", "edit", "Edit", priority=True, key_display="e", tooltip="Edit the item"),
-        Binding("i", "insert(1)", "Ins", tooltip="Insert an item below"),
-        Binding("x,delete", "remove", "Del", key_display="x", tooltip="Remove the item"),
-        Binding("space", "way", "Way", tooltip="Fly the leg in hover, in cruise, or as the vehicle finds"),
-        Binding("z,ctrl+z", "undo", "Undo", key_display="z", tooltip="Take the last edit of the plan back"),
-        Binding("u", "upload", "Upload", tooltip="Send the plan to the vehicle, and read it back"),
-        Binding("s", "fly_from", "Run", tooltip="Fly the mission from the item"),
-        Binding("o", "open", "Open", tooltip="Open a plan file"),
-        Binding("w", "save", "Save", tooltip="Write the plan to a file"),
-        Binding("m,escape", "close", "Back", tooltip="Back to the flight; Esc, too"),
-        Binding("equals_sign", "compare", "Differ", key_display="=", tooltip="What differs from vehicle and file"),
-        Binding("f", "fetch", "Fetch", tooltip="Fetch the vehicle's plans"),
-        Binding("j", "set_current", "Jump", tooltip="Continue the mission at the item"),
-        Binding("c", "clear", "Clear", show=False, tooltip="Delete a plan on the vehicle"),
-        Binding("I", "insert(0)", "Insert above", show=False, tooltip="Insert an item above"),
-        Binding("D", "duplicate", "Duplicate", show=False, tooltip="Duplicate the item"),
-        Binding("Z,ctrl+y", "redo", "Redo", show=False, tooltip="Make the edit again that was taken back"),
-        Binding("shift+up", "move(-1)", "Move up", show=False, tooltip="Move the item up"),
-        Binding("shift+down", "move(1)", "Move down", show=False, tooltip="Move the item down"),
-        Binding("less_than_sign", "step(-1)", show=False, key_display="<", tooltip="On the map: smaller steps"),
-        Binding("greater_than_sign", "step(1)", show=False, key_display=">", tooltip="On the map: larger steps"),
-    ]
+    BINDINGS: ClassVar[list[BindingType]] = MISSION_KEYS
+    snapshot: reactive[Snapshot] = reactive(EMPTY_SNAPSHOT, repaint=False)  # else every panel is painted again
     now: reactive[float] = reactive(0.0, repaint=False)
 
     def __init__(
         self, station: Station | None, clock: Callable[[], float], draft: PlanDraft, named: Named = str
     ) -> None:
-        super().__init__(draft)
+        super().__init__()
+        self.draft = draft
+        self._editing = MissionEditing(self)
         self._station, self._clock, self._named = station, clock, named
         self._is_ready = False  # the app hands out snapshots as soon as a screen is pushed, before it is mounted
         self._on_map = EditedMission()
@@ -104,6 +87,16 @@ class MissionScreen(MissionEditing):
         self.table.focus()
         self.show_draft()
         self._follow(EMPTY_SNAPSHOT, self.snapshot)
+
+    @property
+    def table(self) -> MissionTable:
+        """The table of items."""
+        return self.query_one("#items", MissionTable)
+
+    @property
+    def map(self) -> MovableMap:
+        """The map of items."""
+        return self.query_one("#mission-map", MovableMap)
 
     # The vehicle
 
@@ -170,6 +163,10 @@ class MissionScreen(MissionEditing):
         self.show_item()
         self._show_status()
 
+    def show_notice(self, text: str) -> None:
+        """Show a text below the table; "" clears it."""
+        self.query_one("#mission-notice", Static).update(text)
+
     def show_item(self) -> None:
         """The item under the cursor: parameters, place, and why its leg is flown as it is."""
         items, row = self.draft.plan.items, self.table.cursor_row
@@ -201,6 +198,29 @@ class MissionScreen(MissionEditing):
         totals = leg_totals(self._legs, self._predictions)
         name = Path(draft.path).name or "unsaved plan"
         return f"{name}: {', '.join(parts)}, {state}{unsaved}{'; ' + totals if totals else ''}"
+
+    # Edits
+
+    def action_edit_plan(self, edit: str, *arguments: int) -> None:
+        """Make an edit, by its name in ``MissionEditing``."""
+        getattr(self._editing, edit)(*arguments)
+
+    @on(MovableMap.PointChosen)
+    def _item_chosen(self, event: MovableMap.PointChosen) -> None:
+        self.table.choose_row(event.number)
+
+    @on(DataTable.RowHighlighted, "#items")
+    def _row_chosen(self) -> None:
+        self.map.chosen = self.table.cursor_row
+        self.show_item()
+
+    @on(MovableMap.PointMoved)
+    def _shift_item(self, event: MovableMap.PointMoved) -> None:
+        self._editing.shift(event.number, event.by)
+
+    @on(MovableMap.PlacePressed)
+    def _add_waypoint(self, event: MovableMap.PlacePressed) -> None:
+        self._editing.add_waypoint(event.place)
 
     # Keys
 
