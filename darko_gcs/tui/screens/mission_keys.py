@@ -28,9 +28,9 @@ MISSION_KEYS: list[BindingType] = [
     Binding("shift+up", "edit_plan('move', -1)", "Move up", show=False, tooltip="Move the item up"),
     Binding("shift+down", "edit_plan('move', 1)", "Move down", show=False, tooltip="Move the item down"),
     Binding(
-        "less_than_sign", "edit_plan('step', -1)", show=False, key_display="<", tooltip="On the map: smaller steps"
+        "less_than_sign", "edit_plan('step', -1)", "Finer", show=False, key_display="<", tooltip="Map: smaller steps"
     ),
     Binding(
-        "greater_than_sign", "edit_plan('step', 1)", show=False, key_display=">", tooltip="On the map: larger steps"
+        "greater_than_sign", "edit_plan('step', 1)", "Wider", show=False, key_display=">", tooltip="Map: larger steps"
     ),
 ]

@@ -371,7 +371,8 @@ class MissionScreen(Screen[None]):
         station, row, s = self._flown_from(), self.table.cursor_row, self.snapshot
         if station is not None:
             left = f" It leaves item {s.mission_current}." if s.mission_state == mavlink.MISSION_STATE_ACTIVE else ""
-            skipped = {0: "", 1: " Item 0 is left out."}.get(row, f" Items 0 to {row - 1} are left out.")
+            which = {1: "Item 0 is", 2: "Items 0 and 1 are"}.get(row, f"Items 0 to {row - 1} are")
+            skipped = f" {which} left out." if row else ""
             question = self._named(f"Fly the mission from item {row}?{skipped}{left}")
             confirm(self.app, question, lambda: station.plans.start_mission(self._clock(), first=row))
 
