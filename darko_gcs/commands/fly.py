@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from darko_gcs.commands.options import add_link_options, checked_sitl_arguments, listening_port
+from darko_gcs.commands.script_options import add_verify_option
 from protocol.command_line import command_parser
 from protocol.option_values import positive_number
 
@@ -34,6 +35,7 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
         metavar="S",
         help="maximum flight time, vehicle's time in s [3600]",
     )
+    add_verify_option(parser)
     add_link_options(parser)
     return parser
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Mapping
 
-from darko_gcs.commands import log_export, log_fetch, log_info, log_page, log_play, log_plot
+from darko_gcs.commands.log_commands import export, fetch, info, page, play, plot
 
 __all__ = ["parser", "run"]
 
@@ -15,16 +15,16 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="darko-gcs log", description=commands["log"] + ".")
     subcommands = parser.add_subparsers(required=True, metavar="info|report|plot|export|play|fetch")
     for name, module, text in (
-        ("info", log_info, "summarise one log: vehicles, flight, messages, damage"),
+        ("info", info, "summarise one log: vehicles, flight, messages, damage"),
         (
             "report",
-            log_page,
+            page,
             "write a page about a flight: path, V and jumps, actuators, energy, errors, events",
         ),
-        ("plot", log_plot, "plot quantities of a log, in the terminal or as a picture"),
-        ("export", log_export, "write a log as CSV, Parquet, KML or MCAP"),
-        ("play", log_play, "send a log to another ground station, as if the vehicle flew now"),
-        ("fetch", log_fetch, "download the logs that a vehicle has recorded itself"),
+        ("plot", plot, "plot quantities of a log, in the terminal or as a picture"),
+        ("export", export, "write a log as CSV, Parquet, KML or MCAP"),
+        ("play", play, "send a log to another ground station, as if the vehicle flew now"),
+        ("fetch", fetch, "download the logs that a vehicle has recorded itself"),
     ):
         subcommand = subcommands.add_parser(name, help=text)
         module.configure(subcommand)

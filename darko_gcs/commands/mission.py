@@ -7,7 +7,14 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from darko_gcs.commands.script_options import EXIT_CODES, Result, add_actions, check_values, run_script
+from darko_gcs.commands.script_options import (
+    EXIT_CODES,
+    Result,
+    add_actions,
+    add_verify_option,
+    check_values,
+    run_script,
+)
 from protocol.command_line import command_parser
 
 if TYPE_CHECKING:
@@ -17,7 +24,7 @@ __all__ = ["parser", "run"]
 
 _EXAMPLES = f"""\
 examples:
-  darko-gcs mission upload square.plan
+  darko-gcs mission upload square.plan       and read it back: exit code 4 if the vehicle holds something else
   darko-gcs mission download back.plan       .plan, or .waypoints (QGC WPL 110)
   darko-gcs mission clear
   darko-gcs mission status --json
@@ -30,6 +37,7 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     """The command line of ``darko-gcs mission``."""
     parser = command_parser("darko-gcs mission", commands, _EXAMPLES)
     add_actions(parser, MISSION_ACTIONS, "a file")
+    add_verify_option(parser)
     return parser
 
 
@@ -49,14 +57,14 @@ def run(args: argparse.Namespace) -> int:
             load(Path(args.values[0]))  # a wrong file needs no vehicle
         except FileError as error:
             raise GroundError(str(error)) from error
-    return run_script(args, lambda vehicle: _do(vehicle, args.action, args.values), _words)
+    return run_script(args, lambda vehicle: _do(vehicle, args.action, args.values, verify=args.verify), _words)
 
 
-async def _do(vehicle: Vehicle, action: str, values: list[str]) -> Result:
+async def _do(vehicle: Vehicle, action: str, values: list[str], *, verify: bool) -> Result:
     from protocol.plans import Plan, save  # noqa: PLC0415 - --help must be quick
 
     if action == "upload":
-        return {"items": await vehicle.upload(values[0]), "file": values[0]}
+        return {"items": await vehicle.upload(values[0], verify=verify), "file": values[0], "verified": verify}
     if action == "clear":
         await vehicle.clear_mission()
         return {"items": 0}
@@ -69,5 +77,9 @@ async def _do(vehicle: Vehicle, action: str, values: list[str]) -> Result:
 
 
 def _words(result: Result) -> str:
+    from darko_gcs.state.text import counted  # noqa: PLC0415 - --help must be quick
+
     rest = f", at item {result['current']}, reached {result['reached']}" if "current" in result else ""
-    return f"{result['items']} items" + (f": {result['file']}" if "file" in result else "") + rest
+    if "verified" in result:
+        rest = ", read back: as it was sent" if result["verified"] else ", not read back"
+    return counted(result["items"], "item") + (f": {result['file']}" if "file" in result else "") + rest

@@ -25,7 +25,10 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     parser.add_argument("other", type=Path, nargs="?", metavar="OTHER", help="a second one, beside the first")
     parser.add_argument("--speed", type=positive_number, default=1.0, metavar="X", help="initial playing speed [1]")
     parser.add_argument(
-        "--at", type=clock_time, default=0.0, metavar="TIME", help="where to begin: seconds, M:SS or H:MM:SS [0]"
+        "--at",
+        type=clock_time,
+        metavar="TIME",
+        help="where to begin: seconds, M:SS or H:MM:SS [0; of two flights: where the later recording begins]",
     )
     parser.add_argument(
         "--to",
@@ -66,7 +69,7 @@ def run(args: argparse.Namespace) -> int:
     send_to = loopback_or_asked(args.to or DEFAULT_TO, is_network_allowed=args.network)
     try:
         feeds = [
-            ReplayFeed(read_tlog(path), path.name, begin=args.at, speed=args.speed, send_to=send_to)
+            ReplayFeed(read_tlog(path), path.name, begin=args.at or 0.0, speed=args.speed, send_to=send_to)
             for path in (args.file, args.other)
             if path is not None
         ]

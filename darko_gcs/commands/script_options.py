@@ -22,6 +22,7 @@ __all__ = [
     "Result",
     "add_actions",
     "add_script_options",
+    "add_verify_option",
     "check_values",
     "plain",
     "run_script",
@@ -56,6 +57,16 @@ def add_actions(parser: argparse.ArgumentParser, actions: Actions, values: str) 
     parser.add_argument("action", choices=list(actions), help="what to do")
     parser.add_argument("values", nargs="*", help=values)
     add_script_options(parser)
+
+
+def add_verify_option(parser: argparse.ArgumentParser) -> None:
+    """Add the option not to read a plan back."""
+    parser.add_argument(
+        "--no-verify",
+        dest="verify",
+        action="store_false",
+        help="do not read an uploaded plan back and compare it: for autopilots that change what they are sent",
+    )
 
 
 def check_values(args: argparse.Namespace, command: str, actions: Actions, noun: str) -> None:

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from darko_gcs.errors import GroundError
 from darko_gcs.feed.player import Player
 from darko_gcs.feed.recorded_series import Series, height_series, take_off_row, v_series
 from darko_gcs.feed.replay_feed import ReplayFeed
@@ -90,9 +91,11 @@ class PairFeed(Player):
         second: The other.
         alignment: What is at the same time in both.
         shift: The second one is this much later [s].
-        begin: Where to begin [s].
+        begin: Where to begin [s]; None: where the later of the two recordings begins.
         speed: Playing speed.
 
+    Raises:
+        GroundError: They are to be aligned by the date, and share no time.
     """
 
     def __init__(
@@ -102,7 +105,7 @@ class PairFeed(Player):
         *,
         alignment: Alignment = Alignment.TAKE_OFF,
         shift: float = 0.0,
-        begin: float = 0.0,
+        begin: float | None = None,
         speed: float = 1.0,
     ) -> None:
         super().__init__(speed)
@@ -111,6 +114,8 @@ class PairFeed(Player):
         self.alignment, self.shift = alignment, shift
         self._begin, self._now = begin, 0.0
         self.snapshot = first.snapshot
+        if alignment is Alignment.CLOCK and not self._share_a_date:
+            raise GroundError(f"{first.name} and {second.name} share no time by the date: align by takeoff or start")
         self._align()
 
     @property
@@ -135,7 +140,8 @@ class PairFeed(Player):
 
     async def open(self) -> None:
         """Show the place where it begins."""
-        self.seek(self._begin)
+        both = max(float(flight.clock[0]) for flight in self.flights) - self._ends.begin
+        self.seek(both if self._begin is None else self._begin)
 
     def seek(self, time: float) -> None:
         """Go to a time [s] in both."""
@@ -151,8 +157,8 @@ class PairFeed(Player):
         self.seek(float(self._record_times[min(max(at, 0), len(self._record_times) - 1)]) - self._ends.begin)
 
     def next_alignment(self) -> None:
-        """Align by the next rule, without a shift; the first flight stays where it is."""
-        rules = list(Alignment)
+        """Align by the next rule that makes sense, without a shift; the first flight stays where it is."""
+        rules = [rule for rule in Alignment if rule is not Alignment.CLOCK or self._share_a_date]
         self.alignment, self.shift = rules[(rules.index(self.alignment) + 1) % len(rules)], 0.0
         self._align()
 
@@ -160,6 +166,12 @@ class PairFeed(Player):
         """Shift the second flight by some more seconds; the first one stays where it is."""
         self.shift = round(self.shift + step, 6)
         self._align()
+
+    @property
+    def _share_a_date(self) -> bool:
+        """Whether there is a moment that both have recorded."""
+        times = [flight.feed.reader.times for flight in self.flights]
+        return max(int(time[0]) for time in times) <= min(int(time[-1]) for time in times)
 
     def _align(self) -> None:
         first, second = self.flights

@@ -3,30 +3,24 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from darko_gcs.state.places import is_on_map
-from darko_gcs.state.reduce import (
-    CHECKED_FIELDS,
-    MAX_NUMBER,
-    MAX_TRACK_POINTS,
-    MIN_TRACK_STEP,
-    RESTART_MESSAGES,
-    RESTART_STEP,
-    thinned,
-)
+from darko_gcs.feed.recorded_track import RecordedTrack
+from darko_gcs.state.places import is_fix, is_on_map
+from darko_gcs.state.reduce import CHECKED_FIELDS, MAX_NUMBER, RESTART_MESSAGES, RESTART_STEP
 from darko_gcs.state.reduce_darko import MAX_V_POINTS, v_point
 from protocol.dialect.vocabulary import Saturation
+from protocol.frames import Geodetic
 from protocol.tlog import TlogReader
 
 __all__ = ["MEASUREMENTS", "RecordedMeasurements"]
 
 # Messages that replace the one of their kind before, whatever was before: their handlers read nothing of the snapshot
-# but the kind of vehicle.
+# but the kind of vehicle and where its map begins.
 MEASUREMENTS = (
     "DARKO_TRUTH", "ESTIMATOR_STATUS", "ODOMETRY",
     "ATTITUDE", "ATTITUDE_QUATERNION", "BATTERY_STATUS", "DARKO_ACTUATORS", "DARKO_AIR", "DARKO_DECISION",
@@ -34,7 +28,6 @@ MEASUREMENTS = (
     "NAV_CONTROLLER_OUTPUT", "POSITION_TARGET_GLOBAL_INT", "POSITION_TARGET_LOCAL_NED", "SERVO_OUTPUT_RAW",
     "SYS_STATUS", "VFR_HUD", "WIND", "WIND_COV",
 )  # fmt: skip
-FOREIGN = frozenset({"WIND"})  # messages that our dialect has not: asking for them loads the dialects that have them
 Rows = NDArray[np.int64]  # indices of records, ascending
 Columns = Mapping[str, NDArray[np.generic]]
 
@@ -51,8 +44,7 @@ class RecordedMeasurements:
     """
 
     def __init__(self, reader: TlogReader, vehicle_row: int) -> None:
-        names = [name for name in MEASUREMENTS if name not in FOREIGN or name in reader.names]
-        kinds = {name: _sane(reader, name, vehicle_row) for name in names}
+        kinds = {name: _sane(reader, name, vehicle_row) for name in MEASUREMENTS}
         rows = np.concatenate([rows for rows, columns in kinds.values() if "time_boot_ms" in columns])
         boot = np.concatenate([c["time_boot_ms"].astype(float) for _, c in kinds.values() if "time_boot_ms" in c])
         order = np.argsort(rows)
@@ -62,9 +54,10 @@ class RecordedMeasurements:
         late_rows = self._timed_rows[(self._lateness > 0) & (self._lateness < RESTART_MESSAGES)]
         taken = {name: _without(rows, columns, late_rows) for name, (rows, columns) in kinds.items()}
         self._rows = {name: rows for name, (rows, _) in taken.items()}
-        self._rows["GLOBAL_POSITION_INT"] = _on_map(*taken["GLOBAL_POSITION_INT"])
-        self._track_rows, self._track_points = self._track(*taken["LOCAL_POSITION_NED"])
-        self._thinnings = _thinnings(max((len(rows) for rows in self._by_restart(self._track_rows)), default=0))
+        taken["GLOBAL_POSITION_INT"] = _places(*taken["GLOBAL_POSITION_INT"], is_on_map)
+        fixes = _places(*taken["GLOBAL_POSITION_INT"], is_fix)
+        self._rows |= {"GLOBAL_POSITION_INT": taken["GLOBAL_POSITION_INT"][0], "of them fixes": fixes[0]}
+        self._track = RecordedTrack(*taken["LOCAL_POSITION_NED"], *fixes, self.restarts)
         self._hybrid_rows, hybrid = taken["DARKO_HYBRID_STATE"]
         self._hybrid_time = hybrid["time_boot_ms"].astype(float) / 1e3
         self._v_rows, self._v_points = self._v(hybrid)
@@ -88,16 +81,19 @@ class RecordedMeasurements:
         past = self.restarts[: np.searchsorted(self.restarts, played)]
         return int(past[-1]) if len(past) else 0
 
+    def start(self, played: int) -> Geodetic | None:
+        """Zero of the map after so many records; None if it is that of the vehicle's local frame."""
+        return self._track.start(self.segment(played), played)
+
     def last_rows(self, played: int) -> list[int]:
         """The last record of each kind since the last restart, ascending."""
         first = self.segment(played)
         last = (rows[at - 1] for rows in self._rows.values() if (at := np.searchsorted(rows, played)))
-        return sorted(int(row) for row in last if row >= first)
+        return sorted({int(row) for row in last if row >= first})
 
     def collected(self, played: int) -> dict[str, Any]:
         """The fields of the snapshot that come from more than the last measurements."""
         first = self.segment(played)
-        begin, end = np.searchsorted(self._track_rows, (first, played)).tolist()
         v_begin, v_end = np.searchsorted(self._v_rows, (first, played)).tolist()
         saturated = {
             axis: float(times[at - 1])
@@ -108,7 +104,7 @@ class RecordedMeasurements:
         lateness = int(self._lateness[timed - 1]) if timed else 0
         late = lateness if lateness < RESTART_MESSAGES else 0
         return {
-            "track": tuple(map(tuple, self._track_points[begin + _kept(self._thinnings, end - begin)].tolist())),
+            "track": self._track.points(first, played),
             "v_history": tuple(
                 v_point(time, int(law), hover, forward)
                 for time, law, hover, forward in self._v_points[max(v_begin, v_end - MAX_V_POINTS) : v_end].tolist()
@@ -124,20 +120,6 @@ class RecordedMeasurements:
         if not at or self._law_rows[at - 1] < max(jump_row, self.segment(played)):
             return of_jump
         return float(self._law_times[at - 1])
-
-    def _by_restart(self, rows: Rows) -> list[Rows]:
-        return np.split(rows, np.searchsorted(rows, self.restarts))
-
-    def _track(self, rows: Rows, columns: Columns) -> tuple[Rows, NDArray[np.float64]]:
-        """Records and points of the track: those far enough from the one before."""
-        points = np.column_stack([columns["x"].astype(float), columns["y"].astype(float)])
-        starts = set(np.searchsorted(rows, self.restarts).tolist())
-        kept, last = [], None
-        for index, point in enumerate(points.tolist()):
-            if last is None or index in starts or math.dist(last, point) >= MIN_TRACK_STEP:
-                kept.append(index)
-                last = point
-        return rows[kept], points[kept]
 
     def _v(self, hybrid: Columns) -> tuple[Rows, NDArray[np.float64]]:
         """Records and values of the chart of V: those with a later time than all before."""
@@ -185,27 +167,8 @@ def _without(rows: Rows, columns: Columns, late: Rows) -> tuple[Rows, Columns]:
     return rows[keep], {field: values[keep] for field, values in columns.items()}
 
 
-def _on_map(rows: Rows, columns: Columns) -> Rows:
+def _places(rows: Rows, columns: Columns, is_wanted: Callable[[int, int], bool]) -> tuple[Rows, Columns]:
+    """Records of GLOBAL_POSITION_INT whose place is wanted, and their fields."""
     places = zip(columns["lat"].tolist(), columns["lon"].tolist(), strict=True)
-    on_map: Rows = rows[np.array([is_on_map(*place) for place in places], dtype=bool)]
-    return on_map
-
-
-def _thinnings(points: int) -> list[tuple[int, Rows]]:
-    """When a growing track is thinned: the points before, and which of them are left."""
-    thinnings: list[tuple[int, Rows]] = []
-    track, before = tuple(range(min(points, MAX_TRACK_POINTS))), MAX_TRACK_POINTS
-    while before < points:
-        left = thinned(track)
-        thinnings.append((before, np.array(left)))
-        after = before + MAX_TRACK_POINTS - len(left)
-        track, before = (*left, *range(before, after)), after
-    return thinnings
-
-
-def _kept(thinnings: list[tuple[int, Rows]], points: int) -> Rows:
-    """Which of so many points a track has."""
-    before, left = next(
-        ((before, left) for before, left in reversed(thinnings) if before < points), (0, np.zeros(0, dtype=np.int64))
-    )
-    return np.concatenate((left, np.arange(before, points)))
+    wanted = np.array([is_wanted(*place) for place in places], dtype=bool)
+    return rows[wanted], {field: values[wanted] for field, values in columns.items()}

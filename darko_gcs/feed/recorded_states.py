@@ -107,7 +107,8 @@ class RecordedStates:
         """The snapshot with the last measurement of each kind, in the order of the log."""
         rows = self._measured.last_rows(played)
         known: dict[str, Any] = {"source": s.source, "autopilot": s.autopilot, "kind": s.kind}
-        s = updated(s, source=None, autopilot=0, kind=0)  # as it was before the vehicle was known
+        start = self._measured.start(played)
+        s = updated(s, source=None, autopilot=0, kind=0, start=start)  # as it was before the vehicle was known
         is_known = False
         for row in rows:
             if row >= self._vehicle_row and not is_known:

@@ -6,9 +6,12 @@ import asyncio
 from collections.abc import AsyncIterator, Callable, Mapping, Sequence
 from contextlib import asynccontextmanager
 from pathlib import Path
+from typing import TypeVar
 
 from darko_gcs.errors import FlightError, LinkError
 from darko_gcs.feed.udp_link import UdpLink
+from darko_gcs.state.missions.plan_difference import read_back_fault
+from darko_gcs.state.missions.plan_parts import FENCE, MISSION, RALLY
 from darko_gcs.state.parameter_change import ChangeState, ParameterChange
 from darko_gcs.state.parameter_metadata import ParameterMetadata
 from darko_gcs.state.snapshot import Snapshot
@@ -36,6 +39,7 @@ from protocol.plans.fence_rally import fence_items, rally_items
 
 __all__ = ["Vehicle", "connect"]
 
+Expected = TypeVar("Expected", bound=Event)
 WORDS_TIME = 1.0  # the vehicle's text about a refusal follows its answer [s]
 IN_FLIGHT_RATE = 10.0  # of reports [Hz]
 METADATA_TIMEOUT = 5.0  # for the description of the parameters [s]
@@ -189,23 +193,32 @@ class Vehicle:
             lambda now: self._station.change_speed(speed, now), mavlink.MAV_CMD_DO_CHANGE_SPEED, "speed"
         )
 
-    async def upload(self, plan: Path | str | Sequence[MissionItem]) -> int:
+    async def upload(self, plan: Path | str | Sequence[MissionItem], *, verify: bool = True) -> int:
         """Replace its mission, and by a file with fence or rally points these too; gives how many items.
+
+        Args:
+            plan: A file, or the mission's items.
+            verify: Read back what the vehicle holds then, and compare it.
 
         Raises:
             FileError: The file is no plan; the message says where.
-            FlightError: The vehicle refused.
+            FlightError: The vehicle refused, or holds something else then; the message names item and field.
         """
         if isinstance(plan, Path | str):
             read = load(Path(plan))
             items, fence, rally = tuple(read.items), fence_items(read), rally_items(read)
         else:
             items, fence, rally = tuple(plan), (), ()
+        sent = {MISSION: items} | {kind: part for kind, part in ((FENCE, fence), (RALLY, rally)) if part}
         async with self._busy:
             self._forget()
-            self._station.plans.upload(items, self._link.now, fence=fence, rally=rally)
-            for _ in filter(None, (items, fence, rally)):
+            self._station.plans.upload(items, self._link.now, fence=fence, rally=rally, verify=verify)
+            for _ in sent:
                 await self._answer(MissionUploaded, MissionFailed, "upload")
+            held = [await self._answer(MissionDownloaded, MissionFailed, "reading back") for _ in sent if verify]
+        faults = [read_back_fault(part.kind, sent[part.kind], part.items) for part in held]
+        if any(faults):
+            raise FlightError("; ".join(filter(None, faults)))
         return len(items)
 
     async def download(self) -> tuple[MissionItem, ...]:
@@ -279,22 +292,23 @@ class Vehicle:
             request(self._link.now)
             while True:
                 done = await self._answer(CommandDone, MissionFailed, what)
-                if isinstance(done, CommandDone) and done.command == command:
+                if done.command == command:
                     break
             if done.result != mavlink.MAV_RESULT_ACCEPTED:
                 words = await self._words_about(command)
                 raise FlightError(f"{what} refused: {words or reason_text(done.reason)}")
 
-    async def _answer(self, kind: type[Event], failure: type[Event], what: str) -> Event:
+    async def _answer(self, kind: type[Expected], failure: type[Event], what: str) -> Expected:
         deadline = self._link.now + ANSWER_TIMEOUT
         while self._link.now < deadline:
             self._take_events()
             for event in self._events:
-                if isinstance(event, kind | failure):
+                if isinstance(event, kind):
                     self._events.remove(event)
-                    if isinstance(event, failure) and failure is not kind:
-                        raise FlightError(f"{what} failed: {reason_text(getattr(event, 'reason', ''))}")
                     return event
+                if isinstance(event, failure):
+                    self._events.remove(event)
+                    raise FlightError(f"{what} failed: {reason_text(getattr(event, 'reason', ''))}")
             await asyncio.sleep(POLL_PERIOD)
         raise FlightError(f"{what}: no answer for {ANSWER_TIMEOUT:g} s")
 
@@ -325,4 +339,4 @@ def _is_refusal(event: Event) -> bool:
     """True if the vehicle does not send a message that was asked for."""
     if not isinstance(event, CommandDone) or event.command != mavlink.MAV_CMD_REQUEST_MESSAGE:
         return False
-    return event.result != mavlink.MAV_RESULT_ACCEPTED
+    return bool(event.result != mavlink.MAV_RESULT_ACCEPTED)

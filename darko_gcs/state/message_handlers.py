@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 
 from darko_gcs.state.snapshot import Snapshot
 from protocol.message import Message
@@ -30,6 +30,11 @@ class HandlerTable:
     def add(self, other: HandlerTable) -> None:
         """Take over the handlers of another table."""
         self._handlers |= other._handlers
+
+    @property
+    def names(self) -> Collection[str]:
+        """Messages that have a handler."""
+        return self._handlers.keys()
 
     def get(self, name: str) -> Handler | None:
         """The handler of a message, or None."""

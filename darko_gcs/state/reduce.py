@@ -8,7 +8,7 @@ from typing import TypeVar
 from darko_gcs.state.message_handlers import HandlerTable
 from darko_gcs.state.message_log import add_line, add_status_text
 from darko_gcs.state.parameter_metadata import MAX_PARAMETERS
-from darko_gcs.state.places import is_on_map
+from darko_gcs.state.places import is_fix, is_on_map
 from darko_gcs.state.reduce_darko import DARKO_HANDLERS
 from darko_gcs.state.reduce_estimate import ESTIMATE_HANDLERS
 from darko_gcs.state.reduce_flight_plan import FLIGHT_PLAN_HANDLERS
@@ -22,6 +22,7 @@ from protocol.frames import (
     SHOW_AS_TOLD,
     SHOW_PITCHED_DOWN,
     Geodetic,
+    LocalFrame,
     flying_attitude,
     multiply,
     quaternion_from_euler,
@@ -83,6 +84,7 @@ ALARMED_STATES = frozenset(
     {mavlink.MAV_STATE_CRITICAL, mavlink.MAV_STATE_EMERGENCY, mavlink.MAV_STATE_FLIGHT_TERMINATION}
 )
 SERVOS = 16  # of SERVO_OUTPUT_RAW
+UNKNOWN_HEADING = 0xFFFF  # of GLOBAL_POSITION_INT [1e-2 deg]
 UNKNOWN_VOLTAGE = 0xFFFF  # of SYS_STATUS and of a cell of BATTERY_STATUS [mV]
 
 T = TypeVar("T")
@@ -195,7 +197,8 @@ def _attitude(s: Snapshot, m: Message, _now: float) -> Snapshot:
 @HANDLERS.handles("LOCAL_POSITION_NED")
 def _local_position(s: Snapshot, m: Message, _now: float) -> Snapshot:
     p, v = (m.x, m.y, m.z), (m.vx, m.vy, m.vz)
-    return updated(s, p=p, p_time=m.time_boot_ms / 1e3, v=v, track=_extended(s.track, p[:2]))
+    track = s.track if s.start is None else ()  # until now it told its place on the globe alone
+    return updated(s, p=p, p_time=m.time_boot_ms / 1e3, v=v, track=_extended(track, p[:2]), start=None)
 
 
 def _extended(track: tuple[tuple[float, float], ...], at: tuple[float, float]) -> tuple[tuple[float, float], ...]:
@@ -213,8 +216,32 @@ def thinned(track: tuple[T, ...]) -> tuple[T, ...]:
 
 @HANDLERS.handles("GLOBAL_POSITION_INT")
 def _global_position(s: Snapshot, m: Message, _now: float) -> Snapshot:
-    here = Geodetic(units.from_e7(m.lat), units.from_e7(m.lon), units.from_millimetres(m.alt))
-    return updated(s, geodetic=here, relative_altitude=units.from_millimetres(m.relative_alt))
+    s = updated(
+        s,
+        geodetic=_place(m),
+        relative_altitude=units.from_millimetres(m.relative_alt),
+        heading=_told_heading(m) if s.q is None else s.heading,
+    )
+    if "LOCAL_POSITION_NED" in s.arrivals or not is_fix(m.lat, m.lon):
+        return s
+    start = s.start or _place(m)
+    north, east, _ = LocalFrame(start).to_ned(_place(m))
+    return updated(
+        s,
+        start=start,
+        p=(north, east, -units.from_millimetres(m.relative_alt)),
+        p_time=m.time_boot_ms / 1e3,
+        v=(m.vx / 100.0, m.vy / 100.0, m.vz / 100.0),
+        track=_extended(s.track, (north, east)),
+    )
+
+
+def _told_heading(m: Message) -> float | None:
+    return None if m.hdg == UNKNOWN_HEADING else math.radians(m.hdg / 100.0)
+
+
+def _place(m: Message) -> Geodetic:
+    return Geodetic(units.from_e7(m.lat), units.from_e7(m.lon), units.from_millimetres(m.alt))
 
 
 @HANDLERS.handles("POSITION_TARGET_LOCAL_NED")
@@ -228,7 +255,15 @@ def _home(s: Snapshot, m: Message, _now: float) -> Snapshot:
         return s
     home = Geodetic(units.from_e7(m.latitude), units.from_e7(m.longitude), units.from_millimetres(m.altitude))
     p = (m.x, m.y, m.z)
-    return updated(s, home=home, home_p=p if all(map(math.isfinite, p)) else s.home_p)
+    return updated(s, home=home, told_home_p=p if all(map(math.isfinite, p)) else s.told_home_p)
+
+
+@HANDLERS.handles("GPS_GLOBAL_ORIGIN")
+def _origin(s: Snapshot, m: Message, _now: float) -> Snapshot:
+    if not is_on_map(m.latitude, m.longitude):
+        return s
+    place = Geodetic(units.from_e7(m.latitude), units.from_e7(m.longitude), units.from_millimetres(m.altitude))
+    return updated(s, origin=place)
 
 
 @HANDLERS.handles("VFR_HUD")

@@ -7,7 +7,7 @@ from functools import singledispatch
 from darko_gcs.state.message_log import add_line
 from darko_gcs.state.missions.plan_parts import ALL_PLANS, MISSION, PLAN_TITLES, with_plan
 from darko_gcs.state.snapshot import Snapshot, updated
-from darko_gcs.state.text import command_name, printable, reason_text
+from darko_gcs.state.text import command_name, counted, printable, reason_text
 from protocol.dialect import mavlink
 from protocol.events import (
     CommandDone,
@@ -84,16 +84,16 @@ def _mission_progress(e: MissionProgress, s: Snapshot, _now: float) -> Snapshot:
 @_after.register
 def _mission_uploaded(e: MissionUploaded, s: Snapshot, now: float) -> Snapshot:
     if e.is_partial:
-        return add_line(updated(s, transfer=None), now, INFO, f"{e.count} item{'s' * (e.count != 1)} replaced")
+        return add_line(updated(s, transfer=None), now, INFO, f"{counted(e.count, 'item')} replaced")
     s = updated(s, transfer=None, reached=frozenset() if e.kind == MISSION else s.reached)
-    return add_line(s, now, INFO, f"{PLAN_TITLES[e.kind]} of {e.count} items uploaded")
+    return add_line(s, now, INFO, f"{PLAN_TITLES[e.kind]} of {counted(e.count, 'item')} uploaded")
 
 
 @_after.register
 def _mission_downloaded(e: MissionDownloaded, s: Snapshot, now: float) -> Snapshot:
     s = with_plan(updated(s, transfer=None), e.kind, e.items)
     if e.items:
-        return add_line(s, now, INFO, f"{PLAN_TITLES[e.kind]} of {len(e.items)} items downloaded")
+        return add_line(s, now, INFO, f"{PLAN_TITLES[e.kind]} of {counted(len(e.items), 'item')} downloaded")
     return add_line(s, now, INFO, "No mission on the vehicle") if e.kind == MISSION else s
 
 

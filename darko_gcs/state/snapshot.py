@@ -51,7 +51,11 @@ NOSE_FORWARD_STATES = frozenset({mavlink.MAV_VTOL_STATE_TRANSITION_TO_MC, mavlin
 
 @dataclass(frozen=True, kw_only=True)
 class Snapshot:
-    """What the screens show. Positions are NED in the vehicle's local frame, angles in radians, SI units."""
+    """What the screens show. Angles are in radians, all else in SI units.
+
+    Positions are NED in the vehicle's local frame. Those of a vehicle that tells only its place on the globe are from
+    its first place (``start``), at the height of its home.
+    """
 
     source: Source | None = None  # (system, component) of the vehicle
     autopilot: int = 0  # MAV_AUTOPILOT
@@ -78,8 +82,10 @@ class Snapshot:
     target_place: Geodetic | None = None  # of vehicles that tell it so
     geodetic: Geodetic | None = None
     relative_altitude: float | None = None  # [m]
+    start: Geodetic | None = None  # zero of the map, of a vehicle that tells its place on the globe alone
+    origin: Geodetic | None = None  # zero of the vehicle's local frame, where it tells it
     home: Geodetic | None = None
-    home_p: Vector = (0.0, 0.0, 0.0)  # NED [m]
+    told_home_p: Vector = (0.0, 0.0, 0.0)  # in the vehicle's local frame, NED [m]
     airspeed: float | None = None  # [m/s]
     ground_speed: float | None = None  # [m/s]
     throttle: float | None = None  # 0..1
@@ -168,9 +174,25 @@ class Snapshot:
     @property
     def goal(self) -> Vector | None:
         """Where the vehicle is going, NED [m], in whichever way it tells so."""
-        if self.target is not None or self.target_place is None:
-            return self.target
-        return self._local_by_own_place(self.target_place)
+        if self.target is not None:
+            return self.from_vehicle_frame(self.target)
+        return None if self.target_place is None else self._local_by_own_place(self.target_place)
+
+    @property
+    def home_p(self) -> Vector:
+        """Home, NED [m]."""
+        if self.start is None:
+            return self.told_home_p
+        return (0.0, 0.0, 0.0) if self.home is None else (*_level(self.start, self.home), 0.0)
+
+    def from_vehicle_frame(self, p: Vector) -> Vector | None:
+        """A position in the vehicle's local frame, NED [m]; None if nobody has told where that frame lies."""
+        if self.start is None:
+            return p
+        if self.origin is None:
+            return None
+        north, east = _level(self.start, self.origin)
+        return p[0] + north, p[1] + east, p[2] + (0.0 if self.home is None else self.home.alt - self.origin.alt)
 
     def _local_by_own_place(self, place: Geodetic) -> Vector | None:
         """A place in the local frame [m], from where the vehicle is in both: ArduPilot's origin need not be home."""
@@ -187,7 +209,9 @@ class Snapshot:
         return self.p[0] - self.home_p[0], self.p[1] - self.home_p[1], self.p[2] - self.home_p[2]
 
     def local(self, place: Geodetic) -> Vector | None:
-        """A geodetic place in the vehicle's local frame, NED [m]; None until home is known."""
+        """A geodetic place, NED [m]; None until home is known, or the vehicle's own place."""
+        if self.start is not None:
+            return *_level(self.start, place), (0.0 if self.home is None else self.home.alt - place.alt)
         if self.home is None:
             return None
         north, east, down = LocalFrame(self.home).to_ned(place)
@@ -226,6 +250,11 @@ class Snapshot:
         """Time since the last message of some kinds [s]; None if there was none."""
         heard = [self.arrivals[kind] for kind in kinds if kind in self.arrivals]
         return max(0.0, now - max(heard)) if heard else None
+
+
+def _level(start: Geodetic, place: Geodetic) -> tuple[float, float]:
+    """North and east of a start [m]."""
+    return LocalFrame(start).to_ned(place)[:2]
 
 
 EMPTY_SNAPSHOT = Snapshot()

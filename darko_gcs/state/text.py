@@ -8,7 +8,16 @@ from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import LabelledEnum
 from protocol.names.enum_names import as_member
 
-__all__ = ["command_name", "command_words", "format_age", "format_time", "label_of", "printable", "reason_text"]
+__all__ = [
+    "command_name",
+    "command_words",
+    "counted",
+    "format_age",
+    "format_time",
+    "label_of",
+    "printable",
+    "reason_text",
+]
 
 MINUTE, HOUR = 60.0, 3600.0  # [s]
 
@@ -39,6 +48,11 @@ def command_words(name: str) -> str:
 def reason_text(reason: str) -> str:
     """A reason as it is shown: the name of a result in lower case, any other text unchanged."""
     return reason.lower().replace("_", " ") if reason.isupper() else reason
+
+
+def counted(number: int, what: str) -> str:
+    """A number of things: "1 item", "2 items"."""
+    return f"{number} {what}{'s' * (number != 1)}"
 
 
 def format_time(seconds: float) -> str:

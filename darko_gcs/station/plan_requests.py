@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from darko_gcs.state.missions.plan_difference import change_text, plan_changes
+from darko_gcs.state.missions.plan_difference import read_back_fault
 from darko_gcs.state.missions.plan_parts import FENCE, MISSION, PLAN_TITLES, RALLY, with_plan
 from darko_gcs.station.plan_transfer import PlanTransfer
 from darko_gcs.station.request_context import RequestContext
@@ -14,8 +14,6 @@ from protocol.events import Event, MissionUploaded
 from protocol.plans import MissionItem
 
 __all__ = ["PlanRequests"]
-
-MAX_CHANGES_LISTED = 3  # differences of a plan that was read back, in the message log
 
 
 class PlanRequests:
@@ -106,12 +104,6 @@ class PlanRequests:
         if verdict is None:
             return
         kind, sent, held = verdict
-        changes = plan_changes(sent, held)
-        if not changes:
-            text = f"{PLAN_TITLES[kind]} read back: as it was sent"
-            self._context.add_line(now, text, mavlink.MAV_SEVERITY_INFO)
-            return
-        listed = [change_text(change) for change in changes[:MAX_CHANGES_LISTED]]
-        more = f"; {len(changes) - len(listed)} more" if len(changes) > len(listed) else ""
-        text = f"{PLAN_TITLES[kind]} read back: NOT as it was sent: {'; '.join(listed)}{more}"
-        self._context.add_line(now, text, mavlink.MAV_SEVERITY_ERROR)
+        fault = read_back_fault(kind, sent, held)
+        text = fault or f"{PLAN_TITLES[kind]} read back: as it was sent"
+        self._context.add_line(now, text, mavlink.MAV_SEVERITY_ERROR if fault else mavlink.MAV_SEVERITY_INFO)

@@ -11,12 +11,14 @@ import tempfile
 from collections.abc import Callable, Sequence
 from contextlib import AsyncExitStack
 from dataclasses import dataclass, field
+from typing import TypeVar
 
 from darko_gcs.errors import FlightError, GroundError, LinkError
 from darko_gcs.feed.outward_link import outward_address
 from darko_gcs.feed.sitl_process import SitlProcess
 from darko_gcs.feed.udp_link import UdpLink
-from darko_gcs.state.missions.plan_parts import Items
+from darko_gcs.state.missions.plan_difference import read_back_fault
+from darko_gcs.state.missions.plan_parts import FENCE, MISSION, RALLY, Items
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.text import label_of, reason_text
 from darko_gcs.station.keyring_setup import open_keyring
@@ -26,7 +28,15 @@ from darko_gcs.tasks.link_session import ANSWER_TIMEOUT, POLL_PERIOD, open_link
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law
 from protocol.errors import FileError
-from protocol.events import CommandDone, Event, MissionFailed, MissionUploaded, VehicleLost, VehicleRestarted
+from protocol.events import (
+    CommandDone,
+    Event,
+    MissionDownloaded,
+    MissionFailed,
+    MissionUploaded,
+    VehicleLost,
+    VehicleRestarted,
+)
 from protocol.frames import Geodetic, Vector
 from protocol.loopback import open_port_warning
 from protocol.mav_frames import ABSOLUTE_ALTITUDE_FRAMES, is_global_frame
@@ -34,8 +44,9 @@ from protocol.plans import MissionItem, load
 from protocol.plans.fence_rally import fence_items, rally_items
 from protocol.units import from_e7, from_local_e4
 
-__all__ = ["FlightResult", "fly_headless"]
+__all__ = ["FlightResult", "Pilot", "fly_headless"]
 
+Expected = TypeVar("Expected", bound=Event)
 READY_TIMEOUT = 1800.0  # for our own vehicle process to compile, also on a busy machine, while it runs [s]
 HEARD_TIMEOUT = 120.0  # for the first telemetry [s]
 HOVER_TIME_BEFORE_LANDING = 3.0  # after a mission that ends in the air [s]
@@ -48,6 +59,7 @@ class FlightResult:
     mission: str
     log: str | None  # None: not recorded
     items: int
+    verified: bool = False  # what the vehicle held was read back, and was what was sent
     reached: list[int] = field(default_factory=list)
     miss: dict[int, float] = field(default_factory=dict)  # distance to each waypoint when it was reached [m]
     duration: float = 0.0  # vehicle's time from arming to disarming [s]
@@ -113,11 +125,20 @@ async def fly_headless(args: argparse.Namespace, sitl: Sequence[str]) -> FlightR
             process = await SitlProcess.start(link.port, sitl, _print, args.api_port)
             stack.push_async_callback(process.stop)
         result = FlightResult(mission=str(args.mission), log=None if path is None else str(path), items=len(plan.items))
-        await _Pilot(link, process, result, args.timeout).fly(plan.items, fence, rally)
+        await Pilot(link, process, result, args.timeout).fly(plan.items, fence, rally, verify=args.verify)
         return result
 
 
-class _Pilot:
+class Pilot:
+    """Flies one mission, from its upload to the disarming.
+
+    Args:
+        link: To the vehicle.
+        process: The vehicle's own, if it is ours.
+        result: Filled on the way.
+        timeout: Longest flight, on the vehicle's clock [s].
+    """
+
     def __init__(self, link: UdpLink, process: SitlProcess | None, result: FlightResult, timeout: float) -> None:
         self._link, self._station, self._process = link, link.station, process
         self._result = result
@@ -125,16 +146,18 @@ class _Pilot:
         self._last_position: Vector | None = None
         self._events: list[Event] = []
 
-    async def fly(self, items: Items, fence: Items, rally: Items) -> None:
+    async def fly(self, items: Items, fence: Items, rally: Items, *, verify: bool) -> None:
+        """Upload the plans, fly the mission and land.
+
+        Raises:
+            GroundError: The link, the vehicle or the flight fails; the message says where.
+        """
         await self._wait_until(lambda s: s.source is not None or self._is_process_ready(), READY_TIMEOUT)
         await self._wait_until(
             lambda s: s.source is not None and s.home is not None and s.boot is not None, HEARD_TIMEOUT
         )
         _print("vehicle found")
-        self._station.plans.upload(items, self._link.now, fence=fence, rally=rally)
-        for part in filter(None, (fence, rally, items)):
-            await self._wait_for_answer(MissionUploaded, "upload")
-            _print(f"{len(part)} items uploaded")
+        await self._upload(items, fence, rally, verify=verify)
         await self._wait_until(lambda s: s.prearm_ok is not False, ANSWER_TIMEOUT)
         began = self._snapshot.boot or 0.0
         self._station.arm(self._link.now)
@@ -149,6 +172,21 @@ class _Pilot:
             self._result.energy = energy.total
             self._result.energy_by_law = {label_of(Law, law): j for law, j in enumerate(energy.by_law) if j > 0.0}
         self._result.jumps = len(self._snapshot.jumps)
+
+    async def _upload(self, items: Items, fence: Items, rally: Items, *, verify: bool) -> None:
+        """Send the plans, and read them back."""
+        self._station.plans.upload(items, self._link.now, fence=fence, rally=rally, verify=verify)
+        sent = {kind: part for kind, part in ((FENCE, fence), (RALLY, rally), (MISSION, items)) if part}
+        for part in sent.values():
+            await self._wait_for_answer(MissionUploaded, "upload")
+            _print(f"{len(part)} items uploaded")
+        held = [await self._wait_for_answer(MissionDownloaded, "reading back") for _ in sent if verify]
+        faults = [read_back_fault(part.kind, sent[part.kind], part.items) for part in held]
+        if any(faults):
+            raise FlightError("; ".join(filter(None, faults)))
+        if verify:
+            _print("read back: as they were sent")
+        self._result.verified = verify
 
     @property
     def _snapshot(self) -> Snapshot:
@@ -194,7 +232,7 @@ class _Pilot:
             if place is not None:
                 self._result.miss[seq] = math.dist(place, s.p)
 
-    async def _wait_for_answer(self, kind: type[Event], what: str) -> None:
+    async def _wait_for_answer(self, kind: type[Expected], what: str) -> Expected:
         def has_answer(_: Snapshot) -> bool:
             return any(isinstance(event, kind | MissionFailed) for event in self._events)
 
@@ -202,9 +240,10 @@ class _Pilot:
         event = next(e for e in self._events if isinstance(e, kind | MissionFailed))
         self._events.remove(event)
         refused = isinstance(event, CommandDone) and event.result != mavlink.MAV_RESULT_ACCEPTED
-        if refused or isinstance(event, MissionFailed):
+        if refused or not isinstance(event, kind):
             await asyncio.sleep(0.2)  # the vehicle's STATUSTEXT follows its answer
             raise FlightError(f"{what}: {reason_text(getattr(event, 'reason', ''))}: {self._last_warning()}")
+        return event
 
     async def _wait_until(self, condition: Callable[[Snapshot], bool], timeout: float, what: str = "vehicle") -> None:
         deadline = self._link.now + timeout

@@ -145,13 +145,18 @@ class GroundStationApp(App[int]):
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         """Flight commands exist on the flight screen of a vehicle only: elsewhere their keys mean something else."""
-        if action == "act" and parameters and parameters[0] in FLIGHT_ACTIONS:
-            return self.feed.station is not None and isinstance(self.screen, FlightScreen)
-        if action == "act" and parameters and parameters[0] in FLEET_ACTIONS:
-            return self.feed.fleet is not None and isinstance(self.screen, FlightScreen)
-        if action == "act" and parameters == ("restart",):
-            return self.feed.station is not None
+        if action == "act" and parameters:
+            return self._offers(str(parameters[0]), self.screen)
         return super().check_action(action, parameters)
+
+    def _offers(self, name: str, screen: Screen[object]) -> bool:
+        """Whether one of the table's actions can be done on a screen; none while a dialog is open."""
+        if screen.is_modal:
+            return False
+        if name in FLIGHT_ACTIONS or name in FLEET_ACTIONS:
+            far_end = self.feed.station if name in FLIGHT_ACTIONS else self.feed.fleet
+            return far_end is not None and isinstance(screen, FlightScreen)
+        return name != "restart" or self.feed.restart is not None
 
     def action_act(self, name: str) -> None:
         """Run one of the table's actions, after asking if it must be confirmed."""
@@ -175,9 +180,13 @@ class GroundStationApp(App[int]):
             self.notify(reason, severity="warning")
         return not reason
 
+    def named(self, question: str) -> str:
+        """A question about the active vehicle, with its id if there are several."""
+        return named(self.feed, question)
+
     def _confirm(self, question: str, then: Callable[[], None]) -> None:
         """Ask a question about the active vehicle, and go on after a yes."""
-        confirm(self, named(self.feed, question), then)
+        confirm(self, self.named(question), then)
 
     def request(self, request: Request) -> None:
         """Send a request to the vehicle; none on a recording."""
@@ -247,17 +256,18 @@ class GroundStationApp(App[int]):
     def show_mission(self) -> None:
         """Open the mission screen, once."""
         if not isinstance(self.screen, MissionScreen):
-            self.push_screen(MissionScreen(self.feed.station, lambda: self.feed.now, self.draft))
+            self.push_screen(MissionScreen(self.feed.station, lambda: self.feed.now, self.draft, self.named))
 
     def show_flight_plan(self) -> None:
         """Open the flight plan screen, once."""
         if not isinstance(self.screen, FlightPlanScreen):
-            self.push_screen(FlightPlanScreen(self.feed.station, lambda: self.feed.now))
+            self.push_screen(FlightPlanScreen(self.feed.station, lambda: self.feed.now, self.named))
 
     def show_parameters(self) -> None:
         """Open the parameter screen, once."""
         if not isinstance(self.screen, ParametersScreen):
-            self.push_screen(ParametersScreen(self.feed.station, lambda: self.feed.now, self.kept.preferences))
+            screen = ParametersScreen(self.feed.station, lambda: self.feed.now, self.kept.preferences, self.named)
+            self.push_screen(screen)
 
     def show_messages(self) -> None:
         """Open the message log, once."""
@@ -273,11 +283,10 @@ class GroundStationApp(App[int]):
     def show_help(self) -> None:
         """Open the list of keys."""
         here = screen_keys(self.screen)
-        taken = {key for key, _ in here}
         actions = [
             (KEY_SYMBOLS.get(action.key, action.key), action.help)
             for action in ACTIONS
-            if self.check_action("act", (action.name,)) and action.key not in taken
+            if self.check_action("act", (action.name,)) and action.key not in dict(here)
         ]
         sections = [("Keys of this screen", here), ("Recording", self.extra_keys()), ("Keys", actions)]
         if self.feed.station is not None:
@@ -381,13 +390,13 @@ class GroundStationApp(App[int]):
         text, failed = save_screenshot(self.export_screenshot(), filename, path)
         self.notify(text, severity="error" if failed else "information")
 
-    def get_system_commands(self, screen: Screen[object]) -> Iterable[SystemCommand]:  # noqa: ARG002 - our own screens
-        """The command palette: the actions that can be done now."""
+    def get_system_commands(self, screen: Screen[object]) -> Iterable[SystemCommand]:
+        """The command palette: the actions that can be done on the screen below it."""
         for action in ACTIONS:
-            if self.check_action("act", (action.name,)):
-                yield SystemCommand(action.palette_title, action.help, partial(self.action_act, action.name))
-        yield SystemCommand("Save a picture of the screen", "An SVG file", self._screenshot_soon)
+            if self._offers(action.name, screen):
+                key = f"Key {KEY_SYMBOLS.get(action.key, action.key)}"
+                text = key if action.help == action.palette_title else f"{key}: {action.help}"
+                yield SystemCommand(action.palette_title, text, partial(self.action_act, action.name))
+        soon = partial(self.set_timer, 0.1, self.action_screenshot)  # when the palette has gone
+        yield SystemCommand("Save a picture of the screen", "An SVG file", soon)
         yield SystemCommand("Change the colour theme", "It is kept for the next time", self.action_change_theme)
-
-    def _screenshot_soon(self) -> None:
-        self.set_timer(0.1, self.action_screenshot)  # when the palette has gone

@@ -16,14 +16,21 @@ KEY_SYMBOLS = {
     "greater_than_sign": ">",
 }
 QUESTION_RULES = [
-    ("asks", "everything that moves, stops or drops the vehicle, and quitting"),
-    ("", "while it is armed or the plan would be lost (q, Ctrl+Q, Ctrl+C)"),
+    (
+        "asks",
+        "everything that moves, stops or drops the vehicle, and quitting while it is armed or the plan would be lost "
+        "(q, Ctrl+Q, Ctrl+C)",
+    ),
     ("does not ask", "edits of the plan: z takes them back, Z makes them again"),
-    ("typed ahead", "keys reach the form that they were typed for, never a"),
-    ("", "question: it is answered after it is on the screen"),
-    ("closed", "terminal: the ground station ends at once and notes it in the"),
-    ("", "recording, and stops the simulator of --sitl. A vehicle of its"),
-    ("", "own flies on, and acts on the lost link (NAV_DLL_ACT)"),
+    (
+        "typed ahead",
+        "keys reach the form that they were typed for, never a question: it is answered after it is on the screen",
+    ),
+    (
+        "closed",
+        "terminal: the ground station ends at once and notes it in the recording, and stops the simulator of --sitl. "
+        "A vehicle of its own flies on, and acts on the lost link (NAV_DLL_ACT)",
+    ),
 ]
 COLOUR_MEANINGS = [
     ("bold", "what holds now: mode, law, choice"),

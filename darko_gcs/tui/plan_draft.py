@@ -67,12 +67,16 @@ class PlanDraft:
         return True
 
     def _become(self, plan: Plan) -> None:
-        self.plan, self.changed, self.saved = plan, True, False
+        self.plan, self.saved = plan, False
+        self.changed = not (self.vehicle_plans and self._is_held(*self.vehicle_plans))
 
     def is_on_vehicle(self, s: Snapshot) -> bool:
         """True if the vehicle has all of the plan. A fence or rally points that only the vehicle has do not count."""
-        limits = ((self.fence, s.fence), (self.rally, s.rally))
-        return self.plan.items == s.mission and all(not own or own == held for own, held in limits)
+        return self._is_held(s.mission, s.fence, s.rally)
+
+    def _is_held(self, mission: Items, fence: Items, rally: Items) -> bool:
+        limits = ((self.fence, fence), (self.rally, rally))
+        return self.plan.items == mission and all(not own or own == held for own, held in limits)
 
     def follow_vehicle(self, s: Snapshot) -> None:
         """Become the vehicle's plan. If it is the draft already, as after an upload, its edits can still be taken back.

@@ -91,6 +91,8 @@ class ReplayApp(GroundStationApp):
         """The player's keys work wherever no dialog or text field waits for them."""
         if action in {"pause", "mark"} and (self.screen.is_modal or isinstance(self.focused, Input)):
             return False
+        if action == "mark" and parameters[0] == "" and not isinstance(self.screen, FlightScreen):
+            return False  # Tab goes from part to part there
         return super().check_action(action, parameters)
 
     def action_pause(self) -> None:

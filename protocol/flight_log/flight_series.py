@@ -12,10 +12,12 @@ from protocol.dialect.vocabulary import Law
 from protocol.errors import FileError
 from protocol.flight_log.flight_clock import times_since_boot
 from protocol.flight_log.flight_summary import LoggedFlight, LogSummary, summarise
+from protocol.frames import Geodetic, LocalFrame
 from protocol.message import Source
 from protocol.names.enum_names import name_of
 from protocol.tlog import TlogReader
 from protocol.tlog.replay import playing_times
+from protocol.units import from_e7, from_millimetres
 
 __all__ = ["FlightEvent", "FlightSeries", "Series", "flight_series"]
 
@@ -38,6 +40,9 @@ class Series:
         return len(self.times)
 
 
+NOTHING = Series(np.zeros(0), {})
+
+
 @dataclass(frozen=True, slots=True)
 class FlightEvent:
     """Something that happened once."""
@@ -55,9 +60,9 @@ class FlightSeries:
     name: str
     summary: LoggedFlight
     duration: float  # on the vehicle's clock [s]
-    position: Series  # LOCAL_POSITION_NED
-    truth: Series  # DARKO_TRUTH
-    target: Series  # POSITION_TARGET_LOCAL_NED
+    position: Series  # LOCAL_POSITION_NED, or in its fields and units GLOBAL_POSITION_INT, from its first place
+    truth: Series  # DARKO_TRUTH, in the frame of LOCAL_POSITION_NED
+    target: Series  # POSITION_TARGET_LOCAL_NED, in the same frame
     hybrid: Series  # DARKO_HYBRID_STATE
     actuators: Series  # DARKO_ACTUATORS
     servos: Series  # SERVO_OUTPUT_RAW
@@ -100,13 +105,15 @@ def flight_series(reader: TlogReader, name: str) -> FlightSeries:
     def series(message: str) -> Series:
         return _series(reader, message, source, times)
 
+    position = series("LOCAL_POSITION_NED")
+    is_local = len(position) > 0
     return FlightSeries(
         name=name,
         summary=flight,
         duration=float(times[-1] - times[0]),
-        position=series("LOCAL_POSITION_NED"),
-        truth=series("DARKO_TRUTH"),
-        target=series("POSITION_TARGET_LOCAL_NED"),
+        position=position if is_local else _from_first_place(series("GLOBAL_POSITION_INT")),
+        truth=series("DARKO_TRUTH") if is_local else NOTHING,
+        target=series("POSITION_TARGET_LOCAL_NED") if is_local else NOTHING,
         hybrid=series("DARKO_HYBRID_STATE"),
         actuators=series("DARKO_ACTUATORS"),
         servos=series("SERVO_OUTPUT_RAW"),
@@ -122,6 +129,23 @@ def _series(reader: TlogReader, message: str, source: Source, times: Floats) -> 
     rows, columns = reader.rows(message, source), reader.columns(message, source)
     numbers = {name: column.astype(np.float64) for name, column in columns.items() if column.dtype.kind in "fiu"}
     return Series(times[rows], numbers)
+
+
+def _from_first_place(globe: Series) -> Series:
+    """Positions on the globe as LOCAL_POSITION_NED would tell them, from the first one and the height of home."""
+    fields = globe.fields
+    fixed = (fields["lat"] != 0.0) | (fields["lon"] != 0.0)  # until then it does not know its place
+    if not fixed.any():
+        return NOTHING
+    places = [
+        Geodetic(from_e7(lat), from_e7(lon), from_millimetres(alt))
+        for lat, lon, alt in zip(*(fields[name][fixed].tolist() for name in ("lat", "lon", "alt")), strict=True)
+    ]
+    frame = LocalFrame(places[0])
+    north, east, _ = np.array([frame.to_ned(place) for place in places]).T
+    down = -fields["relative_alt"][fixed] / 1e3
+    speeds = {name: fields[name][fixed] / 100.0 for name in ("vx", "vy", "vz")}
+    return Series(globe.times[fixed], {"x": north, "y": east, "z": down, **speeds})
 
 
 def _events(summary: LogSummary, flight: LoggedFlight, playing: Floats, times: Floats) -> tuple[FlightEvent, ...]:

@@ -14,11 +14,23 @@ from darko_gcs.state.missions.mission_labels import (
     item_summary,
     mission_command_of,
 )
-from darko_gcs.state.missions.plan_parts import Items
+from darko_gcs.state.missions.plan_parts import PLAN_TITLES, Items
 from protocol.mav_frames import is_global_frame
 from protocol.plans import MissionItem
 
-__all__ = ["ItemChange", "Kind", "change_text", "changed_range", "field_differences", "item_now", "plan_changes"]
+__all__ = [
+    "ItemChange",
+    "Kind",
+    "change_text",
+    "changed_range",
+    "field_differences",
+    "item_now",
+    "plan_changes",
+    "read_back_fault",
+]
+
+
+MAX_CHANGES_LISTED = 3  # of a plan that was read back
 
 
 class Kind(Enum):
@@ -119,3 +131,13 @@ def _item_text(item: MissionItem) -> str:
     shown = _fields(item)
     place = [f"{name} {shown[name]}" for name in ("lat", "lon", "alt", "x", "y", "z") if name in shown]
     return " ".join(part for part in (shown["command"], item_summary(item), *place) if part)
+
+
+def read_back_fault(kind: int, sent: Items, held: Items) -> str:
+    """How the vehicle's plan of a MAV_MISSION_TYPE differs from what was sent; empty if it does not."""
+    changes = plan_changes(sent, held)
+    if not changes:
+        return ""
+    listed = [change_text(change) for change in changes[:MAX_CHANGES_LISTED]]
+    more = f"; {len(changes) - len(listed)} more" if len(changes) > len(listed) else ""
+    return f"{PLAN_TITLES[kind]} read back: NOT as it was sent: {'; '.join(listed)}{more}"

@@ -19,6 +19,7 @@ def item_position(s: Snapshot, item: MissionItem) -> NorthEast | None:
         return None
     if not is_global_frame(item.frame):
         x, y = from_local_e4(item.x), from_local_e4(item.y)
-        return (y, x) if item.frame == mavlink.MAV_FRAME_LOCAL_ENU else (x, y)
+        here = s.from_vehicle_frame((y, x, 0.0) if item.frame == mavlink.MAV_FRAME_LOCAL_ENU else (x, y, 0.0))
+        return None if here is None else here[:2]
     local = s.local(Geodetic(from_e7(item.x), from_e7(item.y), 0.0))
     return None if local is None else local[:2]

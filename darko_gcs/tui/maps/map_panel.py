@@ -2,33 +2,25 @@
 
 from __future__ import annotations
 
-import math
-
 from textual import events
 from textual.message import Message
 
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.tui.maps.fence_overlay import fence_circles, fence_polygons, rally_points
-from darko_gcs.tui.maps.item_position import item_position
+from darko_gcs.tui.maps.flight_content import flight_content, home_place, loiter_circles, waypoints
 from darko_gcs.tui.maps.plan_overlay import plan_labels, plan_polygons
 from darko_gcs.tui.render.canvas import StyledLine
 from darko_gcs.tui.render.map_background import MapBackground
-from darko_gcs.tui.render.map_drawing import MapView, NorthEast, draw_map, place_at
+from darko_gcs.tui.render.map_drawing import MapView, MapWindow, NorthEast, draw_map, place_at
 from darko_gcs.tui.widgets.decision_panel import decision_summary
 from darko_gcs.tui.widgets.panel import Panel
-from protocol.dialect import mavlink
-from protocol.plans import MissionItem
 
-__all__ = ["MapPanel", "loiter_circles", "position_ahead", "target_place", "waypoints"]
+__all__ = ["MapPanel"]
 
 ZOOM_FACTOR = 2.0
 WHEEL_STEP = 0.5  # of a zoom step
 PAN_SHARE = 0.25  # of the map, by a key
-COURSE_TIME = 3.0  # of flight that the course line shows [s]
-MIN_COURSE_SPEED = 0.5  # below which there is no course line [m/s]
-LOITER_COMMANDS = frozenset(
-    {mavlink.MAV_CMD_NAV_LOITER_UNLIM, mavlink.MAV_CMD_NAV_LOITER_TURNS, mavlink.MAV_CMD_NAV_LOITER_TIME}
-)
+FOLLOW_SHARE = 0.25  # of the map that the vehicle may go from its middle before a map that follows moves
 
 
 class MapPanel(Panel):
@@ -51,6 +43,8 @@ class MapPanel(Panel):
         self.scale: float | None = None  # metres per cell height; None: fit everything
         self.middle: NorthEast | None = None  # where the operator moved it; None: follow the vehicle
         self._view = MapView(1.0, (0.0, 0.0))  # as shown
+        self._followed: NorthEast | None = None  # the middle while it follows
+        self._is_due = False  # it was moved, and is about to be drawn
         self._background = MapBackground()
         self._held: tuple[NorthEast, tuple[int, int]] | None = None  # the place that the mouse holds, and its cell
         self._has_moved = False  # the mouse that holds it
@@ -61,24 +55,17 @@ class MapPanel(Panel):
 
     def draw(self, s: Snapshot, width: int, height: int) -> list[StyledLine]:
         """The map fills the panel."""
-        following = None if self.scale is None or s.p is None else (s.p[0], s.p[1])
-        lines, self._view = draw_map(
-            width=width,
-            height=height,
-            scale=self.scale,
-            centre=self.middle or following,
-            home=s.home_p[:2],
-            track=s.track,
+        content = flight_content(
+            s,
+            home=home_place(s),
             waypoints=[] if s.flies_plan else waypoints(s),
             circles=fence_circles(s) if s.flies_plan else [*loiter_circles(s), *fence_circles(s)],
             areas=[*fence_polygons(s), *plan_polygons(s)],
             labels=plan_labels(s),
             rally=rally_points(s),
-            vehicle=None if s.p is None else (s.p[0], s.p[1], s.heading or 0.0),
-            course=position_ahead(s),
-            target=target_place(s),
-            background=self._background,
         )
+        window = MapWindow(width, height, self.scale, self.middle or self._following(s, width, height))
+        lines, self._view = draw_map(window, content, self._background)
         return lines
 
     def zoom(self, step: int) -> None:
@@ -87,6 +74,7 @@ class MapPanel(Panel):
             self.scale = self.middle = None
         else:
             self.scale = (self.scale or self._view.scale) / ZOOM_FACTOR**step
+        self._followed = None
         self.redraw()
 
     def pan(self, east: int, north: int) -> None:
@@ -97,11 +85,29 @@ class MapPanel(Panel):
 
     def follow(self) -> None:
         """Have the vehicle in the middle, as large as the map is now."""
-        self.scale, self.middle = self._view.scale, None
+        self.scale, self.middle, self._followed = self._view.scale, None, None
         self.redraw()
 
+    def _following(self, s: Snapshot, width: int, height: int) -> NorthEast | None:
+        """The middle of a map that follows: it stands still for a while, or all of it would be drawn every time."""
+        if self.scale is None or s.p is None:
+            return None
+        here, near = (s.p[0], s.p[1]), self._followed
+        reach = FOLLOW_SHARE * self.scale * height, FOLLOW_SHARE * self.scale * width / 2
+        if near is None or abs(here[0] - near[0]) > reach[0] or abs(here[1] - near[1]) > reach[1]:
+            self._followed = here
+        return self._followed
+
     def _show_around(self, middle: NorthEast) -> None:
+        """Stand there; events that have come already are heeded before it is drawn."""
+        self._view = self._view._replace(middle=middle)
         self.scale, self.middle = self._view.scale, middle
+        if not self._is_due:
+            self._is_due = True
+            self.call_later(self._draw_moved)
+
+    def _draw_moved(self) -> None:
+        self._is_due = False
         self.redraw()
 
     # The mouse
@@ -159,41 +165,3 @@ class MapPanel(Panel):
     def place_at(self, cell: tuple[int, int]) -> NorthEast:
         """North and east of the middle of a cell (column, row) [m]."""
         return place_at(cell, *self.size, *self._view)
-
-
-def target_place(s: Snapshot) -> NorthEast | None:
-    """Where the vehicle is going, north and east [m]; None on the ground."""
-    on_ground = s.landed_state == mavlink.MAV_LANDED_STATE_ON_GROUND
-    return None if s.goal is None or on_ground else s.goal[:2]
-
-
-def position_ahead(s: Snapshot) -> NorthEast | None:
-    """Position of the vehicle in a few seconds, north and east [m]; None while it stands still."""
-    if s.p is None or s.v is None or math.hypot(s.v[0], s.v[1]) < MIN_COURSE_SPEED:
-        return None
-    return s.p[0] + COURSE_TIME * s.v[0], s.p[1] + COURSE_TIME * s.v[1]
-
-
-def waypoints(s: Snapshot) -> list[tuple[int, float, float, str]]:
-    """Number, north, east [m] and state of every mission item with a place."""
-    return [(seq, *place, _state(s, seq)) for seq, _, place in _placed_items(s)]
-
-
-def loiter_circles(s: Snapshot) -> list[tuple[float, float, float, str]]:
-    """North, east, radius [m] and state of every circle that the mission loiters on."""
-    loiters = [(seq, place, abs(item.params[2])) for seq, item, place in _placed_items(s) if _is_loiter(item)]
-    return [(*place, radius, _state(s, seq)) for seq, place, radius in loiters if radius > 0.0]
-
-
-def _is_loiter(item: MissionItem) -> bool:
-    return item.command in LOITER_COMMANDS
-
-
-def _state(s: Snapshot, seq: int) -> str:
-    is_current = s.mission_current == seq and s.mission_state != mavlink.MISSION_STATE_COMPLETE
-    return "done" if seq in s.reached else "current" if is_current else "todo"
-
-
-def _placed_items(s: Snapshot) -> list[tuple[int, MissionItem, NorthEast]]:
-    places = ((seq, item, item_position(s, item)) for seq, item in enumerate(s.mission))
-    return [(seq, item, place) for seq, item, place in places if place is not None]

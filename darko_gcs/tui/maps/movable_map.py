@@ -4,26 +4,48 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import ClassVar
+from dataclasses import replace
+from typing import ClassVar, Protocol
 
 from textual import events
 from textual.binding import Binding, BindingType
 from textual.message import Message
 from textual.reactive import reactive
 
+from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.tui.maps.map_panel import ZOOM_FACTOR
-from darko_gcs.tui.render.map_drawing import NorthEast, fitting_view, place_at
+from darko_gcs.tui.render.canvas import StyledLine
+from darko_gcs.tui.render.map_drawing import MapContent, MapWindow, NorthEast, draw_map, fitting_view, place_at
 from darko_gcs.tui.widgets.panel import Panel
+from protocol.frames import Vector
 
-__all__ = ["MOVE_STEPS", "MovableMap"]
+__all__ = ["MOVE_STEPS", "MapSource", "MovableMap"]
 
 MOVE_STEPS = (0.1, 0.25, 0.5, 1.0, 5.0, 25.0)  # of a point by a key [m]
 SCALES = (0.01, 10_000.0)  # nearest and farthest [m per cell height]
 REACH = 2  # cells from a point within which the mouse takes hold of it
 
 
+class MapSource(Protocol):
+    """Tells what lies on the map."""
+
+    def places(self, s: Snapshot) -> Mapping[int, NorthEast]:
+        """Where the points are that can be taken hold of, by number [m]."""
+
+    def content(self, s: Snapshot, chosen: int) -> MapContent:
+        """All that is on the map, with a mark on the chosen point."""
+
+
 class MovableMap(Panel, can_focus=True):
-    """North up; while the mouse holds a point, the map stands still."""
+    """North up; while the mouse holds a point, the map stands still.
+
+    It moves nothing itself: it posts what is to be moved.
+
+    Args:
+        title: In its border.
+        source: Tells what lies on it.
+        id: As Textual's.
+    """
 
     class PointChosen(Message):
         """The mouse took hold of a point."""
@@ -31,6 +53,20 @@ class MovableMap(Panel, can_focus=True):
         def __init__(self, number: int) -> None:
             super().__init__()
             self.number = number
+
+    class PointMoved(Message):
+        """A point is to be moved: north, east and up [m]."""
+
+        def __init__(self, number: int, by: Vector) -> None:
+            super().__init__()
+            self.number, self.by = number, by
+
+    class PlacePressed(Message):
+        """The mouse was pressed where no point is."""
+
+        def __init__(self, place: NorthEast) -> None:
+            super().__init__()
+            self.place = place
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("up", "move(0, 1, 0)", "Move", key_display="arrows", tooltip="Move the chosen point (on the map)"),
@@ -42,42 +78,14 @@ class MovableMap(Panel, can_focus=True):
     ]
     chosen: reactive[int] = reactive(0, repaint=False)  # number of a point
 
-    def __init__(self, title: str, *, id: str) -> None:  # noqa: A002 - textual's own name for it
+    def __init__(self, title: str, source: MapSource, *, id: str) -> None:  # noqa: A002 - textual's own name for it
         super().__init__(title, id=id)
+        self._source = source
         self._scale: float | None = None  # metres per cell height; None: fit everything
         self._step = MOVE_STEPS.index(0.5)
         self._view: tuple[float, NorthEast] = (1.0, (0.0, 0.0))  # scale, middle
         self._held: tuple[int, NorthEast] | None = None  # the point that the mouse holds, and where
         self._show_step()
-
-    # What each kind of map does its own way
-
-    def places(self) -> Mapping[int, NorthEast]:
-        """Where the points are that can be taken hold of, by number [m].
-
-        Raises:
-            NotImplementedError: Always, here.
-        """
-        raise NotImplementedError
-
-    def move_by(self, east: float, north: float, up: float) -> None:
-        """Move the chosen point [m].
-
-        Raises:
-            NotImplementedError: Always, here.
-        """
-        raise NotImplementedError
-
-    def drop(self, number: int, place: NorthEast) -> None:
-        """Put a point where the mouse let it go.
-
-        Raises:
-            NotImplementedError: Always, here.
-        """
-        raise NotImplementedError
-
-    def click(self, place: NorthEast) -> None:
-        """The mouse was pressed where no point is: does nothing, unless a kind of map says what."""
 
     # The view
 
@@ -85,15 +93,24 @@ class MovableMap(Panel, can_focus=True):
         """Mark another point."""
         self.redraw()
 
-    @property
-    def held(self) -> NorthEast | None:
-        """Where the mouse holds a point; None: it holds none."""
-        return None if self._held is None else self._held[1]
+    def places(self) -> Mapping[int, NorthEast]:
+        """Where the points are that can be taken hold of, by number [m]."""
+        return self._source.places(self.snapshot)
 
-    def fit(
-        self, places: Sequence[NorthEast], width: int, height: int, about: NorthEast | None = None
-    ) -> tuple[float, NorthEast]:
-        """Scale [m per cell height] and middle of the map: it stands still while the mouse holds a point.
+    def subtitle(self, s: Snapshot) -> str:
+        """How far a key moves a point, unless the values are old."""
+        return super().subtitle(s) or self.step_text
+
+    def draw(self, s: Snapshot, width: int, height: int) -> list[StyledLine]:
+        """Everything fits unless the pilot zooms; zoomed in, the chosen point is in the middle."""
+        content = self._source.content(s, self.chosen)
+        self._fit(content.places, width, height, about=self._source.places(s).get(self.chosen))
+        if self._held is not None:
+            content = replace(content, labels=[*content.labels, ("◇", self._held[1], "warn")])
+        return draw_map(MapWindow(width, height, *self._view), content)[0]
+
+    def _fit(self, places: Sequence[NorthEast], width: int, height: int, about: NorthEast | None) -> None:
+        """Choose scale and middle: the map stands still while the mouse holds a point.
 
         Zoomed out it stands still as well for as long as it shows all places: points are put there one after another.
 
@@ -104,14 +121,13 @@ class MovableMap(Panel, can_focus=True):
             about: Its middle while it is zoomed in; None: that of all places.
         """
         if self._held is not None:
-            return self._view
+            return
         scale, middle = fitting_view(places, width, height)
         if self._scale is not None and self._scale < scale:
             middle = about or middle
         elif self._scale is not None and self._shows(places, self._scale, width, height):
             middle = self._view[1]
         self._view = (self._scale or scale, middle)
-        return self._view
 
     def _shows(self, places: Sequence[NorthEast], scale: float, width: int, height: int) -> bool:
         """Whether all places would be seen about the present middle."""
@@ -134,7 +150,8 @@ class MovableMap(Panel, can_focus=True):
     def action_move(self, east: int, north: int, up: int) -> None:
         """Move the chosen point by a step."""
         by = MOVE_STEPS[self._step]
-        self.move_by(by * east, by * north, by * up)
+        if self.chosen in self.places():
+            self.post_message(self.PointMoved(self.chosen, (by * north, by * east, by * up)))
 
     @property
     def step_text(self) -> str:
@@ -153,7 +170,7 @@ class MovableMap(Panel, can_focus=True):
             return
         place, number = self._place_at((offset.x, offset.y)), self._nearest((offset.x, offset.y))
         if number is None:
-            self.click(place)
+            self.post_message(self.PlacePressed(place))
             return
         self._held = (number, place)
         self.capture_mouse()
@@ -173,7 +190,8 @@ class MovableMap(Panel, can_focus=True):
         self.release_mouse()
         cell, here = self._cell(event), self.places().get(number)
         if here is not None and self._cell_of(here) != cell:
-            self.drop(number, self._place_at(cell))
+            north, east = self._place_at(cell)
+            self.post_message(self.PointMoved(number, (north - here[0], east - here[1], 0.0)))
         self.redraw()
 
     def _cell(self, event: events.MouseEvent) -> tuple[int, int]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 
 from darko_gcs.tui.render.canvas import BrailleCanvas, StyledLine
 
@@ -66,10 +66,11 @@ def log_chart(
         points = list(zip(times, values, strict=True))
         _trace(canvas, points, x, y, style)
         _put_letter(canvas, points, x, y, (letter, style))
-    _put_threshold_labels(canvas, [(int(y(value)) // 4, label, style) for value, label, style in thresholds])
-    _put_jump_names(canvas, shown)
+    labels = [(int(y(value)) // 4, label, style) for value, label, style in thresholds]
+    free = _put_threshold_labels(canvas, labels)
+    _put_jump_names(canvas, shown, free.get(0, plot_width))
     if not seen:
-        canvas.put(max(0, plot_width // 2 - 6), plot_height // 2, "no data yet", "dim")
+        _put_no_data(canvas, free)
     lines = [
         [(label, "dim"), *line] for label, line in zip(_labels(low, high, plot_height), canvas.lines(), strict=True)
     ]
@@ -134,21 +135,32 @@ def _put_letter(
         canvas.put(min(canvas.width - 1, int(x(last[0])) // 2), int(y(last[1])) // 4, *letter)
 
 
-def _put_jump_names(canvas: BrailleCanvas, jumps: Sequence[tuple[float, str]]) -> None:
-    """Names at the top, right of their lines, if they end before the next one."""
+def _put_jump_names(canvas: BrailleCanvas, jumps: Sequence[tuple[float, str]], free: int) -> None:
+    """Names at the top, right of their lines, if they end before the next one and within the free columns."""
     columns = [int(at) // 2 for at, _ in jumps]
     for (_, name), begin, end in zip(jumps, columns, [*columns[1:], canvas.width], strict=False):
-        if begin + 1 + len(name) <= end:
+        if begin + 1 + len(name) <= min(end, free):
             canvas.put(begin + 1, 0, name, "jump")
 
 
-def _put_threshold_labels(canvas: BrailleCanvas, rows: Sequence[tuple[int, str, str]]) -> None:
-    """Labels at the right end of their lines; labels in one row stand side by side."""
-    free: dict[int, int] = {}  # columns up to which a row is free
+def _put_threshold_labels(canvas: BrailleCanvas, rows: Sequence[tuple[int, str, str]]) -> dict[int, int]:
+    """Labels at the right end of their lines, side by side in one row; gives up to which columns such rows are free."""
+    free: dict[int, int] = {}
     for row, label, style in rows:
         end = free.get(row, canvas.width)
+        if row in free and len(label) > end:
+            continue
         free[row] = end - len(label) - 1
         canvas.put(max(0, end - len(label)), row, label, style)
+    return free
+
+
+def _put_no_data(canvas: BrailleCanvas, labelled: Collection[int]) -> None:
+    """Says so in the row nearest the middle that has no label."""
+    text, middle = "no data", canvas.height // 2
+    rows = sorted(set(range(canvas.height)) - set(labelled), key=lambda row: abs(row - middle))
+    if rows:
+        canvas.put(max(0, (canvas.width - len(text)) // 2), rows[0], text, "dim")
 
 
 def _cut(line: StyledLine, width: int) -> StyledLine:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -13,8 +14,10 @@ from darko_gcs.tui.render.map_background import MAX_COORDINATE, MapBackground, N
 __all__ = [
     "ARROWS_FROM_NORTH",
     "MAX_COORDINATE",
+    "MapContent",
     "MapLabel",
     "MapView",
+    "MapWindow",
     "NorthEast",
     "draw_map",
     "fitting_view",
@@ -40,31 +43,20 @@ class MapView(NamedTuple):
     middle: NorthEast
 
 
-def draw_map(
-    *,
-    width: int,
-    height: int,
-    scale: float | None,
-    centre: NorthEast | None,
-    home: NorthEast | None,
-    track: Sequence[NorthEast],
-    waypoints: Sequence[tuple[int, float, float, str]],
-    vehicle: tuple[float, float, float] | None,
-    target: NorthEast | None,
-    circles: Sequence[tuple[float, float, float, str]] = (),
-    course: NorthEast | None = None,
-    areas: Sequence[tuple[Sequence[NorthEast], str]] = (),
-    rally: Sequence[NorthEast] = (),
-    labels: Sequence[MapLabel] = (),
-    background: MapBackground | None = None,
-) -> tuple[list[StyledLine], MapView]:
-    """The rows of the map, and what part of the world it shows.
+class MapWindow(NamedTuple):
+    """How much room a map has, and what part of the world it shall show."""
 
-    Args:
-        width: Cells; a cell is twice as high as wide.
-        height: Cells.
-        scale: Metres per cell height; None fits everything.
-        centre: Middle of the map; None: the middle of everything.
+    width: int  # cells; a cell is twice as high as wide
+    height: int  # cells
+    scale: float | None = None  # [m] per cell height; None fits everything
+    middle: NorthEast | None = None  # None: that of everything
+
+
+@dataclass(frozen=True, kw_only=True)
+class MapContent:
+    """What lies on a map.
+
+    Attributes:
         home: Home.
         track: Past positions of the vehicle.
         waypoints: Number, north, east and state ("todo", "current", "done") of each.
@@ -75,37 +67,66 @@ def draw_map(
         areas: Corners and state ("fence", "keep-out") of each polygon of the fence.
         rally: Rally points, where the vehicle may return to instead of home.
         labels: Texts at places, such as the names of a flight plan's waypoints.
+    """
+
+    home: NorthEast | None = None
+    track: Sequence[NorthEast] = ()
+    waypoints: Sequence[tuple[int, float, float, str]] = ()
+    vehicle: tuple[float, float, float] | None = None
+    target: NorthEast | None = None
+    circles: Sequence[tuple[float, float, float, str]] = ()
+    course: NorthEast | None = None
+    areas: Sequence[tuple[Sequence[NorthEast], str]] = ()
+    rally: Sequence[NorthEast] = ()
+    labels: Sequence[MapLabel] = ()
+
+    @property
+    def places(self) -> list[NorthEast]:
+        """Where all of it lies, but for track and target."""
+        places = [(n, e) for _, n, e, _ in self.waypoints]
+        places += [(n + side * r, e + side * r) for n, e, r, _ in self.circles for side in (-1.0, 1.0)]
+        places += [*self.rally, *(corner for corners, _ in self.areas for corner in corners)]
+        places += [place for _, place, _ in self.labels]
+        return places + [place[:2] for place in (self.home, self.vehicle) if place is not None]
+
+
+def draw_map(
+    window: MapWindow, content: MapContent, background: MapBackground | None = None
+) -> tuple[list[StyledLine], MapView]:
+    """The rows of the map, and what part of the world it shows.
+
+    Args:
+        window: Its size and part of the world.
+        content: What lies on it.
         background: Of the drawing before, if this is one of many of the same map.
     """
     background = background or MapBackground()
-    background.follow(track)
-    places = [*background.ends, *((n, e) for _, n, e, _ in waypoints)]
-    places += [(n + side * r, e + side * r) for n, e, r, _ in circles for side in (-1.0, 1.0)]
-    places += [*rally, *(corner for corners, _ in areas for corner in corners), *(place for _, place, _ in labels)]
-    places += [place for place in (home, target, None if vehicle is None else vehicle[:2]) if place is not None]
+    background.follow(content.track)
+    width, height, scale, wanted_middle = window
+    places = [*background.ends, *content.places, *([] if content.target is None else [content.target])]
     places = [place for place in places if is_drawable(place)] or [(0.0, 0.0)]
     scale = scale or _fit(places, width, height)
-    middle = centre or _in_whole_cells(_middle(places), scale)
+    middle = wanted_middle or _in_whole_cells(_middle(places), scale)
     dots = 4.0 / scale  # per metre, the same in both directions
 
     def at(point: NorthEast) -> Dot:
         return width + (point[1] - middle[1]) * dots, 2 * height - (point[0] - middle[0]) * dots
 
     def draw_shapes(canvas: BrailleCanvas) -> None:
-        for corners, state in areas:
+        for corners, state in content.areas:
             for a, b in pairwise((*corners, corners[0])):
                 canvas.line(at(a), at(b), LINE_STYLES.get(state, "plan"))
-        for (_, north, east, _), (_, *end, state) in pairwise(waypoints):
+        for (_, north, east, _), (_, *end, state) in pairwise(content.waypoints):
             canvas.line(at((north, east)), at((end[0], end[1])), LINE_STYLES.get(state, "plan"))
-        for north, east, radius, state in circles:
+        for north, east, radius, state in content.circles:
             _circle(canvas, at((north, east)), radius * dots, LINE_STYLES.get(state, "plan"))
-        _labels(canvas, at, labels)
+        _labels(canvas, at, content.labels)
 
-    key = (width, height, scale, middle, areas, waypoints, circles, labels)
+    key = (width, height, scale, middle, content.areas, content.waypoints, content.circles, content.labels)
     canvas = background.canvas((width, height), key, draw_shapes, at)
-    if course is not None and vehicle is not None:
-        canvas.line(at(vehicle[:2]), at(course), "accent")
-    _symbols(canvas, at, home, rally, waypoints, vehicle, target)
+    if content.course is not None and content.vehicle is not None:
+        canvas.line(at(content.vehicle[:2]), at(content.course), "accent")
+    _symbols(canvas, at, content)
     _scale_bar(canvas, scale)
     return canvas.lines(), MapView(scale, middle)
 
@@ -147,30 +168,22 @@ def _circle(canvas: BrailleCanvas, centre: Dot, radius: float, style: str) -> No
         canvas.plot(centre[0] + radius * math.cos(angle), centre[1] + radius * math.sin(angle), style)
 
 
-def _symbols(
-    canvas: BrailleCanvas,
-    at: Callable[[NorthEast], Dot],
-    home: NorthEast | None,
-    rally: Sequence[NorthEast],
-    waypoints: Sequence[tuple[int, float, float, str]],
-    vehicle: tuple[float, float, float] | None,
-    target: NorthEast | None,
-) -> None:
+def _symbols(canvas: BrailleCanvas, at: Callable[[NorthEast], Dot], content: MapContent) -> None:
     def put(point: NorthEast, text: str, style: str) -> None:
         x, y = at(point)
         if is_drawable((x, y)):
             canvas.put(math.floor(x / 2), math.floor(y / 4), text, style)
 
-    for point in rally:
+    for point in content.rally:
         put(point, "R", "fence")
-    if home is not None:
-        put(home, "H", "accent")
-    for number, north, east, state in waypoints:
+    if content.home is not None:
+        put(content.home, "H", "accent")
+    for number, north, east, state in content.waypoints:
         put((north, east), str(number), WAYPOINT_STYLES.get(state, ""))
-    if target is not None:
-        put(target, "+", "now")
-    if vehicle is not None and is_drawable((vehicle[2], 0.0)):
-        put(vehicle[:2], ARROWS_FROM_NORTH[round(vehicle[2] / (math.pi / 4)) % 8], "accent")
+    if content.target is not None:
+        put(content.target, "+", "now")
+    if content.vehicle is not None and is_drawable((content.vehicle[2], 0.0)):
+        put(content.vehicle[:2], ARROWS_FROM_NORTH[round(content.vehicle[2] / (math.pi / 4)) % 8], "accent")
 
 
 def _fit(places: Sequence[NorthEast], width: int, height: int) -> float:

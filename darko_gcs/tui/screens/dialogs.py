@@ -6,6 +6,8 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Any, ClassVar
 
+from rich.table import Table
+from rich.text import Text
 from textual import events, on
 from textual.app import App, ComposeResult
 from textual.binding import Binding, BindingType
@@ -13,9 +15,10 @@ from textual.containers import Horizontal, Vertical, VerticalScroll
 from textual.screen import ModalScreen
 from textual.widgets import Button, Input, Label, OptionList, Static
 
-__all__ = ["AskScreen", "ChooseScreen", "ConfirmScreen", "HelpScreen", "QuitScreen", "confirm", "parse_number"]
+__all__ = ["AskScreen", "ChooseScreen", "ConfirmScreen", "HelpScreen", "Named", "QuitScreen", "confirm", "parse_number"]
 
 KEY_WIDTH = 12  # [cells]
+Named = Callable[[str], str]  # a question, with the vehicle that it is about if there are several
 
 
 class ConfirmScreen(ModalScreen[bool]):
@@ -150,18 +153,28 @@ class HelpScreen(ModalScreen[None]):
         self._sections = sections
 
     def compose(self) -> ComposeResult:
-        """A line per row."""
-        lines = []
-        for title, rows in self._sections:
-            lines += [title, *(f"  {key:<{KEY_WIDTH}} {text}" for key, text in rows), ""]
+        """A line per row, or several where its text is long."""
         with Vertical(classes="dialog help"):
             with VerticalScroll():
-                yield Static("\n".join(lines), markup=False)
+                for title, rows in self._sections:
+                    yield Static(title, markup=False)
+                    yield Static(_table(rows))
+                    yield Static("")
             yield Static("Up/Down/PgUp/PgDn: scroll    Ctrl+P: command palette    Esc: close", classes="hint")
 
     def on_mount(self) -> None:
         """Let the keys scroll."""
         self.query_one(VerticalScroll).focus()
+
+
+def _table(rows: Sequence[tuple[str, str]]) -> Table:
+    """Keys, and beside them texts that keep to their own column."""
+    table = Table.grid(padding=(0, 1))
+    table.add_column(width=KEY_WIDTH + 2)
+    table.add_column(ratio=1)
+    for key, text in rows:
+        table.add_row(Text(f"  {key}"), Text(text))
+    return table
 
 
 def parse_number(text: str) -> float | None:

@@ -20,13 +20,14 @@ from textual.reactive import reactive
 from textual.screen import Screen
 from textual.widgets import DataTable, Footer, Static
 
-from darko_gcs.state.flight_plan_state import PlanButton
+from darko_gcs.state.flight_plan_state import PlanButton, PlanPoint
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
 from darko_gcs.station.station import Station
 from darko_gcs.tui.actions import ACTIONS
-from darko_gcs.tui.maps.plan_map import PlanMapPanel
+from darko_gcs.tui.maps.movable_map import MovableMap
+from darko_gcs.tui.maps.plan_map import LoadedFlightPlan
 from darko_gcs.tui.reachability import why_unreachable
-from darko_gcs.tui.screens.dialogs import AskScreen, confirm, parse_number
+from darko_gcs.tui.screens.dialogs import AskScreen, Named, confirm, parse_number
 from darko_gcs.tui.screens.plan_tables import PlanPointTable, PlanSettingTable, limits_text
 from darko_gcs.tui.widgets.plan_blocks import PlanBlockList, key_name
 from darko_gcs.tui.widgets.plan_head import PlanEventPanel, PlanHeadPanel
@@ -40,6 +41,7 @@ from protocol.frames import Vector
 
 __all__ = ["FlightPlanScreen"]
 
+ANSWER_TIME = 1.0  # of the vehicle to a move of a waypoint [s]
 SECOND_PRESS = 2.0  # within which a plan's key is pressed again to act [s]
 PLAN_KEYS = (  # that a plan may give its blocks; ctrl with c, i, j, m, p, q and z mean something else to terminals
     *string.ascii_letters, *string.digits, *(f"f{n}" for n in range(1, 13)), *(f"ctrl+{c}" for c in "bdeghklnrstuvwxy")
@@ -72,12 +74,13 @@ class FlightPlanScreen(Screen[None]):
     snapshot: reactive[Snapshot] = reactive(EMPTY_SNAPSHOT, repaint=False)  # else every panel is painted again
     now: reactive[float] = reactive(0.0, repaint=False)
 
-    def __init__(self, station: Station | None, clock: Callable[[], float]) -> None:
+    def __init__(self, station: Station | None, clock: Callable[[], float], named: Named = str) -> None:
         super().__init__()
-        self._station, self._clock = station, clock
+        self._station, self._clock, self._named = station, clock, named
         self._is_ready = False  # the app hands out snapshots as soon as a screen is pushed, before it is mounted
         self._first_press: tuple[str, float] = ("", -math.inf)  # of a plan's key, and when
         self._movable = 0  # the waypoint that may be moved without another question
+        self._wanted: tuple[int, Vector, float] = (0, (0.0, 0.0, 0.0), 0.0)  # waypoint, place, and when it was asked
 
     def compose(self) -> ComposeResult:
         """Status bar, head, blocks, map, tables, events, notice, footer."""
@@ -86,7 +89,7 @@ class FlightPlanScreen(Screen[None]):
         with Container(id="plan-panels"):
             yield PlanBlockList(id="plan-blocks")
             with Vertical(id="plan-right"):
-                map_panel = PlanMapPanel("Waypoints", id="plan-map")
+                map_panel = MovableMap("Waypoints", LoadedFlightPlan(), id="plan-map")
                 yield map_panel.data_bind(FlightPlanScreen.snapshot, FlightPlanScreen.now)
                 with Horizontal(id="plan-tables"):
                     yield PlanPointTable(id="plan-points")
@@ -107,9 +110,9 @@ class FlightPlanScreen(Screen[None]):
         return self.query_one("#plan-blocks", PlanBlockList)
 
     @property
-    def map(self) -> PlanMapPanel:
+    def map(self) -> MovableMap:
         """The map."""
-        return self.query_one("#plan-map", PlanMapPanel)
+        return self.query_one("#plan-map", MovableMap)
 
     @property
     def points(self) -> PlanPointTable:
@@ -154,7 +157,7 @@ class FlightPlanScreen(Screen[None]):
             self.show_notice("The vehicle has no flight plan")
             return
         question = f"Fly the flight plan? It goes on in block {plan.block_name(plan.block)}."
-        confirm(self.app, question, lambda: station.flight_plan.start(self._clock()))
+        confirm(self.app, self._named(question), lambda: station.flight_plan.start(self._clock()))
 
     def action_load(self) -> None:
         """Ask for a file, and send its plan."""
@@ -174,7 +177,7 @@ class FlightPlanScreen(Screen[None]):
             return None
 
         fields = [("Flight plan (.xml)", found[0] if found else ""), ("Names (.toml), if any", "")]
-        self.app.push_screen(AskScreen("Load a flight plan on the vehicle", fields, check))
+        self.app.push_screen(AskScreen(self._named("Load a flight plan on the vehicle"), fields, check))
 
     def action_move(self, east: int, north: int, up: int) -> None:
         """Move the chosen waypoint by a step."""
@@ -187,7 +190,8 @@ class FlightPlanScreen(Screen[None]):
     def action_hold(self) -> None:
         """Leave the plan and hover, after asking."""
         if (station := self._vehicle()) is not None:
-            confirm(self.app, "Stop and hover here? The flight plan is left.", lambda: station.hold(self._clock()))
+            question = self._named("Stop and hover here? The flight plan is left.")
+            confirm(self.app, question, lambda: station.hold(self._clock()))
 
     def action_plan_key(self, key: str) -> None:
         """Enter the block of a key that is pressed twice; one of no block works as elsewhere if it commands nothing."""
@@ -229,33 +233,44 @@ class FlightPlanScreen(Screen[None]):
             self.show_notice(f"Block {button.name} is not flown: {button.locked}")
             return
         left = f" The vehicle leaves {plan.block_name(plan.block)}." if self.snapshot.flies_plan else ""
-        confirm(self.app, f"Enter block {button.name}?{left}", lambda: self._enter(button.number))
+        confirm(self.app, self._named(f"Enter block {button.name}?{left}"), lambda: self._enter(button.number))
 
     @on(PlanPointTable.RowHighlighted, "#plan-points")
     def _point_highlighted(self) -> None:
         self.map.chosen = self.points.chosen
 
-    @on(PlanMapPanel.PointChosen)
-    def _point_chosen(self, event: PlanMapPanel.PointChosen) -> None:
+    @on(MovableMap.PointChosen)
+    def _point_chosen(self, event: MovableMap.PointChosen) -> None:
         self.points.choose(event.number)
         self.map.chosen = event.number
 
-    @on(PlanMapPanel.PointMoved)
-    def _point_moved(self, event: PlanMapPanel.PointMoved) -> None:
+    @on(MovableMap.PointMoved)
+    def _point_moved(self, event: MovableMap.PointMoved) -> None:
         """Move it: the first time it is asked, then it follows the keys until another one is moved."""
         plan = self.snapshot.flight_plan
-        if plan is None or self._vehicle() is None:
+        point = None if plan is None else plan.points.get(event.number)
+        if point is None or self._vehicle() is None:
             return
-        if event.number == self._movable:
-            self._move(event.number, event.place)
+        (north, east, up), (x, y, z) = event.by, self._wanted_place(point)
+        place = (x + east, y + north, z + up)
+        self._wanted = (point.number, place, self._clock())
+        if point.number == self._movable:
+            self._move(point.number, place)
             return
 
         def go() -> None:
-            self._movable = event.number
-            self._move(event.number, event.place)
+            self._movable = point.number
+            self._move(point.number, place)
 
-        name = plan.points[event.number].name
-        confirm(self.app, f"Move {name}? The vehicle follows if it flies there. Further moves of it do not ask.", go)
+        name = point.name
+        question = f"Move {name}? The vehicle follows if it flies there. Further moves of it do not ask."
+        confirm(self.app, self._named(question), go)
+
+    def _wanted_place(self, point: PlanPoint) -> Vector:
+        """Where a waypoint is, or is about to be: keys may come faster than the vehicle's answers."""
+        number, place, asked = self._wanted
+        is_under_way = number == point.number and self._clock() - asked < ANSWER_TIME
+        return place if is_under_way else point.position
 
     def _move(self, number: int, place: Vector) -> None:
         if (station := self._vehicle()) is not None:
@@ -275,7 +290,7 @@ class FlightPlanScreen(Screen[None]):
                 x, y, z = (float(value) for value in values)
                 self._move(point.number, (x, y, z))
 
-        self.app.push_screen(AskScreen(f"Move waypoint {point.name}", fields), answered)
+        self.app.push_screen(AskScreen(self._named(f"Move waypoint {point.name}"), fields), answered)
 
     @on(DataTable.RowSelected, "#plan-settings")
     def _edit_setting(self, event: DataTable.RowSelected) -> None:
@@ -297,7 +312,7 @@ class FlightPlanScreen(Screen[None]):
 
         title = setting.name if setting.label == setting.name else f"{setting.label}: {setting.name}"
         label = f"Value [{setting.unit}]" if setting.unit else "Value"
-        self.app.push_screen(AskScreen(title, [(f"{label} {limits}", f"{setting.value:.6g}")], check))
+        self.app.push_screen(AskScreen(self._named(title), [(f"{label} {limits}", f"{setting.value:.6g}")], check))
 
     # Inside
 

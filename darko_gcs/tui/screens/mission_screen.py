@@ -7,11 +7,13 @@ from functools import partial
 from pathlib import Path
 from typing import ClassVar
 
+from textual import on
 from textual.app import ComposeResult
-from textual.binding import Binding, BindingType
+from textual.binding import BindingType
 from textual.containers import Container
 from textual.reactive import reactive
-from textual.widgets import Footer, Static
+from textual.screen import Screen
+from textual.widgets import DataTable, Footer, Static
 
 from darko_gcs.state.missions.leg_predictions import LegPrediction
 from darko_gcs.state.missions.mission_labels import coordinate_texts, item_summary, mission_command_of
@@ -19,15 +21,17 @@ from darko_gcs.state.missions.mission_legs import FLOWN_MISSION, MissionLeg, leg
 from darko_gcs.state.missions.plan_difference import changed_range, item_now
 from darko_gcs.state.missions.plan_parts import ALL_PLANS, FENCE, MISSION, RALLY
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
-from darko_gcs.state.text import label_of
+from darko_gcs.state.text import counted, label_of
 from darko_gcs.station.station import Station
-from darko_gcs.tui.maps.mission_map import MissionMapPanel
+from darko_gcs.tui.maps.mission_map import EditedMission
+from darko_gcs.tui.maps.movable_map import MovableMap
 from darko_gcs.tui.plan_draft import PlanDraft
 from darko_gcs.tui.reachability import why_unreachable
-from darko_gcs.tui.screens.dialogs import ChooseScreen, confirm
+from darko_gcs.tui.screens.dialogs import ChooseScreen, Named, confirm
 from darko_gcs.tui.screens.difference_screen import DifferenceScreen, PlanPair, file_pairs
 from darko_gcs.tui.screens.file_dialog import FileDialog
 from darko_gcs.tui.screens.mission_editing import MissionEditing
+from darko_gcs.tui.screens.mission_keys import MISSION_KEYS
 from darko_gcs.tui.screens.mission_table import MissionTable, leg_totals
 from darko_gcs.tui.widgets.status_bar import StatusBar
 from protocol.dialect import mavlink
@@ -43,41 +47,24 @@ MAX_FILES_LISTED = 50  # of the working folder, in the dialog that opens a file
 ASK_PERIOD = 1.0  # between looks at which legs the vehicle is to predict [s]
 
 
-class MissionScreen(MissionEditing):
+class MissionScreen(Screen[None]):
     """One plan, edited here and sent as a whole."""
 
     HORIZONTAL_BREAKPOINTS = [(0, "-single"), (110, "-beside")]  # noqa: RUF012 - declared so by Textual
     VERTICAL_BREAKPOINTS = [(0, "-short"), (36, "-tall")]  # noqa: RUF012
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("tab", "other_part", "Map", tooltip="From the table to the map, and back"),
-        Binding("e,enter", "edit", "Edit", priority=True, key_display="e", tooltip="Edit the item"),
-        Binding("i", "insert(1)", "Ins", tooltip="Insert an item below"),
-        Binding("x,delete", "remove", "Del", key_display="x", tooltip="Remove the item"),
-        Binding("space", "way", "Way", tooltip="Fly the leg in hover, in cruise, or as the vehicle finds"),
-        Binding("z,ctrl+z", "undo", "Undo", key_display="z", tooltip="Take the last edit of the plan back"),
-        Binding("u", "upload", "Upload", tooltip="Send the plan to the vehicle, and read it back"),
-        Binding("s", "fly_from", "Run", tooltip="Fly the mission from the item"),
-        Binding("o", "open", "Open", tooltip="Open a plan file"),
-        Binding("equals_sign", "compare", "Differ", key_display="=", tooltip="What differs from vehicle and file"),
-        Binding("w", "save", "Write", tooltip="Write the plan to a file"),
-        Binding("f", "fetch", "Fetch", tooltip="Fetch the vehicle's plans"),
-        Binding("j", "set_current", "Jump", tooltip="Continue the mission at the item"),
-        Binding("escape,m", "close", "Back", tooltip="Back to the flight"),
-        Binding("c", "clear", "Clear", show=False, tooltip="Delete a plan on the vehicle"),
-        Binding("I", "insert(0)", "Insert above", show=False, tooltip="Insert an item above"),
-        Binding("D", "duplicate", "Duplicate", show=False, tooltip="Duplicate the item"),
-        Binding("Z,ctrl+y", "redo", "Redo", show=False, tooltip="Make the edit again that was taken back"),
-        Binding("shift+up", "move(-1)", "Move up", show=False, tooltip="Move the item up"),
-        Binding("shift+down", "move(1)", "Move down", show=False, tooltip="Move the item down"),
-        Binding("less_than_sign", "step(-1)", show=False, key_display="<", tooltip="On the map: smaller steps"),
-        Binding("greater_than_sign", "step(1)", show=False, key_display=">", tooltip="On the map: larger steps"),
-    ]
+    BINDINGS: ClassVar[list[BindingType]] = MISSION_KEYS
+    snapshot: reactive[Snapshot] = reactive(EMPTY_SNAPSHOT, repaint=False)  # else every panel is painted again
     now: reactive[float] = reactive(0.0, repaint=False)
 
-    def __init__(self, station: Station | None, clock: Callable[[], float], draft: PlanDraft) -> None:
-        super().__init__(draft)
-        self._station, self._clock = station, clock
+    def __init__(
+        self, station: Station | None, clock: Callable[[], float], draft: PlanDraft, named: Named = str
+    ) -> None:
+        super().__init__()
+        self.draft = draft
+        self._editing = MissionEditing(self)
+        self._station, self._clock, self._named = station, clock, named
         self._is_ready = False  # the app hands out snapshots as soon as a screen is pushed, before it is mounted
+        self._on_map = EditedMission()
         self._legs: tuple[MissionLeg, ...] = ()
         self._predictions: dict[int, LegPrediction] = {}
         self._asked_at = -ASK_PERIOD
@@ -87,7 +74,8 @@ class MissionScreen(MissionEditing):
         yield StatusBar().data_bind(MissionScreen.snapshot, MissionScreen.now)
         with Container(id="mission-parts"):
             yield MissionTable(id="items")
-            yield MissionMapPanel("Mission", id="mission-map").data_bind(MissionScreen.snapshot, MissionScreen.now)
+            mission_map = MovableMap("Mission", self._on_map, id="mission-map")
+            yield mission_map.data_bind(MissionScreen.snapshot, MissionScreen.now)
         yield Static("", id="mission-item", markup=False)
         yield Static("", id="mission-notice", markup=False)
         yield Static("", id="mission-status", markup=False)
@@ -99,6 +87,16 @@ class MissionScreen(MissionEditing):
         self.table.focus()
         self.show_draft()
         self._follow(EMPTY_SNAPSHOT, self.snapshot)
+
+    @property
+    def table(self) -> MissionTable:
+        """The table of items."""
+        return self.query_one("#items", MissionTable)
+
+    @property
+    def map(self) -> MovableMap:
+        """The map of items."""
+        return self.query_one("#mission-map", MovableMap)
 
     # The vehicle
 
@@ -160,9 +158,14 @@ class MissionScreen(MissionEditing):
         legs = {leg.seq: leg for leg in self._legs}
         held = not draft.changed
         self.table.show(draft.plan.items, s, legs, self._predictions, is_on_vehicle=held)
-        self.map.show((draft.plan.items, draft.fence, draft.rally), is_on_vehicle=held)
+        if self._on_map.show((draft.plan.items, draft.fence, draft.rally), is_on_vehicle=held):
+            self.map.redraw()
         self.show_item()
         self._show_status()
+
+    def show_notice(self, text: str) -> None:
+        """Show a text below the table; "" clears it."""
+        self.query_one("#mission-notice", Static).update(text)
 
     def show_item(self) -> None:
         """The item under the cursor: parameters, place, and why its leg is flown as it is."""
@@ -190,10 +193,34 @@ class MissionScreen(MissionEditing):
         state = "not on the vehicle" if draft.changed else "as on the vehicle"
         unsaved = "" if draft.saved or not draft.changed else ", not saved"
         limits = (("fence", draft.fence), ("rally points", draft.rally))
-        parts = [f"{len(draft.plan.items)} items", *(f"{name} of {len(items)}" for name, items in limits if items)]
+        parts = [counted(len(draft.plan.items), "item")]
+        parts += [f"{name} of {len(items)}" for name, items in limits if items]
         totals = leg_totals(self._legs, self._predictions)
         name = Path(draft.path).name or "unsaved plan"
         return f"{name}: {', '.join(parts)}, {state}{unsaved}{'; ' + totals if totals else ''}"
+
+    # Edits
+
+    def action_edit_plan(self, edit: str, *arguments: int) -> None:
+        """Make an edit, by its name in ``MissionEditing``."""
+        getattr(self._editing, edit)(*arguments)
+
+    @on(MovableMap.PointChosen)
+    def _item_chosen(self, event: MovableMap.PointChosen) -> None:
+        self.table.choose_row(event.number)
+
+    @on(DataTable.RowHighlighted, "#items")
+    def _row_chosen(self) -> None:
+        self.map.chosen = self.table.cursor_row
+        self.show_item()
+
+    @on(MovableMap.PointMoved)
+    def _shift_item(self, event: MovableMap.PointMoved) -> None:
+        self._editing.shift(event.number, event.by)
+
+    @on(MovableMap.PlacePressed)
+    def _add_waypoint(self, event: MovableMap.PlacePressed) -> None:
+        self._editing.add_waypoint(event.place)
 
     # Keys
 
@@ -289,7 +316,7 @@ class MissionScreen(MissionEditing):
             question = f"Change {which} of the mission that is being flown?{turn}"
             send = partial(self._replace_items, station, changed)
         if is_flown:
-            confirm(self.app, question, send)
+            confirm(self.app, self._named(question), send)
         else:
             send()
 
@@ -330,22 +357,23 @@ class MissionScreen(MissionEditing):
                 station.plans.clear(tuple(CLEAR_CHOICES)[number], self._clock())
 
         self.show_notice("")
-        self.app.push_screen(ChooseScreen("Delete on the vehicle", tuple(CLEAR_CHOICES.values())), chosen)
+        self.app.push_screen(ChooseScreen(self._named("Delete on the vehicle"), tuple(CLEAR_CHOICES.values())), chosen)
 
     def action_set_current(self) -> None:
         """Continue the mission at the item under the cursor."""
         station, row = self._flown_from(), self.table.cursor_row
         if station is not None:
-            confirm(
-                self.app, f"Continue the mission at item {row}?", lambda: station.plans.set_current(row, self._clock())
-            )
+            question = self._named(f"Continue the mission at item {row}?")
+            confirm(self.app, question, lambda: station.plans.set_current(row, self._clock()))
 
     def action_fly_from(self) -> None:
         """Fly the mission from the item under the cursor, also if it is not flown now."""
         station, row, s = self._flown_from(), self.table.cursor_row, self.snapshot
         if station is not None:
             left = f" It leaves item {s.mission_current}." if s.mission_state == mavlink.MISSION_STATE_ACTIVE else ""
-            question = f"Fly the mission from item {row}?{left}"
+            which = {1: "Item 0 is", 2: "Items 0 and 1 are"}.get(row, f"Items 0 to {row - 1} are")
+            skipped = f" {which} left out." if row else ""
+            question = self._named(f"Fly the mission from item {row}?{skipped}{left}")
             confirm(self.app, question, lambda: station.plans.start_mission(self._clock(), first=row))
 
     # Inside

@@ -32,7 +32,7 @@ from darko_gcs.station.station import Station
 from darko_gcs.tui.reachability import why_unreachable
 from darko_gcs.tui.render.canvas import StyledLine
 from darko_gcs.tui.screens.comparison_screen import ComparisonScreen
-from darko_gcs.tui.screens.dialogs import AskScreen, confirm
+from darko_gcs.tui.screens.dialogs import AskScreen, Named, confirm
 from darko_gcs.tui.screens.file_dialog import FileDialog
 from darko_gcs.tui.screens.parameter_dialogs import ChooseBitsScreen, ChooseValueScreen
 from darko_gcs.tui.widgets.parameter_rows import parameter_heading, parameter_row
@@ -70,10 +70,14 @@ class ParametersScreen(Screen[None]):
     now: reactive[float] = reactive(0.0, repaint=False)
 
     def __init__(
-        self, station: Station | None, clock: Callable[[], float], preferences: PreferencesFile | None = None
+        self,
+        station: Station | None,
+        clock: Callable[[], float],
+        preferences: PreferencesFile | None = None,
+        named: Named = str,
     ) -> None:
         super().__init__()
-        self._station, self._clock = station, clock
+        self._station, self._clock, self._named = station, clock, named
         self._preferences = preferences or PreferencesFile()
         self._filter = ParameterFilter()
         self._requested_of = -1  # the vehicle's restarts when its parameters were asked for
@@ -176,7 +180,7 @@ class ParametersScreen(Screen[None]):
         if name is None or self._vehicle() is None:
             return
         metadata, value = metadata_of(self.snapshot, name), self.snapshot.parameters[name]
-        title = f"{printable(name)}: {metadata.text}" if metadata.text else printable(name)
+        title = self._named(f"{printable(name)}: {metadata.text}" if metadata.text else printable(name))
 
         def chosen(place: int | None) -> None:
             if place is not None and place < len(metadata.values):
@@ -208,7 +212,7 @@ class ParametersScreen(Screen[None]):
         else:
             default, value = metadata.shown(metadata.default), metadata.shown(self.snapshot.parameters[name])
             question = f"Set {printable(name)} back to its default, {default}? It is {value} now."
-            confirm(self.app, question, lambda: self._set(name, metadata.default))
+            confirm(self.app, self._named(question), lambda: self._set(name, metadata.default))
 
     def action_compare(self) -> None:
         """Ask for a file, and show where the vehicle differs from it."""
@@ -269,7 +273,7 @@ class ParametersScreen(Screen[None]):
         if not rows:
             self.app.notify(f"{path}: all {len(wanted)} parameters are as on the vehicle")
             return None
-        title = f"{path}: {len(rows)} of {len(wanted)} parameters differ"
+        title = self._named(f"{path}: {len(rows)} of {len(wanted)} parameters differ")
         self._comparison = ComparisonScreen(title, rows, self.snapshot, self._station, self._clock)
         self.call_after_refresh(self._show_comparison)
         return None

@@ -39,7 +39,7 @@ class HybridPanel(Panel):
         """Three lines of text, the rest chart."""
         h = s.hybrid
         if h is None:
-            return [styled_line(("no hybrid state from this vehicle", "dim"))]
+            return [styled_line(("no vehicle yet" if s.source is None else "no hybrid state from this vehicle", "dim"))]
         jump = _last_jump(h, width)
         height = max(1, height - 2 - len(jump))
         key = (chart_edge(h.time, width, CHART_WINDOW), width, height, h.law, h.hover, h.forward, s.jumps)

@@ -66,7 +66,7 @@ class StatusBar(Panel):
         armed = (" ARMED ", "bad") if s.armed else (" disarmed ", "good" if s.prearm_ok is not False else "warn")
         segments = [
             (8, (f" {s.source[0]}/{s.source[1]} ", "label")), (0, armed), (0, _mode(s)), (0, (_alarm(s), "bad")),
-            (1, (f" {_flight_state(s)} ", "")), (0, _battery(s)), (3, _progress(s)), (2, _mission(s, width)),
+            (1, (_flight_state(s), "")), (0, _battery(s)), (3, _progress(s)), (2, _mission(s, width)),
             (4, _control(s)), (0, _link(s)), (7, _loss(s)), (5, _signing(s)), (0, _recording(s)),
         ]  # fmt: skip
         return [_fitting(segments, width)]
@@ -118,12 +118,13 @@ def _alarm(s: Snapshot) -> str:
 
 def _flight_state(s: Snapshot) -> str:
     if s.crashed:
-        return "a reboot stands it up"
+        return " a reboot stands it up "
     if not s.armed and s.prearm_ok is False:
-        return "not ready to arm"
+        return " not ready to arm "
     landed = LANDED_LABELS.get(s.landed_state, "")
     vtol = VTOL_LABELS.get(s.vtol_state, "") if s.landed_state == mavlink.MAV_LANDED_STATE_IN_AIR else ""
-    return f"{landed}, {vtol}" if vtol else landed
+    state = f"{landed}, {vtol}" if vtol else landed
+    return f" {state} " if state else ""
 
 
 def _mission(s: Snapshot, width: int) -> tuple[str, str]:

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from darko_gcs.errors import GroundError
 from darko_gcs.feed.pair_feed import Alignment, PairFeed, Place
 from darko_gcs.feed.recorded_marks import MarkKind
 from darko_gcs.feed.recorded_series import height_series, take_off_row, v_series
@@ -69,6 +70,28 @@ def test_each_flight_is_as_it_is_alone_at_its_own_time(alignment):
                 flight.place is Place.BEFORE
             )
     assert pair.snapshot is pair.flights[0].feed.snapshot
+
+
+async def test_a_long_wait_before_one_take_off_is_not_played_alone():
+    pair = PairFeed(replay(flight_log(5)), replay(flight_log(845)))
+    await pair.open()
+    assert pair.common == pytest.approx(-7.0)
+    assert [flight.place for flight in pair.flights] == [Place.INSIDE, Place.INSIDE]
+    pair.seek(0.0)
+    assert pair.common == pytest.approx(-847.0)
+    told = PairFeed(replay(flight_log(5)), replay(flight_log(845)), begin=10.0)
+    await told.open()
+    assert told.now == 10.0
+
+
+def test_recordings_that_share_no_time_are_not_aligned_by_the_date():
+    feeds = replay(flight_log(5)), replay(flight_log(5, start=T0 + 10**6 * SECOND))
+    pair = PairFeed(*feeds)
+    for rule in (Alignment.START, Alignment.TAKE_OFF):
+        pair.next_alignment()
+        assert pair.alignment is rule
+    with pytest.raises(GroundError, match="x and x share no time by the date"):
+        PairFeed(*feeds, alignment=Alignment.CLOCK)
 
 
 def test_a_shift_moves_the_second_flight_and_leaves_the_first_where_it_is(pair):

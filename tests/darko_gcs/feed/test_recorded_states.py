@@ -2,6 +2,7 @@
 
 from dataclasses import fields
 
+import numpy as np
 import pytest
 
 from darko_gcs.feed.recorded_measurements import MEASUREMENTS
@@ -9,12 +10,14 @@ from darko_gcs.feed.recorded_states import KEPT_EVERY
 from darko_gcs.feed.replay_feed import ReplayFeed
 from protocol.dialect import mavlink
 from protocol.tlog import TlogReader
+from tests.support.gcs.globe import home_at, no_fix, on_globe, origin_at
 from tests.support.gcs.messages import heartbeat, position
 from tests.support.gcs.sample_logs import FORWARD_FLIGHT, hover_log, log_of_messages
 from tests.support.logs import bare, log_of, quadplane_log, unknown_frame
 from tests.support.paths import DATA
 
 STOPS = 25  # places of each log
+LOCAL_POSITION = mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED
 
 
 def status(words, severity=6, **sent_by):
@@ -34,7 +37,27 @@ def two_flights():
     ]  # fmt: skip
 
 
+def flights_on_globe():
+    """No fix yet, home and origin told late, a loss of the fix, a restart, and at last a local position."""
+    first = [on_globe(1000 * k, 40.0 + 0.7 * k, up=k, speed=0.7, heading=100 * k) for k in range(3, 30)]
+    again = [on_globe(100 * k, -20.0, east=1.3 * k) for k in range(1, 30)]
+    messages = [
+        no_fix(900), heartbeat(), no_fix(1000), no_fix(2000), *first[:15], home_at(20.0), *first[15:20],
+        origin_at(0.0), *first[20:], no_fix(30_000), no_fix(31_000), *again, home_at(30.0),
+        position(3000, 5.0, vx=1.0), on_globe(3100, 77.0), position(3200, 6.0),
+    ]  # fmt: skip
+    return [bare(message) for message in messages]
+
+
+def quadplane_on_globe():
+    """The log of another autopilot, without its local positions."""
+    whole = TlogReader(quadplane_log())
+    return log_of([whole.frame(row) for row in np.flatnonzero(whole.ids != LOCAL_POSITION).tolist()], step=100_000)
+
+
 LOGS = {
+    "globe": lambda: log_of(flights_on_globe(), step=100_000),
+    "quadplane on globe": quadplane_on_globe,
     "square": (DATA / "square-flight.tlog").read_bytes,
     "quadplane": quadplane_log,
     "hover": hover_log,

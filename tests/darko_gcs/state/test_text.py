@@ -2,7 +2,7 @@
 
 import pytest
 
-from darko_gcs.state.text import command_name, format_time, label_of, printable, reason_text
+from darko_gcs.state.text import command_name, counted, format_time, label_of, printable, reason_text
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import DecisionReason, Law, Reason
 from protocol.names.enum_names import as_member, name_of
@@ -44,3 +44,7 @@ def test_times_are_minutes_and_seconds(seconds, text):
 
 def test_control_characters_become_question_marks():
     assert printable("\x1b[2Jdone\x07") == "?[2Jdone?"
+
+
+def test_one_thing_is_not_several():
+    assert [counted(number, "item") for number in (0, 1, 2)] == ["0 items", "1 item", "2 items"]

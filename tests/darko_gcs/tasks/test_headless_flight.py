@@ -6,9 +6,11 @@ import sys
 
 import pytest
 
-from darko_gcs.errors import LinkError
+from darko_gcs.errors import FlightError, LinkError
 from darko_gcs.feed import sitl_process
 from darko_gcs.tasks import headless_flight
+from protocol.plans import load
+from tests.support.gcs.plan_holder import PlanHolder
 from tests.support.paths import DATA
 
 COMPILING = "print('darko-sitl: compiling', file=sys.stderr, flush=True); "
@@ -28,7 +30,7 @@ def fly(tmp_path, monkeypatch):
             monkeypatch.setattr(headless_flight, name, seconds)
         args = argparse.Namespace(
             mission=DATA / "square.plan", signing_key=None, give_key=False, record=tmp_path / "flight.tlog",
-            vehicle=None, host="127.0.0.1", port=0, sitl=True, api_port=0, state_dir=None, timeout=60.0,
+            vehicle=None, host="127.0.0.1", port=0, sitl=True, api_port=0, state_dir=None, timeout=60.0, verify=True,
         )  # fmt: skip
         with pytest.raises(LinkError) as caught:
             asyncio.run(headless_flight.fly_headless(args, []))
@@ -49,3 +51,16 @@ def test_a_vehicle_that_is_ready_must_be_heard_soon(fly):
 
 def test_a_vehicle_that_is_never_ready_is_given_up(fly):
     assert fly(COMPILING + "time.sleep(60)", READY_TIMEOUT=0.5) == "no vehicle heard for 0.5 s"
+
+
+@pytest.mark.parametrize("verify", [True, False])
+def test_a_mission_that_the_vehicle_changed_is_not_flown(verify, capsys, monkeypatch):
+    monkeypatch.setattr(headless_flight, "ANSWER_TIMEOUT", 3.0)  # nobody answers the arming
+    items = tuple(load(DATA / "square.plan").items)
+    result = headless_flight.FlightResult(mission="x", log=None, items=len(items))
+    pilot = headless_flight.Pilot(PlanHolder(lambda sent: sent[:-1]), None, result, 60.0)
+    expected = "NOT as it was sent: - 5  Land" if verify else "arming: no answer"
+    with pytest.raises(FlightError, match=expected):
+        asyncio.run(pilot.fly(items, (), (), verify=verify))
+    assert "items uploaded" in capsys.readouterr().err
+    assert not result.verified

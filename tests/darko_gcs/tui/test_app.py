@@ -14,7 +14,7 @@ from darko_gcs.state.values import SigningState
 from darko_gcs.station.station import Station
 from darko_gcs.tui.app import GroundStationApp
 from darko_gcs.tui.maps.map_panel import MapPanel
-from darko_gcs.tui.screens.dialogs import HelpScreen, QuitScreen
+from darko_gcs.tui.screens.dialogs import AskScreen, HelpScreen, QuitScreen
 from darko_gcs.tui.screens.flight_screen import FlightScreen
 from darko_gcs.tui.screens.mission_screen import MissionScreen
 from protocol.dialect import mavlink
@@ -213,7 +213,40 @@ async def test_the_whole_help_is_reached_by_key_on_the_smallest_screen(feed):
         await pilot.press("end")
         await until(pilot, lambda: "danger: armed" in screen_text(app))
         await pilot.press("home", "pagedown", "pagedown")
-        await until(pilot, lambda: "Ctrl+Q" in screen_text(app))
+        await until(pilot, lambda: "typed ahead" in screen_text(app))
+
+
+async def test_a_long_text_of_the_help_keeps_to_its_column(feed):
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("question_mark", "end")
+        await until(pilot, lambda: "typed ahead" in screen_text(app))
+        rows = screen_text(app).splitlines()
+        row = next(number for number, text in enumerate(rows) if "typed ahead" in text)
+        assert rows[row + 1].index("question: it") == rows[row].index("keys reach")
+
+
+async def test_the_palette_finds_flight_commands_with_their_keys(feed):
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("ctrl+p")
+        await until(pilot, lambda: app.screen.is_modal)
+        await pilot.press(*"take off")
+        await until(
+            pilot, lambda: "Take off to a height above home" in screen_text(app) and "Key t" in screen_text(app)
+        )
+        await pilot.press("enter")
+        await until(pilot, lambda: isinstance(app.screen, AskScreen))
+
+
+async def test_while_a_dialog_is_open_the_footer_offers_nothing_that_does_not_work(feed):
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await until(pilot, lambda: "m Plan" in screen_text(app))
+        await pilot.press("t")
+        await until(pilot, lambda: isinstance(app.screen, AskScreen) and "m Plan" not in screen_text(app))
+        await pilot.press("escape")
+        await until(pilot, lambda: "m Plan" in screen_text(app))
 
 
 async def test_help_lists_every_key(feed):

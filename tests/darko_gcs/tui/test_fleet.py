@@ -10,6 +10,7 @@ from darko_gcs.tui.screens.dialogs import AskScreen, ChooseScreen, ConfirmScreen
 from darko_gcs.tui.widgets.fleet_strip import FleetStrip, fleet_lines
 from protocol.dialect import mavlink
 from tests.support.gcs.fleet_feed import FleetFeed, landed, numbered
+from tests.support.gcs.planned_snapshots import planned
 from tests.support.gcs.screens import screen_text, settled, until
 
 SIZES = [(80, 24), (120, 40), (200, 60)]
@@ -35,6 +36,17 @@ async def shown(app, pilot):
 
 def text_of(fleet, active=1, width=120, height=9):
     return ["".join(part for part, _ in line) for line, _ in fleet_lines(fleet, active, 100.5, width, height)]
+
+
+QUESTIONS = {  # of every screen that commands a vehicle: keys, and how it begins
+    "delete": ("mc", "Delete on the vehicle"),
+    "upload": ("mDu", "A mission is being flown."),
+    "fly from an item": ("ms", "Fly the mission from item 0?"),
+    "jump to an item": ("mj", "Continue the mission at item 0?"),
+    "fly the flight plan": (("b", "ctrl+f"), "Fly the flight plan?"),
+    "hold": (("b", "space"), "Stop and hover here?"),
+    "a parameter": (("p", "enter"), "DRK_KPP"),
+}
 
 
 async def choose(app, pilot, label):
@@ -91,6 +103,22 @@ async def test_the_key_shows_a_few_lines_then_all_then_none(feed):
         await pilot.press("w")
         await until(pilot, lambda: not strip.display)
     assert heights == [4, 6]
+
+
+@pytest.mark.parametrize("name", QUESTIONS)
+async def test_the_questions_of_every_screen_name_the_vehicle_if_there_are_several(name):
+    keys, words = QUESTIONS[name]
+    plan, flown = planned("HOLD")[1].flight_plan, mavlink.MISSION_STATE_ACTIVE
+    vehicle = {"flight_plan": plan, "parameters": {"DRK_KPP": 1.0}, "parameter_count": 1, "mission_state": flown}
+    app = GroundStationApp(FleetFeed(numbered(1), numbered(2, **vehicle)))
+    async with app.run_test(size=(120, 40)) as pilot:
+        await pilot.press("o")
+        await until(pilot, lambda: app.screen.snapshot.source == (2, 1))
+        for key in keys:
+            await pilot.press(key)
+            await settled(pilot)
+        await until(pilot, lambda: app.screen.is_modal)
+        assert str(app.screen.query_one("#question", Label).content).startswith(f"Vehicle 2: {words}")
 
 
 async def test_the_next_vehicle_is_shown_and_commanded_by_key_and_the_question_names_it(feed):

@@ -9,6 +9,7 @@ from darko_gcs.feed.replay_feed import ReplayFeed
 from darko_gcs.tui.replay_app import ReplayApp
 from darko_gcs.tui.screens.dialogs import HelpScreen
 from darko_gcs.tui.screens.flight_screen import FlightScreen
+from darko_gcs.tui.screens.mission_screen import MissionScreen
 from darko_gcs.tui.widgets.time_bar import TimeBar
 from protocol.tlog import TlogReader, read_tlog
 from tests.support.gcs.screens import screen_text, until
@@ -146,3 +147,16 @@ async def test_the_parameter_filter_gets_its_spaces(feed):
         await pilot.press("a", "space", "b")
         await until(pilot, lambda: app.focused.value == "a b")
         assert not feed.playing
+
+
+async def test_tab_goes_to_the_next_mark_on_the_flight_screen_and_to_the_map_on_that_of_the_mission(feed):
+    app = ReplayApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("space", "tab")
+        there = feed.now
+        assert there > 0.0
+        await pilot.press("m")
+        await until(pilot, lambda: isinstance(app.screen, MissionScreen) and app.focused is app.screen.table)
+        await pilot.press("tab")
+        await until(pilot, lambda: app.focused is app.screen.map)
+        assert feed.now == there

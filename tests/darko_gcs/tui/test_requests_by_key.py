@@ -91,7 +91,7 @@ async def test_go_to_asks_for_metres_from_home(feed):
 
 
 async def test_go_to_asks_for_metres_from_the_moved_home(feed):
-    feed.snapshot = replace(HOVERING, home_p=(1.0, -1.0, -1.0))
+    feed.snapshot = replace(HOVERING, told_home_p=(1.0, -1.0, -1.0))
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:
         await pilot.press("g")

@@ -8,6 +8,8 @@ from protocol.errors import FileError
 from protocol.flight_log.flight_clock import flight_times
 from protocol.flight_log.flight_series import flight_series
 from protocol.tlog import TlogReader, read_tlog
+from tests.support.gcs.globe import no_fix, on_globe
+from tests.support.gcs.messages import heartbeat
 from tests.support.logs import quadplane_log
 from tests.support.paths import DATA
 
@@ -53,6 +55,17 @@ def test_a_flight_has_every_series_and_its_events_in_order():
         "hover zero moment", "hover linear", "landed",
     ]  # fmt: skip
     assert set(flight.laws()) == {"LANDED", "HOVER_LINEAR"}
+
+
+def test_a_flight_told_on_the_globe_alone_has_a_path():
+    flight = flight_series(
+        recorded(heartbeat(), no_fix(900), *(on_globe(1000 + k, 5.0 * k, up=k) for k in range(9))), "x"
+    )
+    path = flight.position.fields
+    assert path["x"] == pytest.approx(5.0 * np.arange(9), abs=0.02)
+    assert path["z"] == pytest.approx(-np.arange(9.0))
+    assert len(flight.position.times) == 9
+    assert not len(flight_series(recorded(heartbeat(), no_fix(900)), "x").position)
 
 
 def test_another_autopilot_has_its_path_and_outputs():

@@ -38,7 +38,7 @@ def test_a_chart_shows_its_decades_thresholds_and_jumps():
 
 
 def test_an_empty_chart_is_labelled():
-    assert "no data yet" in lines_text(log_chart([], ([], "track", "v"), width=60, height=10, window=60.0, now=0.0))
+    assert "no data" in lines_text(log_chart([], ([], "track", "v"), width=60, height=10, window=60.0, now=0.0))
 
 
 def test_a_chart_falls_where_the_value_falls():
@@ -46,3 +46,18 @@ def test_a_chart_falls_where_the_value_falls():
     rows = [line_text(line)[LABELS:] for line in lines[:-1]]
     first_dots = [min(row.find(c) for c in row if c > "⠀") for row in rows if any(c > "⠀" for c in row)]
     assert first_dots == sorted(first_dots)
+
+
+def test_labels_jumps_and_the_want_of_data_do_not_lie_on_one_another():
+    """In one row, or in a few, there is no room for all of them."""
+    thresholds = ((120.0, "hover leave 120", "hover"), (1.0, "hover enter 1", "hover"))
+    jumps = ((35.0, "enter_linear"),)
+    for height in (2, 3, 4, 6):
+        drawn = log_chart([], ([], "hover", "h"), width=37, height=height, window=60.0, thresholds=thresholds,
+                          jumps=jumps, now=60.0)  # fmt: skip
+        rows = [line_text(line)[LABELS:] for line in drawn]
+        assert any("hover leave 120" in row for row in rows)
+        for row in rows:
+            left = row.replace("hover leave 120", "").replace("hover enter 1", "")
+            left = left.replace("enter_linear", "").replace("no data", "").replace("-60 s", "").replace("now", "")
+            assert not any(character.isalpha() for character in left), row

@@ -4,7 +4,7 @@ import math
 import random
 
 from darko_gcs.tui.render.map_background import MapBackground
-from darko_gcs.tui.render.map_drawing import draw_map
+from tests.support.gcs.maps import drawn_map
 from tests.support.gcs.screens import lines_text
 
 AREAS = [(((-20.0, -20.0), (60.0, -20.0), (60.0, 60.0)), "fence")]
@@ -13,9 +13,9 @@ WAYPOINTS = [(1, 10.0, 10.0, "done"), (2, 50.0, 40.0, "current")]
 
 def drawing(track, background=None, **other):
     vehicle = (*track[-1], 1.0) if track else None
-    given = {"scale": None, "centre": None, "home": (0.0, 0.0), "target": None, "waypoints": WAYPOINTS, "areas": AREAS}
+    given = {"home": (0.0, 0.0), "waypoints": WAYPOINTS, "areas": AREAS}
     given |= {"labels": [("P1", (30.0, 30.0), "plan")], "course": (70.0, 70.0)} | other
-    return draw_map(width=40, height=20, track=track, vehicle=vehicle, background=background, **given)
+    return drawn_map(width=40, height=20, track=track, vehicle=vehicle, background=background, **given)
 
 
 def test_a_track_that_grows_is_drawn_as_at_once():

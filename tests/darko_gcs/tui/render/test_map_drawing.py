@@ -6,15 +6,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from darko_gcs.tui.render.map_drawing import draw_map
+from tests.support.gcs.maps import drawn_map
 from tests.support.gcs.screens import line_text, lines_text, styled_text
 
 SETTINGS = settings(deadline=None, max_examples=60)
 any_number = st.floats(allow_nan=True, allow_infinity=True)
 points = st.tuples(any_number, any_number)
-NOTHING = {
-    "scale": None, "centre": None, "home": None, "track": (), "waypoints": [], "vehicle": None, "target": None,
-}  # fmt: skip
 
 
 @SETTINGS
@@ -23,8 +20,8 @@ NOTHING = {
     st.one_of(st.none(), st.tuples(any_number, any_number, any_number)),
 )  # fmt: skip
 def test_a_map_has_the_size_asked_for_whatever_is_on_it(width, height, track, vehicle):
-    drawn = NOTHING | {"home": (0.0, 0.0), "track": track, "vehicle": vehicle}
-    lines, (scale, _) = draw_map(width=width, height=height, **drawn)
+    drawn = {"home": (0.0, 0.0), "track": track, "vehicle": vehicle}
+    lines, (scale, _) = drawn_map(width=width, height=height, **drawn)
     assert len(lines) == height
     assert all(len(line_text(line)) == width for line in lines)
     assert scale > 0.0
@@ -32,8 +29,8 @@ def test_a_map_has_the_size_asked_for_whatever_is_on_it(width, height, track, ve
 
 def test_a_map_has_one_scale_for_both_directions():
     waypoints = [(1, 0.0, 0.0, "todo"), (2, 20.0, 0.0, "current"), (3, 0.0, 20.0, "done")]
-    drawn = NOTHING | {"scale": 2.0, "centre": (10.0, 10.0), "waypoints": waypoints}
-    lines, (scale, _) = draw_map(width=80, height=30, **drawn)
+    drawn = {"scale": 2.0, "centre": (10.0, 10.0), "waypoints": waypoints}
+    lines, (scale, _) = drawn_map(width=80, height=30, **drawn)
     texts = [line_text(line) for line in lines]
     at = {c: (row, text.index(c)) for row, text in enumerate(texts) for c in "123" if c in text[:79]}
     assert scale == 2.0
@@ -42,17 +39,17 @@ def test_a_map_has_one_scale_for_both_directions():
 
 
 def test_a_map_fits_everything_and_points_the_vehicle():
-    drawn = NOTHING | {
+    drawn = {
         "home": (0.0, 0.0), "track": ((0.0, 0.0), (300.0, 40.0)), "waypoints": [(7, 300.0, 40.0, "todo")],
         "vehicle": (150.0, 20.0, math.pi / 2), "target": (0.0, 40.0),
     }  # fmt: skip
-    lines, _ = draw_map(width=60, height=20, **drawn)
+    lines, _ = drawn_map(width=60, height=20, **drawn)
     for words in ("H", "7", "→", "+", "N↑", " m"):
         assert words in lines_text(lines)
 
 
 def test_a_circle_is_as_wide_as_its_radius_and_fits():
-    lines, (scale, _) = draw_map(width=60, height=30, circles=[(0.0, 0.0, 25.0, "current")], **NOTHING)
+    lines, (scale, _) = drawn_map(width=60, height=30, circles=[(0.0, 0.0, 25.0, "current")])
     rows = [row for row, line in enumerate(lines) if styled_text([line], "now")]
     assert (rows[-1] - rows[0] + 1) * scale == pytest.approx(50.0, abs=2 * scale)
     assert len(rows) < 30
@@ -61,15 +58,15 @@ def test_a_circle_is_as_wide_as_its_radius_and_fits():
 @SETTINGS
 @given(st.tuples(any_number, any_number, any_number), points)
 def test_no_circle_or_course_breaks_a_map(circle, course):
-    drawn = NOTHING | {"vehicle": (0.0, 0.0, 0.0)}
-    lines, _ = draw_map(width=20, height=8, circles=[(*circle, "todo")], course=course, **drawn)
+    drawn = {"vehicle": (0.0, 0.0, 0.0)}
+    lines, _ = drawn_map(width=20, height=8, circles=[(*circle, "todo")], course=course, **drawn)
     assert [len(line_text(line)) for line in lines] == [20] * 8
 
 
 def test_the_leg_being_flown_and_the_course_stand_out():
     waypoints = [(1, 0.0, 0.0, "done"), (2, 40.0, 0.0, "current"), (3, 40.0, 40.0, "todo")]
-    drawn = NOTHING | {"scale": 4.0, "centre": (20.0, 20.0), "waypoints": waypoints, "vehicle": (10.0, 0.0, 0.0)}
-    lines, _ = draw_map(width=40, height=20, course=(10.0, 30.0), **drawn)
+    drawn = {"scale": 4.0, "centre": (20.0, 20.0), "waypoints": waypoints, "vehicle": (10.0, 0.0, 0.0)}
+    lines, _ = drawn_map(width=40, height=20, course=(10.0, 30.0), **drawn)
     assert len(styled_text(lines, "now")) > 5
     assert len(styled_text(lines, "plan")) > 5
     assert len(styled_text(lines, "accent")) > 5
@@ -78,12 +75,12 @@ def test_the_leg_being_flown_and_the_course_stand_out():
 def test_a_label_does_not_write_over_another_one():
     """The last one is whole; of one that it would lie on the mark is left, and of one in its very place nothing."""
     labels = [("·under", (0.0, 0.0), "plan"), ("·before", (0.0, -2.0), "plan"), ("◆here", (0.0, 0.0), "warn")]
-    drawn = NOTHING | {"scale": 1.0, "centre": (0.0, 0.0)}
-    text = lines_text(draw_map(width=60, height=10, labels=labels, **drawn)[0])
+    drawn = {"scale": 1.0, "centre": (0.0, 0.0)}
+    text = lines_text(drawn_map(width=60, height=10, labels=labels, **drawn)[0])
     assert "·   ◆here" in text
 
 
 @pytest.mark.parametrize(("scale", "bar"), [(1.0, " 2 m"), (600.0, " 1 km"), (10_000.0, " 20 km")])
 def test_long_scales_are_in_kilometres(scale, bar):
-    lines, _ = draw_map(width=40, height=10, **NOTHING | {"scale": scale, "centre": (0.0, 0.0)})
+    lines, _ = drawn_map(width=40, height=10, scale=scale, centre=(0.0, 0.0))
     assert line_text(lines[-1]).rstrip().endswith(f"┤{bar}")

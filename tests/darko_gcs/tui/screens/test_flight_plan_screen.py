@@ -6,7 +6,7 @@ import pytest
 from textual.widgets import Input
 
 from darko_gcs.tui.app import GroundStationApp
-from darko_gcs.tui.maps.plan_map import PlanMapPanel
+from darko_gcs.tui.maps.movable_map import MovableMap
 from darko_gcs.tui.screens.dialogs import ConfirmScreen
 from darko_gcs.tui.screens.flight_plan_screen import FlightPlanScreen
 from darko_gcs.tui.screens.flight_screen import FlightScreen
@@ -38,7 +38,7 @@ class Session:
 
     @property
     def map(self):
-        return self.app.screen.query_one(PlanMapPanel)
+        return self.app.screen.query_one(MovableMap)
 
 
 async def opened(pilot, app):

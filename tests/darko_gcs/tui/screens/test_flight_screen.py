@@ -110,6 +110,22 @@ async def test_the_mouse_drags_the_map_and_the_wheel_zooms_where_it_points(feed)
         assert isinstance(app.screen, FlightScreen)
 
 
+async def test_turns_of_the_wheel_that_come_at_once_are_one_drawing(feed, monkeypatch):
+    app = GroundStationApp(feed)
+    async with app.run_test(size=WIDE) as pilot:
+        panel = await shown_map(app, pilot)
+        drawings, before, draw = [], panel.place_at((10, 8)), panel.draw
+        monkeypatch.setattr(app, "pull", lambda: None)
+        monkeypatch.setattr(panel, "draw", lambda *args: drawings.append(args) or draw(*args))
+        for _ in range(8):
+            panel.on_mouse_scroll_up(wheel(panel, (10, 8)))
+        scale = panel.scale
+        await until(pilot, lambda: drawings)
+        assert len(drawings) == 1
+        assert panel.scale == scale
+        assert panel.place_at((10, 8)) == pytest.approx(before)
+
+
 def wheel(panel, cell):
     """A turn of the wheel over a cell of a panel."""
     x, y = cell[0] + 1, cell[1] + 1

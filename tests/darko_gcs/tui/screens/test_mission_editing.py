@@ -9,7 +9,7 @@ from darko_gcs.state.missions.leg_predictions import LegPrediction
 from darko_gcs.state.missions.mission_frames import place_of
 from darko_gcs.state.missions.plan_edits import asked_ways
 from darko_gcs.tui.app import GroundStationApp
-from darko_gcs.tui.maps.mission_map import MissionMapPanel
+from darko_gcs.tui.maps.movable_map import MovableMap
 from darko_gcs.tui.screens.mission_screen import MissionScreen
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import DecisionReason, Way
@@ -148,7 +148,7 @@ async def test_arrows_move_the_chosen_item_on_the_map(feed, app):
         screen = await opened(pilot, app)
         before = place_of(items(app)[1], HOME)
         await pilot.press("down", "tab")
-        await until(pilot, lambda: isinstance(app.focused, MissionMapPanel) and "step 0.5 m" in screen_text(app))
+        await until(pilot, lambda: isinstance(app.focused, MovableMap) and "step 0.5 m" in screen_text(app))
         await pilot.press(">", "up", "right", "right", "pageup")
         assert place_of(items(app)[1], HOME) == pytest.approx((before[0] + 1, before[1] + 2, before[2] - 1), abs=0.02)
         await pilot.press("tab")

@@ -1,6 +1,7 @@
 """Law, Lyapunov values and jumps as text."""
 
 import math
+from dataclasses import replace
 
 from darko_gcs.state.reduce import reduce
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT
@@ -32,7 +33,9 @@ def test_an_unknown_law_is_shown_by_its_number():
 
 
 def test_a_vehicle_without_a_hybrid_state_is_reported():
-    assert "no hybrid state" in panel_text(HybridPanel("", id="x"), EMPTY_SNAPSHOT)
+    panel = HybridPanel("", id="x")
+    assert "no vehicle yet" in panel_text(panel, EMPTY_SNAPSHOT)
+    assert "no hybrid state" in panel_text(panel, replace(EMPTY_SNAPSHOT, source=(1, 1)))
 
 
 def test_the_cause_of_the_last_jump_is_whole_on_a_narrow_panel():

@@ -88,3 +88,7 @@ def test_a_flight_plan_is_told_by_block_and_stage_and_not_as_a_mission(width, be
     assert "mission" not in text
     assert "mission 1/1" in shown(replace(planned("MISSION")[1], **leg))
     assert "mission" not in shown(replace(flown, flight_plan=None))
+
+
+def test_a_vehicle_that_does_not_tell_whether_it_flies_leaves_no_gap():
+    assert " QLOITER  battery -- " in shown(replace(HEARD, mode="QLOITER", armed=True))

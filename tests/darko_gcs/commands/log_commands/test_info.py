@@ -5,7 +5,7 @@ import json
 
 import pytest
 
-from darko_gcs.commands import log_info
+from darko_gcs.commands.log_commands import info as log_info
 from protocol.errors import FileError
 from tests.support.gcs.sample_logs import hover_log
 

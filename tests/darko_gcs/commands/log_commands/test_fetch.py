@@ -2,7 +2,7 @@
 
 import json
 
-from darko_gcs.commands.log_fetch import downloads_as_json, downloads_as_text
+from darko_gcs.commands.log_commands.fetch import downloads_as_json, downloads_as_text
 from darko_gcs.tasks.log_download import DownloadedLogs
 from protocol.events import RemoteLog
 

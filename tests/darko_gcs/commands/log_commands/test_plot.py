@@ -7,7 +7,8 @@ import json
 import numpy as np
 import pytest
 
-from darko_gcs.commands import log_export, log_plot
+from darko_gcs.commands.log_commands import export as log_export
+from darko_gcs.commands.log_commands import plot as log_plot
 from darko_gcs.errors import GroundError
 from protocol.errors import FileError
 from protocol.tlog import read_tlog

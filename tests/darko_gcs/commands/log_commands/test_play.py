@@ -4,7 +4,7 @@ import argparse
 
 import pytest
 
-from darko_gcs.commands import log_play
+from darko_gcs.commands.log_commands import play as log_play
 from darko_gcs.errors import GroundError
 from tests.support.gcs.sample_logs import hover_log
 from tests.support.logs import log_of, unknown_frame

@@ -4,7 +4,7 @@ import argparse
 
 import pytest
 
-from darko_gcs.commands import log_page
+from darko_gcs.commands.log_commands import page as log_page
 from protocol.errors import FileError
 from tests.support.paths import DATA
 

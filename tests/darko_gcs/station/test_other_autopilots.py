@@ -1,0 +1,37 @@
+"""What another autopilot sends over the link reaches the screen, as it does from a recording."""
+
+import pytest
+from pymavlink.dialects.v20 import ardupilotmega
+
+from darko_gcs.state.reduce import HANDLERS
+from darko_gcs.station.station import Station
+from darko_gcs.tui.widgets.flight_panel import FlightPanel
+from protocol.dialect import mavlink
+from tests.support.gcs.screens import line_text
+
+DIALECT = {known.msgname for known in mavlink.mavlink_map.values()}
+WINDS = (
+    ardupilotmega.MAVLink_wind_message(90.0, 5.0, 3.0),
+    ardupilotmega.MAVLink_wind_cov_message(0, 0.0, -4.0, 3.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+)
+
+
+def heard(*messages):
+    """The station's snapshot after datagrams of an ArduPilot."""
+    station, mav = Station(), ardupilotmega.MAVLink(None, srcSystem=1, srcComponent=1)
+    beat = ardupilotmega.MAVLink_heartbeat_message(1, ardupilotmega.MAV_AUTOPILOT_ARDUPILOTMEGA, 0, 0, 4, 3)
+    for message in (beat, *messages):
+        station.receive(bytes(message.pack(mav)), 1.0, 1)
+    return station.snapshot
+
+
+@pytest.mark.parametrize("wind", WINDS, ids=("WIND", "WIND_COV"))
+def test_the_wind_of_another_autopilot_is_on_the_flight_panel(wind):
+    s = heard(wind)
+    assert s.wind == pytest.approx((0.0, -4.0, 3.0))
+    lines = [line_text(line) for line in FlightPanel("Flight", id="flight").draw(s, 40, 20)]
+    assert any("4.0 m/s 090°" in line for line in lines)
+
+
+def test_every_message_that_fills_the_snapshot_can_be_received():
+    assert set(HANDLERS.names) <= DIALECT
