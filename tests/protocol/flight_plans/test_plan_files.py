@@ -209,3 +209,13 @@ def test_public_plans_load_or_are_refused_with_their_place(path):
         assert "not XML" in error.reason or "procedure" in error.reason  # noqa: PT017
         return
     assert read_flight_plan(render_flight_plan(plan).encode(), "again") == plan
+
+
+@pytest.mark.parametrize(
+    ("text", "degrees"),
+    [("43 0.6", 43.01), ("-43 0.6 0", -43.01), ("-0 30", -0.5), ("43 59.9 59.9", 43 + 59.9 / 60 + 59.9 / 3600)],
+)
+def test_minutes_and_seconds_may_be_parts_of_one_and_count_with_the_sign_of_the_degrees(text, degrees):
+    written = plan_text('<block name="b"><stay wp="A"/></block>').replace('lat0="43.5641"', f'lat0="{text}"')
+    plan = read_flight_plan(written.encode(), "t.xml")
+    assert plan.lat0 == pytest.approx(degrees)
