@@ -219,3 +219,26 @@ def test_minutes_and_seconds_may_be_parts_of_one_and_count_with_the_sign_of_the_
     written = plan_text('<block name="b"><stay wp="A"/></block>').replace('lat0="43.5641"', f'lat0="{text}"')
     plan = read_flight_plan(written.encode(), "t.xml")
     assert plan.lat0 == pytest.approx(degrees)
+
+
+@pytest.mark.parametrize("given", ["", 'x="3" y="4" lat="43.5"', 'y="4"', 'lon="1.4"'])
+def test_a_waypoint_has_one_whole_position_at_least_and_no_half_ones(given):
+    text = plan_text('<block name="b"/>').replace('x="3" y="4"', given)
+    assert "needs x and y, or lat and lon" in str(refusal(text))
+
+
+def test_an_empty_section_keeps_its_comments():
+    for tag in ("sectors", "variables", "modules", "exceptions"):
+        for before in (f"<!-- one --><{tag}/>", f"<{tag}><!-- one --></{tag}>"):
+            plan = plan_of('<block name="b"/>', before)
+            written = render_flight_plan(plan)
+            assert "<!-- one -->" in written
+            assert read_flight_plan(written.encode(), "again") == plan
+    assert "<sectors>" not in render_flight_plan(plan_of('<block name="b"/>'))
+
+
+def test_each_attribute_has_its_own_place_also_where_its_value_holds_the_end_of_a_tag():
+    stages = """<go wp="A" until='1 > 2' from="Q"/><go from="B" wp="A"/>"""
+    error = refusal(plan_text(f'<block name="b">\n{stages}</block>'))
+    assert "no waypoint 'Q'" in str(error)
+    assert (error.place.line, error.place.column) == (4, stages.index("Q") + 1)

@@ -30,3 +30,16 @@ def test_mode_names_are_those_of_pymavlink():
 
     assert mavutil.mode_mapping_apm == PLANE_MODES
     assert mavutil.mode_mapping_acm == COPTER_MODES
+
+
+@pytest.mark.parametrize(
+    ("kind", "name"),
+    [
+        (mavlink.MAV_TYPE_VTOL_DUOROTOR - 1, None),
+        (mavlink.MAV_TYPE_VTOL_DUOROTOR, "QHOVER"),
+        (mavlink.MAV_TYPE_VTOL_RESERVED5, "QHOVER"),
+        (mavlink.MAV_TYPE_VTOL_RESERVED5 + 1, None),
+    ],
+)
+def test_all_kinds_of_vtol_and_no_others_have_the_modes_of_a_plane(kind, name):
+    assert mode_name(ARDUPILOT, kind, 18) == name
