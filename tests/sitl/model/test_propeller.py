@@ -6,7 +6,7 @@ from importlib.resources import files
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from sitl.design.trim import level_trim
@@ -141,3 +141,13 @@ def test_a_hover_draws_more_than_the_ideal_rotor_of_its_disc(name):
     trim = level_trim(a, 0.0)
     ideal = 2.0 * trim.thrust * math.sqrt(trim.thrust / (2.0 * a.rho * a.S_p))
     assert shaft_power(Actuators(trim.omega, trim.omega, 0.0, 0.0), 0.0, a) > ideal
+
+
+@given(left=speeds, right=speeds, inflow=st.floats(-5.0, 20.0))
+def test_what_the_battery_gives_is_what_arrives_and_what_its_own_resistance_takes(left, right, inflow):
+    actuators = Actuators(left, right, 0.0, 0.0)
+    arrives = battery_power(actuators, inflow, PHYSICAL._replace(battery_resistance=0.0))
+    assume(arrives < 0.9 * PHYSICAL.battery_voltage**2 / (4.0 * PHYSICAL.battery_resistance))  # more is never there
+    given_up = battery_power(actuators, inflow, PHYSICAL)
+    current = given_up / PHYSICAL.battery_voltage
+    assert given_up == pytest.approx(arrives + PHYSICAL.battery_resistance * current * current)

@@ -151,3 +151,11 @@ def test_rotors_turn_the_pitch_rate_into_yaw():
     with_rotors = stall.wrench(STILL, pitching, fast, PHYSICAL)[1]
     without = stall.wrench(STILL, pitching, fast, PHYSICAL._replace(J_p=0.0))[1]
     assert with_rotors.z - without.z == pytest.approx(-3.0 * PHYSICAL.J_p * 400.0)
+
+
+@pytest.mark.parametrize("speed", [3.0, 15.0])
+def test_the_drag_of_the_free_stream_is_the_wrench_s_where_no_slipstream_is(speed):
+    a = PHYSICAL._replace(S_ratio=0.0, k_fv=0.0, k_fvv=0.0)
+    v = Vector(speed, 0.0, 0.0)
+    F, _ = stall.wrench(v, STILL, Actuators(0.0, 0.0, 0.0, 0.0), a)
+    assert aerodynamics.slopes(v, 0.0, 0.0, a).drag * speed == pytest.approx(-F.x)
