@@ -85,3 +85,13 @@ def test_an_item_holds_what_its_stage_says_and_nothing_else():
     params = [item.params[:3] for item in export.mission.items]
     assert params == [(0.0, 0.0, 0.0), (10.0, 0.0, 0.0), (0.0, 0.0, 30.0), (0.0, 0.0, 0.0)]
     assert all(math.isnan(item.params[3]) for item in export.mission.items)
+
+
+def test_a_waypoint_that_a_loop_names_is_lost_and_not_flown_to_as_the_origin():
+    plan = plan_of('<block name="a"><path wpts="A $i B"/><go wp="$i"/><stay wp="$i"/><go from="$i" wp="A"/></block>')
+    export = to_mission(plan)
+    assert [str(loss).split(": ", 1)[1] for loss in export.losses] == [
+        "<path> over $i", "<go> to $i", "<stay> at $i",
+    ]  # fmt: skip
+    assert commands(export) == [mavlink.MAV_CMD_NAV_WAYPOINT] * 3
+    assert [item.z for item in export.mission.items] == [102.0, 103.0, 102.0]
