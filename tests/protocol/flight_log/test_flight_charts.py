@@ -53,15 +53,16 @@ def test_without_messages_there_is_no_chart(nothing):
 
 
 def test_distances_are_from_the_set_point_and_from_the_truth_which_is_told_north_east_down(nothing):
+    times = [0.0, 1.0, 2.0, 3.0]
     flight = replace(
         nothing,
-        position=series(x=[0.0, 1.0, 2.0], y=[0.0, 0.0, 0.0], z=[-5.0, -5.0, -5.0]),
+        position=series(times, x=times, y=[0.0] * 4, z=[-5.0] * 4),
         target=series([0.0, 2.0], x=[0.0, 5.0], y=[4.0, 4.0], z=[-5.0, -5.0]),
-        truth=series(position=[[0.0, 0.0, -5.0], [1.0, 2.0, -5.0], [2.0, 0.0, -8.0]]),
+        truth=series(times, position=[[0.0, 0.0, -5.0], [1.0, 2.0, -5.0], [2.0, 0.0, -8.0], [3.0, 0.0, -5.0]]),
     )
     drawn = lines(error_chart(flight))
-    assert drawn["from the set-point"] == (TIMES.tolist(), pytest.approx([4.0, np.hypot(1.5, 4.0), 5.0]))
-    assert drawn["estimate from truth"] == (TIMES.tolist(), pytest.approx([0.0, 2.0, 3.0]))
+    assert drawn["from the set-point"] == (times, pytest.approx([4.0, np.hypot(1.5, 4.0), 5.0, np.hypot(2.0, 4.0)]))
+    assert drawn["estimate from truth"] == (times, pytest.approx([0.0, 2.0, 3.0, 0.0]))
     assert list(lines(error_chart(replace(flight, truth=NONE)))) == ["from the set-point"]
 
 

@@ -114,6 +114,7 @@ def test_a_new_filter_has_seen_and_refused_nothing():
         *[0] * 5,
     )
     assert made.support == NOMINAL.g
+    assert made.actuators == (0.0, 0.0, 0.0, 0.0)
     assert (made.fused_at == -1.0).all()
     assert (made.refused_since == -1.0).all()
     assert made.refused_at.max() < -1e6  # so long ago that nothing is mistrusted for it
