@@ -56,7 +56,7 @@ def test_every_error_gains_what_its_instrument_is_said_to(settings, shaken):
         gnss_drift=walk((gnss.drift_level, gnss.drift_level, gnss.drift_up), gnss.drift_time),
         barometer_drift=walk(SHIPPED.barometer.drift, SHIPPED.barometer.drift_time),
     )
-    assert settings.spread == pytest.approx(wanted, rel=1e-12)
+    assert settings.spread == pytest.approx(wanted, rel=1e-12, abs=0.0)
 
 
 @pytest.mark.parametrize("settings", [OUTDOORS, ARENA])
@@ -66,7 +66,7 @@ def test_what_is_forgotten_fades_with_its_time_and_all_else_stays(settings):
         gnss_drift=SLOW_STEP / SHIPPED.gnss.drift_time,
         barometer_drift=SLOW_STEP / SHIPPED.barometer.drift_time,
     )
-    assert settings.fade == pytest.approx(np.exp(-gone), rel=1e-9)
+    assert settings.fade == pytest.approx(np.exp(-gone), rel=1e-9, abs=0.0)
 
 
 def test_every_error_begins_as_large_as_its_instrument_makes_it():
@@ -80,9 +80,13 @@ def test_every_error_begins_as_large_as_its_instrument_makes_it():
         "static_port": SHIPPED.barometer.position_error**2,
     }
     turn = max(tilt, field.bias / math.hypot(field.field_north, field.field_west))
-    assert OUTDOORS.initial == pytest.approx(vectors(position=0.09, velocity=0.01, attitude=turn**2, **same), rel=1e-12)
+    assert OUTDOORS.initial == pytest.approx(
+        vectors(position=0.09, velocity=0.01, attitude=turn**2, **same), rel=1e-12, abs=0.0
+    )
     turn = max(tilt, SHIPPED.motion_capture.misalignment)
-    assert ARENA.initial == pytest.approx(vectors(position=1e-4, velocity=4e-4, attitude=turn**2, **same), rel=1e-12)
+    assert ARENA.initial == pytest.approx(
+        vectors(position=1e-4, velocity=4e-4, attitude=turn**2, **same), rel=1e-12, abs=0.0
+    )
 
 
 def test_the_errors_are_numbered_through():

@@ -151,3 +151,13 @@ def test_what_the_battery_gives_is_what_arrives_and_what_its_own_resistance_take
     given_up = battery_power(actuators, inflow, PHYSICAL)
     current = given_up / PHYSICAL.battery_voltage
     assert given_up == pytest.approx(arrives + PHYSICAL.battery_resistance * current * current)
+
+
+def test_a_table_has_five_rows_at_least():
+    table = raw()
+    table["assumed"]["rows"] = []
+    table["measured"]["rows"] = rows = [[J, 0.13 - 0.15 * J * J, 0.06] for J in (0.0, 0.3, 0.6, 0.9, 1.2)]
+    assert propeller_of("short", table).thrust_fit == pytest.approx((0.13, 0.0, -0.15), abs=1e-6)
+    del rows[2]
+    with pytest.raises(PropellerError, match="five finite rows or more"):
+        propeller_of("shorter", table)
