@@ -175,17 +175,10 @@ def test_a_correction_that_gives_energy_is_refused(tmp_path):
         load(of_propeller(tmp_path, entry("thrust_factor", 1.8, "-")))
 
 
-@pytest.mark.parametrize(
-    "value", ["1.7976931348623157e308", "-1.7976931348623157e308", "1e400", "nan", "1" + 400 * "0"]
-)
+@pytest.mark.parametrize("value", ["1.7976931348623157e308", "-1.7976931348623157e308", "inf"])
 def test_a_number_as_large_as_there_are_is_none(tmp_path, value):
-    path = tmp_path / "mine.toml"
-    path.write_text(
-        '[set]\nname = "mine"\ndescription = "x"\nbase = "nominal"\n'
-        f'[m]\nvalue = {value.replace("1e400", "inf")}\nunit = "kg"\nsource = "x"\n'
-    )
     with pytest.raises(AirframeError, match="is not a finite number"):
-        load(str(path))
+        load(write(tmp_path, entry("m", value, "kg")))
 
 
 def test_what_the_reports_sets_do_without_is_nothing():
