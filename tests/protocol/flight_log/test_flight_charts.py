@@ -94,6 +94,8 @@ def test_propellers_and_elevons_stand_below_each_other_with_their_limits(nothing
     }
     bounds = [(trace.xaxis, round(trace.y[0]), trace.showlegend) for trace in figure.data if "limits" in trace.name]
     assert bounds == [("x", 100, True), ("x", 1000, False), ("x2", -30, True), ("x2", 30, False)]
+    titles = [axis.title.text for axis in (figure.layout.yaxis, figure.layout.yaxis2)]
+    assert titles == ["propellers [rad/s]", "elevons [deg]"]
     top, bottom = figure.layout.yaxis.domain, figure.layout.yaxis2.domain
     assert 0.0 == bottom[0] < bottom[1] < top[0] < top[1] == 1.0
     assert [(shade.x0, shade.x1, shade.xref) for shade in figure.layout.shapes] == [(1.0, 5.0, "x")]

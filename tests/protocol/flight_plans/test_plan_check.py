@@ -164,3 +164,10 @@ def test_every_known_function_can_be_called(name):
     shape = FUNCTIONS[name]
     assert 0 <= shape.least <= shape.most
     assert all(0 <= index < shape.most for index in (*shape.waypoints, *shape.changes))
+
+
+@pytest.mark.parametrize(("name", "found"), [("v", []), ("nothing", [("&nothing", "b")])])
+def test_a_function_changes_only_a_variable_that_there_is(name, found):
+    before = '<variables><variable var="v" init="0"/></variables>'
+    stage = f'<call_once fun="increase_nav_heading(&amp;{name}, 1)"/>'
+    assert findings(block(stage), before) == found

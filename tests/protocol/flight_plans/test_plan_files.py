@@ -242,3 +242,26 @@ def test_each_attribute_has_its_own_place_also_where_its_value_holds_the_end_of_
     error = refusal(plan_text(f'<block name="b">\n{stages}</block>'))
     assert "no waypoint 'Q'" in str(error)
     assert (error.place.line, error.place.column) == (4, stages.index("Q") + 1)
+
+
+def test_a_waypoint_may_stand_on_an_axis_and_a_hundred_kilometres_away():
+    for x, y in ((0.0, 4.0), (3.0, 0.0), (0.0, 0.0), (100_000.0, 0.0), (0.0, -100_000.0)):
+        text = plan_text('<block name="b"/>').replace('x="3" y="4"', f'x="{x}" y="{y}"')
+        plan = read_flight_plan(text.encode(), "t")
+        at = waypoint_position(plan, plan.waypoint("A"))
+        assert (at.x, at.y) == (x, y)
+    text = plan_text('<block name="b"/>')
+    assert "farther than 100000 m" in str(refusal(text.replace('x="3"', 'x="100001"')))
+    assert "farther than 100000 m" in str(refusal(text.replace('y="4"', 'y="-100001"')))
+
+
+def test_what_is_wrong_with_a_whole_file_has_no_line(tmp_path):
+    with pytest.raises(FlightPlanError) as caught:
+        load_flight_plan(tmp_path / "none.xml")
+    assert (caught.value.place.line, caught.value.place.column) == (0, 0)
+
+
+@pytest.mark.parametrize("before", [b"", b"\n", b"\n\n<a>\n"])
+def test_a_byte_that_is_no_text_is_said_with_its_line(before):
+    error = refusal(before + b"<b c='\xff'/>")
+    assert (error.place.line, error.place.column) == (before.count(b"\n") + 1, 1)
