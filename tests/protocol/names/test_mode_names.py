@@ -43,3 +43,8 @@ def test_mode_names_are_those_of_pymavlink():
 )
 def test_all_kinds_of_vtol_and_no_others_have_the_modes_of_a_plane(kind, name):
     assert mode_name(ARDUPILOT, kind, 18) == name
+
+
+def test_submarines_and_rovers_have_their_own_numbers():
+    names = {number: mode_name(ARDUPILOT, mavlink.MAV_TYPE_SUBMARINE, number) for number in (7, 8, 9)}
+    assert names == {7: "CIRCLE", 8: None, 9: "SURFACE"}

@@ -107,3 +107,8 @@ def test_braking_is_fed_forward_only_above_its_share_of_the_speed_wanted():
     closing = guidance.FOLLOWS * wanted
     for speed, fed in ((closing, 0.0), (closing * (1.0 + 1e-12), GAINS.brake)):
         assert aimed((0.0, 0.0, 50.0), (speed, 0.0, 0.0), reference).brake == fed
+
+
+@pytest.mark.parametrize("rise", [0.5, -0.5])
+def test_a_vertical_speed_at_the_altitude_wanted_is_taken_away(rise):
+    assert asked((0.0, 0.0, 50.0), (0.0, 0.0, rise), HERE).z == pytest.approx(-GAINS.k_vz * rise)
