@@ -45,6 +45,12 @@ def test_all_kinds_of_vtol_and_no_others_have_the_modes_of_a_plane(kind, name):
     assert mode_name(ARDUPILOT, kind, 18) == name
 
 
-def test_submarines_and_rovers_have_their_own_numbers():
-    names = {number: mode_name(ARDUPILOT, mavlink.MAV_TYPE_SUBMARINE, number) for number in (7, 8, 9)}
-    assert names == {7: "CIRCLE", 8: None, 9: "SURFACE"}
+@pytest.mark.parametrize(
+    ("kind", "names"),
+    [
+        (mavlink.MAV_TYPE_SUBMARINE, {7: "CIRCLE", 8: None, 9: "SURFACE"}),
+        (mavlink.MAV_TYPE_GROUND_ROVER, {7: "SIMPLE", 8: "DOCK", 9: "CIRCLE"}),
+    ],
+)
+def test_submarines_and_rovers_have_their_own_numbers(kind, names):
+    assert {number: mode_name(ARDUPILOT, kind, number) for number in names} == names
