@@ -141,13 +141,17 @@ def _drawn(candidates: list[Mutant], count: int, seed: int) -> list[Mutant]:
 
 
 def _again(candidates: list[Mutant], rows: list[dict[str, Any]]) -> list[Mutant]:
-    """The survivors of an earlier run: the same changes in the same functions, on the same lines if they are there."""
+    """The survivors of an earlier run: the same changes in the same places, or else all like them on the same line.
+
+    Where the line has none, all like them in the same function.
+    """
     found: dict[Mutant, None] = {}
     for row in rows:
         if row["outcome"] == "survived":
             wanted = [row[key] for key in ("file", "function", "before", "after")]
             alike = [m for m in candidates if [m.file, m.function, m.before, m.after] == wanted]
-            found |= dict.fromkeys([m for m in alike if m.line == row["line"]] or alike)
+            here = [m for m in alike if m.start == row["start"]] or [m for m in alike if m.line == row["line"]]
+            found |= dict.fromkeys(here or alike)
     return sorted(found)
 
 

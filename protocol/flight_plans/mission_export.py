@@ -103,7 +103,7 @@ class _Export:
             case GoStage():
                 yield from self._go(stage)
             case PathStage():
-                yield from (self._item(mavlink.MAV_CMD_NAV_WAYPOINT, self._at(use, stage)) for use in stage.wpts)
+                yield from self._path(stage)
             case StayStage():
                 yield from self._stay(stage)
             case CircleStage():
@@ -128,6 +128,13 @@ class _Export:
         if stage.from_wp is not None and not is_loop_waypoint(stage.from_wp):
             yield self._item(mavlink.MAV_CMD_NAV_WAYPOINT, self._at(stage.from_wp, stage))
         yield self._item(mavlink.MAV_CMD_NAV_WAYPOINT, self._at(stage.wp, stage))
+
+    def _path(self, stage: PathStage) -> Iterator[MissionItem]:
+        for use in stage.wpts:
+            if is_loop_waypoint(use):
+                self._lose(stage.place, f"<path> over {use}")
+            else:
+                yield self._item(mavlink.MAV_CMD_NAV_WAYPOINT, self._at(use, stage))
 
     def _stay(self, stage: StayStage) -> Iterator[MissionItem]:
         if is_loop_waypoint(stage.wp):

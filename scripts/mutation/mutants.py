@@ -36,6 +36,7 @@ ARITHMETIC: dict[type[ast.operator], type[ast.operator]] = {
 OPERATORS = (ast.Compare, ast.BinOp, ast.BoolOp, ast.UnaryOp)
 # Texts and what raises one are for people; imports, decorators and annotations compute nothing.
 SKIPPED = (ast.JoinedStr, ast.Raise, ast.Assert, ast.Import, ast.ImportFrom)
+CACHED = re.compile(r"(functools\.)?(lru_)?cache\b")  # decorators of what only its first caller computes
 CLASS_NAME = re.compile(r"_?[A-Z]\w*[a-z]\w*")
 UNIT = 1000  # numbers up to here may count something: they change by one, larger ones are doubled
 
@@ -45,7 +46,7 @@ class Mutant(NamedTuple):
 
     file: str  # relative to the tree
     line: int
-    function: str  # qualified name; empty outside of functions
+    function: str  # qualified name; empty outside of functions, and in those that compute once for all callers
     start: int  # bytes of the file that are replaced
     end: int
     before: str
@@ -69,21 +70,22 @@ def mutants_of(file: str, source: bytes) -> list[Mutant]:
     for text in source.splitlines(keepends=True):
         starts.append(starts[-1] + len(text))
     found = []
-    for node, function, after in _changes(ast.parse(source), ""):
+    for node, function, after in _changes(ast.parse(source), None):
         start = starts[node.lineno - 1] + node.col_offset
         end = starts[(node.end_lineno or node.lineno) - 1] + (node.end_col_offset or 0)
         before = " ".join(source[start:end].decode().split())
-        found.append(Mutant(file, node.lineno, function, start, end, before, after))
+        found.append(Mutant(file, node.lineno, function or "", start, end, before, after))
     return sorted(found, key=lambda mutant: (mutant.start, mutant.end, mutant.after))
 
 
-def _changes(node: ast.AST, function: str, scope: str = "") -> Iterator[tuple[ast.expr, str, str]]:
+def _changes(node: ast.AST, function: str | None, scope: str = "") -> Iterator[tuple[ast.expr, str | None, str]]:
     """The expressions at and below a node that can change, with their function and the changed text."""
     if isinstance(node, SKIPPED):
         return
-    if isinstance(node, ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef) and not function:
+    if isinstance(node, ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef) and function is None:
         scope = f"{scope}.{node.name}".lstrip(".")
-        function = "" if isinstance(node, ast.ClassDef) else scope
+        if not isinstance(node, ast.ClassDef):
+            function = "" if any(CACHED.match(ast.unparse(by)) for by in node.decorator_list) else scope
     if isinstance(node, ast.expr):
         for changed in _changed(node):
             yield node, function, ast.unparse(changed)

@@ -28,3 +28,10 @@ def test_a_clock_that_is_set_or_restarted_is_noticed_once():
     assert not clocks.hear(0.0, 101.0)
     assert clocks.hear(1.0, 102.0)
     assert clocks.ours(1.0) == pytest.approx(102.0)
+
+
+def test_a_window_is_over_exactly_at_its_length():
+    clocks = ClockMatch(5.0)
+    for stamp, now in ((0.0, 100.0), (4.75, 105.0), (9.75, 110.0)):  # the first packet was quicker by a quarter
+        assert clocks.hear(stamp, now)
+    assert clocks.ours(0.0) == 100.25

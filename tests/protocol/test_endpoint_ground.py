@@ -8,7 +8,7 @@ from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.endpoint_ground import GroundEndpoint
 from protocol.errors import LocalProtocolError
-from protocol.events import CommandDone, CurrentItemSet, VehicleFound, VehicleLost, VehicleReturned
+from protocol.events import CommandDone, ControlRequested, CurrentItemSet, VehicleFound, VehicleLost, VehicleReturned
 from tests.support.links.link import ARM, Link, frame, plan
 from tests.support.links.lossy_pipe import LossyPipe
 from tests.support.links.vehicle_endpoint import ATTITUDE, endpoint
@@ -98,3 +98,18 @@ def test_a_set_point_is_sent_once():
     ground.send(mavlink.MAVLink_set_position_target_local_ned_message(0, 1, 1, 1, 2552, *[1.0] * 11))
     assert len(ground.datagrams_to_send()) == 1
     assert ground.datagrams_to_send() == []
+
+
+@pytest.mark.parametrize(("asker", "is_known"), [(0, False), (1, True), (255, True), (256, False)])
+def test_only_the_number_of_a_system_can_ask_for_control(asker, is_known):
+    ground, vehicle = GroundEndpoint(), Codec(1, 1)
+    ground.receive_datagram(vehicle.encode(mavlink.MAVLink_heartbeat_message(19, 12, 0, 0, 4, 3)), 0.0)
+    ground.datagrams_to_send(), ground.events()
+    values = (1.0, 0.0, 10.0, float(asker), 0.0, 0.0, 0.0)
+    command = mavlink.MAV_CMD_REQUEST_OPERATOR_CONTROL
+    ground.receive_datagram(vehicle.encode(mavlink.MAVLink_command_long_message(255, 190, command, 0, *values)), 0.1)
+    ground.handle_timer(0.1)
+    assert [e.system for e in ground.events() if isinstance(e, ControlRequested)] == [asker] * is_known
+    answers = [m for data in ground.datagrams_to_send() for m in vehicle.decode(data)]
+    expected = mavlink.MAV_RESULT_ACCEPTED if is_known else mavlink.MAV_RESULT_DENIED
+    assert [m.result for m in answers if m.get_type() == "COMMAND_ACK"] == [expected]

@@ -22,6 +22,11 @@ def is_high(x: int) -> bool:
 def unused(a: bool, b: bool) -> bool:
     """No test calls it."""
     return a and b
+
+
+def held_in_part(x: int) -> tuple[int, int]:
+    """The tests hold one half of it."""
+    return -x, -x
 '''
 TESTS = """
 import pytest
@@ -35,6 +40,9 @@ def limit():
 def test_high(limit, x, high):
     assert limit == 3
     assert numbers.is_high(x) == high
+
+def test_half():
+    assert numbers.held_in_part(2)[1] == -2
 
 def test_that_fails_anyway():
     assert numbers.unused(True, False)
@@ -85,7 +93,9 @@ def test_the_same_seed_draws_the_same_mutants_and_generated_files_have_none(proj
 def test_what_survives_is_what_no_test_holds(project, tmp_path):
     out = tmp_path / "out.json"
     printed = mutate(project, "--json", out)
-    assert "3 of 4 mutants killed (75 %)\ntoy/numbers.py:13  a and b  ->  a or b  (0 tests)" in printed
-    assert [row["outcome"] for row in json.loads(out.read_text())] == ["killed"] * 3 + ["survived"]
-    assert "0 of 1 mutants killed" in mutate(project, "--again", out)
+    survivors = ["toy/numbers.py:13  a and b  ->  a or b  (0 tests)", "toy/numbers.py:18  -x  ->  x  (1 tests)"]
+    assert "\n".join(["4 of 6 mutants killed (67 %)", *survivors]) in printed
+    outcomes = ["killed"] * 3 + ["survived"] * 2 + ["killed"]
+    assert [row["outcome"] for row in json.loads(out.read_text())] == outcomes
+    assert "0 of 2 mutants killed" in mutate(project, "--again", out)
     assert (project / "toy" / "numbers.py").read_text() == SOURCE

@@ -216,3 +216,16 @@ def test_entries_of_another_plan_or_place_count_for_nothing():
         client.receive(arrived(entry), 0.1)
     assert client.is_busy
     assert client.events() == []
+
+
+def test_a_vehicle_keeps_the_newest_32_events():
+    server = FlightPlanServer(1, 1)
+    server.load(table())
+    for number in range(40):
+        server.tell(event(str(number)))
+    assert EVENTS_KEPT == 32
+    answered = []
+    for number in range(1, 42):
+        server.receive(requested(number, part=1), 0.0, GROUND)
+        answered += [number] if server.messages_to_send() else []
+    assert answered == list(range(9, 41))

@@ -17,6 +17,7 @@ from protocol.engines.retransmission import (
     Remote,
     RequestWindow,
     Retransmission,
+    RetryPolicy,
     precedes,
 )
 
@@ -181,3 +182,17 @@ def test_frames_from_before_a_mark_are_recognised():
     mark = remote.mark(1.0)
     assert [remote.was_sent_before(mark, frame, 1.5) for frame in (late, known, after)] == [True, True, False]
     assert not remote.was_sent_before(mark, late, 1.0 + REORDER_WINDOW)
+
+
+def test_a_sequence_of_waits_begins_anew_after_a_sign_of_life():
+    policy = RetryPolicy((1.0, 2.0, 4.0))
+    policy.start(0.0)
+    assert policy.deadline == 1.0
+    assert policy.retry(1.0)
+    assert policy.deadline == 3.0
+    policy.extend(10.0)
+    deadlines = [policy.deadline]
+    while policy.retry(policy.deadline):
+        deadlines.append(policy.deadline)
+    assert deadlines == [10.0, 11.0, 13.0, 17.0]
+    assert policy.deadline == math.inf

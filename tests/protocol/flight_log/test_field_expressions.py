@@ -74,3 +74,8 @@ def test_no_text_raises_another_error(text):
     except FileError:
         return
     assert found.values.shape == found.rows.shape
+
+
+def test_constants_in_numbers():
+    assert values("ATTITUDE.roll * 0 + g") == pytest.approx(9.80665)
+    assert values("ATTITUDE.roll * 0 + pi") == pytest.approx(np.pi)

@@ -149,3 +149,8 @@ def test_infinite_and_nan_numbers_are_summarised_without_a_warning():
     energies = [energy(x, dict.fromkeys(Law, x), power=x) for x in odd]
     positions = [at(x, x, x) for x in odd]
     assert len(summary_of([beat(Mode.HOLD, armed=True), *positions, *energies, beat(Mode.LAND)]).flights) == 1
+
+
+def test_a_slow_flight_close_to_the_ground_has_its_own_speed_and_height():
+    (flight,) = summary_of([beat(Mode.HOLD, armed=True), at(0.0, 0.25, 0.5), at(0.1, 0.5, 0.25)]).flights
+    assert (flight.height, flight.speed) == (0.5, 0.5)

@@ -1,5 +1,7 @@
 """A plan as a mission, and the list of what it lost."""
 
+import math
+
 import pytest
 
 from protocol import units
@@ -75,3 +77,21 @@ def test_exports_are_saved_and_loaded(tmp_path, name):
     assert load(tmp_path / name).items == export.mission.items
     assert any("fence Room" in loss.text for loss in export.losses) == name.endswith(".waypoints")
     assert len(export.mission.geo_fence["polygons"]) == int(name.endswith(".plan"))
+
+
+def test_an_item_holds_what_its_stage_says_and_nothing_else():
+    stages = '<go wp="A"/><stay wp="A" until="stage_time > 10"/><circle wp="C" radius="30"/><home/>'
+    export = to_mission(plan_of(f'<block name="a">{stages}</block>'))
+    params = [item.params[:3] for item in export.mission.items]
+    assert params == [(0.0, 0.0, 0.0), (10.0, 0.0, 0.0), (0.0, 0.0, 30.0), (0.0, 0.0, 0.0)]
+    assert all(math.isnan(item.params[3]) for item in export.mission.items)
+
+
+def test_a_waypoint_that_a_loop_names_is_lost_and_not_flown_to_as_the_origin():
+    plan = plan_of('<block name="a"><path wpts="A $i B"/><go wp="$i"/><stay wp="$i"/><go from="$i" wp="A"/></block>')
+    export = to_mission(plan)
+    assert [str(loss).split(": ", 1)[1] for loss in export.losses] == [
+        "<path> over $i", "<go> to $i", "<stay> at $i",
+    ]  # fmt: skip
+    assert commands(export) == [mavlink.MAV_CMD_NAV_WAYPOINT] * 3
+    assert [item.z for item in export.mission.items] == [102.0, 103.0, 102.0]

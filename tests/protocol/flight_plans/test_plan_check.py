@@ -3,6 +3,7 @@
 import pytest
 
 from protocol.flight_plans import FlightPlanError, load_flight_plan
+from protocol.flight_plans.known_names import FUNCTIONS
 from protocol.flight_plans.name_mapping import load_name_mapping, parse_name_mapping
 from protocol.flight_plans.plan_check import check_flown
 from tests.support.plans import VOLIERE, plan_of, public_plans
@@ -156,3 +157,17 @@ def test_indoor_plans_are_flown(name):
     check = check_flown(load_flight_plan(path))
     check.require_flown()
     assert set(check.locked_blocks) <= {"Guided_run"}
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_every_known_function_can_be_called(name):
+    shape = FUNCTIONS[name]
+    assert 0 <= shape.least <= shape.most
+    assert all(0 <= index < shape.most for index in (*shape.waypoints, *shape.changes))
+
+
+@pytest.mark.parametrize(("name", "found"), [("v", []), ("nothing", [("&nothing", "b")])])
+def test_a_function_changes_only_a_variable_that_there_is(name, found):
+    before = '<variables><variable var="v" init="0"/></variables>'
+    stage = f'<call_once fun="increase_nav_heading(&amp;{name}, 1)"/>'
+    assert findings(block(stage), before) == found

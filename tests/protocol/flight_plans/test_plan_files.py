@@ -209,3 +209,59 @@ def test_public_plans_load_or_are_refused_with_their_place(path):
         assert "not XML" in error.reason or "procedure" in error.reason  # noqa: PT017
         return
     assert read_flight_plan(render_flight_plan(plan).encode(), "again") == plan
+
+
+@pytest.mark.parametrize(
+    ("text", "degrees"),
+    [("43 0.6", 43.01), ("-43 0.6 0", -43.01), ("-0 30", -0.5), ("43 59.9 59.9", 43 + 59.9 / 60 + 59.9 / 3600)],
+)
+def test_minutes_and_seconds_may_be_parts_of_one_and_count_with_the_sign_of_the_degrees(text, degrees):
+    written = plan_text('<block name="b"><stay wp="A"/></block>').replace('lat0="43.5641"', f'lat0="{text}"')
+    plan = read_flight_plan(written.encode(), "t.xml")
+    assert plan.lat0 == pytest.approx(degrees)
+
+
+@pytest.mark.parametrize("given", ["", 'x="3" y="4" lat="43.5"', 'y="4"', 'lon="1.4"'])
+def test_a_waypoint_has_one_whole_position_at_least_and_no_half_ones(given):
+    text = plan_text('<block name="b"/>').replace('x="3" y="4"', given)
+    assert "needs x and y, or lat and lon" in str(refusal(text))
+
+
+def test_an_empty_section_keeps_its_comments():
+    for tag in ("sectors", "variables", "modules", "exceptions"):
+        for before in (f"<!-- one --><{tag}/>", f"<{tag}><!-- one --></{tag}>"):
+            plan = plan_of('<block name="b"/>', before)
+            written = render_flight_plan(plan)
+            assert "<!-- one -->" in written
+            assert read_flight_plan(written.encode(), "again") == plan
+    assert "<sectors>" not in render_flight_plan(plan_of('<block name="b"/>'))
+
+
+def test_each_attribute_has_its_own_place_also_where_its_value_holds_the_end_of_a_tag():
+    stages = """<go wp="A" until='1 > 2' from="Q"/><go from="B" wp="A"/>"""
+    error = refusal(plan_text(f'<block name="b">\n{stages}</block>'))
+    assert "no waypoint 'Q'" in str(error)
+    assert (error.place.line, error.place.column) == (4, stages.index("Q") + 1)
+
+
+def test_a_waypoint_may_stand_on_an_axis_and_a_hundred_kilometres_away():
+    for x, y in ((0.0, 4.0), (3.0, 0.0), (0.0, 0.0), (100_000.0, 0.0), (0.0, -100_000.0)):
+        text = plan_text('<block name="b"/>').replace('x="3" y="4"', f'x="{x}" y="{y}"')
+        plan = read_flight_plan(text.encode(), "t")
+        at = waypoint_position(plan, plan.waypoint("A"))
+        assert (at.x, at.y) == (x, y)
+    text = plan_text('<block name="b"/>')
+    assert "farther than 100000 m" in str(refusal(text.replace('x="3"', 'x="100001"')))
+    assert "farther than 100000 m" in str(refusal(text.replace('y="4"', 'y="-100001"')))
+
+
+def test_what_is_wrong_with_a_whole_file_has_no_line(tmp_path):
+    with pytest.raises(FlightPlanError) as caught:
+        load_flight_plan(tmp_path / "none.xml")
+    assert (caught.value.place.line, caught.value.place.column) == (0, 0)
+
+
+@pytest.mark.parametrize("before", [b"", b"\n", b"\n\n<a>\n"])
+def test_a_byte_that_is_no_text_is_said_with_its_line(before):
+    error = refusal(before + b"<b c='\xff'/>")
+    assert (error.place.line, error.place.column) == (before.count(b"\n") + 1, 1)

@@ -30,3 +30,27 @@ def test_mode_names_are_those_of_pymavlink():
 
     assert mavutil.mode_mapping_apm == PLANE_MODES
     assert mavutil.mode_mapping_acm == COPTER_MODES
+
+
+@pytest.mark.parametrize(
+    ("kind", "name"),
+    [
+        (mavlink.MAV_TYPE_VTOL_DUOROTOR - 1, None),
+        (mavlink.MAV_TYPE_VTOL_DUOROTOR, "QHOVER"),
+        (mavlink.MAV_TYPE_VTOL_RESERVED5, "QHOVER"),
+        (mavlink.MAV_TYPE_VTOL_RESERVED5 + 1, None),
+    ],
+)
+def test_all_kinds_of_vtol_and_no_others_have_the_modes_of_a_plane(kind, name):
+    assert mode_name(ARDUPILOT, kind, 18) == name
+
+
+@pytest.mark.parametrize(
+    ("kind", "names"),
+    [
+        (mavlink.MAV_TYPE_SUBMARINE, {7: "CIRCLE", 8: None, 9: "SURFACE"}),
+        (mavlink.MAV_TYPE_GROUND_ROVER, {7: "SIMPLE", 8: "DOCK", 9: "CIRCLE"}),
+    ],
+)
+def test_submarines_and_rovers_have_their_own_numbers(kind, names):
+    assert {number: mode_name(ARDUPILOT, kind, number) for number in names} == names

@@ -3,8 +3,8 @@
 import pytest
 
 from protocol.dialect import mavlink
-from protocol.keyring import CONFIRMATION_TIMEOUT, MAX_NEW_STREAM_AGE, Keyring, KeyState
-from protocol.signing import NO_KEY, verify
+from protocol.keyring import CONFIRMATION_TIMEOUT, MAX_ACCEPTED_TIMESTAMP, MAX_NEW_STREAM_AGE, Keyring, KeyState
+from protocol.signing import MAX_TIMESTAMP, NO_KEY, verify
 from tests.support.links.link import frame
 from tests.support.links.signed_frames import (
     KEY,
@@ -136,3 +136,9 @@ def test_a_key_is_saved_once_it_is_confirmed():
     assert records[-1].keys == {None: KEY}
     states(end, signed(heartbeat(), OTHER, T + 3))
     assert records[-1].keys == {None: OTHER}
+
+
+@pytest.mark.parametrize(("timestamp", "is_valid"), [(0, True), (MAX_ACCEPTED_TIMESTAMP, True), (MAX_TIMESTAMP, False)])
+def test_a_key_comes_with_any_time_that_can_be_lived_through(timestamp, is_valid):
+    state = KeyState.PENDING if is_valid else KeyState.REFUSED
+    assert states(open_vehicle(), frame(setup(KEY, timestamp))) == [state]

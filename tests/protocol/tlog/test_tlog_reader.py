@@ -13,6 +13,7 @@ from protocol.errors import FileError, LocalProtocolError
 from protocol.tlog import TlogReader, message_name, read_tlog
 from protocol.tlog.columns import payload_type
 from protocol.tlog.crc import checksums
+from protocol.tlog.message_set import message_class, message_named
 from tests.support.logs import T0, bare, flight, log_of, quadplane_log, unknown_frame
 from tests.support.vehicle.darko_messages import actuators
 
@@ -206,3 +207,12 @@ def test_damage_in_a_log_loses_only_the_damaged_records():
     assert set(whole.offsets[~hit & whole.known].tolist()) <= set(reader.offsets.tolist())
     assert len(reader.damage) == 1
     assert int(reader.lengths.sum()) + reader.damage[0].length == len(data)
+
+
+def test_messages_of_other_dialects_are_known_beside_our_own():
+    assert message_name(163) == "AHRS"
+    assert 163 not in mavlink.mavlink_map
+    assert message_class(163).msgname == "AHRS"
+    assert message_class(30) is mavlink.mavlink_map[30]
+    assert message_named("AHRS") is message_class(163)
+    assert message_named("ATTITUDE") is mavlink.mavlink_map[30]

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from protocol.dialect import mavlink
 from protocol.tlog import TlogReader
+from protocol.tlog.message_set import message_class
 from protocol.tlog.time_stamp import TIME_LIMIT
 from tests.support.logs import T0, bare, flight, log_of, record, unknown_frame
 
@@ -183,3 +184,12 @@ def test_inserted_bytes_lose_at_most_the_record_they_split(at, garbage):
 def test_the_time_limit_is_where_float64_loses_single_microseconds():
     assert float(TIME_LIMIT) == float(TIME_LIMIT + 1)
     assert float(TIME_LIMIT - 1) != float(TIME_LIMIT)
+
+
+@pytest.mark.parametrize(("marker", "records"), [(0xFE, 3), (0xFF, 2), (0xFC, 2)])
+def test_only_the_two_markers_begin_a_frame_also_of_an_unknown_message(marker, records):
+    number = next(n for n in range(256) if message_class(n) is None)
+    odd = bytes([marker, 3, 0, 1, 1, number]) + b"abc" + b"\x12\x34"
+    reader = TlogReader(log_of([FRAMES[0], odd, FRAMES[1]]))
+    assert len(reader) == records
+    assert len(reader.damage) == 3 - records

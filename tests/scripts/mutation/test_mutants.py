@@ -79,3 +79,11 @@ def test_a_change_is_made_where_it_was_found_and_keeps_to_itself():
 def test_functions_within_functions_count_as_the_outer_one_and_defaults_as_the_module():
     found = mutants_of("module.py", b"x = 1\ndef f(y):\n    def g():\n        return 2\n    return lambda: 3\n")
     assert [(mutant.function, mutant.before) for mutant in found] == [("", "1"), ("f", "2"), ("f", "3")]
+
+
+@pytest.mark.parametrize("decorator", ["cache", "functools.cache", "lru_cache(maxsize=8)"])
+def test_what_is_computed_once_for_all_callers_counts_as_the_module(decorator):
+    found = mutants_of("module.py", f"@{decorator}\ndef f(y):\n    def g():\n        return 2\n    return 3\n".encode())
+    assert [(mutant.function, mutant.before) for mutant in found] == [("", "2"), ("", "3")]
+    (other,) = mutants_of("module.py", b"@cached_by_name\ndef f(y):\n    return 3\n")
+    assert other.function == "f"

@@ -40,3 +40,15 @@ def test_the_difference_fades_and_ends(u, acting):
         sizes.append(sum(abs(x - y) for x, y in zip(flown, u, strict=True)))
     assert sizes[tau] == pytest.approx(sizes[0] * (1.0 - DT / FADE) ** tau, rel=1e-6, abs=1e-12)
     assert transfer == handover.none()  # to the bit: it does not fade for ever
+
+
+def test_a_transfer_begins_with_nothing_to_fade():
+    assert handover.requested() == (True, (0.0, 0.0, 0.0, 0.0))
+    assert handover.none() == (False, (0.0, 0.0, 0.0, 0.0))
+
+
+def test_where_no_inflow_is_told_a_transfer_takes_the_air_to_stand_still():
+    a, acting = load("physical").parameters, Actuators(600.0, 500.0, 0.1, -0.1)
+    asked = Virtual(2.0, 2.0, 0.0, 0.0), acting, a, handover.requested(), DT
+    assert handover.smoothed(*asked) == handover.smoothed(*asked, 0.0)
+    assert handover.smoothed(*asked) != handover.smoothed(*asked, 1.0)

@@ -131,3 +131,21 @@ def test_a_tick_commands_then_integrates():
     u = law.control(law.error(seen, wanted.position, 0.4), integral, 0.4, LQI)
     assert side == 1.0
     assert (command, saturation) == allocate(u, A)
+
+
+@given(p=offsets, v=offsets, tilt=tilts, w=tilts, integral=offsets, heading=headings)
+def test_what_the_integral_adds_to_v_is_its_part_of_the_quadratic_form(p, v, tilt, w, integral, heading):
+    draws = np.random.default_rng(3)
+    S_xi, half = draws.normal(size=(12, 3)), draws.normal(size=(3, 3))
+    gains = LQI._replace(S_xi=S_xi, S_ii=half + half.T)
+    seen = estimate(p, v, turned(hover(heading), tilt), w)
+    x = flat(law.error(seen, ORIGIN, heading))
+    ahead = np.array(rotate(from_euler(0.0, 0.0, -heading), integral))
+    share = law.integral_share(seen, reference(heading=heading), gains, integral)
+    assert share == pytest.approx(2.0 * x @ S_xi @ ahead + ahead @ gains.S_ii @ ahead, rel=1e-6, abs=1e-6)
+
+
+def test_unless_it_is_told_v_has_nothing_of_the_integral():
+    plain = law.LinearGains(*LQI[:6])
+    assert (plain.S_xi.shape, plain.S_ii.shape) == ((12, 3), (3, 3))
+    assert law.integral_share(estimate((1, 2, 3)), reference(), plain, Vector(1.0, 2.0, 3.0)) == 0.0

@@ -13,10 +13,12 @@ from sitl.control.reference import AttitudeReference, along, hover_at, leg, stee
 from sitl.design.indi_gains import indi_gains
 from sitl.design.trim import level_trim
 from sitl.model.airframe_files import load
+from sitl.model.arithmetic import decay
+from sitl.model.phi_theory import wrench
 from sitl.model.quaternions import Quaternion, from_euler, hover, x_axis
 from sitl.model.state import Actuators
 from sitl.model.vectors import Vector, add_scaled, norm, scaled, subtract
-from tests.support.flights.estimates import estimate, turned, vector
+from tests.support.flights.estimates import estimate, negated, turned, vector
 
 SETS = {name: load(name).parameters for name in ("nominal", "physical")}
 GAINS = indi_gains()
@@ -192,3 +194,28 @@ def test_the_low_pass_settles_on_what_it_is_given_and_its_rate_is_the_derivative
     assert filtered.rate == pytest.approx((1.0, 0.0, 0.0), abs=1e-6)
     assert filtered.value.y == pytest.approx(1.0)
     assert filtered.value.x == pytest.approx(0.002 * 2000 - math.sqrt(2.0) / 40.0, abs=0.01)
+
+
+@pytest.mark.parametrize("name", SETS)
+def test_at_rest_in_still_air_its_moment_is_that_of_phi_theory(name):
+    a = SETS[name]._replace(S_ratio=0.6, C_d0=0.15)
+    acting = Actuators(650.0, 520.0, 0.2, -0.1)
+    _, moment = wrench(Vector(0.0, 0.0, 0.0), Vector(0.0, 0.0, 0.0), acting, a)
+    assert indi.modelled(estimate(actuators=acting), a).moment == pytest.approx(moment, rel=1e-9)
+
+
+@pytest.mark.parametrize(("speed", "turns"), [(indi.HEADING_BELOW, False), (indi.HEADING_BELOW * (1 - 1e-12), True)])
+def test_a_hover_that_is_flown_to_fast_leaves_the_heading_alone(speed, turns):
+    seen = estimate((0.0, 0.0, HIGH), v=(0.6 * speed, -0.8 * speed, 9.0) if turns else (speed, 0.0, 9.0))
+    _, _, state = flown(seen, hover_at((0.0, 0.0, HIGH), 1.0), SETS["physical"], ticks=1)
+    assert (state.course > 0.0) == turns
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_the_attitude_s_own_rate_is_fed_forward_the_way_it_turns(sign):
+    rate = Vector(0.2 * sign, -0.3 * sign, 0.1 * sign)
+    state = indi.start(estimate(q=hover(0.7)), SETS["physical"])
+    q_d = turned(hover(0.7), scaled(rate, TICK))
+    wanted = scaled(rate, 1.0 - decay(GAINS.turn_filter * TICK))
+    for either in (q_d, negated(q_d)):
+        assert indi._turning(state, either, GAINS, TICK) == pytest.approx(wanted, rel=1e-3)

@@ -86,3 +86,29 @@ def test_braking_that_leaves_the_elevons_no_travel_climbs():
     assert level.z == pytest.approx(0.0, abs=1e-9)
     assert used.z == pytest.approx(GAINS.k_vz * GAINS.climb)
     assert above.z <= 0.0
+
+
+def aimed(p, v, reference, course=0.0):
+    return guidance.aim(Vector(*p), Vector(*v), Vector(0.0, 0.0, 0.0), reference, course, GAINS)
+
+
+def test_a_way_that_the_belly_faces_is_begun_with_the_speed_wanted_and_not_more():
+    for course in (0.0, math.acos(guidance.FACES) - 1e-9):
+        assert aimed((0.0, 0.0, 50.0), (1.0, 0.0, 0.0), flying(), course).speed == pytest.approx(15.0)
+    assert aimed((0.0, 0.0, 50.0), (1.0, 0.0, 0.0), flying(), math.acos(guidance.FACES_NOT)).speed == pytest.approx(
+        guidance.SIDEWAYS
+    )
+
+
+def test_braking_is_fed_forward_only_above_its_share_of_the_speed_wanted():
+    reference = hover_at((30.0, 0.0, 50.0), 0.0, 30.0)
+    wanted = aimed((0.0, 0.0, 50.0), (0.0, 0.0, 0.0), reference).speed
+    assert wanted == guidance.stopping_speed(30.0, GAINS)
+    closing = guidance.FOLLOWS * wanted
+    for speed, fed in ((closing, 0.0), (closing * (1.0 + 1e-12), GAINS.brake)):
+        assert aimed((0.0, 0.0, 50.0), (speed, 0.0, 0.0), reference).brake == fed
+
+
+@pytest.mark.parametrize("rise", [0.5, -0.5])
+def test_a_vertical_speed_at_the_altitude_wanted_is_taken_away(rise):
+    assert asked((0.0, 0.0, 50.0), (0.0, 0.0, rise), HERE).z == pytest.approx(-GAINS.k_vz * rise)

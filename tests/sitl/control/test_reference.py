@@ -157,3 +157,23 @@ def test_numbers_of_any_kind_make_the_same_reference():
         assert all(type(x) is float for x in (*path.start, *path.end, *path[3:4], *path[5:]))
     assert all(type(x) is float for x in (*made[0].position, made[0].heading, made[0].speed))
     assert norm(subtract(made[1].end, Vector(4.0, 5.0, 6.0))) == 0.0
+
+
+def test_the_line_of_sight_of_a_place_leads_to_it_from_however_near():
+    path = hover_at((3.0, 4.0, 5.0), 0.0).path
+    for distance in (1e-3, 0.5, 1.0):
+        assert line_of_sight(path, Vector(3.0 + distance, 4.0, 0.0), 0.0) == pytest.approx((-1.0, 0.0))
+
+
+def test_at_its_very_ends_a_leg_is_level():
+    path = leg((0.0, 0.0, 50.0), (128.0, 0.0, 60.0), 15.0)
+    assert height(path, Vector(0.0, 9.0, 0.0)) == (50.0, 0.0)
+    assert height(path, Vector(128.0, 9.0, 0.0)) == (60.0, 0.0)
+    assert height(path, Vector(64.0, 9.0, 0.0)) == (55.0, 10.0 / 128.0)
+
+
+@pytest.mark.parametrize("radius", [0.5, 40.0])
+def test_the_centre_is_to_the_left_of_a_left_circle_however_small(radius):
+    centre = Vector(0.0, 0.0, 50.0)
+    assert cross_track(circle(centre, radius, 15.0), centre) == radius
+    assert cross_track(circle(centre, -radius, 15.0), centre) == -radius

@@ -8,14 +8,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sitl.control.reference import along, hover_at, leg
-from sitl.estimation.alignment import STANDSTILL_PATIENCE, STILL_TIME, attitude_from
+from sitl.estimation.alignment import STANDSTILL_PATIENCE, STILL_TIME, align, attitude_from
 from sitl.estimation.belief import ATTITUDE_ERROR, GYRO_BIAS_ERROR, POSITION_ERROR
-from sitl.estimation.filter import ALIGNING, REALIGNING, RUNNING
-from sitl.model.quaternions import from_euler, rotate_inverse
+from sitl.estimation.filter import ALIGNING, REALIGNING, RUNNING, get_belief, get_mean_rates
+from sitl.model.quaternions import from_euler, hover, rotate_inverse
 from sitl.model.vectors import Vector
-from sitl.sensors.instruments import GNSS, OFF
+from sitl.sensors.instruments import FIRST_LINE, GNSS, MAGNETOMETER, OFF, Inertial, send
 from sitl.simulation.start import Start
-from tests.support.flights.ideal_sensors import SHIPPED
+from sitl.timing import PERIOD
+from tests.support.flights.ideal_sensors import NOMINAL, SHIPPED, aboard
 from tests.support.flights.sensed_flights import (
     MOCAP,
     SENSORS,
@@ -162,3 +163,47 @@ def test_the_estimate_of_before_is_the_estimate_right_after_a_restart():
     assert made.estimate.position == pytest.approx(other.estimate.position, abs=1e-3)
     assert made.estimate.velocity == pytest.approx(other.estimate.velocity, abs=1e-3)
     assert made.estimate.attitude == pytest.approx(other.estimate.attitude, abs=1e-4)
+
+
+SECOND = round(STILL_TIME / PERIOD)  # control periods
+
+
+def aligned(speed=0.0, periods=SECOND + 20):
+    """A filter after so many control periods upright and at rest by the inertial readings, with a fix of some speed."""
+    i, f, _ = aboard(SHIPPED)
+    q = hover(0.7)
+    force, field = rotate_inverse(q, Vector(0.0, 0.0, NOMINAL.g)), rotate_inverse(q, EARTH)
+    fix = (10.0, -20.0, 30.0, 0.6 * speed, 0.8 * speed, 0.0)
+    for instrument, values in ((GNSS, fix), (MAGNETOMETER, field)):
+        i["last"][instrument - FIRST_LINE, : len(values)] = values
+        send(instrument - FIRST_LINE, i, 400, 450)
+    for period in range(1, periods + 1):
+        if f["phase"] == ALIGNING:
+            align(f, i, Inertial(Vector(0.01, -0.02, 0.03), force), period)
+    return f
+
+
+@pytest.mark.parametrize(("speed", "stands"), [(0.0, True), (0.99, True), (1.01, False)])
+def test_what_stands_still_and_moves_less_than_a_metre_per_second_is_at_rest(speed, stands):
+    f = aligned(speed)
+    belief = get_belief(f, 0)
+    assert f["phase"] == RUNNING
+    assert belief.velocity == ((0.0, 0.0, 0.0) if stands else pytest.approx((0.6 * speed, 0.8 * speed, 0.0)))
+    assert belief.gyro_bias == (pytest.approx((0.01, -0.02, 0.03)) if stands else (0.0, 0.0, 0.0))
+    assert abs(np.dot(belief.attitude, hover(0.7))) == pytest.approx(1.0, abs=1e-9)
+    age = 0.0 if stands else (500 - 400) * PERIOD
+    assert belief.position == pytest.approx((10.0 + age * 0.6 * speed, -20.0 + age * 0.8 * speed, 30.0), abs=1e-9)
+    assert (*belief.misalignment, *belief.magnetic_bias, *belief.gnss_drift, belief.barometer_drift) == (0.0,) * 10
+
+
+def test_it_begins_after_a_second_and_not_before():
+    assert aligned(periods=SECOND - 1)["phase"] == ALIGNING
+    assert aligned(periods=SECOND)["phase"] == RUNNING
+
+
+def test_means_are_of_the_last_second():
+    i, f, _ = aboard(SHIPPED)
+    for period in range(1, 1501):
+        rates = Vector(1.0, 0.0, 0.0) if period <= 1000 else Vector(0.0, 0.0, 0.0)
+        align(f, i, Inertial(rates, Vector(NOMINAL.g, 0.0, 0.0)), period)
+    assert get_mean_rates(f, 0).x == pytest.approx(math.exp(-500 * PERIOD / STILL_TIME), rel=2e-3)

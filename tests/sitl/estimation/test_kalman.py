@@ -15,7 +15,7 @@ from sitl.estimation.belief import (
     VELOCITY_ERROR,
     WIND_ERROR,
 )
-from sitl.estimation.kalman import HEADING_BENDS, correct, loosen_biases, predict, restart, turn_errors
+from sitl.estimation.kalman import HEADING_BENDS, correct, loosen_biases, predict, restart, surprise, turn_errors
 from sitl.estimation.strapdown import Increment, increment_of, moved_by, rebiased
 from sitl.model.quaternions import conjugate, from_euler, multiply, rotate, small_rotation
 from sitl.model.vectors import Vector
@@ -222,3 +222,15 @@ def test_biases_are_as_loose_as_the_heading_and_no_tilt_makes_them_so():
         assert np.abs(np.diag(P - before)[part(ACCEL_BIAS_ERROR)] - gained).max() < 1e-15
         P[part(ACCEL_BIAS_ERROR), part(ACCEL_BIAS_ERROR)] = 0.0
         assert not (P - before).any()
+
+
+@pytest.mark.parametrize("n", [ERRORS, ARENA_ERRORS])
+def test_the_surprise_is_what_a_correction_would_find_and_changes_nothing(n):
+    random = np.random.default_rng(7)
+    P, H = some_covariance(random, n), some_row(random, n, entries=5)
+    before = P.copy()
+    found = surprise(P, H, n, 0.7, 0.3)
+    assert found == pytest.approx(0.7**2 / (H @ P @ H + 0.3))
+    assert np.array_equal(P, before)
+    assert np.count_nonzero(H) == 5
+    assert correct(P, H, np.zeros(ERRORS), np.zeros(ERRORS), n, 0, 0, 0.7, 0.3, NOT_GATED) == pytest.approx(found)

@@ -5,6 +5,8 @@ import math
 import numpy as np
 import pytest
 
+from sitl.estimation import navigator
+from sitl.model.vectors import Vector
 from sitl.sensors.instruments import (
     BAROMETER,
     DELAYED,
@@ -15,7 +17,11 @@ from sitl.sensors.instruments import (
     MAGNETOMETER,
     MOTION_CAPTURE,
     OFF,
+    PITOT,
+    Inertial,
+    put_inertial,
 )
+from tests.support.flights.ideal_sensors import SHIPPED, aboard
 from tests.support.flights.sensed_flights import (
     MOCAP,
     SENSORS,
@@ -175,3 +181,24 @@ def test_the_laws_fly_by_the_estimate_and_not_by_the_truth():
     for one in flown:
         one.advance(50)
     assert flown[0].command != flown[1].command
+
+
+@pytest.mark.parametrize(("age", "tells"), [(0.5, False), (3.0, False), (3.002, True), (100.0, True)])
+def test_the_wing_is_checked_by_a_tube_that_was_not_refused_for_three_seconds(monkeypatch, age, tells):
+    i, f, steps = aboard(SHIPPED)
+    f["settings"]["horizon"], now, seen = 0, 100_000, []
+    f["refused_at"][PITOT - FIRST_LINE] = now - round(age / 0.002)
+    monkeypatch.setattr(navigator, "observe_wing", lambda _f, _step, has_tube: seen.append(has_tube))
+    navigator._slow_step(f, i, steps, now, True)
+    navigator._slow_step(f, i, steps, now, False)
+    assert seen == [tells, False]
+
+
+@pytest.mark.parametrize("failing", [(True, False), (False, True), (True, True), (False, False)])
+def test_gyroscope_and_accelerometer_fail_each_for_itself(failing):
+    i, f, _ = aboard(SHIPPED)
+    for k in range(2000):
+        rates, force = (Vector(1e-3 * (k % 3 + 1), 0.0, (k % 2) * 100.0 * wild) for wild in failing)
+        put_inertial(i, 0, Inertial(rates, force))
+        navigator._judge(f, i)
+    assert f["failed"].tolist() == [float(wild) for wild in failing]

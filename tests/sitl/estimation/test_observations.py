@@ -25,7 +25,7 @@ from sitl.estimation.belief import (
 from sitl.estimation.filter import Step, get_belief, put_belief
 from sitl.estimation.strapdown import no_increment
 from sitl.model.aerodynamics import wrench
-from sitl.model.quaternions import from_euler, multiply, rotate, rotate_inverse, small_rotation
+from sitl.model.quaternions import Quaternion, from_euler, multiply, rotate, rotate_inverse, small_rotation
 from sitl.model.state import Actuators
 from sitl.model.vectors import Vector, add, add_scaled, scaled, subtract
 from sitl.sensors.instruments import (
@@ -34,6 +34,7 @@ from sitl.sensors.instruments import (
     FIRST_LINE,
     HAS_ATTITUDE,
     MOTION_CAPTURE,
+    PITOT,
     POSITION_VARIANCE,
     READING,
 )
@@ -311,3 +312,87 @@ def test_how_well_a_reading_agreed_is_noted():
     assert f["fused_at"][line] == PERIODS
     assert f["refused_since"][line] == -1.0
     assert f["scalars"][line] == 6.0
+
+
+def test_the_air_s_force_is_compared_with_what_is_felt_less_the_bias(looked):
+    ((_, innovation, *_),) = looked(OBSERVED["wing"])
+    assert innovation == pytest.approx(0.1, abs=1e-9)  # so much more than the model makes is in the step
+
+
+def test_rounding_counts_as_noise_of_a_twelfth_of_its_square(looked):
+    for name, spec in (("field", SHIPPED.magnetometer), ("height", SHIPPED.barometer)):
+        for row in looked(OBSERVED[name]):
+            assert row[3] == pytest.approx(spec.noise**2 + spec.step**2 / 12.0, rel=1e-12, abs=0.0)
+
+
+def filter_with(P=1e-2):
+    i, f, _ = aboard(SHIPPED)
+    f["covariance"][:] = P * np.eye(ERRORS)
+    put_belief(f, 0, CRUISE)
+    return i, f
+
+
+@pytest.mark.parametrize(
+    ("moved", "turned", "fits"), [(0.0, 0.0, True), (50.0, 0.0, False), (0.0, 1.0, False), (50.0, 1.0, False)]
+)
+def test_a_pose_fits_with_both_its_parts_or_not_at_all(moved, turned, fits):
+    _, f = filter_with()
+    reading = pose_reading()
+    reading[0] += moved
+    reading[3:7] = multiply(Quaternion(*reading[3:7]), small_rotation(Vector(turned, 0.0, 0.0)))
+    line = MOTION_CAPTURE - FIRST_LINE
+    assert observations.observe_pose(f, line, reading, 0.0, RATES, PERIODS) == fits
+    assert (f["refused_since"][line] < 0.0) == fits
+
+
+def test_a_tube_that_is_refused_is_noted_as_the_tube_s():
+    i, f = filter_with()
+    before = f["refused_at"].copy()
+    observations.observe_airspeed(f, i, reading_of((0, AIRSPEED.x + 30.0)), PERIODS)
+    assert np.flatnonzero(f["refused_at"] != before).tolist() == [PITOT - FIRST_LINE]
+    assert f["refused_at"][PITOT - FIRST_LINE] == PERIODS
+
+
+@pytest.mark.parametrize(
+    ("innovation", "age", "believed"),
+    [(3.0, 0.0, True), (3.0 + 1e-9, 0.0, False), (-3.1, 0.0, False), (9.0, 3.0, False), (9.0, 3.002, True)],
+)
+def test_after_a_refusal_the_tube_has_to_be_near_for_three_seconds(innovation, age, believed):
+    _, f = filter_with()
+    now = 5000
+    f["refused_at"][PITOT - FIRST_LINE] = now - round(age / 0.002)
+    assert observations._follows(f, 12.0, innovation, now) == believed
+
+
+@pytest.mark.parametrize(("speed", "believed"), [(9.0, True), (15.0, True), (15.1, False), (8.9, False)])
+def test_a_tube_that_leaps_is_not_believed(speed, believed):
+    _, f = filter_with()
+    f["before"][PITOT - FIRST_LINE, 0] = 12.0
+    assert observations._follows(f, speed, 0.0, 5000) == believed
+
+
+def test_an_instrument_that_fits_again_is_mistrusted_for_half_a_second_and_its_leap_forgotten_after_a_third():
+    _, f = filter_with()
+    slot, now = MOTION_CAPTURE - FIRST_LINE, 5000
+    for age, leapt, fits in (
+        (0.1, 1.0, False),
+        (0.3, 1.0, False),
+        (0.302, 0.0, False),
+        (0.5, 0.0, False),
+        (0.502, 0.0, True),
+    ):
+        f["leapt"][slot], f["refused_at"][slot] = 1.0, now - round(age / 0.002)
+        assert observations._fits(f, slot, now, 0.0) == fits
+        assert f["leapt"][slot] == leapt
+
+
+@pytest.mark.parametrize(
+    ("gates", "helped", "leapt"), [(3.9, 0.1, 0.0), (4.1, 0.1, 1.0), (4.1, 0.998, 1.0), (4.1, 1.0, 0.0)]
+)
+def test_the_first_refusal_is_a_leap_if_it_is_four_gates_off_and_was_right_just_before(gates, helped, leapt):
+    _, f = filter_with()
+    slot, now = MOTION_CAPTURE - FIRST_LINE, 5000
+    f["fused_at"][slot] = now - round(helped / 0.002)
+    assert not observations._fits(f, slot, now, (gates * f["settings"]["gate"]) ** 2)
+    assert f["leapt"][slot] == leapt
+    assert f["refused_at"][slot] == now

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sitl.model.actuators import limited, limits, moved, nodes
+from sitl.model.actuators import AT_REST, limited, limits, moved, nodes
 from sitl.model.airframe_files import load
 from tests.support.flights.plant_flight import OFF, actuators
 
@@ -93,3 +93,14 @@ def test_disarmed_motors_run_down_to_a_stop():
 
 def test_running_motors_idle_whatever_is_commanded():
     assert limited(actuators(OFF), True, NOMINAL) == actuators((NOMINAL.omega_min, NOMINAL.omega_min, 0.0, 0.0))
+
+
+def test_what_is_reached_exactly_in_a_step_is_within_the_rate():
+    step = 0.1  # long enough for a motor from its stop to within its range
+    reach = NOMINAL.omega_rate * step + AT_REST
+    for command, flags in ((reach, 0), (math.nextafter(reach, math.inf), 16 | 32)):
+        assert limits(actuators(OFF), actuators((command, command, 0.0, 0.0)), True, step, NOMINAL) == flags
+    reach = NOMINAL.delta_rate * DT + AT_REST
+    now = actuators((600.0, 600.0, 0.0, 0.0))
+    for command, flags in ((reach, 0), (-reach, 0), (math.nextafter(reach, 1.0), 64 | 128)):
+        assert limits(now, actuators((600.0, 600.0, command, command)), True, DT, NOMINAL) == flags

@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 from sitl.model import aerodynamics
 from sitl.model.airframe_files import load
 from sitl.model.hover_model import force_matrix, moment_matrix
-from sitl.model.phi_theory import effective_speed
+from sitl.model.phi_theory import effective_speed, passive_wrench
+from sitl.model.phi_theory import wrench as phi_theory_wrench
 from sitl.model.state import Actuators
 from sitl.model.vectors import Vector
 from tests.support.flights import phi_theory
@@ -86,3 +87,18 @@ def test_the_effective_speed_counts_the_rates_by_mu():
     a = NOMINAL._replace(mu=2.0)
     eta = effective_speed(vector((3.0, 4.0, 0.0)), vector((6.0, 0.0, 8.0)), a)
     assert eta == pytest.approx(np.sqrt(25.0 + 2.0 * a.c**2 * 100.0))
+
+
+@SETTINGS
+@given(vectors, spins, controls)
+def test_left_and_right_mirror_each_other_in_the_passive_form_too(v, w, u):
+    ours = np.concatenate(passive_wrench(v, w, u, NOMINAL))
+    swapped = actuators((u[1], u[0], u[3], u[2]))
+    mirrored = passive_wrench(Vector(v.x, -v.y, v.z), Vector(-w.x, w.y, -w.z), swapped, NOMINAL)
+    assert np.concatenate(mirrored) * (1, -1, 1, -1, 1, -1) == pytest.approx(ours, rel=1e-9, abs=1e-9)
+
+
+def test_at_rest_in_still_air_both_forms_are_one():
+    u = Actuators(650.0, 520.0, 0.2, -0.1)
+    passive = np.concatenate(passive_wrench(STILL, STILL, u, FULL))
+    assert passive == pytest.approx(np.concatenate(phi_theory_wrench(STILL, STILL, u, FULL)), abs=1e-12)

@@ -173,3 +173,15 @@ def test_a_correction_needs_a_propeller(tmp_path):
 def test_a_correction_that_gives_energy_is_refused(tmp_path):
     with pytest.raises(PropellerError, match="more thrust power than shaft power"):
         load(of_propeller(tmp_path, entry("thrust_factor", 1.8, "-")))
+
+
+@pytest.mark.parametrize("value", ["1.7976931348623157e308", "-1.7976931348623157e308", "inf"])
+def test_a_number_as_large_as_there_are_is_none(tmp_path, value):
+    with pytest.raises(AirframeError, match="is not a finite number"):
+        load(write(tmp_path, entry("m", value, "kg")))
+
+
+def test_what_the_reports_sets_do_without_is_nothing():
+    a = load("nominal").parameters
+    air = a.k_fv, a.k_fvv, a.k_mv, a.k_mvv, a.k_mk, a.advance_knot
+    assert (*air, a.J_p, a.cp_shift, a.avionics_power) == (0.0,) * 9

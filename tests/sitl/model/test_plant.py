@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from sitl.model.aerodynamics import wrench
 from sitl.model.airframe_files import load
-from sitl.model.plant import derivative, is_finite, step
+from sitl.model.plant import derivative, is_finite, step, step_in_air, step_in_swirl
 from sitl.model.quaternions import from_euler, multiply, rotate, rotate_inverse
 from sitl.model.vectors import Vector
 from tests.support.flights.estimates import STILL, rotation, vector
@@ -124,3 +124,22 @@ def test_a_number_that_is_none_is_seen_wherever_it_is(number):
     assert not is_finite(plant(q=(1.0, 0.0, number, 0.0)))
     assert not is_finite(plant(w=(number, 0.0, 0.0)))
     assert not is_finite(plant(u=(*OFF[:3], number)))
+
+
+@settings(max_examples=20)
+@given(angles, vectors, spins, controls)
+def test_where_the_air_does_not_turn_a_step_through_swirl_is_one_through_air(angle, v, w, u):
+    start, wanted, wind = (
+        plant(v=v, q=from_euler(*angle), w=w, u=u),
+        actuators((800.0, 300.0, 0.2, -0.3)),
+        vector(STILL),
+    )
+    turning = step_in_swirl(start, wanted, wind, vector(STILL), NOMINAL, 0.01)
+    assert turning == step_in_air(start, wanted, wind, NOMINAL, 0.01)
+
+
+def test_air_that_turns_takes_the_vehicle_along():
+    wind, rolling = vector(STILL), Vector(0.0, 0.0, 3.0)  # upright: about its nose
+    x = plant(v=(0.0, 0.0, 8.0), u=(600.0, 600.0, 0.0, 0.0))
+    after = step_in_swirl(x, x.actuators, wind, rolling, NOMINAL, 1e-3).body
+    assert after.rates.x > step_in_air(x, x.actuators, wind, NOMINAL, 1e-3).body.rates.x + 1e-4

@@ -6,7 +6,7 @@ from importlib.resources import files
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from sitl.design.trim import level_trim
@@ -141,3 +141,23 @@ def test_a_hover_draws_more_than_the_ideal_rotor_of_its_disc(name):
     trim = level_trim(a, 0.0)
     ideal = 2.0 * trim.thrust * math.sqrt(trim.thrust / (2.0 * a.rho * a.S_p))
     assert shaft_power(Actuators(trim.omega, trim.omega, 0.0, 0.0), 0.0, a) > ideal
+
+
+@given(left=speeds, right=speeds, inflow=st.floats(-5.0, 20.0))
+def test_what_the_battery_gives_is_what_arrives_and_what_its_own_resistance_takes(left, right, inflow):
+    actuators = Actuators(left, right, 0.0, 0.0)
+    arrives = battery_power(actuators, inflow, PHYSICAL._replace(battery_resistance=0.0))
+    assume(arrives < 0.9 * PHYSICAL.battery_voltage**2 / (4.0 * PHYSICAL.battery_resistance))  # more is never there
+    given_up = battery_power(actuators, inflow, PHYSICAL)
+    current = given_up / PHYSICAL.battery_voltage
+    assert given_up == pytest.approx(arrives + PHYSICAL.battery_resistance * current * current)
+
+
+def test_a_table_has_five_rows_at_least():
+    table = raw()
+    table["assumed"]["rows"] = []
+    table["measured"]["rows"] = rows = [[J, 0.13 - 0.15 * J * J, 0.06] for J in (0.0, 0.3, 0.6, 0.9, 1.2)]
+    assert propeller_of("short", table).thrust_fit == pytest.approx((0.13, 0.0, -0.15), abs=1e-6)
+    del rows[2]
+    with pytest.raises(PropellerError, match="five finite rows or more"):
+        propeller_of("shorter", table)

@@ -151,3 +151,21 @@ def test_rotors_turn_the_pitch_rate_into_yaw():
     with_rotors = stall.wrench(STILL, pitching, fast, PHYSICAL)[1]
     without = stall.wrench(STILL, pitching, fast, PHYSICAL._replace(J_p=0.0))[1]
     assert with_rotors.z - without.z == pytest.approx(-3.0 * PHYSICAL.J_p * 400.0)
+
+
+@pytest.mark.parametrize("speed", [3.0, 15.0])
+def test_the_drag_of_the_free_stream_is_the_wrench_s_where_no_slipstream_is(speed):
+    a = PHYSICAL._replace(S_ratio=0.0, k_fv=0.0, k_fvv=0.0)
+    v = Vector(speed, 0.0, 0.0)
+    F, _ = stall.wrench(v, STILL, Actuators(0.0, 0.0, 0.0, 0.0), a)
+    assert aerodynamics.slopes(v, 0.0, 0.0, a).drag * speed == pytest.approx(-F.x)
+
+
+@pytest.mark.parametrize(("incidence", "detached"), [(0.5, 0.0), (90.0, 1.0)])
+def test_the_centre_of_pressure_moves_back_as_the_flow_detaches(incidence, detached):
+    angle = math.radians(incidence)
+    v = Vector(10.0 * math.cos(angle), 0.0, -10.0 * math.sin(angle))
+    a = PHYSICAL._replace(k_fv=0.0, k_fvv=0.0, cp_shift=0.02, per_stall=100.0)
+    F, M = stall.wrench(v, STILL, Actuators(0.0, 0.0, 0.0, 0.0), a)
+    behind = a.Delta_r + detached * a.cp_shift  # of wing and elevon alike; the elevon's hinge does not move
+    assert M.y / F.z == pytest.approx(behind - detached * a.xi_f * a.cp_shift, rel=1e-3)

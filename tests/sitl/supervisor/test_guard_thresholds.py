@@ -10,7 +10,7 @@ from sitl.design.forward import line_of_sight_gains
 from sitl.model.quaternions import Quaternion, hover
 from sitl.model.vectors import Vector
 from sitl.supervisor import guards as g
-from sitl.supervisor.resets import LET_GO_TIME, begin_anew, landed, level_first
+from sitl.supervisor.resets import LET_GO_TIME, begin_anew, broken, landed, level_first
 from tests.support.flights.estimates import estimate, turned
 
 GUIDANCE = line_of_sight_gains().guidance
@@ -165,4 +165,16 @@ def test_resets_in_numbers():
     assert LET_GO_TIME == 1.0
     assert level_first.map(here)[1] == 1.0
     assert landed.map(here) == (False, Vector(0.0, 0.0, 0.0))
+    assert broken.map(here) == (False, False, Vector(0.0, 0.0, 0.0))
     assert begin_anew.map(here)[:3] == (0.0, 0.0, 0.0)
+
+
+def test_a_law_waits_ten_seconds():
+    far = {**NEAR, "thresholds": USUAL._replace(v_enter=1.0), "v_hover": 10.0, "estimate": nose(0.9)}
+    assert g.near.test(**far | {"since": 10.0})
+    assert not g.near.test(**far | {"since": 10.0 * BELOW})
+
+
+def test_the_linear_forward_law_is_in_use_at_any_entry_threshold_above_nothing():
+    for enter, scheduled in ((0.0, False), (1e-9, True)):
+        assert g.scheduled.test(thresholds=USUAL._replace(v_forward_enter=enter)) == scheduled

@@ -117,3 +117,10 @@ def test_cancelling_ends_the_download():
     client = fetching(100)
     client.cancel("closed")
     assert (outcome(client), client.is_busy) == ([LogFailed("closed")], False)
+
+
+def test_the_whole_list_is_requested():
+    client = LogClient()
+    client.request_list(VEHICLE, 0.0)
+    (request,) = client.messages_to_send()
+    assert (request.start, request.end) == (0, 0xFFFF)

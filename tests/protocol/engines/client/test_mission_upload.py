@@ -298,3 +298,20 @@ def test_items_that_there_are_not_cannot_be_written(changed):
     with pytest.raises(LocalProtocolError, match="cannot be written"):
         client.write_items(VEHICLE, ITEMS, changed, 0.0)
     assert not client.is_busy
+
+
+def test_the_first_item_can_be_written_alone():
+    client = MissionClient(255, 190)
+    client.write_items(VEHICLE, ITEMS, range(1), 0.0)
+    feed(client, ask(0), ack())
+    assert sent(client) == [("MISSION_WRITE_PARTIAL_LIST", None), ("MISSION_ITEM_INT", 0)]
+    assert ends(client) == [MissionUploaded(1, is_partial=True)]
+
+
+@pytest.mark.parametrize(("age", "is_over"), [(4.99, False), (5.0, True)])
+def test_an_early_ack_may_belong_to_the_operation_before_for_five_seconds(age, is_over):
+    client = uploading()
+    feed(client, ask(0), ask(1), ask(2), ack())
+    client.upload(VEHICLE, ITEMS, 8.0)
+    feed(client, ask(0), ack(), now=8.0 + age)
+    assert client.is_busy != is_over

@@ -296,3 +296,11 @@ def answer(packet, opcode=ACK, data=b"", **changes):
     """A server's answer to a client's request."""
     made = FtpPacket(packet.seq + 1 & 0xFFFF, packet.session, opcode, len(data), packet.opcode, 0, packet.offset, data)
     return made._replace(**changes).to_message(255, 190)
+
+
+def test_what_is_sent_piece_by_piece_begins_one_interval_later():
+    for begin in (request(BURST, seq=2, size=200), request(CRC, "big.bin", seq=2)):
+        server = FtpServer(1, 1, Tree())
+        opened(server)
+        assert ask(server, begin, now=1.0) == []
+        assert server.next_deadline() == 1.0 + ftp_server.SEND_INTERVAL

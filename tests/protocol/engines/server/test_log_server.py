@@ -165,3 +165,15 @@ def test_a_read_error_ends_the_log_there():
 
 def entry(number, count, size=100):
     return mavlink.MAVLink_log_entry_message(number, count, count - 1, 0, size)
+
+
+def test_the_next_parts_are_due_an_interval_later_and_none_after_the_last():
+    server = LogServer(1, 1, Store(LONG))
+    server.receive(wanted(0, 0, 12 * LOG_DATA_SIZE), 7.0, GROUND)
+    due = [server.next_deadline()]
+    while due[-1] < math.inf:
+        server.handle_timer(due[-1])
+        due.append(server.next_deadline())
+    calls = math.ceil(12 / log_server.MESSAGES_PER_INTERVAL)
+    assert due == [*(7.0 + k * log_server.SEND_INTERVAL for k in range(calls)), math.inf]
+    assert [m.message.ofs for m in server.messages_to_send()] == [k * LOG_DATA_SIZE for k in range(12)]

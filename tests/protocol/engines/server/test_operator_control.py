@@ -276,3 +276,8 @@ def test_the_older_request_is_passed_on_in_the_order_of_today(taken):
     _, answers = taken.send(SECOND, command(REQUEST_CONTROL, 0, 1, 0, 12))
     notice = next(message for to, message in answers if to == FIRST)
     assert [notice.param1, notice.param2, notice.param3, notice.param4] == [1.0, 0.0, 12.0, 245.0]
+
+
+def test_as_long_as_nobody_is_in_control_nobody_offers_it():
+    assert OperatorControl(1, 1).holder is None
+    assert not OperatorControl(1, 1).takeover

@@ -98,3 +98,10 @@ def test_all_off_means_never():
 def test_an_invalid_default_interval_raises(interval):
     with pytest.raises(LocalProtocolError):
         StreamScheduler({ATTITUDE: interval})
+
+
+@pytest.mark.parametrize("interval", [1, 2**31 - 1])
+def test_the_shortest_and_the_longest_interval_are_accepted(interval):
+    streams = scheduler()
+    assert streams.set_interval(ATTITUDE, interval) == ACCEPTED
+    assert streams.interval(ATTITUDE) == interval

@@ -335,3 +335,11 @@ def test_a_message_with_several_instances_or_receivers_costs_several_tokens():
 def test_changing_ports_share_the_total_bucket():
     streams = wide()
     assert sum(streams.ask(port, REQUEST, 0) == ACCEPTED for port in range(1000)) == 600
+
+
+@pytest.mark.parametrize("number", [0, 0xFFFF])
+def test_the_interval_of_any_number_that_fits_is_told(number):
+    streams = Streams("a")
+    assert streams.ask("a", GET, number) == ACCEPTED
+    ((_, message),) = streams.server.messages_to_send()
+    assert (message.message_id, message.interval_us) == (number, 0)

@@ -99,3 +99,30 @@ def test_written_expressions_need_no_references_in_xml():
     text = expression_text(tree("a < 1 && b <= 2 || c > 3"))
     assert not set(text) & set("<&")
     assert tree(text) == tree("a < 1 && b <= 2 || c > 3")
+
+
+OPERATORS = ["||", "&&", "|", "&", "==", "!=", ">", "<", ">=", "<=", "+", "-", "*", "/", "%", "**"]
+
+
+@pytest.mark.parametrize("outer", OPERATORS)
+def test_parentheses_are_written_where_the_tree_needs_them_and_nowhere_else(outer):
+    for inner in OPERATORS:
+        for grouped in (f"(a {inner} b) {outer} c", f"a {outer} (b {inner} c)"):
+            written = expression_text(tree(grouped))
+            assert tree(written) == tree(grouped)
+            plain = grouped.replace("(", "").replace(")", "")
+            assert ("(" in written) == (tree(plain) != tree(grouped))
+
+
+@pytest.mark.parametrize(
+    "text", ["7", "'title'", "name.part", "$i", "f(&name)", "-a", "!a", "a + b", "a[2]", "f(1)", "f()->x", "&name"]
+)
+def test_a_part_is_the_same_wherever_it_stands_and_knows_where(text):
+    assert tree(text) == tree(f"   {text}")
+    assert tree(text) != tree("other")
+    assert [tree(" " * by + text).place.column - by for by in (0, 3)] == [tree(text).place.column] * 2
+
+
+@pytest.mark.parametrize("text", ["7", "'title'", "name.part", "$i", "f(1)", "a[2]"])
+def test_an_atom_at_the_beginning_stands_in_the_first_column(text):
+    assert tree(text).place.column == 1

@@ -223,3 +223,9 @@ def test_its_deflections_are_those_of_the_law_where_a_thrust_is_beyond_the_motor
 def _error_and_speed(seen, path):
     x, steep = law.error(seen, path, GAINS)
     return x, path.airspeed, steep
+
+
+def test_an_offset_is_shortened_to_a_reach_however_short():
+    gains, aside = GAINS._replace(reach=0.25), ForwardError(0.3, 0.4, *NONE[2:])
+    at_reach = ForwardError(0.15, 0.2, *NONE[2:])
+    assert law.control(aside, 15.0, 0.0, gains) == pytest.approx(law.control(at_reach, 15.0, 0.0, GAINS))

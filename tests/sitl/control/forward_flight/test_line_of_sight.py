@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from sitl.compiled import entry
 from sitl.control import moment_observer
-from sitl.control.forward_flight import forward_linear
+from sitl.control.forward_flight import forward_linear, line_of_sight
 from sitl.control.forward_flight.line_of_sight import (
     TURN_RATE,
     attitude,
@@ -25,9 +25,10 @@ from sitl.design.trim import decelerating_trim, level_trim
 from sitl.design.turn import turning_trim
 from sitl.model.aerodynamics import slopes, trimmed_slope, wrench
 from sitl.model.airframe_files import load
+from sitl.model.arithmetic import decay
 from sitl.model.quaternions import from_euler, hover, rotate, rotate_inverse, x_axis
 from sitl.model.vectors import Vector, norm, subtract
-from tests.support.flights.estimates import estimate, quaternion, vector
+from tests.support.flights.estimates import estimate, negated, quaternion, turned, vector
 
 A = load("nominal").parameters
 GAINS = line_of_sight_gains()
@@ -234,3 +235,18 @@ def test_compiled_laws_give_the_bits_of_plain_python():
         for reference in (legs, legs._replace(path=circle((0, 0, 50), -40.0, 12.0))):
             arguments = seen, reference, GAINS, linear, A, start(in_trim(9.0), A)
             assert _ticks(*arguments) == getattr(_ticks, "py_func", _ticks)(*arguments)
+
+
+def test_the_heading_is_taken_over_at_a_radian_per_second():
+    assert TURN_RATE == 1.0
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_the_attitude_s_own_rate_is_fed_forward_the_way_it_turns(sign):
+    rate, dt = Vector(0.2 * sign, -0.3 * sign, 0.1 * sign), 0.01
+    sight = start(estimate(q=hover(0.7), actuators=(500, 500, 0, 0)), A)._replace(attitude=hover(0.7))
+    q_d = turned(hover(0.7), Vector(rate.x * dt, rate.y * dt, rate.z * dt))
+    kept = decay(GAINS.turn_filter * dt)
+    for either in (q_d, negated(q_d)):
+        found = line_of_sight._turning(sight._replace(turning=NOTHING), either, GAINS, dt)
+        assert found == pytest.approx([(1.0 - kept) * part for part in rate], rel=1e-3)

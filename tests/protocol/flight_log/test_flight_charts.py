@@ -1,0 +1,185 @@
+"""What the charts of a flight draw: the right numbers at the right times, in lines that can be told apart."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from protocol.dialect.vocabulary import Law
+from protocol.flight_log import flight_charts
+from protocol.flight_log.flight_charts import (
+    MAX_POINTS,
+    actuator_chart,
+    energy_chart,
+    error_chart,
+    lyapunov_chart,
+    path_chart,
+    wind_chart,
+)
+from protocol.flight_log.flight_series import FlightEvent, Series, flight_series
+from protocol.flight_log.scenery import Prism
+from protocol.tlog import read_tlog
+from tests.support.paths import DATA
+
+pytest.importorskip("plotly")
+NONE = Series(np.zeros(0), {})
+TIMES = np.array([0.0, 1.0, 2.0])
+
+
+def series(times=TIMES, **fields):
+    return Series(np.asarray(times, float), {name: np.asarray(values, float) for name, values in fields.items()})
+
+
+@pytest.fixture(scope="module")
+def flown():
+    return flight_series(read_tlog(DATA / "square-flight.tlog"), "square")
+
+
+@pytest.fixture(scope="module")
+def nothing(flown):
+    """A flight of which nothing was recorded."""
+    parts = ("position", "truth", "target", "hybrid", "actuators", "servos", "energy", "air")
+    return replace(flown, events=(), **dict.fromkeys(parts, NONE))
+
+
+def lines(figure):
+    return {trace.name: (list(trace.x), list(trace.y)) for trace in figure.data}
+
+
+def test_without_messages_there_is_no_chart(nothing):
+    for chart in (lyapunov_chart, actuator_chart, energy_chart, error_chart, wind_chart):
+        assert chart(nothing) is None
+    assert path_chart(nothing, ()) is None
+
+
+def test_distances_are_from_the_set_point_and_from_the_truth_which_is_told_north_east_down(nothing):
+    times = [0.0, 1.0, 2.0, 3.0]
+    flight = replace(
+        nothing,
+        position=series(times, x=times, y=[0.0] * 4, z=[-5.0] * 4),
+        target=series([0.0, 2.0], x=[0.0, 5.0], y=[4.0, 4.0], z=[-5.0, -5.0]),
+        truth=series(times, position=[[0.0, 0.0, -5.0], [1.0, 2.0, -5.0], [2.0, 0.0, -8.0], [3.0, 0.0, -5.0]]),
+    )
+    drawn = lines(error_chart(flight))
+    assert drawn["from the set-point"] == (times, pytest.approx([4.0, np.hypot(1.5, 4.0), 5.0, np.hypot(2.0, 4.0)]))
+    assert drawn["estimate from truth"] == (times, pytest.approx([0.0, 2.0, 3.0, 0.0]))
+    assert list(lines(error_chart(replace(flight, truth=NONE)))) == ["from the set-point"]
+
+
+def test_energy_is_counted_from_the_beginning_for_each_law_that_used_some(nothing):
+    totals = np.zeros((3, max(Law) + 1))
+    totals[:, Law.HOVER_LINEAR] = 100.0, 130.0, 150.0
+    totals[:, Law.LANDED] = 7.0
+    figure = energy_chart(replace(nothing, energy=series(energy_by_law=totals)))
+    assert lines(figure) == {Law.HOVER_LINEAR.label: (TIMES.tolist(), [0.0, 30.0, 50.0])}
+
+
+def test_propellers_and_elevons_stand_below_each_other_with_their_limits(nothing):
+    acting = series(
+        [0.0, 1.0, 5.0],
+        motor_speed=[[600.0, 610.0], [620.0, 630.0], [640.0, 650.0]],
+        elevon=np.radians([[1.0, -1.0], [2.0, -2.0], [3.0, -3.0]]),
+        motor_min=[100.0] * 3,
+        motor_max=[1000.0] * 3,
+        elevon_max=np.radians([30.0] * 3),
+        limits=[0b0, 0b10, 0b0],
+    )
+    figure = actuator_chart(replace(nothing, actuators=acting))
+    drawn = {(trace.name, trace.xaxis): list(trace.y) for trace in figure.data if "limits" not in trace.name}
+    assert drawn == {
+        ("motor left [rad/s]", "x"): [600.0, 620.0, 640.0],
+        ("elevon left [deg]", "x2"): pytest.approx([1.0, 2.0, 3.0]),
+        ("motor right [rad/s]", "x"): [610.0, 630.0, 650.0],
+        ("elevon right [deg]", "x2"): pytest.approx([-1.0, -2.0, -3.0]),
+    }
+    bounds = [(trace.xaxis, round(trace.y[0]), trace.showlegend) for trace in figure.data if "limits" in trace.name]
+    assert bounds == [("x", 100, True), ("x", 1000, False), ("x2", -30, True), ("x2", 30, False)]
+    titles = [axis.title.text for axis in (figure.layout.yaxis, figure.layout.yaxis2)]
+    assert titles == ["propellers [rad/s]", "elevons [deg]"]
+    top, bottom = figure.layout.yaxis.domain, figure.layout.yaxis2.domain
+    assert 0.0 == bottom[0] < bottom[1] < top[0] < top[1] == 1.0
+    assert [(shade.x0, shade.x1, shade.xref) for shade in figure.layout.shapes] == [(1.0, 5.0, "x")]
+
+
+def test_times_at_a_limit_that_are_close_together_are_shaded_as_one(nothing):
+    times = [0.0, 1.0, 1.1, 1.2, 2.0, 2.25, 3.5]
+    zeros = np.zeros(7)
+    acting = series(
+        times,
+        motor_speed=np.zeros((7, 2)),
+        elevon=np.zeros((7, 2)),
+        motor_min=zeros,
+        motor_max=zeros,
+        elevon_max=zeros,
+        limits=[0b100, 0, 0b1000, 0b1100, 0, 0b100, 0b100],
+    )
+    figure = actuator_chart(replace(nothing, actuators=acting))
+    assert [(shade.x0, shade.x1, shade.xref) for shade in figure.layout.shapes] == [(0.0, 2.0, "x2"), (2.25, 3.5, "x2")]
+
+
+def test_servo_outputs_that_never_change_are_not_drawn(nothing):
+    servos = series(servo1_raw=[1000, 1500, 1200], servo2_raw=[1000] * 3, servo16_raw=[1, 2, 3])
+    assert list(lines(actuator_chart(replace(nothing, servos=servos)))) == ["servo 1", "servo 16"]
+    assert actuator_chart(replace(nothing, servos=series(servo1_raw=[1000] * 3))) is None
+
+
+def test_the_wind_is_drawn_north_and_east_as_estimated_and_as_it_is(nothing):
+    air = series(wind_estimate=[[1.0, 2.0, 9.0]] * 3, wind_true=[[3.0, 4.0, 9.0]] * 3)
+    drawn = {name: y[0] for name, (_, y) in lines(wind_chart(replace(nothing, air=air))).items()}
+    assert drawn == {"estimate north": 1.0, "truth north": 3.0, "estimate east": 2.0, "truth east": 4.0}
+
+
+def test_lyapunov_values_of_laws_that_did_not_fly_are_left_out_and_jumps_are_marked(nothing):
+    fields = {f"v_{law}_{edge}": [1.0] * 3 for law in ("hover", "forward") for edge in ("enter", "leave")}
+    hybrid = series(v_hover=[0.0, 2.0, 3.0], v_forward=[0.0] * 3, v_attitude=[np.nan] * 3, **fields)
+    events = (FlightEvent(1.5, "jump", "a to b", "b"), FlightEvent(1.7, "mode", "mode HOLD", "HOLD"))
+    figure = lyapunov_chart(replace(nothing, hybrid=hybrid, events=events))
+    assert [name for name in lines(figure) if name.startswith("V")] == ["V hover"]
+    assert np.array_equal(figure.data[0].y, [np.nan, 2.0, 3.0], equal_nan=True)
+    assert [shape.x0 for shape in figure.layout.shapes] == [1.5]
+
+
+def test_the_path_is_drawn_east_north_up_in_a_piece_for_each_law_with_what_stands_around_it(nothing):
+    flight = replace(
+        nothing,
+        position=series(range(4), x=[0, 1, 2, 3], y=[5, 5, 6, 6], z=[-1, -2, -3, -4]),
+        hybrid=series([0.0, 2.0], law=[Law.HOVER_LINEAR, Law.TO_FORWARD]),
+        truth=series(range(4), position=[[0, 5, -1]] * 4),
+    )
+    room = Prism("room", ((0.0, 0.0), (4.0, 0.0), (4.0, 3.0)), 0.0, 2.0, hollow=True)
+    figure = path_chart(flight, [room])
+    hover, forward, truth, *edges = figure.data
+    assert (list(hover.x), list(hover.y), list(hover.z)) == ([5, 5, 6], [0, 1, 2], [1, 2, 3])
+    assert (list(forward.x), list(forward.y), list(forward.z)) == ([6, 6], [2, 3], [3, 4])
+    assert [trace.name for trace in (hover, forward, truth)] == ["hover linear", "to forward", "truth"]
+    assert truth.z[0] == 1.0
+    assert len(edges) == 5  # bottom, top and three posts
+    assert [trace.showlegend for trace in edges] == [True] + [False] * 4
+    assert list(edges[0].x) == [0.0, 0.0, 3.0, 0.0]
+    solid = path_chart(flight, [replace(room, hollow=False)]).data[-1]
+    assert (list(solid.x), list(solid.z)) == ([0.0, 0.0, 3.0] * 2, [0.0] * 3 + [2.0] * 3)
+
+
+def test_a_long_line_keeps_its_greatest_and_least_values(nothing):
+    count = 3 * MAX_POINTS + 5
+    times, values = np.arange(count) * 0.01, np.sin(np.arange(count))
+    values[[777, 7000]] = 5.0, -5.0
+    thin_times, thin = flight_charts._thinned(times, values)
+    assert MAX_POINTS // 4 < len(thin) <= MAX_POINTS + 2
+    assert (thin.max(), thin.min(), thin_times[-1]) == (5.0, -5.0, times[-1])
+    assert (np.diff(thin_times) > 0.0).all()
+    assert thin.tolist() == values[np.searchsorted(times, thin_times)].tolist()
+    energies = np.zeros((count, max(Law) + 1))
+    energies[:, Law.LANDED] = np.arange(count)
+    drawn = lines(energy_chart(replace(nothing, energy=series(times, energy_by_law=energies))))[Law.LANDED.label]
+    assert drawn[0] == pytest.approx(np.array(drawn[1]) * 0.01)
+
+
+def test_a_short_line_is_drawn_as_it_is():
+    times = np.arange(float(MAX_POINTS))
+    assert flight_charts._thinned(times, -times)[0] is times
+
+
+def test_each_law_has_a_colour_and_another_name_is_grey():
+    assert flight_charts.law_colour("HOVER_LINEAR") in flight_charts.COLOURS
+    assert flight_charts.law_colour("") == flight_charts.GREY

@@ -1,0 +1,126 @@
+"""What the filter assumes of its instruments: how each error begins, grows and fades."""
+
+import math
+
+import numpy as np
+import pytest
+
+from sitl.design.wind import wind_gains
+from sitl.estimation import filter as kept
+from sitl.estimation.belief import (
+    ACCEL_BIAS_ERROR,
+    ARENA_ERRORS,
+    ATTITUDE_ERROR,
+    BAROMETER_DRIFT_ERROR,
+    ERRORS,
+    GNSS_DRIFT_ERROR,
+    GYRO_BIAS_ERROR,
+    MAGNETIC_BIAS_ERROR,
+    MISALIGNMENT_ERROR,
+    POSITION_ERROR,
+    STATIC_PORT_ERROR,
+    VELOCITY_ERROR,
+    WIND_ERROR,
+)
+from sitl.estimation.filter import SLOW_STEP, filter_settings, new_filter
+from sitl.sensors.specification import Timing
+from tests.support.flights.ideal_sensors import NOMINAL, SHIPPED
+
+WIND = wind_gains()._replace(walk=1.7, return_time=150.0, max_deviation=2.5)
+OUTDOORS, ARENA = (filter_settings(SHIPPED, WIND, arena=arena) for arena in (False, True))
+
+
+def vectors(**values):
+    """Numbers of the errors that are given, 0 elsewhere."""
+    made = np.zeros(ERRORS)
+    for name, value in values.items():
+        first = getattr(kept, f"{name.upper()}_ERROR")
+        made[first : first + (1 if first in {BAROMETER_DRIFT_ERROR, STATIC_PORT_ERROR} else 3)] = value
+    return made
+
+
+def walk(drift, time):
+    """Variance that an error of this deviation gains in a slow step, if it forgets itself in this time."""
+    return 2.0 * np.square(drift) * SLOW_STEP / time
+
+
+@pytest.mark.parametrize(("settings", "shaken"), [(OUTDOORS, kept.SHAKEN), (ARENA, kept.SHAKEN_IN_ARENA)])
+def test_every_error_gains_what_its_instrument_is_said_to(settings, shaken):
+    gyroscope, accelerometer, gnss = SHIPPED.gyroscope, SHIPPED.accelerometer, SHIPPED.gnss
+    wanted = vectors(
+        attitude=0.5 * SLOW_STEP * (gyroscope.noise**2 + kept.SHAKEN_TURN**2),
+        velocity=0.5 * SLOW_STEP * (accelerometer.noise**2 + (shaken * accelerometer.vibration) ** 2),
+        gyro_bias=walk(gyroscope.drift, gyroscope.drift_time),
+        accel_bias=walk(accelerometer.drift, accelerometer.drift_time),
+        wind=WIND.walk**2 * SLOW_STEP,
+        gnss_drift=walk((gnss.drift_level, gnss.drift_level, gnss.drift_up), gnss.drift_time),
+        barometer_drift=walk(SHIPPED.barometer.drift, SHIPPED.barometer.drift_time),
+    )
+    assert settings.spread == pytest.approx(wanted, rel=1e-12, abs=0.0)
+
+
+@pytest.mark.parametrize("settings", [OUTDOORS, ARENA])
+def test_what_is_forgotten_fades_with_its_time_and_all_else_stays(settings):
+    gone = vectors(
+        wind=SLOW_STEP / WIND.return_time,
+        gnss_drift=SLOW_STEP / SHIPPED.gnss.drift_time,
+        barometer_drift=SLOW_STEP / SHIPPED.barometer.drift_time,
+    )
+    assert settings.fade == pytest.approx(np.exp(-gone), rel=1e-9, abs=0.0)
+
+
+def test_every_error_begins_as_large_as_its_instrument_makes_it():
+    field, tilt = SHIPPED.magnetometer, SHIPPED.accelerometer.bias / 9.8
+    same = {
+        "gyro_bias": (0.05 * SHIPPED.gyroscope.bias) ** 2 + SHIPPED.gyroscope.drift**2,
+        "accel_bias": SHIPPED.accelerometer.bias**2,
+        "wind": WIND.max_deviation**2,
+        "misalignment": SHIPPED.motion_capture.misalignment**2,
+        "magnetic_bias": field.bias**2,
+        "static_port": SHIPPED.barometer.position_error**2,
+    }
+    turn = max(tilt, field.bias / math.hypot(field.field_north, field.field_west))
+    assert OUTDOORS.initial == pytest.approx(
+        vectors(position=0.09, velocity=0.01, attitude=turn**2, **same), rel=1e-12, abs=0.0
+    )
+    turn = max(tilt, SHIPPED.motion_capture.misalignment)
+    assert ARENA.initial == pytest.approx(
+        vectors(position=1e-4, velocity=4e-4, attitude=turn**2, **same), rel=1e-12, abs=0.0
+    )
+
+
+def test_the_errors_are_numbered_through():
+    threes = (
+        *(POSITION_ERROR, VELOCITY_ERROR, ATTITUDE_ERROR, GYRO_BIAS_ERROR, ACCEL_BIAS_ERROR, WIND_ERROR),
+        *(MISALIGNMENT_ERROR, MAGNETIC_BIAS_ERROR, GNSS_DRIFT_ERROR),
+    )
+    assert (*threes, BAROMETER_DRIFT_ERROR, STATIC_PORT_ERROR, ERRORS) == (*range(0, 28, 3), 28, 29)
+    assert (OUTDOORS.states, ARENA.states) == (ERRORS, ARENA_ERRORS) == (29, MAGNETIC_BIAS_ERROR)
+
+
+def late(delay, jitter=0.0, rate=10.0):
+    sensors = SHIPPED._replace(gnss=SHIPPED.gnss._replace(timing=Timing(rate, delay, jitter, 0.0)))
+    return filter_settings(sensors, WIND, arena=False).horizon
+
+
+def test_the_filter_stands_one_step_before_the_latest_reading_of_what_aids_it():
+    assert late(0.2) == 21
+    assert late(0.2 + 1e-6) == 22
+    assert late(0.2, 0.01) == 24  # three deviations of its lateness
+    assert late(0.0) >= round(kept.POSE_HORIZON / SLOW_STEP) + 1  # poses from outside may come at any time
+    assert late(30.0) == kept.MAX_HORIZON - 1
+
+
+def test_a_new_filter_has_seen_and_refused_nothing():
+    made = new_filter(OUTDOORS, NOMINAL)
+    assert (made.phase, made.filled, made.oldest, made.aligned_for, made.moved, made.resets) == (
+        kept.ALIGNING,
+        *[0] * 5,
+    )
+    assert made.support == NOMINAL.g
+    assert made.actuators == (0.0, 0.0, 0.0, 0.0)
+    assert (made.fused_at == -1.0).all()
+    assert (made.refused_since == -1.0).all()
+    assert made.refused_at.max() < -1e6  # so long ago that nothing is mistrusted for it
+    for part in ("covariance", "H", "errors", "leapt", "before", "oddity", "failed", "repeated", "squares", "late"):
+        assert not getattr(made, part).any()
