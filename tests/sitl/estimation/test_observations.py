@@ -316,7 +316,8 @@ def test_how_well_a_reading_agreed_is_noted():
 
 def test_the_air_s_force_is_compared_with_what_is_felt_less_the_bias(looked):
     ((_, innovation, *_),) = looked(OBSERVED["wing"])
-    assert innovation == pytest.approx(0.1, abs=1e-9)  # so much more than the model makes is in the step
+    # So much more than the model makes is in the step; its mean over the uncertain wind is nearly that at the belief.
+    assert innovation == pytest.approx(0.1, abs=0.005)
 
 
 def test_rounding_counts_as_noise_of_a_twelfth_of_its_square(looked):
