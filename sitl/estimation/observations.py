@@ -20,6 +20,7 @@ from sitl.estimation.belief import (
     MISALIGNMENT_ERROR,
     POSITION_ERROR,
     STATIC_PORT_ERROR,
+    STEADY_WIND_ERROR,
     TUBE_ERROR,
     VELOCITY_ERROR,
     WIND_ERROR,
@@ -36,7 +37,7 @@ from sitl.estimation.filter import (
     get_wind_settings,
     put_belief,
 )
-from sitl.estimation.kalman import correct, surprise, turn_errors
+from sitl.estimation.kalman import correct, restart, surprise, turn_errors
 from sitl.model.airframe import Array
 from sitl.model.quaternions import Quaternion, conjugate, multiply, rotate, rotate_inverse, small_rotation
 from sitl.model.vectors import Vector, add, add_scaled, cross, dot, scaled, subtract
@@ -68,6 +69,7 @@ MISTRUSTED_TIME = 0.5  # after a reading that was refused, none is fused for so 
 TUBE_DEAD = 2.0  # how far beyond its threshold a reading has to be that is not expected [m/s]
 TUBE_LEAP = 3.0  # more than an airspeed changes from one reading to the next [m/s]
 TUBE_DOUBTED = 3.0  # after a reading that was refused, the tube checks nothing for so long [s]
+TUBE_FORGIVEN = 5.0  # refused for so long without leaps, the tube is right and the wind was believed wrong [s]
 # A belief goes astray little by little: where a reading that was right just before is far off, the instrument is wrong.
 LATELY = 0.3  # since the last refusal: what comes sooner is not the first [s]
 LEAPT = 16.0  # far off, in gates, squared
@@ -310,6 +312,7 @@ def observe_airspeed(f: Kept, i: Kept, reading: Array, period: int) -> None:
     v_b = rotate_inverse(b.attitude, subtract(b.velocity, b.wind))
     spec = get_specification(i, 0).pitot
     innovation, variance = reading[0] - f["tube"] - b.tube_bias, spec.noise * spec.noise + spec.step * spec.step / 12.0
+    _forgive(f, period)
     _speed_along(H, nose, v_b)
     ratio = _surprise(f, innovation, variance)
     fits = _follows(f, reading[0], innovation, period) and _fits(f, PITOT - FIRST_LINE, period, ratio)
@@ -334,6 +337,18 @@ def _follows(f: Kept, speed: float, innovation: float, period: int) -> bool:
         at[line] = period
         return False
     return True
+
+
+@subroutine
+def _forgive(f: Kept, period: int) -> None:
+    """Forget the wind where the tube has long been refused, and neither it nor the belief came nearer."""
+    since, line = f["refused_since"], PITOT - FIRST_LINE
+    if since[line] < 0.0 or (period - since[line]) * PERIOD < TUBE_FORGIVEN:
+        return
+    unknown = get_wind_settings(f, 0).max_deviation
+    restart(f["covariance"], WIND_ERROR, unknown * unknown)
+    restart(f["covariance"], STEADY_WIND_ERROR, unknown * unknown)
+    since[line], f["refused_at"][line] = -1.0, period - TUBE_DOUBTED / PERIOD - 1.0
 
 
 @subroutine
