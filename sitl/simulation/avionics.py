@@ -12,22 +12,13 @@ import numpy as np
 from sitl.control.wind_estimator import WindGains
 from sitl.design.wind import wind_gains
 from sitl.estimation.belief import ATTITUDE_ERROR, ERRORS, GYRO_BIAS_ERROR, POSITION_ERROR, VELOCITY_ERROR, Belief
-from sitl.estimation.filter import (
-    ALIGNING,
-    MAX_HORIZON,
-    REALIGNING,
-    RUNNING,
-    Filter,
-    Step,
-    filter_settings,
-    new_filter,
-)
+from sitl.estimation.filter import ALIGNING, MAX_HORIZON, REALIGNING, RUNNING, Filter, Step, filter_settings, new_filter
 from sitl.estimation.notch import quiet
 from sitl.estimation.strapdown import Increment, moved_by, no_increment
 from sitl.model.airframe import Airframe, Array
 from sitl.model.battery import Battery
 from sitl.model.ground import is_touching
-from sitl.model.quaternions import Quaternion, hover, multiply, normalised, rotate_inverse, small_rotation
+from sitl.model.quaternions import Quaternion, hover, multiply, normalised, small_rotation
 from sitl.model.state import Plant
 from sitl.model.vectors import Vector, add, scaled, subtract
 from sitl.sensors.battery_monitor import BatteryReading, monitored
@@ -192,7 +183,7 @@ class Avionics:
         fresh = named_from(Belief, f["belief"].item())
         ahead = named_from(Increment, f["ahead"].item())
         if not carries_on:
-            fresh, ahead = Belief(_NONE, _NONE, hover(0.0), *6 * (_NONE,), 0.0, _NONE, 0.0, 0.0), no_increment()
+            fresh, ahead = Belief(_NONE, _NONE, hover(0.0), *6 * (_NONE,), 0.0, 0.0), no_increment()
         place, velocity, q = moved_by(ahead, fresh.position, fresh.velocity, fresh.attitude, float(f["model"]["g"]))
         f["belief"] = fresh._replace(position=place, velocity=velocity, attitude=q)
         f["ahead"], f["step"]["increment"] = no_increment(), no_increment()
@@ -218,7 +209,7 @@ class Avionics:
         initial = np.array(f["settings"]["initial"])
         self._converged += 1
         draws = np.random.default_rng((self._seed, 3, self._converged)).standard_normal(ERRORS)
-        wrong = np.sqrt(np.diag(initial)) * in_fine_steps(draws)
+        wrong = np.sqrt(initial) * in_fine_steps(draws)
         turn = small_rotation(scaled(_vector(wrong, ATTITUDE_ERROR), -1.0))
         f["belief"] = Belief(
             position=subtract(body.position, _vector(wrong, POSITION_ERROR)),
@@ -231,12 +222,9 @@ class Avionics:
             magnetic_bias=_NONE,
             gnss_drift=_NONE,
             barometer_drift=0.0,
-            steady_wind=_NONE,
-            tube_bias=0.0,
             static_port=0.0,
         )
-        f["tube"] = rotate_inverse(body.attitude, body.velocity).x
-        f["covariance"], f["air_doubt"] = initial, 0.0
+        f["covariance"] = np.diag(initial)
         f["actuators"] = plant.actuators
         f["on_ground"] = stands = is_touching(plant, named_from(Airframe, f["model"].item()))
         f["support"] = f["model"]["g"] if stands else 0.0
