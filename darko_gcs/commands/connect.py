@@ -42,7 +42,7 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
         epilog=_EXAMPLES + listing,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("--version", action="store_true", help="print the version and exit (only without options)")
+    parser.add_argument("--version", action="store_true", help="print the version and exit (without other options)")
     parser.add_argument(
         "--mission", type=Path, metavar="FILE", help="open this .plan or QGC WPL 110 file (press m to see it)"
     )

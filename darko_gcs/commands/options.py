@@ -36,14 +36,16 @@ def add_link_options(parser: argparse.ArgumentParser) -> None:
     sitl.add_argument("--seed", metavar="N", help="random seed [1]")
     sitl.add_argument("--wind", metavar="M/S@DEG", help="steady wind and where it comes from [0]")
     sitl.add_argument("--gusts", metavar="RMS", help="gusts, rms speed in m/s [0]")
-    sitl.add_argument("--start", metavar="N,E,UP,YAW", help="start position; UP > 0 starts in hover [0,0,0,0]")
-    sitl.add_argument("--airframe", metavar="SET", help="parameter set of the airframe [nominal]")
+    sitl.add_argument(
+        "--start", metavar="N,E,UP,YAW", help="start position in metres, heading in degrees; UP > 0: hovering [0,0,0,0]"
+    )
+    sitl.add_argument("--airframe", metavar="SET", help="parameter set or TOML file [physical]")
     sitl.add_argument(
         "--api-port",
         type=port_number,
         default=0,
         metavar="P",
-        help="port here of another program that it sends to [none]",
+        help="local port of another program that the simulator sends to, too [none]",
     )
     sitl.add_argument("--state-dir", metavar="DIR", help="folder of its saved parameters and mission")
 

@@ -21,7 +21,11 @@ class Feed(Protocol):
 
     @property
     def now(self) -> float:
-        """The clock of the snapshot's times [s]."""
+        """Its clock [s]."""
+
+    @property
+    def snapshot_now(self) -> float:
+        """The same instant by the clock of the snapshot's times [s]."""
 
     @property
     def station(self) -> Station | None:

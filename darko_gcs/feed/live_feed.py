@@ -63,6 +63,11 @@ class LiveFeed:
         """The link's clock [s]."""
         return self._link.now
 
+    @property
+    def snapshot_now(self) -> float:
+        """The same: the snapshot's times are by the link's clock [s]."""
+        return self._link.now
+
     async def open(self) -> None:
         """Listen, and start the vehicle process if asked to.
 

@@ -124,6 +124,11 @@ class PairFeed(Player):
         return self._now
 
     @property
+    def snapshot_now(self) -> float:
+        """The first recording's own playing time [s]: the snapshot is its."""
+        return self.flights[0].feed.now
+
+    @property
     def duration(self) -> float:
         """From the first record of either flight to the last one of either [s]."""
         return self._ends.end - self._ends.begin

@@ -43,6 +43,11 @@ class Player(ABC):
         """Playing time [s]."""
 
     @property
+    def snapshot_now(self) -> float:
+        """The same instant by the clock of the snapshot's times [s]."""
+        return self.now
+
+    @property
     @abstractmethod
     def duration(self) -> float:
         """Playing time of the last record [s]."""

@@ -128,9 +128,9 @@ class GroundStationApp(App[int]):
         self._last_pull = now
         for screen in self.screen_stack:
             if isinstance(screen, FlightScreen):
-                screen.show_snapshot(self.feed.snapshot, self.feed.now, fleet_snapshots(self.feed))
+                screen.show_snapshot(self.feed.snapshot, self.feed.snapshot_now, fleet_snapshots(self.feed))
             elif isinstance(screen, FlightPlanScreen | MissionScreen | ParametersScreen | MessagesScreen):
-                screen.now = self.feed.now
+                screen.now = self.feed.snapshot_now
                 screen.snapshot = self.feed.snapshot
         self._request_truth()
 

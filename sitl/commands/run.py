@@ -49,7 +49,8 @@ other commands (darko-sitl COMMAND --help):
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     """The command line of ``darko-sitl [run]``."""
-    listing = "".join(f"  {name:<10}{text}\n" for name, text in commands.items() if name != "run")
+    width = max(map(len, commands)) + 2
+    listing = "".join(f"  {name:<{width}}{text}\n" for name, text in commands.items() if name != "run")
     parser = argparse.ArgumentParser(
         prog="darko-sitl",
         description="DarkO as a software-in-the-loop vehicle: full model, hybrid controller, MAVLink 2 over UDP.",

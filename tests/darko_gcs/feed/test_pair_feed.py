@@ -116,6 +116,16 @@ def test_a_step_goes_to_the_next_record_of_either(pair):
     assert not pair.playing
 
 
+def test_the_first_one_s_screens_have_its_own_clock():
+    """On the common clock its last heartbeat would be old: it plays twice as fast as it was recorded."""
+    pair = PairFeed(replay(flight_log(8, rate=2.0)), replay(flight_log(5)))
+    pair.seek(pair.duration - 1.0)
+    first = pair.flights[0].feed
+    assert pair.snapshot_now == first.now
+    assert pair.now > pair.snapshot_now + 3.0
+    assert first.snapshot_now == first.now
+
+
 def test_marks_tell_whose_they_are_and_are_sought(pair):
     text = mavlink.MAVLink_statustext_message(mavlink.MAV_SEVERITY_WARNING, b"low")
     log = TlogReader(log_of([bare(heartbeat(armed=True)), bare(text)], step=3 * SECOND))

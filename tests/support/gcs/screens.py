@@ -35,6 +35,10 @@ class FakeFeed:
         self.closed, self.notes, self.restart, self.fleet = False, [], None, None
 
     @property
+    def snapshot_now(self):
+        return self.now
+
+    @property
     def requests(self):
         return self.station.requests
 
