@@ -71,6 +71,8 @@ def height_of(item: MissionItem, world: World) -> float:
     """World NWU height that an item names [m], also where it leaves its position open."""
     if item.frame == mavlink.MAV_FRAME_LOCAL_NED:
         return -item.z
+    if item.frame == mavlink.MAV_FRAME_LOCAL_ENU:
+        return item.z
     return world.up(item.z, above_sea=item.frame in ABSOLUTE_ALTITUDE_FRAMES)
 
 

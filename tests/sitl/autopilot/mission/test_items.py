@@ -5,7 +5,7 @@ import pytest
 from protocol.dialect import mavlink
 from protocol.frames import LocalFrame
 from protocol.plans.mission_item import MissionItem
-from sitl.autopilot.mission.items import validate
+from sitl.autopilot.mission.items import height_of, position_of, validate
 from sitl.autopilot.safety.arena import ARENAS
 from sitl.autopilot.safety.world import World
 from sitl.defaults import HOME
@@ -57,3 +57,10 @@ def test_more_items_than_fit_are_refused():
     refusal = validate([waypoint(1, 0, 3)] * 1001, WORLD)
     assert refusal.result == mavlink.MAV_MISSION_NO_SPACE
     assert refusal.text == "1001 items: the limit is 1000"
+
+
+@pytest.mark.parametrize(("frame", "z"), [(mavlink.MAV_FRAME_LOCAL_NED, -7.0), (mavlink.MAV_FRAME_LOCAL_ENU, 7.0)])
+def test_a_local_item_names_one_height_wherever_home_is(frame, z):
+    world = World(LocalFrame(HOME), ARENAS["open"], home=(0.0, 0.0, 5.0))
+    named = item(mavlink.MAV_CMD_NAV_TAKEOFF, 1, -1, -z, frame=frame)
+    assert height_of(named, world) == position_of(named, world)[2] == 7.0
