@@ -49,7 +49,7 @@ other commands (darko-sitl COMMAND --help):
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     """The command line of ``darko-sitl [run]``."""
-    width = max(map(len, commands)) + 2
+    width = max(map(len, commands), default=0) + 2
     listing = "".join(f"  {name:<{width}}{text}\n" for name, text in commands.items() if name != "run")
     parser = argparse.ArgumentParser(
         prog="darko-sitl",
