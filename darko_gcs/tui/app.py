@@ -130,8 +130,7 @@ class GroundStationApp(App[int]):
             if isinstance(screen, FlightScreen):
                 screen.show_snapshot(self.feed.snapshot, self.feed.snapshot_now, fleet_snapshots(self.feed))
             elif isinstance(screen, FlightPlanScreen | MissionScreen | ParametersScreen | MessagesScreen):
-                screen.now = self.feed.snapshot_now
-                screen.snapshot = self.feed.snapshot
+                screen.now, screen.snapshot = self.feed.snapshot_now, self.feed.snapshot
         self._request_truth()
 
     def _request_truth(self) -> None:
@@ -163,8 +162,7 @@ class GroundStationApp(App[int]):
         action = ACTION_BY_NAME[name]
         if action.needs_vehicle and not self._can_command():
             return
-        refusal = action.refusal(self.feed.snapshot)
-        if refusal is not None:
+        if (refusal := action.refusal(self.feed.snapshot)) is not None:
             self.notify(refusal, severity="warning")
             return
         question = action.question(self.feed.snapshot)

@@ -131,8 +131,7 @@ class Simulation:
         basis = (self.design_model, tuning, self.avionics.latency)
         self.design = self.register.design(designed(*basis))
         own = self.register is REGISTER
-        known = design_record(*basis) if own else record_of(type(self.design), self.design)
-        self._arrays.designs = known
+        self._arrays.designs = design_record(*basis) if own else record_of(type(self.design), self.design)
         self._arrays.forget_look()
         self._sensors = SENSORS._replace(has_pitot=bool(tuning.pitot))
         self.avionics.redesign(self.design_model, self.design.gains.wind)
