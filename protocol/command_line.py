@@ -38,6 +38,7 @@ def run_cli(
     commands: Mapping[str, str],
     error: type[Exception],
     argv: Sequence[str] | None = None,
+    folders: Mapping[str, str] | None = None,
 ) -> int:
     """Run a command; returns the exit code.
 
@@ -50,6 +51,7 @@ def run_cli(
         commands: Description of each command by its name; the first one is run if none is named.
         error: Base of the expected errors; an attribute ``exit_code`` replaces ``EXIT_ERROR``.
         argv: The arguments; None: those of the process.
+        folders: By name, the folder in ``package.commands`` that has a command's module, if one has.
     """
     arguments = list(sys.argv[1:] if argv is None else argv)
     if arguments == ["--version"]:
@@ -61,7 +63,7 @@ def run_cli(
         print(f"{prog}: there is no command {arguments[0]!r}.{hint} Commands: {', '.join(commands)}", file=sys.stderr)
         return EXIT_ERROR
     name = arguments.pop(0) if arguments and arguments[0] in commands else next(iter(commands))
-    command = import_module(f"{package}.commands.{name}")
+    command = import_module(".".join(filter(None, (package, "commands", (folders or {}).get(name), name))))
     try:
         return int(command.run(command.parser(commands).parse_args(arguments)))
     except error as expected:

@@ -15,7 +15,6 @@ import numpy as np
 from protocol.dialect.vocabulary import Law
 from protocol.frames import LocalFrame
 from protocol.names.modes import Mode
-from sitl.aircraft import AUTOPILOT_PERIODS, Aircraft
 from sitl.autopilot.safety.arena import ARENAS
 from sitl.autopilot.safety.world import World
 from sitl.autopilot.settings import Settings
@@ -26,10 +25,11 @@ from sitl.model.airframe import Airframe
 from sitl.model.airframe_files import load
 from sitl.model.quaternions import Quaternion, hover, multiply
 from sitl.model.vectors import Vector
-from sitl.parameters import Configuration, WorldSettings
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start
 from sitl.simulation.tuning import Tuning
+from sitl.vehicle.aircraft import AUTOPILOT_PERIODS, Aircraft
+from sitl.vehicle.parameters import Configuration, WorldSettings
 
 HEIGHT = 25.0  # [m]
 MAX_TIME = 8.0  # of the streamed attitude [s]

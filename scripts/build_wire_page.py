@@ -28,7 +28,7 @@ from sitl.mavlink.services.obstacle_service import ObstacleService
 from sitl.mavlink.services.prediction_service import PredictionService
 from sitl.mavlink.services.steering_service import SteeringService
 from sitl.mavlink.telemetry.streams import FAMILIES, STREAMS
-from sitl.parameters import INT, Configuration
+from sitl.vehicle.parameters import INT, Configuration
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "wire.md"

@@ -8,7 +8,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from sitl._kernel_cache import use_source_keyed_cache
+from sitl.tools.kernel_cache import use_source_keyed_cache
 
 use_source_keyed_cache()
 

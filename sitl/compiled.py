@@ -16,7 +16,7 @@ from numba import njit, typeof
 from numba.core.dispatcher import Dispatcher
 from numba.extending import register_jitable
 
-from sitl._inner_compiler import InnerCompiler, PartCompiler, WholeCompiler
+from sitl.tools.inner_compiler import InnerCompiler, PartCompiler, WholeCompiler
 
 # What is only called from compiled code needs no door for Python or C: that saves a third of the compiling.
 INNER = {

@@ -79,12 +79,12 @@ SLOW = (
     "sitl/system_identification/test_identify_flight.py",
     "sitl/system_identification/test_output_error.py",
     "sitl/system_identification/test_result_text.py",
-    "sitl/test_actuator_watch.py",
-    "sitl/test_inner_compiler.py",
-    "sitl/test_kernel_cache.py",
-    "sitl/test_persistence.py",
+    "sitl/vehicle/test_actuator_watch.py",
+    "sitl/tools/test_inner_compiler.py",
+    "sitl/tools/test_kernel_cache.py",
+    "sitl/tools/test_persistence.py",
     "sitl/test_storage.py",
-    "sitl/test_warm_up.py",
+    "sitl/process/test_warm_up.py",
     "test_api_page.py",
 )
 

@@ -45,7 +45,8 @@ def test_a_name_that_is_not_there_is_an_attribute_error() -> None:
 def test_importing_the_package_loads_no_compiler_and_the_vehicle_no_scipy() -> None:
     """Its optimisation alone would be a third of what a vehicle loads."""
     code = (
-        "import sitl, sys; print('numba' in sys.modules); import sitl.process; print('scipy.optimize' in sys.modules)"
+        "import sitl, sys; print('numba' in sys.modules); "
+        "import sitl.process.vehicle_process; print('scipy.optimize' in sys.modules)"
     )
     said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, check=True)
     assert said.stdout.split() == ["False", "False"]

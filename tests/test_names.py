@@ -11,7 +11,11 @@ ROOT = Path(__file__).parent.parent
 PACKAGES = ("protocol", "sitl", "darko_gcs")
 GENERATED = {"protocol/dialect/mavlink.py", "protocol/dialect/vocabulary.py"}  # the dialect names what is in them
 SPECIAL = {"__init__", "__main__"}
-COMMAND_FOLDERS = {"sitl/commands", "darko_gcs/commands"}  # a module there is named after a command of the terminal
+COMMAND_FOLDERS = {
+    "sitl/commands",
+    "sitl/commands/study_commands",
+    "darko_gcs/commands",
+}  # a module there is named after a command of the terminal
 
 # Names that may stand in several modules of a package, each with the reason why they do not confuse.
 ALLOWED: dict[str, dict[str, str]] = {

@@ -9,18 +9,18 @@ import math
 from statistics import median
 
 from protocol.frames import LocalFrame
-from sitl.aircraft import Aircraft
 from sitl.autopilot.safety.arena import ARENAS
 from sitl.autopilot.safety.world import World
 from sitl.autopilot.settings import Settings
 from sitl.defaults import AIRFRAME, HOME
 from sitl.model.airframe_files import load
-from sitl.parameters import Configuration, WorldSettings
 from sitl.sensors.instruments import GNSS, OFF
 from sitl.simulation.avionics import Navigation
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start
 from sitl.simulation.tuning import Tuning
+from sitl.vehicle.aircraft import Aircraft
+from sitl.vehicle.parameters import Configuration, WorldSettings
 
 SEEDS = range(1, 7)
 WINDS = ((0.0, 0.0), (2.0, 0.0), (4.0, 0.7), (7.0, 1.0))  # and gusts, rms [m/s]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Annotated, NamedTuple
 
 from sitl.guidance.limits import MAX_AIRSPEED, MIN_AIRSPEED
-from sitl.parameter_metadata import ParameterMetadata
+from sitl.tools.parameter_metadata import ParameterMetadata
 
 
 class Settings(NamedTuple):

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from protocol.option_values import finite_number
 from sitl.errors import SitlError
-from sitl.plotting import check_plot_path
+from sitl.tools.plotting import check_plot_path
 
 if TYPE_CHECKING:
     from sitl.model.airframe import Airframe

@@ -12,7 +12,7 @@ from pathlib import Path
 from protocol.option_values import finite_number, whole_number
 from sitl.defaults import AIRFRAME
 from sitl.errors import SitlError
-from sitl.plotting import check_plot_path
+from sitl.tools.plotting import check_plot_path
 
 MOST_OFF, MOST_WIND, MOST_GUSTS = 0.3, 8.0, 3.0
 HIGHEST_CHANNEL = 16

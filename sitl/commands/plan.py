@@ -13,7 +13,7 @@ from protocol.flight_plans.mission_export import Loss, to_mission
 from protocol.flight_plans.plan_check import Finding, PlanCheck
 from protocol.plans import save
 from sitl.errors import SitlError
-from sitl.flight_plan_files import load_checked_plan
+from sitl.tools.flight_plan_files import load_checked_plan
 
 EXIT_REFUSED = 2
 MISSION_SUFFIXES = (".plan", ".waypoints")

@@ -13,7 +13,7 @@ from protocol.atomic_write import write_atomically
 from protocol.errors import FileError
 from protocol.option_values import whole_number
 from sitl.errors import SitlError
-from sitl.plotting import require_matplotlib
+from sitl.tools.plotting import require_matplotlib
 
 if TYPE_CHECKING:
     from sitl.reproduction.experiment import Experiment

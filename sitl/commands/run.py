@@ -266,10 +266,10 @@ def run(args: argparse.Namespace) -> int:
         if getattr(args, f"flight_plan_{option}") is not None and args.flight_plan is None:
             raise SitlError(f"--flight-plan-{option} needs --flight-plan")
     if args.vehicles > 1:
-        from sitl.fleet.fleet_process import fly_fleet  # noqa: PLC0415 - --help must not load the compiler
+        from sitl.process.fleet_process import fly_fleet  # noqa: PLC0415 - --help must not load the compiler
 
         return fly_fleet(args)
-    from sitl.process import fly  # noqa: PLC0415
+    from sitl.process.vehicle_process import fly  # noqa: PLC0415
 
     return fly(args, _silently if args.quiet else _aloud)
 

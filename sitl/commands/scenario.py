@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from protocol.option_values import whole_number
 from sitl.errors import SitlError
-from sitl.plotting import require_matplotlib
+from sitl.tools.plotting import require_matplotlib
 
 if TYPE_CHECKING:
     from sitl.reproduction.experiment import Experiment, ExperimentResult

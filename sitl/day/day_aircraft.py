@@ -11,7 +11,6 @@ from protocol.flight_plans.plan_geometry import EnuPoint
 from protocol.frames import LocalFrame
 from protocol.names.failure_names import FAILURE_TYPES, FAILURE_UNITS
 from protocol.names.modes import Mode
-from sitl.aircraft import Aircraft
 from sitl.autopilot.answers import ACCEPTED, DENIED, Answer
 from sitl.autopilot.safety.world import World
 from sitl.autopilot.settings import Settings
@@ -19,12 +18,13 @@ from sitl.day.day_file import Day, DayError, OperatorAction, PlannedFailure
 from sitl.defaults import AIRFRAME, HOME
 from sitl.enclosure.arena_files import load_arena
 from sitl.errors import SitlError
-from sitl.flight_plan_files import load_checked_plan
 from sitl.model.airframe_files import load
-from sitl.parameters import Configuration, WorldSettings
 from sitl.sensors.sensor_files import load_sensors
 from sitl.simulation.avionics import Navigation
 from sitl.simulation.simulation import Simulation
+from sitl.tools.flight_plan_files import load_checked_plan
+from sitl.vehicle.aircraft import Aircraft
+from sitl.vehicle.parameters import Configuration, WorldSettings
 
 
 class DayEvent(NamedTuple):

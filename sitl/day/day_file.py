@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 from protocol.names.failure_names import FAILURE_TYPES, FAILURE_UNITS
 from sitl.errors import SitlError
 from sitl.simulation.avionics import Navigation
-from sitl.toml_table import TomlTable
+from sitl.tools.toml_table import TomlTable
 
 MAX_DURATION = 7200.0  # [s]
 DAY_KEYS = {

@@ -17,7 +17,7 @@ from sitl.day.day_file import Day
 from sitl.enclosure.geometry import Arena, Obstacle
 from sitl.mavlink.flight_recorder import FlightRecorder
 from sitl.mavlink.node import Node
-from sitl.persistence import StateFolder
+from sitl.tools.persistence import StateFolder
 
 TRUTH_RATE = 10.0  # in the record [Hz]
 PILLAR_SIDES = 16  # of a round pillar in the picture

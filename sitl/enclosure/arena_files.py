@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 from sitl.enclosure.geometry import Arena, Obstacle, WindWall, outlet_of
 from sitl.errors import SitlError
-from sitl.toml_table import TomlTable
+from sitl.tools.toml_table import TomlTable
 
 MAX_SIZE = 1e5  # of an arena [m]
 MAX_OBSTACLES = 30

@@ -8,10 +8,10 @@ from contextlib import contextmanager
 from protocol.dialect import mavlink
 from protocol.endpoint_vehicle import VehicleEndpoint
 from protocol.message import Message
-from sitl.aircraft import Aircraft
 from sitl.mavlink.flight_recorder import FlightRecorder
 from sitl.mavlink.statustext_limiter import MIN_REPEAT_INTERVAL, StatustextLimiter
-from sitl.persistence import StateFolderError
+from sitl.tools.persistence import StateFolderError
+from sitl.vehicle.aircraft import Aircraft
 
 COMPLAINT_INTERVAL = 5.0  # between two equal complaints about a stream of messages [s]
 

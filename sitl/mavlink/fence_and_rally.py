@@ -12,7 +12,7 @@ from sitl.autopilot.mission.items import refuse_items
 from sitl.autopilot.safety.fence import Fence
 from sitl.autopilot.safety.fence_items import make_fence
 from sitl.autopilot.safety.rally import make_rally
-from sitl.persistence import StateFolder
+from sitl.tools.persistence import StateFolder
 
 PLAN, FENCE, RALLY = (
     mavlink.MAV_MISSION_TYPE_MISSION,

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from protocol.dialect import mavlink
 from protocol.events import LogEraseRequested
-from sitl.aircraft import Aircraft
 from sitl.mavlink.broadcast import Broadcast
 from sitl.mavlink.flight_recorder import FlightRecorder
 from sitl.mavlink.handlers import on_event
 from sitl.mavlink.telemetry import hybrid_state
 from sitl.mavlink.telemetry.streams import SnapshotMessages
 from sitl.mavlink.telemetry.telemetry_service import TelemetryService
+from sitl.vehicle.aircraft import Aircraft
 
 
 class FlightReporter:

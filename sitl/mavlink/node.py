@@ -17,7 +17,6 @@ from protocol.engines.server.stream_scheduler import STREAM_OFF
 from protocol.events import MessageReceived, MissionCleared
 from protocol.keyring import Keyring
 from protocol.plans.mission_item import MissionItem
-from sitl.aircraft import AUTOPILOT_PERIODS, Aircraft
 from sitl.mavlink import commands
 from sitl.mavlink.broadcast import Broadcast
 from sitl.mavlink.files.ftp_files import VehicleFiles
@@ -42,7 +41,8 @@ from sitl.mavlink.standard_modes import AVAILABLE_MODES
 from sitl.mavlink.telemetry.streams import FAMILIES, STREAMS
 from sitl.mavlink.telemetry.telemetry_service import PERIOD_US, TelemetryService
 from sitl.mavlink.telemetry.vehicle_snapshot import VehicleSnapshot
-from sitl.persistence import StateFolder
+from sitl.tools.persistence import StateFolder
+from sitl.vehicle.aircraft import AUTOPILOT_PERIODS, Aircraft
 
 COMPONENT = 1
 OWN_COMMANDS = {

@@ -13,7 +13,7 @@ from protocol.keyring import KeyRecord, Keyring
 from protocol.loopback import is_loopback
 from protocol.signing import KEY_SIZE, MAX_TIMESTAMP, NO_KEY, load_key
 from sitl.errors import SitlError
-from sitl.persistence import StateFolderError
+from sitl.tools.persistence import StateFolderError
 
 __all__ = ["KeyFile", "open_keyring", "read_key_option"]
 

@@ -8,7 +8,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 from sitl.model.airframe import Array
-from sitl.plotting import blank_page, require_matplotlib
+from sitl.tools.plotting import blank_page, require_matplotlib
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

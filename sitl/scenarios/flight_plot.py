@@ -9,9 +9,9 @@ import numpy as np
 
 from sitl import Law
 from sitl.model.airframe import Array
-from sitl.plotting import blank_page, save_page
 from sitl.scenarios.catalogue import nose_elevation
 from sitl.scenarios.scenario import Scenario, Track
+from sitl.tools.plotting import blank_page, save_page
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

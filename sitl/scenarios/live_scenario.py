@@ -15,12 +15,10 @@ from collections.abc import Mapping
 from protocol.dialect import mavlink
 from protocol.names.modes import Mode
 from sitl import Recording, Reference, Simulation, SitlError, load_airframe
-from sitl.aircraft import Aircraft
 from sitl.autopilot.safety.world import World
 from sitl.autopilot.settings import Settings
 from sitl.control.reference import Point
 from sitl.guidance.view import VehicleView
-from sitl.parameters import Configuration, WorldSettings, within_bounds
 from sitl.scenarios.catalogue import SCENARIOS
 from sitl.scenarios.scenario import (
     ORIGIN_HEIGHT,
@@ -33,6 +31,8 @@ from sitl.scenarios.scenario import (
     whole_samples,
 )
 from sitl.simulation.start import whole_periods
+from sitl.vehicle.aircraft import Aircraft
+from sitl.vehicle.parameters import Configuration, WorldSettings, within_bounds
 
 NOTICE, INFO, WARNING = mavlink.MAV_SEVERITY_NOTICE, mavlink.MAV_SEVERITY_INFO, mavlink.MAV_SEVERITY_WARNING
 

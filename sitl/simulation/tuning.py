@@ -24,10 +24,10 @@ from sitl.design.wind import wind_gains
 from sitl.design.zero_moment import zero_moment_gains
 from sitl.errors import SitlError
 from sitl.model.airframe import STALL, Airframe
-from sitl.parameter_metadata import ParameterMetadata
 from sitl.simulation.flight import Design
 from sitl.storage import record_of
 from sitl.supervisor.guards import Thresholds
+from sitl.tools.parameter_metadata import ParameterMetadata
 
 REPORT_GAIN, LMI_GAIN, GENTLE_GAIN, PROVED_GAIN = range(4)  # designs of the linear hover law
 HYBRID, INDI = range(2)

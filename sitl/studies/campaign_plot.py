@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sitl.plotting import blank_page, save_page
 from sitl.studies.campaign import MIN_FLIGHT_HEIGHT, CampaignFlight, corner, fly_and_track
+from sitl.tools.plotting import blank_page, save_page
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

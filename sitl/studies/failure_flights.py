@@ -12,16 +12,16 @@ import numpy as np
 
 from protocol.dialect import mavlink
 from sitl import Regime, Simulation, Start
-from sitl.aircraft import Aircraft
 from sitl.autopilot.settings import Settings
-from sitl.injected_failures import ACTUATOR_UNITS, BATTERY_FAILURES, FAILURE_NAMES, INSTRUMENT_UNITS
-from sitl.parameters import Configuration, WorldSettings
 from sitl.sensors.instruments import HEALTHY
 from sitl.simulation.actuator_faults import ACTUATOR_FAILURES
 from sitl.simulation.situation import regime
 from sitl.studies.craft import DEFAULT_CRAFT, Craft
 from sitl.studies.mission_flight import STUDY_WORLD
 from sitl.studies.seeded_flights import fly_draws, ignore_progress
+from sitl.vehicle.aircraft import Aircraft
+from sitl.vehicle.injected_failures import ACTUATOR_UNITS, BATTERY_FAILURES, FAILURE_NAMES, INSTRUMENT_UNITS
+from sitl.vehicle.parameters import Configuration, WorldSettings
 
 FAILURE_HEIGHT = 40.0  # [m]
 GOAL = (1000.0, 0.0, FAILURE_HEIGHT)  # of the leg, world NWU [m]

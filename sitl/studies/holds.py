@@ -10,13 +10,13 @@ from typing import NamedTuple
 import numpy as np
 
 from sitl import Airframe, DivergedError, Start
-from sitl.aircraft import Aircraft
 from sitl.autopilot.settings import Settings
-from sitl.parameters import Configuration, WorldSettings
 from sitl.studies.campaign import UNCERTAIN, perturbed
 from sitl.studies.craft import DEFAULT_CRAFT, Craft
 from sitl.studies.mission_flight import PERIODS_PER_LOOK, STUDY_WORLD
 from sitl.studies.seeded_flights import fly_draws, ignore_progress
+from sitl.vehicle.aircraft import Aircraft
+from sitl.vehicle.parameters import Configuration, WorldSettings
 
 HOLD_HEIGHT = 30.0  # [m]
 LEAD_IN, HOLD_TIME = 20.0, 60.0  # [s]

@@ -11,13 +11,13 @@ from typing import NamedTuple
 import numpy as np
 
 from sitl import Regime, Start, Vector
-from sitl.aircraft import Aircraft
 from sitl.autopilot.safety.arming_checks import MAX_STANDING_TILT
 from sitl.autopilot.settings import Settings
-from sitl.parameters import Configuration, WorldSettings
 from sitl.studies.craft import Craft
 from sitl.studies.mission_flight import PERIODS_PER_LOOK, STUDY_WORLD
 from sitl.studies.seeded_flights import fly_draws, seeds
+from sitl.vehicle.aircraft import Aircraft
+from sitl.vehicle.parameters import Configuration, WorldSettings
 
 LANDING_HEIGHT = 8.0  # where the landing begins [m]
 HOLD_BEFORE = 3000  # control periods before it: the wind is known then

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import TypeVar
 
 from sitl import SitlError
-from sitl.worker_pool import worker_pool
+from sitl.tools.worker_pool import worker_pool
 
 Draw = TypeVar("Draw")
 Result = TypeVar("Result")

@@ -14,7 +14,7 @@ from sitl.design.trim import Trim, braking_limit, trims
 from sitl.design.turn import TurningTrim, turning_trim
 from sitl.model.airframe import Array
 from sitl.model.propeller import drawn_power
-from sitl.plotting import blank_page, save_page
+from sitl.tools.plotting import blank_page, save_page
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -14,11 +14,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from protocol.dialect.vocabulary import Law, Reason
-from sitl.state_diagram import mermaid
 from sitl.supervisor import guards as g
 from sitl.supervisor import resets as r
 from sitl.supervisor.guards import Guard
 from sitl.supervisor.resets import Reset
+from sitl.tools.state_diagram import mermaid
 
 
 @dataclass(frozen=True)

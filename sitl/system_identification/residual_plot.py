@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from sitl.plotting import blank_page, save_page
 from sitl.system_identification.regression import RESIDUAL_AXES
 from sitl.system_identification.result import Identification
+from sitl.tools.plotting import blank_page, save_page
 
 MOST_POINTS = 4000  # of a curve
 

@@ -52,6 +52,14 @@ def test_the_first_command_is_run_if_none_is_named(program):
     assert (run(), run("--far"), run("fly", "--far"), run("land")) == (4, 5, 5, 7)
 
 
+def test_a_command_in_a_folder_is_found_there(monkeypatch, program):
+    hover = ModuleType("program.commands.studies.hover")
+    hover.parser, hover.run = lambda _commands: argparse.ArgumentParser(), lambda _arguments: 9
+    for module in (ModuleType("program.commands.studies"), hover):
+        monkeypatch.setitem(sys.modules, module.__name__, module)
+    assert run_cli("program", "program", {"hover": ""}, ProgramError, ["hover"], {"hover": "studies"}) == 9
+
+
 def test_the_version_is_that_of_the_distribution(capsys):
     assert run("--version") == 0
     assert capsys.readouterr().out.startswith("program 0.")

@@ -13,7 +13,7 @@ from importlib.metadata import version
 from typing import Any, NamedTuple
 
 from protocol.engines.ftp_packet import crc32
-from sitl.parameters import PARAMETERS, BoundParameter, Configuration
+from sitl.vehicle.parameters import PARAMETERS, BoundParameter, Configuration
 
 __all__ = ["FOLDER", "GENERAL_URI", "default_values", "general_crc", "metadata_files"]
 

@@ -10,10 +10,10 @@ import math
 
 from protocol.dialect import mavlink
 from protocol.events import CommandRequested
-from sitl.aircraft import Aircraft
 from sitl.autopilot.answers import DENIED, Answer
-from sitl.injected_failures import ALL, FLICKER_TIME
 from sitl.mavlink.handlers import on_command
+from sitl.vehicle.aircraft import Aircraft
+from sitl.vehicle.injected_failures import ALL, FLICKER_TIME
 
 _HEALTHY, _INTERMITTENT = mavlink.FAILURE_TYPE_OK, mavlink.FAILURE_TYPE_INTERMITTENT
 

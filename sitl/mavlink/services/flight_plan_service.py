@@ -19,7 +19,6 @@ from protocol.flight_plans.plan_package import unpack_plan
 from protocol.mav_frames import ABSOLUTE_ALTITUDE_FRAMES
 from protocol.names.modes import Mode
 from protocol.plans.mission_item import MissionItem
-from sitl.aircraft import Aircraft
 from sitl.autopilot.answers import ACCEPTED, DENIED, REJECTED, Answer
 from sitl.autopilot.flight_plan.executor import FlightPlanExecutor
 from sitl.autopilot.flight_plan.operator_view import BlockEntered, NamedWaypoint
@@ -35,7 +34,8 @@ from sitl.mavlink.telemetry.flight_plan_messages import (
     table_entries,
 )
 from sitl.mavlink.telemetry.telemetry_service import TelemetryService
-from sitl.persistence import StateFolder
+from sitl.tools.persistence import StateFolder
+from sitl.vehicle.aircraft import Aircraft
 
 PLAN_FILE = "plan"  # what refusals call a file that was sent
 MAX_REASON = 200  # characters of DARKO_PLAN_FILE_ACK.text

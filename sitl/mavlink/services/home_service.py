@@ -16,7 +16,7 @@ from sitl.mavlink.handlers import on_message
 from sitl.mavlink.home_requests import HOME_MESSAGES, take_home_message
 from sitl.mavlink.services.plan_service import PlanService
 from sitl.mavlink.telemetry.telemetry_service import TelemetryService
-from sitl.persistence import HomeAndOrigin, StateFolder
+from sitl.tools.persistence import HomeAndOrigin, StateFolder
 
 SAME_SITE = 100.0  # stored places are used if the vehicle starts no farther than this from where it started then [m]
 

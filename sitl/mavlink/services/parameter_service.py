@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from protocol.endpoint_vehicle import VehicleEndpoint
 from protocol.events import ParameterChanged, ParameterRefused
-from sitl.aircraft import Aircraft
 from sitl.errors import SitlError
 from sitl.mavlink.broadcast import Broadcast
 from sitl.mavlink.handlers import on_event
-from sitl.parameters import Configuration
-from sitl.persistence import StateFolder
+from sitl.tools.persistence import StateFolder
+from sitl.vehicle.aircraft import Aircraft
+from sitl.vehicle.parameters import Configuration
 
 
 class ParameterService:

@@ -14,7 +14,7 @@ from sitl.mavlink.broadcast import Broadcast
 from sitl.mavlink.fence_and_rally import PLAN_NAMES, FenceAndRally, recheck_plans
 from sitl.mavlink.handlers import on_event
 from sitl.mavlink.telemetry.telemetry_service import TelemetryService
-from sitl.persistence import StateFolder
+from sitl.tools.persistence import StateFolder
 
 
 class StoredPlans:

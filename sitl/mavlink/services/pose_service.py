@@ -8,12 +8,12 @@ from protocol.clock_match import ClockMatch
 from protocol.dialect import mavlink
 from protocol.events import PoseReceived
 from protocol.message import Peer
-from sitl.aircraft import Aircraft
 from sitl.mavlink.broadcast import Broadcast
 from sitl.mavlink.external_poses import ExternalPose, pose_of
 from sitl.mavlink.handlers import on_event
 from sitl.simulation.avionics import Navigation
 from sitl.timing import PERIOD
+from sitl.vehicle.aircraft import Aircraft
 
 MAX_AGE = 1.0  # a time stamp that is older by a clock is not of that clock [s]
 STAMP_LEAD = 0.02  # a stamp may be ahead of the clock by so much: the link is looked at now and then [s]

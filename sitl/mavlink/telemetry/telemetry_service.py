@@ -7,7 +7,6 @@ from protocol.dialect.vocabulary import Regime
 from protocol.endpoint_vehicle import VehicleEndpoint
 from protocol.events import MessageRequested
 from protocol.names.modes import Mode
-from sitl.aircraft import Aircraft
 from sitl.mavlink.handlers import on_event
 from sitl.mavlink.standard_modes import available_modes, current_mode
 from sitl.mavlink.telemetry.flight_times import FlightTimes
@@ -21,6 +20,7 @@ from sitl.mavlink.telemetry.vehicle_snapshot import (
 )
 from sitl.mavlink.telemetry.vehicle_state import heartbeat
 from sitl.timing import PERIOD
+from sitl.vehicle.aircraft import Aircraft
 
 PERIOD_US = round(PERIOD * 1e6)
 

@@ -12,7 +12,6 @@ from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law, Limit, Reason, Regime, Saturation
 from protocol.frames import LocalFrame, Quaternion, Vector
 from protocol.names.modes import Mode
-from sitl.aircraft import Aircraft
 from sitl.autopilot.autopilot import Autopilot
 from sitl.autopilot.flight_plan.operator_view import PlanStatus
 from sitl.autopilot.safety.fence import Fence, FenceWatch
@@ -28,6 +27,7 @@ from sitl.simulation.readings import LatestReadings, readings_of
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.situation import cross_track, regime, thrusts_now
 from sitl.storage import named_from
+from sitl.vehicle.aircraft import Aircraft
 
 NO_FLIGHT = FlightTimes()
 

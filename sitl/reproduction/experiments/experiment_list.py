@@ -18,7 +18,7 @@ from sitl.reproduction.experiments.nu_redefinition import NU_REDEFINITION
 from sitl.reproduction.experiments.printed_numbers import PRINTED_NUMBERS
 from sitl.reproduction.experiments.vertical_plane import VERTICAL_PLANE
 from sitl.reproduction.experiments.wing_shapes import WING_SHAPES
-from sitl.worker_pool import worker_pool
+from sitl.tools.worker_pool import worker_pool
 
 EXPERIMENTS: dict[str, Experiment] = {
     experiment.name: experiment

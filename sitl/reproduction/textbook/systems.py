@@ -16,7 +16,7 @@ import numpy as np
 from sitl.model.airframe import Array
 from sitl.reproduction.textbook.automaton import GuardedJump
 from sitl.reproduction.textbook.solution import Arc, HybridSystem, solve
-from sitl.state_diagram import mermaid
+from sitl.tools.state_diagram import mermaid
 
 G = 9.81  # [m/s2]
 MAX_JUMPS_SHOWN = 5  # jumps listed at each end of a summary

@@ -10,13 +10,13 @@ from typing import NamedTuple
 import numpy as np
 
 from sitl import DivergedError, SitlError
-from sitl.aircraft import Aircraft
 from sitl.enclosure.arena_files import load_arena
 from sitl.studies.arena_flights.containment import ContainmentConditions, enclosed
 from sitl.studies.craft import DEFAULT_CRAFT, Craft
 from sitl.studies.holds import LOOK_TIME
 from sitl.studies.mission_flight import PERIODS_PER_LOOK
 from sitl.studies.seeded_flights import fly_draws, ignore_progress
+from sitl.vehicle.aircraft import Aircraft
 
 JET_HOLD_HEIGHT = 2.0  # in the middle of the arena [m]
 JET_LEAD_IN = 15.0  # the wall blows from the start [s]

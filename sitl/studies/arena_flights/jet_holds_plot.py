@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sitl.plotting import blank_page, save_page
 from sitl.studies.arena_flights.jet_holds import FlownJetHold
+from sitl.tools.plotting import blank_page, save_page
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -11,10 +11,10 @@ import numpy as np
 
 from protocol.dialect.vocabulary import DecisionReason
 from sitl.model.airframe import Array
-from sitl.plotting import blank_page, check_plot_path, save_page
 from sitl.prediction.predictor import Abilities, Leg, predict_forward, predict_hover
 from sitl.studies.break_even.break_even import LEG_TURNS, BreakEven
 from sitl.studies.break_even.break_even_flights import MAX_DISTANCE, MIN_DISTANCE, why_not_forward
+from sitl.tools.plotting import blank_page, check_plot_path, save_page
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -11,14 +11,14 @@ from typing import NamedTuple
 import numpy as np
 
 from sitl import Body, Regime, Start, Vector
-from sitl.aircraft import Aircraft
 from sitl.autopilot.settings import Settings
-from sitl.parameters import Configuration, WorldSettings
 from sitl.studies.campaign import UNCERTAIN, perturbed
 from sitl.studies.craft import Craft
 from sitl.studies.falls.falls import Throw, thrown
 from sitl.studies.mission_flight import PERIODS_PER_LOOK, STUDY_WORLD
 from sitl.studies.seeded_flights import fly_draws, seeds
+from sitl.vehicle.aircraft import Aircraft
+from sitl.vehicle.parameters import Configuration, WorldSettings
 
 THROW_HEIGHT = 120.0  # [m]
 HOLD_PERIODS = 2000  # control periods before the throw: the wind is known then

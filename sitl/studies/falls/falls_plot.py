@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sitl.plotting import blank_page, save_page
 from sitl.studies.falls import falls
 from sitl.studies.falls.falls import HeightLost, MapCell
+from sitl.tools.plotting import blank_page, save_page
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sitl.plotting import blank_page, save_page
 from sitl.studies.hover_region.hover_region import (
     DEFAULT_THRESHOLDS,
     MIN_CONVERGED_SHARE,
@@ -16,6 +15,7 @@ from sitl.studies.hover_region.hover_region import (
     threshold,
 )
 from sitl.studies.hover_region.hover_region_flights import RegionFlights
+from sitl.tools.plotting import blank_page, save_page
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -23,7 +23,7 @@ from protocol.dialect import mavlink
 from protocol.events import MissionDownloaded, MissionUploaded, ParametersComplete
 from protocol.plans import load
 from protocol.tlog import TlogReader
-from sitl.parameters import WorldSettings
+from sitl.vehicle.parameters import WorldSettings
 from tests.support.gcs.linked_station import STEP, LinkedStation
 from tests.support.gcs.messages import heartbeat, text
 from tests.support.gcs.screens import FakeFeed, screen_text, until

@@ -3,10 +3,10 @@
 import math
 
 from protocol.names.modes import Mode
-from sitl.aircraft import is_forward
 from sitl.autopilot.home import move_home
 from sitl.autopilot.safety.alarm import SafetyAction
 from sitl.autopilot.safety.failsafe import Failsafes
+from sitl.vehicle.aircraft import is_forward
 from tests.support.flights.recorded_flight import HIGH, Flight
 
 

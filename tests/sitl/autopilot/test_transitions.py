@@ -8,10 +8,10 @@ import pytest
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law, Way
 from protocol.names.modes import Mode
-from sitl.aircraft import HOVERING, is_forward
 from sitl.autopilot.transitions import TIME_LIMIT, Transition, is_reached
 from sitl.control.reference import along, hover_at, leg
 from sitl.guidance.view import VehicleView
+from sitl.vehicle.aircraft import HOVERING, is_forward
 from tests.support.flights.recorded_flight import Flight
 from tests.support.vehicle.fake_station import Bench
 from tests.support.vehicle.mission_items import waypoint

@@ -9,7 +9,7 @@ from protocol.plans import load
 from sitl.__main__ import COMMANDS, main
 from sitl.commands.run import parser
 from sitl.errors import SitlError
-from sitl.process import build_aircraft
+from sitl.process.vehicle_process import build_aircraft
 from tests.support.plans import OUR_PLANS, VOLIERE, plan_text
 
 FISH = plan_text('<block name="a"><stay wp="A"/></block><block name="b"><call fun="fish()"/></block>')

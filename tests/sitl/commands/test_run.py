@@ -8,7 +8,7 @@ from sitl.autopilot.safety.arena import ARENAS
 from sitl.commands.run import parser
 from sitl.defaults import HOME
 from sitl.errors import SitlError
-from sitl.process import AUTOPILOT_TYPES, build_aircraft
+from sitl.process.vehicle_process import AUTOPILOT_TYPES, build_aircraft
 from sitl.simulation.avionics import Navigation
 
 PARSER = parser(COMMANDS)

@@ -5,15 +5,15 @@ import math
 import pytest
 
 from protocol.dialect import mavlink
-from sitl.aircraft import Aircraft
 from sitl.autopilot.settings import Settings
 from sitl.model.airframe_files import load
-from sitl.parameters import Configuration, WorldSettings
 from sitl.sensors.instruments import DELAYED, GARBAGE, INTERMITTENT, OFF, STUCK, TOO_SLOW, WRONG
 from sitl.simulation.avionics import Navigation
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start
 from sitl.studies.mission_flight import STUDY_WORLD
+from sitl.vehicle.aircraft import Aircraft
+from sitl.vehicle.parameters import Configuration, WorldSettings
 
 GYRO, ACCEL, MAG, BARO, GPS, VIO, TUBE = (
     mavlink.FAILURE_UNIT_SENSOR_GYRO,

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from protocol.dialect.vocabulary import Law
-from sitl.aircraft import is_forward
 from sitl.model.quaternions import multiply
 from sitl.model.vectors import Vector, norm
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start
 from sitl.supervisor.guards import MAX_SINK
+from sitl.vehicle.aircraft import is_forward
 from tests.support.flights.estimates import rotation, vector
 from tests.support.flights.recorded_flight import NOMINAL, Flight, on_a_leg
 from tests.support.flights.tunings import EVERY_LAW

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from protocol.dialect.vocabulary import DecisionReason, Way
-from sitl.aircraft import is_forward
 from sitl.autopilot.settings import Settings
 from sitl.design.forward import can_fly_forward
 from sitl.model.airframe_files import load
 from sitl.studies.campaign import UNCERTAIN, perturbed
+from sitl.vehicle.aircraft import is_forward
 from tests.support.flights.recorded_flight import HIGH, NOMINAL, Flight, hop
 
 DISTANCE, UP = 100.0, 10.0

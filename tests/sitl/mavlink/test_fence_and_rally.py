@@ -8,9 +8,9 @@ from protocol.dialect import mavlink
 from protocol.names.modes import Mode
 from sitl.autopilot.settings import Settings
 from sitl.errors import SitlError
-from sitl.parameters import Configuration, WorldSettings
-from sitl.persistence import StateFolder
 from sitl.simulation.tuning import Tuning
+from sitl.tools.persistence import StateFolder
+from sitl.vehicle.parameters import Configuration, WorldSettings
 from tests.support.vehicle.fake_station import Bench
 from tests.support.vehicle.mission_items import global_item, polygon, waypoint
 

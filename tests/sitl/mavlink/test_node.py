@@ -10,8 +10,8 @@ from protocol.frames import LocalFrame
 from protocol.names.modes import Mode, custom_mode
 from protocol.plans import load
 from sitl.errors import SitlError
-from sitl.parameters import WorldSettings
-from sitl.persistence import StateFolder
+from sitl.tools.persistence import StateFolder
+from sitl.vehicle.parameters import WorldSettings
 from tests.support.paths import DATA
 from tests.support.vehicle.fake_station import HOME, NAN, FakeStation
 

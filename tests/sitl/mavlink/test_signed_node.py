@@ -11,7 +11,7 @@ from protocol.signing import NO_KEY, is_signed, verify
 from sitl.__main__ import main
 from sitl.errors import SitlError
 from sitl.mavlink.signing_keys import KeyFile, read_key_option
-from sitl.persistence import StateFolderError
+from sitl.tools.persistence import StateFolderError
 from tests.support.vehicle.signed_station import FAR, KEY, LOCAL, OTHER, SignedStation, T
 
 

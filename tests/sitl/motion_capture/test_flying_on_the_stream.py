@@ -7,10 +7,10 @@ import pytest
 from protocol.dialect import mavlink
 from protocol.keyring import Keyring
 from sitl.motion_capture.hall_axes import HallAxes
-from sitl.parameters import WorldSettings
 from sitl.sensors.instruments import EXTERNAL_POSE, FIRST_LINE
 from sitl.simulation.avionics import Navigation
 from sitl.timing import PERIOD
+from sitl.vehicle.parameters import WorldSettings
 from tests.support.motion_capture.hall import Hall
 from tests.support.vehicle.fake_station import FakeStation
 from tests.support.vehicle.signed_station import KEY, T

@@ -6,18 +6,18 @@ import pytest
 
 from protocol.dialect.vocabulary import DecisionReason, Way
 from protocol.frames import LocalFrame
-from sitl.aircraft import Aircraft
 from sitl.autopilot.safety.arena import ARENAS
 from sitl.autopilot.safety.world import World
 from sitl.autopilot.settings import Settings
 from sitl.defaults import HOME
 from sitl.guidance.view import VehicleView
 from sitl.model.airframe_files import load
-from sitl.parameters import Configuration, WorldSettings
 from sitl.prediction.chooser import LEGS_AHEAD, Chooser, LegEnd
 from sitl.prediction.predictor import Leg
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.tuning import Tuning
+from sitl.vehicle.aircraft import Aircraft
+from sitl.vehicle.parameters import Configuration, WorldSettings
 
 NOMINAL = load("nominal").parameters
 MIN_LEG = 15.1  # [m]

@@ -14,11 +14,11 @@ from sitl.autopilot.safety.arena import ARENAS
 from sitl.autopilot.safety.world import World
 from sitl.defaults import HOME
 from sitl.errors import SitlError
-from sitl.parameters import PARAMETERS
-from sitl.process import SCENARIO_EXIT_REFUSAL
+from sitl.process.vehicle_process import SCENARIO_EXIT_REFUSAL
 from sitl.scenarios.live_scenario import ScenarioAircraft, named
 from sitl.scenarios.scenario import ScenarioEvent, fly
 from sitl.simulation.flight import PERIOD
+from sitl.vehicle.parameters import PARAMETERS
 from tests.support.vehicle.fake_station import Bench, FakeStation
 
 WORLD = World(LocalFrame(HOME), ARENAS["open"])

@@ -1,15 +1,15 @@
 """Aircraft that hover in an arena of a test's own, flown tick by tick."""
 
 from protocol.frames import LocalFrame
-from sitl.aircraft import Aircraft
 from sitl.autopilot.safety.world import World
 from sitl.autopilot.settings import Settings
 from sitl.defaults import HOME
 from sitl.enclosure.geometry import Arena, Obstacle
 from sitl.model.airframe_files import load
-from sitl.parameters import Configuration
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start
+from sitl.vehicle.aircraft import Aircraft
+from sitl.vehicle.parameters import Configuration
 
 CAGE = Arena("cage", 5.0, 5.0, 7.0, has_net=True, margin=1.2)
 FIELD = Arena("field", 1500.0, 1500.0, 1500.0)

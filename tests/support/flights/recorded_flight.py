@@ -9,17 +9,17 @@ from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law
 from protocol.frames import LocalFrame
 from protocol.plans import load as load_plan
-from sitl.aircraft import HOVERING, Aircraft
 from sitl.autopilot.safety.arena import ARENAS
 from sitl.autopilot.safety.world import World
 from sitl.autopilot.settings import Settings
 from sitl.defaults import HOME
 from sitl.guidance.legs import leg_reference
 from sitl.model.airframe_files import load
-from sitl.parameters import Configuration, WorldSettings
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start
 from sitl.simulation.tuning import Tuning
+from sitl.vehicle.aircraft import HOVERING, Aircraft
+from sitl.vehicle.parameters import Configuration, WorldSettings
 from tests.support.paths import DATA
 
 NOMINAL = load("nominal").parameters

@@ -6,19 +6,19 @@ from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.frames import LocalFrame
 from protocol.names.modes import mode_from_custom
-from sitl.aircraft import Aircraft
 from sitl.autopilot.safety.arena import ARENAS
 from sitl.autopilot.safety.world import World
 from sitl.autopilot.settings import Settings
 from sitl.defaults import HOME
 from sitl.mavlink.node import Node
 from sitl.model.airframe_files import load
-from sitl.parameters import Configuration, WorldSettings
-from sitl.persistence import StateFolder
 from sitl.simulation.avionics import Navigation
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start
 from sitl.simulation.tuning import Tuning
+from sitl.tools.persistence import StateFolder
+from sitl.vehicle.aircraft import Aircraft
+from sitl.vehicle.parameters import Configuration, WorldSettings
 
 FRAME = LocalFrame(HOME)
 PEER = "ground"  # where a vehicle's only peer is, unless a test names others

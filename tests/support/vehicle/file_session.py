@@ -7,7 +7,7 @@ from protocol.events import FileFailed, FileReceived
 from protocol.names.command_values import FORCE_ARM_DISARM
 from sitl.mavlink.flight_recorder import FlightRecorder
 from sitl.mavlink.node import Node
-from sitl.persistence import StateFolder
+from sitl.tools.persistence import StateFolder
 from tests.support.vehicle.fake_station import PEER, STEP, make_aircraft
 
 WALL = 1_790_000_000.0  # 2026-09-21 14:13:20 UTC

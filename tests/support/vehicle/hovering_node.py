@@ -2,8 +2,8 @@
 
 from protocol.plans import load
 from sitl.mavlink.node import Node
-from sitl.parameters import WorldSettings
-from sitl.persistence import StateFolder
+from sitl.tools.persistence import StateFolder
+from sitl.vehicle.parameters import WorldSettings
 from tests.support.paths import DATA
 from tests.support.vehicle.fake_station import PEER, make_aircraft
 

@@ -6,18 +6,18 @@ from protocol.flight_plans.flight_plan import FlightPlan
 from protocol.flight_plans.plan_check import check_flown
 from protocol.frames import Geodetic, LocalFrame
 from protocol.names.modes import Mode
-from sitl.aircraft import AUTOPILOT_PERIODS, Aircraft
 from sitl.autopilot.flight_plan.operator_view import BlockEntered, ExceptionFired
 from sitl.autopilot.safety.arena import ARENAS
 from sitl.autopilot.safety.link_watch import LinkSilence
 from sitl.autopilot.safety.world import World
 from sitl.autopilot.settings import Settings
 from sitl.model.airframe_files import load
-from sitl.parameters import Configuration, WorldSettings
 from sitl.simulation.avionics import Navigation
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start
 from sitl.simulation.tuning import Tuning
+from sitl.vehicle.aircraft import AUTOPILOT_PERIODS, Aircraft
+from sitl.vehicle.parameters import Configuration, WorldSettings
 
 
 class PlannedFlight:

@@ -6,7 +6,7 @@ import pytest
 from protocol.flight_plans import load_flight_plan, read_flight_plan
 from protocol.flight_plans.name_mapping import parse_name_mapping
 from sitl.autopilot.settings import Settings
-from sitl.parameters import WorldSettings
+from sitl.vehicle.parameters import WorldSettings
 from tests.support.plans import HEAD, VOLIERE, public_plans
 from tests.support.vehicle.planned_flight import PlannedFlight
 

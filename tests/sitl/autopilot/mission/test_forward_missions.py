@@ -10,9 +10,9 @@ from protocol.dialect.vocabulary import Law, Way
 from protocol.events import CommandRequested
 from protocol.message import Peer
 from protocol.names.modes import Mode
-from sitl.aircraft import is_forward
 from sitl.autopilot.settings import Settings
 from sitl.mavlink import commands
+from sitl.vehicle.aircraft import is_forward
 from tests.support.flights.recorded_flight import HIGH, Flight, off_polygon, square
 from tests.support.vehicle.mission_items import NAN, item, waypoint
 

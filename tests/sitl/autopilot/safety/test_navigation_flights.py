@@ -6,11 +6,11 @@ import pytest
 
 from protocol.dialect.vocabulary import Way
 from protocol.names.modes import Mode
-from sitl.aircraft import is_forward
 from sitl.autopilot.settings import Settings
-from sitl.parameters import WorldSettings
 from sitl.sensors.instruments import BAROMETER, GNSS, MAGNETOMETER, MOTION_CAPTURE, OFF, PITOT
 from sitl.simulation.avionics import Navigation
+from sitl.vehicle.aircraft import is_forward
+from sitl.vehicle.parameters import WorldSettings
 from tests.support.vehicle.fake_station import make_aircraft
 
 LOST = "No position for 2 s: landing"

@@ -12,8 +12,8 @@ from protocol.plans import load
 from protocol.plans.mission_item import MissionItem
 from sitl.mavlink.files.component_metadata import default_values
 from sitl.mavlink.files.parameter_pack import pack_parameters, pack_plan
-from sitl.parameters import Configuration
 from sitl.simulation.tuning import Tuning
+from sitl.vehicle.parameters import Configuration
 from tests.support.paths import DATA
 from tests.support.vehicle.file_session import FileSession
 

@@ -8,17 +8,17 @@ import math
 import pytest
 
 from protocol.dialect import mavlink
-from sitl.aircraft import Aircraft
 from sitl.autopilot.safety.arena import ARENAS
 from sitl.autopilot.safety.world import World
 from sitl.autopilot.settings import Settings
-from sitl.injected_failures import LEFT_AFTER_SAG, LOST_CELL, MISREAD
 from sitl.model.airframe_files import load
-from sitl.parameters import Configuration, WorldSettings
 from sitl.sensors.instruments import GNSS, OFF, STUCK, WRONG
 from sitl.simulation.avionics import Navigation
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start
+from sitl.vehicle.aircraft import Aircraft
+from sitl.vehicle.injected_failures import LEFT_AFTER_SAG, LOST_CELL, MISREAD
+from sitl.vehicle.parameters import Configuration, WorldSettings
 from tests.support.vehicle.fake_station import FRAME, FakeStation
 
 INJECT = mavlink.MAV_CMD_INJECT_FAILURE

@@ -6,9 +6,9 @@ import pytest
 
 from protocol.codec import Codec
 from protocol.dialect import mavlink
-from sitl.parameters import WorldSettings
 from sitl.sensors.instruments import EXTERNAL_POSE, FIRST_LINE
 from sitl.simulation.avionics import Navigation
+from sitl.vehicle.parameters import WorldSettings
 from tests.support.vehicle.fake_station import FakeStation
 from tests.support.vehicle.pose_source import EPOCH_US, PoseSource, odometry
 

@@ -8,7 +8,7 @@ from protocol.dialect import mavlink
 from protocol.frames import Geodetic
 from sitl.errors import SitlError
 from sitl.mavlink.services.home_service import StoredHome
-from sitl.persistence import StateFolder
+from sitl.tools.persistence import StateFolder
 from tests.support.vehicle.fake_station import HOME, Bench
 from tests.support.vehicle.home_messages import global_waypoint, request_message, set_home, set_origin
 

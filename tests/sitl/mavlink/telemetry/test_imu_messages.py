@@ -5,18 +5,18 @@ import math
 import pytest
 
 from protocol.dialect import mavlink
-from sitl.aircraft import Aircraft
 from sitl.autopilot.safety.arena import ARENAS
 from sitl.autopilot.safety.world import World
 from sitl.autopilot.settings import Settings
 from sitl.mavlink.telemetry import imu_messages
 from sitl.model.airframe_files import load
 from sitl.model.vectors import Vector
-from sitl.parameters import Configuration, WorldSettings
 from sitl.simulation.avionics import Navigation
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start
 from sitl.simulation.tuning import Tuning
+from sitl.vehicle.aircraft import Aircraft
+from sitl.vehicle.parameters import Configuration, WorldSettings
 from tests.support.vehicle.fake_station import FRAME, FakeStation
 
 G = 9.81

@@ -1,0 +1,51 @@
+"""Whether the navigation filter is as wrong as it says, over many seeds."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping
+
+from protocol.option_values import finite_number
+from sitl.commands.study_commands.seeded_options import (
+    check_seeded,
+    craft_of,
+    print_progress,
+    seeded_parser,
+    write_json,
+)
+from sitl.errors import SitlError
+
+
+def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
+    """The command line of ``darko-sitl consistency``."""
+    own = seeded_parser("consistency", commands["consistency"], 100, "flights in each phase with each model")
+    own.add_argument("--gusts", type=finite_number, default=0.5, metavar="RMS", help="gusts per axis, m/s rms [0.5]")
+    return own
+
+
+def run(args: argparse.Namespace) -> int:
+    """Fly and print NEES and NIS; exit code 1 if the filter is surer than it may be."""
+    check_seeded(args, {"gusts": 10.0})
+    from sitl.studies import consistency  # noqa: PLC0415 - --help must not load the compiler
+
+    craft = craft_of(args)
+    if craft.navigation.value == "truth":
+        raise SitlError("--nav truth: there is no filter to judge")
+    of = 6 * args.flights
+    flown = consistency.run(
+        range(args.first, args.first + args.flights),
+        craft,
+        args.jobs,
+        lambda done: print_progress(done, of),
+        args.gusts,
+    )
+    print("\n".join(consistency.summary(flown)), flush=True)
+    if args.json is not None:
+        write_json(args.json, [{"draw": str(flight.draw), "nees": flight.navigation.tolist()} for flight in flown])
+    groups = [
+        [flight for flight in flown if flight.draw.phase is phase and flight.draw.wrong is wrong]
+        for phase in consistency.Phase
+        for wrong in (False, True)
+    ]
+    verdicts = [consistency.verdict(group) for group in groups]
+    return 0 if all(v.mean <= v.high and v.wind <= v.wind_high for v in verdicts) else 1

@@ -1,0 +1,368 @@
+"""The vehicle process: node, pacer and transport in one loop."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import signal
+import sys
+import time
+from collections.abc import Callable, Hashable, Iterable, Iterator
+from pathlib import Path
+from typing import Protocol
+
+from platformdirs import user_data_path
+
+from protocol.dialect import mavlink
+from protocol.frames import Geodetic, LocalFrame
+from protocol.keyring import Keyring
+from protocol.loopback import open_port_warning
+from protocol.names.modes import Mode
+from protocol.signing import timestamp_at
+from sitl.autopilot.safety.origin_limits import MAX_ORIGIN_ALTITUDE, MAX_ORIGIN_LATITUDE
+from sitl.autopilot.safety.world import World
+from sitl.autopilot.settings import Settings
+from sitl.day.day_aircraft import DayAircraft
+from sitl.day.day_file import load_day
+from sitl.defaults import AIRFRAME, HOME
+from sitl.enclosure.arena_files import load_arena
+from sitl.enclosure.geometry import Arena
+from sitl.errors import SitlError
+from sitl.mavlink.flight_recorder import FlightRecorder
+from sitl.mavlink.node import Node
+from sitl.mavlink.services.maintenance_commands import ExitRequest
+from sitl.mavlink.signing_keys import LOOPBACK, KeyFile, open_keyring, read_key_option
+from sitl.mavlink.transport import Address, UdpTransport
+from sitl.model.airframe_files import load
+from sitl.process.warm_up import first_start, make_ready
+from sitl.scenarios.live_scenario import LiveScenario, ScenarioAircraft, named
+from sitl.sensors.sensor_files import load_sensors
+from sitl.sensors.specification import SensorSet
+from sitl.simulation.avionics import Navigation
+from sitl.simulation.simulation import Simulation
+from sitl.simulation.start import Start
+from sitl.simulation.tuning import CONTROLLERS
+from sitl.timing import PERIOD
+from sitl.tools.flight_plan_files import CheckedPlan, load_checked_plan
+from sitl.tools.pacer import Pacer
+from sitl.tools.persistence import StateFolder
+from sitl.vehicle.aircraft import Aircraft
+from sitl.vehicle.parameters import Configuration, WorldSettings
+
+MAX_LISTENING = 0.002  # to peers, before the vehicle flies on: a flood must not stop it [s]
+AUTOPILOT_TYPES = {"px4": mavlink.MAV_AUTOPILOT_PX4, "generic": mavlink.MAV_AUTOPILOT_GENERIC}
+SCENARIO_EXIT_REFUSAL = "Start and stop a scenario from its terminal"
+
+
+def fly(args: argparse.Namespace, finish: Callable[[LiveScenario], int]) -> int:
+    """Build the vehicle that the arguments describe and fly it until it is interrupted or its scenario has ended.
+
+    A peer may shut it down or reboot it. A reboot builds it anew from the same arguments and its state folder: same
+    port, same peers, boot time 0.
+
+    Args:
+        args: Of ``darko-sitl run``.
+        finish: What to do with a completed scenario; gives the exit code.
+
+    Returns:
+        The exit code.
+
+    Raises:
+        SitlError: If an argument, a file or the port is not usable.
+    """
+    say = Narrator(quiet=args.quiet)
+    transport = UdpTransport((args.bind, args.port))
+    signal.signal(signal.SIGTERM, interrupt)
+    try:
+        code, node = _run(args, finish, transport, say)
+        while node.exit_request is ExitRequest.REBOOT:
+            say("rebooting")
+            code, node = _run(args, finish, transport, say, known=node.peers, plan_was_sent=node.flight_plan_was_sent)
+        return code
+    finally:
+        transport.close()
+
+
+def _run(
+    args: argparse.Namespace,
+    finish: Callable[[LiveScenario], int],
+    transport: UdpTransport,
+    say: Narrator,
+    known: Iterable[Hashable] = (),
+    *,
+    plan_was_sent: bool = False,
+) -> tuple[int, Node]:
+    """One run from boot to its end; gives the exit code and the node, which knows whether it is to be rebooted."""
+    keyring, recorder = open_keys(args), open_recorder(args)
+    warn_of_open_port(args, signed=keyring.is_on)
+    try:
+        began = time.monotonic()
+        with first_start() as helper:
+            node = build_node(args, keyring, recorder, stored_plan_first=plan_was_sent)
+            aircraft = node.aircraft
+            node.know(known)
+            make_ready(aircraft, say, helper)
+        took = time.monotonic() - began
+        if keyring.is_on:
+            say("signing is on: unsigned commands are refused")
+        say(f"ready after {took:.1f} s: {args.bind}:{transport.port} -> {args.gcs_port}, {args.api_port}")
+        pacer = Pacer(args.speed)
+        if not isinstance(aircraft, ScenarioAircraft):
+            serve(node, transport, pacer, until=lambda: node.exit_request is not None)
+            return 0, node
+        live = aircraft.live
+        serve(node, transport, pacer, until=lambda: live.complete)
+        code = finish(live)
+        if args.stay:
+            serve(node, transport, pacer)
+        return code, node
+    finally:
+        recorder.close()
+
+
+def build_node(
+    args: argparse.Namespace,
+    keyring: Keyring,
+    recorder: FlightRecorder,
+    *,
+    forwards: bool = True,
+    stored_plan_first: bool = False,
+) -> Node:
+    """The vehicle that the arguments describe, on the link; see ``Node``."""
+    aircraft = build_aircraft(args)
+    return Node(
+        aircraft,
+        StateFolder(state_folder(args)),
+        peers=_peers(args),
+        keyring=keyring,
+        recorder=recorder,
+        autopilot_type=AUTOPILOT_TYPES[args.autopilot],
+        stored_plan_first=stored_plan_first,
+        exit_refusal=SCENARIO_EXIT_REFUSAL if isinstance(aircraft, ScenarioAircraft) else "",
+        system=args.sysid,
+        forwards=forwards,
+    )
+
+
+def open_recorder(args: argparse.Namespace) -> FlightRecorder:
+    """The recorder of the vehicle's flights."""
+    return FlightRecorder(state_folder(args) / "logs", time.time, system=args.sysid)
+
+
+def warn_of_open_port(args: argparse.Namespace, *, signed: bool) -> None:
+    """Say, quiet or not, that anybody may command the vehicle if that is so."""
+    if warning := open_port_warning(args.bind, signed=signed):
+        print(f"darko-sitl: {warning}", file=sys.stderr, flush=True)
+
+
+def build_aircraft(args: argparse.Namespace) -> Aircraft:
+    """The vehicle that the arguments describe: at the start of a scenario, on the ground, or hovering."""
+    if args.day is not None:
+        return _day_aircraft(args)
+    planned, arena = _planned(args), load_arena(args.arena)
+    origin = args.home or (_home_of(arena) if planned is None else planned.origin)
+    world = World(LocalFrame(origin), arena)
+    if args.scenario is not None:
+        return _scenario_aircraft(args, world)
+    north, east, up, yaw = args.start or (0.0, 0.0, 0.0, 0.0)
+    if outside := world.arena.refuse((north, -east, up)):
+        raise SitlError(f"--start: {outside}")
+    start = Start(north, -east, up, -math.radians(yaw), airborne=up > 0.0)
+    vehicle = Simulation(
+        load(args.airframe or AIRFRAME).parameters,
+        seed=args.seed,
+        start=start,
+        navigation=_navigation(args),
+        sensors=_sensors(args),
+        aligned=start.airborne,
+    )
+    stored = StateFolder(state_folder(args)).parameters()
+    configuration = Configuration(Settings(), vehicle.tuning, WorldSettings()).replaced(stored | _overrides(args))
+    aircraft = Aircraft(vehicle, world, configuration, airborne=start.airborne)
+    if args.vehicles > 1:  # each returns to its own place
+        aircraft.autopilot.relocate(world.frame, (north, -east, 0.0))
+    if planned is not None:
+        aircraft.autopilot.flight_plan.load(planned.check, planned.mapping)
+        aircraft.autopilot.set_mode(Mode.FLIGHT_PLAN)
+    return aircraft
+
+
+def _planned(args: argparse.Namespace) -> CheckedPlan | None:
+    """The flight plan to fly, which can be; blocks of it may be locked."""
+    if args.flight_plan is None:
+        return None
+    if args.scenario is not None:
+        raise SitlError(f"--flight-plan: scenario {args.scenario} flies by itself")
+    planned = load_checked_plan(args.flight_plan, args.flight_plan_names, args.flight_plan_procedures)
+    planned.require_flown()
+    here = planned.origin
+    if args.home is None and (abs(here.lat_deg) > MAX_ORIGIN_LATITUDE or abs(here.alt) > MAX_ORIGIN_ALTITUDE):
+        raise SitlError(f"{args.flight_plan}: no flight at lat0 {here.lat_deg:g}, ground_alt {here.alt:g}: give --home")
+    for name, finding in planned.check.locked_blocks.items():
+        print(f"darko-sitl: block {name} is locked: {finding}", file=sys.stderr, flush=True)
+    return planned
+
+
+def _home_of(arena: Arena) -> Geodetic:
+    return HOME if arena.origin is None else Geodetic(*arena.origin)
+
+
+def _navigation(args: argparse.Namespace) -> Navigation:
+    """What is navigated by: satellites, or under a net motion capture, unless the arguments say otherwise."""
+    usual = Navigation.MOCAP if load_arena(args.arena).has_net else Navigation.SENSORS
+    navigation = usual if args.nav is None else Navigation(args.nav)
+    if args.mocap is not None and navigation is not Navigation.MOCAP:
+        raise SitlError(f"--mocap {args.mocap}: only with --nav mocap, or in the voliere, is motion capture used")
+    return navigation
+
+
+def _sensors(args: argparse.Namespace) -> SensorSet:
+    if args.sensors is not None and _navigation(args) is Navigation.TRUTH:
+        raise SitlError("--sensors: with --nav truth no sensor is read")
+    return load_sensors(args.sensors)
+
+
+def _day_aircraft(args: argparse.Namespace) -> DayAircraft:
+    """A day states everything itself, so that it is the same day fast and live."""
+    given = {
+        "--scenario": args.scenario, "--flight-plan": args.flight_plan, "--start": args.start, "--nav": args.nav,
+        "--sensors": args.sensors, "--airframe": args.airframe, "--home": args.home, "--wind": args.wind,
+        "--gusts": args.gusts, "--param": args.param or None,
+    }  # fmt: skip
+    for option, value in given.items():
+        if value is not None:
+            raise SitlError(f"{option}: a day states that itself, in its file")
+    day = load_day(args.day)
+    return DayAircraft(day._replace(parameters=day.parameters | _overrides(args)))
+
+
+def _scenario_aircraft(args: argparse.Namespace, world: World) -> ScenarioAircraft:
+    if world.arena.has_net:
+        raise SitlError(f"--arena: scenario {args.scenario} does not fly under a net")
+    if args.start is not None:
+        raise SitlError(f"--start: scenario {args.scenario} has its own start")
+    if args.sensors is not None or args.mocap is not None or args.nav not in {None, Navigation.TRUTH.value}:
+        option = (
+            "--nav" if args.nav not in {None, Navigation.TRUTH.value} else "--sensors" if args.sensors else "--mocap"
+        )
+        raise SitlError(f"{option}: scenarios fly on the exact state, as the report's experiments do")
+    # Stored parameters are not used: a scenario is the same flight for everyone.
+    return ScenarioAircraft(
+        named(args.scenario), world, seed=args.seed, airframe=args.airframe, parameters=_overrides(args)
+    )
+
+
+def state_folder(args: argparse.Namespace) -> Path:
+    """Where the vehicle keeps parameters, plans, home and logs."""
+    return Path(args.state_dir or user_data_path("darko") / "sitl")
+
+
+def _peers(args: argparse.Namespace) -> list[tuple[str, int]]:
+    return [(LOOPBACK, port) for port in dict.fromkeys((args.gcs_port, args.api_port)) if port]
+
+
+def open_keys(args: argparse.Namespace) -> Keyring:
+    """The keys of the command line, or those stored."""
+    given = dict(read_key_option(text) for text in args.signing_key)
+    file = KeyFile(StateFolder(state_folder(args)).folder)
+    return open_keyring(file, given, timestamp=timestamp_at(time.time()), now=time.monotonic())
+
+
+def _overrides(args: argparse.Namespace) -> dict[str, float]:
+    """Parameters that the command line sets for this run only."""
+    overrides: dict[str, float] = dict(args.param)
+    if args.controller is not None:
+        overrides["DRK_CONTROLLER"] = CONTROLLERS[args.controller]
+    if args.wind is not None:
+        overrides["SIM_WIND_SPD"], overrides["SIM_WIND_DIR"] = args.wind
+    if args.gusts is not None:
+        overrides["SIM_GUST_RMS"] = args.gusts
+    if args.mocap is not None:
+        overrides["SIM_MOCAP"] = float(args.mocap == "internal")
+    return overrides
+
+
+def serve(node: Served, transport: Transport, pacer: Pacer, *, until: Callable[[], bool] = lambda: False) -> None:
+    """Fly and exchange messages, for ever or until a condition holds."""
+    while not until():
+        _receive(node, transport)
+        periods = node.periods_to_fly()
+        node.advance(periods)
+        _send(node, transport, time.monotonic())
+        _wait(node, transport, pacer.wait_time(periods * PERIOD))
+
+
+def _receive(node: Served, transport: Transport) -> None:
+    now, has_heard = time.monotonic(), False
+    for data, peer in transport.receive():
+        node.receive(data, peer, now)
+        has_heard = True
+        if time.monotonic() - now > MAX_LISTENING:
+            break  # the rest waits in the socket, or is lost
+    if has_heard:  # else timers wait until the vehicle has flown
+        _send(node, transport, now)
+
+
+def _send(node: Served, transport: Transport, now: float) -> None:
+    for destination, data in node.datagrams(now):
+        transport.send(data, destination)
+
+
+def _wait(node: Served, transport: Transport, remaining: float) -> None:
+    """Wait for simulated time [s], and answer peers meanwhile; a vehicle that is late does not wait."""
+    end = time.monotonic() + remaining
+    while remaining > 0.0:
+        transport.wait(remaining)
+        remaining = end - time.monotonic()
+        if remaining > 0.0:
+            _receive(node, transport)
+
+
+def interrupt(number: int, frame: object) -> None:  # noqa: ARG001 - the signature of a signal handler
+    """End the process as Ctrl-C does.
+
+    Raises:
+        KeyboardInterrupt: Always.
+    """
+    raise KeyboardInterrupt
+
+
+class Served(Protocol):
+    """What ``serve`` flies: a vehicle, or several as one."""
+
+    def receive(self, data: bytes, peer: Hashable, now: float) -> None:
+        """Take one datagram."""
+
+    def periods_to_fly(self) -> int:
+        """Control periods until the link is looked at again."""
+
+    def advance(self, periods: int) -> None:
+        """Fly."""
+
+    def datagrams(self, now: float) -> list[tuple[Hashable | None, bytes]]:
+        """What is to be sent."""
+
+
+class Transport(Protocol):
+    """How datagrams come and go; see ``UdpTransport``."""
+
+    def wait(self, timeout: float) -> None:
+        """Sleep until a datagram arrives or ``timeout`` seconds have passed."""
+
+    def receive(self) -> Iterator[tuple[bytes, Address]]:
+        """The datagrams that have arrived."""
+
+    def send(self, data: bytes, to: Hashable) -> None:
+        """Send to one peer."""
+
+
+class Narrator:
+    """Tells a person on stderr what the process does."""
+
+    def __init__(self, *, quiet: bool) -> None:
+        self._quiet = quiet
+
+    def __call__(self, text: str) -> None:
+        """Tell a line."""
+        if not self._quiet:
+            print(f"darko-sitl: {text}", file=sys.stderr, flush=True)

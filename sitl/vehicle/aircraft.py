@@ -1,0 +1,188 @@
+"""Vehicle and autopilot together, on simulated time; they know no MAVLink message and no socket."""
+
+from __future__ import annotations
+
+import math
+
+from protocol.dialect.vocabulary import Law, Reason, Regime
+from sitl.autopilot.autopilot import Autopilot
+from sitl.autopilot.safety.world import World
+from sitl.enclosure.ways import prepare_ways
+from sitl.guidance.view import VehicleView
+from sitl.model.airframe import BATTERY
+from sitl.model.battery import Battery
+from sitl.model.quaternions import x_axis, z_axis
+from sitl.prediction.chooser import Chooser
+from sitl.sensors.instruments import ACCELEROMETER, GYROSCOPE
+from sitl.simulation.navigation_status import NavigationStatus, navigation_status
+from sitl.simulation.recording import JumpRecord
+from sitl.simulation.simulation import Simulation
+from sitl.simulation.situation import hovers_again, regime, stopping_distance
+from sitl.vehicle.actuator_watch import ActuatorWatch, UnexplainedMoment
+from sitl.vehicle.injected_failures import InjectedFailures
+from sitl.vehicle.parameters import Configuration, WorldSettings
+
+AUTOPILOT_PERIODS = 10  # control periods per autopilot tick: 20 ms
+NAVIGATION_PERIODS = 50  # control periods after which the autopilot looks at navigation again: that costs time
+HOVERING = frozenset({Regime.GROUND, Regime.UPRIGHT})
+
+
+def is_forward(vehicle: Simulation) -> bool:
+    """Whether a vehicle is in forward flight or in a transition."""
+    return regime(vehicle) not in HOVERING
+
+
+class Aircraft:
+    """A vehicle under its autopilot.
+
+    After ``advance``: read ``new_jumps()`` and the autopilot's ``notices()`` and ``reached()``.
+
+    Args:
+        vehicle: What flies.
+        world: Where it flies.
+        configuration: What parameters set.
+        airborne: Begin in the air, holding; else on the ground, disarmed.
+    """
+
+    def __init__(
+        self, vehicle: Simulation, world: World, configuration: Configuration, *, airborne: bool = False
+    ) -> None:
+        self.vehicle = vehicle
+        self.configuration = Configuration()
+        vehicle.surroundings.enclose(world.arena)
+        prepare_ways(world.arena)
+        self.failures = InjectedFailures(vehicle)
+        self._actuator_watch, self._unexplained = ActuatorWatch(vehicle.design_model), UnexplainedMoment()
+        self._seen_navigation, self._seen_at = self.navigation, vehicle.periods
+        self._chooser = Chooser(vehicle.design_model, configuration.tuning, can_fly_forward=vehicle.can_fly_forward)
+        self.autopilot = Autopilot(world, configuration.settings, vehicle.reference.heading, self._chooser)
+        self.configure(configuration)
+        self._reported = self._seen = 0  # jumps that new_jumps() gave, and that the autopilot knows
+        if airborne:
+            self._begin_hovering()
+        self.autopilot.update(self.view())
+
+    def configure(self, configuration: Configuration) -> None:
+        """Put changed parameters in force, in flight or not.
+
+        Raises:
+            SitlError: If no controller can be designed for them.
+        """
+        if configuration.tuning != self.vehicle.tuning:
+            self.vehicle.retune(configuration.tuning)
+        before, self.configuration = self.configuration.world, configuration
+        self.autopilot.configure(configuration.settings)
+        self._chooser.tuning = configuration.tuning
+        world = configuration.world
+        speed, azimuth = world.wind_speed, math.radians(world.wind_direction)
+        # A wind *from* the north blows south: along -x of the world NWU; azimuth turns clockwise.
+        self.vehicle.set_wind((-speed * math.cos(azimuth), speed * math.sin(azimuth), 0.0), world.gusts)
+        self._blow(before, world)
+        self.vehicle.avionics.switch_motion_capture(on=bool(world.motion_capture))
+        self._seen_navigation, self._seen_at = self.navigation, self.vehicle.periods
+
+    def _blow(self, before: WorldSettings, now: WorldSettings) -> None:
+        """Have the wind wall blow as changed settings say."""
+        around, wall = self.vehicle.surroundings, self.autopilot.world.arena.wall
+        around.set_open_air(now.turbulence_wind)
+        if wall is None:
+            return
+        if now.wall_speed != before.wall_speed:
+            around.put_wall(wall) if now.wall_speed < 0.0 else around.set_speed(now.wall_speed)
+        around.set_intensity(wall.intensity if now.wall_turbulence < 0.0 else now.wall_turbulence)
+        if now.wall_gust > 0.0 and now.wall_gust != before.wall_gust:
+            around.begin_burst(self.vehicle.time, now.wall_gust_time, now.wall_gust)
+
+    def advance(self, periods: int) -> None:
+        """Fly for control periods; the autopilot ticks every ``AUTOPILOT_PERIODS`` whatever the calls are.
+
+        Raises:
+            SitlError: If the simulation leaves the finite numbers.
+        """
+        while periods > 0:
+            if self.vehicle.periods % AUTOPILOT_PERIODS == 0:
+                self._decide()
+            flown = min(periods, AUTOPILOT_PERIODS - self.vehicle.periods % AUTOPILOT_PERIODS)
+            self.vehicle.advance(flown)
+            periods -= flown
+
+    def new_jumps(self) -> list[JumpRecord]:
+        """Jumps since the last call."""
+        fresh = self.vehicle.jumps[self._reported :]
+        self._reported = len(self.vehicle.jumps)
+        return fresh
+
+    @property
+    def navigation(self) -> NavigationStatus:
+        """What the vehicle knows about its own navigation."""
+        return navigation_status(self.vehicle.avionics, self.vehicle.periods)
+
+    def _recent_navigation(self) -> NavigationStatus:
+        """Navigation as it was at most NAVIGATION_PERIODS ago."""
+        if self.vehicle.periods - self._seen_at >= NAVIGATION_PERIODS:
+            self._seen_navigation, self._seen_at = self.navigation, self.vehicle.periods
+        return self._seen_navigation
+
+    def view(self) -> VehicleView:
+        """The vehicle as the autopilot sees it."""
+        estimate, law, avionics = self.vehicle.estimate, self.vehicle.law, self.vehicle.avionics
+        navigation, battery = self._recent_navigation(), self.battery
+        nose, back = x_axis(estimate.attitude), z_axis(estimate.attitude)
+        flown = regime(self.vehicle)
+        forward = flown not in HOVERING and not hovers_again(self.vehicle)
+        flat = (-back.x, -back.y) if abs(nose.z) > math.hypot(nose.x, nose.y) else (nose.x, nose.y)
+        return VehicleView(
+            time=self.vehicle.time,
+            p=estimate.position,
+            v=estimate.velocity,
+            heading=math.atan2(flat[1], flat[0]),
+            tilt=math.acos(max(-1.0, min(1.0, nose.z))),
+            landed=law.regime is Regime.GROUND,
+            battery_left=battery.left,
+            forward=forward,
+            wind=estimate.wind,
+            stopping_distance=stopping_distance(self.vehicle) if forward else 0.0,
+            battery_energy=battery.capacity - battery.used,
+            law=law,
+            regime=flown,
+            crash=self.vehicle.crash,
+            touched=self.vehicle.surroundings.touched,
+            rates=estimate.rates,
+            gyroscope_failed=avionics.has_failed(GYROSCOPE),
+            accelerometer_failed=avionics.has_failed(ACCELEROMETER),
+            aligned=navigation.is_aligned,
+            awaited=navigation.awaited,
+            position_age=navigation.position_age,
+            unfused=navigation.unfused,
+            unexplained=self._unexplained,
+            resets=navigation.resets,
+        )
+
+    @property
+    def battery(self) -> Battery:
+        """The battery as it is now."""
+        a = self.vehicle.airframe
+        resistance = a.battery_resistance if a.energy_account == BATTERY else 0.0
+        return self.failures.read(Battery(self.configuration.world.battery, self.vehicle.energy, resistance))
+
+    def _decide(self) -> None:
+        self._watch_actuators()
+        fresh = self.vehicle.jumps[self._seen :]
+        self._seen += len(fresh)
+        view = self.view()
+        if any(jump.target is Law.CRASHED for jump in fresh):
+            self.autopilot.crashed(view)
+        elif any(jump.reason is Reason.TOUCHDOWN for jump in fresh):
+            self.autopilot.touched_down(view)
+        self.vehicle.reference = self.autopilot.update(view)
+        self.vehicle.armed = self.autopilot.armed
+        self.vehicle.flying = self.autopilot.flying
+        self.vehicle.landing = self.autopilot.landing
+
+    def _watch_actuators(self) -> None:
+        on_ground, watch = self.vehicle.law.regime is Regime.GROUND, self._actuator_watch
+        self._unexplained = watch.stand() if on_ground else watch.look(self.vehicle.estimate, self.vehicle.time)
+
+    def _begin_hovering(self) -> None:
+        self.vehicle.begin_flight(Law.HOVER_LINEAR)
+        self.autopilot.begin_hovering(self.vehicle.reference, self.view())

@@ -1,0 +1,123 @@
+"""Who of several vehicles gets a datagram, when each flies, and how they end."""
+
+import pytest
+
+from protocol.dialect import mavlink
+from sitl.errors import SitlError
+from sitl.mavlink.services.maintenance_commands import ExitRequest
+from sitl.process.fleet_process import Flown, closing_line
+from sitl.process.squadron import Squadron
+from tests.support.logs import bare
+
+HEARTBEAT = bare(mavlink.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3), system=255)
+PEER = ("127.0.0.1", 5000)
+
+
+def order(system):
+    return bare(mavlink.MAVLink_command_long_message(system, 1, 400, 0, *[0.0] * 7), system=255)
+
+
+class Craft:
+    """A node that only notes what it is asked."""
+
+    def __init__(self, step=10, *, forwards=False):
+        self.step, self.forwards, self.exit_request = step, forwards, None
+        self.heard, self.flown, self.spoke, self.peers = [], 0, 0, (PEER,)
+        self.broken = False
+
+    def receive(self, data, _peer, _now):
+        self.heard.append(data)
+
+    def periods_to_fly(self):
+        return self.step
+
+    def advance(self, periods):
+        if self.broken:
+            raise SitlError("not finite")
+        self.flown += periods
+
+    def datagrams(self, _now):
+        self.spoke += 1
+        return [(None, b"x")]
+
+    def know(self, peers):
+        self.known = list(peers)
+
+
+@pytest.fixture
+def crafts():
+    return {1: Craft(forwards=True), 2: Craft(), 3: Craft(5)}
+
+
+@pytest.fixture
+def squadron(crafts):
+    made = Squadron(crafts, {1, 2, 3, 4}, lambda _system: Craft())
+    made.receive(HEARTBEAT, PEER, 0.0)
+    for craft in crafts.values():
+        craft.heard.clear()
+    return made
+
+
+@pytest.mark.parametrize(
+    ("datagram", "hearers"),
+    [
+        (HEARTBEAT, {1, 2, 3}),
+        (order(0), {1, 2, 3}),
+        (order(2), {2}),
+        (order(2) + order(3), {2, 3}),
+        (order(4), set()),  # flown by another process
+        (order(77), {1}),  # of nobody here: the vehicle that forwards knows where it is
+        (b"nonsense", set()),
+    ],
+)
+def test_a_datagram_reaches_those_it_names(squadron, crafts, datagram, hearers):
+    squadron.receive(datagram, PEER, 1.0)
+    assert {system for system, craft in crafts.items() if craft.heard} == hearers
+
+
+def test_a_new_peer_is_heard_by_all_so_that_all_speak_to_it(squadron, crafts):
+    squadron.receive(order(2), ("127.0.0.1", 5001), 1.0)
+    assert all(craft.heard for craft in crafts.values())
+
+
+def test_each_flies_in_its_own_turn_and_all_as_far_as_time_has_come(squadron, crafts):
+    clock = 0
+    while clock < 2000:
+        periods = squadron.periods_to_fly()
+        assert periods > 0
+        squadron.advance(periods)
+        clock += periods
+    starts = {1: 0, 2: 309, 3: 118}  # spread over the first second
+    for system, craft in crafts.items():
+        assert -craft.step < craft.flown - (clock - starts[system]) < craft.step
+
+
+def test_who_has_neither_flown_nor_heard_anything_says_nothing(squadron, crafts):
+    squadron.datagrams(0.0)  # the answers to the first heartbeat
+    spoken = {system: craft.spoke for system, craft in crafts.items()}
+    squadron.receive(order(3), PEER, 1.0)
+    assert len(squadron.datagrams(1.0)) == 1
+    assert {s for s, craft in crafts.items() if craft.spoke > spoken[s]} == {3}
+
+
+def test_a_vehicle_that_cannot_fly_on_is_named(squadron, crafts):
+    crafts[1].broken = True
+    with pytest.raises(SitlError, match="vehicle 1: not finite"):
+        squadron.advance(squadron.periods_to_fly())
+
+
+def test_one_is_rebooted_and_one_ends_while_the_third_flies_on(squadron, crafts):
+    crafts[1].exit_request, crafts[2].exit_request = ExitRequest.REBOOT, ExitRequest.SHUTDOWN
+    assert not squadron.is_over()
+    assert list(squadron.nodes) == [1, 3]
+    assert squadron.nodes[1] is not crafts[1]
+    assert squadron.nodes[1].known == [PEER]
+    squadron.advance(squadron.periods_to_fly())
+    for craft in squadron.nodes.values():
+        craft.exit_request = ExitRequest.SHUTDOWN
+    assert squadron.is_over()
+
+
+def test_the_closing_line_sums_what_was_missed_and_tells_the_longest_delay():
+    line = closing_line([Flown(60.0, 30.0, 1, 0.025), Flown(60.1, 27.0, 2, 0.0311)])
+    assert line == "flown for 60.1 s: 3 ticks missed, none more than 31.1 ms late; processes took 50 + 45 % of a core"

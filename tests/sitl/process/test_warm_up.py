@@ -1,0 +1,127 @@
+"""A first start compiles in two processes; a helper that fails or hangs costs time and nothing else."""
+
+import subprocess
+import sys
+import time
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from sitl.process import warm_up
+from sitl.process.warm_up import DECISIONS_DONE, PREDICTION_DONE, Helper, first_start, make_ready
+from sitl.simulation import loop
+
+ROOT = Path(__file__).parent.parent.parent.parent
+SAY = f"import os, time; os.write(1, {DECISIONS_DONE!r}); "
+SHARE = """
+from sitl.model.airframe_files import load
+from sitl.prediction.forward_leg import fly_wing
+from sitl.prediction.hover_leg import fly_hover
+from sitl.process.warm_up import compile_share
+from sitl.simulation import loop
+from sitl.simulation.simulation import Simulation
+said = []
+compile_share(said.append)
+vehicle = Simulation(load("published").parameters)
+vehicle.warm_up_parts(loop.MAIN_SHARE)
+vehicle.warm_up()
+(whole,) = loop.fly.signatures
+kept = dict(zip(("flight", "reference", "air", "design", "a"), (types.dtype for types in whole)))
+for part in (*loop.MAIN_SHARE, *loop.SENSES, *loop.DECISIONS):
+    (types,) = part.signatures
+    for name, type_ in zip(part.py_func.__code__.co_varnames, types):
+        assert kept.get(name, type_) == type_, (part, name)
+print(*(text.decode() for text in said), len(fly_hover.signatures), len(fly_wing.signatures))
+"""
+
+
+def test_a_helper_compiles_what_the_vehicle_asks_for():
+    done = subprocess.run([sys.executable, "-c", SHARE], cwd=ROOT, capture_output=True, text=True, timeout=500)
+    assert done.stdout.split() == ["d", "p", "1", "1"], done.stderr
+
+
+def test_the_helper_is_waited_for_until_it_reports():
+    with Helper("import time; time.sleep(0.3); " + SAY + "time.sleep(100)") as helper:
+        time.sleep(1.0)
+        began = time.monotonic()
+        helper.wait_for(DECISIONS_DONE)
+        assert time.monotonic() - began < 0.9
+        process = helper._process
+    assert process.poll() is not None  # nothing is left behind
+
+
+@pytest.mark.parametrize("program", ["raise SystemExit(1)", "no Python", SAY])
+def test_a_helper_that_ends_early_is_not_waited_for(program):
+    with Helper(program) as helper:
+        time.sleep(0.5)
+        began = time.monotonic()
+        helper.wait_for(PREDICTION_DONE)
+        assert time.monotonic() - began < 0.4
+
+
+def test_a_hanging_helper_is_waited_for_as_long_as_the_rest_took():
+    with Helper("import time; time.sleep(100)") as helper:
+        time.sleep(0.2)
+        began = time.monotonic()
+        helper.wait_for(DECISIONS_DONE)
+        assert 0.1 < time.monotonic() - began < 2.0
+
+
+def test_the_helper_ends_with_the_block():
+    with pytest.raises(KeyboardInterrupt), Helper("import time; time.sleep(100)") as helper:
+        raise KeyboardInterrupt
+    assert helper._process.poll() is not None
+
+
+def test_without_an_interpreter_to_run_there_is_no_helper(monkeypatch):
+    monkeypatch.setattr(sys, "executable", "/nowhere/python")
+    with Helper() as helper:
+        helper.wait_for(DECISIONS_DONE)
+
+
+class FakeVehicle:
+    """Notes what is compiled."""
+
+    def __init__(self):
+        self.done = []
+
+    def warm_up(self):
+        self.done.append("all")
+
+    def warm_up_parts(self, parts):
+        self.done.append([part.__name__ for part in parts])
+
+
+class FakeHelper:
+    """Notes what is waited for."""
+
+    def __init__(self):
+        self.waited = []
+        self.wait_for = self.waited.append
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *error):
+        pass
+
+
+@pytest.mark.parametrize(
+    ("kept", "writable", "compiled", "waited", "said"),
+    [
+        (False, True, [[part.__name__ for part in loop.MAIN_SHARE], "all"], [DECISIONS_DONE, PREDICTION_DONE], 1),
+        (False, False, ["all"], [], 1),  # nothing could be handed over
+        (True, True, ["all"], [], 0),
+    ],
+)
+def test_a_helper_is_used_only_where_it_helps(monkeypatch, kept, writable, compiled, waited, said):
+    fake, texts = FakeHelper(), []
+    monkeypatch.setattr(warm_up, "is_complete", lambda: kept)
+    monkeypatch.setattr(warm_up, "can_keep", lambda: writable)
+    monkeypatch.setattr(warm_up, "mark_complete", lambda: None)
+    monkeypatch.setattr(warm_up, "Helper", lambda: fake)
+    aircraft = SimpleNamespace(vehicle=FakeVehicle(), autopilot=SimpleNamespace(chooser=None))
+    with first_start() as helper:
+        make_ready(aircraft, texts.append, helper)
+    assert (aircraft.vehicle.done, fake.waited, len(texts)) == (compiled, waited, said)

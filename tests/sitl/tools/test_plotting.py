@@ -1,0 +1,73 @@
+"""Plots need matplotlib, an optional dependency: without it a command says so at once, in one line."""
+
+import sys
+from pathlib import Path
+
+import pytest
+
+from sitl.__main__ import main
+from sitl.errors import SitlError
+from sitl.reproduction.svg_sheet import SvgSheet
+from sitl.tools.plotting import MissingMatplotlibError, blank_page, check_plot_path, save_page
+
+MESSAGE = "darko-sitl: plotting needs matplotlib: pip install 'darko[plots]'\n"
+
+
+@pytest.fixture
+def no_matplotlib(monkeypatch):
+    """An environment in which matplotlib is not installed."""
+    for name in [name for name in sys.modules if name.partition(".")[0] in {"matplotlib", "cycler"}]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+
+
+@pytest.mark.usefixtures("no_matplotlib")
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["scenario", "hover"],
+        ["scenario", "sigmoids", "--no-plot"],  # experiments draw their panels in any case
+        ["report"],
+        ["campaign", "--plot", "plot.png"],
+        ["breakeven", "--plot", "plot.png"],
+        ["region", "--plot", "plot.png"],
+        ["airframe", "nominal", "--trims", "--plot", "plot.png"],
+    ],
+    ids=" ".join,
+)
+def test_without_matplotlib_a_command_that_plots_says_what_to_install(arguments, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(arguments) == 2
+    assert tuple(capsys.readouterr()) == ("", MESSAGE)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.usefixtures("no_matplotlib")
+@pytest.mark.parametrize(
+    "arguments", [["scenario", "hover", "--no-plot"], ["airframe", "nominal", "--trims"], ["scenario"]]
+)
+def test_without_matplotlib_a_command_that_only_prints_works(arguments, capsys):
+    assert main(arguments) == 0
+    assert not capsys.readouterr().err
+
+
+@pytest.mark.usefixtures("no_matplotlib")
+def test_without_matplotlib_no_page_can_be_begun():
+    with pytest.raises(MissingMatplotlibError):
+        blank_page(4.0, 3.0)
+    with pytest.raises(MissingMatplotlibError):
+        SvgSheet("panel")
+
+
+@pytest.mark.parametrize(
+    ("path", "problem"),
+    [("nowhere/plot.png", "there is no folder nowhere"), ("plot.txt", "must end in .png, .svg, .pdf")],
+)
+def test_a_path_that_cannot_be_plotted_to_is_refused_beforehand(path, problem):
+    with pytest.raises(SitlError, match=problem):
+        check_plot_path(Path(path))
+
+
+def test_a_page_that_cannot_be_written_is_an_error_with_its_path(tmp_path):
+    with pytest.raises(SitlError, match=r"plot .*page\.png"):
+        save_page(blank_page(4.0, 3.0), tmp_path / "nowhere" / "page.png", dpi=50)

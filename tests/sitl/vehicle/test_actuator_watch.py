@@ -1,0 +1,32 @@
+"""Moments that the believed actuators do not explain."""
+
+import pytest
+
+from protocol.dialect import mavlink
+from sitl.studies.failure_flights import FailureDraw, FailureEnd, FailurePhase, fly_failure
+from sitl.vehicle.actuator_watch import ActuatorWatch
+from tests.support.flights.recorded_flight import NOMINAL, Flight
+
+
+def unexplained(flight, seconds):
+    watch, seen = ActuatorWatch(NOMINAL), []
+    flight.fly(seconds, lambda: seen.append(watch.look(flight.vehicle.estimate, flight.vehicle.time)))
+    return [max(moment) for moment in seen]
+
+
+def test_a_leg_flown_forward_in_gusts_leaves_little_unexplained():
+    flight = Flight(wind_speed=4.0, wind_from=60.0, gusts=1.0)
+    flight.autopilot.guided.go_to((120.0, 0.0, 25.0))
+    assert max(unexplained(flight, 15.0)) < 0.3
+
+
+@pytest.mark.parametrize("unit", ["motor", "elevon"])
+def test_what_can_no_longer_be_flown_comes_down_with_its_motors_off(unit):
+    flown = fly_failure(FailureDraw(unit, mavlink.FAILURE_TYPE_OFF, FailurePhase.CRUISE, seed=1))
+    assert flown.end is FailureEnd.CUT
+    assert flown.said == "Motors cut: a motor or an elevon failed"
+
+
+def test_a_slow_elevon_is_flown_with():
+    flown = fly_failure(FailureDraw("elevon", mavlink.FAILURE_TYPE_SLOW, FailurePhase.TRANSITION, seed=2))
+    assert flown.end is FailureEnd.FLIES
