@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from difflib import get_close_matches
 from importlib import import_module
 from importlib.metadata import version
+from types import ModuleType
 
 __all__ = ["EXIT_BROKEN_PIPE", "EXIT_ERROR", "EXIT_INTERRUPTED", "command_parser", "run_cli"]
 
@@ -42,8 +43,8 @@ def run_cli(
 ) -> int:
     """Run a command; returns the exit code.
 
-    Each command is a module ``package.commands.NAME`` with ``parser(commands)``, an ``argparse.ArgumentParser``, and
-    ``run(arguments)``, which returns the exit code. An expected error becomes one line on stderr.
+    Each command is a module ``package.commands.NAME`` with ``parser(commands)`` and ``run(arguments)``, which returns
+    the exit code. An expected error becomes one line on stderr.
 
     Args:
         package: Import name of the program's package.
@@ -58,12 +59,10 @@ def run_cli(
         print(f"{prog} {version('darko')}")
         return 0
     if arguments and not arguments[0].startswith("-") and arguments[0] not in commands:
-        near = get_close_matches(arguments[0], commands, n=1)
-        hint = f" Did you mean {near[0]}?" if near else ""
-        print(f"{prog}: there is no command {arguments[0]!r}.{hint} Commands: {', '.join(commands)}", file=sys.stderr)
+        print(f"{prog}: {_unknown(arguments[0], commands)}", file=sys.stderr)
         return EXIT_ERROR
     name = arguments.pop(0) if arguments and arguments[0] in commands else next(iter(commands))
-    command = import_module(".".join(filter(None, (package, "commands", (folders or {}).get(name), name))))
+    command = _command(package, name, (folders or {}).get(name))
     try:
         return int(command.run(command.parser(commands).parse_args(arguments)))
     except error as expected:
@@ -74,3 +73,13 @@ def run_cli(
     except BrokenPipeError:  # the reader of our output, such as a pager or head, has closed it
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return EXIT_BROKEN_PIPE
+
+
+def _unknown(name: str, commands: Mapping[str, str]) -> str:
+    near = get_close_matches(name, commands, n=1)
+    hint = f" Did you mean {near[0]}?" if near else ""
+    return f"there is no command {name!r}.{hint} Commands: {', '.join(commands)}"
+
+
+def _command(package: str, name: str, folder: str | None) -> ModuleType:
+    return import_module(".".join(filter(None, (package, "commands", folder, name))))

@@ -47,6 +47,7 @@ __all__ = ["POSE_MESSAGES", "VehicleEndpoint"]
 
 POSE_MESSAGES = frozenset({"ODOMETRY", "VISION_POSITION_ESTIMATE", "ATT_POS_MOCAP"})
 """Messages in which a peer tells where it has measured the vehicle to be."""
+FIXED_STREAMS = {mavlink.MAVLINK_MSG_ID_HEARTBEAT: round(1e6 * HEARTBEAT_PERIOD)}  # interval [us] by id
 _EVENTS = {
     **dict.fromkeys(SETPOINT_MESSAGES, SetpointReceived),
     **dict.fromkeys(POSE_MESSAGES, PoseReceived),
@@ -99,42 +100,33 @@ class VehicleEndpoint:
         logs: LogStore | None = None,
         forwards: bool = True,
     ) -> None:
-        self.forwards = forwards
-        self.presence = Presence(system)
-        self._ids = (system, component)
-        self._keyring = keyring or Keyring()
+        self.forwards, self.presence = forwards, Presence(system)
+        self._ids, self._keyring = (system, component), keyring or Keyring()
         self._links = Links(system, component, peers, self._keyring)
         self._router = Router(system, component, self._links.peers, self._links.readers)
-        self._heartbeat = HeartbeatSource()
         self._commands = CommandServer(*self._ids, frozenset(commands) | STREAM_COMMANDS, repeatable=STREAM_COMMANDS)
         self._parameters = ParameterServer(*self._ids, parameters)
         self._mission = MissionServer(*self._ids, mission, validate=validate, others=plans)
-        self._files = FtpServer(*self._ids, files or NoFiles())
-        self._logs = LogServer(*self._ids, logs or NoFiles())
+        self._files, self._logs = FtpServer(*self._ids, files or NoFiles()), LogServer(*self._ids, logs or NoFiles())
         self.flight_plan, self.flight_plan_files = FlightPlanServer(*self._ids), FlightPlanFileServer(*self._ids)
         links = None if peers is None else self._links.codecs.keys()
-        fixed = {mavlink.MAVLINK_MSG_ID_HEARTBEAT: round(1e6 * HEARTBEAT_PERIOD)}
         self._streams = StreamServer(
-            *self._ids, streams, on_request, numbered=numbered, families=families, fixed=fixed, links=links
+            *self._ids, streams, on_request, numbered=numbered, families=families, fixed=FIXED_STREAMS, links=links
         )
-        self.operator = OperatorControl(*self._ids)
-        self._servers: tuple[Server, ...] = (
-            self.operator,
-            self._commands,
-            self._parameters,
-            self._mission,
-            TimeResponder(*self._ids),
-            self._files,
-            self._logs,
-            self.flight_plan,
-            self.flight_plan_files,
-            self._streams,
-        )
+        self.operator, self._heartbeat = OperatorControl(*self._ids), HeartbeatSource()
         self._timed = (self._heartbeat, self.operator, self._parameters, self._mission, self._files, self._logs)
+        self._servers = self._in_order()
         self._server_of = {name: server for server in self._servers for name in server.handles}
         self._datagrams: list[tuple[Hashable | None, bytes]] = []
         self._events: list[Event] = []
         self._texts = 0
+
+    def _in_order(self) -> tuple[Server, ...]:
+        """The servers, in the order in which what they leave is sent."""
+        return (
+            *(self.operator, self._commands, self._parameters, self._mission, TimeResponder(*self._ids)),
+            *(self._files, self._logs, self.flight_plan, self.flight_plan_files, self._streams),
+        )
 
     @property
     def statistics(self) -> dict[Hashable, Statistics]:

@@ -104,33 +104,33 @@ def reduce(s: Snapshot, message: Message, now: float) -> Snapshot:
             its other components.
         now: Time of arrival, on the caller's clock [s].
     """
-    kind = message.get_type()
-    if kind == "HEARTBEAT":
+    name = message.get_type()
+    if name == "HEARTBEAT":
         return _heartbeat(s, message, now)
-    if s.source is not None and not _is_relevant(kind, source_of(message), s.source):
+    if s.source is not None and not _is_relevant(name, source_of(message), s.source):
         return s
-    handler = HANDLERS.get(kind)
-    if handler is None or not _is_sane(kind, message):
+    handler = HANDLERS.get(name)
+    if handler is None or not _is_sane(name, message):
         return s
     boot = getattr(message, "time_boot_ms", None)
     if boot is None:
-        return handler(updated(s, arrivals={**s.arrivals, kind: now}), message, now)
-    s = _at_boot_time(s, boot / 1e3, kind, now)
+        return handler(updated(s, arrivals={**s.arrivals, name: now}), message, now)
+    s = _at_boot_time(s, boot / 1e3, name, now)
     return s if s.late_messages else handler(s, message, now)  # a late one is of before a restart, or delayed
 
 
-def _is_sane(kind: str, m: Message) -> bool:
-    if kind == "GLOBAL_POSITION_INT" and not is_on_map(m.lat, m.lon):
+def _is_sane(name: str, m: Message) -> bool:
+    if name == "GLOBAL_POSITION_INT" and not is_on_map(m.lat, m.lon):
         return False
-    values = (getattr(m, name) for name in CHECKED_FIELDS.get(kind, ()))
+    values = (getattr(m, field) for field in CHECKED_FIELDS.get(name, ()))
     numbers = (number for value in values for number in (value if isinstance(value, list) else (value,)))
     return all(abs(number) < MAX_NUMBER for number in numbers)  # false for NaN
 
 
-def _is_relevant(kind: str, source: Source, vehicle: Source) -> bool:
-    if kind in {"MISSION_ITEM_INT", "MISSION_ITEM"}:  # in a log, the mission comes from the station that uploaded it
+def _is_relevant(name: str, source: Source, vehicle: Source) -> bool:
+    if name in {"MISSION_ITEM_INT", "MISSION_ITEM"}:  # in a log, the mission comes from the station that uploaded it
         return True
-    return source == vehicle or (kind == "STATUSTEXT" and source[0] == vehicle[0])
+    return source == vehicle or (name == "STATUSTEXT" and source[0] == vehicle[0])
 
 
 def _heartbeat(s: Snapshot, m: Message, now: float) -> Snapshot:
@@ -152,12 +152,12 @@ def _heartbeat(s: Snapshot, m: Message, now: float) -> Snapshot:
     )
 
 
-def _at_boot_time(s: Snapshot, boot: float, kind: str, now: float) -> Snapshot:
+def _at_boot_time(s: Snapshot, boot: float, name: str, now: float) -> Snapshot:
     if s.boot is None or boot >= s.boot - RESTART_STEP:
-        return updated(s, boot=boot, late_messages=0, arrivals={**s.arrivals, kind: now})
+        return updated(s, boot=boot, late_messages=0, arrivals={**s.arrivals, name: now})
     if s.late_messages + 1 < RESTART_MESSAGES:
         return updated(s, late_messages=s.late_messages + 1)
-    return updated(after_restart(s, now), boot=boot, arrivals={kind: now})
+    return updated(after_restart(s, now), boot=boot, arrivals={name: now})
 
 
 def after_restart(s: Snapshot, now: float) -> Snapshot:

@@ -107,7 +107,7 @@ def errands(seeds: int) -> Iterator[tuple[str, ...]]:
     """A row for each errand: the worst and the median of its flights."""
     for errand in ERRANDS:
         flown = [errand.fly(seed) for seed in range(1, (seeds if errand.gusts else 1) + 1)]
-        left = [flight.aircraft.battery.left for flight in flown]
+        left = [flight.aircraft.battery.remaining for flight in flown]
         cannot = sum(any("out of reach" in text or "critical" in text for text in flight.texts) for flight in flown)
         short = sum(share < CRITICAL for share in left)
         yield (

@@ -13,7 +13,7 @@ from sitl.autopilot.routes import FORWARD_DRIFT, return_route, route_to
 from sitl.autopilot.safety.world import World
 from sitl.autopilot.settings import Settings
 from sitl.control.reference import Point, Reference, hover_at
-from sitl.enclosure.ways import crossed, crosses_circle
+from sitl.enclosure.arena_detours import crossed, crosses_circle
 from sitl.guidance.legs import FlyLeg
 from sitl.guidance.limits import MIN_HOLD_HEIGHT
 from sitl.guidance.manoeuvres import ComeToRest, FlyTo, Hold, Manoeuvre, ManoeuvreSequence, land_at
@@ -55,7 +55,7 @@ class FlightState:
         self.terminated = ""
         nowhere = (0.0, 0.0, 0.0)
         self.view = VehicleView(
-            time=0.0, p=nowhere, v=nowhere, heading=heading, tilt=0.0, landed=True, battery_left=1.0
+            time=0.0, p=nowhere, v=nowhere, heading=heading, tilt=0.0, landed=True, battery_remaining=1.0
         )
         self.reference = hover_at(nowhere, heading, settings.hover_speed)
         self._notices: list[Notice] = []

@@ -14,8 +14,8 @@ from collections.abc import Sequence
 from protocol.dialect.vocabulary import Way
 from sitl.autopilot.settings import Settings
 from sitl.control.reference import Point, Reference, at, hover_at
+from sitl.enclosure.arena_detours import crossed, crosses_area, detour
 from sitl.enclosure.geometry import Arena
-from sitl.enclosure.ways import crossed, crosses_area, detour
 from sitl.guidance.leg_speeds import corner_lead, leaves_room, leg_airspeeds, speed_along
 from sitl.guidance.legs import FlyLeg, LandAfter, leg_reference
 from sitl.guidance.limits import MIN_AIRSPEED

@@ -4,7 +4,7 @@ from sitl.compiled import kernel
 from sitl.control.allocation import allocate
 from sitl.control.estimate import Estimate, air_ahead
 from sitl.control.forward_flight.forward_guidance import air_course
-from sitl.control.hover_zero_moment import Guide, ZeroMomentGains, fly_to
+from sitl.control.hover_zero_moment import Pointing, ZeroMomentGains, fly_to
 from sitl.control.reference import Reference
 from sitl.model.airframe import Airframe
 from sitl.model.state import Actuators
@@ -25,11 +25,11 @@ def step(
     reference: Reference,
     gains: ZeroMomentGains,
     a: Airframe,
-    guide: Guide,
+    pointing: Pointing,
     hold: Vector,
     course: float,
     dt: float,
-) -> tuple[Actuators, int, Guide, Vector, float]:
+) -> tuple[Actuators, int, Pointing, Vector, float]:
     """One tick: actuator commands, DARKO_SATURATION bits, and the state after it.
 
     Args:
@@ -37,12 +37,12 @@ def step(
         reference: Its path is what the belly turns to.
         gains: Gains of the zero-moment law.
         a: The airframe.
-        guide: State of the zero-moment law.
+        pointing: State of the zero-moment law.
         hold: The place to hold, world NWU [m].
         course: Azimuth the belly was to point to [rad].
         dt: Tick [s].
     """
     course = air_course(estimate, reference, course)
-    u, guide = fly_to(estimate, hold, course, reference.speed, gains, guide, dt)
+    u, pointing = fly_to(estimate, hold, course, reference.speed, gains, pointing, dt)
     command, saturation = allocate(u, a, air_ahead(estimate))
-    return command, saturation, guide, hold, course
+    return command, saturation, pointing, hold, course

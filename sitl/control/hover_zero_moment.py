@@ -63,7 +63,7 @@ class ZeroMomentGains(NamedTuple):
     f_max: float
 
 
-class Guide(NamedTuple):
+class Pointing(NamedTuple):
     """State of the law: what the attitude loop follows."""
 
     attitude: Quaternion  # q_d
@@ -73,15 +73,15 @@ class Guide(NamedTuple):
 
 
 @kernel
-def start(estimate: Estimate, gains: ZeroMomentGains, a: Airframe) -> Guide:
+def start(estimate: Estimate, gains: ZeroMomentGains, a: Airframe) -> Pointing:
     """Jump map on entering the law: q_d = q and f = the force given, so that nothing steps."""
-    return guide_at(estimate.attitude, axial_force(estimate.actuators, air_ahead(estimate), a), gains)
+    return pointing_at(estimate.attitude, axial_force(estimate.actuators, air_ahead(estimate), a), gains)
 
 
 @kernel
-def guide_at(attitude: Quaternion, force: float, gains: ZeroMomentGains) -> Guide:
+def pointing_at(attitude: Quaternion, force: float, gains: ZeroMomentGains) -> Pointing:
     """The state of the law at an attitude with a force along d [N]."""
-    return Guide(attitude, clipped(force, gains.f_min, gains.f_max), NOT_CHOSEN, NOT_CHOSEN)
+    return Pointing(attitude, clipped(force, gains.f_min, gains.f_max), NOT_CHOSEN, NOT_CHOSEN)
 
 
 @kernel
@@ -97,32 +97,38 @@ def step(
     reference: Reference,
     gains: ZeroMomentGains,
     a: Airframe,
-    guide: Guide,
+    pointing: Pointing,
     handover: Handover,
     dt: float,
-) -> tuple[Actuators, int, Guide, Handover]:
+) -> tuple[Actuators, int, Pointing, Handover]:
     """One tick: actuator commands, DARKO_SATURATION bits, and the state after it."""
-    u, guide = fly_to(estimate, reference.position, reference.heading, reference.speed, gains, guide, dt)
+    u, pointing = fly_to(estimate, reference.position, reference.heading, reference.speed, gains, pointing, dt)
     inflow = air_ahead(estimate)
     u, handover = smoothed(u, estimate.actuators, a, handover, dt, inflow)
     command, saturation = allocate(u, a, inflow)
-    return command, saturation, guide, handover
+    return command, saturation, pointing, handover
 
 
 @kernel
 def fly_to(
-    estimate: Estimate, target: Vector, heading: float, speed: float, gains: ZeroMomentGains, guide: Guide, dt: float
-) -> tuple[Virtual, Guide]:
+    estimate: Estimate,
+    target: Vector,
+    heading: float,
+    speed: float,
+    gains: ZeroMomentGains,
+    pointing: Pointing,
+    dt: float,
+) -> tuple[Virtual, Pointing]:
     """The law towards a target (world NWU [m]) with the nose up and the belly to ``heading`` [rad]."""
     e = subtract(estimate.position, target)
     seen = Body(e, estimate.velocity, estimate.attitude, estimate.rates)
-    return control(seen, hover(heading), speed, gains, guide, dt)
+    return control(seen, hover(heading), speed, gains, pointing, dt)
 
 
 @kernel
 def control(
-    body: Body, q_ref: Quaternion, speed: float, gains: ZeroMomentGains, guide: Guide, dt: float
-) -> tuple[Virtual, Guide]:
+    body: Body, q_ref: Quaternion, speed: float, gains: ZeroMomentGains, pointing: Pointing, dt: float
+) -> tuple[Virtual, Pointing]:
     """One tick of the law for any plant with a thrust: commands of M_pinv and u_bar, and the state after ``dt``.
 
     Args:
@@ -130,28 +136,28 @@ def control(
         q_ref: An attitude with d up and the wanted heading.
         speed: Horizontal speed limit for the velocity governor [m/s].
         gains: Gains of the law.
-        guide: Its state.
+        pointing: Its state.
         dt: Tick [s].
     """
-    guide = sided(guide, body.attitude, q_ref)
-    w_d, w_d_dot, f_dot = desired_motion(body, q_ref, speed, gains, guide)
-    torque = attitude_torque(body.attitude, body.rates, guide.attitude, w_d, w_d_dot, gains, guide.side)
-    after = moved(guide, w_d, f_dot, gains, dt)
-    return realise(torque, guide.force, gains), Guide(
+    pointing = sided(pointing, body.attitude, q_ref)
+    w_d, w_d_dot, f_dot = desired_motion(body, q_ref, speed, gains, pointing)
+    torque = attitude_torque(body.attitude, body.rates, pointing.attitude, w_d, w_d_dot, gains, pointing.side)
+    after = moved(pointing, w_d, f_dot, gains, dt)
+    return realise(torque, pointing.force, gains), Pointing(
         normalised(after.attitude), after.force, after.side, after.turn_side
     )
 
 
 @kernel
-def sided(guide: Guide, q: Quaternion, q_ref: Quaternion) -> Guide:
+def sided(pointing: Pointing, q: Quaternion, q_ref: Quaternion) -> Pointing:
     """The law's state after the jumps of its sides (see :mod:`sitl.control.side`)."""
-    off, turn = multiply(conjugate(guide.attitude), q), multiply(conjugate(q_ref), guide.attitude)
-    return Guide(guide.attitude, guide.force, kept(guide.side, off.w), kept(guide.turn_side, turn.w))
+    off, turn = multiply(conjugate(pointing.attitude), q), multiply(conjugate(q_ref), pointing.attitude)
+    return Pointing(pointing.attitude, pointing.force, kept(pointing.side, off.w), kept(pointing.turn_side, turn.w))
 
 
 @kernel
 def desired_motion(
-    body: Body, q_ref: Quaternion, speed: float, gains: ZeroMomentGains, guide: Guide
+    body: Body, q_ref: Quaternion, speed: float, gains: ZeroMomentGains, pointing: Pointing
 ) -> tuple[Vector, Vector, float]:
     """Rates at which the law's state is to move: omega_d [rad/s], its derivative along the flow [rad/s2], f' [N/s].
 
@@ -159,10 +165,10 @@ def desired_motion(
     it will be. Arguments as for :func:`control`.
     """
     f_r = wanted_force(body, speed, gains)
-    body_1 = ahead(body, guide, gains)
+    body_1 = ahead(body, pointing, gains)
     f_r_1 = wanted_force(body_1, speed, gains)
-    w_d, f_dot = steer(nu(f_r, f_r_1, guide, gains), guide, q_ref, gains)
-    guide_1 = moved(guide, w_d, f_dot, gains, AHEAD)
+    w_d, f_dot = steer(nu(f_r, f_r_1, pointing, gains), pointing, q_ref, gains)
+    guide_1 = moved(pointing, w_d, f_dot, gains, AHEAD)
     f_r_2 = wanted_force(ahead(body_1, guide_1, gains), speed, gains)
     w_d_1, _ = steer(nu(f_r_1, f_r_2, guide_1, gains), guide_1, q_ref, gains)
     return w_d, scaled(subtract(w_d_1, w_d), PER_AHEAD), f_dot
@@ -176,10 +182,10 @@ def wanted_force(body: Body, speed: float, gains: ZeroMomentGains) -> Vector:
 
 
 @kernel
-def ahead(body: Body, guide: Guide, gains: ZeroMomentGains) -> Body:
+def ahead(body: Body, pointing: Pointing, gains: ZeroMomentGains) -> Body:
     """The plant AHEAD on, accelerated by the force that q_d promises or, for nu', that q gives."""
     q, w = body.attitude, body.rates
-    pull = scaled(rotate(q if gains.nu_prime else guide.attitude, gains.d), guide.force * (1.0 / gains.m))
+    pull = scaled(rotate(q if gains.nu_prime else pointing.attitude, gains.d), pointing.force * (1.0 / gains.m))
     return Body(
         add_scaled(body.position, body.velocity, AHEAD),
         add_scaled(body.velocity, Vector(pull.x, pull.y, pull.z - gains.g), AHEAD),
@@ -189,33 +195,35 @@ def ahead(body: Body, guide: Guide, gains: ZeroMomentGains) -> Body:
 
 
 @kernel
-def nu(f_r: Vector, f_r_ahead: Vector, guide: Guide, gains: ZeroMomentGains) -> Vector:
+def nu(f_r: Vector, f_r_ahead: Vector, pointing: Pointing, gains: ZeroMomentGains) -> Vector:
     """Rate at which R(q_d) d f is to change, world [N/s], of f_r now and AHEAD on [N]."""
-    f_D = subtract(scaled(rotate(guide.attitude, gains.d), guide.force), f_r)
+    f_D = subtract(scaled(rotate(pointing.attitude, gains.d), pointing.force), f_r)
     return add_scaled(scaled(subtract(f_r_ahead, f_r), PER_AHEAD), f_D, -gains.k_delta)
 
 
 @kernel
-def steer(rate: Vector, guide: Guide, q_ref: Quaternion, gains: ZeroMomentGains) -> tuple[Vector, float]:
+def steer(rate: Vector, pointing: Pointing, q_ref: Quaternion, gains: ZeroMomentGains) -> tuple[Vector, float]:
     """Rates of the law's state by nu: omega_d in the frame of q_d [rad/s], and f' [N/s].
 
     f' stops at the bounds of f, so that omega_d, which divides by f, never meets zero.
     """
-    pull = rotate_inverse(guide.attitude, rate)
-    off = multiply(conjugate(q_ref), guide.attitude)
+    pull = rotate_inverse(pointing.attitude, rate)
+    off = multiply(conjugate(q_ref), pointing.attitude)
     along = dot(gains.d, Vector(off.x, off.y, off.z))
-    turn = -gains.k_q * kept(guide.turn_side, off.w) * along
+    turn = -gains.k_q * kept(pointing.turn_side, off.w) * along
     f_dot = dot(gains.d, pull)
-    f_dot = max(f_dot, 0.0) if guide.force <= gains.f_min else f_dot
-    f_dot = min(f_dot, 0.0) if guide.force >= gains.f_max else f_dot
-    return add_scaled(scaled(cross(gains.d, pull), 1.0 / guide.force), gains.d, turn), f_dot
+    f_dot = max(f_dot, 0.0) if pointing.force <= gains.f_min else f_dot
+    f_dot = min(f_dot, 0.0) if pointing.force >= gains.f_max else f_dot
+    return add_scaled(scaled(cross(gains.d, pull), 1.0 / pointing.force), gains.d, turn), f_dot
 
 
 @kernel
-def moved(guide: Guide, w_d: Vector, f_dot: float, gains: ZeroMomentGains, dt: float) -> Guide:
+def moved(pointing: Pointing, w_d: Vector, f_dot: float, gains: ZeroMomentGains, dt: float) -> Pointing:
     """The state of the law ``dt`` later; q_d moves by the exponential map."""
-    after = guide_at(multiply(guide.attitude, small_rotation(scaled(w_d, dt))), guide.force + dt * f_dot, gains)
-    return Guide(after.attitude, after.force, guide.side, guide.turn_side)
+    after = pointing_at(
+        multiply(pointing.attitude, small_rotation(scaled(w_d, dt))), pointing.force + dt * f_dot, gains
+    )
+    return Pointing(after.attitude, after.force, pointing.side, pointing.turn_side)
 
 
 @kernel

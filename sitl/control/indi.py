@@ -29,7 +29,7 @@ from sitl.control.estimate import Estimate
 from sitl.control.forward_flight.forward_allocation import invert
 from sitl.control.forward_flight.forward_guidance import air_course
 from sitl.control.hover_attitude import full_force
-from sitl.control.indi_guidance import GuideGains, wanted_acceleration
+from sitl.control.indi_guidance import IndiGuidanceGains, wanted_acceleration
 from sitl.control.moment_observer import momentum
 from sitl.control.reference import Reference
 from sitl.control.side import NOT_CHOSEN, kept
@@ -48,7 +48,7 @@ DAMPED = math.sqrt(2.0)  # twice the damping ratio of the low-pass filters: Butt
 class IndiGains(NamedTuple):
     """Gains of the law."""
 
-    guide: GuideGains
+    guidance: IndiGuidanceGains
     attitude: Vector  # bandwidth of the attitude loop about x, y, z_b [rad/s]
     rate: Vector  # bandwidth of the rate loop [rad/s]
     max_rate: float  # body rate asked for [rad/s]
@@ -123,14 +123,14 @@ def step(
         increment: The law's state.
         dt: Tick [s].
     """
-    q, w, now, guide = estimate.attitude, estimate.rates, estimate.actuators, gains.guide
+    q, w, now, guidance = estimate.attitude, estimate.rates, estimate.actuators, gains.guidance
     by_model = modelled(estimate, a)
     rates = passed(increment.rates, w, gains.moment_filter, dt)
     known = passed(increment.moment, by_model.moment, gains.moment_filter, dt)
     unmodelled = passed(increment.force, unmodelled_force(estimate, by_model, rates.rate, a), gains.force_filter, dt)
     course = _turned(increment.course, estimate, reference, gains.course_rate * dt)
-    asked = wanted_acceleration(estimate, at_percussion(estimate, a), reference, course, guide, a)
-    asked = add(increment.acceleration, shortened(subtract(asked, increment.acceleration), guide.max_jerk * dt))
+    asked = wanted_acceleration(estimate, at_percussion(estimate, a), reference, course, guidance, a)
+    asked = add(increment.acceleration, shortened(subtract(asked, increment.acceleration), guidance.max_jerk * dt))
     force = subtract(Vector(a.m * asked.x, a.m * asked.y, a.m * (asked.z + a.g)), unmodelled.value)
     v_a, blend = subtract(estimate.velocity, estimate.wind), (gains.blend_from, gains.blend_to)
     q_d = flatness.transform(force, v_a, course, increment.attitude, blend, by_model.T1 + by_model.T2, a).attitude

@@ -27,7 +27,7 @@ BRAKES = 4.0  # times this share of the planned deceleration, all of the climb i
 NO_COURSE = 0.5  # slower than this, the way to the point ahead is the course [m/s]
 
 
-class GuideGains(NamedTuple):
+class IndiGuidanceGains(NamedTuple):
     """Gains and limits from the reference to the acceleration."""
 
     k_p: float  # distance to speed, near the end [1/s]
@@ -63,7 +63,7 @@ class FlownAim(NamedTuple):
 
 
 @kernel
-def stopping_speed(distance: float, gains: GuideGains) -> float:
+def stopping_speed(distance: float, gains: IndiGuidanceGains) -> float:
     """Speed from which the planned deceleration stops within a distance, and k_p times it near the end [m/s]."""
     near = gains.brake / (gains.k_p * gains.k_p)
     far = math.sqrt(2.0 * gains.brake * max(distance - 0.5 * near, 0.0))
@@ -73,7 +73,7 @@ def stopping_speed(distance: float, gains: GuideGains) -> float:
 
 
 @kernel
-def aim(p: Vector, v: Vector, wind: Vector, reference: Reference, course: float, gains: GuideGains) -> FlownAim:
+def aim(p: Vector, v: Vector, wind: Vector, reference: Reference, course: float, gains: IndiGuidanceGains) -> FlownAim:
     """Where the reference leads from a position at a velocity; ``course`` is the azimuth of the belly [rad]."""
     path, speed = reference.path, level_norm(v.x, v.y)
     x, y = reference.position.x - p.x, reference.position.y - p.y
@@ -108,7 +108,7 @@ def aim(p: Vector, v: Vector, wind: Vector, reference: Reference, course: float,
 
 
 @kernel
-def _fed(wanted: float, stop: float, closing: float, gains: GuideGains) -> float:
+def _fed(wanted: float, stop: float, closing: float, gains: IndiGuidanceGains) -> float:
     """The deceleration to feed forward, once the way to the end is what limits the speed [m/s2]."""
     brakes = wanted >= stop and closing > FOLLOWS * wanted
     planned = gains.brake if stop < FAST else gains.brake_fast
@@ -117,7 +117,7 @@ def _fed(wanted: float, stop: float, closing: float, gains: GuideGains) -> float
 
 @subroutine
 def wanted_acceleration(
-    estimate: Estimate, v: Vector, reference: Reference, course: float, gains: GuideGains, a: Airframe
+    estimate: Estimate, v: Vector, reference: Reference, course: float, gains: IndiGuidanceGains, a: Airframe
 ) -> Vector:
     """The acceleration wanted, world [m/s2].
 
@@ -145,7 +145,9 @@ def wanted_acceleration(
 
 
 @kernel
-def _relieved(rise: float, above: float, braking: float, estimate: Estimate, gains: GuideGains, a: Airframe) -> float:
+def _relieved(
+    rise: float, above: float, braking: float, estimate: Estimate, gains: IndiGuidanceGains, a: Airframe
+) -> float:
     """A vertical speed [m/s], raised where braking uses up the elevons: climbing lowers the incidence.
 
     Args:

@@ -20,7 +20,7 @@ from sitl.control.forward_flight.line_of_sight import LineOfSight, LineOfSightGa
 from sitl.control.handover import Handover
 from sitl.control.hover_attitude import AttitudeGains, Steering
 from sitl.control.hover_linear import LinearGains
-from sitl.control.hover_zero_moment import Guide, ZeroMomentGains
+from sitl.control.hover_zero_moment import Pointing, ZeroMomentGains
 from sitl.control.indi import IndiGains, IndiState
 from sitl.control.wind_estimator import WindGains
 from sitl.model.vectors import Vector
@@ -31,7 +31,7 @@ class LawStates(NamedTuple):
 
     integral: Vector  # of the linear hover law, world [m s]
     side: float  # of the quaternion, of the linear hover law; other laws keep theirs in their state
-    guide: Guide  # of the zero-moment law, the alignment and the fall
+    pointing: Pointing  # of the zero-moment law, the alignment and the fall
     handover: Handover  # what the law before commanded more, fading
     steering: Steering  # of the attitude law
     hold: Vector  # where the alignment stays, world NWU [m]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cache
 
 from sitl.control.indi import IndiGains
-from sitl.control.indi_guidance import GuideGains
+from sitl.control.indi_guidance import IndiGuidanceGains
 from sitl.model.vectors import Vector
 
 
@@ -13,7 +13,7 @@ from sitl.model.vectors import Vector
 def indi_gains() -> IndiGains:
     """The law's gains: angular accelerations and forces, so that they serve airframes of any mass and inertia."""
     return IndiGains(
-        guide=GuideGains(
+        guidance=IndiGuidanceGains(
             k_p=1.0,
             k_v=1.8,
             k_z=1.0,

@@ -1,4 +1,4 @@
-"""Ways round, over and under obstacles: straight pieces that keep a clearance, the shortest by a visibility graph."""
+"""Detours round, over and under obstacles: straight pieces that keep a clearance, shortest by a visibility graph."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ TOUCH = 1e-6  # what is less far inside is not crossed [m]
 INSIDE_COST = 10.0  # of a metre within the clearance, in metres outside
 QUARTER = 2  # chords of a quarter circle about a corner
 CHORD_GROWTH = 1.0 / math.cos(math.pi / (4 * QUARTER))  # puts those chords outside of the circle
-Ways = tuple[Place, ...]
+Detour = tuple[Place, ...]
 
 
-def detour(arena: Arena, start: Place, end: Place, clearance: float, *, level: bool = False) -> Ways | str:
+def detour(arena: Arena, start: Place, end: Place, clearance: float, *, level: bool = False) -> Detour | str:
     """The corners of the shortest way between two points, its end among them; or why there is none.
 
     Args:
@@ -43,7 +43,7 @@ def detour(arena: Arena, start: Place, end: Place, clearance: float, *, level: b
     for height in sorted(heights, key=lambda height: _least_length(start, end, height)):
         if _least_length(start, end, height) >= shortest:
             break
-        way = _way_at(arena, start, end, clearance, height, level=level)
+        way = _detour_at(arena, start, end, clearance, height, level=level)
         if way is not None and length_of((start, *way)) < shortest:
             best, shortest = way, length_of((start, *way))
     if best is None:
@@ -130,7 +130,9 @@ def _level_heights(start: Place, end: Place) -> list[float]:
     return [max(start[2], end[2])]
 
 
-def _way_at(arena: Arena, start: Place, end: Place, clearance: float, height: float, *, level: bool) -> Ways | None:
+def _detour_at(
+    arena: Arena, start: Place, end: Place, clearance: float, height: float, *, level: bool
+) -> Detour | None:
     """The shortest way whose level part is at a height; None if there is none."""
     band = (min(start[2], end[2]), max(start[2], end[2])) if level else (height, height)
     here, there = (start[0], start[1], height), (end[0], end[1], height)

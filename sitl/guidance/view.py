@@ -22,7 +22,7 @@ class VehicleView(NamedTuple):
     heading: float  # of the belly while upright, of the nose in forward flight [rad]
     tilt: float  # angle between the nose and the vertical [rad]
     landed: bool  # on the ground: the law in force is LANDED or CRASHED
-    battery_left: float  # share of the battery, 0..1
+    battery_remaining: float  # share of the battery, 0..1
     forward: bool = False  # in forward flight, or in a front or back transition
     wind: Point = (0.0, 0.0, 0.0)  # [m/s]
     stopping_distance: float = 0.0  # from the present speed in forward flight [m]

@@ -20,14 +20,14 @@ class Battery(NamedTuple):
     lost: float = 0.0  # voltage of cells that have failed [V]
 
     @property
-    def left(self) -> float:
-        """Share of the energy that is left, 0..1."""
+    def remaining(self) -> float:
+        """Share of the energy that remains, 0..1."""
         return max(0.0, 1.0 - self.used / self.capacity)
 
     @property
     def open_voltage(self) -> float:
         """Voltage without load [V]."""
-        return EMPTY_VOLTAGE + (FULL_VOLTAGE - EMPTY_VOLTAGE) * self.left - self.lost
+        return EMPTY_VOLTAGE + (FULL_VOLTAGE - EMPTY_VOLTAGE) * self.remaining - self.lost
 
     def current(self, power: float) -> float:
         """Current [A] when its cells give up a power, losses in them included [W]."""

@@ -33,7 +33,7 @@ class LocalFlow(NamedTuple):
     """The air that meets one part of a half wing."""
 
     ahead: float  # along x_b [m/s]
-    pressure: float  # half of density times area times speed [kg/s]
+    half_flow: float  # half of the air that flows through its area: rho area speed / 2 [kg/s]
     slope: float  # C of the incidence [1/rad]
     shift: float  # of the centre of pressure behind that of attached flow [m]
 
@@ -78,9 +78,9 @@ def _arms(shift: float, a: Airframe) -> tuple[float, float]:
 def side_slopes(v: Vector, T: float, a: Airframe) -> SideSlopes:
     """Slopes of one half wing at a thrust [N], without rates and deflection."""
     slip, free = _parts(v.x, v.y, v.z, T, a)
-    normal, moment, elevon, drag = 0.0, 0.0, 0.0, free.pressure * a.C_d0
+    normal, moment, elevon, drag = 0.0, 0.0, 0.0, free.half_flow * a.C_d0
     for part in (slip, free):
-        push = part.pressure * part.slope
+        push = part.half_flow * part.slope
         wing, flap = _arms(part.shift, a)
         normal += push
         moment += push * ((1.0 - a.xi_f) * wing + a.xi_f * flap)
@@ -137,7 +137,7 @@ def _half_wing(v: Vector, w: Vector, T: float, delta: float, y: float, a: Airfra
     slip, free = _parts(ahead, v.y, normal, T, a)
     fx1, fz1, my1, mx1, mz1 = _surfaces(slip, normal, w.y, sine, cosine, a)
     fx2, fz2, my2, mx2, mz2 = _surfaces(free, normal, w.y, sine, cosine, a)
-    side = -(slip.pressure + free.pressure) * a.C_y0 * v.y
+    side = -(slip.half_flow + free.half_flow) * a.C_y0 * v.y
     return Vector(fx1 + fx2, side, fz1 + fz2), Vector(y * (mx1 + mx2), my1 + my2, -y * (mz1 + mz2))
 
 
@@ -146,10 +146,10 @@ def _surfaces(
     part: LocalFlow, normal: float, pitch_rate: float, sine: float, cosine: float, a: Airframe
 ) -> tuple[float, float, float, float, float]:
     """F_x, F_z [N], M_y [N m], and the forces along z_b and x_b that have the arm of the half wing [N]."""
-    push = part.pressure * part.slope
+    push = part.half_flow * part.slope
     wing_arm, flap_arm = _arms(part.shift, a)
     wing = -push * (1.0 - a.xi_f) * (normal + pitch_rate * wing_arm)
     flap = -push * a.xi_f * (sine * part.ahead + cosine * (normal + pitch_rate * flap_arm))
-    axial = flap * sine - part.pressure * a.C_d0 * part.ahead
+    axial = flap * sine - part.half_flow * a.C_d0 * part.ahead
     across = flap * cosine
     return axial, wing + across, wing_arm * wing + flap_arm * across, wing + across, axial

@@ -12,7 +12,7 @@ from sitl.model.airframe import Airframe
 from sitl.model.arithmetic import arctangent, sine_cosine, wrapped
 from sitl.model.vectors import level_norm
 from sitl.prediction.leg_settings import LegSettings
-from sitl.prediction.mode_choice import MIN_HEIGHT, Decision, plan
+from sitl.prediction.mode_choice import MIN_HEIGHT, Decision, choose_modes
 from sitl.prediction.predictor import Abilities, Leg
 from sitl.simulation.tuning import Tuning
 
@@ -50,7 +50,7 @@ class Chooser:
     def energy(self, view: VehicleView, start: Point, end: Point, settings: LegSettings, *, flying: bool) -> float:
         """Shaft energy of one leg flown the better way, begun on the wing or not [J]; a question, not a decision."""
         leg, _ = _leg(start, end, view.heading, view.wind)
-        made = plan([leg], self._abilities(settings), settings.min_leg, [Way(settings.way)], flying=flying)[0]
+        made = choose_modes([leg], self._abilities(settings), settings.min_leg, [Way(settings.way)], flying=flying)[0]
         return made.forward.energy if made.way is Way.FORWARD else made.hover.energy
 
     def _abilities(self, settings: LegSettings, airspeed: float | None = None) -> Abilities:
@@ -63,7 +63,7 @@ class Chooser:
         self, view: VehicleView, start: Point, stops: Sequence[LegEnd], settings: LegSettings, airspeed: float
     ) -> list[Decision]:
         """Decisions for the legs from ``start`` through ``stops``; the first is reported."""
-        decisions = self._plan(view.wind, view.heading, start, stops, settings, airspeed, flying=view.forward)
+        decisions = self._decide(view.wind, view.heading, start, stops, settings, airspeed, flying=view.forward)
         self._made.append((stops[0].seq, decisions[0]))
         return decisions
 
@@ -79,9 +79,9 @@ class Chooser:
             stops: Where each ends; at most ``LEGS_AHEAD`` are looked at.
             settings: Of the pilot.
         """
-        return self._plan(wind, heading, start, stops, settings, settings.airspeed, flying=False)
+        return self._decide(wind, heading, start, stops, settings, settings.airspeed, flying=False)
 
-    def _plan(
+    def _decide(
         self,
         wind: Point,
         heading: float,
@@ -100,7 +100,7 @@ class Chooser:
             legs.append(leg)
             asked.append(stop.asked or default)
             here = stop.p
-        return plan(legs, abilities, settings.min_leg, asked, flying=flying)
+        return choose_modes(legs, abilities, settings.min_leg, asked, flying=flying)
 
     def orbits(self, height: float, asked: Way, settings: LegSettings) -> bool:
         """Whether a circle with a radius is flown on the wing."""

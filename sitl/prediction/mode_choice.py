@@ -54,10 +54,10 @@ def decide(leg: Leg, abilities: Abilities, min_leg: float, asked: Way = Way.NONE
         min_leg: Shorter legs are never flown forward [m].
         asked: The way somebody asked for; followed unless it is impossible.
     """
-    return plan([leg], abilities, min_leg, [asked])[0]
+    return choose_modes([leg], abilities, min_leg, [asked])[0]
 
 
-def plan(
+def choose_modes(
     legs: Sequence[Leg], abilities: Abilities, min_leg: float, asked: Sequence[Way], *, flying: bool = False
 ) -> list[Decision]:
     """Choose the ways of consecutive legs without a stop between them: those flown in a row share their transitions.

@@ -95,7 +95,7 @@ def command_panel(name: str, number: str, caption: str, claim: str, seen: str, t
 
 def thinned(track: Track) -> Track:
     """The track with no more samples than a plot shows."""
-    names = ("time", "p", "v", "q", "actuator", "lyapunov", "law", "target", "energy", "guide")
+    names = ("time", "p", "v", "q", "actuator", "lyapunov", "law", "target", "energy", "pointing")
     fewer: dict[str, Any] = dict(zip(names, thin(*(getattr(track, name) for name in names)), strict=True))
     return replace(track, **fewer)
 

@@ -72,7 +72,7 @@ class Track:
     law: Array  # (n,)
     target: Array  # (n, 3)
     energy: Array  # (n,) [J]
-    guide: Array  # (n, 5) q_d and f [N] of the zero-moment law, out of date while another law flies
+    pointing: Array  # (n, 5) q_d and f [N] of the zero-moment law, out of date while another law flies
     jumps: tuple[JumpRecord, ...]
     wall_time: float  # how long the run took [s]
     diverged: str = ""  # why the flight ended early, empty if it did not
@@ -211,7 +211,7 @@ def joined(parts: list[Recording], jumps: tuple[JumpRecord, ...], wall_time: flo
         law=whole("law"),
         target=whole("reference") - origin,
         energy=whole("energy"),
-        guide=whole("guide"),
+        pointing=whole("pointing"),
         jumps=jumps,
         wall_time=wall_time,
         diverged=diverged,

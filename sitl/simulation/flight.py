@@ -13,7 +13,7 @@ from typing import NamedTuple
 from sitl.compiled import kernel, part, subroutine
 from sitl.control import wind_estimator
 from sitl.control.estimate import Estimate
-from sitl.control.hover_zero_moment import Guide
+from sitl.control.hover_zero_moment import Pointing
 from sitl.control.laws import Gains
 from sitl.control.reference import Reference
 from sitl.enclosure.solids import touched
@@ -83,7 +83,7 @@ class Sample(NamedTuple):
     v_hover: float  # V of the linear hover law about the reference
     energy: float  # [J]
     wind: Vector  # as estimated, world NWU [m/s]
-    guide: Guide  # of the zero-moment law, stale while another law flies
+    pointing: Pointing  # of the zero-moment law, stale while another law flies
     reference: Vector  # position asked for, world NWU [m]
 
 
@@ -120,11 +120,11 @@ get_limits, put_limits = access(Flight, "limits")
 get_periods, put_periods = access(Flight, "periods")
 get_law = access(Flight, "controller.law").get
 get_is_landing = access(Flight, "controller.is_landing").get
-get_since, put_since = access(Flight, "controller.since")
+get_law_time, put_law_time = access(Flight, "controller.law_time")
 get_at_rest, put_at_rest = access(Flight, "controller.at_rest")
 get_inhibited, put_inhibited = access(Flight, "controller.inhibited")
 get_position = access(Reference, "position").get
-get_guide = access(Flight, "controller.states.guide").get
+get_pointing = access(Flight, "controller.states.pointing").get
 put_touched = access(WindField, "touched").put
 
 
@@ -332,7 +332,7 @@ def store_motion(
 def run_timers(flight: Kept, column: int) -> None:
     """The controller's timers run."""
     estimate = get_estimate(flight, column)
-    put_since(flight, column, get_since(flight, column) + PERIOD)
+    put_law_time(flight, column, get_law_time(flight, column) + PERIOD)
     lies = x_axis(estimate.attitude).z < LYING
     rests = get_law(flight, column) != LANDED and (get_is_landing(flight, column) or lies) and estimate.on_ground
     rests = rests and abs(estimate.velocity.z) < REST_SPEED
@@ -352,6 +352,6 @@ def sample_of(flight: Kept, column: int, reference: Kept, v_hover: float) -> Sam
         v_hover,
         get_energy(flight, column),
         get_known_wind(flight, column),
-        get_guide(flight, column),
+        get_pointing(flight, column),
         get_position(reference, column),
     )

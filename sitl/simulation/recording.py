@@ -64,14 +64,14 @@ class Recording:
     v_hover: Array  # (n,) V of the linear hover law about the reference
     energy: Array  # (n,) at the shafts [J]
     wind: Array  # (n, 3) as estimated, world NWU [m/s]
-    guide: Array  # (n, 5) attitude and force [N] the zero-moment law steers; stale while another law flies
+    pointing: Array  # (n, 5) attitude and force [N] the zero-moment law steers; stale while another law flies
     reference: Array  # (n, 3) position asked for, world NWU [m]
     jumps: tuple[JumpRecord, ...]
 
     @classmethod
     def of(cls, samples: npt.NDArray[Any], jumps: tuple[JumpRecord, ...]) -> Recording:
         """The arrays of recorded samples."""
-        body, guide = samples["body"], samples["guide"]
+        body, pointing = samples["body"], samples["pointing"]
         return cls(
             time=samples["periods"] * PERIOD,
             position=columns(body["position"]),
@@ -83,7 +83,7 @@ class Recording:
             v_hover=samples["v_hover"].copy(),
             energy=samples["energy"].copy(),
             wind=columns(samples["wind"]),
-            guide=np.column_stack((columns(guide["attitude"]), guide["force"])),
+            pointing=np.column_stack((columns(pointing["attitude"]), pointing["force"])),
             reference=columns(samples["reference"]),
             jumps=jumps,
         )

@@ -26,7 +26,7 @@ def regime(simulation: Simulation) -> Regime:
     e, r = simulation.estimate, simulation.reference
     if r.forward and not _stops(simulation):
         return Regime.FORWARD if guards.wing_borne.test(e, r) else Regime.FRONT_TRANSITION
-    return Regime.UPRIGHT if guards.calm.test(e) else Regime.BACK_TRANSITION
+    return Regime.UPRIGHT if guards.upright_and_slow.test(e) else Regime.BACK_TRANSITION
 
 
 def _stops(simulation: Simulation) -> bool:
@@ -34,7 +34,7 @@ def _stops(simulation: Simulation) -> bool:
     p, path = simulation.estimate.position, simulation.reference.path
     left = math.hypot(path.end.x - p.x, path.end.y - p.y)
     stops = path.kind == LEG and path.stop
-    return stops and stopping_speed(left, simulation.design.gains.indi.guide) < path.airspeed
+    return stops and stopping_speed(left, simulation.design.gains.indi.guidance) < path.airspeed
 
 
 def cross_track(simulation: Simulation) -> float:

@@ -77,14 +77,14 @@ def entered(flight: Flight, law: int, design: Design) -> Flight:
     """The flight with a law put in force, the states of all laws beginning from the flight as it is."""
     c, estimate, gains, model = flight.controller, flight.estimate, design.gains, design.a
     states = c.states._replace(
-        guide=hover_zero_moment.start(estimate, gains.zero_moment, model),
+        pointing=hover_zero_moment.start(estimate, gains.zero_moment, model),
         handover=handover.none(),
         steering=hover_attitude.start(estimate, gains.hover_attitude, model),
         hold=align.start_hold(estimate),
         sight=line_of_sight.start(estimate, model),
         increment=indi.start(estimate, model),
     )
-    return flight._replace(controller=c._replace(law=law, since=0.0, states=states))
+    return flight._replace(controller=c._replace(law=law, law_time=0.0, states=states))
 
 
 def whole_periods(seconds: float) -> int:

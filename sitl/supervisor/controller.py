@@ -15,7 +15,7 @@ class Controller(NamedTuple):
     has_crashed: bool  # it hit the ground too fast, and stays where it is
     is_flying: bool  # the autopilot wants to be in the air
     is_landing: bool  # the autopilot wants to touch the ground
-    since: float  # how long the law has been in force [s]
+    law_time: float  # how long the law has been in force [s]
     at_rest: float  # how long the vehicle has rested on the ground [s]
     inhibited: float  # how long the linear hover law must not be entered yet [s]
     command: Actuators  # of the last period, in force in the next

@@ -27,7 +27,13 @@ PATIENCE = 10.0  # in calm the zero-moment law comes below v_enter sooner: withi
 ROOM = 2.0  # braking distances that make it worth flying on [-]
 SLIDE_TIME, SLIDE_SPEED = 4.0, 4.0  # [s], [m/s]
 WINDY, STILL = 4.0, 3.0  # level wind [m/s]
-CALM_SPEED = 3.5  # [m/s]
+# How upright: the vertical part of the nose's direction, 1 straight up [-].
+NOSE_ABOVE_LEVEL = 0.0
+STANDING_UPRIGHT = 0.3  # within 73 deg of straight up
+TURNING_UPRIGHT = 0.5  # within 60 deg: the alignment can begin
+UPRIGHT = 0.7  # within 46 deg
+STEADY_UPRIGHT = 0.9  # within 26 deg
+TURNING_SPEED = 3.5  # the alignment begins below this [m/s]
 ALIGNED_SPEED = 2.5  # [m/s]
 ALIGNED_ANGLE = math.radians(12.0)
 ALIGNED_COSINE = 0.97814760073380563793  # of that angle
@@ -35,8 +41,8 @@ RECOVERED_RATE = 1.0  # [rad/s]
 STANDING_SPEED = 2.0  # [m/s]
 MAX_SINK = 14.0  # no law sinks faster than this for long [m/s]
 GROUND_TIME = 0.8  # nearer to the ground than this at the present sink rate, a fall is caught [s]
-SINK = 3.0  # what counts as sinking there [m/s]
-LOST = 0.3  # V of the attitude law when it is 45 deg off at rest [rad2]
+SINK = 3.0  # sinking faster than this counts as a fall there [m/s]
+LOST = 0.3  # W, the V of the attitude law, when it is 45 deg off at rest [rad2]
 # A vehicle that lands is let go as soon as its tail stands: what the laws do about the ground would bounce it.
 REST_TIME = 0.04  # on the ground this long is landed [s]
 LYING = 0.5  # a nose lower than this on the ground stands up by no law [-]
@@ -98,19 +104,19 @@ def resting(at_rest: float, estimate: Estimate) -> bool:
 
 @guard
 def near(
-    v_hover: float, v_integral: float, estimate: Estimate, thresholds: Thresholds, inhibited: float, since: float
+    v_hover: float, v_integral: float, estimate: Estimate, thresholds: Thresholds, inhibited: float, law_time: float
 ) -> bool:
     """V of the linear hover law is below v_enter, or long below v_waited; the nose is up, no tilt is flown off."""
     # V does not see the sign of the quaternion's scalar part: it is as small with the nose straight down.
-    is_upright = x_axis(estimate.attitude).z > 0.0 and inhibited <= 0.0
-    waited = since >= PATIENCE and v_hover < thresholds.v_waited
+    is_upright = x_axis(estimate.attitude).z > NOSE_ABOVE_LEVEL and inhibited <= 0.0
+    waited = law_time >= PATIENCE and v_hover < thresholds.v_waited
     return (v_hover + v_integral < thresholds.v_enter or waited) and is_upright
 
 
 @guard
 def settled(v_hover: float, estimate: Estimate, thresholds: Thresholds) -> bool:
     """V of the linear hover law is below v_settled and the nose is up."""
-    return v_hover < thresholds.v_settled and x_axis(estimate.attitude).z > 0.0
+    return v_hover < thresholds.v_settled and x_axis(estimate.attitude).z > NOSE_ABOVE_LEVEL
 
 
 @guard
@@ -120,9 +126,9 @@ def far(v_hover: float, thresholds: Thresholds) -> bool:
 
 
 @guard
-def dwelt(since: float) -> bool:
+def dwelt(law_time: float) -> bool:
     """The law has been in force for its dwell time."""
-    return since >= DWELL
+    return law_time >= DWELL
 
 
 @guard
@@ -138,15 +144,15 @@ def still(estimate: Estimate) -> bool:
 
 
 @guard
-def calm(estimate: Estimate) -> bool:
+def upright_and_slow(estimate: Estimate) -> bool:
     """Upright and slow enough to begin the alignment."""
-    return x_axis(estimate.attitude).z > 0.5 and norm(estimate.velocity) < CALM_SPEED
+    return x_axis(estimate.attitude).z > TURNING_UPRIGHT and norm(estimate.velocity) < TURNING_SPEED
 
 
 @guard
 def recovered(estimate: Estimate) -> bool:
-    """Upright, turning slowly and no longer sinking: not on the way through some other attitude."""
-    steady = x_axis(estimate.attitude).z > 0.7 and norm(estimate.rates) < RECOVERED_RATE
+    """Upright, turning slowly and sinking slower than a fall: not on the way through some other attitude."""
+    steady = x_axis(estimate.attitude).z > UPRIGHT and norm(estimate.rates) < RECOVERED_RATE
     return steady and -estimate.velocity.z < SINK
 
 
@@ -156,19 +162,20 @@ def aligned(estimate: Estimate, course: float) -> bool:
     z_b = z_axis(estimate.attitude)
     s, c = sine_cosine(course)
     towards = -(z_b.x * c + z_b.y * s) > ALIGNED_COSINE * level_norm(z_b.x, z_b.y)
-    return towards and x_axis(estimate.attitude).z > 0.7 and norm(estimate.velocity) < ALIGNED_SPEED
+    return towards and x_axis(estimate.attitude).z > UPRIGHT and norm(estimate.velocity) < ALIGNED_SPEED
 
 
 @guard
 def standing(estimate: Estimate) -> bool:
     """Upright and nearly at rest: the transition is over."""
-    return x_axis(estimate.attitude).z > 0.3 and norm(estimate.velocity) < STANDING_SPEED
+    return x_axis(estimate.attitude).z > STANDING_UPRIGHT and norm(estimate.velocity) < STANDING_SPEED
 
 
 @guard
-def sliding(estimate: Estimate, since: float, thresholds: Thresholds) -> bool:
-    """An upright law moves fast with the nose down, and has for some time."""
-    slides = since > SLIDE_TIME and norm(estimate.velocity) > SLIDE_SPEED and x_axis(estimate.attitude).z < 0.9
+def sliding(estimate: Estimate, law_time: float, thresholds: Thresholds) -> bool:
+    """An upright law moves fast and tilted by more than 26 deg, some time after it began."""
+    tilted = x_axis(estimate.attitude).z < STEADY_UPRIGHT
+    slides = law_time > SLIDE_TIME and norm(estimate.velocity) > SLIDE_SPEED and tilted
     return slides and not thresholds.alone
 
 
@@ -190,8 +197,8 @@ def wanted(reference: Reference) -> bool:
 def worth(estimate: Estimate, reference: Reference) -> bool:
     """Enough of the path is left for a transition."""
     path, p = reference.path, estimate.position
-    left = level_norm(path.end.x - p.x, path.end.y - p.y)
-    return path.kind != LEG or not path.stop or left > WORTH_DISTANCE
+    to_go = level_norm(path.end.x - p.x, path.end.y - p.y)
+    return path.kind != LEG or not path.stop or to_go > WORTH_DISTANCE
 
 
 @guard

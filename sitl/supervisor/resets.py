@@ -16,7 +16,7 @@ from sitl.control.forward_flight import line_of_sight
 from sitl.control.forward_flight.line_of_sight import LineOfSight
 from sitl.control.handover import Handover
 from sitl.control.hover_attitude import AttitudeGains, Steering
-from sitl.control.hover_zero_moment import Guide, ZeroMomentGains
+from sitl.control.hover_zero_moment import Pointing, ZeroMomentGains
 from sitl.control.indi import IndiState
 from sitl.control.side import NOT_CHOSEN
 from sitl.model.airframe import Airframe
@@ -41,8 +41,8 @@ def reset(*sets: str, clears: tuple[Guard, ...] = ()) -> Callable[[Callable[...,
     return lambda function: Reset(function.__name__, sets, kernel(function), clears)
 
 
-@reset("guide")
-def guide_from_here(estimate: Estimate, zero_moment_gains: ZeroMomentGains, a: Airframe) -> Guide:
+@reset("pointing")
+def point_from_here(estimate: Estimate, zero_moment_gains: ZeroMomentGains, a: Airframe) -> Pointing:
     """The zero-moment law begins at the attitude and with the force there is."""
     return hover_zero_moment.start(estimate, zero_moment_gains, a)
 
@@ -91,7 +91,7 @@ def broken(estimate: Estimate) -> tuple[bool, bool, Vector]:  # noqa: ARG001
     return False, False, Vector(0.0, 0.0, 0.0)
 
 
-@reset("since", "at_rest", "inhibited", "handover", "side", clears=(dwelt, resting, sliding))
+@reset("law_time", "at_rest", "inhibited", "handover", "side", clears=(dwelt, resting, sliding))
 def begin_anew(estimate: Estimate) -> tuple[float, float, float, Handover, float]:  # noqa: ARG001
     """Part of every jump: timers begin at zero, what was handed over is forgotten, and the nearer side is taken."""
     return 0.0, 0.0, 0.0, handover.none(), NOT_CHOSEN

@@ -42,11 +42,11 @@ class Jump:
         """Bits of the guards that must not hold."""
         return sum(guard.bit for guard in self.unless)
 
-    def guard(self, bits: int) -> bool:
+    def is_due(self, bits: int) -> bool:
         """Whether the guards that hold put the state in the jump set."""
         return bits & self.required == self.required and not bits & self.forbidden
 
-    def reset(self, bits: int) -> int:
+    def after(self, bits: int) -> int:
         """The guards that may still hold after the jump."""
         cleared = {guard.bit for made in (r.begin_anew, *self.resets) for guard in made.clears}
         return bits & ~sum(cleared)
@@ -60,9 +60,9 @@ _LAND = (
     Jump("disarm", Law.LANDED, Reason.DISARM, unless=(g.armed,), resets=(r.landed,)),
     Jump("touch_down", Law.LANDED, Reason.TOUCHDOWN, when=(g.resting,), resets=(r.landed,)),
 )
-_CATCH = Jump("catch_fall", Law.FAILSAFE, Reason.FAILSAFE, when=(g.falling,), resets=(r.guide_from_here,))
-# Between laws that share the guide, it goes on.
-_CATCH_GUIDED = Jump("catch_fall", Law.FAILSAFE, Reason.FAILSAFE, when=(g.falling,))
+_CATCH = Jump("catch_fall", Law.FAILSAFE, Reason.FAILSAFE, when=(g.falling,), resets=(r.point_from_here,))
+# Between laws that share the pointing, it goes on.
+_CATCH_POINTED = Jump("catch_fall", Law.FAILSAFE, Reason.FAILSAFE, when=(g.falling,))
 _INDI = Jump("choose_indi", Law.INDI, Reason.COMMAND, when=(g.incremental,), resets=(r.increment_from_here,))
 _GO = (g.wanted, g.worth)
 
@@ -100,20 +100,20 @@ TABLE: dict[Law, tuple[Jump, ...]] = {
             Reason.TAKEOFF,
             when=(g.armed, g.flying),
             unless=(g.resting,),
-            resets=(r.guide_from_here,),
+            resets=(r.point_from_here,),
         ),
     ),
     Law.HOVER_LINEAR: (
         *_LAND,
         _INDI,
         _CATCH,
-        _steer(g.calm),
-        _align(g.calm, resets=(r.guide_from_here, r.hold_here)),
+        _steer(g.upright_and_slow),
+        _align(g.upright_and_slow, resets=(r.point_from_here, r.hold_here)),
         Jump(
             "ride_wind",
             Law.TO_HOVER,
             Reason.LYAPUNOV_ABOVE,
-            when=(g.far, g.windy, g.calm, g.recovered),
+            when=(g.far, g.windy, g.upright_and_slow, g.recovered),
             unless=(g.near,),
             resets=(r.sight_from_here,),
         ),
@@ -123,21 +123,21 @@ TABLE: dict[Law, tuple[Jump, ...]] = {
             Reason.LYAPUNOV_ABOVE,
             when=(g.far,),
             unless=(g.near,),
-            resets=(r.guide_from_here,),
+            resets=(r.point_from_here,),
         ),
     ),
     Law.HOVER_ZERO_MOMENT: (
         *_LAND,
         _INDI,
-        _CATCH_GUIDED,
-        _steer(g.calm),
-        _align(g.calm, resets=(r.hold_here,)),
+        _CATCH_POINTED,
+        _steer(g.upright_and_slow),
+        _align(g.upright_and_slow, resets=(r.hold_here,)),
         Jump("enter_linear", Law.HOVER_LINEAR, Reason.LYAPUNOV_BELOW, when=(g.near,), unless=(g.far, g.windy)),
         Jump(
             "ride_wind",
             Law.TO_HOVER,
             Reason.SPEED,
-            when=(g.windy, g.calm, g.recovered, g.dwelt),
+            when=(g.windy, g.upright_and_slow, g.recovered, g.dwelt),
             resets=(r.sight_from_here,),
         ),
         Jump("stop_sliding", Law.TO_HOVER, Reason.SPEED, when=(g.sliding, g.windy), resets=(r.sight_from_here,)),
@@ -145,7 +145,7 @@ TABLE: dict[Law, tuple[Jump, ...]] = {
     Law.ALIGN: (
         *_LAND,
         _INDI,
-        _CATCH_GUIDED,
+        _CATCH_POINTED,
         Jump("stay", Law.HOVER_ZERO_MOMENT, Reason.COMMAND, unless=(g.wanted,)),
         Jump("tip_over", Law.TO_FORWARD, Reason.SPEED, when=(g.aligned, g.dwelt), resets=(r.sight_from_here,)),
     ),
@@ -195,7 +195,7 @@ TABLE: dict[Law, tuple[Jump, ...]] = {
             when=(g.settled, g.standing, g.still, g.dwelt),
             unless=(g.far,),
         ),
-        _align(g.calm, g.standing, g.dwelt, resets=(r.guide_from_here, r.hold_here)),
+        _align(g.upright_and_slow, g.standing, g.dwelt, resets=(r.point_from_here, r.hold_here)),
         Jump(
             "fly_on",
             Law.FORWARD_LINE_OF_SIGHT,
@@ -232,14 +232,14 @@ TABLE: dict[Law, tuple[Jump, ...]] = {
             Law.HOVER_ZERO_MOMENT,
             Reason.COMMAND,
             unless=(g.steered,),
-            resets=(r.guide_from_here, r.level_first),
+            resets=(r.point_from_here, r.level_first),
         ),
         Jump(
             "upset",
             Law.HOVER_ZERO_MOMENT,
             Reason.FAILSAFE,
             when=(g.lost,),
-            resets=(r.guide_from_here, r.level_first),
+            resets=(r.point_from_here, r.level_first),
         ),
     ),
     # No jump leads from hover to cruise or back, and none catches a fall: the law is the same.
@@ -249,9 +249,9 @@ TABLE: dict[Law, tuple[Jump, ...]] = {
             "choose_hybrid",
             Law.HOVER_ZERO_MOMENT,
             Reason.COMMAND,
-            when=(g.calm,),
+            when=(g.upright_and_slow,),
             unless=(g.incremental,),
-            resets=(r.guide_from_here,),
+            resets=(r.point_from_here,),
         ),
         Jump(
             "choose_hybrid_in_cruise",

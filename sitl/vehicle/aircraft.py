@@ -7,7 +7,7 @@ import math
 from protocol.dialect.vocabulary import Law, Reason, Regime
 from sitl.autopilot.autopilot import Autopilot
 from sitl.autopilot.safety.world import World
-from sitl.enclosure.ways import prepare_ways
+from sitl.enclosure.arena_detours import prepare_detours
 from sitl.guidance.view import VehicleView
 from sitl.model.airframe import BATTERY
 from sitl.model.battery import Battery
@@ -50,7 +50,7 @@ class Aircraft:
         self.vehicle = vehicle
         self.configuration = Configuration()
         vehicle.surroundings.enclose(world.arena)
-        prepare_ways(world.arena)
+        prepare_detours(world.arena)
         self.failures = InjectedFailures(vehicle)
         self._actuator_watch, self._unexplained = ActuatorWatch(vehicle.design_model), UnexplainedMoment()
         self._seen_navigation, self._seen_at = self.navigation, vehicle.periods
@@ -138,7 +138,7 @@ class Aircraft:
             heading=math.atan2(flat[1], flat[0]),
             tilt=math.acos(max(-1.0, min(1.0, nose.z))),
             landed=law.regime is Regime.GROUND,
-            battery_left=battery.left,
+            battery_remaining=battery.remaining,
             forward=forward,
             wind=estimate.wind,
             stopping_distance=stopping_distance(self.vehicle) if forward else 0.0,

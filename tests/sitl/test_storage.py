@@ -116,7 +116,7 @@ def test_a_block_gives_back_each_of_its_columns(kind):
 
 
 PARTS = [
-    (Flight, ""), (Flight, "plant"), (Flight, "plant.body.position"), (Flight, "controller.states.guide"),
+    (Flight, ""), (Flight, "plant"), (Flight, "plant.body.position"), (Flight, "controller.states.pointing"),
     (Flight, "controller.law"), (Flight, "controller.is_armed"), (Flight, "limits"), (Reference, "path"),
     (Reference, "attitude.rates"), (Outer, "inner"), (Outer, "inner.pair"), (Outer, "other"),
     (Outer, "count"),

@@ -51,6 +51,6 @@ class OtherAircraft:
         last = self.heard.get(round(system)) if math.isfinite(system) else None
         if last is None or now - last.time > LOST_AFTER:
             return None
-        since = max(now - last.time, 0.0)
-        x, y, z = (place + since * speed for place, speed in zip(last.p, last.v, strict=True))
+        age = max(now - last.time, 0.0)
+        x, y, z = (place + age * speed for place, speed in zip(last.p, last.v, strict=True))
         return last._replace(p=(x, y, z))

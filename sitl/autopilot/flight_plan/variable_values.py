@@ -116,7 +116,7 @@ def _radius(state: PlanState) -> float:
 
 def battery_voltage(state: PlanState) -> float:
     """Of the battery, as its charge tells [V]."""
-    return EMPTY_VOLTAGE + (FULL_VOLTAGE - EMPTY_VOLTAGE) * state.inputs.view.battery_left
+    return EMPTY_VOLTAGE + (FULL_VOLTAGE - EMPTY_VOLTAGE) * state.inputs.view.battery_remaining
 
 
 VARIABLE_VALUES: Final[Mapping[str, Callable[[PlanState], Scalar]]] = {
@@ -128,8 +128,8 @@ VARIABLE_VALUES: Final[Mapping[str, Callable[[PlanState], Scalar]]] = {
     "flight_time": lambda n: int(n.memory.flight_time),
     "autopilot_flight_time": lambda n: int(n.memory.flight_time),
     "autopilot.flight_time": lambda n: int(n.memory.flight_time),
-    "electrical.bat_low": lambda n: int(n.inputs.view.battery_left < n.inputs.settings.battery_low),
-    "electrical.bat_critical": lambda n: int(n.inputs.view.battery_left < n.inputs.settings.battery_critical),
+    "electrical.bat_low": lambda n: int(n.inputs.view.battery_remaining < n.inputs.settings.battery_low),
+    "electrical.bat_critical": lambda n: int(n.inputs.view.battery_remaining < n.inputs.settings.battery_critical),
     "electrical.vsupply": battery_voltage,
     "autopilot.kill_throttle": lambda n: int(not n.inputs.armed),
     "kill_throttle": lambda n: int(not n.inputs.armed),

@@ -18,7 +18,7 @@ from protocol.units import UNKNOWN_INT32, from_e7, from_local_e4
 from sitl.autopilot.routes import no_descent
 from sitl.autopilot.safety.world import POSITION_FRAMES, World
 from sitl.control.reference import Point
-from sitl.enclosure.ways import detour
+from sitl.enclosure.arena_detours import detour
 from sitl.guidance.limits import MAX_AIRSPEED
 
 TAKEOFF_COMMANDS = frozenset({mavlink.MAV_CMD_NAV_TAKEOFF, mavlink.MAV_CMD_NAV_VTOL_TAKEOFF})
@@ -56,10 +56,8 @@ def position_of(item: MissionItem, world: World) -> Point | None:
         return None
     if not math.isfinite(item.z):
         raise ValueError(f"altitude is {item.z}")
-    if item.frame == mavlink.MAV_FRAME_LOCAL_NED:
-        return flip((from_local_e4(item.x), from_local_e4(item.y), item.z))
-    if item.frame == mavlink.MAV_FRAME_LOCAL_ENU:
-        return (from_local_e4(item.y), -from_local_e4(item.x), item.z)
+    if (local := _local(item)) is not None:
+        return local
     if item.frame not in POSITION_FRAMES:
         raise ValueError(f"frame {item.frame} is not supported")
     if UNKNOWN_INT32 in {item.x, item.y} or (item.x == 0 and item.y == 0):  # MAVLink's ways to leave a position open
@@ -69,11 +67,17 @@ def position_of(item: MissionItem, world: World) -> Point | None:
 
 def height_of(item: MissionItem, world: World) -> float:
     """World NWU height that an item names [m], also where it leaves its position open."""
+    local = _local(item)
+    return world.up(item.z, above_sea=item.frame in ABSOLUTE_ALTITUDE_FRAMES) if local is None else local[2]
+
+
+def _local(item: MissionItem) -> Point | None:
+    """The point of an item in a local frame, world NWU [m]; None in another frame."""
     if item.frame == mavlink.MAV_FRAME_LOCAL_NED:
-        return -item.z
+        return flip((from_local_e4(item.x), from_local_e4(item.y), item.z))
     if item.frame == mavlink.MAV_FRAME_LOCAL_ENU:
-        return item.z
-    return world.up(item.z, above_sea=item.frame in ABSOLUTE_ALTITUDE_FRAMES)
+        return (from_local_e4(item.y), -from_local_e4(item.x), item.z)
+    return None
 
 
 def validate(items: Sequence[MissionItem], world: World) -> Refusal | None:
@@ -84,11 +88,11 @@ def validate(items: Sequence[MissionItem], world: World) -> Refusal | None:
         refusal = _validate_item(seq, item, len(items), world)
         if refusal is not None:
             return refusal
-    blocked = refuse_ways(items, world)
+    blocked = refuse_detours(items, world)
     return None if blocked is None else Refusal(mavlink.MAV_MISSION_INVALID, blocked)
 
 
-def refuse_ways(items: Sequence[MissionItem], world: World) -> str | None:
+def refuse_detours(items: Sequence[MissionItem], world: World) -> str | None:
     """Why there is no way from item to item past the obstacles, or None; from where it begins nobody knows yet."""
     before: Point | None = None
     for seq, item in enumerate(items if world.arena.obstacles else ()):
@@ -122,7 +126,7 @@ def refuse_items(items: Sequence[MissionItem], world: World) -> str | None:
         breach = None if point is None else world.fence.breach([point])
         if breach is not None:
             return f"item {seq} is {breach.text}"
-    return refuse_ways(items, world)
+    return refuse_detours(items, world)
 
 
 def _end(item: MissionItem, world: World) -> Point:

@@ -25,7 +25,7 @@ from sitl.autopilot.routes import FORWARD_DRIFT, land_after, no_descent, return_
 from sitl.autopilot.safety.world import World
 from sitl.autopilot.settings import Settings
 from sitl.control.reference import Point, Reference, at, hover_at, upright
-from sitl.enclosure.ways import crossed, crosses_circle
+from sitl.enclosure.arena_detours import crossed, crosses_circle
 from sitl.guidance.circles import circle_about
 from sitl.guidance.leg_speeds import corner_lead, leg_airspeeds, speed_along
 from sitl.guidance.legs import FlyLeg, leg_reference

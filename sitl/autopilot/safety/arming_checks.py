@@ -25,8 +25,8 @@ def refuse_arming(view: VehicleView, settings: Settings) -> list[str]:
         reasons.append(f"not upright ({math.degrees(view.tilt):.0f} deg from the vertical)")
     if math.hypot(*view.v) > MAX_STANDING_SPEED:
         reasons.append(f"moving at {math.hypot(*view.v):.1f} m/s")
-    if view.battery_left < settings.battery_low:
-        reasons.append(f"battery at {100 * view.battery_left:.0f} %")
+    if view.battery_remaining < settings.battery_low:
+        reasons.append(f"battery at {100 * view.battery_remaining:.0f} %")
     return reasons
 
 

@@ -124,7 +124,7 @@ class ReturnEnergy:
 
     def reserve(self, view: VehicleView, mode: Mode, to: Point, settings: Settings, chooser: Chooser) -> Reserve:
         """The battery against the way to a point, world NWU [m]."""
-        capacity = view.battery_energy / view.battery_left if view.battery_left > 0.0 else 0.0
+        capacity = view.battery_energy / view.battery_remaining if view.battery_remaining > 0.0 else 0.0
         margin = settings.battery_critical * capacity
         if _is_windy(view):
             extra = NEARLY_ALL_WINDY_LANDINGS - MOST_WINDY_LANDINGS
@@ -180,7 +180,7 @@ class Failsafes:
             self._battery_checked = view.time
             home = world.safe_point(view.p, settings.return_altitude)
             reserve = None if landing else self._return_energy.reserve(view, mode, home, settings, chooser)
-            alarms += self.battery.check(view.battery_left, reserve, settings, mode)
+            alarms += self.battery.check(view.battery_remaining, reserve, settings, mode)
         return alarms
 
     @property

@@ -111,17 +111,33 @@ def cruise(
     ux, uy = v.x / speed, v.y / speed
     ahead, left = ux * north + uy * west, ux * west - uy * north  # of the line of sight, seen from the course
     angle = arctangent(left, ahead)
-    airspeed = norm(subtract(v, wind))
+    along, turn = _pull(speed, norm(subtract(v, wind)), wanted, angle, path, gains)
+    error = Vector(wanted * ahead - speed, wanted * left, rise - v.z)
+    after = _integrated(integral, error, abs(angle), dt, gains)
+    along, turn, vertical = along + after.x, turn + after.y, vertical + after.z
+    return Vector(along * ux - turn * uy, along * uy + turn * ux, vertical), after
+
+
+@kernel
+def _pull(
+    speed: float, airspeed: float, wanted: float, angle: float, path: Path, gains: GuidanceGains
+) -> tuple[float, float]:
+    """Acceleration along the course and to its left without the integral [m/s2].
+
+    Args:
+        speed: Over the ground [m/s].
+        airspeed: [m/s].
+        wanted: Speed over the ground that is wanted [m/s].
+        angle: Of the line of sight, left of the course [rad].
+        path: What is followed.
+        gains: Gains and limits.
+    """
     slowest = -1.4 * at_airspeed(airspeed, gains.brake_rate)
     along = clipped(gains.k_v * (wanted - speed), slowest, gains.max_forward)
     share = airspeed / FAST
     max_turn = min(gains.max_turn, max(gains.min_turn, gains.max_turn * (share * share)))
     turn = 1.25 * gains.k_v * speed * angle + (speed * speed / path.radius if path.kind == CIRCLE else 0.0)
-    turn = clipped(turn, -max_turn, max_turn)
-    error = Vector(wanted * ahead - speed, wanted * left, rise - v.z)
-    after = _integrated(integral, error, abs(angle), dt, gains)
-    along, turn, vertical = along + after.x, turn + after.y, vertical + after.z
-    return Vector(along * ux - turn * uy, along * uy + turn * ux, vertical), after
+    return along, clipped(turn, -max_turn, max_turn)
 
 
 @kernel

@@ -66,6 +66,11 @@ class Interval:
 Terms = list[tuple[Interval, Array]]
 
 
+def most(value: Interval) -> Array:
+    """The largest magnitude of each."""
+    return np.asarray(np.maximum(np.abs(value.low), np.abs(value.high)))
+
+
 class AttitudeBoxes:
     """What M needs of the attitude, on boxes of f = (d1, e2, d3)."""
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from itertools import product
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -21,19 +21,47 @@ from sitl.design.hover_proof.closed_loop import (
     Terms,
     elevon_effect,
     gyro_matrices,
+    most,
     row_matrix,
     tilt_matrices,
 )
 from sitl.design.hover_proof.delay import Lift
+from sitl.design.hover_proof.proof import MARGIN, Proof, greatest_deflection
+from sitl.design.stalled import Main
 from sitl.design.surfaces import normal_motion
 from sitl.model.airframe import Array
 
-if TYPE_CHECKING:
-    from sitl.design.hover_proof.proof import Proof
-    from sitl.design.stalled import Main
-
+MAX_BOXES = 2_000  # at one level of splitting; a set that needs more counts as not proved
+FIRST_BOXES = 8  # boxes per axis to begin with
+DEPTH = 12  # how often a box is split at most
 
 Booleans = npt.NDArray[np.bool_]
+
+
+def falls_within(proof: Proof, level: float, boxes: int = MAX_BOXES) -> bool:
+    """Whether V' < 0 is proved on {V <= level} without the hover itself; more boxes prove more."""
+    made = proof.lift(level)
+    if made is None or np.linalg.eigvalsh(made.base)[0] <= MARGIN:
+        return False
+    cover = Cover(proof, made, level, min(proof.a.delta_max, greatest_deflection(proof.gains, level)))
+    half = np.sqrt(level * np.diag(np.linalg.inv(proof.S_f)))
+    middles = (2.0 * np.arange(FIRST_BOXES) + 1.0) / FIRST_BOXES - 1.0
+    centre = half * np.stack(np.meshgrid(middles, middles, middles), axis=-1).reshape(-1, 3)
+    if proof.is_mirrored():
+        centre = centre[centre[:, 0] > 0.0]  # the others are their mirror images
+    half = np.broadcast_to(half / FIRST_BOXES, centre.shape)
+    for _ in range(DEPTH):
+        inside = cover.budget(centre, half) >= 0.0
+        centre, half = centre[inside], half[inside]
+        if centre.shape[0] > boxes:
+            return False
+        if centre.shape[0] == 0:
+            return True
+        left = ~cover.holds(centre, half, MARGIN)
+        if left.any() and not cover.holds(centre[left], np.zeros_like(half[left]), 0.0).all():
+            return False  # not even at the middle: no splitting would help
+        centre, half = split(centre[left], half[left], cover.effect)
+    return False
 
 
 class Bend(NamedTuple):
@@ -230,11 +258,6 @@ def _is_positive(matrix: Array, factor: Array) -> bool:
             else:
                 return False
     return True
-
-
-def most(value: Interval) -> Array:
-    """The largest magnitude of each."""
-    return np.asarray(np.maximum(np.abs(value.low), np.abs(value.high)))
 
 
 def split(centre: Array, half: Array, effect: Array) -> tuple[Array, Array]:

@@ -29,13 +29,13 @@ from sitl.design.hover_proof.closed_loop import (
     gyro_matrices,
     linear_loop,
     lyapunov_matrix,
+    most,
     row_matrix,
     scaled,
     size,
     tilt_matrices,
     turning,
 )
-from sitl.design.hover_proof.cover import Cover, most, split
 from sitl.design.hover_proof.delay import DELAY, Channels, Lift, channels, lift, plain_lift
 from sitl.design.stalled import (
     MAX_ACCELERATION,
@@ -51,10 +51,7 @@ from sitl.errors import SitlError
 from sitl.model.airframe import Airframe, Array
 
 MARGIN = 1e-6  # what the smallest eigenvalue must exceed [1/s]: far above what rounding can do
-MAX_BOXES = 2_000  # at one level of splitting; a set that needs more counts as not proved
-FIRST_BOXES = 8  # boxes per axis to begin with
 MIRRORED = 1e-8  # relative difference of mirror images that is rounding
-DEPTH = 12  # how often a box is split at most
 
 
 def greatest_deflection(gains: LinearGains, level: float) -> float:
@@ -279,31 +276,6 @@ class Proof:
         # kappa = h v_bx / (2 X T), and no velocity is more than 2 h / (rho S).
         thrust = (1.0 - thrust_swing(self.gains, level)) * min(self.gains.u_bar[:2])
         return 1.0 / (self.a.rho * self.a.S * self.a.S_ratio * thrust)
-
-    def holds(self, level: float, boxes: int = MAX_BOXES) -> bool:
-        """Whether V' < 0 is proved on {V <= level} without the hover itself; more boxes prove more."""
-        made = self.lift(level)
-        if made is None or np.linalg.eigvalsh(made.base)[0] <= MARGIN:
-            return False
-        cover = Cover(self, made, level, min(self.a.delta_max, greatest_deflection(self.gains, level)))
-        half = np.sqrt(level * np.diag(np.linalg.inv(self.S_f)))
-        middles = (2.0 * np.arange(FIRST_BOXES) + 1.0) / FIRST_BOXES - 1.0
-        centre = half * np.stack(np.meshgrid(middles, middles, middles), axis=-1).reshape(-1, 3)
-        if self.is_mirrored():
-            centre = centre[centre[:, 0] > 0.0]  # the others are their mirror images
-        half = np.broadcast_to(half / FIRST_BOXES, centre.shape)
-        for _ in range(DEPTH):
-            inside = cover.budget(centre, half) >= 0.0
-            centre, half = centre[inside], half[inside]
-            if centre.shape[0] > boxes:
-                return False
-            if centre.shape[0] == 0:
-                return True
-            left = ~cover.holds(centre, half, MARGIN)
-            if left.any() and not cover.holds(centre[left], np.zeros_like(half[left]), 0.0).all():
-                return False  # not even at the middle: no splitting would help
-            centre, half = split(centre[left], half[left], cover.effect)
-        return False
 
     def remainder(self, at: AttitudeBoxes) -> Terms:
         """Second and higher order of M in f: gravity, rotation of the controlled force, kinematics."""

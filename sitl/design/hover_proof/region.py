@@ -34,7 +34,8 @@ from sitl.design.hover_proof.closed_loop import (
     feedback,
     lyapunov_matrix,
 )
-from sitl.design.hover_proof.proof import MAX_BOXES, Proof
+from sitl.design.hover_proof.cover import MAX_BOXES, falls_within
+from sitl.design.hover_proof.proof import Proof
 from sitl.design.stalled import MAX_DRIFT, thrust_slope
 from sitl.errors import SitlError
 from sitl.model.airframe import Airframe, Array
@@ -79,13 +80,13 @@ def certify(
     high = min(saturation, reach, chart)
     rate = rate_level(a, proof, high) if sampled else math.inf
     high = low = min(high, rate)
-    while not proof.holds(low, boxes):
+    while not falls_within(proof, low, boxes):
         low, high = 0.25 * low, low
         if low < MIN_LEVEL:
             raise SitlError("no sublevel set of V can be proved: its decrease about the hover is too small")
     while high > (1.0 + precision) * low:
         middle = math.sqrt(low * high)
-        low, high = (middle, high) if proof.holds(middle, boxes) else (low, middle)
+        low, high = (middle, high) if falls_within(proof, middle, boxes) else (low, middle)
     return Certificate(low, saturation, rate, reach, chart)
 
 

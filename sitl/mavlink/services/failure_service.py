@@ -53,10 +53,10 @@ class FailureService:
         failure = self._aircraft.failures.link
         if failure == _HEALTHY or self._failed_at is None:
             return True
-        since = now - self._failed_at
+        elapsed = now - self._failed_at
         if failure == _INTERMITTENT:
-            return int(since / FLICKER_TIME) % 2 == 1
-        if since >= self._aircraft.configuration.world.link_off_time:
+            return int(elapsed / FLICKER_TIME) % 2 == 1
+        if elapsed >= self._aircraft.configuration.world.link_off_time:
             self._aircraft.failures.link, self._failed_at = _HEALTHY, None
             self._aircraft.autopilot.say(mavlink.MAV_SEVERITY_INFO, "Link is back")
             return True

@@ -21,7 +21,7 @@ MAX_LAWS = 16  # entries of DARKO_ENERGY.energy_by_law
 
 
 def hybrid_state(s: VehicleSnapshot) -> Message:
-    """DARKO_HYBRID_STATE."""
+    """DARKO_HYBRID_STATE: V of each linear law with its thresholds, the law in force and why it took over."""
     return mavlink.MAVLink_darko_hybrid_state_message(
         time_boot_ms=s.ms,
         jumps=s.jumps,
@@ -40,7 +40,7 @@ def hybrid_state(s: VehicleSnapshot) -> Message:
 
 
 def jump(record: JumpRecord) -> Message:
-    """DARKO_JUMP."""
+    """DARKO_JUMP: one jump, at its own time; sent once, for the station's list of jumps."""
     return mavlink.MAVLink_darko_jump_message(
         time_usec=units.microseconds(record.time),
         jump=record.number,
@@ -53,7 +53,7 @@ def jump(record: JumpRecord) -> Message:
 
 
 def actuators(s: VehicleSnapshot) -> Message:
-    """DARKO_ACTUATORS."""
+    """DARKO_ACTUATORS: what was asked of the actuators, what they did, and which of their limits was met."""
     return mavlink.MAVLink_darko_actuators_message(
         time_boot_ms=s.ms,
         motor_speed=list(s.motor),
@@ -70,7 +70,7 @@ def actuators(s: VehicleSnapshot) -> Message:
 
 
 def energy(s: VehicleSnapshot) -> Message:
-    """DARKO_ENERGY."""
+    """DARKO_ENERGY: power and energy drawn, in total and by each law."""
     return mavlink.MAVLink_darko_energy_message(
         time_boot_ms=s.ms, power=s.power, energy=s.energy, energy_by_law=_by_number(s.energy_by_law)
     )

@@ -67,7 +67,7 @@ def sys_status(s: VehicleSnapshot) -> Message:
         load=0,
         voltage_battery=units.millivolts(s.battery_reading.voltage),
         current_battery=units.centiamperes(s.battery_reading.current),
-        battery_remaining=units.percent(s.battery.left),
+        battery_remaining=units.percent(s.battery.remaining),
         drop_rate_comm=0,
         errors_comm=0,
         errors_count1=0,
@@ -101,7 +101,7 @@ def battery_status(s: VehicleSnapshot) -> Message:
         current_battery=units.centiamperes(s.battery_reading.current),
         current_consumed=-1,
         energy_consumed=round(s.energy / 100.0),  # hJ
-        battery_remaining=units.percent(s.battery.left),
+        battery_remaining=units.percent(s.battery.remaining),
     )
 
 

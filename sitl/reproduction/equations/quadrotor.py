@@ -14,7 +14,7 @@ from sitl import PERIOD, Body, Quaternion, Vector, kernel
 from sitl.compiled import entry
 from sitl.control.allocation import Virtual
 from sitl.control.governor import LINEAR, GovernorParameters
-from sitl.control.hover_zero_moment import ZeroMomentGains, control, guide_at, wanted_force
+from sitl.control.hover_zero_moment import ZeroMomentGains, control, pointing_at, wanted_force
 from sitl.model.airframe import Array
 from sitl.model.quaternions import normalised, rotate, z_axis
 from sitl.model.vectors import add_scaled, norm, scaled, subtract
@@ -179,13 +179,13 @@ def _record_flight(
     a: Quadrotor,
 ) -> None:
     rest = Vector(0.0, 0.0, 0.0)
-    body, guide = Body(rest, rest, attitude, rest), guide_at(attitude, a.m * a.g, gains)
+    body, pointing = Body(rest, rest, attitude, rest), pointing_at(attitude, a.m * a.g, gains)
     for k in range(flight.time.shape[0]):
         p, q = body.position, body.attitude
         off = Body(subtract(p, target), body.velocity, q, body.rates)
         wanted = wanted_force(off, QUADROTOR_SPEED_LIMIT, gains)
-        f_delta = subtract(scaled(rotate(guide.attitude, gains.d), guide.force), wanted)
-        u, guide = control(off, q_ref, QUADROTOR_SPEED_LIMIT, gains, guide, PERIOD)
+        f_delta = subtract(scaled(rotate(pointing.attitude, gains.d), pointing.force), wanted)
+        u, pointing = control(off, q_ref, QUADROTOR_SPEED_LIMIT, gains, pointing, PERIOD)
         flight.position[k, 0], flight.position[k, 1], flight.position[k, 2] = p.x, p.y, p.z
         flight.f_delta[k, 0], flight.f_delta[k, 1], flight.f_delta[k, 2] = f_delta.x, f_delta.y, f_delta.z
         flight.attitude[k, 0], flight.attitude[k, 1] = q.w, q.x
@@ -197,20 +197,20 @@ def _record_flight(
 
 
 @entry
-def force_errors(e: Array, v: Array, guide: Array, speed: float, gains: ZeroMomentGains) -> Array:
+def force_errors(e: Array, v: Array, pointing: Array, speed: float, gains: ZeroMomentGains) -> Array:
     """|f_delta| = |R(q_d) d f - f_r| over a flight, (n,) [N].
 
     Args:
         e: Position errors, world, (n, 3) [m].
         v: Velocities, world, (n, 3) [m/s].
-        guide: q_d and f of the law, (n, 5).
+        pointing: q_d and f of the law, (n, 5).
         speed: Horizontal speed limit [m/s].
         gains: Gains of the law.
     """
     errors = np.empty(e.shape[0])
     for k in range(e.shape[0]):
-        q_d = Quaternion(guide[k, 0], guide[k, 1], guide[k, 2], guide[k, 3])
+        q_d = Quaternion(pointing[k, 0], pointing[k, 1], pointing[k, 2], pointing[k, 3])
         p, u = Vector(e[k, 0], e[k, 1], e[k, 2]), Vector(v[k, 0], v[k, 1], v[k, 2])
         wanted = wanted_force(Body(p, u, q_d, Vector(0.0, 0.0, 0.0)), speed, gains)
-        errors[k] = norm(subtract(scaled(rotate(q_d, gains.d), guide[k, 4]), wanted))
+        errors[k] = norm(subtract(scaled(rotate(q_d, gains.d), pointing[k, 4]), wanted))
     return errors

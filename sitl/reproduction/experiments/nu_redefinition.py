@@ -74,8 +74,8 @@ def _settled(flight: QuadrotorFlight) -> float:
 
 def force_error(track: Track, gains: ZeroMomentGains) -> Array:
     """|f_delta| = |R(q_d) d f - f_r| over a flight of the vehicle, (n,) [N]."""
-    v, guide = np.ascontiguousarray(track.v), np.ascontiguousarray(track.guide)
-    return force_errors(track.p - track.target, v, guide, SCENARIOS["hover"].speed, gains)
+    v, pointing = np.ascontiguousarray(track.v), np.ascontiguousarray(track.pointing)
+    return force_errors(track.p - track.target, v, pointing, SCENARIOS["hover"].speed, gains)
 
 
 def vehicle_flight(conditions: Conditions, gains: LadderGains, *, nu_prime: bool) -> Track:

@@ -1,7 +1,7 @@
 """Jumps as data: the discrete half of a hybrid system.
 
-A table gives each mode its ordered jumps. A jump has a jump set (the guard), a jump map (the target and the reset) and
-a name. The flow between jumps is :mod:`sitl.reproduction.textbook.solution`.
+A table gives each mode its ordered jumps. A jump has a jump set (``is_due``), a jump map (``target`` and ``after``)
+and a name. The flow between jumps is :mod:`sitl.reproduction.textbook.solution`.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ class GuardedJump(NamedTuple):
     """One row of a table."""
 
     name: str
-    guard: Callable[[Any], bool]  # whether the state is in the jump set
+    is_due: Callable[[Any], bool]  # whether the state is in the jump set
     target: Any  # mode after the jump
     reason: Any = None  # recorded with the jump
-    reset: Callable[[Any], Any] = unchanged  # state after the jump
+    after: Callable[[Any], Any] = unchanged  # state after the jump
 
 
 JumpTable = Mapping[Mode, tuple[GuardedJump, ...]]
@@ -37,7 +37,7 @@ def enabled(table: JumpTable[Mode], mode: Mode, x: object) -> GuardedJump | None
 
     Jumps have priority over flow, and earlier jumps over later ones, so that solutions are unique.
     """
-    return next((jump for jump in table[mode] if jump.guard(x)), None)
+    return next((jump for jump in table[mode] if jump.is_due(x)), None)
 
 
 def settle(table: JumpTable[Mode], mode: Mode, x: object) -> tuple[Mode, list[GuardedJump]]:
@@ -57,7 +57,7 @@ def settle(table: JumpTable[Mode], mode: Mode, x: object) -> tuple[Mode, list[Gu
     taken: list[GuardedJump] = []
     while (jump := enabled(table, mode, x)) is not None:
         taken.append(jump)
-        mode, x = jump.target, jump.reset(x)
+        mode, x = jump.target, jump.after(x)
         if len(taken) > len(table):
             raise ZenoError(f"jumps without end: {' -> '.join(j.name for j in taken)} at {x}")
     return mode, taken

@@ -185,7 +185,7 @@ class _Run:
         return estimate if estimate is not None and estimate - self.t < self.ZENO_TAIL else None
 
     def _take(self, jump: GuardedJump) -> None:
-        after = np.array(jump.reset(self.x), dtype=float)
+        after = np.array(jump.after(self.x), dtype=float)
         number = len(self.events) + 1
         self.events.append(JumpEvent(self.t, number, jump.name, jump.reason, self.mode, jump.target, self.x, after))
         self.mode, self.x = jump.target, after

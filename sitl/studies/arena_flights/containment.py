@@ -78,14 +78,14 @@ def fly_containment(
     sticks = Sticks()
     try:
         for step in range(round((SETTLING_FIRST + REQUESTS * REQUEST_TIME) / LOOK_TIME)):
-            since = step * LOOK_TIME - SETTLING_FIRST
-            if since >= 0.0 and abs(since % REQUEST_TIME) < 0.5 * LOOK_TIME:
+            elapsed = step * LOOK_TIME - SETTLING_FIRST
+            if elapsed >= 0.0 and abs(elapsed % REQUEST_TIME) < 0.5 * LOOK_TIME:
                 denied, let_in = _request_outside(aircraft, room, random)
                 refused, accepted = refused + denied, accepted + let_in
-                sticks = _request(aircraft, room, random, by_sticks=round(since / REQUEST_TIME) % 2 == 1)
+                sticks = _request(aircraft, room, random, by_sticks=round(elapsed / REQUEST_TIME) % 2 == 1)
                 if conditions.burst > 0.0:
                     aircraft.vehicle.surroundings.begin_burst(aircraft.vehicle.time, BURST_TIME, conditions.burst)
-            if since >= 0.0 and since % REQUEST_TIME < STICK_TIME:
+            if elapsed >= 0.0 and elapsed % REQUEST_TIME < STICK_TIME:
                 aircraft.autopilot.manual.take_sticks(sticks)
             aircraft.advance(PERIODS_PER_LOOK)
             least = min(least, room.room(aircraft.vehicle.truth.body.position)[0])

@@ -46,11 +46,11 @@ def fly_jet_hold(
     errors, fault = [], ""
     try:
         for step in range(round((JET_LEAD_IN + BURSTS * BURST_EVERY) / LOOK_TIME)):
-            since = step * LOOK_TIME - JET_LEAD_IN
-            if conditions.burst > 0.0 and since >= 0.0 and abs(since % BURST_EVERY) < 0.5 * LOOK_TIME:
+            elapsed = step * LOOK_TIME - JET_LEAD_IN
+            if conditions.burst > 0.0 and elapsed >= 0.0 and abs(elapsed % BURST_EVERY) < 0.5 * LOOK_TIME:
                 aircraft.vehicle.surroundings.begin_burst(aircraft.vehicle.time, JET_BURST_TIME, conditions.burst)
             aircraft.advance(PERIODS_PER_LOOK)
-            if since >= 0.0:
+            if elapsed >= 0.0:
                 errors.append(math.dist(aircraft.vehicle.truth.body.position, target))
             if fault := _fault(aircraft, target):
                 break

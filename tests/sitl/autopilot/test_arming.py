@@ -26,7 +26,7 @@ REJECTED = mavlink.MAV_RESULT_TEMPORARILY_REJECTED
 def view(**changed):
     """A vehicle that stands at rest."""
     still = (0.0, 0.0, 0.0)
-    standing = VehicleView(time=0.0, p=still, v=still, heading=0.0, tilt=0.0, landed=True, battery_left=1.0)
+    standing = VehicleView(time=0.0, p=still, v=still, heading=0.0, tilt=0.0, landed=True, battery_remaining=1.0)
     return standing._replace(**changed)
 
 
@@ -47,7 +47,7 @@ def autopilot():
         (view(landed=False, p=(0.0, 0.0, 4.0)), "not on the ground"),
         (view(tilt=math.radians(80.0)), "not upright"),
         (view(v=(0.0, 1.0, 0.0)), "moving"),
-        (view(battery_left=0.05), "battery"),
+        (view(battery_remaining=0.05), "battery"),
         (view(awaited=("waiting for satellites",)), "waiting for satellites"),
     ],
 )

@@ -25,7 +25,7 @@ REJECTED = mavlink.MAV_RESULT_TEMPORARILY_REJECTED
 
 
 def view(time=0.0, p=(0.0, 0.0, 0.0), landed=True):
-    return VehicleView(time=time, p=p, v=(0.0, 0.0, 0.0), heading=0.0, tilt=0.0, landed=landed, battery_left=1.0)
+    return VehicleView(time=time, p=p, v=(0.0, 0.0, 0.0), heading=0.0, tilt=0.0, landed=landed, battery_remaining=1.0)
 
 
 @pytest.fixture

@@ -26,7 +26,7 @@ def test_a_return_in_forward_flight_turns_to_the_new_home():
 def test_the_battery_is_compared_with_the_way_to_the_new_home_at_once():
     flight, failsafes = Flight(), Failsafes()
     autopilot = flight.autopilot
-    view = flight.aircraft.view()._replace(time=0.0, battery_energy=60e3, battery_left=0.6)
+    view = flight.aircraft.view()._replace(time=0.0, battery_energy=60e3, battery_remaining=0.6)
 
     def alarms(view, world):
         return failsafes.check(view, Mode.HOLD, world, autopilot.settings, autopilot.chooser, landing=False)

@@ -28,8 +28,8 @@ LEG = along(HERE, leg(HERE.position, (500.0, 0.0, HIGH), 15.0), 0.0)
 def view(law=Law.HOVER_LINEAR, time=0.0, tilt=0.0, speed=0.0, forward=None):
     forward = law.regime not in HOVERING if forward is None else forward
     return VehicleView(
-        time, HERE.position, (speed, 0.0, 0.0), 0.0, tilt, landed=False, battery_left=1.0, forward=forward, law=law,
-        regime=law.regime,
+        time, HERE.position, (speed, 0.0, 0.0), 0.0, tilt, landed=False, battery_remaining=1.0, forward=forward,
+        law=law, regime=law.regime,
     )  # fmt: skip
 
 

@@ -14,7 +14,7 @@ from sitl.model.vectors import Vector, level_norm
 from tests.support.flights.estimates import estimate
 
 A = load("physical").parameters
-GAINS = indi_gains().guide
+GAINS = indi_gains().guidance
 HERE = hover_at((0.0, 0.0, 50.0), 0.0)
 far = st.floats(-300.0, 300.0)
 fast = st.floats(-20.0, 20.0)

@@ -80,7 +80,7 @@ def test_what_the_loop_hands_out_is_an_estimate_and_what_the_controller_keeps():
     functions += [guard.test for guard in GUARDS] + [reset.map for reset in resets]
     assert len(functions) > 40
     known = {
-        "estimate", "reference", "gains", "a", "dt", "thresholds", "guidance", "since", "at_rest", "inhibited",
+        "estimate", "reference", "gains", "a", "dt", "thresholds", "guidance", "law_time", "at_rest", "inhibited",
         "is_armed", "is_flying", "has_crashed", *REGISTER.slots, *(row.name for row in VALUES), "zero_moment_gains",
         "hover_attitude_gains",
     }  # fmt: skip

@@ -62,13 +62,13 @@ def sides_flown(first, step, *, memory, seconds=1.5):
     return np.array(sides)
 
 
-def zero_moment_step(told, guide, memory):
+def zero_moment_step(told, pointing, memory):
     q_d = hover(0.0)
-    guide = guide._replace(attitude=q_d) if memory else guide._replace(attitude=q_d, side=NOT_CHOSEN)
-    wanted, _, guide, _ = hover_zero_moment.step(
-        told, hover_at((0.0, 0.0, 0.0), 0.0), LOOP, NOMINAL, guide, handover.none(), PERIOD
+    pointing = pointing._replace(attitude=q_d) if memory else pointing._replace(attitude=q_d, side=NOT_CHOSEN)
+    wanted, _, pointing, _ = hover_zero_moment.step(
+        told, hover_at((0.0, 0.0, 0.0), 0.0), LOOP, NOMINAL, pointing, handover.none(), PERIOD
     )
-    return wanted, guide.side, guide
+    return wanted, pointing.side, pointing
 
 
 def linear_step(told, state, memory):
@@ -84,7 +84,7 @@ def linear_step(told, state, memory):
 @pytest.mark.parametrize(
     ("first", "step"),
     [
-        (lambda: hover_zero_moment.guide_at(hover(0.0), 4.8, LOOP), zero_moment_step),
+        (lambda: hover_zero_moment.pointing_at(hover(0.0), 4.8, LOOP), zero_moment_step),
         (lambda: (STILL, NOT_CHOSEN), linear_step),
     ],
 )

@@ -97,7 +97,7 @@ def test_without_a_governor_a_far_target_asks_for_many_times_what_the_motors_giv
     asked, given = asked_and_given(flight, LINEAR)
     assert asked.min() > 10.0 * given
     settled_in = flight.time > 0.3
-    assert flight.guide[settled_in, 4] == pytest.approx(given)  # all there is, all the time
+    assert flight.pointing[settled_in, 4] == pytest.approx(given)  # all there is, all the time
     assert flight.tilt[flight.time > 1.0].min() > math.radians(55.0)
 
 

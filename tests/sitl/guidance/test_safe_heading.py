@@ -21,7 +21,15 @@ EDGE_ON = {"law": Law.TO_HOVER, "wind": STRONG}
 
 
 def view(time, heading=0.0, **seen):
-    given = {"p": HERE, "v": STILL, "tilt": 0.0, "landed": False, "battery_left": 1.0, "law": Law.HOVER_LINEAR, **seen}
+    given = {
+        "p": HERE,
+        "v": STILL,
+        "tilt": 0.0,
+        "landed": False,
+        "battery_remaining": 1.0,
+        "law": Law.HOVER_LINEAR,
+        **seen,
+    }
     return VehicleView(time=time, heading=heading, **given)
 
 

@@ -11,7 +11,7 @@ from sitl.model.battery import Battery
 )
 def test_share_and_voltage_fall_linearly_from_full_to_empty_and_no_further(used, left, voltage):
     battery = Battery(capacity=1000.0, used=used)
-    assert battery.left == pytest.approx(left)
+    assert battery.remaining == pytest.approx(left)
     assert battery.voltage() == pytest.approx(voltage)
 
 

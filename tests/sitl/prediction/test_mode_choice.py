@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from protocol.dialect.vocabulary import DecisionReason, Way
 from sitl.model.airframe_files import load
-from sitl.prediction.mode_choice import decide, forbidden, plan
+from sitl.prediction.mode_choice import choose_modes, decide, forbidden
 from sitl.prediction.predictor import Abilities, Leg, predict_forward, predict_hover
 from sitl.simulation.tuning import Tuning
 
@@ -65,13 +65,13 @@ def test_a_stop_that_makes_a_leg_late_counts():
     hover = predict_hover(first, ABLE)
     between = 0.5 * (through.time + min(whole.time, hover.time))
     assert through.time < between < min(whole.time, hover.time)
-    chosen = plan([first, steep], ABLE._replace(deadline=between), MIN_LEG, [Way.NONE] * 2)
-    assert [d.way for d in chosen] == [d.way for d in plan([first, steep], ABLE, MIN_LEG, [Way.NONE] * 2)]
+    chosen = choose_modes([first, steep], ABLE._replace(deadline=between), MIN_LEG, [Way.NONE] * 2)
+    assert [d.way for d in chosen] == [d.way for d in choose_modes([first, steep], ABLE, MIN_LEG, [Way.NONE] * 2)]
 
 
 def test_legs_in_a_row_share_their_transitions():
     row = [Leg(60.0, 0.0)] * 3
-    together = plan(row, ABLE, MIN_LEG, [Way.NONE] * 3)
+    together = choose_modes(row, ABLE, MIN_LEG, [Way.NONE] * 3)
     assert all(d.way is Way.FORWARD for d in together)
     assert cost(together) < 0.6 * sum(cost([decide(leg, ABLE, MIN_LEG)]) for leg in row)
 
@@ -80,7 +80,9 @@ def test_legs_in_a_row_share_their_transitions():
 @settings(max_examples=25)
 def test_a_plan_is_never_worse_than_either_pure_way(row):
     count = len(row)
-    free, hovered, flown = (cost(plan(row, ABLE, MIN_LEG, [way] * count)) for way in (Way.NONE, Way.HOVER, Way.FORWARD))
+    free, hovered, flown = (
+        cost(choose_modes(row, ABLE, MIN_LEG, [way] * count)) for way in (Way.NONE, Way.HOVER, Way.FORWARD)
+    )
     assert free <= min(hovered, flown) + 1e-6
 
 
@@ -88,7 +90,7 @@ def test_a_plan_is_never_worse_than_either_pure_way(row):
 @settings(max_examples=25)
 def test_what_is_asked_is_done_unless_it_is_impossible(row):
     asked = [way for _, way in row]
-    for (leg, wanted), made in zip(row, plan([leg for leg, _ in row], ABLE, MIN_LEG, asked), strict=True):
+    for (leg, wanted), made in zip(row, choose_modes([leg for leg, _ in row], ABLE, MIN_LEG, asked), strict=True):
         barred = forbidden(leg, ABLE) is not DecisionReason.NONE or leg.distance < MIN_LEG
         if wanted is Way.HOVER or (wanted is Way.FORWARD and not barred):
             assert made.way is wanted
@@ -100,8 +102,8 @@ def test_what_is_asked_is_done_unless_it_is_impossible(row):
 @settings(max_examples=15)
 def test_a_deadline_never_makes_a_plan_cheaper_nor_later(row, deadline):
     count = len(row)
-    free = plan(row, ABLE, MIN_LEG, [Way.NONE] * count)
-    pressed = plan(row, ABLE._replace(deadline=deadline), MIN_LEG, [Way.NONE] * count)
+    free = choose_modes(row, ABLE, MIN_LEG, [Way.NONE] * count)
+    pressed = choose_modes(row, ABLE._replace(deadline=deadline), MIN_LEG, [Way.NONE] * count)
 
     def late(decisions):
         return sum((d.forward if d.way is Way.FORWARD else d.hover).time > deadline for d in decisions)

@@ -55,7 +55,7 @@ def test_a_lyapunov_value_is_worked_out_only_where_the_other_guards_of_its_row_h
     flown.begin_flight(Law.FORWARD_LINE_OF_SIGHT)
     flown.reference = along(hover_at((500.0, 0.0, 50.0), 0.0), leg((0.0, 0.0, 50.0), (500.0, 0.0, 50.0), 15.0), 0.0)
     flight, reference = record_of(Flight, flown.flight)[0], record_of(Reference, flown.reference)[0]
-    flight["controller"]["since"] = 1.0
+    flight["controller"]["law_time"] = 1.0
     seen = []
 
     def spied(estimate, reference, gains):

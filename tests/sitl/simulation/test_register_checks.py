@@ -51,7 +51,7 @@ def compiled(*arguments, **changes):
             compiled(table=jump(when=(Guard("seer", "Sees.", 1 << 41, asks_for_the_plant),))),
             "guard seer asks for 'plant'",
         ),
-        (compiled(table=jump(resets=(Reset("odd", ("guide",), asks_for_the_plant),))), "reset odd asks for 'plant'"),
+        (compiled(table=jump(resets=(Reset("odd", ("pointing",), asks_for_the_plant),))), "reset odd asks for 'plant'"),
         (compiled(values=(*OWN.values.values(), ValueRow("v", asks_for_the_plant, "ascend"))), "value v asks for"),
         (
             compiled(table=jump(resets=(Reset("odd", ("nothing",), forget),))),
@@ -68,8 +68,11 @@ def compiled(*arguments, **changes):
         ),
         (compiled(table=jump(when=(guards.near, Guard("near", "", 1 << 41, enough)))), "guard name 'near' stands for"),
         (compiled(table=jump(when=(guards.near, Guard("odd", "", guards.near.bit, enough)))), "guard bit 8 stands for"),
-        (compiled(table=jump(resets=(FORGET, Reset("forget", ("guide",), forget)))), "reset name 'forget' stands for"),
-        (compiled(states={"ascended": Ascended, "guide": Ascended}), "state slot 'guide' is there already"),
+        (
+            compiled(table=jump(resets=(FORGET, Reset("forget", ("pointing",), forget)))),
+            "reset name 'forget' stands for",
+        ),
+        (compiled(states={"ascended": Ascended, "pointing": Ascended}), "state slot 'pointing' is there already"),
         (compiled(gains={"ascend": AscendGains(1.0, 1), "wind": AscendGains(1.0, 1)}), "gains 'wind' is there already"),
         (compiled(table={Law.LANDED: (), Law.HOVER_ZERO_MOMENT: ()}), "no row of the table for ASCEND"),
         (

@@ -61,7 +61,7 @@ def test_a_sample_is_what_a_recording_begins_with():
     flown.advance(100)
     sample = flown.sample()
     rows = flown.record(0.02, 50.0)
-    for name in ("time", "position", "attitude", "rates", "actuators", "law", "v_hover", "energy", "wind", "guide"):
+    for name in ("time", "position", "attitude", "rates", "actuators", "law", "v_hover", "energy", "wind", "pointing"):
         assert np.array_equal(getattr(sample, name), getattr(rows, name)), name
 
 

@@ -61,7 +61,7 @@ EDITS = {
         (
             "    Law.HOVER_ATTITUDE: (\n",
             '    Law.TOY: (*_LAND, Jump("enough", Law.HOVER_ZERO_MOMENT, Reason.SPEED, when=(g.dwelt,), '
-            "resets=(r.guide_from_here,))),\n",
+            "resets=(r.point_from_here,))),\n",
         )
     ],
 }

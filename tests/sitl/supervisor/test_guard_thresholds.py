@@ -24,7 +24,7 @@ USUAL = g.Thresholds(
     alone=False,
     incremental=False,
 )
-NEAR = {"thresholds": USUAL, "v_integral": 0.0, "inhibited": 0.0, "since": 0.0}
+NEAR = {"thresholds": USUAL, "v_integral": 0.0, "inhibited": 0.0, "law_time": 0.0}
 SETTLED = {"thresholds": USUAL}
 BELOW = 1.0 - 1e-12
 HERE, END = (0.0, 0.0, 50.0), (100.0, 0.0, 50.0)
@@ -54,8 +54,8 @@ def forward(airspeed):
         (g.wing_borne, 8.0, lambda x: {"estimate": flying_at(x), "reference": forward(20.0)}),
         (g.wing_borne, 5.1, lambda x: {"estimate": flying_at(x), "reference": forward(6.0)}),
         (g.worth, 15.0, lambda x: {"estimate": estimate(p=(100.0 - x, 0.0, 50.0)), "reference": forward(12.0)}),
-        (g.sliding, 4.0, lambda x: {"since": x, "estimate": nose(0.5, 9.0), "thresholds": USUAL}),
-        (g.sliding, 4.0, lambda x: {"since": 9.0, "estimate": nose(0.5, x), "thresholds": USUAL}),
+        (g.sliding, 4.0, lambda x: {"law_time": x, "estimate": nose(0.5, 9.0), "thresholds": USUAL}),
+        (g.sliding, 4.0, lambda x: {"law_time": 9.0, "estimate": nose(0.5, x), "thresholds": USUAL}),
         (g.falling, 14.0, lambda x: {"estimate": sinking(x, 1000.0), "thresholds": USUAL}),
         (g.falling, 3.0, lambda x: {"estimate": sinking(x, 0.01), "thresholds": USUAL}),
         (g.lost, 0.3, lambda x: {"v_attitude": x}),
@@ -72,12 +72,12 @@ def test_guards_that_hold_above_a_number_and_not_at_it(guard, threshold, seen):
     ("guard", "threshold", "seen"),
     [
         (g.still, 3.0, lambda x: {"estimate": estimate(wind=(0.0, x, 0.0))}),
-        (g.calm, 3.5, lambda x: {"estimate": nose(0.9, x)}),
+        (g.upright_and_slow, 3.5, lambda x: {"estimate": nose(0.9, x)}),
         (g.recovered, 3.0, lambda x: {"estimate": sinking(x, 50.0)}),
         (g.recovered, 1.0, lambda x: {"estimate": estimate(w=(0.0, x, 0.0))}),
         (g.standing, 2.0, lambda x: {"estimate": nose(0.9, x)}),
         (g.falling, 8.0, lambda x: {"estimate": sinking(10.0, x), "thresholds": USUAL}),
-        (g.sliding, 0.9, lambda x: {"since": 9.0, "estimate": nose(x, 9.0), "thresholds": USUAL}),
+        (g.sliding, 0.9, lambda x: {"law_time": 9.0, "estimate": nose(x, 9.0), "thresholds": USUAL}),
         (g.near, 20.0, lambda x: {"v_hover": x, "estimate": nose(0.9), **NEAR}),
         (g.settled, 10.0, lambda x: {"v_hover": x, "estimate": nose(0.9), **SETTLED}),
         (g.on_trim, 5.0, lambda x: {"v_forward": x, "thresholds": USUAL}),
@@ -93,7 +93,7 @@ def test_guards_that_hold_below_a_number_and_not_at_it(guard, threshold, seen):
     [
         (g.near, 0.0, {"v_hover": 1.0, **NEAR}),
         (g.settled, 0.0, {"v_hover": 1.0, **SETTLED}),
-        (g.calm, 0.5, {}),
+        (g.upright_and_slow, 0.5, {}),
         (g.recovered, 0.7, {}),
         (g.standing, 0.3, {}),
         (g.aligned, 0.7, {"course": 0.0}),
@@ -107,7 +107,7 @@ def test_the_nose_has_to_be_higher_than_a_number(guard, height, rest):
 @pytest.mark.parametrize(
     ("guard", "time", "seen"),
     [
-        (g.dwelt, 0.5, lambda x: {"since": x}),
+        (g.dwelt, 0.5, lambda x: {"law_time": x}),
         (g.resting, 0.04, lambda x: {"at_rest": x, "estimate": nose(0.5)}),
         (g.resting, 0.3, lambda x: {"at_rest": x, "estimate": nose(0.5 - 1e-9)}),
     ],
@@ -171,8 +171,8 @@ def test_resets_in_numbers():
 
 def test_a_law_waits_ten_seconds():
     far = {**NEAR, "thresholds": USUAL._replace(v_enter=1.0), "v_hover": 10.0, "estimate": nose(0.9)}
-    assert g.near.test(**far | {"since": 10.0})
-    assert not g.near.test(**far | {"since": 10.0 * BELOW})
+    assert g.near.test(**far | {"law_time": 10.0})
+    assert not g.near.test(**far | {"law_time": 10.0 * BELOW})
 
 
 def test_the_linear_forward_law_is_in_use_at_any_entry_threshold_above_nothing():

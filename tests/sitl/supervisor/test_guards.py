@@ -49,8 +49,8 @@ def test_orders_are_taken_as_they_are(guard, field):
 
 
 def test_a_law_has_dwelt_when_its_time_is_reached():
-    assert holds(g.dwelt, since=g.DWELL)
-    assert not holds(g.dwelt, since=g.DWELL * below)
+    assert holds(g.dwelt, law_time=g.DWELL)
+    assert not holds(g.dwelt, law_time=g.DWELL * below)
 
 
 @pytest.mark.parametrize(("nose", "time"), [(g.LYING + 1e-6, g.REST_TIME), (g.LYING - 1e-6, g.LYING_TIME)])
@@ -60,7 +60,7 @@ def test_it_rests_after_a_moment_upright_and_after_longer_where_it_lies(nose, ti
 
 
 def test_near_is_below_the_entry_threshold_with_the_nose_up_and_nothing_being_flown_off():
-    seen = {"estimate": estimate(), "thresholds": USUAL, "inhibited": 0.0, "since": 0.0}
+    seen = {"estimate": estimate(), "thresholds": USUAL, "inhibited": 0.0, "law_time": 0.0}
     near = {"v_hover": USUAL.v_enter * below, "v_integral": 0.0, **seen}
     assert holds(g.near, **near)
     assert not holds(g.near, **near | {"v_hover": USUAL.v_enter})
@@ -74,9 +74,9 @@ def test_near_is_below_the_entry_threshold_with_the_nose_up_and_nothing_being_fl
 def test_a_law_that_has_waited_long_need_not_come_as_near():
     far = {"v_integral": 0.0, "estimate": estimate(), "thresholds": USUAL, "inhibited": 0.0}
     assert USUAL.v_enter < USUAL.v_waited < USUAL.v_leave
-    assert holds(g.near, **far, v_hover=USUAL.v_waited * below, since=g.PATIENCE)
-    assert not holds(g.near, **far, v_hover=USUAL.v_waited, since=g.PATIENCE)
-    assert not holds(g.near, **far, v_hover=USUAL.v_waited * below, since=g.PATIENCE * below)
+    assert holds(g.near, **far, v_hover=USUAL.v_waited * below, law_time=g.PATIENCE)
+    assert not holds(g.near, **far, v_hover=USUAL.v_waited, law_time=g.PATIENCE)
+    assert not holds(g.near, **far, v_hover=USUAL.v_waited * below, law_time=g.PATIENCE * below)
 
 
 def test_the_entry_guard_is_the_certified_level():
@@ -116,16 +116,16 @@ def test_the_wind_counts_level_as_it_is_estimated(guard, speed, holds_above):
 def test_a_law_flown_alone_leaves_for_no_wind_no_slide_and_no_fall():
     storm = estimate(v=(0, 9, -20), q=nose_at(0.5), wind=(20, 0, 0))
     assert holds(g.windy, estimate=storm, thresholds=USUAL)
-    assert holds(g.sliding, estimate=storm, since=9.0, thresholds=USUAL)
+    assert holds(g.sliding, estimate=storm, law_time=9.0, thresholds=USUAL)
     assert holds(g.falling, estimate=storm, thresholds=USUAL)
     assert not holds(g.windy, estimate=storm, thresholds=ALONE)
-    assert not holds(g.sliding, estimate=storm, since=9.0, thresholds=ALONE)
+    assert not holds(g.sliding, estimate=storm, law_time=9.0, thresholds=ALONE)
     assert not holds(g.falling, estimate=storm, thresholds=ALONE)
 
 
 @pytest.mark.parametrize(
     ("guard", "nose", "speed"),
-    [(g.calm, 0.5, g.CALM_SPEED), (g.standing, 0.3, g.STANDING_SPEED)],
+    [(g.upright_and_slow, 0.5, g.TURNING_SPEED), (g.standing, 0.3, g.STANDING_SPEED)],
 )
 def test_upright_and_slow(guard, nose, speed):
     direction = (0.6, 0.0, -0.8)
@@ -163,12 +163,12 @@ def test_aligned_is_the_belly_within_twelve_degrees_of_the_course_upright_and_sl
 
 def test_sliding_is_fast_with_the_nose_down_for_some_time():
     slides = {"estimate": estimate(v=(g.SLIDE_SPEED * above, 0, 0), q=nose_at(0.9 - 1e-6)), "thresholds": USUAL}
-    assert holds(g.sliding, since=g.SLIDE_TIME * above, **slides)
-    assert not holds(g.sliding, since=g.SLIDE_TIME, **slides)
+    assert holds(g.sliding, law_time=g.SLIDE_TIME * above, **slides)
+    assert not holds(g.sliding, law_time=g.SLIDE_TIME, **slides)
     upright = estimate(v=(g.SLIDE_SPEED * above, 0, 0), q=nose_at(0.9 + 1e-6))
-    assert not holds(g.sliding, since=9.0, estimate=upright, thresholds=USUAL)
+    assert not holds(g.sliding, law_time=9.0, estimate=upright, thresholds=USUAL)
     slow = estimate(v=(g.SLIDE_SPEED * below, 0, 0), q=nose_at(0.9 - 1e-6))
-    assert not holds(g.sliding, since=9.0, estimate=slow, thresholds=USUAL)
+    assert not holds(g.sliding, law_time=9.0, estimate=slow, thresholds=USUAL)
 
 
 def test_falling_is_faster_than_any_law_sinks_or_too_near_the_ground_to_go_on():

@@ -89,7 +89,7 @@ def random_case(rng, kind):
         is_armed=bool(rng.random() < 0.5),
         has_crashed=bool(rng.random() < 0.5),
         is_flying=bool(rng.random() < 0.5),
-        since=rng.choice((0.0, 1.0, 10.0)),
+        law_time=rng.choice((0.0, 1.0, 10.0)),
         at_rest=rng.choice((0.0, 1.0)),
         inhibited=rng.choice((0.0, 0.5)),
         states=states,
@@ -130,7 +130,7 @@ def by_hand(guard, flight, reference):
         "v_forward": forward_linear.lyapunov(e, reference, gains.forward_linear),
         "v_attitude": hover_attitude.lyapunov(e, gains.hover_attitude, c.states.steering),
         "course": c.states.course,
-        "since": c.since,
+        "law_time": c.law_time,
         "at_rest": c.at_rest,
         "inhibited": c.inhibited,
         "is_armed": c.is_armed,
@@ -194,7 +194,7 @@ def test_a_tilt_that_was_commanded_keeps_the_linear_law_out_for_a_second_and_is_
     controller = jumped(law, row, *cases()[0][:2]).controller
     assert controller.inhibited == LET_GO_TIME
     assert controller.states.handover == handover.requested()
-    assert (controller.since, controller.at_rest) == (0.0, 0.0)
+    assert (controller.law_time, controller.at_rest) == (0.0, 0.0)
 
 
 def test_every_part_that_a_reset_sets_is_a_part_of_the_controller():

@@ -61,7 +61,7 @@ class Situations(NamedTuple):
 
     def after(self, jump):
         """All that a jump may lead to."""
-        kept, free = jump.reset(SITUATIONS - 1), bits(*released(jump))
+        kept, free = jump.after(SITUATIONS - 1), bits(*released(jump))
         return Situations(self.held & kept & ~free, (self.not_held | SITUATIONS - 1 & ~kept) & ~free)
 
 
@@ -134,8 +134,8 @@ def wrong():
 
     def reading(bit):
         @kernel
-        def test(since):
-            return int(since) & bit != 0
+        def test(law_time):
+            return int(law_time) & bit != 0
 
         return test
 
@@ -148,7 +148,7 @@ def wrong():
         for law, jumps in TABLE.items()
     }
     due, seek = COMPILED.due, Register(table=table).compile().seek
-    put = access(Flight, "controller.since").put
+    put = access(Flight, "controller.law_time").put
 
     @njit(error_model="numpy")
     def first_wrong(law, required, forbidden, looked_at, others, flights):
@@ -227,7 +227,7 @@ def test_settling_ends_in_the_flow_set_of_one_of_the_chains(law, x):
     settled, taken = settle(TABLE, law, x)
     assert (settled, len(taken)) in ends(law, Situations(x, SITUATIONS - 1 & ~x))
     for jump in taken:
-        x = jump.reset(x)
+        x = jump.after(x)
     assert enabled(TABLE, settled, x) is None
     assert settle(TABLE, settled, x) == (settled, [])
 
@@ -241,7 +241,7 @@ def test_some_situations_take_several_jumps_at_once():
 @in_the_air
 def test_a_wish_for_the_hover_is_always_heard(law):
     """Armed, upright and slow, nowhere to go: from every law some chain of moments leads back to the hover."""
-    calm = bits(g.armed, g.flying, g.calm, g.recovered, g.standing, g.near, g.settled, g.still, g.dwelt)
+    calm = bits(g.armed, g.flying, g.upright_and_slow, g.recovered, g.standing, g.near, g.settled, g.still, g.dwelt)
     here = law
     for _ in range(3):
         here, _ = settle(TABLE, here, calm)

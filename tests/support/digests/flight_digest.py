@@ -30,12 +30,14 @@ ROUND = along(hover_at((0.0, 0.0, UP), 0.3), circle((0.0, 40.0, UP), 40.0, 12.0)
 TILTED = AttitudeReference(from_euler(0.1, -1.2, 0.2), Vector(0.1, 0.0, 0.2), 0.5)
 
 
-def begun(law, reference, *, v=STILL, q=None, w=STILL, wind=(1.0, -0.5, 0.2), gusts=0.7, since=0.0, tuning=EVERY_LAW):
+def begun(
+    law, reference, *, v=STILL, q=None, w=STILL, wind=(1.0, -0.5, 0.2), gusts=0.7, law_time=0.0, tuning=EVERY_LAW
+):
     """A simulation in the air, for some time under a law."""
     made = Simulation(NOMINAL, seed=3, start=Start(up=UP, airborne=True), tuning=tuning)
     made.place(Body(Vector(0.0, 0.0, UP), v, hover(0.2) if q is None else q, w))
     made.begin_flight(law)
-    made._arrays.flights["controller"]["since"] = since
+    made._arrays.flights["controller"]["law_time"] = law_time
     made.set_wind(wind, gusts)
     made.reference = reference
     return made
@@ -92,9 +94,9 @@ def flights():
         "hover linear": begun(Law.HOVER_LINEAR, hover_at((2.0, -1.0, UP + 1.0), 0.4)),
         "zero moment": begun(Law.HOVER_ZERO_MOMENT, hover_at((40.0, 10.0, UP), 1.0), q=from_euler(0.3, -0.9, 0.2)),
         "into the linear law": begun(Law.HOVER_ZERO_MOMENT, hover_at((0.2, 0.1, UP), 0.2), gusts=0.0),
-        "alignment": begun(Law.ALIGN, ON_A_LEG, gusts=0.0, q=hover(0.0), since=DWELT),
+        "alignment": begun(Law.ALIGN, ON_A_LEG, gusts=0.0, q=hover(0.0), law_time=DWELT),
         "transition": begun(Law.TO_FORWARD, ON_A_LEG, v=Vector(5.0, 0.2, 0.5), q=from_euler(0.0, -0.9, 0.0)),
-        "cruise": begun(Law.FORWARD_LINE_OF_SIGHT, ON_A_LEG, v=fast, q=FORWARD, since=DWELT),
+        "cruise": begun(Law.FORWARD_LINE_OF_SIGHT, ON_A_LEG, v=fast, q=FORWARD, law_time=DWELT),
         "circle": begun(Law.FORWARD_LINE_OF_SIGHT, ROUND, v=fast, q=FORWARD),
         "cruise linear": begun(Law.FORWARD_LINEAR, ON_A_LEG, v=Vector(13.2, -0.2, 0.6), q=FORWARD, gusts=0.1),
         "braking": begun(Law.TO_HOVER, ON_A_LEG._replace(forward=False), v=Vector(7.0, 0.1, 1.0), q=FORWARD),
@@ -109,11 +111,25 @@ def flights():
     }
 
 
+RECORDED = ("position", "velocity", "attitude", "rates", "actuators", "law", "v_hover", "energy", "wind", "pointing")
+
+
 def digest(simulation):
     """Hash over a recorded flight, its jumps and its end."""
     rows = simulation.record(TO_REST if simulation.landing else SECONDS, 50.0)
     found = hashlib.sha256(simulation._arrays.flights.tobytes())
-    for name in ("position", "velocity", "attitude", "rates", "actuators", "law", "v_hover", "energy", "wind", "guide"):
+    for name in (
+        "position",
+        "velocity",
+        "attitude",
+        "rates",
+        "actuators",
+        "law",
+        "v_hover",
+        "energy",
+        "wind",
+        "pointing",
+    ):
         found.update(np.ascontiguousarray(getattr(rows, name)).tobytes())
     found.update(repr([(*jump[:5], jump.lyapunov.hex()) for jump in simulation.jumps]).encode())
     found.update(repr((simulation.lyapunov, simulation.governor, simulation.look)).encode())

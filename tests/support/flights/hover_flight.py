@@ -27,7 +27,7 @@ class Flight:
     def __init__(self, recording, target, *, diverged):
         self.time, self.lyapunov = recording.time, recording.v_hover
         self.e, self.v, self.q = recording.position - target, recording.velocity, recording.attitude
-        self.actuator, self.guide = recording.actuators, recording.guide
+        self.actuator, self.pointing = recording.actuators, recording.pointing
         self.distance = np.linalg.norm(self.e, axis=1)
         self.tilt = np.arccos(np.clip(2.0 * (self.q[:, 1] * self.q[:, 3] - self.q[:, 0] * self.q[:, 2]), -1.0, 1.0))
         self.jumps, self.diverged = recording.jumps, diverged

@@ -11,7 +11,7 @@ from sitl.model.state import Actuators
 from sitl.simulation.dispatch import Register
 from sitl.supervisor import guards
 from sitl.supervisor.guards import Guard
-from sitl.supervisor.resets import Reset, guide_from_here
+from sitl.supervisor.resets import Reset, point_from_here
 from sitl.supervisor.table import Jump
 
 ENOUGH = 0.5  # m/s2 s of what is counted
@@ -71,7 +71,7 @@ def register(step=ascend, **changes):
             OwnLaw.ASCEND: (
                 OFF,
                 Jump("back", Law.HOVER_ZERO_MOMENT, Reason.COMMAND, when=(guards.steered,)),
-                Jump("level_off", Law.HOVER_ZERO_MOMENT, Reason.SPEED, when=(FAST,), resets=(guide_from_here, FORGET)),
+                Jump("level_off", Law.HOVER_ZERO_MOMENT, Reason.SPEED, when=(FAST,), resets=(point_from_here, FORGET)),
             ),
         },
         "states": {"ascended": Ascended},

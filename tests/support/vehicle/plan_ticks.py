@@ -20,7 +20,7 @@ def view_at(time, p=(0.0, 0.0, 0.0), v=(0.0, 0.0, 0.0), **told):
     """A vehicle at a point east, north and up."""
     north_west_up = (p[1], -p[0], p[2])
     velocity = (v[1], -v[0], v[2])
-    told = {"heading": 0.0, "tilt": 0.0, "landed": p[2] <= 0.2, "battery_left": 1.0} | told
+    told = {"heading": 0.0, "tilt": 0.0, "landed": p[2] <= 0.2, "battery_remaining": 1.0} | told
     return VehicleView(time=time, p=north_west_up, v=velocity, **told)
 
 

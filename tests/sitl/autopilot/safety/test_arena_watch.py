@@ -19,7 +19,7 @@ HOLD, LAND, CUT, NONE = SafetyAction.HOLD, SafetyAction.LAND, SafetyAction.TERMI
 
 def view(time, north, speed=0.0, **changed):
     still = VehicleView(
-        time=time, p=(north, 0.0, 3.0), v=(speed, 0.0, 0.0), heading=0.0, tilt=0.0, landed=False, battery_left=1.0
+        time=time, p=(north, 0.0, 3.0), v=(speed, 0.0, 0.0), heading=0.0, tilt=0.0, landed=False, battery_remaining=1.0
     )
     return still._replace(**changed)
 

@@ -128,7 +128,7 @@ def test_it_returns_in_time_and_lands_at_home_with_the_reserve():
     assert alarm.startswith("Battery: ")
     assert 100.0 < flight.p[:, 0].max() < 700.0
     assert np.linalg.norm(flight.p[-1, :2]) < 1.0
-    assert 0.1 <= flight.aircraft.battery.left < 0.3
+    assert 0.1 <= flight.aircraft.battery.remaining < 0.3
     assert sum(text.startswith("Battery low") for text in flight.texts) == 1
 
 
@@ -139,7 +139,7 @@ def test_it_is_home_in_time_against_the_wind_on_missions_and_in_offboard(errand)
     assert flight.p[:, 0].max() > 300.0
     assert flight.modes[-2:] == [Mode.RTL, Mode.HOLD]
     assert np.linalg.norm(flight.p[-1, :2]) < 3.0
-    assert flight.aircraft.battery.left > CRITICAL
+    assert flight.aircraft.battery.remaining > CRITICAL
 
 
 def test_in_a_wind_the_margin_is_larger_for_landings_of_unknown_length():
@@ -161,7 +161,7 @@ def test_it_lands_on_the_spot_when_home_is_out_of_reach():
     assert any(text.endswith("out of reach: landing") for text in flight.texts)
     assert not any(text.endswith("returning") for text in flight.texts)
     assert flight.p[-1, 0] > 200.0
-    assert flight.aircraft.battery.left > 0.0
+    assert flight.aircraft.battery.remaining > 0.0
     assert not flight.failsafes
 
 

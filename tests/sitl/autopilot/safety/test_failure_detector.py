@@ -12,7 +12,7 @@ from sitl.guidance.view import VehicleView
 TICK = 0.02
 SETTINGS = Settings()
 STILL = VehicleView(
-    time=0.0, p=(0.0, 0.0, 20.0), v=(0.0, 0.0, 0.0), heading=0.0, tilt=0.0, landed=False, battery_left=1
+    time=0.0, p=(0.0, 0.0, 20.0), v=(0.0, 0.0, 0.0), heading=0.0, tilt=0.0, landed=False, battery_remaining=1
 )
 
 

@@ -12,6 +12,7 @@ from sitl.control.reference import hover_at
 from sitl.control.side import NOT_CHOSEN
 from sitl.design.hover_proof import delay
 from sitl.design.hover_proof.closed_loop import feedback, lyapunov_matrix
+from sitl.design.hover_proof.cover import falls_within
 from sitl.design.hover_proof.proof import Proof, greatest_deflection, thrust_swing
 from sitl.design.hover_proof.proved import PROVED_LEVEL, base_gains, is_proved, premises, proved_gains, with_lyapunov
 from sitl.design.hover_proof.region import certify, chart_level, radii, rate_level, reach_level, saturation_level
@@ -77,18 +78,18 @@ def test_the_level_respects_every_bound(case):
 
 def test_a_part_of_the_level_is_proved_at_once_and_a_level_too_high_is_refused():
     """The whole level takes a minute: ``test_the_whole_level_is_proved``."""
-    assert PROOF.holds(0.4)
-    assert not PROOF.holds(4.0 * PROVED_LEVEL)
+    assert falls_within(PROOF, 0.4)
+    assert not falls_within(PROOF, 4.0 * PROVED_LEVEL)
 
 
 def test_a_part_of_the_level_of_the_default_airframe_is_proved_at_once():
     proof = Proof.of(*CASES["physical"])
-    assert proof.holds(0.4)
-    assert not proof.holds(4.0 * PROVED_LEVEL)
+    assert falls_within(proof, 0.4)
+    assert not falls_within(proof, 4.0 * PROVED_LEVEL)
 
 
 def test_the_whole_level_is_proved(case):
-    assert Proof.of(*case).holds(PROVED_LEVEL, boxes=8_000)
+    assert falls_within(Proof.of(*case), PROVED_LEVEL, boxes=8_000)
 
 
 def test_a_v_that_rises_is_refused():

@@ -106,15 +106,15 @@ def test_a_battery_that_fails_makes_the_vehicle_land_and_a_wrong_one_reads_less(
     ground = station(tmp_path)
     full = ground.bench.aircraft.battery
     assert ground.command(INJECT, BATTERY, WRONG) == ACCEPTED
-    assert full.left - ground.bench.aircraft.battery.left == pytest.approx(MISREAD, abs=1e-3)
+    assert full.remaining - ground.bench.aircraft.battery.remaining == pytest.approx(MISREAD, abs=1e-3)
     assert ground.command(INJECT, BATTERY, OFF) == ACCEPTED
     sagged = ground.bench.aircraft.battery
-    assert sagged.left == pytest.approx(LEFT_AFTER_SAG)
+    assert sagged.remaining == pytest.approx(LEFT_AFTER_SAG)
     assert full.voltage() - sagged.voltage() > LOST_CELL
     ground.advance(1.5)
     assert ground.autopilot.landing
     assert ground.command(INJECT, BATTERY, 0) == ACCEPTED
-    assert ground.bench.aircraft.battery.left > 0.9
+    assert ground.bench.aircraft.battery.remaining > 0.9
 
 
 def test_a_link_that_is_off_answers_once_then_nothing_and_comes_back_in_its_time(tmp_path):

@@ -1,4 +1,4 @@
-"""Ways in an arena, as the autopilot asks for them: :mod:`sitl.enclosure.detours` where there are obstacles.
+"""Detours in an arena, as the autopilot asks for them: :mod:`sitl.enclosure.detours` where there are obstacles.
 
 Elsewhere every straight way is free, and the libraries of geometry, which take 0.3 s, are not loaded.
 """
@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING
 from sitl.enclosure.geometry import Arena, Obstacle, Place
 
 if TYPE_CHECKING:
-    from sitl.enclosure.detours import Ways
+    from sitl.enclosure.detours import Detour
 
 
-def detour(arena: Arena, start: Place, end: Place, clearance: float, *, level: bool = False) -> Ways | str:
+def detour(arena: Arena, start: Place, end: Place, clearance: float, *, level: bool = False) -> Detour | str:
     """See :func:`sitl.enclosure.detours.detour`."""
     if not arena.obstacles:
         return (end,)
@@ -50,7 +50,7 @@ def crosses_circle(arena: Arena, p: Place, centre: Place, radius: float, clearan
     return detours.crosses_circle(arena, p, centre, radius, clearance)
 
 
-def prepare_ways(arena: Arena) -> None:
-    """Load what the first way would load in flight."""
+def prepare_detours(arena: Arena) -> None:
+    """Load what the first detour would load in flight."""
     if arena.obstacles:
         from sitl.enclosure import detours  # noqa: F401, PLC0415 - see above
