@@ -1,37 +1,37 @@
-"""docs/wire.md agrees with the code's tables, and each test it cites names the row."""
+"""docs/wire.md agrees with the code's tables, and each of its messages and commands is named by a test."""
 
 import re
-
-import pytest
 
 from scripts import build_wire_page
 from tests.support.paths import DATA
 
 ROOT = DATA.parents[1]
+PAGE = (ROOT / "docs" / "wire.md").read_text(encoding="utf-8")
+# The tests reach these by other names: by number, by their family, or as what a client makes of them.
+UNNAMED = {"DARKO_DECISION", "DARKO_PLAN_BLOCK", "DARKO_PLAN_SECTOR", "LOG_DATA", "SET_GPS_GLOBAL_ORIGIN"}
 
 
-@pytest.fixture(scope="module")
-def kept():
-    return (ROOT / "docs" / "wire.md").read_text(encoding="utf-8")
+def mentions(name, text):
+    """Whether a test mentions a message or a command, under any of its names in Python code."""
+    names = rf"(?:MAVLINK_MSG_ID_|MAV_CMD_)?{name}\b|MAVLink_{name.lower()}_message\b"
+    return re.search(rf"(?<![A-Za-z_])(?:{names})", text) is not None
 
 
-def without_tests(page):
-    return re.sub(r"\| (`tests/[^|]*`|none) \|$", "|", page, flags=re.MULTILINE)
+def test_the_page_is_up_to_date():
+    assert build_wire_page.page() == PAGE, "run scripts/build_wire_page.py"
 
 
-def test_the_page_is_up_to_date(kept, monkeypatch):
-    monkeypatch.setattr(build_wire_page, "_test", lambda _name: build_wire_page.UNTESTED)  # compared without them
-    assert without_tests(build_wire_page.page()) == without_tests(kept), "run scripts/build_wire_page.py"
-
-
-def test_every_test_it_cites_names_the_thing(kept):
-    cited = re.findall(r"^\| (\w+) \|.*\| `(tests/[^|]*)` \|$", kept, flags=re.MULTILINE)
-    assert len(cited) > 80
-    for name, path in cited:
-        assert build_wire_page.mentions(name, (ROOT / path).read_text(encoding="utf-8")), (name, path)
+def test_every_message_and_command_is_named_by_a_test():
+    paths = [path for path in (ROOT / "tests").rglob("test_*.py") if path.name != "test_wire_page.py"]
+    tests = "\n".join(path.read_text(encoding="utf-8") for path in paths)
+    rows = re.findall(r"^\| ([A-Z]\w+) \|", PAGE.split("\n## Parameters")[0], re.MULTILINE)
+    named = set(rows) - {"MAV_CMD", "Message"}
+    assert len(named) > 80
+    assert {name for name in named if not mentions(name, tests)} == UNNAMED
 
 
 def test_names_are_found_as_words():
-    assert build_wire_page.mentions("ATTITUDE", 'last("ATTITUDE") MAVLink_attitude_message(') == 2
-    assert build_wire_page.mentions("NAV_LAND", "mavlink.MAV_CMD_NAV_LAND") == 1
-    assert build_wire_page.mentions("ATTITUDE", "ATTITUDE_QUATERNION SET_ATTITUDE MAVLink_attitude_target_message") == 0
+    assert mentions("ATTITUDE", 'last("ATTITUDE")')
+    assert mentions("ATTITUDE", "MAVLink_attitude_message(")
+    assert mentions("NAV_LAND", "mavlink.MAV_CMD_NAV_LAND")
+    assert not mentions("ATTITUDE", "ATTITUDE_QUATERNION SET_ATTITUDE MAVLink_attitude_target_message")
