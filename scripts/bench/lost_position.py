@@ -48,13 +48,14 @@ def land(seed: int, wind: float, gusts: float, height: float, hover: float) -> t
 
 def main() -> None:
     """Print the table."""
-    print("| Wind, gusts (rms) | " + " | ".join(f"from {h:g} m, after {t:g} s" for h, t in HOVERS) + " |")
+    heads = (f"at {height:g} m: median | farthest | standing" for height, _ in HOVERS)
+    print("| Wind, gusts (rms) [m/s] | " + " | ".join(heads) + " |")
     for wind, gusts in WINDS:
         cells = []
         for height, hover in HOVERS:
             distances, stand = zip(*(land(seed, wind, gusts, height, hover) for seed in SEEDS), strict=True)
-            cells.append(f"{max(distances):.1f} m, {median(distances):.1f} m, {sum(stand)}")
-        print(f"| {wind:g} m/s, {gusts:g} | " + " | ".join(cells) + " |", flush=True)
+            cells.append(f"{median(distances):.1f} | {max(distances):.1f} | {sum(stand)}")
+        print(f"| {wind:g}, {gusts:g} | " + " | ".join(cells) + " |", flush=True)
 
 
 if __name__ == "__main__":
