@@ -114,7 +114,7 @@ def predict(P: Array, work: Array, n: int, q: Quaternion, i: Increment, fade: Ar
 
 
 @kernel
-def surprise(P: Array, H: Array, n: int, innovation: float, variance: float) -> float:
+def innovation_ratio(P: Array, H: Array, n: int, innovation: float, variance: float) -> float:
     """The squared innovation over its variance, of a reading that is not used yet; arguments as of :func:`correct`."""
     total = variance
     for j in range(n):
@@ -161,12 +161,12 @@ def correct(
     ratio = left * left / total
     if ratio > gate * gate:
         return ratio
-    _take_off(P, PH, errors, n, first, left, 1.0 / total)
+    _update_errors(P, PH, errors, n, first, left, 1.0 / total)
     return ratio
 
 
 @kernel
-def _take_off(P: Array, PH: Array, errors: Array, n: int, first: int, left: float, share: float) -> None:
+def _update_errors(P: Array, PH: Array, errors: Array, n: int, first: int, left: float, share: float) -> None:
     """What the reading tells, off the covariance and onto the errors."""
     if first == 0:
         for k in range(n):

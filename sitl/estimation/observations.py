@@ -31,7 +31,7 @@ from sitl.estimation.filter import (
     get_wind_settings,
     put_belief,
 )
-from sitl.estimation.kalman import correct, surprise, turn_errors
+from sitl.estimation.kalman import correct, innovation_ratio, turn_errors
 from sitl.model.aerodynamics import wrench
 from sitl.model.airframe import Array
 from sitl.model.quaternions import Quaternion, conjugate, multiply, rotate, rotate_inverse, small_rotation
@@ -77,9 +77,9 @@ def _fuse(f: Kept, first: int, innovation: float, variance: float) -> float:
 
 
 @subroutine
-def _surprise(f: Kept, innovation: float, variance: float) -> float:
+def _innovation_ratio(f: Kept, innovation: float, variance: float) -> float:
     """The squared innovation over its variance of a scalar whose derivative stands in H, which is set to zero."""
-    ratio = surprise(f["covariance"], f["H"], f["settings"]["states"], innovation, variance)
+    ratio = innovation_ratio(f["covariance"], f["H"], f["settings"]["states"], innovation, variance)
     f["H"][:] = 0.0
     return ratio
 
@@ -152,7 +152,7 @@ def _fuse_vector(
     worst = total = 0.0
     for axis in range(3):
         _sum_of_errors(f["H"], first + axis, other + axis if other != NO_OTHER else NO_OTHER)
-        ratio = _surprise(f, _part(innovation, axis), up if axis == 2 else level)
+        ratio = _innovation_ratio(f, _part(innovation, axis), up if axis == 2 else level)
         worst, total = max(worst, ratio), total + ratio
     fits = _fits(f, slot, period, worst)
     if fits:
@@ -221,7 +221,7 @@ def observe_height(f: Kept, i: Kept, reading: Array, age: float, period: int) ->
     variance = spec.noise * spec.noise + spec.step * spec.step / 12.0
     _sum_of_errors(H, POSITION_ERROR + 2, BAROMETER_DRIFT_ERROR)
     H[STATIC_PORT_ERROR] = -head
-    ratio = _surprise(f, innovation, variance)
+    ratio = _innovation_ratio(f, innovation, variance)
     fits = _fits(f, BAROMETER - FIRST_LINE, period, ratio)
     if fits:
         _sum_of_errors(H, POSITION_ERROR + 2, BAROMETER_DRIFT_ERROR)
@@ -243,7 +243,7 @@ def observe_field(f: Kept, i: Kept, reading: Array, age: float, rates: Vector, p
     worst = total = 0.0
     for k in range(3):
         _field_along(f["H"], k, field)
-        ratio = _surprise(f, _part(innovation, k), variance)
+        ratio = _innovation_ratio(f, _part(innovation, k), variance)
         worst, total = max(worst, ratio), total + ratio
     fits = _fits(f, MAGNETOMETER - FIRST_LINE, period, worst)
     if fits:
@@ -299,7 +299,7 @@ def observe_airspeed(f: Kept, i: Kept, reading: Array, period: int) -> None:
     rate = get_specification(i, 0).pitot.timing.rate
     innovation, variance = reading[0] - v_b.x, gains.pitot_noise * gains.pitot_noise * rate
     _speed_along(H, nose, v_b)
-    ratio = _surprise(f, innovation, variance)
+    ratio = _innovation_ratio(f, innovation, variance)
     fits = _follows(f, reading[0], innovation, period) and _fits(f, PITOT - FIRST_LINE, period, ratio)
     if fits:
         _speed_along(H, nose, v_b)

@@ -13,7 +13,7 @@ from sitl.estimation.belief import (
     VELOCITY_ERROR,
     WIND_ERROR,
 )
-from sitl.estimation.kalman import correct, predict, restart, surprise, turn_errors
+from sitl.estimation.kalman import correct, innovation_ratio, predict, restart, turn_errors
 from sitl.estimation.strapdown import Increment, increment_of, moved_by, rebiased
 from sitl.model.quaternions import conjugate, from_euler, multiply, rotate, small_rotation
 from sitl.model.vectors import Vector
@@ -191,11 +191,11 @@ def test_the_covariance_stays_symmetric_and_positive_over_many_random_steps(seed
 
 
 @pytest.mark.parametrize("n", [ERRORS, ARENA_ERRORS])
-def test_the_surprise_is_what_a_correction_would_find_and_changes_nothing(n):
+def test_the_innovation_ratio_is_what_a_correction_would_find_and_changes_nothing(n):
     random = np.random.default_rng(7)
     P, H = some_covariance(random, n), some_row(random, n, entries=5)
     before = P.copy()
-    found = surprise(P, H, n, 0.7, 0.3)
+    found = innovation_ratio(P, H, n, 0.7, 0.3)
     assert found == pytest.approx(0.7**2 / (H @ P @ H + 0.3))
     assert np.array_equal(P, before)
     assert np.count_nonzero(H) == 5
