@@ -70,10 +70,9 @@ def _streamed() -> str:
     ]
     return _section(
         "Messages the vehicle streams",
-        "Default rates [Hz of simulated time]. SET_MESSAGE_INTERVAL and REQUEST_DATA_STREAM change them for the link\n"
-        "on which they arrive; REQUEST_MESSAGE asks for one message. Group: MAV_DATA_STREAM; a request for all groups\n"
-        "leaves messages without a group as they are. A link gets a whole family, events too, once it asks for one of\n"
-        "it by SET_MESSAGE_INTERVAL or REQUEST_MESSAGE, until it stops all of it or the vehicle forgets the link.",
+        "Default rates [Hz of simulated time]. SET_MESSAGE_INTERVAL and REQUEST_DATA_STREAM change them for their\n"
+        "link; REQUEST_MESSAGE asks for one message. Group: MAV_DATA_STREAM. A link gets a whole family, events too,\n"
+        "once it asks for one of it by SET_MESSAGE_INTERVAL or REQUEST_MESSAGE, until it stops all of it or is forgotten.",
         ("Message", "Id", "Rate", "Group", "Family"),
         rows,
     )
@@ -145,7 +144,7 @@ def _parameters() -> str:
 
 def _section(title: str, text: str, head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
     lines = [f"## {title}", ""] + ([text, ""] if text else [])
-    lines += ["| " + " | ".join(head) + " |", "|" + " --- |" * len(head)]
+    lines += ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
     lines += ["| " + " | ".join(str(cell).replace("|", "\\|") for cell in row) + " |" for row in rows]
     return "\n".join(lines) + "\n"
 
