@@ -72,7 +72,7 @@ def _streamed() -> str:
         "Messages the vehicle streams",
         "Default rates [Hz of simulated time]. SET_MESSAGE_INTERVAL and REQUEST_DATA_STREAM change them for their\n"
         "link; REQUEST_MESSAGE asks for one message. Group: MAV_DATA_STREAM. A link gets a whole family, events too,\n"
-        "once it asks for one of it by SET_MESSAGE_INTERVAL or REQUEST_MESSAGE, until it stops all of it or is forgotten.",
+        "once it asks for one by SET_MESSAGE_INTERVAL or REQUEST_MESSAGE, until it stops all or is forgotten.",
         ("Message", "Id", "Rate", "Group", "Family"),
         rows,
     )
