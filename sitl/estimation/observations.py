@@ -6,10 +6,13 @@ the filter and leaves how well the reading agreed.
 
 from __future__ import annotations
 
+import math
+
 from sitl.compiled import kernel, subroutine
-from sitl.control.wind_estimator import normal_slope
+from sitl.estimation.air import body_deviations, shaken, told_by_wing, turn_tube
 from sitl.estimation.belief import (
     ACCEL_BIAS_ERROR,
+    AIR_ERRORS,
     ATTITUDE_ERROR,
     BAROMETER_DRIFT_ERROR,
     GNSS_DRIFT_ERROR,
@@ -17,8 +20,11 @@ from sitl.estimation.belief import (
     MISALIGNMENT_ERROR,
     POSITION_ERROR,
     STATIC_PORT_ERROR,
+    STEADY_WIND_ERROR,
+    TUBE_ERROR,
     VELOCITY_ERROR,
     WIND_ERROR,
+    WING_ERROR,
     Belief,
     corrected,
     with_wind,
@@ -31,8 +37,7 @@ from sitl.estimation.filter import (
     get_wind_settings,
     put_belief,
 )
-from sitl.estimation.kalman import correct, surprise, turn_errors
-from sitl.model.aerodynamics import wrench
+from sitl.estimation.kalman import correct, restart, surprise, turn_errors
 from sitl.model.airframe import Array
 from sitl.model.quaternions import Quaternion, conjugate, multiply, rotate, rotate_inverse, small_rotation
 from sitl.model.vectors import Vector, add, add_scaled, cross, dot, scaled, subtract
@@ -54,10 +59,17 @@ from sitl.storage import Kept
 from sitl.timing import PERIOD
 
 NO_OTHER = -1
+WING = LINES  # where the wing's innovations are counted, beside the lines
+WING_NOISE = 0.12  # of the force across the wing, mean of a slow step, unshaken [m/s2]
+WING_LACKS = 0.1  # what its model may lack whatever the force is [m/s2]
+WING_DOUBT = 1.2  # of one reading beside its noise: what the model lacks and keeps lacking [m/s2]
+UNKNOWN_TIME = 10.0  # how long the effect of a wind lasts that no reading tells [s]
 SATELLITE_VELOCITY, POSE_ATTITUDE = LINES, LINES + 1  # slots beside the lines: they are refused by themselves
 MISTRUSTED_TIME = 0.5  # after a reading that was refused, none is fused for so long: garbage fits now and then [s]
+TUBE_DEAD = 2.0  # how far beyond its threshold a reading has to be that is not expected [m/s]
 TUBE_LEAP = 3.0  # more than an airspeed changes from one reading to the next [m/s]
 TUBE_DOUBTED = 3.0  # after a reading that was refused, the tube checks nothing for so long [s]
+TUBE_FORGIVEN = 5.0  # refused for so long without leaps, the tube is right and the wind was believed wrong [s]
 # A belief goes astray little by little: where a reading that was right just before is far off, the instrument is wrong.
 LATELY = 0.3  # since the last refusal: what comes sooner is not the first [s]
 LEAPT = 16.0  # far off, in gates, squared
@@ -73,7 +85,7 @@ def _set(H: Array, first: int, value: Vector) -> None:
 def _fuse(f: Kept, first: int, innovation: float, variance: float) -> float:
     """Correct by a scalar whose derivative stands in H; see :func:`sitl.estimation.kalman.correct`."""
     n, gate = f["settings"]["states"], f["settings"]["gate"]
-    return correct(f["covariance"], f["H"], f["PH"], f["errors"], n, first, innovation, variance, gate)
+    return correct(f["covariance"], f["H"], f["PH"], f["errors"], n, first, AIR_ERRORS, innovation, variance, gate)
 
 
 @subroutine
@@ -215,8 +227,9 @@ def _refuse_as_one(f: Kept, line: int, refused: bool, since: float, period: int)
 def observe_height(f: Kept, i: Kept, reading: Array, age: float, period: int) -> None:
     """The barometer's height."""
     b, spec, H = get_belief(f, 0), get_specification(i, 0).barometer, f["H"]
-    through = subtract(b.velocity, b.wind)
-    head = dot(through, through) / (2.0 * get_model(f, 0).g)  # the dynamic pressure, as a height
+    P, through = f["covariance"], subtract(b.velocity, b.wind)
+    square = dot(through, through) + P[WIND_ERROR, WIND_ERROR] + P[WIND_ERROR + 1, WIND_ERROR + 1]
+    head = square / (2.0 * get_model(f, 0).g)  # the dynamic pressure, as a height
     innovation = reading[0] - (b.position.z - age * b.velocity.z + b.barometer_drift - b.static_port * head)
     variance = spec.noise * spec.noise + spec.step * spec.step / 12.0
     _sum_of_errors(H, POSITION_ERROR + 2, BAROMETER_DRIFT_ERROR)
@@ -292,12 +305,14 @@ def observe_pose(f: Kept, line: int, reading: Array, age: float, rates: Vector, 
 def observe_airspeed(f: Kept, i: Kept, reading: Array, period: int) -> None:
     """The pitot's airspeed, which tells of the wind alone: a wrong tube shall not move the vehicle."""
     b, gains, H = get_belief(f, 0), get_wind_settings(f, 0), f["H"]
-    if reading[0] <= gains.min_pitot:
+    # Of a speed near the threshold only what noise made large would be used, so what is believed decides as well.
+    if reading[0] <= (0.0 if f["tube"] > gains.min_pitot else gains.min_pitot + TUBE_DEAD):
         return
     nose = rotate(b.attitude, Vector(1.0, 0.0, 0.0))
     v_b = rotate_inverse(b.attitude, subtract(b.velocity, b.wind))
-    rate = get_specification(i, 0).pitot.timing.rate
-    innovation, variance = reading[0] - v_b.x, gains.pitot_noise * gains.pitot_noise * rate
+    spec = get_specification(i, 0).pitot
+    innovation, variance = reading[0] - f["tube"] - b.tube_bias, spec.noise * spec.noise + spec.step * spec.step / 12.0
+    _forgive(f, period)
     _speed_along(H, nose, v_b)
     ratio = _surprise(f, innovation, variance)
     fits = _follows(f, reading[0], innovation, period) and _fits(f, PITOT - FIRST_LINE, period, ratio)
@@ -305,6 +320,7 @@ def observe_airspeed(f: Kept, i: Kept, reading: Array, period: int) -> None:
         _speed_along(H, nose, v_b)
         ratio = _fuse(f, WIND_ERROR, innovation, variance)
         _correct_belief(f)
+        turn_tube(f, b, get_belief(f, 0))
     _note(f, PITOT - FIRST_LINE, period, ratio, ratio, 1, fits)
 
 
@@ -324,32 +340,69 @@ def _follows(f: Kept, speed: float, innovation: float, period: int) -> bool:
 
 
 @subroutine
+def _forgive(f: Kept, period: int) -> None:
+    """Forget the wind where the tube has long been refused, and neither it nor the belief came nearer."""
+    since, line = f["refused_since"], PITOT - FIRST_LINE
+    if since[line] < 0.0 or (period - since[line]) * PERIOD < TUBE_FORGIVEN:
+        return
+    unknown = get_wind_settings(f, 0).max_deviation
+    restart(f["covariance"], WIND_ERROR, unknown * unknown)
+    restart(f["covariance"], STEADY_WIND_ERROR, unknown * unknown)
+    since[line], f["refused_at"][line] = -1.0, period - TUBE_DOUBTED / PERIOD - 1.0
+
+
+@subroutine
 def _speed_along(H: Array, nose: Vector, v_b: Vector) -> None:
     """The derivative of the airspeed along the nose."""
     _set(H, VELOCITY_ERROR, nose)
     _set(H, WIND_ERROR, scaled(nose, -1.0))
     _set(H, ATTITUDE_ERROR, cross(Vector(1.0, 0.0, 0.0), v_b))
+    H[TUBE_ERROR] = 1.0
 
 
 @subroutine
-def observe_wing(f: Kept, step: Step, has_tube: bool) -> None:
-    """The force across the wing, which tells of the wind alone: a wrong model shall not move the vehicle."""
-    b, gains, a, H = get_belief(f, 0), get_wind_settings(f, 0), get_model(f, 0), f["H"]
+def observe_wing(f: Kept, step: Step, has_tube: bool, vibration: float) -> None:
+    """The force across the wing, which tells of the wind alone: a wrong model shall not move the vehicle.
+
+    The share of it that the model lacks is considered and never estimated: the wind that is believed explains what
+    is felt, and is as uncertain as the model makes it.
+
+    Args:
+        f: The filter.
+        step: The slow step.
+        has_tube: Whether there is a pitot that may be believed.
+        vibration: Of the accelerometer, by a propeller at REFERENCE_SPEED [m/s2].
+    """
+    b, a, H = get_belief(f, 0), get_model(f, 0), f["H"]
     v_b = rotate_inverse(b.attitude, subtract(b.velocity, b.wind))
-    F, _ = wrench(v_b, subtract(step.rates, b.gyro_bias), step.actuators, a)
-    lightness = 1.0 / a.m
-    slope = normal_slope(v_b, step.actuators, a)
-    # The wing tells the product of speed and incidence: unchecked by a tube, gusts would be taken for speed.
-    slope = Vector(lightness * (slope.x if has_tube else 0.0), lightness * slope.y, lightness * slope.z)
+    deviations = body_deviations(f["covariance"], b.attitude)
+    told = told_by_wing(v_b, deviations, b.gyro_bias, step, a)
+    # The wing tells the product of speed and incidence: unchecked by a tube, gusts would be taken for speed. Along the
+    # span a wind of either sign does the same.
+    is_checked = has_tube and v_b.x > get_wind_settings(f, 0).min_pitot
+    slope = Vector(told.slope.x if is_checked else 0.0, 0.0, told.slope.z)
+    ahead, aside = (told.slope.x - slope.x) * deviations.x, told.slope.y * deviations.y
+    misread = told.bend + ahead * ahead + aside * aside + WING_LACKS * WING_LACKS
     by_wind = rotate(b.attitude, slope)
-    _set(H, WIND_ERROR, by_wind)
-    _set(H, VELOCITY_ERROR, scaled(by_wind, -1.0))
-    _set(H, ATTITUDE_ERROR, cross(v_b, slope))
+    _set(H, WIND_ERROR, scaled(by_wind, -1.0))
+    _set(H, VELOCITY_ERROR, by_wind)
+    _set(H, ATTITUDE_ERROR, cross(slope, v_b))
     H[ACCEL_BIAS_ERROR + 2] = 1.0
-    wrong = f["settings"]["model_share"] * lightness * F.z
-    variance = (gains.normal_noise * gains.normal_noise + wrong * wrong * f["settings"]["model_time"]) / SLOW_STEP
-    _fuse(f, WIND_ERROR, step.force.z - b.accel_bias.z - lightness * F.z, variance)
+    H[WING_ERROR] = told.mean
+    push = 1.0 / surprise(f["covariance"], H, f["settings"]["states"], 1.0, misread)
+    f["air_doubt"] = math.sqrt(push)
+    if f["on_ground"]:  # what holds the wing there is not the air alone
+        H[:] = 0.0
+        return
+    innovation = step.force.z - b.accel_bias.z - told.mean
+    noise = WING_NOISE * WING_NOISE + shaken(step.actuators, vibration)
+    f["squares"][WING] += innovation * innovation / (push + noise)
+    f["scalars"][WING] += 1.0
+    # What an unknown wind along nose and span does to the force lasts: as noise it counts for as much longer.
+    lasting = (misread - WING_LACKS * WING_LACKS) * UNKNOWN_TIME / SLOW_STEP
+    _fuse(f, WIND_ERROR, innovation, noise + lasting + WING_DOUBT * WING_DOUBT)
     _correct_belief(f)
+    turn_tube(f, b, get_belief(f, 0))
 
 
 @kernel

@@ -188,7 +188,7 @@ def test_the_wing_is_checked_by_a_tube_that_was_not_refused_for_three_seconds(mo
     i, f, steps = aboard(SHIPPED)
     f["settings"]["horizon"], now, seen = 0, 100_000, []
     f["refused_at"][PITOT - FIRST_LINE] = now - round(age / 0.002)
-    monkeypatch.setattr(navigator, "observe_wing", lambda _f, _step, has_tube: seen.append(has_tube))
+    monkeypatch.setattr(navigator, "observe_wing", lambda _f, _step, has_tube, _vibration: seen.append(has_tube))
     navigator._slow_step(f, i, steps, now, True)
     navigator._slow_step(f, i, steps, now, False)
     assert seen == [tells, False]
