@@ -12,14 +12,22 @@ import math
 from typing import NamedTuple
 
 from sitl.compiled import kernel, subroutine
-from sitl.estimation.belief import WIND_ERROR, Belief
-from sitl.estimation.filter import SLOW_STEP, Step
+from sitl.estimation.belief import (
+    ATTITUDE_ERROR,
+    TUBE_SPEED_ERROR,
+    VELOCITY_ERROR,
+    WIND_ERROR,
+    Belief,
+    with_tube_speed,
+)
+from sitl.estimation.filter import SLOW_STEP, Step, get_belief, get_model, put_belief
+from sitl.estimation.kalman import follow
 from sitl.model.aerodynamics import wrench
 from sitl.model.airframe import Airframe, Array
 from sitl.model.arithmetic import decay, sine_cosine
 from sitl.model.quaternions import Quaternion, rotate, rotate_inverse
 from sitl.model.state import Actuators
-from sitl.model.vectors import Vector, norm, subtract
+from sitl.model.vectors import Vector, cross, norm, subtract
 from sitl.sensors.pitot import speed_before_tube
 from sitl.sensors.specification import REFERENCE_SPEED, Pitot
 from sitl.storage import Kept
@@ -124,14 +132,30 @@ def _force_across(v_b: Vector, rates: Vector, step: Step, a: Airframe) -> float:
     return F.z / a.m
 
 
-@kernel
-def fill_tube(f: Kept, b: Belief, step: Step, spec: Pitot, a: Airframe) -> None:
-    """What the tube's diaphragm is believed to feel, a slow step later."""
-    along = rotate_inverse(b.attitude, subtract(b.velocity, b.wind)).x
-    f["tube"] += (1.0 - decay(SLOW_STEP / spec.lag)) * (speed_before_tube(along, step.actuators, a, spec) - f["tube"])
+@subroutine
+def fill_tube(f: Kept, step: Step, spec: Pitot) -> None:
+    """What the pitot's diaphragm is believed to feel, a slow step later, and how wrong that may be."""
+    b, a = get_belief(f, 0), get_model(f, 0)
+    taken = 1.0 - decay(SLOW_STEP / spec.lag)
+    v_b = rotate_inverse(b.attitude, subtract(b.velocity, b.wind))
+    felt = speed_before_tube(v_b.x, step.actuators, a, spec)
+    put_belief(f, 0, with_tube_speed(b, b.tube_speed + taken * (felt - b.tube_speed)))
+    _feel(f, b, taken)
+
+
+@subroutine
+def feel_for_long(f: Kept) -> None:
+    """Let the error of what the diaphragm is believed to feel be that of the airspeed itself."""
+    _feel(f, get_belief(f, 0), 1.0)
 
 
 @kernel
-def turn_tube(f: Kept, before: Belief, after: Belief) -> None:
-    """What the tube is believed to feel after a correction of the wind, which it has felt for as long as it lags."""
-    f["tube"] -= rotate_inverse(after.attitude, subtract(after.wind, before.wind)).x
+def _feel(f: Kept, b: Belief, taken: float) -> None:
+    """Take a share of the airspeed's error into that of what the diaphragm feels."""
+    H, x = f["H"], Vector(taken, 0.0, 0.0)
+    nose, turned = rotate(b.attitude, x), cross(x, rotate_inverse(b.attitude, subtract(b.velocity, b.wind)))
+    H[VELOCITY_ERROR], H[VELOCITY_ERROR + 1], H[VELOCITY_ERROR + 2] = nose.x, nose.y, nose.z
+    H[WIND_ERROR], H[WIND_ERROR + 1], H[WIND_ERROR + 2] = -nose.x, -nose.y, -nose.z
+    H[ATTITUDE_ERROR], H[ATTITUDE_ERROR + 1], H[ATTITUDE_ERROR + 2] = turned.x, turned.y, turned.z
+    H[TUBE_SPEED_ERROR] = 1.0 - taken
+    follow(f["covariance"], H, f["PH"], f["settings"]["states"], TUBE_SPEED_ERROR)

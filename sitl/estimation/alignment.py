@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 
 from sitl.compiled import kernel, subroutine
+from sitl.estimation.air import feel_for_long
 from sitl.estimation.belief import ATTITUDE_ERROR, ERRORS, GYRO_BIAS_ERROR, POSITION_ERROR, VELOCITY_ERROR, Belief
 from sitl.estimation.filter import (
     ALIGNING,
@@ -209,12 +210,12 @@ def _begin(f: Kept, i: Kept, stands: bool, period: int) -> None:
             0.0,
             b.steady_wind,
             b.tube_bias,
+            rotate_inverse(q, subtract(velocity, b.wind)).x,
             b.static_port,
         ),
     )
+    feel_for_long(f)
     put_ahead(f, 0, no_increment())
-    v_b = rotate_inverse(q, subtract(velocity, b.wind))
-    f["tube"] = v_b.x
     put_filling(f, 0, Step(no_increment(), zero, zero, zero, zero, get_believed_actuators(f, 0)))
     f["filled"], f["phase"] = 0, RUNNING
     f["fused_at"][line] = period

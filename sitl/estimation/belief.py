@@ -24,12 +24,13 @@ from sitl.storage import replacing
     WIND_ERROR,
     STEADY_WIND_ERROR,
 ) = range(0, 21, 3)
-TUBE_ERROR, WING_ERROR = 21, 22  # the latter, a share of the wing's force, is considered and never estimated
-AIR_ERRORS = 7  # from WIND_ERROR on: what wing and pitot tell of
-MISALIGNMENT_ERROR, MAGNETIC_BIAS_ERROR, GNSS_DRIFT_ERROR = 23, 26, 29  # three of each
-BAROMETER_DRIFT_ERROR, STATIC_PORT_ERROR = 32, 33
-ERRORS = 34  # outdoors
-ARENA_ERRORS = 26  # those before the magnetic bias, where only motion capture aids
+TUBE_BIAS_ERROR, TUBE_SPEED_ERROR = 21, 22
+WING_ERROR = 23  # a share of the wing's force, which is considered and never estimated
+AIR_ERRORS = 8  # from WIND_ERROR on: what wing and pitot tell of
+MISALIGNMENT_ERROR, MAGNETIC_BIAS_ERROR, GNSS_DRIFT_ERROR = 24, 27, 30  # three of each
+BAROMETER_DRIFT_ERROR, STATIC_PORT_ERROR = 33, 34
+ERRORS = 35  # outdoors
+ARENA_ERRORS = 27  # those before the magnetic bias, where only motion capture aids
 
 
 class Belief(NamedTuple):
@@ -47,6 +48,7 @@ class Belief(NamedTuple):
     barometer_drift: float  # of the barometer's heights [m]
     steady_wind: Vector  # which the gusts blow about, world NWU [m/s]
     tube_bias: float  # of the pitot's airspeeds [m/s]
+    tube_speed: float  # what the pitot's diaphragm feels, late [m/s]
     static_port: float  # share of the dynamic pressure that the barometer reads as static [-]
 
 
@@ -70,7 +72,8 @@ def corrected(belief: Belief, errors: Array) -> Belief:
         add(belief.gnss_drift, _part(errors, GNSS_DRIFT_ERROR)),
         belief.barometer_drift + errors[BAROMETER_DRIFT_ERROR],
         add(belief.steady_wind, _part(errors, STEADY_WIND_ERROR)),
-        belief.tube_bias + errors[TUBE_ERROR],
+        belief.tube_bias + errors[TUBE_BIAS_ERROR],
+        belief.tube_speed + errors[TUBE_SPEED_ERROR],
         belief.static_port + errors[STATIC_PORT_ERROR],
     )
     errors[:] = 0.0
@@ -79,3 +82,4 @@ def corrected(belief: Belief, errors: Array) -> Belief:
 
 with_position, with_velocity = replacing(Belief, "position"), replacing(Belief, "velocity")
 with_attitude, with_wind = replacing(Belief, "attitude"), replacing(Belief, "wind")
+with_tube_speed = replacing(Belief, "tube_speed")

@@ -21,7 +21,8 @@ from sitl.estimation.belief import (
     POSITION_ERROR,
     STATIC_PORT_ERROR,
     STEADY_WIND_ERROR,
-    TUBE_ERROR,
+    TUBE_BIAS_ERROR,
+    TUBE_SPEED_ERROR,
     VELOCITY_ERROR,
     WIND_ERROR,
     WING_ERROR,
@@ -45,7 +46,7 @@ ALIGNING, RUNNING, REALIGNING = range(3)  # the last carries an estimate of befo
 GATE = 5.0  # innovations beyond so many of their standard deviations are refused
 # Density that vibration adds to the accelerometer's noise, over its amplitude [1/sqrt(Hz)]: it does not add up as
 # noise does, and counts for more the more exact the velocity is otherwise.
-SHAKEN, SHAKEN_IN_ARENA = 0.002, 0.008
+SHAKEN, SHAKEN_IN_ARENA = 0.002, 0.009
 SHAKEN_TURN = 1e-4  # likewise to the gyroscope's [rad/s/sqrt(Hz)]
 # Deviation of the wing's force over mass from its model's, as a share: two constants that are a tenth off.
 LACKED_SHARE, LACKED_TIME = 0.14, 30.0  # [-], how long it lasts [s]
@@ -64,6 +65,7 @@ class FilterSettings(NamedTuple):
     gate: float  # [standard deviations]
     fade: Array  # share of every error left after a slow step, (ERRORS,)
     spread: Array  # variance that every error gains in a slow step, (ERRORS,)
+    shaken: float  # variance that vibration adds to the velocity's, of propellers at REFERENCE_SPEED [m2/s2]
     initial: Array  # covariance after an alignment on the ground, (ERRORS, ERRORS)
     wind: WindGains
 
@@ -93,7 +95,6 @@ class Filter(NamedTuple):
     speed_notch: Notch  # of the velocity, which the shaken accelerometer gives
     rates: Vector  # body rates now, smoothed [rad/s]
     velocity: Vector  # now, smoothed, world NWU [m/s]
-    tube: float  # what the pitot's diaphragm is believed to feel [m/s]
     acceleration: Vector  # now, smoothed, world NWU [m/s2]
     air_doubt: float  # deviation of what the air is believed to push across the wing [m/s2]
     support: float  # upward force on the vehicle that neither air nor propellers make, smoothed [m/s2]
@@ -159,7 +160,8 @@ def filter_settings(s: SensorSet, wind: WindGains, *, arena: bool) -> FilterSett
         horizon=min(math.ceil(late / SLOW_STEP - 1e-9) + 1, MAX_HORIZON - 1),
         gate=GATE,
         fade=_fade(s),
-        spread=_spread(s, wind, arena=arena),
+        spread=_spread(s, wind),
+        shaken=0.5 * ((SHAKEN_IN_ARENA if arena else SHAKEN) * s.accelerometer.vibration) ** 2 * SLOW_STEP,
         initial=_initial(s, wind, arena=arena),
         wind=wind,
     )
@@ -179,11 +181,10 @@ def _fade(s: SensorSet) -> Array:
     return fade
 
 
-def _spread(s: SensorSet, wind: WindGains, *, arena: bool) -> Array:
-    shaken = (SHAKEN_IN_ARENA if arena else SHAKEN) * s.accelerometer.vibration
+def _spread(s: SensorSet, wind: WindGains) -> Array:
     dt, spread = SLOW_STEP, np.zeros(ERRORS)
     spread[ATTITUDE_ERROR : ATTITUDE_ERROR + 3] = 0.5 * (s.gyroscope.noise**2 + SHAKEN_TURN**2) * dt
-    spread[VELOCITY_ERROR : VELOCITY_ERROR + 3] = 0.5 * (s.accelerometer.noise**2 + shaken**2) * dt
+    spread[VELOCITY_ERROR : VELOCITY_ERROR + 3] = 0.5 * s.accelerometer.noise**2 * dt
     spread[GYRO_BIAS_ERROR : GYRO_BIAS_ERROR + 3] = 2.0 * s.gyroscope.drift**2 / s.gyroscope.drift_time * dt
     spread[ACCEL_BIAS_ERROR : ACCEL_BIAS_ERROR + 3] = 2.0 * s.accelerometer.drift**2 / s.accelerometer.drift_time * dt
     spread[WING_ERROR] = 2.0 * LACKED_SHARE**2 / LACKED_TIME * dt
@@ -216,7 +217,8 @@ def _initial(s: SensorSet, wind: WindGains, *, arena: bool) -> Array:
     v[STEADY_WIND_ERROR : STEADY_WIND_ERROR + 3] = _steady_wind(wind) ** 2
     v[WIND_ERROR : WIND_ERROR + 3] = _steady_wind(wind) ** 2 + FIRST_GUSTS**2
     v[WING_ERROR] = LACKED_SHARE**2
-    v[TUBE_ERROR], v[STATIC_PORT_ERROR] = s.pitot.bias**2, s.barometer.position_error**2
+    v[TUBE_BIAS_ERROR], v[STATIC_PORT_ERROR] = s.pitot.bias**2, s.barometer.position_error**2
+    v[TUBE_SPEED_ERROR] = v[WIND_ERROR]
     v[MISALIGNMENT_ERROR : MISALIGNMENT_ERROR + 3] = capture.misalignment**2
     v[MAGNETIC_BIAS_ERROR : MAGNETIC_BIAS_ERROR + 3] = s.magnetometer.bias**2
     P = np.diag(v)
@@ -234,7 +236,7 @@ def new_filter(settings: FilterSettings, model: Airframe) -> Filter:
         settings=settings,
         model=model,
         phase=ALIGNING,
-        belief=Belief(zero, zero, hover(0.0), zero, zero, zero, zero, zero, zero, 0.0, zero, 0.0, 0.0),
+        belief=Belief(zero, zero, hover(0.0), zero, zero, zero, zero, zero, zero, 0.0, zero, 0.0, 0.0, 0.0),
         ahead=none,
         step=Step(none, zero, zero, zero, zero, off),
         actuators=off,
@@ -242,7 +244,6 @@ def new_filter(settings: FilterSettings, model: Airframe) -> Filter:
         speed_notch=quiet(zero),
         rates=zero,
         velocity=zero,
-        tube=0.0,
         acceleration=zero,
         support=model.g,
         air_doubt=0.0,

@@ -245,6 +245,34 @@ def loosen_biases(P: Array, up: Vector, dt: float) -> None:
 
 
 @subroutine
+def follow(P: Array, H: Array, PH: Array, n: int, row: int) -> None:
+    """The covariance once one error has become a sum of errors.
+
+    Args:
+        P: Covariance, changed in place, (ERRORS, ERRORS).
+        H: What of every error it becomes the sum of, (ERRORS,); set to zero on return.
+        PH: Room for P H, (ERRORS,).
+        n: How many of the states are used.
+        row: Number of the error.
+    """
+    for k in range(n):
+        PH[k] = 0.0
+    for j in range(n):
+        h = H[j]
+        if h != 0.0:
+            for k in range(n):
+                PH[k] += h * P[j, k]
+    variance = 0.0
+    for j in range(n):
+        variance += H[j] * PH[j]
+        H[j] = 0.0
+    for k in range(n):
+        P[row, k] = PH[k]
+        P[k, row] = PH[k]
+    P[row, row] = max(variance, MIN_VARIANCE)
+
+
+@subroutine
 def restart(P: Array, first: int, variance: float) -> None:
     """Forget three errors, which are then of this variance and of nothing else."""
     for k in range(first, first + 3):

@@ -193,7 +193,7 @@ class Avionics:
         fresh = named_from(Belief, f["belief"].item())
         ahead = named_from(Increment, f["ahead"].item())
         if not carries_on:
-            fresh, ahead = Belief(_NONE, _NONE, hover(0.0), *6 * (_NONE,), 0.0, _NONE, 0.0, 0.0), no_increment()
+            fresh, ahead = Belief(_NONE, _NONE, hover(0.0), *6 * (_NONE,), 0.0, _NONE, 0.0, 0.0, 0.0), no_increment()
         place, velocity, q = moved_by(ahead, fresh.position, fresh.velocity, fresh.attitude, float(f["model"]["g"]))
         f["belief"] = fresh._replace(position=place, velocity=velocity, attitude=q)
         f["ahead"], f["step"]["increment"] = no_increment(), no_increment()
@@ -237,6 +237,7 @@ class Avionics:
             barometer_drift=0.0,
             steady_wind=_NONE,
             tube_bias=0.0,
+            tube_speed=0.0,
             static_port=0.0,
         )
         f["covariance"], f["air_doubt"] = initial, 0.0
@@ -258,7 +259,7 @@ class Avionics:
         q, velocity = plant.body.attitude, plant.body.velocity
         through, over_ground = rotate_inverse(q, subtract(velocity, wind)).x, rotate_inverse(q, velocity).x
         self.instruments["errors"]["tube_speed"] = speed_before_tube(through, plant.actuators, airframe, pitot)
-        self.filter["tube"] = speed_before_tube(over_ground, plant.actuators, model, pitot)
+        self.filter["belief"]["tube_speed"] = speed_before_tube(over_ground, plant.actuators, model, pitot)
 
 
 _NONE = Vector(0.0, 0.0, 0.0)

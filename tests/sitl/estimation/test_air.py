@@ -6,13 +6,15 @@ import numpy as np
 import pytest
 
 from sitl.estimation import air
-from sitl.estimation.belief import ERRORS, STEADY_WIND_ERROR, WIND_ERROR
-from sitl.estimation.filter import SLOW_STEP, Step, get_belief
+from sitl.estimation.belief import ERRORS, STEADY_WIND_ERROR, TUBE_SPEED_ERROR, VELOCITY_ERROR, WIND_ERROR
+from sitl.estimation.filter import SLOW_STEP, Step, get_belief, put_belief
 from sitl.estimation.strapdown import no_increment
 from sitl.model.aerodynamics import wrench
 from sitl.model.quaternions import from_euler
 from sitl.model.state import Actuators
 from sitl.model.vectors import Vector
+from sitl.sensors.instruments import get_specification
+from sitl.sensors.pitot import speed_before_tube
 from tests.support.flights.ideal_sensors import NOMINAL, SHIPPED, aboard
 
 ZERO = Vector(0.0, 0.0, 0.0)
@@ -64,12 +66,37 @@ def test_vibration_that_a_slow_step_averages_out_shakes_no_force():
     assert air.shaken(Actuators(450.0, 450.0, 0.0, 0.0), 2.0) > 0.1
 
 
-def test_a_corrected_wind_is_one_that_the_tube_has_felt_for_long():
-    _, f, _ = aboard(SHIPPED)
-    before = get_belief(f, 0)._replace(attitude=from_euler(0.0, 0.0, 0.0), wind=Vector(1.0, 0.0, 0.0))
-    f["tube"] = 12.0
-    air.turn_tube(f, before, before._replace(wind=Vector(-0.5, 2.0, 1.0)))
-    assert f["tube"] == pytest.approx(13.5)
+def flying(f, speed=14.0):
+    """Level through calm air, the tube believed to have felt 12 m/s."""
+    level = get_belief(f, 0)._replace(attitude=from_euler(0.0, 0.0, 0.0), velocity=Vector(speed, 0.0, 0.0))
+    put_belief(f, 0, level._replace(tube_speed=12.0))
+    P = f["covariance"]
+    P[:] = np.diag(np.linspace(0.5, 1.5, ERRORS))
+    return P
+
+
+def test_the_tube_is_believed_to_come_nearer_to_the_airspeed_as_it_lags():
+    i, f, _ = aboard(SHIPPED)
+    pitot = get_specification(i, 0).pitot
+    flying(f)
+    air.fill_tube(f, STEP, pitot)
+    felt = speed_before_tube(14.0, ACTUATORS, NOMINAL, pitot)
+    left = math.exp(-SLOW_STEP / pitot.lag)
+    assert get_belief(f, 0).tube_speed == pytest.approx(left * 12.0 + (1.0 - left) * felt, abs=1e-5)
+
+
+def test_what_the_tube_feels_is_as_wrong_as_the_airspeed_that_it_has_felt():
+    i, f, _ = aboard(SHIPPED)
+    P = flying(f)
+    before, taken = P.copy(), 1.0 - math.exp(-SLOW_STEP / get_specification(i, 0).pitot.lag)
+    air.fill_tube(f, STEP, get_specification(i, 0).pitot)
+    along = before[VELOCITY_ERROR, VELOCITY_ERROR] + before[WIND_ERROR, WIND_ERROR]
+    tube = TUBE_SPEED_ERROR
+    assert P[tube, tube] == pytest.approx((1.0 - taken) ** 2 * before[tube, tube] + taken**2 * along, rel=1e-5)
+    assert P[tube, WIND_ERROR] == pytest.approx(-taken * before[WIND_ERROR, WIND_ERROR], rel=1e-5)
+    air.feel_for_long(f)
+    assert P[tube, tube] == pytest.approx(along)
+    assert P[tube, WIND_ERROR] == P[WIND_ERROR, tube] == pytest.approx(-before[WIND_ERROR, WIND_ERROR])
 
 
 def test_a_gust_lasts_for_its_length_at_the_airspeed():

@@ -20,7 +20,8 @@ from sitl.estimation.belief import (
     POSITION_ERROR,
     STATIC_PORT_ERROR,
     STEADY_WIND_ERROR,
-    TUBE_ERROR,
+    TUBE_BIAS_ERROR,
+    TUBE_SPEED_ERROR,
     VELOCITY_ERROR,
     WIND_ERROR,
     WING_ERROR,
@@ -30,7 +31,7 @@ from sitl.sensors.specification import Timing
 from tests.support.flights.ideal_sensors import NOMINAL, SHIPPED
 
 WIND = wind_gains()._replace(walk=1.7, return_time=150.0, max_deviation=2.5)
-SINGLE = {TUBE_ERROR, WING_ERROR, BAROMETER_DRIFT_ERROR, STATIC_PORT_ERROR}
+SINGLE = {TUBE_BIAS_ERROR, TUBE_SPEED_ERROR, WING_ERROR, BAROMETER_DRIFT_ERROR, STATIC_PORT_ERROR}
 STEADY = np.array([WIND.max_deviation, WIND.max_deviation, kept.CALM_UP])
 OUTDOORS, ARENA = (filter_settings(SHIPPED, WIND, arena=arena) for arena in (False, True))
 
@@ -54,7 +55,7 @@ def test_every_error_gains_what_its_instrument_is_said_to(settings, shaken):
     gyroscope, accelerometer, gnss = SHIPPED.gyroscope, SHIPPED.accelerometer, SHIPPED.gnss
     wanted = vectors(
         attitude=0.5 * SLOW_STEP * (gyroscope.noise**2 + kept.SHAKEN_TURN**2),
-        velocity=0.5 * SLOW_STEP * (accelerometer.noise**2 + (shaken * accelerometer.vibration) ** 2),
+        velocity=0.5 * SLOW_STEP * accelerometer.noise**2,
         gyro_bias=walk(gyroscope.drift, gyroscope.drift_time),
         accel_bias=walk(accelerometer.drift, accelerometer.drift_time),
         steady_wind=walk(STEADY, kept.WEATHER_TIME),
@@ -63,6 +64,7 @@ def test_every_error_gains_what_its_instrument_is_said_to(settings, shaken):
         barometer_drift=walk(SHIPPED.barometer.drift, SHIPPED.barometer.drift_time),
     )
     assert settings.spread == pytest.approx(wanted, rel=1e-12, abs=0.0)
+    assert settings.shaken == pytest.approx(0.5 * SLOW_STEP * (shaken * accelerometer.vibration) ** 2, rel=1e-12)
 
 
 @pytest.mark.parametrize("settings", [OUTDOORS, ARENA])
@@ -84,7 +86,8 @@ def test_every_error_begins_as_large_as_its_instrument_makes_it():
         "wind": STEADY**2 + kept.FIRST_GUSTS**2,
         "steady_wind": STEADY**2,
         "wing": kept.LACKED_SHARE**2,
-        "tube": SHIPPED.pitot.bias**2,
+        "tube_bias": SHIPPED.pitot.bias**2,
+        "tube_speed": WIND.max_deviation**2 + kept.FIRST_GUSTS**2,
         "misalignment": SHIPPED.motion_capture.misalignment**2,
         "magnetic_bias": field.bias**2,
         "static_port": SHIPPED.barometer.position_error**2,
@@ -112,11 +115,11 @@ def test_the_errors_are_numbered_through():
         *(POSITION_ERROR, VELOCITY_ERROR, ATTITUDE_ERROR, GYRO_BIAS_ERROR, ACCEL_BIAS_ERROR, WIND_ERROR),
         STEADY_WIND_ERROR,
     )
-    singles = (TUBE_ERROR, WING_ERROR)
+    singles = (TUBE_BIAS_ERROR, TUBE_SPEED_ERROR, WING_ERROR)
     later = (*(MISALIGNMENT_ERROR, MAGNETIC_BIAS_ERROR, GNSS_DRIFT_ERROR),)
-    assert (*threes, *singles) == (*range(0, 19, 3), 21, 22)
-    assert (*later, BAROMETER_DRIFT_ERROR, STATIC_PORT_ERROR, ERRORS) == (23, 26, 29, 32, 33, 34)
-    assert (OUTDOORS.states, ARENA.states) == (ERRORS, ARENA_ERRORS) == (34, MAGNETIC_BIAS_ERROR)
+    assert (*threes, *singles) == (*range(0, 19, 3), 21, 22, 23)
+    assert (*later, BAROMETER_DRIFT_ERROR, STATIC_PORT_ERROR, ERRORS) == (24, 27, 30, 33, 34, 35)
+    assert (OUTDOORS.states, ARENA.states) == (ERRORS, ARENA_ERRORS) == (35, MAGNETIC_BIAS_ERROR)
 
 
 def late(delay, jitter=0.0, rate=10.0):

@@ -15,7 +15,16 @@ from sitl.estimation.belief import (
     VELOCITY_ERROR,
     WIND_ERROR,
 )
-from sitl.estimation.kalman import HEADING_BENDS, correct, loosen_biases, predict, restart, surprise, turn_errors
+from sitl.estimation.kalman import (
+    HEADING_BENDS,
+    correct,
+    follow,
+    loosen_biases,
+    predict,
+    restart,
+    surprise,
+    turn_errors,
+)
 from sitl.estimation.strapdown import Increment, increment_of, moved_by, rebiased
 from sitl.model.quaternions import conjugate, from_euler, multiply, rotate, small_rotation
 from sitl.model.vectors import Vector
@@ -234,3 +243,14 @@ def test_the_surprise_is_what_a_correction_would_find_and_changes_nothing(n):
     assert np.array_equal(P, before)
     assert np.count_nonzero(H) == 5
     assert correct(P, H, np.zeros(ERRORS), np.zeros(ERRORS), n, 0, 0, 0.7, 0.3, NOT_GATED) == pytest.approx(found)
+
+
+def test_an_error_that_becomes_a_sum_of_errors_is_as_large_as_that_sum():
+    random = np.random.default_rng(7)
+    P, H, row = some_covariance(random), some_row(random), 22
+    G = np.eye(ERRORS)
+    G[row] = H
+    wanted = G @ P @ G.T
+    follow(P, H, np.zeros(ERRORS), ERRORS, row)
+    assert np.abs(P - wanted).max() < 1e-11
+    assert not H.any()

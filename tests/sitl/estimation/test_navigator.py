@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from sitl.estimation import navigator
+from sitl.estimation.belief import VELOCITY_ERROR
+from sitl.model.state import Actuators
 from sitl.model.vectors import Vector
 from sitl.sensors.instruments import (
     BAROMETER,
@@ -21,6 +23,7 @@ from sitl.sensors.instruments import (
     Inertial,
     put_inertial,
 )
+from sitl.sensors.specification import REFERENCE_SPEED
 from tests.support.flights.ideal_sensors import SHIPPED, aboard
 from tests.support.flights.sensed_flights import (
     MOCAP,
@@ -202,3 +205,13 @@ def test_gyroscope_and_accelerometer_fail_each_for_itself(failing):
         put_inertial(i, 0, Inertial(rates, force))
         navigator._judge(f, i)
     assert f["failed"].tolist() == [float(wild) for wild in failing]
+
+
+def test_faster_propellers_leave_the_velocity_less_sure():
+    _, f, _ = aboard(SHIPPED)
+    gained = []
+    for speed in (0.0, REFERENCE_SPEED, 1.5 * REFERENCE_SPEED):
+        navigator._shake(f, Actuators(speed, speed, 0.0, 0.0))
+        gained.append(f["spread"][VELOCITY_ERROR : VELOCITY_ERROR + 3] - f["settings"]["spread"][VELOCITY_ERROR])
+    shaken = float(f["settings"]["shaken"])
+    assert np.allclose(gained, np.outer([0.0, shaken, 1.5**4 * shaken], np.ones(3)), rtol=1e-12, atol=0.0)
