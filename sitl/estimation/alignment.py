@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 
 from sitl.compiled import kernel, subroutine
+from sitl.estimation.air import feel_for_long
 from sitl.estimation.belief import ATTITUDE_ERROR, ERRORS, GYRO_BIAS_ERROR, POSITION_ERROR, VELOCITY_ERROR, Belief
 from sitl.estimation.filter import (
     ALIGNING,
@@ -28,7 +29,7 @@ from sitl.estimation.filter import (
 )
 from sitl.estimation.kalman import restart
 from sitl.estimation.strapdown import moved_by, no_increment
-from sitl.model.quaternions import Quaternion, normalised
+from sitl.model.quaternions import Quaternion, normalised, rotate_inverse
 from sitl.model.vectors import Vector, add_scaled, cross, norm, scaled, subtract
 from sitl.sensors.draws import vector_at
 from sitl.sensors.instruments import (
@@ -106,8 +107,8 @@ def align(f: Kept, i: Kept, inertial: Inertial, period: int) -> None:
         period: Control periods flown.
     """
     _forget_old(i, period)
-    f["aligned_for"] += 1
-    count = f["aligned_for"]
+    f["aligned_periods"] += 1
+    count = f["aligned_periods"]
     share = 1.0 / min(count, round(STILL_TIME / PERIOD))
     rates, force = get_mean_rates(f, 0), get_mean_force(f, 0)
     rates = add_scaled(rates, subtract(inertial.rates, rates), share)
@@ -169,9 +170,7 @@ def _can_begin(f: Kept, i: Kept, period: int) -> bool:
 def _begin(f: Kept, i: Kept, stands: bool, period: int) -> None:
     """Set belief and covariance, and let the filter run."""
     P, initial = f["covariance"], f["settings"]["initial"]
-    P[:, :] = 0.0
-    for k in range(ERRORS):
-        P[k, k] = initial[k]
+    P[:, :] = initial
     b, source, zero = get_belief(f, 0), _source(i, period), Vector(0.0, 0.0, 0.0)
     line = source - FIRST_LINE
     still = stands and f["phase"] == ALIGNING  # a filter that is restarted may be in a hover as steady as the ground
@@ -198,8 +197,24 @@ def _begin(f: Kept, i: Kept, stands: bool, period: int) -> None:
     put_belief(
         f,
         0,
-        Belief(place, zero if still else velocity, q, bias, b.accel_bias, b.wind, zero, zero, zero, 0.0, b.static_port),
+        Belief(
+            place,
+            zero if still else velocity,
+            q,
+            bias,
+            b.accel_bias,
+            b.wind,
+            zero,
+            zero,
+            zero,
+            0.0,
+            b.steady_wind,
+            b.tube_bias,
+            rotate_inverse(q, subtract(velocity, b.wind)).x,
+            b.static_port,
+        ),
     )
+    feel_for_long(f)
     put_ahead(f, 0, no_increment())
     put_filling(f, 0, Step(no_increment(), zero, zero, zero, zero, get_believed_actuators(f, 0)))
     f["filled"], f["phase"] = 0, RUNNING

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from sitl.compiled import kernel, subroutine
+from sitl.estimation.air_readings import observe_airspeed
 from sitl.estimation.belief import (
     ACCEL_BIAS_ERROR,
     ATTITUDE_ERROR,
@@ -19,11 +20,9 @@ from sitl.estimation.filter import (
     get_belief,
     put_belief,
 )
+from sitl.estimation.fusion import POSE_ATTITUDE, SATELLITE_VELOCITY
 from sitl.estimation.kalman import restart
 from sitl.estimation.observations import (
-    POSE_ATTITUDE,
-    SATELLITE_VELOCITY,
-    observe_airspeed,
     observe_field,
     observe_height,
     observe_pose,

@@ -14,7 +14,7 @@ from sitl.model.quaternions import Quaternion, multiply, normalised, small_rotat
 from sitl.model.vectors import Vector, add
 from sitl.storage import replacing
 
-# Rows and columns of the covariance, three of each but the barometer's two.
+# Rows and columns of the covariance, three of each down to the steady wind.
 (
     POSITION_ERROR,
     VELOCITY_ERROR,
@@ -22,13 +22,15 @@ from sitl.storage import replacing
     GYRO_BIAS_ERROR,
     ACCEL_BIAS_ERROR,
     WIND_ERROR,
-    MISALIGNMENT_ERROR,
-    MAGNETIC_BIAS_ERROR,
-    GNSS_DRIFT_ERROR,
-) = range(0, 27, 3)
-BAROMETER_DRIFT_ERROR, STATIC_PORT_ERROR = 27, 28
-ERRORS = 29  # outdoors
-ARENA_ERRORS = 21  # those before the magnetic bias, where only motion capture aids
+    STEADY_WIND_ERROR,
+) = range(0, 21, 3)
+TUBE_BIAS_ERROR, TUBE_SPEED_ERROR = 21, 22
+WING_ERROR = 23  # a share of the wing's force, which is considered and never estimated
+AIR_ERRORS = 8  # from WIND_ERROR on: what wing and pitot tell of
+MISALIGNMENT_ERROR, MAGNETIC_BIAS_ERROR, GNSS_DRIFT_ERROR = 24, 27, 30  # three of each
+BAROMETER_DRIFT_ERROR, STATIC_PORT_ERROR = 33, 34
+ERRORS = 35  # outdoors
+ARENA_ERRORS = 27  # those before the magnetic bias, where only motion capture aids
 
 
 class Belief(NamedTuple):
@@ -39,11 +41,14 @@ class Belief(NamedTuple):
     attitude: Quaternion  # body FLU to world NWU
     gyro_bias: Vector  # body FLU [rad/s]
     accel_bias: Vector  # body FLU [m/s2]
-    wind: Vector  # world NWU [m/s]
+    wind: Vector  # now, world NWU [m/s]
     misalignment: Vector  # from the body to motion capture's frame of it [rad]
     magnetic_bias: Vector  # body FLU [T]
     gnss_drift: Vector  # of the receiver's positions, world NWU [m]
     barometer_drift: float  # of the barometer's heights [m]
+    steady_wind: Vector  # which the gusts blow about, world NWU [m/s]
+    tube_bias: float  # of the pitot's airspeeds [m/s]
+    tube_speed: float  # what the pitot's diaphragm feels, late [m/s]
     static_port: float  # share of the dynamic pressure that the barometer reads as static [-]
 
 
@@ -66,6 +71,9 @@ def corrected(belief: Belief, errors: Array) -> Belief:
         add(belief.magnetic_bias, _part(errors, MAGNETIC_BIAS_ERROR)),
         add(belief.gnss_drift, _part(errors, GNSS_DRIFT_ERROR)),
         belief.barometer_drift + errors[BAROMETER_DRIFT_ERROR],
+        add(belief.steady_wind, _part(errors, STEADY_WIND_ERROR)),
+        belief.tube_bias + errors[TUBE_BIAS_ERROR],
+        belief.tube_speed + errors[TUBE_SPEED_ERROR],
         belief.static_port + errors[STATIC_PORT_ERROR],
     )
     errors[:] = 0.0
@@ -74,3 +82,4 @@ def corrected(belief: Belief, errors: Array) -> Belief:
 
 with_position, with_velocity = replacing(Belief, "position"), replacing(Belief, "velocity")
 with_attitude, with_wind = replacing(Belief, "attitude"), replacing(Belief, "wind")
+with_tube_speed = replacing(Belief, "tube_speed")

@@ -1,8 +1,10 @@
 """Whether the vehicle stands on something: what it is told of the ground, having no switch there.
 
 On the ground something else than air and propellers holds the vehicle up. That is the difference between what
-the accelerometer feels and what the model makes of air and propellers. With the nose low a strong wind carries the
-vehicle as a wing, and its unknown part may be large: there the ground has to carry most of the weight.
+the accelerometer feels and what the model makes of air and propellers. An unknown wind may push as well: contact is
+believed only beyond what the filter itself doubts of the air, so a gust is no ground. Nothing is assumed of the
+ground's height. With the nose low a strong wind carries the vehicle as a wing, and its unknown part may be large:
+there the ground has to carry most of the weight.
 """
 
 from __future__ import annotations
@@ -19,6 +21,7 @@ SMOOTHED = 0.1  # time constant of the support [s]
 TOUCHES, LEAVES = 0.35, 0.2  # support on the ground and off it, as shares of the weight
 LIES = 0.7  # support on the ground of a vehicle whose nose is low: no thrust carries it [-]
 LOW_NOSE = 0.5  # upward part of its nose, 30 deg above level [-]
+SURE = 2.0  # how many of its deviations the air is not believed to push beyond
 MAX_CONTACT_SPEED = 2.0  # nothing that moves faster is said to stand [m/s]
 
 
@@ -45,17 +48,18 @@ def smoothed(value: float, before: float, dt: float) -> float:
 
 
 @kernel
-def stands(support: float, nose_up: float, stood: bool, velocity: Vector, g: float) -> bool:
+def stands(support: float, doubt: float, nose_up: float, stood: bool, velocity: Vector, g: float) -> bool:
     """Whether a vehicle stands on the ground, with hysteresis.
 
     Args:
         support: Upward acceleration that neither air nor propellers make [m/s2].
+        doubt: Deviation of what the air is believed to push upwards [m/s2].
         nose_up: Upward part of the nose's direction [-].
         stood: Whether it stood before.
         velocity: World NWU [m/s].
         g: Gravity [m/s2].
     """
-    least = LEAVES if stood else TOUCHES
+    least = (LEAVES if stood else TOUCHES) * g + SURE * doubt
     if nose_up < LOW_NOSE:
-        least = LIES
-    return support > least * g and norm(velocity) < MAX_CONTACT_SPEED
+        least = max(least, LIES * g)
+    return support > least and norm(velocity) < MAX_CONTACT_SPEED

@@ -20,8 +20,12 @@ from sitl.estimation.belief import (
     MISALIGNMENT_ERROR,
     POSITION_ERROR,
     STATIC_PORT_ERROR,
+    STEADY_WIND_ERROR,
+    TUBE_BIAS_ERROR,
+    TUBE_SPEED_ERROR,
     VELOCITY_ERROR,
     WIND_ERROR,
+    WING_ERROR,
     Belief,
 )
 from sitl.estimation.notch import Notch, quiet
@@ -42,10 +46,13 @@ ALIGNING, RUNNING, REALIGNING = range(3)  # the last carries an estimate of befo
 GATE = 5.0  # innovations beyond so many of their standard deviations are refused
 # Density that vibration adds to the accelerometer's noise, over its amplitude [1/sqrt(Hz)]: it does not add up as
 # noise does, and counts for more the more exact the velocity is otherwise.
-SHAKEN, SHAKEN_IN_ARENA = 0.002, 0.008
+SHAKEN, SHAKEN_IN_ARENA = 0.002, 0.009
 SHAKEN_TURN = 1e-4  # likewise to the gyroscope's [rad/s/sqrt(Hz)]
-MODEL_SHARE = 0.1  # of the force across the wing that its model may be wrong by
-MODEL_TIME = 1.0  # how long such an error lasts [s]
+# Deviation of the wing's force over mass from its model's, as a share: two constants that are a tenth off.
+LACKED_SHARE, LACKED_TIME = 0.14, 30.0  # [-], how long it lasts [s]
+CALM_UP = 0.3  # deviation of the steady wind's upward part [m/s]
+WEATHER_TIME = 1800.0  # in which the steady wind becomes another [s]
+FIRST_GUSTS = 0.5  # deviation of the gust before anything is known of it [m/s]
 SLOTS = LINES + 2  # lines, velocity of the satellite receiver, attitude of a pose
 POSE_HORIZON = 0.06  # what a pose from outside may be late [s]
 
@@ -58,10 +65,9 @@ class FilterSettings(NamedTuple):
     gate: float  # [standard deviations]
     fade: Array  # share of every error left after a slow step, (ERRORS,)
     spread: Array  # variance that every error gains in a slow step, (ERRORS,)
-    initial: Array  # variances after an alignment on the ground, (ERRORS,)
+    shaken: float  # variance that vibration adds to the velocity's, of propellers at REFERENCE_SPEED [m2/s2]
+    initial: Array  # covariance after an alignment on the ground, (ERRORS, ERRORS)
     wind: WindGains
-    model_share: float  # see MODEL_SHARE
-    model_time: float  # [s]
 
 
 class Step(NamedTuple):
@@ -90,14 +96,17 @@ class Filter(NamedTuple):
     rates: Vector  # body rates now, smoothed [rad/s]
     velocity: Vector  # now, smoothed, world NWU [m/s]
     acceleration: Vector  # now, smoothed, world NWU [m/s2]
+    air_doubt: float  # deviation of what the air is believed to push across the wing [m/s2]
     support: float  # upward force on the vehicle that neither air nor propellers make, smoothed [m/s2]
     last: Inertial  # the reading before
     filled: int  # slow steps between the horizon and now
     oldest: int  # place of the oldest of them
-    aligned_for: int  # periods that the present alignment has lasted
+    aligned_periods: int  # periods that the present alignment has lasted
     moved: int  # the last of them in which the vehicle moved
     mean_rates: Vector  # of them [rad/s]
     mean_force: Vector  # of them [m/s2]
+    fade: Array  # share of every error left after a slow step, (ERRORS,)
+    spread: Array  # variance that every error gains in a slow step, (ERRORS,)
     covariance: Array  # (ERRORS, ERRORS)
     work: Array  # (ERRORS, ERRORS)
     H: Array  # (ERRORS,)
@@ -112,8 +121,8 @@ class Filter(NamedTuple):
     oddity: Array  # odd readings of late of gyroscope and accelerometer, (2,)
     failed: Array  # 1 where those have failed, (2,)
     repeated: Array  # how often in a row it has come again to the last bit, (LINES,)
-    squares: Array  # sum of squared innovations over their variances, (LINES,)
-    scalars: Array  # how many were summed, (LINES,)
+    squares: Array  # sum of squared innovations over their variances, of the lines and the wing, (LINES + 1,)
+    scalars: Array  # how many were summed, (LINES + 1,)
     late: Array  # readings that came after the horizon, (LINES,)
     resets: int  # of position, velocity or attitude to a reading
     on_ground: bool  # the last, since what follows a flag is out of line in memory
@@ -141,7 +150,7 @@ def filter_settings(s: SensorSet, wind: WindGains, *, arena: bool) -> FilterSett
 
     Args:
         s: Their specifications.
-        wind: How the wind varies, and how far its instruments are trusted.
+        wind: Of it the greatest deviation, the threshold of the tube, and how the wind fades without one.
         arena: Whether motion capture aids it; else satellites, magnetic field and pressure.
     """
     aids = (s.motion_capture,) if arena else (s.gnss, s.magnetometer, s.barometer)
@@ -150,12 +159,11 @@ def filter_settings(s: SensorSet, wind: WindGains, *, arena: bool) -> FilterSett
         states=ARENA_ERRORS if arena else ERRORS,
         horizon=min(math.ceil(late / SLOW_STEP - 1e-9) + 1, MAX_HORIZON - 1),
         gate=GATE,
-        fade=_fade(s, wind),
-        spread=_spread(s, wind, arena=arena),
+        fade=_fade(s),
+        spread=_spread(s, wind),
+        shaken=0.5 * ((SHAKEN_IN_ARENA if arena else SHAKEN) * s.accelerometer.vibration) ** 2 * SLOW_STEP,
         initial=_initial(s, wind, arena=arena),
         wind=wind,
-        model_share=MODEL_SHARE,
-        model_time=MODEL_TIME,
     )
 
 
@@ -164,22 +172,23 @@ def _left_after_step(time: float) -> float:
     return (1.0 - 0.5 * x) / (1.0 + 0.5 * x)  # rounded the same way by every machine, unlike exp
 
 
-def _fade(s: SensorSet, wind: WindGains) -> Array:
+def _fade(s: SensorSet) -> Array:
     fade = np.ones(ERRORS)
-    fade[WIND_ERROR : WIND_ERROR + 3] = _left_after_step(wind.return_time)
+    fade[STEADY_WIND_ERROR : STEADY_WIND_ERROR + 3] = _left_after_step(WEATHER_TIME)
+    fade[WING_ERROR] = _left_after_step(LACKED_TIME)
     fade[GNSS_DRIFT_ERROR : GNSS_DRIFT_ERROR + 3] = _left_after_step(s.gnss.drift_time)
     fade[BAROMETER_DRIFT_ERROR] = _left_after_step(s.barometer.drift_time)
     return fade
 
 
-def _spread(s: SensorSet, wind: WindGains, *, arena: bool) -> Array:
-    shaken = (SHAKEN_IN_ARENA if arena else SHAKEN) * s.accelerometer.vibration
+def _spread(s: SensorSet, wind: WindGains) -> Array:
     dt, spread = SLOW_STEP, np.zeros(ERRORS)
     spread[ATTITUDE_ERROR : ATTITUDE_ERROR + 3] = 0.5 * (s.gyroscope.noise**2 + SHAKEN_TURN**2) * dt
-    spread[VELOCITY_ERROR : VELOCITY_ERROR + 3] = 0.5 * (s.accelerometer.noise**2 + shaken**2) * dt
+    spread[VELOCITY_ERROR : VELOCITY_ERROR + 3] = 0.5 * s.accelerometer.noise**2 * dt
     spread[GYRO_BIAS_ERROR : GYRO_BIAS_ERROR + 3] = 2.0 * s.gyroscope.drift**2 / s.gyroscope.drift_time * dt
     spread[ACCEL_BIAS_ERROR : ACCEL_BIAS_ERROR + 3] = 2.0 * s.accelerometer.drift**2 / s.accelerometer.drift_time * dt
-    spread[WIND_ERROR : WIND_ERROR + 3] = wind.walk**2 * dt
+    spread[WING_ERROR] = 2.0 * LACKED_SHARE**2 / LACKED_TIME * dt
+    spread[STEADY_WIND_ERROR : STEADY_WIND_ERROR + 3] = 2.0 * _steady_wind(wind) ** 2 / WEATHER_TIME * dt
     drift = 2.0 / s.gnss.drift_time * dt
     spread[GNSS_DRIFT_ERROR : GNSS_DRIFT_ERROR + 3] = (
         np.array([s.gnss.drift_level, s.gnss.drift_level, s.gnss.drift_up]) ** 2 * drift
@@ -188,8 +197,13 @@ def _spread(s: SensorSet, wind: WindGains, *, arena: bool) -> Array:
     return spread
 
 
+def _steady_wind(wind: WindGains) -> Array:
+    """Deviations of a steady wind that nothing is known of [m/s]."""
+    return np.array([wind.max_deviation, wind.max_deviation, CALM_UP])
+
+
 def _initial(s: SensorSet, wind: WindGains, *, arena: bool) -> Array:
-    """Variances of a vehicle that has stood or hovered for some seconds."""
+    """Covariance of a vehicle that has stood or hovered for some seconds."""
     v = np.zeros(ERRORS)
     capture = s.motion_capture
     tilt, field = s.accelerometer.bias / 9.8, s.magnetometer
@@ -200,11 +214,18 @@ def _initial(s: SensorSet, wind: WindGains, *, arena: bool) -> Array:
     v[ATTITUDE_ERROR : ATTITUDE_ERROR + 3] = turn**2
     v[GYRO_BIAS_ERROR : GYRO_BIAS_ERROR + 3] = (0.05 * s.gyroscope.bias) ** 2 + s.gyroscope.drift**2
     v[ACCEL_BIAS_ERROR : ACCEL_BIAS_ERROR + 3] = s.accelerometer.bias**2
-    v[WIND_ERROR : WIND_ERROR + 3] = wind.max_deviation**2
+    v[STEADY_WIND_ERROR : STEADY_WIND_ERROR + 3] = _steady_wind(wind) ** 2
+    v[WIND_ERROR : WIND_ERROR + 3] = _steady_wind(wind) ** 2 + FIRST_GUSTS**2
+    v[WING_ERROR] = LACKED_SHARE**2
+    v[TUBE_BIAS_ERROR], v[STATIC_PORT_ERROR] = s.pitot.bias**2, s.barometer.position_error**2
+    v[TUBE_SPEED_ERROR] = v[WIND_ERROR]
     v[MISALIGNMENT_ERROR : MISALIGNMENT_ERROR + 3] = capture.misalignment**2
     v[MAGNETIC_BIAS_ERROR : MAGNETIC_BIAS_ERROR + 3] = s.magnetometer.bias**2
-    v[STATIC_PORT_ERROR] = s.barometer.position_error**2
-    return v
+    P = np.diag(v)
+    for k in range(3):
+        w, steady = WIND_ERROR + k, STEADY_WIND_ERROR + k
+        P[w, steady] = P[steady, w] = v[steady]
+    return P
 
 
 def new_filter(settings: FilterSettings, model: Airframe) -> Filter:
@@ -215,7 +236,7 @@ def new_filter(settings: FilterSettings, model: Airframe) -> Filter:
         settings=settings,
         model=model,
         phase=ALIGNING,
-        belief=Belief(zero, zero, hover(0.0), zero, zero, zero, zero, zero, zero, 0.0, 0.0),
+        belief=Belief(zero, zero, hover(0.0), zero, zero, zero, zero, zero, zero, 0.0, zero, 0.0, 0.0, 0.0),
         ahead=none,
         step=Step(none, zero, zero, zero, zero, off),
         actuators=off,
@@ -225,13 +246,16 @@ def new_filter(settings: FilterSettings, model: Airframe) -> Filter:
         velocity=zero,
         acceleration=zero,
         support=model.g,
+        air_doubt=0.0,
         last=Inertial(zero, zero),
         filled=0,
         oldest=0,
-        aligned_for=0,
+        aligned_periods=0,
         moved=0,
         mean_rates=zero,
         mean_force=zero,
+        fade=settings.fade.copy(),
+        spread=settings.spread.copy(),
         covariance=np.zeros((ERRORS, ERRORS)),
         work=np.zeros((ERRORS, ERRORS)),
         H=np.zeros(ERRORS),
@@ -246,8 +270,8 @@ def new_filter(settings: FilterSettings, model: Airframe) -> Filter:
         oddity=np.zeros(2),
         failed=np.zeros(2),
         repeated=np.zeros(LINES),
-        squares=np.zeros(LINES),
-        scalars=np.zeros(LINES),
+        squares=np.zeros(LINES + 1),
+        scalars=np.zeros(LINES + 1),
         late=np.zeros(LINES),
         resets=0,
         on_ground=True,

@@ -5,7 +5,8 @@ Prediction, with :math:`P` of the errors numbered in :mod:`sitl.estimation.belie
 .. math::
     P \leftarrow \Phi P \Phi^\top + Q,
 
-where :math:`\Phi` couples position, velocity, attitude and the two inertial biases and lets every other error decay.
+where :math:`\Phi` couples position, velocity, attitude and the two inertial biases, lets the wind decay to the steady
+wind and every other error to nothing.
 Correction by one scalar at a time, so that nothing is inverted. See J. Solà, *Quaternion kinematics for the
 error-state Kalman filter*, arXiv 1711.02508, whose local (body) attitude error this is.
 """
@@ -21,7 +22,9 @@ from sitl.estimation.belief import (
     ERRORS,
     GYRO_BIAS_ERROR,
     POSITION_ERROR,
+    STEADY_WIND_ERROR,
     VELOCITY_ERROR,
+    WIND_ERROR,
 )
 from sitl.estimation.strapdown import Increment
 from sitl.model.airframe import Array
@@ -29,6 +32,7 @@ from sitl.model.quaternions import Quaternion, rotate, rotate_inverse
 from sitl.model.vectors import Vector, cross, scaled
 
 MIN_VARIANCE = 1e-18  # what rounding must not take a variance below
+HEADING_BENDS = 5e-4  # variance that accelerometer biases gain by that of the heading in a second [m2/s4/rad2]
 
 
 class Columns(NamedTuple):
@@ -88,6 +92,8 @@ def _half_predicted(P: Array, out: Array, n: int, q: Quaternion, i: Increment, f
         out[j, ATTITUDE_ERROR + 2] = turned.z - t * P[GYRO_BIAS_ERROR + 2, j]
         for k in range(GYRO_BIAS_ERROR, n):
             out[j, k] = fade[k] * P[k, j]
+        for k in range(WIND_ERROR, WIND_ERROR + 3):
+            out[j, k] += (1.0 - fade[k]) * P[k + STEADY_WIND_ERROR - WIND_ERROR, j]
 
 
 @subroutine
@@ -127,7 +133,16 @@ def innovation_ratio(P: Array, H: Array, n: int, innovation: float, variance: fl
 
 @subroutine
 def correct(
-    P: Array, H: Array, PH: Array, errors: Array, n: int, first: int, innovation: float, variance: float, gate: float
+    P: Array,
+    H: Array,
+    PH: Array,
+    errors: Array,
+    n: int,
+    first: int,
+    count: int,
+    innovation: float,
+    variance: float,
+    gate: float,
 ) -> float:
     """Correction by one scalar reading, unless its innovation is beyond the gate.
 
@@ -137,7 +152,8 @@ def correct(
         PH: Room for P H, (ERRORS,).
         errors: Estimated errors so far, added to, (ERRORS,).
         n: How many of the states are used.
-        first: 0 to correct all errors; else only the three from here on, and the others are only considered.
+        first: 0 to correct all errors; else only some from here on, and the others are only considered.
+        count: How many those are.
         innovation: The reading less what the belief makes of it, before any of ``errors``.
         variance: Of the reading.
         gate: Largest innovation, in its standard deviations.
@@ -161,12 +177,14 @@ def correct(
     ratio = left * left / total
     if ratio > gate * gate:
         return ratio
-    _update_errors(P, PH, errors, n, first, left, 1.0 / total)
+    _update_errors(P, PH, errors, n, first, count, left, 1.0 / total)
     return ratio
 
 
 @kernel
-def _update_errors(P: Array, PH: Array, errors: Array, n: int, first: int, left: float, share: float) -> None:
+def _update_errors(
+    P: Array, PH: Array, errors: Array, n: int, first: int, count: int, left: float, share: float
+) -> None:
     """What the reading tells, off the covariance and onto the errors."""
     if first == 0:
         for k in range(n):
@@ -175,12 +193,12 @@ def _update_errors(P: Array, PH: Array, errors: Array, n: int, first: int, left:
                 P[k, j] -= (PH[k] * PH[j]) * share
             P[k, k] = max(P[k, k], MIN_VARIANCE)
         return
-    for k in range(first, first + 3):
+    for k in range(first, first + count):
         errors[k] += PH[k] * (left * share)
         for j in range(n):
             taken = (PH[k] * PH[j]) * share
             P[k, j] -= taken
-            if j < first or j >= first + 3:
+            if j < first or j >= first + count:
                 P[j, k] -= taken
         P[k, k] = max(P[k, k], MIN_VARIANCE)
 
@@ -206,6 +224,54 @@ def turn_errors(P: Array, n: int, turn: Vector) -> None:
         P[j, a] = x - (half.y * z - half.z * y)
         P[j, a + 1] = y - (half.z * x - half.x * z)
         P[j, a + 2] = z - (half.x * y - half.y * x)
+
+
+@subroutine
+def loosen_biases(P: Array, up: Vector, dt: float) -> None:
+    """Let the accelerometer's biases vary the more, the less the heading is known.
+
+    A hover tells tilt and biases together, along axes that the heading gives: in first order their difference would be
+    known as exactly as if the heading were right.
+
+    Args:
+        P: Covariance, changed in place, (ERRORS, ERRORS).
+        up: The world's vertical, body frame.
+        dt: Time gone by [s].
+    """
+    a = ATTITUDE_ERROR
+    squares = up.x * up.x * P[a, a] + up.y * up.y * P[a + 1, a + 1] + up.z * up.z * P[a + 2, a + 2]
+    crossed = up.x * up.y * P[a, a + 1] + up.x * up.z * P[a, a + 2] + up.y * up.z * P[a + 1, a + 2]
+    gained = HEADING_BENDS * dt * (squares + 2.0 * crossed)
+    for k in range(ACCEL_BIAS_ERROR, ACCEL_BIAS_ERROR + 3):
+        P[k, k] += gained
+
+
+@subroutine
+def follow(P: Array, H: Array, PH: Array, n: int, row: int) -> None:
+    """The covariance once one error has become a sum of errors.
+
+    Args:
+        P: Covariance, changed in place, (ERRORS, ERRORS).
+        H: What of every error it becomes the sum of, (ERRORS,); set to zero on return.
+        PH: Room for P H, (ERRORS,).
+        n: How many of the states are used.
+        row: Number of the error.
+    """
+    for k in range(n):
+        PH[k] = 0.0
+    for j in range(n):
+        h = H[j]
+        if h != 0.0:
+            for k in range(n):
+                PH[k] += h * P[j, k]
+    variance = 0.0
+    for j in range(n):
+        variance += H[j] * PH[j]
+        H[j] = 0.0
+    for k in range(n):
+        P[row, k] = PH[k]
+        P[k, row] = PH[k]
+    P[row, row] = max(variance, MIN_VARIANCE)
 
 
 @subroutine

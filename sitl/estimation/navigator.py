@@ -8,12 +8,19 @@ from __future__ import annotations
 
 from sitl.compiled import kernel, subroutine
 from sitl.control.estimate import Estimate
+from sitl.estimation.air import fill_tube, let_wander
+from sitl.estimation.air_readings import (
+    TUBE_DOUBTED,
+    nose_wind_fading,
+    observe_wing,
+)
 from sitl.estimation.alignment import align
 from sitl.estimation.arrivals import fuse_arrived
 from sitl.estimation.belief import (
     ACCEL_BIAS_ERROR,
     BAROMETER_DRIFT_ERROR,
     GNSS_DRIFT_ERROR,
+    STEADY_WIND_ERROR,
     VELOCITY_ERROR,
     WIND_ERROR,
     Belief,
@@ -40,12 +47,7 @@ from sitl.estimation.filter import (
     put_last,
     put_step,
 )
-from sitl.estimation.kalman import predict, restart
-from sitl.estimation.observations import (
-    TUBE_DOUBTED,
-    nose_wind_fading,
-    observe_wing,
-)
+from sitl.estimation.kalman import loosen_biases, predict, restart
 from sitl.estimation.oddities import FORCE_LEAP, RATES_LEAP, has_failed, oddity_after
 from sitl.estimation.outlook import estimate_now
 from sitl.estimation.strapdown import increment_of, joined, moved_by, no_increment, rebiased, without
@@ -62,6 +64,7 @@ from sitl.sensors.instruments import (
     get_inertial,
     get_specification,
 )
+from sitl.sensors.specification import REFERENCE_SPEED
 from sitl.storage import Kept
 from sitl.timing import PERIOD
 
@@ -166,11 +169,23 @@ def _slow_step(f: Kept, i: Kept, steps: Kept, period: int, has_tube: bool) -> No
     f["filled"] -= 1
     put_ahead(f, 0, without(oldest.increment, get_ahead(f, 0)))
     _move(f, oldest)
+    fill_tube(f, oldest, get_specification(i, 0).pitot)
     if f["failed"][1] == 0.0:
-        observe_wing(f, oldest, has_tube and (period - f["refused_at"][PITOT - FIRST_LINE]) * PERIOD > TUBE_DOUBTED)
+        has_tube_now = has_tube and (period - f["refused_at"][PITOT - FIRST_LINE]) * PERIOD > TUBE_DOUBTED
+        observe_wing(f, oldest, has_tube_now, get_specification(i, 0).accelerometer.vibration)
     if not has_tube:
         put_belief(f, 0, nose_wind_fading(get_belief(f, 0), get_wind_settings(f, 0).axial_time))
     fuse_arrived(f, i, period - f["filled"] * SLOW_PERIODS, period, oldest)
+
+
+@kernel
+def _shake(f: Kept, actuators: Actuators) -> None:
+    """Set how much less sure a slow step makes the velocity: the propellers shake with the square of their speed."""
+    spread, settings = f["spread"], f["settings"]
+    speed = 0.5 * (actuators.left_motor + actuators.right_motor) / REFERENCE_SPEED
+    amplitude = speed * speed
+    for k in range(VELOCITY_ERROR, VELOCITY_ERROR + 3):
+        spread[k] = settings["spread"][k] + settings["shaken"] * amplitude * amplitude
 
 
 @subroutine
@@ -179,8 +194,11 @@ def _move(f: Kept, step: Step) -> None:
     b, settings = get_belief(f, 0), f["settings"]
     gyro, accel = subtract(b.gyro_bias, step.gyro_bias), subtract(b.accel_bias, step.accel_bias)
     i = rebiased(step.increment, gyro, accel)
-    fade = settings["fade"]
-    predict(f["covariance"], f["work"], settings["states"], b.attitude, i, fade, settings["spread"])
+    let_wander(f, b)
+    _shake(f, step.actuators)
+    fade = f["fade"]
+    predict(f["covariance"], f["work"], settings["states"], b.attitude, i, fade, f["spread"])
+    loosen_biases(f["covariance"], rotate_inverse(b.attitude, Vector(0.0, 0.0, 1.0)), SLOW_STEP)
     if f["failed"][1] > 0.0:
         for k in range(3):
             f["covariance"][VELOCITY_ERROR + k, VELOCITY_ERROR + k] += MODEL_FORCE * MODEL_FORCE * SLOW_STEP
@@ -195,11 +213,14 @@ def _move(f: Kept, step: Step) -> None:
             attitude,
             b.gyro_bias,
             b.accel_bias,
-            scaled(b.wind, fade[WIND_ERROR]),
+            add_scaled(b.steady_wind, subtract(b.wind, b.steady_wind), fade[WIND_ERROR]),
             b.misalignment,
             b.magnetic_bias,
             scaled(b.gnss_drift, fade[GNSS_DRIFT_ERROR]),
             b.barometer_drift * fade[BAROMETER_DRIFT_ERROR],
+            scaled(b.steady_wind, fade[STEADY_WIND_ERROR]),
+            b.tube_bias,
+            b.tube_speed,
             b.static_port,
         ),
     )

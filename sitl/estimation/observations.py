@@ -7,9 +7,7 @@ the filter and leaves how well the reading agreed.
 from __future__ import annotations
 
 from sitl.compiled import kernel, subroutine
-from sitl.control.wind_estimator import normal_slope
 from sitl.estimation.belief import (
-    ACCEL_BIAS_ERROR,
     ATTITUDE_ERROR,
     BAROMETER_DRIFT_ERROR,
     GNSS_DRIFT_ERROR,
@@ -19,22 +17,25 @@ from sitl.estimation.belief import (
     STATIC_PORT_ERROR,
     VELOCITY_ERROR,
     WIND_ERROR,
-    Belief,
-    corrected,
-    with_wind,
 )
 from sitl.estimation.filter import (
-    SLOW_STEP,
-    Step,
     get_belief,
     get_model,
-    get_wind_settings,
-    put_belief,
 )
-from sitl.estimation.kalman import correct, innovation_ratio, turn_errors
-from sitl.model.aerodynamics import wrench
+from sitl.estimation.fusion import (
+    NO_OTHER,
+    POSE_ATTITUDE,
+    SATELLITE_VELOCITY,
+    correct_belief,
+    fuse,
+    innovation_ratio_of,
+    may_be_fused,
+    note,
+    put_vector,
+    sum_of_errors,
+)
 from sitl.model.airframe import Array
-from sitl.model.quaternions import Quaternion, conjugate, multiply, rotate, rotate_inverse, small_rotation
+from sitl.model.quaternions import Quaternion, conjugate, multiply, rotate_inverse, small_rotation
 from sitl.model.vectors import Vector, add, add_scaled, cross, dot, scaled, subtract
 from sitl.sensors.draws import vector_at
 from sitl.sensors.instruments import (
@@ -43,93 +44,11 @@ from sitl.sensors.instruments import (
     FIRST_LINE,
     GNSS,
     HAS_ATTITUDE,
-    LINES,
     MAGNETOMETER,
-    MOTION_CAPTURE,
-    PITOT,
     POSITION_VARIANCE,
     get_specification,
 )
 from sitl.storage import Kept
-from sitl.timing import PERIOD
-
-NO_OTHER = -1
-SATELLITE_VELOCITY, POSE_ATTITUDE = LINES, LINES + 1  # slots beside the lines: they are refused by themselves
-MISTRUSTED_TIME = 0.5  # after a reading that was refused, none is fused for so long: garbage fits now and then [s]
-TUBE_LEAP = 3.0  # more than an airspeed changes from one reading to the next [m/s]
-TUBE_DOUBTED = 3.0  # after a reading that was refused, the tube checks nothing for so long [s]
-# A belief goes astray little by little: where a reading that was right just before is far off, the instrument is wrong.
-LATELY = 0.3  # since the last refusal: what comes sooner is not the first [s]
-LEAPT = 16.0  # far off, in gates, squared
-JUST_BEFORE = 1.0  # since an instrument last helped: after a longer silence the belief may be what went astray [s]
-
-
-@kernel
-def _set(H: Array, first: int, value: Vector) -> None:
-    H[first], H[first + 1], H[first + 2] = value.x, value.y, value.z
-
-
-@subroutine
-def _fuse(f: Kept, first: int, innovation: float, variance: float) -> float:
-    """Correct by a scalar whose derivative stands in H; see :func:`sitl.estimation.kalman.correct`."""
-    n, gate = f["settings"]["states"], f["settings"]["gate"]
-    return correct(f["covariance"], f["H"], f["PH"], f["errors"], n, first, innovation, variance, gate)
-
-
-@subroutine
-def _innovation_ratio(f: Kept, innovation: float, variance: float) -> float:
-    """The squared innovation over its variance of a scalar whose derivative stands in H, which is set to zero."""
-    ratio = innovation_ratio(f["covariance"], f["H"], f["settings"]["states"], innovation, variance)
-    f["H"][:] = 0.0
-    return ratio
-
-
-@subroutine
-def _fits(f: Kept, slot: int, period: int, worst: float) -> bool:
-    """Whether a reading agrees with the belief and may be fused; ``slot`` is its line, or one beside the lines."""
-    at, gate = f["refused_at"], f["settings"]["gate"]
-    if worst > gate * gate:
-        if (period - at[slot]) * PERIOD > LATELY:
-            f["leapt"][slot] = 1.0 if worst > LEAPT * gate * gate and _helped_lately(f, slot, period) else 0.0
-        at[slot] = period
-        return False
-    if (period - at[slot]) * PERIOD > LATELY:
-        f["leapt"][slot] = 0.0
-    return bool((period - at[slot]) * PERIOD > MISTRUSTED_TIME)
-
-
-@kernel
-def _helped_lately(f: Kept, slot: int, period: int) -> bool:
-    """Whether the instrument of a slot was right just before."""
-    beside = GNSS if slot == SATELLITE_VELOCITY else MOTION_CAPTURE
-    line = slot if slot < LINES else beside - FIRST_LINE
-    return bool((period - f["fused_at"][line]) * PERIOD < JUST_BEFORE)
-
-
-@subroutine
-def _note(f: Kept, line: int, period: int, worst: float, total: float, scalars: int, fused: bool) -> bool:
-    """Note how well a reading agreed; whether it was fused."""
-    f["ratio"][line] = worst
-    f["squares"][line] += total
-    f["scalars"][line] += scalars
-    gate = f["settings"]["gate"]
-    if worst <= gate * gate:
-        f["refused_since"][line] = -1.0
-        f["fused_at"][line] = period if fused else f["fused_at"][line]
-        return fused
-    if f["refused_since"][line] < 0.0:
-        f["refused_since"][line] = period
-    return False
-
-
-@subroutine
-def _correct_belief(f: Kept) -> None:
-    """Take the estimated errors out of the belief."""
-    errors = f["errors"]
-    turn = Vector(errors[ATTITUDE_ERROR], errors[ATTITUDE_ERROR + 1], errors[ATTITUDE_ERROR + 2])
-    if turn.x != 0.0 or turn.y != 0.0 or turn.z != 0.0:
-        turn_errors(f["covariance"], f["settings"]["states"], turn)
-    put_belief(f, 0, corrected(get_belief(f, 0), f["errors"]))
 
 
 @subroutine
@@ -151,30 +70,23 @@ def _fuse_vector(
     """
     worst = total = 0.0
     for axis in range(3):
-        _sum_of_errors(f["H"], first + axis, other + axis if other != NO_OTHER else NO_OTHER)
-        ratio = _innovation_ratio(f, _part(innovation, axis), up if axis == 2 else level)
+        sum_of_errors(f["H"], first + axis, other + axis if other != NO_OTHER else NO_OTHER)
+        ratio = innovation_ratio_of(f, _part(innovation, axis), up if axis == 2 else level)
         worst, total = max(worst, ratio), total + ratio
-    fits = _fits(f, slot, period, worst)
+    fits = may_be_fused(f, slot, period, worst)
     if fits:
         worst = total = 0.0
         for axis in range(3):
-            _sum_of_errors(f["H"], first + axis, other + axis if other != NO_OTHER else NO_OTHER)
-            ratio = _fuse(f, 0, _part(innovation, axis), up if axis == 2 else level)
+            sum_of_errors(f["H"], first + axis, other + axis if other != NO_OTHER else NO_OTHER)
+            ratio = fuse(f, 0, _part(innovation, axis), up if axis == 2 else level)
             worst, total = max(worst, ratio), total + ratio
-        _correct_belief(f)
-    return _note(f, line, period, worst, total, 3, fits)
+        correct_belief(f)
+    return note(f, line, period, worst, total, 3, fits)
 
 
 @kernel
 def _part(value: Vector, axis: int) -> float:
     return value.x if axis == 0 else (value.y if axis == 1 else value.z)
-
-
-@kernel
-def _sum_of_errors(H: Array, first: int, other: int) -> None:
-    H[first] = 1.0
-    if other != NO_OTHER:
-        H[other] = 1.0
 
 
 @subroutine
@@ -215,20 +127,21 @@ def _refuse_as_one(f: Kept, line: int, refused: bool, since: float, period: int)
 def observe_height(f: Kept, i: Kept, reading: Array, age: float, period: int) -> None:
     """The barometer's height."""
     b, spec, H = get_belief(f, 0), get_specification(i, 0).barometer, f["H"]
-    through = subtract(b.velocity, b.wind)
-    head = dot(through, through) / (2.0 * get_model(f, 0).g)  # the dynamic pressure, as a height
+    P, through = f["covariance"], subtract(b.velocity, b.wind)
+    square = dot(through, through) + P[WIND_ERROR, WIND_ERROR] + P[WIND_ERROR + 1, WIND_ERROR + 1]
+    head = square / (2.0 * get_model(f, 0).g)  # the dynamic pressure, as a height
     innovation = reading[0] - (b.position.z - age * b.velocity.z + b.barometer_drift - b.static_port * head)
     variance = spec.noise * spec.noise + spec.step * spec.step / 12.0
-    _sum_of_errors(H, POSITION_ERROR + 2, BAROMETER_DRIFT_ERROR)
+    sum_of_errors(H, POSITION_ERROR + 2, BAROMETER_DRIFT_ERROR)
     H[STATIC_PORT_ERROR] = -head
-    ratio = _innovation_ratio(f, innovation, variance)
-    fits = _fits(f, BAROMETER - FIRST_LINE, period, ratio)
+    ratio = innovation_ratio_of(f, innovation, variance)
+    fits = may_be_fused(f, BAROMETER - FIRST_LINE, period, ratio)
     if fits:
-        _sum_of_errors(H, POSITION_ERROR + 2, BAROMETER_DRIFT_ERROR)
+        sum_of_errors(H, POSITION_ERROR + 2, BAROMETER_DRIFT_ERROR)
         H[STATIC_PORT_ERROR] = -head
-        ratio = _fuse(f, 0, innovation, variance)
-        _correct_belief(f)
-    _note(f, BAROMETER - FIRST_LINE, period, ratio, ratio, 1, fits)
+        ratio = fuse(f, 0, innovation, variance)
+        correct_belief(f)
+    note(f, BAROMETER - FIRST_LINE, period, ratio, ratio, 1, fits)
 
 
 @subroutine
@@ -243,25 +156,25 @@ def observe_field(f: Kept, i: Kept, reading: Array, age: float, rates: Vector, p
     worst = total = 0.0
     for k in range(3):
         _field_along(f["H"], k, field)
-        ratio = _innovation_ratio(f, _part(innovation, k), variance)
+        ratio = innovation_ratio_of(f, _part(innovation, k), variance)
         worst, total = max(worst, ratio), total + ratio
-    fits = _fits(f, MAGNETOMETER - FIRST_LINE, period, worst)
+    fits = may_be_fused(f, MAGNETOMETER - FIRST_LINE, period, worst)
     if fits:
         worst = total = 0.0
         for k in range(3):
             _field_along(f["H"], k, field)
-            ratio = _fuse(f, 0, _part(innovation, k), variance)
+            ratio = fuse(f, 0, _part(innovation, k), variance)
             worst, total = max(worst, ratio), total + ratio
-        _correct_belief(f)
-    _note(f, MAGNETOMETER - FIRST_LINE, period, worst, total, 3, fits)
+        correct_belief(f)
+    note(f, MAGNETOMETER - FIRST_LINE, period, worst, total, 3, fits)
 
 
 @subroutine
 def _field_along(H: Array, k: int, field: Vector) -> None:
     """The derivative of the field along the body's axis ``k``, which has a bias of its own."""
     axis = Vector(1.0 if k == 0 else 0.0, 1.0 if k == 1 else 0.0, 1.0 if k == 2 else 0.0)
-    _set(H, ATTITUDE_ERROR, cross(axis, field))
-    _set(H, MAGNETIC_BIAS_ERROR, axis)
+    put_vector(H, ATTITUDE_ERROR, cross(axis, field))
+    put_vector(H, MAGNETIC_BIAS_ERROR, axis)
 
 
 @subroutine
@@ -286,75 +199,3 @@ def observe_pose(f: Kept, line: int, reading: Array, age: float, rates: Vector, 
     )
     _refuse_as_one(f, line, refused, since, period)
     return fits
-
-
-@subroutine
-def observe_airspeed(f: Kept, i: Kept, reading: Array, period: int) -> None:
-    """The pitot's airspeed, which tells of the wind alone: a wrong tube shall not move the vehicle."""
-    b, gains, H = get_belief(f, 0), get_wind_settings(f, 0), f["H"]
-    if reading[0] <= gains.min_pitot:
-        return
-    nose = rotate(b.attitude, Vector(1.0, 0.0, 0.0))
-    v_b = rotate_inverse(b.attitude, subtract(b.velocity, b.wind))
-    rate = get_specification(i, 0).pitot.timing.rate
-    innovation, variance = reading[0] - v_b.x, gains.pitot_noise * gains.pitot_noise * rate
-    _speed_along(H, nose, v_b)
-    ratio = _innovation_ratio(f, innovation, variance)
-    fits = _follows(f, reading[0], innovation, period) and _fits(f, PITOT - FIRST_LINE, period, ratio)
-    if fits:
-        _speed_along(H, nose, v_b)
-        ratio = _fuse(f, WIND_ERROR, innovation, variance)
-        _correct_belief(f)
-    _note(f, PITOT - FIRST_LINE, period, ratio, ratio, 1, fits)
-
-
-@subroutine
-def _follows(f: Kept, speed: float, innovation: float, period: int) -> bool:
-    """Whether the tube may be believed: the air in it is slow, and what has leapt is doubted until it is near again.
-
-    The wind may be anything, so the gate alone would let a wrong tube through.
-    """
-    at, line = f["refused_at"], PITOT - FIRST_LINE
-    before = f["before"][line, 0]
-    leaps = before > 0.0 and abs(speed - before) > TUBE_LEAP
-    if leaps or (abs(innovation) > TUBE_LEAP and (period - at[line]) * PERIOD <= TUBE_DOUBTED):
-        at[line] = period
-        return False
-    return True
-
-
-@subroutine
-def _speed_along(H: Array, nose: Vector, v_b: Vector) -> None:
-    """The derivative of the airspeed along the nose."""
-    _set(H, VELOCITY_ERROR, nose)
-    _set(H, WIND_ERROR, scaled(nose, -1.0))
-    _set(H, ATTITUDE_ERROR, cross(Vector(1.0, 0.0, 0.0), v_b))
-
-
-@subroutine
-def observe_wing(f: Kept, step: Step, has_tube: bool) -> None:
-    """The force across the wing, which tells of the wind alone: a wrong model shall not move the vehicle."""
-    b, gains, a, H = get_belief(f, 0), get_wind_settings(f, 0), get_model(f, 0), f["H"]
-    v_b = rotate_inverse(b.attitude, subtract(b.velocity, b.wind))
-    F, _ = wrench(v_b, subtract(step.rates, b.gyro_bias), step.actuators, a)
-    lightness = 1.0 / a.m
-    slope = normal_slope(v_b, step.actuators, a)
-    # The wing tells the product of speed and incidence: unchecked by a tube, gusts would be taken for speed.
-    slope = Vector(lightness * (slope.x if has_tube else 0.0), lightness * slope.y, lightness * slope.z)
-    by_wind = rotate(b.attitude, slope)
-    _set(H, WIND_ERROR, by_wind)
-    _set(H, VELOCITY_ERROR, scaled(by_wind, -1.0))
-    _set(H, ATTITUDE_ERROR, cross(v_b, slope))
-    H[ACCEL_BIAS_ERROR + 2] = 1.0
-    wrong = f["settings"]["model_share"] * lightness * F.z
-    variance = (gains.normal_noise * gains.normal_noise + wrong * wrong * f["settings"]["model_time"]) / SLOW_STEP
-    _fuse(f, WIND_ERROR, step.force.z - b.accel_bias.z - lightness * F.z, variance)
-    _correct_belief(f)
-
-
-@kernel
-def nose_wind_fading(b: Belief, time: float) -> Belief:
-    """The belief with the wind along the nose a slow step nearer to calm: without a tube nothing tells it."""
-    nose = rotate(b.attitude, Vector(1.0, 0.0, 0.0))
-    wind = add_scaled(b.wind, nose, -dot(b.wind, nose) * SLOW_STEP / time)
-    return with_wind(b, wind)

@@ -92,15 +92,17 @@ def _feel_ground(f: Kept, force: Vector, velocity: Vector, attitude: Quaternion)
     """Judge whether the vehicle stands on something."""
     through = subtract(velocity, get_belief(f, 0).wind)
     actuators, rates = get_believed_actuators(f, 0), get_smooth_rates(f, 0)
-    share, haste = 1.0, 1.0
-    if (
-        f["failed"][1] > 0.0
-    ):  # nothing is felt: what holds a vehicle up that does not sink, of which it has to be more sure
-        force, share, haste = rotate_inverse(attitude, Vector(0.0, 0.0, f["model"]["g"])), NUMB_SHARE, NUMB_HASTE
+    # The air pushes across the wing; of that only what is upwards holds a vehicle up.
+    share, haste, doubt = 1.0, 1.0, abs(rotate(attitude, Vector(0.0, 0.0, 1.0)).z) * f["air_doubt"]
+    if f["failed"][1] > 0.0:
+        # Nothing is felt: what holds a vehicle up that does not sink, of which it has to be more sure. The wing tells
+        # no more what the air may push.
+        force, doubt = rotate_inverse(attitude, Vector(0.0, 0.0, f["model"]["g"])), 0.0
+        share, haste = NUMB_SHARE, NUMB_HASTE
     support = share * contact.support_of(force, through, rates, attitude, actuators, get_model(f, 0))
     f["support"] = contact.smoothed(support, f["support"], SLOW_STEP * haste)
     nose_up = rotate(attitude, Vector(1.0, 0.0, 0.0)).z
-    f["on_ground"] = contact.stands(f["support"], nose_up, f["on_ground"], velocity, f["model"]["g"])
+    f["on_ground"] = contact.stands(f["support"], doubt, nose_up, f["on_ground"], velocity, f["model"]["g"])
 
 
 @kernel

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import math
-
 from sitl.compiled import kernel, subroutine
-from sitl.model.aerodynamics import thrusts
 from sitl.model.airframe import Airframe, Array
 from sitl.model.arithmetic import clipped, decay, rounded
 from sitl.model.quaternions import multiply, rotate_inverse, small_rotation
@@ -47,6 +44,7 @@ from sitl.sensors.instruments import (
     get_specification,
     send,
 )
+from sitl.sensors.pitot import speed_before_tube
 from sitl.sensors.specification import STANDARD_GRAVITY, Gnss, Magnetometer, MotionCapture, Pitot, SensorSet, Timing
 from sitl.storage import Kept
 
@@ -221,12 +219,8 @@ def _read_tube(i: Kept, spec: Pitot, errors: HiddenErrors, draws: Array, failure
 @kernel
 def tube_speed_after(errors: HiddenErrors, plant: Plant, wind: Vector, a: Airframe, spec: Pitot, dt: float) -> float:
     """What the tube's diaphragm feels a period later: the air ahead and a share of the slipstream, late [m/s]."""
-    body = plant.body
-    along = rotate_inverse(body.attitude, subtract(body.velocity, wind)).x
-    T1, T2 = thrusts(plant.actuators, along, a)
-    ahead, disc = max(along, 0.0), a.S / (4.0 * a.S_ratio)
-    swept = ahead * ahead + max(T1 + T2, 0.0) / (a.rho * disc)  # of the mean of both propellers
-    felt = along + spec.slipstream * (math.sqrt(swept) - ahead)
+    along = rotate_inverse(plant.body.attitude, subtract(plant.body.velocity, wind)).x
+    felt = speed_before_tube(along, plant.actuators, a, spec)
     return errors.tube_speed + (1.0 - decay(dt / spec.lag)) * (felt - errors.tube_speed)
 
 

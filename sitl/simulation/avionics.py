@@ -12,13 +12,22 @@ import numpy as np
 from sitl.control.wind_estimator import WindGains
 from sitl.design.wind import wind_gains
 from sitl.estimation.belief import ATTITUDE_ERROR, ERRORS, GYRO_BIAS_ERROR, POSITION_ERROR, VELOCITY_ERROR, Belief
-from sitl.estimation.filter import ALIGNING, MAX_HORIZON, REALIGNING, RUNNING, Filter, Step, filter_settings, new_filter
+from sitl.estimation.filter import (
+    ALIGNING,
+    MAX_HORIZON,
+    REALIGNING,
+    RUNNING,
+    Filter,
+    Step,
+    filter_settings,
+    new_filter,
+)
 from sitl.estimation.notch import quiet
 from sitl.estimation.strapdown import Increment, moved_by, no_increment
 from sitl.model.airframe import Airframe, Array
 from sitl.model.battery import Battery
 from sitl.model.ground import is_touching
-from sitl.model.quaternions import Quaternion, hover, multiply, normalised, small_rotation
+from sitl.model.quaternions import Quaternion, hover, multiply, normalised, rotate_inverse, small_rotation
 from sitl.model.state import Plant
 from sitl.model.vectors import Vector, add, scaled, subtract
 from sitl.sensors.battery_monitor import BatteryReading, monitored
@@ -35,6 +44,7 @@ from sitl.sensors.instruments import (
     instruments,
     send,
 )
+from sitl.sensors.pitot import speed_before_tube
 from sitl.sensors.sensor_files import load_sensors
 from sitl.sensors.specification import SensorSet
 from sitl.simulation.noise import BLOCK
@@ -183,16 +193,16 @@ class Avionics:
         fresh = named_from(Belief, f["belief"].item())
         ahead = named_from(Increment, f["ahead"].item())
         if not carries_on:
-            fresh, ahead = Belief(_NONE, _NONE, hover(0.0), *6 * (_NONE,), 0.0, 0.0), no_increment()
+            fresh, ahead = Belief(_NONE, _NONE, hover(0.0), *6 * (_NONE,), 0.0, _NONE, 0.0, 0.0, 0.0), no_increment()
         place, velocity, q = moved_by(ahead, fresh.position, fresh.velocity, fresh.attitude, float(f["model"]["g"]))
         f["belief"] = fresh._replace(position=place, velocity=velocity, attitude=q)
         f["ahead"], f["step"]["increment"] = no_increment(), no_increment()
         f["mean_rates"] = f["mean_force"] = _NONE
-        f["filled"] = f["aligned_for"] = f["moved"] = 0
+        f["filled"] = f["aligned_periods"] = f["moved"] = 0
         f["repeated"] = f["oddity"] = f["failed"] = 0.0
         f["phase"] = REALIGNING if carries_on and f["phase"] != ALIGNING else ALIGNING
 
-    def converge(self, plant: Plant, period: int) -> None:
+    def converge(self, plant: Plant, period: int, wind: Vector, airframe: Airframe) -> None:
         """Begin as a filter does that has run for a while and has just taken its origin.
 
         It is wrong by as much as it says itself, by chance, and knows nothing of the wind.
@@ -200,16 +210,19 @@ class Avionics:
         Args:
             plant: The vehicle as it is.
             period: Control periods flown.
+            wind: There, which the pitot has felt for long, world NWU [m/s].
+            airframe: Of the vehicle itself.
         """
         if not self.is_sensed:
             return
         f, i, body = self.filter, self.instruments, plant.body
+        self._settle_tube(plant, wind, airframe)
         i["errors"]["gnss_drift"], i["errors"]["barometer_drift"] = _NONE, 0.0
         errors = named_from(HiddenErrors, i["errors"].item())
         initial = np.array(f["settings"]["initial"])
         self._converged += 1
         draws = np.random.default_rng((self._seed, 3, self._converged)).standard_normal(ERRORS)
-        wrong = np.sqrt(initial) * in_fine_steps(draws)
+        wrong = np.sqrt(np.diag(initial)) * in_fine_steps(draws)
         turn = small_rotation(scaled(_vector(wrong, ATTITUDE_ERROR), -1.0))
         f["belief"] = Belief(
             position=subtract(body.position, _vector(wrong, POSITION_ERROR)),
@@ -222,20 +235,31 @@ class Avionics:
             magnetic_bias=_NONE,
             gnss_drift=_NONE,
             barometer_drift=0.0,
+            steady_wind=_NONE,
+            tube_bias=0.0,
+            tube_speed=0.0,
             static_port=0.0,
         )
-        f["covariance"] = np.diag(initial)
+        f["covariance"], f["air_doubt"] = initial, 0.0
         f["actuators"] = plant.actuators
         f["on_ground"] = stands = is_touching(plant, named_from(Airframe, f["model"].item()))
         f["support"] = f["model"]["g"] if stands else 0.0
         f["ahead"], f["step"] = no_increment(), Step(no_increment(), _NONE, _NONE, _NONE, _NONE, plant.actuators)
         f["filled"], f["phase"] = 0, RUNNING
         f["refused_since"], f["fused_at"] = -1.0, float(period)
-        f["refused_at"] = -1e9
+        f["refused_at"], f["before"] = -1e9, 0.0
         f["repeated"] = f["oddity"] = f["failed"] = 0.0
         f["speed_notch"], f["velocity"] = quiet(body.velocity), body.velocity
         f["notch"], f["rates"], f["acceleration"] = quiet(body.rates), body.rates, _NONE
         i["waiting"], i["pending"] = 0.0, np.array(plant.actuators)
+
+    def _settle_tube(self, plant: Plant, wind: Vector, airframe: Airframe) -> None:
+        """Let the pitot have felt its airspeed for long: what it lags behind would be taken for a wind."""
+        pitot, model = self.sensors.pitot, named_from(Airframe, self.filter["model"].item())
+        q, velocity = plant.body.attitude, plant.body.velocity
+        through, over_ground = rotate_inverse(q, subtract(velocity, wind)).x, rotate_inverse(q, velocity).x
+        self.instruments["errors"]["tube_speed"] = speed_before_tube(through, plant.actuators, airframe, pitot)
+        self.filter["belief"]["tube_speed"] = speed_before_tube(over_ground, plant.actuators, model, pitot)
 
 
 _NONE = Vector(0.0, 0.0, 0.0)

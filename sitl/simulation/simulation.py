@@ -104,7 +104,7 @@ class Simulation:
         estimate, course = perfect_estimate(plant, self.airframe), float(start.heading)
         self._arrays.flight = grounded(self.register.flight_type, self.design, plant, estimate, course, self.flight)
         if self._is_aligned or start.airborne:
-            self.avionics.converge(plant, self.periods)
+            self.avionics.converge(plant, self.periods, self.wind, self.airframe)
         else:
             self.avionics.restart(carries_on=False)
         self.reference = hover_at(plant.body.position, start.heading)
@@ -122,7 +122,7 @@ class Simulation:
         controller = flight.controller if actuators is None else flight.controller._replace(command=actuators)
         estimate = perfect_estimate(plant, self.airframe)._replace(wind=flight.controller.wind.wind)
         self._arrays.flight = flight._replace(plant=plant, controller=controller, estimate=estimate)
-        self.avionics.converge(plant, self.periods)
+        self.avionics.converge(plant, self.periods, self.wind, self.airframe)
 
     def retune(self, tuning: Tuning) -> None:
         """Take other gains and thresholds, in flight or not."""

@@ -29,13 +29,15 @@ from sitl.studies.craft import Craft
 from sitl.studies.seeded_flights import fly_draws, ignore_progress
 
 JUDGED_HEIGHT = 60.0  # [m]
-WIND, GUSTS = Vector(3.0, 1.0, 0.0), 0.5  # the latter rms per axis [m/s]
+WINDS = (3.0, 3.0, 0.3)  # deviation of the steady wind, as the filter expects it, world NWU [m/s]
+GUSTS = 0.5  # rms per axis [m/s]
 JUDGED_LEG, JUDGED_AIRSPEED = 900.0, 15.0  # [m], [m/s]
 STOP_AT, STOP_AFTER = 150.0, 10.0  # of the flight with transitions [m], [s]
 FIRST_LOOK, SECONDS, EVERY_PERIODS = 5.0, 30.0, 500  # first look and end [s], control periods between two looks
 MODEL_ERROR = 0.1  # how far a wrong model's constants are off, either way by turns
 NAVIGATION_ERRORS = 15  # position, velocity, attitude and both inertial biases
-LINE_NAMES = ("magnetometer", "barometer", "GNSS", "pitot", "motion capture", "external pose")
+LINE_NAMES = ("magnetometer", "barometer", "GNSS", "pitot", "motion capture", "external pose", "wing")
+# the last is no line: what the accelerometer feels across the wing
 
 
 class Phase(enum.Enum):
@@ -63,7 +65,8 @@ class ConsistencyFlight(NamedTuple):
     wind: Array  # NEES of the wind at each look, (k,)
     squared: Array  # errors of position, velocity and attitude squared, mean of the looks, (9,)
     said: Array  # what the filter said of them, (9,)
-    nis: Array  # mean squared innovation over its variance, per line; NaN where nothing was read, (6,)
+    squares: Array  # sum of squared innovations over their variances between two looks, per line, (k - 1, 7)
+    scalars: Array  # how many were summed, (k - 1, 7)
 
 
 def fly(draw: ConsistencyDraw, craft: Craft) -> ConsistencyFlight:
@@ -72,7 +75,8 @@ def fly(draw: ConsistencyDraw, craft: Craft) -> ConsistencyFlight:
     scale = {name: 1.0 + MODEL_ERROR * (1 if k % 2 == draw.seed % 2 else -1) for k, name in enumerate(UNCERTAIN)}
     airframe = perturbed(model, scale) if draw.wrong else model
     vehicle = craft.fly(draw.seed, Start(up=JUDGED_HEIGHT, airborne=True), airframe)
-    vehicle.set_wind(WIND, draw.gusts)
+    drawn = np.random.default_rng((draw.seed, 5)).standard_normal(3) * WINDS
+    vehicle.set_wind(Vector(*(float(part) for part in drawn)), draw.gusts)
     vehicle.begin_flight(Law.HOVER_ZERO_MOMENT)
     hold = hover_at((0.0, 0.0, JUDGED_HEIGHT), 0.0)
     path = leg((0.0, 0.0, JUDGED_HEIGHT), (JUDGED_LEG, 0.0, JUDGED_HEIGHT), JUDGED_AIRSPEED)
@@ -81,19 +85,19 @@ def fly(draw: ConsistencyDraw, craft: Craft) -> ConsistencyFlight:
 
 
 def _watched(vehicle: Simulation, draw: ConsistencyDraw) -> ConsistencyFlight:
-    looks = []
+    looks, counted = [], []
     while vehicle.time < SECONDS:
         if draw.phase is Phase.TRANSITION and vehicle.time >= STOP_AFTER and vehicle.reference.forward:
             vehicle.reference = hover_at((STOP_AT, 0.0, JUDGED_HEIGHT), 0.0)
         if vehicle.time >= FIRST_LOOK:
             looks.append(_look(vehicle))
+            f = vehicle.avionics.filter
+            counted.append((np.array(f["squares"]), np.array(f["scalars"])))
         vehicle.advance(EVERY_PERIODS - vehicle.periods % EVERY_PERIODS)
-    f = vehicle.avionics.filter
-    count = np.array(f["scalars"])
-    nis = np.where(count > 0, np.array(f["squares"]) / np.maximum(count, 1.0), np.nan)
+    squares, scalars = (np.diff([count[k] for count in counted], axis=0) for k in (0, 1))
     errors, variances = (np.array([look[k] for look in looks]) for k in (2, 3))
     navigation, wind = (np.array([look[k] for look in looks]) for k in (0, 1))
-    return ConsistencyFlight(draw, navigation, wind, (errors**2).mean(axis=0), variances.mean(axis=0), nis)
+    return ConsistencyFlight(draw, navigation, wind, (errors**2).mean(axis=0), variances.mean(axis=0), squares, scalars)
 
 
 def _look(vehicle: Simulation) -> tuple[float, float, Array, Array]:
@@ -150,7 +154,18 @@ class ConsistencyVerdict(NamedTuple):
     high: float
     inside: float  # share of the looks whose mean lies between them
     wind: float  # mean of the wind's NEES
-    wind_high: float  # its upper bound
+    wind_low: float  # its bounds
+    wind_high: float
+
+
+class InnovationVerdict(NamedTuple):
+    """The innovations of one instrument in the flights of one phase together."""
+
+    name: str
+    mean: float  # squared innovation over its variance
+    low: float  # 95 % bounds of the mean over the flights between two looks
+    high: float
+    inside: float  # share of the looks whose mean lies between them
 
 
 def verdict(flights: Sequence[ConsistencyFlight]) -> ConsistencyVerdict:
@@ -160,7 +175,25 @@ def verdict(flights: Sequence[ConsistencyFlight]) -> ConsistencyVerdict:
     means = np.mean([flight.navigation for flight in flights], axis=0)
     inside = float(np.mean((means >= low) & (means <= high)))
     wind = float(np.mean([flight.wind for flight in flights]))
-    return ConsistencyVerdict(float(means.mean()), low, high, inside, wind, float(chi2.ppf(0.975, 3 * N) / N))
+    bounds = (float(chi2.ppf(p, 3 * N) / N) for p in (0.025, 0.975))
+    return ConsistencyVerdict(float(means.mean()), low, high, inside, wind, *bounds)
+
+
+def judged_innovations(flights: Sequence[ConsistencyFlight]) -> list[InnovationVerdict]:
+    """Judge the innovations of every instrument that read in flights of one phase."""
+    squares = np.sum([flight.squares for flight in flights], axis=0)
+    scalars = np.sum([flight.scalars for flight in flights], axis=0)
+    verdicts = []
+    for line, name in enumerate(LINE_NAMES):
+        read = scalars[:, line] > 0.0
+        if read.any():
+            count = scalars[read, line]
+            means = squares[read, line] / count
+            low, high = (chi2.ppf(p, count) / count for p in (0.025, 0.975))
+            inside = float(np.mean((means >= low) & (means <= high)))
+            whole = float(squares[:, line].sum() / scalars[:, line].sum())
+            verdicts.append(InnovationVerdict(name, whole, float(low.min()), float(high.max()), inside))
+    return verdicts
 
 
 def summary(flown: Sequence[ConsistencyFlight]) -> list[str]:
@@ -179,13 +212,12 @@ def _phase_lines(phase: Phase, own: Sequence[ConsistencyFlight]) -> list[str]:
     v = verdict(own)
     rms = np.sqrt(np.mean([flight.squared for flight in own], axis=0))
     said = np.sqrt(np.mean([flight.said for flight in own], axis=0))
-    nis = np.nanmean([np.where(np.isnan(f.nis), 0.0, f.nis) for f in own], axis=0)
-    read = [f"{name} {nis[k]:.2f}" for k, name in enumerate(LINE_NAMES) if not np.isnan(own[0].nis[k])]
+    read = [f"{i.name} {i.mean:.2f} ({i.low:.2f} to {i.high:.2f})" for i in judged_innovations(own)]
     scaled = [np.linalg.norm(part[k : k + 3]) for part in (rms, said) for k in (0, 3, 6)]
     bounds = f"95 % bounds {v.low:.2f} to {v.high:.2f}, {100 * v.inside:.0f} % of looks inside"
     place, speed, turn = (f"{scaled[k]:.3f} (said {scaled[k + 3]:.3f})" for k in range(3))
     return [
-        f"  {phase.value:<12} NEES {v.mean:.2f} ({bounds}), wind {v.wind:.2f} (at most {v.wind_high:.2f})",
+        f"  {phase.value:<12} NEES {v.mean:.2f} ({bounds}), wind {v.wind:.2f} ({v.wind_low:.2f} to {v.wind_high:.2f})",
         f"  {'':<12} error {place} m, {speed} m/s, {turn} rad",
         f"  {'':<12} NIS: {', '.join(read)}",
     ]

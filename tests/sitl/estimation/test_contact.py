@@ -52,23 +52,31 @@ def test_a_pull_of_two_g_is_no_ground_to_a_model_that_is_ten_per_cent_off(sign):
     assert force.z == pytest.approx(2.0 * G, rel=0.05)
     support = support_of(force, v, STILL, pulled, actuators, NOMINAL)
     assert abs(support) > 0.02 * G  # the model is wrong
-    assert not stands(support, 1.0, False, Vector(0.0, 0.0, 0.0), G)
+    assert not stands(support, 0.0, 1.0, False, STILL, G)
 
 
 def test_it_takes_more_to_touch_than_to_stay_and_nothing_fast_stands():
     between = 0.5 * (TOUCHES + LEAVES) * G
-    assert stands(between, 1.0, True, STILL, G)
-    assert not stands(between, 1.0, False, STILL, G)
-    assert stands(G, 1.0, False, STILL, G)
-    assert not stands(G, 1.0, True, Vector(MAX_CONTACT_SPEED + 0.1, 0.0, 0.0), G)
+    assert stands(between, 0.0, 1.0, True, STILL, G)
+    assert not stands(between, 0.0, 1.0, False, STILL, G)
+    assert stands(G, 0.0, 1.0, False, STILL, G)
+    assert not stands(G, 0.0, 1.0, True, Vector(MAX_CONTACT_SPEED + 0.1, 0.0, 0.0), G)
+
+
+def test_what_the_air_may_push_is_no_ground():
+    push = 0.5 * G
+    assert stands(push, 0.0, 1.0, False, STILL, G)
+    assert not stands(push, 0.1 * G, 1.0, False, STILL, G)
+    assert stands(G, 0.1 * G, 1.0, False, STILL, G)
 
 
 def test_a_wing_that_the_wind_carries_does_not_lie_on_the_ground():
     carried = 0.5 * (TOUCHES + LIES) * G
-    assert stands(carried, 1.0, False, STILL, G)
-    assert not stands(carried, LOW_NOSE - 0.01, False, STILL, G)
-    assert not stands(carried, LOW_NOSE - 0.01, True, STILL, G)
-    assert stands(G, 0.0, False, STILL, G)
+    assert stands(carried, 0.0, 1.0, False, STILL, G)
+    assert not stands(carried, 0.0, LOW_NOSE - 0.01, False, STILL, G)
+    assert stands(G, 0.0, 0.0, False, STILL, G)
+    assert not stands(carried, 0.0, LOW_NOSE - 0.01, True, STILL, G)
+    assert stands(G, 0.3 * G, 0.0, False, STILL, G)
 
 
 def test_the_support_follows_within_its_time():

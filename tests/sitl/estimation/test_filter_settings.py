@@ -19,14 +19,20 @@ from sitl.estimation.belief import (
     MISALIGNMENT_ERROR,
     POSITION_ERROR,
     STATIC_PORT_ERROR,
+    STEADY_WIND_ERROR,
+    TUBE_BIAS_ERROR,
+    TUBE_SPEED_ERROR,
     VELOCITY_ERROR,
     WIND_ERROR,
+    WING_ERROR,
 )
 from sitl.estimation.filter import SLOW_STEP, filter_settings, new_filter
 from sitl.sensors.specification import Timing
 from tests.support.flights.ideal_sensors import NOMINAL, SHIPPED
 
 WIND = wind_gains()._replace(walk=1.7, return_time=150.0, max_deviation=2.5)
+SINGLE = {TUBE_BIAS_ERROR, TUBE_SPEED_ERROR, WING_ERROR, BAROMETER_DRIFT_ERROR, STATIC_PORT_ERROR}
+STEADY = np.array([WIND.max_deviation, WIND.max_deviation, kept.CALM_UP])
 OUTDOORS, ARENA = (filter_settings(SHIPPED, WIND, arena=arena) for arena in (False, True))
 
 
@@ -35,7 +41,7 @@ def vectors(**values):
     made = np.zeros(ERRORS)
     for name, value in values.items():
         first = getattr(kept, f"{name.upper()}_ERROR")
-        made[first : first + (1 if first in {BAROMETER_DRIFT_ERROR, STATIC_PORT_ERROR} else 3)] = value
+        made[first : first + (1 if first in SINGLE else 3)] = value
     return made
 
 
@@ -49,20 +55,23 @@ def test_every_error_gains_what_its_instrument_is_said_to(settings, shaken):
     gyroscope, accelerometer, gnss = SHIPPED.gyroscope, SHIPPED.accelerometer, SHIPPED.gnss
     wanted = vectors(
         attitude=0.5 * SLOW_STEP * (gyroscope.noise**2 + kept.SHAKEN_TURN**2),
-        velocity=0.5 * SLOW_STEP * (accelerometer.noise**2 + (shaken * accelerometer.vibration) ** 2),
+        velocity=0.5 * SLOW_STEP * accelerometer.noise**2,
         gyro_bias=walk(gyroscope.drift, gyroscope.drift_time),
         accel_bias=walk(accelerometer.drift, accelerometer.drift_time),
-        wind=WIND.walk**2 * SLOW_STEP,
+        steady_wind=walk(STEADY, kept.WEATHER_TIME),
+        wing=walk(kept.LACKED_SHARE, kept.LACKED_TIME),
         gnss_drift=walk((gnss.drift_level, gnss.drift_level, gnss.drift_up), gnss.drift_time),
         barometer_drift=walk(SHIPPED.barometer.drift, SHIPPED.barometer.drift_time),
     )
     assert settings.spread == pytest.approx(wanted, rel=1e-12, abs=0.0)
+    assert settings.shaken == pytest.approx(0.5 * SLOW_STEP * (shaken * accelerometer.vibration) ** 2, rel=1e-12)
 
 
 @pytest.mark.parametrize("settings", [OUTDOORS, ARENA])
 def test_what_is_forgotten_fades_with_its_time_and_all_else_stays(settings):
     gone = vectors(
-        wind=SLOW_STEP / WIND.return_time,
+        steady_wind=SLOW_STEP / kept.WEATHER_TIME,
+        wing=SLOW_STEP / kept.LACKED_TIME,
         gnss_drift=SLOW_STEP / SHIPPED.gnss.drift_time,
         barometer_drift=SLOW_STEP / SHIPPED.barometer.drift_time,
     )
@@ -74,28 +83,43 @@ def test_every_error_begins_as_large_as_its_instrument_makes_it():
     same = {
         "gyro_bias": (0.05 * SHIPPED.gyroscope.bias) ** 2 + SHIPPED.gyroscope.drift**2,
         "accel_bias": SHIPPED.accelerometer.bias**2,
-        "wind": WIND.max_deviation**2,
+        "wind": STEADY**2 + kept.FIRST_GUSTS**2,
+        "steady_wind": STEADY**2,
+        "wing": kept.LACKED_SHARE**2,
+        "tube_bias": SHIPPED.pitot.bias**2,
+        "tube_speed": WIND.max_deviation**2 + kept.FIRST_GUSTS**2,
         "misalignment": SHIPPED.motion_capture.misalignment**2,
         "magnetic_bias": field.bias**2,
         "static_port": SHIPPED.barometer.position_error**2,
     }
     turn = max(tilt, field.bias / math.hypot(field.field_north, field.field_west))
-    assert OUTDOORS.initial == pytest.approx(
+    assert np.diag(OUTDOORS.initial) == pytest.approx(
         vectors(position=0.09, velocity=0.01, attitude=turn**2, **same), rel=1e-12, abs=0.0
     )
     turn = max(tilt, SHIPPED.motion_capture.misalignment)
-    assert ARENA.initial == pytest.approx(
+    assert np.diag(ARENA.initial) == pytest.approx(
         vectors(position=1e-4, velocity=4e-4, attitude=turn**2, **same), rel=1e-12, abs=0.0
     )
+
+
+def test_the_wind_begins_as_the_steady_wind_with_a_gust_on_it():
+    P = OUTDOORS.initial
+    both = P[WIND_ERROR : WIND_ERROR + 3, STEADY_WIND_ERROR : STEADY_WIND_ERROR + 3]
+    assert np.array_equal(both, np.diag(STEADY**2))
+    assert np.array_equal(P, P.T)
+    assert np.count_nonzero(P - np.diag(np.diag(P))) == 2 * 3
 
 
 def test_the_errors_are_numbered_through():
     threes = (
         *(POSITION_ERROR, VELOCITY_ERROR, ATTITUDE_ERROR, GYRO_BIAS_ERROR, ACCEL_BIAS_ERROR, WIND_ERROR),
-        *(MISALIGNMENT_ERROR, MAGNETIC_BIAS_ERROR, GNSS_DRIFT_ERROR),
+        STEADY_WIND_ERROR,
     )
-    assert (*threes, BAROMETER_DRIFT_ERROR, STATIC_PORT_ERROR, ERRORS) == (*range(0, 28, 3), 28, 29)
-    assert (OUTDOORS.states, ARENA.states) == (ERRORS, ARENA_ERRORS) == (29, MAGNETIC_BIAS_ERROR)
+    singles = (TUBE_BIAS_ERROR, TUBE_SPEED_ERROR, WING_ERROR)
+    later = (*(MISALIGNMENT_ERROR, MAGNETIC_BIAS_ERROR, GNSS_DRIFT_ERROR),)
+    assert (*threes, *singles) == (*range(0, 19, 3), 21, 22, 23)
+    assert (*later, BAROMETER_DRIFT_ERROR, STATIC_PORT_ERROR, ERRORS) == (24, 27, 30, 33, 34, 35)
+    assert (OUTDOORS.states, ARENA.states) == (ERRORS, ARENA_ERRORS) == (35, MAGNETIC_BIAS_ERROR)
 
 
 def late(delay, jitter=0.0, rate=10.0):
@@ -113,7 +137,7 @@ def test_the_filter_stands_one_step_before_the_latest_reading_of_what_aids_it():
 
 def test_a_new_filter_has_seen_and_refused_nothing():
     made = new_filter(OUTDOORS, NOMINAL)
-    assert (made.phase, made.filled, made.oldest, made.aligned_for, made.moved, made.resets) == (
+    assert (made.phase, made.filled, made.oldest, made.aligned_periods, made.moved, made.resets) == (
         kept.ALIGNING,
         *[0] * 5,
     )

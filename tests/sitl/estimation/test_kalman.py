@@ -5,15 +5,26 @@ import pytest
 
 from sitl.estimation.belief import (
     ACCEL_BIAS_ERROR,
+    AIR_ERRORS,
     ARENA_ERRORS,
     ATTITUDE_ERROR,
     ERRORS,
     GYRO_BIAS_ERROR,
     POSITION_ERROR,
+    STEADY_WIND_ERROR,
     VELOCITY_ERROR,
     WIND_ERROR,
 )
-from sitl.estimation.kalman import correct, innovation_ratio, predict, restart, turn_errors
+from sitl.estimation.kalman import (
+    HEADING_BENDS,
+    correct,
+    follow,
+    innovation_ratio,
+    loosen_biases,
+    predict,
+    restart,
+    turn_errors,
+)
 from sitl.estimation.strapdown import Increment, increment_of, moved_by, rebiased
 from sitl.model.quaternions import conjugate, from_euler, multiply, rotate, small_rotation
 from sitl.model.vectors import Vector
@@ -44,6 +55,7 @@ def phi(q, i, fade):
     F[turn, turn] = matrix(conjugate(i.rotation))
     F[place, part(ACCEL_BIAS_ERROR)], F[speed, part(ACCEL_BIAS_ERROR)] = -0.5 * t * t * R, -t * R
     F[turn, part(GYRO_BIAS_ERROR)] = -t * np.eye(3)
+    F[part(WIND_ERROR), part(STEADY_WIND_ERROR)] = np.eye(3) - np.diag(fade[part(WIND_ERROR)])
     return F
 
 
@@ -105,7 +117,7 @@ def test_correction_is_the_textbook_s(n):
     S = H @ P @ H + 0.3
     K = P @ H / S
     wanted = P - np.outer(K, H @ P)
-    ratio = correct(P, H.copy(), np.zeros(ERRORS), errors, n, 0, 0.7, 0.3, NOT_GATED)
+    ratio = correct(P, H.copy(), np.zeros(ERRORS), errors, n, 0, ERRORS, 0.7, 0.3, NOT_GATED)
     assert ratio == pytest.approx(0.7**2 / S)
     assert errors == pytest.approx(K * 0.7)
     assert np.abs(P - wanted).max() < 1e-11
@@ -120,7 +132,7 @@ def test_scalars_one_by_one_are_the_readings_all_at_once():
     wanted, covariance = K @ innovations, P - K @ rows @ P
     errors = np.zeros(ERRORS)
     for H, innovation, variance in zip(rows, innovations, noise, strict=True):
-        correct(P, H, np.zeros(ERRORS), errors, ERRORS, 0, innovation, variance, NOT_GATED)
+        correct(P, H, np.zeros(ERRORS), errors, ERRORS, 0, ERRORS, innovation, variance, NOT_GATED)
         assert (H == 0.0).all()
     assert errors == pytest.approx(wanted)
     assert np.abs(P - covariance).max() < 1e-10
@@ -130,16 +142,16 @@ def test_where_errors_are_only_considered_it_is_joseph_s_form_with_their_gain_ze
     random = np.random.default_rng(4)
     P, H, errors = some_covariance(random), some_row(random, entries=8), np.zeros(ERRORS)
     H[WIND_ERROR] = 0.8
-    own = part(WIND_ERROR)
+    own = slice(WIND_ERROR, WIND_ERROR + AIR_ERRORS)
     K = np.zeros(ERRORS)
     K[own] = (P @ H)[own] / (H @ P @ H + 0.3)
     left = np.eye(ERRORS) - np.outer(K, H)
     wanted = left @ P @ left.T + 0.3 * np.outer(K, K)
     before = P.copy()
-    correct(P, H.copy(), np.zeros(ERRORS), errors, ERRORS, WIND_ERROR, 0.7, 0.3, NOT_GATED)
+    correct(P, H.copy(), np.zeros(ERRORS), errors, ERRORS, WIND_ERROR, AIR_ERRORS, 0.7, 0.3, NOT_GATED)
     assert errors == pytest.approx(K * 0.7)
     assert np.abs(P - wanted).max() < 1e-11
-    others = np.delete(np.arange(ERRORS), [WIND_ERROR, WIND_ERROR + 1, WIND_ERROR + 2])
+    others = np.delete(np.arange(ERRORS), np.arange(WIND_ERROR, WIND_ERROR + AIR_ERRORS))
     assert (P[np.ix_(others, others)] == before[np.ix_(others, others)]).all()
 
 
@@ -147,11 +159,11 @@ def test_what_is_beyond_the_gate_changes_nothing_but_is_told():
     random = np.random.default_rng(5)
     P, H, errors = some_covariance(random), some_row(random), np.zeros(ERRORS)
     before, deviation = P.copy(), float(np.sqrt(H @ P @ H + 0.3))
-    ratio = correct(P, H.copy(), np.zeros(ERRORS), errors, ERRORS, 0, 5.01 * deviation, 0.3, 5.0)
+    ratio = correct(P, H.copy(), np.zeros(ERRORS), errors, ERRORS, 0, ERRORS, 5.01 * deviation, 0.3, 5.0)
     assert ratio == pytest.approx(5.01**2)
     assert np.array_equal(P, before)
     assert (errors == 0.0).all()
-    correct(P, H.copy(), np.zeros(ERRORS), errors, ERRORS, 0, 4.99 * deviation, 0.3, 5.0)
+    correct(P, H.copy(), np.zeros(ERRORS), errors, ERRORS, 0, ERRORS, 4.99 * deviation, 0.3, 5.0)
     assert (errors != 0.0).any()
 
 
@@ -180,7 +192,7 @@ def test_the_covariance_stays_symmetric_and_positive_over_many_random_steps(seed
             errors = np.zeros(ERRORS)
             first = WIND_ERROR if random.random() < 0.3 else 0
             variance = 10.0 ** random.uniform(-8.0, 2.0)
-            correct(P, some_row(random, entries=2), PH, errors, ERRORS, first, 0.1, variance, NOT_GATED)
+            correct(P, some_row(random, entries=2), PH, errors, ERRORS, first, AIR_ERRORS, 0.1, variance, NOT_GATED)
         if step % 20 == 0:
             scale = np.sqrt(np.diag(P))
             correlation = P / np.outer(scale, scale)
@@ -188,18 +200,6 @@ def test_the_covariance_stays_symmetric_and_positive_over_many_random_steps(seed
             assert np.linalg.eigvalsh(0.5 * (correlation + correlation.T)).min() > -1e-7
             assert (scale > 0.0).all()
     assert np.isfinite(P).all()
-
-
-@pytest.mark.parametrize("n", [ERRORS, ARENA_ERRORS])
-def test_the_innovation_ratio_is_what_a_correction_would_find_and_changes_nothing(n):
-    random = np.random.default_rng(7)
-    P, H = some_covariance(random, n), some_row(random, n, entries=5)
-    before = P.copy()
-    found = innovation_ratio(P, H, n, 0.7, 0.3)
-    assert found == pytest.approx(0.7**2 / (H @ P @ H + 0.3))
-    assert np.array_equal(P, before)
-    assert np.count_nonzero(H) == 5
-    assert correct(P, H, np.zeros(ERRORS), np.zeros(ERRORS), n, 0, 0.7, 0.3, NOT_GATED) == pytest.approx(found)
 
 
 @pytest.mark.parametrize("n", [ERRORS, ARENA_ERRORS])
@@ -218,3 +218,39 @@ def test_a_corrected_attitude_carries_its_errors_over(n):
     carried = J[part(ATTITUDE_ERROR), part(ATTITUDE_ERROR)] @ (np.array(small) - np.array(turn))
     assert np.abs(carried - exact).max() < 1e-5
     assert np.abs((np.array(small) - np.array(turn)) - exact).max() > 5e-5
+
+
+def test_biases_are_as_loose_as_the_heading_and_no_tilt_makes_them_so():
+    up = Vector(*(matrix(Q).T @ (0.0, 0.0, 1.0)))
+    heading, level = np.outer(up, up), np.eye(3) - np.outer(up, up)
+    for variance, gained in ((heading, HEADING_BENDS * 0.5), (level, 0.0)):
+        P = np.zeros((ERRORS, ERRORS))
+        P[part(ATTITUDE_ERROR), part(ATTITUDE_ERROR)] = variance
+        before = P.copy()
+        loosen_biases(P, up, 0.5)
+        assert np.abs(np.diag(P - before)[part(ACCEL_BIAS_ERROR)] - gained).max() < 1e-15
+        P[part(ACCEL_BIAS_ERROR), part(ACCEL_BIAS_ERROR)] = 0.0
+        assert not (P - before).any()
+
+
+@pytest.mark.parametrize("n", [ERRORS, ARENA_ERRORS])
+def test_the_surprise_is_what_a_correction_would_find_and_changes_nothing(n):
+    random = np.random.default_rng(7)
+    P, H = some_covariance(random, n), some_row(random, n, entries=5)
+    before = P.copy()
+    found = innovation_ratio(P, H, n, 0.7, 0.3)
+    assert found == pytest.approx(0.7**2 / (H @ P @ H + 0.3))
+    assert np.array_equal(P, before)
+    assert np.count_nonzero(H) == 5
+    assert correct(P, H, np.zeros(ERRORS), np.zeros(ERRORS), n, 0, 0, 0.7, 0.3, NOT_GATED) == pytest.approx(found)
+
+
+def test_an_error_that_becomes_a_sum_of_errors_is_as_large_as_that_sum():
+    random = np.random.default_rng(7)
+    P, H, row = some_covariance(random), some_row(random), 22
+    G = np.eye(ERRORS)
+    G[row] = H
+    wanted = G @ P @ G.T
+    follow(P, H, np.zeros(ERRORS), ERRORS, row)
+    assert np.abs(P - wanted).max() < 1e-11
+    assert not H.any()

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from sitl.estimation import navigator
+from sitl.estimation.belief import VELOCITY_ERROR
+from sitl.model.state import Actuators
 from sitl.model.vectors import Vector
 from sitl.sensors.instruments import (
     BAROMETER,
@@ -21,6 +23,7 @@ from sitl.sensors.instruments import (
     Inertial,
     put_inertial,
 )
+from sitl.sensors.specification import REFERENCE_SPEED
 from tests.support.flights.ideal_sensors import SHIPPED, aboard
 from tests.support.flights.sensed_flights import (
     MOCAP,
@@ -188,7 +191,7 @@ def test_the_wing_is_checked_by_a_tube_that_was_not_refused_for_three_seconds(mo
     i, f, steps = aboard(SHIPPED)
     f["settings"]["horizon"], now, seen = 0, 100_000, []
     f["refused_at"][PITOT - FIRST_LINE] = now - round(age / 0.002)
-    monkeypatch.setattr(navigator, "observe_wing", lambda _f, _step, has_tube: seen.append(has_tube))
+    monkeypatch.setattr(navigator, "observe_wing", lambda _f, _step, has_tube, _vibration: seen.append(has_tube))
     navigator._slow_step(f, i, steps, now, True)
     navigator._slow_step(f, i, steps, now, False)
     assert seen == [tells, False]
@@ -202,3 +205,13 @@ def test_gyroscope_and_accelerometer_fail_each_for_itself(failing):
         put_inertial(i, 0, Inertial(rates, force))
         navigator._judge(f, i)
     assert f["failed"].tolist() == [float(wild) for wild in failing]
+
+
+def test_faster_propellers_leave_the_velocity_less_sure():
+    _, f, _ = aboard(SHIPPED)
+    gained = []
+    for speed in (0.0, REFERENCE_SPEED, 1.5 * REFERENCE_SPEED):
+        navigator._shake(f, Actuators(speed, speed, 0.0, 0.0))
+        gained.append(f["spread"][VELOCITY_ERROR : VELOCITY_ERROR + 3] - f["settings"]["spread"][VELOCITY_ERROR])
+    shaken = float(f["settings"]["shaken"])
+    assert np.allclose(gained, np.outer([0.0, shaken, 1.5**4 * shaken], np.ones(3)), rtol=1e-12, atol=0.0)

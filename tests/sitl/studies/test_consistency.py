@@ -16,6 +16,7 @@ from sitl.studies.consistency import (
     Phase,
     errors_of,
     fly,
+    judged_innovations,
     summary,
     verdict,
 )
@@ -56,19 +57,21 @@ def test_a_flight_of_each_phase_is_looked_at_every_second(phase, wrong, short):
     assert (flown.navigation > 0.0).all()
     assert (flown.navigation < 20.0 * NAVIGATION_ERRORS).all()  # wrong by far less than a gross mistake
     assert (flown.said > 0.0).all()
-    assert np.isnan(flown.nis[LINE_NAMES.index("motion capture")])
-    assert 0.2 < flown.nis[LINE_NAMES.index("magnetometer")] < 3.0
+    assert not flown.scalars[:, LINE_NAMES.index("motion capture")].any()
+    (magnetic,) = [told for told in judged_innovations([flown]) if told.name == "magnetometer"]
+    assert 0.2 < magnetic.mean < 3.0
     again = fly(draw, DEFAULT_CRAFT)
     assert again.navigation.tolist() == flown.navigation.tolist()
 
 
 def flights(scale=1.0, number=200, phase=Phase.HOVER, wrong=False):
     """Flights of a filter whose errors are wrong by a factor squared."""
-    random, nis = np.random.default_rng(1), np.array([1.0, 1.1, 0.9, np.nan, np.nan, np.nan])
+    random, scalars = np.random.default_rng(1), np.tile([150.0, 50.0, 60.0, 0.0, 0.0, 0.0, 0.0], (19, 1))
+    squares = scalars * (1.0, 1.1, 0.9, 0.0, 0.0, 0.0, 0.0)
     return [
         ConsistencyFlight(
             ConsistencyDraw(seed, phase, wrong), scale * random.chisquare(NAVIGATION_ERRORS, 20),
-            random.chisquare(3, 20), np.full(9, 0.04), np.full(9, 0.01), nis,
+            random.chisquare(3, 20), np.full(9, 0.04), np.full(9, 0.01), squares, scalars,
         )
         for seed in range(number)
     ]  # fmt: skip
@@ -85,6 +88,16 @@ def test_the_verdict_tells_a_filter_that_is_right_from_one_that_is_too_sure():
     assert shy.mean < shy.low
 
 
+def test_innovations_are_judged_by_how_many_there_are():
+    few, many = judged_innovations(flights(number=2)), judged_innovations(flights(number=100))
+    assert [told.name for told in many] == ["magnetometer", "barometer", "GNSS"]
+    for one, all_ in zip(few, many, strict=True):
+        assert one.mean == pytest.approx(all_.mean)
+        assert one.low < all_.low < 1.0 < all_.high < one.high
+    assert [told.inside for told in few] == [1.0, 1.0, 1.0]
+    assert [told.inside for told in many] == [1.0, 0.0, 0.0]  # by a tenth too large and too small
+
+
 def test_more_flights_make_the_bounds_narrower():
     few, many = verdict(flights(number=20)), verdict(flights(number=200))
     assert many.high - many.low < 0.4 * (few.high - few.low)
@@ -95,6 +108,7 @@ def test_the_summary_has_phases_by_model_and_only_the_instruments_that_read():
     assert lines[0].startswith("model right, 15 errors")
     assert lines[1].split()[0] == "hover"
     assert "error 0.346 (said 0.173) m" in lines[2]
-    assert lines[3].split("NIS: ")[1] == "magnetometer 1.00, barometer 1.10, GNSS 0.90"
+    told = [part.split(" (")[0] for part in lines[3].split("NIS: ")[1].split(", ")]
+    assert told == ["magnetometer 1.00", "barometer 1.10", "GNSS 0.90"]
     assert lines[4].startswith("model 10 % wrong")
     assert lines[5].split()[0] == "cruise"

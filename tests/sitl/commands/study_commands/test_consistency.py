@@ -35,8 +35,8 @@ def judged(monkeypatch, nees, wind, *more):
         draws = [
             ConsistencyDraw(seed, phase, wrong, gusts) for wrong in (False, True) for phase in Phase for seed in seeds
         ]
-        nis = np.array([1.0, 1.0, 1.0, 1.0, np.nan, np.nan])
-        looks = (np.full(5, nees), np.full(5, wind), np.ones(9), np.ones(9), nis)
+        lines = np.tile([50.0, 50.0, 50.0, 50.0, 0.0, 0.0, 100.0], (4, 1))
+        looks = (np.full(5, nees), np.full(5, wind), np.ones(9), np.ones(9), lines, lines)
         return [ConsistencyFlight(draw, *looks) for draw in draws]
 
     monkeypatch.setattr(consistency, "run", run)

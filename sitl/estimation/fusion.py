@@ -1,0 +1,113 @@
+"""How one scalar reading corrects the filter, and whether its instrument is believed.
+
+Here is what all instruments share; what each of them tells is in ``observations`` and ``air_readings``.
+"""
+
+from __future__ import annotations
+
+from sitl.compiled import kernel, subroutine
+from sitl.estimation.belief import (
+    AIR_ERRORS,
+    ATTITUDE_ERROR,
+    corrected,
+)
+from sitl.estimation.filter import (
+    get_belief,
+    put_belief,
+)
+from sitl.estimation.kalman import correct, innovation_ratio, turn_errors
+from sitl.model.airframe import Array
+from sitl.model.vectors import Vector
+from sitl.sensors.instruments import (
+    FIRST_LINE,
+    GNSS,
+    LINES,
+    MOTION_CAPTURE,
+)
+from sitl.storage import Kept
+from sitl.timing import PERIOD
+
+NO_OTHER = -1
+SATELLITE_VELOCITY, POSE_ATTITUDE = LINES, LINES + 1  # slots beside the lines: they are refused by themselves
+MISTRUSTED_TIME = 0.5  # after a reading that was refused, none is fused for so long: garbage fits now and then [s]
+# A belief goes astray little by little: where a reading that was right just before is far off, the instrument is wrong.
+LATELY = 0.3  # since the last refusal: what comes sooner is not the first [s]
+LEAPT = 16.0  # far off, in gates, squared
+JUST_BEFORE = 1.0  # since an instrument last helped: after a longer silence the belief may be what went astray [s]
+
+
+@kernel
+def put_vector(H: Array, first: int, value: Vector) -> None:
+    """Set three numbers of H."""
+    H[first], H[first + 1], H[first + 2] = value.x, value.y, value.z
+
+
+@subroutine
+def fuse(f: Kept, first: int, innovation: float, variance: float) -> float:
+    """Correct by a scalar whose derivative stands in H; see :func:`sitl.estimation.kalman.correct`."""
+    n, gate = f["settings"]["states"], f["settings"]["gate"]
+    return correct(f["covariance"], f["H"], f["PH"], f["errors"], n, first, AIR_ERRORS, innovation, variance, gate)
+
+
+@subroutine
+def innovation_ratio_of(f: Kept, innovation: float, variance: float) -> float:
+    """The squared innovation over its variance of a scalar whose derivative stands in H, which is set to zero."""
+    ratio = innovation_ratio(f["covariance"], f["H"], f["settings"]["states"], innovation, variance)
+    f["H"][:] = 0.0
+    return ratio
+
+
+@subroutine
+def may_be_fused(f: Kept, slot: int, period: int, worst: float) -> bool:
+    """Whether a reading agrees with the belief and may be fused; ``slot`` is its line, or one beside the lines."""
+    at, gate = f["refused_at"], f["settings"]["gate"]
+    if worst > gate * gate:
+        if (period - at[slot]) * PERIOD > LATELY:
+            f["leapt"][slot] = 1.0 if worst > LEAPT * gate * gate and _helped_lately(f, slot, period) else 0.0
+        at[slot] = period
+        return False
+    if (period - at[slot]) * PERIOD > LATELY:
+        f["leapt"][slot] = 0.0
+    return bool((period - at[slot]) * PERIOD > MISTRUSTED_TIME)
+
+
+@kernel
+def _helped_lately(f: Kept, slot: int, period: int) -> bool:
+    """Whether the instrument of a slot was right just before."""
+    beside = GNSS if slot == SATELLITE_VELOCITY else MOTION_CAPTURE
+    line = slot if slot < LINES else beside - FIRST_LINE
+    return bool((period - f["fused_at"][line]) * PERIOD < JUST_BEFORE)
+
+
+@subroutine
+def note(f: Kept, line: int, period: int, worst: float, total: float, scalars: int, fused: bool) -> bool:
+    """Note how well a reading agreed; whether it was fused."""
+    f["ratio"][line] = worst
+    f["squares"][line] += total
+    f["scalars"][line] += scalars
+    gate = f["settings"]["gate"]
+    if worst <= gate * gate:
+        f["refused_since"][line] = -1.0
+        f["fused_at"][line] = period if fused else f["fused_at"][line]
+        return fused
+    if f["refused_since"][line] < 0.0:
+        f["refused_since"][line] = period
+    return False
+
+
+@subroutine
+def correct_belief(f: Kept) -> None:
+    """Take the estimated errors out of the belief."""
+    errors = f["errors"]
+    turn = Vector(errors[ATTITUDE_ERROR], errors[ATTITUDE_ERROR + 1], errors[ATTITUDE_ERROR + 2])
+    if turn.x != 0.0 or turn.y != 0.0 or turn.z != 0.0:
+        turn_errors(f["covariance"], f["settings"]["states"], turn)
+    put_belief(f, 0, corrected(get_belief(f, 0), f["errors"]))
+
+
+@kernel
+def sum_of_errors(H: Array, first: int, other: int) -> None:
+    """Let the scalar be the sum of two errors, or the first alone."""
+    H[first] = 1.0
+    if other != NO_OTHER:
+        H[other] = 1.0

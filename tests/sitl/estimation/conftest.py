@@ -1,0 +1,40 @@
+"""A look at what a reading would correct."""
+
+import numpy as np
+import pytest
+
+from sitl.estimation import fusion
+from sitl.estimation.belief import (
+    ERRORS,
+)
+from sitl.estimation.filter import put_belief
+from tests.support.flights.ideal_sensors import SHIPPED, aboard
+from tests.support.flights.observed_cruise import (
+    AIR,
+    CRUISE,
+)
+
+
+@pytest.fixture
+def looked(monkeypatch):
+    """A function that observes under a belief, and gives derivative and innovation of every scalar it would fuse."""
+    i, f, _ = aboard(SHIPPED)
+    f["covariance"][:] = 1e3 * np.eye(ERRORS)  # nothing is refused
+    f["covariance"][AIR, AIR] = 1e-4 * np.eye(3)  # and the wind's spread bends nothing
+    f["on_ground"] = False
+    seen = []
+
+    def note(P, H, PH, errors, n, first, count, innovation, variance, gate):
+        seen.append((H.copy(), innovation, first, variance))
+        H[:] = 0.0
+        return 0.0
+
+    monkeypatch.setattr(fusion, "correct", note)
+
+    def look(observe, belief=CRUISE):
+        seen.clear()
+        put_belief(f, 0, belief)
+        observe(f, i)
+        return list(seen)
+
+    return look

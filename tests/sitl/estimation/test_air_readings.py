@@ -1,0 +1,128 @@
+"""What pitot and wing tell of the wind."""
+
+import numpy as np
+import pytest
+
+from sitl.estimation import air_readings
+from sitl.estimation.belief import (
+    AIR_ERRORS,
+    ERRORS,
+    WIND_ERROR,
+    WING_ERROR,
+)
+from sitl.estimation.filter import get_belief, put_belief
+from sitl.model.aerodynamics import wrench
+from sitl.model.quaternions import rotate, rotate_inverse
+from sitl.model.vectors import Vector, add_scaled, norm, subtract
+from sitl.sensors.instruments import (
+    FIRST_LINE,
+    PITOT,
+)
+from sitl.storage import column
+from tests.support.flights.ideal_sensors import NOMINAL, SHIPPED, aboard
+from tests.support.flights.observed_cruise import (
+    ACTUATORS,
+    AIRSPEED,
+    CRUISE,
+    OBSERVED,
+    PERIODS,
+    RATES,
+    filter_with,
+    fused,
+    reading_of,
+    wing_step,
+)
+
+
+@pytest.mark.parametrize("name", ["airspeed", "wing"])
+def test_the_air_s_readings_tell_of_the_wind_alone(name):
+    after, before, P, _ = fused(name, CRUISE)
+    assert after.wind != CRUISE.wind
+    air = ("wind", "steady_wind", "tube_bias", "tube_speed")
+    assert column(after._replace(**{k: getattr(CRUISE, k) for k in air})) == pytest.approx(column(CRUISE))
+    others = np.delete(np.arange(ERRORS), np.arange(WIND_ERROR, WIND_ERROR + AIR_ERRORS))
+    assert (P[np.ix_(others, others)] == before[np.ix_(others, others)]).all()
+    assert np.trace(P[WIND_ERROR : WIND_ERROR + 3, WIND_ERROR : WIND_ERROR + 3]) < 3e-2
+
+
+def test_the_wing_s_model_is_doubted_by_a_share_of_its_force(looked):
+    ((H, *_),) = looked(OBSERVED["wing"])
+    F, _ = wrench(AIRSPEED, RATES, ACTUATORS, NOMINAL)
+    across = abs(AIRSPEED.z) / norm(AIRSPEED)
+    share = air_readings.ATTACHED * (1.0 - across) + across
+    assert H[WING_ERROR] == pytest.approx(share * F.z / NOMINAL.m, rel=1e-3)
+
+
+def test_on_the_ground_the_wing_tells_nothing_of_the_wind():
+    i, f, _ = aboard(SHIPPED)
+    f["covariance"][:] = np.eye(ERRORS)
+    put_belief(f, 0, CRUISE)
+    f["on_ground"] = True
+    OBSERVED["wing"](f, i)
+    assert get_belief(f, 0) == CRUISE
+    assert f["air_doubt"] > 0.1
+
+
+def test_near_its_threshold_a_tube_is_heard_where_it_is_expected_to_read(looked):
+    slow = CRUISE._replace(
+        wind=add_scaled(CRUISE.wind, rotate(CRUISE.attitude, Vector(1.0, 0.0, 0.0)), AIRSPEED.x - 3.5),
+        tube_speed=3.5,
+    )
+    reading = reading_of((0, 4.5))
+    assert looked(lambda f, i: air_readings.observe_airspeed(f, i, reading, PERIODS), slow) == []
+    assert looked(lambda f, i: air_readings.observe_airspeed(f, i, reading, PERIODS)) != []
+
+
+def test_a_tube_below_its_threshold_tells_nothing(looked):
+    assert looked(lambda f, i: air_readings.observe_airspeed(f, i, reading_of((0, 0.0)), PERIODS)) == []
+
+
+def test_without_a_tube_the_wing_tells_nothing_of_the_speed(looked):
+    def along_nose(rows):
+        ((H, *_),) = rows
+        return rotate_inverse(CRUISE.attitude, Vector(*H[WIND_ERROR : WIND_ERROR + 3])).x
+
+    alone = looked(lambda f, _: air_readings.observe_wing(f, wing_step(), False, 0.0))
+    assert along_nose(alone) == pytest.approx(0.0, abs=1e-12)
+    assert abs(along_nose(looked(OBSERVED["wing"]))) > 1e-3
+
+
+def test_without_a_tube_the_wind_along_the_nose_fades_to_calm_and_only_that():
+    before = CRUISE
+    after = air_readings.nose_wind_fading(before, 5.0)
+    gone = rotate_inverse(before.attitude, subtract(after.wind, before.wind))
+    along = rotate_inverse(before.attitude, before.wind).x
+    assert gone == pytest.approx((-along * 0.01 / 5.0, 0.0, 0.0), abs=1e-9)
+    assert after._replace(wind=before.wind) == before
+
+
+def test_the_air_s_force_is_compared_with_what_is_felt_less_the_bias(looked):
+    ((_, innovation, *_),) = looked(OBSERVED["wing"])
+    # So much more than the model makes is in the step; its mean over the uncertain wind is nearly that at the belief.
+    assert innovation == pytest.approx(0.1, abs=0.005)
+
+
+def test_a_tube_that_is_refused_is_noted_as_the_tube_s():
+    i, f = filter_with()
+    before = f["refused_at"].copy()
+    air_readings.observe_airspeed(f, i, reading_of((0, AIRSPEED.x + 30.0)), PERIODS)
+    assert np.flatnonzero(f["refused_at"] != before).tolist() == [PITOT - FIRST_LINE]
+    assert f["refused_at"][PITOT - FIRST_LINE] == PERIODS
+
+
+@pytest.mark.parametrize(
+    ("innovation", "age", "believed"),
+    [(3.0, 0.0, True), (3.0 + 1e-9, 0.0, False), (-3.1, 0.0, False), (9.0, 3.0, False), (9.0, 3.002, True)],
+)
+def test_after_a_refusal_the_tube_has_to_be_near_for_three_seconds(innovation, age, believed):
+    _, f = filter_with()
+    now = 5000
+    f["refused_at"][PITOT - FIRST_LINE] = now - round(age / 0.002)
+    assert air_readings._follows(f, 12.0, innovation, now) == believed
+
+
+@pytest.mark.parametrize(("speed", "believed"), [(9.0, True), (15.0, True), (15.1, False), (8.9, False)])
+def test_a_tube_that_leaps_is_not_believed(speed, believed):
+    _, f = filter_with()
+    f["before"][PITOT - FIRST_LINE, 0] = 12.0
+    assert air_readings._follows(f, speed, 0.0, 5000) == believed
