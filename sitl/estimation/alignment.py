@@ -29,6 +29,7 @@ from sitl.estimation.filter import (
 )
 from sitl.estimation.kalman import restart
 from sitl.estimation.strapdown import moved_by, no_increment
+from sitl.model.airframe import Array
 from sitl.model.quaternions import Quaternion, normalised, rotate_inverse
 from sitl.model.vectors import Vector, add_scaled, cross, norm, scaled, subtract
 from sitl.sensors.draws import vector_at
@@ -169,56 +170,65 @@ def _can_begin(f: Kept, i: Kept, period: int) -> bool:
 @subroutine
 def _begin(f: Kept, i: Kept, stands: bool, period: int) -> None:
     """Set belief and covariance, and let the filter run."""
-    P, initial = f["covariance"], f["settings"]["initial"]
-    P[:, :] = initial
-    b, source, zero = get_belief(f, 0), _source(i, period), Vector(0.0, 0.0, 0.0)
+    f["covariance"][:, :] = f["settings"]["initial"]
+    b, source = get_belief(f, 0), _source(i, period)
     line = source - FIRST_LINE
     still = stands and f["phase"] == ALIGNING  # a filter that is restarted may be in a hover as steady as the ground
-    _, carried, _ = moved_by(get_ahead(f, 0), b.position, b.velocity, b.attitude, f["model"]["g"])
+    _, velocity, _ = moved_by(get_ahead(f, 0), b.position, b.velocity, b.attitude, f["model"]["g"])
     reading = _newest(i, source)
     place = vector_at(reading, 0)
     if source != GNSS:
-        velocity, q = carried, Quaternion(reading[3], reading[4], reading[5], reading[6])
+        q = Quaternion(reading[3], reading[4], reading[5], reading[6])
     else:
-        spec = get_specification(i, 0).magnetometer
-        earth = Vector(spec.field_north, spec.field_west, spec.field_up)
         velocity = vector_at(reading, 3)
         still = still and norm(velocity) < MAX_STILL_SPEED
         age = (period - i["sampled"][line, int(i["first"][line])]) * PERIOD
         place = place if still else add_scaled(place, velocity, age)
+        spec = get_specification(i, 0).magnetometer
+        earth = Vector(spec.field_north, spec.field_west, spec.field_up)
         q = attitude_from(get_mean_force(f, 0), vector_at(_newest(i, MAGNETOMETER), 0), earth)
-    bias = get_mean_rates(f, 0) if still else b.gyro_bias
     if not still:
-        restart(P, VELOCITY_ERROR, FLYING_SPEED * FLYING_SPEED)
-        restart(P, GYRO_BIAS_ERROR, FLYING_BIAS * FLYING_BIAS)
-        restart(P, POSITION_ERROR, max(P[POSITION_ERROR, POSITION_ERROR], 0.25))
-        if source == GNSS:
-            restart(P, ATTITUDE_ERROR, FLYING_TILT * FLYING_TILT)
-    put_belief(
-        f,
-        0,
-        Belief(
-            place,
-            zero if still else velocity,
-            q,
-            bias,
-            b.accel_bias,
-            b.wind,
-            zero,
-            zero,
-            zero,
-            0.0,
-            b.steady_wind,
-            b.tube_bias,
-            rotate_inverse(q, subtract(velocity, b.wind)).x,
-            b.static_port,
-        ),
-    )
+        _doubt_flying(f["covariance"], source == GNSS)
+    velocity = velocity if not still else Vector(0.0, 0.0, 0.0)
+    put_belief(f, 0, _first_belief(b, place, velocity, q, get_mean_rates(f, 0) if still else b.gyro_bias))
     feel_for_long(f)
+    _run(f, i, line, period)
+
+
+@subroutine
+def _doubt_flying(P: Array, is_roughly_turned: bool) -> None:
+    """Doubt more what was not found at a standstill.
+
+    Args:
+        P: Covariance, changed in place, (ERRORS, ERRORS).
+        is_roughly_turned: Whether the attitude comes from gravity in flight, and no pose told it.
+    """
+    restart(P, VELOCITY_ERROR, FLYING_SPEED * FLYING_SPEED)
+    restart(P, GYRO_BIAS_ERROR, FLYING_BIAS * FLYING_BIAS)
+    restart(P, POSITION_ERROR, max(P[POSITION_ERROR, POSITION_ERROR], 0.25))
+    if is_roughly_turned:
+        restart(P, ATTITUDE_ERROR, FLYING_TILT * FLYING_TILT)
+
+
+@kernel
+def _first_belief(b: Belief, place: Vector, velocity: Vector, q: Quaternion, gyro_bias: Vector) -> Belief:
+    """What is believed at first; of the belief before, the biases of the body and the wind are kept."""
+    zero = Vector(0.0, 0.0, 0.0)
+    along = rotate_inverse(q, subtract(velocity, b.wind)).x
+    return Belief(
+        place, velocity, q, gyro_bias, b.accel_bias, b.wind, zero, zero, zero, 0.0,
+        b.steady_wind, b.tube_bias, along, b.static_port,
+    )  # fmt: skip
+
+
+@subroutine
+def _run(f: Kept, i: Kept, line: int, period: int) -> None:
+    """Let the filter run from here; all that waits is older than where it begins."""
+    zero = Vector(0.0, 0.0, 0.0)
     put_ahead(f, 0, no_increment())
     put_filling(f, 0, Step(no_increment(), zero, zero, zero, zero, get_believed_actuators(f, 0)))
     f["filled"], f["phase"] = 0, RUNNING
     f["fused_at"][line] = period
     for k in range(LINES):
         f["refused_since"][k] = -1.0
-        i["waiting"][k] = 0.0  # all of it is older than where the filter begins
+        i["waiting"][k] = 0.0

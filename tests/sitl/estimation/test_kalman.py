@@ -234,7 +234,7 @@ def test_biases_are_as_loose_as_the_heading_and_no_tilt_makes_them_so():
 
 
 @pytest.mark.parametrize("n", [ERRORS, ARENA_ERRORS])
-def test_the_surprise_is_what_a_correction_would_find_and_changes_nothing(n):
+def test_the_innovation_ratio_is_what_a_correction_would_find_and_changes_nothing(n):
     random = np.random.default_rng(7)
     P, H = some_covariance(random, n), some_row(random, n, entries=5)
     before = P.copy()
