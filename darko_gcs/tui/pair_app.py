@@ -7,9 +7,9 @@ from typing import ClassVar
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Container
-from textual.widgets import Footer
 
 from darko_gcs.feed.pair_feed import PairFeed
+from darko_gcs.tui.key_footer import KeyFooter
 from darko_gcs.tui.replay_app import ReplayApp
 from darko_gcs.tui.screens.flight_screen import FlightScreen
 from darko_gcs.tui.widgets.pair_panels import HeightPanel, PairMapPanel, PairPanel, PairStatus, PairTable, PairVPanel
@@ -82,4 +82,4 @@ class PairScreen(FlightScreen):
             ):
                 yield panel.data_bind(FlightScreen.snapshot, FlightScreen.now)
         yield TimeBar(self._feed).data_bind(FlightScreen.snapshot, FlightScreen.now)
-        yield Footer(compact=True, show_command_palette=False)
+        yield KeyFooter()

@@ -10,8 +10,6 @@ from sitl.control import reference
 from sitl.control.forward_flight import forward_guidance
 from sitl.control.indi_guidance import stopping_speed
 from sitl.control.reference import LEG
-from sitl.model.aerodynamics import thrusts
-from sitl.model.plant import inflow
 from sitl.simulation.simulation import Simulation
 from sitl.supervisor import guards
 from sitl.supervisor.guards import Guard
@@ -73,9 +71,3 @@ def holds(simulation: Simulation, *asked: Guard) -> bool:
         "guidance": simulation.design.gains.line_of_sight.guidance,
     }
     return all(guard.test(*(given[name] for name in inspect.signature(guard.test).parameters)) for guard in asked)
-
-
-def thrusts_now(vehicle: Simulation) -> tuple[float, float]:
-    """Thrust of the left and the right propeller [N]."""
-    truth = vehicle.truth
-    return thrusts(truth.actuators, inflow(truth.body, vehicle.wind), vehicle.airframe)

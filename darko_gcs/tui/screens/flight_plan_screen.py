@@ -18,12 +18,13 @@ from textual.binding import Binding, BindingType
 from textual.containers import Container, Horizontal, Vertical
 from textual.reactive import reactive
 from textual.screen import Screen
-from textual.widgets import DataTable, Footer, Static
+from textual.widgets import DataTable, Static
 
 from darko_gcs.state.flight_plan_state import PlanButton, PlanPoint
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
 from darko_gcs.station.station import Station
 from darko_gcs.tui.actions import ACTIONS
+from darko_gcs.tui.key_footer import KeyFooter
 from darko_gcs.tui.maps.movable_map import MovableMap
 from darko_gcs.tui.maps.plan_map import LoadedFlightPlan
 from darko_gcs.tui.reachability import why_unreachable
@@ -96,7 +97,7 @@ class FlightPlanScreen(Screen[None]):
                     yield PlanSettingTable(id="plan-settings")
                 yield PlanEventPanel("What happened", id="plan-events").data_bind(FlightPlanScreen.snapshot)
         yield Static("", id="plan-notice", markup=False)
-        yield Footer(compact=True, show_command_palette=False)
+        yield KeyFooter()
 
     def on_mount(self) -> None:
         """Begin with the blocks."""

@@ -12,9 +12,9 @@ from textual.containers import Container, Vertical
 from textual.geometry import Size
 from textual.reactive import reactive
 from textual.screen import Screen
-from textual.widgets import Footer
 
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
+from darko_gcs.tui.key_footer import KeyFooter
 from darko_gcs.tui.maps.map_panel import MapPanel
 from darko_gcs.tui.widgets.actuator_panel import ActuatorPanel
 from darko_gcs.tui.widgets.attitude_panel import AttitudePanel
@@ -166,7 +166,7 @@ class FlightScreen(Screen[None]):
                 with Vertical(id="places"):
                     yield self._shown(MapPanel("Map", id="map"))
                     yield self._plan
-        yield Footer(compact=True, show_command_palette=False)
+        yield KeyFooter()
 
     def _shown(self, panel: Panel) -> Panel:
         self._panels.append(panel)

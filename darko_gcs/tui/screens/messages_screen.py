@@ -10,10 +10,11 @@ from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.reactive import reactive
 from textual.screen import Screen
-from textual.widgets import Footer, RichLog
+from textual.widgets import RichLog
 
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
 from darko_gcs.state.values import LogLine
+from darko_gcs.tui.key_footer import KeyFooter
 from darko_gcs.tui.widgets.message_panel import SEVERITY_STYLES, severity_style
 from darko_gcs.tui.widgets.status_bar import StatusBar
 
@@ -45,7 +46,7 @@ class MessagesScreen(Screen[None]):
         """Status bar, log, footer."""
         yield StatusBar().data_bind(MessagesScreen.snapshot, MessagesScreen.now)
         yield RichLog(id="log", wrap=True, auto_scroll=False, min_width=20)
-        yield Footer(compact=True, show_command_palette=False)
+        yield KeyFooter()
 
     def on_mount(self) -> None:
         """Begin at the newest message."""

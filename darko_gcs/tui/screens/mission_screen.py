@@ -13,7 +13,7 @@ from textual.binding import BindingType
 from textual.containers import Container
 from textual.reactive import reactive
 from textual.screen import Screen
-from textual.widgets import DataTable, Footer, Static
+from textual.widgets import DataTable, Static
 
 from darko_gcs.state.missions.leg_predictions import LegPrediction
 from darko_gcs.state.missions.mission_labels import coordinate_texts, item_summary, mission_command_of
@@ -23,6 +23,7 @@ from darko_gcs.state.missions.plan_parts import ALL_PLANS, FENCE, MISSION, RALLY
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
 from darko_gcs.state.text import counted, label_of
 from darko_gcs.station.station import Station
+from darko_gcs.tui.key_footer import KeyFooter
 from darko_gcs.tui.maps.mission_map import EditedMission
 from darko_gcs.tui.maps.movable_map import MovableMap
 from darko_gcs.tui.plan_draft import PlanDraft
@@ -79,7 +80,7 @@ class MissionScreen(Screen[None]):
         yield Static("", id="mission-item", markup=False)
         yield Static("", id="mission-notice", markup=False)
         yield Static("", id="mission-status", markup=False)
-        yield Footer(compact=True, show_command_palette=False)
+        yield KeyFooter()
 
     def on_mount(self) -> None:
         """Fill table and map."""

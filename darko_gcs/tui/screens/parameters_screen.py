@@ -13,7 +13,7 @@ from textual.binding import Binding, BindingType
 from textual.containers import Container, VerticalScroll
 from textual.reactive import reactive
 from textual.screen import Screen
-from textual.widgets import Footer, Input, Static
+from textual.widgets import Input, Static
 
 from darko_gcs.preferences import FAULT_SHOWN_TIME, PreferencesFile
 from darko_gcs.state.parameter_metadata import number_text
@@ -29,6 +29,7 @@ from darko_gcs.state.parameter_table import (
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
 from darko_gcs.state.text import printable
 from darko_gcs.station.station import Station
+from darko_gcs.tui.key_footer import KeyFooter
 from darko_gcs.tui.reachability import why_unreachable
 from darko_gcs.tui.render.canvas import StyledLine
 from darko_gcs.tui.screens.comparison_screen import ComparisonScreen
@@ -98,7 +99,7 @@ class ParametersScreen(Screen[None]):
             with VerticalScroll(id="parameter-details", can_focus=False):
                 yield self._description
         yield self._status
-        yield Footer(compact=True, show_command_palette=False)
+        yield KeyFooter()
 
     def on_mount(self) -> None:
         """Fill the list."""

@@ -17,15 +17,18 @@ from sitl.autopilot.flight_plan.operator_view import PlanStatus
 from sitl.autopilot.safety.fence import Fence, FenceWatch
 from sitl.control.reference import Reference
 from sitl.mavlink.telemetry.flight_times import FlightTimes
+from sitl.model.aerodynamics import thrusts
 from sitl.model.airframe import Airframe
 from sitl.model.battery import Battery
+from sitl.model.plant import inflow
+from sitl.model.propeller import drawn_power
 from sitl.model.state import Plant
 from sitl.sensors.battery_monitor import BatteryReading
 from sitl.sensors.instruments import Inertial
 from sitl.simulation.navigation_status import NavigationStatus
 from sitl.simulation.readings import LatestReadings, readings_of
 from sitl.simulation.simulation import Simulation
-from sitl.simulation.situation import cross_track, regime, thrusts_now
+from sitl.simulation.situation import cross_track, regime
 from sitl.storage import named_from
 from sitl.vehicle.aircraft import Aircraft
 
@@ -181,7 +184,9 @@ def take_snapshot(
     vehicle, autopilot, a = aircraft.vehicle, aircraft.autopilot, aircraft.vehicle.airframe
     state, law = vehicle.flight, vehicle.law
     believed, actuators, command = state.estimate, state.plant.actuators, state.controller.command
-    navigation = aircraft.navigation
+    navigation, battery, wind = aircraft.navigation, aircraft.battery, vehicle.wind
+    along = inflow(state.plant.body, wind)
+    power = drawn_power(actuators, along, a)
     landed = law.regime is Regime.GROUND
     last = vehicle.jumps[-1] if vehicle.jumps else None
     mission = autopilot.mission
@@ -198,7 +203,7 @@ def take_snapshot(
         has_tube=bool(vehicle.tuning.pitot),
         airframe=a,
         inertial=_inertial(vehicle),
-        wind=vehicle.wind,
+        wind=wind,
         wind_estimate=believed.wind,
         wind_deviation=vehicle.wind_deviation,
         cross_track=cross_track(vehicle),
@@ -221,11 +226,11 @@ def take_snapshot(
         v_forward_enter=vehicle.tuning.v_forward_enter,
         v_forward_leave=vehicle.tuning.v_forward_leave,
         governor=vehicle.governor,
-        power=vehicle.power,
+        power=power,
         energy=state.energy,
         energy_by_law=dict(vehicle.energy_by_law),
-        battery=aircraft.battery,
-        battery_reading=vehicle.avionics.battery_reading(aircraft.battery, vehicle.power, vehicle.periods),
+        battery=battery,
+        battery_reading=vehicle.avionics.battery_reading(battery, power, vehicle.periods),
         reference=autopilot.reference,
         mode=autopilot.mode,
         armed=autopilot.armed,
@@ -235,7 +240,7 @@ def take_snapshot(
         ready=not autopilot.arming.failed_checks(),
         critical=autopilot.failsafes.is_critical,
         terminated=bool(autopilot.terminated),
-        thrust=thrusts_now(vehicle),
+        thrust=thrusts(actuators, along, a),
         motor_min=a.omega_min,
         motor_max=a.omega_max,
         elevon_max=a.delta_max,

@@ -3,9 +3,22 @@
 import pytest
 
 from protocol.dialect import mavlink
+from protocol.frames import LocalFrame
 from protocol.names.modes import Mode
-from sitl.mavlink.telemetry.vehicle_snapshot import HeartbeatStatus
+from sitl.aircraft import Aircraft
+from sitl.autopilot.safety.arena import ARENAS
+from sitl.autopilot.safety.world import World
+from sitl.autopilot.settings import Settings
+from sitl.defaults import HOME
+from sitl.mavlink.telemetry.vehicle_snapshot import HeartbeatStatus, take_snapshot
 from sitl.mavlink.telemetry.vehicle_state import heartbeat
+from sitl.model.aerodynamics import thrusts
+from sitl.model.airframe_files import load
+from sitl.model.plant import inflow
+from sitl.parameters import Configuration, WorldSettings
+from sitl.simulation.avionics import Navigation
+from sitl.simulation.simulation import Simulation
+from sitl.simulation.start import Start
 from tests.support.vehicle.fake_station import FakeStation
 
 ACTIVE, STANDBY = mavlink.MAV_STATE_ACTIVE, mavlink.MAV_STATE_STANDBY
@@ -61,3 +74,22 @@ def test_its_interval_is_told_and_cannot_be_changed(tmp_path):
     assert station.last("MESSAGE_INTERVAL").interval_us == 1_000_000
     for interval, result in ((0.0, 0), (1e6, 0), (1e5, mavlink.MAV_RESULT_DENIED), (-1.0, mavlink.MAV_RESULT_DENIED)):
         assert station.command(SET, mavlink.MAVLINK_MSG_ID_HEARTBEAT, interval) == result
+
+
+def test_power_and_thrust_are_those_of_the_propellers_in_the_air_as_it_moves():
+    blown = WorldSettings(gusts=0.5, wind_speed=3.0, wind_direction=270.0)
+    start = Start(up=5.0, airborne=True)
+    flown = Simulation(load("physical").parameters, start=start, navigation=Navigation.SENSORS, aligned=True)
+    configuration = Configuration(Settings(), flown.tuning, blown)
+    aircraft = Aircraft(flown, World(LocalFrame(HOME), ARENAS["open"]), configuration, airborne=True)
+    aircraft.advance(500)
+    vehicle, snapshot = aircraft.vehicle, take_snapshot(aircraft)
+    w, truth, a = vehicle.wind, vehicle.truth, vehicle.airframe
+    assert snapshot.power == vehicle.power
+    assert snapshot.battery == aircraft.battery
+    assert snapshot.battery_reading == vehicle.avionics.battery_reading(
+        aircraft.battery, vehicle.power, vehicle.periods
+    )
+    assert snapshot.wind == w
+    assert snapshot.thrust == thrusts(truth.actuators, inflow(truth.body, w), a)
+    assert snapshot.thrust != thrusts(truth.actuators, 0.0, a)

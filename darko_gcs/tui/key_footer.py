@@ -1,0 +1,161 @@
+"""The last line of a screen: its keys and what they do.
+
+Textual's own footer has a widget for each key and makes them all anew at every change of focus. With it the tests of
+the screens take two thirds longer.
+"""
+
+from __future__ import annotations
+
+from typing import ClassVar, NamedTuple
+
+from rich.cells import cell_len
+from rich.segment import Segment
+from textual import events
+from textual.screen import Screen
+from textual.strip import Strip
+from textual.widget import Widget
+
+__all__ = ["KeyFooter"]
+
+KEY_STYLE, DESCRIPTION_STYLE = "key-footer--key", "key-footer--description"
+HOVERED_STYLE, DISABLED_STYLE = "key-footer--hovered", "key-footer--disabled"
+SCROLL_STEP = 2  # that a turn of the wheel moves a line wider than the screen [cells]
+
+
+class ShownKey(NamedTuple):
+    """A key of the line."""
+
+    key: str
+    display: str  # as the line names it
+    description: str
+    enabled: bool
+    tooltip: str
+
+    @property
+    def width(self) -> int:
+        """Cells that it takes, less the gap after it."""
+        return cell_len(self.display) + 1 + cell_len(self.description)
+
+
+class KeyFooter(Widget):
+    """The keys that work on the screen now. A click is the key; the wheel shows the rest of a line that is too wide."""
+
+    ALLOW_SELECT = False
+    COMPONENT_CLASSES: ClassVar[set[str]] = {KEY_STYLE, DESCRIPTION_STYLE, HOVERED_STYLE, DISABLED_STYLE}
+    DEFAULT_CSS = """
+    KeyFooter {
+        dock: bottom;
+        height: 1;
+        color: $footer-foreground;
+        background: $footer-background;
+        .key-footer--key {
+            color: $footer-key-foreground;
+            background: $footer-key-background;
+            text-style: bold;
+        }
+        .key-footer--description {
+            color: $footer-description-foreground;
+            background: $footer-description-background;
+        }
+        .key-footer--hovered { background: $block-hover-background; }
+        .key-footer--disabled { text-style: dim; }
+    }
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._shown: tuple[ShownKey, ...] = ()
+        self._left_out = 0  # cells of the line left of the screen
+        self._hovered: ShownKey | None = None
+
+    def on_mount(self) -> None:
+        """Follow the keys of the screen."""
+        self.screen.bindings_updated_signal.subscribe(self, self.show_keys)
+
+    def on_unmount(self) -> None:
+        """Follow them no longer."""
+        self.screen.bindings_updated_signal.unsubscribe(self)
+
+    def show_keys(self, screen: Screen[object]) -> None:
+        """Show the keys of the screen, if they are others than before."""
+        if not screen.app.app_focus:  # the terminal is left: nothing is focused until somebody comes back
+            return
+        first_of: dict[str, ShownKey] = {}  # by action: of several keys for one action the line has one
+        for _, binding, enabled, tooltip in screen.active_bindings.values():
+            if binding.show:
+                display = self.app.get_key_display(binding)
+                first_of.setdefault(
+                    binding.action, ShownKey(binding.key, display, binding.description, enabled, tooltip)
+                )
+        shown = tuple(first_of.values())
+        if shown != self._shown:
+            self._shown = shown
+            self._scroll(0)
+            self.refresh()
+
+    def on_resize(self) -> None:
+        """Leave nothing out that there is room for now."""
+        self._scroll(0)
+
+    def render_line(self, y: int) -> Strip:  # noqa: ARG002 - there is one
+        """The line."""
+        own, width = self.rich_style, self.size.width
+        styles = [self.get_component_rich_style(name) for name in (KEY_STYLE, DESCRIPTION_STYLE)]
+        segments = []
+        for shown in self._shown:
+            of_key, of_text = styles
+            for name, holds in ((HOVERED_STYLE, shown is self._hovered), (DISABLED_STYLE, not shown.enabled)):
+                if holds:
+                    style = self.get_component_rich_style(name, partial=True)
+                    of_key, of_text = of_key + style, of_text + style
+            segments += [Segment(shown.display, of_key), Segment(f" {shown.description}", of_text), Segment(" ", own)]
+        line = Strip(segments)
+        return line.crop(self._left_out, self._left_out + width).extend_cell_length(width, own)
+
+    def on_mouse_down(self, event: events.MouseDown) -> None:
+        """Press the key."""
+        shown = self._key_at(event.x)
+        if shown is None:
+            return
+        if shown.enabled:
+            self.app.simulate_key(shown.key)
+        else:
+            self.app.bell()
+
+    def on_mouse_move(self, event: events.MouseMove) -> None:
+        """Say more about the key."""
+        self._hover(self._key_at(event.x))
+
+    def on_leave(self) -> None:
+        """The mouse is elsewhere."""
+        self._hover(None)
+
+    def on_mouse_scroll_down(self, event: events.MouseScrollDown) -> None:
+        """Show what is farther right."""
+        self._scroll(SCROLL_STEP)
+        event.stop()
+
+    def on_mouse_scroll_up(self, event: events.MouseScrollUp) -> None:
+        """Show what is farther left."""
+        self._scroll(-SCROLL_STEP)
+        event.stop()
+
+    def _hover(self, shown: ShownKey | None) -> None:
+        if shown is not self._hovered:
+            self._hovered = shown
+            self.tooltip = None if shown is None else shown.tooltip or None
+            self.refresh()
+
+    def _scroll(self, cells: int) -> None:
+        whole = sum(shown.width + 1 for shown in self._shown)
+        self._left_out = max(min(self._left_out + cells, whole - self.size.width), 0)
+        self.refresh()
+
+    def _key_at(self, x: int) -> ShownKey | None:
+        """The key at a cell of the screen; None in the gaps."""
+        start = -self._left_out
+        for shown in self._shown:
+            if start <= x < start + shown.width:
+                return shown
+            start += shown.width + 1
+        return None
