@@ -187,3 +187,10 @@ def test_an_upload_may_name_the_item_to_go_on_with(link, plan):
     link.run(3.0)
     assert link.snapshot.mission_current == 2
     assert link.snapshot.mission == plan.items
+
+
+def test_a_command_is_answered_in_the_words_that_it_was_asked_in(link):
+    link.station.hold(link.now)
+    link.run(1.0)
+    assert link.lines[-1].startswith("mode HOLD: ")
+    assert link.snapshot.asked == {}
