@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from darko_gcs.commands.options import add_link_options, checked_sitl_arguments, listening_port
+from darko_gcs.commands.options import KNOWN_PARAMETERS, add_link_options, checked_sitl_arguments, listening_port
 from darko_gcs.errors import GroundError
 from protocol.option_values import port_number
 
@@ -28,6 +28,8 @@ examples:
   darko-gcs --sitl                also start a simulated vehicle, and stop it at the end
   darko-gcs --sitl --wind 4@270   with wind from the west
   darko-gcs --sitl --web          the same screens in a browser, on http://127.0.0.1:8000
+
+In the screens ? shows every key, q quits.
 
 other commands (darko-gcs COMMAND --help):
 """
@@ -69,6 +71,7 @@ def run(args: argparse.Namespace) -> int:
     from darko_gcs.feed.live_feed import LiveFeed  # noqa: PLC0415 - --help must not load the screens
     from darko_gcs.preferences import PreferencesFile  # noqa: PLC0415
     from darko_gcs.station.keyring_setup import open_keyring  # noqa: PLC0415
+    from darko_gcs.station.known_parameters import KnownParameters  # noqa: PLC0415
     from darko_gcs.station.recording import default_folder, start_recording  # noqa: PLC0415
     from darko_gcs.station.station import Station  # noqa: PLC0415
     from darko_gcs.tui.app import GroundStationApp  # noqa: PLC0415
@@ -101,6 +104,8 @@ def run(args: argparse.Namespace) -> int:
     app = GroundStationApp(feed, PreferencesFile())
     app.draft = draft
     code = app.run()
+    if station.parameter_metadata.file and station.snapshot.hybrid is not None:
+        KnownParameters(user_state_path("darko") / KNOWN_PARAMETERS).keep(station.parameter_metadata.file)
     if app.failure is not None:
         raise app.failure
     if station.recording_fault:

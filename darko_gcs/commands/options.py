@@ -9,6 +9,7 @@ from pathlib import Path
 from protocol.option_values import finite_number, port_number, system_id
 
 __all__ = [
+    "KNOWN_PARAMETERS",
     "add_link_options",
     "add_listen_options",
     "add_span_options",
@@ -19,6 +20,7 @@ __all__ = [
 
 MAX_TIME_PARTS = 3  # hours, minutes, seconds
 DEFAULT_PORT = 14550
+KNOWN_PARAMETERS = "parameters.json"  # in the state folder: what our vehicle's parameters mean, as it told last
 
 
 def add_link_options(parser: argparse.ArgumentParser) -> None:

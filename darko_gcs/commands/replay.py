@@ -5,8 +5,9 @@ from __future__ import annotations
 import argparse
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
-from darko_gcs.commands.options import clock_time
+from darko_gcs.commands.options import KNOWN_PARAMETERS, clock_time
 from protocol.option_values import finite_number, positive_number
 
 __all__ = ["parser", "run"]
@@ -52,10 +53,13 @@ def run(args: argparse.Namespace) -> int:
     Raises:
         GroundError: The file cannot be read.
     """
+    from platformdirs import user_state_path  # noqa: PLC0415
+
     from darko_gcs.errors import GroundError  # noqa: PLC0415
     from darko_gcs.feed.pair_feed import Alignment, PairFeed  # noqa: PLC0415
     from darko_gcs.feed.replay_feed import ReplayFeed  # noqa: PLC0415
     from darko_gcs.preferences import PreferencesFile  # noqa: PLC0415
+    from darko_gcs.station.known_parameters import KnownParameters  # noqa: PLC0415
     from darko_gcs.tasks.log_player import loopback_or_asked  # noqa: PLC0415
     from darko_gcs.tui.pair_app import PairApp  # noqa: PLC0415
     from darko_gcs.tui.replay_app import ReplayApp  # noqa: PLC0415
@@ -67,11 +71,11 @@ def run(args: argparse.Namespace) -> int:
     if args.other is not None and args.to is not None:
         raise GroundError("--to needs one log alone")
     send_to = loopback_or_asked(args.to or DEFAULT_TO, is_network_allowed=args.network)
+    known = KnownParameters(user_state_path("darko") / KNOWN_PARAMETERS).load()
+    options: dict[str, Any] = {"begin": args.at or 0.0, "speed": args.speed, "send_to": send_to, "parameters": known}
     try:
         feeds = [
-            ReplayFeed(read_tlog(path), path.name, begin=args.at or 0.0, speed=args.speed, send_to=send_to)
-            for path in (args.file, args.other)
-            if path is not None
+            ReplayFeed(read_tlog(path), path.name, **options) for path in (args.file, args.other) if path is not None
         ]
     except FileError as error:
         raise GroundError(str(error)) from error

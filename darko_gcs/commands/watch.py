@@ -65,8 +65,7 @@ async def _watch(vehicle: Vehicle, args: argparse.Namespace) -> dict[str, Any]:
 
 def report(s: Snapshot) -> dict[str, Any]:
     """What a line tells, by the names of its JSON; None where it is not known."""
-    from darko_gcs.state.text import label_of  # noqa: PLC0415 - --help must be quick
-    from protocol.dialect.vocabulary import Law  # noqa: PLC0415
+    from protocol.names.law_names import law_label  # noqa: PLC0415 - --help must be quick
 
     v = s.v
     return {
@@ -74,7 +73,7 @@ def report(s: Snapshot) -> dict[str, Any]:
         "time": s.boot,
         "mode": s.mode,
         "armed": s.armed,
-        "law": None if s.hybrid is None else label_of(Law, s.hybrid.law),
+        "law": None if s.hybrid is None else law_label(s.hybrid.law),
         "v_hover": None if s.hybrid is None or math.isnan(s.hybrid.v_hover) else s.hybrid.v_hover,
         "position": None if s.p is None else [round(x, 3) for x in s.p],
         "speed": None if v is None else round(math.hypot(*v), 3),

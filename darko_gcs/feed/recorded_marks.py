@@ -8,10 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from darko_gcs.state.text import label_of, printable
+from darko_gcs.state.text import printable
 from protocol.dialect import mavlink
-from protocol.dialect.vocabulary import Law
 from protocol.message import Source
+from protocol.names.law_names import law_label
 from protocol.names.mode_names import mode_name
 from protocol.tlog import TlogReader
 from protocol.tlog.replay import Timeline
@@ -52,7 +52,7 @@ def recorded_marks(reader: TlogReader, timeline: Timeline, source: Source | None
 def _jumps(reader: TlogReader, timeline: Timeline, source: Source) -> Iterator[Mark]:
     columns = reader.columns("DARKO_JUMP", source)
     for row, law in zip(reader.rows("DARKO_JUMP", source), columns["law_to"].tolist(), strict=True):
-        yield Mark(float(timeline.times[row]), MarkKind.JUMP, f"jump to {label_of(Law, law)}")
+        yield Mark(float(timeline.times[row]), MarkKind.JUMP, f"jump to {law_label(law)}")
 
 
 def _modes(reader: TlogReader, timeline: Timeline, source: Source) -> Iterator[Mark]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,6 +14,7 @@ from darko_gcs.feed.recorded_marks import recorded_marks
 from darko_gcs.feed.recorded_states import RecordedStates
 from darko_gcs.feed.replay_output import ReplayOutput
 from darko_gcs.state.message_log import add_line
+from darko_gcs.state.parameter_metadata import ParameterMetadata
 from darko_gcs.state.reduce import reduce
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, updated
 from protocol.dialect import mavlink
@@ -34,6 +37,7 @@ class ReplayFeed(Player):
         begin: Where to begin [s].
         speed: Playing speed, times real time.
         send_to: Another station, which may be sent what is played.
+        parameters: What the parameters of this project's vehicle mean, for a recording of one.
 
     Attributes:
         timeline: Where it is.
@@ -49,10 +53,13 @@ class ReplayFeed(Player):
         begin: float = 0.0,
         speed: float = 1.0,
         send_to: OutwardAddress | None = None,
+        parameters: Mapping[str, ParameterMetadata] | None = None,
     ) -> None:
         super().__init__(speed)
         self.reader, self.timeline, self.name = reader, Timeline(reader), name
-        first = add_line(updated(EMPTY_SNAPSHOT, is_replay=True), 0.0, mavlink.MAV_SEVERITY_NOTICE, f"Replay of {name}")
+        meanings = parameters or {} if len(reader.rows("DARKO_HYBRID_STATE")) else {}
+        empty = updated(EMPTY_SNAPSHOT, is_replay=True, parameter_metadata=meanings)
+        first = add_line(empty, 0.0, mavlink.MAV_SEVERITY_NOTICE, f"Replay of {name}")
         self._states = RecordedStates(reader, self.timeline, first)
         self.source: Source | None = self._states.last.source
         self.flight_times: NDArray[np.float64] = (

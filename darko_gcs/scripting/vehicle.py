@@ -15,7 +15,7 @@ from darko_gcs.state.missions.plan_parts import FENCE, MISSION, RALLY
 from darko_gcs.state.parameter_change import ChangeState, ParameterChange
 from darko_gcs.state.parameter_metadata import ParameterMetadata
 from darko_gcs.state.snapshot import Snapshot
-from darko_gcs.state.text import command_name, reason_text
+from darko_gcs.state.text import reason_text
 from darko_gcs.station.keyring_setup import open_keyring
 from darko_gcs.station.station import Station
 from darko_gcs.tasks.link_session import ANSWER_TIMEOUT, POLL_PERIOD, open_link
@@ -295,7 +295,7 @@ class Vehicle:
                 if done.command == command:
                     break
             if done.result != mavlink.MAV_RESULT_ACCEPTED:
-                words = await self._words_about(command)
+                words = await self._words_about(done)
                 raise FlightError(f"{what} refused: {words or reason_text(done.reason)}")
 
     async def _answer(self, kind: type[Expected], failure: type[Event], what: str) -> Expected:
@@ -324,12 +324,12 @@ class Vehicle:
         self._station.events()
         self._events.clear()
 
-    async def _words_about(self, command: int) -> str:
+    async def _words_about(self, done: CommandDone) -> str:
         """What the vehicle says of what is wrong, beside its bare answer, which says less; empty if nothing."""
-        answer, deadline = f"{command_name(command)}:", self._link.now + WORDS_TIME
+        answer, deadline = f": {reason_text(done.reason)}", self._link.now + WORDS_TIME
         while True:
             lines = [line.text for line in self.now.messages if line.severity <= mavlink.MAV_SEVERITY_WARNING]
-            words = next((text for text in reversed(lines) if not text.startswith(answer)), "")
+            words = next((text for text in reversed(lines) if not text.endswith(answer)), "")
             if words or self._link.now > deadline:
                 return words
             await asyncio.sleep(POLL_PERIOD)

@@ -86,7 +86,8 @@ def default_differences(s: Snapshot) -> tuple[Difference, ...]:
 def parameter_details(s: Snapshot, name: str) -> list[str]:
     """What is known of a parameter, in lines: meaning, value, default and range, names of values or bits."""
     metadata, value = metadata_of(s, name), s.parameters[name]
-    title = f"{printable(name)}: {metadata.text or 'the vehicle has no description of it'}"
+    unknown = "not described in a recording" if s.is_replay else "the vehicle has no description of it"
+    title = f"{printable(name)}: {metadata.text or unknown}"
     unit = f" {metadata.unit}" if metadata.unit else ""
     facts = [f"value {metadata.shown(value)}{unit}"]
     if not math.isnan(metadata.default):
@@ -107,6 +108,8 @@ def parameter_details(s: Snapshot, name: str) -> list[str]:
 def parameter_counts(s: Snapshot, shown: int) -> str:
     """How many parameters there are, are shown, and differ from their defaults."""
     if not s.parameters:
+        if s.is_replay:
+            return "no parameters in the recording so far: a session records them when they are shown"
         return "no parameters received yet" if s.source is not None else "no vehicle has been heard yet"
     received, count = len(s.parameters), s.parameter_count or 0
     if received < count:

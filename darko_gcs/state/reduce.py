@@ -13,6 +13,7 @@ from darko_gcs.state.reduce_darko import DARKO_HANDLERS
 from darko_gcs.state.reduce_estimate import ESTIMATE_HANDLERS
 from darko_gcs.state.reduce_flight_plan import FLIGHT_PLAN_HANDLERS
 from darko_gcs.state.reduce_others import OTHER_HANDLERS, mission_item
+from darko_gcs.state.reduce_requests import REQUEST_HANDLERS
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot, updated
 from darko_gcs.state.values import NO_ITEM, Navigation, PlanIds
 from protocol import units
@@ -93,6 +94,7 @@ HANDLERS.add(DARKO_HANDLERS)
 HANDLERS.add(ESTIMATE_HANDLERS)
 HANDLERS.add(FLIGHT_PLAN_HANDLERS)
 HANDLERS.add(OTHER_HANDLERS)
+HANDLERS.add(REQUEST_HANDLERS)
 
 
 def reduce(s: Snapshot, message: Message, now: float) -> Snapshot:
@@ -128,8 +130,8 @@ def _is_sane(name: str, m: Message) -> bool:
 
 
 def _is_relevant(name: str, source: Source, vehicle: Source) -> bool:
-    if name in {"MISSION_ITEM_INT", "MISSION_ITEM"}:  # in a log, the mission comes from the station that uploaded it
-        return True
+    if name in {"MISSION_ITEM_INT", "MISSION_ITEM"} or name in REQUEST_HANDLERS.names:
+        return True  # in a log, the mission comes from the station that uploaded it, and so do all requests
     return source == vehicle or (name == "STATUSTEXT" and source[0] == vehicle[0])
 
 
@@ -347,6 +349,8 @@ HANDLERS.handles("STATUSTEXT")(add_status_text)
 
 @HANDLERS.handles("MISSION_CURRENT")
 def _mission_current(s: Snapshot, m: Message, now: float) -> Snapshot:
+    if m.mission_state == mavlink.MISSION_STATE_COMPLETE and s.mission_state == mavlink.MISSION_STATE_ACTIVE:
+        s = add_line(s, now, mavlink.MAV_SEVERITY_INFO, "Mission done")
     begins = m.mission_state == mavlink.MISSION_STATE_ACTIVE and s.mission_state != m.mission_state
     return updated(
         s,

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from functools import singledispatch
 
+from darko_gcs.state.command_words import pilot_words
 from darko_gcs.state.message_log import add_line
 from darko_gcs.state.missions.plan_parts import ALL_PLANS, MISSION, PLAN_TITLES, with_plan
 from darko_gcs.state.snapshot import Snapshot, updated
-from darko_gcs.state.text import command_name, counted, printable, reason_text
+from darko_gcs.state.text import counted, printable, reason_text
 from protocol.dialect import mavlink
 from protocol.events import (
     CommandDone,
@@ -57,17 +58,21 @@ def _command_done(e: CommandDone, s: Snapshot, now: float) -> Snapshot:
     accepted = e.result == mavlink.MAV_RESULT_ACCEPTED
     if accepted and e.command == mavlink.MAV_CMD_DARKO_MOVE_WAYPOINT:  # every step of a move is one
         return s
-    if s.in_progress is not None and s.in_progress.request == e.request:
+    was_in_progress = s.in_progress is not None and s.in_progress.request == e.request
+    if was_in_progress:
         s = updated(s, in_progress=None)
-    text = f"{command_name(e.command)}: {reason_text(e.reason)}"
-    return add_line(s, now, INFO if accepted else WARNING, text)
+    words = s.asked.get(e.request, pilot_words(e.command))
+    s = updated(s, asked={request: asked for request, asked in s.asked.items() if request != e.request})
+    answer = "done" if was_in_progress and accepted else reason_text(e.reason)
+    return add_line(s, now, INFO if accepted else WARNING, f"{words}: {answer}")
 
 
 @_after.register
 def _command_progress(e: CommandProgress, s: Snapshot, now: float) -> Snapshot:
     is_new = s.in_progress is None or s.in_progress.request != e.request
     s = updated(s, in_progress=e)
-    return add_line(s, now, INFO, f"{command_name(e.command)}: in progress (x cancels it)") if is_new else s
+    words = s.asked.get(e.request, pilot_words(e.command))
+    return add_line(s, now, INFO, f"{words}: in progress (x cancels it)") if is_new else s
 
 
 @_after.register

@@ -11,7 +11,6 @@ from darko_gcs.state.flight_plan_state import FlightPlanState
 from darko_gcs.state.missions.leg_predictions import LegChain, LegPrediction
 from darko_gcs.state.parameter_change import ParameterChange
 from darko_gcs.state.parameter_metadata import ParameterMetadata
-from darko_gcs.state.text import label_of
 from darko_gcs.state.values import (
     AIRBORNE_STATES,
     Actuators,
@@ -34,6 +33,7 @@ from protocol.dialect.vocabulary import Law, Saturation
 from protocol.events import CommandProgress
 from protocol.frames import Geodetic, LocalFrame, Quaternion, Vector
 from protocol.message import Source
+from protocol.names.law_names import law_label
 from protocol.names.modes import Mode
 from protocol.plans import MissionItem
 
@@ -136,6 +136,7 @@ class Snapshot:
 
     flight_plan: FlightPlanState | None = None  # that the vehicle has loaded
 
+    asked: Mapping[int, str] = field(default_factory=dict)  # what this operator asked for, by request, until answered
     in_progress: CommandProgress | None = None  # the command that the vehicle is executing
 
     messages: tuple[LogLine, ...] = ()
@@ -240,7 +241,7 @@ class Snapshot:
     @property
     def law(self) -> str | None:
         """Label of the law in force."""
-        return None if self.hybrid is None else label_of(Law, self.hybrid.law)
+        return None if self.hybrid is None else law_label(self.hybrid.law)
 
     def age(self, now: float) -> float | None:
         """Time since the last HEARTBEAT [s]."""

@@ -37,8 +37,8 @@ AIRBORNE_STATES = frozenset(
     {mavlink.MAV_LANDED_STATE_IN_AIR, mavlink.MAV_LANDED_STATE_TAKEOFF, mavlink.MAV_LANDED_STATE_LANDING}
 )
 VTOL_LABELS = {
-    mavlink.MAV_VTOL_STATE_TRANSITION_TO_FW: "to forward",
-    mavlink.MAV_VTOL_STATE_TRANSITION_TO_MC: "to hover",
+    mavlink.MAV_VTOL_STATE_TRANSITION_TO_FW: "front transition",
+    mavlink.MAV_VTOL_STATE_TRANSITION_TO_MC: "back transition",
     mavlink.MAV_VTOL_STATE_MC: "hover",
     mavlink.MAV_VTOL_STATE_FW: "forward",
 }

@@ -20,7 +20,7 @@ from protocol.errors import FileError, LocalProtocolError
 from protocol.events import Event, FileFailed, FileReceived
 from protocol.message import Message
 
-__all__ = ["ParameterMetadataClient", "parameter_file_path", "parse_parameter_file"]
+__all__ = ["ParameterMetadataClient", "parameter_file_path", "parse_parameter_file", "read_parameter_file"]
 
 METADATA_TYPE_PARAMETER = 1  # COMP_METADATA_TYPE_PARAMETER
 VEHICLE_FILE = "mftp://"
@@ -42,6 +42,7 @@ class ParameterMetadataClient:
         self._awaited_path = ""  # of the file under way
         self._is_asked = False
         self.known: Mapping[str, ParameterMetadata] = {}
+        self.file = b""  # that they came from, as the vehicle sent it
 
     def request(self, now: float) -> None:
         """Begin, unless the answer is known or under way.
@@ -80,7 +81,7 @@ class ParameterMetadataClient:
         if "metadataTypes" in content:
             self._read(parameter_file_path(content), now)
         else:
-            self.known = parse_parameter_file(content)
+            self.known, self.file = parse_parameter_file(content), event.data
 
     def _read(self, path: str, now: float) -> None:
         if path:
@@ -98,6 +99,15 @@ def parameter_file_path(general: Mapping[str, Any]) -> str:
         if isinstance(entry, dict) and entry.get("type") == METADATA_TYPE_PARAMETER:
             return _path_on_vehicle(entry.get("uri"))
     return ""
+
+
+def read_parameter_file(data: bytes) -> dict[str, ParameterMetadata]:
+    """Metadata by parameter name, from a file as a vehicle sends it.
+
+    Raises:
+        FileError: It is no such file.
+    """
+    return parse_parameter_file(_json_object(data))
 
 
 def parse_parameter_file(content: Mapping[str, Any]) -> dict[str, ParameterMetadata]:

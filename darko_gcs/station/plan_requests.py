@@ -7,10 +7,11 @@ from collections.abc import Sequence
 
 from darko_gcs.state.missions.plan_difference import read_back_fault
 from darko_gcs.state.missions.plan_parts import FENCE, MISSION, PLAN_TITLES, RALLY, with_plan
+from darko_gcs.state.text import counted
 from darko_gcs.station.plan_transfer import PlanTransfer
 from darko_gcs.station.request_context import RequestContext
 from protocol.dialect import mavlink
-from protocol.events import Event, MissionUploaded
+from protocol.events import Event, MissionDownloaded, MissionUploaded
 from protocol.plans import MissionItem
 
 __all__ = ["PlanRequests"]
@@ -92,6 +93,12 @@ class PlanRequests:
         self._show_comparison(event, now)
         self._transfer.follow(event, now)
 
+    def is_told_later(self, event: Event) -> bool:
+        """True if an event is a step of an upload that is read back: one line tells of it at its end."""
+        if isinstance(event, MissionUploaded) and event.is_partial:
+            return False
+        return isinstance(event, MissionUploaded | MissionDownloaded) and self._transfer.is_read_back(event.kind)
+
     def _show_upload(self, event: Event) -> None:
         """What is read back is shown once it has arrived."""
         if isinstance(event, MissionUploaded) and not self._transfer.is_read_back(event.kind):
@@ -105,5 +112,5 @@ class PlanRequests:
             return
         kind, sent, held = verdict
         fault = read_back_fault(kind, sent, held)
-        text = fault or f"{PLAN_TITLES[kind]} read back: as it was sent"
+        text = fault or f"{PLAN_TITLES[kind]} of {counted(len(sent), 'item')} is on the vehicle, read back as sent"
         self._context.add_line(now, text, mavlink.MAV_SEVERITY_ERROR if fault else mavlink.MAV_SEVERITY_INFO)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 
+from darko_gcs.state.command_words import request_words
 from darko_gcs.state.message_log import add_line
 from darko_gcs.state.missions.leg_predictions import LegChain
 from darko_gcs.state.reduce import reduce
@@ -289,7 +290,12 @@ class Station:
     # Inside
 
     def _command(self, now: float, command: int, *params: float) -> None:
-        self.attempt(now, lambda: self.endpoint.command(command, *params, now=now))
+        def send() -> None:
+            request = self.endpoint.command(command, *params, now=now)
+            words = request_words(command, (*params, *(_NAN,) * (7 - len(params))))
+            self.snapshot = updated(self.snapshot, asked={**self.snapshot.asked, request: words})
+
+        self.attempt(now, send)
 
     def _command_int(
         self, now: float, command: int, params: tuple[float, float, float, float], place: tuple[int, int, float]
@@ -307,7 +313,9 @@ class Station:
             if self._families.follow(event, now):
                 continue
             if not self._parameter_changes.take(event, now):
-                self.snapshot = reduce_event(self.snapshot, event, now)
+                after = reduce_event(self.snapshot, event, now)
+                is_told_later = self.plans.is_told_later(event)
+                self.snapshot = updated(after, messages=self.snapshot.messages) if is_told_later else after
             self._events.append(event)
             self.plans.follow(event, now)
             if text := self.parameter_metadata.follow(event, now):

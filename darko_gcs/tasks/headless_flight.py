@@ -20,13 +20,12 @@ from darko_gcs.feed.udp_link import UdpLink
 from darko_gcs.state.missions.plan_difference import read_back_fault
 from darko_gcs.state.missions.plan_parts import FENCE, MISSION, RALLY, Items
 from darko_gcs.state.snapshot import Snapshot
-from darko_gcs.state.text import label_of, reason_text
+from darko_gcs.state.text import reason_text
 from darko_gcs.station.keyring_setup import open_keyring
 from darko_gcs.station.recording import default_folder, start_recording
 from darko_gcs.station.station import Station
 from darko_gcs.tasks.link_session import ANSWER_TIMEOUT, POLL_PERIOD, open_link
 from protocol.dialect import mavlink
-from protocol.dialect.vocabulary import Law
 from protocol.errors import FileError
 from protocol.events import (
     CommandDone,
@@ -40,6 +39,7 @@ from protocol.events import (
 from protocol.frames import Geodetic, Vector
 from protocol.loopback import open_port_warning
 from protocol.mav_frames import ABSOLUTE_ALTITUDE_FRAMES, is_global_frame
+from protocol.names.law_names import law_label
 from protocol.plans import MissionItem, load
 from protocol.plans.fence_rally import fence_items, rally_items
 from protocol.units import from_e7, from_local_e4
@@ -170,7 +170,7 @@ class Pilot:
         energy = self._snapshot.energy
         if energy is not None:
             self._result.energy = energy.total
-            self._result.energy_by_law = {label_of(Law, law): j for law, j in enumerate(energy.by_law) if j > 0.0}
+            self._result.energy_by_law = {law_label(law): j for law, j in enumerate(energy.by_law) if j > 0.0}
         self._result.jumps = len(self._snapshot.jumps)
 
     async def _upload(self, items: Items, fence: Items, rally: Items, *, verify: bool) -> None:

@@ -11,7 +11,7 @@ from darko_gcs.station.station import Station
 from protocol.dialect import mavlink
 from protocol.endpoint_ground import GROUND_SYSTEM
 
-__all__ = ["ACTIONS", "Action", "ActionHandler", "Request", "control_question", "disarm_question"]
+__all__ = ["ACTIONS", "Action", "ActionHandler", "Request", "control_question", "disarm_question", "start_question"]
 
 Request = Callable[[Station, float], None]  # sends one request of the station, at a time [s]
 
@@ -129,9 +129,12 @@ def _question_move(what: str) -> Callable[[Snapshot], str]:
     return question
 
 
-def _question_start(s: Snapshot) -> str:
-    first = f" at item {s.mission_current}" if s.mission_current and s.mission_count else ""
-    return f"Fly the mission{first}?"
+def start_question(s: Snapshot) -> str:
+    """The question before the mission is begun, or goes on at its current item."""
+    if not s.mission_current or not s.mission_count:
+        return "Fly the mission?"
+    paused = s.mission_state == mavlink.MISSION_STATE_PAUSED
+    return f"{'Go on with' if paused else 'Fly'} the mission from item {s.mission_current}?"
 
 
 def _question_cancel(s: Snapshot) -> str | None:
@@ -200,7 +203,7 @@ ACTIONS = (
     ),
     Action(
         key="g", name="go_to", label="Goto", help="Go to a point north and east of home",
-        run=lambda app: app.ask_go_to(),
+        run=lambda app: app.ask_go_to(), refusal=_on_ground,
     ),
     Action(
         key="v", name="transition", label="Vtol", help="Transition to forward flight, or back to hover",
@@ -218,7 +221,7 @@ ACTIONS = (
     ),
     Action(
         key="s", name="start", label="Run", help="Start or resume the mission",
-        run=lambda app: app.request(lambda station, now: station.plans.start_mission(now)), question=_question_start,
+        run=lambda app: app.request(lambda station, now: station.plans.start_mission(now)), question=start_question,
     ),
     Action(
         key="m", name="mission", label="Plan", help="Mission: load, edit, upload, download",

@@ -20,7 +20,14 @@ from darko_gcs.preferences import PreferencesFile
 from darko_gcs.state.text import format_time
 from darko_gcs.tui.actions import ACTIONS, Request, control_question, disarm_question
 from darko_gcs.tui.fleet_dialogs import armed_words, ask_fleet, fleet_snapshots, named
-from darko_gcs.tui.flight_dialogs import ask_go_to, ask_go_to_place, ask_speed, ask_take_off, choose_panels
+from darko_gcs.tui.flight_dialogs import (
+    ask_go_to,
+    ask_go_to_place,
+    ask_speed,
+    ask_take_off,
+    ask_transition,
+    choose_panels,
+)
 from darko_gcs.tui.help_texts import COLOUR_MEANINGS, KEY_SYMBOLS, QUESTION_RULES, screen_keys
 from darko_gcs.tui.kept_look import KeptLook
 from darko_gcs.tui.maps.map_panel import MapPanel
@@ -39,7 +46,6 @@ from darko_gcs.tui.ways_out import is_hung_up, leave, watch_signals, watch_termi
 from darko_gcs.tui.widgets.fleet_strip import FleetStrip
 from darko_gcs.tui.widgets.flight_panel import FlightPanel
 from darko_gcs.tui.widgets.panel import PANEL_STYLES
-from protocol.dialect import mavlink
 
 __all__ = ["GroundStationApp"]
 
@@ -48,7 +54,6 @@ STDIN = 0  # the terminal, for Textual
 ACTION_BY_NAME = {action.name: action for action in ACTIONS}
 FLIGHT_ACTIONS = {action.name: action.key for action in ACTIONS if action.needs_vehicle}
 FLEET_ACTIONS = frozenset({"fleet", "next_vehicle", "previous_vehicle", "strip"})
-FORWARD_STATES = frozenset({mavlink.MAV_VTOL_STATE_FW, mavlink.MAV_VTOL_STATE_TRANSITION_TO_FW})
 
 
 class GroundStationApp(App[int]):
@@ -123,9 +128,9 @@ class GroundStationApp(App[int]):
         """Hand the newest snapshot to every screen that shows it, also beneath dialogs."""
         if not self.is_running:  # it ends: the screens lose their widgets one by one
             return
-        now = time.monotonic()
-        self.feed.advance(now - self._last_pull)
-        self._last_pull = now
+        before, self._last_pull = self._last_pull, time.monotonic()
+        self.feed.advance(self._last_pull - before)
+        self.draft.note_beginning(self.feed.snapshot)
         for screen in self.screen_stack:
             if isinstance(screen, FlightScreen):
                 screen.show_snapshot(self.feed.snapshot, self.feed.snapshot_now, fleet_snapshots(self.feed))
@@ -213,13 +218,8 @@ class GroundStationApp(App[int]):
         ask_go_to(self, self.feed, self.request)
 
     def ask_transition(self) -> None:
-        """Ask, then transition in the direction of the question, whatever the state is by then."""
-        s = self.feed.snapshot
-        forward = s.vtol_state not in FORWARD_STATES
-        question = "Transition to forward flight?" if forward else "Transition back to hover?"
-        if s.mission_state == mavlink.MISSION_STATE_ACTIVE:
-            question += " A mission is being flown."
-        self._confirm(question, lambda: self.request(lambda station, now: station.transition(now, forward=forward)))
+        """Ask, then transition."""
+        ask_transition(self, self.feed, self.request)
 
     def ask_control(self) -> None:
         """Ask, then take, share or give back control."""

@@ -14,8 +14,11 @@ from darko_gcs.tui.render.map_drawing import NorthEast
 from darko_gcs.tui.screens.dialogs import AskScreen, ChooseScreen, confirm, parse_number
 from darko_gcs.tui.screens.flight_screen import OPTIONAL_PANELS, FlightScreen
 from protocol.dialect import mavlink
+from protocol.flight_limits import MIN_FORWARD_HEIGHT
 
-__all__ = ["ask_go_to", "ask_go_to_place", "ask_speed", "ask_take_off", "choose_panels"]
+__all__ = ["ask_go_to", "ask_go_to_place", "ask_speed", "ask_take_off", "ask_transition", "choose_panels"]
+
+FORWARD_STATES = frozenset({mavlink.MAV_VTOL_STATE_FW, mavlink.MAV_VTOL_STATE_TRANSITION_TO_FW})
 
 Send = Callable[[Request], None]  # sends a request to the vehicle
 
@@ -63,6 +66,19 @@ def ask_speed(app: App[int], feed: Feed, request: Send) -> None:
             request(lambda station, now: station.change_speed(speed, now, over_ground=over_ground))
 
     app.push_screen(AskScreen(named(feed, "Change speed"), fields, check), answered)
+
+
+def ask_transition(app: App[int], feed: Feed, request: Send) -> None:
+    """Ask, then transition in the direction of the question, whatever the state is by then."""
+    s = feed.snapshot
+    forward = s.vtol_state not in FORWARD_STATES
+    question = "Transition to forward flight?" if forward else "Transition back to hover?"
+    height = None if s.from_home is None else -s.from_home[2]
+    if forward and s.hybrid is not None and height is not None and round(height, 1) < MIN_FORWARD_HEIGHT:
+        question += f" It needs {MIN_FORWARD_HEIGHT:g} m of height; the vehicle is at {height:.1f} m."
+    if s.mission_state == mavlink.MISSION_STATE_ACTIVE:
+        question += " A mission is being flown."
+    confirm(app, named(feed, question), lambda: request(lambda station, now: station.transition(now, forward=forward)))
 
 
 def ask_go_to_place(app: App[int], feed: Feed, place: NorthEast, request: Send) -> None:

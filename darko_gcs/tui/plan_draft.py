@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
+from darko_gcs.state.missions.mission_legs import FLOWN_MISSION, beginning
 from darko_gcs.state.missions.plan_parts import Items
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.tui.recent_files import RecentFiles
+from protocol.dialect import mavlink
+from protocol.frames import Vector
 from protocol.plans import Plan
 from protocol.plans.fence_rally import fence_items, rally_items, with_fence, with_rally
 
@@ -29,7 +32,13 @@ class PlanDraft:
     before: list[Plan] = field(default_factory=list)  # plans before each edit, newest last
     taken_back: list[Plan] = field(default_factory=list)  # plans that ``undo`` left, newest last
     recent: RecentFiles = field(default_factory=RecentFiles, compare=False)  # opened and saved ones
+    begins_at: Vector | None = None  # where the mission begins, or began; NED in the vehicle's local frame [m]
     vehicle_plans: tuple[Items, ...] = ()  # the vehicle's mission, fence and rally points, as last seen
+
+    def note_beginning(self, s: Snapshot) -> None:
+        """Keep where the mission begins: its legs stay what they are once it is flown."""
+        if s.mission_state not in FLOWN_MISSION:
+            self.begins_at = None if s.p is None else beginning(s)
 
     def take(self, plan: Plan, path: str) -> None:
         """Begin with the plan of a file.
@@ -73,6 +82,11 @@ class PlanDraft:
     def is_on_vehicle(self, s: Snapshot) -> bool:
         """True if the vehicle has all of the plan. A fence or rally points that only the vehicle has do not count."""
         return self._is_held(s.mission, s.fence, s.rally)
+
+    def changes_single_items_of(self, s: Snapshot) -> bool:
+        """True if the vehicle takes single items, and has the fence and the rally points of the plan."""
+        is_known = s.hybrid is not None or s.autopilot == mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA
+        return is_known and self._is_held(self.plan.items, s.fence, s.rally)
 
     def _is_held(self, mission: Items, fence: Items, rally: Items) -> bool:
         limits = ((self.fence, fence), (self.rally, rally))

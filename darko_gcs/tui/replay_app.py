@@ -26,6 +26,10 @@ MARK_KEYS = {
     "i": MarkKind.WAYPOINT,
     "g": MarkKind.GAP,
 }
+CLOCK_RULE = (
+    "the bar, the keys and --at count one clock: the recording's. The vehicle's own clock is below the bar; it runs "
+    "faster in a simulation with --speed. Two recordings aligned by take-off are played on the vehicles' clocks"
+)
 FOOTER_MARKS = frozenset("jw")  # the help has the other keys, too
 
 
@@ -76,6 +80,7 @@ class ReplayApp(GroundStationApp):
             ("b", "Play backwards, or forwards again"),
             ("l", "Begin anew at the end, or stop there"),
             ("u", "Send what is played to another station (--to), or stop that"),
+            ("times", CLOCK_RULE),
             ("tab", "Next mark of any kind; shift+tab: the one before"),
             *((f"{key} {key.upper()}", f"Next {kind.value}, the one before") for key, kind in MARK_KEYS.items()),
         ]

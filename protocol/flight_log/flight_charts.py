@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from protocol.dialect.vocabulary import Law
 from protocol.flight_log.flight_series import FlightSeries, Series
 from protocol.flight_log.scenery import Prism
+from protocol.names.law_names import law_label, law_words
 
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure
@@ -41,7 +42,7 @@ def path_chart(flight: FlightSeries, scenery: Sequence[Prism]) -> Figure | None:
     laws = flight.laws()
     for first, last in _runs(laws):
         part, law = slice(first, min(last + 1, len(laws))), str(laws[first])
-        _add_line(figure, east[part], north[part], up[part], law or "path", law_colour(law), shown=law)
+        _add_line(figure, east[part], north[part], up[part], law_words(law) or "path", law_colour(law), shown=law)
     if len(flight.truth):
         position = flight.truth.fields["position"]
         _add_line(figure, position[:, 1], position[:, 0], -position[:, 2], "truth", GREY, dash="dot")
@@ -107,7 +108,7 @@ def energy_chart(flight: FlightSeries) -> Figure | None:
         if law < used.shape[1] and used[-1, law] > 0.0:
             thinned = _thinned(flight.energy.times, used[:, law])
             figure.add_scatter(
-                x=thinned[0], y=thinned[1], name=law.label, stackgroup="law", mode="lines",
+                x=thinned[0], y=thinned[1], name=law_label(law), stackgroup="law", mode="lines",
                 line={"width": 0.5, "color": law_colour(law.name)},
             )  # fmt: skip
     return figure

@@ -11,6 +11,7 @@ from protocol.errors import ProtocolError
 from protocol.flight_log import flight_charts as charts
 from protocol.flight_log.flight_series import FlightSeries
 from protocol.flight_log.scenery import Prism
+from protocol.names.law_names import law_words
 
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure
@@ -99,7 +100,7 @@ def _facts(flight: FlightSeries) -> list[tuple[str, str]]:
         rows.append(("Greatest height", f"{summary.height:.1f} m"))
     if summary.jumps:
         rows.append(("Jumps", str(len(summary.jumps))))
-    rows += [(f"Under {law.replace('_', ' ').lower()}", _time_and_energy(flight, law)) for law in summary.laws]
+    rows += [(f"Under {law_words(law)}", _time_and_energy(flight, law)) for law in summary.laws]
     return rows
 
 

@@ -15,6 +15,7 @@ from protocol.flight_log.flight_summary import LoggedFlight, LogSummary, summari
 from protocol.frames import Geodetic, LocalFrame
 from protocol.message import Source
 from protocol.names.enum_names import name_of
+from protocol.names.law_names import law_words
 from protocol.tlog import TlogReader
 from protocol.tlog.replay import playing_times
 from protocol.units import from_e7, from_millimetres
@@ -153,7 +154,7 @@ def _events(summary: LogSummary, flight: LoggedFlight, playing: Floats, times: F
     source = (flight.system, flight.component)
     found = []
     for jump in flight.jumps:
-        left, entered = _words(jump.law_from), _words(jump.law_to)
+        left, entered = law_words(jump.law_from), law_words(jump.law_to)
         found.append((jump.time, "jump", f"{left} to {entered} ({_words(jump.name)})", entered))
     found += [(mode.start, "mode", f"mode {mode.name}", mode.name) for mode in flight.modes]
     for period in flight.armed:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from protocol.flight_limits import MIN_FORWARD_HEIGHT
 from protocol.names.modes import Mode
 from sitl.autopilot.answers import ACCEPTED, DENIED, REJECTED, Answer
 from sitl.autopilot.arming import Arming
@@ -11,7 +12,6 @@ from sitl.guidance.circles import FlyCircle, circle_about
 from sitl.guidance.legs import FlyLeg
 from sitl.guidance.limits import MAX_AIRSPEED, MIN_AIRSPEED
 from sitl.guidance.manoeuvres import FlyTo, Hold, Ramp, with_speed
-from sitl.prediction.mode_choice import MIN_HEIGHT
 
 MIN_CLIMB = 0.5  # of a take-off [m]
 
@@ -106,8 +106,8 @@ class GuidedRequests:
         circle = circle_about(centre, radius, flight.hover_reference(flight.view.p), speed)
         if circle.reference.path.airspeed < MIN_AIRSPEED or speed > MAX_AIRSPEED:
             return flight.refuse(DENIED, f"Orbit denied: {abs(radius):g} m at {speed:g} m/s cannot be flown")
-        if min(centre[2], flight.view.p[2]) < MIN_HEIGHT:
-            return flight.refuse(REJECTED, f"Orbit refused: too low (below {MIN_HEIGHT:g} m)")
+        if min(centre[2], flight.view.p[2]) < MIN_FORWARD_HEIGHT:
+            return flight.refuse(REJECTED, f"Orbit refused: too low (below {MIN_FORWARD_HEIGHT:g} m)")
         reason = flight.refuse_circle(centre, abs(radius))
         if reason is not None:
             return flight.refuse(DENIED, f"Orbit denied: {reason}")

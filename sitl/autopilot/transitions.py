@@ -12,17 +12,18 @@ from dataclasses import dataclass
 
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law, Regime, Way
+from protocol.flight_limits import MIN_FORWARD_HEIGHT
 from protocol.names.modes import Mode
 from sitl.autopilot.answers import ACCEPTED, CANCELLED, DENIED, FAILED, IN_PROGRESS, REJECTED, Answer
 from sitl.autopilot.flight_state import FlightState
 from sitl.control.reference import Reference
 from sitl.guidance.circles import circle_ahead
 from sitl.guidance.view import VehicleView
-from sitl.prediction.mode_choice import MIN_HEIGHT
 
 NAMES = {Way.HOVER: "Back transition", Way.FORWARD: "Front transition"}
 CRUISE_TILT = math.radians(70.0)  # of a vehicle in forward flight, or a little more
 LIFT_SPEED = 9.0  # about the airspeed at which the wing carries the vehicle [m/s]
+HEIGHT_ERROR = 0.3  # of a hover at the least height: it is never quite still [m]
 TIME_LIMIT = 60.0  # a strong wind can keep a vehicle from its transition for ever [s]
 
 
@@ -149,8 +150,10 @@ class TransitionRequests:
             return flight.refuse(REJECTED, "Transition refused: not in the air")
         if wanted is Way.FORWARD and not flight.can_fly_forward:
             return flight.refuse(DENIED, "Transition denied: not possible with this airframe")
-        if wanted is Way.FORWARD and flight.view.p[2] < MIN_HEIGHT:
-            return flight.refuse(REJECTED, f"Transition refused: too low at {flight.view.p[2]:.1f} m")
+        height = flight.view.p[2]
+        if wanted is Way.FORWARD and height < MIN_FORWARD_HEIGHT - HEIGHT_ERROR:
+            reason = f"too low at {height:.1f} m, it needs {MIN_FORWARD_HEIGHT:g} m"
+            return flight.refuse(REJECTED, f"Transition refused: {reason}")
         return None
 
     def _supersede(self, mode: Mode) -> None:

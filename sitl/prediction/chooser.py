@@ -6,13 +6,14 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from protocol.dialect.vocabulary import Way
+from protocol.flight_limits import MIN_FORWARD_HEIGHT
 from sitl.control.reference import Point
 from sitl.guidance.view import VehicleView
 from sitl.model.airframe import Airframe
 from sitl.model.arithmetic import arctangent, sine_cosine, wrapped
 from sitl.model.vectors import level_norm
 from sitl.prediction.leg_settings import LegSettings
-from sitl.prediction.mode_choice import MIN_HEIGHT, Decision, choose_modes
+from sitl.prediction.mode_choice import Decision, choose_modes
 from sitl.prediction.predictor import Abilities, Leg
 from sitl.simulation.tuning import Tuning
 
@@ -105,7 +106,7 @@ class Chooser:
     def orbits(self, height: float, asked: Way, settings: LegSettings) -> bool:
         """Whether a circle with a radius is flown on the wing."""
         wanted = asked or Way(settings.way)
-        return self.can_fly_forward and wanted is not Way.HOVER and height >= MIN_HEIGHT
+        return self.can_fly_forward and wanted is not Way.HOVER and height >= MIN_FORWARD_HEIGHT
 
 
 def _leg(start: Point, end: Point, heading: float, wind: Point) -> tuple[Leg, float]:

@@ -15,11 +15,11 @@ from functools import lru_cache
 from typing import NamedTuple
 
 from protocol.dialect.vocabulary import DecisionReason, Way
+from protocol.flight_limits import MIN_FORWARD_HEIGHT
 from sitl.prediction.point_mass import IMPOSSIBLE, Prediction
 from sitl.prediction.predictor import Abilities, Leg, predict_forward, predict_hover
 
 MAX_CLIMB_SLOPE, MAX_DESCENT_SLOPE = 1.0, 0.35  # of a leg in forward flight
-MIN_HEIGHT = 3.0  # both ends of a leg in forward flight are at least so high [m]
 LATE, UNASKED, UNABLE = 1e9, 1e12, 1e15  # what being late, not as asked, or not possible counts for [J]
 
 
@@ -37,7 +37,7 @@ def forbidden(leg: Leg, abilities: Abilities) -> DecisionReason:
     """Why a leg cannot be flown forward, or NONE."""
     if not abilities.can_fly_forward:
         return DecisionReason.NO_TRIM
-    if leg.height < MIN_HEIGHT:
+    if leg.height < MIN_FORWARD_HEIGHT:
         return DecisionReason.TOO_LOW
     slope = leg.climb / max(leg.distance, 1e-6)
     if slope > MAX_CLIMB_SLOPE or slope < -MAX_DESCENT_SLOPE:

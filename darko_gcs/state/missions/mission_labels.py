@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 
 from darko_gcs.state.missions.mission_frames import in_frame
 from darko_gcs.state.text import command_name, command_words
-from darko_gcs.state.values import VTOL_LABELS
 from protocol.dialect import mavlink
 from protocol.frames import Geodetic, Vector
 from protocol.mav_frames import is_global_frame
@@ -38,7 +37,7 @@ FRAME_LABELS = {
     mavlink.MAV_FRAME_GLOBAL_INT: "AMSL",
     mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT_INT: "rel",
 }
-NEW_ITEM_HEIGHT = 3.0  # above home [m]
+WAY_SUMMARIES = {mavlink.MAV_VTOL_STATE_FW: "to forward flight", mavlink.MAV_VTOL_STATE_MC: "to hover"}
 _NAN = math.nan
 _NO_PLACE = mavlink.MAV_FRAME_MISSION  # frame of items without a place
 _YAW = "Yaw [deg]"
@@ -122,21 +121,23 @@ def mission_command_of(item: MissionItem) -> MissionCommand:
     )
 
 
-def new_item(kind: MissionCommand, near: MissionItem | None, home: tuple[float, float] | None) -> MissionItem | None:
+def new_item(
+    kind: MissionCommand, near: MissionItem | None, here: tuple[float, float, float] | None
+) -> MissionItem | None:
     """A new item with default parameters; None if it needs a place and none is known.
 
     Args:
         kind: Its command.
         near: An item whose place it takes.
-        home: Without ``near``: latitude and longitude of home [deg]; the item is 3 m above.
+        here: Without ``near``: latitude and longitude [deg], and height above home [m].
     """
     if not kind.has_place:
         return _item(kind, _NO_PLACE, (0, 0, 0.0))
     if near is not None:
         return _item(kind, near.frame, (near.x, near.y, near.z))
-    if home is None:
+    if here is None:
         return None
-    return _item(kind, mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT, (to_e7(home[0]), to_e7(home[1]), NEW_ITEM_HEIGHT))
+    return _item(kind, mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT, (to_e7(here[0]), to_e7(here[1]), here[2]))
 
 
 def _item(kind: MissionCommand, frame: int, place: tuple[int, int, float]) -> MissionItem:
@@ -156,8 +157,8 @@ def with_default_parameters(item: MissionItem) -> MissionItem:
 def item_summary(item: MissionItem) -> str:
     """The parameters of an item that are set, in a few words: "hold 2, acceptance 0.3"."""
     first, second = item.params[:2]
-    if item.command == mavlink.MAV_CMD_DO_VTOL_TRANSITION and first in VTOL_LABELS:
-        return f"to {VTOL_LABELS[int(first)]}"
+    if item.command == mavlink.MAV_CMD_DO_VTOL_TRANSITION and first in WAY_SUMMARIES:
+        return WAY_SUMMARIES[int(first)]
     if item.command == mavlink.MAV_CMD_DO_VTOL_TRANSITION and first == mavlink.MAV_VTOL_STATE_UNDEFINED:
         return "as the vehicle finds best"
     if item.command == mavlink.MAV_CMD_DO_CHANGE_SPEED and first in {0.0, 1.0} and second > 0.0:

@@ -18,7 +18,7 @@ from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Way
 from protocol.frames import Vector
 
-__all__ = ["FLOWN_MISSION", "MissionLeg", "leg_chains", "mission_legs"]
+__all__ = ["FLOWN_MISSION", "MissionLeg", "beginning", "leg_chains", "mission_legs"]
 
 MIN_AIRSPEED = 7.0  # speeds from here on are those of the cruise, slower ones those of the hover [m/s]
 STEP = 1.0  # to which the place of a vehicle that hovers is rounded: it is never quite still [m]
@@ -52,14 +52,17 @@ class MissionLeg:
         return self.start[2] - self.end[2]
 
 
-def mission_legs(items: Items, s: Snapshot) -> tuple[MissionLeg, ...]:
+def mission_legs(items: Items, s: Snapshot, begins_at: Vector | None = None) -> tuple[MissionLeg, ...]:
     """The legs of a mission; empty until home is known.
 
-    The first one begins where the vehicle is in the air, unless it flies a mission already; else over home.
+    Args:
+        items: The mission.
+        s: What is known of the vehicle.
+        begins_at: Where the mission that is flown began; see ``beginning``.
     """
     if s.home is None:
         return ()
-    here = _beginning(s)
+    here = (begins_at or s.home_p) if s.mission_state in FLOWN_MISSION else beginning(s)
     legs: list[MissionLeg] = []
     hover_speed, airspeed = None, None
     for seq, (item, way) in enumerate(zip(items, asked_ways(items), strict=True)):
@@ -107,8 +110,9 @@ def leg_chains(legs: Sequence[MissionLeg]) -> list[tuple[tuple[int, ...], LegCha
     return asked
 
 
-def _beginning(s: Snapshot) -> Vector:
-    if s.p is None or not s.is_airborne or s.mission_state in FLOWN_MISSION:
+def beginning(s: Snapshot) -> Vector:
+    """Where a mission would begin now: where the vehicle is in the air, else home; NED in its local frame [m]."""
+    if s.p is None or not s.is_airborne:
         return s.home_p
     north, east, down = (round(part / STEP) * STEP for part in s.p)
     return north, east, down

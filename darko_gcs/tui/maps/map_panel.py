@@ -12,8 +12,7 @@ from darko_gcs.tui.maps.plan_overlay import plan_labels, plan_polygons
 from darko_gcs.tui.render.canvas import StyledLine
 from darko_gcs.tui.render.map_background import MapBackground
 from darko_gcs.tui.render.map_drawing import MapView, MapWindow, NorthEast, draw_map, place_at
-from darko_gcs.tui.widgets.decision_panel import decision_summary
-from darko_gcs.tui.widgets.panel import Panel
+from darko_gcs.tui.widgets.decision_panel import BesideDecision, decision_summary
 
 __all__ = ["MapPanel"]
 
@@ -23,10 +22,10 @@ PAN_SHARE = 0.25  # of the map, by a key
 FOLLOW_SHARE = 0.25  # of the map that the vehicle may go from its middle before a map that follows moves
 
 
-class MapPanel(Panel):
+class MapPanel(BesideDecision):
     """Home, fence and rally points, mission legs and circles, track, vehicle and its course, north up.
 
-    The lower border shows the decision on the current leg.
+    Where the decision has no panel of its own, the lower border shows it.
     """
 
     SOURCES = ("LOCAL_POSITION_NED", "GLOBAL_POSITION_INT")
@@ -50,8 +49,8 @@ class MapPanel(Panel):
         self._has_moved = False  # the mouse that holds it
 
     def subtitle(self, s: Snapshot) -> str:
-        """The decision, unless the values are old."""
-        return super().subtitle(s) or decision_summary(s)
+        """The decision, unless the values are old or it has a panel of its own."""
+        return super().subtitle(s) or ("" if self.has_decision_panel() else decision_summary(s, self.size.width - 2))
 
     def draw(self, s: Snapshot, width: int, height: int) -> list[StyledLine]:
         """The map fills the panel."""

@@ -87,6 +87,10 @@ class MovableMap(Panel, can_focus=True):
         self._held: tuple[int, NorthEast] | None = None  # the point that the mouse holds, and where
         self._show_step()
 
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
+        """Nothing is moved in a recording."""
+        return not (action == "move" and self.snapshot.is_replay) and super().check_action(action, parameters)
+
     # The view
 
     def watch_chosen(self) -> None:

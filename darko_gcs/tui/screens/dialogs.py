@@ -92,7 +92,8 @@ class AskScreen(ModalScreen["tuple[str, ...] | None"]):
                     yield Label(label, markup=False)
                     yield Input(value, id=f"field-{index}", compact=True)
             yield Static("", id="problem", markup=False)
-            yield Static("Tab: next field    Enter: confirm    Esc: cancel", classes="hint")
+            next_field = "Tab: next field    " if len(self._fields) > 1 else ""
+            yield Static(f"{next_field}Enter: confirm    Esc: cancel", classes="hint")
 
     @on(Input.Submitted)
     def _submitted(self) -> None:

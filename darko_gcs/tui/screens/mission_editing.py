@@ -32,6 +32,7 @@ from protocol.plans import MissionItem
 __all__ = ["MissionEditing"]
 
 WAYPOINT = next(entry for entry in MISSION_COMMANDS if entry.command == mavlink.MAV_CMD_NAV_WAYPOINT)
+LOW_HEIGHT = 3.0  # of a first item while the vehicle is on the ground [m]
 OWN_WAYS = (Way.NONE, Way.HOVER, Way.FORWARD)  # of a vehicle that chooses by itself
 OTHER_WAYS = (Way.HOVER, Way.FORWARD)
 
@@ -98,7 +99,7 @@ class MissionEditing:
         return None
 
     def insert(self, below: int) -> None:
-        """Insert an item by the cursor, at the place of the nearest item before it, or above home."""
+        """Insert an item by the cursor, at the place of the nearest item before it, or where the vehicle is."""
 
         def chosen(number: int | None) -> None:
             if number is not None:
@@ -119,8 +120,7 @@ class MissionEditing:
     def _new_item(self, kind: MissionCommand, row: int) -> MissionItem | None:
         before = reversed(self._items[:row])
         near = next((item for item in before if mission_command_of(item).has_place and item.x), None)
-        home = self._screen.snapshot.home
-        return new_item(kind, near, None if home is None else (home.lat_deg, home.lon_deg))
+        return new_item(kind, near, _here(self._screen.snapshot))
 
     def duplicate(self) -> None:
         """Put the same item below the one under the cursor."""
@@ -207,6 +207,16 @@ class MissionEditing:
         self._screen.app.push_screen(AskScreen(title, fields, check))
 
     def _change(self, items: Items, row: int) -> None:
+        if self._screen.snapshot.is_replay:
+            self._screen.show_notice("The mission of a recording cannot be edited")
+            return
         self._screen.show_notice("")
         self._screen.draft.edit(items)
         self._screen.show_draft(row)
+
+
+def _here(s: Snapshot) -> tuple[float, float, float] | None:
+    """Latitude, longitude [deg] and height above home [m] of a vehicle in the air; else of a low place above home."""
+    if s.is_airborne and s.geodetic is not None and s.from_home is not None:
+        return s.geodetic.lat_deg, s.geodetic.lon_deg, round(-s.from_home[2], 1)
+    return None if s.home is None else (s.home.lat_deg, s.home.lon_deg, LOW_HEIGHT)

@@ -4,23 +4,27 @@ from __future__ import annotations
 
 from textual.binding import Binding, BindingType
 
-__all__ = ["MISSION_KEYS"]
+__all__ = ["MISSION_KEYS", "NOT_IN_A_REPLAY"]
+
+NOT_IN_A_REPLAY = frozenset({"edit_plan", "upload", "start", "fly_from", "fetch", "set_current", "clear"})
 
 MISSION_KEYS: list[BindingType] = [
     Binding("tab", "other_part", "Map", tooltip="From the table to the map, and back"),
     Binding("e,enter", "edit_plan('edit')", "Edit", priority=True, key_display="e", tooltip="Edit the item"),
     Binding("i", "edit_plan('insert', 1)", "Ins", tooltip="Insert an item below"),
     Binding("x,delete", "edit_plan('remove')", "Del", key_display="x", tooltip="Remove the item"),
+    Binding("u", "upload", "Upload", tooltip="Send the plan to the vehicle, and read it back"),
+    Binding("s", "start", "Run", tooltip="Fly the mission from its first item, or go on with it"),
+    Binding("o", "open", "Open", tooltip="Open a plan file"),
+    Binding("m,escape", "close", "Back", tooltip="Back to the flight; Esc, too"),
+    Binding("question_mark", "app.act('help')", "Help", key_display="?", tooltip="These keys"),
+    Binding("w", "save", "Save", tooltip="Write the plan to a file"),
     Binding("space", "edit_plan('way')", "Way", tooltip="Fly the leg in hover, in cruise, or as the vehicle finds"),
     Binding("z,ctrl+z", "edit_plan('undo')", "Undo", key_display="z", tooltip="Take the last edit of the plan back"),
-    Binding("u", "upload", "Upload", tooltip="Send the plan to the vehicle, and read it back"),
-    Binding("s", "fly_from", "Run", tooltip="Fly the mission from the item"),
-    Binding("o", "open", "Open", tooltip="Open a plan file"),
-    Binding("w", "save", "Save", tooltip="Write the plan to a file"),
-    Binding("m,escape", "close", "Back", tooltip="Back to the flight; Esc, too"),
     Binding("equals_sign", "compare", "Differ", key_display="=", tooltip="What differs from vehicle and file"),
     Binding("f", "fetch", "Fetch", tooltip="Fetch the vehicle's plans"),
-    Binding("j", "set_current", "Jump", tooltip="Continue the mission at the item"),
+    Binding("S", "fly_from", "Run from", show=False, tooltip="Fly the mission from the item"),
+    Binding("j", "set_current", "Jump", show=False, tooltip="Let the mission that is flown go on at the item"),
     Binding("c", "clear", "Clear", show=False, tooltip="Delete a plan on the vehicle"),
     Binding("I", "edit_plan('insert', 0)", "Insert above", show=False, tooltip="Insert an item above"),
     Binding("D", "edit_plan('duplicate')", "Duplicate", show=False, tooltip="Duplicate the item"),

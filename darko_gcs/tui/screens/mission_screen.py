@@ -32,7 +32,8 @@ from darko_gcs.tui.screens.dialogs import ChooseScreen, Named, confirm
 from darko_gcs.tui.screens.difference_screen import DifferenceScreen, PlanPair, file_pairs
 from darko_gcs.tui.screens.file_dialog import FileDialog
 from darko_gcs.tui.screens.mission_editing import MissionEditing
-from darko_gcs.tui.screens.mission_keys import MISSION_KEYS
+from darko_gcs.tui.screens.mission_keys import MISSION_KEYS, NOT_IN_A_REPLAY
+from darko_gcs.tui.screens.mission_start import ask_continue_at, ask_fly_from, ask_start
 from darko_gcs.tui.screens.mission_table import MissionTable, leg_totals
 from darko_gcs.tui.widgets.status_bar import StatusBar
 from protocol.dialect import mavlink
@@ -45,6 +46,7 @@ __all__ = ["MissionScreen"]
 CLEAR_CHOICES = {MISSION: "Mission", FENCE: "Fence", RALLY: "Rally points", ALL_PLANS: "All three"}
 PLAN_SUFFIXES = (".plan", ".waypoints", ".txt")
 MAX_FILES_LISTED = 50  # of the working folder, in the dialog that opens a file
+NO_PLAN_YET = "no plan: o opens a file, f fetches the vehicle's, i or a click on the map inserts an item"
 ASK_PERIOD = 1.0  # between looks at which legs the vehicle is to predict [s]
 
 
@@ -136,13 +138,17 @@ class MissionScreen(Screen[None]):
 
     def _ask_about_legs(self) -> None:
         self._asked_at = self.now
-        self._legs = mission_legs(self.draft.plan.items, self.snapshot)
+        self._legs = mission_legs(self.draft.plan.items, self.snapshot, self.draft.begins_at)
         chains = leg_chains(self._legs)
         if self._station is not None and self.snapshot.hybrid is not None and not self.snapshot.lost:
             self._station.predict_legs([chain for _, chain in chains], self._clock())
         known = self.snapshot.leg_predictions
         answered = [(seqs, known[chain]) for seqs, chain in chains if chain in known]
         self._predictions = {seq: leg for seqs, legs in answered for seq, leg in zip(seqs, legs, strict=True)}
+
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
+        """A recording's mission can be looked at, compared and saved."""
+        return (self._station is not None or action not in NOT_IN_A_REPLAY) and super().check_action(action, parameters)
 
     # What is shown
 
@@ -190,7 +196,7 @@ class MissionScreen(Screen[None]):
     def _status(self) -> str:
         draft = self.draft
         if not draft.plan.items and not any(draft.vehicle_plans):
-            return "no plan: o opens a file, f fetches the vehicle's, i or a click on the map inserts an item"
+            return NO_PLAN_YET if self._station is not None else "no mission in the recording so far"
         state = "not on the vehicle" if draft.changed else "as on the vehicle"
         unsaved = "" if draft.saved or not draft.changed else ", not saved"
         limits = (("fence", draft.fence), ("rally points", draft.rally))
@@ -309,7 +315,7 @@ class MissionScreen(Screen[None]):
         changed = None
         if s.mission_state in FLOWN_MISSION and s.mission_current is not None:
             current = item_now(s.mission, items, s.mission_current)
-            changed = changed_range(s.mission, items) if self._takes_single_items(s) else None
+            changed = changed_range(s.mission, items) if self.draft.changes_single_items_of(s) else None
         question, send = "A mission is being flown. Replace it?", partial(self._upload, station, current)
         if changed is not None:
             which = f"item {changed.start}" if len(changed) == 1 else f"items {changed.start} to {changed.stop - 1}"
@@ -320,11 +326,6 @@ class MissionScreen(Screen[None]):
             confirm(self.app, self._named(question), send)
         else:
             send()
-
-    def _takes_single_items(self, s: Snapshot) -> bool:
-        limits = ((self.draft.fence, s.fence), (self.draft.rally, s.rally))
-        is_known = s.hybrid is not None or s.autopilot == mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA
-        return is_known and all(not own or own == held for own, held in limits)
 
     def _upload(self, station: Station, current: int | None) -> None:
         draft = self.draft
@@ -364,18 +365,17 @@ class MissionScreen(Screen[None]):
         """Continue the mission at the item under the cursor."""
         station, row = self._flown_from(), self.table.cursor_row
         if station is not None:
-            question = self._named(f"Continue the mission at item {row}?")
-            confirm(self.app, question, lambda: station.plans.set_current(row, self._clock()))
+            ask_continue_at(self.app, self._named, station, self._clock, row)
+
+    def action_start(self) -> None:
+        """Fly the mission: from its first item, or on from its current one."""
+        if (station := self._flown_from()) is not None:
+            ask_start(self.app, self._named, self.snapshot, station, self._clock)
 
     def action_fly_from(self) -> None:
         """Fly the mission from the item under the cursor, also if it is not flown now."""
-        station, row, s = self._flown_from(), self.table.cursor_row, self.snapshot
-        if station is not None:
-            left = f" It leaves item {s.mission_current}." if s.mission_state == mavlink.MISSION_STATE_ACTIVE else ""
-            which = {1: "Item 0 is", 2: "Items 0 and 1 are"}.get(row, f"Items 0 to {row - 1} are")
-            skipped = f" {which} left out." if row else ""
-            question = self._named(f"Fly the mission from item {row}?{skipped}{left}")
-            confirm(self.app, question, lambda: station.plans.start_mission(self._clock(), first=row))
+        if (station := self._flown_from()) is not None:
+            ask_fly_from(self.app, self._named, self.snapshot, station, self._clock, self.table.cursor_row)
 
     # Inside
 

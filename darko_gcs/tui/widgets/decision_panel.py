@@ -13,7 +13,7 @@ from darko_gcs.tui.widgets.table_number import table_number
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import DecisionReason, Way
 
-__all__ = ["DecisionPanel", "decision_lines", "decision_summary"]
+__all__ = ["BesideDecision", "DecisionPanel", "decision_lines", "decision_summary"]
 
 
 class DecisionPanel(Panel):
@@ -24,13 +24,24 @@ class DecisionPanel(Panel):
         return decision_lines(s)
 
 
+class BesideDecision(Panel):
+    """A panel that tells the decision itself on screens without room for its own panel."""
+
+    _decision: DecisionPanel | None = None
+
+    def has_decision_panel(self) -> bool:
+        """True on a screen with room for it, unless the operator has hidden it."""
+        if self._decision is None and self.is_mounted:
+            self._decision = next(iter(self.screen.query(DecisionPanel)), None)
+        return self._decision is not None and self._decision.display
+
+
 def decision_lines(s: Snapshot) -> list[StyledLine]:
-    """The decision in six lines."""
+    """The decision in seven lines."""
     d = s.decision
     if d is None:
         return [styled_line(("no decision yet", "dim"))]
     leg = "leg " if d.seq is None else f"leg to {d.seq}  "
-    past = "  past leg," if _is_past(s, d) else ""
     climb = f"{round(d.climb, 0) + 0.0:+.0f} m"
     tail, cross = table_number(d.tail_wind, 1, 1), table_number(d.cross_wind, 1, 1)
     return [
@@ -38,19 +49,26 @@ def decision_lines(s: Snapshot) -> list[StyledLine]:
         _prediction(d, Way.HOVER, d.hover_time, d.hover_energy),
         _prediction(d, Way.FORWARD, d.forward_time, d.forward_energy),
         _difference(d),
-        styled_line((leg, "label"), f"{d.distance:.0f} m", ("  climb ", "label"), climb, (past + _age(s, d), "dim")),
+        styled_line((leg, "label"), f"{d.distance:.0f} m", ("  climb ", "label"), climb),
         styled_line(("tail wind ", "label"), tail, ("  cross wind ", "label"), cross),
+        styled_line((_age(s, d), "dim")),
     ]
 
 
-def decision_summary(s: Snapshot) -> str:
-    """The decision in one line: leg, choice, its energy against the alternative, reason; and if the leg is over."""
+def decision_summary(s: Snapshot, width: int) -> str:
+    """The decision in one line of a width: leg, choice, reason, energy saved; and if the leg is over.
+
+    The saving and the reason are left out, in this order, if there is no room.
+    """
     d = s.decision
     if d is None:
         return ""
-    leg = ("past leg " if _is_past(s, d) else "") + ("leg" if d.seq is None else f"to {d.seq}")
-    saving = f" {-100.0 * d.saving:+.0f} %" if math.isfinite(d.saving) else ""
-    return f"{leg}: {label_of(Way, d.way)}{saving}, {label_of(DecisionReason, d.reason)}"
+    leg = ("past leg" if _is_past(s, d) else "leg") + ("" if d.seq is None else f" to {d.seq}")
+    short = f"{leg}: {label_of(Way, d.way)}"
+    saving = f", saves {100.0 * d.saving:.0f} %" if math.isfinite(d.saving) else ""
+    reason = f", {label_of(DecisionReason, d.reason)}"
+    texts = (short + reason + saving, short + reason, short)
+    return next((text for text in texts if len(text) <= width), short)
 
 
 def _is_past(s: Snapshot, d: Decision) -> bool:
@@ -61,7 +79,8 @@ def _is_past(s: Snapshot, d: Decision) -> bool:
 
 
 def _age(s: Snapshot, d: Decision) -> str:
-    return "" if s.boot is None else f"  {max(0.0, s.boot - d.time):.0f} s ago"
+    past = "a past leg, " if _is_past(s, d) else ""
+    return f"{past}decided" if s.boot is None else f"{past}decided {max(0.0, s.boot - d.time):.0f} s ago"
 
 
 def _prediction(d: Decision, way: Way, time: float, energy: float) -> StyledLine:
@@ -72,9 +91,9 @@ def _prediction(d: Decision, way: Way, time: float, energy: float) -> StyledLine
 
 
 def _difference(d: Decision) -> StyledLine:
-    """Time and energy of the choice compared with the alternative."""
+    """Time and energy that the choice saves; below zero, what it costs more."""
     if d.chosen_and_other is None or not math.isfinite(d.saving):
         return styled_line(("no alternative to compare", "dim"))
     (chosen, _), (other, _) = d.chosen_and_other
-    time = f"{100.0 * (chosen / other - 1.0):+8.0f} %" if other > 0.0 else ""
-    return styled_line(("vs other", "label"), time, f" {-100.0 * d.saving:+8.0f} %")
+    time = f"{100.0 * (1.0 - chosen / other):8.0f} %" if other > 0.0 else ""
+    return styled_line(("saves   ", "label"), time, f" {100.0 * d.saving:8.0f} %")

@@ -5,13 +5,12 @@ from __future__ import annotations
 import math
 
 from darko_gcs.state.snapshot import Snapshot
-from darko_gcs.state.text import label_of
 from darko_gcs.tui.render.canvas import StyledLine
-from darko_gcs.tui.widgets.decision_panel import DecisionPanel, decision_lines
-from darko_gcs.tui.widgets.panel import Panel, styled_line
+from darko_gcs.tui.widgets.decision_panel import BesideDecision, decision_lines
+from darko_gcs.tui.widgets.panel import styled_line
 from darko_gcs.tui.widgets.table_number import table_number
-from protocol.dialect.vocabulary import Law
 from protocol.frames import Vector
+from protocol.names.law_names import law_label
 
 __all__ = ["FlightPanel"]
 
@@ -26,12 +25,11 @@ MIN_ENERGY_SHOWN = 0.5  # used in one law [J]
 MIN_WIND_SHOWN = 0.05  # below which its direction is not shown [m/s]
 
 
-class FlightPanel(Panel):
+class FlightPanel(BesideDecision):
     """Position, velocity, path, energy, battery and air, as numbers; in pages if there is no room for all."""
 
     SOURCES = (*POSITION, "VFR_HUD")
     page = 0
-    _decision: DecisionPanel | None = None
     _count = 0  # of lines in all pages
 
     def draw(self, s: Snapshot, width: int, height: int) -> list[StyledLine]:
@@ -71,19 +69,13 @@ class FlightPanel(Panel):
             self._battery(s, words=words),
             *self._air(s, words=words),
             *self._energy_by_law(s),
-            *([] if self._has_decision_panel() else decision_lines(s)),
+            *([] if self.has_decision_panel() else decision_lines(s)),
         ]
 
     def _short_age(self, s: Snapshot, *kinds: str) -> str:
         """Age of a value in brackets; empty while it is fresh."""
         old = self.age_text(s, *kinds)
         return f" ({old.removesuffix(' old')})" if old else ""
-
-    def _has_decision_panel(self) -> bool:
-        """True on a screen with room for it, unless the operator has hidden it."""
-        if self._decision is None and self.is_mounted:
-            self._decision = next(iter(self.screen.query(DecisionPanel)), None)
-        return self._decision is not None and self._decision.display
 
     def _target(self, s: Snapshot, *, words: bool) -> StyledLine:
         distance = math.dist(s.p, s.goal) if s.goal is not None and s.p is not None else None
@@ -126,9 +118,9 @@ class FlightPanel(Panel):
     def _energy_by_law(self, s: Snapshot) -> list[StyledLine]:
         if s.energy is None:
             return []
-        used = [(label_of(Law, law), j) for law, j in enumerate(s.energy.by_law) if j > MIN_ENERGY_SHOWN]
+        used = [(law_label(law), j) for law, j in enumerate(s.energy.by_law) if j > MIN_ENERGY_SHOWN]
         lines = [styled_line((f"  {law:<21}", "dim"), f"{joules:7.0f} J") for law, joules in used]
-        return [styled_line(("used under", "label")), *lines] if lines else []
+        return [styled_line(("used in each law", "label")), *lines] if lines else []
 
 
 _Value = tuple[str, float | None, str]  # label, number, age in brackets

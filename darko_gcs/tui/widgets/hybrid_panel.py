@@ -13,6 +13,7 @@ from darko_gcs.tui.render.chart import chart_edge, log_chart
 from darko_gcs.tui.widgets.panel import Panel, styled_line
 from protocol.dialect.vocabulary import Law, Reason
 from protocol.names.enum_names import as_member
+from protocol.names.law_names import law_label
 
 __all__ = ["LAW_STYLES", "HybridPanel"]
 
@@ -73,7 +74,7 @@ def _law(h: HybridState, law_since: float | None, width: int) -> StyledLine:
     law = as_member(Law, h.law)
     style = "warn" if law is None else LAW_STYLES[law]
     governor = (f"  governor {100 * h.governor:.0f} %", "accent") if h.governor > MIN_GOVERNOR_SHOWN else ("", "")
-    name = label_of(Law, h.law).upper()
+    name = law_label(h.law).upper()
     v = [("  V ", "label"), (_v_text(h.v), "")]
     if len(name) + len(since) + len(governor[0]) + sum(len(text) for text, _ in v) > width:
         v = []
@@ -84,7 +85,7 @@ def _last_jump(h: HybridState, width: int) -> list[StyledLine]:
     """The number of jumps and the last one with its cause, in two lines if one has no room."""
     if h.jumps == 0:
         return [styled_line(("no jump yet", "dim"))]
-    text = f"jump {h.jumps}: from {label_of(Law, h.last_law)}: {label_of(Reason, h.last_reason)}"
+    text = f"jump {h.jumps} from {law_label(h.last_law)}: {label_of(Reason, h.last_reason)}"
     return [styled_line((line, "dim")) for line in wrap(text, max(width, MIN_JUMP_WIDTH))[:2]]
 
 

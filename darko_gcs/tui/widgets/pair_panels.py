@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import takewhile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +20,7 @@ from darko_gcs.tui.render.map_drawing import NorthEast
 from darko_gcs.tui.render.pair_map import MapFlight, draw_pair_map
 from darko_gcs.tui.widgets.panel import Panel, styled_line
 
-__all__ = ["HeightPanel", "PairMapPanel", "PairPanel", "PairStatus", "PairTable", "PairVPanel"]
+__all__ = ["HeightPanel", "PairMapPanel", "PairPanel", "PairStatus", "PairTable", "PairVPanel", "distinct_names"]
 
 Floats = NDArray[np.float64]
 STYLES = ("hover", "forward")  # of A and of B, in every panel
@@ -90,10 +91,10 @@ class PairStatus(PairPanel):
 
 def _state(flight: RecordedFlight, style: str) -> StyledLine:
     s = flight.feed.snapshot
+    if flight.place is Place.BEFORE:
+        return styled_line((f" {flight.letter} ", style), (flight.place.value, "warn"), " ")
     armed = (" ARMED", "bad") if s.armed else (" disarmed", "dim")
-    when = ("", "")
-    if flight.place is not Place.INSIDE:
-        when = (f" {flight.place.value}", "warn")
+    when = (f" {flight.place.value}", "warn") if flight.place is Place.BEHIND else ("", "")
     return styled_line((f" {flight.letter} ", style), (s.mode or "no vehicle", "accent"), armed, when, " ")
 
 
@@ -103,16 +104,33 @@ class PairTable(PairPanel):
     def subtitle(self, s: Snapshot) -> str:  # noqa: ARG002 - of the feed
         """What is at the same time in both flights."""
         shift = f" {self.feed.shift:+g} s" if self.feed.shift else ""
-        return f"aligned by {self.feed.alignment.value}{shift}, t = {self.feed.common:.1f} s"
+        return f"by {self.feed.alignment.value}{shift}, t = {self.feed.common:.1f} s"
 
     def draw(self, s: Snapshot, width: int, height: int) -> list[StyledLine]:  # noqa: ARG002 - of the feed
         """One line a value, the most important ones first."""
         column = max(MIN_COLUMN, (width - NAME_WIDTH) // 3)
-        names = [f"{flight.letter} {flight.feed.name}" for flight in self.feed.flights]
-        heads = [(_fitted(name, column), style) for name, style in zip(names, STYLES, strict=True)]
+        names = distinct_names([flight.feed.name for flight in self.feed.flights], column - len(" A "))
+        flights = zip(self.feed.flights, names, STYLES, strict=True)
+        heads = [(_fitted(f"{flight.letter} {name}", column), style) for flight, name, style in flights]
         head = styled_line((" " * NAME_WIDTH, ""), *heads, (_fitted("B - A", column), "label"))
         first, second = (flight.feed.snapshot for flight in self.feed.flights)
         return [head, *(_table_line(row, first, second, column) for row in ROWS)][:height]
+
+
+def distinct_names(names: Sequence[str], width: int) -> list[str]:
+    """Names of files in a width [cells]: without what all begin or end with, as far as there is no room for it."""
+    shared = _shared_length(names)
+    if len(set(names)) == 1 or all(len(name) <= width for name in names):
+        return [name[:width] for name in names]
+    end = _shared_length([name[shared:][::-1] for name in names])
+    stems = [name[: len(name) - end] for name in names]
+    cut = min(shared, max(0, max(map(len, stems)) - width + 1))
+    return [("…" + stem[cut:] if cut else stem)[:width] for stem in stems]
+
+
+def _shared_length(names: Sequence[str]) -> int:
+    """How many characters all names begin with."""
+    return sum(1 for _ in takewhile(lambda column: len(set(column)) == 1, zip(*names, strict=False)))
 
 
 def _table_line(row: _Row, first: Snapshot, second: Snapshot, column: int) -> StyledLine:

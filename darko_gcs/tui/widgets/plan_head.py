@@ -14,6 +14,11 @@ from protocol.dialect.vocabulary import PlanEventKind
 
 __all__ = ["PlanEventPanel", "PlanHeadPanel", "happening_text"]
 
+NO_PLAN = (
+    "The vehicle has no flight plan, or has not sent it yet (F5 asks again)",
+    "Ctrl+O loads one from a file (.xml) onto a vehicle that stands on the ground",
+)
+NO_RECORDED_PLAN = ("No flight plan in the recording so far",)
 HAPPENING_STYLES = {PlanEventKind.EXCEPTION: "warn", PlanEventKind.REMARK: "accent"}
 
 
@@ -24,7 +29,7 @@ class PlanHeadPanel(Panel):
         """The block with its time, then the stage with its own."""
         plan = s.flight_plan
         if plan is None:
-            return [styled_line(("The vehicle has no flight plan, or has not sent it yet", "dim"))]
+            return [styled_line((line, "dim")) for line in (NO_RECORDED_PLAN if s.is_replay else NO_PLAN)]
         flown = ("flown", "good") if s.flies_plan else (f"not flown: {s.mode or 'mode unknown'}", "warn")
         block = styled_line(
             (f"{plan.block} {plan.block_name(plan.block)}", "accent"),

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 
+from darko_gcs.state.command_words import pilot_words
 from darko_gcs.state.snapshot import Snapshot
-from darko_gcs.state.text import command_name
+from darko_gcs.state.text import counted
 from darko_gcs.state.values import VTOL_LABELS, SigningState, Simulator
 from darko_gcs.tui.render.canvas import StyledLine
 from darko_gcs.tui.widgets.panel import Panel, styled_line
@@ -37,6 +38,8 @@ SIGNING_SEGMENTS = {
 MAX_HEARTBEAT_AGE = 2.0  # before the link counts as lost [s]
 LOW_BATTERY, EMPTY_BATTERY = 0.25, 0.1  # shares left
 MAX_NORMAL_LOSS = 0.02  # share of frames
+MIN_TO_GO = 2.0  # to a target, from which on the vehicle is on its way there [m]
+MIN_CLOSING = 0.5  # share of its speed at which it comes nearer then
 HINT_WIDTH, KEY_HINT_WIDTH = 71, 81  # of the screen that leaves room for these [cells]
 STAGE_WIDTH = 100  # of the screen that leaves room for the word [cells]
 MAX_BLOCK_NAME = 14  # of a flight plan that fits [cells]
@@ -107,7 +110,25 @@ def _no_vehicle(s: Snapshot, width: int) -> StyledLine:
 
 
 def _mode(s: Snapshot) -> tuple[str, str]:
-    return (f" {s.mode or '?'} ", "accent")
+    to_go = f", {_to_go(s):.0f} m to go" if _is_going(s) else ""
+    return (f" {s.mode or '?'}{to_go} ", "accent")
+
+
+def _to_go(s: Snapshot) -> float:
+    """Distance to the target [m]; 0 if it is not known."""
+    return 0.0 if s.p is None or s.goal is None else math.dist(s.p, s.goal)
+
+
+def _is_going(s: Snapshot) -> bool:
+    """True on the way to a point in HOLD: a vehicle that circles has a target, too, but does not come nearer."""
+    is_transition = s.in_progress is not None and s.in_progress.command == mavlink.MAV_CMD_DO_VTOL_TRANSITION
+    if s.mode != Mode.HOLD.name or is_transition or not s.is_airborne or s.p is None or s.goal is None or s.v is None:
+        return False
+    distance = _to_go(s)
+    if distance < MIN_TO_GO or not math.isfinite(distance):
+        return False
+    closing = sum(v * (goal - p) for v, goal, p in zip(s.v, s.goal, s.p, strict=True)) / distance
+    return s.vtol_state == mavlink.MAV_VTOL_STATE_MC or closing > MIN_CLOSING * math.hypot(*s.v)
 
 
 def _alarm(s: Snapshot) -> str:
@@ -139,7 +160,11 @@ def _mission(s: Snapshot, width: int) -> tuple[str, str]:
         return (f" {plan.block_name(plan.block)[:MAX_BLOCK_NAME]}{between}{plan.stage} ", "")
     if not s.mission_count or s.mission_state not in MISSION_LABELS:
         return ("", "")
-    at = f" {s.mission_current}/{s.mission_count - 1}" if s.mission_state != mavlink.MISSION_STATE_COMPLETE else ""
+    at = f" {s.mission_current}/{s.mission_count - 1}"
+    if s.mission_state == mavlink.MISSION_STATE_COMPLETE:
+        at = ""
+    elif s.mission_state == mavlink.MISSION_STATE_NOT_STARTED:
+        at = f" from item {s.mission_current}" if s.mission_current else f", {counted(s.mission_count, 'item')}"
     return (f" {MISSION_LABELS[s.mission_state]}{at} ", "")
 
 
@@ -155,7 +180,7 @@ def _progress(s: Snapshot) -> tuple[str, str]:
     if command is None:
         return ("", "")
     done = f" {command.progress} %" if command.progress <= MAX_PERCENT else ""
-    return (f" {command_name(command.command)}{done} ", "accent")
+    return (f" {pilot_words(command.command)}{done} ", "accent")
 
 
 def _control(s: Snapshot) -> tuple[str, str]:

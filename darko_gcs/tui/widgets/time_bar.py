@@ -33,7 +33,7 @@ class TimeBar(StatusBar):
         self._feed = feed
 
     def draw(self, s: Snapshot, width: int, height: int) -> list[StyledLine]:  # noqa: ARG002 - from the feed
-        """State, bar and times, a bar for each flight; then the vehicle's own time and the legend."""
+        """State, bar and times, a bar for each flight; then the vehicle's own clock, if it is one, and the legend."""
         return [*(self._bar(owner, width) for owner in self._feed.owners), self._legend(width)]
 
     def on_click(self, event: events.Click) -> None:
@@ -68,7 +68,7 @@ class TimeBar(StatusBar):
 
     def _legend(self, width: int) -> StyledLine:
         feed = self._feed
-        flight = f" flight {format_time(feed.flight_time)} "
+        flight = f" vehicle's clock {format_time(feed.flight_time)} " if len(feed.owners) == 1 else " "
         symbols: StyledLine = []
         for kind, (symbol, style) in SYMBOLS.items():
             symbols += [(f"  {symbol}", style), (f" {kind.value}", "")]

@@ -5,9 +5,10 @@ import pytest
 from darko_gcs.feed.recorded_marks import MarkKind
 from darko_gcs.feed.replay_feed import ReplayFeed
 from protocol.dialect import mavlink
+from protocol.dialect.vocabulary import Law, Reason
 from protocol.tlog import TlogReader, read_tlog
 from tests.support.gcs.messages import heartbeat
-from tests.support.logs import T0, bare, record
+from tests.support.logs import T0, bare, log_of, record
 from tests.support.paths import DATA
 
 FLIGHT = DATA / "square-flight.tlog"
@@ -65,6 +66,15 @@ def test_marks_tell_what_happened():
     mark = feed.seek_mark(MarkKind.WAYPOINT, 1)
     assert (mark.text, feed.now) == ("item 0 reached", mark.time)
     assert feed.seek_mark(MarkKind.WAYPOINT, -1) is None
+
+
+def test_a_jump_into_a_transition_is_marked_by_the_name_of_the_transition():
+    def jump(number, law):
+        return bare(mavlink.MAVLink_darko_jump_message(1_000_000 * number, number, 1.0, 0, law, Reason.SPEED, b"x"))
+
+    frames = [bare(heartbeat()), jump(1, Law.TO_FORWARD), jump(2, Law.TO_HOVER)]
+    marks = ReplayFeed(TlogReader(log_of(frames)), "x").marks
+    assert [mark.text for mark in marks] == ["jump to front transition", "jump to back transition"]
 
 
 def test_silence_and_damage_are_gaps_and_warnings_and_modes_are_marked():

@@ -132,3 +132,12 @@ def test_a_snapshot_tells_how_long_messages_have_been_silent():
     s = reduce(reduce(s, arrived(heartbeat()), 1.0), arrived(position(1000, 1.0)), 2.0)
     assert s.silence(9.0, ["VFR_HUD", "LOCAL_POSITION_NED"]) == 7.0
     assert reduce(s, arrived(position(1100, math.nan)), 5.0).silence(9.0, ["LOCAL_POSITION_NED"]) == 7.0
+
+
+def test_the_end_of_a_mission_is_told_once():
+    def state(number):
+        return mavlink.MAVLink_mission_current_message(3, 4, number)
+
+    active, done = state(mavlink.MISSION_STATE_ACTIVE), state(mavlink.MISSION_STATE_COMPLETE)
+    assert [line.text for line in after([heartbeat(), active, done, done]).messages] == ["Mission done"]
+    assert after([heartbeat(), done]).messages == ()

@@ -18,7 +18,7 @@ def test_answers_are_shown_in_words():
         reason="TEMPORARILY_REJECTED",
     )
     s = reduce_event(EMPTY_SNAPSHOT, refused, 2.0)
-    assert s.messages[-1].text == "nav takeoff: temporarily rejected"
+    assert s.messages[-1].text == "take off: temporarily rejected"
     s = reduce_event(s, MissionFailed("upload", None, "no answer"), 3.0)
     assert s.messages[-1].text == "Mission upload failed: no answer"
 

@@ -132,10 +132,11 @@ def test_an_upload_is_read_back_before_it_is_shown(link, plan):
     link.run(3.0)
     assert link.snapshot.mission == plan.items
     assert [line for line in link.lines if "read back" in line] == [
-        "Fence read back: as it was sent",
-        "Rally plan read back: as it was sent",
-        "Mission read back: as it was sent",
+        "Fence of 5 items is on the vehicle, read back as sent",
+        "Rally plan of 2 items is on the vehicle, read back as sent",
+        "Mission of 6 items is on the vehicle, read back as sent",
     ]
+    assert not [line for line in link.lines if "uploaded" in line or "downloaded" in line]
 
 
 def test_a_vehicle_that_holds_something_else_is_told_by_item_and_field(link, plan):
@@ -162,7 +163,7 @@ def test_single_items_are_replaced(link, plan):
     assert items_written(link) == [2, 3]
     assert link.snapshot.mission == link.vehicle.endpoint.mission == new
     assert "2 items replaced" in link.lines
-    assert link.lines[-1] == "Mission read back: as it was sent"
+    assert link.lines[-1] == "Mission of 6 items is on the vehicle, read back as sent"
 
 
 def test_a_vehicle_that_takes_no_single_items_gets_all_of_them_and_keeps_its_current_one(link, plan):
@@ -186,3 +187,10 @@ def test_an_upload_may_name_the_item_to_go_on_with(link, plan):
     link.run(3.0)
     assert link.snapshot.mission_current == 2
     assert link.snapshot.mission == plan.items
+
+
+def test_a_command_is_answered_in_the_words_that_it_was_asked_in(link):
+    link.station.hold(link.now)
+    link.run(1.0)
+    assert link.lines[-1].startswith("mode HOLD: ")
+    assert link.snapshot.asked == {}

@@ -73,7 +73,7 @@ def test_loss_and_return_of_the_vehicle_are_shown(link):
 def test_a_refusal_is_shown_with_the_vehicles_reason(link):
     link.station.land(link.now)
     link.run(0.5)
-    assert "nav land: temporarily rejected" in link.text
+    assert "land: temporarily rejected" in link.text
     assert "not in the air" in link.text
 
 
@@ -99,11 +99,11 @@ def test_a_transition_shows_its_progress_and_can_be_cancelled(link):
     assert link.snapshot.in_progress.command == TRANSITION
     percent = link.snapshot.in_progress.progress
     assert 0 < percent < 100
-    assert f"do vtol transition {percent} %" in panel_text(StatusBar(), link.snapshot, width=160, height=1)
+    assert f"transition {percent} %" in panel_text(StatusBar(), link.snapshot, width=160, height=1)
     link.station.cancel(link.now)
     link.run(0.5)
     assert link.snapshot.in_progress is None
-    assert "do vtol transition: cancelled" in link.lines
+    assert "front transition: cancelled" in link.lines
     assert sum("in progress" in line for line in link.lines) == 2  # the first cancel, and the transition
 
 
@@ -122,7 +122,7 @@ def test_the_opposite_transition_cancels_the_one_in_progress(link):
 def test_a_speed_that_the_vehicle_cannot_fly_is_refused(link):
     link.station.change_speed(400.0, link.now)
     link.run(0.5)
-    assert "do change speed: denied" in link.lines
+    assert "speed 400.0 m/s: denied" in link.lines
 
 
 def test_all_parameters_are_fetched(link):

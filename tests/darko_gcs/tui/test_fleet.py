@@ -41,7 +41,7 @@ def text_of(fleet, active=1, width=120, height=9):
 QUESTIONS = {  # of every screen that commands a vehicle: keys, and how it begins
     "delete": ("mc", "Delete on the vehicle"),
     "upload": ("mDu", "A mission is being flown."),
-    "fly from an item": ("ms", "Fly the mission from item 0?"),
+    "fly from an item": ("mS", "Fly the mission from item 0?"),
     "jump to an item": ("mj", "Continue the mission at item 0?"),
     "fly the flight plan": (("b", "ctrl+f"), "Fly the flight plan?"),
     "hold": (("b", "space"), "Stop and hover here?"),

@@ -34,7 +34,7 @@ async def test_both_flights_are_in_every_panel(feed, size):
         shown = screen_text(app)
         assert "B MISSION ARMED" in shown.splitlines()[0]
         assert all(title in shown for title in ("Values", "Map", "V of the law in force", "Height"))
-        assert "aligned by takeoff +2 s" in shown
+        assert "by takeoff +2 s" in shown
         for letter in "AB":
             assert any(f"{arrow}{letter}" in shown for arrow in "↑↗→↘↓↙←↖")
         heights = [-flight.feed.snapshot.from_home[2] for flight in feed.flights]
@@ -60,10 +60,10 @@ async def test_the_alignment_is_changed_by_key(feed):
     async with app.run_test(size=(120, 40)) as pilot:
         await pilot.press("space", "5", "greater_than_sign", "greater_than_sign", "less_than_sign", "left_parenthesis")
         assert feed.shift == pytest.approx(1.1)
-        await until(pilot, lambda: "aligned by takeoff +1.1 s" in screen_text(app))
+        await until(pilot, lambda: "by takeoff +1.1 s" in screen_text(app))
         await pilot.press("o")
         assert (feed.alignment, feed.shift) == (Alignment.START, 0.0)
-        await until(pilot, lambda: "aligned by start, t =" in screen_text(app))
+        await until(pilot, lambda: "by start, t =" in screen_text(app))
         await pilot.press("question_mark")
         await until(pilot, lambda: isinstance(app.screen, HelpScreen) and "Align by take-off" in screen_text(app))
 

@@ -115,7 +115,7 @@ async def test_a_click_on_the_bar_seeks(feed):
         assert feed.now == 0.0
         await pilot.click(TimeBar, offset=(30, 0))
         assert 0.3 * feed.timeline.duration < feed.now < 0.7 * feed.timeline.duration
-        await until(pilot, lambda: "◆ waypoint" in screen_text(app) and "flight" in screen_text(app))
+        await until(pilot, lambda: "◆ waypoint" in screen_text(app) and "vehicle's clock" in screen_text(app))
 
 
 @pytest.mark.parametrize(("text", "seconds"), [("90", 90.0), ("1:30", 90.0), ("1:00:01.5", 3601.5), ("0:05.25", 5.25)])
@@ -160,3 +160,20 @@ async def test_tab_goes_to_the_next_mark_on_the_flight_screen_and_to_the_map_on_
         await pilot.press("tab")
         await until(pilot, lambda: app.focused is app.screen.map)
         assert feed.now == there
+
+
+@pytest.mark.parametrize("size", [(80, 24), (120, 40), (200, 60)])
+async def test_the_mission_of_a_recording_offers_what_works_there_and_the_help(feed, size):
+    app = ReplayApp(feed)
+    async with app.run_test(size=size) as pilot:
+        await pilot.press("space", "end", "m")
+        await until(pilot, lambda: isinstance(app.screen, MissionScreen) and app.screen.table.row_count == 6)
+        await until(pilot, lambda: "Help" in screen_text(app).splitlines()[-1])
+        footer = screen_text(app).splitlines()[-1]
+        assert all(words in footer for words in ("Map", "Save", "Differ", "Back"))
+        assert not any(words in footer for words in ("Edit", "Ins", "Del", "Upload", "Run", "Fetch"))
+        await pilot.press("x", "delete")
+        assert len(app.draft.plan.items) == 6
+        app.screen._editing.remove()  # as a drag on the map would change the plan
+        assert len(app.draft.plan.items) == 6
+        await until(pilot, lambda: "cannot be edited" in screen_text(app))

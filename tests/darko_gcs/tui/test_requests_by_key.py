@@ -110,6 +110,18 @@ async def test_moving_home_is_confirmed_with_the_height(feed):
         await until(pilot, lambda: feed.requests == [("set_home",)])
 
 
+@pytest.mark.parametrize(("height", "is_told"), [(2.1, True), (2.98, False), (10.0, False)])
+async def test_the_question_tells_the_height_that_a_front_transition_needs_where_the_vehicle_is_too_low(
+    feed, height, is_told
+):
+    feed.snapshot = replace(HOVERING, vtol_state=IN_HOVER, p=(0.0, 0.0, -height))
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("v")
+        await until(pilot, lambda: "forward flight?" in screen_text(app))
+        assert ("It needs 3 m of height; the" in screen_text(app)) == is_told
+
+
 async def test_a_transition_goes_in_the_direction_that_was_confirmed(feed):
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:

@@ -151,7 +151,7 @@ def test_the_path_is_drawn_east_north_up_in_a_piece_for_each_law_with_what_stand
     hover, forward, truth, *edges = figure.data
     assert (list(hover.x), list(hover.y), list(hover.z)) == ([5, 5, 6], [0, 1, 2], [1, 2, 3])
     assert (list(forward.x), list(forward.y), list(forward.z)) == ([6, 6], [2, 3], [3, 4])
-    assert [trace.name for trace in (hover, forward, truth)] == ["hover linear", "to forward", "truth"]
+    assert [trace.name for trace in (hover, forward, truth)] == ["hover linear", "front transition", "truth"]
     assert truth.z[0] == 1.0
     assert len(edges) == 5  # bottom, top and three posts
     assert [trace.showlegend for trace in edges] == [True] + [False] * 4

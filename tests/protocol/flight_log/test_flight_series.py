@@ -52,7 +52,7 @@ def test_a_flight_has_every_series_and_its_events_in_order():
     times = [event.time for event in flight.events]
     assert times == sorted(times)
     assert [event.label for event in flight.events if event.kind == "jump"] == [
-        "hover zero moment", "hover linear", "landed",
+        "hover zero-moment", "hover linear", "landed",
     ]  # fmt: skip
     assert set(flight.laws()) == {"LANDED", "HOVER_LINEAR"}
 

@@ -244,6 +244,13 @@ def test_without_room_to_circle_it_is_refused_with_a_reason(bench, station):
     assert bench.autopilot.transitions.under_way is None
 
 
+@pytest.mark.parametrize(("height", "answer"), [(3.0, IN_PROGRESS), (2.9, IN_PROGRESS), (2.0, REJECTED)])
+def test_a_hover_at_the_least_height_is_high_enough_and_a_refusal_tells_what_is_needed(tmp_path, height, answer):
+    peer = Bench(tmp_path, up=height).station()
+    assert peer.command(TRANSITION, FORWARD) == answer
+    assert ("too low at 2.0 m, it needs 3 m" in peer.texts()) == (answer == REJECTED)
+
+
 def test_a_repeated_request_is_answered_with_the_progress(bench, station):
     station.command(TRANSITION, FORWARD)
     bench.advance(2.0)

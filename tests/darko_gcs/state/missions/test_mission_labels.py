@@ -22,7 +22,7 @@ from protocol.plans import MissionItem, load
 from protocol.units import UNKNOWN_INT32
 from tests.support.paths import DATA
 
-HOME = (43.5648, 1.4811)
+HOME = (43.5648, 1.4811, 3.0)
 WAYPOINT = MissionItem(
     command=mavlink.MAV_CMD_NAV_WAYPOINT,
     frame=mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT,
@@ -162,7 +162,7 @@ def test_a_value_that_does_not_fit_the_wire_is_refused():
 def test_a_summary_has_only_the_parameters_that_are_set():
     assert item_summary(WAYPOINT) == "hold 2, acceptance 0.3"
     by_label = {entry.label: item_summary(new_item(entry, WAYPOINT, None)) for entry in MISSION_COMMANDS}
-    assert by_label["Transition"] == "to forward"
+    assert by_label["Transition"] == "to forward flight"
     assert by_label["Change speed"] == "12 m/s airspeed"
     assert by_label["Loiter for turns"] == "turns 2, radius 30"
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from darko_gcs.state.missions.mission_legs import leg_chains, mission_legs
+from darko_gcs.state.missions.mission_legs import beginning, leg_chains, mission_legs
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Way
@@ -48,7 +48,9 @@ def test_the_first_leg_begins_at_a_vehicle_in_the_air_but_not_on_its_way_through
     items = (waypoint(30.0, 0.0, 3.0),)
     hovering = replace(HOVERING, p=(10.2, 0.3, -3.1), mission_state=mavlink.MISSION_STATE_NOT_STARTED)
     assert mission_legs(items, hovering)[0].start == (10.0, 0.0, -3.0)
-    assert mission_legs(items, replace(hovering, mission_state=mavlink.MISSION_STATE_ACTIVE))[0].start[0] == 0.0
+    flown = replace(hovering, p=(25.0, 0.0, -3.0), mission_state=mavlink.MISSION_STATE_ACTIVE)
+    assert mission_legs(items, flown)[0].start[0] == 0.0
+    assert mission_legs(items, flown, beginning(hovering)) == mission_legs(items, hovering)
 
 
 def test_waypoints_without_a_stop_are_asked_about_together_and_a_take_off_not_at_all():

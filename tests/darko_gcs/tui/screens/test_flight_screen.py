@@ -164,7 +164,7 @@ async def test_a_click_without_a_vehicle_in_the_air_sends_nothing_and_says_why(f
     async with app.run_test(size=WIDE, notifications=True) as pilot:
         panel = await shown_map(app, pilot)
         await pilot.click(panel, offset=(11, 9))
-        await until(pilot, lambda: words in " ".join(screen_text(app).split()))
+        await until(pilot, lambda: any(words in notice.message for notice in app._notifications))
         assert feed.requests == []
 
 
@@ -221,7 +221,7 @@ async def test_a_wrong_preference_is_told_and_left_alone(feed, tmp_path, text, w
     file.write_text(text)
     app = GroundStationApp(feed, PreferencesFile(file))
     async with app.run_test(size=VAST, notifications=True) as pilot:
-        await until(pilot, lambda: words in " ".join(screen_text(app).split()))
+        await until(pilot, lambda: any(words in notice.message for notice in app._notifications))
         app.theme = "textual-light"
         await pilot.pause()
     assert file.read_text() == text

@@ -10,6 +10,7 @@ from darko_gcs.tui.plan_draft import PlanDraft
 from darko_gcs.tui.screens.dialogs import ConfirmScreen
 from darko_gcs.tui.screens.mission_screen import MissionScreen
 from protocol.dialect import mavlink
+from protocol.frames import Geodetic
 from protocol.plans import load
 from protocol.plans.fence_rally import fence_items, rally_items
 from tests.support.gcs.limited_plan import write_limited_plan
@@ -275,3 +276,24 @@ async def test_the_vehicles_fence_is_saved_with_the_plan(tmp_path, monkeypatch):
         await until(pilot, lambda: "Saved mission.plan" in screen_text(app))
     saved = load(tmp_path / "mission.plan")
     assert (fence_items(saved), rally_items(saved)) == (fence_items(plan), rally_items(plan))
+
+
+@pytest.mark.parametrize("size", [(80, 24), (120, 40), (200, 60)])
+async def test_the_help_is_in_the_lower_line_at_every_size(feed, size):
+    app = GroundStationApp(feed)
+    async with app.run_test(size=size) as pilot:
+        await pilot.press("m")
+        await until(pilot, lambda: "? Help" in screen_text(app).splitlines()[-1])
+
+
+async def test_a_first_item_is_put_where_the_vehicle_is_in_the_air(feed):
+    place = Geodetic(43.5650, 1.4820, 160.0)
+    feed.snapshot = replace(HOVERING, mission=(), p=(22.0, 71.0, -7.5), geodetic=place)
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("m", "i")
+        await until(pilot, lambda: isinstance(app.focused, OptionList))
+        await pilot.press("enter")
+        await until(pilot, lambda: len(app.draft.plan.items) == 1)
+        item = app.draft.plan.items[0]
+        assert (item.x, item.y, item.z) == (435650000, 14820000, 7.5)

@@ -31,13 +31,32 @@ async def test_flying_from_an_item_asks_first(feed):
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:
         await opened(pilot, app)
-        await pilot.press("down", "down", "down", "s")
+        await pilot.press("down", "down", "down", "S")
         await until(pilot, lambda: "Fly the mission from item 3? Items 0 to 2 are left out." in screen_text(app))
         assert "leaves item 2." in screen_text(app)
         await pilot.press("n")
         assert feed.requests == []
-        await confirm(pilot, "s")
+        await confirm(pilot, "S")
         await until(pilot, lambda: feed.requests == [("plans.start_mission", ("first", 3))])
+
+
+@pytest.mark.parametrize(
+    ("current", "state", "words"),
+    [
+        (0, mavlink.MISSION_STATE_NOT_STARTED, "Fly the mission?"),
+        (2, mavlink.MISSION_STATE_NOT_STARTED, "Fly the mission from item 2?"),
+        (2, mavlink.MISSION_STATE_PAUSED, "Go on with the mission from item 2?"),
+    ],
+)
+async def test_wherever_the_cursor_is_the_mission_is_begun_at_its_current_item(feed, current, state, words):
+    feed.snapshot = replace(HOVERING, mission_current=current, mission_state=state)
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await opened(pilot, app)
+        await pilot.press("down", "down", "down", "s")
+        await until(pilot, lambda: words in screen_text(app))
+        await pilot.press("y")
+        await until(pilot, lambda: feed.requests == [("plans.start_mission",)])
 
 
 async def test_a_plan_that_the_vehicle_does_not_have_is_not_flown(feed):

@@ -219,12 +219,12 @@ async def test_the_help_lists_the_keys_of_this_screen(feed):
 
 
 async def test_parameters_of_a_recording_are_shown_but_cannot_be_changed(feed, home):
-    feed.station, feed.snapshot = None, replace(TUNED, parameter_metadata={})
+    feed.station, feed.snapshot = None, replace(TUNED, parameter_metadata={}, is_replay=True)
     (home / "mine.parm").write_text("DRK_KPP 2\n")
     app = GroundStationApp(feed)
     async with app.run_test(size=(120, 40), notifications=True) as pilot:
         await opened(pilot, app)
-        await until(pilot, lambda: "the vehicle has no description of it" in screen_text(app))
+        await until(pilot, lambda: "not described in a recording" in screen_text(app))
         for key in ("enter", "f6", "f5"):
             await pilot.press(key)
             await until(pilot, lambda: "This is a recording" in screen_text(app))

@@ -32,4 +32,4 @@ def test_any_bits_in_the_dialects_messages_are_drawn(messages):
             s = reduce(s, decoded, 1.0)
     for panel in PANELS:
         panel("", id="x").draw(s, 40, 12)
-    decision_summary(s)
+    decision_summary(s, 40)

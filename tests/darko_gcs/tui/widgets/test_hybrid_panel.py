@@ -42,7 +42,7 @@ def test_the_cause_of_the_last_jump_is_whole_on_a_narrow_panel():
     s = reduce(EMPTY_SNAPSHOT, arrived(hybrid_state(100, jumps=12, last_law=Law.HOVER_ZERO_MOMENT, last_reason=1)), 1.0)
     narrow = " ".join(panel_text(HybridPanel("", id="x"), s, width=38).split())
     wide = panel_text(HybridPanel("", id="x"), s, width=100).splitlines()[2].strip()
-    assert wide.startswith("jump 12: from hover zero-moment")
+    assert wide.startswith("jump 12 from hover zero-moment")
     assert wide in narrow
 
 

@@ -10,6 +10,7 @@ from darko_gcs.state.values import SigningState, Simulator
 from darko_gcs.tui.widgets.status_bar import StatusBar
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law
+from protocol.events import CommandProgress
 from tests.support.gcs.messages import arrived
 from tests.support.gcs.planned_snapshots import planned
 from tests.support.gcs.screens import panel_text
@@ -92,3 +93,41 @@ def test_a_flight_plan_is_told_by_block_and_stage_and_not_as_a_mission(width, be
 
 def test_a_vehicle_that_does_not_tell_whether_it_flies_leaves_no_gap():
     assert " QLOITER  battery -- " in shown(replace(HEARD, mode="QLOITER", armed=True))
+
+
+HOLDING = replace(
+    HEARD,
+    mode="HOLD",
+    landed_state=mavlink.MAV_LANDED_STATE_IN_AIR,
+    vtol_state=mavlink.MAV_VTOL_STATE_MC,
+    p=(0.0, 0.0, -3.0),
+    v=(0.0, 0.0, 0.0),
+    target=(30.0, 40.0, -3.0),
+)
+
+
+def test_on_the_way_to_a_point_it_tells_how_far_it_has_to_go():
+    assert "HOLD, 50 m to go" in shown(HOLDING)
+    assert "to go" not in shown(replace(HOLDING, target=(0.5, 0.0, -3.0)))
+    assert "to go" not in shown(replace(HOLDING, mode="MISSION"))
+    forward = replace(HOLDING, vtol_state=mavlink.MAV_VTOL_STATE_FW)
+    assert "HOLD, 50 m to go" in shown(replace(forward, v=(8.0, 11.0, 0.0)))
+    assert "to go" not in shown(replace(forward, v=(11.0, -8.0, 0.0)))  # it circles the target
+
+
+def test_a_transition_under_way_is_no_way_to_a_point():
+    command = CommandProgress(1, mavlink.MAV_CMD_DO_VTOL_TRANSITION, 20)
+    assert "to go" not in shown(replace(HOLDING, in_progress=command))
+
+
+@pytest.mark.parametrize(
+    ("state", "current", "words"),
+    [
+        (mavlink.MISSION_STATE_NOT_STARTED, 0, "mission ready, 4 items"),
+        (mavlink.MISSION_STATE_NOT_STARTED, 2, "mission ready from item 2"),
+        (mavlink.MISSION_STATE_ACTIVE, 2, "mission 2/3"),
+        (mavlink.MISSION_STATE_COMPLETE, 3, "mission done"),
+    ],
+)
+def test_the_mission_is_told_in_words_that_are_no_count_before_it_begins(state, current, words):
+    assert words in shown(replace(HEARD, mission_state=state, mission_current=current, mission_count=4))

@@ -1,11 +1,12 @@
 """HEARTBEAT's state of the system, by PX4's rule, and HEARTBEAT on request."""
 
 import pytest
+from sitl.aircraft import Aircraft
+from sitl.parameters import Configuration, WorldSettings
 
 from protocol.dialect import mavlink
 from protocol.frames import LocalFrame
 from protocol.names.modes import Mode
-from sitl.aircraft import Aircraft
 from sitl.autopilot.safety.arena import ARENAS
 from sitl.autopilot.safety.world import World
 from sitl.autopilot.settings import Settings
@@ -15,7 +16,6 @@ from sitl.mavlink.telemetry.vehicle_state import heartbeat
 from sitl.model.aerodynamics import thrusts
 from sitl.model.airframe_files import load
 from sitl.model.plant import inflow
-from sitl.parameters import Configuration, WorldSettings
 from sitl.simulation.avionics import Navigation
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start
