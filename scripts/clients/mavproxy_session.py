@@ -56,7 +56,7 @@ DIALOGUE = (
     ("wp set 3", ""),
     ("long DO_SET_MODE {LOITER}", r"LOITER>(?s:.*)waypoint 3"),
     ("long DO_SET_MODE {RTL}", r"RTL>(?s:.*)DISARMED"),
-    ("link", r"link 1 OK \(\d+ packets, .* 0 lost, 0\.0% loss"),
+    ("link", r"link 1 OK \(\d+ packets, .* \d+ lost, 0\.\d% loss"),
 )
 
 
