@@ -93,7 +93,7 @@ def test_a_mission_is_flown_from_an_empty_screen_to_the_landing_and_replayed(tmp
     with station(tmp_path, *simulator, "--record", str(logs), "--mission", plan) as (terminal, process):
         terminal.until("Navigation: aligned", COMPILED)
         terminal.press("m", "square.plan: 6 items")
-        terminal.press("u", "mission ready")
+        terminal.press("u", "read back as sent")
         terminal.press("\x1b", "Messages")
         terminal.press("a", "propellers")
         terminal.press("y", "ARMED")

@@ -28,5 +28,5 @@ def test_what_can_no_longer_be_flown_comes_down_with_its_motors_off(unit):
 
 
 def test_a_slow_elevon_is_flown_with():
-    flown = fly_failure(FailureDraw("elevon", mavlink.FAILURE_TYPE_SLOW, FailurePhase.TRANSITION, seed=2))
+    flown = fly_failure(FailureDraw("elevon", mavlink.FAILURE_TYPE_SLOW, FailurePhase.CRUISE, seed=2))
     assert flown.end is FailureEnd.FLIES

@@ -1,8 +1,6 @@
 """HEARTBEAT's state of the system, by PX4's rule, and HEARTBEAT on request."""
 
 import pytest
-from sitl.aircraft import Aircraft
-from sitl.parameters import Configuration, WorldSettings
 
 from protocol.dialect import mavlink
 from protocol.frames import LocalFrame
@@ -19,6 +17,8 @@ from sitl.model.plant import inflow
 from sitl.simulation.avionics import Navigation
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start
+from sitl.vehicle.aircraft import Aircraft
+from sitl.vehicle.parameters import Configuration, WorldSettings
 from tests.support.vehicle.fake_station import FakeStation
 
 ACTIVE, STANDBY = mavlink.MAV_STATE_ACTIVE, mavlink.MAV_STATE_STANDBY
