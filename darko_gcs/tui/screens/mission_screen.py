@@ -63,8 +63,7 @@ class MissionScreen(Screen[None]):
         self, station: Station | None, clock: Callable[[], float], draft: PlanDraft, named: Named = str
     ) -> None:
         super().__init__()
-        self.draft = draft
-        self._editing = MissionEditing(self)
+        self.draft, self._editing = draft, MissionEditing(self)
         self._station, self._clock, self._named = station, clock, named
         self._is_ready = False  # the app hands out snapshots as soon as a screen is pushed, before it is mounted
         self._on_map = EditedMission()
