@@ -67,10 +67,8 @@ def observe_airspeed(f: Kept, i: Kept, reading: Array, period: int) -> None:
     if reading[0] <= (0.0 if b.tube_speed > gains.min_pitot else gains.min_pitot + TUBE_DEAD):
         return
     spec = get_specification(i, 0).pitot
-    innovation, variance = (
-        reading[0] - b.tube_speed - b.tube_bias,
-        spec.noise * spec.noise + spec.step * spec.step / 12.0,
-    )
+    innovation = reading[0] - b.tube_speed - b.tube_bias
+    variance = spec.noise * spec.noise + spec.step * spec.step / 12.0
     _forgive(f, period)
     sum_of_errors(H, TUBE_SPEED_ERROR, TUBE_BIAS_ERROR)
     ratio = innovation_ratio_of(f, innovation, variance)
