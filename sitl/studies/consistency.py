@@ -35,7 +35,9 @@ JUDGED_LEG, JUDGED_AIRSPEED = 900.0, 15.0  # [m], [m/s]
 STOP_AT, STOP_AFTER = 150.0, 10.0  # of the flight with transitions [m], [s]
 FIRST_LOOK, SECONDS, EVERY_PERIODS = 5.0, 30.0, 500  # first look and end [s], control periods between two looks
 MODEL_ERROR = 0.1  # how far a wrong model's constants are off, either way by turns
-NAVIGATION_ERRORS = 15  # position, velocity, attitude and both inertial biases
+# What is judged: all errors (position, velocity, attitude, both inertial biases, wind), without the wind, and the wind.
+ALL, NAVIGATION, WIND = slice(0, WIND_ERROR + 3), slice(0, WIND_ERROR), slice(WIND_ERROR, WIND_ERROR + 3)
+JUDGED = (ALL, NAVIGATION, WIND)
 LINE_NAMES = ("magnetometer", "barometer", "GNSS", "pitot", "motion capture", "external pose", "wing")
 # the last is no line: what the accelerometer feels across the wing
 
@@ -61,8 +63,7 @@ class ConsistencyFlight(NamedTuple):
     """What it told."""
 
     draw: ConsistencyDraw
-    navigation: Array  # NEES of the NAVIGATION_ERRORS at each look, (k,)
-    wind: Array  # NEES of the wind at each look, (k,)
+    nees: Array  # of what is JUDGED at each look, (k, 3)
     squared: Array  # errors of position, velocity and attitude squared, mean of the looks, (9,)
     said: Array  # what the filter said of them, (9,)
     squares: Array  # sum of squared innovations over their variances between two looks, per line, (k - 1, 7)
@@ -95,20 +96,18 @@ def _watched(vehicle: Simulation, draw: ConsistencyDraw) -> ConsistencyFlight:
             counted.append((np.array(f["squares"]), np.array(f["scalars"])))
         vehicle.advance(EVERY_PERIODS - vehicle.periods % EVERY_PERIODS)
     squares, scalars = (np.diff([count[k] for count in counted], axis=0) for k in (0, 1))
-    errors, variances = (np.array([look[k] for look in looks]) for k in (2, 3))
-    navigation, wind = (np.array([look[k] for look in looks]) for k in (0, 1))
-    return ConsistencyFlight(draw, navigation, wind, (errors**2).mean(axis=0), variances.mean(axis=0), squares, scalars)
+    nees, errors, variances = (np.array([look[k] for look in looks]) for k in range(3))
+    return ConsistencyFlight(draw, nees, (errors**2).mean(axis=0), variances.mean(axis=0), squares, scalars)
 
 
-def _look(vehicle: Simulation) -> tuple[float, float, Array, Array]:
-    """NEES of the navigation and of the wind, and errors of the first nine with what was said of them."""
+def _look(vehicle: Simulation) -> tuple[list[float], Array, Array]:
+    """NEES of what is ``JUDGED``, and errors of the first nine with what was said of them."""
     truth, air = vehicle.truth, vehicle.wind
     vehicle.advance(vehicle.avionics.horizon_periods)
     e = errors_of(vehicle, truth, air)
     P = np.array(vehicle.avionics.filter["covariance"])
-    n, w = slice(0, NAVIGATION_ERRORS), slice(WIND_ERROR, WIND_ERROR + 3)
-    squares = [float(e[part] @ np.linalg.solve(P[part, part], e[part])) for part in (n, w)]
-    return squares[0], squares[1], e[:9], np.diag(P)[:9]
+    squares = [float(e[part] @ np.linalg.solve(P[part, part], e[part])) for part in JUDGED]
+    return squares, e[:9], np.diag(P)[:9]
 
 
 def errors_of(vehicle: Simulation, truth: Plant, air: Vector) -> Array:
@@ -147,15 +146,12 @@ def run(
 
 
 class ConsistencyVerdict(NamedTuple):
-    """The flights of one phase together."""
+    """The NEES of one of the ``JUDGED`` in the flights of one phase together."""
 
-    mean: float  # of the navigation's NEES
+    mean: float
     low: float  # 95 % bounds of the mean over the flights at one look
     high: float
     inside: float  # share of the looks whose mean lies between them
-    wind: float  # mean of the wind's NEES
-    wind_low: float  # its bounds
-    wind_high: float
 
 
 class InnovationVerdict(NamedTuple):
@@ -168,15 +164,13 @@ class InnovationVerdict(NamedTuple):
     inside: float  # share of the looks whose mean lies between them
 
 
-def verdict(flights: Sequence[ConsistencyFlight]) -> ConsistencyVerdict:
-    """Judge flights of one phase."""
-    n, N = NAVIGATION_ERRORS, len(flights)
+def verdict(flights: Sequence[ConsistencyFlight], part: slice = ALL) -> ConsistencyVerdict:
+    """Judge one of the ``JUDGED`` in flights of one phase."""
+    n, N = part.stop - part.start, len(flights)
     low, high = (float(chi2.ppf(p, n * N) / N) for p in (0.025, 0.975))
-    means = np.mean([flight.navigation for flight in flights], axis=0)
+    means = np.mean([flight.nees[:, JUDGED.index(part)] for flight in flights], axis=0)
     inside = float(np.mean((means >= low) & (means <= high)))
-    wind = float(np.mean([flight.wind for flight in flights]))
-    bounds = (float(chi2.ppf(p, 3 * N) / N) for p in (0.025, 0.975))
-    return ConsistencyVerdict(float(means.mean()), low, high, inside, wind, *bounds)
+    return ConsistencyVerdict(float(means.mean()), low, high, inside)
 
 
 def judged_innovations(flights: Sequence[ConsistencyFlight]) -> list[InnovationVerdict]:
@@ -200,7 +194,7 @@ def summary(flown: Sequence[ConsistencyFlight]) -> list[str]:
     """NEES, NIS and errors by phase and model, as lines of text."""
     lines = []
     for wrong in (False, True):
-        lines.append(f"model {'10 % wrong' if wrong else 'right'}, {NAVIGATION_ERRORS} errors of the navigation")
+        lines.append(f"model {'10 % wrong' if wrong else 'right'}, {ALL.stop} errors")
         for phase in Phase:
             own = [flight for flight in flown if flight.draw.phase is phase and flight.draw.wrong is wrong]
             if own:
@@ -209,15 +203,17 @@ def summary(flown: Sequence[ConsistencyFlight]) -> list[str]:
 
 
 def _phase_lines(phase: Phase, own: Sequence[ConsistencyFlight]) -> list[str]:
-    v = verdict(own)
+    v, navigation, wind = (verdict(own, part) for part in JUDGED)
     rms = np.sqrt(np.mean([flight.squared for flight in own], axis=0))
     said = np.sqrt(np.mean([flight.said for flight in own], axis=0))
     read = [f"{i.name} {i.mean:.2f} ({i.low:.2f} to {i.high:.2f})" for i in judged_innovations(own)]
     scaled = [np.linalg.norm(part[k : k + 3]) for part in (rms, said) for k in (0, 3, 6)]
     bounds = f"95 % bounds {v.low:.2f} to {v.high:.2f}, {100 * v.inside:.0f} % of looks inside"
+    without, air = (f"{part.mean:.2f} ({part.low:.2f} to {part.high:.2f})" for part in (navigation, wind))
     place, speed, turn = (f"{scaled[k]:.3f} (said {scaled[k + 3]:.3f})" for k in range(3))
     return [
-        f"  {phase.value:<12} NEES {v.mean:.2f} ({bounds}), wind {v.wind:.2f} ({v.wind_low:.2f} to {v.wind_high:.2f})",
+        f"  {phase.value:<12} NEES {v.mean:.2f} ({bounds})",
+        f"  {'':<12} NEES of the {NAVIGATION.stop} without the wind {without}, of the wind {air}",
         f"  {'':<12} error {place} m, {speed} m/s, {turn} rad",
         f"  {'':<12} NIS: {', '.join(read)}",
     ]

@@ -41,7 +41,7 @@ def run(args: argparse.Namespace) -> int:
     )
     print("\n".join(consistency.summary(flown)), flush=True)
     if args.json is not None:
-        write_json(args.json, [{"draw": str(flight.draw), "nees": flight.navigation.tolist()} for flight in flown])
+        write_json(args.json, [{"draw": str(flight.draw), "nees": flight.nees[:, 0].tolist()} for flight in flown])
     groups = [
         [flight for flight in flown if flight.draw.phase is phase and flight.draw.wrong is wrong]
         for phase in consistency.Phase

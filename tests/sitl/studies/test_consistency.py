@@ -9,8 +9,10 @@ from sitl.model.vectors import Vector
 from sitl.storage import named_from
 from sitl.studies import consistency
 from sitl.studies.consistency import (
+    ALL,
     LINE_NAMES,
-    NAVIGATION_ERRORS,
+    NAVIGATION,
+    WIND,
     ConsistencyDraw,
     ConsistencyFlight,
     Phase,
@@ -53,15 +55,16 @@ def test_a_flight_of_each_phase_is_looked_at_every_second(phase, wrong, short):
     draw = ConsistencyDraw(1, phase, wrong)
     flown = fly(draw, DEFAULT_CRAFT)
     assert flown.draw == draw
-    assert len(flown.navigation) == len(flown.wind) == 3
-    assert (flown.navigation > 0.0).all()
-    assert (flown.navigation < 20.0 * NAVIGATION_ERRORS).all()  # wrong by far less than a gross mistake
+    assert flown.nees.shape == (3, 3)
+    assert (flown.nees > 0.0).all()
+    assert (flown.nees < 20.0 * ALL.stop).all()  # wrong by far less than a gross mistake
+    assert (flown.nees[:, 1:] < flown.nees[:, :1]).all()  # of a part, less than of all
     assert (flown.said > 0.0).all()
     assert not flown.scalars[:, LINE_NAMES.index("motion capture")].any()
     (magnetic,) = [told for told in judged_innovations([flown]) if told.name == "magnetometer"]
     assert 0.2 < magnetic.mean < 3.0
     again = fly(draw, DEFAULT_CRAFT)
-    assert again.navigation.tolist() == flown.navigation.tolist()
+    assert again.nees.tolist() == flown.nees.tolist()
 
 
 def flights(scale=1.0, number=200, phase=Phase.HOVER, wrong=False):
@@ -70,8 +73,8 @@ def flights(scale=1.0, number=200, phase=Phase.HOVER, wrong=False):
     squares = scalars * (1.0, 1.1, 0.9, 0.0, 0.0, 0.0, 0.0)
     return [
         ConsistencyFlight(
-            ConsistencyDraw(seed, phase, wrong), scale * random.chisquare(NAVIGATION_ERRORS, 20),
-            random.chisquare(3, 20), np.full(9, 0.04), np.full(9, 0.01), squares, scalars,
+            ConsistencyDraw(seed, phase, wrong), random.chisquare((18, 15, 3), (20, 3)) * (scale, 1.0, 1.0),
+            np.full(9, 0.04), np.full(9, 0.01), squares, scalars,
         )
         for seed in range(number)
     ]  # fmt: skip
@@ -80,12 +83,18 @@ def flights(scale=1.0, number=200, phase=Phase.HOVER, wrong=False):
 def test_the_verdict_tells_a_filter_that_is_right_from_one_that_is_too_sure():
     right, sure, shy = verdict(flights()), verdict(flights(1.3)), verdict(flights(0.7))
     assert right.low < right.mean < right.high
-    assert right.low < NAVIGATION_ERRORS < right.high
+    assert right.low < ALL.stop < right.high
     assert right.inside > 0.7  # of twenty looks, nineteen by chance
-    assert right.wind < right.wind_high
     assert sure.mean > sure.high
     assert sure.inside == 0.0
     assert shy.mean < shy.low
+
+
+@pytest.mark.parametrize(("part", "errors"), [(ALL, 18), (NAVIGATION, 15), (WIND, 3)])
+def test_each_part_is_judged_by_the_number_of_its_errors(part, errors):
+    told = verdict(flights(), part)
+    assert told.low < errors < told.high
+    assert told.mean == pytest.approx(errors, rel=0.05)
 
 
 def test_innovations_are_judged_by_how_many_there_are():
@@ -105,10 +114,11 @@ def test_more_flights_make_the_bounds_narrower():
 
 def test_the_summary_has_phases_by_model_and_only_the_instruments_that_read():
     lines = summary([*flights(number=2), *flights(number=2, phase=Phase.CRUISE, wrong=True)])
-    assert lines[0].startswith("model right, 15 errors")
+    assert lines[0].startswith("model right, 18 errors")
     assert lines[1].split()[0] == "hover"
-    assert "error 0.346 (said 0.173) m" in lines[2]
-    told = [part.split(" (")[0] for part in lines[3].split("NIS: ")[1].split(", ")]
+    assert "NEES of the 15 without the wind" in lines[2]
+    assert "error 0.346 (said 0.173) m" in lines[3]
+    told = [part.split(" (")[0] for part in lines[4].split("NIS: ")[1].split(", ")]
     assert told == ["magnetometer 1.00", "barometer 1.10", "GNSS 0.90"]
-    assert lines[4].startswith("model 10 % wrong")
-    assert lines[5].split()[0] == "cruise"
+    assert lines[5].startswith("model 10 % wrong")
+    assert lines[6].split()[0] == "cruise"
