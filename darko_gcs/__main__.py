@@ -6,7 +6,7 @@ import sys
 from collections.abc import Sequence
 
 from darko_gcs.errors import GroundError
-from protocol.command_line import run_cli
+from protocol.tools.command_line import run_cli
 
 COMMANDS = {
     "connect": "open the ground station (the default command)",

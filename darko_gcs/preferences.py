@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 
 from platformdirs import user_config_path
 
-from protocol.atomic_write import write_atomically
 from protocol.errors import FileError
+from protocol.tools.atomic_write import write_atomically
 
 __all__ = ["FAULT_SHOWN_TIME", "Preferences", "PreferencesFile"]
 

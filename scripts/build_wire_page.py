@@ -11,7 +11,7 @@ from functools import cache
 from pathlib import Path
 
 from protocol.dialect import mavlink
-from protocol.endpoint_vehicle import POSE_MESSAGES, VehicleEndpoint
+from protocol.endpoints.endpoint_vehicle import POSE_MESSAGES, VehicleEndpoint
 from protocol.engines.server.data_stream_groups import DATA_STREAM_GROUPS
 from protocol.engines.server.operator_control import SETPOINT_MESSAGES
 from protocol.engines.server.stream_server import STREAM_COMMANDS
@@ -38,7 +38,7 @@ VEHICLE_SOURCES = (
     "protocol/engines/*.py",
     "protocol/engines/server/*.py",
     "protocol/plans/*.py",
-    "protocol/endpoint_vehicle.py",
+    "protocol/endpoints/endpoint_vehicle.py",
 )
 
 HEAD = """# What goes over the wire

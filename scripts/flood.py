@@ -32,10 +32,10 @@ from typing import Any
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from protocol.dialect import mavlink
-from protocol.endpoint_ground import GroundEndpoint
+from protocol.endpoints.endpoint_ground import GroundEndpoint
 from protocol.events import Event, MissionDownloaded, MissionUploaded, ParameterReceived, ParametersComplete
-from protocol.message import source_of
 from protocol.plans import load
+from protocol.wire.message import source_of
 from tests.support.links.flood import VEHICLE, Flood
 from tests.support.paths import DATA
 

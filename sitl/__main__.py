@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
-from protocol.command_line import run_cli
+from protocol.tools.command_line import run_cli
 from sitl.errors import SitlError
 
 STUDIES = {  # in sitl/commands/study_commands

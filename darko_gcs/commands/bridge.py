@@ -7,8 +7,8 @@ import math
 import sys
 from collections.abc import Mapping
 
-from protocol.command_line import command_parser
-from protocol.option_values import (
+from protocol.tools.command_line import command_parser
+from protocol.tools.option_values import (
     finite_number,
     ipv4_address,
     port_number,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from darko_gcs.commands.fleet_script import run_script_for_all
 from darko_gcs.commands.script_options import EXIT_CODES, add_script_options, run_script
-from protocol.command_line import command_parser
+from protocol.tools.command_line import command_parser
 
 if TYPE_CHECKING:
     from darko_gcs.scripting import Vehicle

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from darko_gcs.commands.options import KNOWN_PARAMETERS, add_link_options, checked_sitl_arguments, listening_port
 from darko_gcs.errors import GroundError
-from protocol.option_values import port_number
+from protocol.tools.option_values import port_number
 
 if TYPE_CHECKING:
     from protocol.tlog import TlogWriter

@@ -6,8 +6,8 @@ import argparse
 from collections.abc import Mapping
 
 from darko_gcs.commands.options import add_listen_options
-from protocol.command_line import command_parser
-from protocol.option_values import whole_number
+from protocol.tools.command_line import command_parser
+from protocol.tools.option_values import whole_number
 
 __all__ = ["parser", "run"]
 

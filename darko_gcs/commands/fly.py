@@ -8,8 +8,8 @@ from pathlib import Path
 
 from darko_gcs.commands.options import add_link_options, checked_sitl_arguments, listening_port
 from darko_gcs.commands.script_options import add_verify_option
-from protocol.command_line import command_parser
-from protocol.option_values import positive_number
+from protocol.tools.command_line import command_parser
+from protocol.tools.option_values import positive_number
 
 __all__ = ["parser", "run"]
 

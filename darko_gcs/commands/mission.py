@@ -15,7 +15,7 @@ from darko_gcs.commands.script_options import (
     check_values,
     run_script,
 )
-from protocol.command_line import command_parser
+from protocol.tools.command_line import command_parser
 
 if TYPE_CHECKING:
     from darko_gcs.scripting import Vehicle

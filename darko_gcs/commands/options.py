@@ -6,7 +6,7 @@ import argparse
 import math
 from pathlib import Path
 
-from protocol.option_values import finite_number, port_number, system_id
+from protocol.tools.option_values import finite_number, port_number, system_id
 
 __all__ = [
     "KNOWN_PARAMETERS",

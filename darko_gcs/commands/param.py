@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from darko_gcs.commands.script_options import EXIT_CODES, Job, Result, add_actions, check_values, run_script
-from protocol.command_line import command_parser
+from protocol.tools.command_line import command_parser
 
 if TYPE_CHECKING:
     from darko_gcs.scripting import Vehicle

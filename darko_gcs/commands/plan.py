@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from darko_gcs.commands.options import add_listen_options
-from protocol.command_line import command_parser
-from protocol.option_values import finite_number
+from protocol.tools.command_line import command_parser
+from protocol.tools.option_values import finite_number
 
 __all__ = ["parser", "run"]
 

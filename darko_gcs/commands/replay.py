@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from darko_gcs.commands.options import KNOWN_PARAMETERS, clock_time
-from protocol.option_values import finite_number, positive_number
+from protocol.tools.option_values import finite_number, positive_number
 
 __all__ = ["parser", "run"]
 

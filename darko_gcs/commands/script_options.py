@@ -10,7 +10,7 @@ from collections.abc import Awaitable, Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from darko_gcs.commands.options import add_listen_options
-from protocol.option_values import positive_number
+from protocol.tools.option_values import positive_number
 
 if TYPE_CHECKING:
     from darko_gcs.scripting import Vehicle

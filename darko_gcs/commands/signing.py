@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Mapping
 
 from darko_gcs.commands.options import add_listen_options
-from protocol.command_line import command_parser
+from protocol.tools.command_line import command_parser
 
 __all__ = ["parser", "run"]
 

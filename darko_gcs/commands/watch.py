@@ -8,8 +8,8 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from darko_gcs.commands.script_options import EXIT_CODES, add_script_options, run_script
-from protocol.command_line import command_parser
-from protocol.option_values import natural_number, positive_number
+from protocol.tools.command_line import command_parser
+from protocol.tools.option_values import natural_number, positive_number
 
 if TYPE_CHECKING:
     from darko_gcs.scripting import Vehicle

@@ -9,9 +9,9 @@ from darko_gcs.errors import LinkError
 from darko_gcs.feed.udp_link import UdpLink
 from darko_gcs.feed.udp_socket import UdpSocket
 from darko_gcs.station.station import Station
-from protocol.framing import FrameBuffer
-from protocol.loopback import is_loopback
-from protocol.signing import is_secret
+from protocol.tools.loopback import is_loopback
+from protocol.wire.framing import FrameBuffer
+from protocol.wire.signing import is_secret
 
 __all__ = ["OutwardAddress", "OutwardLink", "link_to", "outward_address"]
 

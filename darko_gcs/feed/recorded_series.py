@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from darko_gcs.state.values import uses_forward_v
 from protocol.dialect import mavlink
-from protocol.message import Source
 from protocol.tlog import TlogReader
+from protocol.wire.message import Source
 
 __all__ = ["Series", "height_series", "take_off_row", "v_series"]
 

@@ -19,9 +19,9 @@ from darko_gcs.state.reduce import reduce
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, updated
 from protocol.dialect import mavlink
 from protocol.flight_log.flight_clock import flight_times
-from protocol.message import Source
 from protocol.tlog import TlogReader
 from protocol.tlog.replay import Timeline
+from protocol.wire.message import Source
 
 __all__ = ["ReplayFeed"]
 

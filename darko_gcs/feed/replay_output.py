@@ -8,8 +8,8 @@ from darko_gcs.errors import LinkError
 from darko_gcs.feed.outward_link import OutwardAddress
 from darko_gcs.feed.played_frames import played_frames
 from darko_gcs.feed.udp_socket import Address, UdpSocket
-from protocol.loopback import is_loopback
 from protocol.tlog import TlogReader
+from protocol.tools.loopback import is_loopback
 
 __all__ = ["ReplayOutput"]
 

@@ -18,8 +18,8 @@ from darko_gcs.errors import GroundError
 from darko_gcs.logs.log_selection import Selection, Span, vehicle_of
 from protocol.errors import FileError
 from protocol.flight_log.flight_clock import times_since_boot
-from protocol.message import Source
 from protocol.tlog import TlogReader, message_name
+from protocol.wire.message import Source
 
 __all__ = ["as_csv", "as_kml", "as_mcap", "as_parquet"]
 

@@ -12,8 +12,8 @@ from protocol.errors import FileError
 from protocol.flight_log.field_expressions import quantity
 from protocol.flight_log.flight_clock import times_since_boot
 from protocol.flight_log.flight_summary import vehicles
-from protocol.message import Source
 from protocol.tlog import TlogReader
+from protocol.wire.message import Source
 
 __all__ = ["Selection", "Span", "selected", "vehicle_of"]
 

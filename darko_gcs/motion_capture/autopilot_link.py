@@ -13,11 +13,11 @@ import math
 import re
 from collections import deque
 
-from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.engines.heartbeat import HEARTBEAT_PERIOD
-from protocol.keyring import Keyring
-from protocol.message import Message, source_of
+from protocol.wire.codec import Codec
+from protocol.wire.keyring import Keyring
+from protocol.wire.message import Message, source_of
 
 __all__ = ["CLOCKS", "AutopilotLink"]
 

@@ -14,7 +14,7 @@ from darko_gcs.motion_capture.autopilot_link import AutopilotLink
 from darko_gcs.motion_capture.natnet_link import NatnetLink
 from darko_gcs.motion_capture.natnet_reader import MAX_PACKET
 from darko_gcs.motion_capture.pose_bridge import PoseBridge
-from protocol.loopback import is_loopback
+from protocol.tools.loopback import is_loopback
 
 __all__ = ["BridgeAddresses", "BridgeSockets"]
 

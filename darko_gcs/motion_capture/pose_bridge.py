@@ -13,7 +13,7 @@ from darko_gcs.motion_capture.natnet_reader import BodyReading, FrameReading, is
 from darko_gcs.motion_capture.pose_messages import MESSAGE_MAKERS, PoseAccuracy
 from darko_gcs.motion_capture.pose_track import PoseTrack
 from darko_gcs.state.text import printable
-from protocol.clock_match import ClockMatch
+from protocol.tools.clock_match import ClockMatch
 
 __all__ = ["BridgeSettings", "PoseBridge"]
 

@@ -15,7 +15,7 @@ from typing import NamedTuple
 from darko_gcs.motion_capture.pose_track import SAMPLES, TrackedPose
 from protocol.dialect import mavlink
 from protocol.frames import euler_from_quaternion, rotate
-from protocol.message import Message
+from protocol.wire.message import Message
 
 __all__ = ["ESTIMATORS", "MESSAGE_MAKERS", "PoseAccuracy"]
 

@@ -32,10 +32,10 @@ from protocol.events import (
     ParameterReceived,
     ParametersComplete,
 )
-from protocol.message import Source
 from protocol.names.modes import Mode
 from protocol.plans import MissionItem, load
 from protocol.plans.fence_rally import fence_items, rally_items
+from protocol.wire.message import Source
 
 __all__ = ["Vehicle", "connect"]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection
 
 from darko_gcs.state.snapshot import Snapshot
-from protocol.message import Message
+from protocol.wire.message import Message
 
 __all__ = ["Handler", "HandlerTable"]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from darko_gcs.state.snapshot import Snapshot, updated
 from darko_gcs.state.text import printable
 from darko_gcs.state.values import LogLine, OpenText
-from protocol.message import Message, source_of
+from protocol.wire.message import Message, source_of
 
 __all__ = ["MAX_LINES", "add_line", "add_status_text"]
 

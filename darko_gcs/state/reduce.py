@@ -29,8 +29,8 @@ from protocol.frames import (
     quaternion_from_euler,
 )
 from protocol.frames import heading as heading_of
-from protocol.message import Message, Source, source_of
 from protocol.names.mode_names import mode_name
+from protocol.wire.message import Message, Source, source_of
 
 __all__ = [
     "CHECKED_FIELDS",

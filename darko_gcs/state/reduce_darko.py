@@ -19,7 +19,7 @@ from darko_gcs.state.values import (
     uses_forward_v,
 )
 from protocol.dialect.vocabulary import Limit, Saturation
-from protocol.message import Message
+from protocol.wire.message import Message
 
 __all__ = ["DARKO_HANDLERS", "MAX_V_POINTS", "v_point"]
 

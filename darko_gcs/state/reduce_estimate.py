@@ -12,7 +12,7 @@ from darko_gcs.state.snapshot import Snapshot, updated
 from darko_gcs.state.values import Doubt, Truth
 from protocol.dialect import mavlink
 from protocol.frames import flying_attitude, flying_axes
-from protocol.message import Message
+from protocol.wire.message import Message
 
 __all__ = ["ESTIMATE_HANDLERS"]
 

@@ -22,7 +22,7 @@ from darko_gcs.state.text import printable
 from protocol import units
 from protocol.engines.flight_plan_table import MAX_ENTRIES
 from protocol.frames import Geodetic
-from protocol.message import Message
+from protocol.wire.message import Message
 
 __all__ = ["FLIGHT_PLAN_HANDLERS", "MAX_HAPPENINGS"]
 

@@ -13,8 +13,8 @@ from protocol.dialect import mavlink
 from protocol.errors import LocalProtocolError
 from protocol.frames import Geodetic
 from protocol.mav_frames import ABSOLUTE_ALTITUDE_FRAMES
-from protocol.message import Message
 from protocol.plans import MissionItem
+from protocol.wire.message import Message
 
 __all__ = ["OTHER_HANDLERS", "mission_item"]
 

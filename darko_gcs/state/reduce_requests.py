@@ -16,12 +16,12 @@ from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.text import counted, printable, reason_text
 from protocol import units
 from protocol.dialect import mavlink
-from protocol.endpoint_ground import GROUND_SYSTEM
+from protocol.endpoints.endpoint_ground import GROUND_SYSTEM
 from protocol.engines.parameter_values import decode_value
 from protocol.frames import Geodetic
 from protocol.mav_frames import is_global_frame
-from protocol.message import Message, source_of
 from protocol.names.enum_names import enum_name
+from protocol.wire.message import Message, source_of
 
 __all__ = ["REQUEST_HANDLERS"]
 

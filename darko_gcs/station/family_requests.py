@@ -10,9 +10,9 @@ import math
 
 from darko_gcs.station.truth_request import TruthRequest
 from protocol.dialect import mavlink
-from protocol.endpoint_ground import GroundEndpoint
+from protocol.endpoints.endpoint_ground import GroundEndpoint
 from protocol.events import CommandDone, Event, VehicleFound, VehicleRestarted, VehicleReturned
-from protocol.message import Message
+from protocol.wire.message import Message
 
 __all__ = ["APPEARANCES", "FamilyRequests"]
 

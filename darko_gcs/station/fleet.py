@@ -8,7 +8,7 @@ from itertools import chain
 from darko_gcs.station.other_vehicles import is_vehicle_heartbeat
 from darko_gcs.station.station import Station
 from protocol.dialect import mavlink
-from protocol.message import Message, source_of
+from protocol.wire.message import Message, source_of
 
 __all__ = ["MAX_VEHICLES", "Fleet"]
 

@@ -9,10 +9,10 @@ from pathlib import Path
 from platformdirs import user_data_path
 
 from darko_gcs.errors import GroundError
-from protocol.atomic_write import write_atomically
 from protocol.errors import FileError
-from protocol.keyring import Keyring
-from protocol.signing import MAX_TIMESTAMP, load_key, timestamp_at
+from protocol.tools.atomic_write import write_atomically
+from protocol.wire.keyring import Keyring
+from protocol.wire.signing import MAX_TIMESTAMP, load_key, timestamp_at
 
 __all__ = ["SigningTimeFile", "open_keyring"]
 

@@ -10,8 +10,8 @@ from collections.abc import Mapping, Sequence
 
 from darko_gcs.state.missions.leg_predictions import MAX_LEGS, LegChain, LegPrediction
 from protocol.dialect import mavlink
-from protocol.endpoint_ground import GroundEndpoint
-from protocol.message import Message, Source, target_fields
+from protocol.endpoints.endpoint_ground import GroundEndpoint
+from protocol.wire.message import Message, Source, target_fields
 
 __all__ = ["LegPredictionClient"]
 

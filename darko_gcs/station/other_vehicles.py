@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Protocol
 
 from protocol.dialect import mavlink
-from protocol.message import Message, Source, source_of
+from protocol.wire.message import Message, Source, source_of
 
 __all__ = ["MAX_OTHER_VEHICLES", "OtherVehicles", "UnshownVehicles", "is_vehicle_heartbeat"]
 

@@ -17,7 +17,7 @@ from darko_gcs.state.reduce_events import reduce_event
 from darko_gcs.state.snapshot import Snapshot, updated
 from darko_gcs.state.text import reason_text
 from protocol.dialect import mavlink
-from protocol.endpoint_ground import GroundEndpoint
+from protocol.endpoints.endpoint_ground import GroundEndpoint
 from protocol.errors import LocalProtocolError
 from protocol.events import Event, ParameterConfirmed, ParameterFailed
 

@@ -15,10 +15,10 @@ from typing import Any
 from darko_gcs.state.parameter_metadata import MAX_PARAMETERS, ParameterMetadata
 from darko_gcs.state.text import printable
 from protocol.dialect import mavlink
-from protocol.endpoint_ground import GroundEndpoint
+from protocol.endpoints.endpoint_ground import GroundEndpoint
 from protocol.errors import FileError, LocalProtocolError
 from protocol.events import Event, FileFailed, FileReceived
-from protocol.message import Message
+from protocol.wire.message import Message
 
 __all__ = ["ParameterMetadataClient", "parameter_file_path", "parse_parameter_file", "read_parameter_file"]
 

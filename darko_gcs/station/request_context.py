@@ -7,7 +7,7 @@ from typing import Protocol
 
 from darko_gcs.state.snapshot import Snapshot
 from protocol.dialect import mavlink
-from protocol.endpoint_ground import GroundEndpoint
+from protocol.endpoints.endpoint_ground import GroundEndpoint
 from protocol.names.modes import Mode
 
 __all__ = ["RequestContext"]

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 from darko_gcs.state.values import SigningState
-from protocol.endpoint_ground import GroundEndpoint
-from protocol.framing import SIGNED_FLAG
-from protocol.message import Message, Source, source_of
+from protocol.endpoints.endpoint_ground import GroundEndpoint
+from protocol.wire.framing import SIGNED_FLAG
+from protocol.wire.message import Message, Source, source_of
 
 __all__ = ["SigningClient"]
 

@@ -20,18 +20,18 @@ from darko_gcs.station.parameter_metadata_client import ParameterMetadataClient
 from darko_gcs.station.plan_requests import PlanRequests
 from darko_gcs.station.signing_client import SigningClient
 from protocol import units
-from protocol.codec import SourceStatistics
 from protocol.dialect import mavlink
-from protocol.endpoint_ground import GROUND_SYSTEM, GroundEndpoint
+from protocol.endpoints.endpoint_ground import GROUND_SYSTEM, GroundEndpoint
 from protocol.errors import FileError, LocalProtocolError
 from protocol.events import Event, VehicleRestarted
 from protocol.frames import LocalFrame
-from protocol.keyring import KeyRecord, Keyring
-from protocol.message import Message, source_of
 from protocol.names.command_values import FORCE_ARM_DISARM
 from protocol.names.modes import Mode, custom_mode
-from protocol.signing import is_secret
 from protocol.tlog import TlogWriter
+from protocol.wire.codec import SourceStatistics
+from protocol.wire.keyring import KeyRecord, Keyring
+from protocol.wire.message import Message, source_of
+from protocol.wire.signing import is_secret
 
 __all__ = ["Station"]
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 from protocol.dialect import mavlink
-from protocol.endpoint_ground import GroundEndpoint
+from protocol.endpoints.endpoint_ground import GroundEndpoint
 from protocol.events import CommandDone, Event, VehicleFound, VehicleRestarted, VehicleReturned
-from protocol.message import Message
+from protocol.wire.message import Message
 
 __all__ = ["TruthRequest"]
 

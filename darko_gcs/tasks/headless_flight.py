@@ -37,11 +37,11 @@ from protocol.events import (
     VehicleRestarted,
 )
 from protocol.frames import Geodetic, Vector
-from protocol.loopback import open_port_warning
 from protocol.mav_frames import ABSOLUTE_ALTITUDE_FRAMES, is_global_frame
 from protocol.names.law_names import law_label
 from protocol.plans import MissionItem, load
 from protocol.plans.fence_rally import fence_items, rally_items
+from protocol.tools.loopback import open_port_warning
 from protocol.units import from_e7, from_local_e4
 
 __all__ = ["FlightResult", "Pilot", "fly_headless"]

@@ -16,12 +16,12 @@ from darko_gcs.station.keyring_setup import open_keyring
 from darko_gcs.station.signing_client import SigningClient
 from darko_gcs.station.station import Station
 from darko_gcs.tasks.link_session import POLL_PERIOD, VEHICLE_TIMEOUT, open_link
-from protocol.codec import Codec
 from protocol.dialect import mavlink
-from protocol.endpoint_ground import GROUND_SYSTEM, GroundEndpoint
+from protocol.endpoints.endpoint_ground import GROUND_SYSTEM, GroundEndpoint
 from protocol.errors import FileError
-from protocol.message import Source
-from protocol.signing import Signature, load_key, sign_frame
+from protocol.wire.codec import Codec
+from protocol.wire.message import Source
+from protocol.wire.signing import Signature, load_key, sign_frame
 
 __all__ = ["KeyChangeover", "change_key"]
 

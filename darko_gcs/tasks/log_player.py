@@ -11,8 +11,8 @@ import numpy as np
 from darko_gcs.errors import GroundError, LinkError
 from darko_gcs.feed.outward_link import OutwardAddress, outward_address
 from darko_gcs.feed.played_frames import played_frames
-from protocol.loopback import is_loopback
 from protocol.tlog import TlogReader
+from protocol.tools.loopback import is_loopback
 
 __all__ = ["LogPlayer", "loopback_or_asked"]
 

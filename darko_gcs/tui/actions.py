@@ -9,7 +9,7 @@ from typing import Protocol
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.station.station import Station
 from protocol.dialect import mavlink
-from protocol.endpoint_ground import GROUND_SYSTEM
+from protocol.endpoints.endpoint_ground import GROUND_SYSTEM
 
 __all__ = ["ACTIONS", "Action", "ActionHandler", "Request", "control_question", "disarm_question", "start_question"]
 

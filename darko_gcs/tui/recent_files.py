@@ -5,8 +5,8 @@ from __future__ import annotations
 import contextlib
 from pathlib import Path
 
-from protocol.atomic_write import write_atomically
 from protocol.errors import FileError
+from protocol.tools.atomic_write import write_atomically
 
 __all__ = ["RecentFiles"]
 

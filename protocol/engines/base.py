@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any, Generic, NamedTuple, TypeVar
 
 from protocol.errors import LocalProtocolError
-from protocol.message import Message, Peer
+from protocol.wire.message import Message, Peer
 
 __all__ = ["Engine", "Outgoing", "Server", "TransitionTable", "drop_oldest", "fire"]
 

@@ -6,7 +6,7 @@ import struct
 import zlib
 from collections.abc import Mapping
 
-from protocol.message import Message
+from protocol.wire.message import Message
 
 __all__ = [
     "EVENTS_KEPT",

@@ -10,7 +10,7 @@ import zlib
 from typing import NamedTuple, Self
 
 from protocol.dialect import mavlink
-from protocol.message import Message
+from protocol.wire.message import Message
 
 __all__ = ["MAX_DATA", "FtpPacket", "crc32"]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from protocol.engines.base import Engine
-from protocol.message import Message
+from protocol.wire.message import Message
 
 __all__ = ["HEARTBEAT_PERIOD", "HeartbeatSource"]
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from itertools import islice
 from typing import NamedTuple
 
-from protocol.message import Message
+from protocol.wire.message import Message
 
 __all__ = [
     "DUPLICATE_WINDOW",

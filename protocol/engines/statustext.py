@@ -1,7 +1,7 @@
 """Splits a text into STATUSTEXT messages (https://mavlink.io/en/messages/common.html#STATUSTEXT)."""
 
 from protocol.dialect import mavlink
-from protocol.message import Message
+from protocol.wire.message import Message
 
 __all__ = ["split_text"]
 

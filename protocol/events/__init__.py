@@ -1,7 +1,7 @@
 """Events: records that the engines hand to their owner. Match on their class; do not subclass them.
 
 There is one module for each service, but every event is imported from ``protocol.events``.
-May import: ``protocol.message``, ``protocol.plans`` and ``protocol.keyring``; no engine.
+May import: ``protocol.wire.message``, ``protocol.plans`` and ``protocol.wire.keyring``; no engine.
 """
 
 from protocol.events.command_events import (

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from protocol.events.event import Event
-from protocol.message import Peer
+from protocol.wire.message import Peer
 
 __all__ = [
     "CommandCancelRequested",

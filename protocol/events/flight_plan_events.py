@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from protocol.events.event import Event
-from protocol.message import Peer
+from protocol.wire.message import Peer
 
 __all__ = ["FlightPlanAnswered", "FlightPlanFailed", "FlightPlanReceived", "FlightPlanUploaded"]
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from protocol.events.event import Event
-from protocol.keyring import KeyState
-from protocol.message import Message, Peer
+from protocol.wire.keyring import KeyState
+from protocol.wire.message import Message, Peer
 
 __all__ = [
     "MessageReceived",

@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from protocol.errors import FileError, LocalProtocolError
-from protocol.message import Source
 from protocol.tlog import TlogReader
+from protocol.wire.message import Source
 
 __all__ = ["FIELD_FUNCTIONS", "Quantity", "quantity"]
 

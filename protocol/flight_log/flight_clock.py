@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from protocol.message import Source
 from protocol.tlog import TlogReader
 from protocol.tlog.replay import playing_times
+from protocol.wire.message import Source
 
 __all__ = ["flight_times", "times_since_boot"]
 

@@ -13,12 +13,12 @@ from protocol.errors import FileError
 from protocol.flight_log.flight_clock import times_since_boot
 from protocol.flight_log.flight_summary import LoggedFlight, LogSummary, summarise
 from protocol.frames import Geodetic, LocalFrame
-from protocol.message import Source
 from protocol.names.enum_names import name_of
 from protocol.names.law_names import law_words
 from protocol.tlog import TlogReader
 from protocol.tlog.replay import playing_times
 from protocol.units import from_e7, from_millimetres
+from protocol.wire.message import Source
 
 __all__ = ["FlightEvent", "FlightSeries", "Series", "flight_series"]
 

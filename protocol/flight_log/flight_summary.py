@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import DecisionReason, Law, Reason, Way
-from protocol.message import Source, source_of
 from protocol.names.enum_names import enum_name, name_of
 from protocol.names.mode_names import mode_name
 from protocol.tlog import Damage, TlogReader, message_name
 from protocol.tlog.replay import playing_times
+from protocol.wire.message import Source, source_of
 
 __all__ = [
     "LogSummary",

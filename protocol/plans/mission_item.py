@@ -10,7 +10,7 @@ from protocol import units
 from protocol.dialect import mavlink
 from protocol.errors import LocalProtocolError
 from protocol.mav_frames import is_global_frame
-from protocol.message import Message
+from protocol.wire.message import Message
 
 __all__ = ["MissionItem"]
 

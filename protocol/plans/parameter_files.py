@@ -10,9 +10,9 @@ import math
 from collections.abc import Mapping
 from pathlib import Path
 
-from protocol.atomic_write import write_atomically
 from protocol.errors import FileError
-from protocol.message import Source
+from protocol.tools.atomic_write import write_atomically
+from protocol.wire.message import Source
 
 __all__ = ["load_parameters", "render_parm", "render_qgc_params", "save_parameters"]
 

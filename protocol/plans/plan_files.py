@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from protocol.atomic_write import write_atomically
 from protocol.errors import FileError
 from protocol.plans import qgc_plan, qgc_wpl
 from protocol.plans.plan import Plan
+from protocol.tools.atomic_write import write_atomically
 
 __all__ = ["load", "save"]
 

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from protocol.message import Message
 from protocol.tlog.spans import spans
+from protocol.wire.message import Message
 
 __all__ = ["Columns", "payload_type"]
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from protocol.dialect import mavlink
 from protocol.errors import LocalProtocolError
-from protocol.message import Message
+from protocol.wire.message import Message
 
 __all__ = ["MessageTable", "decode", "dialect_table", "message_class", "message_name", "message_named", "whole_table"]
 

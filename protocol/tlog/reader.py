@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from protocol.errors import FileError
-from protocol.framing import HEADER_V1, HEADER_V2, SIGNED_FLAG, split_frames
-from protocol.message import Message, Source
 from protocol.tlog.columns import Columns
 from protocol.tlog.message_set import decode, message_name, message_named
 from protocol.tlog.scan import Damage, scan
 from protocol.tlog.time_stamp import STAMP_SIZE
+from protocol.wire.framing import HEADER_V1, HEADER_V2, SIGNED_FLAG, split_frames
+from protocol.wire.message import Message, Source
 
 __all__ = ["TlogReader", "read_tlog"]
 

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from protocol.message import Message
 from protocol.tlog import TlogReader
+from protocol.wire.message import Message
 
 __all__ = ["Marker", "Timeline", "playing_times"]
 

@@ -17,7 +17,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from protocol.framing import (
+from protocol.tlog.crc import accumulate, checksums
+from protocol.tlog.message_set import MessageTable, dialect_table, message_class, whole_table
+from protocol.tlog.spans import spans
+from protocol.tlog.time_stamp import STAMP_SIZE, TIME_LIMIT
+from protocol.wire.framing import (
     CHECKSUM_SIZE,
     HEADER_V1,
     HEADER_V2,
@@ -29,10 +33,6 @@ from protocol.framing import (
     SIGNED_FLAG,
     message_id,
 )
-from protocol.tlog.crc import accumulate, checksums
-from protocol.tlog.message_set import MessageTable, dialect_table, message_class, whole_table
-from protocol.tlog.spans import spans
-from protocol.tlog.time_stamp import STAMP_SIZE, TIME_LIMIT
 
 __all__ = ["Damage", "Records", "scan"]
 

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from protocol.option_values import finite_number
+from protocol.tools.option_values import finite_number
 from sitl.errors import SitlError
 from sitl.tools.plotting import check_plot_path
 

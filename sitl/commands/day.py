@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Mapping
 from pathlib import Path
 
-from protocol.option_values import whole_number
+from protocol.tools.option_values import whole_number
 
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
@@ -32,9 +32,9 @@ def run(args: argparse.Namespace) -> int:
     """
     from tempfile import TemporaryDirectory  # noqa: PLC0415 - --help must not load the compiler
 
-    from protocol.atomic_write import write_atomically  # noqa: PLC0415
     from protocol.errors import ProtocolError  # noqa: PLC0415
     from protocol.flight_log.flight_page import require_plotly  # noqa: PLC0415
+    from protocol.tools.atomic_write import write_atomically  # noqa: PLC0415
     from sitl.day.day_file import load_day  # noqa: PLC0415
     from sitl.day.day_flight import day_page, fly_day  # noqa: PLC0415
     from sitl.errors import SitlError  # noqa: PLC0415

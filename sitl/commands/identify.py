@@ -9,7 +9,7 @@ import sys
 from collections.abc import Mapping
 from pathlib import Path
 
-from protocol.option_values import finite_number, whole_number
+from protocol.tools.option_values import finite_number, whole_number
 from sitl.defaults import AIRFRAME
 from sitl.errors import SitlError
 from sitl.tools.plotting import check_plot_path

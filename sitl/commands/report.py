@@ -9,9 +9,9 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from protocol.atomic_write import write_atomically
 from protocol.errors import FileError
-from protocol.option_values import whole_number
+from protocol.tools.atomic_write import write_atomically
+from protocol.tools.option_values import whole_number
 from sitl.errors import SitlError
 from sitl.tools.plotting import require_matplotlib
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from protocol.frames import Geodetic
-from protocol.option_values import (
+from protocol.tools.option_values import (
     finite_number,
     ipv4_address,
     natural_number,

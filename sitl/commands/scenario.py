@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from protocol.option_values import whole_number
+from protocol.tools.option_values import whole_number
 from sitl.errors import SitlError
 from sitl.tools.plotting import require_matplotlib
 

@@ -1,7 +1,7 @@
 """The vehicle on MAVLink: everything that knows messages, between the autopilot and the sockets.
 
-:class:`sitl.mavlink.node.Node` is the whole of it. The endpoint (:mod:`protocol.endpoint_vehicle`) speaks MAVLink's
-services; here its events become calls of the autopilot, and the vehicle's state becomes messages:
+:class:`sitl.mavlink.node.Node` is the whole of it. The endpoint (:mod:`protocol.endpoints.endpoint_vehicle`) speaks
+MAVLink's services; here its events become calls of the autopilot, and the vehicle's state becomes messages:
 
 - ``node``: puts the services together; the two clocks meet there.
 - ``services``: one each for commands, home, operators, parameters, plans, signing and steering. Each marks its methods

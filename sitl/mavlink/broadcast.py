@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from protocol.dialect import mavlink
-from protocol.endpoint_vehicle import VehicleEndpoint
-from protocol.message import Message
+from protocol.endpoints.endpoint_vehicle import VehicleEndpoint
+from protocol.wire.message import Message
 from sitl.mavlink.flight_recorder import FlightRecorder
 from sitl.mavlink.statustext_limiter import MIN_REPEAT_INTERVAL, StatustextLimiter
 from sitl.tools.persistence import StateFolderError

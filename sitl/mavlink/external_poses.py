@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 from protocol.dialect import mavlink
 from protocol.frames import flip, flip_quaternion, flying_attitude, quaternion_from_euler
-from protocol.message import Message
+from protocol.wire.message import Message
 from sitl.model.quaternions import Quaternion
 from sitl.model.vectors import Vector
 

@@ -15,14 +15,14 @@ from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
 
-from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.engines.file_store import File, Log
 from protocol.engines.server.stream_scheduler import StreamScheduler
 from protocol.engines.statustext import split_text
 from protocol.errors import FileError
-from protocol.message import Message
 from protocol.tlog import TlogWriter
+from protocol.wire.codec import Codec
+from protocol.wire.message import Message
 from sitl.mavlink.telemetry.streams import STREAMS
 
 __all__ = ["FlightRecorder"]

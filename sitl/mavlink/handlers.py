@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable
 from typing import Any, TypeVar
 
 from protocol.events import CommandRequested, Event
-from protocol.message import Message
+from protocol.wire.message import Message
 from sitl.autopilot.answers import Answer
 
 Service = TypeVar("Service")

@@ -13,7 +13,7 @@ from protocol.dialect import mavlink
 from protocol.events import CommandRequested
 from protocol.frames import Geodetic
 from protocol.mav_frames import ABSOLUTE_ALTITUDE_FRAMES, RELATIVE_ALTITUDE_FRAMES
-from protocol.message import Message
+from protocol.wire.message import Message
 from sitl.autopilot.answers import DENIED, Answer
 from sitl.autopilot.autopilot import Autopilot
 from sitl.autopilot.home import move_home, move_home_to, move_origin

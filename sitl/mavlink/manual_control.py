@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from protocol.message import Message
+from protocol.wire.message import Message
 from sitl.autopilot.manual import Sticks
 
 FULL_SCALE = 1000  # value of an axis at its end

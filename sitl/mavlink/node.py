@@ -11,12 +11,12 @@ import math
 from collections.abc import Hashable, Iterable, Sequence
 
 from protocol.dialect import mavlink
-from protocol.endpoint_vehicle import VehicleEndpoint
+from protocol.endpoints.endpoint_vehicle import VehicleEndpoint
 from protocol.engines.file_store import NoFiles
 from protocol.engines.server.stream_scheduler import STREAM_OFF
 from protocol.events import MessageReceived, MissionCleared
-from protocol.keyring import Keyring
 from protocol.plans.mission_item import MissionItem
+from protocol.wire.keyring import Keyring
 from sitl.mavlink import commands
 from sitl.mavlink.broadcast import Broadcast
 from sitl.mavlink.files.ftp_files import VehicleFiles

@@ -13,7 +13,7 @@ from protocol import units
 from protocol.dialect import mavlink
 from protocol.frames import flip, flip_quaternion, flying_attitude, flying_axes
 from protocol.mav_frames import ABSOLUTE_ALTITUDE_FRAMES, BODY_FRAMES, OFFSET_FRAMES
-from protocol.message import Message
+from protocol.wire.message import Message
 from sitl.autopilot.autopilot import Autopilot
 from sitl.autopilot.safety.world import POSITION_FRAMES
 from sitl.control.reference import AttitudeReference, Point

@@ -7,11 +7,11 @@ from collections.abc import Hashable, Mapping
 from pathlib import Path
 from typing import Any
 
-from protocol.atomic_write import write_atomically
 from protocol.errors import FileError
-from protocol.keyring import KeyRecord, Keyring
-from protocol.loopback import is_loopback
-from protocol.signing import KEY_SIZE, MAX_TIMESTAMP, NO_KEY, load_key
+from protocol.tools.atomic_write import write_atomically
+from protocol.tools.loopback import is_loopback
+from protocol.wire.keyring import KeyRecord, Keyring
+from protocol.wire.signing import KEY_SIZE, MAX_TIMESTAMP, NO_KEY, load_key
 from sitl.errors import SitlError
 from sitl.tools.persistence import StateFolderError
 

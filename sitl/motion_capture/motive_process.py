@@ -13,9 +13,9 @@ from contextlib import ExitStack, closing
 from typing import cast
 
 from protocol.errors import FileError
-from protocol.keyring import Keyring
-from protocol.loopback import is_loopback
-from protocol.signing import load_key, timestamp_at
+from protocol.tools.loopback import is_loopback
+from protocol.wire.keyring import Keyring
+from protocol.wire.signing import load_key, timestamp_at
 from sitl.errors import SitlError
 from sitl.mavlink.transport import UdpTransport
 from sitl.motion_capture.cameras import Cameras

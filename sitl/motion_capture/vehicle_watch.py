@@ -7,11 +7,11 @@ import math
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.frames import flip, flip_quaternion, flying_attitude, flying_axes
-from protocol.keyring import Keyring
-from protocol.message import Message, source_of
+from protocol.wire.codec import Codec
+from protocol.wire.keyring import Keyring
+from protocol.wire.message import Message, source_of
 from sitl.motion_capture.cameras import TrueMotion
 
 OWN_IDS = (254, mavlink.MAV_COMP_ID_USER1)

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Hashable, Mapping
 
 from protocol.engines.base import drop_oldest
-from protocol.frame_targets import EVERYONE, target_systems
+from protocol.wire.frame_targets import EVERYONE, target_systems
 from sitl.errors import SitlError
 from sitl.mavlink.node import Node
 from sitl.mavlink.services.maintenance_commands import ExitRequest

@@ -15,10 +15,10 @@ from platformdirs import user_data_path
 
 from protocol.dialect import mavlink
 from protocol.frames import Geodetic, LocalFrame
-from protocol.keyring import Keyring
-from protocol.loopback import open_port_warning
 from protocol.names.modes import Mode
-from protocol.signing import timestamp_at
+from protocol.tools.loopback import open_port_warning
+from protocol.wire.keyring import Keyring
+from protocol.wire.signing import timestamp_at
 from sitl.autopilot.safety.origin_limits import MAX_ORIGIN_ALTITUDE, MAX_ORIGIN_LATITUDE
 from sitl.autopilot.safety.world import World
 from sitl.autopilot.settings import Settings

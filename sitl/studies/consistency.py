@@ -36,8 +36,8 @@ STOP_AT, STOP_AFTER = 150.0, 10.0  # of the flight with transitions [m], [s]
 FIRST_LOOK, SECONDS, EVERY_PERIODS = 5.0, 30.0, 500  # first look and end [s], control periods between two looks
 MODEL_ERROR = 0.1  # how far a wrong model's constants are off, either way by turns
 # What is judged: all errors (position, velocity, attitude, both inertial biases, wind), without the wind, and the wind.
-ALL, NAVIGATION, WIND = slice(0, WIND_ERROR + 3), slice(0, WIND_ERROR), slice(WIND_ERROR, WIND_ERROR + 3)
-JUDGED = (ALL, NAVIGATION, WIND)
+ALL_ERRORS, NAVIGATION, WIND = slice(0, WIND_ERROR + 3), slice(0, WIND_ERROR), slice(WIND_ERROR, WIND_ERROR + 3)
+JUDGED = (ALL_ERRORS, NAVIGATION, WIND)
 LINE_NAMES = ("magnetometer", "barometer", "GNSS", "pitot", "motion capture", "external pose", "wing")
 # the last is no line: what the accelerometer feels across the wing
 
@@ -164,7 +164,7 @@ class InnovationVerdict(NamedTuple):
     inside: float  # share of the looks whose mean lies between them
 
 
-def verdict(flights: Sequence[ConsistencyFlight], part: slice = ALL) -> ConsistencyVerdict:
+def verdict(flights: Sequence[ConsistencyFlight], part: slice = ALL_ERRORS) -> ConsistencyVerdict:
     """Judge one of the ``JUDGED`` in flights of one phase."""
     n, N = part.stop - part.start, len(flights)
     low, high = (float(chi2.ppf(p, n * N) / N) for p in (0.025, 0.975))
@@ -194,7 +194,7 @@ def summary(flown: Sequence[ConsistencyFlight]) -> list[str]:
     """NEES, NIS and errors by phase and model, as lines of text."""
     lines = []
     for wrong in (False, True):
-        lines.append(f"model {'10 % wrong' if wrong else 'right'}, {ALL.stop} errors")
+        lines.append(f"model {'10 % wrong' if wrong else 'right'}, {ALL_ERRORS.stop} errors")
         for phase in Phase:
             own = [flight for flight in flown if flight.draw.phase is phase and flight.draw.wrong is wrong]
             if own:

@@ -17,8 +17,8 @@ import numpy.typing as npt
 
 from protocol.errors import FileError
 from protocol.frames import Geodetic, LocalFrame, quaternion_from_euler
-from protocol.message import Source
 from protocol.tlog import TlogReader, read_tlog
+from protocol.wire.message import Source
 from sitl.errors import SitlError
 from sitl.model.airframe import Airframe, Array
 from sitl.system_identification import rotations

@@ -8,11 +8,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law
 from protocol.errors import FileError
 from protocol.tlog import TlogWriter
+from protocol.wire.codec import Codec
 from sitl.errors import SitlError
 from sitl.model.airframe import Airframe, Array
 from sitl.simulation.simulation import Simulation

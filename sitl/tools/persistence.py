@@ -14,12 +14,12 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from protocol.atomic_write import write_atomically
 from protocol.errors import FileError, LocalProtocolError
 from protocol.frames import Geodetic
 from protocol.plans import Plan, load, save
 from protocol.plans.fence_rally import fence_items, rally_items, with_fence, with_rally
 from protocol.plans.mission_item import MissionItem
+from protocol.tools.atomic_write import write_atomically
 from sitl.errors import SitlError
 
 LEFT_OVER = "*.new"  # files of writes that a crash cut short

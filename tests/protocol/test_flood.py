@@ -2,8 +2,8 @@
 
 import pytest
 
-from protocol.codec import MAX_COUNTED_SOURCES, MAX_FALSE_STARTS, Codec
 from protocol.dialect import mavlink
+from protocol.wire.codec import MAX_COUNTED_SOURCES, MAX_FALSE_STARTS, Codec
 from tests.support.links.flood import Flood, orders
 from tests.support.logs import bare
 

@@ -35,8 +35,8 @@ def run(args: argparse.Namespace) -> int:
     from darko_gcs.errors import GroundError  # noqa: PLC0415 - --help must be quick: so all of these
     from darko_gcs.logs import log_export  # noqa: PLC0415
     from darko_gcs.logs.log_selection import Span, selected  # noqa: PLC0415
-    from protocol.atomic_write import write_atomically  # noqa: PLC0415
     from protocol.tlog import read_tlog  # noqa: PLC0415
+    from protocol.tools.atomic_write import write_atomically  # noqa: PLC0415
 
     kind, name, span = args.out.suffix, str(args.file), Span(args.begin, args.end)
     if kind not in {*TABLES, *PATHS, *MESSAGES}:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from protocol.option_values import whole_number
+from protocol.tools.option_values import whole_number
 
 __all__ = ["configure", "run"]
 

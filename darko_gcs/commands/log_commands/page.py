@@ -22,10 +22,10 @@ def run(args: argparse.Namespace) -> int:
         MissingPlotlyError: Plotly is not installed.
     """
     # --help must be quick: the dialect and numpy are loaded only here.
-    from protocol.atomic_write import write_atomically  # noqa: PLC0415
     from protocol.flight_log.flight_page import flight_page, require_plotly  # noqa: PLC0415
     from protocol.flight_log.flight_series import flight_series  # noqa: PLC0415
     from protocol.tlog import read_tlog  # noqa: PLC0415
+    from protocol.tools.atomic_write import write_atomically  # noqa: PLC0415
 
     require_plotly()
     page = args.out or args.file.with_suffix(".html")

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from darko_gcs.commands.options import clock_time
-from protocol.option_values import positive_number
+from protocol.tools.option_values import positive_number
 
 if TYPE_CHECKING:
     from darko_gcs.feed.outward_link import OutwardAddress

@@ -11,7 +11,7 @@ from darko_gcs.state.values import VTOL_LABELS, SigningState, Simulator
 from darko_gcs.tui.render.canvas import StyledLine
 from darko_gcs.tui.widgets.panel import Panel, styled_line
 from protocol.dialect import mavlink
-from protocol.endpoint_ground import GROUND_SYSTEM
+from protocol.endpoints.endpoint_ground import GROUND_SYSTEM
 from protocol.names.modes import Mode
 
 __all__ = ["StatusBar"]

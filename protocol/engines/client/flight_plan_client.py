@@ -20,7 +20,7 @@ from protocol.engines.flight_plan_table import (
 )
 from protocol.engines.retransmission import INITIAL_TIMEOUT, STALL_LIMIT, Remote, RequestWindow
 from protocol.events import FlightPlanFailed, FlightPlanReceived
-from protocol.message import Message, Source, source_of, target_fields
+from protocol.wire.message import Message, Source, source_of, target_fields
 
 __all__ = ["FlightPlanClient"]
 

@@ -11,7 +11,7 @@ from protocol.engines.flight_plan_table import MAX_FILE_BYTES, PIECE_BYTES
 from protocol.engines.retransmission import Remote, RequestWindow
 from protocol.errors import LocalProtocolError
 from protocol.events import FlightPlanAnswered
-from protocol.message import Message, Source, addressed_to, target_fields
+from protocol.wire.message import Message, Source, addressed_to, target_fields
 
 __all__ = ["FlightPlanUpload"]
 

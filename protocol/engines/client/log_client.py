@@ -14,7 +14,7 @@ from protocol.engines.retransmission import Remote, Retransmission
 from protocol.engines.transfer_limits import LOG_DATA_SIZE
 from protocol.errors import LocalProtocolError
 from protocol.events import LogFailed, LogProgress, LogReceived, LogsListed, RemoteLog
-from protocol.message import Message, Source, target_fields
+from protocol.wire.message import Message, Source, target_fields
 
 __all__ = ["LOG_CLIENT_TRANSITIONS", "LogClient"]
 

@@ -21,9 +21,9 @@ from protocol.events import (
     MissionProgress,
     MissionUploaded,
 )
-from protocol.message import Message, Source, addressed_to, source_of
 from protocol.names.enum_names import enum_name
 from protocol.plans.mission_item import MissionItem
+from protocol.wire.message import Message, Source, addressed_to, source_of
 
 __all__ = ["MAX_OPEN_ITEM_REQUESTS", "MISSION_CLIENT_TRANSITIONS", "MissionClient"]
 

@@ -14,8 +14,8 @@ from protocol.engines.parameter_values import MAX_NAME_LENGTH, decode_value, enc
 from protocol.engines.retransmission import Mark, Remote, RequestWindow, Retransmission
 from protocol.errors import LocalProtocolError
 from protocol.events import ParameterConfirmed, ParameterFailed, ParameterReceived, ParametersComplete
-from protocol.message import Message, Source, addressed_to, target_fields
 from protocol.names.enum_names import enum_name
+from protocol.wire.message import Message, Source, addressed_to, target_fields
 
 __all__ = ["PARAMETER_LIST_TRANSITIONS", "PARAMETER_SET_TRANSITIONS", "ParameterClient"]
 

@@ -7,7 +7,7 @@ import math
 from protocol.dialect import mavlink
 from protocol.engines.base import Engine, TransitionTable, fire
 from protocol.events import VehicleFound, VehicleLost, VehicleReturned
-from protocol.message import Message, Source, source_of
+from protocol.wire.message import Message, Source, source_of
 
 __all__ = ["VEHICLE_MONITOR_TRANSITIONS", "VehicleMonitor"]
 

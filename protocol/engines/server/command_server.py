@@ -23,8 +23,8 @@ from protocol.engines.retransmission import DUPLICATE_WINDOW, REORDER_WINDOW
 from protocol.engines.server.replies import command_ack
 from protocol.errors import LocalProtocolError
 from protocol.events import CommandCancelRequested, CommandRefused, CommandRequested
-from protocol.message import Message, Peer, addressed_to
 from protocol.units import coordinates
+from protocol.wire.message import Message, Peer, addressed_to
 
 __all__ = ["COMMAND_SERVER_TRANSITIONS", "CommandServer"]
 

@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from protocol.dialect import mavlink
 from protocol.engines.base import Server
 from protocol.engines.flight_plan_table import EVENTS_KEPT, changing_part, table_checksum
-from protocol.message import Message, Peer, addressed_to
+from protocol.wire.message import Message, Peer, addressed_to
 
 __all__ = ["FlightPlanServer"]
 

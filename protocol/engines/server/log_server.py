@@ -17,7 +17,7 @@ from protocol.engines.base import Server
 from protocol.engines.file_store import File, Log, LogStore
 from protocol.engines.transfer_limits import LOG_DATA_SIZE, MESSAGES_PER_INTERVAL, SEND_INTERVAL
 from protocol.events import LogEraseRequested
-from protocol.message import Message, Peer, addressed_to
+from protocol.wire.message import Message, Peer, addressed_to
 
 __all__ = ["MAX_OPEN_RANGES", "LogServer"]
 

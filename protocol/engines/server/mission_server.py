@@ -13,9 +13,9 @@ from protocol.engines.retransmission import REORDER_WINDOW, precedes
 from protocol.engines.server.plan_store import MissionInstead, PlanStore
 from protocol.engines.server.replies import mission_ack
 from protocol.events import CurrentItemRequested, Event
-from protocol.message import Message, Peer, addressed_to
 from protocol.plans.mission_item import MissionItem
 from protocol.plans.validation import Validate
+from protocol.wire.message import Message, Peer, addressed_to
 
 __all__ = ["MissionServer"]
 

@@ -22,7 +22,7 @@ from protocol.engines.base import Server
 from protocol.engines.server.replies import command_ack, mission_ack, param_error, plan_file_ack
 from protocol.engines.server.stream_server import STREAM_COMMANDS
 from protocol.events import OperatorChanged, OperatorRefused, OperatorRequested
-from protocol.message import Message, Peer, addressed_to, target_fields
+from protocol.wire.message import Message, Peer, addressed_to, target_fields
 
 __all__ = ["SETPOINT_MESSAGES", "OperatorControl"]
 

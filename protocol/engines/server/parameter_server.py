@@ -21,8 +21,8 @@ from protocol.engines.server.replies import param_error, raw_name
 from protocol.engines.transfer_limits import PARAMETERS_PER_INTERVAL, SEND_INTERVAL
 from protocol.errors import LocalProtocolError
 from protocol.events import ParameterChanged, ParameterRefused
-from protocol.message import Message, Peer, addressed_to
 from protocol.names.enum_names import enum_name
+from protocol.wire.message import Message, Peer, addressed_to
 
 __all__ = ["ParameterServer"]
 

@@ -8,7 +8,7 @@ https://mavlink.io/en/services/heartbeat.html
 """
 
 from protocol.dialect import mavlink
-from protocol.message import Message, Peer
+from protocol.wire.message import Message, Peer
 
 __all__ = ["Presence"]
 

@@ -24,8 +24,8 @@ from protocol.engines.base import Server, drop_oldest
 from protocol.engines.server.data_stream_groups import DATA_STREAM_GROUPS
 from protocol.engines.server.stream_scheduler import STREAM_OFF, StreamScheduler
 from protocol.events import CommandRefused, CommandRequested, MessageRequested
-from protocol.message import Message, Peer, addressed_to
-from protocol.token_bucket import TokenBucket
+from protocol.tools.token_bucket import TokenBucket
+from protocol.wire.message import Message, Peer, addressed_to
 
 __all__ = ["STREAM_COMMANDS", "Audience", "StreamServer"]
 

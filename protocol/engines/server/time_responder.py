@@ -2,7 +2,7 @@
 
 from protocol.dialect import mavlink
 from protocol.engines.base import Server
-from protocol.message import Message, Peer, addressed_to
+from protocol.wire.message import Message, Peer, addressed_to
 
 __all__ = ["TimeResponder"]
 

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from protocol.option_values import finite_number
+from protocol.tools.option_values import finite_number
 from sitl.defaults import AIRFRAME
 from sitl.tools.plotting import check_plot_path
 

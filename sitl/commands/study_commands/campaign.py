@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from protocol.option_values import finite_number
+from protocol.tools.option_values import finite_number
 from sitl.commands.study_commands.seeded_options import (
     check_seeded,
     craft_of,

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from protocol.option_values import whole_number
+from protocol.tools.option_values import whole_number
 from sitl.commands.study_commands.seeded_options import check_seeded, craft_of, seeded_parser, write_json
 from sitl.tools.plotting import check_plot_path
 

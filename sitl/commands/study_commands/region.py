@@ -9,7 +9,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from protocol.option_values import whole_number
+from protocol.tools.option_values import whole_number
 from sitl.tools.plotting import check_plot_path
 
 if TYPE_CHECKING:

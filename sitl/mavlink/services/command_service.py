@@ -8,9 +8,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from protocol.dialect import mavlink
-from protocol.endpoint_vehicle import VehicleEndpoint
+from protocol.endpoints.endpoint_vehicle import VehicleEndpoint
 from protocol.events import CommandCancelRequested, CommandRefused, CommandRequested
-from protocol.message import Message
+from protocol.wire.message import Message
 from sitl.autopilot.answers import Answer
 from sitl.autopilot.autopilot import Autopilot
 from sitl.mavlink import commands

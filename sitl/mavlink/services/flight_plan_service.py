@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 
 from protocol.dialect import mavlink
-from protocol.endpoint_vehicle import VehicleEndpoint
+from protocol.endpoints.endpoint_vehicle import VehicleEndpoint
 from protocol.engines.flight_plan_table import plan_key
 from protocol.engines.server.plan_store import MissionInstead
 from protocol.errors import LocalProtocolError, ProtocolError

@@ -7,7 +7,7 @@ from dataclasses import astuple
 
 from protocol.dialect import mavlink
 from protocol.frames import LocalFrame, flip
-from protocol.message import Message
+from protocol.wire.message import Message
 from sitl.autopilot.answers import Notice
 from sitl.autopilot.autopilot import Autopilot
 from sitl.autopilot.home import refuse_home, refuse_origin

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 
 from protocol.dialect import mavlink
-from protocol.message import Message, source_of
+from protocol.wire.message import Message, source_of
 from sitl.autopilot.autopilot import Autopilot
 from sitl.autopilot.safety.live_obstacles import scan_of
 from sitl.mavlink.broadcast import Broadcast

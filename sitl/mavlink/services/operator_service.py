@@ -5,9 +5,9 @@ https://mavlink.io/en/services/gcs_control.html, with one station in control at 
 
 from __future__ import annotations
 
-from protocol.endpoint_vehicle import VehicleEndpoint
+from protocol.endpoints.endpoint_vehicle import VehicleEndpoint
 from protocol.events import OperatorChanged, OperatorRefused, OperatorRequested
-from protocol.message import Peer
+from protocol.wire.message import Peer
 from sitl.autopilot.autopilot import Autopilot
 from sitl.autopilot.safety.link_watch import LinkSilence
 from sitl.mavlink.broadcast import Broadcast

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from protocol.endpoint_vehicle import VehicleEndpoint
+from protocol.endpoints.endpoint_vehicle import VehicleEndpoint
 from protocol.events import ParameterChanged, ParameterRefused
 from sitl.errors import SitlError
 from sitl.mavlink.broadcast import Broadcast

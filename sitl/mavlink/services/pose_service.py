@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 
-from protocol.clock_match import ClockMatch
 from protocol.dialect import mavlink
 from protocol.events import PoseReceived
-from protocol.message import Peer
+from protocol.tools.clock_match import ClockMatch
+from protocol.wire.message import Peer
 from sitl.mavlink.broadcast import Broadcast
 from sitl.mavlink.external_poses import ExternalPose, pose_of
 from sitl.mavlink.handlers import on_event

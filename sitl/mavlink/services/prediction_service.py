@@ -7,11 +7,11 @@ from collections.abc import Sequence
 
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Way
-from protocol.endpoint_vehicle import VehicleEndpoint
+from protocol.endpoints.endpoint_vehicle import VehicleEndpoint
 from protocol.events import PredictionRequested
 from protocol.frames import flip
-from protocol.message import Message, target_fields
-from protocol.token_bucket import TokenBucket
+from protocol.tools.token_bucket import TokenBucket
+from protocol.wire.message import Message, target_fields
 from sitl.autopilot.autopilot import Autopilot
 from sitl.control.reference import Point
 from sitl.guidance.limits import MAX_AIRSPEED

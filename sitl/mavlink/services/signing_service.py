@@ -6,7 +6,7 @@ https://mavlink.io/en/guide/message_signing.html
 from __future__ import annotations
 
 from protocol.events import SigningChanged
-from protocol.keyring import Keyring, KeyState, Verdict
+from protocol.wire.keyring import Keyring, KeyState, Verdict
 from sitl.mavlink.broadcast import Broadcast
 from sitl.mavlink.handlers import on_event
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from protocol.events import SetpointReceived
-from protocol.message import Message
+from protocol.wire.message import Message
 from sitl.autopilot.autopilot import Autopilot
 from sitl.mavlink.broadcast import Broadcast
 from sitl.mavlink.handlers import on_event, on_message

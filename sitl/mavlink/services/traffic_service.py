@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from protocol.message import Message, source_of
+from protocol.wire.message import Message, source_of
 from sitl.autopilot.autopilot import Autopilot
 from sitl.mavlink.handlers import on_message
 

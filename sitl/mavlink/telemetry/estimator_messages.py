@@ -9,7 +9,7 @@ import math
 
 from protocol import frames, units
 from protocol.dialect import mavlink
-from protocol.message import Message
+from protocol.wire.message import Message
 from sitl.mavlink.telemetry.body_frame import attitude_on_wire, axes_on_wire
 from sitl.mavlink.telemetry.vehicle_snapshot import VehicleSnapshot
 from sitl.sensors.instruments import BAROMETER, EXTERNAL_POSE, GNSS, MAGNETOMETER, MOTION_CAPTURE, PITOT

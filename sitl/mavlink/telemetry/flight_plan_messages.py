@@ -15,8 +15,8 @@ from protocol.dialect.vocabulary import PlanAim, PlanEventKind
 from protocol.errors import LocalProtocolError
 from protocol.flight_plans.flight_plan import FlightPlan, PlanSector
 from protocol.frames import Geodetic
-from protocol.message import Message
 from protocol.plans.mission_item import MissionItem
+from protocol.wire.message import Message
 from sitl.autopilot.flight_plan.operator_view import (
     AimKind,
     BlockButton,

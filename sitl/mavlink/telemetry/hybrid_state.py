@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from protocol import frames, units
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law
-from protocol.message import Message
+from protocol.wire.message import Message
 from sitl.mavlink.telemetry.body_frame import attitude_on_wire, axes_on_wire
 from sitl.mavlink.telemetry.vehicle_snapshot import VehicleSnapshot
 from sitl.prediction.mode_choice import Decision

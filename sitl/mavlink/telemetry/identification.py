@@ -6,7 +6,7 @@ https://mavlink.io/en/messages/common.html#AUTOPILOT_VERSION, #PROTOCOL_VERSION 
 from __future__ import annotations
 
 from protocol.dialect import mavlink
-from protocol.message import Message
+from protocol.wire.message import Message
 from sitl.mavlink.files.component_metadata import GENERAL_URI, general_crc
 from sitl.mavlink.telemetry.vehicle_snapshot import VehicleSnapshot
 

@@ -9,7 +9,7 @@ import math
 
 from protocol import units
 from protocol.dialect import mavlink
-from protocol.message import Message
+from protocol.wire.message import Message
 from sitl.estimation.sensing import specific_force
 from sitl.mavlink.telemetry.body_frame import axes_on_wire
 from sitl.mavlink.telemetry.sensor_messages import dynamic_pressure, magnetic_field, static_pressure

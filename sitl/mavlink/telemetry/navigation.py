@@ -13,7 +13,7 @@ import math
 from protocol import frames, units
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Regime
-from protocol.message import Message
+from protocol.wire.message import Message
 from sitl.mavlink.telemetry.body_frame import attitude_on_wire, axes_on_wire
 from sitl.mavlink.telemetry.vehicle_snapshot import VehicleSnapshot
 

@@ -9,7 +9,7 @@ import math
 
 from protocol import frames, units
 from protocol.dialect import mavlink
-from protocol.message import Message
+from protocol.wire.message import Message
 from sitl.mavlink.telemetry.vehicle_snapshot import VehicleSnapshot
 from sitl.model.vectors import Vector
 from sitl.sensors.specification import Gnss

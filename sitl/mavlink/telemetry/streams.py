@@ -7,7 +7,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 from protocol.dialect import mavlink
-from protocol.message import Message
+from protocol.wire.message import Message
 from sitl.mavlink.standard_modes import available_modes_monitor, current_mode
 from sitl.mavlink.telemetry import (
     estimator_messages,

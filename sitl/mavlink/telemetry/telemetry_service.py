@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Regime
-from protocol.endpoint_vehicle import VehicleEndpoint
+from protocol.endpoints.endpoint_vehicle import VehicleEndpoint
 from protocol.events import MessageRequested
 from protocol.names.modes import Mode
 from sitl.mavlink.handlers import on_event

@@ -13,8 +13,8 @@ from darko_gcs.errors import LinkError
 from darko_gcs.feed.outward_link import OutwardAddress, outward_address
 from darko_gcs.station.station import Station
 from darko_gcs.tasks.link_session import open_link
-from protocol.codec import Codec
-from protocol.framing import FrameBuffer
+from protocol.wire.codec import Codec
+from protocol.wire.framing import FrameBuffer
 from tests.support.gcs.messages import heartbeat
 
 BEAT = Codec(1, 1).encode(heartbeat())

@@ -3,9 +3,9 @@
 import pytest
 
 from darko_gcs.motion_capture.autopilot_link import AutopilotLink
-from protocol.codec import Codec
 from protocol.dialect import mavlink
-from protocol.keyring import Keyring
+from protocol.wire.codec import Codec
+from protocol.wire.keyring import Keyring
 
 KEY = bytes(range(32))
 AHEAD = 500.0  # the vehicle's clock [s]

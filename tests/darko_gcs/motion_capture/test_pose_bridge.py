@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from darko_gcs.motion_capture.autopilot_link import AutopilotLink
 from darko_gcs.motion_capture.natnet_link import NatnetLink
 from darko_gcs.motion_capture.pose_bridge import BridgeSettings, PoseBridge
-from protocol.codec import Codec
 from protocol.dialect import mavlink
-from protocol.keyring import Keyring
+from protocol.wire.codec import Codec
+from protocol.wire.keyring import Keyring
 from sitl.motion_capture.natnet_packets import descriptions, frame_packet, server_info
 from tests.support.motion_capture.hall import UNICAST, cameras, frames_of
 from tests.support.motion_capture.stream import BEGAN, Stream

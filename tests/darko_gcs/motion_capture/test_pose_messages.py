@@ -7,9 +7,9 @@ import pytest
 from darko_gcs.motion_capture.arena_axes import Pose
 from darko_gcs.motion_capture.pose_messages import MESSAGE_MAKERS, PoseAccuracy
 from darko_gcs.motion_capture.pose_track import TrackedPose
-from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.frames import quaternion_from_euler, rotate
+from protocol.wire.codec import Codec
 from sitl.mavlink.external_poses import pose_of
 
 ANGLES = (0.1, -0.3, 2.0)

@@ -3,8 +3,8 @@
 from darko_gcs.state.message_log import MAX_LINES, add_line
 from darko_gcs.state.reduce import reduce
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT
-from protocol.codec import Codec
 from protocol.dialect import mavlink
+from protocol.wire.codec import Codec
 from tests.support.gcs.messages import arrived, heartbeat, position, text
 
 

@@ -8,9 +8,9 @@ from hypothesis import strategies as st
 
 from darko_gcs.state.reduce import MAX_TRACK_POINTS, RESTART_MESSAGES, reduce
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT
-from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.tlog import read_tlog
+from protocol.wire.codec import Codec
 from tests.support.gcs.home import UNKNOWN_PLACE, home_position, snapshot_after
 from tests.support.gcs.messages import OTHER_VEHICLE, arrived, decision, heartbeat, position, vtol_state
 from tests.support.links.flood import framed

@@ -7,10 +7,10 @@ import pytest
 
 from darko_gcs.state.reduce import reduce
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT
-from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.frames import Geodetic
 from protocol.names.modes import Mode, custom_mode
+from protocol.wire.codec import Codec
 from tests.support.gcs.messages import arrived, command_long, heartbeat
 
 GROUND, OTHER_GROUND = Codec(255, 190), Codec(7, 190)

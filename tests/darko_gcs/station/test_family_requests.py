@@ -3,9 +3,9 @@
 import pytest
 
 from darko_gcs.station.family_requests import REQUESTED, SILENCE, FamilyRequests
-from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.events import CommandDone, VehicleFound, VehicleLost, VehicleReturned
+from protocol.wire.codec import Codec
 from tests.support.gcs.linked_station import LinkedStation
 from tests.support.vehicle.darko_messages import hybrid_state
 

@@ -6,9 +6,9 @@ import pytest
 
 from darko_gcs.station.fleet import MAX_VEHICLES, Fleet
 from darko_gcs.station.station import Station
-from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.tlog import TlogWriter
+from protocol.wire.codec import Codec
 from tests.support.logs import bare
 
 HEARTBEAT = mavlink.MAVLink_heartbeat_message(19, mavlink.MAV_AUTOPILOT_PX4, 0, 0, 4, 3)

@@ -18,11 +18,11 @@ from darko_gcs.tui.widgets.flight_panel import FlightPanel
 from darko_gcs.tui.widgets.hybrid_panel import HybridPanel
 from darko_gcs.tui.widgets.message_panel import MessagePanel
 from darko_gcs.tui.widgets.status_bar import StatusBar
-from protocol.codec import MAX_COUNTED_SOURCES, Codec
 from protocol.dialect import mavlink
 from protocol.events import MissionDownloaded, MissionUploaded, ParametersComplete
 from protocol.plans import load
 from protocol.tlog import TlogReader
+from protocol.wire.codec import MAX_COUNTED_SOURCES, Codec
 from sitl.vehicle.parameters import WorldSettings
 from tests.support.gcs.linked_station import STEP, LinkedStation
 from tests.support.gcs.messages import heartbeat, text

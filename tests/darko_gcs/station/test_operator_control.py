@@ -5,9 +5,9 @@ import math
 import pytest
 
 from darko_gcs.tui.widgets.status_bar import StatusBar
-from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.events import CommandDone, ControlRequested
+from protocol.wire.codec import Codec
 from tests.support.gcs.linked_station import LinkedStation
 from tests.support.gcs.messages import command_long
 from tests.support.gcs.screens import panel_text

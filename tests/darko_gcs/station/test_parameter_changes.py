@@ -5,8 +5,8 @@ import pytest
 from darko_gcs.state.parameter_change import ChangeState, refused_changes
 from darko_gcs.station.parameter_changes import MAX_OPEN_CHANGES
 from darko_gcs.station.station import Station
-from protocol.codec import Codec
 from protocol.dialect import mavlink
+from protocol.wire.codec import Codec
 from tests.support.gcs.messages import heartbeat
 
 REAL = mavlink.MAV_PARAM_TYPE_REAL32

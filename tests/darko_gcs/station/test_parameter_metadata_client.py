@@ -9,10 +9,10 @@ from darko_gcs.state.parameter_metadata import ParameterMetadata
 from darko_gcs.state.parameter_table import is_changed
 from darko_gcs.station.parameter_metadata_client import parameter_file_path, parse_parameter_file
 from darko_gcs.station.station import Station
-from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.errors import FileError
 from protocol.events import FileReceived
+from protocol.wire.codec import Codec
 from tests.support.gcs.linked_station import LinkedStation
 from tests.support.gcs.messages import heartbeat
 

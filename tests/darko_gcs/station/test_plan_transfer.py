@@ -6,11 +6,11 @@ import pytest
 
 from darko_gcs.state.missions.plan_parts import ALL_PLANS, FENCE, MISSION, RALLY
 from darko_gcs.state.reduce import reduce
-from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.events import MissionDownloaded, MissionFailed, MissionUploaded
 from protocol.plans import load
 from protocol.plans.fence_rally import fence_items, rally_items
+from protocol.wire.codec import Codec
 from sitl.defaults import HOME
 from tests.support.gcs.limited_plan import write_limited_plan
 from tests.support.gcs.linked_station import LinkedStation

@@ -13,8 +13,8 @@ from darko_gcs.station import recording
 from darko_gcs.station.recording import start_recording
 from darko_gcs.station.station import Station
 from darko_gcs.tui.widgets.status_bar import StatusBar
-from protocol.codec import Codec
 from protocol.tlog import TlogWriter, read_tlog
+from protocol.wire.codec import Codec
 from tests.support.gcs.linked_station import LinkedStation
 from tests.support.gcs.messages import heartbeat
 from tests.support.paths import DATA

@@ -6,11 +6,11 @@ import pytest
 
 from darko_gcs.station.station import Station
 from darko_gcs.tui.widgets.status_bar import StatusBar
-from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.events import CommandDone, MissionDownloaded, MissionUploaded, ParametersComplete
 from protocol.plans import load
 from protocol.tlog import TlogReader, TlogWriter
+from protocol.wire.codec import Codec
 from tests.support.gcs.linked_station import LinkedStation
 from tests.support.gcs.messages import station_heartbeat
 from tests.support.gcs.screens import panel_text

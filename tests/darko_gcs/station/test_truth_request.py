@@ -3,8 +3,8 @@
 import pytest
 
 from darko_gcs.station.truth_request import TRUTH_SILENCE
-from protocol.codec import Codec
 from protocol.dialect import mavlink
+from protocol.wire.codec import Codec
 from tests.support.gcs.linked_station import LinkedStation
 
 INTERVAL = mavlink.MAV_CMD_SET_MESSAGE_INTERVAL

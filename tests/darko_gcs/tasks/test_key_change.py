@@ -5,7 +5,7 @@ import pytest
 from darko_gcs.errors import GroundError, LinkError
 from darko_gcs.state.values import SigningState
 from darko_gcs.tasks.key_change import KeyChangeover
-from protocol.signing import is_secret, verify
+from protocol.wire.signing import is_secret, verify
 from tests.support.gcs.signed_link import SignedLink
 from tests.support.vehicle.signed_station import KEY, OTHER
 

@@ -2,14 +2,14 @@
 
 import pytest
 
-from protocol.codec import Codec
 from protocol.dialect import mavlink
-from protocol.endpoint_ground import GroundEndpoint
-from protocol.endpoint_vehicle import VehicleEndpoint
+from protocol.endpoints.endpoint_ground import GroundEndpoint
+from protocol.endpoints.endpoint_vehicle import VehicleEndpoint
 from protocol.engines.server.plan_store import plan_id
 from protocol.events import CommandRequested, MissionReceived, VehicleFound
 from protocol.plans import load
 from protocol.tlog import read_tlog
+from protocol.wire.codec import Codec
 from tests.support.paths import DATA
 
 GROUND, VEHICLE = (255, 190), (1, 1)

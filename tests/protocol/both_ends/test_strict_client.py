@@ -4,10 +4,10 @@ import math
 
 import pytest
 
-from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.engines.server.mission_server import MissionServer
-from protocol.message import Peer
+from protocol.wire.codec import Codec
+from protocol.wire.message import Peer
 from tests.support.links.link import plan
 from tests.support.links.lossy_pipe import LossyPipe
 

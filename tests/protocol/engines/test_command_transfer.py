@@ -4,12 +4,12 @@ import math
 
 import pytest
 
-from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.engines.client.command_client import CommandClient
 from protocol.engines.server.command_server import CommandServer
 from protocol.events import CommandCancelRequested, CommandDone, CommandRequested
-from protocol.message import Peer
+from protocol.wire.codec import Codec
+from protocol.wire.message import Peer
 from tests.support.links.lossy_pipe import LossyPipe
 from tests.support.links.virtual_clock import VirtualClock
 

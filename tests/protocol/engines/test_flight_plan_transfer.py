@@ -2,13 +2,13 @@
 
 import pytest
 
-from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.engines.client.flight_plan_client import MAX_OPEN_ENTRY_REQUESTS, FlightPlanClient
 from protocol.engines.flight_plan_table import EVENTS_KEPT, MAX_ENTRIES, changing_part
 from protocol.engines.server.flight_plan_server import FlightPlanServer
 from protocol.events import FlightPlanFailed, FlightPlanReceived
-from protocol.message import Peer
+from protocol.wire.codec import Codec
+from protocol.wire.message import Peer
 from tests.support.links.flight_plan_table import event, status, table, variable, waypoint
 from tests.support.links.lossy_pipe import LossyPipe
 

@@ -5,14 +5,14 @@ import zlib
 
 import pytest
 
-from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.engines.client.flight_plan_upload import MAX_OPEN_PIECES, FlightPlanUpload
 from protocol.engines.flight_plan_table import MAX_FILE_BYTES, PIECE_BYTES
 from protocol.engines.server.flight_plan_file_server import FlightPlanFileServer
 from protocol.errors import LocalProtocolError
 from protocol.events import FlightPlanAnswered, FlightPlanUploaded
-from protocol.message import Peer
+from protocol.wire.codec import Codec
+from protocol.wire.message import Peer
 from tests.support.links.lossy_pipe import LossyPipe
 
 GROUND, OTHER, VEHICLE = Peer(255, 190, "ground"), Peer(254, 190, "other"), (1, 1)

@@ -6,7 +6,7 @@ from protocol.engines.client.ftp_client import FtpClient
 from protocol.engines.server import ftp_server
 from protocol.engines.server.ftp_server import FtpServer
 from protocol.events import FileFailed, FileProgress, FileReceived
-from protocol.message import Peer
+from protocol.wire.message import Peer
 from tests.support.links.ftp_tree import BIG, Tree
 from tests.support.links.lossy_pipe import LossyPipe
 

@@ -4,9 +4,9 @@ import math
 
 import pytest
 
-from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.engines.retransmission import INITIAL_TIMEOUT, MAX_TIMEOUT, MIN_TIMEOUT, Remote, RttEstimator
+from protocol.wire.codec import Codec
 
 
 def frame(number):

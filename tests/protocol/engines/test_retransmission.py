@@ -4,7 +4,6 @@ import math
 
 import pytest
 
-from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.engines.retransmission import (
     INITIAL_TIMEOUT,
@@ -20,6 +19,7 @@ from protocol.engines.retransmission import (
     RetryPolicy,
     precedes,
 )
+from protocol.wire.codec import Codec
 
 
 def beats(count):

@@ -4,9 +4,9 @@ import math
 
 import pytest
 
-from protocol.codec import Codec
 from protocol.errors import LocalProtocolError
 from protocol.plans.mission_item import MissionItem
+from protocol.wire.codec import Codec
 from tests.support.links.link import frame
 
 

@@ -5,8 +5,8 @@ from collections import Counter
 
 import pytest
 
-from protocol.codec import Codec
 from protocol.dialect import mavlink
+from protocol.wire.codec import Codec
 from sitl.mavlink import commands
 from sitl.mavlink.statustext_limiter import TEXTS_PER_SECOND
 from sitl.model.plant import is_finite

@@ -2,8 +2,8 @@
 
 import pytest
 
-from protocol.codec import Codec
 from protocol.dialect import mavlink
+from protocol.wire.codec import Codec
 from tests.support.vehicle.fake_station import STEP
 from tests.support.vehicle.hovering_node import hovering
 

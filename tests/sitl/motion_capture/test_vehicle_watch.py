@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from protocol.codec import Codec
 from protocol.dialect import mavlink
-from protocol.keyring import Keyring
+from protocol.wire.codec import Codec
+from protocol.wire.keyring import Keyring
 from sitl.mavlink.telemetry.body_frame import attitude_on_wire, axes_on_wire
 from sitl.model.quaternions import from_euler
 from sitl.motion_capture.vehicle_watch import VehicleWatch

@@ -9,7 +9,7 @@ from sitl.model.vectors import Vector
 from sitl.storage import named_from
 from sitl.studies import consistency
 from sitl.studies.consistency import (
-    ALL,
+    ALL_ERRORS,
     LINE_NAMES,
     NAVIGATION,
     WIND,
@@ -57,7 +57,7 @@ def test_a_flight_of_each_phase_is_looked_at_every_second(phase, wrong, short):
     assert flown.draw == draw
     assert flown.nees.shape == (3, 3)
     assert (flown.nees > 0.0).all()
-    assert (flown.nees < 20.0 * ALL.stop).all()  # wrong by far less than a gross mistake
+    assert (flown.nees < 20.0 * ALL_ERRORS.stop).all()  # wrong by far less than a gross mistake
     assert (flown.nees[:, 1:] < flown.nees[:, :1]).all()  # of a part, less than of all
     assert (flown.said > 0.0).all()
     assert not flown.scalars[:, LINE_NAMES.index("motion capture")].any()
@@ -83,14 +83,14 @@ def flights(scale=1.0, number=200, phase=Phase.HOVER, wrong=False):
 def test_the_verdict_tells_a_filter_that_is_right_from_one_that_is_too_sure():
     right, sure, shy = verdict(flights()), verdict(flights(1.3)), verdict(flights(0.7))
     assert right.low < right.mean < right.high
-    assert right.low < ALL.stop < right.high
+    assert right.low < ALL_ERRORS.stop < right.high
     assert right.inside > 0.7  # of twenty looks, nineteen by chance
     assert sure.mean > sure.high
     assert sure.inside == 0.0
     assert shy.mean < shy.low
 
 
-@pytest.mark.parametrize(("part", "errors"), [(ALL, 18), (NAVIGATION, 15), (WIND, 3)])
+@pytest.mark.parametrize(("part", "errors"), [(ALL_ERRORS, 18), (NAVIGATION, 15), (WIND, 3)])
 def test_each_part_is_judged_by_the_number_of_its_errors(part, errors):
     told = verdict(flights(), part)
     assert told.low < errors < told.high

@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.frames import SHOW_PITCHED_UP, Geodetic, LocalFrame, displayed, euler_from_quaternion
 from protocol.tlog import TlogWriter
+from protocol.wire.codec import Codec
 from sitl.errors import SitlError
 from sitl.model.airframe_files import load
 from sitl.system_identification import rotations

@@ -13,10 +13,10 @@ from tempfile import TemporaryDirectory
 
 import pytest
 
-from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.plans import load
 from protocol.plans.mission_item import MissionItem
+from protocol.wire.codec import Codec
 from sitl.errors import SitlError
 from sitl.tools.persistence import StateFolder
 from tests.support.disk import full_disk

@@ -1,9 +1,9 @@
 """Messages as they arrive at a ground station."""
 
-from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import DecisionReason, Law, Reason, Way
 from protocol.names.modes import Mode, custom_mode
+from protocol.wire.codec import Codec
 
 VEHICLE, OTHER_VEHICLE = Codec(1, 1), Codec(7, 1)
 

@@ -3,10 +3,10 @@
 from dataclasses import replace
 
 from darko_gcs.state.reduce import reduce
-from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.engines.server.flight_plan_server import FlightPlanServer
 from protocol.frames import LocalFrame
+from protocol.wire.codec import Codec
 from sitl.defaults import HOME
 from tests.support.gcs.snapshots import HOVERING
 from tests.support.links.flight_plan_table import block, event, sector, status, variable, waypoint

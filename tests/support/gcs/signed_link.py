@@ -3,8 +3,8 @@
 import io
 
 from darko_gcs.station.station import Station
-from protocol.keyring import Keyring
 from protocol.tlog import TlogWriter
+from protocol.wire.keyring import Keyring
 from tests.support.gcs.linked_station import LinkedStation
 from tests.support.vehicle.signed_station import FAR, LOCAL, SignedStation, T
 

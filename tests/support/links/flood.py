@@ -4,9 +4,9 @@ import random
 from collections import Counter
 from collections.abc import Callable
 
-from protocol.codec import Codec
 from protocol.dialect import mavlink
-from protocol.message import Message, source_of
+from protocol.wire.codec import Codec
+from protocol.wire.message import Message, source_of
 
 VEHICLE, ELSEWHERE = (1, 1), (7, 1)  # the vehicle, and one that does not exist
 STATION = (255, 190)

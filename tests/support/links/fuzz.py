@@ -12,14 +12,14 @@ from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
-from protocol.codec import Codec
 from protocol.dialect import mavlink
-from protocol.endpoint_ground import GroundEndpoint
-from protocol.endpoint_vehicle import VehicleEndpoint
+from protocol.endpoints.endpoint_ground import GroundEndpoint
+from protocol.endpoints.endpoint_vehicle import VehicleEndpoint
 from protocol.engines.file_store import BytesFile, Entry, Log
 from protocol.errors import LocalProtocolError
 from protocol.events import CommandRequested, RemoteLog
 from protocol.plans.validation import Refusal
+from protocol.wire.codec import Codec
 from tests.support.links.link import plan, table
 from tests.support.paths import DATA
 

@@ -3,10 +3,9 @@
 import math
 from collections.abc import Callable
 
-from protocol.codec import Codec
 from protocol.dialect import mavlink
-from protocol.endpoint_ground import GroundEndpoint
-from protocol.endpoint_vehicle import VehicleEndpoint
+from protocol.endpoints.endpoint_ground import GroundEndpoint
+from protocol.endpoints.endpoint_vehicle import VehicleEndpoint
 from protocol.engines.parameter_values import Parameter
 from protocol.events import (
     CommandRequested,
@@ -17,6 +16,7 @@ from protocol.events import (
     MissionReceived,
 )
 from protocol.plans.mission_item import MissionItem
+from protocol.wire.codec import Codec
 from tests.support.links.lossy_pipe import LossyPipe
 from tests.support.links.virtual_clock import VirtualClock
 

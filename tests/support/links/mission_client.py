@@ -2,10 +2,10 @@
 
 import math
 
-from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.engines.client.mission_client import MissionClient
 from protocol.events import MissionProgress
+from protocol.wire.codec import Codec
 from tests.support.links.link import plan
 
 VEHICLE = (1, 1)

@@ -1,9 +1,9 @@
 """A mission server and messages of its ground stations."""
 
-from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.engines.server.mission_server import MissionServer
-from protocol.message import Peer
+from protocol.wire.codec import Codec
+from protocol.wire.message import Peer
 from tests.support.links.link import plan
 
 GROUND, OTHER = Peer(255, 190, "ground"), Peer(245, 190, "other")

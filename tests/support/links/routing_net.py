@@ -1,9 +1,9 @@
 """A vehicle and several peers, each at a port of its own."""
 
-from protocol.codec import Codec
 from protocol.dialect import mavlink
-from protocol.endpoint_vehicle import VehicleEndpoint
-from protocol.signing import Signature, sign_frame
+from protocol.endpoints.endpoint_vehicle import VehicleEndpoint
+from protocol.wire.codec import Codec
+from protocol.wire.signing import Signature, sign_frame
 from tests.support.links.link import ARM, table
 
 KEY, OTHER = bytes(range(32)), bytes(range(1, 33))

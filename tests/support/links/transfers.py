@@ -5,8 +5,8 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from protocol.dialect import mavlink
-from protocol.endpoint_ground import GroundEndpoint
-from protocol.endpoint_vehicle import VehicleEndpoint
+from protocol.endpoints.endpoint_ground import GroundEndpoint
+from protocol.endpoints.endpoint_vehicle import VehicleEndpoint
 from protocol.engines.file_store import BytesFile, Entry, Log
 from protocol.engines.parameter_values import Parameter
 from protocol.events import (

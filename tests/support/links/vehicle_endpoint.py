@@ -2,9 +2,9 @@
 
 import math
 
-from protocol.codec import Codec
 from protocol.dialect import mavlink
-from protocol.endpoint_vehicle import VehicleEndpoint
+from protocol.endpoints.endpoint_vehicle import VehicleEndpoint
+from protocol.wire.codec import Codec
 from tests.support.links.link import ARM, frame, table
 
 ATTITUDE, HOME, VERSION = 30, 242, 148

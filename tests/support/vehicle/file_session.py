@@ -1,7 +1,7 @@
 """A vehicle that records its flights, and a ground endpoint that downloads files, on a perfect link."""
 
 from protocol.dialect import mavlink
-from protocol.endpoint_ground import GroundEndpoint
+from protocol.endpoints.endpoint_ground import GroundEndpoint
 from protocol.engines.ftp_packet import FtpPacket
 from protocol.events import FileFailed, FileReceived
 from protocol.names.command_values import FORCE_ARM_DISARM

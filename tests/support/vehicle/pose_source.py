@@ -3,8 +3,8 @@
 import math
 from collections import deque
 
-from protocol.codec import Codec
 from protocol.dialect import mavlink
+from protocol.wire.codec import Codec
 
 UNKNOWN = [math.nan] * 21
 PERIODS = 5  # control periods between two poses: 100 Hz

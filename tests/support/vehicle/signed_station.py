@@ -1,7 +1,7 @@
 """A ground station that can sign, and the keys and peers of the tests."""
 
 from protocol.dialect import mavlink
-from protocol.signing import Signature, sign_frame
+from protocol.wire.signing import Signature, sign_frame
 from sitl.mavlink.signing_keys import KeyFile, open_keyring
 from tests.support.vehicle.fake_station import Bench, FakeStation
 

@@ -14,12 +14,12 @@ from darko_gcs.state.missions.mission_labels import (
     mission_command_of,
     new_item,
 )
-from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.errors import LocalProtocolError
 from protocol.frames import Geodetic
 from protocol.plans import MissionItem, load
 from protocol.units import UNKNOWN_INT32
+from protocol.wire.codec import Codec
 from tests.support.paths import DATA
 
 HOME = (43.5648, 1.4811, 3.0)

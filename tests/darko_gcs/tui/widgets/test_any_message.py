@@ -12,8 +12,8 @@ from darko_gcs.tui.widgets.flight_panel import FlightPanel
 from darko_gcs.tui.widgets.hybrid_panel import HybridPanel
 from darko_gcs.tui.widgets.message_panel import MessagePanel
 from darko_gcs.tui.widgets.truth_panel import TruthPanel
-from protocol.codec import Codec
 from protocol.dialect import mavlink
+from protocol.wire.codec import Codec
 from tests.support.gcs.home import snapshot_after
 from tests.support.gcs.messages import position
 from tests.support.links.flood import framed

@@ -4,12 +4,12 @@ import math
 
 import pytest
 
-from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.engines.client.parameter_client import MAX_CONTRADICTIONS, MAX_OPEN_PARAMETER_REQUESTS, ParameterClient
 from protocol.engines.parameter_values import decode_value, encode_value
 from protocol.engines.retransmission import Remote
 from protocol.events import ParameterConfirmed, ParameterFailed, ParameterReceived, ParametersComplete
+from protocol.wire.codec import Codec
 
 REAL32, INT32, INT8 = 9, 6, 2
 

@@ -2,7 +2,6 @@
 
 import pytest
 
-from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.engines.client.log_client import LogClient
 from protocol.engines.client.mission_client import MissionClient
@@ -12,6 +11,7 @@ from protocol.engines.parameter_values import Parameter, encode_value
 from protocol.engines.retransmission import Remote, RequestWindow, Retransmission
 from protocol.errors import LocalProtocolError
 from protocol.events import LogsListed, RemoteLog
+from protocol.wire.codec import Codec
 
 VEHICLE = (1, 1)
 REAL32 = mavlink.MAV_PARAM_TYPE_REAL32

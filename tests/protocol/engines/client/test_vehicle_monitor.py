@@ -4,10 +4,10 @@ import math
 
 import pytest
 
-from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.engines.client.vehicle_monitor import VehicleMonitor
 from protocol.events import VehicleFound, VehicleLost, VehicleReturned
+from protocol.wire.codec import Codec
 
 VEHICLE = mavlink.MAVLink_heartbeat_message(19, 12, 81, 0, 4, 3)
 

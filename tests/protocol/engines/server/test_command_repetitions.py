@@ -4,11 +4,11 @@ import math
 
 import pytest
 
-from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.engines.server.command_server import CommandServer
 from protocol.events import CommandRequested
-from protocol.message import Peer
+from protocol.wire.codec import Codec
+from protocol.wire.message import Peer
 
 ARM, REPOSITION, ACCEPTED = 400, 192, 0
 GROUND = Peer(255, 190, "ground")

@@ -6,12 +6,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.engines.server.command_server import CommandServer
 from protocol.errors import LocalProtocolError
 from protocol.events import CommandCancelRequested, CommandRefused, CommandRequested
-from protocol.message import Peer
+from protocol.wire.codec import Codec
+from protocol.wire.message import Peer
 
 ARM, TAKEOFF, REPOSITION = 400, 22, 192
 

@@ -5,7 +5,7 @@ import pytest
 from protocol.dialect import mavlink
 from protocol.engines.ftp_packet import MAX_DATA, FtpPacket
 from protocol.engines.server.ftp_server import FtpServer
-from protocol.message import Peer
+from protocol.wire.message import Peer
 from tests.support.links.ftp_tree import Tree
 
 GROUND = Peer(255, 190, "ground")

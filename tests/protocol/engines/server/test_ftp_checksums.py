@@ -6,7 +6,7 @@ from protocol.dialect import mavlink
 from protocol.engines.file_store import BytesFile
 from protocol.engines.ftp_packet import FtpPacket, crc32
 from protocol.engines.server.ftp_server import FtpServer
-from protocol.message import Peer
+from protocol.wire.message import Peer
 from tests.support.links.ftp_tree import BIG, Tree
 
 GROUND, OTHER = Peer(255, 190, "ground"), Peer(245, 190, "other")

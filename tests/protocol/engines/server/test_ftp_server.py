@@ -12,7 +12,7 @@ from protocol.dialect import mavlink
 from protocol.engines.ftp_packet import MAX_DATA, FtpPacket, crc32
 from protocol.engines.server import ftp_server
 from protocol.engines.server.ftp_server import FtpServer
-from protocol.message import Peer
+from protocol.wire.message import Peer
 from tests.support.links.ftp_tree import BIG, Tree
 
 GROUND, OTHER = Peer(255, 190, "ground"), Peer(245, 190, "other")

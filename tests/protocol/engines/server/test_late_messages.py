@@ -2,10 +2,10 @@
 
 import pytest
 
-from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.events import MissionCleared
-from protocol.message import Peer
+from protocol.wire.codec import Codec
+from protocol.wire.message import Peer
 from tests.support.links.mission_server import GROUND, feed, numbered, server
 
 CLEAR = mavlink.MAVLink_mission_clear_all_message(1, 1, 0)

@@ -9,7 +9,7 @@ from protocol.engines.server import log_server
 from protocol.engines.server.log_server import LogServer
 from protocol.engines.transfer_limits import LOG_DATA_SIZE
 from protocol.events import LogEraseRequested
-from protocol.message import Peer
+from protocol.wire.message import Peer
 from tests.support.links.log_store import Opened, Store
 
 GROUND, OTHER = Peer(255, 190, "ground"), Peer(245, 190, "other")

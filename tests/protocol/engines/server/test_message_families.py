@@ -7,7 +7,7 @@ import pytest
 from protocol.dialect import mavlink
 from protocol.engines.server.stream_server import StreamServer
 from protocol.events import CommandRequested, MessageRequested
-from protocol.message import Peer
+from protocol.wire.message import Peer
 
 ACCEPTED, REJECTED, DENIED, UNSUPPORTED = 0, 1, 2, 3
 SET, GET, REQUEST = 511, 510, 512

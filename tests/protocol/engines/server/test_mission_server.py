@@ -2,9 +2,9 @@
 
 import pytest
 
-from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.events import CurrentItemRequested, MissionCleared, MissionReceived
+from protocol.wire.codec import Codec
 from tests.support.links.link import plan
 from tests.support.links.mission_server import OLD, count, feed, item, numbered, received, server
 

@@ -4,11 +4,11 @@ import math
 
 import pytest
 
-from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.engines.server.operator_control import OperatorControl
 from protocol.events import OperatorChanged, OperatorRefused, OperatorRequested
-from protocol.message import Peer
+from protocol.wire.codec import Codec
+from protocol.wire.message import Peer
 
 ARM, REQUEST_CONTROL = mavlink.MAV_CMD_COMPONENT_ARM_DISARM, mavlink.MAV_CMD_REQUEST_OPERATOR_CONTROL
 ACCEPTED, DENIED, UNSUPPORTED, FAILED, NOT_IN_CONTROL = 0, 2, 3, 4, mavlink.MAV_RESULT_NOT_IN_CONTROL

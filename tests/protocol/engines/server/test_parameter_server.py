@@ -4,13 +4,13 @@ import math
 
 import pytest
 
-from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.engines.parameter_values import Parameter, decode_value, encode_value
 from protocol.engines.server.parameter_server import NO_EXTENDED_PARAMETERS, ParameterServer
 from protocol.errors import LocalProtocolError
 from protocol.events import ParameterChanged, ParameterRefused
-from protocol.message import Peer
+from protocol.wire.codec import Codec
+from protocol.wire.message import Peer
 
 REAL32, INT32, UINT16, UINT64, REAL64 = 9, 6, 3, 7, 10
 

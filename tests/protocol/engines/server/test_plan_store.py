@@ -4,13 +4,13 @@ import math
 
 import pytest
 
-from protocol.codec import Codec
 from protocol.dialect import mavlink
 from protocol.engines.retransmission import STALL_LIMIT
 from protocol.events import MissionReceived, MissionRefused
-from protocol.message import Peer
 from protocol.plans.mission_item import MissionItem
 from protocol.plans.validation import Refusal
+from protocol.wire.codec import Codec
+from protocol.wire.message import Peer
 from tests.support.links.link import plan
 from tests.support.links.mission_server import OLD, OTHER, count, feed, item, numbered, received, server
 

@@ -9,9 +9,9 @@ from protocol.engines.client.mission_client import MissionClient
 from protocol.engines.server.mission_server import MissionServer
 from protocol.engines.server.plan_store import plan_id
 from protocol.events import MissionCleared, MissionDownloaded, MissionFailed, MissionReceived, MissionUploaded
-from protocol.message import Peer
 from protocol.plans.mission_item import MissionItem
 from protocol.plans.validation import Refusal
+from protocol.wire.message import Peer
 from tests.support.links.link import plan
 from tests.support.vehicle.fence_shapes import POINTS, SHAPES
 

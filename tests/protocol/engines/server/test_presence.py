@@ -4,7 +4,7 @@ import pytest
 
 from protocol.dialect import mavlink
 from protocol.engines.server.presence import Presence
-from protocol.message import Peer
+from protocol.wire.message import Peer
 
 STATION, COMPANION = mavlink.MAV_TYPE_GCS, mavlink.MAV_TYPE_ONBOARD_CONTROLLER
 

@@ -9,7 +9,7 @@ from protocol.engines.server.data_stream_groups import DATA_STREAM_GROUPS
 from protocol.engines.server.stream_scheduler import STREAM_OFF
 from protocol.engines.server.stream_server import StreamServer
 from protocol.events import CommandRequested
-from protocol.message import Peer
+from protocol.wire.message import Peer
 
 ACCEPTED, DENIED, UNSUPPORTED = 0, 2, 3
 

@@ -8,8 +8,8 @@ import pytest
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law, Way
 from protocol.events import CommandRequested
-from protocol.message import Peer
 from protocol.names.modes import Mode
+from protocol.wire.message import Peer
 from sitl.autopilot.settings import Settings
 from sitl.mavlink import commands
 from sitl.vehicle.aircraft import is_forward

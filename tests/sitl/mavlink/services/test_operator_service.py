@@ -6,8 +6,8 @@ import pytest
 
 from protocol.dialect import mavlink
 from protocol.engines.server.operator_control import OperatorControl
-from protocol.message import Peer
 from protocol.names.modes import Mode
+from protocol.wire.message import Peer
 from sitl.autopilot.settings import Settings
 from tests.support.links.link import plan
 from tests.support.vehicle.fake_station import PEER, Bench

@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from protocol.codec import Codec
 from protocol.dialect import mavlink
+from protocol.wire.codec import Codec
 from sitl.sensors.instruments import EXTERNAL_POSE, FIRST_LINE
 from sitl.simulation.avionics import Navigation
 from sitl.vehicle.parameters import WorldSettings

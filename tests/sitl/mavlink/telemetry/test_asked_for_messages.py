@@ -3,7 +3,7 @@
 import pytest
 
 from protocol.dialect import mavlink
-from protocol.links import MAX_LEARNED_PEERS
+from protocol.endpoints.links import MAX_LEARNED_PEERS
 from protocol.names.modes import Mode
 from tests.support.vehicle.fake_station import PEER, Bench
 

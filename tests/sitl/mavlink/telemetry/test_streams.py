@@ -5,9 +5,9 @@ from itertools import pairwise
 
 import pytest
 
-from protocol.codec import Codec
 from protocol.dialect import mavlink
-from protocol.links import MAX_LEARNED_PEERS
+from protocol.endpoints.links import MAX_LEARNED_PEERS
+from protocol.wire.codec import Codec
 from sitl.autopilot.settings import Settings
 from sitl.mavlink.telemetry.streams import BUILDERS, STREAMS, Stream
 from sitl.mavlink.telemetry.vehicle_state import heartbeat

@@ -1,0 +1,111 @@
+"""The command line runner: one module per command, expected errors in one line, exit codes."""
+
+import argparse
+import sys
+from types import ModuleType
+
+import pytest
+
+from protocol.tools.command_line import EXIT_BROKEN_PIPE, EXIT_ERROR, EXIT_INTERRUPTED, run_cli
+
+COMMANDS = {"fly": "fly somewhere", "land": "land at once"}
+
+
+class ProgramError(Exception):
+    """Base of the expected errors of a program."""
+
+
+class LinkError(ProgramError):
+    """An expected error with an exit code of its own."""
+
+    exit_code = 3
+
+
+@pytest.fixture
+def program(monkeypatch):
+    """A program with two commands; ``program.act`` is what ``fly`` does."""
+    package = ModuleType("program")
+    package.act = lambda _arguments: 0
+    fly, land = ModuleType("program.commands.fly"), ModuleType("program.commands.land")
+
+    def parser(commands):
+        made = argparse.ArgumentParser(prog="program fly", description=commands["fly"])
+        made.add_argument("--far", action="store_true")
+        return made
+
+    def fly_run(arguments):
+        return package.act(arguments)
+
+    fly.parser, fly.run = parser, fly_run
+    land.parser, land.run = lambda _commands: argparse.ArgumentParser(), lambda _arguments: 7
+    for module in (package, ModuleType("program.commands"), fly, land):
+        monkeypatch.setitem(sys.modules, module.__name__, module)
+    return package
+
+
+def run(*arguments):
+    return run_cli("program", "program", COMMANDS, ProgramError, arguments)
+
+
+def test_the_first_command_is_run_if_none_is_named(program):
+    program.act = lambda arguments: 5 if arguments.far else 4
+    assert (run(), run("--far"), run("fly", "--far"), run("land")) == (4, 5, 5, 7)
+
+
+def test_a_command_in_a_folder_is_found_there(monkeypatch, program):
+    hover = ModuleType("program.commands.studies.hover")
+    hover.parser, hover.run = lambda _commands: argparse.ArgumentParser(), lambda _arguments: 9
+    for module in (ModuleType("program.commands.studies"), hover):
+        monkeypatch.setitem(sys.modules, module.__name__, module)
+    assert run_cli("program", "program", {"hover": ""}, ProgramError, ["hover"], {"hover": "studies"}) == 9
+
+
+def test_the_version_is_that_of_the_distribution(capsys):
+    assert run("--version") == 0
+    assert capsys.readouterr().out.startswith("program 0.")
+
+
+@pytest.mark.parametrize(("error", "code"), [(ProgramError("no wind"), EXIT_ERROR), (LinkError("no wind"), 3)])
+def test_an_expected_error_is_one_line_and_an_exit_code(program, capsys, error, code):
+    def fail(_arguments):
+        raise error
+
+    program.act = fail
+    assert run("fly") == code
+    assert capsys.readouterr().err == "program: no wind\n"
+
+
+def test_an_interrupt_is_an_exit_code(program):
+    def interrupt(_arguments):
+        raise KeyboardInterrupt
+
+    program.act = interrupt
+    assert run() == EXIT_INTERRUPTED
+
+
+def test_a_closed_reader_is_an_exit_code(program, monkeypatch, tmp_path):
+    def write(_arguments):
+        raise BrokenPipeError
+
+    program.act = write
+    with (tmp_path / "output").open("w") as output:
+        monkeypatch.setattr(sys, "stdout", output)
+        assert run() == EXIT_BROKEN_PIPE
+
+
+def test_an_unexpected_error_is_raised(program):
+    def fail(_arguments):
+        raise RuntimeError("a bug")
+
+    program.act = fail
+    with pytest.raises(RuntimeError, match="a bug"):
+        run()
+
+
+def test_the_exit_codes_are_those_that_shells_and_argparse_use():
+    assert (EXIT_ERROR, EXIT_INTERRUPTED, EXIT_BROKEN_PIPE) == (2, 128 + 2, 128 + 13)
+
+
+def test_an_unknown_command_is_answered_with_those_that_there_are(program, capsys):
+    assert run("fliy") == EXIT_ERROR
+    assert capsys.readouterr().err == "program: there is no command 'fliy'. Did you mean fly? Commands: fly, land\n"
