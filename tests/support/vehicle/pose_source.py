@@ -33,7 +33,7 @@ class PoseSource:
             bench.now += 0.002 * PERIODS
             bench.deliver()
             self._on_their_way += self.station.all("DARKO_TRUTH")
-            self.station.heard = [m for m in self.station.heard if m.get_type() != "DARKO_TRUTH"]
+            self.station.heard[:] = [m for m in self.station.heard if m.get_type() != "DARKO_TRUTH"]
             while self._on_their_way and self._on_their_way[0].time_usec <= 1e6 * (vehicle.time - self.late) + 1.0:
                 self.send(odometry(self._on_their_way.popleft(), epoch=self.epoch))
             each()
