@@ -156,7 +156,7 @@ class Settings(NamedTuple):
     unexplained_time: Annotated[
         float,
         ParameterMetadata("DRK_FD_MOM_T", (0.1, 10.0), "s", "Unexplained moment this long means a failed actuator"),
-    ] = 1.7
+    ] = 1.2
     failure_injection: Annotated[
         int, ParameterMetadata("SYS_FAILURE_EN", (0, 1), "", "Failures may be injected", ((0, "no"), (1, "yes")))
     ] = 0
