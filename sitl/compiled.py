@@ -28,6 +28,7 @@ INNER = {
 COUNTED, UNCOUNTED = {"_nrt": True}, {"_nrt": False}  # references to arrays; what makes or returns one needs them
 INLINED = {**INNER, "forceinline": True}
 LINKED = {"no_cpython_wrapper": True, "pipeline_class": PartCompiler}
+TIED = {"pipeline_class": WholeCompiler}
 
 Args = ParamSpec("Args")
 Result = TypeVar("Result")
@@ -71,7 +72,7 @@ def counted_part(function: Callable[Args, Result]) -> Callable[Args, Result]:
 
 def whole(function: Callable[Args, Result]) -> Callable[Args, Result]:
     """An uncounted entry that calls parts, and leaves them as they are compiled."""
-    return _kept(function, **UNCOUNTED, pipeline_class=WholeCompiler)
+    return _kept(function, **UNCOUNTED, **TIED)
 
 
 def _kept(function: Callable[Args, Result], **options: Any) -> Callable[Args, Result]:  # noqa: ANN401 - numba's

@@ -11,7 +11,7 @@ from sitl.control.reference import Point, hover_at
 from sitl.guidance.circles import FlyCircle, circle_about
 from sitl.guidance.legs import FlyLeg
 from sitl.guidance.limits import MAX_AIRSPEED, MIN_AIRSPEED
-from sitl.guidance.manoeuvres import FlyTo, Hold, Ramp, with_speed
+from sitl.guidance.manoeuvres import FlyTo, Hold, Ramp
 
 MIN_CLIMB = 0.5  # of a take-off [m]
 
@@ -124,22 +124,19 @@ class GuidedRequests:
         if flight.mode is Mode.MISSION and flight.mission is not None:
             flight.mission.change_speed(-1.0 if speed is None else speed)
             return Answer(ACCEPTED)
-        flies_forward = isinstance(flight.manoeuvre, FlyLeg | FlyCircle)
+        manoeuvre = flight.manoeuvre
+        forward = isinstance(manoeuvre, FlyCircle) or (isinstance(manoeuvre, FlyLeg) and not manoeuvre.upright)
         if speed is None:
-            speed = flight.settings.airspeed if flies_forward else flight.settings.hover_speed
-        if speed >= MIN_AIRSPEED:
-            return self._change_airspeed(speed)
-        if isinstance(flight.manoeuvre, FlyTo | Hold):
-            flight.manoeuvre = with_speed(flight.manoeuvre, speed)
-            return Answer(ACCEPTED)
-        doing = "in forward flight" if flies_forward else "not flying to a point"
-        return flight.refuse(REJECTED, f"Hover speed {speed:g} m/s refused: {doing}")
-
-    def _change_airspeed(self, speed: float) -> Answer:
-        manoeuvre = self._flight.manoeuvre
-        if not isinstance(manoeuvre, FlyLeg | FlyCircle):
-            return self._flight.refuse(REJECTED, f"Speed {speed:g} m/s refused: not in forward flight")
+            speed = flight.settings.airspeed if forward else flight.settings.hover_speed
+        cruise = speed >= MIN_AIRSPEED
+        if cruise and not forward:
+            return flight.refuse(REJECTED, f"Speed {speed:g} m/s refused: not in forward flight")
+        if forward and not cruise:
+            return flight.refuse(REJECTED, f"Hover speed {speed:g} m/s refused: in forward flight")
+        if not isinstance(manoeuvre, FlyTo | Hold | FlyLeg | FlyCircle):
+            return flight.refuse(REJECTED, f"Hover speed {speed:g} m/s refused: not flying to a point")
         reference = manoeuvre.reference
-        if reference.forward:
-            manoeuvre.reference = reference._replace(path=reference.path._replace(airspeed=float(speed)))
+        if forward and reference.forward:
+            reference = reference._replace(path=reference.path._replace(airspeed=float(speed)))
+        manoeuvre.reference = reference if forward else reference._replace(speed=speed)
         return Answer(ACCEPTED)

@@ -7,7 +7,7 @@ The autopilot asks the manoeuvre under way once per tick and gets a :class:`Refe
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Protocol
 
 from sitl.control.reference import Point, Reference, at
@@ -176,8 +176,3 @@ def replace_altitude(reference: Reference, z: float) -> Reference:
 def land_at(reference: Reference, rate: float) -> Ramp:
     """Descend on the spot, through the ground: contact ends it. High up the descent is faster."""
     return Ramp(replace_altitude(reference, -1.0), rate, slow_below=SLOW_DESCENT_HEIGHT, landing=True)
-
-
-def with_speed(manoeuvre: FlyTo | Hold, speed: float) -> FlyTo | Hold:
-    """The same manoeuvre under another speed limit."""
-    return replace(manoeuvre, reference=manoeuvre.reference._replace(speed=speed))

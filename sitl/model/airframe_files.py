@@ -6,9 +6,10 @@ import hashlib
 import math
 import sys
 import tomllib
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
+from functools import cache
 from importlib.resources import files
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -75,7 +76,7 @@ class ParameterSet:
     description: str
     path: str
     sha256: str  # of the file itself, so that a log can name what was flown
-    values: dict[str, SourcedValue]
+    values: Mapping[str, SourcedValue]
     parameters: Airframe
     waived: frozenset[str]  # rules that the set breaks on purpose
 
@@ -96,10 +97,17 @@ def load(name_or_path: str) -> ParameterSet:
         AirframeError: If there is no such set, or the file is not valid.
     """
     path = Path(name_or_path)
-    if path.suffix != ".toml":
-        if name_or_path not in available():
-            raise AirframeError(f"no parameter set {name_or_path!r}: there are {', '.join(available())}")
-        path = Path(str(files("sitl.model.airframes") / f"{name_or_path}.toml"))
+    return _loaded(path) if path.suffix == ".toml" else _shipped(name_or_path)
+
+
+@cache
+def _shipped(name: str) -> ParameterSet:
+    if name not in available():
+        raise AirframeError(f"no parameter set {name!r}: there are {', '.join(available())}")
+    return _loaded(Path(str(files("sitl.model.airframes") / f"{name}.toml")))
+
+
+def _loaded(path: Path) -> ParameterSet:
     raw, table = _read(path)
     header = _header(path, table)
     base = load(header.base) if header.base else None
@@ -134,7 +142,7 @@ def _read(path: Path) -> tuple[bytes, dict[str, Any]]:
         raise AirframeError(f"{path}: not a TOML file: {error}") from error
 
 
-def _required(values: dict[str, SourcedValue]) -> list[str]:
+def _required(values: Mapping[str, SourcedValue]) -> list[str]:
     """Keys of numbers that a set must have, and those that it may; without its names, those of the report's sets."""
 
     def chosen(key: str, name: str) -> bool:

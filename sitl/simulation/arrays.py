@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sitl.compiled import compile_part, compiling
+from sitl.control.estimate import Estimate
 from sitl.control.reference import Reference
 from sitl.model.airframe import Airframe
 from sitl.simulation import loop
@@ -76,6 +77,8 @@ class FlightArrays:
         self._looks = np.zeros(1, record_type(Look))
         self._jumps = np.zeros(JUMPS_PER_CALL, record_type(JumpEntry))
         self._look: Look | None = None
+        self._estimate: Estimate | None = None
+        self._air: Environment | None = None
         self._swirls = NO_SWIRLS
 
     @property
@@ -87,7 +90,7 @@ class FlightArrays:
     @flight.setter
     def flight(self, flight: Flight) -> None:
         self.flights[0] = flight
-        self._look = None
+        self._look = self._estimate = None
 
     def forget_look(self) -> None:
         """Something was changed that values are worked out of."""
@@ -100,9 +103,20 @@ class FlightArrays:
             self._look = named_from(Look, self._looks[0].item())
         return self._look
 
+    def estimate(self) -> Estimate:
+        """The state as the controller believes it to be; it is asked for many times between two flights."""
+        if self._estimate is None:
+            self._estimate = named_from(Estimate, self.flights["estimate"][0].item())
+        return self._estimate
+
+    def breathe(self, air: Environment) -> None:
+        """Air and sensors from now on."""
+        if air != self._air:
+            self.airs[0] = self._air = air
+
     def fly(self, periods: int, every: int, samples: Records) -> Stretch:
         """Fly at most ``periods``, as far as random draws and room for jumps go, with a sample each ``every``."""
-        self._look = None
+        self._look = self._estimate = None
         gusts, draws = self.draws.rows(int(self.flights["periods"][0]), gusts=bool(self.airs["gust_rms"][0] > 0.0))
         self.avionics.draw(int(self.flights["periods"][0]))
         now = min(periods, len(draws), MAX_PERIODS)

@@ -77,7 +77,7 @@ class Register:
         self.table = dict(table)
         self.gains = dict(gains or {})
         check(rows, self.table, states or {}, self.gains)
-        self.laws = {row.law: row for row in rows}
+        self.laws: dict[Any, LawRow] = {row.law: row for row in rows}
         states_type = _extended("LawStates", LawStates, states or {})
         self.slots: tuple[str, ...] = states_type._fields
         controller = _extended("Controller", Controller, {"states": states_type})
@@ -91,9 +91,9 @@ class Register:
         Raises:
             UnknownLawError: If none is registered by it.
         """
-        for law in self.laws:
-            if int(law) == number:
-                return law
+        row = self.laws.get(number)  # a law is equal to its number
+        if row is not None:
+            return row.law
         raise UnknownLawError(f"law {number} is not one of {', '.join(law.name for law in self.laws)}")
 
     def design(self, design: Design) -> Design:

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy.typing as npt
 
-from sitl.compiled import UNCOUNTED, bare, kernel, part, subroutine, whole
+from sitl.compiled import LINKED, TIED, UNCOUNTED, bare, kernel, part, whole
 from sitl.control.governor import activity
 from sitl.control.reference import Reference
 from sitl.model.airframe import Array
@@ -300,6 +300,6 @@ def fly_with(register: Register) -> Callable[..., tuple[int, int, int, int]]:
         return types.FunctionType(code, scope, code.co_name)
 
     for function in (tick, due_now, take_jump, write_sample, write_look):
-        scope[function.__name__] = subroutine(anew(function))
+        scope[function.__name__] = bare(**UNCOUNTED, **LINKED)(anew(function))
     scope["advance"] = kernel(anew(advance))
-    return bare(**UNCOUNTED)(anew(fly))  # type: ignore[no-any-return]
+    return bare(**UNCOUNTED, **TIED)(anew(fly))  # type: ignore[no-any-return]

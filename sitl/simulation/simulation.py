@@ -206,7 +206,7 @@ class Simulation:
     @property
     def estimate(self) -> Estimate:
         """The state as the controller believes it to be."""
-        return named_from(Estimate, self._arrays.flights["estimate"][0].item())
+        return self._arrays.estimate()
 
     @property
     def law(self) -> Law:
@@ -263,8 +263,8 @@ class Simulation:
         """Standard deviations of the wind estimate, per axis [m/s]."""
         if self.avionics.is_sensed:
             return self.avionics.deviation(WIND_ERROR)
-        covariance = self._arrays.controller["wind"]["covariance"]
-        return Vector(*(math.sqrt(max(float(covariance[name]), 0.0)) for name in ("xx", "yy", "zz")))
+        xx, _, _, yy, _, zz = self._arrays.flights["controller"]["wind"]["covariance"][0].item()
+        return Vector(*(math.sqrt(max(variance, 0.0)) for variance in (xx, yy, zz)))
 
     @property
     def energy(self) -> float:
@@ -359,7 +359,7 @@ class Simulation:
 
     def _fly(self, periods: int, every: int, samples: Records) -> int:
         self._arrays.flights["limits"] = 0
-        self._arrays.airs[0] = self.environment
+        self._arrays.breathe(self.environment)
         kept = 0
         while True:
             stretch = self._arrays.fly(periods, every, samples[kept:])

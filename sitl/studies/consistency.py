@@ -14,7 +14,7 @@ from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from sitl import Law, Plant, Simulation, Vector, along, hover_at, leg
 from sitl.estimation.belief import WIND_ERROR, Belief
@@ -167,7 +167,7 @@ class InnovationVerdict(NamedTuple):
 def verdict(flights: Sequence[ConsistencyFlight], part: slice = ALL_ERRORS) -> ConsistencyVerdict:
     """Judge one of the ``JUDGED`` in flights of one phase."""
     n, N = part.stop - part.start, len(flights)
-    low, high = (float(chi2.ppf(p, n * N) / N) for p in (0.025, 0.975))
+    low, high = (float(chdtri(n * N, p) / N) for p in (0.975, 0.025))
     means = np.mean([flight.nees[:, JUDGED.index(part)] for flight in flights], axis=0)
     inside = float(np.mean((means >= low) & (means <= high)))
     return ConsistencyVerdict(float(means.mean()), low, high, inside)
@@ -183,7 +183,7 @@ def judged_innovations(flights: Sequence[ConsistencyFlight]) -> list[InnovationV
         if read.any():
             count = scalars[read, line]
             means = squares[read, line] / count
-            low, high = (chi2.ppf(p, count) / count for p in (0.025, 0.975))
+            low, high = (chdtri(count, p) / count for p in (0.975, 0.025))
             inside = float(np.mean((means >= low) & (means <= high)))
             whole = float(squares[:, line].sum() / scalars[:, line].sum())
             verdicts.append(InnovationVerdict(name, whole, float(low.min()), float(high.max()), inside))

@@ -182,10 +182,10 @@ def take_snapshot(
         autopilot_type: MAV_AUTOPILOT that it reports.
     """
     vehicle, autopilot, a = aircraft.vehicle, aircraft.autopilot, aircraft.vehicle.airframe
-    state, law = vehicle.flight, vehicle.law
-    believed, actuators, command = state.estimate, state.plant.actuators, state.controller.command
+    plant, believed, command, law = vehicle.truth, vehicle.estimate, vehicle.command, vehicle.law
+    actuators = plant.actuators
     navigation, battery, wind = aircraft.navigation, aircraft.battery, vehicle.wind
-    along = inflow(state.plant.body, wind)
+    along = inflow(plant.body, wind)
     power = drawn_power(actuators, along, a)
     landed = law.regime is Regime.GROUND
     last = vehicle.jumps[-1] if vehicle.jumps else None
@@ -196,7 +196,7 @@ def take_snapshot(
         v=believed.velocity,
         q=believed.attitude,
         rates=believed.rates,
-        plant=state.plant,
+        plant=plant,
         navigation=navigation,
         readings=readings_of(vehicle.avionics, vehicle.periods),
         has_position=navigation.is_aligned and navigation.position_age <= autopilot.settings.position_timeout,
@@ -211,8 +211,8 @@ def take_snapshot(
         motor_command=(command.left_motor, command.right_motor),
         elevon=(actuators.left_elevon, actuators.right_elevon),
         elevon_command=(command.left_elevon, command.right_elevon),
-        limits=Limit(0 if landed else state.limits),
-        saturation=Saturation(state.controller.saturation),
+        limits=Limit(0 if landed else vehicle.limits),
+        saturation=Saturation(vehicle.saturation),
         law=law,
         regime=regime(vehicle),
         last_law=last.source if last else Law.LANDED,
@@ -227,7 +227,7 @@ def take_snapshot(
         v_forward_leave=vehicle.tuning.v_forward_leave,
         governor=vehicle.governor,
         power=power,
-        energy=state.energy,
+        energy=vehicle.energy,
         energy_by_law=dict(vehicle.energy_by_law),
         battery=battery,
         battery_reading=vehicle.avionics.battery_reading(battery, power, vehicle.periods),

@@ -88,7 +88,7 @@ class FakeStation:
 
     def __init__(self, bench, system=255, key=PEER):
         self.bench, self.peer, self.system = bench, key, system
-        self.codec, self.heard = Codec(system, 190), []
+        self._codec, self._heard, self._unread = Codec(system, 190), [], []
         bench.stations[key] = self
 
     @classmethod
@@ -97,6 +97,20 @@ class FakeStation:
         station = cls(Bench(folder, settle=0.0, **options))
         station.advance(0.1)
         return station
+
+    @property
+    def codec(self):
+        """Its end of the link, which has read all that came."""
+        for data in self._unread:
+            self._heard += self._codec.decode(data)
+        self._unread.clear()
+        return self._codec
+
+    @property
+    def heard(self):
+        """Every message that came, oldest first; they are decoded only where a test looks."""
+        assert self.codec
+        return self._heard
 
     @property
     def node(self):
@@ -119,11 +133,11 @@ class FakeStation:
         self.bench.deliver()
 
     def hear(self, data):
-        self.heard += self.codec.decode(data)
+        self._unread.append(data)
 
     def send(self, *messages):
         for message in messages:
-            self.send_datagram(self.codec.encode(message))
+            self.send_datagram(self._codec.encode(message))
 
     def send_datagram(self, data):
         self.bench.node.receive(data, self.peer, self.bench.now)

@@ -106,7 +106,6 @@ def test_a_pose_that_is_too_late_or_older_than_the_last_is_refused(source, truth
 
 def test_poses_come_from_one_source_until_it_is_silent(source, truth):
     before, other = taken(source.station), FakeStation(source.station.bench, 245, "other")
-    other.codec = Codec(245, 190)
     later = odometry(truth, epoch=EPOCH_US)
     other.send(later)
     assert "poses come from another source" in source.station.texts()
