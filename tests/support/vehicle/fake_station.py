@@ -106,6 +106,10 @@ class FakeStation:
         self._unread.clear()
         return self._codec
 
+    @codec.setter
+    def codec(self, codec):
+        self._codec = codec
+
     @property
     def heard(self):
         """Every message that came, oldest first; they are decoded only where a test looks."""
