@@ -4,6 +4,7 @@ import gc
 import os
 
 import pytest
+from _pytest.unraisableexception import gc_collect_iterations_key
 from hypothesis import settings
 from hypothesis.internal.conjecture import providers
 from xdist.scheduler import LoadFileScheduling
@@ -116,6 +117,8 @@ def pytest_addoption(parser):
 
 
 def pytest_configure(config):
+    # At its end it would collect garbage five times, half a second each, for warnings that pyproject.toml ignores.
+    config.stash[gc_collect_iterations_key] = 0
     if config.getoption("--processor-time"):
         config.pluginmanager.register(ProcessorTime())
 

@@ -104,9 +104,9 @@ class DayAircraft(Aircraft):
         self._note_block()
 
     def _note_block(self) -> None:
-        status = self.autopilot.flight_plan.status()
-        if status is not None and status.block_name != self._block:
-            self._block = status.block_name
+        executor = self.autopilot.flight_plan.executor
+        if executor is not None and executor.flow.present.name != self._block:
+            self._block = executor.flow.present.name
             self.happened.append(DayEvent(self.vehicle.time, "block", f"block {self._block}"))
 
     def _act(self, action: OperatorAction) -> Answer:

@@ -158,7 +158,7 @@ def test_a_part_is_read_and_written_in_its_place_and_nowhere_else(kind, path):
     check()
 
 
-@pytest.mark.parametrize(("kind", "path"), [(Flight, ""), (Reference, "path"), (Outer, "")])
+@pytest.mark.parametrize(("kind", "path"), [(Controller, ""), (Reference, "path"), (Outer, "")])
 def test_compiled_code_reads_and_writes_the_same_places(kind, path):
     get, put = access(kind, path)
 

@@ -55,8 +55,8 @@ class ArenaWatch:
             settings: With the action and its thresholds.
             landing: Whether it lands already: then only the last stage is left.
         """
-        room, what = arena.room(view.p)
-        ahead, before = min(arena.room(p) for p in way_to_stop(view))
+        rooms = [arena.room(p) for p in way_to_stop(view)]
+        (room, what), (ahead, before) = rooms[0], min(rooms)
         if ahead >= settings.net_room:
             if view.time - self._last > CALM_TIME:
                 self.near = self.lands = False

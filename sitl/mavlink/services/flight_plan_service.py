@@ -98,8 +98,10 @@ class FlightPlanService:
             self._show_leg()
 
     def _tell_events(self) -> None:
-        blocks = {block.name: block.number for block in self._plans.blocks()}
         events = self._plans.take_events()
+        if not events:
+            return
+        blocks = {block.name: block.number for block in self._plans.blocks()}
         for event in events:
             message = plan_event(event, blocks)
             if message is not None:

@@ -96,7 +96,7 @@ def test_the_pilot_is_told_the_start_the_events_and_the_findings(tmp_path):
 
 def test_the_vehicle_holds_where_the_scenario_ended(tmp_path):
     watched = Watched(tmp_path, named("hover"))
-    watched.advance(20.0)
+    watched.advance(20.0, listen=False)
     assert watched.aircraft.live.complete
     assert watched.aircraft.autopilot.mode is Mode.HOLD
     np.testing.assert_allclose(watched.aircraft.vehicle.truth.body.position, (5.0, 5.0, 105.0), atol=0.1)
@@ -123,13 +123,13 @@ def test_a_refused_command_does_not_end_the_scenario(tmp_path):
     watched.advance(1.0)
     assert watched.command(mavlink.MAV_CMD_NAV_TAKEOFF) != mavlink.MAV_RESULT_ACCEPTED
     assert watched.command(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 1.0) == mavlink.MAV_RESULT_ACCEPTED  # it is armed
-    watched.advance(9.02)
+    watched.advance(9.1, listen=False)
     assert watched.aircraft.live.complete
 
 
 def test_a_changed_gain_ends_the_scenario_and_the_wind_stays(tmp_path):
     watched = Watched(tmp_path, named("lqi-wind"))
-    watched.advance(11.0)
+    watched.advance(11.0, listen=False)
     watched.set_parameter("DRK_KPP", 1.0)
     watched.advance(0.1)
     assert watched.aircraft.live.interrupted
@@ -149,7 +149,7 @@ def test_a_parameter_of_the_autopilot_does_not_end_the_scenario(tmp_path):
     watched = Watched(tmp_path, named("hover"))
     watched.advance(1.0)
     watched.set_parameter("RTL_RETURN_ALT", 20.0)
-    watched.advance(9.02)
+    watched.advance(9.1, listen=False)
     assert watched.aircraft.live.complete
 
 

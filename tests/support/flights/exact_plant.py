@@ -56,7 +56,7 @@ def exactly(plant, wanted, a):
     """One control period, piece by piece between the times at which an actuator comes to rest."""
     now, goal = np.array(plant.actuators), np.array(wanted)
     rests = np.abs(goal - now) / (a.omega_rate, a.omega_rate, a.delta_rate, a.delta_rate)
-    cuts = [0.0, *np.unique(rests[(rests > 0.0) & (rests < PERIOD)]), PERIOD]
+    cuts = [0.0, *sorted({rest for rest in rests.tolist() if 0.0 < rest < PERIOD}), PERIOD]
     x = np.concatenate(plant.body)
     for begin, end in pairwise(cuts):
         solver = ode(rates_of_change).set_integrator("dop853", rtol=RTOL, atol=ATOL, first_step=end - begin)
@@ -73,12 +73,13 @@ def in_steps(milliseconds):
     return lambda plant, wanted, a: steps(plant, wanted, a, count)
 
 
-def flown(name, move=None):
+def flown(name, move=None, seconds=None):
     """Positions after every period of the beginning of a scenario, (n, 3), and its jumps.
 
     Args:
         name: Of the scenario.
         move: Gives the plant a control period later; by default the simulation's own.
+        seconds: How much of it; that of ``FLIGHTS`` by default.
 
     The laws, the supervisor and the estimate are the simulation's own, compiled as ever. It moves its plant as well,
     which is forgotten; but a jump may look at that plant instead, a single step away from the one put in its place.
@@ -90,10 +91,10 @@ def flown(name, move=None):
     begun, event = scenario.first_reference(), scenario.events[0]
     simulation.reference = next_reference(begun, event.target, event.airspeed)
     positions = []
-    for _ in range(round(FLIGHTS[name] / PERIOD)):
-        before = simulation.flight
+    for _ in range(round((seconds or FLIGHTS[name]) / PERIOD)):
+        before = None if move is None else simulation.flight
         simulation.advance(1)
-        if move is not None:
+        if before is not None:
             wanted = limited(before.controller.command, before.controller.is_armed, NOMINAL)
             put(simulation, before.plant, move(before.plant, wanted, NOMINAL))
         positions.append(simulation.truth.body.position)

@@ -115,12 +115,13 @@ class Hall:
     def fly(self, seconds, each=lambda: None):
         """Fly for a time, looking and sending."""
         for _ in range(round(500 * seconds / FLYING)):
+            before = len(self.station.heard)
             self.bench.node.advance(FLYING)
             for _ in range(LOOKS):
                 self.bench.now += 0.002 * FLYING / LOOKS
                 self.bench.deliver()
                 self._look(self.bench.now)
-            self.station.heard = [m for m in self.station.heard if m.get_type() != "DARKO_TRUTH"]
+            self.station.heard[before:] = [m for m in self.station.heard[before:] if m.get_type() != "DARKO_TRUTH"]
             each()
 
     def _look(self, now):

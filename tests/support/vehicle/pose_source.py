@@ -27,13 +27,15 @@ class PoseSource:
 
     def fly(self, seconds, each=lambda: None):
         """Fly for a time, measuring and sending."""
-        bench, vehicle = self.station.bench, self.station.vehicle
+        bench, vehicle, sorted_out = self.station.bench, self.station.vehicle, 0
         for _ in range(round(500 * seconds / PERIODS)):
             bench.node.advance(PERIODS)
             bench.now += 0.002 * PERIODS
             bench.deliver()
-            self._on_their_way += self.station.all("DARKO_TRUTH")
-            self.station.heard[:] = [m for m in self.station.heard if m.get_type() != "DARKO_TRUTH"]
+            fresh = self.station.heard[sorted_out:]
+            self._on_their_way += [m for m in fresh if m.get_type() == "DARKO_TRUTH"]
+            self.station.heard[sorted_out:] = [m for m in fresh if m.get_type() != "DARKO_TRUTH"]
+            sorted_out = len(self.station.heard)
             while self._on_their_way and self._on_their_way[0].time_usec <= 1e6 * (vehicle.time - self.late) + 1.0:
                 self.send(odometry(self._on_their_way.popleft(), epoch=self.epoch))
             each()

@@ -22,8 +22,8 @@ def message(distances, *, frame=GLOBAL, increment=5, increment_f=0.0, offset=0.0
     return mavlink.MAVLink_obstacle_distance_message(0, sensor, padded, increment, 20, far, increment_f, offset, frame)
 
 
-def station(folder, **settings):
-    ground = FakeStation.with_vehicle(folder, aircraft=make_aircraft(up=10.0, settings=Settings(**settings)))
+def station(folder, up=10.0, **settings):
+    ground = FakeStation.with_vehicle(folder, aircraft=make_aircraft(up=up, settings=Settings(**settings)))
     ground.beat()
     return ground
 
@@ -39,7 +39,7 @@ def seeing_the_wall(ground):
     return message(seen)
 
 
-def fly_to_the_wall(ground, seconds=30.0):
+def fly_to_the_wall(ground, seconds=15.0):
     nearest = math.inf
     for _ in range(round(seconds / 0.1)):
         ground.send(seeing_the_wall(ground))
@@ -60,7 +60,7 @@ def test_the_same_in_a_return_and_again_after_another_request(tmp_path):
     ground = station(tmp_path, collision_distance=3.0, way=1)
     ground.autopilot.relocate(ground.autopilot.world.frame, (60.0, 0.0, 0.0))
     assert ground.autopilot.guided.return_to_launch().result == 0
-    assert fly_to_the_wall(ground, 40.0) > 2.0
+    assert fly_to_the_wall(ground, 20.0) > 2.0
     assert ground.autopilot.mode is Mode.HOLD
     ground.autopilot.guided.go_to((60.0, 0.0, 10.0))
     assert fly_to_the_wall(ground, 10.0) > 1.5
@@ -68,8 +68,8 @@ def test_the_same_in_a_return_and_again_after_another_request(tmp_path):
 
 
 def test_forward_flight_is_stopped_by_its_stopping_distance(tmp_path):
-    ground = station(tmp_path, collision_distance=3.0, way=2)
-    far = 150.0
+    ground = station(tmp_path, up=60.0, collision_distance=3.0, way=2)
+    far = 120.0
 
     def scan():
         p = ground.vehicle.truth.body.position
@@ -84,7 +84,7 @@ def test_forward_flight_is_stopped_by_its_stopping_distance(tmp_path):
         forward |= ground.autopilot.view.forward
         if forward and ground.autopilot.mode is Mode.HOLD and "to be kept" in ground.texts():
             break
-    for _ in range(150):
+    for _ in range(120):
         ground.send(scan())
         ground.advance(0.1)
         nearest = min(nearest, far - ground.vehicle.truth.body.position.x)
@@ -95,7 +95,7 @@ def test_forward_flight_is_stopped_by_its_stopping_distance(tmp_path):
 def test_without_the_parameter_scans_are_ignored(tmp_path):
     ground = station(tmp_path)
     ground.autopilot.guided.go_to((25.0, 0.0, 10.0))
-    fly_to_the_wall(ground, 25.0)
+    fly_to_the_wall(ground)
     assert ground.vehicle.truth.body.position.x > WALL
 
 

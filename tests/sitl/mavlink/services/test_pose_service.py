@@ -57,7 +57,7 @@ def test_it_boots_takes_off_and_hovers_on_poses_alone_that_come_20_ms_late(stati
     source.fly(3.0)
     assert station.command(ARM, 1) == mavlink.MAV_RESULT_ACCEPTED
     assert station.command(TAKE_OFF) == mavlink.MAV_RESULT_ACCEPTED
-    source.fly(8.0, compare)
+    source.fly(6.5, compare)
     assert math.dist(station.vehicle.truth.body.position, (0.0, 0.0, 2.5)) < 0.5
     assert max(off) < 0.05
     assert station.vehicle.avionics.filter["late"][LINE] < 10

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from sitl.design.hover_proof.region import certify
+from sitl.design.hover_proof.rise import first_rise
 from sitl.design.lqr import hover_gains
 from sitl.errors import SitlError
 from sitl.studies.hover_region import hover_region
@@ -29,6 +30,7 @@ def test_the_study_proves_and_flies_every_law(monkeypatch):
     laws = {"LQI": hover_gains(NOMINAL), "LQR": hover_gains(NOMINAL, integral=False)}
     monkeypatch.setattr(hover_region, "laws", lambda _: laws)
     monkeypatch.setattr(hover_region, "certify", partial(certify, precision=1.0))
+    monkeypatch.setattr(hover_region, "first_rise", partial(first_rise, searches=1))
     results = study(NOMINAL, 6, 1)
     assert [(result.name, result.certificate is None) for result in results] == [("LQI", True), ("LQR", False)]
     assert results[1].certificate.level < results[1].rise
