@@ -15,6 +15,7 @@ from darko_gcs.__main__ import main
 ROOT = Path(__file__).parents[2]
 CLIENTS = ROOT / "scripts" / "clients"
 BIN = Path(sys.executable).parent
+BRISK = ("--param", "MPC_TKO_SPEED=2", "--param", "MPC_LAND_SPEED=1")  # climbs and lands twice as fast as usual
 
 
 def free_ports(count):

@@ -5,7 +5,7 @@ from functools import partial
 
 import pytest
 
-from tests.e2e.support import ROOT, answered, free_ports, vehicle
+from tests.e2e.support import BRISK, ROOT, answered, free_ports, vehicle
 
 EXAMPLES = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "scripting.md").read_text("utf-8"), re.DOTALL)
 
@@ -14,9 +14,7 @@ EXAMPLES = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "scripting.md").r
 def port(tmp_path_factory):
     """Of a vehicle that flies."""
     (number,) = free_ports(1)
-    with vehicle(
-        number, tmp_path_factory.mktemp("scripting"), "--speed", "10", "--nav", "truth", "--param", "RTL_RETURN_ALT=6"
-    ):
+    with vehicle(number, tmp_path_factory.mktemp("scripting"), "--speed", "10", "--nav", "truth", *BRISK):
         yield number
 
 
