@@ -1,5 +1,6 @@
 """A real vehicle process on ports of its own, for real clients."""
 
+import json
 import re
 import socket
 import subprocess
@@ -9,9 +10,12 @@ from pathlib import Path
 
 import pytest
 
+from darko_gcs.__main__ import main
+
 ROOT = Path(__file__).parents[2]
 CLIENTS = ROOT / "scripts" / "clients"
 BIN = Path(sys.executable).parent
+BRISK = ("--param", "MPC_TKO_SPEED=2", "--param", "MPC_LAND_SPEED=1")  # climbs and lands twice as fast as usual
 
 
 def free_ports(count):
@@ -65,3 +69,10 @@ def fly(script, *arguments, timeout=150):
     command = [sys.executable, str(CLIENTS / script), *arguments]
     done = subprocess.run(command, capture_output=True, text=True, timeout=timeout)
     return done.returncode, done.stdout + done.stderr
+
+
+def answered(capsys, port, *words):
+    """What a command answers as JSON and its exit code, in this process: to start one takes longer than to answer."""
+    capsys.readouterr()
+    code = main([*words, "--port", str(port), "--json"])
+    return code, json.loads(capsys.readouterr().out.splitlines()[-1])

@@ -112,11 +112,12 @@ def test_the_square_is_flown_within_half_a_metre_and_landed(flight):
     assert max(flight["miss"].values()) < 0.5
 
 
-def test_the_log_holds_the_whole_flight(flight):
+def test_the_log_holds_the_whole_flight(flight, capsys):
     reader = read_tlog(flight["log"])
     assert not reader.damage
     assert reader.known.all()
-    info = json.loads(run("darko-gcs", "log", "info", flight["log"], "--json").stdout)
+    assert darko_gcs.main(["log", "info", flight["log"], "--json"]) == 0
+    info = json.loads(capsys.readouterr().out)
     assert sum(row["count"] for row in info["messages"]) == len(reader)
 
 

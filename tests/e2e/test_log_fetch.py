@@ -16,7 +16,7 @@ def fetch(port, *arguments):
 
 def test_a_flight_is_fetched_from_the_vehicle_and_reads_as_a_log(tmp_path):
     (port,) = free_ports(1)
-    with vehicle(port, tmp_path / "state", "--start", "0,0,5,0", "--speed", "5"):
+    with vehicle(port, tmp_path / "state", "--start", "0,0,5,0", "--speed", "5", "--nav", "truth"):
         (listed,) = fetch(port, "--list")
         assert listed["file"] is None
         (log,) = fetch(port, "--to", str(tmp_path))

@@ -3,7 +3,7 @@
 import pytest
 
 from protocol.tlog import read_tlog
-from tests.e2e.support import fly, free_ports, need, vehicle
+from tests.e2e.support import BRISK, fly, free_ports, need, vehicle
 
 
 @pytest.fixture(scope="module")
@@ -11,7 +11,7 @@ def session(tmp_path_factory):
     need("MAVProxy")
     (port,) = free_ports(1)
     folder = tmp_path_factory.mktemp("mavproxy")
-    with vehicle(port, tmp_path_factory.mktemp("state"), "--speed", "5"):
+    with vehicle(port, tmp_path_factory.mktemp("state"), "--speed", "5", *BRISK):
         code, output = fly("mavproxy_session.py", "--master", f"udpin:127.0.0.1:{port}", "--folder", str(folder))
     assert code == 0, output
     return folder

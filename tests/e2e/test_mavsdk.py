@@ -7,7 +7,7 @@ import pytest
 
 from protocol.flight_plans.plan_package import pack_plan
 from sitl.defaults import HOME
-from tests.e2e.support import fly, free_ports, need, vehicle
+from tests.e2e.support import BRISK, fly, free_ports, need, vehicle
 from tests.support.plans import plan_of
 
 BLOCKS = (
@@ -24,7 +24,7 @@ def session(tmp_path_factory):
     (port,) = free_ports(1)
     folder = tmp_path_factory.mktemp("mavsdk")
     (folder / "flight_plan.xml").write_bytes(pack_plan(PLAN))
-    with vehicle(port, folder, "--speed", "10"):
+    with vehicle(port, folder, "--speed", "10", *BRISK):
         code, output = fly("mavsdk_session.py", "--url", f"udpin://127.0.0.1:{port}")
     assert code == 0, output
     return {step: line for line, step in re.findall(r"^  (.*)\nok (\w+) at", output, re.MULTILINE)}

@@ -40,11 +40,11 @@ class Process:
 
 
 class Vehicle(Process):
-    """``darko-sitl`` at ten times real time, ready to fly."""
+    """``darko-sitl`` that navigates by the truth, ready to fly at once."""
 
     def __init__(self, port, folder, *arguments):
         super().__init__(
-            str(BIN / "darko-sitl"), "--port", "0", "--gcs-port", str(port), "--api-port", "0", "--speed", "10",
+            str(BIN / "darko-sitl"), "--port", "0", "--gcs-port", str(port), "--api-port", "0", "--nav", "truth",
             "--state-dir", str(folder), *arguments, stderr=subprocess.PIPE, text=True,
         )  # fmt: skip
         printed = []
@@ -134,9 +134,9 @@ def waypoints(path, count, apart):
 
 
 def test_a_mission_goes_on_after_either_side_is_killed(start, tmp_path):
-    plan = waypoints(tmp_path / "long.waypoints", 12, 11000)
+    plan = waypoints(tmp_path / "long.waypoints", 12, 5500)
     items = items_of(plan)
-    vehicle, first = start(Vehicle), start(Station)
+    vehicle, first = start(Vehicle, "--speed", "5"), start(Station)
     first.until(is_synchronised)
     first.ask(f"plans.upload {plan}")
     first.until(has(items))
@@ -170,7 +170,8 @@ def test_a_mission_goes_on_after_either_side_is_killed(start, tmp_path):
 def test_a_signed_upload_cut_short_on_either_side_leaves_one_whole_plan_and_the_next_succeeds(start, tmp_path):
     long = waypoints(tmp_path / "long.waypoints", 400, 10)
     plans = [items_of(SQUARE), items_of(long)]
-    vehicle, station = start(Vehicle, "--signing-key", KEY), start(Station, KEY)
+    standing = ("--signing-key", KEY, "--speed", "2")  # a transfer does not wait for simulated time
+    vehicle, station = start(Vehicle, *standing), start(Station, KEY)
     assert station.until(is_synchronised)["signing"] == "SIGNED"
     station.ask(f"plans.upload {SQUARE}")
     station.until(lambda s: "Mission of 6 items uploaded" in s["texts"])
@@ -186,7 +187,7 @@ def test_a_signed_upload_cut_short_on_either_side_leaves_one_whole_plan_and_the_
     station.until(lambda s: s["transfer"] is not None and s["transfer"][1] > 20)
     vehicle.kill()
 
-    start(Vehicle, "--signing-key", KEY)
+    start(Vehicle, *standing)
     assert station.until(lambda s: s["restarts"] == 1 and is_synchronised(s))["mission"] in plans
     assert any(text.startswith("Mission upload failed") for text in station.shown["texts"])
     station.ask(f"plans.upload {long}")

@@ -20,6 +20,7 @@ from tests.support.paths import DATA
 DEADLINE = 90.0  # for a step of the flight on a machine that has much else to do [s]
 COMPILED = 600.0  # for the vehicle's first start there [s]
 ROWS, COLUMNS = 40, 120
+PIECES = 16  # of a few kB that are read before the next look at the screen
 
 
 class Terminal:
@@ -38,11 +39,15 @@ class Terminal:
             self._read(0.1)
 
     def _read(self, wait):
-        if select.select([self.fd], [], [], wait)[0]:
+        """Take what the program has drawn; to look at the screen after every piece would cost more than to draw it."""
+        pieces = 0
+        while pieces < PIECES and select.select([self.fd], [], [], 0.0 if pieces else wait)[0]:
             try:
                 self._stream.feed(os.read(self.fd, 1 << 12))
             except OSError:  # the program has ended
                 time.sleep(wait)
+                return
+            pieces += 1
 
     def press(self, keys, words):
         """Press keys, and wait for what they bring onto the screen."""
