@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sitl.control.reference import along, hover_at, leg
-from sitl.estimation.alignment import STANDSTILL_PATIENCE, STILL_TIME, align, attitude_from
-from sitl.estimation.belief import ATTITUDE_ERROR, GYRO_BIAS_ERROR, POSITION_ERROR
+from sitl.estimation.alignment import STANDSTILL_PATIENCE, STILL_TIME, _doubt_flying, align, attitude_from
+from sitl.estimation.belief import ATTITUDE_ERROR, ERRORS, GYRO_BIAS_ERROR, POSITION_ERROR, VELOCITY_ERROR
 from sitl.estimation.filter import ALIGNING, REALIGNING, RUNNING, get_belief, get_mean_rates
 from sitl.model.quaternions import from_euler, hover, rotate_inverse
 from sitl.model.vectors import Vector
@@ -104,6 +104,17 @@ def test_while_it_is_shaken_it_waits():
     made.step(STILL_TIME + 0.4)
     assert phase(made) == RUNNING
     assert np.abs(turn_error(made)).max() < 0.2
+
+
+def test_what_was_found_in_flight_is_doubted():
+    """A satellite's velocity is known to half a metre per second; gravity felt in flight misleads the tilt."""
+    for roughly, tilt in ((True, 0.3), (False, 0.01)):
+        P = 1e-4 * np.eye(ERRORS)
+        _doubt_flying(P, roughly)
+        doubt = np.sqrt(np.diag(P))
+        assert doubt[VELOCITY_ERROR : VELOCITY_ERROR + 3] == pytest.approx(0.5)
+        assert doubt[POSITION_ERROR : POSITION_ERROR + 3] == pytest.approx(0.5)
+        assert doubt[ATTITUDE_ERROR : ATTITUDE_ERROR + 3] == pytest.approx(tilt)
 
 
 def test_a_new_start_on_the_ground_is_aligned_anew():

@@ -4,11 +4,13 @@ import numpy as np
 import pytest
 
 from sitl.estimation.arrivals import REFUSED_TIME, fuse_arrived
-from sitl.estimation.belief import ERRORS, GNSS_DRIFT_ERROR
-from sitl.estimation.filter import Step, get_belief
+from sitl.estimation.belief import ATTITUDE_ERROR, ERRORS, GNSS_DRIFT_ERROR
+from sitl.estimation.filter import Step, get_belief, put_belief
 from sitl.estimation.strapdown import no_increment
+from sitl.model.quaternions import from_euler
 from sitl.model.state import Actuators
 from sitl.model.vectors import Vector
+from sitl.sensors.draws import SLOW_PERIODS
 from sitl.sensors.instruments import (
     BAROMETER,
     EXTERNAL_POSE,
@@ -86,6 +88,37 @@ def test_readings_that_agree_among_themselves_and_are_refused_for_a_second_are_r
     assert resets == 1
     assert belief.position == pytest.approx((100.1, 20.0, 40.0), abs=0.3)
     assert belief.velocity == pytest.approx((1.0, -2.0, 3.0), abs=0.1)
+
+
+def test_they_are_not_taken_before_that_second_is_over():
+    i, f = flown()
+    resets = []
+    for k in range(13):
+        heard(i, f, GNSS, BEGIN + EVERY * k, 100.0 + 0.01 * k, 20.0, 40.0, 1.0, -2.0, 3.0)
+        resets.append(int(f["resets"]))
+    assert resets == [0] * 11 + [1] * 2  # ten a second, and the first is refused too
+
+
+def test_a_pose_that_was_right_all_along_sets_the_attitude_and_leaves_little_doubt_of_it():
+    i, f = flown(arena=True)
+    turned = from_euler(0.5, -1.0, 0.3)
+    for k in range(13):
+        heard(i, f, MOTION_CAPTURE, BEGIN + EVERY * k, 20.0 + 0.01 * k, 1.0, 2.0, *turned, 1e-6, 1e-6, 1.0)
+    assert f["resets"] == 1
+    assert abs(np.dot(get_belief(f, 0).attitude, turned)) == pytest.approx(1.0, abs=1e-3)
+    doubt = np.sqrt(np.diag(f["covariance"])[ATTITUDE_ERROR : ATTITUDE_ERROR + 3])
+    assert (doubt < 0.1).all()  # rad
+
+
+def test_a_late_reading_is_compared_with_where_the_vehicle_was():
+    i, f = flown()
+    put_belief(f, 0, get_belief(f, 0)._replace(velocity=Vector(5.0, 0.0, 0.0)))
+    line, ago = GNSS - FIRST_LINE, SLOW_PERIODS - 1
+    i["last"][line] = [-5.0 * ago * PERIOD, 0.0, 0.0, 5.0, 0.0, 0.0, *[0.0] * (READING - 6)]
+    send(line, i, BEGIN - ago, BEGIN)
+    fuse_arrived(f, i, BEGIN, BEGIN, STEP)
+    assert f["scalars"][line] > 0.0
+    assert get_belief(f, 0).position == pytest.approx((0.0, 0.0, 0.0), abs=1e-9)
 
 
 def test_readings_that_leap_or_begin_with_a_leap_of_what_was_right_just_before_are_not():
