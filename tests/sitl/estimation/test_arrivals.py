@@ -114,11 +114,10 @@ def test_a_late_reading_is_compared_with_where_the_vehicle_was():
     i, f = flown()
     put_belief(f, 0, get_belief(f, 0)._replace(velocity=Vector(5.0, 0.0, 0.0)))
     line, ago = GNSS - FIRST_LINE, SLOW_PERIODS - 1
-    i["last"][line] = [-5.0 * ago * PERIOD, 0.0, 0.0, 5.0, 0.0, 0.0, *[0.0] * (READING - 6)]
+    i["last"][line] = [0.1 - 5.0 * ago * PERIOD, 0.0, 0.0, 5.0, 0.0, 0.0, *[0.0] * (READING - 6)]
     send(line, i, BEGIN - ago, BEGIN)
     fuse_arrived(f, i, BEGIN, BEGIN, STEP)
-    assert f["scalars"][line] > 0.0
-    assert get_belief(f, 0).position == pytest.approx((0.0, 0.0, 0.0), abs=1e-9)
+    assert 0.0 < get_belief(f, 0).position.x < 0.1  # a part of the decimetre that the receiver says more
 
 
 def test_readings_that_leap_or_begin_with_a_leap_of_what_was_right_just_before_are_not():
