@@ -22,6 +22,7 @@ if PROFILE == "repeatable":
 
 # What `--quick` leaves out: what compiles anew, starts processes, flies for minutes or drives whole screens.
 SLOW = (
+    "darko_gcs/motion_capture/test_pose_bridge.py",
     "darko_gcs/station/test_flight_plan.py",
     "darko_gcs/station/test_flood.py",
     "darko_gcs/station/test_plan_transfer.py",
@@ -53,7 +54,9 @@ SLOW = (
     "sitl/design/hover_proof/test_proved.py",
     "sitl/design/hover_proof/test_region.py",
     "sitl/design/test_processors.py",
+    "sitl/enclosure/test_turbulence.py",
     "sitl/flights/",
+    "sitl/mavlink/services/test_command_service.py",
     "sitl/mavlink/services/test_obstacle_service.py",
     "sitl/mavlink/services/test_pose_service.py",
     "sitl/mavlink/test_attitude_setpoints.py",
@@ -61,6 +64,8 @@ SLOW = (
     "sitl/mavlink/test_flood.py",
     "sitl/mavlink/test_ground_control_buttons.py",
     "sitl/mavlink/test_home.py",
+    "sitl/mavlink/telemetry/test_streams.py",
+    "sitl/mavlink/test_node.py",
     "sitl/mavlink/test_offboard_setpoints.py",
     "sitl/mavlink/test_wire_page.py",
     "sitl/model/test_ground.py",
