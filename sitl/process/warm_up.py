@@ -58,7 +58,7 @@ def make_ready(aircraft: Aircraft, say: Callable[[str], None], helper: Helper | 
     if helper is not None:
         aircraft.vehicle.warm_up_parts(loop.MAIN_SHARE)
         helper.wait_for(DECISIONS_DONE)
-    aircraft.vehicle.warm_up()
+    aircraft.warm_up()
     if helper is not None:
         helper.wait_for(PREDICTION_DONE)
     _plan_leg(aircraft)

@@ -68,6 +68,7 @@ class FlightArrays:
         self.flights = np.zeros(1, record_type(self._type))
         self.controller: Any = self.flights["controller"][0]  # a view, whose fields can be assigned
         self.law = self.flights["controller"]["law"]  # likewise, (1,)
+        self.estimates = self.flights["estimate"]  # likewise
         self.references = np.zeros(1, record_type(Reference))
         self.airs = np.zeros(1, record_type(Environment))
         self.designs: Records = np.zeros(1)

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from protocol.dialect.vocabulary import Law
-from sitl.compiled import subroutine, uncounted_entry
+from sitl.compiled import part, subroutine, whole
 from sitl.model.airframe import Array
 from sitl.model.ground import CLEAR
 from sitl.model.state import Actuators
@@ -62,7 +62,7 @@ def are_clear(block: Array) -> bool:
     return bool(lowest > CLEAR)
 
 
-@subroutine
+@part
 def blow_all(block: Array, air: Array, gusts: Array, row: int) -> None:
     """The gusts of all flights."""
     for column in range(WIDTH):
@@ -78,7 +78,7 @@ def are_as_reported(a: Array) -> bool:
     return alike
 
 
-@subroutine
+@part
 def sense_all(alike: bool, block: Array, air: Array, design: Kept, a: Array, draws: Array, row: int) -> None:
     """The wind estimates of all flights; ``alike``: all airframes, the design's too, are of the report's kind."""
     if alike:
@@ -90,7 +90,7 @@ def sense_all(alike: bool, block: Array, air: Array, design: Kept, a: Array, dra
             update_wind_estimate(block, column, air, design, a, draws, row)
 
 
-@subroutine
+@part
 def tick_all(law: int, block: Array, reference: Array, design: Kept) -> None:
     """The commands of all flights."""
     if law == LINEAR:
@@ -104,7 +104,7 @@ def tick_all(law: int, block: Array, reference: Array, design: Kept) -> None:
             _tick(get_law(block, column), block, column, reference, design)
 
 
-@subroutine
+@part
 def move_all(alike: bool, block: Array, air: Array, a: Array, in_force: Array) -> None:
     """The plants of all flights."""
     if are_clear(block) and alike:
@@ -122,7 +122,7 @@ def move_all(alike: bool, block: Array, air: Array, a: Array, in_force: Array) -
         run_timers(block, column)
 
 
-@subroutine
+@part
 def watch_all(law: int, block: Array, reference: Array, design: Kept, rows: npt.NDArray[np.int64]) -> bool:
     """The jumps that are due, into ``rows`` (WIDTH,); whether there is one."""
     if law == LINEAR:
@@ -140,7 +140,7 @@ def watch_all(law: int, block: Array, reference: Array, design: Kept, rows: npt.
     return due >= 0
 
 
-@subroutine
+@part
 def take_all(
     block: Array,
     reference: Array,
@@ -164,7 +164,7 @@ def take_all(
             row = due_now(block, column, reference, design)
 
 
-@uncounted_entry
+@whole
 def fly_block(
     block: Array,
     reference: Array,
@@ -226,3 +226,6 @@ def fly_block(
         tick_all(law, block, reference, design)
         move_all(alike, block, air, a, in_force)
     return kept
+
+
+PARTS = (blow_all, sense_all, tick_all, move_all, watch_all, take_all)

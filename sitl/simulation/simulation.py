@@ -17,7 +17,7 @@ import numpy.typing as npt
 from protocol.dialect.vocabulary import Law
 from sitl.compiled import compiling
 from sitl.control.estimate import Estimate
-from sitl.control.reference import LEG, Reference, hover_at, upright
+from sitl.control.reference import Reference, hover_at, upright
 from sitl.design.forward import can_fly_forward
 from sitl.errors import SitlError
 from sitl.estimation.belief import WIND_ERROR
@@ -48,8 +48,6 @@ from sitl.timing import PERIOD
 
 GUST_LENGTH = 30.0  # [m]
 SENSORS = SensorNoise(accelerometer=0.3, velocity=0.03, pitot=0.3, has_pitot=True)
-ON_LEG = frozenset({Law.FORWARD_LINE_OF_SIGHT, Law.FORWARD_LINEAR})
-GOVERNED = frozenset({Law.HOVER_ZERO_MOMENT, Law.ALIGN})
 
 
 class Simulation:
@@ -87,6 +85,7 @@ class Simulation:
         self.jumps: list[JumpRecord] = []
         self.register = register
         self.energy_by_law = EnergyByLaw(register.laws)
+        self._told: Reference | None = None  # the reference, as it was given
         avionics = equipped(navigation, sensors or load_sensors(), self.design_model, seed)
         self._arrays = FlightArrays(register, airframe, seed, avionics)
         self.surroundings = self._arrays.surroundings  # net, obstacles and wind wall: none until it is in an arena
@@ -161,7 +160,9 @@ class Simulation:
 
     @reference.setter
     def reference(self, reference: Reference) -> None:
-        heading = math.remainder(reference.heading, math.tau)  # anybody may stream one that no sine is right for
+        if reference == self._told:
+            return
+        self._told, heading = reference, math.remainder(reference.heading, math.tau)  # any number may be streamed
         self._reference = (reference if self.can_fly_forward else upright(reference))._replace(heading=heading)
         self._arrays.references[0] = self._reference
         self._arrays.forget_look()
@@ -189,7 +190,7 @@ class Simulation:
         return Environment(self._wind, self._gust_rms, GUST_LENGTH, self._sensors, self.faults)
 
     @property
-    def design_record(self) -> npt.NDArray[Any]:
+    def design_record(self) -> Records:
         """The controller's design as the compiled loop takes it, (1,)."""
         return self._arrays.designs
 
@@ -207,6 +208,11 @@ class Simulation:
     def estimate(self) -> Estimate:
         """The state as the controller believes it to be."""
         return self._arrays.estimate()
+
+    @property
+    def estimate_record(self) -> Records:
+        """The estimate as compiled functions take it, (1,)."""
+        return self._arrays.estimates
 
     @property
     def law(self) -> Law:
@@ -236,22 +242,6 @@ class Simulation:
     def lyapunov(self) -> float:
         """V of the linear hover law about the present reference."""
         return self.look.v_hover
-
-    @property
-    def lyapunov_forward(self) -> float | None:
-        """V of the linear forward law about the leg that is flown; None where there is none."""
-        on_leg = self.law in ON_LEG and self._reference.path.kind == LEG
-        return self.look.v_forward if on_leg else None
-
-    @property
-    def lyapunov_attitude(self) -> float | None:
-        """V of the attitude law [rad2]; None while it does not fly."""
-        return self.look.v_attitude if self.law is Law.HOVER_ATTITUDE else None
-
-    @property
-    def governor(self) -> float:
-        """Share of the position loop's force that the governor takes away, 0..1; 0 under laws that have none."""
-        return self.look.governor if self.law in GOVERNED else 0.0
 
     @property
     def wind_estimate(self) -> Vector:
@@ -294,8 +284,8 @@ class Simulation:
     @property
     def crash(self) -> Crash | None:
         """The contact with the ground that broke it; None while it is whole."""
-        crash = named_from(Crash, self._arrays.flights["crash"][0].item())
-        return crash if crash.speed > 0.0 else None
+        crash = self._arrays.flights["crash"][0]
+        return named_from(Crash, crash.item()) if crash["speed"] > 0.0 else None
 
     @property
     def wind(self) -> Vector:

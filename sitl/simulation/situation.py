@@ -1,4 +1,4 @@
-"""What the autopilot asks about a flight, worked out of what the laws see."""
+"""What autopilot and telemetry ask about a flight, worked out of what the laws see."""
 
 from __future__ import annotations
 
@@ -6,14 +6,18 @@ import inspect
 import math
 
 from protocol.dialect.vocabulary import Law, Regime
+from sitl.compiled import entry
 from sitl.control import reference
 from sitl.control.forward_flight import forward_guidance
+from sitl.control.forward_flight.forward_guidance import GuidanceGains
 from sitl.control.indi_guidance import stopping_speed
 from sitl.control.reference import LEG
 from sitl.simulation.simulation import Simulation
 from sitl.supervisor import guards
 from sitl.supervisor.guards import Guard
 
+ON_LEG = frozenset({Law.FORWARD_LINE_OF_SIGHT, Law.FORWARD_LINEAR})
+GOVERNED = frozenset({Law.HOVER_ZERO_MOMENT, Law.ALIGN})
 REGIMES_ON_PATH = frozenset({Regime.FRONT_TRANSITION, Regime.FORWARD, Regime.BACK_TRANSITION})
 
 
@@ -49,13 +53,34 @@ def hovers_again(simulation: Simulation) -> bool:
     return simulation.law is Law.TO_HOVER and guards.standing.test(e) and simulation.lyapunov < enough
 
 
+@entry
+def _braking(speed: float, along: float, across: float, gains: GuidanceGains) -> float:
+    return forward_guidance.stopping_distance(speed, along, across, gains)
+
+
 def stopping_distance(simulation: Simulation) -> float:
     """Distance over the ground that braking from the present velocity takes [m]."""
     e = simulation.estimate
     speed = math.hypot(e.velocity.x, e.velocity.y)
     ux, uy = (e.velocity.x / speed, e.velocity.y / speed) if speed > 0.1 else (1.0, 0.0)
     along, across = e.wind.x * ux + e.wind.y * uy, e.wind.x * uy - e.wind.y * ux
-    return forward_guidance.stopping_distance(speed, along, across, simulation.design.gains.line_of_sight.guidance)
+    return _braking(speed, along, across, simulation.design.gains.line_of_sight.guidance)
+
+
+def lyapunov_forward(simulation: Simulation) -> float | None:
+    """V of the linear forward law about the leg that is flown; None where there is none."""
+    on_leg = simulation.law in ON_LEG and simulation.reference.path.kind == LEG
+    return simulation.look.v_forward if on_leg else None
+
+
+def lyapunov_attitude(simulation: Simulation) -> float | None:
+    """V of the attitude law [rad2]; None while it does not fly."""
+    return simulation.look.v_attitude if simulation.law is Law.HOVER_ATTITUDE else None
+
+
+def governor(simulation: Simulation) -> float:
+    """Share of the position loop's force that the governor takes away, 0..1; 0 under laws that have none."""
+    return simulation.look.governor if simulation.law in GOVERNED else 0.0
 
 
 def holds(simulation: Simulation, *asked: Guard) -> bool:

@@ -35,6 +35,7 @@ COMPILED_FILES = (
     "studies/hover_region/*.py",
     "reproduction/equations/*.py",
     "system_identification/replay.py",
+    "vehicle/actuator_watch.py",
     "../protocol/dialect/darko.xml",
 )
 

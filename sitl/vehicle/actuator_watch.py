@@ -6,8 +6,12 @@ pitching moment is the wing's as much as the elevons'. A vehicle that flies on t
 
 from __future__ import annotations
 
-from typing import NamedTuple
+import math
+from typing import Any, NamedTuple
 
+import numpy.typing as npt
+
+from sitl.compiled import uncounted_entry
 from sitl.control.estimate import Estimate
 from sitl.control.moment_observer import momentum
 from sitl.model.aerodynamics import wrench
@@ -15,10 +19,14 @@ from sitl.model.airframe import Airframe
 from sitl.model.quaternions import rotate_inverse
 from sitl.model.state import Actuators
 from sitl.model.vectors import Vector, add, add_scaled, cross, scaled, subtract
+from sitl.storage import access, record_of
 
 BANDWIDTH = 5.0  # of the observer [rad/s]
 YAW_SHARE = 0.9  # of a motor's thrust: with it a slow elevon, which can be flown, is told from one that fails
 MAX_WATCH_STEP = 0.1  # a longer time between two looks was not watched [s]
+AT_REST = Vector(0.0, 0.0, 0.0)
+
+Records = npt.NDArray[Any]
 
 
 class UnexplainedMoment(NamedTuple):
@@ -26,6 +34,39 @@ class UnexplainedMoment(NamedTuple):
 
     roll: float = 0.0  # of elevons deflected fully against each other, in the slipstream
     yaw: float = 0.0  # of 90 % of one motor's thrust
+
+
+UNWATCHED = UnexplainedMoment()
+
+
+class _Observer(NamedTuple):
+    """State of the observer."""
+
+    seen_at: float = -math.inf  # time of the last look [s]; minus infinity: none
+    momentum: Vector = AT_REST  # that the moments explain, body frame [N m s]
+    moment: Vector = AT_REST  # of the model at the last look, body frame [N m]
+
+
+_get_estimate, _get_airframe = access(Estimate).get, access(Airframe).get
+_get_observer, _put_observer = access(_Observer)
+
+
+@uncounted_entry
+def _look(estimates: Records, airframes: Records, observers: Records, time: float) -> tuple[float, float]:
+    """Move the observer on to a time [s]; gives the rolling and yawing moment that are unexplained [N m]."""
+    estimate, a = _get_estimate(estimates[0], 0), _get_airframe(airframes[0], 0)
+    before, H = _get_observer(observers[0], 0), momentum(estimate.rates, a)
+    through = rotate_inverse(estimate.attitude, subtract(estimate.velocity, estimate.wind))
+    _, moment = wrench(through, estimate.rates, estimate.actuators, a)
+    step = time - before.seen_at
+    if step > MAX_WATCH_STEP:
+        _put_observer(observers[0], 0, _Observer(time, H, moment))
+        return 0.0, 0.0
+    unexplained = scaled(subtract(H, before.momentum), BANDWIDTH)
+    mean = scaled(add(before.moment, moment), 0.5)
+    pull = add(subtract(mean, cross(estimate.rates, H)), unexplained)
+    _put_observer(observers[0], 0, _Observer(time, add_scaled(before.momentum, pull, step), moment))
+    return abs(unexplained.x), abs(unexplained.z)
 
 
 class ActuatorWatch:
@@ -36,46 +77,31 @@ class ActuatorWatch:
     """
 
     def __init__(self, airframe: Airframe) -> None:
-        self._airframe = airframe
         self._full = _hover_authority(airframe)
-        self._seen_at: float | None = None
-        self._state = self._moment = Vector(0.0, 0.0, 0.0)  # momentum that the moments explain [N m s]; moment [N m]
+        self._airframes, self._observers = record_of(Airframe, airframe), record_of(_Observer, _Observer())
 
-    def look(self, estimate: Estimate, time: float) -> UnexplainedMoment:
+    def look(self, estimates: Records, time: float) -> UnexplainedMoment:
         """What is unexplained now.
 
         Args:
-            estimate: Of the vehicle in the air.
+            estimates: Record of the :class:`Estimate` of a vehicle in the air, (1,).
             time: Now [s].
         """
-        a, H = self._airframe, momentum(estimate.rates, self._airframe)
-        through = rotate_inverse(estimate.attitude, subtract(estimate.velocity, estimate.wind))
-        _, moment = wrench(through, estimate.rates, estimate.actuators, a)
-        step = MAX_WATCH_STEP + 1.0 if self._seen_at is None else time - self._seen_at
-        self._seen_at, before, self._moment = time, self._moment, moment
-        if step > MAX_WATCH_STEP:
-            self._state = H
-            return UnexplainedMoment()
-        unexplained = scaled(subtract(H, self._state), BANDWIDTH)
-        mean = scaled(add(before, moment), 0.5)
-        pull = add(subtract(mean, cross(estimate.rates, H)), unexplained)
-        self._state = add_scaled(self._state, pull, step)
-        return UnexplainedMoment(abs(unexplained.x) / self._full.roll, abs(unexplained.z) / self._full.yaw)
+        roll, yaw = _look(estimates, self._airframes, self._observers, time)
+        return UnexplainedMoment(roll / self._full.roll, yaw / self._full.yaw)
 
     def stand(self) -> UnexplainedMoment:
         """Nothing is watched on the ground."""
-        self._seen_at = None
-        return UnexplainedMoment()
+        self._observers[0] = _Observer()
+        return UNWATCHED
 
 
 def _hover_authority(a: Airframe) -> UnexplainedMoment:
     """Rolling moment of full elevons and yawing moment of 90 % of a motor's thrust in a still hover [N m]."""
-    still = Vector(0.0, 0.0, 0.0)
-
     low, high = 0.0, float(a.omega_max)
     while low < (hovering := 0.5 * (low + high)) < high:
-        force, _ = wrench(still, still, Actuators(hovering, hovering, 0.0, 0.0), a)
+        force, _ = wrench(AT_REST, AT_REST, Actuators(hovering, hovering, 0.0, 0.0), a)
         low, high = (low, hovering) if force.x > a.m * a.g else (hovering, high)
-    _, rolled = wrench(still, still, Actuators(hovering, hovering, a.delta_max, -a.delta_max), a)
-    _, yawed = wrench(still, still, Actuators(hovering, 0.0, 0.0, 0.0), a)
+    _, rolled = wrench(AT_REST, AT_REST, Actuators(hovering, hovering, a.delta_max, -a.delta_max), a)
+    _, yawed = wrench(AT_REST, AT_REST, Actuators(hovering, 0.0, 0.0, 0.0), a)
     return UnexplainedMoment(abs(rolled.x), YAW_SHARE * abs(yawed.z))

@@ -106,6 +106,13 @@ class Aircraft:
             self.vehicle.advance(flown)
             periods -= flown
 
+    def warm_up(self) -> None:
+        """Compile what flies and what decides, or read it from disk; nothing moves."""
+        self.vehicle.warm_up()
+        self._actuator_watch.look(self.vehicle.estimate_record, self.vehicle.time)
+        self._actuator_watch.stand()
+        stopping_distance(self.vehicle)
+
     def new_jumps(self) -> list[JumpRecord]:
         """Jumps since the last call."""
         fresh = self.vehicle.jumps[self._reported :]
@@ -181,7 +188,7 @@ class Aircraft:
 
     def _watch_actuators(self) -> None:
         on_ground, watch = self.vehicle.law.regime is Regime.GROUND, self._actuator_watch
-        self._unexplained = watch.stand() if on_ground else watch.look(self.vehicle.estimate, self.vehicle.time)
+        self._unexplained = watch.stand() if on_ground else watch.look(self.vehicle.estimate_record, self.vehicle.time)
 
     def _begin_hovering(self) -> None:
         self.vehicle.begin_flight(Law.HOVER_LINEAR)

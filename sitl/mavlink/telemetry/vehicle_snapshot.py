@@ -28,7 +28,7 @@ from sitl.sensors.instruments import Inertial
 from sitl.simulation.navigation_status import NavigationStatus
 from sitl.simulation.readings import LatestReadings, readings_of
 from sitl.simulation.simulation import Simulation
-from sitl.simulation.situation import cross_track, regime
+from sitl.simulation.situation import cross_track, governor, lyapunov_attitude, lyapunov_forward, regime
 from sitl.storage import named_from
 from sitl.vehicle.aircraft import Aircraft
 
@@ -219,13 +219,13 @@ def take_snapshot(
         last_reason=last.reason if last else Reason.NONE,
         jumps=len(vehicle.jumps),
         lyapunov=None if landed else vehicle.lyapunov,
-        lyapunov_forward=vehicle.lyapunov_forward,
-        lyapunov_attitude=vehicle.lyapunov_attitude,
+        lyapunov_forward=lyapunov_forward(vehicle),
+        lyapunov_attitude=lyapunov_attitude(vehicle),
         v_enter=vehicle.design.thresholds.v_enter,
         v_leave=vehicle.design.thresholds.v_leave,
         v_forward_enter=vehicle.tuning.v_forward_enter,
         v_forward_leave=vehicle.tuning.v_forward_leave,
-        governor=vehicle.governor,
+        governor=governor(vehicle),
         power=power,
         energy=vehicle.energy,
         energy_by_law=dict(vehicle.energy_by_law),

@@ -15,12 +15,17 @@ from sitl.simulation import loop
 ROOT = Path(__file__).parent.parent.parent.parent
 SAY = f"import os, time; os.write(1, {DECISIONS_DONE!r}); "
 SHARE = """
+import gc
+from numba.core.dispatcher import Dispatcher
+from protocol.dialect.vocabulary import Way
+from sitl.autopilot.settings import Settings
 from sitl.model.airframe_files import load
 from sitl.prediction.forward_leg import fly_wing
 from sitl.prediction.hover_leg import fly_hover
 from sitl.process.warm_up import compile_share
 from sitl.simulation import loop
 from sitl.simulation.simulation import Simulation
+from tests.support.flights.recorded_flight import Flight
 said = []
 compile_share(said.append)
 vehicle = Simulation(load("published").parameters)
@@ -32,11 +37,20 @@ for part in (*loop.MAIN_SHARE, *loop.SENSES, *loop.DECISIONS):
     (types,) = part.signatures
     for name, type_ in zip(part.py_func.__code__.co_varnames, types):
         assert kept.get(name, type_) == type_, (part, name)
+def used():
+    return {one.py_func.__qualname__ for one in gc.get_objects() if isinstance(one, Dispatcher) and one.signatures}
+flight = Flight(settings=Settings(way=Way.FORWARD))
+flight.aircraft.warm_up()
+before = used()
+flight.autopilot.guided.go_to((120.0, 0.0, 25.0))
+flight.aircraft.advance(5000)
+assert "TO_FORWARD" in [jump.target.name for jump in flight.vehicle.jumps]
+assert used() == before, used() - before
 print(*(text.decode() for text in said), len(fly_hover.signatures), len(fly_wing.signatures))
 """
 
 
-def test_a_helper_compiles_what_the_vehicle_asks_for():
+def test_a_helper_compiles_what_the_vehicle_asks_for_and_a_flight_compiles_nothing_more():
     done = subprocess.run([sys.executable, "-c", SHARE], cwd=ROOT, capture_output=True, text=True, timeout=500)
     assert done.stdout.split() == ["d", "p", "1", "1"], done.stderr
 
@@ -121,7 +135,8 @@ def test_a_helper_is_used_only_where_it_helps(monkeypatch, kept, writable, compi
     monkeypatch.setattr(warm_up, "can_keep", lambda: writable)
     monkeypatch.setattr(warm_up, "mark_complete", lambda: None)
     monkeypatch.setattr(warm_up, "Helper", lambda: fake)
-    aircraft = SimpleNamespace(vehicle=FakeVehicle(), autopilot=SimpleNamespace(chooser=None))
+    vehicle = FakeVehicle()
+    aircraft = SimpleNamespace(vehicle=vehicle, warm_up=vehicle.warm_up, autopilot=SimpleNamespace(chooser=None))
     with first_start() as helper:
         make_ready(aircraft, texts.append, helper)
     assert (aircraft.vehicle.done, fake.waited, len(texts)) == (compiled, waited, said)

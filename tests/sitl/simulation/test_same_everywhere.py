@@ -6,8 +6,9 @@ import pytest
 
 from protocol.dialect.vocabulary import Law, Way
 from sitl.autopilot.settings import Settings
+from sitl.simulation import loop
 from tests.support.digests.processors import OLD, printed
-from tests.support.digests.reference_digest import SMALL, WAYS, digest
+from tests.support.digests.reference_digest import ORIGIN, SMALL, WAYS, digest
 from tests.support.flights.recorded_flight import HIGH, Flight
 from tests.support.flights.tunings import EVERY_LAW
 from tests.support.vehicle.mission_items import waypoint
@@ -41,8 +42,9 @@ def test_how_it_is_flown_changes_no_bit(way, alone):
 
 
 def test_every_processor_flies_the_same_flights(alone):
+    parts = {ORIGIN: str(loop.tick.targetctx.codegen().magic_tuple())}
     with ThreadPoolExecutor(2) as two:
-        found = [two.submit(printed, PROGRAM, ("alone", "batch"), choice) for choice in PROCESSORS]
+        found = [two.submit(printed, PROGRAM, ("alone", "batch"), choice | parts) for choice in PROCESSORS]
     here = digest(alone)
     for choice, flown in zip(PROCESSORS, found, strict=True):
         assert flown.result() == [here, here], choice

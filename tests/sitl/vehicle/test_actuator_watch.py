@@ -10,7 +10,7 @@ from tests.support.flights.recorded_flight import NOMINAL, Flight
 
 def unexplained(flight, seconds):
     watch, seen = ActuatorWatch(NOMINAL), []
-    flight.fly(seconds, lambda: seen.append(watch.look(flight.vehicle.estimate, flight.vehicle.time)))
+    flight.fly(seconds, lambda: seen.append(watch.look(flight.vehicle.estimate_record, flight.vehicle.time)))
     return [max(moment) for moment in seen]
 
 

@@ -13,6 +13,7 @@ from sitl.model.quaternions import from_euler, hover
 from sitl.model.state import Body
 from sitl.model.vectors import Vector
 from sitl.simulation.simulation import Simulation
+from sitl.simulation.situation import governor
 from sitl.simulation.start import Start
 from sitl.simulation.tuning import CONTROLLERS, Tuning
 from tests.support.flights.tunings import EVERY_LAW
@@ -132,7 +133,7 @@ def digest(simulation):
     ):
         found.update(np.ascontiguousarray(getattr(rows, name)).tobytes())
     found.update(repr([(*jump[:5], jump.lyapunov.hex()) for jump in simulation.jumps]).encode())
-    found.update(repr((simulation.lyapunov, simulation.governor, simulation.look)).encode())
+    found.update(repr((simulation.lyapunov, governor(simulation), simulation.look)).encode())
     return found.hexdigest()
 
 
