@@ -24,7 +24,7 @@ from sitl.storage import access, record_of
 BANDWIDTH = 5.0  # of the observer [rad/s]
 YAW_SHARE = 0.9  # of a motor's thrust: with it a slow elevon, which can be flown, is told from one that fails
 MAX_WATCH_STEP = 0.1  # a longer time between two looks was not watched [s]
-AT_REST = Vector(0.0, 0.0, 0.0)
+_STILL = Vector(0.0, 0.0, 0.0)
 
 Records = npt.NDArray[Any]
 
@@ -43,8 +43,8 @@ class _Observer(NamedTuple):
     """State of the observer."""
 
     seen_at: float = -math.inf  # time of the last look [s]; minus infinity: none
-    momentum: Vector = AT_REST  # that the moments explain, body frame [N m s]
-    moment: Vector = AT_REST  # of the model at the last look, body frame [N m]
+    momentum: Vector = _STILL  # that the moments explain, body frame [N m s]
+    moment: Vector = _STILL  # of the model at the last look, body frame [N m]
 
 
 _get_estimate, _get_airframe = access(Estimate).get, access(Airframe).get
@@ -100,8 +100,8 @@ def _hover_authority(a: Airframe) -> UnexplainedMoment:
     """Rolling moment of full elevons and yawing moment of 90 % of a motor's thrust in a still hover [N m]."""
     low, high = 0.0, float(a.omega_max)
     while low < (hovering := 0.5 * (low + high)) < high:
-        force, _ = wrench(AT_REST, AT_REST, Actuators(hovering, hovering, 0.0, 0.0), a)
+        force, _ = wrench(_STILL, _STILL, Actuators(hovering, hovering, 0.0, 0.0), a)
         low, high = (low, hovering) if force.x > a.m * a.g else (hovering, high)
-    _, rolled = wrench(AT_REST, AT_REST, Actuators(hovering, hovering, a.delta_max, -a.delta_max), a)
-    _, yawed = wrench(AT_REST, AT_REST, Actuators(hovering, 0.0, 0.0, 0.0), a)
+    _, rolled = wrench(_STILL, _STILL, Actuators(hovering, hovering, a.delta_max, -a.delta_max), a)
+    _, yawed = wrench(_STILL, _STILL, Actuators(hovering, 0.0, 0.0, 0.0), a)
     return UnexplainedMoment(abs(rolled.x), YAW_SHARE * abs(yawed.z))
