@@ -57,14 +57,25 @@ def invert(
     # Thrust below idle is not available; a glide that asks for it is not reported as saturation.
     saturation |= THRUST if 2.0 * mean < total - ROUNDING else 0
     left, right = speed_for(mean + 0.5 * kept, inflow, a), speed_for(mean - 0.5 * kept, inflow, a)
-    g1, g2 = max(stream.left_elevon, MIN_EFFECT), max(stream.right_elevon, MIN_EFFECT)
-    d1, d2, missing = _elevons(lift, twist, g1, g2, a.delta_max)
+    d1, d2, missing = _elevons(lift, twist, stream.left_elevon, stream.right_elevon, a.delta_max)
     return Actuators(left, right, d1, d2), saturation | missing
 
 
 @kernel
-def _elevons(lift: float, twist: float, g1: float, g2: float, limit: float) -> tuple[float, float, int]:
-    """Deflections of E1 + E2 = lift and E1 - E2 = twist; pitch first, with a share kept for roll."""
+def _elevons(lift: float, twist: float, left: float, right: float, limit: float) -> tuple[float, float, int]:
+    """Deflections of E1 + E2 = lift and E1 - E2 = twist; pitch first, with a share kept for roll.
+
+    Args:
+        lift: E1 + E2 [N].
+        twist: E1 - E2 [N].
+        left: Slope of the left elevon's force [N/rad].
+        right: Of the right one's [N/rad].
+        limit: Of a deflection [rad].
+
+    Returns:
+        Both deflections, and the bits of what they do not give.
+    """
+    g1, g2 = max(left, MIN_EFFECT), max(right, MIN_EFFECT)
     pitch, roll = lift / (g1 + g2), twist / (g1 + g2)
     share = ROLL_SHARE * limit
     roll_room = max(limit - abs(pitch), share)
@@ -75,6 +86,7 @@ def _elevons(lift: float, twist: float, g1: float, g2: float, limit: float) -> t
     half = 0.5 * (g1 + g2)
     d1 = clipped((kept_pitch + kept_roll) * half / g1, -limit, limit)
     d2 = clipped((kept_pitch - kept_roll) * half / g2, -limit, limit)
-    saturation = PITCH if abs(kept_pitch - pitch) > ROUNDING else 0
-    saturation |= ROLL if abs(kept_roll - roll) > ROUNDING else 0
+    E1, E2 = left * d1, right * d2
+    saturation = PITCH if abs(E1 + E2 - lift) > ROUNDING else 0
+    saturation |= ROLL if abs(E1 - E2 - twist) > ROUNDING else 0
     return d1, d2, saturation
