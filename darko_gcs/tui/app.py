@@ -253,24 +253,25 @@ class GroundStationApp(App[int]):
 
     def show_mission(self) -> None:
         """Open the mission screen, once."""
-        if not isinstance(self.screen, MissionScreen):
-            self.push_screen(MissionScreen(self.feed.station, lambda: self.feed.now, self.draft, self.named))
+        self._open(MissionScreen(self.feed.station, lambda: self.feed.now, self.draft, self.named))
 
     def show_flight_plan(self) -> None:
         """Open the flight plan screen, once."""
-        if not isinstance(self.screen, FlightPlanScreen):
-            self.push_screen(FlightPlanScreen(self.feed.station, lambda: self.feed.now, self.named))
+        self._open(FlightPlanScreen(self.feed.station, lambda: self.feed.now, self.named))
 
     def show_parameters(self) -> None:
         """Open the parameter screen, once."""
-        if not isinstance(self.screen, ParametersScreen):
-            screen = ParametersScreen(self.feed.station, lambda: self.feed.now, self.kept.preferences, self.named)
-            self.push_screen(screen)
+        self._open(ParametersScreen(self.feed.station, lambda: self.feed.now, self.kept.preferences, self.named))
 
     def show_messages(self) -> None:
         """Open the message log, once."""
-        if not isinstance(self.screen, MessagesScreen):
-            self.push_screen(MessagesScreen(self.time_text))
+        self._open(MessagesScreen(self.time_text))
+
+    def _open(self, screen: Screen[None]) -> None:
+        """Open a screen, once; its first key already finds the vehicle."""
+        if not isinstance(self.screen, type(screen)):
+            self.push_screen(screen)
+            self.pull()
 
     def time_text(self, when: float) -> str:
         """A time of the feed's clock [s] as text: time of day; for a recording, the playing time."""
@@ -286,10 +287,9 @@ class GroundStationApp(App[int]):
             for action in ACTIONS
             if self.check_action("act", (action.name,)) and action.key not in dict(here)
         ]
+        rules = QUESTION_RULES if self.feed.station is not None else []
         sections = [("Keys of this screen", here), ("Recording", self.extra_keys()), ("Keys", actions)]
-        if self.feed.station is not None:
-            sections.append(("Questions and ways out", QUESTION_RULES))
-        sections.append(("Colours", COLOUR_MEANINGS))
+        sections += [("Questions and ways out", rules), ("Colours", COLOUR_MEANINGS)]
         self.push_screen(HelpScreen([(title, rows) for title, rows in sections if rows]))
 
     def extra_keys(self) -> list[tuple[str, str]]:

@@ -54,6 +54,17 @@ async def test_a_snapshot_that_comes_while_the_station_ends_meets_no_screen_with
         app._running = True
 
 
+async def test_a_screen_knows_the_vehicle_from_its_first_key_on(feed):
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        for show in (app.show_mission, app.show_flight_plan, app.show_parameters, app.show_messages):
+            show()
+            assert app.screen.snapshot is feed.snapshot
+            await until(pilot, lambda: app.screen.query("KeyFooter"))
+            await pilot.press("escape")
+            await until(pilot, lambda: isinstance(app.screen, FlightScreen))
+
+
 @pytest.mark.parametrize("size", [(80, 24), (100, 30), (140, 45), (200, 60)])
 async def test_the_important_values_are_on_the_screen_at_every_size(feed, size):
     app = GroundStationApp(feed)
