@@ -6,11 +6,18 @@ import numpy as np
 import pytest
 
 from sitl.estimation import air
-from sitl.estimation.belief import ERRORS, STEADY_WIND_ERROR, TUBE_SPEED_ERROR, VELOCITY_ERROR, WIND_ERROR
+from sitl.estimation.belief import (
+    ATTITUDE_ERROR,
+    ERRORS,
+    STEADY_WIND_ERROR,
+    TUBE_SPEED_ERROR,
+    VELOCITY_ERROR,
+    WIND_ERROR,
+)
 from sitl.estimation.filter import SLOW_STEP, Step, get_belief, put_belief
 from sitl.estimation.strapdown import no_increment
 from sitl.model.aerodynamics import wrench
-from sitl.model.quaternions import from_euler
+from sitl.model.quaternions import from_euler, rotate
 from sitl.model.state import Actuators
 from sitl.model.vectors import Vector
 from sitl.sensors.instruments import get_specification
@@ -60,6 +67,15 @@ def test_the_wind_s_deviations_are_those_along_the_body_s_axes():
     assert air.body_deviations(P, from_euler(0.0, 0.0, 0.5 * math.pi)) == pytest.approx((3.0, 2.0, air.LEAST_DEVIATION))
 
 
+def test_the_wind_s_deviations_know_how_its_errors_go_together():
+    P, q = np.zeros((ERRORS, ERRORS)), from_euler(0.3, -0.7, 1.1)
+    root = np.array([[1.0, 0.5, -0.3], [0.2, 0.8, 0.4], [-0.6, 0.1, 1.2]])
+    wind = slice(WIND_ERROR, WIND_ERROR + 3)
+    P[wind, wind] = root @ root.T
+    axes = [np.array(rotate(q, Vector(*axis))) for axis in np.eye(3)]
+    assert air.body_deviations(P, q) == pytest.approx([math.sqrt(axis @ P[wind, wind] @ axis) for axis in axes])
+
+
 def test_vibration_that_a_slow_step_averages_out_shakes_no_force():
     whole = 2.0 * math.pi / SLOW_STEP  # a turn in a slow step
     assert air.shaken(Actuators(whole, whole, 0.0, 0.0), 2.0) == pytest.approx(0.0, abs=1e-12)
@@ -97,6 +113,16 @@ def test_what_the_tube_feels_is_as_wrong_as_the_airspeed_that_it_has_felt():
     air.feel_for_long(f)
     assert P[tube, tube] == pytest.approx(along)
     assert P[tube, WIND_ERROR] == P[WIND_ERROR, tube] == pytest.approx(-before[WIND_ERROR, WIND_ERROR])
+
+
+def test_what_the_tube_feels_is_wrong_with_the_attitude_where_the_air_comes_from_the_side():
+    _, f, _ = aboard(SHIPPED)
+    P = flying(f)
+    put_belief(f, 0, get_belief(f, 0)._replace(velocity=AIRSPEED))
+    before, turn = P.copy(), ATTITUDE_ERROR
+    air.feel_for_long(f)
+    by_turn = np.array([0.0, -AIRSPEED.z, AIRSPEED.y]) * np.diag(before)[turn : turn + 3]
+    assert P[TUBE_SPEED_ERROR, turn : turn + 3] == pytest.approx(by_turn)
 
 
 def test_a_gust_lasts_for_its_length_at_the_airspeed():

@@ -63,6 +63,26 @@ def test_on_the_ground_the_wing_tells_nothing_of_the_wind():
     assert f["air_doubt"] > 0.1
 
 
+def test_a_wind_that_is_known_is_doubted_by_what_the_wing_s_model_may_lack():
+    i, f = filter_with(P=1e-8)
+    f["on_ground"] = True
+    OBSERVED["wing"](f, i)
+    assert f["air_doubt"] == pytest.approx(air_readings.WING_LACKS, rel=0.1)
+
+
+@pytest.mark.parametrize(
+    ("since", "now", "forgiven"), [(0.0, 2500, True), (0.0, 2499, False), (100.0, 2600, True), (-1.0, 9000, False)]
+)
+def test_a_tube_that_is_refused_for_five_seconds_is_right_about_the_wind(since, now, forgiven):
+    _, f = filter_with()
+    line = PITOT - FIRST_LINE
+    f["refused_since"][line] = since
+    air_readings._forgive(f, now)
+    unknown = f["settings"]["wind"]["max_deviation"] if forgiven else 0.1
+    assert f["covariance"][WIND_ERROR, WIND_ERROR] == pytest.approx(unknown**2)
+    assert f["refused_since"][line] == (-1.0 if forgiven else since)
+
+
 def test_near_its_threshold_a_tube_is_heard_where_it_is_expected_to_read(looked):
     slow = CRUISE._replace(
         wind=add_scaled(CRUISE.wind, rotate(CRUISE.attitude, Vector(1.0, 0.0, 0.0)), AIRSPEED.x - 3.5),

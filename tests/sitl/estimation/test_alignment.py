@@ -8,12 +8,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sitl.control.reference import along, hover_at, leg
-from sitl.estimation.alignment import STANDSTILL_PATIENCE, STILL_TIME, _doubt_flying, align, attitude_from
+from sitl.estimation.alignment import STANDSTILL_PATIENCE, STILL_TIME, _doubt_flying, _forget_old, align, attitude_from
 from sitl.estimation.belief import ATTITUDE_ERROR, ERRORS, GYRO_BIAS_ERROR, POSITION_ERROR, VELOCITY_ERROR
 from sitl.estimation.filter import ALIGNING, REALIGNING, RUNNING, get_belief, get_mean_rates
 from sitl.model.quaternions import from_euler, hover, rotate_inverse
 from sitl.model.vectors import Vector
-from sitl.sensors.instruments import FIRST_LINE, GNSS, MAGNETOMETER, OFF, Inertial, send
+from sitl.sensors.instruments import FIRST_LINE, GNSS, LINE, MAGNETOMETER, OFF, Inertial, send
 from sitl.simulation.start import Start
 from sitl.timing import PERIOD
 from tests.support.flights.ideal_sensors import NOMINAL, SHIPPED, aboard
@@ -218,3 +218,28 @@ def test_means_are_of_the_last_second():
         rates = Vector(1.0, 0.0, 0.0) if period <= 1000 else Vector(0.0, 0.0, 0.0)
         align(f, i, Inertial(rates, Vector(NOMINAL.g, 0.0, 0.0)), period)
     assert get_mean_rates(f, 0).x == pytest.approx(math.exp(-500 * PERIOD / STILL_TIME), rel=2e-3)
+
+
+@pytest.mark.parametrize(("rate", "moved"), [(0.104, 0), (0.106, 21)])
+def test_a_tenth_of_a_radian_a_second_about_the_mean_is_no_standstill(rate, moved):
+    i, f, _ = aboard(SHIPPED)
+    f["phase"], f["aligned_periods"], f["moved"] = ALIGNING, 0, 0
+    for turn in (*20 * [0.0], rate):  # of which the mean takes a twenty-first
+        align(f, i, Inertial(Vector(turn, 0.0, 0.0), Vector(NOMINAL.g, 0.0, 0.0)), 100)
+    assert f["moved"] == moved
+
+
+@pytest.mark.parametrize(
+    ("first", "waiting", "period", "left"),
+    [(0, 2.0, 15, 2.0), (0, 2.0, 20, 1.0), (0, 3.0, 25, 2.0), (0, 3.0, 30, 1.0), (LINE - 1, 2.0, 20, 1.0)],
+)
+def test_of_what_has_arrived_the_newest_is_kept(first, waiting, period, left):
+    i, _, _ = aboard(SHIPPED)
+    line = GNSS - FIRST_LINE
+    i["waiting"][line], i["first"][line] = waiting, first
+    for k in range(3):
+        i["arrives"][line, (first + k) % LINE] = 10.0 * (k + 1)
+    i["arrives"][line, (first + 3) % LINE] = 0.0  # from long ago
+    _forget_old(i, period)
+    assert i["waiting"][line] == left
+    assert i["first"][line] == (first + waiting - left) % LINE

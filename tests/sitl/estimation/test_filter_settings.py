@@ -32,7 +32,7 @@ from tests.support.flights.ideal_sensors import NOMINAL, SHIPPED
 
 WIND = wind_gains()._replace(walk=1.7, return_time=150.0, max_deviation=2.5)
 SINGLE = {TUBE_BIAS_ERROR, TUBE_SPEED_ERROR, WING_ERROR, BAROMETER_DRIFT_ERROR, STATIC_PORT_ERROR}
-STEADY = np.array([WIND.max_deviation, WIND.max_deviation, kept.CALM_UP])
+STEADY = np.array([WIND.max_deviation, WIND.max_deviation, 0.3])
 OUTDOORS, ARENA = (filter_settings(SHIPPED, WIND, arena=arena) for arena in (False, True))
 
 

@@ -3,6 +3,7 @@
 import pytest
 
 from sitl.estimation import fusion
+from sitl.estimation.belief import ATTITUDE_ERROR
 from sitl.model.vectors import Vector
 from sitl.sensors.instruments import (
     FIRST_LINE,
@@ -21,6 +22,18 @@ def test_how_well_a_reading_agreed_is_noted():
     assert f["fused_at"][line] == PERIODS
     assert f["refused_since"][line] == -1.0
     assert f["scalars"][line] == 6.0
+
+
+@pytest.mark.parametrize("axis", range(3))
+def test_a_belief_that_turns_about_any_axis_turns_its_errors(axis, monkeypatch):
+    _, f = filter_with()
+    seen = []
+    monkeypatch.setattr(fusion, "turn_errors", lambda _P, _states, turn: seen.append(turn))
+    fusion.correct_belief(f)
+    assert seen == []
+    f["errors"][ATTITUDE_ERROR + axis] = 0.01
+    fusion.correct_belief(f)
+    assert seen == [tuple(0.01 * (k == axis) for k in range(3))]
 
 
 def test_an_instrument_that_fits_again_is_mistrusted_for_half_a_second_and_its_leap_forgotten_after_a_third():

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from sitl.estimation import navigator
-from sitl.estimation.belief import VELOCITY_ERROR
+from sitl.estimation.belief import ACCEL_BIAS_ERROR, VELOCITY_ERROR
+from sitl.estimation.filter import ALIGNING, REALIGNING, RUNNING, SLOW_PERIODS
 from sitl.model.state import Actuators
 from sitl.model.vectors import Vector
 from sitl.sensors.instruments import (
@@ -205,6 +206,40 @@ def test_gyroscope_and_accelerometer_fail_each_for_itself(failing):
         put_inertial(i, 0, Inertial(rates, force))
         navigator._judge(f, i)
     assert f["failed"].tolist() == [float(wild) for wild in failing]
+
+
+def test_the_bias_of_an_accelerometer_is_forgotten_once_where_it_fails():
+    i, f, _ = aboard(SHIPPED)
+    P = f["covariance"]
+    P[ACCEL_BIAS_ERROR, ACCEL_BIAS_ERROR] = 7.0
+    for k in range(2000):
+        if f["failed"][1] > 0.0:
+            break
+        assert P[ACCEL_BIAS_ERROR, ACCEL_BIAS_ERROR] == 7.0
+        put_inertial(i, 0, Inertial(Vector(1e-3 * (k % 3), 0.0, 0.0), Vector(0.0, 0.0, 100.0 * (k % 2))))
+        navigator._judge(f, i)
+    assert P[ACCEL_BIAS_ERROR, ACCEL_BIAS_ERROR] == navigator.MODEL_LACKS**2
+    P[ACCEL_BIAS_ERROR, ACCEL_BIAS_ERROR] = 0.5
+    navigator._judge(f, i)
+    assert P[ACCEL_BIAS_ERROR, ACCEL_BIAS_ERROR] == 0.5
+
+
+@pytest.mark.parametrize(
+    ("phase", "period", "done"),
+    [
+        (ALIGNING, 0, ["align"]),
+        (REALIGNING, 0, ["_gather", "align"]),
+        (RUNNING, 1, ["_gather"]),
+        (RUNNING, SLOW_PERIODS, ["_gather", "_slow_step"]),
+    ],
+)
+def test_what_a_period_does_is_told_by_the_phase(phase, period, done, monkeypatch):
+    i, f, steps = aboard(SHIPPED)
+    f["phase"], seen = phase, []
+    for name in ("_gather", "align", "_slow_step"):
+        monkeypatch.setattr(navigator, name, lambda *_, name=name: seen.append(name))
+    navigator.navigate(f, i, steps, period, Actuators(500.0, 500.0, 0.0, 0.0), True)
+    assert seen == done
 
 
 def test_faster_propellers_leave_the_velocity_less_sure():

@@ -7,6 +7,8 @@ from sitl.estimation import observations
 from sitl.estimation.belief import (
     ERRORS,
     MAGNETIC_BIAS_ERROR,
+    STATIC_PORT_ERROR,
+    WIND_ERROR,
     WING_ERROR,
     corrected,
 )
@@ -15,7 +17,9 @@ from sitl.model.vectors import Vector, add, scaled, subtract
 from sitl.sensors.instruments import (
     EXTERNAL_POSE,
     FIRST_LINE,
+    GNSS,
     HAS_ATTITUDE,
+    MAGNETOMETER,
     MOTION_CAPTURE,
 )
 from tests.support.flights.ideal_sensors import NOMINAL, SHIPPED
@@ -143,3 +147,32 @@ def test_a_pose_fits_with_both_its_parts_or_not_at_all(moved, turned, fits):
     line = MOTION_CAPTURE - FIRST_LINE
     assert observations.observe_pose(f, line, reading, 0.0, RATES, PERIODS) == fits
     assert (f["refused_since"][line] < 0.0) == fits
+
+
+def test_the_port_s_suction_is_that_of_the_expected_square_of_the_speed(looked):
+    calm = CRUISE._replace(velocity=CRUISE.wind)
+
+    def observe(f, i):
+        for k, variance in enumerate((4.0, 9.0, 25.0)):
+            f["covariance"][WIND_ERROR + k, WIND_ERROR + k] = variance
+        observations.observe_height(f, i, reading_of((0, 30.0)), 0.0, PERIODS)
+
+    ((H, *_),) = looked(observe, calm)
+    assert H[STATIC_PORT_ERROR] == pytest.approx(-(4.0 + 9.0) / (2.0 * NOMINAL.g))
+
+
+@pytest.mark.parametrize(
+    ("refused", "since", "stands", "after"),
+    [(True, 0.0, -1.0, 0.0), (True, -1.0, -1.0, 50.0), (False, 20.0, 50.0, 20.0), (False, 20.0, -1.0, -1.0)],
+)
+def test_a_fix_is_refused_as_a_whole_since_its_first_part_was(refused, since, stands, after):
+    _, f = filter_with()
+    line = GNSS - FIRST_LINE
+    f["refused_since"][line] = stands
+    observations._refuse_as_one(f, line, refused, since, 50)
+    assert f["refused_since"][line] == after
+
+
+def test_a_field_counts_as_three_numbers():
+    _, _, _, f = fused("field", CRUISE)
+    assert f["scalars"][MAGNETOMETER - FIRST_LINE] == 3.0
