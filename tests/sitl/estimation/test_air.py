@@ -118,11 +118,13 @@ def test_what_the_tube_feels_is_as_wrong_as_the_airspeed_that_it_has_felt():
 def test_what_the_tube_feels_is_wrong_with_the_attitude_where_the_air_comes_from_the_side():
     _, f, _ = aboard(SHIPPED)
     P = flying(f)
-    put_belief(f, 0, get_belief(f, 0)._replace(velocity=AIRSPEED))
-    before, turn = P.copy(), ATTITUDE_ERROR
+    q = from_euler(0.3, -0.4, 0.5)
+    put_belief(f, 0, get_belief(f, 0)._replace(attitude=q, velocity=rotate(q, AIRSPEED)))
+    variances, nose = np.diag(P).copy(), np.array(rotate(q, Vector(1.0, 0.0, 0.0)))
     air.feel_for_long(f)
-    by_turn = np.array([0.0, -AIRSPEED.z, AIRSPEED.y]) * np.diag(before)[turn : turn + 3]
-    assert P[TUBE_SPEED_ERROR, turn : turn + 3] == pytest.approx(by_turn)
+    turn, velocity = slice(ATTITUDE_ERROR, ATTITUDE_ERROR + 3), slice(VELOCITY_ERROR, VELOCITY_ERROR + 3)
+    assert P[TUBE_SPEED_ERROR, turn] == pytest.approx(np.array([0.0, -AIRSPEED.z, AIRSPEED.y]) * variances[turn])
+    assert P[TUBE_SPEED_ERROR, velocity] == pytest.approx(nose * variances[velocity])
 
 
 def test_a_gust_lasts_for_its_length_at_the_airspeed():
