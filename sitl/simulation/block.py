@@ -228,4 +228,5 @@ def fly_block(
     return kept
 
 
+# Each is kept for itself, as code that another processor's machine code can be made of.
 PARTS = (blow_all, sense_all, tick_all, move_all, watch_all, take_all)

@@ -160,7 +160,7 @@ class Simulation:
 
     @reference.setter
     def reference(self, reference: Reference) -> None:
-        if reference == self._told:
+        if reference == self._told:  # as at most ticks
             return
         self._told, heading = reference, math.remainder(reference.heading, math.tau)  # any number may be streamed
         self._reference = (reference if self.can_fly_forward else upright(reference))._replace(heading=heading)
