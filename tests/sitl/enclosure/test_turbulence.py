@@ -5,21 +5,30 @@ import math
 import numpy as np
 import pytest
 
+from sitl.compiled import entry
 from sitl.enclosure.turbulence import FOOT, Eddies, Scales, low_altitude, root, stirred, turbulence
 
 SPAN, SPEED, DT = 0.55, 8.0, 0.01
 SCALES = Scales(1.0, 1.5, 0.8, 6.0, 4.0, 3.0)
 
 
+@entry
+def _record(noise, eddies, scales, rows):
+    for i in range(noise.shape[0]):
+        draws = (noise[i, 0], noise[i, 1], noise[i, 2], noise[i, 3])
+        eddies = stirred(eddies, draws, scales, SPEED, SPAN, DT)
+        air = turbulence(eddies, scales, SPAN)
+        v, w = air.velocity, air.rotation
+        rows[i, 0], rows[i, 1], rows[i, 2] = v.x, v.y, v.z
+        rows[i, 3], rows[i, 4], rows[i, 5] = w.x, w.y, w.z
+
+
 @pytest.fixture(scope="module")
 def flown():
     """A record of all six components, (n, 6)."""
-    eddies, rows = Eddies(*(0.0,) * 8), []
-    for noise in np.random.default_rng(3).standard_normal((100_000, 4)).tolist():
-        eddies = stirred(eddies, noise, SCALES, SPEED, SPAN, DT)
-        air = turbulence(eddies, SCALES, SPAN)
-        rows.append((*air.velocity, *air.rotation))
-    return np.array(rows)
+    noise, rows = np.random.default_rng(3).standard_normal((100_000, 4)), np.empty((100_000, 6))
+    _record(noise, Eddies(*(0.0,) * 8), SCALES, rows)
+    return rows
 
 
 def roll_deviation():

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from sitl.compiled import entry
 from sitl.estimation.belief import (
     ACCEL_BIAS_ERROR,
     AIR_ERRORS,
@@ -177,6 +178,16 @@ def test_an_error_that_is_forgotten_is_alone_with_its_new_variance():
     assert (P[np.ix_(others, others)] == before[np.ix_(others, others)]).all()
 
 
+@entry
+def _predict(P, work, q, increment, fade, spread):
+    predict(P, work, ERRORS, q, increment, fade, spread)
+
+
+@entry
+def _correct(P, H, PH, errors, first, variance):
+    correct(P, H, PH, errors, ERRORS, first, AIR_ERRORS, 0.1, variance, NOT_GATED)
+
+
 @pytest.mark.parametrize("seed", [1, 2])
 def test_the_covariance_stays_symmetric_and_positive_over_many_random_steps(seed):
     """Precise and vague readings by turns, of all errors and of those that are only considered."""
@@ -187,12 +198,12 @@ def test_the_covariance_stays_symmetric_and_positive_over_many_random_steps(seed
     for step in range(250):
         rates, force = Vector(*random.uniform(-3.0, 3.0, 3)), Vector(*random.uniform(-20.0, 20.0, 3))
         q = small_rotation(Vector(*random.uniform(-2.0, 2.0, 3)))
-        predict(P, work, ERRORS, q, increment_of(rates, force, 0.01), fade, spread)
+        _predict(P, work, q, increment_of(rates, force, 0.01), fade, spread)
         for _ in range(5):
             errors = np.zeros(ERRORS)
             first = WIND_ERROR if random.random() < 0.3 else 0
             variance = 10.0 ** random.uniform(-8.0, 2.0)
-            correct(P, some_row(random, entries=2), PH, errors, ERRORS, first, AIR_ERRORS, 0.1, variance, NOT_GATED)
+            _correct(P, some_row(random, entries=2), PH, errors, first, variance)
         if step % 20 == 0:
             scale = np.sqrt(np.diag(P))
             correlation = P / np.outer(scale, scale)

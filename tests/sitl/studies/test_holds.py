@@ -26,7 +26,9 @@ def test_a_gusty_wind_moves_it_and_it_stays_near():
     assert flown.above < 1.0
 
 
-def test_a_seed_is_one_flight_and_a_wrong_model_another():
+def test_a_seed_is_one_flight_and_a_wrong_model_another(monkeypatch):
+    monkeypatch.setattr(holds, "LEAD_IN", 2.0)
+    monkeypatch.setattr(holds, "HOLD_TIME", 5.0)
     conditions = HoldConditions(seed=3, wind=3.0, gusts=0.5, parameters=0.0)
     flown = fly_hold(conditions)
     assert fly_hold(conditions) == flown

@@ -60,11 +60,11 @@ OFF = Jump("off", Law.LANDED, Reason.DISARM, unless=(guards.armed,))
 
 
 def register(step=ascend, **changes):
-    """Three laws, one of them not the vehicle's own."""
+    """Three laws, one of them not the vehicle's own, and of its values the cheapest: every one is compiled."""
     chosen = {
         "laws": [row for row in LAWS if row.law in {Law.LANDED, Law.HOVER_ZERO_MOMENT}]
         + [LawRow(OwnLaw.ASCEND, step, "ascend")],
-        "values": (*VALUES, ValueRow("speed_value", speed_value, "ascend")),
+        "values": (VALUES[-1], ValueRow("speed_value", speed_value, "ascend")),
         "table": {
             Law.LANDED: (),
             Law.HOVER_ZERO_MOMENT: (OFF, Jump("there", OwnLaw.ASCEND, Reason.COMMAND, when=(guards.steered,))),

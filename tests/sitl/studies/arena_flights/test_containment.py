@@ -25,7 +25,8 @@ def test_in_calm_no_request_leads_to_the_net():
     assert flown.refused > 5
 
 
-def test_a_seed_is_one_flight():
+def test_a_seed_is_one_flight(monkeypatch):
+    monkeypatch.setattr(containment, "REQUESTS", 2)
     windy = ContainmentConditions(seed=2, wall=3.0, burst=1.0, turbulence=0.05)
     first, again = (fly_containment(windy, craft=Craft(navigation=Navigation.TRUTH)) for _ in range(2))
     assert first == again
