@@ -10,8 +10,10 @@ import gc
 import inspect
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from importlib import import_module
 from typing import Any, ParamSpec, TypeVar
 
+import numba.np.linalg
 from numba import njit, typeof
 from numba.core.dispatcher import Dispatcher
 from numba.extending import register_jitable
@@ -32,6 +34,23 @@ TIED = {"pipeline_class": WholeCompiler}
 
 Args = ParamSpec("Args")
 Result = TypeVar("Result")
+
+
+def _read_array_functions() -> None:
+    """Read numba's array functions without scipy.linalg, whose import takes a sixth of a vehicle's start.
+
+    Numba asks whether it is there before the first function is compiled or read from disk. It is, and a function that
+    needed it would still find it.
+    """
+    asked = numba.np.linalg.ensure_blas
+    numba.np.linalg.ensure_blas = lambda: None
+    try:
+        import_module("numba.np.arraymath")
+    finally:
+        numba.np.linalg.ensure_blas = asked
+
+
+_read_array_functions()
 
 
 def kernel(function: Callable[Args, Result]) -> Callable[Args, Result]:

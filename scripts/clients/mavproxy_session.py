@@ -26,8 +26,10 @@ from sitl.defaults import HOME
 
 FLIGHT_TIMEOUT = 90.0  # for anything that is flown [s]
 MODES = {"MISSION": "129 4 4", "LOITER": "129 4 3", "RTL": "129 4 5"}  # base mode, main mode, sub-mode
+# Those of its own list that have something to do with this vehicle.
+MODULES = "log,signing,wp,rally,fence,ftp,param,arm,mode,rc,misc,cmdlong,battery"
 # Up, over three corners, down: command, north and east of home [m], relative altitude [m].
-ITEMS = ((22, 0, 0, 8), (16, 15, 0, 8), (16, 15, 15, 10), (16, 0, 15, 8), (21, 0, 0, 0))
+ITEMS = ((22, 0, 0, 5), (16, 10, 0, 5), (16, 10, 10, 6), (16, 0, 10, 5), (21, 0, 0, 0))
 METRE = 1.0 / 111195.08  # of latitude [deg]
 
 # A typed line, and a regular expression that the answer must match; with an empty line the text comes by itself.
@@ -40,7 +42,7 @@ DIALOGUE = (
     ("param fetch", r"Received \d+ parameters"),
     ("wp load {plan}", r"Loaded 5 waypoints in"),
     ("wp list", r"Requesting 5 waypoints(?s:.*)Saved 5 waypoints to .*way.txt"),
-    ("wp changealt 2 9", r"Got MISSION_ACK: TYPE_MISSION: ACCEPTED"),
+    ("wp changealt 2 6", r"Got MISSION_ACK: TYPE_MISSION: ACCEPTED"),
     ("fence list", r"Requesting 0 fence items"),
     ("version", ""),
     ("status AUTOPILOT_VERSION", r"flight_sw_version : \d+"),
@@ -49,7 +51,7 @@ DIALOGUE = (
     ("log list", r"No logs|Log \d+"),
     ("disarm", r"Got COMMAND_ACK: COMPONENT_ARM_DISARM: ACCEPTED"),
     ("arm throttle", r"\bARMED"),
-    ("takeoff 5", r"TAKEOFF>(?s:.*)LOITER>"),
+    ("takeoff 4", r"TAKEOFF>(?s:.*)LOITER>"),
     ("disarm", r"COMPONENT_ARM_DISARM: DENIED"),
     ("long DO_SET_MODE {MISSION}", r"MISSION>(?s:.*)waypoint 1"),
     ("", r"waypoint 2"),
@@ -67,7 +69,7 @@ class Terminal:
         program = Path(sys.executable).with_name("mavproxy.py")
         command = [
             sys.executable, "-u", str(program), "--master", master, "--state-basedir", str(folder),
-            "--logfile", str(folder / "flight.tlog"), "--mav20",
+            "--logfile", str(folder / "flight.tlog"), "--mav20", "--default-modules", MODULES,
         ]  # fmt: skip
         self.text = ""
         self._from = 0  # start of the text that has not been matched yet

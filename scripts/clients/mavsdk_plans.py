@@ -23,11 +23,11 @@ def forward_plan(lat: float, lon: float) -> list[Any]:
 
     act = MissionItem.VehicleAction
     return [
-        at(0.0, 0.0, 25.0, act.TAKEOFF),
-        at(10.0, 0.0, 25.0, act.TRANSITION_TO_FW),
-        at(160.0, 0.0, 25.0, act.NONE),
-        at(160.0, 90.0, 25.0, act.TRANSITION_TO_MC),
-        at(160.0, 100.0, 25.0, act.NONE),
+        at(0.0, 0.0, 12.0, act.TAKEOFF),
+        at(5.0, 0.0, 12.0, act.TRANSITION_TO_FW),
+        at(110.0, 0.0, 12.0, act.NONE),
+        at(110.0, 70.0, 12.0, act.TRANSITION_TO_MC),
+        at(110.0, 75.0, 12.0, act.NONE),
     ]
 
 

@@ -73,8 +73,8 @@ class Session:
         self.param.set_param_float("MIS_TAKEOFF_ALT", before + 1.0)
         _ensure(self.action.get_takeoff_altitude() == before + 1.0, "take-off altitude follows")
         self.action.set_takeoff_altitude(before)
-        self.action.set_return_to_launch_altitude(20.0)
-        _ensure(self.param.get_param_float("RTL_RETURN_ALT") == 20.0, "return altitude follows")
+        self.action.set_return_to_launch_altitude(10.0)
+        _ensure(self.param.get_param_float("RTL_RETURN_ALT") == 10.0, "return altitude follows")
         # Set-points come at 20 Hz of the client's clock and time out on the vehicle's, which may run faster.
         self.param.set_param_float("COM_OF_LOSS_T", 8.0)
         refusal = _refused(ParamError, self.param.get_param_float, "NO_SUCH_PARAM")
@@ -100,8 +100,9 @@ class Session:
         self.say(f"{len(back)} raw items and {len(got)} items up and down")
 
     def telemetry_topics(self) -> None:
-        """The less common topics, and rates for some."""
-        for topic in ("odometry", "imu", "raw_imu", "scaled_imu"):
+        """The less common topics, and rates for some, which are low again afterwards."""
+        fast = ("odometry", "imu", "raw_imu", "scaled_imu")
+        for topic in fast:
             getattr(self.telemetry, f"set_rate_{topic}")(10.0)
         wanted = {"altitude", "flight", "ground_truth", "imu", "odometry", "raw_imu", "scaled_imu"}
         self.watch.until("receiving all topics", lambda now: wanted <= now.keys(), 10.0)
@@ -109,6 +110,8 @@ class Session:
         _ensure(abs(here.latitude_deg - truth.latitude_deg) < METRE, "position and ground truth agree")
         felt = self.watch.newest["imu"].acceleration_frd
         _ensure(abs(felt.down_m_s2 + G) < 0.2, f"the accelerometer of a vehicle that stands reads {felt}")
+        for topic in fast:
+            getattr(self.telemetry, f"set_rate_{topic}")(1.0)
         self.say(", ".join(sorted(wanted)))
 
     def fence(self) -> None:
@@ -246,7 +249,7 @@ class Session:
         home = self.watch.newest["home"]
         self.action.do_orbit(
             40.0, 15.0, OrbitYawBehavior.HOLD_FRONT_TANGENT_TO_CIRCLE,
-            home.latitude_deg, home.longitude_deg, home.absolute_altitude_m + 25.0,
+            home.latitude_deg, home.longitude_deg, home.absolute_altitude_m + 12.0,
         )  # fmt: skip
         self.watch.until_is("vtol_state", VtolState.FW)
         self.watch.until("on the circle", lambda now: abs(_range(now) - 40.0) < 6.0)

@@ -11,11 +11,13 @@ from pathlib import Path
 import pytest
 
 from darko_gcs.__main__ import main
+from sitl.tools.persistence import StateFolder
 
 ROOT = Path(__file__).parents[2]
 CLIENTS = ROOT / "scripts" / "clients"
 BIN = Path(sys.executable).parent
-BRISK = ("--param", "MPC_TKO_SPEED=2", "--param", "MPC_LAND_SPEED=1")  # climbs and lands twice as fast as usual
+BRISK_RATES = {"MPC_TKO_SPEED": 2.0, "MPC_LAND_SPEED": 1.0}  # climbs and lands twice as fast as usual
+BRISK = tuple(word for name, value in BRISK_RATES.items() for word in ("--param", f"{name}={value}"))
 
 
 def free_ports(count):
@@ -55,6 +57,13 @@ def running(port, state_dir, *arguments):
         process.kill()
         process.wait()
         process.stderr.close()
+
+
+def brisk(folder):
+    """State of a vehicle that climbs and lands fast, for ``darko-gcs --sitl``; the arguments that lead to it."""
+    folder.mkdir()
+    StateFolder(folder).save_parameters(BRISK_RATES)
+    return "--state-dir", str(folder)
 
 
 def need(module):

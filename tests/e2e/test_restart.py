@@ -14,7 +14,7 @@ import pytest
 
 from protocol.plans import load
 from protocol.tlog import read_tlog
-from tests.e2e.support import BIN, free_ports
+from tests.e2e.support import BIN, BRISK, free_ports
 from tests.e2e.watch import fingerprint
 from tests.support.paths import DATA
 
@@ -134,9 +134,9 @@ def waypoints(path, count, apart):
 
 
 def test_a_mission_goes_on_after_either_side_is_killed(start, tmp_path):
-    plan = waypoints(tmp_path / "long.waypoints", 12, 5500)
+    plan = waypoints(tmp_path / "long.waypoints", 24, 2700)
     items = items_of(plan)
-    vehicle, first = start(Vehicle, "--speed", "5"), start(Station)
+    vehicle, first = start(Vehicle, "--speed", "5", *BRISK), start(Station)
     first.until(is_synchronised)
     first.ask(f"plans.upload {plan}")
     first.until(has(items))
@@ -155,7 +155,7 @@ def test_a_mission_goes_on_after_either_side_is_killed(start, tmp_path):
     second.until(lambda s: s["current"] > shown["current"] and s["reached"])
     assert shown["log"] != first.shown["log"]
     log = read_tlog(first.shown["log"])
-    assert len(log.rows("MISSION_ITEM_INT")) == 12
+    assert len(log.rows("MISSION_ITEM_INT")) == 24
     assert sum(piece.length for piece in log.damage) < 300  # at most one record, cut short
 
     vehicle.kill()
@@ -168,7 +168,7 @@ def test_a_mission_goes_on_after_either_side_is_killed(start, tmp_path):
 
 
 def test_a_signed_upload_cut_short_on_either_side_leaves_one_whole_plan_and_the_next_succeeds(start, tmp_path):
-    long = waypoints(tmp_path / "long.waypoints", 400, 10)
+    long = waypoints(tmp_path / "long.waypoints", 150, 10)
     plans = [items_of(SQUARE), items_of(long)]
     standing = ("--signing-key", KEY, "--speed", "2")  # a transfer does not wait for simulated time
     vehicle, station = start(Vehicle, *standing), start(Station, KEY)
@@ -191,4 +191,4 @@ def test_a_signed_upload_cut_short_on_either_side_leaves_one_whole_plan_and_the_
     assert station.until(lambda s: s["restarts"] == 1 and is_synchronised(s))["mission"] in plans
     assert any(text.startswith("Mission upload failed") for text in station.shown["texts"])
     station.ask(f"plans.upload {long}")
-    assert station.until(lambda s: "Mission of 400 items uploaded" in s["texts"])["mission"] == plans[1]
+    assert station.until(lambda s: "Mission of 150 items uploaded" in s["texts"])["mission"] == plans[1]

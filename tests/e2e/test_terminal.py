@@ -15,6 +15,7 @@ import pyte
 
 from protocol.dialect import mavlink
 from protocol.tlog import read_tlog
+from tests.e2e.support import brisk
 from tests.support.paths import DATA
 
 DEADLINE = 90.0  # for a step of the flight on a machine that has much else to do [s]
@@ -94,7 +95,7 @@ def test_a_terminal_that_goes_without_a_signal_ends_the_ground_station(tmp_path)
 
 def test_a_mission_is_flown_from_an_empty_screen_to_the_landing_and_replayed(tmp_path):
     plan, logs = str(DATA / "square.plan"), tmp_path / "logs"
-    simulator = ("--sitl", "--speed", "5", "--state-dir", str(tmp_path / "sitl"))
+    simulator = ("--sitl", "--speed", "10", *brisk(tmp_path / "sitl"))
     with station(tmp_path, *simulator, "--record", str(logs), "--mission", plan) as (terminal, process):
         terminal.until("Navigation: aligned", COMPILED)
         terminal.press("m", "square.plan: 6 items")

@@ -16,6 +16,7 @@ import pytest
 from darko_gcs.__main__ import main
 from protocol.dialect import mavlink
 from protocol.tlog import read_tlog
+from tests.e2e.support import brisk
 
 pytest.importorskip("textual_serve")
 playwright = pytest.importorskip("playwright.sync_api")
@@ -73,9 +74,7 @@ class Page:
 @pytest.mark.skipif(CHROMIUM is None, reason="no chromium")
 def test_a_browser_flies_the_vehicle_from_the_ground_and_back(tmp_path):
     with (
-        served(
-            tmp_path, "--sitl", "--speed", "3", "--state-dir", str(tmp_path / "sitl"), "--record", str(tmp_path)
-        ) as url,
+        served(tmp_path, "--sitl", "--speed", "6", *brisk(tmp_path / "sitl"), "--record", str(tmp_path)) as url,
         playwright.sync_playwright() as driver,
         driver.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox", "--disable-gpu"]) as browser,
     ):
@@ -158,11 +157,8 @@ def test_a_wrong_port_is_refused_in_a_line(arguments, words, capsys):
     assert words in capsys.readouterr().err
 
 
-def test_a_port_that_is_taken_is_named():
+def test_a_port_that_is_taken_is_named(capsys):
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = str(taken.getsockname()[1])
-        done = subprocess.run(
-            [sys.executable, "-m", "darko_gcs", "--web", port], capture_output=True, text=True, timeout=DEADLINE
-        )
-    assert done.returncode == 2
-    assert f"--web {port}: " in done.stderr
+        assert main(["--web", port]) == 2
+    assert f"--web {port}: " in capsys.readouterr().err

@@ -1,9 +1,11 @@
-"""Unmodified pymavlink as a camera and as a ground station, each on a socket of its own, through the real process."""
+"""Unmodified pymavlink beside a real vehicle that stands: who it says it is, and a camera that it connects us with."""
 
 import socket
 import time
 from contextlib import ExitStack, closing
 
+import pytest
+from pymavlink import mavutil
 from pymavlink.dialects.v20 import common
 
 from tests.e2e.support import free_ports, vehicle
@@ -11,6 +13,16 @@ from tests.e2e.support import free_ports, vehicle
 TIMEOUT = 60.0  # [s]
 GROUND, CAMERA = (255, 190), (1, 100)
 REQUEST, INFORMATION = common.MAV_CMD_REQUEST_MESSAGE, common.MAVLINK_MSG_ID_CAMERA_INFORMATION
+
+
+AVAILABLE_MODES = 435
+
+
+@pytest.fixture(scope="module")
+def port(tmp_path_factory):
+    """Of a vehicle with a type of its own; another client's session hears the usual one's."""
+    with vehicle(free_ports(1)[0], tmp_path_factory.mktemp("standing"), "--autopilot", "generic") as own:
+        yield own
 
 
 class Client:
@@ -39,8 +51,24 @@ class Client:
         self._socket.close()
 
 
-def test_a_station_finds_a_camera_through_the_vehicle_and_gets_its_answer(tmp_path):
-    with vehicle(free_ports(1)[0], tmp_path) as port, ExitStack() as stack:
+def test_the_vehicle_reports_the_autopilot_type_of_the_command_line_and_its_mode_names(port):
+    ground = mavutil.mavlink_connection(f"udpout:127.0.0.1:{port}", dialect="all")
+    try:
+        ground.mav.heartbeat_send(common.MAV_TYPE_GCS, common.MAV_AUTOPILOT_INVALID, 0, 0, 4)
+        assert ground.wait_heartbeat(timeout=TIMEOUT).autopilot == common.MAV_AUTOPILOT_GENERIC
+        ground.mav.command_long_send(1, 1, REQUEST, 0, AVAILABLE_MODES, 0, 0, 0, 0, 0, 0)
+        first = ground.recv_match(type="AVAILABLE_MODES", blocking=True, timeout=TIMEOUT)
+        rest = [
+            ground.recv_match(type="AVAILABLE_MODES", blocking=True, timeout=TIMEOUT)
+            for _ in range(first.number_modes - 1)
+        ]
+    finally:
+        ground.close()
+    assert "Law: forward line of sight" in [m.mode_name for m in [first, *rest]]
+
+
+def test_a_station_finds_a_camera_through_the_vehicle_and_gets_its_answer(port):
+    with ExitStack() as stack:
         ground = stack.enter_context(closing(Client(port, GROUND)))
         camera = stack.enter_context(closing(Client(port, CAMERA)))
         ground.mav.heartbeat_send(common.MAV_TYPE_GCS, common.MAV_AUTOPILOT_INVALID, 0, 0, 4)
