@@ -7,9 +7,9 @@ import pytest
 from _pytest.unraisableexception import gc_collect_iterations_key
 from hypothesis import settings
 from hypothesis.internal.conjecture import providers
-from xdist.scheduler import LoadFileScheduling
 
 from tests.support.processor_time import ProcessorTime
+from tests.support.scheduling import FolderScheduling
 
 settings.register_profile("repeatable", derandomize=True, deadline=None, max_examples=50)
 settings.register_profile("explore", deadline=None, print_blob=True)
@@ -112,9 +112,6 @@ LONGEST = (
     "test_api_page.py",
 )
 
-# Folders whose files share what is dear: one process takes all of them.
-TOGETHER = ("sitl/system_identification/",)
-
 
 def pytest_addoption(parser):
     parser.addoption("--quick", action="store_true", help="leave out the tests that take long")
@@ -141,14 +138,6 @@ def pytest_collection_modifyitems(items):
         return next((place for place, long in enumerate(LONGEST) if path.startswith(long)), len(LONGEST))
 
     items.sort(key=turn)
-
-
-class FolderScheduling(LoadFileScheduling):
-    """A file, or a whole folder of ``TOGETHER``, to each process in turn."""
-
-    def _split_scope(self, nodeid):
-        path = nodeid.removeprefix("tests/")
-        return next((folder for folder in TOGETHER if path.startswith(folder)), super()._split_scope(nodeid))
 
 
 @pytest.hookimpl(optionalhook=True)  # mutants are tested without xdist

@@ -5,26 +5,79 @@ from types import SimpleNamespace
 
 import pytest
 
-from tests.conftest import LONGEST, SLOW, TOGETHER, FolderScheduling
+from tests.conftest import LONGEST, SLOW
 from tests.support.processor_time import ProcessorTime
+from tests.support.scheduling import TOGETHER, WAITING, FolderScheduling
 
 TESTS = Path(__file__).parent
+SHARED = [folder.removeprefix("tests/") for folder in (*TOGETHER, *WAITING)]
 
 
-@pytest.mark.parametrize("path", sorted({*SLOW, *LONGEST, *TOGETHER}))
+@pytest.mark.parametrize("path", sorted({*SLOW, *LONGEST, *SHARED}))
 def test_every_listed_file_or_folder_is_there(path):
     """One that was moved would be run by ``--quick`` again, unnoticed."""
     assert (TESTS / path).is_dir() if path.endswith("/") else (TESTS / path).is_file()
 
 
+class Process:
+    """What xdist knows of a process that tests; keeps the places of the tests that it was sent."""
+
+    shutting_down = False
+    gateway = SimpleNamespace(id="a")
+
+    def __init__(self):
+        self.sent, self.finished = [], 0
+
+    def run_one(self, scheduling):
+        if self.finished < len(self.sent):
+            self.finished += 1
+            scheduling.mark_test_complete(self, self.sent[self.finished - 1])
+
+    def send_runtest_some(self, places):
+        self.sent += places
+
+    def shutdown(self):
+        self.shutting_down = True
+
+
+def scheduled(tests):
+    """Two processes among which the tests are shared, and what shares them."""
+    config = SimpleNamespace(getvalue=lambda _: ["popen"] * 2, option=SimpleNamespace(loadscopereorder=False))
+    scheduling, processes = FolderScheduling(config), [Process(), Process()]
+    for process in processes:
+        scheduling.add_node(process)
+    for process in processes:
+        scheduling.add_node_collection(process, tests)
+    scheduling.schedule()
+    return scheduling, processes
+
+
+def files_sent(process, tests):
+    return list(dict.fromkeys(tests[place].partition("::")[0] for place in process.sent))
+
+
 @pytest.mark.parametrize("folder", TOGETHER)
-def test_the_files_of_a_folder_that_share_go_to_one_process_and_others_each_by_itself(folder):
-    scope = FolderScheduling._split_scope
-    scheduling = object.__new__(FolderScheduling)
-    assert (
-        scope(scheduling, f"tests/{folder}test_a.py::b") == scope(scheduling, f"tests/{folder}test_c.py::d") == folder
-    )
-    assert scope(scheduling, "tests/sitl/test_a.py::b") == "tests/sitl/test_a.py"
+def test_one_process_takes_a_folder_whose_files_share_and_each_other_file_is_taken_by_itself(folder):
+    tests = [f"{folder}test_{file}.py::a{n}" for file in "abc" for n in range(3)]
+    tests += [f"tests/sitl/test_{file}.py::a{n}" for file in "abc" for n in range(3)]
+    _scheduling, (first, second) = scheduled(tests)
+    assert files_sent(first, tests) == [f"{folder}test_{file}.py" for file in "abc"]
+    assert files_sent(second, tests) == ["tests/sitl/test_a.py"]
+
+
+def test_one_process_begins_with_what_waits_for_others_and_goes_on_with_the_rest():
+    tests = [f"tests/{folder}/test_{file}.py::a{n}" for folder in ("sitl", "e2e") for file in "ab" for n in range(3)]
+    scheduling, processes = scheduled(tests)
+    for _ in tests:
+        for process in processes:
+            process.run_one(scheduling)
+    first, second = processes
+    assert files_sent(first, tests)[:2] == ["tests/e2e/test_a.py", "tests/e2e/test_b.py"]
+    assert files_sent(second, tests)[:2] == ["tests/sitl/test_a.py", "tests/sitl/test_b.py"]
+    assert sorted(first.sent + second.sent) == list(range(len(tests)))
+    assert scheduling.tests_finished
+    assert first.shutting_down
+    assert second.shutting_down
 
 
 def test_processor_time_is_summed_by_file_and_by_test_the_greatest_first():
