@@ -41,9 +41,9 @@ class Process:
 
 
 def scheduled(tests):
-    """Two processes among which the tests are shared, and what shares them."""
-    config = SimpleNamespace(getvalue=lambda _: ["popen"] * 2, option=SimpleNamespace(loadscopereorder=False))
-    scheduling, processes = FolderScheduling(config), [Process(), Process()]
+    """Three processes among which the tests are shared, and what shares them."""
+    config = SimpleNamespace(getvalue=lambda _: ["popen"] * 3, option=SimpleNamespace(loadscopereorder=False))
+    scheduling, processes = FolderScheduling(config), [Process() for _ in range(3)]
     for process in processes:
         scheduling.add_node(process)
     for process in processes:
@@ -60,24 +60,34 @@ def files_sent(process, tests):
 def test_one_process_takes_a_folder_whose_files_share_and_each_other_file_is_taken_by_itself(folder):
     tests = [f"{folder}test_{file}.py::a{n}" for file in "abc" for n in range(3)]
     tests += [f"tests/sitl/test_{file}.py::a{n}" for file in "abc" for n in range(3)]
-    _scheduling, (first, second) = scheduled(tests)
-    assert files_sent(first, tests) == [f"{folder}test_{file}.py" for file in "abc"]
-    assert files_sent(second, tests) == ["tests/sitl/test_a.py"]
+    _scheduling, processes = scheduled(tests)
+    assert [files_sent(process, tests) for process in processes] == [
+        [f"{folder}test_{file}.py" for file in "abc"],
+        ["tests/sitl/test_a.py"],
+        ["tests/sitl/test_b.py"],
+    ]
 
 
-def test_one_process_begins_with_what_waits_for_others_and_goes_on_with_the_rest():
-    tests = [f"tests/{folder}/test_{file}.py::a{n}" for folder in ("sitl", "e2e") for file in "ab" for n in range(3)]
+def test_each_kind_that_waits_is_begun_by_one_process_and_what_computes_by_another():
+    folders = ("sitl", "darko_gcs/tui", "e2e")
+    tests = [f"tests/{folder}/test_{file}.py::a{n}" for folder in folders for file in "ab" for n in range(3)]
     scheduling, processes = scheduled(tests)
     for _ in tests:
         for process in processes:
             process.run_one(scheduling)
-    first, second = processes
-    assert files_sent(first, tests)[:2] == ["tests/e2e/test_a.py", "tests/e2e/test_b.py"]
-    assert files_sent(second, tests)[:2] == ["tests/sitl/test_a.py", "tests/sitl/test_b.py"]
-    assert sorted(first.sent + second.sent) == list(range(len(tests)))
+    for process, folder in zip(processes, ("e2e", "darko_gcs/tui", "sitl"), strict=True):
+        assert files_sent(process, tests) == [f"tests/{folder}/test_{file}.py" for file in "ab"]
+        assert process.shutting_down
     assert scheduling.tests_finished
-    assert first.shutting_down
-    assert second.shutting_down
+
+
+def test_who_is_done_with_the_first_takes_of_the_rest():
+    tests = [f"tests/sitl/test_{file}.py::a{n}" for file in "abcdef" for n in range(3)]
+    scheduling, processes = scheduled(tests)
+    for _ in tests:
+        processes[0].run_one(scheduling)
+    assert sorted(place for process in processes for place in process.sent) == list(range(len(tests)))
+    assert len(files_sent(processes[0], tests)) == 4
 
 
 def test_processor_time_is_summed_by_file_and_by_test_the_greatest_first():
