@@ -47,3 +47,9 @@ def bits(item: Any) -> tuple[Any, ...]:  # noqa: ANN401
     """A raw item as values that compare bit for bit."""
     floats = struct.pack("<5f", item.param1, item.param2, item.param3, item.param4, item.z)
     return (item.seq, item.frame, item.command, item.autocontinue, floats, item.x, item.y)
+
+
+def distance(here: Any, there: Any) -> float:  # noqa: ANN401
+    """Between two positions of the telemetry that are near each other, over the ground [m]."""
+    east = math.cos(math.radians(there.latitude_deg)) * (here.longitude_deg - there.longitude_deg)
+    return math.hypot(here.latitude_deg - there.latitude_deg, east) / METRE

@@ -32,7 +32,7 @@ from mavsdk.plugins.offboard import Attitude, Offboard, PositionNedYaw, Velocity
 from mavsdk.plugins.param import Param, ParamError
 from mavsdk.plugins.telemetry import FlightMode, LandedState, Telemetry, VtolState
 from mavsdk_flight_plan import flight_plan
-from mavsdk_plans import METRE, bits, forward_plan, raw_plan
+from mavsdk_plans import METRE, bits, distance, forward_plan, raw_plan
 from mavsdk_watch import FLIGHT_TIMEOUT, SessionError, Watch
 
 LOG_TIMEOUT = 60.0  # [s]
@@ -272,7 +272,7 @@ class Session:
         self.watch.until_is("flight_mode", FlightMode.RETURN_TO_LAUNCH)
         self.watch.until_is("landed_state", LandedState.ON_GROUND)
         self.watch.until_is("armed", value=False)
-        away = _from_home(self.watch.newest)
+        away = distance(self.watch.newest["position"], self.watch.newest["home"])
         _ensure(away < 2.0, f"{away:.1f} m from home")
         self.say(f"returned and landed {away:.2f} m from home, disarmed")
 
@@ -378,12 +378,6 @@ def _largest(euler: Any) -> float:  # noqa: ANN401
 
 def _range(now: dict[str, Any]) -> float:
     return math.hypot(_position(now).north_m, _position(now).east_m)
-
-
-def _from_home(now: dict[str, Any]) -> float:
-    here, home = now["position"], now["home"]
-    east = math.cos(math.radians(home.latitude_deg)) * (here.longitude_deg - home.longitude_deg)
-    return math.hypot(here.latitude_deg - home.latitude_deg, east) / METRE
 
 
 def _ensure(holds: bool, what: str) -> None:
