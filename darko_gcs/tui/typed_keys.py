@@ -74,7 +74,8 @@ class TypedKeys:
     def _is_wanted(self, key: events.Key) -> bool:
         """False for a key that no text field waits for, if it came together with another or before the question."""
         is_alone = key.time - self._last_time > BURST_GAP
-        self._last_time = key.time
+        if key.key != "escape":  # which a terminal tells only after some silence: the next key did not come with it
+            self._last_time = key.time
         self._has_told = self._has_told and not is_alone
         is_late_enough = key.time >= getattr(self._app.screen, "shown_at", -math.inf)  # of a question
         if (

@@ -13,6 +13,7 @@ from contextlib import contextmanager, suppress
 
 import pyte
 
+from darko_gcs.tui.typed_keys import BURST_GAP
 from protocol.dialect import mavlink
 from protocol.tlog import read_tlog
 from tests.e2e.support import brisk
@@ -52,12 +53,17 @@ class Terminal:
 
     def press(self, keys, words):
         """Press keys, and wait for what they bring onto the screen."""
-        os.write(self.fd, keys.encode())
+        self._write(keys)
         self.until(words)
+
+    def _write(self, keys):
+        """Press keys as soon as a finger could: a fast machine has answered the ones before in less."""
+        time.sleep(2 * BURST_GAP)
+        os.write(self.fd, keys.encode())
 
     def quits(self, process):
         """Quit, and read until the program has ended; its exit code."""
-        os.write(self.fd, b"q")
+        self._write("q")
         end = time.monotonic() + DEADLINE
         while process.poll() is None and time.monotonic() < end:
             self._read(0.1)

@@ -5,6 +5,8 @@ from textual import events
 
 from darko_gcs.tui.app import GroundStationApp
 from darko_gcs.tui.screens.flight_screen import FlightScreen
+from darko_gcs.tui.screens.mission_screen import MissionScreen
+from darko_gcs.tui.typed_keys import BURST_GAP
 from tests.support.gcs.screens import FakeFeed, screen_text, until
 from tests.support.gcs.snapshots import HOVERING
 
@@ -53,6 +55,25 @@ async def test_a_paste_is_never_a_command(feed, pasted):
         assert app.draft.plan.items in {(), HOVERING.mission}
 
 
+async def test_a_key_right_after_escape_is_taken(feed):
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("m")
+        await until(pilot, lambda: isinstance(app.screen, MissionScreen))
+        app._driver.send_message(events.Key("escape", "\x1b"))
+        app._driver.send_message(events.Key("l", "l"))
+        await until(pilot, lambda: "Land here?" in screen_text(app))
+
+
+async def test_escape_between_keys_of_a_paste_does_not_part_them(feed):
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24), notifications=True) as pilot:
+        for key, character in (("x", "x"), ("escape", "\x1b"), ("l", "l")):
+            app._driver.send_message(events.Key(key, character))
+        await until(pilot, lambda: "are no commands" in " ".join(screen_text(app).split()))
+        assert "Land here?" not in screen_text(app)
+
+
 async def test_a_marked_paste_reaches_no_key(feed):
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:
@@ -69,6 +90,7 @@ async def test_a_question_is_answered_only_after_it_was_asked(feed):
         type_at_once(app, "ly")
         await until(pilot, lambda: "Land here?" in screen_text(app))
         assert feed.requests == []
+        await pilot.pause(2 * BURST_GAP)  # or this y would have come together with the other
         await pilot.press("y")
         await until(pilot, lambda: feed.requests == [("land",)])
 
