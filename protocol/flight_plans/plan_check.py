@@ -23,7 +23,7 @@ from protocol.flight_plans.expressions.expression_tree import (
     VariableName,
     walk,
 )
-from protocol.flight_plans.flight_plan import AbiBinding, FlightPlan, KmlSector, PlanVariable
+from protocol.flight_plans.flight_plan import AbiBinding, FlightPlan, KmlSector, PlanSector, PlanVariable
 from protocol.flight_plans.known_names import CONSTANTS, SETTABLE, STRUCTURES, VARIABLES, shape_of
 from protocol.flight_plans.name_mapping import NameMapping
 from protocol.flight_plans.place import FlightPlanError, Place
@@ -114,9 +114,7 @@ class _Checker:
 
     def __init__(self, plan: FlightPlan, mapping: NameMapping) -> None:
         self._plan, self._mapping = plan, mapping
-        self._sectors = frozenset(
-            sector.name for sector in plan.sectors if sector.tag == "sector" and not isinstance(sector, KmlSector)
-        )
+        self._sectors = frozenset(sector.name for sector in plan.sectors if isinstance(sector, PlanSector))
         self._own = {variable.var for variable in plan.variables if isinstance(variable, PlanVariable)}
         for binding in plan.variables:
             if isinstance(binding, AbiBinding) and binding.vars:

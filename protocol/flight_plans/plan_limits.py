@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from protocol.flight_plans.attributes import NameUse
-from protocol.flight_plans.flight_plan import HOME_WAYPOINT, AbiBinding, FlightPlan, PlanVariable, PlanWaypoint
+from protocol.flight_plans.flight_plan import HOME_WAYPOINT, AbiBinding, FlightPlan, PlanSector, PlanVariable, PlanWaypoint
 from protocol.flight_plans.place import FlightPlanError, Place
 from protocol.flight_plans.stages import (
     CircleStage,
@@ -133,13 +133,12 @@ def _check_waypoint(point: PlanWaypoint) -> None:
 
 
 def _check_sectors(plan: FlightPlan) -> None:
-    polygons = [sector for sector in plan.sectors if sector.tag == "sector"]
-    _once("sector", ((sector.name, sector.place) for sector in polygons if hasattr(sector, "name")))
+    polygons = [sector for sector in plan.sectors if isinstance(sector, PlanSector)]
+    _once("sector", ((sector.name, sector.place) for sector in polygons))
     for sector in polygons:
-        corners = getattr(sector, "corners", ())
-        if len(corners) < 3:
-            raise FlightPlanError(sector.place, f"{len(corners)} corners are too few for a sector")
-        for corner in corners:
+        if len(sector.corners) < 3:
+            raise FlightPlanError(sector.place, f"{len(sector.corners)} corners are too few for a sector")
+        for corner in sector.corners:
             _check_waypoint_use(plan, corner)
 
 

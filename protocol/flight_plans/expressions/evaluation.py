@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Final, Protocol, TypeAlias
 
 from protocol.flight_plans.expressions.expression_tree import (
+    MAX_WHOLE_NUMBER,
     ArrayItem,
     BlockTitle,
     Call,
@@ -25,7 +26,6 @@ __all__ = ["Argument", "NameTable", "Scalar", "UnknownNameError", "evaluate", "t
 
 Scalar: TypeAlias = int | float
 Argument: TypeAlias = Scalar | str  # a text is the name of a block, or of a variable to change
-MAX_WHOLE = 2**63 - 1
 
 
 class UnknownNameError(Exception):
@@ -71,7 +71,7 @@ def evaluate(tree: Tree, names: NameTable) -> Scalar:
         raise FlightPlanError(tree.place, "division by zero") from None
     except (OverflowError, ValueError):
         raise FlightPlanError(tree.place, "the result is no number") from None
-    if not math.isfinite(value) if isinstance(value, float) else abs(value) > MAX_WHOLE:
+    if not math.isfinite(value) if isinstance(value, float) else abs(value) > MAX_WHOLE_NUMBER:
         raise FlightPlanError(tree.place, "the result is no number")
     return value
 

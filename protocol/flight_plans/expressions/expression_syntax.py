@@ -10,6 +10,7 @@ from lark import Lark, ParseTree, Token, Transformer, UnexpectedInput, Unexpecte
 from lark.exceptions import VisitError
 
 from protocol.flight_plans.expressions.expression_tree import (
+    MAX_WHOLE_NUMBER,
     ArrayItem,
     BlockTitle,
     Call,
@@ -31,7 +32,6 @@ __all__ = ["MAX_EXPRESSION_DEPTH", "MAX_EXPRESSION_LENGTH", "PRECEDENCE", "parse
 
 MAX_EXPRESSION_LENGTH = 4000  # [characters]
 MAX_EXPRESSION_DEPTH = 100  # of parts in each other
-MAX_WHOLE_NUMBER = 2**63 - 1
 
 PRECEDENCE: Final = {  # the higher, the tighter; all but ** group to the left
     "||": 1,

@@ -12,6 +12,7 @@ from typing import TypeAlias
 from protocol.flight_plans.place import NOWHERE, Place
 
 __all__ = [
+    "MAX_WHOLE_NUMBER",
     "ArrayItem",
     "BlockTitle",
     "Call",
@@ -28,6 +29,8 @@ __all__ = [
     "VariableName",
     "walk",
 ]
+
+MAX_WHOLE_NUMBER = 2**63 - 1
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,6 +15,15 @@ from tests.support.links.vehicle_endpoint import ATTITUDE, HOME, VERSION, ask, e
 ACCEPTED, DENIED, UNSUPPORTED = 0, 2, 3
 
 
+def test_the_heartbeat_comes_once_a_second_and_no_request_changes_that():
+    vehicle = endpoint()
+    get, change = mavlink.MAV_CMD_GET_MESSAGE_INTERVAL, mavlink.MAV_CMD_SET_MESSAGE_INTERVAL
+    for request in (long(get, 0), long(change, 0, 20_000), long(get, 0)):
+        messages = [message for _, message in ask(vehicle, request)]
+        told = [message.interval_us for message in messages if message.get_type() == "MESSAGE_INTERVAL"]
+        assert told == ([1_000_000] if request.command == get else [])
+
+
 def test_answers_go_to_the_asking_peer_and_telemetry_to_all():
     vehicle = endpoint(peers=["a", "b"])
     assert [key for key, _ in ask(vehicle, long(999), key="b")] == ["b"]

@@ -67,6 +67,14 @@ def test_messages_are_counted_by_kind_and_source(summary):
     assert sum(m.count for m in summary.messages) == summary.records == len(HOVER_FLIGHT) + 1
 
 
+def test_records_are_counted_by_version_of_their_frames(summary):
+    assert (summary.version_1, summary.version_2, summary.signed, summary.unknown) == (0, summary.records, 0, 0)
+
+
+def test_a_clock_that_goes_forward_has_no_steps(summary):
+    assert (summary.clock_steps, summary.clock_back) == (0, 0.0)
+
+
 def test_backward_steps_of_the_recording_clock_are_counted_and_measured():
     times = (7200, 7201, 3600, 3601, 3591, 3592)  # [s]
     log = b"".join(record(T0 + 1_000_000 * time, bare(text(b"x"))) for time in times)

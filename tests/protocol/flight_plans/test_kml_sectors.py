@@ -34,6 +34,12 @@ def test_every_polygon_is_a_sector(tmp_path):
     assert check_flown(plan).findings == ()
 
 
+def test_a_corner_may_be_at_a_pole_and_at_the_end_of_longitudes(tmp_path):
+    plan = load(tmp_path, KML.replace("1.482,43.562", "-180,90"))
+    corner = plan.waypoint("_Pond_3")
+    assert (corner.lat, corner.lon) == (90.0, -180.0)
+
+
 def test_the_plan_is_written_as_one_file(tmp_path):
     plan = load(tmp_path)
     text = render_flight_plan(plan)

@@ -53,6 +53,11 @@ def test_a_refusal_locks_its_block(stage, construct):
     assert findings(block(stage)) == [(construct, "b")]
 
 
+def test_a_block_and_home_are_known_by_their_titles():
+    stage = "<stay wp=\"A\" until=\"nav_block == IndexOfBlock('{}')\"/>"
+    assert [findings(block(stage.format(title))) for title in ("a", "HOME")] == [[], []]
+
+
 def test_a_refusal_has_its_place():
     check = check_flown(plan_of(block('<stay wp="A" until="1 @AND sonar"/>')))
     (refusal,) = check.refusals

@@ -227,6 +227,21 @@ def test_a_waypoint_has_one_whole_position_at_least_and_no_half_ones(given):
     assert "needs x and y, or lat and lon" in str(refusal(text))
 
 
+def test_the_origin_in_utm_is_kept_and_nothing_else_stands_there():
+    text = plan_text('<block name="b"/>').replace("<waypoints>", '<waypoints utm_x0="360284.8" utm_y0="4813595.5">')
+    plan = read_flight_plan(text.encode(), "t")
+    assert (plan.utm_x0, plan.utm_y0) == (360284.8, 4813595.5)
+    assert read_flight_plan(render_flight_plan(plan).encode(), "again") == plan
+    assert "utm_y0 'far' is not a number" in str(refusal(text.replace("4813595.5", "far")))
+    assert "<waypoints> has no attribute 'utm_z0'" in str(refusal(text.replace("utm_y0", "utm_z0")))
+
+
+@pytest.mark.parametrize(("elements", "is_read"), [(MAX_ELEMENTS, True), (MAX_ELEMENTS + 1, False)])
+def test_a_file_may_hold_this_many_elements(elements, is_read):
+    error = refusal("<a>" + "<b/>" * (elements - 1) + "</a>")
+    assert ("<flight_plan> was expected" in str(error)) is is_read
+
+
 def test_an_empty_section_keeps_its_comments():
     for tag in ("sectors", "variables", "modules", "exceptions"):
         for before in (f"<!-- one --><{tag}/>", f"<{tag}><!-- one --></{tag}>"):

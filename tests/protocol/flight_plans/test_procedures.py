@@ -4,6 +4,7 @@ import pytest
 
 from protocol.flight_plans import FlightPlanError, load_flight_plan, read_flight_plan
 from protocol.flight_plans.expressions.expression_text import expression_text
+from protocol.flight_plans.xml_elements import MAX_ELEMENTS, MAX_SIZE
 from tests.support.plans import OUR_PLANS, plan_text
 
 PROCEDURE = "<procedure><param name='far'/><blocks><block name='b'><go wp='A'/></block></blocks></procedure>"
@@ -64,6 +65,22 @@ def test_includes_that_are_refused(tmp_path, include, words):
     with pytest.raises(FlightPlanError) as caught:
         load_flight_plan(written(folder, include))
     assert words in str(caught.value)
+
+
+def test_a_plan_with_its_procedures_holds_ten_thousand_elements_and_no_more(tmp_path):
+    include = '<include name="i" procedure="p.xml"/>'
+    procedure = "<procedure><blocks><block name='b'>{}</block></blocks></procedure>"
+    stages = MAX_ELEMENTS - 11  # the others: the plan, its sections, waypoints, include and blocks
+    plan = load_flight_plan(written(tmp_path, include, procedure.format("<go wp='A'/>" * stages)))
+    assert len(plan.blocks[-1].stages) == stages
+    with pytest.raises(FlightPlanError, match=f"more than {MAX_ELEMENTS} elements"):
+        load_flight_plan(written(tmp_path, include, procedure.format("<go wp='A'/>" * (stages + 1))))
+
+
+def test_a_procedure_is_not_read_beyond_the_size_of_a_plan(tmp_path):
+    procedure = "<procedure/>" + " " * MAX_SIZE
+    with pytest.raises(FlightPlanError, match=f"longer than {MAX_SIZE} bytes"):
+        load_flight_plan(written(tmp_path, '<include name="i" procedure="p.xml"/>', procedure))
 
 
 def test_a_fault_in_a_procedure_names_its_file(tmp_path):

@@ -3,7 +3,15 @@
 import pytest
 
 from protocol.dialect import mavlink
-from protocol.names.mode_names import COPTER_MODES, PLANE_MODES, mode_name
+from protocol.names.mode_names import (
+    COPTER_MODES,
+    PLANE_MODES,
+    PX4_AUTO_MODES,
+    PX4_MAIN_MODES,
+    ROVER_MODES,
+    SUB_MODES,
+    mode_name,
+)
 
 ARDUPILOT, PX4 = mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA, mavlink.MAV_AUTOPILOT_PX4
 
@@ -30,6 +38,20 @@ def test_mode_names_are_those_of_pymavlink():
 
     assert mavutil.mode_mapping_apm == PLANE_MODES
     assert mavutil.mode_mapping_acm == COPTER_MODES
+    assert mavutil.mode_mapping_rover == {2: "LEARNING"} | ROVER_MODES  # ArduPilot has it no more
+    assert mavutil.mode_mapping_sub | {20: "MOTOR_DETECT", 21: "SURFTRAK"} == SUB_MODES  # newer than pymavlink
+
+
+def test_px4_mode_names_are_those_of_pymavlink():
+    from pymavlink import mavutil
+
+    def names(prefix):
+        return {getattr(mavutil, name): name.removeprefix(prefix) for name in dir(mavutil) if name.startswith(prefix)}
+
+    assert names("PX4_CUSTOM_MAIN_MODE_") == PX4_MAIN_MODES
+    auto = names("PX4_CUSTOM_SUB_MODE_AUTO_")
+    newer = {9: "PRECLAND", 10: "VTOL_TAKEOFF"}
+    assert auto | {3: "HOLD"} | newer == {7: "RTGS"} | PX4_AUTO_MODES  # PX4 says HOLD today, and has no RTGS
 
 
 @pytest.mark.parametrize(

@@ -89,6 +89,13 @@ def test_the_law_is_linear_within_reach_and_constant_beyond(direction, distance)
     assert control(x, gains=LQI._replace(reach=math.inf)) == pytest.approx(u_bar - K @ offset, rel=1e-9, abs=1e-9)
 
 
+def test_an_offset_counts_up_to_six_metres_unless_a_design_says_otherwise():
+    def pull(distance):
+        return control(HoverError(Vector(distance, 0.0, 0.0), ORIGIN, ORIGIN, ORIGIN)).tolist()
+
+    assert pull(5.9) != pull(6.0) == pull(20.0)
+
+
 @given(p=offsets, v=offsets, tilt=tilts, w=tilts, integral=offsets)
 def test_every_entry_of_the_gains_is_used_in_its_place(p, v, tilt, w, integral):
     u = np.array(LQI.u_bar) - LQI.K @ np.concatenate((p, v, tilt, w)) - LQI.K_i @ np.array(integral)

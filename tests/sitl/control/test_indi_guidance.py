@@ -43,6 +43,20 @@ def test_the_stopping_speed_is_continuous_and_its_way_takes_the_planned_decelera
     assert v * (v - nearer) / step <= 1.01 * GAINS.brake
 
 
+@pytest.mark.parametrize("beyond", [0.0, 0.5, 5.0])
+def test_the_stopping_speed_grows_more_slowly_from_twelve_metres_a_second_on(beyond):
+    near = GAINS.brake / GAINS.k_p**2
+    distance = 0.5 * (near + 12.0**2 / GAINS.brake)
+    speed = guidance.stopping_speed(distance + beyond, GAINS)
+    assert speed == pytest.approx(math.sqrt(12.0**2 + 2.0 * GAINS.brake_fast * beyond))
+
+
+@pytest.mark.parametrize(("speed", "most"), [(0.4, GAINS.max_forward), (0.6, GAINS.min_turn)])
+def test_from_half_a_metre_a_second_on_the_velocity_is_the_course_to_turn_from(speed, most):
+    target = hover_at((0.0, 100.0, 50.0), 0.0, 10.0)
+    assert asked((0.0, 0.0, 50.0), (speed, 0.0, 0.0), target).y == pytest.approx(most)
+
+
 @given(x=far, y=far, z=st.floats(-100.0, 100.0), vx=fast, vy=fast, vz=st.floats(-10.0, 10.0), forward=st.booleans())
 def test_no_acceleration_leaves_its_limits(x, y, z, vx, vy, vz, forward):
     wanted = asked((x, y, z), (vx, vy, vz), flying() if forward else HERE)

@@ -68,6 +68,13 @@ def test_the_line_of_sight_of_a_leg_turns_no_faster_than_the_distance_ahead_allo
     assert turned <= math.hypot(north, west) / max(TIME_AHEAD * speed, MIN_AHEAD) + 1e-9
 
 
+@pytest.mark.parametrize(("speed", "ahead"), [(0.0, 8.0), (4.0, 8.0), (10.0, 20.0)])
+def test_the_line_of_sight_meets_the_leg_two_seconds_ahead_and_eight_metres_at_least(speed, ahead):
+    path = leg((0.0, 0.0, 5.0), (300.0, 0.0, 5.0), 12.0)
+    north, west = line_of_sight(path, Vector(50.0, 3.0, 5.0), speed)
+    assert (north, west) == pytest.approx((ahead / math.hypot(ahead, 3.0), -3.0 / math.hypot(ahead, 3.0)))
+
+
 def test_a_leg_without_length_has_no_line_of_sight_where_it_ends():
     path = hover_at((3.0, 4.0, 5.0), 0.0).path
     assert line_of_sight(path, path.end, 10.0) == (0.0, 0.0)

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from protocol.dialect import mavlink
-from protocol.engines.client.mission_client import MAX_OPEN_ITEM_REQUESTS, MissionClient
+from protocol.engines.client.mission_client import MissionClient
 from protocol.engines.retransmission import Remote
 from protocol.errors import LocalProtocolError
 from protocol.events import CurrentItemSet, MissionCleared, MissionDownloaded, MissionFailed
@@ -68,12 +68,12 @@ def test_only_a_lost_item_is_requested_again():
     assert ends(client) == [MissionDownloaded(ITEMS)]
 
 
-def test_a_few_items_are_requested_at_a_time():
+def test_five_items_are_requested_at_a_time():
     client, items = downloading(), plan(20)
     feed(client, count(20))
-    assert sent(client)[1:] == [("MISSION_REQUEST_INT", n) for n in range(MAX_OPEN_ITEM_REQUESTS)]
+    assert sent(client)[1:] == [("MISSION_REQUEST_INT", n) for n in range(5)]
     feed(client, items[2].to_message(2, 255, 190))
-    assert sent(client) == [("MISSION_REQUEST_INT", MAX_OPEN_ITEM_REQUESTS)]
+    assert sent(client) == [("MISSION_REQUEST_INT", 5)]
 
 
 def test_an_item_overtaken_by_three_others_is_requested_again_at_once():

@@ -241,6 +241,8 @@ def requested(streams):
         ((259,), UNSUPPORTED, []),
         ((NAN,), UNSUPPORTED, []),
         ((math.inf,), UNSUPPORTED, []),
+        ((-1,), UNSUPPORTED, []),
+        ((1 << 24,), UNSUPPORTED, []),
     ],
 )
 def test_a_single_message_is_requested_or_refused(params, result, events):
@@ -323,6 +325,12 @@ def test_single_messages_are_limited_by_a_token_bucket_per_link():
     assert streams.ask("b", REQUEST, 0) == ACCEPTED
     streams.now_us += 1_000_000
     assert [streams.ask("a", REQUEST, 0) for _ in range(101)].count(ACCEPTED) == 100
+
+
+def test_a_message_for_everyone_costs_one_token_while_nobody_is_there():
+    streams = wide()
+    for_everyone = (0, 0, 0, 0, 0, 0, 2)
+    assert [streams.ask("a", REQUEST, *for_everyone) for _ in range(201)].count(ACCEPTED) == 200
 
 
 def test_a_message_with_several_instances_or_receivers_costs_several_tokens():
