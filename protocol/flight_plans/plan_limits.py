@@ -5,7 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from protocol.flight_plans.attributes import NameUse
-from protocol.flight_plans.flight_plan import HOME_WAYPOINT, AbiBinding, FlightPlan, PlanSector, PlanVariable, PlanWaypoint
+from protocol.flight_plans.flight_plan import (
+    HOME_WAYPOINT,
+    AbiBinding,
+    FlightPlan,
+    PlanSector,
+    PlanVariable,
+    PlanWaypoint,
+)
 from protocol.flight_plans.place import FlightPlanError, Place
 from protocol.flight_plans.stages import (
     CircleStage,

@@ -54,7 +54,7 @@ def test_a_refusal_locks_its_block(stage, construct):
 
 
 def test_a_block_and_home_are_known_by_their_titles():
-    stage = "<stay wp=\"A\" until=\"nav_block == IndexOfBlock('{}')\"/>"
+    stage = '<stay wp="A" until="nav_block == IndexOfBlock(\'{}\')"/>'
     assert [findings(block(stage.format(title))) for title in ("a", "HOME")] == [[], []]
 
 
