@@ -30,6 +30,7 @@ from sitl.process.vehicle_process import (
     Narrator,
     build_node,
     interrupt,
+    link_text,
     open_keys,
     open_recorder,
     serve,
@@ -108,7 +109,7 @@ def fly_fleet(args: argparse.Namespace) -> int:
         took, ids = time.monotonic() - began, f"{every[0].sysid} to {every[-1].sysid}"
         say(
             f"ready after {took:.1f} s: vehicles {ids} in {processes.count} processes, "
-            f"{args.bind}:{transport.port} -> {args.gcs_port}, {args.api_port}"
+            f"{link_text(args, transport.port)}"
         )
         try:
             processes.listen(transport)

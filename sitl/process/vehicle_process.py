@@ -105,7 +105,7 @@ def _run(
         took = time.monotonic() - began
         if keyring.is_on:
             say("signing is on: unsigned commands are refused")
-        say(f"ready after {took:.1f} s: {args.bind}:{transport.port} -> {args.gcs_port}, {args.api_port}")
+        say(f"ready after {took:.1f} s: {link_text(args, transport.port)}")
         pacer = Pacer(args.speed)
         if not isinstance(aircraft, ScenarioAircraft):
             serve(node, transport, pacer, until=lambda: node.exit_request is not None)
@@ -259,6 +259,12 @@ def state_folder(args: argparse.Namespace) -> Path:
 
 def _peers(args: argparse.Namespace) -> list[tuple[str, int]]:
     return [(LOOPBACK, port) for port in dict.fromkeys((args.gcs_port, args.api_port)) if port]
+
+
+def link_text(args: argparse.Namespace, port: int) -> str:
+    """Where the vehicle listens, and to which ports it sends before anyone has spoken to it."""
+    ports = " and ".join(str(port) for _, port in _peers(args))
+    return f"on {args.bind}:{port}, sends to {ports or 'those who speak to it'}"
 
 
 def open_keys(args: argparse.Namespace) -> Keyring:

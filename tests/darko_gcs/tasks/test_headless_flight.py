@@ -14,7 +14,7 @@ from tests.support.gcs.plan_holder import PlanHolder
 from tests.support.paths import DATA
 
 COMPILING = "print('darko-sitl: compiling', file=sys.stderr, flush=True); "
-READY = "print('darko-sitl: ready after 0.1 s: 127.0.0.1:1 -> 2', file=sys.stderr, flush=True); "
+READY = "print('darko-sitl: ready after 0.1 s: on 127.0.0.1:1, sends to 2', file=sys.stderr, flush=True); "
 
 
 @pytest.fixture

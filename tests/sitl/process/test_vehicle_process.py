@@ -1,5 +1,6 @@
 """The loop of the vehicle process: however much it receives, it goes on flying."""
 
+import argparse
 import socket
 
 import pytest
@@ -22,6 +23,15 @@ def crowd(transport):
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
         sender.connect(("127.0.0.1", transport.port))
         yield sender
+
+
+@pytest.mark.parametrize(
+    ("gcs_port", "api_port", "sends_to"),
+    [(14550, 14540, "14550 and 14540"), (14550, 0, "14550"), (0, 0, "those who speak to it")],
+)
+def test_the_vehicle_says_where_it_listens_and_sends(gcs_port, api_port, sends_to):
+    args = argparse.Namespace(bind="127.0.0.1", gcs_port=gcs_port, api_port=api_port)
+    assert vehicle_process.link_text(args, 14580) == f"on 127.0.0.1:14580, sends to {sends_to}"
 
 
 class Listener:

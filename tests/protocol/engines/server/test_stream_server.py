@@ -338,6 +338,7 @@ def test_a_message_with_several_instances_or_receivers_costs_several_tokens():
     results = [streams.ask(0, REQUEST, 435, 0, 0, 0, 0, 0, 2) for _ in range(10)]
     assert results.count(ACCEPTED) == 6  # three each, for ten links
     assert [streams.ask(1, REQUEST, 435) for _ in range(100)].count(ACCEPTED) == 66
+    assert [streams.ask(2, REQUEST, 435, 3) for _ in range(201)].count(ACCEPTED) == 200  # one instance alone
 
 
 def test_changing_ports_share_the_total_bucket():
