@@ -133,7 +133,7 @@ class _Walker:
         """Values at the times of the message that came first, in between in proportion."""
         if self.rows is None:
             self.rows = rows
-        if self.rows is rows or np.array_equal(self.rows, rows):
+        if np.array_equal(self.rows, rows):
             return values
         times = self._reader.times
         return np.interp(times[self.rows], times[rows], values)

@@ -7,7 +7,9 @@ from hypothesis import strategies as st
 
 from protocol.errors import FileError
 from protocol.flight_log.field_expressions import quantity
-from protocol.tlog import read_tlog
+from protocol.tlog import TlogReader, read_tlog
+from tests.support.gcs.messages import position
+from tests.support.logs import bare, log_of
 from tests.support.paths import DATA
 
 LOG = read_tlog(DATA / "square-flight.tlog")
@@ -33,12 +35,20 @@ def test_arithmetic_functions_and_constants():
 
 def test_an_array_has_an_index():
     elevon = LOG.columns("DARKO_ACTUATORS")["elevon"]
-    assert values("DARKO_ACTUATORS.elevon[1]") == pytest.approx(elevon[:, 1])
+    for index in (0, 1):
+        assert values(f"DARKO_ACTUATORS.elevon[{index}]") == pytest.approx(elevon[:, index])
 
 
 def test_messages_meet_at_the_times_of_the_first():
     found = quantity(LOG, "LOCAL_POSITION_NED.z - ATTITUDE.roll * 0")
     assert found.values == pytest.approx(LOG.columns("LOCAL_POSITION_NED")["z"])
+
+
+def test_fields_of_one_message_meet_record_by_record_also_where_the_recording_clock_stands():
+    positions = [position(0, north, vx=10.0 * north) for north in (1.0, 2.0, 3.0)]
+    stopped = TlogReader(log_of(map(bare, positions), step=0))
+    found = quantity(stopped, "LOCAL_POSITION_NED.x + LOCAL_POSITION_NED.vx").values
+    assert found.tolist() == [11.0, 22.0, 33.0]
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,9 @@
 """What the charts of a flight draw: the right numbers at the right times, in lines that can be told apart."""
 
+import runpy
+import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,7 +11,6 @@ import pytest
 from protocol.dialect.vocabulary import Law
 from protocol.flight_log import flight_charts
 from protocol.flight_log.flight_charts import (
-    MAX_POINTS,
     actuator_chart,
     energy_chart,
     error_chart,
@@ -63,6 +65,7 @@ def test_distances_are_from_the_set_point_and_from_the_truth_which_is_told_north
     drawn = lines(error_chart(flight))
     assert drawn["from the set-point"] == (times, pytest.approx([4.0, np.hypot(1.5, 4.0), 5.0, np.hypot(2.0, 4.0)]))
     assert drawn["estimate from truth"] == (times, pytest.approx([0.0, 2.0, 3.0, 0.0]))
+    assert len({line.line.color for line in error_chart(flight).data}) == 2
     assert list(lines(error_chart(replace(flight, truth=NONE)))) == ["from the set-point"]
 
 
@@ -117,16 +120,37 @@ def test_times_at_a_limit_that_are_close_together_are_shaded_as_one(nothing):
     assert [(shade.x0, shade.x1, shade.xref) for shade in figure.layout.shapes] == [(0.0, 2.0, "x2"), (2.25, 3.5, "x2")]
 
 
+def test_only_a_motor_at_its_limit_shades_the_motors_and_only_an_elevon_the_elevons(nothing):
+    zeros = np.zeros(2)
+    for bits, axis in ((0b1, "x"), (0b10, "x"), (0b100, "x2"), (0b1000, "x2")):
+        acting = series(
+            [0.0, 1.0],
+            motor_speed=np.zeros((2, 2)),
+            elevon=np.zeros((2, 2)),
+            motor_min=zeros,
+            motor_max=zeros,
+            elevon_max=zeros,
+            limits=[bits, bits],
+        )
+        (shade,) = actuator_chart(replace(nothing, actuators=acting)).layout.shapes
+        assert (shade.xref, shade.line.width) == (axis, 0)
+
+
 def test_servo_outputs_that_never_change_are_not_drawn(nothing):
-    servos = series(servo1_raw=[1000, 1500, 1200], servo2_raw=[1000] * 3, servo16_raw=[1, 2, 3])
+    servos = series(servo1_raw=[1000, 1500, 1200], servo2_raw=[1000] * 3, servo16_raw=[1, 1, 2])
     assert list(lines(actuator_chart(replace(nothing, servos=servos)))) == ["servo 1", "servo 16"]
     assert actuator_chart(replace(nothing, servos=series(servo1_raw=[1000] * 3))) is None
 
 
 def test_the_wind_is_drawn_north_and_east_as_estimated_and_as_it_is(nothing):
     air = series(wind_estimate=[[1.0, 2.0, 9.0]] * 3, wind_true=[[3.0, 4.0, 9.0]] * 3)
-    drawn = {name: y[0] for name, (_, y) in lines(wind_chart(replace(nothing, air=air))).items()}
+    figure = wind_chart(replace(nothing, air=air))
+    drawn = {name: y[0] for name, (_, y) in lines(figure).items()}
     assert drawn == {"estimate north": 1.0, "truth north": 3.0, "estimate east": 2.0, "truth east": 4.0}
+    estimates, truths = figure.data[::2], figure.data[1::2]
+    assert [line.line.dash for line in (*estimates, *truths)] == ["solid"] * 2 + ["dot"] * 2
+    assert max(line.line.width for line in truths) < min(line.line.width for line in estimates)
+    assert estimates[0].line.color != estimates[1].line.color
 
 
 def test_lyapunov_values_of_laws_that_did_not_fly_are_left_out_and_jumps_are_marked(nothing):
@@ -137,6 +161,9 @@ def test_lyapunov_values_of_laws_that_did_not_fly_are_left_out_and_jumps_are_mar
     assert [name for name in lines(figure) if name.startswith("V")] == ["V hover"]
     assert np.array_equal(figure.data[0].y, [np.nan, 2.0, 3.0], equal_nan=True)
     assert [shape.x0 for shape in figure.layout.shapes] == [1.5]
+    value, *thresholds = figure.data
+    assert [line.line.dash for line in thresholds] == ["dash", "dot"] * 2
+    assert max(line.line.width for line in (*thresholds, figure.layout.shapes[0])) < value.line.width
 
 
 def test_the_path_is_drawn_east_north_up_in_a_piece_for_each_law_with_what_stands_around_it(nothing):
@@ -144,7 +171,7 @@ def test_the_path_is_drawn_east_north_up_in_a_piece_for_each_law_with_what_stand
         nothing,
         position=series(range(4), x=[0, 1, 2, 3], y=[5, 5, 6, 6], z=[-1, -2, -3, -4]),
         hybrid=series([0.0, 2.0], law=[Law.HOVER_LINEAR, Law.TO_FORWARD]),
-        truth=series(range(4), position=[[0, 5, -1]] * 4),
+        truth=series(range(4), position=[[7, 5, -1]] * 4),
     )
     room = Prism("room", ((0.0, 0.0), (4.0, 0.0), (4.0, 3.0)), 0.0, 2.0, hollow=True)
     figure = path_chart(flight, [room])
@@ -152,20 +179,37 @@ def test_the_path_is_drawn_east_north_up_in_a_piece_for_each_law_with_what_stand
     assert (list(hover.x), list(hover.y), list(hover.z)) == ([5, 5, 6], [0, 1, 2], [1, 2, 3])
     assert (list(forward.x), list(forward.y), list(forward.z)) == ([6, 6], [2, 3], [3, 4])
     assert [trace.name for trace in (hover, forward, truth)] == ["hover linear", "front transition", "truth"]
-    assert truth.z[0] == 1.0
+    assert (truth.x[0], truth.y[0], truth.z[0]) == (5.0, 7.0, 1.0)
     assert len(edges) == 5  # bottom, top and three posts
     assert [trace.showlegend for trace in edges] == [True] + [False] * 4
     assert list(edges[0].x) == [0.0, 0.0, 3.0, 0.0]
-    solid = path_chart(flight, [replace(room, hollow=False)]).data[-1]
-    assert (list(solid.x), list(solid.z)) == ([0.0, 0.0, 3.0] * 2, [0.0] * 3 + [2.0] * 3)
+    assert [trace.type for trace in figure.data] == ["scatter3d"] * 8  # a hollow one has no sides
+
+
+def test_a_prism_is_solid_unless_it_is_said_to_be_hollow(nothing):
+    flight = replace(nothing, position=series([0.0], x=[0], y=[5], z=[-1]))
+    house = Prism("house", ((0.0, 0.0), (4.0, 0.0), (4.0, 3.0)), 0.0, 2.0)
+    solid = path_chart(flight, [house]).data[-1]
+    assert (solid.type, list(solid.x)) == ("mesh3d", [0.0, 0.0, 3.0] * 2)
+    assert (list(solid.y), list(solid.z)) == ([0.0, 4.0, 4.0] * 2, [0.0] * 3 + [2.0] * 3)
+    assert solid.alphahull == 0  # plotly's value for the convex hull
+    assert 0.0 < solid.opacity < 1.0
+
+
+def test_a_long_path_is_drawn_with_4000_to_8000_points(nothing):
+    for count, drawn in ((7999, 7999), (8000, 4000), (20_000, 4000)):
+        path = path_chart(
+            replace(nothing, position=series(range(count), x=[0] * count, y=[5] * count, z=[-1] * count)), ()
+        )
+        assert len(path.data[0].x) == drawn
 
 
 def test_a_long_line_keeps_its_greatest_and_least_values(nothing):
-    count = 3 * MAX_POINTS + 5
+    count = 12_005
     times, values = np.arange(count) * 0.01, np.sin(np.arange(count))
     values[[777, 7000]] = 5.0, -5.0
     thin_times, thin = flight_charts._thinned(times, values)
-    assert MAX_POINTS // 4 < len(thin) <= MAX_POINTS + 2
+    assert 1000 < len(thin) <= 4002
     assert (thin.max(), thin.min(), thin_times[-1]) == (5.0, -5.0, times[-1])
     assert (np.diff(thin_times) > 0.0).all()
     assert thin.tolist() == values[np.searchsorted(times, thin_times)].tolist()
@@ -175,11 +219,26 @@ def test_a_long_line_keeps_its_greatest_and_least_values(nothing):
     assert drawn[0] == pytest.approx(np.array(drawn[1]) * 0.01)
 
 
-def test_a_short_line_is_drawn_as_it_is():
-    times = np.arange(float(MAX_POINTS))
-    assert flight_charts._thinned(times, -times)[0] is times
+def test_a_line_of_4000_points_is_drawn_as_it_is_and_a_longer_one_is_thinned():
+    times = np.arange(4001.0)
+    assert len(flight_charts._thinned(times[:-1], times[:-1])[0]) == 4000
+    assert len(flight_charts._thinned(times, times)[0]) < 4000
 
 
 def test_each_law_has_a_colour_and_another_name_is_grey():
     assert flight_charts.law_colour("HOVER_LINEAR") in flight_charts.COLOURS
     assert flight_charts.law_colour("") == flight_charts.GREY
+
+
+def test_a_chart_has_a_title_below_its_time_axis_and_the_path_has_none(nothing):
+    position = series(range(3), x=[0, 1, 2], y=[0] * 3, z=[0] * 3)
+    flight = replace(nothing, position=position, target=position)
+    assert error_chart(flight).layout.xaxis.title.text == "time [s]"
+    assert path_chart(flight, ()).layout.xaxis.title.text is None
+
+
+@pytest.mark.parametrize("module", ["flight_charts", "flight_page"])
+def test_a_module_is_imported_without_plotly(module, monkeypatch):
+    for name in ("plotly", "plotly.graph_objects"):
+        monkeypatch.setitem(sys.modules, name, None)
+    runpy.run_path(str(Path(flight_charts.__file__).with_name(f"{module}.py")))

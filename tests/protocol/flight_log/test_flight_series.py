@@ -39,6 +39,24 @@ def test_time_goes_on_over_a_restart():
     assert times == pytest.approx(0.01 * np.arange(6), abs=1e-6)
 
 
+def test_two_messages_of_one_time_are_no_restart():
+    reader = recorded(*(attitude(boot) for boot in (1000, 1000, 1020, 1020)))
+    assert flight_times(reader, VEHICLE) == pytest.approx([0.0, 0.0, 0.02, 0.02])
+
+
+@pytest.mark.parametrize(("leap", "passed"), [(60_009, 60.009), (60_011, 0.01)])
+def test_a_leap_of_more_than_a_minute_is_a_restart(leap, passed):
+    reader = recorded(*(attitude(boot) for boot in (0, 10, 20, 30, 30 + leap)))
+    assert flight_times(reader, VEHICLE)[-1] == pytest.approx(0.03 + passed)
+
+
+@pytest.mark.parametrize(("leap", "passed"), [(1_000_000, 1000.0), (1_000_020, 0.01)])
+def test_in_a_fast_simulation_a_leap_of_more_than_ten_messages_is_a_restart(leap, passed):
+    """Ten thousand times as fast as the recorder's clock: 100 s between its messages."""
+    reader = recorded(*(attitude(boot) for boot in (0, 100_000, 200_000, 300_000, 300_000 + leap)))
+    assert flight_times(reader, VEHICLE)[-1] == pytest.approx(300.0 + passed)
+
+
 def test_messages_between_two_timed_ones_stand_between_them():
     beat = mavlink.MAVLink_heartbeat_message(20, 12, 0, 0, 4, 3)
     reader = recorded(beat, attitude(1000), beat, attitude(3000), beat)
@@ -66,6 +84,12 @@ def test_a_flight_told_on_the_globe_alone_has_a_path():
     assert path["z"] == pytest.approx(-np.arange(9.0))
     assert len(flight.position.times) == 9
     assert not len(flight_series(recorded(heartbeat(), no_fix(900)), "x").position)
+
+
+def test_a_flight_lasts_from_its_first_record_to_its_last():
+    assert flight_series(
+        recorded(heartbeat(), attitude(1000), attitude(3000), heartbeat()), "x"
+    ).duration == pytest.approx(2.02)
 
 
 def test_another_autopilot_has_its_path_and_outputs():

@@ -95,6 +95,13 @@ def test_without_local_positions_the_global_ones_count_but_not_those_without_a_f
     assert flight.speed == pytest.approx(5.0)
 
 
+@pytest.mark.parametrize(("lat", "lon"), [(0, 1_490_000_000), (435_648_000, 0)])
+def test_places_on_the_equator_and_on_the_prime_meridian_are_fixes(lat, lon):
+    fixes = [mavlink.MAVLink_global_position_int_message(0, lat + k, lon, 0, 0, 0, 0, 0, 0) for k in (0, 10_000)]
+    (flight,) = summary_of([beat(Mode.HOLD, armed=True), *fixes]).flights
+    assert flight.distance == pytest.approx(111.2, abs=0.1)
+
+
 def test_without_positions_there_is_no_distance_height_or_speed():
     (flight,) = summary_of([beat(Mode.HOLD)]).flights
     assert (flight.distance, flight.height, flight.speed) == (None, None, None)
@@ -135,6 +142,22 @@ def test_decisions_have_names_and_times(forward):
 def test_a_vehicle_without_vtol_states_has_no_transitions(summary):
     (flight,) = summary.flights
     assert (flight.vtol, flight.decisions, flight.cross_track_rms) == ((), (), None)
+
+
+def test_energy_of_half_a_joule_counts():
+    energies = [energy(joules, {Law.HOVER_LINEAR: joules}) for joules in (1.0, 1.5)]
+    (flight,) = summary_of([beat(Mode.HOLD), *energies]).flights
+    assert flight.energy == {"HOVER_LINEAR": 0.5}
+
+
+def test_a_log_without_length_has_no_rates():
+    assert [message.rate for message in summary_of([beat(Mode.HOLD)]).messages] == [0.0]
+
+
+def test_a_text_names_its_system_and_component():
+    frames = [bare(beat(Mode.HOLD)), bare(text(b"ready"), system=7, component=154)]
+    (said,) = summarise(TlogReader(b"".join(record(T0, frame) for frame in frames))).texts
+    assert (said.system, said.component) == (7, 154)
 
 
 def test_a_value_outside_its_enum_is_its_number():

@@ -1,0 +1,117 @@
+"""The page about a flight: one self-contained file with its facts, its charts and its events."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from protocol.flight_log import flight_page as page_module
+from protocol.flight_log.flight_page import MissingPlotlyError, flight_page
+from protocol.flight_log.flight_series import NOTHING, FlightEvent, FlightSeries, Series
+from protocol.flight_log.flight_summary import LoggedFlight, LoggedJump
+from protocol.flight_log.scenery import Prism
+
+offline = pytest.importorskip("plotly.offline")
+
+SUMMARY = LoggedFlight(
+    system=1,
+    component=1,
+    type="VTOL_DUOROTOR",
+    autopilot="PX4",
+    modes=(),
+    armed=(),
+    distance=None,
+    height=None,
+    speed=None,
+    cross_track_rms=None,
+    cross_track_max=None,
+    laws={},
+    energy={},
+    vtol=(),
+    decisions=(),
+    jumps=(),
+)
+SERIES = ("position", "truth", "target", "hybrid", "actuators", "servos", "energy", "battery", "air", "attitude")
+FLIGHT = FlightSeries(name="f", summary=SUMMARY, duration=12.34, **dict.fromkeys(SERIES, NOTHING))
+POSITION = Series(np.arange(2.0), {axis: np.zeros(2) for axis in ("x", "y", "z")})
+AIR = Series(np.arange(2.0), {name: np.zeros((2, 3)) for name in ("wind_estimate", "wind_true")})
+JUMP = LoggedJump(time=1.0, number=1, law_from="LANDED", law_to="HOVER_LINEAR", reason="x", v=1.0, name="y")
+
+
+def page(flight=FLIGHT, title="A flight", **others):
+    """The page without plotly's own script, which is in it once."""
+    made = flight_page(flight, title=title, **others)
+    before, script, after = made.partition(f"<script>{offline.get_plotlyjs()}</script>")
+    assert script
+    assert "plotly.js v" not in before + after
+    return before + after
+
+
+def rows(page):
+    return re.findall(r"<tr><th>(.*?)</th><td>(.*?)</td></tr>", page)
+
+
+def test_a_page_is_one_document_with_plotly_in_it_once():
+    made = page(replace(FLIGHT, position=POSITION, target=POSITION, air=AIR))
+    for tag in ("<html", "<head", "<body", "</html>"):
+        assert made.count(tag) == 1
+    assert made.count("Plotly.newPlot(") == 3
+    assert made.count('"displaylogo": false') == 3
+    assert "<script src" not in made
+
+
+def test_a_page_has_a_chart_for_what_was_recorded():
+    made = page(replace(FLIGHT, position=POSITION, air=AIR))
+    assert re.findall("<h2>(.*?)</h2>", made) == ["Path", "Wind", "Events"]
+    assert re.findall("<h2>(.*?)</h2>", page()) == ["Events"]
+
+
+def test_a_page_draws_what_stands_around_the_path():
+    house = Prism("house", ((0.0, 0.0), (4.0, 0.0), (4.0, 3.0)), 0.0, 2.0)
+    flight = replace(FLIGHT, position=POSITION)
+    assert page(flight, scenery=[house]).count("mesh3d") == page(flight).count("mesh3d") + 1
+
+
+def test_a_page_begins_with_its_preamble_and_then_the_facts_that_are_known():
+    assert rows(page(preamble=[("Seed", "7")])) == [
+        ("Seed", "7"),
+        ("Flight time on the vehicle&#x27;s clock", "12.3 s"),
+    ]
+    summary = replace(
+        SUMMARY,
+        distance=5.04,
+        height=9.06,
+        jumps=(JUMP, JUMP),
+        laws={"HOVER_LINEAR": 3.04, "LANDED": 2.0},
+        energy={"HOVER_LINEAR": 50.4},
+    )
+    assert rows(page(replace(FLIGHT, summary=summary)))[1:] == [
+        ("Distance flown while armed", "5.0 m"),
+        ("Greatest height", "9.1 m"),
+        ("Jumps", "2"),
+        ("Under hover linear", "3.0 s, 50 J"),
+        ("Under landed", "2.0 s"),
+    ]
+
+
+def test_a_page_lists_the_events_with_their_times():
+    events = (FlightEvent(1.234, "jump", "a to b", "b"), FlightEvent(2.0, "text", "ready"))
+    made = page(replace(FLIGHT, events=events))
+    assert re.findall('<tr class="(.*?)"><td class="n">(.*?)</td><td>(.*?)</td>', made) == [
+        ("jump", "1.23 s", "a to b"),
+        ("text", "2.00 s", "ready"),
+    ]
+
+
+def test_texts_of_a_vehicle_are_no_markup():
+    event = FlightEvent(1.0, "text", "<script>alert(1)</script>")
+    made = page(replace(FLIGHT, events=(event,)), title="<b>", preamble=[("<i>", "<u>")])
+    assert not re.search("<script>alert|<b>|<i>|<u>", made)
+    assert made.count("&lt;b&gt;") == 2  # heading and title
+
+
+def test_without_plotly_there_is_no_page(monkeypatch):
+    monkeypatch.setattr(page_module, "find_spec", lambda _name: None)
+    with pytest.raises(MissingPlotlyError, match="pip install"):
+        flight_page(FLIGHT, title="A flight")
