@@ -38,8 +38,6 @@ def playing_times(times: NDArray[np.int64]) -> NDArray[np.float64]:
     steady = times.copy()
     odd = (before <= after) & ((now < before) | (now > after))
     steady[1:-1][odd] = before[odd]
-    if len(times) > 2 and times[0] > times[1] and times[1] <= times[2]:
-        steady[0] = times[1]
     return np.concatenate(([0.0], np.cumsum(np.maximum(np.diff(steady), 0)) / 1e6))
 
 

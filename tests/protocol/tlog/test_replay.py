@@ -108,6 +108,8 @@ def test_damage_and_clock_steps_are_marked_where_they_happened():
         ([10, 20, 9_000_000, 30, 40], [0, 10, 10, 20, 30]),  # one time far ahead
         ([10, 20, 3, 30, 40], [0, 10, 10, 20, 30]),  # one time far behind
         ([9_000_000, 20, 30], [0, 0, 10]),
+        ([20, 10, 30], [0, 0, 10]),
+        ([9_000_000, 3, 9_000_020, 9_000_030], [0, 0, 20, 30]),  # the second one far behind: no pause
     ],
 )
 def test_playing_time_never_runs_backwards(recorded, played):
