@@ -119,7 +119,7 @@ def _check_origin(plan: FlightPlan) -> None:
         raise FlightPlanError(plan.place, f"security_height {plan.security_height:g} is negative")
     for name in ("ground_alt", "alt", "home_mode_height", "geofence_max_alt", "geofence_max_height"):
         value = getattr(plan, name)
-        if value is not None and abs(value) > MAX_ALTITUDE:
+        if _exceed(MAX_ALTITUDE, value):
             raise FlightPlanError(plan.place, f"{name} {value:g} is not within {MAX_ALTITUDE:g} m")
     if plan.geofence_sector is not None and plan.sector(plan.geofence_sector.name) is None:
         raise FlightPlanError(plan.geofence_sector.place, f"there is no sector {plan.geofence_sector.name!r}")
@@ -131,12 +131,17 @@ def _check_waypoint(point: PlanWaypoint) -> None:
         raise FlightPlanError(point.place, f"waypoint {point.name!r} needs x and y, or lat and lon")
     if point.alt is not None and point.height is not None:
         raise FlightPlanError(point.place, f"waypoint {point.name!r} has both alt and height")
-    if abs(point.lat or 0.0) > 90.0 or abs(point.lon or 0.0) > 180.0:
+    if _exceed(90.0, point.lat) or _exceed(180.0, point.lon):
         raise FlightPlanError(point.place, f"waypoint {point.name!r} is not on the globe")
-    if max(abs(point.x or 0.0), abs(point.y or 0.0)) > MAX_COORDINATE:
+    if _exceed(MAX_COORDINATE, point.x, point.y):
         raise FlightPlanError(point.place, f"waypoint {point.name!r} is farther than {MAX_COORDINATE:g} m away")
-    if max(abs(point.alt or 0.0), abs(point.height or 0.0)) > MAX_ALTITUDE:
+    if _exceed(MAX_ALTITUDE, point.alt, point.height):
         raise FlightPlanError(point.place, f"waypoint {point.name!r} is higher than {MAX_ALTITUDE:g} m")
+
+
+def _exceed(limit: float, *values: float | None) -> bool:
+    """Whether one of the values that there are is beyond a limit, above or below zero."""
+    return any(value is not None and abs(value) > limit for value in values)
 
 
 def _check_sectors(plan: FlightPlan) -> None:

@@ -44,12 +44,13 @@ def unpack_plan(data: bytes, name: str) -> PackedPlan:
         FlightPlanError: It is not valid.
     """
     plan = read_flight_plan(data, name)
-    end, begin = data.rstrip(), data.rfind(_BEGIN)
-    if begin < 0 or not end.endswith(_END):
+    _, begin, behind = data.rpartition(_BEGIN)
+    content, end, rest = behind.partition(_END)
+    if not (begin and end) or rest.strip():
         return PackedPlan(plan, NameMapping())
     names = f"names of {name}"
     try:
-        text = end[begin + len(_BEGIN) : -len(_END)].decode("utf-8")
+        text = content.decode("utf-8")
     except UnicodeDecodeError:
         raise FlightPlanError(Place(names, 0, 0), "not a text in UTF-8") from None
     return PackedPlan(plan, parse_name_mapping(text, names))

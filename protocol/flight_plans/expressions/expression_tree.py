@@ -38,11 +38,10 @@ class Number:
     """A number; without a point or an exponent it is whole, as in C."""
 
     value: int | float
-    place: Place = field(default=NOWHERE, compare=False)
+    place: Place = NOWHERE
 
     def __eq__(self, other: object) -> bool:
-        same = isinstance(other, Number) and type(self.value) is type(other.value)
-        return same and isinstance(other, Number) and self.value == other.value
+        return isinstance(other, Number) and type(self.value) is type(other.value) and self.value == other.value
 
     def __hash__(self) -> int:
         return hash((type(self.value), self.value))

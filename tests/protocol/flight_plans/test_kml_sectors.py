@@ -61,7 +61,8 @@ def test_a_file_that_is_not_there_leaves_its_sectors_out(tmp_path):
         ('<!DOCTYPE k [<!ENTITY e "x">]><kml>&e;</kml>', "entities"),
         (KML.replace("1.482,43.562", ""), "'Pond' has fewer than 3 corners"),
         (KML.replace("1.482,43.562", "1.482"), "'1.482' is not a longitude and a latitude"),
-        (KML.replace("1.482,43.562", "1.482,94"), "not on the globe"),
+        (KML.replace("1.482,43.562", "1.482,90.1"), "not on the globe"),
+        (KML.replace("1.482,43.562", "-180.1,43"), "not on the globe"),
         (KML.replace("1.482,43.562", "nan,4"), "not on the globe"),
         (KML.replace("<name>Pond</name>", ""), "a polygon has no <name>"),
         (KML.replace("Pond", "Flying area"), "a second"),
@@ -71,6 +72,13 @@ def test_files_that_are_refused(tmp_path, kml, words):
     with pytest.raises(FlightPlanError, match=words) as caught:
         load(tmp_path, kml)
     assert "area.kml" in str(caught.value)
+
+
+def test_a_plan_names_32_kml_files_at_most(tmp_path):
+    files = '<kml file="none.kml"/>' * 32
+    assert len(load(tmp_path, None, f"<sectors>{files}</sectors>").sectors) == 32
+    with pytest.raises(FlightPlanError, match="more than 32 KML files"):
+        load(tmp_path, None, f'<sectors>{files}<kml file="none.kml"/></sectors>')
 
 
 def test_nothing_outside_of_the_plans_folder_is_opened(tmp_path):

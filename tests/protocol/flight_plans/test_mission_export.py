@@ -87,6 +87,15 @@ def test_an_item_holds_what_its_stage_says_and_nothing_else():
     assert all(math.isnan(item.params[3]) for item in export.mission.items)
 
 
+@pytest.mark.parametrize(
+    ("climb", "command", "altitude"), [("0.5", "TAKEOFF", 102.0), ("0", "LAND", 100.0), ("-0.5", "LAND", 100.0)]
+)
+def test_a_climb_is_a_takeoff_to_its_waypoint_and_a_descent_a_landing_on_the_ground(climb, command, altitude):
+    export = to_mission(plan_of(f'<block name="a"><stay wp="A" vmode="climb" climb="{climb}"/></block>'))
+    (item,) = export.mission.items
+    assert (item.command, item.z) == (getattr(mavlink, f"MAV_CMD_NAV_{command}"), altitude)
+
+
 def test_a_waypoint_that_a_loop_names_is_lost_and_not_flown_to_as_the_origin():
     plan = plan_of('<block name="a"><path wpts="A $i B"/><go wp="$i"/><stay wp="$i"/><go from="$i" wp="A"/></block>')
     export = to_mission(plan)

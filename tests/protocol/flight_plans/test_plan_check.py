@@ -150,9 +150,27 @@ def test_mappings_that_are_refused(text, words):
     assert str(caught.value).startswith("m.toml: ")
 
 
-def test_a_mapping_that_cannot_be_read(tmp_path):
-    with pytest.raises(FlightPlanError, match="cannot be read"):
-        load_name_mapping(tmp_path / "none.toml")
+def test_a_mapping_that_cannot_be_read_is_named_without_a_line(tmp_path):
+    path = tmp_path / "none.toml"
+    with pytest.raises(FlightPlanError, match=f"^{path}: cannot be read: No such file"):
+        load_name_mapping(path)
+    path.write_bytes(b"\xff")
+    with pytest.raises(FlightPlanError, match=f"^{path}: not a text in UTF-8"):
+        load_name_mapping(path)
+
+
+def test_a_mapping_of_100000_bytes_is_read_and_a_longer_one_refused(tmp_path):
+    path = tmp_path / "names.toml"
+    path.write_bytes(b"[functions]\nf = 1\n".ljust(100_000, b"\n"))
+    assert load_name_mapping(path).functions == {"f": 1}
+    path.write_bytes(path.read_bytes() + b"\n")
+    with pytest.raises(FlightPlanError, match="longer than 100000 bytes"):
+        load_name_mapping(path)
+
+
+def test_commands_of_guided_flight_are_parted_by_commas_outside_of_parentheses():
+    assert findings(block('<guided commands="Max(Min(1, 2), fabs(3)), 2, (3), 4"/>')) == []
+    assert findings(block('<guided commands="Max(fabs(1), 2), 2, 3"/>')) == [("<guided> commands", "b")]
 
 
 @pytest.mark.skipif(not public_plans(), reason="the public plans are not here")

@@ -73,9 +73,9 @@ def test_attributes_are_written_as_they_were():
         ('<!DOCTYPE a SYSTEM "no.dtd"><a>&e;</a>', "undefined entity &e;"),
         ("<a>" * 40 + "</a>" * 40, "deeper in each other"),
         ('<a xmlns:x="y" x:b="1"/>', "namespaces"),
-        (b'<?xml version="1.0" encoding="utf-16"?><a/>', "UTF-8"),
+        (b'<?xml version="1.0" encoding="utf-16"?><a/>', "t.xml:1:1: not a text in UTF-8"),
         (b"<a b='\xff'/>", "not utf-8"),
-        ("<a/>" + " " * MAX_SIZE, "longer than"),
+        ("<a/>" + " " * MAX_SIZE, "t.xml:1:1: longer than"),
         ("<a>" + "<b/>" * (MAX_ELEMENTS + 1) + "</a>", "elements"),
         ("<procedure/>", "a procedure is flown by a plan that includes it"),
     ],
@@ -157,6 +157,8 @@ def test_an_expression_is_refused_at_its_character():
     assert (error.place.line, error.place.column) == (5, 21)
     error = refusal(text.replace("(2 +", "@ 2"))
     assert (error.place.line, error.place.column) == (5, 17)
+    error = refusal(text.replace("1 &lt;", "1\n\n    &lt;"))
+    assert (error.place.line, error.place.column) == (7, 14)
 
 
 def test_every_line_ending_and_latin_1_are_read():

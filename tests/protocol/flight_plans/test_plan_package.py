@@ -49,6 +49,25 @@ def test_other_readers_pass_over_the_names():
 
 
 @pytest.mark.parametrize(
+    "content",
+    [
+        pack_plan(PLAN) + b"<?other-tool x?>\n",
+        pack_plan(PLAN) + b"<!-- <?darko-names\n[functions] -->",
+        pack_plan(PLAN) + b"<!-- <?darko-names\n[functions]\n?> -->",
+        b"<?darko-names\n[functions]\n?>" + pack_plan(PLAN) + b"<?other-tool x?>",
+    ],
+)
+def test_a_plan_that_does_not_end_with_names_has_none(content):
+    assert unpack_plan(content, "sent").mapping == NameMapping()
+
+
+def test_names_that_are_cut_off_are_refused():
+    whole = pack_plan(PLAN, parse_name_mapping(NAMES, "n"))
+    with pytest.raises(FlightPlanError, match="not XML"):
+        unpack_plan(whole.rstrip().removesuffix(b"?>"), "sent")
+
+
+@pytest.mark.parametrize(
     ("names", "words"),
     [
         (b"[functions]\nf = nowhere\n", "names of sent: not TOML"),

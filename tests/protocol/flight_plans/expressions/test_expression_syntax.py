@@ -3,7 +3,7 @@
 import pytest
 
 from protocol.flight_plans import FlightPlanError
-from protocol.flight_plans.expressions.expression_syntax import MAX_EXPRESSION_DEPTH, parse_expression, parse_script
+from protocol.flight_plans.expressions.expression_syntax import parse_expression, parse_script
 from protocol.flight_plans.expressions.expression_text import expression_text, script_text
 from protocol.flight_plans.expressions.expression_tree import (
     BlockTitle,
@@ -78,10 +78,21 @@ def test_faults_have_a_column(text, column, words):
 
 
 def test_depth_and_length_are_bounded():
-    for text in ("!" * (MAX_EXPRESSION_DEPTH + 1) + "a", "+".join("a" * 200), "f(" * 200 + ")" * 200, "a" * 5000):
+    for text in ("!" * 98 + "a", "+".join("a" * 200), "f(" * 200 + ")" * 200, "a" * 5000):
         with pytest.raises(FlightPlanError, match=r"more than|longer"):
             tree(text)
     tree("(" * 500 + "a" + ")" * 500)  # parentheses alone are no depth
+
+
+def test_an_expression_has_100_parts_in_each_other_and_4000_characters_at_most():
+    deepest = "!" * 97 + "a"  # and a variable, which has a path, which has a name
+    assert expression_text(tree(deepest)) == deepest
+    with pytest.raises(FlightPlanError, match="more than 100 parts in each other"):
+        tree("!" + deepest)
+    longest = "a".ljust(4000)
+    assert tree(longest) == tree("a")
+    with pytest.raises(FlightPlanError, match="longer than 4000 characters"):
+        tree(longest + " ")
 
 
 def test_statements():
