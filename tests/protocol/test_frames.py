@@ -106,6 +106,16 @@ def test_without_roll_the_heading_does_not_depend_on_pitch(pitch, yaw):
     assert abs(math.remainder(frames.heading(q) - yaw, 2 * math.pi)) < 1e-6
 
 
+@pytest.mark.parametrize(
+    ("pitch_deg", "heading_deg"),
+    [(44.9, 0.0), (45.1, 270.0), (60.0, 270.0), (-44.9, 0.0), (-45.1, 90.0), (-60.0, 90.0)],
+)
+def test_above_45_degrees_the_heading_is_that_of_the_belly_and_nose_down_that_of_the_back(pitch_deg, heading_deg):
+    """Rolled right by 90 degrees with the nose north: the belly is west, the back east."""
+    q = frames.quaternion_from_euler(math.pi / 2, math.radians(pitch_deg), 0.0)
+    assert math.degrees(frames.heading(q)) % 360.0 == pytest.approx(heading_deg % 360.0, abs=1e-6)
+
+
 @given(*[st.floats(-2000.0, 2000.0)] * 3)
 def test_local_to_geodetic_and_back_loses_less_than_a_millimetre_within_two_kilometres(north, east, down):
     frame = LocalFrame(HOME)

@@ -229,3 +229,9 @@ def test_a_vehicle_keeps_the_newest_32_events():
         server.receive(requested(number, part=1), 0.0, GROUND)
         answered += [number] if server.messages_to_send() else []
     assert answered == list(range(9, 41))
+
+
+def test_events_are_numbered_up_to_65535_and_then_from_1():
+    server, happened = FlightPlanServer(1, 1), event()
+    numbers = [server.tell(happened).number for _ in range(65537)]
+    assert numbers[:2] + numbers[-3:] == [1, 2, 65535, 1, 2]

@@ -6,7 +6,7 @@ import zlib
 import pytest
 
 from protocol.dialect import mavlink
-from protocol.engines.client.flight_plan_upload import MAX_OPEN_PIECES, FlightPlanUpload
+from protocol.engines.client.flight_plan_upload import FlightPlanUpload
 from protocol.engines.flight_plan_table import MAX_FILE_BYTES, PIECE_BYTES
 from protocol.engines.server.flight_plan_file_server import FlightPlanFileServer
 from protocol.errors import LocalProtocolError
@@ -67,7 +67,7 @@ def test_a_silent_vehicle_is_given_up():
 def test_several_pieces_are_under_way_at_a_time():
     client = FlightPlanUpload(255, 190)
     client.send(VEHICLE, PLAN, 0.0)
-    assert len(client.messages_to_send()) == MAX_OPEN_PIECES
+    assert len(client.messages_to_send()) == 10
     with pytest.raises(LocalProtocolError, match="already"):
         client.send(VEHICLE, PLAN, 0.0)
 
@@ -136,3 +136,24 @@ def test_a_file_that_is_sent_once_more_is_judged_once_more():
         assert len(events) == judged
         for event in events:
             server.answer(event.peer, ACCEPTED)
+
+
+@pytest.mark.parametrize(("age", "result"), [(2.0, ACCEPTED), (2.01, mavlink.MAV_RESULT_IN_PROGRESS)])
+def test_a_piece_that_comes_two_seconds_after_the_answer_belongs_to_the_file_that_was_judged(age, result):
+    server, data = FlightPlanFileServer(1, 1), bytes(200)
+    crc = zlib.crc32(data)
+    for offset in (0, 180):
+        server.receive(piece(size=200, offset=offset, crc=crc), 5.0, GROUND)
+    server.answer(GROUND, ACCEPTED)
+    server.messages_to_send()
+    server.receive(piece(size=200, crc=crc), 5.0 + age, GROUND)
+    assert [outgoing.message.result for outgoing in server.messages_to_send()] == [result]
+
+
+@pytest.mark.parametrize(("age", "result"), [(9.99, REJECTED), (10.0, mavlink.MAV_RESULT_IN_PROGRESS)])
+def test_a_station_that_is_silent_for_ten_seconds_makes_way_for_another(age, result):
+    server = FlightPlanFileServer(1, 1)
+    server.receive(piece(size=1000), 5.0, GROUND)
+    server.messages_to_send()
+    server.receive(piece(size=500), 5.0 + age, OTHER)
+    assert [outgoing.message.result for outgoing in server.messages_to_send()] == [result]

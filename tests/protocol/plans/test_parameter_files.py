@@ -58,3 +58,8 @@ def test_files_of_others_are_read(tmp_path):
 def test_a_line_that_makes_no_sense_is_named(tmp_path, text, said):
     with pytest.raises(FileError, match=said):
         loaded(tmp_path, text)
+
+
+def test_whole_numbers_below_a_thousand_millions_are_written_in_digits():
+    values = {"A": 999_999_936.0, "B": 1e9, "C": -3.0, "D": 0.1}
+    assert [line.split()[1] for line in render_parm(values).splitlines()[-4:]] == ["999999936", "1e+09", "-3", "0.1"]

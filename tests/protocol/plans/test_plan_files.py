@@ -316,3 +316,7 @@ def test_a_plan_with_a_fence_is_not_saved_as_a_waypoint_file(tmp_path):
     plan = Plan(geo_fence={"circles": [{"radius": 4}], "polygons": [], "version": 2})
     with pytest.raises(FileError, match="cannot carry the plan's fence"):
         save(plan, tmp_path / "mission.waypoints")
+
+
+def test_no_item_of_a_plan_file_is_the_current_one():
+    assert {item.current for item in load(DATA / "square.plan").items} == {False}

@@ -6,7 +6,7 @@ import pytest
 
 from protocol.errors import FileError
 from protocol.frames import Geodetic
-from protocol.plans import Plan, load
+from protocol.plans import Plan, load, save
 from protocol.plans.fence_rally import fence_items, rally_items, with_fence, with_rally
 from protocol.plans.json_table import JsonTable
 from tests.support.vehicle.fence_shapes import POINTS, SHAPES
@@ -115,3 +115,20 @@ def test_a_long_value_is_shortened_in_messages():
         with pytest.raises(FileError) as error:
             table(x="a" * length).whole("x")
         assert str(error.value) == f"a.plan: x: {shown} is not a whole number from 0 to 65535"
+
+
+def test_a_home_of_a_plan_file_is_on_the_edge_of_the_globe_or_within_it(tmp_path):
+    path = tmp_path / "a.plan"
+    for lat, lon in ((90.0, 180.0), (-90.0, -180.0)):
+        save(Plan(planned_home=Geodetic(lat, lon, 1.0)), path)
+        assert load(path).planned_home == Geodetic(lat, lon, 1.0)
+        for beyond in (Geodetic(1.001 * lat, lon, 1.0), Geodetic(lat, 1.001 * lon, 1.0)):
+            text = path.read_text().replace(f"{lat},", f"{beyond.lat_deg},").replace(f"{lon},", f"{beyond.lon_deg},")
+            (tmp_path / "b.plan").write_text(text)
+            with pytest.raises(FileError):
+                load(tmp_path / "b.plan")
+
+
+def test_a_number_that_json_does_not_have_is_not_written(tmp_path):
+    with pytest.raises(FileError, match="cannot be written as JSON"):
+        save(Plan(file_keys={"x": float("nan")}), tmp_path / "a.plan")

@@ -50,6 +50,14 @@ def test_an_existing_log_is_appended_to(tmp_path):
     assert [frame for _, frame in read_tlog(path).records()] == FRAMES[:2]
 
 
+@pytest.mark.parametrize(("passed", "written"), [(999_999, 0), (1_000_000, 2)])
+def test_records_are_written_after_a_second_unless_it_is_said_otherwise(passed, written):
+    writer = TlogWriter(io.BytesIO())
+    for time, frame in ((T0, FRAMES[0]), (T0 + passed, FRAMES[1])):
+        writer.write(time, frame)
+    assert writer.written == written
+
+
 def test_a_crash_loses_at_most_unflushed_records():
     stream = io.BytesIO()
     writer = TlogWriter(stream, flush_after=1_000_000)

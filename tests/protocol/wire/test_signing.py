@@ -9,7 +9,17 @@ from hypothesis import strategies as st
 from protocol.errors import FileError, LocalProtocolError
 from protocol.wire.codec import Codec
 from protocol.wire.keyring import Keyring
-from protocol.wire.signing import NO_KEY, Signature, is_secret, load_key, sign_frame, signature_of, timestamp_at, verify
+from protocol.wire.signing import (
+    NO_KEY,
+    Signature,
+    is_secret,
+    is_signed,
+    load_key,
+    sign_frame,
+    signature_of,
+    timestamp_at,
+    verify,
+)
 from tests.support.links.link import frame
 from tests.support.links.signed_frames import KEY, T, arm, heartbeat, setup, signed
 
@@ -40,6 +50,12 @@ def test_timestamps_count_from_2015():
     assert timestamp_at(1_420_070_400.0) == 0
     assert timestamp_at(1_420_070_401.5) == 150_000
     assert timestamp_at(0.0) == 0
+    assert timestamp_at(1e12) == 0xFFFF_FFFF_FFFF
+
+
+def test_a_frame_that_is_no_longer_than_a_signature_carries_none():
+    assert is_signed(b"\xfd\x00\x01".ljust(14, b"\0"))
+    assert not is_signed(b"\xfd\x00\x01".ljust(13, b"\0"))
 
 
 def test_a_frame_with_a_key_is_secret():

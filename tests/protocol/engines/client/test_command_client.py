@@ -156,3 +156,9 @@ def test_an_unanswered_cancel_times_out():
     assert client.events() == [CommandDone(request, ARM, None, "no answer")]
     client.request_cancel(request, 9.0)
     assert kinds(client) == []
+
+
+def test_a_command_is_sent_again_after_seven_tenths_of_a_second():
+    client = CommandClient(255, 190)
+    client.send(long(), 10.0)
+    assert client.next_deadline() == pytest.approx(10.7)

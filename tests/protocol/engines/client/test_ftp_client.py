@@ -124,3 +124,12 @@ def test_cancelling_ends_all_requests():
     client.cancel("closed")
     assert outcome(client) == [FileFailed("a", None, "closed"), FileFailed("b", None, "closed")]
     assert (client.is_busy, client.next_deadline()) == (False, math.inf)
+
+
+def test_progress_counts_the_bytes_of_the_parts_that_have_come():
+    client, _ = reading(500)
+    for offset, size in ((239, 239), (478, 22), (0, 239)):
+        client.receive(answer(FtpPacket(7, 1, READ, size, offset=offset), data=bytes(size)), 0.2)
+    assert [(event.done, event.total) for event in client.events() if isinstance(event, FileProgress)] == [
+        (239, 500), (478, 500), (500, 500),
+    ]  # fmt: skip

@@ -12,6 +12,7 @@ from protocol.engines.retransmission import Remote, RequestWindow, Retransmissio
 from protocol.errors import LocalProtocolError
 from protocol.events import LogsListed, RemoteLog
 from protocol.wire.codec import Codec
+from tests.support.links.link import plan
 
 VEHICLE = (1, 1)
 REAL32 = mavlink.MAV_PARAM_TYPE_REAL32
@@ -109,3 +110,25 @@ def test_a_silent_remote_end_is_given_up_after_exactly_10_seconds(now, over):
     remote.heard = 0.0
     window = RequestWindow(remote, range(3), 3, 0.0)
     assert window.is_over(now) == over
+
+
+def test_a_mission_of_65535_items_can_be_changed_and_a_longer_one_cannot():
+    items = plan(1) * 65535
+    client = MissionClient(255, 190)
+    client.write_items(VEHICLE, items, range(65534, 65535), 0.0)
+    (message,) = client.messages_to_send()
+    assert (message.start_index, message.end_index) == (65534, 65534)
+    for wrong in (range(65534, 65536), range(3, 3), range(-1, 2)):
+        with pytest.raises(LocalProtocolError, match="cannot be written"):
+            MissionClient(255, 190).write_items(VEHICLE, items, wrong, 0.0)
+    with pytest.raises(LocalProtocolError, match="of 65536 cannot be written"):
+        MissionClient(255, 190).write_items(VEHICLE, (*items, items[0]), range(1), 0.0)
+
+
+def test_only_the_items_to_be_changed_are_sent():
+    client = MissionClient(255, 190)
+    client.write_items(VEHICLE, plan(3), range(1, 2), 0.0)
+    client.messages_to_send()
+    for seq in (0, 1, 2):
+        client.receive(mavlink.MAVLink_mission_request_int_message(255, 190, seq), 0.1)
+    assert [message.seq for message in client.messages_to_send()] == [1]

@@ -102,3 +102,11 @@ def test_answers_are_remembered_for_thirty_seconds(requests):
     assert len(requests.server._records) == 2
     requests.executes(long(p1=0.0), 40.1, 252)
     assert len(requests.server._records) == 1
+
+
+@pytest.mark.parametrize(("others", "is_new"), [(254, False), (255, True)])
+def test_the_256th_answer_makes_room_for_the_next_message_by_the_oldest_one(others, is_new):
+    requests = Requests()
+    for number in range(others + 1):
+        assert requests.executes(long(p1=float(number)), 10.0, number % 256)
+    assert requests.executes(long(1, p1=0.0), 10.1, (others + 1) % 256) == is_new

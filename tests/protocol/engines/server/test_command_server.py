@@ -159,6 +159,14 @@ def test_progress_is_acknowledged_before_the_result():
     assert [(o.message.result, o.message.progress) for o in engine.messages_to_send()] == [(5, 30), (0, 0)]
 
 
+def test_progress_that_is_not_known_is_255_and_an_answer_at_once_has_none():
+    engine = server()
+    engine.receive(long(), 0.0, GROUND)
+    engine.acknowledge(engine.events()[0].request, IN_PROGRESS, 0.1)
+    engine.receive(long(command=999), 0.2, GROUND)
+    assert [(o.message.result, o.message.progress) for o in engine.messages_to_send()] == [(5, 255), (3, 0)]
+
+
 def test_a_command_in_progress_is_never_restarted_by_a_repetition():
     engine, wire = server(), Wire()
     engine.receive(wire(long()), 0.0, GROUND)

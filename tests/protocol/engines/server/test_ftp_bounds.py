@@ -3,6 +3,7 @@
 import pytest
 
 from protocol.dialect import mavlink
+from protocol.engines.file_store import Entry
 from protocol.engines.ftp_packet import MAX_DATA, FtpPacket
 from protocol.engines.server.ftp_server import FtpServer
 from protocol.wire.message import Peer
@@ -97,3 +98,39 @@ def test_answers_of_32_clients_are_stored_and_one_more_drops_the_one_that_asked_
     assert stored(server) == [*peers[1:32], peers[0]]
     ask(server, RESET, peer=peers[32])
     assert stored(server) == [*peers[2:32], peers[0], peers[32]]
+
+
+class Growing(Tree):
+    """Its files have more bytes than when they were opened."""
+
+    def open(self, path):
+        file = super().open(path)
+        file.read = lambda offset, size: bytes(1000)[offset : offset + size]
+        return file
+
+
+def test_of_a_file_that_grew_after_its_opening_the_earlier_size_is_sent():
+    server = FtpServer(1, 1, Growing(file=bytes(300)))
+    ask(server, OPEN, path="file")
+    for offset, size in ((0, 239), (239, 61)):
+        request = FtpPacket(2 + offset, 0, mavlink.MAV_FTP_OPCODE_READFILE, MAX_DATA, offset=offset)
+        server.receive(request.to_message(1, 1), 0.0, GROUND)
+        (out,) = server.messages_to_send()
+        assert FtpPacket.of(out.message).size == size
+
+
+class Listed(Tree):
+    """Has entries of these lengths, each with its type and an end in the list."""
+
+    def __init__(self, *lengths):
+        super().__init__()
+        self.lengths = lengths
+
+    def entries(self, _path):
+        return [Entry("x" * (length - 2), None) for length in self.lengths]
+
+
+@pytest.mark.parametrize(("last", "size"), [(39, 239), (40, 200)])
+def test_an_answer_lists_as_many_entries_as_fit_its_239_bytes(last, size):
+    (answer,) = ask(FtpServer(1, 1, Listed(100, 100, last)), mavlink.MAV_FTP_OPCODE_LISTDIRECTORY, path="/")
+    assert answer.size == size

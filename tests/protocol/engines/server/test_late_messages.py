@@ -6,7 +6,7 @@ from protocol.dialect import mavlink
 from protocol.events import MissionCleared
 from protocol.wire.codec import Codec
 from protocol.wire.message import Peer
-from tests.support.links.mission_server import GROUND, feed, numbered, server
+from tests.support.links.mission_server import GROUND, feed, numbered, received, server
 
 CLEAR = mavlink.MAVLink_mission_clear_all_message(1, 1, 0)
 LIST = mavlink.MAVLink_mission_request_list_message(1, 1, 0)
@@ -61,3 +61,14 @@ def test_a_sender_is_the_same_at_another_address():
     feed(engine, later, peer=GROUND)
     feed(engine, earlier, peer=GROUND._replace(key="moved"))
     assert not clears(engine)
+
+
+@pytest.mark.parametrize(("seq", "answer"), [(1, [("ITEM", 1)]), (2, [])])
+def test_a_late_request_for_an_item_that_is_not_there_any_more_is_ignored(seq, answer):
+    engine = server()
+    request = mavlink.MAVLink_mission_request_int_message(1, 1, seq)
+    late, newest = numbered(request, LIST)
+    feed(engine, newest)
+    engine.messages_to_send()
+    feed(engine, late)
+    assert received(engine) == answer

@@ -63,7 +63,7 @@ def test_a_list_contains_every_log_numbered_from_0():
 
 def test_a_list_without_logs_is_one_empty_entry():
     (entry,) = ask(LogServer(1, 1, Store()), listing())
-    assert (entry.id, entry.num_logs) == (0, 0)
+    assert (entry.id, entry.num_logs, entry.last_log_num, entry.time_utc, entry.size) == (0, 0, 0, 0, 0)
 
 
 def test_a_part_of_the_list_can_be_requested():
@@ -177,3 +177,9 @@ def test_the_next_parts_are_due_an_interval_later_and_none_after_the_last():
     calls = math.ceil(12 / log_server.MESSAGES_PER_INTERVAL)
     assert due == [*(7.0 + k * log_server.SEND_INTERVAL for k in range(calls)), math.inf]
     assert [m.message.ofs for m in server.messages_to_send()] == [k * LOG_DATA_SIZE for k in range(12)]
+
+
+def test_32_ranges_wait_at_a_time():
+    requests = [wanted(0, 90 * number, 90) for number in range(40)]
+    messages = ask(LogServer(1, 1, Store(LONG)), *requests)
+    assert [message.ofs for message in messages] == [90 * number for number in range(32)]

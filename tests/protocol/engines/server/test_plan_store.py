@@ -6,6 +6,7 @@ import pytest
 
 from protocol.dialect import mavlink
 from protocol.engines.retransmission import STALL_LIMIT
+from protocol.engines.server.plan_store import MissionInstead
 from protocol.events import MissionReceived, MissionRefused
 from protocol.plans.mission_item import MissionItem
 from protocol.plans.validation import Refusal
@@ -63,8 +64,12 @@ def test_a_lost_item_is_requested_again_until_the_upload_times_out():
 
 def test_a_lost_final_ack_is_repeated_when_the_last_item_arrives_again():
     engine = server()
-    feed(engine, count(2), item(0), item(1), item(1), item(0))
-    assert received(engine)[2:] == [("ACK", ACCEPTED)] * 2
+    feed(engine, count(2), item(0), item(1))
+    assert received(engine)[2:] == [("ACK", ACCEPTED)]
+    feed(engine, item(1))
+    assert received(engine) == [("ACK", ACCEPTED)]
+    feed(engine, item(0))
+    assert received(engine) == []
     assert len(engine.events()) == 1
 
 
@@ -173,7 +178,7 @@ def test_items_and_a_cancel_from_before_an_upload_are_ignored():
     engine, new = server(), plan(2, 900)
     cancel = mavlink.MAVLink_mission_ack_message(1, 1, CANCELLED)
     old, end, opens, *rest = numbered(item(0), cancel, count(2), *[new[n].to_message(n, 1, 1) for n in range(2)])
-    feed(engine, opens, old, end, *rest)
+    feed(engine, opens, old, end, *rest, now=100.0)
     assert engine.items == new
 
 
@@ -220,6 +225,8 @@ def test_a_ground_station_may_change_its_port_during_an_upload():
 
 def test_too_many_items_are_refused_at_once():
     engine = server()
+    feed(engine, count(1000))
+    assert received(engine) == [("REQUEST", 0)]
     feed(engine, count(1001))
     assert received(engine) == [("ACK", NO_SPACE)]
 
@@ -236,3 +243,60 @@ def test_nan_and_minus_zero_are_stored_bit_for_bit():
     (back,) = ground.decode(vehicle.encode(engine.messages_to_send()[-1].message))
     assert bytes(back.get_msgbuf()[10:38]) == sent[10:38]  # four params, x, y, z
     assert MissionItem.from_message(back) == odd
+
+
+SHOWN = MissionInstead(plan(3, 900), current=2, reason="a flight plan is flown")
+
+
+def test_an_upload_ends_with_the_reason_when_something_else_is_shown():
+    engine = server()
+    feed(engine, count(2), item(0))
+    engine.messages_to_send()
+    engine.show_instead(SHOWN)
+    assert received(engine) == [("ACK", DENIED)]
+    assert engine.events() == [MissionRefused(DENIED, "a flight plan is flown")]
+    assert (engine.is_receiving, engine.items, engine.next_deadline()) == (False, OLD, math.inf)
+
+
+def test_without_an_upload_nothing_is_sent_when_something_else_is_shown():
+    engine = server()
+    engine.show_instead(SHOWN)
+    engine.show_instead(None)
+    assert (engine.messages_to_send(), engine.events()) == ([], [])
+
+
+def test_an_upload_goes_on_when_the_plan_itself_is_shown():
+    engine = server()
+    feed(engine, count(1))
+    engine.show_instead(None)
+    feed(engine, item(0))
+    assert received(engine) == [("REQUEST", 0), ("ACK", ACCEPTED)]
+
+
+def test_peers_download_what_is_shown_instead_and_cannot_change_it():
+    engine = server()
+    engine.show_instead(SHOWN)
+    feed(engine, mavlink.MAVLink_mission_request_list_message(1, 1))
+    for seq in range(4):
+        feed(engine, mavlink.MAVLink_mission_request_int_message(1, 1, seq))
+    counted, *items, beyond = [out.message for out in engine.messages_to_send()]
+    assert (counted.count, beyond.type) == (3, 13)
+    assert [MissionItem.from_message(message) for message in items] == list(SHOWN.items)
+    assert [message.current for message in items] == [0, 0, 1]
+    feed(engine, count(0), count(2), mavlink.MAVLink_mission_clear_all_message(1, 1))
+    feed(engine, mavlink.MAVLink_mission_set_current_message(1, 1, 0))
+    assert received(engine) == [("ACK", DENIED)] * 4
+    assert {event.reason for event in engine.events()} == {"a flight plan is flown"}
+    engine.show_instead(None)
+    assert engine.items == OLD
+
+
+@pytest.mark.parametrize(("items", "state"), [(SHOWN.items, mavlink.MISSION_STATE_ACTIVE), ((), 1)])
+def test_the_current_item_is_that_of_what_is_shown_instead(items, state):
+    engine, message = server(), mavlink.MAVLink_mission_current_message(1, 2)
+    engine.show_instead(SHOWN._replace(items=items, current=min(2, len(items))))
+    engine.mark(message)
+    assert (message.seq, message.total, message.mission_state) == (min(2, len(items)), len(items), state)
+    assert message.mission_mode == 1  # in mission mode
+    assert (message.mission_id != 0) == bool(items)
+    assert engine.current == 1
