@@ -40,7 +40,7 @@ def flight_times(reader: TlogReader, source: Source) -> NDArray[np.float64]:
 def times_since_boot(reader: TlogReader, source: Source) -> NDArray[np.float64]:
     """Time of each record since the vehicle was switched on [s], shape (n,); arguments as of :func:`flight_times`."""
     _, boot = _timed(reader, source)
-    return flight_times(reader, source) + (float(boot[0]) if len(boot) > 1 else 0.0)
+    return flight_times(reader, source) + (float(boot[0]) if len(boot) else 0.0)
 
 
 def _timed(reader: TlogReader, source: Source) -> tuple[NDArray[np.int64], NDArray[np.float64]]:

@@ -113,7 +113,13 @@ def test_without_roll_the_heading_does_not_depend_on_pitch(pitch, yaw):
 def test_above_45_degrees_the_heading_is_that_of_the_belly_and_nose_down_that_of_the_back(pitch_deg, heading_deg):
     """Rolled right by 90 degrees with the nose north: the belly is west, the back east."""
     q = frames.quaternion_from_euler(math.pi / 2, math.radians(pitch_deg), 0.0)
-    assert math.degrees(frames.heading(q)) % 360.0 == pytest.approx(heading_deg % 360.0, abs=1e-6)
+    turn = frames.heading(q) - math.radians(heading_deg)
+    assert math.remainder(turn, 2.0 * math.pi) == pytest.approx(0.0, abs=1e-9)
+
+
+@given(angles, pitches, angles)
+def test_a_heading_is_from_zero_to_a_full_turn(roll, pitch, yaw):
+    assert 0.0 <= frames.heading(frames.quaternion_from_euler(roll, pitch, yaw)) <= 2.0 * math.pi
 
 
 @given(*[st.floats(-2000.0, 2000.0)] * 3)

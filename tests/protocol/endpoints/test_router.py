@@ -67,6 +67,12 @@ def test_a_message_for_a_component_goes_where_it_was_heard(net, target, ports):
     assert net.reaches("qgc", QGC, long(target)) == ports
 
 
+def test_a_message_for_a_component_of_the_own_system_that_was_not_heard_goes_nowhere():
+    net = Net(("qgc", QGC), ("camera", (7, 100)), system=7)
+    assert net.reaches("qgc", QGC, long((7, 100))) == ["camera"]
+    assert net.reaches("qgc", QGC, long((7, 77))) == []
+
+
 def test_a_command_for_another_component_is_neither_executed_nor_answered(net):
     for target in (CAMERA, (1, 77)):
         net.end.receive_datagram(net.frame(QGC, long(target, ARM, 1.0)), "qgc", net.now)

@@ -66,6 +66,7 @@ def test_distances_are_from_the_set_point_and_from_the_truth_which_is_told_north
     assert drawn["from the set-point"] == (times, pytest.approx([4.0, np.hypot(1.5, 4.0), 5.0, np.hypot(2.0, 4.0)]))
     assert drawn["estimate from truth"] == (times, pytest.approx([0.0, 2.0, 3.0, 0.0]))
     assert len({line.line.color for line in error_chart(flight).data}) == 2
+    assert all(line.showlegend for line in error_chart(flight).data)
     assert list(lines(error_chart(replace(flight, truth=NONE)))) == ["from the set-point"]
 
 

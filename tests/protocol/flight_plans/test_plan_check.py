@@ -152,8 +152,9 @@ def test_mappings_that_are_refused(text, words):
 
 def test_a_mapping_that_cannot_be_read_is_named_without_a_line(tmp_path):
     path = tmp_path / "none.toml"
-    with pytest.raises(FlightPlanError, match=f"^{path}: cannot be read: No such file"):
+    with pytest.raises(FlightPlanError, match=f"^{path}: cannot be read: No such file") as caught:
         load_name_mapping(path)
+    assert (caught.value.place.line, caught.value.place.column) == (0, 0)
     path.write_bytes(b"\xff")
     with pytest.raises(FlightPlanError, match=f"^{path}: not a text in UTF-8"):
         load_name_mapping(path)

@@ -238,6 +238,12 @@ def test_the_origin_in_utm_is_kept_and_nothing_else_stands_there():
     assert "<waypoints> has no attribute 'utm_z0'" in str(refusal(text.replace("utm_y0", "utm_z0")))
 
 
+def test_a_file_has_a_million_bytes_at_most():
+    text = plan_text('<block name="b"/>').ljust(1_000_000)
+    assert read_flight_plan(text.encode(), "t").blocks[0].name == "b"
+    assert "longer than 1000000 bytes" in str(refusal(text + " "))
+
+
 @pytest.mark.parametrize(("elements", "is_read"), [(MAX_ELEMENTS, True), (MAX_ELEMENTS + 1, False)])
 def test_a_file_may_hold_this_many_elements(elements, is_read):
     error = refusal("<a>" + "<b/>" * (elements - 1) + "</a>")

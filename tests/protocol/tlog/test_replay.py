@@ -60,6 +60,13 @@ def test_after_a_seek_playing_continues_there():
     assert line.finished
 
 
+def test_after_so_many_records_the_position_is_that_of_the_last_of_them():
+    line = timeline(flight(5))  # at 0, 10, 20, 30, 40 ms
+    for played, position in ((1, 0.0), (3, 0.02), (5, 0.04)):
+        line.go_to(played)
+        assert line.position == pytest.approx(position)
+
+
 def test_records_of_one_time_are_told_apart_by_their_number():
     line = timeline(flight(4), step=0)
     line.go_to(2)

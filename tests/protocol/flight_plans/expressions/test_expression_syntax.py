@@ -95,6 +95,11 @@ def test_an_expression_has_100_parts_in_each_other_and_4000_characters_at_most()
         tree(longest + " ")
 
 
+def test_an_expression_and_a_script_mean_the_same_however_they_are_spaced():
+    assert parse_expression(source("1+2")) == parse_expression(source(" 1 + 2"))
+    assert parse_script(source("f( 1 ); g()")) == parse_script(source(" f(1);g()"))
+
+
 def test_statements():
     script = parse_script(source("if(!InsideKill(GetPosX(), 1)) NavKillThrottle(); nav.heading = 2;"))
     first, second = script.instructions
