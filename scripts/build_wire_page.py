@@ -43,7 +43,7 @@ VEHICLE_SOURCES = (
 
 HEAD = """# What goes over the wire
 
-For whoever connects a program: every message, command, plan item and parameter of the vehicle. Definitions:
+For anyone who connects a program: every message, command, plan item and parameter of the vehicle. Definitions:
 <https://mavlink.io/en/messages/common.html> and `protocol/dialect/darko.xml`. Anything else: an unknown command is
 UNSUPPORTED, an unknown parameter a PARAM_ERROR; an unknown message gets no answer.
 
