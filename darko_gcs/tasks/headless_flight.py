@@ -17,6 +17,7 @@ from darko_gcs.errors import FlightError, GroundError, LinkError
 from darko_gcs.feed.outward_link import outward_address
 from darko_gcs.feed.sitl_process import SitlProcess
 from darko_gcs.feed.udp_link import UdpLink
+from darko_gcs.state.missions.mission_frames import place_of
 from darko_gcs.state.missions.plan_difference import read_back_fault
 from darko_gcs.state.missions.plan_parts import FENCE, MISSION, RALLY, Items
 from darko_gcs.state.snapshot import Snapshot
@@ -36,13 +37,11 @@ from protocol.events import (
     VehicleLost,
     VehicleRestarted,
 )
-from protocol.frames import Geodetic, Vector
-from protocol.mav_frames import ABSOLUTE_ALTITUDE_FRAMES, is_global_frame
+from protocol.frames import Vector
 from protocol.names.law_names import law_label
 from protocol.plans import MissionItem, load
 from protocol.plans.fence_rally import fence_items, rally_items
 from protocol.tools.loopback import open_port_warning
-from protocol.units import from_e7, from_local_e4
 
 __all__ = ["FlightResult", "Pilot", "fly_headless"]
 
@@ -158,7 +157,7 @@ class Pilot:
         )
         _print("vehicle found")
         await self._upload(items, fence, rally, verify=verify)
-        await self._wait_until(lambda s: s.prearm_ok is not False, ANSWER_TIMEOUT)
+        await self._wait_until(lambda s: s.prearm_ok is not False, ANSWER_TIMEOUT, "vehicle: not ready to arm")
         began = self._snapshot.boot or 0.0
         self._station.arm(self._link.now)
         await self._wait_for_answer(CommandDone, "arming")
@@ -236,7 +235,7 @@ class Pilot:
         def has_answer(_: Snapshot) -> bool:
             return any(isinstance(event, kind | MissionFailed) for event in self._events)
 
-        await self._wait_until(has_answer, ANSWER_TIMEOUT, what)
+        await self._wait_until(has_answer, ANSWER_TIMEOUT, f"{what}: no answer")
         event = next(e for e in self._events if isinstance(e, kind | MissionFailed))
         self._events.remove(event)
         refused = isinstance(event, CommandDone) and event.result != mavlink.MAV_RESULT_ACCEPTED
@@ -245,14 +244,16 @@ class Pilot:
             raise FlightError(f"{what}: {reason_text(getattr(event, 'reason', ''))}: {self._last_warning()}")
         return event
 
-    async def _wait_until(self, condition: Callable[[Snapshot], bool], timeout: float, what: str = "vehicle") -> None:
+    async def _wait_until(
+        self, condition: Callable[[Snapshot], bool], timeout: float, missing: str = "vehicle: no answer"
+    ) -> None:
         deadline = self._link.now + timeout
         while not condition(self._snapshot):
             await self._pause()
             if self._link.now > deadline:
                 if self._snapshot.source is None:
                     raise LinkError(f"no vehicle heard for {timeout:g} s")
-                raise FlightError(f"{what}: no answer for {timeout:g} s")
+                raise FlightError(f"{missing} for {timeout:g} s: {self._last_warning()}")
 
     async def _pause(self) -> None:
         await asyncio.sleep(POLL_PERIOD)
@@ -281,10 +282,7 @@ def _print_recording_fault(station: Station) -> None:
 
 
 def _local_place(item: MissionItem, s: Snapshot) -> Vector | None:
-    """Place of a waypoint, NED in the vehicle's local frame [m]; None for an item without a place."""
+    """Place of a waypoint, NED in the vehicle's local frame [m]; None for any other item, or one without a place."""
     if item.command not in {mavlink.MAV_CMD_NAV_WAYPOINT, mavlink.MAV_CMD_NAV_LOITER_TIME} or s.home is None:
         return None
-    if not is_global_frame(item.frame):
-        return from_local_e4(item.x), from_local_e4(item.y), item.z
-    is_amsl = item.frame in ABSOLUTE_ALTITUDE_FRAMES
-    return s.local(Geodetic(from_e7(item.x), from_e7(item.y), item.z if is_amsl else s.home.alt + item.z))
+    return place_of(item, s.home, s.home_p)

@@ -13,7 +13,7 @@ from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.values import LogLine
 from darko_gcs.tui.render.canvas import StyledLine
 from darko_gcs.tui.widgets.panel import Panel, styled_line
-from darko_gcs.tui.widgets.status_bar import EMPTY_BATTERY, LOW_BATTERY, MAX_HEARTBEAT_AGE
+from darko_gcs.tui.widgets.status_bar import MAX_HEARTBEAT_AGE, charge_style
 from protocol.dialect import mavlink
 
 __all__ = ["FleetStrip", "fleet_lines"]
@@ -152,7 +152,7 @@ def _number(value: float | None, unit: str, width: int) -> str:
 def _charge_style(s: Snapshot) -> str:
     if s.charge_left is None:
         return "dim"
-    return "bad" if s.charge_left <= EMPTY_BATTERY else "warn" if s.charge_left <= LOW_BATTERY else "dim"
+    return charge_style(s.charge_left, "dim")
 
 
 def _news(s: Snapshot, now: float) -> LogLine | None:

@@ -8,13 +8,13 @@ from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.tui.render.canvas import StyledLine
 from darko_gcs.tui.widgets.decision_panel import BesideDecision, decision_lines
 from darko_gcs.tui.widgets.panel import styled_line
+from darko_gcs.tui.widgets.status_bar import charge_style
 from darko_gcs.tui.widgets.table_number import table_number
 from protocol.frames import Vector
 from protocol.names.law_names import law_label
 
 __all__ = ["FlightPanel"]
 
-BATTERY_BAD, BATTERY_WARN = 0.15, 0.3  # shares left below which the charge is shown in these styles
 WORDS_WIDTH = 36  # of the panel that has room for words instead of abbreviations [cells]
 WORDS = {
     "alt": "altitude", "N": "north", "E": "east", "to": "target", "pow": "power", "bat": "battery", "wnd": "wind",
@@ -99,7 +99,7 @@ class FlightPanel(BesideDecision):
         if s.charge_left is None:
             volts, age = s.battery_voltage, self._short_age(s, "BATTERY_STATUS", "SYS_STATUS")
             return styled_line(label, ("--", "dim") if volts is None else f"{volts:7.1f} V", (age, "warn"))
-        style = "bad" if s.charge_left < BATTERY_BAD else "warn" if s.charge_left < BATTERY_WARN else ""
+        style = charge_style(s.charge_left, "")
         voltage = "" if s.battery_voltage is None else f"   {s.battery_voltage:.1f} V"
         age = self._short_age(s, "BATTERY_STATUS", "SYS_STATUS")
         return styled_line(label, (f"{100 * s.charge_left:7.0f} %", style), (age, "warn"), voltage)

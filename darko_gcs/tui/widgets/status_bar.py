@@ -14,7 +14,7 @@ from protocol.dialect import mavlink
 from protocol.endpoints.endpoint_ground import GROUND_SYSTEM
 from protocol.names.modes import Mode
 
-__all__ = ["StatusBar"]
+__all__ = ["MAX_HEARTBEAT_AGE", "StatusBar", "charge_style"]
 
 LANDED_LABELS = {
     mavlink.MAV_LANDED_STATE_ON_GROUND: "on ground",
@@ -171,8 +171,12 @@ def _mission(s: Snapshot, width: int) -> tuple[str, str]:
 def _battery(s: Snapshot) -> tuple[str, str]:
     if s.charge_left is None:
         return (" battery -- " if s.battery_voltage is None else f" battery {s.battery_voltage:.1f} V ", "dim")
-    style = "bad" if s.charge_left <= EMPTY_BATTERY else "warn" if s.charge_left <= LOW_BATTERY else "dim"
-    return (f" battery {100 * s.charge_left:.0f} % ", style)
+    return (f" battery {100 * s.charge_left:.0f} % ", charge_style(s.charge_left, "dim"))
+
+
+def charge_style(left: float, usual: str) -> str:
+    """How a share of charge is shown: as a warning when it is low, as bad when the battery is nearly empty."""
+    return "bad" if left <= EMPTY_BATTERY else "warn" if left <= LOW_BATTERY else usual
 
 
 def _progress(s: Snapshot) -> tuple[str, str]:

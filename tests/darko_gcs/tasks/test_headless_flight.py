@@ -3,14 +3,18 @@
 import argparse
 import asyncio
 import sys
+from dataclasses import replace
 
 import pytest
 
 from darko_gcs.errors import FlightError, LinkError
 from darko_gcs.feed import sitl_process
+from darko_gcs.state.values import LogLine
 from darko_gcs.tasks import headless_flight
-from protocol.plans import load
+from protocol.dialect import mavlink
+from protocol.plans import MissionItem, load
 from tests.support.gcs.plan_holder import PlanHolder
+from tests.support.gcs.snapshots import HOVERING
 from tests.support.paths import DATA
 
 COMPILING = "print('darko-sitl: compiling', file=sys.stderr, flush=True); "
@@ -59,8 +63,28 @@ def test_a_mission_that_the_vehicle_changed_is_not_flown(verify, capsys, monkeyp
     items = tuple(load(DATA / "square.plan").items)
     result = headless_flight.FlightResult(mission="x", log=None, items=len(items))
     pilot = headless_flight.Pilot(PlanHolder(lambda sent: sent[:-1]), None, result, 60.0)
-    expected = "NOT as it was sent: - 5  Land" if verify else "arming: no answer"
+    expected = ": - 5  Land" if verify else "arming: no answer for 3 s"
     with pytest.raises(FlightError, match=expected):
         asyncio.run(pilot.fly(items, (), (), verify=verify))
     assert "items uploaded" in capsys.readouterr().err
     assert not result.verified
+
+
+def test_a_vehicle_that_cannot_arm_is_said_to_be_not_ready_with_its_own_reason(monkeypatch):
+    monkeypatch.setattr(headless_flight, "ANSWER_TIMEOUT", 3.0)
+    items = tuple(load(DATA / "square.plan").items)
+    vehicle = PlanHolder()
+    warning = LogLine(0.0, mavlink.MAV_SEVERITY_WARNING, "Pre-arm: no position")
+    vehicle.snapshot = replace(HOVERING, prearm_ok=False, messages=(warning,))
+    pilot = headless_flight.Pilot(vehicle, None, headless_flight.FlightResult(mission="x", log=None, items=6), 60.0)
+    with pytest.raises(FlightError, match="not ready to arm for 3 s: Pre-arm: no position"):
+        asyncio.run(pilot.fly(items, (), (), verify=False))
+
+
+@pytest.mark.parametrize(
+    ("frame", "x", "y", "z"), [(mavlink.MAV_FRAME_LOCAL_NED, 40, 30, -5.0), (mavlink.MAV_FRAME_LOCAL_ENU, 30, 40, 5.0)]
+)
+def test_the_distance_to_a_waypoint_is_measured_in_its_own_frame(frame, x, y, z):
+    command, none = mavlink.MAV_CMD_NAV_WAYPOINT, (0.0,) * 4
+    item = MissionItem(command=command, frame=frame, params=none, x=x * 10_000, y=y * 10_000, z=z)
+    assert headless_flight._local_place(item, HOVERING) == pytest.approx((40.0, 30.0, -5.0), abs=1e-3)
