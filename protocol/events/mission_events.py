@@ -1,4 +1,4 @@
-"""Events of the mission protocol: flight plan, fence and rally points, on both sides."""
+"""Events of the mission protocol: mission, fence and rally points, on both sides."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class MissionUploaded(Event):
     """The vehicle accepted a plan of ``count`` items, or (``is_partial``) so many new items in its mission."""
 
     count: int
-    kind: int = 0  # MAV_MISSION_TYPE: flight plan, fence or rally points
+    kind: int = 0  # MAV_MISSION_TYPE: mission, fence or rally points
     is_partial: bool = False
 
 
@@ -43,7 +43,7 @@ class MissionDownloaded(Event):
     """The vehicle's complete plan has arrived."""
 
     items: tuple[MissionItem, ...]
-    kind: int = 0  # MAV_MISSION_TYPE: flight plan, fence or rally points
+    kind: int = 0  # MAV_MISSION_TYPE: mission, fence or rally points
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +51,7 @@ class MissionReceived(Event):
     """A complete, valid plan has replaced the old one of its type on the vehicle."""
 
     items: tuple[MissionItem, ...]
-    kind: int = 0  # MAV_MISSION_TYPE: flight plan, fence or rally points
+    kind: int = 0  # MAV_MISSION_TYPE: mission, fence or rally points
     is_partial: bool = False  # only some items were written; the others and the length stayed
 
 
@@ -61,14 +61,14 @@ class MissionRefused(Event):
 
     result: int
     reason: str
-    kind: int = 0  # MAV_MISSION_TYPE: flight plan, fence or rally points
+    kind: int = 0  # MAV_MISSION_TYPE: mission, fence or rally points
 
 
 @dataclass(frozen=True, slots=True)
 class MissionCleared(Event):
     """The vehicle holds no plan of this type any more (on both sides)."""
 
-    kind: int = 0  # MAV_MISSION_TYPE: flight plan, fence or rally points
+    kind: int = 0  # MAV_MISSION_TYPE: mission, fence or rally points
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +81,7 @@ class MissionFailed(Event):
     operation: str
     result: int | None
     reason: str
-    kind: int = 0  # MAV_MISSION_TYPE: flight plan, fence or rally points
+    kind: int = 0  # MAV_MISSION_TYPE: mission, fence or rally points
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,7 @@ from protocol.plans.mission_item import MissionItem
 
 __all__ = ["MAX_PLAN_ITEMS", "Refusal", "Validate"]
 
-MAX_PLAN_ITEMS = 1000  # of a flight plan, a fence or a set of rally points
+MAX_PLAN_ITEMS = 1000  # of a mission, a fence or a set of rally points
 
 
 class Refusal(NamedTuple):

@@ -1,6 +1,6 @@
 """The vehicle's side of the mission protocol (https://mavlink.io/en/services/mission.html).
 
-Flight plan, fence and rally points are three independent plans; each is a
+Mission, fence and rally points are three independent plans; each is a
 :class:`~protocol.engines.server.plan_store.PlanStore`. This engine hands each message to the right one.
 """
 
@@ -35,8 +35,8 @@ class MissionServer(Server):
     Args:
         system: Own system id.
         component: Own component id.
-        items: The flight plan in force.
-        validate: Checks a complete new flight plan; a refusal keeps the old one.
+        items: The mission in force.
+        validate: Checks a complete new mission; a refusal keeps the old one.
         others: Fence and rally points in force, by MAV_MISSION_TYPE, each with its own ``validate``. A type that is
             not given is refused.
     """
@@ -77,7 +77,7 @@ class MissionServer(Server):
 
     @property
     def items(self) -> tuple[MissionItem, ...]:
-        """The flight plan in force."""
+        """The mission in force."""
         return self._plan.items
 
     @property
@@ -104,7 +104,7 @@ class MissionServer(Server):
         message.mission_id, message.fence_id, message.rally_points_id = ids
 
     def show_instead(self, shown: MissionInstead | None) -> None:
-        """Let peers see something else than the flight plan's items; None: those."""
+        """Let peers see something else than the mission's items; None: those."""
         self._plan.show_instead(shown)
 
     @property

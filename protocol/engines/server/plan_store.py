@@ -1,4 +1,4 @@
-"""One plan on the vehicle (flight plan, fence or rally points) and the upload that may replace it.
+"""One plan on the vehicle (mission, fence or rally points) and the upload that may replace it.
 
 The vehicle drives an upload: it requests one item after the other. The old plan stays in force until the new one is
 complete and valid. A download needs no state: every request is answered by itself.
