@@ -13,6 +13,7 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 from darko_gcs.motion_capture.pose_track import SAMPLES, TrackedPose
+from protocol.covariances import COVARIANCE_DIAGONAL, COVARIANCE_SIZE
 from protocol.dialect import mavlink
 from protocol.frames import euler_from_quaternion, rotate
 from protocol.wire.message import Message
@@ -26,8 +27,6 @@ ESTIMATORS = {
 }
 """What ODOMETRY says that its sender is."""
 WORST_MARKER_ERROR = 0.02  # at which the quality is least [m]
-TRIANGLE = 21  # numbers in the upper right triangle of a covariance of six
-DIAGONAL = (0, 6, 11, 15, 18, 20)
 FRAME_TIME = 0.005  # between frames, for the velocity's variance where one sample tells none [s]
 
 
@@ -114,14 +113,14 @@ def _covariance(tracked: TrackedPose, accuracy: PoseAccuracy) -> list[float]:
 def _velocity_covariance(tracked: TrackedPose, accuracy: PoseAccuracy) -> list[float]:
     """Of the difference of two positions over the samples between; nothing is told of the rates."""
     if tracked.velocity is None:
-        return [math.nan] * TRIANGLE
+        return [math.nan] * COVARIANCE_SIZE
     deviation = math.sqrt(2.0) * _place_deviation(tracked, accuracy) / ((SAMPLES - 1) * FRAME_TIME)
     return _diagonal(deviation**2, math.nan)
 
 
 def _diagonal(first: float, second: float) -> list[float]:
-    values = [0.0] * TRIANGLE
-    for k, place in enumerate(DIAGONAL):
+    values = [0.0] * COVARIANCE_SIZE
+    for k, place in enumerate(COVARIANCE_DIAGONAL):
         values[place] = first if k < 3 else second
     return values
 

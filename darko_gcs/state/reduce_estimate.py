@@ -10,13 +10,14 @@ import math
 from darko_gcs.state.message_handlers import HandlerTable
 from darko_gcs.state.snapshot import Snapshot, updated
 from darko_gcs.state.values import Doubt, Truth
+from protocol.covariances import COVARIANCE_DIAGONAL
 from protocol.dialect import mavlink
 from protocol.frames import flying_attitude, flying_axes
 from protocol.wire.message import Message
 
 __all__ = ["ESTIMATE_HANDLERS"]
 
-NORTH, EAST, DOWN, ROLL, PITCH, YAW = 0, 6, 11, 15, 18, 20  # diagonal of a covariance sent as its upper triangle
+NORTH, EAST, DOWN, ROLL, PITCH, YAW = COVARIANCE_DIAGONAL
 TEST_RATIOS = ("vel_ratio", "pos_horiz_ratio", "pos_vert_ratio", "mag_ratio", "hagl_ratio", "tas_ratio")
 
 ESTIMATE_HANDLERS = HandlerTable()

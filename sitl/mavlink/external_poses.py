@@ -13,6 +13,7 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from protocol.covariances import ATTITUDE_VARIANCES, POSITION_VARIANCES
 from protocol.dialect import mavlink
 from protocol.frames import flip, flip_quaternion, flying_attitude, quaternion_from_euler
 from protocol.wire.message import Message
@@ -21,7 +22,6 @@ from sitl.model.vectors import Vector
 
 MAX_COORDINATE = 1e4  # from the origin, along each axis [m]
 MAX_NORM_ERROR = 0.1  # a quaternion's norm differs from one by no more
-POSITION_DIAGONAL, ATTITUDE_DIAGONAL = (0, 6, 11), (15, 18, 20)  # of a covariance sent as its upper right triangle
 NED_FRAMES = frozenset({mavlink.MAV_FRAME_LOCAL_NED, mavlink.MAV_FRAME_RESERVED_14})  # once MOCAP_NED, as of MAVSDK
 ARENA_FRAMES = NED_FRAMES | {mavlink.MAV_FRAME_LOCAL_FRD}  # where no compass tells north, its forward is north
 LOST_TRACK = -1  # ODOMETRY.quality
@@ -62,8 +62,8 @@ def pose_of(message: Message, *, in_arena: bool = False) -> ExternalPose | str:
     return ExternalPose(
         Vector(*flip(place)),
         Quaternion(*flip_quaternion(flying_attitude((w, x, y, z)))),
-        _variance(covariance, POSITION_DIAGONAL),
-        _variance(covariance, ATTITUDE_DIAGONAL),
+        _variance(covariance, POSITION_VARIANCES),
+        _variance(covariance, ATTITUDE_VARIANCES),
         (message.usec if kind == "VISION_POSITION_ESTIMATE" else message.time_usec) * 1e-6,
     )
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 
 from protocol import frames, units
+from protocol.covariances import COVARIANCE_DIAGONAL, COVARIANCE_SIZE
 from protocol.dialect import mavlink
 from protocol.wire.message import Message
 from sitl.mavlink.telemetry.body_frame import attitude_on_wire, axes_on_wire
@@ -15,8 +16,7 @@ from sitl.mavlink.telemetry.vehicle_snapshot import VehicleSnapshot
 from sitl.sensors.instruments import BAROMETER, EXTERNAL_POSE, GNSS, MAGNETOMETER, MOTION_CAPTURE, PITOT
 from sitl.simulation.avionics import Navigation
 
-UNKNOWN_COVARIANCE = [math.nan] * 21
-DIAGONAL = (0, 6, 11, 15, 18, 20)  # of a 6 x 6 matrix sent as its upper right triangle
+UNKNOWN_COVARIANCE = [math.nan] * COVARIANCE_SIZE
 GOOD, POOR = 100, 1  # quality of an odometry [%]
 COUNTER = 256  # where the counter of resets begins anew
 WHILE_ALIGNED = (
@@ -102,8 +102,8 @@ def _velocity_covariance(s: VehicleSnapshot) -> list[float]:
 
 
 def _diagonal(deviations: tuple[float, ...]) -> list[float]:
-    triangle = [0.0] * 21
-    for k, deviation in zip(DIAGONAL, deviations, strict=True):
+    triangle = [0.0] * COVARIANCE_SIZE
+    for k, deviation in zip(COVARIANCE_DIAGONAL, deviations, strict=True):
         triangle[k] = deviation**2
     return triangle
 
