@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
-__all__ = ["MIN_FORWARD_HEIGHT"]
+__all__ = ["LEGS_AHEAD", "MIN_AIRSPEED", "MIN_FORWARD_HEIGHT"]
 
 MIN_FORWARD_HEIGHT = 3.0
 """Least height of forward flight, and of a front transition [m]."""
+
+MIN_AIRSPEED = 7.0
+"""Least airspeed of the cruise: slower speeds are those of the hover [m/s]."""
+
+LEGS_AHEAD = 8
+"""Legs without a stop between them that the vehicle looks ahead, and the most it is asked about."""

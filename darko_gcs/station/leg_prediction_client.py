@@ -8,9 +8,10 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
-from darko_gcs.state.missions.leg_predictions import MAX_LEGS, LegChain, LegPrediction
+from darko_gcs.state.missions.leg_predictions import LegChain, LegPrediction
 from protocol.dialect import mavlink
 from protocol.endpoints.endpoint_ground import GroundEndpoint
+from protocol.flight_limits import LEGS_AHEAD
 from protocol.wire.message import Message, Source, target_fields
 
 __all__ = ["LegPredictionClient"]
@@ -83,7 +84,7 @@ class LegPredictionClient:
             self._send(self._asked, self._endpoint.vehicle, now)
 
     def _send(self, chain: LegChain, vehicle: Source, now: float) -> None:
-        rest = MAX_LEGS + 1 - len(chain.points)
+        rest = LEGS_AHEAD + 1 - len(chain.points)
         x, y, z = ([*(point[axis] for point in chain.points), *[math.nan] * rest] for axis in range(3))
         optional = (chain.hover_speed, chain.airspeed, chain.heading)
         hover_speed, airspeed, heading = (math.nan if value is None else value for value in optional)
@@ -99,6 +100,6 @@ class LegPredictionClient:
                 y=y,
                 z=z,
                 count=len(chain.asked),
-                asked=[*map(int, chain.asked), *[0] * (MAX_LEGS - len(chain.asked))],
+                asked=[*map(int, chain.asked), *[0] * (LEGS_AHEAD - len(chain.asked))],
             )
         )

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from protocol.dialect.vocabulary import Way
-from protocol.flight_limits import MIN_FORWARD_HEIGHT
+from protocol.flight_limits import LEGS_AHEAD, MIN_FORWARD_HEIGHT
 from sitl.control.reference import Point
 from sitl.guidance.view import VehicleView
 from sitl.model.airframe import Airframe
@@ -16,8 +16,6 @@ from sitl.prediction.leg_settings import LegSettings
 from sitl.prediction.mode_choice import Decision, choose_modes
 from sitl.prediction.predictor import Abilities, Leg
 from sitl.simulation.tuning import Tuning
-
-LEGS_AHEAD = 8  # legs looked ahead
 
 
 class LegEnd(NamedTuple):

@@ -8,9 +8,7 @@ from typing import NamedTuple
 from protocol.dialect.vocabulary import Way
 from protocol.frames import Vector
 
-__all__ = ["MAX_LEGS", "LegChain", "LegPrediction"]
-
-MAX_LEGS = 8  # of a chain: as many as the vehicle looks ahead
+__all__ = ["LegChain", "LegPrediction"]
 
 
 class LegChain(NamedTuple):

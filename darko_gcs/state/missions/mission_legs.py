@@ -9,18 +9,18 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from darko_gcs.state.missions.leg_predictions import MAX_LEGS, LegChain
+from darko_gcs.state.missions.leg_predictions import LegChain
 from darko_gcs.state.missions.mission_frames import place_of
 from darko_gcs.state.missions.plan_edits import LEG_ENDS, asked_ways
 from darko_gcs.state.missions.plan_parts import Items
 from darko_gcs.state.snapshot import Snapshot
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Way
+from protocol.flight_limits import LEGS_AHEAD, MIN_AIRSPEED
 from protocol.frames import Vector
 
 __all__ = ["FLOWN_MISSION", "MissionLeg", "beginning", "leg_chains", "mission_legs"]
 
-MIN_AIRSPEED = 7.0  # speeds from here on are those of the cruise, slower ones those of the hover [m/s]
 STEP = 1.0  # to which the place of a vehicle that hovers is rounded: it is never quite still [m]
 TAKE_OFFS = frozenset({mavlink.MAV_CMD_NAV_TAKEOFF, mavlink.MAV_CMD_NAV_VTOL_TAKEOFF})
 LANDINGS = frozenset({mavlink.MAV_CMD_NAV_LAND, mavlink.MAV_CMD_NAV_VTOL_LAND})
@@ -95,7 +95,7 @@ def leg_chains(legs: Sequence[MissionLeg]) -> list[tuple[tuple[int, ...], LegCha
     chains: list[list[MissionLeg]] = []
     for leg in legs:
         before = chains[-1][-1] if chains and not leg.is_return else None
-        if before is None or before.stops or _is_slowed(before, leg) or len(chains[-1]) == MAX_LEGS:
+        if before is None or before.stops or _is_slowed(before, leg) or len(chains[-1]) == LEGS_AHEAD:
             chains.append([])
         chains[-1].append(leg)
     heading: float | None = None

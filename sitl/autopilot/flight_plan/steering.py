@@ -10,6 +10,7 @@ import math
 from dataclasses import dataclass, field
 
 from protocol.dialect.vocabulary import Way
+from protocol.flight_limits import LEGS_AHEAD
 from protocol.flight_plans.plan_geometry import EnuPoint
 from sitl.autopilot.flight_plan.aims import Aim
 from sitl.autopilot.flight_plan.operator_view import AimKind
@@ -22,7 +23,7 @@ from sitl.guidance.legs import FlyLeg, leg_reference
 from sitl.guidance.limits import MAX_HOVER_CLIMB, MIN_AIRSPEED, MIN_HOLD_HEIGHT
 from sitl.guidance.manoeuvres import FAST_DESCENT_RATE
 from sitl.guidance.moving_reference import HeadingSetpoint, MovingReference
-from sitl.prediction.chooser import LEGS_AHEAD, LegEnd
+from sitl.prediction.chooser import LegEnd
 
 __all__ = ["TOUCHDOWN_HEIGHT", "PlanSteering"]
 

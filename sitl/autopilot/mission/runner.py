@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Way
+from protocol.flight_limits import LEGS_AHEAD
 from protocol.plans.mission_item import MissionItem
 from sitl.autopilot.mission.items import (
     LAND_COMMANDS,
@@ -32,7 +33,7 @@ from sitl.guidance.legs import FlyLeg, leg_reference
 from sitl.guidance.limits import MIN_AIRSPEED
 from sitl.guidance.manoeuvres import FlyTo, Hold, Manoeuvre, ManoeuvreSequence, Ramp, distance, land_at
 from sitl.guidance.view import VehicleView
-from sitl.prediction.chooser import LEGS_AHEAD, Chooser, LegEnd
+from sitl.prediction.chooser import Chooser, LegEnd
 
 SAME_PLACE = 0.5  # take-off and landing points nearer than this are where the vehicle is [m]
 

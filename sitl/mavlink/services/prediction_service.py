@@ -9,6 +9,7 @@ from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Way
 from protocol.endpoints.endpoint_vehicle import VehicleEndpoint
 from protocol.events import PredictionRequested
+from protocol.flight_limits import LEGS_AHEAD
 from protocol.frames import flip
 from protocol.tools.token_bucket import TokenBucket
 from protocol.wire.message import Message, target_fields
@@ -16,7 +17,7 @@ from sitl.autopilot.autopilot import Autopilot
 from sitl.control.reference import Point
 from sitl.guidance.limits import MAX_AIRSPEED
 from sitl.mavlink.handlers import on_event
-from sitl.prediction.chooser import LEGS_AHEAD, LegEnd
+from sitl.prediction.chooser import LegEnd
 from sitl.prediction.mode_choice import Decision
 
 PREDICTION_RATE = 20.0  # answers a second at most, to all peers: a prediction takes time that the flight needs

@@ -5,6 +5,7 @@ import math
 import pytest
 
 from protocol.dialect.vocabulary import DecisionReason, Way
+from protocol.flight_limits import LEGS_AHEAD
 from protocol.frames import LocalFrame
 from sitl.autopilot.safety.arena import ARENAS
 from sitl.autopilot.safety.world import World
@@ -12,7 +13,7 @@ from sitl.autopilot.settings import Settings
 from sitl.defaults import HOME
 from sitl.guidance.view import VehicleView
 from sitl.model.airframe_files import load
-from sitl.prediction.chooser import LEGS_AHEAD, Chooser, LegEnd
+from sitl.prediction.chooser import Chooser, LegEnd
 from sitl.prediction.predictor import Leg
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.tuning import Tuning
