@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["LEGS_AHEAD", "MIN_AIRSPEED", "MIN_FORWARD_HEIGHT"]
+__all__ = ["LEGS_AHEAD", "MAX_PLAN_FILE", "MIN_AIRSPEED", "MIN_FORWARD_HEIGHT"]
 
 MIN_FORWARD_HEIGHT = 3.0
 """Least height of forward flight, and of a front transition [m]."""
@@ -12,3 +12,6 @@ MIN_AIRSPEED = 7.0
 
 LEGS_AHEAD = 8
 """Legs without a stop between them that the vehicle looks ahead, and the most it is asked about."""
+
+MAX_PLAN_FILE = 1_000_000
+"""Bytes of a file of a flight plan, on the wire and on the disk."""

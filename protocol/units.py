@@ -10,6 +10,7 @@ from protocol.errors import LocalProtocolError
 from protocol.mav_frames import is_global_frame
 
 __all__ = [
+    "NO_ITEM",
     "UNKNOWN_INT32",
     "centiamperes",
     "centidegrees",
@@ -29,6 +30,7 @@ __all__ = [
 ]
 
 UNKNOWN_INT32 = 0x7FFFFFFF  # x and y of COMMAND_INT and MISSION_ITEM_INT: "use the default"
+NO_ITEM = 0xFFFF  # as the number of a mission item, or a count of them: not known
 _UNKNOWN_UINT16 = 0xFFFF
 
 

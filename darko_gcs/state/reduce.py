@@ -15,7 +15,7 @@ from darko_gcs.state.reduce_flight_plan import FLIGHT_PLAN_HANDLERS
 from darko_gcs.state.reduce_others import OTHER_HANDLERS, mission_item
 from darko_gcs.state.reduce_requests import REQUEST_HANDLERS
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot, updated
-from darko_gcs.state.values import NO_ITEM, Navigation, PlanIds
+from darko_gcs.state.values import Navigation, PlanIds
 from protocol import units
 from protocol.dialect import mavlink
 from protocol.engines.parameter_values import decode_value
@@ -355,7 +355,7 @@ def _mission_current(s: Snapshot, m: Message, now: float) -> Snapshot:
     return updated(
         s,
         mission_current=m.seq,
-        mission_count=None if m.total == NO_ITEM else m.total,
+        mission_count=None if m.total == units.NO_ITEM else m.total,
         mission_state=m.mission_state,
         reached=frozenset(seq for seq in s.reached if seq < m.seq) if begins else s.reached,
         plan_ids=PlanIds(now, m.mission_id, m.fence_id, m.rally_points_id),

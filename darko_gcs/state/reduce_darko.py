@@ -8,7 +8,6 @@ from darko_gcs.state.message_handlers import HandlerTable
 from darko_gcs.state.snapshot import Snapshot, updated
 from darko_gcs.state.text import printable
 from darko_gcs.state.values import (
-    NO_ITEM,
     Actuators,
     Air,
     Decision,
@@ -19,6 +18,7 @@ from darko_gcs.state.values import (
     uses_forward_v,
 )
 from protocol.dialect.vocabulary import Limit, Saturation
+from protocol.units import NO_ITEM
 from protocol.wire.message import Message
 
 __all__ = ["DARKO_HANDLERS", "MAX_V_POINTS", "v_point"]

@@ -13,7 +13,6 @@ from protocol.names.enum_names import as_member
 
 __all__ = [
     "AIRBORNE_STATES",
-    "NO_ITEM",
     "VTOL_LABELS",
     "Actuators",
     "Air",
@@ -42,7 +41,6 @@ VTOL_LABELS = {
     mavlink.MAV_VTOL_STATE_MC: "hover",
     mavlink.MAV_VTOL_STATE_FW: "forward",
 }
-NO_ITEM = 0xFFFF  # as a number of a mission item, or a count of them: not known
 
 
 class SigningState(Enum):

@@ -11,7 +11,6 @@ from protocol.wire.message import Message
 __all__ = [
     "EVENTS_KEPT",
     "MAX_ENTRIES",
-    "MAX_FILE_BYTES",
     "PIECE_BYTES",
     "TABLE_MESSAGES",
     "changing_part",
@@ -21,7 +20,6 @@ __all__ = [
 
 MAX_ENTRIES = 2000  # of one table; a vehicle that claims more is not asked
 PIECE_BYTES = 180  # of a file of a plan in one DARKO_PLAN_FILE
-MAX_FILE_BYTES = 1_000_000  # of a file of a plan
 EVENTS_KEPT = 32  # by the vehicle; older ones cannot be asked for again
 TABLE_MESSAGES = frozenset({"DARKO_PLAN_BLOCK", "DARKO_PLAN_WAYPOINT", "DARKO_PLAN_VARIABLE", "DARKO_PLAN_SECTOR"})
 

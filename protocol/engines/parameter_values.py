@@ -11,10 +11,10 @@ from dataclasses import dataclass
 
 from protocol.dialect import mavlink
 from protocol.errors import LocalProtocolError
+from protocol.names.parameter_names import MAX_NAME_LENGTH
 
-__all__ = ["MAX_NAME_LENGTH", "Parameter", "decode_value", "encode_value"]
+__all__ = ["Parameter", "decode_value", "encode_value"]
 
-MAX_NAME_LENGTH = 16  # characters of a parameter's name
 _REAL32 = mavlink.MAV_PARAM_TYPE_REAL32
 _FORMATS = {
     mavlink.MAV_PARAM_TYPE_UINT8: "<B3x",
@@ -69,7 +69,7 @@ class Parameter:
 
     def __post_init__(self) -> None:
         if not (self.name.isascii() and self.name.isprintable() and 1 <= len(self.name) <= MAX_NAME_LENGTH):
-            raise LocalProtocolError(f"parameter name {self.name!r} is not 1 to 16 ASCII characters")
+            raise LocalProtocolError(f"parameter name {self.name!r} is not 1 to {MAX_NAME_LENGTH} ASCII characters")
         if flaw := self.flaw(self.value):
             raise LocalProtocolError(f"parameter {self.name}: {flaw}")
         encode_value(self.value, self.type)

@@ -16,6 +16,7 @@ from protocol.names.enum_names import enum_name, name_of
 from protocol.names.mode_names import mode_name
 from protocol.tlog import Damage, TlogReader, message_name
 from protocol.tlog.replay import playing_times
+from protocol.units import NO_ITEM
 from protocol.wire.message import Source, source_of
 
 __all__ = [
@@ -34,7 +35,6 @@ Floats = NDArray[np.float64]
 Columns = Mapping[str, NDArray[Any]]
 
 _MAX_GAP = 5.0  # between messages of a flight; nothing is assumed about a longer gap [s]
-_NO_ITEM = 0xFFFF  # of DARKO_DECISION.seq
 _EARTH_RADIUS = 6_371_000.0  # [m]
 
 
@@ -352,7 +352,7 @@ def _decisions(reader: TlogReader, times: Floats, source: Source) -> tuple[Logge
     return tuple(
         LoggedDecision(
             time=float(times[row]),
-            seq=None if fields["seq"][k] == _NO_ITEM else int(fields["seq"][k]),
+            seq=None if fields["seq"][k] == NO_ITEM else int(fields["seq"][k]),
             way=name_of(Way, int(fields["way"][k])),
             reason=name_of(DecisionReason, int(fields["reason"][k])),
             **{name: float(fields[name][k]) for name in numbers},

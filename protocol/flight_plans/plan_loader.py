@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from protocol.flight_limits import MAX_PLAN_FILE
 from protocol.flight_plans.flight_plan import FlightPlan
 from protocol.flight_plans.kml_sectors import with_kml_sectors
 from protocol.flight_plans.place import FlightPlanError, Place, SourceText
 from protocol.flight_plans.plan_reader import plan_from_elements
 from protocol.flight_plans.procedures import with_procedures
-from protocol.flight_plans.xml_elements import MAX_SIZE, XmlElement, parse_xml
+from protocol.flight_plans.xml_elements import XmlElement, parse_xml
 
 __all__ = ["load_flight_plan", "read_flight_plan"]
 
@@ -87,7 +88,7 @@ def _content(path: Path, place: Place) -> bytes:
         if path.exists() and not path.is_file():
             raise FlightPlanError(place, f"{path.name} is not a file")
         with path.open("rb") as file:
-            return file.read(MAX_SIZE + 1)
+            return file.read(MAX_PLAN_FILE + 1)
     except OSError as error:
         raise FlightPlanError(place, f"{path.name} cannot be read: {error.strerror}") from None
     except ValueError:

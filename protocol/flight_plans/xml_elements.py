@@ -13,11 +13,11 @@ from xml.etree.ElementTree import ParseError
 from defusedxml.common import DefusedXmlException
 from defusedxml.ElementTree import DefusedXMLParser
 
+from protocol.flight_limits import MAX_PLAN_FILE
 from protocol.flight_plans.place import FlightPlanError, Place, SourceText
 
-__all__ = ["MAX_ELEMENTS", "MAX_SIZE", "XmlElement", "parse_xml"]
+__all__ = ["MAX_ELEMENTS", "XmlElement", "parse_xml"]
 
-MAX_SIZE = 1_000_000  # of a file [bytes]
 MAX_ELEMENTS = 10_000  # of a file
 MAX_DEPTH = 32  # of elements in each other
 _ENCODINGS = {"utf-8": "utf-8", "us-ascii": "utf-8", "ascii": "utf-8", "iso-8859-1": "iso-8859-1"}
@@ -75,8 +75,8 @@ def parse_xml(data: bytes, name: str) -> XmlElement:
 
 def _decoded(data: bytes, name: str) -> str:
     start = Place(name, 1, 1)
-    if len(data) > MAX_SIZE:
-        raise FlightPlanError(start, f"longer than {MAX_SIZE} bytes")
+    if len(data) > MAX_PLAN_FILE:
+        raise FlightPlanError(start, f"longer than {MAX_PLAN_FILE} bytes")
     data = data.removeprefix(b"\xef\xbb\xbf")
     declared = _DECLARED.match(data)
     encoding = declared.group(1).decode("ascii").lower() if declared else "utf-8"
@@ -140,7 +140,7 @@ class _Builder:
         if self._count > MAX_ELEMENTS:
             raise FlightPlanError(place, f"more than {MAX_ELEMENTS} elements")
         if len(self._open) > MAX_DEPTH:
-            raise FlightPlanError(place, f"elements deeper in each other than {MAX_DEPTH}")
+            raise FlightPlanError(place, f"elements nested more than {MAX_DEPTH} deep")
         above = self._open[-1]
         self._open.append(_Open(tag, self._sources(attributes, place), tuple(above.waiting), place))
         above.waiting.clear()

@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from protocol.errors import FileError
+from protocol.names.parameter_names import MAX_NAME_LENGTH
 from protocol.tools.atomic_write import write_atomically
 from protocol.wire.message import Source
 
@@ -19,7 +20,6 @@ __all__ = ["load_parameters", "render_parm", "render_qgc_params", "save_paramete
 MAVPROXY_SUFFIXES = {".parm", ".param"}
 MAX_PARAMETER_FILE = 1 << 20  # of a file [byte]
 QGC_COLUMNS = 5
-MAX_NAME = 16  # of a parameter [characters]
 
 
 def load_parameters(path: Path) -> dict[str, float]:
@@ -81,7 +81,7 @@ def render_qgc_params(values: Mapping[str, float], types: Mapping[str, int], sys
 
 def render_parm(values: Mapping[str, float]) -> str:
     """A file that MAVProxy and Mission Planner load."""
-    return "".join(f"{name:<{MAX_NAME}} {_number(values[name])}\n" for name in sorted(values))
+    return "".join(f"{name:<{MAX_NAME_LENGTH}} {_number(values[name])}\n" for name in sorted(values))
 
 
 def _parameter(text: str, place: str) -> tuple[str, float]:
@@ -91,7 +91,7 @@ def _parameter(text: str, place: str) -> tuple[str, float]:
     if len(columns) != 2:
         raise FileError(f"{place}: {text[:60]!r} is not a name and a value")
     name, number = columns[0].strip(), columns[1].strip()
-    if not 0 < len(name) <= MAX_NAME or not name.isascii() or not name.replace("_", "").isalnum():
+    if not 0 < len(name) <= MAX_NAME_LENGTH or not name.isascii() or not name.replace("_", "").isalnum():
         raise FileError(f"{place}: {name[:40]!r} is not a parameter's name")
     try:
         value = float(number)

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 from protocol.dialect import mavlink
 from protocol.errors import FileError, LocalProtocolError
-from protocol.wire.framing import CHECKSUM_SIZE, MAGIC_V2, SIGNATURE_SIZE, SIGNED_FLAG, message_id
+from protocol.wire.framing import CHECKSUM_SIZE, HEADER_V2, MAGIC_V2, SIGNATURE_SIZE, SIGNED_FLAG, message_id
 
 __all__ = [
     "KEY_SIZE",
@@ -39,7 +39,6 @@ MAX_TIMESTAMP = (1 << 48) - 1  # greatest timestamp
 _DIGEST_SIZE = 6  # [bytes] of the signature's 13
 _EPOCH = 1_420_070_400  # 2015-01-01 UTC [s since 1970]
 _MAX_KEY_FILE = 4096  # [bytes] a key file is small: any larger file was named by mistake
-_MIN_V2_HEADER = 10  # [bytes]
 
 
 class Signature(NamedTuple):
@@ -88,7 +87,7 @@ def is_signed(frame: bytes | bytearray) -> bool:
 
 def is_secret(frame: bytes | bytearray) -> bool:
     """True for a frame with a key in it (SETUP_SIGNING): it must never be recorded or forwarded."""
-    is_v2 = len(frame) >= _MIN_V2_HEADER and frame[0] == MAGIC_V2
+    is_v2 = len(frame) >= HEADER_V2 and frame[0] == MAGIC_V2
     return is_v2 and message_id(frame) == mavlink.MAVLINK_MSG_ID_SETUP_SIGNING
 
 

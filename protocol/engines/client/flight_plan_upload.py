@@ -7,10 +7,11 @@ import zlib
 
 from protocol.dialect import mavlink
 from protocol.engines.base import Engine
-from protocol.engines.flight_plan_table import MAX_FILE_BYTES, PIECE_BYTES
+from protocol.engines.flight_plan_table import PIECE_BYTES
 from protocol.engines.retransmission import Remote, RequestWindow
 from protocol.errors import LocalProtocolError
 from protocol.events import FlightPlanAnswered
+from protocol.flight_limits import MAX_PLAN_FILE
 from protocol.wire.message import Message, Source, addressed_to, target_fields
 
 __all__ = ["FlightPlanUpload"]
@@ -47,8 +48,8 @@ class FlightPlanUpload(Engine[Message]):
         """
         if self._window is not None:
             raise LocalProtocolError("a flight plan is being sent already")
-        if not 0 < len(data) <= MAX_FILE_BYTES:
-            raise LocalProtocolError(f"the flight plan has {len(data)} bytes; the maximum is {MAX_FILE_BYTES}")
+        if not 0 < len(data) <= MAX_PLAN_FILE:
+            raise LocalProtocolError(f"the flight plan has {len(data)} bytes; the maximum is {MAX_PLAN_FILE}")
         self._vehicle, self._data, self._crc = vehicle, data, zlib.crc32(data)
         self._open(now)
 

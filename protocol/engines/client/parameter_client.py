@@ -10,11 +10,12 @@ from dataclasses import dataclass
 
 from protocol.dialect import mavlink
 from protocol.engines.base import Engine, TransitionTable, fire
-from protocol.engines.parameter_values import MAX_NAME_LENGTH, decode_value, encode_value
+from protocol.engines.parameter_values import decode_value, encode_value
 from protocol.engines.retransmission import Mark, Remote, RequestWindow, Retransmission
 from protocol.errors import LocalProtocolError
 from protocol.events import ParameterConfirmed, ParameterFailed, ParameterReceived, ParametersComplete
 from protocol.names.enum_names import enum_name
+from protocol.names.parameter_names import MAX_NAME_LENGTH
 from protocol.wire.message import Message, Source, addressed_to, target_fields
 
 __all__ = ["PARAMETER_LIST_TRANSITIONS", "PARAMETER_SET_TRANSITIONS", "ParameterClient"]
@@ -101,7 +102,7 @@ class ParameterClient(Engine[Message]):
             LocalProtocolError: The name does not fit the wire.
         """
         if not (name.isascii() and 1 <= len(name) <= MAX_NAME_LENGTH):
-            raise LocalProtocolError(f"parameter name {name!r} is not 1 to 16 ASCII characters")
+            raise LocalProtocolError(f"parameter name {name!r} is not 1 to {MAX_NAME_LENGTH} ASCII characters")
         self._vehicle = vehicle
         setting = self._settings[name] = _Setting(
             name=name, value=value, resend=Retransmission(self._remote), since=self._remote.mark(now)

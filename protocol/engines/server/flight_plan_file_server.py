@@ -10,10 +10,11 @@ import zlib
 
 from protocol.dialect import mavlink
 from protocol.engines.base import Server
-from protocol.engines.flight_plan_table import MAX_FILE_BYTES, PIECE_BYTES
+from protocol.engines.flight_plan_table import PIECE_BYTES
 from protocol.engines.retransmission import REORDER_WINDOW, SILENCE_LIMIT
 from protocol.engines.server.replies import plan_file_ack
 from protocol.events import FlightPlanUploaded
+from protocol.flight_limits import MAX_PLAN_FILE
 from protocol.wire.message import Message, Peer, addressed_to
 
 __all__ = ["FlightPlanFileServer"]
@@ -81,4 +82,4 @@ def _is_piece(message: Message) -> bool:
     """Whether a piece is whole and lies within a file that is not too large."""
     left = message.size - message.offset
     whole = message.offset % PIECE_BYTES == 0 and message.count == min(left, PIECE_BYTES)
-    return bool(0 < message.size <= MAX_FILE_BYTES and left > 0 and whole)
+    return bool(0 < message.size <= MAX_PLAN_FILE and left > 0 and whole)

@@ -7,9 +7,10 @@ import pytest
 from darko_gcs.state.reduce import reduce
 from darko_gcs.state.reduce_darko import MAX_V_POINTS
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT
-from darko_gcs.state.values import NO_ITEM, Thresholds
+from darko_gcs.state.values import Thresholds
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law, Saturation, Way
+from protocol.units import NO_ITEM
 from tests.support.gcs.messages import arrived, decision, jump, path_error
 from tests.support.vehicle.darko_messages import actuators, hybrid_state
 

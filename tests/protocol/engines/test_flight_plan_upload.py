@@ -7,10 +7,11 @@ import pytest
 
 from protocol.dialect import mavlink
 from protocol.engines.client.flight_plan_upload import FlightPlanUpload
-from protocol.engines.flight_plan_table import MAX_FILE_BYTES, PIECE_BYTES
+from protocol.engines.flight_plan_table import PIECE_BYTES
 from protocol.engines.server.flight_plan_file_server import FlightPlanFileServer
 from protocol.errors import LocalProtocolError
 from protocol.events import FlightPlanAnswered, FlightPlanUploaded
+from protocol.flight_limits import MAX_PLAN_FILE
 from protocol.wire.codec import Codec
 from protocol.wire.message import Peer
 from tests.support.links.lossy_pipe import LossyPipe
@@ -72,7 +73,7 @@ def test_several_pieces_are_under_way_at_a_time():
         client.send(VEHICLE, PLAN, 0.0)
 
 
-@pytest.mark.parametrize("size", [0, MAX_FILE_BYTES + 1])
+@pytest.mark.parametrize("size", [0, MAX_PLAN_FILE + 1])
 def test_files_without_content_or_too_large_are_not_sent(size):
     with pytest.raises(LocalProtocolError, match="bytes"):
         FlightPlanUpload(255, 190).send(VEHICLE, b"x" * size, 0.0)
@@ -87,7 +88,7 @@ def piece(size=100, offset=0, count=None, crc=1, to=VEHICLE):
     "message",
     [
         piece(size=0, count=0),
-        piece(size=MAX_FILE_BYTES + 1, count=PIECE_BYTES),
+        piece(size=MAX_PLAN_FILE + 1, count=PIECE_BYTES),
         piece(size=0xFFFFFFFF, count=PIECE_BYTES),
         piece(offset=100, count=0),
         piece(offset=180, count=20),

@@ -5,10 +5,11 @@ import os
 import pytest
 
 from protocol.errors import FileError
+from protocol.flight_limits import MAX_PLAN_FILE
 from protocol.flight_plans import FlightPlanError, load_flight_plan, read_flight_plan, render_flight_plan
 from protocol.flight_plans.plan_geometry import inside_polygon, waypoint_position
 from protocol.flight_plans.stages import GoStage, PathStage, StayStage
-from protocol.flight_plans.xml_elements import MAX_ELEMENTS, MAX_SIZE
+from protocol.flight_plans.xml_elements import MAX_ELEMENTS
 from tests.support.plans import HEAD, OUR_PLANS, VOLIERE, WAYPOINTS, plan_of, plan_text, public_plans
 
 
@@ -71,11 +72,11 @@ def test_attributes_are_written_as_they_were():
         ('<!DOCTYPE a [<!ENTITY % e SYSTEM "file:///etc/passwd"> %e;]><a/>', "entities"),
         ('<!DOCTYPE a SYSTEM "no.dtd"><a b="&e;"/>', "undefined entity &e;"),
         ('<!DOCTYPE a SYSTEM "no.dtd"><a>&e;</a>', "undefined entity &e;"),
-        ("<a>" * 40 + "</a>" * 40, "deeper in each other"),
+        ("<a>" * 40 + "</a>" * 40, "nested more than 32 deep"),
         ('<a xmlns:x="y" x:b="1"/>', "namespaces"),
         (b'<?xml version="1.0" encoding="utf-16"?><a/>', "t.xml:1:1: not a text in UTF-8"),
         (b"<a b='\xff'/>", "not utf-8"),
-        ("<a/>" + " " * MAX_SIZE, "t.xml:1:1: longer than"),
+        ("<a/>" + " " * MAX_PLAN_FILE, "t.xml:1:1: longer than"),
         ("<a>" + "<b/>" * (MAX_ELEMENTS + 1) + "</a>", "elements"),
         ("<procedure/>", "a procedure is flown by a plan that includes it"),
     ],

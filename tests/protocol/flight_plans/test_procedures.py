@@ -2,9 +2,10 @@
 
 import pytest
 
+from protocol.flight_limits import MAX_PLAN_FILE
 from protocol.flight_plans import FlightPlanError, load_flight_plan, read_flight_plan
 from protocol.flight_plans.expressions.expression_text import expression_text
-from protocol.flight_plans.xml_elements import MAX_ELEMENTS, MAX_SIZE
+from protocol.flight_plans.xml_elements import MAX_ELEMENTS
 from tests.support.plans import OUR_PLANS, plan_text
 
 PROCEDURE = "<procedure><param name='far'/><blocks><block name='b'><go wp='A'/></block></blocks></procedure>"
@@ -78,8 +79,8 @@ def test_a_plan_with_its_procedures_holds_ten_thousand_elements_and_no_more(tmp_
 
 
 def test_a_procedure_is_not_read_beyond_the_size_of_a_plan(tmp_path):
-    procedure = "<procedure/>" + " " * MAX_SIZE
-    with pytest.raises(FlightPlanError, match=f"longer than {MAX_SIZE} bytes"):
+    procedure = "<procedure/>" + " " * MAX_PLAN_FILE
+    with pytest.raises(FlightPlanError, match=f"longer than {MAX_PLAN_FILE} bytes"):
         load_flight_plan(written(tmp_path, '<include name="i" procedure="p.xml"/>', procedure))
 
 
