@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["LEGS_AHEAD", "MAX_PLAN_FILE", "MIN_AIRSPEED", "MIN_FORWARD_HEIGHT"]
+__all__ = ["LEGS_AHEAD", "MAX_PLAN_FILE", "MIN_AIRSPEED", "MIN_CORNERS", "MIN_FORWARD_HEIGHT"]
 
 MIN_FORWARD_HEIGHT = 3.0
 """Least height of forward flight, and of a front transition [m]."""
@@ -15,3 +15,6 @@ LEGS_AHEAD = 8
 
 MAX_PLAN_FILE = 1_000_000
 """Bytes of a file of a flight plan, on the wire and on the disk."""
+
+MIN_CORNERS = 3
+"""Corners of a polygon: of a fence, or of a flight plan's sector."""

@@ -6,13 +6,13 @@ import re
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
+from protocol.flight_limits import MIN_CORNERS
 from protocol.flight_plans.place import FlightPlanError, Place, SourceText
 from protocol.flight_plans.xml_elements import MAX_ELEMENTS, XmlElement
 
 __all__ = ["with_kml_sectors"]
 
 MAX_FILES = 32  # of a plan
-SMALLEST = 3  # corners of a polygon
 OUTLINES = ("LinearRing", "LineString")
 _NAMESPACE = re.compile(r"\{[^}]*\}")
 Fetch = Callable[[SourceText], XmlElement | None]
@@ -71,8 +71,8 @@ def _sectors(kml: XmlElement) -> Iterator[tuple[XmlElement, list[XmlElement]]]:
             _element("waypoint", outline.place, name=f"_{name}_{number}", lat=repr(lat), lon=repr(lon))
             for number, (lat, lon) in enumerate(_coordinates(outline), 1)
         ]
-        if len(corners) < SMALLEST:
-            raise FlightPlanError(outline.place, f"the polygon {name!r} has fewer than {SMALLEST} corners")
+        if len(corners) < MIN_CORNERS:
+            raise FlightPlanError(outline.place, f"the polygon {name!r} has fewer than {MIN_CORNERS} corners")
         uses = tuple(_element("corner", outline.place, name=corner.attributes["name"].text) for corner in corners)
         yield replace(_element("sector", placemark.place, name=name), children=uses), corners
 

@@ -27,6 +27,7 @@ from protocol.flight_plans.flight_plan import AbiBinding, FlightPlan, KmlSector,
 from protocol.flight_plans.known_names import CONSTANTS, SETTABLE, STRUCTURES, VARIABLES, shape_of
 from protocol.flight_plans.name_mapping import NameMapping
 from protocol.flight_plans.place import FlightPlanError, Place
+from protocol.flight_plans.plan_names import NO_WAYPOINT, block_number, waypoint_constant
 from protocol.flight_plans.stages import (
     ForStage,
     GoStage,
@@ -37,7 +38,7 @@ from protocol.flight_plans.stages import (
     Stage,
 )
 
-__all__ = ["Finding", "PlanCheck", "check_flown", "waypoint_constant"]
+__all__ = ["Finding", "PlanCheck", "check_flown"]
 
 NAV_TYPES = {None, "", "nav", "Nav", "NAV"}  # the patterns that every build has
 _NEEDED = {"climb", "throttle"}  # vertical modes that need the attribute of their name
@@ -94,11 +95,6 @@ class PlanCheck:
                 raise FlightPlanError(finding.place, f"{finding.construct}: {finding.reason}")
 
 
-def waypoint_constant(name: str) -> str:
-    """The name of a waypoint in expressions."""
-    return f"WP_{name}"
-
-
 def check_flown(plan: FlightPlan, mapping: NameMapping | None = None) -> PlanCheck:
     """Look for everything that is not flown.
 
@@ -120,7 +116,7 @@ class _Checker:
             if isinstance(binding, AbiBinding) and binding.vars:
                 self._own |= {name.strip() for name in binding.vars.split(",")}
         waypoints = {waypoint_constant(point.name) for point in plan.waypoints}
-        self._waypoints = waypoints | {"WP_dummy"}
+        self._waypoints = waypoints | {NO_WAYPOINT}
 
     def findings(self) -> Iterator[Finding]:
         """Everything, in the order of the file."""
@@ -227,7 +223,7 @@ class _Checker:
     def _title(self, part: BlockTitle, *, is_title: bool) -> tuple[str, str] | None:
         if not is_title:
             return f"'{part.text}'", "a text where a number was expected"
-        is_block = part.text == "HOME" or self._plan.block_index(part.text) is not None
+        is_block = block_number(self._plan, part.text) is not None
         return None if is_block else (f"'{part.text}'", "no such block")
 
     def _is_variable(self, name: str) -> bool:

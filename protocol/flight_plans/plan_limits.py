@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
+from protocol.flight_limits import MIN_CORNERS
 from protocol.flight_plans.attributes import NameUse
 from protocol.flight_plans.flight_plan import (
+    HOME_BLOCK,
     HOME_WAYPOINT,
     AbiBinding,
     FlightPlan,
@@ -148,7 +150,7 @@ def _check_sectors(plan: FlightPlan) -> None:
     polygons = [sector for sector in plan.sectors if isinstance(sector, PlanSector)]
     _once("sector", ((sector.name, sector.place) for sector in polygons))
     for sector in polygons:
-        if len(sector.corners) < 3:
+        if len(sector.corners) < MIN_CORNERS:
             raise FlightPlanError(sector.place, f"{len(sector.corners)} corners are too few for a sector")
         for corner in sector.corners:
             _check_waypoint_use(plan, corner)
@@ -187,5 +189,5 @@ def _check_waypoint_use(plan: FlightPlan, use: NameUse) -> None:
 
 
 def _check_block_use(plan: FlightPlan, use: NameUse) -> None:
-    if use.name != "HOME" and plan.block_index(use.name) is None:
+    if use.name != HOME_BLOCK and plan.block_index(use.name) is None:
         raise FlightPlanError(use.place, f"there is no block {use.name!r}")

@@ -8,9 +8,26 @@ from protocol.flight_plans.expressions.evaluation import Argument, Scalar, Unkno
 from protocol.flight_plans.flight_plan import HOME_BLOCK, FlightPlan
 from protocol.flight_plans.known_names import CONSTANTS
 
-__all__ = ["NAV_CLIMB", "NAV_DESCENT", "PlanConstants", "block_number", "plan_constants", "waypoint_numbers"]
+__all__ = [
+    "NAV_CLIMB",
+    "NAV_DESCENT",
+    "NO_WAYPOINT",
+    "PlanConstants",
+    "block_number",
+    "plan_constants",
+    "waypoint_constant",
+    "waypoint_numbers",
+]
 
 NAV_CLIMB, NAV_DESCENT = 0.5, -0.8  # vertical speeds of take-offs and landings, unless a plan sets others [m/s]
+
+
+def waypoint_constant(name: str) -> str:
+    """The name of a waypoint in expressions."""
+    return f"WP_{name}"
+
+
+NO_WAYPOINT = waypoint_constant("dummy")
 
 
 def waypoint_numbers(plan: FlightPlan) -> dict[str, int]:
@@ -29,8 +46,8 @@ def plan_constants(plan: FlightPlan) -> dict[str, Scalar]:
     home_height = plan.security_height if plan.home_mode_height is None else plan.home_mode_height
     return {
         **CONSTANTS,
-        **{f"WP_{name}": number for name, number in waypoint_numbers(plan).items()},
-        "WP_dummy": 0,
+        **{waypoint_constant(name): number for name, number in waypoint_numbers(plan).items()},
+        NO_WAYPOINT: 0,
         "GROUND_ALT": plan.ground_alt,
         "SECURITY_HEIGHT": plan.security_height,
         "SECURITY_ALT": plan.ground_alt + plan.security_height,

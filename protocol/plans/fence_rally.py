@@ -18,6 +18,7 @@ import numpy as np
 from protocol import units
 from protocol.dialect import mavlink
 from protocol.errors import FileError, LocalProtocolError
+from protocol.flight_limits import MIN_CORNERS
 from protocol.mav_frames import is_global_frame
 from protocol.plans.json_table import JsonTable
 from protocol.plans.mission_item import MissionItem
@@ -84,7 +85,7 @@ def with_fence(plan: Plan, items: Sequence[MissionItem]) -> Plan:
                 {"circle": circle, "inclusion": first.command == CIRCLE_COMMANDS[True], "version": 1, **kept}
             )
             continue
-        if first.command not in POLYGON_COMMANDS.values() or not 3 <= first.params[0] <= len(left):
+        if first.command not in POLYGON_COMMANDS.values() or not MIN_CORNERS <= first.params[0] <= len(left):
             raise LocalProtocolError(f"command {first.command} does not begin a polygon or a circle of a fence")
         count = int(first.params[0])
         corners, left = left[:count], left[count:]
@@ -115,7 +116,7 @@ def with_rally(plan: Plan, items: Sequence[MissionItem]) -> Plan:
 
 def _polygon(entry: JsonTable) -> list[MissionItem]:
     corners = entry.rows("polygon")
-    if len(corners) < 3:
+    if len(corners) < MIN_CORNERS:
         raise entry.error("polygon", f"{len(corners)} corners are too few for a polygon")
     command = POLYGON_COMMANDS[entry.flag("inclusion", default=True)]
     frame = _frame(entry, entry.values.get("frame", _FENCE_FRAME))

@@ -28,7 +28,7 @@ from protocol.flight_plans.expressions.expression_tree import (
 )
 from protocol.flight_plans.place import FlightPlanError, SourceText
 
-__all__ = ["MAX_EXPRESSION_DEPTH", "MAX_EXPRESSION_LENGTH", "PRECEDENCE", "parse_expression", "parse_script"]
+__all__ = ["MAX_EXPRESSION_DEPTH", "MAX_EXPRESSION_LENGTH", "PRECEDENCE", "WORDS", "parse_expression", "parse_script"]
 
 MAX_EXPRESSION_LENGTH = 4000  # [characters]
 MAX_EXPRESSION_DEPTH = 100  # of parts in each other
@@ -51,7 +51,7 @@ PRECEDENCE: Final = {  # the higher, the tighter; all but ** group to the left
     "%": 8,
     "**": 10,
 }
-_WORDS: Final = {"@OR": "||", "@AND": "&&", "@GT": ">", "@LT": "<", "@GEQ": ">=", "@LEQ": "<=", "@EQ": "=="}
+WORDS: Final = {"@OR": "||", "@AND": "&&", "@GT": ">", "@LT": "<", "@GEQ": ">=", "@LEQ": "<=", "@EQ": "=="}
 
 _GRAMMAR = r"""
 script: instruction (";" instruction)* ";"*
@@ -210,7 +210,7 @@ class _TreeMaker(Transformer[Token, Any]):
         return Reference(name.name, self._source.at(sign.start_pos or 0))
 
     def operation(self, left: Tree, sign: Token, right: Tree) -> Operation:
-        return Operation(_WORDS.get(sign, str(sign)), left, right, self._source.at(sign.start_pos or 0))
+        return Operation(WORDS.get(sign, str(sign)), left, right, self._source.at(sign.start_pos or 0))
 
     def evaluated(self, tree: Tree) -> Instruction:
         return Instruction(tree, place=tree.place)

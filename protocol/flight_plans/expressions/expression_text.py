@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from protocol.flight_plans.expressions.expression_syntax import PRECEDENCE
+from protocol.flight_plans.expressions.expression_syntax import PRECEDENCE, WORDS
 from protocol.flight_plans.expressions.expression_tree import (
     ArrayItem,
     BlockTitle,
@@ -24,7 +24,7 @@ from protocol.flight_plans.expressions.expression_tree import (
 __all__ = ["expression_text", "script_text"]
 
 _UNARY, _ATOM = 9, 11  # precedence of -x and !x, and of what needs no parentheses
-_WORDS: Final = {"||": "@OR", "&&": "@AND", ">": "@GT", "<": "@LT", ">=": "@GEQ", "<=": "@LEQ"}
+_WORD_OF_SIGN: Final = {sign: word for word, sign in WORDS.items() if sign != "=="}
 
 
 def expression_text(tree: Tree) -> str:
@@ -81,7 +81,7 @@ def _operation(tree: Operation) -> tuple[str, int]:
         left, right = _within(tree.left, _ATOM), _within(tree.right, _UNARY)
     else:
         left, right = _within(tree.left, rank), _within(tree.right, rank + 1)
-    return f"{left} {_WORDS.get(tree.operator, tree.operator)} {right}", rank
+    return f"{left} {_WORD_OF_SIGN.get(tree.operator, tree.operator)} {right}", rank
 
 
 def _within(tree: Tree, least: int) -> str:
