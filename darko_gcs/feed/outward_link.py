@@ -10,13 +10,13 @@ from darko_gcs.feed.udp_link import UdpLink
 from darko_gcs.feed.udp_socket import UdpSocket
 from darko_gcs.station.station import Station
 from protocol.tools.loopback import is_loopback
+from protocol.tools.option_values import MAX_PORT
 from protocol.wire.framing import FrameBuffer
 from protocol.wire.signing import is_secret
 
 __all__ = ["OutwardAddress", "OutwardLink", "link_to", "outward_address"]
 
 DEFAULT_BAUD = 57600
-HIGHEST_PORT = 65535
 RETRY_INTERVAL = 1.0  # between attempts to connect again [s]
 
 
@@ -46,7 +46,7 @@ def outward_address(text: str) -> OutwardAddress | None:
     if kind == "serial" and not place:
         place, number = rest, str(DEFAULT_BAUD)
     form = "serial:DEVICE[:BAUD]" if kind == "serial" else f"{kind}:HOST:PORT"
-    if not place or not number.isdecimal() or (kind != "serial" and not 0 < int(number) <= HIGHEST_PORT):
+    if not place or not number.isdecimal() or (kind != "serial" and not 0 < int(number) <= MAX_PORT):
         raise LinkError(f"{text}: an address is {form}")
     return OutwardAddress(kind, place, int(number))
 

@@ -12,7 +12,7 @@ __all__ = ["Address", "Datagram", "UdpSocket"]
 Address = tuple[str, int]
 Datagram = tuple[bytes, Address]
 MAX_AT_ONCE = 64  # datagrams; in a flood, the screen has its turn between them
-LONGEST_DATAGRAM = 1 << 16  # [bytes]
+MAX_DATAGRAM = 1 << 16  # [bytes]
 RECEIVE_BUFFER = 1 << 22  # for what twenty vehicles send while screens are drawn; the system may allow less [bytes]
 
 
@@ -55,7 +55,7 @@ class UdpSocket:
         datagrams: list[Datagram] = []
         while len(datagrams) < MAX_AT_ONCE:
             try:
-                data, sender = self._socket.recvfrom(LONGEST_DATAGRAM)
+                data, sender = self._socket.recvfrom(MAX_DATAGRAM)
             except BlockingIOError:
                 break
             except OSError:  # the port that we sent to is closed at the moment: a loss, not an error

@@ -19,8 +19,8 @@ from protocol.tools.loopback import is_loopback
 __all__ = ["BridgeAddresses", "BridgeSockets"]
 
 Address = tuple[str, int]
-LONGEST_WAIT = 0.05  # [s]
-MOST_AT_ONCE = 64  # packets of one socket before the others are looked at: a flood stops nothing
+MAX_WAIT = 0.05  # [s]
+MAX_PACKETS = 64  # packets of one socket before the others are looked at: a flood stops nothing
 MAX_REPLY = 2048  # of the vehicle [bytes]
 
 
@@ -66,7 +66,7 @@ class BridgeSockets:
                 for line in self.take_lines():
                     say(line)
                 sockets = [s for s in (self._command, self._vehicle, self._data) if s is not None]
-                select.select(sockets, [], [], LONGEST_WAIT)
+                select.select(sockets, [], [], MAX_WAIT)
         finally:
             self._send(self._command, self._natnet.farewell(), self._server)
 
@@ -134,7 +134,7 @@ class BridgeSockets:
 
 
 def _received(source: socket.socket | None, size: int) -> Iterator[tuple[bytes, Address]]:
-    for _ in range(MOST_AT_ONCE if source is not None else 0):
+    for _ in range(MAX_PACKETS if source is not None else 0):
         try:
             yield source.recvfrom(size)  # type: ignore[union-attr]
         except (BlockingIOError, InterruptedError):

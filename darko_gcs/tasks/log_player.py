@@ -16,7 +16,7 @@ from protocol.tools.loopback import is_loopback
 
 __all__ = ["LogPlayer", "loopback_or_asked"]
 
-LONGEST_NAP = 0.05  # between two looks at the clock [s]
+MAX_NAP = 0.05  # between two looks at the clock [s]
 
 
 def loopback_or_asked(text: str, *, is_network_allowed: bool) -> OutwardAddress:
@@ -95,7 +95,7 @@ class LogPlayer(asyncio.DatagramProtocol):
             first = max(first, due)
             if first < len(self.frames.rows):
                 wait = (float(self.frames.times[first]) - reached) / self._speed
-                await asyncio.sleep(min(max(wait, 0.0), LONGEST_NAP))
+                await asyncio.sleep(min(max(wait, 0.0), MAX_NAP))
 
     def _send(self, frame: bytes) -> None:
         if self._transport is not None:

@@ -7,6 +7,7 @@ import ipaddress
 import math
 
 __all__ = [
+    "MAX_PORT",
     "finite_number",
     "ipv4_address",
     "natural_number",

@@ -67,6 +67,6 @@ class MapBackground:
             self._dot = dot
 
 
-def is_drawable(point: NorthEast) -> bool:
+def is_drawable(point: Sequence[float]) -> bool:
     """False for places that are nonsense, and for NaN."""
     return all(abs(part) < MAX_COORDINATE for part in point)
