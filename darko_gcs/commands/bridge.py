@@ -25,12 +25,12 @@ _EXAMPLES = """\
 examples:
   darko-gcs bridge                                   from 'darko-sitl mocap' to darko-sitl, both here
   darko-gcs bridge --server 192.168.1.10 --interface 192.168.1.20 --to 192.168.1.30:14550 --body DarkO
-  darko-gcs bridge --estimator vision                to PX4, whose EKF2 does not fuse what says it is motion capture
+  darko-gcs bridge --estimator vision                to PX4: its EKF2 ignores ODOMETRY with estimator type MOCAP
   darko-gcs bridge --lab delft                       y up, long edge right, x right, nose far
 
-The hall is seen by its observers: left, far, right, near. Ctrl-C ends it.
+Sides are as seen from the observers' seats: left, far, right, near. Ctrl-C ends the bridge.
 
-exit codes: 2 an argument; 3 a port; 130 interrupted.
+exit codes: 2 bad argument; 3 port or link; 130 interrupted.
 """
 
 
@@ -46,16 +46,18 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     )
     vehicle.add_argument("--system", type=system_id, default=1, metavar="ID", help="system id of the vehicle [1]")
     vehicle.add_argument(
-        "--signing-key", metavar="KEY", help="sign, and hear only what is signed: 64 hexadecimal digits or their file"
+        "--signing-key",
+        metavar="KEY",
+        help="sign, and accept only signed messages: 64 hexadecimal digits or a file with them",
     )
     return parser
 
 
 def _add_server_options(server: argparse._ArgumentGroup) -> None:
     server.add_argument(
-        "--server", type=ipv4_address, default="127.0.0.1", metavar="ADDRESS", help="of Motive [127.0.0.1]"
+        "--server", type=ipv4_address, default="127.0.0.1", metavar="ADDRESS", help="address of Motive [127.0.0.1]"
     )
-    server.add_argument("--command-port", type=_sending_port, default=1510, metavar="P", help="of Motive [1510]")
+    server.add_argument("--command-port", type=_sending_port, default=1510, metavar="P", help="its command port [1510]")
     server.add_argument(
         "--interface",
         type=ipv4_address,
@@ -65,12 +67,21 @@ def _add_server_options(server: argparse._ArgumentGroup) -> None:
     )
     server.add_argument("--body", type=_body, default="", help="name or number of the rigid body [the only one]")
     server.add_argument(
-        "--latency", type=_milliseconds, default=0.0, metavar="MS", help="of the network, which no stamp tells [0]"
+        "--latency",
+        type=_milliseconds,
+        default=0.0,
+        metavar="MS",
+        help="network delay to subtract from every time stamp [0]",
     )
 
 
 def _add_axes_options(axes: argparse._ArgumentGroup) -> None:
-    axes.add_argument("--lab", choices=("enac", "delft"), default="enac", help="what the others default to [enac]")
+    axes.add_argument(
+        "--lab",
+        choices=("enac", "delft"),
+        default="enac",
+        help="laboratory whose axes the options below default to [enac]",
+    )
     axes.add_argument("--up-axis", choices=("y", "z"), help="up in the stream; y is Motive's own")
     axes.add_argument("--long-edge", choices=_SIDES, help="side the calibration triangle's long edge pointed to")
     east = axes.add_mutually_exclusive_group()
@@ -91,10 +102,10 @@ def _add_pose_options(poses: argparse._ArgumentGroup) -> None:
         help="ODOMETRY, VISION_POSITION_ESTIMATE or ATT_POS_MOCAP [odometry]",
     )
     poses.add_argument(
-        "--estimator", choices=("mocap", "vision", "vio"), default="mocap", help="what ODOMETRY says it is [mocap]"
+        "--estimator", choices=("mocap", "vision", "vio"), default="mocap", help="estimator type in ODOMETRY [mocap]"
     )
     poses.add_argument(
-        "--rate", type=positive_number, default=math.inf, metavar="HZ", help="at most so many poses [all]"
+        "--rate", type=positive_number, default=math.inf, metavar="HZ", help="maximum poses per second [all]"
     )
     poses.add_argument(
         "--deviation", type=positive_number, default=0.001, metavar="M", help="of positions, at least [0.001]"

@@ -21,7 +21,7 @@ STATISTICS_PERIOD = 10.0  # [s]
 RATED_FRAMES = 20  # that tell how many come in a second
 EARLY = 0.002  # a frame may be sent so much before the rate limit says [s]
 MAX_FRAMES_BACK = 100  # a frame number that is lower by more is of a new stream
-JUMPED = "the body has jumped, as if markers were taken for one another: nothing is sent until it jumps back or is lost"
+JUMPED = "the rigid body jumped (markers swapped?): no poses are sent until it jumps back or is lost"
 MAX_LATE = 0.1  # a stamp that is earlier than the last one by more is of a clock that was set [s]
 MAX_AGE = 1.0  # of a frame; what seems older is of a clock that cannot be matched [s]
 
@@ -95,9 +95,11 @@ class PoseBridge:
         self._tell_streaming(streaming=self._natnet.is_streaming)
         if self._autopilot.is_heard(now) != self._was_heard:
             self._was_heard = not self._was_heard
-            self._say(f"vehicle ({self._autopilot.autopilot}) heard" if self._was_heard else "vehicle is silent")
+            self._say(
+                f"vehicle ({self._autopilot.autopilot}) heard" if self._was_heard else "no HEARTBEAT from the vehicle"
+            )
         if self._natnet.server is None and not self._has_told_server:
-            self._has_told_server = "waiting for the server"
+            self._has_told_server = "waiting for the NatNet server"
             self._say(self._has_told_server)
         if self._count is None:
             self._count = _Count(now, damaged=self._natnet.damaged)
@@ -114,7 +116,7 @@ class PoseBridge:
         time = self._exposure(frame, now)
         stamp = time if frame.exposed is None else frame.exposed
         if stamp < self._stamp - MAX_LATE:
-            self._say("the server's clock was set: a new track")
+            self._say("the NatNet server's clock was set back: tracking starts again")
             self._lose()
             self._due = -math.inf
         self._stamp = stamp
@@ -224,7 +226,7 @@ class PoseBridge:
         if not streaming:
             self._lose()
             self._number = self._first_frame = None
-        self._say("frames arrive" if streaming else "no frames: nothing is sent")
+        self._say("frames arrive" if streaming else "no frames from the NatNet server: no poses are sent")
 
     def _tell_tracked(self, *, tracked: bool) -> None:
         if tracked != self._was_tracked:
@@ -234,7 +236,7 @@ class PoseBridge:
     def _tell_held(self) -> None:
         if self._track.is_held != self._was_held:
             self._was_held = self._track.is_held
-            self._say(JUMPED if self._was_held else "the body has jumped back")
+            self._say(JUMPED if self._was_held else "the rigid body is back: poses are sent again")
 
     def _statistics(self, count: _Count, now: float) -> str:
         elapsed = now - count.began

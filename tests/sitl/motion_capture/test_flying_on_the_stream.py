@@ -70,8 +70,8 @@ def test_when_tracking_is_lost_in_flight_it_lands_and_both_sides_say_so(hovering
 def test_it_hovers_through_a_swap_of_markers_that_turns_the_body_half_round(hovering):
     hall, tilted = Hall(hovering, events=["swap@1+1"], rate=100.0), []
     hall.fly(3.5, lambda: tilted.append(hovering.bench.aircraft.view().tilt))
-    assert any("the body has jumped" in line for line in hall.bridge.said)
-    assert "the body has jumped back" in hall.bridge.said
+    assert any("the rigid body jumped" in line for line in hall.bridge.said)
+    assert "the rigid body is back: poses are sent again" in hall.bridge.said
     assert max(tilted) < math.radians(15.0)
     assert math.dist(hovering.vehicle.truth.body.position, (0.0, 0.0, 3.0)) < 0.5
 
