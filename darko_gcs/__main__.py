@@ -18,8 +18,8 @@ COMMANDS = {
     "replay": "replay a recorded flight on the same screens",
     "signing": "change the vehicle's signing key",
     "bridge": "send the poses of a motion-capture hall (NatNet) to an autopilot, as MAVLink",
-    "fail": "have an instrument, an actuator, the battery or the link of the vehicle fail, or heal it",
-    "plan": "tell where the vehicle's flight plan is, enter a block, move a waypoint or set a variable",
+    "fail": "have an instrument, an actuator, the battery or the link of the vehicle fail, or clear the failure",
+    "plan": "show the flight plan's block and stage, enter a block, move a waypoint or set a variable",
     "log": "summarise a recorded flight, or download the vehicle's own logs",
 }
 

@@ -55,7 +55,7 @@ def run(args: argparse.Namespace) -> int:
     from darko_gcs.errors import GroundError  # noqa: PLC0415 - --help must be quick
 
     if args.all and args.vehicle is not None:
-        raise GroundError("--all and --vehicle: one of them")
+        raise GroundError("--all and --vehicle cannot be combined")
     wanted = COMMAND_WORDS[args.action]
     if len(args.values) != wanted:
         raise GroundError(f"{args.action} takes {wanted} value{'s' * (wanted != 1)}, not {len(args.values)}")

@@ -15,7 +15,7 @@ _EXAMPLES = """\
 examples:
   darko-gcs fail gps off
   darko-gcs fail motor stuck --instance 1    the left one
-  darko-gcs fail gps ok                      heals it
+  darko-gcs fail gps ok                      clears the failure
 
 The vehicle's parameter SYS_FAILURE_EN must be 1. No other ground station may listen on the same port meanwhile.
 
@@ -29,7 +29,7 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
 
     parser = command_parser("darko-gcs fail", commands, _EXAMPLES)
     parser.add_argument("unit", choices=list(FAILURE_UNITS), help="what fails")
-    parser.add_argument("failure", choices=list(FAILURE_TYPES), help="how; ok heals")
+    parser.add_argument("failure", choices=list(FAILURE_TYPES), help="how; ok clears the failure")
     parser.add_argument("--instance", type=whole_number, default=0, metavar="N", help="1 left, 2 right; 0: all [0]")
     add_listen_options(parser.add_argument_group("link"))
     return parser

@@ -81,5 +81,5 @@ def _words(result: Result) -> str:
 
     rest = f", at item {result['current']}, reached {result['reached']}" if "current" in result else ""
     if "verified" in result:
-        rest = ", read back: as it was sent" if result["verified"] else ", not read back"
+        rest = ", read back and identical" if result["verified"] else ", not read back"
     return counted(result["items"], "item") + (f": {result['file']}" if "file" in result else "") + rest

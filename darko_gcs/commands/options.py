@@ -47,9 +47,9 @@ def add_link_options(parser: argparse.ArgumentParser) -> None:
         type=port_number,
         default=0,
         metavar="P",
-        help="local port of another program that the simulator sends to, too [none]",
+        help="UDP port on this machine of another program that also gets the telemetry [none]",
     )
-    sitl.add_argument("--state-dir", metavar="DIR", help="folder of its saved parameters and mission")
+    sitl.add_argument("--state-dir", metavar="DIR", help="folder of the vehicle's saved parameters and mission")
 
 
 def add_listen_options(
@@ -77,14 +77,14 @@ def add_listen_options(
 
 def add_span_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of a span of a flight."""
-    for name, where, default in (("--from", "begin", -math.inf), ("--to", "end", math.inf)):
+    for name, where, edge, default in (("--from", "begin", "start", -math.inf), ("--to", "end", "end", math.inf)):
         parser.add_argument(
             name,
             dest=where,
             type=clock_time,
             default=default,
             metavar="TIME",
-            help=f"{where} of the flight's part: seconds, M:SS or H:MM:SS since the vehicle's boot [the log's]",
+            help=f"{edge} of the time span: seconds, M:SS or H:MM:SS since the vehicle's boot [the log's]",
         )
 
 

@@ -149,7 +149,7 @@ async def _compare_with_defaults(vehicle: Vehicle) -> Result:
 
     await vehicle.parameters()
     if not await vehicle.parameter_metadata():
-        raise FlightError("the vehicle does not tell the defaults of its parameters")
+        raise FlightError("the vehicle does not report the defaults of its parameters")
     differ = default_differences(vehicle.now)
     return {"differ": {each.name: {"vehicle": each.vehicle, "default": each.other} for each in differ}}
 
@@ -190,7 +190,7 @@ def _words(result: Result, described: Metadata) -> str:
 
 def _difference(name: str, both: Mapping[str, float | None], shown: Callable[[str, float], str]) -> str:
     here, other = both["vehicle"], "file" if "file" in both else "default"
-    on_vehicle = "not there" if here is None else shown(name, here)
+    on_vehicle = "missing" if here is None else shown(name, here)
     value = both[other]
     elsewhere = "" if value is None else shown(name, value)
     where = "in the file" if other == "file" else "by default"

@@ -20,7 +20,8 @@ examples:
   darko-gcs plan set laps 3
   darko-gcs plan load room.xml               then: darko-gcs plan fly
 
-Nothing asks: what is written is sent. No other ground station may listen on the same port meanwhile.
+There is no confirmation: the request is sent at once.
+No other ground station may listen on the same port meanwhile.
 
 exit codes: 0 done; 2 an argument, or refused by the vehicle; 3 no vehicle.
 """
@@ -43,9 +44,11 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     move.add_argument("east", type=finite_number, help="of the plan's origin [m]")
     move.add_argument("north", type=finite_number, help="of the plan's origin [m]")
     move.add_argument("up", type=finite_number, nargs="?", help="[m]; without it, the height stays")
-    load = acts.add_parser("load", parents=[common], help="have the vehicle load a plan; it stands disarmed")
+    load = acts.add_parser("load", parents=[common], help="load a flight plan onto the vehicle, which must be disarmed")
     load.add_argument("file", type=Path, help="Paparazzi flight plan; procedures lie beside or below it")
-    load.add_argument("--names", type=Path, metavar="FILE", help="TOML file: what names of the plan's build mean")
+    load.add_argument(
+        "--names", type=Path, metavar="FILE", help="TOML file: maps names of the Paparazzi build to DarkO's"
+    )
     load.add_argument(
         "--procedures", type=Path, metavar="DIR", help="another folder that procedures it includes may lie in"
     )

@@ -34,14 +34,15 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     parser.add_argument(
         "--to",
         metavar="URL",
-        help="where key u sends what is played to, udpout:HOST:PORT [udpout:127.0.0.1:14550]",
+        help="where key u sends the replayed frames, udpout:HOST:PORT [udpout:127.0.0.1:14550]",
     )
     parser.add_argument("--network", action="store_true", help="allow an address of another machine")
     pair = parser.add_argument_group("two flights")
     pair.add_argument(
         "--align",
         choices=("takeoff", "start", "clock"),
-        help="what is at the same time: take-off (on the vehicles' clocks), the beginnings, the date [takeoff]",
+        help="what the two flights are aligned by: take-off (on the vehicles' clocks), the beginnings, the date "
+        "[takeoff]",
     )
     pair.add_argument("--offset", type=finite_number, metavar="S", help="the second flight is S seconds later [0]")
     return parser
@@ -69,7 +70,7 @@ def run(args: argparse.Namespace) -> int:
     if args.other is None and (args.align is not None or args.offset is not None):
         raise GroundError("--align and --offset need a second log")
     if args.other is not None and args.to is not None:
-        raise GroundError("--to needs one log alone")
+        raise GroundError("--to works with one log only")
     send_to = loopback_or_asked(args.to or DEFAULT_TO, is_network_allowed=args.network)
     known = KnownParameters(user_state_path("darko") / KNOWN_PARAMETERS).load()
     options: dict[str, Any] = {"begin": args.at or 0.0, "speed": args.speed, "send_to": send_to, "parameters": known}

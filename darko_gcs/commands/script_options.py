@@ -47,7 +47,7 @@ def add_script_options(parser: argparse.ArgumentParser) -> None:
         type=positive_number,
         default=60.0,
         metavar="S",
-        help="longest wait: for a vehicle, and for what is asked [60]",
+        help="maximum wait for a vehicle, and again for the command [60]",
     )
     add_listen_options(parser.add_argument_group("link"))
 

@@ -126,7 +126,7 @@ class Vehicle:
             if self._link.now > deadline:
                 if self.now.source is None:
                     raise LinkError(f"no vehicle heard for {timeout:g} s")
-                raise FlightError(f"{what}: not within {timeout:g} s")
+                raise FlightError(f"timed out after {timeout:g} s waiting for: {what}")
             await asyncio.sleep(POLL_PERIOD)
         return self.now
 

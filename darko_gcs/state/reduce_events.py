@@ -89,7 +89,9 @@ def _mission_progress(e: MissionProgress, s: Snapshot, _now: float) -> Snapshot:
 @_after.register
 def _mission_uploaded(e: MissionUploaded, s: Snapshot, now: float) -> Snapshot:
     if e.is_partial:
-        return add_line(updated(s, transfer=None), now, INFO, f"{counted(e.count, 'item')} replaced")
+        return add_line(
+            updated(s, transfer=None), now, INFO, f"{PLAN_TITLES[e.kind]}: {counted(e.count, 'item')} replaced"
+        )
     s = updated(s, transfer=None, reached=frozenset() if e.kind == MISSION else s.reached)
     return add_line(s, now, INFO, f"{PLAN_TITLES[e.kind]} of {counted(e.count, 'item')} uploaded")
 

@@ -63,7 +63,7 @@ def run(args: argparse.Namespace) -> int:
         asyncio.run(_play(player, address, args.at, is_looping=args.loop))
     except KeyboardInterrupt:
         print()
-    nobody = "; nobody listened there at times" if player.refused else ""
+    nobody = "; at times no program listened there" if player.refused else ""
     print(f"{player.sent} frames sent{nobody}; {player.answers} datagrams came back, none answered")
     return 0
 

@@ -140,4 +140,4 @@ def read_back_fault(kind: int, sent: Items, held: Items) -> str:
         return ""
     listed = [change_text(change) for change in changes[:MAX_CHANGES_LISTED]]
     more = f"; {len(changes) - len(listed)} more" if len(changes) > len(listed) else ""
-    return f"{PLAN_TITLES[kind]} read back: NOT as it was sent: {'; '.join(listed)}{more}"
+    return f"{PLAN_TITLES[kind]} read back: the vehicle holds something else: {'; '.join(listed)}{more}"

@@ -34,4 +34,4 @@ def test_an_address_to_send_to_is_checked_before_a_screen_opens(capsys):
     assert main(["replay", LOG, "--to", "udpout:192.0.2.1:14550"]) == 2
     assert "--network" in capsys.readouterr().err
     assert main(["replay", LOG, LOG, "--to", "udpout:127.0.0.1:14550"]) == 2
-    assert "one log alone" in capsys.readouterr().err
+    assert "one log only" in capsys.readouterr().err

@@ -27,7 +27,7 @@ def upload(holder, **options):
 
 def test_what_the_vehicle_holds_is_compared():
     assert upload(PlanHolder()) == len(ITEMS)
-    with pytest.raises(FlightError, match=r"NOT as it was sent: ~ 1  alt 3 -> 1$") as caught:
+    with pytest.raises(FlightError, match=r"the vehicle holds something else: ~ 1  alt 3 -> 1$") as caught:
         upload(PlanHolder(lower))
     assert caught.value.exit_code == 4
 
@@ -44,7 +44,7 @@ def test_it_is_read_back_unless_the_command_says_not(command, words):
     assert not parser.parse_args([*words, "--no-verify"]).verify
 
 
-@pytest.mark.parametrize(("options", "said"), [([], "as it was sent"), (["--no-verify"], "not read back")])
+@pytest.mark.parametrize(("options", "said"), [([], "read back and identical"), (["--no-verify"], "not read back")])
 def test_the_answer_says_whether_it_was_read_back(options, said, monkeypatch, capsys):
     monkeypatch.setattr("darko_gcs.commands.script_options._connected", lambda _, job: job(Vehicle(PlanHolder())))
     words = ["upload", str(DATA / "square.plan"), *options]

@@ -149,7 +149,7 @@ def test_a_vehicle_that_holds_something_else_is_told_by_item_and_field(link, pla
         return bool(link.events_of(MissionDownloaded))
 
     assert link.run(3.0, alter)
-    assert link.lines[-1] == "Mission read back: NOT as it was sent: ~ 0  alt 3 -> 7"
+    assert link.lines[-1] == "Mission read back: the vehicle holds something else: ~ 0  alt 3 -> 7"
     assert link.snapshot.mission[0].z == 7.0
 
 
@@ -162,7 +162,7 @@ def test_single_items_are_replaced(link, plan):
     link.run(2.0)
     assert items_written(link) == [2, 3]
     assert link.snapshot.mission == link.vehicle.endpoint.mission == new
-    assert "2 items replaced" in link.lines
+    assert "Mission: 2 items replaced" in link.lines
     assert link.lines[-1] == "Mission of 6 items is on the vehicle, read back as sent"
 
 
