@@ -25,8 +25,8 @@ PILOT_WORDS = {
     mavlink.MAV_CMD_DO_ORBIT: "orbit",
     mavlink.MAV_CMD_DARKO_JUMP_TO_BLOCK: "enter a block",
     mavlink.MAV_CMD_MISSION_START: "fly the mission",
-    mavlink.MAV_CMD_REQUEST_OPERATOR_CONTROL: "control",
-    mavlink.MAV_CMD_INJECT_FAILURE: "failure on purpose",
+    mavlink.MAV_CMD_REQUEST_OPERATOR_CONTROL: "operator control",
+    mavlink.MAV_CMD_INJECT_FAILURE: "failure injection",
     mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN: "reboot or shutdown",
 }
 TRANSITIONS = {

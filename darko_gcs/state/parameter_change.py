@@ -26,7 +26,7 @@ class ParameterChange(NamedTuple):
 
     @property
     def words(self) -> str:
-        """Its state for people: "set", "refused: is not within 0..3"."""
+        """Its state for people: "set", "refused: is outside 0..3"."""
         is_explained = self.state is ChangeState.REFUSED and self.reason
         return f"{self.state.value}: {self.reason}" if is_explained else self.state.value
 

@@ -47,7 +47,7 @@ class ParameterMetadata(NamedTuple):
         if self.is_integer and value != int(value):
             return f"{value:g} is not a whole number"
         if value < self.minimum or value > self.maximum:  # false for NaN: no bound is known
-            return f"{value:g} is not within {self.bounds} {self.unit}".rstrip()
+            return f"{value:g} is outside {self.bounds} {self.unit}".rstrip()
         return None
 
     def name_of(self, value: float) -> str:

@@ -121,7 +121,7 @@ def _mission_clear(s: Snapshot, m: Message, now: float) -> Snapshot:
 
 @REQUEST_HANDLERS.handles("MISSION_SET_CURRENT")
 def _mission_set_current(s: Snapshot, m: Message, now: float) -> Snapshot:
-    return _sent(s, m, now, f"go on at item {m.seq}")
+    return _sent(s, m, now, f"continue at item {m.seq}")
 
 
 @REQUEST_HANDLERS.handles("MISSION_ACK")

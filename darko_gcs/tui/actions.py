@@ -124,7 +124,7 @@ def disarm_question(s: Snapshot) -> str | None:
 def _question_move(what: str) -> Callable[[Snapshot], str]:
     def question(s: Snapshot) -> str:
         is_active = s.mission_state == mavlink.MISSION_STATE_ACTIVE
-        return f"{what}? The mission that is being flown is left." if is_active else f"{what}?"
+        return f"{what}? This interrupts the mission." if is_active else f"{what}?"
 
     return question
 
@@ -134,7 +134,7 @@ def start_question(s: Snapshot) -> str:
     if not s.mission_current or not s.mission_count:
         return "Fly the mission?"
     paused = s.mission_state == mavlink.MISSION_STATE_PAUSED
-    return f"{'Go on with' if paused else 'Fly'} the mission from item {s.mission_current}?"
+    return f"{'Resume' if paused else 'Fly'} the mission from item {s.mission_current}?"
 
 
 def _question_cancel(s: Snapshot) -> str | None:
@@ -283,8 +283,8 @@ ACTIONS = (
         run=lambda app: app.choose_next_vehicle(-1), needs_vehicle=False,
     ),
     Action(
-        key="w", name="strip", label="", help="Vehicles: a few lines, all, none", run=lambda app: app.change_strip(),
-        needs_vehicle=False,
+        key="w", name="strip", label="", help="Vehicle list: few lines, all, hidden",
+        run=lambda app: app.change_strip(), needs_vehicle=False,
     ),
     Action(
         key="question_mark", name="help", label="Help", help="All keys",

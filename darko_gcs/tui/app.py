@@ -118,7 +118,7 @@ class GroundStationApp(App[int]):
             self.notify(f"{event.key}: flight keys work on the flight screen; Esc goes back", severity="warning")
 
     def _tell_ignored_keys(self) -> None:
-        self.notify("Keys that came all at once, as from a paste, are no commands: not taken", severity="warning")
+        self.notify("Keys that arrived at once (a paste?) were ignored", severity="warning")
 
     def first_screen(self) -> FlightScreen:
         """The screen that is always at the bottom."""
@@ -289,7 +289,7 @@ class GroundStationApp(App[int]):
         ]
         rules = QUESTION_RULES if self.feed.station is not None else []
         sections = [("Keys of this screen", here), ("Recording", self.extra_keys()), ("Keys", actions)]
-        sections += [("Questions and ways out", rules), ("Colours", COLOUR_MEANINGS)]
+        sections += [("Confirmations and exits", rules), ("Colours", COLOUR_MEANINGS)]
         self.push_screen(HelpScreen([(title, rows) for title, rows in sections if rows]))
 
     def extra_keys(self) -> list[tuple[str, str]]:
@@ -331,7 +331,7 @@ class GroundStationApp(App[int]):
     def ask_restart(self) -> None:
         """Restart the simulator that ``--sitl`` started; ask first if its vehicle is armed."""
         if self.feed.restart is None:
-            self.notify("There is no simulator of ours to restart (see --sitl)", severity="warning")
+            self.notify("No simulator to restart: start with --sitl", severity="warning")
         elif (armed := armed_words(self.feed)) and not self.feed.snapshot.lost:
             self._confirm(f"{armed} Restart the simulator?", self._restart)
         else:
@@ -397,4 +397,4 @@ class GroundStationApp(App[int]):
                 yield SystemCommand(action.palette_title, text, partial(self.action_act, action.name))
         soon = partial(self.set_timer, 0.1, self.action_screenshot)  # when the palette has gone
         yield SystemCommand("Save a picture of the screen", "An SVG file", soon)
-        yield SystemCommand("Change the colour theme", "It is kept for the next time", self.action_change_theme)
+        yield SystemCommand("Change the colour theme", "Saved for the next start", self.action_change_theme)

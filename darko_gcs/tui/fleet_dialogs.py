@@ -33,13 +33,13 @@ def _is_up(s: Snapshot) -> bool:
     return bool(s.landed_state != mavlink.MAV_LANDED_STATE_ON_GROUND)
 
 
-LEFT = "Missions under way are left."
+LEFT = "Running missions are interrupted."
 FLEET_COMMANDS = (
     FleetCommand(
         "Arm", "The propellers will turn.", "armed already", lambda s: not s.armed, lambda to, _, now: to.arm(now)
     ),
     FleetCommand(
-        "Take off", "", "in the air", lambda s: not s.is_airborne,
+        "Take off", "", "in the air already", lambda s: not s.is_airborne,
         lambda to, height, now: to.take_off(height, now), asks_height=True,
     ),
     FleetCommand("Hold", LEFT, "on the ground", _is_up, lambda to, _, now: to.hold(now)),
@@ -68,7 +68,7 @@ def _ask(app: App[int], feed: Feed, command: FleetCommand) -> None:
     present = _present(feed)
     meant = {system: to for system, to in present.items() if command.makes_sense(to.snapshot)}
     if not meant:
-        app.notify(f"{command.label}: all are {command.excuse}: nothing was sent", severity="warning")
+        app.notify(f"{command.label}: nothing was sent, all are {command.excuse}", severity="warning")
         return
 
     def send(height: float) -> None:
@@ -82,7 +82,7 @@ def _ask(app: App[int], feed: Feed, command: FleetCommand) -> None:
 
     left_out = len(present) - len(meant)
     who = f"{len(meant)} vehicle{'s' * (len(meant) > 1)} ({id_words(meant)})"
-    rest = f"{left_out} {'is' if left_out == 1 else 'are'} {command.excuse}." if left_out else ""
+    rest = f"{left_out} {'is' if left_out == 1 else 'are'} {command.excuse}: not commanded." if left_out else ""
     if command.asks_height:
         title = " ".join(filter(None, (f"{command.label}: {who}.", rest)))
         app.push_screen(AskScreen(title, [("Height above home [m]", "3")]), typed)

@@ -99,7 +99,7 @@ def ask_go_to_place(app: App[int], feed: Feed, place: NorthEast, request: Send) 
     def go(station: Station, now: float) -> None:
         station.go_to(north, east, height, now)
 
-    left = " The mission that is being flown is left." if s.mission_state == mavlink.MISSION_STATE_ACTIVE else ""
+    left = " This interrupts the mission." if s.mission_state == mavlink.MISSION_STATE_ACTIVE else ""
     question = f"Go to {north:.1f} m north, {east:.1f} m east of home at {height:.1f} m above it?{left}"
     confirm(app, named(feed, question), lambda: request(go))
 

@@ -60,7 +60,7 @@ class KeptLook:
             if look != known:
                 self.preferences.save(look)
         except FileError as error:
-            self._app.notify(f"Not kept: {error}", severity="warning", timeout=FAULT_SHOWN_TIME)
+            self._app.notify(f"Theme and panels not saved: {error}", severity="warning", timeout=FAULT_SHOWN_TIME)
 
     def _screens(self) -> list[FlightScreen]:
         return [screen for screen in self._app.screen_stack if isinstance(screen, FlightScreen)]

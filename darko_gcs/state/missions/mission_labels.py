@@ -160,7 +160,7 @@ def item_summary(item: MissionItem) -> str:
     if item.command == mavlink.MAV_CMD_DO_VTOL_TRANSITION and first in WAY_SUMMARIES:
         return WAY_SUMMARIES[int(first)]
     if item.command == mavlink.MAV_CMD_DO_VTOL_TRANSITION and first == mavlink.MAV_VTOL_STATE_UNDEFINED:
-        return "as the vehicle finds best"
+        return "vehicle decides"
     if item.command == mavlink.MAV_CMD_DO_CHANGE_SPEED and first in {0.0, 1.0} and second > 0.0:
         return f"{field_text(second)} m/s {('airspeed', 'over ground')[int(first)]}"
     named = zip(_parameter_names(item), item.params, strict=True)

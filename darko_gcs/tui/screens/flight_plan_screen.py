@@ -95,7 +95,7 @@ class FlightPlanScreen(Screen[None]):
                 with Horizontal(id="plan-tables"):
                     yield PlanPointTable(id="plan-points")
                     yield PlanSettingTable(id="plan-settings")
-                yield PlanEventPanel("What happened", id="plan-events").data_bind(FlightPlanScreen.snapshot)
+                yield PlanEventPanel("Events", id="plan-events").data_bind(FlightPlanScreen.snapshot)
         yield Static("", id="plan-notice", markup=False)
         yield KeyFooter()
 
@@ -157,7 +157,7 @@ class FlightPlanScreen(Screen[None]):
         if plan is None:
             self.show_notice("The vehicle has no flight plan")
             return
-        question = f"Fly the flight plan? It goes on in block {plan.block_name(plan.block)}."
+        question = f"Fly the flight plan? It continues in block {plan.block_name(plan.block)}."
         confirm(self.app, self._named(question), lambda: station.flight_plan.start(self._clock()))
 
     def action_load(self) -> None:
@@ -191,7 +191,7 @@ class FlightPlanScreen(Screen[None]):
     def action_hold(self) -> None:
         """Leave the plan and hover, after asking."""
         if (station := self._vehicle()) is not None:
-            question = self._named("Stop and hover here? The flight plan is left.")
+            question = self._named("Stop and hover here? This interrupts the flight plan.")
             confirm(self.app, question, lambda: station.hold(self._clock()))
 
     def action_plan_key(self, key: str) -> None:
@@ -264,7 +264,9 @@ class FlightPlanScreen(Screen[None]):
             self._move(point.number, place)
 
         name = point.name
-        question = f"Move {name}? The vehicle follows if it flies there. Further moves of it do not ask."
+        question = (
+            f"Move {name}? The vehicle follows if it flies there. Further moves of this waypoint need no confirmation."
+        )
         confirm(self.app, self._named(question), go)
 
     def _wanted_place(self, point: PlanPoint) -> Vector:
@@ -307,7 +309,7 @@ class FlightPlanScreen(Screen[None]):
             if value is None:
                 return f"{setting.name}: {values[0]!r} is not a number"
             if value < setting.low or value > setting.high:  # neither holds of a limit that there is not
-                return f"{setting.name}: {value:g} is not within {limits}"
+                return f"{setting.name}: {value:g} is outside {limits}"
             station.flight_plan.set_variable(number, value, self._clock())
             return None
 

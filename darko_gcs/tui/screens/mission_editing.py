@@ -140,7 +140,7 @@ class MissionEditing:
         if not items:
             return
         if items[row].command not in LEG_ENDS:
-            self._screen.show_notice("No leg to choose a way for leads to this item")
+            self._screen.show_notice("No leg leads to this item: nothing to fly in hover or forward")
             return
         s = self._screen.snapshot
         ways = OTHER_WAYS if s.hybrid is None and s.source is not None else OWN_WAYS
@@ -150,11 +150,11 @@ class MissionEditing:
 
     def undo(self) -> None:
         """Take the last edit of the plan back."""
-        self._after(self._screen.draft.undo(), "There is no edit to take back")
+        self._after(self._screen.draft.undo(), "Nothing to undo")
 
     def redo(self) -> None:
         """Make the edit again that was taken back last."""
-        self._after(self._screen.draft.redo(), "There is no edit to make again")
+        self._after(self._screen.draft.redo(), "Nothing to redo")
 
     def _after(self, is_done: bool, otherwise: str) -> None:
         self._screen.show_notice("" if is_done else otherwise)

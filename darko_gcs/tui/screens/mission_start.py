@@ -25,9 +25,9 @@ def ask_start(app: App[Any], named: Named, s: Snapshot, station: Station, clock:
 
 def ask_fly_from(app: App[Any], named: Named, s: Snapshot, station: Station, clock: Clock, row: int) -> None:
     """Fly the mission from an item, also if it is not flown now."""
-    left = f" It leaves item {s.mission_current}." if s.mission_state == mavlink.MISSION_STATE_ACTIVE else ""
+    left = f" This interrupts item {s.mission_current}." if s.mission_state == mavlink.MISSION_STATE_ACTIVE else ""
     which = {1: "Item 0 is", 2: "Items 0 and 1 are"}.get(row, f"Items 0 to {row - 1} are")
-    skipped = f" {which} left out." if row else ""
+    skipped = f" {which} skipped." if row else ""
     question = named(f"Fly the mission from item {row}?{skipped}{left}")
     confirm(app, question, lambda: station.plans.start_mission(clock(), first=row))
 

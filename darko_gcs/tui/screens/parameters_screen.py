@@ -170,7 +170,7 @@ class ParametersScreen(Screen[None]):
         try:
             self._preferences.save(self._preferences.load()._replace(favourite_parameters=favourites))
         except FileError as error:
-            self.app.notify(f"Not kept: {error}", severity="warning", timeout=FAULT_SHOWN_TIME)
+            self.app.notify(f"Favourite not saved: {error}", severity="warning", timeout=FAULT_SHOWN_TIME)
             return
         self._filter = self._filter._replace(favourites=favourites)
         self._show()
@@ -207,7 +207,7 @@ class ParametersScreen(Screen[None]):
             return
         metadata = metadata_of(self.snapshot, name)
         if math.isnan(metadata.default):
-            self.app.notify(f"The vehicle does not tell the default of {printable(name)}", severity="warning")
+            self.app.notify(f"The vehicle does not report the default of {printable(name)}", severity="warning")
         elif not is_changed(self.snapshot, name):
             self.app.notify(f"{printable(name)} has its default value")
         else:

@@ -60,7 +60,7 @@ def difference_row(s: Snapshot, each: Difference, width: int, *, is_chosen: bool
     """One difference: whether it is chosen, what the file and the vehicle have, and what became of a change."""
     metadata, change = metadata_of(s, each.name), s.parameter_changes.get(each.name)
     vehicle = s.parameters.get(each.name)
-    here = "not there" if vehicle is None else metadata.shown(vehicle)
+    here = "missing" if vehicle is None else metadata.shown(vehicle)
     is_ours = change is not None and change.value == each.other
     state = change.words if change is not None and is_ours else ""
     style = CHANGE_STYLES[change.state] if change is not None and is_ours else "dim" if vehicle is None else ""

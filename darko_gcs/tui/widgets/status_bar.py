@@ -139,7 +139,7 @@ def _alarm(s: Snapshot) -> str:
 
 def _flight_state(s: Snapshot) -> str:
     if s.crashed:
-        return " a reboot stands it up "
+        return " reboot to reset "
     if not s.armed and s.prearm_ok is False:
         return " not ready to arm "
     landed = LANDED_LABELS.get(s.landed_state, "")

@@ -48,7 +48,7 @@ class TruthPanel(Panel):
     def draw(self, s: Snapshot, width: int, height: int) -> list[StyledLine]:  # noqa: ARG002 - cut by the panel
         """A heading, a line per error, and what the filter says of its readings."""
         if s.truth is None:
-            return [styled_line(("the truth is asked for: only a simulation tells it", "dim"))]
+            return [styled_line(("waiting for DARKO_TRUTH: only simulated vehicles send it", "dim"))]
         heading = f"{'':<{QUANTITY_WIDTH}}{'error':>8}     {'1 sigma':>7}  error/sigma"
         return [
             styled_line((heading, "label")),
@@ -89,8 +89,10 @@ def _line(e: _Error) -> StyledLine:
 def _readings(s: Snapshot) -> StyledLine:
     """The worst test of a reading; above 1 the filter refuses it."""
     if s.test_ratio is None:
-        return styled_line(("the vehicle sees the truth itself" if s.doubt is None else "no test of readings", "dim"))
-    told = ("refused", "warn") if s.test_ratio > 1.0 else ("taken", "dim")
+        return styled_line(
+            ("no filter: the vehicle flies on the true state" if s.doubt is None else "no test of readings", "dim")
+        )
+    told = ("refused", "warn") if s.test_ratio > 1.0 else ("accepted", "dim")
     return styled_line(
         (f"{'worst reading':<{QUANTITY_WIDTH}}", "label"), table_number(s.test_ratio, 2, 8), "     ", told
     )

@@ -12,9 +12,9 @@ SWITCH = ParameterMetadata(text="Integral in the linear law", minimum=0.0, maxim
     ("metadata", "value", "problem"),
     [
         (GAIN, 3.0, None),
-        (GAIN, 3.1, "3.1 is not within 0.1..3 N/m"),
+        (GAIN, 3.1, "3.1 is outside 0.1..3 N/m"),
         (SWITCH, 0.5, "0.5 is not a whole number"),
-        (ParameterMetadata(minimum=1.0), 0.0, "0 is not within 1.."),
+        (ParameterMetadata(minimum=1.0), 0.0, "0 is outside 1.."),
         (ParameterMetadata(), 1e30, None),
     ],
 )

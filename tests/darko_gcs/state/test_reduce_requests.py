@@ -51,7 +51,7 @@ def go_to(lat, lon, height):
         (mavlink.MAVLink_mission_count_message(1, 1, 4), "Sent: mission of 4 items"),
         (mavlink.MAVLink_mission_count_message(1, 1, 1, mission_type=1), "Sent: fence of 1 item"),
         (mavlink.MAVLink_mission_clear_all_message(1, 1), "Sent: clear the mission"),
-        (mavlink.MAVLink_mission_set_current_message(1, 1, 2), "Sent: go on at item 2"),
+        (mavlink.MAVLink_mission_set_current_message(1, 1, 2), "Sent: continue at item 2"),
     ],
 )
 def test_a_request_is_told_in_a_pilots_words(message, text):

@@ -265,7 +265,7 @@ async def test_help_lists_every_key(feed):
     async with app.run_test(size=(100, 40)) as pilot:
         await pilot.press("question_mark")
         assert isinstance(app.screen, HelpScreen)
-        for words in ("Arm", "Take off", "Go to", "Transition", "speed", "Mission", "Questions and ways out"):
+        for words in ("Arm", "Take off", "Go to", "Transition", "speed", "Mission", "Confirmations and exits"):
             await until(pilot, lambda wanted=words: wanted in screen_text(app))
         await pilot.press("escape")
         assert isinstance(app.screen, FlightScreen)

@@ -151,7 +151,7 @@ async def test_a_command_to_all_asks_once_names_whom_it_moves_and_spares_the_res
         await shown(app, pilot)
         await choose(app, pilot, "Land")
         await until(pilot, lambda: isinstance(app.screen, ConfirmScreen))
-        question = "Land: 3 vehicles (1, 3, 6)? Missions under way are left. 1 is on the ground."
+        question = "Land: 3 vehicles (1, 3, 6)? Running missions are interrupted. 1 is on the ground: not commanded."
         assert str(app.screen.query_one("#question", Label).content) == question
         assert not any(feed.asked.values())
         await pilot.press("y")

@@ -197,7 +197,7 @@ async def test_the_question_says_that_a_mission_is_left(feed):
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:
         await pilot.press("h")
-        await until(pilot, lambda: "mission that is being flown is left" in screen_text(app))
+        await until(pilot, lambda: "This interrupts the mission" in screen_text(app))
 
 
 async def test_a_request_without_sense_is_not_even_asked(feed):

@@ -43,7 +43,7 @@ class Session:
 
 async def opened(pilot, app):
     await pilot.press("b")
-    await until(pilot, lambda: isinstance(app.screen, FlightPlanScreen) and "What happened" in screen_text(app))
+    await until(pilot, lambda: isinstance(app.screen, FlightPlanScreen) and "Events" in screen_text(app))
     await until(pilot, lambda: "in flight 0:09.0" in screen_text(app) or "no flight plan" in screen_text(app))
 
 
@@ -139,7 +139,7 @@ async def test_flying_and_holding_ask():
         await opened(pilot, session.app)
         assert "not flown: HOLD" in session.text
         await pilot.press("ctrl+f")
-        await until(pilot, lambda: "It goes on in block Standby" in session.text)
+        await until(pilot, lambda: "It continues in block Standby" in session.text)
         await pilot.press("y")
         await until(pilot, lambda: session.feed.requests == [("flight_plan.start",)])
         await pilot.press("space")
@@ -242,7 +242,7 @@ async def test_a_variable_is_set_within_its_limits():
         await until(pilot, lambda: isinstance(session.app.focused, Input))
         session.app.focused.value = "12"
         await pilot.press("enter")
-        await until(pilot, lambda: "12 is not within 0..9" in session.text)
+        await until(pilot, lambda: "12 is outside 0..9" in session.text)
         session.app.focused.value = "4"
         await pilot.press("enter")
         await until(pilot, lambda: session.feed.requests == [("flight_plan.set_variable", LAPS, 4.0)])

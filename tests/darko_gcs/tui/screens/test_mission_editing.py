@@ -67,7 +67,7 @@ async def test_an_item_is_duplicated_and_the_edit_is_taken_back_and_made_again(f
         await pilot.press("Z")
         assert items(app) == after
         await pilot.press("Z")
-        await until(pilot, lambda: "There is no edit to make again" in screen_text(app))
+        await until(pilot, lambda: "Nothing to redo" in screen_text(app))
         assert feed.requests == []
 
 
@@ -114,7 +114,7 @@ async def test_the_way_of_a_leg_goes_from_auto_to_hover_to_cruise_and_back(feed,
         assert chosen == [Way.HOVER, Way.FORWARD, Way.NONE]
         assert items(app) == before
         await pilot.press("up", "space")
-        await until(pilot, lambda: "No leg to choose a way for" in screen_text(app))
+        await until(pilot, lambda: "No leg leads to this item" in screen_text(app))
         assert feed.requests == []
 
 

@@ -86,7 +86,7 @@ async def test_an_edit_is_taken_back(feed):
         await pilot.press("z", "z")
         await until(pilot, lambda: screen.draft.plan.items == before)
         await pilot.press("z")
-        await until(pilot, lambda: "There is no edit to take back" in screen_text(app))
+        await until(pilot, lambda: "Nothing to undo" in screen_text(app))
 
 
 async def test_jumping_to_an_item_asks_first(feed):

@@ -32,8 +32,8 @@ async def test_flying_from_an_item_asks_first(feed):
     async with app.run_test(size=(80, 24)) as pilot:
         await opened(pilot, app)
         await pilot.press("down", "down", "down", "S")
-        await until(pilot, lambda: "Fly the mission from item 3? Items 0 to 2 are left out." in screen_text(app))
-        assert "leaves item 2." in screen_text(app)
+        await until(pilot, lambda: "Fly the mission from item 3? Items 0 to 2 are skipped." in screen_text(app))
+        assert "interrupts item 2." in screen_text(app)
         await pilot.press("n")
         assert feed.requests == []
         await confirm(pilot, "S")
@@ -45,7 +45,7 @@ async def test_flying_from_an_item_asks_first(feed):
     [
         (0, mavlink.MISSION_STATE_NOT_STARTED, "Fly the mission?"),
         (2, mavlink.MISSION_STATE_NOT_STARTED, "Fly the mission from item 2?"),
-        (2, mavlink.MISSION_STATE_PAUSED, "Go on with the mission from item 2?"),
+        (2, mavlink.MISSION_STATE_PAUSED, "Resume the mission from item 2?"),
     ],
 )
 async def test_wherever_the_cursor_is_the_mission_is_begun_at_its_current_item(feed, current, state, words):

@@ -61,7 +61,7 @@ async def test_a_damaged_file_of_preferences_is_named_and_left_alone(feed, home)
         await until(pilot, lambda: told(app, "favourites is not known"))
         await until(pilot, lambda: "SIM_[red]" in screen_text(app))
         await pilot.press("f4")
-        await until(pilot, lambda: told(app, "Not kept: "))
+        await until(pilot, lambda: told(app, "Favourite not saved: "))
     assert file.read_text() == "favourites = 3"
 
 
@@ -85,7 +85,7 @@ async def test_a_file_is_compared_and_what_is_chosen_is_set(feed, home):
         )
         await until(pilot, lambda: "land (3)" in line_of(app, "NAV_DLL_ACT"))
         await until(pilot, lambda: "go on (0)" in line_of(app, "NAV_DLL_ACT"))
-        await until(pilot, lambda: "not there" in line_of(app, "NOT_HERE"))
+        await until(pilot, lambda: "missing" in line_of(app, "NOT_HERE"))
         await pilot.press("down")
         await pilot.press("space")
         await until(pilot, lambda: app.screen.chosen == {"DRK_KPP"})

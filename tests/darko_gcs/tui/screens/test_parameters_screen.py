@@ -47,7 +47,7 @@ async def test_a_parameter_is_found_by_typing_and_changed(feed):
         await shown(pilot, AskScreen)
         app.focused.value = "9"
         await pilot.press("enter")
-        await until(pilot, lambda: "DRK_KPP: 9 is not within 0.1..3 N/m" in screen_text(app))
+        await until(pilot, lambda: "DRK_KPP: 9 is outside 0.1..3 N/m" in screen_text(app))
         app.focused.value = "much"
         await pilot.press("enter")
         await until(pilot, lambda: "DRK_KPP: 'much' is not a number" in screen_text(app))
@@ -160,7 +160,7 @@ async def test_a_default_is_set_back_after_a_question(feed):
         await pilot.pause(0.05)
         await pilot.press("y")
         await until(pilot, lambda: feed.requests[-1] == ("set_parameter", "DRK_KPP", 1.2))
-        for row, words in (("NAV_DLL_ACT", "has its default value"), ("SIM_[red]", "does not tell the default of")):
+        for row, words in (("NAV_DLL_ACT", "has its default value"), ("SIM_[red]", "does not report the default of")):
             await until(pilot, lambda: isinstance(app.screen, ParametersScreen))
             app.screen.table.move_to(app.screen.table.keys.index(row))
             await pilot.press("f6")

@@ -57,7 +57,7 @@ def test_a_crash_is_shown_in_words_and_not_as_a_failsafe():
     crashed = reduce(replace(HEARD, critical=True), arrived(hybrid_state(100, Law.CRASHED)), 1.0)
     text = shown(replace(crashed, armed=False, prearm_ok=False))
     assert "CRASHED" in text
-    assert "a reboot stands it up" in text
+    assert "reboot to reset" in text
     assert "FAILSAFE" not in text
     assert "CRASHED" not in shown(reduce(HEARD, arrived(hybrid_state(100, Law.LANDED)), 1.0))
 
