@@ -47,7 +47,7 @@ def with_kml_sectors(root: XmlElement, fetch: Fetch) -> XmlElement:
         sectors += [replace(found[0][0], comments=child.comments), *(sector for sector, _ in found[1:])]
         corners += [corner for _, points in found for corner in points]
         if len(sectors) + 2 * len(corners) > MAX_ELEMENTS:
-            raise FlightPlanError(child.place, f"with this the plan has more than {MAX_ELEMENTS} elements")
+            raise FlightPlanError(child.place, f"the plan with this file has more than {MAX_ELEMENTS} elements")
     return replace(root, children=tuple(_changed(child, sectors, corners) for child in root.children))
 
 

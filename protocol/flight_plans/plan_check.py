@@ -134,7 +134,7 @@ class _Checker:
             if isinstance(variable, AbiBinding):
                 yield Finding(variable.place, f"abi_binding {variable.name}", "no message sets it", is_refusal=False)
         for module in self._plan.modules:
-            yield Finding(module.place, f"module {module.name}", "belongs to a build", is_refusal=False)
+            yield Finding(module.place, f"module {module.name}", "Paparazzi module, ignored", is_refusal=False)
         for sector in self._plan.sectors:
             if isinstance(sector, KmlSector):
                 yield Finding(sector.place, f"kml {sector.file}", "the file is not there", is_refusal=False)
@@ -164,7 +164,9 @@ class _Checker:
             yield Finding(stage.place, "<guided> commands", f"{len(stage.commands)} values, not 4", block)
         nav_type = getattr(stage, "nav_type", None)
         if nav_type not in NAV_TYPES:
-            yield Finding(stage.place, f"nav_type {nav_type!r}", "a pattern of a build", block)
+            yield Finding(
+                stage.place, f"nav_type {nav_type!r}", "navigation pattern of a Paparazzi build, not supported", block
+            )
         mode = getattr(stage, "vmode", None)
         if mode in _NEEDED and getattr(stage, mode) is None:
             yield Finding(stage.place, f"vmode {mode!r}", f"needs the attribute {mode!r}", block)
@@ -205,7 +207,7 @@ class _Checker:
             case VariableName():
                 return None if self._is_variable(part.name) else (part.name, "no such variable or constant")
             case LoopVariable():
-                return None if part.name in loops else (f"${part.name}", "no loop around has this counter")
+                return None if part.name in loops else (f"${part.name}", "no enclosing loop has this counter")
             case Call():
                 return self._call(part, is_member=is_member)
             case Member():

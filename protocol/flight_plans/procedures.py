@@ -42,7 +42,7 @@ def with_procedures(root: XmlElement, fetch: Fetch) -> XmlElement:
     for include in includes.children:
         root = _merged(root, _procedure(include, fetch))
         if _size(root) > MAX_ELEMENTS:
-            raise FlightPlanError(include.place, f"with this the plan has more than {MAX_ELEMENTS} elements")
+            raise FlightPlanError(include.place, f"the plan with this file has more than {MAX_ELEMENTS} elements")
     return replace(root, children=tuple(child for child in root.children if child.tag != "includes"))
 
 

@@ -70,9 +70,9 @@ def evaluate(tree: Tree, names: NameTable) -> Scalar:
     except ZeroDivisionError:
         raise FlightPlanError(tree.place, "division by zero") from None
     except (OverflowError, ValueError):
-        raise FlightPlanError(tree.place, "the result is no number") from None
+        raise FlightPlanError(tree.place, "the result is not a number") from None
     if not math.isfinite(value) if isinstance(value, float) else abs(value) > MAX_WHOLE_NUMBER:
-        raise FlightPlanError(tree.place, "the result is no number")
+        raise FlightPlanError(tree.place, "the result is not a number")
     return value
 
 

@@ -156,7 +156,7 @@ def _check_depth(parsed: ParseTree, source: SourceText) -> None:
     while waiting:
         part, depth = waiting.pop()
         if depth > MAX_EXPRESSION_DEPTH:
-            raise FlightPlanError(source.place, f"expression with more than {MAX_EXPRESSION_DEPTH} parts in each other")
+            raise FlightPlanError(source.place, f"expression nested more than {MAX_EXPRESSION_DEPTH} levels deep")
         waiting += [(child, depth + 1) for child in getattr(part, "children", ())]
 
 

@@ -26,7 +26,7 @@ class NameValues(PlanState):
     def loop_value(self, name: str) -> Scalar:
         """The counter of a loop."""
         if name not in self.loops:
-            raise UnknownNameError(f"${name}: no loop around has this counter")
+            raise UnknownNameError(f"${name}: no enclosing loop has this counter")
         return self.loops[name]
 
     def call(self, name: str, arguments: Sequence[Argument]) -> Scalar | Mapping[str, float]:
