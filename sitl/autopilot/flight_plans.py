@@ -46,6 +46,7 @@ from sitl.guidance.legs import crosswind_heading
 MIN_RISE = 0.3  # an altitude that is wanted by so much higher takes off [m]
 TOUCH_HEIGHT = 0.5  # lower than this, stopping the motors is the end of a landing [m]
 MAX_EVENTS = 100  # that wait to be taken
+MAX_VARIABLE = 1e9  # size of a value that an operator may give a plan's variable
 
 
 class PilotSticks(Protocol):
@@ -381,8 +382,10 @@ class FlightPlanRequests:
         about = next((v for v in self.variables() if v.name == name), None)
         if about is None:
             return flight.refuse(DENIED, f"Variable denied: the plan has no variable {name!r}"[:100])
-        if not math.isfinite(value) or abs(value) > 1e9:
-            return flight.refuse(DENIED, f"Variable {name} denied: {value} is not a number")
+        if not math.isfinite(value):
+            return flight.refuse(DENIED, f"Variable {name} denied: {value} is not a finite number")
+        if abs(value) > MAX_VARIABLE:
+            return flight.refuse(DENIED, f"Variable {name} denied: {value:g} is beyond {MAX_VARIABLE:g}")
         low, high = about.low, about.high
         if (low is not None and value < low) or (high is not None and value > high):
             span = f"{'' if low is None else f'{low:g}'}..{'' if high is None else f'{high:g}'}"

@@ -32,7 +32,9 @@ class Settings(NamedTuple):
     ] = 2.0
     setpoint_action: Annotated[
         int,
-        ParameterMetadata("COM_OBL_RC_ACT", (3, 5), "", "Set-points stop", ((3, "return"), (4, "land"), (5, "hold"))),
+        ParameterMetadata(
+            "COM_OBL_RC_ACT", (3, 5), "", "When set-points stop", ((3, "return"), (4, "land"), (5, "hold"))
+        ),
     ] = 5
     stick_timeout: Annotated[
         float, ParameterMetadata("COM_RC_LOSS_T", (0.1, 35.0), "s", "Sticks older than this end manual control")
@@ -43,7 +45,11 @@ class Settings(NamedTuple):
     link_action: Annotated[
         int,
         ParameterMetadata(
-            "NAV_DLL_ACT", (0, 3), "", "Ground station lost", ((0, "go on"), (1, "hold"), (2, "return"), (3, "land"))
+            "NAV_DLL_ACT",
+            (0, 3),
+            "",
+            "When the ground station is lost",
+            ((0, "go on"), (1, "hold"), (2, "return"), (3, "land")),
         ),
     ] = 0
     position_timeout: Annotated[
@@ -74,7 +80,11 @@ class Settings(NamedTuple):
     companion_action: Annotated[
         int,
         ParameterMetadata(
-            "DRK_OBC_ACT", (0, 3), "", "Companion lost", ((0, "go on"), (1, "hold"), (2, "return"), (3, "land"))
+            "DRK_OBC_ACT",
+            (0, 3),
+            "",
+            "When the companion is lost",
+            ((0, "go on"), (1, "hold"), (2, "return"), (3, "land")),
         ),
     ] = 0
     control_policy: Annotated[
@@ -90,7 +100,11 @@ class Settings(NamedTuple):
     fence_action: Annotated[
         int,
         ParameterMetadata(
-            "GF_ACTION", (0, 5), "", "Fence", ((0, "off"), (1, "warn"), (2, "hold"), (3, "return"), (5, "land"))
+            "GF_ACTION",
+            (0, 5),
+            "",
+            "When the fence is breached",
+            ((0, "off"), (1, "warn"), (2, "hold"), (3, "return"), (5, "land")),
         ),
     ] = 2
     fence_distance: Annotated[
@@ -105,7 +119,7 @@ class Settings(NamedTuple):
             "DRK_NET_ACT",
             (0, 4),
             "",
-            "Net or obstacle near",
+            "Near the net or an obstacle",
             ((0, "off"), (1, "warn"), (2, "hold"), (3, "hold and land at the net"), (4, "hold and cut at the net")),
         ),
     ] = 4
@@ -114,10 +128,13 @@ class Settings(NamedTuple):
         ParameterMetadata("DRK_NET_ROOM", (0.3, 50.0), "m", "Distance to net and obstacles that a stop must leave"),
     ] = 0.5
     net_land_time: Annotated[
-        float, ParameterMetadata("DRK_NET_TIME", (0.5, 60.0), "s", "It lands after this time too near the net")
+        float, ParameterMetadata("DRK_NET_TIME", (0.5, 60.0), "s", "Time too near the net before it lands")
     ] = 3.0
     net_cut: Annotated[
-        float, ParameterMetadata("DRK_NET_CUT", (0.0, 5.0), "m", "Nearer to the net and closing, the motors are cut")
+        float,
+        ParameterMetadata(
+            "DRK_NET_CUT", (0.0, 5.0), "m", "Distance to the net at which the motors are cut, if closing"
+        ),
     ] = 0.3
     clearance: Annotated[
         float, ParameterMetadata("DRK_OBS_DIST", (0.3, 100.0), "m", "Clearance of routes and waypoints from obstacles")
@@ -135,13 +152,17 @@ class Settings(NamedTuple):
     battery_action: Annotated[
         int,
         ParameterMetadata(
-            "COM_LOW_BAT_ACT", (0, 3), "", "Battery", ((0, "warn"), (2, "land when critical"), (3, "return in time"))
+            "COM_LOW_BAT_ACT",
+            (0, 3),
+            "",
+            "When the battery is low",
+            ((0, "warn"), (2, "land when critical"), (3, "return in time")),
         ),
     ] = 3
     detector_action: Annotated[
         int,
         ParameterMetadata(
-            "DRK_FD_ACT", (0, 1), "", "Flight cannot be controlled", ((0, "warn"), (1, "cut the motors"))
+            "DRK_FD_ACT", (0, 1), "", "When the flight cannot be controlled", ((0, "warn"), (1, "cut the motors"))
         ),
     ] = 1
     tumble_rate: Annotated[
@@ -167,7 +188,11 @@ class Settings(NamedTuple):
     way: Annotated[
         int,
         ParameterMetadata(
-            "DRK_WAY", (0, 2), "", "Legs", ((0, "the cheaper way"), (1, "hover"), (2, "forward flight where possible"))
+            "DRK_WAY",
+            (0, 2),
+            "",
+            "How legs are flown",
+            ((0, "the cheaper way"), (1, "hover"), (2, "forward flight where possible")),
         ),
     ] = 0
     airspeed: Annotated[

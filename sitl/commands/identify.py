@@ -44,7 +44,7 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
         "--frame",
         choices=("hover", "forward"),
         default="hover",
-        help="of the log's attitude and IMU; PX4's is hover [hover]",
+        help="frame of the log's attitude and IMU; PX4's is hover [hover]",
     )
     options.add_argument("--write", type=Path, metavar="FILE", help="write the airframe as a TOML file for --airframe")
     options.add_argument("--plot", type=Path, metavar="FILE", help="draw the residuals: .png, .svg or .pdf")
@@ -52,11 +52,15 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     flying = options.add_argument_group("fly instead")
     flying.add_argument("--fly", type=Path, metavar="LOG", help="simulate a flight that tells all and write its log")
     flying.add_argument(
-        "--off", type=finite_number, default=0.0, metavar="SHARE", help="how far off the set it flies [0]"
+        "--off",
+        type=finite_number,
+        default=0.0,
+        metavar="SHARE",
+        help="relative error of the flown airframe's constants [0]",
     )
-    flying.add_argument("--seed", type=whole_number, default=1, metavar="N", help="of gusts, noise and what is off [1]")
+    flying.add_argument("--seed", type=whole_number, default=1, metavar="N", help="seed of gusts, noise and errors [1]")
     flying.add_argument(
-        "--wind", type=finite_number, default=0.0, metavar="M/S", help="from an azimuth by the seed [0]"
+        "--wind", type=finite_number, default=0.0, metavar="M/S", help="wind, from an azimuth drawn by the seed [0]"
     )
     flying.add_argument("--gusts", type=finite_number, default=0.0, metavar="RMS", help="per axis, m/s rms [0]")
     flying.add_argument("--hover", action="store_true", help="stay in the hover")

@@ -89,7 +89,7 @@ def _add_hall_options(hall: argparse._ArgumentGroup) -> None:
 
 
 def _add_error_options(errors: argparse._ArgumentGroup) -> None:
-    errors.add_argument("--sensors", metavar="FILE", help="TOML file that states values of motion_capture anew")
+    errors.add_argument("--sensors", metavar="FILE", help="TOML file that overrides values of motion_capture")
     errors.add_argument("--rate", type=finite_number, metavar="HZ", help="frames a second, 10 to 250 [200]")
     errors.add_argument("--delay", type=share, metavar="S", help="from exposure to sending [0.02]")
     errors.add_argument("--jitter", type=share, metavar="S", help="standard deviation of more delay [0.001]")

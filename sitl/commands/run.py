@@ -160,7 +160,7 @@ def _add_navigation_options(simulation: argparse._ArgumentGroup) -> None:
         "--sensors",
         metavar="FILE",
         default=None,
-        help="TOML file that states values of the sensors anew",
+        help="TOML file that overrides values of the sensors",
     )
 
 

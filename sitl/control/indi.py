@@ -1,4 +1,4 @@
-r"""INDI: one law for hover, transition and cruise, which asks the accelerometer what the model does not know.
+r"""INDI: one law for hover, transition and cruise, which measures with the accelerometer what the model lacks.
 
 After Tal and Karaman (Global incremental flight control for agile maneuvering of a tailsitter flying wing, 2022), on
 this vehicle's phi-theory. The model makes a force f_m and a moment M_m of actuators, air and attitude. One low-pass
@@ -9,8 +9,8 @@ increments over what is measured:
     f_c = \bar f_m + m (a_c - \bar a), \quad
     M_c = \bar M_m + J (\dot\omega_c - \bar{\dot\omega}) + \omega \times J \omega - \overline{\omega \times J \omega}
 
-What is measured equal to what is commanded changes nothing; gusts, wrong coefficients and a bent wing are in what is
-measured. :mod:`sitl.control.flatness` makes an attitude of f_c, an attitude loop the angular acceleration wanted, and
+If the measurement equals the command, nothing changes; gusts, wrong coefficients and a bent wing are in the
+measurement. :mod:`sitl.control.flatness` makes an attitude of f_c, an attitude loop the angular acceleration, and
 :func:`sitl.control.forward_flight.forward_allocation.invert` motors and elevons, as increments over where they are.
 
 An elevon that raises the nose first pushes the vehicle down. So neither the velocity that is governed nor the force

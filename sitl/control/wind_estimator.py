@@ -1,4 +1,4 @@
-r"""What the vehicle knows of the air: a wind estimator on its own sensors.
+r"""Wind estimator: an extended Kalman filter on the vehicle's own sensors.
 
 Flying forward in an unknown wind fails, in gusts sooner than in a steady wind, because the incidence is mistaken. The
 wing is the sensor: the normal specific force that the accelerometer feels tells the velocity of the air across it,
@@ -6,10 +6,9 @@ wing is the sensor: the normal specific force that the accelerometer feels tells
 .. math::
     m f_z = -\sum_i E_i - \tfrac12 \rho S \eta C_l v_{b,z},
 
-a pitot tube that along it, and as the body turns the two see every axis of a wind that varies slowly. An extended
-Kalman filter of three states (the wind, a random walk) puts them together; ground velocity and attitude come
-from motion capture or satellites. Nothing in the model tells the wind along the span, which makes no force: that
-axis keeps what was last seen of it.
+a pitot tube the velocity along the nose, and as the body turns the two see every axis of a wind that varies slowly.
+The filter has three states, the wind as a random walk; ground velocity and attitude come from motion capture or
+satellites. Wind along the span makes no force in the model: the estimate along that axis keeps its last value.
 """
 
 import math

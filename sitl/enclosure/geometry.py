@@ -53,6 +53,10 @@ class Obstacle(NamedTuple):
         return math.hypot(max(ahead, 0.0), max(left, 0.0), above)
 
 
+NORTHWARD_SIDES = (("north", "south"), ("east", "west"))
+TURNED_SIDES = (("ahead", "behind"), ("to the right", "to the left"))
+
+
 class Arena(NamedTuple):
     """A box that stands on the ground; touching its sides, where they are a net, is a crash."""
 
@@ -108,15 +112,16 @@ class Arena(NamedTuple):
     def refuse(self, p: Place) -> str | None:
         """Why the vehicle may not be sent to a point, world NWU [m], or None if it may."""
         ahead, left = self.inside(p)
-        words = ("north", "east") if self.course == 0.0 else ("ahead", "to the right")
-        for value, half, word in ((ahead, self.half_length, words[0]), (-left, self.half_width, words[1])):
-            if abs(value) > half - self.margin:
-                return f"{value:.1f} m {word} is outside the arena '{self.name}' ({half - self.margin:g} m each way)"
+        sides = NORTHWARD_SIDES if self.course == 0.0 else TURNED_SIDES
+        for value, half, words in ((ahead, self.half_length, sides[0]), (-left, self.half_width, sides[1])):
+            limit, side = half - self.margin, words[value < 0.0]
+            if abs(value) > limit:
+                return f"{abs(value):.1f} m {side} is outside the arena '{self.name}' (limit {limit:g} m)"
         if not 0.0 <= p[2] <= self.height - self.margin:
             return f"altitude {p[2]:.1f} m is outside the arena '{self.name}' (0 to {self.height - self.margin:g} m)"
         for obstacle in self.obstacles:
             if obstacle.gap(p) < self.clearance:
-                return f"it is {obstacle.gap(p):.1f} m from '{obstacle.name}', less than {self.clearance:g} m"
+                return f"the point is {obstacle.gap(p):.1f} m from '{obstacle.name}', less than {self.clearance:g} m"
         return None
 
 

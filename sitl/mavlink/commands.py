@@ -55,8 +55,8 @@ def refusal(command: int, result: int) -> str:
     if result == UNSUPPORTED:
         return f"{name} is not supported"
     if command in STREAM_COMMANDS:
-        return f"{name} refused: too many messages for the link or for all links"
-    return f"{name} refused: one is under way, cancel it or hold first"
+        return f"{name} refused: more messages than the link, or all links together, may carry"
+    return f"{name} refused: a long command is under way, cancel it or hold first"
 
 
 def _handles(*commands: int) -> Callable[[Handler], Handler]:
@@ -71,12 +71,12 @@ def _handles(*commands: int) -> Callable[[Handler], Handler]:
 def _arm(autopilot: Autopilot, request: CommandRequested) -> Answer:
     wanted, force = request.params[0], request.params[1] == FORCE_ARM_DISARM
     if not force and not _is_default(request.params[1]):
-        return Answer(DENIED, f"Arm or disarm: param2 is {request.params[1]:g}, not 0 or {FORCE_ARM_DISARM}")
+        return Answer(DENIED, f"Arm or disarm denied: param2 is {request.params[1]:g}, not 0 or {FORCE_ARM_DISARM}")
     if wanted == 1.0:
         return autopilot.arming.arm(force=force)
     if wanted == 0.0:
         return autopilot.arming.disarm(force=force)
-    return Answer(DENIED, f"Arm or disarm: param1 is {wanted:g}, not 1 or 0")
+    return Answer(DENIED, f"Arm or disarm denied: param1 is {wanted:g}, not 1 or 0")
 
 
 def _is_default(value: float) -> bool:
@@ -148,7 +148,7 @@ def _set_mode(autopilot: Autopilot, request: CommandRequested) -> Answer:
         name = next(
             (name for parts, name in UNSUPPORTED_PX4_MODES.items() if parts == (main, sub)), f"{main:g}/{sub:g}"
         )
-        return Answer(DENIED, f"Mode {name} is unknown to this vehicle")
+        return Answer(DENIED, f"Mode {name} is not available")
     return autopilot.set_mode(mode)
 
 
@@ -157,11 +157,11 @@ def _start_mission(autopilot: Autopilot, request: CommandRequested) -> Answer:
     first, last = request.param(1), request.param(2)
     end = len(autopilot.mission.items) - 1 if autopilot.mission is not None else 0
     if not math.isnan(last) and last != end:
-        return Answer(DENIED, f"Mission denied: it ends with its last item, not {last:g}")
+        return Answer(DENIED, f"Mission denied: param2 is {last:g}, not the last item, {end}")
     if math.isnan(first):
         return autopilot.missions.start()
     if math.isinf(first) or first != int(first):
-        return Answer(DENIED, f"Mission item {first:g} is not an item number")
+        return Answer(DENIED, f"Mission denied: {first:g} is not the number of an item")
     return autopilot.missions.start(int(first))
 
 
@@ -169,7 +169,7 @@ def _start_mission(autopilot: Autopilot, request: CommandRequested) -> Answer:
 def _set_current(autopilot: Autopilot, request: CommandRequested) -> Answer:
     seq = request.params[0]
     if not (math.isfinite(seq) and seq == int(seq)):
-        return Answer(DENIED, f"Mission item {seq:g} is not an item number")
+        return Answer(DENIED, f"Mission item denied: {seq:g} is not the number of an item")
     return autopilot.missions.set_current(int(seq))
 
 
@@ -232,8 +232,8 @@ def _change_speed(autopilot: Autopilot, request: CommandRequested) -> Answer:
         return autopilot.guided.change_speed(None)
     limit = autopilot.settings.hover_speed
     if not (math.isfinite(speed) and (0.0 < speed <= limit or MIN_AIRSPEED <= speed <= MAX_AIRSPEED)):
-        allowed = f"hover to {limit:g} m/s, forward {MIN_AIRSPEED:g} to {MAX_AIRSPEED:g} m/s"
-        return Answer(DENIED, f"Speed {speed:g} m/s: {allowed}")
+        allowed = f"up to {limit:g} m/s in the hover, {MIN_AIRSPEED:g} to {MAX_AIRSPEED:g} m/s forward"
+        return Answer(DENIED, f"Speed denied: {speed:g} m/s; {allowed}")
     return autopilot.guided.change_speed(speed)
 
 
@@ -265,7 +265,7 @@ def _pause(autopilot: Autopilot, request: CommandRequested) -> Answer:
         return autopilot.guided.hold()
     if request.params[0] == 1.0:
         return autopilot.missions.start()
-    return Answer(DENIED, f"Pause or continue: param1 is {request.params[0]:g}, not 0 or 1")
+    return Answer(DENIED, f"Pause or continue denied: param1 is {request.params[0]:g}, not 0 or 1")
 
 
 @_handles(mavlink.MAV_CMD_DO_ORBIT)
@@ -280,7 +280,7 @@ def _orbit(autopilot: Autopilot, request: CommandRequested) -> Answer:
     if centre is None:
         return Answer(DENIED, "Orbit denied: the centre is not valid")
     if not math.isfinite(radius) or math.isinf(speed):
-        return Answer(DENIED, f"Orbit denied: radius {radius:g} m at {speed:g} m/s")
+        return Answer(DENIED, f"Orbit denied: radius {radius:g} m or speed {speed:g} m/s is not finite")
     if not math.isnan(turns):
         return Answer(DENIED, "Orbit denied: use LOITER_TURNS to count turns")
     return autopilot.guided.circle(centre, radius, None if math.isnan(speed) else speed)

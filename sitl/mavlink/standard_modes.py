@@ -100,7 +100,7 @@ def take_mode(autopilot: Autopilot, message: Message) -> Answer:
     """SET_MODE, by which QGroundControl switches the modes of a PX4; its only answer is the mode in HEARTBEAT."""
     mode = mode_from_custom(message.custom_mode)
     if mode is None or not message.base_mode & mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED:
-        return Answer(DENIED, f"Mode {message.custom_mode} is unknown")
+        return Answer(DENIED, f"Mode {message.custom_mode} is not available")
     return autopilot.set_mode(mode)
 
 

@@ -15,7 +15,6 @@ from scipy.spatial.transform import Rotation
 from sitl.model.airframe import Array
 
 SIDES = {"right": 0.0, "far": 90.0, "left": 180.0, "near": 270.0}  # azimuth from the right, towards far [deg]
-UP_AXES = ("y", "z")
 UPWARDS = np.array((0.0, 0.0, 1.0))
 
 

@@ -1,4 +1,4 @@
-"""Motors and elevons that fail on purpose: what becomes of commands on their way to the plant."""
+"""Injected failures of motors and elevons: what becomes of commands on their way to the plant."""
 
 from __future__ import annotations
 

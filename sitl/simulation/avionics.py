@@ -203,9 +203,9 @@ class Avionics:
         f["phase"] = REALIGNING if carries_on and f["phase"] != ALIGNING else ALIGNING
 
     def converge(self, plant: Plant, period: int, wind: Vector, airframe: Airframe) -> None:
-        """Begin as a filter does that has run for a while and has just taken its origin.
+        """Begin with a converged filter that has just taken its origin.
 
-        It is wrong by as much as it says itself, by chance, and knows nothing of the wind.
+        Its errors are drawn from its own covariance; its wind estimate is zero.
 
         Args:
             plant: The vehicle as it is.

@@ -1,8 +1,8 @@
 """The compiled loop of a block: as many flights side by side as vector instructions take, each the same as alone.
 
 A phase is a loop over the block's columns around the same functions that fly a single flight. Where all flights of a
-block are out of the ground's reach and under one of the laws in ``VECTOR_LAWS``, such a loop becomes vector code;
-else the flights take turns. Neither changes a bit of any flight.
+block are out of the ground's reach and under ``HOVER_LINEAR`` or ``HOVER_ZERO_MOMENT``, such a loop becomes vector
+code; else the flights take turns. Neither changes a bit of any flight.
 """
 
 from __future__ import annotations

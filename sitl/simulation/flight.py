@@ -111,7 +111,6 @@ get_estimate, put_estimate = access(Flight, "estimate")
 get_wind_state, put_wind_state = access(Flight, "controller.wind")
 get_known_wind, put_known_wind = access(Flight, "estimate.wind")
 get_wind_gains = access(Design, "gains.wind").get
-put_command = access(Flight, "controller.command").put
 get_is_armed = access(Flight, "controller.is_armed").get
 get_has_crashed, put_has_crashed = access(Flight, "controller.has_crashed")
 put_crash = access(Flight, "crash").put
@@ -194,7 +193,7 @@ def sense(
     draws: Array,
     row: int,
 ) -> None:
-    """The same with both airframes at hand: as the vehicle knows it, and as it is."""
+    """Update the wind estimate with both airframes given: as the vehicle knows it, and as it is."""
     noise = Normals(
         quantised(draws[row, 0, column]),
         quantised(draws[row, 1, column]),
@@ -266,7 +265,7 @@ def move_plant(flight: Kept, column: int, air: Kept, a: Kept, command: Actuators
 
 @kernel
 def move_in_air(flight: Kept, column: int, air: Kept, a: Kept, command: Actuators, wanted: Actuators) -> None:
-    """The same, out of the ground's reach."""
+    """Move the plant by one control period, out of the ground's reach."""
     plant, airframe = get_plant(flight, column), get_airframe(a, column)
     wind = add(get_steady_wind(air, column), get_gust(flight, column))
     plant = step_in_air(plant, wanted, wind, airframe, PERIOD / SUBSTEPS)
@@ -278,7 +277,7 @@ def move_in_air(flight: Kept, column: int, air: Kept, a: Kept, command: Actuator
 def move_in_swirl(
     flight: Kept, column: int, air: Kept, a: Kept, field: Kept, command: Actuators, wanted: Actuators
 ) -> None:
-    """The same in a wind field, whose air turns, above the ground."""
+    """Move the plant by one control period in a wind field, whose air rotates, above the ground."""
     plant, airframe = get_plant(flight, column), get_airframe(a, column)
     wind, rotation = add(get_steady_wind(air, column), get_gust(flight, column)), get_rotation(field, 0)
     for _ in range(SUBSTEPS):
@@ -303,7 +302,7 @@ def touch_solids(flight: Kept, column: int, a: Kept, field: Kept, solids: Array)
 
 @kernel
 def glide(flight: Kept, column: int, air: Kept, airframe: Airframe, command: Actuators) -> None:
-    """The same with the airframe at hand, whose actuators work: written out, since so it becomes vector code."""
+    """Move the plant out of the ground's reach, its actuators working: written out, so it becomes vector code."""
     plant = get_plant(flight, column)
     wind = add(get_steady_wind(air, column), get_gust(flight, column))
     wanted = limited(command, may_turn(flight, column), airframe)

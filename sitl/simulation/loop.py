@@ -81,25 +81,25 @@ _is_known, _values, _v_hover = COMPILED.is_known, COMPILED.values, COMPILED.v_ho
 
 @part
 def estimate_wind(flight: Kept, column: int, air: Kept, design: Kept, a: Kept, draws: Array, row: int) -> None:
-    """Of a flight that sees the truth; elsewhere the filter estimates the wind."""
+    """Update the wind estimate of a flight on the true state; with sensors the navigation filter estimates the wind."""
     update_wind_estimate(flight, column, air, design, a, draws, row)
 
 
 @part
 def tick(flight: Kept, column: int, reference: Kept, design: Kept) -> None:
-    """The commands of the law in force; a part of its own, so that two processes can share the compiling."""
+    """Compute the commands of the law in force; a part of its own, so that two processes can share the compiling."""
     _tick(get_law(flight, column), flight, column, reference, design)
 
 
 @part
 def move(flight: Kept, column: int, air: Kept, a: Kept, in_force: Actuators) -> None:
-    """Where no eddy turns the air about the vehicle, a simpler step will do."""
+    """Move the plant by one control period in air that does not rotate."""
     move_plant(flight, column, air, a, in_force, _wanted(flight, column, air, a, in_force))
 
 
 @part
 def move_in_field(flight: Kept, column: int, air: Kept, a: Kept, field: Kept, in_force: Actuators) -> None:
-    """In the wind field of an arena the air turns, except near the ground."""
+    """Move the plant by one control period in an arena's rotating air, which does not rotate near the ground."""
     wanted = _wanted(flight, column, air, a, in_force)
     if is_clear(get_plant(flight, column).body):  # near the ground the air does not turn
         move_in_swirl(flight, column, air, a, field, in_force, wanted)
@@ -176,7 +176,7 @@ def due_now(flight: Kept, column: int, reference: Kept, design: Kept) -> int:
 
 @part
 def take_jump(flight: Kept, column: int, row: int, reference: Kept, design: Kept, entry: Kept) -> None:
-    """The values of V that are noted are those before the reset maps, for which the jump was taken."""
+    """Take a jump and record it, with the values of V before its reset maps."""
     source = get_law(flight, column)
     v_hover, v_forward, _ = _values(flight, column, reference, design)
     _jump(source, row, flight, column, reference, design)
@@ -186,13 +186,13 @@ def take_jump(flight: Kept, column: int, row: int, reference: Kept, design: Kept
 
 @part
 def write_sample(flight: Kept, column: int, reference: Kept, design: Kept, sample: Kept) -> None:
-    """V of the linear hover law is recorded whatever law flies."""
+    """Record a sample; V of the linear hover law is recorded whatever law flies."""
     put_sample(sample, 0, sample_of(flight, column, reference, _v_hover(flight, column, reference, design)))
 
 
 @part
 def write_look(flight: Kept, column: int, reference: Kept, design: Kept, seen: Kept) -> None:
-    """They cost more than a period's guards, so they are worked out once per call, not per period."""
+    """Compute the derived values, once per call: they cost more than a period's guards."""
     v_hover, v_forward, v_attitude = _values(flight, column, reference, design)
     e, r = get_estimate(flight, column), get_reference(reference, column)
     governor = activity(subtract(e.position, r.position), e.velocity, r.speed, get_governor(design, column))

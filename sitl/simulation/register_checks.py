@@ -1,4 +1,4 @@
-"""What is refused of a register of laws: everything of which the generated code would quietly take another."""
+"""Checks of a register of laws: unknown or repeated names, which the generated code would mix up silently."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Failures on purpose, in hover, front transition and cruise, on sensors: what the vehicle notices, and how it ends."""
+"""Injected failures, in hover, front transition and cruise, on sensors: what the vehicle notices, and how it ends."""
 
 from __future__ import annotations
 

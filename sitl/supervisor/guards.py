@@ -133,7 +133,7 @@ def dwelt(law_time: float) -> bool:
 
 @guard
 def windy(estimate: Estimate, thresholds: Thresholds) -> bool:
-    """There is more wind than those laws hover well in that do not know of it."""
+    """There is more wind than laws without a wind estimate hover well in."""
     return not thresholds.alone and level_norm(estimate.wind.x, estimate.wind.y) > WINDY
 
 
@@ -203,7 +203,7 @@ def worth(estimate: Estimate, reference: Reference) -> bool:
 
 @guard
 def stop_due(estimate: Estimate, reference: Reference, guidance: GuidanceGains) -> bool:
-    """What is left of the path is what braking takes."""
+    """The rest of the path is no longer than the braking distance."""
     return reference.forward and due_to_stop(estimate, reference.path, 1.0, guidance)
 
 

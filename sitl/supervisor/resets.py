@@ -81,7 +81,7 @@ def increment_from_here(estimate: Estimate, a: Airframe) -> IndiState:
 
 @reset("is_flying", "integral", clears=(flying,))
 def landed(estimate: Estimate) -> tuple[bool, Vector]:  # noqa: ARG001
-    """Landing fulfils the wish to fly, and what the integral learnt of the wind would push a standing vehicle over."""
+    """Flight is no longer requested, and the integral is cleared, which would push a standing vehicle over."""
     return False, Vector(0.0, 0.0, 0.0)
 
 

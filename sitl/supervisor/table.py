@@ -1,11 +1,12 @@
 """The vehicle's supervisor: which law flies, as a table of jumps on hybrid time (t, j).
 
-A jump set is written as guards that must hold and guards that must not; the flow set of a law is what none of its rows
-takes. Hysteresis is the gap between two thresholds of a Lyapunov value: the linear hover law is entered below
-``v_enter`` and left above ``v_leave``, the linear forward law likewise by its own. In a wind the laws that do not know
-of it give way to that of the transition, which does, and holds and flies upright as well. The report takes 250 and
-400 for the hover (section 5.1; the second comparison is printed the wrong way round); on the full model those values
-let the linear law be entered where it diverges, so the defaults are lower. Transitions have a dwell time besides.
+A jump set is written as guards that must hold and guards that must not; the flow set of a law is the complement of its
+rows' jump sets. Hysteresis is the gap between two thresholds of a Lyapunov value: the linear hover law is entered below
+``v_enter`` and left above ``v_leave``, the linear forward law likewise by its own. In a wind the laws that do not use
+the wind estimate give way to that of the transition, which does, and holds and flies upright as well. The report takes
+250 and 400 for the hover (section 5.1; the second comparison is printed the wrong way round); on the full model those
+values let the linear law be entered where it diverges, so the defaults are lower. Transitions have a dwell time
+besides.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Failures on purpose: instruments, actuators, battery and link of one vehicle, as MAV_CMD_INJECT_FAILURE names them.
+"""Injected failures: instruments, actuators, battery and link of one vehicle, as MAV_CMD_INJECT_FAILURE names them.
 
 The vehicle is told nothing; what it notices, it notices by itself. https://mavlink.io/en/messages/common.html#FAILURE_UNIT
 """

@@ -7,6 +7,7 @@ SIM_ belong to the simulated world. Names, bounds and texts stand on the fields 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from difflib import get_close_matches
 from typing import Annotated, NamedTuple, TypeVar, get_type_hints
 
 from protocol.dialect import mavlink
@@ -36,7 +37,7 @@ class WorldSettings(NamedTuple):
         100e3
     )
     link_off_time: Annotated[
-        float, ParameterMetadata("SIM_LINK_OFF_T", (1.0, 3600.0), "s", "A link that was made to fail is back after it")
+        float, ParameterMetadata("SIM_LINK_OFF_T", (1.0, 3600.0), "s", "Duration of an injected link failure")
     ] = 15.0
     motion_capture: Annotated[
         int,
@@ -55,10 +56,13 @@ class WorldSettings(NamedTuple):
         ParameterMetadata("SIM_WALL_TURB", (-1.0, 1.0), "", "Wind wall: intensity of its turbulence; -1: the arena's"),
     ] = -1.0
     wall_gust: Annotated[
-        float, ParameterMetadata("SIM_WALL_GUST", (0.0, 30.0), "m/s", "Wind wall: a 1-cos gust begins when this is set")
+        float,
+        ParameterMetadata(
+            "SIM_WALL_GUST", (0.0, 30.0), "m/s", "Wind wall: amplitude of a 1-cos gust, which begins when this is set"
+        ),
     ] = 0.0
     wall_gust_time: Annotated[
-        float, ParameterMetadata("SIM_WALL_GTIME", (0.1, 60.0), "s", "Wind wall: how long such a gust lasts")
+        float, ParameterMetadata("SIM_WALL_GTIME", (0.1, 60.0), "s", "Wind wall: duration of such a gust")
     ] = 2.0
     turbulence_wind: Annotated[
         float,
@@ -86,7 +90,7 @@ class Configuration(NamedTuple):
         changed = self
         for name, value in values.items():
             if name not in PARAMETERS:
-                raise SitlError(f"no parameter {name}: there are {', '.join(PARAMETERS)}")
+                raise SitlError(_unknown_parameter(name))
             changed = PARAMETERS[name].replaced_in(changed, value)
         changed.check_together()
         return changed
@@ -143,6 +147,11 @@ class BoundParameter(NamedTuple):
             unit=self.metadata.unit,
             description=self.metadata.meaning,
         )
+
+
+def _unknown_parameter(name: str) -> str:
+    near = get_close_matches(name, PARAMETERS, n=1)
+    return f"there is no parameter {name}" + (f"; did you mean {near[0]}?" if near else " (docs/wire.md lists them)")
 
 
 def _bound_parameters() -> Iterator[tuple[str, BoundParameter]]:

@@ -84,7 +84,9 @@ class ArenaWatch:
             return []
         self.near, self._raised = True, view.time
         action = SafetyAction.HOLD if settings.net_action >= HOLD else SafetyAction.NONE
-        reason = f"{max(room, 0.0):.1f} m from {before}"
+        reason = f"{max(room, 0.0):.1f} m from {what}"
+        if before != what:
+            reason = f"Would stop {max(ahead, 0.0):.1f} m from {before}"
         return [Alarm(action, WARNING, reason, stop=True, always=True, retreat=RETREAT)]
 
     def _nears(self, view: VehicleView, arena: Arena, room: float) -> bool:

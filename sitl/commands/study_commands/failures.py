@@ -1,4 +1,4 @@
-"""Failures on purpose, from many seeds."""
+"""Injected failures, from many seeds."""
 
 from __future__ import annotations
 

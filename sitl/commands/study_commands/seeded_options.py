@@ -37,7 +37,7 @@ def seeded_parser(name: str, description: str, flights: int, flown: str) -> argp
         "--nav", default="sensors", choices=("sensors", "mocap", "truth"), help="what it navigates by [sensors]"
     )
     options.add_argument("--controller", default="hybrid", choices=("hybrid", "indi"), help="what flies it [hybrid]")
-    options.add_argument("--sensors", metavar="FILE", help="TOML file that states specifications of instruments anew")
+    options.add_argument("--sensors", metavar="FILE", help="TOML file that overrides specifications of instruments")
     options.add_argument("--json", type=Path, metavar="FILE", help="also write every flight as JSON")
     return options
 

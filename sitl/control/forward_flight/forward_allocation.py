@@ -1,10 +1,9 @@
 """From a force along the nose and a moment to motors and elevons, in an air stream.
 
-What the model makes of the actuators as they are is known, and how its forces grow with them: the difference to what is
-wanted is divided by that, so that any aerodynamics will do. What the limits do not
-allow is given up in this order, last first: yaw (the thrusts' difference) is kept before pitch, pitch before roll, of
-which a share is always kept; and the sum of the thrusts gives way to all of them: it is even *raised* where the
-elevons need more slipstream, since a tail-sitter that cannot raise its nose does not come to a stop.
+The model gives force and moment of the actuators as they are, and their slopes by each actuator. The change that is
+wanted is divided by the slopes, so any aerodynamics will do. At the limits the priority is yaw (the thrusts'
+difference), pitch, roll, of which a share is always kept, and then the sum of the thrusts. That sum is even *raised*
+where the elevons need more slipstream, since a tail-sitter that cannot raise its nose does not come to a stop.
 """
 
 from sitl.compiled import kernel

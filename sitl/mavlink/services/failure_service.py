@@ -1,4 +1,4 @@
-"""Failures on purpose over the link (MAV_CMD_INJECT_FAILURE), and the link's own.
+"""Injected failures over the link (MAV_CMD_INJECT_FAILURE), and the link's own.
 
 https://mavlink.io/en/messages/common.html#MAV_CMD_INJECT_FAILURE. A link that is off can hear no command that heals it:
 it comes back by itself after SIM_LINK_OFF_T.

@@ -135,14 +135,14 @@ class FlightPlanService:
             self._broadcast.warn(f"Stored flight plan not loaded: {reason}")
         else:
             self.was_sent = True
-            self._broadcast.info("Stored flight plan loaded; it is not flown yet")
+            self._broadcast.info("Stored flight plan loaded; mode FLIGHT_PLAN flies it")
 
     @on_event(FlightPlanUploaded)
     def load(self, event: FlightPlanUploaded, _now: float) -> None:
         """A peer sent the file of a plan: it is loaded on the ground, and flown when that is asked for."""
         autopilot = self._aircraft.autopilot
         is_up = autopilot.armed or autopilot.flying
-        reason = "a plan is loaded on the ground, disarmed" if is_up else self._refusal_of(event.data, PLAN_FILE)
+        reason = "land and disarm first" if is_up else self._refusal_of(event.data, PLAN_FILE)
         result = REJECTED if reason else ACCEPTED
         self._endpoint.flight_plan_files.answer(event.peer, result, ascii_text(reason, MAX_REASON))
         if reason:

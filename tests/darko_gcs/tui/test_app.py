@@ -359,7 +359,7 @@ def test_help_form_and_question_match_their_snapshots(snap_compare, key, words, 
 
 
 async def test_a_long_message_is_shown_whole(feed):
-    long = "Go-to denied: 2000.0 m north is outside the arena 'open' (1500 m each way)"
+    long = "Go-to denied: 2000.0 m north is outside the arena 'open' (limit 1500 m)"
     feed.snapshot = add_line(HOVERING, 99.0, mavlink.MAV_SEVERITY_WARNING, long)
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:

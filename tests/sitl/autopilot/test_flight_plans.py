@@ -237,7 +237,8 @@ def test_variables_are_set_within_their_limits(plan):
     assert [variable.value for variable in requests.variables()] == [2.5, 7.0]
     for name, value, words in (
         ("gain", 3.5, "3.5 is not within 1..3"),
-        ("gain", math.inf, "not a number"),
+        ("gain", math.inf, "not a finite number"),
+        ("gain", 2e9, "beyond 1e+09"),
         ("gone", 1.0, "no variable 'gone'"),
     ):
         answer = requests.set_variable(name, value)
@@ -250,7 +251,7 @@ def test_a_target_outside_the_arena_is_said_once_and_held_at():
     flown = flight(plan, up=2.0)
     flown.advance(3.0)
     assert [text for text in flown.notices if "outside the arena" in text] == [
-        "Flight plan holds: 54.0 m north is outside the arena 'voliere' (3.8 m each way)"
+        "Flight plan holds: 54.0 m north is outside the arena 'voliere' (limit 3.8 m)"
     ]
     assert flown.p == pytest.approx((0.0, 0.0, 2.0), abs=0.5)
 

@@ -59,7 +59,7 @@ def test_a_point_within_the_clearance_is_refused_and_the_clearance_is_a_paramete
     arena = CAGE._replace(obstacles=(PILLAR,))
     near = (-1.1, 0.0, 2.0)
     answer = EnclosedFlight(arena, (-3.0, 0.0, 2.0)).autopilot.guided.go_to(near)
-    assert answer.text == "Go-to denied: it is 0.8 m from 'pillar', less than 1 m"
+    assert answer.text == "Go-to denied: the point is 0.8 m from 'pillar', less than 1 m"
     assert EnclosedFlight(arena, (-3.0, 0.0, 2.0), DRK_OBS_DIST=0.6).autopilot.guided.go_to(near).result == 0
 
 

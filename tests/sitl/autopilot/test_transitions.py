@@ -214,7 +214,7 @@ def test_another_station_cannot_cancel_it_or_begin_another(bench, station):
     other.send(cancel())
     assert final(station) is None
     assert station.command(TRANSITION, HOVER) == REJECTED
-    assert "one is under way" in station.texts()
+    assert "a long command is under way" in station.texts()
     assert bench.autopilot.transitions.under_way.wanted is Way.FORWARD
 
 

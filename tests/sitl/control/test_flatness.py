@@ -10,7 +10,7 @@ from sitl.control import flatness
 from sitl.design.trim import level_trim
 from sitl.model.aerodynamics import slopes, trimmed_slope
 from sitl.model.airframe_files import load
-from sitl.model.quaternions import hover, rotate, rotate_inverse, x_axis
+from sitl.model.quaternions import Quaternion, hover, rotate, rotate_inverse, x_axis
 from sitl.model.vectors import Vector, norm, subtract
 
 SETS = {name: load(name).parameters for name in ("nominal", "physical")}
@@ -89,3 +89,9 @@ def test_the_attitude_before_decides_the_sign_and_where_nothing_else_does_the_sp
     assert sum(x * y for x, y in zip(q, last, strict=True)) == pytest.approx(1.0)
     y = flatness.span(Vector(5.0, 0.0, 0.0), nothing, 0.0, last, *BLEND, a.m * a.g)  # along the heading itself
     assert y == pytest.approx(rotate(last, Vector(0.0, 1.0, 0.0)))
+
+
+@given(st.tuples(*[st.floats(-1.0, 1.0)] * 4).filter(lambda q: math.hypot(*q) > 0.1))
+def test_the_left_wing_is_the_second_axis_of_the_attitude(numbers):
+    q = Quaternion(*(n / math.hypot(*numbers) for n in numbers))
+    assert flatness._y_axis(q) == pytest.approx(rotate(q, Vector(0.0, 1.0, 0.0)), abs=1e-12)

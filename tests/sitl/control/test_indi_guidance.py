@@ -51,10 +51,11 @@ def test_the_stopping_speed_grows_more_slowly_from_twelve_metres_a_second_on(bey
     assert speed == pytest.approx(math.sqrt(12.0**2 + 2.0 * GAINS.brake_fast * beyond))
 
 
-@pytest.mark.parametrize(("speed", "most"), [(0.4, GAINS.max_forward), (0.6, GAINS.min_turn)])
+@pytest.mark.parametrize(("speed", "most"), [(0.4, 3.0), (0.6, 1.0)])
 def test_from_half_a_metre_a_second_on_the_velocity_is_the_course_to_turn_from(speed, most):
-    target = hover_at((0.0, 100.0, 50.0), 0.0, 10.0)
-    assert asked((0.0, 0.0, 50.0), (speed, 0.0, 0.0), target).y == pytest.approx(most)
+    target, gains = hover_at((0.0, 100.0, 50.0), 0.0, 10.0), GAINS._replace(max_forward=3.0, min_turn=1.0)
+    seen = estimate((0.0, 0.0, 50.0), (speed, 0.0, 0.0))
+    assert guidance.wanted_acceleration(seen, seen.velocity, target, 0.0, gains, A).y == pytest.approx(most)
 
 
 @given(x=far, y=far, z=st.floats(-100.0, 100.0), vx=fast, vy=fast, vz=st.floats(-10.0, 10.0), forward=st.booleans())
@@ -100,6 +101,12 @@ def test_braking_that_leaves_the_elevons_no_travel_climbs():
     assert level.z == pytest.approx(0.0, abs=1e-9)
     assert used.z == pytest.approx(GAINS.k_vz * GAINS.climb)
     assert above.z <= 0.0
+
+
+@pytest.mark.parametrize("rise", [-1.0, 0.0, 0.5 * GAINS.climb])
+def test_with_the_elevons_at_their_stops_braking_climbs_at_the_planned_speed_whatever_rise_was_wanted(rise):
+    stops = estimate((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), actuators=(600.0, 600.0, A.delta_max, A.delta_max))
+    assert guidance._relieved(rise, 0.0, 1.0, stops, GAINS, A) == pytest.approx(GAINS.climb)
 
 
 def aimed(p, v, reference, course=0.0):

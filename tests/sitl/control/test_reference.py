@@ -184,3 +184,9 @@ def test_the_centre_is_to_the_left_of_a_left_circle_however_small(radius):
     centre = Vector(0.0, 0.0, 50.0)
     assert cross_track(circle(centre, radius, 15.0), centre) == radius
     assert cross_track(circle(centre, -radius, 15.0), centre) == -radius
+
+
+def test_a_circle_is_level_and_a_hover_asks_for_no_rates_and_no_thrust():
+    path, hover = circle((1.0, 2.0, 30.0), 20.0, 15.0), hover_at((1.0, 2.0, 3.0), 0.5)
+    assert (path.level, path.low, path.stop) == (0.0, 0.0, False)
+    assert hover.attitude == ((1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.0)

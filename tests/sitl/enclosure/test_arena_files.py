@@ -59,7 +59,7 @@ def test_the_arena_lies_where_its_centre_and_heading_say(hall):
     assert math.cos(crate.course) == pytest.approx(-1.0)  # as its length: 90 degrees further on, south
     assert hall.refuse((100.0, -60.0, 2.0)) is not None
     assert hall.refuse((100.0, -58.9, 2.0)) is None
-    assert hall.refuse((104.1, -50.0, 2.0)) == "-4.1 m to the right is outside the arena 'hall' (4 m each way)"
+    assert hall.refuse((104.1, -50.0, 2.0)) == "4.1 m to the left is outside the arena 'hall' (limit 4 m)"
     assert hall.refuse((100.0, -50.0, 5.1)) == "altitude 5.1 m is outside the arena 'hall' (0 to 5 m)"
 
 

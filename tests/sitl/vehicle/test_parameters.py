@@ -51,7 +51,8 @@ def test_a_changed_parameter_changes_its_field_and_nothing_else():
 @pytest.mark.parametrize(
     ("values", "words"),
     [
-        ({"NOSUCH": 1.0}, "no parameter NOSUCH: there are MIS_TAKEOFF_ALT, "),
+        ({"NOSUCH": 1.0}, "there is no parameter NOSUCH"),
+        ({"DRK_KP": 1.0}, "there is no parameter DRK_KP; did you mean DRK_KPP?"),
         ({"DRK_KPP": 9.0}, "DRK_KPP = 9 is not within 0.1 and 3"),
         ({"DRK_V_ENTER": 60.0, "DRK_V_LEAVE": 50.0}, "DRK_V_ENTER must stay below DRK_V_LEAVE"),
         ({"DRK_VF_ENTER": 60.0}, "DRK_VF_ENTER must stay below DRK_VF_LEAVE"),

@@ -96,7 +96,7 @@ def test_points_outside_are_refused_with_the_reason():
     flight = EnclosedFlight()
     answer = flight.autopilot.guided.go_to((3.9, 0.0, 2.0))
     assert answer.result != 0
-    assert answer.text == "Go-to denied: 3.9 m north is outside the arena 'cage' (3.8 m each way)"
+    assert answer.text == "Go-to denied: 3.9 m north is outside the arena 'cage' (limit 3.8 m)"
     assert flight.autopilot.guided.go_to((0.0, 0.0, 6.0)).result != 0
     assert flight.autopilot.offboard.set_position((0.0, -4.0, 2.0)) is not None
     assert flight.autopilot.guided.take_off(50.0).result != 0

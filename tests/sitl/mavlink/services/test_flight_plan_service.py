@@ -333,7 +333,7 @@ def test_a_plan_that_was_sent_outlives_a_restart(tmp_path):
     assert blocks(again) == ["Fish", "Stay", "HOME"]
     assert not again.autopilot.flight_plan.blocks()[0].locked
     assert again.autopilot.mode is not Mode.FLIGHT_PLAN
-    assert "Stored flight plan loaded; it is not flown yet" in again.texts()
+    assert "Stored flight plan loaded; mode FLIGHT_PLAN flies it" in again.texts()
 
 
 def test_a_vehicle_that_starts_in_the_air_has_its_stored_plan_and_takes_no_other(tmp_path):
@@ -341,7 +341,7 @@ def test_a_vehicle_that_starts_in_the_air_has_its_stored_plan_and_takes_no_other
     flying = FakeStation.with_vehicle(tmp_path, up=3.0)
     assert blocks(flying) == ["Fish", "Stay", "HOME"]
     assert load(flying, pack_plan(plan_of(BLOCKS))).result == mavlink.MAV_RESULT_TEMPORARILY_REJECTED
-    assert "a plan is loaded on the ground, disarmed" in flying.texts()
+    assert "land and disarm first" in flying.texts()
     assert blocks(flying) == ["Fish", "Stay", "HOME"]
 
 
