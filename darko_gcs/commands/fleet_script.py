@@ -6,7 +6,8 @@ import argparse
 import json
 from typing import TYPE_CHECKING
 
-from darko_gcs.commands.script_options import Job, Result, plain, tell_where
+from darko_gcs.commands.script_options import Job, Result, tell_where
+from protocol.tools.json_values import json_values
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -47,7 +48,7 @@ def run_script_for_all(args: argparse.Namespace, job: Job, words: Callable[[Resu
             else {"ok": True, **result}
             for system, result in results.items()
         }
-        print(json.dumps({"ok": not failed, "vehicles": plain(told)} | ({"exit_code": code} if failed else {})))
+        print(json.dumps({"ok": not failed, "vehicles": json_values(told)} | ({"exit_code": code} if failed else {})))
         return code
     for system, result in results.items():
         print(f"vehicle {system}: {result if isinstance(result, Exception) else words(result)}")

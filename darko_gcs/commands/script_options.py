@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import argparse
 import json
-import math
 import sys
 from collections.abc import Awaitable, Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from darko_gcs.commands.options import add_listen_options
+from protocol.tools.json_values import json_values
 from protocol.tools.option_values import positive_number
 
 if TYPE_CHECKING:
@@ -24,7 +24,6 @@ __all__ = [
     "add_script_options",
     "add_verify_option",
     "check_values",
-    "plain",
     "run_script",
     "tell_where",
 ]
@@ -112,11 +111,11 @@ def run_script(args: argparse.Namespace, job: Job, words: Callable[[Result], str
     if failed := result.get("error"):  # a part of the job
         code = FlightError.exit_code
         if args.json:
-            print(json.dumps({"ok": False, **plain(result), "exit_code": code}))
+            print(json.dumps({"ok": False, **json_values(result), "exit_code": code}))
             return code
         print(words(result))
         raise FlightError(failed)
-    print(json.dumps({"ok": True, **plain(result)}) if args.json else words(result))
+    print(json.dumps({"ok": True, **json_values(result)}) if args.json else words(result))
     return 0
 
 
@@ -141,12 +140,3 @@ def tell_where(args: argparse.Namespace) -> None:
 
     place = f"{args.host}:{args.port}" if outward_address(args.host) is None else args.host
     print(f"darko-gcs: waiting for a vehicle on {place}", file=sys.stderr, flush=True)
-
-
-def plain(value: Any) -> Any:  # noqa: ANN401 - whatever a job gives
-    """Values as JSON has them: what is no number is null."""
-    if isinstance(value, dict):
-        return {key: plain(entry) for key, entry in value.items()}
-    if isinstance(value, list | tuple):
-        return [plain(entry) for entry in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -6,8 +6,7 @@ import base64
 import csv
 import io
 import json
-import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from importlib.util import find_spec
 from typing import Any
 
@@ -19,6 +18,7 @@ from darko_gcs.logs.log_selection import Selection, Span, vehicle_of
 from protocol.errors import FileError
 from protocol.flight_log.flight_clock import times_since_boot
 from protocol.tlog import TlogReader, message_name
+from protocol.tools.json_values import json_values
 from protocol.wire.message import Source
 
 __all__ = ["as_csv", "as_kml", "as_mcap", "as_parquet"]
@@ -135,7 +135,7 @@ def _plain(column: NDArray[Any]) -> list[Any]:
     if column.dtype.kind == "S":
         return [_text(value) for value in column.tolist()]
     values: list[Any] = column.tolist()
-    return _without_nan(values) if column.dtype.kind == "f" else values
+    return list(json_values(values)) if column.dtype.kind == "f" else values
 
 
 def _text(value: bytes) -> str:
@@ -143,11 +143,6 @@ def _text(value: bytes) -> str:
         return value.decode("utf-8")
     except UnicodeDecodeError:
         return base64.b64encode(value).decode()
-
-
-def _without_nan(values: list[Any]) -> list[Any]:
-    clean: Callable[[float], float | None] = lambda value: value if math.isfinite(value) else None  # noqa: E731
-    return [_without_nan(value) if isinstance(value, list) else clean(value) for value in values]
 
 
 def _require(package: str, what: str) -> None:

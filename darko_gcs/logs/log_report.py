@@ -11,6 +11,7 @@ from typing import Any
 
 from darko_gcs.state.text import format_time, printable
 from protocol.flight_log.flight_summary import LoggedDecision, LoggedFlight, LogSummary, Period
+from protocol.tools.json_values import json_values
 
 __all__ = ["summary_as_json", "summary_as_text"]
 
@@ -20,7 +21,7 @@ _MAX_ROWS = 20  # of each list in the text
 
 def summary_as_json(summary: LogSummary, name: str) -> str:
     """Name of the log's file and every field of its summary, under its own name; NaN is null."""
-    return json.dumps(_plain({"file": name, **asdict(summary)}), indent=2)
+    return json.dumps(json_values({"file": name, **asdict(summary)}), indent=2)
 
 
 def summary_as_text(summary: LogSummary, name: str, texts: int = 10) -> str:
@@ -154,12 +155,3 @@ def _last_texts(summary: LogSummary, count: int) -> Iterator[str]:
 def _rest(things: tuple[Any, ...], what: str) -> Iterator[str]:
     if len(things) > _MAX_ROWS:
         yield f"    and {len(things) - _MAX_ROWS:,} {what}"
-
-
-def _plain(value: object) -> object:
-    """The value with null for NaN and infinity, which JSON does not have."""
-    if isinstance(value, dict):
-        return {key: _plain(inner) for key, inner in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(inner) for inner in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -41,6 +41,7 @@ from protocol.frames import Vector
 from protocol.names.law_names import law_label
 from protocol.plans import MissionItem, load
 from protocol.plans.fence_rally import fence_items, rally_items
+from protocol.tools.json_values import json_values
 from protocol.tools.loopback import open_port_warning
 
 __all__ = ["FlightResult", "Pilot", "fly_headless"]
@@ -70,7 +71,7 @@ class FlightResult:
 
     def as_json(self) -> str:
         """For a program; NaN is null."""
-        return json.dumps({key: None if value != value else value for key, value in vars(self).items()}, indent=1)  # noqa: PLR0124 - NaN
+        return json.dumps(json_values(vars(self)), indent=1)
 
     def as_text(self) -> str:
         """For a person."""
