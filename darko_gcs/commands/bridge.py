@@ -8,6 +8,7 @@ import sys
 from collections.abc import Mapping
 
 from protocol.tools.command_line import command_parser
+from protocol.tools.default_ports import VEHICLE_PORT
 from protocol.tools.option_values import (
     finite_number,
     ipv4_address,
@@ -42,7 +43,11 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     _add_pose_options(parser.add_argument_group("poses"))
     vehicle = parser.add_argument_group("vehicle")
     vehicle.add_argument(
-        "--to", type=socket_address, default=("127.0.0.1", 14580), metavar="ADDRESS:PORT", help="[127.0.0.1:14580]"
+        "--to",
+        type=socket_address,
+        default=("127.0.0.1", VEHICLE_PORT),
+        metavar="ADDRESS:PORT",
+        help=f"[127.0.0.1:{VEHICLE_PORT}]",
     )
     vehicle.add_argument("--system", type=system_id, default=1, metavar="ID", help="system id of the vehicle [1]")
     vehicle.add_argument(

@@ -6,6 +6,7 @@ import argparse
 import math
 from pathlib import Path
 
+from protocol.tools.default_ports import STATION_PORT, VEHICLE_PORT
 from protocol.tools.option_values import finite_number, port_number, system_id
 
 __all__ = [
@@ -19,14 +20,13 @@ __all__ = [
 ]
 
 MAX_TIME_PARTS = 3  # hours, minutes, seconds
-DEFAULT_PORT = 14550
 KNOWN_PARAMETERS = "parameters.json"  # in the state folder: what our vehicle's parameters mean, as it told last
 
 
 def add_link_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of the link, the recording and the vehicle process."""
     link = parser.add_argument_group("link")
-    add_listen_options(link, f"{DEFAULT_PORT}; with --sitl any free one", None)
+    add_listen_options(link, f"{STATION_PORT}; with --sitl any free one", None)
     link.add_argument("--record", type=Path, metavar="DIR", help="folder for recorded flights [the user's data folder]")
     link.add_argument(
         "--give-key", action="store_true", help="give the key to a vehicle that has none; only over loopback"
@@ -53,7 +53,7 @@ def add_link_options(parser: argparse.ArgumentParser) -> None:
 
 
 def add_listen_options(
-    link: argparse._ArgumentGroup, told: str = str(DEFAULT_PORT), port: int | None = DEFAULT_PORT
+    link: argparse._ArgumentGroup, told: str = str(STATION_PORT), port: int | None = STATION_PORT
 ) -> None:
     """Add the options of the port to listen on, with its default and how that is told, and of the vehicle."""
     link.add_argument("--host", default="127.0.0.1", help="local address to listen on [127.0.0.1]")
@@ -62,8 +62,8 @@ def add_listen_options(
         "--connect",
         dest="host",
         metavar="URL",
-        help="connect out instead of listening: udpout:HOST:PORT (darko-sitl: udpout:127.0.0.1:14580), tcp:HOST:PORT, "
-        "serial:DEVICE[:BAUD]",
+        help=f"connect out instead of listening: udpout:HOST:PORT (darko-sitl: udpout:127.0.0.1:{VEHICLE_PORT}), "
+        "tcp:HOST:PORT, serial:DEVICE[:BAUD]",
     )
     link.add_argument(
         "--vehicle", type=system_id, metavar="ID", help="system id of the vehicle, 1 to 255 [the first one heard]"
@@ -103,7 +103,7 @@ def listening_port(args: argparse.Namespace) -> int:
     """The port to listen on: with --sitl a free one, so that no other session's vehicle is heard; 0: any."""
     if args.port is not None:
         return int(args.port)
-    return 0 if getattr(args, "sitl", False) else DEFAULT_PORT
+    return 0 if getattr(args, "sitl", False) else STATION_PORT
 
 
 def checked_sitl_arguments(args: argparse.Namespace) -> list[str]:

@@ -8,11 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from darko_gcs.commands.options import KNOWN_PARAMETERS, clock_time
+from protocol.tools.default_ports import STATION_URL
 from protocol.tools.option_values import finite_number, positive_number
 
 __all__ = ["parser", "run"]
-
-DEFAULT_TO = "udpout:127.0.0.1:14550"  # where stations listen
 
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
@@ -34,7 +33,7 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     parser.add_argument(
         "--to",
         metavar="URL",
-        help="where key u sends the replayed frames, udpout:HOST:PORT [udpout:127.0.0.1:14550]",
+        help=f"where key u sends the replayed frames, udpout:HOST:PORT [{STATION_URL}]",
     )
     parser.add_argument("--network", action="store_true", help="allow an address of another machine")
     pair = parser.add_argument_group("two flights")
@@ -71,7 +70,7 @@ def run(args: argparse.Namespace) -> int:
         raise GroundError("--align and --offset need a second log")
     if args.other is not None and args.to is not None:
         raise GroundError("--to works with one log only")
-    send_to = loopback_or_asked(args.to or DEFAULT_TO, is_network_allowed=args.network)
+    send_to = loopback_or_asked(args.to or STATION_URL, is_network_allowed=args.network)
     known = KnownParameters(user_state_path("darko") / KNOWN_PARAMETERS).load()
     options: dict[str, Any] = {"begin": args.at or 0.0, "speed": args.speed, "send_to": send_to, "parameters": known}
     try:

@@ -14,6 +14,7 @@ from darko_gcs.motion_capture.autopilot_link import AutopilotLink
 from darko_gcs.motion_capture.natnet_link import NatnetLink
 from darko_gcs.motion_capture.natnet_reader import MAX_PACKET
 from darko_gcs.motion_capture.pose_bridge import PoseBridge
+from protocol.tools.default_ports import VEHICLE_PORT
 from protocol.tools.loopback import is_loopback
 
 __all__ = ["BridgeAddresses", "BridgeSockets"]
@@ -30,7 +31,7 @@ class BridgeAddresses(NamedTuple):
     server: str = "127.0.0.1"
     command_port: int = 1510
     interface: str = "127.0.0.1"  # local address towards the server
-    vehicle: Address = ("127.0.0.1", 14580)
+    vehicle: Address = ("127.0.0.1", VEHICLE_PORT)
 
 
 class BridgeSockets:

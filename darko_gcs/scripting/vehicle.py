@@ -35,6 +35,7 @@ from protocol.events import (
 from protocol.names.modes import Mode
 from protocol.plans import MissionItem, load
 from protocol.plans.fence_rally import fence_items, rally_items
+from protocol.tools.default_ports import STATION_PORT
 from protocol.wire.message import Source
 
 __all__ = ["Vehicle", "connect"]
@@ -48,7 +49,7 @@ METADATA_TIMEOUT = 5.0  # for the description of the parameters [s]
 @asynccontextmanager
 async def connect(
     host: str = "127.0.0.1",
-    port: int = 14550,
+    port: int = STATION_PORT,
     *,
     vehicle: int | None = None,
     signing_key: str | None = None,

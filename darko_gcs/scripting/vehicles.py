@@ -11,6 +11,7 @@ from darko_gcs.station.fleet import Fleet
 from darko_gcs.station.keyring_setup import open_keyring
 from darko_gcs.station.station import Station
 from darko_gcs.tasks.link_session import open_link
+from protocol.tools.default_ports import STATION_PORT
 
 __all__ = ["connect_all"]
 
@@ -20,7 +21,7 @@ LISTENING_TIME = 2.5  # after the first vehicle: each sends a HEARTBEAT a second
 @asynccontextmanager
 async def connect_all(
     host: str = "127.0.0.1",
-    port: int = 14550,
+    port: int = STATION_PORT,
     *,
     signing_key: str | None = None,
     timeout: float = 30.0,

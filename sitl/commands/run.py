@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from protocol.frames import Geodetic
+from protocol.tools.default_ports import PROGRAM_PORT, STATION_PORT, VEHICLE_PORT
 from protocol.tools.option_values import (
     finite_number,
     ipv4_address,
@@ -224,7 +225,9 @@ def _add_scenario_options(scenario: argparse._ArgumentGroup) -> None:
 
 
 def _add_link_options(link: argparse._ArgumentGroup) -> None:
-    link.add_argument("--port", type=port_number, default=14580, metavar="P", help="local port; 0: any [14580]")
+    link.add_argument(
+        "--port", type=port_number, default=VEHICLE_PORT, metavar="P", help=f"local port; 0: any [{VEHICLE_PORT}]"
+    )
     link.add_argument(
         "--bind",
         type=ipv4_address,
@@ -235,12 +238,16 @@ def _add_link_options(link: argparse._ArgumentGroup) -> None:
     link.add_argument(
         "--gcs-port",
         type=port_number,
-        default=14550,
+        default=STATION_PORT,
         metavar="P",
-        help="port of ground stations here; 0: none [14550]",
+        help=f"port of ground stations here; 0: none [{STATION_PORT}]",
     )
     link.add_argument(
-        "--api-port", type=port_number, default=14540, metavar="P", help="port of programs here; 0: none [14540]"
+        "--api-port",
+        type=port_number,
+        default=PROGRAM_PORT,
+        metavar="P",
+        help=f"port of programs here; 0: none [{PROGRAM_PORT}]",
     )
     link.add_argument(
         "--signing-key",

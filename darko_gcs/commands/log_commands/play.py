@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from darko_gcs.commands.options import clock_time
+from protocol.tools.default_ports import STATION_PORT, STATION_URL
 from protocol.tools.option_values import positive_number
 
 if TYPE_CHECKING:
@@ -22,15 +23,15 @@ PAUSE = 0.1  # before it begins anew [s]
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``darko-gcs log play``."""
     parser.epilog = (
-        "QGroundControl and darko-gcs listen on 14550. Frames are sent byte for byte at their times. Not sent: signed "
-        "frames, those of ground stations, damage."
+        f"QGroundControl and darko-gcs listen on {STATION_PORT}. Frames are sent byte for byte at their times. "
+        "Not sent: signed frames, those of ground stations, damage."
     )
     parser.add_argument("file", type=Path, metavar="FILE", help="telemetry log (.tlog)")
     parser.add_argument(
         "--to",
-        default="udpout:127.0.0.1:14550",
+        default=STATION_URL,
         metavar="URL",
-        help="where the station listens, udpout:HOST:PORT [udpout:127.0.0.1:14550]",
+        help=f"where the station listens, udpout:HOST:PORT [{STATION_URL}]",
     )
     parser.add_argument("--network", action="store_true", help="allow an address of another machine")
     parser.add_argument("--speed", type=positive_number, default=1.0, metavar="X", help="playing speed [1]")
