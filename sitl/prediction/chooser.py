@@ -47,7 +47,7 @@ class Chooser:
         return made
 
     def energy(self, view: VehicleView, start: Point, end: Point, settings: LegSettings, *, flying: bool) -> float:
-        """Shaft energy of one leg flown the better way, begun on the wing or not [J]; a question, not a decision."""
+        """Energy of one leg flown the better way, begun in forward flight or not [J]; records no decision."""
         leg, _ = _leg(start, end, view.heading, view.wind)
         made = choose_modes([leg], self._abilities(settings), settings.min_leg, [Way(settings.way)], flying=flying)[0]
         return made.forward.energy if made.way is Way.FORWARD else made.hover.energy
@@ -102,7 +102,7 @@ class Chooser:
         return choose_modes(legs, abilities, settings.min_leg, asked, flying=flying)
 
     def orbits(self, height: float, asked: Way, settings: LegSettings) -> bool:
-        """Whether a circle with a radius is flown on the wing."""
+        """Whether a circle with a radius is flown forward."""
         wanted = asked or Way(settings.way)
         return self.can_fly_forward and wanted is not Way.HOVER and height >= MIN_FORWARD_HEIGHT
 

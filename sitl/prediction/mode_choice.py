@@ -1,9 +1,9 @@
 """Hover or cruise? The choice between the time and energy that a leg takes either way.
 
-This is the report's question: to reach a point, is it better to stay upright or to tip over? Both ways are predicted
+This is the report's question: to reach a point, is it better to hover or to fly forward? Both ways are predicted
 (:mod:`sitl.prediction.predictor`): in the hover at the speed that the governor leaves in the wind; in forward flight
-through alignment, acceleration, cruise, the climbing stop and what is left to settle. Energy is that of the propeller
-shafts.
+through alignment, acceleration, cruise, the climbing stop and what is left to settle. Energy is what
+the airframe counts: at the propeller shafts, or from the battery.
 """
 
 from __future__ import annotations

@@ -55,7 +55,7 @@ class Prediction(NamedTuple):
     """What one way of flying a leg takes; infinite where it cannot be flown so."""
 
     time: float  # [s]
-    energy: float  # at the shafts [J]
+    energy: float  # as the airframe counts it [J]
 
 
 IMPOSSIBLE = Prediction(math.inf, math.inf)

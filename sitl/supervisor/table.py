@@ -148,7 +148,7 @@ TABLE: dict[Law, tuple[Jump, ...]] = {
         _INDI,
         _CATCH_POINTED,
         Jump("stay", Law.HOVER_ZERO_MOMENT, Reason.COMMAND, unless=(g.wanted,)),
-        Jump("tip_over", Law.TO_FORWARD, Reason.SPEED, when=(g.aligned, g.dwelt), resets=(r.sight_from_here,)),
+        Jump("front_transition", Law.TO_FORWARD, Reason.SPEED, when=(g.aligned, g.dwelt), resets=(r.sight_from_here,)),
     ),
     Law.TO_FORWARD: (
         *_LAND,

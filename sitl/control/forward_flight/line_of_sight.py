@@ -8,8 +8,8 @@ air stream,
     x_d \parallel m (a + g e_3) + \tfrac12 \rho S |v_a| C_{l,e} (v_a - (v_a \cdot y) y)
 
 is right in quasi-steady flight at any incidence and without an airspeed is the zero-moment law's thrust direction, so
-the same law tips over, cruises, turns (banking) and stands up again. The moment follows an attitude that moves, and the
-allocation inverts the model in closed form.
+the same law flies the front transition, cruise, turns (banking) and the back transition. The moment follows an attitude
+that moves, and the allocation inverts the model in closed form.
 """
 
 from __future__ import annotations

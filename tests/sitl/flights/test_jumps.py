@@ -35,7 +35,7 @@ BOUNDS = {
     "recall": (2.0, 1.0),
     "leave_forward_linear": (3.0, 0.2),
     "enter_forward_linear": (90.0, 10.0),
-    "tip_over": (0.5, 21.0),
+    "front_transition": (0.5, 21.0),
     "fly_on": (0.5, 0.2),
     "stay": (15.0, 15.0),  # from the place held to the one asked for
     "recover": (0.5, 21.0),

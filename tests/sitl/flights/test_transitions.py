@@ -14,7 +14,7 @@ from sitl.vehicle.aircraft import is_forward
 from tests.support.flights.recorded_flight import HIGH, NOMINAL, Flight, hop
 
 DISTANCE, UP = 100.0, 10.0
-THERE_AND_BACK = ["align", "tip_over", "fly", "brake", "hover"]
+THERE_AND_BACK = ["align", "front_transition", "fly", "brake", "hover"]
 GUSTY = range(1, 11)  # seeds
 LOWEST = 5.0  # no flight may come below this [m]
 DRAWS = range(1, 21)  # seeds of airframes
@@ -86,7 +86,7 @@ def test_an_airframe_twenty_per_cent_off_either_flies_and_stops_or_hovers(seed):
     assert track.p[:, 2].min() > LOWEST
     assert not track.failsafes
     if can_fly_forward(plant):
-        assert "tip_over" in track.names
+        assert "front_transition" in track.names
         assert track.beyond((DISTANCE, 0.0), 0.0) < 25.0
         assert not is_forward(track.vehicle)
     else:

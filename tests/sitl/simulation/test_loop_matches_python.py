@@ -45,4 +45,4 @@ def test_every_law_is_among_them_and_some_jump():
 
 def test_they_jump_into_the_linear_laws_out_of_the_ground_and_back_to_it(compiled):
     names = {name for _, jumps in compiled.values() for name in jumps}
-    assert {"take_off", "touch_down", "enter_linear", "enter_forward_linear", "tip_over"} <= names
+    assert {"take_off", "touch_down", "enter_linear", "enter_forward_linear", "front_transition"} <= names
