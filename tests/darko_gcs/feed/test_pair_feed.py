@@ -164,11 +164,9 @@ def test_a_take_off_is_told_or_seen():
 
 
 def test_v_is_that_of_the_law_in_force():
-    laws = [hybrid_state(0, Law.HOVER_LINEAR), hybrid_state(100, Law.FORWARD_LINEAR)]
-    reader = TlogReader(log_of(map(bare, laws)))
-    columns = reader.columns("DARKO_HYBRID_STATE")
-    expected = [columns["v_hover"][0], columns["v_forward"][1]]
-    assert np.array_equal(v_series(reader, (1, 1)).values, expected, equal_nan=True)
+    values = {"v_hover": 3.0, "v_forward": 0.25}
+    laws = [hybrid_state(0, Law.HOVER_LINEAR, **values), hybrid_state(100, Law.FORWARD_LINEAR, **values)]
+    assert v_series(TlogReader(log_of(map(bare, laws))), (1, 1)).values.tolist() == [3.0, 0.25]
 
 
 def test_a_height_without_a_local_frame_is_that_above_home():

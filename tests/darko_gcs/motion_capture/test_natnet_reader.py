@@ -76,12 +76,24 @@ def test_a_frame_with_bytes_changed_raises_nothing(version, data):
 
 
 @given(VERSIONS, st.integers(0, 120), st.sampled_from([5, 7]))
-def test_a_packet_that_claims_more_than_it_holds_is_none_at_once(version, at, kind):
+def test_a_packet_that_claims_more_than_it_holds_gives_no_more_than_is_there(version, at, kind):
     whole = WHOLE[version] if kind == FRAME else descriptions(CAMERAS.body, version)
     at = min(4 + 4 * (at // 4), len(whole) - 4)
     hostile = whole[:at] + HUGE + whole[at + 4 :]
-    read_frame(hostile, Version(*version), CLOCK)
-    read_body_names(hostile, Version(*version))
+    frame, names = read_frame(hostile, Version(*version), CLOCK), read_body_names(hostile, Version(*version))
+    if kind == FRAME:
+        assert names is None
+        assert frame is None or (len(frame.bodies) <= 1 and all(abs(x) < 1e5 for b in frame.bodies for x in b.position))
+    else:
+        assert frame is None
+        assert names is None or len(names) <= 1
+
+
+@pytest.mark.parametrize("version", BIT_STREAMS, ids=str)
+def test_a_packet_of_countless_parts_is_none_at_once(version):
+    frame, names = WHOLE[version], descriptions(CAMERAS.body, version)
+    assert read_frame(frame[:8] + HUGE + frame[12:], Version(*version), CLOCK) is None
+    assert read_body_names(names[:4] + HUGE + names[8:], Version(*version)) is None
 
 
 def test_counts_beyond_the_packet_and_texts_without_an_end_are_none():
@@ -99,7 +111,9 @@ def test_nothing_disturbs_the_link(packets):
         link.receive(data, 0.0)
         for kind in (1, 5, 7):
             link.receive(struct.pack("<HH", kind, len(data)) + data, 0.0)
-    link.requests(1.0)
+    link.receive(server_info((4, 1), Address(1511)), 1.0)
+    link.requests(2.0)
+    assert link.receive(WHOLE[4, 1], 2.0).number == CAPTURED.number
 
 
 def test_a_body_that_is_not_of_numbers_is_left_out():

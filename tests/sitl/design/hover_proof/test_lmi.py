@@ -76,7 +76,9 @@ def test_the_lqr_guarantees_less(gains):
 
 @pytest.mark.parametrize("choice", [{"decay": 10.0}, {"spread": 0.9}, {"effort": 1e-3}, {"effort": 1e4}])
 def test_far_from_the_usual_there_are_gains_as_well(choice):
-    lmi_gains(NOMINAL, **choice)  # verifies itself
+    found = lmi_gains(NOMINAL, **choice)
+    for corner in effectiveness(NOMINAL, choice.get("spread", SPREAD)):
+        assert np.linalg.eigvals(A - corner @ found.K).real.max() < -choice.get("decay", DECAY)
 
 
 def test_a_decay_rate_is_that_of_the_worst_corner():
