@@ -119,18 +119,7 @@ def digest(simulation):
     """Hash over a recorded flight, its jumps and its end."""
     rows = simulation.record(TO_REST if simulation.landing else SECONDS, 50.0)
     found = hashlib.sha256(simulation._arrays.flights.tobytes())
-    for name in (
-        "position",
-        "velocity",
-        "attitude",
-        "rates",
-        "actuators",
-        "law",
-        "v_hover",
-        "energy",
-        "wind",
-        "pointing",
-    ):
+    for name in RECORDED:
         found.update(np.ascontiguousarray(getattr(rows, name)).tobytes())
     found.update(repr([(*jump[:5], jump.lyapunov.hex()) for jump in simulation.jumps]).encode())
     found.update(repr((simulation.lyapunov, governor(simulation), simulation.look)).encode())
