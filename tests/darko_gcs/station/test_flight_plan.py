@@ -160,5 +160,5 @@ def test_no_plan_is_loaded_while_the_vehicle_is_armed(link):
     link.run(1.0)
     link.station.flight_plan.load(OTHER.encode(), link.now)
     assert link.run(20.0, lambda: link.events_of(FlightPlanAnswered))
-    assert "on the ground, disarmed" in link.text
+    assert "land and disarm first" in link.text
     assert link.plan.name == "Flying room"

@@ -363,5 +363,5 @@ async def test_a_long_message_is_shown_whole(feed):
     feed.snapshot = add_line(HOVERING, 99.0, mavlink.MAV_SEVERITY_WARNING, long)
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:
-        await until(pilot, lambda: "each way)" in screen_text(app))
+        await until(pilot, lambda: "m)" in screen_text(app) and "limit" in screen_text(app))
         assert "Go-to denied" in screen_text(app)
