@@ -14,8 +14,8 @@ from sitl.defaults import AIRFRAME
 from sitl.errors import SitlError
 from sitl.tools.plotting import check_plot_path
 
-MOST_OFF, MOST_WIND, MOST_GUSTS = 0.3, 8.0, 3.0
-HIGHEST_CHANNEL = 16
+MAX_PARAMETER_ERROR, MAX_FLOWN_WIND, MAX_FLOWN_GUSTS = 0.3, 8.0, 3.0
+MAX_CHANNEL = 16
 
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
@@ -117,7 +117,7 @@ def _check(args: argparse.Namespace) -> None:
         raise SitlError("identify takes a flight's log, or --fly and the log to write")
     if args.seed < 0:
         raise SitlError(f"--seed {args.seed}: seeds are not negative")
-    for name, most in (("off", MOST_OFF), ("wind", MOST_WIND), ("gusts", MOST_GUSTS)):
+    for name, most in (("off", MAX_PARAMETER_ERROR), ("wind", MAX_FLOWN_WIND), ("gusts", MAX_FLOWN_GUSTS)):
         value = getattr(args, name)
         if not 0.0 <= value <= most:
             raise SitlError(f"--{name} {value:g} is not within 0 and {most:g}")
@@ -156,9 +156,7 @@ def _channels(text: str | None) -> tuple[int, ...] | None:
     if (
         len({abs(number) for number in numbers}) != 4
         or len(numbers) != 4
-        or not all(1 <= abs(number) <= HIGHEST_CHANNEL for number in numbers)
+        or not all(1 <= abs(number) <= MAX_CHANNEL for number in numbers)
     ):
-        raise SitlError(
-            f"--channels {text}: must be four different outputs from 1 to {HIGHEST_CHANNEL}, as in 1,2,3,-4"
-        )
+        raise SitlError(f"--channels {text}: must be four different outputs from 1 to {MAX_CHANNEL}, as in 1,2,3,-4")
     return numbers

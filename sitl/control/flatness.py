@@ -23,7 +23,7 @@ from sitl.model.arithmetic import clipped, sine_cosine
 from sitl.model.quaternions import Quaternion, rotate_inverse
 from sitl.model.vectors import Vector, add_scaled, cross, dot, norm, scaled
 
-LEAST_FORCE = 0.05  # of the weight: a smaller one across the view leaves the span where it was [-]
+MIN_FORCE_ACROSS = 0.05  # of the weight: a smaller one across the view leaves the span where it was [-]
 SLOPE_PASSES = 2  # of the lift slope in one tick; the next tick goes on from there
 # A wing that falls is not leant on: nose and air velocity agree in a dive, which would have no end.
 CARRIES, CARRIES_NOT = 5.0, 9.0  # sink rates through the air [m/s]
@@ -92,7 +92,7 @@ def span(
     ahead = add_scaled(Vector(cosine * (1.0 - share), sine * (1.0 - share), 0.0), v_a, share / max(speed, 1e-6))
     y = cross(force, ahead)
     size = norm(y)
-    return scaled(y, 1.0 / size) if size >= LEAST_FORCE * weight else _y_axis(last)
+    return scaled(y, 1.0 / size) if size >= MIN_FORCE_ACROSS * weight else _y_axis(last)
 
 
 @kernel

@@ -22,7 +22,7 @@ STANDING_TURN = 4.0  # slower than this, the belly has to face the way before it
 SIDEWAYS = 1.5  # speed of a way that the belly does not face [m/s]
 FACES_NOT, FACES = 0.5, 0.9  # cosines between belly and way
 FOLLOWS = 0.7  # of the speed wanted, above which the braking is fed forward [-]
-HARDEST_BRAKING = 1.4  # of the planned deceleration, asked for at most [-]
+MAX_BRAKING_FACTOR = 1.4  # of the planned deceleration, asked for at most [-]
 BRAKES = 4.0  # times this share of the planned deceleration, all of the climb is flown [-]
 NO_COURSE = 0.5  # slower than this, the way to the point ahead is the course [m/s]
 
@@ -136,7 +136,7 @@ def wanted_acceleration(
     ux, uy = (v.x / speed, v.y / speed) if speed > NO_COURSE else (to.north, to.west)
     share = min(norm(subtract(v, wind)) / FAST, 1.0)
     most = max(gains.min_turn, gains.max_turn * share * share)
-    along = clipped(x * ux + y * uy, -HARDEST_BRAKING * gains.brake, gains.max_forward)
+    along = clipped(x * ux + y * uy, -MAX_BRAKING_FACTOR * gains.brake, gains.max_forward)
     turn = clipped(y * ux - x * uy + to.curvature * speed * speed, -most, most)
     rise = clipped(to.slope * speed + gains.k_z * (to.altitude - p.z), -gains.max_sink, gains.max_rise)
     rise = _relieved(rise, p.z - to.altitude, -along / gains.brake, estimate, gains, a)

@@ -14,7 +14,7 @@ from shapely.geometry.base import BaseGeometry
 
 from sitl.enclosure.geometry import Arena, Obstacle, Place
 
-LOWEST_WAY = 1.0  # no detour leads nearer to the ground [m]
+MIN_DETOUR_HEIGHT = 1.0  # no detour leads nearer to the ground [m]
 SPARE = 0.02  # corners of a way keep so much more than the clearance [m]
 TOUCH = 1e-6  # what is less far inside is not crossed [m]
 INSIDE_COST = 10.0  # of a metre within the clearance, in metres outside
@@ -123,7 +123,7 @@ def _heights(arena: Arena, start: Place, end: Place, clearance: float) -> list[f
     for obstacle in arena.obstacles:
         tried |= {obstacle.top + clearance + SPARE, obstacle.bottom - clearance - SPARE}
     ends = {start[2], end[2]}
-    return sorted(h for h in tried if h in ends or LOWEST_WAY <= h <= arena.height - arena.margin)
+    return sorted(h for h in tried if h in ends or MIN_DETOUR_HEIGHT <= h <= arena.height - arena.margin)
 
 
 def _level_heights(start: Place, end: Place) -> list[float]:

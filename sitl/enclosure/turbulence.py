@@ -24,7 +24,7 @@ from sitl.model.arithmetic import clipped, decay
 from sitl.model.vectors import Vector
 
 FOOT = 0.3048  # [m]
-LOWEST_FEET, HIGHEST_FEET = 10.0, 1000.0  # of the low-altitude model [ft]
+MIN_FEET, MAX_FEET = 10.0, 1000.0  # of the low-altitude model [ft]
 ROOT_3 = math.sqrt(3.0)
 MAX_STEP = 0.5  # of a filter, in its time constants
 
@@ -80,7 +80,7 @@ def low_altitude(height: float, wind_at_6_m: float) -> Scales:
         height: Above the ground [m].
         wind_at_6_m: Steady wind 20 ft above the ground [m/s].
     """
-    h = clipped(height / FOOT, LOWEST_FEET, HIGHEST_FEET)
+    h = clipped(height / FOOT, MIN_FEET, MAX_FEET)
     base = root(0.177 + 0.000823 * h, 5)
     fold = base * base  # to the power of 0.4
     up, length = 0.1 * wind_at_6_m, FOOT * h / (fold * fold * fold)

@@ -35,7 +35,7 @@ from sitl.storage import Kept
 EXPECTED_LENGTH = 30.0  # L, of turbulence some tens of metres above the ground [m]
 MIN_TURNOVER = 1.0  # V of a vehicle that the air stands still about [m/s]
 EXPECTED_GUSTS = 0.5  # sigma, rms per axis [m/s]
-LEAST_DEVIATION = 0.1  # of the wind, where its effect is worked out [m/s]
+MIN_WIND_DEVIATION = 0.1  # of the wind, where its effect is worked out [m/s]
 SPAN = 1.7320508075688772  # of divided differences, in deviations: the square root of 3
 
 
@@ -79,7 +79,7 @@ def _deviation(P: Array, axis: Vector) -> float:
     w = WIND_ERROR
     variance = axis.x * axis.x * P[w, w] + axis.y * axis.y * P[w + 1, w + 1] + axis.z * axis.z * P[w + 2, w + 2]
     crossed = axis.x * axis.y * P[w, w + 1] + axis.x * axis.z * P[w, w + 2] + axis.y * axis.z * P[w + 1, w + 2]
-    return math.sqrt(max(variance + 2.0 * crossed, LEAST_DEVIATION * LEAST_DEVIATION))
+    return math.sqrt(max(variance + 2.0 * crossed, MIN_WIND_DEVIATION * MIN_WIND_DEVIATION))
 
 
 @subroutine

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from sitl.compiled import kernel, subroutine
-from sitl.estimation.air import LEAST_DEVIATION, body_deviations, feel_for_long, shaken, told_by_wing
+from sitl.estimation.air import MIN_WIND_DEVIATION, body_deviations, feel_for_long, shaken, told_by_wing
 from sitl.estimation.belief import (
     ACCEL_BIAS_ERROR,
     ATTITUDE_ERROR,
@@ -111,7 +111,7 @@ def _forgive(f: Kept, period: int) -> None:
 @kernel
 def _lacking(v_b: Vector) -> float:
     """What of the wing's error counts: along the wing one constant makes the force, across it two."""
-    across = abs(v_b.z) / max(norm(v_b), LEAST_DEVIATION)
+    across = abs(v_b.z) / max(norm(v_b), MIN_WIND_DEVIATION)
     return ATTACHED + (1.0 - ATTACHED) * across
 
 

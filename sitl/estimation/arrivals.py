@@ -51,7 +51,7 @@ REFUSED_TIME = 1.0  # readings refused for so long are right, and the filter is 
 MAX_LEAP = 5.0  # from a place to the next one that is told: what leaps farther is no place [m]
 REPEATED = 4.0  # readings that repeat the one before so often in a row are those of a stuck instrument
 DOUBTED_TURN, DOUBTED_RATE, DOUBTED_FORCE = 0.3, 0.2, 2.0  # then of attitude and biases [rad], [rad/s], [m/s2]
-SMALLEST_TURN = 0.05  # variance floor of an attitude that is set anew, as a deviation [rad]
+MIN_TURN_DEVIATION = 0.05  # variance floor of an attitude that is set anew, as a deviation [rad]
 
 
 @subroutine
@@ -144,5 +144,5 @@ def _set_place(f: Kept, reading: Kept, velocity: Vector, variance: float) -> Non
 @subroutine
 def _set_attitude(f: Kept, q: Quaternion) -> None:
     """Take the attitude from a reading."""
-    restart(f["covariance"], ATTITUDE_ERROR, SMALLEST_TURN * SMALLEST_TURN)
+    restart(f["covariance"], ATTITUDE_ERROR, MIN_TURN_DEVIATION * MIN_TURN_DEVIATION)
     put_belief(f, 0, with_attitude(get_belief(f, 0), q))

@@ -12,7 +12,7 @@ from sitl.model.vectors import Vector, norm, subtract
 RATES_LEAP = 3.0  # in a control period [rad/s]
 FORCE_LEAP = 30.0  # likewise [m/s2]
 TOO_ODD = 15.0  # odd readings of late, from which on the instrument has failed
-MOST_ODD = 50.0
+MAX_ODDITY = 50.0
 FORGOTTEN = 0.2  # of an odd reading, by one that is not
 
 
@@ -21,7 +21,7 @@ def oddity_after(oddity: float, reading: Vector, before: Vector, leap: float) ->
     """Odd readings of late, after one more."""
     change = norm(subtract(reading, before))
     if change == 0.0 or change > leap:
-        return min(oddity + 1.0, MOST_ODD)
+        return min(oddity + 1.0, MAX_ODDITY)
     return max(oddity - FORGOTTEN, 0.0)
 
 

@@ -26,7 +26,7 @@ from sitl.model.propeller import thrust, torque_difference
 from sitl.model.state import Actuators
 from sitl.model.vectors import Vector
 
-LEAST_SPEED = 1e-9  # added to a speed that is divided by [m/s]
+SPEED_FLOOR = 1e-9  # added to a speed that is divided by [m/s]
 
 
 class LocalFlow(NamedTuple):
@@ -59,7 +59,7 @@ def slipstream_speed(ahead: float, T: float, a: Airframe) -> float:
 def _stream(ahead: float, side: float, normal: float, area: float, a: Airframe) -> LocalFlow:
     """What a part of the wing of some area [m2] makes of the velocity of the air it meets [m/s]."""
     square = ahead * ahead + side * side + normal * normal
-    speed = math.sqrt(square) + LEAST_SPEED
+    speed = math.sqrt(square) + SPEED_FLOOR
     sine = abs(normal) / speed
     beyond = sine * sine * a.per_stall
     attached = 1.0 / (1.0 + beyond * beyond)

@@ -29,9 +29,9 @@ from sitl.motion_capture.vehicle_watch import VehicleWatch
 from sitl.sensors.sensor_files import load_sensors
 from sitl.sensors.specification import SensorSet
 
-LEAST_FRAMES, MOST_FRAMES = 10.0, 250.0  # of frames [Hz]
-LONGEST_WAIT = 0.05  # [s]
-SHORTEST_WAIT = 2e-4  # [s]
+MIN_FRAME_RATE, MAX_FRAME_RATE = 10.0, 250.0  # of frames [Hz]
+MAX_WAIT = 0.05  # [s]
+MIN_WAIT = 2e-4  # [s]
 MAX_LINE = 200  # bytes of what a person types
 
 Say = Callable[[str], None]
@@ -146,10 +146,10 @@ class Motive:
     def wait(self, now: float) -> None:
         """Sleep until something arrives or the next frame is to be sent."""
         due = self._cameras.next_sent
-        remaining = LONGEST_WAIT if due is None else due / CLOCK - self._watch.time(now)
+        remaining = MAX_WAIT if due is None else due / CLOCK - self._watch.time(now)
         sockets: list[UdpTransport | int] = [self._vehicle, self.command]
         sockets += [] if self._stdin is None else [self._stdin]
-        ready, _, _ = select.select(sockets, [], [], min(max(remaining, SHORTEST_WAIT), LONGEST_WAIT))
+        ready, _, _ = select.select(sockets, [], [], min(max(remaining, MIN_WAIT), MAX_WAIT))
         if self._stdin in ready:
             self._take_line()
 
@@ -198,8 +198,8 @@ def sensors_of(args: argparse.Namespace) -> SensorSet:
     if args.noise is not None:
         spec = spec._replace(noise=args.noise)
     spec = spec._replace(timing=timing._replace(**given))
-    if not LEAST_FRAMES <= spec.timing.rate <= MOST_FRAMES:
-        raise SitlError(f"--rate {spec.timing.rate:g} Hz is not from {LEAST_FRAMES:g} to {MOST_FRAMES:g} Hz")
+    if not MIN_FRAME_RATE <= spec.timing.rate <= MAX_FRAME_RATE:
+        raise SitlError(f"--rate {spec.timing.rate:g} Hz is not from {MIN_FRAME_RATE:g} to {MAX_FRAME_RATE:g} Hz")
     return sensors._replace(motion_capture=spec)
 
 

@@ -15,8 +15,8 @@ from scipy.spatial.transform import Rotation
 from sitl.errors import SitlError
 from sitl.model.airframe import Array
 
-LEAST_MARKERS, MOST_MARKERS = 3, 8
-LEAST_AREA = 1e-4  # that three markers span at least, so that they tell an attitude [m2]
+MIN_MARKERS, MAX_MARKERS = 3, 8
+MIN_MARKER_AREA = 1e-4  # that three markers span at least, so that they tell an attitude [m2]
 MAX_MARKER_DISTANCE = 5.0  # of a marker [m]
 MAX_NAME = 63  # bytes
 MAX_NUMBER = 0x7FFF
@@ -102,10 +102,10 @@ def _checked(source: str, raw: dict[str, Any]) -> RigidBody:
         raise RigidBodyError(f"{source}: [body] must have name (at most {MAX_NAME} bytes) and number")
     if isinstance(number, bool) or not isinstance(number, int) or not 0 < number <= MAX_NUMBER:
         raise RigidBodyError(f"{source}: body.number = {number!r} is not from 1 to {MAX_NUMBER}")
-    if not LEAST_MARKERS <= len(markers) <= MOST_MARKERS:
-        raise RigidBodyError(f"{source}: {len(markers)} markers; from {LEAST_MARKERS} to {MOST_MARKERS} are needed")
+    if not MIN_MARKERS <= len(markers) <= MAX_MARKERS:
+        raise RigidBodyError(f"{source}: {len(markers)} markers; from {MIN_MARKERS} to {MAX_MARKERS} are needed")
     places = np.array([_place(f"{source}: markers.{key}", entry) for key, entry in markers.items()])
-    if _greatest_area(places) < LEAST_AREA:
+    if _greatest_area(places) < MIN_MARKER_AREA:
         raise RigidBodyError(f"{source}: the markers lie on a line: they tell no attitude")
     return RigidBody(name, number, tuple(markers), places)
 

@@ -38,7 +38,7 @@ from sitl.timing import PERIOD
 
 SUBSTEPS = 2  # plant steps per control period
 LANDED = 0
-LEAST_TOUCH = 0.01  # a touch slower than this counts as one of this speed [m/s]
+MIN_TOUCH_SPEED = 0.01  # a touch slower than this counts as one of this speed [m/s]
 _FINE, _COARSE = 67108864.0, 1.0 / 67108864.0  # 2**26
 
 
@@ -293,7 +293,7 @@ def touch_solids(flight: Kept, column: int, a: Kept, field: Kept, solids: Array)
     if number > 0:
         body = plant.body
         put_touched(field, 0, number)
-        put_crash(flight, column, Crash(max(norm(body.velocity), LEAST_TOUCH), body.position))
+        put_crash(flight, column, Crash(max(norm(body.velocity), MIN_TOUCH_SPEED), body.position))
         put_has_crashed(flight, column, True)
         sinking = Vector(0.0, 0.0, min(body.velocity.z, 0.0))
         stopped = Body(body.position, sinking, body.attitude, scaled(body.rates, SPIN_LEFT))

@@ -33,7 +33,7 @@ CALM, WILD = 0.02, 1.0  # least and greatest deviation of a shot's gust [m/s]
 WEIGHINGS, ITERATIONS = 4, 8  # of the sensors by what is left, and of descent in each
 MORE = 1.2  # times the gusts found
 EXPLAINED = 1.3  # times a sensor's own deviation that may be left
-LEAST_GAIN = 0.5  # descent of the cost that is no longer worth a step
+MIN_COST_DESCENT = 0.5  # descent of the cost that is no longer worth a step
 SHOTS_PER_BLOCK = round(BLOCK_TIME / SHOT_TIME)
 
 
@@ -119,7 +119,7 @@ def _descended(problem: FitProblem, runs: Sequence[_Run], answer: _Answer) -> _A
                 break
             continue
         answer, residuals, damping = moved, tried, 0.1 * damping
-        if gain < LEAST_GAIN:
+        if gain < MIN_COST_DESCENT:
             break
         shots = _shots(problem, runs, answer, residuals)
     return answer

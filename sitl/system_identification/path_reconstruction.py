@@ -41,7 +41,7 @@ class SensorDeviations(NamedTuple):
 
 
 ASSUMED = SensorDeviations(gyro=0.005, accelerometer=0.3, attitude=0.01, position=0.05, velocity=0.1)
-LEAST = SensorDeviations(gyro=0.002, accelerometer=0.05, attitude=5e-4, position=0.005, velocity=0.005)
+MIN_DEVIATIONS = SensorDeviations(gyro=0.002, accelerometer=0.05, attitude=5e-4, position=0.005, velocity=0.005)
 
 
 @dataclass(frozen=True)
@@ -67,17 +67,18 @@ def reconstructed(stretch: FlightStretch, g: float) -> ReconstructedPath:
         stretch: What was measured.
         g: Gravity [m/s2].
     """
-    noise = ASSUMED._replace(gyro=_noise(stretch.gyro, LEAST.gyro))
-    noise = noise._replace(accelerometer=_noise(stretch.accelerometer, LEAST.accelerometer))
+    noise = ASSUMED._replace(gyro=_noise(stretch.gyro, MIN_DEVIATIONS.gyro))
+    noise = noise._replace(accelerometer=_noise(stretch.accelerometer, MIN_DEVIATIONS.accelerometer))
     q, bias = rotations.interpolated(stretch.time, stretch.time[stretch.attitude_at], stretch.attitude), np.zeros(3)
     for _ in range(TURNS):
         q, bias, missed = _attitude(stretch, q, bias, noise)
-        noise = noise._replace(attitude=max(missed, LEAST.attitude))
+        noise = noise._replace(attitude=max(missed, MIN_DEVIATIONS.attitude))
     R = rotations.matrices(q)
     motion = _motion(stretch, R, g, noise)
     for _ in range(TURNS - 1):
         noise = noise._replace(
-            position=max(motion.missed[0], LEAST.position), velocity=max(motion.missed[1], LEAST.velocity)
+            position=max(motion.missed[0], MIN_DEVIATIONS.position),
+            velocity=max(motion.missed[1], MIN_DEVIATIONS.velocity),
         )
         motion = _motion(stretch, R, g, noise)
     return ReconstructedPath(

@@ -30,13 +30,13 @@ SPAN_TIME = 0.5  # over which angular acceleration is integrated [s]
 BLOCK_TIME = 2.0  # of residuals, taken as independent of those of the next [s]
 ASSUMED_WIND = (5.0, 5.0, 0.5)  # assumed deviation, world NWU [m/s]
 ASSUMED_DELAY = 0.01  # assumed deviation of the inputs' delay [s]
-LEAST_BIAS = 0.005  # added to the deviation of the accelerometer's bias [m/s2]
+BIAS_FLOOR = 0.005  # added to the deviation of the accelerometer's bias [m/s2]
 RESIDUAL_AXES = ("specific force x", "specific force y", "specific force z", "rate p", "rate q", "rate r")
 FIRST_WEIGHTS = np.array([0.5, 0.5, 0.5, 0.05, 0.05, 0.05])  # deviations to begin with [m/s2], [rad/s]
 WEIGHING_ROUNDS, DESCENT_STEPS = 3, 25  # of weighing, and of descent in each
 SLOPE_SHARE = 1e-4  # difference that slopes are taken over, as a share of what was assumed
 RATE_LIMITS, COARSE_STEP = frozenset({"omega_rate", "delta_rate"}), 0.03  # whose residuals have kinks everywhere
-MOST_KEPT = 8  # courses of the actuators
+MAX_KEPT_COURSES = 8  # courses of the actuators
 WORTH_A_STEP = 0.05  # descent of the cost that is no longer worth a step
 
 
@@ -73,7 +73,7 @@ class FitProblem:
         self.paths, self._base, self.unknowns = paths, base, unknowns
         weights = np.array([path.bias_deviation**-2 for path in paths])
         self.bias = np.sum(weights * [path.accelerometer_bias for path in paths], axis=0) / weights.sum(axis=0)
-        deviation = weights.sum(axis=0) ** -0.5 + LEAST_BIAS
+        deviation = weights.sum(axis=0) ** -0.5 + BIAS_FLOOR
         self.assumed = np.array([*(u.deviation for u in unknowns), *ASSUMED_WIND, ASSUMED_DELAY, *deviation])
         fine = np.maximum(SLOPE_SHARE * self.assumed, 1e-6)
         limits = [j for j, u in enumerate(unknowns) if u.key in RATE_LIMITS]
@@ -104,7 +104,7 @@ class FitProblem:
         """Actuators of all paths, kept while neither their dynamics nor the delay change."""
         key = (delay, a.omega_rate, a.delta_rate, a.motor_tau, a.elevon_tau)
         if key not in self._kept:
-            if len(self._kept) > MOST_KEPT:
+            if len(self._kept) > MAX_KEPT_COURSES:
                 self._kept.clear()
             self._kept[key] = [positions_along(path, a, delay) for path in self.paths]
         return self._kept[key]

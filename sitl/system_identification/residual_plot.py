@@ -10,7 +10,7 @@ from sitl.system_identification.regression import RESIDUAL_AXES
 from sitl.system_identification.result import Identification
 from sitl.tools.plotting import blank_page, save_page
 
-MOST_POINTS = 4000  # of a curve
+MAX_CURVE_POINTS = 4000  # of a curve
 
 
 def save_residual_plot(found: Identification, name: str, path: Path) -> None:
@@ -20,7 +20,7 @@ def save_residual_plot(found: Identification, name: str, path: Path) -> None:
         SitlError: Matplotlib is missing, or the file cannot be written.
     """
     page = blank_page(12.0, 9.0)
-    every = max(1, len(found.time) // MOST_POINTS)
+    every = max(1, len(found.time) // MAX_CURVE_POINTS)
     for number, axis in enumerate(RESIDUAL_AXES):
         panel = page.add_subplot(3, 2, 2 * (number % 3) + number // 3 + 1)
         for values, label, colour in zip(found.residuals, (name, "estimated"), ("tab:orange", "tab:blue"), strict=True):

@@ -13,11 +13,11 @@ from sitl.model.ground import CLEAR
 from sitl.system_identification import rotations
 from sitl.system_identification.sensor_record import GRID_STEP, LEAD_TIME, FlightStretch, Indices, SensorRecord, Series
 
-LONGEST_GAP = 0.25  # between samples of IMU and commands; of attitude and motion four times as long [s]
-SHORTEST = 6.0  # stretch that is used [s]
-PIECE, MOST = 20.0, 120.0  # of a longer flight the pieces that turn most are used, up to a total [s]
+MAX_SAMPLE_GAP = 0.25  # between samples of IMU and commands; of attitude and motion four times as long [s]
+MIN_STRETCH = 6.0  # stretch that is used [s]
+PIECE, MAX_USED = 20.0, 120.0  # of a longer flight the pieces that turn most are used, up to a total [s]
 EDGE_TIME = 0.5  # left out after a take-off or a gap and before a landing; more than LEAD_TIME [s]
-HARDEST = 60.0  # specific force that no flight has: a blow [m/s2]
+MAX_SPECIFIC_FORCE = 60.0  # specific force that no flight has: a blow [m/s2]
 ALL_LOGGED = 0.375  # commands per step of the grid above which none is taken as left out
 TURNING = 0.5  # share of omega_min above which a motor is taken as running
 
@@ -30,9 +30,9 @@ def usable_stretches(record: SensorRecord, a: Airframe) -> list[FlightStretch]:
     """
     spans = _spans(record, a)
     if not spans:
-        raise SitlError(f"nothing to identify from: no {SHORTEST:g} s in a row off the ground with all sensors")
+        raise SitlError(f"nothing to identify from: no {MIN_STRETCH:g} s in a row off the ground with all sensors")
     pieces = [piece for span in spans for piece in _pieces(*span)]
-    if sum(end - begin for begin, end in pieces) > MOST:
+    if sum(end - begin for begin, end in pieces) > MAX_USED:
         pieces = _liveliest(record, pieces)
     return [_stretch(record, begin, end) for begin, end in pieces]
 
@@ -45,13 +45,13 @@ def _spans(record: SensorRecord, a: Airframe) -> list[tuple[float, float]]:
         return []
     usable = _is_flying(record, time, a)
     for s, gap in zip(series, (1.0, 1.0, 4.0, 4.0), strict=True):
-        usable &= _interval_around(s, time) <= gap * LONGEST_GAP
-    hit = np.abs(record.imu.between(begin, end).values[:, 3:]).max(axis=1) > HARDEST
+        usable &= _interval_around(s, time) <= gap * MAX_SAMPLE_GAP
+    hit = np.abs(record.imu.between(begin, end).values[:, 3:]).max(axis=1) > MAX_SPECIFIC_FORCE
     for at in time[hit]:
         usable &= np.abs(time - at) > EDGE_TIME
     edges = np.flatnonzero(np.diff(np.concatenate(([0], usable.astype(np.int8), [0]))))
     spans = [(time[first] + EDGE_TIME, time[last - 1] - EDGE_TIME) for first, last in edges.reshape(-1, 2)]
-    return [(float(first), float(last)) for first, last in spans if last - first >= SHORTEST]
+    return [(float(first), float(last)) for first, last in spans if last - first >= MIN_STRETCH]
 
 
 def _is_flying(record: SensorRecord, time: Array, a: Airframe) -> npt.NDArray[np.bool_]:
@@ -84,7 +84,7 @@ def _liveliest(record: SensorRecord, pieces: list[tuple[float, float]]) -> list[
 
     chosen: list[tuple[float, float]] = []
     for piece in sorted(pieces, key=turning):
-        if sum(end - begin for begin, end in (*chosen, piece)) <= MOST:
+        if sum(end - begin for begin, end in (*chosen, piece)) <= MAX_USED:
             chosen.append(piece)
     return sorted(chosen)
 

@@ -16,7 +16,7 @@ from sitl.model.airframe import FIRST_ORDER, STALL, Airframe
 
 ADVANCE = "advance"  # key of the propeller's advance ratio, which is no field of the airframe
 MEASURED = ("m", "g", "S", "b", "c", "a_y", "p_y")  # by scales and rulers
-FARTHEST = 10.0  # that a descent may try: a logarithm
+MAX_LOGARITHM = 10.0  # that a descent may try: a logarithm
 
 
 class Unknown(NamedTuple):
@@ -103,7 +103,7 @@ def value_at(a: Airframe, unknown: Unknown, x: float) -> float:
     return (
         value + x * (abs(value) or unknown.scale)
         if unknown.signed
-        else value * math.exp(min(max(x, -FARTHEST), FARTHEST))
+        else value * math.exp(min(max(x, -MAX_LOGARITHM), MAX_LOGARITHM))
     )
 
 

@@ -45,7 +45,7 @@ __all__ = ["PLAN_TICK", "FlightPlanExecutor"]
 PLAN_TICK = 0.05  # [s]
 MAX_STEPS = 500  # in one tick; a plan that jumps on without flying is stopped there
 FOLLOWERS_AHEAD = 7  # that follow the present one
-FARTHEST_AIM = 1e7  # what is farther is no place to fly to [m]
+MAX_AIM_DISTANCE = 1e7  # what is farther is no place to fly to [m]
 WHOLE_TYPES = frozenset(
     {"int", "bool", "bool_t", *(f"{sign}int{bits}_t" for sign in ("", "u") for bits in (8, 16, 32))}
 )
@@ -382,4 +382,4 @@ class FlightPlanExecutor:
 
 def _is_finite(aim: Aim) -> bool:
     values = (*aim.start, *aim.end, aim.radius, aim.course, aim.turn_rate, aim.climb or 0.0)
-    return all(math.isfinite(value) and abs(value) < FARTHEST_AIM for value in values)
+    return all(math.isfinite(value) and abs(value) < MAX_AIM_DISTANCE for value in values)

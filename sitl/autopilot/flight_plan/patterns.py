@@ -15,7 +15,7 @@ MAX_TURN = 2.0  # on an arc in one tick; more is the other side of the circle [r
 LEGS_FORESEEN = 7
 WIDE = 10.0  # radius of an arc that may be flown forward [m]
 STRAIGHT_ON = 60.0  # [m]
-SHORTEST_PIECE = 1e-3  # what is shorter is no leg [m]
+MIN_PIECE_LENGTH = 1e-3  # what is shorter is no leg [m]
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,7 +74,7 @@ def oval_pieces(p1: EnuPoint, p2: EnuPoint, radius: float) -> tuple[Piece, ...]:
     It begins with the turn about the second point.
     """
     length = away(p1, p2)
-    if length < SHORTEST_PIECE:
+    if length < MIN_PIECE_LENGTH:
         return ()
     x, y = (p2.x - p1.x) / length, (p2.y - p1.y) / length
     left = EnuPoint(-y * radius, x * radius, 0.0)  # of the way from p1 to p2, where a clockwise oval leads along
@@ -98,7 +98,7 @@ def eight_pieces(center: EnuPoint, turn_around: EnuPoint, radius: float) -> tupl
     """
     size = abs(radius)
     gap = away(center, turn_around)
-    if gap < SHORTEST_PIECE or size < SHORTEST_PIECE:
+    if gap < MIN_PIECE_LENGTH or size < MIN_PIECE_LENGTH:
         return ()
     x, y = (turn_around.x - center.x) / gap, (turn_around.y - center.y) / gap
     z = center.z
@@ -117,7 +117,7 @@ def eight_pieces(center: EnuPoint, turn_around: EnuPoint, radius: float) -> tupl
 
 
 def _straight_on(leg: Piece) -> EnuPoint:
-    length = max(away(leg.start, leg.end), SHORTEST_PIECE)
+    length = max(away(leg.start, leg.end), MIN_PIECE_LENGTH)
     share = STRAIGHT_ON / length
     dx, dy = leg.end.x - leg.start.x, leg.end.y - leg.start.y
     return EnuPoint(leg.end.x + share * dx, leg.end.y + share * dy, leg.end.z)
@@ -149,4 +149,4 @@ def survey_pieces(wp1: EnuPoint, wp2: EnuPoint, grid: float, *, north_south: boo
         points += ends if line % 2 == 0 else ends[::-1]
     there_and_back = points + points[-2:0:-1]
     legs = zip(there_and_back, (*there_and_back[1:], there_and_back[0]), strict=True)
-    return tuple(Piece(a, b) for a, b in legs if away(a, b) > SHORTEST_PIECE)
+    return tuple(Piece(a, b) for a, b in legs if away(a, b) > MIN_PIECE_LENGTH)

@@ -35,9 +35,9 @@ MAX_CLIMB_LEAD = 1.0  # of the reference's altitude over the vehicle, where a pl
 TOUCHDOWN_HEIGHT = 3.0  # a descent below this may end on the ground [m]
 SLOW_HEIGHT = 1.5  # below this a descent is no faster than a landing [m]
 LOWEST = -1.0  # where a descent to the ground leads [m]
-LONGEST_STEP = 0.1  # longest time that a reference moves at once [s]
+MAX_REFERENCE_STEP = 0.1  # longest time that a reference moves at once [s]
 SAME_TARGET = 0.3  # a target that moves by less does not begin its leg anew [m]
-SLOWEST_HOVER = 0.2  # of the hover [m/s]
+MIN_HOVER_SPEED = 0.2  # of the hover [m/s]
 
 
 @dataclass(slots=True)
@@ -77,7 +77,7 @@ class PlanSteering:
             way: How legs are asked to be flown.
         """
         view = inputs.view
-        elapsed = min(max(view.time - self._at, 0.0), LONGEST_STEP)
+        elapsed = min(max(view.time - self._at, 0.0), MAX_REFERENCE_STEP)
         self._at = view.time
         if self._is_new(aim, inputs.settings.min_leg):
             self.manoeuvre = self._begun(aim, inputs, hover_at(view.p, heading, speed), way)
@@ -216,7 +216,7 @@ class PlanSteering:
     def _hover_speed(self, aim: Aim, speed: float) -> float:
         if aim.kind is AimKind.ARC:
             speed = min(speed, math.sqrt(ARC_ACCELERATION * abs(aim.radius)))
-        return max(speed, SLOWEST_HOVER)
+        return max(speed, MIN_HOVER_SPEED)
 
     def _moved(self, aim: Aim, inputs: PlanInputs, last: Reference, heading: float, up: float) -> Reference:
         """The reference that moves with a velocity, or turns."""
@@ -225,7 +225,7 @@ class PlanSteering:
             self._velocity = hover_at(inputs.view.p, heading, last.speed)
         turning = HeadingSetpoint(None, -aim.turn_rate) if aim.turn_rate else HeadingSetpoint(heading)
         v = (aim.end.y, -aim.end.x, 0.0) if aim.kind is AimKind.VELOCITY else (0.0, 0.0, 0.0)
-        self._velocity = self._moving.move(v, turning, self._velocity, inputs.view, LONGEST_STEP)
+        self._velocity = self._moving.move(v, turning, self._velocity, inputs.view, MAX_REFERENCE_STEP)
         x, y, _ = self._velocity.position
         if aim.kind is not AimKind.VELOCITY:
             x, y, _ = self.frame.to_world(aim.end)

@@ -38,7 +38,7 @@ MAX_PREDICTION_AGE = 30.0  # of the way home [s]
 ENERGY_MARGIN = 1.1  # on the predicted energy
 TOUCHDOWN_TIME = 1.5  # until the ground is felt [s]
 # Energy of landings flown in gusty winds of 3 to 6 m/s, in multiples of that in still air:
-MOST_WINDY_LANDINGS = 2.0  # most of them
+USUAL_WINDY_LANDING = 2.0  # most of them
 NEARLY_ALL_WINDY_LANDINGS = 4.0  # all but one in sixty
 RECOVERY_SHARE = 0.02  # of the battery above a threshold, which ends its alarm
 WARNING, CRITICAL = mavlink.MAV_SEVERITY_WARNING, mavlink.MAV_SEVERITY_CRITICAL
@@ -127,7 +127,7 @@ class ReturnEnergy:
         capacity = view.battery_energy / view.battery_remaining if view.battery_remaining > 0.0 else 0.0
         margin = settings.battery_critical * capacity
         if _is_windy(view):
-            extra = NEARLY_ALL_WINDY_LANDINGS - MOST_WINDY_LANDINGS
+            extra = NEARLY_ALL_WINDY_LANDINGS - USUAL_WINDY_LANDING
             margin += extra * landing_energy(view, to, settings, chooser.airframe)
         spent = view.battery_energy - ENERGY_MARGIN * self.home - margin < 0.5 * self.slack
         if view.time >= self.until or spent or to != self.to:
@@ -214,7 +214,7 @@ def energy_home(
     power = hover_power(chooser.airframe)
     high = max(view.p[2], to[2])
     climb = 0.0 if view.forward else (high - view.p[2]) / settings.climb_rate
-    landing = landing_energy(view, to, settings, chooser.airframe) * (MOST_WINDY_LANDINGS if _is_windy(view) else 1.0)
+    landing = landing_energy(view, to, settings, chooser.airframe) * (USUAL_WINDY_LANDING if _is_windy(view) else 1.0)
     here, there = (view.p[0], view.p[1], high), (to[0], to[1], high)
     leg = chooser.energy(view, here, there, settings, flying=returning and view.forward)
     return power * climb + landing + leg

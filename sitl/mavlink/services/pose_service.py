@@ -19,7 +19,7 @@ MAX_AGE = 1.0  # a time stamp that is older by a clock is not of that clock [s]
 STAMP_LEAD = 0.02  # a stamp may be ahead of the clock by so much: the link is looked at now and then [s]
 TAKE_OVER_TIME = 1.0  # a source that is silent for so long is replaced by another [s]
 CLOCK_WINDOW = 1.0  # in which the flight is at least once where it should be by the link's time [s]
-SMALLEST_DEVIATION = 0.001  # nobody measures better than that [m], [rad]
+MIN_POSE_DEVIATION = 0.001  # nobody measures better than that [m], [rad]
 
 
 class PoseService:
@@ -82,4 +82,4 @@ class PoseService:
 
 def _variance(told: float | None, assumed: float) -> float:
     """What the sender tells, or what the settings assume."""
-    return max(assumed**2 if told is None else told, SMALLEST_DEVIATION**2)
+    return max(assumed**2 if told is None else told, MIN_POSE_DEVIATION**2)

@@ -13,7 +13,7 @@ from sitl.autopilot.autopilot import Autopilot
 from sitl.mavlink.handlers import on_message
 
 DEGREES, METRES, METRES_PER_SECOND = 1e-7, 1e-3, 1e-2  # of the integers on the wire
-FASTEST = 300.0  # that is believed of an aircraft [m/s]
+MAX_AIRCRAFT_SPEED = 300.0  # that is believed of an aircraft [m/s]
 
 
 class TrafficService:
@@ -42,7 +42,7 @@ class TrafficService:
         if abs(lat) > 90.0 or abs(lon) > 180.0 or not math.isfinite(altitude):
             return
         north, east, down = velocity if all(map(math.isfinite, velocity)) else (0.0, 0.0, 0.0)
-        if math.hypot(north, east, down) > FASTEST:
+        if math.hypot(north, east, down) > MAX_AIRCRAFT_SPEED:
             return
         world, now = self._autopilot.world, self._autopilot.view.time
         x, y, _ = world.local(lat, lon, 0.0)

@@ -28,7 +28,7 @@ from sitl.vehicle.parameters import Configuration, WorldSettings
 SETTLING_FIRST = 3.0  # before the first request [s]
 REQUESTS, REQUEST_TIME = 8, 6.0  # of a flight, and for how long each is flown [s]
 STICK_TIME = 2.5  # for which sticks are held, in every second request [s]
-LOWEST_TARGET = 1.2  # [m]
+MIN_TARGET_HEIGHT = 1.2  # [m]
 HOLD_WORDS = "m from the net: holding"  # of the alarm
 BURST_TIME = 1.5  # of the 1-cos gusts, one a request [s]
 
@@ -116,7 +116,7 @@ def _request(aircraft: Aircraft, arena: Arena, random: np.random.Generator, *, b
         return sticks
     p = arena.outside(a * (arena.half_length - arena.margin), b * (arena.half_width - arena.margin))
     highest = arena.height - arena.margin
-    aircraft.autopilot.guided.go_to((p[0], p[1], LOWEST_TARGET + 0.5 * (1.0 + c) * (highest - LOWEST_TARGET)))
+    aircraft.autopilot.guided.go_to((p[0], p[1], MIN_TARGET_HEIGHT + 0.5 * (1.0 + c) * (highest - MIN_TARGET_HEIGHT)))
     return Sticks()
 
 

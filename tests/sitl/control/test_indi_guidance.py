@@ -61,7 +61,7 @@ def test_from_half_a_metre_a_second_on_the_velocity_is_the_course_to_turn_from(s
 @given(x=far, y=far, z=st.floats(-100.0, 100.0), vx=fast, vy=fast, vz=st.floats(-10.0, 10.0), forward=st.booleans())
 def test_no_acceleration_leaves_its_limits(x, y, z, vx, vy, vz, forward):
     wanted = asked((x, y, z), (vx, vy, vz), flying() if forward else HERE)
-    most = math.hypot(max(guidance.HARDEST_BRAKING * GAINS.brake, GAINS.max_forward), GAINS.max_turn)
+    most = math.hypot(max(guidance.MAX_BRAKING_FACTOR * GAINS.brake, GAINS.max_forward), GAINS.max_turn)
     assert level_norm(wanted.x, wanted.y) <= most + 1e-9
     assert -GAINS.max_down <= wanted.z <= GAINS.max_up
 

@@ -64,7 +64,9 @@ def test_of_an_unsure_wind_the_wing_s_force_bends():
 def test_the_wind_s_deviations_are_those_along_the_body_s_axes():
     P = np.zeros((ERRORS, ERRORS))
     P[WIND_ERROR, WIND_ERROR], P[WIND_ERROR + 1, WIND_ERROR + 1], P[WIND_ERROR + 2, WIND_ERROR + 2] = 4.0, 9.0, 1e-6
-    assert air.body_deviations(P, from_euler(0.0, 0.0, 0.5 * math.pi)) == pytest.approx((3.0, 2.0, air.LEAST_DEVIATION))
+    assert air.body_deviations(P, from_euler(0.0, 0.0, 0.5 * math.pi)) == pytest.approx(
+        (3.0, 2.0, air.MIN_WIND_DEVIATION)
+    )
 
 
 def test_the_wind_s_deviations_know_how_its_errors_go_together():
