@@ -6,7 +6,7 @@ import pytest
 from sitl.errors import SitlError
 from sitl.model.airframe_files import load
 from sitl.system_identification.sensor_record import SensorRecord, Series
-from sitl.system_identification.stretches import MOST, usable_stretches
+from sitl.system_identification.stretches import MAX_USED, usable_stretches
 from tests.support.flights.identified_flight import still_record
 
 PHYSICAL = load("physical").parameters
@@ -50,7 +50,7 @@ def test_of_a_long_flight_the_part_that_turns_most_is_used():
     turning = (record.imu.time > 400.0) & (record.imu.time < 500.0)
     record.imu.values[turning, 1] += np.sin(record.imu.time[turning])
     found = spans(record)
-    assert sum(end - begin for begin, end in found) <= MOST
+    assert sum(end - begin for begin, end in found) <= MAX_USED
     assert sum(begin > 380.0 and end < 520.0 for begin, end in found) >= 4
 
 
