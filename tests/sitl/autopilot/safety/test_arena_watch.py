@@ -1,6 +1,7 @@
 """The net's failsafe, stage by stage and in flight; requests that leave are refused."""
 
 import math
+from types import SimpleNamespace
 
 import pytest
 
@@ -169,3 +170,17 @@ def test_a_failsafes_hold_is_flown_farther_inside_than_a_request():
     flight.vehicle.place(flight.vehicle.truth.body._replace(position=flight.place._replace(x=4.6)))
     flight.fly(0.1)
     assert flight.autopilot.reference.position.x == pytest.approx(5.0 - 1.2 - 1.2, abs=0.1)
+
+
+@pytest.mark.parametrize(
+    ("rooms", "reason"),
+    [
+        (((0.8, "net"), (0.4, "net")), "0.8 m from net"),
+        (((0.8, "net"), (0.4, "pillar")), "Would stop 0.4 m from pillar"),
+    ],
+)
+def test_an_alarm_joins_a_distance_to_the_thing_it_was_measured_to(rooms, reason):
+    now, ahead = rooms
+    arena = SimpleNamespace(room=lambda p: now if p[0] == 0.0 else ahead)
+    (alarm,) = ArenaWatch().check(view(100.0, 0.0, 2.0), arena, Settings(), landing=False)
+    assert alarm.reason == reason
