@@ -15,6 +15,8 @@ from protocol.endpoints.endpoint_vehicle import POSE_MESSAGES, VehicleEndpoint
 from protocol.engines.server.data_stream_groups import DATA_STREAM_GROUPS
 from protocol.engines.server.operator_control import SETPOINT_MESSAGES
 from protocol.engines.server.stream_server import STREAM_COMMANDS
+from protocol.ranges.item_ranges import MAX_ITEM_ALTITUDE, item_ranges
+from protocol.ranges.value_range import ANY_NUMBER, ValueRange
 from sitl.autopilot.mission import items as mission_items
 from sitl.autopilot.safety import fence_items, rally
 from sitl.mavlink import commands
@@ -32,6 +34,7 @@ from sitl.vehicle.parameters import INT, Configuration
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "wire.md"
+MISSION_FRAME = mavlink.MAV_FRAME_MISSION  # without a place
 # Sources of the vehicle side, which build messages that no table lists.
 VEHICLE_SOURCES = (
     "sitl/**/*.py",
@@ -121,8 +124,24 @@ def _items() -> str:
         ("fence", _named_in(fence_items)),
         ("rally", _named_in(rally)),
     )
-    rows = [(_command(n), n, plan) for plan, numbers in plans for n in sorted(numbers)]
-    return _section("Plan items", "", ("MAV_CMD", "Number", "Plan"), rows)
+    rows = [
+        (_command(n), n, plan, _ranges(item_ranges(n, MISSION_FRAME)))
+        for plan, numbers in plans
+        for n in sorted(numbers)
+    ]
+    text = (
+        "By `protocol/ranges/item_ranges.py`. A number out of its range is refused at upload, with the item and the\n"
+        "parameter; one that is not listed may be any finite number or NaN. NaN leaves a value to the vehicle, except\n"
+        f'where the table says "given". Places are within 90 and 180 deg, and {MAX_ITEM_ALTITUDE:g} m above or below\n'
+        "the sea, home or the origin."
+    )
+    return _section("Plan items", text, ("MAV_CMD", "Number", "Plan", "Parameters"), rows)
+
+
+def _ranges(ranges: Sequence[ValueRange]) -> str:
+    """The ranges of numbered parameters in words, without those that are not used."""
+    used = [(number, allowed) for number, allowed in enumerate(ranges, start=1) if allowed != ANY_NUMBER]
+    return "; ".join(f"{n} {r.name}: {r.words}{'' if r.default else ', given'}" for n, r in used)
 
 
 def _parameters() -> str:

@@ -16,11 +16,11 @@ from protocol.dialect import mavlink
 from protocol.errors import LocalProtocolError
 from protocol.mav_frames import is_global_frame
 from protocol.plans.mission_item import MissionItem
+from protocol.ranges.item_ranges import KNOWN_FRAMES, LATITUDE, LONGITUDE
 
-__all__ = ["DO_JUMP", "item_from_values", "values_of"]
+__all__ = ["DO_JUMP", "item_from_values", "numbers_of", "values_of"]
 
 DO_JUMP = mavlink.MAV_CMD_DO_JUMP
-_FRAMES = {number for number, entry in mavlink.enums["MAV_FRAME"].items() if not entry.name.endswith("_ENUM_END")}
 _WITH_POSITION = {  # commands that need a position
     mavlink.MAV_CMD_NAV_WAYPOINT,
     mavlink.MAV_CMD_NAV_LOITER_UNLIM,
@@ -62,14 +62,19 @@ def values_of(item: MissionItem) -> list[float]:
     Raises:
         LocalProtocolError: The item would be refused if the file were loaded again.
     """
-    place = [_from_wire(item.frame, number) for number in (item.x, item.y)]
-    values = [*map(_shortest, item.params), *place, _shortest(item.z)]
+    *params, x, y, z = numbers_of(item)
+    values = [*map(_shortest, params), x, y, _shortest(z)]
     _check(item.command, item.frame, values)
     return values
 
 
+def numbers_of(item: MissionItem) -> tuple[float, ...]:
+    """The seven numbers of any item: degrees or metres, NaN where a position is left open."""
+    return (*item.params, *(_from_wire(item.frame, number) for number in (item.x, item.y)), item.z)
+
+
 def _check(command: int, frame: int, values: Sequence[float]) -> None:
-    if frame not in _FRAMES:
+    if frame not in KNOWN_FRAMES:
         raise LocalProtocolError(f"frame {frame} is not a MAV_FRAME")
     is_global = is_global_frame(frame)
     names = _GLOBAL_NAMES if is_global else _LOCAL_NAMES
@@ -81,9 +86,10 @@ def _check(command: int, frame: int, values: Sequence[float]) -> None:
             if math.isnan(value):
                 raise LocalProtocolError(f"{name} is missing, but command {command} needs a position")
     if is_global:
-        for name, value, limit in zip(names[4:6], values[4:6], (90.0, 180.0), strict=True):
-            if abs(value) > limit:
-                raise LocalProtocolError(f"{name} {value} is not in -{limit:g}..{limit:g} deg")
+        for allowed, value in zip((LATITUDE, LONGITUDE), values[4:6], strict=True):
+            if not allowed.allows(value):
+                span = f"{allowed.minimum:g}..{allowed.maximum:g}"
+                raise LocalProtocolError(f"{allowed.name} {value} is not in {span} deg")
 
 
 def _to_wire(frame: int, value: float) -> int:

@@ -1,4 +1,4 @@
-"""The vehicle's check of a new plan: its maximum size and the reason of a refusal."""
+"""The vehicle's check of a new plan, and the reason of a refusal."""
 
 from __future__ import annotations
 
@@ -7,9 +7,7 @@ from typing import NamedTuple
 
 from protocol.plans.mission_item import MissionItem
 
-__all__ = ["MAX_PLAN_ITEMS", "Refusal", "Validate"]
-
-MAX_PLAN_ITEMS = 1000  # of a mission, a fence or a set of rally points
+__all__ = ["Refusal", "Validate"]
 
 
 class Refusal(NamedTuple):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from protocol.flight_limits import MIN_AIRSPEED
+from protocol.flight_limits import MAX_AIRSPEED, MIN_AIRSPEED
 
 __all__ = [
     "MAX_AIRSPEED",
@@ -18,7 +18,6 @@ __all__ = [
     "MIN_HOLD_HEIGHT",
 ]
 
-MAX_AIRSPEED = 22.0  # of the cruise [m/s]
 MAX_HOVER_CLIMB, MAX_HOVER_DESCENT = 2.5, 2.0  # vertical speeds of the hover [m/s]
 MAX_HOVER_TURN_RATE = math.radians(20.0)  # of the heading: the hover laws follow no faster turn evenly [rad/s]
 MAX_HEADING_RATE = math.radians(30.0)  # at which a step of the wanted heading is turned [rad/s]

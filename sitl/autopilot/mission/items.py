@@ -5,21 +5,21 @@ Item semantics follow https://mavlink.io/en/services/mission.html and the MAV_CM
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Way
+from protocol.flight_limits import MAX_PLAN_ITEMS
 from protocol.frames import flip
 from protocol.mav_frames import ABSOLUTE_ALTITUDE_FRAMES
 from protocol.plans.mission_item import MissionItem
-from protocol.plans.validation import MAX_PLAN_ITEMS, Refusal
+from protocol.plans.validation import Refusal
 from protocol.units import UNKNOWN_INT32, from_e7, from_local_e4
 from sitl.autopilot.routes import no_descent
+from sitl.autopilot.safety.item_numbers import refuse_numbers
 from sitl.autopilot.safety.world import POSITION_FRAMES, World
 from sitl.control.reference import Point
 from sitl.enclosure.arena_detours import detour
-from sitl.guidance.limits import MAX_AIRSPEED
 
 TAKEOFF_COMMANDS = frozenset({mavlink.MAV_CMD_NAV_TAKEOFF, mavlink.MAV_CMD_NAV_VTOL_TAKEOFF})
 LAND_COMMANDS = frozenset({mavlink.MAV_CMD_NAV_LAND, mavlink.MAV_CMD_NAV_VTOL_LAND})
@@ -43,19 +43,16 @@ WAY_OF_VTOL_STATE = {
     mavlink.MAV_VTOL_STATE_MC: Way.HOVER,
     mavlink.MAV_VTOL_STATE_FW: Way.FORWARD,
 }
-SPEED_OF_SETTINGS = -1.0  # of DO_CHANGE_SPEED
 
 
 def position_of(item: MissionItem, world: World) -> Point | None:
     """The point an item names, world NWU [m]; None where it leaves its position open.
 
     Raises:
-        ValueError: If the item's frame is not one this vehicle knows, or a coordinate is not a number.
+        ValueError: If the item's frame is not one this vehicle knows.
     """
     if item.frame == mavlink.MAV_FRAME_MISSION:  # an item without a position
         return None
-    if not math.isfinite(item.z):
-        raise ValueError(f"altitude is {item.z}")
     if (local := _local(item)) is not None:
         return local
     if item.frame not in POSITION_FRAMES:
@@ -139,56 +136,18 @@ def _end(item: MissionItem, world: World) -> Point:
 def _validate_item(seq: int, item: MissionItem, count: int, world: World) -> Refusal | None:
     if item.command not in SUPPORTED_COMMANDS:
         return Refusal(mavlink.MAV_MISSION_UNSUPPORTED, f"item {seq}: command {item.command} is not supported")
-    if item.command in IMMEDIATE_COMMANDS:
-        return _validate_immediate(seq, item, count)
-    if item.command == mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH:
+    if (refusal := refuse_numbers(item, f"item {seq}")) is not None:
+        return refusal
+    if item.command == mavlink.MAV_CMD_DO_JUMP and item.params[0] >= count:
+        text = f"item {seq}: param1 (jump target) is {item.params[0]:g}, not from 0 to {count - 1}"
+        return Refusal(mavlink.MAV_MISSION_INVALID_PARAM1, text)
+    if item.command not in POSITION_COMMANDS | LAND_COMMANDS | TAKEOFF_COMMANDS:
         return None
-    if item.command == mavlink.MAV_CMD_NAV_DELAY:
-        return None if item.params[0] >= 0.0 else _bad_parameter(seq, 1, "delay", item.params[0])
     try:
         point = position_of(item, world)
     except ValueError as error:
-        code = mavlink.MAV_MISSION_INVALID_PARAM7 if "altitude" in str(error) else mavlink.MAV_MISSION_UNSUPPORTED_FRAME
-        return Refusal(code, f"item {seq}: {error}")
+        return Refusal(mavlink.MAV_MISSION_UNSUPPORTED_FRAME, f"item {seq}: {error}")
     if point is None and item.command in POSITION_COMMANDS:
         return Refusal(mavlink.MAV_MISSION_INVALID_PARAM5_X, f"item {seq}: a waypoint needs a position")
     reason = world.arena.refuse(_end(item, world))
-    if reason is not None:
-        return Refusal(mavlink.MAV_MISSION_INVALID, f"item {seq}: {reason}")
-    return _validate_parameters(seq, item)
-
-
-def _validate_parameters(seq: int, item: MissionItem) -> Refusal | None:
-    hold, acceptance, radius = item.params[:3]
-    if item.command in POSITION_COMMANDS and hold < 0.0:
-        turns = item.command == mavlink.MAV_CMD_NAV_LOITER_TURNS
-        return _bad_parameter(seq, 1, "number of turns" if turns else "hold time", hold)
-    if item.command in LOITER_COMMANDS and math.isinf(radius):
-        return _bad_parameter(seq, 3, "radius", radius)
-    if item.command == mavlink.MAV_CMD_NAV_WAYPOINT and acceptance < 0.0:
-        return _bad_parameter(seq, 2, "acceptance radius", acceptance)
-    return None
-
-
-def _validate_immediate(seq: int, item: MissionItem, count: int) -> Refusal | None:
-    if item.command == mavlink.MAV_CMD_DO_JUMP:
-        target = item.params[0]
-        if not (target >= 0 and target < count and target == int(target)):
-            return _bad_parameter(seq, 1, "jump target", target)
-        if not item.params[1] >= -1:
-            return _bad_parameter(seq, 2, "repeat count", item.params[1])
-        return None
-    if item.command == mavlink.MAV_CMD_DO_VTOL_TRANSITION:
-        return None if item.params[0] in WAY_OF_VTOL_STATE else _bad_parameter(seq, 1, "VTOL state", item.params[0])
-    speed = item.params[1]
-    return None if 0.0 < speed <= MAX_AIRSPEED or speed == SPEED_OF_SETTINGS else _bad_parameter(seq, 2, "speed", speed)
-
-
-def _bad_parameter(seq: int, number: int, what: str, value: float) -> Refusal:
-    codes = (
-        mavlink.MAV_MISSION_INVALID_PARAM1,
-        mavlink.MAV_MISSION_INVALID_PARAM2,
-        mavlink.MAV_MISSION_INVALID_PARAM3,
-        mavlink.MAV_MISSION_INVALID_PARAM4,
-    )
-    return Refusal(codes[number - 1], f"item {seq}: {what} {value:g} is not possible")
+    return None if reason is None else Refusal(mavlink.MAV_MISSION_INVALID, f"item {seq}: {reason}")

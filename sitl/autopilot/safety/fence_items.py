@@ -13,9 +13,8 @@ from protocol.plans.mission_item import MissionItem
 from protocol.plans.validation import Refusal
 from protocol.units import UNKNOWN_INT32, from_e7
 from sitl.autopilot.safety.fence import Circle, Fence, Polygon, Zone
+from sitl.autopilot.safety.item_numbers import refuse_numbers
 from sitl.autopilot.safety.world import north_west
-
-MAX_RADIUS = 1e5  # of a circle [m]
 
 # Whether the zone of an item is to stay in.
 VERTEX_COMMANDS = {
@@ -46,11 +45,8 @@ def make_fence(items: Sequence[MissionItem], frame: LocalFrame) -> Fence | Refus
 
 
 def _circle(seq: int, item: MissionItem, frame: LocalFrame) -> Circle | Refusal:
-    radius = item.params[0]
-    if not 0.0 < radius <= MAX_RADIUS:
-        return Refusal(mavlink.MAV_MISSION_INVALID_PARAM1, f"fence item {seq}: invalid radius {radius:g} m")
     centre = _position(seq, item, frame)
-    return centre if isinstance(centre, Refusal) else Circle(centre, radius)
+    return centre if isinstance(centre, Refusal) else Circle(centre, item.params[0])
 
 
 def _polygon(seq: int, items: Sequence[MissionItem], frame: LocalFrame) -> Polygon | Refusal:
@@ -58,8 +54,10 @@ def _polygon(seq: int, items: Sequence[MissionItem], frame: LocalFrame) -> Polyg
     if first.command not in VERTEX_COMMANDS:
         code = mavlink.MAV_MISSION_UNSUPPORTED
         return Refusal(code, f"fence item {seq}: command {first.command} is not supported in a fence")
+    if (refusal := refuse_numbers(first, f"fence item {seq}")) is not None:
+        return refusal
     count = first.params[0]
-    if not (3 <= count <= len(items) - seq and count == int(count)):
+    if count > len(items) - seq:
         text = f"fence item {seq}: {count:g} corners do not make a polygon here"
         return Refusal(mavlink.MAV_MISSION_INVALID_PARAM1, text)
     corners = []
@@ -80,7 +78,8 @@ def _position(seq: int, item: MissionItem, frame: LocalFrame) -> tuple[float, fl
     if not is_global_frame(item.frame):
         code = mavlink.MAV_MISSION_UNSUPPORTED_FRAME
         return Refusal(code, f"fence item {seq}: frame {item.frame} is not supported")
-    latitude, longitude = from_e7(item.x), from_e7(item.y)
-    if UNKNOWN_INT32 in {item.x, item.y} or abs(latitude) > 90.0 or abs(longitude) > 180.0:
-        return Refusal(mavlink.MAV_MISSION_INVALID_PARAM5_X, f"fence item {seq}: it needs a valid latitude, longitude")
-    return north_west(latitude, longitude, frame)
+    if (refusal := refuse_numbers(item, f"fence item {seq}")) is not None:
+        return refusal
+    if UNKNOWN_INT32 in {item.x, item.y}:
+        return Refusal(mavlink.MAV_MISSION_INVALID_PARAM5_X, f"fence item {seq}: it needs latitude and longitude")
+    return north_west(from_e7(item.x), from_e7(item.y), frame)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 from protocol.dialect import mavlink
@@ -10,6 +9,7 @@ from protocol.mav_frames import ABSOLUTE_ALTITUDE_FRAMES
 from protocol.plans.mission_item import MissionItem
 from protocol.plans.validation import Refusal
 from protocol.units import UNKNOWN_INT32, from_e7
+from sitl.autopilot.safety.item_numbers import refuse_numbers
 from sitl.autopilot.safety.world import POSITION_FRAMES, World
 from sitl.control.reference import Point
 
@@ -26,8 +26,8 @@ def make_rally(items: Sequence[MissionItem], world: World) -> tuple[Point, ...] 
             return Refusal(mavlink.MAV_MISSION_UNSUPPORTED_FRAME, text)
         if UNKNOWN_INT32 in {item.x, item.y}:
             return Refusal(mavlink.MAV_MISSION_INVALID_PARAM5_X, f"rally item {seq}: a rally point needs a position")
-        if not math.isfinite(item.z):
-            return Refusal(mavlink.MAV_MISSION_INVALID_PARAM7, f"rally item {seq}: altitude is {item.z}")
+        if (refusal := refuse_numbers(item, f"rally item {seq}")) is not None:
+            return refusal
         up = world.up(item.z, above_sea=item.frame in ABSOLUTE_ALTITUDE_FRAMES)
         point = world.local(from_e7(item.x), from_e7(item.y), up)
         reason = world.arena.refuse(point)

@@ -1,11 +1,15 @@
 """Which missions are accepted, and that a refusal names the item and the reason."""
 
+import math
+
+import numpy as np
 import pytest
 
 from protocol.dialect import mavlink
 from protocol.frames import LocalFrame
 from protocol.plans.mission_item import MissionItem
-from sitl.autopilot.mission.items import height_of, position_of, validate
+from protocol.ranges.item_ranges import ITEM_RANGES
+from sitl.autopilot.mission.items import SUPPORTED_COMMANDS, height_of, position_of, validate
 from sitl.autopilot.safety.arena import ARENAS
 from sitl.autopilot.safety.world import World
 from sitl.defaults import HOME
@@ -46,6 +50,27 @@ def test_an_invalid_item_is_refused_with_its_number_and_the_right_result(bad, re
     assert refusal.result == result
     assert "item 1" in refusal.text
     assert word in refusal.text
+
+
+@pytest.mark.parametrize("repeats", [math.inf, -math.inf, NAN, 1e38, 1e-45, 0.5, -2.0, 65536.0])
+def test_a_jump_that_cannot_be_counted_is_refused_at_upload(repeats):
+    jump = item(mavlink.MAV_CMD_DO_JUMP, params=(1.0, repeats, 0.0, 0.0))
+    refusal = validate([TAKE_OFF, waypoint(1, 0, 3), jump, LAND], WORLD)
+    assert refusal.result == mavlink.MAV_MISSION_INVALID_PARAM2
+    assert refusal.text == (
+        f"item 2: param2 (repeat count) is {np.float32(repeats):g}, not -1 or a whole number from 0 to 65535"
+    )
+
+
+def test_every_supported_item_has_its_ranges():
+    assert set(ITEM_RANGES) >= SUPPORTED_COMMANDS
+
+
+@pytest.mark.parametrize("frame", [77, 255])
+def test_a_frame_that_nobody_knows_is_refused_in_an_item_without_a_position_too(frame):
+    jump = item(mavlink.MAV_CMD_DO_JUMP, params=(0.0, 1.0, 0.0, 0.0), frame=frame)
+    refusal = validate([TAKE_OFF, jump], WORLD)
+    assert refusal == (mavlink.MAV_MISSION_UNSUPPORTED_FRAME, f"item 1: frame {frame} is not supported")
 
 
 def test_a_valid_mission_is_accepted():
