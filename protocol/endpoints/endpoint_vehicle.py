@@ -22,7 +22,7 @@ from protocol.engines.server.ftp_server import FtpServer
 from protocol.engines.server.log_server import LogServer
 from protocol.engines.server.mission_server import MissionServer
 from protocol.engines.server.operator_control import SETPOINT_MESSAGES, OperatorControl
-from protocol.engines.server.parameter_server import ParameterServer
+from protocol.engines.server.parameter_server import ParameterServer, PutInForce
 from protocol.engines.server.plan_store import MissionInstead
 from protocol.engines.server.presence import Presence
 from protocol.engines.server.stream_server import STREAM_COMMANDS, Audience, StreamServer
@@ -65,6 +65,7 @@ class VehicleEndpoint:
         component: Own component id.
         commands: MAV_CMD numbers the vehicle supports; requests for messages and intervals are answered here.
         parameters: The parameter table with its current values.
+        put_in_force: Has the last word about a parameter's new value.
         mission: The plan in force.
         validate: Checks a complete new plan; a refusal keeps the old one.
         plans: Fence and rally points in force by MAV_MISSION_TYPE, each with its own ``validate``.
@@ -87,6 +88,7 @@ class VehicleEndpoint:
         component: int = 1,
         commands: Iterable[int] = (),
         parameters: Sequence[Parameter] = (),
+        put_in_force: PutInForce = lambda _name, _value: "",
         mission: Sequence[MissionItem] = (),
         validate: Validate,
         plans: Mapping[int, tuple[Sequence[MissionItem], Validate]] = MappingProxyType({}),
@@ -105,7 +107,7 @@ class VehicleEndpoint:
         self._links = Links(system, component, peers, self._keyring)
         self._router = Router(system, component, self._links.peers, self._links.readers)
         self._commands = CommandServer(*self._ids, frozenset(commands) | STREAM_COMMANDS, repeatable=STREAM_COMMANDS)
-        self._parameters = ParameterServer(*self._ids, parameters)
+        self._parameters = ParameterServer(*self._ids, parameters, put_in_force)
         self._mission = MissionServer(*self._ids, mission, validate=validate, others=plans)
         self._files, self._logs = FtpServer(*self._ids, files or NoFiles()), LogServer(*self._ids, logs or NoFiles())
         self.flight_plan, self.flight_plan_files = FlightPlanServer(*self._ids), FlightPlanFileServer(*self._ids)

@@ -174,6 +174,7 @@ class Node:
             component=COMPONENT,
             commands=frozenset({*commands.HANDLERS, *OWN_COMMANDS}),
             parameters=self.aircraft.configuration.wire_table(),
+            put_in_force=self._put_in_force,
             mission=plans.mission,
             validate=plans.validate,
             plans=plans.others,
@@ -191,6 +192,9 @@ class Node:
             logs=logs,
             forwards=forwards,
         )
+
+    def _put_in_force(self, name: str, value: float) -> str:
+        return self._parameters.put_in_force(name, value)
 
     def _plan(self, kind: int) -> tuple[MissionItem, ...]:
         return self.endpoint.plan(kind)

@@ -11,7 +11,7 @@ PARAM_EXT_ACK. That service has no refusal for a request to read, so the operato
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from protocol.dialect import mavlink
@@ -24,19 +24,36 @@ from protocol.events import ParameterChanged, ParameterRefused
 from protocol.names.enum_names import enum_name
 from protocol.wire.message import Message, Peer, addressed_to
 
-__all__ = ["ParameterServer"]
+__all__ = ["ParameterServer", "PutInForce"]
 
 MAX_OPEN_LISTS = 8  # sent at the same time; a further peer gets no answer and asks again
 NO_EXTENDED_PARAMETERS = "this vehicle has no extended parameters"
 _BY_NAME = -1
 
 
-class ParameterServer(Server):
-    """Holds the table while the vehicle runs; its owner saves it to disk upon ``ParameterChanged``."""
+PutInForce = Callable[[str, float], str]
+"""Makes the vehicle fly by a new value of a parameter; gives why it cannot, beside the others, or nothing."""
 
-    def __init__(self, system: int, component: int, parameters: Sequence[Parameter]) -> None:
+
+class ParameterServer(Server):
+    """Holds the table while the vehicle runs; its owner saves it to disk upon ``ParameterChanged``.
+
+    Args:
+        system: Own system id.
+        component: Own component id.
+        parameters: The table.
+        put_in_force: Has the last word about a value within its range, before it is answered.
+    """
+
+    def __init__(
+        self,
+        system: int,
+        component: int,
+        parameters: Sequence[Parameter],
+        put_in_force: PutInForce = lambda _name, _value: "",
+    ) -> None:
         super().__init__()
-        self._system, self._component = system, component
+        self._system, self._component, self._put_in_force = system, component, put_in_force
         self._table = list(parameters)
         self._indices = {parameter.name: index for index, parameter in enumerate(self._table)}
         if len(self._indices) != len(self._table):
@@ -126,7 +143,7 @@ class ParameterServer(Server):
         elif message.param_type != old.type:
             self._refuse_type(old, value, message.param_type, index, peer)
             return
-        flaw = old.flaw(value)
+        flaw = old.flaw(value) or (self._put_in_force(name, value) if value != old.value else "")
         if flaw:
             self._events.append(ParameterRefused(name, value, flaw))
             self._refuse(name, index, mavlink.MAV_PARAM_ERROR_VALUE_OUT_OF_RANGE, peer)

@@ -30,16 +30,17 @@ class ParameterService:
         self._shown = aircraft.configuration
         self._saved = state_folder.parameters()
 
-    @on_event(ParameterChanged)
-    def change(self, event: ParameterChanged, _now: float) -> None:
-        """A peer set a parameter to a value within its bounds; one that does not fit the others is set back."""
-        before = self._aircraft.configuration
+    def put_in_force(self, name: str, value: float) -> str:
+        """Fly by a value within its bounds that a peer sets; why not, if it does not fit the others."""
         try:
-            self._configure(before.replaced({event.name: event.value}))
+            self._configure(self._aircraft.configuration.replaced({name: value}))
         except SitlError as error:
-            self._endpoint.set_parameter(event.name, before.value(event.name))
-            self._broadcast.warn(str(error))
-            return
+            return str(error)
+        return ""
+
+    @on_event(ParameterChanged)
+    def save(self, event: ParameterChanged, _now: float) -> None:
+        """A peer has set a parameter, and it is in force."""
         self._saved[event.name] = event.value
         self._save()
 

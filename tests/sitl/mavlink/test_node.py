@@ -6,6 +6,7 @@ from dataclasses import replace
 import pytest
 
 from protocol.dialect import mavlink
+from protocol.engines.parameter_values import decode_value
 from protocol.frames import LocalFrame
 from protocol.names.modes import Mode, custom_mode
 from protocol.plans import load
@@ -142,6 +143,21 @@ def test_parameters_take_effect_are_stored_and_bad_ones_refused(ground, tmp_path
     assert put(b"DRK_VF_ENTER", 300.0).param_value == 5.0
     assert "hysteresis" in ground.texts()
     assert StateFolder(tmp_path).parameters() == {"SIM_WIND_SPD": 4.0}
+
+
+@pytest.mark.parametrize(("name", "value"), [(b"DRK_V_ENTER", 60.0), (b"DRK_VF_ENTER", 300.0), (b"GF_ACTION", 4.0)])
+def test_a_value_that_does_not_fit_the_others_is_answered_once_by_the_value_in_force(ground, tmp_path, name, value):
+    ground.set_parameter("DRK_V_LEAVE", 50.0)
+    in_force = ground.node.aircraft.configuration
+    before, errors = len(ground.all("PARAM_VALUE")), len(ground.all("PARAM_ERROR"))
+    ground.set_parameter(name.decode(), value)
+    ground.advance(0.5)
+    (answer,) = ground.all("PARAM_VALUE")[before:]
+    assert decode_value(answer.param_value, answer.param_type) == in_force.value(name.decode())
+    assert len(ground.all("PARAM_ERROR")) == errors + 1
+    assert ground.node.aircraft.configuration == in_force
+    assert f"{name.decode()} = {value:g} refused: " in ground.texts()
+    assert StateFolder(tmp_path).parameters() == {"DRK_V_LEAVE": 50.0}
 
 
 def test_a_mission_survives_a_restart(ground, tmp_path):

@@ -18,11 +18,12 @@ REAL32, INT32, UINT16, UINT64, REAL64 = 9, 6, 3, 7, 10
 GROUND = Peer(255, 190, "ground")
 
 
-def server(count=12):
+def server(count=12, **options):
     floats = [
         Parameter(name=f"P{n}", type=REAL32, value=n / 2, minimum=-100.0, maximum=100.0) for n in range(count - 1)
     ]
-    return ParameterServer(1, 1, [*floats, Parameter(name="MODE", type=INT32, value=-3, minimum=-10, maximum=10)])
+    table = [*floats, Parameter(name="MODE", type=INT32, value=-3, minimum=-10, maximum=10)]
+    return ParameterServer(1, 1, table, **options)
 
 
 def set_message(name, value, kind):
@@ -128,6 +129,24 @@ def test_a_refused_value_keeps_the_old_one_which_is_broadcast(message, error, re
     (event,) = engine.events()
     assert isinstance(event, ParameterRefused)
     assert reason in event.reason
+
+
+def test_a_value_that_the_vehicle_cannot_fly_by_is_refused_before_it_is_answered():
+    engine = server(put_in_force=lambda name, value: f"{name} {value:g} does not fit")
+    engine.receive(set_message("P3", 7.25, REAL32), 0.0, GROUND)
+    out = engine.messages_to_send()
+    assert errors(out) == [RANGE]
+    received = [o for o in out if o.message.get_type() == "PARAM_VALUE"]
+    assert [(o.peer, o.message.param_value) for o in received] == [(None, 1.5)]
+    assert engine.events() == [ParameterRefused("P3", 7.25, "P3 7.25 does not fit")]
+
+
+def test_a_value_that_is_in_force_is_not_put_in_force_again():
+    asked = []
+    engine = server(put_in_force=lambda name, value: asked.append((name, value)) or "")
+    for value in (1.5, 7.25, 7.25):
+        engine.receive(set_message("P3", value, REAL32), 0.0, GROUND)
+    assert asked == [("P3", 7.25)]
 
 
 def test_a_whole_float_is_accepted_for_an_integer_parameter():
