@@ -18,7 +18,7 @@ from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot, updated
 from darko_gcs.state.values import Navigation, PlanIds
 from protocol import units
 from protocol.dialect import mavlink
-from protocol.engines.parameter_values import decode_value
+from protocol.engines.parameter_values import decode_value, value_encoding
 from protocol.frames import (
     SHOW_AS_TOLD,
     SHOW_PITCHED_DOWN,
@@ -51,8 +51,8 @@ RESTART_STEP = 1.0  # a time since boot that goes back by more than this indicat
 RESTART_MESSAGES = 3  # messages in a row that must indicate it: a single one may only be late
 # Fields that stay true when the vehicle restarts; all others belong to the flight before.
 FIELDS_KEPT_AT_RESTART = (
-    "source", "autopilot", "kind", "armed", "mode", "critical", "heartbeat_at", "lost", "restarts", "parameters",
-    "parameter_count", "parameter_types", "parameter_changes", "parameter_metadata",
+    "source", "autopilot", "capabilities", "kind", "armed", "mode", "critical", "heartbeat_at", "lost", "restarts",
+    "parameters", "parameter_count", "parameter_types", "parameter_changes", "parameter_metadata",
     "mission", "fence", "rally", "transfer", "messages", "open_text", "received", "rate", "loss", "unrecorded",
     "signing", "refused", "is_replay", "sends_to", "simulator",
 )  # fmt: skip
@@ -328,12 +328,16 @@ def _control_status(s: Snapshot, m: Message, _now: float) -> Snapshot:
     return updated(s, in_control=m.gcs_main, takeover_allowed=allowed, control_asked_by=asked_by)
 
 
+@HANDLERS.handles("AUTOPILOT_VERSION")
+def _version(s: Snapshot, m: Message, _now: float) -> Snapshot:
+    return updated(s, capabilities=m.capabilities)
+
+
 @HANDLERS.handles("PARAM_VALUE")
 def _parameter(s: Snapshot, m: Message, _now: float) -> Snapshot:
     if m.param_id not in s.parameters and len(s.parameters) >= MAX_PARAMETERS:
         return s
-    is_cast = s.autopilot == mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA  # integers as floats of the same value
-    value = m.param_value if is_cast else decode_value(m.param_value, m.param_type)
+    value = decode_value(m.param_value, m.param_type, value_encoding(s.autopilot, s.capabilities))
     types = s.parameter_types
     if types.get(m.param_id) != m.param_type:
         types = {**types, m.param_id: m.param_type}

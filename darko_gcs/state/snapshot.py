@@ -59,6 +59,7 @@ class Snapshot:
 
     source: Source | None = None  # (system, component) of the vehicle
     autopilot: int = 0  # MAV_AUTOPILOT
+    capabilities: int = 0  # MAV_PROTOCOL_CAPABILITY
     kind: int = 0  # MAV_TYPE
     armed: bool | None = None
     mode: str | None = None

@@ -1,6 +1,7 @@
-"""A parameter and its value on the wire (https://mavlink.io/en/services/parameter.html, bytewise encoding).
+"""A parameter and its value on the wire (https://mavlink.io/en/services/parameter.html#parameter-encoding).
 
-PARAM_VALUE carries 32 bits in a float field. PX4 and MAVSDK store the bytes of an integer there unchanged.
+PARAM_VALUE carries 32 bits in a float field. PX4 and MAVSDK store the bytes of an integer there unchanged; ArduPilot
+stores the float of the same value (a C cast).
 """
 
 from __future__ import annotations
@@ -8,12 +9,13 @@ from __future__ import annotations
 import math
 import struct
 from dataclasses import dataclass
+from enum import StrEnum
 
 from protocol.dialect import mavlink
 from protocol.errors import LocalProtocolError
 from protocol.names.parameter_names import MAX_NAME_LENGTH
 
-__all__ = ["Parameter", "decode_value", "encode_value"]
+__all__ = ["Parameter", "ValueEncoding", "decode_value", "encode_value", "value_encoding"]
 
 _REAL32 = mavlink.MAV_PARAM_TYPE_REAL32
 _FORMATS = {
@@ -27,8 +29,37 @@ _FORMATS = {
 }
 
 
-def encode_value(value: float, kind: int) -> float:
-    """PARAM_VALUE.param_value for a value of MAV_PARAM_TYPE ``kind``.
+_BYTEWISE = mavlink.MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_BYTEWISE
+_C_CAST = mavlink.MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_C_CAST
+
+
+class ValueEncoding(StrEnum):
+    """How a vehicle stores an integer in the float field of PARAM_VALUE and PARAM_SET."""
+
+    BYTEWISE = "bytewise"
+    C_CAST = "C cast"
+
+
+_BY_AUTOPILOT = {
+    mavlink.MAV_AUTOPILOT_PX4: ValueEncoding.BYTEWISE,
+    mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA: ValueEncoding.C_CAST,
+}
+_BY_CAPABILITY = {_BYTEWISE: ValueEncoding.BYTEWISE, _C_CAST: ValueEncoding.C_CAST}
+
+
+def value_encoding(autopilot: int, capabilities: int = 0) -> ValueEncoding | None:
+    """The encoding of a vehicle; None if neither its capabilities nor its autopilot tell it.
+
+    Args:
+        autopilot: MAV_AUTOPILOT.
+        capabilities: MAV_PROTOCOL_CAPABILITY of its AUTOPILOT_VERSION; one of the two bits of the parameter protocol
+            decides.
+    """
+    return _BY_CAPABILITY.get(capabilities & (_BYTEWISE | _C_CAST)) or _BY_AUTOPILOT.get(autopilot)
+
+
+def encode_value(value: float, kind: int, encoding: ValueEncoding | None = None) -> float:
+    """PARAM_VALUE.param_value for a value of MAV_PARAM_TYPE ``kind``; bytewise where no encoding is known.
 
     Raises:
         LocalProtocolError: The value does not fit the type, or the type is not encoded in 32 bits.
@@ -38,14 +69,25 @@ def encode_value(value: float, kind: int) -> float:
         data = struct.pack(layout, value if kind == _REAL32 or value != int(value) else int(value))
     except (KeyError, struct.error, OverflowError, ValueError) as error:
         raise LocalProtocolError(f"{value} is not a value of MAV_PARAM_TYPE {kind}") from error
+    if encoding is ValueEncoding.C_CAST and kind != _REAL32:
+        return _as_float(int(value))
     (carried,) = struct.unpack("<f", data)
     if struct.pack("<f", carried) != data:  # a float register changes the bits of a signalling NaN
         raise LocalProtocolError(f"{value} cannot be sent as the bytes of a float")
     return float(carried)
 
 
-def decode_value(param_value: float, kind: int) -> float:
+def _as_float(value: int) -> float:
+    (carried,) = struct.unpack("<f", struct.pack("<f", value))
+    if carried != value:
+        raise LocalProtocolError(f"{value} cannot be sent: the vehicle takes integers as floats, which have 24 bits")
+    return float(carried)
+
+
+def decode_value(param_value: float, kind: int, encoding: ValueEncoding | None = None) -> float:
     """The value in PARAM_VALUE.param_value; for an unknown type, the float itself."""
+    if encoding is ValueEncoding.C_CAST:
+        return float(param_value)
     layout = _FORMATS.get(kind, "<f")
     (value,) = struct.unpack(layout, struct.pack("<f", param_value))
     return float(value) if layout == "<f" else int(value)

@@ -1,6 +1,8 @@
 """The ground station's side of the parameter protocol (https://mavlink.io/en/services/parameter.html).
 
 The table arrives as one stream. When that falls silent, missing parameters are requested by index, several at a time.
+Integers are encoded as the vehicle's capabilities say, or as its autopilot does; if the autopilot is another one, its
+AUTOPILOT_VERSION is requested first.
 """
 
 from __future__ import annotations
@@ -10,7 +12,7 @@ from dataclasses import dataclass
 
 from protocol.dialect import mavlink
 from protocol.engines.base import Engine, TransitionTable, fire
-from protocol.engines.parameter_values import decode_value, encode_value
+from protocol.engines.parameter_values import ValueEncoding, decode_value, encode_value, value_encoding
 from protocol.engines.retransmission import Mark, Remote, RequestWindow, Retransmission
 from protocol.errors import LocalProtocolError
 from protocol.events import ParameterConfirmed, ParameterFailed, ParameterReceived, ParametersComplete
@@ -76,6 +78,8 @@ class ParameterClient(Engine[Message]):
         self._remote = remote or Remote()
         self._vehicle: Source = (0, 0)
         self._types: dict[str, int] = {}
+        self._autopilot: int | None = None  # MAV_AUTOPILOT, None before its first HEARTBEAT
+        self._capabilities = 0  # of its last AUTOPILOT_VERSION
         self._state, self._resend = "idle", Retransmission(self._remote)
         self._count: int | None = None  # size of the table, None before its first parameter came
         self._missing: set[int] = set()
@@ -87,12 +91,18 @@ class ParameterClient(Engine[Message]):
         """True while a list is incomplete or a parameter is being set."""
         return self._state != "idle" or bool(self._settings)
 
+    @property
+    def encoding(self) -> ValueEncoding:
+        """How the vehicle stores integers; bytewise as long as nothing tells it."""
+        return self._told_encoding() or ValueEncoding.BYTEWISE
+
     def request_all(self, vehicle: Source, now: float) -> None:
         """Download the whole table; a download in progress starts anew."""
         self._vehicle = vehicle
         self._state = fire(PARAMETER_LIST_TRANSITIONS, self._state, "request")
         self._count, self._missing, self._window = None, set(), None
         self._resend.start(now)
+        self._ask_for_encoding()
         self._out.append(mavlink.MAVLink_param_request_list_message(*vehicle))
 
     def set(self, vehicle: Source, name: str, value: float, now: float) -> None:
@@ -107,9 +117,10 @@ class ParameterClient(Engine[Message]):
         setting = self._settings[name] = _Setting(
             name=name, value=value, resend=Retransmission(self._remote), since=self._remote.mark(now)
         )
-        if name in self._types:
+        if name in self._types and not self._must_ask_for_encoding():
             self._transmit_value(setting, self._types[name], now)
             return
+        self._ask_for_encoding()
         setting.state = fire(PARAMETER_SET_TRANSITIONS, setting.state, "type_unknown")
         raw = name.encode("ascii")
         setting.message = mavlink.MAVLink_param_request_read_message(*vehicle, raw, -1)
@@ -123,14 +134,41 @@ class ParameterClient(Engine[Message]):
             self._end(setting, "fail", ParameterFailed(setting.name, reason))
 
     def receive(self, message: Message, now: float) -> None:
-        """Take a PARAM_VALUE or a PARAM_ERROR."""
+        """Take a PARAM_VALUE or a PARAM_ERROR; HEARTBEAT and AUTOPILOT_VERSION tell the encoding."""
         if message.get_type() == "PARAM_VALUE":
-            value = decode_value(message.param_value, message.param_type)
+            value = decode_value(message.param_value, message.param_type, self.encoding)
             self._receive_value(message, value, now)
+        elif message.get_type() in {"HEARTBEAT", "AUTOPILOT_VERSION"}:
+            self._take_encoding(message, now)
         elif message.get_type() == "PARAM_ERROR" and addressed_to(message, self._system, self._component):
             setting = self._settings.get(message.param_id)
             if setting is not None and not self._remote.was_sent_before(setting.since, message, now):
                 self._end(setting, "fail", ParameterFailed(setting.name, enum_name("MAV_PARAM_ERROR", message.error)))
+
+    def _told_encoding(self) -> ValueEncoding | None:
+        return value_encoding(self._autopilot or 0, self._capabilities)
+
+    def _must_ask_for_encoding(self) -> bool:
+        return self._autopilot is not None and self._told_encoding() is None
+
+    def _ask_for_encoding(self) -> None:
+        if self._must_ask_for_encoding():
+            self._out.append(
+                mavlink.MAVLink_command_long_message(
+                    **target_fields(self._vehicle), command=mavlink.MAV_CMD_REQUEST_MESSAGE, confirmation=0,
+                    param1=mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION, param2=0, param3=0, param4=0, param5=0, param6=0,
+                    param7=0,
+                )
+            )  # fmt: skip
+
+    def _take_encoding(self, message: Message, now: float) -> None:
+        before = self.encoding
+        if message.get_type() == "HEARTBEAT":
+            self._autopilot = message.autopilot
+        else:
+            self._capabilities = message.capabilities
+        if self._count is not None and self.encoding is not before:
+            self.request_all(self._vehicle, now)  # what has come so far was read in the other encoding
 
     def next_deadline(self) -> float:
         """When a request must be repeated."""
@@ -217,7 +255,7 @@ class ParameterClient(Engine[Message]):
 
     def _transmit_value(self, setting: _Setting, kind: int, now: float) -> None:
         try:
-            carried = encode_value(setting.value, kind)
+            carried = encode_value(setting.value, kind, self.encoding)
         except LocalProtocolError as error:
             self._end(setting, "fail", ParameterFailed(setting.name, str(error)))
             return

@@ -35,3 +35,12 @@ def test_the_wind_of_another_autopilot_is_on_the_flight_panel(wind):
 
 def test_every_message_that_fills_the_snapshot_can_be_received():
     assert set(HANDLERS.names) <= DIALECT
+
+
+@pytest.mark.parametrize(("capabilities", "value"), [(0, 2.0), (1 << 17, 2.0), (1 << 4, 0.0)])
+def test_parameters_of_an_ardupilot_are_read_as_its_capabilities_say(capabilities, value):
+    version = ardupilotmega.MAVLink_autopilot_version_message(
+        capabilities, 0, 0, 0, 0, [0] * 8, [0] * 8, [0] * 8, 0, 0, 0
+    )
+    parameter = ardupilotmega.MAVLink_param_value_message(b"FENCE_ACTION", 2.0, 2, 1, 0)
+    assert heard(version, parameter).parameters == {"FENCE_ACTION": value}

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from protocol.engines.parameter_values import Parameter, decode_value, encode_value
+from protocol.engines.parameter_values import Parameter, ValueEncoding, decode_value, encode_value
 from protocol.errors import LocalProtocolError
 
 REAL32, INT32, INT8, UINT16 = 9, 6, 2, 3
@@ -28,6 +28,14 @@ def test_integers_survive_as_bytes(case):
     assert decode_value(encode_value(number, kind), kind) == number
 
 
+@given(st.sampled_from(sorted(LIMITS)).flatmap(lambda k: st.tuples(st.just(k), st.integers(*LIMITS[k]))))
+def test_integers_travel_as_floats_of_the_same_value(case):
+    kind, number = case
+    carried = encode_value(number, kind, ValueEncoding.C_CAST)
+    assert carried == number
+    assert decode_value(carried, kind, ValueEncoding.C_CAST) == number
+
+
 @given(st.floats(width=32, allow_nan=False))
 def test_floats_survive_as_floats(number):
     assert decode_value(encode_value(number, REAL32), REAL32) == number
@@ -36,9 +44,10 @@ def test_floats_survive_as_floats(number):
 @pytest.mark.parametrize(
     ("value", "kind"), [(300, INT8), (1.5, INT32), (-1, UINT16), (1, 7), (1e39, REAL32), (math.nan, 6)]
 )
-def test_a_value_that_does_not_fit_its_type_is_refused(value, kind):
+@pytest.mark.parametrize("encoding", ValueEncoding)
+def test_a_value_that_does_not_fit_its_type_is_refused(value, kind, encoding):
     with pytest.raises(LocalProtocolError):
-        encode_value(value, kind)
+        encode_value(value, kind, encoding)
 
 
 def test_an_integer_whose_bytes_are_a_signalling_nan_is_refused():

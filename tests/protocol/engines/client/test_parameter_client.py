@@ -6,7 +6,7 @@ import pytest
 
 from protocol.dialect import mavlink
 from protocol.engines.client.parameter_client import MAX_CONTRADICTIONS, MAX_OPEN_PARAMETER_REQUESTS, ParameterClient
-from protocol.engines.parameter_values import decode_value, encode_value
+from protocol.engines.parameter_values import ValueEncoding, decode_value, encode_value
 from protocol.engines.retransmission import Remote
 from protocol.events import ParameterConfirmed, ParameterFailed, ParameterReceived, ParametersComplete
 from protocol.wire.codec import Codec
@@ -139,3 +139,80 @@ def test_cancelling_ends_list_and_settings():
     client.cancel("closed")
     assert client.events() == [ParameterFailed("", "closed"), ParameterFailed("P", "closed")]
     assert client.next_deadline() == math.inf
+
+
+ARDUPILOT, PX4, GENERIC = 3, 12, 0
+BYTEWISE_BIT, C_CAST_BIT = 1 << 4, 1 << 17
+
+
+def heartbeat(autopilot):
+    return mavlink.MAVLink_heartbeat_message(2, autopilot, 81, 0, 4, 3)
+
+
+def version(capabilities):
+    return mavlink.MAVLink_autopilot_version_message(capabilities, 0, 0, 0, 0, [0] * 8, [0] * 8, [0] * 8, 0, 0, 0)
+
+
+def cast(name, value, kind, count=1, index=0):
+    return mavlink.MAVLink_param_value_message(name.encode(), float(value), kind, count, index)
+
+
+@pytest.mark.parametrize(
+    ("autopilot", "capabilities", "sent"),
+    [
+        (ARDUPILOT, 0, 2.0),
+        (ARDUPILOT, C_CAST_BIT, 2.0),
+        (ARDUPILOT, BYTEWISE_BIT, encode_value(2, INT8)),
+        (PX4, 0, encode_value(2, INT8)),
+        (PX4, C_CAST_BIT, 2.0),
+        (GENERIC, C_CAST_BIT, 2.0),
+        (GENERIC, 0, encode_value(2, INT8)),
+        (ARDUPILOT, BYTEWISE_BIT | C_CAST_BIT, 2.0),
+    ],
+)
+def test_an_integer_is_sent_as_capabilities_or_else_the_autopilot_say(autopilot, capabilities, sent):
+    client = ParameterClient(255, 190)
+    client.receive(heartbeat(autopilot), 0.0)
+    client.receive(version(capabilities), 0.0)
+    client.set(VEHICLE, "FENCE_ACTION", 2, 0.0)
+    client.receive(mavlink.MAVLink_param_value_message(b"FENCE_ACTION", 0.0, INT8, 1, 0), 0.1)
+    message = client.messages_to_send()[-1]
+    assert (message.get_type(), message.param_value, message.param_type) == ("PARAM_SET", sent, INT8)
+    client.receive(mavlink.MAVLink_param_value_message(b"FENCE_ACTION", sent, INT8, 1, 0), 0.2)
+    assert client.events()[-1] == ParameterConfirmed("FENCE_ACTION", 2)
+
+
+def test_an_integer_that_a_float_does_not_hold_is_not_sent_to_an_autopilot_that_takes_floats():
+    client = ParameterClient(255, 190)
+    client.receive(heartbeat(ARDUPILOT), 0.0)
+    client.receive(cast("SERIAL", 1, INT32), 0.0)
+    client.set(VEHICLE, "SERIAL", 2**24 + 1, 0.0)
+    assert client.messages_to_send() == []
+    assert "24 bits" in client.events()[-1].reason
+
+
+def test_an_unknown_autopilot_is_asked_for_its_capabilities_before_a_parameter_is_set():
+    client = ParameterClient(255, 190)
+    client.receive(heartbeat(GENERIC), 0.0)
+    client.receive(cast("N", 1, INT8), 0.0)
+    client.set(VEHICLE, "N", 2, 0.0)
+    asked = client.messages_to_send()
+    assert [m.get_type() for m in asked] == ["COMMAND_LONG", "PARAM_REQUEST_READ"]
+    assert (asked[0].command, asked[0].param1) == (512, 148)
+    client.receive(version(C_CAST_BIT), 0.1)
+    client.receive(cast("N", 1, INT8), 0.1)
+    assert client.messages_to_send()[-1].param_value == 2.0
+
+
+def test_a_list_that_was_read_in_the_other_encoding_is_read_again():
+    client = ParameterClient(255, 190)
+    client.receive(heartbeat(GENERIC), 0.0)
+    client.request_all(VEHICLE, 0.0)
+    client.receive(cast("N", 1, INT8), 0.0)
+    client.messages_to_send()
+    client.receive(version(C_CAST_BIT), 0.1)
+    assert client.messages_to_send()[-1].get_type() == "PARAM_REQUEST_LIST"
+    client.receive(cast("N", 1, INT8), 0.2)
+    received = [event for event in client.events() if isinstance(event, ParameterReceived)]
+    assert [event.value for event in received] == [0, 1.0]
+    assert client.encoding is ValueEncoding.C_CAST
