@@ -11,6 +11,7 @@ from platformdirs import user_config_path
 
 from protocol.errors import FileError
 from protocol.tools.atomic_write import write_atomically
+from protocol.tools.text_files import decode_text
 
 __all__ = ["FAULT_SHOWN_TIME", "Preferences", "PreferencesFile"]
 
@@ -79,8 +80,8 @@ def _parsed(path: Path) -> Preferences:
     if len(data) > MAX_PREFERENCES:
         raise FileError(f"{path}: longer than {MAX_PREFERENCES} bytes")
     try:
-        content = tomllib.loads(data.decode("utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
+        content = tomllib.loads(decode_text(data))
+    except (tomllib.TOMLDecodeError, UnicodeError, RecursionError) as error:
         raise FileError(f"{path}: not TOML: {error}") from None
     for key in content:
         if key not in Preferences._fields:

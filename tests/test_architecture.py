@@ -11,9 +11,9 @@ GLOSSARY = (ROOT / "docs" / "glossary.md").read_text(encoding="utf-8")
 IMPORTS = {
     "sitl/tools": "protocol",
     "sitl/model": "",
-    "sitl/enclosure": "model tools",
+    "sitl/enclosure": "model tools protocol",
     "sitl/control": "model protocol",
-    "sitl/sensors": "model",
+    "sitl/sensors": "model protocol",
     "sitl/estimation": "model sensors control",
     "sitl/design": "model control",
     "sitl/supervisor": "model control tools protocol",

@@ -13,6 +13,7 @@ from protocol.tools.command_line import command_parser
 if TYPE_CHECKING:
     from darko_gcs.scripting import Vehicle
     from darko_gcs.state.parameter_metadata import ParameterMetadata
+    from protocol.plans.parameter_files import ParameterFile
 
 __all__ = ["parser", "run"]
 
@@ -113,12 +114,19 @@ async def _set(vehicle: Vehicle, name: str, text: str) -> Result:
     return {"parameters": {name: await vehicle.set_parameter(name, value)}}
 
 
-async def _compare(vehicle: Vehicle, wanted: Mapping[str, float], *, change: bool) -> Result:
+async def _compare(vehicle: Vehicle, file: ParameterFile, *, change: bool) -> Result:
     from darko_gcs.state.parameter_table import differences  # noqa: PLC0415 - --help must be quick
 
+    wanted, left_out = file.of(vehicle.source), file.left_out(vehicle.source)
     await vehicle.parameters()
     differ = differences(vehicle.now, wanted)
     result: Result = {"differ": {each.name: {"vehicle": each.vehicle, "file": each.other} for each in differ}}
+    if left_out:
+        result["left_out"] = [
+            {"name": row.name, "value": row.value, "system": row.owner[0], "component": row.owner[1]}
+            for row in left_out
+            if row.owner is not None
+        ]
     if change:
         await _load(vehicle, result, {each.name: each.other for each in differ})
     return result
@@ -185,7 +193,15 @@ def _words(result: Result, described: Metadata) -> str:
         lines += [f"{name:<16} {shown(name, row['value'])} refused: {row['reason']}" for name, row in refused]
     else:
         lines = [_difference(name, both, shown) for name, both in result["differ"].items()]
-    return "\n".join(lines) or "nothing differs"
+    return "\n".join([*(lines or ["nothing differs"]), *_left_out(result)])
+
+
+def _left_out(result: Result) -> list[str]:
+    """Rows of a file that are other components', a line for each component."""
+    names: dict[str, list[str]] = {}
+    for row in result.get("left_out", ()):
+        names.setdefault(f"{row['system']}/{row['component']}", []).append(row["name"])
+    return [f"left out, of component {owner}: {', '.join(found)}" for owner, found in names.items()]
 
 
 def _difference(name: str, both: Mapping[str, float | None], shown: Callable[[str, float], str]) -> str:

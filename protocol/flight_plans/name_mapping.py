@@ -13,6 +13,7 @@ from typing import Any
 
 from protocol.flight_plans.known_names import CONSTANTS, FUNCTIONS, VARIABLES
 from protocol.flight_plans.place import FlightPlanError, Place
+from protocol.tools.text_files import decode_text
 
 __all__ = ["NameMapping", "load_name_mapping", "parse_name_mapping"]
 
@@ -44,9 +45,9 @@ def load_name_mapping(path: Path | str) -> NameMapping:
     if len(data) > MAX_MAPPING_SIZE:
         raise FlightPlanError(place, f"longer than {MAX_MAPPING_SIZE} bytes")
     try:
-        return parse_name_mapping(data.decode("utf-8"), str(path))
-    except UnicodeDecodeError:
-        raise FlightPlanError(place, "not a text in UTF-8") from None
+        return parse_name_mapping(decode_text(data), str(path))
+    except UnicodeError as error:
+        raise FlightPlanError(place, f"not a text in UTF-8: {error}") from None
 
 
 def parse_name_mapping(text: str, name: str) -> NameMapping:

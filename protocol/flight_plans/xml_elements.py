@@ -6,6 +6,7 @@ Depth, size and number of elements are bounded.
 from __future__ import annotations
 
 import re
+from codecs import BOM_UTF8
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from xml.etree.ElementTree import ParseError
@@ -15,6 +16,7 @@ from defusedxml.ElementTree import DefusedXMLParser
 
 from protocol.flight_limits import MAX_PLAN_FILE
 from protocol.flight_plans.place import FlightPlanError, Place, SourceText
+from protocol.tools.text_files import decode_text, wide_encoding
 
 __all__ = ["MAX_ELEMENTS", "XmlElement", "parse_xml"]
 
@@ -77,16 +79,30 @@ def _decoded(data: bytes, name: str) -> str:
     start = Place(name, 1, 1)
     if len(data) > MAX_PLAN_FILE:
         raise FlightPlanError(start, f"longer than {MAX_PLAN_FILE} bytes")
-    data = data.removeprefix(b"\xef\xbb\xbf")
+    data = data.removeprefix(BOM_UTF8)
+    if wide_encoding(data):
+        return _wide(data, start)
     declared = _DECLARED.match(data)
     encoding = declared.group(1).decode("ascii").lower() if declared else "utf-8"
     if encoding not in _ENCODINGS or b"\0" in data:
         raise FlightPlanError(start, "not a text in UTF-8 or ISO-8859-1")
     try:
-        return data.decode(_ENCODINGS[encoding]).replace("\r\n", "\n").replace("\r", "\n")
+        return _with_unix_lines(data.decode(_ENCODINGS[encoding]))
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
         raise FlightPlanError(Place(name, line, 1), f"not {encoding}: {error.reason}") from None
+
+
+def _wide(data: bytes, start: Place) -> str:
+    """A text in UTF-16 or UTF-32, as its byte order mark says; that decides, whatever the declaration says."""
+    try:
+        return _with_unix_lines(decode_text(data))
+    except UnicodeError as error:
+        raise FlightPlanError(start, str(error)) from None
+
+
+def _with_unix_lines(text: str) -> str:
+    return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
 @dataclass(slots=True)

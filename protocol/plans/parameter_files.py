@@ -1,29 +1,80 @@
 """Parameter files of QGroundControl (.params) and of MAVProxy and Mission Planner (.parm): names and values.
 
-QGroundControl: lines of vehicle, component, name, value and MAV_PARAM_TYPE, with tabs between. MAVProxy: a name and a
-value, with blanks or a comma between. ``#`` begins a comment in both.
+QGroundControl: lines of vehicle, component, name, value and MAV_PARAM_TYPE, with tabs between, of all components that
+have parameters. MAVProxy: a name and a value, with blanks or a comma between. ``#`` begins a comment in both.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 from protocol.errors import FileError
 from protocol.names.parameter_names import MAX_NAME_LENGTH
 from protocol.tools.atomic_write import write_atomically
+from protocol.tools.text_files import decode_text
 from protocol.wire.message import Source
 
-__all__ = ["load_parameters", "render_parm", "render_qgc_params", "save_parameters"]
+__all__ = [
+    "ParameterFile",
+    "ParameterRow",
+    "load_parameters",
+    "render_parm",
+    "render_qgc_params",
+    "save_parameters",
+]
 
 MAVPROXY_SUFFIXES = {".parm", ".param"}
 MAX_PARAMETER_FILE = 1 << 20  # of a file [byte]
 QGC_COLUMNS = 5
 
 
-def load_parameters(path: Path) -> dict[str, float]:
-    """Names and values of a parameter file of either kind.
+class ParameterRow(NamedTuple):
+    """One parameter of a file."""
+
+    name: str
+    value: float
+    owner: Source | None  # system and component; None in files that do not tell it, which are the autopilot's
+    place: str  # in the file
+
+
+@dataclass(frozen=True, slots=True)
+class ParameterFile:
+    """The rows of a parameter file, in its order. One name may stand there once for each component."""
+
+    path: Path
+    rows: tuple[ParameterRow, ...]
+
+    def of(self, vehicle: Source) -> dict[str, float]:
+        """Names and values for a vehicle's component.
+
+        Rows of a single vehicle are for any vehicle: a file may be loaded onto another one than it was saved from.
+
+        Raises:
+            FileError: It has rows of several vehicles, and none of this one.
+        """
+        system = self._system(vehicle[0])
+        return {row.name: row.value for row in self.rows if row.owner in {None, (system, vehicle[1])}}
+
+    def left_out(self, vehicle: Source) -> tuple[ParameterRow, ...]:
+        """The rows of other components and vehicles; arguments and errors as of ``of``."""
+        system = self._system(vehicle[0])
+        return tuple(row for row in self.rows if row.owner not in {None, (system, vehicle[1])})
+
+    def _system(self, wanted: int) -> int:
+        systems = sorted({row.owner[0] for row in self.rows if row.owner is not None})
+        if not systems or wanted in systems:
+            return wanted
+        if len(systems) > 1:
+            raise FileError(f"{self.path}: has parameters of vehicles {_listed(systems)}, none of vehicle {wanted}")
+        return systems[0]
+
+
+def load_parameters(path: Path) -> ParameterFile:
+    """A parameter file of either kind.
 
     Raises:
         FileError: The file cannot be read or a line cannot be understood; the message names the line.
@@ -34,17 +85,21 @@ def load_parameters(path: Path) -> dict[str, float]:
         raise FileError(f"{path}: cannot be read: {error.strerror}") from error
     if len(data) > MAX_PARAMETER_FILE:
         raise FileError(f"{path}: {len(data)} bytes are too many for a parameter file")
-    found: dict[str, float] = {}
-    for number, line in enumerate(data.decode("utf-8", "replace").splitlines(), 1):
+    try:
+        lines = decode_text(data, "replace").splitlines()  # a comment may be in any encoding
+    except UnicodeError as error:
+        raise FileError(f"{path}: not a text file: {error}") from error
+    found: dict[tuple[Source | None, str], ParameterRow] = {}
+    for number, line in enumerate(lines, 1):
         text = line.partition("#")[0].strip()
         if text:
-            name, value = _parameter(text, f"{path}:{number}")
-            if name in found:
-                raise FileError(f"{path}:{number}: {name} is given twice")
-            found[name] = value
+            row = _parameter(text, f"{path}:{number}")
+            if (row.owner, row.name) in found:
+                raise FileError(f"{row.place}: {row.name} is given twice")
+            found[row.owner, row.name] = row
     if not found:
         raise FileError(f"{path}: no parameters")
-    return found
+    return ParameterFile(path, tuple(found.values()))
 
 
 def save_parameters(path: Path, values: Mapping[str, float], types: Mapping[str, int], vehicle: Source) -> None:
@@ -84,9 +139,11 @@ def render_parm(values: Mapping[str, float]) -> str:
     return "".join(f"{name:<{MAX_NAME_LENGTH}} {_number(values[name])}\n" for name in sorted(values))
 
 
-def _parameter(text: str, place: str) -> tuple[str, float]:
+def _parameter(text: str, place: str) -> ParameterRow:
     columns = text.split("\t") if text.count("\t") == QGC_COLUMNS - 1 else text.replace(",", " ").split()
+    owner = None
     if len(columns) == QGC_COLUMNS:
+        owner = _id(columns[0], "vehicle", place), _id(columns[1], "component", place)
         columns = columns[2:4]
     if len(columns) != 2:
         raise FileError(f"{place}: {text[:60]!r} is not a name and a value")
@@ -99,7 +156,18 @@ def _parameter(text: str, place: str) -> tuple[str, float]:
         raise FileError(f"{place}: {name} = {number[:40]!r} is not a number") from None
     if not math.isfinite(value):
         raise FileError(f"{place}: {name} = {number[:40]} is not a number")
-    return name, value
+    return ParameterRow(name, value, owner, place)
+
+
+def _id(text: str, what: str, place: str) -> int:
+    text = text.strip()
+    if not (text.isascii() and text.isdigit() and int(text) < 256):
+        raise FileError(f"{place}: {text[:40]!r} is not the id of a {what}, 0 to 255")
+    return int(text)
+
+
+def _listed(systems: Sequence[int]) -> str:
+    return f"{', '.join(map(str, systems[:-1]))} and {systems[-1]}"
 
 
 def _number(value: float) -> str:

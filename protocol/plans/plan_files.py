@@ -9,6 +9,7 @@ from protocol.errors import FileError
 from protocol.plans import qgc_plan, qgc_wpl
 from protocol.plans.plan import Plan
 from protocol.tools.atomic_write import write_atomically
+from protocol.tools.text_files import decode_text
 
 __all__ = ["load", "save"]
 
@@ -50,8 +51,8 @@ def _read(path: Path) -> str:
             content = file.read(_MAX_FILE_SIZE + 1)  # a device reports no length
         if len(content) > _MAX_FILE_SIZE:
             raise FileError(f"{path}: too long for a plan")
-        return content.decode("utf-8-sig")
+        return decode_text(content)
     except OSError as error:
         raise FileError(f"{path}: cannot be read: {error.strerror}") from error
-    except UnicodeDecodeError as error:
-        raise FileError(f"{path}: not a text file") from error
+    except UnicodeError as error:
+        raise FileError(f"{path}: not a text file: {error}") from error

@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 from protocol.dialect import mavlink
 from protocol.errors import FileError, LocalProtocolError
+from protocol.tools.text_files import decode_text
 from protocol.wire.framing import CHECKSUM_SIZE, HEADER_V2, MAGIC_V2, SIGNATURE_SIZE, SIGNED_FLAG, message_id
 
 __all__ = [
@@ -72,12 +73,17 @@ def load_key(text: str) -> bytes:
         reason = getattr(error, "strerror", None) or error
         shown = f"{text[:40]}..." if len(text) > 43 else text
         raise FileError(f"signing key: neither 64 hexadecimal digits nor a readable file: {shown}: {reason}") from error
-    digits = _hexadecimal(content.decode("latin-1").strip())
-    if digits is None and len(content) == KEY_SIZE:
-        digits = content
+    digits = content if len(content) == KEY_SIZE else _hexadecimal(_text(content))
     if digits is None:
         raise FileError(f"signing key: {path}: neither 64 hexadecimal digits nor 32 bytes")
     return _checked_key(digits, f"signing key: {path}")
+
+
+def _text(content: bytes) -> str:
+    try:
+        return decode_text(content).strip()
+    except UnicodeError:
+        return ""
 
 
 def is_signed(frame: bytes | bytearray) -> bool:

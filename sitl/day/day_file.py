@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from protocol.names.failure_names import FAILURE_TYPES, FAILURE_UNITS
+from protocol.tools.text_files import decode_text
 from sitl.errors import SitlError
 from sitl.simulation.avionics import Navigation
 from sitl.tools.toml_table import TomlTable
@@ -70,10 +71,10 @@ def load_day(path: Path) -> Day:
         DayError: The file cannot be read, or something in it is missing, unknown or out of bounds.
     """
     try:
-        content = tomllib.loads(path.read_text("utf-8"))
+        content = tomllib.loads(decode_text(path.read_bytes()))
     except OSError as error:
         raise DayError(f"{path}: cannot be read: {error.strerror}") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except (tomllib.TOMLDecodeError, UnicodeError) as error:
         raise DayError(f"{path}: is not TOML: {error}") from None
     table = TomlTable(str(path), content, "", DAY_KEYS, DayError)
     duration = table.number("duration", 1.0, MAX_DURATION)

@@ -11,6 +11,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from protocol.tools.text_files import decode_text
 from sitl.enclosure.geometry import Arena, Obstacle, WindWall, outlet_of
 from sitl.errors import SitlError
 from sitl.tools.toml_table import TomlTable
@@ -71,11 +72,11 @@ def load_arena(name_or_path: str) -> Arena:
         name_or_path = str(files("sitl.enclosure.arenas") / f"{name_or_path}.toml")
     path = Path(name_or_path)
     try:
-        raw = tomllib.loads(path.read_bytes().decode("utf-8"))
+        raw = tomllib.loads(decode_text(path.read_bytes()))
     except OSError as error:
         known = ", ".join(shipped_arenas())
         raise ArenaError(f"arena {name_or_path}: {error.strerror}; shipped are {known}") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except (tomllib.TOMLDecodeError, UnicodeError) as error:
         raise ArenaError(f"{path}: not a TOML file: {error}") from error
     return _arena(str(path), raw)
 

@@ -6,6 +6,7 @@ import hashlib
 import math
 import sys
 import tomllib
+from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
@@ -135,11 +136,16 @@ def _loaded(path: Path) -> ParameterSet:
 def _read(path: Path) -> tuple[bytes, dict[str, Any]]:
     try:
         raw = path.read_bytes()
-        return raw, tomllib.loads(raw.decode("utf-8"))
+        return raw, tomllib.loads(raw.decode(_encoding(raw)))
     except OSError as error:
         raise AirframeError(f"{path}: {error.strerror}") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except (tomllib.TOMLDecodeError, UnicodeError) as error:
         raise AirframeError(f"{path}: not a TOML file: {error}") from error
+
+
+def _encoding(raw: bytes) -> str:
+    """UTF-8, or what a byte order mark says: editors of Windows write one."""
+    return "utf-16" if raw.startswith((BOM_UTF16_LE, BOM_UTF16_BE)) else "utf-8-sig"
 
 
 def _required(values: Mapping[str, SourcedValue]) -> list[str]:

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from protocol.tools.text_files import decode_text
 from sitl.errors import SitlError
 from sitl.model.airframe import Array
 
@@ -85,10 +86,10 @@ def load_rigid_body(path: str | None = None) -> RigidBody:
     """
     source = path or str(files("sitl.motion_capture.rigid_bodies").joinpath("darko_markers.toml"))
     try:
-        raw = tomllib.loads(Path(source).read_bytes().decode("utf-8"))
+        raw = tomllib.loads(decode_text(Path(source).read_bytes()))
     except OSError as error:
         raise RigidBodyError(f"{source}: {error.strerror}") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except (tomllib.TOMLDecodeError, UnicodeError) as error:
         raise RigidBodyError(f"{source}: not a TOML file: {error}") from error
     return _checked(source, raw)
 

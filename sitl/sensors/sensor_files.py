@@ -12,6 +12,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any, NamedTuple, get_type_hints
 
+from protocol.tools.text_files import decode_text
 from sitl.errors import SitlError
 from sitl.model.arithmetic import sine_cosine
 from sitl.sensors.specification import STANDARD_GRAVITY, SensorSet, Timing
@@ -76,10 +77,10 @@ def load_sensors(path: str | None = None) -> SensorSet:
 
 def _read(path: Path) -> Table:
     try:
-        raw = tomllib.loads(path.read_bytes().decode("utf-8"))
+        raw = tomllib.loads(decode_text(path.read_bytes()))
     except OSError as error:
         raise SensorError(f"{path}: {error.strerror}") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except (tomllib.TOMLDecodeError, UnicodeError) as error:
         raise SensorError(f"{path}: not a TOML file: {error}") from error
     table: Table = {}
     for name, entries in raw.items():

@@ -27,7 +27,7 @@ from darko_gcs.state.parameter_table import (
     parameter_details,
 )
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
-from darko_gcs.state.text import printable
+from darko_gcs.state.text import counted, printable
 from darko_gcs.station.station import Station
 from darko_gcs.tui.key_footer import KeyFooter
 from darko_gcs.tui.reachability import why_unreachable
@@ -39,12 +39,15 @@ from darko_gcs.tui.screens.parameter_dialogs import ChooseBitsScreen, ChooseValu
 from darko_gcs.tui.widgets.parameter_rows import parameter_heading, parameter_row
 from darko_gcs.tui.widgets.row_list import RowList
 from darko_gcs.tui.widgets.status_bar import StatusBar
+from protocol.dialect import mavlink
 from protocol.errors import FileError
 from protocol.plans.parameter_files import load_parameters, save_parameters
 
 __all__ = ["ParametersScreen"]
 
 SUFFIXES = (".params", ".parm", ".param")
+FIRST_VEHICLE = (1, mavlink.MAV_COMP_ID_AUTOPILOT1)  # whose rows of a file are compared before a vehicle is heard
+MAX_NAMED = 5  # parameters in a notice
 
 
 class ParametersScreen(Screen[None]):
@@ -265,11 +268,16 @@ class ParametersScreen(Screen[None]):
         return None
 
     def _compare(self, path: str) -> str | None:
+        vehicle = self.snapshot.source or FIRST_VEHICLE
         try:
-            wanted = load_parameters(Path(path).expanduser())
+            file = load_parameters(Path(path).expanduser())
+            wanted, left_out = file.of(vehicle), file.left_out(vehicle)
         except FileError as error:
             return str(error)
         self._file = path
+        if left_out:
+            names = ", ".join(row.name for row in left_out[:MAX_NAMED])
+            self.app.notify(f"{path}: left out, of other components: {counted(len(left_out), 'parameter')}, {names}")
         rows = differences(self.snapshot, wanted)
         if not rows:
             self.app.notify(f"{path}: all {len(wanted)} parameters are as on the vehicle")

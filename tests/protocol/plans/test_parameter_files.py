@@ -14,7 +14,7 @@ VALUES = st.floats(width=32, allow_nan=False, allow_infinity=False)
 def loaded(tmp_path, text):
     path = tmp_path / "p.params"
     path.write_text(text)
-    return load_parameters(path)
+    return load_parameters(path).of((1, 1))
 
 
 @given(st.dictionaries(NAMES, VALUES, min_size=1))
@@ -34,7 +34,7 @@ def test_the_name_of_the_file_decides_its_format(tmp_path):
     ):
         save_parameters(tmp_path / name, {"A": 1.5}, {"A": 9}, (1, 1))
         assert (tmp_path / name).read_text().splitlines()[-1] == first
-        assert load_parameters(tmp_path / name) == {"A": 1.5}
+        assert load_parameters(tmp_path / name).of((1, 1)) == {"A": 1.5}
     with pytest.raises(FileError, match="cannot be written"):
         save_parameters(tmp_path / "none" / "a.parm", {"A": 1.5}, {"A": 9}, (1, 1))
 
@@ -49,6 +49,9 @@ def test_files_of_others_are_read(tmp_path):
     [
         ("A\n", ":1: 'A' is not a name and a value"),
         ("A 1\nA 2\n", ":2: A is given twice"),
+        ("1\t1\tA\t1\t9\n1\t154\tA\t2\t9\n1\t154\tA\t3\t9\n", ":3: A is given twice"),
+        ("1\tx\tA\t1\t9\n", ":1: 'x' is not the id of a component"),
+        ("256\t1\tA\t1\t9\n", ":1: '256' is not the id of a vehicle"),
         ("A one\n", "A = 'one' is not a number"),
         ("A nan\n", "A = nan is not a number"),
         ("A-B 1\n", "'A-B' is not a parameter's name"),
@@ -63,3 +66,42 @@ def test_a_line_that_makes_no_sense_is_named(tmp_path, text, said):
 def test_whole_numbers_below_a_thousand_millions_are_written_in_digits():
     values = {"A": 999_999_936.0, "B": 1e9, "C": -3.0, "D": 0.1}
     assert [line.split()[1] for line in render_parm(values).splitlines()[-4:]] == ["999999936", "1e+09", "-3", "0.1"]
+
+
+OF_SEVERAL = "1\t1\tA\t2.5\t9\n1\t154\tA\t7\t9\n1\t154\tB\t8\t9\n"
+
+
+def test_each_component_has_its_own_rows(tmp_path):
+    (tmp_path / "p.params").write_text(OF_SEVERAL)
+    file = load_parameters(tmp_path / "p.params")
+    assert file.of((1, 1)) == {"A": 2.5}
+    assert [(row.name, row.value, row.owner) for row in file.left_out((1, 1))] == [
+        ("A", 7.0, (1, 154)),
+        ("B", 8.0, (1, 154)),
+    ]
+    assert file.of((1, 154)) == {"A": 7.0, "B": 8.0}
+
+
+def test_a_file_of_one_vehicle_is_for_any_and_one_of_several_for_its_own(tmp_path):
+    (tmp_path / "p.params").write_text(OF_SEVERAL)
+    assert load_parameters(tmp_path / "p.params").of((3, 1)) == {"A": 2.5}
+    (tmp_path / "p.params").write_text("1\t1\tA\t1\t9\n2\t1\tA\t2\t9\n")
+    file = load_parameters(tmp_path / "p.params")
+    assert file.of((2, 1)) == {"A": 2.0}
+    assert [row.owner for row in file.left_out((2, 1))] == [(1, 1)]
+    with pytest.raises(FileError, match="has parameters of vehicles 1 and 2, none of vehicle 3"):
+        file.of((3, 1))
+
+
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16"])
+def test_a_byte_order_mark_is_no_part_of_the_first_line(tmp_path, encoding):
+    (tmp_path / "p.parm").write_text("A 1\r\n", encoding=encoding)
+    assert load_parameters(tmp_path / "p.parm").of((1, 1)) == {"A": 1.0}
+
+
+def test_a_comment_may_be_in_any_encoding(tmp_path):
+    (tmp_path / "p.parm").write_bytes("A 1 # \xe9\n".encode("latin-1"))
+    assert load_parameters(tmp_path / "p.parm").of((1, 1)) == {"A": 1.0}
+    (tmp_path / "p.parm").write_bytes("A 1\n".encode("utf-16-le"))
+    with pytest.raises(FileError, match="it is no text, or one in UTF-16 without a byte order mark"):
+        load_parameters(tmp_path / "p.parm")

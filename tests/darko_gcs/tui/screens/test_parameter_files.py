@@ -122,6 +122,19 @@ async def test_a_file_that_differs_in_nothing_opens_no_list(feed, home):
         await until(pilot, lambda: "all 1 parameters are as on the vehicle" in screen_text(app))
 
 
+async def test_rows_of_another_component_are_named_and_left_out(feed, home):
+    (home / "mine.params").write_text("1\t1\tDRK_KPP\t1.5\t9\n1\t154\tDRK_KPP\t9\t9\n1\t154\tMNT_RATE\t9\t9\n")
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(120, 40), notifications=True) as pilot:
+        await opened(pilot, app)
+        await pilot.press("f7")
+        await shown(pilot, FileDialog)
+        app.focused.value = "mine.params"
+        await pilot.press("enter")
+        await until(pilot, lambda: told(app, "left out, of other components: 2 parameters, DRK_KPP, MNT_RATE"))
+        await until(pilot, lambda: told(app, "all 1 parameters are as on the vehicle"))
+
+
 @pytest.mark.parametrize("name", ["some.params", "some.parm"])
 async def test_all_are_saved_in_the_format_of_the_files_name(feed, home, name):
     app = GroundStationApp(feed)
@@ -134,7 +147,7 @@ async def test_all_are_saved_in_the_format_of_the_files_name(feed, home, name):
         app.focused.value = name
         await pilot.press("enter")
         await until(pilot, lambda: f"{name}: 2 parameters saved" in screen_text(app))
-    assert load_parameters(home / name) == {"DRK_KPP": 1.5, "NAV_DLL_ACT": 2.0}
+    assert load_parameters(home / name).of((1, 1)) == {"DRK_KPP": 1.5, "NAV_DLL_ACT": 2.0}
     assert ("\t6\n" in (home / name).read_text()) == name.endswith("params")
 
 
