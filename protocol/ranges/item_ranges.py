@@ -14,6 +14,7 @@ from typing import NamedTuple
 from protocol.dialect import mavlink
 from protocol.flight_limits import MAX_AIRSPEED, MAX_PLAN_ITEMS, MIN_CORNERS
 from protocol.mav_frames import is_global_frame
+from protocol.names.command_values import DEFAULT_SPEED, NO_CHANGE
 from protocol.ranges.value_range import ANY_NUMBER, Flaw, ValueRange, finite, first_flaw, one_of, whole
 
 __all__ = ["ITEM_RANGES", "KNOWN_FRAMES", "MAX_ITEM_ALTITUDE", "ItemRanges", "item_flaw", "item_ranges"]
@@ -24,6 +25,9 @@ KNOWN_FRAMES = frozenset(
 MAX_DISTANCE = 1e5  # of a radius [m]
 MAX_ITEM_ALTITUDE = 2e4  # above or below the sea, home or the origin [m]
 MAX_WAIT = 1e6  # [s]
+SPEED_TYPES = tuple(
+    sorted(kind for kind, entry in mavlink.enums["SPEED_TYPE"].items() if not entry.name.endswith("_ENUM_END"))
+)
 MIN_SPEED = 0.1  # slower is standing still [m/s]
 
 LATITUDE = finite("latitude", -90.0, 90.0, "deg")
@@ -69,7 +73,12 @@ ITEM_RANGES: dict[int, ItemRanges] = {
         (whole("jump target", 0, MAX_PLAN_ITEMS - 1), whole("repeat count", 0, 65535, also=(-1.0,)), _, _)
     ),
     mavlink.MAV_CMD_DO_CHANGE_SPEED: ItemRanges(
-        (_, finite("speed", MIN_SPEED, MAX_AIRSPEED, "m/s", also=(-1.0,), default=False), _, _)
+        (
+            one_of("speed type", *SPEED_TYPES, default=True),
+            finite("speed", MIN_SPEED, MAX_AIRSPEED, "m/s", also=(NO_CHANGE, DEFAULT_SPEED), default=False),
+            one_of("throttle", 0.0, NO_CHANGE, DEFAULT_SPEED, default=True),
+            _,
+        )
     ),
     mavlink.MAV_CMD_DO_VTOL_TRANSITION: ItemRanges((one_of("VTOL state", 0, 3, 4), _, _, _)),
     mavlink.MAV_CMD_NAV_FENCE_POLYGON_VERTEX_INCLUSION: ItemRanges((CORNERS, _, _, _), GROUND_PLACE),

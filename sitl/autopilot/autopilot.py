@@ -268,11 +268,9 @@ class Autopilot:
     # Where it is flown, and by which settings
 
     def configure(self, settings: Settings) -> None:
-        """Take changed settings; a mission under way flies its next items by them."""
-        self._flight.settings = settings
+        """Take changed settings; what is under way goes on at their speeds, unless others were asked for."""
+        self._flight.configure(settings)
         self._apply_fence()
-        if self._flight.mission is not None:
-            self._flight.mission.settings = settings
 
     def load_fence(self, fence: Fence) -> None:
         """Replace the fence; the settings decide whether it is in force."""

@@ -17,6 +17,7 @@ from sitl.enclosure.arena_detours import crossed, crosses_circle
 from sitl.guidance.legs import FlyLeg
 from sitl.guidance.limits import MIN_HOLD_HEIGHT
 from sitl.guidance.manoeuvres import ComeToRest, FlyTo, Hold, Manoeuvre, ManoeuvreSequence, land_at
+from sitl.guidance.speed_changes import follow_airspeed, follow_hover_speed
 from sitl.guidance.view import VehicleView
 from sitl.prediction.chooser import Chooser
 
@@ -76,6 +77,16 @@ class FlightState:
         """The answer that refuses a request with a MAV_RESULT; the pilot reads why."""
         self.say(mavlink.MAV_SEVERITY_WARNING, text)
         return Answer(result, text)
+
+    # By what it is flown
+
+    def configure(self, settings: Settings) -> None:
+        """Take changed settings; a manoeuvre at the speeds of the old ones goes on at those of the new ones."""
+        before, self.settings = self.settings, settings
+        if self.mission is not None:
+            self.mission.configure(settings)
+        follow_hover_speed(self.manoeuvre, before.hover_speed, settings.hover_speed)
+        follow_airspeed(self.manoeuvre, before.airspeed, settings.airspeed)
 
     # What is possible
 

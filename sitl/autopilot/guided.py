@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from protocol.flight_limits import MIN_FORWARD_HEIGHT
+from protocol.names.command_values import DEFAULT_SPEED
 from protocol.names.modes import Mode
 from sitl.autopilot.answers import ACCEPTED, DENIED, REJECTED, Answer
 from sitl.autopilot.arming import Arming
 from sitl.autopilot.flight_state import FlightState
+from sitl.autopilot.mission.speeds import CLIMB, MAX_VERTICAL_SPEEDS
 from sitl.control.reference import Point, hover_at
 from sitl.guidance.circles import FlyCircle, circle_about
 from sitl.guidance.legs import FlyLeg
 from sitl.guidance.limits import MAX_AIRSPEED, MIN_AIRSPEED
 from sitl.guidance.manoeuvres import FlyTo, Hold, Ramp
+from sitl.guidance.speed_changes import change_airspeed, change_hover_speed, change_vertical_speeds
 
 MIN_CLIMB = 0.5  # of a take-off [m]
 
@@ -114,16 +117,32 @@ class GuidedRequests:
         flight.enter(Mode.HOLD, circle)
         return Answer(ACCEPTED)
 
-    def change_speed(self, speed: float | None) -> Answer:
-        """Speed of the manoeuvre under way, or of the mission: that of the hover, or from 7 m/s on of the cruise.
+    def change_speed(self, kind: float, speed: float) -> Answer:
+        """Change a speed of the manoeuvre under way, or of the mission.
 
         Args:
-            speed: [m/s]; None takes that of the settings.
+            kind: SPEED_TYPE. Airspeed and ground speed are one: that of the hover, or from 7 m/s on of the cruise.
+            speed: [m/s]; -2 takes that of the settings, of climb and descent that of the laws.
         """
         flight = self._flight
         if flight.mode is Mode.MISSION and flight.mission is not None:
-            flight.mission.change_speed(-1.0 if speed is None else speed)
+            flight.mission.change_speed(kind, speed)
             return Answer(ACCEPTED)
+        if kind in MAX_VERTICAL_SPEEDS:
+            return self._change_vertical_speed(kind, None if speed == DEFAULT_SPEED else speed)
+        return self._change_speed(None if speed == DEFAULT_SPEED else speed)
+
+    def _change_vertical_speed(self, kind: float, speed: float | None) -> Answer:
+        flight = self._flight
+        if not isinstance(flight.manoeuvre, FlyTo):
+            return flight.refuse(REJECTED, "Vertical speed refused: not hovering to a point")
+        climb, descent = flight.manoeuvre.climb, flight.manoeuvre.descent
+        new = (speed, descent) if kind == CLIMB else (climb, speed)
+        change_vertical_speeds(flight.manoeuvre, *new)
+        return Answer(ACCEPTED)
+
+    def _change_speed(self, speed: float | None) -> Answer:
+        flight = self._flight
         manoeuvre = flight.manoeuvre
         forward = isinstance(manoeuvre, FlyCircle) or (isinstance(manoeuvre, FlyLeg) and not manoeuvre.upright)
         if speed is None:
@@ -135,8 +154,8 @@ class GuidedRequests:
             return flight.refuse(REJECTED, f"Hover speed {speed:g} m/s refused: in forward flight")
         if not isinstance(manoeuvre, FlyTo | Hold | FlyLeg | FlyCircle):
             return flight.refuse(REJECTED, f"Hover speed {speed:g} m/s refused: not flying to a point")
-        reference = manoeuvre.reference
-        if forward and reference.forward:
-            reference = reference._replace(path=reference.path._replace(airspeed=float(speed)))
-        manoeuvre.reference = reference if forward else reference._replace(speed=speed)
+        if forward:
+            change_airspeed(manoeuvre, speed)
+        else:
+            change_hover_speed(manoeuvre, speed)
         return Answer(ACCEPTED)

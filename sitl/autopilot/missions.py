@@ -7,11 +7,13 @@ from collections.abc import Sequence
 from protocol.dialect import mavlink
 from protocol.names.modes import Mode
 from protocol.plans.mission_item import MissionItem
-from sitl.autopilot.answers import ACCEPTED, DENIED, REJECTED, Answer
+from sitl.autopilot.answers import ACCEPTED, DENIED, FAILED, REJECTED, Answer
 from sitl.autopilot.arming import Arming
 from sitl.autopilot.flight_state import FlightState
 from sitl.autopilot.mission.items import refuse_items
 from sitl.autopilot.mission.runner import MissionRunner
+from sitl.control.reference import upright
+from sitl.guidance.manoeuvres import Hold
 
 
 class MissionRequests:
@@ -67,20 +69,36 @@ class MissionRequests:
             return flight.refuse(DENIED, f"Mission denied: {outside}")
         if first is not None and not 0 <= first < len(mission.items):
             return flight.refuse(DENIED, f"Mission denied: no item {first} (it has {len(mission.items)})")
-        if first is not None or mission.finished:
-            mission.jump_to(first or 0)
-        mission.interrupt()
         flight.enter(Mode.MISSION, None)
+        if first == 0 or mission.finished or (first is None and self._starts_anew(mission)):
+            mission.restart(first or 0)
+        elif first is not None:
+            mission.jump_to(first)
+        mission.interrupt()
         flight.flying = True
         return Answer(ACCEPTED)
 
-    def set_current(self, seq: int) -> Answer:
-        """Make an item the current one, flying or not."""
+    def _starts_anew(self, mission: MissionRunner) -> bool:
+        """Whether flying on is a start from the first item, and not that item resumed in flight."""
+        return mission.current == 0 and not (mission.begun and self._flight.flying)
+
+    def set_current(self, seq: int | None, *, resets: bool = False) -> Answer:
+        """Make an item the current one, flying or not.
+
+        Args:
+            seq: The item; None: the one that is current.
+            resets: Whether counters of jumps, speeds and ways of flying begin anew, and a mission that was complete
+                can go on.
+        """
         mission = self._flight.mission
-        if mission is None or not 0 <= seq < len(mission.items):
+        if mission is None or (seq is not None and not 0 <= seq < len(mission.items)):
             count = len(mission.items) if mission else 0
-            return self._flight.refuse(DENIED, f"No mission item {seq} (it has {count})")
-        mission.jump_to(seq)
+            named = "" if seq is None else f" {seq}"
+            return self._flight.refuse(FAILED, f"No mission item{named} (it has {count})")
+        if seq is not None:
+            mission.jump_to(seq)
+        if resets:
+            mission.reset()
         return Answer(ACCEPTED)
 
     def update(self, mission: MissionRunner) -> None:
@@ -88,9 +106,19 @@ class MissionRequests:
         flight = self._flight
         flight.reference = mission.update(flight.view)
         self._collect(mission)
-        if mission.finished:
+        if mission.paused:
+            self._pause()
+        elif mission.finished:
             flight.say(mavlink.MAV_SEVERITY_NOTICE, "Mission complete: holding")
             flight.hold_here()
+
+    def _pause(self) -> None:
+        """Hold where the item ended; in forward flight, where the vehicle can stop."""
+        flight = self._flight
+        if flight.view.forward:
+            flight.hold_here()
+        else:
+            flight.enter(Mode.HOLD, Hold(upright(flight.reference)))
 
     def touched_down(self) -> None:
         """The vehicle touched the ground."""

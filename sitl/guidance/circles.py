@@ -58,9 +58,22 @@ def circle_about(
         seconds: How long; infinite: for ever.
         turns: How often; infinite: for ever.
     """
-    slower = min(airspeed, math.sqrt(MAX_CENTRIPETAL * abs(radius)))
-    reference = along(hover_at(centre, last.heading, last.speed), circle(centre, -radius, slower), last.heading)
+    path = circle(centre, -radius, circle_airspeed(radius, airspeed))
+    reference = along(hover_at(centre, last.heading, last.speed), path, last.heading)
     return FlyCircle(reference, seconds, turns)
+
+
+def circle_airspeed(radius: float, wanted: float) -> float:
+    """The airspeed of a circle: the wanted one, or slower where it is tight [m/s]."""
+    return min(wanted, math.sqrt(MAX_CENTRIPETAL * abs(radius)))
+
+
+def circle_at(circling: FlyCircle, height: float) -> FlyCircle:
+    """The same circle at another height, world NWU [m], flown on from where the vehicle is, for ever."""
+    reference, path = circling.reference, circling.reference.path
+    centre = path.start._replace(z=float(height))
+    path = path._replace(start=centre, end=centre)
+    return FlyCircle(reference._replace(position=centre, path=path))
 
 
 def circle_ahead(view: VehicleView, radius: float, last: Reference, airspeed: float) -> FlyCircle:

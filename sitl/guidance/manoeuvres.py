@@ -75,6 +75,7 @@ class FlyTo:
     """Go to a point and stay there for ``hold`` seconds within ``acceptance`` metres.
 
     The laws get the point itself, not a ramp towards it: covering the distance is the job of the hybrid controller.
+    Only where a vertical speed was asked for, the height is a ramp.
     """
 
     reference: Reference
@@ -82,12 +83,27 @@ class FlyTo:
     hold: float = 0.0
     landing: bool = False
     arrived: float | None = None
+    climb: float | None = None  # how fast the height rises [m/s]; None: at once
+    descent: float | None = None  # how fast it falls [m/s]; None: at once
+    ramped: tuple[float, float] | None = None  # time and height of the last tick, on a ramp
 
     def update(self, view: VehicleView) -> Reference:
         """The point; notes when the vehicle arrived."""
         if self.arrived is None and distance(view.p, self.reference.position) <= self.acceptance:
             self.arrived = view.time
-        return self.reference
+        if self.climb is None and self.descent is None:
+            return self.reference
+        return replace_altitude(self.reference, self._ramped_height(view))
+
+    def _ramped_height(self, view: VehicleView) -> float:
+        """The height for this tick, moved towards the point's from that of the last tick or of the vehicle [m]."""
+        then, z = self.ramped or (view.time, view.p[2])
+        wanted = self.reference.position.z - z
+        up = wanted if self.climb is None else min(wanted, self.climb * (view.time - then))
+        down = wanted if self.descent is None else max(wanted, -self.descent * (view.time - then))
+        z += up if wanted > 0.0 else down
+        self.ramped = (view.time, z)
+        return z
 
     def done(self, view: VehicleView) -> bool:
         """Arrived, and held long enough since."""

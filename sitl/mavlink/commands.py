@@ -14,11 +14,12 @@ from protocol.dialect.vocabulary import Way
 from protocol.engines.server.stream_server import STREAM_COMMANDS
 from protocol.events import CommandRequested
 from protocol.mav_frames import ABSOLUTE_ALTITUDE_FRAMES
-from protocol.names.command_values import FORCE_ARM_DISARM
+from protocol.names.command_values import DEFAULT_SPEED, FORCE_ARM_DISARM, NO_CHANGE
 from protocol.names.modes import UNSUPPORTED_PX4_MODES, mode_from_parts
 from sitl.autopilot.answers import ACCEPTED, DENIED, REJECTED, UNSUPPORTED, Answer
 from sitl.autopilot.autopilot import Autopilot
 from sitl.autopilot.mission.items import WAY_OF_VTOL_STATE
+from sitl.autopilot.mission.speeds import MAX_VERTICAL_SPEEDS, SPEED_TYPES, VERTICAL_WORDS
 from sitl.autopilot.safety.world import POSITION_FRAMES
 from sitl.control.reference import Point
 from sitl.guidance.limits import MAX_AIRSPEED, MIN_AIRSPEED
@@ -27,8 +28,8 @@ from sitl.mavlink.standard_modes import set_standard_mode
 
 ARM = mavlink.MAV_CMD_COMPONENT_ARM_DISARM
 SAME_PLACE_RADIUS = 20.0  # a client with an older position of the vehicle may name a place this far from it [m]
-NO_CHANGE, DEFAULT_SPEED = -1.0, -2.0  # special values of MAV_CMD_DO_CHANGE_SPEED
-AIRSPEED, GROUND_SPEED = mavlink.SPEED_TYPE_AIRSPEED, mavlink.SPEED_TYPE_GROUNDSPEED
+GROUND_SPEED = mavlink.SPEED_TYPE_GROUNDSPEED
+CURRENT_ITEM = -1.0  # of MAV_CMD_DO_SET_MISSION_CURRENT
 YAW_BEHAVIOURS = frozenset(mavlink.enums["ORBIT_YAW_BEHAVIOUR"]) - {mavlink.ORBIT_YAW_BEHAVIOUR_ENUM_END}
 CUSTOM_MODE = mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
 
@@ -167,10 +168,12 @@ def _start_mission(autopilot: Autopilot, request: CommandRequested) -> Answer:
 
 @_handles(mavlink.MAV_CMD_DO_SET_MISSION_CURRENT)
 def _set_current(autopilot: Autopilot, request: CommandRequested) -> Answer:
-    seq = request.params[0]
+    seq, resets = request.params[:2]
+    if not _is_default(resets) and resets != 1.0:
+        return Answer(DENIED, f"Mission item denied: param2 is {resets:g}, not 0 or 1")
     if not (math.isfinite(seq) and seq == int(seq)):
         return Answer(DENIED, f"Mission item denied: {seq:g} is not the number of an item")
-    return autopilot.missions.set_current(int(seq))
+    return autopilot.missions.set_current(None if seq == CURRENT_ITEM else int(seq), resets=resets == 1.0)
 
 
 @_handles(mavlink.MAV_CMD_DO_REPOSITION)
@@ -221,20 +224,27 @@ def _is_on_the_globe(latitude: float, longitude: float) -> bool:
 
 @_handles(mavlink.MAV_CMD_DO_CHANGE_SPEED)
 def _change_speed(autopilot: Autopilot, request: CommandRequested) -> Answer:
-    kind, speed, throttle = request.params[:3]
-    if not math.isnan(kind) and kind not in {AIRSPEED, GROUND_SPEED}:
-        return Answer(DENIED, f"Speed denied: param1 is {kind:g}, not 0 (airspeed) or 1 (ground speed)")
+    kind, speed, throttle = request.param(1, GROUND_SPEED), *request.params[1:3]
+    if kind not in SPEED_TYPES:
+        return Answer(DENIED, f"Speed denied: param1 is {kind:g}, not 0 (air), 1 (ground), 2 (climb) or 3 (descent)")
     if not _is_default(throttle) and throttle not in {NO_CHANGE, DEFAULT_SPEED}:
         return Answer(DENIED, f"Speed denied: throttle {throttle:g} % is not supported")
     if speed == NO_CHANGE:
         return Answer(ACCEPTED)
-    if speed == DEFAULT_SPEED:
-        return autopilot.guided.change_speed(None)
-    limit = autopilot.settings.hover_speed
-    if not (math.isfinite(speed) and (0.0 < speed <= limit or MIN_AIRSPEED <= speed <= MAX_AIRSPEED)):
-        allowed = f"up to {limit:g} m/s in the hover, {MIN_AIRSPEED:g} to {MAX_AIRSPEED:g} m/s forward"
+    if speed != DEFAULT_SPEED and (allowed := _refuse_speed(autopilot, kind, speed)):
         return Answer(DENIED, f"Speed denied: {speed:g} m/s; {allowed}")
-    return autopilot.guided.change_speed(speed)
+    return autopilot.guided.change_speed(kind, speed)
+
+
+def _refuse_speed(autopilot: Autopilot, kind: float, speed: float) -> str:
+    """The speeds of a SPEED_TYPE that are possible, where this one [m/s] is not; else nothing."""
+    if kind in MAX_VERTICAL_SPEEDS:
+        limit = MAX_VERTICAL_SPEEDS[kind]
+        return "" if 0.0 < speed <= limit else f"the hover {VERTICAL_WORDS[kind]} with up to {limit:g} m/s"
+    limit = autopilot.settings.hover_speed
+    if math.isfinite(speed) and (0.0 < speed <= limit or MIN_AIRSPEED <= speed <= MAX_AIRSPEED):
+        return ""
+    return f"up to {limit:g} m/s in the hover, {MIN_AIRSPEED:g} to {MAX_AIRSPEED:g} m/s forward"
 
 
 @_handles(mavlink.MAV_CMD_DO_VTOL_TRANSITION)

@@ -15,6 +15,7 @@ from protocol.mav_frames import ABSOLUTE_ALTITUDE_FRAMES
 from protocol.plans.mission_item import MissionItem
 from protocol.plans.validation import Refusal
 from protocol.units import UNKNOWN_INT32, from_e7, from_local_e4
+from sitl.autopilot.mission.speeds import MAX_VERTICAL_SPEEDS, VERTICAL_WORDS
 from sitl.autopilot.routes import no_descent
 from sitl.autopilot.safety.item_numbers import refuse_numbers
 from sitl.autopilot.safety.world import POSITION_FRAMES, World
@@ -141,6 +142,8 @@ def _validate_item(seq: int, item: MissionItem, count: int, world: World) -> Ref
     if item.command == mavlink.MAV_CMD_DO_JUMP and item.params[0] >= count:
         text = f"item {seq}: param1 (jump target) is {item.params[0]:g}, not from 0 to {count - 1}"
         return Refusal(mavlink.MAV_MISSION_INVALID_PARAM1, text)
+    if item.command == mavlink.MAV_CMD_DO_CHANGE_SPEED:
+        return _refuse_vertical_speed(seq, *item.params[:2])
     if item.command not in POSITION_COMMANDS | LAND_COMMANDS | TAKEOFF_COMMANDS:
         return None
     try:
@@ -151,3 +154,12 @@ def _validate_item(seq: int, item: MissionItem, count: int, world: World) -> Ref
         return Refusal(mavlink.MAV_MISSION_INVALID_PARAM5_X, f"item {seq}: a waypoint needs a position")
     reason = world.arena.refuse(_end(item, world))
     return None if reason is None else Refusal(mavlink.MAV_MISSION_INVALID, f"item {seq}: {reason}")
+
+
+def _refuse_vertical_speed(seq: int, kind: float, speed: float) -> Refusal | None:
+    """Why a hover cannot climb or descend so fast [m/s], or None; other types of speed have one limit."""
+    limit = MAX_VERTICAL_SPEEDS.get(kind)
+    if limit is None or speed <= limit:
+        return None
+    text = f"item {seq}: param2 (speed) is {speed:g} m/s, the hover {VERTICAL_WORDS[kind]} with up to {limit:g} m/s"
+    return Refusal(mavlink.MAV_MISSION_INVALID_PARAM2, text)

@@ -22,6 +22,7 @@ from sitl.autopilot.mission.items import (
     height_of,
     position_of,
 )
+from sitl.autopilot.mission.speeds import MissionSpeeds
 from sitl.autopilot.routes import FORWARD_DRIFT, land_after, no_descent, return_route, route_to
 from sitl.autopilot.safety.world import World
 from sitl.autopilot.settings import Settings
@@ -32,6 +33,7 @@ from sitl.guidance.leg_speeds import corner_lead, leg_airspeeds, speed_along
 from sitl.guidance.legs import FlyLeg, leg_reference
 from sitl.guidance.limits import MIN_AIRSPEED
 from sitl.guidance.manoeuvres import FlyTo, Hold, Manoeuvre, ManoeuvreSequence, Ramp, distance, land_at
+from sitl.guidance.speed_changes import change_airspeed, change_hover_speed, change_vertical_speeds
 from sitl.guidance.view import VehicleView
 from sitl.prediction.chooser import Chooser, LegEnd
 
@@ -48,15 +50,36 @@ class MissionRunner:
     chooser: Chooser | None = None  # None: every leg is hovered
     current: int = 0
     finished: bool = False
+    begun: bool = False  # since it was loaded, restarted or led to its present item, it has been flown
+    paused: bool = False  # after an item whose autocontinue is off
     reached: list[int] = field(default_factory=list)
     notices: list[str] = field(default_factory=list)
     _manoeuvre: Manoeuvre | None = None
     _reference: Reference | None = None
-    _speed: float | None = None
-    _airspeed: float | None = None
+    _speeds: MissionSpeeds = field(default_factory=MissionSpeeds)
+    _changed_speeds: bool = False  # since the present manoeuvre took them
     _requested: Way = Way.NONE  # of the items to come
     _from: Point | None = None  # where the last leg ended, if it did not stop there
+    _flown: tuple[Point, ...] = ()  # points of the leg under way and of those flown forward after it
+    _is_long: bool = False  # those go on beyond what is planned ahead
+    _lifting: bool = False  # the current item is a take-off that began on the ground
     _jumps_left: dict[int, int] = field(default_factory=dict)
+
+    def restart(self, seq: int = 0) -> None:
+        """Begin as after an upload, with an item: counters of jumps, speeds and ways of flying are forgotten.
+
+        Raises:
+            IndexError: If the mission has no such item.
+        """
+        self.jump_to(seq)
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget counters of jumps, speeds and ways of flying; the current item goes on, or is open again."""
+        self.finished = False
+        self._jumps_left.clear()
+        self._requested = Way.NONE
+        self._speeds, self._changed_speeds = MissionSpeeds(), self._manoeuvre is not None
 
     def jump_to(self, seq: int) -> None:
         """Make an item the current one; the next update starts it.
@@ -66,12 +89,13 @@ class MissionRunner:
         """
         if not 0 <= seq < len(self.items):
             raise IndexError(f"item {seq} of {len(self.items)}")
-        self.current, self.finished = seq, False
+        self.current, self.finished, self.begun, self._lifting = seq, False, False, False
         self.interrupt()
 
     def interrupt(self) -> None:
         """Forget how far the current item was flown: when resumed it starts anew, from wherever the vehicle is."""
         self._manoeuvre = self._from = None
+        self.paused = False
 
     def revise(self, items: tuple[MissionItem, ...]) -> None:
         """Fly other items from now on, as many; what is over stays so, and the current item starts anew if it is.
@@ -80,6 +104,7 @@ class MissionRunner:
             items: All of the mission's.
         """
         is_changed = items[self.current :] != self.items[self.current :]  # the legs ahead are planned together
+        self._jumps_left = {seq: left for seq, left in self._jumps_left.items() if items[seq] == self.items[seq]}
         self.items = items
         if is_changed:
             self.interrupt()
@@ -92,16 +117,23 @@ class MissionRunner:
     def update(self, view: VehicleView) -> Reference:
         """The reference for this tick; moves through as many items as are done."""
         reference = self._reference or hover_at(view.p, view.heading, self.speed)
+        self.begun = True
+        if self._changed_speeds:
+            self._apply_speeds(view)
         for _ in range(2 * len(self.items) + 1):  # bounds a loop of jumps with nothing to fly between
             if self.finished:
                 break
             if self._manoeuvre is None:
+                self._flown = ()
                 self._manoeuvre = self._start(self.items[self.current], view, upright(reference))
+                self._set_vertical_speeds()
             if self._manoeuvre is not None:
                 reference = self._manoeuvre.update(view)
                 if not self._manoeuvre.done(view):
                     break
             self._advance()
+            if self.paused:
+                break
         else:
             self.notices.append("Mission stopped: jumps loop without a waypoint")
             self.finished = True
@@ -116,26 +148,54 @@ class MissionRunner:
     @property
     def speed(self) -> float:
         """Speed limit of the hover in force [m/s]."""
-        return self.settings.hover_speed if self._speed is None else self._speed
+        wanted, limit = self._speeds.hover, self.settings.hover_speed
+        return limit if wanted is None else min(wanted, limit)
 
     @property
     def airspeed(self) -> float:
         """Airspeed of legs in forward flight [m/s]."""
-        return self.settings.airspeed if self._airspeed is None else self._airspeed
+        return self.settings.airspeed if self._speeds.cruise is None else self._speeds.cruise
 
-    def change_speed(self, wanted: float) -> None:
-        """Speed of the items to come [m/s]: up to its limit that of the hover, from 7 m/s on that of the cruise.
+    def configure(self, settings: Settings) -> None:
+        """Take changed settings: speeds that the mission left to them act at once, the rest from the next item on."""
+        before, self.settings = self.settings, settings
+        if (before.hover_speed, before.airspeed) != (settings.hover_speed, settings.airspeed):
+            self._changed_speeds = True
 
-        A negative one returns both to those of the settings.
+    def change_speed(self, kind: float, speed: float) -> None:
+        """Change a speed of the leg under way and of the items to come.
+
+        Args:
+            kind: SPEED_TYPE.
+            speed: [m/s]; -1 changes nothing, -2 takes that of the settings.
         """
-        if wanted < 0.0:
-            self._speed = self._airspeed = None
-        elif wanted >= MIN_AIRSPEED and self.chooser is not None:
-            self._airspeed = wanted
-        else:
-            self._speed = min(wanted, self.settings.hover_speed)
-            if wanted > self._speed:
-                self.notices.append(f"Speed {wanted:g} m/s: hover is limited to {self._speed:g} m/s")
+        flies = self.chooser is not None and self.chooser.can_fly_forward
+        if notice := self._speeds.change(kind, speed, self.settings, can_fly_forward=flies):
+            self.notices.append(notice)
+        self._changed_speeds = self._manoeuvre is not None
+
+    def _apply_speeds(self, view: VehicleView) -> None:
+        """Go on with the manoeuvre under way at the speeds in force."""
+        self._changed_speeds = False
+        if self.world.arena.obstacles and view.forward:
+            self._manoeuvre = None  # the way past them depends on the speed
+            return
+        change_hover_speed(self._manoeuvre, self.speed)
+        airspeed = self._leg_airspeed(view)
+        change_airspeed(self._manoeuvre, airspeed)
+        if isinstance(self._manoeuvre, FlyLeg) and self._manoeuvre.lead > 0.0:
+            start, corner, after = self._flown[:3]
+            self._manoeuvre.lead = corner_lead(start, corner, after, speed_along(start, corner, airspeed, view.wind))
+        self._set_vertical_speeds()
+
+    def _leg_airspeed(self, view: VehicleView) -> float:
+        """Airspeed of the leg under way: that asked for, or slower where the legs after it need room [m/s]."""
+        if len(self._flown) < 2 or self._is_long:
+            return self.airspeed
+        return leg_airspeeds(self._flown, self.airspeed, view.wind)[0]
+
+    def _set_vertical_speeds(self) -> None:
+        change_vertical_speeds(self._manoeuvre, self._speeds.climb, self._speeds.descent)
 
     def request(self, way: Way) -> Way:
         """Hover or fly the items to come until the mission says otherwise; the present one starts anew.
@@ -149,10 +209,13 @@ class MissionRunner:
     def _advance(self) -> None:
         item = self.items[self.current]
         self.reached.append(self.current)
-        self._manoeuvre = None
+        self._manoeuvre, self._lifting = None, False
         following = self._jump(item) if item.command == mavlink.MAV_CMD_DO_JUMP else self.current + 1
         self.finished = following >= len(self.items)
         if not self.finished:
+            self.paused = not item.autocontinue
+            if self.paused:
+                self.notices.append(f"Mission paused after item {self.current}: continue to go on")
             self.current = following
 
     def _jump(self, item: MissionItem) -> int:
@@ -166,13 +229,18 @@ class MissionRunner:
     def _start(self, item: MissionItem, view: VehicleView, last: Reference) -> Manoeuvre | None:
         """Begin an item: its manoeuvre, or None if it is done at once."""
         if item.command == mavlink.MAV_CMD_DO_CHANGE_SPEED:
-            self.change_speed(item.params[1])
+            self.change_speed(*item.params[:2])
             return None
         if item.command == mavlink.MAV_CMD_DO_VTOL_TRANSITION:
             self._requested = WAY_OF_VTOL_STATE[int(item.params[0])]
             return None
         if item.command == mavlink.MAV_CMD_DO_JUMP:
             return None
+        if item.command in TAKEOFF_COMMANDS:
+            self._lifting |= view.landed
+            if not self._lifting or view.forward or view.p[2] > height_of(item, self.world):
+                self.notices.append(f"Take-off of item {self.current} passed over: already in the air")
+                return None
         return self._manoeuvre_of(item, view, last)
 
     def _manoeuvre_of(self, item: MissionItem, view: VehicleView, last: Reference) -> Manoeuvre:
@@ -191,7 +259,7 @@ class MissionRunner:
 
     def _take_off(self, item: MissionItem, view: VehicleView, last: Reference) -> Manoeuvre:
         here = (view.p[0], view.p[1], height_of(item, self.world))
-        climb = Ramp(hover_at(here, _heading(item, last), self.speed), self.settings.climb_rate)
+        climb = Ramp(hover_at(here, _heading(item, last), self.speed), self._speeds.climb or self.settings.climb_rate)
         if above := crossed(self.world.arena, view.p, here, self.settings.clearance):
             return self._stopped(f"'{above[0].name}' is above", last)
         point = position_of(item, self.world)
@@ -279,7 +347,8 @@ class MissionRunner:
             if decision.way is not Way.FORWARD:
                 break
             flown.append(end.p)
-        airspeed = leg_airspeeds(flown, self.airspeed, view.wind)[0] if len(ends) < LEGS_AHEAD else self.airspeed
+        self._flown, self._is_long = tuple(flown), len(ends) == LEGS_AHEAD
+        airspeed = self._leg_airspeed(view)
         stop, lead = len(flown) == 2, 0.0
         if not stop:
             self._from = point
@@ -311,7 +380,7 @@ class MissionRunner:
                 if seq > self.current:
                     height = max(following[2], ends[-1].p[2]) if item.command in LAND_COMMANDS else following[2]
                     ends.append(LegEnd((following[0], following[1], height), requested, seq))
-                if item.command != mavlink.MAV_CMD_NAV_WAYPOINT or item.params[0] > 0.0:
+                if item.command != mavlink.MAV_CMD_NAV_WAYPOINT or item.params[0] > 0.0 or not item.autocontinue:
                     break
         return ends
 

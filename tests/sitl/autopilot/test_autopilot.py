@@ -188,7 +188,7 @@ REQUESTS = st.sampled_from(
         lambda a: a.missions.start(),
         lambda a: a.set_mode(Mode.OFFBOARD),
         lambda a: a.missions.set_current(1),
-        lambda a: a.guided.change_speed(1.0),
+        lambda a: a.guided.change_speed(mavlink.SPEED_TYPE_GROUNDSPEED, 1.0),
         lambda a: a.missions.load([TAKE_OFF, waypoint(4, 0, 3), LAND]),
         lambda a: a.touched_down(a.view) if a.landing else None,
     ]

@@ -2,9 +2,12 @@
 
 import pytest
 
+from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Way
 from sitl.autopilot.settings import Settings
 from tests.support.flights.recorded_flight import HIGH, Flight
+
+GROUND = mavlink.SPEED_TYPE_GROUNDSPEED
 
 
 @pytest.fixture
@@ -19,8 +22,8 @@ def forward():
 
 def test_on_the_leg_the_airspeed_is_changed(forward):
     guided = forward.autopilot.guided
-    assert "Hover speed 2 m/s refused: in forward flight" in guided.change_speed(2.0).text
-    assert guided.change_speed(17.0).accepted
+    assert "Hover speed 2 m/s refused: in forward flight" in guided.change_speed(GROUND, 2.0).text
+    assert guided.change_speed(GROUND, 17.0).accepted
     forward.fly(0.1)
     assert forward.autopilot.reference.path.airspeed == 17.0
 
@@ -28,8 +31,8 @@ def test_on_the_leg_the_airspeed_is_changed(forward):
 def test_hovering_at_its_end_the_speed_of_the_hover_is_changed(forward):
     guided = forward.autopilot.guided
     forward.fly_until(lambda: not forward.autopilot.reference.forward, 60.0)
-    assert "Speed 17 m/s refused: not in forward flight" in guided.change_speed(17.0).text
-    assert guided.change_speed(1.5).accepted
+    assert "Speed 17 m/s refused: not in forward flight" in guided.change_speed(GROUND, 17.0).text
+    assert guided.change_speed(GROUND, 1.5).accepted
     forward.fly(0.1)
     assert forward.autopilot.reference.speed == 1.5
     assert not forward.autopilot.reference.forward

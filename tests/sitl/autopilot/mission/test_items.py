@@ -17,6 +17,10 @@ from tests.support.vehicle.mission_items import LAND, NAN, TAKE_OFF, item, waypo
 WORLD = World(LocalFrame(HOME), ARENAS["open"])
 
 
+def speed(kind, value, throttle=-1.0):
+    return item(mavlink.MAV_CMD_DO_CHANGE_SPEED, params=(kind, value, throttle, 0.0))
+
+
 @pytest.mark.parametrize(
     ("bad", "result", "word"),
     [
@@ -36,6 +40,10 @@ WORLD = World(LocalFrame(HOME), ARENAS["open"])
             mavlink.MAV_MISSION_INVALID_PARAM2,
             "speed",
         ),
+        (speed(4.0, 2.0), mavlink.MAV_MISSION_INVALID_PARAM1, "speed type"),
+        (speed(2.0, 3.0), mavlink.MAV_MISSION_INVALID_PARAM2, "speed"),
+        (speed(1.0, -3.0), mavlink.MAV_MISSION_INVALID_PARAM2, "speed"),
+        (speed(1.0, 2.0, 40.0), mavlink.MAV_MISSION_INVALID_PARAM3, "throttle"),
         (
             MissionItem(command=mavlink.MAV_CMD_NAV_WAYPOINT, frame=3, params=(0.0, 0.0, 0.0, NAN), x=0, y=0, z=3.0),
             mavlink.MAV_MISSION_INVALID_PARAM5_X,
@@ -72,6 +80,13 @@ def test_a_frame_that_nobody_knows_is_refused_in_an_item_without_a_position_too(
 
 def test_a_valid_mission_is_accepted():
     assert validate([TAKE_OFF, waypoint(5, -5, 3), LAND], WORLD) is None
+
+
+@pytest.mark.parametrize(
+    "known", [speed(kind, value) for kind in range(4) for value in (-2.0, -1.0, 0.5)] + [speed(1.0, 2.0, NAN)]
+)
+def test_each_type_of_speed_and_its_special_values_are_accepted(known):
+    assert validate([TAKE_OFF, known, LAND], WORLD) is None
 
 
 def test_more_items_than_fit_are_refused():

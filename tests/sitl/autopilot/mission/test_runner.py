@@ -1,10 +1,12 @@
 """How missions are flown, on a vehicle that is at its reference one tick later."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import pytest
 
 from protocol.dialect import mavlink
+from protocol.dialect.vocabulary import Way
 from protocol.frames import LocalFrame
 from protocol.plans.mission_item import MissionItem
 from sitl.autopilot.mission.runner import MissionRunner
@@ -15,21 +17,35 @@ from sitl.defaults import HOME
 from sitl.guidance.view import VehicleView
 from tests.support.vehicle.mission_items import LAND, NAN, TAKE_OFF, item, waypoint
 
+GROUND, CLIMB, DESCENT = (
+    mavlink.SPEED_TYPE_GROUNDSPEED,
+    mavlink.SPEED_TYPE_CLIMB_SPEED,
+    mavlink.SPEED_TYPE_DESCENT_SPEED,
+)
 WORLD = World(LocalFrame(HOME), ARENAS["open"])
 
 
-def fly(items, seconds=200.0, settings=None):
-    """Fly a mission; returns (runner, path)."""
+def fly(items, seconds=200.0, settings=None, start=(0.0, 0.0, 0.0)):
+    """Fly a mission until it ends or pauses; returns (runner, path)."""
     runner = MissionRunner(tuple(items), WORLD, settings or Settings())
-    p, path, time = (0.0, 0.0, 0.0), [], 0.0
-    while not runner.finished and time < seconds:
-        view = VehicleView(time, p, (0.0, 0.0, 0.0), 0.0, 0.0, False, 1.0)
+    return runner, fly_on(runner, seconds, start)
+
+
+def fly_on(runner, seconds=200.0, start=(0.0, 0.0, 0.0)):
+    """Fly a mission on until it ends or pauses; returns the path."""
+    p, path, time = start, [], 0.0
+    while not runner.finished and not runner.paused and time < seconds:
+        view = VehicleView(time, p, (0.0, 0.0, 0.0), 0.0, 0.0, landed=p[2] <= 0.0, battery_remaining=1.0)
         p = runner.update(view).position
         path.append((time, p))
         if runner.landing and p[2] <= 0.0:
             runner.touched_down()
         time += 0.02
-    return runner, path
+    return path
+
+
+def speed_item(kind, speed, throttle=-1.0):
+    return item(mavlink.MAV_CMD_DO_CHANGE_SPEED, params=(kind, speed, throttle, 0.0))
 
 
 def test_a_mission_reaches_its_items_in_order():
@@ -54,6 +70,106 @@ def test_a_jump_repeats_its_items_the_given_number_of_times():
     jump = item(mavlink.MAV_CMD_DO_JUMP, params=(1.0, 2.0, 0.0, 0.0))
     runner, _ = fly([TAKE_OFF, waypoint(5, 0, 3), waypoint(0, 0, 3), jump, LAND])
     assert runner.reached == [0, 1, 2, 3, 1, 2, 3, 1, 2, 3, 4]
+
+
+def test_begun_again_a_mission_repeats_its_jumps_and_starts_at_the_usual_speed_and_way():
+    jump = item(mavlink.MAV_CMD_DO_JUMP, params=(1.0, 2.0, 0.0, 0.0))
+    hover = item(mavlink.MAV_CMD_DO_VTOL_TRANSITION, params=(mavlink.MAV_VTOL_STATE_MC, 0.0, 0.0, 0.0))
+    items = [TAKE_OFF, waypoint(2, 0, 3), waypoint(0, 0, 3), jump, speed_item(GROUND, 0.5), hover, LAND]
+    runner, _ = fly(items)
+    first = runner.reached.copy()
+    assert (runner.speed, runner._requested) == (0.5, Way.HOVER)
+    runner.reached.clear()
+    runner.restart()
+    assert (runner.speed, runner._requested) == (Settings().hover_speed, Way.NONE)
+    fly_on(runner)
+    assert runner.reached == first
+
+
+def test_a_reset_lets_the_jumps_of_the_present_item_begin_anew():
+    jump = item(mavlink.MAV_CMD_DO_JUMP, params=(1.0, 1.0, 0.0, 0.0))
+    runner, _ = fly([TAKE_OFF, waypoint(2, 0, 3), jump, waypoint(0, 0, 3)])
+    runner.reached.clear()
+    runner.jump_to(1)
+    fly_on(runner, start=(0.0, 0.0, 3.0))
+    assert runner.reached == [1, 2, 3]
+    runner.reached.clear()
+    runner.jump_to(1)
+    runner.reset()
+    fly_on(runner, start=(0.0, 0.0, 3.0))
+    assert runner.reached == [1, 2, 1, 2, 3]
+
+
+def test_a_jump_that_is_replaced_counts_anew():
+    jumps = [item(mavlink.MAV_CMD_DO_JUMP, params=(1.0, n, 0.0, 0.0)) for n in (1.0, 2.0)]
+    plans = [(TAKE_OFF, waypoint(2, 0, 3), jump, waypoint(0, 0, 3)) for jump in jumps]
+    runner, _ = fly(plans[0])
+    runner.reached.clear()
+    runner.jump_to(1)
+    runner.revise(plans[1])
+    fly_on(runner, start=(0.0, 0.0, 3.0))
+    assert runner.reached == [1, 2, 1, 2, 1, 2, 3]
+
+
+@pytest.mark.parametrize("command", [mavlink.MAV_CMD_NAV_TAKEOFF, mavlink.MAV_CMD_NAV_VTOL_TAKEOFF])
+@pytest.mark.parametrize("height", [2.0, 50.0])
+def test_a_take_off_met_in_the_air_is_passed_over(command, height):
+    items = [waypoint(2, 0, height), item(command, 2, 0, 10.0), waypoint(4, 0, height)]
+    runner, path = fly(items, start=(0.0, 0.0, height))
+    assert runner.reached == [0, 1, 2]
+    assert {p[2] for _, p in path} == {height}
+    assert "Take-off of item 1 passed over: already in the air" in runner.notices
+
+
+def test_a_take_off_that_was_interrupted_goes_on_and_does_not_sink_to_its_height():
+    runner = MissionRunner((item(mavlink.MAV_CMD_NAV_TAKEOFF, up=10.0), waypoint(9, 0, 10)), WORLD, Settings())
+    fly_on(runner, 2.0)
+    runner.interrupt()
+    assert fly_on(runner, 3.0, start=(0.0, 0.0, 2.0))[-1][1] == pytest.approx((0.0, 0.0, 5.0), abs=0.1)
+    runner.interrupt()
+    fly_on(runner, 3.0, start=(0.0, 0.0, 30.0))
+    assert runner.current == 1
+
+
+def test_after_an_item_whose_autocontinue_is_off_the_mission_pauses_and_goes_on_when_told():
+    stop = replace(waypoint(2, 0, 3), autocontinue=False)
+    runner, path = fly([TAKE_OFF, stop, waypoint(0, 0, 3)])
+    assert (runner.paused, runner.finished, runner.current, runner.reached) == (True, False, 2, [0, 1])
+    assert path[-1][1] == (2.0, 0.0, 3.0)
+    assert "Mission paused after item 1: continue to go on" in runner.notices
+    runner.interrupt()
+    fly_on(runner, start=(2.0, 0.0, 3.0))
+    assert (runner.paused, runner.finished, runner.reached) == (False, True, [0, 1, 2])
+
+
+def test_the_last_item_completes_the_mission_whatever_its_autocontinue():
+    runner, _ = fly([TAKE_OFF, replace(waypoint(2, 0, 3), autocontinue=False)])
+    assert (runner.finished, runner.paused) == (True, False)
+
+
+def test_a_new_speed_acts_within_the_leg_and_so_does_that_of_the_settings():
+    runner = MissionRunner((waypoint(200, 0, 3),), WORLD, Settings())
+    view = VehicleView(0.0, (0.0, 0.0, 3.0), (0.0, 0.0, 0.0), 0.0, 0.0, landed=False, battery_remaining=1.0)
+    assert runner.update(view).speed == Settings().hover_speed
+    runner.configure(Settings(hover_speed=2.0))
+    assert runner.update(view).speed == 2.0
+    runner.change_speed(GROUND, 0.5)
+    assert runner.update(view).speed == 0.5
+    runner.configure(Settings(hover_speed=4.0))
+    assert runner.update(view).speed == 0.5
+    runner.change_speed(GROUND, -1.0)
+    assert runner.update(view).speed == 0.5
+    runner.change_speed(GROUND, -2.0)
+    assert runner.update(view).speed == 4.0
+
+
+@pytest.mark.parametrize(("kind", "up", "rate"), [(CLIMB, 9.0, 0.5), (DESCENT, 3.0, -0.5)])
+def test_a_vertical_speed_changes_that_and_leaves_the_horizontal_one(kind, up, rate):
+    runner, path = fly([speed_item(kind, 0.5), waypoint(20, 0, up)], start=(0.0, 0.0, 6.0))
+    assert runner.speed == Settings().hover_speed
+    rates = [(b[1][2] - a[1][2]) / (b[0] - a[0]) for a, b in pairwise(path[1:-1])]
+    assert rates == pytest.approx([rate] * len(rates), abs=0.01)
+    assert path[-1][0] == pytest.approx(6.0, abs=1.2)  # the acceptance radius is reached a little earlier
 
 
 def test_an_endless_loop_without_a_waypoint_is_stopped_and_reported():

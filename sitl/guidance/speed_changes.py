@@ -1,0 +1,60 @@
+"""New speeds for a manoeuvre that is under way: they act at once, and change nothing else about it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from sitl.guidance.circles import FlyCircle, circle_airspeed
+from sitl.guidance.legs import FlyLeg, LandAfter
+from sitl.guidance.manoeuvres import ComeToRest, FlyTo, Hold, Manoeuvre, ManoeuvreSequence, PassBy, Ramp
+
+Part = FlyTo | Hold | FlyLeg | FlyCircle | ComeToRest | PassBy | Ramp
+
+
+def change_hover_speed(manoeuvre: Manoeuvre | None, speed: float) -> None:
+    """Hover no faster than a speed [m/s] from now on."""
+    for part in _parts(manoeuvre):
+        part.reference = part.reference._replace(speed=float(speed))
+
+
+def change_airspeed(manoeuvre: Manoeuvre | None, airspeed: float) -> None:
+    """Fly forward at an airspeed [m/s] from now on; a tight circle is flown slower."""
+    for part in _parts(manoeuvre):
+        path = part.reference.path
+        if part.reference.forward:
+            wanted = circle_airspeed(path.radius, airspeed) if isinstance(part, FlyCircle) else airspeed
+            part.reference = part.reference._replace(path=path._replace(airspeed=float(wanted)))
+
+
+def follow_hover_speed(manoeuvre: Manoeuvre | None, before: float, after: float) -> None:
+    """Where it hovers at the speed of before, or faster than the new one, hover at the new one [m/s]."""
+    for part in _parts(manoeuvre):
+        if before != after and (part.reference.speed == before or part.reference.speed > after):
+            change_hover_speed(part, after)
+
+
+def follow_airspeed(manoeuvre: Manoeuvre | None, before: float, after: float) -> None:
+    """Where it flies forward at the airspeed of before, fly at the new one [m/s]."""
+    for part in _parts(manoeuvre):
+        path = part.reference.path
+        usual = circle_airspeed(path.radius, before) if isinstance(part, FlyCircle) else before
+        if before != after and path.airspeed == usual:
+            change_airspeed(part, after)
+
+
+def change_vertical_speeds(manoeuvre: Manoeuvre | None, climb: float | None, descent: float | None) -> None:
+    """Climb and descend no faster than this on hovered legs [m/s]; None: as fast as the laws do."""
+    for part in _parts(manoeuvre):
+        if isinstance(part, FlyTo):
+            part.climb, part.descent = climb, descent
+
+
+def _parts(manoeuvre: Manoeuvre | None) -> Iterator[Part]:
+    if isinstance(manoeuvre, ManoeuvreSequence):
+        for step in manoeuvre.steps[manoeuvre.index :]:
+            yield from _parts(step)
+    elif isinstance(manoeuvre, LandAfter):
+        yield from _parts(manoeuvre.leg)
+        yield from _parts(manoeuvre.down)
+    elif isinstance(manoeuvre, Part):
+        yield manoeuvre
