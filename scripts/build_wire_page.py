@@ -17,7 +17,7 @@ from protocol.engines.server.operator_control import SETPOINT_MESSAGES
 from protocol.engines.server.stream_server import STREAM_COMMANDS
 from protocol.ranges.item_ranges import MAX_ITEM_ALTITUDE, item_ranges
 from protocol.ranges.value_range import ANY_NUMBER, ValueRange
-from scripts import item_meanings
+from sitl.autopilot.mission import item_meanings
 from sitl.autopilot.mission import items as mission_items
 from sitl.autopilot.safety import fence_items, rally
 from sitl.mavlink import commands

@@ -1,4 +1,4 @@
-"""What mission items and commands mean here, beside what PX4 and ArduPilot document: a table of ``docs/wire.md``.
+"""The meaning of mission items and commands here, beside what PX4 and ArduPilot document: a table of ``docs/wire.md``.
 
 To add an item or a command, add its row. "as here" is said of what differs in nothing that a plan can tell. Sources:
 <https://docs.px4.io/main/en/flight_modes_vtol/mission>, PX4's ``src/modules/navigator`` where its guide is silent,
@@ -20,19 +20,19 @@ class Meaning(NamedTuple):
     ardupilot: str
 
 
-TAKE_OFF = Meaning(
+TAKE_OFF_MEANING = Meaning(
     "Climbs straight up at MPC_TKO_SPEED, then hovers to its place. Met in the air it is passed over, and said; a "
     "climb that was interrupted goes on.",
     "Climbs, also to a place; in the air it is a waypoint. VTOL_TAKEOFF ends with a front transition.",
     "Climbs straight up; in the air it climbs if it is lower, else it is passed over.",
 )
-LAND = Meaning(
+LAND_MEANING = Meaning(
     "Flies to its place (0, 0: here) at its height or higher, stands upright, descends at MPC_LAND_SPEED, disarms. A "
     "landing within a mission: arm and start again to go on.",
     "The same; a VTOL in forward flight transitions back first. Yaw is ignored.",
     "The same; Plane lands a fixed wing by LAND, a QuadPlane by VTOL_LAND.",
 )
-LOITER = "In forward flight a circle with a radius (param3; without one it hovers at the place)"
+LOITER_WORDS = "In forward flight a circle with a radius (param3; without one it hovers at the place)"
 
 ITEM_MEANINGS: dict[int, Meaning] = {
     m.MAV_CMD_NAV_WAYPOINT: Meaning(
@@ -41,24 +41,24 @@ ITEM_MEANINGS: dict[int, Meaning] = {
         "as here; a fixed wing ignores hold and radius",
         "param1 hold (Copter), param2 radius and param3 pass-by (Plane)",
     ),
-    m.MAV_CMD_NAV_LOITER_UNLIM: Meaning(f"{LOITER}, until another order.", "as here", "as here"),
+    m.MAV_CMD_NAV_LOITER_UNLIM: Meaning(f"{LOITER_WORDS}, until another order.", "as here", "as here"),
     m.MAV_CMD_NAV_LOITER_TURNS: Meaning(
-        f"{LOITER} for param1 turns, counted from the circle on; radius 0 is NAV_LOITER_RAD; hovering it is passed.",
+        f"{LOITER_WORDS} for param1 turns, counted from the circle on; radius 0 is NAV_LOITER_RAD; hovering it is passed.",
         "not supported",
         "as here; Copter turns on the spot for radius 0",
     ),
     m.MAV_CMD_NAV_LOITER_TIME: Meaning(
-        f"{LOITER} for param1 seconds from the circle or the place on.", "as here", "as here"
+        f"{LOITER_WORDS} for param1 seconds from the circle or the place on.", "as here", "as here"
     ),
     m.MAV_CMD_NAV_RETURN_TO_LAUNCH: Meaning(
         "Returns to home or the nearest rally point at RTL_RETURN_ALT or higher, and lands.",
         "as here, by RTL_TYPE also along the mission",
         "Copter as here; Plane circles there",
     ),
-    m.MAV_CMD_NAV_LAND: LAND,
-    m.MAV_CMD_NAV_TAKEOFF: TAKE_OFF,
-    m.MAV_CMD_NAV_VTOL_TAKEOFF: TAKE_OFF,
-    m.MAV_CMD_NAV_VTOL_LAND: LAND,
+    m.MAV_CMD_NAV_LAND: LAND_MEANING,
+    m.MAV_CMD_NAV_TAKEOFF: TAKE_OFF_MEANING,
+    m.MAV_CMD_NAV_VTOL_TAKEOFF: TAKE_OFF_MEANING,
+    m.MAV_CMD_NAV_VTOL_LAND: LAND_MEANING,
     m.MAV_CMD_NAV_DELAY: Meaning("Waits param1 seconds; no time of day.", "as here", "as here, or a time of day"),
     m.MAV_CMD_DO_JUMP: Meaning(
         "To item param1, param2 times (-1: for ever). Counters begin anew with an upload, with a start from the first "
@@ -104,6 +104,6 @@ COMMAND_MEANINGS: dict[int, Meaning] = {
         "ACCEPTED at the start",
     ),
 }
-AUTOCONTINUE = """An item whose autocontinue is 0 pauses the mission after it: the vehicle holds there and says so, until
-MISSION_START, DO_PAUSE_CONTINUE or the mode goes on. PX4 stays at the item until another is chosen; ArduPilot ignores
-the field."""
+AUTOCONTINUE = """An item whose autocontinue is 0 pauses the mission after it: the vehicle holds there and says so,
+until MISSION_START, DO_PAUSE_CONTINUE or the mode goes on. PX4 stays at the item until another is chosen;
+ArduPilot ignores the field."""
