@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 from darko_gcs.state.missions.mission_legs import FLOWN_MISSION, beginning
 from darko_gcs.state.missions.plan_parts import Items
@@ -56,8 +56,7 @@ class PlanDraft:
         """Replace the mission's items; ``undo`` takes it back."""
         self.before = [*self.before[-MAX_UNDONE + 1 :], self.plan]
         self.taken_back.clear()
-        # ``item_keys`` are a file's extra fields of the old items: they do not fit the new ones.
-        self._become(replace(self.plan, items=items, item_keys=()))
+        self._become(self.plan.with_items(items))
 
     def undo(self) -> bool:
         """Take the last edit back; False if there is none."""
@@ -100,7 +99,7 @@ class PlanDraft:
         """
         if (self.plan.items, self.fence, self.rally) == (s.mission, s.fence, s.rally):
             return
-        plan = replace(self.plan, items=s.mission, item_keys=())
+        plan = self.plan.with_items(s.mission)
         self.before.clear()
         self.taken_back.clear()
         old, self.fence, self.rally = (self.fence, self.rally), s.fence, s.rally

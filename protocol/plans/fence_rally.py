@@ -1,8 +1,10 @@
 """Fence and rally points: ``geoFence`` and ``rallyPoints`` of a .plan file, converted to mission items and back.
 
-https://mavlink.io/en/services/mission.html and QGroundControl's description of its plan files. Positions are rounded
-to the nearest step of the wire (1e-7 deg). A radius or an altitude is written as the shortest decimal with the same
-float32, so that both conversions are exact inverses.
+https://mavlink.io/en/services/mission.html and QGroundControl's description of its plan files. A fence of the old form
+(version 1) is one polygon to stay in.
+
+Positions are rounded to the nearest step of the wire (1e-7 deg). A radius or an altitude is written as the shortest
+decimal with the same float32, so that both conversions are exact inverses.
 """
 
 from __future__ import annotations
@@ -32,22 +34,36 @@ POLYGON_COMMANDS = {
 }
 CIRCLE_COMMANDS = {True: mavlink.MAV_CMD_NAV_FENCE_CIRCLE_INCLUSION, False: mavlink.MAV_CMD_NAV_FENCE_CIRCLE_EXCLUSION}
 RALLY_COMMAND = mavlink.MAV_CMD_NAV_RALLY_POINT
+RETURN_COMMAND = mavlink.MAV_CMD_NAV_FENCE_RETURN_POINT
 _FENCE_FRAME, _RALLY_FRAME = mavlink.MAV_FRAME_GLOBAL, mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT
+_RETURN_FRAME = mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT
+_RETURN, _RETURN_FRAME_KEY, _OLD_POLYGON = "breachReturn", "breachReturnFrame", "polygon"
+_FENCE_KEYS = {"circles", "polygons", "version", _RETURN, _RETURN_FRAME_KEY, _OLD_POLYGON}
 _MAX_FLOAT32 = 3.4e38
 
 
 def fence_items(plan: Plan) -> tuple[MissionItem, ...]:
-    """The fence of a plan as mission items of type FENCE: polygons, then circles.
+    """The fence of a plan as mission items of type FENCE: polygons, circles, then the return point.
 
     Raises:
-        FileError: ``geoFence`` is not valid; the message names the place in it and the value.
+        FileError: ``geoFence`` is not valid; the message names the place in it and the value. So it is if part of it is
+            not known: nothing of a fence may be left out.
     """
     fence = JsonTable(dict(plan.geo_fence), _name(plan), "geoFence")
+    if fence.values.get("version") not in {None, 1, 2}:
+        raise fence.error("version", f"{fence.values['version']!r} is neither 1 nor 2")
+    for key, value in fence.others(_FENCE_KEYS).items():
+        if value and not isinstance(value, bool | str):
+            raise fence.error(key, "is not known as a part of a fence, and would be left out: remove it")
     items: list[MissionItem] = []
+    if fence.values.get(_OLD_POLYGON):
+        items += _polygon(fence.made({_OLD_POLYGON: fence.values[_OLD_POLYGON]}))
     for index in range(len(_rows(fence, "polygons"))):
         items += _polygon(fence.entry("polygons", index))
     for index in range(len(_rows(fence, "circles"))):
         items.append(_circle(fence.entry("circles", index)))
+    if fence.values.get(_RETURN):
+        items.append(_return_point(fence))
     return tuple(items)
 
 
@@ -75,9 +91,15 @@ def with_fence(plan: Plan, items: Sequence[MissionItem]) -> Plan:
     """
     polygons: list[dict[str, Any]] = []
     circles: list[dict[str, Any]] = []
+    breach_return: dict[str, Any] = {}
     left = list(items)
     while left:
         first = left[0]
+        if first.command == RETURN_COMMAND:
+            if breach_return:
+                raise LocalProtocolError("a fence has one return point, not two")
+            breach_return = _breach_return(left.pop(0))
+            continue
         kept = {} if first.frame == _FENCE_FRAME else {"frame": first.frame}
         if first.command in CIRCLE_COMMANDS.values():
             circle = {"center": _position(left.pop(0)), "radius": _decimal(first.params[0])}
@@ -93,7 +115,9 @@ def with_fence(plan: Plan, items: Sequence[MissionItem]) -> Plan:
             raise LocalProtocolError(f"a polygon of {count} corners ends before its last")
         inclusion = first.command == POLYGON_COMMANDS[True]
         polygons.append({"polygon": [_position(c) for c in corners], "inclusion": inclusion, "version": 1, **kept})
-    return replace(plan, geo_fence={**plan.geo_fence, "circles": circles, "polygons": polygons, "version": 2})
+    others = {key: value for key, value in plan.geo_fence.items() if key not in _FENCE_KEYS}
+    fence = {**others, "circles": circles, "polygons": polygons, **breach_return, "version": 2}
+    return replace(plan, geo_fence=fence)
 
 
 def with_rally(plan: Plan, items: Sequence[MissionItem]) -> Plan:
@@ -112,6 +136,23 @@ def with_rally(plan: Plan, items: Sequence[MissionItem]) -> Plan:
     }
     frames = {str(index): item.frame for index, item in enumerate(items) if item.frame != _RALLY_FRAME}
     return replace(plan, rally_points=rally | ({"frames": frames} if frames else {}))
+
+
+def _return_point(fence: JsonTable) -> MissionItem:
+    """Where a vehicle returns to after a breach; the old form leaves the altitude open."""
+    old = len(fence.rows(_RETURN)) == 2
+    lat, lon, alt = (*fence.numbers(_RETURN, 2), math.nan) if old else fence.numbers(_RETURN, 3)
+    frame = _frame(fence, fence.values.get(_RETURN_FRAME_KEY, _RETURN_FRAME))
+    point = _item(fence, _RETURN, RETURN_COMMAND, frame, (0.0,), lat, lon, 0.0 if math.isnan(alt) else alt)
+    return replace(point, z=alt)
+
+
+def _breach_return(item: MissionItem) -> dict[str, Any]:
+    """The same as keys of ``geoFence``."""
+    if math.isinf(item.z):
+        raise LocalProtocolError(f"command {item.command} at {item.z:g} m is not a return point")
+    point = [*_position(item), *([] if math.isnan(item.z) else [_decimal(item.z)])]
+    return {_RETURN: point} | ({} if item.frame == _RETURN_FRAME else {_RETURN_FRAME_KEY: item.frame})
 
 
 def _polygon(entry: JsonTable) -> list[MissionItem]:

@@ -56,6 +56,10 @@ class JsonTable:
         """An object in a list."""
         return JsonTable(self.rows(key)[index], self._name, f"{self._join(key)}[{index}]")
 
+    def made(self, values: Mapping[str, Any]) -> JsonTable:
+        """An object that was made of this one: its errors name the place of this one."""
+        return JsonTable(dict(values), self._name, self._path)
+
     def whole(self, key: str, default: int | None = None) -> int:
         """A number from 0 to 65535 without decimals."""
         value = self.values.get(key, default)

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from difflib import SequenceMatcher
 from pathlib import Path
 from typing import Any
 
 from protocol.dialect import mavlink
 from protocol.frames import Geodetic
+from protocol.plans.complex_items import ComplexItem
 from protocol.plans.mission_item import MissionItem
 
 __all__ = ["Plan"]
@@ -35,4 +38,19 @@ class Plan:
         }
     )
     item_keys: tuple[dict[str, Any], ...] = ()  # one table for each item, or () if all are empty
+    complex_items: tuple[ComplexItem, ...] = ()  # those that the items came from, in their order
     source: Path | None = field(default=None, compare=False)  # the file it was loaded from
+
+    def with_items(self, items: Sequence[MissionItem]) -> Plan:
+        """The plan with other mission items. Those that are as before keep what a file tells of them aside.
+
+        Their ``doJumpId`` is not kept: items are numbered anew when the plan is saved.
+        """
+        keys: list[dict[str, Any]] = [{} for _ in items]
+        if self.item_keys:
+            for old, new, count in SequenceMatcher(None, self.items, items, autojunk=False).get_matching_blocks():
+                keys[new : new + count] = [
+                    {key: value for key, value in others.items() if key != "doJumpId"}
+                    for others in self.item_keys[old : old + count]
+                ]
+        return replace(self, items=tuple(items), item_keys=tuple(keys) if any(keys) else ())

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from protocol.errors import FileError, LocalProtocolError
 from protocol.frames import Geodetic
+from protocol.plans.complex_items import ComplexItem, places, renumbered, simple_entries
 from protocol.plans.item_values import DO_JUMP, item_from_values, values_of
 from protocol.plans.json_table import JsonTable
 from protocol.plans.mission_item import MissionItem
@@ -32,11 +33,12 @@ def parse(text: str, name: str) -> Plan:
     root.expect("version", 1)
     mission = root.table("mission")
     mission.expect("version", 2)
-    entries = [mission.entry("items", index) for index in range(len(mission.rows("items")))]
+    entries, complex_places = _entries(mission)
     seqs = _seq_by_jump_id(entries)
+    items = tuple(_item(entry, seqs) for entry in entries)
     empty = Plan()
     return Plan(
-        items=tuple(_item(entry, seqs) for entry in entries),
+        items=items,
         planned_home=_home(mission),
         cruise_speed=mission.number("cruiseSpeed", empty.cruise_speed),
         hover_speed=mission.number("hoverSpeed", empty.hover_speed),
@@ -45,6 +47,10 @@ def parse(text: str, name: str) -> Plan:
         file_keys=root.others(_FILE_KEYS),
         mission_keys=mission.others(_MISSION_KEYS),
         item_keys=_item_keys(entries),
+        complex_items=tuple(
+            ComplexItem(mission.entry("items", index).values, items[first:end])
+            for index, (first, end) in complex_places.items()
+        ),
     )
 
 
@@ -60,10 +66,7 @@ def render(plan: Plan, name: str) -> str:
         "version": 2,
         "cruiseSpeed": plan.cruise_speed,
         "hoverSpeed": plan.hover_speed,
-        "items": [
-            _entry(item, seq, jump_ids, keys, name)
-            for seq, (item, keys) in enumerate(zip(plan.items, others, strict=True))
-        ],
+        "items": _rows(plan, jump_ids, others, name),
     }
     if (home := plan.planned_home) is not None:
         mission["plannedHomePosition"] = [home.lat_deg, home.lon_deg, home.alt]
@@ -91,23 +94,54 @@ def _json(text: str, name: str) -> object:
         raise FileError(f"{name}: not JSON: {error}") from error
 
 
+def _entries(mission: JsonTable) -> tuple[list[JsonTable], dict[int, tuple[int, int]]]:
+    """The simple items of a mission, and which of them each complex item stands for: the first, and after the last."""
+    entries: list[JsonTable] = []
+    complex_places = {}
+    for index in range(len(mission.rows("items"))):
+        entry = mission.entry("items", index)
+        if entry.values.get("type") == "ComplexItem":
+            parts = simple_entries(entry)
+            complex_places[index] = (len(entries), len(entries) + len(parts))
+            entries += parts
+        else:
+            entries.append(entry)
+    return entries, complex_places
+
+
+def _rows(plan: Plan, jump_ids: list[int], others: Sequence[Mapping[str, Any]], name: str) -> list[dict[str, Any]]:
+    """The items as objects of a file; a complex item that is still whole is one of them."""
+    whole, rows, seq = places(plan.complex_items, plan.items), [], 0
+    while seq < len(plan.items):
+        count = len(whole[seq].items) if seq in whole else 1
+        if seq in whole:
+            rows.append(renumbered(whole[seq], jump_ids[seq : seq + count]))
+        else:
+            rows.append(_entry(plan.items[seq], seq, jump_ids, others[seq], name))
+        seq += count
+    return rows
+
+
 def _seq_by_jump_id(entries: list[JsonTable]) -> dict[int, int]:
-    """Mission item number of each doJumpId."""
+    """Mission item number of each doJumpId; an item without one has its own number if that is free."""
     seqs: dict[int, int] = {}
     for seq, entry in enumerate(entries):
-        number = entry.whole("doJumpId", seq + 1)
+        if "doJumpId" not in entry.values:
+            continue
+        number = entry.whole("doJumpId")
         if number in seqs:
             raise entry.error("doJumpId", f"{number} is also that of item {seqs[number]}")
         seqs[number] = seq
+    for seq, entry in enumerate(entries):
+        if "doJumpId" not in entry.values:
+            seqs.setdefault(seq + 1, seq)
     return seqs
 
 
 def _item(entry: JsonTable, seqs: Mapping[int, int]) -> MissionItem:
     kind = entry.values.get("type")
     if kind != "SimpleItem":
-        raise entry.error(
-            "type", f"{str(entry.values.get('complexItemType', kind))[:40]!r}: only SimpleItem is supported"
-        )
+        raise entry.error("type", f"{str(kind)[:40]!r} is neither a SimpleItem nor a ComplexItem")
     command, frame = entry.whole("command"), entry.whole("frame")
     values = entry.numbers("params", 7)
     if command == DO_JUMP:

@@ -1,8 +1,9 @@
-"""The older waypoint file, "QGC WPL 110" (https://mavlink.io/en/file_formats/#mission_plain_text_file).
+"""The older waypoint files, "QGC WPL 110" and "120" (https://mavlink.io/en/file_formats/#mission_plain_text_file).
 
 One row per item, with columns separated by tabs: index, current, frame, command, param1..param4, x, y, z,
 autocontinue. Row 0 is not an item but the home position, as in QGroundControl and MAVProxy; zeros there mean that no
-home is planned. The format has no speeds, fence and rally points.
+home is planned. In version 120, which is only read, row 0 is the first item, and no home is planned. The format has no
+speeds, fence and rally points.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ __all__ = ["HEADER", "parse", "render"]
 
 HEADER = "QGC WPL"
 _VERSION = "110"
+_FIRST_ITEM_ROWS = {_VERSION: 1, "120": 0}  # by version
 _COLUMNS = (
     *("index", "current", "frame", "command", "param1", "param2", "param3", "param4"),
     *("x (latitude)", "y (longitude)", "z (altitude)", "autocontinue"),
@@ -33,8 +35,11 @@ def parse(text: str, name: str) -> Plan:
         FileError: It is not valid; the message names the line, the column and the value.
     """
     lines = text.splitlines()
-    if lines[0].split() != [*HEADER.split(), _VERSION]:
-        raise FileError(f"{name}:1: {lines[0]!r} is not '{HEADER} {_VERSION}'")
+    version = lines[0].removeprefix(HEADER).strip()
+    if version not in _FIRST_ITEM_ROWS:
+        known = " or ".join(f"'{HEADER} {number}'" for number in _FIRST_ITEM_ROWS)
+        raise FileError(f"{name}:1: {lines[0]!r} is not {known}")
+    first = _FIRST_ITEM_ROWS[version]
     rows = [
         (f"{name}:{number}", line.split())
         for number, line in enumerate(lines[1:], 2)
@@ -42,8 +47,9 @@ def parse(text: str, name: str) -> Plan:
     ]
     if not rows:
         return Plan()
-    home = _home(_numbers(rows[0][1], 0, rows[0][0]), rows[0][0])
-    items = tuple(_item(row, index, len(rows), place) for index, (place, row) in enumerate(rows[1:], 1))
+    home = _home(_numbers(rows[0][1], 0, rows[0][0]), rows[0][0]) if first else None
+    seqs = range(first, len(rows))
+    items = tuple(_item(rows[index][1], index, seqs, rows[index][0]) for index in seqs)
     return Plan(items=items, planned_home=home)
 
 
@@ -96,13 +102,13 @@ def _home(values: list[float], place: str) -> Geodetic | None:
     return Geodetic(lat, lon, alt) if lat or lon or alt else None
 
 
-def _item(row: list[str], index: int, rows: int, place: str) -> MissionItem:
+def _item(row: list[str], index: int, seqs: range, place: str) -> MissionItem:
     values = _numbers(row, index, place)
     current, frame, command, autocontinue = (_whole(values[column], column, place) for column in (1, 2, 3, 11))
     if command == DO_JUMP:
-        if not 1.0 <= values[4] < rows or values[4] != int(values[4]):
-            raise FileError(f"{place}: jumps to row {values[4]:g}; the items are rows 1..{rows - 1}")
-        values[4] -= 1.0
+        if values[4] not in seqs:
+            raise FileError(f"{place}: jumps to row {values[4]:g}; the items are rows {seqs[0]}..{seqs[-1]}")
+        values[4] -= seqs[0]
     try:
         return item_from_values(command, frame, values[4:11], autocontinue=bool(autocontinue), current=bool(current))
     except LocalProtocolError as error:

@@ -33,6 +33,7 @@ MIN_SPEED = 0.1  # slower is standing still [m/s]
 LATITUDE = finite("latitude", -90.0, 90.0, "deg")
 LONGITUDE = finite("longitude", -180.0, 180.0, "deg")
 ALTITUDE = finite("altitude", -MAX_ITEM_ALTITUDE, MAX_ITEM_ALTITUDE, "m", default=False)
+OPEN_ALTITUDE = finite("altitude", -MAX_ITEM_ALTITUDE, MAX_ITEM_ALTITUDE, "m")
 COORDINATE = ValueRange("coordinate")  # in a local frame [m]
 YAW = finite("yaw", -360.0, 360.0, "deg")
 HOLD_TIME = finite("hold time", 0.0, MAX_WAIT, "s")
@@ -81,6 +82,7 @@ ITEM_RANGES: dict[int, ItemRanges] = {
         )
     ),
     mavlink.MAV_CMD_DO_VTOL_TRANSITION: ItemRanges((one_of("VTOL state", 0, 3, 4), _, _, _)),
+    mavlink.MAV_CMD_NAV_FENCE_RETURN_POINT: ItemRanges(place=(LATITUDE, LONGITUDE, OPEN_ALTITUDE)),
     mavlink.MAV_CMD_NAV_FENCE_POLYGON_VERTEX_INCLUSION: ItemRanges((CORNERS, _, _, _), GROUND_PLACE),
     mavlink.MAV_CMD_NAV_FENCE_POLYGON_VERTEX_EXCLUSION: ItemRanges((CORNERS, _, _, _), GROUND_PLACE),
     mavlink.MAV_CMD_NAV_FENCE_CIRCLE_INCLUSION: ItemRanges((ZONE_RADIUS, _, _, _), GROUND_PLACE),

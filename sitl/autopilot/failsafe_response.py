@@ -7,7 +7,8 @@ from protocol.names.modes import Mode
 from sitl.autopilot.flight_state import FlightState
 from sitl.autopilot.safety.alarm import DOING, SafetyAction
 from sitl.autopilot.safety.failsafe import Failsafes
-from sitl.guidance.manoeuvres import ComeToRest, ManoeuvreSequence
+from sitl.control.reference import Point, at
+from sitl.guidance.manoeuvres import ComeToRest, Hold, ManoeuvreSequence
 
 OFFBOARD_ACTIONS = {3: SafetyAction.RETURN, 4: SafetyAction.LAND, 5: SafetyAction.HOLD}  # by COM_OBL_RC_ACT
 
@@ -40,7 +41,7 @@ class FailsafeResponse:
         for alarm in alarms:
             flight.say(alarm.severity, alarm.text(gravest.action or SafetyAction.NONE, under_way))
         if (gravest.action or SafetyAction.NONE) > under_way:
-            self._act(gravest.action or SafetyAction.NONE, stop=gravest.stop, retreat=gravest.retreat)
+            self._act(gravest.action or SafetyAction.NONE, stop=gravest.stop, retreat=gravest.retreat, to=gravest.to)
 
     def lose_setpoints(self, reason: str) -> None:
         """Set-points can no longer be flown, for a reason the pilot reads: do what the settings say."""
@@ -55,20 +56,35 @@ class FailsafeResponse:
             return SafetyAction.LAND
         return SafetyAction.RETURN if self._flight.mode is Mode.RTL else SafetyAction.NONE
 
-    def _act(self, action: SafetyAction, *, stop: bool, retreat: float = 0.0) -> None:
+    def _act(self, action: SafetyAction, *, stop: bool, retreat: float = 0.0, to: Point | None = None) -> None:
         """Do what an alarm asks for.
 
         Args:
             action: What it asks for.
             stop: Whether a vehicle in forward flight stops before it turns elsewhere.
             retreat: How much farther inside the arena's net a hold is flown [m].
+            to: Where a return ends and holds, world NWU [m]; None: it lands at home.
         """
         if action is SafetyAction.HOLD:
             self._flight.hold_here(retreat)
         elif action is SafetyAction.LAND:
             self._flight.land_here()
-        else:
+        elif to is None or not self._hold_at(to):
             self._return(stop=stop)
+
+    def _hold_at(self, point: Point) -> bool:
+        """Stop, fly to a point no lower than a return is flown, and hold there; False if there is no way."""
+        flight = self._flight
+        here, last = flight.hover_reference(flight.stop_point()), flight.view
+        low = flight.world.home[2] + flight.settings.return_altitude
+        there = at(here, flight.world.arena.clamped((point[0], point[1], max(point[2], low))))
+        stopped = last._replace(p=here.position, v=(0.0, 0.0, 0.0), forward=False)
+        way = flight.leg_to(there, stopped)
+        if isinstance(way, str):
+            return False
+        flight.say(mavlink.MAV_SEVERITY_INFO, "Flying to the fence's return point")
+        flight.enter(Mode.HOLD, ManoeuvreSequence((ComeToRest(here), way, Hold(there))))
+        return True
 
     def _return(self, *, stop: bool) -> None:
         flight = self._flight

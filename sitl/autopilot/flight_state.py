@@ -166,9 +166,9 @@ class FlightState:
         stop = (p[0] + ahead * v[0], p[1] + ahead * v[1], max(p[2] + HOVER_STOP_TIME * v[2], MIN_HOLD_HEIGHT))
         return self.world.arena.clamped(stop)
 
-    def leg_to(self, reference: Reference) -> FlyTo | FlyLeg | ManoeuvreSequence | str:
-        """The way from here to a reference, in forward flight if that is better; or why there is none."""
-        return route_to(self.view, reference, self.settings, self.chooser, self.world.arena)
+    def leg_to(self, reference: Reference, view: VehicleView | None = None) -> FlyTo | FlyLeg | ManoeuvreSequence | str:
+        """The way from here, or from another view, to a reference, forward if that is better; or why there is none."""
+        return route_to(view or self.view, reference, self.settings, self.chooser, self.world.arena)
 
     def way_home(self, view: VehicleView) -> ManoeuvreSequence | str:
         """The return from where a vehicle is, to home or the nearest rally point; or why there is none."""

@@ -9,8 +9,10 @@ from protocol.plans.mission_item import MissionItem
 from protocol.plans.validation import Refusal, Validate
 from sitl.autopilot.autopilot import Autopilot
 from sitl.autopilot.mission.items import refuse_items
+from sitl.autopilot.safety.alarm import SafetyAction
+from sitl.autopilot.safety.failsafe import FENCE_ACTIONS
 from sitl.autopilot.safety.fence import Fence
-from sitl.autopilot.safety.fence_items import make_fence
+from sitl.autopilot.safety.fence_items import RETURN_POINT, make_fence
 from sitl.autopilot.safety.rally import make_rally
 from sitl.tools.persistence import StateFolder
 
@@ -54,7 +56,16 @@ class FenceAndRally:
         self._items[kind] = tuple(items)
         self._put_in_force(kind, items)
         count = f"{len(items)} item{'s' * (len(items) != 1)} received"
-        return f"{PLAN_NAMES[kind]}: {count}" if items else f"{PLAN_NAMES[kind]} cleared"
+        unused = kind == FENCE and self._leaves_return_point_unused
+        unused_text = "; its return point is flown to by GF_ACTION 3 alone" if unused else ""
+        return f"{PLAN_NAMES[kind]}: {count}{unused_text}" if items else f"{PLAN_NAMES[kind]} cleared"
+
+    @property
+    def _leaves_return_point_unused(self) -> bool:
+        """Whether the fence has a return point, and what is done at a breach does not lead there."""
+        action = FENCE_ACTIONS.get(self._autopilot.settings.fence_action)
+        has_return_point = any(item.command == RETURN_POINT for item in self._items[FENCE])
+        return has_return_point and action is not SafetyAction.RETURN
 
     def reload(self) -> list[str]:
         """Put the items in force anew after home or the origin has moved; why some no longer can be."""
@@ -81,7 +92,7 @@ class FenceAndRally:
     def _put_in_force(self, kind: int, items: Sequence[MissionItem]) -> None:
         autopilot, world = self._autopilot, self._autopilot.world
         if kind == FENCE:
-            fence = make_fence(items, world.frame)
+            fence = make_fence(items, world)
             if isinstance(fence, Fence):
                 autopilot.load_fence(fence)
         else:
@@ -90,7 +101,7 @@ class FenceAndRally:
                 autopilot.load_rally(points)
 
     def _check_fence(self, items: Sequence[MissionItem]) -> Refusal | None:
-        fence = make_fence(items, self._autopilot.world.frame)
+        fence = make_fence(items, self._autopilot.world)
         return fence if isinstance(fence, Refusal) else None
 
     def _check_rally(self, items: Sequence[MissionItem]) -> Refusal | None:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from enum import IntEnum
 from typing import NamedTuple
 
+from sitl.control.reference import Point
+
 
 class SafetyAction(IntEnum):
     """What an alarm asks for; a graver action has a greater number."""
@@ -35,6 +37,7 @@ class Alarm(NamedTuple):
     stop: bool = False  # whether a vehicle in forward flight stops before it turns elsewhere
     always: bool = False  # whether it stops even a return
     retreat: float = 0.0  # how much farther inside the arena's net than elsewhere a hold is flown [m]
+    to: Point | None = None  # where a return ends and holds, world NWU [m]; None: it lands at home
 
     def text(self, gravest: SafetyAction, under_way: SafetyAction) -> str:
         """The alarm as the pilot reads it: it names what is really being done.

@@ -172,7 +172,8 @@ class Failsafes:
             self._fence_checked = view.time
             if breach := self.fence.check(view, world.fence):
                 action = FENCE_ACTIONS[settings.fence_action]
-                alarms.append(Alarm(action, WARNING, f"Fence: {breach.text}", stop=True))
+                to = world.fence.return_point
+                alarms.append(Alarm(action, WARNING, f"Fence: {breach.text}", stop=True, to=to))
         if settings.net_action and (world.arena.has_net or world.arena.obstacles):
             alarms += self.arena.check(view, world.arena, settings, landing=landing)
         alarms += self.obstacles.check(view, settings)

@@ -78,6 +78,7 @@ class Fence(NamedTuple):
     max_distance: float = 0.0  # level, from home [m]; 0: any
     max_height: float = 0.0  # above home [m]; 0: any
     home: Point = (0.0, 0.0, 0.0)  # world NWU [m]
+    return_point: Point | None = None  # where a return after a breach ends, world NWU [m]; None: at home
 
     def breach(self, points: Sequence[Point]) -> Breach | None:
         """The first thing wrong with any of the points, world NWU [m]."""

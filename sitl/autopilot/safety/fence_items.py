@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
 
 from protocol.dialect import mavlink
 from protocol.frames import LocalFrame
-from protocol.mav_frames import is_global_frame
+from protocol.mav_frames import ABSOLUTE_ALTITUDE_FRAMES, is_global_frame
 from protocol.plans.mission_item import MissionItem
 from protocol.plans.validation import Refusal
 from protocol.units import UNKNOWN_INT32, from_e7
 from sitl.autopilot.safety.fence import Circle, Fence, Polygon, Zone
 from sitl.autopilot.safety.item_numbers import refuse_numbers
-from sitl.autopilot.safety.world import north_west
+from sitl.autopilot.safety.world import POSITION_FRAMES, World, north_west
+from sitl.control.reference import Point
 
 # Whether the zone of an item is to stay in.
 VERTEX_COMMANDS = {
@@ -25,15 +27,22 @@ CIRCLE_COMMANDS = {
     mavlink.MAV_CMD_NAV_FENCE_CIRCLE_INCLUSION: True,
     mavlink.MAV_CMD_NAV_FENCE_CIRCLE_EXCLUSION: False,
 }
+RETURN_POINT = mavlink.MAV_CMD_NAV_FENCE_RETURN_POINT
 
 
-def make_fence(items: Sequence[MissionItem], frame: LocalFrame) -> Fence | Refusal:
+def make_fence(items: Sequence[MissionItem], world: World) -> Fence | Refusal:
     """The fence that mission items of type FENCE describe, or why they are not valid."""
     inclusions: list[Zone] = []
     exclusions: list[Zone] = []
-    seq = 0
+    frame, seq, return_seq = world.frame, 0, -1
     while seq < len(items):
         command = items[seq].command
+        if command == RETURN_POINT:
+            if return_seq >= 0:
+                text = f"fence item {seq}: a second return point beside item {return_seq}"
+                return Refusal(mavlink.MAV_MISSION_INVALID_SEQUENCE, text)
+            return_seq, seq = seq, seq + 1
+            continue
         is_circle = command in CIRCLE_COMMANDS
         zone = _circle(seq, items[seq], frame) if is_circle else _polygon(seq, items, frame)
         if isinstance(zone, Refusal):
@@ -41,7 +50,32 @@ def make_fence(items: Sequence[MissionItem], frame: LocalFrame) -> Fence | Refus
         inclusion = CIRCLE_COMMANDS[command] if is_circle else VERTEX_COMMANDS[command]
         (inclusions if inclusion else exclusions).append(zone)
         seq += len(zone.corners) if isinstance(zone, Polygon) else 1
-    return Fence(tuple(inclusions), tuple(exclusions))
+    fence = Fence(tuple(inclusions), tuple(exclusions))
+    if return_seq < 0:
+        return fence
+    point = _return_point(return_seq, items[return_seq], fence, world)
+    return point if isinstance(point, Refusal) else fence._replace(return_point=point)
+
+
+def _return_point(seq: int, item: MissionItem, fence: Fence, world: World) -> Point | Refusal:
+    """Where a return after a breach ends, world NWU [m]; at a height that is left open, as low as a return may be."""
+    if item.frame not in POSITION_FRAMES:
+        text = f"fence item {seq}: frame {item.frame} is not supported for a return point"
+        return Refusal(mavlink.MAV_MISSION_UNSUPPORTED_FRAME, text)
+    if (refusal := refuse_numbers(item, f"fence item {seq}")) is not None:
+        return refusal
+    place = _position(seq, item, world.frame)
+    if isinstance(place, Refusal):
+        return place
+    is_open = math.isnan(item.z)
+    up = world.home[2] if is_open else world.up(item.z, above_sea=item.frame in ABSOLUTE_ALTITUDE_FRAMES)
+    point = (*place, up)
+    outside = world.arena.refuse((*place, max(up, 0.0)))
+    if breach := None if outside else fence.breach([point]):
+        outside = breach.text
+    if outside is not None:
+        return Refusal(mavlink.MAV_MISSION_INVALID, f"fence item {seq}: the return point is wrong: {outside}")
+    return point
 
 
 def _circle(seq: int, item: MissionItem, frame: LocalFrame) -> Circle | Refusal:

@@ -1,5 +1,6 @@
 """The plan being edited."""
 
+import json
 from dataclasses import replace
 
 import pytest
@@ -7,7 +8,7 @@ import pytest
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT
 from darko_gcs.tui.plan_draft import PlanDraft
 from protocol.errors import FileError
-from protocol.plans import load
+from protocol.plans import load, save
 from tests.support.gcs.limited_plan import write_limited_plan
 from tests.support.paths import DATA
 
@@ -33,3 +34,15 @@ def test_a_plan_whose_edits_are_taken_back_is_the_vehicles_again():
     assert not draft.changed
     assert draft.redo()
     assert draft.changed
+
+
+def test_an_edit_keeps_the_survey_of_a_file(tmp_path):
+    draft = PlanDraft()
+    draft.take(load(DATA / "survey.plan"), "survey.plan")
+    draft.edit(draft.plan.items[1:])
+    save(draft.plan, tmp_path / "edited.plan")
+    rows = json.loads((tmp_path / "edited.plan").read_text())["mission"]["items"]
+    assert [row.get("complexItemType") for row in rows] == [None, "survey", "vtolLandingPattern"]
+    draft.follow_vehicle(replace(EMPTY_SNAPSHOT, mission=draft.plan.items[1:], fence=draft.fence))
+    assert len(draft.plan.complex_items) == 2
+    assert len(draft.plan.geo_fence["breachReturn"]) == 3

@@ -1,5 +1,8 @@
 """Fence and rally points of a plan file become mission items and return unchanged."""
 
+import math
+from dataclasses import replace
+
 import pytest
 
 from protocol.errors import FileError, LocalProtocolError
@@ -47,3 +50,56 @@ def test_an_incomplete_polygon_is_not_written():
         with_fence(Plan(), SHAPES[:2])
     with pytest.raises(LocalProtocolError, match="ends before its last"):
         with_fence(Plan(), (*SHAPES[:2], SHAPES[3]))
+
+
+RETURN = {"breachReturn": [43.5, 1.4, 30], "version": 2}
+OLD = {"polygon": [[43.5, 1.4], [43.6, 1.4], [43.6, 1.5]], "breachReturn": [43.55, 1.45], "version": 1}
+
+
+def test_the_breach_return_point_is_an_item_and_is_saved_again():
+    (point,) = fence_items(Plan(geo_fence=RETURN))
+    assert (point.command, point.frame, point.x, point.y, point.z) == (5000, 3, 435000000, 14000000, 30.0)
+    again = with_fence(Plan(), (*SHAPES, point))
+    assert again.geo_fence["breachReturn"] == [43.5, 1.4, 30.0]
+    assert fence_items(again) == (*SHAPES, point)
+    assert "breachReturn" not in with_fence(again, SHAPES).geo_fence
+
+
+def test_a_return_point_above_the_sea_stays_there():
+    point = replace(fence_items(Plan(geo_fence=RETURN))[0], frame=0, z=180.0)
+    assert fence_items(with_fence(Plan(), (point,))) == (point,)
+
+
+def test_a_fence_of_the_old_form_becomes_items():
+    *corners, point = fence_items(Plan(geo_fence=OLD))
+    assert [(item.command, item.params[0], item.x) for item in corners] == [
+        (5001, 3.0, 435000000), (5001, 3.0, 436000000), (5001, 3.0, 436000000),
+    ]  # fmt: skip
+    assert point.command == 5000
+    assert math.isnan(point.z)
+    again = with_fence(Plan(geo_fence=OLD), (*corners, point))
+    assert again.geo_fence.keys() == {"circles", "polygons", "breachReturn", "version"}
+    assert fence_items(again) == (*corners, point)
+
+
+@pytest.mark.parametrize(
+    ("fence", "said"),
+    [
+        ({"breachReturn": [43.5], "version": 2}, r"geoFence\.breachReturn: 1 numbers where 3 were expected"),
+        ({"breachReturn": [99, 1.4, 3], "version": 2}, r"geoFence\.breachReturn: 99, 1.4, 3 is not on the globe"),
+        ({"breachReturn": 5, "version": 2}, r"geoFence\.breachReturn: 5 is not a list"),
+        ({"polygon": [[1, 2], [3, 4]], "version": 1}, r"geoFence\.polygon: 2 corners are too few"),
+        ({"version": 3}, r"geoFence\.version: 3 is neither 1 nor 2"),
+        ({"ellipses": [[1, 2]], "version": 2}, r"geoFence\.ellipses: is not known as a part of a fence"),
+        ({"maxAltitude": 120, "version": 2}, r"geoFence\.maxAltitude: is not known as a part of a fence"),
+    ],
+)
+def test_nothing_of_a_fence_is_left_out_without_a_word(fence, said):
+    with pytest.raises(FileError, match=said):
+        fence_items(Plan(geo_fence=fence))
+
+
+def test_a_fence_has_one_return_point():
+    (point,) = fence_items(Plan(geo_fence=RETURN))
+    with pytest.raises(LocalProtocolError, match="one return point"):
+        with_fence(Plan(), (point, point))

@@ -197,7 +197,8 @@ COMPLEX = {"type": "ComplexItem", "complexItemType": "survey"}
         ("mission.version", 1, "mission.version: 1 where 2 was expected"),
         ("mission.items", None, "mission.items: null is not a list"),
         ("mission.items.3", 5, r"mission.items\[3\]: 5 is not an object"),
-        ("mission.items.3", COMPLEX, r"mission.items\[3\].type: 'survey': only SimpleItem is supported"),
+        ("mission.items.3", COMPLEX, r"mission.items\[3\].complexItemType: 'survey' carries no items: save the plan"),
+        ("mission.items.3", {"type": "Other"}, r"mission.items\[3\].type: 'Other' is neither a SimpleItem nor"),
         ("mission.items.3.command", "16", r"mission.items\[3\].command: \"16\" is not a whole number"),
         ("mission.items.3.frame", 99, r"mission.items\[3\]: frame 99 is not a MAV_FRAME"),
         ("mission.items.3.params", [1, 2], r"mission.items\[3\].params: 2 numbers where 7 were expected"),
@@ -256,7 +257,7 @@ def test_a_refused_waypoint_file_names_line_and_value(tmp_path, rows, complaint)
 @pytest.mark.parametrize(
     ("content", "complaint"),
     [
-        (b"QGC WPL 120\n", "is not 'QGC WPL 110'"),
+        (b"QGC WPL 100\n", "'QGC WPL 100' is not 'QGC WPL 110' or 'QGC WPL 120'"),
         (b"", "neither a .plan"),
         (b"<xml/>", "neither a .plan"),
         (b"\xff\xfe\x00", "not a text file"),
@@ -281,6 +282,25 @@ def test_any_text_is_a_plan_or_a_file_error(tmp_path_factory, text, head):
     path.write_text(head + text, encoding="utf-8", errors="replace")
     with suppress(FileError):
         assert isinstance(load(path), Plan)
+
+
+def test_version_120_has_no_home_and_begins_with_the_first_item(tmp_path):
+    path = tmp_path / "old.txt"
+    rows = ["0 1 3 22 0 0 0 0 43.5 1.4 5 1", "1 0 3 16 0 0 0 0 43.5001 1.4 5 1", "2 0 2 177 1 3 0 0 0 0 0 1"]
+    path.write_text("\n".join(["QGC WPL 120", *(row.replace(" ", "\t") for row in rows)]))
+    plan = load(path)
+    assert plan.planned_home is None
+    assert [entry.command for entry in plan.items] == [22, 16, 177]
+    assert plan.items[2].params[:2] == (1.0, 3.0)
+    save(plan, tmp_path / "new.waypoints")
+    assert load(tmp_path / "new.waypoints") == plan
+
+
+def test_a_jump_out_of_a_file_of_version_120_is_refused(tmp_path):
+    path = tmp_path / "old.txt"
+    path.write_text("QGC WPL 120\n0\t1\t2\t177\t1\t3\t0\t0\t0\t0\t0\t1\n")
+    with pytest.raises(FileError, match=r"2: jumps to row 1; the items are rows 0\.\.0"):
+        load(path)
 
 
 def test_a_missing_file_and_a_missing_folder_are_file_errors(tmp_path):

@@ -57,6 +57,29 @@ def test_a_breach_is_in_sys_status_and_fence_status(tmp_path):
     assert StateFolder(tmp_path).fence() == ()
 
 
+def test_a_breach_is_answered_by_a_flight_to_the_return_point(tmp_path):
+    bench = Bench(tmp_path, up=6.0, settings=Settings(fence_action=3, fence_distance=500.0))
+    ground = bench.station()
+    point = global_item(mavlink.MAV_CMD_NAV_FENCE_RETURN_POINT, 12.0, 3.0, frame=3, z=8.0)
+    ground.upload([global_item(DISC, 12.0, 0.0, 10.0), point], FENCE)
+    bench.advance(12.0)
+    assert "Flying to the fence's return point" in ground.texts()
+    assert bench.autopilot.mode is Mode.HOLD
+    assert bench.autopilot.view.p == pytest.approx((12.0, 3.0, 8.0), abs=0.3)
+    bench.advance(3.0)
+    assert bench.autopilot.flying
+
+
+def test_a_return_point_that_the_fence_action_leaves_unused_is_told(tmp_path):
+    bench = Bench(tmp_path)
+    ground = bench.station()
+    ground.upload([global_item(mavlink.MAV_CMD_NAV_FENCE_RETURN_POINT, 0.0, 0.0, frame=3, z=8.0)], FENCE)
+    assert "Fence: 1 item received; its return point is flown to by GF_ACTION 3 alone" in ground.texts()
+    bench.autopilot.configure(Settings(fence_action=3))
+    ground.upload([global_item(mavlink.MAV_CMD_NAV_FENCE_RETURN_POINT, 0.0, 0.0, frame=3, z=9.0)], FENCE)
+    assert ground.texts().endswith("Fence: 1 item received")
+
+
 def test_a_refused_fence_leaves_the_old_one_in_force(tmp_path):
     bench = Bench(tmp_path)
     ground = bench.station()

@@ -6,10 +6,15 @@ import pytest
 
 from protocol.dialect import mavlink
 from protocol.plans.mission_item import MissionItem
+from sitl.autopilot.safety.arena import ARENAS
 from sitl.autopilot.safety.fence_items import make_fence
+from sitl.autopilot.safety.world import World
+from sitl.defaults import HOME
 from tests.support.vehicle.mission_items import FRAME, SQUARE, global_item, polygon
 
 INSIDE, OUTSIDE, DISC, HOLE = 5001, 5002, 5003, 5004  # MAV_CMD_NAV_FENCE_...
+RETURN = mavlink.MAV_CMD_NAV_FENCE_RETURN_POINT
+WORLD = World(FRAME, ARENAS["open"], home=(3.0, 0.0, 1.0))
 BEYOND_THE_POLE = MissionItem(command=DISC, frame=0, params=(9.0, 0, 0, 0), x=910_000_000, y=0, z=0.0)
 
 
@@ -30,7 +35,7 @@ BEYOND_THE_POLE = MissionItem(command=DISC, frame=0, params=(9.0, 0, 0, 0), x=91
     ],
 )
 def test_a_point_is_allowed_in_one_inclusion_zone_and_no_exclusion_zone(items, p, inside):
-    fence = make_fence(items, FRAME)
+    fence = make_fence(items, WORLD)
     assert (fence.breach([p]) is None) is inside
 
 
@@ -44,11 +49,24 @@ def test_a_point_is_allowed_in_one_inclusion_zone_and_no_exclusion_zone(items, p
         ([global_item(DISC, 0.0, 0.0, -3.0)], 6, "param1 (radius) is -3, not from 0.01 to 100000 m"),
         ([global_item(DISC, 0.0, 0.0, math.nan)], 6, "param1 (radius) is nan, not from 0.01 to 100000 m"),
         ([global_item(DISC, 0.0, 0.0, 9.0, frame=mavlink.MAV_FRAME_LOCAL_NED)], 2, "frame 1"),
-        ([global_item(5000, 0.0, 0.0)], 3, "command 5000 is not supported"),
+        ([global_item(4999, 0.0, 0.0)], 3, "command 4999 is not supported"),
+        ([*polygon(), global_item(RETURN, 60.0, 0.0)], 5, "item 4: the return point is wrong: outside the fence"),
+        ([global_item(RETURN, 0.0, 0.0)] * 2, 13, "item 1: a second return point beside item 0"),
+        ([global_item(RETURN, 0.0, 0.0, z=math.inf)], 12, "item 0: param7 (altitude) is inf"),
+        ([global_item(RETURN, 0.0, 0.0, frame=mavlink.MAV_FRAME_LOCAL_NED)], 2, "frame 1"),
         ([BEYOND_THE_POLE], 10, "param5 (latitude) is 91, not from -90 to 90 deg"),
     ],
 )
 def test_an_invalid_fence_is_refused_with_its_result_and_a_reason(items, result, reason):
-    refusal = make_fence(items, FRAME)
+    refusal = make_fence(items, WORLD)
     assert refusal.result == result
     assert reason in refusal.text
+
+
+@pytest.mark.parametrize(
+    ("frame", "z", "up"), [(3, 20.0, 21.0), (0, HOME.alt + 20.0, 20.0), (3, math.nan, 1.0)], ids=["home", "sea", "open"]
+)
+def test_the_return_point_is_where_its_frame_says(frame, z, up):
+    fence = make_fence([global_item(RETURN, 10.0, -5.0, frame=frame, z=z), *polygon()], WORLD)
+    assert fence.return_point == pytest.approx((10.0, -5.0, up), abs=0.02)
+    assert fence.breach([(0.0, 0.0, 5.0)]) is None
