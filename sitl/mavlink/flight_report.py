@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from protocol.dialect import mavlink
 from protocol.events import LogEraseRequested
+from protocol.names.modes import Mode
 from sitl.mavlink.broadcast import Broadcast
 from sitl.mavlink.flight_recorder import FlightRecorder
 from sitl.mavlink.handlers import on_event
 from sitl.mavlink.telemetry import hybrid_state
 from sitl.mavlink.telemetry.streams import SnapshotMessages
 from sitl.mavlink.telemetry.telemetry_service import TelemetryService
+from sitl.mavlink.telemetry.vehicle_snapshot import mission_state
 from sitl.vehicle.aircraft import Aircraft
 
 
@@ -28,6 +30,7 @@ class FlightReporter:
     ) -> None:
         self._aircraft, self._telemetry = aircraft, telemetry
         self._broadcast, self._recorder = broadcast, recorder
+        self._state, self._mission = self._told_state(), self._told_mission()
 
     def report(self, messages: SnapshotMessages | None = None) -> set[str]:
         """Report what has happened; gives the texts for the pilot.
@@ -42,17 +45,33 @@ class FlightReporter:
         jumps = self._aircraft.new_jumps()
         for jump in jumps:
             self._broadcast.event(hybrid_state.jump(jump))
-        if jumps:
-            self._broadcast.event(messages.message(mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE))
         for seq in autopilot.reached():
             self._broadcast.event(mavlink.MAVLink_mission_item_reached_message(seq))
             self._telemetry.publish_now(mavlink.MAVLINK_MSG_ID_MISSION_CURRENT)
+        self._report_states(messages, jumped=bool(jumps))
         for seq, made in autopilot.decisions():
             self._broadcast.event(hybrid_state.decision(messages.snapshot.ms, seq, made))
         notices = autopilot.notices()
         for notice in notices:
             self._broadcast.text(notice.severity, notice.text)
         return {notice.text for notice in notices}
+
+    def _report_states(self, messages: SnapshotMessages, *, jumped: bool) -> None:
+        """Tell changes of what the vehicle does at once: an answer to a command may follow that they bear out."""
+        state, mission = self._told_state(), self._told_mission()
+        if jumped or state != self._state:
+            self._broadcast.event(messages.message(mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE))
+        if mission != self._mission:
+            self._telemetry.publish_now(mavlink.MAVLINK_MSG_ID_MISSION_CURRENT)
+        self._state, self._mission = state, mission
+
+    def _told_state(self) -> tuple[object, ...]:
+        autopilot = self._aircraft.autopilot
+        return self._aircraft.way_of_flying, autopilot.landing, autopilot.mode is Mode.TAKEOFF
+
+    def _told_mission(self) -> tuple[object, ...]:
+        autopilot = self._aircraft.autopilot
+        return autopilot.mode is Mode.MISSION, mission_state(autopilot)
 
     @on_event(LogEraseRequested)
     def erase_logs(self, _event: LogEraseRequested, _now: float) -> None:

@@ -58,6 +58,7 @@ class Aircraft:
         self.autopilot = Autopilot(world, configuration.settings, vehicle.reference.heading, self._chooser)
         self.configure(configuration)
         self._reported = self._seen = 0  # jumps that new_jumps() gave, and that the autopilot knows
+        self._way_of_flying = regime(vehicle)
         if airborne:
             self._begin_hovering()
         self.autopilot.update(self.view())
@@ -130,6 +131,20 @@ class Aircraft:
             self._seen_navigation, self._seen_at = self.navigation, self.vehicle.periods
         return self._seen_navigation
 
+    @property
+    def way_of_flying(self) -> Regime:
+        """Hover, forward flight or a transition, as it is told to others.
+
+        A back transition ends when the vehicle hovers, although its law may stay in force until a wind drops; and a
+        vehicle that hovers makes none, although the law of back transitions may stop its sliding.
+        """
+        return self._way_of_flying
+
+    def _follow_way_of_flying(self) -> None:
+        flown, hovered = regime(self.vehicle), self._way_of_flying in HOVERING
+        stays = flown is Regime.BACK_TRANSITION and (hovered or hovers_again(self.vehicle))
+        self._way_of_flying = Regime.UPRIGHT if stays else flown
+
     def view(self) -> VehicleView:
         """The vehicle as the autopilot sees it."""
         estimate, law, avionics = self.vehicle.estimate, self.vehicle.law, self.vehicle.avionics
@@ -176,6 +191,7 @@ class Aircraft:
         self._watch_actuators()
         fresh = self.vehicle.jumps[self._seen :]
         self._seen += len(fresh)
+        self._follow_way_of_flying()
         view = self.view()
         if any(jump.target is Law.CRASHED for jump in fresh):
             self.autopilot.crashed(view)

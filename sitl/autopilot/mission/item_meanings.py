@@ -43,7 +43,7 @@ ITEM_MEANINGS: dict[int, Meaning] = {
     ),
     m.MAV_CMD_NAV_LOITER_UNLIM: Meaning(f"{LOITER_WORDS}, until another order.", "as here", "as here"),
     m.MAV_CMD_NAV_LOITER_TURNS: Meaning(
-        f"{LOITER_WORDS} for param1 turns, counted from the circle on; radius 0 is NAV_LOITER_RAD; hovering it is passed.",
+        f"{LOITER_WORDS} for param1 turns from the circle on; radius 0 is NAV_LOITER_RAD. Hovering it is passed.",
         "not supported",
         "as here; Copter turns on the spot for radius 0",
     ),

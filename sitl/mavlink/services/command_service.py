@@ -71,12 +71,15 @@ class CommandService:
         answer = commands.execute(self._autopilot, event) if own is None else own(event)
         if event.command == commands.ARM and answer.accepted and self._autopilot.armed:
             self._operators.armed_by(event.peer, now)
+        reported = self._reporter.report()  # what the answer says has been told when it arrives
         self._answer(event, answer, now)
+        if answer.accepted and event.command == mavlink.MAV_CMD_DO_SET_MISSION_CURRENT:
+            self._telemetry.publish_now(mavlink.MAVLINK_MSG_ID_MISSION_CURRENT)
         if answer.accepted and event.command in HOME_COMMANDS:
             self._home.follow_move()
         if answer.accepted and event.command in MODE_COMMANDS:
             self._telemetry.intended_mode = self._autopilot.mode
-        self._explain(answer)
+        self._explain(answer, reported)
 
     @on_event(CommandCancelRequested)
     def cancel(self, _event: CommandCancelRequested, now: float) -> None:
@@ -97,7 +100,7 @@ class CommandService:
         if answer.accepted:
             self._telemetry.intended_mode = self._autopilot.mode
         else:
-            self._explain(answer)
+            self._explain(answer, self._reporter.report())
 
     def _answer(self, event: CommandRequested, answer: Answer, now: float) -> None:
         transition = self._autopilot.transitions.under_way
@@ -107,8 +110,7 @@ class CommandService:
             self._endpoint.acknowledge(event.request, answer.result, now)
             self._progress.report(now)  # the command may have ended what was under way
 
-    def _explain(self, answer: Answer) -> None:
-        """Report what has happened, and why a request was refused, unless the autopilot has reported it."""
-        reported = self._reporter.report()
+    def _explain(self, answer: Answer, reported: set[str]) -> None:
+        """Tell why a request was refused, unless the autopilot has reported it."""
         if not answer.accepted and answer.text and answer.text not in reported:
             self._broadcast.warn(answer.text)

@@ -82,6 +82,7 @@ class VehicleSnapshot(NamedTuple):
     saturation: Saturation
     law: Law
     regime: Regime
+    way_of_flying: Regime  # the same, but a vehicle that hovers is in no back transition
     last_law: Law
     last_reason: Reason
     jumps: int
@@ -215,6 +216,7 @@ def take_snapshot(
         saturation=Saturation(vehicle.saturation),
         law=law,
         regime=regime(vehicle),
+        way_of_flying=aircraft.way_of_flying,
         last_law=last.source if last else Law.LANDED,
         last_reason=last.reason if last else Reason.NONE,
         jumps=len(vehicle.jumps),
@@ -249,7 +251,7 @@ def take_snapshot(
         return_altitude=autopilot.settings.return_altitude,
         mission_count=len(mission.items) if mission else 0,
         mission_current=mission.current if mission else 0,
-        mission_state=_mission_state(aircraft),
+        mission_state=mission_state(aircraft.autopilot),
         fence=replace(autopilot.failsafes.fence),
         fenced=autopilot.world.fence != Fence(),
         intended=intended,
@@ -272,13 +274,14 @@ def _plan_name(autopilot: Autopilot) -> str:
     return "" if executor is None else executor.plan.name
 
 
-def _mission_state(aircraft: Aircraft) -> int:
-    autopilot = aircraft.autopilot
-    if autopilot.mission is None:
+def mission_state(autopilot: Autopilot) -> int:
+    """MISSION_STATE of the mission that is loaded."""
+    mission = autopilot.mission
+    if mission is None:
         return int(mavlink.MISSION_STATE_NO_MISSION)
-    if autopilot.mission.finished:
+    if mission.finished:
         return int(mavlink.MISSION_STATE_COMPLETE)
     if autopilot.mode is Mode.MISSION and autopilot.flying:
         return int(mavlink.MISSION_STATE_ACTIVE)
-    begun = autopilot.mission.current > 0
+    begun = mission.begun or mission.current > 0
     return int(mavlink.MISSION_STATE_PAUSED if begun else mavlink.MISSION_STATE_NOT_STARTED)

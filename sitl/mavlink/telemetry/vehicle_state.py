@@ -15,6 +15,7 @@ from sitl.mavlink.telemetry.vehicle_snapshot import HeartbeatStatus, VehicleSnap
 
 NO_BATTERY_CELL = 65535
 MAVLINK_VERSION = 3  # of HEARTBEAT
+IN_MISSION_MODE, MISSION_SUSPENDED = 1, 2  # of MISSION_CURRENT; 0 would be unknown
 ALWAYS_PRESENT = (
     mavlink.MAV_SYS_STATUS_SENSOR_BATTERY | mavlink.MAV_SYS_STATUS_GEOFENCE | mavlink.MAV_SYS_STATUS_PREARM_CHECK
 )
@@ -87,7 +88,7 @@ def extended_state(s: VehicleSnapshot) -> Message:
         landed = mavlink.MAV_LANDED_STATE_TAKEOFF
     else:
         landed = mavlink.MAV_LANDED_STATE_IN_AIR
-    return mavlink.MAVLink_extended_sys_state_message(VTOL_STATES[s.regime], landed)
+    return mavlink.MAVLink_extended_sys_state_message(VTOL_STATES[s.way_of_flying], landed)
 
 
 def battery_status(s: VehicleSnapshot) -> Message:
@@ -136,7 +137,7 @@ def mission_current(s: VehicleSnapshot) -> Message:
         seq=s.mission_current,
         total=s.mission_count,
         mission_state=s.mission_state,
-        mission_mode=int(s.mode is Mode.MISSION),
+        mission_mode=IN_MISSION_MODE if s.mode is Mode.MISSION else MISSION_SUSPENDED,
     )
 
 

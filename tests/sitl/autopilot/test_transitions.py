@@ -12,6 +12,7 @@ from sitl.autopilot.transitions import TIME_LIMIT, Transition, is_reached
 from sitl.control.reference import along, hover_at, leg
 from sitl.guidance.view import VehicleView
 from sitl.vehicle.aircraft import HOVERING, is_forward
+from sitl.vehicle.parameters import WorldSettings
 from tests.support.flights.recorded_flight import Flight
 from tests.support.vehicle.fake_station import Bench
 from tests.support.vehicle.mission_items import waypoint
@@ -180,6 +181,27 @@ def test_progress_is_reported_to_the_end_of_a_front_and_a_back_transition(bench,
     assert not bench.aircraft.view().forward
     station.heard.clear()
     assert station.command(TRANSITION, HOVER) == ACCEPTED
+
+
+@pytest.mark.parametrize(("wind", "seed"), [(6.0, 2), (8.0, 3)])
+def test_in_wind_the_state_is_that_of_the_answer_and_stays_so_until_the_law_ends(tmp_path, wind, seed):
+    world = WorldSettings(wind_speed=wind, gusts=wind / 8.0, battery=1e6)
+    bench = Bench(tmp_path, up=HIGH, seed=seed, world_settings=world)
+    station = bench.station()
+    for wanted in (FORWARD, HOVER):
+        station.heard.clear()
+        station.command(TRANSITION, wanted)
+        bench.advance_until(lambda: final(station) is not None, 60.0)
+        assert final(station) == ACCEPTED
+        answered = next(
+            i for i, m in enumerate(station.heard) if m.get_type() == "COMMAND_ACK" and m.result == ACCEPTED
+        )
+        told = [m.vtol_state for m in station.heard[:answered] if m.get_type() == "EXTENDED_SYS_STATE"]
+        assert told[-1] == wanted
+    assert bench.aircraft.vehicle.law is Law.TO_HOVER  # which waits for the wind to drop
+    station.heard.clear()
+    bench.advance(20.0)
+    assert {m.vtol_state for m in station.all("EXTENDED_SYS_STATE")} == {HOVER}
 
 
 @pytest.mark.parametrize("after", [0.2, 2.0])

@@ -20,9 +20,11 @@ from sitl.simulation.start import Start
 from sitl.vehicle.aircraft import Aircraft
 from sitl.vehicle.parameters import Configuration, WorldSettings
 from tests.support.vehicle.fake_station import FakeStation
+from tests.support.vehicle.mission_items import waypoint
 
 ACTIVE, STANDBY = mavlink.MAV_STATE_ACTIVE, mavlink.MAV_STATE_STANDBY
 CRITICAL, EMERGENCY = mavlink.MAV_STATE_CRITICAL, mavlink.MAV_STATE_EMERGENCY
+SUSPENDED = 2  # mission_mode of MISSION_CURRENT outside the mission mode
 ARM, REQUEST = mavlink.MAV_CMD_COMPONENT_ARM_DISARM, mavlink.MAV_CMD_REQUEST_MESSAGE
 GET, SET = mavlink.MAV_CMD_GET_MESSAGE_INTERVAL, mavlink.MAV_CMD_SET_MESSAGE_INTERVAL
 
@@ -49,6 +51,37 @@ def test_arming_and_disarming_on_the_ground_are_told_at_once(tmp_path):
         assert station.command(ARM, armed) == mavlink.MAV_RESULT_ACCEPTED
         states.append(station.last("HEARTBEAT").system_status)
     assert states == [STANDBY, ACTIVE, STANDBY]
+
+
+def told_with(station, command, *params):
+    """The last MISSION_CURRENT before the answer to a command, which is accepted."""
+    station.heard.clear()
+    assert station.command(command, *params) == mavlink.MAV_RESULT_ACCEPTED
+    answer = next(i for i, m in enumerate(station.heard) if m.get_type() == "COMMAND_ACK")
+    (*_, told) = (m for m in station.heard[:answer] if m.get_type() == "MISSION_CURRENT")
+    return told.mission_mode, told.mission_state, told.seq
+
+
+def test_the_state_of_the_mission_is_told_before_the_answer_that_changes_it(tmp_path):
+    station = FakeStation.with_vehicle(tmp_path, up=20.0)
+    assert station.upload([waypoint(50, 0, 20), waypoint(0, 40, 20)]) == mavlink.MAV_MISSION_ACCEPTED
+    station.advance(1.0)
+    assert station.last("MISSION_CURRENT").mission_mode == SUSPENDED
+    assert station.last("MISSION_CURRENT").mission_state == mavlink.MISSION_STATE_NOT_STARTED
+    assert told_with(station, mavlink.MAV_CMD_MISSION_START, 1) == (1, mavlink.MISSION_STATE_ACTIVE, 1)
+    station.advance(0.1)
+    pause = mavlink.MAV_CMD_DO_PAUSE_CONTINUE
+    assert told_with(station, pause, 0) == (SUSPENDED, mavlink.MISSION_STATE_PAUSED, 1)
+    assert told_with(station, pause, 1) == (1, mavlink.MISSION_STATE_ACTIVE, 1)
+
+
+def test_the_chosen_item_is_told_whether_it_changed_or_not(tmp_path):
+    station = FakeStation.with_vehicle(tmp_path)
+    station.upload([waypoint(50, 0, 20), waypoint(0, 0, 20)])
+    for seq, now in ((1, 1), (1, 1), (-1, 1), (0, 0)):
+        station.heard.clear()
+        assert station.command(mavlink.MAV_CMD_DO_SET_MISSION_CURRENT, seq, 1) == mavlink.MAV_RESULT_ACCEPTED
+        assert station.last("MISSION_CURRENT").seq == now
 
 
 def test_motors_stopped_in_the_air_stand_by(tmp_path):
