@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from enum import Enum, auto
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from protocol.flight_plans.expressions.expression_syntax import parse_expression, parse_script
-from protocol.flight_plans.expressions.expression_tree import Expression, Script
+from protocol.flight_plans.expressions.expression_syntax import parse_expression, parse_script, parse_target
+from protocol.flight_plans.expressions.expression_tree import Expression, Script, StoredIn
 from protocol.flight_plans.place import FlightPlanError, Place, SourceText
 from protocol.flight_plans.xml_elements import XmlElement
 
@@ -43,7 +43,7 @@ class Kind(Enum):
     WAYPOINT = auto()  # the name of one
     WAYPOINTS = auto()  # several, with commas or blanks between
     BLOCK = auto()  # the name of one
-    VARIABLE = auto()  # the name of one
+    TARGET = auto()  # what a value is stored in
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,7 +126,7 @@ def _written(value: object) -> str:
             return "TRUE" if value else "FALSE"
         case float():
             return f"{value:.0f}" if value == round(value) and abs(value) < 1e15 else repr(value)
-        case Expression() | Script():
+        case Expression() | Script() | StoredIn():
             return value.text
         case tuple():
             return ",".join(map(_written, value))
@@ -157,13 +157,6 @@ def _name(name: str, source: SourceText) -> str:
 
 def _name_use(name: str, source: SourceText) -> NameUse:
     return NameUse(_name(name, source), source.place)
-
-
-def _variable_use(name: str, source: SourceText) -> NameUse:
-    text = re.sub(r"\s*(->|@DEREF|\.)\s*", ".", _name(name, source))
-    if not re.fullmatch(r"[A-Za-z_]\w*([.\[\]]*\w*)*", text, re.ASCII):
-        raise FlightPlanError(source.place, f"{name} {source.text[:40]!r} is not the name of a variable")
-    return NameUse(text, source.place)
 
 
 def _choice(choices: tuple[str, ...], name: str, source: SourceText) -> str:
@@ -208,6 +201,10 @@ def _expression(name: str, source: SourceText) -> Expression:  # noqa: ARG001
     return parse_expression(source)
 
 
+def _target(name: str, source: SourceText) -> StoredIn:  # noqa: ARG001
+    return parse_target(source)
+
+
 def _script(name: str, source: SourceText) -> Script:  # noqa: ARG001
     return parse_script(source)
 
@@ -248,5 +245,5 @@ _READERS: Mapping[Kind, Callable[[str, SourceText], Any]] = {
     Kind.WAYPOINT: _name_use,
     Kind.WAYPOINTS: _names,
     Kind.BLOCK: _name_use,
-    Kind.VARIABLE: _variable_use,
+    Kind.TARGET: _target,
 }

@@ -1,6 +1,6 @@
 """A flight plan: waypoints, sectors, variables, exceptions and blocks, as its file holds them.
 
-A plan is valid: what names a waypoint, a block or a corner names one that exists.
+What a stage or an exception names may be missing: :mod:`protocol.flight_plans.plan_check` then locks the block.
 """
 
 from __future__ import annotations
@@ -168,6 +168,7 @@ class FlightPlan(PlanElement):
     modules: tuple[PlanModule, ...] = ()
     exceptions: tuple[PlanException, ...] = ()
     blocks: tuple[PlanBlock, ...] = ()
+    repeated_attributes: tuple[NameUse, ...] = ()  # tag and attribute: the first in their tag count
     section_comments: tuple[tuple[str, tuple[str, ...], tuple[str, ...]], ...] = ()  # tag, in front, at the end
 
     def block_index(self, name: str) -> int | None:

@@ -6,7 +6,6 @@ import re
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
-from protocol.flight_limits import MIN_CORNERS
 from protocol.flight_plans.place import FlightPlanError, Place, SourceText
 from protocol.flight_plans.xml_elements import MAX_ELEMENTS, XmlElement
 
@@ -71,8 +70,6 @@ def _sectors(kml: XmlElement) -> Iterator[tuple[XmlElement, list[XmlElement]]]:
             _element("waypoint", outline.place, name=f"_{name}_{number}", lat=repr(lat), lon=repr(lon))
             for number, (lat, lon) in enumerate(_coordinates(outline), 1)
         ]
-        if len(corners) < MIN_CORNERS:
-            raise FlightPlanError(outline.place, f"the polygon {name!r} has fewer than {MIN_CORNERS} corners")
         uses = tuple(_element("corner", outline.place, name=corner.attributes["name"].text) for corner in corners)
         yield replace(_element("sector", placemark.place, name=name), children=uses), corners
 

@@ -5,7 +5,19 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Final, NamedTuple
 
-__all__ = ["CONSTANTS", "FUNCTIONS", "SETTABLE", "STRUCTURES", "VARIABLES", "FunctionShape", "shape_of"]
+__all__ = [
+    "CONSTANTS",
+    "COORDINATES",
+    "FUNCTIONS",
+    "NAVIGATION_ROUTINES",
+    "SETTABLE",
+    "STRUCTURES",
+    "VARIABLES",
+    "WAYPOINTS",
+    "WAYPOINT_FIELDS",
+    "FunctionShape",
+    "shape_of",
+]
 
 
 class FunctionShape(NamedTuple):
@@ -30,13 +42,16 @@ FUNCTIONS: Final[Mapping[str, FunctionShape]] = {
         *("ins_reset_altitude_ref", "NavCircleCount", "NavCircleCountNoRewind", "nav_set_heading_current"),
         *("PowerVoltage", "autopilot_get_motors_on", "stateGetHorizontalSpeedNorm_f", "stateGetAirspeed_f"),
         *("stateGetHorizontalSpeedDir_f", "stateGetPositionEnu_f", "stateGetPositionNed_f", "stateGetSpeedEnu_f"),
-        *("stateGetSpeedNed_f", "stateGetNedToBodyEulers_f"),
+        *("stateGetSpeedNed_f", "stateGetNedToBodyEulers_f", "ins_reset_local_origin", "ins_reset_vertical_pos"),
+        *("ins_reset_utm_zone_here", "nav_reset_reference", "nav_reset_alt", "RCLost", "autopilot_throttle_killed"),
+        *("nav_line_setup", "nav_line_init", "nav_flower_run", "nav_survey_poly_osam_run", "nav_skid_landing_run"),
     ),
     **_shapes(
         1,
         *("IndexOfBlock", "NavQdrCloseTo", "NavCourseCloseTo", "DegOfRad", "RadOfDeg", "fabs", "fabsf", "abs", "Not"),
         *("sin", "sinf", "cos", "cosf", "tan", "tanf", "sqrt", "sqrtf", "floor", "ceil", "nav_set_heading_deg"),
         *("nav_set_heading_rad", "guidance_h_SetMaxSpeed", "autopilot_set_mode", "autopilot_set_motors_on"),
+        *("autopilot_set_in_flight", "autopilot_set_kill_throttle"),
     ),
     **_shapes(
         2,
@@ -48,15 +63,52 @@ FUNCTIONS: Final[Mapping[str, FunctionShape]] = {
         for name in (
             *("NavSetWaypointHere", "NavSetWaypointPosAndAltHere", "WaypointX", "WaypointY", "WaypointAlt"),
             *("nav_set_heading_towards_waypoint", "waypoint_get_x", "waypoint_get_y", "waypoint_get_alt"),
-            "GetDistanceToWaypoint",
+            *("GetDistanceToWaypoint", "waypoint_get_lat_deg", "waypoint_get_lon_deg"),
         )
     },
+    "autopilot_guided_update": FunctionShape(5, 5),
+    "nav_line_run": FunctionShape(3, 3, (0, 1)),
+    "nav_flower_setup": FunctionShape(2, 2, (0, 1)),
+    "nav_flower_start": FunctionShape(2, 2, (0, 1)),
+    "nav_survey_rectangle_rotorcraft_setup": FunctionShape(4, 4, (0, 1)),
+    "nav_survey_rectangle_rotorcraft_run": FunctionShape(2, 2, (0, 1)),
+    "nav_survey_poly_osam_setup": FunctionShape(4, 4, (0,)),
+    "nav_survey_poly_osam_start": FunctionShape(4, 4, (0,)),
+    "nav_survey_poly_osam_setup_towards": FunctionShape(4, 4, (0, 3)),
+    "nav_skid_landing_setup": FunctionShape(3, 3, (0, 1)),
+    "nav_takeoff_from_wp": FunctionShape(1, 2, (0,)),
+    "nav_takeoff_from_here": FunctionShape(0, 1),
+    "nav_takeoff_from_loc": FunctionShape(2, 3),
+    "nav_land_at_wp": FunctionShape(3, 3, (0, 1)),
+    "nav_land_here": FunctionShape(2, 2),
+    "nav_land_at_loc": FunctionShape(6, 6),
     "NavCopyWaypoint": FunctionShape(2, 2, (0, 1)),
     "NavCopyWaypointPositionOnly": FunctionShape(2, 2, (0, 1)),
     "NavApproachingFrom": FunctionShape(3, 3, (0, 1)),
     "NavApproaching": FunctionShape(2, 2, (0,)),
     "nav_compute_baseleg": FunctionShape(4, 4, (0, 1, 2)),
     "increase_nav_heading": FunctionShape(2, 2, (), (0,)),
+}
+
+# Functions that are called again and again and fly the vehicle meanwhile.
+NAVIGATION_ROUTINES: Final = frozenset(
+    {
+        *("nav_line_run", "nav_flower_run", "nav_survey_rectangle_rotorcraft_run", "nav_survey_poly_osam_run"),
+        *("nav_skid_landing_run", "nav_takeoff_from_wp", "nav_takeoff_from_here", "nav_takeoff_from_loc"),
+        *("nav_land_at_wp", "nav_land_here", "nav_land_at_loc", "autopilot_guided_update"),
+    }
+)
+
+# A waypoint's coordinates as C's lvalues: WaypointAlt(WP_A), waypoints[WP_A].enu_f.z
+WAYPOINTS: Final = "waypoints"
+COORDINATES: Final[Mapping[str, str]] = {"WaypointX": "x", "WaypointY": "y", "WaypointAlt": "alt"}
+WAYPOINT_FIELDS: Final[Mapping[str, str]] = {
+    "x": "x",
+    "y": "y",
+    "a": "alt",
+    "enu_f.x": "x",
+    "enu_f.y": "y",
+    "enu_f.z": "z",
 }
 
 STRUCTURES: Final[Mapping[str, tuple[str, ...]]] = {
@@ -92,13 +144,28 @@ CONSTANTS: Final[Mapping[str, int | float]] = {
     "GUIDED_FLAG_XY_VEL": 32,
     "GUIDED_FLAG_Z_VEL": 64,
     "GUIDED_FLAG_YAW_RATE": 128,
+    "GPS_FIX_NONE": 0,
+    "GPS_FIX_2D": 2,
+    "GPS_FIX_3D": 3,
+    "MODULES_IDLE": 0,
+    "MODULES_RUN": 1,
+    "MODULES_START": 2,
+    "MODULES_STOP": 3,
 }
 
 SETTABLE: Final = frozenset(
     {
         *("autopilot.kill_throttle", "kill_throttle", "autopilot.flight_time", "autopilot.launch", "launch"),
         *("nav.radius", "nav_radius", "nav.heading", "nav.climb_vspeed", "nav.descend_vspeed", "nav_climb_vspeed"),
-        *("nav_descend_vspeed", "force_forward"),
+        *("nav_descend_vspeed", "force_forward", "sweep", "nav_takeoff_direction", "nav_climb"),
+        *(
+            "fp_pitch",
+            "fp_throttle",
+            "fp_climb",
+            "rectangle_survey_sweep_num",
+            "PolySurveySweepNum",
+            "PolySurveySweepBackNum",
+        ),
     }
 )
 
@@ -116,6 +183,9 @@ VARIABLES: Final = SETTABLE | frozenset(
         *("electrical.bat_low", "electrical.bat_critical", "electrical.vsupply", "autopilot.in_flight"),
         *("autopilot.motors_on", "autopilot.mode", "radio_control.status", "guidance_v.delta_t", "ground_alt"),
         *("GROUND_ALT", "SECURITY_HEIGHT", "SECURITY_ALT", "HOME_MODE_HEIGHT", "MAX_DIST_FROM_HOME"),
+        *("LOW_BAT_LEVEL", "CRITIC_BAT_LEVEL", "CATASTROPHIC_BAT_LEVEL", "state.ned_initialized_i"),
+        *("state.ned_initialized_f", "state.utm_initialized_f", "gps.fix", "gps_fix", "nav.too_far_from_home"),
+        "nav.dist2_to_home",
         *("NAV_DEFAULT_ALT", "max_dist_from_home", "dist2_to_home", "dist2_to_wp", "baseleg_out_qdr", "QFU"),
     }
 )

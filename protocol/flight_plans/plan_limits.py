@@ -18,20 +18,18 @@ from protocol.flight_plans.flight_plan import (
 from protocol.flight_plans.place import FlightPlanError, Place
 from protocol.flight_plans.stages import (
     CircleStage,
-    DerouteStage,
     EightStage,
     ForStage,
     GoStage,
     OvalStage,
     PathStage,
-    PlanException,
     Stage,
     StayStage,
     SurveyStage,
     WhileStage,
 )
 
-__all__ = ["all_exceptions", "all_stages", "check_plan", "is_loop_waypoint", "waypoint_uses"]
+__all__ = ["MAX_COORDINATE", "all_stages", "check_plan", "is_block", "is_loop_waypoint", "is_waypoint", "waypoint_uses"]
 
 MAX_COORDINATE = 100_000.0  # of a waypoint from the origin [m]
 MAX_ALTITUDE = 100_000.0  # [m]
@@ -66,16 +64,6 @@ def all_stages(stages: Iterable[Stage]) -> Iterator[Stage]:
         yield stage
         if isinstance(stage, WhileStage | ForStage):
             yield from all_stages(stage.stages)
-
-
-def all_exceptions(plan: FlightPlan) -> Iterator[PlanException]:
-    """The exceptions of a plan, its blocks and their loops."""
-    yield from plan.exceptions
-    for block in plan.blocks:
-        yield from block.exceptions
-        for stage in all_stages(block.stages):
-            if isinstance(stage, WhileStage | ForStage):
-                yield from stage.exceptions
 
 
 def waypoint_uses(stage: Stage) -> list[NameUse]:
@@ -123,8 +111,12 @@ def _check_origin(plan: FlightPlan) -> None:
         value = getattr(plan, name)
         if _exceed(MAX_ALTITUDE, value):
             raise FlightPlanError(plan.place, f"{name} {value:g} is not within {MAX_ALTITUDE:g} m")
-    if plan.geofence_sector is not None and plan.sector(plan.geofence_sector.name) is None:
-        raise FlightPlanError(plan.geofence_sector.place, f"there is no sector {plan.geofence_sector.name!r}")
+    if plan.geofence_sector is not None:
+        fence = plan.sector(plan.geofence_sector.name)
+        if fence is None:
+            raise FlightPlanError(plan.geofence_sector.place, f"there is no sector {plan.geofence_sector.name!r}")
+        if len(fence.corners) < MIN_CORNERS:
+            raise FlightPlanError(fence.place, f"{len(fence.corners)} corners are too few for a fence")
 
 
 def _check_waypoint(point: PlanWaypoint) -> None:
@@ -150,10 +142,9 @@ def _check_sectors(plan: FlightPlan) -> None:
     polygons = [sector for sector in plan.sectors if isinstance(sector, PlanSector)]
     _once("sector", ((sector.name, sector.place) for sector in polygons))
     for sector in polygons:
-        if len(sector.corners) < MIN_CORNERS:
-            raise FlightPlanError(sector.place, f"{len(sector.corners)} corners are too few for a sector")
         for corner in sector.corners:
-            _check_waypoint_use(plan, corner)
+            if not is_waypoint(plan, corner):
+                raise FlightPlanError(corner.place, f"there is no waypoint {corner.name!r}")
 
 
 def _check_variable(variable: PlanVariable | AbiBinding) -> None:
@@ -171,23 +162,20 @@ def _check_variable(variable: PlanVariable | AbiBinding) -> None:
 
 
 def _check_references(plan: FlightPlan) -> None:
-    for exception in all_exceptions(plan):
-        _check_block_use(plan, exception.deroute)
+    for exception in plan.exceptions:
+        if not is_block(plan, exception.deroute):
+            raise FlightPlanError(exception.deroute.place, f"there is no block {exception.deroute.name!r}")
     for block in plan.blocks:
         for stage in all_stages(block.stages):
-            for use in waypoint_uses(stage):
-                _check_waypoint_use(plan, use)
-            if isinstance(stage, DerouteStage):
-                _check_block_use(plan, stage.block)
             if isinstance(stage, PathStage) and len(stage.wpts) < 2:
                 raise FlightPlanError(stage.place, "<path> needs two waypoints or more")
 
 
-def _check_waypoint_use(plan: FlightPlan, use: NameUse) -> None:
-    if not is_loop_waypoint(use) and plan.waypoint(use.name) is None:
-        raise FlightPlanError(use.place, f"there is no waypoint {use.name!r}")
+def is_waypoint(plan: FlightPlan, use: NameUse) -> bool:
+    """Whether a plan has the waypoint that is named."""
+    return is_loop_waypoint(use) or plan.waypoint(use.name) is not None
 
 
-def _check_block_use(plan: FlightPlan, use: NameUse) -> None:
-    if use.name != HOME_BLOCK and plan.block_index(use.name) is None:
-        raise FlightPlanError(use.place, f"there is no block {use.name!r}")
+def is_block(plan: FlightPlan, use: NameUse) -> bool:
+    """Whether a plan has the block that is named."""
+    return use.name == HOME_BLOCK or plan.block_index(use.name) is not None

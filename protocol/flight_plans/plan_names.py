@@ -75,6 +75,10 @@ class PlanConstants:
             raise UnknownNameError(f"{name} is not constant")
         return self._values[name]
 
+    def item(self, name: str, index: Scalar, member: str) -> Scalar:  # noqa: ARG002
+        """None is constant."""
+        raise UnknownNameError(f"{name}[] is not constant")
+
     def loop_value(self, name: str) -> Scalar:
         """None is constant."""
         raise UnknownNameError(f"${name} is not constant")

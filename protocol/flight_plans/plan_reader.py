@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any, TypeVar
 
 from protocol.flight_plans.attributes import NameUse, read_attributes
@@ -18,6 +18,7 @@ from protocol.flight_plans.flight_plan import (
     PlanVariable,
     PlanWaypoint,
 )
+from protocol.flight_plans.header_macros import with_macros
 from protocol.flight_plans.place import FlightPlanError
 from protocol.flight_plans.plan_limits import check_plan
 from protocol.flight_plans.stages import STAGE_CLASSES, ForStage, PlanElement, PlanException, Stage, WhileStage
@@ -59,9 +60,18 @@ def plan_from_elements(root: XmlElement) -> FlightPlan:
     values.update(_utm(sections["waypoints"]))
     remarks = [(s.tag, s.comments, s.last_comments) for s in sections.values() if s.tag != "header"]
     kept = tuple(remark for remark in remarks if remark[1] or remark[2])
-    plan = FlightPlan(**_shared(root), **values, section_comments=kept)
+    repeated = tuple(_repetitions(root))
+    plan = with_macros(FlightPlan(**_shared(root), **values, section_comments=kept, repeated_attributes=repeated))
     check_plan(plan)
     return plan
+
+
+def _repetitions(element: XmlElement) -> Iterator[NameUse]:
+    """The attributes of an element, and of all in it, that their tags gave before."""
+    for attribute in element.repeated:
+        yield NameUse(f"{element.tag} {attribute.name}", attribute.place)
+    for child in element.children:
+        yield from _repetitions(child)
 
 
 def sections_of(root: XmlElement) -> dict[str, XmlElement]:

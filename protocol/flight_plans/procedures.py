@@ -19,8 +19,8 @@ __all__ = ["MAX_INCLUDES", "with_procedures"]
 MAX_INCLUDES = 32  # of a plan
 _PARAMETER = re.compile(r"\$([A-Za-z_][A-Za-z0-9_]*)")
 _QUOTED = re.compile(r"'([^']*)'")
-_ADDED = ("waypoints", "sectors", "exceptions", "blocks")
-_NAMES = {"waypoints": "waypoint", "sectors": "sector"}
+_ADDED = ("waypoints", "sectors", "variables", "modules", "exceptions", "blocks")
+_NAMES = {"waypoints": "name", "sectors": "name", "variables": "var"}  # section: attribute
 Fetch = Callable[[SourceText], XmlElement]
 
 
@@ -148,17 +148,21 @@ def _merged(root: XmlElement, procedure: XmlElement) -> XmlElement:
     """The plan with the sections of a procedure behind its own."""
     sections = sections_of(root)
     for tag, added in sections_of(procedure).items():
+        if tag == "header":
+            before = sections.get(tag, replace(added, text=""))
+            sections[tag] = replace(before, text=f"{before.text}\n{added.text}")
         if tag not in _ADDED:
             continue
         old = sections.get(tag, replace(added, children=(), comments=(), last_comments=()))
-        taken = {_name(child) for child in old.children} if tag in _NAMES else set()
-        new = tuple(child for child in added.children if tag not in _NAMES or _name(child) not in taken)
+        key = _NAMES.get(tag)
+        taken = {_name(child, key) for child in old.children} - {""} if key is not None else set()
+        new = tuple(child for child in added.children if key is None or _name(child, key) not in taken)
         sections[tag] = replace(old, children=(*old.children, *new))
     return replace(root, children=tuple(sections.values()))
 
 
-def _name(element: XmlElement) -> str:
-    return element.attributes["name"].text if "name" in element.attributes else ""
+def _name(element: XmlElement, key: str) -> str:
+    return element.attributes[key].text if key in element.attributes else ""
 
 
 def _size(element: XmlElement) -> int:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from typing import ClassVar
 
 from protocol.flight_plans.attributes import Kind, NameUse, attribute, required
-from protocol.flight_plans.expressions.expression_tree import Expression, Script
+from protocol.flight_plans.expressions.expression_tree import Expression, Script, StoredIn
 from protocol.flight_plans.place import NOWHERE, Place
 
 __all__ = [
@@ -239,7 +239,7 @@ class SetStage(Stage):
     """Store a value in a variable."""
 
     tag: ClassVar[str] = "set"
-    var: NameUse = required(Kind.VARIABLE)
+    var: StoredIn = required(Kind.TARGET)
     value: Expression = required(Kind.EXPRESSION)
 
 

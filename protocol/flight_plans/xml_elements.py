@@ -1,6 +1,7 @@
 """XML as elements with their places. Plans come from strangers: no entity is expanded, nothing else is opened.
 
-Depth, size and number of elements are bounded.
+Depth, size and number of elements are bounded. As in Paparazzi's own reader the first of repeated attributes counts,
+and the names of a plan's elements and attributes may be in capitals.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from protocol.flight_limits import MAX_PLAN_FILE
 from protocol.flight_plans.place import FlightPlanError, Place, SourceText
 from protocol.tools.text_files import decode_text, wide_encoding
 
-__all__ = ["MAX_ELEMENTS", "XmlElement", "parse_xml"]
+__all__ = ["MAX_ELEMENTS", "RepeatedAttribute", "XmlElement", "parse_xml"]
 
 MAX_ELEMENTS = 10_000  # of a file
 MAX_DEPTH = 32  # of elements in each other
@@ -26,7 +27,17 @@ _ENCODINGS = {"utf-8": "utf-8", "us-ascii": "utf-8", "ascii": "utf-8", "iso-8859
 _DECLARED = re.compile(rb"\A<\?xml[^>]*?\sencoding\s*=\s*[\"']([A-Za-z0-9._-]+)[\"']")
 _ATTRIBUTE = re.compile(r"([^\s=<>\"'/]+)\s*=\s*(?:\"([^\"]*)\"|'([^']*)')")
 _REFERENCE = re.compile(r"&(?!(?:amp|lt|gt|quot|apos|#[0-9]+|#x[0-9A-Fa-f]+);)([^;\s]*);?")
+_TAG_STOP = re.compile(rb"[>\"']")
+_NO_TAGS = ((b"<!--", b"-->"), (b"<![CDATA[", b"]]>"), (b"<?", b"?>"), (b"<!", b">"), (b"</", b">"))  # begin, end
 _POSITION = re.compile(r": line \d+, column \d+$")
+
+
+@dataclass(frozen=True, slots=True)
+class RepeatedAttribute:
+    """An attribute that its tag gave before."""
+
+    name: str
+    place: Place
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,6 +52,7 @@ class XmlElement:
         comments: In front of it.
         last_comments: In it, behind the last child.
         place: Of its first character.
+        repeated: Attributes that were given before in the same tag; the first ones count.
     """
 
     tag: str
@@ -50,16 +62,22 @@ class XmlElement:
     comments: tuple[str, ...]
     last_comments: tuple[str, ...]
     place: Place
+    repeated: tuple[RepeatedAttribute, ...] = ()
 
 
-def parse_xml(data: bytes, name: str) -> XmlElement:
+def parse_xml(data: bytes, name: str, *, folds_case: bool = False) -> XmlElement:
     """The root element of a file called ``name``.
+
+    Args:
+        data: Content of the file.
+        name: Of the file.
+        folds_case: Whether names of elements and attributes are given in small letters, however they are written.
 
     Raises:
         FlightPlanError: It is not well-formed, declares an entity, or exceeds a limit.
     """
-    text = _decoded(data, name)
-    builder = _Builder(name, text)
+    text, repeated = without_repetitions(_decoded(data, name).encode("utf-8"), folds_case=folds_case)
+    builder = _Builder(name, text, repeated, folds_case=folds_case)
     parser = DefusedXMLParser(target=builder, encoding="utf-8")
     builder.parser = parser.parser
     try:
@@ -116,18 +134,21 @@ class _Open:
     children: list[XmlElement] = field(default_factory=list)
     text: list[str] = field(default_factory=list)
     waiting: list[str] = field(default_factory=list)  # comments in front of the next child
+    repeated: tuple[RepeatedAttribute, ...] = ()
 
     def closed(self) -> XmlElement:
         text = "".join(self.text)
         children, last = tuple(self.children), tuple(self.waiting)
-        return XmlElement(self.tag, self.attributes, children, text, self.comments, last, self.place)
+        return XmlElement(self.tag, self.attributes, children, text, self.comments, last, self.place, self.repeated)
 
 
 class _Builder:
     """Target of the parser: collects elements, and knows where each one stands."""
 
-    def __init__(self, name: str, text: str) -> None:
-        self.bytes = text.encode("utf-8")
+    def __init__(
+        self, name: str, text: bytes, repeated: Mapping[int, list[tuple[int, str]]], *, folds_case: bool
+    ) -> None:
+        self.bytes, self._repeated, self._folds_case = text, repeated, folds_case
         self.parser: object = None
         self._name = name
         self._bottom = _Open("", {}, (), Place(name, 1, 1))
@@ -137,14 +158,16 @@ class _Builder:
     def here(self) -> Place:
         """Where the parser is."""
         line = getattr(self.parser, "CurrentLineNumber", 1)
-        return Place(self._name, line, self._column() + 1)
+        return Place(self._name, line, self._column(self._index()) + 1)
 
     def root(self) -> XmlElement:
         """The complete tree."""
         return self._bottom.children[0]
 
-    def _column(self) -> int:
-        index = max(getattr(self.parser, "CurrentByteIndex", 0), 0)
+    def _index(self) -> int:
+        return max(getattr(self.parser, "CurrentByteIndex", 0), 0)
+
+    def _column(self, index: int) -> int:
         begins = self.bytes.rfind(b"\n", 0, index) + 1
         return len(self.bytes[begins:index].decode("utf-8", errors="replace"))
 
@@ -158,7 +181,11 @@ class _Builder:
         if len(self._open) > MAX_DEPTH:
             raise FlightPlanError(place, f"elements nested more than {MAX_DEPTH} deep")
         above = self._open[-1]
-        self._open.append(_Open(tag, self._sources(attributes, place), tuple(above.waiting), place))
+        sources = self._sources(attributes, place)
+        if self._folds_case:
+            tag, sources = tag.lower(), {name.lower(): source for name, source in sources.items()}
+        opened = _Open(tag, sources, tuple(above.waiting), place, repeated=self._repetitions(place))
+        self._open.append(opened)
         above.waiting.clear()
 
     def end(self, _tag: str) -> None:
@@ -174,12 +201,19 @@ class _Builder:
     def close(self) -> None:
         """Nothing is left to do."""
 
+    def _repetitions(self, place: Place) -> tuple[RepeatedAttribute, ...]:
+        """The repeated attributes of the tag that begins here."""
+        begins = self._index()
+        found = self._repeated.get(begins, ())
+        return tuple(
+            RepeatedAttribute(name, place.after(self.bytes[begins:index].decode("utf-8"))) for index, name in found
+        )
+
     def _sources(self, attributes: dict[str, str], place: Place) -> dict[str, SourceText]:
         """The attributes of the tag that begins here, each with its place."""
         if not attributes:
             return {}
-        begins = getattr(self.parser, "CurrentByteIndex", 0)
-        tag = self._tag_text(begins)
+        tag = self._tag_text(self._index())
         found = {match.group(1): match for match in _ATTRIBUTE.finditer(tag)}
         sources = {}
         for name, value in attributes.items():
@@ -195,14 +229,52 @@ class _Builder:
 
     def _tag_text(self, begins: int) -> str:
         """The text of a start tag: up to the first > that no quotes enclose."""
-        quote, index = 0, begins
-        while index < len(self.bytes):
-            byte = self.bytes[index]
-            if quote:
-                quote = 0 if byte == quote else quote
-            elif byte in b"\"'":
-                quote = byte
-            elif byte == ord(">"):
-                break
-            index += 1
-        return self.bytes[begins:index].decode("utf-8")
+        end, _ = _scanned_tag(self.bytes, begins)
+        return self.bytes[begins:end].decode("utf-8")
+
+
+def without_repetitions(text: bytes, *, folds_case: bool) -> tuple[bytes, Mapping[int, list[tuple[int, str]]]]:
+    """A file with blanks in place of attributes that their tag gave before, and where those stood.
+
+    XML does not allow an attribute to be repeated, so a parser would refuse the file.
+
+    Args:
+        text: In UTF-8.
+        folds_case: Whether a name in capitals is the same name.
+
+    Returns:
+        The text, as long as it was, and by the first byte of a tag the first byte and name of each repetition.
+    """
+    kept, found, index = bytearray(text), dict[int, list[tuple[int, str]]](), text.find(b"<")
+    while index >= 0:
+        ending = next((end for begin, end in _NO_TAGS if text.startswith(begin, index)), None)
+        if ending is not None:
+            end = text.find(ending, index)
+        else:
+            end, values = _scanned_tag(text, index)
+            seen: set[bytes] = set()
+            for name, begins, ends in values:
+                key = name.lower() if folds_case else name
+                if key in seen:
+                    kept[begins:ends] = re.sub(rb"[^\n]", b" ", text[begins:ends])
+                    found.setdefault(index, []).append((begins, name.decode("utf-8", errors="replace")))
+                seen.add(key)
+        index = text.find(b"<", end) if end >= 0 else -1
+    return bytes(kept), found
+
+
+def _scanned_tag(text: bytes, begins: int) -> tuple[int, list[tuple[bytes, int, int]]]:
+    """Where a start tag ends, -1 if it does not, and its attributes: name, first byte, byte behind the value."""
+    attributes: list[tuple[bytes, int, int]] = []
+    index = begins + 1
+    while stop := _TAG_STOP.search(text, index):
+        if stop.group() == b">":
+            return stop.start(), attributes
+        end = text.find(stop.group(), stop.end())
+        if end < 0:
+            break
+        head = text[index : stop.start()].rstrip().removesuffix(b"=").rstrip()
+        name = head[max(map(head.rfind, (b" ", b"\t", b"\n"))) + 1 :]
+        attributes.append((name, index + len(head) - len(name), end + 1))
+        index = end + 1
+    return -1, attributes

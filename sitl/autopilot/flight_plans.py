@@ -13,7 +13,7 @@ from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Way
 from protocol.flight_plans.flight_plan import FlightPlan, PlanVariable
 from protocol.flight_plans.name_mapping import NameMapping
-from protocol.flight_plans.plan_check import PlanCheck
+from protocol.flight_plans.plan_findings import PlanCheck
 from protocol.flight_plans.plan_geometry import EnuPoint
 from protocol.frames import Geodetic
 from protocol.names.modes import Mode

@@ -200,6 +200,9 @@ def _planned(args: argparse.Namespace) -> CheckedPlan | None:
         raise SitlError(f"{args.flight_plan}: no flight at lat0 {here.lat_deg:g}, ground_alt {here.alt:g}: give --home")
     for name, finding in planned.check.locked_blocks.items():
         print(f"darko-sitl: block {name} is locked: {finding}", file=sys.stderr, flush=True)
+    if left_out := len(planned.check.left_out):
+        words = f"{left_out} calls, values or exceptions of a build are left out: 'darko-sitl plan' lists them"
+        print(f"darko-sitl: {words}", file=sys.stderr, flush=True)
     return planned
 
 

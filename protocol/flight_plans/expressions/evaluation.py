@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Final, Protocol, TypeAlias
 
+from protocol.flight_plans.expressions.expression_text import expression_text
 from protocol.flight_plans.expressions.expression_tree import (
     MAX_WHOLE_NUMBER,
     ArrayItem,
@@ -40,6 +41,13 @@ class NameTable(Protocol):
 
         Raises:
             UnknownNameError: There is no such variable.
+        """
+
+    def item(self, name: str, index: Scalar, member: str) -> Scalar:
+        """An item of an array, or a field of it.
+
+        Raises:
+            UnknownNameError: There is no such array, item or field.
         """
 
     def loop_value(self, name: str) -> Scalar:
@@ -98,10 +106,10 @@ def _value(tree: Tree, names: NameTable) -> Scalar:
             return _result(tree, names)
         case Member():
             return _field(tree, names)
-        case BlockTitle():
-            raise FlightPlanError(tree.place, f"'{tree.text}' is a text, not a number")
-        case Reference() | ArrayItem():
-            raise FlightPlanError(tree.place, f"{tree.name} has no value here")
+        case ArrayItem():
+            return names.item(tree.name, evaluate(tree.index, names), tree.member)
+        case BlockTitle() | Reference():
+            raise FlightPlanError(tree.place, f"{expression_text(tree)} is not a number")
 
 
 def _result(tree: Call, names: NameTable) -> Scalar:

@@ -23,12 +23,22 @@ from protocol.flight_plans.expressions.expression_tree import (
     Operation,
     Reference,
     Script,
+    StoredIn,
+    Target,
     Tree,
     VariableName,
 )
 from protocol.flight_plans.place import FlightPlanError, SourceText
 
-__all__ = ["MAX_EXPRESSION_DEPTH", "MAX_EXPRESSION_LENGTH", "PRECEDENCE", "WORDS", "parse_expression", "parse_script"]
+__all__ = [
+    "MAX_EXPRESSION_DEPTH",
+    "MAX_EXPRESSION_LENGTH",
+    "PRECEDENCE",
+    "WORDS",
+    "parse_expression",
+    "parse_script",
+    "parse_target",
+]
 
 MAX_EXPRESSION_LENGTH = 4000  # [characters]
 MAX_EXPRESSION_DEPTH = 100  # of parts in each other
@@ -57,7 +67,8 @@ _GRAMMAR = r"""
 script: instruction (";" instruction)* ";"*
 ?instruction: plain | "if" "(" disjunction ")" plain -> conditional
 ?plain: disjunction -> evaluated
-      | path "=" disjunction -> assigned
+      | target "=" disjunction -> assigned
+?target: path -> variable | item | call
 ?expression: disjunction
 ?disjunction: conjunction | disjunction OR conjunction -> operation
 ?conjunction: bits_or | conjunction AND bits_or -> operation
@@ -73,11 +84,12 @@ script: instruction (";" instruction)* ";"*
      | QUOTED -> quoted
      | "$" NAME -> loop_variable
      | path -> variable
-     | path "[" disjunction "]" -> array_item
+     | item
      | call
      | call (_ARROW | ".") NAME -> member
      | "(" disjunction ")"
 call: NAME "(" [disjunction ("," disjunction)*] ")"
+item: path "[" disjunction "]" ((_ARROW | ".") NAME)*
 path: NAME ((_ARROW | ".") NAME)*
 
 OR: "||" | "@OR"
@@ -121,9 +133,21 @@ def parse_script(source: SourceText) -> Script:
     return Script(instructions, source.text, source.place)
 
 
+def parse_target(source: SourceText) -> StoredIn:
+    """What an attribute says that a value is stored in: a variable, or a waypoint's coordinate.
+
+    Raises:
+        FlightPlanError: It is none.
+    """
+    tree: Target = _parsed("target", source)
+    return StoredIn(tree, source.text, source.place)
+
+
 @cache
 def _parsers() -> Lark:
-    return Lark(_GRAMMAR, parser="lalr", start=["expression", "script"], lexer="contextual", propagate_positions=False)
+    return Lark(
+        _GRAMMAR, parser="lalr", start=["expression", "script", "target"], lexer="contextual", propagate_positions=False
+    )
 
 
 def _parsed(start: str, source: SourceText) -> Any:  # noqa: ANN401 - what the rule makes
@@ -193,8 +217,8 @@ class _TreeMaker(Transformer[Token, Any]):
     def loop_variable(self, name: Token) -> LoopVariable:
         return LoopVariable(str(name), self._source.at((name.start_pos or 1) - 1))
 
-    def array_item(self, name: VariableName, index: Tree) -> ArrayItem:
-        return ArrayItem(name.name, index, name.place)
+    def item(self, name: VariableName, index: Tree, *members: Token) -> ArrayItem:
+        return ArrayItem(name.name, index, ".".join(members), name.place)
 
     def call(self, name: Token, *arguments: Tree | None) -> Call:
         given = tuple(argument for argument in arguments if argument is not None)
@@ -215,8 +239,8 @@ class _TreeMaker(Transformer[Token, Any]):
     def evaluated(self, tree: Tree) -> Instruction:
         return Instruction(tree, place=tree.place)
 
-    def assigned(self, name: VariableName, tree: Tree) -> Instruction:
-        return Instruction(tree, name.name, place=name.place)
+    def assigned(self, target: Target, tree: Tree) -> Instruction:
+        return Instruction(tree, target, place=target.place)
 
     def conditional(self, condition: Tree, plain: Instruction) -> Instruction:
         return Instruction(plain.expression, plain.target, condition, condition.place)

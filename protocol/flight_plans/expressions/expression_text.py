@@ -39,8 +39,8 @@ def script_text(script: Script) -> str:
 
 def _instruction(instruction: Instruction) -> str:
     text = expression_text(instruction.expression)
-    if instruction.target:
-        text = f"{instruction.target} = {text}"
+    if instruction.target is not None:
+        text = f"{expression_text(instruction.target)} = {text}"
     return text if instruction.condition is None else f"if ({expression_text(instruction.condition)}) {text}"
 
 
@@ -52,7 +52,8 @@ def _text(tree: Tree) -> tuple[str, int]:
         case Reference():
             return f"&{tree.name}", _UNARY
         case ArrayItem():
-            return f"{tree.name}[{expression_text(tree.index)}]", _ATOM
+            member = f".{tree.member}" if tree.member else ""
+            return f"{tree.name}[{expression_text(tree.index)}]{member}", _ATOM
         case Call():
             return f"{tree.name}({', '.join(map(expression_text, tree.arguments))})", _ATOM
         case Member():

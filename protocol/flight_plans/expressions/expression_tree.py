@@ -25,6 +25,8 @@ __all__ = [
     "Operation",
     "Reference",
     "Script",
+    "StoredIn",
+    "Target",
     "Tree",
     "VariableName",
     "walk",
@@ -100,10 +102,11 @@ class Operation:
 
 @dataclass(frozen=True, slots=True)
 class ArrayItem:
-    """``name[index]``: an item of an array of a build, of which there is none here."""
+    """``name[index]`` or a field of it, ``name[index].field``: here only waypoints are an array."""
 
     name: str
     index: Tree
+    member: str = ""  # the field, with points between the parts of its name
     place: Place = field(default=NOWHERE, compare=False)
 
 
@@ -130,6 +133,9 @@ Tree: TypeAlias = (
 )
 
 
+Target: TypeAlias = VariableName | ArrayItem | Call  # C's lvalues; of calls those that are macros for one
+
+
 @dataclass(frozen=True, slots=True)
 class Expression:
     """An expression of a plan; ``text`` is how it was written."""
@@ -140,11 +146,20 @@ class Expression:
 
 
 @dataclass(frozen=True, slots=True)
+class StoredIn:
+    """What a stage stores a value in; ``text`` is how it was written."""
+
+    tree: Target
+    text: str = field(default="", compare=False)
+    place: Place = field(default=NOWHERE, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
 class Instruction:
     """One statement: ``expression;``, ``name = expression;`` or either after ``if (condition)``."""
 
     expression: Tree
-    target: str = ""  # what the value is stored in
+    target: Target | None = None  # what the value is stored in
     condition: Tree | None = None
     place: Place = field(default=NOWHERE, compare=False)
 

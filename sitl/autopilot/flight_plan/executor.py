@@ -10,12 +10,14 @@ import math
 from collections.abc import Iterator, Sequence
 
 from protocol.flight_plans.expressions.evaluation import Scalar, UnknownNameError, evaluate
-from protocol.flight_plans.expressions.expression_tree import Script, Tree
+from protocol.flight_plans.expressions.expression_text import expression_text
+from protocol.flight_plans.expressions.expression_tree import ArrayItem, Script, Target, Tree, VariableName
 from protocol.flight_plans.flight_plan import AbiBinding, FlightPlan
+from protocol.flight_plans.known_names import COORDINATES, WAYPOINT_FIELDS
 from protocol.flight_plans.name_mapping import NameMapping
 from protocol.flight_plans.place import FlightPlanError
-from protocol.flight_plans.plan_check import PlanCheck
-from protocol.flight_plans.plan_geometry import EnuPoint, inside_polygon
+from protocol.flight_plans.plan_findings import PlanCheck
+from protocol.flight_plans.plan_geometry import EnuPoint
 from protocol.flight_plans.plan_names import block_number
 from protocol.flight_plans.stages import (
     CallOnceStage,
@@ -29,13 +31,14 @@ from protocol.flight_plans.stages import (
     Stage,
     WhileStage,
 )
-from sitl.autopilot.flight_plan.aims import Aim, AimKey, away
+from sitl.autopilot.flight_plan.aims import Aim, AimKey
 from sitl.autopilot.flight_plan.condition_values import condition_values
 from sitl.autopilot.flight_plan.name_values import NameValues
 from sitl.autopilot.flight_plan.operator_view import AimKind, BlockEntered, ExceptionFired, PlanEvent, PlanRemark
 from sitl.autopilot.flight_plan.plan_flow import PlanFlow
 from sitl.autopilot.flight_plan.plan_inputs import MotorRequest, PlanInputs
 from sitl.autopilot.flight_plan.plan_memory import PlanMemory
+from sitl.autopilot.flight_plan.plan_state import left_area
 from sitl.autopilot.flight_plan.stage_aims import StageAims
 from sitl.autopilot.flight_plan.steps import BlockStep, StepKind, compiled_blocks
 from sitl.autopilot.flight_plan.waypoint_table import WaypointTable
@@ -70,7 +73,7 @@ class FlightPlanExecutor:
         self.names = NameValues(self.plan, mapping or NameMapping(), self.memory, self.waypoints, self.flow, inputs)
         self.aim = Aim(AimKind.NOTHING)
         self._aims = StageAims(self.names)
-        self._locked = check.locked_blocks
+        self._locked, self._left_out = check.locked_blocks, check.left_out
         self._events: list[PlanEvent] = []
         self._told: set[object] = set()
         self._ticked: float | None = None
@@ -78,8 +81,6 @@ class FlightPlanExecutor:
         self._is_outside = False  # of the plan's area
         self._home_number = len(self.flow.blocks) - 1
         self._set_variables(self.plan)
-
-    # What is new
 
     def take_events(self) -> list[PlanEvent]:
         """What happened since the last call."""
@@ -173,30 +174,17 @@ class FlightPlanExecutor:
 
     def _leaves_its_area(self) -> str:
         """Why the vehicle leaves the area of the plan at this tick; empty if it does not, or has left before."""
-        reason = "" if self.names.inputs.view.landed else self._outside()
+        reason = "" if self.names.inputs.view.landed else left_area(self.names)
         leaves = reason if not self._is_outside and self.flow.block != self._home_number else ""
         self._is_outside = bool(reason)
         return leaves
-
-    def _outside(self) -> str:
-        """Beyond which of the plan's limits the vehicle is; empty: within all."""
-        plan, p = self.plan, self.names.p
-        if away(p, self.waypoints.home) > plan.max_dist_from_home:
-            return f"farther than {plan.max_dist_from_home:g} m from HOME"
-        if plan.geofence_max_height is not None and self.names.height > plan.geofence_max_height:
-            return f"higher than {plan.geofence_max_height:g} m"
-        if plan.geofence_max_alt is not None and self.names.altitude > plan.geofence_max_alt:
-            return f"above {plan.geofence_max_alt:g} m"
-        sector = plan.geofence_sector
-        if sector is not None and not inside_polygon(self.waypoints.corners(sector.name), p.x, p.y):
-            return f"outside {sector.name}"
-        return ""
 
     def _fires(self, exceptions: Sequence[PlanException]) -> bool:
         """Jump if the condition of an exception holds, unless its block is in force."""
         for exception in exceptions:
             target = block_number(self.plan, exception.deroute.name)
-            if target is None or target == self.flow.block or not self._holds(exception.cond.tree):
+            is_possible = target is not None and target != self.flow.block and exception.place not in self._left_out
+            if target is None or not is_possible or not self._holds(exception.cond.tree):
                 continue
             values = condition_values(exception.cond.tree, self.names)
             self._jump_by(exception.cond.text.strip(), exception.place.line, target, values)
@@ -251,7 +239,8 @@ class FlightPlanExecutor:
         """Do a stage; whether the tick ends with it."""
         match stage:
             case SetStage():
-                self._store(stage.var.name, stage.value.tree)
+                if stage.place not in self._left_out:
+                    self._store(stage.var.tree, stage.value.tree)
                 self._next()
                 return False
             case CallOnceStage():
@@ -273,7 +262,7 @@ class FlightPlanExecutor:
 
     def _call_once(self, stage: CallOnceStage) -> bool:
         entries = self.flow.entries
-        self._run(stage.fun)
+        self._fly(stage)
         if self.flow.entries == entries:
             self._next()
         return bool(stage.ends_tick)
@@ -282,10 +271,24 @@ class FlightPlanExecutor:
         if stage.until is not None and self._holds(stage.until.tree):
             self._next()
             return True
-        if self._run(stage.fun) and stage.loop:
+        self._aims.begin(self.flow.entries)
+        if self._fly(stage) and stage.loop:
             return True
         self._next()
         return bool(stage.ends_tick)
+
+    def _fly(self, stage: CallStage | CallOnceStage) -> bool:
+        """Call what a stage names, and fly what a navigation routine wants; whether it goes on."""
+        goes_on = self._run(stage.fun)
+        wanted, self.memory.wanted = self.memory.wanted, None
+        if wanted is None:
+            return goes_on
+        if not _is_finite(wanted):
+            self.remark(f"<{stage.tag}> is not flown: it leads beyond all numbers", stage.place)
+            self._hold("unknown")
+            return goes_on
+        self.aim = wanted
+        return goes_on
 
     def _move(self, stage: Stage) -> bool:
         """Fly a stage for one tick; the tick ends here."""
@@ -336,6 +339,7 @@ class FlightPlanExecutor:
 
     def _set_variables(self, plan: FlightPlan) -> None:
         """Give the plan's variables their first values."""
+        self.memory.variables.update(dict.fromkeys(self.check.adopted, 0.0))
         for variable in plan.variables:
             if isinstance(variable, AbiBinding):
                 for name in (variable.vars or "").split(","):
@@ -361,19 +365,29 @@ class FlightPlanExecutor:
     def _holds(self, tree: Tree) -> bool:
         return self._number(tree) != 0
 
-    def _store(self, name: str, tree: Tree) -> None:
+    def _store(self, target: Target, tree: Tree) -> None:
         try:
-            self.names.store(name, self._number(tree))
+            match target:
+                case VariableName():
+                    self.names.store(target.name, self._number(tree))
+                case ArrayItem():
+                    coordinate = WAYPOINT_FIELDS.get(target.member, "")
+                    self.names.move(self._number(target.index), coordinate, self._number(tree))
+                case _:
+                    coordinate = COORDINATES.get(target.name, "")
+                    self.names.move(self._number(target.arguments[0]), coordinate, self._number(tree))
         except UnknownNameError as error:
-            self.remark(str(error), name)
+            self.remark(str(error), expression_text(target))
 
     def _run(self, script: Script | None) -> bool:
         """Run statements; the value of the last one counts."""
         value: Scalar = 0
         for instruction in script.instructions if script is not None else ():
+            if instruction.place in self._left_out:
+                continue
             if instruction.condition is not None and not self._holds(instruction.condition):
                 continue
-            if instruction.target:
+            if instruction.target is not None:
                 self._store(instruction.target, instruction.expression)
             else:
                 value = self._number(instruction.expression)

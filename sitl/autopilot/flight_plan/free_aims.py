@@ -10,6 +10,7 @@ from protocol.flight_plans.plan_geometry import EnuPoint
 from protocol.flight_plans.stages import AttitudeStage, FollowStage, GuidedStage, ManualStage, XyzStage
 from sitl.autopilot.flight_plan.aims import Aim, AimKey, bearing_between, qdr_point
 from sitl.autopilot.flight_plan.name_values import NameValues
+from sitl.autopilot.flight_plan.navigation_modules.guided_aims import guided_aim
 from sitl.autopilot.flight_plan.operator_view import AimKind
 from sitl.guidance.moving_reference import from_heading_axes
 
@@ -22,7 +23,6 @@ FULL_TURN = math.radians(30.0)  # of the heading by a full yaw command, as by a 
 MAX_LEAN = math.radians(60.0)  # of an attitude; larger angles count as this [rad]
 SAME_LEAN = math.radians(1.0)  # a bank that changes by less goes on with its turn [rad]
 FOLLOW_LAG = 1.34  # by which the linear hover law trails a moving point [s]
-XY_OFFSET, XY_BODY, Z_OFFSET, YAW_OFFSET, XY_SPEED, Z_SPEED, YAW_RATE = 1, 2, 4, 8, 32, 64, 128
 
 
 class FreeAims:
@@ -125,28 +125,9 @@ class FreeAims:
         """A set-point of the guided mode: north, east, down and yaw, each as its flag says; offsets count once."""
         if self._guided is not None:
             return self._guided
-        names = self._names
-        flags = int(self._value(stage.flags))
         values = [self._value(command) for command in stage.commands[:4]]
-        north, east, down, yaw = (*values, *[0.0] * (4 - len(values)))
-        if flags & XY_BODY:
-            psi = -names.inputs.view.heading
-            north, east = (
-                north * math.cos(psi) - east * math.sin(psi),
-                north * math.sin(psi) + east * math.cos(psi),
-            )
-        turn_rate = yaw if flags & YAW_RATE else 0.0
-        if not flags & YAW_RATE:
-            names.memory.heading = (-names.inputs.view.heading if flags & YAW_OFFSET else 0.0) + yaw
-        z = names.p.z - down if flags & Z_OFFSET else -down
-        climb = -down if flags & Z_SPEED else None
-        moved = bool(flags & (XY_OFFSET | XY_BODY))
-        to = EnuPoint(east + (names.p.x if moved else 0.0), north + (names.p.y if moved else 0.0), z)
-        if flags & XY_SPEED:
-            aim = Aim(AimKind.VELOCITY, self._key, start=EnuPoint(0.0, 0.0, z), end=EnuPoint(east, north, z))
-        else:
-            aim = Aim(AimKind.POINT, self._key, end=to)
-        self._guided = aim._replace(climb=climb, turn_rate=turn_rate)
+        values += [0.0] * (4 - len(values))
+        self._guided = guided_aim(self._names, int(self._value(stage.flags)), values)._replace(key=self._key)
         return self._guided
 
     def _angle(self, expression: Expression | None) -> float:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 
 from protocol.flight_plans.expressions.evaluation import Argument, Scalar, UnknownNameError
+from protocol.flight_plans.known_names import WAYPOINT_FIELDS, WAYPOINTS
+from protocol.flight_plans.plan_limits import MAX_COORDINATE
 from sitl.autopilot.flight_plan.plan_functions import FUNCTION_VALUES
-from sitl.autopilot.flight_plan.plan_state import PlanState
+from sitl.autopilot.flight_plan.plan_state import PlanState, waypoint_name
 from sitl.autopilot.flight_plan.variable_values import read_variable, store_variable
 
 __all__ = ["NameValues"]
@@ -22,6 +25,29 @@ class NameValues(PlanState):
     def store(self, name: str, value: Scalar) -> None:
         """Set a variable of the plan, or one of the autopilot; raises UnknownNameError."""
         store_variable(self, name, value)
+
+    def item(self, name: str, index: Scalar, member: str) -> Scalar:
+        """A coordinate of a waypoint, as an item of the array of all of them; raises UnknownNameError."""
+        coordinate = WAYPOINT_FIELDS.get(member) if name == WAYPOINTS else None
+        point = self.waypoints.at(waypoint_name(self, index))
+        if coordinate is None:
+            raise UnknownNameError(f"{name}[].{member}: no such array")
+        return {"x": point.x, "y": point.y, "z": point.z, "alt": point.z + self.plan.ground_alt}[coordinate]
+
+    def move(self, index: Scalar, coordinate: str, value: Scalar) -> None:
+        """Set one coordinate of a waypoint [m]; raises UnknownNameError.
+
+        Args:
+            index: Number of the waypoint.
+            coordinate: ``x``, ``y``, ``z`` above the plan's ground, or ``alt`` above the sea.
+            value: [m].
+        """
+        name = waypoint_name(self, index)
+        if not math.isfinite(value) or abs(value) > MAX_COORDINATE:
+            raise UnknownNameError(f"waypoint {name} stays: {value:g} is no coordinate")
+        if coordinate == "alt":
+            coordinate, value = "z", value - self.plan.ground_alt
+        self.waypoints.move(name, self.waypoints.at(name)._replace(**{coordinate: float(value)}))
 
     def loop_value(self, name: str) -> Scalar:
         """The counter of a loop."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from protocol.flight_plans.plan_geometry import EnuPoint
 from sitl.autopilot.flight_plan.aims import away, bearing_between
 
-__all__ = ["Piece", "PieceTracker", "eight_pieces", "oval_pieces", "survey_pieces"]
+__all__ = ["MIN_PIECE_LENGTH", "Piece", "PieceTracker", "eight_pieces", "has_arrived", "oval_pieces", "survey_pieces"]
 
 MAX_SWEEPS = 400  # lines of a survey
 MAX_TURN = 2.0  # on an arc in one tick; more is the other side of the circle [rad]
@@ -60,12 +60,21 @@ class PieceTracker:
 
     def _is_over(self, piece: Piece, p: EnuPoint) -> bool:
         if piece.radius == 0.0:
-            dx, dy = piece.end.x - piece.start.x, piece.end.y - piece.start.y
-            return (p.x - piece.end.x) * dx + (p.y - piece.end.y) * dy >= 0.0
+            return _is_passed(piece, p)
         sense = math.copysign(1.0, piece.radius)
         left = sense * math.remainder(piece.until - bearing_between(piece.end, p), math.tau)
         before, self._left = self._left, left
         return before is not None and before > 0.0 >= left > before - MAX_TURN
+
+
+def has_arrived(leg: Piece, p: EnuPoint, reach: float) -> bool:
+    """Whether a vehicle is at the end of a leg: nearer than ``reach`` [m], or beyond the line normal to it there."""
+    return away(p, leg.end) < reach or _is_passed(leg, p)
+
+
+def _is_passed(leg: Piece, p: EnuPoint) -> bool:
+    dx, dy = leg.end.x - leg.start.x, leg.end.y - leg.start.y
+    return (p.x - leg.end.x) * dx + (p.y - leg.end.y) * dy >= 0.0
 
 
 def oval_pieces(p1: EnuPoint, p2: EnuPoint, radius: float) -> tuple[Piece, ...]:

@@ -7,12 +7,14 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Final, TypeAlias
 
 from protocol.flight_plans.expressions.evaluation import Argument, Scalar, UnknownNameError
-from protocol.flight_plans.plan_geometry import EnuPoint, inside_polygon
+from protocol.flight_plans.plan_geometry import EnuPoint, inside_polygon, plan_frame
 from protocol.flight_plans.plan_names import block_number
+from protocol.frames import Geodetic
 from sitl.autopilot.flight_plan.aims import away, bearing_between
+from sitl.autopilot.flight_plan.navigation_modules.routines import ROUTINE_VALUES
 from sitl.autopilot.flight_plan.plan_inputs import MotorRequest
-from sitl.autopilot.flight_plan.plan_state import PlanState
-from sitl.autopilot.flight_plan.variable_values import battery_voltage, read_variable, store_variable
+from sitl.autopilot.flight_plan.plan_state import PlanState, named_point, number, waypoint_name
+from sitl.autopilot.flight_plan.variable_values import battery_voltage, has_fix, read_variable, store_variable
 
 __all__ = ["FUNCTION_VALUES", "PlanFunction", "approaches"]
 
@@ -22,42 +24,25 @@ CLOSE_RADIANS = 0.0177
 NAV_MODE = 13  # the only mode that a plan may ask for: it is in force while the plan flies
 
 
-def _number(argument: Argument) -> Scalar:
-    if isinstance(argument, str):
-        raise UnknownNameError(f"{argument!r} is not a number")
-    return argument
-
-
-def _name(state: PlanState, argument: Argument) -> str:
-    name = state.waypoints.name_of(_number(argument))
-    if name is None:
-        raise UnknownNameError(f"there is no waypoint {argument}")
-    return name
-
-
-def _point(state: PlanState, argument: Argument) -> EnuPoint:
-    return state.waypoints.at(_name(state, argument))
-
-
 def _here(state: PlanState, arguments: Sequence[Argument]) -> Scalar:
     """A waypoint comes to where the vehicle is; its altitude stays."""
-    name = _name(state, arguments[0])
+    name = waypoint_name(state, arguments[0])
     state.waypoints.move(name, EnuPoint(state.p.x, state.p.y, state.waypoints.at(name).z))
     return 0
 
 
 def _here_and_high(state: PlanState, arguments: Sequence[Argument]) -> Scalar:
-    state.waypoints.move(_name(state, arguments[0]), state.p)
+    state.waypoints.move(waypoint_name(state, arguments[0]), state.p)
     return 0
 
 
 def _copy(state: PlanState, arguments: Sequence[Argument]) -> Scalar:
-    state.waypoints.move(_name(state, arguments[0]), _point(state, arguments[1]))
+    state.waypoints.move(waypoint_name(state, arguments[0]), named_point(state, arguments[1]))
     return 0
 
 
 def _copy_level(state: PlanState, arguments: Sequence[Argument]) -> Scalar:
-    name, other = _name(state, arguments[0]), _point(state, arguments[1])
+    name, other = waypoint_name(state, arguments[0]), named_point(state, arguments[1])
     state.waypoints.move(name, EnuPoint(other.x, other.y, state.waypoints.at(name).z))
     return 0
 
@@ -68,7 +53,7 @@ def _motors(state: PlanState, *, on: bool) -> Scalar:
 
 
 def _set_mode(state: PlanState, arguments: Sequence[Argument]) -> Scalar:  # noqa: ARG001
-    if _number(arguments[0]) != NAV_MODE:
+    if number(arguments[0]) != NAV_MODE:
         raise UnknownNameError(f"mode {arguments[0]} is not flown by a plan")
     return 0
 
@@ -92,7 +77,7 @@ def _heading_to(state: PlanState, x: float, y: float) -> Scalar:
 
 def _turn_heading(state: PlanState, arguments: Sequence[Argument]) -> Scalar:
     target = str(arguments[0])
-    turned = read_variable(state, target) + _number(arguments[1])
+    turned = read_variable(state, target) + number(arguments[1])
     store_variable(state, target, math.remainder(turned, math.tau))
     return 0
 
@@ -103,23 +88,23 @@ def _set_heading(state: PlanState, heading: float) -> Scalar:
 
 
 def _max_speed(state: PlanState, arguments: Sequence[Argument]) -> Scalar:
-    state.memory.max_speed = max(float(_number(arguments[0])), 0.0)
+    state.memory.max_speed = max(float(number(arguments[0])), 0.0)
     return 0
 
 
 def _baseleg(state: PlanState, arguments: Sequence[Argument]) -> Scalar:
     """Put the centre of the last turn beside the approach fix, so that the turn ends on the way to the touchdown."""
-    af, td = _point(state, arguments[0]), _point(state, arguments[1])
-    radius, length = float(_number(arguments[3])), max(away(af, td), 1e-6)
+    af, td = named_point(state, arguments[0]), named_point(state, arguments[1])
+    radius, length = float(number(arguments[3])), max(away(af, td), 1e-6)
     x, y = (td.x - af.x) / length, (td.y - af.y) / length
-    state.waypoints.move(_name(state, arguments[2]), EnuPoint(af.x + y * radius, af.y - x * radius, af.z))
+    state.waypoints.move(waypoint_name(state, arguments[2]), EnuPoint(af.x + y * radius, af.y - x * radius, af.z))
     state.memory.baseleg_qdr = math.pi - math.atan2(-y, -x) + (math.pi if radius < 0.0 else 0.0)
     return 0
 
 
 def _inside(state: PlanState, arguments: Sequence[Argument]) -> Scalar:
     corners = state.waypoints.corners(str(arguments[0]))
-    return int(inside_polygon(corners, _number(arguments[1]), _number(arguments[2])))
+    return int(inside_polygon(corners, number(arguments[1]), number(arguments[2])))
 
 
 def _block_index(state: PlanState, arguments: Sequence[Argument]) -> Scalar:
@@ -154,14 +139,14 @@ def approaches(p: EnuPoint, v: EnuPoint, to: EnuPoint, start: EnuPoint | None, s
 
 
 def _approaching(state: PlanState, arguments: Sequence[Argument]) -> Scalar:
-    to, radius = _point(state, arguments[0]), state.inputs.settings.acceptance
-    start = _point(state, arguments[1]) if len(arguments) == 3 else None
-    return int(approaches(state.p, state.v, to, start, float(_number(arguments[-1])), radius))
+    to, radius = named_point(state, arguments[0]), state.inputs.settings.acceptance
+    start = named_point(state, arguments[1]) if len(arguments) == 3 else None
+    return int(approaches(state.p, state.v, to, start, float(number(arguments[-1])), radius))
 
 
 def _pure(function: Callable[..., Scalar]) -> PlanFunction:
     """A function of numbers alone."""
-    return lambda _, arguments: function(*map(_number, arguments))
+    return lambda _, arguments: function(*map(number, arguments))
 
 
 def _without_arguments(function: Callable[[PlanState], Scalar | Mapping[str, float]]) -> PlanFunction:
@@ -178,25 +163,31 @@ def _ned(point: EnuPoint) -> Mapping[str, float]:
     return {"x": point.y, "y": point.x, "z": -point.z}
 
 
-_POSITION_LOST = 5.0  # a position without an aid for so long is lost [s]
-
-
-def _fix(state: PlanState) -> Scalar:
-    view = state.inputs.view
-    return int(view.aligned and view.position_age < _POSITION_LOST)
-
-
 def _square_root(x: Scalar) -> Scalar:
     return math.sqrt(x)
 
 
+def _nothing(state: PlanState, arguments: Sequence[Argument]) -> Scalar:  # noqa: ARG001
+    """What the vehicle knows by itself."""
+    return 0
+
+
+def _geodetic(state: PlanState, argument: Argument) -> Geodetic:
+    point = named_point(state, argument)
+    return plan_frame(state.plan).to_geodetic((point.y, point.x, -point.z))
+
+
 FUNCTION_VALUES: Final[Mapping[str, PlanFunction]] = {
-    "GpsFixValid": _without_arguments(_fix),
-    "GpsIsLost": _without_arguments(lambda n: int(not _fix(n))),
+    **ROUTINE_VALUES,
+    "GpsFixValid": _without_arguments(lambda n: int(has_fix(n))),
+    "GpsIsLost": _without_arguments(lambda n: int(not has_fix(n))),
     "RadioControlIsLost": _without_arguments(lambda n: int(n.inputs.radio_lost)),
     "NavKillThrottle": _without_arguments(lambda n: _motors(n, on=False)),
     "NavResurrect": _without_arguments(lambda n: _motors(n, on=True)),
-    "autopilot_set_motors_on": lambda n, a: _motors(n, on=bool(_number(a[0]))),
+    "autopilot_set_motors_on": lambda n, a: _motors(n, on=bool(number(a[0]))),
+    "autopilot_set_kill_throttle": lambda n, a: _motors(n, on=not number(a[0])),
+    "autopilot_throttle_killed": _without_arguments(lambda n: int(not n.inputs.armed)),
+    "autopilot_set_in_flight": _nothing,
     "autopilot_get_motors_on": _without_arguments(lambda n: int(n.inputs.armed)),
     "autopilot_set_mode": _set_mode,
     "NavBlockTime": _without_arguments(lambda n: int(n.position.block_time)),
@@ -212,15 +203,23 @@ FUNCTION_VALUES: Final[Mapping[str, PlanFunction]] = {
     "NavSetGroundReferenceHere": _ground_reference,
     "NavSetAltitudeReferenceHere": _ground_reference,
     "ins_reset_altitude_ref": _ground_reference,
+    "ins_reset_vertical_pos": _ground_reference,
+    "nav_reset_alt": _ground_reference,
+    "nav_reset_reference": _ground_reference,
+    "ins_reset_local_origin": _nothing,
+    "ins_reset_utm_zone_here": _nothing,
+    "RCLost": _without_arguments(lambda n: int(n.inputs.radio_lost)),
+    "waypoint_get_lat_deg": lambda n, a: _geodetic(n, a[0]).lat_deg,
+    "waypoint_get_lon_deg": lambda n, a: _geodetic(n, a[0]).lon_deg,
     "NavCircleCount": _without_arguments(lambda n: abs(n.memory.circle.turned) / math.tau),
     "NavCircleCountNoRewind": _without_arguments(lambda n: abs(n.memory.circle.turned) / math.tau),
-    "NavQdrCloseTo": lambda n, a: _close(math.degrees(n.memory.circle.qdr), _number(a[0])),
-    "NavCourseCloseTo": lambda n, a: _close(math.degrees(math.atan2(n.v.x, n.v.y)), _number(a[0])),
+    "NavQdrCloseTo": lambda n, a: _close(math.degrees(n.memory.circle.qdr), number(a[0])),
+    "NavCourseCloseTo": lambda n, a: _close(math.degrees(math.atan2(n.v.x, n.v.y)), number(a[0])),
     "nav_set_heading_current": _without_arguments(lambda n: _set_heading(n, -n.inputs.view.heading)),
-    "nav_set_heading_deg": lambda n, a: _set_heading(n, math.radians(_number(a[0]))),
-    "nav_set_heading_rad": lambda n, a: _set_heading(n, _number(a[0])),
-    "nav_set_heading_towards": lambda n, a: _heading_to(n, _number(a[0]), _number(a[1])),
-    "nav_set_heading_towards_waypoint": lambda n, a: _heading_to(n, *_point(n, a[0])[:2]),
+    "nav_set_heading_deg": lambda n, a: _set_heading(n, math.radians(number(a[0]))),
+    "nav_set_heading_rad": lambda n, a: _set_heading(n, number(a[0])),
+    "nav_set_heading_towards": lambda n, a: _heading_to(n, number(a[0]), number(a[1])),
+    "nav_set_heading_towards_waypoint": lambda n, a: _heading_to(n, *named_point(n, a[0])[:2]),
     "increase_nav_heading": _turn_heading,
     "guidance_h_SetMaxSpeed": _max_speed,
     "PowerVoltage": _without_arguments(battery_voltage),
@@ -238,13 +237,13 @@ FUNCTION_VALUES: Final[Mapping[str, PlanFunction]] = {
     "NavSetWaypointPosAndAltHere": _here_and_high,
     "NavCopyWaypoint": _copy,
     "NavCopyWaypointPositionOnly": _copy_level,
-    "WaypointX": lambda n, a: _point(n, a[0]).x,
-    "WaypointY": lambda n, a: _point(n, a[0]).y,
-    "WaypointAlt": lambda n, a: _point(n, a[0]).z + n.plan.ground_alt,
-    "waypoint_get_x": lambda n, a: _point(n, a[0]).x,
-    "waypoint_get_y": lambda n, a: _point(n, a[0]).y,
-    "waypoint_get_alt": lambda n, a: _point(n, a[0]).z + n.plan.ground_alt,
-    "GetDistanceToWaypoint": lambda n, a: away(n.p, _point(n, a[0])),
+    "WaypointX": lambda n, a: named_point(n, a[0]).x,
+    "WaypointY": lambda n, a: named_point(n, a[0]).y,
+    "WaypointAlt": lambda n, a: named_point(n, a[0]).z + n.plan.ground_alt,
+    "waypoint_get_x": lambda n, a: named_point(n, a[0]).x,
+    "waypoint_get_y": lambda n, a: named_point(n, a[0]).y,
+    "waypoint_get_alt": lambda n, a: named_point(n, a[0]).z + n.plan.ground_alt,
+    "GetDistanceToWaypoint": lambda n, a: away(n.p, named_point(n, a[0])),
     "NavApproaching": _approaching,
     "NavApproachingFrom": _approaching,
     "nav_compute_baseleg": _baseleg,

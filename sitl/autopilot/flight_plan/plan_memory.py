@@ -3,16 +3,29 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Final
 
 from protocol.flight_plans.expressions.evaluation import Scalar
 from protocol.flight_plans.plan_geometry import EnuPoint
 from protocol.flight_plans.plan_names import NAV_CLIMB, NAV_DESCENT
-from sitl.autopilot.flight_plan.aims import PLAN_ORIGIN, bearing_between
+from sitl.autopilot.flight_plan.aims import PLAN_ORIGIN, Aim, bearing_between
 from sitl.autopilot.flight_plan.plan_inputs import MotorRequest
 
-__all__ = ["HOVER_THROTTLE", "THROTTLE_CLIMB", "CircleCount", "PlanMemory"]
+__all__ = ["FIRST_VALUES", "HOVER_THROTTLE", "THROTTLE_CLIMB", "CircleCount", "PlanMemory", "RoutineMemory"]
 
+FIRST_VALUES: Final[Mapping[str, Scalar]] = {
+    "sweep": 25.0,  # between the lines of a survey [m]
+    "nav_takeoff_direction": 0.0,
+    "nav_climb": 0.0,
+    "fp_pitch": 0.0,
+    "fp_throttle": 0.0,
+    "fp_climb": 0.0,
+    "rectangle_survey_sweep_num": 0,
+    "PolySurveySweepNum": 0,
+    "PolySurveySweepBackNum": 0,
+}
 HOVER_THROTTLE = 0.5  # share of full throttle that neither climbs nor sinks
 THROTTLE_CLIMB = 4.0  # vertical speed by throttle beyond that [m/s]
 
@@ -31,6 +44,17 @@ class CircleCount:
         if self._is_begun:
             self.turned += math.remainder(qdr - self.qdr, math.tau)
         self.qdr, self._is_begun = qdr, True
+
+
+@dataclass(slots=True)
+class RoutineMemory:
+    """What navigation routines remember from call to call."""
+
+    pattern: object = None  # what is flown: of a line, a flower, a survey, a take-off or a landing
+    waypoints: tuple[str, ...] = ()  # that a set-up named
+    part: int = -1  # of the pattern
+    begun: int = 0  # parts of all patterns
+    called: float = -math.inf  # when a take-off or landing was called last [s]
 
 
 @dataclass(slots=True)
@@ -54,3 +78,6 @@ class PlanMemory:
     last_point: EnuPoint = PLAN_ORIGIN  # where the last leg ended
     flight_time: float = 0.0  # [s]
     motors: list[MotorRequest] = field(default_factory=list)  # asked for since the last look
+    routines: RoutineMemory = field(default_factory=RoutineMemory)
+    wanted: Aim | None = None  # by a navigation routine, until the executor takes it
+    extras: dict[str, Scalar] = field(default_factory=lambda: dict(FIRST_VALUES))  # variables without an effect here

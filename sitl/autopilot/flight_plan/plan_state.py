@@ -1,19 +1,20 @@
-"""A plan in flight, as its variables and functions see it."""
+"""A plan in flight, as its variables and functions see it, with their arguments as numbers and waypoints."""
 
 from __future__ import annotations
 
 from typing import Protocol
 
-from protocol.flight_plans.expressions.evaluation import Scalar
+from protocol.flight_plans.expressions.evaluation import Argument, Scalar, UnknownNameError
 from protocol.flight_plans.flight_plan import FlightPlan
 from protocol.flight_plans.name_mapping import NameMapping
-from protocol.flight_plans.plan_geometry import EnuPoint
+from protocol.flight_plans.plan_geometry import EnuPoint, inside_polygon
 from protocol.flight_plans.plan_names import plan_constants
+from sitl.autopilot.flight_plan.aims import away
 from sitl.autopilot.flight_plan.plan_inputs import PlanInputs
 from sitl.autopilot.flight_plan.plan_memory import PlanMemory
 from sitl.autopilot.flight_plan.waypoint_table import WaypointTable
 
-__all__ = ["PlanPosition", "PlanState"]
+__all__ = ["PlanPosition", "PlanState", "left_area", "named_point", "number", "waypoint_name"]
 
 
 class PlanPosition(Protocol):
@@ -75,3 +76,38 @@ class PlanState:
     def altitude(self) -> float:
         """Of the vehicle above the sea, as the plan counts it [m]."""
         return self.plan.ground_alt + self.p.z + self.memory.altitude_shift
+
+
+def left_area(state: PlanState) -> str:
+    """Beyond which of the plan's limits the vehicle is; empty: within all."""
+    plan, p = state.plan, state.p
+    if away(p, state.waypoints.home) > plan.max_dist_from_home:
+        return f"farther than {plan.max_dist_from_home:g} m from HOME"
+    if plan.geofence_max_height is not None and state.height > plan.geofence_max_height:
+        return f"higher than {plan.geofence_max_height:g} m"
+    if plan.geofence_max_alt is not None and state.altitude > plan.geofence_max_alt:
+        return f"above {plan.geofence_max_alt:g} m"
+    sector = plan.geofence_sector
+    if sector is not None and not inside_polygon(state.waypoints.corners(sector.name), p.x, p.y):
+        return f"outside {sector.name}"
+    return ""
+
+
+def number(argument: Argument) -> Scalar:
+    """An argument that is a number; raises UnknownNameError, as the others do."""
+    if isinstance(argument, str):
+        raise UnknownNameError(f"{argument!r} is not a number")
+    return argument
+
+
+def waypoint_name(state: PlanState, argument: Argument) -> str:
+    """The name of a waypoint that is given by its number."""
+    name = state.waypoints.name_of(number(argument))
+    if name is None:
+        raise UnknownNameError(f"there is no waypoint {argument}")
+    return name
+
+
+def named_point(state: PlanState, argument: Argument) -> EnuPoint:
+    """Where a waypoint is that is given by its number."""
+    return state.waypoints.at(waypoint_name(state, argument))

@@ -7,12 +7,15 @@ from typing import Final
 
 from protocol.flight_plans.expressions.evaluation import Scalar, UnknownNameError
 from protocol.flight_plans.known_names import CONSTANTS
+from sitl.autopilot.flight_plan.aims import away
 from sitl.autopilot.flight_plan.plan_inputs import MotorRequest
+from sitl.autopilot.flight_plan.plan_memory import FIRST_VALUES
 from sitl.autopilot.flight_plan.plan_state import PlanState
 from sitl.model.battery import EMPTY_VOLTAGE, FULL_VOLTAGE
 
-__all__ = ["VARIABLE_VALUES", "battery_voltage", "read_variable", "store_variable"]
+__all__ = ["VARIABLE_VALUES", "battery_voltage", "has_fix", "read_variable", "store_variable"]
 
+POSITION_LOST = 5.0  # a position without an aid for so long is lost [s]
 MAX_PPRZ = 9600  # full throttle
 
 
@@ -89,7 +92,19 @@ def _ignore(state: PlanState, value: Scalar) -> None:
     """A launch is a take-off here."""
 
 
+def _keep(name: str) -> Callable[[PlanState, Scalar], None]:
+    def store(state: PlanState, value: Scalar) -> None:
+        state.memory.extras[name] = value
+
+    return store
+
+
+def _kept(name: str) -> Callable[[PlanState], Scalar]:
+    return lambda state: state.memory.extras[name]
+
+
 _SETTERS: Final[Mapping[str, Callable[[PlanState, Scalar], None]]] = {
+    **{name: _keep(name) for name in FIRST_VALUES},
     "autopilot.kill_throttle": _set_kill,
     "kill_throttle": _set_kill,
     "autopilot.flight_time": _set_flight_time,
@@ -116,10 +131,36 @@ def _radius(state: PlanState) -> float:
 
 def battery_voltage(state: PlanState) -> float:
     """Of the battery, as its charge tells [V]."""
-    return EMPTY_VOLTAGE + (FULL_VOLTAGE - EMPTY_VOLTAGE) * state.inputs.view.battery_remaining
+    return _voltage(state.inputs.view.battery_remaining)
+
+
+def has_fix(state: PlanState) -> bool:
+    """Whether the vehicle knows where it is."""
+    view = state.inputs.view
+    return view.aligned and view.position_age < POSITION_LOST
+
+
+def _fix_type(state: PlanState) -> Scalar:
+    return CONSTANTS["GPS_FIX_3D"] if has_fix(state) else CONSTANTS["GPS_FIX_NONE"]
+
+
+def _voltage(share: float) -> float:
+    """Of a battery with a share of its charge [V]."""
+    return EMPTY_VOLTAGE + (FULL_VOLTAGE - EMPTY_VOLTAGE) * share
 
 
 VARIABLE_VALUES: Final[Mapping[str, Callable[[PlanState], Scalar]]] = {
+    **{name: _kept(name) for name in FIRST_VALUES},
+    "LOW_BAT_LEVEL": lambda n: _voltage(n.inputs.settings.battery_low),
+    "CRITIC_BAT_LEVEL": lambda n: _voltage(n.inputs.settings.battery_critical),
+    "CATASTROPHIC_BAT_LEVEL": lambda _: EMPTY_VOLTAGE,
+    "state.ned_initialized_i": lambda n: int(n.inputs.view.aligned),
+    "state.ned_initialized_f": lambda n: int(n.inputs.view.aligned),
+    "state.utm_initialized_f": lambda n: int(n.inputs.view.aligned),
+    "gps.fix": _fix_type,
+    "gps_fix": _fix_type,
+    "nav.too_far_from_home": lambda n: int(away(n.p, n.waypoints.home) > n.plan.max_dist_from_home),
+    "nav.dist2_to_home": lambda n: away(n.p, n.waypoints.home) ** 2,
     "datalink_time": lambda n: int(n.inputs.datalink_time),
     "stage_time": lambda n: int(n.position.stage_time),
     "block_time": lambda n: int(n.position.block_time),

@@ -2,11 +2,13 @@
 
 import pytest
 
-from protocol.flight_plans import FlightPlanError, load_flight_plan
+from protocol.flight_plans import FlightPlanError, load_flight_plan, read_flight_plan
+from protocol.flight_plans.expressions.expression_text import expression_text
 from protocol.flight_plans.known_names import FUNCTIONS
 from protocol.flight_plans.name_mapping import load_name_mapping, parse_name_mapping
 from protocol.flight_plans.plan_check import check_flown
-from tests.support.plans import VOLIERE, plan_of, public_plans
+from protocol.flight_plans.plan_writer import render_flight_plan
+from tests.support.plans import VOLIERE, plan_of, plan_text, public_plans
 
 
 def findings(blocks, before="", mapping=""):
@@ -29,7 +31,10 @@ def test_the_room_is_flown_without_a_rest():
     [
         ('<call fun="nav_fish_run()"/>', "nav_fish_run()"),
         ('<call_once fun="NavSetWaypointHere()"/>', "NavSetWaypointHere()"),
-        ('<set var="other" value="1"/>', "set other"),
+        ('<set var="autopilot.mode" value="1"/>', "set autopilot.mode"),
+        ('<go wp="Z"/>', "waypoint 'Z'"),
+        ('<deroute block="c"/>', "deroute 'c'"),
+        ('<exception cond="1" deroute="c"/>', "deroute 'c'"),
         ('<set var="nav.radius" value="speed"/>', "speed"),
         ('<stay wp="A" until="$i == 2"/>', "$i"),
         ('<stay wp="A" until="InsideNowhere(1, 2)"/>', "InsideNowhere()"),
@@ -39,13 +44,16 @@ def test_the_room_is_flown_without_a_rest():
         ('<stay wp="A" until="nav_block == IndexOfBlock(\'c\')"/>', "'c'"),
         ('<stay wp="A" until="\'a\' == 1"/>', "'a'"),
         ('<stay wp="A" until="waypoints[2] == 1"/>', "waypoints[]"),
-        ('<set var="list[1]" value="2"/>', "set list[1]"),
+        ('<set var="waypoints[WP_Q].a" value="2"/>', "WP_Q"),
+        ('<set var="WaypointAlt(WP_A)" value="sonar"/>', "sonar"),
+        ('<call_once fun="nav_fish_setup()"/>', "nav_fish_setup()"),
+        ('<call fun="payload_run()"/>', "payload_run()"),
+        ('<attitude roll="0" pitch="sonar"/>', "sonar"),
         ('<guided commands="1,2"/>', "<guided> commands"),
         ('<stay wp="A" vmode="climb"/>', "vmode 'climb'"),
         ('<go wp="A" vmode="glide"/>', "vmode 'glide'"),
         ('<go wp="A" nav_type="spiral"/>', "nav_type 'spiral'"),
         ('<call_once fun="increase_nav_heading(1, 2)"/>', "increase_nav_heading()"),
-        ('<exception cond="sonar" deroute="a"/>', "sonar"),
         ('<while cond="1"><stay wp="A" until="sonar"/></while>', "sonar"),
     ],
 )
@@ -67,14 +75,89 @@ def test_a_refusal_has_its_place():
 
 
 def test_a_refusal_outside_of_blocks_refuses_the_plan():
-    for before in (
-        '<exceptions><exception cond="sonar" deroute="a"/></exceptions>',
-        '<variables><variable var="v" init="sonar"/></variables>',
-    ):
-        check = check_flown(plan_of(block(""), before))
-        assert [finding.block for finding in check.refusals] == [None]
-        with pytest.raises(FlightPlanError, match="sonar: no such variable"):
-            check.require_flown()
+    check = check_flown(plan_of(block(""), '<variables><variable var="v" init="sonar"/></variables>'))
+    assert [finding.block for finding in check.refusals] == [None]
+    with pytest.raises(FlightPlanError, match="sonar: no such variable"):
+        check.require_flown()
+
+
+@pytest.mark.parametrize(
+    ("stage", "construct"),
+    [
+        ('<call_once fun="jevois_stream(sonar)"/>', "jevois_stream(sonar)"),
+        ('<call fun="DropOpen()"/>', "DropOpen()"),
+        ('<stay wp="A" pre_call="dc_Survey(40)"/>', "dc_Survey(40)"),
+        ('<call_once fun="LED_ON(2); NavResurrect()"/>', "LED_ON(2)"),
+        ('<set var="camera_status" value="MODULES_START"/>', "set camera_status"),
+        ('<set var="camera_gain" value="CAMERA_GAIN"/>', "set camera_gain"),
+        ('<set var="ap_state->commands[COMMAND_YAW]" value="-MAX_PPRZ"/>', "set ap_state.commands[COMMAND_YAW]"),
+        ('<exception cond="sonar" deroute="a"/>', "sonar"),
+        ('<exception cond="tag.status == TAG_FOUND" deroute="a"/>', "tag.status"),
+    ],
+)
+def test_what_a_build_does_beside_flying_is_left_out(stage, construct):
+    check = check_flown(plan_of(block(stage)))
+    assert check.refusals == ()
+    assert [(finding.construct, finding.block) for finding in check.notices] == [(construct, "b")]
+
+
+def test_an_exception_of_the_plan_that_only_a_build_could_answer_is_left_out():
+    check = check_flown(plan_of(block(""), '<exceptions><exception cond="sonar" deroute="a"/></exceptions>'))
+    check.require_flown()
+    (notice,) = check.notices
+    assert "the exception to a is left out" in str(notice)
+    assert check.left_out == {check.plan.exceptions[0].place}
+
+
+def test_a_variable_of_a_build_that_the_plan_sets_is_the_plans_own():
+    stages = '<set var="distance" value="10"/><stay wp="A" until="distance > 5"/>'
+    check = check_flown(plan_of(block(stages)))
+    assert (check.refusals, check.adopted) == ((), {"distance"})
+    unknown = check_flown(plan_of(block(stages.replace('"10"', '"sonar"'))))
+    assert (unknown.adopted, [finding.construct for finding in unknown.refusals]) == (frozenset(), ["distance"])
+
+
+def test_the_pitch_of_a_stage_that_holds_its_height_is_not_looked_at():
+    assert findings(block('<circle wp="A" radius="5" pitch="my_pitch"/>')) == []
+
+
+def test_macros_of_the_header_mean_what_they_say():
+    header = """<header>
+    #include "x.h"
+    #define LIMIT 10 // metres
+    #define HIGH (LIMIT + 5)
+    #define Neq(a, b) (a != b)
+    #define DropOpen SwitchServoOff
+    #define LINE_START dc_Survey(40);
+    </header>"""
+    stages = (
+        '<stay wp="A" until="Neq(stage_time, HIGH) @AND GetPosAlt() > LIMIT"/><call_once fun="DropOpen(1)"/>'
+        '<exception cond="Neq(1, 2, 3)" deroute="a"/>'
+    )
+    text = plan_text(block(stages)).replace("<waypoints>", header + "<waypoints>")
+    plan = read_flight_plan(text.encode(), "t")
+    check = check_flown(plan)
+    assert check.refusals == ()
+    assert [finding.construct for finding in check.notices] == ["SwitchServoOff(1)", "Neq()"]
+    until = plan.blocks[1].stages[0].until
+    assert expression_text(until.tree) == "stage_time != 10 + 5 @AND GetPosAlt() @GT 10"
+    assert read_flight_plan(render_flight_plan(plan).encode(), "again") == plan
+
+
+def with_header(defines, stage):
+    header = "<header>\n" + "\n".join(f"#define {define}" for define in defines) + "\n</header>"
+    return read_flight_plan(plan_text(block(stage)).replace("<waypoints>", header + "<waypoints>").encode(), "t")
+
+
+def test_a_macro_of_itself_is_a_name_that_nobody_knows():
+    check = check_flown(with_header(["A A + 1"], '<stay wp="A" until="A"/>'))
+    assert {finding.construct for finding in check.refusals} == {"A"}
+
+
+def test_macros_that_grow_beyond_all_measure_are_refused():
+    defines = [f"A{n} (A{n + 1} + A{n + 1} + A{n + 1} + A{n + 1})" for n in range(9)]
+    with pytest.raises(FlightPlanError, match="more than 2000 parts"):
+        with_header(defines, '<stay wp="A" until="A0"/>')
 
 
 def test_a_plan_without_a_block_to_fly_is_refused():
@@ -125,7 +208,7 @@ def test_a_mapping_gives_names_a_meaning():
     AP_MODE_GUIDED = 19
     electrical.current = 2.5
     """
-    assert len(findings(block(stages))) == 5
+    assert findings(block(stages)) == [("nav_fish_run()", "b")]
     assert findings(block(stages), mapping=mapping) == []
 
 

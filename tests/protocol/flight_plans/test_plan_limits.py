@@ -45,13 +45,14 @@ def test_the_least_value_of_a_variable_is_not_above_its_greatest(low, high, fits
             plan_of('<block name="b"/>', before)
 
 
-def test_a_sector_has_three_corners_and_a_path_two_waypoints_at_least():
+def test_a_fence_has_three_corners_and_a_path_two_waypoints_at_least():
     corners = "".join(f'<corner name="{name}"/>' for name in "ABC")
     plan = plan_of(
         '<block name="b"><path wpts="A B"/></block>', f'<sectors><sector name="S">{corners}</sector></sectors>'
     )
     assert len(plan.sectors[0].corners) == 3
-    with pytest.raises(FlightPlanError, match="2 corners are too few"):
-        plan_of(
-            '<block name="b"/>', '<sectors><sector name="S"><corner name="A"/><corner name="B"/></sector></sectors>'
-        )
+    line = '<sectors><sector name="S"><corner name="A"/><corner name="B"/></sector></sectors>'
+    text = plan_text('<block name="b"/>', line)
+    assert len(read_flight_plan(text.encode(), "t").sectors[0].corners) == 2
+    with pytest.raises(FlightPlanError, match="2 corners are too few for a fence"):
+        read_flight_plan(text.replace("<flight_plan ", '<flight_plan geofence_sector="S" ').encode(), "t")

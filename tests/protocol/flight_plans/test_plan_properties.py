@@ -76,6 +76,9 @@ class NoNames:
 
     loop_value = value
 
+    def item(self, name, _index, _member):
+        raise UnknownNameError(name)
+
     def call(self, name, _arguments):
         raise UnknownNameError(name)
 

@@ -5,6 +5,7 @@ import pytest
 from protocol.flight_limits import MAX_PLAN_FILE
 from protocol.flight_plans import FlightPlanError, load_flight_plan, read_flight_plan
 from protocol.flight_plans.expressions.expression_text import expression_text
+from protocol.flight_plans.plan_check import check_flown
 from protocol.flight_plans.xml_elements import MAX_ELEMENTS
 from tests.support.plans import OUR_PLANS, plan_text
 
@@ -107,3 +108,15 @@ def test_a_folder_that_is_named_may_hold_procedures(tmp_path):
     (tmp_path / "shared" / "q.xml").symlink_to(tmp_path / "plans" / "p.xml")
     with pytest.raises(FlightPlanError, match="is outside"):
         load_flight_plan(path, tmp_path / "shared")
+
+
+def test_variables_modules_and_macros_of_a_procedure_are_the_plans_too(tmp_path):
+    procedure = (
+        "<procedure><header>\n#define HALF 0.5\n</header>"
+        '<variables><variable var="v" init="HALF"/><variable var="w"/></variables><modules><module name="m"/></modules>'
+        '<blocks><block name="b"><stay wp="A" until="v > HALF"/></block></blocks></procedure>'
+    )
+    plan = load_flight_plan(written(tmp_path, '<include name="i" procedure="p.xml"/>', procedure))
+    assert [variable.var for variable in plan.variables][-2:] == ["v", "w"]
+    assert [module.name for module in plan.modules] == ["m"]
+    assert check_flown(plan).refusals == ()

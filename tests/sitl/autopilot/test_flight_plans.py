@@ -21,7 +21,7 @@ FOUR = (
     '<call_once fun="NavSetWaypointHere(WP_A)"/><stay wp="A" vmode="climb" climb="1"/></block>'
     '<block name="hold" strip_button="Hold" key="h" group="g" strip_icon="i.png" description="d"><stay wp="B"/></block>'
     '<block name="cut"><call_once fun="NavKillThrottle()"/><stay wp="B"/></block>'
-    '<block name="fish"><call fun="fish()"/></block>'
+    '<block name="fish"><call fun="nav_fish()"/></block>'
 )
 VARIABLES = (
     '<variables><variable var="gain" init="2" min="1" max="3" step="0.5" unit="m" shortname="g"/>'
@@ -62,7 +62,7 @@ def test_without_a_plan_nothing_is_started():
 
 def test_a_plan_that_is_refused_is_not_loaded():
     autopilot = make_aircraft().autopilot
-    bad = plan_of('<block name="a"/>', '<exceptions><exception cond="sonar" deroute="a"/></exceptions>')
+    bad = plan_of('<block name="a"/>', '<variables><variable var="v" init="sonar"/></variables>')
     with pytest.raises(FlightPlanError, match="sonar"):
         autopilot.flight_plan.load(check_flown(bad))
     assert autopilot.flight_plan.executor is None
@@ -172,7 +172,7 @@ def test_what_the_operator_sees(hovering):
     buttons = requests.blocks()
     assert [button.name for button in buttons] == ["wait", "up", "hold", "cut", "fish", "HOME"]
     assert buttons[2][2:7] == ("Hold", "i.png", "h", "g", "d")
-    assert "fish()" in buttons[4].locked
+    assert "nav_fish()" in buttons[4].locked
     assert not any(button.locked for button in (*buttons[:4], buttons[5]))
     status = requests.status()
     assert (status.block, status.block_name, status.stage) == (2, "hold", 0)
@@ -195,7 +195,7 @@ def test_what_the_operator_sees(hovering):
 
 def test_blocks_that_cannot_be_entered(hovering):
     for block, words in (
-        ("fish", "fish() is not flown"),
+        ("fish", "nav_fish() is not flown"),
         ("nowhere", "no block 'nowhere'"),
         (99, "no block 99"),
         (-1, "no block"),

@@ -12,7 +12,7 @@ from sitl.errors import SitlError
 from sitl.process.vehicle_process import build_aircraft
 from tests.support.plans import OUR_PLANS, VOLIERE, plan_text
 
-FISH = plan_text('<block name="a"><stay wp="A"/></block><block name="b"><call fun="fish()"/></block>')
+FISH = plan_text('<block name="a"><stay wp="A"/></block><block name="b"><call fun="nav_fish()"/></block>')
 
 
 @pytest.fixture
@@ -32,14 +32,14 @@ def test_a_plan_that_is_flown(capsys):
 def test_a_refusal_names_its_construct_and_place(fish, capsys):
     assert main(["plan", str(fish)]) == 2
     out = capsys.readouterr().out
-    assert "locked: fish()" in out
-    assert f"refused: {fish}:3:74: fish(): no such function of this autopilot (block b)" in out
+    assert "locked: nav_fish()" in out
+    assert f"refused: {fish}:3:74: nav_fish(): no such function of this autopilot (block b)" in out
     assert "1 of its blocks is locked" in out
 
 
 def test_a_mapping_makes_it_flown(fish, tmp_path, capsys):
     names = tmp_path / "names.toml"
-    names.write_text("[functions]\nfish = 0\n")
+    names.write_text("[functions]\nnav_fish = 0\n")
     assert main(["plan", str(fish), "--names", str(names)]) == 0
     assert "All of it is flown" in capsys.readouterr().out
 
@@ -49,7 +49,7 @@ def test_findings_as_json(fish, capsys):
     told = json.loads(capsys.readouterr().out)
     assert told["blocks"] == [{"name": "a", "flown": True}, {"name": "b", "flown": False}]
     (refused,) = told["refused"]
-    assert (refused["construct"], refused["line"], refused["block"]) == ("fish()", 3, "b")
+    assert (refused["construct"], refused["line"], refused["block"]) == ("nav_fish()", 3, "b")
 
 
 @pytest.mark.parametrize("suffix", [".plan", ".waypoints"])
@@ -99,6 +99,15 @@ def test_a_home_that_is_given_is_the_origin_and_the_plan_lies_beside_it(tmp_path
     home = next(point for point in autopilot.flight_plan.waypoints() if point.name == "HOME")
     assert home.place.lat_deg == pytest.approx(43.5640917, abs=1e-6)
     assert home.place.alt == pytest.approx(102.0)  # as high above the ground as in the plan
+
+
+def test_what_is_left_out_is_told_at_the_start_and_listed_by_the_plans_command(tmp_path, capsys):
+    path = tmp_path / "drop.xml"
+    path.write_text(plan_text('<block name="a"><call_once fun="DropOpen()"/><stay wp="A"/></block>'))
+    built(tmp_path, "--flight-plan", str(path), "--nav", "truth")
+    assert "1 calls, values or exceptions of a build are left out" in capsys.readouterr().err
+    assert main(["plan", str(path)]) == 0
+    assert "DropOpen(): payload of a build: left out" in capsys.readouterr().out
 
 
 def test_what_cannot_be_flown_is_refused_before_anything_is_built(fish, tmp_path, capsys):

@@ -1,11 +1,13 @@
 """A flight plan ticked by hand: the vehicle is where a test says, and no time passes but what it asks for."""
 
+import math
+
 from protocol.flight_plans.name_mapping import NameMapping
 from protocol.flight_plans.plan_check import check_flown
 from protocol.flight_plans.plan_geometry import EnuPoint
 from protocol.frames import Geodetic, LocalFrame
 from sitl.autopilot.flight_plan.executor import PLAN_TICK, FlightPlanExecutor
-from sitl.autopilot.flight_plan.operator_view import BlockEntered, ExceptionFired, PlanRemark
+from sitl.autopilot.flight_plan.operator_view import AimKind, BlockEntered, ExceptionFired, PlanRemark
 from sitl.autopilot.flight_plan.plan_inputs import PlanInputs
 from sitl.autopilot.safety.arena import ARENAS
 from sitl.autopilot.safety.world import World
@@ -22,6 +24,20 @@ def view_at(time, p=(0.0, 0.0, 0.0), v=(0.0, 0.0, 0.0), **told):
     velocity = (v[1], -v[0], v[2])
     told = {"heading": 0.0, "tilt": 0.0, "landed": p[2] <= 0.2, "battery_remaining": 1.0} | told
     return VehicleView(time=time, p=north_west_up, v=velocity, **told)
+
+
+def moved(aim, p, step):
+    """A point one step on its way to an aim [m]: along a leg, about a centre, or up and down."""
+    x, y, z = p
+    z += (aim.climb or 0.0) * PLAN_TICK if aim.climb is not None else max(-step, min(step, aim.end.z - z))
+    if aim.kind is AimKind.ARC:
+        size = math.copysign(max(math.hypot(x - aim.end.x, y - aim.end.y), 1e-3), aim.radius)
+        bearing = math.atan2(x - aim.end.x, y - aim.end.y) + step / size
+        size = abs(size) + max(-step, min(step, abs(aim.radius) - abs(size)))
+        return aim.end.x + size * math.sin(bearing), aim.end.y + size * math.cos(bearing), max(z, 0.0)
+    left = math.hypot(aim.end.x - x, aim.end.y - y)
+    share = min(step / left, 1.0) if left > 0.0 else 0.0
+    return x + share * (aim.end.x - x), y + share * (aim.end.y - y), max(z, 0.0)
 
 
 class PlanTicks:
@@ -57,6 +73,15 @@ class PlanTicks:
     @property
     def aim(self):
         return self.executor.aim
+
+    def fly(self, seconds, speed=10.0):
+        """Tick with a vehicle that follows every aim without a fault; gives the places it passed."""
+        passed = []
+        for _ in range(round(seconds / PLAN_TICK)):
+            self.tick()
+            self.p = moved(self.aim, self.p, speed * PLAN_TICK)
+            passed.append(self.p)
+        return passed
 
     @property
     def block(self):

@@ -20,6 +20,11 @@ class Names:
         except KeyError:
             raise UnknownNameError(f"{name}: no such variable") from None
 
+    def item(self, name, index, member):
+        if (name, member) != ("waypoints", "a"):
+            raise UnknownNameError(f"{name}[]: no such array")
+        return 10.0 * index
+
     def loop_value(self, _name):
         return 4
 
@@ -95,7 +100,7 @@ def test_texts_and_references_are_handed_to_functions():
         ("nowhere", "nowhere: no such variable"),
         ("point()", "name one of x, z"),
         ("point()->y", "no field y"),
-        ("'a text'", "a text, not a number"),
+        ("'a text'", "'a text' is not a number"),
     ],
 )
 def test_what_has_no_value_is_refused_with_its_place(text, words):

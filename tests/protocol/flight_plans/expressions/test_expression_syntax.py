@@ -3,14 +3,16 @@
 import pytest
 
 from protocol.flight_plans import FlightPlanError
-from protocol.flight_plans.expressions.expression_syntax import parse_expression, parse_script
+from protocol.flight_plans.expressions.expression_syntax import parse_expression, parse_script, parse_target
 from protocol.flight_plans.expressions.expression_text import expression_text, script_text
 from protocol.flight_plans.expressions.expression_tree import (
+    ArrayItem,
     BlockTitle,
     Call,
     LoopVariable,
     Member,
     Number,
+    Operation,
     VariableName,
 )
 from tests.support.plans import source
@@ -105,10 +107,28 @@ def test_statements():
     first, second = script.instructions
     assert first.condition is not None
     assert first.expression == Call("NavKillThrottle", ())
-    assert (second.target, second.expression) == ("nav.heading", Number(2))
+    assert (second.target, second.expression) == (VariableName("nav.heading"), Number(2))
     assert parse_script(source(script_text(script))) == script
     with pytest.raises(FlightPlanError, match="not expected"):
         parse_script(source("while(1) f()"))
+
+
+def test_a_value_is_stored_in_a_variable_a_coordinate_or_an_item_of_an_array():
+    item = ArrayItem("waypoints", VariableName("WP_A"), "enu_f.z")
+    for text, target in (
+        ("ap_state->commands[2]", ArrayItem("ap_state.commands", Number(2))),
+        ("WaypointAlt(WP_A)", Call("WaypointAlt", (VariableName("WP_A"),))),
+        ("waypoints[WP_A].enu_f.z", item),
+    ):
+        assert parse_target(source(text)).tree == target
+        (instruction,) = parse_script(source(f"{text} = 3")).instructions
+        assert (instruction.target, instruction.expression) == (target, Number(3))
+    assert tree("1 + waypoints[WP_A].enu_f.z") == Operation("+", Number(1), item)
+    assert parse_script(source(script_text(parse_script(source("waypoints[1].a = 2"))))).instructions[0].target == (
+        ArrayItem("waypoints", Number(1), "a")
+    )
+    with pytest.raises(FlightPlanError, match="not expected"):
+        parse_target(source("a + 1"))
 
 
 def test_written_expressions_need_no_references_in_xml():

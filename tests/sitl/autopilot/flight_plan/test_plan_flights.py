@@ -233,3 +233,54 @@ def test_a_bank_is_turned_on_the_circle_of_its_angle():
     assert np.abs(np.linalg.norm(flown[:, :2] - centre, axis=1) + circle.radius).max() < 0.5
     assert flown[-1, 2] == pytest.approx(38.0, abs=0.5)
     assert all(flight.forward[begun:])
+
+
+MODULES = """
+<block name="up"><call fun="nav_takeoff_from_here()"/></block>
+<block name="Standby"><stay wp="HOME"/></block>
+<block name="Survey"><call_once fun="nav_survey_rectangle_rotorcraft_setup(WP_S1, WP_S2, 4, NS)"/>
+  <exception cond="rectangle_survey_sweep_num == 1" deroute="Standby"/>
+  <call fun="nav_survey_rectangle_rotorcraft_run(WP_S1, WP_S2)"/></block>
+<block name="climb"><stay wp="L1" until="GetPosHeight() > 38"/></block>
+<block name="Line"><set var="force_forward" value="1"/><call_once fun="nav_line_setup()"/>
+  <call fun="nav_line_run(WP_L1, WP_L2, 25)"/></block>
+<block name="Land"><set var="force_forward" value="0"/><call fun="nav_land_at_wp(WP_TD, WP_AF, 0)"/></block>
+<block name="Landed"><attitude roll="0" vmode="throttle" throttle="0"/></block>
+"""
+PLACES = (
+    ("HOME", 0, 0, 3),
+    ("L1", 0, 40, 40),
+    ("L2", 80, 40, 40),
+    ("S1", -4, -4, 3),
+    ("S2", 4, 4, 3),
+    ("AF", 30, 0, 0),
+)
+
+
+def test_navigation_modules_are_flown_from_the_ground_and_back():
+    waypoints = "".join(
+        f'<waypoint name="{name}" x="{x}" y="{y}" height="{height}"/>'
+        for name, x, y, height in (*PLACES, ("TD", 0, 0, 0))
+    )
+    head = HEAD.replace('max_dist_from_home="100"', 'max_dist_from_home="1000"')
+    text = f"{head}<waypoints>{waypoints}</waypoints><blocks>{MODULES}</blocks></flight_plan>"
+    flight = PlannedFlight(read_flight_plan(text.encode(), "modules"), arena="open")
+    flight.wait_for_block("Standby", 15)
+    flight.go_to_block("Survey")
+    flight.wait_for_block("Standby", 60)
+    assert np.abs(np.array(flight.positions)[:, :2]).max() < 5.0
+    flight.go_to_block("climb")
+    flight.wait_for_block("Line", 60)
+    begun = len(flight.positions)
+    flight.advance(45.0)
+    line = np.array(flight.positions[begun:])
+    assert any(flight.forward[begun:])
+    for end in ((0.0, 40.0), (80.0, 40.0)):
+        assert np.linalg.norm(line[:, :2] - end, axis=1).min() < 1.0
+    assert np.abs(line[:, 2] - 40.0).max() < 3.0
+    flight.go_to_block("Land")
+    flight.wait_for_block("Landed", 120)
+    assert flight.p == pytest.approx((0.0, 0.0, 0.1), abs=0.4)
+    flight.advance(1.0)
+    assert not flight.autopilot.armed
+    assert flight.autopilot.view.crash is None

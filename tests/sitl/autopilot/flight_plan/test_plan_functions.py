@@ -6,8 +6,9 @@ import pytest
 
 from protocol.flight_plans.expressions.evaluation import evaluate
 from protocol.flight_plans.expressions.expression_syntax import parse_expression
-from protocol.flight_plans.known_names import CONSTANTS, FUNCTIONS, SETTABLE, STRUCTURES, VARIABLES
+from protocol.flight_plans.known_names import CONSTANTS, FUNCTIONS, NAVIGATION_ROUTINES, SETTABLE, STRUCTURES, VARIABLES
 from protocol.flight_plans.plan_names import plan_constants
+from sitl.autopilot.flight_plan.navigation_modules.routines import ROUTINE_VALUES
 from sitl.autopilot.flight_plan.plan_functions import FUNCTION_VALUES
 from sitl.autopilot.flight_plan.variable_values import VARIABLE_VALUES
 from tests.support.plans import source
@@ -15,6 +16,14 @@ from tests.support.vehicle.plan_ticks import PlanTicks
 
 SECTOR = '<sectors><sector name="S"><corner name="HOME"/><corner name="A"/><corner name="B"/></sector></sectors>'
 VARIABLE = '<variables><variable var="v" init="2"/></variables>'
+
+
+SET_UP = {
+    "nav_flower_run": ("nav_flower_setup", [1, 2]),
+    "nav_skid_landing_run": ("nav_skid_landing_setup", [1, 2, 5.0]),
+    "nav_survey_poly_osam_run": ("nav_survey_poly_osam_setup", [1, 4, 1.0, 0.0]),
+    "nav_survey_rectangle_rotorcraft_run": ("nav_survey_rectangle_rotorcraft_setup", [1, 2, 1.0, 0]),
+}
 
 
 def ticks():
@@ -27,6 +36,7 @@ def value(text, flight):
 
 def test_what_is_known_is_there_and_the_other_way_round():
     assert set(FUNCTION_VALUES) == set(FUNCTIONS) | {"Inside"}
+    assert set(ROUTINE_VALUES) >= NAVIGATION_ROUTINES
     constants = plan_constants(ticks().executor.plan)
     assert set(VARIABLE_VALUES) | set(constants) >= VARIABLES
     assert set(VARIABLE_VALUES) <= VARIABLES | set(CONSTANTS)
@@ -41,6 +51,12 @@ def test_every_function_gives_a_number_or_its_fields(name):
         arguments = ["b b"]
     elif name == "autopilot_set_mode":
         arguments = [CONSTANTS["AP_MODE_NAV"]]
+    elif name in SET_UP:
+        flight.executor.names.call(*SET_UP[name])
+    if name.startswith("nav_survey_poly"):
+        arguments = [1, 4, 1.0, 2][: shape.least]
+    elif name in {"nav_line_run", "nav_survey_rectangle_rotorcraft_run"}:
+        arguments = [1, 2, 1.0][: shape.least]
     for index in shape.changes:
         arguments[index] = "nav.heading"
     given = flight.executor.names.call(name, arguments)

@@ -28,7 +28,7 @@ BLOCKS = (
     '<block name="Stay" strip_button="Stay!" key="s" group="g"><stay wp="A"/></block>'
     '<block name="Leg"><go from="A" wp="B" hmode="route"/><stay wp="B"/></block>'
     '<block name="Ring"><circle wp="HOME" radius="-2.5"/></block>'
-    '<block name="Locked"><call fun="SprayBegin()"/></block>'
+    '<block name="Locked"><call fun="nav_spray_run()"/></block>'
 )
 VARIABLES = '<variables><variable var="k" init="2" min="1" max="5" step="0.5" unit="m"/></variables>'
 NAN = math.nan
@@ -115,7 +115,7 @@ def test_the_table_names_blocks_waypoints_variables_and_sectors(tmp_path):
 
 def test_a_locked_block_says_why_and_is_not_entered(station):
     blocks = named(station, "BLOCK")
-    assert "SprayBegin" in blocks["Locked"].locked
+    assert "nav_spray_run" in blocks["Locked"].locked
     assert station.command(JUMP, blocks["Locked"].number) == DENIED
     assert "Block Locked denied" in station.texts()
 
