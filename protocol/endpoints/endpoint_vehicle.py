@@ -39,6 +39,7 @@ from protocol.events import (
 )
 from protocol.plans.mission_item import MissionItem
 from protocol.plans.validation import Validate
+from protocol.ranges.command_ranges import refuse_command
 from protocol.wire.codec import Statistics
 from protocol.wire.keyring import Keyring
 from protocol.wire.message import Message, Peer, addressed_to
@@ -106,7 +107,9 @@ class VehicleEndpoint:
         self._ids, self._keyring = (system, component), keyring or Keyring()
         self._links = Links(system, component, peers, self._keyring)
         self._router = Router(system, component, self._links.peers, self._links.readers)
-        self._commands = CommandServer(*self._ids, frozenset(commands) | STREAM_COMMANDS, repeatable=STREAM_COMMANDS)
+        self._commands = CommandServer(
+            *self._ids, frozenset(commands) | STREAM_COMMANDS, STREAM_COMMANDS, refuse_command
+        )
         self._parameters = ParameterServer(*self._ids, parameters, put_in_force)
         self._mission = MissionServer(*self._ids, mission, validate=validate, others=plans)
         self._files, self._logs = FtpServer(*self._ids, files or NoFiles()), LogServer(*self._ids, logs or NoFiles())

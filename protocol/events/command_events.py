@@ -71,11 +71,15 @@ class CommandCancelRequested(Event):
 
 @dataclass(frozen=True, slots=True)
 class CommandRefused(Event):
-    """The engine refused a command with ``result`` (MAV_RESULT): it is unknown, already running, or too frequent."""
+    """The engine refused a command with ``result`` (MAV_RESULT): it is unknown, already running, or too frequent.
+
+    Or a parameter is out of its range; then ``reason`` is a sentence about it.
+    """
 
     command: int
     result: int
     peer: Peer
+    reason: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -36,16 +36,24 @@ class ValueRange(NamedTuple):
 
     @property
     def words(self) -> str:
-        """The allowed values in words."""
-        unit = f" {self.unit}" if self.unit else ""
-        others = [f"{value:g}" for value in self.also]
-        if self.minimum > self.maximum:
-            return " or ".join(filter(None, [", ".join(others[:-1]), others[-1]])) + unit
-        kind = "a whole number " if self.is_whole else ""
-        span = f"{kind}from {self.minimum:g} to {self.maximum:g}{unit}"
+        """The allowed values in words, after "not"."""
+        parts = [f"{value:g}" for value in self.also]
         if self.maximum == -self.minimum == MAX_FLOAT32:
-            span = "a finite number"
-        return " or ".join([*others, span])
+            parts.append("a number that is finite")
+        elif self.minimum <= self.maximum:
+            kind = "a whole number" if self.is_whole else "a number"
+            parts.append(f"{kind} from {self.minimum:g} to {self.maximum:g}{' ' * bool(self.unit)}{self.unit}")
+        return " or ".join(filter(None, [", ".join(parts[:-1]), parts[-1]]))
+
+    @property
+    def span(self) -> str:
+        """The allowed values, as a table has them."""
+        parts = [f"{value:g}" for value in self.also]
+        if self.maximum == -self.minimum == MAX_FLOAT32:
+            parts.append("finite")
+        elif self.minimum <= self.maximum:
+            parts.append(f"{self.minimum:g}..{self.maximum:g}{' ' * bool(self.unit)}{self.unit}")
+        return ", ".join(parts) + ", whole" * self.is_whole
 
 
 class Flaw(NamedTuple):
@@ -82,7 +90,7 @@ def first_flaw(ranges: tuple[ValueRange, ...], values: tuple[float, ...]) -> Fla
     """The first parameter that is out of its range, or None."""
     for number, (allowed, value) in enumerate(zip(ranges, values, strict=True), start=1):
         if not allowed.allows(value):
-            return Flaw(number, f"param{number} ({allowed.name}) is {value:g}, not {allowed.words}")
+            return Flaw(number, f"param{number} is {value:g}, not {allowed.words} ({allowed.name})")
     return None
 
 

@@ -47,8 +47,6 @@ def move_home_to(autopilot: Autopilot, lat: float, lon: float, altitude: float, 
     world = autopilot.world
     if reason := _refuse_position(lat, lon):
         return Answer(DENIED, f"Home denied: {reason}")
-    if math.isinf(altitude):
-        return Answer(DENIED, f"Home denied: altitude {altitude:g} is not a number")
     if math.isnan(altitude):
         up = world.home[2]
     else:

@@ -1,6 +1,7 @@
 """MAV_CMD requests as calls of the autopilot: one function per command, registered by its decorator.
 
-Parameters are those of https://mavlink.io/en/messages/common.html#mav_commands. NaN and, where the command
+Parameters are those of https://mavlink.io/en/messages/common.html#mav_commands, within the ranges of
+:mod:`protocol.ranges.command_ranges`. NaN and, where the command
 has no other meaning for it, 0 both mean "default", as stock clients send either.
 """
 
@@ -10,16 +11,16 @@ import math
 from collections.abc import Callable
 
 from protocol.dialect import mavlink
-from protocol.dialect.vocabulary import Way
 from protocol.engines.server.stream_server import STREAM_COMMANDS
 from protocol.events import CommandRequested
 from protocol.mav_frames import ABSOLUTE_ALTITUDE_FRAMES
 from protocol.names.command_values import DEFAULT_SPEED, FORCE_ARM_DISARM, NO_CHANGE
 from protocol.names.modes import UNSUPPORTED_PX4_MODES, mode_from_parts
+from protocol.ranges.command_ranges import refuse_command
 from sitl.autopilot.answers import ACCEPTED, DENIED, REJECTED, UNSUPPORTED, Answer
 from sitl.autopilot.autopilot import Autopilot
 from sitl.autopilot.mission.items import WAY_OF_VTOL_STATE
-from sitl.autopilot.mission.speeds import MAX_VERTICAL_SPEEDS, SPEED_TYPES, VERTICAL_WORDS
+from sitl.autopilot.mission.speeds import MAX_VERTICAL_SPEEDS, VERTICAL_WORDS
 from sitl.autopilot.safety.world import POSITION_FRAMES
 from sitl.control.reference import Point
 from sitl.guidance.limits import MAX_AIRSPEED, MIN_AIRSPEED
@@ -30,7 +31,6 @@ ARM = mavlink.MAV_CMD_COMPONENT_ARM_DISARM
 SAME_PLACE_RADIUS = 20.0  # a client with an older position of the vehicle may name a place this far from it [m]
 GROUND_SPEED = mavlink.SPEED_TYPE_GROUNDSPEED
 CURRENT_ITEM = -1.0  # of MAV_CMD_DO_SET_MISSION_CURRENT
-YAW_BEHAVIOURS = frozenset(mavlink.enums["ORBIT_YAW_BEHAVIOUR"]) - {mavlink.ORBIT_YAW_BEHAVIOUR_ENUM_END}
 CUSTOM_MODE = mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
 
 Handler = Callable[[Autopilot, CommandRequested], Answer]
@@ -46,6 +46,8 @@ def execute(autopilot: Autopilot, request: CommandRequested) -> Answer:
     handler = HANDLERS.get(request.command)
     if handler is None:
         return Answer(UNSUPPORTED, refusal(request.command, UNSUPPORTED))
+    if reason := refuse_command(request.command, request.frame, request.params):
+        return Answer(DENIED, reason)
     return handler(autopilot, request)
 
 
@@ -70,14 +72,10 @@ def _handles(*commands: int) -> Callable[[Handler], Handler]:
 
 @_handles(ARM)
 def _arm(autopilot: Autopilot, request: CommandRequested) -> Answer:
-    wanted, force = request.params[0], request.params[1] == FORCE_ARM_DISARM
-    if not force and not _is_default(request.params[1]):
-        return Answer(DENIED, f"Arm or disarm denied: param2 is {request.params[1]:g}, not 0 or {FORCE_ARM_DISARM}")
-    if wanted == 1.0:
+    force = request.params[1] == FORCE_ARM_DISARM
+    if request.params[0] == 1.0:
         return autopilot.arming.arm(force=force)
-    if wanted == 0.0:
-        return autopilot.arming.disarm(force=force)
-    return Answer(DENIED, f"Arm or disarm denied: param1 is {wanted:g}, not 1 or 0")
+    return autopilot.arming.disarm(force=force)
 
 
 def _is_default(value: float) -> bool:
@@ -145,7 +143,7 @@ def _height(autopilot: Autopilot, request: CommandRequested) -> float | None:
 def _set_mode(autopilot: Autopilot, request: CommandRequested) -> Answer:
     base, main, sub = request.params[:3]
     mode = mode_from_parts(main, sub)
-    if mode is None or not (math.isfinite(base) and int(base) & CUSTOM_MODE):
+    if mode is None or not int(base) & CUSTOM_MODE:
         name = next(
             (name for parts, name in UNSUPPORTED_PX4_MODES.items() if parts == (main, sub)), f"{main:g}/{sub:g}"
         )
@@ -161,18 +159,12 @@ def _start_mission(autopilot: Autopilot, request: CommandRequested) -> Answer:
         return Answer(DENIED, f"Mission denied: param2 is {last:g}, not the last item, {end}")
     if math.isnan(first):
         return autopilot.missions.start()
-    if math.isinf(first) or first != int(first):
-        return Answer(DENIED, f"Mission denied: {first:g} is not the number of an item")
     return autopilot.missions.start(int(first))
 
 
 @_handles(mavlink.MAV_CMD_DO_SET_MISSION_CURRENT)
 def _set_current(autopilot: Autopilot, request: CommandRequested) -> Answer:
     seq, resets = request.params[:2]
-    if not _is_default(resets) and resets != 1.0:
-        return Answer(DENIED, f"Mission item denied: param2 is {resets:g}, not 0 or 1")
-    if not (math.isfinite(seq) and seq == int(seq)):
-        return Answer(DENIED, f"Mission item denied: {seq:g} is not the number of an item")
     return autopilot.missions.set_current(None if seq == CURRENT_ITEM else int(seq), resets=resets == 1.0)
 
 
@@ -192,8 +184,6 @@ def _reposition(autopilot: Autopilot, request: CommandRequested) -> Answer:
     if point is None:
         return Answer(DENIED, "Go-to denied: the position is not valid")
     yaw, speed = request.params[3], request.param(1, NO_CHANGE)
-    if math.isinf(yaw):
-        return Answer(DENIED, "Go-to denied: the heading is not a number")
     limit = autopilot.settings.hover_speed
     if speed != NO_CHANGE and not 0.0 < speed <= limit:
         return Answer(DENIED, f"Go-to denied: {speed:g} m/s is not within 0 and {limit:g} m/s")
@@ -206,9 +196,7 @@ def _reposition(autopilot: Autopilot, request: CommandRequested) -> Answer:
 
 def _point(autopilot: Autopilot, request: CommandRequested) -> Point | None:
     """Where a go-to is to end, None if that is not valid; NaN leaves the height or the horizontal position as it is."""
-    latitude, longitude, z = request.params[4:7]
-    if math.isinf(z):
-        return None
+    latitude, longitude = request.params[4:6]
     x, y, up = autopilot.reference.position
     world, height = autopilot.world, _height(autopilot, request)
     if height is not None:
@@ -224,11 +212,7 @@ def _is_on_the_globe(latitude: float, longitude: float) -> bool:
 
 @_handles(mavlink.MAV_CMD_DO_CHANGE_SPEED)
 def _change_speed(autopilot: Autopilot, request: CommandRequested) -> Answer:
-    kind, speed, throttle = request.param(1, GROUND_SPEED), *request.params[1:3]
-    if kind not in SPEED_TYPES:
-        return Answer(DENIED, f"Speed denied: param1 is {kind:g}, not 0 (air), 1 (ground), 2 (climb) or 3 (descent)")
-    if not _is_default(throttle) and throttle not in {NO_CHANGE, DEFAULT_SPEED}:
-        return Answer(DENIED, f"Speed denied: throttle {throttle:g} % is not supported")
+    kind, speed = request.param(1, GROUND_SPEED), request.params[1]
     if speed == NO_CHANGE:
         return Answer(ACCEPTED)
     if speed != DEFAULT_SPEED and (allowed := _refuse_speed(autopilot, kind, speed)):
@@ -240,31 +224,21 @@ def _refuse_speed(autopilot: Autopilot, kind: float, speed: float) -> str:
     """The speeds of a SPEED_TYPE that are possible, where this one [m/s] is not; else nothing."""
     if kind in MAX_VERTICAL_SPEEDS:
         limit = MAX_VERTICAL_SPEEDS[kind]
-        return "" if 0.0 < speed <= limit else f"the hover {VERTICAL_WORDS[kind]} with up to {limit:g} m/s"
+        return "" if speed <= limit else f"the hover {VERTICAL_WORDS[kind]} with up to {limit:g} m/s"
     limit = autopilot.settings.hover_speed
-    if math.isfinite(speed) and (0.0 < speed <= limit or MIN_AIRSPEED <= speed <= MAX_AIRSPEED):
+    if speed <= limit or speed >= MIN_AIRSPEED:
         return ""
     return f"up to {limit:g} m/s in the hover, {MIN_AIRSPEED:g} to {MAX_AIRSPEED:g} m/s forward"
 
 
 @_handles(mavlink.MAV_CMD_DO_VTOL_TRANSITION)
 def _transition(autopilot: Autopilot, request: CommandRequested) -> Answer:
-    wanted, immediate = request.params[:2]
-    way = next((way for state, way in WAY_OF_VTOL_STATE.items() if state == wanted), Way.NONE)
-    if way is Way.NONE:
-        return Answer(DENIED, f"Transition denied: param1 is {wanted:g}, not 3 (hover) or 4 (forward)")
-    if not _is_default(immediate) and immediate != 1.0:  # every transition is immediate
-        return Answer(DENIED, f"Transition denied: param2 is {immediate:g}, not 0 or 1")
-    return autopilot.transitions.begin(way)
+    return autopilot.transitions.begin(WAY_OF_VTOL_STATE[int(request.params[0])])  # every one is immediate
 
 
 @_handles(mavlink.MAV_CMD_DO_CHANGE_ALTITUDE)
 def _change_altitude(autopilot: Autopilot, request: CommandRequested) -> Answer:
     altitude, frame = request.params[:2]
-    if frame not in POSITION_FRAMES:
-        return Answer(DENIED, f"Height denied: param2 is {frame:g}, not a global frame")
-    if not math.isfinite(altitude):
-        return Answer(DENIED, f"Height denied: param1 is {altitude:g}")
     x, y, _ = autopilot.reference.position
     return autopilot.guided.go_to((x, y, autopilot.world.up(altitude, above_sea=frame in ABSOLUTE_ALTITUDE_FRAMES)))
 
@@ -273,9 +247,7 @@ def _change_altitude(autopilot: Autopilot, request: CommandRequested) -> Answer:
 def _pause(autopilot: Autopilot, request: CommandRequested) -> Answer:
     if request.params[0] == 0.0:
         return autopilot.guided.hold()
-    if request.params[0] == 1.0:
-        return autopilot.missions.start()
-    return Answer(DENIED, f"Pause or continue denied: param1 is {request.params[0]:g}, not 0 or 1")
+    return autopilot.missions.start()
 
 
 @_handles(mavlink.MAV_CMD_DO_ORBIT)
@@ -283,14 +255,10 @@ def _orbit(autopilot: Autopilot, request: CommandRequested) -> Answer:
     if refused := _refuse_frame(request):
         return refused
     radius = request.param(1, autopilot.settings.loiter_radius)
-    speed, turns, yaw = request.param(2), request.param(4), request.param(3, 0.0)
-    if yaw not in YAW_BEHAVIOURS:
-        return Answer(DENIED, f"Orbit denied: {yaw:g} is not an ORBIT_YAW_BEHAVIOUR")
+    speed, turns = request.param(2), request.param(4)
     centre = _centre(autopilot, request)
     if centre is None:
         return Answer(DENIED, "Orbit denied: the centre is not valid")
-    if not math.isfinite(radius) or math.isinf(speed):
-        return Answer(DENIED, f"Orbit denied: radius {radius:g} m or speed {speed:g} m/s is not finite")
     if not math.isnan(turns):
         return Answer(DENIED, "Orbit denied: use LOITER_TURNS to count turns")
     return autopilot.guided.circle(centre, radius, None if math.isnan(speed) else speed)
@@ -299,8 +267,6 @@ def _orbit(autopilot: Autopilot, request: CommandRequested) -> Answer:
 def _centre(autopilot: Autopilot, request: CommandRequested) -> Point | None:
     """The requested centre, None if it is not valid; what is left open is that of the vehicle."""
     latitude, longitude, z = request.params[4:7]
-    if math.isinf(z):
-        return None
     here, world = autopilot.view.p, autopilot.world
     # Clients send an altitude above the sea in this command whatever frame they name: MAVSDK names a relative one.
     above_sea = z > world.home_alt or request.frame in ABSOLUTE_ALTITUDE_FRAMES

@@ -6,15 +6,13 @@ https://mavlink.io/en/messages/common.html#MAV_CMD_DO_SET_HOME, #MAV_CMD_DO_SET_
 
 from __future__ import annotations
 
-import math
-
 from protocol import units
 from protocol.dialect import mavlink
 from protocol.events import CommandRequested
 from protocol.frames import Geodetic
 from protocol.mav_frames import ABSOLUTE_ALTITUDE_FRAMES, RELATIVE_ALTITUDE_FRAMES
 from protocol.wire.message import Message
-from sitl.autopilot.answers import DENIED, Answer
+from sitl.autopilot.answers import Answer
 from sitl.autopilot.autopilot import Autopilot
 from sitl.autopilot.home import move_home, move_home_to, move_origin
 from sitl.autopilot.safety.world import POSITION_FRAMES
@@ -29,11 +27,8 @@ def set_home(autopilot: Autopilot, request: CommandRequested) -> Answer:
 
     Roll, pitch and yaw of the ground are not used: it is level, and no return turns to a heading.
     """
-    here = request.params[0]
-    if here == 1.0:
+    if request.params[0] == 1.0:
         return move_home(autopilot, autopilot.view.p)
-    if math.isfinite(here) and here != 0.0:
-        return Answer(DENIED, f"Home denied: param1 is {here:g}, not 1 (here) or 0 (position)")
     if request.frame is not None and request.frame not in POSITION_FRAMES:
         return Answer(UNSUPPORTED_FRAME, f"Home denied: frame {request.frame} is not supported")
     return move_home_to(autopilot, *request.params[4:7], relative=request.frame in RELATIVE_ALTITUDE_FRAMES)

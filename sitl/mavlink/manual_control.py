@@ -4,29 +4,28 @@ from __future__ import annotations
 
 import math
 
+from protocol.ranges.message_ranges import STICK_SCALE, UNUSED_AXIS, message_flaw
 from protocol.wire.message import Message
 from sitl.autopilot.manual import Sticks
 
-FULL_SCALE = 1000  # value of an axis at its end
 DEAD_ZONE = 0.05  # share of an axis about its centre that counts as centred
-UNUSED_AXIS = 0x7FFF  # value of an axis that the sender does not have
 
 
-def sticks_of(message: Message) -> Sticks | None:
-    """The sticks of a MANUAL_CONTROL; None if an axis is out of range.
+def sticks_of(message: Message) -> Sticks | str:
+    """The sticks of a MANUAL_CONTROL, or the axis that is out of its range.
 
     x is forward, y to the right and r clockwise, -1000..1000; z is the throttle, 0..1000 with the centre at 500.
     """
-    x, y, z, r = (0 if value == UNUSED_AXIS else value for value in (message.x, message.y, message.z, message.r))
-    if message.z == UNUSED_AXIS:
-        z = FULL_SCALE // 2
-    if max(abs(x), abs(y), abs(r)) > FULL_SCALE or not 0 <= z <= FULL_SCALE:
-        return None
+    axes = {name: getattr(message, name) for name in "xyzr"}
+    if flaw := message_flaw("MANUAL_CONTROL", axes):
+        return flaw
+    x, y, r = (0 if axes[name] == UNUSED_AXIS else axes[name] for name in "xyr")
+    z = STICK_SCALE // 2 if axes["z"] == UNUSED_AXIS else axes["z"]
     return Sticks(
-        forward=_without_dead_zone(x / FULL_SCALE),
-        right=_without_dead_zone(y / FULL_SCALE),
-        up=_without_dead_zone(2.0 * z / FULL_SCALE - 1.0),
-        clockwise=_without_dead_zone(r / FULL_SCALE),
+        forward=_without_dead_zone(x / STICK_SCALE),
+        right=_without_dead_zone(y / STICK_SCALE),
+        up=_without_dead_zone(2.0 * z / STICK_SCALE - 1.0),
+        clockwise=_without_dead_zone(r / STICK_SCALE),
     )
 
 

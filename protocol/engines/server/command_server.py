@@ -14,7 +14,7 @@ its sender may cancel it.
 from __future__ import annotations
 
 import struct
-from collections.abc import Container
+from collections.abc import Callable, Container
 from dataclasses import dataclass
 
 from protocol.dialect import mavlink
@@ -45,6 +45,7 @@ COMMAND_SERVER_TRANSITIONS: TransitionTable = {
 }
 _UNFINISHED = frozenset({"working", "cancelling"})
 
+Refuse = Callable[[int, int | None, tuple[float, ...]], str]
 _Content = tuple[int, int, int, int | None, bytes]  # system, component, command, frame, parameters
 
 
@@ -77,13 +78,21 @@ class CommandServer(Server):
         component: Own component id.
         supported: Known commands (MAV_CMD); all others are answered with UNSUPPORTED.
         repeatable: Those of them that are executed each time they arrive.
+        refuse: Why a command in a MAV_FRAME (None: in none) cannot have its parameters, or nothing: it is DENIED.
     """
 
     handles = frozenset({"COMMAND_LONG", "COMMAND_INT", "COMMAND_CANCEL"})
 
-    def __init__(self, system: int, component: int, supported: Container[int], repeatable: Container[int] = ()) -> None:
+    def __init__(
+        self,
+        system: int,
+        component: int,
+        supported: Container[int],
+        repeatable: Container[int] = (),
+        refuse: Refuse = lambda _command, _frame, _params: "",
+    ) -> None:
         super().__init__()
-        self._repeatable = repeatable
+        self._repeatable, self._refuse_parameters = repeatable, refuse
         self._system, self._component, self._supported = system, component, supported
         self._records: dict[_Content, _Record] = {}
         self._latest: dict[tuple[int, int], _Content] = {}
@@ -99,6 +108,9 @@ class CommandServer(Server):
         is_int = message.get_type() == "COMMAND_INT"
         if message.command not in self._supported:
             self._refuse(message.command, mavlink.MAV_RESULT_UNSUPPORTED, peer)
+            return
+        if reason := self._refuse_parameters(message.command, message.frame if is_int else None, _params(message)):
+            self._refuse(message.command, mavlink.MAV_RESULT_DENIED, peer, reason)
             return
         content = _content(message, peer, is_int=is_int)
         self._forget(now)
@@ -154,9 +166,9 @@ class CommandServer(Server):
         elif record.ack is not None:
             self._reply(peer, record.ack)  # it is over, but its sender does not know yet
 
-    def _refuse(self, command: int, result: int, peer: Peer) -> None:
+    def _refuse(self, command: int, result: int, peer: Peer, reason: str = "") -> None:
         self._reply(peer, command_ack(peer, command, result))
-        self._events.append(CommandRefused(command, result, peer))
+        self._events.append(CommandRefused(command, result, peer, reason))
 
     def _is_repeated(self, record: _Record, message: Message, now: float, *, is_int: bool) -> bool:
         age = now - record.heard

@@ -21,7 +21,8 @@ from protocol.dialect import mavlink
 from protocol.engines.base import Server
 from protocol.engines.server.replies import command_ack, mission_ack, param_error, plan_file_ack
 from protocol.engines.server.stream_server import STREAM_COMMANDS
-from protocol.events import OperatorChanged, OperatorRefused, OperatorRequested
+from protocol.events import CommandRefused, OperatorChanged, OperatorRefused, OperatorRequested
+from protocol.ranges.command_ranges import refuse_command
 from protocol.wire.message import Message, Peer, addressed_to, target_fields
 
 __all__ = ["SETPOINT_MESSAGES", "OperatorControl"]
@@ -140,11 +141,14 @@ class OperatorControl(Server):
         return self._heard + CONTROL_TIMEOUT if self._holder is not None else math.inf
 
     def _answer(self, message: Message, now: float, peer: Peer) -> None:
-        wish = _read(message)
+        params = (message.param1, message.param2, message.param3, message.param4, 0.0, 0.0, 0.0)
+        flaw = refuse_command(message.command, None, params)
+        wish = None if flaw else _read(message)
         result = mavlink.MAV_RESULT_ACCEPTED
         is_taken = self.holder is not None and self.holder.system != peer.system
         if wish is None:
             result = mavlink.MAV_RESULT_DENIED
+            self._events.append(CommandRefused(message.command, result, peer, flaw or "Control denied: no such action"))
         elif not self.only_one:
             result = mavlink.MAV_RESULT_UNSUPPORTED
         elif is_taken and not wish.control:

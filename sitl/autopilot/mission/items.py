@@ -140,7 +140,7 @@ def _validate_item(seq: int, item: MissionItem, count: int, world: World) -> Ref
     if (refusal := refuse_numbers(item, f"item {seq}")) is not None:
         return refusal
     if item.command == mavlink.MAV_CMD_DO_JUMP and item.params[0] >= count:
-        text = f"item {seq}: param1 (jump target) is {item.params[0]:g}, not from 0 to {count - 1}"
+        text = f"item {seq}: param1 is {item.params[0]:g}, not a whole number from 0 to {count - 1} (jump target)"
         return Refusal(mavlink.MAV_MISSION_INVALID_PARAM1, text)
     if item.command == mavlink.MAV_CMD_DO_CHANGE_SPEED:
         return _refuse_vertical_speed(seq, *item.params[:2])

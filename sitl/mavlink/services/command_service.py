@@ -91,7 +91,10 @@ class CommandService:
     @on_event(CommandRefused)
     def explain_refusal(self, event: CommandRefused, _now: float) -> None:
         """The endpoint has refused a command."""
-        self._broadcast.complain(commands.refusal(event.command, event.result))
+        if event.reason:
+            self._broadcast.warn(event.reason)
+        else:
+            self._broadcast.complain(commands.refusal(event.command, event.result))
 
     @on_message("SET_MODE")
     def set_mode(self, message: Message) -> None:

@@ -6,8 +6,6 @@ it comes back by itself after SIM_LINK_OFF_T.
 
 from __future__ import annotations
 
-import math
-
 from protocol.dialect import mavlink
 from protocol.events import CommandRequested
 from sitl.autopilot.answers import DENIED, Answer
@@ -34,11 +32,7 @@ class FailureService:
         """param1 FAILURE_UNIT, param2 FAILURE_TYPE, param3 instance; 0 or NaN: all."""
         if not self._aircraft.configuration.settings.failure_injection:
             return Answer(DENIED, "Failure denied: set SYS_FAILURE_EN to 1 first")
-        numbers = (request.params[0], request.params[1], request.param(3, ALL))
-        if not all(math.isfinite(number) and number == int(number) for number in numbers):
-            said = ", ".join(f"{number:g}" for number in numbers)
-            return Answer(DENIED, f"Failure denied: {said} are not whole numbers")
-        unit, failure, instance = map(int, numbers)
+        unit, failure, instance = map(int, (request.params[0], request.params[1], request.param(3, ALL)))
         answer = self._aircraft.failures.inject(unit, failure, instance)
         if answer.accepted:
             self._aircraft.autopilot.say(mavlink.MAV_SEVERITY_WARNING, answer.text)

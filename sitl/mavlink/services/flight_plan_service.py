@@ -209,19 +209,15 @@ class FlightPlanService:
             return Answer(REJECTED, "Refused: no flight plan is loaded")
         if self._plans.executor is not self._loaded or (not math.isnan(key) and key != plan_key(self._plan_id)):
             return Answer(DENIED, "Denied: another flight plan is loaded than the one meant")
-        if not math.isfinite(number) or number != int(number):
-            return Answer(DENIED, f"Denied: {number:g} is not a whole number")
         return int(number)
 
     def _place(self, request: CommandRequested, point: NamedWaypoint) -> EnuPoint | None:
         """Where a waypoint is to be, of the plan's origin [m]; an altitude that is left open stays as it is."""
         first, second, up = request.params[4:7]
-        if math.isinf(up) or not (math.isfinite(first) and math.isfinite(second)):
+        if math.isnan(first) or math.isnan(second):
             return None
         if request.frame == mavlink.MAV_FRAME_LOCAL_ENU:
             return EnuPoint(first, second, point.position.z if math.isnan(up) else up)
-        if abs(first) > 90.0 or abs(second) > 180.0:
-            return None
         world = self._aircraft.autopilot.world
         north, west, _ = world.local(first, second, 0.0)
         here_north, here_west, _ = world.local(point.place.lat_deg, point.place.lon_deg, 0.0)

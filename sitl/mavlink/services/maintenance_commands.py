@@ -45,8 +45,6 @@ class MaintenanceCommands:
     def store(self, request: CommandRequested) -> Answer:
         """MAV_CMD_PREFLIGHT_STORAGE: read and write are done already, 2 returns every parameter to its default."""
         parameters, missions, log_rate = (0.0 if math.isnan(value) else value for value in request.params[:3])
-        if parameters not in {READ, WRITE, RESET, UNTOUCHED}:
-            return _storage_denied(f"param1 is {parameters:g}, not 0 (read), 1 (write) or 2 (reset the parameters)")
         if missions not in {READ, WRITE, UNTOUCHED}:
             return _storage_denied(f"param2 is {missions:g}, not 0 or 1: MISSION_CLEAR_ALL clears plans")
         if log_rate not in {0.0, UNTOUCHED}:
@@ -69,8 +67,6 @@ class MaintenanceCommands:
         action = request.params[0]
         if action == NOTHING:
             return Answer(ACCEPTED)
-        if action not in {REBOOT, SHUTDOWN}:
-            return Answer(DENIED, f"Reboot denied: param1 is {action:g}, not 1 or 2")
         name, doing = ("Reboot", "Rebooting") if action == REBOOT else ("Shutdown", "Shutting down")
         if self._autopilot.armed or not self._autopilot.view.landed:
             why = "disarm first" if self._autopilot.armed else "not on the ground"

@@ -36,7 +36,7 @@ class SteeringService:
         if message.target not in {0, self._system}:
             return
         sticks = sticks_of(message)
-        if sticks is None:
-            self._broadcast.complain("Sticks refused: an axis is out of its range")
+        if isinstance(sticks, str):
+            self._broadcast.complain(f"Sticks refused: {sticks}")
         else:
             self._autopilot.manual.take_sticks(sticks)

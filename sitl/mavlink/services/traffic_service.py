@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from protocol.ranges.item_ranges import ALTITUDE
 from protocol.wire.message import Message, source_of
 from sitl.autopilot.autopilot import Autopilot
 from sitl.mavlink.handlers import on_message
@@ -39,7 +40,7 @@ class TrafficService:
 
     def _take(self, message: Message, altitude: float, velocity: Sequence[float]) -> None:
         lat, lon = DEGREES * message.lat, DEGREES * message.lon
-        if abs(lat) > 90.0 or abs(lon) > 180.0 or not math.isfinite(altitude):
+        if abs(lat) > 90.0 or abs(lon) > 180.0 or not ALTITUDE.allows(altitude):
             return
         north, east, down = velocity if all(map(math.isfinite, velocity)) else (0.0, 0.0, 0.0)
         if math.hypot(north, east, down) > MAX_AIRCRAFT_SPEED:

@@ -19,7 +19,7 @@ def test_no_parameter_of_any_item_is_infinite(command, number, value):
     flaw = item_flaw(command, GLOBAL, values)
     assert flaw is not None
     assert flaw.number == number + 1
-    assert f"param{number + 1} (" in flaw.text
+    assert f"param{number + 1} is " in flaw.text
 
 
 def _ranges(command):

@@ -36,11 +36,11 @@ def test_a_number_without_a_meaning_is_finite_or_left_open(value):
 @pytest.mark.parametrize(
     ("allowed", "words"),
     [
-        (SPEED, "-1 or from 0.1 to 22 m/s"),
+        (SPEED, "-1 or a number from 0.1 to 22 m/s"),
         (COUNT, "-1 or a whole number from 0 to 65535"),
         (one_of("VTOL state", 0, 3, 4), "0, 3 or 4"),
         (one_of("reset", 1), "1"),
-        (ANY_NUMBER, "a finite number"),
+        (ANY_NUMBER, "a number that is finite"),
     ],
 )
 def test_a_range_is_told_in_words(allowed, words):
@@ -49,4 +49,4 @@ def test_a_range_is_told_in_words(allowed, words):
 
 def test_a_flaw_names_the_parameter_its_value_and_what_is_allowed():
     flaw = first_flaw((ANY_NUMBER, COUNT), (math.nan, math.inf))
-    assert flaw == (2, "param2 (repeat count) is inf, not -1 or a whole number from 0 to 65535")
+    assert flaw == (2, "param2 is inf, not -1 or a whole number from 0 to 65535 (repeat count)")

@@ -98,7 +98,7 @@ def test_a_station_that_is_not_in_control_cannot_move_home(hovering):
         ({"north": 1600.0}, DENIED, "1600.0 m north is outside the arena"),
         ({"altitude": 135.0}, DENIED, "15.0 m under the ground"),
         ({"altitude": 3000.0}, DENIED, "outside the arena"),
-        ({"altitude": math.inf}, DENIED, "altitude inf is not a number"),
+        ({"altitude": math.inf}, DENIED, "param7 is inf, not a number from -20000 to 20000 m (altitude)"),
     ],
 )
 def test_an_impossible_home_is_refused_with_a_reason_and_the_old_one_stays(hovering, changed, result, reason):

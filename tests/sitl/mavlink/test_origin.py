@@ -60,9 +60,9 @@ def test_in_flight_the_origin_stays(hovering):
     [
         ((NAN, 11.5, 520.0), "latitude nan, longitude 11.5 is not a valid position"),
         ((89.5, 11.5, 520.0), "too near a pole"),
-        ((48.0, 181.0, 520.0), "not a valid position"),
-        ((48.0, 11.5, NAN), "altitude nan m"),
-        ((48.0, 11.5, 1e6), "altitude 1e+06 m"),
+        ((48.0, 181.0, 520.0), "param6 is 181, not a number from -180 to 180 deg (longitude)"),
+        ((48.0, 11.5, NAN), "param7 is nan"),
+        ((48.0, 11.5, 1e6), "param7 is 1e+06, not a number from -20000 to 20000 m (altitude)"),
     ],
 )
 def test_an_invalid_origin_is_denied(standing, place, reason):

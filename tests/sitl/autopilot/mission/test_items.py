@@ -64,7 +64,7 @@ def test_a_jump_that_cannot_be_counted_is_refused_at_upload(repeats):
     jump = item(mavlink.MAV_CMD_DO_JUMP, params=(1.0, repeats, 0.0, 0.0))
     refusal = validate([TAKE_OFF, waypoint(1, 0, 3), jump, LAND], WORLD)
     assert refusal.result == mavlink.MAV_MISSION_INVALID_PARAM2
-    assert refusal.text == (f"item 2: param2 (repeat count) is {repeats:g}, not -1 or a whole number from 0 to 65535")
+    assert refusal.text == (f"item 2: param2 is {repeats:g}, not -1 or a whole number from 0 to 65535 (repeat count)")
 
 
 def test_every_supported_item_has_its_ranges():

@@ -44,17 +44,17 @@ def test_a_point_is_allowed_in_one_inclusion_zone_and_no_exclusion_zone(items, p
     [
         (polygon()[:3], 6, "4 corners"),
         ([*polygon()[:3], global_item(OUTSIDE, 0.0, 0.0, 4.0)], 13, "corner 4 of 4"),
-        (polygon(SQUARE[:2]), 6, "param1 (number of corners) is 2, not a whole number from 3 to 1000"),
-        ([global_item(INSIDE, 0.0, 0.0, math.nan)], 6, "param1 (number of corners) is nan"),
-        ([global_item(DISC, 0.0, 0.0, -3.0)], 6, "param1 (radius) is -3, not from 0.01 to 100000 m"),
-        ([global_item(DISC, 0.0, 0.0, math.nan)], 6, "param1 (radius) is nan, not from 0.01 to 100000 m"),
+        (polygon(SQUARE[:2]), 6, "param1 is 2, not a whole number from 3 to 1000 (number of corners)"),
+        ([global_item(INSIDE, 0.0, 0.0, math.nan)], 6, "param1 is nan, not a whole number"),
+        ([global_item(DISC, 0.0, 0.0, -3.0)], 6, "param1 is -3, not a number from 0.01 to 100000 m (radius)"),
+        ([global_item(DISC, 0.0, 0.0, math.nan)], 6, "param1 is nan, not a number from 0.01 to 100000 m (radius)"),
         ([global_item(DISC, 0.0, 0.0, 9.0, frame=mavlink.MAV_FRAME_LOCAL_NED)], 2, "frame 1"),
         ([global_item(4999, 0.0, 0.0)], 3, "command 4999 is not supported"),
         ([*polygon(), global_item(RETURN, 60.0, 0.0)], 5, "item 4: the return point is wrong: outside the fence"),
         ([global_item(RETURN, 0.0, 0.0)] * 2, 13, "item 1: a second return point beside item 0"),
-        ([global_item(RETURN, 0.0, 0.0, z=math.inf)], 12, "item 0: param7 (altitude) is inf"),
+        ([global_item(RETURN, 0.0, 0.0, z=math.inf)], 12, "item 0: param7 is inf"),
         ([global_item(RETURN, 0.0, 0.0, frame=mavlink.MAV_FRAME_LOCAL_NED)], 2, "frame 1"),
-        ([BEYOND_THE_POLE], 10, "param5 (latitude) is 91, not from -90 to 90 deg"),
+        ([BEYOND_THE_POLE], 10, "param5 is 91, not a number from -90 to 90 deg (latitude)"),
     ],
 )
 def test_an_invalid_fence_is_refused_with_its_result_and_a_reason(items, result, reason):
