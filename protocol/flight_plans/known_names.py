@@ -45,6 +45,7 @@ FUNCTIONS: Final[Mapping[str, FunctionShape]] = {
         *("stateGetSpeedNed_f", "stateGetNedToBodyEulers_f", "ins_reset_local_origin", "ins_reset_vertical_pos"),
         *("ins_reset_utm_zone_here", "nav_reset_reference", "nav_reset_alt", "RCLost", "autopilot_throttle_killed"),
         *("nav_line_setup", "nav_line_init", "nav_flower_run", "nav_survey_poly_osam_run", "nav_skid_landing_run"),
+        *("nav_survey_hybrid_run", "nav_survey_polygon_run"),
     ),
     **_shapes(
         1,
@@ -75,6 +76,9 @@ FUNCTIONS: Final[Mapping[str, FunctionShape]] = {
     "nav_survey_poly_osam_setup": FunctionShape(4, 4, (0,)),
     "nav_survey_poly_osam_start": FunctionShape(4, 4, (0,)),
     "nav_survey_poly_osam_setup_towards": FunctionShape(4, 4, (0, 3)),
+    "nav_survey_hybrid_setup_orientation": FunctionShape(5, 5, (0,)),
+    "nav_survey_hybrid_setup_towards": FunctionShape(5, 5, (0, 1)),
+    "nav_survey_polygon_setup": FunctionShape(7, 7, (0,)),
     "nav_skid_landing_setup": FunctionShape(3, 3, (0, 1)),
     "nav_takeoff_from_wp": FunctionShape(1, 2, (0,)),
     "nav_takeoff_from_here": FunctionShape(0, 1),
@@ -96,6 +100,7 @@ NAVIGATION_ROUTINES: Final = frozenset(
         *("nav_line_run", "nav_flower_run", "nav_survey_rectangle_rotorcraft_run", "nav_survey_poly_osam_run"),
         *("nav_skid_landing_run", "nav_takeoff_from_wp", "nav_takeoff_from_here", "nav_takeoff_from_loc"),
         *("nav_land_at_wp", "nav_land_here", "nav_land_at_loc", "autopilot_guided_update"),
+        *("nav_survey_hybrid_run", "nav_survey_polygon_run"),
     }
 )
 
@@ -157,7 +162,15 @@ SETTABLE: Final = frozenset(
     {
         *("autopilot.kill_throttle", "kill_throttle", "autopilot.flight_time", "autopilot.launch", "launch"),
         *("nav.radius", "nav_radius", "nav.heading", "nav.climb_vspeed", "nav.descend_vspeed", "nav_climb_vspeed"),
-        *("nav_descend_vspeed", "force_forward", "sweep", "nav_takeoff_direction", "nav_climb"),
+        *(
+            "nav_descend_vspeed",
+            "force_forward",
+            "nav_max_speed",
+            "nav.max_speed",
+            "sweep",
+            "nav_takeoff_direction",
+            "nav_climb",
+        ),
         *(
             "fp_pitch",
             "fp_throttle",

@@ -78,7 +78,7 @@ def _as_lines(check: PlanCheck, losses: Sequence[Loss], path: Path | None) -> It
     elif locked:
         yield f"The plan is flown; {len(locked)} of its blocks {'is' if len(locked) == 1 else 'are'} locked."
     else:
-        yield "All of it is flown."
+        yield "All of it is flown, but for what is left out." if check.left_out else "All of it is flown."
 
 
 def _of_block(finding: Finding) -> str:

@@ -84,6 +84,10 @@ def _set_flight_time(state: PlanState, value: Scalar) -> None:
     state.memory.flight_time = float(value)
 
 
+def _set_max_speed(state: PlanState, value: Scalar) -> None:
+    state.memory.max_speed = max(float(value), 0.0)
+
+
 def _set_forward(state: PlanState, value: Scalar) -> None:
     state.memory.forces_forward = bool(value)
 
@@ -117,6 +121,8 @@ _SETTERS: Final[Mapping[str, Callable[[PlanState, Scalar], None]]] = {
     "nav_climb_vspeed": _set_climb,
     "nav.descend_vspeed": _set_descent,
     "nav_descend_vspeed": _set_descent,
+    "nav_max_speed": _set_max_speed,
+    "nav.max_speed": _set_max_speed,
     "force_forward": _set_forward,
 }
 
@@ -127,6 +133,10 @@ def _heading(state: PlanState) -> float:
 
 def _radius(state: PlanState) -> float:
     return state.inputs.settings.loiter_radius if state.memory.radius is None else state.memory.radius
+
+
+def _max_speed(state: PlanState) -> float:
+    return state.inputs.settings.hover_speed if state.memory.max_speed is None else state.memory.max_speed
 
 
 def battery_voltage(state: PlanState) -> float:
@@ -194,5 +204,7 @@ VARIABLE_VALUES: Final[Mapping[str, Callable[[PlanState], Scalar]]] = {
     "nav_climb_vspeed": lambda n: n.memory.climb_speed,
     "nav.descend_vspeed": lambda n: n.memory.descent_speed,
     "nav_descend_vspeed": lambda n: n.memory.descent_speed,
+    "nav_max_speed": _max_speed,
+    "nav.max_speed": _max_speed,
     "force_forward": lambda n: int(n.memory.forces_forward),
 }

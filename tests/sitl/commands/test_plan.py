@@ -107,7 +107,9 @@ def test_what_is_left_out_is_told_at_the_start_and_listed_by_the_plans_command(t
     built(tmp_path, "--flight-plan", str(path), "--nav", "truth")
     assert "1 calls, values or exceptions of a build are left out" in capsys.readouterr().err
     assert main(["plan", str(path)]) == 0
-    assert "DropOpen(): payload of a build: left out" in capsys.readouterr().out
+    out = capsys.readouterr().out
+    assert "DropOpen(): payload of a build: left out" in out
+    assert out.endswith("All of it is flown, but for what is left out.\n")
 
 
 def test_what_cannot_be_flown_is_refused_before_anything_is_built(fish, tmp_path, capsys):

@@ -121,22 +121,51 @@ def _rectangle_run(state: PlanState, arguments: Sequence[Argument]) -> Scalar:
     return _fly(state, piece, survey.part)
 
 
-def _polygon_setup(state: PlanState, arguments: Sequence[Argument]) -> Scalar:
-    return _polygon_begin(state, arguments, math.radians(number(arguments[3])))
+def _osam_setup(state: PlanState, arguments: Sequence[Argument]) -> Scalar:
+    first, size, spacing, orientation = arguments
+    return _polygon_begin(state, _corners(state, first, size), spacing, math.radians(number(orientation)))
 
 
-def _polygon_towards(state: PlanState, arguments: Sequence[Argument]) -> Scalar:
-    """Sweeps parallel to the way from the first corner to another waypoint."""
-    first, other = named_point(state, arguments[0]), named_point(state, arguments[3])
-    return _polygon_begin(state, arguments, math.atan2(other.y - first.y, other.x - first.x))
+def _osam_towards(state: PlanState, arguments: Sequence[Argument]) -> Scalar:
+    first, size, spacing, other = arguments
+    corners = _corners(state, first, size)
+    return _polygon_begin(state, corners, spacing, _direction(corners[0], named_point(state, other)))
 
 
-def _polygon_begin(state: PlanState, arguments: Sequence[Argument], orientation: float) -> Scalar:
-    first, size = round(number(arguments[0])), round(number(arguments[1]))
-    if not 3 <= size <= len(state.waypoints.names):
-        raise UnknownNameError(f"{size} corners are no polygon of this plan")
-    corners = [named_point(state, first + index) for index in range(size)]
-    survey = PolygonSurvey.begun(corners, float(number(arguments[2])), orientation)
+def _hybrid_setup(state: PlanState, arguments: Sequence[Argument]) -> Scalar:
+    first, orientation, size, spacing, _ = arguments
+    return _polygon_begin(state, _corners(state, first, size), spacing, math.radians(number(orientation)))
+
+
+def _hybrid_towards(state: PlanState, arguments: Sequence[Argument]) -> Scalar:
+    first, other, size, spacing, _ = arguments
+    corners = _corners(state, first, size)
+    return _polygon_begin(state, corners, spacing, _direction(corners[0], named_point(state, other)))
+
+
+def _bearing_setup(state: PlanState, arguments: Sequence[Argument]) -> Scalar:
+    """Sweeps along a bearing [deg], at an altitude above the sea, once over the polygon."""
+    first, size, bearing, spacing, _, _, altitude = arguments
+    up = float(number(altitude)) - state.plan.ground_alt
+    corners = [corner._replace(z=up) for corner in _corners(state, first, size)]
+    return _polygon_begin(state, corners, spacing, math.radians(90.0 - number(bearing)))
+
+
+def _corners(state: PlanState, first: Argument, size: Argument) -> list[EnuPoint]:
+    """So many waypoints from a first one on."""
+    begin, count = round(number(first)), round(number(size))
+    if not 3 <= count <= len(state.waypoints.names):
+        raise UnknownNameError(f"{count} corners are no polygon of this plan")
+    return [named_point(state, begin + index) for index in range(count)]
+
+
+def _direction(start: EnuPoint, end: EnuPoint) -> float:
+    """Anticlockwise from east [rad]."""
+    return math.atan2(end.y - start.y, end.x - start.x)
+
+
+def _polygon_begin(state: PlanState, corners: Sequence[EnuPoint], spacing: Argument, orientation: float) -> Scalar:
+    survey = PolygonSurvey.begun(corners, float(number(spacing)), orientation)
     if survey is None:
         raise UnknownNameError("the polygon has no area to sweep")
     _count_sweeps(state, survey)
@@ -146,10 +175,17 @@ def _polygon_begin(state: PlanState, arguments: Sequence[Argument], orientation:
 def _polygon_run(state: PlanState, arguments: Sequence[Argument]) -> Scalar:  # noqa: ARG001
     survey = state.memory.routines.pattern
     if not isinstance(survey, PolygonSurvey):
-        raise UnknownNameError("nav_survey_poly_osam_setup() was not called before")
+        raise UnknownNameError("no survey of a polygon was set up before")
     piece = survey.at(state.p, state.inputs.settings.acceptance)
     _count_sweeps(state, survey)
     return _fly(state, piece, survey.part)
+
+
+def _polygon_run_once(state: PlanState, arguments: Sequence[Argument]) -> Scalar:
+    """As the others, but it ends at the polygon's end."""
+    goes_on = _polygon_run(state, arguments)
+    survey = state.memory.routines.pattern
+    return goes_on if isinstance(survey, PolygonSurvey) and survey.returns == 0 else 0
 
 
 def _count_sweeps(state: PlanState, survey: PolygonSurvey) -> None:
@@ -269,10 +305,15 @@ ROUTINE_VALUES: Final[Mapping[str, Routine]] = {
     "nav_flower_run": _flower_run,
     "nav_survey_rectangle_rotorcraft_setup": _rectangle_setup,
     "nav_survey_rectangle_rotorcraft_run": _rectangle_run,
-    "nav_survey_poly_osam_setup": _polygon_setup,
-    "nav_survey_poly_osam_start": _polygon_setup,
-    "nav_survey_poly_osam_setup_towards": _polygon_towards,
+    "nav_survey_poly_osam_setup": _osam_setup,
+    "nav_survey_poly_osam_start": _osam_setup,
+    "nav_survey_poly_osam_setup_towards": _osam_towards,
     "nav_survey_poly_osam_run": _polygon_run,
+    "nav_survey_hybrid_setup_orientation": _hybrid_setup,
+    "nav_survey_hybrid_setup_towards": _hybrid_towards,
+    "nav_survey_hybrid_run": _polygon_run,
+    "nav_survey_polygon_setup": _bearing_setup,
+    "nav_survey_polygon_run": _polygon_run_once,
     "nav_skid_landing_setup": _skid_setup,
     "nav_skid_landing_run": _skid_run,
     "nav_takeoff_from_wp": _take_off_from_waypoint,

@@ -22,6 +22,8 @@ SET_UP = {
     "nav_flower_run": ("nav_flower_setup", [1, 2]),
     "nav_skid_landing_run": ("nav_skid_landing_setup", [1, 2, 5.0]),
     "nav_survey_poly_osam_run": ("nav_survey_poly_osam_setup", [1, 4, 1.0, 0.0]),
+    "nav_survey_hybrid_run": ("nav_survey_poly_osam_setup", [1, 4, 1.0, 0.0]),
+    "nav_survey_polygon_run": ("nav_survey_poly_osam_setup", [1, 4, 1.0, 0.0]),
     "nav_survey_rectangle_rotorcraft_run": ("nav_survey_rectangle_rotorcraft_setup", [1, 2, 1.0, 0]),
 }
 
@@ -53,8 +55,8 @@ def test_every_function_gives_a_number_or_its_fields(name):
         arguments = [CONSTANTS["AP_MODE_NAV"]]
     elif name in SET_UP:
         flight.executor.names.call(*SET_UP[name])
-    if name.startswith("nav_survey_poly"):
-        arguments = [1, 4, 1.0, 2][: shape.least]
+    if name.startswith(("nav_survey_poly", "nav_survey_hybrid")):
+        arguments = ([1, 2, 4, 1.0, 0] if "hybrid" in name else [1, 4, 1.0, 2, 1, 1, 100])[: shape.least]
     elif name in {"nav_line_run", "nav_survey_rectangle_rotorcraft_run"}:
         arguments = [1, 2, 1.0][: shape.least]
     for index in shape.changes:

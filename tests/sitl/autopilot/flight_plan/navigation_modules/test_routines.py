@@ -106,6 +106,24 @@ def test_a_polygon_is_swept_to_its_end():
             assert min(distances(passed, (x, y))) < 12.0
 
 
+@pytest.mark.parametrize(
+    ("setup", "run"),
+    [
+        ("nav_survey_polygon_setup(WP_S1, 4, 90, 10, 30, 5, GROUND_ALT + 25)", "nav_survey_polygon_run()"),
+        ("nav_survey_hybrid_setup_orientation(WP_S1, 0, 4, 10, -1)", "nav_survey_hybrid_run()"),
+        ("nav_survey_hybrid_setup_towards(WP_S1, WP_S2, 4, 10, -1)", "nav_survey_hybrid_run()"),
+    ],
+)
+def test_other_modules_sweep_polygons_too(setup, run):
+    ends = "" if "polygon" in setup else '<exception cond="PolySurveySweepBackNum >= 1" deroute="rest"/>'
+    ticks = begun(f'{ends}<call_once fun="{setup}"/><call fun="{run}"/>')
+    passed = ticks.fly(200)
+    assert (ticks.block, ticks.remarks) == ("rest", [])
+    height = 25.0 if "polygon" in setup else 30.0
+    lines = {round(p[1]) for p in passed if abs(p[0] - 40.0) < 0.3 and abs(p[2] - height) < 0.5}
+    assert lines >= {5, 15, 25, 35, 45, 55}
+
+
 def test_a_polygon_may_be_swept_towards_a_waypoint():
     ticks = begun(
         '<call_once fun="nav_survey_poly_osam_setup_towards(WP_S1, 4, 10, WP_S2)"/>'
@@ -196,7 +214,7 @@ def test_a_set_point_of_the_guided_mode_is_flown_until_another_stage_flies():
     [
         ("nav_flower_run()", "nav_flower_setup() was not called before"),
         ("nav_line_run(WP_A, WP_A, 10)", "a line without length"),
-        ("nav_survey_poly_osam_run()", "nav_survey_poly_osam_setup() was not called before"),
+        ("nav_survey_poly_osam_run()", "no survey of a polygon was set up before"),
         ("nav_survey_poly_osam_setup(WP_S1, 2, 10, 0)", "2 corners are no polygon"),
         ("nav_skid_landing_setup(WP_A, WP_B, 0)", "a circle without a radius"),
         ("nav_land_at_loc(0, 91, 0, 0, 1, 0)", "91, 0 are not on the globe"),
