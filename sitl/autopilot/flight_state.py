@@ -14,6 +14,7 @@ from sitl.autopilot.safety.world import World
 from sitl.autopilot.settings import Settings
 from sitl.control.reference import Point, Reference, hover_at
 from sitl.enclosure.arena_detours import crossed, crosses_circle
+from sitl.guidance.leg_ends import end_at_heading
 from sitl.guidance.legs import FlyLeg
 from sitl.guidance.limits import MIN_HOLD_HEIGHT
 from sitl.guidance.manoeuvres import ComeToRest, FlyTo, Hold, Manoeuvre, ManoeuvreSequence, land_at
@@ -166,9 +167,20 @@ class FlightState:
         stop = (p[0] + ahead * v[0], p[1] + ahead * v[1], max(p[2] + HOVER_STOP_TIME * v[2], MIN_HOLD_HEIGHT))
         return self.world.arena.clamped(stop)
 
-    def leg_to(self, reference: Reference, view: VehicleView | None = None) -> FlyTo | FlyLeg | ManoeuvreSequence | str:
-        """The way from here, or from another view, to a reference, forward if that is better; or why there is none."""
-        return route_to(view or self.view, reference, self.settings, self.chooser, self.world.arena)
+    def leg_to(
+        self, reference: Reference, view: VehicleView | None = None, *, turns: bool = False
+    ) -> FlyTo | FlyLeg | ManoeuvreSequence | str:
+        """The way from here, or from another view, to a reference, forward if that is better; or why there is none.
+
+        Args:
+            reference: The hover at the end.
+            view: Where it begins; None: here.
+            turns: Whether the heading of the reference was asked for; else a leg flown forward chooses it.
+        """
+        way = route_to(view or self.view, reference, self.settings, self.chooser, self.world.arena)
+        if turns and not isinstance(way, str):
+            end_at_heading(way, reference.heading)
+        return way
 
     def way_home(self, view: VehicleView) -> ManoeuvreSequence | str:
         """The return from where a vehicle is, to home or the nearest rally point; or why there is none."""

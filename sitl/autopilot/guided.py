@@ -86,7 +86,7 @@ class GuidedRequests:
             flight.reference.heading if heading is None else heading,
             flight.settings.hover_speed if speed is None else speed,
         )
-        leg = flight.leg_to(reference)
+        leg = flight.leg_to(reference, turns=heading is not None)
         if isinstance(leg, str):
             return flight.refuse(DENIED, f"Go-to denied: {leg}")
         flight.enter(Mode.HOLD, leg)

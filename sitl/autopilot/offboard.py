@@ -18,6 +18,7 @@ from sitl.guidance.attitude_setpoints import (
     refuse_attitude,
     refuse_to_go_on,
 )
+from sitl.guidance.leg_ends import moved_end
 from sitl.guidance.legs import FlyLeg, course_reference
 from sitl.guidance.limits import (
     MAX_AIRSPEED,
@@ -55,6 +56,7 @@ class OffboardRequests:
     def __init__(self, flight: FlightState, moving: MovingReference) -> None:
         self._flight, self._moving = flight, moving
         self._first = flight.reference  # what OFFBOARD starts with
+        self._turns = False  # the heading of that was asked for
         self._received: float | None = None  # when the last set-point arrived [s]
         self._offset: _Offset | None = None
         self._lifted_from: Point | None = None  # while attitudes wait for their height
@@ -68,7 +70,7 @@ class OffboardRequests:
             return flight.refuse(REJECTED, "OFFBOARD refused: not armed")
         waiting = self._lifted_from is not None
         moving = self._first.forward or self._first.steered or waiting
-        leg = Hold(self._first) if moving else flight.leg_to(self._first)
+        leg = Hold(self._first) if moving else flight.leg_to(self._first, turns=self._turns)
         if isinstance(leg, str):
             return flight.refuse(DENIED, f"OFFBOARD denied: {leg}")
         flight.enter(Mode.OFFBOARD, leg)
@@ -147,12 +149,26 @@ class OffboardRequests:
         if heading.heading is not None:
             target = target._replace(heading=heading.heading)
         if flight.mode is not Mode.OFFBOARD:
-            self._first = target
-        elif not _is_same_leg(flight.manoeuvre, target, SAME_END if flight.world.arena.obstacles else SAME_LEG):
-            leg = flight.leg_to(target)
-            if isinstance(leg, str):
-                return leg
-            flight.manoeuvre = leg
+            self._first, self._turns = target, heading.heading is not None
+        else:
+            return self._lead_to(target, turns=heading.heading is not None)
+        return None
+
+    def _lead_to(self, target: Reference, *, turns: bool) -> str | None:
+        """Move the end of the way under way, or begin another way; why there is none, or None.
+
+        Args:
+            target: The hover at the end.
+            turns: Whether its heading was asked for.
+        """
+        flight, far = self._flight, SAME_END if self._flight.world.arena.obstacles else SAME_LEG
+        if flight.manoeuvre is not None and _is_same_leg(flight.manoeuvre, target, far):
+            flight.manoeuvre = moved_end(flight.manoeuvre, target, turns=turns)
+            return None
+        leg = flight.leg_to(target, turns=turns)
+        if isinstance(leg, str):
+            return leg
+        flight.manoeuvre = leg
         return None
 
     def from_body(self, v: Point) -> Point:
@@ -227,12 +243,8 @@ def _is_hovered(v: Point, hover_speed: float) -> bool:
     return math.hypot(v[0], v[1]) <= hover_speed and -MAX_HOVER_DESCENT <= v[2] <= MAX_HOVER_CLIMB
 
 
-def _is_same_leg(manoeuvre: Manoeuvre | None, target: Reference, far: float) -> bool:
+def _is_same_leg(manoeuvre: Manoeuvre, target: Reference, far: float) -> bool:
     """Whether the manoeuvre under way already leads not ``far`` from a reference [m]; then its end moves there."""
     if isinstance(manoeuvre, ManoeuvreSequence):
         return _is_same_leg(manoeuvre.steps[-1], target, far)
-    if not isinstance(manoeuvre, FlyTo | FlyLeg) or math.dist(manoeuvre.reference.position, target.position) > far:
-        return False
-    if isinstance(manoeuvre, FlyTo):
-        manoeuvre.reference = target
-    return True
+    return isinstance(manoeuvre, FlyTo | FlyLeg) and math.dist(manoeuvre.reference.position, target.position) <= far
