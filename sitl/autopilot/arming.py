@@ -15,7 +15,9 @@ from sitl.autopilot.safety.failsafe import Failsafes
 from sitl.autopilot.safety.link_watch import missing_links
 
 ARMING_TIMEOUT = 20.0  # for a take-off or a mission that was chosen before arming [s]
-MODE_NAMES = {Mode.TAKEOFF: "Take-off", Mode.MISSION: "Mission"}  # modes that can be chosen before arming
+# Modes that can be chosen before arming, and begin with it.
+MODE_NAMES = {Mode.TAKEOFF: "Take-off", Mode.MISSION: "Mission", Mode.OFFBOARD: "Offboard"}
+MODES_IN_THE_AIR = frozenset({Mode.RTL, Mode.LAND})  # of a disarmed vehicle: chosen, but not armed in
 
 
 ROCKING_TIME = 1.5  # after the touch: what falls over on landing does so within it [s]
@@ -39,6 +41,7 @@ class Arming:
         self._landed_at: float | None = None
         self._touched_at: float | None = None  # None: how the last landing ended has been said
         self._was_aligned = True
+        self.stick_problem: Callable[[], str] = lambda: ""  # why sticks cannot begin a flight, or nothing
         flight.before_change(self._forget_waiting)
 
     def failed_checks(self) -> list[str]:
@@ -48,7 +51,12 @@ class Arming:
         if flight.terminated:
             return [f"flight terminated ({flight.terminated}): a reboot ends that"]
         links = missing_links(self._failsafes.silence, flight.settings)
-        return refuse_arming(flight.view, flight.settings) + links + ([] if outside is None else [outside.text])
+        reasons = refuse_arming(flight.view, flight.settings) + links + ([] if outside is None else [outside.text])
+        if flight.mode in MODES_IN_THE_AIR and not flight.armed:
+            reasons.append(f"mode {flight.mode.name} ends on the ground: choose another")
+        elif flight.mode is Mode.POSCTL and not flight.armed and (problem := self.stick_problem()):
+            reasons.append(f"mode POSCTL: {problem}")
+        return reasons
 
     def arm(self, *, force: bool = False) -> Answer:
         """Start the motors at idle. Refused with the failed checks unless forced.
@@ -66,8 +74,13 @@ class Arming:
         flight.armed = True
         self._landed_at = self._touched_at = None
         flight.say(mavlink.MAV_SEVERITY_INFO, "Armed by force" if force else "Armed")
-        if self._waiting is not None:
-            self._waiting.begin()
+        if self._waiting is not None and not self._waiting.begin().accepted:
+            flight.enter(Mode.HOLD, None)
+        return Answer(ACCEPTED)
+
+    def choose(self, mode: Mode) -> Answer:
+        """Enter a mode on the ground, disarmed; nothing begins with it."""
+        self._flight.enter(mode, None)
         return Answer(ACCEPTED)
 
     def disarm(self, *, force: bool = False) -> Answer:

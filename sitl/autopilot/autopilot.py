@@ -34,6 +34,7 @@ from sitl.guidance.view import VehicleView
 from sitl.prediction.chooser import Chooser
 from sitl.prediction.mode_choice import Decision
 
+CHOSEN_DISARMED = frozenset({Mode.RTL, Mode.LAND, Mode.POSCTL})  # on the ground, where nothing begins with them
 STEERED_MODES = frozenset({Mode.OFFBOARD, Mode.POSCTL})  # somebody steers the heading
 
 
@@ -59,8 +60,9 @@ class Autopilot:
         self.transitions = TransitionRequests(flight)
         self.guided = GuidedRequests(flight, self.arming)
         self.missions = MissionRequests(flight, self.arming)
-        self.offboard = OffboardRequests(flight, moving)
+        self.offboard = OffboardRequests(flight, self.arming, moving)
         self.manual = ManualRequests(flight, moving)
+        self.arming.stick_problem = lambda: self.manual.problem
         self.flight_plan = FlightPlanRequests(flight, self.arming, self.failsafes, self.manual)
         flight.plan_lands = lambda: self.flight_plan.landing
         self._response = FailsafeResponse(flight, self.failsafes)
@@ -188,6 +190,8 @@ class Autopilot:
         self.failsafes.rest()
         flight.reference = hover_at(view.p, view.heading, flight.settings.hover_speed)
         self.arming.update()
+        if flight.mode is Mode.POSCTL and flight.armed:
+            self.manual.stand()
 
     def _fly(self) -> None:
         flight = self._flight
@@ -236,17 +240,19 @@ class Autopilot:
     # What is flown
 
     def set_mode(self, mode: Mode) -> Answer:
-        """Change the mode as a ground station's mode switch does."""
+        """Change the mode as a ground station's mode switch does; a disarmed vehicle takes it as well."""
         requests = {
             Mode.HOLD: self.guided.hold,
             Mode.TAKEOFF: self.guided.take_off,
             Mode.MISSION: self.missions.start if self.armed else self.missions.choose,
             Mode.LAND: self.guided.land,
             Mode.RTL: self.guided.return_to_launch,
-            Mode.OFFBOARD: self.offboard.start,
+            Mode.OFFBOARD: self.offboard.start if self.armed else self.offboard.choose,
             Mode.POSCTL: self.manual.start,
             Mode.FLIGHT_PLAN: self.flight_plan.start,
         }
+        if mode in CHOSEN_DISARMED and not self.armed and self.view.landed:
+            return self.arming.choose(mode)
         request = requests.get(mode)
         if request is None:
             return self._flight.refuse(DENIED, f"Mode {mode.name} is not available on this vehicle")
@@ -294,7 +300,7 @@ class Autopilot:
         flight = self._flight
         flight.world = flight.world._replace(frame=frame, home=home)
         self._apply_fence()
-        if flight.mode is Mode.RTL and not flight.landing:
+        if flight.mode is Mode.RTL and flight.flying and not flight.landing:
             flight.enter(Mode.RTL, flight.route_home(flight.view))
 
     def _apply_fence(self) -> None:

@@ -14,6 +14,7 @@ from sitl.autopilot.safety.world import World
 from sitl.autopilot.settings import Settings
 from sitl.control.reference import Point, Reference, hover_at
 from sitl.enclosure.arena_detours import crossed, crosses_circle
+from sitl.guidance.circles import FlyCircle
 from sitl.guidance.leg_ends import end_at_heading
 from sitl.guidance.legs import FlyLeg
 from sitl.guidance.limits import MIN_HOLD_HEIGHT
@@ -104,6 +105,13 @@ class FlightState:
         if self.mode is Mode.FLIGHT_PLAN:
             return self.plan_lands()
         return self.manoeuvre is not None and self.manoeuvre.landing
+
+    @property
+    def circle(self) -> FlyCircle | None:
+        """The circle under way, in a mission too; None without one."""
+        mission = self.mission if self.mode is Mode.MISSION else None
+        under_way = self.manoeuvre if mission is None else mission.manoeuvre
+        return under_way if isinstance(under_way, FlyCircle) else None
 
     def refuse_point(self, p: Point) -> str | None:
         """Why the vehicle may not be sent to a point, world NWU [m], or None."""

@@ -10,7 +10,7 @@ from sitl.autopilot.arming import Arming
 from sitl.autopilot.flight_state import FlightState
 from sitl.autopilot.mission.speeds import CLIMB, MAX_VERTICAL_SPEEDS
 from sitl.control.reference import Point, hover_at
-from sitl.guidance.circles import FlyCircle, circle_about
+from sitl.guidance.circles import FlyCircle, circle_about, circle_at
 from sitl.guidance.legs import FlyLeg
 from sitl.guidance.limits import MAX_AIRSPEED, MIN_AIRSPEED
 from sitl.guidance.manoeuvres import FlyTo, Hold, Ramp
@@ -90,6 +90,32 @@ class GuidedRequests:
         if isinstance(leg, str):
             return flight.refuse(DENIED, f"Go-to denied: {leg}")
         flight.enter(Mode.HOLD, leg)
+        return Answer(ACCEPTED)
+
+    def change_height(self, up: float, heading: float | None = None, speed: float | None = None) -> Answer:
+        """Go to another height where the vehicle is to be; in a circle, fly on round it there.
+
+        Args:
+            up: World NWU height [m].
+            heading: [rad]; given, it is hovered to; None keeps the present one.
+            speed: Speed limit of the hover [m/s]; None takes that of the settings.
+        """
+        flight = self._flight
+        circle = flight.circle
+        if circle is None or heading is not None:
+            north, west, _ = flight.reference.position
+            return self.go_to((north, west, up), heading, speed)
+        if speed is not None:
+            return flight.refuse(REJECTED, f"Hover speed {speed:g} m/s refused: in forward flight")
+        if not up >= MIN_FORWARD_HEIGHT:
+            return flight.refuse(
+                DENIED, f"Height denied: {up:.1f} m is too low to circle (below {MIN_FORWARD_HEIGHT:g} m)"
+            )
+        path = circle.reference.path
+        reason = flight.refuse_circle((path.start.x, path.start.y, up), abs(path.radius))
+        if reason is not None:
+            return flight.refuse(DENIED, f"Height denied: {reason}")
+        flight.enter(Mode.HOLD, circle_at(circle, up))
         return Answer(ACCEPTED)
 
     def circle(self, centre: Point, radius: float, airspeed: float | None = None) -> Answer:

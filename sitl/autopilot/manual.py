@@ -17,6 +17,8 @@ from sitl.guidance.limits import MAX_HOVER_CLIMB, MAX_HOVER_DESCENT
 from sitl.guidance.manoeuvres import Hold
 from sitl.guidance.moving_reference import HeadingSetpoint, MovingReference
 
+NO_STICKS = "no MANUAL_CONTROL is arriving"
+LIFTING_STICK = 0.3  # of the stick that climbs: beyond it a vehicle on the ground takes off
 STICK_TURN_RATE = math.radians(30.0)  # at full stick [rad/s]
 
 
@@ -57,6 +59,14 @@ class ManualRequests:
         self._last: tuple[float, Sticks] | None = None  # when they arrived [s]
 
     @property
+    def problem(self) -> str:
+        """Why a flight cannot begin by the sticks, or nothing."""
+        sticks = self._sticks()
+        if sticks is None:
+            return NO_STICKS
+        return "the climbing stick is up" if sticks.up > LIFTING_STICK else ""
+
+    @property
     def silence(self) -> float | None:
         """Since the last sticks arrived [s]; None: none ever did."""
         return None if self._last is None else self._flight.view.time - self._last[0]
@@ -72,15 +82,32 @@ class ManualRequests:
         self._last = (self._flight.view.time, sticks)
 
     def start(self) -> Answer:
-        """Enter POSCTL; refused unless sticks arrive."""
+        """Enter POSCTL; refused unless sticks arrive. On the ground it waits for the climbing stick."""
         flight = self._flight
         if self._sticks() is None:
-            return flight.refuse(REJECTED, "POSCTL refused: no MANUAL_CONTROL is arriving")
-        if not flight.flying:
-            return flight.refuse(REJECTED, "POSCTL refused: not in the air")
+            return flight.refuse(REJECTED, f"POSCTL refused: {NO_STICKS}")
+        if flight.flying:
+            self._begin()
+        elif self.problem:
+            return flight.refuse(REJECTED, f"POSCTL refused: {self.problem}")
+        else:
+            flight.enter(Mode.POSCTL, None)
+        return Answer(ACCEPTED)
+
+    def stand(self) -> None:
+        """One tick in POSCTL on the ground, armed: the climbing stick lifts off; without sticks it is left."""
+        flight, sticks = self._flight, self._sticks()
+        if sticks is None:
+            flight.say(mavlink.MAV_SEVERITY_WARNING, "Sticks stopped: holding")
+            flight.hold_here()
+        elif sticks.up > LIFTING_STICK:
+            flight.flying = True
+            self._begin()
+
+    def _begin(self) -> None:
+        flight = self._flight
         flight.enter(Mode.POSCTL, Hold(flight.hover_reference(flight.stop_point())))
         self._moving.restart(flight.view.time)
-        return Answer(ACCEPTED)
 
     def update(self) -> None:
         """One tick in POSCTL: move the reference by the sticks, or hold when they have stopped."""

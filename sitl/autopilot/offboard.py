@@ -8,6 +8,7 @@ from typing import NamedTuple
 from protocol.dialect.vocabulary import Law
 from protocol.names.modes import Mode
 from sitl.autopilot.answers import ACCEPTED, DENIED, REJECTED, Answer
+from sitl.autopilot.arming import Arming
 from sitl.autopilot.flight_state import FlightState
 from sitl.control.reference import AttitudeReference, Point, Reference, hover_at
 from sitl.guidance.attitude_setpoints import (
@@ -50,16 +51,23 @@ class OffboardRequests:
 
     Args:
         flight: The flight that the set-points are for.
+        arming: What is chosen before it begins with it.
         moving: The reference that velocities move.
     """
 
-    def __init__(self, flight: FlightState, moving: MovingReference) -> None:
-        self._flight, self._moving = flight, moving
+    def __init__(self, flight: FlightState, arming: Arming, moving: MovingReference) -> None:
+        self._flight, self._arming, self._moving = flight, arming, moving
         self._first = flight.reference  # what OFFBOARD starts with
         self._turns = False  # the heading of that was asked for
         self._received: float | None = None  # when the last set-point arrived [s]
         self._offset: _Offset | None = None
         self._lifted_from: Point | None = None  # while attitudes wait for their height
+
+    def choose(self) -> Answer:
+        """Choose OFFBOARD before arming; arming then starts it. Refused unless set-points arrive."""
+        if self.is_stale():
+            return self._flight.refuse(REJECTED, "OFFBOARD refused: no set-points are arriving")
+        return self._arming.wait_for_arming(Mode.OFFBOARD, self.start)
 
     def start(self) -> Answer:
         """Enter OFFBOARD; refused unless set-points arrive."""
@@ -76,6 +84,11 @@ class OffboardRequests:
         flight.enter(Mode.OFFBOARD, leg)
         flight.flying = flight.flying or not waiting
         return Answer(ACCEPTED)
+
+    @property
+    def _is_in_force(self) -> bool:
+        """Whether set-points are flown now, and not kept for the start."""
+        return self._flight.mode is Mode.OFFBOARD and self._flight.armed
 
     def is_stale(self) -> bool:
         """Whether set-points have stopped, or never came."""
@@ -99,7 +112,7 @@ class OffboardRequests:
             return reason
         self._received = view.time
         manoeuvre = self._attitude_manoeuvre(attitude)
-        if flight.mode is Mode.OFFBOARD:
+        if self._is_in_force:
             flight.manoeuvre = manoeuvre
             flight.flying = flight.flying or self._lifts_off(attitude)
         else:
@@ -132,7 +145,7 @@ class OffboardRequests:
         reference = self._velocity_reference(v, heading)
         if flight.world.arena.has_net and (outside := flight.refuse_point(reference.position)):
             return outside
-        if flight.mode is Mode.OFFBOARD:
+        if self._is_in_force:
             flight.manoeuvre = Hold(reference)
         else:
             self._first = reference
@@ -148,7 +161,7 @@ class OffboardRequests:
         target = flight.hover_reference(p)
         if heading.heading is not None:
             target = target._replace(heading=heading.heading)
-        if flight.mode is not Mode.OFFBOARD:
+        if not self._is_in_force:
             self._first, self._turns = target, heading.heading is not None
         else:
             return self._lead_to(target, turns=heading.heading is not None)

@@ -187,11 +187,10 @@ def _reposition(autopilot: Autopilot, request: CommandRequested) -> Answer:
     limit = autopilot.settings.hover_speed
     if speed != NO_CHANGE and not 0.0 < speed <= limit:
         return Answer(DENIED, f"Go-to denied: {speed:g} m/s is not within 0 and {limit:g} m/s")
-    return autopilot.guided.go_to(
-        point,
-        heading=-yaw if math.isfinite(yaw) else None,
-        speed=speed if speed != NO_CHANGE else None,
-    )
+    heading, wanted_speed = -yaw if math.isfinite(yaw) else None, speed if speed != NO_CHANGE else None
+    if all(map(math.isnan, request.params[4:6])):
+        return autopilot.guided.change_height(point[2], heading, wanted_speed)
+    return autopilot.guided.go_to(point, heading, wanted_speed)
 
 
 def _point(autopilot: Autopilot, request: CommandRequested) -> Point | None:
@@ -239,8 +238,7 @@ def _transition(autopilot: Autopilot, request: CommandRequested) -> Answer:
 @_handles(mavlink.MAV_CMD_DO_CHANGE_ALTITUDE)
 def _change_altitude(autopilot: Autopilot, request: CommandRequested) -> Answer:
     altitude, frame = request.params[:2]
-    x, y, _ = autopilot.reference.position
-    return autopilot.guided.go_to((x, y, autopilot.world.up(altitude, above_sea=frame in ABSOLUTE_ALTITUDE_FRAMES)))
+    return autopilot.guided.change_height(autopilot.world.up(altitude, above_sea=frame in ABSOLUTE_ALTITUDE_FRAMES))
 
 
 @_handles(mavlink.MAV_CMD_DO_PAUSE_CONTINUE)

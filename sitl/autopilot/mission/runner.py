@@ -110,6 +110,11 @@ class MissionRunner:
             self.interrupt()
 
     @property
+    def manoeuvre(self) -> Manoeuvre | None:
+        """Of the current item; None between items."""
+        return self._manoeuvre
+
+    @property
     def landing(self) -> bool:
         """Whether the current item ends on the ground."""
         return self._manoeuvre is not None and self._manoeuvre.landing

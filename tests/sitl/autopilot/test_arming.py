@@ -166,3 +166,41 @@ def test_a_vehicle_that_lies_on_the_ground_without_landing_is_said_to_have_tippe
     autopilot.touched_down(view(tilt=math.radians(80.0)))
     assert texts(autopilot) == [(mavlink.MAV_SEVERITY_CRITICAL, "Tipped over on the ground")]
     assert not autopilot.armed
+
+
+@pytest.mark.parametrize("mode", [Mode.RTL, Mode.LAND])
+def test_a_mode_that_ends_on_the_ground_is_chosen_there_but_not_armed_in(autopilot, mode):
+    assert autopilot.set_mode(mode).accepted
+    assert autopilot.mode is mode
+    autopilot.relocate(autopilot.world.frame, (10.0, 0.0, 0.0))
+    autopilot.update(view(time=1.0))
+    assert (autopilot.mode, autopilot.flying, autopilot.landing) == (mode, False, False)
+    assert f"mode {mode.name} ends on the ground" in autopilot.arming.arm().text
+    assert autopilot.set_mode(Mode.HOLD).accepted
+    assert autopilot.arming.arm().accepted
+
+
+def test_armed_on_the_ground_they_are_refused(autopilot):
+    autopilot.arming.arm()
+    for mode in (Mode.RTL, Mode.LAND, Mode.POSCTL):
+        assert not autopilot.set_mode(mode).accepted
+        assert autopilot.mode is Mode.HOLD
+
+
+def test_offboard_is_chosen_before_arming_and_begins_with_it(autopilot):
+    assert not autopilot.set_mode(Mode.OFFBOARD).accepted
+    for x in (3.0, 4.0):  # the last set-point before the start counts
+        assert autopilot.offboard.set_position((x, 0.0, 3.0)) is None
+        assert autopilot.set_mode(Mode.OFFBOARD).accepted
+        assert (autopilot.mode, autopilot.flying) == (Mode.OFFBOARD, False)
+    assert autopilot.arming.arm().accepted
+    assert (autopilot.mode, autopilot.flying) == (Mode.OFFBOARD, True)
+    assert autopilot.manoeuvre.reference.position == (4.0, 0.0, 3.0)
+
+
+def test_what_cannot_begin_with_arming_any_more_leaves_the_vehicle_holding(autopilot):
+    autopilot.offboard.set_position((3.0, 0.0, 3.0))
+    autopilot.set_mode(Mode.OFFBOARD)
+    autopilot.update(view(time=10.0))  # set-points have stopped
+    assert autopilot.arming.arm().accepted
+    assert (autopilot.mode, autopilot.flying) == (Mode.HOLD, False)

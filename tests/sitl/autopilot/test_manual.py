@@ -13,6 +13,8 @@ from sitl.autopilot.settings import Settings
 from tests.support.flights.recorded_flight import HIGH, Flight
 from tests.support.vehicle.fake_station import Bench
 
+ARM = mavlink.MAV_CMD_COMPONENT_ARM_DISARM
+
 
 def sticks(x=0, y=0, z=500, r=0, target=1):
     return mavlink.MAVLink_manual_control_message(target, x, y, z, r, 0)
@@ -71,11 +73,19 @@ def test_without_sticks_manual_flight_is_refused(tmp_path):
     assert bench.autopilot.mode is Mode.HOLD
 
 
-def test_on_the_ground_manual_flight_is_refused(tmp_path):
-    ground = Bench(tmp_path).station()
-    ground.send(sticks())
+def test_armed_on_the_ground_it_is_entered_with_the_climbing_stick_down_only(tmp_path):
+    bench = Bench(tmp_path)
+    ground = bench.station()
+    bench.advance(0.5)
+    assert ground.command(ARM, 1) == mavlink.MAV_RESULT_ACCEPTED
     assert ground.mode(Mode.POSCTL) == mavlink.MAV_RESULT_TEMPORARILY_REJECTED
-    assert "not in the air" in ground.texts()
+    assert "POSCTL refused: no MANUAL_CONTROL is arriving" in ground.texts()
+    ground.send(sticks(z=1000))
+    assert ground.mode(Mode.POSCTL) == mavlink.MAV_RESULT_TEMPORARILY_REJECTED
+    assert "POSCTL refused: the climbing stick is up" in ground.texts()
+    ground.send(sticks())
+    assert ground.mode(Mode.POSCTL) == mavlink.MAV_RESULT_ACCEPTED
+    assert not bench.autopilot.flying
 
 
 def test_in_forward_flight_sticks_make_a_back_transition_first():
@@ -93,3 +103,37 @@ def test_in_forward_flight_sticks_make_a_back_transition_first():
     assert not flight.flown_forward[-1]
     assert np.linalg.norm(flight.v[-1]) < 0.3
     assert not flight.failsafes
+
+
+def test_on_the_ground_it_is_chosen_disarmed_and_the_climbing_stick_lifts_off_after_arming(tmp_path):
+    bench = Bench(tmp_path)
+    ground = bench.station()
+    bench.advance(0.5)
+    assert ground.mode(Mode.POSCTL) == mavlink.MAV_RESULT_ACCEPTED
+    assert ground.command(ARM, 1) == mavlink.MAV_RESULT_TEMPORARILY_REJECTED
+    assert "mode POSCTL: no MANUAL_CONTROL is arriving" in ground.texts()
+    ground.send(sticks(z=1000))
+    assert ground.command(ARM, 1) == mavlink.MAV_RESULT_TEMPORARILY_REJECTED
+    assert "mode POSCTL: the climbing stick is up" in ground.texts()
+    ground.send(sticks())
+    assert ground.command(ARM, 1) == mavlink.MAV_RESULT_ACCEPTED
+    for z, seconds, flies in ((500, 2.0, False), (1000, 3.0, True)):
+        for _ in range(round(seconds / 0.1)):
+            ground.send(sticks(z=z))
+            bench.advance(0.1)
+        assert bench.autopilot.flying == flies
+    assert ground.flight_mode is Mode.POSCTL
+    assert bench.aircraft.view().p[2] > 2.0
+
+
+def test_armed_on_the_ground_without_sticks_it_holds(tmp_path):
+    bench = Bench(tmp_path)
+    ground = bench.station()
+    bench.advance(0.5)
+    ground.mode(Mode.POSCTL)
+    ground.send(sticks())
+    assert ground.command(ARM, 1) == mavlink.MAV_RESULT_ACCEPTED
+    bench.advance(2.0)
+    assert ground.flight_mode is Mode.HOLD
+    assert "Sticks stopped: holding" in ground.texts()
+    assert not bench.autopilot.flying

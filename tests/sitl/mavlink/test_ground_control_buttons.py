@@ -144,3 +144,28 @@ def test_the_heading_changes_at_the_present_position(air):
     air.bench.advance(8.0)
     assert air.last("GLOBAL_POSITION_INT").hdg == pytest.approx(6000, abs=300)
     assert air.bench.aircraft.vehicle.truth.body.position == pytest.approx(before, abs=0.5)
+
+
+@pytest.mark.parametrize(
+    "higher",
+    [
+        lambda s: reposition(s, altitude=HOME.alt + 14.0),
+        lambda s: s.command(mavlink.MAV_CMD_DO_CHANGE_ALTITUDE, 14.0, mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT),
+    ],
+)
+def test_the_height_changes_while_it_circles_and_it_circles_on(air, higher):
+    assert air.command(mavlink.MAV_CMD_DO_ORBIT, 40.0) == ACCEPTED
+    air.bench.advance(0.5)
+    before = air.bench.autopilot.reference.path
+    assert higher(air) == ACCEPTED
+    air.bench.advance(0.1)
+    after = air.bench.autopilot.reference
+    assert after.forward
+    assert after.path == before._replace(start=before.start._replace(z=14.0), end=before.end._replace(z=14.0))
+
+
+@pytest.mark.parametrize("mode", [Mode.RTL, Mode.LAND, Mode.POSCTL])
+def test_modes_are_chosen_while_disarmed(ground, mode):
+    set_mode(ground, mode)
+    assert ground.flight_mode is mode
+    assert not ground.bench.autopilot.flying
