@@ -64,7 +64,7 @@ class RecordedFlight:
         if alignment is Alignment.TAKE_OFF:
             clock = self.feed.flight_times - self.feed.flight_times[self._take_off]
         elif alignment is Alignment.CLOCK:
-            clock = clock + (int(self.feed.reader.times[0]) - epoch) / 1e6
+            clock = clock + (self.feed.reader.clock.start_usec - epoch) / 1e6
         self.clock = clock + shift
 
     def seek(self, common: float) -> None:
@@ -175,13 +175,14 @@ class PairFeed(Player):
     @property
     def _share_a_date(self) -> bool:
         """Whether there is a moment that both have recorded."""
-        times = [flight.feed.reader.times for flight in self.flights]
-        return max(int(time[0]) for time in times) <= min(int(time[-1]) for time in times)
+        clocks = [flight.feed.reader.clock for flight in self.flights]
+        ends = [clock.start_usec + clock.duration * 1e6 for clock in clocks]
+        return max(clock.start_usec for clock in clocks) <= min(ends)
 
     def _align(self) -> None:
         first, second = self.flights
         own = first.feed.now
-        epoch = int(first.feed.reader.times[0])
+        epoch = first.feed.reader.clock.start_usec
         first.align(self.alignment, 0.0, epoch)
         second.align(self.alignment, self.shift, epoch)
         clocks = [flight.clock for flight in self.flights]

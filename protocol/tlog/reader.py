@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from protocol.errors import FileError
 from protocol.tlog.columns import Columns
 from protocol.tlog.message_set import decode, message_name, message_named
+from protocol.tlog.recorder_clock import RecorderClock, recorder_clock
 from protocol.tlog.scan import Damage, scan
 from protocol.tlog.time_stamp import STAMP_SIZE
 from protocol.wire.framing import HEADER_V1, HEADER_V2, SIGNED_FLAG, split_frames
@@ -33,6 +34,7 @@ class TlogReader:
         components: Sending components, shape (n,).
         known: Whether the message is known (``message_set``), shape (n,); checksums of the others cannot be verified.
         damage: Bytes between the records.
+        byte_order: Of the time stamps: big-endian, or little-endian as early ground stations wrote them.
     """
 
     def __init__(self, data: bytes) -> None:
@@ -43,6 +45,7 @@ class TlogReader:
         self.lengths = records.ends - records.offsets
         self.ids, self.known = records.ids, records.known
         self.systems, self.components = records.systems, records.components
+        self.byte_order = records.byte_order
         self._v2 = records.v2
         self._payload_lengths = records.payload_lengths
         self._payload_places = np.where(records.v2, np.uint8(STAMP_SIZE + HEADER_V2), np.uint8(STAMP_SIZE + HEADER_V1))
@@ -67,9 +70,14 @@ class TlogReader:
         return np.where(self._v2, 2, 1)
 
     @cached_property
+    def clock(self) -> RecorderClock:
+        """The recorder's clock: playing time, and where the clock was set."""
+        return recorder_clock(self.times, self)
+
+    @property
     def backward(self) -> NDArray[np.int64]:
         """Indices of the records with an earlier time than the record before."""
-        return np.flatnonzero(np.diff(self.times) < 0) + 1
+        return self.clock.backward
 
     @cached_property
     def names(self) -> tuple[str, ...]:

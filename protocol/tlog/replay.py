@@ -1,8 +1,6 @@
 """A recorded flight as a timeline: its position, and the records that come next.
 
-The caller has the clock: it decides on pauses and speed. Playing time starts at 0 with the first record and never runs
-backwards, also if the recording clock did: where that clock was set back, playing continues from there, and a single
-record with a time far from its neighbours' gets theirs.
+The caller has the clock: it decides on pauses and speed. Playing time is that of ``recorder_clock``.
 """
 
 from __future__ import annotations
@@ -15,7 +13,7 @@ from numpy.typing import NDArray
 from protocol.tlog import TlogReader
 from protocol.wire.message import Message
 
-__all__ = ["Marker", "Timeline", "playing_times"]
+__all__ = ["Marker", "Timeline"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,21 +22,6 @@ class Marker:
 
     time: float  # playing time [s]
     what: str
-
-
-def playing_times(times: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Seconds since the first record, ascending.
-
-    Args:
-        times: Times as recorded [us], shape (n,).
-    """
-    if not len(times):
-        return np.zeros(0)
-    before, now, after = times[:-2], times[1:-1], times[2:]
-    steady = times.copy()
-    odd = (before <= after) & ((now < before) | (now > after))
-    steady[1:-1][odd] = before[odd]
-    return np.concatenate(([0.0], np.cumsum(np.maximum(np.diff(steady), 0)) / 1e6))
 
 
 class Timeline:
@@ -54,8 +37,8 @@ class Timeline:
 
     def __init__(self, reader: TlogReader) -> None:
         self._reader = reader
-        self.times = playing_times(reader.times)
-        self.duration = float(self.times[-1]) if len(self.times) else 0.0
+        self.times = reader.clock.playing
+        self.duration = reader.clock.duration
         self.position = 0.0
         self.played = 0
         self.markers = _markers(reader, self.times)
@@ -101,7 +84,7 @@ def _markers(reader: TlogReader, times: NDArray[np.float64]) -> tuple[Marker, ..
         before = int(np.searchsorted(reader.offsets, piece.offset)) - 1
         time = float(times[before]) if before >= 0 else 0.0
         markers.append(Marker(time, f"{piece.length} bytes damaged: {piece.what}"))
-    for row in reader.backward.tolist():
-        step = (int(reader.times[row]) - int(reader.times[row - 1])) / 1e6
+    rows = np.concatenate((reader.clock.backward, reader.clock.forward))
+    for row, step in zip(rows.tolist(), reader.clock.steps(rows).tolist(), strict=True):
         markers.append(Marker(float(times[row]), f"recording clock stepped by {step:.3f} s"))
     return tuple(sorted(markers, key=lambda marker: marker.time))

@@ -1,6 +1,6 @@
 """Finds the records of a telemetry log and the damage between them.
 
-A record is a time stamp (eight bytes, microseconds, big-endian) and one frame. No marker precedes it, so every byte
+A record is a time stamp (eight bytes, microseconds) and one frame. No marker precedes it, so every byte
 that may begin a frame is a candidate. A candidate must pass these tests:
 
 - its time is before the year 2255, its flags are known and the whole frame is in the file;
@@ -10,9 +10,13 @@ that may begin a frame is a candidate. A candidate must pass these tests:
 
 Candidates that pass are accepted in the order of the file; one that overlaps an accepted record is dropped. The rest is
 damage: every byte of the file belongs to one record or to one piece of damage. All steps work on whole arrays.
+
+If the records fill less than half of the file, it is read once more with little-endian stamps, as early ground stations
+wrote them; the byte order that more verified bytes agree with is that of the file.
 """
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,11 +38,12 @@ from protocol.wire.framing import (
     message_id,
 )
 
-__all__ = ["Damage", "Records", "scan"]
+__all__ = ["ByteOrder", "Damage", "Records", "scan"]
 
 Bytes = NDArray[np.uint8]
 Ints = NDArray[np.int64]
 Flags = NDArray[np.bool_]
+ByteOrder = Literal["big", "little"]
 
 _MIN_FRAME = OVERHEAD_V1  # [bytes] a version 1 frame without payload
 DIALECT_SHARE = 0.9  # of the candidates: if fewer are of the dialect, the log is one of another autopilot
@@ -46,13 +51,14 @@ _BLOCK = 1 << 18  # bytes that are searched for markers at once: they stay in th
 # A time stamp and the header that follows it. Names of one version lie over those of the other.
 _HEADER = np.dtype(
     {
-        "names": ["time", "marker", "length", "flags", "system_v1", "component_v1", "id_v1", "system", "component",
-                  "id"],
-        "formats": [">u8", "u1", "u1", "u1", "u1", "u1", "u1", "u1", "u1", "<u4"],
-        "offsets": [0, 8, 9, 10, 11, 12, 13, 13, 14, 14],  # the id of version 2 has three bytes behind the component
+        "names": ["big", "little", "marker", "length", "flags", "system_v1", "component_v1", "id_v1", "system",
+                  "component", "id"],
+        "formats": [">u8", "<u8", "u1", "u1", "u1", "u1", "u1", "u1", "u1", "u1", "<u4"],
+        "offsets": [0, 0, 8, 9, 10, 11, 12, 13, 13, 14, 14],  # version 2's id has three bytes behind the component
         "itemsize": 18,
     }
 )  # fmt: skip
+_HIGH_BYTES = {"big": (0, 1), "little": (7, 6)}  # of a stamp, the highest one first
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,6 +83,7 @@ class Records:
     systems: Bytes
     components: Bytes
     known: Flags  # the message is known and the checksum is right
+    byte_order: ByteOrder  # of the time stamps
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,7 +105,20 @@ class _Candidates:
 
 def scan(data: Bytes) -> tuple[Records, list[Damage]]:
     """Records of a log and the damage between them. Never raises an error, whatever the bytes are."""
-    found = _candidates(data)
+    records = _found_records(data, "big")
+    if 2 * int((records.ends - records.offsets).sum()) < len(data):
+        records = max(records, _found_records(data, "little"), key=_verified)
+    return records, _damage(data, records)
+
+
+def _verified(records: Records) -> int:
+    """Bytes of records with a right checksum."""
+    return int((records.ends - records.offsets)[records.known].sum())
+
+
+def _found_records(data: Bytes, byte_order: ByteOrder) -> Records:
+    """Records with time stamps of one byte order."""
+    found = _candidates(data, byte_order)
     headers = found.markers - STAMP_SIZE  # likely starts of records, whole or truncated
     found = found.only(found.ends <= len(data))
     known, accepted = np.zeros((2, len(found.ids)), dtype=np.bool_)
@@ -113,13 +133,12 @@ def scan(data: Bytes) -> tuple[Records, list[Damage]]:
             break  # no message of another autopilot: the second table is not needed
     found, known = found.only(accepted), known[accepted]
     disjoint = _disjoint(found.markers - STAMP_SIZE, found.ends)
-    records = _records(data, found.only(disjoint), known[disjoint])
-    return records, _damage(data, records)
+    return _records(data, found.only(disjoint), known[disjoint], byte_order)
 
 
-def _candidates(data: Bytes) -> _Candidates:
+def _candidates(data: Bytes, byte_order: ByteOrder) -> _Candidates:
     """Marker bytes with a possible time before them and known flags after them."""
-    markers = _markers(data)
+    markers = _markers(data, byte_order)
     header = spans(data, markers - STAMP_SIZE, _HEADER.itemsize).view(_HEADER)
     v2 = header["marker"] == MAGIC_V2
     signature = np.uint16(SIGNATURE_SIZE) * (v2 & (header["flags"] == SIGNED_FLAG))
@@ -128,34 +147,36 @@ def _candidates(data: Bytes) -> _Candidates:
     return _Candidates(markers, markers + (checked + np.uint16(1 + CHECKSUM_SIZE) + signature), checked, ids)
 
 
-def _markers(data: Bytes) -> Ints:
+def _markers(data: Bytes, byte_order: ByteOrder) -> Ints:
     """Where a byte that may begin a frame follows a possible time and precedes known flags; the shortest would fit."""
     found, stop = [np.zeros(0, dtype=np.int64)], len(data) - STAMP_SIZE - _MIN_FRAME + 1
+    highest, second = _HIGH_BYTES[byte_order]
     for begin in range(0, stop, _BLOCK):
         end = min(begin + _BLOCK, stop)
         marker = data[begin + STAMP_SIZE : end + STAMP_SIZE]
         likely = marker - np.uint8(MAGIC_V2) < 2
-        likely &= data[begin:end] == 0
-        likely &= data[begin + 1 : end + 1] < TIME_LIMIT >> 48
+        likely &= data[begin + highest : end + highest] == 0
+        likely &= data[begin + second : end + second] < TIME_LIMIT >> 48
         likely &= (marker == MAGIC_V1) | (data[begin + STAMP_SIZE + 2 : end + STAMP_SIZE + 2] <= SIGNED_FLAG)
         found.append(np.flatnonzero(likely) + (begin + STAMP_SIZE))
     return np.concatenate(found)
 
 
-def _records(data: Bytes, found: _Candidates, known: Flags) -> Records:
+def _records(data: Bytes, found: _Candidates, known: Flags, byte_order: ByteOrder) -> Records:
     offsets = found.markers - STAMP_SIZE
     header = spans(data, offsets, _HEADER.itemsize).view(_HEADER)
     v2 = header["marker"] == MAGIC_V2
     return Records(
         offsets=offsets,
         ends=found.ends,
-        times=header["time"].astype(np.int64),
+        times=header[byte_order].astype(np.int64),
         ids=found.ids,
         v2=v2,
         payload_lengths=header["length"].copy(),
         systems=np.where(v2, header["system"], header["system_v1"]),
         components=np.where(v2, header["component"], header["component_v1"]),
         known=known,
+        byte_order=byte_order,
     )
 
 
@@ -200,21 +221,21 @@ def _damage(data: Bytes, records: Records) -> list[Damage]:
     ends = np.concatenate((records.offsets, [len(data)]))
     gaps = np.flatnonzero(ends > begins)
     return [
-        Damage(begin, end - begin, _diagnose(data, begin, end))
+        Damage(begin, end - begin, _diagnose(data, begin, end, records.byte_order))
         for begin, end in zip(begins[gaps].tolist(), ends[gaps].tolist(), strict=True)
     ]
 
 
-def _diagnose(data: Bytes, begin: int, end: int) -> str:
+def _diagnose(data: Bytes, begin: int, end: int, byte_order: ByteOrder) -> str:
     """The fault at ``begin``, where a record should start."""
     header = bytes(data[begin : begin + STAMP_SIZE + 10])
     if not data[begin:end].any():
         return "zeros"
-    if end == len(data) and _cut_short(header, len(data) - begin):
+    if end == len(data) and _cut_short(header, len(data) - begin, byte_order):
         return "record cut short by the end of the file"
     if len(header) < STAMP_SIZE + 10 or header[STAMP_SIZE] not in {MAGIC_V1, MAGIC_V2}:
         return "no frame where one should start"
-    if int.from_bytes(header[:STAMP_SIZE]) >= TIME_LIMIT:
+    if int.from_bytes(header[:STAMP_SIZE], byte_order) >= TIME_LIMIT:
         return "impossible time"
     return _diagnose_frame(header[STAMP_SIZE:])
 
@@ -230,11 +251,13 @@ def _diagnose_frame(header: bytes) -> str:
     return f"wrong checksum or length of {known.msgname}"
 
 
-def _cut_short(header: bytes, left: int) -> bool:
+def _cut_short(header: bytes, left: int, byte_order: ByteOrder) -> bool:
     """Whether the bytes up to the end of the file are the beginning of a record."""
     if left <= STAMP_SIZE:
-        return left < 2 or int.from_bytes(header[:2]) < TIME_LIMIT >> 48
-    if header[STAMP_SIZE] not in {MAGIC_V1, MAGIC_V2} or int.from_bytes(header[:STAMP_SIZE]) >= TIME_LIMIT:
+        is_whole = byte_order == "big" or left == STAMP_SIZE
+        return left < 2 or not is_whole or int.from_bytes(header[:STAMP_SIZE].ljust(8, b"\0"), byte_order) < TIME_LIMIT
+    is_possible = int.from_bytes(header[:STAMP_SIZE], byte_order) < TIME_LIMIT
+    if header[STAMP_SIZE] not in {MAGIC_V1, MAGIC_V2} or not is_possible:
         return False
     v2 = header[STAMP_SIZE] == MAGIC_V2
     whole = (

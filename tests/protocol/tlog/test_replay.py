@@ -6,7 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from protocol.tlog import TlogReader
-from protocol.tlog.replay import Timeline, playing_times
+from protocol.tlog.recorder_clock import recorder_clock
+from protocol.tlog.replay import Timeline
 from tests.support.logs import T0, flight, log_of, record, unknown_frame
 
 
@@ -120,13 +121,13 @@ def test_damage_and_clock_steps_are_marked_where_they_happened():
     ],
 )
 def test_playing_time_never_runs_backwards(recorded, played):
-    assert (playing_times(np.array(recorded, dtype=np.int64)) * 1e6).tolist() == pytest.approx(played)
+    assert (recorder_clock(np.array(recorded, dtype=np.int64)).playing * 1e6).tolist() == pytest.approx(played)
 
 
 @given(recorded=st.lists(st.integers(0, 2**53 - 1), max_size=30))
 @settings(max_examples=100, deadline=None)
 def test_playing_times_ascend_from_zero(recorded):
-    times = playing_times(np.array(recorded, dtype=np.int64))
+    times = recorder_clock(np.array(recorded, dtype=np.int64)).playing
     assert len(times) == len(recorded)
     assert not len(times) or times[0] == 0.0
     assert np.all(np.diff(times) >= 0.0)

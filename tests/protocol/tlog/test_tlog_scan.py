@@ -193,3 +193,39 @@ def test_only_the_two_markers_begin_a_frame_also_of_an_unknown_message(marker, r
     reader = TlogReader(log_of([FRAMES[0], odd, FRAMES[1]]))
     assert len(reader) == records
     assert len(reader.damage) == 3 - records
+
+
+def little_endian(log):
+    """The same log with its time stamps in the other byte order."""
+    return b"".join(struct.pack("<Q", time) + frame for time, frame in TlogReader(log).records())
+
+
+def test_little_endian_time_stamps_are_read():
+    reader = TlogReader(little_endian(LOG))
+    assert (reader.byte_order, TlogReader(LOG).byte_order) == ("little", "big")
+    assert (frames_of(reader), reader.damage) == (FRAMES, ())
+    assert reader.times.tolist() == [T0 + 10_000 * k for k in range(len(FRAMES))]
+
+
+def test_damage_of_a_little_endian_log_is_skipped_and_described():
+    log = little_endian(LOG * 4)
+    junk = log[: len(log) // 2] + b"junk" + log[len(log) // 2 : -3]
+    reader = TlogReader(junk)
+    assert accounted(reader) == len(junk)
+    assert len(reader) == 4 * len(FRAMES) - 1 - (len(log) // 2 != STARTS[-1] * 2)
+    assert reader.damage[-1].what == "record cut short by the end of the file"
+
+
+@given(data=st.binary(max_size=300))
+@settings(max_examples=60, deadline=None)
+def test_every_byte_behind_a_little_endian_log_is_a_record_or_damage(data):
+    reader = TlogReader(little_endian(LOG) + data)
+    assert accounted(reader) == reader.size
+    assert frames_of(reader)[: len(FRAMES)] == FRAMES
+
+
+@pytest.mark.parametrize("time", [256, 31 << 8, 1 << 40, T0 // 256 * 256])
+def test_a_time_that_either_byte_order_allows_is_read_big_endian(time):
+    """Stamps of a simulation's clock may be possible both ways: the usual order counts."""
+    reader = TlogReader(b"".join(record(time, frame) for frame in FRAMES))
+    assert (reader.byte_order, set(reader.times.tolist())) == ("big", {time})
