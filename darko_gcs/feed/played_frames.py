@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from protocol.dialect import mavlink
 from protocol.tlog import TlogReader
-from protocol.tlog.replay import playing_times
 
 __all__ = ["PlayedFrames", "played_frames"]
 
@@ -39,24 +38,28 @@ class PlayedFrames:
         )
 
 
-def played_frames(reader: TlogReader) -> PlayedFrames:
-    """The frames that a station may take for a vehicle's.
+def played_frames(reader: TlogReader, vehicle: int | None = None) -> PlayedFrames:
+    """The frames that a station may take for a vehicle's; with a system id, those of this vehicle alone.
 
     Signed ones are left out: their signatures are old, and a station that checks them would refuse them. Frames of
     ground stations are left out: they are no telemetry, and their commands must not come out of a recording.
     """
-    times = playing_times(reader.times)
+    times = reader.clock.playing
     secret = reader.ids == mavlink.MAVLINK_MSG_ID_SETUP_SIGNING
     of_stations = np.isin(_sources(reader), _stations(reader)) & ~secret
     signed = reader.signed & ~of_stations & ~secret
-    rows = np.flatnonzero(~(secret | signed | of_stations))
+    of_others = np.zeros(len(reader), dtype=np.bool_)
+    if vehicle is not None:
+        of_others = (reader.systems != vehicle) & ~(secret | signed | of_stations)
+    rows = np.flatnonzero(~(secret | signed | of_stations | of_others))
     return PlayedFrames(
         rows=rows,
         times=times[rows],
-        duration=float(times[-1]) if len(times) else 0.0,
+        duration=reader.clock.duration,
         left_out={
             "signed": int(signed.sum()),
             "of ground stations": int(of_stations.sum()),
+            **({} if vehicle is None else {"of other vehicles": int(of_others.sum())}),
             "with a signing key": int(secret.sum()),
             "bytes of damage": sum(piece.length for piece in reader.damage),
         },

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from darko_gcs.errors import GroundError
 from darko_gcs.logs.log_selection import Selection
+from protocol.flight_log.gaps import with_gaps
 
 __all__ = ["PICTURES", "save_picture", "text_plot"]
 
@@ -31,8 +32,10 @@ def text_plot(selection: Selection, width: int, height: int) -> str:
     plotext.clear_figure()
     plotext.theme("clear")
     plotext.plot_size(width, height)
-    for times, values, name in zip(selection.times, selection.values, selection.names, strict=True):
-        plotext.plot(times.tolist(), values.tolist(), label=name)
+    for times, values, name, unit in zip(
+        selection.times, selection.values, selection.names, selection.units, strict=True
+    ):
+        plotext.plot(times.tolist(), values.tolist(), label=f"{name} [{unit}]" if unit else name)
     plotext.xlabel("time [s]")
     return str(plotext.uncolorize(plotext.build()))
 
@@ -49,13 +52,19 @@ def save_picture(selection: Selection, path: Path, title: str) -> None:
         raise GroundError("pictures need matplotlib: pip install 'darko[plots]'")
     from matplotlib.figure import Figure  # noqa: PLC0415 - two seconds that only pictures need
 
-    page = Figure(figsize=(9.0, 4.5), layout="constrained")
-    axis = page.add_subplot()
-    for times, values, name in zip(selection.times, selection.values, selection.names, strict=True):
-        axis.plot(times, values, label=name, linewidth=1.0)
-    axis.set(xlabel="time [s]", title=title)
-    axis.grid(alpha=0.3)
-    axis.legend()
+    units = list(dict.fromkeys(selection.units))  # a scale for each: degrees and metres have none in common
+    page = Figure(figsize=(9.0, 3.0 + 1.5 * len(units)), layout="constrained")
+    axes = page.subplots(len(units), 1, sharex=True, squeeze=False)[:, 0]
+    for times, values, name, unit in zip(
+        selection.times, selection.values, selection.names, selection.units, strict=True
+    ):
+        axes[units.index(unit)].plot(*with_gaps(times, values), label=name, linewidth=1.0)
+    for axis, unit in zip(axes, units, strict=True):
+        axis.set(ylabel=f"[{unit}]" if unit else "as expressed")
+        axis.grid(alpha=0.3)
+        axis.legend()
+    axes[0].set(title=title)
+    axes[-1].set(xlabel="time [s]")
     try:
         page.savefig(path, dpi=150)
     except OSError as error:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from darko_gcs.errors import GroundError
-from darko_gcs.logs.log_selection import Selection, Span, vehicle_of
+from darko_gcs.logs.log_selection import Selection, Span
 from protocol.errors import FileError
 from protocol.flight_log.flight_clock import times_since_boot
 from protocol.tlog import TlogReader, message_name
@@ -52,23 +52,22 @@ def as_parquet(selection: Selection) -> bytes:
     return data.getvalue()
 
 
-def as_kml(reader: TlogReader, name: str, span: Span) -> bytes:
-    """The vehicle's path as a line over the map.
+def as_kml(reader: TlogReader, name: str, source: Source, span: Span) -> bytes:
+    """A vehicle's path as a line over the map.
 
     Raises:
         GroundError: Simplekml is not installed.
-        FileError: The log has no vehicle, or no GLOBAL_POSITION_INT of it within the span.
+        FileError: The log has no GLOBAL_POSITION_INT of it within the span.
     """
     _require("simplekml", "KML")
     import simplekml  # noqa: PLC0415 - an optional dependency
 
-    source = vehicle_of(reader, name)
     rows, fields = reader.rows("GLOBAL_POSITION_INT", source), reader.columns("GLOBAL_POSITION_INT", source)
     lat, lon, alt = (fields[key].astype(float) * scale for key, scale in (("lat", 1e-7), ("lon", 1e-7), ("alt", 1e-3)))
-    kept = (
-        span.of(times_since_boot(reader, source)[rows]) & ((lat != 0.0) | (lon != 0.0)) & (abs(alt) < _UNKNOWN_ALTITUDE)
-    )
-    if not kept.any():
+    times = times_since_boot(reader, source)[rows]
+    kept = np.flatnonzero(span.of(times) & ((lat != 0.0) | (lon != 0.0)) & (abs(alt) < _UNKNOWN_ALTITUDE))
+    kept = kept[np.argsort(times[kept], kind="stable")]
+    if not len(kept):
         raise FileError(f"{name}: no GLOBAL_POSITION_INT in this log, or none in the time that was asked for")
     document = simplekml.Kml(name=name)
     line = document.newlinestring(name=f"vehicle {source[0]}/{source[1]}")
@@ -77,14 +76,18 @@ def as_kml(reader: TlogReader, name: str, span: Span) -> bytes:
     return str(document.kml()).encode()
 
 
-def as_mcap(reader: TlogReader, name: str, messages: Sequence[str], span: Span) -> bytes:
-    """Messages of all sources as JSON, a channel for each message of each source.
+def as_mcap(
+    reader: TlogReader, name: str, source: Source, messages: Sequence[str], span: Span, *, alone: bool = False
+) -> bytes:
+    """Messages as JSON, a channel for each message of each source.
 
     Args:
         reader: The log.
         name: What errors call it.
+        source: The vehicle.
         messages: Names of the messages; all where there are none.
-        span: Of the first vehicle's time.
+        span: Of the vehicle's time.
+        alone: Only messages of the vehicle's system.
 
     Raises:
         GroundError: Mcap is not installed.
@@ -97,12 +100,12 @@ def as_mcap(reader: TlogReader, name: str, messages: Sequence[str], span: Span) 
     writer = Writer(data)
     writer.start(profile="", library="darko")
     count = 0
-    for message, source, rows in _channels(reader, name, messages, span):
-        columns = reader.columns(message, source)
+    for message, sender, rows in _channels(reader, source, messages, span, alone=alone):
+        columns = reader.columns(message, sender)
         schema = json.dumps({"type": "object", "properties": {field: {} for field in columns}}).encode()
         number = writer.register_schema(message, "jsonschema", schema)
-        channel = writer.register_channel(f"/{source[0]}/{source[1]}/{message}", "json", number)
-        wanted = np.isin(reader.rows(message, source), rows)
+        channel = writer.register_channel(f"/{sender[0]}/{sender[1]}/{message}", "json", number)
+        wanted = np.isin(reader.rows(message, sender), rows)
         values = {field: _plain(column[wanted]) for field, column in columns.items()}
         for k, row in enumerate(rows.tolist()):
             at = int(reader.times[row]) * 1000
@@ -116,10 +119,12 @@ def as_mcap(reader: TlogReader, name: str, messages: Sequence[str], span: Span) 
 
 
 def _channels(
-    reader: TlogReader, name: str, messages: Sequence[str], span: Span
+    reader: TlogReader, vehicle: Source, messages: Sequence[str], span: Span, *, alone: bool
 ) -> list[tuple[str, Source, NDArray[np.int64]]]:
     """Message, source and records of each channel."""
-    within = span.of(times_since_boot(reader, vehicle_of(reader, name))) & reader.known
+    within = span.of(times_since_boot(reader, vehicle)) & reader.known
+    if alone:
+        within &= reader.systems == vehicle[0]
     kinds = np.unique(np.stack((reader.ids, reader.systems, reader.components), axis=1)[within], axis=0)
     found = []
     for number, system, component in kinds.tolist():

@@ -16,12 +16,14 @@ from protocol.tools.json_values import json_values
 __all__ = ["summary_as_json", "summary_as_text"]
 
 _MIN_DATE = 946_684_800_000_000  # 2000-01-01; an earlier time is that of a simulation's clock [us since 1970]
+_SAME_CLOCK = 0.05  # difference of two clocks' rates that is not told
+_DAY = 86400.0  # [s]
 _MAX_ROWS = 20  # of each list in the text
 
 
 def summary_as_json(summary: LogSummary, name: str) -> str:
     """Name of the log's file and every field of its summary, under its own name; NaN is null."""
-    return json.dumps(json_values({"file": name, **asdict(summary)}), indent=2)
+    return json.dumps(json_values({"ok": True, "file": name, **asdict(summary)}), indent=2)
 
 
 def summary_as_text(summary: LogSummary, name: str, texts: int = 10) -> str:
@@ -58,17 +60,31 @@ def _recording(summary: LogSummary) -> Iterator[str]:
         yield "recorded on a simulation's clock"
     signed = f", {summary.signed:,} signed (not verified)" if summary.signed else ""
     yield f"MAVLink 1: {summary.version_1:,}, MAVLink 2: {summary.version_2:,}{signed}"
+    if summary.byte_order == "little":
+        yield "time stamps are little-endian, as early ground stations wrote them"
     if summary.unknown:
         yield f"messages outside the dialect: {summary.unknown:,} (their checksums cannot be verified)"
     if summary.clock_steps:
         times = "once, by" if summary.clock_steps == 1 else f"{summary.clock_steps} times, by up to"
         yield f"the recording clock went back {times} {format_time(summary.clock_back)}"
+    if summary.clock_set_forward:
+        times = "once, by" if summary.clock_set_forward == 1 else f"{summary.clock_set_forward} times, by up to"
+        yield f"the recording clock was set forward {times} {_leap(summary.clock_forward)}, which are no time of flight"
     if summary.stations:
         yield "other stations: " + ", ".join(f"{system}/{component}" for system, component in summary.stations)
 
 
+def _leap(seconds: float) -> str:
+    return format_time(seconds) if seconds < 2 * _DAY else f"{seconds / _DAY:,.0f} days"
+
+
 def _flight(flight: LoggedFlight) -> Iterator[str]:
     yield f"vehicle {flight.system}/{flight.component}: {flight.type}, autopilot {flight.autopilot}"
+    if abs(flight.clock_rate - 1.0) > _SAME_CLOCK:
+        yield (
+            f"  its clock ran {flight.clock_rate:.3g} times as fast as the recorder's: times from here on are the "
+            "recorder's, those in each law the vehicle's"
+        )
     yield from _history("modes", flight.modes)
     yield from _history("armed", flight.armed, nothing="never")
     figures = (
@@ -101,7 +117,8 @@ def _by_law(flight: LoggedFlight) -> Iterator[str]:
     """Time and energy in each law."""
     laws = list(dict.fromkeys((*flight.laws, *flight.energy)))
     if laws:
-        yield f"  {'law':<24} {'time':>8} {'energy':>10}"
+        clock = "time" if abs(flight.clock_rate - 1.0) <= _SAME_CLOCK else "vehicle's time"
+        yield f"  {'law':<24} {clock:>8} {'energy':>10}"
     for law in laws:
         energy = f"{flight.energy[law]:8.0f} J" if law in flight.energy else f"{'-':>8}  "
         yield f"    {law:<22} {format_time(flight.laws.get(law, 0.0)):>8} {energy}".rstrip()

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,11 +13,12 @@ from numpy.typing import NDArray
 from protocol.errors import FileError
 from protocol.flight_log.field_expressions import quantity
 from protocol.flight_log.flight_clock import times_since_boot
-from protocol.flight_log.flight_summary import vehicles
+from protocol.flight_log.gaps import between
+from protocol.flight_log.log_vehicles import chosen_vehicle
 from protocol.tlog import TlogReader
 from protocol.wire.message import Source
 
-__all__ = ["Selection", "Span", "selected", "vehicle_of"]
+__all__ = ["Selection", "Span", "selected"]
 
 Floats = NDArray[np.float64]
 
@@ -40,44 +43,65 @@ class Selection:
     times: tuple[Floats, ...]  # of each quantity [s], shape (n,)
     values: tuple[Floats, ...]  # shape (n,)
     names: tuple[str, ...]
+    units: tuple[str, ...]  # of the values; empty where they are not known
+    source: Source  # the vehicle's (system, component)
 
     def table(self) -> tuple[Floats, list[Floats]]:
-        """All quantities at the times of the first one, in between in proportion."""
+        """All quantities at the times of the first one, in between in proportion; NaN where their messages lacked."""
         first = self.times[0]
         rest = [
-            values if times is first else np.interp(first, times, values)
+            values if times is first else between(first, times, values)
             for times, values in zip(self.times, self.values, strict=True)
         ]
         return first, rest
 
+    def figures(self) -> list[dict[str, Any]]:
+        """Of each quantity its span, its least and its greatest value, for a program."""
+        return [
+            {
+                "field": name,
+                "unit": unit,
+                "count": len(times),
+                "from": float(times[0]),
+                "to": float(times[-1]),
+                "min": _least(np.min, values),
+                "max": _least(np.max, values),
+            }
+            for times, values, name, unit in zip(self.times, self.values, self.names, self.units, strict=True)
+        ]
 
-def vehicle_of(reader: TlogReader, name: str) -> Source:
-    """The first vehicle of a log.
+
+def _least(function: Callable[[Floats], float], values: Floats) -> float:
+    known = values[np.isfinite(values)]
+    return float(function(known)) if len(known) else math.nan
+
+
+def selected(
+    reader: TlogReader, name: str, expressions: Sequence[str], span: Span, vehicle: int | None = None
+) -> Selection:
+    """Quantities of one of the log's vehicles within a span, each in the order of its times.
+
+    Args:
+        reader: The log.
+        name: What errors call it.
+        expressions: Of fields.
+        span: Of the vehicle's time.
+        vehicle: System id; None: the first vehicle.
 
     Raises:
-        FileError: It has none.
+        FileError: The log has no such vehicle, an expression cannot be used, or nothing lies within the span.
     """
-    found = vehicles(reader)
-    if not found:
-        raise FileError(f"{name}: no vehicle sent a HEARTBEAT in this log")
-    return found[0]
-
-
-def selected(reader: TlogReader, name: str, expressions: Sequence[str], span: Span) -> Selection:
-    """Quantities of the log's vehicle within a span.
-
-    Raises:
-        FileError: The log has no vehicle, an expression cannot be used, or nothing lies within the span.
-    """
-    source = vehicle_of(reader, name)
+    source = chosen_vehicle(reader, name, vehicle)
     clock = times_since_boot(reader, source)
-    times, values, names = [], [], []
+    times, values, names, units = [], [], [], []
     for text in expressions:
-        found = quantity(reader, text, source)
+        found = quantity(reader, text, source, clock)
         within = span.of(clock[found.rows])
         if not within.any():
             raise FileError(f"{name}: {text} has no value from {span.begin:g} to {span.end:g} s")
-        times.append(clock[found.rows][within])
-        values.append(found.values[within])
+        order = np.argsort(clock[found.rows][within], kind="stable")  # a late message stands where it was made
+        times.append(clock[found.rows][within][order])
+        values.append(found.values[within][order])
         names.append(found.name)
-    return Selection(tuple(times), tuple(values), tuple(names))
+        units.append(found.unit)
+    return Selection(tuple(times), tuple(values), tuple(names), tuple(units), source)

@@ -10,18 +10,23 @@ from __future__ import annotations
 import ast
 import operator
 from collections.abc import Callable
+from difflib import get_close_matches
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from protocol.errors import FileError, LocalProtocolError
+from protocol.flight_log.field_units import unit_of
+from protocol.flight_log.gaps import between
 from protocol.tlog import TlogReader
+from protocol.tlog.message_set import message_named
 from protocol.wire.message import Source
 
 __all__ = ["FIELD_FUNCTIONS", "Quantity", "quantity"]
 
 Floats = NDArray[np.float64]
+MAX_CANDIDATES = 3  # named in place of a message that the log does not have
 MAX_LENGTH = 400  # of an expression [characters]
 FIELD_CONSTANTS = {"pi": np.pi, "g": 9.80665}
 _OPERATORS: dict[type[ast.AST], Callable[..., Any]] = {
@@ -40,15 +45,17 @@ class Quantity(NamedTuple):
     name: str
     rows: NDArray[np.int64]  # records that its times are of, shape (n,)
     values: Floats  # shape (n,)
+    unit: str  # empty where it is not known
 
 
-def quantity(reader: TlogReader, text: str, source: Source | None = None) -> Quantity:
-    """The values of an expression.
+def quantity(reader: TlogReader, text: str, source: Source | None = None, times: Floats | None = None) -> Quantity:
+    """The values of an expression; NaN where another message than the first one lacked.
 
     Args:
         reader: The log.
         text: The expression.
         source: Only messages of this (system, component).
+        times: Of the log's records [s], by which messages of two kinds meet; None: by the recorder's clock.
 
     Raises:
         FileError: It is no expression, or names what the log or the dialect does not have; the message says which.
@@ -59,12 +66,13 @@ def quantity(reader: TlogReader, text: str, source: Source | None = None) -> Qua
         tree = ast.parse(text.strip(), mode="eval").body
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         raise FileError(f"{text}: is not an expression of fields, such as ATTITUDE.roll * 57.3") from None
-    walker = _Walker(reader, text, source)
+    walker = _Walker(reader, text, source, reader.clock.playing if times is None else times)
     with np.errstate(all="ignore"):  # what has no value is NaN, and is not drawn
         values = walker.value(tree)
     if walker.rows is None:
         raise FileError(f"{text}: names no field of a message")
-    return Quantity(text.strip(), walker.rows, np.broadcast_to(np.asarray(values, float), walker.rows.shape))
+    known = np.broadcast_to(np.asarray(values, float), walker.rows.shape)
+    return Quantity(text.strip(), walker.rows, known, unit_of(tree))
 
 
 class _Walker:
@@ -74,8 +82,8 @@ class _Walker:
         rows: Records of the message that came first.
     """
 
-    def __init__(self, reader: TlogReader, text: str, source: Source | None) -> None:
-        self._reader, self._text, self._source = reader, text, source
+    def __init__(self, reader: TlogReader, text: str, source: Source | None, times: Floats) -> None:
+        self._reader, self._text, self._source, self._times = reader, text, source, times
         self.rows: NDArray[np.int64] | None = None
 
     def value(self, node: ast.expr) -> Floats | float:
@@ -111,12 +119,19 @@ class _Walker:
             rows = self._reader.rows(message, self._source)
             column = self._reader.columns(message, self._source).get(field)
         except LocalProtocolError:
-            raise FileError(f"{self._text}: the dialect has no message {message}") from None
+            raise FileError(f"{self._text}: the dialect has no message {message}; {self._messages(message)}") from None
         if column is None:
-            raise FileError(f"{self._text}: {message} has no field {field}")
+            fields = message_named(message).fieldnames
+            raise FileError(f"{self._text}: {message} has no field {field}; it has {', '.join(fields)}")
         if not len(rows):
-            raise FileError(f"{self._text}: the log has no {message}")
+            raise FileError(f"{self._text}: the log has no {message}; {self._messages(message)}")
         return self._at_first_times(rows, self._one_column(message, field, column, index))
+
+    def _messages(self, wanted: str) -> str:
+        """Messages that the vehicle sent and that may be meant; all, if no name is near."""
+        sent = [name for name in self._reader.names if len(self._reader.rows(name, self._source))]
+        near = get_close_matches(wanted.upper(), sent, n=MAX_CANDIDATES)
+        return f"did you mean {' or '.join(near)}?" if near else f"it has {', '.join(sent)}"
 
     def _one_column(self, message: str, field: str, column: NDArray[Any], index: int | None) -> Floats:
         if column.dtype.kind not in "iuf":
@@ -135,8 +150,8 @@ class _Walker:
             self.rows = rows
         if np.array_equal(self.rows, rows):
             return values
-        times = self._reader.times
-        return np.interp(times[self.rows], times[rows], values)
+        order = np.argsort(self._times[rows], kind="stable")
+        return between(self._times[self.rows], self._times[rows][order], values[order])
 
 
 def _float(value: Any) -> Floats | float:  # noqa: ANN401 - of numpy's functions

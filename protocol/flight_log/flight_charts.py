@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from protocol.dialect.vocabulary import Law
 from protocol.flight_log.flight_series import FlightSeries, Series
+from protocol.flight_log.gaps import between, longest_step, with_gaps
 from protocol.flight_log.scenery import Prism
 from protocol.names.law_names import law_label, law_words
 
@@ -40,11 +41,11 @@ def path_chart(flight: FlightSeries, scenery: Sequence[Prism]) -> Figure | None:
     figure = _figure(height=560)
     north, east, up = _place(flight.position)
     laws = flight.laws()
-    for first, last in _runs(laws):
-        part, law = slice(first, min(last + 1, len(laws))), str(laws[first])
+    for first, last in _pieces(laws, flight.position.times):
+        part, law = slice(first, last), str(laws[first])
         _add_line(figure, east[part], north[part], up[part], law_words(law) or "path", law_colour(law), shown=law)
     if len(flight.truth):
-        position = flight.truth.fields["position"]
+        _, position = with_gaps(flight.truth.times, flight.truth.fields["position"])
         _add_line(figure, position[:, 1], position[:, 0], -position[:, 2], "truth", GREY, dash="dot")
     for prism in scenery:
         _add_prism(figure, prism)
@@ -103,12 +104,13 @@ def energy_chart(flight: FlightSeries) -> Figure | None:
     if not len(flight.energy):
         return None
     figure, totals = _figure("energy [J]"), flight.energy.fields["energy_by_law"]
-    used = totals - totals[0]
+    grown = np.clip(np.diff(totals, axis=0, prepend=totals[:1]), 0.0, None)  # after a restart it counts from zero
+    used = np.cumsum(np.nan_to_num(grown), axis=0)
+    rows = np.unique(np.linspace(0, len(used) - 1, min(len(used), MAX_POINTS)).round().astype(int))
     for law in Law:
         if law < used.shape[1] and used[-1, law] > 0.0:
-            thinned = _thinned(flight.energy.times, used[:, law])
-            figure.add_scatter(
-                x=thinned[0], y=thinned[1], name=law_label(law), stackgroup="law", mode="lines",
+            figure.add_scatter(  # all at the same times: what is stacked is summed time by time
+                x=flight.energy.times[rows], y=used[rows, law], name=law_label(law), stackgroup="law", mode="lines",
                 line={"width": 0.5, "color": law_colour(law.name)},
             )  # fmt: skip
     return figure
@@ -171,7 +173,7 @@ def _add(
     figure: Figure, times: Floats, values: Floats, name: str, colour: str, *, dash: str = "solid", width: float = 1.5,
     row: int | None = None, legend: bool = True,
 ) -> None:  # fmt: skip
-    x, y = _thinned(times, values)
+    x, y = _thinned(*with_gaps(times, values))
     where: dict[str, Any] = {} if row is None else {"row": row, "col": 1}
     line = {"color": colour, "dash": dash, "width": width}
     figure.add_scatter(x=x, y=y, name=name, mode="lines", line=line, showlegend=legend, **where)
@@ -236,14 +238,22 @@ def _runs(values: NDArray[Any]) -> Iterable[tuple[int, int]]:
     return pairwise([0, *edges.tolist(), len(values)])
 
 
+def _pieces(laws: NDArray[np.str_], times: Floats) -> Iterable[tuple[int, int]]:
+    """Begin and end (exclusive) of the path's lines: of one law each, joined to the next, but not over a gap."""
+    gaps = {*(np.flatnonzero(np.diff(times) > longest_step(times)) + 1).tolist(), len(laws)}
+    for first, last in _runs(laws):
+        edges = [first, *sorted(gap for gap in gaps if first < gap < last), last]
+        yield from ((begin, end if end in gaps else end + 1) for begin, end in pairwise(edges))
+
+
 def _place(series: Series) -> Floats:
     """North, east and up, shape (3, n) [m]."""
     return np.stack((series.fields["x"], series.fields["y"], -series.fields["z"]))
 
 
 def _at(times: Floats, values: Floats, wanted: Floats) -> Floats:
-    """Values of shape (k, n) at other times."""
-    return np.stack([np.interp(wanted, times, row) for row in values])
+    """Values of shape (k, n) at other times; NaN where nothing was recorded."""
+    return np.stack([between(wanted, times, row) for row in values])
 
 
 def _thinned(times: Floats, values: Floats) -> tuple[Floats, Floats]:
@@ -252,7 +262,8 @@ def _thinned(times: Floats, values: Floats) -> tuple[Floats, Floats]:
         return times, values
     size = -(-len(times) // (MAX_POINTS // 2))
     whole = len(times) // size * size
-    groups = np.nan_to_num(values[:whole].reshape(-1, size), nan=0.0)
+    groups = values[:whole].reshape(-1, size)
+    least, greatest = (np.where(np.isnan(groups), edge, groups) for edge in (np.inf, -np.inf))
     rows = np.arange(len(groups)) * size
-    kept = np.unique(np.concatenate((rows + groups.argmin(axis=1), rows + groups.argmax(axis=1), [len(times) - 1])))
+    kept = np.unique(np.concatenate((rows + least.argmin(axis=1), rows + greatest.argmax(axis=1), [len(times) - 1])))
     return times[kept], values[kept]

@@ -9,14 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from protocol.dialect.vocabulary import Law
-from protocol.errors import FileError
-from protocol.flight_log.flight_clock import times_since_boot
+from protocol.flight_log.flight_clock import FlightClock, flight_clock
 from protocol.flight_log.flight_summary import LoggedFlight, LogSummary, summarise
+from protocol.flight_log.log_vehicles import chosen_vehicle
 from protocol.frames import Geodetic, LocalFrame
 from protocol.names.enum_names import name_of
 from protocol.names.law_names import law_words
 from protocol.tlog import TlogReader
-from protocol.tlog.replay import playing_times
 from protocol.units import from_e7, from_millimetres
 from protocol.wire.message import Source
 
@@ -86,32 +85,31 @@ class FlightSeries:
         return np.array([name_of(Law, number) for number in numbers.tolist()])
 
 
-def flight_series(reader: TlogReader, name: str) -> FlightSeries:
-    """The first vehicle's flight in a log.
+def flight_series(reader: TlogReader, name: str, vehicle: int | None = None) -> FlightSeries:
+    """A vehicle's flight in a log.
 
     Args:
         reader: The log.
         name: What to call it.
+        vehicle: System id; None: the first vehicle.
 
     Raises:
-        FileError: The log has no vehicle.
+        FileError: The log has no vehicle, or none with this id.
     """
-    summary = summarise(reader)
-    if not summary.flights:
-        raise FileError(f"{name}: no vehicle sent a HEARTBEAT in this log")
-    flight = summary.flights[0]
-    source = (flight.system, flight.component)
-    times = times_since_boot(reader, source)
+    source = chosen_vehicle(reader, name, vehicle)
+    summary = summarise(reader, source[0])
+    flight = next(each for each in summary.flights if (each.system, each.component) == source)
+    clock = flight_clock(reader, source)
 
     def series(message: str) -> Series:
-        return _series(reader, message, source, times)
+        return _series(reader, message, source, clock.times)
 
     position = series("LOCAL_POSITION_NED")
     is_local = len(position) > 0
     return FlightSeries(
         name=name,
         summary=flight,
-        duration=float(times[-1] - times[0]),
+        duration=float(clock.arrivals[-1] - clock.arrivals[0]),
         position=position if is_local else _from_first_place(series("GLOBAL_POSITION_INT")),
         truth=series("DARKO_TRUTH") if is_local else NOTHING,
         target=series("POSITION_TARGET_LOCAL_NED") if is_local else NOTHING,
@@ -122,14 +120,15 @@ def flight_series(reader: TlogReader, name: str) -> FlightSeries:
         battery=series("SYS_STATUS"),
         air=series("DARKO_AIR"),
         attitude=series("ATTITUDE"),
-        events=_events(summary, flight, playing_times(reader.times), times),
+        events=_events(summary, flight, clock),
     )
 
 
 def _series(reader: TlogReader, message: str, source: Source, times: Floats) -> Series:
     rows, columns = reader.rows(message, source), reader.columns(message, source)
-    numbers = {name: column.astype(np.float64) for name, column in columns.items() if column.dtype.kind in "fiu"}
-    return Series(times[rows], numbers)
+    order = np.argsort(times[rows], kind="stable")  # a late message stands where it was made
+    numbers = {name: column.astype(np.float64)[order] for name, column in columns.items() if column.dtype.kind in "fiu"}
+    return Series(times[rows][order], numbers)
 
 
 def _from_first_place(globe: Series) -> Series:
@@ -149,7 +148,7 @@ def _from_first_place(globe: Series) -> Series:
     return Series(globe.times[fixed], {"x": north, "y": east, "z": down, **speeds})
 
 
-def _events(summary: LogSummary, flight: LoggedFlight, playing: Floats, times: Floats) -> tuple[FlightEvent, ...]:
+def _events(summary: LogSummary, flight: LoggedFlight, clock: FlightClock) -> tuple[FlightEvent, ...]:
     """Jumps, changes of mode, arming and texts, by time."""
     source = (flight.system, flight.component)
     found = []
@@ -161,7 +160,8 @@ def _events(summary: LogSummary, flight: LoggedFlight, playing: Floats, times: F
         found.append((period.start, "armed", "motors armed", "armed"))
         found.append((period.end, "armed", "motors disarmed", "disarmed"))
     found += [(text.time, "text", text.text, "") for text in summary.texts if (text.system, text.component) == source]
-    events = [FlightEvent(float(np.interp(at, playing, times)), kind, text, label) for at, kind, text, label in found]
+    times = clock.at(np.array([event[0] for event in found])).tolist()
+    events = [FlightEvent(at, *event[1:]) for at, event in zip(times, found, strict=True)]
     return tuple(sorted(events, key=lambda event: event.time))
 
 

@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import DecisionReason, Law, Reason, Way
+from protocol.flight_log.flight_clock import flight_clock
+from protocol.flight_log.log_vehicles import stations, vehicles
 from protocol.names.enum_names import enum_name, name_of
 from protocol.names.mode_names import mode_name
 from protocol.tlog import Damage, TlogReader, message_name
-from protocol.tlog.replay import playing_times
 from protocol.units import NO_ITEM
 from protocol.wire.message import Source, source_of
 
@@ -28,7 +29,6 @@ __all__ = [
     "MessageCount",
     "Period",
     "summarise",
-    "vehicles",
 ]
 
 Floats = NDArray[np.float64]
@@ -106,6 +106,7 @@ class LoggedFlight:
     component: int
     type: str
     autopilot: str
+    clock_rate: float = 1.0  # how much faster than the recorder's clock, which has the times here, the vehicle's ran
     modes: tuple[Period, ...]
     armed: tuple[Period, ...]
     distance: float | None  # flown while armed [m]
@@ -127,6 +128,7 @@ class LogSummary:
     size: int  # [byte]
     records: int
     start_usec: int  # since 1970
+    byte_order: str  # of the time stamps: big or little
     duration: float  # [s]
     version_1: int
     version_2: int
@@ -134,6 +136,8 @@ class LogSummary:
     unknown: int  # records outside the dialect, whose checksum cannot be verified
     clock_steps: int  # how often the recording clock went back
     clock_back: float  # largest of these steps [s]
+    clock_set_forward: int  # how often it was set forward: no time of the flight
+    clock_forward: float  # largest of these leaps [s]
     flights: tuple[LoggedFlight, ...]
     stations: tuple[Source, ...]  # other sources that sent a HEARTBEAT
     messages: tuple[MessageCount, ...]
@@ -142,16 +146,17 @@ class LogSummary:
 
 
 @np.errstate(invalid="ignore", over="ignore")  # a log may hold any bits, also NaN and infinite numbers
-def summarise(reader: TlogReader) -> LogSummary:
-    """The summary of a log with at least one record."""
-    times = playing_times(reader.times)
-    sources = _sources(reader, reader.rows("HEARTBEAT"))
-    flying = vehicles(reader)
+def summarise(reader: TlogReader, system: int | None = None) -> LogSummary:
+    """The summary of a log with at least one record; with a system id, of its vehicle's messages and texts alone."""
+    clock = reader.clock
+    times = clock.playing
+    flying = [source for source in vehicles(reader) if system in {None, source[0]}]
     flights = tuple(_flight(reader, times, source) for source in flying)
     return LogSummary(
         size=reader.size,
         records=len(reader),
-        start_usec=int(reader.times[0]),
+        start_usec=clock.start_usec,
+        byte_order=reader.byte_order,
         duration=float(times[-1]),
         version_1=int((reader.versions == 1).sum()),
         version_2=int((reader.versions == 2).sum()),
@@ -159,27 +164,14 @@ def summarise(reader: TlogReader) -> LogSummary:
         unknown=int((~reader.known).sum()),
         clock_steps=len(reader.backward),
         clock_back=float(-np.diff(reader.times).min(initial=0)) / 1e6,
+        clock_set_forward=len(clock.forward),
+        clock_forward=float(clock.steps(clock.forward).max(initial=0.0)),
         flights=flights,
-        stations=tuple(source for source in sources if source not in flying),
-        messages=_counts(reader, float(times[-1])),
-        texts=_texts(reader, times),
+        stations=tuple(stations(reader)),
+        messages=tuple(each for each in _counts(reader, float(times[-1])) if system in {None, each.system}),
+        texts=tuple(each for each in _texts(reader, times) if system in {None, each.system}),
         damage=reader.damage,
     )
-
-
-def vehicles(reader: TlogReader) -> list[Source]:
-    """(system, component) of each vehicle that sent a HEARTBEAT."""
-    return [source for source in _sources(reader, reader.rows("HEARTBEAT")) if _is_vehicle(reader, source)]
-
-
-def _sources(reader: TlogReader, rows: NDArray[np.int64]) -> list[Source]:
-    pairs = np.stack((reader.systems[rows], reader.components[rows]), axis=1)
-    return [(int(system), int(component)) for system, component in np.unique(pairs, axis=0)]
-
-
-def _is_vehicle(reader: TlogReader, source: Source) -> bool:
-    kinds = reader.columns("HEARTBEAT", source)["autopilot"]
-    return bool(np.any(kinds != mavlink.MAV_AUTOPILOT_INVALID))
 
 
 def _counts(reader: TlogReader, duration: float) -> tuple[MessageCount, ...]:
@@ -234,6 +226,7 @@ def _flight(reader: TlogReader, times: Floats, source: Source) -> LoggedFlight:
         component=source[1],
         type=enum_name("MAV_TYPE", int(beats["type"][-1])),
         autopilot=enum_name("MAV_AUTOPILOT", int(beats["autopilot"][-1])),
+        clock_rate=flight_clock(reader, source).rate,
         modes=tuple(_periods(times[rows], modes, end)),
         armed=tuple(p for p in _periods(times[rows], ["armed" if a else "" for a in armed], end) if p.name),
         distance=distance,

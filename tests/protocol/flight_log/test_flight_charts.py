@@ -78,6 +78,39 @@ def test_energy_is_counted_from_the_beginning_for_each_law_that_used_some(nothin
     assert lines(figure) == {Law.HOVER_LINEAR.label: (TIMES.tolist(), [0.0, 30.0, 50.0])}
 
 
+def test_energy_of_several_laws_is_stacked_at_common_times_and_grows_over_a_restart(nothing):
+    count = 20_000
+    totals = np.zeros((count, max(Law) + 1))
+    totals[:, Law.HOVER_LINEAR] = np.minimum(np.arange(count), 15_000)
+    totals[:, Law.FORWARD_LINEAR] = np.maximum(np.arange(count) - 5000, 0)
+    totals[18_000:] -= totals[18_000]  # the vehicle restarted, and counts from zero
+    totals[18_000:, Law.LANDED] = np.arange(2000)
+    figure = energy_chart(replace(nothing, energy=series(np.arange(count) * 0.1, energy_by_law=totals)))
+    drawn = [np.array(trace.y) for trace in figure.data]
+    assert [trace.name for trace in figure.data] == [
+        law.label for law in Law if law in {Law.HOVER_LINEAR, Law.FORWARD_LINEAR, Law.LANDED}
+    ]
+    assert len({tuple(trace.x) for trace in figure.data}) == 1
+    assert all((np.diff(y) >= 0.0).all() for y in drawn)
+    assert sorted(y[-1] for y in drawn) == [1999.0, 14_998.0, 15_000.0]
+
+
+def test_where_a_message_lacked_no_line_is_drawn(nothing):
+    times = np.arange(0.0, 60.0, 0.5)
+    shown = (times > 20.0) & (times < 40.0)  # the truth is recorded only while its panel is shown
+    flight = replace(
+        nothing,
+        position=series(times, x=times, y=times * 0.0, z=times * 0.0),
+        truth=series(times[shown], position=np.stack((times, times * 0.0, times * 0.0), axis=1)[shown]),
+    )
+    x, y = map(np.array, lines(error_chart(flight))["estimate from truth"])
+    assert np.isnan(y[x < 17.0]).all()
+    assert np.isnan(y[x > 43.0]).all()
+    assert np.nanmax(y) < 3.0
+    broken = replace(flight, truth=NONE, position=series(times[~shown], **dict.fromkeys("xyz", times[~shown])))
+    assert [len(line.x) for line in path_chart(broken, ()).data] == [41, 40]
+
+
 def test_propellers_and_elevons_stand_below_each_other_with_their_limits(nothing):
     acting = series(
         [0.0, 1.0, 5.0],
