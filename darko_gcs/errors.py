@@ -2,9 +2,18 @@
 
 
 class GroundError(Exception):
-    """Base of every expected error of this package."""
+    """Base of every expected error of this package.
+
+    Args:
+        message: One line for the user.
+        details: What a program may want to know of it, by name: part of a command's JSON.
+    """
 
     exit_code = 2
+
+    def __init__(self, message: str = "", **details: object) -> None:
+        super().__init__(message)
+        self.details = details
 
 
 class LinkError(GroundError):

@@ -5,16 +5,55 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from difflib import get_close_matches
 from importlib import import_module
 from importlib.metadata import version
 from types import ModuleType
+from typing import NoReturn
 
-__all__ = ["EXIT_BROKEN_PIPE", "EXIT_ERROR", "EXIT_INTERRUPTED", "command_parser", "run_cli"]
+from protocol.tools.json_output import asks_for_json, failure_of, print_json, printed_lines
+
+__all__ = [
+    "EXIT_BROKEN_PIPE",
+    "EXIT_ERROR",
+    "EXIT_INTERRUPTED",
+    "CommandParser",
+    "UsageError",
+    "add_json_option",
+    "command_parser",
+    "run_cli",
+]
 
 EXIT_ERROR = 2  # of an expected error without an exit code of its own
+EXIT_FAULT = 1  # of an unexpected one, as Python ends with
+TEXTS_AS_JSON = "texts_as_json"  # where the option of commands is that have no JSON of their own
 EXIT_INTERRUPTED, EXIT_BROKEN_PIPE = 130, 141  # as shells report SIGINT and SIGPIPE
+
+
+class UsageError(SystemExit):
+    """Arguments that a command does not take. Ends the process as argparse does, and knows what was wrong."""
+
+    def __init__(self, prog: str, message: str) -> None:
+        super().__init__(EXIT_ERROR)
+        self.prog, self.message = prog, message
+
+    def __str__(self) -> str:
+        return self.message
+
+
+class CommandParser(argparse.ArgumentParser):
+    """A parser of arguments whose errors say what was wrong also to ``run_cli``, which tells programs."""
+
+    def error(self, message: str) -> NoReturn:
+        """Print usage and error on stderr, as every parser does.
+
+        Raises:
+            UsageError: Always.
+        """
+        self.print_usage(sys.stderr)
+        print(f"{self.prog}: error: {message}", file=sys.stderr)
+        raise UsageError(self.prog, message)
 
 
 def command_parser(prog: str, commands: Mapping[str, str], epilog: str) -> argparse.ArgumentParser:
@@ -25,7 +64,7 @@ def command_parser(prog: str, commands: Mapping[str, str], epilog: str) -> argpa
         commands: Description of each command by its name.
         epilog: The examples, printed as they are.
     """
-    return argparse.ArgumentParser(
+    return CommandParser(
         prog=prog,
         description=commands[prog.rsplit(maxsplit=1)[-1]] + ".",
         epilog=epilog,
@@ -44,7 +83,8 @@ def run_cli(
     """Run a command; returns the exit code.
 
     Each command is a module ``package.commands.NAME`` with ``parser(commands)`` and ``run(arguments)``, which returns
-    the exit code. An expected error becomes one line on stderr.
+    the exit code. An expected error becomes one line on stderr, and with ``--json``, which every command takes, one
+    JSON object on stdout.
 
     Args:
         package: Import name of the program's package.
@@ -58,21 +98,81 @@ def run_cli(
     if arguments == ["--version"]:
         print(f"{prog} {version('darko')}")
         return 0
+    told = _Failures(prog, is_json=asks_for_json(arguments))
     if arguments and not arguments[0].startswith("-") and arguments[0] not in commands:
-        print(f"{prog}: {_unknown(arguments[0], commands)}", file=sys.stderr)
-        return EXIT_ERROR
+        return told.report(error(_unknown(arguments[0], commands)), arguments[0], EXIT_ERROR)
     name = arguments.pop(0) if arguments and arguments[0] in commands else next(iter(commands))
-    command = _command(package, name, (folders or {}).get(name))
+    words = name
     try:
-        return int(command.run(command.parser(commands).parse_args(arguments)))
+        command = _command(package, name, (folders or {}).get(name))
+        parser = command.parser(commands)
+        add_json_option(parser)
+        parsed = parser.parse_args(arguments)
+        words = _words(name, parsed)
+        is_plain = getattr(parsed, TEXTS_AS_JSON, False)
+        return _run_as_json(command.run, parsed, words) if is_plain else int(command.run(parsed))
+    except UsageError as wrong:
+        told.report_fault(wrong, wrong.prog.partition(" ")[2] or words, EXIT_ERROR)
+        raise
     except error as expected:
-        print(f"{prog}: {expected}", file=sys.stderr)
-        return int(getattr(expected, "exit_code", EXIT_ERROR))
-    except KeyboardInterrupt:
-        return EXIT_INTERRUPTED
+        return told.report(expected, words, int(getattr(expected, "exit_code", EXIT_ERROR)))
+    except KeyboardInterrupt as interrupt:
+        return told.report(interrupt, words, EXIT_INTERRUPTED)
     except BrokenPipeError:  # the reader of our output, such as a pager or head, has closed it
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return EXIT_BROKEN_PIPE
+    except Exception as unexpected:
+        told.report_fault(unexpected, words)
+        raise
+
+
+class _Failures:
+    """Tells of a failure: one line on stderr, and if a program asks, one JSON object on stdout."""
+
+    def __init__(self, prog: str, *, is_json: bool) -> None:
+        self._prog, self._is_json = prog, is_json
+
+    def report(self, error: BaseException, command: str, code: int) -> int:
+        """Print an expected failure of a command; gives its exit code."""
+        if not isinstance(error, KeyboardInterrupt):
+            print(f"{self._prog}: {error}", file=sys.stderr)
+        return self.report_fault(error, command, code)
+
+    def report_fault(self, error: BaseException, command: str, code: int = EXIT_FAULT) -> int:
+        """Print any failure as JSON alone; gives its exit code."""
+        if self._is_json:
+            told = failure_of(error, command, code)
+            if isinstance(error, KeyboardInterrupt):
+                told["error"] = "interrupted"
+            elif code == EXIT_FAULT:
+                told["error"] = f"internal error: {type(error).__name__}: {error}"
+            print_json(told)
+        return code
+
+
+def add_json_option(parser: argparse.ArgumentParser) -> None:
+    """Give ``--json`` to a parser, or to those of its subcommands, which have none of their own."""
+    inner = [action for action in parser._actions if isinstance(action, argparse._SubParsersAction)]  # noqa: SLF001
+    for each in {id(each): each for action in inner for each in action.choices.values()}.values():
+        add_json_option(each)
+    if not inner and not any("--json" in action.option_strings for action in parser._actions):  # noqa: SLF001
+        parser.add_argument(
+            "--json", dest=TEXTS_AS_JSON, action="store_true", help="print the result, or the failure, as JSON"
+        )
+
+
+def _run_as_json(run: Callable[[argparse.Namespace], int], parsed: argparse.Namespace, words: str) -> int:
+    """Run a command that prints texts, which become a list in its JSON."""
+    with printed_lines() as printed:
+        code = int(run(parsed))
+    print_json({"ok": code == 0, "command": words, "exit_code": code, "output": printed.lines})
+    return code
+
+
+def _words(name: str, parsed: argparse.Namespace) -> str:
+    """The command as the user knows it, with its subcommand."""
+    inner = (getattr(parsed, key, None) for key in ("subcommand", "action", "act"))
+    return " ".join([name, *(word for word in inner if isinstance(word, str))])
 
 
 def _unknown(name: str, commands: Mapping[str, str]) -> str:

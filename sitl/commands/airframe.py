@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from protocol.tools.command_line import CommandParser
 from protocol.tools.option_values import finite_number
 from sitl.errors import SitlError
 from sitl.tools.plotting import check_plot_path
@@ -20,7 +21,7 @@ LISTED_SPEEDS = range(26)  # [m/s]
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     """The command line of ``darko-sitl airframe``."""
-    options = argparse.ArgumentParser(prog="darko-sitl airframe", description=commands["airframe"] + ".")
+    options = CommandParser(prog="darko-sitl airframe", description=commands["airframe"] + ".")
     options.add_argument("name", nargs="?", help="a shipped set or a TOML file; without a name the sets are listed")
     options.add_argument("--trims", action="store_true", help="print trims from 0 to 25 m/s, with their margins")
     options.add_argument(

@@ -6,12 +6,13 @@ import argparse
 from collections.abc import Mapping
 from pathlib import Path
 
+from protocol.tools.command_line import CommandParser
 from protocol.tools.option_values import whole_number
 
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     """The command line of ``darko-sitl day``."""
-    options = argparse.ArgumentParser(
+    options = CommandParser(
         prog="darko-sitl day",
         description=commands["day"] + ".",
         epilog="The same day live, for a ground station: darko-sitl --day FILE. Exit codes: 0 flown as written; "

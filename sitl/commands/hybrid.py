@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Mapping
 
+from protocol.tools.command_line import CommandParser
 from sitl.errors import SitlError
 
 SUPERVISOR = "supervisor"
@@ -12,7 +13,7 @@ SUPERVISOR = "supervisor"
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     """The command line of ``darko-sitl hybrid``."""
-    options = argparse.ArgumentParser(prog="darko-sitl hybrid", description=commands["hybrid"] + ".")
+    options = CommandParser(prog="darko-sitl hybrid", description=commands["hybrid"] + ".")
     options.add_argument("name", nargs="?", help="which system; without a name they are listed")
     return options
 

@@ -9,6 +9,7 @@ import sys
 from collections.abc import Mapping
 from pathlib import Path
 
+from protocol.tools.command_line import CommandParser
 from protocol.tools.option_values import finite_number, whole_number
 from sitl.defaults import AIRFRAME
 from sitl.errors import SitlError
@@ -20,7 +21,7 @@ MAX_CHANNEL = 16
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     """The command line of ``darko-sitl identify``."""
-    options = argparse.ArgumentParser(
+    options = CommandParser(
         prog="darko-sitl identify",
         description=commands["identify"] + ".",
         epilog="docs/identification.md says what a log must hold and how sure the answer is.",

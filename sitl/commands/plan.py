@@ -12,6 +12,7 @@ from protocol.errors import ProtocolError
 from protocol.flight_plans.mission_export import Loss, to_mission
 from protocol.flight_plans.plan_findings import Finding, PlanCheck
 from protocol.plans import save
+from protocol.tools.command_line import CommandParser
 from sitl.errors import SitlError
 from sitl.tools.flight_plan_files import load_checked_plan
 
@@ -21,7 +22,7 @@ MISSION_SUFFIXES = (".plan", ".waypoints")
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     """The command line of ``darko-sitl plan``."""
-    options = argparse.ArgumentParser(
+    options = CommandParser(
         prog="darko-sitl plan",
         description=commands["plan"] + ".",
         epilog="Exit code 0: all of it is flown; 2: something is refused.",

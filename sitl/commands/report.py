@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from protocol.errors import FileError
 from protocol.tools.atomic_write import write_atomically
+from protocol.tools.command_line import CommandParser
 from protocol.tools.option_values import whole_number
 from sitl.errors import SitlError
 from sitl.tools.plotting import require_matplotlib
@@ -24,7 +25,7 @@ LIBRARIES = ("numpy", "scipy", "numba", "matplotlib")  # named on the page
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     """The command line of ``darko-sitl report``."""
-    options = argparse.ArgumentParser(prog="darko-sitl report", description=commands["report"] + ".")
+    options = CommandParser(prog="darko-sitl report", description=commands["report"] + ".")
     options.add_argument(
         "-o", "--output", type=Path, default=Path("report.html"), metavar="FILE", help="where to write it [report.html]"
     )

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from protocol.frames import Geodetic
+from protocol.tools.command_line import CommandParser
 from protocol.tools.default_ports import PROGRAM_PORT, STATION_PORT, VEHICLE_PORT
 from protocol.tools.option_values import (
     finite_number,
@@ -52,7 +53,7 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     """The command line of ``darko-sitl [run]``."""
     width = max(map(len, commands), default=0) + 2
     listing = "".join(f"  {name:<{width}}{text}\n" for name, text in commands.items() if name != "run")
-    parser = argparse.ArgumentParser(
+    parser = CommandParser(
         prog="darko-sitl",
         description="DarkO as a software-in-the-loop vehicle: full model, hybrid controller, MAVLink 2 over UDP.",
         epilog=EXAMPLES + listing,

@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from protocol.tools.command_line import CommandParser
 from protocol.tools.option_values import whole_number
 from sitl.errors import SitlError
 from sitl.tools.plotting import require_matplotlib
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     """The command line of ``darko-sitl scenario``."""
-    options = argparse.ArgumentParser(
+    options = CommandParser(
         prog="darko-sitl scenario",
         description=commands["scenario"] + ".",
         epilog="Single flights also run live, for a ground station to watch: darko-sitl --scenario NAME.",

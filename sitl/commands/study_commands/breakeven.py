@@ -9,6 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from protocol.tools.command_line import CommandParser
 from protocol.tools.option_values import finite_number
 from sitl.defaults import AIRFRAME
 from sitl.tools.plotting import check_plot_path
@@ -23,7 +24,7 @@ WIND_CLASSES = (("calm", 0.0, 1e-9), ("wind below 3 m/s", 1e-9, 3.0), ("wind of 
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     """The command line of ``darko-sitl breakeven``."""
-    options = argparse.ArgumentParser(prog="darko-sitl breakeven", description=commands["breakeven"] + ".")
+    options = CommandParser(prog="darko-sitl breakeven", description=commands["breakeven"] + ".")
     options.add_argument("--airframe", default=AIRFRAME, metavar="SET", help=f"parameter set or TOML file [{AIRFRAME}]")
     options.add_argument(
         "--airspeed", type=finite_number, default=15.0, metavar="V", help="airspeed of the cruise [15 m/s]"

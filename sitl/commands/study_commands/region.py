@@ -9,6 +9,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from protocol.tools.command_line import CommandParser
 from protocol.tools.option_values import whole_number
 from sitl.tools.plotting import check_plot_path
 
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     """The command line of ``darko-sitl region``."""
-    options = argparse.ArgumentParser(prog="darko-sitl region", description=commands["region"] + ".")
+    options = CommandParser(prog="darko-sitl region", description=commands["region"] + ".")
     options.add_argument(
         "--samples", type=whole_number, default=600, metavar="N", help="flights per law and draw [600]"
     )

@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from protocol.tools.command_line import CommandParser
 from protocol.tools.option_values import whole_number
 from sitl.defaults import AIRFRAME
 from sitl.errors import SitlError
@@ -28,7 +29,7 @@ def seeded_parser(name: str, description: str, flights: int, flown: str) -> argp
         flights: How many are flown by default.
         flown: What ``--flights`` counts.
     """
-    options = argparse.ArgumentParser(prog=f"darko-sitl {name}", description=f"{description}.")
+    options = CommandParser(prog=f"darko-sitl {name}", description=f"{description}.")
     options.add_argument("--flights", type=whole_number, default=flights, metavar="N", help=f"{flown} [{flights}]")
     options.add_argument("--first", type=whole_number, default=1, metavar="SEED", help="seed of the first [1]")
     options.add_argument("--jobs", type=whole_number, default=2, metavar="N", help="processes at once [2]")

@@ -1,0 +1,80 @@
+"""What a command prints for a program: one JSON object, on success and on failure.
+
+``{"ok": true, ...}``, or ``{"ok": false, "command": ..., "error": ..., "exit_code": ...}`` with what else is known of
+the failure: the vehicle's words, the item, what was waited for.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import re
+import sys
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, redirect_stdout
+from typing import Any
+
+from protocol.tools.json_values import json_values
+
+__all__ = ["PrintedLines", "asks_for_json", "failure_of", "print_json", "printed_lines"]
+
+OPTION = "--json"
+_ITEM = re.compile(r"\bitem (\d+)\b")
+_PARAMETER = re.compile(r"\bparam(?:eter)? ?([1-7])\b")
+
+
+def asks_for_json(arguments: list[str]) -> bool:
+    """Whether ``--json``, or what argparse takes for it, is among the arguments."""
+    before = arguments[: arguments.index("--")] if "--" in arguments else arguments
+    return any(text.startswith("--j") and OPTION.startswith(text.partition("=")[0]) for text in before)
+
+
+def print_json(result: Mapping[str, Any], indent: int | None = None) -> None:
+    """Print a result on stdout; what JSON does not have is null."""
+    print(json.dumps(json_values(dict(result)), indent=indent), flush=True)
+
+
+def failure_of(error: BaseException, command: str, code: int) -> dict[str, Any]:
+    """A failed command's result.
+
+    Args:
+        error: What happened; its attribute ``details``, if it has one, tells more by name.
+        command: What was asked for.
+        code: The exit code.
+    """
+    text = str(error) or type(error).__name__
+    told: dict[str, Any] = {"ok": False, "command": command, "error": text, "exit_code": code}
+    if item := _ITEM.search(text):
+        told["item"] = int(item[1])
+        if parameter := _PARAMETER.search(text, item.end()):
+            told["param"] = int(parameter[1])
+    return told | dict(getattr(error, "details", {}))
+
+
+class PrintedLines(io.TextIOBase):
+    """Takes what is printed: to stderr, where people read it, and as lines."""
+
+    def __init__(self) -> None:
+        self._text: list[str] = []
+
+    def write(self, text: str) -> int:
+        """Take a text."""
+        self._text.append(text)
+        return sys.stderr.write(text)
+
+    def flush(self) -> None:
+        """Show what was taken."""
+        sys.stderr.flush()
+
+    @property
+    def lines(self) -> list[str]:
+        """What was printed so far."""
+        return "".join(self._text).splitlines()
+
+
+@contextmanager
+def printed_lines() -> Iterator[PrintedLines]:
+    """Keep texts of a command that has no JSON of its own off stdout."""
+    taken = PrintedLines()
+    with redirect_stdout(taken):
+        yield taken
