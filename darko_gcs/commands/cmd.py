@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +13,7 @@ from protocol.tools.command_line import command_parser
 
 if TYPE_CHECKING:
     from darko_gcs.scripting import Vehicle
+    from darko_gcs.state.snapshot import Snapshot
 
 __all__ = ["parser", "run"]
 
@@ -98,19 +100,30 @@ async def _do(vehicle: Vehicle, action: str, values: list[Any], *, wait: bool) -
 async def _until_done(vehicle: Vehicle, action: str, values: list[Any]) -> None:
     forever = 1e9  # the command's own time-out ends it
     if action == "takeoff":
-        await vehicle.wait_until(lambda s: (s.relative_altitude or 0.0) > values[0] - AT_HEIGHT, forever)
-    elif action == "goto":
-        north, east, height = values
         await vehicle.wait_until(
-            lambda s: (
-                s.p is not None
-                and (s.p[0] - s.home_p[0] - north) ** 2 + (s.p[1] - s.home_p[1] - east) ** 2 < AT_PLACE**2
-                and abs((s.relative_altitude or 0.0) - height) < AT_PLACE
-            ),
+            lambda s: (s.relative_altitude or 0.0) > values[0] - AT_HEIGHT,
             forever,
+            lambda s: f"a height of {values[0] - AT_HEIGHT:g} m (it is at {s.relative_altitude or 0.0:.1f} m)",
+        )
+    elif action == "goto":
+        await vehicle.wait_until(
+            lambda s: max(_off(s, values)) < AT_PLACE,
+            forever,
+            lambda s: f"the place ({_off(s, values)[0]:.1f} m away from it, {_off(s, values)[1]:.1f} m off its height)",
         )
     elif action in {"land", "rtl", "disarm", "kill"}:
-        await vehicle.wait_until(lambda s: s.armed is False, forever)
+        await vehicle.wait_until(lambda s: s.armed is False, forever, "the motors to stop")
+
+
+def _off(s: Snapshot, wanted: list[float]) -> tuple[float, float]:
+    """How far a vehicle is from a place relative to home, on the level and in height [m]."""
+    north, east, height = wanted
+    if s.p is None:
+        return math.inf, math.inf
+    return (
+        math.hypot(s.p[0] - s.home_p[0] - north, s.p[1] - s.home_p[1] - east),
+        abs((s.relative_altitude or 0.0) - height),
+    )
 
 
 def _mode(name: str) -> Any:  # noqa: ANN401 - a Mode, whose module --help must not load

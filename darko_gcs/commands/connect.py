@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 from darko_gcs.commands.options import KNOWN_PARAMETERS, add_link_options, checked_sitl_arguments, listening_port
 from darko_gcs.errors import GroundError
+from protocol.tools.command_line import CommandParser
 from protocol.tools.option_values import port_number
 
 if TYPE_CHECKING:
@@ -38,7 +39,7 @@ other commands (darko-gcs COMMAND --help):
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     """The command line of ``darko-gcs [connect]``."""
     listing = "".join(f"  {name:<8}{text}\n" for name, text in commands.items() if name != "connect")
-    parser = argparse.ArgumentParser(
+    parser = CommandParser(
         prog="darko-gcs",
         description="Ground station of DarkO in the terminal, over MAVLink 2 on UDP.",
         epilog=_EXAMPLES + listing,

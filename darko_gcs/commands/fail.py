@@ -7,6 +7,7 @@ from collections.abc import Mapping
 
 from darko_gcs.commands.options import add_listen_options
 from protocol.tools.command_line import command_parser
+from protocol.tools.json_output import print_json
 from protocol.tools.option_values import whole_number
 
 __all__ = ["parser", "run"]
@@ -31,6 +32,7 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     parser.add_argument("unit", choices=list(FAILURE_UNITS), help="what fails")
     parser.add_argument("failure", choices=list(FAILURE_TYPES), help="how; ok clears the failure")
     parser.add_argument("--instance", type=whole_number, default=0, metavar="N", help="1 left, 2 right; 0: all [0]")
+    parser.add_argument("--json", action="store_true", help="print the result, or the failure, as JSON")
     add_listen_options(parser.add_argument_group("link"))
     return parser
 
@@ -45,5 +47,10 @@ def run(args: argparse.Namespace) -> int:
 
     from darko_gcs.tasks.failure_request import request_failure  # noqa: PLC0415
 
-    print(asyncio.run(request_failure(args)))
+    said = asyncio.run(request_failure(args))
+    if args.json:
+        told = {"unit": args.unit, "failure": args.failure, "instance": args.instance, "result": "accepted"}
+        print_json({"ok": True, **told})
+    else:
+        print(said)
     return 0

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import argparse
-import json
 from typing import TYPE_CHECKING
 
 from darko_gcs.commands.script_options import Job, Result, tell_where
-from protocol.tools.json_values import json_values
+from protocol.tools.json_output import print_json
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -26,39 +25,34 @@ def run_script_for_all(args: argparse.Namespace, job: Job, words: Callable[[Resu
         words: The same for a person.
 
     Raises:
-        GroundError: No vehicle is heard, and the output is for a person.
+        GroundError: No vehicle is heard, or as JSON: one of them failed.
     """
     import asyncio  # noqa: PLC0415 - --help must be quick
 
-    from darko_gcs.errors import FlightError, GroundError  # noqa: PLC0415
+    from darko_gcs.errors import FlightError  # noqa: PLC0415
 
-    try:
-        results = asyncio.run(_of_all(args, job))
-    except GroundError as error:
-        if not args.json:
-            raise
-        print(json.dumps({"ok": False, "error": str(error), "exit_code": error.exit_code}))
-        return error.exit_code
+    results = asyncio.run(_of_all(args, job))
     failed = [system for system, result in results.items() if isinstance(result, Exception)]
-    code = FlightError.exit_code if failed else 0
-    if args.json:
-        told = {
-            str(system): {"ok": False, "error": str(result)}
-            if isinstance(result, Exception)
-            else {"ok": True, **result}
-            for system, result in results.items()
-        }
-        print(json.dumps({"ok": not failed, "vehicles": json_values(told)} | ({"exit_code": code} if failed else {})))
-        return code
-    for system, result in results.items():
-        print(f"vehicle {system}: {result if isinstance(result, Exception) else words(result)}")
-    return code
+    if not args.json:
+        for system, result in results.items():
+            print(f"vehicle {system}: {result if isinstance(result, Exception) else words(result)}")
+        return FlightError.exit_code if failed else 0
+    told = {
+        str(system): {"ok": False, "error": str(result), **getattr(result, "details", {})}
+        if isinstance(result, Exception)
+        else {"ok": True, **result}
+        for system, result in results.items()
+    }
+    if failed:
+        raise FlightError(f"not done by vehicle{'s' * (len(failed) > 1)} {', '.join(map(str, failed))}", vehicles=told)
+    print_json({"ok": True, "vehicles": told})
+    return 0
 
 
 async def _of_all(args: argparse.Namespace, job: Job) -> dict[int, Result | Exception]:
     import asyncio  # noqa: PLC0415 - --help must be quick
 
-    from darko_gcs.errors import FlightError, GroundError  # noqa: PLC0415
+    from darko_gcs.errors import GroundError  # noqa: PLC0415
     from darko_gcs.scripting.vehicles import connect_all  # noqa: PLC0415
     from protocol.errors import ProtocolError  # noqa: PLC0415
 
@@ -66,7 +60,7 @@ async def _of_all(args: argparse.Namespace, job: Job) -> dict[int, Result | Exce
         try:
             return await asyncio.wait_for(job(vehicle), args.timeout)
         except TimeoutError:
-            return FlightError(f"not done within {args.timeout:g} s")
+            return vehicle.late(f"not done within {args.timeout:g} s")
         except (GroundError, ProtocolError) as error:
             return error
 

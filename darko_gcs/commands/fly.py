@@ -9,6 +9,7 @@ from pathlib import Path
 from darko_gcs.commands.options import add_link_options, checked_sitl_arguments, listening_port
 from darko_gcs.commands.script_options import add_verify_option
 from protocol.tools.command_line import command_parser
+from protocol.tools.json_output import print_json
 from protocol.tools.option_values import positive_number
 
 __all__ = ["parser", "run"]
@@ -27,7 +28,7 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     parser = command_parser("darko-gcs fly", commands, _EXAMPLES)
     parser.add_argument("--mission", type=Path, required=True, metavar="FILE", help=".plan or QGC WPL 110 file")
     parser.add_argument("--headless", action="store_true", help="fly without a screen; else the ground station opens")
-    parser.add_argument("--json", action="store_true", help="print the result as JSON")
+    parser.add_argument("--json", action="store_true", help="print the result, or the failure, as JSON")
     parser.add_argument(
         "--timeout",
         type=positive_number,
@@ -49,12 +50,18 @@ def run(args: argparse.Namespace) -> int:
     if not args.headless:
         from darko_gcs.commands import connect  # noqa: PLC0415 - the screens are not needed otherwise
 
-        return int(connect.run(args))
+        code = int(connect.run(args))
+        if args.json:
+            print_json({"ok": code == 0, "command": "fly", "exit_code": code})
+        return code
     import asyncio  # noqa: PLC0415 - --help must be quick
 
     from darko_gcs.tasks.headless_flight import fly_headless  # noqa: PLC0415
 
     args.port = listening_port(args)
     result = asyncio.run(fly_headless(args, checked_sitl_arguments(args)))
-    print(result.as_json() if args.json else result.as_text())
+    if args.json:
+        print_json({"ok": True, **vars(result)}, indent=1)
+    else:
+        print(result.as_text())
     return 0

@@ -6,14 +6,15 @@ import argparse
 from collections.abc import Mapping
 
 from darko_gcs.commands.log_commands import export, fetch, info, page, play, plot
+from protocol.tools.command_line import CommandParser
 
 __all__ = ["parser", "run"]
 
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     """The command line of ``darko-gcs log``."""
-    parser = argparse.ArgumentParser(prog="darko-gcs log", description=commands["log"] + ".")
-    subcommands = parser.add_subparsers(required=True, metavar="info|report|plot|export|play|fetch")
+    parser = CommandParser(prog="darko-gcs log", description=commands["log"] + ".")
+    subcommands = parser.add_subparsers(dest="subcommand", required=True, metavar="info|report|plot|export|play|fetch")
     for name, module, text in (
         ("info", info, "summarise one log: vehicles, flight, messages, damage"),
         (

@@ -25,7 +25,7 @@ __all__ = ["parser", "run"]
 _EXAMPLES = f"""\
 examples:
   darko-gcs mission upload square.plan       and read it back: exit code 4 if the vehicle holds something else
-  darko-gcs mission download back.plan       .plan, or .waypoints (QGC WPL 110)
+  darko-gcs mission download back.plan       with fence, rally points and home; .waypoints (QGC WPL 110) has the mission
   darko-gcs mission clear
   darko-gcs mission status --json
 
@@ -61,19 +61,32 @@ def run(args: argparse.Namespace) -> int:
 
 
 async def _do(vehicle: Vehicle, action: str, values: list[str], *, verify: bool) -> Result:
-    from protocol.plans import Plan, save  # noqa: PLC0415 - --help must be quick
-
     if action == "upload":
         return {"items": await vehicle.upload(values[0], verify=verify), "file": values[0], "verified": verify}
     if action == "clear":
         await vehicle.clear_mission()
         return {"items": 0}
-    items = await vehicle.download()
     if action == "download":
-        save(Plan(items=items), Path(values[0]))
-        return {"items": len(items), "file": values[0]}
-    s = vehicle.now
+        return await _download(vehicle, values[0])
+    items, s = await vehicle.download(), vehicle.now
     return {"items": len(items), "current": s.mission_current, "reached": sorted(s.reached)}
+
+
+async def _download(vehicle: Vehicle, file: str) -> Result:
+    from darko_gcs.scripting.whole_plan import save_downloaded  # noqa: PLC0415 - --help must be quick
+    from protocol.plans.fence_rally import fence_items, rally_items  # noqa: PLC0415
+
+    plan = await vehicle.download_plan()
+    left_out = save_downloaded(plan, Path(file))
+    home = plan.planned_home
+    return {
+        "items": len(plan.items),
+        "fence": len(fence_items(plan)),
+        "rally": len(rally_items(plan)),
+        "home": None if home is None else [home.lat_deg, home.lon_deg, home.alt],
+        "file": file,
+        **({"left_out": left_out} if left_out else {}),
+    }
 
 
 def _words(result: Result) -> str:
@@ -82,4 +95,9 @@ def _words(result: Result) -> str:
     rest = f", at item {result['current']}, reached {result['reached']}" if "current" in result else ""
     if "verified" in result:
         rest = ", read back and identical" if result["verified"] else ", not read back"
-    return counted(result["items"], "item") + (f": {result['file']}" if "file" in result else "") + rest
+    parts = [counted(result["items"], "item")]
+    if "fence" in result:
+        parts += [counted(result["fence"], "fence item"), counted(result["rally"], "rally point")]
+        parts += ["home"] if result["home"] is not None else []
+    left_out = "".join(f"\nleft out: {what}" for what in result.get("left_out", ()))
+    return ", ".join(parts) + (f": {result['file']}" if "file" in result else "") + rest + left_out

@@ -13,6 +13,7 @@ __all__ = [
     "KNOWN_PARAMETERS",
     "add_link_options",
     "add_listen_options",
+    "add_log_vehicle_option",
     "add_span_options",
     "checked_sitl_arguments",
     "clock_time",
@@ -86,6 +87,14 @@ def add_span_options(parser: argparse.ArgumentParser) -> None:
             metavar="TIME",
             help=f"{edge} of the time span: seconds, M:SS or H:MM:SS since the vehicle's boot [the log's]",
         )
+
+
+def add_log_vehicle_option(parser: argparse.ArgumentParser) -> None:
+    """Add the option that chooses a vehicle of a log, and that of output for programs."""
+    parser.add_argument(
+        "--vehicle", type=system_id, metavar="ID", help="of several vehicles in the log, the one with this system id"
+    )
+    parser.add_argument("--json", action="store_true", help="print the result, or the failure, as JSON")
 
 
 def clock_time(text: str) -> float:

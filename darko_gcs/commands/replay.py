@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from darko_gcs.commands.options import KNOWN_PARAMETERS, clock_time
+from protocol.tools.command_line import CommandParser
 from protocol.tools.default_ports import STATION_URL
 from protocol.tools.option_values import finite_number, positive_number
 
@@ -16,7 +17,7 @@ __all__ = ["parser", "run"]
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     """The command line of ``darko-gcs replay``."""
-    parser = argparse.ArgumentParser(
+    parser = CommandParser(
         prog="darko-gcs replay",
         description=commands["replay"] + ".",
         epilog="keys: space pauses, left/right seek 5 s, tab goes to the next mark, ? shows all of them",

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 from collections.abc import Awaitable, Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from darko_gcs.commands.options import add_listen_options
-from protocol.tools.json_values import json_values
+from protocol.tools.json_output import print_json
 from protocol.tools.option_values import positive_number
 
 if TYPE_CHECKING:
@@ -34,7 +33,8 @@ Actions = Mapping[str, tuple[int, ...]]  # of a command, and how many values eac
 
 EXIT_CODES = """\
 exit codes: 0 done; 2 an argument or a file; 3 no link or no vehicle; 4 refused, or not done in time.
-With --json the answer is one JSON object on stdout, also on failure: {"ok": false, "error": "...", "exit_code": 3}.
+With --json the answer is one JSON object on stdout, also on failure:
+{"ok": false, "command": "...", "error": "...", "exit_code": 3}.
 """
 
 
@@ -93,7 +93,7 @@ def run_script(args: argparse.Namespace, job: Job, words: Callable[[Result], str
         words: The same for a person.
 
     Raises:
-        GroundError: It failed, and the output is for a person.
+        GroundError: It failed.
     """
     import asyncio  # noqa: PLC0415 - --help must be quick
 
@@ -102,27 +102,22 @@ def run_script(args: argparse.Namespace, job: Job, words: Callable[[Result], str
 
     try:
         result = asyncio.run(_connected(args, job))
-    except (GroundError, ProtocolError) as error:
-        code = int(getattr(error, "exit_code", GroundError.exit_code))
-        if not args.json:
-            raise GroundError(str(error)) if isinstance(error, ProtocolError) else error from None
-        print(json.dumps({"ok": False, "error": str(error), "exit_code": code}))
-        return code
+    except ProtocolError as error:
+        raise GroundError(str(error)) from error
     if failed := result.get("error"):  # a part of the job
-        code = FlightError.exit_code
-        if args.json:
-            print(json.dumps({"ok": False, **json_values(result), "exit_code": code}))
-            return code
+        if not args.json:
+            print(words(result))
+        raise FlightError(failed, **result)
+    if args.json:
+        print_json({"ok": True, **result})
+    else:
         print(words(result))
-        raise FlightError(failed)
-    print(json.dumps({"ok": True, **json_values(result)}) if args.json else words(result))
     return 0
 
 
 async def _connected(args: argparse.Namespace, job: Job) -> Result:
     import asyncio  # noqa: PLC0415 - --help must be quick
 
-    from darko_gcs.errors import FlightError  # noqa: PLC0415
     from darko_gcs.scripting import connect  # noqa: PLC0415
 
     tell_where(args)
@@ -131,7 +126,7 @@ async def _connected(args: argparse.Namespace, job: Job) -> Result:
         try:
             return await asyncio.wait_for(job(vehicle), args.timeout)
         except TimeoutError:
-            raise FlightError(f"not done within {args.timeout:g} s") from None
+            raise vehicle.late(f"not done within {args.timeout:g} s") from None
 
 
 def tell_where(args: argparse.Namespace) -> None:

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 
 from darko_gcs.commands.options import add_listen_options
 from protocol.tools.command_line import command_parser
+from protocol.tools.json_output import print_json
 
 __all__ = ["parser", "run"]
 
@@ -25,6 +26,7 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     """The command line of ``darko-gcs signing``."""
     parser = command_parser("darko-gcs signing", commands, _EXAMPLES)
     parser.add_argument("--new-key", required=True, metavar="KEY", help="64 hexadecimal digits or a file with them")
+    parser.add_argument("--json", action="store_true", help="print the result, or the failure, as JSON")
     add_listen_options(parser.add_argument_group("link"))
     return parser
 
@@ -40,5 +42,8 @@ def run(args: argparse.Namespace) -> int:
     from darko_gcs.tasks.key_change import change_key  # noqa: PLC0415
 
     system, component = asyncio.run(change_key(args))
-    print(f"vehicle {system}/{component} signs with the new key: start every ground station with it from now on")
+    if args.json:
+        print_json({"ok": True, "vehicle": {"system": system, "component": component}})
+    else:
+        print(f"vehicle {system}/{component} signs with the new key: start every ground station with it from now on")
     return 0

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +12,6 @@ from protocol.tools.option_values import natural_number, positive_number
 
 if TYPE_CHECKING:
     from darko_gcs.scripting import Vehicle
-    from darko_gcs.state.snapshot import Snapshot
 
 __all__ = ["parser", "run"]
 
@@ -53,6 +51,8 @@ def run(args: argparse.Namespace) -> int:
 async def _watch(vehicle: Vehicle, args: argparse.Namespace) -> dict[str, Any]:
     import json  # noqa: PLC0415 - --help must be quick
 
+    from darko_gcs.tasks.progress import report  # noqa: PLC0415
+
     lines = 0
     async for s in vehicle.reports(1.0 / args.every):
         seen = report(s)
@@ -61,28 +61,6 @@ async def _watch(vehicle: Vehicle, args: argparse.Namespace) -> dict[str, Any]:
         if lines == args.count:
             break
     return {"lines": lines}
-
-
-def report(s: Snapshot) -> dict[str, Any]:
-    """What a line tells, by the names of its JSON; None where it is not known."""
-    from protocol.names.law_names import law_label  # noqa: PLC0415 - --help must be quick
-
-    v = s.v
-    return {
-        "vehicle": None if s.source is None else s.source[0],
-        "time": s.boot,
-        "mode": s.mode,
-        "armed": s.armed,
-        "law": None if s.hybrid is None else law_label(s.hybrid.law),
-        "v_hover": None if s.hybrid is None or math.isnan(s.hybrid.v_hover) else s.hybrid.v_hover,
-        "position": None if s.p is None else [round(x, 3) for x in s.p],
-        "speed": None if v is None else round(math.hypot(*v), 3),
-        "heading": None if s.heading is None else round(math.degrees(s.heading) % 360.0, 1),
-        "battery": s.battery,
-        "jumps": len(s.jumps),
-        "lost": s.lost,
-        "text": s.messages[-1].text if s.messages else None,
-    }
 
 
 def _line(seen: dict[str, Any]) -> str:

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import AsyncIterator, Callable, Mapping, Sequence
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, suppress
 from pathlib import Path
 from typing import TypeVar
 
 from darko_gcs.errors import FlightError, LinkError
 from darko_gcs.feed.udp_link import UdpLink
+from darko_gcs.scripting.whole_plan import whole_plan
 from darko_gcs.state.missions.plan_difference import read_back_fault
-from darko_gcs.state.missions.plan_parts import FENCE, MISSION, RALLY
+from darko_gcs.state.missions.plan_parts import FENCE, MISSION, PLAN_TITLES, PLAN_TYPES, RALLY, Items
 from darko_gcs.state.parameter_change import ChangeState, ParameterChange
 from darko_gcs.state.parameter_metadata import ParameterMetadata
 from darko_gcs.state.snapshot import Snapshot
@@ -19,6 +20,7 @@ from darko_gcs.state.text import reason_text
 from darko_gcs.station.keyring_setup import open_keyring
 from darko_gcs.station.station import Station
 from darko_gcs.tasks.link_session import ANSWER_TIMEOUT, POLL_PERIOD, open_link
+from darko_gcs.tasks.progress import What, late_error, why_not_ready, words_since
 from protocol.dialect import mavlink
 from protocol.events import (
     CommandDone,
@@ -32,8 +34,9 @@ from protocol.events import (
     ParameterReceived,
     ParametersComplete,
 )
+from protocol.frames import Geodetic
 from protocol.names.modes import Mode
-from protocol.plans import MissionItem, load
+from protocol.plans import MissionItem, Plan, load
 from protocol.plans.fence_rally import fence_items, rally_items
 from protocol.tools.default_ports import STATION_PORT
 from protocol.wire.message import Source
@@ -42,7 +45,9 @@ __all__ = ["Vehicle", "connect"]
 
 Expected = TypeVar("Expected", bound=Event)
 WORDS_TIME = 1.0  # the vehicle's text about a refusal follows its answer [s]
+REPEAT_TIME = 10.0  # in which it may not say the same again [s]
 IN_FLIGHT_RATE = 10.0  # of reports [Hz]
+HOME_TIMEOUT = 5.0  # for home to be told [s]
 METADATA_TIMEOUT = 5.0  # for the description of the parameters [s]
 
 
@@ -88,6 +93,8 @@ class Vehicle:
         self._events: list[Event] = []
         self._types: dict[str, int] = {}
         self._busy = asyncio.Lock()
+        self._asked_at = 0.0  # when the last request began [s]
+        self._waits_for: What = "the vehicle"
 
     # What it reports
 
@@ -108,34 +115,43 @@ class Vehicle:
             yield self.now
             await asyncio.sleep(1.0 / rate)
 
+    @property
+    def waits_for(self) -> str:
+        """What the request under way waits for, and what is missing."""
+        return self._waits_for if isinstance(self._waits_for, str) else self._waits_for(self.now)
+
     async def wait_until(
-        self, holds: Callable[[Snapshot], bool], timeout: float = 120.0, what: str = "the condition"
+        self, holds: Callable[[Snapshot], bool], timeout: float = 120.0, what: What = "the condition"
     ) -> Snapshot:
         """Wait until something holds of the vehicle; gives the snapshot of which it does.
 
         Args:
             holds: Whether it does.
             timeout: [s].
-            what: What is waited for, in the error's words.
+            what: What is waited for, in the error's words, or a function that gives them.
 
         Raises:
             LinkError: No vehicle was heard in this time.
             FlightError: It did not hold in this time.
         """
-        deadline = self._link.now + timeout
+        deadline, self._waits_for = self._link.now + timeout, what
         while not holds(self.now):
             if self._link.now > deadline:
                 if self.now.source is None:
                     raise LinkError(f"no vehicle heard for {timeout:g} s")
-                raise FlightError(f"timed out after {timeout:g} s waiting for: {what}")
+                raise self.late(f"timed out after {timeout:g} s")
             await asyncio.sleep(POLL_PERIOD)
         return self.now
+
+    def late(self, what: str) -> FlightError:
+        """The error of a request that is not done in time: what it waits for, and what was seen last."""
+        return late_error(what, self.waits_for, self.now)
 
     # Requests
 
     async def ready(self, timeout: float = 60.0) -> None:
         """Wait until it can be armed and home is known."""
-        await self.wait_until(lambda s: s.prearm_ok is True and s.home is not None, timeout, "ready to arm")
+        await self.wait_until(lambda s: s.prearm_ok is True and s.home is not None, timeout, why_not_ready)
 
     async def arm(self) -> None:
         """Start the motors at idle."""
@@ -230,6 +246,33 @@ class Vehicle:
             await self._answer(MissionDownloaded, MissionFailed, "download")
         return self.now.mission
 
+    async def download_plan(self) -> Plan:
+        """All that it flies by: mission, fence, rally points and home; without what it has or tells none of."""
+        parts: dict[int, Items] = {}
+        async with self._busy:
+            self._forget()
+            self._station.plans.download(self._link.now)
+            for kind in PLAN_TYPES:
+                try:
+                    part = await self._answer(
+                        MissionDownloaded, MissionFailed, f"download of the {PLAN_TITLES[kind].lower()}"
+                    )
+                except FlightError as error:
+                    if kind == MISSION or error.details.get("result") != mavlink.MAV_MISSION_UNSUPPORTED:
+                        raise
+                else:
+                    parts[part.kind] = part.items
+        return whole_plan(self.now, parts, await self._home())
+
+    async def _home(self) -> Geodetic | None:
+        """Home, which is asked for if it is not known; None if the vehicle does not tell it."""
+        if self.now.home is None:
+            message = float(mavlink.MAVLINK_MSG_ID_HOME_POSITION)
+            self._station.endpoint.command(mavlink.MAV_CMD_REQUEST_MESSAGE, message, now=self._link.now)
+            with suppress(FlightError):
+                await self.wait_until(lambda s: s.home is not None, HOME_TIMEOUT, "home")
+        return self.now.home
+
     async def clear_mission(self) -> None:
         """Delete its mission."""
         async with self._busy:
@@ -296,11 +339,13 @@ class Vehicle:
                 if done.command == command:
                     break
             if done.result != mavlink.MAV_RESULT_ACCEPTED:
-                words = await self._words_about(done)
-                raise FlightError(f"{what} refused: {words or reason_text(done.reason)}")
+                reason = reason_text(done.reason)
+                said = await self._words_about(reason)
+                words = said[-1] if said else reason
+                raise FlightError(f"{what} refused: {words}", result=done.result, **_said(said))
 
     async def _answer(self, kind: type[Expected], failure: type[Event], what: str) -> Expected:
-        deadline = self._link.now + ANSWER_TIMEOUT
+        deadline, self._waits_for = self._link.now + ANSWER_TIMEOUT, "the vehicle's answer"
         while self._link.now < deadline:
             self._take_events()
             for event in self._events:
@@ -309,9 +354,15 @@ class Vehicle:
                     return event
                 if isinstance(event, failure):
                     self._events.remove(event)
-                    raise FlightError(f"{what} failed: {reason_text(getattr(event, 'reason', ''))}")
+                    raise await self._failed(event, what)
             await asyncio.sleep(POLL_PERIOD)
-        raise FlightError(f"{what}: no answer for {ANSWER_TIMEOUT:g} s")
+        raise self.late(f"{what}: no answer for {ANSWER_TIMEOUT:g} s")
+
+    async def _failed(self, event: Event, what: str) -> FlightError:
+        """The error of a request that failed, with the vehicle's own words if it refused."""
+        reason, result = reason_text(getattr(event, "reason", "")), getattr(event, "result", None)
+        said = [] if result is None else await self._words_about(reason)
+        return FlightError(": ".join((f"{what} failed", reason, *said[-1:])), result=result, **_said(said))
 
     def _take_events(self) -> None:
         for event in self._station.events():
@@ -324,16 +375,22 @@ class Vehicle:
         """Answers to earlier requests are not those to the next."""
         self._station.events()
         self._events.clear()
+        self._asked_at = self._link.now
 
-    async def _words_about(self, done: CommandDone) -> str:
-        """What the vehicle says of what is wrong, beside its bare answer, which says less; empty if nothing."""
-        answer, deadline = f": {reason_text(done.reason)}", self._link.now + WORDS_TIME
+    async def _words_about(self, reason: str) -> list[str]:
+        """What the vehicle says of what is wrong, beside its bare answer, which says less; the last is the newest."""
+        deadline = self._link.now + WORDS_TIME
         while True:
-            lines = [line.text for line in self.now.messages if line.severity <= mavlink.MAV_SEVERITY_WARNING]
-            words = next((text for text in reversed(lines) if not text.endswith(answer)), "")
-            if words or self._link.now > deadline:
+            if words := words_since(self.now, self._asked_at, reason):
                 return words
+            if self._link.now > deadline:  # what it has said a moment ago, it does not say again
+                return words_since(self.now, self._asked_at - REPEAT_TIME, reason)
             await asyncio.sleep(POLL_PERIOD)
+
+
+def _said(words: list[str]) -> dict[str, object]:
+    """The vehicle's words, for a program."""
+    return {"said": words} if words else {}
 
 
 def _is_refusal(event: Event) -> bool:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import asyncio
-import json
 import math
 import sys
 import tempfile
@@ -26,6 +25,7 @@ from darko_gcs.station.keyring_setup import open_keyring
 from darko_gcs.station.recording import default_folder, start_recording
 from darko_gcs.station.station import Station
 from darko_gcs.tasks.link_session import ANSWER_TIMEOUT, POLL_PERIOD, open_link
+from darko_gcs.tasks.progress import last_seen, report
 from protocol.dialect import mavlink
 from protocol.errors import FileError
 from protocol.events import (
@@ -41,7 +41,6 @@ from protocol.frames import Vector
 from protocol.names.law_names import law_label
 from protocol.plans import MissionItem, load
 from protocol.plans.fence_rally import fence_items, rally_items
-from protocol.tools.json_values import json_values
 from protocol.tools.loopback import open_port_warning
 
 __all__ = ["FlightResult", "Pilot", "fly_headless"]
@@ -49,6 +48,7 @@ __all__ = ["FlightResult", "Pilot", "fly_headless"]
 Expected = TypeVar("Expected", bound=Event)
 READY_TIMEOUT = 1800.0  # for our own vehicle process to compile, also on a busy machine, while it runs [s]
 HEARD_TIMEOUT = 120.0  # for the first telemetry [s]
+MAX_SAID = 5  # of the last texts, in the JSON of a failure
 HOVER_TIME_BEFORE_LANDING = 3.0  # after a mission that ends in the air [s]
 
 
@@ -68,10 +68,6 @@ class FlightResult:
     energy: float = math.nan  # [J]
     energy_by_law: dict[str, float] = field(default_factory=dict)  # [J]
     jumps: int = 0
-
-    def as_json(self) -> str:
-        """For a program; NaN is null."""
-        return json.dumps(json_values(vars(self)), indent=1)
 
     def as_text(self) -> str:
         """For a person."""
@@ -206,7 +202,12 @@ class Pilot:
                 break
             boot = s.boot or 0.0
             if boot - began > self._timeout:
-                raise FlightError(f"not finished after {self._timeout:g} s; last item reached: {self._last_reached()}")
+                raise FlightError(
+                    f"not finished after {self._timeout:g} s; last item reached: {self._last_reached()}; "
+                    f"last seen: {last_seen(s)}",
+                    waited_for="the end of the mission",
+                    **self._details(),
+                )
             if s.mission_state == mavlink.MISSION_STATE_COMPLETE and complete_since is None:
                 complete_since = boot
             hovers = complete_since is not None and boot - complete_since > HOVER_TIME_BEFORE_LANDING
@@ -214,10 +215,12 @@ class Pilot:
                 landing_commanded = True  # the mission has no landing
                 self._station.land(self._link.now)
         if self._snapshot.crashed:
-            raise FlightError(f"{self._last_warning()}; last item reached: {self._last_reached()}")
+            raise FlightError(f"{self._last_warning()}; last item reached: {self._last_reached()}", **self._details())
         missing = [seq for seq in range(len(items)) if seq not in self._snapshot.reached]
         if missing:
-            raise FlightError(f"landed without reaching items {missing}: {self._last_warning()}")
+            raise FlightError(
+                f"landed without reaching items {missing}: {self._last_warning()}", missing=missing, **self._details()
+            )
 
     def _measure(self, s: Snapshot, items: Sequence[MissionItem]) -> None:
         if s.p is None:
@@ -242,7 +245,8 @@ class Pilot:
         refused = isinstance(event, CommandDone) and event.result != mavlink.MAV_RESULT_ACCEPTED
         if refused or not isinstance(event, kind):
             await asyncio.sleep(0.2)  # the vehicle's STATUSTEXT follows its answer
-            raise FlightError(f"{what}: {reason_text(getattr(event, 'reason', ''))}: {self._last_warning()}")
+            reason = reason_text(getattr(event, "reason", ""))
+            raise FlightError(f"{what}: {reason}: {self._last_warning()}", **self._details())
         return event
 
     async def _wait_until(
@@ -254,7 +258,11 @@ class Pilot:
             if self._link.now > deadline:
                 if self._snapshot.source is None:
                     raise LinkError(f"no vehicle heard for {timeout:g} s")
-                raise FlightError(f"{missing} for {timeout:g} s: {self._last_warning()}")
+                raise FlightError(
+                    f"{missing} for {timeout:g} s: {self._last_warning()}; last seen: {last_seen(self._snapshot)}",
+                    waited_for=missing,
+                    **self._details(),
+                )
 
     async def _pause(self) -> None:
         await asyncio.sleep(POLL_PERIOD)
@@ -263,10 +271,19 @@ class Pilot:
             raise LinkError(f"darko-sitl ended with exit code {self._process.exit_code}")
         for kind, what in ((VehicleRestarted, "restarted"), (VehicleLost, "was lost")):
             if any(isinstance(event, kind) for event in self._events):
-                raise FlightError(f"the vehicle {what}; last item reached: {self._last_reached()}")
+                raise FlightError(f"the vehicle {what}; last item reached: {self._last_reached()}", **self._details())
 
     def _last_reached(self) -> str:
         return str(self._result.reached[-1]) if self._result.reached else "none"
+
+    def _details(self) -> dict[str, object]:
+        """What a program may want to know of a flight that ended early."""
+        return {
+            "reached": self._result.reached,
+            "log": self._result.log,
+            "said": [line.text for line in self._snapshot.messages[-MAX_SAID:]],
+            "seen": report(self._snapshot),
+        }
 
     def _last_warning(self) -> str:
         lines = [line.text for line in self._snapshot.messages if line.severity <= mavlink.MAV_SEVERITY_WARNING]

@@ -42,6 +42,7 @@ class LogPlayer(asyncio.DatagramProtocol):
     Args:
         reader: The log.
         speed: Playing speed, times real time.
+        vehicle: System id of the vehicle whose frames are sent; None: those of all.
         clock: Seconds that never go back.
 
     Attributes:
@@ -50,8 +51,15 @@ class LogPlayer(asyncio.DatagramProtocol):
         refused: Whether the machine said that nobody listens there.
     """
 
-    def __init__(self, reader: TlogReader, *, speed: float = 1.0, clock: Callable[[], float] = time.monotonic) -> None:
-        self.frames = played_frames(reader)
+    def __init__(
+        self,
+        reader: TlogReader,
+        *,
+        speed: float = 1.0,
+        vehicle: int | None = None,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self.frames = played_frames(reader, vehicle)
         self._reader, self._speed, self._clock = reader, speed, clock
         self._transport: asyncio.DatagramTransport | None = None
         self.sent, self.answers, self.refused = 0, 0, False

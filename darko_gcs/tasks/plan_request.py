@@ -50,16 +50,19 @@ async def request_of_plan(args: argparse.Namespace) -> str:
         await _wait(link, lambda: station.endpoint.vehicle is not None, VEHICLE_TIMEOUT, "no vehicle heard")
         if args.act == "load":
             station.flight_plan.load(file, link.now)
-            return await _judgement(link)
+            said = await _judgement(link)
+            return json.dumps({"ok": True, "act": "load", "result": "accepted"}) if args.json else said
         await _wait(link, lambda: _has_plan(station.snapshot), PLAN_TIMEOUT, "the vehicle sent no flight plan")
         plan = station.snapshot.flight_plan
         assert plan is not None  # noqa: S101 - it was waited for
         if args.act in {"status", "blocks"}:
             table = status_table(station.snapshot, plan) if args.act == "status" else blocks_table(plan)
-            return json.dumps(table, indent=1) if args.json else _as_text(table)
+            if not args.json:
+                return _as_text(table)
+            return json.dumps({"ok": True, **table} if isinstance(table, dict) else table, indent=1)
         command = send_request(station, plan, args, link.now)
         said = f"plan {args.act}: " + await _answer(link, command)
-    return json.dumps({"act": args.act, "result": "accepted"}) if args.json else said
+    return json.dumps({"ok": True, "act": args.act, "result": "accepted"}) if args.json else said
 
 
 def file_to_send(path: Path, names: Path | None = None, procedures: Path | None = None) -> bytes:

@@ -87,10 +87,65 @@ def test_a_mission_goes_up_and_down(port, answer, tmp_path):
     assert answer(port, "mission", "status")[1]["items"] == 0
 
 
+def fenced(path):
+    """A plan with fence, rally point and home."""
+    plan = json.loads((DATA / "square.plan").read_text())
+    plan["geoFence"] = {
+        "circles": [{"circle": {"center": [43.5648, 1.4811], "radius": 100}, "inclusion": True, "version": 1}],
+        "polygons": [
+            {"inclusion": False, "polygon": [[43.5645, 1.4811], [43.5645, 1.4812], [43.5644, 1.4811]], "version": 1}
+        ],
+        "version": 2,
+    }
+    plan["rallyPoints"] = {"points": [[43.5649, 1.4812, 20.0]], "version": 2}
+    path.write_text(json.dumps(plan))
+    return plan
+
+
+def test_what_is_downloaded_is_the_whole_plan(port, answer, tmp_path):
+    plan, back = fenced(tmp_path / "in.plan"), tmp_path / "back.plan"
+    assert answer(port, "mission", "upload", str(tmp_path / "in.plan"))[0] == 0
+    code, said = answer(port, "mission", "download", str(back))
+    assert (code, said["items"], said["fence"], said["rally"], "left_out" in said) == (0, 6, 4, 1, False)
+    held = json.loads(back.read_text())
+    assert held["geoFence"] == plan["geoFence"]
+    assert held["rallyPoints"] == plan["rallyPoints"]
+    assert held["mission"]["plannedHomePosition"] == pytest.approx(said["home"])
+    assert (held["mission"]["firmwareType"], len(held["mission"]["items"])) == (12, 6)
+    waypoints = tmp_path / "back.waypoints"
+    left_out = answer(port, "mission", "download", str(waypoints))[1]["left_out"]
+    assert left_out == ["4 fence items, which only a .plan holds", "1 rally point, which only a .plan holds"]
+    assert waypoints.read_text().splitlines()[1].split("\t")[8:10] != ["0.00000000", "0.00000000"]
+
+
+def test_an_upload_that_is_refused_names_the_item_and_why(port, answer, tmp_path):
+    plan = json.loads((DATA / "square.plan").read_text())
+    plan["mission"]["items"][1] |= {"command": 183, "frame": 2, "params": [1, 1500, 0, 0, 0, 0, 0]}
+    (tmp_path / "servo.plan").write_text(json.dumps(plan))
+    code, said = answer(port, "mission", "upload", str(tmp_path / "servo.plan"))
+    assert (code, said["ok"], said["item"]) == (4, False, 1)
+    assert said["error"].startswith("upload failed: ")
+    assert "183" in said["error"]
+    assert any("item 1" in words for words in said["said"])
+
+
+def test_rows_of_other_components_are_named_and_not_set(port, answer, tmp_path):
+    before = answer(port, "param", "get", "DRK_HOV_VMAX")[1]["parameters"]["DRK_HOV_VMAX"]
+    file = tmp_path / "gimbal.params"
+    file.write_text("1\t154\tDRK_HOV_VMAX\t1.1\t9\n")
+    code, said = answer(port, "param", "load", str(file))
+    assert (code, said["ok"], said["parameters"]) == (0, True, {})
+    assert [(row["name"], row["component"]) for row in said["left_out"]] == [("DRK_HOV_VMAX", 154)]
+    file.write_text(f"1\t1\tDRK_HOV_VMAX\t{before}\t9\n1\t154\tDRK_HOV_VMAX\t7\t9\n")
+    assert answer(port, "param", "diff", str(file))[1]["differ"] == {}
+    assert answer(port, "param", "get", "DRK_HOV_VMAX")[1]["parameters"] == {"DRK_HOV_VMAX": before}
+
+
 def test_without_a_vehicle_it_says_so_in_its_time(answer):
     (silent,) = free_ports(1)
     code, said = answer(silent, "cmd", "arm", "--timeout", "0.5")
-    assert (code, said) == (3, {"ok": False, "error": "no vehicle heard for 0.5 s", "exit_code": 3})
+    told = {"ok": False, "command": "cmd arm", "error": "no vehicle heard for 0.5 s", "exit_code": 3}
+    assert (code, said) == (3, told)
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,8 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from darko_gcs.commands.options import add_span_options
+from darko_gcs.commands.log_commands.result import tell, tell_vehicle, vehicle_table
+from darko_gcs.commands.options import add_log_vehicle_option, add_span_options
 
 __all__ = ["configure", "run"]
 
@@ -23,6 +24,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="columns of a table, as of 'log plot'; or messages of an .mcap by name [all]",
     )
     add_span_options(parser)
+    add_log_vehicle_option(parser)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -35,6 +37,7 @@ def run(args: argparse.Namespace) -> int:
     from darko_gcs.errors import GroundError  # noqa: PLC0415 - --help must be quick: so all of these
     from darko_gcs.logs import log_export  # noqa: PLC0415
     from darko_gcs.logs.log_selection import Span, selected  # noqa: PLC0415
+    from protocol.flight_log.log_vehicles import chosen_vehicle  # noqa: PLC0415
     from protocol.tlog import read_tlog  # noqa: PLC0415
     from protocol.tools.atomic_write import write_atomically  # noqa: PLC0415
 
@@ -46,13 +49,18 @@ def run(args: argparse.Namespace) -> int:
     if kind in PATHS and args.fields:
         raise GroundError(f"{args.out}: a path has no fields")
     reader = read_tlog(args.file)
+    source = chosen_vehicle(reader, name, args.vehicle)
+    told = {"file": str(args.out), **vehicle_table(reader, source)}
     if kind in TABLES:
-        selection = selected(reader, name, args.fields, span)
+        selection = selected(reader, name, args.fields, span, args.vehicle)
         data = log_export.as_csv(selection) if kind == ".csv" else log_export.as_parquet(selection)
+        told |= {"columns": ["time", *selection.names], "rows": len(selection.times[0])}
     elif kind in PATHS:
-        data = log_export.as_kml(reader, name, span)
+        data = log_export.as_kml(reader, name, source, span)
     else:
-        data = log_export.as_mcap(reader, name, args.fields, span)
+        data = log_export.as_mcap(reader, name, source, args.fields, span, alone=args.vehicle is not None)
     write_atomically(args.out, data)
-    print(f"{args.out}: {len(data)} bytes")
+    if args.vehicle is None and kind not in MESSAGES:
+        tell_vehicle(reader, source, name)
+    tell(args, f"{args.out}: {len(data)} bytes", **told, bytes=len(data))
     return 0

@@ -33,7 +33,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("which", nargs="*", default=["last"], metavar="LOG", help="numbers, last or all [last]")
     parser.add_argument("--list", action="store_true", help="list the vehicle's logs, download none")
     parser.add_argument("--to", type=Path, default=Path(), metavar="DIR", help="folder to write to [this folder]")
-    parser.add_argument("--json", action="store_true", help="print the result as JSON")
+    parser.add_argument("--json", action="store_true", help="print the result, or the failure, as JSON")
     add_listen_options(parser.add_argument_group("link"))
 
 
@@ -56,7 +56,7 @@ def downloads_as_json(downloaded: DownloadedLogs) -> str:
         {"number": log.number, "began": log.time_utc or None, "bytes": log.size, "file": _file(downloaded, log.number)}
         for log in downloaded.logs
     ]
-    return json.dumps({"logs": logs}, indent=1)
+    return json.dumps({"ok": True, "logs": logs}, indent=1)
 
 
 def downloads_as_text(downloaded: DownloadedLogs) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from darko_gcs.commands.options import add_log_vehicle_option
 from protocol.tools.option_values import whole_number
 
 __all__ = ["configure", "run"]
@@ -13,21 +14,25 @@ __all__ = ["configure", "run"]
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``darko-gcs log info``."""
     parser.add_argument("file", type=Path, metavar="FILE", help="telemetry log (.tlog)")
-    parser.add_argument("--json", action="store_true", help="print the whole summary as JSON")
     parser.add_argument("--texts", type=whole_number, default=10, metavar="N", help="show the last N status texts [10]")
+    add_log_vehicle_option(parser)
 
 
 def run(args: argparse.Namespace) -> int:
     """Print the summary of a log.
 
     Raises:
-        FileError: The file cannot be read, or is not a log.
+        FileError: The file cannot be read, is not a log, or has no such vehicle.
     """
     # --help must be quick: the dialect and numpy are loaded only here.
     from darko_gcs.logs.log_report import summary_as_json, summary_as_text  # noqa: PLC0415
     from protocol.flight_log.flight_summary import summarise  # noqa: PLC0415
+    from protocol.flight_log.log_vehicles import chosen_vehicle  # noqa: PLC0415
     from protocol.tlog import read_tlog  # noqa: PLC0415
 
-    summary, name = summarise(read_tlog(args.file)), str(args.file)
+    reader, name = read_tlog(args.file), str(args.file)
+    if args.vehicle is not None:
+        chosen_vehicle(reader, name, args.vehicle)
+    summary = summarise(reader, args.vehicle)
     print(summary_as_json(summary, name) if args.json else summary_as_text(summary, name, max(args.texts, 0)))
     return 0

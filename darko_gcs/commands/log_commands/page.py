@@ -5,6 +5,9 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from darko_gcs.commands.log_commands.result import tell, tell_vehicle, vehicle_table
+from darko_gcs.commands.options import add_log_vehicle_option
+
 __all__ = ["configure", "run"]
 
 
@@ -12,6 +15,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``darko-gcs log report``."""
     parser.add_argument("file", type=Path, metavar="FILE", help="telemetry log (.tlog)")
     parser.add_argument("--out", type=Path, metavar="PAGE", help="the page to write [FILE with .html]")
+    add_log_vehicle_option(parser)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -24,12 +28,21 @@ def run(args: argparse.Namespace) -> int:
     # --help must be quick: the dialect and numpy are loaded only here.
     from protocol.flight_log.flight_page import flight_page, require_plotly  # noqa: PLC0415
     from protocol.flight_log.flight_series import flight_series  # noqa: PLC0415
+    from protocol.flight_log.log_vehicles import vehicles  # noqa: PLC0415
     from protocol.tlog import read_tlog  # noqa: PLC0415
     from protocol.tools.atomic_write import write_atomically  # noqa: PLC0415
 
     require_plotly()
     page = args.out or args.file.with_suffix(".html")
-    flight = flight_series(read_tlog(args.file), str(args.file))
-    write_atomically(page, flight_page(flight, title=f"Flight {args.file.name}").encode())
-    print(f"{page}: {flight.duration:.1f} s of flight, {len(flight.summary.jumps)} jumps")
+    reader, name = read_tlog(args.file), str(args.file)
+    flight = flight_series(reader, name, args.vehicle)
+    source = flight.summary.system, flight.summary.component
+    told, several = vehicle_table(reader, source), len(vehicles(reader)) > 1
+    title = f"Flight {args.file.name}" + (f", vehicle {source[0]}/{source[1]}" if several else "")
+    write_atomically(page, flight_page(flight, title=title).encode())
+    if args.vehicle is None:
+        tell_vehicle(reader, source, name)
+    jumps = len(flight.summary.jumps)
+    words = f"{page}: {flight.duration:.1f} s of flight, {jumps} jumps"
+    tell(args, words, file=str(page), **told, duration=flight.duration, jumps=jumps)
     return 0

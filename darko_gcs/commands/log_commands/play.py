@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import argparse
 import asyncio
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from darko_gcs.commands.options import clock_time
+from darko_gcs.commands.log_commands.result import tell
+from darko_gcs.commands.options import add_log_vehicle_option, clock_time
 from protocol.tools.default_ports import STATION_PORT, STATION_URL
 from protocol.tools.option_values import positive_number
 
@@ -39,33 +41,50 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--at", type=clock_time, default=0.0, metavar="TIME", help="where to begin: seconds, M:SS or H:MM:SS [0]"
     )
     parser.add_argument("--loop", action="store_true", help="begin anew at the end, until Ctrl+C")
+    add_log_vehicle_option(parser)
 
 
 def run(args: argparse.Namespace) -> int:
     """Play the log.
 
     Raises:
-        FileError: The log cannot be read.
+        FileError: The log cannot be read, or has no such vehicle.
         GroundError: There is nothing to send, or no way to the address.
     """
     # --help must be quick: the dialect and numpy are loaded only here.
     from darko_gcs.errors import GroundError  # noqa: PLC0415
     from darko_gcs.tasks.log_player import LogPlayer, loopback_or_asked  # noqa: PLC0415
+    from protocol.flight_log.log_vehicles import chosen_vehicle  # noqa: PLC0415
     from protocol.tlog import read_tlog  # noqa: PLC0415
 
     address = loopback_or_asked(args.to, is_network_allowed=args.network)
-    player = LogPlayer(read_tlog(args.file), speed=args.speed)
+    reader, name = read_tlog(args.file), str(args.file)
+    if args.vehicle is not None:
+        chosen_vehicle(reader, name, args.vehicle)
+    player = LogPlayer(reader, speed=args.speed, vehicle=args.vehicle)
     if not len(player.frames.rows):
         raise GroundError(f"{args.file}: nothing to send: {player.frames.words}")
     if args.at >= player.frames.duration > 0.0:
         raise GroundError(f"--at {args.at:g}: the log ends after {player.frames.duration:.1f} s")
-    print(f"{args.file} to {address.words}: {player.frames.words}", flush=True)
+    begins = f"{args.file} to {address.words}: {player.frames.words}"
+    print(begins, file=sys.stderr if args.json else sys.stdout, flush=True)
     try:
         asyncio.run(_play(player, address, args.at, is_looping=args.loop))
     except KeyboardInterrupt:
-        print()
+        print(file=sys.stderr if args.json else sys.stdout)
     nobody = "; at times no program listened there" if player.refused else ""
-    print(f"{player.sent} frames sent{nobody}; {player.answers} datagrams came back, none answered")
+    tell(
+        args,
+        f"{player.sent} frames sent{nobody}; {player.answers} datagrams came back, none answered",
+        file=name,
+        to=args.to,
+        frames=len(player.frames.rows),
+        duration=player.frames.duration,
+        left_out=player.frames.left_out,
+        sent=player.sent,
+        answers=player.answers,
+        heard=not player.refused,
+    )
     return 0
 
 

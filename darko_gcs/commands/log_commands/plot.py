@@ -5,7 +5,8 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from darko_gcs.commands.options import add_span_options
+from darko_gcs.commands.log_commands.result import tell, tell_vehicle, vehicle_table
+from darko_gcs.commands.options import add_log_vehicle_option, add_span_options
 
 __all__ = ["configure", "run"]
 
@@ -21,6 +22,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--out", type=Path, metavar="PICTURE", help=".png, .svg or .pdf instead of the terminal")
     add_span_options(parser)
+    add_log_vehicle_option(parser)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -36,11 +38,17 @@ def run(args: argparse.Namespace) -> int:
     from darko_gcs.logs.log_selection import Span, selected  # noqa: PLC0415
     from protocol.tlog import read_tlog  # noqa: PLC0415
 
-    selection = selected(read_tlog(args.file), str(args.file), args.fields, Span(args.begin, args.end))
-    if args.out is None:
+    reader, name = read_tlog(args.file), str(args.file)
+    selection = selected(reader, name, args.fields, Span(args.begin, args.end), args.vehicle)
+    if args.vehicle is None:
+        tell_vehicle(reader, selection.source, name)
+    told = {**vehicle_table(reader, selection.source), "plotted": selection.figures()}
+    if args.out is not None:
+        save_picture(selection, args.out, args.file.name)
+        tell(args, str(args.out), file=str(args.out), **told)
+    elif args.json:
+        tell(args, "", **told)
+    else:
         columns, lines = get_terminal_size()
         print(text_plot(selection, columns, max(min(lines - 2, 30), 10)))
-    else:
-        save_picture(selection, args.out, args.file.name)
-        print(args.out)
     return 0

@@ -1,0 +1,49 @@
+"""How the subcommands of ``darko-gcs log`` tell their results: texts for people, one JSON object for programs."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from typing import TYPE_CHECKING, Any
+
+from protocol.tools.json_output import print_json
+
+if TYPE_CHECKING:
+    from protocol.tlog import TlogReader
+    from protocol.wire.message import Source
+
+__all__ = ["tell", "tell_vehicle", "vehicle_table"]
+
+
+def tell(args: argparse.Namespace, words: str, **result: Any) -> None:  # noqa: ANN401 - anything that JSON has
+    """Print a result.
+
+    Args:
+        args: Whose ``json`` says for whom.
+        words: For a person.
+        result: For a program, by name.
+    """
+    if args.json:
+        print_json({"ok": True, **result})
+    else:
+        print(words)
+
+
+def tell_vehicle(reader: TlogReader, source: Source, name: str) -> None:
+    """Say on stderr which vehicle of several is taken."""
+    from protocol.flight_log.log_vehicles import others_note  # noqa: PLC0415 - --help must be quick
+
+    if note := others_note(reader, source):
+        print(f"{name}: {note}", file=sys.stderr)
+
+
+def vehicle_table(reader: TlogReader, source: Source) -> dict[str, Any]:
+    """The vehicle that is taken, and the others of the log, for a program."""
+    from protocol.flight_log.log_vehicles import vehicles  # noqa: PLC0415 - --help must be quick
+
+    others = [other for other in vehicles(reader) if other != source]
+    return {"vehicle": _ids(source), "other_vehicles": [_ids(other) for other in others]}
+
+
+def _ids(source: Source) -> dict[str, int]:
+    return {"system": source[0], "component": source[1]}

@@ -1,0 +1,81 @@
+"""What a script's request still waits for, and what was seen last: the words of a time-out."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+from darko_gcs.errors import FlightError
+from darko_gcs.state.snapshot import Snapshot
+from protocol.dialect import mavlink
+from protocol.names.law_names import law_label
+
+__all__ = ["What", "last_seen", "late_error", "report", "why_not_ready", "words_since"]
+
+What = str | Callable[[Snapshot], str]  # what is waited for; a function says what is missing at the moment
+
+
+def report(s: Snapshot) -> dict[str, Any]:
+    """What is known of a vehicle, by the names of its JSON; None where it is not known."""
+    v = s.v
+    return {
+        "vehicle": None if s.source is None else s.source[0],
+        "time": s.boot,
+        "mode": s.mode,
+        "armed": s.armed,
+        "law": None if s.hybrid is None else law_label(s.hybrid.law),
+        "v_hover": None if s.hybrid is None or math.isnan(s.hybrid.v_hover) else s.hybrid.v_hover,
+        "position": None if s.p is None else [round(x, 3) for x in s.p],
+        "speed": None if v is None else round(math.hypot(*v), 3),
+        "heading": None if s.heading is None else round(math.degrees(s.heading) % 360.0, 1),
+        "battery": s.battery,
+        "jumps": len(s.jumps),
+        "lost": s.lost,
+        "text": s.messages[-1].text if s.messages else None,
+    }
+
+
+def last_seen(s: Snapshot) -> str:
+    """The last state of a vehicle in words."""
+    if s.source is None:
+        return "no vehicle heard"
+    armed = {True: "armed", False: "disarmed", None: "not known whether armed"}[s.armed]
+    height = "" if s.relative_altitude is None else f", {s.relative_altitude:.1f} m high"
+    lost = ", link lost" if s.lost else ""
+    text = f', "{s.messages[-1].text}"' if s.messages else ""
+    return f"{s.mode or 'mode unknown'}, {armed}{height}{lost}{text}"
+
+
+def late_error(what: str, missing: str, s: Snapshot) -> FlightError:
+    """The error of a request that is not done in time.
+
+    Args:
+        what: Happened.
+        missing: What it waits for.
+        s: What was seen last.
+    """
+    return FlightError(f"{what}: waited for {missing}; last seen: {last_seen(s)}", waited_for=missing, seen=report(s))
+
+
+def why_not_ready(s: Snapshot) -> str:
+    """What keeps a vehicle from being armed."""
+    missing = ["home is not known"] if s.home is None else []
+    if s.prearm_ok is None:
+        missing.append("the vehicle has not told whether it can be armed")
+    elif not s.prearm_ok:
+        warnings = [line.text for line in s.messages if line.severity <= mavlink.MAV_SEVERITY_WARNING]
+        missing.append("its checks before arming fail" + (f": {warnings[-1]}" if warnings else ""))
+    return f"ready to arm ({'; '.join(missing)})" if missing else "ready to arm"
+
+
+def words_since(s: Snapshot, since: float, reason: str) -> list[str]:
+    """Warnings and errors that the vehicle has sent since a time, oldest first.
+
+    Args:
+        s: What is known of it.
+        since: [s].
+        reason: Its bare answer; the station's own line, which ends with it, says no more.
+    """
+    lines = [line for line in s.messages if line.severity <= mavlink.MAV_SEVERITY_WARNING and line.time >= since]
+    return [line.text for line in lines if not line.text.endswith(f": {reason}")]
