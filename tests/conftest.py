@@ -8,6 +8,7 @@ from _pytest.unraisableexception import gc_collect_iterations_key
 from hypothesis import Phase, settings
 from hypothesis.internal.conjecture import providers
 
+from sitl.tools.error_guard import ErrorGuard
 from tests.support.processor_time import ProcessorTime
 from tests.support.scheduling import FolderScheduling
 
@@ -121,6 +122,7 @@ def pytest_addoption(parser):
 
 
 def pytest_configure(config):
+    ErrorGuard.raises = True  # an error that a vehicle would report, and fly on, fails the test
     # At its end it would collect garbage five times, half a second each, for warnings that pyproject.toml ignores.
     config.stash[gc_collect_iterations_key] = 0
     if config.getoption("--processor-time"):

@@ -182,9 +182,11 @@ class VehicleEndpoint:
     def handle_timer(self, now: float) -> None:
         """Let time pass: heartbeats, repetitions, long answers."""
         self._keyring.advance_time(now)
-        for engine in self._timed:
-            engine.handle_timer(now)
-        self._collect(now)
+        try:
+            for engine in self._timed:
+                engine.handle_timer(now)
+        finally:  # an error of one engine must not withhold what the others have to send
+            self._collect(now)
 
     def next_deadline(self) -> float:
         """When ``handle_timer`` has something to do."""

@@ -35,6 +35,7 @@ from sitl.prediction.chooser import Chooser
 from sitl.prediction.mode_choice import Decision
 
 CHOSEN_DISARMED = frozenset({Mode.RTL, Mode.LAND, Mode.POSCTL})  # on the ground, where nothing begins with them
+WAYS_DOWN = frozenset({Mode.RTL, Mode.LAND})
 STEERED_MODES = frozenset({Mode.OFFBOARD, Mode.POSCTL})  # somebody steers the heading
 
 
@@ -270,6 +271,21 @@ class Autopilot:
         flight.reference = reference
         self.update(view)
         flight.hold_here()
+
+    def hold_after_error(self) -> None:
+        """Hold after an error of the vehicle's own code that does not steer; a return or a landing goes on."""
+        flight = self._flight
+        if flight.flying and not flight.landing and flight.mode not in WAYS_DOWN:
+            flight.hold_here()
+
+    def recover(self) -> Reference:
+        """Hold after an error within a tick, whatever was flown: the reference of the laws until the next tick."""
+        flight = self._flight
+        if flight.mode is not Mode.HOLD or (flight.flying and not isinstance(flight.manoeuvre, Hold)):
+            flight.hold_here()
+        if isinstance(flight.manoeuvre, Hold):
+            flight.reference = flight.manoeuvre.reference
+        return flight.reference
 
     # Where it is flown, and by which settings
 

@@ -40,8 +40,10 @@ class Broadcast:
             now: The link's time [s].
         """
         self._answering_at = now
-        yield
-        self._answering_at = None
+        try:
+            yield
+        finally:
+            self._answering_at = None
 
     def event(self, message: Message) -> None:
         """Tell everyone that something happened."""
@@ -49,15 +51,18 @@ class Broadcast:
         if self._recorder is not None:
             self._recorder.record(message, self._aircraft.vehicle.time)
 
-    def text(self, severity: int, text: str, *, repeat_after: float = MIN_REPEAT_INTERVAL) -> None:
+    def text(
+        self, severity: int, text: str, *, repeat_after: float = MIN_REPEAT_INTERVAL, always: bool = False
+    ) -> None:
         """Tell everyone a text.
 
         Args:
             severity: MAV_SEVERITY.
             text: The text.
             repeat_after: If it answers a peer, the same text is dropped for this long [s].
+            always: Send it whatever was sent before.
         """
-        now = self._answering_at
+        now = None if always else self._answering_at
         if now is not None and not self._limiter.admits(text, now, repeat_after=repeat_after):
             return
         self._endpoint.status_text(severity, text)

@@ -41,7 +41,8 @@ class FlightReporter:
         autopilot = self._aircraft.autopilot
         messages = messages or self._telemetry.messages()
         self._telemetry.update_flight_times()
-        self._record(messages)  # first, so that a flight's log begins with its arming
+        with self._aircraft.guard:
+            self._record(messages)  # first, so that a flight's log begins with its arming
         jumps = self._aircraft.new_jumps()
         for jump in jumps:
             self._broadcast.event(hybrid_state.jump(jump))

@@ -8,17 +8,21 @@ program (heartbeats, transfers, retries) runs on the link's time, which the call
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Iterable, Sequence
+from collections.abc import Callable, Hashable, Iterable, Sequence
+from contextlib import suppress
 
 from protocol.dialect import mavlink
 from protocol.endpoints.endpoint_vehicle import VehicleEndpoint
 from protocol.engines.file_store import NoFiles
 from protocol.engines.server.stream_scheduler import STREAM_OFF
-from protocol.events import MessageReceived, MissionCleared
+from protocol.errors import LocalProtocolError
+from protocol.events import CommandRequested, Event, MessageReceived, MissionCleared
 from protocol.plans.mission_item import MissionItem
+from protocol.plans.validation import Refusal, Validate
 from protocol.wire.keyring import Keyring
 from sitl.mavlink import commands
 from sitl.mavlink.broadcast import Broadcast
+from sitl.mavlink.error_reports import ErrorReporter
 from sitl.mavlink.files.ftp_files import VehicleFiles
 from sitl.mavlink.flight_recorder import FlightRecorder
 from sitl.mavlink.flight_report import FlightReporter
@@ -45,6 +49,7 @@ from sitl.tools.persistence import StateFolder
 from sitl.vehicle.aircraft import AUTOPILOT_PERIODS, Aircraft
 
 COMPONENT = 1
+INTERNAL_ERROR = "an internal error"
 OWN_COMMANDS = {
     *answered_by(MaintenanceCommands, int),
     *answered_by(FailureService, int),
@@ -69,6 +74,7 @@ class Node:
         stored_plan_first: Load the stored flight plan even if the aircraft has one.
         system: Its system id.
         forwards: Forward messages from peer to peer.
+        tell: Tells a person beside the process of an error in the vehicle's own code.
 
     Raises:
         SitlError: A stored file cannot be read.
@@ -87,6 +93,7 @@ class Node:
         stored_plan_first: bool = False,
         system: int = 1,
         forwards: bool = True,
+        tell: Callable[[str], None] = lambda _line: None,
     ) -> None:
         self.aircraft, self.state_folder = aircraft, state_folder
         autopilot, keyring = aircraft.autopilot, keyring or Keyring()
@@ -97,6 +104,9 @@ class Node:
         )
         self._broadcast = broadcast = Broadcast(endpoint, aircraft, recorder)
         _save_keys_through(broadcast, keyring)
+        aircraft.guard.report = ErrorReporter(
+            aircraft=aircraft, broadcast=broadcast, recorder=recorder, state_folder=state_folder, tell=tell
+        ).report
         self._telemetry = telemetry = TelemetryService(aircraft, endpoint, autopilot_type)
         self._reporter = FlightReporter(aircraft, telemetry, broadcast, recorder)
         self._parameters = ParameterService(aircraft, state_folder, endpoint, broadcast)
@@ -150,6 +160,17 @@ class Node:
         )
         self._event_handlers = handlers_of(services, type)
         self._message_handlers = handlers_of(services, str)
+        self._before_sending: tuple[Callable[[float], None], ...] = (
+            self._operators.update,
+            lambda _now: self._flight_plan.follow_mode(),
+            self._telemetry.announce_status,
+            endpoint.handle_timer,
+            self._handle_events,
+            self._commands.handle_timer,
+            lambda _now: self._telemetry.announce_control(),
+            self._signing.handle_timer,
+            broadcast.handle_timer,
+        )
         for notice in home.notices:
             broadcast.text(notice.severity, notice.text)
         for text in plans.flaws:
@@ -176,8 +197,8 @@ class Node:
             parameters=self.aircraft.configuration.wire_table(),
             put_in_force=self._put_in_force,
             mission=plans.mission,
-            validate=plans.validate,
-            plans=plans.others,
+            validate=self._guarded(plans.validate),
+            plans={kind: (items, self._guarded(check)) for kind, (items, check) in plans.others.items()},
             streams={
                 s.message_id: round(1e6 / s.rate) if s.rate else STREAM_OFF
                 for s in STREAMS
@@ -194,7 +215,9 @@ class Node:
         )
 
     def _put_in_force(self, name: str, value: float) -> str:
-        return self._parameters.put_in_force(name, value)
+        with self.aircraft.guard:
+            return self._parameters.put_in_force(name, value)
+        return INTERNAL_ERROR
 
     def _plan(self, kind: int) -> tuple[MissionItem, ...]:
         return self.endpoint.plan(kind)
@@ -236,7 +259,8 @@ class Node:
         """
         if not self._failures.carries(now):
             return
-        self.endpoint.receive_datagram(data, peer, now)
+        with self.aircraft.guard:
+            self.endpoint.receive_datagram(data, peer, now)
         self._handle_events(now)
 
     def datagrams(self, now: float) -> list[tuple[Hashable | None, bytes]]:
@@ -245,15 +269,9 @@ class Node:
         Args:
             now: The link's time [s].
         """
-        self._operators.update(now)
-        self._flight_plan.follow_mode()
-        self._telemetry.announce_status(now)
-        self.endpoint.handle_timer(now)
-        self._handle_events(now)
-        self._commands.handle_timer(now)
-        self._telemetry.announce_control()
-        self._signing.handle_timer(now)
-        self._broadcast.handle_timer(now)
+        for step in self._before_sending:
+            with self.aircraft.guard:
+                step(now)
         datagrams, carried = self.endpoint.datagrams_to_send(), self._failures.carries(now)
         self._failures.sent(now)
         return datagrams if carried else []
@@ -261,11 +279,31 @@ class Node:
     def _handle_events(self, now: float) -> None:
         events = self.endpoint.events()
         with self._broadcast.answering(now):
-            self._plans.prepare_clearing({event.kind for event in events if isinstance(event, MissionCleared)})
+            with self.aircraft.guard:
+                self._plans.prepare_clearing({event.kind for event in events if isinstance(event, MissionCleared)})
             for event in events:
                 handler = self._event_handlers.get(type(event))
                 if handler is not None:
-                    handler(event, now)
+                    self._handle(event, handler, now)
+
+    def _handle(self, event: Event, handler: Callable[..., None], now: float) -> None:
+        """Have an event answered; a command that an error cut short has failed, as far as its sender is told."""
+        with self.aircraft.guard:
+            handler(event, now)
+            return
+        if isinstance(event, CommandRequested):
+            with suppress(LocalProtocolError):  # it has its answer
+                self.endpoint.acknowledge(event.request, mavlink.MAV_RESULT_FAILED, now)
+
+    def _guarded(self, check: Validate) -> Validate:
+        """A check of plans that refuses what it cannot check for an error."""
+
+        def guarded(items: Sequence[MissionItem]) -> Refusal | None:
+            with self.aircraft.guard:
+                return check(items)
+            return Refusal(mavlink.MAV_MISSION_ERROR, INTERNAL_ERROR)
+
+        return guarded
 
     @on_event(MessageReceived)
     def take_message(self, event: MessageReceived, _now: float) -> None:
@@ -294,10 +332,14 @@ class Node:
         """
         self.aircraft.advance(periods)
         messages = self._telemetry.messages()
-        self._reporter.report(messages)
-        self._flight_plan.update()
-        self._telemetry.publish_due(messages)
-        self._parameters.show_changes()
+        with self.aircraft.guard:
+            self._reporter.report(messages)
+        with self.aircraft.guard:
+            self._flight_plan.update()
+        with self.aircraft.guard:
+            self._telemetry.publish_due(messages)
+        with self.aircraft.guard:
+            self._parameters.show_changes()
 
     def snapshot(self) -> VehicleSnapshot:
         """The vehicle as telemetry sees it now."""

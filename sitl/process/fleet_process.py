@@ -42,6 +42,7 @@ from sitl.timing import PERIOD
 from sitl.tools.pacer import Pacer
 from sitl.vehicle.aircraft import AUTOPILOT_PERIODS
 
+LOST_VEHICLES = 3  # exit code of a process, some of whose vehicles could not fly on
 END_TIME = 5.0  # for a process to end once it is asked to [s]
 LISTENING_TIME = 1.0  # between looks at whether the processes are well, if nothing arrives [s]
 
@@ -117,6 +118,8 @@ def fly_fleet(args: argparse.Namespace) -> int:
             say(closing_line(processes.end()))
         if processes.failed:
             raise SitlError("a process of the fleet has ended: its vehicles cannot fly on")
+        if processes.lost_vehicles:
+            raise SitlError("not all vehicles could fly on, see above")
         return 0
     finally:
         transport.close()
@@ -151,7 +154,10 @@ class _FlyingProcesses:
             theirs, ours = context.Pipe(duplex=False)
             systems = list(nodes)[number :: self.count]
             squadron = Squadron(
-                {system: nodes[system] for system in systems}, nodes.keys(), lambda system: members[system].build()
+                {system: nodes[system] for system in systems},
+                nodes.keys(),
+                lambda system: members[system].build(),
+                tell,
             )
             self._outlets.append(outlet)
             work = (squadron, inbox, self._outlets, ours, speed, [members[system] for system in systems])
@@ -165,7 +171,12 @@ class _FlyingProcesses:
     @property
     def failed(self) -> bool:
         """Whether a process ended by an error."""
-        return any(process.exitcode not in {0, None} for process in self._processes)
+        return any(process.exitcode not in {0, LOST_VEHICLES, None} for process in self._processes)
+
+    @property
+    def lost_vehicles(self) -> bool:
+        """Whether vehicles could not fly on; the others did."""
+        return any(process.exitcode == LOST_VEHICLES for process in self._processes)
 
     def listen(self, transport: UdpTransport) -> None:
         """Pass on what arrives until all processes have ended, or one by an error."""
@@ -209,11 +220,15 @@ def _work(
     pacer, began, busy = Pacer(speed, AUTOPILOT_PERIODS * PERIOD), time.monotonic(), time.process_time()
     try:
         serve(squadron, inbox, pacer, until=lambda: inbox.is_closed or squadron.is_over())
-    except SitlError as error:
-        print(f"darko-sitl: {error}", file=sys.stderr, flush=True)
-        sys.exit(1)
     finally:
         for member in members:
             member.close()
     elapsed, busy = time.monotonic() - began, time.process_time() - busy
     report.send(Flown(elapsed, busy, pacer.missed, pacer.longest_delay))
+    if squadron.lost:
+        sys.exit(LOST_VEHICLES)
+
+
+def tell(line: str) -> None:
+    """Tell a person, quiet or not, what became of a vehicle."""
+    print(f"darko-sitl: {line}", file=sys.stderr, flush=True)

@@ -141,7 +141,14 @@ def build_node(
         exit_refusal=SCENARIO_EXIT_REFUSAL if isinstance(aircraft, ScenarioAircraft) else "",
         system=args.sysid,
         forwards=forwards,
+        tell=lambda line: complain(args, line),
     )
+
+
+def complain(args: argparse.Namespace, line: str) -> None:
+    """Tell a person, quiet or not, what went wrong with the vehicle."""
+    who = f"vehicle {args.sysid}: " if args.vehicles > 1 else ""
+    print(f"darko-sitl: {who}{line}", file=sys.stderr, flush=True)
 
 
 def open_recorder(args: argparse.Namespace) -> FlightRecorder:

@@ -1,5 +1,8 @@
 """What the vehicle stores between runs: mission, fence, rally points, flight plan, home, origin and changed parameters.
 
+A fence and rally points are kept as the items that arrived: as ``geoFence`` and ``rallyPoints``, which files of ground
+stations have, they would lose what those do not tell.
+
 Files are replaced atomically, so that a crash leaves the old or the new one. If several are to be cleared together,
 that is written down first, and the next start finishes it after a crash.
 """
@@ -24,6 +27,7 @@ from sitl.errors import SitlError
 
 LEFT_OVER = "*.new"  # files of writes that a crash cut short
 MAX_FLIGHT_PLAN_SIZE = 1 << 20  # beyond what can be sent [bytes]
+MAX_ERROR_LOG = 1 << 18  # [bytes]
 MAX_TABLE_SIZE = 1 << 20  # far beyond what the vehicle writes [bytes]
 
 
@@ -64,6 +68,7 @@ class StateFolder:
         self._parameters = folder / "parameters.json"
         self._home = folder / "home.json"
         self._plans = (self._mission, self._fence, self._rally)  # by MAV_MISSION_TYPE
+        self.errors = folder / "errors.log"  # tracebacks, for those who mend the vehicle
         self._clearing = folder / "clearing"  # names the plans that are being cleared together
         self._tidy()
 
@@ -77,19 +82,19 @@ class StateFolder:
 
     def fence(self) -> tuple[MissionItem, ...]:
         """The stored fence, empty if there is none."""
-        return _load(self._fence, fence_items)
+        return _load(self._fence, lambda plan: plan.items or fence_items(plan))
 
     def save_fence(self, items: Sequence[MissionItem]) -> None:
         """Replace the stored fence."""
-        _save(self._fence, lambda: with_fence(Plan(), items))
+        _save(self._fence, lambda: with_fence(Plan(items=tuple(items)), items))
 
     def rally(self) -> tuple[MissionItem, ...]:
         """The stored rally points, empty if there are none."""
-        return _load(self._rally, rally_items)
+        return _load(self._rally, lambda plan: plan.items or rally_items(plan))
 
     def save_rally(self, items: Sequence[MissionItem]) -> None:
         """Replace the stored rally points."""
-        _save(self._rally, lambda: with_rally(Plan(), items))
+        _save(self._rally, lambda: with_rally(Plan(items=tuple(items)), items))
 
     def flight_plan(self) -> bytes | None:
         """The file of the flight plan that was sent last; None if none ever was."""
@@ -143,6 +148,14 @@ class StateFolder:
         """Replace the stored home and origin, both or neither."""
         table = {name: asdict(place) for name, place in places._asdict().items()}
         _write(self._home, json.dumps(table, indent=1).encode(), "home not saved")
+
+    def add_error(self, text: str) -> None:
+        """Add to the log of errors; the oldest go as it grows."""
+        try:
+            before = self.errors.read_bytes() if self.errors.exists() else b""
+        except OSError as error:
+            raise StateFolderError(f"errors not logged: {self.errors}: {error.strerror}") from error
+        _write(self.errors, (before + text.encode("utf-8", errors="replace"))[-MAX_ERROR_LOG:], "errors not logged")
 
     def _tidy(self) -> None:
         """Finish what a crash has cut short."""

@@ -18,6 +18,7 @@ from sitl.simulation.navigation_status import NavigationStatus, navigation_statu
 from sitl.simulation.recording import JumpRecord
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.situation import hovers_again, regime, stopping_distance
+from sitl.tools.error_guard import ErrorGuard
 from sitl.vehicle.actuator_watch import ActuatorWatch, UnexplainedMoment
 from sitl.vehicle.injected_failures import InjectedFailures
 from sitl.vehicle.parameters import Configuration, WorldSettings
@@ -35,7 +36,8 @@ def is_forward(vehicle: Simulation) -> bool:
 class Aircraft:
     """A vehicle under its autopilot.
 
-    After ``advance``: read ``new_jumps()`` and the autopilot's ``notices()`` and ``reached()``.
+    After ``advance``: read ``new_jumps()`` and the autopilot's ``notices()`` and ``reached()``. An error in the
+    autopilot is raised, unless ``guard`` has somebody who reports it: then the vehicle holds.
 
     Args:
         vehicle: What flies.
@@ -47,7 +49,7 @@ class Aircraft:
     def __init__(
         self, vehicle: Simulation, world: World, configuration: Configuration, *, airborne: bool = False
     ) -> None:
-        self.vehicle = vehicle
+        self.vehicle, self.guard = vehicle, ErrorGuard()
         self.configuration = Configuration()
         vehicle.surroundings.enclose(world.arena)
         prepare_detours(world.arena)
@@ -188,6 +190,19 @@ class Aircraft:
         return self.failures.read(Battery(self.configuration.world.battery, self.vehicle.energy, resistance))
 
     def _decide(self) -> None:
+        """Have the autopilot tick; after an error in it, it holds."""
+        decided = False
+        with self.guard:
+            self._tick()
+            decided = True
+        if not decided:
+            with self.guard:
+                self.vehicle.reference = self.autopilot.recover()
+        self.vehicle.armed = self.autopilot.armed
+        self.vehicle.flying = self.autopilot.flying
+        self.vehicle.landing = self.autopilot.landing
+
+    def _tick(self) -> None:
         self._watch_actuators()
         fresh = self.vehicle.jumps[self._seen :]
         self._seen += len(fresh)
@@ -197,10 +212,10 @@ class Aircraft:
             self.autopilot.crashed(view)
         elif any(jump.reason is Reason.TOUCHDOWN for jump in fresh):
             self.autopilot.touched_down(view)
-        self.vehicle.reference = self.autopilot.update(view)
-        self.vehicle.armed = self.autopilot.armed
-        self.vehicle.flying = self.autopilot.flying
-        self.vehicle.landing = self.autopilot.landing
+        reference = self.autopilot.update(view)
+        if not all(map(math.isfinite, (*reference.position, reference.heading, reference.speed))):
+            raise ArithmeticError(f"the reference is not finite: {reference}")
+        self.vehicle.reference = reference
 
     def _watch_actuators(self) -> None:
         on_ground, watch = self.vehicle.law.regime is Regime.GROUND, self._actuator_watch

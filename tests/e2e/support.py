@@ -35,6 +35,8 @@ def vehicle(port, state_dir, *arguments):
     with running(port, state_dir, *arguments) as (process, own):
         yield own
         assert process.poll() is None, "the vehicle died"
+        errors = [path.read_text(encoding="utf-8") for path in Path(state_dir).rglob("errors.log")]
+        assert not errors, "\n".join(errors)
 
 
 @contextmanager

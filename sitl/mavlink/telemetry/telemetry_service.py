@@ -78,8 +78,9 @@ class TelemetryService:
         """
         time_us = self._aircraft.vehicle.periods * PERIOD_US
         for message_id, audience in self._endpoint.streams_due(time_us).items():
-            for message in messages.messages(message_id):
-                self._endpoint.publish(message, audience)
+            with self._aircraft.guard:  # the other streams go on
+                for message in messages.messages(message_id):
+                    self._endpoint.publish(message, audience)
 
     def announce_status(self, now: float) -> None:
         """Send HEARTBEAT and CURRENT_MODE at once if they have changed.

@@ -7,6 +7,7 @@ from sitl.errors import SitlError
 from sitl.mavlink.services.maintenance_commands import ExitRequest
 from sitl.process.fleet_process import Flown, closing_line
 from sitl.process.squadron import Squadron
+from sitl.tools.error_guard import ErrorGuard
 from tests.support.logs import bare
 
 HEARTBEAT = bare(mavlink.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3), system=255)
@@ -23,7 +24,7 @@ class Craft:
     def __init__(self, step=10, *, forwards=False):
         self.step, self.forwards, self.exit_request = step, forwards, None
         self.heard, self.flown, self.spoke, self.peers = [], 0, 0, (PEER,)
-        self.broken = False
+        self.broken = None
 
     def receive(self, data, _peer, _now):
         self.heard.append(data)
@@ -32,8 +33,8 @@ class Craft:
         return self.step
 
     def advance(self, periods):
-        if self.broken:
-            raise SitlError("not finite")
+        if self.broken is not None:
+            raise self.broken
         self.flown += periods
 
     def datagrams(self, _now):
@@ -47,6 +48,11 @@ class Craft:
 @pytest.fixture
 def crafts():
     return {1: Craft(forwards=True), 2: Craft(), 3: Craft(5)}
+
+
+@pytest.fixture
+def told():
+    return []
 
 
 @pytest.fixture
@@ -100,10 +106,47 @@ def test_who_has_neither_flown_nor_heard_anything_says_nothing(squadron, crafts)
     assert {s for s, craft in crafts.items() if craft.spoke > spoken[s]} == {3}
 
 
-def test_a_vehicle_that_cannot_fly_on_is_named(squadron, crafts):
-    crafts[1].broken = True
-    with pytest.raises(SitlError, match="vehicle 1: not finite"):
+def test_a_vehicle_that_cannot_fly_on_is_named_and_the_others_fly_on(crafts, told):
+    squadron = Squadron(crafts, {1, 2, 3}, lambda _system: Craft(), told.append)
+    crafts[1].broken = SitlError("not finite")
+    for _ in range(200):
         squadron.advance(squadron.periods_to_fly())
+    assert told == ["vehicle 1 cannot fly on: not finite"]
+    assert (list(squadron.nodes), squadron.lost) == ([2, 3], 1)
+    assert crafts[2].flown > 100 < crafts[3].flown
+
+
+@pytest.mark.parametrize("ask", ["receive", "advance", "datagrams"])
+def test_an_error_that_nobody_expects_leaves_one_vehicle_out(crafts, told, monkeypatch, ask):
+    monkeypatch.setattr(ErrorGuard, "raises", False)
+    squadron = Squadron(crafts, {1, 2, 3}, lambda _system: Craft(), told.append)
+    setattr(crafts[2], ask, lambda *_: 1 / 0)
+    for _ in range(200):
+        squadron.receive(HEARTBEAT, PEER, 0.0)
+        squadron.advance(squadron.periods_to_fly())
+        squadron.datagrams(0.0)
+    (line,) = told
+    assert line.startswith("vehicle 2 cannot fly on: internal error in ")
+    assert line.endswith("division by zero")
+    assert list(squadron.nodes) == [1, 3]
+
+
+def test_a_vehicle_that_cannot_boot_anew_ends_alone(crafts, told):
+    def reboot(_system):
+        raise SitlError("mission.plan is damaged")
+
+    squadron = Squadron(crafts, {1, 2, 3}, reboot, told.append)
+    crafts[3].exit_request = ExitRequest.REBOOT
+    assert not squadron.is_over()
+    assert told == ["vehicle 3 cannot fly on: mission.plan is damaged"]
+
+
+def test_without_a_vehicle_left_it_is_over(crafts, told):
+    squadron = Squadron({1: crafts[1]}, {1}, lambda _system: Craft(), told.append)
+    crafts[1].broken = SitlError("not finite")
+    squadron.advance(squadron.periods_to_fly())
+    assert squadron.periods_to_fly() > 0
+    assert squadron.is_over()
 
 
 def test_one_is_rebooted_and_one_ends_while_the_third_flies_on(squadron, crafts):
