@@ -78,9 +78,19 @@ class MissionRequests:
         flight.flying = True
         return Answer(ACCEPTED)
 
+    def restart(self) -> Answer:
+        """Fly the mission from its first item if it was broken off, else from the current one."""
+        mission = self._flight.mission
+        return self.start(0 if mission is not None and mission.begun else None)
+
     def _starts_anew(self, mission: MissionRunner) -> bool:
-        """Whether flying on is a start from the first item, and not that item resumed in flight."""
-        return mission.current == 0 and not (mission.begun and self._flight.flying)
+        """Whether flying on is a start from the first item: not that item resumed in flight, nor one in between.
+
+        On the ground nothing is left of a mission that was broken off at its last item.
+        """
+        if mission.begun and not self._flight.flying:
+            return mission.current in {0, len(mission.items) - 1}
+        return mission.current == 0 and not mission.begun
 
     def set_current(self, seq: int | None, *, resets: bool = False) -> Answer:
         """Make an item the current one, flying or not.

@@ -153,13 +153,19 @@ def _set_mode(autopilot: Autopilot, request: CommandRequested) -> Answer:
 
 @_handles(mavlink.MAV_CMD_MISSION_START)
 def _start_mission(autopilot: Autopilot, request: CommandRequested) -> Answer:
-    first, last = request.param(1), request.param(2)
+    """Fly the mission from an item on, or from the current one where none is named.
+
+    Clients that leave parameters out as 0 name no item: with both 0 a mission under way goes on, and one that was
+    broken off begins anew after a landing. With NaN or the last item as the second parameter, 0 is the first item.
+    """
+    first, last = request.params[:2]
     end = len(autopilot.mission.items) - 1 if autopilot.mission is not None else 0
-    if not math.isnan(last) and last != end:
+    if not _is_default(last) and last != end:
         return Answer(DENIED, f"Mission denied: param2 is {last:g}, not the last item, {end}")
-    if math.isnan(first):
+    left_out = first == 0.0 and last == 0.0
+    if math.isnan(first) or (left_out and autopilot.flying):
         return autopilot.missions.start()
-    return autopilot.missions.start(int(first))
+    return autopilot.missions.restart() if left_out else autopilot.missions.start(int(first))
 
 
 @_handles(mavlink.MAV_CMD_DO_SET_MISSION_CURRENT)

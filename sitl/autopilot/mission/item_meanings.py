@@ -81,7 +81,8 @@ ITEM_MEANINGS: dict[int, Meaning] = {
 }
 COMMAND_MEANINGS: dict[int, Meaning] = {
     m.MAV_CMD_MISSION_START: Meaning(
-        "From item param1, or the current one without it. From item 0, and after it was complete, as after an upload.",
+        "From item param1; NaN: from the current one. 0 without param2 (0): the mission under way goes on; on the "
+        "ground it begins anew if it was broken off. From item 0, or complete before, it is as after an upload.",
         "sets the item, changes the mode",
         "changes the mode to AUTO; MIS_RESTART decides whether it resumes",
     ),

@@ -83,6 +83,19 @@ def test_broken_off_and_started_from_its_first_item_it_begins_anew(ideal, begin)
     assert ideal.fly()[-len(LOOPED) :] == LOOPED
 
 
+@pytest.mark.parametrize(("at", "flown"), [(2, [2, 3, 1, 2, 3, 1, 2, 3, 4, 5, 6]), (6, [*LOOPED, 6])])
+def test_after_a_landing_elsewhere_it_is_resumed_but_not_at_its_last_item(at, flown):
+    ideal = Ideal((*LOOP, LAND))
+    ideal.autopilot.missions.start()
+    ideal.fly(until=lambda a: a.mission.current == at and a.mission.manoeuvre is not None)
+    ideal.autopilot.guided.land()
+    ideal.p = (*ideal.p[:2], 0.0)
+    ideal.autopilot.touched_down(ideal.view())
+    ideal.autopilot.reached()
+    assert ideal.autopilot.set_mode(Mode.MISSION).accepted
+    assert ideal.fly() == flown
+
+
 def test_resumed_at_its_first_item_within_the_flight_it_goes_on_counting():
     ideal = Ideal((waypoint(2, 0, 3), waypoint(0, 0, 3), replace(JUMP, params=(0.0, 2.0, 0.0, 0.0))))
     ideal.autopilot.missions.start()

@@ -20,7 +20,7 @@ from sitl.simulation.start import Start
 from sitl.vehicle.aircraft import Aircraft
 from sitl.vehicle.parameters import Configuration, WorldSettings
 from tests.support.vehicle.fake_station import FakeStation
-from tests.support.vehicle.mission_items import waypoint
+from tests.support.vehicle.mission_items import NAN, waypoint
 
 ACTIVE, STANDBY = mavlink.MAV_STATE_ACTIVE, mavlink.MAV_STATE_STANDBY
 CRITICAL, EMERGENCY = mavlink.MAV_STATE_CRITICAL, mavlink.MAV_STATE_EMERGENCY
@@ -73,6 +73,20 @@ def test_the_state_of_the_mission_is_told_before_the_answer_that_changes_it(tmp_
     pause = mavlink.MAV_CMD_DO_PAUSE_CONTINUE
     assert told_with(station, pause, 0) == (SUSPENDED, mavlink.MISSION_STATE_PAUSED, 1)
     assert told_with(station, pause, 1) == (1, mavlink.MISSION_STATE_ACTIVE, 1)
+
+
+@pytest.mark.parametrize(
+    ("params", "first"), [((0, 0), 1), ((NAN, NAN), 1), ((), 1), ((0, NAN), 0), ((0, 2), 0), ((2, 0), 2)]
+)
+def test_a_start_names_its_first_item_or_leaves_it_out(tmp_path, params, first):
+    station = FakeStation.with_vehicle(tmp_path, up=20.0)
+    station.upload([waypoint(50, 0, 20), waypoint(0, 40, 20), waypoint(0, -40, 20)])
+    assert told_with(station, mavlink.MAV_CMD_MISSION_START, 1)[2] == 1
+    station.advance(0.1)
+    station.command(mavlink.MAV_CMD_DO_PAUSE_CONTINUE, 0)
+    station.heard.clear()
+    assert station.command(mavlink.MAV_CMD_MISSION_START, *params) == mavlink.MAV_RESULT_ACCEPTED
+    assert station.autopilot.mission.current == first
 
 
 def test_the_chosen_item_is_told_whether_it_changed_or_not(tmp_path):
