@@ -11,7 +11,15 @@ import numpy as np
 
 from sitl.control.wind_estimator import WindGains
 from sitl.design.wind import wind_gains
-from sitl.estimation.belief import ATTITUDE_ERROR, ERRORS, GYRO_BIAS_ERROR, POSITION_ERROR, VELOCITY_ERROR, Belief
+from sitl.estimation.belief import (
+    ACCEL_BIAS_ERROR,
+    ATTITUDE_ERROR,
+    ERRORS,
+    GYRO_BIAS_ERROR,
+    POSITION_ERROR,
+    VELOCITY_ERROR,
+    Belief,
+)
 from sitl.estimation.filter import (
     ALIGNING,
     MAX_HORIZON,
@@ -22,6 +30,7 @@ from sitl.estimation.filter import (
     filter_settings,
     new_filter,
 )
+from sitl.estimation.kalman import restart as restart_errors
 from sitl.estimation.notch import quiet
 from sitl.estimation.strapdown import Increment, moved_by, no_increment
 from sitl.model.airframe import Airframe, Array
@@ -51,6 +60,14 @@ from sitl.simulation.noise import BLOCK
 from sitl.storage import named_from, record_of, record_type
 from sitl.timing import PERIOD
 
+# Of the belief after an impact, which the accelerometers cannot follow [m], [m/s], [rad], [rad/s], [m/s2].
+IMPACT_DEVIATIONS = {
+    POSITION_ERROR: 5.0,
+    VELOCITY_ERROR: 15.0,
+    ATTITUDE_ERROR: 0.3,
+    GYRO_BIAS_ERROR: 0.2,
+    ACCEL_BIAS_ERROR: 2.0,
+}
 AIDS = 4  # slow instruments that may lose a reading
 NO_FAST, NO_SLOW = np.zeros((0, FAST_COLUMNS)), np.zeros((0, SLOW_COLUMNS))
 
@@ -201,6 +218,16 @@ class Avionics:
         f["filled"] = f["aligned_periods"] = f["moved"] = 0
         f["repeated"] = f["oddity"] = f["failed"] = 0.0
         f["phase"] = REALIGNING if carries_on and f["phase"] != ALIGNING else ALIGNING
+
+    def doubt_motion(self) -> None:
+        """Doubt all that an impact makes wrong, so that the next readings are believed instead of refused."""
+        if not self.is_sensed:
+            return
+        f = self.filter
+        for first, deviation in IMPACT_DEVIATIONS.items():
+            restart_errors(f["covariance"], first, deviation * deviation)
+        f["leapt"] = 0.0
+        f["refused_since"] = -1.0
 
     def converge(self, plant: Plant, period: int, wind: Vector, airframe: Airframe) -> None:
         """Begin with a converged filter that has just taken its origin.

@@ -209,6 +209,7 @@ class Aircraft:
         self._follow_way_of_flying()
         view = self.view()
         if any(jump.target is Law.CRASHED for jump in fresh):
+            self.vehicle.avionics.doubt_motion()
             self.autopilot.crashed(view)
         elif any(jump.reason is Reason.TOUCHDOWN for jump in fresh):
             self.autopilot.touched_down(view)

@@ -8,6 +8,7 @@ from sitl.mavlink.services.maintenance_commands import ExitRequest
 from sitl.model.quaternions import from_euler
 from sitl.model.state import Body
 from sitl.model.vectors import Vector
+from sitl.simulation.avionics import Navigation
 from tests.support.vehicle.fake_station import FakeStation
 
 
@@ -44,3 +45,14 @@ def test_arming_is_refused_until_a_reboot_which_is_granted(crashed):
     assert crashed.command(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 1, 21196) == mavlink.MAV_RESULT_TEMPORARILY_REJECTED
     assert crashed.command(mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN, 1) == mavlink.MAV_RESULT_ACCEPTED
     assert crashed.bench.node.exit_request is ExitRequest.REBOOT
+
+
+def test_where_the_wreck_lies_is_known_again_soon(tmp_path):
+    station = FakeStation.with_vehicle(tmp_path, up=20.0, navigation=Navigation.SENSORS)
+    station.advance(1.0)
+    station.command(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 0, 21196)
+    station.bench.advance_until(lambda: station.vehicle.law is Law.CRASHED, 5.0)
+    station.advance(3.0)
+    truth, told = station.vehicle.truth.body.position, station.last("LOCAL_POSITION_NED")
+    assert (told.x, -told.y, -told.z) == pytest.approx(truth, abs=1.5)
+    assert (told.vx, told.vy, told.vz) == pytest.approx((0.0, 0.0, 0.0), abs=0.5)
