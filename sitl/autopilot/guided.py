@@ -8,12 +8,13 @@ from protocol.names.modes import Mode
 from sitl.autopilot.answers import ACCEPTED, DENIED, REJECTED, Answer
 from sitl.autopilot.arming import Arming
 from sitl.autopilot.flight_state import FlightState
-from sitl.autopilot.mission.speeds import CLIMB, MAX_VERTICAL_SPEEDS
+from sitl.autopilot.mission.speeds import CLIMB, GROUND_SPEED, MAX_VERTICAL_SPEEDS
 from sitl.control.reference import Point, hover_at
 from sitl.guidance.circles import FlyCircle, circle_about, circle_at
+from sitl.guidance.leg_speeds import airspeed_over_ground
 from sitl.guidance.legs import FlyLeg
 from sitl.guidance.limits import MAX_AIRSPEED, MIN_AIRSPEED
-from sitl.guidance.manoeuvres import FlyTo, Hold, Ramp
+from sitl.guidance.manoeuvres import FlyTo, Hold, PassBy, Ramp, current_step
 from sitl.guidance.speed_changes import change_airspeed, change_hover_speed, change_vertical_speeds
 
 MIN_CLIMB = 0.5  # of a take-off [m]
@@ -147,7 +148,8 @@ class GuidedRequests:
         """Change a speed of the manoeuvre under way, or of the mission.
 
         Args:
-            kind: SPEED_TYPE. Airspeed and ground speed are one: that of the hover, or from 7 m/s on of the cruise.
+            kind: SPEED_TYPE. Up to its limit that of the hover is one over the ground, whichever is named; from 7 m/s
+                on it is one of the cruise.
             speed: [m/s]; -2 takes that of the settings, of climb and descent that of the laws.
         """
         flight = self._flight
@@ -156,21 +158,21 @@ class GuidedRequests:
             return Answer(ACCEPTED)
         if kind in MAX_VERTICAL_SPEEDS:
             return self._change_vertical_speed(kind, None if speed == DEFAULT_SPEED else speed)
-        return self._change_speed(None if speed == DEFAULT_SPEED else speed)
+        return self._change_speed(None if speed == DEFAULT_SPEED else speed, over_ground=kind == GROUND_SPEED)
 
     def _change_vertical_speed(self, kind: float, speed: float | None) -> Answer:
-        flight = self._flight
-        if not isinstance(flight.manoeuvre, FlyTo):
+        flight, under_way = self._flight, current_step(self._flight.manoeuvre)
+        if not isinstance(under_way, FlyTo):
             return flight.refuse(REJECTED, "Vertical speed refused: not hovering to a point")
-        climb, descent = flight.manoeuvre.climb, flight.manoeuvre.descent
+        climb, descent = under_way.climb, under_way.descent
         new = (speed, descent) if kind == CLIMB else (climb, speed)
         change_vertical_speeds(flight.manoeuvre, *new)
         return Answer(ACCEPTED)
 
-    def _change_speed(self, speed: float | None) -> Answer:
+    def _change_speed(self, speed: float | None, *, over_ground: bool) -> Answer:
         flight = self._flight
-        manoeuvre = flight.manoeuvre
-        forward = isinstance(manoeuvre, FlyCircle) or (isinstance(manoeuvre, FlyLeg) and not manoeuvre.upright)
+        under_way = current_step(flight.manoeuvre)
+        forward = isinstance(under_way, FlyCircle) or (isinstance(under_way, FlyLeg) and not under_way.upright)
         if speed is None:
             speed = flight.settings.airspeed if forward else flight.settings.hover_speed
         cruise = speed >= MIN_AIRSPEED
@@ -178,10 +180,17 @@ class GuidedRequests:
             return flight.refuse(REJECTED, f"Speed {speed:g} m/s refused: not in forward flight")
         if forward and not cruise:
             return flight.refuse(REJECTED, f"Hover speed {speed:g} m/s refused: in forward flight")
-        if not isinstance(manoeuvre, FlyTo | Hold | FlyLeg | FlyCircle):
+        if not isinstance(under_way, FlyTo | Hold | FlyLeg | FlyCircle | PassBy):
             return flight.refuse(REJECTED, f"Hover speed {speed:g} m/s refused: not flying to a point")
-        if forward:
-            change_airspeed(manoeuvre, speed)
-        else:
-            change_hover_speed(manoeuvre, speed)
+        if not forward:
+            change_hover_speed(flight.manoeuvre, speed)
+            return Answer(ACCEPTED)
+        airspeed = speed
+        if over_ground and isinstance(under_way, FlyLeg):
+            path = under_way.reference.path
+            airspeed = airspeed_over_ground(path.start, path.end, speed, flight.view.wind)
+        if not MIN_AIRSPEED <= airspeed <= MAX_AIRSPEED:
+            text = f"{speed:g} m/s over the ground needs an airspeed of {airspeed:.1f} m/s"
+            return flight.refuse(REJECTED, f"Speed refused: {text}, not {MIN_AIRSPEED:g} to {MAX_AIRSPEED:g} m/s")
+        change_airspeed(flight.manoeuvre, airspeed)
         return Answer(ACCEPTED)

@@ -105,3 +105,10 @@ def speed_along(start: Point, end: Point, airspeed: float, wind: Point) -> float
     length = max(math.dist(start[:2], end[:2]), 1e-9)
     north, west = (end[0] - start[0]) / length, (end[1] - start[1]) / length
     return ground_speed(north, west, Vector(*wind), airspeed)
+
+
+def airspeed_over_ground(start: Point, end: Point, speed: float, wind: Point) -> float:
+    """The airspeed that gives a speed over the ground along a leg in a wind [m/s]; it may be none that can be flown."""
+    length = max(math.dist(start[:2], end[:2]), 1e-9)
+    north, west = (end[0] - start[0]) / length, (end[1] - start[1]) / length
+    return math.hypot(speed * north - wind[0], speed * west - wind[1])

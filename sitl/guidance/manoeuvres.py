@@ -184,6 +184,13 @@ class ManoeuvreSequence:
         return self.index + 1 == len(self.steps) and self.steps[self.index].done(view)
 
 
+def current_step(manoeuvre: Manoeuvre | None) -> Manoeuvre | None:
+    """The manoeuvre itself, or the present step of a sequence."""
+    while isinstance(manoeuvre, ManoeuvreSequence):
+        manoeuvre = manoeuvre.steps[manoeuvre.index]
+    return manoeuvre
+
+
 def replace_altitude(reference: Reference, z: float) -> Reference:
     """The reference at another altitude."""
     return at(reference, (reference.position.x, reference.position.y, z))

@@ -29,7 +29,6 @@ from sitl.mavlink.standard_modes import set_standard_mode
 
 ARM = mavlink.MAV_CMD_COMPONENT_ARM_DISARM
 SAME_PLACE_RADIUS = 20.0  # a client with an older position of the vehicle may name a place this far from it [m]
-GROUND_SPEED = mavlink.SPEED_TYPE_GROUNDSPEED
 CURRENT_ITEM = -1.0  # of MAV_CMD_DO_SET_MISSION_CURRENT
 CUSTOM_MODE = mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
 
@@ -217,7 +216,7 @@ def _is_on_the_globe(latitude: float, longitude: float) -> bool:
 
 @_handles(mavlink.MAV_CMD_DO_CHANGE_SPEED)
 def _change_speed(autopilot: Autopilot, request: CommandRequested) -> Answer:
-    kind, speed = request.param(1, GROUND_SPEED), request.params[1]
+    kind, speed = request.params[:2]
     if speed == NO_CHANGE:
         return Answer(ACCEPTED)
     if speed != DEFAULT_SPEED and (allowed := _refuse_speed(autopilot, kind, speed)):

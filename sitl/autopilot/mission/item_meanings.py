@@ -67,9 +67,10 @@ ITEM_MEANINGS: dict[int, Meaning] = {
         "as here; 15 jumps at most in older versions",
     ),
     m.MAV_CMD_DO_CHANGE_SPEED: Meaning(
-        "param1: 0 and 1 are one, up to DRK_HOV_VMAX the hover's ground speed, from 7 m/s the cruise's airspeed; 2 and "
-        "3 how fast hovered legs climb (take-offs too) and descend. param2: -1 no change, -2 default. A throttle is "
-        "refused. Acts at once, until the mission begins anew.",
+        "Up to DRK_HOV_VMAX the ground speed of the hover; from 7 m/s the cruise, through the air (param1 0) or over "
+        "the ground (1: by the wind at the start of each leg). 2 and 3: how fast hovered legs climb (take-offs too) "
+        "and descend. param2: -1 no change, -2 default. A throttle is refused. Acts at once, until the mission begins "
+        "anew.",
         "types are one; 0 or less is the default; throttle only without a speed",
         "Copter: 0 and 1 level, 2 climb, 3 descent; Plane: 0 airspeed, 1 least ground speed, and throttle",
     ),

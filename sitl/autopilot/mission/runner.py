@@ -195,9 +195,10 @@ class MissionRunner:
 
     def _leg_airspeed(self, view: VehicleView) -> float:
         """Airspeed of the leg under way: that asked for, or slower where the legs after it need room [m/s]."""
+        wanted = self._speeds.through_air(self._flown, self.airspeed, view.wind)
         if len(self._flown) < 2 or self._is_long:
-            return self.airspeed
-        return leg_airspeeds(self._flown, self.airspeed, view.wind)[0]
+            return wanted
+        return leg_airspeeds(self._flown, wanted, view.wind)[0]
 
     def _set_vertical_speeds(self) -> None:
         change_vertical_speeds(self._manoeuvre, self._speeds.climb, self._speeds.descent)
@@ -332,7 +333,9 @@ class MissionRunner:
         Where there are obstacles every leg is routed on its own, and stops at its end.
         """
         if self.world.arena.obstacles:
-            settings = self.settings._replace(airspeed=self.airspeed)
+            straight = (view.p, reference.position)
+            airspeed = self._speeds.through_air(straight, self.airspeed, view.wind)
+            settings = self.settings._replace(airspeed=airspeed)
             way = route_to(
                 view, reference, settings, self.chooser, self.world.arena, self._requested, acceptance=acceptance,
                 hold=hold,
