@@ -62,7 +62,7 @@ def run(args: argparse.Namespace) -> int:
 
 async def _do(vehicle: Vehicle, action: str, values: list[str], *, verify: bool) -> Result:
     if action == "upload":
-        return {"items": await vehicle.upload(values[0], verify=verify), "file": values[0], "verified": verify}
+        return await _upload(vehicle, values[0], verify=verify)
     if action == "clear":
         await vehicle.clear_mission()
         return {"items": 0}
@@ -70,6 +70,16 @@ async def _do(vehicle: Vehicle, action: str, values: list[str], *, verify: bool)
         return await _download(vehicle, values[0])
     items, s = await vehicle.download(), vehicle.now
     return {"items": len(items), "current": s.mission_current, "reached": sorted(s.reached)}
+
+
+async def _upload(vehicle: Vehicle, file: str, *, verify: bool) -> Result:
+    from protocol.plans import load  # noqa: PLC0415 - --help must be quick
+    from protocol.plans.fence_rally import fence_items, rally_items  # noqa: PLC0415
+
+    plan = load(Path(file))
+    items = await vehicle.upload(file, verify=verify)
+    parts = {"fence": len(fence_items(plan)), "rally": len(rally_items(plan))}
+    return {"items": items, **parts, "file": file, "verified": verify}
 
 
 async def _download(vehicle: Vehicle, file: str) -> Result:
@@ -96,8 +106,8 @@ def _words(result: Result) -> str:
     if "verified" in result:
         rest = ", read back and identical" if result["verified"] else ", not read back"
     parts = [counted(result["items"], "item")]
-    if "fence" in result:
-        parts += [counted(result["fence"], "fence item"), counted(result["rally"], "rally point")]
-        parts += ["home"] if result["home"] is not None else []
+    named = (("fence", "fence item"), ("rally", "rally point"))
+    parts += [counted(result[key], what) for key, what in named if result.get(key)]
+    parts += ["home"] if result.get("home") is not None else []
     left_out = "".join(f"\nleft out: {what}" for what in result.get("left_out", ()))
     return ", ".join(parts) + (f": {result['file']}" if "file" in result else "") + rest + left_out

@@ -98,7 +98,7 @@ async def _read(vehicle: Vehicle, name: str | None) -> Result:
 
 
 async def _set(vehicle: Vehicle, name: str, text: str) -> Result:
-    from darko_gcs.errors import GroundError  # noqa: PLC0415 - --help must be quick
+    from darko_gcs.errors import FlightError, GroundError  # noqa: PLC0415 - --help must be quick
     from darko_gcs.state.parameter_metadata import NO_METADATA  # noqa: PLC0415
 
     _require(await vehicle.parameters(), name)
@@ -111,7 +111,21 @@ async def _set(vehicle: Vehicle, name: str, text: str) -> Result:
             value = metadata.value_of(text)
     except ValueError as error:
         raise GroundError(f"param set {name}: {error}") from None
-    return {"parameters": {name: await vehicle.set_parameter(name, value)}}
+    try:
+        return {"parameters": {name: await vehicle.set_parameter(name, value)}}
+    except FlightError as error:
+        error.details |= {"parameter": name, "value": value, **await _limits(vehicle, name)}
+        raise
+
+
+async def _limits(vehicle: Vehicle, name: str) -> Result:
+    """The range of a parameter, as far as the vehicle describes it."""
+    from darko_gcs.state.parameter_metadata import NO_METADATA  # noqa: PLC0415 - --help must be quick
+
+    metadata = (await vehicle.parameter_metadata()).get(name, NO_METADATA)
+    return (
+        {"limit": {"min": metadata.minimum, "max": metadata.maximum, "unit": metadata.unit}} if metadata.bounds else {}
+    )
 
 
 async def _compare(vehicle: Vehicle, file: ParameterFile, *, change: bool) -> Result:
@@ -138,7 +152,8 @@ async def _load(vehicle: Vehicle, result: Result, wanted: Mapping[str, float]) -
 
     changes = await vehicle.set_parameters({name: value for name, value in wanted.items() if name in _known(vehicle)})
     refused = {
-        name: {"value": change.value, "reason": change.reason} for name, change in refused_changes(changes).items()
+        name: {"value": change.value, "reason": change.reason, **await _limits(vehicle, name)}
+        for name, change in refused_changes(changes).items()
     }
     missing = {name: {"value": value, "reason": NOT_THERE} for name, value in wanted.items() if name not in changes}
     result["parameters"] = {name: vehicle.now.parameters[name] for name in changes if name not in refused}

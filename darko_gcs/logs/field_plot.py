@@ -7,7 +7,7 @@ from pathlib import Path
 
 from darko_gcs.errors import GroundError
 from darko_gcs.logs.log_selection import Selection
-from protocol.flight_log.gaps import with_gaps
+from protocol.flight_log.gaps import pieces, with_gaps
 
 __all__ = ["PICTURES", "save_picture", "text_plot"]
 
@@ -35,7 +35,10 @@ def text_plot(selection: Selection, width: int, height: int) -> str:
     for times, values, name, unit in zip(
         selection.times, selection.values, selection.names, selection.units, strict=True
     ):
-        plotext.plot(times.tolist(), values.tolist(), label=f"{name} [{unit}]" if unit else name)
+        label: str | None = f"{name} [{unit}]" if unit else name
+        for piece in pieces(times):
+            plotext.plot(times[piece].tolist(), values[piece].tolist(), label=label)
+            label = None  # one entry for all pieces
     plotext.xlabel("time [s]")
     return str(plotext.uncolorize(plotext.build()))
 

@@ -321,14 +321,13 @@ class Vehicle:
         """Change several parameters; gives what became of each, set or refused, by name."""
         async with self._busy:
             self._forget()
+            self._waits_for = f"the vehicle's answer about {', '.join(list(wanted)[:5])}"
             self._station.set_parameters(wanted, self._link.now)
             while any(self.now.parameter_changes[name].state is ChangeState.WAITING for name in wanted):
                 await asyncio.sleep(POLL_PERIOD)
                 if not self.now.parameter_changes.keys() >= wanted.keys():
                     raise FlightError("the vehicle restarted")
         return {name: self.now.parameter_changes[name] for name in wanted}
-
-    # Inside
 
     async def _command(self, request: Callable[[float], None], command: int, what: str) -> None:
         async with self._busy:

@@ -7,14 +7,18 @@ import asyncio
 
 from darko_gcs.errors import GroundError, LinkError
 from darko_gcs.feed.udp_link import UdpLink
+from darko_gcs.state.text import reason_text
 from darko_gcs.station.keyring_setup import open_keyring
 from darko_gcs.station.station import Station
 from darko_gcs.tasks.link_session import POLL_PERIOD, VEHICLE_TIMEOUT, open_link
+from darko_gcs.tasks.progress import words_since
 from protocol.dialect import mavlink
 from protocol.events import CommandDone
 from protocol.names.failure_names import FAILURE_TYPES, FAILURE_UNITS
 
 __all__ = ["request_failure"]
+
+TEXT_TIME = 0.5  # in which the words of a refusal follow its number [s]
 
 
 async def request_failure(args: argparse.Namespace) -> str:
@@ -36,10 +40,15 @@ async def request_failure(args: argparse.Namespace) -> str:
             if link.now > deadline:
                 raise LinkError(f"no vehicle heard within {VEHICLE_TIMEOUT:g} s")
             await asyncio.sleep(POLL_PERIOD)
-        station.inject_failure(link.now, FAILURE_UNITS[args.unit], FAILURE_TYPES[args.failure], args.instance)
+        asked = link.now
+        station.inject_failure(asked, FAILURE_UNITS[args.unit], FAILURE_TYPES[args.failure], args.instance)
         done = await _answer(link)
-    if done.result != mavlink.MAV_RESULT_ACCEPTED:
-        raise GroundError(f"{args.unit} {args.failure}: {done.reason or 'refused'}")
+        reason = reason_text(done.reason or "refused")
+        if done.result != mavlink.MAV_RESULT_ACCEPTED:
+            await asyncio.sleep(TEXT_TIME)
+            said = words_since(station.snapshot, asked, reason)
+            words = ": ".join((f"{args.unit} {args.failure}", reason, *said[-1:]))
+            raise GroundError(words, result=done.result, said=said)
     return f"{args.unit} {args.failure}: accepted"
 
 

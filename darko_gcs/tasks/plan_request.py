@@ -148,7 +148,7 @@ async def _answer(link: UdpLink, command: int) -> str:
                 await asyncio.sleep(TEXT_TIME)
                 texts = [line.text for line in link.station.snapshot.messages[max(lines - 1, 0) :]]
                 reason = next((text for text in texts if "denied:" in text or "refused:" in text.lower()), "")
-                raise GroundError(reason or f"refused: {event.reason.lower()}")
+                raise GroundError(reason or f"refused: {event.reason.lower()}", result=event.result, said=texts)
         await asyncio.sleep(POLL_PERIOD)
 
 

@@ -26,6 +26,7 @@ Rows = NDArray[np.int64]
 MAX_DELAY = 30.0  # of a message that is only late [s]; another time than its neighbours' by more is not its own
 MIN_STEP = 1.0  # back, before which a message may be late or the vehicle restarted: messages are not sent in order [s]
 BOOT_TIME = 2.0  # that a vehicle's clock may show, more than has passed since it was last heard, after a restart [s]
+OWN_TIMES = {"time_boot_ms": 1e-3, "time_usec": 1e-6}  # fields [s]; the second one may be since 1970
 ORDER = 1e-9  # keeps records of one recorded time apart [s]
 
 
@@ -47,30 +48,31 @@ class FlightClock:
     arrivals: Floats
     zero: float
     rate: float
-    _shifts: Floats  # of each record: time on this clock less the time since boot that a message tells
+    _timed: Rows  # the vehicle's records that tell a time since boot
+    _shifts: Floats  # of each of these: its time on this clock less the one it tells [s]
 
     @cached_property
     def times(self) -> Floats:
         """When each record was made [s since the vehicle was switched on], shape (n,): late ones go back."""
         times = self.arrivals.copy()
         for name in self.reader.names:
-            fields = message_named(name).fieldnames
-            if "time_boot_ms" in fields:
-                self._take_own(times, name, "time_boot_ms", 1e-3)
-            elif "time_usec" in fields:  # since boot, or since 1970
-                self._take_own(times, name, "time_usec", 1e-6)
+            times[self.reader.rows(name, self.source)] = self.times_of(name)
         return times
+
+    def times_of(self, name: str) -> Floats:
+        """When the vehicle made each of its messages ``name`` [s], in the order of the log."""
+        rows = self.reader.rows(name, self.source)
+        times, fields = self.arrivals[rows], message_named(name).fieldnames
+        stamp = next((field for field in OWN_TIMES if field in fields), None)
+        if stamp is None or not len(rows) or not len(self._timed):
+            return times
+        shifts = self._shifts[np.maximum(np.searchsorted(self._timed, rows, side="right") - 1, 0)]
+        own = self.reader.columns(name, self.source)[stamp] * OWN_TIMES[stamp] + shifts
+        return np.where(np.abs(own - times) < MAX_DELAY, own, times)
 
     def at(self, playing: Floats) -> Floats:
         """Times of playing times [s]."""
         return np.interp(playing, self.reader.clock.playing, self.arrivals)
-
-    def _take_own(self, times: Floats, name: str, field: str, unit: float) -> None:
-        rows = self.reader.rows(name, self.source)
-        if len(rows) and len(self._shifts):
-            own = self.reader.columns(name, self.source)[field] * unit + self._shifts[rows]
-            near = np.abs(own - times[rows]) < MAX_DELAY
-            times[rows[near]] = own[near]
 
 
 def flight_clock(reader: TlogReader, source: Source) -> FlightClock:
@@ -83,7 +85,7 @@ def flight_clock(reader: TlogReader, source: Source) -> FlightClock:
     playing = reader.clock.playing
     rows, boot = _timed(reader, source)
     if len(rows) < 2:
-        return FlightClock(reader, source, playing, 0.0, 1.0, np.zeros(0))
+        return FlightClock(reader, source, playing, 0.0, 1.0, np.zeros(0, dtype=np.int64), np.zeros(0))
     passed, steps = _steps(reader, source)
     silence = _longest_silence(passed, steps)
     rate = _rate(passed, steps, silence)
@@ -95,8 +97,7 @@ def flight_clock(reader: TlogReader, source: Source) -> FlightClock:
     before = np.minimum(playing - playing[rows[anchors[0]]], 0.0)
     after = np.maximum(playing - playing[rows[anchors[-1]]], 0.0)
     arrivals = np.interp(place, place[rows[anchors]], np.maximum.accumulate(told[anchors])) + before + after
-    last = np.searchsorted(rows, np.arange(len(reader)), side="right") - 1
-    return FlightClock(reader, source, arrivals, float(boot[0]), rate, shifts[np.maximum(last, 0)])
+    return FlightClock(reader, source, arrivals, float(boot[0]), rate, rows, shifts)
 
 
 def flight_times(reader: TlogReader, source: Source) -> Floats:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import DecisionReason, Law, Reason, Way
-from protocol.flight_log.flight_clock import flight_clock
+from protocol.flight_log.flight_clock import FlightClock, flight_clock
 from protocol.flight_log.log_vehicles import stations, vehicles
 from protocol.names.enum_names import enum_name, name_of
 from protocol.names.mode_names import mode_name
@@ -219,14 +219,15 @@ def _flight(reader: TlogReader, times: Floats, source: Source) -> LoggedFlight:
     end = float(times[-1])
     modes = _mode_names(beats)
     armed = (beats["base_mode"].astype(np.int64) & int(mavlink.MAV_MODE_FLAG_SAFETY_ARMED)) != 0
-    distance, height, speed = _path(reader, times, source, rows, armed)
+    clock = flight_clock(reader, source)
+    distance, height, speed = _path(reader, clock, source, rows, armed)
     cross_track = _cross_track(reader, source, rows, armed)
     return LoggedFlight(
         system=source[0],
         component=source[1],
         type=enum_name("MAV_TYPE", int(beats["type"][-1])),
         autopilot=enum_name("MAV_AUTOPILOT", int(beats["autopilot"][-1])),
-        clock_rate=flight_clock(reader, source).rate,
+        clock_rate=clock.rate,
         modes=tuple(_periods(times[rows], modes, end)),
         armed=tuple(p for p in _periods(times[rows], ["armed" if a else "" for a in armed], end) if p.name),
         distance=distance,
@@ -234,8 +235,8 @@ def _flight(reader: TlogReader, times: Floats, source: Source) -> LoggedFlight:
         speed=speed,
         cross_track_rms=None if cross_track is None else float(np.sqrt(np.mean(cross_track**2))),
         cross_track_max=None if cross_track is None else float(np.max(np.abs(cross_track))),
-        laws=_laws(reader, source),
-        energy=_energy(reader, source),
+        laws=_laws(reader, clock, source),
+        energy=_energy(reader, clock, source),
         vtol=_vtol(reader, times, source),
         decisions=_decisions(reader, times, source),
         jumps=_jumps(reader, times, source),
@@ -258,7 +259,7 @@ def _periods(times: Floats, names: list[str], end: float) -> list[Period]:
 
 
 def _path(
-    reader: TlogReader, times: Floats, source: Source, beat_rows: NDArray[np.int64], armed: NDArray[np.bool_]
+    reader: TlogReader, clock: FlightClock, source: Source, beat_rows: NDArray[np.int64], armed: NDArray[np.bool_]
 ) -> tuple[float | None, float | None, float | None]:
     """Distance flown while armed [m], maximum height [m] and speed [m/s]; None without a message with positions."""
     name = "LOCAL_POSITION_NED" if len(reader.rows("LOCAL_POSITION_NED", source)) else "GLOBAL_POSITION_INT"
@@ -266,9 +267,10 @@ def _path(
     if not len(rows):
         return None, None, None
     position, velocity = (_local if name == "LOCAL_POSITION_NED" else _geodetic)(fields)
-    steps = np.linalg.norm(np.diff(position, axis=0), axis=1)
-    flying = _armed_at(rows, beat_rows, armed)
-    counted = flying[1:] & flying[:-1] & (np.diff(times[rows]) < _MAX_GAP)
+    order = _order(clock, name)
+    steps = np.linalg.norm(np.diff(position[order], axis=0), axis=1)
+    flying = _armed_at(rows, beat_rows, armed)[order]
+    counted = flying[1:] & flying[:-1] & (np.diff(clock.reader.clock.playing[rows]) < _MAX_GAP)
     height = float(np.nanmax(-position[:, 2], initial=0.0))
     speed = float(np.nanmax(np.linalg.norm(velocity, axis=1), initial=0.0))
     return float(np.nansum(steps[counted])), height, speed
@@ -315,18 +317,25 @@ def _geodetic(fields: Columns) -> tuple[Floats, Floats]:
     return np.stack((north, east, down), axis=1), velocity
 
 
-def _laws(reader: TlogReader, source: Source) -> dict[str, float]:
+def _order(clock: FlightClock, name: str) -> NDArray[np.int64]:
+    """Messages in the order in which they were made: late ones stand where they belong."""
+    return np.argsort(clock.times_of(name), kind="stable")
+
+
+def _laws(reader: TlogReader, clock: FlightClock, source: Source) -> dict[str, float]:
     """Time in each control law [s], on the vehicle's clock: a simulation may run faster than the recorder's clock."""
     states = reader.columns("DARKO_HYBRID_STATE", source)
-    laws = states["law"][:-1]
-    steps = np.diff(states["time_boot_ms"].astype(np.float64) / 1e3)
+    order = _order(clock, "DARKO_HYBRID_STATE")
+    laws = states["law"][order][:-1]
+    steps = np.diff(states["time_boot_ms"][order].astype(np.float64) / 1e3)
     steps = np.where((steps > 0.0) & (steps < _MAX_GAP), steps, 0.0)
     return {name_of(Law, number): float(steps[laws == number].sum()) for number in np.unique(laws).tolist()}
 
 
-def _energy(reader: TlogReader, source: Source) -> dict[str, float]:
+def _energy(reader: TlogReader, clock: FlightClock, source: Source) -> dict[str, float]:
     """Energy used in each control law [J]; after a restart, the vehicle counts from zero."""
-    totals = reader.columns("DARKO_ENERGY", source)["energy_by_law"].astype(np.float64)
+    order = _order(clock, "DARKO_ENERGY")
+    totals = reader.columns("DARKO_ENERGY", source)["energy_by_law"][order].astype(np.float64)
     used = np.nansum(np.clip(np.diff(totals, axis=0), 0.0, None), axis=0)
     return {name_of(Law, law): joules for law, joules in enumerate(used.tolist()) if joules > 0.0}
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["between", "longest_step", "with_gaps"]
+__all__ = ["between", "longest_step", "pieces", "with_gaps"]
 
 Floats = NDArray[np.float64]
 
@@ -37,6 +39,12 @@ def between(wanted: Floats, times: Floats, values: Floats) -> Floats:
         (right - left <= longest) | (wanted == right),
     )
     return np.where(is_known, np.interp(wanted, times, values), np.nan)
+
+
+def pieces(times: Floats) -> list[slice]:
+    """The parts of a series between its gaps; ``times`` ascend."""
+    edges = [0, *(np.flatnonzero(np.diff(times) > longest_step(times)) + 1).tolist(), len(times)]
+    return [slice(begin, end) for begin, end in pairwise(edges)]
 
 
 def with_gaps(times: Floats, values: Floats) -> tuple[Floats, Floats]:

@@ -89,6 +89,7 @@ def _of_block(finding: Finding) -> str:
 def _as_table(check: PlanCheck, losses: Sequence[Loss]) -> dict[str, Any]:
     plan, locked = check.plan, check.locked_blocks
     return {
+        "ok": not check.refusals,
         "name": plan.name,
         "origin": {"lat": plan.lat0, "lon": plan.lon0, "alt": plan.ground_alt},
         "blocks": [{"name": block.name, "flown": block.name not in locked} for block in plan.blocks],

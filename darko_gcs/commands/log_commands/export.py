@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from pathlib import Path
+from typing import Any
 
 from darko_gcs.commands.log_commands.result import tell, tell_vehicle, vehicle_table
 from darko_gcs.commands.options import add_log_vehicle_option, add_span_options
@@ -50,7 +52,7 @@ def run(args: argparse.Namespace) -> int:
         raise GroundError(f"{args.out}: a path has no fields")
     reader = read_tlog(args.file)
     source = chosen_vehicle(reader, name, args.vehicle)
-    told = {"file": str(args.out), **vehicle_table(reader, source)}
+    told: dict[str, Any] = {"file": str(args.out), **vehicle_table(reader, source)}
     if kind in TABLES:
         selection = selected(reader, name, args.fields, span, args.vehicle)
         data = log_export.as_csv(selection) if kind == ".csv" else log_export.as_parquet(selection)
@@ -59,6 +61,9 @@ def run(args: argparse.Namespace) -> int:
         data = log_export.as_kml(reader, name, source, span)
     else:
         data = log_export.as_mcap(reader, name, source, args.fields, span, alone=args.vehicle is not None)
+        if unknown := int((~reader.known).sum()):
+            told["left_out"] = [f"{unknown} messages that no dialect has"]
+            print(f"{name}: left out: {told['left_out'][0]}", file=sys.stderr)
     write_atomically(args.out, data)
     if args.vehicle is None and kind not in MESSAGES:
         tell_vehicle(reader, source, name)

@@ -1,6 +1,7 @@
 """The summary of a log as text and as JSON."""
 
 import json
+from dataclasses import replace
 
 import pytest
 
@@ -89,3 +90,20 @@ def test_decisions_are_reported_with_both_predictions(forward):
     assert f"0:05.0 leg to 2, 100 m, climb +10 m: FORWARD, ENERGY {both}" in report
     assert "leg, 100 m, climb +10 m: HOVER, NO_TRIM (hover 29.2 s 4983 J, forward impossible)" in report
     assert json.loads(summary_as_json(forward, "x"))["flights"][0]["decisions"][1]["forward_time"] is None
+
+
+def test_two_clocks_are_told_apart_where_they_differ(forward):
+    assert "its clock ran" not in summary_as_text(forward, "x")
+    fast = replace(forward, flights=(replace(forward.flights[0], clock_rate=2.0),))
+    report = summary_as_text(fast, "x")
+    assert "its clock ran 2 times as fast as the recorder's: times from here on are the recorder's" in report
+    assert "vehicle's time" in report
+
+
+def test_a_clock_set_forward_and_stamps_of_the_other_byte_order_are_told(forward):
+    told = replace(forward, clock_set_forward=1, clock_forward=1.7e9, byte_order="little")
+    report = summary_as_text(told, "x")
+    assert "the recording clock was set forward once, by 19,676 days, which are no time of flight" in report
+    assert "time stamps are little-endian" in report
+    twice = summary_as_text(replace(forward, clock_set_forward=2, clock_forward=7200.0), "x")
+    assert "set forward 2 times, by up to 2:00:00.0" in twice

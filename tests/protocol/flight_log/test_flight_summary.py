@@ -185,3 +185,13 @@ def test_infinite_and_nan_numbers_are_summarised_without_a_warning():
 def test_a_slow_flight_close_to_the_ground_has_its_own_speed_and_height():
     (flight,) = summary_of([beat(Mode.HOLD, armed=True), at(0.0, 0.25, 0.5), at(0.1, 0.5, 0.25)]).flights
     assert (flight.height, flight.speed) == (0.5, 0.5)
+
+
+def test_a_position_that_came_late_is_no_way_back_and_forth():
+    """Each metre is flown once; one message in ten comes behind its successor."""
+    beat = mavlink.MAVLink_heartbeat_message(20, 12, 128, 0, 4, 3)
+    sent = sorted(range(100), key=lambda k: k + 1.5 * (k % 10 == 5))
+    places = [mavlink.MAVLink_local_position_ned_message(k * 100, k, 0, 0, 0, 0, 0) for k in sent]
+    records = [record(T0 + 100_000 * at, bare(message)) for at, message in enumerate([beat, *places])]
+    (flight,) = summarise(TlogReader(b"".join(records))).flights
+    assert flight.distance == pytest.approx(99.0)

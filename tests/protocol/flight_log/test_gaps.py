@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from protocol.flight_log.gaps import between, longest_step, with_gaps
+from protocol.flight_log.gaps import between, longest_step, pieces, with_gaps
 
 TIMES = np.array([0.0, 1.0, 2.0, 50.0, 51.0])
 VALUES = np.array([0.0, 1.0, 2.0, 50.0, 51.0])
@@ -36,3 +36,7 @@ def test_at_its_own_times_a_series_is_itself(times):
     times = np.unique(np.array(times))
     assert between(times, times, times * 2.0).tolist() == (times * 2.0).tolist()
     assert longest_step(times) >= 2.0
+
+
+def test_a_series_falls_into_pieces_between_its_gaps():
+    assert [(piece.start, piece.stop) for piece in pieces(TIMES)] == [(0, 3), (3, 5)]

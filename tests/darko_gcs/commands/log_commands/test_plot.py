@@ -10,8 +10,10 @@ import pytest
 from darko_gcs.commands.log_commands import export as log_export
 from darko_gcs.commands.log_commands import plot as log_plot
 from darko_gcs.errors import GroundError
+from protocol.dialect import mavlink
 from protocol.errors import FileError
 from protocol.tlog import read_tlog
+from tests.support.logs import T0, bare, record
 from tests.support.paths import DATA
 
 FLIGHT = DATA / "square-flight.tlog"
@@ -100,3 +102,45 @@ def test_an_export_that_makes_no_sense_is_refused(tmp_path, words, said):
 def test_a_time_outside_the_flight_has_no_values(tmp_path):
     with pytest.raises(FileError, match="has no value from 900"):
         run(log_export, FLIGHT, tmp_path / "t.csv", "ATTITUDE.roll", "--from", "900")
+
+
+def test_a_picture_has_a_scale_with_its_unit_for_each_unit(tmp_path):
+    pytest.importorskip("matplotlib")
+    picture = tmp_path / "two.svg"
+    fields = ("deg(ATTITUDE.roll)", "LOCAL_POSITION_NED.vx", "LOCAL_POSITION_NED.vy", "ATTITUDE.roll * 2")
+    assert run(log_plot, FLIGHT, *fields, "--out", picture) == 0
+    drawn = picture.read_text()
+    comments = [line for line in drawn.splitlines() if line.strip().startswith("<!--")]
+    assert [line.strip() for line in comments if "[" in line or "as expressed" in line] == [
+        "<!-- [deg] -->", "<!-- [m/s] -->", "<!-- time [s] -->", "<!-- as expressed -->",
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("field", "said"),
+    [
+        ("ATTITUDE.rol", "ATTITUDE has no field rol; it has time_boot_ms, roll, pitch, yaw"),
+        ("ATITUDE.roll", "the dialect has no message ATITUDE; did you mean ATTITUDE"),
+        ("RC_CHANNELS.chan1_raw", "the log has no RC_CHANNELS; "),
+    ],
+)
+def test_an_unknown_field_is_answered_with_those_that_there_are(field, said):
+    with pytest.raises(FileError, match=said):
+        run(log_plot, FLIGHT, field)
+
+
+def test_between_messages_of_two_kinds_nothing_is_made_up_where_one_lacked(tmp_path):
+    rows = []
+    for k in range(600):
+        attitude = mavlink.MAVLink_attitude_message(k * 100, k / 600, 0, 0, 0, 0, 0)
+        rows.append((k * 100_000, attitude if k else mavlink.MAVLink_heartbeat_message(2, 12, 81, 0, 4, 3)))
+        if not 200 < k < 400:
+            rows.append((k * 100_000, mavlink.MAVLink_local_position_ned_message(k * 100, k, 0, 0, 0, 0, 0)))
+    log, table = tmp_path / "gap.tlog", tmp_path / "t.csv"
+    log.write_bytes(b"".join(record(T0 + at, bare(message)) for at, message in rows))
+    assert run(log_export, log, table, "ATTITUDE.roll", "LOCAL_POSITION_NED.x") == 0
+    _, *read = csv.reader(table.read_text().splitlines())
+    values = {float(time): float(x) for time, _, x in read}
+    assert values[10.0] == pytest.approx(100.0)
+    assert values[50.0] == pytest.approx(500.0)
+    assert np.isnan(values[30.0])
