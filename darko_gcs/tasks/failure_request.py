@@ -11,14 +11,12 @@ from darko_gcs.state.text import reason_text
 from darko_gcs.station.keyring_setup import open_keyring
 from darko_gcs.station.station import Station
 from darko_gcs.tasks.link_session import POLL_PERIOD, VEHICLE_TIMEOUT, open_link
-from darko_gcs.tasks.progress import words_since
+from darko_gcs.tasks.progress import TEXT_TIME, words_since
 from protocol.dialect import mavlink
 from protocol.events import CommandDone
 from protocol.names.failure_names import FAILURE_TYPES, FAILURE_UNITS
 
 __all__ = ["request_failure"]
-
-TEXT_TIME = 0.5  # in which the words of a refusal follow its number [s]
 
 
 async def request_failure(args: argparse.Namespace) -> str:

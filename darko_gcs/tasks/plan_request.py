@@ -16,6 +16,7 @@ from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.station.keyring_setup import open_keyring
 from darko_gcs.station.station import Station
 from darko_gcs.tasks.link_session import POLL_PERIOD, VEHICLE_TIMEOUT, open_link
+from darko_gcs.tasks.progress import TEXT_TIME
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import PlanEventKind
 from protocol.errors import ProtocolError
@@ -28,7 +29,6 @@ from protocol.flight_plans.plan_package import pack_plan
 __all__ = ["blocks_table", "file_to_send", "request_of_plan", "send_request", "status_table"]
 
 PLAN_TIMEOUT = 15.0  # for the plan to arrive from a vehicle that is heard [s]
-TEXT_TIME = 0.5  # in which the words of a refusal follow its number [s]
 
 
 async def request_of_plan(args: argparse.Namespace) -> str:

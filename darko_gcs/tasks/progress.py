@@ -11,8 +11,9 @@ from darko_gcs.state.snapshot import Snapshot
 from protocol.dialect import mavlink
 from protocol.names.law_names import law_label
 
-__all__ = ["What", "last_seen", "late_error", "report", "why_not_ready", "words_since"]
+__all__ = ["TEXT_TIME", "What", "last_seen", "late_error", "report", "why_not_ready", "words_since"]
 
+TEXT_TIME = 0.5  # in which the words of a refusal follow its number [s]
 What = str | Callable[[Snapshot], str]  # what is waited for; a function says what is missing at the moment
 
 
