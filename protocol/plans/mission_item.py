@@ -84,12 +84,11 @@ class MissionItem:
         """The item in a MISSION_ITEM_INT, or in the older MISSION_ITEM with its position in floats.
 
         Raises:
-            LocalProtocolError: The floats of a MISSION_ITEM are not a position.
+            LocalProtocolError: The floats of a MISSION_ITEM are not a position; the message names the parameter.
         """
         x, y = message.x, message.y
         if message.get_type() == "MISSION_ITEM":
-            scale = units.to_e7 if is_global_frame(message.frame) else units.local_e4
-            x, y = (units.UNKNOWN_INT32 if math.isnan(value) else scale(value) for value in (x, y))
+            x, y = (_to_wire(message.frame, number, value) for number, value in ((5, x), (6, y)))
         return cls(
             command=message.command,
             frame=message.frame,
@@ -100,3 +99,13 @@ class MissionItem:
             autocontinue=bool(message.autocontinue),
             current=bool(message.current),
         )
+
+
+def _to_wire(frame: int, number: int, value: float) -> int:
+    """A position's parameter of a MISSION_ITEM as a MISSION_ITEM_INT has it; NaN leaves it open."""
+    if math.isnan(value):
+        return units.UNKNOWN_INT32
+    try:
+        return units.to_e7(value) if is_global_frame(frame) else units.local_e4(value)
+    except LocalProtocolError:
+        raise LocalProtocolError(f"param{number} is {value:g}, which is no position") from None

@@ -29,7 +29,7 @@ class ValueRange(NamedTuple):
             return self.default
         if value in self.also:
             return True
-        if not abs(value) <= MAX_FLOAT32 or (self.is_whole and value != int(value)):
+        if not abs(value) <= MAX_FLOAT32 or (self.is_whole and not _is_whole(value)):
             return False
         least, most = _float32(self.minimum), _float32(self.maximum)
         return min(self.minimum, least) <= value <= max(self.maximum, most)
@@ -92,6 +92,11 @@ def first_flaw(ranges: tuple[ValueRange, ...], values: tuple[float, ...]) -> Fla
         if not allowed.allows(value):
             return Flaw(number, f"param{number} is {value:g}, not {allowed.words} ({allowed.name})")
     return None
+
+
+def _is_whole(value: float) -> bool:
+    """Whether a whole number says all of a value: -0 would be stored as 0."""
+    return value == int(value) and (value != 0.0 or math.copysign(1.0, value) > 0.0)
 
 
 def _float32(value: float) -> float:

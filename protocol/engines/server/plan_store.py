@@ -230,7 +230,9 @@ class PlanStore:
         try:
             upload.items.append(MissionItem.from_message(message))
         except LocalProtocolError as error:
-            self._end("cancel", mavlink.MAV_MISSION_INVALID_PARAM5_X, f"item {message.seq}: {error}")
+            is_second = str(error).startswith("param6")
+            result = mavlink.MAV_MISSION_INVALID_PARAM6_Y if is_second else mavlink.MAV_MISSION_INVALID_PARAM5_X
+            self._end("cancel", result, f"item {message.seq}: {error}")
             return
         self._request_next(upload, now)
 

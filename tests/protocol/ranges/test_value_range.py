@@ -23,8 +23,10 @@ def test_what_is_out_of_a_range_is_not_allowed(value):
     assert not SPEED.allows(value)
 
 
-@pytest.mark.parametrize(("value", "allowed"), [(0, True), (65535, True), (-1, True), (1.5, False), (-2, False)])
-def test_a_whole_number_has_no_fraction(value, allowed):
+@pytest.mark.parametrize(
+    ("value", "allowed"), [(0, True), (65535, True), (-1, True), (1.5, False), (-2, False), (-0.0, False)]
+)
+def test_a_whole_number_has_no_fraction_and_zero_no_sign(value, allowed):
     assert COUNT.allows(value) is allowed
 
 

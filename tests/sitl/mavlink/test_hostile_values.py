@@ -53,8 +53,8 @@ def items_of(known):
     )
 
 
-def jump(repeats):
-    params = (0.0, repeats, 0.0, 0.0)
+def jump(repeats, target=0.0):
+    params = (target, repeats, 0.0, 0.0)
     return MissionItem(command=mavlink.MAV_CMD_DO_JUMP, frame=2, params=params, x=0, y=0, z=0.0)
 
 
@@ -71,6 +71,7 @@ def texts_of(station, count):
 @given(st.lists(items_of(SUPPORTED_COMMANDS), min_size=1, max_size=4))
 @example([SQUARE[0], SQUARE[1], jump(math.inf)])
 @example([SQUARE[0], SQUARE[1], jump(-1.0)])
+@example([SQUARE[0], SQUARE[1], jump(1.0, target=-0.0)])
 def test_a_mission_is_refused_by_item_or_flown_and_kept(station, items):
     station.wait(30.0)  # so that texts are not withheld
     before, said = station.node.endpoint.plan(0), len(station.all("STATUSTEXT"))
@@ -153,3 +154,21 @@ def test_a_jump_without_end_that_is_refused_leaves_the_mission_of_before_also_af
         told = "Mission refused: item 2: param2 is inf, not -1 or a whole number from 0 to 65535 (repeat count)"
         assert told in station.texts()
         assert FakeStation.with_vehicle(Path(folder)).node.endpoint.plan(0) == SQUARE
+
+
+@pytest.mark.parametrize(
+    ("place", "result", "number"),
+    [
+        ((math.inf, 1.48), mavlink.MAV_MISSION_INVALID_PARAM5_X, 5),
+        ((43.5, -math.inf), mavlink.MAV_MISSION_INVALID_PARAM6_Y, 6),
+        ((43.5, 1e38), mavlink.MAV_MISSION_INVALID_PARAM6_Y, 6),
+    ],
+)
+def test_an_item_whose_position_is_in_floats_is_refused_by_its_parameter(station, place, result, number):
+    station.wait(30.0)
+    said = len(station.all("STATUSTEXT"))
+    station.send(mavlink.MAVLink_mission_count_message(1, 1, 1, 0))
+    numbers = (0.0, 0.0, 0.0, NAN, *place, 3.0)
+    station.send(mavlink.MAVLink_mission_item_message(1, 1, 0, RELATIVE, mavlink.MAV_CMD_NAV_WAYPOINT, 0, 1, *numbers))
+    assert station.last("MISSION_ACK").type == result
+    assert f"Mission refused: item 0: param{number} is {place[number - 5]:g}" in texts_of(station, said)
