@@ -175,8 +175,7 @@ class MissionRunner:
             speed: [m/s]; -1 changes nothing, -2 takes that of the settings.
         """
         flies = self.chooser is not None and self.chooser.can_fly_forward
-        if notice := self._speeds.change(kind, speed, self.settings, can_fly_forward=flies):
-            self.notices.append(notice)
+        self.notices += filter(None, [self._speeds.change(kind, speed, self.settings, can_fly_forward=flies)])
         self._changed_speeds = self._manoeuvre is not None
 
     def _apply_speeds(self, view: VehicleView) -> None:
@@ -380,7 +379,7 @@ class MissionRunner:
             item = self.items[seq]
             if item.command == mavlink.MAV_CMD_DO_VTOL_TRANSITION:
                 requested = WAY_OF_VTOL_STATE[int(item.params[0])]
-            elif item.command != mavlink.MAV_CMD_DO_CHANGE_SPEED:
+            elif item.command not in {mavlink.MAV_CMD_DO_CHANGE_SPEED, *TAKEOFF_COMMANDS}:  # passed over in the air
                 has_end = item.command in POSITION_COMMANDS | LAND_COMMANDS
                 following = position_of(item, self.world) if has_end else None
                 if following is None or len(ends) == LEGS_AHEAD:
@@ -388,8 +387,10 @@ class MissionRunner:
                 if seq > self.current:
                     height = max(following[2], ends[-1].p[2]) if item.command in LAND_COMMANDS else following[2]
                     ends.append(LegEnd((following[0], following[1], height), requested, seq))
-                if item.command != mavlink.MAV_CMD_NAV_WAYPOINT or item.params[0] > 0.0 or not item.autocontinue:
+                if item.command != mavlink.MAV_CMD_NAV_WAYPOINT or item.params[0] > 0.0:
                     break
+            if not item.autocontinue:
+                break
         return ends
 
 

@@ -1,6 +1,7 @@
 """Missions and commands in forward flight, flown by the whole aircraft: times, tracks, energies, and stops."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -139,6 +140,31 @@ def test_transition_items_decide_which_legs_are_hovered():
     assert fast[(north > 65.0) & (north < 85.0)].any()
     assert not flight.flown_forward[north > 110.0].any()
     assert np.linalg.norm(flight.p[-1] - (200.0, 0.0, HIGH)) < 1.0
+
+
+def test_a_take_off_met_in_forward_flight_is_passed_over_without_a_stop():
+    flight = airborne()
+    again = item(mavlink.MAV_CMD_NAV_TAKEOFF, 120.0, 0.0, 10.0)
+    flight.fly_mission((waypoint(120, 0, HIGH), again, waypoint(240, 0, HIGH)))
+    between = (flight.p[:, 0] > 80.0) & (flight.p[:, 0] < 180.0)
+    assert flight.v[between, 0].min() > 12.0
+    assert flight.p[:, 2].min() > HIGH - 3.0
+    assert sorted(flight.reached) == [0, 1, 2]
+
+
+def test_a_mission_that_pauses_between_legs_flown_forward_holds_at_the_point():
+    flight = airborne()
+    flight.autopilot.missions.load(
+        (waypoint(120, 0, HIGH), replace(cruise_at(12.0), autocontinue=False), waypoint(240, 0, HIGH))
+    )
+    flight.autopilot.missions.start()
+    flight.fly_until(lambda: flight.autopilot.mode is Mode.HOLD, 40.0)
+    flight.fly(5.0)
+    assert flight.p[-1] == pytest.approx((120.0, 0.0, HIGH), abs=1.0)
+    assert sorted(flight.reached) == [0, 1]
+    assert flight.autopilot.missions.start().accepted
+    flight.fly_until(lambda: flight.autopilot.mission.finished, 40.0)
+    assert sorted(flight.reached) == [0, 1, 2]
 
 
 def test_a_command_makes_the_front_and_the_back_transition():
