@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from darko_gcs.feed.recorded_track import RecordedTrack
 from darko_gcs.state.places import is_fix, is_on_map
-from darko_gcs.state.reduce import CHECKED_FIELDS, MAX_NUMBER, RESTART_MESSAGES, RESTART_STEP
+from darko_gcs.state.reduce import CHECKED_FIELDS, MAX_NUMBER, RESTART_STEP, restart_messages
 from darko_gcs.state.reduce_darko import MAX_V_POINTS, v_point
 from protocol.dialect.vocabulary import Saturation
 from protocol.frames import Geodetic
@@ -49,9 +49,9 @@ class RecordedMeasurements:
         boot = np.concatenate([c["time_boot_ms"].astype(float) for _, c in kinds.values() if "time_boot_ms" in c])
         order = np.argsort(rows)
         self._timed_rows, self._boot = rows[order], boot[order] / 1e3
-        self._lateness = _lateness(self._boot)
-        self.restarts = self._timed_rows[self._lateness == RESTART_MESSAGES]
-        late_rows = self._timed_rows[(self._lateness > 0) & (self._lateness < RESTART_MESSAGES)]
+        self._lateness, is_restart = _lateness(self._boot)
+        self.restarts = self._timed_rows[is_restart]
+        late_rows = self._timed_rows[self._lateness > 0]
         taken = {name: _without(rows, columns, late_rows) for name, (rows, columns) in kinds.items()}
         self._rows = {name: rows for name, (rows, _) in taken.items()}
         taken["GLOBAL_POSITION_INT"] = _places(*taken["GLOBAL_POSITION_INT"], is_on_map)
@@ -101,8 +101,7 @@ class RecordedMeasurements:
             if (at := np.searchsorted(rows, played)) and rows[at - 1] >= first
         }
         timed = int(np.searchsorted(self._timed_rows, played))
-        lateness = int(self._lateness[timed - 1]) if timed else 0
-        late = lateness if lateness < RESTART_MESSAGES else 0
+        late = int(self._lateness[timed - 1]) if timed else 0
         return {
             "track": self._track.points(first, played),
             "v_history": tuple(
@@ -146,18 +145,21 @@ def _sane(reader: TlogReader, name: str, vehicle_row: int) -> tuple[Rows, Column
     return rows[is_vehicle], {field: values[is_vehicle] for field, values in columns.items()}
 
 
-def _lateness(boot: NDArray[np.float64]) -> NDArray[np.int64]:
-    """For each time since boot how many in a row, with it, were long before the newest; 3: a restart."""
-    lateness = np.zeros(len(boot), dtype=np.int64)
+def _lateness(boot: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+    """For each time since boot how many in a row, with it, were long before the newest, and at which it restarted."""
+    lateness, is_restart = np.zeros(len(boot), dtype=np.int64), np.zeros(len(boot), dtype=np.bool_)
     if not len(boot) or (boot >= np.maximum.accumulate(boot) - RESTART_STEP).all():
-        return lateness
+        return lateness, is_restart
     newest, late = -math.inf, 0
     for index, time in enumerate(boot.tolist()):
         late = late + 1 if time < newest - RESTART_STEP else 0
+        is_restart[index] = bool(late) and late >= restart_messages(time, newest)
+        if is_restart[index]:
+            late = 0
+        if not late:
+            newest = time
         lateness[index] = late
-        if late in {0, RESTART_MESSAGES}:
-            newest, late = time, 0
-    return lateness
+    return lateness, is_restart
 
 
 def _without(rows: Rows, columns: Columns, late: Rows) -> tuple[Rows, Columns]:

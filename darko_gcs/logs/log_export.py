@@ -108,7 +108,7 @@ def as_mcap(
         wanted = np.isin(reader.rows(message, sender), rows)
         values = {field: _plain(column[wanted]) for field, column in columns.items()}
         for k, row in enumerate(rows.tolist()):
-            at = int(reader.times[row]) * 1000
+            at = (reader.clock.start_usec + round(float(reader.clock.playing[row]) * 1e6)) * 1000
             body = json.dumps({field: column[k] for field, column in values.items()}, allow_nan=False).encode()
             writer.add_message(channel, log_time=at, publish_time=at, data=body, sequence=k)
             count += 1

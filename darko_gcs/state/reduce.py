@@ -42,6 +42,7 @@ __all__ = [
     "RESTART_STEP",
     "after_restart",
     "reduce",
+    "restart_messages",
     "thinned",
 ]
 
@@ -49,6 +50,8 @@ MAX_TRACK_POINTS = 1500
 MIN_TRACK_STEP = 0.15  # between points of the track [m]
 RESTART_STEP = 1.0  # a time since boot that goes back by more than this indicates a restart [s]
 RESTART_MESSAGES = 3  # messages in a row that must indicate it: a single one may only be late
+LATE_MESSAGES = 60  # that may come late in a row, behind newer ones
+MAX_DELAY = 30.0  # of late messages [s]
 # Fields that stay true when the vehicle restarts; all others belong to the flight before.
 FIELDS_KEPT_AT_RESTART = (
     "source", "autopilot", "capabilities", "kind", "armed", "mode", "critical", "heartbeat_at", "lost", "restarts",
@@ -157,9 +160,21 @@ def _heartbeat(s: Snapshot, m: Message, now: float) -> Snapshot:
 def _at_boot_time(s: Snapshot, boot: float, name: str, now: float) -> Snapshot:
     if s.boot is None or boot >= s.boot - RESTART_STEP:
         return updated(s, boot=boot, late_messages=0, arrivals={**s.arrivals, name: now})
-    if s.late_messages + 1 < RESTART_MESSAGES:
+    if s.late_messages + 1 < restart_messages(boot, s.boot):
         return updated(s, late_messages=s.late_messages + 1)
     return updated(after_restart(s, now), boot=boot, arrivals={name: now})
+
+
+def restart_messages(boot: float, newest: float) -> int:
+    """How many messages in a row must tell an earlier time since boot until the vehicle has restarted.
+
+    A restart is a step back to near 0. A step of some seconds may be a group of messages that came late.
+
+    Args:
+        boot: What they tell [s].
+        newest: What was told before [s].
+    """
+    return RESTART_MESSAGES if boot < max(newest - MAX_DELAY, newest / 2.0) else LATE_MESSAGES
 
 
 def after_restart(s: Snapshot, now: float) -> Snapshot:

@@ -108,7 +108,13 @@ def _fly(args: argparse.Namespace) -> int:
     )
     flown_log.write_log(flown, args.fly, base.parameters, seed=args.seed)
     how = "it crashed" if flown.crashed else "it flew on"
-    print(f"{args.fly}: {flown.time[-1]:.0f} s of {base.name}, {100 * args.off:g} % off by seed {args.seed}; {how}")
+    if args.json:
+        told = {"file": str(args.fly), "airframe": base.name, "off": args.off, "seed": args.seed}
+        print(
+            json.dumps({"ok": not flown.crashed, **told, "duration": float(flown.time[-1]), "crashed": flown.crashed})
+        )
+    else:
+        print(f"{args.fly}: {flown.time[-1]:.0f} s of {base.name}, {100 * args.off:g} % off by seed {args.seed}; {how}")
     return 1 if flown.crashed else 0
 
 

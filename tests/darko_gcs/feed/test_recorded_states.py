@@ -37,6 +37,12 @@ def two_flights():
     ]  # fmt: skip
 
 
+def late_groups():
+    """Groups of messages that come late, a short and a long step back that stay."""
+    told = [*range(600, 640), *range(635, 638), *range(640, 660), *range(650, 656), *range(660, 670), *range(665, 740)]
+    return [bare(heartbeat()), *(bare(position(1000 * k, float(k), vx=1.0)) for k in (*told, *range(3, 30)))]
+
+
 def flights_on_globe():
     """No fix yet, home and origin told late, a loss of the fix, a restart, and at last a local position."""
     first = [on_globe(1000 * k, 40.0 + 0.7 * k, up=k, speed=0.7, heading=100 * k) for k in range(3, 30)]
@@ -63,6 +69,7 @@ LOGS = {
     "hover": hover_log,
     "forward": lambda: log_of_messages(FORWARD_FLIGHT),
     "restart": lambda: log_of(two_flights(), step=100_000),
+    "late groups": lambda: log_of(late_groups(), step=100_000),
     "damaged": lambda: _damaged((DATA / "square-flight.tlog").read_bytes()),
     "without a vehicle": lambda: log_of([status(b"a"), status(b"b")]),
 }
@@ -96,6 +103,12 @@ def test_the_log_with_a_restart_has_one():
     feed.seek(feed.timeline.duration)
     assert feed.snapshot.restarts >= 1
     assert "The vehicle restarted" in [line.text for line in feed.snapshot.messages]
+
+
+def test_a_group_of_late_messages_is_no_restart():
+    feed = ReplayFeed(TlogReader(quadplane_log()), "x")
+    feed.seek(feed.timeline.duration)
+    assert feed.snapshot.restarts == 0
 
 
 def test_a_long_track_and_a_long_log_of_texts_are_thinned_as_in_play():

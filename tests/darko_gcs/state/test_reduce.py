@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from darko_gcs.state.reduce import MAX_TRACK_POINTS, RESTART_MESSAGES, reduce
+from darko_gcs.state.reduce import LATE_MESSAGES, MAX_TRACK_POINTS, RESTART_MESSAGES, reduce, restart_messages
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT
 from protocol.dialect import mavlink
 from protocol.tlog import read_tlog
@@ -59,6 +59,23 @@ def test_a_late_message_is_no_restart_and_not_shown():
     for late in range(10):
         s = after([position(1000 + late, 9.0), position(60_000 + late, 5.0)], s)
     assert (s.restarts, s.p[0], s.boot) == (0, 5.0, 60.009)
+
+
+def test_a_group_of_late_messages_is_no_restart_but_a_step_back_that_stays_is():
+    s = after([heartbeat(), position(600_000, 5.0)])
+    s = after([position(598_000 + 10 * n, 9.0) for n in range(LATE_MESSAGES - 1)], s)
+    assert (s.restarts, s.p[0], s.boot) == (0, 5.0, 600.0)
+    s = after([position(600_100, 6.0)], s)
+    assert (s.restarts, s.p[0], s.late_messages) == (0, 6.0, 0)
+    s = after([position(590_000 + 10 * n, 9.0) for n in range(LATE_MESSAGES)], s)
+    assert (s.restarts, s.p[0]) == (1, 9.0)
+
+
+@pytest.mark.parametrize(
+    ("boot", "newest", "needed"), [(569.9, 600.0, 3), (570.1, 600.0, 60), (4.9, 10.0, 3), (5.1, 10.0, 60)]
+)
+def test_how_far_a_step_back_goes_tells_how_soon_it_is_a_restart(boot, newest, needed):
+    assert restart_messages(boot, newest) == needed
 
 
 def test_a_long_track_is_thinned_not_cut():

@@ -1,12 +1,16 @@
 """The command line runner: one module per command, expected errors in one line, exit codes."""
 
 import argparse
+import json
+import math
 import sys
+from contextlib import suppress
 from types import ModuleType
 
 import pytest
 
-from protocol.tools.command_line import EXIT_BROKEN_PIPE, EXIT_ERROR, EXIT_INTERRUPTED, run_cli
+from protocol.tools.command_line import EXIT_BROKEN_PIPE, EXIT_ERROR, EXIT_INTERRUPTED, CommandParser, run_cli
+from protocol.tools.json_output import asks_for_json
 
 COMMANDS = {"fly": "fly somewhere", "land": "land at once"}
 
@@ -109,3 +113,67 @@ def test_the_exit_codes_are_those_that_shells_and_argparse_use():
 def test_an_unknown_command_is_answered_with_those_that_there_are(program, capsys):
     assert run("fliy") == EXIT_ERROR
     assert capsys.readouterr().err == "program: there is no command 'fliy'. Did you mean fly? Commands: fly, land\n"
+
+
+def told(capsys):
+    """The one JSON object on stdout."""
+    (line,) = capsys.readouterr().out.splitlines()
+    return json.loads(line)
+
+
+def test_every_command_takes_json_and_its_texts_are_a_list(program, capsys):
+    program.act = lambda _arguments: print("one\ntwo") or 0
+    assert run("fly", "--json") == 0
+    assert told(capsys) == {"ok": True, "command": "fly", "exit_code": 0, "output": ["one", "two"]}
+    program.act = lambda _arguments: 1
+    assert run("fly", "--json") == 1
+    assert told(capsys) == {"ok": False, "command": "fly", "exit_code": 1, "output": []}
+
+
+def test_what_is_known_of_a_failure_is_told(program, capsys):
+    def fail(_arguments):
+        error = LinkError("upload failed: Mission refused: item 4: param 2 is inf")
+        error.details = {"said": ["x"], "seen": math.nan}
+        raise error
+
+    program.act = fail
+    assert run("fly", "--json") == 3
+    assert told(capsys) == {
+        "ok": False, "command": "fly", "error": "upload failed: Mission refused: item 4: param 2 is inf",
+        "exit_code": 3, "item": 4, "param": 2, "said": ["x"], "seen": None,
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "words"),
+    [(KeyboardInterrupt, 130, "interrupted"), (RuntimeError("a bug"), 1, "internal error: RuntimeError: a bug")],
+)
+def test_an_interrupt_and_a_fault_are_told_too(program, capsys, error, code, words):
+    def fail(_arguments):
+        raise error
+
+    program.act = fail
+    with suppress(RuntimeError):
+        assert run("fly", "--json") == code
+    assert told(capsys) == {"ok": False, "command": "fly", "error": words, "exit_code": code}
+
+
+def test_wrong_arguments_are_told_as_json_and_end_as_argparse_does(capsys):
+    parser = CommandParser(prog="program fly")
+    with pytest.raises(SystemExit) as end:
+        parser.parse_args(["--fast"])
+    assert end.value.code == EXIT_ERROR
+    said = capsys.readouterr().err
+    assert said.startswith("usage: program fly")
+    assert "program fly: error: unrecognized arguments: --fast" in said
+
+
+@pytest.mark.parametrize(
+    ("arguments", "asked"),
+    [
+        (["--json"], True), (["x", "--js"], True), (["--j"], True), (["--jump"], False), ([], False),
+        (["--", "--json"], False), (["json"], False),
+    ],
+)  # fmt: skip
+def test_json_is_asked_for_as_argparse_reads_it(arguments, asked):
+    assert asks_for_json(arguments) is asked
