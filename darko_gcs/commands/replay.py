@@ -10,7 +10,7 @@ from typing import Any
 from darko_gcs.commands.options import KNOWN_PARAMETERS, clock_time
 from protocol.tools.command_line import CommandParser
 from protocol.tools.default_ports import STATION_URL
-from protocol.tools.option_values import finite_number, positive_number
+from protocol.tools.option_values import finite_number, positive_number, system_id
 
 __all__ = ["parser", "run"]
 
@@ -37,6 +37,9 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
         help=f"where key u sends the replayed frames, udpout:HOST:PORT [{STATION_URL}]",
     )
     parser.add_argument("--network", action="store_true", help="allow an address of another machine")
+    parser.add_argument(
+        "--vehicle", type=system_id, metavar="ID", help="of several vehicles in a log, the one with this system id"
+    )
     pair = parser.add_argument_group("two flights")
     pair.add_argument(
         "--align",
@@ -65,6 +68,7 @@ def run(args: argparse.Namespace) -> int:
     from darko_gcs.tui.pair_app import PairApp  # noqa: PLC0415
     from darko_gcs.tui.replay_app import ReplayApp  # noqa: PLC0415
     from protocol.errors import FileError  # noqa: PLC0415 - --help must not load the wire
+    from protocol.flight_log.log_vehicles import of_vehicle  # noqa: PLC0415
     from protocol.tlog import read_tlog  # noqa: PLC0415
 
     if args.other is None and (args.align is not None or args.offset is not None):
@@ -75,9 +79,11 @@ def run(args: argparse.Namespace) -> int:
     known = KnownParameters(user_state_path("darko") / KNOWN_PARAMETERS).load()
     options: dict[str, Any] = {"begin": args.at or 0.0, "speed": args.speed, "send_to": send_to, "parameters": known}
     try:
-        feeds = [
-            ReplayFeed(read_tlog(path), path.name, **options) for path in (args.file, args.other) if path is not None
-        ]
+        files = [path for path in (args.file, args.other) if path is not None]
+        readers = [read_tlog(path) for path in files]
+        if args.vehicle is not None:
+            readers = [of_vehicle(reader, str(path), args.vehicle) for reader, path in zip(readers, files, strict=True)]
+        feeds = [ReplayFeed(reader, path.name, **options) for reader, path in zip(readers, files, strict=True)]
     except FileError as error:
         raise GroundError(str(error)) from error
     if args.other is None:

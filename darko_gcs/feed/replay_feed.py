@@ -19,6 +19,7 @@ from darko_gcs.state.reduce import reduce
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, updated
 from protocol.dialect import mavlink
 from protocol.flight_log.flight_clock import flight_times
+from protocol.flight_log.log_vehicles import vehicles
 from protocol.tlog import TlogReader
 from protocol.tlog.replay import Timeline
 from protocol.wire.message import Source
@@ -60,6 +61,10 @@ class ReplayFeed(Player):
         meanings = parameters or {} if len(reader.rows("DARKO_HYBRID_STATE")) else {}
         empty = updated(EMPTY_SNAPSHOT, is_replay=True, parameter_metadata=meanings)
         first = add_line(empty, 0.0, mavlink.MAV_SEVERITY_NOTICE, f"Replay of {name}")
+        if len(found := vehicles(reader)) > 1:
+            named = ", ".join(f"{system}/{component}" for system, component in found)
+            said = f"The log has vehicles {named}: this is the first one heard; --vehicle ID chooses"
+            first = add_line(first, 0.0, mavlink.MAV_SEVERITY_NOTICE, said)
         self._states = RecordedStates(reader, self.timeline, first)
         self.source: Source | None = self._states.last.source
         self.flight_times: NDArray[np.float64] = (

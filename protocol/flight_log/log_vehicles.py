@@ -12,7 +12,7 @@ from protocol.errors import FileError
 from protocol.tlog import TlogReader
 from protocol.wire.message import Source
 
-__all__ = ["chosen_vehicle", "others_note", "stations", "vehicles"]
+__all__ = ["chosen_vehicle", "of_vehicle", "others_note", "stations", "vehicles"]
 
 
 def vehicles(reader: TlogReader) -> list[Source]:
@@ -43,6 +43,13 @@ def chosen_vehicle(reader: TlogReader, name: str, system: int | None = None) -> 
     if not chosen:
         raise FileError(f"{name}: no vehicle {system} in this log; it has {_listed(found)}")
     return chosen[0]
+
+
+def of_vehicle(reader: TlogReader, name: str, system: int) -> TlogReader:
+    """The log without other vehicles than the one with a system id; errors as of ``chosen_vehicle``."""
+    taken = chosen_vehicle(reader, name, system)
+    others = [source[0] for source in vehicles(reader) if source[0] != taken[0]]
+    return reader.only(~np.isin(reader.systems, others))
 
 
 def others_note(reader: TlogReader, taken: Source) -> str:

@@ -1,5 +1,7 @@
 """Reads a telemetry log: an index of every record, messages one by one, fields as arrays."""
 
+from __future__ import annotations
+
 from collections.abc import Iterator
 from functools import cached_property
 from itertools import pairwise
@@ -20,6 +22,11 @@ from protocol.wire.message import Message, Source
 __all__ = ["TlogReader", "read_tlog"]
 
 _MAGIC = {b"ULog\x01\x12\x35": "a PX4 ULog file", b"\xa3\x95\x80": "an ArduPilot dataflash log"}
+
+_COLUMNS = (  # one row for each record
+    *("times", "offsets", "lengths", "ids", "systems", "components", "known"),
+    *("_v2", "_payload_lengths", "_payload_places"),
+)
 
 
 class TlogReader:
@@ -49,6 +56,15 @@ class TlogReader:
         self._v2 = records.v2
         self._payload_lengths = records.payload_lengths
         self._payload_places = np.where(records.v2, np.uint8(STAMP_SIZE + HEADER_V2), np.uint8(STAMP_SIZE + HEADER_V1))
+
+    def only(self, chosen: NDArray[np.bool_]) -> TlogReader:
+        """The log with some of its records alone, chosen by a mask of shape (n,); size and damage are the file's."""
+        part = TlogReader.__new__(TlogReader)
+        for name in ("_bytes", "damage", "byte_order"):
+            setattr(part, name, getattr(self, name))
+        for name in _COLUMNS:
+            setattr(part, name, getattr(self, name)[chosen])
+        return part
 
     def __len__(self) -> int:
         return len(self.offsets)

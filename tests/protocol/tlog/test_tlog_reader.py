@@ -14,7 +14,7 @@ from protocol.tlog import TlogReader, message_name, read_tlog
 from protocol.tlog.columns import payload_type
 from protocol.tlog.crc import checksums
 from protocol.tlog.message_set import message_class, message_named
-from tests.support.logs import T0, bare, flight, log_of, quadplane_log, unknown_frame
+from tests.support.logs import T0, bare, flight, log_of, quadplane_log, record, unknown_frame
 from tests.support.vehicle.darko_messages import actuators
 
 FRAMES = flight(12)
@@ -216,3 +216,17 @@ def test_messages_of_other_dialects_are_known_beside_our_own():
     assert message_class(30) is mavlink.mavlink_map[30]
     assert message_named("AHRS") is message_class(163)
     assert message_named("ATTITUDE") is mavlink.mavlink_map[30]
+
+
+def test_a_part_of_a_log_is_read_as_a_log_of_these_records_alone():
+    frames = flight(20)
+    whole = TlogReader(log_of(frames))
+    chosen = np.arange(20) % 3 == 0
+    part = whole.only(chosen)
+    again = TlogReader(b"".join(record(int(t), f) for t, f in part.records()))
+    assert [frame for _, frame in part.records()] == frames[::3]
+    assert (part.names, part.clock.duration) == (again.names, again.clock.duration)
+    for name in part.names:
+        for field, values in again.columns(name).items():
+            assert part.columns(name)[field].tolist() == values.tolist()
+    assert (part.size, part.damage) == (whole.size, whole.damage)

@@ -5,7 +5,11 @@ import json
 import pytest
 
 from darko_gcs.__main__ import main
+from darko_gcs.feed.replay_feed import ReplayFeed
 from protocol.dialect import mavlink
+from protocol.errors import FileError
+from protocol.flight_log.log_vehicles import of_vehicle
+from protocol.tlog import read_tlog
 from tests.support.logs import T0, bare, record
 
 
@@ -87,3 +91,14 @@ def test_an_mcap_has_its_messages_alone(two):
 def test_one_that_is_not_there_is_an_error_that_names_those_that_are(two, words, capsys):
     assert main(["log", words[0], "two.tlog", *words[1:], "--vehicle", "3"]) == 2
     assert "no vehicle 3 in this log; it has vehicles 1/1, 2/1" in capsys.readouterr().err
+
+
+def test_a_replay_shows_the_vehicle_that_is_asked_for(two):
+    reader = read_tlog(two / "two.tlog")
+    feed = ReplayFeed(of_vehicle(reader, "two", 2), "two")
+    feed.seek(feed.timeline.duration)
+    assert (feed.snapshot.source, len(feed.reader)) == ((2, 1), 100)
+    both = ReplayFeed(reader, "two")
+    assert any("vehicles 1/1, 2/1" in line.text for line in both.snapshot.messages)
+    with pytest.raises(FileError, match="no vehicle 3"):
+        of_vehicle(reader, "two", 3)
